@@ -33,6 +33,16 @@ impl Answer {
         Self { is_negative, ..self }
     }
 
+    /// The text output.
+    pub(crate) fn text(&self) -> &str {
+        &self.text
+    }
+
+    /// The JSON output.
+    pub(crate) fn json(&self) -> serde_json::Value {
+        serde_json::from_str(&self.json).unwrap_or_default()
+    }
+
     /// Prints it.
     pub(crate) fn deliver(&self, json: bool) -> ExitCode {
         let printed = if json { output::line(&self.json) } else { output::text(&self.text) };

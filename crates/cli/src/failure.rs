@@ -1,5 +1,6 @@
 //! Errors of a command: message, exit code, and JSON object.
 
+use crate::answer::Answer;
 use crate::exit::{INTERRUPTED, NEGATIVE, WRONG};
 use crate::output::{self, is_coloured};
 use luenberger_linalg::LinalgError;
@@ -47,6 +48,9 @@ pub(crate) enum Failure {
     /// A study that cannot be read or executed.
     #[error(transparent)]
     Study(#[from] StudyError),
+    /// A study that was interrupted or ran into its time limit, and what it has finished.
+    #[error("{error}")]
+    Stopped { error: StudyError, finished: Box<Answer> },
     /// An observer without an exported form.
     #[error("{observer} cannot be exported: {why}{}", alternatives(instead))]
     NotExported { observer: String, why: String, instead: Vec<String> },
@@ -93,7 +97,7 @@ impl Failure {
                 ImportError::Json { .. } | ImportError::Damaged { .. } => "syntax",
                 _ => "data",
             },
-            Self::Study(error) => match error {
+            Self::Study(error) | Self::Stopped { error, .. } => match error {
                 StudyError::File(_) => "study",
                 error if error.is_storage() => "storage",
                 StudyError::Io { .. }
@@ -139,6 +143,9 @@ impl Failure {
             // The exit code says that there is an error, even if its object cannot be written.
             _ = output::line(&self.object().to_string());
         }
+        if let (Self::Stopped { finished, .. }, false) = (self, json) {
+            _ = output::text(finished.text());
+        }
         // A failure to write to standard error cannot be reported.
         _ = match self {
             // All mistakes of the file, each with its excerpt.
@@ -169,6 +176,9 @@ impl Failure {
         }
         let mut object = Map::new();
         object.insert("error".to_owned(), Value::Object(error));
+        if let Self::Stopped { finished, .. } = self {
+            object.insert("finished".to_owned(), finished.json());
+        }
         Value::Object(object)
     }
 }

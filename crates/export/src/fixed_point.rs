@@ -119,6 +119,23 @@ impl FixedPointExport<'_> {
         hexadecimal(&hash.finalize())
     }
 
+    /// The estimates for given inputs and outputs, one pair for each sample: rounded to the format, and at most its
+    /// largest number.
+    pub fn replay(&self, samples: &[(Vec<f64>, Vec<f64>)]) -> Vec<Vec<f64>> {
+        let signals = self.observer.formats().signals;
+        let integer = |x: f64| {
+            let ends = if x < 0.0 { signals.smallest() } else { signals.largest() };
+            signals.nearest(x).unwrap_or(ends)
+        };
+        let column = |values: &[f64]| DVector::from_iterator(values.len(), values.iter().map(|x| integer(*x)));
+        let mut state = self.observer.start(self.initial.clone());
+        let estimates = samples.iter().map(|(u, y)| {
+            self.observer.step(&mut state, &column(u), &column(y));
+            state.xhat.iter().map(|x| signals.value(*x)).collect()
+        });
+        estimates.collect()
+    }
+
     /// Steps from the first estimate, with numbers of magnitude up to 2, now and then of the whole range, and at its
     /// ends, so that results saturate too.
     pub(crate) fn golden(&self, count: usize) -> Vec<Step> {

@@ -91,7 +91,7 @@ pub fn greatest_parameter_with(
     }
     let (mut low, mut high) = (low, high);
     // The width halves at each step and stops at the tolerance or at neighbouring numbers, so at most about 2100 steps.
-    while high - low > tolerance {
+    while high - low > tolerance && !settings.is_over() {
         let middle = low + 0.5 * (high - low);
         if middle <= low || middle >= high {
             break;

@@ -66,6 +66,9 @@ fn solve(problem: &Problem, settings: &Settings) -> Result<Solution, LmiError> {
     ];
     let mut tried = vec![(standard.unknown_scale, standard.left_out)];
     for (anchor, small) in choices {
+        if settings.is_over() {
+            break;
+        }
         // Other scales are worth a try only if they are others.
         let standard = standard_form(problem, anchor, small)?;
         let scales = (standard.unknown_scale.clone(), standard.left_out);
@@ -88,7 +91,7 @@ fn attempt(problem: &Problem, settings: &Settings, standard: &Standard) -> Resul
     if standard.homogeneous && problem.objective.is_some() {
         return Err(LmiError::HomogeneousObjective);
     }
-    let path = settings.solver.propose(&margin_program(standard), settings.iterations, None)?;
+    let path = settings.solver.propose(&margin_program(standard), settings.iterations, settings.end)?;
     let Some((path, last)) = path.as_ref().and_then(|path| Some((path, path.last()?))) else {
         return Ok(no_proposal(problem, standard));
     };
@@ -106,7 +109,8 @@ fn attempt(problem: &Problem, settings: &Settings, standard: &Standard) -> Resul
     let best = margins.iter().map(|margin| margin.estimate).fold(f64::INFINITY, f64::min);
     let reached = last.unknowns.last().copied().unwrap_or_default();
     let multipliers = &last.multipliers[..standard.blocks.len()];
-    let witness = if reached < HOPELESS { refute(problem, settings, standard, multipliers) } else { None };
+    let witness =
+        if reached < HOPELESS && !settings.is_over() { refute(problem, settings, standard, multipliers) } else { None };
     let verdict = match witness {
         Some(witness) => Verdict::Refuted { witness },
         None => Verdict::Undecided { why: doubt(&margins, path), best },
@@ -242,7 +246,7 @@ fn improve(
     let program = ConicProgram { cost, blocks };
     let unbounded = -sign * f64::INFINITY;
     let mut estimate = f64::NAN;
-    let path = settings.solver.propose(&program, settings.iterations, None)?;
+    let path = settings.solver.propose(&program, settings.iterations, settings.end)?;
     if let Some((path, last)) = path.as_ref().and_then(|path| Some((path, path.last()?))) {
         solution.effort.iterations += path.iterations;
         solution.effort.status = path.status;

@@ -3,6 +3,8 @@
 //! Find x such that every symmetric `F_k(x) = F_k0 + x_1 F_k1 + ... + x_N F_kN` is positive definite with the largest
 //! margin, or minimise a linear objective under these inequalities.
 
+use std::time::Instant;
+
 use crate::expression::Expression;
 use crate::inequality::Inequality;
 use crate::solver::Solver;
@@ -55,11 +57,21 @@ pub struct Settings {
     /// The largest number of exact equations solved to correct a witness of infeasibility; the cost grows with its
     /// cube.
     pub referee: usize,
+    /// Time limit: no iteration of the solver and no search for a witness starts after this instant, and what is not
+    /// decided then is `Undecided`. Without a limit (the default) the result does not depend on the machine.
+    pub end: Option<Instant>,
+}
+
+impl Settings {
+    /// Whether the time limit has passed.
+    pub(crate) fn is_over(&self) -> bool {
+        self.end.is_some_and(|end| Instant::now() >= end)
+    }
 }
 
 impl Default for Settings {
     fn default() -> Self {
-        Self { solver: Solver::default(), iterations: 100, closeness: 1e-6, referee: 400 }
+        Self { solver: Solver::default(), iterations: 100, closeness: 1e-6, referee: 400, end: None }
     }
 }
 

@@ -106,32 +106,67 @@ impl Dense {
         (index, (self.pieces[index].start, self.pieces[index].end))
     }
 
+    /// Start and end of step `index`, which must exist.
+    pub(crate) fn step(&self, index: usize) -> (f64, f64) {
+        (self.pieces[index].start, self.pieces[index].end)
+    }
+
+    /// One component at the nodes of step `index`.
+    pub(crate) fn nodes(&self, index: usize, component: usize) -> [f64; NODES] {
+        let values = &self.values[index * NODES * self.width..][..NODES * self.width];
+        core::array::from_fn(|i| values[i * self.width + component])
+    }
+
     /// Components `offset..offset + value.len()` at `t` by the polynomial of step `index`, which must exist.
     pub(crate) fn on_step(&self, index: usize, t: f64, offset: usize, value: &mut [f64]) {
-        let piece = self.pieces[index];
         let values = &self.values[index * NODES * self.width..][..NODES * self.width];
-        let s = (t - piece.start) / (piece.end - piece.start);
-        // Barycentric weights of Chebyshev points: alternating signs, halved at the ends.
-        let mut total = 0.0;
-        value.fill(0.0);
-        for i in 0..NODES {
-            let row = &values[i * self.width + offset..][..value.len()];
-            let distance = s - NODE[i];
-            if distance == 0.0 {
-                value.copy_from_slice(row);
-                return;
+        let row = |i: usize| &values[i * self.width + offset..][..value.len()];
+        match Place::of(self.step(index), t) {
+            Place::Node(i) => value.copy_from_slice(row(i)),
+            Place::Between { weights, total } => {
+                let rows: [&[f64]; NODES] = core::array::from_fn(row);
+                for (j, entry) in value.iter_mut().enumerate() {
+                    *entry = (0..NODES).map(|i| weights[i] * rows[i][j]).sum::<f64>() / total;
+                }
             }
-            let sign = if i % 2 == 0 { 1.0 } else { -1.0 };
-            let weight = sign * if i == 0 || i + 1 == NODES { 0.5 } else { 1.0 } / distance;
-            total += weight;
-            for (sum, entry) in value.iter_mut().zip(row) {
-                *sum += weight * entry;
-            }
-        }
-        for sum in value {
-            *sum /= total;
         }
     }
+}
+
+/// Where a time lies on a step: on a node, or between nodes with its barycentric weights.
+pub(crate) enum Place {
+    Node(usize),
+    Between { weights: [f64; NODES], total: f64 },
+}
+
+impl Place {
+    pub(crate) fn of((start, end): (f64, f64), t: f64) -> Self {
+        // Barycentric weights of Chebyshev points: alternating signs, halved at the ends.
+        const WEIGHTS: [f64; NODES] = [0.5, -1.0, 1.0, -1.0, 1.0, -1.0, 1.0, -0.5];
+        let s = (t - start) / (end - start);
+        let distances: [f64; NODES] = core::array::from_fn(|i| s - NODE[i]);
+        if let Some(i) = distances.iter().position(|distance| *distance == 0.0) {
+            return Self::Node(i);
+        }
+        let weights: [f64; NODES] = core::array::from_fn(|i| WEIGHTS[i] / distances[i]);
+        Self::Between { weights, total: weights.iter().sum() }
+    }
+
+    /// The polynomial with these values at the nodes.
+    pub(crate) fn value(&self, nodes: &[f64; NODES]) -> f64 {
+        match self {
+            Self::Node(i) => nodes[*i],
+            Self::Between { weights, total } => weights.iter().zip(nodes).map(|(w, v)| w * v).sum::<f64>() / total,
+        }
+    }
+}
+
+/// What encloses the polynomial with these values at the nodes, on its step: by the Lebesgue constant of eight Chebyshev
+/// points, which is below 3, about the middle of the values. `None` for values that are not finite.
+pub(crate) fn enclosure(nodes: &[f64; NODES]) -> Option<(f64, f64)> {
+    let (low, high) = nodes.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), v| (l.min(*v), h.max(*v)));
+    let (middle, radius) = (low + (high - low) / 2.0, 1.5 * (high - low));
+    (nodes.iter().all(|v| v.is_finite()) && radius.is_finite()).then_some((middle - radius, middle + radius))
 }
 
 #[cfg(test)]
@@ -144,6 +179,21 @@ mod tests {
             let cosine = (std::f64::consts::PI * i as f64 / (NODES - 1) as f64).cos();
             assert!((node - (1.0 - cosine) / 2.0).abs() <= f64::EPSILON / 2.0, "{i}");
         }
+    }
+
+    /// The worst signs of the values are those for which all terms of the barycentric formula add up at some point.
+    #[test]
+    fn the_enclosure_holds_for_all_signs() {
+        for signs in 0..1 << NODES {
+            let nodes: [f64; NODES] = core::array::from_fn(|i| if signs >> i & 1 == 1 { 1.0 } else { -1.0 });
+            let (low, high) = enclosure(&nodes).unwrap();
+            for k in 0..=1000 {
+                let value = Place::of((0.0, 1.0), f64::from(k) / 1000.0).value(&nodes);
+                assert!((low..=high).contains(&value), "{nodes:?}: {value} at {k}");
+            }
+        }
+        assert_eq!(enclosure(&[2.5; NODES]), Some((2.5, 2.5)));
+        assert_eq!(enclosure(&[f64::NAN, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]), None);
     }
 
     #[test]

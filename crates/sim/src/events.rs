@@ -4,21 +4,36 @@
 //! extremum that comes towards the level without reaching it on these points is followed to its end, so that two
 //! crossings close to each other are not missed. Roots are bisected to the last bit of t.
 
-use crate::dense::Dense;
+use crate::dense::{Dense, NODES, Place, enclosure};
 use crate::error::SimError;
 
 /// Points per step at which a quantity is searched, besides its start.
 const SEARCH: usize = 16;
 
-/// What reads a quantity from the time and a row of the dense output.
+/// The error of one state: a component of the dense output less another one, by a scale.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Difference {
+    pub(crate) of: usize,
+    pub(crate) from: usize,
+    pub(crate) scale: f64,
+}
+
+/// How a quantity follows from a row of the dense output.
+enum Quantity<'t> {
+    /// A polynomial on each step.
+    Difference(Difference),
+    /// The root of the sum of the squares.
+    Norm(Vec<Difference>),
+    /// Of the time and the whole row.
+    Any(Read<'t>),
+}
+
 type Read<'t> = Box<dyn Fn(f64, &[f64]) -> f64 + 't>;
 
 /// A scalar quantity as a function of time.
 pub struct Trace<'t> {
     dense: &'t Dense,
-    /// The components of the dense output that are read; `None` for all of them.
-    columns: Option<Vec<usize>>,
-    read: Read<'t>,
+    quantity: Quantity<'t>,
 }
 
 /// A quantity passes a level.
@@ -41,12 +56,15 @@ pub struct Extremum {
 
 impl<'t> Trace<'t> {
     pub(crate) fn new(dense: &'t Dense, read: impl Fn(f64, &[f64]) -> f64 + 't) -> Self {
-        Self { dense, columns: None, read: Box::new(read) }
+        Self { dense, quantity: Quantity::Any(Box::new(read)) }
     }
 
-    /// A quantity of some components, which `read` gets in this order.
-    pub(crate) fn of_columns(dense: &'t Dense, columns: Vec<usize>, read: impl Fn(f64, &[f64]) -> f64 + 't) -> Self {
-        Self { dense, columns: Some(columns), read: Box::new(read) }
+    pub(crate) fn difference(dense: &'t Dense, difference: Difference) -> Self {
+        Self { dense, quantity: Quantity::Difference(difference) }
+    }
+
+    pub(crate) fn norm(dense: &'t Dense, differences: Vec<Difference>) -> Self {
+        Self { dense, quantity: Quantity::Norm(differences) }
     }
 
     /// Start and end of the trajectory.
@@ -59,7 +77,7 @@ impl<'t> Trace<'t> {
     /// # Errors
     /// [`SimError::Outside`].
     pub fn at(&self, t: f64) -> Result<f64, SimError> {
-        Ok(self.on_step(self.dense.step_at(t)?, t))
+        Ok(self.on_step(self.dense.step_at(t)?).at(t))
     }
 
     /// The integral over the whole trajectory: Gauss-Legendre quadrature with eight points on each step, exact for the
@@ -90,10 +108,11 @@ impl<'t> Trace<'t> {
             (0.960_289_856_497_536_2, 0.101_228_536_290_376_26),
         ];
         let step = |(k, (start, end)): (usize, (f64, f64))| {
+            let quantity = self.on_step(k);
             let start = start.max(from);
             let (middle, half) = (0.5 * (start + end), 0.5 * (end - start));
             let pair = |&(node, weight): &(f64, f64)| {
-                let (left, right) = (self.on_step(k, middle - half * node), self.on_step(k, middle + half * node));
+                let (left, right) = (quantity.at(middle - half * node), quantity.at(middle + half * node));
                 weight * (measure(left) + measure(right))
             };
             half * RULE.iter().map(pair).sum::<f64>()
@@ -104,45 +123,40 @@ impl<'t> Trace<'t> {
     /// The value at the end.
     pub fn last(&self) -> f64 {
         let (_, end) = self.span();
-        self.on_step(self.dense.step_count() - 1, end)
+        self.on_step(self.dense.step_count() - 1).at(end)
     }
 
-    fn on_step(&self, step: usize, t: f64) -> f64 {
-        let count = self.columns.as_ref().map_or(self.dense.width(), Vec::len);
-        let mut row = vec![0.0; count];
-        match &self.columns {
-            None => self.dense.on_step(step, t, 0, &mut row),
-            Some(columns) => {
-                for (entry, column) in row.iter_mut().zip(columns) {
-                    self.dense.on_step(step, t, *column, std::slice::from_mut(entry));
-                }
-            }
-        }
-        (self.read)(t, &row)
+    fn on_step(&self, step: usize) -> OnStep<'_> {
+        let nodes = |d: &Difference| {
+            let (of, from) = (self.dense.nodes(step, d.of), self.dense.nodes(step, d.from));
+            core::array::from_fn(|i| (of[i] - from[i]) / d.scale)
+        };
+        let form = match &self.quantity {
+            Quantity::Difference(difference) => Form::Polynomial(nodes(difference)),
+            Quantity::Norm(differences) => Form::Norm(differences.iter().map(nodes).collect()),
+            Quantity::Any(read) => Form::Any(self.dense, step, read),
+        };
+        OnStep { span: self.dense.step(step), form }
     }
 
     /// All crossings of `level`, in order. A quantity that touches the level and turns back does not cross it.
     pub fn crossings(&self, level: f64) -> Vec<Crossing> {
         let mut crossings = Vec::new();
+        self.each_crossing(level, |crossing| {
+            crossings.push(crossing);
+            true
+        });
+        crossings
+    }
+
+    /// Calls `found` with the crossings of `level`, in order, until it returns false.
+    fn each_crossing(&self, level: f64, mut found: impl FnMut(Crossing) -> bool) {
         // The last point off the level: step, time, value.
         let mut before: Option<(usize, f64, f64)> = None;
-        for (step, (start, end)) in self.dense.steps().enumerate() {
-            let value = |t: f64| self.on_step(step, t) - level;
-            let mut points: Vec<(f64, f64)> = grid(start, end).map(|t| (t, value(t))).collect();
-            // Turning points between the grid points, on the far side of the level.
-            let turns: Vec<(f64, f64)> = points
-                .windows(3)
-                .filter(|w| w.iter().all(|p| p.1 * w[1].1 > 0.0))
-                .filter(|w| w[1].1.abs() <= w[0].1.abs() && w[1].1.abs() <= w[2].1.abs())
-                .map(|w| {
-                    let sign = w[1].1.signum();
-                    let t = minimum(&|t| sign * value(t), w[0].0, w[2].0);
-                    (t, value(t))
-                })
-                .collect();
-            points.extend(turns);
-            points.sort_by(|a, b| a.0.total_cmp(&b.0));
-            for (t, now) in points {
+        for (step, (start, _)) in self.dense.steps().enumerate() {
+            let quantity = self.on_step(step);
+            let value = |t: f64| quantity.at(t) - level;
+            for (t, now) in quantity.points_about(level) {
                 if now == 0.0 || now.is_nan() {
                     continue;
                 }
@@ -153,17 +167,23 @@ impl<'t> Trace<'t> {
                     let low = if at == step { since } else { start };
                     let first = if at == step { last } else { value(start) };
                     let time = if first * now < 0.0 { bisect(&value, low, t, first) } else { start };
-                    crossings.push(Crossing { time, rising: now > 0.0 });
+                    if !found(Crossing { time, rising: now > 0.0 }) {
+                        return;
+                    }
                 }
                 before = Some((step, t, now));
             }
         }
-        crossings
     }
 
     /// The first crossing of `level`.
     pub fn first_crossing(&self, level: f64) -> Option<Crossing> {
-        self.crossings(level).first().copied()
+        let mut first = None;
+        self.each_crossing(level, |crossing| {
+            first = Some(crossing);
+            false
+        });
+        first
     }
 
     /// The last crossing of `level`.
@@ -192,10 +212,15 @@ impl<'t> Trace<'t> {
         self.largest(from, &f64::abs)
     }
 
+    /// The largest of a convex `measure`.
     fn largest(&self, from: f64, measure: &dyn Fn(f64) -> f64) -> Result<Extremum, SimError> {
         let mut best = Extremum { time: from, value: measure(self.at(from)?) };
         for (step, (start, end)) in self.dense.steps().enumerate().filter(|(_, (_, end))| *end > from) {
-            let value = |t: f64| measure(self.on_step(step, t));
+            let quantity = self.on_step(step);
+            if quantity.enclosure().is_some_and(|(low, high)| measure(low).max(measure(high)) <= best.value) {
+                continue;
+            }
+            let value = |t: f64| measure(quantity.at(t));
             let points: Vec<(f64, f64)> = grid(start.max(from), end).map(|t| (t, value(t))).collect();
             let mut consider = |time: f64, value: f64| {
                 if value > best.value {
@@ -211,6 +236,79 @@ impl<'t> Trace<'t> {
             }
         }
         Ok(best)
+    }
+}
+
+/// A quantity on one step.
+struct OnStep<'a> {
+    span: (f64, f64),
+    form: Form<'a>,
+}
+
+enum Form<'a> {
+    /// By its values at the nodes.
+    Polynomial([f64; NODES]),
+    /// Of the polynomials with these values at the nodes.
+    Norm(Vec<[f64; NODES]>),
+    Any(&'a Dense, usize, &'a dyn Fn(f64, &[f64]) -> f64),
+}
+
+impl OnStep<'_> {
+    fn at(&self, t: f64) -> f64 {
+        match &self.form {
+            Form::Polynomial(nodes) => Place::of(self.span, t).value(nodes),
+            Form::Norm(parts) => {
+                let place = Place::of(self.span, t);
+                parts.iter().map(|nodes| place.value(nodes).powi(2)).sum::<f64>().sqrt()
+            }
+            Form::Any(dense, step, read) => {
+                let mut row = vec![0.0; dense.width()];
+                dense.on_step(*step, t, 0, &mut row);
+                read(t, &row)
+            }
+        }
+    }
+
+    /// What encloses the quantity on the step, where that is known.
+    fn enclosure(&self) -> Option<(f64, f64)> {
+        match &self.form {
+            Form::Polynomial(nodes) => enclosure(nodes),
+            Form::Norm(parts) => {
+                let (mut least, mut largest) = (0.0, 0.0);
+                for nodes in parts {
+                    let (low, high) = enclosure(nodes)?;
+                    least += low.max(-high).max(0.0).powi(2);
+                    largest += high.max(-low).powi(2);
+                }
+                Some((least.sqrt() * (1.0 - 1e-15), largest.sqrt() * (1.0 + 1e-15)))
+            }
+            Form::Any(..) => None,
+        }
+    }
+
+    /// Times on the step with what the quantity exceeds `level` by, among them one on each side of a crossing: the ends
+    /// alone where the quantity keeps its side.
+    fn points_about(&self, level: f64) -> Vec<(f64, f64)> {
+        let (start, end) = self.span;
+        let value = |t: f64| self.at(t) - level;
+        if self.enclosure().is_some_and(|(low, high)| low > level || high < level) {
+            return vec![(start, value(start)), (end, value(end))];
+        }
+        let mut points: Vec<(f64, f64)> = grid(start, end).map(|t| (t, value(t))).collect();
+        // Turning points between the grid points, on the far side of the level.
+        let turns: Vec<(f64, f64)> = points
+            .windows(3)
+            .filter(|w| w.iter().all(|p| p.1 * w[1].1 > 0.0))
+            .filter(|w| w[1].1.abs() <= w[0].1.abs() && w[1].1.abs() <= w[2].1.abs())
+            .map(|w| {
+                let sign = w[1].1.signum();
+                let t = minimum(&|t| sign * value(t), w[0].0, w[2].0);
+                (t, value(t))
+            })
+            .collect();
+        points.extend(turns);
+        points.sort_by(|a, b| a.0.total_cmp(&b.0));
+        points
     }
 }
 

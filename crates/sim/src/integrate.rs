@@ -12,6 +12,7 @@
 //! not: the rate falls as 1/t, and an explicit method follows it with steps that grow in proportion to t.
 
 use std::cell::RefCell;
+use std::time::Instant;
 
 use crate::dense::{Dense, NODE, NODES};
 use crate::dop853::Dop853;
@@ -43,11 +44,21 @@ pub struct Settings {
     pub max_steps: usize,
     /// Longest step (default infinite).
     pub max_step: f64,
+    /// Time limit: no step starts after this instant (default none), [`SimError::TimeLimit`]. Without a limit the result
+    /// does not depend on the machine's speed.
+    pub end: Option<Instant>,
 }
 
 impl Default for Settings {
     fn default() -> Self {
-        Self { integrator: Integrator::Auto, rtol: 1e-11, atol: 1e-12, max_steps: 1_000_000, max_step: f64::INFINITY }
+        Self {
+            integrator: Integrator::Auto,
+            rtol: 1e-11,
+            atol: 1e-12,
+            max_steps: 1_000_000,
+            max_step: f64::INFINITY,
+            end: None,
+        }
     }
 }
 
@@ -60,6 +71,14 @@ impl Settings {
             return Err(SimError::NotPositive { what: "max_step", value: self.max_step });
         }
         Ok(())
+    }
+
+    /// Ends a run at its time limit.
+    pub(crate) fn check_time(&self, t: f64) -> Result<(), SimError> {
+        match self.end {
+            Some(end) if Instant::now() >= end => Err(SimError::TimeLimit { time: t }),
+            _ => Ok(()),
+        }
     }
 
     fn tolerance(&self) -> Tolerance {
@@ -78,7 +97,8 @@ impl Settings {
 /// ```
 /// # Errors
 /// [`SimError::TimeSpan`], [`SimError::NotFinite`] and [`SimError::NotPositive`] for bad input; [`SimError::BlowUp`],
-/// [`SimError::Singular`], [`SimError::StepSize`] or [`SimError::TooManySteps`] where the solution cannot be continued.
+/// [`SimError::Singular`], [`SimError::StepSize`], [`SimError::TooManySteps`] or [`SimError::TimeLimit`] where the solution is
+/// not continued.
 pub fn solve(
     f: impl Fn(f64, &[f64], &mut [f64]),
     start: f64,
@@ -256,6 +276,7 @@ impl Stepper {
             if self.steps >= self.settings.max_steps {
                 return Err(SimError::TooManySteps { time: t, step: h, steps: self.steps });
             }
+            self.settings.check_time(t)?;
             self.steps += 1;
             if !(last || h > 8.0 * f64::EPSILON * t.abs().max(f64::MIN_POSITIVE)) {
                 let reached = undefined.take();

@@ -5,7 +5,7 @@ use nalgebra::DMatrix;
 
 use crate::dense::Dense;
 use crate::error::{SimError, check_positive};
-use crate::events::Trace;
+use crate::events::{Difference, Trace};
 use crate::scores::{Merits, ScoreGrid};
 use crate::sensor::Sampling;
 use crate::view::View;
@@ -277,7 +277,7 @@ impl Trajectory {
         let Some(&state) = states.get(component) else {
             return Err(SimError::Index { what: "component of the error", index: component, count });
         };
-        Ok(Trace::of_columns(&self.dense, vec![state, estimate + component], |_, entries| entries[0] - entries[1]))
+        Ok(Trace::difference(&self.dense, Difference { of: state, from: estimate + component, scale: 1.0 }))
     }
 
     /// `|e|`, the Euclidean norm of an observer's error, as a function of time. The estimate of a sampled observer is
@@ -292,14 +292,9 @@ impl Trajectory {
     /// `sqrt(sum_i (e_i / scale_i)^2)` as a function of time.
     pub(crate) fn scaled_norm(&self, observer: &str, scale: &[f64]) -> Result<Trace<'_>, SimError> {
         let ObserverLayout { estimate, states, .. } = self.place(observer)?;
-        let count = states.len();
-        let columns = states.iter().copied().chain(*estimate..estimate + count).collect();
-        let scale = scale.to_vec();
-        Ok(Trace::of_columns(&self.dense, columns, move |_, entries| {
-            let (states, estimates) = entries.split_at(count);
-            let errors = states.iter().zip(estimates).zip(&scale).map(|((x, xhat), scale)| (x - xhat) / scale);
-            errors.map(|error| error * error).sum::<f64>().sqrt()
-        }))
+        let pairs = states.iter().zip(*estimate..).zip(scale);
+        let differences = pairs.map(|((&of, from), &scale)| Difference { of, from, scale }).collect();
+        Ok(Trace::norm(&self.dense, differences))
     }
 
     fn place(&self, observer: &str) -> Result<&ObserverLayout, SimError> {

@@ -45,7 +45,7 @@ pub enum StudyError {
     #[error("{0}")]
     TooExpensive(Excess),
     /// The time limit was reached. Finished files are on disk.
-    #[error("stopped at the time limit ({}): finished results are in the results folder; a longer limit: --limit time=48h", crate::execute::duration(*.limit))]
+    #[error("stopped at the time limit ({}): finished results are kept; a longer limit: --limit time=48h", crate::execute::duration(*.limit))]
     TimeLimit {
         /// The limit in seconds.
         limit: f64,
@@ -87,7 +87,7 @@ pub enum StudyError {
     #[error("{0} threads could not be started")]
     Threads(usize),
     /// The user interrupted. Finished files are on disk.
-    #[error("interrupted: finished results are in the results folder")]
+    #[error("interrupted: finished results are kept")]
     Interrupted,
 }
 

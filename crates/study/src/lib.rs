@@ -12,11 +12,13 @@
 //! | [`table`] | CSV: measured logs, tables of inputs |
 //! | [`design`] | design of each observer, or why it is not applicable |
 //! | [`deployment`] | observers of a study as they run on a target |
+//! | [`closed_loop`] | the feedback of a study on a target |
 //! | [`execute`](mod@execute), [`results`] | the steps; their results |
 //! | [`template`], [`import`](mod@import) | commented example studies; plants from MATLAB, numpy and JSON files |
 
 #![deny(missing_docs)]
 
+pub mod closed_loop;
 pub mod deployment;
 pub mod design;
 pub mod diagnostic;
@@ -34,7 +36,9 @@ pub mod template;
 
 pub use diagnostic::{Diagnostic, Diagnostics};
 pub use error::StudyError;
-pub use execute::{Estimate, Excess, Limits, Progress, RunOptions, Step, estimate, execute, run, write_folder};
+pub use execute::{
+    Estimate, Excess, Limits, Progress, RunOptions, Step, estimate, execute, execute_in_part, run, write_folder,
+};
 pub use luenberger_expression::nearest;
 pub use read::Format;
 pub use results::Results;

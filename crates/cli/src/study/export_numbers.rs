@@ -2,7 +2,7 @@
 
 use crate::arguments::{ExportInput, Language, Precision};
 use crate::failure::Failure;
-use luenberger_export::{Export, ExportError, File, FixedPointFormats, Scalar};
+use luenberger_export::{Export, ExportError, File, FixedPointFormats, Scalar, golden};
 use luenberger_proof::statement::{Format, Formats};
 
 /// The numbers on the target.
@@ -16,6 +16,7 @@ impl Numbers {
     /// What `--format`, `--gains` and `--to` ask for.
     pub(super) fn of(input: &ExportInput) -> Result<Self, Failure> {
         match (input.format, input.gains) {
+            (Precision::Fixed(_), _) if input.feedback => Err(Failure::Usage("--feedback is for floating point")),
             (Precision::Fixed(_), _) if !matches!(input.to, Language::C) => {
                 Err(Failure::Usage("fixed point is for --to c; in Rust, luenberger-observers has FixedPointObserver"))
             }
@@ -69,11 +70,28 @@ impl Numbers {
         }
     }
 
-    /// The files in C, and what a step costs.
+    /// Whether the format holds the numbers of the observer.
+    pub(super) fn check(self, export: &Export) -> Result<(), ExportError> {
+        self.cost(export).map(|_| ())
+    }
+
+    /// The files in C.
     pub(super) fn c(self, export: &Export) -> Result<Vec<File>, ExportError> {
         match self {
             Self::Floating(_) => export.c(),
             Self::Fixed(formats) => Ok(export.fixed_point(formats)?.c()),
+        }
+    }
+
+    /// The estimates of the exported observer for given inputs and outputs, one pair for each sample.
+    pub(super) fn replay(
+        self,
+        export: &Export,
+        samples: &[(Vec<f64>, Vec<f64>)],
+    ) -> Result<Vec<Vec<f64>>, ExportError> {
+        match self {
+            Self::Floating(_) => golden::replay(export, samples),
+            Self::Fixed(formats) => Ok(export.fixed_point(formats)?.replay(samples)),
         }
     }
 

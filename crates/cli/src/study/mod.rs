@@ -19,7 +19,7 @@ use crate::input::Source;
 use crate::limit::limits;
 use crate::progress::Bar;
 use file::{read, renamed};
-use luenberger_study::{RunOptions, Step, execute};
+use luenberger_study::{RunOptions, Step, execute_in_part};
 use std::path::PathBuf;
 
 pub(crate) use export::export;
@@ -36,17 +36,22 @@ pub(crate) fn step(step: Step, input: &StudyInput) -> Result<Answer, Failure> {
         progress: &|progress| bar.tell(progress.stage, progress.item, progress.done, progress.total),
         cancel: interrupt::flag(),
         threads: input.threads,
+        ..RunOptions::default()
     };
     cost::announce(&study, step, &options.limits, options.threads())?;
-    let executed = execute(&study, step, &options);
+    let executed = execute_in_part(&study, step, &options);
     bar.finish();
-    let results = executed?;
+    let (results, stopped) = executed?;
     if let Some(folder) = &options.output {
         renamed(folder, &results.renamed);
     }
     let failures = results.failures();
     let text = text_report::results(step, &results, &failures, options.output.as_deref());
-    Ok(Answer::new(text, &results)?.negative(!failures.is_empty()))
+    let answer = Answer::new(text, &results)?.negative(!failures.is_empty());
+    match stopped {
+        None => Ok(answer),
+        Some(error) => Err(Failure::Stopped { error, finished: Box::new(answer) }),
+    }
 }
 
 /// Results folder: the one given, or by default `study-results` for `study.toml` and for standard input, if the results

@@ -4,3 +4,4 @@ mod c_math;
 mod compiled;
 mod fixed_point;
 mod fmu;
+mod fuzz;

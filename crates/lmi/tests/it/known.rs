@@ -1,7 +1,10 @@
 //! Small problems whose answers are known in closed form, and the ways a problem can be ill-posed.
 
+use std::time::{Duration, Instant};
+
 use approx::assert_relative_eq;
-use luenberger_lmi::{Fault, LmiError, Problem, block, greatest_parameter, he, identity, trace};
+use luenberger_lmi::{Fault, LmiError, Problem, Settings, block, greatest_parameter, he, identity, trace};
+use luenberger_proof::Verdict;
 use nalgebra::{DMatrix, dmatrix};
 
 /// Boyd, El Ghaoui, Feron and Balakrishnan, Linear Matrix Inequalities in System and Control Theory (1994), section 2.5:
@@ -246,4 +249,18 @@ fn an_unknown_of_another_problem_has_no_value() {
     let mut other = Problem::new();
     assert!(solution.value(&other.symmetric("P", 2)).iter().all(|x| x.is_nan()));
     assert!(solution.value(&p).iter().all(|x| x.is_finite()) && solution.margin("P > 0").unwrap() > 0.0);
+}
+
+/// After the time limit nothing is decided, and nothing wrong is said.
+#[test]
+fn no_iteration_starts_after_the_time_limit() {
+    let mut lmi = Problem::new();
+    let p = lmi.symmetric("P", 2);
+    lmi.constrain("decrease", he(&p * dmatrix![-1.0, 0.0; 0.0, -2.0]) << 0.0);
+    lmi.constrain("P > 0", &p >> 0.0);
+    let at = |end: Instant| lmi.solve_with(&Settings { end: Some(end), ..Settings::default() }).unwrap();
+    let stopped = at(Instant::now());
+    assert!(matches!(stopped.verdict, Verdict::Undecided { .. }), "{:?}", stopped.verdict);
+    assert_eq!(stopped.effort.iterations, 0);
+    assert!(at(Instant::now() + Duration::from_secs(3600)).verdict.is_proved());
 }

@@ -4,7 +4,8 @@ use luenberger_lmi::sdpa::{self, NoBoundReason, Status};
 use luenberger_lmi::{Problem, Settings, Solver, greatest_parameter_with, he};
 use nalgebra::dmatrix;
 
-const CLARABEL: Settings = Settings { solver: Solver::Clarabel, iterations: 100, closeness: 1e-6, referee: 400 };
+const CLARABEL: Settings =
+    Settings { solver: Solver::Clarabel, iterations: 100, closeness: 1e-6, referee: 400, end: None };
 
 /// minimise x subject to [[x, 1], [1, x]] >= 0: the optimum is 1.
 const SWAP: &[u8] = b"1\n1\n2\n1.0\n0 1 1 2 -1.0\n1 1 1 1 1.0\n1 1 2 2 1.0\n";

@@ -96,6 +96,7 @@ impl<'r> March<'r> {
     }
 
     fn note(&mut self, t: f64, row: Option<usize>, estimate: &[f64]) -> Result<(), SimError> {
+        self.settings.check_time(t)?;
         check_finite(&format!("the estimate of observer {:?} at t = {t}", self.entry.name), estimate)?;
         self.t.push(t);
         self.row.push(row);

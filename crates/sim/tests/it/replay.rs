@@ -37,6 +37,15 @@ fn apart(samples: usize, inputs: Between, outputs: Between) -> f64 {
     (&linear.estimate - &run.observers[0].estimate).amax()
 }
 
+/// The time limit of a replay, which acts at every row.
+#[test]
+fn a_replay_ends_at_its_time_limit() {
+    let settings = Settings { end: Some(std::time::Instant::now()), ..Settings::default() };
+    let replay = Replay::new(double_integrator(), recording(&simulated(5))).settings(settings);
+    let error = replay.observer("linear", observer(), &[0.0, 0.0]).run().unwrap_err();
+    assert!(matches!(error, SimError::TimeLimit { time: 0.0 }), "{error}");
+}
+
 /// Straight lines miss a quantity by `h^2/8` of its second derivative: here |y''| = |u| <= 1 and |u''| <= 1. The error
 /// `d' = (A - L C) d + L dy + B du` has the poles -2 and -5; the integral of `|exp((A - L C) t) [L B]|` is below 4 in
 /// each row.

@@ -1,6 +1,8 @@
 //! Runs as a whole: accuracy against closed forms and between integrators, the paper's Example 1, stiff starts,
 //! blow-up, sampled data, noise, feedback, and bad input.
 
+use std::time::{Duration, Instant};
+
 use approx::assert_abs_diff_eq;
 use approx::assert_relative_eq;
 use luenberger_observers::{
@@ -223,6 +225,23 @@ fn a_stiff_plant_is_finished_implicitly() {
     assert_abs_diff_eq!(solution.at(10.0).unwrap()[0], 10f64.cos() + 1e-6 * 10f64.sin(), epsilon = 1e-9);
     let explicit = Settings { integrator: Integrator::Explicit, ..settings };
     assert!(matches!(solve(stiff, 0.0, 10.0, &[0.0], &explicit), Err(SimError::TooManySteps { steps: 50_000, .. })));
+}
+
+/// No step starts after the time limit: this one is over at once, and the one of an hour changes nothing.
+#[test]
+fn a_run_ends_at_its_time_limit() {
+    let run = |end: Instant| {
+        Scenario::new(double_integrator())
+            .initial_state(&[1.0, 0.0])
+            .observer("linear", LinearObserver::of(double_integrator(), l()).unwrap(), &[0.0, 0.0])
+            .until(4.0, 11)
+            .settings(Settings { end: Some(end), ..Settings::default() })
+            .run()
+    };
+    let error = run(Instant::now()).unwrap_err();
+    assert!(matches!(error, SimError::TimeLimit { time: 0.0 }) && error.ends_run(), "{error}");
+    assert_eq!(error.to_string(), "stopped at t = 0 by the time limit");
+    assert!(run(Instant::now() + Duration::from_secs(3600)).is_ok());
 }
 
 #[test]

@@ -1,5 +1,7 @@
 //! Designs for plants in discrete time, `x+ = f(x, u)`.
 
+use std::time::Instant;
+
 use luenberger_design::{DesignError, DiscreteDesign, DiscreteLpvDesign, GainOptions, Region, SampledCubicDesign};
 use luenberger_observers::kalman::{ExtendedKalmanFilter, NoiseModel};
 use luenberger_plants::StateSpace;
@@ -15,7 +17,7 @@ use crate::study::{GainSpec, LinearSpec, ObserverKind, ObserverSpec, RateSpec, S
 /// The kinds that there are.
 const KINDS: &str = "luenberger, kalman, sampled-cubic, lpv and extended-kalman";
 
-pub(super) fn design(study: &Study, wish: &ObserverSpec, dt: f64) -> Result<Designed, NoDesign> {
+pub(super) fn design(study: &Study, wish: &ObserverSpec, dt: f64, end: Option<Instant>) -> Result<Designed, NoDesign> {
     let kind = wish.kind.name();
     let linear = || study.plant.model.linear().ok_or_else(|| explain::not_linear(study, wish));
     let explained = |misfit| explain::misfit(study, wish, &misfit);
@@ -40,7 +42,7 @@ pub(super) fn design(study: &Study, wish: &ObserverSpec, dt: f64) -> Result<Desi
             extended(study, (w, v, p0), dt, *gate).map_err(explained)?
         }
         ObserverKind::Lpv { region, rate } => {
-            let options = wish.limits.options(study.solver);
+            let options = wish.limits.options(study.solver, end);
             lpv(study, region, rate, dt, &options).map_err(explained)?
         }
         _ => {

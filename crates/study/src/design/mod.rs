@@ -14,6 +14,7 @@ pub(crate) use noise_gain::SPEED_RATIO;
 pub use runnable::{At, Chains, Runnable};
 
 use std::sync::atomic::AtomicBool;
+use std::time::Instant;
 
 use luenberger_design::numerical_kkl::NumericalKklError;
 use luenberger_design::{Certificate, DesignError, DiscreteDesign, Fact, GainOptions, LinearDesign, ProvedTheorem};
@@ -60,15 +61,38 @@ impl From<FailureReport> for NoDesign {
 /// # Errors
 /// [`NoDesign`].
 pub fn design(study: &Study, wish: &ObserverSpec, cancel: &AtomicBool) -> Result<Designed, NoDesign> {
-    study.plant.names().with(|| in_words(study, wish, cancel))
+    design_until(study, wish, cancel, None)
 }
 
-/// As [`design`], with the names of the study in all messages.
-fn in_words(study: &Study, wish: &ObserverSpec, cancel: &AtomicBool) -> Result<Designed, NoDesign> {
+/// As [`design`], stopped at the instant `end` if there is one: matrix inequalities are solved no further, and a design
+/// that fails for it is [`NoDesign::Interrupted`].
+///
+/// # Errors
+/// [`NoDesign`].
+pub fn design_until(
+    study: &Study,
+    wish: &ObserverSpec,
+    cancel: &AtomicBool,
+    end: Option<Instant>,
+) -> Result<Designed, NoDesign> {
+    let designed = study.plant.names().with(|| in_words(study, wish, cancel, end));
+    match designed {
+        Err(_) if end.is_some_and(|end| Instant::now() >= end) => Err(NoDesign::Interrupted),
+        designed => designed,
+    }
+}
+
+/// As [`design_until`], with the names of the study in all messages.
+fn in_words(
+    study: &Study,
+    wish: &ObserverSpec,
+    cancel: &AtomicBool,
+    end: Option<Instant>,
+) -> Result<Designed, NoDesign> {
     let model = &study.plant.model;
-    let options = wish.limits.options(study.solver);
+    let options = wish.limits.options(study.solver, end);
     if let Some(dt) = study.plant.dt {
-        return discrete::design(study, wish, dt);
+        return discrete::design(study, wish, dt, end);
     }
     // A nonlinear plant is linearised at the operating point, and the observer shifted there.
     let shift = if model.linear().is_some() { None } else { study.operating_point.as_ref() };

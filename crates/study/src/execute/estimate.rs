@@ -172,7 +172,7 @@ fn one_run(study: &Study, simulation: &Simulation) -> f64 {
     let plant = Study { input: study.input.program().cloned().map_or(Input::Zero, Input::Program), ..study.clone() };
     let began = Instant::now();
     // A plant that cannot be simulated is estimated as zero; the run itself reports the error.
-    let _ = simulate::trajectory(&plant, &short, &[], None, Variation::NONE);
+    let _ = simulate::trajectory(&plant, &short, &[], None, Variation::NONE, None);
     let plant = began.elapsed().as_secs_f64() / SHARE * WITH_OBSERVER;
     let size = study.plant.model.size();
     let columns = (1 + 2 * size.states + size.inputs + size.outputs) as f64;

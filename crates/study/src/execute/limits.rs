@@ -14,8 +14,8 @@ use crate::error::StudyError;
 pub struct Limits {
     /// Memory in bytes: an execution whose estimate exceeds it is refused (default 4 GiB).
     pub memory: f64,
-    /// Time in seconds: an execution whose estimate exceeds it is refused, and one that takes longer is stopped with its
-    /// finished results kept (default 24 h).
+    /// Time in seconds: an execution whose estimate exceeds it is refused, and one that takes longer is stopped, also
+    /// within a design or an integration, with its finished results kept (default 24 h).
     pub seconds: f64,
 }
 
@@ -91,10 +91,10 @@ pub(super) fn timed<T>(
     options: &RunOptions<'_>,
     work: impl FnOnce(&RunOptions<'_>) -> Result<T, StudyError>,
 ) -> Result<T, StudyError> {
-    let limit = options.limits.seconds;
-    let Some(end) = Duration::try_from_secs_f64(limit).ok().and_then(|limit| Instant::now().checked_add(limit)) else {
-        return work(options);
-    };
+    let (start, limit) = (Instant::now(), options.limits.seconds);
+    let limited = Duration::try_from_secs_f64(limit).ok().and_then(|limit| start.checked_add(limit));
+    let Some(end) = limited.into_iter().chain(options.until).min() else { return work(options) };
+    let limit = if limited == Some(end) { limit } else { end.saturating_duration_since(start).as_secs_f64() };
     let (stop, done) = (AtomicBool::new(false), AtomicBool::new(false));
     let pass_on = || {
         if options.cancel.load(Ordering::Relaxed) {
@@ -115,7 +115,13 @@ pub(super) fn timed<T>(
                 std::thread::park_timeout(POLL);
             }
         });
-        let inner = RunOptions { output: options.output.clone(), progress: &progress, cancel: &stop, ..*options };
+        let inner = RunOptions {
+            output: options.output.clone(),
+            progress: &progress,
+            cancel: &stop,
+            until: Some(end),
+            ..*options
+        };
         let result = work(&inner);
         done.store(true, Ordering::Relaxed);
         watch.thread().unpark();

@@ -1,6 +1,8 @@
 //! The observers on a measured log: no plant is simulated; figures of merit are the innovations, and the errors where
 //! the log has the true states.
 
+use std::time::Instant;
+
 use luenberger_proof::wording::significant;
 use luenberger_sim::replay::{Replay, ReplayedObserver};
 use luenberger_sim::{Between, Settings, SimError};
@@ -13,8 +15,9 @@ use super::simulate::Run;
 use crate::results::{ConsistencyReport, InnovationOf, InnovationReport, LogColumn, LogReport, StateScore};
 use crate::study::{Log, Study};
 
-fn replay(study: &Study, log: &Log, member: &Member<'_>) -> Result<ReplayedObserver, SimError> {
-    let settings = Settings { rtol: 1e-9, ..study.simulation.as_ref().map_or_else(Settings::default, |s| s.settings) };
+fn replay(study: &Study, log: &Log, member: &Member<'_>, until: Option<Instant>) -> Result<ReplayedObserver, SimError> {
+    let settings =
+        Settings { rtol: 1e-9, end: until, ..study.simulation.as_ref().map_or_else(Settings::default, |s| s.settings) };
     let replay = Replay::new(&study.plant.model, log.recording.clone()).settings(settings);
     let name = member.wish.name.as_str();
     member.designed.runnable.replay(replay, name, &member.wish.initial).run()?.observer(name).cloned()
@@ -126,7 +129,7 @@ pub(super) fn all<'a>(
         if options.interrupted() {
             return None;
         }
-        let outcome = replay(study, log, member).and_then(|replayed| {
+        let outcome = replay(study, log, member, options.until).and_then(|replayed| {
             let report = report(study, log, &replayed)?;
             let mut warnings = locked_out(study, log, &replayed);
             warnings.extend(warning(study, log, &replayed, member.designed.runnable.period()));

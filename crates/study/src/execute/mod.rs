@@ -24,7 +24,7 @@ pub use options::{Progress, RunOptions, Step};
 use luenberger_figures::Figure;
 use luenberger_plants::StateSpace;
 
-use crate::design::{Designed, NoDesign, design, matrix, number};
+use crate::design::{Designed, NoDesign, design_until, matrix, number};
 use crate::error::StudyError;
 use crate::model::Model;
 use crate::read::file_name;
@@ -64,22 +64,59 @@ fn member<'a, 'b>(members: &'b [Member<'a>], name: &str) -> Option<&'b Member<'a
 /// files that cannot be written. An observer that is not applicable, or a simulation that diverges, is not an error: see
 /// [`Results::failures`].
 pub fn execute(study: &Study, step: Step, options: &RunOptions<'_>) -> Result<Results, StudyError> {
+    match execute_in_part(study, step, options)? {
+        (results, None) => Ok(results),
+        (_, Some(stopped)) => Err(stopped),
+    }
+}
+
+/// As [`execute()`], with what was finished before an interruption or the time limit beside that error.
+///
+/// # Errors
+/// As [`execute()`] but for [`StudyError::Interrupted`] and [`StudyError::TimeLimit`].
+pub fn execute_in_part(
+    study: &Study,
+    step: Step,
+    options: &RunOptions<'_>,
+) -> Result<(Results, Option<StudyError>), StudyError> {
     check(study, step)?;
     estimate::memory(study, step, options.threads()).within(&options.limits)?;
     let folder = Folder::open(options.output.clone(), options.force)?;
-    let executed = limits::timed(options, |options| match options.threads {
-        None => stages(study, step, options, &folder),
-        Some(threads) => {
-            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
-            pool.map_err(|_| StudyError::Threads(threads))?.install(|| stages(study, step, options, &folder))
+    let mut results = Results {
+        title: study.title.clone(),
+        about: study.about.clone(),
+        plant: summary(study),
+        operating_point: study.operating_point.as_ref().map(observe::operating_point).transpose()?,
+        observability: None,
+        observers: Vec::new(),
+        simulation: None,
+        filters: Vec::new(),
+        log: None,
+        sweep: None,
+        warnings: Vec::new(),
+        files: Vec::new(),
+        renamed: Vec::new(),
+    };
+    let executed = limits::timed(options, |options| {
+        let mut work = || stages(study, step, options, &folder, &mut results);
+        match options.threads {
+            None => work(),
+            Some(threads) => {
+                let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
+                pool.map_err(|_| StudyError::Threads(threads))?.install(work)
+            }
         }
     });
-    let stopped = matches!(executed, Err(StudyError::Interrupted | StudyError::TimeLimit { .. }));
-    if executed.is_err() && !stopped {
-        return executed;
+    let stopped = match executed {
+        Ok(()) => None,
+        Err(error @ (StudyError::Interrupted | StudyError::TimeLimit { .. })) => Some(error),
+        Err(error) => return Err(error),
+    };
+    if stopped.is_some() {
+        save(&folder, &mut results)?;
     }
-    let renamed = folder.finish(step.name(), (study.source.name(), study.source.text()))?;
-    executed.map(|results| Results { renamed, ..results })
+    results.renamed = folder.finish(step.name(), (study.source.name(), study.source.text()))?;
+    Ok((results, stopped))
 }
 
 /// Writes files into a folder, in place of those that an earlier run of any command wrote there; `study` is recorded in
@@ -107,7 +144,23 @@ pub(crate) fn plant_run(study: &Study, simulation: &crate::study::Simulation) ->
     if simulate::fed(study).is_some() {
         return None;
     }
-    simulate::trajectory(study, simulation, &[], None, simulate::Variation::NONE).ok()
+    simulate::trajectory(study, simulation, &[], None, simulate::Variation::NONE, None).ok()
+}
+
+/// Whether the input of the plant is a feedback of this observer's estimate.
+pub(crate) fn is_fed(study: &Study, observer: &str) -> bool {
+    simulate::fed(study) == Some(observer)
+}
+
+/// The run with an observer at given times; none if it cannot be simulated.
+pub(crate) fn run_at(
+    study: &Study,
+    simulation: &crate::study::Simulation,
+    members: &[Member<'_>],
+    member: &Member<'_>,
+    times: &[f64],
+) -> Option<luenberger_sim::Trajectory> {
+    simulate::trajectory_at(study, simulation, members, Some(member), simulate::Variation::NONE, times).ok()
 }
 
 /// All steps of a study: [`execute()`] with [`Step::Run`].
@@ -131,22 +184,13 @@ fn check(study: &Study, step: Step) -> Result<(), StudyError> {
     }
 }
 
-fn stages(study: &Study, step: Step, options: &RunOptions<'_>, folder: &Folder) -> Result<Results, StudyError> {
-    let mut results = Results {
-        title: study.title.clone(),
-        about: study.about.clone(),
-        plant: summary(study),
-        operating_point: study.operating_point.as_ref().map(observe::operating_point).transpose()?,
-        observability: None,
-        observers: Vec::new(),
-        simulation: None,
-        filters: Vec::new(),
-        log: None,
-        sweep: None,
-        warnings: Vec::new(),
-        files: Vec::new(),
-        renamed: Vec::new(),
-    };
+fn stages(
+    study: &Study,
+    step: Step,
+    options: &RunOptions<'_>,
+    folder: &Folder,
+    results: &mut Results,
+) -> Result<(), StudyError> {
     let all = step == Step::Run;
     // A nonlinear plant is linearized along its trajectory, which depends on the observers under feedback.
     let designs = if step == Step::Observe && simulate::fed(study).is_none() {
@@ -159,7 +203,8 @@ fn stages(study: &Study, step: Step, options: &RunOptions<'_>, folder: &Folder) 
     let observers = study.observers.iter().zip(&designs).filter_map(described).collect();
     if options.interrupted() {
         results.observers = observers;
-        save(folder, &mut results)?;
+        let open = study.observers.iter().zip(&designs).filter(|(_, outcome)| outcome.is_none());
+        results.warnings.extend(unfinished("design", open.map(|(wish, _)| wish.name.as_str())));
         return Err(StudyError::Interrupted);
     }
     let members: Vec<Member<'_>> = study
@@ -170,17 +215,17 @@ fn stages(study: &Study, step: Step, options: &RunOptions<'_>, folder: &Folder) 
         .collect();
     if all || step == Step::Observe {
         options.check()?;
-        results.observability = Some(observe::observability(study, &members)?);
+        results.observability = Some(observe::observability(study, &members, options)?);
         options.tell("observe", "observability", 1, 1);
-        save(folder, &mut results)?;
+        save(folder, results)?;
     }
     if step == Step::Observe {
-        return Ok(results);
+        return Ok(());
     }
     results.observers = observers;
-    results.warnings = warn::of_designs(study, &results);
+    results.warnings = warn::of_designs(study, results);
     results.warnings.extend(designs.iter().flatten().filter_map(|outcome| outcome.open.clone()));
-    save(folder, &mut results)?;
+    save(folder, results)?;
 
     let mut figures: Vec<(String, Figure)> = Vec::new();
     if let (Some(simulation), true) = (&study.simulation, all || matches!(step, Step::Simulate | Step::Compare)) {
@@ -200,7 +245,9 @@ fn stages(study: &Study, step: Step, options: &RunOptions<'_>, folder: &Folder) 
         }
         let of: Vec<_> = simulated.runs.iter().filter_map(|(member, run)| Some((member, run.as_ref()?))).collect();
         results.warnings.extend(simulated.warnings);
-        save(folder, &mut results)?;
+        let reached: Vec<&str> = simulated.runs.iter().map(|(member, _)| member.wish.name.as_str()).collect();
+        results.warnings.extend(unfinished("simulation", names(&members, &reached)));
+        save(folder, results)?;
         options.check()?;
         let alone;
         // The plant is drawn from the run with the most rows.
@@ -209,7 +256,7 @@ fn stages(study: &Study, step: Step, options: &RunOptions<'_>, folder: &Folder) 
             Some((_, run)) => Some(*run),
             // No observer run finished: the plant alone, if it can be simulated.
             None if simulate::fed(study).is_none() => {
-                match simulate::trajectory(study, simulation, &[], None, simulate::Variation::NONE) {
+                match simulate::trajectory(study, simulation, &[], None, simulate::Variation::NONE, options.until) {
                     Ok(trajectory) => {
                         alone = simulate::samples(simulation, &trajectory, None);
                         folder.table("trajectories/plant", &pictures::table(study, &alone))?;
@@ -234,6 +281,8 @@ fn stages(study: &Study, step: Step, options: &RunOptions<'_>, folder: &Folder) 
         options.check()?;
         let (report, outcomes, warnings) = log::all(study, log, &members, options);
         results.warnings.extend(warnings);
+        let reached: Vec<&str> = outcomes.iter().map(|(member, _)| member.wish.name.as_str()).collect();
+        results.warnings.extend(unfinished("run on the log", names(&members, &reached)));
         results.log = Some(report);
         let of: Vec<_> = outcomes.iter().filter_map(|(member, run)| Some((member, run.as_ref()?))).collect();
         results.warnings.extend(excursion::warnings(study, &of));
@@ -241,7 +290,7 @@ fn stages(study: &Study, step: Step, options: &RunOptions<'_>, folder: &Folder) 
             let name = format!("trajectories/log-{}", file_name(&member.wish.name));
             folder.table(&name, &pictures::table(study, run))?;
         }
-        save(folder, &mut results)?;
+        save(folder, results)?;
         if let Some((_, first)) = of.first() {
             let drawn = pictures::figures(&pictures::Runs { study, first, of: of.clone(), measured: true });
             let own = |(id, figure): (String, Figure)| (format!("log-{id}"), figure);
@@ -255,7 +304,7 @@ fn stages(study: &Study, step: Step, options: &RunOptions<'_>, folder: &Folder) 
         folder.write("sweep.csv", csv.as_bytes())?;
         figures.extend(pictures::sweep(study, &report).into_iter().chain(pareto::sweep(study, &report)));
         results.sweep = Some(report);
-        save(folder, &mut results)?;
+        save(folder, results)?;
     }
     if folder.is_wanted() {
         for (count, (id, figure)) in figures.iter().enumerate() {
@@ -264,12 +313,22 @@ fn stages(study: &Study, step: Step, options: &RunOptions<'_>, folder: &Folder) 
             options.tell("figures", id, count + 1, figures.len());
         }
         if all {
-            folder.write("report.html", report::html(&results, figures, &folder.written())?.as_bytes())?;
+            folder.write("report.html", report::html(results, figures, &folder.written())?.as_bytes())?;
         }
-        save(folder, &mut results)?;
+        save(folder, results)?;
     }
-    options.check()?;
-    Ok(results)
+    options.check()
+}
+
+/// The observers that are not among those of these names.
+fn names<'a>(members: &'a [Member<'_>], but: &'a [&str]) -> impl Iterator<Item = &'a str> {
+    members.iter().map(|member| member.wish.name.as_str()).filter(|name| !but.contains(name))
+}
+
+/// What an interruption or the time limit has left undone of a stage.
+fn unfinished<'a>(stage: &str, names: impl Iterator<Item = &'a str>) -> Option<String> {
+    let names: Vec<&str> = names.collect();
+    (!names.is_empty()).then(|| format!("Not finished: {stage} of {}", names.join(", ")))
 }
 
 /// Writes the results so far.
@@ -300,7 +359,7 @@ fn designs(
         if options.interrupted() {
             return Ok(None);
         }
-        let designed = match design(study, wish, options.cancel) {
+        let designed = match design_until(study, wish, options.cancel, options.until) {
             Ok(designed) => Ok(designed),
             Err(NoDesign::Misfit(failure)) => Err(failure),
             Err(NoDesign::Interrupted) => return Ok(None),

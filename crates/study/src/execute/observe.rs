@@ -6,10 +6,11 @@ use luenberger_design::OperatingPoint;
 use luenberger_design::nonlinear_observability::{Instant, LieSettings, direction_in_words, lie_observability};
 use luenberger_linalg::{Mode, detectability, discrete_detectability, observability as of_pair};
 use luenberger_plants::Differentiable;
-use luenberger_sim::{GramianSettings, empirical_gramian};
+use luenberger_sim::{GramianSettings, Settings, SimError, empirical_gramian};
 use nalgebra::{DMatrix, DVector};
 
 use super::Member;
+use super::options::RunOptions;
 use super::simulate::{self, Variation};
 use crate::error::StudyError;
 use crate::results::{
@@ -36,11 +37,15 @@ pub(super) fn operating_point(point: &OperatingPoint) -> Result<OperatingPointRe
 
 /// A linear plant is analysed once. A nonlinear one is linearized along the trajectory of the study; without one, at
 /// the first row of a log and the origin.
-pub(super) fn observability(study: &Study, members: &[Member<'_>]) -> Result<ObservabilityReport, StudyError> {
+pub(super) fn observability(
+    study: &Study,
+    members: &[Member<'_>],
+    options: &RunOptions<'_>,
+) -> Result<ObservabilityReport, StudyError> {
     let order = study.plant.states.len();
     let points = match study.plant.model.linear() {
         Some(linear) => vec![at(study, &linear.a, &linear.c, None)?],
-        None => along(study, members)?
+        None => along(study, members, options)?
             .into_iter()
             .map(|(t, x, u)| {
                 let a = study.plant.model.state_jacobian(t, &x, &u);
@@ -54,16 +59,20 @@ pub(super) fn observability(study: &Study, members: &[Member<'_>]) -> Result<Obs
         // Lie derivatives are of plants in continuous time.
         _ if study.plant.dt.is_some() => None,
         Some(_) => None,
-        None => nonlinear(study, members)?,
+        None => nonlinear(study, members, options)?,
     };
     Ok(ObservabilityReport { points, order, rank, nonlinear })
 }
 
 /// Rank of the Lie derivatives of the output along the trajectory, and the empirical Gramian; none if a derivative does
 /// not exist.
-fn nonlinear(study: &Study, members: &[Member<'_>]) -> Result<Option<NonlinearObservability>, StudyError> {
+fn nonlinear(
+    study: &Study,
+    members: &[Member<'_>],
+    options: &RunOptions<'_>,
+) -> Result<Option<NonlinearObservability>, StudyError> {
     let model = &study.plant.model;
-    let instants: Vec<Instant> = along(study, members)?
+    let instants: Vec<Instant> = along(study, members, options)?
         .iter()
         .map(|(t, x, u)| Instant::new(*t, x.as_slice()).constant_input(u.as_slice()))
         .collect();
@@ -88,7 +97,8 @@ fn nonlinear(study: &Study, members: &[Member<'_>]) -> Result<Option<NonlinearOb
             Some(program) => program.at(t, u),
             None => u.fill(0.0),
         };
-        let settings = GramianSettings { integration: simulation.settings, ..GramianSettings::default() };
+        let integration = Settings { end: options.until, ..simulation.settings };
+        let settings = GramianSettings { integration, ..GramianSettings::default() };
         let span = (0.0, simulation.duration);
         // A perturbed initial state may blow up where x0 does not: then only the ranks are reported.
         if let Ok(gramian) = empirical_gramian(model, &simulation.x0, input, span, &settings) {
@@ -118,7 +128,7 @@ fn nonlinear(study: &Study, members: &[Member<'_>]) -> Result<Option<NonlinearOb
 type Moment = (f64, DVector<f64>, DVector<f64>);
 
 /// The points at which a nonlinear plant is analysed.
-fn along(study: &Study, members: &[Member<'_>]) -> Result<Vec<Moment>, StudyError> {
+fn along(study: &Study, members: &[Member<'_>], options: &RunOptions<'_>) -> Result<Vec<Moment>, StudyError> {
     let size = study.plant.model.size();
     let Some(simulation) = &study.simulation else {
         let u = DVector::zeros(size.inputs);
@@ -127,7 +137,10 @@ fn along(study: &Study, members: &[Member<'_>]) -> Result<Vec<Moment>, StudyErro
         let x = estimates.take(1).next().unwrap_or_else(|| DVector::zeros(size.states));
         return Ok(vec![(0.0, x, u)]);
     };
-    let run = simulate::trajectory(study, simulation, members, None, Variation::NONE)?;
+    let run = match simulate::trajectory(study, simulation, members, None, Variation::NONE, options.until) {
+        Err(SimError::TimeLimit { .. }) => return Err(StudyError::Interrupted),
+        run => run?,
+    };
     let last = run.t.len() - 1;
     let row = |m: &DMatrix<f64>, k: usize| DVector::from_iterator(m.ncols(), m.row(k).iter().copied());
     let points = (0..POINTS).map(|i| {

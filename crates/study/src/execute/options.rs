@@ -2,6 +2,7 @@
 
 use std::path::PathBuf;
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::Instant;
 
 use super::limits::Limits;
 use crate::error::StudyError;
@@ -61,10 +62,12 @@ pub struct RunOptions<'a> {
     pub force: bool,
     /// Bounds on time and memory.
     pub limits: Limits,
+    /// An instant at which the execution stops, if its time limit has not stopped it before (default none).
+    pub until: Option<Instant>,
     /// Called for every finished item, from any thread.
     pub progress: &'a (dyn Fn(Progress<'_>) + Sync),
     /// Checked between items, and continuously during a design of the kind `kkl-numerical`: true ends the execution
-    /// with [`StudyError::Interrupted`].
+    /// with [`StudyError::Interrupted`]. The time limit acts within designs and integrations too.
     pub cancel: &'a AtomicBool,
     /// Number of threads (default: number of processors). Results do not depend on it.
     pub threads: Option<usize>,
@@ -74,7 +77,15 @@ impl Default for RunOptions<'_> {
     /// No output, no progress, no interruption.
     fn default() -> Self {
         static NEVER: AtomicBool = AtomicBool::new(false);
-        Self { output: None, force: false, limits: Limits::default(), progress: &|_| (), cancel: &NEVER, threads: None }
+        Self {
+            output: None,
+            force: false,
+            limits: Limits::default(),
+            until: None,
+            progress: &|_| (),
+            cancel: &NEVER,
+            threads: None,
+        }
     }
 }
 
@@ -84,13 +95,13 @@ impl RunOptions<'_> {
         self.threads.unwrap_or_else(|| std::thread::available_parallelism().map_or(1, usize::from))
     }
 
-    /// Returns an error once the user has interrupted.
+    /// Returns an error once the user has interrupted, or the time is over.
     pub(crate) fn check(&self) -> Result<(), StudyError> {
-        if self.cancel.load(Ordering::Relaxed) { Err(StudyError::Interrupted) } else { Ok(()) }
+        if self.interrupted() { Err(StudyError::Interrupted) } else { Ok(()) }
     }
 
     pub(crate) fn interrupted(&self) -> bool {
-        self.cancel.load(Ordering::Relaxed)
+        self.cancel.load(Ordering::Relaxed) || self.until.is_some_and(|until| Instant::now() >= until)
     }
 
     pub(crate) fn tell(&self, stage: &str, item: &str, done: usize, total: usize) {

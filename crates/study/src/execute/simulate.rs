@@ -5,7 +5,9 @@
 //! The rows of a run are equally spaced times; those of a run with a sampled observer are at its samples, where its
 //! estimate is defined.
 
-use luenberger_sim::{Scenario, SimError, Trajectory};
+use std::time::Instant;
+
+use luenberger_sim::{Change, Scenario, Settings, SimError, Trajectory};
 use nalgebra::DMatrix;
 use rayon::prelude::*;
 
@@ -75,21 +77,35 @@ fn times(simulation: &Simulation, period: Option<f64>) -> (Vec<f64>, Option<f64>
     }
 }
 
-/// One run, with the observer `member` and the one in the feedback loop.
+/// One run, with the observer `member` and the one in the feedback loop, until the instant `until` at most.
 pub(super) fn trajectory(
     study: &Study,
     simulation: &Simulation,
     members: &[Member<'_>],
     member: Option<&Member<'_>>,
     variation: Variation,
+    until: Option<Instant>,
 ) -> Result<Trajectory, SimError> {
     let (mut wanted, end) = times(simulation, member.and_then(|member| member.designed.runnable.period()));
     wanted.extend(end);
+    let settings = Settings { end: until, ..simulation.settings };
+    trajectory_at(study, &Simulation { settings, ..simulation.clone() }, members, member, variation, &wanted)
+}
+
+/// The same with rows at the given times.
+pub(super) fn trajectory_at(
+    study: &Study,
+    simulation: &Simulation,
+    members: &[Member<'_>],
+    member: Option<&Member<'_>>,
+    variation: Variation,
+    times: &[f64],
+) -> Result<Trajectory, SimError> {
     let truth = study.truth.as_ref();
     let mut scenario = Scenario::new(truth.and_then(|truth| truth.model.as_ref()).unwrap_or(&study.plant.model))
         .model(&study.plant.model)
         .initial_state(&simulation.x0)
-        .times(&wanted)
+        .times(times)
         .settings(simulation.settings)
         .input(study.input.signal_at(study.operating_point.as_ref()))
         .breakpoints(&study.input.breakpoints(0.0, simulation.duration));
@@ -98,6 +114,17 @@ pub(super) fn trajectory(
     }
     if let Some(truth) = truth {
         scenario = scenario.disturbances(truth.disturbances.reseeded(variation.seed));
+        // One after the end of the run is not reached.
+        for event in truth.events.iter().filter(|event| event.at <= simulation.duration) {
+            let mut change = Change::at(event.at);
+            if let Some(model) = &event.model {
+                change = change.plant(model);
+            }
+            if !event.jump.is_empty() {
+                change = change.jump(&event.jump);
+            }
+            scenario = scenario.change(change);
+        }
     }
     if let Some(dt) = study.plant.dt {
         scenario = scenario.discrete_time(dt);
@@ -168,7 +195,7 @@ pub(super) fn all<'a>(
             return None;
         }
         let outcome = fed_back(study, members).and_then(|()| {
-            trajectory(study, simulation, members, Some(member), Variation::NONE)
+            trajectory(study, simulation, members, Some(member), Variation::NONE, options.until)
                 .and_then(|trajectory| {
                     let merits = scoring.merits(study, &trajectory, &member.wish.name)?;
                     let filter = filter::consistency(simulation, &trajectory, member)?;

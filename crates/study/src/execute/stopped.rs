@@ -35,6 +35,7 @@ pub(super) fn why(study: &Study, error: &SimError) -> String {
         SimError::TooManySteps { time, .. } => {
             format!("stopped at t = {}: step limit reached (stiff or diverging)", short(*time))
         }
+        SimError::TimeLimit { time } => format!("stopped at t = {}: time limit reached", short(*time)),
         SimError::StepSize { time, step } => {
             let (t, step) = (short(*time), short(*step));
             format!("stopped at t = {t}: step size {step} below its limit (the right-hand side is not smooth there)")

@@ -1,6 +1,8 @@
 //! Bounds on the cost of a study: estimates, refusals, and the end of a run at its time limit.
 
-use luenberger_study::{Excess, Format, Limits, RunOptions, Step, Study, StudyError, estimate, execute};
+use luenberger_study::{
+    Excess, Format, Limits, RunOptions, Step, Study, StudyError, estimate, execute, execute_in_part,
+};
 
 const STUDY: &str = r#"[plant]
 a = [[0, 1], [0, 0]]
@@ -73,4 +75,50 @@ fn a_run_ends_at_its_time_limit() {
     assert!(matches!(error, StudyError::TimeLimit { limit } if limit == 0.5), "{error}");
     assert!(error.to_string().starts_with("stopped at the time limit (0.5 s): "), "{error}");
     assert!(folder.join("manifest.json").is_file() && folder.join("trajectories/luenberger.csv").is_file());
+}
+
+/// With what is finished at its time limit.
+fn in_part(text: &str, step: Step, seconds: f64) -> luenberger_study::Results {
+    let limits = Limits { seconds, ..Limits::default() };
+    let options = RunOptions { limits, threads: Some(1), ..RunOptions::default() };
+    let (results, stopped) = execute_in_part(&study(text), step, &options).unwrap();
+    assert!(matches!(stopped, Some(StudyError::TimeLimit { limit }) if limit == seconds), "{stopped:?}");
+    results
+}
+
+/// A single integration that would take its million steps is stopped on its way.
+#[test]
+fn the_time_limit_acts_within_an_integration() {
+    let text = "[plant]\na = [[0, 1e5], [-1e5, 0]]\nc = [[1, 0]]\n[simulation]\nx0 = [1, 0]\nduration = 1000\nrtol = 1e-13\n\
+                [[observer]]\nname = \"slow\"\nkind = \"luenberger\"\npoles = [-1e5, -2e5]\n\
+                [[observer]]\nname = \"next\"\nkind = \"luenberger\"\npoles = [-1e5, -2e5]\n";
+    let results = in_part(text, Step::Run, 0.2);
+    assert!(results.observers.iter().all(|observer| observer.design.is_some()));
+    let rows = results.simulation.unwrap().rows;
+    let why = rows[0].failure.clone().unwrap();
+    assert!(why.starts_with("stopped at t = ") && why.ends_with(": time limit reached"), "{why}");
+    assert_eq!(rows.len(), 1);
+    assert_eq!(results.warnings, ["Not finished: simulation of next"]);
+}
+
+/// Likewise a matrix inequality that would take a minute, and the observability analysis of a nonlinear plant.
+#[test]
+fn the_time_limit_acts_within_a_design() {
+    let n = 40;
+    let entry = |i: usize, j: usize| if i == j { -1.0 } else { 0.01 * ((7 * i + 3 * j) % 5) as f64 };
+    let row = |i: usize| format!("{:?}", (0..n).map(|j| entry(i, j)).collect::<Vec<_>>());
+    let rows: Vec<String> = (0..n).map(row).collect();
+    let text = format!(
+        "[plant]\na = [{}]\nc = [{:?}]\n[[observer]]\nname = \"quick\"\nkind = \"luenberger\"\ngain = {:?}\n\
+         [[observer]]\nname = \"slow\"\nkind = \"luenberger\"\nlmi = true\nmax_gain = 100\n",
+        rows.join(","),
+        vec![1.0; n],
+        vec![[0.0]; n]
+    );
+    let results = in_part(&text, Step::Design, 0.5);
+    let names: Vec<&str> = results.observers.iter().map(|observer| observer.name.as_str()).collect();
+    assert_eq!(names, ["quick"]);
+    assert_eq!(results.warnings, ["Not finished: design of slow"]);
+    let text = "[plant]\nf = [\"1e5*x2\", \"-1e5*sin(x1)\"]\nh = [\"x1\"]\n[simulation]\nx0 = [1, 0]\nduration = 1000\nrtol = 1e-13\n";
+    assert!(in_part(text, Step::Observe, 0.2).observability.is_none());
 }

@@ -8,7 +8,8 @@ mod statistics;
 
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-use luenberger_sim::Noise;
+use luenberger_proof::wording::counted;
+use luenberger_sim::{Noise, SimError};
 use rayon::prelude::*;
 
 use super::excursion::{self, Excursion};
@@ -17,7 +18,7 @@ use super::scores::Scoring;
 use super::simulate::{self, Variation};
 use super::stopped::why;
 use super::{Member, member};
-use crate::design::{Designed, NoDesign, design};
+use crate::design::{Designed, NoDesign, design_until};
 use crate::error::StudyError;
 use crate::results::{MeritsReport, SweepReport, SweepRow};
 use crate::study::{ObserverSpec, Simulation, Study, Sweep, Swept};
@@ -120,7 +121,11 @@ pub(super) fn all(
         scoring: report,
         rows,
     };
-    let warnings = warnings(&report, &excursions);
+    let mut warnings = warnings(&report, &excursions);
+    if report.rows.len() < cells.len() {
+        let (open, all) = (cells.len() - report.rows.len(), cells.len());
+        warnings.push(format!("Not finished: {open} of {} of the sweep", counted(all, "row")));
+    }
     Ok(Outcome { report, warnings, csv })
 }
 
@@ -185,7 +190,7 @@ impl Common<'_> {
         };
         let anew: Designed;
         let designed = if sweep.parameter.redesigns() {
-            match design(study, wish, options.cancel) {
+            match design_until(study, wish, options.cancel, options.until) {
                 Ok(designed) => {
                     anew = designed;
                     &anew
@@ -200,16 +205,18 @@ impl Common<'_> {
         // The observer that is fed back is designed for the same study, unless it is the swept one.
         let other = simulate::fed(study).filter(|fed| *fed != wish.name).and_then(|fed| study.observer(fed));
         let fed: Option<(&ObserverSpec, Designed)> = match (&sweep.parameter, other) {
-            (Swept::Number(_), Some(fed)) if sweep.parameter.redesigns() => match design(study, fed, options.cancel) {
-                Ok(designed) => Some((fed, designed)),
-                Err(NoDesign::Interrupted) => return Err(StudyError::Interrupted),
-                Err(NoDesign::Misfit(failure)) => {
-                    return none(
-                        row,
-                        format!("the observer {:?} in the feedback loop: {}", fed.name, failure.hypothesis),
-                    );
+            (Swept::Number(_), Some(fed)) if sweep.parameter.redesigns() => {
+                match design_until(study, fed, options.cancel, options.until) {
+                    Ok(designed) => Some((fed, designed)),
+                    Err(NoDesign::Interrupted) => return Err(StudyError::Interrupted),
+                    Err(NoDesign::Misfit(failure)) => {
+                        return none(
+                            row,
+                            format!("the observer {:?} in the feedback loop: {}", fed.name, failure.hypothesis),
+                        );
+                    }
                 }
-            },
+            }
             _ => None,
         };
         let fed = fed.as_ref().map(|(wish, designed)| Member { wish, designed });
@@ -252,14 +259,15 @@ impl Common<'_> {
         let member = Member { wish: &wish, designed };
         let factor = if self.sweep.parameter == Swept::Noise { *value } else { 1.0 };
         let variation = Variation { noise: factor, seed: number as u64 };
-        let outcome =
-            simulate::trajectory(study, simulation, others, Some(&member), variation).and_then(|trajectory| {
+        let outcome = simulate::trajectory(study, simulation, others, Some(&member), variation, self.options.until)
+            .and_then(|trajectory| {
                 let merits = self.scoring.merits(study, &trajectory, &wish.name)?;
                 Ok((merits, excursion::of_simulation(study, &wish, &trajectory)?))
             });
         self.told(&wish.name, 1);
         match outcome {
             Ok(finished) => Ok(Ok(finished)),
+            Err(SimError::TimeLimit { .. }) => Err(StudyError::Interrupted),
             Err(error) if error.ends_run() => Ok(Err(why(study, &error))),
             Err(error) => Err(error.into()),
         }
