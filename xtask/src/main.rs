@@ -1,14 +1,14 @@
 //! The workspace's own commands: `cargo xtask reproduce`, `cargo xtask test`, `cargo xtask docs`,
 //! `cargo xtask bench linalg`, `cargo xtask bench lmi`, `cargo xtask bench proof`, `cargo xtask bench sim`,
 //! `cargo xtask stress proof`, `cargo xtask stress theorems`, `cargo xtask mutate`, `cargo xtask firmware`,
-//! `cargo xtask fmu`.
+//! `cargo xtask deploy`.
 //!
 //! Each is a sequence of cargo commands with their times; the first failure ends the sequence with its exit code.
 
 mod bench;
+mod deploy;
 mod features;
 mod firmware;
-mod fmu;
 mod mutate;
 mod step;
 mod stress;
@@ -71,9 +71,11 @@ enum Command {
         #[arg(long, default_value_t = 2019)]
         seed: u64,
     },
-    /// Validate and simulate exported FMUs with fmpy: the golden vectors, bit for bit (needs python3, the network for
-    /// fmpy, and a C compiler)
-    Fmu,
+    /// Build and run exports as their users do, the golden vectors bit for bit: C with CMake, FMUs with fmpy, Rust, its
+    /// static library
+    ///
+    /// Says what it leaves out for lack of a tool (a C compiler, CMake, python3 and the network for fmpy).
+    Deploy,
     /// Run the observers on boards in QEMU and emitted C on the host: the same bits everywhere, nothing can panic
     ///
     /// Says what it leaves out for lack of a tool (QEMU, targets of rustc, arm-none-eabi-gcc, clang, cppcheck).
@@ -128,7 +130,7 @@ fn main() -> ExitCode {
         Command::Stress { what: Claimed::Theorems, mutants, seed, kind, .. } => {
             stress::theorems::run(mutants, seed, kind.as_deref())
         }
-        Command::Fmu => fmu::run(),
+        Command::Deploy => deploy::run(),
         Command::Firmware { document } => firmware::run(document),
         Command::Mutate { only, list } => mutate::run(&only, list),
     };

@@ -243,12 +243,19 @@ pub(crate) struct ExportInput {
     /// Version of the standard, with --to fmu [default: 2]
     #[arg(long, value_enum, value_name = "VERSION")]
     pub(crate) fmi: Option<FmiVersion>,
+    /// With the feedback u = r - K xhat of the study: the step takes r and y, and returns u as well
+    #[arg(long)]
+    pub(crate) feedback: bool,
     /// Format of the numbers on the target
     #[arg(long, value_enum, default_value_t = Precision::F64)]
     pub(crate) format: Precision,
     /// Sampling period, in the time unit of the study [default: that of a sampled observer, or simulation.hold]
     #[arg(long, value_name = "PERIOD", value_parser = period)]
     pub(crate) period: Option<f64>,
+    /// Runge-Kutta steps per period of a nonlinear observer [default: a quarter of the fastest time constant of the error
+    /// each; those of an extended Kalman filter in the study]
+    #[arg(long, value_name = "COUNT", value_parser = clap::value_parser!(u16).range(1..))]
+    pub(crate) substeps: Option<u16>,
     /// Folder for the files [default: STUDY-NAME-c, STUDY-NAME-rust or STUDY-NAME-fmu]
     #[arg(short, long, value_name = "FOLDER")]
     pub(crate) output: Option<PathBuf>,

@@ -22,6 +22,14 @@ pub enum ExportError {
         /// Actual number of entries.
         found: usize,
     },
+    /// A feedback gain of another shape.
+    #[error("K is {} x {}, and the plant needs {} x {}", found.0, found.1, expected.0, expected.1)]
+    Gain {
+        /// Required numbers of rows and columns.
+        expected: (usize, usize),
+        /// Actual numbers.
+        found: (usize, usize),
+    },
     /// A number that the format cannot store.
     #[error("{what} is beyond the range of {format}")]
     Format {

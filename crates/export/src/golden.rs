@@ -4,7 +4,7 @@ use nalgebra::{DVector, RealField};
 
 use crate::Export;
 use crate::error::ExportError;
-use crate::program::Scalar;
+use crate::program::{Cast, Program, Scalar, State};
 
 /// Steps of the golden vectors.
 pub const STEPS: usize = 64;
@@ -12,16 +12,24 @@ pub const STEPS: usize = 64;
 /// One step: what goes in, and the estimate that comes out.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Step {
-    /// Inputs.
+    /// Inputs; with feedback the references r.
     pub u: Vec<f64>,
     /// Outputs.
     pub y: Vec<f64>,
     /// The estimate for the next sample.
     pub estimate: Vec<f64>,
+    /// With feedback, the input `r - K xhat` that the step computes and applies; empty without.
+    pub applied: Vec<f64>,
 }
 
-/// `count` steps from the first estimate, with inputs and outputs of magnitude up to 2 and a few large ones, which are
-/// numbers of the format. They are no motion of the plant: every operation gets numbers without pattern.
+/// `count` steps from the first estimate, with inputs and outputs that are numbers of the format.
+///
+/// Those of a linear plant have a magnitude up to 2, and a few are large. They are no motion of the plant: every operation
+/// gets numbers without pattern. Those of a nonlinear plant are the [samples](Export::samples) of the export; without
+/// samples, inputs up to 0.1, and the outputs that the estimate predicts with as much noise.
+///
+/// With feedback the outputs of a linear plant are those of the loop plus such numbers, because an observer with its
+/// feedback may be unstable where the loop is stable. For a nonlinear plant r is such that u is that of the samples.
 ///
 /// # Errors
 /// [`ExportError::NotFinite`] if the estimate leaves the range of the format.
@@ -32,28 +40,138 @@ pub fn steps(export: &Export, count: usize) -> Result<Vec<Step>, ExportError> {
     }
 }
 
+/// The estimates of the exported observer for given inputs and outputs, one pair for each sample, which are rounded to
+/// the format.
+///
+/// # Errors
+/// [`ExportError::Rounded`] if the rounded gains are refused.
+pub fn replay(export: &Export, samples: &[(Vec<f64>, Vec<f64>)]) -> Result<Vec<Vec<f64>>, ExportError> {
+    match export.scalar {
+        Scalar::Binary32 => replay_in::<f32>(export, samples),
+        Scalar::Binary64 => replay_in::<f64>(export, samples),
+    }
+}
+
+fn replay_in<T: RealField + Copy>(
+    export: &Export,
+    samples: &[(Vec<f64>, Vec<f64>)],
+) -> Result<Vec<Vec<f64>>, ExportError> {
+    let mut run = Run::<T>::new(export)?;
+    Ok(samples.iter().map(|(u, y)| run.step(&run.rounded(u), &run.rounded(y))).collect())
+}
+
+/// An observer on its way.
+struct Run<T: RealField + Copy> {
+    scalar: Scalar,
+    observer: Cast<T>,
+    state: State<T>,
+    sample: usize,
+}
+
+fn convert<T: RealField + Copy>(values: &[f64]) -> DVector<T> {
+    DVector::from_iterator(values.len(), values.iter().map(|x| nalgebra::convert(*x)))
+}
+
+fn numbers<T: RealField + Copy>(column: &DVector<T>) -> Vec<f64> {
+    column.iter().map(|x| nalgebra::try_convert(*x).unwrap_or(f64::NAN)).collect()
+}
+
+impl<T: RealField + Copy> Run<T> {
+    fn new(export: &Export) -> Result<Self, ExportError> {
+        let scalar = export.scalar;
+        let rounded = |error| ExportError::Rounded { format: scalar.name(), error };
+        let observer = export.program.cast::<T>().map_err(rounded)?;
+        let state = observer.start(convert(&export.initial));
+        Ok(Self { scalar, observer, state, sample: 0 })
+    }
+
+    fn rounded(&self, column: &[f64]) -> Vec<f64> {
+        column.iter().map(|x| self.scalar.round(*x)).collect()
+    }
+
+    /// The output that the estimate predicts, of a nonlinear plant.
+    fn output(&self, u: &[f64]) -> Option<Vec<f64>> {
+        self.observer.output(self.sample, &self.state, &convert(u)).map(|y| numbers(&y))
+    }
+
+    /// The estimate after a sample.
+    fn step(&mut self, u: &[f64], y: &[f64]) -> Vec<f64> {
+        self.observer.step(self.sample, &mut self.state, &convert(u), &convert(y));
+        self.sample += 1;
+        numbers(&self.state.estimate())
+    }
+}
+
 fn run<T: RealField + Copy>(export: &Export, count: usize) -> Result<Vec<Step>, ExportError> {
     let (scalar, size) = (export.scalar, export.program.dimensions());
-    let rounded = |error| ExportError::Rounded { format: scalar.name(), error };
-    let observer = export.program.cast::<T>().map_err(rounded)?;
-    let convert = |values: &[f64]| DVector::from_iterator(values.len(), values.iter().map(|x| nalgebra::convert(*x)));
-    let mut xhat: DVector<T> = convert(&export.initial);
+    let is_nonlinear = export.program.maps().is_some();
+    let recorded = if is_nonlinear { &export.samples[..] } else { &[] };
+    let count = if recorded.is_empty() { count } else { count.min(recorded.len()) };
+    let mut run = Run::<T>::new(export)?;
+    let gain = export.feedback.as_ref().map(|k| k.map(|x| nalgebra::convert::<f64, T>(scalar.round(x))));
+    let mut plant = export.feedback.as_ref().and_then(|_| Loop::new(&export.program));
     let mut noise = Noise(0x9e37_79b9_7f4a_7c15);
     let mut steps = Vec::with_capacity(count);
     for step in 0..count {
-        let mut column = |length: usize| -> Vec<f64> {
-            let size = if step % 16 == 7 { 1e3 } else { 1.0 };
-            (0..length).map(|_| scalar.round(size * noise.next())).collect()
+        let mut column =
+            |length: usize, size: f64| -> Vec<f64> { (0..length).map(|_| scalar.round(size * noise.next())).collect() };
+        let (u, mut y) = if let Some((u, y)) = recorded.get(step) {
+            (run.rounded(u), run.rounded(y))
+        } else if is_nonlinear {
+            let (u, disturbance) = (column(size.inputs, 0.05), column(size.outputs, 0.05));
+            let predicted = run.output(&u).unwrap_or_default();
+            let y = predicted.iter().zip(disturbance).map(|(y, more)| scalar.round(y + more)).collect();
+            (u, y)
+        } else {
+            let magnitude = if step % 16 == 7 { 1e3 } else { 1.0 };
+            (column(size.inputs, magnitude), column(size.outputs, magnitude))
         };
-        let (u, y) = (column(size.inputs), column(size.outputs));
-        observer.step(&mut xhat, &convert(&u), &convert(&y));
-        let estimate: Vec<f64> = xhat.iter().map(|x| nalgebra::try_convert(*x).unwrap_or(f64::NAN)).collect();
-        if estimate.iter().any(|x| !x.is_finite()) {
+        let (known, input, applied) = match &gain {
+            Some(k) => {
+                let fed = k * run.state.estimate();
+                let known = if is_nonlinear { run.rounded(&numbers(&(convert::<T>(&u) + &fed))) } else { u };
+                let input = numbers(&(convert::<T>(&known) - fed));
+                (known, input.clone(), input)
+            }
+            None => (u.clone(), u, Vec::new()),
+        };
+        if let Some(plant) = &mut plant {
+            for (y, output) in y.iter_mut().zip(&plant.step(&applied)) {
+                *y = scalar.round(*y + output);
+            }
+        }
+        let estimate = run.step(&input, &y);
+        if run.state.entries().iter().any(|x| !x.is_finite()) {
             return Err(ExportError::NotFinite { step, format: scalar.name() });
         }
-        steps.push(Step { u, y, estimate });
+        steps.push(Step { u: known, y, estimate, applied });
     }
     Ok(steps)
+}
+
+/// The linear plant of an observer, from the state 0.
+struct Loop<'a> {
+    program: &'a Program,
+    x: DVector<f64>,
+}
+
+impl<'a> Loop<'a> {
+    fn new(program: &'a Program) -> Option<Self> {
+        let x = DVector::zeros(program.dimensions().state);
+        program.plant().is_some().then_some(Self { program, x })
+    }
+
+    /// The output at this sample; the state moves to the next.
+    fn step(&mut self, u: &[f64]) -> DVector<f64> {
+        let u = DVector::from_column_slice(u);
+        let Some((a, b, c)) = self.program.plant() else { return DVector::zeros(0) };
+        let mut y = c * &self.x;
+        if let Some(d) = self.program.feedthrough() {
+            y += d * &u;
+        }
+        self.x = a * &self.x + b * u;
+        y
+    }
 }
 
 /// Numbers in [-2, 2) without pattern: xorshift64*, of Marsaglia and Vigna.

@@ -84,6 +84,7 @@ pub struct Export {
     names: Names,
     statement: Vec<String>,
     source: Option<String>,
+    samples: Vec<(Vec<f64>, Vec<f64>)>,
     feedback: Option<DMatrix<f64>>,
 }
 
@@ -107,8 +108,8 @@ impl Export {
         let fits = |what, expected: usize, found: usize| {
             if expected == found { Ok(()) } else { Err(ExportError::Length { what, expected, found }) }
         };
-        fits("the first estimate", size.state, initial.len())?;
-        fits("the list of states", size.state, names.states.len())?;
+        fits("the first estimate", size.estimate, initial.len())?;
+        fits("the list of states", size.estimate, names.states.len())?;
         fits("the list of inputs", size.inputs, names.inputs.len())?;
         fits("the list of outputs", size.outputs, names.outputs.len())?;
         program.check(scalar)?;
@@ -118,7 +119,17 @@ impl Export {
             return Err(ExportError::Format { what, format: scalar.name() });
         }
         let identifier = identifier.to_owned();
-        Ok(Self { identifier, program, scalar, initial, names, statement: Vec::new(), source: None, feedback: None })
+        Ok(Self {
+            identifier,
+            program,
+            scalar,
+            initial,
+            names,
+            statement: Vec::new(),
+            source: None,
+            samples: Vec::new(),
+            feedback: None,
+        })
     }
 
     /// With sentences that stand in the header: what is proved, or that nothing is.
@@ -135,7 +146,38 @@ impl Export {
         self
     }
 
-    /// The SHA-256 of the exported numbers: format, sizes, gains, period and first estimate, as they are written.
+    /// With the feedback `u = r - K xhat`, K m x n: the step takes r and y, and returns u as well.
+    ///
+    /// # Errors
+    /// [`ExportError::Gain`] for another shape; [`ExportError::Format`] for an entry beyond the range of the format.
+    pub fn with_feedback(mut self, k: &DMatrix<f64>) -> Result<Self, ExportError> {
+        let size = self.program.dimensions();
+        let (expected, found) = ((size.inputs, size.estimate), k.shape());
+        if expected != found || k.is_empty() {
+            return Err(ExportError::Gain { expected, found });
+        }
+        if let Some(k) = k.iter().find(|x| !self.scalar.round(**x).is_finite()) {
+            return Err(ExportError::Format { what: format!("the entry {k} of K"), format: self.scalar.name() });
+        }
+        self.feedback = Some(k.clone());
+        Ok(self)
+    }
+
+    /// Whether the step includes a feedback.
+    pub fn has_feedback(&self) -> bool {
+        self.feedback.is_some()
+    }
+
+    /// With a record of inputs and outputs, one pair for each sample, as golden vectors of an observer of a nonlinear
+    /// plant, which may not be defined at arbitrary ones.
+    #[must_use]
+    pub fn samples(mut self, samples: Vec<(Vec<f64>, Vec<f64>)>) -> Self {
+        self.samples = samples;
+        self
+    }
+
+    /// The SHA-256 of what is exported: format, sizes, gains, period and first estimate, as they are written, and the
+    /// right-hand sides of a nonlinear plant.
     pub fn digest(&self) -> String {
         let mut hash = Sha256::new();
         hash.update(self.scalar.name().as_bytes());
@@ -146,13 +188,25 @@ impl Export {
         for x in self.scalars().iter().map(|(_, x)| x).chain(&self.initial) {
             hash.update(x.to_bits().to_le_bytes());
         }
+        if let Some(maps) = self.program.maps() {
+            hash.update(format!("substeps {:?}", self.program.substeps()).as_bytes());
+            let dialect = c::plant::dialect(self.scalar, "");
+            let routines = [&maps.motion, &maps.measurement];
+            for routine in routines {
+                hash.update(routine.source(&dialect).as_bytes());
+            }
+            for (number, table, used) in program::tables(&routines) {
+                hash.update(table.source(number, &dialect, used).as_bytes());
+            }
+        }
         hexadecimal(&hash.finalize())
     }
 
     /// The matrices as they are stored on the target, by the names they have in the emitted code.
     pub fn matrices(&self) -> Vec<(&'static str, DMatrix<f64>)> {
         let round = |matrix: &DMatrix<f64>| matrix.map(|x| self.scalar.round(x));
-        self.program.matrices().into_iter().map(|(name, matrix)| (name, round(matrix))).collect()
+        let all = self.program.matrices().into_iter().chain(self.feedback.iter().map(|k| ("K", k)));
+        all.map(|(name, matrix)| (name, round(matrix))).collect()
     }
 
     /// The scalars as they are stored on the target.
@@ -176,15 +230,21 @@ impl Export {
         &self.program
     }
 
+    /// The format.
+    pub fn scalar(&self) -> Scalar {
+        self.scalar
+    }
+
     /// Floating-point operations of one step, square roots and divisions included.
     pub fn operations(&self) -> usize {
-        self.program.operations()
+        self.program.operations() + self.feedback.as_ref().map_or(0, |k| 2 * k.len())
     }
 
     /// Bytes of the constants and of the state.
     pub fn bytes(&self) -> usize {
-        let constants: usize = self.program.matrices().iter().map(|(_, matrix)| matrix.len()).sum();
-        (constants + self.program.scalars().len() + 2 * self.initial.len()) * self.scalar.bytes()
+        let matrices: usize = self.matrices().iter().map(|(_, matrix)| matrix.len()).sum();
+        let scalars = self.program.scalars().len() + self.program.constants_of_maps();
+        (matrices + scalars + self.initial.len() + self.program.state_entries()) * self.scalar.bytes()
     }
 
     /// The files of a C99 project: header, source, test with golden vectors, `CMakeLists.txt` and `README.md`.

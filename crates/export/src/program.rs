@@ -1,9 +1,11 @@
 //! The observers that can be exported, and their steps in the format of the target.
 
+use luenberger_expression::{ExpressionPlant, Lookups, Routine, Routines, Table};
 use luenberger_observers::{
-    DiscreteLinearObserver, ObserverDimensions, ObserverError, SampledCubicGains, SampledCubicObserver, SampledObserver,
+    DiscreteLinearObserver, DiscreteNonlinearObserver, ExtendedKalmanFilter, GaussianEstimate, NoiseModel,
+    ObserverDimensions, ObserverError, SampledCopy, SampledCubicGains, SampledCubicObserver, SampledObserver,
 };
-use luenberger_plants::LinearPlant;
+use luenberger_plants::{Column, LinearPlant};
 use nalgebra::{DMatrix, DVector, Dyn, RealField};
 
 use crate::error::ExportError;
@@ -34,6 +36,14 @@ impl Scalar {
         }
     }
 
+    /// The product of two numbers of the format.
+    pub(crate) fn multiply(self, x: f64, y: f64) -> f64 {
+        match self {
+            Self::Binary32 => f64::from(x as f32 * y as f32),
+            Self::Binary64 => x * y,
+        }
+    }
+
     /// The nearest number of the format; infinite beyond its range.
     pub fn round(self, x: f64) -> f64 {
         match self {
@@ -50,6 +60,35 @@ pub enum Program {
     Linear(DiscreteLinearObserver<f64, Dyn, Dyn, Dyn>),
     /// The sampled cubic observer.
     Cubic(SampledCubicObserver<f64, Dyn, Dyn, Dyn>),
+    /// The extended Kalman filter.
+    Kalman(ExtendedKalmanFilter<ExpressionPlant, f64, Dyn, Dyn, Dyn>),
+    /// The copy of a nonlinear plant with a constant gain.
+    Copy(SampledCopy<ExpressionPlant, f64, Dyn, Dyn, Dyn>),
+    /// The copy of a plant in discrete time with a constant gain.
+    Discrete(DiscreteNonlinearObserver<ExpressionPlant, f64, Dyn, Dyn, Dyn>),
+}
+
+/// The right-hand sides of a nonlinear plant in the form in which a program needs them.
+#[derive(Debug, Clone)]
+pub(crate) struct Maps {
+    /// f, for the extended Kalman filter with Df after it, row by row.
+    pub(crate) motion: Routine,
+    /// h, and Dh after it, row by row, but for the copy in discrete time.
+    pub(crate) measurement: Routine,
+}
+
+/// The tables that some routines use, each once.
+pub(crate) fn tables<'a>(routines: &[&'a Routine]) -> Vec<(usize, &'a Table, Lookups)> {
+    let mut all: Vec<(usize, &Table, Lookups)> = Vec::new();
+    for (number, table, used) in routines.iter().flat_map(|routine| routine.used_tables()) {
+        match all.iter_mut().find(|(other, ..)| *other == number) {
+            Some((_, _, also)) => {
+                *also = Lookups { value: also.value || used.value, slope: also.slope || used.slope };
+            }
+            None => all.push((number, table, used)),
+        }
+    }
+    all
 }
 
 impl Program {
@@ -58,6 +97,59 @@ impl Program {
         match self {
             Self::Linear(observer) => observer.dimensions(),
             Self::Cubic(observer) => observer.dimensions(),
+            Self::Kalman(observer) => observer.dimensions(),
+            Self::Copy(observer) => observer.dimensions(),
+            Self::Discrete(observer) => observer.dimensions(),
+        }
+    }
+
+    /// The right-hand sides of a nonlinear plant; none for a linear one, whose matrices are
+    /// [`matrices`](Self::matrices).
+    pub(crate) fn routines(&self) -> Option<Routines> {
+        match self {
+            Self::Linear(_) | Self::Cubic(_) => None,
+            Self::Kalman(filter) => Some(filter.plant().routines()),
+            Self::Copy(observer) => Some(observer.plant().routines()),
+            Self::Discrete(observer) => Some(observer.plant().routines()),
+        }
+    }
+
+    /// Those that the step needs.
+    pub(crate) fn maps(&self) -> Option<Maps> {
+        let all = self.routines()?;
+        Some(match self {
+            Self::Kalman(_) => Maps { motion: all.motion, measurement: all.measurement },
+            Self::Discrete(_) => Maps { motion: all.f, measurement: all.h },
+            _ => Maps { motion: all.f, measurement: all.measurement },
+        })
+    }
+
+    /// Whether the plant depends on the time.
+    pub(crate) fn uses_time(&self) -> bool {
+        self.maps().is_some_and(|maps| maps.motion.uses_time() || maps.measurement.uses_time())
+    }
+
+    /// The step tau of the Runge-Kutta method, tau/2 and tau/6, as they are computed in the format.
+    pub(crate) fn increments(&self, scalar: Scalar) -> [f64; 3] {
+        let (period, count) = (self.period(), self.substeps().unwrap_or(1) as f64);
+        match scalar {
+            Scalar::Binary32 => {
+                let tau = period as f32 / count as f32;
+                [tau, tau * 0.5, tau * (1.0_f64 / 6.0) as f32].map(f64::from)
+            }
+            Scalar::Binary64 => {
+                let tau = period / count;
+                [tau, tau * 0.5, tau * (1.0 / 6.0)]
+            }
+        }
+    }
+
+    /// Runge-Kutta steps between two samples, if there are any.
+    pub(crate) fn substeps(&self) -> Option<usize> {
+        match self {
+            Self::Linear(_) | Self::Cubic(_) | Self::Discrete(_) => None,
+            Self::Kalman(filter) => filter.substeps(),
+            Self::Copy(observer) => Some(observer.substeps()),
         }
     }
 
@@ -66,6 +158,9 @@ impl Program {
         match self {
             Self::Linear(observer) => observer.period(),
             Self::Cubic(observer) => observer.period(),
+            Self::Kalman(filter) => filter.period(),
+            Self::Copy(observer) => observer.period(),
+            Self::Discrete(observer) => observer.period(),
         }
     }
 
@@ -84,9 +179,24 @@ impl Program {
                 ("N", observer.n()),
                 ("THETA", observer.theta()),
             ],
+            Self::Kalman(filter) => {
+                let NoiseModel { w, v, p0 } = filter.noise_model();
+                vec![("W", w), ("V", v), ("P0", p0)]
+            }
+            Self::Copy(observer) => vec![("L", observer.l())],
+            Self::Discrete(observer) => vec![("L", observer.l())],
         };
         all.extend(self.feedthrough().map(|d| ("D", d)));
         all
+    }
+
+    /// A, B and C of a linear plant.
+    pub(crate) fn plant(&self) -> Option<(&DMatrix<f64>, &DMatrix<f64>, &DMatrix<f64>)> {
+        Some(match self {
+            Self::Linear(observer) => (&observer.plant().a, &observer.plant().b, &observer.plant().c),
+            Self::Cubic(observer) => (observer.ad(), observer.bd(), observer.c()),
+            Self::Kalman(_) | Self::Copy(_) | Self::Discrete(_) => return None,
+        })
     }
 
     /// Feedthrough, if there is one.
@@ -94,6 +204,7 @@ impl Program {
         match self {
             Self::Linear(observer) => observer.plant().d.as_ref(),
             Self::Cubic(observer) => observer.d(),
+            Self::Kalman(_) | Self::Copy(_) | Self::Discrete(_) => None,
         }
     }
 
@@ -102,6 +213,12 @@ impl Program {
         match self {
             Self::Linear(observer) => vec![("PERIOD", observer.period())],
             Self::Cubic(observer) => vec![("PERIOD", observer.period()), ("W", observer.w())],
+            Self::Kalman(filter) => {
+                let gate = filter.gate().map(|gate| ("GATE", gate));
+                [("PERIOD", filter.period())].into_iter().chain(gate).collect()
+            }
+            Self::Copy(observer) => vec![("PERIOD", observer.period())],
+            Self::Discrete(observer) => vec![("PERIOD", observer.period())],
         }
     }
 
@@ -117,6 +234,22 @@ impl Program {
         for (name, x) in self.scalars() {
             if !scalar.round(x).is_finite() {
                 return Err(ExportError::Format { what: format!("{name} = {x}"), format: scalar.name() });
+            }
+        }
+        if let Some(Maps { motion, measurement }) = self.maps() {
+            let plant = motion.constants().chain(measurement.constants());
+            if let Some(x) = plant.into_iter().find(|x| !scalar.round(*x).is_finite()) {
+                let what = format!("the constant {x} of the plant");
+                return Err(ExportError::Format { what, format: scalar.name() });
+            }
+            for (_, table, _) in motion.used_tables().chain(measurement.used_tables()) {
+                let (x, ..) = table.points();
+                if let Some((a, b)) =
+                    x.iter().zip(x.iter().skip(1)).find(|(a, b)| scalar.round(**a) >= scalar.round(**b))
+                {
+                    let what = format!("the distance of the points {a} and {b} of a lookup table");
+                    return Err(ExportError::Format { what, format: scalar.name() });
+                }
             }
         }
         let checked = match scalar {
@@ -156,20 +289,74 @@ impl Program {
                     None => same,
                 })
             }
+            Self::Kalman(filter) => {
+                let (plant, NoiseModel { w, v, p0 }) = (filter.plant().clone(), filter.noise_model());
+                let noises = NoiseModel { w: cast(w), v: cast(v), p0: cast(p0) };
+                let period = nalgebra::convert(filter.period());
+                let same = match filter.substeps() {
+                    Some(substeps) => ExtendedKalmanFilter::new(plant, noises, period, substeps)?,
+                    None => ExtendedKalmanFilter::discrete(plant, noises, period)?,
+                };
+                Cast::Kalman(match filter.gate() {
+                    Some(gate) => same.with_gate(nalgebra::convert(gate))?,
+                    None => same,
+                })
+            }
+            Self::Copy(observer) => {
+                let (plant, l) = (observer.plant().clone(), cast(observer.l()));
+                let period = nalgebra::convert(observer.period());
+                Cast::Copy(SampledCopy::new(plant, l, period, observer.substeps())?)
+            }
+            Self::Discrete(observer) => {
+                let (plant, l) = (observer.plant().clone(), cast(observer.l()));
+                Cast::Discrete(DiscreteNonlinearObserver::new(plant, l, nalgebra::convert(observer.period()))?)
+            }
         })
     }
 
-    /// Floating-point operations of one step.
+    /// Floating-point operations of one step, calls of functions counted as one each.
     pub(crate) fn operations(&self) -> usize {
-        let ObserverDimensions { state: n, inputs: m, outputs: p, .. } = self.dimensions();
+        let ObserverDimensions { estimate: n, inputs: m, outputs: p, .. } = self.dimensions();
         let product = |rows: usize, columns: usize| if columns == 0 { 0 } else { rows * (2 * columns - 1) };
         let innovation = product(p, n) + p + self.feedthrough().map_or(0, |_| product(p, m) + p);
         let linear = product(n, n) + product(n, m) + product(n, p) + 2 * n;
+        let (motion, measurement) =
+            self.maps().map_or((0, 0), |maps| (maps.motion.operations(), maps.measurement.operations()));
+        // One step of the Runge-Kutta method for so many entries, without the slopes.
+        let combined = |entries: usize| 4 * entries * 2 + 3 * entries;
         match self {
             Self::Linear(_) => innovation + linear,
             // The flow: direction, quadratic form, two roots, three divisions; then the impulse.
             Self::Cubic(_) => innovation + linear + 3 * p + product(p, p) + product(1, p) + 15 + product(n, p) + n,
+            Self::Kalman(filter) => {
+                let square = n * product(n, n);
+                let factor = p * (p * p + 3 * p + 2) / 3 + n * 2 * p * p;
+                let joined = p * product(n, n) + p * product(p, n) + p * p + factor + n * product(n, p) + n * n;
+                let update =
+                    measurement + p + joined + 2 * product(n, p) + 2 * square + (n + p) * product(n, p) + n * n;
+                let symmetry = n * (n - 1);
+                update
+                    + match filter.substeps() {
+                        Some(count) => count * (4 * (motion + square + 2 * n * n) + combined(n + n * n) + symmetry),
+                        None => motion + 2 * square + n * n + symmetry,
+                    }
+            }
+            Self::Copy(observer) => {
+                let slope = motion + measurement + product(p, n) + p + product(n, p) + n;
+                observer.substeps() * (4 * slope + combined(n + p))
+            }
+            Self::Discrete(_) => motion + measurement + p + product(n, p) + n,
         }
+    }
+
+    /// Constants and numbers of tables in the right-hand sides of a nonlinear plant.
+    pub(crate) fn constants_of_maps(&self) -> usize {
+        self.maps().map_or(0, |maps| maps.motion.constants().count() + maps.measurement.constants().count())
+    }
+
+    /// Numbers that the state holds.
+    pub(crate) fn state_entries(&self) -> usize {
+        self.dimensions().state
     }
 }
 
@@ -178,13 +365,68 @@ impl Program {
 pub(crate) enum Cast<T: RealField + Copy> {
     Linear(DiscreteLinearObserver<T, Dyn, Dyn, Dyn>),
     Cubic(SampledCubicObserver<T, Dyn, Dyn, Dyn>),
+    Kalman(ExtendedKalmanFilter<ExpressionPlant, T, Dyn, Dyn, Dyn>),
+    Copy(SampledCopy<ExpressionPlant, T, Dyn, Dyn, Dyn>),
+    Discrete(DiscreteNonlinearObserver<ExpressionPlant, T, Dyn, Dyn, Dyn>),
 }
 
 impl<T: RealField + Copy> Cast<T> {
-    pub(crate) fn step(&self, xhat: &mut DVector<T>, u: &DVector<T>, y: &DVector<T>) {
+    /// The state with this estimate.
+    pub(crate) fn start(&self, estimate: DVector<T>) -> State<T> {
         match self {
-            Self::Linear(observer) => observer.step(T::zero(), xhat, u, y),
-            Self::Cubic(observer) => observer.step(T::zero(), xhat, u, y),
+            Self::Linear(_) | Self::Cubic(_) | Self::Copy(_) | Self::Discrete(_) => State::Estimate(estimate),
+            Self::Kalman(filter) => State::Belief(GaussianEstimate::new(&estimate, &filter.noise_model().p0)),
+        }
+    }
+
+    /// One step from the sample number `sample`, from 0; its time is that many periods.
+    pub(crate) fn step(&self, sample: usize, state: &mut State<T>, u: &DVector<T>, y: &DVector<T>) {
+        let t = |period: T| nalgebra::convert::<f64, T>(sample as f64) * period;
+        match (self, state) {
+            (Self::Linear(observer), State::Estimate(xhat)) => observer.step(T::zero(), xhat, u, y),
+            (Self::Cubic(observer), State::Estimate(xhat)) => observer.step(T::zero(), xhat, u, y),
+            (Self::Copy(observer), State::Estimate(xhat)) => observer.step(t(observer.period()), xhat, u, y),
+            (Self::Discrete(observer), State::Estimate(xhat)) => observer.step(t(observer.period()), xhat, u, y),
+            (Self::Kalman(filter), State::Belief(belief)) => filter.step(t(filter.period()), belief, u, y),
+            // `start` made the state.
+            _ => {}
+        }
+    }
+
+    /// h at the estimate, of a nonlinear plant.
+    pub(crate) fn output(&self, sample: usize, state: &State<T>, u: &DVector<T>) -> Option<DVector<T>> {
+        use luenberger_plants::Plant;
+        let (plant, period) = match self {
+            Self::Linear(_) | Self::Cubic(_) => return None,
+            Self::Kalman(filter) => (filter.plant(), filter.period()),
+            Self::Copy(observer) => (observer.plant(), observer.period()),
+            Self::Discrete(observer) => (observer.plant(), observer.period()),
+        };
+        let t = nalgebra::convert::<f64, T>(sample as f64) * period;
+        Some(plant.output(t, &state.estimate(), u))
+    }
+}
+
+/// The state of an observer.
+#[derive(Debug, Clone)]
+pub(crate) enum State<T: RealField + Copy> {
+    Estimate(DVector<T>),
+    Belief(GaussianEstimate<T, Dyn>),
+}
+
+impl<T: RealField + Copy> State<T> {
+    pub(crate) fn estimate(&self) -> DVector<T> {
+        match self {
+            Self::Estimate(xhat) => xhat.clone(),
+            Self::Belief(belief) => belief.estimate(),
+        }
+    }
+
+    /// All numbers.
+    pub(crate) fn entries(&self) -> &[T] {
+        match self {
+            Self::Estimate(xhat) => xhat.as_slice(),
+            Self::Belief(belief) => belief.as_slice(),
         }
     }
 }

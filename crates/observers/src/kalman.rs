@@ -222,6 +222,11 @@ where
         self.substeps
     }
 
+    /// The [gate](Self::with_gate), in standard deviations.
+    pub fn gate(&self) -> Option<T> {
+        self.gate
+    }
+
     /// The plant.
     pub fn plant(&self) -> &S {
         &self.plant

@@ -17,6 +17,7 @@
 //! | [`discrete_linear`] | the linear observer of a plant in discrete time |
 //! | [`discrete_kalman`] | the Kalman filter of a plant in discrete time |
 //! | [`nonlinear_luenberger`] | the copy of a nonlinear plant with a constant gain: Thau's, Lipschitz and LPV designs run as this |
+//! | [`sampled_copy`] | the same stepped once per sample, with an output predicted between samples |
 //! | [`mean_value`] | the mean-value-theorem observer, as printed and repaired |
 //! | [`kkl`] | Kazantzis-Kravaris-Luenberger observers: a stable linear extension and a left inverse |
 //! | [`pebo`], [`kkl_peb`] | parameter-estimation-based observers, and [KKL+PEB] observers, which are both |
@@ -25,6 +26,7 @@
 //! | [`high_gain`] | chains of integrators with corrections alpha/r^i |
 //! | [`cascade`] | [KKL+PEB] observers of a class of cascades, from the pieces of the plant |
 //! | [`deviation`] | a linear observer of a nonlinear plant, in deviations from an operating point |
+//! | [`output_feedback`] | an observer with the feedback `u = r - K xhat` as one block |
 //! | `static_size` (feature `alloc`) | designed observers with the sizes and the scalar of the target |
 //! | [`diagnosis`] | what an observer knows about its own trouble |
 //! | [`numerical_kkl`] | `z' = D z + B y` with a tabulated left inverse of T, embedded or interpolated |
@@ -58,8 +60,10 @@ pub mod mean_value;
 pub mod nonlinear_luenberger;
 pub mod numerical_kkl;
 pub mod observer;
+pub mod output_feedback;
 pub mod pebo;
 pub mod pseudo_inverse;
+pub mod sampled_copy;
 mod semidefinite;
 #[cfg(feature = "alloc")]
 pub mod static_size;
@@ -78,13 +82,15 @@ pub use kalman::{ExtendedKalmanFilter, GaussianEstimate, Innovation, NoiseModel,
 pub use kkl::{KklMap, KklObserver, LeftInverse, LinearKkl};
 pub use kkl_peb::KklPebObserver;
 pub use linear::{LinearObserver, StaticLinearObserver};
-pub use luenberger_plants::{LinearPlant, Plant};
+pub use luenberger_plants::{Differentiable, Dimensions, LinearPlant, Plant, Shape};
 pub use mean_value::{
     Beta, EstimateAndError, Integral, MappedObserver, Mean, MeanJacobian, MeanValueObserver, StaticMeanValueObserver,
 };
 pub use nonlinear_luenberger::{NonlinearLuenbergerObserver, StaticNonlinearLuenbergerObserver};
 pub use observer::{Observer, ObserverDimensions, SampledObserver};
+pub use output_feedback::OutputFeedback;
 pub use pebo::{PeboObserver, Regression};
+pub use sampled_copy::{SampledCopy, StaticSampledCopy};
 
 /// The linear algebra of the columns and matrices here, in the version that fits.
 pub use nalgebra;

@@ -12,11 +12,13 @@
 //! | [`table`] | CSV: measured logs, tables of inputs |
 //! | [`design`] | design of each observer, or why it is not applicable |
 //! | [`deployment`] | observers of a study as they run on a target |
+//! | [`closed_loop`] | the feedback of a study on a target |
 //! | [`execute`](mod@execute), [`results`] | the steps; their results |
 //! | [`template`], [`import`](mod@import) | commented example studies; plants from MATLAB, numpy and JSON files |
 
 #![deny(missing_docs)]
 
+pub mod closed_loop;
 pub mod deployment;
 pub mod design;
 pub mod diagnostic;

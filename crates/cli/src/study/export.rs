@@ -6,9 +6,13 @@ use crate::answer::Answer;
 use crate::arguments::{ExportInput, FmiVersion, Language, Precision};
 use crate::failure::Failure;
 use crate::input::Source;
-use luenberger_export::{Export, Names, Program, Scalar, names};
+use luenberger_export::{Export, Names, Program, Scalar, golden, names};
+use luenberger_proof::certificate::CertificateFile;
 use luenberger_proof::statement::Format;
-use luenberger_study::deployment::{Evidence, SampledDesign, evidence, sampled};
+use luenberger_proof::wording::counted;
+use luenberger_study::closed_loop;
+use luenberger_study::deployment::{Difference, SampledDesign, evidence, record, sampled};
+use luenberger_study::results::FailureReport;
 use luenberger_study::study::ObserverSpec;
 use luenberger_study::{Study, StudyError, write_folder};
 use serde::Serialize;
@@ -24,9 +28,21 @@ struct Written {
     period: f64,
     operations: usize,
     bytes: usize,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    substeps: Option<usize>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    difference: Option<Distance>,
     proved: bool,
     statement: Vec<String>,
     digest: String,
+}
+
+/// Distance of the exported estimates from those of the study's observer along its run, for each state.
+#[derive(Serialize)]
+struct Distance {
+    largest: Vec<f64>,
+    second_half: Vec<f64>,
+    own_error_in_second_half: Vec<f64>,
 }
 
 pub(crate) fn export(input: &ExportInput) -> Result<Answer, Failure> {
@@ -35,31 +51,56 @@ pub(crate) fn export(input: &ExportInput) -> Result<Answer, Failure> {
     }
     let study = read(&input.study)?;
     let observer = chosen(&study, input.observer.as_deref())?;
-    let period = input.period.or_else(|| study.simulation.as_ref().and_then(|simulation| simulation.hold));
-    // The period of a sampled observer is its own; a hold of the simulation does not conflict with it.
-    let period = if observer.kind.period().is_some() { input.period } else { period };
-    let design = sampled(&study, observer, period).map_err(|why| Failure::NotExported {
+    let not_exported = |why: FailureReport| Failure::NotExported {
         observer: observer.name.clone(),
         why: why.hypothesis,
         instead: why.alternatives,
-    })?;
+    };
+    let gain = if input.feedback { Some(closed_loop::gain(&study, observer).map_err(not_exported)?) } else { None };
+    let period = input.period.or_else(|| study.simulation.as_ref().and_then(|simulation| simulation.hold));
+    // The period of a sampled observer is its own; a hold of the simulation does not conflict with it.
+    let period = if observer.kind.period().is_some() { input.period } else { period };
+    let design = sampled(&study, observer, period, input.substeps.map(usize::from)).map_err(not_exported)?;
     let (scalar, format) = match input.format {
         Precision::F32 => (Scalar::Binary32, Format::Binary32),
         Precision::F64 => (Scalar::Binary64, Format::Binary64),
     };
-    let evidence = evidence(&study, observer, &design, format);
-    if !evidence.is_proved() && !input.unproved {
+    design.stored_in(observer, format).map_err(not_exported)?;
+    let mut evidence = evidence(&study, observer, &design, format);
+    let of_the_loop = gain.map(|k| closed_loop::evidence(observer, &design, k, format));
+    let unproved = match &of_the_loop {
+        _ if !evidence.is_proved() => Some("it has no stability certificate"),
+        Some(of_the_loop) if !of_the_loop.is_proved() => Some("its feedback has no stability certificate"),
+        _ => None,
+    };
+    if let (Some(why), false) = (unproved, input.unproved) {
         return Err(Failure::NotExported {
             observer: observer.name.clone(),
-            why: "it has no stability certificate".to_owned(),
+            why: why.to_owned(),
             instead: vec!["--unproved exports it all the same, and the header says so".to_owned()],
         });
     }
-    let proved = evidence.is_proved();
+    let proved = unproved.is_none();
+    let mut certificates: Vec<(String, Vec<u8>)> = Vec::new();
+    let mut keep = |name: &str, file: Option<&CertificateFile>| {
+        certificates.extend(file.map(|file| (name.to_owned(), file.to_json().into_bytes())));
+    };
+    keep("certificate.json", evidence.file.as_ref());
+    if let Some(of_the_loop) = of_the_loop {
+        keep("certificate-feedback.json", of_the_loop.file.as_ref());
+        evidence.sentences.extend(of_the_loop.sentences);
+    }
     let digest = study_digest(&study);
-    let export = prepared(&study, observer, design, scalar, &evidence, &digest)
-        .map_err(|error| Failure::Export { observer: observer.name.clone(), error: Box::new(error) })?;
-    let certificate = evidence.file.as_ref().map(|file| ("certificate.json".to_owned(), file.to_json().into_bytes()));
+    let refused = |error| Failure::Export { observer: observer.name.clone(), error: Box::new(error) };
+    let substeps = design.substeps();
+    let export = prepared(&study, observer, design, scalar).map_err(refused)?;
+    let record = record(&study, observer, export.program().period()).unwrap_or_default();
+    let exported = golden::replay(&export, &record.samples).map_err(refused)?;
+    let difference = record.difference(&exported);
+    let format_name = scalar.name();
+    evidence.sentences.extend(difference.as_ref().map(|all| all.words(&study, observer, format_name)));
+    let export = export.samples(record.samples).statement(&evidence.sentences).source(&digest);
+    let export = gain.map_or(Ok(export.clone()), |k| export.with_feedback(k)).map_err(refused)?;
     let bytes = |files: Vec<luenberger_export::File>| {
         files.into_iter().map(|file| (file.name, file.text.into_bytes())).collect::<Vec<_>>()
     };
@@ -67,16 +108,13 @@ pub(crate) fn export(input: &ExportInput) -> Result<Answer, Failure> {
     let files = match input.to {
         Language::C => export.c().map(bytes),
         Language::Rust => export.rust().map(bytes),
-        Language::Fmu => {
-            export_fmu::files(&export, input.fmi.unwrap_or(FmiVersion::Two), certificate.as_ref()).map(|fmu| {
-                binaries = fmu.binaries;
-                fmu.files
-            })
-        }
+        Language::Fmu => export_fmu::files(&export, input.fmi.unwrap_or(FmiVersion::Two), &certificates).map(|fmu| {
+            binaries = fmu.binaries;
+            fmu.files
+        }),
     };
-    let mut files =
-        files.map_err(|error| Failure::Export { observer: observer.name.clone(), error: Box::new(error) })?;
-    files.extend(certificate);
+    let mut files = files.map_err(refused)?;
+    files.extend(certificates);
     let folder = folder(input, observer);
     let moved = write_folder(&folder, input.force, "export", &study, &files)?;
     renamed(&folder, &moved);
@@ -97,6 +135,12 @@ pub(crate) fn export(input: &ExportInput) -> Result<Answer, Failure> {
         period: export.program().period(),
         operations: export.operations(),
         bytes: export.bytes(),
+        substeps,
+        difference: difference.map(|Difference { largest, late, own }| Distance {
+            largest,
+            second_half: late,
+            own_error_in_second_half: own,
+        }),
         proved,
         statement: evidence.sentences.clone(),
         digest: export.digest(),
@@ -104,8 +148,9 @@ pub(crate) fn export(input: &ExportInput) -> Result<Answer, Failure> {
     let unit = study.plant.time_unit.as_ref().map(|unit| format!(" {unit}")).unwrap_or_default();
     _ = writeln!(
         text,
-        "one step every {}{unit}: {} floating-point operations, {} bytes of constants and state ({})",
+        "one step every {}{unit}{}: {} floating-point operations, {} bytes of constants and state ({})",
         written.period,
+        substeps.map(|count| format!(" with {}", counted(count, "Runge-Kutta step"))).unwrap_or_default(),
         written.operations,
         written.bytes,
         scalar.name()
@@ -135,12 +180,14 @@ fn prepared(
     observer: &ObserverSpec,
     design: SampledDesign,
     scalar: Scalar,
-    evidence: &Evidence,
-    digest: &str,
 ) -> Result<Export, luenberger_export::ExportError> {
+    let initial = design.initial(observer);
     let program = match design {
         SampledDesign::Linear(design) => Program::Linear(design.observer.clone()),
         SampledDesign::Cubic(design) => Program::Cubic(design.observer.clone()),
+        SampledDesign::LinearAt(design) | SampledDesign::DiscreteCopy(design) => Program::Discrete(design.observer),
+        SampledDesign::Copy(design) => Program::Copy(design.observer),
+        SampledDesign::Filter(design) => Program::Kalman(design.filter),
     };
     let plant = &study.plant;
     let columns = Names {
@@ -150,8 +197,7 @@ fn prepared(
         units: plant.units.clone(),
         time_unit: plant.time_unit.clone().unwrap_or_default(),
     };
-    let export = Export::new(&names::identifier(&observer.name), program, scalar, &observer.initial, columns)?;
-    Ok(export.statement(&evidence.sentences).source(digest))
+    Export::new(&names::identifier(&observer.name), program, scalar, &initial, columns)
 }
 
 fn study_digest(study: &Study) -> String {

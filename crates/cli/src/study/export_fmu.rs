@@ -14,14 +14,14 @@ pub(super) struct FmuFiles {
 pub(super) fn files(
     export: &Export,
     version: FmiVersion,
-    certificate: Option<&(String, Vec<u8>)>,
+    certificates: &[(String, Vec<u8>)],
 ) -> Result<FmuFiles, ExportError> {
     let version = match version {
         FmiVersion::Two => Version::Two,
         FmiVersion::Three => Version::Three,
     };
     let mut fmu = export.fmu(version)?;
-    if let Some((name, bytes)) = certificate {
+    for (name, bytes) in certificates {
         fmu.add(&format!("documentation/{name}"), bytes.clone());
     }
     let mut binaries = Vec::new();
@@ -62,7 +62,7 @@ Co-simulation by FMI {1}, one step every {2}. The communication step has to be a
 | variable | meaning |
 |---|---|
 | `y.NAME` | measured outputs, inputs of the FMU |
-| `u.NAME` | inputs of the plant, held until the next sample |
+{known}
 | `xhat.NAME` | the estimate for the end of the step |
 | `innovation.NAME` | measured minus expected output of the last step |
 | `initial.NAME` | parameters: the first estimate |
@@ -78,6 +78,11 @@ $ python3 test_{0}.py
         export.identifier(),
         version.name(),
         export.period_text(),
+        known = if export.has_feedback() {
+            "| `r.NAME` | references, inputs of the FMU |\n| `u.NAME` | inputs to apply until the next sample, `u = r - K xhat` |"
+        } else {
+            "| `u.NAME` | inputs of the plant, held until the next sample |"
+        },
     );
     File { name: "README.md".to_owned(), text }
 }

@@ -120,6 +120,92 @@ fn an_observer_becomes_an_fmu_of_either_version() {
     assert_eq!((ran.code, ran.stderr.as_str()), (Some(2), "error: --fmi is for --to fmu\n"));
 }
 
+const LOOP: &str = r#"
+[plant]
+a = [[0, 1], [0, 0]]
+b = [[0], [1]]
+c = [[1, 0]]
+states = ["position", "velocity"]
+units = ["m", "m/s"]
+time_unit = "s"
+
+[input]
+expressions = ["0.5"]
+feedback = { k = [[4, 4]], observer = "linear" }
+
+[simulation]
+x0 = [1, 0]
+duration = 5
+samples = 101
+hold = 0.05
+
+[[observer]]
+name = "linear"
+kind = "luenberger"
+poles = [-6, -7]
+
+[[observer]]
+name = "cubic"
+kind = "sampled-cubic"
+poles = [-6, -7]
+period = 0.05
+gamma = 1
+"#;
+
+/// The observer with u = r - K xhat in one step, in each language, with a certificate of the loop.
+#[test]
+fn an_observer_with_its_feedback_is_one_block() {
+    for (observer, format, claim) in [
+        ("linear", "f32", "tend to 0 exponentially, from every initial state and estimate."),
+        ("cubic", "f32", "tend to 0 exponentially, if they start near 0."),
+        ("cubic", "f64", "tend to 0 exponentially, from every initial state and estimate: the estimation error"),
+    ] {
+        let text = LOOP.replace("observer = \"linear\"", &format!("observer = \"{observer}\""));
+        let (folder, file) = study(&format!("export-feedback-{observer}-{format}"), Some(&text));
+        let export = |to: &str| {
+            let out = folder.join(to);
+            let arguments = ["export", &file, "--observer", observer, "--feedback", "--to", to, "--format", format];
+            let ran = luenberger(&[&arguments[..], &["-o", out.to_str().unwrap()]].concat(), "");
+            assert_eq!((ran.code, ran.stderr.as_str()), (Some(0), ""), "{observer} {to}");
+            assert!(
+                ran.stdout.contains(claim) && ran.stdout.contains("the error in the end is at most"),
+                "{}",
+                ran.stdout
+            );
+            out
+        };
+        let c = export("c");
+        golden(&c, observer);
+        let files = ["certificate.json", "certificate-feedback.json"].map(|name| c.join(name));
+        let verified = luenberger(&["verify", files[0].to_str().unwrap(), files[1].to_str().unwrap()], "");
+        assert_eq!(verified.code, Some(0), "{}", verified.stdout);
+        let library = std::fs::read_to_string(export("rust").join("src/lib.rs")).unwrap();
+        assert!(library.contains("pub type Observer = OutputFeedback<"), "{library}");
+        if Command::new("cc").arg("--version").output().is_ok() {
+            let table = std::fs::read_to_string(export("fmu").join(format!("{observer}_golden.csv"))).unwrap();
+            assert!(table.starts_with("\"r.u1\",\"y.y1\",\"xhat.position\""), "{table}");
+        }
+    }
+    let (_, file) = study("export-feedback-refused", Some(LOOP));
+    let refused = |file: &str, observer: &str, says: &str| {
+        let out = format!("{file}-out");
+        let ran = luenberger(&["export", file, "--observer", observer, "--feedback", "--to", "c", "-o", &out], "");
+        assert_eq!(ran.code, Some(1), "{}{}", ran.stdout, ran.stderr);
+        assert!(ran.stderr.contains(says), "{}", ran.stderr);
+    };
+    refused(&file, "cubic", "the study feeds back the estimate of linear\n  alternative: feedback = {");
+    let (_, unstable) = study("export-feedback-unstable", Some(&LOOP.replace("[[4, 4]]", "[[-1, 0]]")));
+    refused(&unstable, "linear", "its feedback has no stability certificate");
+    let out = format!("{unstable}-out");
+    let arguments =
+        ["export", &unstable, "--observer", "linear", "--feedback", "--unproved", "--to", "c", "--json", "-o"];
+    let ran = luenberger(&[&arguments[..], &[&out]].concat(), "");
+    assert_eq!(ran.json()["proved"], false);
+    assert!(ran.stdout.contains("Feedback: no stability certificate of the loop."), "{}", ran.stdout);
+    let (_, open) = study("export-no-feedback", None);
+    refused(&open, "sampled", "the study has no feedback");
+}
+
 #[test]
 fn what_cannot_be_exported_says_why() {
     let (folder, file) = study("export-refused", None);
@@ -137,12 +223,164 @@ fn what_cannot_be_exported_says_why() {
     refused(&file, &["--observer", "liner"], 2, "the study has no observer \"liner\"; it has linear, cubic, sampled");
     refused(&file, &["--observer", "sampled", "--period", "0.5"], 1, "has the period 0.02 in the study, not 0.5");
     refused(&file, &["--observer", "linear", "--period", "0"], 2, "a positive finite number is expected");
-    let (_, other) = study("export-reactor", Some(&luenberger(&["new", "--plant", "cuk", "-o", "-"], "").stdout));
-    refused(&other, &["--observer", "filter"], 1, "the kind extended-kalman has no export");
+    let (_, other) = study("export-converter", Some(&luenberger(&["new", "--plant", "cuk", "-o", "-"], "").stdout));
+    refused(&other, &["--observer", "filter"], 1, "no stability certificate\n  alternative: --unproved");
+    refused(&other, &["--observer", "filter", "--period", "1"], 1, "filter has the period 0.00005 in the study, not 1");
+    let (_, other) = study("export-duffing", Some(&luenberger(&["new", "--plant", "duffing", "-o", "-"], "").stdout));
+    refused(&other, &["--observer", "by simulation", "--period", "0.1"], 1, "a numerical KKL observer has no export");
+    let (_, other) =
+        study("export-joint", Some(&luenberger(&["new", "--plant", "flexible-joint", "-o", "-"], "").stdout));
+    refused(&other, &["--observer", "sector", "--period", "10"], 1, "Runge-Kutta steps per period would be needed");
+    refused(&other, &["--observer", "sector", "--substeps", "0"], 2, "0 is not in 1..");
     let plant = "[plant]\na = [[0, 1], [0, 0]]\nc = [[1, 0]]\n[[observer]]\nkind = \"luenberger\"\npoles = [-1, -2]\n";
     let (_, still) = study("export-no-period", Some(plant));
     refused(&still, &[], 1, "no period is given\n  alternative: --period, or simulation.hold in the study");
     let large = plant.replace("[[0, 1], [0, 0]]", "[[0, 1e39], [0, 0]]");
     let (_, large) = study("export-large", Some(&large));
     refused(&large, &["--period", "1", "--format", "f32"], 2, "is beyond the range of f32");
+    // 1 - 1e-8 is 1 in binary32.
+    let slow =
+        "[plant]\na = [[0.99999999]]\nc = [[1]]\ndt = 1\n[[observer]]\nkind = \"luenberger\"\ngain = [[-1e-9]]\n";
+    let (_, slow) = study("export-slow", Some(slow));
+    refused(&slow, &["--format", "f32"], 1, "rounded to binary32, A - L C has the spectral radius");
+    let twice = format!("{plant}name = \"a\"\n[[observer]]\nname = \"a\"\nkind = \"luenberger\"\npoles = [-1, -2]\n");
+    let (_, twice) = study("export-twice", Some(&twice));
+    refused(&twice, &["--observer", "a", "--period", "1"], 2, "two observers are named");
+    // Two names that are one identifier do not meet: an export has one observer.
+    let still_zero =
+        format!("{plant}\n[input]\nexpressions = []\n[simulation]\nx0 = [0, 0]\nduration = 1\nsamples = 2\nhold = 0\n");
+    let (_, zero) = study("export-zero", Some(&still_zero));
+    refused(&zero, &[], 2, "hold");
+}
+
+/// A folder is ours if its manifest says so; others are refused, and so is one that cannot be written.
+#[test]
+fn folders_of_others_are_refused_and_ours_are_replaced() {
+    let (folder, file) = study("export-folders", None);
+    let export = |to: &str, out: &Path| {
+        luenberger(&["export", &file, "--observer", "sampled", "--to", to, "-o", out.to_str().unwrap()], "")
+    };
+    let theirs = folder.join("theirs");
+    std::fs::create_dir(&theirs).unwrap();
+    std::fs::write(theirs.join("main.c"), "mine").unwrap();
+    let ran = export("c", &theirs);
+    assert_eq!(ran.code, Some(2), "{}", ran.stdout);
+    assert!(ran.stderr.contains("theirs"), "{}", ran.stderr);
+    assert_eq!(std::fs::read_dir(&theirs).unwrap().count(), 1);
+
+    // Ours: its files are replaced, others stay, also those of the same name as a new file.
+    let ours = folder.join("ours");
+    assert_eq!(export("rust", &ours).code, Some(0));
+    std::fs::write(ours.join("main.c"), "mine").unwrap();
+    let ran = export("c", &ours);
+    assert_eq!(ran.code, Some(0), "{}", ran.stderr);
+    assert!(!ours.join("src/lib.rs").exists() && ours.join("sampled.c").is_file());
+    assert_eq!(std::fs::read_to_string(ours.join("main.c")).unwrap(), "mine");
+
+    // A file in the place of the folder, and a folder that cannot be made: root writes into read-only ones.
+    let at = folder.join("file");
+    std::fs::write(&at, "").unwrap();
+    for out in [at.clone(), at.join("below")] {
+        let ran = export("c", &out);
+        assert_eq!(ran.code, Some(2), "{}", ran.stderr);
+        assert!(ran.stderr.contains("file"), "{}", ran.stderr);
+    }
+    #[cfg(unix)]
+    {
+        use std::os::unix::fs::PermissionsExt;
+        let closed = folder.join("closed");
+        std::fs::create_dir(&closed).unwrap();
+        std::fs::set_permissions(&closed, std::fs::Permissions::from_mode(0o555)).unwrap();
+        let ran = export("c", &closed);
+        if ran.code == Some(0) {
+            eprintln!("SKIPPED: this user writes into read-only folders");
+        } else {
+            assert_eq!(ran.code, Some(2), "{}", ran.stderr);
+            assert!(ran.stderr.contains("closed"), "{}", ran.stderr);
+        }
+        std::fs::set_permissions(&closed, std::fs::Permissions::from_mode(0o755)).unwrap();
+    }
+}
+
+/// Without a certificate only on request, and the header says so.
+#[test]
+fn an_observer_without_a_certificate_is_exported_on_request() {
+    // The gain is stable, and the margin of its Lyapunov equation is lost in rounding.
+    let text = "[plant]\na = [[1.0, 1e9], [0.0, 0.9999999]]\nc = [[1, 0]]\ndt = 1\n[[observer]]\nkind = \"luenberger\"\ngain = [[1e-7], [0]]\n";
+    let (folder, file) = study("export-unproved", Some(text));
+    let out = folder.join("c");
+    let arguments = ["export", &file, "--to", "c", "-o", out.to_str().unwrap()];
+    let ran = luenberger(&arguments, "");
+    assert_eq!(ran.code, Some(1), "{}{}", ran.stdout, ran.stderr);
+    assert!(ran.stderr.contains("--unproved exports it all the same"), "{}", ran.stderr);
+    assert!(!out.exists());
+    let ran = luenberger(&[&arguments[..], &["--unproved"]].concat(), "");
+    assert_eq!(ran.code, Some(0), "{}", ran.stderr);
+    let header = std::fs::read_to_string(out.join("luenberger.h")).unwrap();
+    assert!(header.contains(" * No stability certificate.") && !header.contains("Proved"), "{header}");
+    assert!(!out.join("certificate.json").exists());
+}
+
+/// The names of the observers of a study, as the command lists them.
+fn observers(file: &str) -> Vec<String> {
+    let told = luenberger(&["export", file, "--to", "c", "--observer", "no such observer"], "").stderr;
+    let list =
+        told.split("it has ").nth(1).and_then(|list| list.lines().next()).unwrap_or_else(|| panic!("{file}: {told}"));
+    list.split(", ").map(str::to_owned).collect()
+}
+
+/// The identifier of an export: the name of its header.
+fn header(folder: &Path) -> String {
+    let mut names = std::fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().file_name().into_string().unwrap());
+    names.find_map(|name| name.strip_suffix(".h").map(str::to_owned)).unwrap()
+}
+
+/// Every observer of every template and example becomes C that agrees with its design, or is refused with a reason.
+#[test]
+fn observers_of_templates_and_examples_are_exported_or_refused_with_a_reason() {
+    let folder = folder("export-all");
+    let mut files = Vec::new();
+    let list = luenberger(&["new", "--list"], "").stdout;
+    for name in list.lines().filter_map(|line| line.split_whitespace().next()) {
+        let file = folder.join(format!("{name}.toml"));
+        let made = luenberger(&["new", "--plant", name, "-o", file.to_str().unwrap()], "");
+        assert_eq!(made.code, Some(0), "{name}: {}", made.stderr);
+        files.push(file);
+    }
+    assert!(files.len() >= 8, "{list}");
+    let examples = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../examples/studies");
+    let mut folders = vec![examples];
+    while let Some(folder) = folders.pop() {
+        for path in std::fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path()) {
+            match path.extension().and_then(|extension| extension.to_str()) {
+                Some("toml") => files.push(path),
+                None if path.is_dir() => folders.push(path),
+                _ => {}
+            }
+        }
+    }
+    let (mut exported, mut refused) = (0, Vec::new());
+    for file in &files {
+        let file = file.to_str().unwrap();
+        for (k, observer) in observers(file).into_iter().enumerate() {
+            let out = folder.join(format!("out-{}-{k}", Path::new(file).file_stem().unwrap().to_str().unwrap()));
+            let out_text = out.to_str().unwrap();
+            let mut arguments =
+                vec!["export", file, "--observer", &observer, "--to", "c", "--unproved", "-o", out_text];
+            let mut ran = luenberger(&arguments, "");
+            if ran.stderr.contains("no period is given") {
+                arguments.extend(["--period", "0.01"]);
+                ran = luenberger(&arguments, "");
+            }
+            if ran.code == Some(0) {
+                golden(&out, &header(&out));
+                exported += 1;
+            } else {
+                assert_eq!(ran.code, Some(1), "{file}, {observer}: {}", ran.stderr);
+                refused.push(format!("{observer}: {}", ran.stderr));
+            }
+        }
+    }
+    let only_kkl = refused.iter().all(|why| why.contains("a numerical KKL observer has no export"));
+    assert!(exported >= 25 && refused.len() == 1 && only_kkl, "{exported} exported; {refused:?}");
 }

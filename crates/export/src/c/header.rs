@@ -2,10 +2,11 @@
 
 use std::fmt::Write;
 
-use super::{columns, harmless, kind, lengths, scalar, wrapped};
+use super::{columns, feedback, harmless, kind, lengths, scalar, wrapped};
 use crate::Export;
+use crate::program::Program;
 
-pub(super) fn header(export: &Export) -> String {
+pub(crate) fn header(export: &Export) -> String {
     let (name, number, names) = (&export.identifier, scalar(export), &export.names);
     let (upper, lengths) = lengths(export);
     let mut text = format!("/**\n * @file {name}.h\n * @brief {}, one step per sample.\n *\n", kind(export));
@@ -13,7 +14,8 @@ pub(super) fn header(export: &Export) -> String {
     let unit = if names.time_unit.is_empty() { String::new() } else { format!(" {}", harmless(&names.time_unit)) };
     _ = writeln!(text, " * Period:  {period}{unit}");
     _ = writeln!(text, " * States:  {}", columns(&names.states, &names.units));
-    _ = writeln!(text, " * Inputs:  {}", columns(&names.inputs, &[]));
+    let fed = if export.feedback.is_some() { ", u = r - K xhat with a reference r for each" } else { "" };
+    _ = writeln!(text, " * Inputs:  {}{fed}", columns(&names.inputs, &[]));
     _ = writeln!(text, " * Outputs: {}", columns(&names.outputs, &[]));
     _ = writeln!(
         text,
@@ -40,31 +42,39 @@ pub(super) fn header(export: &Export) -> String {
     for (what, length) in lengths {
         _ = writeln!(text, "#define {upper}_{what} {length}");
     }
+    let mut fields = String::new();
+    if matches!(export.program, Program::Kalman(_)) {
+        _ = writeln!(fields, "    {number} P[{upper}_STATES][{upper}_STATES]; /**< Covariance of its error. */");
+    }
+    let timed = export.program.uses_time();
+    if timed {
+        fields.push_str(
+            "    uint64_t sample; /**< Number of the next sample, from 0; its time is that many periods. */\n",
+        );
+    }
+    if timed {
+        text.push_str("\n#include <stdint.h>\n");
+    }
+    let is_fed = export.feedback.is_some();
+    let (known, more) = if is_fed { ("r", format!("{number} *u, ")) } else { ("u", String::new()) };
+    let step = if is_fed { feedback::declarations(export) } else { observer_step(&upper, !names.inputs.is_empty()) };
     _ = write!(
         text,
         "
 /** State of the observer. */
 typedef struct {{
     {number} xhat[{upper}_STATES]; /**< Estimate for the next sample. */
-}} {name}_state;
+{fields}}} {name}_state;
 
 /** Starts from a given estimate. */
 void {name}_init({name}_state *state, const {number} *xhat);
 
 /** Starts from the first estimate of the design. */
 void {name}_reset({name}_state *state);
-
-/**
- * One step, from the sample at t to the estimate at t + period.
- *
- * @param state  State, read and written.
- * @param u      Inputs held from this sample to the next, {upper}_INPUTS entries{}.
- * @param y      Outputs measured at this sample, {upper}_OUTPUTS entries.
- * @param xhat   Estimate for the next sample, {upper}_STATES entries; may be a null pointer.
- *
- * A value of u or y that is not finite makes the estimate not finite, for good: call {name}_reset or {name}_init.
+{step} *
+{not_finite} call {name}_reset or {name}_init.
  */
-void {name}_step({name}_state *state, const {number} *u, const {number} *y, {number} *xhat);
+void {name}_step({name}_state *state, const {number} *{known}, const {number} *y, {more}{number} *xhat);
 
 #ifdef __cplusplus
 }}
@@ -72,7 +82,39 @@ void {name}_step({name}_state *state, const {number} *u, const {number} *y, {num
 
 #endif
 ",
-        if names.inputs.is_empty() { "; not read, may be a null pointer" } else { "" }
+        not_finite = not_finite(export),
     );
     text
+}
+
+/// The comment of the step.
+fn observer_step(upper: &str, has_inputs: bool) -> String {
+    format!(
+        "
+/**
+ * One step, from the sample at t to the estimate at t + period.
+ *
+ * @param state  State, read and written.
+ * @param u      Inputs held from this sample to the next, {upper}_INPUTS entries{}.
+ * @param y      Outputs measured at this sample, {upper}_OUTPUTS entries.
+ * @param xhat   Estimate for the next sample, {upper}_STATES entries; may be a null pointer.
+",
+        if has_inputs { "" } else { "; not read, may be a null pointer" }
+    )
+}
+
+/// What a value of u or y that is not finite does.
+fn not_finite(export: &Export) -> String {
+    let known = if export.feedback.is_some() { "r" } else { "u" };
+    match &export.program {
+        Program::Linear(_) | Program::Cubic(_) => {
+            format!(" * A value of {known} or y that is not finite makes the estimate not finite, for good:")
+        }
+        Program::Kalman(filter) if filter.gate().is_some() => format!(
+            " * An infinite value of y is rejected by the gate. NaN in y, and a value of {known} that is not finite, make the\n * estimate not finite, for good, unless the plant does not depend on it or limits it:"
+        ),
+        Program::Copy(_) | Program::Discrete(_) | Program::Kalman(_) => format!(
+            " * A value of {known} or y that is not finite makes the estimate not finite, for good, unless the plant does not\n * depend on it or limits it:"
+        ),
+    }
 }

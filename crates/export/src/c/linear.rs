@@ -2,12 +2,12 @@
 
 use std::fmt::Write;
 
-use super::{lengths, product, scalar};
+use super::{feedback, lengths, product, scalar};
 use crate::Export;
 use crate::program::Program;
 
 pub(super) fn step(text: &mut String, export: &Export) {
-    let (name, number) = (&export.identifier, scalar(export));
+    let number = scalar(export);
     let (upper, lengths) = lengths(export);
     let [n, m, p] = lengths.map(|(what, _)| format!("{upper}_{what}"));
     let (n, m, p) = (n.as_str(), m.as_str(), p.as_str());
@@ -16,11 +16,12 @@ pub(super) fn step(text: &mut String, export: &Export) {
     _ = write!(
         text,
         "
-void {name}_step({name}_state *state, const {number} *u, const {number} *y, {number} *xhat)
+{}
 {{
     {number} innovation[{p}];
     {number} next[{n}];
-"
+",
+        feedback::head(export)
     );
     if cubic {
         _ = writeln!(text, "    {number} impulse[{p}];\n    {number} moved[{n}];");

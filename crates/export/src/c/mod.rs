@@ -9,15 +9,26 @@
 //! | `source` | the source: constants, start, step |
 //! | `linear` | the step of an observer of a linear plant |
 //! | `cubic` | the flow of the cubic part |
+//! | `plant` | the right-hand sides of a nonlinear plant; Runge-Kutta steps |
+//! | `copy` | the step of its copy with a constant gain |
+//! | `kalman` | the step of the extended Kalman filter |
+//! | `feedback` | the feedback around the step |
 //! | `test` | the test with golden vectors |
 //! | `project` | build file and README |
 
+mod copy;
 mod cubic;
+mod feedback;
 mod header;
+mod kalman;
 mod linear;
+pub(crate) mod plant;
 mod project;
-mod source;
+pub(crate) mod source;
 mod test;
+
+pub(crate) use header::header;
+pub(crate) use test::test;
 
 use std::fmt::Write;
 
@@ -33,11 +44,11 @@ pub(crate) fn files(export: &Export) -> Result<Vec<File>, ExportError> {
     let steps = golden::steps(export, STEPS)?;
     let file = |name: String, text: String| File { name, text };
     Ok(vec![
-        file(format!("{name}.h"), header::header(export)),
+        file(format!("{name}.h"), header(export)),
         file(format!("{name}.c"), source::source(export)),
-        file(format!("test_{name}.c"), test::test(export, &steps)),
+        file(format!("test_{name}.c"), test(export, &steps)),
         file("CMakeLists.txt".to_owned(), project::cmake(name)),
-        file("README.md".to_owned(), project::readme(export)),
+        file("README.md".to_owned(), project::readme(export, steps.len())),
     ])
 }
 
@@ -79,7 +90,7 @@ fn columns(names: &[String], units: &[String]) -> String {
 
 fn lengths(export: &Export) -> (String, [(&'static str, usize); 3]) {
     let size = export.program.dimensions();
-    let all = [("STATES", size.state), ("INPUTS", size.inputs), ("OUTPUTS", size.outputs)];
+    let all = [("STATES", size.estimate), ("INPUTS", size.inputs), ("OUTPUTS", size.outputs)];
     (export.identifier.to_uppercase(), all)
 }
 
@@ -87,6 +98,8 @@ pub(crate) fn kind(export: &Export) -> &'static str {
     match export.program {
         Program::Linear(_) => "Sampled linear observer",
         Program::Cubic(_) => "Sampled cubic observer",
+        Program::Kalman(_) => "Extended Kalman filter",
+        Program::Copy(_) | Program::Discrete(_) => "Copy of the plant with a constant gain",
     }
 }
 

@@ -2,7 +2,6 @@
 
 use super::{kind, scalar};
 use crate::Export;
-use crate::golden::STEPS;
 
 pub(super) fn cmake(name: &str) -> String {
     format!(
@@ -30,10 +29,19 @@ add_test(NAME {name} COMMAND test_{name})
     )
 }
 
-pub(super) fn readme(export: &Export) -> String {
+pub(super) fn readme(export: &Export, count: usize) -> String {
     let (name, number) = (&export.identifier, scalar(export));
     let statement = export.statement.join("\n");
-    let input = if export.names.inputs.is_empty() { "0" } else { "u" };
+    let (known, more, about) = match (export.feedback.is_some(), export.names.inputs.is_empty()) {
+        (true, _) => ("r", "u, ", "the references r; the plant gets u = r - K xhat until the next sample"),
+        (false, true) => ("0", "", "no inputs"),
+        (false, false) => ("u", "", "the inputs u held until the next sample"),
+    };
+    let declared = if export.feedback.is_some() {
+        format!("{number} u[{}_INPUTS];\n", name.to_uppercase())
+    } else {
+        String::new()
+    };
     format!(
         "# {name}
 
@@ -46,12 +54,12 @@ pub(super) fn readme(export: &Export) -> String {
 
 {name}_state state;
 {name}_reset(&state);
-/* every {period} {unit}, with the measured outputs y and the inputs u held until the next sample */
-{number} xhat[{upper}_STATES];
-{name}_step(&state, {input}, y, xhat);
+/* every {period} {unit}, with the measured outputs y and {about} */
+{declared}{number} xhat[{upper}_STATES];
+{name}_step(&state, {known}, y, {more}xhat);
 ```
 
-The test compares {STEPS} steps with the design, bit by bit:
+The test compares {count} steps with the design, bit by bit:
 
 ```console
 $ cc -std=c99 -O2 {name}.c test_{name}.c -lm -o test_{name} && ./test_{name}

@@ -2,7 +2,7 @@
 
 use std::fmt::Write;
 
-use super::{cubic, lengths, linear, matrix, scalar};
+use super::{copy, cubic, feedback, kalman, lengths, linear, matrix, scalar};
 use crate::program::Program;
 use crate::{Export, number};
 
@@ -11,11 +11,16 @@ pub(super) fn source(export: &Export) -> String {
     let (upper, _) = lengths(export);
     let n = format!("{upper}_STATES");
     let mut text = format!("/** @file {name}.c\n * See {name}.h. */\n#include \"{name}.h\"\n\n#include <float.h>\n");
-    if matches!(export.program, Program::Cubic(_)) {
+    let maps = export.program.maps();
+    if maps.is_some() || matches!(export.program, Program::Cubic(_)) {
         text.push_str("#include <math.h>\n");
     }
+    text.push_str("#include <stddef.h>\n");
+    if maps.is_some() {
+        text.push_str("#include <stdint.h>\n#include <string.h>\n");
+    }
     text.push_str(
-        "#include <stddef.h>
+        "
 
 #if defined(FLT_EVAL_METHOD) && (FLT_EVAL_METHOD != 0)
 #error \"operations have to be rounded to their type: FLT_EVAL_METHOD must be 0\"
@@ -33,6 +38,7 @@ pub(super) fn source(export: &Export) -> String {
         }
     }
     let initial: Vec<String> = export.initial.iter().map(|x| number::c(*x, export.scalar)).collect();
+    let start = start(export);
     _ = writeln!(text, "static const {number} INITIAL[{n}] = {{ {} }};", initial.join(", "));
     if matches!(export.program, Program::Cubic(_)) {
         cubic::flow(&mut text, export);
@@ -46,7 +52,7 @@ void {name}_init({name}_state *state, const {number} *xhat)
     for (i = 0; i < {n}; ++i) {{
         state->xhat[i] = xhat[i];
     }}
-}}
+{start}}}
 
 void {name}_reset({name}_state *state)
 {{
@@ -54,8 +60,52 @@ void {name}_reset({name}_state *state)
 }}
 "
     );
-    match export.program {
-        Program::Linear(_) | Program::Cubic(_) => linear::step(&mut text, export),
+    match (&export.program, &maps) {
+        (Program::Kalman(filter), Some(maps)) => {
+            kalman::step(&mut text, export, maps, (filter.substeps(), filter.gate().is_some()));
+        }
+        (Program::Discrete(_), Some(maps)) => copy::discrete_step(&mut text, export, maps),
+        (Program::Copy(observer), Some(maps)) => copy::step(&mut text, export, maps, observer.substeps()),
+        _ => linear::step(&mut text, export),
+    }
+    feedback::block(&mut text, export);
+    text
+}
+
+/// The time of the sample as a variable of the step, if the plant depends on it.
+pub(crate) fn time(export: &Export) -> String {
+    if !export.program.uses_time() {
+        return String::new();
+    }
+    let number = scalar(export);
+    let period = number::c(export.scalar.round(export.program.period()), export.scalar);
+    format!("    const {number} t = ({number})state->sample * {period};\n")
+}
+
+/// The count of the samples, if the plant depends on the time.
+pub(super) fn tick(export: &Export) -> &'static str {
+    if export.program.uses_time() { "    ++state->sample;\n" } else { "" }
+}
+
+/// The rest of the state at the start.
+fn start(export: &Export) -> String {
+    let (upper, _) = lengths(export);
+    let n = format!("{upper}_STATES");
+    let mut text = String::new();
+    if matches!(export.program, Program::Kalman(_)) {
+        _ = write!(
+            text,
+            "    for (i = 0; i < {n}; ++i) {{
+        int j;
+        for (j = 0; j < {n}; ++j) {{
+            state->P[i][j] = P0[i][j];
+        }}
+    }}
+"
+        );
+    }
+    if export.program.uses_time() {
+        text.push_str("    state->sample = 0;\n");
     }
     text
 }

@@ -6,7 +6,7 @@ use super::{lengths, scalar};
 use crate::golden::Step;
 use crate::{Export, number};
 
-pub(super) fn test(export: &Export, steps: &[Step]) -> String {
+pub(crate) fn test(export: &Export, steps: &[Step]) -> String {
     let (name, number) = (&export.identifier, scalar(export));
     let (upper, _) = lengths(export);
     let mut text = format!(
@@ -25,10 +25,22 @@ pub(super) fn test(export: &Export, steps: &[Step]) -> String {
         }
         text.push_str("};\n");
     };
-    table("u", |step| &step.u);
+    let fed = export.feedback.is_some();
+    table(if fed { "r" } else { "u" }, |step| &step.u);
     table("y", |step| &step.y);
     table("expected", |step| &step.estimate);
-    let u = if export.names.inputs.is_empty() { "0" } else { "u[k]" };
+    table("applied", |step| &step.applied);
+    let known = match (fed, export.names.inputs.is_empty()) {
+        (true, _) => "r[k]",
+        (false, true) => "0",
+        (false, false) => "u[k]",
+    };
+    let (declared, more, compared) = if fed {
+        let compared = " || (memcmp(u, applied[k], sizeof u) != 0)";
+        (format!("    {number} u[{upper}_INPUTS];\n"), "u, ", compared)
+    } else {
+        (String::new(), "", "")
+    };
     _ = write!(
         text,
         "
@@ -36,13 +48,13 @@ int main(void)
 {{
     {name}_state state;
     {number} xhat[{upper}_STATES];
-    int k;
+{declared}    int k;
     int wrong = 0;
 
     {name}_reset(&state);
     for (k = 0; k < {count}; ++k) {{
-        {name}_step(&state, {u}, y[k], xhat);
-        if (memcmp(xhat, expected[k], sizeof xhat) != 0) {{
+        {name}_step(&state, {known}, y[k], {more}xhat);
+        if ((memcmp(xhat, expected[k], sizeof xhat) != 0){compared}) {{
             printf(\"step %d differs: %a, expected %a\\n\", k, (double)xhat[0], (double)expected[k][0]);
             ++wrong;
         }}

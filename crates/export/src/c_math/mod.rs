@@ -11,6 +11,8 @@
 
 use std::collections::BTreeSet;
 
+use luenberger_expression::MathFunction;
+
 use crate::program::Scalar;
 
 /// An elementary function.
@@ -118,6 +120,31 @@ impl Function {
             Scalar::Binary64 => "",
         };
         format!("{prefix}_{name}{suffix}")
+    }
+}
+
+impl From<MathFunction> for Function {
+    fn from(function: MathFunction) -> Self {
+        match function {
+            MathFunction::Exp => Self::Exp,
+            MathFunction::Log => Self::Ln,
+            MathFunction::Log10 => Self::Log10,
+            MathFunction::Log1p => Self::Ln1p,
+            MathFunction::Sin => Self::Sin,
+            MathFunction::Cos => Self::Cos,
+            MathFunction::Tan => Self::Tan,
+            MathFunction::Asin => Self::Asin,
+            MathFunction::Acos => Self::Acos,
+            MathFunction::Atan => Self::Atan,
+            MathFunction::Atan2 => Self::Atan2,
+            MathFunction::Sinh => Self::Sinh,
+            MathFunction::Cosh => Self::Cosh,
+            MathFunction::Tanh => Self::Tanh,
+            MathFunction::Asinh => Self::Asinh,
+            MathFunction::Acosh => Self::Acosh,
+            MathFunction::Atanh => Self::Atanh,
+            MathFunction::Pow => Self::Power,
+        }
     }
 }
 

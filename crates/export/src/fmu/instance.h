@@ -77,12 +77,10 @@ static void model_store(model *m, int first, int count, const model_number *colu
 static void model_outputs(model *m)
 {
 #if MODEL_FEEDBACK
-    model_number xhat[MODEL_STATES];
     model_number u[MODEL_INPUTS];
     model_number r[MODEL_INPUTS];
-    model_column(m, FIRST_XHAT, MODEL_STATES, xhat);
     model_column(m, FIRST_R, MODEL_INPUTS, r);
-    model_input(xhat, r, u);
+    model_input(&m->observer, r, u);
     model_store(m, FIRST_U, MODEL_INPUTS, u);
 #else
     (void)m;
@@ -141,8 +139,7 @@ static void model_advance(model *m)
     model_number innovation[MODEL_OUTPUTS + 1] = {(model_number)0};
     model_column(m, FIRST_U, MODEL_INPUTS, u);
     model_column(m, FIRST_Y, MODEL_OUTPUTS, y);
-    model_column(m, FIRST_XHAT, MODEL_STATES, xhat);
-    model_innovation(xhat, u, y, innovation);
+    model_innovation(&m->observer, u, y, innovation);
 #if MODEL_FEEDBACK
     {
         model_number r[MODEL_INPUTS];

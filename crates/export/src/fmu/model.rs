@@ -48,8 +48,8 @@ typedef {name}_state model_state;
     _ = write!(
         text,
         "
-/* y - C xhat - D u. */
-void {name}_innovation(const {number} *xhat, const {number} *u, const {number} *y, {number} *innovation);
+/* Measured minus expected output. */
+void {name}_innovation(const {name}_state *state, const {number} *u, const {number} *y, {number} *innovation);
 
 #endif
 "
@@ -61,22 +61,41 @@ fn source(export: &Export) -> String {
     let (name, number, upper) = (&export.identifier, c::scalar(export), export.identifier.to_uppercase());
     let [n, m, p] = ["STATES", "INPUTS", "OUTPUTS"].map(|what| format!("{upper}_{what}"));
     let mut text = "#include \"model.h\"\n\n".to_owned();
+    let head = format!(
+        "
+void {name}_innovation(const {name}_state *state, const {number} *u, const {number} *y, {number} *innovation)
+{{
+"
+    );
+    if let Some(maps) = export.program.maps() {
+        text.push_str("#include <math.h>\n#include <stddef.h>\n#include <stdint.h>\n#include <string.h>\n");
+        c::plant::measurement(&mut text, export, &maps);
+        let time = if maps.measurement.uses_time() { c::source::time(export) } else { String::new() };
+        _ = write!(
+            text,
+            "{head}    {number} all[{}];
+{time}    int i;
+
+    (void)state;
+    (void)u;
+    {}
+    for (i = 0; i < {p}; ++i) {{
+        innovation[i] = y[i] - all[i];
+    }}
+}}
+",
+            maps.measurement.len(),
+            c::plant::call("measurement", &maps.measurement, ("t", "state->xhat", "all")),
+        );
+        return text;
+    }
     let matrices = export.matrices();
     let named = |wanted: &str| matrices.iter().find(|(name, values)| *name == wanted && values.ncols() > 0);
     for (name, values) in [named("C"), named("D")].into_iter().flatten() {
         c::matrix(&mut text, export, name, values);
     }
-    _ = write!(
-        text,
-        "
-void {name}_innovation(const {number} *xhat, const {number} *u, const {number} *y, {number} *innovation)
-{{
-    int i;
-    int j;
-
-"
-    );
-    c::product(&mut text, number, ("C", &p, &n), "xhat", "innovation[i] = y[i] - sum;");
+    _ = write!(text, "{head}    int i;\n    int j;\n\n");
+    c::product(&mut text, number, ("C", &p, &n), "state->xhat", "innovation[i] = y[i] - sum;");
     if named("D").is_some() {
         c::product(&mut text, number, ("D", &p, &m), "u", "innovation[i] = innovation[i] - sum;");
     } else {

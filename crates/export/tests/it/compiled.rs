@@ -5,11 +5,11 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 
 use luenberger_export::{Export, Names, Program, Scalar, golden};
-use luenberger_observers::{DiscreteLinearObserver, SampledCubicGains, SampledCubicObserver, SampledObserver, cubic};
+use luenberger_observers::{
+    DiscreteLinearObserver, OutputFeedback, SampledCubicGains, SampledCubicObserver, SampledObserver, cubic,
+};
 use luenberger_plants::StateSpace;
-use nalgebra::{DMatrix, DVector, SVector, dmatrix};
-use proptest::prelude::*;
-use proptest::test_runner::{Config, TestRunner};
+use nalgebra::{DMatrix, DVector, SMatrix, SVector, dmatrix};
 
 /// The C compilers of this machine.
 pub(crate) fn compilers() -> Vec<&'static str> {
@@ -99,6 +99,25 @@ pub(crate) fn export(program: Program, scalar: Scalar) -> Export {
     Export::new("plant", program, scalar, &initial, names).unwrap()
 }
 
+/// The same with a small feedback gain, which leaves the loop stable.
+pub(crate) fn with_feedback(export: Export) -> Export {
+    let size = export.program().dimensions();
+    let k = DMatrix::from_fn(size.inputs, size.estimate, |i, j| 0.03 * (i as f64 + 1.0) - 0.01 * j as f64);
+    export.with_feedback(&k).unwrap()
+}
+
+#[track_caller]
+fn every_option(export: &Export, folder: &Path, compiler: &str, sanitised: bool) {
+    for flags in [&["-O0"][..], &["-Os"], &["-O2"], &["-O3", "-march=haswell"]] {
+        if has_haswell() || !flags.contains(&"-march=haswell") {
+            agrees(export, folder, compiler, flags);
+        }
+    }
+    if sanitised {
+        agrees(export, folder, compiler, &SANITISERS);
+    }
+}
+
 #[test]
 fn optimised_and_sanitised_builds_give_the_same_bits() {
     let compilers = compilers();
@@ -116,37 +135,22 @@ fn optimised_and_sanitised_builds_give_the_same_bits() {
         {
             for scalar in [Scalar::Binary32, Scalar::Binary64] {
                 let export = export(program(7, sizes, is_cubic, fed), scalar);
-                for flags in [&["-O0"][..], &["-Os"], &["-O2"], &["-O3", "-march=haswell"]] {
-                    if has_haswell() || !flags.contains(&"-march=haswell") {
-                        agrees(&export, &folder, compiler, flags);
-                    }
-                }
-                if sanitised {
-                    agrees(&export, &folder, compiler, &SANITISERS);
+                every_option(&export, &folder, compiler, sanitised);
+                // The step of the observer is the same function in the block.
+                if sizes.1 > 0 {
+                    agrees(&with_feedback(export), &folder, compiler, if sanitised { &SANITISERS } else { &["-O2"] });
                 }
             }
         }
+        for seed in 0..3 {
+            let program = crate::fuzz::nonlinear(&mut crate::fuzz::Random(seed));
+            let export = crate::fuzz::export("plant", program, Scalar::Binary64);
+            every_option(&export, &folder, compiler, sanitised);
+            if export.program().dimensions().inputs > 0 {
+                agrees(&with_feedback(export), &folder, compiler, &["-O2"]);
+            }
+        }
     }
-}
-
-#[test]
-fn random_observers_give_the_same_bits() {
-    let Some(compiler) = compilers().into_iter().next() else {
-        eprintln!("SKIPPED: no C compiler");
-        return;
-    };
-    let folder = folder("random");
-    let strategy = (any::<u64>(), 1usize..9, 0usize..4, 1usize..5, any::<bool>(), any::<bool>(), any::<bool>());
-    let mut runner = TestRunner::new(Config { cases: 60, failure_persistence: None, ..Config::default() });
-    runner
-        .run(&strategy, |(seed, n, m, p, is_cubic, fed, single)| {
-            // A radial gain needs at most as many outputs as states.
-            let p = p.min(n);
-            let scalar = if single { Scalar::Binary32 } else { Scalar::Binary64 };
-            agrees(&export(program(seed, (n, m, p), is_cubic, fed && m > 0), scalar), &folder, compiler, &["-O2"]);
-            Ok(())
-        })
-        .unwrap();
 }
 
 /// The reference of the golden vectors has sizes known at run time; those of a target are known at compile time.
@@ -162,6 +166,7 @@ fn sizes_known_at_compile_time_give_the_same_bits() {
                 match &program {
                     Program::Linear(o) => o.to_static::<f64, N, M, P>().unwrap().step(0.0, &mut xhat, &u, &y),
                     Program::Cubic(o) => o.to_static::<f64, N, M, P>().unwrap().step(0.0, &mut xhat, &u, &y),
+                    _ => unreachable!("a linear plant"),
                 }
                 let bits = |x: &[f64]| x.iter().map(|x| x.to_bits()).collect::<Vec<_>>();
                 assert_eq!(bits(xhat.as_slice()), bits(&step.estimate), "{N} {M} {P}");
@@ -203,6 +208,38 @@ fn what_cannot_be_exported_is_an_error() {
     assert!(unstable.rust().is_err());
 }
 
+/// The golden vectors of the block are those of the block of `observers`, with sizes known at compile time.
+#[test]
+fn the_block_is_that_of_the_observers() {
+    for is_cubic in [false, true] {
+        let program = program(13, (3, 2, 2), is_cubic, true);
+        let export = with_feedback(export(program.clone(), Scalar::Binary64));
+        let k = export.matrices().into_iter().find(|(name, _)| *name == "K").unwrap().1;
+        let k = SMatrix::<f64, 2, 3>::from_fn(|i, j| k[(i, j)]);
+        let mut xhat = SVector::<f64, 3>::from_fn(|i, _| 0.1 * i as f64 - 0.3);
+        for step in golden::steps(&export, 100).unwrap() {
+            let (r, y) = (SVector::<f64, 2>::from_column_slice(&step.u), SVector::from_column_slice(&step.y));
+            let u = match &program {
+                Program::Linear(o) => {
+                    OutputFeedback::new(o.to_static::<f64, 3, 2, 2>().unwrap(), k).unwrap().step(0.0, &mut xhat, &r, &y)
+                }
+                Program::Cubic(o) => {
+                    OutputFeedback::new(o.to_static::<f64, 3, 2, 2>().unwrap(), k).unwrap().step(0.0, &mut xhat, &r, &y)
+                }
+                _ => unreachable!("a linear plant"),
+            };
+            let bits = |x: &[f64]| x.iter().map(|x| x.to_bits()).collect::<Vec<_>>();
+            assert_eq!(bits(xhat.as_slice()), bits(&step.estimate));
+            assert_eq!(bits(u.as_slice()), bits(&step.applied));
+        }
+    }
+    let export = export(program(13, (3, 2, 2), false, false), Scalar::Binary32);
+    let error = export.clone().with_feedback(&DMatrix::zeros(3, 2)).unwrap_err();
+    assert_eq!(error.to_string(), "K is 3 x 2, and the plant needs 2 x 3");
+    let error = export.with_feedback(&DMatrix::from_element(2, 3, 1e39)).unwrap_err();
+    assert!(error.to_string().ends_with("of K is beyond the range of f32"), "{error}");
+}
+
 /// NaN in an output reaches the estimate and stays there, as the header says, in Rust and so in C.
 #[test]
 fn what_is_not_finite_stays() {
@@ -216,6 +253,7 @@ fn what_is_not_finite_stays() {
                 match &program {
                     Program::Linear(observer) => observer.step(0.0, &mut xhat, &u, &y),
                     Program::Cubic(observer) => observer.step(0.0, &mut xhat, &u, &y),
+                    _ => unreachable!("a linear plant"),
                 }
                 assert_eq!(xhat.iter().any(|x| !x.is_finite()), k >= 1, "{bad} {k} {xhat}");
             }

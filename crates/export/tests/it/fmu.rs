@@ -5,9 +5,10 @@ use std::path::Path;
 use std::process::Command;
 
 use luenberger_export::fmu::{Version, compilers as libraries};
-use luenberger_export::{Export, Names, Scalar, golden};
+use luenberger_export::{Export, Names, Program, Scalar, golden};
 
-use crate::compiled::{self, SANITISERS, can_sanitise, export, folder, program};
+use crate::compiled::{self, SANITISERS, can_sanitise, export, folder, program, with_feedback};
+use crate::fuzz;
 
 const VERSIONS: [Version; 2] = [Version::Two, Version::Three];
 
@@ -30,14 +31,18 @@ fn vectors(export: &Export, token: &str) -> String {
         format!("static const double {name}[{}][{width}] = {{\n{}\n}};\n", steps.len(), rows.join(",\n"))
     };
     format!(
-        "#define STEPS {}\n#define TOKEN \"{token}\"\n#define PERIOD 0.05\nenum {{ N = {}, M = {}, P = {} }};\n{}{}{}",
+        "#define STEPS {}\n#define TOKEN \"{token}\"\n#define PERIOD {:e}\n#define LINEAR {}\nenum {{ N = {}, M = {}, P = {}, FED = {} }};\n{}{}{}{}",
         steps.len(),
+        export.program().period(),
+        i32::from(matches!(export.program(), Program::Linear(_) | Program::Cubic(_))),
         steps[0].estimate.len(),
         steps[0].u.len(),
         steps[0].y.len(),
+        i32::from(!steps[0].applied.is_empty()),
         table("golden_u", |step| &step.u),
         table("golden_y", |step| &step.y),
         table("golden_xhat", |step| &step.estimate),
+        table("golden_applied", |step| &step.applied),
     )
 }
 
@@ -92,10 +97,20 @@ fn an_importer_gets_the_golden_vectors() {
             {
                 for scalar in [Scalar::Binary32, Scalar::Binary64] {
                     let export = export(program(11, sizes, is_cubic, fed), scalar);
-                    runs(&export, version, &folder, compiler, &["-O2"]);
-                    if can_sanitise(&folder, compiler) {
-                        runs(&export, version, &folder, compiler, &SANITISERS);
+                    let block = (sizes.1 > 0).then(|| with_feedback(export.clone()));
+                    for export in [Some(export), block].into_iter().flatten() {
+                        runs(&export, version, &folder, compiler, &["-O2"]);
+                        if scalar == Scalar::Binary32 && can_sanitise(&folder, compiler) {
+                            runs(&export, version, &folder, compiler, &SANITISERS);
+                        }
                     }
+                }
+            }
+            for seed in 0..4 {
+                let export = fuzz::export("plant", fuzz::nonlinear(&mut fuzz::Random(seed)), Scalar::Binary64);
+                let block = (export.program().dimensions().inputs > 0).then(|| with_feedback(export.clone()));
+                for export in [Some(export), block].into_iter().flatten() {
+                    runs(&export, version, &folder, compiler, &["-O2"]);
                 }
             }
         }

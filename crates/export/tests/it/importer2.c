@@ -62,12 +62,19 @@ static void initialize(void *c)
     CHECK(fmi2ExitInitializationMode(c) == 0);
 }
 
-/* Sets u and y, steps, gets xhat; returns whether it is the expected one. */
+/* Sets u, or r with feedback, and y, steps, gets xhat; returns whether it is the expected one. With feedback u is to be
+ * the expected one as soon as r is set. */
 static int step(void *c, int k)
 {
     double xhat[N];
+    double applied[M + 1];
     if (M > 0) {
-        CHECK(fmi2SetReal(c, &references[1], (size_t)M, golden_u[k]) == 0);
+        CHECK(fmi2SetReal(c, &references[FED ? (1 + M + P + N + P + N) : 1], (size_t)M, golden_u[k]) == 0);
+    }
+    if (FED) {
+        CHECK(fmi2GetReal(c, &references[1], (size_t)M, applied) == 0);
+        CHECK(memcmp(applied, golden_applied[k], sizeof(double) * (size_t)M) == 0);
+        CHECK(fmi2SetReal(c, &references[1], (size_t)M, applied) == 3);
     }
     CHECK(fmi2SetReal(c, &references[1 + M], (size_t)P, golden_y[k]) == 0);
     CHECK(fmi2DoStep(c, 2.0 + (double)k * PERIOD, PERIOD, 1) == 0);
@@ -136,10 +143,11 @@ int main(void)
     /* Two periods in one step: the inputs are held. */
     CHECK(fmi2DoStep(c, 0.0, 2.0 * PERIOD, 1) == 0);
 
-    /* A measurement that is not finite is a warning, until the reset. */
+    /* A measurement that is not finite is a warning, until the reset; a nonlinear plant may limit its effect. */
     bad = 1e308 * 10.0;
     CHECK(fmi2SetReal(c, &references[1 + M], 1, &bad) == 0);
-    CHECK(fmi2DoStep(c, 0.0, PERIOD, 1) == 1);
+    k = fmi2DoStep(c, 0.0, PERIOD, 1);
+    CHECK((k == 1) || (!LINEAR && (k == 0)));
     CHECK(fmi2Reset(c) == 0);
     initialize(c);
     CHECK(step(c, 0) && step(c, 1));

@@ -65,12 +65,20 @@ static void initialize(void *c)
     CHECK(fmi3ExitInitializationMode(c) == 0);
 }
 
-/* Sets u and y, steps, gets xhat; returns whether it is the expected one. */
+/* Sets u, or r with feedback, and y, steps, gets xhat; returns whether it is the expected one. With feedback u is to be
+ * the expected one as soon as r is set. */
 static int step(void *c, int k)
 {
     double xhat[N];
+    double applied[M + 1];
     if (M > 0) {
-        CHECK(fmi3SetFloat64(c, &references[1], (size_t)M, golden_u[k], (size_t)M) == 0);
+        const uint32_t *known = &references[FED ? (1 + M + P + N + P + N) : 1];
+        CHECK(fmi3SetFloat64(c, known, (size_t)M, golden_u[k], (size_t)M) == 0);
+    }
+    if (FED) {
+        CHECK(fmi3GetFloat64(c, &references[1], (size_t)M, applied, (size_t)M) == 0);
+        CHECK(memcmp(applied, golden_applied[k], sizeof(double) * (size_t)M) == 0);
+        CHECK(fmi3SetFloat64(c, &references[1], (size_t)M, applied, (size_t)M) == 3);
     }
     CHECK(fmi3SetFloat64(c, &references[1 + M], (size_t)P, golden_y[k], (size_t)P) == 0);
     CHECK(do_step(c, 2.0 + (double)k * PERIOD, PERIOD) == 0);
@@ -125,7 +133,7 @@ int main(void)
     /* What is refused. */
     said[0] = '\0';
     CHECK(do_step(c, 0.0, 0.7 * PERIOD) == 3);
-    CHECK(strstr(said, "is not a multiple of the sampling period 0.05") != NULL);
+    CHECK(strstr(said, "is not a multiple of the sampling period") != NULL);
     CHECK(do_step(c, 0.0, 0.0) == 3);
     CHECK(do_step(c, 0.0, -PERIOD) == 3);
     CHECK(fmi3SetFloat64(c, &references[1 + M + P], 1, &bad, 1) == 3);
@@ -137,10 +145,11 @@ int main(void)
     /* Two periods in one step: the inputs are held. */
     CHECK(do_step(c, 0.0, 2.0 * PERIOD) == 0);
 
-    /* A measurement that is not finite is a warning, until the reset. */
+    /* A measurement that is not finite is a warning, until the reset; a nonlinear plant may limit its effect. */
     bad = 1e308 * 10.0;
     CHECK(fmi3SetFloat64(c, &references[1 + M], 1, &bad, 1) == 0);
-    CHECK(do_step(c, 0.0, PERIOD) == 1);
+    k = do_step(c, 0.0, PERIOD);
+    CHECK((k == 1) || (!LINEAR && (k == 0)));
     CHECK(fmi3Reset(c) == 0);
     initialize(c);
     CHECK(step(c, 0) && step(c, 1));

@@ -3,3 +3,4 @@
 mod c_math;
 mod compiled;
 mod fmu;
+mod fuzz;

@@ -10,5 +10,6 @@ mod kkl;
 mod mean_value;
 mod numerical_kkl;
 mod sampled;
+mod sampled_copy;
 #[cfg(feature = "alloc")]
 mod static_size;

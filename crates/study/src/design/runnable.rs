@@ -155,7 +155,7 @@ impl Chains {
     }
 
     /// The factors of the corrections.
-    pub(super) fn factors(&self) -> &DVector<f64> {
+    pub(crate) fn factors(&self) -> &DVector<f64> {
         &self.shape
     }
 }

@@ -147,6 +147,22 @@ pub(crate) fn plant_run(study: &Study, simulation: &crate::study::Simulation) ->
     simulate::trajectory(study, simulation, &[], None, simulate::Variation::NONE, None).ok()
 }
 
+/// Whether the input of the plant is a feedback of this observer's estimate.
+pub(crate) fn is_fed(study: &Study, observer: &str) -> bool {
+    simulate::fed(study) == Some(observer)
+}
+
+/// The run with an observer at given times; none if it cannot be simulated.
+pub(crate) fn run_at(
+    study: &Study,
+    simulation: &crate::study::Simulation,
+    members: &[Member<'_>],
+    member: &Member<'_>,
+    times: &[f64],
+) -> Option<luenberger_sim::Trajectory> {
+    simulate::trajectory_at(study, simulation, members, Some(member), simulate::Variation::NONE, times).ok()
+}
+
 /// All steps of a study: [`execute()`] with [`Step::Run`].
 ///
 /// # Errors

@@ -88,12 +88,25 @@ pub(super) fn trajectory(
 ) -> Result<Trajectory, SimError> {
     let (mut wanted, end) = times(simulation, member.and_then(|member| member.designed.runnable.period()));
     wanted.extend(end);
+    let settings = Settings { end: until, ..simulation.settings };
+    trajectory_at(study, &Simulation { settings, ..simulation.clone() }, members, member, variation, &wanted)
+}
+
+/// The same with rows at the given times.
+pub(super) fn trajectory_at(
+    study: &Study,
+    simulation: &Simulation,
+    members: &[Member<'_>],
+    member: Option<&Member<'_>>,
+    variation: Variation,
+    times: &[f64],
+) -> Result<Trajectory, SimError> {
     let truth = study.truth.as_ref();
     let mut scenario = Scenario::new(truth.and_then(|truth| truth.model.as_ref()).unwrap_or(&study.plant.model))
         .model(&study.plant.model)
         .initial_state(&simulation.x0)
-        .times(&wanted)
-        .settings(Settings { end: until, ..simulation.settings })
+        .times(times)
+        .settings(simulation.settings)
         .input(study.input.signal_at(study.operating_point.as_ref()))
         .breakpoints(&study.input.breakpoints(0.0, simulation.duration));
     if let Some(period) = simulation.hold {

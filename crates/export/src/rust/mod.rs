@@ -1,4 +1,14 @@
 //! The files of a `no_std` crate on `luenberger-observers`.
+//!
+//! | file | subject |
+//! |---|---|
+//! | `plant` | a nonlinear plant, and the observers with a copy of it |
+//! | `staticlib` | a static library with the interface of the emitted C |
+//! | `test` | the test with golden vectors |
+
+mod plant;
+mod staticlib;
+mod test;
 
 use std::fmt::Write;
 
@@ -6,7 +16,7 @@ use nalgebra::DMatrix;
 
 use crate::c::wrapped;
 use crate::error::ExportError;
-use crate::golden::{self, STEPS, Step};
+use crate::golden::{self, STEPS};
 use crate::number;
 use crate::program::Program;
 use crate::{Export, File};
@@ -14,11 +24,41 @@ use crate::{Export, File};
 pub(crate) fn files(export: &Export) -> Result<Vec<File>, ExportError> {
     let steps = golden::steps(export, STEPS)?;
     let file = |name: &str, text: String| File { name: name.to_owned(), text };
-    Ok(vec![
+    let mut files = vec![
         file("Cargo.toml", manifest(export)),
         file("src/lib.rs", library(export)),
-        file("tests/golden.rs", test(export, &steps)),
-    ])
+        file("tests/golden.rs", test::test(export, &steps)),
+        file("README.md", readme(export, steps.len())),
+    ];
+    files.extend(staticlib::files(export, &steps));
+    Ok(files)
+}
+
+fn readme(export: &Export, count: usize) -> String {
+    format!(
+        "# {name}
+
+{kind} as a `no_std` crate on `luenberger-observers`. The test compares {count} steps with the design, bit by bit:
+
+```console
+$ cargo test
+```
+
+`c/` is the same observer as a static library for programs in C, with its header and the same test:
+
+```console
+$ cd c && cargo build --release
+$ cc -std=c99 test_{name}.c target/release/lib{name}.a -lm -o test_{name} && ./test_{name}
+```
+
+For a microcontroller add its target, `cargo build --release --target thumbv7em-none-eabihf`.
+
+{statement}
+",
+        name = export.identifier,
+        kind = crate::c::kind(export),
+        statement = export.statement.join("\n"),
+    )
 }
 
 fn manifest(export: &Export) -> String {
@@ -31,11 +71,12 @@ publish = false
 
 [dependencies]
 luenberger-observers = {{ version = \"{}\", default-features = false }}
-
+{libm}
 [workspace]
 ",
-        export.identifier.replace('_', "-"),
-        env!("CARGO_PKG_VERSION")
+        staticlib::package(&export.identifier),
+        env!("CARGO_PKG_VERSION"),
+        libm = if export.program.maps().is_some() { "libm = \"0.2.16\"\n" } else { "" },
     )
 }
 
@@ -50,11 +91,25 @@ fn matrix(export: &Export, m: &DMatrix<f64>) -> String {
 fn library(export: &Export) -> String {
     let scalar = export.scalar.name();
     let size = export.program.dimensions();
-    let (n, m, p) = (size.state, size.inputs, size.outputs);
+    let (n, m, p) = (size.estimate, size.inputs, size.outputs);
     let (kind, data) = match export.program {
         Program::Linear(_) => ("StaticDiscreteLinearObserver", "LinearPlant"),
         Program::Cubic(_) => ("StaticSampledCubicObserver", "SampledCubicGains"),
+        Program::Kalman(_) => {
+            ("StaticExtendedKalmanFilter", "Differentiable, Dimensions, ExtendedKalmanFilter, NoiseModel, Plant, Shape")
+        }
+        Program::Copy(_) => ("StaticSampledCopy", "Differentiable, Dimensions, Plant, SampledCopy, Shape"),
+        Program::Discrete(_) => {
+            ("DiscreteNonlinearObserver", "Differentiable, Dimensions, DiscreteNonlinearObserver, Plant, Shape")
+        }
     };
+    let fed = export.feedback.is_some();
+    let model = if export.program.maps().is_some() { "Model, " } else { "" };
+    let lengths = match export.program {
+        Program::Discrete(_) => format!("Const<{n}>, Const<{m}>, Const<{p}>"),
+        _ => format!("{n}, {m}, {p}"),
+    };
+    let sizes = if model.is_empty() && !fed { "SMatrix, SVector" } else { "Const, SMatrix, SVector" };
     let mut text = format!(
         "//! {} of {n} states, {m} inputs and {p} outputs, one step per sample.\n//!\n",
         kind.trim_start_matches("Static")
@@ -66,17 +121,35 @@ fn library(export: &Export) -> String {
     if let Some(source) = &export.source {
         _ = writeln!(text, "//! SHA-256 of the study: {source}");
     }
+    let block = if fed { "OutputFeedback, " } else { "" };
+    let inner = format!("{kind}<{model}{scalar}, {lengths}>");
+    let observer = if fed {
+        format!(
+            "/// The observer with its sizes and its scalar, and the feedback `u = r - K xhat`.
+pub type Observer = OutputFeedback<{scalar}, {inner}, Const<{m}>, Const<{n}>>;"
+        )
+    } else {
+        format!("/// The observer, with its sizes and its scalar.\npub type Observer = {inner};")
+    };
+    let without = named(export, "K").map_or_else(String::new, |k| {
+        format!(
+            "    OutputFeedback::new(without_feedback()?, {k})
+}}
+
+fn without_feedback() -> Result<{inner}, ObserverError> {{
+"
+        )
+    });
     _ = write!(
         text,
         "#![no_std]
 
 pub use luenberger_observers;
 
-use luenberger_observers::nalgebra::{{SMatrix, SVector}};
-use luenberger_observers::{{{data}, {kind}, ObserverError}};
+use luenberger_observers::nalgebra::{{{sizes}}};
+use luenberger_observers::{{{block}{data}, {kind}, ObserverError}};
 
-/// The observer, with its sizes and its scalar.
-pub type Observer = {kind}<{scalar}, {n}, {m}, {p}>;
+{observer}
 
 /// The first estimate of the design.
 pub fn initial() -> SVector<{scalar}, {n}> {{
@@ -88,14 +161,20 @@ pub fn initial() -> SVector<{scalar}, {n}> {{
 /// # Errors
 /// None: the numbers were checked when they were written.
 pub fn observer() -> Result<Observer, ObserverError> {{
-",
-        export.initial.iter().map(|x| number::rust(*x, export.scalar)).collect::<Vec<_>>().join(", ")
+{without}",
+        export.initial.iter().map(|x| number::rust(*x, export.scalar)).collect::<Vec<_>>().join(", "),
     );
     match export.program {
         Program::Linear(_) => linear(&mut text, export, kind),
         Program::Cubic(_) => cubic(&mut text, export, kind),
+        Program::Kalman(_) => plant::kalman(&mut text, export),
+        Program::Copy(_) => plant::copy(&mut text, export),
+        Program::Discrete(_) => plant::discrete(&mut text, export),
     }
     text.push_str("}\n");
+    if let Some(routines) = export.program.routines() {
+        plant::model(&mut text, export, &routines);
+    }
     text
 }
 
@@ -135,43 +214,4 @@ fn cubic(text: &mut String, export: &Export, kind: &str) {
     }
     let feedthrough = named(export, "D").map_or_else(String::new, |d| format!("?\n    .with_feedthrough({d})"));
     _ = writeln!(text, "    }}){feedthrough}");
-}
-
-fn test(export: &Export, steps: &[Step]) -> String {
-    let scalar = export.scalar.name();
-    let size = export.program.dimensions();
-    let mut text = format!(
-        "//! Golden vectors: {} steps of the design, compared bit by bit.\n\nuse {}::luenberger_observers::SampledObserver;\nuse {}::luenberger_observers::nalgebra::SVector;\n",
-        steps.len(),
-        export.identifier,
-        export.identifier
-    );
-    let mut table = |what: &str, length: usize, of: fn(&Step) -> &Vec<f64>| {
-        _ = writeln!(text, "\nconst {what}: [[{scalar}; {length}]; {}] = [", steps.len());
-        for step in steps {
-            let row: Vec<String> = of(step).iter().map(|x| number::rust(*x, export.scalar)).collect();
-            _ = writeln!(text, "    [{}],", row.join(", "));
-        }
-        text.push_str("];\n");
-    };
-    table("U", size.inputs, |step| &step.u);
-    table("Y", size.outputs, |step| &step.y);
-    table("EXPECTED", size.state, |step| &step.estimate);
-    _ = write!(
-        text,
-        "
-#[test]
-fn the_steps_are_those_of_the_design() {{
-    let observer = {name}::observer().unwrap();
-    let mut xhat = {name}::initial();
-    for ((u, y), expected) in U.iter().zip(&Y).zip(&EXPECTED) {{
-        observer.step(0.0, &mut xhat, &SVector::from(*u), &SVector::from(*y));
-        let bits = |x: &[{scalar}]| x.iter().map(|x| x.to_bits()).collect::<Vec<_>>();
-        assert_eq!(bits(xhat.as_slice()), bits(expected));
-    }}
-}}
-",
-        name = export.identifier
-    );
-    text
 }

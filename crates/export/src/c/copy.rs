@@ -1,0 +1,128 @@
+//! The step of the copy of a nonlinear plant with a constant gain.
+
+use std::fmt::Write;
+
+use super::plant::{self, Arguments};
+use super::{feedback, lengths, product, scalar};
+use crate::Export;
+use crate::program::Maps;
+
+pub(super) fn step(text: &mut String, export: &Export, maps: &Maps, substeps: usize) {
+    let number = scalar(export);
+    let (upper, _) = lengths(export);
+    let [n, p] = ["STATES", "OUTPUTS"].map(|what| format!("{upper}_{what}"));
+    plant::functions(text, export, maps);
+    let arguments = Arguments::of(maps, true);
+    let all = format!("({n} + {p})");
+    _ = write!(
+        text,
+        "
+/* The slopes of the estimate and of the predicted output, z = (xhat, w). */
+static void slope({parameters}const {number} *z, {number} *dz)
+{{
+    {number} all[{p} + ({p} * {n})];
+    {number} innovation[{p}];
+    int i;
+    int j;
+
+    {motion}
+    {measurement}
+    for (i = 0; i < {p}; ++i) {{
+        {number} sum = all[{p} + (i * {n})] * dz[0];
+        for (j = 1; j < {n}; ++j) {{
+            sum = sum + (all[{p} + (i * {n}) + j] * dz[j]);
+        }}
+        dz[{n} + i] = sum;
+        innovation[i] = z[{n} + i] - all[i];
+    }}
+    for (i = 0; i < {n}; ++i) {{
+        {number} sum = L[i][0] * innovation[0];
+        for (j = 1; j < {p}; ++j) {{
+            sum = sum + (L[i][j] * innovation[j]);
+        }}
+        dz[i] = dz[i] + sum;
+    }}
+}}
+",
+        parameters = arguments.parameters(number),
+        motion = plant::call("motion", &maps.motion, ("t", "z", "dz")),
+        measurement = plant::call("measurement", &maps.measurement, ("t", "z", "all")),
+    );
+    plant::runge_kutta(text, export, arguments, &all);
+    _ = write!(
+        text,
+        "
+{head}
+{{
+    {number} z[{all}];
+{time}    int i;
+    int k;
+
+{unused}    for (i = 0; i < {n}; ++i) {{
+        z[i] = state->xhat[i];
+    }}
+    for (i = 0; i < {p}; ++i) {{
+        z[{n} + i] = y[i];
+    }}
+",
+        head = feedback::head(export),
+        time = super::source::time(export),
+        unused = if arguments.inputs { "" } else { "    (void)u;\n" },
+    );
+    plant::advance(text, export, arguments, substeps, "");
+    _ = write!(
+        text,
+        "    for (i = 0; i < {n}; ++i) {{
+        state->xhat[i] = z[i];
+        if (xhat != NULL) {{
+            xhat[i] = z[i];
+        }}
+    }}
+{}}}
+",
+        super::source::tick(export)
+    );
+}
+
+/// The step of the copy of a plant in discrete time: `xhat+ = f + L (y - h)`.
+pub(super) fn discrete_step(text: &mut String, export: &Export, maps: &Maps) {
+    let number = scalar(export);
+    let (upper, _) = lengths(export);
+    let [n, p] = ["STATES", "OUTPUTS"].map(|what| format!("{upper}_{what}"));
+    plant::functions(text, export, maps);
+    _ = write!(
+        text,
+        "
+{head}
+{{
+    {number} innovation[{p}];
+    {number} next[{n}];
+{time}    int i;
+    int j;
+
+{unused}    {measurement}
+    {motion}
+    for (i = 0; i < {p}; ++i) {{
+        innovation[i] = y[i] - innovation[i];
+    }}
+",
+        head = feedback::head(export),
+        time = super::source::time(export),
+        unused = if Arguments::of(maps, true).inputs { "" } else { "    (void)u;\n" },
+        measurement = plant::call("measurement", &maps.measurement, ("t", "state->xhat", "innovation")),
+        motion = plant::call("motion", &maps.motion, ("t", "state->xhat", "next")),
+    );
+    product(text, number, ("L", &n, &p), "innovation", "next[i] = next[i] + sum;");
+    _ = write!(
+        text,
+        "    for (i = 0; i < {n}; ++i) {{
+        state->xhat[i] = next[i];
+        if (xhat != NULL) {{
+            xhat[i] = next[i];
+        }}
+    }}
+{}}}
+",
+        super::source::tick(export)
+    );
+}

@@ -1,0 +1,345 @@
+//! The step of the extended Kalman filter: update in Joseph's form, then prediction.
+
+use std::fmt::Write;
+
+use super::plant::{self, Arguments, contraction};
+use super::{feedback, lengths, scalar};
+use crate::program::{Maps, Scalar};
+use crate::{Export, number};
+
+pub(super) fn step(text: &mut String, export: &Export, maps: &Maps, (substeps, gated): (Option<usize>, bool)) {
+    let number = scalar(export);
+    let (upper, _) = lengths(export);
+    let [n, p] = ["STATES", "OUTPUTS"].map(|what| format!("{upper}_{what}"));
+    plant::functions(text, export, maps);
+    symmetrise(text, export, &n);
+    update(text, export, maps, (&n, &p), gated);
+    let (forward, measured) = (Arguments::of(maps, false), arguments_of_measurement(maps));
+    match substeps {
+        Some(_) => continuous(text, export, maps, forward, &n),
+        None => discrete(text, export, maps, forward, &n),
+    }
+    let variables = match substeps {
+        Some(_) => format!("    {number} z[{n} + ({n} * {n})];\n"),
+        None => String::new(),
+    };
+    _ = write!(
+        text,
+        "
+{head}
+{{
+{variables}{time}    int i;
+{loops}
+{unused}    update(state, {}y);
+",
+        measured.arguments("t"),
+        head = feedback::head(export),
+        time = super::source::time(export),
+        loops = if substeps.is_some() { "    int j;\n    int k;\n" } else { "" },
+        unused = if forward.inputs || measured.inputs { "" } else { "    (void)u;\n" },
+    );
+    if let Some(substeps) = substeps {
+        _ = write!(
+            text,
+            "    for (i = 0; i < {n}; ++i) {{
+        z[i] = state->xhat[i];
+        for (j = 0; j < {n}; ++j) {{
+            z[{n} + (i * {n}) + j] = state->P[i][j];
+        }}
+    }}
+"
+        );
+        plant::advance(text, export, forward, substeps, &format!("        symmetrise(&z[{n}]);\n"));
+        _ = write!(
+            text,
+            "    for (i = 0; i < {n}; ++i) {{
+        state->xhat[i] = z[i];
+        for (j = 0; j < {n}; ++j) {{
+            state->P[i][j] = z[{n} + (i * {n}) + j];
+        }}
+    }}
+"
+        );
+    } else {
+        _ = writeln!(text, "    predict(state{});", trailing(forward, "t"));
+    }
+    _ = write!(
+        text,
+        "    if (xhat != NULL) {{
+        for (i = 0; i < {n}; ++i) {{
+            xhat[i] = state->xhat[i];
+        }}
+    }}
+{}}}
+",
+        super::source::tick(export)
+    );
+}
+
+fn arguments_of_measurement(maps: &Maps) -> Arguments {
+    Arguments { time: maps.measurement.uses_time(), inputs: maps.measurement.uses_inputs() }
+}
+
+/// Arguments after others.
+fn trailing(arguments: Arguments, t: &str) -> String {
+    let list = arguments.arguments(t);
+    if list.is_empty() { list } else { format!(", {}", list.trim_end_matches(", ")) }
+}
+
+fn symmetrise(text: &mut String, export: &Export, n: &str) {
+    let number = scalar(export);
+    let half = number::c(0.5, export.scalar);
+    _ = write!(
+        text,
+        "
+/* The symmetric part of P, by rows. */
+static void symmetrise({number} *P)
+{{
+    int i;
+    int j;
+    for (i = 1; i < {n}; ++i) {{
+        for (j = 0; j < i; ++j) {{
+            const {number} mean = (P[(i * {n}) + j] + P[(j * {n}) + i]) * {half};
+            P[(i * {n}) + j] = mean;
+            P[(j * {n}) + i] = mean;
+        }}
+    }}
+}}
+"
+    );
+}
+
+fn update(text: &mut String, export: &Export, maps: &Maps, (n, p): (&str, &str), gated: bool) {
+    let (name, number) = (&export.identifier, scalar(export));
+    let literal = |x: f64| number::c(x, export.scalar);
+    let (zero, one) = (literal(0.0), literal(1.0));
+    let (root, magnitude, largest) = match export.scalar {
+        Scalar::Binary32 => ("sqrtf", "fabsf", "FLT_MAX"),
+        Scalar::Binary64 => ("sqrt", "fabs", "DBL_MAX"),
+    };
+    let v = if gated { "noise" } else { "V" };
+    let entry = |row: &str, column: &str| format!("all[{p} + ({row} * {n}) + {column}]");
+    let mut covariances = String::new();
+    let hp = |k: &str| format!("{} * state->P[{k}][j]", entry("i", k));
+    contraction(&mut covariances, number, (p, n, n), hp, "hp[i][j] = sum;");
+    let s = |k: &str| format!("hp[i][{k}] * {}", entry("j", k));
+    contraction(&mut covariances, number, (p, p, n), s, &format!("s[i][j] = sum + {v}[i][j];"));
+    let arguments = arguments_of_measurement(maps);
+    let measurement = plant::call("measurement", &maps.measurement, ("t", "state->xhat", "all"));
+    _ = write!(
+        text,
+        "
+/* The measurement update, in Joseph's form. The estimate stays as it is where the covariance of the innovation is not
+ * positive definite in floating point. */
+static void update({name}_state *state, {parameters}const {number} *y)
+{{
+    {number} all[{p} + ({p} * {n})];
+    {number} innovation[{p}];
+    {number} hp[{p}][{n}];
+    {number} s[{p}][{p}];
+    {number} keep[{n}][{n}];
+    {number} kp[{n}][{n}];
+    {number} next[{n}][{n}];
+    {number} kv[{n}][{p}];
+",
+        parameters = arguments.parameters(number),
+    );
+    if gated {
+        _ = writeln!(text, "    {number} noise[{p}][{p}];");
+    }
+    _ = write!(
+        text,
+        "    int definite = 1;
+    int i;
+    int j;
+    int k;
+
+    {measurement}
+    for (i = 0; i < {p}; ++i) {{
+        innovation[i] = y[i] - all[i];
+    }}
+"
+    );
+    if gated {
+        gate(text, export, (n, p), &covariances);
+    }
+    text.push_str(&covariances);
+    _ = write!(
+        text,
+        "    for (i = 0; i < {p}; ++i) {{
+        for (j = 0; j < {p}; ++j) {{
+            if (!({magnitude}(s[i][j]) <= {largest})) {{
+                definite = 0;
+            }}
+        }}
+    }}
+    /* s = g g', the factor in place of the lower triangle. */
+    for (j = 0; (j < {p}) && (definite != 0); ++j) {{
+        for (i = j; (i < {p}) && (definite != 0); ++i) {{
+            {number} entry = s[i][j];
+            for (k = 0; k < j; ++k) {{
+                entry = entry - (s[i][k] * s[j][k]);
+            }}
+            if (i > j) {{
+                s[i][j] = entry / s[j][j];
+            }} else if (entry > {zero}) {{
+                s[j][j] = {root}(entry);
+            }} else {{
+                definite = 0;
+            }}
+        }}
+    }}
+    if (definite != 0) {{
+"
+    );
+    let mut rest = String::new();
+    _ = write!(
+        rest,
+        "    {number} gain[{p}][{n}]; /* transposed */
+    for (j = 0; j < {n}; ++j) {{
+        for (i = 0; i < {p}; ++i) {{
+            {number} entry = hp[i][j];
+            for (k = 0; k < i; ++k) {{
+                entry = entry - (s[i][k] * gain[k][j]);
+            }}
+            gain[i][j] = entry / s[i][i];
+        }}
+        for (i = {p} - 1; i >= 0; --i) {{
+            {number} entry = gain[i][j];
+            for (k = i + 1; k < {p}; ++k) {{
+                entry = entry - (s[k][i] * gain[k][j]);
+            }}
+            gain[i][j] = entry / s[i][i];
+        }}
+    }}
+"
+    );
+    let kh = |k: &str| format!("gain[{k}][i] * {}", entry(k, "j"));
+    contraction(&mut rest, number, (n, n, p), kh, &format!("keep[i][j] = ((i == j) ? {one} : {zero}) - sum;"));
+    _ = write!(
+        rest,
+        "    for (i = 0; i < {n}; ++i) {{
+        {number} sum = gain[0][i] * innovation[0];
+        for (k = 1; k < {p}; ++k) {{
+            sum = sum + (gain[k][i] * innovation[k]);
+        }}
+        state->xhat[i] = state->xhat[i] + sum;
+    }}
+"
+    );
+    let product = |k: &str| format!("keep[i][{k}] * state->P[{k}][j]");
+    contraction(&mut rest, number, (n, n, n), product, "kp[i][j] = sum;");
+    let product = |k: &str| format!("kp[i][{k}] * keep[j][{k}]");
+    contraction(&mut rest, number, (n, n, n), product, "next[i][j] = sum;");
+    let product = |k: &str| format!("gain[{k}][i] * {v}[{k}][j]");
+    contraction(&mut rest, number, (n, p, p), product, "kv[i][j] = sum;");
+    let product = |k: &str| format!("kv[i][{k}] * gain[{k}][j]");
+    contraction(&mut rest, number, (n, n, p), product, "state->P[i][j] = next[i][j] + sum;");
+    rest.push_str("    symmetrise(&state->P[0][0]);\n");
+    for line in rest.lines() {
+        _ = writeln!(text, "    {line}");
+    }
+    text.push_str("    }\n}\n");
+}
+
+/// Outputs whose innovation is beyond the gate count as not measured.
+fn gate(text: &mut String, export: &Export, (n, p): (&str, &str), covariances: &str) {
+    let literal = |x: f64| number::c(x, export.scalar);
+    let (zero, one) = (literal(0.0), literal(1.0));
+    let gate = export.scalars().iter().find(|(name, _)| *name == "GATE").map_or(0.0, |(_, gate)| *gate);
+    let square = literal(export.scalar.multiply(gate, gate));
+    _ = write!(
+        text,
+        "    for (i = 0; i < {p}; ++i) {{
+        for (j = 0; j < {p}; ++j) {{
+            noise[i][j] = V[i][j];
+        }}
+    }}
+{covariances}    for (i = 0; i < {p}; ++i) {{
+        if ((innovation[i] * innovation[i]) > ({square} * s[i][i])) {{
+            innovation[i] = {zero};
+            for (j = 0; j < {n}; ++j) {{
+                all[{p} + (i * {n}) + j] = {zero};
+            }}
+            for (j = 0; j < {p}; ++j) {{
+                noise[i][j] = {zero};
+                noise[j][i] = {zero};
+            }}
+            noise[i][i] = {one};
+        }}
+    }}
+"
+    );
+}
+
+/// `xhat' = f`, `P' = Df P + P Df' + W`.
+fn continuous(text: &mut String, export: &Export, maps: &Maps, arguments: Arguments, n: &str) {
+    let number = scalar(export);
+    _ = write!(
+        text,
+        "
+/* The slopes of the estimate and of its covariance, z = (xhat, P). */
+static void slope({parameters}const {number} *z, {number} *dz)
+{{
+    {number} all[{n} + ({n} * {n})];
+    {number} fp[{n}][{n}];
+    int i;
+    int j;
+    int k;
+
+    {motion}
+",
+        parameters = arguments.parameters(number),
+        motion = plant::call("motion", &maps.motion, ("t", "z", "all")),
+    );
+    let product = |k: &str| format!("all[{n} + (i * {n}) + {k}] * z[{n} + ({k} * {n}) + j]");
+    contraction(text, number, (n, n, n), product, "fp[i][j] = sum;");
+    _ = write!(
+        text,
+        "    for (i = 0; i < {n}; ++i) {{
+        dz[i] = all[i];
+        for (j = 0; j < {n}; ++j) {{
+            dz[{n} + (i * {n}) + j] = (fp[j][i] + fp[i][j]) + W[i][j];
+        }}
+    }}
+}}
+"
+    );
+    plant::runge_kutta(text, export, arguments, &format!("({n} + ({n} * {n}))"));
+}
+
+/// `xhat+ = f`, `P+ = Df P Df' + W`.
+fn discrete(text: &mut String, export: &Export, maps: &Maps, arguments: Arguments, n: &str) {
+    let (name, number) = (&export.identifier, scalar(export));
+    let given = arguments.parameters(number);
+    let given = if given.is_empty() { given } else { format!(", {}", given.trim_end_matches(", ")) };
+    _ = write!(
+        text,
+        "
+/* The prediction for the next sample. */
+static void predict({name}_state *state{given})
+{{
+    {number} all[{n} + ({n} * {n})];
+    {number} fp[{n}][{n}];
+    int i;
+    int j;
+    int k;
+
+    {motion}
+",
+        motion = plant::call("motion", &maps.motion, ("t", "state->xhat", "all")),
+    );
+    let product = |k: &str| format!("all[{n} + (i * {n}) + {k}] * state->P[{k}][j]");
+    contraction(text, number, (n, n, n), product, "fp[i][j] = sum;");
+    let product = |k: &str| format!("fp[i][{k}] * all[{n} + (j * {n}) + {k}]");
+    contraction(text, number, (n, n, n), product, "state->P[i][j] = sum + W[i][j];");
+    _ = write!(
+        text,
+        "    symmetrise(&state->P[0][0]);
+    for (i = 0; i < {n}; ++i) {{
+        state->xhat[i] = all[i];
+    }}
+}}
+"
+    );
+}

@@ -1,0 +1,169 @@
+//! A nonlinear plant as Rust, and the observers with a copy of it.
+
+use std::fmt::Write;
+
+use luenberger_expression::{Dialect, Language, Routine, Routines};
+
+use super::named;
+use crate::program::{Scalar, tables};
+use crate::{Export, number};
+
+/// How the graphs of an export are written as Rust.
+fn dialect(scalar: Scalar) -> Dialect<'static> {
+    let literal = |x: f64, single: bool| number::rust(x, if single { Scalar::Binary32 } else { Scalar::Binary64 });
+    Dialect { language: Language::Rust, single: scalar == Scalar::Binary32, prefix: "", literal }
+}
+
+/// The body of `observer()` for the copy with a constant gain.
+pub(super) fn copy(text: &mut String, export: &Export) {
+    let gain = named(export, "L").unwrap_or_default();
+    let substeps = export.program.substeps().unwrap_or(1);
+    _ = writeln!(text, "    SampledCopy::new(Model, {gain}, {}, {substeps})", period(export));
+}
+
+/// The body of `observer()` for the copy in discrete time.
+pub(super) fn discrete(text: &mut String, export: &Export) {
+    let gain = named(export, "L").unwrap_or_default();
+    _ = writeln!(text, "    DiscreteNonlinearObserver::new(Model, {gain}, {})", period(export));
+}
+
+/// The body of `observer()` for the extended Kalman filter.
+pub(super) fn kalman(text: &mut String, export: &Export) {
+    let of = |name: &str| named(export, name).unwrap_or_default();
+    let (w, v, p0) = (of("W"), of("V"), of("P0"));
+    let new = match export.program.substeps() {
+        Some(substeps) => format!("ExtendedKalmanFilter::new(Model, noises, {}, {substeps})", period(export)),
+        None => format!("ExtendedKalmanFilter::discrete(Model, noises, {})", period(export)),
+    };
+    let gate = export.scalars().into_iter().find(|(name, _)| *name == "GATE");
+    let gate = gate.map_or_else(String::new, |(_, gate)| format!("?.with_gate({})", number::rust(gate, export.scalar)));
+    _ = writeln!(
+        text,
+        "    let w = {w};
+    let v = {v};
+    let p0 = {p0};
+    let noises = NoiseModel {{ w, v, p0 }};
+    {new}{gate}"
+    );
+}
+
+fn period(export: &Export) -> String {
+    number::rust(export.scalar.round(export.program.period()), export.scalar)
+}
+
+/// The type `Model`: the plant with its Jacobians.
+pub(super) fn model(text: &mut String, export: &Export, routines: &Routines) {
+    let scalar = export.scalar.name();
+    let size = export.program.dimensions();
+    let (n, m, p) = (size.estimate, size.inputs, size.outputs);
+    let (motion, measurement) = (n + n * n, p + p * n);
+    let zero = number::rust(0.0, export.scalar);
+    _ = write!(
+        text,
+        "
+/// The plant x' = f(t, x, u), y = h(t, x, u), or x+ = f(t, x, u) in discrete time.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Model;
+
+impl Shape for Model {{
+    fn dimensions(&self) -> Dimensions {{
+        Dimensions {{ states: {n}, inputs: {m}, outputs: {p} }}
+    }}
+}}
+
+impl Plant<{scalar}> for Model {{
+    type State = SVector<{scalar}, {n}>;
+    type Input = SVector<{scalar}, {m}>;
+    type Output = SVector<{scalar}, {p}>;
+
+    fn derivative(&self, t: {scalar}, x: &Self::State, u: &Self::Input) -> Self::State {{
+        let mut out = [{zero}; {n}];
+        f(t, &x.data.0[0], u.as_slice(), &mut out);
+        SVector::from(out)
+    }}
+
+    fn output(&self, t: {scalar}, x: &Self::State, u: &Self::Input) -> Self::Output {{
+        let mut out = [{zero}; {p}];
+        h(t, &x.data.0[0], u.as_slice(), &mut out);
+        SVector::from(out)
+    }}
+}}
+
+impl Differentiable<{scalar}, Const<{n}>, Const<{m}>, Const<{p}>> for Model {{
+    fn directional(
+        &self,
+        t: {scalar},
+        x: &SVector<{scalar}, {n}>,
+        u: &SVector<{scalar}, {m}>,
+        v: &SVector<{scalar}, {n}>,
+    ) -> (SVector<{scalar}, {n}>, SVector<{scalar}, {n}>) {{
+        (self.derivative(t, x, u), self.state_jacobian(t, x, u) * v)
+    }}
+
+    fn output_directional(
+        &self,
+        t: {scalar},
+        x: &SVector<{scalar}, {n}>,
+        u: &SVector<{scalar}, {m}>,
+        v: &SVector<{scalar}, {n}>,
+    ) -> (SVector<{scalar}, {p}>, SVector<{scalar}, {p}>) {{
+        (self.output(t, x, u), self.output_jacobian(t, x, u) * v)
+    }}
+
+    fn state_jacobian(&self, t: {scalar}, x: &Self::State, u: &Self::Input) -> SMatrix<{scalar}, {n}, {n}> {{
+        let mut out = [{zero}; {motion}];
+        motion(t, &x.data.0[0], u.as_slice(), &mut out);
+        SMatrix::from_fn(|i, j| out[{n} + i * {n} + j])
+    }}
+
+    fn output_jacobian(&self, t: {scalar}, x: &Self::State, u: &Self::Input) -> SMatrix<{scalar}, {p}, {n}> {{
+        let mut out = [{zero}; {measurement}];
+        measurement(t, &x.data.0[0], u.as_slice(), &mut out);
+        SMatrix::from_fn(|i, j| out[{p} + i * {n} + j])
+    }}
+}}
+"
+    );
+    let dialect = dialect(export.scalar);
+    let all = [
+        ("f", "f(t, x, u)", &routines.f),
+        ("h", "h(t, x, u)", &routines.h),
+        ("motion", "f(t, x, u) and Df, row by row", &routines.motion),
+        ("measurement", "h(t, x, u) and Dh, row by row", &routines.measurement),
+    ];
+    for (name, what, routine) in all {
+        function(text, (name, what), routine, &dialect, (n, m));
+    }
+    for (number, table, used) in tables(&all.map(|(_, _, routine)| routine)) {
+        _ = write!(text, "\n{}", table.source(number, &dialect, used));
+    }
+}
+
+fn function(
+    text: &mut String,
+    (name, what): (&str, &str),
+    routine: &Routine,
+    dialect: &Dialect,
+    (n, m): (usize, usize),
+) {
+    let scalar = dialect.number();
+    let of = |used: bool, name: &str| if used { name.to_owned() } else { format!("_{name}") };
+    let (t, x, u) = (of(routine.uses_time(), "t"), of(routine.uses_states(), "x"), of(routine.uses_inputs(), "u"));
+    // The lengths are known, so that no index can be out of bounds.
+    let inputs = if routine.uses_inputs() {
+        format!("    let Some(u) = u.first_chunk::<{m}>() else {{ return }};\n")
+    } else {
+        String::new()
+    };
+    _ = write!(
+        text,
+        "
+/// {what}.
+#[allow(unused_parens, clippy::all, clippy::pedantic)]
+fn {name}({t}: {scalar}, {x}: &[{scalar}; {n}], {u}: &[{scalar}], out: &mut [{scalar}; {}]) {{
+{inputs}{}}}
+",
+        routine.len(),
+        routine.source(dialect)
+    );
+}

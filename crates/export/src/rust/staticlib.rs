@@ -1,0 +1,204 @@
+//! The observer as a static library with the interface of the emitted C: the crate in `c/`.
+
+use std::fmt::Write;
+
+use crate::golden::Step;
+use crate::program::Program;
+use crate::{Export, File, c, number};
+
+/// Manifest, source, header and test: the header and the test are those of the emitted C.
+pub(super) fn files(export: &Export, steps: &[Step]) -> Vec<File> {
+    let name = &export.identifier;
+    let file = |name: &str, text: String| File { name: format!("c/{name}"), text };
+    vec![
+        file("Cargo.toml", manifest(name)),
+        file("src/lib.rs", library(export)),
+        file(&format!("{name}.h"), c::header(export)),
+        file(&format!("test_{name}.c"), c::test(export, steps)),
+    ]
+}
+
+/// The name of the package.
+pub(super) fn package(name: &str) -> String {
+    name.replace('_', "-")
+}
+
+fn manifest(name: &str) -> String {
+    format!(
+        "[package]
+name = \"{package}-c\"
+version = \"0.1.0\"
+edition = \"2024\"
+publish = false
+
+[lib]
+name = \"{name}\"
+crate-type = [\"staticlib\"]
+test = false
+
+[dependencies]
+design = {{ path = \"..\", package = \"{package}\" }}
+
+[profile.dev]
+panic = \"abort\"
+
+[profile.release]
+panic = \"abort\"
+lto = \"fat\"
+codegen-units = 1
+
+[workspace]
+",
+        package = package(name)
+    )
+}
+
+/// The functions of the header.
+fn library(export: &Export) -> String {
+    let (name, number) = (&export.identifier, export.scalar.name());
+    let size = export.program.dimensions();
+    let (n, zero) = (size.estimate, number::rust(0.0, export.scalar));
+    let (is_filter, is_timed, is_fed) =
+        (matches!(export.program, Program::Kalman(_)), export.program.uses_time(), export.feedback.is_some());
+    let (mut imports, mut fields, mut start, mut tick) = (String::new(), String::new(), String::new(), "");
+    let (state, load, store) = if is_filter {
+        imports += "use design::luenberger_observers::GaussianEstimate;\nuse design::luenberger_observers::nalgebra::{Const, SMatrix};\n";
+        _ = writeln!(fields, "    p: [[{number}; {n}]; {n}],");
+        _ = writeln!(start, "            p: [[{zero}; {n}]; {n}],");
+        (
+            format!("GaussianEstimate<{number}, Const<{n}>>"),
+            "GaussianEstimate::new(&SVector::from(self.xhat), &SMatrix::from(self.p).transpose())",
+            "        self.xhat = z.estimate().into();\n        self.p = z.covariance().transpose().into();\n",
+        )
+    } else {
+        (format!("SVector<{number}, {n}>"), "SVector::from(self.xhat)", "        self.xhat = (*z).into();\n")
+    };
+    if is_timed {
+        fields += "    sample: u64,\n";
+        start += "            sample: 0,\n";
+        tick = "        (*state).sample = (*state).sample.wrapping_add(1);\n";
+    }
+    let inner = if is_fed { "block.observer()" } else { "block" };
+    let time = if is_timed { format!("(*state).sample as {number} * {inner}.period()") } else { zero.clone() };
+    let (known, more, step, input) = if is_fed {
+        let input = format!(
+            "
+/// The input to apply from this sample to the next.
+///
+/// # Safety
+/// The pointers are those of the header.
+#[unsafe(no_mangle)]
+pub unsafe extern \"C\" fn {name}_input(state: *const State, r: *const {number}, u: *mut {number}) {{
+    let Ok(block) = design::observer() else {{ return }};
+    // SAFETY: as the caller promises.
+    unsafe {{ give(block.input(&(*state).load(), &SVector::from(column(r))).as_slice(), u) }}
+}}
+"
+        );
+        let step = format!(
+            "        let applied = block.step({time}, &mut z, &SVector::from(column(r)), &SVector::from(column(y)));
+        give(applied.as_slice(), u);
+"
+        );
+        ("r", format!("u: *mut {number}, "), step, input)
+    } else {
+        let step =
+            format!("        block.step({time}, &mut z, &SVector::from(column(u)), &SVector::from(column(y)));\n");
+        ("u", String::new(), step, String::new())
+    };
+    format!(
+        "//! The functions of `{name}.h` for programs in C: the observer of the crate above, as a static library.
+#![no_std]
+
+use design::luenberger_observers::SampledObserver;
+{imports}use design::luenberger_observers::nalgebra::SVector;
+
+/// State of the observer, as in the header.
+#[repr(C)]
+pub struct State {{
+    xhat: [{number}; {n}],
+{fields}}}
+
+impl State {{
+    fn load(&self) -> {state} {{
+        {load}
+    }}
+
+    fn store(&mut self, z: &{state}) {{
+{store}    }}
+}}
+
+/// Nothing here panics; a static library without the standard library has to say what would happen.
+#[panic_handler]
+fn panic(_: &core::panic::PanicInfo<'_>) -> ! {{
+    loop {{}}
+}}
+
+/// # Safety
+/// `from` points to N numbers.
+unsafe fn column<const N: usize>(from: *const {number}) -> [{number}; N] {{
+    // SAFETY: as the caller promises.
+    core::array::from_fn(|i| unsafe {{ *from.add(i) }})
+}}
+
+/// # Safety
+/// `to` is null or points to as many numbers.
+unsafe fn give(values: &[{number}], to: *mut {number}) {{
+    if !to.is_null() {{
+        for (i, x) in values.iter().enumerate() {{
+            // SAFETY: as the caller promises.
+            unsafe {{ *to.add(i) = *x }}
+        }}
+    }}
+}}
+
+/// Starts from a given estimate.
+///
+/// # Safety
+/// The pointers are those of the header.
+#[unsafe(no_mangle)]
+pub unsafe extern \"C\" fn {name}_init(state: *mut State, xhat: *const {number}) {{
+    let Ok(block) = design::observer() else {{ return }};
+    // SAFETY: as the caller promises.
+    unsafe {{
+        let xhat = column(xhat);
+        let z = {inner}.initial({zero}, &SVector::from(xhat), &SVector::zeros(), &SVector::zeros());
+        state.write(State {{
+            xhat,
+{start}        }});
+        (*state).store(&z);
+    }}
+}}
+
+/// Starts from the first estimate of the design.
+///
+/// # Safety
+/// The pointer is that of the header.
+#[unsafe(no_mangle)]
+pub unsafe extern \"C\" fn {name}_reset(state: *mut State) {{
+    // SAFETY: as the caller promises.
+    unsafe {{ {name}_init(state, design::initial().as_ptr()) }}
+}}
+{input}
+/// One step.
+///
+/// # Safety
+/// The pointers are those of the header.
+#[unsafe(no_mangle)]
+pub unsafe extern \"C\" fn {name}_step(
+    state: *mut State,
+    {known}: *const {number},
+    y: *const {number},
+    {more}xhat: *mut {number},
+) {{
+    let Ok(block) = design::observer() else {{ return }};
+    // SAFETY: as the caller promises.
+    unsafe {{
+        let mut z = (*state).load();
+{step}        (*state).store(&z);
+{tick}        give(&(*state).xhat, xhat);
+    }}
+}}
+"
+    )
+}

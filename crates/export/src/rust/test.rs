@@ -1,0 +1,59 @@
+//! The test with golden vectors.
+
+use std::fmt::Write;
+
+use crate::golden::Step;
+use crate::{Export, number};
+
+pub(super) fn test(export: &Export, steps: &[Step]) -> String {
+    let scalar = export.scalar.name();
+    let size = export.program.dimensions();
+    let (name, fed) = (&export.identifier, export.feedback.is_some());
+    let mut text = format!(
+        "//! Golden vectors: {} steps of the design, compared bit by bit.\n\nuse {name}::luenberger_observers::SampledObserver;\nuse {name}::luenberger_observers::nalgebra::SVector;\n",
+        steps.len(),
+    );
+    let mut table = |what: &str, length: usize, of: fn(&Step) -> &Vec<f64>| {
+        _ = writeln!(text, "\nconst {what}: [[{scalar}; {length}]; {}] = [", steps.len());
+        for step in steps {
+            let row: Vec<String> = of(step).iter().map(|x| number::rust(*x, export.scalar)).collect();
+            _ = writeln!(text, "    [{}],", row.join(", "));
+        }
+        text.push_str("];\n");
+    };
+    table(if fed { "R" } else { "U" }, size.inputs, |step| &step.u);
+    table("Y", size.outputs, |step| &step.y);
+    table("EXPECTED", size.estimate, |step| &step.estimate);
+    let step = if fed {
+        table("APPLIED", size.inputs, |step| &step.applied);
+        "    let block = {name}::observer().unwrap();
+    let observer = block.observer();
+    let mut state = observer.initial(0.0, &{name}::initial(), &SVector::zeros(), &SVector::zeros());
+    for (k, (((r, y), expected), applied)) in R.iter().zip(&Y).zip(&EXPECTED).zip(&APPLIED).enumerate() {
+        let t = k as {scalar} * observer.period();
+        let u = block.step(t, &mut state, &SVector::from(*r), &SVector::from(*y));
+        let bits = |x: &[{scalar}]| x.iter().map(|x| x.to_bits()).collect::<Vec<_>>();
+        assert_eq!(bits(u.as_slice()), bits(applied));
+"
+    } else {
+        "    let observer = {name}::observer().unwrap();
+    let mut state = observer.initial(0.0, &{name}::initial(), &SVector::zeros(), &SVector::zeros());
+    for (k, ((u, y), expected)) in U.iter().zip(&Y).zip(&EXPECTED).enumerate() {
+        let t = k as {scalar} * observer.period();
+        observer.step(t, &mut state, &SVector::from(*u), &SVector::from(*y));
+        let bits = |x: &[{scalar}]| x.iter().map(|x| x.to_bits()).collect::<Vec<_>>();
+"
+    };
+    let step = step.replace("{name}", name).replace("{scalar}", scalar);
+    _ = write!(
+        text,
+        "
+#[test]
+fn the_steps_are_those_of_the_design() {{
+{step}        assert_eq!(bits(observer.estimate(&state).as_slice()), bits(expected));
+    }}
+}}
+"
+    );
+    text
+}

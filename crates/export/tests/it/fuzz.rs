@@ -1,0 +1,285 @@
+//! Random observers as C, compared with the Rust observer bit by bit over 1000 steps, under several compilers and options.
+//! Without a C compiler these tests say so and pass.
+
+use std::fmt::Write;
+use std::path::Path;
+use std::process::Command;
+use std::sync::Arc;
+
+use luenberger_export::{Export, File, Names, Program, Scalar, golden};
+use luenberger_expression::{ExpressionPlant, Extrapolation, Interpolation, Parameters, Scope, Table, Tables};
+use luenberger_observers::{DiscreteNonlinearObserver, ExtendedKalmanFilter, NoiseModel, SampledCopy};
+use nalgebra::DMatrix;
+
+use crate::compiled::{self, SANITISERS, can_sanitise, compilers, has_haswell};
+
+const STEPS: usize = 1000;
+
+/// Numbers without pattern: splitmix64, of Steele, Lea and Flood.
+pub(crate) struct Random(pub(crate) u64);
+
+impl Random {
+    fn bits(&mut self) -> u64 {
+        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
+        let mut z = self.0;
+        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+        z ^ (z >> 31)
+    }
+
+    pub(crate) fn below(&mut self, count: usize) -> usize {
+        (self.bits() % count as u64) as usize
+    }
+
+    /// In [-size, size).
+    fn number(&mut self, size: f64) -> f64 {
+        size * ((self.bits() >> 11) as f64 / (1u64 << 52) as f64 - 1.0)
+    }
+}
+
+/// An expression that is defined everywhere, of every kind of operation.
+fn expression(random: &mut Random, depth: usize, (n, m): (usize, usize)) -> String {
+    if depth == 0 {
+        return match random.below(6) {
+            0 if m > 0 => format!("u{}", 1 + random.below(m)),
+            1 => format!("({:.3})", random.number(2.0)),
+            2 => ["k", "pi", "t", "J"][random.below(4)].to_owned(),
+            _ => format!("x{}", 1 + random.below(n)),
+        };
+    }
+    let mut of = || expression(random, depth - 1, (n, m));
+    let (a, b) = (of(), of());
+    match random.below(30) {
+        0 => format!("sin({a})"),
+        1 => format!("cos({a})"),
+        2 => format!("tan(0.5*tanh({a}))"),
+        3 => format!("exp(tanh({a}))"),
+        4 => format!("ln(1 + ({a})^2)"),
+        5 => format!("log10(1.5 + abs({a}))"),
+        6 => format!("asin(tanh({a}))"),
+        7 => format!("acos(0.9*sin({a}))"),
+        8 => format!("atan({a})"),
+        9 => format!("atan2({a}, {b})"),
+        10 => format!("sinh(sat({a}, -2, 1.5))"),
+        11 => format!("cosh(tanh({a}))"),
+        12 => format!("asinh({a})"),
+        13 => format!("acosh(1.5 + ({a})^2)"),
+        14 => format!("atanh(0.9*tanh({a}))"),
+        15 => format!("sqrt(1 + abs({a}))"),
+        16 => format!("(1 + abs(tanh({a})))^(sin({b}))"),
+        17 => format!("({a})/(1 + ({b})^2)"),
+        18 => format!("min({a}, {b})"),
+        19 => format!("max({a}, {b})"),
+        20 => format!("if({a} < {b} || !({a} > 0.5), {b}, -({a}))"),
+        21 => format!("line({a})"),
+        22 => format!("cubic({a})"),
+        23 => format!("sign({a}) + step({b})"),
+        24 => format!("ln(0.5 + exp({a}))"),
+        25 => format!("(tanh({a}))^({})", 2 + random.below(6)),
+        26 | 27 => format!("({a}) * tanh({b})"),
+        28 => format!("({a}) - ({b})"),
+        _ => format!("({a}) + ({b})"),
+    }
+}
+
+fn tables() -> Tables {
+    let (x, y) = ([-2.0, -0.5, 0.25, 1.5, 3.0], [1.0, -0.5, 0.25, 2.0, 2.5]);
+    let table = |interpolation, extrapolation| Arc::new(Table::new(&x, &y, interpolation, extrapolation).unwrap());
+    Tables::from([
+        ("line".to_owned(), table(Interpolation::Linear, Extrapolation::Hold)),
+        ("cubic".to_owned(), table(Interpolation::MonotoneCubic, Extrapolation::Linear)),
+    ])
+}
+
+/// A damped nonlinear plant of up to four states.
+pub(crate) fn plant(random: &mut Random) -> ExpressionPlant {
+    let (n, m, p) = (1 + random.below(4), random.below(3), 1 + random.below(2));
+    let parameters = Parameters::from([("k".to_owned(), 0.7), ("J".to_owned(), -1.3)]);
+    let scope = Scope::plant(n, m).with(&parameters).unwrap().tables(&tables()).unwrap();
+    let mut row = |linear: String| {
+        let depth = 1 + random.below(3);
+        format!("{linear} + 0.3*tanh({})", expression(random, depth, (n, m)))
+    };
+    let f: Vec<String> = (1..=n).map(|i| row(format!("-0.5*x{i}"))).collect();
+    let h: Vec<String> = (0..p).map(|i| row(format!("x{}", 1 + i % n))).collect();
+    ExpressionPlant::within(&f, &h, &scope).unwrap_or_else(|error| panic!("{f:?} {h:?}: {error}"))
+}
+
+/// An observer of a nonlinear plant.
+pub(crate) fn nonlinear(random: &mut Random) -> Program {
+    use luenberger_plants::Shape;
+    let plant = plant(random);
+    let size = plant.dimensions();
+    let (n, p) = (size.states, size.outputs);
+    let (period, substeps) = (0.02 + 0.01 * random.below(5) as f64, 1 + random.below(3));
+    let kind = random.below(5);
+    if kind < 2 {
+        let l = DMatrix::from_fn(n, p, |_, _| random.number(0.5));
+        return Program::Copy(SampledCopy::new(plant, l, period, substeps).unwrap());
+    }
+    if kind == 2 {
+        // In discrete time the same right-hand side is a contraction as well.
+        let l = DMatrix::from_fn(n, p, |_, _| random.number(0.2));
+        return Program::Discrete(DiscreteNonlinearObserver::new(plant, l, period).unwrap());
+    }
+    let mut diagonal = |order, size: f64| {
+        DMatrix::from_fn(order, order, |i, j| if i == j { size * (1.0 + random.number(0.5)) } else { 0.0 })
+    };
+    let noises = NoiseModel { w: diagonal(n, 0.1), v: diagonal(p, 0.05), p0: diagonal(n, 1.0) };
+    let filter = match random.below(4) {
+        0 => ExtendedKalmanFilter::discrete(plant, noises, period),
+        _ => ExtendedKalmanFilter::new(plant, noises, period, substeps),
+    };
+    let filter = filter.unwrap();
+    Program::Kalman(if random.below(3) == 0 { filter.with_gate(2.0).unwrap() } else { filter })
+}
+
+pub(crate) fn export(name: &str, program: Program, scalar: Scalar) -> Export {
+    let size = program.dimensions();
+    let initial: Vec<f64> = (0..size.estimate).map(|i| 0.1 * i as f64 - 0.3).collect();
+    let names = Names::numbered(size.estimate, size.inputs, size.outputs);
+    Export::new(name, program, scalar, &initial, names).unwrap()
+}
+
+/// A program that steps each export over the samples in `in.bin` and writes the estimates to `out.bin`, as double.
+fn driver(exports: &[Export]) -> String {
+    let mut text = "#include <stdio.h>\n".to_owned();
+    let names: Vec<String> = (0..exports.len()).map(|k| format!("p{k}")).collect();
+    for name in &names {
+        _ = writeln!(text, "#include \"{name}.h\"");
+    }
+    text.push_str("int main(void)\n{\n    FILE *in = fopen(\"in.bin\", \"rb\");\n    FILE *out = fopen(\"out.bin\", \"wb\");\n    double x;\n    int i;\n    int k;\n    if ((in == 0) || (out == 0)) { return 2; }\n");
+    for (name, export) in names.iter().zip(exports) {
+        let size = export.program().dimensions();
+        let (n, m, p) = (size.estimate, size.inputs, size.outputs);
+        let number = if export.scalar() == Scalar::Binary32 { "float" } else { "double" };
+        _ = write!(
+            text,
+            "    {{
+        {name}_state state;
+        {number} u[{}];
+        {number} y[{p}];
+        {number} xhat[{n}];
+        {name}_reset(&state);
+        for (k = 0; k < {STEPS}; ++k) {{
+            for (i = 0; i < {m}; ++i) {{ if (fread(&x, sizeof x, 1, in) != 1) {{ return 3; }} u[i] = ({number})x; }}
+            for (i = 0; i < {p}; ++i) {{ if (fread(&x, sizeof x, 1, in) != 1) {{ return 3; }} y[i] = ({number})x; }}
+            {name}_step(&state, u, y, xhat);
+            for (i = 0; i < {n}; ++i) {{ x = (double)xhat[i]; (void)fwrite(&x, sizeof x, 1, out); }}
+        }}
+    }}
+",
+            m.max(1)
+        );
+    }
+    text.push_str("    (void)fclose(in);\n    (void)fclose(out);\n    return 0;\n}\n");
+    text
+}
+
+/// Compiles the exports, whose names are p0, p1, ..., runs them over their samples, and compares every bit.
+#[track_caller]
+fn compare(folder: &Path, exports: &[Export], runs: &[Vec<golden::Step>], compiler: &str, flags: &[&str]) {
+    let names: Vec<String> = (0..exports.len()).map(|k| format!("p{k}.c")).collect();
+    let built = Command::new(compiler)
+        .current_dir(folder)
+        .args(["-std=c99", "-ffp-contract=off", "-Wall", "-Wextra", "-Wconversion", "-Werror"])
+        .args(flags)
+        .args(&names)
+        .args(["main.c", "-o", "run", "-lm"])
+        .output()
+        .unwrap();
+    assert!(built.status.success(), "{compiler} {flags:?}: {}", String::from_utf8_lossy(&built.stderr));
+    let ran = Command::new(folder.join("run")).current_dir(folder).output().unwrap();
+    assert!(ran.status.success(), "{compiler} {flags:?}: {}", String::from_utf8_lossy(&ran.stderr));
+    let bytes = std::fs::read(folder.join("out.bin")).unwrap();
+    let mut found = bytes.chunks_exact(8).map(|bytes| f64::from_ne_bytes(bytes.try_into().unwrap()));
+    for (k, run) in runs.iter().enumerate() {
+        for (step, golden::Step { estimate, .. }) in run.iter().enumerate() {
+            for (i, expected) in estimate.iter().enumerate() {
+                let found = found.next().unwrap();
+                let same = found.to_bits() == expected.to_bits() || found.is_nan() && expected.is_nan();
+                assert!(same, "{compiler} {flags:?}: p{k}, step {step}, x{}: {found:?}, expected {expected:?}", i + 1);
+            }
+        }
+    }
+    assert!(found.next().is_none());
+}
+
+fn write(folder: &Path, exports: &[Export], runs: &[Vec<golden::Step>]) {
+    for export in exports {
+        for File { name, text } in export.c().unwrap_or_else(|error| panic!("{error}")) {
+            std::fs::write(folder.join(name), text).unwrap();
+        }
+    }
+    std::fs::write(folder.join("main.c"), driver(exports)).unwrap();
+    let mut bytes = Vec::new();
+    for step in runs.iter().flatten() {
+        step.u.iter().chain(&step.y).for_each(|x| bytes.extend(x.to_ne_bytes()));
+    }
+    std::fs::write(folder.join("in.bin"), bytes).unwrap();
+}
+
+/// Observers of one seed with their runs: linear ones of up to eight states, copies and filters of nonlinear plants. Those
+/// that diverge are left out.
+fn stable(seed: u64, count: usize) -> (Vec<Export>, Vec<Vec<golden::Step>>) {
+    let mut random = Random(seed);
+    let mut one = || {
+        let scalar = if random.below(2) == 0 { Scalar::Binary32 } else { Scalar::Binary64 };
+        let program = if random.below(4) == 0 {
+            let (n, m) = (1 + random.below(8), random.below(4));
+            let p = 1 + random.below(n.min(4));
+            let (is_cubic, fed) = (random.below(2) == 0, random.below(2) == 0 && m > 0);
+            compiled::program(random.bits(), (n, m, p), is_cubic, fed)
+        } else {
+            nonlinear(&mut random)
+        };
+        (program, scalar)
+    };
+    let (mut exports, mut runs) = (Vec::new(), Vec::new());
+    for (program, scalar) in (0..count).map(|_| one()) {
+        let export = export(&format!("p{}", exports.len()), program, scalar);
+        if let Ok(run) = golden::steps(&export, STEPS) {
+            exports.push(export);
+            runs.push(run);
+        }
+    }
+    (exports, runs)
+}
+
+#[test]
+fn random_observers_agree_with_the_design_over_a_thousand_steps() {
+    let compilers = compilers();
+    let Some(first) = compilers.first() else {
+        eprintln!("SKIPPED: no C compiler");
+        return;
+    };
+    let folder = compiled::folder("fuzz");
+    let sanitised = can_sanitise(&folder, first);
+    if !sanitised {
+        eprintln!("SKIPPED: {first} has no sanitizers here");
+    }
+    let mut flags: Vec<&[&str]> = vec![&["-O0"], &["-O2"], &["-Os"]];
+    if has_haswell() {
+        flags.push(&["-O2", "-march=haswell"]);
+    }
+    if sanitised {
+        flags.push(&SANITISERS);
+    }
+    let mut count = 0;
+    for batch in 0..20usize {
+        let (exports, runs) = stable(batch as u64, 12);
+        write(&folder, &exports, &runs);
+        // All options for the first batch; the others take turns.
+        let turn: Vec<_> = if batch == 0 { flags.clone() } else { vec![flags[batch % flags.len()]] };
+        for flags in turn {
+            compare(&folder, &exports, &runs, compilers[batch % compilers.len()], flags);
+        }
+        if batch == 0 {
+            for compiler in &compilers {
+                compare(&folder, &exports, &runs, compiler, &["-O2"]);
+            }
+        }
+        count += exports.len();
+    }
+    assert!(count >= 220, "only {count} of 240 observers are stable");
+}

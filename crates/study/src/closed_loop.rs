@@ -1,0 +1,141 @@
+//! The feedback `u = r - K xhat` of a study on a target: its gain, what is proved of the loop, and the magnitudes in it.
+//!
+//! The loop of the plant `x+ = A x + B u`, `y = C x + D u` with the stored observer `xhat+ = As xhat + Bs u + Ls (y - Cs
+//! xhat - D u)` and `u = -Ks xhat` has for `z = (x, xhat)` the matrix
+//!
+//! ```text
+//! [A  0 ] - [B  0 ] [ 0  Ks]
+//! [0  As]   [Bs Ls] [-C  Cs]
+//! ```
+//!
+//! without a product that would have to be rounded: its certificate is that of a linear observer of twice the order, and
+//! the rounding of the stored numbers is in it.
+
+use luenberger_design::DiscreteDesign;
+use luenberger_plants::StateSpace;
+use luenberger_proof::certificate::CertificateFile;
+use luenberger_proof::statement::Format;
+use nalgebra::{DMatrix, DVector};
+
+use crate::deployment::{Evidence, MARGIN, Matrices, SampledDesign, stored};
+use crate::results::FailureReport;
+use crate::signal::Input;
+use crate::study::{ObserverSpec, Simulation, Study};
+
+/// The gain K with which the study feeds back the estimate of an observer.
+///
+/// # Errors
+/// [`FailureReport`] if the study feeds back another estimate or none.
+pub fn gain<'a>(study: &'a Study, observer: &ObserverSpec) -> Result<&'a DMatrix<f64>, FailureReport> {
+    let failure = |hypothesis: String| FailureReport {
+        hypothesis,
+        alternatives: vec![format!("feedback = {{ k = [[..]], observer = \"{}\" }} in [input]", observer.name)],
+        line: observer.place.line,
+    };
+    match &study.input {
+        Input::Feedback { observer: fed, gain, .. } if *fed == observer.name => Ok(gain),
+        Input::Feedback { observer: fed, .. } => Err(failure(format!("the study feeds back the estimate of {fed}"))),
+        _ => Err(failure("the study has no feedback".to_owned())),
+    }
+}
+
+/// What is proved of the loop with the numbers as stored in `format`, in exact arithmetic.
+pub fn evidence(observer: &ObserverSpec, design: &SampledDesign, k: &DMatrix<f64>, format: Format) -> Evidence {
+    let m = design.matrices();
+    let is_cubic = m.as_ref().is_some_and(|m| m.is_cubic);
+    let not_proved = "Not proved: bounds of the state of the plant under references, noise and rounding, and the loop with an actuator at its limit.";
+    let Some((stored, file)) = m.and_then(|m| certificate(observer, &m, k, format)) else {
+        let sentences = vec!["Feedback: no stability certificate of the loop.".to_owned(), not_proved.to_owned()];
+        return Evidence { sentences, file: None };
+    };
+    let claim = match (is_cubic, stored == Rounding::None) {
+        (false, _) => {
+            "the states of plant and observer tend to 0 exponentially, from every initial state and estimate."
+        }
+        // The error does not depend on x, and drives A - B K, which is a diagonal block of the loop.
+        (true, true) => {
+            "the states of plant and observer tend to 0 exponentially, from every initial state and estimate: the estimation error does not depend on r and K."
+        }
+        // The derivative of the cubic flow at 0 is the identity.
+        (true, false) => "the states of plant and observer tend to 0 exponentially, if they start near 0.",
+    };
+    let sentences = vec![
+        format!(
+            "Proved (certificate-feedback.json, with z = (x, xhat) as its error): with u = -K xhat, r = 0, the input held over the period, and all numbers as stored in {format}, in exact arithmetic, {claim}"
+        ),
+        "Rounding in u = r - K xhat does not enter the estimation error: the observer steps with the u that the plant gets.".to_owned(),
+        not_proved.to_owned(),
+    ];
+    Evidence { sentences, file: Some(file) }
+}
+
+/// Whether the stored numbers differ from those of the design.
+#[derive(PartialEq)]
+enum Rounding {
+    None,
+    Some,
+}
+
+/// The certificate of the loop; none if the loop is not stable, and for a D that the format rounds.
+fn certificate(
+    observer: &ObserverSpec,
+    m: &Matrices<'_>,
+    k: &DMatrix<f64>,
+    format: Format,
+) -> Option<(Rounding, CertificateFile)> {
+    let stored = |matrix: &DMatrix<f64>| stored(matrix, format);
+    if m.d.is_some_and(|d| stored(d).as_ref() != Some(d)) {
+        return None;
+    }
+    let [a, b, c, l, ks] = [m.a, m.b, m.c, m.l, k].map(stored);
+    let (a, b, c, l, ks) = (a?, b?, c?, l?, ks?);
+    let (n, inputs, outputs) = (a.nrows(), b.ncols(), c.nrows());
+    let rounding = if (&a, &b, &c, &l) == (m.a, m.b, m.c, m.l) { Rounding::None } else { Rounding::Some };
+    let mut loop_a = DMatrix::zeros(2 * n, 2 * n);
+    loop_a.view_mut((0, 0), (n, n)).copy_from(m.a);
+    loop_a.view_mut((n, n), (n, n)).copy_from(&a);
+    let mut loop_l = DMatrix::zeros(2 * n, inputs + outputs);
+    loop_l.view_mut((0, 0), (n, inputs)).copy_from(m.b);
+    loop_l.view_mut((n, 0), (n, inputs)).copy_from(&b);
+    loop_l.view_mut((n, inputs), (n, outputs)).copy_from(&l);
+    let mut loop_c = DMatrix::zeros(inputs + outputs, 2 * n);
+    loop_c.view_mut((0, n), (inputs, n)).copy_from(&ks);
+    loop_c.view_mut((inputs, 0), (outputs, n)).copy_from(&-m.c);
+    loop_c.view_mut((inputs, n), (outputs, n)).copy_from(&c);
+    let loop_b = loop_l.columns(0, inputs).into_owned();
+    let plant = StateSpace::new(loop_a, loop_b, loop_c).ok()?;
+    let design = DiscreteDesign::with_gain(&plant, m.period, loop_l).ok()?;
+    let title = format!("{}: feedback", observer.name);
+    Some((rounding, design.certificate.file(&title).ok()?))
+}
+
+/// The magnitudes of the loop at its samples in the study's simulation, without noise: states and inputs, with the
+/// margin of the bounds of operation. None if they are not finite.
+pub(crate) fn magnitudes(
+    study: &Study,
+    simulation: &Simulation,
+    observer: &ObserverSpec,
+    design: &SampledDesign,
+) -> Option<(Vec<f64>, Vec<f64>)> {
+    let k = gain(study, observer).ok()?;
+    let m = design.matrices()?;
+    let mut x = DVector::from_column_slice(&simulation.x0);
+    let mut xhat = DVector::from_column_slice(&observer.initial);
+    let (mut states, mut inputs) = (DVector::zeros(x.len()), DVector::zeros(k.nrows()));
+    let samples = (simulation.duration / m.period + 1e-9).floor().min(1e7) as usize;
+    for sample in 0..=samples {
+        let mut r = vec![0.0; k.nrows()];
+        if let Some(reference) = study.input.program() {
+            reference.at(sample as f64 * m.period, &mut r);
+        }
+        let u = DVector::from_vec(r) - k * &xhat;
+        states = states.sup(&x.abs());
+        inputs = inputs.sup(&u.abs());
+        let y = m.c * &x + m.d.map_or_else(|| DVector::zeros(m.c.nrows()), |d| d * &u);
+        design.step(&mut xhat, &u, &y);
+        x = m.a * x + m.b * u;
+    }
+    let largest = |column: DVector<f64>| column.iter().map(|x| MARGIN * x).collect::<Vec<f64>>();
+    let (states, inputs) = (largest(states), largest(inputs));
+    states.iter().chain(&inputs).all(|x| x.is_finite()).then_some((states, inputs))
+}

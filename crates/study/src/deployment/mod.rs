@@ -1,0 +1,456 @@
+//! Observers of a study as they run on a target: the sampled design of an observer, and what is proved of its stored
+//! numbers in the arithmetic of the target.
+//!
+//! | file | subject |
+//! |---|---|
+//! | `nonlinear` | observers of nonlinear plants with a step for each sample |
+//! | `expressions` | the plant as expressions, which can be printed as source code |
+//! | `record` | the run of the study at the samples: what the exported step is compared with |
+
+mod expressions;
+mod nonlinear;
+mod record;
+
+pub use nonlinear::{CopyDesign, DiscreteCopyDesign, FilterDesign};
+pub use record::{Difference, Record, record};
+
+use std::sync::atomic::AtomicBool;
+
+use luenberger_design::{
+    Certificate, DesignError, DiscreteDesign, LinearDesign, OperatingPoint, SampledCubicDesign, deployed_linear,
+};
+use luenberger_linalg::spectral_radius;
+use luenberger_observers::{DiscreteNonlinearObserver, SampledObserver};
+use luenberger_plants::StateSpace;
+use luenberger_proof::certificate::CertificateFile;
+use luenberger_proof::statement::{Deployed, Format, Operation, Step};
+use luenberger_proof::wording::{at_least, at_most, counted};
+use luenberger_sim::Trajectory;
+use nalgebra::{DMatrix, DVector};
+
+use crate::closed_loop;
+use crate::design::{self, NoDesign, Runnable};
+use crate::execute;
+use crate::results::FailureReport;
+use crate::study::{GainSpec, LinearSpec, ObserverKind, ObserverSpec, Study};
+
+/// A sampled design with its certificate.
+#[derive(Debug, Clone)]
+pub enum SampledDesign {
+    /// Linear.
+    Linear(Box<DiscreteDesign>),
+    /// Cubic.
+    Cubic(Box<SampledCubicDesign>),
+    /// Linear, in deviations from an operating point of a nonlinear plant: a copy of the linearisation.
+    LinearAt(Box<DiscreteCopyDesign>),
+    /// The copy of a nonlinear plant with a constant gain.
+    Copy(Box<CopyDesign>),
+    /// The same of a plant in discrete time.
+    DiscreteCopy(Box<DiscreteCopyDesign>),
+    /// The extended Kalman filter.
+    Filter(Box<FilterDesign>),
+}
+
+impl SampledDesign {
+    /// The first estimate.
+    pub fn initial(&self, observer: &ObserverSpec) -> Vec<f64> {
+        match self {
+            Self::Copy(design) => design.initial.clone(),
+            _ => observer.initial.clone(),
+        }
+    }
+
+    /// Runge-Kutta steps per period, where there are any.
+    pub fn substeps(&self) -> Option<usize> {
+        match self {
+            Self::Copy(design) => Some(design.observer.substeps()),
+            Self::Filter(design) => design.filter.substeps(),
+            _ => None,
+        }
+    }
+
+    /// The matrices of an observer of a linear plant.
+    pub(crate) fn matrices(&self) -> Option<Matrices<'_>> {
+        Some(match self {
+            Self::Linear(design) => {
+                let (plant, l) = (design.observer.plant(), design.observer.l());
+                let StateSpace { a, b, c, d } = plant;
+                Matrices { a, b, c, d: d.as_ref(), l, period: design.observer.period(), is_cubic: false }
+            }
+            Self::Cubic(design) => {
+                let o = &design.observer;
+                let (a, b, c, d, l) = (o.ad(), o.bd(), o.c(), o.d(), o.ld());
+                Matrices { a, b, c, d, l, period: o.period(), is_cubic: true }
+            }
+            _ => return None,
+        })
+    }
+
+    /// Checks that the gain, as stored in `format`, still makes the observer stable.
+    ///
+    /// # Errors
+    /// [`FailureReport`] with the spectral radius of `A - L C`; none for a number that the format cannot store, which is
+    /// an error of the export.
+    pub fn stored_in(&self, observer: &ObserverSpec, format: Format) -> Result<(), FailureReport> {
+        let Some(m) = self.matrices() else { return Ok(()) };
+        let (Some(a), Some(c), Some(l)) = (stored(m.a, format), stored(m.c, format), stored(m.l, format)) else {
+            return Ok(());
+        };
+        match spectral_radius(&(a - l * c)) {
+            Ok(radius) if radius >= 1.0 => Err(FailureReport {
+                hypothesis: format!(
+                    "rounded to {format}, A - L C has the spectral radius {}, which is not below 1",
+                    at_least(radius, 6)
+                ),
+                alternatives: vec!["--format f64, or a shorter settling time in relation to the period".to_owned()],
+                line: observer.place.line,
+            }),
+            _ => Ok(()),
+        }
+    }
+
+    /// One step of an observer of a linear plant.
+    pub(crate) fn step(&self, xhat: &mut DVector<f64>, u: &DVector<f64>, y: &DVector<f64>) {
+        match self {
+            Self::Linear(design) => design.observer.step(0.0, xhat, u, y),
+            Self::Cubic(design) => design.observer.step(0.0, xhat, u, y),
+            _ => {}
+        }
+    }
+}
+
+/// The matrices of an observer of a sampled linear plant.
+pub(crate) struct Matrices<'a> {
+    pub(crate) a: &'a DMatrix<f64>,
+    pub(crate) b: &'a DMatrix<f64>,
+    pub(crate) c: &'a DMatrix<f64>,
+    pub(crate) d: Option<&'a DMatrix<f64>>,
+    pub(crate) l: &'a DMatrix<f64>,
+    pub(crate) period: f64,
+    pub(crate) is_cubic: bool,
+}
+
+/// A matrix as the format stores it; none with an entry beyond its range.
+pub(crate) fn stored(matrix: &DMatrix<f64>, format: Format) -> Option<DMatrix<f64>> {
+    let entries: Option<Vec<f64>> = matrix.iter().map(|x| format.round(*x)).collect();
+    Some(DMatrix::from_vec(matrix.nrows(), matrix.ncols(), entries?))
+}
+
+/// The step of an observer for each sample.
+///
+/// An observer of a linear plant gets the plant with its input held over the period, and a gain for that: observers in
+/// continuous time keep their poles, `exp(h s)`; a Kalman filter becomes the stationary predictor for the sampled noises;
+/// a cubic observer keeps theta and the strength of its cubic term. The copy of a nonlinear plant keeps its gain and gets
+/// Runge-Kutta steps, `substeps` of them or as many as its error needs; an extended Kalman filter stays as it is. A
+/// mean-value observer is exported as `z = xhat + e`, a copy with the constant gain L, of which its certificate speaks.
+///
+/// `period` is required for observers in continuous time, and that of a sampled observer cannot be changed.
+///
+/// # Errors
+/// [`FailureReport`]: a kind without a step, a period that is missing, not positive or conflicts, and the errors of the
+/// design.
+pub fn sampled(
+    study: &Study,
+    observer: &ObserverSpec,
+    period: Option<f64>,
+    substeps: Option<usize>,
+) -> Result<SampledDesign, FailureReport> {
+    let failure = |hypothesis: String, alternatives: &[&str]| FailureReport {
+        hypothesis,
+        alternatives: alternatives.iter().map(|&text| text.to_owned()).collect(),
+        line: observer.place.line,
+    };
+    let own = observer.kind.period().or(study.plant.dt);
+    let period = match (own, period) {
+        (Some(own), Some(period)) if own != period => {
+            return Err(failure(format!("{} has the period {own} in the study, not {period}", observer.name), &[]));
+        }
+        (Some(period), _) | (None, Some(period)) => period,
+        (None, None) => {
+            let hypothesis = format!("{} is an observer in continuous time, and no period is given", observer.name);
+            return Err(failure(hypothesis, &["--period, or simulation.hold in the study"]));
+        }
+    };
+    let linear = study.plant.model.linear();
+    let names = study.plant.names();
+    if let (
+        ObserverKind::Luenberger(gain)
+        | ObserverKind::Kalman(gain)
+        | ObserverKind::Cubic { linear: gain, .. }
+        | ObserverKind::SampledCubic { linear: gain, .. },
+        Some(plant),
+    ) = (&observer.kind, &linear)
+    {
+        let design = names.with(|| match study.plant.dt {
+            Some(dt) => in_discrete_time(study, observer, plant, gain, dt),
+            None => held(study, observer, plant, gain, period).map_err(|error| error.to_string()),
+        });
+        return design.map_err(|why| failure(why, &[]));
+    }
+    let in_words = |(hypothesis, alternatives)| FailureReport { hypothesis, alternatives, line: observer.place.line };
+    if matches!(observer.kind, ObserverKind::KklNumerical(_)) {
+        return Err(in_words(nonlinear::of_kkl()));
+    }
+    let designed = design::design(study, observer, &AtomicBool::new(false)).map_err(|none| match none {
+        NoDesign::Misfit(failure) => failure,
+        NoDesign::Interrupted => failure("interrupted".to_owned(), &[]),
+    })?;
+    if let (ObserverKind::Luenberger(gain) | ObserverKind::Kalman(gain), Runnable::LinearAt(_), Some(point)) =
+        (&observer.kind, &designed.runnable, &study.operating_point)
+    {
+        return names.with(|| at_point(study, observer, gain, point, period)).map_err(|why| failure(why, &[]));
+    }
+    let design = names.with(|| nonlinear::sampled(study, observer, designed, period, substeps));
+    design.map_err(in_words)
+}
+
+/// The sampled linear design at an operating point.
+fn at_point(
+    study: &Study,
+    observer: &ObserverSpec,
+    gain: &LinearSpec,
+    point: &OperatingPoint,
+    period: f64,
+) -> Result<SampledDesign, String> {
+    let words = |error: &dyn std::fmt::Display| error.to_string();
+    let linear = design::linear_design(&point.linear, gain, &observer.limits.options(study.solver, None));
+    let sampled = linear.and_then(|linear| sampled_linear(&linear, gain, period)).map_err(|error| words(&error))?;
+    let plant = expressions::around(sampled.observer.plant(), point).map_err(|error| words(&error))?;
+    let copied = DiscreteNonlinearObserver::new(plant, sampled.observer.l().clone(), period);
+    Ok(SampledDesign::LinearAt(Box::new(DiscreteCopyDesign {
+        observer: copied.map_err(|error| words(&error))?,
+        certificate: sampled.certificate.clone(),
+        statement: "For the linearisation at the operating point, sampled with the input held: the estimation error tends to 0 exponentially from every initial error. Nothing is proved of large deviations of the nonlinear plant.".to_owned(),
+    })))
+}
+
+/// The design of the study itself, of a plant in discrete time.
+fn in_discrete_time(
+    study: &Study,
+    observer: &ObserverSpec,
+    plant: &StateSpace,
+    gain: &LinearSpec,
+    dt: f64,
+) -> Result<SampledDesign, String> {
+    let linear = design::discrete_design(study, plant, gain, dt, observer)?;
+    match &observer.kind {
+        ObserverKind::SampledCubic { theta, strength, .. } => {
+            let design =
+                SampledCubicDesign::of_discrete(&linear, theta, *strength).map_err(|error| error.to_string())?;
+            Ok(SampledDesign::Cubic(Box::new(design)))
+        }
+        ObserverKind::Cubic { .. } => Err("the kind cubic is for plants in continuous time".to_owned()),
+        _ => Ok(SampledDesign::Linear(Box::new(linear))),
+    }
+}
+
+/// The design for a plant whose input is held over the period.
+fn held(
+    study: &Study,
+    observer: &ObserverSpec,
+    plant: &StateSpace,
+    gain: &LinearSpec,
+    period: f64,
+) -> Result<SampledDesign, DesignError> {
+    let linear = design::linear_design(plant, gain, &observer.limits.options(study.solver, None))?;
+    let cubic = |design| SampledDesign::Cubic(Box::new(design));
+    match &observer.kind {
+        ObserverKind::Cubic { theta, correction, .. } => {
+            let continuous = luenberger_design::CubicDesign::new(&linear, theta, correction)?;
+            SampledCubicDesign::from_cubic(&linear, &continuous, period).map(cubic)
+        }
+        ObserverKind::SampledCubic { theta, strength, .. } => {
+            SampledCubicDesign::new(&linear, theta, *strength, period).map(cubic)
+        }
+        _ => sampled_linear(&linear, gain, period).map(|design| SampledDesign::Linear(Box::new(design))),
+    }
+}
+
+fn sampled_linear(linear: &LinearDesign, gain: &LinearSpec, period: f64) -> Result<DiscreteDesign, DesignError> {
+    match &gain.gain {
+        GainSpec::Kalman { w, v } => DiscreteDesign::sampled_kalman(linear, w, v, period),
+        _ => DiscreteDesign::sampled(linear, period),
+    }
+}
+
+/// What is proved of an observer on its target.
+#[derive(Debug, Clone)]
+pub struct Evidence {
+    /// Sentences.
+    pub sentences: Vec<String>,
+    /// The certificate file; none if nothing is proved.
+    pub file: Option<CertificateFile>,
+}
+
+impl Evidence {
+    /// Whether something is proved.
+    pub fn is_proved(&self) -> bool {
+        self.file.is_some()
+    }
+}
+
+/// What is proved of a sampled design whose numbers are stored, and whose steps are computed, in `format`: with the
+/// bounds that states, inputs and noise have in the simulation of the study, the ball to which the error shrinks, all
+/// rounding counted; without a simulation, the convergence for the gains as designed.
+pub fn evidence(study: &Study, observer: &ObserverSpec, design: &SampledDesign, format: Format) -> Evidence {
+    let title = &observer.name;
+    match design {
+        SampledDesign::Linear(linear) => of_linear(study, observer, design, &linear.certificate, format),
+        SampledDesign::Cubic(cubic) => of_linear(study, observer, design, &cubic.certificate, format),
+        SampledDesign::LinearAt(copied) | SampledDesign::DiscreteCopy(copied) => {
+            let rounding = format!("Rounding to {format} on the target is not covered.");
+            of_statement(title, Some(&copied.certificate), "with the gains as designed", &copied.statement, &rounding)
+        }
+        SampledDesign::Copy(copied) => {
+            let observer = &copied.observer;
+            let rest = format!(
+                "What this code computes, {} of the Runge-Kutta method per period and an output predicted between samples, approaches that as the period goes to 0; the proof does not cover it, nor rounding to {format}.",
+                counted(observer.substeps(), "step"),
+            );
+            of_statement(
+                title,
+                copied.certificate.as_ref(),
+                "for the observer in continuous time",
+                &copied.statement,
+                &rest,
+            )
+        }
+        SampledDesign::Filter(_) => Evidence {
+            sentences: vec![
+                "No stability certificate: an extended Kalman filter converges from small errors.".to_owned(),
+            ],
+            file: None,
+        },
+    }
+}
+
+/// The statement of a design, with what it leaves open.
+fn of_statement(
+    title: &str,
+    certificate: Option<&Certificate>,
+    of_what: &str,
+    statement: &str,
+    rest: &str,
+) -> Evidence {
+    match certificate.and_then(|certificate| certificate.file(title).ok()) {
+        Some(file) => Evidence {
+            sentences: vec![format!("Proved (certificate.json), {of_what}: {statement}"), rest.to_owned()],
+            file: Some(file),
+        },
+        None => Evidence { sentences: vec![format!("No stability certificate. {statement}")], file: None },
+    }
+}
+
+fn of_linear(
+    study: &Study,
+    observer: &ObserverSpec,
+    design: &SampledDesign,
+    certificate: &Certificate,
+    format: Format,
+) -> Evidence {
+    // The subtraction of D u is not among the operations that the certificate bounds.
+    let fed = study.plant.model.linear().is_some_and(|plant| plant.d.is_some());
+    let on_target = operation(study, observer, design).filter(|_| !fed).and_then(|operation| {
+        let (deployed, file) = deployed(&observer.name, design, format, &operation)?;
+        Some((deployed, operation, file))
+    });
+    let mut sentences = Vec::new();
+    let file = match on_target {
+        Some((deployed, operation, file)) => {
+            sentences.push(format!(
+                "Proved (certificate.json): with the gains as stored in {format}, in exact arithmetic, the estimation error tends to 0 exponentially from every initial error."
+            ));
+            sentences.extend(rounding(study, &deployed, &operation, format));
+            Some(file)
+        }
+        None => certificate.file(&observer.name).ok().inspect(|_| {
+            sentences.push(
+                "Proved (certificate.json): with the gains as designed, in exact arithmetic, the estimation error tends to 0 exponentially from every initial error."
+                    .to_owned(),
+            );
+            sentences.push(format!("Rounding to {format} on the target is not covered."));
+        }),
+    };
+    if file.is_none() {
+        sentences.push("No stability certificate.".to_owned());
+    } else if fed {
+        sentences.push("In the certificate y is the measured output minus D u.".to_owned());
+    }
+    Evidence { sentences, file }
+}
+
+/// The observer in the arithmetic of the target, with its certificate file; none if that is not proved.
+fn deployed(
+    title: &str,
+    design: &SampledDesign,
+    format: Format,
+    operation: &Operation,
+) -> Option<(Deployed, CertificateFile)> {
+    match design {
+        SampledDesign::Linear(design) => {
+            let (plant, l) = (design.observer.plant(), design.observer.l());
+            let found = deployed_linear(plant, l, Step::Innovation, format.into(), operation).ok()?;
+            let file = found.certificate.file(title).ok()?;
+            Some((found.deployed.clone(), file))
+        }
+        SampledDesign::Cubic(design) => {
+            let file = design.deployed_certificate_file(title, format.into(), operation).ok()?;
+            Some((design.deployed(format.into(), operation).ok()?, file))
+        }
+        _ => None,
+    }
+}
+
+/// The bound of the error with all rounding counted, under its bounds of operation.
+fn rounding(study: &Study, deployed: &Deployed, operation: &Operation, format: Format) -> Vec<String> {
+    let Some(ball) = deployed.ball() else {
+        return vec![format!("Rounding to {format} on the target: no bound is proved.")];
+    };
+    let plant = &study.plant;
+    let list = |names: &[String], values: &[f64], units: &[String]| {
+        let one = |(i, (name, value)): (usize, (&String, &f64))| {
+            let unit = units.get(i).map(|unit| format!(" {unit}")).unwrap_or_default();
+            format!("{name} {}{unit}", at_most(*value, 3))
+        };
+        names.iter().zip(values).enumerate().map(one).collect::<Vec<_>>().join(", ")
+    };
+    let mut bounds = vec![("states", list(&plant.states, &operation.state, &plant.units))];
+    if !plant.inputs.is_empty() {
+        bounds.push(("inputs", list(&plant.inputs, &operation.input, &[])));
+    }
+    bounds.push(("measurement noise", list(&plant.outputs, &operation.noise, &[])));
+    bounds.push(("first error", list(&plant.states, &operation.error, &plant.units)));
+    let bounds: Vec<String> = bounds.into_iter().map(|(what, list)| format!("{what} ({list})")).collect();
+    vec![
+        format!(
+            "Rounding and noise: while the magnitudes of {} stay within these bounds, the error in the end is at most {}, and no operation leaves the range of {format}.",
+            bounds.join(", "),
+            list(&plant.states, &ball.entries, &plant.units)
+        ),
+        "The bounds are 1.2 times the magnitudes in the study's simulation, with four standard deviations for Gaussian noise."
+            .to_owned(),
+    ]
+}
+
+/// Bounds of operation relative to the magnitudes in the simulation.
+pub(crate) const MARGIN: f64 = 1.2;
+
+/// The bounds of the study's simulation; none without a simulation, with feedback of another observer, or if the plant
+/// cannot be simulated.
+fn operation(study: &Study, observer: &ObserverSpec, design: &SampledDesign) -> Option<Operation> {
+    let simulation = study.simulation.as_ref()?;
+    let (state, input) = if let Some(found) = closed_loop::magnitudes(study, simulation, observer, design) {
+        found
+    } else {
+        let run: Trajectory = execute::plant_run(study, simulation)?;
+        let largest = |m: &DMatrix<f64>| m.column_iter().map(|column| MARGIN * column.amax()).collect();
+        (largest(&run.x), largest(&run.u))
+    };
+    let noise = (0..study.plant.outputs.len()).map(|output| {
+        let noise = simulation.noise_of(output);
+        noise.map_or(0.0, |noise| MARGIN * if noise.gaussian { 4.0 } else { 1.0 } * noise.amplitude)
+    });
+    let noise = noise.collect();
+    let error = simulation.x0.iter().zip(&observer.initial).map(|(x, xhat)| MARGIN * (x - xhat).abs()).collect();
+    Some(Operation { state, input, noise, error })
+}

@@ -1,0 +1,176 @@
+//! Observers of nonlinear plants with a step for each sample.
+
+use luenberger_design::Certificate;
+use luenberger_expression::ExpressionPlant;
+use luenberger_observers::high_gain::HighGainMap;
+use luenberger_observers::{DiscreteNonlinearObserver, ExtendedKalmanFilter, SampledCopy, SampledObserver};
+use luenberger_plants::Differentiable;
+use luenberger_proof::wording::significant;
+use nalgebra::{DMatrix, DVector, Dyn};
+
+use super::SampledDesign;
+use crate::design::{Designed, Runnable};
+use crate::study::{ObserverSpec, Study};
+
+/// A step of the Runge-Kutta method is at most this share of the time constant of the fastest mode of the error: its own
+/// error is then below 1e-5 of the change.
+const SHARE: f64 = 0.25;
+
+/// Runge-Kutta steps per period beyond which a design is refused.
+const MOST_SUBSTEPS: usize = 100;
+
+/// The copy of a nonlinear plant with a constant gain, stepped once per sample.
+#[derive(Debug, Clone)]
+pub struct CopyDesign {
+    /// The observer.
+    pub observer: SampledCopy<ExpressionPlant, f64, Dyn, Dyn, Dyn>,
+    /// The first estimate.
+    pub initial: Vec<f64>,
+    /// The certificate of the design in continuous time, if it has one.
+    pub certificate: Option<Certificate>,
+    /// What the design says in continuous time.
+    pub statement: String,
+}
+
+/// The copy of a plant in discrete time.
+#[derive(Debug, Clone)]
+pub struct DiscreteCopyDesign {
+    /// The observer.
+    pub observer: DiscreteNonlinearObserver<ExpressionPlant, f64, Dyn, Dyn, Dyn>,
+    /// The certificate.
+    pub certificate: Certificate,
+    /// What the design says.
+    pub statement: String,
+}
+
+/// The extended Kalman filter.
+#[derive(Debug, Clone)]
+pub struct FilterDesign {
+    /// The filter.
+    pub filter: ExtendedKalmanFilter<ExpressionPlant, f64, Dyn, Dyn, Dyn>,
+}
+
+/// Why there is no step, and what would have one.
+pub(super) type Refusal = (String, Vec<String>);
+
+/// Of a numerical KKL observer, whose design takes minutes.
+pub(super) fn of_kkl() -> Refusal {
+    (
+        "a numerical KKL observer has no export: its step needs the table of its left inverse".to_owned(),
+        vec!["extended-kalman and, for plants with bounded Jacobians, lpv and lipschitz have an export".to_owned()],
+    )
+}
+
+/// The sampled form of a design for a nonlinear plant.
+pub(super) fn sampled(
+    study: &Study,
+    observer: &ObserverSpec,
+    designed: Designed,
+    period: f64,
+    substeps: Option<usize>,
+) -> Result<SampledDesign, Refusal> {
+    let plain = |why: String| (why, Vec::new());
+    let plant = study.plant.model.expressions().map_err(|error| plain(error.to_string()))?;
+    let Designed { runnable, report, certificate } = designed;
+    let copy = |l: DMatrix<f64>, initial: Vec<f64>, preface: &str| {
+        let substeps = match substeps {
+            Some(substeps) => substeps,
+            None => substeps_for(study, &plant, &l, &initial, period)?,
+        };
+        let observer =
+            SampledCopy::new(plant.clone(), l, period, substeps).map_err(|error| plain(error.to_string()))?;
+        let statement = format!("{preface}{}", report.statement);
+        Ok(SampledDesign::Copy(Box::new(CopyDesign { observer, initial, certificate: certificate.clone(), statement })))
+    };
+    match runnable {
+        Runnable::NonlinearLuenberger(copied) => copy(copied.l().clone(), observer.initial.clone(), ""),
+        Runnable::MeanValue(repaired) => {
+            // z = xhat + e is a copy with the constant gain L, and what the certificate speaks of.
+            let l = repaired
+                .l()
+                .cloned()
+                .ok_or_else(|| plain("the observer as printed has no constant gain".to_owned()))?;
+            let first = observer.initial.iter().zip(repaired.internal_error().iter()).map(|(xhat, e)| xhat + e);
+            copy(l, first.collect(), "The exported estimate is z. ")
+        }
+        Runnable::HighGain(chains) => {
+            let (map, gain) = (chains.map(), chains.gain());
+            let mut l = DMatrix::zeros(gain.len(), study.plant.outputs.len());
+            for i in 0..gain.len() {
+                l[(i, map.place(i).output)] = map.factors()[i] * gain[i];
+            }
+            copy(l, observer.initial.clone(), "")
+        }
+        Runnable::ExtendedKalman(filter) => {
+            let noises = filter.noise_model().clone();
+            let period = filter.period();
+            let same = match filter.substeps() {
+                Some(own) => ExtendedKalmanFilter::new(plant, noises, period, substeps.unwrap_or(own)),
+                None => ExtendedKalmanFilter::discrete(plant, noises, period),
+            };
+            let same = same.and_then(|same| match filter.gate() {
+                Some(gate) => same.with_gate(gate),
+                None => Ok(same),
+            });
+            let filter = same.map_err(|error| plain(error.to_string()))?;
+            Ok(SampledDesign::Filter(Box::new(FilterDesign { filter })))
+        }
+        Runnable::DiscreteNonlinear(copied) => {
+            let observer = DiscreteNonlinearObserver::new(plant, copied.l().clone(), period);
+            let observer = observer.map_err(|error| plain(error.to_string()))?;
+            let certificate =
+                certificate.ok_or_else(|| plain("the design has no certificate to refer to".to_owned()))?;
+            let statement = report.statement;
+            Ok(SampledDesign::DiscreteCopy(Box::new(DiscreteCopyDesign { observer, certificate, statement })))
+        }
+        Runnable::Kkl(_) => Err(of_kkl()),
+        Runnable::CubicAt(_) | Runnable::SampledCubicAt(_) => Err((
+            "a cubic observer in deviations from an operating point has no export".to_owned(),
+            vec!["kind = \"luenberger\" at the same operating point has one".to_owned()],
+        )),
+        Runnable::Linear(_)
+        | Runnable::Cubic(_)
+        | Runnable::SampledCubic(_)
+        | Runnable::DiscreteLinear(_)
+        | Runnable::LinearAt(_) => Err(plain("the plant is not nonlinear".to_owned())),
+    }
+}
+
+/// Runge-Kutta steps per period that resolve the fastest mode of the error at the first estimate.
+fn substeps_for(
+    study: &Study,
+    plant: &ExpressionPlant,
+    l: &DMatrix<f64>,
+    initial: &[f64],
+    period: f64,
+) -> Result<usize, Refusal> {
+    let mut u = DVector::zeros(study.plant.inputs.len());
+    if let Some(program) = study.input.program() {
+        program.at(0.0, u.as_mut_slice());
+    }
+    let x = DVector::from_column_slice(initial);
+    let a: DMatrix<f64> = plant.state_jacobian(0.0, &x, &u) - l * plant.output_jacobian(0.0, &x, &u);
+    if a.iter().any(|entry| !entry.is_finite()) {
+        return Err((
+            "the Jacobian of the plant is not finite at the first estimate".to_owned(),
+            vec!["--substeps sets the number of Runge-Kutta steps per period".to_owned()],
+        ));
+    }
+    let fastest = a.complex_eigenvalues().iter().map(|pole| pole.norm()).fold(0.0, f64::max);
+    let wanted = (period * fastest / SHARE).ceil().max(1.0);
+    if wanted <= MOST_SUBSTEPS as f64 {
+        return Ok(wanted as usize);
+    }
+    Err((
+        format!(
+            "the period {period} is long for the fastest mode of the error, with the time constant {}: {} Runge-Kutta steps per period would be needed",
+            significant(1.0 / fastest, 3),
+            significant(wanted, 3)
+        ),
+        vec![
+            format!("--period {} or shorter", significant(SHARE * MOST_SUBSTEPS as f64 / fastest, 2)),
+            "--substeps to take fewer steps, or more than 100".to_owned(),
+            "a slower observer".to_owned(),
+        ],
+    ))
+}

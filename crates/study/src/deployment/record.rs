@@ -1,0 +1,111 @@
+//! The run of the study at the samples of an export: what the exported step is compared with.
+
+use std::sync::atomic::AtomicBool;
+
+use luenberger_proof::wording::at_most;
+
+use crate::design::{Designed, design};
+use crate::execute::{self, Member};
+use crate::study::{ObserverSpec, Study};
+
+/// Samples of a run that are compared at most.
+const MOST: usize = 20_000;
+
+/// Inputs, measured outputs and estimates of a run, sample by sample.
+#[derive(Debug, Clone, Default)]
+pub struct Record {
+    /// Inputs and measured outputs of each sample.
+    pub samples: Vec<(Vec<f64>, Vec<f64>)>,
+    /// The estimate of the study's observer for the end of each period.
+    pub estimates: Vec<Vec<f64>>,
+    /// The state of the plant there.
+    pub states: Vec<Vec<f64>>,
+}
+
+/// The run of an observer in the simulation of the study, with its own step or in continuous time; none without a
+/// simulation, with sensors of other periods, and if it cannot be simulated.
+pub fn record(study: &Study, observer: &ObserverSpec, period: f64) -> Option<Record> {
+    // The exported step knows no sensors with instants of their own.
+    let simulation = study.simulation.as_ref().filter(|simulation| simulation.sensors.is_empty())?;
+    let cancel = AtomicBool::new(false);
+    let others =
+        study.observers.iter().filter(|other| execute::is_fed(study, &other.name) || other.name == observer.name);
+    let designed: Vec<(&ObserverSpec, Designed)> =
+        others.filter_map(|other| Some((other, design(study, other, &cancel).ok()?))).collect();
+    let members: Vec<Member<'_>> = designed.iter().map(|(wish, designed)| Member { wish, designed }).collect();
+    let member = members.iter().find(|member| member.wish.name == observer.name)?;
+    let count = ((simulation.duration / period + 1e-9).floor() as usize).min(MOST);
+    let times: Vec<f64> = (0..=count).map(|k| (k as f64 * period).min(simulation.duration)).collect();
+    let run = execute::run_at(study, simulation, &members, member, &times)?;
+    let row = |m: &nalgebra::DMatrix<f64>, k: usize| m.row(k).iter().copied().collect::<Vec<_>>();
+    let estimate = &run.observer(&observer.name).ok()?.estimate;
+    Some(Record {
+        samples: (0..count).map(|k| (row(&run.u, k), row(&run.measured, k))).collect(),
+        estimates: (1..=count).map(|k| row(estimate, k)).collect(),
+        states: (1..=count).map(|k| row(&run.x, k)).collect(),
+    })
+}
+
+/// How far the exported step is from the observer of the study along its run, for each state.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Difference {
+    /// The largest difference of the estimates.
+    pub largest: Vec<f64>,
+    /// The same in the second half of the run.
+    pub late: Vec<f64>,
+    /// The largest error of the study's observer in the second half.
+    pub own: Vec<f64>,
+}
+
+impl Record {
+    /// The difference from exported estimates, one for each sample; `None` for an empty run.
+    pub fn difference(&self, exported: &[Vec<f64>]) -> Option<Difference> {
+        let count = self.estimates.len().min(exported.len());
+        let n = self.estimates.first()?.len();
+        let largest = |from: usize, a: &[Vec<f64>], b: &[Vec<f64>]| -> Vec<f64> {
+            let of = |i: usize| a[from..count].iter().zip(&b[from..count]).map(move |(a, b)| (a[i] - b[i]).abs());
+            // Not a number is larger than every number.
+            (0..n).map(|i| of(i).fold(0.0, |x: f64, y| if y <= x { x } else { y })).collect()
+        };
+        let half = count / 2;
+        Some(Difference {
+            largest: largest(0, &self.estimates, exported),
+            late: largest(half, &self.estimates, exported),
+            own: largest(half, &self.estimates, &self.states),
+        })
+    }
+}
+
+impl Difference {
+    /// As a sentence, with the names and units of the states.
+    pub fn words(&self, study: &Study, observer: &ObserverSpec, format: &str) -> String {
+        let plant = &study.plant;
+        let list = |values: &[f64]| {
+            let one = |(i, (name, value)): (usize, (&String, &f64))| {
+                let unit = plant.units.get(i).map(|unit| format!(" {unit}")).unwrap_or_default();
+                format!("{name} {}{unit}", at_most(*value, 3))
+            };
+            plant.states.iter().zip(values).enumerate().map(one).collect::<Vec<_>>().join(", ")
+        };
+        let whose = match observer.kind.period().or(plant.dt) {
+            Some(_) => "the observer of the study in binary64",
+            None => "the observer in continuous time",
+        };
+        if self.largest.iter().all(|difference| *difference == 0.0) {
+            return format!(
+                "Along the study's run the exported step in {format} gives the same estimates as {whose}, to the last bit."
+            );
+        }
+        let far = self.late.iter().zip(&self.own).any(|(late, own)| late > own || late.is_nan());
+        let advice = match observer.kind.period().or(plant.dt) {
+            None if far => " That is more than its own error: a shorter period brings the exported step nearer to it.",
+            _ => "",
+        };
+        format!(
+            "Along the study's run the exported step in {format} differs from {whose} by at most {}; in the second half of the run by at most {}, where the error of that observer itself is at most {}.{advice}",
+            list(&self.largest),
+            list(&self.late),
+            list(&self.own)
+        )
+    }
+}

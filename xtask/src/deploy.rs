@@ -1,0 +1,157 @@
+//! Exports in the hands of a user: each is built and run as `docs/deploy.md` says, and its golden vectors are compared
+//! bit by bit. What is left out for lack of a tool is said.
+//!
+//! - C with CMake and with the C compiler alone.
+//! - FMUs 2.0 and 3.0 with fmpy, which validates and simulates them. It is installed, at the version below, into a virtual
+//!   environment under `target`.
+//! - The Rust crate with its own test, and its static library with the test in C.
+
+use crate::step::{Failure, cargo, is_installed, program, root};
+use std::fs;
+use std::path::{Path, PathBuf};
+
+/// Pinned, so that a failure can be repeated.
+const FMPY: &str = "fmpy==0.3.32";
+
+/// A plant with an observer in the loop.
+const LOOP: &str = r#"
+[plant]
+a = [[0, 1], [0, 0]]
+b = [[0], [1]]
+c = [[1, 0]]
+states = ["position", "velocity"]
+units = ["m", "m/s"]
+time_unit = "s"
+
+[input]
+feedback = { k = [[4, 4]], observer = "block" }
+
+[simulation]
+x0 = [1, 0]
+duration = 5
+samples = 101
+hold = 0.05
+
+[[observer]]
+name = "block"
+kind = "luenberger"
+poles = [-6, -7]
+"#;
+
+/// An observer of a study and how it is exported.
+struct Case {
+    study: PathBuf,
+    observer: &'static str,
+    options: &'static [&'static str],
+}
+
+pub(crate) fn run() -> Result<(), Failure> {
+    let folder = root().join("target/deploy");
+    fs::create_dir_all(&folder).map_err(|source| Failure::io(&folder, source))?;
+    cargo(&["build", "--package", "luenberger-cli"]).step("build")?;
+    let (cart, looped) = (folder.join("cart.toml"), folder.join("loop.toml"));
+    luenberger(&["new", "--force", "-o"]).argument(&cart).step("study")?;
+    fs::write(&looped, LOOP).map_err(|source| Failure::io(&looped, source))?;
+    let case = |observer, options| Case { study: cart.clone(), observer, options };
+    let cases = [
+        case("linear", &[]),
+        case("cubic", &["--format", "f32"]),
+        case("sampled", &[]),
+        Case { study: looped, observer: "block", options: &["--feedback"] },
+    ];
+    let mut skipped = Vec::new();
+    let compiler = ["cc", "gcc", "clang"].into_iter().find(|name| is_installed(name));
+    let python = if compiler.is_some() { fmpy(&mut skipped) } else { None };
+    if compiler.is_none() {
+        skipped.push("everything in C: no C compiler is installed");
+    } else if !is_installed("cmake") {
+        skipped.push("C with CMake, which is not installed");
+    }
+    for case in &cases {
+        if let Some(compiler) = compiler {
+            c(&folder, case, compiler)?;
+        }
+        if let Some(python) = &python {
+            for version in ["2", "3"] {
+                let out = case.export(&folder, "fmu", &["--fmi", version])?;
+                let name = format!("{}, FMI {version}", case.observer);
+                program(python).argument(out.join(format!("test_{}.py", case.observer))).step(&name)?;
+            }
+        }
+        rust(&folder, case, compiler)?;
+    }
+    for what in skipped {
+        eprintln!("── NOT RUN: {what}");
+    }
+    Ok(())
+}
+
+fn luenberger(arguments: &[&str]) -> crate::step::Step {
+    cargo(&["run", "--quiet", "--package", "luenberger-cli", "--"]).arguments(arguments)
+}
+
+impl Case {
+    fn export(&self, folder: &Path, to: &str, more: &[&str]) -> Result<PathBuf, Failure> {
+        let out = folder.join(format!("{}-{to}{}", self.observer, more.concat()));
+        luenberger(&["export", "--observer", self.observer, "--to", to, "--force", "-o"])
+            .argument(&out)
+            .arguments(self.options)
+            .arguments(more)
+            .argument(&self.study)
+            .quiet_output(&format!("{} --to {to}", self.observer))?;
+        Ok(out)
+    }
+}
+
+/// The Python of a virtual environment with fmpy.
+fn fmpy(skipped: &mut Vec<&'static str>) -> Option<PathBuf> {
+    let environment = root().join("target/fmpy-venv");
+    let python = environment.join(if cfg!(windows) { "Scripts/python.exe" } else { "bin/python" });
+    let made = python.exists()
+        || program("python3").arguments(&["-m", "venv"]).argument(&environment).step("virtual environment").is_ok();
+    if made && program(&python).arguments(&["-m", "pip", "install", "--quiet", FMPY]).step("fmpy").is_ok() {
+        return Some(python);
+    }
+    skipped.push("FMUs with fmpy, which cannot be installed (python3 with venv and the network are needed)");
+    None
+}
+
+fn c(folder: &Path, case: &Case, compiler: &str) -> Result<(), Failure> {
+    let out = case.export(folder, "c", &[])?;
+    let name = case.observer;
+    let (source, test) = (format!("{name}.c"), format!("test_{name}.c"));
+    program(compiler)
+        .folder(&out)
+        .arguments(&["-std=c99", "-O2", &source, &test, "-lm", "-o", "golden"])
+        .step(&format!("{name} in C: {compiler}"))?;
+    program(out.join("golden")).step(&format!("{name} in C"))?;
+    if is_installed("cmake") {
+        let build = ["-S", ".", "-B", "build", "-DCMAKE_BUILD_TYPE=Release"];
+        program("cmake").folder(&out).arguments(&build).quiet_output(&format!("{name} in C: cmake"))?;
+        program("cmake").folder(&out).arguments(&["--build", "build"]).quiet_output(&format!("{name} in C: build"))?;
+        program(out.join("build").join(format!("test_{name}"))).step(&format!("{name} in C by CMake"))?;
+    }
+    Ok(())
+}
+
+/// The crate finds `luenberger-observers` in this workspace.
+fn rust(folder: &Path, case: &Case, compiler: Option<&str>) -> Result<(), Failure> {
+    let out = case.export(folder, "rust", &[])?;
+    let name = case.observer;
+    let observers = root().join("crates/observers");
+    let patch = format!("patch.crates-io.luenberger-observers.path={:?}", observers.display().to_string());
+    let built = folder.join("rust-target");
+    let at = |step: crate::step::Step, folder: &Path| {
+        step.arguments(&["--quiet", "--config", &patch, "--target-dir"]).argument(&built).folder(folder)
+    };
+    at(cargo(&["test"]), &out).step(&format!("{name} in Rust"))?;
+    let Some(compiler) = compiler else { return Ok(()) };
+    at(cargo(&["build", "--release"]), &out.join("c")).step(&format!("{name} as a static library"))?;
+    program(compiler)
+        .folder(out.join("c"))
+        .arguments(&["-std=c99", &format!("test_{name}.c")])
+        .argument(built.join(format!("release/lib{name}.a")))
+        .arguments(&["-lm", "-o", "golden"])
+        .step(&format!("{name} as a static library: {compiler}"))?;
+    program(out.join("c/golden")).step(&format!("{name} as a static library in C"))
+}
