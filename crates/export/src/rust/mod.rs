@@ -76,7 +76,7 @@ luenberger-observers = {{ version = \"{}\", default-features = false }}
 ",
         staticlib::package(&export.identifier),
         env!("CARGO_PKG_VERSION"),
-        libm = if export.program.maps().is_some() { "libm = \"0.2.16\"\n" } else { "" },
+        libm = if export.program.maps().is_some() { "libm = { version = \"0.2.16\", default-features = false }\n" } else { "" },
     )
 }
 
