@@ -17,7 +17,15 @@ fn docs() -> PathBuf {
 
 fn pages() -> Vec<PathBuf> {
     let commands = std::fs::read_dir(docs().join("commands")).unwrap().map(|entry| entry.unwrap().path());
-    let others = ["from-matlab.md", "expressions.md", "guide.md", "log.md", "../README.md", "../crates/cli/README.md"];
+    let others = [
+        "from-matlab.md",
+        "expressions.md",
+        "deploy.md",
+        "guide.md",
+        "log.md",
+        "../README.md",
+        "../crates/cli/README.md",
+    ];
     let mut pages: Vec<_> = commands.chain(others.map(|page| docs().join(page))).collect();
     pages.sort();
     pages

@@ -133,7 +133,7 @@ int main(void)
     /* What is refused. */
     said[0] = '\0';
     CHECK(do_step(c, 0.0, 0.7 * PERIOD) == 3);
-    CHECK(strstr(said, "is not a multiple of the sampling period 0.05") != NULL);
+    CHECK(strstr(said, "is not a multiple of the sampling period") != NULL);
     CHECK(do_step(c, 0.0, 0.0) == 3);
     CHECK(do_step(c, 0.0, -PERIOD) == 3);
     CHECK(fmi3SetFloat64(c, &references[1 + M + P], 1, &bad, 1) == 3);

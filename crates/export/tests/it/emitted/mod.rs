@@ -3,13 +3,13 @@
 //! `UPDATE=1 cargo test -p luenberger-export` writes them anew.
 
 #[rustfmt::skip]
-#[allow(clippy::all, clippy::pedantic)]
+#[allow(unreachable_pub, clippy::all, clippy::pedantic)]
 mod copy;
 #[rustfmt::skip]
-#[allow(clippy::all, clippy::pedantic)]
+#[allow(unreachable_pub, clippy::all, clippy::pedantic)]
 mod discrete;
 #[rustfmt::skip]
-#[allow(clippy::all, clippy::pedantic)]
+#[allow(unreachable_pub, clippy::all, clippy::pedantic)]
 mod filter;
 
 use std::path::Path;
