@@ -261,6 +261,14 @@ pub enum SimError {
         /// Their limit.
         limit: f64,
     },
+    /// A change of the plant that is not after the start.
+    #[error("the plant changes at t = {time}; expected a time after the start, t = {start}")]
+    ChangeTime {
+        /// When it changes.
+        time: f64,
+        /// The start of the run.
+        start: f64,
+    },
     /// The time limit of the settings.
     #[error("stopped at t = {} by the time limit", short(*time))]
     TimeLimit {

@@ -35,6 +35,7 @@
 //! | [`scores`] | scores of errors, in continuous time or at the samples |
 //! | [`signal`], [`noise`] | inputs and feedback; measurement noise |
 //! | [`disturbance`] | what the observers do not know: process noise, delays, faults, quantisation, dropouts, outliers |
+//! | [`change`] | other equations of the plant from a time on, jumps of its state |
 //! | [`sensor`] | sensors with sampling periods of their own; what observers make of an output that is not measured |
 //! | [`replay`], [`samples`] | observers on recorded data; quantities known at samples |
 //! | [`integral`] | integrals along a run, as extra states |
@@ -44,6 +45,7 @@
 
 #![deny(missing_docs)]
 
+pub mod change;
 mod chi_squared;
 pub mod compare;
 pub mod dense;
@@ -70,6 +72,7 @@ pub mod signal;
 pub mod trajectory;
 pub mod view;
 
+pub use change::Change;
 pub use compare::{Compared, Comparison, Cost};
 pub use dense::Dense;
 pub use disturbance::{Channel, Disturbances, Fault};

@@ -6,6 +6,7 @@ use std::rc::Rc;
 
 use luenberger_plants::Dimensions;
 
+use crate::change::Change;
 use crate::disturbance::{Disturbances, History};
 use crate::erased::{AnyObserver, AnyPlant};
 use crate::error::{SimError, check, check_positive};
@@ -20,7 +21,9 @@ use crate::view::View;
 
 /// The checked scenario: what evaluates the stacked right-hand side.
 pub(crate) struct Model<'a> {
-    pub(crate) plant: Rc<dyn AnyPlant + 'a>,
+    plant: Rc<dyn AnyPlant + 'a>,
+    /// In the order of their times.
+    pub(crate) changes: Vec<Change<'a>>,
     /// The plant as the observers take it.
     pub(crate) believed: Rc<dyn AnyPlant + 'a>,
     pub(crate) size: Dimensions,
@@ -72,6 +75,8 @@ pub(crate) struct Instant {
 /// What stands still between jumps.
 #[derive(Clone, Default)]
 pub(crate) struct HeldValues {
+    /// The change that the plant is from; none before the first.
+    pub(crate) plant: Option<usize>,
     pub(crate) noise: Vec<f64>,
     pub(crate) held: Option<Vec<f64>>,
     /// States of the sampled-data observers; empty for the others.
@@ -145,7 +150,13 @@ impl<'a> Model<'a> {
             let (expected, found) = (size.states, believed.dimensions().states);
             return Err(SimError::Length { what: "the state of the model".to_owned(), expected, found });
         }
+        let mut changes = scenario.changes;
+        changes.sort_by(|one, other| one.time.total_cmp(&other.time));
+        for change in &changes {
+            change.check(scenario.start, scenario.plant.as_ref())?;
+        }
         let mut breakpoints = scenario.breakpoints;
+        breakpoints.extend(changes.iter().map(|change| change.time));
         let end = scenario.times.last().copied().unwrap_or(scenario.start);
         // Inputs that jump every period jump at the plant later.
         let held = scenario.hold.into_iter().chain(observers.iter().filter_map(|observer| observer.period));
@@ -159,6 +170,7 @@ impl<'a> Model<'a> {
         let max_step = scenario.settings.max_step.min(disturbances.shortest_delay());
         Ok(Self {
             plant: scenario.plant,
+            changes,
             believed,
             size,
             x0,
@@ -177,6 +189,11 @@ impl<'a> Model<'a> {
             settings: Settings { max_step, ..scenario.settings },
             no_input: vec![0.0; size.inputs],
         })
+    }
+
+    /// The plant as it is now.
+    pub(crate) fn plant(&self, still: &HeldValues) -> &dyn AnyPlant {
+        still.plant.and_then(|k| self.changes[k].plant.as_deref()).unwrap_or(self.plant.as_ref())
     }
 
     pub(crate) fn instant(&self) -> Instant {
@@ -269,7 +286,7 @@ impl<'a> Model<'a> {
     pub(crate) fn see(&self, t: f64, x: &[f64], still: &HeldValues, now: &mut Instant) {
         let (input, output) = (self.size.states, self.size.states + self.size.inputs);
         self.disturbances.applied(t, &still.history, input, &now.u, &mut now.applied);
-        self.plant.output(t, x, &now.applied, &mut now.y);
+        self.plant(still).output(t, x, &now.applied, &mut now.y);
         self.disturbances.read(t, &still.history, output, &still.noise, (&now.y, &mut now.seen));
         for (seen, outlier) in now.seen.iter_mut().zip(&still.outliers) {
             *seen += outlier;
@@ -312,7 +329,7 @@ impl<'a> Model<'a> {
             // A plant in discrete time stands still between its steps.
             slope[..n].fill(0.0);
         } else {
-            self.plant.derivative(t, x, &now.applied, &mut slope[..n]);
+            self.plant(still).derivative(t, x, &now.applied, &mut slope[..n]);
             for (slope, disturbance) in slope.iter_mut().zip(&still.disturbance) {
                 *slope += disturbance;
             }

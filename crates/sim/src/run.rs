@@ -69,6 +69,8 @@ pub(crate) struct Runner<'m, 'a> {
     /// The next state of a plant in discrete time.
     next: Vec<f64>,
     sample_clocks: Vec<Option<Periodic>>,
+    /// How many changes of the plant there have been.
+    changed: usize,
 }
 
 /// A law that reads an output with direct feedthrough is a loop even where the input at the start is zero: the output
@@ -104,6 +106,7 @@ impl<'m, 'a> Runner<'m, 'a> {
         let channel = model.disturbances.channel.as_ref();
         let mut now = model.instant();
         let mut still = HeldValues {
+            plant: None,
             noise: model.noise.as_ref().map_or_else(|| vec![0.0; model.size.outputs], |noise| noise.sample(0)),
             held: None,
             sampled: vec![Vec::new(); model.observers.len()],
@@ -198,6 +201,7 @@ impl<'m, 'a> Runner<'m, 'a> {
             plant_clock: model.step.map(clock),
             next: model.x0.clone(),
             sample_clocks: model.observers.iter().map(|fitted| fitted.period.map(clock)).collect(),
+            changed: 0,
         };
         let everybody = vec![true; model.observers.len()];
         runner.jump(t, model.hold.is_some(), model.step.is_some(), &everybody)?;
@@ -226,7 +230,8 @@ impl<'m, 'a> Runner<'m, 'a> {
         let measured = self.freeze();
         let now = self.now.get_mut();
         if plant {
-            model.plant.derivative(t, &self.stacked[..model.size.states], &now.applied, &mut self.next);
+            let x = &self.stacked[..model.size.states];
+            model.plant(&self.still).derivative(t, x, &now.applied, &mut self.next);
             for (next, disturbance) in self.next.iter_mut().zip(&self.still.disturbance) {
                 *next += disturbance;
             }
@@ -265,6 +270,21 @@ impl<'m, 'a> Runner<'m, 'a> {
         measured
     }
 
+    /// The changes of the plant that are due at `t`.
+    fn change(&mut self, t: f64) {
+        while let Some(change) = self.model.changes.get(self.changed).filter(|change| change.time <= t) {
+            if change.plant.is_some() {
+                self.still.plant = Some(self.changed);
+            }
+            // A plant in discrete time has the state that it moves on to.
+            let x = if self.model.step.is_some() { &mut self.next } else { &mut self.stacked };
+            for (x, jump) in x.iter_mut().zip(change.jump.iter().flatten()) {
+                *x += jump;
+            }
+            self.changed += 1;
+        }
+    }
+
     /// Everything that happens at `t`.
     fn tick(&mut self, t: f64) -> Result<(), SimError> {
         let model = self.model;
@@ -288,6 +308,7 @@ impl<'m, 'a> Runner<'m, 'a> {
                 measures = true;
             }
         }
+        self.change(t);
         self.still.history.within.set(f64::INFINITY);
         if let Some(clock) = &mut self.process_clock
             && clock.happens(t)

@@ -5,6 +5,7 @@ use std::rc::Rc;
 use luenberger_observers::{Observer, SampledObserver};
 use luenberger_plants::Plant;
 
+use crate::change::Change;
 use crate::disturbance::Disturbances;
 use crate::erased::{AnyObserver, AnyPlant, Continuous, Erased, Sampled};
 use crate::error::{SimError, check_finite, check_positive};
@@ -25,6 +26,7 @@ pub struct Scenario<'a> {
     pub(crate) plant: Rc<dyn AnyPlant + 'a>,
     /// The plant as the observers take it, if it is another.
     pub(crate) model: Option<Rc<dyn AnyPlant + 'a>>,
+    pub(crate) changes: Vec<Change<'a>>,
     pub(crate) x0: Option<Vec<f64>>,
     pub(crate) start: f64,
     pub(crate) times: Vec<f64>,
@@ -57,6 +59,7 @@ impl<'a> Scenario<'a> {
         Self {
             plant: Rc::new(Erased(plant)),
             model: None,
+            changes: Vec::new(),
             x0: None,
             start: 0.0,
             times: Vec::new(),
@@ -243,6 +246,13 @@ impl<'a> Scenario<'a> {
         self
     }
 
+    /// Changes the plant at a time. Of several at the same time the last plant counts, and the jumps add up.
+    #[must_use]
+    pub fn change(mut self, change: Change<'a>) -> Self {
+        self.changes.push(change);
+        self
+    }
+
     /// Method, tolerances and caps.
     #[must_use]
     pub fn settings(mut self, settings: Settings) -> Self {
@@ -269,7 +279,7 @@ impl<'a> Scenario<'a> {
     /// # Errors
     /// What does not fit: [`SimError::Length`], [`SimError::NotFinite`], [`SimError::NotPositive`],
     /// [`SimError::TimeSpan`], [`SimError::TimesUnsorted`], [`SimError::DuplicateName`], [`SimError::UnknownName`],
-    /// [`SimError::Index`], [`SimError::SensorTwice`], [`SimError::AlgebraicLoop`]. What happens on the way: the errors with
+    /// [`SimError::Index`], [`SimError::SensorTwice`], [`SimError::ChangeTime`], [`SimError::AlgebraicLoop`]. What happens on the way: the errors with
     /// [`SimError::ends_run`].
     pub fn run(mut self) -> Result<Trajectory, SimError> {
         if let Some((end, samples)) = self.span {

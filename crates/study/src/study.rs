@@ -212,12 +212,25 @@ impl NoiseSpec {
 /// The plant as it is simulated, where it differs from the model that the observers are designed for.
 #[derive(Debug, Clone)]
 pub struct Truth {
-    /// The plant with its own parameters; none if they are those of the model.
+    /// The plant with its own parameters or equations; none if they are those of the model.
     pub model: Option<crate::model::Model>,
+    /// Changes of the plant, in the order of the study.
+    pub events: Vec<Event>,
     /// Process noise, delays, faults, quantisation, dropouts, outliers.
     pub disturbances: luenberger_sim::Disturbances,
     /// The same as a sentence.
     pub words: String,
+}
+
+/// A change of the simulated plant.
+#[derive(Debug, Clone)]
+pub struct Event {
+    /// When.
+    pub at: f64,
+    /// The plant from then on, if it changes.
+    pub model: Option<crate::model::Model>,
+    /// Added to the state; empty for nothing.
+    pub jump: Vec<f64>,
 }
 
 /// A measured log.

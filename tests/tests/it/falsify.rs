@@ -6,7 +6,7 @@ use luenberger_tests::falsify::{falsify, kinds};
 #[test]
 fn no_mutant_is_accepted_wrongly() {
     for kind in kinds() {
-        let tally = falsify(kind, 60, 2019);
+        let tally = falsify(kind, 120, 2019);
         assert!(tally.wrong.is_empty(), "{}", tally.wrong.join("\n\n"));
         // A sample in which every mutant has the same answer would test little.
         assert!(tally.accepted > 0 && tally.refused > 0, "{kind}: {tally:?}");

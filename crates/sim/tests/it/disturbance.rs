@@ -3,8 +3,8 @@
 use approx::assert_abs_diff_eq;
 use luenberger_observers::LinearObserver;
 use luenberger_plants::{LinearPlant, StateSpace, double_integrator};
-use luenberger_sim::{Channel, Disturbances, Fault, Noise, Scenario, Signal, SimError, Trajectory};
-use nalgebra::{Vector2, dmatrix};
+use luenberger_sim::{Change, Channel, Disturbances, Fault, Noise, Scenario, Signal, SimError, Trajectory};
+use nalgebra::{DMatrix, Vector2, dmatrix};
 
 /// x' = u, y = x.
 fn integrator() -> StateSpace {
@@ -131,4 +131,33 @@ fn what_does_not_fit_is_an_error() {
     assert_eq!(error.to_string(), "the probability of dropouts is 1.5; it must be from 0 to 1");
     let noise = Noise::gaussian(&[1.0, 1.0], 0.1, 0);
     assert!(matches!(failed(Disturbances { process_noise: Some(noise), ..none() }), SimError::Length { .. }));
+}
+
+/// What does not fit a change of the plant.
+#[test]
+fn changes_that_do_not_fit() {
+    let plant = |n: usize| StateSpace::new(DMatrix::zeros(n, n), DMatrix::zeros(n, 0), DMatrix::zeros(1, n)).unwrap();
+    let run = |change: Change<'_>| Scenario::new(plant(2)).change(change).until(1.0, 2).run().unwrap_err();
+    assert!(matches!(run(Change::at(0.0)), SimError::ChangeTime { time: 0.0, start: 0.0 }));
+    assert!(matches!(run(Change::at(f64::NAN)), SimError::ChangeTime { .. }));
+    assert!(matches!(run(Change::at(0.5).plant(plant(3))), SimError::Length { expected: 2, found: 3, .. }));
+    assert!(matches!(run(Change::at(0.5).jump(&[1.0])), SimError::Length { expected: 2, found: 1, .. }));
+    assert!(matches!(run(Change::at(0.5).jump(&[1.0, f64::NAN])), SimError::NotFinite { index: 1, .. }));
+}
+
+/// At the time of a change the plant is changed.
+#[test]
+fn a_change_counts_from_its_time_on() {
+    let plant = |slope: f64| StateSpace::new(dmatrix![0.0], DMatrix::zeros(1, 0), dmatrix![slope]).unwrap();
+    let run = Scenario::new(plant(1.0))
+        .initial_state(&[2.0])
+        .change(Change::at(0.2).jump(&[1.0]))
+        .change(Change::at(0.2).plant(plant(10.0)))
+        .change(Change::at(0.3).jump(&[1.0]))
+        .change(Change::at(0.1).jump(&[-1.0]))
+        .times(&[0.05, 0.1, 0.15, 0.2, 0.25, 0.3])
+        .run()
+        .unwrap();
+    assert_eq!(run.x.as_slice(), [2.0, 1.0, 1.0, 2.0, 2.0, 3.0]);
+    assert_eq!(run.y.as_slice(), [2.0, 1.0, 1.0, 20.0, 20.0, 30.0]);
 }

@@ -7,7 +7,7 @@
 
 use std::time::Instant;
 
-use luenberger_sim::{Scenario, Settings, SimError, Trajectory};
+use luenberger_sim::{Change, Scenario, Settings, SimError, Trajectory};
 use nalgebra::DMatrix;
 use rayon::prelude::*;
 
@@ -114,6 +114,17 @@ pub(super) fn trajectory_at(
     }
     if let Some(truth) = truth {
         scenario = scenario.disturbances(truth.disturbances.reseeded(variation.seed));
+        // One after the end of the run is not reached.
+        for event in truth.events.iter().filter(|event| event.at <= simulation.duration) {
+            let mut change = Change::at(event.at);
+            if let Some(model) = &event.model {
+                change = change.plant(model);
+            }
+            if !event.jump.is_empty() {
+                change = change.jump(&event.jump);
+            }
+            scenario = scenario.change(change);
+        }
     }
     if let Some(dt) = study.plant.dt {
         scenario = scenario.discrete_time(dt);

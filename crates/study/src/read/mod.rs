@@ -9,6 +9,7 @@ mod csv;
 mod json;
 mod observer;
 mod operating_point;
+mod other_plant;
 mod plant;
 mod sensor;
 mod simulation_settings;

@@ -3,9 +3,9 @@
 use luenberger_sim::{Channel, Disturbances, Fault, Noise};
 
 use super::tree::{Entry, Node, Value};
-use super::{Reader, Reported, check, plant};
+use super::{Reader, Reported, check, other_plant};
 use crate::model::PlantModel;
-use crate::study::{Simulation, Truth};
+use crate::study::{Event, Simulation, Truth};
 
 pub(super) fn truth(
     (root, node): (&Node, &Node),
@@ -14,9 +14,11 @@ pub(super) fn truth(
     reader: &mut Reader,
 ) -> Option<Truth> {
     let (n, m, p) = (plant.states.len(), plant.inputs.len(), plant.outputs.len());
-    let model = match node.get("parameters") {
-        Some(parameters) => Some(varied(root.get("plant")?, parameters, reader)?.model),
-        None => None,
+    let mut tree = root.get("plant")?.clone();
+    let model = other_plant::changed(&mut tree, node, plant, reader).ok()?;
+    let events = match node.get("event") {
+        None => Vec::new(),
+        Some(list) => events(list, &mut tree, plant, reader)?,
     };
     let process_noise = match node.get("process_noise") {
         None => None,
@@ -44,49 +46,32 @@ pub(super) fn truth(
         channel: channel(node, p, simulation, reader).ok()?,
     };
     let words = words(node);
-    Some(Truth { model, disturbances, words })
+    Some(Truth { model, events, disturbances, words })
 }
 
-/// The plant with other values of some of its parameters.
-fn varied(plant_node: &Node, parameters: &Node, reader: &mut Reader) -> Option<PlantModel> {
-    let known: Vec<String> = match plant_node.get("parameters") {
-        Some(node) => node.entries().iter().map(|entry| entry.key.clone()).collect(),
-        None => Vec::new(),
-    };
-    let mut sound = true;
-    for entry in parameters.entries() {
-        if !known.contains(&entry.key) {
-            let expected = if known.is_empty() {
-                "expected a [plant] of expressions with `parameters`".to_owned()
-            } else {
-                format!("expected one of {}", known.join(", "))
-            };
-            reader.wrong(entry.span.clone(), format!("the plant has no parameter `{}`", entry.key), expected);
-            sound = false;
+/// The events, in the order of the file; each changes the plant that the ones before it have left.
+fn events(list: &Node, tree: &mut Node, plant: &PlantModel, reader: &mut Reader) -> Option<Vec<Event>> {
+    let mut events: Vec<Event> = Vec::new();
+    for node in list.list()? {
+        let at = node.get("at")?.number()?;
+        if let Some(before) = events.last().map(|event| event.at).filter(|before| *before > at) {
+            let message = format!("the event at t = {at} follows that at t = {before}");
+            reader.wrong(node.get("at")?.span.clone(), message, "expected events in the order of their times");
+            return None;
         }
-    }
-    if !sound {
-        return None;
-    }
-    let mut tree = plant_node.clone();
-    if let Value::Table(entries) = &mut tree.value
-        && let Some(Entry { node: Node { value: Value::Table(given), .. }, .. }) =
-            entries.iter_mut().find(|entry| entry.key == "parameters")
-    {
-        for entry in given {
-            if let Some(other) = parameters.get(&entry.key) {
-                entry.node.value = other.value.clone();
-            }
+        let jump = match node.get("jump") {
+            None => Vec::new(),
+            Some(jump) => reader.numbers(jump, "jump", plant.states.len(), "state")?,
+        };
+        let model = other_plant::changed(tree, node, plant, reader).ok()?;
+        if model.is_none() && jump.is_empty() {
+            let expected = "expected `jump`, or another plant: `parameters`, `a`, `b`, `c`, `d`, `f` or `h`";
+            reader.wrong(check::head(node), "the event changes nothing", expected);
+            return None;
         }
+        events.push(Event { at, model, jump });
     }
-    let mut inner = Reader { mistakes: Vec::new(), absences: Vec::new(), folder: reader.folder.clone(), dt: reader.dt };
-    let plant = plant::plant(&tree, &mut inner);
-    if plant.is_none() {
-        let why = inner.mistakes.into_iter().chain(inner.absences).next();
-        let (message, expected) = why.map_or_else(Default::default, |mistake| (mistake.message, mistake.expected));
-        reader.wrong(parameters.span.clone(), format!("with these parameters: {message}"), expected);
-    }
-    plant
+    Some(events)
 }
 
 /// Gain and bias of actuators or sensors, if there is a fault; 1 and 0 where not given.
@@ -148,14 +133,25 @@ fn channel(
 /// The table as a sentence.
 fn words(node: &Node) -> String {
     let entries = node.entries().iter().filter(|entry| !["seed", "period"].contains(&entry.key.as_str()));
-    let one = |entry: &Entry| match &entry.node.value {
-        Value::Number(x, _) => format!("{} = {x}", entry.key),
-        Value::Table(inner) if entry.key == "parameters" => {
-            let values = inner.iter().filter_map(|entry| Some(format!("{} = {}", entry.key, entry.node.number()?)));
-            values.collect::<Vec<_>>().join(", ")
+    let parameters = |inner: &[Entry]| {
+        let values = inner.iter().filter_map(|entry| match &entry.node.value {
+            Value::Number(x, _) => Some(format!("{} = {x}", entry.key)),
+            Value::Text(text) => Some(format!("{} = {text}", entry.key)),
+            _ => None,
+        });
+        values.collect::<Vec<_>>().join(", ")
+    };
+    let one = |entry: &Entry| match (&entry.node.value, entry.key.as_str()) {
+        (Value::Number(x, _), key) => format!("{} = {x}", key.replace('_', " ")),
+        (Value::Table(inner), "parameters") => parameters(inner),
+        (Value::List(events), "event") => {
+            let times = events.iter().filter_map(|event| Some(format!("t = {}", event.get("at")?.number()?)));
+            format!("events at {}", times.collect::<Vec<_>>().join(", "))
         }
-        _ => entry.key.clone(),
+        (_, "f" | "h") => format!("other equations {}", entry.key),
+        (_, "a" | "b" | "c" | "d") => format!("another {}", entry.key.to_uppercase()),
+        (_, key) => key.replace('_', " "),
     };
     let list = entries.map(one).collect::<Vec<_>>().join("; ");
-    format!("The simulated plant is not the model that observers are designed for: {list}.").replace('_', " ")
+    format!("The simulated plant is not the model that observers are designed for: {list}.")
 }

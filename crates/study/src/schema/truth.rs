@@ -1,14 +1,21 @@
 //! The table [truth] of a study file.
 
 use super::keys::{optional, required};
-use super::{Kind, Range, Table};
+use super::{Key, Kind, Range, Table};
 
 pub(super) const TRUTH: Table = Table {
     name: "[truth]",
     about: "The plant as it is simulated, where it differs from the model that the observers are designed for.",
     variants: None,
     keys: &[
-        optional("parameters", Kind::Named, "Other values of parameters of the plant."),
+        PARAMETERS,
+        A,
+        B,
+        C,
+        D,
+        F,
+        H,
+        optional("event", Kind::Tables(&EVENT), "Changes of the plant at a time."),
         optional(
             "process_noise",
             Kind::Table(&PROCESS_NOISE),
@@ -43,6 +50,36 @@ pub(super) const TRUTH: Table = Table {
             "Dropouts and outliers are drawn anew in this period (default that of simulation.noise), and for each measurement of a [[simulation.sensor]].",
         ),
         optional("seed", Kind::Count(0), "The seed of dropouts and outliers (default 0)."),
+    ],
+};
+
+const PARAMETERS: Key =
+    optional("parameters", Kind::Named, "Other values of parameters of the plant; with `f` or `h` new parameters too.");
+const A: Key = optional("a", Kind::Rows, "Another A of a plant of matrices.");
+const B: Key = optional("b", Kind::Rows, "Another B, likewise.");
+const C: Key = optional("c", Kind::Rows, "Another C, likewise.");
+const D: Key = optional("d", Kind::Rows, "Another D, likewise.");
+const F: Key = optional(
+    "f",
+    Kind::Texts,
+    "Other right-hand sides, for plants of any form: expressions with the names of the plant.",
+);
+const H: Key = optional("h", Kind::Texts, "Other outputs, likewise. A plant of matrices or of the library needs both.");
+
+const EVENT: Table = Table {
+    name: "[[truth.event]]",
+    about: "A change of the simulated plant at a time: other parameters, matrices or equations from there on, a jump of the state. Observers are not told.",
+    variants: None,
+    keys: &[
+        required("at", Kind::Number(Range::Positive), "When the plant changes."),
+        optional("jump", Kind::Numbers(Range::Any), "Added to the state, one number for each state."),
+        PARAMETERS,
+        A,
+        B,
+        C,
+        D,
+        F,
+        H,
     ],
 };
 

@@ -311,6 +311,7 @@ fn every_message_stands_in_the_reviewed_file() {
         mistakes::scores,
         mistakes::swept_numbers,
         mistakes::truth,
+        mistakes::other_plants,
         mistakes::an_observer_that_does_not_fit_says_which_hypothesis_fails_and_what_would_fit,
     ] {
         test();

@@ -778,6 +778,80 @@ pub(crate) fn swept_numbers() {
 }
 
 #[test]
+pub(crate) fn other_plants() {
+    let text = format!("{NONLINEAR}[truth]\nparameters = {{ k = 3 }}\n[[truth.event]]\nat = 1\njump = [1, 0]\n");
+    one(
+        &text,
+        &[
+            ("parameters = { k = 3 }", "a = [[1]]", 12, "`a` is a matrix, and the plant has no matrices", "`f` or `h`"),
+            ("parameters = { k = 3 }", "f = [\"x2\"]", 12, "`f` has length 1", "each state, 2"),
+            ("parameters = { k = 3 }", "f = [\"x2\", \"x3\"]", 12, "with `f` of the simulated plant: ", ""),
+            (
+                "parameters = { k = 3 }",
+                "parameters = { k = \"x1\" }",
+                12,
+                "with `parameters` of the simulated plant: ",
+                "",
+            ),
+            ("at = 1\n", "", 13, "[[truth.event]] has no `at`", ""),
+            ("at = 1", "at = -1", 14, "`at` is -1", "positive"),
+            ("jump = [1, 0]", "", 13, "the event changes nothing", "expected `jump`, or another plant"),
+            ("jump = [1, 0]", "jump = [1]", 15, "`jump` has length 1, and the plant has 2 states", "length 2"),
+            (
+                "at = 1",
+                "at = 1\njump = [1, 1]\n[[truth.event]]\nat = 0.5",
+                17,
+                "the event at t = 0.5 follows that at t = 1",
+                "in the order of their times",
+            ),
+        ],
+    );
+    let linear = STUDY.replace("[plot]", "[truth]\nb = [[0], [2]]\n[plot]");
+    one(
+        &linear,
+        &[
+            (
+                "b = [[0], [2]]",
+                "b = [[0, 1], [2, 0]]",
+                22,
+                "the plant has 2 states, 2 inputs and 1 output with `b`",
+                "1 input and",
+            ),
+            ("b = [[0], [2]]", "b = [[0]]", 22, "with `b` of the simulated plant: `b` is 1 x 1", ""),
+            (
+                "b = [[0], [2]]",
+                "parameters = { m = 1 }",
+                22,
+                "the plant has no parameter `m`",
+                "a plant of matrices has no parameters",
+            ),
+            ("b = [[0], [2]]", "f = [\"x2\", \"u1\"]", 22, "`f` without `h`", "expected both"),
+            (
+                "b = [[0], [2]]",
+                "a = [[1]]\nf = [\"x2\", \"u1\"]",
+                23,
+                "`f` conflicts with `a`",
+                "expected matrices, or",
+            ),
+        ],
+    );
+    let library = "[plant]\nbuiltin = \"van-der-pol\"\n[simulation]\nx0 = [1, 0]\nduration = 1\n[truth]\ndropout = 0\nperiod = 1\n";
+    one(
+        library,
+        &[
+            (
+                "dropout = 0",
+                "parameters = { m = 1 }",
+                7,
+                "the plant has no parameter `m`",
+                "a plant of the library has fixed constants",
+            ),
+            ("dropout = 0", "h = [\"x2\"]", 7, "`h` without `f`", "expected both `f` and `h`"),
+        ],
+    );
+}
+
+#[test]
 pub(crate) fn truth() {
     let text = format!(
         "{NONLINEAR}[truth]\nparameters = {{ k = 3 }}\ndropout = 0.1\nperiod = 0.1\nsensor = {{ bias = [1] }}\n"

@@ -68,6 +68,58 @@ fn process_noise_leaves_its_variance() {
     assert!((found / expected - 1.0).abs() < 0.1, "{found} {expected}");
 }
 
+/// The same plant with matrices, and of the library with equations: k = 2 as above, in each of their forms.
+#[test]
+fn a_plant_of_any_form_may_be_another() {
+    let expected = (1.0 + 0.5 * 0.5) / 1.5 - 0.5;
+    let matrices = TANK.replace("f = [\"-k*level + u1\"]\nh = [\"level\"]", "a = [[-1]]\nb = [[1]]\nc = [[1]]");
+    let matrices = matrices.replace("parameters = { k = 1 }\n", "");
+    for (plant, truth, said) in [
+        (TANK, "f = [\"-2*k*level + u1\"]", "other equations f"),
+        (TANK, "f = [\"-r*k*level + u1\"]\nparameters = { r = 2 }", "other equations f; r = 2"),
+        (TANK, "h = [\"level\"]\nparameters = { k = 2 }", "other equations h; k = 2"),
+        (&matrices, "a = [[-2]]", "another A"),
+        (
+            &matrices,
+            "f = [\"-r*level + u1\"]\nh = [\"level\"]\nparameters = { r = \"1 + 1\" }",
+            "other equations f; other equations h; r = 1 + 1",
+        ),
+    ] {
+        let results = run(&format!("{plant}[truth]\n{truth}\n"), Step::Compare);
+        assert!((last(&results) - expected).abs() < 1e-8, "{truth}: {}", last(&results));
+        let words = results.simulation.as_ref().unwrap().truth.as_ref().unwrap();
+        assert!(words.ends_with(&format!("designed for: {said}.")), "{words}");
+    }
+    // A plant of the library, and its own equations; with another stiffness the states differ.
+    let library = "[plant]\nbuiltin = \"van-der-pol\"\n[simulation]\nx0 = [1, 0]\nduration = 5\n[[observer]]\n\
+                   kind = \"extended-kalman\"\nw = 1\nv = 1\nperiod = 0.1\n";
+    let end = |truth: &str| run(&format!("{library}{truth}"), Step::Compare).simulation.unwrap().x_end;
+    let own = end("[truth]\nf = [\"x2\", \"(1 - x1^2)*x2 - x1\"]\nh = [\"x1\"]\n");
+    let stiffer = end("[truth]\nf = [\"x2\", \"(1 - x1^2)*x2 - 2*x1\"]\nh = [\"x1\"]\n");
+    for ((library, own), stiffer) in end("").iter().zip(&own).zip(&stiffer) {
+        assert!((library - own).abs() < 1e-7 && (library - stiffer).abs() > 1e-2, "{library} {own} {stiffer}");
+    }
+}
+
+/// Changes at a time. With the rate 1.5 of the error: a jump of 1 leaves exp(-1.5) of it after 1; two changes of k are as
+/// the last, 35 later.
+#[test]
+fn events_change_the_plant() {
+    let results = run(&format!("{TANK}[[truth.event]]\nat = 39\njump = [1]\n"), Step::Compare);
+    assert!((last(&results) - (-1.5f64).exp()).abs() < 1e-7, "{}", last(&results));
+    let words = results.simulation.as_ref().unwrap().truth.clone().unwrap();
+    assert!(words.ends_with("designed for: events at t = 39."), "{words}");
+    let events = "[[truth.event]]\nat = 4\nparameters = { k = 7 }\n[[truth.event]]\nat = 5\nparameters = { k = 2 }\n\
+                  [[truth.event]]\nat = 50\njump = [9]\n";
+    let results = run(&format!("{TANK}{events}"), Step::Compare);
+    assert!((last(&results) - ((1.0 + 0.5 * 0.5) / 1.5 - 0.5)).abs() < 1e-8);
+    // In discrete time, x+ = x/2 + u: 2 in the end, 3/2 + 2 just after the jump of 2 at the last sample but one.
+    let discrete = TANK.replace("-k*level + u1", "k*level/2 + u1").replace("parameters", "dt = 1\nparameters");
+    let discrete = discrete.replace("gain = [[0.5]]\nrho = 3", "gain = [[0.25]]");
+    let results = run(&format!("{discrete}[[truth.event]]\nat = 38.5\njump = [2]\n"), Step::Compare);
+    assert!((results.simulation.unwrap().x_end[0] - (0.5 * (2.0 + 2.0) + 1.0)).abs() < 1e-9);
+}
+
 #[test]
 fn delays_quantisation_dropouts_and_outliers_are_read() {
     let text = format!(
