@@ -17,9 +17,7 @@ use std::sync::Arc;
 
 use luenberger_export::{Export, Names, Program, Scalar, golden};
 use luenberger_expression::{ExpressionPlant, Extrapolation, Interpolation, Parameters, Scope, Table, Tables};
-use luenberger_observers::{
-    DiscreteNonlinearObserver, ExtendedKalmanFilter, NoiseModel, SampledCopy, SampledObserver,
-};
+use luenberger_observers::{DiscreteNonlinearObserver, ExtendedKalmanFilter, NoiseModel, SampledCopy, SampledObserver};
 use nalgebra::{SVector, dmatrix};
 
 fn plant(f: &[&str], h: &[&str], inputs: usize) -> ExpressionPlant {
@@ -52,8 +50,7 @@ fn unchanged(export: &Export, name: &str) {
 macro_rules! agrees {
     ($emitted:ident, $export:expr, $scalar:ty) => {
         let observer = $emitted::observer().unwrap();
-        let mut state =
-            observer.initial(0.0, &$emitted::initial(), &SVector::from([0.0; 1]), &SVector::from([0.0; 1]));
+        let mut state = observer.initial(0.0, &$emitted::initial(), &SVector::from([0.0; 1]), &SVector::from([0.0; 1]));
         let convert = |x: &[f64]| SVector::<$scalar, 1>::from_iterator(x.iter().map(|x| *x as $scalar));
         for (k, step) in golden::steps($export, 200).unwrap().iter().enumerate() {
             let t = k as $scalar * observer.period();
