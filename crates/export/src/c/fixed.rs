@@ -57,9 +57,9 @@ fn header(export: &FixedPointExport<'_>) -> String {
             _ = writeln!(text, " * {line}");
         }
     }
-    _ = writeln!(text, " *\n * SHA-256 of the numbers: {}", export.digest());
-    if let Some(source) = &design.source {
-        _ = writeln!(text, " * SHA-256 of the study:   {source}");
+    text.push_str(" *\n");
+    for line in design.digests_with(&export.digest()) {
+        _ = writeln!(text, " * {}", harmless(&line));
     }
     text.push_str(" *\n * This file belongs to whoever generated it.\n */\n");
     _ = writeln!(

@@ -2,6 +2,7 @@
 
 mod c_math;
 mod compiled;
+mod emitted;
 mod fixed_point;
 mod fmu;
 mod fuzz;
