@@ -142,7 +142,7 @@ impl<T: RealField + Copy> Kkl<T> {
             let mut fixed = SVector::from_fn(|i, _| z[i]);
             observer.step(t, &mut fixed, &SVector::zeros(), &SVector::from_fn(|i, _| y[i]));
             z.copy_from_slice(fixed.as_slice());
-        })
+        });
     }
 
     pub(crate) fn period_in_format(&self) -> T {

@@ -473,9 +473,8 @@ pub(crate) enum State<T: RealField + Copy> {
 impl<T: RealField + Copy> State<T> {
     pub(crate) fn estimate(&self) -> DVector<T> {
         match self {
-            Self::Estimate(xhat) => xhat.clone(),
+            Self::Estimate(xhat) | Self::Target { xhat, .. } => xhat.clone(),
             Self::Belief(belief) => belief.estimate(),
-            Self::Target { xhat, .. } => xhat.clone(),
         }
     }
 

@@ -12,6 +12,7 @@ use luenberger_plants::{LinearPlant, Size};
 use nalgebra::allocator::Allocator;
 use nalgebra::{Const, DefaultAllocator, Dim, OMatrix, OVector, RealField};
 
+use crate::dense::{entry, sum};
 use crate::error::ObserverError;
 use crate::feedthrough;
 use crate::observer::{Observer, ObserverDimensions};
@@ -142,13 +143,13 @@ pub fn weight<T: RealField + Copy, P: Dim>(theta: &OMatrix<T, P, P>, v: &OVector
 where
     DefaultAllocator: Allocator<P> + Allocator<P, P>,
 {
-    let size = largest(v);
+    let size = largest(v.as_slice());
     // The fourth root is taken only where it can matter; 1/epsilon lies below it for every floating-point format.
     if size * T::default_epsilon() <= T::one() {
-        return quadratic(theta, v);
+        return quadratic(theta, v.as_slice());
     }
     let bound = T::max_value().map_or(T::one() / T::default_epsilon(), |max| max.sqrt().sqrt());
-    if size <= bound { quadratic(theta, v) } else { quadratic(theta, &(v / size)) * bound * bound }
+    if size <= bound { quadratic(theta, v.as_slice()) } else { quadratic(theta, (v / size).as_slice()) * bound * bound }
 }
 
 /// Where the cubic flow has arrived: see [`flow`].
@@ -189,14 +190,33 @@ pub fn flow<T: RealField + Copy, P: Dim>(theta: &OMatrix<T, P, P>, w: T, innovat
 where
     DefaultAllocator: Allocator<P> + Allocator<P, P>,
 {
+    let mut after = Flow { innovation: innovation.clone(), impulse: innovation.clone() };
+    advance(theta, w, t, after.innovation.as_mut_slice(), after.impulse.as_mut_slice());
+    after
+}
+
+/// [`flow`] for the time `t` in place; `impulse` is written.
+pub(crate) fn advance<T: RealField + Copy, P: Dim>(
+    theta: &OMatrix<T, P, P>,
+    w: T,
+    t: T,
+    innovation: &mut [T],
+    impulse: &mut [T],
+) where
+    DefaultAllocator: Allocator<P, P>,
+{
     let (zero, one, two) = (T::zero(), T::one(), T::one() + T::one());
+    impulse.copy_from_slice(innovation);
     let size = largest(innovation);
     if size <= zero {
-        return Flow { innovation: innovation.clone(), impulse: innovation.clone() };
+        return;
     }
-    let direction = innovation / size;
+    let direction = impulse;
+    for entry in direction.iter_mut() {
+        *entry /= size;
+    }
     // y~' theta y~ = size^2 q; the square is never formed, so that it cannot overflow.
-    let q = quadratic(theta, &direction).max(zero);
+    let q = quadratic(theta, direction).max(zero);
     let drive = two * q * t;
     let root = if w > zero { (w * drive).sqrt() } else { zero };
     let reach = root * size;
@@ -210,7 +230,10 @@ where
     };
     let bound = T::max_value().map_or(large, nalgebra::ComplexField::sqrt);
     let pull = (drive * left * right * size).min(bound);
-    Flow { innovation: &direction * left, impulse: direction * pull }
+    for (innovation, direction) in innovation.iter_mut().zip(direction) {
+        *innovation = *direction * left;
+        *direction *= pull;
+    }
 }
 
 /// The rate `w = -trace(C N)/p` of a radial gain, `C N = -w I`. For one output every gain is radial.
@@ -228,21 +251,15 @@ where
 }
 
 /// `v' theta v`, summed in the order of the entries: the same bits with static and with dynamic sizes.
-fn quadratic<T: RealField + Copy, P: Dim>(theta: &OMatrix<T, P, P>, v: &OVector<T, P>) -> T
+fn quadratic<T: RealField + Copy, P: Dim>(theta: &OMatrix<T, P, P>, v: &[T]) -> T
 where
-    DefaultAllocator: Allocator<P> + Allocator<P, P>,
+    DefaultAllocator: Allocator<P, P>,
 {
-    let weighted = theta * v;
-    let mut products = v.iter().zip(weighted.iter()).map(|(left, right)| *left * *right);
-    let first = products.next().unwrap_or_else(T::zero);
-    products.fold(first, |sum, product| sum + product)
+    sum(v.len(), |i| v[i] * entry(theta, i, v))
 }
 
 /// The largest magnitude of an entry.
-fn largest<T: RealField + Copy, P: Dim>(v: &OVector<T, P>) -> T
-where
-    DefaultAllocator: Allocator<P>,
-{
+fn largest<T: RealField + Copy>(v: &[T]) -> T {
     v.iter().fold(T::zero(), |largest, entry| largest.max(entry.abs()))
 }
 

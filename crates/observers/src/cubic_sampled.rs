@@ -20,7 +20,8 @@ use luenberger_plants::{LinearPlant, Size};
 use nalgebra::allocator::Allocator;
 use nalgebra::{Const, DefaultAllocator, Dim, OMatrix, OVector, RealField};
 
-use crate::cubic::{count, entry_of_product, flow};
+use crate::cubic::{advance, count, entry_of_product};
+use crate::dense::{entry, with_column};
 use crate::error::ObserverError;
 use crate::feedthrough;
 use crate::observer::{ObserverDimensions, SampledObserver};
@@ -199,10 +200,23 @@ where
 
     fn step(&self, _t: T, xhat: &mut Self::State, u: &Self::Input, y: &Self::Output) {
         let SampledCubicGains { ad, bd, c, ld, n, theta, w, period } = &self.gains;
-        let innovation = feedthrough::without(self.d.as_ref(), u, y - c * &*xhat);
-        let after = flow(theta, *w, &innovation, *period);
-        let moved = &*xhat - n * after.impulse;
-        *xhat = ad * moved + bd * u + ld * after.innovation;
+        let (order, outputs) = n.shape_generic();
+        let (u, y, xhat) = (u.as_slice(), y.as_slice(), xhat.as_mut_slice());
+        with_column(outputs, |innovation| {
+            feedthrough::innovation(c, self.d.as_ref(), (xhat, u, y), innovation);
+            with_column(outputs, |impulse| {
+                advance(theta, *w, *period, innovation, impulse);
+                for (i, xhat) in xhat.iter_mut().enumerate() {
+                    *xhat -= entry(n, i, impulse);
+                }
+            });
+            with_column(order, |next| {
+                for (i, next) in next.iter_mut().enumerate() {
+                    *next = entry(ad, i, xhat) + entry(bd, i, u) + entry(ld, i, innovation);
+                }
+                xhat.copy_from_slice(next);
+            });
+        });
     }
 
     fn estimate(&self, xhat: &Self::State) -> Self::Estimate {

@@ -6,11 +6,34 @@
 //! Here a sum starts with its first term and adds the others in order.
 
 use nalgebra::allocator::Allocator;
-use nalgebra::{DefaultAllocator, Dim, OMatrix, RealField};
+use nalgebra::{Const, DefaultAllocator, Dim, OMatrix, OVector, RealField};
 
 /// `terms[0] + terms[1] + ..`, from left to right; 0 without terms.
-fn sum<T: RealField + Copy>(count: usize, term: impl Fn(usize) -> T) -> T {
+pub(crate) fn sum<T: RealField + Copy>(count: usize, term: impl Fn(usize) -> T) -> T {
     (0..count).map(term).reduce(|sum, term| sum + term).unwrap_or_else(T::zero)
+}
+
+/// Columns up to this length live on the stack where their size is not known at compile time.
+const SMALL: usize = 16;
+
+/// Runs with a column of zeros, for which nothing is allocated up to [`SMALL`] entries.
+pub(crate) fn with_column<T: RealField + Copy, D: Dim, R>(dim: D, run: impl FnOnce(&mut [T]) -> R) -> R
+where
+    DefaultAllocator: Allocator<D>,
+{
+    if D::try_to_usize().is_none() && dim.value() <= SMALL {
+        run(&mut [T::zero(); SMALL][..dim.value()])
+    } else {
+        run(OVector::<T, D>::zeros_generic(dim, Const).as_mut_slice())
+    }
+}
+
+/// Entry `i` of `A v`.
+pub(crate) fn entry<T: RealField + Copy, R: Dim, C: Dim>(a: &OMatrix<T, R, C>, i: usize, v: &[T]) -> T
+where
+    DefaultAllocator: Allocator<R, C>,
+{
+    sum(v.len(), |k| a[(i, k)] * v[k])
 }
 
 /// `A B`.

@@ -6,6 +6,7 @@ use luenberger_plants::error::check_matrix;
 use luenberger_plants::{LinearPlant, Size};
 use nalgebra::{Const, DefaultAllocator, Dim, OMatrix, OVector, RealField};
 
+use crate::dense::{entry, with_column};
 use crate::error::ObserverError;
 use crate::feedthrough;
 use crate::observer::{ObserverDimensions, SampledObserver};
@@ -87,8 +88,17 @@ where
 
     fn step(&self, _t: T, xhat: &mut Self::State, u: &Self::Input, y: &Self::Output) {
         let LinearPlant { a, b, c, d } = &self.plant;
-        let innovation = feedthrough::without(d.as_ref(), u, y - c * &*xhat);
-        *xhat = a * &*xhat + b * u + &self.l * innovation;
+        let (order, outputs) = self.l.shape_generic();
+        let (u, y, xhat) = (u.as_slice(), y.as_slice(), xhat.as_mut_slice());
+        with_column(outputs, |innovation| {
+            feedthrough::innovation(c, d.as_ref(), (xhat, u, y), innovation);
+            with_column(order, |next| {
+                for (i, next) in next.iter_mut().enumerate() {
+                    *next = entry(a, i, xhat) + entry(b, i, u) + entry(&self.l, i, innovation);
+                }
+                xhat.copy_from_slice(next);
+            });
+        });
     }
 
     fn estimate(&self, xhat: &Self::State) -> Self::Estimate {

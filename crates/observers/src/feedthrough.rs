@@ -3,6 +3,7 @@
 //! The input is known, so that neither gain nor error equation changes. An observer without D does not pay for it: its
 //! right-hand side is to the last bit what it is for `y = C x`.
 
+use crate::dense::entry;
 use luenberger_plants::PlantError;
 use luenberger_plants::error::check_matrix;
 use nalgebra::allocator::Allocator;
@@ -20,6 +21,23 @@ where
     match d {
         Some(d) => value - d * u,
         None => value,
+    }
+}
+
+/// `y - C xhat - D u` into `innovation`.
+pub(crate) fn innovation<T: RealField + Copy, N: Dim, M: Dim, P: Dim>(
+    c: &OMatrix<T, P, N>,
+    d: Option<&OMatrix<T, P, M>>,
+    (xhat, u, y): (&[T], &[T], &[T]),
+    innovation: &mut [T],
+) where
+    DefaultAllocator: Allocator<P, N> + Allocator<P, M>,
+{
+    for (i, value) in innovation.iter_mut().enumerate() {
+        *value = y[i] - entry(c, i, xhat);
+        if let Some(d) = d {
+            *value -= entry(d, i, u);
+        }
     }
 }
 

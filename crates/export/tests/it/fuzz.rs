@@ -6,7 +6,7 @@ use std::path::Path;
 use std::process::Command;
 use std::sync::Arc;
 
-use luenberger_export::kkl::Kkl;
+use luenberger_export::kkl::{Inverse, Kkl};
 use luenberger_export::{Export, File, Names, Program, Scalar, golden};
 use luenberger_expression::{ExpressionPlant, Extrapolation, Interpolation, Parameters, Scope, Table, Tables};
 use luenberger_observers::numerical_kkl::polynomial_tree::monomial_count;
@@ -136,7 +136,7 @@ fn tree<const I: usize, const O: usize>(random: &mut Random) -> PolynomialTree<f
 fn filter_and_inverse<const N: usize, const Z: usize>(
     random: &mut Random,
     period: f64,
-) -> (SampledFilter<f64, 1, Z>, PolynomialInverse<f64, Vec<Node<f64>>, Vec<f64>, N, Z>) {
+) -> (SampledFilter<f64, 1, Z>, Inverse<f64, N, Z>) {
     let d = SMatrix::from_fn(|i, j| random.number(0.2) - if i == j { 1.0 } else { 0.0 });
     let (b, substeps) = (SMatrix::from_fn(|_, _| random.number(0.4)), 1 + random.below(2));
     let filter = SampledFilter { d, b, period, substeps };

@@ -235,7 +235,7 @@ impl<R: BufRead> Tokens<R> {
 
     fn token(&mut self, expected: &'static str) -> Result<&str, ReadError> {
         if !self.more()? {
-            return Err(ReadError::Truncated { line: self.number, expected });
+            return Err(ReadError::Truncated { line: self.number.max(1), expected });
         }
         let rest = &self.line[self.at..];
         let end = rest.find(is_blank).unwrap_or(rest.len());
