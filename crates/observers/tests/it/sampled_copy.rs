@@ -92,6 +92,7 @@ fn what_cannot_be_stepped_is_an_error() {
 }
 
 /// x' = -x, y = x.
+#[derive(Debug)]
 struct Decay;
 
 impl Shape for Decay {
