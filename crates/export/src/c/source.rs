@@ -15,6 +15,9 @@ pub(super) fn source(export: &Export) -> String {
     if maps.is_some() || matches!(export.program, Program::Cubic(_)) {
         text.push_str("#include <math.h>\n");
     }
+    if maps.is_some() {
+        text.push_str("#include <stdbool.h>\n");
+    }
     text.push_str("#include <stddef.h>\n");
     if maps.as_ref().is_some_and(Maps::calls_functions) {
         text.push_str("#include <stdint.h>\n#include <string.h>\n");
