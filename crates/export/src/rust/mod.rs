@@ -120,9 +120,9 @@ fn library(export: &Export) -> String {
     for line in export.statement.iter().flat_map(|sentence| wrapped(sentence, 100)) {
         _ = writeln!(text, "//! {line}");
     }
-    _ = writeln!(text, "//!\n//! SHA-256 of the numbers: {}", export.digest());
-    if let Some(source) = &export.source {
-        _ = writeln!(text, "//! SHA-256 of the study: {source}");
+    text.push_str("//!\n");
+    for line in export.digests() {
+        _ = writeln!(text, "//! {line}");
     }
     let traits = match model {
         "" => "",
