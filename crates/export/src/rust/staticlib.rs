@@ -61,7 +61,14 @@ fn library(export: &Export) -> String {
     let (is_filter, is_timed, is_fed) =
         (matches!(export.program, Program::Kalman(_)), export.program.uses_time(), export.feedback.is_some());
     let (mut imports, mut fields, mut start, mut tick) = (String::new(), String::new(), String::new(), "");
-    let (state, load, store) = if is_filter {
+    let mut estimate = "";
+    let (state, load, store) = if let Program::Kkl(observer) = &export.program {
+        let targets = observer.dimensions().state;
+        _ = writeln!(fields, "    z: [{number}; {targets}],");
+        _ = writeln!(start, "            z: [{zero}; {targets}],");
+        estimate = "        (*state).xhat = block.estimate(&z).into();\n";
+        (format!("SVector<{number}, {targets}>"), "SVector::from(self.z)", "        self.z = (*z).into();\n")
+    } else if is_filter {
         imports += "use design::luenberger_observers::GaussianEstimate;\nuse design::luenberger_observers::nalgebra::{Const, SMatrix};\n";
         _ = writeln!(fields, "    p: [[{number}; {n}]; {n}],");
         _ = writeln!(start, "            p: [[{zero}; {n}]; {n}],");
@@ -167,7 +174,7 @@ pub unsafe extern \"C\" fn {name}_init(state: *mut State, xhat: *const {number})
             xhat,
 {start}        }});
         (*state).store(&z);
-    }}
+{estimate}    }}
 }}
 
 /// Starts from the first estimate of the design.
@@ -196,7 +203,7 @@ pub unsafe extern \"C\" fn {name}_step(
     unsafe {{
         let mut z = (*state).load();
 {step}        (*state).store(&z);
-{tick}        give(&(*state).xhat, xhat);
+{estimate}{tick}        give(&(*state).xhat, xhat);
     }}
 }}
 "
