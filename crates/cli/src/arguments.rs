@@ -250,7 +250,7 @@ pub(crate) struct ExportInput {
     #[arg(long, value_enum, default_value_t = Precision::F64)]
     pub(crate) format: Precision,
     /// Sampling period, in the time unit of the study [default: that of a sampled observer, or simulation.hold]
-    #[arg(long, value_name = "PERIOD", value_parser = period)]
+    #[arg(long, value_name = "PERIOD", value_parser = period, allow_negative_numbers = true)]
     pub(crate) period: Option<f64>,
     /// Runge-Kutta steps per period of a nonlinear observer [default: a quarter of the fastest time constant of the error
     /// each; those of an extended Kalman filter in the study]
@@ -322,7 +322,7 @@ pub(crate) struct ConversionInput {
     #[arg(short, long, value_enum, default_value_t = Method::Zoh)]
     pub(crate) method: Method,
     /// With tustin: frequency in radians per unit of time at which the frequency response is exact
-    #[arg(long, value_name = "W")]
+    #[arg(long, value_name = "W", allow_negative_numbers = true)]
     pub(crate) prewarp: Option<f64>,
 }
 
@@ -349,7 +349,7 @@ pub(crate) struct NoiseInput {
     #[arg(short, long, value_name = "H", allow_negative_numbers = true)]
     pub(crate) period: f64,
     /// Standard deviations of the samples of the sensors, in place of r
-    #[arg(short, long, value_name = "S", value_delimiter = ',')]
+    #[arg(short, long, value_name = "S", value_delimiter = ',', allow_negative_numbers = true)]
     pub(crate) sigma: Option<Vec<f64>>,
 }
 
@@ -362,22 +362,22 @@ pub(crate) struct PolesInput {
     #[arg(short, long, value_name = "T", allow_negative_numbers = true)]
     pub(crate) settling: f64,
     /// Band of the settling time
-    #[arg(long, value_name = "FRACTION", default_value_t = 0.02)]
+    #[arg(long, value_name = "FRACTION", default_value_t = 0.02, allow_negative_numbers = true)]
     pub(crate) band: f64,
     /// Pattern of the poles
     #[arg(long, value_enum, default_value_t = Pattern::Dominant)]
     pub(crate) pattern: Pattern,
     /// Damping ratio of the dominant pair [default: 1]
-    #[arg(long, value_name = "ZETA", conflicts_with = "overshoot")]
+    #[arg(long, value_name = "ZETA", conflicts_with = "overshoot", allow_negative_numbers = true)]
     pub(crate) damping: Option<f64>,
     /// Overshoot of the dominant pair as a fraction, in place of its damping
-    #[arg(long, value_name = "FRACTION")]
+    #[arg(long, value_name = "FRACTION", allow_negative_numbers = true)]
     pub(crate) overshoot: Option<f64>,
     /// Real part of the other poles relative to that of the dominant pair
-    #[arg(long, value_name = "RATIO", default_value_t = 5.0)]
+    #[arg(long, value_name = "RATIO", default_value_t = 5.0, allow_negative_numbers = true)]
     pub(crate) ratio: f64,
     /// Sampling period: print the poles e^{p h} in discrete time, too
-    #[arg(short, long, value_name = "H")]
+    #[arg(short, long, value_name = "H", allow_negative_numbers = true)]
     pub(crate) period: Option<f64>,
 }
 
@@ -395,9 +395,9 @@ pub(crate) enum Pattern {
 
 #[derive(Args)]
 pub(crate) struct SdpInput {
-    /// Semidefinite program in SDPA's sparse format
+    /// Semidefinite program in SDPA's sparse format, or - for standard input
     #[arg(value_name = "FILE.dat-s")]
-    pub(crate) file: PathBuf,
+    pub(crate) file: Source,
     /// Solver that computes the approximate solution
     #[arg(long, value_enum, default_value_t = Proposer::Interior)]
     pub(crate) solver: Proposer,

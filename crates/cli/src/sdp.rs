@@ -2,19 +2,25 @@
 
 use crate::answer::Answer;
 use crate::failure::Failure;
+use crate::input::Source;
 use crate::progress::Spinner;
 use luenberger_lmi::Solver;
 use luenberger_lmi::sdpa::{Settings, Status, read, solve};
 use std::fs::File;
-use std::io::BufReader;
-use std::path::Path;
+use std::io::{self, BufReader};
 use std::time::Instant;
 
-pub(crate) fn sdp(path: &Path, solver: Solver) -> Result<Answer, Failure> {
-    let origin = || path.display().to_string();
+pub(crate) fn sdp(source: &Source, solver: Solver) -> Result<Answer, Failure> {
+    let origin = || source.to_string();
     let start = Instant::now();
-    let file = File::open(path).map_err(|error| Failure::Read { origin: origin(), error })?;
-    let program = read(BufReader::new(file)).map_err(|error| Failure::Sdp { origin: origin(), error })?;
+    let program = match source {
+        Source::Standard => read(io::stdin().lock()),
+        Source::File(path) => {
+            let file = File::open(path).map_err(|error| Failure::Read { origin: origin(), error })?;
+            read(BufReader::new(file))
+        }
+    };
+    let program = program.map_err(|error| Failure::Sdp { origin: origin(), error })?;
     let spinner = Spinner::new("solving and proving");
     let outcome = solve(&program, &Settings { solver, ..Settings::default() });
     drop(spinner);

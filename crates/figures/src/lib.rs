@@ -13,7 +13,7 @@ mod page;
 pub mod report;
 pub mod table;
 
-pub use figure::{Bar, Dash, Figure, Hue, Mark, Marker, Panel, Series};
+pub use figure::{Area, Bar, Dash, Figure, Hue, Mark, Marker, Panel, Series};
 pub use page::escape;
 pub use report::{Cell, Grid, Report, Section, Tone};
 pub use table::Table;

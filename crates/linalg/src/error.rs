@@ -356,7 +356,7 @@ pub enum LinalgError {
         period: f64,
     },
     /// A specification of poles outside of its range.
-    #[error("{what} must be between {low} and {high}, and is {value}")]
+    #[error("{what} must be {}, and is {value}", range(*low, *high))]
     InvalidSpecification {
         /// The quantity.
         what: &'static str,
@@ -416,6 +416,11 @@ fn complex(z: Complex<f64>) -> String {
         (im, true) => format!("{} - {}i", digits(z.re), digits(-im)),
         (im, false) => format!("{} + {}i", digits(z.re), digits(im)),
     }
+}
+
+/// A range, whose upper end may be infinite.
+fn range(low: f64, high: f64) -> String {
+    if high == f64::INFINITY { format!("greater than {low}") } else { format!("between {low} and {high}") }
 }
 
 #[cfg(test)]

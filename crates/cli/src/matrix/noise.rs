@@ -1,10 +1,10 @@
 //! `luenberger noise`: noise in continuous and in discrete time.
 
-use super::{from, json_output};
+use super::json_output;
 use crate::answer::Answer;
 use crate::arguments::NoiseInput;
 use crate::failure::Failure;
-use crate::input::{Source, json};
+use crate::input::json;
 use crate::numbers;
 use luenberger_linalg::{
     LinalgError, continuous_process_noise, discrete_process_noise, measurement_intensity,
@@ -36,22 +36,26 @@ struct Noise {
 /// Measurement noise and process noise, whichever are given, in the other domain.
 pub(crate) fn noise(input: &NoiseInput) -> Result<Answer, Failure> {
     let h = input.period;
-    let source = input.file.as_ref().unwrap_or(&Source::Standard);
+    // Without a file all data are options.
+    let origin = input.file.as_ref().map_or_else(|| "noise".to_owned(), ToString::to_string);
+    let failed = |error| Failure::Matrix { origin: origin.clone(), error };
     let [a, w, qd, mut r, v] = match &input.file {
         Some(file) => json::some_matrices(file, ["a", "w", "qd", "r", "v"], 0)?,
         None => [const { None }; 5],
     };
     if let Some(sigma) = &input.sigma {
+        if !sigma.iter().all(|sigma| *sigma >= 0.0 && sigma.is_finite()) {
+            return Err(Failure::Usage("--sigma: a standard deviation is a finite number, not negative"));
+        }
         r = Some(DMatrix::from_diagonal(&DVector::from_iterator(sigma.len(), sigma.iter().map(|s| s * s))));
     }
     let mut text = format!("period {}\n", numbers::number(h));
     let mut answer = Noise { period: h, ..Noise::default() };
-    let failed = from(source);
     let measured = match (r, v) {
         (Some(_), Some(_)) => return Err(Failure::Usage("give r (or --sigma) or v, not both")),
-        (Some(r), None) => Some((measurement_intensity(&r, h).map_err(&failed)?, r)),
+        (Some(r), None) => Some((measurement_intensity(&r, h).map_err(failed)?, r)),
         (None, Some(v)) => {
-            let r = sampled_measurement_covariance(&v, h).map_err(&failed)?;
+            let r = sampled_measurement_covariance(&v, h).map_err(failed)?;
             Some((v, r))
         }
         (None, None) => None,
@@ -70,9 +74,9 @@ pub(crate) fn noise(input: &NoiseInput) -> Result<Answer, Failure> {
     }
     let process = match (a, w, qd) {
         (_, Some(_), Some(_)) => return Err(Failure::Usage("give w or qd, not both")),
-        (Some(a), Some(w), None) => Some((discrete_process_noise(&a, &w, h).map_err(&failed)?, w)),
+        (Some(a), Some(w), None) => Some((discrete_process_noise(&a, &w, h).map_err(failed)?, w)),
         (Some(a), None, Some(qd)) => {
-            let w = continuous_process_noise(&a, &qd, h).map_err(&failed)?;
+            let w = continuous_process_noise(&a, &qd, h).map_err(failed)?;
             Some((qd, w))
         }
         (None, Some(_), None) | (None, None, Some(_)) => {

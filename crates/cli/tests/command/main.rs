@@ -2,6 +2,7 @@
 
 mod examples;
 mod export;
+mod file_messages;
 mod from_matlab;
 mod manners;
 mod matrix;

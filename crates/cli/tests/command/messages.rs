@@ -26,6 +26,10 @@ const COMMANDS: &[(&[&str], &str)] = &[
     (&["poles", "--order", "0", "--settling", "1"], ""),
     (&["poles", "--order", "2", "--settling", "-1"], ""),
     (&["poles", "--order", "2", "--settling", "1", "--damping", "2"], ""),
+    (&["poles", "--order", "2", "--settling", "1", "--damping", "-2"], ""),
+    (&["poles", "--order", "2", "--settling", "1", "--ratio", "-2"], ""),
+    (&["noise", "--period", "0.1", "--sigma", "-1"], ""),
+    (&["noise", "--period", "-0.1", "--sigma", "1"], ""),
     (&["poles", "--order", "2", "--settling", "1", "--overshoot", "5"], ""),
     (&["poles", "--order", "9", "--settling", "1", "--pattern", "itae"], ""),
     (&["poles", "--order", "2", "--settling", "1", "--pattern", "bessel", "--damping", "0.7"], ""),
@@ -71,6 +75,7 @@ fn every_message_stands_in_the_reviewed_file() {
         let ran = luenberger(arguments, input);
         _ = write!(text, "\n$ luenberger {}\n{}{}", arguments.join(" "), ran.stdout, ran.stderr);
     }
+    text.push_str(&crate::file_messages::all());
     let there = folder("messages").join("study.toml");
     std::fs::write(&there, "").unwrap();
     let there = there.to_str().unwrap();

@@ -61,7 +61,16 @@ fn library(export: &Export) -> String {
     let (is_filter, is_timed, is_fed) =
         (matches!(export.program, Program::Kalman(_)), export.program.uses_time(), export.feedback.is_some());
     let (mut fields, mut start, mut tick, mut imports) = (String::new(), String::new(), "", ["", "SVector"]);
-    let (state, load, store) = if is_filter {
+    let inner = if is_fed { "block.observer()" } else { "block" };
+    let mut estimate = String::new();
+    let (state, load, store) = if let Program::Kkl(observer) = &export.program {
+        let targets = observer.dimensions().state;
+        _ = writeln!(fields, "    z: [{number}; {targets}],");
+        _ = writeln!(start, "            z: [{zero}; {targets}],");
+        _ = writeln!(estimate, "        (*state).xhat = {inner}.estimate(&z).into();");
+        let load = "SVector::from(self.z)".to_owned();
+        (format!("SVector<{number}, {targets}>"), load, "        self.z = (*z).into();\n")
+    } else if is_filter {
         imports = ["GaussianEstimate, ", "{Const, SMatrix, SVector}"];
         _ = writeln!(fields, "    p: [[{number}; {n}]; {n}],");
         _ = writeln!(start, "            p: [[{zero}; {n}]; {n}],");
@@ -80,7 +89,6 @@ fn library(export: &Export) -> String {
         start += "            sample: 0,\n";
         tick = "        (*state).sample = (*state).sample.wrapping_add(1);\n";
     }
-    let inner = if is_fed { "block.observer()" } else { "block" };
     let time = if is_timed { format!("(*state).sample as {number} * {inner}.period()") } else { zero.clone() };
     let (known, more, step, input) = if is_fed {
         let input = format!(
@@ -169,7 +177,7 @@ pub unsafe extern \"C\" fn {name}_init(state: *mut State, xhat: *const {number})
             xhat,
 {start}        }});
         (*state).store(&z);
-    }}
+{estimate}    }}
 }}
 
 /// Starts from the first estimate of the design.
@@ -198,7 +206,7 @@ pub unsafe extern \"C\" fn {name}_step(
     unsafe {{
         let mut z = (*state).load();
 {step}        (*state).store(&z);
-{tick}        give(&(*state).xhat, xhat);
+{estimate}{tick}        give(&(*state).xhat, xhat);
     }}
 }}
 ",

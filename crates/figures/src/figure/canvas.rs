@@ -42,12 +42,14 @@ pub(crate) struct Canvas {
     pub(crate) height: f64,
     letters: Face<'static>,
     shapes: Vec<(Outline, Rgb, Option<Pen>)>,
+    /// Those of the shapes that are translucent, with their opacity.
+    opacity: Vec<(usize, f64)>,
 }
 
 impl Canvas {
     pub(crate) fn new(width: f64) -> Result<Self, FigureError> {
         let letters = Face::parse(dejavu::sans::regular(), 0).map_err(|why| FigureError::Encoding(why.to_string()))?;
-        Ok(Self { width, height: 0.0, letters, shapes: Vec::new() })
+        Ok(Self { width, height: 0.0, letters, shapes: Vec::new(), opacity: Vec::new() })
     }
 
     pub(crate) fn stroke(&mut self, points: &[Point], width: f64, dash: &[f64], color: Rgb) {
@@ -58,6 +60,16 @@ impl Canvas {
     pub(crate) fn area(&mut self, corners: &[Point], color: Rgb) {
         let outline = Outline::Lines { points: corners.iter().copied().map(rounded).collect(), closed: true };
         self.shapes.push((outline, color, None));
+    }
+
+    /// An area through which what is below is seen.
+    pub(crate) fn shade(&mut self, corners: &[Point], color: Rgb, opacity: f64) {
+        self.opacity.push((self.shapes.len(), opacity));
+        self.area(corners, color);
+    }
+
+    fn opacity_of(&self, shape: usize) -> Option<f64> {
+        self.opacity.iter().find(|(index, _)| *index == shape).map(|(_, opacity)| *opacity)
     }
 
     pub(crate) fn disc(&mut self, centre: Point, radius: f64, color: Rgb) {
@@ -90,7 +102,7 @@ impl Canvas {
             "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{width}\" height=\"{height}\" font-family=\"{FAMILY}\" \
              stroke-linejoin=\"round\"><rect width=\"100%\" height=\"100%\" fill=\"white\"/>"
         );
-        for (outline, color, pen) in &self.shapes {
+        for (index, (outline, color, pen)) in self.shapes.iter().enumerate() {
             // Writing into a String cannot fail.
             let _ = match outline {
                 Outline::Lines { points, closed } => {
@@ -116,6 +128,9 @@ impl Canvas {
                     write!(svg, " fill=\"none\" stroke=\"{color}\" stroke-width=\"{}\"", hundredths(*width))
                 }
             };
+            if let Some(opacity) = self.opacity_of(index) {
+                let _ = write!(svg, " fill-opacity=\"{opacity}\"");
+            }
             if let Some(Pen { dash, .. }) = pen.as_ref().filter(|pen| !pen.dash.is_empty()) {
                 let dash: Vec<String> = dash.iter().map(|part| hundredths(*part).to_string()).collect();
                 let _ = write!(svg, " stroke-dasharray=\"{}\"", dash.join(" "));
@@ -136,11 +151,12 @@ impl Canvas {
         let mut pixels = Pixmap::new(width as u32, height as u32).ok_or_else(beyond)?;
         pixels.fill(tiny_skia::Color::WHITE);
         let scale = Transform::from_scale(SCALE, SCALE);
-        for (outline, [r, g, b], pen) in &self.shapes {
+        for (index, (outline, [r, g, b], pen)) in self.shapes.iter().enumerate() {
             // Nothing is drawn of an outline without extent.
             let Some(path) = self.path(outline) else { continue };
             let mut paint = Paint::default();
-            paint.set_color_rgba8(*r, *g, *b, 255);
+            let alpha = self.opacity_of(index).map_or(255, |opacity| (255.0 * opacity).round() as u8);
+            paint.set_color_rgba8(*r, *g, *b, alpha);
             match pen {
                 None => pixels.fill_path(&path, &paint, FillRule::Winding, scale, None),
                 Some(Pen { width, dash }) => {

@@ -3,9 +3,9 @@
 //! Numbers have seven digits, enough for a screen; the CSV file of the figure has all digits. The colours of text and
 //! grid are set by the page, depending on the light or dark mode.
 
-use super::style::{Resolved, hex, resolve};
+use super::style::{OPACITY, Resolved, hex, resolve};
 use super::ticks::Axis;
-use super::{Figure, FigureError, Mark, MarkKind, Panel, Scale};
+use super::{Area, Figure, FigureError, Mark, MarkKind, Panel, Scale};
 use serde_json::{Map, Value as Json, json};
 
 /// `{ data, layout }` for `Plotly.newPlot`, with `height` in the layout.
@@ -58,6 +58,13 @@ pub fn plotly(figure: &Figure) -> Result<Json, FigureError> {
         };
         layout.insert(format!("xaxis{n}"), x_axis);
         layout.insert(format!("yaxis{n}"), y_axis);
+        for area in &panel.areas {
+            let is_new = !area.name.is_empty() && !named.contains(&area.name.as_str());
+            if is_new {
+                named.push(&area.name);
+            }
+            data.push(shaded(area, &n, is_new));
+        }
         for (series, look) in panel.series.iter().zip(&looks[i]) {
             let is_new = !series.name.is_empty() && !named.contains(&series.name.as_str());
             if is_new {
@@ -113,7 +120,11 @@ fn axis(label: &str, scale: Scale, range: Option<(f64, f64)>, domain: &[f64; 2],
     }
     if scale == Scale::Log {
         axis["type"] = json!("log");
-        axis["dtick"] = json!(range.map_or(1.0, |(from, to)| ((to / from).log10() / 6.0).ceil().max(1.0)));
+        // Powers of ten; a shorter range has plotly's own ticks.
+        let decades = range.map_or(1.0, |(from, to)| (to / from).log10());
+        if decades >= 1.0 {
+            axis["dtick"] = json!((decades / 6.0).ceil().max(1.0));
+        }
     }
     axis
 }
@@ -132,6 +143,17 @@ fn trace(series: &super::Series, look: &Resolved, n: &str, in_legend: bool) -> J
         "line": { "color": hex(look.rgb), "width": 1.6 * look.width, "dash": look.dash.plotly() },
         "marker": { "color": hex(look.rgb), "size": 6, "symbol": look.marker.map_or("circle", super::Marker::plotly) },
         "hovertemplate": if series.name.is_empty() { "(%{x:.6g}, %{y:.6g})<extra></extra>" } else { "%{y:.6g}" },
+    })
+}
+
+fn shaded(area: &Area, n: &str, in_legend: bool) -> Json {
+    let [r, g, b] = area.hue.rgb();
+    let (x, y): (Vec<f64>, Vec<f64>) = area.corners().map(|(x, y)| (digits(x), digits(y))).unzip();
+    json!({
+        "type": "scatter", "mode": "lines", "name": area.name, "legendgroup": area.name, "showlegend": in_legend,
+        "xaxis": format!("x{n}"), "yaxis": format!("y{n}"), "x": x, "y": y, "hoverinfo": "skip",
+        "line": { "color": hex(area.hue.rgb()), "width": 0 }, "fill": "toself",
+        "fillcolor": format!("rgba({r},{g},{b},{OPACITY})"),
     })
 }
 

@@ -59,6 +59,8 @@ pub struct Panel {
     pub y_range: Option<(f64, f64)>,
     /// The curves.
     pub series: Vec<Series>,
+    /// Shaded areas, below the curves.
+    pub areas: Vec<Area>,
     /// Bars, each on its own named line of the vertical axis. A panel with bars has no curves.
     pub bars: Vec<Bar>,
     /// Reference lines, bands and labels.
@@ -141,6 +143,21 @@ pub enum Marker {
     Triangle,
     /// Filled diamond.
     Diamond,
+}
+
+/// A translucent area between two curves over the same abscissas, such as a band of two standard deviations.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Area {
+    /// Name in the legend. An area without a name has no entry there; areas of one name and colour share one.
+    pub name: String,
+    /// Abscissas, increasing.
+    pub x: Vec<f64>,
+    /// Lower ordinates.
+    pub low: Vec<f64>,
+    /// Upper ordinates.
+    pub high: Vec<f64>,
+    /// Colour.
+    pub hue: Hue,
 }
 
 /// A named interval of the horizontal axis.
@@ -295,6 +312,7 @@ impl Panel {
             x_range: None,
             y_range: None,
             series: Vec::new(),
+            areas: Vec::new(),
             bars: Vec::new(),
             marks: Vec::new(),
         }
@@ -311,6 +329,13 @@ impl Panel {
     #[must_use]
     pub fn series(mut self, series: Series) -> Self {
         self.series.push(series);
+        self
+    }
+
+    /// Adds a shaded area.
+    #[must_use]
+    pub fn area(mut self, area: Area) -> Self {
+        self.areas.push(area);
         self
     }
 
@@ -388,6 +413,17 @@ impl Panel {
             check_numbers(&format!("abscissas of {name:?}"), &series.x, self.x_scale)?;
             check_numbers(&format!("ordinates of {name:?}"), &series.y, self.y_scale)?;
         }
+        for Area { name, x, low, high, .. } in &self.areas {
+            if let Some(y) = [low, high].into_iter().find(|y| y.len() != x.len()) {
+                return Err(FigureError::Length { series: name.clone(), x: x.len(), y: y.len() });
+            }
+            if x.is_empty() {
+                return Err(FigureError::Empty { what: format!("area {name:?}") });
+            }
+            check_numbers(&format!("abscissas of {name:?}"), x, self.x_scale)?;
+            check_numbers(&format!("lower ordinates of {name:?}"), low, self.y_scale)?;
+            check_numbers(&format!("upper ordinates of {name:?}"), high, self.y_scale)?;
+        }
         for bar in &self.bars {
             let ends: Vec<f64> = bar.from.into_iter().chain([bar.to]).collect();
             check_numbers(&format!("bar {:?}", bar.name), &ends, self.x_scale)?;
@@ -457,6 +493,26 @@ impl Series {
     pub fn marker(mut self, marker: Marker) -> Self {
         self.look.marker = Some(marker);
         self
+    }
+}
+
+impl Area {
+    /// The area between `low` and `high` over the abscissas x.
+    pub fn between(name: impl Into<String>, x: &[f64], low: &[f64], high: &[f64]) -> Self {
+        Self { name: name.into(), x: x.to_vec(), low: low.to_vec(), high: high.to_vec(), hue: Hue::Grey }
+    }
+
+    /// Sets the colour.
+    #[must_use]
+    pub fn hue(mut self, hue: Hue) -> Self {
+        self.hue = hue;
+        self
+    }
+
+    /// The corners, from left to right above and back below.
+    pub(crate) fn corners(&self) -> impl Iterator<Item = (f64, f64)> {
+        let above = self.x.iter().copied().zip(self.high.iter().copied());
+        above.chain(self.x.iter().copied().zip(self.low.iter().copied()).rev())
     }
 }
 

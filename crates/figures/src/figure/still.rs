@@ -7,7 +7,7 @@
 
 use super::canvas::{Anchor, Canvas, Point};
 use super::stroke::{Rect, clip, thin};
-use super::style::{BAND, Resolved, Rgb, resolve};
+use super::style::{BAND, OPACITY, Resolved, Rgb, resolve};
 use super::ticks::{Axis, Ticks};
 use super::{Figure, FigureError, Mark, MarkKind, Marker, Panel, Scale};
 
@@ -124,6 +124,13 @@ impl Prepared<'_> {
     }
 }
 
+/// What stands before a name in the legend.
+#[derive(Clone, Copy, PartialEq)]
+enum Key {
+    Line(Resolved),
+    Area(Rgb),
+}
+
 struct Page {
     canvas: Canvas,
 }
@@ -131,13 +138,19 @@ struct Page {
 impl Page {
     /// Draws the legend and returns its height: one entry for each name, in rows as wide as the figure.
     fn legend(&mut self, panels: &[Prepared], width: f64) -> f64 {
-        let mut entries: Vec<(&str, Resolved)> = Vec::new();
+        let mut entries: Vec<(&str, Key)> = Vec::new();
+        let mut add = |name, key| {
+            let entry: (&str, Key) = (name, key);
+            if !entry.0.is_empty() && !entries.contains(&entry) {
+                entries.push(entry);
+            }
+        };
         for panel in panels {
             for (series, look) in panel.panel.series.iter().zip(panel.looks) {
-                let entry = (series.name.as_str(), *look);
-                if !entry.0.is_empty() && !entries.contains(&entry) {
-                    entries.push(entry);
-                }
+                add(&series.name, Key::Line(*look));
+            }
+            for area in &panel.panel.areas {
+                add(&area.name, Key::Area(area.hue.rgb()));
             }
         }
         // A single curve is named by its axis.
@@ -162,11 +175,19 @@ impl Page {
             let (r, c) = (i / per_row, i % per_row);
             let x = left + columns[..c].iter().sum::<f64>();
             let y = 18.0 + r as f64 * row;
-            if look.line {
-                self.curve(&[(x, y), (x + key, y)], look);
-            }
-            if let Some(marker) = look.marker {
-                self.marker((x + key / 2.0, y), marker, look);
+            match look {
+                Key::Line(look) => {
+                    if look.line {
+                        self.curve(&[(x, y), (x + key, y)], look);
+                    }
+                    if let Some(marker) = look.marker {
+                        self.marker((x + key / 2.0, y), marker, look);
+                    }
+                }
+                Key::Area(rgb) => {
+                    let (top, bottom) = (y - 7.0, y + 7.0);
+                    self.canvas.shade(&[(x, top), (x + key, top), (x + key, bottom), (x, bottom)], *rgb, OPACITY);
+                }
             }
             self.text((x + key + 8.0, y + 5.5), name, NUMBER, Anchor::Start);
         }
@@ -193,6 +214,11 @@ impl Page {
         }
         for mark in &p.panel.marks {
             self.reference(mark, frame, at);
+        }
+        for area in &p.panel.areas {
+            let within = |(x, y): Point| (x.clamp(frame.left, frame.right), y.clamp(frame.top, frame.bottom));
+            let corners: Vec<Point> = area.corners().map(|(x, y)| within(at(x, y))).collect();
+            self.canvas.shade(&corners, area.hue.rgb(), OPACITY);
         }
         for (series, look) in p.panel.series.iter().zip(p.looks) {
             let points: Vec<Point> = series.x.iter().zip(&series.y).map(|(&x, &y)| at(x, y)).collect();

@@ -25,6 +25,8 @@ const CIVIDIS: [Rgb; 9] = [
 ];
 pub(crate) const GREY: Rgb = [140, 140, 140];
 pub(crate) const BAND: Rgb = [236, 239, 243];
+/// Of areas, through which curves and other areas are seen.
+pub(crate) const OPACITY: f64 = 0.18;
 
 impl Hue {
     pub(crate) fn rgb(self) -> Rgb {

@@ -53,6 +53,10 @@ impl Axis {
             .flat_map(|s| s.x.iter().zip(&s.y))
             .filter_map(|(&x, &y)| within(x).then_some(y))
             .collect();
+        for area in &panel.areas {
+            let ends = area.x.iter().zip(area.low.iter().zip(&area.high)).filter(|(x, _)| within(**x));
+            values.extend(ends.flat_map(|(_, (low, high))| [*low, *high]));
+        }
         if values.is_empty() {
             values = panel.series.iter().flat_map(|s| s.y.iter().copied()).collect();
         }
@@ -160,6 +164,10 @@ impl Axis {
                 major.extend([2, 5].map(|m| name(m, e)).into_iter().filter(|(x, _)| within(*x)));
             }
             major.sort_by(|a, b| a.0.total_cmp(&b.0));
+            if major.len() < 3 {
+                // Within a factor of a few the axis is nearly linear.
+                return self.linear_ticks(count);
+            }
         }
         let multiples = if decades <= 6 { 2..=9 } else { 1..=1 };
         let minor = (first - 1..=last)
@@ -217,6 +225,9 @@ mod tests {
         assert_eq!(labels(1e-3, 10.0, Scale::Log).0, ["0.001", "0.01", "0.1", "1", "10"]);
         assert_eq!(labels(1e-12, 1.0, Scale::Log).0, ["10⁻¹²", "10⁻⁹", "10⁻⁶", "10⁻³", "10⁰"]);
         assert_eq!(labels(1.5, 30.0, Scale::Log).0, ["2", "5", "10", "20"]);
+        assert_eq!(labels(0.8, 1.3, Scale::Log).0, ["0.8", "0.9", "1.0", "1.1", "1.2", "1.3"]);
+        let few = ["0.8", "1.0", "1.2", "1.4", "1.6", "1.8", "2.0", "2.2", "2.4"].map(String::from).to_vec();
+        assert_eq!(labels(7e-4, 2.4e-3, Scale::Log), (few, "×10⁻³".to_owned()));
     }
 
     #[test]

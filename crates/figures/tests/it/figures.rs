@@ -1,7 +1,7 @@
 //! Errors of invalid figures, and consistency of the renderings.
 
 use luenberger_figures::figure::{FigureError, interactive, still};
-use luenberger_figures::{Bar, Figure, Mark, Panel, Series};
+use luenberger_figures::{Area, Bar, Figure, Hue, Mark, Panel, Series};
 
 fn panel() -> Panel {
     Panel::new("time t (s)", "error e (m)")
@@ -43,6 +43,11 @@ fn what_cannot_be_drawn_is_an_error_that_names_it() {
         refused(panel().series(line(&[0.0, 1.0], &[-f64::MAX, f64::MAX]))),
         FigureError::Range { axis: "vertical", .. }
     ));
+    let band = |low: &[f64], high: &[f64]| two().area(Area::between("band", &[0.0, 1.0], low, high));
+    assert!(matches!(refused(band(&[0.0], &[1.0, 1.0])), FigureError::Length { x: 2, y: 1, .. }));
+    assert!(matches!(refused(band(&[0.0, f64::NAN], &[1.0, 1.0])), FigureError::NotFinite { index: 1, .. }));
+    assert!(matches!(refused(band(&[0.0, 0.0], &[1.0, 1.0]).log_y()), FigureError::NotPositive { .. }));
+    assert!(matches!(refused(two().area(Area::between("band", &[], &[], &[]))), FigureError::Empty { .. }));
     assert!(matches!(still::svg(&Figure::new("")).unwrap_err(), FigureError::Empty { .. }));
 }
 
@@ -87,4 +92,33 @@ fn curves_are_clipped_to_their_axes() {
         let coordinate: f64 = number.parse().unwrap();
         assert!((0.0..=520.0).contains(&coordinate), "{coordinate} lies beyond the page");
     }
+}
+
+/// A shaded band: one closed path of the colour of its curve, within the axes, which the axis encloses; in the legend.
+#[test]
+fn areas_are_translucent_and_enclosed_by_the_axes() {
+    let x = [0.0, 1.0, 2.0];
+    let band = Area::between("filter \u{b1} 2 sigma", &x, &[-9.0, -2.0, -1.0], &[9.0, 2.0, 1.0]).hue(Hue::Palette(0));
+    let curve = Series::line("filter", &x, &[0.0, 0.5, 0.0]).hue(Hue::Palette(0));
+    let figure = |panel: Panel| Figure::new("").panel(panel.series(curve.clone()).area(band.clone()));
+    let svg = still::svg(&figure(panel())).unwrap();
+    let drawn = |svg: &str| -> Vec<String> {
+        let areas = svg.split("<path ").filter(|path| path.contains("fill=\"#0072b2\" fill-opacity=\"0.18\""));
+        areas.map(|path| path[3..path.find('Z').unwrap()].to_owned()).collect()
+    };
+    // The key of the legend, and the band with twice three corners.
+    let corners: Vec<usize> = drawn(&svg).iter().map(|path| path.split('L').count()).collect();
+    assert_eq!(corners, [4, 6]);
+    assert!(svg.contains(">filter \u{b1} 2 sigma</text>"));
+    let json = interactive::plotly(&figure(panel())).unwrap();
+    assert_eq!(json["data"][0]["fill"], "toself");
+    assert_eq!(json["data"][0]["y"], serde_json::json!([9.0, 2.0, 1.0, -1.0, -2.0, -9.0]));
+    assert!(json["layout"]["yaxis"]["range"][1].as_f64().unwrap() > 9.0);
+    // Beyond a given range it is cut off.
+    let heights = |svg: &str| -> Vec<f64> {
+        drawn(svg)[1].split('L').map(|corner| corner.split(' ').next_back().unwrap().parse().unwrap()).collect()
+    };
+    let cut = heights(&still::svg(&figure(panel().y_range(-2.0, 2.0))).unwrap());
+    assert!(cut[0] == cut[1] && cut[0] < cut[2] && cut[4] == cut[5], "{cut:?}");
+    still::png(&figure(panel())).unwrap();
 }

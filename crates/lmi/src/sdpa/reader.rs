@@ -235,7 +235,7 @@ impl<R: BufRead> Tokens<R> {
 
     fn token(&mut self, expected: &'static str) -> Result<&str, ReadError> {
         if !self.more()? {
-            return Err(ReadError::Truncated { line: self.number, expected });
+            return Err(ReadError::Truncated { line: self.number.max(1), expected });
         }
         let rest = &self.line[self.at..];
         let end = rest.find(is_blank).unwrap_or(rest.len());
@@ -337,7 +337,7 @@ mod tests {
     #[test]
     fn every_mistake_names_its_line() {
         let cases = [
-            ("", "line 0: the text ends where the number of unknowns is expected"),
+            ("", "line 1: the text ends where the number of unknowns is expected"),
             ("x\n", "line 1: \"x\" stands where the number of unknowns is expected"),
             ("\"c\n0\n", "line 2: the number of unknowns is 0; it must be between 1 and 16777216"),
             ("1\n1\n2\n", "line 3: the text ends where a cost is expected"),

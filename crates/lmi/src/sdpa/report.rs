@@ -1,6 +1,7 @@
 //! A result as text and as JSON.
 
 use super::{Outcome, Status};
+use luenberger_proof::wording::counted;
 
 impl Status {
     /// `proved-optimal-bounds`, `proved-primal-infeasible`, `proved-dual-infeasible` or `undecided`.
@@ -20,9 +21,9 @@ impl Outcome {
     pub fn sentence(&self, seconds: f64) -> String {
         let why = self.why.map_or(String::new(), |why| format!("{why}\n"));
         format!(
-            "{} after {seconds:.3} s ({} runs of the solver, which said: {})\n{why}{:e} <= optimum <= {:e}\n",
+            "{} after {seconds:.3} s ({} of the solver, which said: {})\n{why}{:e} <= optimum <= {:e}\n",
             self.status.word(),
-            self.runs,
+            counted(self.runs, "run"),
             self.word,
             self.lower,
             self.upper

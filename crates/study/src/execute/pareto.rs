@@ -1,6 +1,6 @@
 //! Speed against noise: settling time and steady-state error of observers, in one figure.
 
-use luenberger_figures::{Figure, Hue, Marker, Panel, Series};
+use luenberger_figures::{Dash, Figure, Hue, Marker, Panel, Series};
 
 use super::pictures::figure;
 use crate::results::report::with_unit;
@@ -18,7 +18,7 @@ struct Point<'a> {
 }
 
 const CAPTION: &str = "Settling time against the root mean square of the error over the second half of the run, which \
-                       is what noise leaves. The lower left is better.";
+                       is what noise leaves. The lower left is better; the line joins the points that no other one is better than in both (the Pareto front).";
 
 /// The observers of a simulation; none without noise, or with less than two of them.
 pub(super) fn simulation(study: &Study, report: &SimulationReport) -> Option<(String, Figure)> {
@@ -73,10 +73,32 @@ fn panels(study: &Study, scoring: &ScoringReport, points: &[Point<'_>]) -> Vec<P
     study.plot.states.as_ref().unwrap_or(&all).iter().map(of).collect()
 }
 
+/// The points than which no other is better in both, from the fastest on.
+fn front(points: &[(&str, Speed)]) -> (Vec<f64>, Vec<f64>) {
+    let mut known: Vec<(f64, f64)> =
+        points.iter().filter_map(|(_, speed)| Some((speed.0?, speed.1?))).filter(|(_, error)| *error > 0.0).collect();
+    known.sort_by(|one, other| one.0.total_cmp(&other.0).then(one.1.total_cmp(&other.1)));
+    let mut least = f64::INFINITY;
+    known.retain(|(_, error)| {
+        let is_better = *error < least;
+        least = least.min(*error);
+        is_better
+    });
+    known.into_iter().unzip()
+}
+
 fn panel(speed: &str, error: &str, points: &[(&str, Speed)]) -> Panel {
     let mut names: Vec<&str> = points.iter().map(|point| point.0).collect();
     names.dedup();
     let mut panel = Panel::new(speed, error).log_y();
+    let (x, y) = front(points);
+    if x.len() > 1 {
+        // Room for the points at both ends.
+        let known = points.iter().filter_map(|(_, speed)| speed.0);
+        let (from, to) = known.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), x| (low.min(x), high.max(x)));
+        panel = panel.x_range(from - 0.06 * (to - from), to + 0.06 * (to - from));
+        panel = panel.series(Series::line("Pareto front", &x, &y).hue(Hue::Grey).dash(Dash::Solid).width(0.7));
+    }
     for (number, name) in names.into_iter().enumerate() {
         let of = points.iter().filter(|point| point.0 == name);
         let (x, y): (Vec<f64>, Vec<f64>) =
@@ -87,4 +109,18 @@ fn panel(speed: &str, error: &str, points: &[(&str, Speed)]) -> Panel {
         }
     }
     panel
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_front_has_what_no_other_point_dominates() {
+        let of = |x: f64, y: f64| ("one", (Some(x), Some(y)));
+        let points =
+            [of(2.0, 0.5), of(1.0, 1.0), of(3.0, 0.7), of(1.0, 2.0), of(4.0, 0.1), ("none", (None, Some(0.01)))];
+        assert_eq!(front(&points), (vec![1.0, 2.0, 4.0], vec![1.0, 0.5, 0.1]));
+        assert_eq!(front(&[of(1.0, 0.0)]), (vec![], vec![]));
+    }
 }

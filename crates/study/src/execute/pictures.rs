@@ -1,6 +1,6 @@
 //! The figures of a study, and its trajectories as tables.
 
-use luenberger_figures::{Dash, Figure, Hue, Mark, Panel, Series, Table};
+use luenberger_figures::{Area, Dash, Figure, Hue, Mark, Panel, Series, Table};
 use luenberger_plants::Plant;
 use nalgebra::{DMatrix, DVector};
 
@@ -154,13 +154,17 @@ fn states(runs: &Runs<'_>) -> Named {
         (false, _) => "The states of the plant, and their estimates.",
     }
     .to_owned();
-    if runs.shown().any(|(_, run)| run.deviation.is_some()) {
-        caption.push_str(" Dotted: two standard deviations of a filter to either side.");
-    }
+    caption.push_str(shaded(runs));
     figure("states", "States and estimates", &runs.caption(&caption), runs.states().into_iter().map(panel).collect())
 }
 
-/// The panel with the curves `of` +- 2 sigma of state i of a filter.
+/// What the bands are, where there are some.
+fn shaded(runs: &Runs<'_>) -> &'static str {
+    let any = runs.shown().any(|(_, run)| run.deviation.is_some());
+    if any { " Shaded: two standard deviations of a filter to either side." } else { "" }
+}
+
+/// The panel with the band `of` +- 2 sigma of state i of a filter.
 fn bands(
     mut panel: Panel,
     runs: &Runs<'_>,
@@ -170,11 +174,11 @@ fn bands(
 ) -> Panel {
     let Some(deviation) = &run.deviation else { return panel };
     let rows = runs.rows(run);
-    for side in [2.0, -2.0] {
-        let name = format!("{} +- 2 sigma", member.wish.name);
-        for curve in lines(&name, run, &rows, |k| of(k) + side * deviation[(k, i)]) {
-            panel = panel.series(curve.hue(Hue::Palette(number)).dash(Dash::Dotted).width(1.0));
-        }
+    let name = format!("{} \u{b1} 2 sigma", member.wish.name);
+    let side = |side: f64| lines(&name, run, &rows, |k| of(k) + side * deviation[(k, i)]);
+    // Both sides are known at the same rows.
+    for (low, high) in side(-2.0).into_iter().zip(side(2.0)) {
+        panel = panel.area(Area::between(&name, &low.x, &low.y, &high.y).hue(Hue::Palette(number)));
     }
     panel
 }
@@ -204,7 +208,8 @@ fn errors(runs: &Runs<'_>) -> Named {
     } else {
         "The errors e = x - xhat."
     };
-    figure("errors", "Errors", &runs.caption(caption), runs.states().into_iter().map(panel).collect())
+    let caption = format!("{caption}{}", shaded(runs));
+    figure("errors", "Errors", &runs.caption(&caption), runs.states().into_iter().map(panel).collect())
 }
 
 fn norm(runs: &Runs<'_>) -> Named {

@@ -18,6 +18,9 @@ pub enum ImportError {
         /// The limit.
         limit: u64,
     },
+    /// The file is empty.
+    #[error("the file is empty")]
+    Empty,
     /// The format is not recognized.
     #[error(
         "the file is of no known kind ({bytes} bytes, the first are {first:02x?}): MATLAB's version 5 (save -v7), numpy's npz and JSON are read"
@@ -137,7 +140,7 @@ pub enum ImportError {
         value: f64,
     },
     /// A sampling time that is no number.
-    #[error("the sampling time {name} is {value}, and must be a number: 0 for a model in continuous time")]
+    #[error("the sampling time {name} is {value}, and must be positive, or 0 for a model in continuous time")]
     Discrete {
         /// The name of the sampling time.
         name: String,

@@ -14,9 +14,27 @@ pub(super) fn read(text: &[u8]) -> Result<Vec<Variable>, ImportError> {
     found.map_err(|error| {
         let whole = error.to_string();
         let place = format!(" at line {} column {}", error.line(), error.column());
-        let message = whole.strip_suffix(&place).unwrap_or(&whole).to_owned();
+        let message = whole.strip_suffix(&place).unwrap_or(&whole);
+        let message = match not_json(text, error.line(), error.column()) {
+            Some(word) => format!("{word} is not a JSON number, and every entry must be finite"),
+            None => message.replace("expected f64", "expected a number"),
+        };
         ImportError::Json { line: error.line().max(1), column: error.column().max(1), message }
     })
+}
+
+/// What Python writes for a number that JSON does not have, where the reader stopped.
+fn not_json(text: &[u8], line: usize, column: usize) -> Option<&'static str> {
+    let line = text.split(|byte| *byte == b'\n').nth(line.checked_sub(1)?)?;
+    let rest = line.get(column.checked_sub(1)?..)?;
+    // The reader stops at the letter of -Infinity, after its sign.
+    let is_minus = column > 1 && line[column - 2] == b'-';
+    match rest {
+        rest if rest.starts_with(b"NaN") => Some("NaN"),
+        rest if rest.starts_with(b"-I") || (is_minus && rest.starts_with(b"I")) => Some("-Infinity"),
+        rest if rest.starts_with(b"Infinity") => Some("Infinity"),
+        _ => None,
+    }
 }
 
 /// An object: a model, or one that contains models by name.
@@ -136,7 +154,9 @@ impl<'de> Visitor<'de> for Field {
                 columns = row.len();
             } else if row.len() != columns {
                 let length = row.len();
-                return Err(S::Error::custom(format!("row {count} has {length} entries, and row 0 has {columns}")));
+                return Err(S::Error::custom(format!(
+                    "row {count} has length {length}, and row 0 has length {columns}"
+                )));
             }
             count += 1;
             entries.extend(row);

@@ -88,6 +88,8 @@ pub fn read(bytes: &[u8]) -> Result<Model, ImportError> {
         matlab::read(bytes)?
     } else if text.starts_with(b"{") || text.starts_with(b"[") {
         json::read(text)?
+    } else if bytes.is_empty() {
+        return Err(ImportError::Empty);
     } else {
         return Err(ImportError::UnknownKind { bytes: bytes.len(), first: bytes.iter().take(8).copied().collect() });
     };

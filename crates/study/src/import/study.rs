@@ -10,7 +10,12 @@ impl Model {
     /// ones, and a Kalman filter; comments explain what to change. `title` may be any text.
     pub fn study(&self, title: &str) -> String {
         let n = self.a.nrows();
-        let mut text = format!("title = {}\n\n[plant]\n", quoted(title));
+        let mut text = format!("title = {}\n", quoted(title));
+        if !self.ignored.is_empty() {
+            let names: Vec<String> = self.ignored.iter().map(|name| quoted(name)).collect();
+            _ = writeln!(text, "# Not used of the file: {}.", names.join(", "));
+        }
+        text.push_str("\n[plant]\n");
         matrix(&mut text, "a", &self.a);
         if self.b.ncols() > 0 {
             matrix(&mut text, "b", &self.b);

@@ -219,7 +219,7 @@ fn true_states_in_a_log_give_errors() {
     assert_eq!(nis.accepted, (nis.region[0]..=nis.region[1]).contains(&nis.mean));
     let page = std::fs::read_to_string(folder.join("out/report.html")).unwrap();
     for said in
-        ["RMSE", "NIS (innovations)", "NEES (errors)", "whiteness test p-value (Ljung-Box)", "filter +- 2 sigma"]
+        ["RMSE", "NIS (innovations)", "NEES (errors)", "whiteness test p-value (Ljung-Box)", "filter \u{b1} 2 sigma"]
     {
         assert!(page.contains(said), "{said}");
     }
