@@ -303,7 +303,7 @@ impl Table {
         };
         let beyond = |end: usize| match self.extrapolation() {
             Extrapolation::Hold => format!("{py}[{end}]"),
-            Extrapolation::Linear => format!("{py}[{end}] + ({}) * (x - {px}[{end}])", outer(end)),
+            Extrapolation::Linear => format!("{py}[{end}] + (({}) * (x - {px}[{end}]))", outer(end)),
         };
         let inner = |name: &str, first: &str, end: &str, inside: &[(&str, String)], result: &str| {
             let mut text = if c {
@@ -345,7 +345,7 @@ impl Table {
                     &beyond(0),
                     &beyond(last),
                     &[piece.clone(), width.clone(), share],
-                    &format!("{py}[k] + {rises} * share"),
+                    &format!("{py}[k] + ({rises} * share)"),
                 ),
                 inner("slope", &outer(0), &outer(last), &[piece, width], &secant),
             )
@@ -355,14 +355,14 @@ impl Table {
             let all: Vec<_> =
                 [piece.clone(), width.clone(), share.clone(), rest.clone(), three].into_iter().chain(ends).collect();
             let sum = format!(
-                "{py}[k] * rest * rest * rest + ({py}[k] * three + first) * rest * rest * share + ({py}[k + 1] * three - second) * rest * share * share + {py}[k + 1] * share * share * share"
+                "({py}[k] * rest * rest * rest) + ((({py}[k] * three) + first) * rest * rest * share) + ((({py}[k + 1] * three) - second) * rest * share * share) + ({py}[k + 1] * share * share * share)"
             );
             let value = inner("table", &beyond(0), &beyond(last), &all, &sum);
             let middle = (
                 "middle",
-                format!("{} * ({secant}) - ({pm}[k] + {pm}[k]) - ({pm}[k + 1] + {pm}[k + 1])", dialect.literal(6.0)),
+                format!("({} * ({secant})) - ({pm}[k] + {pm}[k]) - ({pm}[k + 1] + {pm}[k + 1])", dialect.literal(6.0)),
             );
-            let sum = format!("{pm}[k] * rest * rest + middle * rest * share + {pm}[k + 1] * share * share");
+            let sum = format!("({pm}[k] * rest * rest) + (middle * rest * share) + ({pm}[k + 1] * share * share)");
             (value, inner("slope", &outer(0), &outer(last), &[piece, width, share, rest, middle], &sum))
         };
         let all = [(used.value, value), (used.slope, slope)];
