@@ -42,6 +42,8 @@ poles = [-6, -7]
 struct Case {
     study: PathBuf,
     observer: &'static str,
+    /// The name of its files.
+    name: &'static str,
     options: &'static [&'static str],
 }
 
@@ -49,15 +51,20 @@ pub(crate) fn run() -> Result<(), Failure> {
     let folder = root().join("target/deploy");
     fs::create_dir_all(&folder).map_err(|source| Failure::io(&folder, source))?;
     cargo(&["build", "--package", "luenberger-cli"]).step("build")?;
-    let (cart, looped) = (folder.join("cart.toml"), folder.join("loop.toml"));
+    let [cart, converter, looped] = ["cart.toml", "converter.toml", "loop.toml"].map(|name| folder.join(name));
     luenberger(&["new", "--force", "-o"]).argument(&cart).step("study")?;
+    luenberger(&["new", "--plant", "cuk", "--force", "-o"]).argument(&converter).step("study")?;
     fs::write(&looped, LOOP).map_err(|source| Failure::io(&looped, source))?;
-    let case = |observer, options| Case { study: cart.clone(), observer, options };
+    let tanks = folder.join("tanks.toml");
+    fs::write(&tanks, of_the_page()?).map_err(|source| Failure::io(&tanks, source))?;
+    let case = |name, options| Case { study: cart.clone(), observer: name, name, options };
     let cases = [
+        Case { study: tanks, observer: "one gain", name: "one_gain", options: &[] },
+        Case { study: converter, observer: "filter", name: "filter", options: &["--unproved"] },
         case("linear", &[]),
         case("cubic", &["--format", "f32"]),
         case("sampled", &[]),
-        Case { study: looped, observer: "block", options: &["--feedback"] },
+        Case { study: looped, observer: "block", name: "block", options: &["--feedback"] },
     ];
     let mut skipped = Vec::new();
     let compiler = ["cc", "gcc", "clang"].into_iter().find(|name| is_installed(name));
@@ -75,7 +82,7 @@ pub(crate) fn run() -> Result<(), Failure> {
             for version in ["2", "3"] {
                 let out = case.export(&folder, "fmu", &["--fmi", version])?;
                 let name = format!("{}, FMI {version}", case.observer);
-                program(python).argument(out.join(format!("test_{}.py", case.observer))).step(&name)?;
+                program(python).argument(out.join(format!("test_{}.py", case.name))).step(&name)?;
             }
         }
         rust(&folder, case, compiler)?;
@@ -86,13 +93,22 @@ pub(crate) fn run() -> Result<(), Failure> {
     Ok(())
 }
 
+/// The study in the block of the page `docs/deploy.md`.
+fn of_the_page() -> Result<String, Failure> {
+    let page = root().join("docs/deploy.md");
+    let text = fs::read_to_string(&page).map_err(|source| Failure::io(&page, source))?;
+    let block = text.split("```toml tanks.toml\n").nth(1).and_then(|rest| rest.split("```").next());
+    let missing = || Failure::io(&page, std::io::Error::other("the page has no block tanks.toml"));
+    block.map(str::to_owned).ok_or_else(missing)
+}
+
 fn luenberger(arguments: &[&str]) -> crate::step::Step {
     cargo(&["run", "--quiet", "--package", "luenberger-cli", "--"]).arguments(arguments)
 }
 
 impl Case {
     fn export(&self, folder: &Path, to: &str, more: &[&str]) -> Result<PathBuf, Failure> {
-        let out = folder.join(format!("{}-{to}{}", self.observer, more.concat()));
+        let out = folder.join(format!("{}-{to}{}", self.name, more.concat()));
         luenberger(&["export", "--observer", self.observer, "--to", to, "--force", "-o"])
             .argument(&out)
             .arguments(self.options)
@@ -118,7 +134,7 @@ fn fmpy(skipped: &mut Vec<&'static str>) -> Option<PathBuf> {
 
 fn c(folder: &Path, case: &Case, compiler: &str) -> Result<(), Failure> {
     let out = case.export(folder, "c", &[])?;
-    let name = case.observer;
+    let name = case.name;
     let (source, test) = (format!("{name}.c"), format!("test_{name}.c"));
     program(compiler)
         .folder(&out)
@@ -137,7 +153,7 @@ fn c(folder: &Path, case: &Case, compiler: &str) -> Result<(), Failure> {
 /// The crate finds `luenberger-observers` in this workspace.
 fn rust(folder: &Path, case: &Case, compiler: Option<&str>) -> Result<(), Failure> {
     let out = case.export(folder, "rust", &[])?;
-    let name = case.observer;
+    let name = case.name;
     let observers = root().join("crates/observers");
     let patch = format!("patch.crates-io.luenberger-observers.path={:?}", observers.display().to_string());
     let built = folder.join("rust-target");

@@ -1,5 +1,6 @@
 //! The workspace's own commands: `cargo xtask reproduce`, `cargo xtask test`, `cargo xtask docs`,
 //! `cargo xtask bench linalg`, `cargo xtask bench lmi`, `cargo xtask bench proof`, `cargo xtask bench sim`,
+//! `cargo xtask bench step`,
 //! `cargo xtask stress proof`, `cargo xtask stress theorems`, `cargo xtask mutate`, `cargo xtask firmware`,
 //! `cargo xtask deploy`.
 //!
@@ -115,6 +116,8 @@ enum Subject {
     Proof,
     /// Trajectories, beside scipy and Rust crates
     Sim,
+    /// One step of each sampled observer: time, operations, allocations
+    Step,
 }
 
 fn main() -> ExitCode {
@@ -126,6 +129,7 @@ fn main() -> ExitCode {
         Command::Bench { what: Subject::Lmi, largest, .. } => bench::lmi::run(largest),
         Command::Bench { what: Subject::Proof, instances, .. } => bench::proof::run(&instances),
         Command::Bench { what: Subject::Sim, document, .. } => bench::sim::run(document),
+        Command::Bench { what: Subject::Step, document, .. } => bench::sim::steps(document),
         Command::Stress { what: Claimed::Proof, matrices, seed, .. } => stress::proof::run(matrices, seed),
         Command::Stress { what: Claimed::Theorems, mutants, seed, kind, .. } => {
             stress::theorems::run(mutants, seed, kind.as_deref())

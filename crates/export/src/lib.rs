@@ -83,7 +83,7 @@ pub struct Export {
     initial: Vec<f64>,
     names: Names,
     statement: Vec<String>,
-    source: Option<String>,
+    sources: Vec<(String, String)>,
     samples: Vec<(Vec<f64>, Vec<f64>)>,
     feedback: Option<DMatrix<f64>>,
 }
@@ -126,7 +126,7 @@ impl Export {
             initial,
             names,
             statement: Vec::new(),
-            source: None,
+            sources: Vec::new(),
             samples: Vec::new(),
             feedback: None,
         })
@@ -139,10 +139,10 @@ impl Export {
         self
     }
 
-    /// With the SHA-256 of the study that the observer comes from.
+    /// With the SHA-256 of what the observer comes from, such as `the study`, or is proved by, such as `certificate.json`.
     #[must_use]
-    pub fn source(mut self, digest: &str) -> Self {
-        self.source = Some(digest.to_owned());
+    pub fn source(mut self, what: &str, digest: &str) -> Self {
+        self.sources.push((what.to_owned(), digest.to_owned()));
         self
     }
 
@@ -174,6 +174,13 @@ impl Export {
     pub fn samples(mut self, samples: Vec<(Vec<f64>, Vec<f64>)>) -> Self {
         self.samples = samples;
         self
+    }
+
+    /// The lines `SHA-256 of ..: ..`, of the numbers and of the sources.
+    pub(crate) fn digests(&self) -> Vec<String> {
+        let numbers = format!("SHA-256 of the numbers: {}", self.digest());
+        let others = self.sources.iter().map(|(what, digest)| format!("SHA-256 of {what}: {digest}"));
+        std::iter::once(numbers).chain(others).collect()
     }
 
     /// The SHA-256 of what is exported: format, sizes, gains, period and first estimate, as they are written, and the

@@ -77,6 +77,13 @@ pub(crate) struct Maps {
     pub(crate) measurement: Routine,
 }
 
+impl Maps {
+    /// Whether they call elementary functions.
+    pub(crate) fn calls_functions(&self) -> bool {
+        !self.motion.functions().is_empty() || !self.measurement.functions().is_empty()
+    }
+}
+
 /// The tables that some routines use, each once.
 pub(crate) fn tables<'a>(routines: &[&'a Routine]) -> Vec<(usize, &'a Table, Lookups)> {
     let mut all: Vec<(usize, &Table, Lookups)> = Vec::new();

@@ -99,7 +99,10 @@ pub(crate) fn export(input: &ExportInput) -> Result<Answer, Failure> {
     let difference = record.difference(&exported);
     let format_name = scalar.name();
     evidence.sentences.extend(difference.as_ref().map(|all| all.words(&study, observer, format_name)));
-    let export = export.samples(record.samples).statement(&evidence.sentences).source(&digest);
+    let export = export.samples(record.samples).statement(&evidence.sentences).source("the study", &digest);
+    let export = certificates
+        .iter()
+        .fold(export, |export, (name, bytes)| export.source(name, &luenberger_export::sha256(bytes)));
     let export = gain.map_or(Ok(export.clone()), |k| export.with_feedback(k)).map_err(refused)?;
     let bytes = |files: Vec<luenberger_export::File>| {
         files.into_iter().map(|file| (file.name, file.text.into_bytes())).collect::<Vec<_>>()

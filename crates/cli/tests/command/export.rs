@@ -52,6 +52,8 @@ fn every_observer_of_the_template_becomes_c_that_agrees_with_its_design() {
         assert_eq!(verified.code, Some(0), "{}", verified.stdout);
         let header = std::fs::read_to_string(out.join(format!("{observer}.h"))).unwrap();
         assert!(header.contains("States:  position (m), velocity (m/s)") && header.contains("SHA-256 of the study"));
+        let certificate = std::fs::read(out.join("certificate.json")).unwrap();
+        assert!(header.contains(&format!("SHA-256 of certificate.json: {}", luenberger_export::sha256(&certificate))));
     }
     // The same command again replaces its files; those of others stay.
     let out = folder.join("sampled");

@@ -13,14 +13,15 @@ pub(super) fn step(text: &mut String, export: &Export, maps: &Maps, substeps: us
     let [n, p] = ["STATES", "OUTPUTS"].map(|what| format!("{upper}_{what}"));
     plant::functions(text, export, maps);
     let arguments = Arguments::of(maps, true);
-    let all = format!("({n} + {p})");
+    let size = export.program.dimensions();
+    let (measured, all) = (maps.measurement.len(), (size.estimate + size.outputs).to_string());
     _ = write!(
         text,
         "
 /* The slopes of the estimate and of the predicted output, z = (xhat, w). */
 static void slope({parameters}const {number} *z, {number} *dz)
 {{
-    {number} all[{p} + ({p} * {n})];
+    {number} all[{measured}];
     {number} innovation[{p}];
     int i;
     int j;

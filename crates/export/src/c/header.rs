@@ -29,9 +29,9 @@ pub(crate) fn header(export: &Export) -> String {
             _ = writeln!(text, " * {line}");
         }
     }
-    _ = writeln!(text, " *\n * SHA-256 of the numbers: {}", export.digest());
-    if let Some(source) = &export.source {
-        _ = writeln!(text, " * SHA-256 of the study:   {source}");
+    text.push_str(" *\n");
+    for line in export.digests() {
+        _ = writeln!(text, " * {}", harmless(&line));
     }
     text.push_str(
         " *\n * The results are those of the design to the last bit if the compiler neither contracts nor reorders\n",

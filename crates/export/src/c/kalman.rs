@@ -2,7 +2,7 @@
 
 use std::fmt::Write;
 
-use super::plant::{self, Arguments, contraction};
+use super::plant::{self, Arguments, contraction, index};
 use super::{feedback, lengths, scalar};
 use crate::program::{Maps, Scalar};
 use crate::{Export, number};
@@ -20,7 +20,7 @@ pub(super) fn step(text: &mut String, export: &Export, maps: &Maps, (substeps, g
         None => discrete(text, export, maps, forward, &n),
     }
     let variables = match substeps {
-        Some(_) => format!("    {number} z[{n} + ({n} * {n})];\n"),
+        Some(_) => format!("    {number} z[{}];\n", maps.motion.len()),
         None => String::new(),
     };
     _ = write!(
@@ -118,7 +118,7 @@ fn update(text: &mut String, export: &Export, maps: &Maps, (n, p): (&str, &str),
         Scalar::Binary64 => ("sqrt", "fabs", "DBL_MAX"),
     };
     let v = if gated { "noise" } else { "V" };
-    let entry = |row: &str, column: &str| format!("all[{p} + ({row} * {n}) + {column}]");
+    let entry = |row: &str, column: &str| format!("all[{}]", index(p, (row, column), n));
     let mut covariances = String::new();
     let hp = |k: &str| format!("{} * state->P[{k}][j]", entry("i", k));
     contraction(&mut covariances, number, (p, n, n), hp, "hp[i][j] = sum;");
@@ -133,7 +133,7 @@ fn update(text: &mut String, export: &Export, maps: &Maps, (n, p): (&str, &str),
  * positive definite in floating point. */
 static void update({name}_state *state, {parameters}const {number} *y)
 {{
-    {number} all[{p} + ({p} * {n})];
+    {number} all[{}];
     {number} innovation[{p}];
     {number} hp[{p}][{n}];
     {number} s[{p}][{p}];
@@ -142,6 +142,7 @@ static void update({name}_state *state, {parameters}const {number} *y)
     {number} next[{n}][{n}];
     {number} kv[{n}][{p}];
 ",
+        maps.measurement.len(),
         parameters = arguments.parameters(number),
     );
     if gated {
@@ -281,7 +282,7 @@ fn continuous(text: &mut String, export: &Export, maps: &Maps, arguments: Argume
 /* The slopes of the estimate and of its covariance, z = (xhat, P). */
 static void slope({parameters}const {number} *z, {number} *dz)
 {{
-    {number} all[{n} + ({n} * {n})];
+    {number} all[{}];
     {number} fp[{n}][{n}];
     int i;
     int j;
@@ -289,10 +290,12 @@ static void slope({parameters}const {number} *z, {number} *dz)
 
     {motion}
 ",
+        maps.motion.len(),
         parameters = arguments.parameters(number),
         motion = plant::call("motion", &maps.motion, ("t", "z", "all")),
     );
-    let product = |k: &str| format!("all[{n} + (i * {n}) + {k}] * z[{n} + ({k} * {n}) + j]");
+    let of = |row: &str, column: &str| index(n, (row, column), n);
+    let product = |k: &str| format!("all[{}] * z[{}]", of("i", k), of(k, "j"));
     contraction(text, number, (n, n, n), product, "fp[i][j] = sum;");
     _ = write!(
         text,
@@ -305,7 +308,7 @@ static void slope({parameters}const {number} *z, {number} *dz)
 }}
 "
     );
-    plant::runge_kutta(text, export, arguments, &format!("({n} + ({n} * {n}))"));
+    plant::runge_kutta(text, export, arguments, &maps.motion.len().to_string());
 }
 
 /// `xhat+ = f`, `P+ = Df P Df' + W`.
@@ -319,7 +322,7 @@ fn discrete(text: &mut String, export: &Export, maps: &Maps, arguments: Argument
 /* The prediction for the next sample. */
 static void predict({name}_state *state{given})
 {{
-    {number} all[{n} + ({n} * {n})];
+    {number} all[{}];
     {number} fp[{n}][{n}];
     int i;
     int j;
@@ -327,11 +330,13 @@ static void predict({name}_state *state{given})
 
     {motion}
 ",
+        maps.motion.len(),
         motion = plant::call("motion", &maps.motion, ("t", "state->xhat", "all")),
     );
-    let product = |k: &str| format!("all[{n} + (i * {n}) + {k}] * state->P[{k}][j]");
+    let of = |row: &str, column: &str| index(n, (row, column), n);
+    let product = |k: &str| format!("all[{}] * state->P[{k}][j]", of("i", k));
     contraction(text, number, (n, n, n), product, "fp[i][j] = sum;");
-    let product = |k: &str| format!("fp[i][{k}] * all[{n} + (j * {n}) + {k}]");
+    let product = |k: &str| format!("fp[i][{k}] * all[{}]", of("j", k));
     contraction(text, number, (n, n, n), product, "state->P[i][j] = sum + W[i][j];");
     _ = write!(
         text,

@@ -191,3 +191,11 @@ pub(super) fn contraction(
         term("k")
     );
 }
+
+/// The index of an entry of a matrix that is stored by rows behind `offset` other numbers.
+pub(super) fn index(offset: &str, (row, column): (&str, &str), stride: &str) -> String {
+    let row = if row == "0" { String::new() } else { format!("({row} * {stride})") };
+    let column = if column == "0" { "" } else { column };
+    let parts: Vec<&str> = [offset, &row, column].into_iter().filter(|part| !part.is_empty()).collect();
+    if parts.is_empty() { "0".to_owned() } else { parts.join(" + ") }
+}

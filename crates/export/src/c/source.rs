@@ -3,7 +3,7 @@
 use std::fmt::Write;
 
 use super::{copy, cubic, feedback, kalman, lengths, linear, matrix, scalar};
-use crate::program::Program;
+use crate::program::{Maps, Program};
 use crate::{Export, number};
 
 pub(super) fn source(export: &Export) -> String {
@@ -16,12 +16,11 @@ pub(super) fn source(export: &Export) -> String {
         text.push_str("#include <math.h>\n");
     }
     text.push_str("#include <stddef.h>\n");
-    if maps.is_some() {
+    if maps.as_ref().is_some_and(Maps::calls_functions) {
         text.push_str("#include <stdint.h>\n#include <string.h>\n");
     }
     text.push_str(
         "
-
 #if defined(FLT_EVAL_METHOD) && (FLT_EVAL_METHOD != 0)
 #error \"operations have to be rounded to their type: FLT_EVAL_METHOD must be 0\"
 #endif

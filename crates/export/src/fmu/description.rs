@@ -287,8 +287,8 @@ pub(super) fn documentation(export: &Export) -> String {
     }
     _ = writeln!(
         text,
-        "<p>The communication step has to be a multiple of the sampling period; the inputs are held over it. The estimate\nis that for the end of the step.</p>\n<p>SHA-256 of the numbers: {}</p>\n</body>\n</html>",
-        export.digest()
+        "<p>The communication step has to be a multiple of the sampling period; the inputs are held over it. The estimate\nis that for the end of the step.</p>\n<p>{}</p>\n</body>\n</html>",
+        attribute(&export.digests().join(". "))
     );
     text
 }

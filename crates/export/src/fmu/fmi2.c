@@ -1,4 +1,6 @@
-/* Co-simulation by FMI 2.0. The functions are those of the standard; what they do is in instance.h. */
+/* Co-simulation by FMI 2.0.
+ * The functions are those of the standard; what they do is in instance.h.
+ * This file belongs to whoever generated it. */
 #include "instance.h"
 
 #ifdef FMI2_FUNCTION_PREFIX

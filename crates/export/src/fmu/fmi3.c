@@ -1,4 +1,6 @@
-/* Co-simulation by FMI 3.0. The functions are those of the standard; what they do is in instance.h. */
+/* Co-simulation by FMI 3.0.
+ * The functions are those of the standard; what they do is in instance.h.
+ * This file belongs to whoever generated it. */
 #include "instance.h"
 
 #include <stdbool.h>

@@ -1,4 +1,5 @@
-/* The observer as an FMU: its variables by value reference, its steps and its states. What FMI 2.0 and 3.0 share. */
+/* The observer as an FMU: its variables by value reference, its steps and its states. What FMI 2.0 and 3.0 share.
+ * This file belongs to whoever generated it. */
 #ifndef INSTANCE_H
 #define INSTANCE_H
 

@@ -17,7 +17,7 @@ fn header(export: &Export, token: &str, period: f64) -> String {
     let initial: Vec<String> = export.initial.iter().map(|x| number::c(*x, Scalar::Binary64)).collect();
     let fed = export.feedback.is_some();
     let mut text = format!(
-        "/* The observer under the names that the wrapper uses. */
+        "/* The observer under the names that the wrapper uses. This file belongs to whoever generated it. */
 #ifndef MODEL_H
 #define MODEL_H
 

@@ -76,7 +76,11 @@ luenberger-observers = {{ version = \"{}\", default-features = false }}
 ",
         staticlib::package(&export.identifier),
         env!("CARGO_PKG_VERSION"),
-        libm = if export.program.maps().is_some() { "libm = \"0.2.16\"\n" } else { "" },
+        libm = if export.program.maps().is_some() {
+            "libm = { version = \"0.2.16\", default-features = false }\n"
+        } else {
+            ""
+        },
     )
 }
 
@@ -95,13 +99,9 @@ fn library(export: &Export) -> String {
     let (kind, data) = match export.program {
         Program::Linear(_) => ("StaticDiscreteLinearObserver", "LinearPlant"),
         Program::Cubic(_) => ("StaticSampledCubicObserver", "SampledCubicGains"),
-        Program::Kalman(_) => {
-            ("StaticExtendedKalmanFilter", "Differentiable, Dimensions, ExtendedKalmanFilter, NoiseModel, Plant, Shape")
-        }
-        Program::Copy(_) => ("StaticSampledCopy", "Differentiable, Dimensions, Plant, SampledCopy, Shape"),
-        Program::Discrete(_) => {
-            ("DiscreteNonlinearObserver", "Differentiable, Dimensions, DiscreteNonlinearObserver, Plant, Shape")
-        }
+        Program::Kalman(_) => ("StaticExtendedKalmanFilter", "ExtendedKalmanFilter, NoiseModel"),
+        Program::Copy(_) => ("StaticSampledCopy", "SampledCopy"),
+        Program::Discrete(_) => ("DiscreteNonlinearObserver", ""),
     };
     let fed = export.feedback.is_some();
     let model = if export.program.maps().is_some() { "Model, " } else { "" };
@@ -117,11 +117,16 @@ fn library(export: &Export) -> String {
     for line in export.statement.iter().flat_map(|sentence| wrapped(sentence, 100)) {
         _ = writeln!(text, "//! {line}");
     }
-    _ = writeln!(text, "//!\n//! SHA-256 of the numbers: {}", export.digest());
-    if let Some(source) = &export.source {
-        _ = writeln!(text, "//! SHA-256 of the study: {source}");
+    text.push_str("//!\n");
+    for line in export.digests() {
+        _ = writeln!(text, "//! {line}");
     }
-    let block = if fed { "OutputFeedback, " } else { "" };
+    let traits = match model {
+        "" => "",
+        _ => "\nuse luenberger_observers::{Differentiable, Dimensions, Plant, Shape};",
+    };
+    let types = [if fed { "OutputFeedback" } else { "" }, data, kind, "ObserverError"];
+    let types = types.into_iter().filter(|name| !name.is_empty()).collect::<Vec<_>>().join(", ");
     let inner = format!("{kind}<{model}{scalar}, {lengths}>");
     let observer = if fed {
         format!(
@@ -147,7 +152,7 @@ fn without_feedback() -> Result<{inner}, ObserverError> {{
 pub use luenberger_observers;
 
 use luenberger_observers::nalgebra::{{{sizes}}};
-use luenberger_observers::{{{block}{data}, {kind}, ObserverError}};
+use luenberger_observers::{{{types}}};{traits}
 
 {observer}
 

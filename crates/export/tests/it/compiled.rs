@@ -268,7 +268,7 @@ fn names_cannot_end_a_comment() {
     names.units = vec!["m".to_owned(), "m/s".to_owned()];
     let sentences = ["proved */ or not".to_owned()];
     let export = Export::new("plant", program(9, (2, 1, 1), true, false), Scalar::Binary32, &[0.0, 0.0], names);
-    let export = export.unwrap().statement(&sentences).source("0123");
+    let export = export.unwrap().statement(&sentences).source("a */ study", "0123");
     let header = &export.c().unwrap()[0];
     assert!(!header.text.contains("a */") && !header.text.contains("proved */"), "{}", header.text);
     if let Some(compiler) = compilers().into_iter().next() {

@@ -91,10 +91,12 @@ fn an_importer_gets_the_golden_vectors() {
         eprintln!("SKIPPED: no C compiler");
     }
     let folder = folder("fmu");
-    for compiler in compilers {
+    for (k, compiler) in compilers.into_iter().enumerate() {
+        // Another compiler sees one of the observers: the step is tested with each elsewhere.
+        let kinds = [((3, 2, 2), true, true), ((2, 1, 1), false, false), ((2, 0, 1), true, false)];
+        let (kinds, seeds) = if k == 0 { (&kinds[..], 4) } else { (&kinds[..1], 0) };
         for version in VERSIONS {
-            for (sizes, is_cubic, fed) in [((2, 1, 1), false, false), ((3, 2, 2), true, true), ((2, 0, 1), true, false)]
-            {
+            for &(sizes, is_cubic, fed) in kinds {
                 for scalar in [Scalar::Binary32, Scalar::Binary64] {
                     let export = export(program(11, sizes, is_cubic, fed), scalar);
                     let block = (sizes.1 > 0).then(|| with_feedback(export.clone()));
@@ -106,7 +108,7 @@ fn an_importer_gets_the_golden_vectors() {
                     }
                 }
             }
-            for seed in 0..4 {
+            for seed in 0..seeds {
                 let export = fuzz::export("plant", fuzz::nonlinear(&mut fuzz::Random(seed)), Scalar::Binary64);
                 let block = (export.program().dimensions().inputs > 0).then(|| with_feedback(export.clone()));
                 for export in [Some(export), block].into_iter().flatten() {

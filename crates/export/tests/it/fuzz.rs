@@ -283,3 +283,43 @@ fn random_observers_agree_with_the_design_over_a_thousand_steps() {
     }
     assert!(count >= 220, "only {count} of 240 observers are stable");
 }
+
+/// NaN and infinities in u and y come out of C as of Rust. In y they make the estimate not finite, for good, unless the
+/// gate of a filter rejects them.
+#[test]
+fn what_is_not_finite_comes_out_the_same() {
+    let Some(compiler) = compilers().into_iter().next() else {
+        eprintln!("SKIPPED: no C compiler");
+        return;
+    };
+    let folder = compiled::folder("not-finite");
+    let (exports, mut runs) = stable(77, 18);
+    let bad = [f64::NAN, f64::INFINITY, f64::NEG_INFINITY];
+    let mut spoiled = 0;
+    for (k, (export, run)) in exports.iter().zip(&mut runs).enumerate() {
+        let bad = bad[k % bad.len()];
+        if k % 4 == 3 && !run[0].u.is_empty() {
+            run[STEPS / 2].u[0] = bad;
+        } else {
+            run[STEPS / 2].y[0] = bad;
+        }
+        let samples: Vec<_> = run.iter().map(|step| (step.u.clone(), step.y.clone())).collect();
+        for (step, estimate) in run.iter_mut().zip(golden::replay(export, &samples).unwrap()) {
+            step.estimate = estimate;
+        }
+        let is_spoiled = |step: &golden::Step| step.estimate.iter().any(|x| !x.is_finite());
+        assert!(!run[..STEPS / 2].iter().any(is_spoiled));
+        let filter = match export.program() {
+            Program::Kalman(filter) => filter.gate().is_some() && bad.is_infinite(),
+            _ => false,
+        };
+        let after = run[STEPS / 2..].iter().filter(|step| is_spoiled(step)).count();
+        if k % 4 != 3 {
+            assert_eq!(after, if filter { 0 } else { STEPS / 2 }, "p{k}, {bad}");
+        }
+        spoiled += usize::from(after > 0);
+    }
+    assert!(spoiled >= exports.len() / 2, "{spoiled} of {}", exports.len());
+    write(&folder, &exports, &runs);
+    compare(&folder, &exports, &runs, compiler, &["-O2"]);
+}

@@ -2,5 +2,6 @@
 
 mod c_math;
 mod compiled;
+mod emitted;
 mod fmu;
 mod fuzz;

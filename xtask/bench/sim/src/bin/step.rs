@@ -1,0 +1,225 @@
+//! Time, operations and allocations of one step of each sampled observer, with sizes known at compile time and not, as
+//! a table.
+//!
+//! Each time is the least of many batches, all observers taking turns, so that a busy machine slows all alike.
+
+use luenberger_expression::{ExpressionPlant, Parameters};
+use luenberger_export::{Export, Names, Program, Scalar};
+use luenberger_observers::kalman::{ExtendedKalmanFilter, NoiseModel};
+use luenberger_observers::{
+    DiscreteLinearObserver, KalmanFilter, KalmanModel, SampledCopy, SampledCubicGains, SampledCubicObserver,
+    SampledObserver, cubic,
+};
+use luenberger_plants::{Column, StateSpace};
+use multicalc::linear_algebra::{Matrix, Vector};
+use nalgebra::{Complex, Const, DMatrix, Dyn, Matrix1, SMatrix, SVector, U1, dmatrix};
+use std::alloc::{GlobalAlloc, Layout, System};
+use std::cell::Cell;
+use std::hint::black_box;
+use std::time::Instant;
+
+struct Counting;
+
+thread_local! {
+    static COUNT: Cell<usize> = const { Cell::new(0) };
+}
+
+// SAFETY: every call is passed on to the system's allocator unchanged.
+unsafe impl GlobalAlloc for Counting {
+    unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
+        COUNT.with(|count| count.set(count.get() + 1));
+        // SAFETY: as required of the caller.
+        unsafe { System.alloc(layout) }
+    }
+
+    unsafe fn dealloc(&self, pointer: *mut u8, layout: Layout) {
+        // SAFETY: as required of the caller.
+        unsafe { System.dealloc(pointer, layout) }
+    }
+}
+
+#[global_allocator]
+static ALLOCATOR: Counting = Counting;
+
+const PERIOD: f64 = 0.1;
+const BATCH: usize = 10_000;
+const BATCHES: usize = 60;
+
+/// A line of the table: what runs a batch of steps.
+struct Line {
+    name: String,
+    sizes: &'static str,
+    operations: Option<usize>,
+    run: Box<dyn FnMut()>,
+    best: f64,
+    allocations: usize,
+}
+
+impl Line {
+    fn new(name: &str, sizes: &'static str, operations: Option<usize>, run: impl FnMut() + 'static) -> Self {
+        Self { name: name.to_owned(), sizes, operations, run: Box::new(run), best: f64::INFINITY, allocations: 0 }
+    }
+
+    /// Batches of steps of an observer, each from the state that the one before left.
+    fn of<O: SampledObserver<f64> + 'static>(
+        name: &str,
+        sizes: &'static str,
+        operations: Option<usize>,
+        observer: O,
+        estimate: &[f64],
+    ) -> Self
+    where
+        O::State: 'static,
+        O::Input: 'static,
+        O::Output: 'static,
+    {
+        let size = observer.dimensions();
+        let u = O::Input::try_from_slice(&vec![0.3; size.inputs]).expect("the length that the observer says");
+        let y = O::Output::try_from_slice(&vec![0.3; size.outputs]).expect("the length that the observer says");
+        let start = O::Estimate::try_from_slice(estimate).expect("the length that the observer says");
+        let mut state = observer.initial(0.0, &start, &u, &y);
+        Self::new(name, sizes, operations, move || {
+            for k in 0..BATCH {
+                observer.step(k as f64 * PERIOD, black_box(&mut state), black_box(&u), black_box(&y));
+            }
+        })
+    }
+
+    fn measure(&mut self) {
+        let before = COUNT.with(Cell::get);
+        let start = Instant::now();
+        (self.run)();
+        self.best = self.best.min(start.elapsed().as_secs_f64() * 1e9 / BATCH as f64);
+        self.allocations = (COUNT.with(Cell::get) - before) / BATCH;
+    }
+}
+
+/// Floating-point operations of the exported step.
+fn operations(program: Program, states: usize) -> Option<usize> {
+    let export = Export::new("bench", program, Scalar::Binary64, &vec![0.1; states], Names::numbered(states, 1, 1));
+    Some(export.expect("it can be exported").operations())
+}
+
+/// A chain of n integrators, sampled, with the gains of its predictor and of its cubic observer.
+struct Chain {
+    ad: DMatrix<f64>,
+    bd: DMatrix<f64>,
+    c: DMatrix<f64>,
+    ld: DMatrix<f64>,
+    n: DMatrix<f64>,
+}
+
+impl Chain {
+    fn new(n: usize) -> Self {
+        let a = DMatrix::from_fn(n, n, |i, j| f64::from(u8::from(j == i + 1)));
+        let b = DMatrix::from_fn(n, 1, |i, _| f64::from(u8::from(i + 1 == n)));
+        let c = DMatrix::from_fn(1, n, |_, j| f64::from(u8::from(j == 0)));
+        let held = luenberger_linalg::zero_order_hold(&a, &b, PERIOD).expect("a chain can be held");
+        let poles: Vec<_> = (0..n).map(|k| Complex::from(0.3 + 0.1 * k as f64)).collect();
+        let ld = luenberger_linalg::place_observer(&held.ad, &c, &poles).expect("a chain is observable").gain;
+        let closed = &held.ad - &ld * &c;
+        let p = luenberger_linalg::stein(&closed, &DMatrix::identity(n, n)).expect("the closed loop is stable").p;
+        let gain = -p.try_inverse().expect("P > 0") * c.transpose();
+        Self { ad: held.ad, bd: held.bd, c, ld, n: gain }
+    }
+
+    fn linear(&self) -> DiscreteLinearObserver<f64, Dyn, Dyn, Dyn> {
+        let plant = StateSpace::new(self.ad.clone(), self.bd.clone(), self.c.clone()).expect("shapes fit");
+        DiscreteLinearObserver::new(plant, self.ld.clone(), PERIOD).expect("shapes fit")
+    }
+
+    fn cubic(&self) -> SampledCubicObserver<f64, Dyn, Dyn, Dyn> {
+        let w = cubic::rate(&self.c, &self.n);
+        let Self { ad, bd, c, ld, n } = self;
+        let (ad, bd, c, ld, n) = (ad.clone(), bd.clone(), c.clone(), ld.clone(), n.clone());
+        SampledCubicObserver::new(SampledCubicGains { ad, bd, c, ld, n, theta: dmatrix![10.0], w, period: PERIOD })
+            .expect("a radial gain")
+    }
+
+    fn lines<const N: usize>(&self, lines: &mut Vec<Line>) {
+        let start = [0.1; N];
+        let (linear, cubic) = (self.linear(), self.cubic());
+        let count = operations(Program::Linear(linear.clone()), N);
+        let (name, fixed) = (format!("linear, n = {N}"), linear.to_static::<f64, N, 1, 1>().expect("its sizes"));
+        lines.push(Line::of(&name, "static", count, fixed, &start));
+        lines.push(Line::of(&name, "dynamic", count, linear, &start));
+        let count = operations(Program::Cubic(cubic.clone()), N);
+        let (name, fixed) = (format!("sampled cubic, n = {N}"), cubic.to_static::<f64, N, 1, 1>().expect("its sizes"));
+        lines.push(Line::of(&name, "static", count, fixed, &start));
+        lines.push(Line::of(&name, "dynamic", count, cubic, &start));
+    }
+
+    fn filter<const N: usize>(&self, lines: &mut Vec<Line>)
+    where
+        KalmanFilter<f64, Const<N>, U1, U1>: SampledObserver<f64, State: 'static, Input: 'static, Output: 'static>,
+    {
+        let model = KalmanModel {
+            ad: SMatrix::<f64, N, N>::from_fn(|i, j| self.ad[(i, j)]),
+            bd: SVector::<f64, N>::from_fn(|i, _| self.bd[i]),
+            c: SMatrix::<f64, 1, N>::from_fn(|_, j| self.c[j]),
+            w: SMatrix::<f64, N, N>::identity() * 0.01,
+            v: Matrix1::new(0.1),
+            p0: SMatrix::<f64, N, N>::identity(),
+            period: PERIOD,
+        };
+        let filter = KalmanFilter::new(model).expect("shapes fit");
+        lines.push(Line::of(&format!("Kalman filter, n = {N}"), "static", None, filter, &[0.1; N]));
+        self.peer::<N>(lines);
+    }
+
+    /// A filter of the crate multicalc, on the same plant.
+    fn peer<const N: usize>(&self, lines: &mut Vec<Line>) {
+        let matrix = |m: &DMatrix<f64>| Matrix::<N, N>::new(std::array::from_fn(|i| std::array::from_fn(|j| m[(i, j)])));
+        let model = multicalc::estimation::KalmanModel {
+            state_transition: matrix(&self.ad),
+            measurement_model: Matrix::new([std::array::from_fn(|j| self.c[j])]),
+            process_noise: matrix(&(DMatrix::identity(N, N) * 0.01)),
+            measurement_noise: Matrix::new([[0.1]]),
+        };
+        let (start, doubt) = (Vector::new([0.1; N]), matrix(&DMatrix::identity(N, N)));
+        let mut filter = multicalc::estimation::KalmanFilter::new(start, doubt, model);
+        lines.push(Line::new(&format!("Kalman filter of multicalc, n = {N}"), "static", None, move || {
+            for _ in 0..BATCH {
+                let filter = black_box(&mut filter);
+                filter.update(black_box(Vector::new([0.3]))).expect("S > 0");
+                filter.predict();
+            }
+        }));
+    }
+}
+
+/// A pendulum in expressions.
+fn pendulum() -> ExpressionPlant {
+    ExpressionPlant::new(&["x2", "-9.81*sin(x1) - 0.1*x2 + u1"], &["x1"], 1, &Parameters::new()).expect("it is one")
+}
+
+fn nonlinear(lines: &mut Vec<Line>) {
+    let start = [0.1, 0.0];
+    let copy = SampledCopy::new(pendulum(), dmatrix![4.0; 6.0], 0.01, 1).expect("shapes fit");
+    let count = operations(Program::Copy(copy.clone()), 2);
+    lines.push(Line::of("copy of a pendulum, one Runge-Kutta step", "dynamic", count, copy, &start));
+    let (w, v, p0) = (DMatrix::identity(2, 2) * 0.01, dmatrix![0.1], DMatrix::identity(2, 2));
+    let filter = ExtendedKalmanFilter::new(pendulum(), NoiseModel { w, v, p0 }, 0.01, 1).expect("shapes fit");
+    let count = operations(Program::Kalman(filter.clone()), 2);
+    lines.push(Line::of("extended Kalman filter of a pendulum", "dynamic", count, filter, &start));
+}
+
+fn main() {
+    let mut lines = Vec::new();
+    let chains = [2, 3, 6].map(Chain::new);
+    chains[0].lines::<2>(&mut lines);
+    chains[1].lines::<3>(&mut lines);
+    chains[2].lines::<6>(&mut lines);
+    chains[0].filter::<2>(&mut lines);
+    chains[1].filter::<3>(&mut lines);
+    chains[2].filter::<6>(&mut lines);
+    nonlinear(&mut lines);
+    for _ in 0..BATCHES {
+        lines.iter_mut().for_each(Line::measure);
+    }
+    println!("| step | sizes | ns | operations | allocations |\n|---|---|---:|---:|---:|");
+    for Line { name, sizes, operations, best, allocations, .. } in lines {
+        let operations = operations.map_or_else(|| "-".to_owned(), |count| count.to_string());
+        println!("| {name} | {sizes} | {best:.0} | {operations} | {allocations} |");
+    }
+}
