@@ -50,7 +50,7 @@ pub enum ExportError {
     #[error("fixed point is for linear observers and Kalman filters with a constant gain, not for the {}", kind.to_lowercase())]
     FixedPointKind {
         /// The observer.
-        kind: &'static str,
+        kind: String,
     },
     /// Numbers that a fixed-point format cannot store, or whose sums could overflow.
     #[error("in {format}: {error}")]
@@ -68,6 +68,9 @@ pub enum ExportError {
         /// The format.
         format: &'static str,
     },
+    /// A numerical KKL observer that is refused.
+    #[error(transparent)]
+    Kkl(#[from] crate::kkl::KklError),
     /// Two columns of one name.
     #[error("two columns are named {name:?}")]
     Duplicate {

@@ -7,11 +7,12 @@ use crate::answer::Answer;
 use crate::arguments::{ExportInput, FmiVersion, Language};
 use crate::failure::Failure;
 use crate::input::Source;
-use luenberger_export::{Export, Names, Program, Scalar, names};
+use luenberger_export::kkl::Kkl;
+use luenberger_export::{Export, ExportError, Names, Program, Scalar, names};
 use luenberger_proof::certificate::CertificateFile;
 use luenberger_proof::wording::counted;
 use luenberger_study::closed_loop;
-use luenberger_study::deployment::{Difference, SampledDesign, evidence, record, sampled};
+use luenberger_study::deployment::{Difference, KklStep, SampledDesign, evidence, record, sampled};
 use luenberger_study::results::FailureReport;
 use luenberger_study::study::ObserverSpec;
 use luenberger_study::{Study, StudyError, write_folder};
@@ -61,7 +62,8 @@ pub(crate) fn export(input: &ExportInput) -> Result<Answer, Failure> {
     let period = input.period.or_else(|| study.simulation.as_ref().and_then(|simulation| simulation.hold));
     // The period of a sampled observer is its own; a hold of the simulation does not conflict with it.
     let period = if observer.kind.period().is_some() { input.period } else { period };
-    let design = sampled(&study, observer, period, input.substeps.map(usize::from)).map_err(not_exported)?;
+    let sampled = sampled(&study, observer, period, input.substeps.map(usize::from)).map_err(not_exported)?;
+    let design = sampled.design.clone();
     let formats = numbers.formats();
     design.stored_in(observer, formats.stored).map_err(not_exported)?;
     let refused = |error| Failure::Export { observer: observer.name.clone(), error: Box::new(error) };
@@ -93,7 +95,7 @@ pub(crate) fn export(input: &ExportInput) -> Result<Answer, Failure> {
         evidence.sentences.extend(of_the_loop.sentences);
     }
     let digest = study_digest(&study);
-    let record = record(&study, observer, export.program().period()).unwrap_or_default();
+    let record = record(&study, observer, &sampled).unwrap_or_default();
     let exported = numbers.replay(&export, &record.samples).map_err(refused)?;
     let difference = record.difference(&exported);
     let format_name = numbers.name();
@@ -184,7 +186,7 @@ fn prepared(
     observer: &ObserverSpec,
     design: SampledDesign,
     scalar: Scalar,
-) -> Result<Export, luenberger_export::ExportError> {
+) -> Result<Export, ExportError> {
     let initial = design.initial(observer);
     let program = match design {
         SampledDesign::Linear(design) => Program::Linear(design.observer.clone()),
@@ -192,6 +194,13 @@ fn prepared(
         SampledDesign::LinearAt(design) | SampledDesign::DiscreteCopy(design) => Program::Discrete(design.observer),
         SampledDesign::Copy(design) => Program::Copy(design.observer),
         SampledDesign::Filter(design) => Program::Kalman(design.filter),
+        SampledDesign::Kkl(design) => Program::Kkl(
+            match design.observer {
+                KklStep::Two(plant, filter, inverse) => Kkl::two(&plant, filter, inverse),
+                KklStep::Three(plant, filter, inverse) => Kkl::three(&plant, filter, inverse),
+            }
+            .map_err(ExportError::from)?,
+        ),
     };
     let plant = &study.plant;
     let columns = Names {
