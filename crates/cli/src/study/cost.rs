@@ -1,6 +1,7 @@
 //! Estimated cost of a study, reported before it starts and compared with the limits.
 
 use crate::failure::Failure;
+use luenberger_proof::wording::counted;
 use luenberger_study::execute::{about, bytes};
 use luenberger_study::{Estimate, Limits, Step, Study, StudyError, estimate};
 use std::io::{IsTerminal, Write};
@@ -23,9 +24,10 @@ fn sentence(cost: &Estimate, threads: usize) -> String {
     let Estimate { runs, seconds, mostly, memory } = cost;
     let share = if threads > 1 { format!(", less on {threads} threads") } else { String::new() };
     format!(
-        "estimate: {} on one thread{share}, {} of memory ({runs} runs; most of the time for the {mostly})",
+        "estimate: {} on one thread{share}, {} of memory ({}; most of the time for the {mostly})",
         about(*seconds),
-        bytes(memory.bytes)
+        bytes(memory.bytes),
+        counted(*runs, "run")
     )
 }
 

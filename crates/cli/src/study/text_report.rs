@@ -13,7 +13,7 @@ use nalgebra::Complex;
 use std::fmt::Write;
 use std::path::Path;
 
-/// Maximal number of modes printed for one point; --json has all.
+/// Maximal number of modes and of poles printed; --json has all.
 const SHOWN: usize = 12;
 
 /// Maximal number of states of which the scores are printed; --json has all.
@@ -82,6 +82,15 @@ pub(super) fn results(step: Step, results: &Results, failures: &[String], folder
     text
 }
 
+/// A list of poles; those after the first ones of many are counted.
+fn poles(all: &[[f64; 2]]) -> String {
+    if all.len() <= SHOWN {
+        return all.iter().map(|[re, im]| complex(Complex::new(*re, *im))).collect::<Vec<_>>().join(", ");
+    }
+    let shown: Vec<String> = all[..SHOWN].iter().map(|[re, im]| complex(Complex::new(*re, *im))).collect();
+    format!("{} and {} more: see --json or study.json", shown.join(", "), all.len() - SHOWN)
+}
+
 /// The operating point with A, B, C and D.
 fn operating_point(text: &mut String, results: &Results, point: &OperatingPointReport) {
     let named = |names: &[String], values: &[f64]| {
@@ -102,8 +111,7 @@ fn operating_point(text: &mut String, results: &Results, point: &OperatingPointR
             _ = writeln!(text, "    {}", row.join("  "));
         }
     }
-    let poles: Vec<String> = point.poles.iter().map(|[re, im]| complex(Complex::new(*re, *im))).collect();
-    _ = writeln!(text, "  eigenvalues of A: {}", poles.join(", "));
+    _ = writeln!(text, "  eigenvalues of A: {}", poles(&point.poles));
     let seen = if point.observable { "observable" } else { "not observable" };
     _ = writeln!(text, "  the linearisation is {seen}");
 }
@@ -193,8 +201,7 @@ fn observer(text: &mut String, report: &ObserverReport) {
         _ = writeln!(text, "  {} = [{}]", matrix.name, rows.join("; "));
     }
     if !design.poles.is_empty() {
-        let poles: Vec<String> = design.poles.iter().map(|pole| complex(Complex::new(pole[0], pole[1]))).collect();
-        _ = writeln!(text, "  poles {}", poles.join(", "));
+        _ = writeln!(text, "  poles {}", poles(&design.poles));
     }
     for entry in &design.numbers {
         _ = writeln!(text, "  {} {}", entry.name, entry.value.map_or_else(|| "inf".to_owned(), number));

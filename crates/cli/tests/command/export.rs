@@ -208,6 +208,30 @@ fn an_observer_with_its_feedback_is_one_block() {
     refused(&open, "sampled", "the study has no feedback");
 }
 
+/// The loop is proved where it is stable. By Jury's criterion for z^2 - tr z + det, with the double integrator sampled
+/// every h = 0.05: k1 > 0, k2 > (h/2) k1 and k2 < 2/h.
+#[test]
+fn the_loop_is_proved_where_it_is_stable() {
+    for (k, is_stable) in [
+        ("4, 4", true),
+        ("4, 0.1001", true),
+        ("4, 0.0999", false),
+        ("0.001, 4", true),
+        ("-0.001, 4", false),
+        ("4, 39.99", true),
+        ("4, 40.01", false),
+    ] {
+        let (folder, file) = study("export-jury", Some(&LOOP.replace("[[4, 4]]", &format!("[[{k}]]"))));
+        for format in ["f32", "f64"] {
+            let arguments =
+                ["export", &file, "--observer", "linear", "--feedback", "--unproved", "--to", "c", "--format", format];
+            let out = folder.join("out");
+            let ran = luenberger(&[&arguments[..], &["--json", "-o", out.to_str().unwrap()]].concat(), "");
+            assert_eq!(ran.json()["proved"], is_stable, "K = [{k}], {format}: {}", ran.stdout);
+        }
+    }
+}
+
 #[test]
 fn what_cannot_be_exported_says_why() {
     let (folder, file) = study("export-refused", None);
@@ -253,7 +277,10 @@ fn what_cannot_be_exported_says_why() {
     let twice = format!("{plant}name = \"a\"\n[[observer]]\nname = \"a\"\nkind = \"luenberger\"\npoles = [-1, -2]\n");
     let (_, twice) = study("export-twice", Some(&twice));
     refused(&twice, &["--observer", "a", "--period", "1"], 2, "two observers are named");
-    // Two names that are one identifier do not meet: an export has one observer.
+    let alike =
+        format!("{plant}name = \"A b\"\n[[observer]]\nname = \"a-b\"\nkind = \"luenberger\"\npoles = [-1, -2]\n");
+    let (_, alike) = study("export-alike", Some(&alike));
+    refused(&alike, &["--observer", "a-b", "--period", "1"], 2, "\"A b\" and \"a-b\" give the same file names");
     let still_zero =
         format!("{plant}\n[input]\nexpressions = []\n[simulation]\nx0 = [0, 0]\nduration = 1\nsamples = 2\nhold = 0\n");
     let (_, zero) = study("export-zero", Some(&still_zero));
@@ -291,6 +318,13 @@ fn folders_of_others_are_refused_and_ours_are_replaced() {
         let ran = export("c", &out);
         assert_eq!(ran.code, Some(2), "{}", ran.stderr);
         assert!(ran.stderr.contains("file"), "{}", ran.stderr);
+    }
+    #[cfg(target_os = "linux")]
+    {
+        // Read-only for every user.
+        let ran = export("c", Path::new("/proc/luenberger"));
+        assert_eq!(ran.code, Some(2), "{}", ran.stderr);
+        assert!(ran.stderr.contains("/proc/luenberger"), "{}", ran.stderr);
     }
     #[cfg(unix)]
     {

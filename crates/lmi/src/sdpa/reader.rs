@@ -337,7 +337,7 @@ mod tests {
     #[test]
     fn every_mistake_names_its_line() {
         let cases = [
-            ("", "line 0: the text ends where the number of unknowns is expected"),
+            ("", "line 1: the text ends where the number of unknowns is expected"),
             ("x\n", "line 1: \"x\" stands where the number of unknowns is expected"),
             ("\"c\n0\n", "line 2: the number of unknowns is 0; it must be between 1 and 16777216"),
             ("1\n1\n2\n", "line 3: the text ends where a cost is expected"),

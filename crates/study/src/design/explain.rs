@@ -243,18 +243,26 @@ pub(super) fn output_of_the_state(study: &Study, wish: &ObserverSpec) -> Result<
     Err(failure(wish, hypothesis, for_nonlinear(study, kind)))
 }
 
-/// Whether output k is state k, tested at points where a coincidence is unlikely.
-fn measured_first(model: &Model) -> Result<(), (usize, f64, f64)> {
+/// Whether output k is state i, tested at points where a coincidence is unlikely.
+fn is_state(model: &Model, k: usize, i: usize) -> bool {
     let size = model.size();
-    for point in generic_points(size.states) {
-        let y = model.output(0.0, &point, &DVector::zeros(size.inputs));
-        for k in 0..size.outputs.min(size.states) {
-            if y[k] != point[k] {
-                return Err((k, y[k], point[k]));
-            }
-        }
+    let at = |point: &DVector<f64>| model.output(0.0, point, &DVector::zeros(size.inputs))[k] == point[i];
+    generic_points(size.states).iter().all(at)
+}
+
+/// What output k is, where it should be state i.
+fn measured_in_place_of(study: &Study, k: usize, i: usize) -> String {
+    let (model, states, output) = (&study.plant.model, &study.plant.states, &study.plant.outputs[k]);
+    match (0..states.len()).find(|&j| is_state(model, k, j)) {
+        Some(j) => format!("{output} measures {}, not {}; reorder the states", states[j], states[i]),
+        None => format!("{output} is not the state {}", states[i]),
     }
-    Ok(())
+}
+
+/// The first output that is not the state of its number.
+fn measured_first(model: &Model) -> Result<(), usize> {
+    let size = model.size();
+    (0..size.outputs.min(size.states)).find(|&k| !is_state(model, k, k)).map_or(Ok(()), Err)
 }
 
 pub(super) fn first_states_measured(study: &Study, wish: &ObserverSpec) -> Result<(), FailureReport> {
@@ -265,14 +273,9 @@ pub(super) fn first_states_measured(study: &Study, wish: &ObserverSpec) -> Resul
             format!("the kind {kind} needs unmeasured states; this plant measures {} of {}", size.outputs, size.states);
         return Err(failure(wish, hypothesis, for_nonlinear(study, kind)));
     }
-    measured_first(&study.plant.model).map_err(|(k, found, expected)| {
-        let hypothesis = format!(
-            "the kind {kind} needs outputs that are the first states, y = (x1, .., xp): {} is {} where {} is {}",
-            study.plant.outputs[k],
-            significant(found, 6),
-            study.plant.states[k],
-            significant(expected, 6)
-        );
+    measured_first(&study.plant.model).map_err(|k| {
+        let why = measured_in_place_of(study, k, k);
+        let hypothesis = format!("the kind {kind} needs outputs that are the first states, y = (x1, .., xp): {why}");
         failure(wish, hypothesis, for_nonlinear(study, kind))
     })
 }
@@ -285,14 +288,9 @@ pub(super) fn chains(study: &Study, wish: &ObserverSpec, lengths: &[usize]) -> R
     let misfit = |hypothesis| Err(failure(wish, hypothesis, for_nonlinear(study, kind)));
     let heads = lengths.iter().scan(0, |next, length| Some(std::mem::replace(next, *next + length)));
     for (k, (head, length)) in heads.zip(lengths).enumerate() {
-        for point in generic_points(size.states) {
-            let y = model.output(0.0, &point, &DVector::zeros(size.inputs))[k];
-            if y != point[head] {
-                return misfit(format!(
-                    "the kind {kind} needs chains that begin at the outputs: {} is {y} where {} is {}",
-                    study.plant.outputs[k], states[head], point[head]
-                ));
-            }
+        if !is_state(model, k, head) {
+            let why = measured_in_place_of(study, k, head);
+            return misfit(format!("the kind {kind} needs chains that begin at the outputs: {why}"));
         }
         for i in head..(head + length).saturating_sub(1) {
             if !model.depends_on(i, i + 1) {

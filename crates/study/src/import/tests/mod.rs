@@ -179,9 +179,9 @@ fn what_is_no_plant_is_refused_in_words() {
     assert_eq!(with(", \"D\": [[0, 0]]"), "D is 1 x 2, and must be 1 x 1 (C is 1 x n, B is n x 1)");
     assert_eq!(
         with(", \"TS\": true"),
-        "the sampling time TS is true, and must be a number: 0 for a model in continuous time"
+        "the sampling time TS is true, and must be positive, or 0 for a model in continuous time"
     );
-    assert!(with(", \"dt\": -1").starts_with("the sampling time dt is -1, and must be a number"));
+    assert!(with(", \"dt\": -1").starts_with("the sampling time dt is -1, and must be positive"));
     assert!(with(", \"E\": [[1, 0], [0, 2]]").starts_with("E(1, 1) is 2, and the plant of a study is x' = A x + B u"));
     assert_eq!(with(", \"a\": [[1]]"), "A and a could both be meant: leave one of them in the file");
     assert_eq!(with(", \"D\": \"none\""), "D is text, and must be a matrix of real numbers");
@@ -195,8 +195,9 @@ fn what_is_no_plant_is_refused_in_words() {
         refused(br#"{"s": {"A": [[1]]}, "t": {"A": [[1]]}}"#),
         "s and t could both be meant: leave one of them in the file"
     );
-    assert_eq!(refused(b"{\"A\": [[1, 2],\n [3]]}"), "line 2, column 5: row 1 has 1 entries, and row 0 has 2");
-    assert!(refused(br#"{"A": [[1, null]]}"#).starts_with("line 1, column 15: invalid type: null, expected f64"));
+    assert_eq!(refused(b"{\"A\": [[1, 2],\n [3]]}"), "line 2, column 5: row 1 has length 1, and row 0 has length 2");
+    let null = refused(br#"{"A": [[1, null]]}"#);
+    assert!(null.starts_with("line 1, column 15: ") && null.contains("null"), "{null}");
     assert!(
         refused(b"[[1]]").starts_with("line 1, column 1: invalid type: sequence, expected an object with the matrices")
     );
@@ -212,7 +213,7 @@ fn files_of_other_kinds_are_told_apart() {
     assert_eq!(read(&npy(&dmatrix![1.0], false, "<f8")), Err(ImportError::OneArray));
     let unknown = refused(b"\x80\x04\x95pickle");
     assert!(unknown.starts_with("the file is of no known kind (9 bytes, the first are [80, 04, 95, 70"), "{unknown}");
-    assert!(refused(b"").starts_with("the file is of no known kind (0 bytes"));
+    assert_eq!(refused(b""), "the file is empty");
 }
 
 #[test]
