@@ -497,7 +497,7 @@ u = [300]
 expressions = ["300 + 0.5*sin(t)"]
 [simulation]
 x0 = [0.51, 351]
-duration = 2
+duration = 0.5
 [[observer]]
 name = "poles"
 kind = "luenberger"
@@ -510,20 +510,23 @@ gamma = 1
 theta = 1e-4
 "#;
 
-/// A linear observer at an operating point, in the coordinates of the plant.
+/// A linear observer at an operating point, in the coordinates of the plant. Its input and output are held: the distance
+/// from the observer in continuous time is proportional to the period.
 #[test]
 fn a_linear_observer_at_an_operating_point_becomes_c() {
     let (folder, file) = study("export-point-linear", Some(REACTOR));
-    let out = folder.join("c");
-    let arguments = ["export", &file, "--observer", "poles", "--to", "c", "--period", "0.01", "--json", "-o"];
-    let ran = luenberger(&[&arguments[..], &[out.to_str().unwrap()]].concat(), "");
-    assert_eq!((ran.code, ran.stderr.as_str()), (Some(0), ""));
-    let written = ran.json();
-    // The held input and output: an error of the order of the period, of temperatures near 350.
-    let late = written["difference"]["second_half"][1].as_f64().unwrap();
-    assert!(late > 0.0 && late < 0.1, "{written}");
-    assert_eq!(written["proved"], true);
-    golden(&out, "poles");
+    let distance = |period: &str| {
+        let out = folder.join(period);
+        let arguments = ["export", &file, "--observer", "poles", "--to", "c", "--period", period, "--json", "-o"];
+        let ran = luenberger(&[&arguments[..], &[out.to_str().unwrap()]].concat(), "");
+        assert_eq!((ran.code, ran.stderr.as_str()), (Some(0), ""));
+        let written = ran.json();
+        assert_eq!(written["proved"], true);
+        golden(&out, "poles");
+        written["difference"]["second_half"][1].as_f64().unwrap()
+    };
+    let (long, short) = (distance("0.01"), distance("0.001"));
+    assert!(long < 0.2 && (8.0..12.0).contains(&(long / short)), "{long} {short}");
 }
 
 /// The linear and the cubic observers of the other templates.
