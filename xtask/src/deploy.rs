@@ -38,6 +38,33 @@ kind = "luenberger"
 poles = [-6, -7]
 "#;
 
+/// A filter in the loop of a plant that depends on the time.
+const TIMED: &str = r#"
+[plant]
+states = ["angle", "speed"]
+inputs = ["torque"]
+outputs = ["measured"]
+f = ["speed", "-sin(angle) - 0.1*speed + torque + 0.1*sin(t)"]
+h = ["angle"]
+time_unit = "s"
+
+[input]
+feedback = { k = [[1, 1]], observer = "timed" }
+
+[simulation]
+x0 = [0.3, 0]
+duration = 10
+samples = 101
+hold = 0.05
+
+[[observer]]
+name = "timed"
+kind = "extended-kalman"
+w = 1e-4
+v = 1e-4
+period = 0.05
+"#;
+
 /// An observer of a study and how it is exported.
 struct Case {
     study: PathBuf,
@@ -51,10 +78,12 @@ pub(crate) fn run() -> Result<(), Failure> {
     let folder = root().join("target/deploy");
     fs::create_dir_all(&folder).map_err(|source| Failure::io(&folder, source))?;
     cargo(&["build", "--package", "luenberger-cli"]).step("build")?;
-    let [cart, converter, looped] = ["cart.toml", "converter.toml", "loop.toml"].map(|name| folder.join(name));
+    let [cart, converter, looped, timed] =
+        ["cart.toml", "converter.toml", "loop.toml", "timed.toml"].map(|name| folder.join(name));
     luenberger(&["new", "--force", "-o"]).argument(&cart).step("study")?;
     luenberger(&["new", "--plant", "cuk", "--force", "-o"]).argument(&converter).step("study")?;
     fs::write(&looped, LOOP).map_err(|source| Failure::io(&looped, source))?;
+    fs::write(&timed, TIMED).map_err(|source| Failure::io(&timed, source))?;
     let tanks = folder.join("tanks.toml");
     fs::write(&tanks, of_the_page()?).map_err(|source| Failure::io(&tanks, source))?;
     let case = |name, options| Case { study: cart.clone(), observer: name, name, options };
@@ -65,6 +94,7 @@ pub(crate) fn run() -> Result<(), Failure> {
         case("cubic", &["--format", "f32"]),
         case("sampled", &[]),
         Case { study: looped, observer: "block", name: "block", options: &["--feedback"] },
+        Case { study: timed, observer: "timed", name: "timed", options: &["--feedback", "--unproved"] },
     ];
     let mut skipped = Vec::new();
     let compiler = ["cc", "gcc", "clang"].into_iter().find(|name| is_installed(name));

@@ -25,6 +25,7 @@
 //! | file | subject |
 //! |---|---|
 //! | [`program`] | the observers that can be exported, and their steps in the target's format |
+//! | [`kkl`] | numerical KKL observers with their sizes erased |
 //! | [`golden`] | test vectors |
 //! | [`names`] | names as identifiers |
 //! | `number` | floating-point numbers as literals of C and Rust |
@@ -39,6 +40,7 @@ pub mod c_math;
 mod error;
 pub mod fmu;
 pub mod golden;
+pub mod kkl;
 pub mod names;
 mod number;
 pub mod program;
@@ -195,6 +197,18 @@ impl Export {
         for x in self.scalars().iter().map(|(_, x)| x).chain(&self.initial) {
             hash.update(x.to_bits().to_le_bytes());
         }
+        if let Program::Kkl(observer) = &self.program {
+            for (name, tree) in observer.trees() {
+                hash.update(format!("{name} {} {} {}", tree.inputs, tree.outputs, tree.degree).as_bytes());
+                for node in &tree.nodes {
+                    let (below, above) = (kkl::Tree::code(node.below), kkl::Tree::code(node.above));
+                    hash.update(format!("{} {below} {above}", node.axis).as_bytes());
+                }
+                for x in tree.numbers(self.scalar) {
+                    hash.update(x.to_bits().to_le_bytes());
+                }
+            }
+        }
         if let Some(maps) = self.program.maps() {
             hash.update(format!("substeps {:?}", self.program.substeps()).as_bytes());
             let dialect = c::plant::dialect(self.scalar, "");
@@ -212,8 +226,8 @@ impl Export {
     /// The matrices as they are stored on the target, by the names they have in the emitted code.
     pub fn matrices(&self) -> Vec<(&'static str, DMatrix<f64>)> {
         let round = |matrix: &DMatrix<f64>| matrix.map(|x| self.scalar.round(x));
-        let all = self.program.matrices().into_iter().chain(self.feedback.iter().map(|k| ("K", k)));
-        all.map(|(name, matrix)| (name, round(matrix))).collect()
+        let all = self.program.matrices().into_iter().chain(self.feedback.iter().map(|k| ("K", k.clone())));
+        all.map(|(name, matrix)| (name, round(&matrix))).collect()
     }
 
     /// The scalars as they are stored on the target.
@@ -251,7 +265,8 @@ impl Export {
     pub fn bytes(&self) -> usize {
         let matrices: usize = self.matrices().iter().map(|(_, matrix)| matrix.len()).sum();
         let scalars = self.program.scalars().len() + self.program.constants_of_maps();
-        (matrices + scalars + self.initial.len() + self.program.state_entries()) * self.scalar.bytes()
+        let tables = self.program.numbers_of_trees();
+        (matrices + scalars + tables + self.initial.len() + self.program.state_entries()) * self.scalar.bytes()
     }
 
     /// The files of a C99 project: header, source, test with golden vectors, `CMakeLists.txt` and `README.md`.

@@ -3,12 +3,13 @@
 
 use crate::program::Scalar;
 
-/// A literal of C99: `0x1.999999999999ap-4`, with `f` for binary32.
+/// A literal of C99, of the number as the format stores it: `0x1.999999999999ap-4`, with `f` for binary32.
 pub(crate) fn c(x: f64, scalar: Scalar) -> String {
     let suffix = match scalar {
         Scalar::Binary32 => "f",
         Scalar::Binary64 => "",
     };
+    let x = scalar.round(x);
     let sign = if x.is_sign_negative() { "-" } else { "" };
     let magnitude = x.abs();
     if magnitude == 0.0 {
@@ -39,7 +40,7 @@ mod tests {
     #[test]
     fn literals_are_exact() {
         assert_eq!(c(0.1, Scalar::Binary64), "0x1.999999999999ap-4");
-        assert_eq!(c(f64::from(0.1f32), Scalar::Binary32), "0x1.99999ap-4f");
+        assert_eq!(c(0.1, Scalar::Binary32), "0x1.99999ap-4f");
         assert_eq!(c(-1.0, Scalar::Binary64), "-0x1p+0");
         assert_eq!(c(5e-324, Scalar::Binary64), "0x0.0000000000001p-1022");
         assert_eq!(c(-0.0, Scalar::Binary64), "-0.0");

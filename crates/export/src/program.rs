@@ -9,6 +9,7 @@ use luenberger_plants::{Column, LinearPlant};
 use nalgebra::{DMatrix, DVector, Dyn, RealField};
 
 use crate::error::ExportError;
+use crate::kkl::Kkl;
 
 /// The format of numbers on the target.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -66,6 +67,8 @@ pub enum Program {
     Copy(SampledCopy<ExpressionPlant, f64, Dyn, Dyn, Dyn>),
     /// The copy of a plant in discrete time with a constant gain.
     Discrete(DiscreteNonlinearObserver<ExpressionPlant, f64, Dyn, Dyn, Dyn>),
+    /// The numerical KKL observer in its embedded form.
+    Kkl(Kkl<f64>),
 }
 
 /// The right-hand sides of a nonlinear plant in the form in which a program needs them.
@@ -107,6 +110,7 @@ impl Program {
             Self::Kalman(observer) => observer.dimensions(),
             Self::Copy(observer) => observer.dimensions(),
             Self::Discrete(observer) => observer.dimensions(),
+            Self::Kkl(observer) => observer.dimensions(),
         }
     }
 
@@ -118,6 +122,7 @@ impl Program {
             Self::Kalman(filter) => Some(filter.plant().routines()),
             Self::Copy(observer) => Some(observer.plant().routines()),
             Self::Discrete(observer) => Some(observer.plant().routines()),
+            Self::Kkl(observer) => Some(observer.plant().routines()),
         }
     }
 
@@ -126,7 +131,7 @@ impl Program {
         let all = self.routines()?;
         Some(match self {
             Self::Kalman(_) => Maps { motion: all.motion, measurement: all.measurement },
-            Self::Discrete(_) => Maps { motion: all.f, measurement: all.h },
+            Self::Discrete(_) | Self::Kkl(_) => Maps { motion: all.f, measurement: all.h },
             _ => Maps { motion: all.f, measurement: all.measurement },
         })
     }
@@ -155,6 +160,7 @@ impl Program {
     pub(crate) fn substeps(&self) -> Option<usize> {
         match self {
             Self::Linear(_) | Self::Cubic(_) | Self::Discrete(_) => None,
+            Self::Kkl(observer) => Some(observer.substeps()),
             Self::Kalman(filter) => filter.substeps(),
             Self::Copy(observer) => Some(observer.substeps()),
         }
@@ -168,11 +174,12 @@ impl Program {
             Self::Kalman(filter) => filter.period(),
             Self::Copy(observer) => observer.period(),
             Self::Discrete(observer) => observer.period(),
+            Self::Kkl(observer) => observer.period(),
         }
     }
 
     /// The matrices that the step uses, by the names they have in the emitted code.
-    pub fn matrices(&self) -> Vec<(&'static str, &DMatrix<f64>)> {
+    pub fn matrices(&self) -> Vec<(&'static str, DMatrix<f64>)> {
         let mut all = match self {
             Self::Linear(observer) => {
                 let plant = observer.plant();
@@ -192,9 +199,10 @@ impl Program {
             }
             Self::Copy(observer) => vec![("L", observer.l())],
             Self::Discrete(observer) => vec![("L", observer.l())],
+            Self::Kkl(observer) => return observer.matrices(),
         };
         all.extend(self.feedthrough().map(|d| ("D", d)));
-        all
+        all.into_iter().map(|(name, matrix)| (name, matrix.clone())).collect()
     }
 
     /// A, B and C of a linear plant.
@@ -202,7 +210,7 @@ impl Program {
         Some(match self {
             Self::Linear(observer) => (&observer.plant().a, &observer.plant().b, &observer.plant().c),
             Self::Cubic(observer) => (observer.ad(), observer.bd(), observer.c()),
-            Self::Kalman(_) | Self::Copy(_) | Self::Discrete(_) => return None,
+            Self::Kalman(_) | Self::Copy(_) | Self::Discrete(_) | Self::Kkl(_) => return None,
         })
     }
 
@@ -211,7 +219,7 @@ impl Program {
         match self {
             Self::Linear(observer) => observer.plant().d.as_ref(),
             Self::Cubic(observer) => observer.d(),
-            Self::Kalman(_) | Self::Copy(_) | Self::Discrete(_) => None,
+            Self::Kalman(_) | Self::Copy(_) | Self::Discrete(_) | Self::Kkl(_) => None,
         }
     }
 
@@ -226,6 +234,7 @@ impl Program {
             }
             Self::Copy(observer) => vec![("PERIOD", observer.period())],
             Self::Discrete(observer) => vec![("PERIOD", observer.period())],
+            Self::Kkl(observer) => vec![("PERIOD", observer.period())],
         }
     }
 
@@ -241,6 +250,14 @@ impl Program {
         for (name, x) in self.scalars() {
             if !scalar.round(x).is_finite() {
                 return Err(ExportError::Format { what: format!("{name} = {x}"), format: scalar.name() });
+            }
+        }
+        if let Self::Kkl(observer) = self {
+            for (name, tree) in observer.trees() {
+                if tree.numbers(scalar).any(|x| !x.is_finite()) {
+                    let what = format!("a number of the tree {name:?}");
+                    return Err(ExportError::Format { what, format: scalar.name() });
+                }
             }
         }
         if let Some(Maps { motion, measurement }) = self.maps() {
@@ -314,6 +331,7 @@ impl Program {
                 let period = nalgebra::convert(observer.period());
                 Cast::Copy(SampledCopy::new(plant, l, period, observer.substeps())?)
             }
+            Self::Kkl(observer) => Cast::Kkl(observer.cast()?),
             Self::Discrete(observer) => {
                 let (plant, l) = (observer.plant().clone(), cast(observer.l()));
                 Cast::Discrete(DiscreteNonlinearObserver::new(plant, l, nalgebra::convert(observer.period()))?)
@@ -353,6 +371,13 @@ impl Program {
                 observer.substeps() * (4 * slope + combined(n + p))
             }
             Self::Discrete(_) => motion + measurement + p + product(n, p) + n,
+            Self::Kkl(observer) => {
+                let z = observer.dimensions().state;
+                let [(_, inverse), _] = observer.trees();
+                let slope = motion + measurement + p + product(z, z) + product(z, p) + z;
+                let estimate = z + product(z, z) + z + inverse.operations() + 2 * n;
+                measurement + p + observer.substeps() * (4 * slope + combined(z + n)) + estimate
+            }
         }
     }
 
@@ -363,7 +388,16 @@ impl Program {
 
     /// Numbers that the state holds.
     pub(crate) fn state_entries(&self) -> usize {
-        self.dimensions().state
+        match self {
+            Self::Kkl(observer) => observer.dimensions().state + observer.dimensions().estimate,
+            _ => self.dimensions().state,
+        }
+    }
+
+    /// Numbers of the trees of a KKL observer, and the entries of their comparisons.
+    pub(crate) fn numbers_of_trees(&self) -> usize {
+        let Self::Kkl(observer) = self else { return 0 };
+        observer.trees().iter().map(|(_, tree)| 4 * tree.nodes.len() + tree.leaves.len()).sum()
     }
 }
 
@@ -375,6 +409,7 @@ pub(crate) enum Cast<T: RealField + Copy> {
     Kalman(ExtendedKalmanFilter<ExpressionPlant, T, Dyn, Dyn, Dyn>),
     Copy(SampledCopy<ExpressionPlant, T, Dyn, Dyn, Dyn>),
     Discrete(DiscreteNonlinearObserver<ExpressionPlant, T, Dyn, Dyn, Dyn>),
+    Kkl(Kkl<T>),
 }
 
 impl<T: RealField + Copy> Cast<T> {
@@ -382,6 +417,10 @@ impl<T: RealField + Copy> Cast<T> {
     pub(crate) fn start(&self, estimate: DVector<T>) -> State<T> {
         match self {
             Self::Linear(_) | Self::Cubic(_) | Self::Copy(_) | Self::Discrete(_) => State::Estimate(estimate),
+            Self::Kkl(observer) => {
+                let z = observer.start(&estimate);
+                State::Target { xhat: observer.estimate(&z), z }
+            }
             Self::Kalman(filter) => State::Belief(GaussianEstimate::new(&estimate, &filter.noise_model().p0)),
         }
     }
@@ -394,6 +433,10 @@ impl<T: RealField + Copy> Cast<T> {
             (Self::Cubic(observer), State::Estimate(xhat)) => observer.step(T::zero(), xhat, u, y),
             (Self::Copy(observer), State::Estimate(xhat)) => observer.step(t(observer.period()), xhat, u, y),
             (Self::Discrete(observer), State::Estimate(xhat)) => observer.step(t(observer.period()), xhat, u, y),
+            (Self::Kkl(observer), State::Target { z, xhat }) => {
+                observer.step(t(observer.period_in_format()), z, y);
+                *xhat = observer.estimate(z);
+            }
             (Self::Kalman(filter), State::Belief(belief)) => filter.step(t(filter.period()), belief, u, y),
             // `start` made the state.
             _ => {}
@@ -408,6 +451,7 @@ impl<T: RealField + Copy> Cast<T> {
             Self::Kalman(filter) => (filter.plant(), filter.period()),
             Self::Copy(observer) => (observer.plant(), observer.period()),
             Self::Discrete(observer) => (observer.plant(), observer.period()),
+            Self::Kkl(observer) => (observer.plant_in_format(), observer.period_in_format()),
         };
         let t = nalgebra::convert::<f64, T>(sample as f64) * period;
         Some(plant.output(t, &state.estimate(), u))
@@ -419,12 +463,17 @@ impl<T: RealField + Copy> Cast<T> {
 pub(crate) enum State<T: RealField + Copy> {
     Estimate(DVector<T>),
     Belief(GaussianEstimate<T, Dyn>),
+    /// Of a KKL observer, with its estimate.
+    Target {
+        z: DVector<T>,
+        xhat: DVector<T>,
+    },
 }
 
 impl<T: RealField + Copy> State<T> {
     pub(crate) fn estimate(&self) -> DVector<T> {
         match self {
-            Self::Estimate(xhat) => xhat.clone(),
+            Self::Estimate(xhat) | Self::Target { xhat, .. } => xhat.clone(),
             Self::Belief(belief) => belief.estimate(),
         }
     }
@@ -434,6 +483,7 @@ impl<T: RealField + Copy> State<T> {
         match self {
             Self::Estimate(xhat) => xhat.as_slice(),
             Self::Belief(belief) => belief.as_slice(),
+            Self::Target { z, .. } => z.as_slice(),
         }
     }
 }

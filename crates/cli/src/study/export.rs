@@ -6,12 +6,13 @@ use crate::answer::Answer;
 use crate::arguments::{ExportInput, FmiVersion, Language, Precision};
 use crate::failure::Failure;
 use crate::input::Source;
-use luenberger_export::{Export, Names, Program, Scalar, golden, names};
+use luenberger_export::kkl::Kkl;
+use luenberger_export::{Export, ExportError, Names, Program, Scalar, golden, names};
 use luenberger_proof::certificate::CertificateFile;
 use luenberger_proof::statement::Format;
 use luenberger_proof::wording::counted;
 use luenberger_study::closed_loop;
-use luenberger_study::deployment::{Difference, SampledDesign, evidence, record, sampled};
+use luenberger_study::deployment::{Difference, KklStep, SampledDesign, evidence, record, sampled};
 use luenberger_study::results::FailureReport;
 use luenberger_study::study::ObserverSpec;
 use luenberger_study::{Study, StudyError, write_folder};
@@ -60,7 +61,8 @@ pub(crate) fn export(input: &ExportInput) -> Result<Answer, Failure> {
     let period = input.period.or_else(|| study.simulation.as_ref().and_then(|simulation| simulation.hold));
     // The period of a sampled observer is its own; a hold of the simulation does not conflict with it.
     let period = if observer.kind.period().is_some() { input.period } else { period };
-    let design = sampled(&study, observer, period, input.substeps.map(usize::from)).map_err(not_exported)?;
+    let sampled = sampled(&study, observer, period, input.substeps.map(usize::from)).map_err(not_exported)?;
+    let design = sampled.design.clone();
     let (scalar, format) = match input.format {
         Precision::F32 => (Scalar::Binary32, Format::Binary32),
         Precision::F64 => (Scalar::Binary64, Format::Binary64),
@@ -94,7 +96,7 @@ pub(crate) fn export(input: &ExportInput) -> Result<Answer, Failure> {
     let refused = |error| Failure::Export { observer: observer.name.clone(), error: Box::new(error) };
     let substeps = design.substeps();
     let export = prepared(&study, observer, design, scalar).map_err(refused)?;
-    let record = record(&study, observer, export.program().period()).unwrap_or_default();
+    let record = record(&study, observer, &sampled).unwrap_or_default();
     let exported = golden::replay(&export, &record.samples).map_err(refused)?;
     let difference = record.difference(&exported);
     let format_name = scalar.name();
@@ -183,7 +185,7 @@ fn prepared(
     observer: &ObserverSpec,
     design: SampledDesign,
     scalar: Scalar,
-) -> Result<Export, luenberger_export::ExportError> {
+) -> Result<Export, ExportError> {
     let initial = design.initial(observer);
     let program = match design {
         SampledDesign::Linear(design) => Program::Linear(design.observer.clone()),
@@ -191,6 +193,13 @@ fn prepared(
         SampledDesign::LinearAt(design) | SampledDesign::DiscreteCopy(design) => Program::Discrete(design.observer),
         SampledDesign::Copy(design) => Program::Copy(design.observer),
         SampledDesign::Filter(design) => Program::Kalman(design.filter),
+        SampledDesign::Kkl(design) => Program::Kkl(
+            match design.observer {
+                KklStep::Two(plant, filter, inverse) => Kkl::two(&plant, filter, inverse),
+                KklStep::Three(plant, filter, inverse) => Kkl::three(&plant, filter, inverse),
+            }
+            .map_err(ExportError::from)?,
+        ),
     };
     let plant = &study.plant;
     let columns = Names {

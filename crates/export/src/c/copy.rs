@@ -68,7 +68,7 @@ static void slope({parameters}const {number} *z, {number} *dz)
 ",
         head = feedback::head(export),
         time = super::source::time(export),
-        unused = if arguments.inputs { "" } else { "    (void)u;\n" },
+        unused = if arguments.inputs.is_some() { "" } else { "    (void)u;\n" },
     );
     plant::advance(text, export, arguments, substeps, "");
     _ = write!(
@@ -109,7 +109,7 @@ pub(super) fn discrete_step(text: &mut String, export: &Export, maps: &Maps) {
 ",
         head = feedback::head(export),
         time = super::source::time(export),
-        unused = if Arguments::of(maps, true).inputs { "" } else { "    (void)u;\n" },
+        unused = if Arguments::of(maps, true).inputs.is_some() { "" } else { "    (void)u;\n" },
         measurement = plant::call("measurement", &maps.measurement, ("t", "state->xhat", "innovation")),
         motion = plant::call("motion", &maps.motion, ("t", "state->xhat", "next")),
     );

@@ -38,7 +38,12 @@ pub(crate) fn header(export: &Export) -> String {
     );
     text.push_str(" * floating-point operations: -std=c99 or -ffp-contract=off, and not -ffast-math.\n");
     text.push_str(" * This file belongs to whoever generated it.\n */\n");
-    _ = writeln!(text, "#ifndef {upper}_H\n#define {upper}_H\n\n#ifdef __cplusplus\nextern \"C\" {{\n#endif\n");
+    let timed = export.program.uses_time();
+    let includes = if timed { "#include <stdint.h>\n\n" } else { "" };
+    _ = writeln!(
+        text,
+        "#ifndef {upper}_H\n#define {upper}_H\n\n{includes}#ifdef __cplusplus\nextern \"C\" {{\n#endif\n"
+    );
     for (what, length) in lengths {
         _ = writeln!(text, "#define {upper}_{what} {length}");
     }
@@ -46,14 +51,13 @@ pub(crate) fn header(export: &Export) -> String {
     if matches!(export.program, Program::Kalman(_)) {
         _ = writeln!(fields, "    {number} P[{upper}_STATES][{upper}_STATES]; /**< Covariance of its error. */");
     }
-    let timed = export.program.uses_time();
+    if let Program::Kkl(observer) = &export.program {
+        _ = writeln!(fields, "    {number} z[{}]; /**< Target states. */", super::kkl::targets(observer));
+    }
     if timed {
         fields.push_str(
             "    uint64_t sample; /**< Number of the next sample, from 0; its time is that many periods. */\n",
         );
-    }
-    if timed {
-        text.push_str("\n#include <stdint.h>\n");
     }
     let is_fed = export.feedback.is_some();
     let (known, more) = if is_fed { ("r", format!("{number} *u, ")) } else { ("u", String::new()) };
@@ -109,6 +113,9 @@ fn not_finite(export: &Export) -> String {
     match &export.program {
         Program::Linear(_) | Program::Cubic(_) => {
             format!(" * A value of {known} or y that is not finite makes the estimate not finite, for good:")
+        }
+        Program::Kkl(_) => {
+            " * A value of y that is not finite makes the target states not finite, for good, and the estimate meaningless,\n * although it stays in its box:".to_owned()
         }
         Program::Kalman(filter) if filter.gate().is_some() => format!(
             " * An infinite value of y is rejected by the gate. NaN in y, and a value of {known} that is not finite, make the\n * estimate not finite, for good, unless the plant does not depend on it or limits it:"

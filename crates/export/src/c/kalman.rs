@@ -36,7 +36,7 @@ pub(super) fn step(text: &mut String, export: &Export, maps: &Maps, (substeps, g
         head = feedback::head(export),
         time = super::source::time(export),
         loops = if substeps.is_some() { "    int j;\n    int k;\n" } else { "" },
-        unused = if forward.inputs || measured.inputs { "" } else { "    (void)u;\n" },
+        unused = if forward.inputs.or(measured.inputs).is_some() { "" } else { "    (void)u;\n" },
     );
     if let Some(substeps) = substeps {
         _ = write!(
@@ -77,7 +77,7 @@ pub(super) fn step(text: &mut String, export: &Export, maps: &Maps, (substeps, g
 }
 
 fn arguments_of_measurement(maps: &Maps) -> Arguments {
-    Arguments { time: maps.measurement.uses_time(), inputs: maps.measurement.uses_inputs() }
+    Arguments { time: maps.measurement.uses_time(), inputs: maps.measurement.uses_inputs().then_some("u") }
 }
 
 /// Arguments after others.

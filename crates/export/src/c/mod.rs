@@ -13,6 +13,7 @@
 //! | `copy` | the step of its copy with a constant gain |
 //! | `kalman` | the step of the extended Kalman filter |
 //! | `feedback` | the feedback around the step |
+//! | `kkl` | the step of the numerical KKL observer |
 //! | `test` | the test with golden vectors |
 //! | `project` | build file and README |
 
@@ -21,6 +22,7 @@ mod cubic;
 mod feedback;
 mod header;
 mod kalman;
+mod kkl;
 mod linear;
 pub(crate) mod plant;
 mod project;
@@ -94,13 +96,16 @@ fn lengths(export: &Export) -> (String, [(&'static str, usize); 3]) {
     (export.identifier.to_uppercase(), all)
 }
 
-pub(crate) fn kind(export: &Export) -> &'static str {
-    match export.program {
+pub(crate) fn kind(export: &Export) -> String {
+    let observer = match export.program {
         Program::Linear(_) => "Sampled linear observer",
         Program::Cubic(_) => "Sampled cubic observer",
         Program::Kalman(_) => "Extended Kalman filter",
+        Program::Kkl(_) => "Numerical KKL observer",
         Program::Copy(_) | Program::Discrete(_) => "Copy of the plant with a constant gain",
-    }
+    };
+    let feedback = if export.feedback.is_some() { " with the feedback u = r - K xhat" } else { "" };
+    format!("{observer}{feedback}")
 }
 
 /// A constant matrix, row by row.

@@ -85,26 +85,27 @@ pub(crate) fn call(name: &str, routine: &Routine, (t, x, out): (&str, &str, &str
 #[derive(Clone, Copy)]
 pub(super) struct Arguments {
     pub(super) time: bool,
-    pub(super) inputs: bool,
+    /// The name of the inputs.
+    pub(super) inputs: Option<&'static str>,
 }
 
 impl Arguments {
     pub(super) fn of(maps: &Maps, with_measurement: bool) -> Self {
         let also = |used: fn(&Routine) -> bool| used(&maps.motion) || with_measurement && used(&maps.measurement);
-        Self { time: also(Routine::uses_time), inputs: also(Routine::uses_inputs) }
+        Self { time: also(Routine::uses_time), inputs: also(Routine::uses_inputs).then_some("u") }
     }
 
     /// As parameters of a function.
     pub(super) fn parameters(self, number: &str) -> String {
         let time = if self.time { format!("{number} t, ") } else { String::new() };
-        let inputs = if self.inputs { format!("const {number} *u, ") } else { String::new() };
+        let inputs = self.inputs.map_or_else(String::new, |name| format!("const {number} *{name}, "));
         time + &inputs
     }
 
     /// As arguments of a call at the time `t`.
     pub(super) fn arguments(self, t: &str) -> String {
         let time = if self.time { format!("{t}, ") } else { String::new() };
-        time + if self.inputs { "u, " } else { "" }
+        time + &self.inputs.map_or_else(String::new, |name| format!("{name}, "))
     }
 }
 

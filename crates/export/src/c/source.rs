@@ -2,7 +2,7 @@
 
 use std::fmt::Write;
 
-use super::{copy, cubic, feedback, kalman, lengths, linear, matrix, scalar};
+use super::{copy, cubic, feedback, kalman, kkl, lengths, linear, matrix, plant, scalar};
 use crate::program::{Maps, Program};
 use crate::{Export, number};
 
@@ -14,6 +14,9 @@ pub(super) fn source(export: &Export) -> String {
     let maps = export.program.maps();
     if maps.is_some() || matches!(export.program, Program::Cubic(_)) {
         text.push_str("#include <math.h>\n");
+    }
+    if maps.is_some() {
+        text.push_str("#include <stdbool.h>\n");
     }
     text.push_str("#include <stddef.h>\n");
     if maps.as_ref().is_some_and(Maps::calls_functions) {
@@ -42,9 +45,16 @@ pub(super) fn source(export: &Export) -> String {
     if matches!(export.program, Program::Cubic(_)) {
         cubic::flow(&mut text, export);
     }
-    _ = write!(
-        text,
-        "
+    match (&export.program, &maps) {
+        (Program::Kkl(observer), Some(maps)) => {
+            plant::functions(&mut text, export, maps);
+            kkl::inverse(&mut text, export, observer);
+            kkl::start(&mut text, export, observer);
+        }
+        _ => {
+            _ = write!(
+                text,
+                "
 void {name}_init({name}_state *state, const {number} *xhat)
 {{
     int i;
@@ -52,7 +62,13 @@ void {name}_init({name}_state *state, const {number} *xhat)
         state->xhat[i] = xhat[i];
     }}
 {start}}}
-
+"
+            );
+        }
+    }
+    _ = write!(
+        text,
+        "
 void {name}_reset({name}_state *state)
 {{
     {name}_init(state, INITIAL);
@@ -63,6 +79,7 @@ void {name}_reset({name}_state *state)
         (Program::Kalman(filter), Some(maps)) => {
             kalman::step(&mut text, export, maps, (filter.substeps(), filter.gate().is_some()));
         }
+        (Program::Kkl(observer), Some(maps)) => kkl::step(&mut text, export, observer, maps),
         (Program::Discrete(_), Some(maps)) => copy::discrete_step(&mut text, export, maps),
         (Program::Copy(observer), Some(maps)) => copy::step(&mut text, export, maps, observer.substeps()),
         _ => linear::step(&mut text, export),

@@ -68,7 +68,9 @@ void {name}_innovation(const {name}_state *state, const {number} *u, const {numb
 "
     );
     if let Some(maps) = export.program.maps() {
-        text.push_str("#include <math.h>\n#include <stddef.h>\n#include <stdint.h>\n#include <string.h>\n");
+        text.push_str(
+            "#include <math.h>\n#include <stdbool.h>\n#include <stddef.h>\n#include <stdint.h>\n#include <string.h>\n",
+        );
         c::plant::measurement(&mut text, export, &maps);
         let time = if maps.measurement.uses_time() { c::source::time(export) } else { String::new() };
         _ = write!(

@@ -4,8 +4,10 @@
 //! |---|---|
 //! | `plant` | a nonlinear plant, and the observers with a copy of it |
 //! | `staticlib` | a static library with the interface of the emitted C |
+//! | `kkl` | the numerical KKL observer |
 //! | `test` | the test with golden vectors |
 
+mod kkl;
 mod plant;
 mod staticlib;
 mod test;
@@ -102,6 +104,7 @@ fn library(export: &Export) -> String {
         Program::Kalman(_) => ("StaticExtendedKalmanFilter", "ExtendedKalmanFilter, NoiseModel"),
         Program::Copy(_) => ("StaticSampledCopy", "SampledCopy"),
         Program::Discrete(_) => ("DiscreteNonlinearObserver", ""),
+        Program::Kkl(_) => ("SampledKkl", ""),
     };
     let fed = export.feedback.is_some();
     let model = if export.program.maps().is_some() { "Model, " } else { "" };
@@ -125,9 +128,17 @@ fn library(export: &Export) -> String {
         "" => "",
         _ => "\nuse luenberger_observers::{Differentiable, Dimensions, Plant, Shape};",
     };
+    let traits = match export.program {
+        Program::Kkl(_) => format!("{traits}\n{}", kkl::IMPORTS),
+        _ => traits.to_owned(),
+    };
+    let kind = if matches!(export.program, Program::Kkl(_)) { "" } else { kind };
     let types = [if fed { "OutputFeedback" } else { "" }, data, kind, "ObserverError"];
     let types = types.into_iter().filter(|name| !name.is_empty()).collect::<Vec<_>>().join(", ");
-    let inner = format!("{kind}<{model}{scalar}, {lengths}>");
+    let inner = match &export.program {
+        Program::Kkl(observer) => kkl::kind(export, observer),
+        _ => format!("{kind}<{model}{scalar}, {lengths}>"),
+    };
     let observer = if fed {
         format!(
             "/// The observer with its sizes and its scalar, and the feedback `u = r - K xhat`.
@@ -169,14 +180,18 @@ pub fn observer() -> Result<Observer, ObserverError> {{
 {without}",
         export.initial.iter().map(|x| number::rust(*x, export.scalar)).collect::<Vec<_>>().join(", "),
     );
-    match export.program {
+    match &export.program {
         Program::Linear(_) => linear(&mut text, export, kind),
         Program::Cubic(_) => cubic(&mut text, export, kind),
         Program::Kalman(_) => plant::kalman(&mut text, export),
         Program::Copy(_) => plant::copy(&mut text, export),
         Program::Discrete(_) => plant::discrete(&mut text, export),
+        Program::Kkl(observer) => kkl::observer(&mut text, export, observer),
     }
     text.push_str("}\n");
+    if let Program::Kkl(observer) = &export.program {
+        kkl::trees(&mut text, export, observer);
+    }
     if let Some(routines) = export.program.routines() {
         plant::model(&mut text, export, &routines);
     }

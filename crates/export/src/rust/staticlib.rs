@@ -60,25 +60,35 @@ fn library(export: &Export) -> String {
     let (n, zero) = (size.estimate, number::rust(0.0, export.scalar));
     let (is_filter, is_timed, is_fed) =
         (matches!(export.program, Program::Kalman(_)), export.program.uses_time(), export.feedback.is_some());
-    let (mut imports, mut fields, mut start, mut tick) = (String::new(), String::new(), String::new(), "");
-    let (state, load, store) = if is_filter {
-        imports += "use design::luenberger_observers::GaussianEstimate;\nuse design::luenberger_observers::nalgebra::{Const, SMatrix};\n";
+    let (mut fields, mut start, mut tick, mut imports) = (String::new(), String::new(), "", ["", "SVector"]);
+    let inner = if is_fed { "block.observer()" } else { "block" };
+    let mut estimate = String::new();
+    let (state, load, store) = if let Program::Kkl(observer) = &export.program {
+        let targets = observer.dimensions().state;
+        _ = writeln!(fields, "    z: [{number}; {targets}],");
+        _ = writeln!(start, "            z: [{zero}; {targets}],");
+        _ = writeln!(estimate, "        (*state).xhat = {inner}.estimate(&z).into();");
+        let load = "SVector::from(self.z)".to_owned();
+        (format!("SVector<{number}, {targets}>"), load, "        self.z = (*z).into();\n")
+    } else if is_filter {
+        imports = ["GaussianEstimate, ", "{Const, SMatrix, SVector}"];
         _ = writeln!(fields, "    p: [[{number}; {n}]; {n}],");
         _ = writeln!(start, "            p: [[{zero}; {n}]; {n}],");
         (
             format!("GaussianEstimate<{number}, Const<{n}>>"),
-            "GaussianEstimate::new(&SVector::from(self.xhat), &SMatrix::from(self.p).transpose())",
+            format!(
+                "GaussianEstimate::new(&SVector::from(self.xhat), &SMatrix::<{number}, {n}, {n}>::from(self.p).transpose())"
+            ),
             "        self.xhat = z.estimate().into();\n        self.p = z.covariance().transpose().into();\n",
         )
     } else {
-        (format!("SVector<{number}, {n}>"), "SVector::from(self.xhat)", "        self.xhat = (*z).into();\n")
+        (format!("SVector<{number}, {n}>"), "SVector::from(self.xhat)".to_owned(), "        self.xhat = (*z).into();\n")
     };
     if is_timed {
         fields += "    sample: u64,\n";
         start += "            sample: 0,\n";
         tick = "        (*state).sample = (*state).sample.wrapping_add(1);\n";
     }
-    let inner = if is_fed { "block.observer()" } else { "block" };
     let time = if is_timed { format!("(*state).sample as {number} * {inner}.period()") } else { zero.clone() };
     let (known, more, step, input) = if is_fed {
         let input = format!(
@@ -110,8 +120,8 @@ pub unsafe extern \"C\" fn {name}_input(state: *const State, r: *const {number},
         "//! The functions of `{name}.h` for programs in C: the observer of the crate above, as a static library.
 #![no_std]
 
-use design::luenberger_observers::SampledObserver;
-{imports}use design::luenberger_observers::nalgebra::SVector;
+use design::luenberger_observers::nalgebra::{};
+use design::luenberger_observers::{{{}SampledObserver}};
 
 /// State of the observer, as in the header.
 #[repr(C)]
@@ -167,7 +177,7 @@ pub unsafe extern \"C\" fn {name}_init(state: *mut State, xhat: *const {number})
             xhat,
 {start}        }});
         (*state).store(&z);
-    }}
+{estimate}    }}
 }}
 
 /// Starts from the first estimate of the design.
@@ -196,9 +206,10 @@ pub unsafe extern \"C\" fn {name}_step(
     unsafe {{
         let mut z = (*state).load();
 {step}        (*state).store(&z);
-{tick}        give(&(*state).xhat, xhat);
+{estimate}{tick}        give(&(*state).xhat, xhat);
     }}
 }}
-"
+",
+        imports[1], imports[0]
     )
 }

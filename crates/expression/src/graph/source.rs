@@ -6,7 +6,7 @@
 use std::fmt::Write;
 
 use super::{Id, Node, Routine};
-use crate::function::{Binary, Comparison, Unary};
+use crate::function::{Binary, Unary};
 use crate::table::{Extrapolation, Table};
 
 /// The language of the source code.
@@ -151,10 +151,7 @@ fn operand(routine: &Routine, dialect: &Dialect, id: Id) -> String {
             let literal = dialect.literal(f64::from_bits(bits));
             if literal.starts_with('-') { format!("({literal})") } else { literal }
         }
-        Node::Truth(truth) => match dialect.language {
-            Language::C => if truth { "1" } else { "0" }.to_owned(),
-            Language::Rust => truth.to_string(),
-        },
+        Node::Truth(truth) => truth.to_string(),
         Node::Time => "t".to_owned(),
         Node::State(k) => format!("x[{k}]"),
         Node::Input(k) => format!("u[{k}]"),
@@ -168,7 +165,7 @@ pub(super) fn body(routine: &Routine, dialect: &Dialect) -> String {
         let Some(value) = operation(routine, dialect, *node) else { continue };
         let condition = matches!(node, Node::Compare(..) | Node::And(..) | Node::Or(..) | Node::Not(_));
         _ = match (dialect.language, condition) {
-            (Language::C, true) => writeln!(text, "    const int v{id} = {value};"),
+            (Language::C, true) => writeln!(text, "    const bool v{id} = {value};"),
             (Language::C, false) => writeln!(text, "    const {} v{id} = {value};", dialect.number()),
             (Language::Rust, _) => writeln!(text, "    let v{id} = {value};"),
         };
@@ -182,37 +179,18 @@ pub(super) fn body(routine: &Routine, dialect: &Dialect) -> String {
 /// The right-hand side of an operation; none for a leaf.
 fn operation(routine: &Routine, dialect: &Dialect, node: Node) -> Option<String> {
     let of = |id: Id| operand(routine, dialect, id);
-    let holds = |id: Id| match dialect.language {
-        Language::C => format!("{} != 0", of(id)),
-        Language::Rust => of(id),
-    };
-    let joined = |sign: &str, x: Id, y: Id| match dialect.language {
-        Language::C => format!("(({}) {sign} ({})) ? 1 : 0", holds(x), holds(y)),
-        Language::Rust => format!("{} {sign} {}", of(x), of(y)),
-    };
     Some(match node {
         Node::Constant(_) | Node::Truth(_) | Node::Time | Node::State(_) | Node::Input(_) => return None,
         Node::Unary(unary, x) => function(dialect, unary, &of(x)),
         Node::Binary(binary, x, y) => two(dialect, binary, &of(x), &of(y)),
         Node::Table(table, x) => format!("{}table{table}({})", dialect.prefix, of(x)),
         Node::Slope(table, x) => format!("{}slope{table}({})", dialect.prefix, of(x)),
-        Node::Compare(comparison, x, y) => compared(dialect, comparison, &of(x), &of(y)),
-        Node::And(x, y) => joined("&&", x, y),
-        Node::Or(x, y) => joined("||", x, y),
-        Node::Not(x) => match dialect.language {
-            Language::C => format!("({} == 0) ? 1 : 0", of(x)),
-            Language::Rust => format!("!{}", of(x)),
-        },
-        Node::Select(condition, x, y) => dialect.choice(&holds(condition), &of(x), &of(y)),
+        Node::Compare(comparison, x, y) => format!("{} {} {}", of(x), comparison.sign(), of(y)),
+        Node::And(x, y) => format!("{} && {}", of(x), of(y)),
+        Node::Or(x, y) => format!("{} || {}", of(x), of(y)),
+        Node::Not(x) => format!("!{}", of(x)),
+        Node::Select(condition, x, y) => dialect.choice(&of(condition), &of(x), &of(y)),
     })
-}
-
-fn compared(dialect: &Dialect, comparison: Comparison, x: &str, y: &str) -> String {
-    let sign = comparison.sign();
-    match dialect.language {
-        Language::C => format!("({x} {sign} {y}) ? 1 : 0"),
-        Language::Rust => format!("{x} {sign} {y}"),
-    }
 }
 
 fn function(dialect: &Dialect, unary: Unary, x: &str) -> String {
@@ -325,7 +303,7 @@ impl Table {
         };
         let beyond = |end: usize| match self.extrapolation() {
             Extrapolation::Hold => format!("{py}[{end}]"),
-            Extrapolation::Linear => format!("{py}[{end}] + ({}) * (x - {px}[{end}])", outer(end)),
+            Extrapolation::Linear => format!("{py}[{end}] + (({}) * (x - {px}[{end}]))", outer(end)),
         };
         let inner = |name: &str, first: &str, end: &str, inside: &[(&str, String)], result: &str| {
             let mut text = if c {
@@ -367,7 +345,7 @@ impl Table {
                     &beyond(0),
                     &beyond(last),
                     &[piece.clone(), width.clone(), share],
-                    &format!("{py}[k] + {rises} * share"),
+                    &format!("{py}[k] + ({rises} * share)"),
                 ),
                 inner("slope", &outer(0), &outer(last), &[piece, width], &secant),
             )
@@ -377,14 +355,14 @@ impl Table {
             let all: Vec<_> =
                 [piece.clone(), width.clone(), share.clone(), rest.clone(), three].into_iter().chain(ends).collect();
             let sum = format!(
-                "{py}[k] * rest * rest * rest + ({py}[k] * three + first) * rest * rest * share + ({py}[k + 1] * three - second) * rest * share * share + {py}[k + 1] * share * share * share"
+                "({py}[k] * rest * rest * rest) + ((({py}[k] * three) + first) * rest * rest * share) + ((({py}[k + 1] * three) - second) * rest * share * share) + ({py}[k + 1] * share * share * share)"
             );
             let value = inner("table", &beyond(0), &beyond(last), &all, &sum);
             let middle = (
                 "middle",
-                format!("{} * ({secant}) - ({pm}[k] + {pm}[k]) - ({pm}[k + 1] + {pm}[k + 1])", dialect.literal(6.0)),
+                format!("({} * ({secant})) - ({pm}[k] + {pm}[k]) - ({pm}[k + 1] + {pm}[k + 1])", dialect.literal(6.0)),
             );
-            let sum = format!("{pm}[k] * rest * rest + middle * rest * share + {pm}[k + 1] * share * share");
+            let sum = format!("({pm}[k] * rest * rest) + (middle * rest * share) + ({pm}[k + 1] * share * share)");
             (value, inner("slope", &outer(0), &outer(last), &[piece, width, share, rest, middle], &sum))
         };
         let all = [(used.value, value), (used.slope, slope)];

@@ -130,10 +130,10 @@ where
         let data = &self.leaves.as_ref()[leaf * stride..][..stride];
         // A little beyond the samples a low-degree polynomial is still good; far beyond it is held.
         let reach = convert::<f64, T>(REACH);
-        let local = SVector::<T, I>::from_fn(|i, _| ((point[i] - data[i]) * data[I + i]).max(-reach).min(reach));
+        let local = SVector::<T, I>::from_fn(|i, _| between((point[i] - data[i]) * data[I + i], -reach, reach));
         let (least, most) = (&data[2 * I..][..O], &data[2 * I + O..][..O]);
         let mut coefficients = data[2 * (I + O)..].iter();
-        SVector::from_fn(|o, _| horner(&mut coefficients, self.degree, local.as_slice()).max(least[o]).min(most[o]))
+        SVector::from_fn(|o, _| between(horner(&mut coefficients, self.degree, local.as_slice()), least[o], most[o]))
     }
 
     /// Total degree of the polynomials.
@@ -354,13 +354,20 @@ where
     }
 }
 
+/// The number of `[low, high]` nearest to x, and `low` for NaN. Comparisons, because `max` and `min` leave open which zero
+/// they return.
+fn between<T: RealField + Copy>(x: T, low: T, high: T) -> T {
+    let x = if x > low { x } else { low };
+    if x < high { x } else { high }
+}
+
 /// The point of the box nearest to x.
 pub(super) fn clamped<T: RealField + Copy, const N: usize>(
     x: &SVector<T, N>,
     lower: &SVector<T, N>,
     upper: &SVector<T, N>,
 ) -> SVector<T, N> {
-    SVector::from_fn(|i, _| x[i].max(lower[i]).min(upper[i]))
+    SVector::from_fn(|i, _| between(x[i], lower[i], upper[i]))
 }
 
 /// `lower < upper` in every entry, all finite.

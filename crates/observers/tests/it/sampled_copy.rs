@@ -1,8 +1,11 @@
-//! The copy of a nonlinear plant that is stepped once per sample.
+//! Observers of nonlinear plants that are stepped once per sample: the copy, and the numerical KKL observer.
 
+use luenberger_observers::numerical_kkl::{
+    Coordinates, Node, PolynomialInverse, PolynomialTree, SampledFilter, SampledKkl,
+};
 use luenberger_observers::{NonlinearLuenbergerObserver, Observer, ObserverError, SampledCopy, SampledObserver};
-use luenberger_plants::{Plant, VanDerPol};
-use nalgebra::{SVector, Vector1, Vector2};
+use luenberger_plants::{Dimensions, Plant, Shape, VanDerPol};
+use nalgebra::{Matrix2, SVector, Vector1, Vector2};
 
 type Column = SVector<f64, 0>;
 
@@ -86,4 +89,59 @@ fn what_cannot_be_stepped_is_an_error() {
     assert!(matches!(new(Vector2::zeros(), f64::NAN, 1), ObserverError::Period { .. }));
     assert_eq!(new(Vector2::zeros(), 0.1, 0), ObserverError::Substeps);
     assert!(matches!(new(Vector2::new(f64::NAN, 0.0), 0.1, 1), ObserverError::Matrix(_)));
+}
+
+/// x' = -x, y = x.
+#[derive(Debug)]
+struct Decay;
+
+impl Shape for Decay {
+    fn dimensions(&self) -> Dimensions {
+        Dimensions { states: 1, inputs: 0, outputs: 1 }
+    }
+}
+
+impl Plant<f64> for Decay {
+    type State = Vector1<f64>;
+    type Input = Column;
+    type Output = Vector1<f64>;
+
+    fn derivative(&self, _t: f64, x: &Vector1<f64>, _u: &Column) -> Vector1<f64> {
+        -x
+    }
+
+    fn output(&self, _t: f64, x: &Vector1<f64>, _u: &Column) -> Vector1<f64> {
+        *x
+    }
+}
+
+/// With D = diag(-2, -3) and B = (1, 1) it is T(x) = (x, x/2), which solves `-m_i = -d_i m_i + 1`.
+#[test]
+fn the_sampled_kkl_observer_follows_the_plant_and_converges() {
+    let nodes: [Node<f64>; 0] = [];
+    // Local coordinates s = z/4; x = 4 s1, and z = (4 s, 2 s).
+    let inverse = [0.0, 0.0, 0.25, 0.25, -4.0, 4.0, 0.0, 4.0, 0.0];
+    let forward = [0.0, 0.25, -4.0, -4.0, 4.0, 4.0, 4.0, 0.0, 2.0, 0.0];
+    let (inverse, forward) = (PolynomialTree::new(1, nodes, inverse), PolynomialTree::new(1, nodes, forward));
+    // The two trees lend arrays of different lengths: on the heap they have one type.
+    let (inverse, forward) = (inverse.unwrap().cast::<f64>(), forward.unwrap().cast::<f64>());
+    let bounds = (Vector1::new(-4.0), Vector1::new(4.0));
+    let inverse = PolynomialInverse::new(Coordinates::identity(), bounds, inverse, forward).unwrap();
+    let d = Matrix2::new(-2.0, 0.0, 0.0, -3.0);
+    let filter = SampledFilter { d, b: Vector2::new(1.0, 1.0), period: 0.1, substeps: 1 };
+    let observer = SampledKkl::new(Decay, filter, inverse.clone()).unwrap();
+    let (u, y) = (Column::zeros(), |k: i32| Vector1::new((-0.1 * f64::from(k)).exp()));
+    for (first, bound) in [(1.0, 1e-6), (-3.0, 0.1)] {
+        let mut z = observer.initial(0.0, &Vector1::new(first), &u, &y(0));
+        assert!((observer.estimate(&z)[0] - first).abs() < 1e-12);
+        for k in 0..20 {
+            observer.step(0.1 * f64::from(k), &mut z, &u, &y(k));
+        }
+        // From a wrong estimate the error decays like exp(-2 t).
+        assert!((observer.estimate(&z) - y(20)).norm() < bound, "{first}: {z} {}", y(20));
+    }
+    let none = SampledFilter { substeps: 0, ..filter };
+    assert_eq!(SampledKkl::new(Decay, none, inverse.clone()).unwrap_err(), ObserverError::Substeps);
+    let still = SampledFilter { period: 0.0, ..filter };
+    assert!(matches!(SampledKkl::new(Decay, still, inverse).unwrap_err(), ObserverError::Period { .. }));
 }

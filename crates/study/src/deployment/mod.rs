@@ -11,7 +11,7 @@ mod expressions;
 mod nonlinear;
 mod record;
 
-pub use nonlinear::{CopyDesign, DiscreteCopyDesign, FilterDesign};
+pub use nonlinear::{CopyDesign, DiscreteCopyDesign, FilterDesign, KklDesign, KklStep};
 pub use record::{Difference, Record, record};
 
 use std::sync::atomic::AtomicBool;
@@ -29,7 +29,7 @@ use luenberger_sim::Trajectory;
 use nalgebra::{DMatrix, DVector};
 
 use crate::closed_loop;
-use crate::design::{self, NoDesign, Runnable};
+use crate::design::{self, Designed, NoDesign, Runnable};
 use crate::execute;
 use crate::results::FailureReport;
 use crate::study::{GainSpec, LinearSpec, ObserverKind, ObserverSpec, Study};
@@ -49,6 +49,18 @@ pub enum SampledDesign {
     DiscreteCopy(Box<DiscreteCopyDesign>),
     /// The extended Kalman filter.
     Filter(Box<FilterDesign>),
+    /// The numerical KKL observer.
+    Kkl(Box<KklDesign>),
+}
+
+/// A sampled design, and the design of the study itself where it was needed.
+#[derive(Debug, Clone)]
+pub struct Sampled {
+    /// The sampled design.
+    pub design: SampledDesign,
+    /// The sampling period.
+    pub period: f64,
+    of_the_study: Option<Designed>,
 }
 
 impl SampledDesign {
@@ -65,6 +77,10 @@ impl SampledDesign {
         match self {
             Self::Copy(design) => Some(design.observer.substeps()),
             Self::Filter(design) => design.filter.substeps(),
+            Self::Kkl(design) => Some(match &design.observer {
+                KklStep::Two(_, filter, _) => filter.substeps,
+                KklStep::Three(_, filter, _) => filter.substeps,
+            }),
             _ => None,
         }
     }
@@ -154,7 +170,7 @@ pub fn sampled(
     observer: &ObserverSpec,
     period: Option<f64>,
     substeps: Option<usize>,
-) -> Result<SampledDesign, FailureReport> {
+) -> Result<Sampled, FailureReport> {
     let failure = |hypothesis: String, alternatives: &[&str]| FailureReport {
         hypothesis,
         alternatives: alternatives.iter().map(|&text| text.to_owned()).collect(),
@@ -185,12 +201,10 @@ pub fn sampled(
             Some(dt) => in_discrete_time(study, observer, plant, gain, dt),
             None => held(study, observer, plant, gain, period).map_err(|error| error.to_string()),
         });
-        return design.map_err(|why| failure(why, &[]));
+        let design = design.map_err(|why| failure(why, &[]))?;
+        return Ok(Sampled { design, period, of_the_study: None });
     }
     let in_words = |(hypothesis, alternatives)| FailureReport { hypothesis, alternatives, line: observer.place.line };
-    if matches!(observer.kind, ObserverKind::KklNumerical(_)) {
-        return Err(in_words(nonlinear::of_kkl()));
-    }
     let designed = design::design(study, observer, &AtomicBool::new(false)).map_err(|none| match none {
         NoDesign::Misfit(failure) => failure,
         NoDesign::Interrupted => failure("interrupted".to_owned(), &[]),
@@ -198,10 +212,11 @@ pub fn sampled(
     if let (ObserverKind::Luenberger(gain) | ObserverKind::Kalman(gain), Runnable::LinearAt(_), Some(point)) =
         (&observer.kind, &designed.runnable, &study.operating_point)
     {
-        return names.with(|| at_point(study, observer, gain, point, period)).map_err(|why| failure(why, &[]));
+        let design = names.with(|| at_point(study, observer, gain, point, period)).map_err(|why| failure(why, &[]))?;
+        return Ok(Sampled { design, period, of_the_study: Some(designed) });
     }
-    let design = names.with(|| nonlinear::sampled(study, observer, designed, period, substeps));
-    design.map_err(in_words)
+    let design = names.with(|| nonlinear::sampled(study, observer, &designed, period, substeps)).map_err(in_words)?;
+    Ok(Sampled { design, period, of_the_study: Some(designed) })
 }
 
 /// The sampled linear design at an operating point.
@@ -315,6 +330,13 @@ pub fn evidence(study: &Study, observer: &ObserverSpec, design: &SampledDesign, 
                 &rest,
             )
         }
+        SampledDesign::Kkl(kkl) => Evidence {
+            sentences: vec![format!(
+                "No stability certificate. {} The exported left inverse is the embedded one, a tree of polynomials; between samples a copy of the plant predicts the output.",
+                kkl.statement
+            )],
+            file: None,
+        },
         SampledDesign::Filter(_) => Evidence {
             sentences: vec![
                 "No stability certificate: an extended Kalman filter converges from small errors.".to_owned(),

@@ -1,15 +1,18 @@
 //! Observers of nonlinear plants with a step for each sample.
 
 use luenberger_design::Certificate;
+use luenberger_design::numerical_kkl::Embedded;
 use luenberger_expression::ExpressionPlant;
 use luenberger_observers::high_gain::HighGainMap;
+use luenberger_observers::kkl::{LeftInverse, LinearKkl};
+use luenberger_observers::numerical_kkl::SampledFilter;
 use luenberger_observers::{DiscreteNonlinearObserver, ExtendedKalmanFilter, SampledCopy, SampledObserver};
 use luenberger_plants::Differentiable;
 use luenberger_proof::wording::significant;
-use nalgebra::{DMatrix, DVector, Dyn};
+use nalgebra::{Const, DMatrix, DVector, Dyn};
 
 use super::SampledDesign;
-use crate::design::{Designed, Runnable};
+use crate::design::{Designed, Kkl, Runnable};
 use crate::study::{ObserverSpec, Study};
 
 /// A step of the Runge-Kutta method is at most this share of the time constant of the fastest mode of the error: its own
@@ -50,22 +53,56 @@ pub struct FilterDesign {
     pub filter: ExtendedKalmanFilter<ExpressionPlant, f64, Dyn, Dyn, Dyn>,
 }
 
+/// The numerical KKL observer in its embedded form.
+#[derive(Debug, Clone)]
+pub struct KklDesign {
+    /// The observer.
+    pub observer: KklStep,
+    /// What the design says in continuous time.
+    pub statement: String,
+}
+
+/// The step of a numerical KKL observer, for two and for three states.
+#[derive(Debug, Clone)]
+pub enum KklStep {
+    /// Two states.
+    Two(ExpressionPlant, SampledFilter<f64, 1, 3>, Embedded<2, 3>),
+    /// Three states.
+    Three(ExpressionPlant, SampledFilter<f64, 1, 4>, Embedded<3, 4>),
+}
+
+fn two<I>(
+    plant: &ExpressionPlant,
+    map: &LinearKkl<f64, Const<3>, Const<0>, Const<1>, Const<2>, I>,
+    inverse: &Embedded<2, 3>,
+    (period, substeps): (f64, usize),
+) -> KklStep
+where
+    I: LeftInverse<f64, Const<3>, Const<1>, Const<2>>,
+{
+    KklStep::Two(plant.clone(), SampledFilter { d: *map.d(), b: *map.b(), period, substeps }, inverse.clone())
+}
+
+fn three<I>(
+    plant: &ExpressionPlant,
+    map: &LinearKkl<f64, Const<4>, Const<0>, Const<1>, Const<3>, I>,
+    inverse: &Embedded<3, 4>,
+    (period, substeps): (f64, usize),
+) -> KklStep
+where
+    I: LeftInverse<f64, Const<4>, Const<1>, Const<3>>,
+{
+    KklStep::Three(plant.clone(), SampledFilter { d: *map.d(), b: *map.b(), period, substeps }, inverse.clone())
+}
+
 /// Why there is no step, and what would have one.
 pub(super) type Refusal = (String, Vec<String>);
-
-/// Of a numerical KKL observer, whose design takes minutes.
-pub(super) fn of_kkl() -> Refusal {
-    (
-        "a numerical KKL observer has no export: its step needs the table of its left inverse".to_owned(),
-        vec!["extended-kalman and, for plants with bounded Jacobians, lpv and lipschitz have an export".to_owned()],
-    )
-}
 
 /// The sampled form of a design for a nonlinear plant.
 pub(super) fn sampled(
     study: &Study,
     observer: &ObserverSpec,
-    designed: Designed,
+    designed: &Designed,
     period: f64,
     substeps: Option<usize>,
 ) -> Result<SampledDesign, Refusal> {
@@ -119,11 +156,23 @@ pub(super) fn sampled(
             let observer = DiscreteNonlinearObserver::new(plant, copied.l().clone(), period);
             let observer = observer.map_err(|error| plain(error.to_string()))?;
             let certificate =
-                certificate.ok_or_else(|| plain("the design has no certificate to refer to".to_owned()))?;
-            let statement = report.statement;
+                certificate.clone().ok_or_else(|| plain("the design has no certificate to refer to".to_owned()))?;
+            let statement = report.statement.clone();
             Ok(SampledDesign::DiscreteCopy(Box::new(DiscreteCopyDesign { observer, certificate, statement })))
         }
-        Runnable::Kkl(_) => Err(of_kkl()),
+        Runnable::Kkl(kkl) => {
+            // The filter is slower than the plant has to be resolved: the poles of D are those of the cut-off.
+            let fastest = report.poles.iter().map(|[re, im]| re.hypot(*im)).fold(0.0, f64::max);
+            let step = (period, substeps.map_or_else(|| steps_for(period, fastest), Ok)?);
+            let observer = match kkl.as_ref() {
+                Kkl::Two(observer) => two(&plant, observer.map(), observer.map().inverse().start(), step),
+                Kkl::TwoEmbedded(observer) => two(&plant, observer.map(), observer.map().inverse(), step),
+                Kkl::Three(observer) => three(&plant, observer.map(), observer.map().inverse().start(), step),
+                Kkl::ThreeEmbedded(observer) => three(&plant, observer.map(), observer.map().inverse(), step),
+            };
+            let statement = report.statement.clone();
+            Ok(SampledDesign::Kkl(Box::new(KklDesign { observer, statement })))
+        }
         Runnable::CubicAt(_) | Runnable::SampledCubicAt(_) => Err((
             "a cubic observer in deviations from an operating point has no export".to_owned(),
             vec!["kind = \"luenberger\" at the same operating point has one".to_owned()],
@@ -157,6 +206,11 @@ fn substeps_for(
         ));
     }
     let fastest = a.complex_eigenvalues().iter().map(|pole| pole.norm()).fold(0.0, f64::max);
+    steps_for(period, fastest)
+}
+
+/// Runge-Kutta steps per period for a mode of this magnitude.
+fn steps_for(period: f64, fastest: f64) -> Result<usize, Refusal> {
     let wanted = (period * fastest / SHARE).ceil().max(1.0);
     if wanted <= MOST_SUBSTEPS as f64 {
         return Ok(wanted as usize);

@@ -4,6 +4,7 @@ use std::sync::atomic::AtomicBool;
 
 use luenberger_proof::wording::at_most;
 
+use super::Sampled;
 use crate::design::{Designed, design};
 use crate::execute::{self, Member};
 use crate::study::{ObserverSpec, Study};
@@ -24,14 +25,19 @@ pub struct Record {
 
 /// The run of an observer in the simulation of the study, with its own step or in continuous time; none without a
 /// simulation, with sensors of other periods, and if it cannot be simulated.
-pub fn record(study: &Study, observer: &ObserverSpec, period: f64) -> Option<Record> {
+pub fn record(study: &Study, observer: &ObserverSpec, sampled: &Sampled) -> Option<Record> {
     // The exported step knows no sensors with instants of their own.
     let simulation = study.simulation.as_ref().filter(|simulation| simulation.sensors.is_empty())?;
     let cancel = AtomicBool::new(false);
     let others =
         study.observers.iter().filter(|other| execute::is_fed(study, &other.name) || other.name == observer.name);
+    let of_the_study = |other: &ObserverSpec| match &sampled.of_the_study {
+        Some(designed) if other.name == observer.name => Some(designed.clone()),
+        _ => design(study, other, &cancel).ok(),
+    };
     let designed: Vec<(&ObserverSpec, Designed)> =
-        others.filter_map(|other| Some((other, design(study, other, &cancel).ok()?))).collect();
+        others.filter_map(|other| Some((other, of_the_study(other)?))).collect();
+    let period = sampled.period;
     let members: Vec<Member<'_>> = designed.iter().map(|(wish, designed)| Member { wish, designed }).collect();
     let member = members.iter().find(|member| member.wish.name == observer.name)?;
     let count = ((simulation.duration / period + 1e-9).floor() as usize).min(MOST);

@@ -1,7 +1,7 @@
 //! SampledCopy of 2 states, 1 inputs and 1 outputs, one step per sample.
 //!
 //!
-//! SHA-256 of the numbers: 07247dead2920a9a0000a1691a183e34af1c5e52572fd9de8ce6708c284e781b
+//! SHA-256 of the numbers: ac98d0313b92f90011115a00e4fea1d0b8fc118a54886e0b280a0e9ae8a59bb1
 pub use luenberger_observers;
 
 use luenberger_observers::nalgebra::{Const, SMatrix, SVector};
@@ -167,10 +167,10 @@ fn piece0(x: f64) -> usize {
 
 fn table0(x: f64) -> f64 {
     if x < TABLE_X0[0] {
-        return TABLE_Y0[0] + (TABLE_M0[0]) * (x - TABLE_X0[0]);
+        return TABLE_Y0[0] + ((TABLE_M0[0]) * (x - TABLE_X0[0]));
     }
     if x > TABLE_X0[2] {
-        return TABLE_Y0[2] + (TABLE_M0[2]) * (x - TABLE_X0[2]);
+        return TABLE_Y0[2] + ((TABLE_M0[2]) * (x - TABLE_X0[2]));
     }
     let k = piece0(x);
     let width = TABLE_X0[k + 1] - TABLE_X0[k];
@@ -179,7 +179,7 @@ fn table0(x: f64) -> f64 {
     let three = 3.0;
     let first = TABLE_M0[k] * width;
     let second = TABLE_M0[k + 1] * width;
-    TABLE_Y0[k] * rest * rest * rest + (TABLE_Y0[k] * three + first) * rest * rest * share + (TABLE_Y0[k + 1] * three - second) * rest * share * share + TABLE_Y0[k + 1] * share * share * share
+    (TABLE_Y0[k] * rest * rest * rest) + (((TABLE_Y0[k] * three) + first) * rest * rest * share) + (((TABLE_Y0[k + 1] * three) - second) * rest * share * share) + (TABLE_Y0[k + 1] * share * share * share)
 }
 
 fn slope0(x: f64) -> f64 {
@@ -193,6 +193,6 @@ fn slope0(x: f64) -> f64 {
     let width = TABLE_X0[k + 1] - TABLE_X0[k];
     let share = (x - TABLE_X0[k]) / width;
     let rest = 1.0 - share;
-    let middle = 6.0 * ((TABLE_Y0[k + 1] - TABLE_Y0[k]) / width) - (TABLE_M0[k] + TABLE_M0[k]) - (TABLE_M0[k + 1] + TABLE_M0[k + 1]);
-    TABLE_M0[k] * rest * rest + middle * rest * share + TABLE_M0[k + 1] * share * share
+    let middle = (6.0 * ((TABLE_Y0[k + 1] - TABLE_Y0[k]) / width)) - (TABLE_M0[k] + TABLE_M0[k]) - (TABLE_M0[k + 1] + TABLE_M0[k + 1]);
+    (TABLE_M0[k] * rest * rest) + (middle * rest * share) + (TABLE_M0[k + 1] * share * share)
 }

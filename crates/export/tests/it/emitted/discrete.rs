@@ -1,7 +1,7 @@
 //! DiscreteNonlinearObserver of 2 states, 1 inputs and 1 outputs, one step per sample.
 //!
 //!
-//! SHA-256 of the numbers: 012a17ccaf96732118d611c828efe52fd0023036fea09bc9d789f4745b290a3e
+//! SHA-256 of the numbers: 3b86ede1ba58388fb7726a3b771d59a228a7fb4d8b0e9b0b3abf89ae3b32b161
 pub use luenberger_observers;
 
 use luenberger_observers::nalgebra::{Const, SMatrix, SVector};

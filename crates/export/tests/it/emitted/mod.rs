@@ -11,14 +11,21 @@ mod discrete;
 #[rustfmt::skip]
 #[allow(unreachable_pub, clippy::all, clippy::pedantic)]
 mod filter;
+#[rustfmt::skip]
+#[allow(unreachable_pub, clippy::all, clippy::pedantic)]
+mod kkl;
 
 use std::path::Path;
 use std::sync::Arc;
 
+use luenberger_export::kkl::Kkl;
 use luenberger_export::{Export, Names, Program, Scalar, golden};
 use luenberger_expression::{ExpressionPlant, Extrapolation, Interpolation, Parameters, Scope, Table, Tables};
+use luenberger_observers::numerical_kkl::{
+    Branch, Coordinates, Node, PolynomialInverse, PolynomialTree, SampledFilter,
+};
 use luenberger_observers::{DiscreteNonlinearObserver, ExtendedKalmanFilter, NoiseModel, SampledCopy, SampledObserver};
-use nalgebra::{SVector, dmatrix};
+use nalgebra::{SMatrix, SVector, dmatrix};
 
 fn plant(f: &[&str], h: &[&str], inputs: usize) -> ExpressionPlant {
     let table = Table::new(&[-1.0, 0.0, 2.0], &[0.5, 0.0, 1.5], Interpolation::MonotoneCubic, Extrapolation::Linear);
@@ -50,11 +57,12 @@ fn unchanged(export: &Export, name: &str) {
 macro_rules! agrees {
     ($emitted:ident, $export:expr, $scalar:ty) => {
         let observer = $emitted::observer().unwrap();
-        let mut state = observer.initial(0.0, &$emitted::initial(), &SVector::from([0.0; 1]), &SVector::from([0.0; 1]));
-        let convert = |x: &[f64]| SVector::<$scalar, 1>::from_iterator(x.iter().map(|x| *x as $scalar));
+        let mut state = observer.initial(0.0, &$emitted::initial(), &SVector::zeros(), &SVector::zeros());
         for (k, step) in golden::steps($export, 200).unwrap().iter().enumerate() {
             let t = k as $scalar * observer.period();
-            observer.step(t, &mut state, &convert(&step.u), &convert(&step.y));
+            let u = SVector::from_iterator(step.u.iter().map(|x| *x as $scalar));
+            let y = SVector::from_iterator(step.y.iter().map(|x| *x as $scalar));
+            observer.step(t, &mut state, &u, &y);
             let found: Vec<f64> = observer.estimate(&state).iter().map(|x| f64::from(*x)).collect();
             assert_eq!(found, step.estimate, "step {k}");
         }
@@ -87,4 +95,32 @@ fn the_extended_kalman_filter_is_emitted_as_rust() {
     let export = export(Program::Kalman(filter), Scalar::Binary32);
     unchanged(&export, "filter");
     agrees!(filter, &export, f32);
+}
+
+#[test]
+fn the_numerical_kkl_observer_is_emitted_as_rust() {
+    let plant = plant(&["x2^3", "-sin(x1)"], &["x1"], 0);
+    let node = |axis, below, above| Node { axis, threshold: 0.125, below, above };
+    let leaf = |centre: f64, inputs: usize, outputs: usize| {
+        let monomials = if inputs == 2 { 3 } else { 4 };
+        let mut leaf = vec![centre; inputs];
+        leaf.extend(vec![0.5; inputs]);
+        leaf.extend(vec![-1.5; outputs]);
+        leaf.extend(vec![1.25; outputs]);
+        leaf.extend((0..outputs * monomials).map(|k| 0.25 * (k % 5) as f64 - 0.5));
+        leaf
+    };
+    let split = vec![node(1, Branch::Leaf(1), Branch::Leaf(0))];
+    let inverse = PolynomialTree::new(1, split, [leaf(0.25, 3, 2), leaf(-0.25, 3, 2)].concat()).unwrap();
+    let forward = PolynomialTree::new(1, Vec::new(), leaf(0.0, 2, 3)).unwrap();
+    let whiten = SMatrix::<f64, 3, 3>::from_fn(|i, j| 1.0 / (1.0 + i as f64 + j as f64));
+    let coordinates = Coordinates::new(SVector::from([0.125, 0.25, 0.0]), whiten, whiten.transpose()).unwrap();
+    let bounds = (SVector::from([-1.0, -1.0]), SVector::from([1.0, 0.75]));
+    let inverse = PolynomialInverse::new(coordinates, bounds, inverse, forward).unwrap();
+    let d = SMatrix::from_diagonal(&SVector::from([-1.0, -2.0, -3.0]));
+    let filter = SampledFilter { d, b: SVector::from([1.0, 0.5, -0.25]), period: 0.125, substeps: 2 };
+    let program = Program::Kkl(Kkl::two(&plant, filter, inverse).unwrap());
+    let export = export(program, Scalar::Binary32);
+    unchanged(&export, "kkl");
+    agrees!(kkl, &export, f32);
 }

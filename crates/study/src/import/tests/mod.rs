@@ -195,8 +195,9 @@ fn what_is_no_plant_is_refused_in_words() {
         refused(br#"{"s": {"A": [[1]]}, "t": {"A": [[1]]}}"#),
         "s and t could both be meant: leave one of them in the file"
     );
-    assert_eq!(refused(b"{\"A\": [[1, 2],\n [3]]}"), "line 2, column 5: row 1 has 1 entries, and row 0 has 2");
-    assert!(refused(br#"{"A": [[1, null]]}"#).starts_with("line 1, column 15: invalid type: null, expected f64"));
+    assert_eq!(refused(b"{\"A\": [[1, 2],\n [3]]}"), "line 2, column 5: row 1 has length 1, and row 0 has length 2");
+    let null = refused(br#"{"A": [[1, null]]}"#);
+    assert!(null.starts_with("line 1, column 15: ") && null.contains("null"), "{null}");
     assert!(
         refused(b"[[1]]").starts_with("line 1, column 1: invalid type: sequence, expected an object with the matrices")
     );

@@ -1,0 +1,259 @@
+//! The step of the numerical KKL observer, and its left inverse by trees of polynomials.
+
+use std::fmt::Write;
+
+use super::plant::{self, Arguments};
+use super::{feedback, lengths, product, scalar};
+use crate::kkl::{Kkl, Tree};
+use crate::program::{Maps, Scalar};
+use crate::{Export, number};
+
+/// Target states.
+pub(super) fn targets(kkl: &Kkl<f64>) -> usize {
+    kkl.dimensions().state
+}
+
+/// The trees and the left inverse, which the start needs as well.
+pub(super) fn inverse(text: &mut String, export: &Export, kkl: &Kkl<f64>) {
+    let number = scalar(export);
+    let (upper, _) = lengths(export);
+    let (n, z) = (format!("{upper}_STATES"), targets(kkl).to_string());
+    let (magnitude, largest) = match export.scalar {
+        Scalar::Binary32 => ("fabsf", "FLT_MAX"),
+        Scalar::Binary64 => ("fabs", "DBL_MAX"),
+    };
+    let zero = number::c(0.0, export.scalar);
+    _ = write!(
+        text,
+        "
+/* The number of [low, high] nearest to x. */
+static {number} between({number} x, {number} low, {number} high)
+{{
+    const {number} raised = (x > low) ? x : low;
+    return (raised < high) ? raised : high;
+}}
+"
+    );
+    for (name, tree) in kkl.trees() {
+        self::tree(text, export, name, &tree);
+    }
+    _ = write!(
+        text,
+        "
+/* The estimate: the state whose image is z, in its box. */
+static void estimate(const {number} *z, {number} *xhat)
+{{
+    {number} shifted[{z}];
+    {number} w[{z}];
+    int i;
+    int j;
+
+    for (i = 0; i < {z}; ++i) {{
+        shifted[i] = z[i] - MEAN[i][0];
+    }}
+"
+    );
+    product(
+        text,
+        number,
+        ("WHITEN", &z, &z),
+        "shifted",
+        &format!("w[i] = ({magnitude}(sum) <= {largest}) ? sum : {zero};"),
+    );
+    _ = write!(
+        text,
+        "    inverse(w, xhat);
+    for (i = 0; i < {n}; ++i) {{
+        xhat[i] = between(xhat[i], LOWER[i][0], UPPER[i][0]);
+    }}
+}}
+"
+    );
+}
+
+/// A tree of polynomials as a function.
+fn tree(text: &mut String, export: &Export, name: &str, tree: &Tree) {
+    let number = scalar(export);
+    let literal = |x: f64| number::c(export.scalar.round(x), export.scalar);
+    let list = |text: &mut String, kind: &str, what: &str, entries: Vec<String>| {
+        _ = writeln!(text, "static const {kind} {what}[{}] = {{", entries.len());
+        for line in entries.chunks(6) {
+            _ = writeln!(text, "    {},", line.join(", "));
+        }
+        text.push_str("};\n");
+    };
+    let upper = name.to_uppercase();
+    text.push('\n');
+    let has_nodes = !tree.nodes.is_empty();
+    if has_nodes {
+        let codes = |of: fn(&luenberger_observers::numerical_kkl::Node<f64>) -> i32| -> Vec<String> {
+            tree.nodes.iter().map(|node| of(node).to_string()).collect()
+        };
+        list(text, "int", &format!("{upper}_AXIS"), codes(|node| i32::from(node.axis)));
+        let thresholds = tree.nodes.iter().map(|node| literal(node.threshold)).collect();
+        list(text, number, &format!("{upper}_THRESHOLD"), thresholds);
+        list(text, "int", &format!("{upper}_BELOW"), codes(|node| Tree::code(node.below)));
+        list(text, "int", &format!("{upper}_ABOVE"), codes(|node| Tree::code(node.above)));
+    }
+    list(text, number, &format!("{upper}_LEAVES"), tree.leaves.iter().map(|x| literal(*x)).collect());
+    let Tree { inputs, outputs, degree, .. } = tree;
+    let (stride, coefficients) = (tree.stride(), tree.coefficients());
+    let zero = literal(0.0);
+    // Nested Horner: the last variable outside, the degree that is left for the others grows.
+    let mut horner = String::new();
+    for depth in (0..*inputs).rev() {
+        let indent = "    ".repeat(inputs - depth + 1);
+        let bound = if depth + 1 == *inputs { degree.to_string() } else { format!("d{}", depth + 1) };
+        _ = writeln!(
+            horner,
+            "{indent}{number} s{depth} = {zero};\n{indent}int d{depth};\n{indent}for (d{depth} = 0; d{depth} <= {bound}; ++d{depth}) {{"
+        );
+    }
+    let indent = "    ".repeat(inputs + 2);
+    _ = writeln!(horner, "{indent}s0 = (s0 * local[0]) + leaf[k];\n{indent}++k;");
+    for depth in 0..*inputs {
+        let indent = "    ".repeat(inputs - depth + 1);
+        _ = writeln!(horner, "{indent}}}");
+        if depth + 1 < *inputs {
+            _ = writeln!(horner, "{indent}s{} = (s{} * local[{}]) + s{depth};", depth + 1, depth + 1, depth + 1);
+        }
+    }
+    let walk = if has_nodes {
+        format!(
+            "    int branch = 0;
+    const {number} *leaf;
+    int i;
+    int k = {first};
+
+    while (branch >= 0) {{
+        branch = (point[{upper}_AXIS[branch]] < {upper}_THRESHOLD[branch]) ? {upper}_BELOW[branch] : {upper}_ABOVE[branch];
+    }}
+    leaf = &{upper}_LEAVES[(-1 - branch) * {stride}];
+",
+            first = 2 * (inputs + outputs),
+        )
+    } else {
+        format!("    const {number} *leaf = {upper}_LEAVES;\n    int i;\n    int k = {};\n\n", 2 * (inputs + outputs))
+    };
+    _ = write!(
+        text,
+        "
+/* Polynomials of total degree {degree}, {coefficients} coefficients each, on the cells of a tree. */
+static void {name}(const {number} *point, {number} *out)
+{{
+    {number} local[{inputs}];
+{walk}    for (i = 0; i < {inputs}; ++i) {{
+        local[i] = between((point[i] - leaf[i]) * leaf[{inputs} + i], {low}, {high});
+    }}
+    for (i = 0; i < {outputs}; ++i) {{
+{horner}        out[i] = between(s{last}, leaf[{least} + i], leaf[{most} + i]);
+    }}
+}}
+",
+        low = literal(-1.125),
+        high = literal(1.125),
+        last = inputs - 1,
+        least = 2 * inputs,
+        most = 2 * inputs + outputs,
+    );
+}
+
+/// The start: z from the first estimate.
+pub(super) fn start(text: &mut String, export: &Export, kkl: &Kkl<f64>) {
+    let (name, number) = (&export.identifier, scalar(export));
+    let (upper, _) = lengths(export);
+    let (n, z) = (format!("{upper}_STATES"), targets(kkl).to_string());
+    _ = write!(
+        text,
+        "
+void {name}_init({name}_state *state, const {number} *xhat)
+{{
+    {number} x[{n}];
+    {number} w[{z}];
+    int i;
+    int j;
+
+    for (i = 0; i < {n}; ++i) {{
+        x[i] = between(xhat[i], LOWER[i][0], UPPER[i][0]);
+    }}
+    forward(x, w);
+"
+    );
+    product(text, number, ("COLOUR", &z, &z), "w", "state->z[i] = MEAN[i][0] + sum;");
+    let first = if export.program.uses_time() { "    state->sample = 0;\n" } else { "" };
+    _ = write!(text, "    estimate(state->z, state->xhat);\n{first}}}\n");
+}
+
+pub(super) fn step(text: &mut String, export: &Export, kkl: &Kkl<f64>, maps: &Maps) {
+    let number = scalar(export);
+    let (upper, _) = lengths(export);
+    let ([n, p], z) = (["STATES", "OUTPUTS"].map(|what| format!("{upper}_{what}")), targets(kkl).to_string());
+    let arguments = Arguments { inputs: Some("offset"), ..Arguments::of(maps, true) };
+    _ = write!(
+        text,
+        "
+/* The slopes of the target states and of the copy of the plant, v = (z, x); offset + h(x) is the predicted output. */
+static void slope({parameters}const {number} *v, {number} *dv)
+{{
+    {number} w[{p}];
+    int i;
+    int j;
+
+    {measurement}
+    {motion}
+    for (i = 0; i < {p}; ++i) {{
+        w[i] = offset[i] + w[i];
+    }}
+",
+        parameters = arguments.parameters(number),
+        measurement = plant::call("measurement", &maps.measurement, ("t", &format!("&v[{z}]"), "w")),
+        motion = plant::call("motion", &maps.motion, ("t", &format!("&v[{z}]"), &format!("&dv[{z}]"))),
+    );
+    product(text, number, ("FILTER", &z, &z), "v", "dv[i] = sum;");
+    product(text, number, ("B", &z, &p), "w", "dv[i] = dv[i] + sum;");
+    text.push_str("}\n");
+    let length = (targets(kkl) + export.program.dimensions().estimate).to_string();
+    plant::runge_kutta(text, export, arguments, &length);
+    _ = write!(
+        text,
+        "
+{head}
+{{
+    {number} offset[{p}];
+    {number} z[{length}];
+{time}    int i;
+    int k;
+
+    (void)u;
+    {measurement}
+    for (i = 0; i < {p}; ++i) {{
+        offset[i] = y[i] - offset[i];
+    }}
+    for (i = 0; i < {z}; ++i) {{
+        z[i] = state->z[i];
+    }}
+    for (i = 0; i < {n}; ++i) {{
+        z[{z} + i] = state->xhat[i];
+    }}
+",
+        head = feedback::head(export),
+        time = super::source::time(export),
+        measurement = plant::call("measurement", &maps.measurement, ("t", "state->xhat", "offset")),
+    );
+    plant::advance(text, export, arguments, kkl.substeps(), "");
+    _ = write!(
+        text,
+        "    for (i = 0; i < {z}; ++i) {{
+        state->z[i] = z[i];
+    }}
+    estimate(state->z, state->xhat);
+    if (xhat != NULL) {{
+        for (i = 0; i < {n}; ++i) {{
+            xhat[i] = state->xhat[i];
+        }}
+    }}
+{}}}
+",
+        super::source::tick(export)
+    );
+}

@@ -1,0 +1,149 @@
+//! The numerical KKL observer in its embedded form, stepped once per sample: `z' = D z + B w` between samples, with an
+//! output w that a copy of the plant predicts from the last measurement.
+//!
+//! ```text
+//! x' = f(x),                      x(t_k) = xhat = T^-L(z)
+//! z' = D z + B (y_k + h(x) - h(xhat))
+//! ```
+//!
+//! by so many steps of the classical Runge-Kutta method. T^-L amplifies what z has wrong; a measurement that is held
+//! instead delays z by half a period. With the error e of the estimate small, w differs from y by `O(h |e|)`.
+//!
+//! Source of the prediction: I. Karafyllis and C. Kravaris, From continuous-time design to sampled-data design of
+//! observers, IEEE Transactions on Automatic Control 54, 2009.
+
+use luenberger_plants::Plant;
+use luenberger_plants::error::check_matrix;
+use nalgebra::{RealField, SMatrix, SVector, convert};
+
+use crate::dense::times;
+use crate::error::ObserverError;
+use crate::numerical_kkl::{Node, PolynomialInverse};
+use crate::observer::{ObserverDimensions, SampledObserver};
+
+/// The filter `z' = D z + B w` and how it is stepped; see the [module](self).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SampledFilter<T, const P: usize, const Z: usize> {
+    /// D.
+    pub d: SMatrix<T, Z, Z>,
+    /// B.
+    pub b: SMatrix<T, Z, P>,
+    /// The sampling period.
+    pub period: T,
+    /// Runge-Kutta steps between two samples.
+    pub substeps: usize,
+}
+
+/// The sampled numerical KKL observer of a plant `S`; see the [module](self).
+///
+/// Fields are read through methods, because the constructor has checked them.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SampledKkl<S, T, K, V, const N: usize, const M: usize, const P: usize, const Z: usize> {
+    plant: S,
+    filter: SampledFilter<T, P, Z>,
+    inverse: PolynomialInverse<T, K, V, N, Z>,
+}
+
+impl<S, T, K, V, const N: usize, const M: usize, const P: usize, const Z: usize> SampledKkl<S, T, K, V, N, M, P, Z>
+where
+    S: Plant<T, State = SVector<T, N>, Input = SVector<T, M>, Output = SVector<T, P>>,
+    T: RealField + Copy,
+    K: AsRef<[Node<T>]>,
+    V: AsRef<[T]>,
+{
+    /// The observer with this filter and this left inverse.
+    ///
+    /// # Errors
+    /// [`ObserverError::Matrix`] for entries that are not finite, [`ObserverError::Period`], [`ObserverError::Substeps`].
+    pub fn new(
+        plant: S,
+        filter: SampledFilter<T, P, Z>,
+        inverse: PolynomialInverse<T, K, V, N, Z>,
+    ) -> Result<Self, ObserverError> {
+        check_matrix("D", &filter.d, (Z, Z))?;
+        check_matrix("B", &filter.b, (Z, P))?;
+        if !(filter.period.is_finite() && filter.period > T::zero()) {
+            return Err(ObserverError::Period { period: filter.period.to_subset_unchecked() });
+        }
+        if filter.substeps == 0 {
+            return Err(ObserverError::Substeps);
+        }
+        Ok(Self { plant, filter, inverse })
+    }
+
+    /// The plant.
+    pub fn plant(&self) -> &S {
+        &self.plant
+    }
+
+    /// The filter.
+    pub fn filter(&self) -> &SampledFilter<T, P, Z> {
+        &self.filter
+    }
+
+    /// The left inverse.
+    pub fn inverse(&self) -> &PolynomialInverse<T, K, V, N, Z> {
+        &self.inverse
+    }
+
+    /// `z'` and `x'`, with the output `offset + h(x)`.
+    fn slope(
+        &self,
+        t: T,
+        z: &SVector<T, Z>,
+        x: &SVector<T, N>,
+        u: &SVector<T, M>,
+        offset: &SVector<T, P>,
+    ) -> (SVector<T, Z>, SVector<T, N>) {
+        let w = offset + self.plant.output(t, x, u);
+        (times(&self.filter.d, z) + times(&self.filter.b, &w), self.plant.derivative(t, x, u))
+    }
+}
+
+impl<S, T, K, V, const N: usize, const M: usize, const P: usize, const Z: usize> SampledObserver<T>
+    for SampledKkl<S, T, K, V, N, M, P, Z>
+where
+    S: Plant<T, State = SVector<T, N>, Input = SVector<T, M>, Output = SVector<T, P>>,
+    T: RealField + Copy,
+    K: AsRef<[Node<T>]>,
+    V: AsRef<[T]>,
+{
+    type State = SVector<T, Z>;
+    type Input = SVector<T, M>;
+    type Output = SVector<T, P>;
+    type Estimate = SVector<T, N>;
+
+    fn dimensions(&self) -> ObserverDimensions {
+        ObserverDimensions { state: Z, inputs: M, outputs: P, estimate: N }
+    }
+
+    fn period(&self) -> T {
+        self.filter.period
+    }
+
+    fn step(&self, t: T, z: &mut Self::State, u: &Self::Input, y: &Self::Output) {
+        let (half, sixth): (T, T) = (convert(0.5), convert(1.0 / 6.0));
+        let two = T::one() + T::one();
+        let tau = self.filter.period / convert::<f64, T>(self.filter.substeps as f64);
+        let (middle, whole) = (tau * half, tau * sixth);
+        let mut x = self.inverse.state(z);
+        let offset = y - self.plant.output(t, &x, u);
+        for k in 0..self.filter.substeps {
+            let now = t + tau * convert::<f64, T>(k as f64);
+            let (k1, x1) = self.slope(now, z, &x, u, &offset);
+            let (k2, x2) = self.slope(now + middle, &(*z + k1 * middle), &(x + x1 * middle), u, &offset);
+            let (k3, x3) = self.slope(now + middle, &(*z + k2 * middle), &(x + x2 * middle), u, &offset);
+            let (k4, x4) = self.slope(now + tau, &(*z + k3 * tau), &(x + x3 * tau), u, &offset);
+            *z += (k1 + (k2 + k3) * two + k4) * whole;
+            x += (x1 + (x2 + x3) * two + x4) * whole;
+        }
+    }
+
+    fn estimate(&self, z: &Self::State) -> Self::Estimate {
+        self.inverse.state(z)
+    }
+
+    fn initial(&self, _t: T, estimate: &Self::Estimate, _u: &Self::Input, _y: &Self::Output) -> Self::State {
+        self.inverse.target(estimate)
+    }
+}
