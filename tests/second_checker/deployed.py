@@ -4,11 +4,12 @@ running error stays within bounds.
 The plant is `x+ = A x + B u`, `y = C x + v`. With the stored matrices (a tilde for each) the target computes
     joined        xhat+ = F xhat + B~ u + L~ y~,              F the exact A - L~ C rounded once
     innovation    xhat+ = A~ xhat + B~ u + L~ z,              z = y~ - C~ xhat
+    accumulated   the same, each of the two sums without rounding and then rounded once
     cubic         xhat+ = A~ (xhat - N~ i) + B~ u + L~ j,     w i = (1 - r) z, j = r z,
                                                               r = 1/sqrt(1 + 2 w h max(z'theta z, 0)).
 Everything is bounded entry by entry, by matrices that act on (1, |e_1|, .., |e_n|): here a `Matrix` of n + 1 columns. A
 sum of k terms, in any order and with or without fused operations, errs by at most `gamma_k sum |terms| + 2 k (1 +
-gamma_k) tiny` in floating point, and by half a unit for each product in fixed point.
+gamma_k) tiny` in floating point, and by half a unit for each product in fixed point, or for each sum if accumulated.
 """
 
 import re
@@ -78,7 +79,7 @@ class Observer:
             file.take("plant").fail(f"is of an order above {LARGEST_ORDER}")
         with file.object("formats") as formats:
             self.stored_in, self.running_in = Format.read(formats.take("stored")), Format.read(formats.take("running"))
-        self.step = file.take("step").word("joined", "innovation", "cubic")
+        self.step = file.take("step").word("joined", "innovation", "accumulated", "cubic")
         is_joined = self.step == "joined"
         with file.object("stored") as stored:
             self.sa = stored.take("F" if is_joined else "A").matrix(n, n)
@@ -149,7 +150,8 @@ class Step:
     def sum_error(self, products, addends, terms):
         k = products + addends
         if self.format.is_fixed:
-            return self.same(terms.rows, products * self.format.tiny)
+            roundings = 1 if self.o.step == "accumulated" else products
+            return self.same(terms.rows, roundings * self.format.tiny)
         gamma = self.format.gamma(k)
         return terms * gamma + self.same(terms.rows, 2 * k * (1 + gamma) * self.format.tiny)
 
@@ -189,7 +191,7 @@ class Step:
         zeta = abs(o.c - o.sc) @ x + noise + converted + rounding
         z = abs(o.sc) @ unit + zeta
         moved, injected = xhat, z
-        if o.step == "innovation":
+        if o.step != "cubic":
             added += abs(o.l) @ zeta
         else:
             turned = o.sa @ o.gain

@@ -321,6 +321,7 @@ STEPS = {
         "a plant of the stored A, B and C with v = 0 has e+ = (A - LC)e",
     ),
 }
+STEPS["accumulated"] = STEPS["innovation"]
 
 
 def running_claim(step, stored, running):
@@ -331,7 +332,9 @@ def running_claim(step, stored, running):
             "b = sqrt(w k), c = b s, a = sqrt(1 + c c), p = s/a, p' = s/(1 + a), but p = p' = 1/b where c is larger "
             f"than {'2^52' if running == 'binary64' else '2^23'}, and i = j = z where s = 0,"
         )
-    if running.startswith("Q"):
+    if step == "accumulated":
+        rounded = "each sum of products computed without rounding, then rounded to nearest"
+    elif running.startswith("Q"):
         rounded = "each product rounded to nearest or each sum of products as a whole"
     else:
         rounded = "each operation rounded to nearest, with or without fused multiply-adds"

@@ -166,6 +166,9 @@ fn test(seed: u64) -> Result<(), Failure> {
     eprintln!("property tests: PROPTEST_RNG_SEED={seed}");
     let tests = |arguments: &[&str]| cargo(arguments).variable("PROPTEST_RNG_SEED", seed);
     cargo(&["fmt", "--all", "--check"]).step("format")?;
+    // A dependency added to a crate that firmware/ uses has to be in its lock file, too.
+    cargo(&["metadata", "--manifest-path", "firmware/Cargo.toml", "--locked", "--format-version", "1"])
+        .output("lock file of firmware")?;
     features::check()?;
     cargo(&["clippy", "--workspace", "--all-targets", "--", "-D", "warnings"]).step("clippy")?;
     // Other members turn on the feature `clarabel` of lmi: with the workspace it is tested on, by itself off. Nothing

@@ -6,6 +6,7 @@ use crate::limit::Limit;
 use crate::output;
 use clap::error::ErrorKind;
 use clap::{Args, Parser, Subcommand, ValueEnum};
+use luenberger_export::FixedPointFormat;
 use luenberger_lmi::Solver;
 use serde_json::json;
 use std::path::PathBuf;
@@ -246,9 +247,13 @@ pub(crate) struct ExportInput {
     /// With the feedback u = r - K xhat of the study: the step takes r and y, and returns u as well
     #[arg(long)]
     pub(crate) feedback: bool,
-    /// Format of the numbers on the target
-    #[arg(long, value_enum, default_value_t = Precision::F64)]
+    /// Format of the numbers on the target: f32, f64, or fixed point such as q16.16 (2 to 32 bits, the sign among those
+    /// before the point)
+    #[arg(long, value_name = "FORMAT", default_value = "f64")]
     pub(crate) format: Precision,
+    /// Fixed-point format of the gains [default: that of --format]
+    #[arg(long, value_name = "FORMAT", value_parser = fixed_point)]
+    pub(crate) gains: Option<FixedPointFormat>,
     /// Sampling period, in the time unit of the study [default: that of a sampled observer, or simulation.hold]
     #[arg(long, value_name = "PERIOD", value_parser = period, allow_negative_numbers = true)]
     pub(crate) period: Option<f64>,
@@ -295,12 +300,36 @@ pub(crate) enum FmiVersion {
     Three,
 }
 
-#[derive(Clone, Copy, ValueEnum)]
+#[derive(Clone, Copy)]
 pub(crate) enum Precision {
     /// IEEE 754 binary32
     F32,
     /// IEEE 754 binary64
     F64,
+    /// Fixed point
+    Fixed(FixedPointFormat),
+}
+
+impl std::str::FromStr for Precision {
+    type Err = String;
+
+    fn from_str(word: &str) -> Result<Self, String> {
+        match word {
+            "f32" => Ok(Self::F32),
+            "f64" => Ok(Self::F64),
+            _ if word.starts_with(['q', 'Q']) => fixed_point(word).map(Self::Fixed),
+            _ => Err("f32, f64 or a fixed-point format such as q16.16 is expected".to_owned()),
+        }
+    }
+}
+
+/// `q16.16`.
+fn fixed_point(word: &str) -> Result<FixedPointFormat, String> {
+    let bits = word.strip_prefix(['q', 'Q']).and_then(|bits| bits.split_once('.'));
+    let number = |digits: &str| digits.parse::<u32>().ok().filter(|_| digits.bytes().all(|byte| byte.is_ascii_digit()));
+    let found = bits.and_then(|(integer, fraction)| Some((number(integer)?, number(fraction)?)));
+    let (integer, fraction) = found.ok_or("a fixed-point format such as q16.16 is expected")?;
+    FixedPointFormat::new(integer, fraction).map_err(|error| error.to_string())
 }
 
 #[derive(Args)]

@@ -91,7 +91,7 @@ pub fn deployed_linear(
     let stored = &best.1.stored;
     let f = match step {
         Step::Joined => from_proof(&stored.a),
-        Step::Innovation => from_proof(&stored.a) - from_proof(&stored.l) * from_proof(&stored.c),
+        Step::Innovation | Step::Accumulated => from_proof(&stored.a) - from_proof(&stored.l) * from_proof(&stored.c),
     };
     let radius = spectral_radius(&f)?;
     if radius.is_nan() || radius >= 1.0 {

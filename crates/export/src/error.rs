@@ -46,6 +46,20 @@ pub enum ExportError {
         /// The error of the constructor.
         error: luenberger_observers::ObserverError,
     },
+    /// An observer without a form in fixed point.
+    #[error("fixed point is for linear observers and Kalman filters with a constant gain, not for the {}", kind.to_lowercase())]
+    FixedPointKind {
+        /// The observer.
+        kind: String,
+    },
+    /// Numbers that a fixed-point format cannot store, or whose sums could overflow.
+    #[error("in {format}: {error}")]
+    FixedPoint {
+        /// The format.
+        format: String,
+        /// What is wrong.
+        error: Box<luenberger_observers::ObserverError>,
+    },
     /// The observer leaves the range of the format on the golden vectors: it does not converge there.
     #[error("in step {step} of the golden vectors the estimate leaves the range of {format}: the observer is unstable")]
     NotFinite {

@@ -110,7 +110,7 @@ fn run<T: RealField + Copy>(export: &Export, count: usize) -> Result<Vec<Step>, 
     let mut run = Run::<T>::new(export)?;
     let gain = export.feedback.as_ref().map(|k| k.map(|x| nalgebra::convert::<f64, T>(scalar.round(x))));
     let mut plant = export.feedback.as_ref().and_then(|_| Loop::new(&export.program));
-    let mut noise = Noise(0x9e37_79b9_7f4a_7c15);
+    let mut noise = Noise::start();
     let mut steps = Vec::with_capacity(count);
     for step in 0..count {
         let mut column =
@@ -175,10 +175,14 @@ impl<'a> Loop<'a> {
 }
 
 /// Numbers in [-2, 2) without pattern: xorshift64*, of Marsaglia and Vigna.
-struct Noise(u64);
+pub(crate) struct Noise(u64);
 
 impl Noise {
-    fn next(&mut self) -> f64 {
+    pub(crate) fn start() -> Self {
+        Self(0x9e37_79b9_7f4a_7c15)
+    }
+
+    pub(crate) fn next(&mut self) -> f64 {
         self.0 ^= self.0 >> 12;
         self.0 ^= self.0 << 25;
         self.0 ^= self.0 >> 27;

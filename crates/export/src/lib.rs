@@ -30,6 +30,7 @@
 //! | [`names`] | names as identifiers |
 //! | `number` | floating-point numbers as literals of C and Rust |
 //! | `c`, `rust` | the files |
+//! | `fixed_point` | linear observers in fixed point |
 //! | [`fmu`] | functional mock-up units |
 //! | [`c_math`] | the elementary functions of libm as C |
 
@@ -38,6 +39,7 @@
 mod c;
 pub mod c_math;
 mod error;
+mod fixed_point;
 pub mod fmu;
 pub mod golden;
 pub mod kkl;
@@ -47,6 +49,9 @@ pub mod program;
 mod rust;
 
 pub use error::ExportError;
+pub use fixed_point::FixedPointExport;
+/// The formats of [`Export::fixed_point`].
+pub use luenberger_observers::{FixedPointFormat, FixedPointFormats};
 pub use names::Names;
 pub use program::{Program, Scalar};
 
@@ -180,7 +185,12 @@ impl Export {
 
     /// The lines `SHA-256 of ..: ..`, of the numbers and of the sources.
     pub(crate) fn digests(&self) -> Vec<String> {
-        let numbers = format!("SHA-256 of the numbers: {}", self.digest());
+        self.digests_with(&self.digest())
+    }
+
+    /// The same with another digest of the numbers.
+    pub(crate) fn digests_with(&self, numbers: &str) -> Vec<String> {
+        let numbers = format!("SHA-256 of the numbers: {numbers}");
         let others = self.sources.iter().map(|(what, digest)| format!("SHA-256 of {what}: {digest}"));
         std::iter::once(numbers).chain(others).collect()
     }

@@ -12,7 +12,7 @@ use luenberger_plants::{LinearPlant, Size};
 use nalgebra::allocator::Allocator;
 use nalgebra::{Const, DefaultAllocator, Dim, OMatrix, OVector, RealField};
 
-use crate::dense::{entry, sum};
+use crate::dense::{copy, entry, sum};
 use crate::error::ObserverError;
 use crate::feedthrough;
 use crate::observer::{Observer, ObserverDimensions};
@@ -206,7 +206,7 @@ pub(crate) fn advance<T: RealField + Copy, P: Dim>(
     DefaultAllocator: Allocator<P, P>,
 {
     let (zero, one, two) = (T::zero(), T::one(), T::one() + T::one());
-    impulse.copy_from_slice(innovation);
+    copy(innovation, impulse);
     let size = largest(innovation);
     if size <= zero {
         return;

@@ -21,7 +21,7 @@ use nalgebra::allocator::Allocator;
 use nalgebra::{Const, DefaultAllocator, Dim, OMatrix, OVector, RealField};
 
 use crate::cubic::{advance, count, entry_of_product};
-use crate::dense::{entry, with_column};
+use crate::dense::{copy, entry, with_column};
 use crate::error::ObserverError;
 use crate::feedthrough;
 use crate::observer::{ObserverDimensions, SampledObserver};
@@ -214,7 +214,7 @@ where
                 for (i, next) in next.iter_mut().enumerate() {
                     *next = entry(ad, i, xhat) + entry(bd, i, u) + entry(ld, i, innovation);
                 }
-                xhat.copy_from_slice(next);
+                copy(next, xhat);
             });
         });
     }

@@ -28,12 +28,22 @@ where
     }
 }
 
-/// Entry `i` of `A v`.
+/// Copies what both have: no length can be wrong, so that nothing panics on a target.
+pub(crate) fn copy<T: Copy>(from: &[T], to: &mut [T]) {
+    for (to, from) in to.iter_mut().zip(from) {
+        *to = *from;
+    }
+}
+
+/// Entry `i` of `A v`. An index beyond A adds nothing: where the sizes are out of the compiler's sight it would keep a
+/// panic for it.
 pub(crate) fn entry<T: RealField + Copy, R: Dim, C: Dim>(a: &OMatrix<T, R, C>, i: usize, v: &[T]) -> T
 where
     DefaultAllocator: Allocator<R, C>,
 {
-    sum(v.len(), |k| a[(i, k)] * v[k])
+    let mut products = v.iter().enumerate().map(|(k, v)| a.get((i, k)).map_or_else(T::zero, |a| *a * *v));
+    let first = products.next().unwrap_or_else(T::zero);
+    products.fold(first, |sum, product| sum + product)
 }
 
 /// `A B`.

@@ -6,7 +6,7 @@ use luenberger_plants::error::check_matrix;
 use luenberger_plants::{LinearPlant, Size};
 use nalgebra::{Const, DefaultAllocator, Dim, OMatrix, OVector, RealField};
 
-use crate::dense::{entry, with_column};
+use crate::dense::{copy, entry, with_column};
 use crate::error::ObserverError;
 use crate::feedthrough;
 use crate::observer::{ObserverDimensions, SampledObserver};
@@ -96,7 +96,7 @@ where
                 for (i, next) in next.iter_mut().enumerate() {
                     *next = entry(a, i, xhat) + entry(b, i, u) + entry(&self.l, i, innovation);
                 }
-                xhat.copy_from_slice(next);
+                copy(next, xhat);
             });
         });
     }

@@ -176,6 +176,43 @@ pub enum ObserverError {
         /// How many there are.
         outputs: usize,
     },
+    /// A fixed-point format that is not supported.
+    #[error(
+        "Q{integer_bits}.{fraction_bits}: a format has 2 to 32 bits, at least one of them, the sign, before the point"
+    )]
+    FixedPointFormat {
+        /// Bits before the point.
+        integer_bits: u32,
+        /// Bits after it.
+        fraction_bits: u32,
+    },
+    /// A number beyond the range of its fixed-point format.
+    #[error("{what}({row}, {column}) = {value} is beyond the range of Q{integer_bits}.{fraction_bits}")]
+    FixedPointRange {
+        /// Name of the matrix.
+        what: &'static str,
+        /// Row of the entry, from 0.
+        row: usize,
+        /// Column of the entry, from 0.
+        column: usize,
+        /// The number.
+        value: f64,
+        /// Bits before the point.
+        integer_bits: u32,
+        /// Bits after it.
+        fraction_bits: u32,
+    },
+    /// A row with entries so large that a sum of products could overflow 64 bits.
+    #[error(
+        "row {row} of {what} could overflow 64 bits: its magnitudes add up to 2^32 units of their format or more; fewer bits \
+         after the point help"
+    )]
+    FixedPointSum {
+        /// The sum.
+        what: &'static str,
+        /// Its row, from 0.
+        row: usize,
+    },
     /// A table of coefficients whose size or indices do not fit.
     #[error("{what}: found {found}, which does not fit {expected}")]
     Table {

@@ -33,8 +33,8 @@ pub(crate) fn innovation<T: RealField + Copy, N: Dim, M: Dim, P: Dim>(
 ) where
     DefaultAllocator: Allocator<P, N> + Allocator<P, M>,
 {
-    for (i, value) in innovation.iter_mut().enumerate() {
-        *value = y[i] - entry(c, i, xhat);
+    for (i, (value, y)) in innovation.iter_mut().zip(y).enumerate() {
+        *value = *y - entry(c, i, xhat);
         if let Some(d) = d {
             *value -= entry(d, i, u);
         }

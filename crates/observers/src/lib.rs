@@ -15,6 +15,7 @@
 //! | [`cubic_sampled`] | the sampled-data cubic observer, stable at every step size |
 //! | [`kalman`] | the continuous-discrete extended Kalman filter |
 //! | [`discrete_linear`] | the linear observer of a plant in discrete time |
+//! | [`fixed_point`] | the linear observer in discrete time in fixed point, in integers |
 //! | [`discrete_kalman`] | the Kalman filter of a plant in discrete time |
 //! | [`nonlinear_luenberger`] | the copy of a nonlinear plant with a constant gain: Thau's, Lipschitz and LPV designs run as this |
 //! | [`sampled_copy`] | the same stepped once per sample, with an output predicted between samples |
@@ -50,6 +51,7 @@ pub mod error;
 pub mod estimator;
 mod feedthrough;
 pub mod filters;
+pub mod fixed_point;
 pub mod high_gain;
 pub mod immersion_invariance;
 pub mod kalman;
@@ -76,6 +78,9 @@ pub use discrete_kalman::{KalmanFilter, KalmanModel, StaticKalmanFilter};
 pub use discrete_linear::{DiscreteLinearObserver, StaticDiscreteLinearObserver};
 pub use discrete_luenberger::DiscreteNonlinearObserver;
 pub use error::{ObserverError, Point};
+pub use fixed_point::{
+    FixedPointFormat, FixedPointFormats, FixedPointGains, FixedPointObserver, FixedPointState, StaticFixedPointObserver,
+};
 pub use high_gain::{HighGainMap, HighGainObserver, StaticHighGainObserver};
 pub use immersion_invariance::{Immersion, ImmersionInvarianceObserver};
 pub use kalman::{ExtendedKalmanFilter, GaussianEstimate, Innovation, NoiseModel, StaticExtendedKalmanFilter};

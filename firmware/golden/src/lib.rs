@@ -64,7 +64,7 @@ impl Number for f64 {
 }
 
 /// FNV-1a of 32 bits, of Fowler, Noll and Vo; it starts from [`EMPTY`].
-fn fnv(digest: u32, bytes: &[u8]) -> u32 {
+pub fn fnv(digest: u32, bytes: &[u8]) -> u32 {
     bytes.iter().fold(digest, |digest, byte| (digest ^ u32::from(*byte)).wrapping_mul(0x0100_0193))
 }
 

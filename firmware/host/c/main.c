@@ -1,7 +1,8 @@
-/* A golden program in C, with the inputs and the output of the Rust program. case.h names the observer. On a board it
- * also prints what the steps cost. */
+/* A golden program in C, with the inputs and the output of the Rust program. case.h names the observer and its numbers,
+ * which are INTEGERS in fixed point. On a board it also prints what the steps cost. */
 #include "case.h"
 
+#include <math.h>
 #include <stddef.h>
 #include <stdint.h>
 
@@ -110,6 +111,53 @@ static void idle(STATE *state, const NUMBER *u, const NUMBER *y, NUMBER *xhat)
 }
 #endif
 
+#if !defined(INTEGERS)
+
+static int is_finite(const NUMBER *xhat)
+{
+    int result = 1;
+    int i;
+    for (i = 0; i < STATES; ++i) {
+        result = (result && (xhat[i] - xhat[i] == 0)) ? 1 : 0;
+    }
+    return result;
+}
+
+/* A value of u or y that is not finite makes the estimate not finite, until the observer is started again. */
+static void check_not_finite(void)
+{
+    const NUMBER bad[3] = { (NUMBER)NAN, (NUMBER)INFINITY, (NUMBER)-INFINITY };
+    int place;
+    int kind;
+    for (place = 0; place < INPUTS + OUTPUTS; ++place) {
+        for (kind = 0; kind < 3; ++kind) {
+            STATE state;
+            NUMBER numbers[INPUTS + OUTPUTS];
+            NUMBER xhat[STATES];
+            int k;
+            RESET(&state);
+            for (k = 0; k < 5; ++k) {
+                int i;
+                for (i = 0; i < INPUTS + OUTPUTS; ++i) {
+                    numbers[i] = (NUMBER)0.25;
+                }
+                if (k == 1) {
+                    numbers[place] = bad[kind];
+                }
+                if (k == 4) {
+                    RESET(&state);
+                }
+                STEP(&state, numbers, &numbers[INPUTS], xhat);
+                if (is_finite(xhat) != ((k == 0) || (k == 4))) {
+                    put("a number that is not finite is not treated as documented\n");
+                }
+            }
+        }
+    }
+}
+
+#endif
+
 int main(void)
 {
     /* Called through pointers that the optimiser does not see through. */
@@ -131,7 +179,7 @@ int main(void)
     RESET(&state);
     put("observer " NAME "\n");
     for (k = 0; k < STEPS; ++k) {
-        const double scale = (AMPLITUDE > 1.0) ? ((k % 16 == 7) ? 1e3 : 1.0) : AMPLITUDE;
+        const double scale = (k % 16 == 7) ? LARGE : SMALL;
         step_function *called = step;
         for (i = 0; i < INPUTS; ++i) {
             u[i] = (NUMBER)(scale * next());
@@ -162,6 +210,9 @@ int main(void)
 #endif
         line(digest(xhat));
     }
+#if !defined(INTEGERS)
+    check_not_finite();
+#endif
 #if defined(__arm__)
     put("overhead, most, total, stack\n");
     line(overhead);

@@ -1,6 +1,6 @@
 //! The exports that are compiled for the boards.
 
-use luenberger_export::{Export, Names, Program, Scalar};
+use luenberger_export::{Export, File, Names, Program, Scalar};
 use luenberger_golden::linear::{Cubic, Linear};
 use luenberger_golden::{Number, STEPS};
 use luenberger_observers::{DiscreteLinearObserver, SampledCubicGains, SampledCubicObserver, SampledObserver};
@@ -47,31 +47,46 @@ impl<T: Number, const N: usize, const M: usize, const P: usize> Exported for Cub
 
 /// Writes the C files of the observer, and `case.h` for `main.c`, to a folder of its own.
 pub fn write(observer: &impl Exported, folder: &Path, name: &str, number: &str, amplitude: f64) {
+    let scalar = if number == "f32" { Scalar::Binary32 } else { Scalar::Binary64 };
+    let number = if number == "f32" { "float" } else { "double" };
+    // As in `luenberger_golden::Run::sample`.
+    let (small, large) = if amplitude > 1.0 { (1.0, 1e3) } else { (amplitude, amplitude) };
+    files(folder, name, export(observer, name, scalar).c().expect("an export"));
+    case(folder, name, &format!("#define NUMBER {number}\n#define SMALL {small:?}\n#define LARGE {large:?}\n"));
+}
+
+/// The observer as designed, with the first estimate of the golden programs.
+pub fn export(observer: &impl Exported, name: &str, scalar: Scalar) -> Export {
     let program = observer.program();
     let size = program.dimensions();
-    let (scalar, number) = if number == "f32" { (Scalar::Binary32, "float") } else { (Scalar::Binary64, "double") };
     let initial: Vec<f64> = (0..size.state).map(|i| 0.1 * i as f64 - 0.3).collect();
     let names = Names::numbered(size.state, size.inputs, size.outputs);
-    let export = Export::new(name, program, scalar, &initial, names).expect("an export");
+    Export::new(name, program, scalar, &initial, names).expect("an export")
+}
+
+/// Writes the files of an export to a folder of its own.
+pub fn files(folder: &Path, name: &str, files: Vec<File>) {
     let folder = folder.join(name);
     fs::create_dir_all(&folder).expect("the folder of the exports");
-    for file in export.c().expect("an export") {
+    for file in files {
         fs::write(folder.join(file.name), file.text).expect("the folder of the exports");
     }
+}
+
+/// Writes `case.h`.
+pub fn case(folder: &Path, name: &str, numbers: &str) {
     let upper = name.to_uppercase();
     let case = format!(
         "#include \"{name}.h\"
 #define NAME \"{name}\"
-#define NUMBER {number}
 #define STATE {name}_state
 #define RESET {name}_reset
 #define STEP {name}_step
 #define STATES {upper}_STATES
 #define INPUTS {upper}_INPUTS
 #define OUTPUTS {upper}_OUTPUTS
-#define AMPLITUDE {amplitude:?}
 #define STEPS {STEPS}
-"
+{numbers}"
     );
-    fs::write(folder.join("case.h"), case).expect("the folder of the exports");
+    fs::write(folder.join(name).join("case.h"), case).expect("the folder of the exports");
 }

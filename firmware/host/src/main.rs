@@ -1,7 +1,8 @@
-//! The golden programs on the host: prints a digest of every step of every observer. The exported ones are written as C
-//! to the folder that is given, each with a header for `main.c`.
+//! The golden programs on the host: prints a digest of every step of every observer, those in fixed point last. The
+//! exported ones are written as C to the folder that is given, each with a header for `main.c`.
 
 mod export;
+mod fixed_point;
 
 use luenberger_golden::{Number, Run, STEPS};
 use luenberger_observers::SampledObserver;
@@ -24,6 +25,7 @@ macro_rules! programs {
                     println!("{:08x}", run.digest());
                 }
             })*
+            fixed_point::programs(&folder);
         }
     };
 }

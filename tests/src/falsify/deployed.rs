@@ -5,9 +5,12 @@
 //! increases the error most. The sums are computed forwards, backwards and with fused operations. Compared with the
 //! statement are: the stored numbers, the contraction of the stored matrices, the ball at every step, and at the end
 //! the bounds of the limit. The cubic step in floating point is that of `luenberger_observers::SampledCubicObserver`
-//! itself.
+//! itself, and the accumulated step in fixed point that of `luenberger_observers::FixedPointObserver`.
 
-use luenberger_observers::{SampledCubicGains, SampledCubicObserver, SampledObserver};
+use luenberger_observers::{
+    FixedPointFormat, FixedPointFormats, FixedPointGains, FixedPointObserver, SampledCubicGains, SampledCubicObserver,
+    SampledObserver,
+};
 use nalgebra::{DMatrix, DVector, Dyn, RealField};
 use serde_json::Value;
 
@@ -187,6 +190,7 @@ fn all_nearest(format: Format, stored: &DMatrix<f64>, exact: &Exact, what: &str)
 enum Step {
     Joined { f: DMatrix<f64> },
     Innovation { a: DMatrix<f64>, c: DMatrix<f64> },
+    Accumulated(FixedPointObserver<Dyn, Dyn, Dyn>),
     Cubic32(SampledCubicObserver<f32, Dyn, Dyn, Dyn>),
     Cubic64(SampledCubicObserver<f64, Dyn, Dyn, Dyn>),
 }
@@ -214,6 +218,46 @@ fn cubic<T: RealField + Copy>(
         period: scalar("period")?,
     };
     SampledCubicObserver::new(gains).ok()
+}
+
+/// The observer in integers; `None` where it refuses the formats or the matrices, and then does not run.
+fn accumulated(
+    stored: &Value,
+    inputs: usize,
+    holds: Format,
+    runs: Format,
+) -> Option<FixedPointObserver<Dyn, Dyn, Dyn>> {
+    let format = |format: Format| match format {
+        Format::Fixed { integer, fraction } => {
+            FixedPointFormat::new(u32::try_from(integer).ok()?, u32::try_from(fraction).ok()?).ok()
+        }
+        _ => None,
+    };
+    let formats = FixedPointFormats { gains: format(holds)?, signals: format(runs)? };
+    let integers = |name: &str| {
+        let m = float_matrix(&stored[name]);
+        let entries: Option<Vec<i32>> = m.iter().map(|x| formats.gains.nearest(*x)).collect();
+        Some(DMatrix::from_vec(m.nrows(), m.ncols(), entries?))
+    };
+    let a = integers("A")?;
+    let b = if inputs == 0 { DMatrix::zeros(a.nrows(), 0) } else { integers("B")? };
+    let gains = FixedPointGains { a, b, c: integers("C")?, d: None, l: integers("L")? };
+    FixedPointObserver::new(gains, formats).ok()
+}
+
+/// A step in integers; `None` where a number leaves the format.
+fn in_integers(
+    observer: &FixedPointObserver<Dyn, Dyn, Dyn>,
+    (xhat, u, y): (&[f64], &[f64], &[f64]),
+) -> Option<Vec<f64>> {
+    let signals = observer.formats().signals;
+    let column = |x: &[f64]| {
+        let entries: Option<Vec<i32>> = x.iter().map(|x| signals.nearest(*x)).collect();
+        entries.map(DVector::from_vec)
+    };
+    let mut state = observer.start(column(xhat)?);
+    observer.step(&mut state, &column(u)?, &column(y)?);
+    (state.saturations == 0).then(|| state.xhat.iter().map(|x| signals.value(*x)).collect())
 }
 
 fn stepped<T: RealField + Copy>(
@@ -262,6 +306,9 @@ pub(super) fn contradicted(document: &Value, random: &mut Random) -> Found {
     let mut observer = match step {
         "joined" => Some(Step::Joined { f: read("F") }),
         "innovation" => Some(Step::Innovation { a: read("A"), c: read("C") }),
+        // In floating point the bound is that of every order of operations.
+        "accumulated" if !matches!(runs, Format::Fixed { .. }) => Some(Step::Innovation { a: read("A"), c: read("C") }),
+        "accumulated" => accumulated(stored, inputs, holds, runs).map(Step::Accumulated),
         _ => {
             itself("N", random)?;
             itself("theta", random)?;
@@ -367,6 +414,7 @@ pub(super) fn contradicted(document: &Value, random: &mut Random) -> Found {
             Step::Innovation { a, c } => target
                 .product(&y, &[(c, -1.0, &xhat)])
                 .and_then(|z| target.product(&zeros, &[(a, 1.0, &xhat), (&gains.1, 1.0, &u), (&gains.0, 1.0, &z)])),
+            Step::Accumulated(observer) => in_integers(observer, (&xhat, &u, &y)),
             Step::Cubic32(observer) => stepped(observer, (&xhat, &u, &y), |x| x as f32, f64::from),
             Step::Cubic64(observer) => stepped(observer, (&xhat, &u, &y), |x| x, |x| x),
         };

@@ -14,7 +14,7 @@ const WORDS: &[&[&str]] = &[
     &["A'P + PA + Q = 0", "A'PA - P + Q = 0"],
     &[">", ">="],
     &["binary32", "binary64", "Q4.28", "Q14.30", "Q8.8", "Q2.14"],
-    &["joined", "innovation", "cubic"],
+    &["joined", "innovation", "accumulated", "cubic"],
     &["everywhere", "0x1p0", "0x1p10", "0x1p-10", "0x1p40", "0x1p80"],
     &["bounds", "primal infeasible", "dual infeasible"],
 ];

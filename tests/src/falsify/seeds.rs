@@ -205,10 +205,18 @@ fn deployed(random: &mut Random) -> Option<CertificateFile> {
     };
     let fixed = Format::Fixed { integer_bits: 14, fraction_bits: 30 };
     let formats: Formats = [Format::Binary32, Format::Binary32, Format::Binary64, fixed][random.below(4)].into();
-    match random.below(3) {
+    let q = |integer_bits, fraction_bits| Format::Fixed { integer_bits, fraction_bits };
+    match random.below(4) {
         0 => written(design.deployed_certificate_file("deployed", formats, &meets)),
+        1 => {
+            let formats =
+                [q(8, 24).into(), q(12, 20).into(), q(6, 10).into(), Formats { stored: q(4, 28), running: q(8, 16) }];
+            let formats: Formats = formats[random.below(4)];
+            let found = deployed_linear(&plant, o.ld(), Step::Accumulated, formats, &meets).ok()?;
+            written(found.certificate_file("deployed"))
+        }
         step => {
-            let step = if step == 1 { Step::Joined } else { Step::Innovation };
+            let step = if step == 2 { Step::Joined } else { Step::Innovation };
             written(deployed_linear(&plant, o.ld(), step, formats, &meets).ok()?.certificate_file("deployed"))
         }
     }

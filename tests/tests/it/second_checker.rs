@@ -22,7 +22,7 @@ use luenberger_proof::certificate::{
     CertificateFile, CubicConvergence, Definiteness, HurwitzStability, LinearConvergence, PlantWithin, Rejection,
     SchurStability, Sign, StructuredCubicConvergence, Theorem, digest, verify,
 };
-use luenberger_proof::statement::{Format, Operation, Step};
+use luenberger_proof::statement::{Format, Formats, Operation, Step};
 use luenberger_proof::{Interval, Matrix, Verdict};
 use luenberger_study::{Study, TEMPLATES};
 use nalgebra::{DMatrix, dmatrix};
@@ -154,6 +154,13 @@ fn of_targets() -> Vec<CertificateFile> {
             files.push(found.certificate_file("deployed").unwrap());
         }
         files.push(design.deployed_certificate_file("deployed", format.into(), &meets).unwrap());
+    }
+    // Sums accumulated, and matrices in a format of their own.
+    let q = |integer_bits, fraction_bits| Format::Fixed { integer_bits, fraction_bits };
+    for formats in [q(12, 20).into(), Formats { stored: q(4, 28), running: q(8, 16) }] {
+        let found = deployed_linear(&sampled, o.ld(), Step::Accumulated, formats, &meets).unwrap();
+        assert!(found.deployed.ball().is_some(), "{:?}", found.deployed.running);
+        files.push(found.certificate_file("deployed").unwrap());
     }
     files
 }

@@ -81,17 +81,23 @@ fn can_sanitise(exports: &Path, compiler: &str) -> bool {
 }
 
 /// Rules that emitted code breaks on purpose; `docs/deploy.md` has the reasons.
-const DEVIATIONS: [&str; 2] = ["misra-c2012-8.7", "misra-c2012-8.9"];
+const DEVIATIONS: [&str; 3] = ["misra-c2012-2.5", "misra-c2012-8.7", "misra-c2012-8.9"];
 
 fn misra(exports: &Path, names: &[String]) -> Result<(), Failure> {
     for name in names {
-        let suppressed = DEVIATIONS.map(|rule| format!("--suppress={rule}"));
-        let checked = program("cppcheck")
-            .folder(exports.join(name))
-            .arguments(&["--addon=misra", "--std=c99", "--error-exitcode=1", "--quiet", "--inline-suppr"])
-            .arguments(&["--enable=warning,style,performance,portability", "--suppress=missingIncludeSystem"]);
-        let checked = suppressed.iter().fold(checked, crate::step::Step::argument);
-        checked.argument(format!("{name}.c")).quiet_output("cppcheck")?;
+        let checked = Command::new("cppcheck")
+            .current_dir(exports.join(name))
+            .args(["--addon=misra", "--std=c99", "--quiet", "--inline-suppr", "--suppress=missingIncludeSystem"])
+            .arg("--enable=warning,style,performance,portability")
+            .args(DEVIATIONS.map(|rule| format!("--suppress={rule}")))
+            .arg(format!("{name}.c"))
+            .output()
+            .map_err(|source| Failure::io("cppcheck", source))?;
+        // Its exit code says nothing of findings in headers; it prints them all.
+        let found = String::from_utf8_lossy(&checked.stderr);
+        if !checked.status.success() || !found.trim().is_empty() {
+            return Err(Failure::Firmware(format!("cppcheck of {name}.c: {}", found.trim())));
+        }
     }
     eprintln!("── cppcheck: emitted C of {} observers has no finding but the deviations listed", names.len());
     Ok(())

@@ -17,10 +17,10 @@ every step has the bits of the host. The programs link only if nothing can panic
 
 Rust is `luenberger-observers` with sizes known at compile time, `opt-level = 2` and fat link-time optimisation. C
 is what `luenberger export` writes, compiled by `arm-none-eabi-gcc -std=c99 -O2`. An observer's name has its number
-of states and its numbers. Cortex-M4F and RV32IMAFC compute in f32 by hardware and in f64 by software, Cortex-M0
-both by software. Square roots, which the cubic observers and the Kalman filters take, are those of the crate `libm`
-in Rust, in software; the C compiler uses the instruction of the Cortex-M4F in f32. Both round correctly, so that
-the bits are the same.
+of states and its numbers; `fixed` are linear observers in integers. Cortex-M4F and RV32IMAFC compute in f32 by
+hardware and in f64 by software, Cortex-M0 both by software. Square roots, which the cubic observers and the Kalman
+filters take, are those of the crate `libm` in Rust, in software; the C compiler uses the instruction of the
+Cortex-M4F in f32. Both round correctly, so that the bits are the same.
 
 The boards are mps2-an386 (Cortex-M4F), mps2-an385 (Cortex-M3, which runs the code for Cortex-M0) and virt (RISC-V).
 ";

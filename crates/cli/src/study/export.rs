@@ -1,15 +1,15 @@
 //! `luenberger export`: an observer of a study as source code for the target.
 
 use super::export_fmu;
+use super::export_numbers::Numbers;
 use super::file::{read, renamed};
 use crate::answer::Answer;
-use crate::arguments::{ExportInput, FmiVersion, Language, Precision};
+use crate::arguments::{ExportInput, FmiVersion, Language};
 use crate::failure::Failure;
 use crate::input::Source;
 use luenberger_export::kkl::Kkl;
-use luenberger_export::{Export, ExportError, Names, Program, Scalar, golden, names};
+use luenberger_export::{Export, ExportError, Names, Program, Scalar, names};
 use luenberger_proof::certificate::CertificateFile;
-use luenberger_proof::statement::Format;
 use luenberger_proof::wording::counted;
 use luenberger_study::closed_loop;
 use luenberger_study::deployment::{Difference, KklStep, SampledDesign, evidence, record, sampled};
@@ -50,6 +50,7 @@ pub(crate) fn export(input: &ExportInput) -> Result<Answer, Failure> {
     if input.fmi.is_some() && !matches!(input.to, Language::Fmu) {
         return Err(Failure::Usage("--fmi is for --to fmu"));
     }
+    let numbers = Numbers::of(input)?;
     let study = read(&input.study)?;
     let observer = chosen(&study, input.observer.as_deref())?;
     let not_exported = |why: FailureReport| Failure::NotExported {
@@ -63,26 +64,27 @@ pub(crate) fn export(input: &ExportInput) -> Result<Answer, Failure> {
     let period = if observer.kind.period().is_some() { input.period } else { period };
     let sampled = sampled(&study, observer, period, input.substeps.map(usize::from)).map_err(not_exported)?;
     let design = sampled.design.clone();
-    let (scalar, format) = match input.format {
-        Precision::F32 => (Scalar::Binary32, Format::Binary32),
-        Precision::F64 => (Scalar::Binary64, Format::Binary64),
-    };
-    design.stored_in(observer, format).map_err(not_exported)?;
-    let mut evidence = evidence(&study, observer, &design, format);
-    let of_the_loop = gain.map(|k| closed_loop::evidence(observer, &design, k, format));
+    let formats = numbers.formats();
+    design.stored_in(observer, formats.stored).map_err(not_exported)?;
+    let refused = |error| Failure::Export { observer: observer.name.clone(), error: Box::new(error) };
+    let substeps = design.substeps();
+    let export = prepared(&study, observer, design.clone(), numbers.scalar()).map_err(refused)?;
+    numbers.check(&export).map_err(refused)?;
+    let mut evidence = evidence(&study, observer, &design, formats);
+    let of_the_loop = gain.map(|k| closed_loop::evidence(observer, &design, k, formats.stored));
     let unproved = match &of_the_loop {
-        _ if !evidence.is_proved() => Some("it has no stability certificate"),
-        Some(of_the_loop) if !of_the_loop.is_proved() => Some("its feedback has no stability certificate"),
+        _ if !evidence.is_proved() => Some(numbers.unproved()),
+        Some(of_the_loop) if !of_the_loop.is_proved() => Some("its feedback has no stability certificate".to_owned()),
         _ => None,
     };
+    let proved = unproved.is_none();
     if let (Some(why), false) = (unproved, input.unproved) {
         return Err(Failure::NotExported {
             observer: observer.name.clone(),
-            why: why.to_owned(),
+            why,
             instead: vec!["--unproved exports it all the same, and the header says so".to_owned()],
         });
     }
-    let proved = unproved.is_none();
     let mut certificates: Vec<(String, Vec<u8>)> = Vec::new();
     let mut keep = |name: &str, file: Option<&CertificateFile>| {
         certificates.extend(file.map(|file| (name.to_owned(), file.to_json().into_bytes())));
@@ -93,25 +95,23 @@ pub(crate) fn export(input: &ExportInput) -> Result<Answer, Failure> {
         evidence.sentences.extend(of_the_loop.sentences);
     }
     let digest = study_digest(&study);
-    let refused = |error| Failure::Export { observer: observer.name.clone(), error: Box::new(error) };
-    let substeps = design.substeps();
-    let export = prepared(&study, observer, design, scalar).map_err(refused)?;
     let record = record(&study, observer, &sampled).unwrap_or_default();
-    let exported = golden::replay(&export, &record.samples).map_err(refused)?;
+    let exported = numbers.replay(&export, &record.samples).map_err(refused)?;
     let difference = record.difference(&exported);
-    let format_name = scalar.name();
-    evidence.sentences.extend(difference.as_ref().map(|all| all.words(&study, observer, format_name)));
+    let format_name = numbers.name();
+    evidence.sentences.extend(difference.as_ref().map(|all| all.words(&study, observer, &format_name)));
     let export = export.samples(record.samples).statement(&evidence.sentences).source("the study", &digest);
     let export = certificates
         .iter()
         .fold(export, |export, (name, bytes)| export.source(name, &luenberger_export::sha256(bytes)));
     let export = gain.map_or(Ok(export.clone()), |k| export.with_feedback(k)).map_err(refused)?;
+    let cost = numbers.cost(&export).map_err(refused)?;
     let bytes = |files: Vec<luenberger_export::File>| {
         files.into_iter().map(|file| (file.name, file.text.into_bytes())).collect::<Vec<_>>()
     };
     let mut binaries = Vec::new();
     let files = match input.to {
-        Language::C => export.c().map(bytes),
+        Language::C => numbers.c(&export).map(bytes),
         Language::Rust => export.rust().map(bytes),
         Language::Fmu => export_fmu::files(&export, input.fmi.unwrap_or(FmiVersion::Two), &certificates).map(|fmu| {
             binaries = fmu.binaries;
@@ -138,8 +138,8 @@ pub(crate) fn export(input: &ExportInput) -> Result<Answer, Failure> {
         files: names,
         binaries,
         period: export.program().period(),
-        operations: export.operations(),
-        bytes: export.bytes(),
+        operations: cost.operations,
+        bytes: cost.bytes,
         substeps,
         difference: difference.map(|Difference { largest, late, own }| Distance {
             largest,
@@ -148,17 +148,18 @@ pub(crate) fn export(input: &ExportInput) -> Result<Answer, Failure> {
         }),
         proved,
         statement: evidence.sentences.clone(),
-        digest: export.digest(),
+        digest: cost.digest,
     };
     let unit = study.plant.time_unit.as_ref().map(|unit| format!(" {unit}")).unwrap_or_default();
     _ = writeln!(
         text,
-        "one step every {}{unit}{}: {} floating-point operations, {} bytes of constants and state ({})",
+        "one step every {}{unit}{}: {} {}, {} bytes of constants and state ({})",
         written.period,
         substeps.map(|count| format!(" with {}", counted(count, "Runge-Kutta step"))).unwrap_or_default(),
         written.operations,
+        cost.of,
         written.bytes,
-        scalar.name()
+        format_name
     );
     for sentence in &evidence.sentences {
         text.extend([sentence.as_str(), "\n"]);

@@ -5,6 +5,7 @@ mod columns;
 mod cost;
 mod export;
 mod export_fmu;
+mod export_numbers;
 mod file;
 mod interrupt;
 mod new;

@@ -64,6 +64,64 @@ fn every_observer_of_the_template_becomes_c_that_agrees_with_its_design() {
     assert!(out.join("src/lib.rs").is_file() && !out.join("sampled.c").exists() && out.join("notes.txt").is_file());
 }
 
+#[test]
+fn a_linear_observer_becomes_integers_that_agree_with_their_certificate() {
+    let (folder, file) = study("export-fixed", None);
+    let export = |out: &str, more: &[&str]| {
+        let out = folder.join(out);
+        let mut arguments = vec!["export", &file, "--observer", "linear", "--to", "c", "--period", "0.05", "-o"];
+        arguments.push(out.to_str().unwrap());
+        arguments.extend(more);
+        (luenberger(&arguments, ""), out)
+    };
+    for (format, more) in [("q16.16", &[][..]), ("q8.16", &["--gains", "q4.28"])] {
+        let (ran, out) = export(format, &[&["--format", format], more].concat());
+        assert_eq!((ran.code, ran.stderr.as_str()), (Some(0), ""), "{format}");
+        let name = format.to_uppercase();
+        assert!(ran.stdout.contains(&format!("bytes of constants and state ({name})")), "{}", ran.stdout);
+        assert!(ran.stdout.contains(&format!("leaves the range of {name}: nothing saturates.")), "{}", ran.stdout);
+        golden(&out, "linear");
+        let verified = luenberger(&["verify", out.join("certificate.json").to_str().unwrap()], "");
+        assert_eq!(verified.code, Some(0), "{}", verified.stdout);
+        assert!(verified.stdout.contains("each sum of products computed without rounding"), "{}", verified.stdout);
+        let header = std::fs::read_to_string(out.join("linear.h")).unwrap().replace("\n * ", " ");
+        for said in ["an error of at most 2^-17", "the error in the end is at most position"] {
+            assert!(header.contains(said), "{said}: {header}");
+        }
+    }
+    // A range that the position leaves: named, and counted where it runs.
+    let (ran, out) = export("narrow", &["--format", "q4.20"]);
+    assert_eq!(ran.code, Some(0), "{}", ran.stderr);
+    assert!(ran.stdout.contains("saturation is not excluded (y may be as large as"), "{}", ran.stdout);
+    golden(&out, "linear");
+    for (options, code, says) in [
+        (&["--format", "q12.2"][..], 1, "rounded to Q12.2, A - L C has the spectral radius"),
+        (&["--format", "q0.16"], 2, "Q0.16: a format has 2 to 32 bits"),
+        (&["--format", "q17.16"], 2, "Q17.16: a format has 2 to 32 bits"),
+        (&["--format", "q1"], 2, "a fixed-point format such as q16.16 is expected"),
+        (&["--format", "half"], 2, "f32, f64 or a fixed-point format such as q16.16 is expected"),
+        (&["--format", "f32", "--gains", "q4.28"], 2, "--gains is for fixed point"),
+        (&["--format", "q16.16", "--gains", "q1.31"], 2, "is beyond the range of Q1.31"),
+        (&["--format", "q16.16", "--to", "rust"], 2, "fixed point is for --to c"),
+        (&["--format", "q16.16", "--feedback"], 2, "--feedback is for floating point"),
+        (&["--format", "q16.16", "--observer", "sampled"], 2, "not for the sampled cubic observer"),
+    ] {
+        let out = folder.join("refused");
+        let mut arguments = vec!["export", &file, "-o", out.to_str().unwrap()];
+        if !options.contains(&"--to") {
+            arguments.extend(["--to", "c"]);
+        }
+        if !options.contains(&"--observer") {
+            arguments.extend(["--observer", "linear", "--period", "0.05"]);
+        }
+        arguments.extend(options);
+        let ran = luenberger(&arguments, "");
+        assert_eq!(ran.code, Some(code), "{options:?}: {}{}", ran.stdout, ran.stderr);
+        assert!(ran.stderr.contains(says), "{options:?}: {}", ran.stderr);
+        assert!(!out.exists(), "{options:?}");
+    }
+}
+
 /// A Kalman filter with two outputs, one input in the output, and names that are no identifiers.
 #[test]
 fn a_kalman_filter_with_feedthrough_becomes_c() {
@@ -466,4 +524,46 @@ fn a_linear_observer_at_an_operating_point_becomes_c() {
     assert!(late > 0.0 && late < 0.1, "{written}");
     assert_eq!(written["proved"], true);
     golden(&out, "poles");
+}
+
+/// The linear and the cubic observers of the other templates.
+#[test]
+fn the_observers_of_every_template_agree_with_their_designs() {
+    for (plant, observer, name, formats) in [
+        // Twenty states: the proof takes seconds.
+        ("heat-rod", "stationary filter", "stationary_filter", &["q12.20"][..]),
+        ("mimo", "repeated poles", "repeated_poles", &["f64", "q12.20"]),
+        ("mimo", "complex poles", "complex_poles", &["f32"]),
+        ("mimo", "stationary filter", "stationary_filter", &["f32", "q12.20"]),
+        ("mimo", "cubic", "cubic", &["f32"]),
+        ("measured-log", "stationary filter", "stationary_filter", &["f64", "q12.20"]),
+        ("measured-log", "fast", "fast", &["f32"]),
+    ] {
+        let folder = folder(&format!("export-{plant}-{name}"));
+        let file = folder.join("study.toml").to_str().unwrap().to_owned();
+        assert_eq!(luenberger(&["new", "--plant", plant, "-o", &file], "").code, Some(0));
+        for format in formats {
+            let out = folder.join(format);
+            let out = out.to_str().unwrap();
+            let arguments = [
+                "export",
+                &file,
+                "--observer",
+                observer,
+                "--to",
+                "c",
+                "--period",
+                "0.01",
+                "--format",
+                format,
+                "-o",
+                out,
+            ];
+            let ran = luenberger(&arguments, "");
+            assert_eq!((ran.code, ran.stderr.as_str()), (Some(0), ""), "{plant} {observer} {format}");
+            let stored = ran.stdout.contains("with the gains as stored in Q12.20");
+            assert_eq!(stored, *format == "q12.20", "{plant} {observer} {format}: {}", ran.stdout);
+            golden(Path::new(out), name);
+        }
+    }
 }

@@ -9,6 +9,7 @@
 //! | `source` | the source: constants, start, step |
 //! | `linear` | the step of an observer of a linear plant |
 //! | `cubic` | the flow of the cubic part |
+//! | `fixed` | all files of a linear observer in fixed point |
 //! | `plant` | the right-hand sides of a nonlinear plant; Runge-Kutta steps |
 //! | `copy` | the step of its copy with a constant gain |
 //! | `kalman` | the step of the extended Kalman filter |
@@ -20,6 +21,7 @@
 mod copy;
 mod cubic;
 mod feedback;
+mod fixed;
 mod header;
 mod kalman;
 mod kkl;
@@ -29,6 +31,7 @@ mod project;
 pub(crate) mod source;
 mod test;
 
+pub(crate) use fixed::fixed_files;
 pub(crate) use header::header;
 pub(crate) use test::test;
 

@@ -3,5 +3,6 @@
 mod c_math;
 mod compiled;
 mod emitted;
+mod fixed_point;
 mod fmu;
 mod fuzz;

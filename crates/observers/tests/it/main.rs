@@ -4,6 +4,8 @@ mod by_hand;
 mod continuous;
 mod discrete_kalman;
 mod estimators;
+#[cfg(feature = "alloc")]
+mod fixed_point;
 mod immersion_invariance;
 mod kalman;
 mod kkl;

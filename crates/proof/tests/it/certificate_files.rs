@@ -372,6 +372,7 @@ fn bounds_of_a_running_error_are_believed_up_to_the_last_bit() {
         (Step::Innovation, Format::Binary32),
         (Step::Joined, Format::Binary64),
         (Step::Joined, Format::Fixed { integer_bits: 8, fraction_bits: 24 }),
+        (Step::Accumulated, Format::Fixed { integer_bits: 8, fraction_bits: 24 }),
     ] {
         let theorem = deployed(step, format);
         let ball = theorem.ball.clone().expect("a ball is proved");

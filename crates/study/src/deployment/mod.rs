@@ -3,34 +3,32 @@
 //!
 //! | file | subject |
 //! |---|---|
+//! | `linear` | what is proved of an observer of a linear plant on its target |
 //! | `nonlinear` | observers of nonlinear plants with a step for each sample |
 //! | `expressions` | the plant as expressions, which can be printed as source code |
 //! | `record` | the run of the study at the samples: what the exported step is compared with |
 
 mod expressions;
+mod linear;
 mod nonlinear;
 mod record;
 
+pub(crate) use linear::MARGIN;
 pub use nonlinear::{CopyDesign, DiscreteCopyDesign, FilterDesign, KklDesign, KklStep};
 pub use record::{Difference, Record, record};
 
 use std::sync::atomic::AtomicBool;
 
-use luenberger_design::{
-    Certificate, DesignError, DiscreteDesign, LinearDesign, OperatingPoint, SampledCubicDesign, deployed_linear,
-};
+use luenberger_design::{Certificate, DesignError, DiscreteDesign, LinearDesign, OperatingPoint, SampledCubicDesign};
 use luenberger_linalg::spectral_radius;
 use luenberger_observers::{DiscreteNonlinearObserver, SampledObserver};
 use luenberger_plants::StateSpace;
 use luenberger_proof::certificate::CertificateFile;
-use luenberger_proof::statement::{Deployed, Format, Operation, Step};
-use luenberger_proof::wording::{at_least, at_most, counted};
-use luenberger_sim::Trajectory;
+use luenberger_proof::statement::{Format, Formats};
+use luenberger_proof::wording::{at_least, counted};
 use nalgebra::{DMatrix, DVector};
 
-use crate::closed_loop;
 use crate::design::{self, Designed, NoDesign, Runnable};
-use crate::execute;
 use crate::results::FailureReport;
 use crate::study::{GainSpec, LinearSpec, ObserverKind, ObserverSpec, Study};
 
@@ -304,14 +302,16 @@ impl Evidence {
     }
 }
 
-/// What is proved of a sampled design whose numbers are stored, and whose steps are computed, in `format`: with the
+/// What is proved of a sampled design whose numbers are stored, and whose steps are computed, in `formats`: with the
 /// bounds that states, inputs and noise have in the simulation of the study, the ball to which the error shrinks, all
-/// rounding counted; without a simulation, the convergence for the gains as designed.
-pub fn evidence(study: &Study, observer: &ObserverSpec, design: &SampledDesign, format: Format) -> Evidence {
-    let title = &observer.name;
+/// rounding counted; without a simulation, the convergence for the gains as designed, or in fixed point as stored.
+///
+/// Fixed point is for linear designs, run by `luenberger_observers::FixedPointObserver`.
+pub fn evidence(study: &Study, observer: &ObserverSpec, design: &SampledDesign, formats: Formats) -> Evidence {
+    let (title, format) = (&observer.name, formats.running);
     match design {
-        SampledDesign::Linear(linear) => of_linear(study, observer, design, &linear.certificate, format),
-        SampledDesign::Cubic(cubic) => of_linear(study, observer, design, &cubic.certificate, format),
+        SampledDesign::Linear(found) => linear::evidence(study, observer, design, &found.certificate, formats),
+        SampledDesign::Cubic(cubic) => linear::evidence(study, observer, design, &cubic.certificate, formats),
         SampledDesign::LinearAt(copied) | SampledDesign::DiscreteCopy(copied) => {
             let rounding = format!("Rounding to {format} on the target is not covered.");
             of_statement(title, Some(&copied.certificate), "with the gains as designed", &copied.statement, &rounding)
@@ -361,118 +361,4 @@ fn of_statement(
         },
         None => Evidence { sentences: vec![format!("No stability certificate. {statement}")], file: None },
     }
-}
-
-fn of_linear(
-    study: &Study,
-    observer: &ObserverSpec,
-    design: &SampledDesign,
-    certificate: &Certificate,
-    format: Format,
-) -> Evidence {
-    // The subtraction of D u is not among the operations that the certificate bounds.
-    let fed = study.plant.model.linear().is_some_and(|plant| plant.d.is_some());
-    let on_target = operation(study, observer, design).filter(|_| !fed).and_then(|operation| {
-        let (deployed, file) = deployed(&observer.name, design, format, &operation)?;
-        Some((deployed, operation, file))
-    });
-    let mut sentences = Vec::new();
-    let file = match on_target {
-        Some((deployed, operation, file)) => {
-            sentences.push(format!(
-                "Proved (certificate.json): with the gains as stored in {format}, in exact arithmetic, the estimation error tends to 0 exponentially from every initial error."
-            ));
-            sentences.extend(rounding(study, &deployed, &operation, format));
-            Some(file)
-        }
-        None => certificate.file(&observer.name).ok().inspect(|_| {
-            sentences.push(
-                "Proved (certificate.json): with the gains as designed, in exact arithmetic, the estimation error tends to 0 exponentially from every initial error."
-                    .to_owned(),
-            );
-            sentences.push(format!("Rounding to {format} on the target is not covered."));
-        }),
-    };
-    if file.is_none() {
-        sentences.push("No stability certificate.".to_owned());
-    } else if fed {
-        sentences.push("In the certificate y is the measured output minus D u.".to_owned());
-    }
-    Evidence { sentences, file }
-}
-
-/// The observer in the arithmetic of the target, with its certificate file; none if that is not proved.
-fn deployed(
-    title: &str,
-    design: &SampledDesign,
-    format: Format,
-    operation: &Operation,
-) -> Option<(Deployed, CertificateFile)> {
-    match design {
-        SampledDesign::Linear(design) => {
-            let (plant, l) = (design.observer.plant(), design.observer.l());
-            let found = deployed_linear(plant, l, Step::Innovation, format.into(), operation).ok()?;
-            let file = found.certificate.file(title).ok()?;
-            Some((found.deployed.clone(), file))
-        }
-        SampledDesign::Cubic(design) => {
-            let file = design.deployed_certificate_file(title, format.into(), operation).ok()?;
-            Some((design.deployed(format.into(), operation).ok()?, file))
-        }
-        _ => None,
-    }
-}
-
-/// The bound of the error with all rounding counted, under its bounds of operation.
-fn rounding(study: &Study, deployed: &Deployed, operation: &Operation, format: Format) -> Vec<String> {
-    let Some(ball) = deployed.ball() else {
-        return vec![format!("Rounding to {format} on the target: no bound is proved.")];
-    };
-    let plant = &study.plant;
-    let list = |names: &[String], values: &[f64], units: &[String]| {
-        let one = |(i, (name, value)): (usize, (&String, &f64))| {
-            let unit = units.get(i).map(|unit| format!(" {unit}")).unwrap_or_default();
-            format!("{name} {}{unit}", at_most(*value, 3))
-        };
-        names.iter().zip(values).enumerate().map(one).collect::<Vec<_>>().join(", ")
-    };
-    let mut bounds = vec![("states", list(&plant.states, &operation.state, &plant.units))];
-    if !plant.inputs.is_empty() {
-        bounds.push(("inputs", list(&plant.inputs, &operation.input, &[])));
-    }
-    bounds.push(("measurement noise", list(&plant.outputs, &operation.noise, &[])));
-    bounds.push(("first error", list(&plant.states, &operation.error, &plant.units)));
-    let bounds: Vec<String> = bounds.into_iter().map(|(what, list)| format!("{what} ({list})")).collect();
-    vec![
-        format!(
-            "Rounding and noise: while the magnitudes of {} stay within these bounds, the error in the end is at most {}, and no operation leaves the range of {format}.",
-            bounds.join(", "),
-            list(&plant.states, &ball.entries, &plant.units)
-        ),
-        "The bounds are 1.2 times the magnitudes in the study's simulation, with four standard deviations for Gaussian noise."
-            .to_owned(),
-    ]
-}
-
-/// Bounds of operation relative to the magnitudes in the simulation.
-pub(crate) const MARGIN: f64 = 1.2;
-
-/// The bounds of the study's simulation; none without a simulation, with feedback of another observer, or if the plant
-/// cannot be simulated.
-fn operation(study: &Study, observer: &ObserverSpec, design: &SampledDesign) -> Option<Operation> {
-    let simulation = study.simulation.as_ref()?;
-    let (state, input) = if let Some(found) = closed_loop::magnitudes(study, simulation, observer, design) {
-        found
-    } else {
-        let run: Trajectory = execute::plant_run(study, simulation)?;
-        let largest = |m: &DMatrix<f64>| m.column_iter().map(|column| MARGIN * column.amax()).collect();
-        (largest(&run.x), largest(&run.u))
-    };
-    let noise = (0..study.plant.outputs.len()).map(|output| {
-        let noise = simulation.noise_of(output);
-        noise.map_or(0.0, |noise| MARGIN * if noise.gaussian { 4.0 } else { 1.0 } * noise.amplitude)
-    });
-    let noise = noise.collect();
-    let error = simulation.x0.iter().zip(&observer.initial).map(|(x, xhat)| MARGIN * (x - xhat).abs()).collect();
-    Some(Operation { state, input, noise, error })
 }

@@ -4,7 +4,10 @@
 use luenberger_design::{LinearDesign, SampledCubicDesign, deployed_linear};
 use luenberger_linalg::zero_order_hold;
 use luenberger_lmi::dynamic_matrix;
-use luenberger_observers::{LinearObserver, Observer, SampledCubicGains, SampledCubicObserver, SampledObserver, cubic};
+use luenberger_observers::{
+    FixedPointFormat, FixedPointFormats, FixedPointGains, FixedPointObserver, LinearObserver, Observer,
+    SampledCubicGains, SampledCubicObserver, SampledObserver, cubic,
+};
 use luenberger_plants::StateSpace;
 use luenberger_proof::certificate::{CertificateFile, Certified, ClaimedBall, DeployedObserver, Theorem, verify};
 use luenberger_proof::statement::{self, Deployed, Format, Operation, Step};
@@ -112,19 +115,44 @@ fn floating<T: Target>(theorem: &DeployedObserver) -> Box<Stepper> {
     }
 }
 
-/// The step in fixed point, on integers; each product rounded.
+/// The step of `observers::FixedPointObserver`; nothing where it refuses the formats or the matrices.
+fn accumulated(theorem: &DeployedObserver) -> Option<Box<Stepper>> {
+    let format = |format: Format| match format {
+        Format::Fixed { integer_bits, fraction_bits } => FixedPointFormat::new(integer_bits, fraction_bits).ok(),
+        _ => None,
+    };
+    let (stored, signals) = (format(theorem.formats.stored)?, format(theorem.formats.running)?);
+    let s = &theorem.stored;
+    let integers = |m: &Matrix<f64>| {
+        DMatrix::from_row_iterator(m.rows(), m.cols(), m.as_slice().iter().map(|x| stored.nearest(*x).unwrap()))
+    };
+    let gains = FixedPointGains { a: integers(&s.a), b: integers(&s.b), c: integers(&s.c), d: None, l: integers(&s.l) };
+    let observer = FixedPointObserver::new(gains, FixedPointFormats { gains: stored, signals }).ok()?;
+    let column = move |x: &[f64]| DVector::from_iterator(x.len(), x.iter().map(|x| signals.nearest(*x).unwrap()));
+    Some(Box::new(move |xhat, u, y| {
+        let mut state = observer.start(column(xhat));
+        observer.step(&mut state, &column(u), &column(y));
+        (state.saturations == 0).then(|| state.xhat.iter().map(|x| signals.value(*x)).collect())
+    }))
+}
+
+/// The step in fixed point, on integers; each product rounded, or each sum if accumulated.
 fn fixed(theorem: &DeployedObserver, integer_bits: u32, fraction_bits: u32) -> Box<Stepper> {
     let unit = 2.0_f64.powi(fraction_bits.cast_signed());
     let end = 1_i128 << (integer_bits + fraction_bits - 1);
     let integer = move |x: f64| (x * unit) as i128;
     let in_range = move |x: i128| (-end..end).contains(&x).then_some(x);
-    let product = move |x: i128, y: i128| {
-        let (floor, rest) = ((x * y) >> fraction_bits, (x * y) & ((1 << fraction_bits) - 1));
+    let nearest = move |x: i128| {
+        let (floor, rest) = (x >> fraction_bits, x & ((1 << fraction_bits) - 1));
         let half = 1_i128 << (fraction_bits - 1);
         in_range(floor + i128::from(rest > half || (rest == half && floor & 1 == 1)))
     };
+    let is_accumulated = theorem.step == Step::Accumulated;
     let sum = move |first: i128, terms: Vec<(i128, i128)>| {
-        terms.into_iter().try_fold(first, |sum, (x, y)| in_range(sum + product(x, y)?))
+        if is_accumulated {
+            return nearest(terms.into_iter().fold(first << fraction_bits, |sum, (x, y)| sum + x * y));
+        }
+        terms.into_iter().try_fold(first, |sum, (x, y)| in_range(sum + nearest(x * y)?))
     };
     let s = theorem.stored.clone();
     let is_joined = theorem.step == Step::Joined;
@@ -153,7 +181,10 @@ fn survives(theorem: &DeployedObserver, random: &mut Random) -> Result<usize, St
     let step = match running {
         Format::Binary32 => floating::<f32>(theorem),
         Format::Binary64 => floating::<f64>(theorem),
-        Format::Fixed { integer_bits, fraction_bits } => fixed(theorem, integer_bits, fraction_bits),
+        Format::Fixed { integer_bits, fraction_bits } => {
+            let observer = if theorem.step == Step::Accumulated { accumulated(theorem) } else { None };
+            observer.unwrap_or_else(|| fixed(theorem, integer_bits, fraction_bits))
+        }
     };
     let (plant, meets) = (&theorem.plant, &theorem.operation);
     let n = plant.a.rows();
@@ -293,8 +324,11 @@ fn linear_files() -> Vec<DeployedObserver> {
         let held = zero_order_hold(&plant.a, &plant.b, 0.2).unwrap();
         let sampled = StateSpace::new(held.ad, held.bd, plant.c.clone()).unwrap();
         let l = DMatrix::from_fn(2, sampled.c.nrows(), |i, j| if i == j { 0.61 } else { -0.13 });
-        for step in [Step::Innovation, Step::Joined] {
+        for step in [Step::Innovation, Step::Joined, Step::Accumulated] {
             for format in [Format::Binary32, Format::Binary64, Format::Fixed { integer_bits: 8, fraction_bits: 14 }] {
+                if step == Step::Accumulated && !matches!(format, Format::Fixed { .. }) {
+                    continue;
+                }
                 for (error, noise) in [(2.0, 0.0), (4.0, 1e-2)] {
                     let found =
                         deployed_linear(&sampled, &l, step, format.into(), &meets(&sampled, error, noise)).unwrap();

@@ -132,7 +132,7 @@ fn the_linear_observer_in_single_precision_stays_in_its_ball() {
             let observer = observer.unwrap();
             let first = DVector::zeros(plant.a.nrows());
             let share = run.compare(&found.deployed, &found.p, &plant.c, &first, |xhat, u, y| match step {
-                Step::Innovation => observer.derivative(0.0, xhat, u, y),
+                Step::Innovation | Step::Accumulated => observer.derivative(0.0, xhat, u, y),
                 Step::Joined => &observer.a * xhat + &observer.b * u + &observer.l * y,
             });
             println!(

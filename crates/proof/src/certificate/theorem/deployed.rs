@@ -34,8 +34,8 @@ pub const LARGEST_DEPLOYED: usize = 32;
 /// The words where no ball is claimed.
 const NOTHING_RUNNING: &str = "Nothing is said of the rounding of its steps.";
 
-/// The words for the three ways in which a step is computed.
-const STEPS: [&str; 3] = ["joined", "innovation", "cubic"];
+/// The words for the ways in which a step is computed.
+const STEPS: [&str; 4] = ["joined", "innovation", "accumulated", "cubic"];
 
 /// The bounds of the running error that a file claims.
 #[derive(Debug, Clone, PartialEq)]
@@ -143,6 +143,7 @@ impl DeployedObserver {
             (Some(_), _) => "cubic",
             (None, Step::Joined) => "joined",
             (None, Step::Innovation) => "innovation",
+            (None, Step::Accumulated) => "accumulated",
         }
     }
 
@@ -171,6 +172,9 @@ impl DeployedObserver {
             String::new()
         };
         let rounded = match running {
+            _ if self.step == Step::Accumulated => {
+                "each sum of products computed without rounding, then rounded to nearest"
+            }
             Format::Fixed { .. } => "each product rounded to nearest or each sum of products as a whole",
             _ => "each operation rounded to nearest, with or without fused multiply-adds",
         };
@@ -282,7 +286,7 @@ impl Statement for DeployedObserver {
                 "the observer xhat+ = F xhat + Bu + Ly, F being the exact A - LC of the plant's A and C and the stored L, rounded once",
                 "a plant with the stored B, with F + LC in the place of A and with v = 0 has e+ = F e",
             ),
-            (None, Step::Innovation) => (
+            (None, Step::Innovation | Step::Accumulated) => (
                 "the observer xhat+ = A xhat + Bu + L z, z = y - C xhat",
                 "a plant of the stored A, B and C with v = 0 has e+ = (A - LC)e",
             ),
@@ -307,6 +311,7 @@ impl Statement for DeployedObserver {
         let (step, is_cubic) = match field.text()? {
             "joined" => (Step::Joined, false),
             "innovation" => (Step::Innovation, false),
+            "accumulated" => (Step::Accumulated, false),
             "cubic" => (Step::Innovation, true),
             other => return Err(unknown_word(&field, other, &STEPS)),
         };
@@ -315,7 +320,7 @@ impl Statement for DeployedObserver {
         let b = fields.take("B")?.matrix((order, inputs))?;
         let c = match step {
             Step::Joined => plant.c.clone(),
-            Step::Innovation => fields.take("C")?.matrix((outputs, order))?,
+            Step::Innovation | Step::Accumulated => fields.take("C")?.matrix((outputs, order))?,
         };
         let l = fields.take("L")?.matrix((order, outputs))?;
         let cubic = if is_cubic {

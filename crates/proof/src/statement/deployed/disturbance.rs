@@ -61,7 +61,7 @@ impl Disturbance<'_> {
         let Stored { a, c, l, cubic, .. } = self.stored;
         let first = match self.step {
             Step::Joined => points(a, "F")?,
-            Step::Innovation => error_matrix::<Interval>(a, l, c)?,
+            Step::Innovation | Step::Accumulated => error_matrix::<Interval>(a, l, c)?,
         };
         let Some(cubic) = cubic else { return Ok(vec![first]) };
         // Not idle: w > 0 was checked.
@@ -89,6 +89,7 @@ impl Disturbance<'_> {
     fn sum_error(&self, products: usize, addends: usize, terms: &Bound) -> Result<Bound, ProofError> {
         let k = products + addends;
         let (lost, gamma) = match self.format {
+            Format::Fixed { .. } if self.step == Step::Accumulated => (Interval::ONE, Interval::zero()),
             Format::Fixed { .. } => (Interval::of(products as f64), Interval::zero()),
             _ => (Interval::of(2.0 * k as f64).mul(&Interval::ONE.add(&self.format.gamma(k))), self.format.gamma(k)),
         };

@@ -44,9 +44,10 @@
 //! (Higham, *Accuracy and Stability of Numerical Algorithms*, 2nd ed., section 3.1), where tiny = 2^-126 or 2^-1022,
 //! the smallest normal number, covers both gradual underflow and results flushed to zero. In fixed point additions are
 //! exact, and each product errs by at most half the spacing q, whether it is rounded by itself or the sum as a whole:
-//! `|computed - exact| <= (products) q/2`. Truncation is not rounding to nearest, and is not covered. (In floating
-//! point each of at most k products and k - 1 additions can lose tiny once, and what is lost is not magnified by more
-//! than 1 + gamma_k.)
+//! `|computed - exact| <= (products) q/2`. Where sums are accumulated without rounding ([`Step::Accumulated`], as
+//! `observers::FixedPointObserver` does in 64 bits) there is one rounding per sum, and `|computed - exact| <= q/2`
+//! whatever its length. Truncation is not rounding to nearest, and is not covered. (In floating point each of at most k
+//! products and k - 1 additions can lose tiny once, and what is lost is not magnified by more than 1 + gamma_k.)
 //!
 //! *One step.* Subtracting the two recursions,
 //! ```text
@@ -154,6 +155,9 @@ pub enum Step {
     Joined,
     /// `xhat+ = A xhat + B u + L (y - C xhat)`, as `observers::LinearConvergence` does.
     Innovation,
+    /// As [`Step::Innovation`], with `y - C xhat` and `A xhat + B u + L z` each accumulated without rounding and then
+    /// rounded once, as `observers::FixedPointObserver` does.
+    Accumulated,
 }
 
 /// What a target stores, each entry a number of its format.
@@ -275,7 +279,7 @@ pub fn deployed_linear(
                 cubic: None,
             }
         }
-        Step::Innovation => Stored {
+        Step::Innovation | Step::Accumulated => Stored {
             a: formats.stored.stored(&plant.a, "A")?,
             b: formats.stored.stored(&plant.b, "B")?,
             c: formats.stored.stored(&plant.c, "C")?,
@@ -288,7 +292,7 @@ pub fn deployed_linear(
             let none = (Matrix::from_fn(p.rows(), 0, |_, _| 0.0), Matrix::from_fn(0, p.rows(), |_, _| 0.0));
             stein_decrease(&stored.a, &none.0, &none.1, p)?
         }
-        Step::Innovation => stein_decrease(&stored.a, &stored.l, &stored.c, p)?,
+        Step::Innovation | Step::Accumulated => stein_decrease(&stored.a, &stored.l, &stored.c, p)?,
     };
     let disturbance = Disturbance { plant, stored: &stored, step, format: formats.running, operation };
     let positive = positive(p)?;

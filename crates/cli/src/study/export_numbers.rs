@@ -1,0 +1,126 @@
+//! The numbers of an export: floating or fixed point.
+
+use crate::arguments::{ExportInput, Language, Precision};
+use crate::failure::Failure;
+use luenberger_export::{Export, ExportError, File, FixedPointFormats, Scalar, golden};
+use luenberger_proof::statement::{Format, Formats};
+
+/// The numbers on the target.
+#[derive(Clone, Copy)]
+pub(super) enum Numbers {
+    Floating(Scalar),
+    Fixed(FixedPointFormats),
+}
+
+impl Numbers {
+    /// What `--format`, `--gains` and `--to` ask for.
+    pub(super) fn of(input: &ExportInput) -> Result<Self, Failure> {
+        match (input.format, input.gains) {
+            (Precision::Fixed(_), _) if input.feedback => Err(Failure::Usage("--feedback is for floating point")),
+            (Precision::Fixed(_), _) if !matches!(input.to, Language::C) => {
+                Err(Failure::Usage("fixed point is for --to c; in Rust, luenberger-observers has FixedPointObserver"))
+            }
+            (Precision::Fixed(signals), gains) => {
+                Ok(Self::Fixed(FixedPointFormats { gains: gains.unwrap_or(signals), signals }))
+            }
+            (_, Some(_)) => Err(Failure::Usage("--gains is for fixed point, as with --format q16.16")),
+            (Precision::F32, None) => Ok(Self::Floating(Scalar::Binary32)),
+            (Precision::F64, None) => Ok(Self::Floating(Scalar::Binary64)),
+        }
+    }
+
+    /// Of the export from which the one in fixed point is made, too.
+    pub(super) fn scalar(self) -> Scalar {
+        match self {
+            Self::Floating(scalar) => scalar,
+            Self::Fixed(_) => Scalar::Binary64,
+        }
+    }
+
+    /// As the certificate names them.
+    pub(super) fn formats(self) -> Formats {
+        match self {
+            Self::Floating(Scalar::Binary32) => Format::Binary32.into(),
+            Self::Floating(Scalar::Binary64) => Format::Binary64.into(),
+            Self::Fixed(FixedPointFormats { gains, signals }) => {
+                let [stored, running] = [gains, signals].map(|format| Format::Fixed {
+                    integer_bits: format.integer_bits(),
+                    fraction_bits: format.fraction_bits(),
+                });
+                Formats { stored, running }
+            }
+        }
+    }
+
+    /// `f32`, `Q16.16`.
+    pub(super) fn name(self) -> String {
+        match self {
+            Self::Floating(scalar) => scalar.name().to_owned(),
+            Self::Fixed(_) => self.formats().running.to_string(),
+        }
+    }
+
+    /// Why nothing is proved.
+    pub(super) fn unproved(self) -> String {
+        match self {
+            Self::Floating(_) => "it has no stability certificate".to_owned(),
+            Self::Fixed(_) => {
+                format!("with its gains stored in {} it has no stability certificate", self.formats().stored)
+            }
+        }
+    }
+
+    /// Whether the format holds the numbers of the observer.
+    pub(super) fn check(self, export: &Export) -> Result<(), ExportError> {
+        self.cost(export).map(|_| ())
+    }
+
+    /// The files in C.
+    pub(super) fn c(self, export: &Export) -> Result<Vec<File>, ExportError> {
+        match self {
+            Self::Floating(_) => export.c(),
+            Self::Fixed(formats) => Ok(export.fixed_point(formats)?.c()),
+        }
+    }
+
+    /// The estimates of the exported observer for given inputs and outputs, one pair for each sample.
+    pub(super) fn replay(
+        self,
+        export: &Export,
+        samples: &[(Vec<f64>, Vec<f64>)],
+    ) -> Result<Vec<Vec<f64>>, ExportError> {
+        match self {
+            Self::Floating(_) => golden::replay(export, samples),
+            Self::Fixed(formats) => Ok(export.fixed_point(formats)?.replay(samples)),
+        }
+    }
+
+    pub(super) fn cost(self, export: &Export) -> Result<Cost, ExportError> {
+        Ok(match self {
+            Self::Floating(_) => Cost {
+                operations: export.operations(),
+                of: "floating-point operations",
+                bytes: export.bytes(),
+                digest: export.digest(),
+            },
+            Self::Fixed(formats) => {
+                let fixed = export.fixed_point(formats)?;
+                Cost {
+                    operations: fixed.products(),
+                    of: "products of integers",
+                    bytes: fixed.bytes(),
+                    digest: fixed.digest(),
+                }
+            }
+        })
+    }
+}
+
+/// What a step costs, and the digest of the exported numbers.
+pub(super) struct Cost {
+    pub(super) operations: usize,
+    /// What the operations are.
+    pub(super) of: &'static str,
+    pub(super) bytes: usize,
+    pub(super) digest: String,
+}

@@ -1,0 +1,329 @@
+//! A linear observer in fixed point: header, source, test and README.
+
+use std::fmt::Write;
+
+use luenberger_observers::FixedPointFormats;
+use nalgebra::DMatrix;
+
+use super::project::cmake;
+use super::{columns, harmless, kind, lengths, wrapped};
+use crate::File;
+use crate::fixed_point::{FixedPointExport, name};
+use crate::golden::STEPS;
+
+pub(crate) fn fixed_files(export: &FixedPointExport<'_>) -> Vec<File> {
+    let name = &export.design.identifier;
+    let file = |name: String, text: String| File { name, text };
+    vec![
+        file(format!("{name}.h"), header(export)),
+        file(format!("{name}.c"), source(export)),
+        file(format!("test_{name}.c"), test(export)),
+        file("CMakeLists.txt".to_owned(), cmake(name)),
+        file("README.md".to_owned(), readme(export)),
+    ]
+}
+
+/// What the numbers are, and how they are computed.
+fn arithmetic(export: &FixedPointExport<'_>) -> String {
+    let FixedPointFormats { gains, signals } = export.observer.formats();
+    let (whole, part) = (signals.integer_bits() - 1, signals.fraction_bits());
+    let stored = if gains == signals { String::new() } else { format!(" The gains are stored in {}.", name(gains)) };
+    format!(
+        "Numbers: int32_t, {}: the integer of a number x is x 2^{part}, rounded.{stored} One step takes {} products, \
+         which are accumulated in 64 bits without rounding; the sums cannot overflow, whatever u, y and xhat are. Each \
+         sum is rounded once, to nearest, ties upwards: an error of at most 2^-{}. A result beyond the range from -2^{whole} \
+         to 2^{whole} - 2^-{part} becomes the end of the range, and is counted in saturations.",
+        name(signals),
+        export.products(),
+        part + 1,
+    )
+}
+
+fn header(export: &FixedPointExport<'_>) -> String {
+    let design = export.design;
+    let (id, names) = (&design.identifier, &design.names);
+    let (upper, lengths) = lengths(design);
+    let mut text =
+        format!("/**\n * @file {id}.h\n * @brief {} in fixed point, one step per sample.\n *\n", kind(design));
+    let unit = if names.time_unit.is_empty() { String::new() } else { format!(" {}", harmless(&names.time_unit)) };
+    _ = writeln!(text, " * Period:  {}{unit}", design.program.period());
+    _ = writeln!(text, " * States:  {}", columns(&names.states, &names.units));
+    _ = writeln!(text, " * Inputs:  {}", columns(&names.inputs, &[]));
+    _ = writeln!(text, " * Outputs: {}", columns(&names.outputs, &[]));
+    let sentences = [arithmetic(export)].into_iter().chain(design.statement.iter().cloned());
+    for sentence in sentences {
+        text.push_str(" *\n");
+        for line in wrapped(&harmless(&sentence), 100) {
+            _ = writeln!(text, " * {line}");
+        }
+    }
+    text.push_str(" *\n");
+    for line in design.digests_with(&export.digest()) {
+        _ = writeln!(text, " * {}", harmless(&line));
+    }
+    text.push_str(" *\n * This file belongs to whoever generated it.\n */\n");
+    _ = writeln!(
+        text,
+        "#ifndef {upper}_H\n#define {upper}_H\n\n#include <stdint.h>\n\n#ifdef __cplusplus\nextern \"C\" {{\n#endif\n"
+    );
+    for (what, length) in lengths {
+        _ = writeln!(text, "#define {upper}_{what} {length}");
+    }
+    _ = write!(
+        text,
+        "#define {upper}_FRACTION_BITS {}
+
+/** State of the observer. */
+typedef struct {{
+    int32_t xhat[{upper}_STATES]; /**< Estimate for the next sample. */
+    uint32_t saturations; /**< Results cut off at an end of the range since the start; stays at its largest value. */
+}} {id}_state;
+
+/** Starts from a given estimate. */
+void {id}_init({id}_state *state, const int32_t *xhat);
+
+/** Starts from the first estimate of the design. */
+void {id}_reset({id}_state *state);
+
+/**
+ * One step, from the sample at t to the estimate at t + period. All numbers are integers, x 2^{upper}_FRACTION_BITS.
+ *
+ * @param state  State, read and written.
+ * @param u      Inputs held from this sample to the next, {upper}_INPUTS entries{}.
+ * @param y      Outputs measured at this sample, {upper}_OUTPUTS entries.
+ * @param xhat   Estimate for the next sample, {upper}_STATES entries; may be a null pointer.
+ */
+void {id}_step({id}_state *state, const int32_t *u, const int32_t *y, int32_t *xhat);
+
+#ifdef __cplusplus
+}}
+#endif
+
+#endif
+",
+        export.observer.formats().signals.fraction_bits(),
+        if names.inputs.is_empty() { "; not read, may be a null pointer" } else { "" },
+    );
+    text
+}
+
+/// A constant of C; the smallest integer has no literal.
+fn literal(x: i32) -> String {
+    if x == i32::MIN { "(-2147483647 - 1)".to_owned() } else { x.to_string() }
+}
+
+fn matrix(text: &mut String, name: &str, m: &DMatrix<i32>) {
+    _ = writeln!(text, "static const int32_t {name}[{}][{}] = {{", m.nrows(), m.ncols());
+    for row in m.row_iter() {
+        let row: Vec<String> = row.iter().map(|x| literal(*x)).collect();
+        _ = writeln!(text, "    {{ {} }},", row.join(", "));
+    }
+    text.push_str("};\n");
+}
+
+/// Adds or subtracts the products of row i.
+fn accumulate(text: &mut String, sign: char, matrix: &str, columns: &str, vector: &str) {
+    _ = writeln!(
+        text,
+        "        for (j = 0; j < {columns}; ++j) {{
+            sum = sum {sign} ((int64_t){matrix}[i][j] * (int64_t){vector}[j]);
+        }}"
+    );
+}
+
+fn source(export: &FixedPointExport<'_>) -> String {
+    let design = export.design;
+    let id = &design.identifier;
+    let (upper, lengths) = lengths(design);
+    let [n, m, p] = lengths.map(|(what, _)| format!("{upper}_{what}"));
+    let has_inputs = lengths[1].1 > 0;
+    let FixedPointFormats { gains, signals } = export.observer.formats();
+    let one = 1_i64 << gains.fraction_bits();
+    let mut text = format!("/** @file {id}.c\n * See {id}.h. */\n#include \"{id}.h\"\n\n#include <stddef.h>\n\n");
+    _ = write!(
+        text,
+        "/* The gains are their numbers times this. */
+static const int64_t ONE = {one};
+static const int64_t HALF = {};
+static const int64_t LARGEST = {};
+static const int64_t SMALLEST = {};
+",
+        one / 2,
+        signals.largest(),
+        literal(signals.smallest()),
+    );
+    for (name, values) in export.matrices() {
+        if values.ncols() > 0 {
+            matrix(&mut text, name, values);
+        }
+    }
+    let initial: Vec<String> = export.initial.iter().map(|x| literal(*x)).collect();
+    _ = write!(
+        text,
+        "static const int32_t INITIAL[{n}] = {{ {} }};
+
+/* The integer nearest to sum / ONE, ties upwards, within the range. Shifts of negative integers differ from compiler to
+ * compiler, divisions do not. */
+static int32_t rounded(int64_t sum, uint32_t *saturations)
+{{
+    const int64_t above = sum + HALF;
+    int64_t result = above / ONE;
+
+    if ((above % ONE) < 0) {{
+        result = result - 1;
+    }}
+    if ((result > LARGEST) || (result < SMALLEST)) {{
+        result = (result > LARGEST) ? LARGEST : SMALLEST;
+        if (*saturations < UINT32_MAX) {{
+            *saturations = *saturations + 1u;
+        }}
+    }}
+    return (int32_t)result;
+}}
+
+void {id}_init({id}_state *state, const int32_t *xhat)
+{{
+    int i;
+    for (i = 0; i < {n}; ++i) {{
+        state->xhat[i] = xhat[i];
+    }}
+    state->saturations = 0u;
+}}
+
+void {id}_reset({id}_state *state)
+{{
+    {id}_init(state, INITIAL);
+}}
+
+void {id}_step({id}_state *state, const int32_t *u, const int32_t *y, int32_t *xhat)
+{{
+    int32_t innovation[{p}];
+    int32_t next[{n}];
+    int i;
+    int j;
+
+",
+        initial.join(", ")
+    );
+    if !has_inputs {
+        text.push_str("    (void)u;\n");
+    }
+    _ = writeln!(text, "    for (i = 0; i < {p}; ++i) {{\n        int64_t sum = (int64_t)y[i] * ONE;");
+    accumulate(&mut text, '-', "C", &n, "state->xhat");
+    if export.observer.gains().d.is_some() && has_inputs {
+        accumulate(&mut text, '-', "D", &m, "u");
+    }
+    text.push_str("        innovation[i] = rounded(sum, &state->saturations);\n    }\n");
+    _ = writeln!(text, "    for (i = 0; i < {n}; ++i) {{\n        int64_t sum = 0;");
+    accumulate(&mut text, '+', "A", &n, "state->xhat");
+    if has_inputs {
+        accumulate(&mut text, '+', "B", &m, "u");
+    }
+    accumulate(&mut text, '+', "L", &p, "innovation");
+    _ = write!(
+        text,
+        "        next[i] = rounded(sum, &state->saturations);
+    }}
+    for (i = 0; i < {n}; ++i) {{
+        state->xhat[i] = next[i];
+        if (xhat != NULL) {{
+            xhat[i] = next[i];
+        }}
+    }}
+}}
+"
+    );
+    text
+}
+
+fn test(export: &FixedPointExport<'_>) -> String {
+    let steps = export.golden(STEPS);
+    let (id, names) = (&export.design.identifier, &export.design.names);
+    let (upper, _) = lengths(export.design);
+    let count = steps.len();
+    let mut text = format!(
+        "/* Golden vectors: {count} steps of the design, compared bit by bit. Exit code 0 if all agree. */\n#include \"{id}.h\"\n\n#include <stdio.h>\n#include <string.h>\n\n"
+    );
+    let rows = |of: &dyn Fn(usize) -> Vec<i32>| DMatrix::from_row_iterator(count, of(0).len(), (0..count).flat_map(of));
+    let tables: [(&str, DMatrix<i32>); 3] = [
+        ("u", rows(&|k| steps[k].u.clone())),
+        ("y", rows(&|k| steps[k].y.clone())),
+        ("expected", rows(&|k| steps[k].estimate.clone())),
+    ];
+    for (name, table) in &tables {
+        if table.ncols() > 0 {
+            matrix(&mut text, name, table);
+        }
+    }
+    let saturations: Vec<String> = steps.iter().map(|step| format!("{}u", step.saturations)).collect();
+    let saturations = wrapped(&saturations.join(", "), 100).join("\n    ");
+    let u = if names.inputs.is_empty() { "0" } else { "u[k]" };
+    _ = write!(
+        text,
+        "static const uint32_t saturations[{count}] = {{
+    {saturations}
+}};
+
+int main(void)
+{{
+    {id}_state state;
+    int32_t xhat[{upper}_STATES];
+    int k;
+    int wrong = 0;
+
+    {id}_reset(&state);
+    for (k = 0; k < {count}; ++k) {{
+        {id}_step(&state, {u}, y[k], xhat);
+        if ((memcmp(xhat, expected[k], sizeof xhat) != 0) || (state.saturations != saturations[k])) {{
+            printf(\"step %d differs: %ld, expected %ld\\n\", k, (long)xhat[0], (long)expected[k][0]);
+            ++wrong;
+        }}
+    }}
+    printf(\"{id}: %d of {count} steps agree to the last bit\\n\", {count} - wrong);
+    return (wrong == 0) ? 0 : 1;
+}}
+"
+    );
+    text
+}
+
+fn readme(export: &FixedPointExport<'_>) -> String {
+    let design = export.design;
+    let id = &design.identifier;
+    format!(
+        "# {id}
+
+{} in fixed point, one step per sample; {} products, {} bytes of constants and state, no allocation, no global state.
+
+{}
+
+{}
+
+```c
+#include \"{id}.h\"
+
+{id}_state state;
+{id}_reset(&state);
+/* every {period} {unit}, with the measured outputs y and the inputs u held until the next sample, times 2^{part} */
+int32_t xhat[{upper}_STATES];
+{id}_step(&state, {input}, y, xhat);
+```
+
+The test compares {STEPS} steps with the design, bit by bit; some of them saturate on purpose:
+
+```console
+$ cc -std=c99 -O2 {id}.c test_{id}.c -o test_{id} && ./test_{id}
+```
+",
+        kind(design),
+        export.products(),
+        export.bytes(),
+        arithmetic(export),
+        design.statement.join("\n"),
+        period = design.program.period(),
+        unit = if design.names.time_unit.is_empty() { "time units" } else { &design.names.time_unit },
+        upper = id.to_uppercase(),
+        part = export.observer.formats().signals.fraction_bits(),
+        input = if design.names.inputs.is_empty() { "0" } else { "u" },
+    )
+}

@@ -1,0 +1,164 @@
+//! Linear observers in fixed point: integers on the target, with the sums and the rounding of
+//! [`FixedPointObserver`].
+
+use luenberger_observers::{FixedPointFormat, FixedPointFormats, FixedPointObserver, ObserverError};
+use nalgebra::{DMatrix, DVector, Dyn};
+use sha2::{Digest, Sha256};
+
+use crate::error::ExportError;
+use crate::golden::Noise;
+use crate::program::Program;
+use crate::{Export, File, c, hexadecimal};
+
+/// A linear observer whose numbers are integers, ready to be written as C.
+///
+/// ```
+/// use luenberger_export::{Export, Names, Program, Scalar};
+/// use luenberger_observers::{DiscreteLinearObserver, FixedPointFormat};
+/// use luenberger_plants::StateSpace;
+/// use nalgebra::dmatrix;
+/// let plant = StateSpace::new(dmatrix![1.0, 0.1; 0.0, 1.0], dmatrix![0.005; 0.1], dmatrix![1.0, 0.0])?;
+/// let observer = DiscreteLinearObserver::new(plant, dmatrix![0.9; 2.0], 0.1)?;
+/// let names = Names::numbered(2, 1, 1);
+/// let export = Export::new("cart", Program::Linear(observer), Scalar::Binary64, &[0.0, 0.0], names)?;
+/// let files = export.fixed_point(FixedPointFormat::new(16, 16)?.into())?.c();
+/// assert!(files[1].text.contains("{ 65536, 6554 }"), "A times 2^16");
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+#[derive(Debug, Clone, PartialEq)]
+pub struct FixedPointExport<'a> {
+    pub(crate) design: &'a Export,
+    pub(crate) observer: FixedPointObserver<Dyn, Dyn, Dyn>,
+    pub(crate) initial: DVector<i32>,
+}
+
+impl Export {
+    /// The observer in these formats.
+    ///
+    /// # Errors
+    /// [`ExportError::FixedPointKind`] for an observer that is not linear; [`ExportError::FixedPoint`] for numbers
+    /// beyond the range of their format, and for sums of products that could overflow 64 bits.
+    pub fn fixed_point(&self, formats: FixedPointFormats) -> Result<FixedPointExport<'_>, ExportError> {
+        let Program::Linear(linear) = &self.program else {
+            return Err(ExportError::FixedPointKind { kind: c::kind(self) });
+        };
+        let refused = |format, error| ExportError::FixedPoint { format: name(format), error: Box::new(error) };
+        let observer = FixedPointObserver::rounded(linear, formats).map_err(|error| refused(formats.gains, error))?;
+        let integer = |(row, value): (usize, &f64)| {
+            let FixedPointFormats { signals, .. } = formats;
+            let (integer_bits, fraction_bits) = (signals.integer_bits(), signals.fraction_bits());
+            let what = "the first estimate";
+            let error =
+                ObserverError::FixedPointRange { what, row, column: 0, value: *value, integer_bits, fraction_bits };
+            signals.nearest(*value).ok_or_else(|| refused(signals, error))
+        };
+        let initial = self.initial.iter().enumerate().map(integer).collect::<Result<Vec<i32>, _>>()?;
+        Ok(FixedPointExport { design: self, observer, initial: DVector::from_vec(initial) })
+    }
+}
+
+/// `Q16.16`.
+pub(crate) fn name(format: FixedPointFormat) -> String {
+    format!("Q{}.{}", format.integer_bits(), format.fraction_bits())
+}
+
+/// A step of the golden vectors, in integers.
+pub(crate) struct Step {
+    pub(crate) u: Vec<i32>,
+    pub(crate) y: Vec<i32>,
+    pub(crate) estimate: Vec<i32>,
+    /// Saturations since the start.
+    pub(crate) saturations: u32,
+}
+
+impl FixedPointExport<'_> {
+    /// The files of a C99 project: header, source, test with golden vectors, `CMakeLists.txt` and `README.md`.
+    pub fn c(&self) -> Vec<File> {
+        c::fixed_files(self)
+    }
+
+    /// The observer in integers, which computes the golden vectors.
+    pub fn observer(&self) -> &FixedPointObserver<Dyn, Dyn, Dyn> {
+        &self.observer
+    }
+
+    /// The first estimate, in integers.
+    pub fn initial(&self) -> &DVector<i32> {
+        &self.initial
+    }
+
+    /// The matrices that the step uses, by the names they have in the emitted code.
+    pub(crate) fn matrices(&self) -> Vec<(&'static str, &DMatrix<i32>)> {
+        let gains = self.observer.gains();
+        let mut all = vec![("A", &gains.a), ("B", &gains.b), ("C", &gains.c), ("L", &gains.l)];
+        all.extend(gains.d.as_ref().map(|d| ("D", d)));
+        all
+    }
+
+    /// Products of one step, each of two integers of 32 bits to one of 64.
+    pub fn products(&self) -> usize {
+        self.matrices().iter().map(|(_, m)| m.len()).sum()
+    }
+
+    /// Bytes of the constants and of the state.
+    pub fn bytes(&self) -> usize {
+        4 * (self.products() + 2 * self.initial.len() + 1)
+    }
+
+    /// The SHA-256 of the exported numbers: formats, sizes, gains, period and first estimate.
+    pub fn digest(&self) -> String {
+        let FixedPointFormats { gains, signals } = self.observer.formats();
+        let mut hash = Sha256::new();
+        hash.update(format!("{} {}", name(gains), name(signals)));
+        for (name, m) in self.matrices() {
+            hash.update(format!("{name} {} {}", m.nrows(), m.ncols()));
+            m.iter().for_each(|x| hash.update(x.to_le_bytes()));
+        }
+        self.initial.iter().for_each(|x| hash.update(x.to_le_bytes()));
+        hash.update(self.design.program.period().to_bits().to_le_bytes());
+        hexadecimal(&hash.finalize())
+    }
+
+    /// The estimates for given inputs and outputs, one pair for each sample: rounded to the format, and at most its
+    /// largest number.
+    pub fn replay(&self, samples: &[(Vec<f64>, Vec<f64>)]) -> Vec<Vec<f64>> {
+        let signals = self.observer.formats().signals;
+        let integer = |x: f64| {
+            let ends = if x < 0.0 { signals.smallest() } else { signals.largest() };
+            signals.nearest(x).unwrap_or(ends)
+        };
+        let column = |values: &[f64]| DVector::from_iterator(values.len(), values.iter().map(|x| integer(*x)));
+        let mut state = self.observer.start(self.initial.clone());
+        let estimates = samples.iter().map(|(u, y)| {
+            self.observer.step(&mut state, &column(u), &column(y));
+            state.xhat.iter().map(|x| signals.value(*x)).collect()
+        });
+        estimates.collect()
+    }
+
+    /// Steps from the first estimate, with numbers of magnitude up to 2, now and then of the whole range, and at its
+    /// ends, so that results saturate too.
+    pub(crate) fn golden(&self, count: usize) -> Vec<Step> {
+        let signals = self.observer.formats().signals;
+        let size = self.observer.dimensions();
+        let (smallest, largest) = (f64::from(signals.smallest()), f64::from(signals.largest()));
+        let mut noise = Noise::start();
+        let mut state = self.observer.start(self.initial.clone());
+        let mut steps = Vec::with_capacity(count);
+        for step in 0..count {
+            let mut column = |length: usize| -> Vec<i32> {
+                let scale = match step % 16 {
+                    7 => 0.5 * largest,
+                    15 => largest,
+                    _ => (1_u64 << signals.fraction_bits()) as f64,
+                };
+                (0..length).map(|_| (scale * noise.next()).floor().clamp(smallest, largest) as i32).collect()
+            };
+            let (u, y) = (column(size.inputs), column(size.outputs));
+            self.observer.step(&mut state, &DVector::from_column_slice(&u), &DVector::from_column_slice(&y));
+            let estimate = state.xhat.as_slice().to_vec();
+            steps.push(Step { u, y, estimate, saturations: state.saturations });
+        }
+        steps
+    }
+}

@@ -1,0 +1,132 @@
+//! Emitted C in fixed point, compiled and compared with the Rust observer bit by bit. Without a C compiler these tests
+//! say so and pass.
+
+use luenberger_export::{Export, FixedPointFormat, FixedPointFormats, Names, Scalar};
+use proptest::prelude::*;
+use proptest::test_runner::{Config, TestRunner};
+use std::process::Command;
+
+use crate::compiled::{SANITISERS, can_sanitise, compilers, folder, has_haswell, program};
+
+fn export(seed: u64, sizes: (usize, usize, usize), fed: bool) -> Export {
+    let program = program(seed, sizes, false, fed);
+    let size = program.dimensions();
+    let initial: Vec<f64> = (0..size.state).map(|i| 0.1 * i as f64 - 0.3).collect();
+    let names = Names::numbered(size.state, size.inputs, size.outputs);
+    Export::new("plant", program, Scalar::Binary64, &initial, names).unwrap()
+}
+
+fn q(integer_bits: u32, fraction_bits: u32) -> FixedPointFormat {
+    FixedPointFormat::new(integer_bits, fraction_bits).unwrap()
+}
+
+/// Compiles the files with these flags and runs the golden test.
+#[track_caller]
+fn agrees(export: &Export, formats: FixedPointFormats, folder: &std::path::Path, compiler: &str, flags: &[&str]) {
+    for file in export.fixed_point(formats).unwrap().c() {
+        std::fs::write(folder.join(file.name), file.text).unwrap();
+    }
+    let built = Command::new(compiler)
+        .current_dir(folder)
+        .args(["-std=c99", "-Wall", "-Wextra", "-Wconversion", "-pedantic", "-Werror"])
+        .args(flags)
+        .args(["plant.c", "test_plant.c", "-o", "test"])
+        .output()
+        .unwrap();
+    assert!(built.status.success(), "{compiler} {flags:?}: {}", String::from_utf8_lossy(&built.stderr));
+    let ran = Command::new(folder.join("test")).output().unwrap();
+    let text = String::from_utf8_lossy(&ran.stdout);
+    assert!(ran.status.success(), "{compiler} {flags:?}: {text}{}", String::from_utf8_lossy(&ran.stderr));
+    assert!(text.contains("64 of 64 steps agree to the last bit"), "{text}");
+}
+
+#[test]
+fn optimised_and_sanitised_builds_give_the_same_bits() {
+    let folder = folder("fixed-flags");
+    let compilers = compilers();
+    if compilers.is_empty() {
+        eprintln!("SKIPPED: no C compiler");
+    }
+    for compiler in compilers {
+        let sanitised = can_sanitise(&folder, compiler);
+        for (sizes, fed, formats) in [
+            ((2, 1, 1), false, q(16, 16).into()),
+            ((3, 2, 2), true, FixedPointFormats { gains: q(3, 29), signals: q(8, 8) }),
+            ((2, 0, 1), false, q(4, 12).into()),
+            // Integers for signals, and the widest range: every end of int32_t.
+            ((1, 1, 1), true, FixedPointFormats { gains: q(3, 29), signals: q(32, 0) }),
+            ((1, 1, 1), false, FixedPointFormats { gains: q(8, 0), signals: q(1, 31) }),
+        ] {
+            let export = export(7, sizes, fed);
+            for flags in [&["-O0"][..], &["-Os"], &["-O2"], &["-O3", "-march=haswell"]] {
+                if has_haswell() || !flags.contains(&"-march=haswell") {
+                    agrees(&export, formats, &folder, compiler, flags);
+                }
+            }
+            if sanitised {
+                agrees(&export, formats, &folder, compiler, &SANITISERS);
+            }
+        }
+    }
+}
+
+#[test]
+fn random_observers_in_random_formats_agree() {
+    let compilers = compilers();
+    let Some(compiler) = compilers.first() else {
+        eprintln!("SKIPPED: no C compiler");
+        return;
+    };
+    let folder = folder("fixed-random");
+    let cases =
+        (any::<u64>(), (1..=6_usize, 0..=3_usize, 1..=3_usize), any::<bool>(), 2..=16_u32, 0..=16_u32, 4..=29_u32);
+    let mut runner = TestRunner::new(Config { cases: 40, failure_persistence: None, ..Config::default() });
+    runner
+        .run(&cases, |(seed, sizes, fed, integer, fraction, part)| {
+            let formats = FixedPointFormats { gains: q(3, part), signals: q(integer, fraction) };
+            agrees(&export(seed, sizes, fed), formats, &folder, compiler, &["-O1"]);
+            Ok(())
+        })
+        .unwrap();
+}
+
+#[test]
+fn the_golden_vectors_saturate_and_the_header_says_what_that_means() {
+    let export = export(7, (2, 1, 1), false);
+    let files = export.fixed_point(q(4, 12).into()).unwrap().c();
+    let text = |name: &str| files.iter().find(|file| file.name == name).unwrap().text.clone();
+    let header = text("plant.h");
+    for said in [
+        "int32_t, Q4.12",
+        "x 2^12, rounded",
+        "an error of at most 2^-13",
+        "from -2^3",
+        "uint32_t saturations;",
+        "#define PLANT_FRACTION_BITS 12",
+    ] {
+        assert!(header.replace("\n * ", " ").contains(said), "{said}: {header}");
+    }
+    let test = text("test_plant.c");
+    let counts = test.split("saturations[64] = {").nth(1).unwrap().split('}').next().unwrap();
+    assert!(counts.trim_start().starts_with("0u,") && !counts.trim_end().ends_with(" 0u"), "{counts}");
+}
+
+#[test]
+fn what_has_no_fixed_point_is_an_error() {
+    let cubic = program(3, (2, 1, 1), true, false);
+    let export = Export::new("plant", cubic, Scalar::Binary64, &[0.0; 2], Names::numbered(2, 1, 1)).unwrap();
+    let error = export.fixed_point(q(16, 16).into()).unwrap_err();
+    assert_eq!(
+        error.to_string(),
+        "fixed point is for linear observers and Kalman filters with a constant gain, not for the sampled cubic observer"
+    );
+    let linear = program(3, (2, 1, 1), false, false);
+    let export = Export::new("plant", linear, Scalar::Binary64, &[0.0, 40.0], Names::numbered(2, 1, 1)).unwrap();
+    let error = export.fixed_point(q(4, 12).into()).unwrap_err();
+    assert_eq!(error.to_string(), "in Q4.12: the first estimate(1, 0) = 40 is beyond the range of Q4.12");
+    // C and D have rows whose magnitudes, with the 1 of y, add up to more than 4.
+    let error = self::export(7, (3, 2, 2), true)
+        .fixed_point(FixedPointFormats { gains: q(2, 30), signals: q(8, 8) })
+        .unwrap_err();
+    assert!(error.to_string().starts_with("in Q2.30: row 0 of y - C xhat - D u could overflow 64 bits"), "{error}");
+}

@@ -1,0 +1,175 @@
+//! What is proved of an observer of a linear plant with its numbers as stored, and of its steps as the target computes
+//! them.
+
+use luenberger_design::{Certificate, deployed_linear};
+use luenberger_proof::certificate::{CertificateFile, DeployedObserver, Theorem};
+use luenberger_proof::statement::{Deployed, Format, Formats, Operation, Running, Step};
+use luenberger_proof::wording::at_most;
+use luenberger_sim::Trajectory;
+use nalgebra::DMatrix;
+
+use super::{Evidence, SampledDesign};
+use crate::closed_loop;
+use crate::execute;
+use crate::study::{ObserverSpec, Study};
+
+pub(super) fn evidence(
+    study: &Study,
+    observer: &ObserverSpec,
+    design: &SampledDesign,
+    certificate: &Certificate,
+    formats: Formats,
+) -> Evidence {
+    let running = formats.running;
+    // The subtraction of D u is not among the operations that the certificate bounds.
+    let fed = study.plant.model.linear().is_some_and(|plant| plant.d.is_some());
+    let operation = operation(study, observer, design).filter(|_| !fed);
+    let on_target = match &operation {
+        Some(operation) => deployed(&observer.name, design, formats, operation),
+        None => None,
+    };
+    let mut sentences = Vec::new();
+    let of_stored = format!(
+        "Proved (certificate.json): with the gains as stored in {}, in exact arithmetic, the estimation error tends to 0 exponentially from every initial error.",
+        formats.stored
+    );
+    let not_covered = || format!("Rounding to {running} on the target is not covered.");
+    let file = match (on_target, operation) {
+        (Some((found, file)), Some(operation)) => {
+            sentences.push(of_stored);
+            sentences.extend(rounding(study, &found, &operation, running));
+            if is_fixed(running) && operation.noise.iter().any(|bound| *bound > 0.0) {
+                let noiseless = Operation { noise: vec![0.0; operation.noise.len()], ..operation };
+                sentences.extend(
+                    deployed(&observer.name, design, formats, &noiseless)
+                        .and_then(|(found, _)| found.ball().map(|ball| without_noise(study, &ball.entries))),
+                );
+            }
+            Some(file)
+        }
+        // Coarse gains may not stabilise: of them the designed ones say nothing.
+        _ if is_fixed(running) => stored(&observer.name, design, formats).inspect(|_| {
+            sentences.push(of_stored);
+            sentences.push(not_covered());
+        }),
+        _ => certificate.file(&observer.name).ok().inspect(|_| {
+            sentences.push(
+                "Proved (certificate.json): with the gains as designed, in exact arithmetic, the estimation error tends to 0 exponentially from every initial error."
+                    .to_owned(),
+            );
+            sentences.push(not_covered());
+        }),
+    };
+    if file.is_none() {
+        sentences.push("No stability certificate.".to_owned());
+    } else if fed {
+        sentences.push("In the certificate y is the measured output minus D u.".to_owned());
+    }
+    Evidence { sentences, file }
+}
+
+fn is_fixed(format: Format) -> bool {
+    matches!(format, Format::Fixed { .. })
+}
+
+/// The observer in the arithmetic of the target, with its certificate file; none if that is not proved.
+fn deployed(
+    title: &str,
+    design: &SampledDesign,
+    formats: Formats,
+    operation: &Operation,
+) -> Option<(Deployed, CertificateFile)> {
+    match design {
+        SampledDesign::Linear(design) => {
+            let (plant, l) = (design.observer.plant(), design.observer.l());
+            let step = if is_fixed(formats.running) { Step::Accumulated } else { Step::Innovation };
+            let found = deployed_linear(plant, l, step, formats, operation).ok()?;
+            let file = found.certificate.file(title).ok()?;
+            Some((found.deployed.clone(), file))
+        }
+        SampledDesign::Cubic(design) => {
+            let file = design.deployed_certificate_file(title, formats, operation).ok()?;
+            Some((design.deployed(formats, operation).ok()?, file))
+        }
+        _ => None,
+    }
+}
+
+/// The certificate file of the stored numbers in exact arithmetic; none if that is not proved.
+fn stored(title: &str, design: &SampledDesign, formats: Formats) -> Option<CertificateFile> {
+    let m = design.matrices()?;
+    let (n, m, p) = (m.a.nrows(), m.b.ncols(), m.c.nrows());
+    let nothing = Operation { state: vec![0.0; n], input: vec![0.0; m], noise: vec![0.0; p], error: vec![0.0; n] };
+    let (_, file) = deployed(title, design, formats, &nothing)?;
+    let Theorem::DeployedObserver(theorem) = file.theorem().clone() else { return None };
+    CertificateFile::prove(title, DeployedObserver { ball: None, ..theorem }).ok()
+}
+
+/// How much of the bound is due to rounding.
+fn without_noise(study: &Study, entries: &[f64]) -> String {
+    let plant = &study.plant;
+    format!("Without measurement noise it is at most {}.", listed(&plant.states, entries, &plant.units))
+}
+
+/// `position 0.1 m, velocity 0.2 m/s`, each rounded upwards.
+fn listed(names: &[String], values: &[f64], units: &[String]) -> String {
+    let one = |(i, (name, value)): (usize, (&String, &f64))| {
+        let unit = units.get(i).map(|unit| format!(" {unit}")).unwrap_or_default();
+        format!("{name} {}{unit}", at_most(*value, 3))
+    };
+    names.iter().zip(values).enumerate().map(one).collect::<Vec<_>>().join(", ")
+}
+
+/// The bound of the error with all rounding counted, under its bounds of operation.
+fn rounding(study: &Study, deployed: &Deployed, operation: &Operation, format: Format) -> Vec<String> {
+    let ball = match &deployed.running {
+        Running::Within(ball) => ball,
+        Running::Unproved(why) if is_fixed(format) => {
+            return vec![format!(
+                "Rounding to {format} on the target: no bound is proved, and saturation is not excluded ({why})."
+            )];
+        }
+        Running::Unproved(_) => return vec![format!("Rounding to {format} on the target: no bound is proved.")],
+    };
+    let plant = &study.plant;
+    let mut bounds = vec![("states", listed(&plant.states, &operation.state, &plant.units))];
+    if !plant.inputs.is_empty() {
+        bounds.push(("inputs", listed(&plant.inputs, &operation.input, &[])));
+    }
+    bounds.push(("measurement noise", listed(&plant.outputs, &operation.noise, &[])));
+    bounds.push(("first error", listed(&plant.states, &operation.error, &plant.units)));
+    let bounds: Vec<String> = bounds.into_iter().map(|(what, list)| format!("{what} ({list})")).collect();
+    vec![
+        format!(
+            "Rounding and noise: while the magnitudes of {} stay within these bounds, the error in the end is at most {}, and no operation leaves the range of {format}{}.",
+            bounds.join(", "),
+            listed(&plant.states, &ball.entries, &plant.units),
+            if is_fixed(format) { ": nothing saturates" } else { "" }
+        ),
+        "The bounds are 1.2 times the magnitudes in the study's simulation, with four standard deviations for Gaussian noise."
+            .to_owned(),
+    ]
+}
+
+/// Bounds of operation relative to the magnitudes in the simulation.
+pub(crate) const MARGIN: f64 = 1.2;
+
+/// The bounds of the study's simulation; none without a simulation, with feedback of another observer, or if the plant
+/// cannot be simulated.
+fn operation(study: &Study, observer: &ObserverSpec, design: &SampledDesign) -> Option<Operation> {
+    let simulation = study.simulation.as_ref()?;
+    let (state, input) = if let Some(found) = closed_loop::magnitudes(study, simulation, observer, design) {
+        found
+    } else {
+        let run: Trajectory = execute::plant_run(study, simulation)?;
+        let largest = |m: &DMatrix<f64>| m.column_iter().map(|column| MARGIN * column.amax()).collect();
+        (largest(&run.x), largest(&run.u))
+    };
+    let noise = (0..study.plant.outputs.len()).map(|output| {
+        let noise = simulation.noise_of(output);
+        noise.map_or(0.0, |noise| MARGIN * if noise.gaussian { 4.0 } else { 1.0 } * noise.amplitude)
+    });
+    let noise = noise.collect();
+    let error = simulation.x0.iter().zip(&observer.initial).map(|(x, xhat)| MARGIN * (x - xhat).abs()).collect();
+    Some(Operation { state, input, noise, error })
+}
