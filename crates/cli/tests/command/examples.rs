@@ -137,6 +137,26 @@ fn bicycle() {
     near("EKF", &last_estimate("bicycle", "EKF-at-100-Hz", &states), &expected, 1e-7);
 }
 
+/// A load step that is an event of the simulated plant, and is estimated.
+#[test]
+fn cuk_converter() {
+    let results = run("cuk");
+    let expected = [0.483_937_709_749_816, 20.560_401_638_438_64, -0.583_200_609_075_4, -8.856_228_349_239_448, 64.7];
+    near("plant", &results["simulation"]["x_end"], &expected, 1e-9);
+    let states = ["i1", "v2", "i3", "v4", "load"];
+    let expected =
+        [0.483_572_473_752_67, 20.548_081_538_757, -0.583_184_841_510_18, -8.853_612_787_996_8, 64.679_702_335_61];
+    near("EKF", &last_estimate("cuk", "EKF", &states), &expected, 1e-8);
+    let expected = [
+        0.020_507_264_504_805,
+        0.118_312_317_413_945,
+        0.014_921_307_781_57,
+        0.492_371_056_247_139,
+        1.990_148_398_711_064,
+    ];
+    near("RMSE", &rmse(&results, "EKF"), &expected, 1e-9);
+}
+
 /// The Monte-Carlo study of a falling body, with the extended filter that is known to be too sure of itself.
 #[test]
 fn falling_body() {
