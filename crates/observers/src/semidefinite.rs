@@ -43,17 +43,18 @@ where
             }
         }
         let (k, pivot) = largest?;
-        let k = k.min(order - 1);
         if pivot > undecided {
-            eliminated[k] = true;
+            eliminated.iter_mut().skip(k).take(1).for_each(|eliminated| *eliminated = true);
+            // Where k came from is out of the compiler's sight.
+            let at = |rest: &OMatrix<T, D, D>, i: usize, j: usize| rest.get((i, j)).copied().unwrap_or(pivot);
             for i in 0..order {
                 if eliminated[i] {
                     continue;
                 }
-                let factor = rest[(i, k)] / pivot;
+                let factor = at(&rest, i, k) / pivot;
                 for j in 0..order {
                     if !eliminated[j] {
-                        let reduced = rest[(i, j)] - factor * rest[(k, j)];
+                        let reduced = rest[(i, j)] - factor * at(&rest, k, j);
                         rest[(i, j)] = reduced;
                     }
                 }

@@ -116,24 +116,28 @@ where
 
     /// The value at `point`.
     pub fn at(&self, point: &SVector<T, I>) -> SVector<T, O> {
+        // What new() has checked is out of the compiler's sight: an index would keep a panic on a target.
         let mut branch = self.root;
         let leaf = loop {
             match branch {
                 Branch::Leaf(leaf) => break usize::from(leaf),
                 Branch::Node(index) => {
-                    let node = &self.nodes.as_ref()[usize::from(index)];
-                    branch = if point[usize::from(node.axis)] < node.threshold { node.below } else { node.above };
+                    let Some(node) = self.nodes.as_ref().get(usize::from(index)) else { break 0 };
+                    let below = point.get(usize::from(node.axis)).is_some_and(|x| *x < node.threshold);
+                    branch = if below { node.below } else { node.above };
                 }
             }
         };
-        let stride = stride::<I, O>(self.degree);
-        let data = &self.leaves.as_ref()[leaf * stride..][..stride];
+        let data = self.leaves.as_ref().chunks_exact(stride::<I, O>(self.degree).max(1)).nth(leaf).unwrap_or(&[]);
+        let number = |k: usize| data.get(k).copied().unwrap_or_else(T::zero);
         // A little beyond the samples a low-degree polynomial is still good; far beyond it is held.
         let reach = convert::<f64, T>(REACH);
-        let local = SVector::<T, I>::from_fn(|i, _| between((point[i] - data[i]) * data[I + i], -reach, reach));
-        let (least, most) = (&data[2 * I..][..O], &data[2 * I + O..][..O]);
-        let mut coefficients = data[2 * (I + O)..].iter();
-        SVector::from_fn(|o, _| between(horner(&mut coefficients, self.degree, local.as_slice()), least[o], most[o]))
+        let local = SVector::<T, I>::from_fn(|i, _| between((point[i] - number(i)) * number(I + i), -reach, reach));
+        let mut coefficients = data.get(2 * (I + O)..).unwrap_or(&[]).iter();
+        SVector::from_fn(|o, _| {
+            let value = horner(&mut coefficients, self.degree, local.as_slice());
+            between(value, number(2 * I + o), number(2 * I + O + o))
+        })
     }
 
     /// Total degree of the polynomials.

@@ -1,4 +1,5 @@
 //! Observers of nonlinear plants that are stepped once per sample: the copy, and the numerical KKL observer.
+#![cfg(all(feature = "alloc", feature = "dual"))]
 
 use luenberger_observers::numerical_kkl::{
     Coordinates, Node, PolynomialInverse, PolynomialTree, SampledFilter, SampledKkl,
