@@ -5,6 +5,8 @@
 //! that is simulated on a workstation, runs in Rust on a target and is exported as C needs the same bits in all three.
 //! Here a sum starts with its first term and adds the others in order.
 
+#![allow(clippy::inline_always, reason = "loops over columns of fixed sizes unroll only where the sizes are seen")]
+
 use nalgebra::allocator::Allocator;
 use nalgebra::{Const, DefaultAllocator, Dim, OMatrix, OVector, RealField};
 
@@ -17,6 +19,7 @@ pub(crate) fn sum<T: RealField + Copy>(count: usize, term: impl Fn(usize) -> T) 
 const SMALL: usize = 16;
 
 /// Runs with a column of zeros, for which nothing is allocated up to [`SMALL`] entries.
+#[inline(always)]
 pub(crate) fn with_column<T: RealField + Copy, D: Dim, R>(dim: D, run: impl FnOnce(&mut [T]) -> R) -> R
 where
     DefaultAllocator: Allocator<D>,
@@ -37,6 +40,7 @@ pub(crate) fn copy<T: Copy>(from: &[T], to: &mut [T]) {
 
 /// Entry `i` of `A v`. An index beyond A adds nothing: where the sizes are out of the compiler's sight it would keep a
 /// panic for it.
+#[inline(always)]
 pub(crate) fn entry<T: RealField + Copy, R: Dim, C: Dim>(a: &OMatrix<T, R, C>, i: usize, v: &[T]) -> T
 where
     DefaultAllocator: Allocator<R, C>,

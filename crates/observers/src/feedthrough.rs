@@ -25,6 +25,8 @@ where
 }
 
 /// `y - C xhat - D u` into `innovation`.
+#[inline(always)]
+#[allow(clippy::inline_always, reason = "as in dense.rs")]
 pub(crate) fn innovation<T: RealField + Copy, N: Dim, M: Dim, P: Dim>(
     c: &OMatrix<T, P, N>,
     d: Option<&OMatrix<T, P, M>>,
