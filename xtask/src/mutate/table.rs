@@ -177,8 +177,8 @@ pub(super) const SOURCES: &[Source] = &[
             mutant(
                 "semidefinite: the rest plus its pivot's part",
                 Sign,
-                "- factor * rest[(k, j)]",
-                "+ factor * rest[(k, j)]",
+                "- factor * at(&rest, k, j)",
+                "+ factor * at(&rest, k, j)",
             ),
             mutant(
                 "semidefinite: the rest off the diagonal is not looked at",
