@@ -36,6 +36,7 @@ use nalgebra::{ComplexField, Const, DefaultAllocator, Dim, DimAdd, DimSum, OMatr
 use crate::dense::{Factor, times, times_transpose};
 use crate::error::ObserverError;
 use crate::observer::{ObserverDimensions, SampledObserver};
+use crate::runge_kutta;
 use crate::semidefinite::failing_pivot;
 
 /// The state of the filter: estimate and covariance, one beside the other.
@@ -260,19 +261,6 @@ where
         let spread = fp.transpose() + fp + &self.noises.w;
         (self.plant.derivative(t, xhat, u), spread)
     }
-
-    /// One step of the classical Runge-Kutta method for estimate and covariance.
-    fn propagate(&self, t: T, xhat: &mut OVector<T, N>, p: &mut OMatrix<T, N, N>, u: &OVector<T, M>, tau: T) {
-        let (half, sixth): (T, T) = (convert(0.5), convert(1.0 / 6.0));
-        let two = T::one() + T::one();
-        let (k1, p1) = self.slope(t, xhat, p, u);
-        let (k2, p2) = self.slope(t + tau * half, &(&*xhat + &k1 * (tau * half)), &(&*p + &p1 * (tau * half)), u);
-        let (k3, p3) = self.slope(t + tau * half, &(&*xhat + &k2 * (tau * half)), &(&*p + &p2 * (tau * half)), u);
-        let (k4, p4) = self.slope(t + tau, &(&*xhat + &k3 * tau), &(&*p + &p3 * tau), u);
-        *xhat += (k1 + (k2 + k3) * two + k4) * (tau * sixth);
-        *p += (p1 + (p2 + p3) * two + p4) * (tau * sixth);
-        symmetrise(p);
-    }
 }
 
 impl<S, T: RealField + Copy, N: DimAdd<U1>, M: Dim, P: Dim> ExtendedKalmanFilter<S, T, N, M, P>
@@ -312,7 +300,9 @@ where
         };
         let tau = duration / convert::<f64, T>(substeps as f64);
         for k in 0..substeps {
-            self.propagate(t + tau * convert::<f64, T>(k as f64), &mut xhat, &mut p, u, tau);
+            let now = t + tau * convert::<f64, T>(k as f64);
+            runge_kutta::step(now, tau, (&mut xhat, &mut p), |t, xhat, p| self.slope(t, xhat, p, u));
+            symmetrise(&mut p);
         }
         *belief = GaussianEstimate::new(&xhat, &p);
     }

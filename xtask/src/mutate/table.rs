@@ -148,7 +148,6 @@ pub(super) const SOURCES: &[Source] = &[
                 "(c, self.d.as_ref(), (xhat, u, y)",
                 "(&(-c), self.d.as_ref(), (xhat, u, y)",
             ),
-            mutant("sampled observer: no Bd u", Dropped, "entry(bd, i, u) + ", ""),
             mutant(
                 "sampled observer: the flow of two periods",
                 Constant,
@@ -189,6 +188,28 @@ pub(super) const SOURCES: &[Source] = &[
         ],
     },
     Source {
+        file: "crates/observers/src/discrete_linear.rs",
+        suites: &[OBSERVERS, CUBIC],
+        mutants: &[
+            mutant("sampled observer: no Bd u", Dropped, "entry(b, i, u) + ", ""),
+            mutant("sampled observer: - L y~", Sign, "+ entry(l, i, z)", "- entry(l, i, z)"),
+        ],
+    },
+    Source {
+        file: "crates/observers/src/runge_kutta.rs",
+        suites: &[OBSERVERS],
+        mutants: &[
+            mutant(
+                "Runge-Kutta: the third stage from the first",
+                WrongOperand,
+                "&(&*x + &k2 * middle)",
+                "&(&*x + &k1 * middle)",
+            ),
+            mutant("Runge-Kutta: the fourth stage half a step", Constant, "&w3 * tau", "&w3 * middle"),
+            mutant("Runge-Kutta: the weights of the middle stages", Constant, "(w2 + w3) * two", "(w2 + w3)"),
+        ],
+    },
+    Source {
         file: "crates/observers/src/kalman.rs",
         suites: &[OBSERVERS],
         mutants: &[
@@ -207,18 +228,6 @@ pub(super) const SOURCES: &[Source] = &[
             mutant("Kalman: V correlated with a silent output", OffDiagonal, "v.row_mut(i).fill(T::zero());", ""),
             mutant("Kalman: P' = F P + P F'", Dropped, "fp.transpose() + fp + &self.noises.w", "fp.transpose() + fp"),
             mutant("Kalman: P' = 2 F P + W", Transpose, "fp.transpose() + fp", "&fp + &fp"),
-            mutant(
-                "Kalman: the third stage from the first",
-                WrongOperand,
-                "&(&*xhat + &k2 * (tau * half))",
-                "&(&*xhat + &k1 * (tau * half))",
-            ),
-            mutant(
-                "Kalman: the fourth stage half a step",
-                Constant,
-                "&(&*p + &p3 * tau)",
-                "&(&*p + &p3 * (tau * half))",
-            ),
             mutant(
                 "Kalman: h not divided by the sub-steps",
                 Dropped,
