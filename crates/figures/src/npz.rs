@@ -42,7 +42,7 @@ pub fn write<'a>(
     Ok(())
 }
 
-/// The numbers of an `.npy` file that [`write`] has written; none for any other.
+/// The numbers of an `.npy` file that [`write()`] has written; none for any other.
 pub fn numbers(npy: &[u8]) -> Option<Vec<f64>> {
     let rest = npy.strip_prefix(MAGIC)?;
     let (length, rest) = rest.split_first_chunk::<2>()?;
