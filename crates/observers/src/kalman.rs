@@ -35,7 +35,8 @@ use nalgebra::{ComplexField, Const, DefaultAllocator, Dim, DimAdd, DimSum, OMatr
 
 use crate::dense::{Factor, times, times_transpose};
 use crate::error::ObserverError;
-use crate::observer::{ObserverDimensions, SampledObserver};
+use crate::kalman_on_slices::Sample;
+use crate::observer::{ObserverDimensions, SampledObserver, put_slice, step_columns};
 use crate::semidefinite::failing_pivot;
 
 /// The state of the filter: estimate and covariance, one beside the other.
@@ -112,12 +113,12 @@ pub struct ExtendedKalmanFilter<S, T: RealField + Copy, N: Dim, M: Dim, P: Dim>
 where
     DefaultAllocator: Size<N, M, P>,
 {
-    plant: S,
-    noises: NoiseModel<T, N, P>,
-    h: T,
+    pub(crate) plant: S,
+    pub(crate) noises: NoiseModel<T, N, P>,
+    pub(crate) h: T,
     /// Runge-Kutta steps between two samples; none for a plant in discrete time.
-    substeps: Option<usize>,
-    gate: Option<T>,
+    pub(crate) substeps: Option<usize>,
+    pub(crate) gate: Option<T>,
     inputs: PhantomData<M>,
 }
 
@@ -256,23 +257,43 @@ where
         p: &OMatrix<T, N, N>,
         u: &OVector<T, M>,
     ) -> (OVector<T, N>, OMatrix<T, N, N>) {
-        let fp = times(&self.plant.state_jacobian(t, xhat, u), p);
-        let spread = fp.transpose() + fp + &self.noises.w;
+        let spread = spread(&self.plant.state_jacobian(t, xhat, u), p, &self.noises.w);
         (self.plant.derivative(t, xhat, u), spread)
     }
+}
 
-    /// One step of the classical Runge-Kutta method for estimate and covariance.
-    fn propagate(&self, t: T, xhat: &mut OVector<T, N>, p: &mut OMatrix<T, N, N>, u: &OVector<T, M>, tau: T) {
-        let (half, sixth): (T, T) = (convert(0.5), convert(1.0 / 6.0));
-        let two = T::one() + T::one();
-        let (k1, p1) = self.slope(t, xhat, p, u);
-        let (k2, p2) = self.slope(t + tau * half, &(&*xhat + &k1 * (tau * half)), &(&*p + &p1 * (tau * half)), u);
-        let (k3, p3) = self.slope(t + tau * half, &(&*xhat + &k2 * (tau * half)), &(&*p + &p2 * (tau * half)), u);
-        let (k4, p4) = self.slope(t + tau, &(&*xhat + &k3 * tau), &(&*p + &p3 * tau), u);
-        *xhat += (k1 + (k2 + k3) * two + k4) * (tau * sixth);
-        *p += (p1 + (p2 + p3) * two + p4) * (tau * sixth);
-        symmetrise(p);
-    }
+/// `F P + P F' + W`.
+pub(crate) fn spread<T: RealField + Copy, N: Dim>(
+    f: &OMatrix<T, N, N>,
+    p: &OMatrix<T, N, N>,
+    w: &OMatrix<T, N, N>,
+) -> OMatrix<T, N, N>
+where
+    DefaultAllocator: Allocator<N, N>,
+{
+    let fp = times(f, p);
+    fp.transpose() + fp + w
+}
+
+/// One step of the classical Runge-Kutta method for estimate and covariance.
+pub(crate) fn runge_kutta<T: RealField + Copy, N: Dim>(
+    slope: impl Fn(T, &OVector<T, N>, &OMatrix<T, N, N>) -> (OVector<T, N>, OMatrix<T, N, N>),
+    t: T,
+    xhat: &mut OVector<T, N>,
+    p: &mut OMatrix<T, N, N>,
+    tau: T,
+) where
+    DefaultAllocator: Allocator<N> + Allocator<N, N>,
+{
+    let (half, sixth): (T, T) = (convert(0.5), convert(1.0 / 6.0));
+    let two = T::one() + T::one();
+    let (k1, p1) = slope(t, xhat, p);
+    let (k2, p2) = slope(t + tau * half, &(&*xhat + &k1 * (tau * half)), &(&*p + &p1 * (tau * half)));
+    let (k3, p3) = slope(t + tau * half, &(&*xhat + &k2 * (tau * half)), &(&*p + &p2 * (tau * half)));
+    let (k4, p4) = slope(t + tau, &(&*xhat + &k3 * tau), &(&*p + &p3 * tau));
+    *xhat += (k1 + (k2 + k3) * two + k4) * (tau * sixth);
+    *p += (p1 + (p2 + p3) * two + p4) * (tau * sixth);
+    symmetrise(p);
 }
 
 impl<S, T: RealField + Copy, N: DimAdd<U1>, M: Dim, P: Dim> ExtendedKalmanFilter<S, T, N, M, P>
@@ -312,7 +333,8 @@ where
         };
         let tau = duration / convert::<f64, T>(substeps as f64);
         for k in 0..substeps {
-            self.propagate(t + tau * convert::<f64, T>(k as f64), &mut xhat, &mut p, u, tau);
+            let slope = |t: T, xhat: &OVector<T, N>, p: &OMatrix<T, N, N>| self.slope(t, xhat, p, u);
+            runge_kutta(slope, t + tau * convert::<f64, T>(k as f64), &mut xhat, &mut p, tau);
         }
         *belief = GaussianEstimate::new(&xhat, &p);
     }
@@ -389,8 +411,19 @@ where
         self.predict(t, state, u, self.h);
     }
 
+    fn step_into(&self, t: T, state: &mut [T], u: &[T], y: &[T], measured: &[bool]) -> bool {
+        let dynamic = N::try_to_usize().is_none();
+        dynamic && self.step_of_size(state, Sample { t, u, y, measured })
+            || step_columns(self, t, state, (u, y), measured)
+    }
+
     fn estimate(&self, state: &Self::State) -> Self::Estimate {
         state.estimate()
+    }
+
+    fn estimate_into(&self, state: &[T], estimate: &mut [T]) -> bool {
+        // Before the covariance.
+        state.get(..estimate.len()).is_some_and(|xhat| put_slice(xhat, estimate))
     }
 
     fn initial(&self, _t: T, estimate: &Self::Estimate, _u: &Self::Input, _y: &Self::Output) -> Self::State {
@@ -419,13 +452,31 @@ where
 /// K is zero: what is left is the update by the other rows.
 pub(crate) fn correct<T: RealField + Copy, N: DimAdd<U1>, M: Dim, P: Dim>(
     belief: &mut GaussianEstimate<T, N>,
-    mut h: OMatrix<T, P, N>,
-    mut innovation: OVector<T, P>,
-    mut v: OMatrix<T, P, P>,
+    h: OMatrix<T, P, N>,
+    innovation: OVector<T, P>,
+    v: OMatrix<T, P, P>,
     measured: impl Fn(usize) -> bool,
 ) -> Option<Innovation<T, P>>
 where
     DefaultAllocator: Size<N, M, P> + Allocator<N, DimSum<N, U1>>,
+{
+    let (xhat, p) = (belief.estimate(), belief.covariance());
+    let (xhat, p, innovation) = corrected(xhat, &p, (h, innovation, v), measured)?;
+    *belief = GaussianEstimate::new(&xhat, &p);
+    Some(innovation)
+}
+
+/// Estimate and covariance after the update by the measurement with H, innovation and V.
+#[allow(clippy::type_complexity, reason = "estimate, covariance, innovation")]
+pub(crate) fn corrected<T: RealField + Copy, N: Dim, P: Dim>(
+    mut xhat: OVector<T, N>,
+    p: &OMatrix<T, N, N>,
+    (mut h, mut innovation, mut v): (OMatrix<T, P, N>, OVector<T, P>, OMatrix<T, P, P>),
+    measured: impl Fn(usize) -> bool,
+) -> Option<(OVector<T, N>, OMatrix<T, N, N>, Innovation<T, P>)>
+where
+    DefaultAllocator:
+        Allocator<N> + Allocator<P> + Allocator<N, N> + Allocator<N, P> + Allocator<P, N> + Allocator<P, P>,
 {
     for i in (0..innovation.nrows()).filter(|&i| !measured(i)) {
         h.row_mut(i).fill(T::zero());
@@ -434,8 +485,7 @@ where
         v.column_mut(i).fill(T::zero());
         v[(i, i)] = T::one();
     }
-    let (mut xhat, p) = (belief.estimate(), belief.covariance());
-    let hp = times(&h, &p);
+    let hp = times(&h, p);
     let s = times_transpose(&hp, &h) + &v;
     if !s.iter().all(ComplexField::is_finite) {
         return None;
@@ -446,11 +496,10 @@ where
     let order = xhat.shape_generic().0;
     let keep = OMatrix::<T, N, N>::identity_generic(order, order) - times(&gain, &h);
     xhat += times(&gain, &innovation);
-    let mut p = times_transpose(&times(&keep, &p), &keep) + times_transpose(&times(&gain, &v), &gain);
+    let mut p = times_transpose(&times(&keep, p), &keep) + times_transpose(&times(&gain, &v), &gain);
     symmetrise(&mut p);
-    *belief = GaussianEstimate::new(&xhat, &p);
     let normalized_square = innovation.dot(&factor.solve(&innovation));
-    Some(Innovation { value: innovation, covariance: s, normalized_square })
+    Some((xhat, p, Innovation { value: innovation, covariance: s, normalized_square }))
 }
 
 /// Replaces a matrix by its symmetric part, exactly symmetric.

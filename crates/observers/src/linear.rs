@@ -6,9 +6,10 @@ use luenberger_plants::error::check_matrix;
 use luenberger_plants::{LinearPlant, Size};
 use nalgebra::{Const, DefaultAllocator, Dim, OMatrix, OVector, RealField};
 
+use crate::dense::{entry, with_column};
 use crate::error::ObserverError;
 use crate::feedthrough;
-use crate::observer::{Observer, ObserverDimensions};
+use crate::observer::{Observer, ObserverDimensions, put_slice};
 
 /// `xhat' = A xhat + B u + L (y - C xhat - D u)` with N states, M inputs and P outputs.
 #[derive(Clone, Debug, PartialEq)]
@@ -102,8 +103,27 @@ where
         &self.a * xhat + &self.b * u + &self.l * innovation
     }
 
+    fn derivative_into(&self, _t: T, xhat: &[T], u: &[T], y: &[T], slope: &mut [T]) -> bool {
+        let (order, outputs) = self.l.shape_generic();
+        let fits = (xhat.len(), u.len(), y.len()) == (order.value(), self.b.ncols(), outputs.value());
+        let fits = fits && slope.len() == xhat.len();
+        if fits {
+            with_column(outputs, |innovation| {
+                feedthrough::innovation(&self.c, self.d.as_ref(), (xhat, u, y), innovation);
+                for (i, slope) in slope.iter_mut().enumerate() {
+                    *slope = entry(&self.a, i, xhat) + entry(&self.b, i, u) + entry(&self.l, i, innovation);
+                }
+            });
+        }
+        fits
+    }
+
     fn estimate(&self, _t: T, xhat: &Self::State, _u: &Self::Input, _y: &Self::Output) -> Self::Estimate {
         xhat.clone()
+    }
+
+    fn estimate_into(&self, _t: T, xhat: &[T], _u: &[T], _y: &[T], estimate: &mut [T]) -> bool {
+        put_slice(xhat, estimate)
     }
 
     fn initial(&self, _t: T, estimate: &Self::Estimate, _u: &Self::Input, _y: &Self::Output) -> Self::State {
