@@ -122,10 +122,11 @@ where
         }
     }
 
-    fn derivative(&self, _t: T, xhat: &Self::State, u: &Self::Input, y: &Self::Output) -> Self::State {
-        let innovation = feedthrough::without(self.d.as_ref(), u, y - &self.c * xhat);
-        let cubic = &innovation * weight(&self.theta, &innovation);
-        &self.a * xhat + &self.b * u + &self.l * innovation - &self.n * cubic
+    fn derivative(&self, t: T, xhat: &Self::State, u: &Self::Input, y: &Self::Output) -> Self::State {
+        let mut slope = xhat.clone();
+        let fits = self.derivative_into(t, xhat.as_slice(), u.as_slice(), y.as_slice(), slope.as_mut_slice());
+        debug_assert!(fits, "columns of other lengths than the observer's");
+        slope
     }
 
     fn derivative_into(&self, _t: T, xhat: &[T], u: &[T], y: &[T], slope: &mut [T]) -> bool {

@@ -22,6 +22,7 @@ use nalgebra::{Const, DefaultAllocator, Dim, OMatrix, OVector, RealField};
 
 use crate::cubic::{advance, count, entry_of_product};
 use crate::dense::{copy, entry, with_column};
+use crate::discrete_linear::predict;
 use crate::error::ObserverError;
 use crate::feedthrough;
 use crate::observer::{ObserverDimensions, SampledObserver};
@@ -211,9 +212,7 @@ where
                 }
             });
             with_column(order, |next| {
-                for (i, next) in next.iter_mut().enumerate() {
-                    *next = entry(ad, i, xhat) + entry(bd, i, u) + entry(ld, i, innovation);
-                }
+                predict((ad, bd, ld), (xhat, u, innovation), next);
                 copy(next, xhat);
             });
         });

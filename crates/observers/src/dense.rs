@@ -38,13 +38,14 @@ pub(crate) fn copy<T: Copy>(from: &[T], to: &mut [T]) {
     }
 }
 
-/// Entry `i` of `A v`. An index beyond A adds nothing: where the sizes are out of the compiler's sight it would keep a
-/// panic for it.
+/// Entry `i` of `A v`. In a release build an index beyond A adds nothing: where the sizes are out of the compiler's
+/// sight it would keep a panic for it.
 #[inline(always)]
 pub(crate) fn entry<T: RealField + Copy, R: Dim, C: Dim>(a: &OMatrix<T, R, C>, i: usize, v: &[T]) -> T
 where
     DefaultAllocator: Allocator<R, C>,
 {
+    debug_assert_eq!(a.ncols(), v.len(), "columns of a matrix and length of the vector");
     let mut products = v.iter().enumerate().map(|(k, v)| a.get((i, k)).map_or_else(T::zero, |a| *a * *v));
     let first = products.next().unwrap_or_else(T::zero);
     products.fold(first, |sum, product| sum + product)

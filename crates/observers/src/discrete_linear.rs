@@ -88,14 +88,12 @@ where
 
     fn step(&self, _t: T, xhat: &mut Self::State, u: &Self::Input, y: &Self::Output) {
         let LinearPlant { a, b, c, d } = &self.plant;
-        let (order, outputs) = self.l.shape_generic();
         let (u, y, xhat) = (u.as_slice(), y.as_slice(), xhat.as_mut_slice());
+        let (order, outputs) = self.l.shape_generic();
         with_column(outputs, |innovation| {
             feedthrough::innovation(c, d.as_ref(), (xhat, u, y), innovation);
             with_column(order, |next| {
-                for (i, next) in next.iter_mut().enumerate() {
-                    *next = entry(a, i, xhat) + entry(b, i, u) + entry(&self.l, i, innovation);
-                }
+                predict((a, b, &self.l), (xhat, u, innovation), next);
                 copy(next, xhat);
             });
         });
@@ -107,5 +105,20 @@ where
 
     fn initial(&self, _t: T, estimate: &Self::Estimate, _u: &Self::Input, _y: &Self::Output) -> Self::State {
         estimate.clone()
+    }
+}
+
+/// `A xhat + B u + L z` into `next`. Without a closure of its own: one that two observers share is not inlined.
+#[inline(always)]
+#[allow(clippy::inline_always, clippy::type_complexity, reason = "as in dense.rs; three matrices, not a type")]
+pub(crate) fn predict<T: RealField + Copy, N: Dim, M: Dim, P: Dim>(
+    (a, b, l): (&OMatrix<T, N, N>, &OMatrix<T, N, M>, &OMatrix<T, N, P>),
+    (xhat, u, z): (&[T], &[T], &[T]),
+    next: &mut [T],
+) where
+    DefaultAllocator: Size<N, M, P>,
+{
+    for (i, next) in next.iter_mut().enumerate() {
+        *next = entry(a, i, xhat) + entry(b, i, u) + entry(l, i, z);
     }
 }

@@ -35,6 +35,7 @@ pub(crate) fn innovation<T: RealField + Copy, N: Dim, M: Dim, P: Dim>(
 ) where
     DefaultAllocator: Allocator<P, N> + Allocator<P, M>,
 {
+    debug_assert_eq!(y.len(), innovation.len(), "outputs");
     for (i, (value, y)) in innovation.iter_mut().zip(y).enumerate() {
         *value = *y - entry(c, i, xhat);
         if let Some(d) = d {

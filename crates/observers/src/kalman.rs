@@ -37,6 +37,7 @@ use crate::dense::{Factor, times, times_transpose};
 use crate::error::ObserverError;
 use crate::kalman_on_slices::Sample;
 use crate::observer::{ObserverDimensions, SampledObserver, put_slice, step_columns};
+use crate::runge_kutta;
 use crate::semidefinite::failing_pivot;
 
 /// The state of the filter: estimate and covariance, one beside the other.
@@ -275,27 +276,6 @@ where
     fp.transpose() + fp + w
 }
 
-/// One step of the classical Runge-Kutta method for estimate and covariance.
-pub(crate) fn runge_kutta<T: RealField + Copy, N: Dim>(
-    slope: impl Fn(T, &OVector<T, N>, &OMatrix<T, N, N>) -> (OVector<T, N>, OMatrix<T, N, N>),
-    t: T,
-    xhat: &mut OVector<T, N>,
-    p: &mut OMatrix<T, N, N>,
-    tau: T,
-) where
-    DefaultAllocator: Allocator<N> + Allocator<N, N>,
-{
-    let (half, sixth): (T, T) = (convert(0.5), convert(1.0 / 6.0));
-    let two = T::one() + T::one();
-    let (k1, p1) = slope(t, xhat, p);
-    let (k2, p2) = slope(t + tau * half, &(&*xhat + &k1 * (tau * half)), &(&*p + &p1 * (tau * half)));
-    let (k3, p3) = slope(t + tau * half, &(&*xhat + &k2 * (tau * half)), &(&*p + &p2 * (tau * half)));
-    let (k4, p4) = slope(t + tau, &(&*xhat + &k3 * tau), &(&*p + &p3 * tau));
-    *xhat += (k1 + (k2 + k3) * two + k4) * (tau * sixth);
-    *p += (p1 + (p2 + p3) * two + p4) * (tau * sixth);
-    symmetrise(p);
-}
-
 impl<S, T: RealField + Copy, N: DimAdd<U1>, M: Dim, P: Dim> ExtendedKalmanFilter<S, T, N, M, P>
 where
     S: Differentiable<T, N, M, P>,
@@ -333,8 +313,9 @@ where
         };
         let tau = duration / convert::<f64, T>(substeps as f64);
         for k in 0..substeps {
-            let slope = |t: T, xhat: &OVector<T, N>, p: &OMatrix<T, N, N>| self.slope(t, xhat, p, u);
-            runge_kutta(slope, t + tau * convert::<f64, T>(k as f64), &mut xhat, &mut p, tau);
+            let now = t + tau * convert::<f64, T>(k as f64);
+            runge_kutta::step(now, tau, (&mut xhat, &mut p), |t, xhat, p| self.slope(t, xhat, p, u));
+            symmetrise(&mut p);
         }
         *belief = GaussianEstimate::new(&xhat, &p);
     }

@@ -9,7 +9,8 @@ use nalgebra::{DefaultAllocator, Dim, DimAdd, DimSum, RealField, SMatrix, SVecto
 use luenberger_plants::{Differentiable, Size};
 
 use crate::dense::{times, times_transpose};
-use crate::kalman::{ExtendedKalmanFilter, corrected, runge_kutta, spread, symmetrise};
+use crate::kalman::{ExtendedKalmanFilter, corrected, spread, symmetrise};
+use crate::runge_kutta;
 
 /// Where a step is: time, input, measurement, and which outputs were measured.
 #[derive(Clone, Copy)]
@@ -109,7 +110,8 @@ where
         };
         let tau = self.h / convert::<f64, T>(substeps as f64);
         for k in 0..substeps {
-            runge_kutta(slope, t + tau * convert::<f64, T>(k as f64), xhat, p, tau);
+            runge_kutta::step(t + tau * convert::<f64, T>(k as f64), tau, (xhat, p), slope);
+            symmetrise(p);
         }
     }
 }

@@ -66,6 +66,7 @@ pub mod observer;
 pub mod output_feedback;
 pub mod pebo;
 pub mod pseudo_inverse;
+mod runge_kutta;
 pub mod sampled_copy;
 mod semidefinite;
 #[cfg(feature = "alloc")]

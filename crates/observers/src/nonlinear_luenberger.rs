@@ -88,8 +88,10 @@ where
     }
 
     fn derivative(&self, t: T, xhat: &Self::State, u: &Self::Input, y: &Self::Output) -> Self::State {
-        let innovation = y - self.plant.output(t, xhat, u);
-        self.plant.derivative(t, xhat, u) + &self.l * innovation
+        let mut slope = xhat.clone();
+        let fits = self.derivative_into(t, xhat.as_slice(), u.as_slice(), y.as_slice(), slope.as_mut_slice());
+        debug_assert!(fits, "columns of other lengths than the observer's");
+        slope
     }
 
     fn derivative_into(&self, t: T, xhat: &[T], u: &[T], y: &[T], slope: &mut [T]) -> bool {

@@ -27,6 +27,7 @@ use nalgebra::{Const, DefaultAllocator, Dim, OMatrix, OVector, RealField, conver
 use crate::dense::times;
 use crate::error::ObserverError;
 use crate::observer::{ObserverDimensions, SampledObserver};
+use crate::runge_kutta;
 
 /// The sampled copy of a plant `S` with N states, M inputs and P outputs; see the [module](self).
 ///
@@ -135,19 +136,11 @@ where
     }
 
     fn step(&self, t: T, xhat: &mut Self::State, u: &Self::Input, y: &Self::Output) {
-        let (half, sixth): (T, T) = (convert(0.5), convert(1.0 / 6.0));
-        let two = T::one() + T::one();
         let tau = self.h / convert::<f64, T>(self.substeps as f64);
-        let (middle, whole) = (tau * half, tau * sixth);
         let mut w = y.clone();
         for k in 0..self.substeps {
             let now = t + tau * convert::<f64, T>(k as f64);
-            let (k1, w1) = self.slope(now, xhat, &w, u);
-            let (k2, w2) = self.slope(now + middle, &(&*xhat + &k1 * middle), &(&w + &w1 * middle), u);
-            let (k3, w3) = self.slope(now + middle, &(&*xhat + &k2 * middle), &(&w + &w2 * middle), u);
-            let (k4, w4) = self.slope(now + tau, &(&*xhat + &k3 * tau), &(&w + &w3 * tau), u);
-            *xhat += (k1 + (k2 + k3) * two + k4) * whole;
-            w += (w1 + (w2 + w3) * two + w4) * whole;
+            runge_kutta::step(now, tau, (xhat, &mut w), |t, xhat, w| self.slope(t, xhat, w, u));
         }
     }
 

@@ -44,9 +44,11 @@ where
         }
         let (k, pivot) = largest?;
         if pivot > undecided {
-            eliminated.iter_mut().skip(k).take(1).for_each(|eliminated| *eliminated = true);
-            // Where k came from is out of the compiler's sight.
-            let at = |rest: &OMatrix<T, D, D>, i: usize, j: usize| rest.get((i, j)).copied().unwrap_or(pivot);
+            // Where k came from is out of the compiler's sight: an index would keep a panic.
+            if let Some(eliminated) = eliminated.get_mut(k) {
+                *eliminated = true;
+            }
+            let at = |rest: &OMatrix<T, D, D>, i: usize, j: usize| rest.get((i, j)).copied().unwrap_or_else(T::zero);
             for i in 0..order {
                 if eliminated[i] {
                     continue;

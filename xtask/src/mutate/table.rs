@@ -80,30 +80,43 @@ pub(super) const SOURCES: &[Source] = &[
         file: "crates/observers/src/linear.rs",
         suites: &[OBSERVERS, CUBIC],
         mutants: &[
-            mutant("linear observer: - B u", Sign, "+ &self.b * u", "- &self.b * u"),
-            mutant("linear observer: - L y~", Sign, "+ &self.l * innovation", "- &self.l * innovation"),
-            mutant("linear observer: y~ = y + C xhat", Sign, "y - &self.c * xhat", "y + &self.c * xhat"),
+            mutant("linear observer: - B u", Sign, "+ entry(&self.b, i, u)", "- entry(&self.b, i, u)"),
+            mutant(
+                "linear observer: - L y~",
+                Sign,
+                "+ entry(&self.l, i, innovation)",
+                "- entry(&self.l, i, innovation)",
+            ),
         ],
     },
     Source {
         file: "crates/observers/src/cubic.rs",
         suites: &[OBSERVERS, CUBIC],
         mutants: &[
-            mutant("cubic observer: + N y~ (y~'theta y~)", Sign, "- &self.n * cubic", "+ &self.n * cubic"),
-            mutant("cubic observer: - L y~", Sign, "+ &self.l * innovation", "- &self.l * innovation"),
-            mutant("cubic observer: no B u", Dropped, " + &self.b * u", ""),
-            mutant("cubic observer: y~ = y + C xhat", Sign, "y - &self.c * xhat", "y + &self.c * xhat"),
+            mutant(
+                "cubic observer: + N y~ (y~'theta y~)",
+                Sign,
+                "- entry(&self.n, i, cubic)",
+                "+ entry(&self.n, i, cubic)",
+            ),
+            mutant(
+                "cubic observer: - L y~",
+                Sign,
+                "+ entry(&self.l, i, innovation)",
+                "- entry(&self.l, i, innovation)",
+            ),
+            mutant("cubic observer: no B u", Dropped, " + entry(&self.b, i, u)", ""),
             mutant(
                 "cubic observer: theta = I",
                 Dropped,
-                "weight(&self.theta, &innovation)",
-                "innovation.dot(&innovation)",
+                "weight_of(&self.theta, innovation)",
+                "sum(innovation.len(), |i| innovation[i] * innovation[i])",
             ),
             mutant(
                 "saturated weight: one factor of the bound",
                 Dropped,
-                "quadratic(theta, (v / size).as_slice()) * bound * bound",
-                "quadratic(theta, (v / size).as_slice()) * bound",
+                "quadratic(theta, shortened) * bound * bound",
+                "quadratic(theta, shortened) * bound",
             ),
             mutant("cubic flow: w t y'theta y without the 2", Constant, "two * q * t", "q * t"),
             mutant("cubic flow: no w", Dropped, "(w * drive).sqrt()", "drive.sqrt()"),
@@ -148,7 +161,6 @@ pub(super) const SOURCES: &[Source] = &[
                 "(c, self.d.as_ref(), (xhat, u, y)",
                 "(&(-c), self.d.as_ref(), (xhat, u, y)",
             ),
-            mutant("sampled observer: no Bd u", Dropped, "entry(bd, i, u) + ", ""),
             mutant(
                 "sampled observer: the flow of two periods",
                 Constant,
@@ -189,6 +201,28 @@ pub(super) const SOURCES: &[Source] = &[
         ],
     },
     Source {
+        file: "crates/observers/src/discrete_linear.rs",
+        suites: &[OBSERVERS, CUBIC],
+        mutants: &[
+            mutant("sampled observer: no Bd u", Dropped, "entry(b, i, u) + ", ""),
+            mutant("sampled observer: - L y~", Sign, "+ entry(l, i, z)", "- entry(l, i, z)"),
+        ],
+    },
+    Source {
+        file: "crates/observers/src/runge_kutta.rs",
+        suites: &[OBSERVERS],
+        mutants: &[
+            mutant(
+                "Runge-Kutta: the third stage from the first",
+                WrongOperand,
+                "&(&*x + &k2 * middle)",
+                "&(&*x + &k1 * middle)",
+            ),
+            mutant("Runge-Kutta: the fourth stage half a step", Constant, "&w3 * tau", "&w3 * middle"),
+            mutant("Runge-Kutta: the weights of the middle stages", Constant, "(w2 + w3) * two", "(w2 + w3)"),
+        ],
+    },
+    Source {
         file: "crates/observers/src/kalman.rs",
         suites: &[OBSERVERS],
         mutants: &[
@@ -199,26 +233,14 @@ pub(super) const SOURCES: &[Source] = &[
             mutant(
                 "Kalman: (I - K H) P + K V K'",
                 Dropped,
-                "times_transpose(&times(&keep, &p), &keep)",
-                "times(&keep, &p)",
+                "times_transpose(&times(&keep, p), &keep)",
+                "times(&keep, p)",
             ),
             mutant("Kalman: a gate of variances", Dropped, "gate * gate * self", "gate * self"),
             mutant("Kalman: V of a silent output", Dropped, "v[(i, i)] = T::one();", ""),
             mutant("Kalman: V correlated with a silent output", OffDiagonal, "v.row_mut(i).fill(T::zero());", ""),
-            mutant("Kalman: P' = F P + P F'", Dropped, "fp.transpose() + fp + &self.noises.w", "fp.transpose() + fp"),
+            mutant("Kalman: P' = F P + P F'", Dropped, "fp.transpose() + fp + w", "fp.transpose() + fp"),
             mutant("Kalman: P' = 2 F P + W", Transpose, "fp.transpose() + fp", "&fp + &fp"),
-            mutant(
-                "Kalman: the third stage from the first",
-                WrongOperand,
-                "&(&*xhat + &k2 * (tau * half))",
-                "&(&*xhat + &k1 * (tau * half))",
-            ),
-            mutant(
-                "Kalman: the fourth stage half a step",
-                Constant,
-                "&(&*p + &p3 * tau)",
-                "&(&*p + &p3 * (tau * half))",
-            ),
             mutant(
                 "Kalman: h not divided by the sub-steps",
                 Dropped,

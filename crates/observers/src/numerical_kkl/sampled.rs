@@ -20,6 +20,7 @@ use crate::dense::times;
 use crate::error::ObserverError;
 use crate::numerical_kkl::{Node, PolynomialInverse};
 use crate::observer::{ObserverDimensions, SampledObserver};
+use crate::runge_kutta;
 
 /// The filter `z' = D z + B w` and how it is stepped; see the [module](self).
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -122,20 +123,12 @@ where
     }
 
     fn step(&self, t: T, z: &mut Self::State, u: &Self::Input, y: &Self::Output) {
-        let (half, sixth): (T, T) = (convert(0.5), convert(1.0 / 6.0));
-        let two = T::one() + T::one();
         let tau = self.filter.period / convert::<f64, T>(self.filter.substeps as f64);
-        let (middle, whole) = (tau * half, tau * sixth);
         let mut x = self.inverse.state(z);
         let offset = y - self.plant.output(t, &x, u);
         for k in 0..self.filter.substeps {
             let now = t + tau * convert::<f64, T>(k as f64);
-            let (k1, x1) = self.slope(now, z, &x, u, &offset);
-            let (k2, x2) = self.slope(now + middle, &(*z + k1 * middle), &(x + x1 * middle), u, &offset);
-            let (k3, x3) = self.slope(now + middle, &(*z + k2 * middle), &(x + x2 * middle), u, &offset);
-            let (k4, x4) = self.slope(now + tau, &(*z + k3 * tau), &(x + x3 * tau), u, &offset);
-            *z += (k1 + (k2 + k3) * two + k4) * whole;
-            x += (x1 + (x2 + x3) * two + x4) * whole;
+            runge_kutta::step(now, tau, (z, &mut x), |t, z, x| self.slope(t, z, x, u, &offset));
         }
     }
 
