@@ -50,7 +50,7 @@ enum Command {
         /// Only plants or matrices of at most this order (lmi, linalg)
         #[arg(long)]
         largest: Option<usize>,
-        /// Put the table into its page in docs as well (linalg, sim)
+        /// Put the table into its page in docs as well (linalg, lmi, sim, step)
         #[arg(long)]
         document: bool,
         /// The folder of `.dat-s` files, from the root of the workspace (proof)
@@ -132,7 +132,7 @@ fn main() -> ExitCode {
         Command::Test { seed } => test(seed),
         Command::Docs => docs(),
         Command::Bench { what: Subject::Linalg, largest, document, .. } => bench::linalg::run(largest, document),
-        Command::Bench { what: Subject::Lmi, largest, .. } => bench::lmi::run(largest),
+        Command::Bench { what: Subject::Lmi, largest, document, .. } => bench::lmi::run(largest, document),
         Command::Bench { what: Subject::Proof, instances, .. } => bench::proof::run(&instances),
         Command::Bench { what: Subject::Sim, document, .. } => bench::sim::run(document),
         Command::Bench { what: Subject::Step, document, .. } => bench::sim::steps(document),
