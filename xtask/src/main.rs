@@ -2,7 +2,7 @@
 //! `cargo xtask bench linalg`, `cargo xtask bench lmi`, `cargo xtask bench proof`, `cargo xtask bench sim`,
 //! `cargo xtask bench step`,
 //! `cargo xtask stress proof`, `cargo xtask stress theorems`, `cargo xtask mutate`, `cargo xtask firmware`,
-//! `cargo xtask deploy`.
+//! `cargo xtask deploy`, `cargo xtask python`.
 //!
 //! Each is a sequence of cargo commands with their times; the first failure ends the sequence with its exit code.
 
@@ -11,6 +11,7 @@ mod deploy;
 mod features;
 mod firmware;
 mod mutate;
+mod python;
 mod step;
 mod stress;
 
@@ -49,7 +50,7 @@ enum Command {
         /// Only plants or matrices of at most this order (lmi, linalg)
         #[arg(long)]
         largest: Option<usize>,
-        /// Put the table into its page in docs as well (linalg, sim)
+        /// Put the table into its page in docs as well (linalg, lmi, sim, step)
         #[arg(long)]
         document: bool,
         /// The folder of `.dat-s` files, from the root of the workspace (proof)
@@ -85,6 +86,11 @@ enum Command {
         #[arg(long)]
         document: bool,
     },
+    /// Build the Python wheel and test it: pytest beside scipy, python-control, slycot and filterpy, notebooks, doctests,
+    /// mypy and stubtest
+    ///
+    /// Says so and does nothing without python3 or the network.
+    Python,
     /// Change the formulas of the papers one by one, in a copy, and show which tests notice (half an hour or more)
     ///
     /// Fails if a change that no test notices is not listed as equivalent in xtask/src/mutate/table.rs.
@@ -126,7 +132,7 @@ fn main() -> ExitCode {
         Command::Test { seed } => test(seed),
         Command::Docs => docs(),
         Command::Bench { what: Subject::Linalg, largest, document, .. } => bench::linalg::run(largest, document),
-        Command::Bench { what: Subject::Lmi, largest, .. } => bench::lmi::run(largest),
+        Command::Bench { what: Subject::Lmi, largest, document, .. } => bench::lmi::run(largest, document),
         Command::Bench { what: Subject::Proof, instances, .. } => bench::proof::run(&instances),
         Command::Bench { what: Subject::Sim, document, .. } => bench::sim::run(document),
         Command::Bench { what: Subject::Step, document, .. } => bench::sim::steps(document),
@@ -136,6 +142,7 @@ fn main() -> ExitCode {
         }
         Command::Deploy => deploy::run(),
         Command::Firmware { document } => firmware::run(document),
+        Command::Python => python::run(),
         Command::Mutate { only, list } => mutate::run(&only, list),
     };
     match done {

@@ -141,18 +141,18 @@ mod tests {
     fn traces(n: usize) -> ConicProgram {
         let entries = (0..n).flat_map(|row| (0..=row).map(move |column| (row, column)));
         let constant = |row: usize, column: usize| -((row.min(column) + 1) as f64);
-        ConicProgram {
-            cost: entries.clone().map(|(i, j)| f64::from(u8::from(i == j))).collect(),
-            blocks: vec![Block {
-                order: n,
-                entries: entries
+        ConicProgram::new(
+            entries.clone().map(|(i, j)| f64::from(u8::from(i == j))).collect(),
+            vec![Block::of(
+                n,
+                entries
                     .map(|(row, column)| {
                         let terms = vec![(place(row, column), 1.0)];
                         BlockEntry { row, column, constant: constant(row, column), terms }
                     })
                     .collect(),
-            }],
-        }
+            )],
+        )
     }
 
     /// The multiplier of `X >= F` is the identity, entries off the diagonal included, and both costs are tr F.
@@ -173,15 +173,15 @@ mod tests {
     fn a_program_without_a_point_or_without_a_bound_is_noticed() {
         let number = |constant: f64, c: f64| Block::number(constant, vec![(0, c)]);
         // x >= 1 and x <= 0; minimise -x over x >= 1.
-        let empty = ConicProgram { cost: vec![1.0], blocks: vec![number(-1.0, 1.0), number(0.0, -1.0)] };
-        let open = ConicProgram { cost: vec![-1.0], blocks: vec![number(-1.0, 1.0)] };
+        let empty = ConicProgram::new(vec![1.0], vec![number(-1.0, 1.0), number(0.0, -1.0)]);
+        let open = ConicProgram::new(vec![-1.0], vec![number(-1.0, 1.0)]);
         let ray = solve_until(&empty, 100, None).unwrap();
         assert_eq!(ray.ending, Ending::NoPoint);
         let [above, below] = [0, 1].map(|k| ray.last().unwrap().multipliers[k][(0, 0)]);
         assert!(above > 0.0);
         approx::assert_relative_eq!(above, below, max_relative = 1e-6);
         assert_eq!(solve_until(&open, 100, None).unwrap().ending, Ending::Unbounded);
-        assert!(solve_until(&ConicProgram { cost: vec![], blocks: vec![] }, 100, None).is_none());
+        assert!(solve_until(&ConicProgram::new(vec![], vec![]), 100, None).is_none());
     }
 
     /// The deadline is a time limit of the solver: a program that takes far longer ends within it.

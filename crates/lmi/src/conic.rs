@@ -2,6 +2,8 @@
 
 use nalgebra::DMatrix;
 
+use crate::products::Product;
+
 /// A linear term of one scalar unknown.
 pub(crate) type Term = (usize, f64);
 
@@ -19,12 +21,29 @@ pub(crate) struct BlockEntry {
 pub(crate) struct Block {
     pub(crate) order: usize,
     pub(crate) entries: Vec<BlockEntry>,
+    /// What is known of the structure of some unknowns, whose coefficients are among the entries all the same.
+    pub(crate) products: Vec<ScaledProduct>,
+}
+
+/// `sym(L X R)` of an unknown matrix X, of which each unknown is multiplied by a factor of its own.
+#[derive(Debug, Clone)]
+pub(crate) struct ScaledProduct {
+    pub(crate) product: Product,
+    /// The first unknown of X.
+    pub(crate) offset: usize,
+    /// One for each unknown of X.
+    pub(crate) factors: Vec<f64>,
 }
 
 impl Block {
+    /// The block with these entries, of whose structure nothing is known.
+    pub(crate) fn of(order: usize, entries: Vec<BlockEntry>) -> Self {
+        Self { order, entries, products: Vec::new() }
+    }
+
     /// `constant + terms >= 0`.
     pub(crate) fn number(constant: f64, terms: Vec<Term>) -> Self {
-        Self { order: 1, entries: vec![BlockEntry { row: 0, column: 0, constant, terms }] }
+        Self::of(1, vec![BlockEntry { row: 0, column: 0, constant, terms }])
     }
 }
 
@@ -33,9 +52,16 @@ impl Block {
 pub(crate) struct ConicProgram {
     pub(crate) cost: Vec<f64>,
     pub(crate) blocks: Vec<Block>,
+    /// A point of negative cost is good enough if no other is below it by more than this share; 0 for the optimum.
+    pub(crate) enough: f64,
 }
 
 impl ConicProgram {
+    /// The program of which the optimum is wanted.
+    pub(crate) fn new(cost: Vec<f64>, blocks: Vec<Block>) -> Self {
+        Self { cost, blocks, enough: 0.0 }
+    }
+
     /// The cost of the dual program at these multipliers, `- sum tr(constant Y)`: the optimum, if they are optimal.
     pub(crate) fn dual_cost(&self, multipliers: &[DMatrix<f64>]) -> f64 {
         let entry = |e: &BlockEntry, y: &DMatrix<f64>| {

@@ -34,6 +34,7 @@ mod interior;
 mod margin;
 mod matrix;
 pub mod problem;
+mod products;
 mod rational;
 mod refute;
 pub mod sdpa;

@@ -28,6 +28,10 @@ use crate::standard::{Anchor, Small, Standard, power, standard_form};
 use crate::variable::Variable;
 use crate::verify::verify;
 
+/// The margin of the scaled standard form is taken within this share of the best: digits beyond those that are printed
+/// are worth nothing, and take a third of the iterations.
+const ENOUGH: f64 = 1e-5;
+
 /// Above this margin in the scaled standard form, no witness of infeasibility is sought.
 const HOPELESS: f64 = 1e-5;
 
@@ -158,7 +162,7 @@ fn margin_program(standard: &Standard) -> ConicProgram {
     }
     let mut cost = vec![0.0; count + 1];
     cost[count] = -1.0;
-    ConicProgram { cost, blocks }
+    ConicProgram { cost, blocks, enough: ENOUGH }
 }
 
 /// The problem's scalar unknowns from a point of the scaled cone.
@@ -241,9 +245,10 @@ fn improve(
                     BlockEntry { constant, terms, ..*entry }
                 })
                 .collect(),
+            products: block.products.clone(),
         })
         .collect();
-    let program = ConicProgram { cost, blocks };
+    let program = ConicProgram::new(cost, blocks);
     let unbounded = -sign * f64::INFINITY;
     let mut estimate = f64::NAN;
     let path = settings.solver.propose(&program, settings.iterations, settings.end)?;

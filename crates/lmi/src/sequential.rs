@@ -11,13 +11,18 @@ use faer::linalg::cholesky::llt::factor::LltRegularization;
 use faer::linalg::cholesky::llt::{factor, inverse, solve};
 use faer::linalg::evd::{ComputeEigenvectors, self_adjoint_evd, self_adjoint_evd_scratch};
 use faer::linalg::matmul::matmul;
-use faer::{Accum, Mat, MatRef, Par, Spec};
+use faer::{Accum, Mat, MatMut, MatRef, Par, Spec};
 
 /// `L R`.
 pub(crate) fn product(l: MatRef<'_, f64>, r: MatRef<'_, f64>) -> Mat<f64> {
     let mut product = Mat::zeros(l.nrows(), r.ncols());
-    matmul(product.as_mut(), Accum::Replace, l, r, 1.0, Par::Seq);
+    product_into(product.as_mut(), l, r);
     product
+}
+
+/// `M := L R`.
+pub(crate) fn product_into(m: MatMut<'_, f64>, l: MatRef<'_, f64>, r: MatRef<'_, f64>) {
+    matmul(m, Accum::Replace, l, r, 1.0, Par::Seq);
 }
 
 /// `M = L L'` of a symmetric matrix that is positive definite.

@@ -14,9 +14,10 @@ use std::collections::HashSet;
 use luenberger_proof::Matrix;
 
 use crate::coefficients::{Entry, Rounded, expand, foreign_variable};
-use crate::conic::{Block, BlockEntry};
+use crate::conic::{Block, BlockEntry, ScaledProduct};
 use crate::error::LmiError;
 use crate::problem::Problem;
+use crate::products::products;
 
 /// A problem after validation, in standard form in binary64.
 #[derive(Debug)]
@@ -80,12 +81,19 @@ pub(crate) fn standard_form(problem: &Problem, anchor: Anchor, small: Small) -> 
         let matrix = expand::<Rounded>(&inequality.positive, &offsets)
             .map_err(|fault| LmiError::Malformed { place: name.clone(), fault })?;
         require_symmetric(name, &matrix)?;
-        let block = symmetric_part(&matrix);
+        let mut block = symmetric_part(&matrix);
         let finite = |e: &BlockEntry| e.constant.is_finite() && e.terms.iter().all(|(_, c)| c.is_finite());
         if !block.entries.iter().all(finite) {
             return Err(LmiError::Overflow { place: name.clone() });
         }
         homogeneous &= block.entries.iter().all(|e| e.constant == 0.0);
+        block.products = products(&inequality.positive)
+            .into_iter()
+            .map(|product| {
+                let (offset, count) = (offsets[product.variable.position()], product.variable.unknowns());
+                ScaledProduct { product, offset, factors: vec![1.0; count] }
+            })
+            .collect();
         blocks.push(block);
     }
     if !homogeneous {
@@ -96,7 +104,7 @@ pub(crate) fn standard_form(problem: &Problem, anchor: Anchor, small: Small) -> 
             }
         }
         let entry = BlockEntry { row: 0, column: 0, constant: 0.0, terms: vec![(unknowns, 1.0)] };
-        blocks.push(Block { order: 1, entries: vec![entry] });
+        blocks.push(Block::of(1, vec![entry]));
     }
     let count = unknowns + usize::from(!homogeneous);
     let Equilibrium { unknown_scale, row_scale, left_out } = equilibrate(&blocks, unknowns, count, anchor, small);
@@ -107,6 +115,18 @@ pub(crate) fn standard_form(problem: &Problem, anchor: Anchor, small: Small) -> 
             for (unknown, c) in &mut entry.terms {
                 *c *= power(scale[entry.row] + scale[entry.column] + unknown_scale[*unknown]);
             }
+        }
+    }
+    for (block, scale) in blocks.iter_mut().zip(&row_scale) {
+        if !left_out.is_empty() {
+            block.products.clear();
+        }
+        for ScaledProduct { product, offset, factors } in &mut block.products {
+            for (i, &k) in scale.iter().enumerate() {
+                product.left.row_mut(i).scale_mut(power(k));
+                product.right.column_mut(i).scale_mut(power(k));
+            }
+            factors.iter_mut().zip(&unknown_scale[*offset..]).for_each(|(factor, &k)| *factor *= power(k));
         }
     }
     let left_out = left_out.len();
@@ -255,7 +275,7 @@ fn symmetric_part(matrix: &Matrix<Entry<Rounded>>) -> Block {
             entries.push(BlockEntry { row, column, constant, terms });
         }
     }
-    Block { order, entries }
+    Block::of(order, entries)
 }
 
 /// One coefficient of the standard form before scaling: its block, row, column, unknown, and log2 of its size.

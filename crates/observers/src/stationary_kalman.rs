@@ -116,6 +116,10 @@ where
         estimate
     }
 
+    fn is_filter(&self) -> bool {
+        true
+    }
+
     fn initial(&self, _t: T, estimate: &Self::Estimate, _u: &Self::Input, _y: &Self::Output) -> Self::State {
         estimate.clone()
     }

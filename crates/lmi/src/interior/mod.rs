@@ -25,6 +25,7 @@
 mod program;
 mod schur;
 mod state;
+mod structured;
 
 use std::time::Instant;
 
@@ -80,8 +81,10 @@ pub(crate) fn solve_until(program: &ConicProgram, iterations: u32, end: Option<I
         };
         let merit = progress.gap.max(progress.residual);
         let ray = state.ray(&scaled);
+        let is_enough =
+            state.is_primal_feasible && progress.residual < FINE && progress.excess <= scaled.enough * -progress.cost;
         // One for each octave of the gap: the last iterates of all crowd at the boundary, and prove nothing.
-        if progress.gap < 0.5 * last_kept || ray.is_some() {
+        if progress.gap < 0.5 * last_kept || ray.is_some() || is_enough {
             last_kept = progress.gap;
             if kept.len() == KEPT {
                 kept.remove(0);
@@ -93,7 +96,7 @@ pub(crate) fn solve_until(program: &ConicProgram, iterations: u32, end: Option<I
             status = if ray == Ending::NoPoint { "infeasible" } else { "unbounded" };
             break;
         }
-        if merit < PRECISE {
+        if merit < PRECISE || is_enough {
             (status, done) = ("solved", iteration + 1);
             break;
         }
@@ -175,8 +178,8 @@ mod tests {
             let entries =
                 vec![entry(0, 0, 0.0, vec![(0, 1.0)]), entry(1, 0, c, vec![]), entry(1, 1, 0.0, vec![(1, 1.0)])];
             let bounds = bounds.iter().map(|&k| Block::number(1.0, vec![(k, -1.0)]));
-            let blocks = std::iter::once(Block { order: 2, entries }).chain(bounds).collect();
-            ConicProgram { cost: vec![1.0, 0.0], blocks }
+            let blocks = std::iter::once(Block::of(2, entries)).chain(bounds).collect();
+            ConicProgram::new(vec![1.0, 0.0], blocks)
         };
         let bounded = program(0.5, &[1]);
         let path = solve(&bounded, 100).unwrap();
@@ -192,8 +195,8 @@ mod tests {
 
     #[test]
     fn a_cost_without_lower_bound_is_noticed() {
-        let program = ConicProgram { cost: vec![-1.0], blocks: vec![Block::number(-1.0, vec![(0, 1.0)])] };
+        let program = ConicProgram::new(vec![-1.0], vec![Block::number(-1.0, vec![(0, 1.0)])]);
         assert_eq!(solve(&program, 100).unwrap().ending, Ending::Unbounded);
-        assert!(solve(&ConicProgram { cost: vec![], blocks: vec![] }, 100).is_none());
+        assert!(solve(&ConicProgram::new(vec![], vec![]), 100).is_none());
     }
 }

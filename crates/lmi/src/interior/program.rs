@@ -5,6 +5,7 @@ use std::collections::BTreeMap;
 use faer::Mat;
 use nalgebra::DMatrix;
 
+use super::structured::Structured;
 use crate::conic::ConicProgram;
 
 /// A primal-dual pair of points, not verified.
@@ -23,13 +24,20 @@ pub(super) struct Entry {
     pub(super) value: f64,
 }
 
+/// From this order on, products of matrices cost less than the entries.
+const WORTH_A_PRODUCT: usize = 6;
+
 /// A block of more than one row.
 #[derive(Debug)]
 pub(super) struct Dense {
     pub(super) order: usize,
     pub(super) constant: Vec<Entry>,
-    /// By number of entries, the most first.
+    /// Those of the products last, and by number of entries, the most first.
     pub(super) constraints: Vec<(usize, Vec<Entry>)>,
+    /// The last constraints as products of matrices, if that is the faster way to assemble them.
+    pub(super) products: Vec<Structured>,
+    /// The number of constraints that are not among the products.
+    pub(super) others: usize,
 }
 
 /// A block of one row.
@@ -51,6 +59,8 @@ pub(super) struct Scaled {
     /// Y of the program is this times Y.
     pub(super) multiplier_scale: f64,
     pub(super) rows: usize,
+    /// As in [`ConicProgram`].
+    pub(super) enough: f64,
 }
 
 impl Scaled {
@@ -99,8 +109,18 @@ impl Scaled {
             for (_, entries) in &mut constraints {
                 entries.sort_by_key(|e| (e.column, e.row));
             }
-            constraints.sort_by_key(|(_, entries)| std::cmp::Reverse(entries.len()));
-            dense.push(Dense { order: block.order, constant: constants, constraints });
+            let products: Vec<Structured> = block.products.iter().map(|p| Structured::of(p, &constraint)).collect();
+            let is_product = |unknown: usize| products.iter().any(|product| product.unknowns().contains(&unknown));
+            constraints.sort_by_key(|(unknown, entries)| (is_product(*unknown), std::cmp::Reverse(entries.len())));
+            let others = constraints.iter().filter(|(unknown, _)| !is_product(*unknown)).count();
+            let entries: usize = constraints[others..].iter().map(|(_, entries)| entries.len()).sum();
+            dense.push(if entries > 0 && block.order >= WORTH_A_PRODUCT {
+                Dense { order: block.order, constant: constants, constraints, products, others }
+            } else {
+                let others = constraints.len();
+                constraints.sort_by_key(|(_, entries)| std::cmp::Reverse(entries.len()));
+                Dense { order: block.order, constant: constants, constraints, products: Vec::new(), others }
+            });
         }
         let rows = program.blocks.iter().map(|block| block.order).sum();
         Self {
@@ -111,6 +131,7 @@ impl Scaled {
             unknown_scale: constraint.iter().map(|s| s / constant).collect(),
             multiplier_scale: 1.0 / cost_scale,
             rows,
+            enough: program.enough,
         }
     }
 

@@ -4,6 +4,7 @@
 use faer::{Mat, MatRef};
 
 use super::program::{Dense, Number, pair};
+use super::structured;
 use crate::sequential::{Cholesky, product};
 
 impl Number {
@@ -40,7 +41,8 @@ pub(super) fn assemble(block: &Dense, v: MatRef<'_, f64>, y: MatRef<'_, f64>, b:
     for k in (0..rest.len().saturating_sub(1)).rev() {
         rest[k] += rest[k + 1];
     }
-    for (k, (j, entries)) in block.constraints.iter().enumerate() {
+    structured::assemble(&block.products, v, y, b);
+    for (k, (j, entries)) in block.constraints[..block.others].iter().enumerate() {
         let mut rows: Vec<usize> = entries.iter().flat_map(|e| [e.row, e.column]).collect();
         rows.sort_unstable();
         rows.dedup();
@@ -105,13 +107,15 @@ fn folded(u: &Mat<f64>) -> Vec<f64> {
 /// optimum, a small regularisation is added, whose effect iterative refinement removes.
 pub(super) fn regularised(matrix: &Mat<f64>) -> Option<Cholesky> {
     let largest = (0..matrix.nrows()).map(|i| matrix[(i, i)]).fold(0.0, f64::max);
-    [0.0, 1e-15, 1e-13, 1e-11].into_iter().find_map(|share| {
-        let mut regular = matrix.clone();
-        for i in 0..regular.nrows() {
-            // The second term is for an unknown that occurs nowhere: its row is zero.
-            regular[(i, i)] += share * (regular[(i, i)] + 1e-3 * largest);
-        }
-        Cholesky::of(&regular)
+    Cholesky::of(matrix).or_else(|| {
+        [1e-15, 1e-13, 1e-11].into_iter().find_map(|share| {
+            let mut regular = matrix.clone();
+            for i in 0..regular.nrows() {
+                // The second term is for an unknown that occurs nowhere: its row is zero.
+                regular[(i, i)] += share * (regular[(i, i)] + 1e-3 * largest);
+            }
+            Cholesky::of(&regular)
+        })
     })
 }
 

@@ -25,6 +25,9 @@ pub(super) struct State {
 }
 
 pub(super) struct Progress {
+    /// Of the point, and how far it is above the optimum at most, if the equations hold.
+    pub(super) cost: f64,
+    pub(super) excess: f64,
     pub(super) gap: f64,
     pub(super) residual: f64,
 }
@@ -250,8 +253,11 @@ impl State {
         let dual = -scaled.constant_part(&self.dual);
         let infeasibility =
             scaled.adjoint(&self.dual).iter().zip(&scaled.cost).map(|(a, c)| (a - c).abs()).fold(0.0, f64::max);
+        let excess = self.complementarity();
         Progress {
-            gap: self.complementarity() / (1.0 + value.abs() + dual.abs()),
+            cost: value,
+            excess,
+            gap: excess / (1.0 + value.abs() + dual.abs()),
             residual: f64::max(infeasibility / (1.0 + self.dual.size()), self.residual),
         }
     }

@@ -69,8 +69,8 @@ fn pencil(
     for block in program.blocks() {
         firsts.push(blocks.len());
         match *block {
-            Block::Dense(order) => blocks.push(conic::Block { order, entries: Vec::new() }),
-            Block::Diagonal(n) => blocks.extend((0..n).map(|_| conic::Block { order: 1, entries: Vec::new() })),
+            Block::Dense(order) => blocks.push(conic::Block::of(order, Vec::new())),
+            Block::Diagonal(n) => blocks.extend((0..n).map(|_| conic::Block::of(1, Vec::new()))),
         }
     }
     for here in entries.chunk_by(|a, b| (a.0, a.1, a.2) == (b.0, b.1, b.2)) {
@@ -104,7 +104,7 @@ fn norm(program: &Program, k: usize) -> f64 {
 
 /// (P).
 pub(super) fn primal(program: &Program) -> ConicProgram {
-    ConicProgram { cost: costs(program), blocks: pencil(program, -1.0, None, None) }
+    ConicProgram::new(costs(program), pencil(program, -1.0, None, None))
 }
 
 /// The centre of (P), with s as its last unknown.
@@ -120,7 +120,7 @@ pub(super) fn primal_centre(program: &Program, x: &[f64], room: f64) -> ConicPro
     blocks.push(conic::Block::number(1.0 + largest, vec![(m, -1.0)]));
     let mut cost = vec![0.0; m];
     cost.push(-1.0);
-    ConicProgram { cost, blocks }
+    ConicProgram::new(cost, blocks)
 }
 
 /// The ray of (P), with s as its last unknown.
@@ -138,7 +138,7 @@ pub(super) fn primal_ray(program: &Program) -> ConicProgram {
     }
     let mut cost = vec![0.0; m];
     cost.push(-1.0);
-    ConicProgram { cost, blocks }
+    ConicProgram::new(cost, blocks)
 }
 
 /// A conic program whose multipliers give a point of (D).
@@ -172,7 +172,7 @@ pub(super) fn dual_centre(program: &Program, value: f64, size: f64, room: f64) -
     let trace = blocks.len();
     blocks.push(conic::Block::number(1.0, trace_terms.iter().enumerate().map(|(k, t)| (k, -t)).collect()));
     blocks.push(conic::Block::number(0.0, vec![(m, 1.0)]));
-    Posed { program: ConicProgram { cost, blocks }, trace, offset: size, factor: -1.0 }
+    Posed { program: ConicProgram::new(cost, blocks), trace, offset: size, factor: -1.0 }
 }
 
 /// The ray of (D).
@@ -191,5 +191,5 @@ pub(super) fn dual_ray(program: &Program) -> Posed {
     blocks.push(conic::Block::number(0.0, vec![(m + 1, 1.0)]));
     let mut cost = vec![0.0; m + 1];
     cost.push(1.0);
-    Posed { program: ConicProgram { cost, blocks }, trace, offset: 0.0, factor: 1.0 }
+    Posed { program: ConicProgram::new(cost, blocks), trace, offset: 0.0, factor: 1.0 }
 }
