@@ -104,7 +104,7 @@ fn the_time_limit_acts_within_an_integration() {
 /// Likewise a matrix inequality that would take a minute, and the observability analysis of a nonlinear plant.
 #[test]
 fn the_time_limit_acts_within_a_design() {
-    let n = 40;
+    let n = 70;
     let entry = |i: usize, j: usize| if i == j { -1.0 } else { 0.01 * ((7 * i + 3 * j) % 5) as f64 };
     let row = |i: usize| format!("{:?}", (0..n).map(|j| entry(i, j)).collect::<Vec<_>>());
     let rows: Vec<String> = (0..n).map(row).collect();
