@@ -1,5 +1,6 @@
 //! The steps of a study: observability, designs, simulations, sweep, and the output folder.
 
+pub(crate) mod digest;
 mod estimate;
 mod excursion;
 mod filter;
@@ -19,7 +20,11 @@ mod warn;
 pub use estimate::{Estimate, Memory, estimate};
 pub use limits::{Excess, Limits, about, bytes, duration};
 pub(crate) use observe::in_words;
-pub use options::{Progress, RunOptions, Step};
+pub use options::{Progress, RunOptions, RunsAsCsv, Step, SweepOptions};
+pub use sweep::{
+    BLOCKS, BlockSettings, Computed, Document, Fault, Plan, Shard, SharedSweep, SweepError, SweepStatus, reduce_sweep,
+    sweep_status,
+};
 
 use luenberger_figures::Figure;
 use luenberger_plants::StateSpace;
@@ -96,18 +101,11 @@ pub fn execute_in_part(
         warnings: Vec::new(),
         files: Vec::new(),
         renamed: Vec::new(),
+        notes: Vec::new(),
         runs: Vec::new(),
     };
-    let executed = limits::timed(options, |options| {
-        let mut work = || stages(study, step, options, &folder, &mut results);
-        match options.threads {
-            None => work(),
-            Some(threads) => {
-                let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
-                pool.map_err(|_| StudyError::Threads(threads))?.install(work)
-            }
-        }
-    });
+    let blocks = sweep::blocks(study, step, options, &folder)?;
+    let executed = within(options, |options| stages(study, step, options, (&folder, blocks.as_ref()), &mut results));
     let stopped = match executed {
         Ok(()) => None,
         Err(error @ (StudyError::Interrupted | StudyError::TimeLimit { .. })) => Some(error),
@@ -116,8 +114,29 @@ pub fn execute_in_part(
     if stopped.is_some() {
         save(&folder, &mut results)?;
     }
-    results.renamed = folder.finish(step.name(), (study.source.name(), study.source.text()))?;
+    results.renamed = folder.finish(step.name(), (&study.file_name(), study.source.text()))?;
     Ok((results, stopped))
+}
+
+/// The work within the time limit of the options, on their number of threads.
+fn within<T: Send>(
+    options: &RunOptions<'_>,
+    work: impl FnOnce(&RunOptions<'_>) -> Result<T, StudyError> + Send,
+) -> Result<T, StudyError> {
+    limits::timed(options, |options| match options.threads {
+        None => work(options),
+        Some(threads) => {
+            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
+            pool.map_err(|_| StudyError::Threads(threads))?.install(|| work(options))
+        }
+    })
+}
+
+/// The observers that have a design.
+fn members<'a>(study: &'a Study, designs: &'a [Option<Outcome>]) -> Vec<Member<'a>> {
+    let designed = |outcome: &'a Option<Outcome>| outcome.as_ref()?.designed.as_ref().ok();
+    let both = study.observers.iter().zip(designs);
+    both.filter_map(|(wish, outcome)| Some(Member { wish, designed: designed(outcome)? })).collect()
 }
 
 /// Writes files into a folder, in place of those that an earlier run of any command wrote there; `study` is recorded in
@@ -137,7 +156,7 @@ pub fn write_folder(
     for (name, bytes) in files {
         folder.write(name, bytes)?;
     }
-    folder.finish(command, (study.source.name(), study.source.text()))
+    folder.finish(command, (&study.file_name(), study.source.text()))
 }
 
 /// The run of the plant alone; none with feedback of an estimate, or if it cannot be simulated.
@@ -222,7 +241,7 @@ fn stages(
     study: &Study,
     step: Step,
     options: &RunOptions<'_>,
-    folder: &Folder,
+    (folder, blocks): (&Folder, Option<&sweep::Blocks>),
     results: &mut Results,
 ) -> Result<(), StudyError> {
     let all = step == Step::Run;
@@ -241,12 +260,7 @@ fn stages(
         results.warnings.extend(unfinished("design", open.map(|(wish, _)| wish.name.as_str())));
         return Err(StudyError::Interrupted);
     }
-    let members: Vec<Member<'_>> = study
-        .observers
-        .iter()
-        .zip(&designs)
-        .filter_map(|(wish, outcome)| Some(Member { wish, designed: outcome.as_ref()?.designed.as_ref().ok()? }))
-        .collect();
+    let members = members(study, &designs);
     if all || step == Step::Observe {
         options.check()?;
         results.observability = Some(observe::observability(study, &members, options)?);
@@ -334,11 +348,12 @@ fn stages(
         }
         results.runs.extend(simulate::named(outcomes, true));
     }
-    if let (Some(sweep), Some(simulation), true) = (&study.sweep, &study.simulation, all || step == Step::Sweep) {
+    if let (Some(sweep), Some(simulation), Some(blocks)) = (&study.sweep, &study.simulation, blocks) {
         options.check()?;
-        let sweep::Outcome { report, warnings, csv } = sweep::all(study, simulation, sweep, &members, options)?;
+        let sweep::Outcome { report, warnings, notes } =
+            sweep::all(study, (simulation, sweep), &members, blocks, (folder, options))?;
         results.warnings.extend(warnings);
-        folder.write("sweep.csv", csv.as_bytes())?;
+        results.notes = notes;
         figures.extend(pictures::sweep(study, &report).into_iter().chain(pareto::sweep(study, &report)));
         results.sweep = Some(report);
         save(folder, results)?;

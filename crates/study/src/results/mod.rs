@@ -13,8 +13,8 @@ pub use log::{ConsistencyReport, FilterReport, InnovationOf, InnovationReport, L
 pub use report::{leading, log_data};
 pub use score_tables::{ScoreCell, ScoreTable};
 pub use scores::{
-    MeritsReport, NormReport, PercentileReport, RunReport, ScoringReport, SimulationReport, StateReport, SweepReport,
-    SweepRow,
+    MeritsReport, NormReport, PercentileReport, RunReport, ScoreStatistics, ScoringReport, SimulationReport,
+    StateReport, SweepReport, SweepRow,
 };
 
 use luenberger_design::DesignError;
@@ -59,6 +59,9 @@ pub struct Results {
     /// names, and the names they have now.
     #[serde(skip)]
     pub renamed: Vec<(String, String)>,
+    /// Blocks of a sweep that were damaged and have been computed again, a sentence each.
+    #[serde(skip)]
+    pub notes: Vec<String>,
     /// The trajectories of the simulation and of the log, each observer's own.
     #[serde(skip)]
     pub runs: Vec<ObserverRun>,
