@@ -3,13 +3,14 @@
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
+use luenberger_plants::StateSpace;
 use luenberger_study::execute::Limits;
 use luenberger_study::results::ObserverRun;
 use luenberger_study::{Format, RunOptions, Step, Study, StudyError, execute_in_part};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyList};
 
-use crate::array::{columns, list};
+use crate::array::{array, columns, list};
 use crate::error::{self, dictionary};
 use crate::work::interruptible;
 
@@ -26,12 +27,28 @@ pub(crate) fn read(py: Python<'_>, text: &str, folder: &Path) -> PyResult<Study>
     })
 }
 
-/// The names of the plant of a study.
+/// The names of the plant of a study, and its operating point, if it names one.
 #[pyfunction]
 #[pyo3(signature = (study, /))]
 pub(crate) fn check<'py>(py: Python<'py>, study: &str) -> PyResult<Bound<'py, PyDict>> {
-    let plant = read(py, study, ".".as_ref())?.plant;
-    Ok(dictionary!(py; states = plant.states, inputs = plant.inputs, outputs = plant.outputs))
+    let study = read(py, study, ".".as_ref())?;
+    let plant = study.plant;
+    let found = dictionary!(py; states = plant.states, inputs = plant.inputs, outputs = plant.outputs);
+    if let Some(point) = study.operating_point {
+        let StateSpace { a, b, c, d } = &point.linear;
+        let at = dictionary!(py;
+            x = list(py, point.x.as_slice()),
+            u = list(py, point.u.as_slice()),
+            y = list(py, point.y.as_slice()),
+            residual = point.residual,
+            A = array(py, a),
+            B = array(py, b),
+            C = array(py, c),
+            D = d.as_ref().map(|d| array(py, d)),
+        );
+        found.set_item("at", at)?;
+    }
+    Ok(found)
 }
 
 pub(crate) fn study_error(py: Python<'_>, why: &StudyError) -> PyErr {

@@ -42,6 +42,14 @@ class Export:
         The sampling period of the step.
     operations, bytes : int
         Floating-point operations of a step; bytes of constants and state.
+
+    Examples
+    --------
+    >>> import luenberger
+    >>> observer = luenberger.place_observer(([[0, 1], [0, 0]], [[0], [1]], [[1, 0]]), [-2, -5])
+    >>> exported = observer.export(dt=0.01, format="f32")
+    >>> exported.proved, exported.period, exported.operations
+    (True, 0.01, 18)
     """
 
     folder: Path | None
@@ -104,7 +112,13 @@ class Observer:
         self._stepper: _luenberger.Stepper | None = None
 
     def _study(self, **tables: Any) -> dict[str, Any]:
-        return {"title": "study", "plant": self.plant._plant(), "observer": [self._spec], **tables}
+        return {
+            "title": "study",
+            "plant": self.plant._plant(),
+            "observer": [self._spec],
+            **self.plant._tables(),
+            **tables,
+        }
 
     # ------------------------------------------------------------------ the design
 
@@ -438,7 +452,7 @@ class Observer:
         hats = [f"{name}_hat" for name in plant.states]
         names: dict[str, Any] = {"inputs": [*plant.inputs, *plant.outputs], "outputs": hats, "name": self.name}
         m = plant.ninputs
-        if isinstance(plant, StateSpace) and self.kind in ("luenberger", "kalman"):
+        if type(plant) is StateSpace and self.kind in ("luenberger", "kalman"):
             A = plant.A - self.L @ plant.C
             B = np.hstack([plant.B - self.L @ plant.D, self.L])
             n = plant.nstates
