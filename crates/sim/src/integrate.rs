@@ -81,7 +81,7 @@ impl Settings {
         }
     }
 
-    fn tolerance(&self) -> Tolerance {
+    pub(crate) fn tolerance(&self) -> Tolerance {
         Tolerance { rtol: self.rtol.max(1e-14), atol: self.atol }
     }
 }
@@ -362,7 +362,7 @@ fn standstill(f: &impl Fn(f64, &[f64], &mut [f64]), t: f64, y: &[f64], h: f64, (
 }
 
 /// A first step so short that a step of Euler's changes nothing to speak of (Hairer, Norsett, Wanner I, section II.4).
-fn first_step(y: &[f64], slope: &[f64], tolerance: Tolerance) -> f64 {
+pub(crate) fn first_step(y: &[f64], slope: &[f64], tolerance: Tolerance) -> f64 {
     let (mut size, mut speed) = (0.0f64, 0.0f64);
     for (entry, slope) in y.iter().zip(slope) {
         let scale = tolerance.atol + tolerance.rtol * entry.abs();

@@ -2,6 +2,7 @@
 
 mod compare;
 mod disturbance;
+mod ensemble;
 mod feedthrough;
 mod gramian;
 mod on_slices;
