@@ -2,7 +2,7 @@
 //! `cargo xtask bench linalg`, `cargo xtask bench lmi`, `cargo xtask bench proof`, `cargo xtask bench sim`,
 //! `cargo xtask bench step`,
 //! `cargo xtask stress proof`, `cargo xtask stress theorems`, `cargo xtask mutate`, `cargo xtask firmware`,
-//! `cargo xtask deploy`, `cargo xtask cluster`.
+//! `cargo xtask deploy`, `cargo xtask cluster`, `cargo xtask python`.
 //!
 //! Each is a sequence of cargo commands with their times; the first failure ends the sequence with its exit code.
 
@@ -12,6 +12,7 @@ mod deploy;
 mod features;
 mod firmware;
 mod mutate;
+mod python;
 mod step;
 mod stress;
 
@@ -90,6 +91,11 @@ enum Command {
         #[arg(long)]
         document: bool,
     },
+    /// Build the Python wheel and test it: pytest beside scipy, python-control, slycot and filterpy, notebooks, doctests,
+    /// mypy and stubtest
+    ///
+    /// Says so and does nothing without python3 or the network.
+    Python,
     /// Change the formulas of the papers one by one, in a copy, and show which tests notice (half an hour or more)
     ///
     /// Fails if a change that no test notices is not listed as equivalent in xtask/src/mutate/table.rs.
@@ -142,6 +148,7 @@ fn main() -> ExitCode {
         Command::Cluster => cluster::run(),
         Command::Deploy => deploy::run(),
         Command::Firmware { document } => firmware::run(document),
+        Command::Python => python::run(),
         Command::Mutate { only, list } => mutate::run(&only, list),
     };
     match done {

@@ -60,7 +60,62 @@ fn replay_in<T: RealField + Copy>(
     Ok(samples.iter().map(|(u, y)| run.step(&run.rounded(u), &run.rounded(y))).collect())
 }
 
+/// An exported observer that is stepped sample by sample: the numbers that the emitted code computes.
+///
+/// ```
+/// use luenberger_export::{Export, Names, Program, Scalar, golden::Stepper};
+/// use luenberger_observers::DiscreteLinearObserver;
+/// use luenberger_plants::LinearPlant;
+/// use nalgebra::dmatrix;
+/// let plant = LinearPlant::new(dmatrix![0.5], dmatrix![1.0], dmatrix![1.0])?;
+/// let observer = DiscreteLinearObserver::new(plant, dmatrix![0.25], 0.1)?;
+/// let column = |name: &str| vec![name.to_owned()];
+/// let names = Names { states: column("x"), inputs: column("u"), outputs: column("y"), ..Names::default() };
+/// let export = Export::new("filter", Program::Linear(observer), Scalar::Binary64, &[0.0], names)?;
+/// let mut stepper = Stepper::new(&export)?;
+/// assert_eq!(stepper.step(&[1.0], &[2.0]), [1.5]);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+#[derive(Debug, Clone)]
+pub struct Stepper(Formatted);
+
+#[derive(Debug, Clone)]
+enum Formatted {
+    Binary32(Box<Run<f32>>),
+    Binary64(Box<Run<f64>>),
+}
+
+impl Stepper {
+    /// At the first estimate of the export.
+    ///
+    /// # Errors
+    /// [`ExportError::Rounded`] if the rounded gains are refused.
+    pub fn new(export: &Export) -> Result<Self, ExportError> {
+        Ok(Self(match export.scalar {
+            Scalar::Binary32 => Formatted::Binary32(Box::new(Run::new(export)?)),
+            Scalar::Binary64 => Formatted::Binary64(Box::new(Run::new(export)?)),
+        }))
+    }
+
+    /// The estimate for the next sample, from the input and the output of this one (m and p entries).
+    pub fn step(&mut self, u: &[f64], y: &[f64]) -> Vec<f64> {
+        match &mut self.0 {
+            Formatted::Binary32(run) => run.step(&run.rounded(u), &run.rounded(y)),
+            Formatted::Binary64(run) => run.step(u, y),
+        }
+    }
+
+    /// The estimate for the next sample.
+    pub fn estimate(&self) -> Vec<f64> {
+        match &self.0 {
+            Formatted::Binary32(run) => numbers(&run.state.estimate()),
+            Formatted::Binary64(run) => numbers(&run.state.estimate()),
+        }
+    }
+}
+
 /// An observer on its way.
+#[derive(Debug, Clone)]
 struct Run<T: RealField + Copy> {
     scalar: Scalar,
     observer: Cast<T>,

@@ -14,7 +14,7 @@ use luenberger_plants::{Differentiable, Dimensions, Plant, PlantError, Shape, St
 use nalgebra::{Const, DMatrix, DVector, Dyn, RealField, SMatrix, SVector};
 
 use crate::function::is_number;
-use crate::graph::{Graph, Routine};
+use crate::graph::{Graph, Id, Routine};
 use crate::{Expression, ExpressionError, NameError, ParameterError, Parameters, Scope, Undefined};
 
 /// A row of a plant.
@@ -182,6 +182,9 @@ struct Values {
 struct Jacobians {
     df: Routine,
     dh: Routine,
+    /// f and Df, h and Dh, the Jacobians by columns.
+    motion: Routine,
+    measurement: Routine,
 }
 
 /// The right-hand sides of a plant as straight-line code, with entries of Jacobians row by row.
@@ -331,7 +334,13 @@ impl ExpressionPlant {
             let (f, h) = self.nodes(&mut graph);
             let n = self.f().len();
             let (df, dh) = (graph.jacobian(&f, n), graph.jacobian(&h, n));
-            Jacobians { df: graph.routine(&df), dh: graph.routine(&dh) }
+            let columns = |rows: &[Id]| (0..n).flat_map(|j| rows.iter().skip(j).step_by(n).copied()).collect();
+            Jacobians {
+                df: graph.routine(&df),
+                dh: graph.routine(&dh),
+                motion: graph.routine(&[f, columns(&df)].concat()),
+                measurement: graph.routine(&[h, columns(&dh)].concat()),
+            }
         })
     }
 
@@ -346,6 +355,48 @@ impl ExpressionPlant {
         } else {
             out.iter_mut().zip(rows).for_each(|(out, row)| *out = row.evaluate(t, x, u));
         }
+    }
+
+    /// The rows of f or h and their Jacobian by columns: over numbers in one routine, else each by its own.
+    fn joint<T: RealField + Copy>(
+        &self,
+        family: Row,
+        (t, x, u): (T, &[T], &[T]),
+        (values, jacobian): (&mut [T], &mut [T]),
+    ) -> bool {
+        let (Dimensions { states, inputs, outputs }, all) = (self.size(), self.jacobians());
+        let (rows, joint, alone) = match family {
+            Row::Derivative(_) => (states, &all.motion, &all.df),
+            Row::Output(_) => (outputs, &all.measurement, &all.dh),
+        };
+        let fits = (x.len(), u.len(), values.len(), jacobian.len()) == (states, inputs, rows, rows * states);
+        if fits && is_number::<T>() {
+            joint.evaluate(t, x, u, |k, value| match k.checked_sub(rows) {
+                None => values[k] = value,
+                Some(k) => jacobian[k] = value,
+            });
+        } else if fits {
+            self.fill(family, t, x, u, values);
+            alone.evaluate(t, x, u, |k, value| jacobian[k % states * rows + k / states] = value);
+        }
+        fits
+    }
+
+    /// f over `L` lanes, each with its own time, states and inputs, with the results of
+    /// [`derivative`](Plant::derivative) to the last bit. All columns must have the lengths of the plant.
+    pub fn derivative_lanes<const L: usize>(
+        &self,
+        t: [f64; L],
+        x: &[[f64; L]],
+        u: &[[f64; L]],
+        slope: &mut [[f64; L]],
+    ) {
+        self.values().f.evaluate_lanes(t, x, u, |k, value| slope[k] = value);
+    }
+
+    /// h over `L` lanes, likewise.
+    pub fn output_lanes<const L: usize>(&self, t: [f64; L], x: &[[f64; L]], u: &[[f64; L]], y: &mut [[f64; L]]) {
+        self.values().h.evaluate_lanes(t, x, u, |k, value| y[k] = value);
     }
 
     /// The first output whose expression uses an input, from 0, if there is one: then y depends on u at once.
@@ -483,6 +534,24 @@ impl<T: RealField + Copy> Plant<T> for ExpressionPlant {
         self.fill(Row::Output(0), t, x.as_slice(), u.as_slice(), y.as_mut_slice());
         y
     }
+
+    fn derivative_into(&self, t: T, x: &[T], u: &[T], slope: &mut [T]) -> bool {
+        let size = self.size();
+        let fits = (x.len(), u.len(), slope.len()) == (size.states, size.inputs, size.states);
+        if fits {
+            self.fill(Row::Derivative(0), t, x, u, slope);
+        }
+        fits
+    }
+
+    fn output_into(&self, t: T, x: &[T], u: &[T], y: &mut [T]) -> bool {
+        let size = self.size();
+        let fits = (x.len(), u.len(), y.len()) == (size.states, size.inputs, size.outputs);
+        if fits {
+            self.fill(Row::Output(0), t, x, u, y);
+        }
+        fits
+    }
 }
 
 /// Derivatives are symbolic, so that a Jacobian is one evaluation.
@@ -507,6 +576,14 @@ impl<T: RealField + Copy> Differentiable<T, Dyn, Dyn, Dyn> for ExpressionPlant {
         let mut jacobian = DMatrix::zeros(self.0.h.len(), n);
         self.jacobians().dh.evaluate(t, x.as_slice(), u.as_slice(), |k, value| jacobian[(k / n, k % n)] = value);
         jacobian
+    }
+
+    fn motion_into(&self, t: T, x: &[T], u: &[T], f: &mut [T], df: &mut [T]) -> bool {
+        self.joint(Row::Derivative(0), (t, x, u), (f, df))
+    }
+
+    fn measurement_into(&self, t: T, x: &[T], u: &[T], h: &mut [T], dh: &mut [T]) -> bool {
+        self.joint(Row::Output(0), (t, x, u), (h, dh))
     }
 }
 
@@ -555,6 +632,24 @@ impl<T: RealField + Copy, const N: usize, const M: usize, const P: usize> Plant<
         self.0.fill(Row::Output(0), t, x.as_slice(), u.as_slice(), y.as_mut_slice());
         y
     }
+
+    fn derivative_into(&self, t: T, x: &[T], u: &[T], slope: &mut [T]) -> bool {
+        let size = self.0.size();
+        let fits = (x.len(), u.len(), slope.len()) == (size.states, size.inputs, size.states);
+        if fits {
+            self.0.fill(Row::Derivative(0), t, x, u, slope);
+        }
+        fits
+    }
+
+    fn output_into(&self, t: T, x: &[T], u: &[T], y: &mut [T]) -> bool {
+        let size = self.0.size();
+        let fits = (x.len(), u.len(), y.len()) == (size.states, size.inputs, size.outputs);
+        if fits {
+            self.0.fill(Row::Output(0), t, x, u, y);
+        }
+        fits
+    }
 }
 
 impl<T: RealField + Copy, const N: usize, const M: usize, const P: usize>
@@ -592,5 +687,13 @@ impl<T: RealField + Copy, const N: usize, const M: usize, const P: usize>
         let dh = &self.0.jacobians().dh;
         dh.evaluate(t, x.as_slice(), u.as_slice(), |k, value| jacobian[(k / N, k % N)] = value);
         jacobian
+    }
+
+    fn motion_into(&self, t: T, x: &[T], u: &[T], f: &mut [T], df: &mut [T]) -> bool {
+        self.0.joint(Row::Derivative(0), (t, x, u), (f, df))
+    }
+
+    fn measurement_into(&self, t: T, x: &[T], u: &[T], h: &mut [T], dh: &mut [T]) -> bool {
+        self.0.joint(Row::Output(0), (t, x, u), (h, dh))
     }
 }

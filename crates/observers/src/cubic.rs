@@ -12,10 +12,10 @@ use luenberger_plants::{LinearPlant, Size};
 use nalgebra::allocator::Allocator;
 use nalgebra::{Const, DefaultAllocator, Dim, OMatrix, OVector, RealField};
 
-use crate::dense::{copy, entry, sum};
+use crate::dense::{copy, entry, sum, with_column};
 use crate::error::ObserverError;
 use crate::feedthrough;
-use crate::observer::{Observer, ObserverDimensions};
+use crate::observer::{Observer, ObserverDimensions, put_slice};
 
 /// `xhat' = A xhat + B u + L y~ - (y~' theta y~) N y~`, `y~ = y - C xhat - D u`, with N states, M inputs and P outputs.
 #[derive(Clone, Debug, PartialEq)]
@@ -122,14 +122,41 @@ where
         }
     }
 
-    fn derivative(&self, _t: T, xhat: &Self::State, u: &Self::Input, y: &Self::Output) -> Self::State {
-        let innovation = feedthrough::without(self.d.as_ref(), u, y - &self.c * xhat);
-        let cubic = &innovation * weight(&self.theta, &innovation);
-        &self.a * xhat + &self.b * u + &self.l * innovation - &self.n * cubic
+    fn derivative(&self, t: T, xhat: &Self::State, u: &Self::Input, y: &Self::Output) -> Self::State {
+        let mut slope = xhat.clone();
+        let fits = self.derivative_into(t, xhat.as_slice(), u.as_slice(), y.as_slice(), slope.as_mut_slice());
+        debug_assert!(fits, "columns of other lengths than the observer's");
+        slope
+    }
+
+    fn derivative_into(&self, _t: T, xhat: &[T], u: &[T], y: &[T], slope: &mut [T]) -> bool {
+        let (order, outputs) = self.l.shape_generic();
+        let fits = (xhat.len(), u.len(), y.len()) == (order.value(), self.b.ncols(), outputs.value());
+        let fits = fits && slope.len() == xhat.len();
+        if fits {
+            with_column(outputs, |innovation| {
+                feedthrough::innovation(&self.c, self.d.as_ref(), (xhat, u, y), innovation);
+                with_column(outputs, |cubic| {
+                    let weight = weight_of(&self.theta, innovation);
+                    for (cubic, innovation) in cubic.iter_mut().zip(&*innovation) {
+                        *cubic = *innovation * weight;
+                    }
+                    for (i, slope) in slope.iter_mut().enumerate() {
+                        let linear = entry(&self.a, i, xhat) + entry(&self.b, i, u) + entry(&self.l, i, innovation);
+                        *slope = linear - entry(&self.n, i, cubic);
+                    }
+                });
+            });
+        }
+        fits
     }
 
     fn estimate(&self, _t: T, xhat: &Self::State, _u: &Self::Input, _y: &Self::Output) -> Self::Estimate {
         xhat.clone()
+    }
+
+    fn estimate_into(&self, _t: T, xhat: &[T], _u: &[T], _y: &[T], estimate: &mut [T]) -> bool {
+        put_slice(xhat, estimate)
     }
 
     fn initial(&self, _t: T, estimate: &Self::Estimate, _u: &Self::Input, _y: &Self::Output) -> Self::State {
@@ -143,13 +170,29 @@ pub fn weight<T: RealField + Copy, P: Dim>(theta: &OMatrix<T, P, P>, v: &OVector
 where
     DefaultAllocator: Allocator<P> + Allocator<P, P>,
 {
-    let size = largest(v.as_slice());
+    weight_of(theta, v.as_slice())
+}
+
+/// [`weight`] of a slice.
+fn weight_of<T: RealField + Copy, P: Dim>(theta: &OMatrix<T, P, P>, v: &[T]) -> T
+where
+    DefaultAllocator: Allocator<P> + Allocator<P, P>,
+{
+    let size = largest(v);
     // The fourth root is taken only where it can matter; 1/epsilon lies below it for every floating-point format.
     if size * T::default_epsilon() <= T::one() {
-        return quadratic(theta, v.as_slice());
+        return quadratic(theta, v);
     }
     let bound = T::max_value().map_or(T::one() / T::default_epsilon(), |max| max.sqrt().sqrt());
-    if size <= bound { quadratic(theta, v.as_slice()) } else { quadratic(theta, (v / size).as_slice()) * bound * bound }
+    if size <= bound {
+        return quadratic(theta, v);
+    }
+    with_column(theta.shape_generic().0, |shortened| {
+        for (shortened, v) in shortened.iter_mut().zip(v) {
+            *shortened = *v / size;
+        }
+        quadratic(theta, shortened) * bound * bound
+    })
 }
 
 /// Where the cubic flow has arrived: see [`flow`].

@@ -35,7 +35,8 @@ use nalgebra::{ComplexField, Const, DefaultAllocator, Dim, DimAdd, DimSum, OMatr
 
 use crate::dense::{Factor, times, times_transpose};
 use crate::error::ObserverError;
-use crate::observer::{ObserverDimensions, SampledObserver};
+use crate::kalman_on_slices::Sample;
+use crate::observer::{ObserverDimensions, SampledObserver, put_slice, step_columns};
 use crate::runge_kutta;
 use crate::semidefinite::failing_pivot;
 
@@ -113,12 +114,12 @@ pub struct ExtendedKalmanFilter<S, T: RealField + Copy, N: Dim, M: Dim, P: Dim>
 where
     DefaultAllocator: Size<N, M, P>,
 {
-    plant: S,
-    noises: NoiseModel<T, N, P>,
-    h: T,
+    pub(crate) plant: S,
+    pub(crate) noises: NoiseModel<T, N, P>,
+    pub(crate) h: T,
     /// Runge-Kutta steps between two samples; none for a plant in discrete time.
-    substeps: Option<usize>,
-    gate: Option<T>,
+    pub(crate) substeps: Option<usize>,
+    pub(crate) gate: Option<T>,
     inputs: PhantomData<M>,
 }
 
@@ -257,10 +258,22 @@ where
         p: &OMatrix<T, N, N>,
         u: &OVector<T, M>,
     ) -> (OVector<T, N>, OMatrix<T, N, N>) {
-        let fp = times(&self.plant.state_jacobian(t, xhat, u), p);
-        let spread = fp.transpose() + fp + &self.noises.w;
+        let spread = spread(&self.plant.state_jacobian(t, xhat, u), p, &self.noises.w);
         (self.plant.derivative(t, xhat, u), spread)
     }
+}
+
+/// `F P + P F' + W`.
+pub(crate) fn spread<T: RealField + Copy, N: Dim>(
+    f: &OMatrix<T, N, N>,
+    p: &OMatrix<T, N, N>,
+    w: &OMatrix<T, N, N>,
+) -> OMatrix<T, N, N>
+where
+    DefaultAllocator: Allocator<N, N>,
+{
+    let fp = times(f, p);
+    fp.transpose() + fp + w
 }
 
 impl<S, T: RealField + Copy, N: DimAdd<U1>, M: Dim, P: Dim> ExtendedKalmanFilter<S, T, N, M, P>
@@ -379,8 +392,19 @@ where
         self.predict(t, state, u, self.h);
     }
 
+    fn step_into(&self, t: T, state: &mut [T], u: &[T], y: &[T], measured: &[bool]) -> bool {
+        let dynamic = N::try_to_usize().is_none();
+        dynamic && self.step_of_size(state, Sample { t, u, y, measured })
+            || step_columns(self, t, state, (u, y), measured)
+    }
+
     fn estimate(&self, state: &Self::State) -> Self::Estimate {
         state.estimate()
+    }
+
+    fn estimate_into(&self, state: &[T], estimate: &mut [T]) -> bool {
+        // Before the covariance.
+        state.get(..estimate.len()).is_some_and(|xhat| put_slice(xhat, estimate))
     }
 
     fn initial(&self, _t: T, estimate: &Self::Estimate, _u: &Self::Input, _y: &Self::Output) -> Self::State {
@@ -409,13 +433,31 @@ where
 /// K is zero: what is left is the update by the other rows.
 pub(crate) fn correct<T: RealField + Copy, N: DimAdd<U1>, M: Dim, P: Dim>(
     belief: &mut GaussianEstimate<T, N>,
-    mut h: OMatrix<T, P, N>,
-    mut innovation: OVector<T, P>,
-    mut v: OMatrix<T, P, P>,
+    h: OMatrix<T, P, N>,
+    innovation: OVector<T, P>,
+    v: OMatrix<T, P, P>,
     measured: impl Fn(usize) -> bool,
 ) -> Option<Innovation<T, P>>
 where
     DefaultAllocator: Size<N, M, P> + Allocator<N, DimSum<N, U1>>,
+{
+    let (xhat, p) = (belief.estimate(), belief.covariance());
+    let (xhat, p, innovation) = corrected(xhat, &p, (h, innovation, v), measured)?;
+    *belief = GaussianEstimate::new(&xhat, &p);
+    Some(innovation)
+}
+
+/// Estimate and covariance after the update by the measurement with H, innovation and V.
+#[allow(clippy::type_complexity, reason = "estimate, covariance, innovation")]
+pub(crate) fn corrected<T: RealField + Copy, N: Dim, P: Dim>(
+    mut xhat: OVector<T, N>,
+    p: &OMatrix<T, N, N>,
+    (mut h, mut innovation, mut v): (OMatrix<T, P, N>, OVector<T, P>, OMatrix<T, P, P>),
+    measured: impl Fn(usize) -> bool,
+) -> Option<(OVector<T, N>, OMatrix<T, N, N>, Innovation<T, P>)>
+where
+    DefaultAllocator:
+        Allocator<N> + Allocator<P> + Allocator<N, N> + Allocator<N, P> + Allocator<P, N> + Allocator<P, P>,
 {
     for i in (0..innovation.nrows()).filter(|&i| !measured(i)) {
         h.row_mut(i).fill(T::zero());
@@ -424,8 +466,7 @@ where
         v.column_mut(i).fill(T::zero());
         v[(i, i)] = T::one();
     }
-    let (mut xhat, p) = (belief.estimate(), belief.covariance());
-    let hp = times(&h, &p);
+    let hp = times(&h, p);
     let s = times_transpose(&hp, &h) + &v;
     if !s.iter().all(ComplexField::is_finite) {
         return None;
@@ -436,11 +477,10 @@ where
     let order = xhat.shape_generic().0;
     let keep = OMatrix::<T, N, N>::identity_generic(order, order) - times(&gain, &h);
     xhat += times(&gain, &innovation);
-    let mut p = times_transpose(&times(&keep, &p), &keep) + times_transpose(&times(&gain, &v), &gain);
+    let mut p = times_transpose(&times(&keep, p), &keep) + times_transpose(&times(&gain, &v), &gain);
     symmetrise(&mut p);
-    *belief = GaussianEstimate::new(&xhat, &p);
     let normalized_square = innovation.dot(&factor.solve(&innovation));
-    Some(Innovation { value: innovation, covariance: s, normalized_square })
+    Some((xhat, p, Innovation { value: innovation, covariance: s, normalized_square }))
 }
 
 /// Replaces a matrix by its symmetric part, exactly symmetric.

@@ -55,6 +55,7 @@ pub mod fixed_point;
 pub mod high_gain;
 pub mod immersion_invariance;
 pub mod kalman;
+mod kalman_on_slices;
 pub mod kkl;
 pub mod kkl_peb;
 pub mod linear;

@@ -6,9 +6,10 @@ use luenberger_plants::error::check_matrix;
 use luenberger_plants::{LinearPlant, Size};
 use nalgebra::{Const, DefaultAllocator, Dim, OMatrix, OVector, RealField};
 
+use crate::dense::{entry, with_column};
 use crate::error::ObserverError;
 use crate::feedthrough;
-use crate::observer::{Observer, ObserverDimensions};
+use crate::observer::{Observer, ObserverDimensions, put_slice};
 
 /// `xhat' = A xhat + B u + L (y - C xhat - D u)` with N states, M inputs and P outputs.
 #[derive(Clone, Debug, PartialEq)]
@@ -97,13 +98,34 @@ where
         }
     }
 
-    fn derivative(&self, _t: T, xhat: &Self::State, u: &Self::Input, y: &Self::Output) -> Self::State {
-        let innovation = feedthrough::without(self.d.as_ref(), u, y - &self.c * xhat);
-        &self.a * xhat + &self.b * u + &self.l * innovation
+    fn derivative(&self, t: T, xhat: &Self::State, u: &Self::Input, y: &Self::Output) -> Self::State {
+        let mut slope = xhat.clone();
+        let fits = self.derivative_into(t, xhat.as_slice(), u.as_slice(), y.as_slice(), slope.as_mut_slice());
+        debug_assert!(fits, "columns of other lengths than the observer's");
+        slope
+    }
+
+    fn derivative_into(&self, _t: T, xhat: &[T], u: &[T], y: &[T], slope: &mut [T]) -> bool {
+        let (order, outputs) = self.l.shape_generic();
+        let fits = (xhat.len(), u.len(), y.len()) == (order.value(), self.b.ncols(), outputs.value());
+        let fits = fits && slope.len() == xhat.len();
+        if fits {
+            with_column(outputs, |innovation| {
+                feedthrough::innovation(&self.c, self.d.as_ref(), (xhat, u, y), innovation);
+                for (i, slope) in slope.iter_mut().enumerate() {
+                    *slope = entry(&self.a, i, xhat) + entry(&self.b, i, u) + entry(&self.l, i, innovation);
+                }
+            });
+        }
+        fits
     }
 
     fn estimate(&self, _t: T, xhat: &Self::State, _u: &Self::Input, _y: &Self::Output) -> Self::Estimate {
         xhat.clone()
+    }
+
+    fn estimate_into(&self, _t: T, xhat: &[T], _u: &[T], _y: &[T], estimate: &mut [T]) -> bool {
+        put_slice(xhat, estimate)
     }
 
     fn initial(&self, _t: T, estimate: &Self::Estimate, _u: &Self::Input, _y: &Self::Output) -> Self::State {

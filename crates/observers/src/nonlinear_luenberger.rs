@@ -13,8 +13,9 @@ use luenberger_plants::error::check_matrix;
 use luenberger_plants::{Plant, Size};
 use nalgebra::{Const, DefaultAllocator, Dim, OMatrix, OVector, RealField};
 
+use crate::dense::{entry, with_column};
 use crate::error::ObserverError;
-use crate::observer::{Observer, ObserverDimensions};
+use crate::observer::{Observer, ObserverDimensions, put_slice};
 
 /// `xhat' = f(t, xhat, u) + L (y - h(t, xhat, u))` for a plant `S` with N states, M inputs and P outputs.
 ///
@@ -87,12 +88,34 @@ where
     }
 
     fn derivative(&self, t: T, xhat: &Self::State, u: &Self::Input, y: &Self::Output) -> Self::State {
-        let innovation = y - self.plant.output(t, xhat, u);
-        self.plant.derivative(t, xhat, u) + &self.l * innovation
+        let mut slope = xhat.clone();
+        let fits = self.derivative_into(t, xhat.as_slice(), u.as_slice(), y.as_slice(), slope.as_mut_slice());
+        debug_assert!(fits, "columns of other lengths than the observer's");
+        slope
+    }
+
+    fn derivative_into(&self, t: T, xhat: &[T], u: &[T], y: &[T], slope: &mut [T]) -> bool {
+        let outputs = self.l.shape_generic().1;
+        y.len() == outputs.value()
+            && with_column(outputs, |innovation| {
+                let fits =
+                    self.plant.output_into(t, xhat, u, innovation) && self.plant.derivative_into(t, xhat, u, slope);
+                for (innovation, y) in innovation.iter_mut().zip(y) {
+                    *innovation = *y - *innovation;
+                }
+                for (i, slope) in slope.iter_mut().enumerate() {
+                    *slope += entry(&self.l, i, innovation);
+                }
+                fits
+            })
     }
 
     fn estimate(&self, _t: T, xhat: &Self::State, _u: &Self::Input, _y: &Self::Output) -> Self::Estimate {
         xhat.clone()
+    }
+
+    fn estimate_into(&self, _t: T, xhat: &[T], _u: &[T], _y: &[T], estimate: &mut [T]) -> bool {
+        put_slice(xhat, estimate)
     }
 
     fn initial(&self, _t: T, estimate: &Self::Estimate, _u: &Self::Input, _y: &Self::Output) -> Self::State {

@@ -46,6 +46,44 @@ pub trait Observer<T> {
     /// The state that makes the estimate at time `t` what is wished, and everything else in the state what it should be
     /// at the start: filters of the output matched to `y`, covariances at their initial value.
     fn initial(&self, t: T, estimate: &Self::Estimate, u: &Self::Input, y: &Self::Output) -> Self::State;
+
+    /// [`derivative`](Self::derivative) on slices, with the same result to the last bit: what simulation calls. Returns
+    /// whether the lengths fit; otherwise `slope` is not written.
+    ///
+    /// By default the columns are made and copied; an observer with columns of dynamic length saves their allocation by
+    /// an implementation of its own.
+    fn derivative_into(&self, t: T, state: &[T], u: &[T], y: &[T], slope: &mut [T]) -> bool
+    where
+        T: Copy,
+    {
+        let columns = (Column::try_from_slice(state), Column::try_from_slice(u), Column::try_from_slice(y));
+        let (Some(state), Some(u), Some(y)) = columns else { return false };
+        put(&self.derivative(t, &state, &u, &y), slope)
+    }
+
+    /// [`estimate`](Self::estimate) on slices, likewise.
+    fn estimate_into(&self, t: T, state: &[T], u: &[T], y: &[T], estimate: &mut [T]) -> bool
+    where
+        T: Copy,
+    {
+        let columns = (Column::try_from_slice(state), Column::try_from_slice(u), Column::try_from_slice(y));
+        let (Some(state), Some(u), Some(y)) = columns else { return false };
+        put(&self.estimate(t, &state, &u, &y), estimate)
+    }
+}
+
+/// Copies a column out; whether its length fits.
+fn put<T: Copy>(column: &impl Column<T>, target: &mut [T]) -> bool {
+    put_slice(column.as_slice(), target)
+}
+
+/// Copies entries out; whether their number fits.
+pub(crate) fn put_slice<T: Copy>(entries: &[T], target: &mut [T]) -> bool {
+    let fits = entries.len() == target.len();
+    if fits {
+        target.copy_from_slice(entries);
+    }
+    fits
 }
 
 /// An observer stepped once per sample: `z+ = g(t, z, u, y)`.
@@ -82,11 +120,47 @@ pub trait SampledObserver<T> {
         self.step(t, state, u, y);
     }
 
+    /// [`step`](Self::step), or [`step_partial`](Self::step_partial) if one of `measured` is false, on slices, with the
+    /// same result to the last bit: what simulation calls. Returns whether the lengths fit; otherwise `state` is not
+    /// written.
+    fn step_into(&self, t: T, state: &mut [T], u: &[T], y: &[T], measured: &[bool]) -> bool
+    where
+        T: Copy,
+    {
+        step_columns(self, t, state, (u, y), measured)
+    }
+
+    /// [`estimate`](Self::estimate) on slices, likewise.
+    fn estimate_into(&self, state: &[T], estimate: &mut [T]) -> bool
+    where
+        T: Copy,
+    {
+        Column::try_from_slice(state).is_some_and(|state| put(&self.estimate(&state), estimate))
+    }
+
     /// The estimate that the state holds.
     fn estimate(&self, state: &Self::State) -> Self::Estimate;
 
     /// The state that makes the estimate at time `t` what is wished.
     fn initial(&self, t: T, estimate: &Self::Estimate, u: &Self::Input, y: &Self::Output) -> Self::State;
+}
+
+/// [`SampledObserver::step_into`] by columns that are made and copied.
+pub(crate) fn step_columns<T: Copy, O: SampledObserver<T> + ?Sized>(
+    observer: &O,
+    t: T,
+    state: &mut [T],
+    (u, y): (&[T], &[T]),
+    measured: &[bool],
+) -> bool {
+    let columns = (O::State::try_from_slice(state), Column::try_from_slice(u), Column::try_from_slice(y));
+    let (Some(mut next), Some(u), Some(y)) = columns else { return false };
+    if measured.contains(&false) {
+        observer.step_partial(t, &mut next, &u, &y, measured);
+    } else {
+        observer.step(t, &mut next, &u, &y);
+    }
+    put(&next, state)
 }
 
 impl<T, O: Observer<T> + ?Sized> Observer<T> for &O {
@@ -109,6 +183,20 @@ impl<T, O: Observer<T> + ?Sized> Observer<T> for &O {
 
     fn initial(&self, t: T, estimate: &Self::Estimate, u: &Self::Input, y: &Self::Output) -> Self::State {
         (**self).initial(t, estimate, u, y)
+    }
+
+    fn derivative_into(&self, t: T, state: &[T], u: &[T], y: &[T], slope: &mut [T]) -> bool
+    where
+        T: Copy,
+    {
+        (**self).derivative_into(t, state, u, y, slope)
+    }
+
+    fn estimate_into(&self, t: T, state: &[T], u: &[T], y: &[T], estimate: &mut [T]) -> bool
+    where
+        T: Copy,
+    {
+        (**self).estimate_into(t, state, u, y, estimate)
     }
 }
 
@@ -134,8 +222,22 @@ impl<T, O: SampledObserver<T> + ?Sized> SampledObserver<T> for &O {
         (**self).step_partial(t, state, u, y, measured);
     }
 
+    fn step_into(&self, t: T, state: &mut [T], u: &[T], y: &[T], measured: &[bool]) -> bool
+    where
+        T: Copy,
+    {
+        (**self).step_into(t, state, u, y, measured)
+    }
+
     fn estimate(&self, state: &Self::State) -> Self::Estimate {
         (**self).estimate(state)
+    }
+
+    fn estimate_into(&self, state: &[T], estimate: &mut [T]) -> bool
+    where
+        T: Copy,
+    {
+        (**self).estimate_into(state, estimate)
     }
 
     fn initial(&self, t: T, estimate: &Self::Estimate, u: &Self::Input, y: &Self::Output) -> Self::State {

@@ -13,8 +13,9 @@
 
 use nalgebra::{DefaultAllocator, Dim, OMatrix, OVector, RealField, U1};
 
+use crate::column::Column;
 use crate::linear::LinearPlant;
-use crate::plant::Plant;
+use crate::plant::{Plant, put};
 use crate::size::Size;
 
 /// A plant whose derivatives along any direction can be evaluated.
@@ -80,6 +81,37 @@ where
         }
         jacobian
     }
+
+    /// `f(t, x, u)` and `Df(t, x, u)`, by columns, on slices: the same to the last bit as
+    /// [`derivative`](Plant::derivative) and [`state_jacobian`](Self::state_jacobian). Returns whether the lengths fit;
+    /// otherwise nothing is written.
+    ///
+    /// A plant whose derivatives share work with its right-hand side, or whose columns have dynamic length, saves it by
+    /// an implementation of its own.
+    fn motion_into(&self, t: T, x: &[T], u: &[T], f: &mut [T], df: &mut [T]) -> bool {
+        let columns = (OVector::<T, N>::try_from_slice(x), OVector::<T, M>::try_from_slice(u));
+        let (Some(x), Some(u)) = columns else { return false };
+        put(&self.derivative(t, &x, &u), f) && put_matrix(&self.state_jacobian(t, &x, &u), df)
+    }
+
+    /// `h(t, x, u)` and `Dh(t, x, u)`, by columns, on slices, likewise.
+    fn measurement_into(&self, t: T, x: &[T], u: &[T], h: &mut [T], dh: &mut [T]) -> bool {
+        let columns = (OVector::<T, N>::try_from_slice(x), OVector::<T, M>::try_from_slice(u));
+        let (Some(x), Some(u)) = columns else { return false };
+        put(&self.output(t, &x, &u), h) && put_matrix(&self.output_jacobian(t, &x, &u), dh)
+    }
+}
+
+/// Copies a matrix out by columns; whether its size fits.
+fn put_matrix<T: RealField + Copy, R: Dim, C: Dim>(matrix: &OMatrix<T, R, C>, target: &mut [T]) -> bool
+where
+    DefaultAllocator: nalgebra::allocator::Allocator<R, C>,
+{
+    let fits = matrix.len() == target.len();
+    for (target, entry) in target.iter_mut().zip(matrix.iter()) {
+        *target = *entry;
+    }
+    fits
 }
 
 impl<T: RealField + Copy, N: Dim, M: Dim, P: Dim> Differentiable<T, N, M, P> for LinearPlant<T, N, M, P>

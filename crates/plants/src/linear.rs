@@ -147,4 +147,34 @@ where
             None => &self.c * x,
         }
     }
+
+    fn derivative_into(&self, _t: T, x: &[T], u: &[T], slope: &mut [T]) -> bool {
+        let fits = (x.len(), u.len(), slope.len()) == (self.a.ncols(), self.b.ncols(), self.a.nrows());
+        if fits {
+            for (i, slope) in slope.iter_mut().enumerate() {
+                *slope = row_times(&self.a, i, x) + row_times(&self.b, i, u);
+            }
+        }
+        fits
+    }
+
+    fn output_into(&self, _t: T, x: &[T], u: &[T], y: &mut [T]) -> bool {
+        let fits = (x.len(), u.len(), y.len()) == (self.c.ncols(), self.b.ncols(), self.c.nrows());
+        if fits {
+            for (i, y) in y.iter_mut().enumerate() {
+                let output = row_times(&self.c, i, x);
+                *y = self.d.as_ref().map_or(output, |d| output + row_times(d, i, u));
+            }
+        }
+        fits
+    }
+}
+
+/// Entry `i` of `M v`, its terms added from left to right as nalgebra adds them; 0 without terms.
+pub(crate) fn row_times<T: RealField + Copy, R: Dim, C: Dim>(m: &OMatrix<T, R, C>, i: usize, v: &[T]) -> T
+where
+    DefaultAllocator: nalgebra::allocator::Allocator<R, C>,
+{
+    let terms = v.iter().enumerate().map(|(j, v)| m[(i, j)] * *v);
+    terms.reduce(|sum, term| sum + term).unwrap_or_else(T::zero)
 }

@@ -88,6 +88,37 @@ pub trait Plant<T>: Shape {
 
     /// `h(t, x, u)`.
     fn output(&self, t: T, x: &Self::State, u: &Self::Input) -> Self::Output;
+
+    /// [`derivative`](Self::derivative) on slices, with the same result to the last bit: what simulation calls. Returns
+    /// whether the lengths fit; otherwise `slope` is not written.
+    ///
+    /// By default the columns are made and copied; a plant with columns of dynamic length saves their allocation by an
+    /// implementation of its own.
+    fn derivative_into(&self, t: T, x: &[T], u: &[T], slope: &mut [T]) -> bool
+    where
+        T: Copy,
+    {
+        let (Some(x), Some(u)) = (Self::State::try_from_slice(x), Self::Input::try_from_slice(u)) else { return false };
+        put(&self.derivative(t, &x, &u), slope)
+    }
+
+    /// [`output`](Self::output) on slices, likewise.
+    fn output_into(&self, t: T, x: &[T], u: &[T], y: &mut [T]) -> bool
+    where
+        T: Copy,
+    {
+        let (Some(x), Some(u)) = (Self::State::try_from_slice(x), Self::Input::try_from_slice(u)) else { return false };
+        put(&self.output(t, &x, &u), y)
+    }
+}
+
+/// Copies a column out; whether its length fits.
+pub(crate) fn put<T: Copy>(column: &impl Column<T>, target: &mut [T]) -> bool {
+    let fits = column.as_slice().len() == target.len();
+    if fits {
+        target.copy_from_slice(column.as_slice());
+    }
+    fits
 }
 
 impl<S: Shape + ?Sized> Shape for &S {
@@ -107,5 +138,19 @@ impl<T, S: Plant<T> + ?Sized> Plant<T> for &S {
 
     fn output(&self, t: T, x: &Self::State, u: &Self::Input) -> Self::Output {
         (**self).output(t, x, u)
+    }
+
+    fn derivative_into(&self, t: T, x: &[T], u: &[T], slope: &mut [T]) -> bool
+    where
+        T: Copy,
+    {
+        (**self).derivative_into(t, x, u, slope)
+    }
+
+    fn output_into(&self, t: T, x: &[T], u: &[T], y: &mut [T]) -> bool
+    where
+        T: Copy,
+    {
+        (**self).output_into(t, x, u, y)
     }
 }

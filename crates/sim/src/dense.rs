@@ -33,27 +33,70 @@ struct Piece {
 /// It may jump between steps (a sample, a new value of the noise); at a jump it takes the value after it.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Dense {
-    width: usize,
+    /// Where each component is.
+    places: Vec<Kept>,
+    /// Numbers of components that stand still within each step, and of those that vary.
+    still: usize,
+    varying: usize,
     pieces: Vec<Piece>,
-    /// Values at the nodes, one node after the other, one step after the other.
+    /// One step after the other: the values that stand still, and those of the others at one node after the other.
     values: Vec<f64>,
 }
 
+/// How a component is kept, with its number among those that are kept alike.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Kept {
+    /// Once per step.
+    Still(usize),
+    /// At every node.
+    Varying(usize),
+}
+
 impl Dense {
+    /// Of components that all vary within steps.
     pub(crate) fn new(width: usize) -> Self {
-        Self { width, pieces: Vec::new(), values: Vec::new() }
+        Self::of(&vec![false; width])
     }
 
-    /// Appends a step, given its values at the nodes.
-    pub(crate) fn push(&mut self, start: f64, end: f64, values: &[f64]) {
-        debug_assert_eq!(values.len(), NODES * self.width);
+    /// Of components of which those with true stand still within each step.
+    pub(crate) fn of(stands_still: &[bool]) -> Self {
+        let (mut still, mut varying) = (0, 0);
+        let place = |is_still: &bool| {
+            let count = if *is_still { &mut still } else { &mut varying };
+            *count += 1;
+            if *is_still { Kept::Still(*count - 1) } else { Kept::Varying(*count - 1) }
+        };
+        let places = stands_still.iter().map(place).collect();
+        Self { places, still, varying, pieces: Vec::new(), values: Vec::new() }
+    }
+
+    /// Appends a step, given the values that stand still, and the others at the nodes.
+    pub(crate) fn push(&mut self, start: f64, end: f64, still: &[f64], values: &[f64]) {
+        debug_assert_eq!((still.len(), values.len()), (self.still, NODES * self.varying));
         self.pieces.push(Piece { start, end });
+        self.values.extend_from_slice(still);
         self.values.extend_from_slice(values);
+    }
+
+    /// The component that is entry `index` of the varying ones.
+    pub(crate) fn varying(&self, index: usize) -> usize {
+        self.places.iter().position(|place| *place == Kept::Varying(index)).unwrap_or(index)
+    }
+
+    /// The component that is entry `index` of those that stand still.
+    pub(crate) fn standing(&self, index: usize) -> usize {
+        self.places.iter().position(|place| *place == Kept::Still(index)).unwrap_or(index)
+    }
+
+    /// The values of step `index` that stand still, and those at the nodes.
+    fn of_step(&self, index: usize) -> (&[f64], &[f64]) {
+        let length = self.still + NODES * self.varying;
+        self.values[index * length..][..length].split_at(self.still)
     }
 
     /// Number of components.
     pub fn width(&self) -> usize {
-        self.width
+        self.places.len()
     }
 
     /// Start and end of the span.
@@ -69,11 +112,21 @@ impl Dense {
         self.pieces.iter().map(|piece| (piece.start, piece.end))
     }
 
-    /// Calls `visit` with the time and the values at every point that is kept.
-    pub(crate) fn visit(&self, mut visit: impl FnMut(f64, &[f64])) {
-        let rows = self.values.chunks_exact(self.width.max(1));
-        let times = self.pieces.iter().flat_map(|Piece { start, end }| NODE.map(|node| start + node * (end - start)));
-        times.zip(rows).for_each(|(t, row)| visit(t, row));
+    /// Calls `visit` with the time and these components at every point that is kept.
+    pub(crate) fn visit(&self, components: &[usize], mut visit: impl FnMut(f64, &[f64])) {
+        let mut row = vec![0.0; components.len()];
+        for (index, Piece { start, end }) in self.pieces.iter().enumerate() {
+            let (still, values) = self.of_step(index);
+            for (i, node) in NODE.iter().enumerate() {
+                for (entry, component) in row.iter_mut().zip(components) {
+                    *entry = match self.places[*component] {
+                        Kept::Still(k) => still[k],
+                        Kept::Varying(k) => values[i * self.varying + k],
+                    };
+                }
+                visit(start + node * (end - start), &row);
+            }
+        }
     }
 
     /// Number of steps.
@@ -86,7 +139,7 @@ impl Dense {
     /// # Errors
     /// [`SimError::Outside`] when `t` is not within the span.
     pub fn at(&self, t: f64) -> Result<Vec<f64>, SimError> {
-        let mut value = vec![0.0; self.width];
+        let mut value = vec![0.0; self.width()];
         self.on_step(self.step_at(t)?, t, 0, &mut value);
         Ok(value)
     }
@@ -113,23 +166,30 @@ impl Dense {
 
     /// One component at the nodes of step `index`.
     pub(crate) fn nodes(&self, index: usize, component: usize) -> [f64; NODES] {
-        let values = &self.values[index * NODES * self.width..][..NODES * self.width];
-        core::array::from_fn(|i| values[i * self.width + component])
+        let (still, values) = self.of_step(index);
+        match self.places[component] {
+            Kept::Still(k) => [still[k]; NODES],
+            Kept::Varying(k) => core::array::from_fn(|i| values[i * self.varying + k]),
+        }
     }
 
     /// Components `offset..offset + value.len()` at `t` by the polynomial of step `index`, which must exist.
     pub(crate) fn on_step(&self, index: usize, t: f64, offset: usize, value: &mut [f64]) {
-        let values = &self.values[index * NODES * self.width..][..NODES * self.width];
-        let row = |i: usize| &values[i * self.width + offset..][..value.len()];
-        match Place::of(self.step(index), t) {
-            Place::Node(i) => value.copy_from_slice(row(i)),
-            Place::Between { weights, total } => {
-                let rows: [&[f64]; NODES] = core::array::from_fn(row);
-                for (j, entry) in value.iter_mut().enumerate() {
-                    *entry = (0..NODES).map(|i| weights[i] * rows[i][j]).sum::<f64>() / total;
-                }
-            }
+        let (still, values) = self.of_step(index);
+        let place = Place::of(self.step(index), t);
+        for (entry, kept) in value.iter_mut().zip(&self.places[offset..]) {
+            *entry = match *kept {
+                Kept::Still(k) => still[k],
+                Kept::Varying(k) => place.value_of(|i| values[i * self.varying + k]),
+            };
         }
+    }
+
+    /// One component at `t` by the polynomial of step `index`.
+    pub(crate) fn component(&self, index: usize, t: f64, component: usize) -> f64 {
+        let mut value = [0.0];
+        self.on_step(index, t, component, &mut value);
+        value[0]
     }
 }
 
@@ -154,9 +214,13 @@ impl Place {
 
     /// The polynomial with these values at the nodes.
     pub(crate) fn value(&self, nodes: &[f64; NODES]) -> f64 {
+        self.value_of(|i| nodes[i])
+    }
+
+    fn value_of(&self, node: impl Fn(usize) -> f64) -> f64 {
         match self {
-            Self::Node(i) => nodes[*i],
-            Self::Between { weights, total } => weights.iter().zip(nodes).map(|(w, v)| w * v).sum::<f64>() / total,
+            Self::Node(i) => node(*i),
+            Self::Between { weights, total } => (0..NODES).map(|i| weights[i] * node(i)).sum::<f64>() / total,
         }
     }
 }
@@ -197,13 +261,28 @@ mod tests {
     }
 
     #[test]
+    fn what_stands_still_is_kept_once() {
+        let mut dense = Dense::of(&[false, true, false]);
+        let values: Vec<f64> = NODE.iter().flat_map(|node| [2.0 * node, 1.0 - node]).collect();
+        dense.push(0.0, 1.0, &[0.1], &values);
+        assert_eq!((dense.width(), dense.values.len()), (3, 17));
+        let row = dense.at(0.3).unwrap();
+        assert!((row[0] - 0.6).abs() < 1e-15 && row[1] == 0.1 && (row[2] - 0.7).abs() < 1e-15, "{row:?}");
+        assert_eq!((dense.nodes(0, 1), dense.nodes(0, 2)[7]), ([0.1; NODES], 0.0));
+        assert_eq!((dense.varying(1), dense.standing(0)), (2, 1));
+        let mut points = Vec::new();
+        dense.visit(&[1, 2], |t, row| points.push((t, row.to_vec())));
+        assert_eq!((points.len(), &points[0], &points[7]), (8, &(0.0, vec![0.1, 1.0]), &(1.0, vec![0.1, 0.0])));
+    }
+
+    #[test]
     fn polynomials_of_degree_seven_are_kept_to_rounding() {
         let polynomial = |t: f64| [t.powi(7) - 3.0 * t.powi(4) + 1.0, 2.0 - t];
         let mut dense = Dense::new(2);
         for k in 0..4 {
             let (start, end) = (f64::from(k) * 0.5, f64::from(k + 1) * 0.5);
             let values: Vec<f64> = NODE.iter().flat_map(|node| polynomial(start + node * (end - start))).collect();
-            dense.push(start, end, &values);
+            dense.push(start, end, &[], &values);
         }
         for k in 0..=100 {
             let t = 0.02 * f64::from(k);

@@ -124,6 +124,15 @@ impl Disturbances {
         Ok(())
     }
 
+    /// Whether inputs reach the plant, and outputs the observers, without delay, fault and quantisation.
+    pub(crate) fn leave_signals(&self) -> bool {
+        self.input_delay == 0.0
+            && self.output_delay == 0.0
+            && self.actuator.is_none()
+            && self.sensor.is_none()
+            && self.quantisation.is_empty()
+    }
+
     /// The shortest delay; no step of the integrator is longer.
     pub(crate) fn shortest_delay(&self) -> f64 {
         let delays = [self.input_delay, self.output_delay].into_iter().filter(|delay| *delay > 0.0);

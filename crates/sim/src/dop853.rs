@@ -9,10 +9,12 @@
 //! sections II.5, II.6 (dense output), IV.2 of volume II (stiffness).
 
 use crate::dop853_tableau::{A, C, DENSE, ERROR5, THIRD};
-use crate::integrate::{Attempt, Rhs, Tolerance};
+use crate::integrate::{Attempt, Tolerance};
 
 /// Stages with dense output.
 const STAGES: usize = 16;
+/// Coefficients of the interpolant.
+const COEFFICIENTS: usize = 8;
 /// The stage that is the slope at the end of the step.
 const END: usize = 12;
 /// `h lambda` at the border of stability. The region itself ends at 6.1; the defect holds the step back from 2 on.
@@ -24,72 +26,50 @@ const DEFECT: f64 = 4.0;
 const LANES: usize = 4;
 type Lanes = [f64; LANES];
 
-/// Columns of n entries, one after the other, each filled up with zeros to whole lanes.
-struct Columns {
-    n: usize,
-    lanes: Vec<Lanes>,
+/// Columns of n entries are filled up with zeros to whole lanes.
+fn column(n: usize) -> Vec<Lanes> {
+    vec![[0.0; LANES]; n.div_ceil(LANES)]
 }
 
-impl Columns {
-    fn new(n: usize, count: usize) -> Self {
-        Self { n, lanes: vec![[0.0; LANES]; count * n.div_ceil(LANES)] }
-    }
-
-    fn column(&self, k: usize) -> &[Lanes] {
-        let length = self.n.div_ceil(LANES);
-        &self.lanes[k * length..][..length]
-    }
-
-    fn column_mut(&mut self, k: usize) -> &mut [Lanes] {
-        let length = self.n.div_ceil(LANES);
-        &mut self.lanes[k * length..][..length]
-    }
-
-    fn entries(&self, k: usize) -> &[f64] {
-        &self.column(k).as_flattened()[..self.n]
-    }
-
-    fn entries_mut(&mut self, k: usize) -> &mut [f64] {
-        let n = self.n;
-        &mut self.column_mut(k).as_flattened_mut()[..n]
-    }
-
-    /// `sum_j weight_j column_j` of the lanes `at`, in the order of the list.
-    fn combine(&self, weights: &[(usize, f64)], at: usize) -> Lanes {
-        let length = self.n.div_ceil(LANES);
-        let mut sum = [0.0; LANES];
-        for &(k, weight) in weights {
-            let column = &self.lanes[k * length + at];
-            for (sum, entry) in sum.iter_mut().zip(column) {
-                *sum += weight * entry;
-            }
+/// `sum_j weight_j column_j`, in the order of the list. The lists are constants, so that the loop is unrolled.
+#[inline(always)]
+#[allow(clippy::inline_always, reason = "the list is a constant only where it is seen")]
+fn combine<const COUNT: usize>(columns: &[Lanes; COUNT], weights: &[(usize, f64)]) -> Lanes {
+    let mut sum = [0.0; LANES];
+    for &(k, weight) in weights {
+        for (sum, entry) in sum.iter_mut().zip(&columns[k]) {
+            *sum += weight * entry;
         }
-        sum
     }
+    sum
 }
 
 /// The state of a DOP853 integration, and the memory that its attempts work in.
 pub(crate) struct Dop853 {
+    n: usize,
     t: f64,
-    /// The present state, and the end of the step that is attempted.
-    y: Columns,
-    end: Columns,
     h: f64,
-    slope: Vec<f64>,
+    /// The present state, and the end of the step that is attempted.
+    y: Vec<Lanes>,
+    end: Vec<Lanes>,
+    /// The slope at the present state.
+    slope: Vec<Lanes>,
     rejected: bool,
     /// Steps at the border of stability, and the steps off it since.
     at_border: usize,
     off_border: usize,
-    /// The last accepted step: its start, its size, and the eight coefficients of its interpolant.
+    /// The last accepted step: its start, its size, and the coefficients of its interpolant.
     last: Option<(f64, f64)>,
-    dense: Columns,
+    dense: Vec<[Lanes; COEFFICIENTS]>,
     /// The interpolant of the step that is attempted.
-    attempted: Columns,
-    slopes: Columns,
-    /// A stage.
-    stage: Columns,
+    attempted: Vec<[Lanes; COEFFICIENTS]>,
+    slopes: Vec<[Lanes; STAGES]>,
+    /// A stage, and a slope on its way.
+    stage: Vec<Lanes>,
+    received: Vec<Lanes>,
     /// The derivative of the interpolant in the middle of the step, and that of the plant.
-    middle: Columns,
+    inner: Vec<Lanes>,
+    wished: Vec<Lanes>,
 }
 
 /// Square roots are the same on every machine, a general power is not.
@@ -98,6 +78,7 @@ fn eighth_root(x: f64) -> f64 {
 }
 
 /// `y + h increment`.
+#[inline]
 fn advance(y: &Lanes, h: f64, increment: &Lanes) -> Lanes {
     std::array::from_fn(|lane| y[lane] + h * increment[lane])
 }
@@ -105,21 +86,25 @@ fn advance(y: &Lanes, h: f64, increment: &Lanes) -> Lanes {
 impl Dop853 {
     pub(crate) fn new(t: f64, y: &[f64], slope: &[f64], h: f64) -> Self {
         let n = y.len();
+        let chunks = n.div_ceil(LANES);
         let mut method = Self {
+            n,
             t,
-            y: Columns::new(n, 1),
-            end: Columns::new(n, 1),
             h,
-            slope: slope.to_vec(),
+            y: column(n),
+            end: column(n),
+            slope: column(n),
             rejected: false,
             at_border: 0,
             off_border: 0,
             last: None,
-            dense: Columns::new(n, 8),
-            attempted: Columns::new(n, 8),
-            slopes: Columns::new(n, STAGES),
-            stage: Columns::new(n, 1),
-            middle: Columns::new(n, 2),
+            dense: vec![[[0.0; LANES]; COEFFICIENTS]; chunks],
+            attempted: vec![[[0.0; LANES]; COEFFICIENTS]; chunks],
+            slopes: vec![[[0.0; LANES]; STAGES]; chunks],
+            stage: column(n),
+            received: column(n),
+            inner: column(n),
+            wished: column(n),
         };
         method.restart(t, y, slope, h);
         method
@@ -127,8 +112,8 @@ impl Dop853 {
 
     /// Starts anew at another point of the same space.
     pub(crate) fn restart(&mut self, t: f64, y: &[f64], slope: &[f64], h: f64) {
-        self.y.entries_mut(0).copy_from_slice(y);
-        self.slope.copy_from_slice(slope);
+        self.y.as_flattened_mut()[..self.n].copy_from_slice(y);
+        self.slope.as_flattened_mut()[..self.n].copy_from_slice(slope);
         (self.t, self.h, self.rejected, self.last) = (t, h, false, None);
         (self.at_border, self.off_border) = (0, 0);
     }
@@ -138,7 +123,7 @@ impl Dop853 {
     }
 
     pub(crate) fn y(&self) -> &[f64] {
-        self.y.entries(0)
+        &self.y.as_flattened()[..self.n]
     }
 
     pub(crate) fn h(&self) -> f64 {
@@ -155,27 +140,56 @@ impl Dop853 {
     }
 
     /// The slope at stage `stage`, from the slopes before it.
-    fn evaluate(&mut self, f: &Rhs<'_>, stage: usize) {
-        for (at, (moved, y)) in self.stage.lanes.iter_mut().zip(&self.y.lanes).enumerate() {
-            *moved = advance(y, self.h, &self.slopes.combine(A[stage], at));
+    #[inline(always)]
+    #[allow(clippy::inline_always, reason = "the coefficients are constants only where the stage is seen")]
+    fn evaluate(&mut self, f: &impl Fn(f64, &[f64], &mut [f64]), stage: usize) {
+        for ((moved, y), slopes) in self.stage.iter_mut().zip(&self.y).zip(&self.slopes) {
+            *moved = advance(y, self.h, &combine(slopes, A[stage]));
         }
-        f(self.t + C[stage] * self.h, self.stage.entries(0), self.slopes.entries_mut(stage));
+        self.slope_of(f, self.t + C[stage] * self.h, stage, |method| &method.stage);
+    }
+
+    /// The slope of stage `stage`, at `y`.
+    #[inline]
+    fn slope_of(
+        &mut self,
+        f: &impl Fn(f64, &[f64], &mut [f64]),
+        t: f64,
+        stage: usize,
+        y: impl Fn(&Self) -> &Vec<Lanes>,
+    ) {
+        let mut received = std::mem::take(&mut self.received);
+        f(t, &y(self).as_flattened()[..self.n], &mut received.as_flattened_mut()[..self.n]);
+        for (slopes, received) in self.slopes.iter_mut().zip(&received) {
+            slopes[stage] = *received;
+        }
+        self.received = received;
     }
 
     /// One attempt at a step of the present size. It allocates nothing.
-    pub(crate) fn attempt(&mut self, f: &Rhs<'_>, tolerance: Tolerance) -> Attempt {
-        let n = self.y.n;
+    pub(crate) fn attempt(&mut self, f: &impl Fn(f64, &[f64], &mut [f64]), tolerance: Tolerance) -> Attempt {
+        let n = self.n;
         let (t, h) = (self.t, self.h);
-        self.slopes.entries_mut(0).copy_from_slice(&self.slope);
-        for stage in 1..END {
-            self.evaluate(f, stage);
+        for (slopes, slope) in self.slopes.iter_mut().zip(&self.slope) {
+            slopes[0] = *slope;
         }
+        self.evaluate(f, 1);
+        self.evaluate(f, 2);
+        self.evaluate(f, 3);
+        self.evaluate(f, 4);
+        self.evaluate(f, 5);
+        self.evaluate(f, 6);
+        self.evaluate(f, 7);
+        self.evaluate(f, 8);
+        self.evaluate(f, 9);
+        self.evaluate(f, 10);
+        self.evaluate(f, 11);
         let scale = |y: f64, end: f64| tolerance.atol + tolerance.rtol * y.abs().max(end.abs());
         let (mut err5, mut err3) = (0.0, 0.0);
-        for (at, (end, y)) in self.end.lanes.iter_mut().zip(&self.y.lanes).enumerate() {
-            let increment = self.slopes.combine(A[END], at);
+        for (at, ((end, y), slopes)) in self.end.iter_mut().zip(&self.y).zip(&self.slopes).enumerate() {
+            let increment = combine(slopes, A[END]);
             *end = advance(y, h, &increment);
-            let (error5, third) = (self.slopes.combine(ERROR5, at), self.slopes.combine(THIRD, at));
+            let (error5, third) = (combine(slopes, ERROR5), combine(slopes, THIRD));
             for lane in 0..LANES.min(n - at * LANES) {
                 let scale = scale(y[lane], end[lane]);
                 err5 += (error5[lane] / scale).powi(2);
@@ -184,23 +198,22 @@ impl Dop853 {
         }
         let blend = err5 + 0.01 * err3;
         let err = if blend > 0.0 { h * err5 / (blend * n as f64).sqrt() } else { 0.0 * blend };
-        // NaN or infinity: far too long.
-        let factor = if err.is_finite() { 0.9 / eighth_root(err.max(1e-16)) } else { 0.1 };
-        if !(err <= 1.0 && self.end.entries(0).iter().all(|entry| entry.is_finite())) {
-            self.h *= factor.clamp(0.1, 0.9);
+        let factor = |err: f64| 0.9 / eighth_root(err.max(1e-16));
+        if !(err <= 1.0 && self.end.as_flattened().iter().all(|entry| entry.is_finite())) {
+            // NaN or infinity: far too long.
+            self.h *= if err.is_finite() { factor(err).clamp(0.1, 0.9) } else { 0.1 };
             self.rejected = true;
             return Attempt::Rejected;
         }
-        f(t + h, self.end.entries(0), self.slopes.entries_mut(END));
-        let (slopes, end) = (&self.slopes, self.end.entries(0));
-        let h_lambda = slope_ratio(h, (slopes.entries(END), end), (slopes.entries(END - 1), self.stage.entries(0)));
-        for stage in END + 1..STAGES {
-            self.evaluate(f, stage);
-        }
+        self.slope_of(f, t + h, END, |method| &method.end);
+        let h_lambda = self.slope_ratio();
+        self.evaluate(f, 13);
+        self.evaluate(f, 14);
+        self.evaluate(f, 15);
         self.interpolate_attempt();
-        f(t + 0.5 * h, self.stage.entries(0), self.middle.entries_mut(1));
-        let (inner, wished) = (self.middle.entries(0), self.middle.entries(1));
-        let squared = self.y.entries(0).iter().zip(self.end.entries(0)).zip(inner.iter().zip(wished));
+        f(t + 0.5 * h, &self.stage.as_flattened()[..n], &mut self.wished.as_flattened_mut()[..n]);
+        let (inner, wished) = (self.inner.as_flattened(), self.wished.as_flattened());
+        let squared = self.y.as_flattened().iter().zip(self.end.as_flattened()).zip(inner.iter().zip(wished)).take(n);
         let squared = squared.map(|((y, end), (inner, wished))| ((inner - h * wished) / scale(*y, *end)).powi(2));
         let defect = (squared.sum::<f64>() / n as f64).sqrt() / DEFECT;
         // NaN, from a slope that is not finite, is rejected as well.
@@ -209,11 +222,13 @@ impl Dop853 {
             self.rejected = true;
             return Attempt::Rejected;
         }
-        let factor = factor.min(0.9 / eighth_root(defect.max(1e-16)));
+        let factor = factor(err.max(defect));
         self.last = Some((t, h));
         std::mem::swap(&mut self.dense, &mut self.attempted);
         std::mem::swap(&mut self.y, &mut self.end);
-        self.slope.copy_from_slice(self.slopes.entries(END));
+        for (slope, slopes) in self.slope.iter_mut().zip(&self.slopes) {
+            *slope = slopes[END];
+        }
         self.t = t + h;
         let growth = if self.rejected { 1.0 } else { 6.0 };
         self.rejected = false;
@@ -225,21 +240,34 @@ impl Dop853 {
     /// The coefficients of the interpolant, its value in the middle (in `stage`) and its derivative there.
     fn interpolate_attempt(&mut self) {
         let h = self.h;
-        for at in 0..self.y.lanes.len() {
-            let (y, end) = (self.y.lanes[at], self.end.lanes[at]);
-            let (first, last) = (self.slopes.column(0)[at], self.slopes.column(END)[at]);
+        let ends = self.y.iter().zip(&self.end).zip(&self.slopes);
+        let middle = self.stage.iter_mut().zip(&mut self.inner);
+        for ((((y, end), slopes), attempted), (value, slope)) in ends.zip(&mut self.attempted).zip(middle) {
+            let (first, last) = (&slopes[0], &slopes[END]);
             let moved: Lanes = std::array::from_fn(|lane| end[lane] - y[lane]);
             let bend: Lanes = std::array::from_fn(|lane| h * first[lane] - moved[lane]);
             let rest = std::array::from_fn(|lane| moved[lane] - h * last[lane] - bend[lane]);
-            for (k, lanes) in [y, moved, bend, rest].into_iter().enumerate() {
-                self.attempted.column_mut(k)[at] = lanes;
-            }
-            for (k, weights) in DENSE.into_iter().enumerate() {
-                self.attempted.column_mut(4 + k)[at] = self.slopes.combine(weights, at).map(|sum| h * sum);
-            }
-            let (value, slope) = interpolant(&self.attempted, at, 0.5);
-            (self.stage.lanes[at], self.middle.column_mut(0)[at]) = (value, slope);
+            let high = |weights: &[(usize, f64)]| combine(slopes, weights).map(|sum| h * sum);
+            *attempted = [*y, moved, bend, rest, high(DENSE[0]), high(DENSE[1]), high(DENSE[2]), high(DENSE[3])];
+            (*value, *slope) = interpolant(attempted, 0.5);
         }
+    }
+
+    /// `h lambda` from the slopes at the end of the step and at the stage before it, which are nearly the same point;
+    /// `None` if they are.
+    fn slope_ratio(&self) -> Option<f64> {
+        let (mut apart, mut turn) = (0.0, 0.0);
+        let points = self.end.as_flattened().iter().zip(self.stage.as_flattened());
+        for (a, b) in points.take(self.n) {
+            apart += (a - b).powi(2);
+        }
+        for (at, slopes) in self.slopes.iter().enumerate() {
+            for (a, b) in slopes[END].iter().zip(&slopes[END - 1]).take(self.n - at * LANES) {
+                turn += (a - b).powi(2);
+            }
+        }
+        let apart = f64::sqrt(apart);
+        (apart > 0.0).then(|| self.h * f64::sqrt(turn) / apart)
     }
 
     /// Counts the steps at the border of stability, by the estimate of `h lambda`.
@@ -256,33 +284,38 @@ impl Dop853 {
     }
 
     /// The dense output of the last accepted step.
+    #[inline]
     pub(crate) fn interpolate(&self, t: f64, value: &mut [f64]) {
         let Some((start, h)) = self.last else { return value.copy_from_slice(self.y()) };
         let s = (t - start) / h;
-        for (at, value) in value.chunks_mut(LANES).enumerate() {
-            value.copy_from_slice(&interpolant(&self.dense, at, s).0[..value.len()]);
+        for (coefficients, value) in self.dense.iter().zip(value.chunks_mut(LANES)) {
+            let lanes = polynomial(coefficients, s);
+            for (value, lane) in value.iter_mut().zip(lanes) {
+                *value = lane;
+            }
         }
     }
 }
 
-/// `h lambda` from two slopes at nearly the same point, if the points differ.
-fn slope_ratio(h: f64, (slope, y): (&[f64], &[f64]), (slope_before, y_before): (&[f64], &[f64])) -> Option<f64> {
-    let distance = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| (a - b).powi(2)).sum::<f64>().sqrt();
-    let apart = distance(y, y_before);
-    (apart > 0.0).then(|| h * distance(slope, slope_before) / apart)
+/// The interpolant at `s` of the step:
+/// `c0 + s (c1 + r (c2 + s (c3 + r (c4 + s (c5 + r (c6 + s c7))))))`, `r = 1 - s`.
+#[inline]
+fn polynomial(coefficients: &[Lanes; COEFFICIENTS], s: f64) -> Lanes {
+    let mut value = coefficients[7];
+    for (j, coefficient) in coefficients[..7].iter().enumerate().rev() {
+        let factor = if j % 2 == 0 { s } else { 1.0 - s };
+        value = std::array::from_fn(|lane| coefficient[lane] + factor * value[lane]);
+    }
+    value
 }
 
-/// Lanes `at` of the interpolant at `s` of the step, and their derivative with respect to s:
-/// `c0 + s (c1 + r (c2 + s (c3 + r (c4 + s (c5 + r (c6 + s c7))))))`, `r = 1 - s`.
-fn interpolant(coefficients: &Columns, at: usize, s: f64) -> (Lanes, Lanes) {
-    let (mut value, mut slope) = (coefficients.column(7)[at], [0.0; LANES]);
-    for j in (0..7).rev() {
+/// The [`polynomial`] and its derivative with respect to s.
+fn interpolant(coefficients: &[Lanes; COEFFICIENTS], s: f64) -> (Lanes, Lanes) {
+    let (mut value, mut slope) = (coefficients[7], [0.0; LANES]);
+    for (j, coefficient) in coefficients[..7].iter().enumerate().rev() {
         let (factor, turn) = if j % 2 == 0 { (s, 1.0) } else { (1.0 - s, -1.0) };
-        let coefficient = &coefficients.column(j)[at];
-        for lane in 0..LANES {
-            slope[lane] = turn * value[lane] + factor * slope[lane];
-            value[lane] = coefficient[lane] + factor * value[lane];
-        }
+        slope = std::array::from_fn(|lane| turn * value[lane] + factor * slope[lane]);
+        value = std::array::from_fn(|lane| coefficient[lane] + factor * value[lane]);
     }
     (value, slope)
 }

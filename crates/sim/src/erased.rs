@@ -51,13 +51,13 @@ impl<P: Plant<f64>> AnyPlant for Erased<P> {
     }
 
     fn derivative(&self, t: f64, x: &[f64], u: &[f64], slope: &mut [f64]) {
-        let columns = (column::<P::State>(x), column::<P::Input>(u));
-        put(columns.0.zip(columns.1).map(|(x, u)| self.0.derivative(t, &x, &u)), slope);
+        let fits = self.0.derivative_into(t, x, u, slope);
+        expect(fits, slope);
     }
 
     fn output(&self, t: f64, x: &[f64], u: &[f64], y: &mut [f64]) {
-        let columns = (column::<P::State>(x), column::<P::Input>(u));
-        put(columns.0.zip(columns.1).map(|(x, u)| self.0.output(t, &x, &u)), y);
+        let fits = self.0.output_into(t, x, u, y);
+        expect(fits, y);
     }
 }
 
@@ -75,15 +75,15 @@ impl<O: Observer<f64>> AnyObserver for Continuous<O> {
     }
 
     fn derivative(&self, t: f64, state: &[f64], u: &[f64], y: &[f64], slope: &mut [f64]) {
-        let columns = triple::<O::State, O::Input, O::Output>(state, u, y);
-        put(columns.map(|(state, u, y)| self.0.derivative(t, &state, &u, &y)), slope);
+        let fits = self.0.derivative_into(t, state, u, y, slope);
+        expect(fits, slope);
     }
 
     fn step(&self, _t: f64, _state: &mut [f64], _u: &[f64], _y: &[f64], _measured: &[bool]) {}
 
     fn estimate(&self, t: f64, state: &[f64], u: &[f64], y: &[f64], estimate: &mut [f64]) {
-        let columns = triple::<O::State, O::Input, O::Output>(state, u, y);
-        put(columns.map(|(state, u, y)| self.0.estimate(t, &state, &u, &y)), estimate);
+        let fits = self.0.estimate_into(t, state, u, y, estimate);
+        expect(fits, estimate);
     }
 
     fn initial(&self, t: f64, estimate: &[f64], u: &[f64], y: &[f64], state: &mut [f64]) {
@@ -110,20 +110,13 @@ impl<O: SampledObserver<f64>> AnyObserver for Sampled<O> {
     }
 
     fn step(&self, t: f64, state: &mut [f64], u: &[f64], y: &[f64], measured: &[bool]) {
-        let columns = triple::<O::State, O::Input, O::Output>(state, u, y);
-        let stepped = columns.map(|(mut state, u, y)| {
-            if measured.contains(&false) {
-                self.0.step_partial(t, &mut state, &u, &y, measured);
-            } else {
-                self.0.step(t, &mut state, &u, &y);
-            }
-            state
-        });
-        put(stepped, state);
+        let fits = self.0.step_into(t, state, u, y, measured);
+        expect(fits, state);
     }
 
     fn estimate(&self, _t: f64, state: &[f64], _u: &[f64], _y: &[f64], estimate: &mut [f64]) {
-        put(column::<O::State>(state).map(|state| self.0.estimate(&state)), estimate);
+        let fits = self.0.estimate_into(state, estimate);
+        expect(fits, estimate);
     }
 
     fn initial(&self, t: f64, estimate: &[f64], u: &[f64], y: &[f64], state: &mut [f64]) {
@@ -140,8 +133,15 @@ fn triple<A: Column<f64>, B: Column<f64>, C: Column<f64>>(a: &[f64], b: &[f64], 
     Some((column(a)?, column(b)?, column(c)?))
 }
 
-/// Copies a result out. Lengths have been checked before the run; a plant that changes them on the way gets NaN, which
-/// the integrator reports.
+/// Lengths have been checked before the run; a plant that changes them on the way gets NaN, which the integrator
+/// reports.
+fn expect(fits: bool, target: &mut [f64]) {
+    if !fits {
+        target.fill(f64::NAN);
+    }
+}
+
+/// Copies a result out, likewise.
 fn put<C: Column<f64>>(result: Option<C>, target: &mut [f64]) {
     match result {
         Some(result) if result.as_slice().len() == target.len() => target.copy_from_slice(result.as_slice()),

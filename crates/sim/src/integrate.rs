@@ -118,14 +118,11 @@ pub fn solve(
         for (node, value) in NODE.iter().zip(values.chunks_exact_mut(x0.len().max(1))) {
             step.at(step.start + node * (step.end - step.start), value);
         }
-        dense.push(step.start, step.end, &values);
+        dense.push(step.start, step.end, &[], &values);
         Ok(())
     })?;
     Ok(dense)
 }
-
-/// A right-hand side.
-pub(crate) type Rhs<'f> = dyn Fn(f64, &[f64], &mut [f64]) + 'f;
 
 /// What a step has to keep.
 #[derive(Clone, Copy)]
@@ -149,6 +146,7 @@ pub(crate) struct Accepted<'m> {
 
 impl Accepted<'_> {
     /// Writes the solution at `t` within the step.
+    #[inline]
     pub(crate) fn at(&self, t: f64, value: &mut [f64]) {
         self.method.interpolate(t, value);
     }
@@ -188,7 +186,7 @@ impl Method {
         }
     }
 
-    fn attempt(&mut self, f: &Rhs<'_>, tolerance: Tolerance) -> Attempt {
+    fn attempt(&mut self, f: &impl Fn(f64, &[f64], &mut [f64]), tolerance: Tolerance) -> Attempt {
         match self {
             Self::Explicit(method) => method.attempt(f, tolerance),
             Self::Implicit(method) => method.attempt(f, tolerance),
@@ -236,11 +234,11 @@ impl Stepper {
     /// From `y` at `start` to `end`, leaving the result in `y`; `on_step` sees every accepted step.
     pub(crate) fn advance(
         &mut self,
-        f: &Rhs<'_>,
+        f: &impl Fn(f64, &[f64], &mut [f64]),
         start: f64,
         end: f64,
         y: &mut [f64],
-        on_step: &mut dyn FnMut(&Accepted<'_>) -> Result<(), SimError>,
+        on_step: &mut impl FnMut(&Accepted<'_>) -> Result<(), SimError>,
     ) -> Result<(), SimError> {
         let tolerance = self.settings.tolerance();
         // The last state since the last accepted step at which the right-hand side was not finite.
@@ -254,7 +252,7 @@ impl Stepper {
                 undefined.replace(Some(SimError::NotDefined { time: t, index, value, state }));
             }
         };
-        let f: &Rhs<'_> = &watched;
+        let f = &watched;
         let mut slope = std::mem::take(&mut self.slope);
         slope.resize(y.len(), 0.0);
         f(start, y, &mut slope);
@@ -343,7 +341,7 @@ const STEEP: f64 = 1e6;
 
 /// Why the step size vanished: the solution or its derivative runs off within a few steps, or the right-hand side is
 /// rough.
-fn standstill(f: &Rhs<'_>, t: f64, y: &[f64], h: f64, (size, speed): (f64, f64)) -> SimError {
+fn standstill(f: &impl Fn(f64, &[f64], &mut [f64]), t: f64, y: &[f64], h: f64, (size, speed): (f64, f64)) -> SimError {
     let mut slopes = vec![0.0; y.len()];
     f(t, y, &mut slopes);
     let norm = largest(y);

@@ -44,6 +44,10 @@ pub(crate) struct Model<'a> {
     pub(crate) settings: Settings,
     /// The input zero.
     no_input: Vec<f64>,
+    /// Whether derivatives read outputs: those of observers in continuous time, and of integrals.
+    reads_outputs: bool,
+    /// Whether the input reaches the plant as it is, and noise is all that is added to outputs.
+    plain: bool,
 }
 
 pub(crate) struct ObserverSlot<'a> {
@@ -78,7 +82,8 @@ pub(crate) struct HeldValues {
     /// The change that the plant is from; none before the first.
     pub(crate) plant: Option<usize>,
     pub(crate) noise: Vec<f64>,
-    pub(crate) held: Option<Vec<f64>>,
+    /// Whether the input stands still.
+    pub(crate) held: bool,
     /// States of the sampled-data observers; empty for the others.
     pub(crate) sampled: Vec<Vec<f64>>,
     /// What is added to the derivative of the plant; empty for nothing.
@@ -168,7 +173,10 @@ impl<'a> Model<'a> {
         breakpoints.extend(disturbances.breakpoints(&[breakpoints.clone(), held].concat()));
         breakpoints.sort_by(f64::total_cmp);
         let max_step = scenario.settings.max_step.min(disturbances.shortest_delay());
+        let integrals = !scenario.integrals.is_empty();
         Ok(Self {
+            reads_outputs: integrals || observers.iter().any(|observer| observer.period.is_none()),
+            plain: disturbances.leave_signals() && sampling.is_continuous(),
             plant: scenario.plant,
             changes,
             believed,
@@ -258,13 +266,18 @@ impl<'a> Model<'a> {
     }
 
     pub(crate) fn estimates(&self, t: f64, stacked: &[f64], still: &HeldValues, now: &mut Instant) {
-        for (k, ObserverSlot { observer, states, .. }) in self.observers.iter().enumerate() {
-            let predicted = self.predicted_of(k, t, stacked, still, now);
-            let seen = predicted.as_ref().unwrap_or(&now.seen);
-            observer.estimate(t, self.state(k, stacked, still), &now.u, seen, &mut now.estimates[k]);
-            for ((error, estimate), &i) in now.errors[k].iter_mut().zip(&now.estimates[k]).zip(states) {
-                *error = stacked[i] - estimate;
-            }
+        for k in 0..self.observers.len() {
+            self.estimate(k, t, stacked, still, now);
+        }
+    }
+
+    fn estimate(&self, k: usize, t: f64, stacked: &[f64], still: &HeldValues, now: &mut Instant) {
+        let ObserverSlot { observer, states, .. } = &self.observers[k];
+        let predicted = self.predicted_of(k, t, stacked, still, now);
+        let seen = predicted.as_ref().unwrap_or(&now.seen);
+        observer.estimate(t, self.state(k, stacked, still), &now.u, seen, &mut now.estimates[k]);
+        for ((error, estimate), &i) in now.errors[k].iter_mut().zip(&now.estimates[k]).zip(states) {
+            *error = stacked[i] - estimate;
         }
     }
 
@@ -275,18 +288,29 @@ impl<'a> Model<'a> {
     }
 
     fn input_and_output(&self, t: f64, stacked: &[f64], still: &HeldValues, now: &mut Instant) {
-        match &still.held {
-            Some(held) => now.u.copy_from_slice(held),
-            None => self.steer(t, stacked, still, now),
-        }
+        self.input(t, stacked, still, now);
         self.see(t, &stacked[..self.size.states], still, now);
+    }
+
+    fn input(&self, t: f64, stacked: &[f64], still: &HeldValues, now: &mut Instant) {
+        // An input that stands still is the present one.
+        if !still.held {
+            self.steer(t, stacked, still, now);
+        }
     }
 
     /// The output under the input of the same instant, and what the observers see of it.
     pub(crate) fn see(&self, t: f64, x: &[f64], still: &HeldValues, now: &mut Instant) {
-        let (input, output) = (self.size.states, self.size.states + self.size.inputs);
-        self.disturbances.applied(t, &still.history, input, &now.u, &mut now.applied);
-        self.plant(still).output(t, x, &now.applied, &mut now.y);
+        self.apply(t, still, now);
+        let applied = if self.plain { &now.u } else { &now.applied };
+        self.plant(still).output(t, x, applied, &mut now.y);
+        if self.plain {
+            for ((seen, y), noise) in now.seen.iter_mut().zip(&now.y).zip(&still.noise) {
+                *seen = y + noise;
+            }
+            return;
+        }
+        let output = self.size.states + self.size.inputs;
         self.disturbances.read(t, &still.history, output, &still.noise, (&now.y, &mut now.seen));
         for (seen, outlier) in now.seen.iter_mut().zip(&still.outliers) {
             *seen += outlier;
@@ -297,6 +321,18 @@ impl<'a> Model<'a> {
                 Reading::Held(value) => *seen = *value,
                 Reading::Nothing => *seen = f64::NAN,
             }
+        }
+    }
+
+    /// The input that reaches the plant.
+    pub(crate) fn applied<'n>(&self, now: &'n Instant) -> &'n [f64] {
+        if self.plain { &now.u } else { &now.applied }
+    }
+
+    /// Finds it, where it is not the input itself.
+    fn apply(&self, t: f64, still: &HeldValues, now: &mut Instant) {
+        if !self.plain {
+            self.disturbances.applied(t, &still.history, self.size.states, &now.u, &mut now.applied);
         }
     }
 
@@ -320,7 +356,12 @@ impl<'a> Model<'a> {
     }
 
     pub(crate) fn derivative(&self, t: f64, stacked: &[f64], still: &HeldValues, now: &mut Instant, slope: &mut [f64]) {
-        self.input_and_output(t, stacked, still, now);
+        self.input(t, stacked, still, now);
+        if self.reads_outputs {
+            self.see(t, &stacked[..self.size.states], still, now);
+        } else {
+            self.apply(t, still, now);
+        }
         if !self.integrals.is_empty() {
             self.estimates(t, stacked, still, now);
         }
@@ -329,7 +370,7 @@ impl<'a> Model<'a> {
             // A plant in discrete time stands still between its steps.
             slope[..n].fill(0.0);
         } else {
-            self.plant(still).derivative(t, x, &now.applied, &mut slope[..n]);
+            self.plant(still).derivative(t, x, self.applied(now), &mut slope[..n]);
             for (slope, disturbance) in slope.iter_mut().zip(&still.disturbance) {
                 *slope += disturbance;
             }
@@ -355,21 +396,32 @@ impl<'a> Model<'a> {
         self.size.states + integrated + self.integrals.len()
     }
 
+    /// Whether the input stands still within each step.
+    fn input_stands(&self) -> bool {
+        self.hold.is_some() || self.input.is_constant()
+    }
+
     pub(crate) fn layout(&self) -> Layout {
         let Dimensions { states, inputs, outputs } = self.size;
         let mut width = states + inputs + 2 * outputs;
         let mut observers = Vec::new();
+        let mut still = vec![false; width];
+        still[..states].fill(self.step.is_some());
+        still[states..states + inputs].fill(self.input_stands());
         for fitted in &self.observers {
             let estimate = width + fitted.length;
             observers.push(ObserverLayout { estimate, states: fitted.states.clone(), period: fitted.period });
             width = estimate + fitted.states.len();
+            still.resize(width, fitted.period.is_some());
         }
+        still.resize(width + self.integrals.len(), false);
         Layout {
             size: self.size,
             names: self.names.clone(),
             observers,
             integrals: width,
             width: width + self.integrals.len(),
+            still,
         }
     }
 
@@ -385,6 +437,44 @@ impl<'a> Model<'a> {
             row.extend_from_slice(&now.estimates[k]);
         }
         row.extend_from_slice(&stacked[stacked.len() - self.integrals.len()..]);
+    }
+
+    /// The entries of [`row`](Self::row) that vary within a step.
+    pub(crate) fn varying(&self, t: f64, stacked: &[f64], still: &HeldValues, now: &mut Instant, row: &mut Vec<f64>) {
+        self.input_and_output(t, stacked, still, now);
+        if self.step.is_none() {
+            row.extend_from_slice(&stacked[..self.size.states]);
+        }
+        if !self.input_stands() {
+            row.extend_from_slice(&now.u);
+        }
+        row.extend_from_slice(&now.y);
+        row.extend_from_slice(&now.seen);
+        for (k, observer) in self.observers.iter().enumerate() {
+            if observer.period.is_none() {
+                self.estimate(k, t, stacked, still, now);
+                row.extend_from_slice(self.state(k, stacked, still));
+                row.extend_from_slice(&now.estimates[k]);
+            }
+        }
+        row.extend_from_slice(&stacked[stacked.len() - self.integrals.len()..]);
+    }
+
+    /// The others, at any time of a step, after [`varying`](Self::varying).
+    pub(crate) fn standing(&self, t: f64, stacked: &[f64], still: &HeldValues, now: &mut Instant, row: &mut Vec<f64>) {
+        if self.step.is_some() {
+            row.extend_from_slice(&stacked[..self.size.states]);
+        }
+        if self.input_stands() {
+            row.extend_from_slice(&now.u);
+        }
+        for (k, observer) in self.observers.iter().enumerate() {
+            if observer.period.is_some() {
+                self.estimate(k, t, stacked, still, now);
+                row.extend_from_slice(self.state(k, stacked, still));
+                row.extend_from_slice(&now.estimates[k]);
+            }
+        }
     }
 }
 

@@ -9,7 +9,7 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use crate::integrate::{Attempt, Rhs, Tolerance};
+use crate::integrate::{Attempt, Tolerance};
 
 /// sqrt 6
 const R6: f64 = 2.449_489_742_783_178;
@@ -90,7 +90,7 @@ impl Radau {
     }
 
     /// One attempt at a step of the present size.
-    pub(crate) fn attempt(&mut self, f: &Rhs<'_>, tolerance: Tolerance) -> Attempt {
+    pub(crate) fn attempt(&mut self, f: &impl Fn(f64, &[f64], &mut [f64]), tolerance: Tolerance) -> Attempt {
         let n = self.y.len();
         let (t, h) = (self.t, self.h);
         let eval = |t: f64, y: &DVector<f64>| {

@@ -108,7 +108,7 @@ impl<'m, 'a> Runner<'m, 'a> {
         let mut still = HeldValues {
             plant: None,
             noise: model.noise.as_ref().map_or_else(|| vec![0.0; model.size.outputs], |noise| noise.sample(0)),
-            held: None,
+            held: model.input.is_constant(),
             sampled: vec![Vec::new(); model.observers.len()],
             disturbance: process.map(|noise| noise.sample(0)).unwrap_or_default(),
             readings: Vec::new(),
@@ -219,19 +219,20 @@ impl<'m, 'a> Runner<'m, 'a> {
         }
         let now = self.now.get_mut();
         if hold {
-            self.still.held = None;
+            self.still.held = model.input.is_constant();
             model.evaluate(t, &self.stacked, &self.still, now);
-            self.still.held = Some(now.u.clone());
+            self.still.held = true;
         }
         let sampled = !self.still.readings.is_empty();
-        if plant || sampled || sample.contains(&true) {
+        // Under the input that has just been found, nothing else is found.
+        if !hold && (plant || sampled || sample.contains(&true)) {
             model.evaluate(t, &self.stacked, &self.still, now);
         }
         let measured = self.freeze();
         let now = self.now.get_mut();
         if plant {
             let x = &self.stacked[..model.size.states];
-            model.plant(&self.still).derivative(t, x, &now.applied, &mut self.next);
+            model.plant(&self.still).derivative(t, x, model.applied(now), &mut self.next);
             for (next, disturbance) in self.next.iter_mut().zip(&self.still.disturbance) {
                 *next += disturbance;
             }
@@ -350,11 +351,13 @@ impl<'m, 'a> Runner<'m, 'a> {
         let model = self.model;
         let layout = model.layout();
         let dense = Rc::clone(&self.still.history.dense);
-        dense.replace(Dense::new(layout.width));
+        dense.replace(Dense::of(&layout.still));
         let mut samples = Vec::with_capacity(model.times.len() * layout.width);
         let mut waiting = model.times.iter().copied().peekable();
         let mut march = Stepper::new(model.settings);
-        let (mut at, mut rows) = (vec![0.0; self.stacked.len()], Vec::new());
+        let mut at = vec![0.0; self.stacked.len()];
+        let (mut rows, mut standing) = (Vec::new(), Vec::new());
+        let varying = layout.still.iter().filter(|still| !**still).count();
         let mut t = model.start;
         while t < end {
             let next = self.next_jump(t, end);
@@ -371,23 +374,34 @@ impl<'m, 'a> Runner<'m, 'a> {
             march.advance(&right_hand_side, t, next, &mut stacked, &mut |step| {
                 let mut now = now.borrow_mut();
                 rows.clear();
+                standing.clear();
                 for node in NODE {
                     let t = step.start + node * (step.end - step.start);
                     step.at(t, &mut at);
-                    model.row(t, &at, still, &mut now, &mut rows);
+                    model.varying(t, &at, still, &mut now, &mut rows);
                 }
+                model.standing(step.start, &at, still, &mut now, &mut standing);
                 // The output that nothing is known of is not a number.
                 let unknown = |entry: usize| {
                     let output = entry.checked_sub(layout.measured());
                     output.and_then(|j| still.readings.get(j)) == Some(&Reading::Nothing)
                 };
-                let bad = |(index, value): (usize, &f64)| !value.is_finite() && !unknown(index % layout.width);
-                if let Some(index) = rows.iter().enumerate().position(bad) {
-                    let time = step.start + NODE[index / layout.width] * (step.end - step.start);
-                    let what = layout.name(index % layout.width);
-                    return Err(SimError::QuantityNotFinite { time, what, value: rows[index] });
+                let all = rows.iter().chain(&standing);
+                // A sum with something that is not finite is not finite either; one that overflows is looked at.
+                if !all.clone().sum::<f64>().is_finite() {
+                    let kept = dense.borrow();
+                    for (index, &value) in all.enumerate().filter(|(_, value)| !value.is_finite()) {
+                        let (node, entry) = match index.checked_sub(rows.len()) {
+                            None => (index / varying, kept.varying(index % varying)),
+                            Some(index) => (0, kept.standing(index)),
+                        };
+                        if !unknown(entry) {
+                            let time = step.start + NODE[node] * (step.end - step.start);
+                            return Err(SimError::QuantityNotFinite { time, what: layout.name(entry), value });
+                        }
+                    }
                 }
-                dense.borrow_mut().push(step.start, step.end, &rows);
+                dense.borrow_mut().push(step.start, step.end, &standing, &rows);
                 // A time at the seam of two intervals, up to rounding, waits for what happens there.
                 while let Some(t) = waiting.next_if(|&t| t < step.end.min(seam)) {
                     step.at(t, &mut at);

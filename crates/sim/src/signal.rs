@@ -99,6 +99,11 @@ impl<'a> Signal<'a> {
         Self(Kind::Plus(Box::new(self.0), Rc::new(reference)))
     }
 
+    /// Whether it is the same at all times.
+    pub(crate) fn is_constant(&self) -> bool {
+        matches!(self.0, Kind::Zero | Kind::Constant(_))
+    }
+
     /// Whether estimates are needed to evaluate it.
     pub(crate) fn reads_estimates(&self) -> bool {
         self.0.reads_estimates()

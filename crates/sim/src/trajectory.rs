@@ -20,6 +20,8 @@ pub(crate) struct Layout {
     pub(crate) integrals: usize,
     /// The length of a row.
     pub(crate) width: usize,
+    /// Which entries of a row stand still within each step.
+    pub(crate) still: Vec<bool>,
 }
 
 #[derive(Clone, Debug, PartialEq)]
@@ -229,9 +231,8 @@ impl Trajectory {
     pub fn visit(&self, observer: &str, mut visit: impl FnMut(f64, &[f64], &[f64], &[f64])) -> Result<(), SimError> {
         let ObserverLayout { estimate, states, .. } = self.place(observer)?;
         let (n, m) = (self.layout.size.states, self.layout.size.inputs);
-        self.dense.visit(|t, row| {
-            visit(t, &row[..n], &row[n..n + m], &row[*estimate..estimate + states.len()]);
-        });
+        let components: Vec<usize> = (0..n + m).chain(*estimate..estimate + states.len()).collect();
+        self.dense.visit(&components, |t, row| visit(t, &row[..n], &row[n..n + m], &row[n + m..]));
         Ok(())
     }
 
@@ -331,9 +332,16 @@ impl Trajectory {
         let mut errors = DMatrix::zeros(times.len(), states.len());
         for (k, t) in times.iter().enumerate() {
             let t = own.map_or(*t, |own| last(own, *t));
-            let row = if t >= end { &self.last } else { &self.dense.at(t)? };
+            if t >= end {
+                for (j, state) in states.iter().enumerate() {
+                    errors[(k, j)] = self.last[*state] - self.last[estimate + j];
+                }
+                continue;
+            }
+            let step = self.dense.step_at(t)?;
             for (j, state) in states.iter().enumerate() {
-                errors[(k, j)] = row[*state] - row[estimate + j];
+                let of = |component: usize| self.dense.component(step, t, component);
+                errors[(k, j)] = of(*state) - of(estimate + j);
             }
         }
         Ok((times, errors))

@@ -31,6 +31,7 @@ pub fn gain<'a>(study: &'a Study, observer: &ObserverSpec) -> Result<&'a DMatrix
         hypothesis,
         alternatives: vec![format!("feedback = {{ k = [[..]], observer = \"{}\" }} in [input]", observer.name)],
         line: observer.place.line,
+        cause: None,
     };
     match &study.input {
         Input::Feedback { observer: fed, gain, .. } if *fed == observer.name => Ok(gain),

@@ -181,11 +181,14 @@ pub(crate) fn generic_points(n: usize) -> Vec<DVector<f64>> {
 
 /// `M x`, with binary64 entries of M.
 fn product<T: RealField + Copy>(m: &DMatrix<f64>, x: &DVector<T>) -> DVector<T> {
-    DVector::from_fn(m.nrows(), |i, _| {
-        // Zero entries are skipped, so that 0 times an infinite bound does not occur.
-        let terms = (0..m.ncols()).filter(|j| m[(i, *j)] != 0.0);
-        terms.fold(T::zero(), |sum, j| sum + convert::<f64, T>(m[(i, j)]) * x[j])
-    })
+    DVector::from_fn(m.nrows(), |i, _| row_times(m, i, x.as_slice()))
+}
+
+/// Entry `i` of `M x`.
+fn row_times<T: RealField + Copy>(m: &DMatrix<f64>, i: usize, x: &[T]) -> T {
+    // Zero entries are skipped, so that 0 times an infinite bound does not occur.
+    let terms = x.iter().enumerate().filter(|(j, _)| m[(i, *j)] != 0.0);
+    terms.fold(T::zero(), |sum, (j, x)| sum + convert::<f64, T>(m[(i, j)]) * *x)
 }
 
 /// A plant of fixed size, called with slices of run-time length.
@@ -263,6 +266,35 @@ impl Differentiable<f64, Dyn, Dyn, Dyn> for Model {
             _ => columns(self.size().outputs, x.len(), |v| self.output_directional(t, x, u, v).1),
         }
     }
+
+    fn motion_into(&self, t: f64, x: &[f64], u: &[f64], f: &mut [f64], df: &mut [f64]) -> bool {
+        match self {
+            Self::Expressions(plant) => plant.motion_into(t, x, u, f, df),
+            _ => {
+                let (state, input) = (DVector::from_column_slice(x), DVector::from_column_slice(u));
+                self.derivative_into(t, x, u, f) && put(&self.state_jacobian(t, &state, &input), df)
+            }
+        }
+    }
+
+    fn measurement_into(&self, t: f64, x: &[f64], u: &[f64], h: &mut [f64], dh: &mut [f64]) -> bool {
+        match self {
+            Self::Expressions(plant) => plant.measurement_into(t, x, u, h, dh),
+            _ => {
+                let (state, input) = (DVector::from_column_slice(x), DVector::from_column_slice(u));
+                self.output_into(t, x, u, h) && put(&self.output_jacobian(t, &state, &input), dh)
+            }
+        }
+    }
+}
+
+/// Copies a matrix out by columns; whether its size fits.
+fn put(matrix: &DMatrix<f64>, target: &mut [f64]) -> bool {
+    let fits = matrix.len() == target.len();
+    if fits {
+        target.copy_from_slice(matrix.as_slice());
+    }
+    fits
 }
 
 /// The matrix of a linear map of n entries to `rows`.
@@ -296,6 +328,31 @@ impl<T: RealField + Copy> Plant<T> for Model {
         each!(self, plant => output_of(plant, t, x, u), linear => match &linear.d {
             Some(d) => product(&linear.c, x) + product(d, u),
             None => product(&linear.c, x),
+        })
+    }
+
+    fn derivative_into(&self, t: T, x: &[T], u: &[T], slope: &mut [T]) -> bool {
+        each!(self, plant => Plant::<T>::derivative_into(plant, t, x, u, slope), linear => {
+            let fits = (x.len(), u.len(), slope.len()) == (linear.a.ncols(), linear.b.ncols(), linear.a.nrows());
+            if fits {
+                for (i, slope) in slope.iter_mut().enumerate() {
+                    *slope = row_times(&linear.a, i, x) + row_times(&linear.b, i, u);
+                }
+            }
+            fits
+        })
+    }
+
+    fn output_into(&self, t: T, x: &[T], u: &[T], y: &mut [T]) -> bool {
+        each!(self, plant => Plant::<T>::output_into(plant, t, x, u, y), linear => {
+            let fits = (x.len(), u.len(), y.len()) == (linear.c.ncols(), linear.b.ncols(), linear.c.nrows());
+            if fits {
+                for (i, y) in y.iter_mut().enumerate() {
+                    let output = row_times(&linear.c, i, x);
+                    *y = linear.d.as_ref().map_or(output, |d| output + row_times(d, i, u));
+                }
+            }
+            fits
         })
     }
 }

@@ -13,12 +13,14 @@
 //! | `translate` | from the syntax tree of an expression to nodes |
 //! | `derivative` | partial derivatives of nodes |
 //! | `routine` | the nodes that some results need, in order: evaluation over any scalar |
+//! | `program` | a routine over binary64 in registers, over several lanes at once |
 //! | `source` | a routine as source code of C and Rust |
 //!
 //! Source: value numbering: J. Cocke and J. T. Schwartz, Programming Languages and their Compilers, 1970; derivatives by
 //! the chain rule over the graph: A. Griewank and A. Walther, Evaluating Derivatives, 2nd ed., SIAM 2008, ch. 3.
 
 mod derivative;
+mod program;
 mod routine;
 mod source;
 mod translate;

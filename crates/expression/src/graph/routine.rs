@@ -1,10 +1,12 @@
 //! A routine: the operations that some results need, in order, and their evaluation over any scalar.
 
+use core::any::TypeId;
 use std::collections::BTreeSet;
 use std::sync::Arc;
 
-use nalgebra::{RealField, convert};
+use nalgebra::{RealField, convert, try_convert};
 
+use super::program::Program;
 use super::source::{self, Dialect, Lookups, MathFunction};
 use super::{Graph, Id, Node};
 use crate::function::{Binary, Unary};
@@ -16,6 +18,8 @@ pub struct Routine {
     pub(super) code: Vec<Node>,
     pub(super) results: Vec<Id>,
     pub(super) tables: Vec<Arc<Table>>,
+    /// What runs over binary64, unless it is too long.
+    program: Option<Program>,
 }
 
 impl Graph {
@@ -30,8 +34,9 @@ impl Graph {
                 code.push(node.renumbered(|operand| number[operand as usize]));
             }
         }
-        let results = results.iter().map(|id| number[*id as usize]).collect();
-        Routine { code, results, tables: self.tables.clone() }
+        let results: Vec<Id> = results.iter().map(|id| number[*id as usize]).collect();
+        let program = Program::of(&code, &results, &self.tables);
+        Routine { code, results, tables: self.tables.clone(), program }
     }
 }
 
@@ -48,7 +53,14 @@ impl Routine {
 
     /// The results at the time t, the states x and the inputs u, one after the other. States and inputs that are not
     /// there are NaN.
-    pub fn evaluate<T: RealField + Copy>(&self, t: T, x: &[T], u: &[T], result: impl FnMut(usize, T)) {
+    pub fn evaluate<T: RealField + Copy>(&self, t: T, x: &[T], u: &[T], mut result: impl FnMut(usize, T)) {
+        if let Some(program) = self.program.as_ref().filter(|_| TypeId::of::<T>() == TypeId::of::<f64>()) {
+            // Over f64 the conversions do nothing.
+            let number = |value: T| try_convert(value).unwrap_or(f64::NAN);
+            let entry = |column: &[T], k: usize| [column.get(k).map_or(f64::NAN, |value| number(*value))];
+            let result = |k: usize, [value]: [f64; 1]| result(k, convert(value));
+            return program.run([number(t)], |k| entry(x, k), |k| entry(u, k), result);
+        }
         // Most plants are short; the stack of the others is not worth an allocation per call until they are long.
         match self.code.len() {
             0..=16 => self.run(&mut [T::zero(); 16], t, x, u, result),
@@ -56,6 +68,27 @@ impl Routine {
             65..=256 => self.run(&mut [T::zero(); 256], t, x, u, result),
             length => self.run(&mut vec![T::zero(); length], t, x, u, result),
         }
+    }
+
+    /// The results over `L` lanes, each with its own time, states and inputs: those of [`evaluate`](Self::evaluate) to the
+    /// last bit. States and inputs that are not there are NaN.
+    pub fn evaluate_lanes<const L: usize>(
+        &self,
+        t: [f64; L],
+        x: &[[f64; L]],
+        u: &[[f64; L]],
+        mut result: impl FnMut(usize, [f64; L]),
+    ) {
+        let entry = |column: &[[f64; L]], k: usize| column.get(k).copied().unwrap_or([f64::NAN; L]);
+        if let Some(program) = &self.program {
+            return program.run(t, |k| entry(x, k), |k| entry(u, k), result);
+        }
+        let mut all = vec![[0.0; L]; self.len()];
+        for lane in 0..L {
+            let of = |column: &[[f64; L]]| column.iter().map(|entry| entry[lane]).collect::<Vec<f64>>();
+            self.evaluate(t[lane], &of(x), &of(u), |k, value| all[k][lane] = value);
+        }
+        all.into_iter().enumerate().for_each(|(k, value)| result(k, value));
     }
 
     fn run<T: RealField + Copy>(&self, values: &mut [T], t: T, x: &[T], u: &[T], mut result: impl FnMut(usize, T)) {

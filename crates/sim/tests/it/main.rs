@@ -4,6 +4,7 @@ mod compare;
 mod disturbance;
 mod feedthrough;
 mod gramian;
+mod on_slices;
 mod replay;
 mod replay_missing;
 mod runs;

@@ -118,6 +118,7 @@ impl SampledDesign {
                 ),
                 alternatives: vec!["--format f64, or a shorter settling time in relation to the period".to_owned()],
                 line: observer.place.line,
+                cause: None,
             }),
             _ => Ok(()),
         }
@@ -173,6 +174,7 @@ pub fn sampled(
         hypothesis,
         alternatives: alternatives.iter().map(|&text| text.to_owned()).collect(),
         line: observer.place.line,
+        cause: None,
     };
     let own = observer.kind.period().or(study.plant.dt);
     let period = match (own, period) {
@@ -202,7 +204,8 @@ pub fn sampled(
         let design = design.map_err(|why| failure(why, &[]))?;
         return Ok(Sampled { design, period, of_the_study: None });
     }
-    let in_words = |(hypothesis, alternatives)| FailureReport { hypothesis, alternatives, line: observer.place.line };
+    let in_words =
+        |(hypothesis, alternatives)| FailureReport { hypothesis, alternatives, line: observer.place.line, cause: None };
     let designed = design::design(study, observer, &AtomicBool::new(false)).map_err(|none| match none {
         NoDesign::Misfit(failure) => failure,
         NoDesign::Interrupted => failure("interrupted".to_owned(), &[]),

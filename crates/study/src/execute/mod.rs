@@ -33,7 +33,7 @@ use crate::design::{Designed, NoDesign, design_until, matrix, number};
 use crate::error::StudyError;
 use crate::model::Model;
 use crate::read::file_name;
-use crate::results::{FailureReport, NamedMatrix, ObserverReport, PlantSummary, Results, report};
+use crate::results::{FailureReport, NamedMatrix, ObserverReport, ObserverRun, PlantSummary, Results, report};
 use crate::study::{ObserverKind, ObserverSpec, Study};
 use folder::Folder;
 
@@ -102,6 +102,7 @@ pub fn execute_in_part(
         files: Vec::new(),
         renamed: Vec::new(),
         notes: Vec::new(),
+        runs: Vec::new(),
     };
     let blocks = sweep::blocks(study, step, options, &folder)?;
     let executed = within(options, |options| stages(study, step, options, (&folder, blocks.as_ref()), &mut results));
@@ -164,6 +165,39 @@ pub(crate) fn plant_run(study: &Study, simulation: &crate::study::Simulation) ->
         return None;
     }
     simulate::trajectory(study, simulation, &[], None, simulate::Variation::NONE, None).ok()
+}
+
+/// The run of a designed observer in the simulation of a study, at the rows that [`execute()`] has. The study may be
+/// another one than that of the design, of the same plant and observer.
+///
+/// # Errors
+/// [`StudyError::Missing`] without a simulation, [`StudyError::Sim`] for a run that ends early.
+pub fn simulate_designed(
+    study: &Study,
+    observer: &ObserverSpec,
+    designed: &Designed,
+    until: Option<std::time::Instant>,
+) -> Result<ObserverRun, StudyError> {
+    let missing = || StudyError::Missing { step: "simulate", needs: "a [simulation]" };
+    let simulation = study.simulation.as_ref().ok_or_else(missing)?;
+    let member = Member { wish: observer, designed };
+    let trajectory =
+        simulate::trajectory(study, simulation, &[member], Some(&member), simulate::Variation::NONE, until)?;
+    Ok(simulate::samples(simulation, &trajectory, Some(&member)).named(&observer.name, false))
+}
+
+/// A designed observer on the log of a study, which may be another one than that of the design.
+///
+/// # Errors
+/// As [`simulate_designed`].
+pub fn replay_designed(
+    study: &Study,
+    observer: &ObserverSpec,
+    designed: &Designed,
+    until: Option<std::time::Instant>,
+) -> Result<ObserverRun, StudyError> {
+    let log = study.log.as_ref().ok_or(StudyError::Missing { step: "simulate", needs: "a [log]" })?;
+    Ok(log::one(study, log, &Member { wish: observer, designed }, until)?.named(&observer.name, true))
 }
 
 /// Whether the input of the plant is a feedback of this observer's estimate.
@@ -263,7 +297,7 @@ fn stages(
         results.warnings.extend(unfinished("simulation", names(&members, &reached)));
         save(folder, results)?;
         options.check()?;
-        let alone;
+        let mut alone = None;
         // The plant is drawn from the run with the most rows.
         let densest = of.iter().rev().max_by_key(|(_, run)| run.t.len());
         let first = match densest {
@@ -272,9 +306,9 @@ fn stages(
             None if simulate::fed(study).is_none() => {
                 match simulate::trajectory(study, simulation, &[], None, simulate::Variation::NONE, options.until) {
                     Ok(trajectory) => {
-                        alone = simulate::samples(simulation, &trajectory, None);
-                        folder.table("trajectories/plant", &pictures::table(study, &alone))?;
-                        Some(&alone)
+                        let run = alone.insert(simulate::samples(simulation, &trajectory, None));
+                        folder.table("trajectories/plant", &pictures::table(study, run))?;
+                        Some(&*run)
                     }
                     // With observers, each of their rows says how far it came.
                     Err(error) if error.ends_run() && !members.is_empty() => {
@@ -290,6 +324,8 @@ fn stages(
             figures.extend(pictures::figures(&pictures::Runs { study, first, of, measured: false }));
             figures.extend(results.simulation.as_ref().and_then(|report| pareto::simulation(study, report)));
         }
+        results.runs.extend(alone.map(|run| run.named("", false)));
+        results.runs.extend(simulate::named(simulated.runs, false));
     }
     if let (Some(log), true) = (&study.log, all || matches!(step, Step::Simulate | Step::Compare)) {
         options.check()?;
@@ -310,6 +346,7 @@ fn stages(
             let own = |(id, figure): (String, Figure)| (format!("log-{id}"), figure);
             figures.extend(drawn.into_iter().map(own));
         }
+        results.runs.extend(simulate::named(outcomes, true));
     }
     if let (Some(sweep), Some(simulation), Some(blocks)) = (&study.sweep, &study.simulation, blocks) {
         options.check()?;

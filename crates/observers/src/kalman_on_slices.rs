@@ -1,0 +1,117 @@
+//! The step of the extended Kalman filter on slices, for plants whose sizes are known at run time only.
+//!
+//! Up to eight states and four outputs the step is compiled for these sizes and takes no memory. It is the same
+//! arithmetic in the same order as for any size, and gives the same bits.
+
+use nalgebra::allocator::Allocator;
+use nalgebra::{DefaultAllocator, Dim, DimAdd, DimSum, RealField, SMatrix, SVector, U1, convert};
+
+use luenberger_plants::{Differentiable, Size};
+
+use crate::dense::{times, times_transpose};
+use crate::kalman::{ExtendedKalmanFilter, corrected, spread, symmetrise};
+use crate::runge_kutta;
+
+/// Where a step is: time, input, measurement, and which outputs were measured.
+#[derive(Clone, Copy)]
+pub(crate) struct Sample<'s, T> {
+    pub(crate) t: T,
+    pub(crate) u: &'s [T],
+    pub(crate) y: &'s [T],
+    pub(crate) measured: &'s [bool],
+}
+
+impl<S, T: RealField + Copy, N: DimAdd<U1>, M: Dim, P: Dim> ExtendedKalmanFilter<S, T, N, M, P>
+where
+    S: Differentiable<T, N, M, P>,
+    DefaultAllocator: Size<N, M, P> + Allocator<N, DimSum<N, U1>>,
+{
+    /// Update and prediction of the estimate and the covariance by columns in `belief`; false if the sizes have no step
+    /// of their own, and nothing is done.
+    pub(crate) fn step_of_size(&self, belief: &mut [T], sample: Sample<'_, T>) -> bool {
+        let (n, p) = (self.noises.w.nrows(), self.noises.v.nrows());
+        if belief.len() != n * (n + 1) || sample.y.len() != p {
+            return false;
+        }
+        match n {
+            1 => self.of_states::<1>(belief, sample),
+            2 => self.of_states::<2>(belief, sample),
+            3 => self.of_states::<3>(belief, sample),
+            4 => self.of_states::<4>(belief, sample),
+            5 => self.of_states::<5>(belief, sample),
+            6 => self.of_states::<6>(belief, sample),
+            7 => self.of_states::<7>(belief, sample),
+            8 => self.of_states::<8>(belief, sample),
+            _ => false,
+        }
+    }
+
+    fn of_states<const K: usize>(&self, belief: &mut [T], sample: Sample<'_, T>) -> bool {
+        let (head, tail) = belief.split_at_mut(K);
+        let mut xhat = SVector::<T, K>::from_column_slice(head);
+        let mut p = SMatrix::<T, K, K>::from_column_slice(tail);
+        let Sample { t, u, measured, .. } = sample;
+        if measured.is_empty() || measured.contains(&true) {
+            match sample.y.len() {
+                1 => self.update_of_size::<K, 1>(&mut xhat, &mut p, sample),
+                2 => self.update_of_size::<K, 2>(&mut xhat, &mut p, sample),
+                3 => self.update_of_size::<K, 3>(&mut xhat, &mut p, sample),
+                4 => self.update_of_size::<K, 4>(&mut xhat, &mut p, sample),
+                _ => return false,
+            }
+        }
+        self.predict_of_size(t, &mut xhat, &mut p, u);
+        head.copy_from_slice(xhat.as_slice());
+        tail.copy_from_slice(p.as_slice());
+        true
+    }
+
+    fn update_of_size<const K: usize, const Q: usize>(
+        &self,
+        xhat: &mut SVector<T, K>,
+        p: &mut SMatrix<T, K, K>,
+        Sample { t, u, y, measured }: Sample<'_, T>,
+    ) {
+        let (mut value, mut h) = (SVector::<T, Q>::zeros(), SMatrix::<T, Q, K>::zeros());
+        if !self.plant.measurement_into(t, xhat.as_slice(), u, value.as_mut_slice(), h.as_mut_slice()) {
+            value.fill(convert(f64::NAN));
+        }
+        let innovation = SVector::<T, Q>::from_column_slice(y) - value;
+        let v = SMatrix::<T, Q, Q>::from_iterator(self.noises.v.iter().copied());
+        let gate = self.gate.map(|gate| (gate * gate, times_transpose(&times(&h, p), &h) + v));
+        let accepted = |i: usize| {
+            let rejected = gate.as_ref().is_some_and(|(gate, s)| innovation[i] * innovation[i] > *gate * s[(i, i)]);
+            measured.get(i).copied().unwrap_or(true) && !rejected
+        };
+        if let Some((estimate, covariance, _)) = corrected(*xhat, p, (h, innovation, v), accepted) {
+            (*xhat, *p) = (estimate, covariance);
+        }
+    }
+
+    fn predict_of_size<const K: usize>(&self, t: T, xhat: &mut SVector<T, K>, p: &mut SMatrix<T, K, K>, u: &[T]) {
+        let w = SMatrix::<T, K, K>::from_iterator(self.noises.w.iter().copied());
+        let motion = |t: T, xhat: &SVector<T, K>| {
+            let (mut f, mut df) = (SVector::<T, K>::zeros(), SMatrix::<T, K, K>::zeros());
+            if !self.plant.motion_into(t, xhat.as_slice(), u, f.as_mut_slice(), df.as_mut_slice()) {
+                f.fill(convert(f64::NAN));
+            }
+            (f, df)
+        };
+        let Some(substeps) = self.substeps else {
+            let (next, f) = motion(t, xhat);
+            *p = times_transpose(&times(&f, p), &f) + w;
+            symmetrise(p);
+            *xhat = next;
+            return;
+        };
+        let slope = |t: T, xhat: &SVector<T, K>, p: &SMatrix<T, K, K>| {
+            let (f, df) = motion(t, xhat);
+            (f, spread(&df, p, &w))
+        };
+        let tau = self.h / convert::<f64, T>(substeps as f64);
+        for k in 0..substeps {
+            runge_kutta::step(t + tau * convert::<f64, T>(k as f64), tau, (xhat, p), slope);
+            symmetrise(p);
+        }
+    }
+}
