@@ -164,6 +164,7 @@ struct Rows {
     /// Made when they are first asked for.
     values: OnceLock<Values>,
     jacobians: OnceLock<Jacobians>,
+    affine: OnceLock<bool>,
 }
 
 impl PartialEq for Rows {
@@ -288,7 +289,14 @@ impl ExpressionPlant {
         };
         let f = parse(f, scope, Row::Derivative)?;
         let h = parse(h, scope, Row::Output)?;
-        Ok(Self(Arc::new(Rows { f, h, inputs, values: OnceLock::new(), jacobians: OnceLock::new() })))
+        Ok(Self(Arc::new(Rows {
+            f,
+            h,
+            inputs,
+            values: OnceLock::new(),
+            jacobians: OnceLock::new(),
+            affine: OnceLock::new(),
+        })))
     }
 
     /// The rows of f.
@@ -475,6 +483,11 @@ impl ExpressionPlant {
         if expected == found { Ok(Fixed(self.clone())) } else { Err(ExpressionPlantError::Sizes { expected, found }) }
     }
 
+    /// Whether the rows are affine by their form, and time occurs in none of them.
+    fn has_affine_rows(&self) -> bool {
+        *self.0.affine.get_or_init(|| self.rows().all(|(_, row)| !row.uses_time()) && self.affine().is_ok())
+    }
+
     fn size(&self) -> Dimensions {
         Dimensions { states: self.0.f.len(), inputs: self.0.inputs, outputs: self.0.h.len() }
     }
@@ -516,6 +529,10 @@ impl<T: RealField + Copy> Plant<T> for ExpressionPlant {
         let mut y = DVector::zeros(self.0.h.len());
         self.fill(Row::Output(0), t, x.as_slice(), u.as_slice(), y.as_mut_slice());
         y
+    }
+
+    fn is_affine(&self) -> bool {
+        self.has_affine_rows()
     }
 
     fn derivative_into(&self, t: T, x: &[T], u: &[T], slope: &mut [T]) -> bool {
@@ -625,6 +642,10 @@ impl<T: RealField + Copy, const N: usize, const M: usize, const P: usize> Plant<
         let mut y = SVector::<T, P>::zeros();
         self.0.fill(Row::Output(0), t, x.as_slice(), u.as_slice(), y.as_mut_slice());
         y
+    }
+
+    fn is_affine(&self) -> bool {
+        self.0.has_affine_rows()
     }
 
     fn derivative_into(&self, t: T, x: &[T], u: &[T], slope: &mut [T]) -> bool {

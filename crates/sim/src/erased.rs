@@ -16,6 +16,7 @@ pub(crate) trait AnyPlant {
     fn dimensions(&self) -> Dimensions;
     /// Checks that columns of fixed length have the lengths that the dimensions say.
     fn check(&self) -> Result<(), SimError>;
+    fn is_affine(&self) -> bool;
     fn derivative(&self, t: f64, x: &[f64], u: &[f64], slope: &mut [f64]);
     fn output(&self, t: f64, x: &[f64], u: &[f64], y: &mut [f64]);
 }
@@ -26,6 +27,8 @@ pub(crate) trait AnyObserver {
     fn dimensions(&self) -> ObserverDimensions;
     fn check(&self) -> Result<(), SimError>;
     fn period(&self) -> Option<f64>;
+    /// Of an observer in continuous time.
+    fn is_affine(&self) -> bool;
     fn derivative(&self, t: f64, state: &[f64], u: &[f64], y: &[f64], slope: &mut [f64]);
     fn step(&self, t: f64, state: &mut [f64], u: &[f64], y: &[f64], measured: &[bool]);
     fn estimate(&self, t: f64, state: &[f64], u: &[f64], y: &[f64], estimate: &mut [f64]);
@@ -52,6 +55,10 @@ impl<P: Plant<f64>> AnyPlant for Erased<P> {
         fixed::<P::Output>("the output of the plant", size.outputs)
     }
 
+    fn is_affine(&self) -> bool {
+        self.0.is_affine()
+    }
+
     fn derivative(&self, t: f64, x: &[f64], u: &[f64], slope: &mut [f64]) {
         let fits = self.0.derivative_into(t, x, u, slope);
         expect(fits, slope);
@@ -74,6 +81,10 @@ impl<O: Observer<f64>> AnyObserver for Continuous<O> {
 
     fn period(&self) -> Option<f64> {
         None
+    }
+
+    fn is_affine(&self) -> bool {
+        self.0.is_affine()
     }
 
     fn derivative(&self, t: f64, state: &[f64], u: &[f64], y: &[f64], slope: &mut [f64]) {
@@ -105,6 +116,10 @@ impl<O: SampledObserver<f64>> AnyObserver for Sampled<O> {
 
     fn period(&self) -> Option<f64> {
         Some(self.0.period())
+    }
+
+    fn is_affine(&self) -> bool {
+        false
     }
 
     fn derivative(&self, _t: f64, _state: &[f64], _u: &[f64], _y: &[f64], slope: &mut [f64]) {

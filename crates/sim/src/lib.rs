@@ -57,6 +57,8 @@ pub mod ensemble;
 mod erased;
 pub mod error;
 pub mod events;
+mod exponential;
+
 pub mod gramian;
 pub mod integral;
 pub mod integrate;

@@ -398,6 +398,20 @@ impl<'a> Model<'a> {
         self.size.states + integrated + self.integrals.len()
     }
 
+    /// Whether the stacked equation is affine with constant inputs from one jump to the next, which are periodic.
+    pub(crate) fn is_affine(&self) -> bool {
+        let sampled = self.observers.iter().any(|observer| observer.period.is_some());
+        let process = self.disturbances.process_noise.is_some();
+        (self.hold.is_some() || self.noise.is_some() || process || sampled)
+            && self.step.is_none()
+            && self.integrals.is_empty()
+            && self.plain
+            && self.input_stands()
+            && self.changes.iter().all(|change| change.plant.is_none())
+            && self.plant.is_affine()
+            && self.observers.iter().all(|slot| slot.period.is_some() || slot.observer.is_affine())
+    }
+
     /// Whether the input stands still within each step.
     fn input_stands(&self) -> bool {
         self.hold.is_some() || self.input.is_constant()

@@ -3,6 +3,7 @@
 mod compare;
 mod disturbance;
 mod ensemble;
+mod exponential;
 mod feedthrough;
 mod gramian;
 mod on_slices;

@@ -4,6 +4,7 @@
 //! runs ekf 100 20       {"us": least time of a run in 20 rounds of 100, "end": [state and estimate at the end]}
 //! ```
 //! - `ekf`, `lpv`: the example study `cart-pole` with its extended Kalman filter in the loop, and its LPV observer.
+//! - `noise`: the noise of those, one row per sample.
 //! - `cubic`, `linear`, with `-noise`: runs of an ensemble, Example 1 of the cubic-observer paper at 41 times; what is
 //!   returned is the end of the first one.
 use luenberger_expression::{ExpressionPlant, Parameters};
@@ -35,6 +36,9 @@ fn cart_pole() -> Result<ExpressionPlant, Box<dyn Error>> {
 /// The gain of the study's LPV observer, to six digits.
 const GAIN: [f64; 8] = [23.7061, 0.0299409, 145.062, -1.65731, -0.0492469, 41.6805, -5.30579, 306.7];
 
+/// Its amplitudes of the noise.
+const NOISE: [f64; 2] = [0.0005, 0.001];
+
 fn run(plant: &ExpressionPlant, lpv: bool, seed: u64) -> Result<Vec<f64>, Box<dyn Error>> {
     let diagonal = |entries: &[f64]| DMatrix::from_diagonal(&DVector::from_column_slice(entries));
     let noises = NoiseModel {
@@ -51,7 +55,7 @@ fn run(plant: &ExpressionPlant, lpv: bool, seed: u64) -> Result<Vec<f64>, Box<dy
         .times(&times)
         .input(Signal::feedback("ekf", gain))
         .hold_input(0.01)
-        .noise(Noise::uniform(&[0.0005, 0.001], 0.01, seed))
+        .noise(Noise::uniform(&NOISE, 0.01, seed))
         .sampled_observer("ekf", &filter, &[0.0; 4]);
     if lpv {
         scenario = scenario.observer("lpv", &observer, &[0.0; 4]);
@@ -109,6 +113,11 @@ fn main() -> Result<(), Box<dyn Error>> {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
     let [who, runs, rounds] = &arguments[..] else { return Err("WHO RUNS ROUNDS".into()) };
     let (runs, rounds): (u32, u32) = (runs.parse()?, rounds.parse()?);
+    if who == "noise" {
+        let noise = Noise::uniform(&NOISE, 0.01, 1);
+        println!("{}", json!((0..=400).map(|k| noise.sample(k)).collect::<Vec<_>>()));
+        return Ok(());
+    }
     let plant = cart_pole()?;
     let (l, n) = (Vector2::new(7.0, 10.0), Vector2::new(-168.0, -196.0) / 17.0);
     let linear = LinearObserver::of(double_integrator(), l)?;
