@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use crate::step::{Failure, Step, cargo, is_installed, program, root};
 
 /// What the tests compare with, and what builds and checks the package. None of it is part of the wheel.
-const PACKAGES: [&str; 14] = [
+const PACKAGES: [&str; 15] = [
     "maturin>=1.16,<2",
     "numpy",
     "scipy",
@@ -16,6 +16,7 @@ const PACKAGES: [&str; 14] = [
     "pandas",
     "matplotlib",
     "tqdm",
+    "distributed>=2024.8",
     "pytest",
     "mypy",
     "nbclient",

@@ -4,8 +4,8 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use luenberger_plants::StateSpace;
-use luenberger_study::execute::Limits;
-use luenberger_study::results::ObserverRun;
+use luenberger_study::execute::{Limits, SweepOptions};
+use luenberger_study::results::{ObserverRun, Results};
 use luenberger_study::{Format, RunOptions, Step, Study, StudyError, execute_in_part};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyList};
@@ -90,10 +90,24 @@ pub(crate) fn trajectory<'py>(py: Python<'py>, run: &ObserverRun) -> PyResult<Bo
     ))
 }
 
+/// What an execution leaves: the results as JSON, the trajectories, and what failed.
+pub(crate) fn answer(
+    py: Python<'_>,
+    executed: Result<(Results, Option<StudyError>), StudyError>,
+) -> PyResult<Bound<'_, PyDict>> {
+    let (results, stopped) = executed.map_err(|why| study_error(py, &why))?;
+    if let Some(why) = stopped {
+        return Err(study_error(py, &why));
+    }
+    let json = results.to_json().map_err(|why| study_error(py, &why))?;
+    let runs = results.runs.iter().map(|run| trajectory(py, run)).collect::<PyResult<Vec<_>>>()?;
+    Ok(dictionary!(py; json, runs = PyList::new(py, runs)?, failures = results.failures()))
+}
+
 /// A study file.
 #[pyclass(frozen, module = "luenberger._luenberger")]
 pub(crate) struct StudyFile {
-    study: Arc<Study>,
+    pub(crate) study: Arc<Study>,
 }
 
 fn step_named(name: &str) -> Option<Step> {
@@ -129,7 +143,7 @@ impl StudyFile {
     }
 
     /// Executes a step: the results as JSON, the trajectories, and why it ended early, if it did.
-    #[pyo3(signature = (step, output, force, threads, time_limit, memory_limit, progress, /))]
+    #[pyo3(signature = (step, output, force, threads, time_limit, memory_limit, block_size, restart, progress, /))]
     #[expect(clippy::too_many_arguments, reason = "the options of an execution")]
     fn execute<'py>(
         &self,
@@ -140,6 +154,8 @@ impl StudyFile {
         threads: Option<usize>,
         time_limit: Option<f64>,
         memory_limit: Option<f64>,
+        block_size: Option<u64>,
+        restart: bool,
         progress: Option<Bound<'py, PyAny>>,
     ) -> PyResult<Bound<'py, PyDict>> {
         let Some(step) = step_named(step) else {
@@ -149,24 +165,19 @@ impl StudyFile {
         limits.seconds = time_limit.unwrap_or(limits.seconds);
         limits.memory = memory_limit.unwrap_or(limits.memory);
         let study = Arc::clone(&self.study);
-        let (results, stopped) = interruptible(py, progress.as_ref(), move |context| {
+        let executed = interruptible(py, progress.as_ref(), move |context| {
             let options = RunOptions {
                 output,
                 force,
                 limits,
                 threads,
+                sweep: SweepOptions { block_size, restart, ..SweepOptions::default() },
                 progress: context.progress,
                 cancel: context.cancel,
                 ..RunOptions::default()
             };
             execute_in_part(&study, step, &options)
-        })?
-        .map_err(|why| study_error(py, &why))?;
-        if let Some(why) = stopped {
-            return Err(study_error(py, &why));
-        }
-        let json = results.to_json().map_err(|why| study_error(py, &why))?;
-        let runs = results.runs.iter().map(|run| trajectory(py, run)).collect::<PyResult<Vec<_>>>()?;
-        Ok(dictionary!(py; json, runs = PyList::new(py, runs)?, failures = results.failures()))
+        })?;
+        answer(py, executed)
     }
 }

@@ -70,6 +70,7 @@ pub(crate) fn export(input: &ExportInput) -> Result<Answer, Failure> {
             hypothesis: format!("it is in filter form, and {predicted} takes the prediction"),
             alternatives: vec!["form = \"predictor\"".to_owned()],
             line: observer.place.line,
+            cause: None,
         }));
     }
     let formats = numbers.formats();
