@@ -19,6 +19,8 @@ pub(crate) trait AnyPlant {
     fn is_affine(&self) -> bool;
     fn derivative(&self, t: f64, x: &[f64], u: &[f64], slope: &mut [f64]);
     fn output(&self, t: f64, x: &[f64], u: &[f64], y: &mut [f64]);
+    /// Derivative and output.
+    fn motion(&self, t: f64, x: &[f64], u: &[f64], slope: &mut [f64], y: &mut [f64]);
 }
 
 /// An observer of any size; sampled ones have a period and a step, the others a derivative. A step takes what was
@@ -65,6 +67,11 @@ impl<P: Plant<f64>> AnyPlant for Erased<P> {
     fn output(&self, t: f64, x: &[f64], u: &[f64], y: &mut [f64]) {
         let fits = self.0.output_into(t, x, u, y);
         expect(fits, y);
+    }
+
+    fn motion(&self, t: f64, x: &[f64], u: &[f64], slope: &mut [f64], y: &mut [f64]) {
+        self.derivative(t, x, u, slope);
+        self.output(t, x, u, y);
     }
 }
 
@@ -150,6 +157,7 @@ fn triple<A: Column<f64>, B: Column<f64>, C: Column<f64>>(a: &[f64], b: &[f64], 
 
 /// Lengths have been checked before the run; a plant that changes them on the way gets NaN, which the integrator
 /// reports.
+#[inline]
 fn expect(fits: bool, target: &mut [f64]) {
     if !fits {
         target.fill(f64::NAN);
