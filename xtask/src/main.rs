@@ -2,15 +2,17 @@
 //! `cargo xtask bench linalg`, `cargo xtask bench lmi`, `cargo xtask bench proof`, `cargo xtask bench sim`,
 //! `cargo xtask bench step`,
 //! `cargo xtask stress proof`, `cargo xtask stress theorems`, `cargo xtask mutate`, `cargo xtask firmware`,
-//! `cargo xtask deploy`.
+//! `cargo xtask deploy`, `cargo xtask cluster`, `cargo xtask python`.
 //!
 //! Each is a sequence of cargo commands with their times; the first failure ends the sequence with its exit code.
 
 mod bench;
+mod cluster;
 mod deploy;
 mod features;
 mod firmware;
 mod mutate;
+mod python;
 mod step;
 mod stress;
 
@@ -77,6 +79,10 @@ enum Command {
     ///
     /// Says what it leaves out for lack of a tool (a C compiler, CMake, python3 and the network for fmpy).
     Deploy,
+    /// Run a sweep on a SLURM with one node, started for it: a shard is killed, the results are those of one process
+    ///
+    /// Says so if SLURM is not installed.
+    Cluster,
     /// Run the observers on boards in QEMU and emitted C on the host: the same bits everywhere, nothing can panic
     ///
     /// Says what it leaves out for lack of a tool (QEMU, targets of rustc, arm-none-eabi-gcc, clang, cppcheck).
@@ -85,6 +91,11 @@ enum Command {
         #[arg(long)]
         document: bool,
     },
+    /// Build the Python wheel and test it: pytest beside scipy, python-control, slycot and filterpy, notebooks, doctests,
+    /// mypy and stubtest
+    ///
+    /// Says so and does nothing without python3 or the network.
+    Python,
     /// Change the formulas of the papers one by one, in a copy, and show which tests notice (half an hour or more)
     ///
     /// Fails if a change that no test notices is not listed as equivalent in xtask/src/mutate/table.rs.
@@ -134,8 +145,10 @@ fn main() -> ExitCode {
         Command::Stress { what: Claimed::Theorems, mutants, seed, kind, .. } => {
             stress::theorems::run(mutants, seed, kind.as_deref())
         }
+        Command::Cluster => cluster::run(),
         Command::Deploy => deploy::run(),
         Command::Firmware { document } => firmware::run(document),
+        Command::Python => python::run(),
         Command::Mutate { only, list } => mutate::run(&only, list),
     };
     match done {

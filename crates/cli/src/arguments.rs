@@ -8,6 +8,7 @@ use clap::error::ErrorKind;
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use luenberger_export::FixedPointFormat;
 use luenberger_lmi::Solver;
+use luenberger_study::execute::Shard;
 use serde_json::json;
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -66,8 +67,13 @@ pub(crate) enum Command {
     #[command(after_help = COMPARE)]
     Compare(StudyInput),
     /// Parameter sweep over gamma, poles, noise or initial errors, with ensembles, in parallel
-    #[command(after_help = SWEEP)]
-    Sweep(StudyInput),
+    ///
+    /// Runs are computed in blocks, files in the folder `blocks` of the results folder. A sweep that was interrupted or
+    /// killed is resumed: blocks that are there are not computed again. Several processes compute one sweep with --shard;
+    /// `sweep status` tells how far it is, `sweep reduce` forms the results, and `sweep script` submits it to SLURM. The
+    /// results are the same bytes in all cases, on one kind of processor.
+    #[command(after_help = SWEEP, args_conflicts_with_subcommands = true, subcommand_negates_reqs = true)]
+    Sweep(SweepInput),
     /// Write an observer as source code for the target: C99 or Rust, bit for bit what was designed
     ///
     /// Kinds luenberger, kalman, cubic and sampled-cubic, for linear plants. An observer in continuous time is designed
@@ -222,6 +228,122 @@ pub(crate) struct StudyInput {
     pub(crate) threads: Option<usize>,
 }
 
+#[derive(Args)]
+pub(crate) struct SweepInput {
+    #[command(subcommand)]
+    pub(crate) action: Option<SweepAction>,
+    #[command(flatten)]
+    pub(crate) study: Option<StudyInput>,
+    /// Compute shard I of N only, and leave the results to `sweep reduce`
+    #[arg(long, value_name = "I/N", allow_hyphen_values = true)]
+    pub(crate) shard: Option<Shard>,
+    /// Runs of a block [default: those of the folder, or a sixteenth of the ensemble, from 32 to 1000]
+    #[arg(long, value_name = "RUNS")]
+    pub(crate) block_size: Option<u64>,
+    /// Delete the blocks in the folder, of this or another study, and compute all of them
+    #[arg(long)]
+    pub(crate) restart: bool,
+    /// Where the scores of each run are written as comma-separated values
+    #[arg(long, value_enum, default_value_t = Csv::One)]
+    pub(crate) csv: Csv,
+}
+
+#[derive(Subcommand)]
+pub(crate) enum SweepAction {
+    /// How many blocks of a sweep are done, the rate and the remaining time
+    ///
+    /// Output {"study", "blocks", "runs", "block_size", "done", "done_runs", "missing", "running", "faults", "rate",
+    /// "remaining"}: runs per second over the latest hundred blocks, and seconds. The exit code is 1 if --verify finds a
+    /// faulty block.
+    Status(StatusInput),
+    /// Form the results of a sweep from its blocks: tables, figures, study.json
+    Reduce(ReduceInput),
+    /// Print a shell script that submits a sweep to SLURM: an array of shards, and the reduction after them
+    Script(ScriptInput),
+}
+
+#[derive(Args)]
+pub(crate) struct StatusInput {
+    /// Results folder of the sweep
+    #[arg(value_name = "FOLDER")]
+    pub(crate) folder: PathBuf,
+    /// Read every block and check it
+    #[arg(long)]
+    pub(crate) verify: bool,
+}
+
+#[derive(Args)]
+pub(crate) struct ReduceInput {
+    /// Results folder of the sweep
+    #[arg(value_name = "FOLDER")]
+    pub(crate) folder: PathBuf,
+    /// Where the scores of each run are written as comma-separated values
+    #[arg(long, value_enum, default_value_t = Csv::One)]
+    pub(crate) csv: Csv,
+    /// Write into a folder that has files and no manifest; other files are kept
+    #[arg(long)]
+    pub(crate) force: bool,
+    /// Limit on the estimated memory or the time: memory=SIZE, time=TIME [default: memory=4GiB,time=24h]
+    #[arg(long, value_name = "LIMIT", value_delimiter = ',')]
+    pub(crate) limit: Vec<Limit>,
+    /// Number of threads; it does not affect the results [default: number of processors]
+    #[arg(long, value_name = "N", value_parser = threads)]
+    pub(crate) threads: Option<usize>,
+}
+
+#[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub(crate) enum Csv {
+    /// All in sweep.csv
+    One,
+    /// Those of each block beside it
+    Blocks,
+    /// Nowhere
+    None,
+}
+
+#[derive(Args)]
+pub(crate) struct ScriptInput {
+    /// Study file
+    #[arg(value_name = "STUDY")]
+    pub(crate) study: Source,
+    /// For SLURM, the only scheduler with a script
+    #[arg(long, required = true)]
+    pub(crate) slurm: bool,
+    /// Results folder [default: STUDY-results]
+    #[arg(short, long, value_name = "FOLDER")]
+    pub(crate) output: Option<PathBuf>,
+    /// Number of shards [default: number of blocks, at most 100]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
+    pub(crate) shards: Option<u32>,
+    /// Runs of a block [default: a sixteenth of the ensemble, from 32 to 1000]
+    #[arg(long, value_name = "RUNS")]
+    pub(crate) block_size: Option<u64>,
+    /// Processors of each shard
+    #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..))]
+    pub(crate) cpus: u32,
+    /// Partition [default: that of SLURM]
+    #[arg(long, value_name = "NAME", value_parser = word)]
+    pub(crate) partition: Option<String>,
+    /// Account [default: that of SLURM]
+    #[arg(long, value_name = "NAME", value_parser = word)]
+    pub(crate) account: Option<String>,
+    /// Time limit of each shard, as for sbatch [default: that of SLURM]
+    #[arg(long, value_name = "TIME", value_parser = word)]
+    pub(crate) time: Option<String>,
+    /// Memory of each shard, as for sbatch [default: that of SLURM]
+    #[arg(long, value_name = "SIZE", value_parser = word)]
+    pub(crate) mem: Option<String>,
+}
+
+/// The value of an option of sbatch.
+fn word(word: &str) -> Result<String, String> {
+    let is_plain = |c: char| c.is_ascii_alphanumeric() || "_-.,:+".contains(c);
+    if !word.is_empty() && word.chars().all(is_plain) {
+        return Ok(word.to_owned());
+    }
+    Err("letters, digits and any of _-.,:+ are expected".to_owned())
+}
+
 /// Number of threads, from 1 to 1024.
 fn threads(word: &str) -> Result<usize, String> {
     match word.parse() {
@@ -261,6 +383,9 @@ pub(crate) struct ExportInput {
     /// each; those of an extended Kalman filter in the study]
     #[arg(long, value_name = "COUNT", value_parser = clap::value_parser!(u16).range(1..))]
     pub(crate) substeps: Option<u16>,
+    /// Steps of the golden test
+    #[arg(long, value_name = "COUNT", default_value = "64", value_parser = clap::value_parser!(u16).range(1..))]
+    pub(crate) test_steps: u16,
     /// Folder for the files [default: STUDY-NAME-c, STUDY-NAME-rust or STUDY-NAME-fmu]
     #[arg(short, long, value_name = "FOLDER")]
     pub(crate) output: Option<PathBuf>,
@@ -476,7 +601,7 @@ const DESIGN: &str = "Example:\n  $ luenberger new\n  $ luenberger design study.
 const CERTIFY: &str = "Example:\n  $ luenberger new\n  $ luenberger certify study.toml -o results";
 const SIMULATE: &str = "Example:\n  $ luenberger new\n  $ luenberger simulate study.toml -o results";
 const COMPARE: &str = "Example:\n  $ luenberger new\n  $ luenberger compare study.toml";
-const SWEEP: &str = "Example:\n  $ luenberger new\n  $ luenberger sweep study.toml -o results";
+const SWEEP: &str = "Examples:\n  $ luenberger new\n  $ luenberger sweep study.toml -o results\nOn several machines with one file system:\n  $ luenberger sweep study.toml -o results --shard 1/2     (and --shard 2/2 on another machine)\n  $ luenberger sweep status results\n  $ luenberger sweep reduce results";
 
 const EXPORT: &str =
     "Example:\n  $ luenberger new\n  $ luenberger export study.toml --observer sampled --to c --format f32 -o firmware";

@@ -8,7 +8,7 @@ use luenberger_lmi::sdpa::ReadError;
 use luenberger_proof::certificate::Rejection;
 use luenberger_study::error::is_storage;
 use luenberger_study::import::ImportError;
-use luenberger_study::{Diagnostics, StudyError};
+use luenberger_study::{Diagnostics, StudyError, SweepError};
 use serde_json::{Map, Value};
 use std::io::{self, Write};
 use std::path::Path;
@@ -99,16 +99,19 @@ impl Failure {
             },
             Self::Study(error) | Self::Stopped { error, .. } => match error {
                 StudyError::File(_) => "study",
+                StudyError::Missing { .. }
+                | StudyError::Template { .. }
+                | StudyError::Sweep(SweepError::BlockSize { .. } | SweepError::TooManyBlocks { .. }) => "usage",
                 error if error.is_storage() => "storage",
                 StudyError::Io { .. }
                 | StudyError::NotAFolder { .. }
                 | StudyError::ForeignFolder { .. }
-                | StudyError::FolderInUse { .. } => "file",
+                | StudyError::FolderInUse { .. }
+                | StudyError::Sweep(_) => "file",
                 StudyError::Interrupted => "interrupted",
                 StudyError::TooExpensive(_) => "limit",
                 StudyError::TimeLimit { .. } => "time-limit",
                 StudyError::Linalg(_) | StudyError::Sim(_) => "no-solution",
-                StudyError::Missing { .. } | StudyError::Template { .. } => "usage",
                 _ => "output",
             },
             Self::Matrix { error, .. } if is_wrong(error) => "data",

@@ -9,6 +9,7 @@
 #![deny(missing_docs)]
 
 pub mod figure;
+pub mod npz;
 mod page;
 pub mod report;
 pub mod table;

@@ -1,8 +1,8 @@
 //! Columns of numbers, written as CSV with the shortest exact decimals, and as npz in binary form.
 
 use std::io::{Seek, Write};
-use zip::write::SimpleFileOptions;
-use zip::{CompressionMethod, DateTime, ZipWriter};
+
+use crate::npz;
 
 /// Named columns of equal length.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -130,20 +130,9 @@ impl Table {
     /// # Errors
     /// As [`write_csv`](Self::write_csv).
     pub fn write_npz(&self, to: impl Write + Seek) -> Result<(), TableError> {
-        let rows = self.check()?;
-        // The default of zip is the current time.
-        let stored = SimpleFileOptions::default()
-            .compression_method(CompressionMethod::Stored)
-            .last_modified_time(DateTime::DEFAULT);
-        let mut archive = ZipWriter::new(to);
-        for (name, values) in &self.columns {
-            archive.start_file(format!("{name}.npy"), stored)?;
-            archive.write_all(&npy_header(rows))?;
-            let bytes: Vec<u8> = values.iter().flat_map(|value| value.to_le_bytes()).collect();
-            archive.write_all(&bytes)?;
-        }
-        archive.finish()?;
-        Ok(())
+        self.check()?;
+        let arrays = self.columns.iter().map(|(name, values)| (name.as_str(), values.as_slice()));
+        Ok(npz::write(to, arrays, &[])?)
     }
 
     /// The number of rows; an error if the table cannot be written.
@@ -171,18 +160,6 @@ impl Table {
         }
         Ok(rows.len())
     }
-}
-
-/// The header of a one-dimensional array of float64 in an `.npy` file of version 1.0: magic number, version, length of
-/// the text, and the text, padded with spaces so that the data begin at a multiple of 64 bytes.
-fn npy_header(rows: usize) -> Vec<u8> {
-    let text = format!("{{'descr': '<f8', 'fortran_order': False, 'shape': ({rows},), }}");
-    let mut header = b"\x93NUMPY\x01\x00".to_vec();
-    let filled = (header.len() + 2 + text.len() + 1).next_multiple_of(64) - header.len() - 3;
-    // The text has at most 78 characters.
-    header.extend((filled as u16 + 1).to_le_bytes());
-    header.extend(format!("{text:filled$}\n").bytes());
-    header
 }
 
 #[cfg(test)]

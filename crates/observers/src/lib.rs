@@ -16,6 +16,7 @@
 //! | [`lanes`] | observers over several lanes at once |
 //! | [`kalman`] | the continuous-discrete extended Kalman filter |
 //! | [`discrete_linear`] | the linear observer of a plant in discrete time |
+//! | [`stationary_kalman`] | the stationary Kalman filter in filter form: the estimate uses the measurement of its sample |
 //! | [`fixed_point`] | the linear observer in discrete time in fixed point, in integers |
 //! | [`discrete_kalman`] | the Kalman filter of a plant in discrete time |
 //! | [`nonlinear_luenberger`] | the copy of a nonlinear plant with a constant gain: Thau's, Lipschitz and LPV designs run as this |
@@ -73,6 +74,7 @@ pub mod sampled_copy;
 mod semidefinite;
 #[cfg(feature = "alloc")]
 pub mod static_size;
+pub mod stationary_kalman;
 
 pub use cubic::{CubicObserver, StaticCubicObserver};
 pub use cubic_sampled::{SampledCubicGains, SampledCubicObserver, StaticSampledCubicObserver};
@@ -101,6 +103,7 @@ pub use observer::{Observer, ObserverDimensions, SampledObserver};
 pub use output_feedback::OutputFeedback;
 pub use pebo::{PeboObserver, Regression};
 pub use sampled_copy::{SampledCopy, StaticSampledCopy};
+pub use stationary_kalman::{StaticStationaryKalmanFilter, StationaryKalmanFilter};
 
 /// The linear algebra of the columns and matrices here, in the version that fits.
 pub use nalgebra;

@@ -256,9 +256,9 @@ impl<'a> Model<'a> {
         y
     }
 
-    /// The outputs as an observer in continuous time takes them; none if all are known.
+    /// The outputs as an observer takes them; none if all are known.
     fn predicted_of(&self, k: usize, t: f64, stacked: &[f64], still: &HeldValues, now: &Instant) -> Option<Vec<f64>> {
-        if !still.readings.contains(&Reading::Nothing) || self.observers[k].period.is_some() {
+        if !still.readings.contains(&Reading::Nothing) {
             return None;
         }
         let absent = |j: usize| still.readings[j] == Reading::Nothing;
@@ -275,7 +275,9 @@ impl<'a> Model<'a> {
         let ObserverSlot { observer, states, .. } = &self.observers[k];
         let predicted = self.predicted_of(k, t, stacked, still, now);
         let seen = predicted.as_ref().unwrap_or(&now.seen);
-        observer.estimate(t, self.state(k, stacked, still), &now.u, seen, &mut now.estimates[k]);
+        let state = self.state(k, stacked, still);
+        observer.estimate(t, state, &now.u, seen, &mut now.estimates[k]);
+        observer.correct(state, &now.u, seen, &mut now.estimates[k]);
         for ((error, estimate), &i) in now.errors[k].iter_mut().zip(&now.estimates[k]).zip(states) {
             *error = stacked[i] - estimate;
         }

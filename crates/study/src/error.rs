@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use crate::diagnostic::Diagnostics;
-use crate::execute::Excess;
+use crate::execute::{Excess, SweepError};
 
 /// Error of reading or executing a study.
 ///
@@ -86,6 +86,9 @@ pub enum StudyError {
     /// The requested threads could not be started.
     #[error("{0} threads could not be started")]
     Threads(usize),
+    /// The blocks of a sweep.
+    #[error(transparent)]
+    Sweep(#[from] SweepError),
     /// The user interrupted. Finished files are on disk.
     #[error("interrupted: finished results are kept")]
     Interrupted,

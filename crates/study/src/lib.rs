@@ -37,7 +37,8 @@ pub mod template;
 pub use diagnostic::{Diagnostic, Diagnostics};
 pub use error::StudyError;
 pub use execute::{
-    Estimate, Excess, Limits, Progress, RunOptions, Step, estimate, execute, execute_in_part, run, write_folder,
+    Estimate, Excess, Limits, Progress, RunOptions, Step, SweepError, estimate, execute, execute_in_part,
+    replay_designed, run, simulate_designed, write_folder,
 };
 pub use luenberger_expression::nearest;
 pub use read::Format;

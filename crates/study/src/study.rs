@@ -1,5 +1,6 @@
 //! A study as typed data.
 
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::Instant;
@@ -11,6 +12,7 @@ use nalgebra::{Complex, DMatrix};
 
 use crate::diagnostic::{Place, Source};
 use crate::error::StudyError;
+use crate::execute::Document;
 use crate::model::PlantModel;
 use crate::read::{self, Format};
 use crate::signal::Input;
@@ -45,6 +47,10 @@ pub struct Study {
     pub sweep: Option<Sweep>,
     /// The folder that file names in the study are relative to.
     pub folder: PathBuf,
+    /// The files of data that it reads.
+    pub files: Vec<Document>,
+    /// The format of its text.
+    pub format: Format,
     /// The file.
     pub source: Arc<Source>,
 }
@@ -79,7 +85,13 @@ impl Study {
     /// # Errors
     /// [`StudyError::File`] with every mistake.
     pub fn from_text(name: &str, text: &str, format: Format, folder: &Path) -> Result<Self, StudyError> {
-        read::study(name, text, format, folder)
+        read::study(name, text, format, folder, BTreeMap::new())
+    }
+
+    /// The name of its file, without folders: results do not depend on where the study is.
+    pub(crate) fn file_name(&self) -> String {
+        let name = self.source.name();
+        Path::new(name).file_name().map_or_else(|| name.to_owned(), |name| name.to_string_lossy().into())
     }
 
     /// The observer of that name.
@@ -284,6 +296,8 @@ pub struct LinearSpec {
     pub gain: GainSpec,
     /// The right-hand side of the certifying Lyapunov equation, if given.
     pub weight: Option<luenberger_design::LyapunovWeight>,
+    /// Of a Kalman filter: the estimate at a sample uses its measurement.
+    pub is_filter: bool,
 }
 
 /// How the gain of a linear observer is computed.
@@ -484,6 +498,7 @@ impl ObserverKind {
                 other => other.clone(),
             },
             weight: linear.weight.clone(),
+            is_filter: linear.is_filter,
         };
         let mut kind = self.clone();
         match &mut kind {

@@ -10,9 +10,18 @@ use std::io::{IsTerminal, Write};
 const SECONDS: f64 = 10.0;
 const BYTES: f64 = 1e9;
 
-/// Reports the estimated cost of the step on standard error; an error if it takes too long.
-pub(super) fn announce(study: &Study, step: Step, limits: &Limits, threads: usize) -> Result<(), Failure> {
-    let cost = estimate(study, step, threads);
+/// Reports the estimated cost of the step, or of one of so many shards of it, on standard error; an error if it takes too
+/// long.
+pub(super) fn announce(
+    study: &Study,
+    step: Step,
+    limits: &Limits,
+    threads: usize,
+    shards: usize,
+) -> Result<(), Failure> {
+    let mut cost = estimate(study, step, threads);
+    cost.runs = cost.runs.div_ceil(shards);
+    cost.seconds /= shards as f64;
     cost.within(limits, threads).map_err(StudyError::TooExpensive)?;
     if cost.seconds >= SECONDS || cost.memory.bytes >= BYTES || std::io::stderr().is_terminal() {
         _ = writeln!(std::io::stderr(), "{}", sentence(&cost, threads));

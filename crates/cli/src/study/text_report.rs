@@ -2,13 +2,15 @@
 
 use super::columns::table;
 use super::text_log;
+use crate::answer::Answer;
+use crate::failure::Failure;
 use crate::numbers::{beside, complex, margin, number, size};
 use luenberger_proof::wording::counted;
 use luenberger_study::results::{
     ModeReport, ObservabilityAt, ObservabilityReport, ObserverReport, OperatingPointReport, ScoreCell, ScoreTable,
     SimulationReport, SweepReport, leading,
 };
-use luenberger_study::{Results, Step};
+use luenberger_study::{Results, Step, StudyError};
 use nalgebra::Complex;
 use std::fmt::Write;
 use std::path::Path;
@@ -22,8 +24,24 @@ const STATES: usize = 6;
 /// Maximal number of matrix entries printed; --json and study.json have all.
 const ENTRIES: usize = 36;
 
+/// The results with their text, or with why they are not complete.
+pub(super) fn answer(
+    step: Step,
+    results: &Results,
+    folder: Option<&Path>,
+    stopped: Option<StudyError>,
+) -> Result<Answer, Failure> {
+    let failures = results.failures();
+    let text = self::results(step, results, &failures, folder);
+    let answer = Answer::new(text, results)?.negative(!failures.is_empty());
+    match stopped {
+        None => Ok(answer),
+        Some(error) => Err(Failure::Stopped { error, finished: Box::new(answer) }),
+    }
+}
+
 /// The whole text.
-pub(super) fn results(step: Step, results: &Results, failures: &[String], folder: Option<&Path>) -> String {
+fn results(step: Step, results: &Results, failures: &[String], folder: Option<&Path>) -> String {
     let plant = &results.plant;
     let mut text = format!(
         "{}: {}, {}, {} ({})\n",

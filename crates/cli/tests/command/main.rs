@@ -12,4 +12,5 @@ mod pages;
 mod results;
 mod sdp;
 mod study;
+mod sweep;
 mod terminal;

@@ -83,6 +83,14 @@ impl SampledDesign {
         }
     }
 
+    /// The gain K of the measurement update, of a Kalman filter in filter form.
+    pub fn update_gain(&self, observer: &ObserverSpec) -> Option<&DMatrix<f64>> {
+        match (self, &observer.kind) {
+            (Self::Linear(design), ObserverKind::Kalman(spec)) if spec.is_filter => design.update_gain(),
+            _ => None,
+        }
+    }
+
     /// The matrices of an observer of a linear plant.
     pub(crate) fn matrices(&self) -> Option<Matrices<'_>> {
         Some(match self {
@@ -118,6 +126,7 @@ impl SampledDesign {
                 ),
                 alternatives: vec!["--format f64, or a shorter settling time in relation to the period".to_owned()],
                 line: observer.place.line,
+                cause: None,
             }),
             _ => Ok(()),
         }
@@ -173,6 +182,7 @@ pub fn sampled(
         hypothesis,
         alternatives: alternatives.iter().map(|&text| text.to_owned()).collect(),
         line: observer.place.line,
+        cause: None,
     };
     let own = observer.kind.period().or(study.plant.dt);
     let period = match (own, period) {
@@ -202,7 +212,8 @@ pub fn sampled(
         let design = design.map_err(|why| failure(why, &[]))?;
         return Ok(Sampled { design, period, of_the_study: None });
     }
-    let in_words = |(hypothesis, alternatives)| FailureReport { hypothesis, alternatives, line: observer.place.line };
+    let in_words =
+        |(hypothesis, alternatives)| FailureReport { hypothesis, alternatives, line: observer.place.line, cause: None };
     let designed = design::design(study, observer, &AtomicBool::new(false)).map_err(|none| match none {
         NoDesign::Misfit(failure) => failure,
         NoDesign::Interrupted => failure("interrupted".to_owned(), &[]),
@@ -210,6 +221,12 @@ pub fn sampled(
     if let (ObserverKind::Luenberger(gain) | ObserverKind::Kalman(gain), Runnable::LinearAt(_), Some(point)) =
         (&observer.kind, &designed.runnable, &study.operating_point)
     {
+        if gain.is_filter {
+            return Err(failure(
+                format!("{} is in filter form, which has no export at an operating point", observer.name),
+                &["form = \"predictor\""],
+            ));
+        }
         let design = names.with(|| at_point(study, observer, gain, point, period)).map_err(|why| failure(why, &[]))?;
         return Ok(Sampled { design, period, of_the_study: Some(designed) });
     }

@@ -68,7 +68,7 @@ impl From<ObserverError> for Misfit {
 }
 
 pub(super) fn failure(wish: &ObserverSpec, hypothesis: String, alternatives: Vec<String>) -> FailureReport {
-    FailureReport { hypothesis, alternatives, line: wish.place.line }
+    FailureReport { hypothesis, alternatives, line: wish.place.line, cause: None }
 }
 
 /// The kinds of observers for nonlinear plants that are applicable to this one.
@@ -114,7 +114,7 @@ pub(super) fn misfit(study: &Study, wish: &ObserverSpec, misfit: &Misfit) -> Fai
                     LinalgError::Unobservable { .. }
                     | LinalgError::NotDetectable { .. }
                     | LinalgError::PoleMultiplicity { .. },
-                ) => return hidden(study, wish, error.to_string()),
+                ) => return hidden(study, wish, error.to_string()).caused_by(misfit),
                 DesignError::Infeasible { .. } => with_smaller_rate(study, kind),
                 DesignError::Undecided { .. } | DesignError::RefutedAsRounded { .. } => {
                     vec!["a smaller `decay_rate` or `region`".to_owned()]
@@ -173,7 +173,16 @@ pub(super) fn misfit(study: &Study, wish: &ObserverSpec, misfit: &Misfit) -> Fai
             (hypothesis, for_nonlinear(study, kind))
         }
     };
-    failure(wish, hypothesis, alternatives)
+    failure(wish, hypothesis, alternatives).caused_by(misfit)
+}
+
+impl FailureReport {
+    fn caused_by(mut self, misfit: &Misfit) -> Self {
+        if let Misfit::Design(error) = misfit {
+            self.cause = Some(Box::new(error.clone()));
+        }
+        self
+    }
 }
 
 fn with_smaller_rate(study: &Study, kind: &str) -> Vec<String> {

@@ -4,9 +4,9 @@ use luenberger_observers::high_gain::{HighGainMap, Place};
 use luenberger_observers::{
     CubicObserver, DeviationObserver, DiscreteLinearObserver, DiscreteNonlinearObserver, ExtendedKalmanFilter,
     HighGainObserver, Integral, LinearObserver, MeanValueObserver, NonlinearLuenbergerObserver, Observer,
-    ObserverDimensions, SampledCubicObserver, SampledObserver,
+    ObserverDimensions, SampledCubicObserver, SampledObserver, StationaryKalmanFilter,
 };
-use luenberger_plants::{Plant, state_jacobian};
+use luenberger_plants::{Column, Plant, state_jacobian};
 use luenberger_sim::{Replay, Scenario};
 use nalgebra::{DVector, Dyn};
 
@@ -27,6 +27,8 @@ pub enum Runnable {
     SampledCubic(Box<SampledCubicObserver<f64, Dyn, Dyn, Dyn>>),
     /// Luenberger observer, or stationary Kalman predictor, in discrete time.
     DiscreteLinear(Box<DiscreteLinearObserver<f64, Dyn, Dyn, Dyn>>),
+    /// Stationary Kalman filter in discrete time, in filter form.
+    StationaryKalman(Box<StationaryKalmanFilter<f64, Dyn, Dyn, Dyn>>),
     /// Copy of a plant in discrete time with output injection.
     DiscreteNonlinear(Box<DiscreteNonlinearObserver<Model, f64, Dyn, Dyn, Dyn>>),
     /// Luenberger observer of the linearisation at an operating point.
@@ -67,6 +69,7 @@ macro_rules! each {
             Runnable::SampledCubic($sampled) => $step,
             Runnable::SampledCubicAt($sampled) => $step,
             Runnable::DiscreteLinear($sampled) => $step,
+            Runnable::StationaryKalman($sampled) => $step,
             Runnable::DiscreteNonlinear($sampled) => $step,
             Runnable::ExtendedKalman($sampled) => $step,
         }
@@ -99,6 +102,64 @@ impl Runnable {
     /// The sampling period; none in continuous time.
     pub fn period(&self) -> Option<f64> {
         each!(self, _observer => None, sampled => Some(sampled.period()))
+    }
+
+    /// The entries of the state that gives this estimate at time `t`; none for slices of the wrong length.
+    pub fn initial(&self, t: f64, estimate: &[f64], u: &[f64], y: &[f64]) -> Option<Vec<f64>> {
+        each!(
+            self,
+            observer => Some(
+                observer.initial(t, &Column::try_from_slice(estimate)?, &Column::try_from_slice(u)?, &Column::try_from_slice(y)?)
+                    .as_slice()
+                    .to_vec(),
+            ),
+            sampled => Some(
+                sampled.initial(t, &Column::try_from_slice(estimate)?, &Column::try_from_slice(u)?, &Column::try_from_slice(y)?)
+                    .as_slice()
+                    .to_vec(),
+            )
+        )
+    }
+
+    /// The derivative of the state; for samples the next state. None for slices of the wrong length.
+    ///
+    /// ```
+    /// use luenberger_study::{Format, Study, design::design, template};
+    /// use std::sync::atomic::AtomicBool;
+    /// let text = template::text("double-integrator").ok_or("a template")?;
+    /// let study = Study::from_text("study.toml", text, Format::Toml, ".".as_ref())?;
+    /// let designed = design(&study, &study.observers[0], &AtomicBool::new(false)).map_err(|why| format!("{why:?}"))?;
+    /// // At rest, with the output that the estimate predicts.
+    /// assert_eq!(designed.runnable.motion(0.0, &[1.0, 0.0], &[0.0], &[1.0]), Some(vec![0.0, 0.0]));
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    pub fn motion(&self, t: f64, state: &[f64], u: &[f64], y: &[f64]) -> Option<Vec<f64>> {
+        each!(
+            self,
+            observer => Some(
+                observer.derivative(t, &Column::try_from_slice(state)?, &Column::try_from_slice(u)?, &Column::try_from_slice(y)?)
+                    .as_slice()
+                    .to_vec(),
+            ),
+            sampled => {
+                let mut next = Column::try_from_slice(state)?;
+                sampled.step(t, &mut next, &Column::try_from_slice(u)?, &Column::try_from_slice(y)?);
+                Some(next.as_slice().to_vec())
+            }
+        )
+    }
+
+    /// The estimate of a state; none for slices of the wrong length.
+    pub fn estimate(&self, t: f64, state: &[f64], u: &[f64], y: &[f64]) -> Option<Vec<f64>> {
+        each!(
+            self,
+            observer => Some(
+                observer.estimate(t, &Column::try_from_slice(state)?, &Column::try_from_slice(u)?, &Column::try_from_slice(y)?)
+                    .as_slice()
+                    .to_vec(),
+            ),
+            sampled => Some(sampled.estimate(&Column::try_from_slice(state)?).as_slice().to_vec())
+        )
     }
 
     /// Lengths of its columns.

@@ -5,6 +5,7 @@
 use luenberger_design::Region;
 use luenberger_proof::wording::{counted, significant};
 use luenberger_sim::{SimError, Trajectory};
+use serde::{Deserialize, Serialize};
 
 use super::Member;
 use super::simulate::Run;
@@ -44,19 +45,32 @@ impl Excursion {
         format!("{}: {observer}: outside {outside}, first {}", self.what, self.first())
     }
 
-    /// As a sentence about the runs of a sweep, of which this is the first that left.
-    pub(super) fn in_sweep(&self, observer: &str, runs: usize, all: usize, parameter: &str, value: f64) -> String {
-        let (what, value) = (self.what, significant(value, 5));
-        format!(
-            "{what}: {observer}: left in {runs} of {} of the sweep, first with {parameter} = {value} {}",
-            counted(all, "run"),
-            self.first()
-        )
+    /// What is said of it among the runs of a sweep.
+    pub(super) fn left(&self) -> Left {
+        Left { what: self.what.to_owned(), first: self.first() }
     }
 
     fn first(&self) -> String {
         let [t, value, low, high] = [self.t, self.value, self.bounds.0, self.bounds.1].map(|x| significant(x, 5));
         format!("at t = {t}, where {} = {value} is not in [{low}, {high}]", self.name)
+    }
+}
+
+/// How the first of the runs of a sweep left the region, in words.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub(super) struct Left {
+    /// What does not hold outside of it.
+    pub(super) what: String,
+    /// When and where it left.
+    pub(super) first: String,
+}
+
+impl Left {
+    /// As a sentence, if so many of all runs left.
+    pub(super) fn in_sweep(&self, observer: &str, runs: u64, all: usize, parameter: &str, value: f64) -> String {
+        let Self { what, first } = self;
+        let (all, value) = (counted(all, "run"), significant(value, 5));
+        format!("{what}: {observer}: left in {runs} of {all} of the sweep, first with {parameter} = {value} {first}")
     }
 }
 

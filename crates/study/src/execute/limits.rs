@@ -117,6 +117,7 @@ pub(super) fn timed<T>(
         });
         let inner = RunOptions {
             output: options.output.clone(),
+            sweep: options.sweep.clone(),
             progress: &progress,
             cancel: &stop,
             until: Some(end),

@@ -23,6 +23,11 @@ fn replay(study: &Study, log: &Log, member: &Member<'_>, until: Option<Instant>)
     member.designed.runnable.replay(replay, name, &member.wish.initial).run()?.observer(name).cloned()
 }
 
+/// The run of one observer.
+pub(super) fn one(study: &Study, log: &Log, member: &Member<'_>, until: Option<Instant>) -> Result<Run, SimError> {
+    replay(study, log, member, until).map(|replayed| run(log, replayed))
+}
+
 fn report(study: &Study, log: &Log, replayed: &ReplayedObserver) -> Result<InnovationReport, SimError> {
     let times = log.recording.times();
     let middle = times[times.len() / 2];

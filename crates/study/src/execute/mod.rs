@@ -1,5 +1,6 @@
 //! The steps of a study: observability, designs, simulations, sweep, and the output folder.
 
+pub(crate) mod digest;
 mod estimate;
 mod excursion;
 mod filter;
@@ -19,7 +20,11 @@ mod warn;
 pub use estimate::{Estimate, Memory, estimate};
 pub use limits::{Excess, Limits, about, bytes, duration};
 pub(crate) use observe::in_words;
-pub use options::{Progress, RunOptions, Step};
+pub use options::{Progress, RunOptions, RunsAsCsv, Step, SweepOptions};
+pub use sweep::{
+    BLOCKS, BlockSettings, Computed, Document, Fault, Plan, Shard, SharedSweep, SweepError, SweepStatus, reduce_sweep,
+    sweep_status,
+};
 
 use luenberger_figures::Figure;
 use luenberger_plants::StateSpace;
@@ -28,7 +33,7 @@ use crate::design::{Designed, NoDesign, design_until, matrix, number};
 use crate::error::StudyError;
 use crate::model::Model;
 use crate::read::file_name;
-use crate::results::{FailureReport, NamedMatrix, ObserverReport, PlantSummary, Results, report};
+use crate::results::{FailureReport, NamedMatrix, ObserverReport, ObserverRun, PlantSummary, Results, report};
 use crate::study::{ObserverKind, ObserverSpec, Study};
 use folder::Folder;
 
@@ -96,17 +101,11 @@ pub fn execute_in_part(
         warnings: Vec::new(),
         files: Vec::new(),
         renamed: Vec::new(),
+        notes: Vec::new(),
+        runs: Vec::new(),
     };
-    let executed = limits::timed(options, |options| {
-        let mut work = || stages(study, step, options, &folder, &mut results);
-        match options.threads {
-            None => work(),
-            Some(threads) => {
-                let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
-                pool.map_err(|_| StudyError::Threads(threads))?.install(work)
-            }
-        }
-    });
+    let blocks = sweep::blocks(study, step, options, &folder)?;
+    let executed = within(options, |options| stages(study, step, options, (&folder, blocks.as_ref()), &mut results));
     let stopped = match executed {
         Ok(()) => None,
         Err(error @ (StudyError::Interrupted | StudyError::TimeLimit { .. })) => Some(error),
@@ -115,8 +114,29 @@ pub fn execute_in_part(
     if stopped.is_some() {
         save(&folder, &mut results)?;
     }
-    results.renamed = folder.finish(step.name(), (study.source.name(), study.source.text()))?;
+    results.renamed = folder.finish(step.name(), (&study.file_name(), study.source.text()))?;
     Ok((results, stopped))
+}
+
+/// The work within the time limit of the options, on their number of threads.
+fn within<T: Send>(
+    options: &RunOptions<'_>,
+    work: impl FnOnce(&RunOptions<'_>) -> Result<T, StudyError> + Send,
+) -> Result<T, StudyError> {
+    limits::timed(options, |options| match options.threads {
+        None => work(options),
+        Some(threads) => {
+            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
+            pool.map_err(|_| StudyError::Threads(threads))?.install(|| work(options))
+        }
+    })
+}
+
+/// The observers that have a design.
+fn members<'a>(study: &'a Study, designs: &'a [Option<Outcome>]) -> Vec<Member<'a>> {
+    let designed = |outcome: &'a Option<Outcome>| outcome.as_ref()?.designed.as_ref().ok();
+    let both = study.observers.iter().zip(designs);
+    both.filter_map(|(wish, outcome)| Some(Member { wish, designed: designed(outcome)? })).collect()
 }
 
 /// Writes files into a folder, in place of those that an earlier run of any command wrote there; `study` is recorded in
@@ -136,7 +156,7 @@ pub fn write_folder(
     for (name, bytes) in files {
         folder.write(name, bytes)?;
     }
-    folder.finish(command, (study.source.name(), study.source.text()))
+    folder.finish(command, (&study.file_name(), study.source.text()))
 }
 
 /// The run of the plant alone; none with feedback of an estimate, or if it cannot be simulated.
@@ -145,6 +165,39 @@ pub(crate) fn plant_run(study: &Study, simulation: &crate::study::Simulation) ->
         return None;
     }
     simulate::trajectory(study, simulation, &[], None, simulate::Variation::NONE, None).ok()
+}
+
+/// The run of a designed observer in the simulation of a study, at the rows that [`execute()`] has. The study may be
+/// another one than that of the design, of the same plant and observer.
+///
+/// # Errors
+/// [`StudyError::Missing`] without a simulation, [`StudyError::Sim`] for a run that ends early.
+pub fn simulate_designed(
+    study: &Study,
+    observer: &ObserverSpec,
+    designed: &Designed,
+    until: Option<std::time::Instant>,
+) -> Result<ObserverRun, StudyError> {
+    let missing = || StudyError::Missing { step: "simulate", needs: "a [simulation]" };
+    let simulation = study.simulation.as_ref().ok_or_else(missing)?;
+    let member = Member { wish: observer, designed };
+    let trajectory =
+        simulate::trajectory(study, simulation, &[member], Some(&member), simulate::Variation::NONE, until)?;
+    Ok(simulate::samples(simulation, &trajectory, Some(&member)).named(&observer.name, false))
+}
+
+/// A designed observer on the log of a study, which may be another one than that of the design.
+///
+/// # Errors
+/// As [`simulate_designed`].
+pub fn replay_designed(
+    study: &Study,
+    observer: &ObserverSpec,
+    designed: &Designed,
+    until: Option<std::time::Instant>,
+) -> Result<ObserverRun, StudyError> {
+    let log = study.log.as_ref().ok_or(StudyError::Missing { step: "simulate", needs: "a [log]" })?;
+    Ok(log::one(study, log, &Member { wish: observer, designed }, until)?.named(&observer.name, true))
 }
 
 /// Whether the input of the plant is a feedback of this observer's estimate.
@@ -188,7 +241,7 @@ fn stages(
     study: &Study,
     step: Step,
     options: &RunOptions<'_>,
-    folder: &Folder,
+    (folder, blocks): (&Folder, Option<&sweep::Blocks>),
     results: &mut Results,
 ) -> Result<(), StudyError> {
     let all = step == Step::Run;
@@ -207,12 +260,7 @@ fn stages(
         results.warnings.extend(unfinished("design", open.map(|(wish, _)| wish.name.as_str())));
         return Err(StudyError::Interrupted);
     }
-    let members: Vec<Member<'_>> = study
-        .observers
-        .iter()
-        .zip(&designs)
-        .filter_map(|(wish, outcome)| Some(Member { wish, designed: outcome.as_ref()?.designed.as_ref().ok()? }))
-        .collect();
+    let members = members(study, &designs);
     if all || step == Step::Observe {
         options.check()?;
         results.observability = Some(observe::observability(study, &members, options)?);
@@ -249,7 +297,7 @@ fn stages(
         results.warnings.extend(unfinished("simulation", names(&members, &reached)));
         save(folder, results)?;
         options.check()?;
-        let alone;
+        let mut alone = None;
         // The plant is drawn from the run with the most rows.
         let densest = of.iter().rev().max_by_key(|(_, run)| run.t.len());
         let first = match densest {
@@ -258,9 +306,9 @@ fn stages(
             None if simulate::fed(study).is_none() => {
                 match simulate::trajectory(study, simulation, &[], None, simulate::Variation::NONE, options.until) {
                     Ok(trajectory) => {
-                        alone = simulate::samples(simulation, &trajectory, None);
-                        folder.table("trajectories/plant", &pictures::table(study, &alone))?;
-                        Some(&alone)
+                        let run = alone.insert(simulate::samples(simulation, &trajectory, None));
+                        folder.table("trajectories/plant", &pictures::table(study, run))?;
+                        Some(&*run)
                     }
                     // With observers, each of their rows says how far it came.
                     Err(error) if error.ends_run() && !members.is_empty() => {
@@ -276,6 +324,8 @@ fn stages(
             figures.extend(pictures::figures(&pictures::Runs { study, first, of, measured: false }));
             figures.extend(results.simulation.as_ref().and_then(|report| pareto::simulation(study, report)));
         }
+        results.runs.extend(alone.map(|run| run.named("", false)));
+        results.runs.extend(simulate::named(simulated.runs, false));
     }
     if let (Some(log), true) = (&study.log, all || matches!(step, Step::Simulate | Step::Compare)) {
         options.check()?;
@@ -296,12 +346,14 @@ fn stages(
             let own = |(id, figure): (String, Figure)| (format!("log-{id}"), figure);
             figures.extend(drawn.into_iter().map(own));
         }
+        results.runs.extend(simulate::named(outcomes, true));
     }
-    if let (Some(sweep), Some(simulation), true) = (&study.sweep, &study.simulation, all || step == Step::Sweep) {
+    if let (Some(sweep), Some(simulation), Some(blocks)) = (&study.sweep, &study.simulation, blocks) {
         options.check()?;
-        let sweep::Outcome { report, warnings, csv } = sweep::all(study, simulation, sweep, &members, options)?;
+        let sweep::Outcome { report, warnings, notes } =
+            sweep::all(study, (simulation, sweep), &members, blocks, (folder, options))?;
         results.warnings.extend(warnings);
-        folder.write("sweep.csv", csv.as_bytes())?;
+        results.notes = notes;
         figures.extend(pictures::sweep(study, &report).into_iter().chain(pareto::sweep(study, &report)));
         results.sweep = Some(report);
         save(folder, results)?;

@@ -54,6 +54,32 @@ pub struct Progress<'a> {
     pub total: usize,
 }
 
+/// How a sweep is computed.
+#[derive(Debug, Clone, Default)]
+pub struct SweepOptions {
+    /// Runs of a block (default: a sixteenth of the ensemble, from 32 to 1000).
+    pub block_size: Option<u64>,
+    /// Whether blocks that an earlier sweep has left in the results folder are deleted. Otherwise those of the same study
+    /// are used, and those of another one are an error.
+    pub restart: bool,
+    /// Whether missing and damaged blocks are an error, and not computed.
+    pub complete: bool,
+    /// Where the scores of each run are written as comma-separated values.
+    pub csv: RunsAsCsv,
+}
+
+/// Where the scores of each run are written as comma-separated values.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub enum RunsAsCsv {
+    /// All in `sweep.csv`.
+    #[default]
+    One,
+    /// Those of each block beside it.
+    Blocks,
+    /// Nowhere.
+    None,
+}
+
 /// How a study is executed.
 pub struct RunOptions<'a> {
     /// The results folder, created if missing; without it nothing is written. Files of an earlier run are replaced.
@@ -62,6 +88,8 @@ pub struct RunOptions<'a> {
     pub force: bool,
     /// Bounds on time and memory.
     pub limits: Limits,
+    /// How a sweep is computed.
+    pub sweep: SweepOptions,
     /// An instant at which the execution stops, if its time limit has not stopped it before (default none).
     pub until: Option<Instant>,
     /// Called for every finished item, from any thread.
@@ -81,6 +109,7 @@ impl Default for RunOptions<'_> {
             output: None,
             force: false,
             limits: Limits::default(),
+            sweep: SweepOptions::default(),
             until: None,
             progress: &|_| (),
             cancel: &NEVER,

@@ -16,7 +16,7 @@ use super::scores::Scoring;
 use super::stopped::why;
 use super::{Member, excursion, filter};
 use crate::error::StudyError;
-use crate::results::{FilterReport, RunReport, SimulationReport};
+use crate::results::{FilterReport, ObserverRun, RunReport, SimulationReport};
 use crate::signal::Input;
 use crate::study::{Simulation, Study};
 
@@ -46,6 +46,19 @@ pub(super) struct Run {
     pub(super) innovation: Option<DMatrix<f64>>,
     /// The standard deviations of the estimates, of a filter.
     pub(super) deviation: Option<DMatrix<f64>>,
+}
+
+impl Run {
+    /// As the results have it.
+    pub(super) fn named(self, observer: &str, on_log: bool) -> ObserverRun {
+        let Self { t, x, u, y, estimate, deviation, .. } = self;
+        ObserverRun { observer: observer.to_owned(), on_log, t, x, u, y, estimate, deviation }
+    }
+}
+
+/// The runs that finished, as the results have them.
+pub(super) fn named(runs: Vec<Outcome<'_>>, on_log: bool) -> impl Iterator<Item = ObserverRun> + use<'_> {
+    runs.into_iter().filter_map(move |(member, run)| Some(run?.named(&member.wish.name, on_log)))
 }
 
 /// The observer in the feedback loop.

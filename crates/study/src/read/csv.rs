@@ -12,7 +12,7 @@ use crate::table::{Table, TableError};
 fn read<T>(node: &Node, reader: &mut Reader, made: impl Fn(&Table) -> Result<T, TableError>) -> Option<T> {
     let name = node.text()?;
     // The name as in the study: a message should not depend on the folder.
-    let message = match std::fs::read(reader.folder.join(name)) {
+    let message = match reader.file(name) {
         Ok(bytes) => match Table::from_bytes(&bytes).and_then(|table| made(&table)) {
             Ok(made) => return Some(made),
             Err(error) => format!("{name}: {error}"),

@@ -18,8 +18,9 @@ mod toml;
 mod tree;
 mod truth;
 
+use std::collections::BTreeMap;
 use std::ops::Range;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use luenberger_expression::nearest;
@@ -29,6 +30,7 @@ use nalgebra::DMatrix;
 
 use crate::diagnostic::{Diagnostic, Diagnostics, Source};
 use crate::error::StudyError;
+use crate::execute::{Document, digest};
 use crate::schema::STUDY;
 use crate::study::Study;
 pub(crate) use observer::file_name;
@@ -46,8 +48,14 @@ pub enum Format {
 /// The name of a study that is not a file.
 pub(crate) const STANDARD_INPUT: &str = "standard input";
 
-/// The study in a text.
-pub(crate) fn study(name: &str, text: &str, format: Format, folder: &Path) -> Result<Study, StudyError> {
+/// The study in a text. `copies` has the paths of files that are not in the folder under the names that the study has.
+pub(crate) fn study(
+    name: &str,
+    text: &str,
+    format: Format,
+    folder: &Path,
+    copies: BTreeMap<String, PathBuf>,
+) -> Result<Study, StudyError> {
     let source = Arc::new(Source::new(name, text));
     let (root, mut mistakes) = match format {
         Format::Toml => toml::tree(text),
@@ -56,7 +64,7 @@ pub(crate) fn study(name: &str, text: &str, format: Format, folder: &Path) -> Re
     // After a syntax error the rest of the tree is unreliable.
     if mistakes.is_empty() {
         check::table(&root, &STUDY, &mut mistakes);
-        let mut reader = Reader { mistakes: Vec::new(), absences: Vec::new(), folder: folder.to_owned(), dt: None };
+        let mut reader = Reader::new(folder, copies);
         let study = assemble(&root, &source, &mut reader);
         // A key that is missing where another is unknown is most likely misspelt.
         let starts = starts(&root);
@@ -69,7 +77,8 @@ pub(crate) fn study(name: &str, text: &str, format: Format, folder: &Path) -> Re
         };
         mistakes.extend(reader.mistakes.into_iter().filter(new));
         mistakes.extend(reader.absences.into_iter().filter(|absence| !spoilt.contains(&table(absence))));
-        if let (Some(study), true) = (study, mistakes.is_empty()) {
+        if let (Some(mut study), true) = (study, mistakes.is_empty()) {
+            study.format = format;
             return Ok(study);
         }
         if mistakes.is_empty() {
@@ -131,6 +140,8 @@ fn assemble(root: &Node, source: &Arc<Source>, reader: &mut Reader) -> Option<St
         plot: plot?,
         sweep: sound(root, "sweep", sweep).ok()?,
         folder: reader.folder.clone(),
+        files: reader.files.clone(),
+        format: Format::Toml,
         source: Arc::clone(source),
         plant,
     })
@@ -169,12 +180,35 @@ struct Reader {
     mistakes: Vec<Diagnostic>,
     /// Mistakes about missing keys.
     absences: Vec<Diagnostic>,
-    folder: std::path::PathBuf,
+    folder: PathBuf,
+    copies: BTreeMap<String, PathBuf>,
+    /// The files that were read.
+    files: Vec<Document>,
     /// The period of a plant in discrete time.
     dt: Option<f64>,
 }
 
 impl Reader {
+    fn new(folder: &Path, copies: BTreeMap<String, PathBuf>) -> Self {
+        let (mistakes, absences) = (Vec::new(), Vec::new());
+        Self { mistakes, absences, folder: folder.to_owned(), copies, files: Vec::new(), dt: None }
+    }
+
+    /// A reader of a part of the same study.
+    fn inner(&self) -> Self {
+        Self { dt: self.dt, ..Self::new(&self.folder, self.copies.clone()) }
+    }
+
+    /// The content of a file that the study names.
+    fn file(&mut self, name: &str) -> std::io::Result<Vec<u8>> {
+        let bytes = std::fs::read(self.copies.get(name).map_or_else(|| self.folder.join(name), PathBuf::clone))?;
+        let read = Document { name: name.to_owned(), sha256: digest::of(&bytes) };
+        if !self.files.contains(&read) {
+            self.files.push(read);
+        }
+        Ok(bytes)
+    }
+
     fn wrong(&mut self, span: Range<usize>, message: impl Into<String>, expected: impl Into<String>) {
         self.mistakes.push(Diagnostic::new(span, message, expected));
     }

@@ -67,7 +67,7 @@ pub(super) fn changed(
             }
         }
     }
-    let mut inner = Reader { mistakes: Vec::new(), absences: Vec::new(), folder: reader.folder.clone(), dt: reader.dt };
+    let mut inner = reader.inner();
     let read = plant::plant(tree, &mut inner);
     let size = known.model.size();
     match read {

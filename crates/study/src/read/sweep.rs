@@ -157,8 +157,7 @@ fn variants(
         if let Some(place) = follow(&mut tree, &steps) {
             place.value = Value::Number(*value, value.fract() == 0.0);
         }
-        let mut inner =
-            Reader { mistakes: Vec::new(), absences: Vec::new(), folder: reader.folder.clone(), dt: reader.dt };
+        let mut inner = reader.inner();
         check::table(&tree, &STUDY, &mut inner.mistakes);
         let study = assemble(&tree, source, &mut inner);
         match (study, inner.mistakes.into_iter().chain(inner.absences).next()) {

@@ -13,10 +13,12 @@ pub use log::{ConsistencyReport, FilterReport, InnovationOf, InnovationReport, L
 pub use report::{leading, log_data};
 pub use score_tables::{ScoreCell, ScoreTable};
 pub use scores::{
-    MeritsReport, NormReport, PercentileReport, RunReport, ScoringReport, SimulationReport, StateReport, SweepReport,
-    SweepRow,
+    MeritsReport, NormReport, PercentileReport, RunReport, ScoreStatistics, ScoringReport, SimulationReport,
+    StateReport, SweepReport, SweepRow,
 };
 
+use luenberger_design::DesignError;
+use nalgebra::DMatrix;
 use serde::Serialize;
 
 /// Results of the executed steps. Parts that were not requested, or for which the study has no table, are absent.
@@ -57,6 +59,33 @@ pub struct Results {
     /// names, and the names they have now.
     #[serde(skip)]
     pub renamed: Vec<(String, String)>,
+    /// Blocks of a sweep that were damaged and have been computed again, a sentence each.
+    #[serde(skip)]
+    pub notes: Vec<String>,
+    /// The trajectories of the simulation and of the log, each observer's own.
+    #[serde(skip)]
+    pub runs: Vec<ObserverRun>,
+}
+
+/// The trajectory of an observer with its plant, one row for each time. What is not known is NaN.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ObserverRun {
+    /// The observer; empty for the plant alone.
+    pub observer: String,
+    /// Whether it ran on the log.
+    pub on_log: bool,
+    /// The times.
+    pub t: Vec<f64>,
+    /// The states of the plant; on a log without them there are no columns.
+    pub x: DMatrix<f64>,
+    /// The inputs.
+    pub u: DMatrix<f64>,
+    /// The measured outputs, with noise.
+    pub y: DMatrix<f64>,
+    /// The estimates.
+    pub estimate: Option<DMatrix<f64>>,
+    /// The standard deviations of the estimates, of a filter.
+    pub deviation: Option<DMatrix<f64>>,
 }
 
 /// The plant.
@@ -273,6 +302,9 @@ pub struct FailureReport {
     pub alternatives: Vec<String>,
     /// Position of the observer in the file.
     pub line: usize,
+    /// The error of the design with its numbers, where one is the reason.
+    #[serde(skip)]
+    pub cause: Option<Box<DesignError>>,
 }
 
 impl DesignReport {

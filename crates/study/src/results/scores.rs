@@ -152,9 +152,29 @@ pub struct SweepRow {
     /// The 5th and the 95th percentile of the same scores over an ensemble; empty for one run.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub percentiles: Vec<PercentileReport>,
+    /// Count, mean, standard deviation and extremes of each score over an ensemble; empty for one run.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub statistics: Vec<ScoreStatistics>,
     /// Why there is no run, if there is none.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub failure: Option<String>,
+}
+
+/// A score over an ensemble.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct ScoreStatistics {
+    /// The score, as in the head of `sweep.csv`.
+    pub score: String,
+    /// Number of runs that have it: those that finished, and of a settling time those that settle.
+    pub count: u64,
+    /// Its mean over these runs.
+    pub mean: Option<f64>,
+    /// Its standard deviation, with the divisor count - 1.
+    pub deviation: Option<f64>,
+    /// The smallest value.
+    pub min: Option<f64>,
+    /// The largest value.
+    pub max: Option<f64>,
 }
 
 /// A percentile of the scores over an ensemble.

@@ -1,6 +1,7 @@
 //! One test binary, a module a subject.
 
 mod battery;
+mod blocks;
 mod choices;
 mod discrete_time;
 mod feedthrough;

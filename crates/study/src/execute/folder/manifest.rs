@@ -1,12 +1,12 @@
 //! `manifest.json`: what the command has written into a results folder. Only these files are replaced or removed by the
 //! next run.
 
-use std::fs::File;
-use std::io::{self, Read};
+use std::io;
 use std::path::{Component, Path};
 
 use serde::{Deserialize, Serialize};
-use sha2::{Digest, Sha256};
+
+use crate::execute::digest;
 
 /// The name of the manifest in its folder.
 pub(super) const MANIFEST: &str = "manifest.json";
@@ -38,7 +38,7 @@ pub(super) struct Entry {
 
 impl Entry {
     pub(super) fn of(name: &str, content: &[u8]) -> Self {
-        Self { name: name.to_owned(), bytes: content.len() as u64, sha256: hex(&Sha256::digest(content)) }
+        Self { name: name.to_owned(), bytes: content.len() as u64, sha256: digest::of(content) }
     }
 
     /// Whether the file at `path` has this content.
@@ -48,32 +48,13 @@ impl Entry {
             Err(error) if is_absent(&error) => return Ok(false),
             Err(error) => return Err(error),
         };
-        Ok(kind.is_file() && kind.len() == self.bytes && digest(path)? == self.sha256)
+        Ok(kind.is_file() && kind.len() == self.bytes && digest::of_file(path)? == self.sha256)
     }
 }
 
 /// Whether there is nothing at a path.
-pub(super) fn is_absent(error: &io::Error) -> bool {
+pub(in crate::execute) fn is_absent(error: &io::Error) -> bool {
     matches!(error.kind(), io::ErrorKind::NotFound | io::ErrorKind::NotADirectory)
-}
-
-fn digest(path: &Path) -> io::Result<String> {
-    let mut file = File::open(path)?;
-    let (mut digest, mut buffer) = (Sha256::new(), vec![0; 1 << 16]);
-    loop {
-        match file.read(&mut buffer)? {
-            0 => return Ok(hex(&digest.finalize())),
-            count => digest.update(&buffer[..count]),
-        }
-    }
-}
-
-fn hex(bytes: &[u8]) -> String {
-    use std::fmt::Write;
-    bytes.iter().fold(String::new(), |mut text, byte| {
-        _ = write!(text, "{byte:02x}");
-        text
-    })
 }
 
 impl Manifest {

@@ -8,14 +8,17 @@ mod manifest;
 mod replace;
 
 use std::fs::{File, TryLockError};
-use std::io::{self, Cursor};
+use std::io::{self, BufWriter, Cursor, Write};
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use luenberger_figures::figure::still;
 use luenberger_figures::{Figure, Table};
 
+use super::digest;
+use super::sweep::BLOCKS;
 use crate::error::StudyError;
+pub(super) use manifest::is_absent;
 use manifest::{Entry, MANIFEST, Manifest};
 use replace::Renamed;
 
@@ -29,6 +32,24 @@ const ASIDE: &str = ".luenberger.partial";
 pub(super) struct Folder {
     open: Option<Open>,
     written: Mutex<Vec<Entry>>,
+}
+
+/// A file that is written piece by piece; nothing is written without a folder.
+pub(super) struct Stream {
+    to: Option<(BufWriter<File>, PathBuf)>,
+    name: String,
+    digest: digest::Running,
+    bytes: u64,
+}
+
+impl Stream {
+    pub(super) fn write(&mut self, bytes: &[u8]) -> Result<(), StudyError> {
+        let Some((file, path)) = &mut self.to else { return Ok(()) };
+        file.write_all(bytes).map_err(at(path))?;
+        self.digest.add(bytes);
+        self.bytes += bytes.len() as u64;
+        Ok(())
+    }
 }
 
 /// A folder that this process has locked.
@@ -52,6 +73,16 @@ impl Folder {
         self.open.is_some()
     }
 
+    /// Its path, if there is one.
+    pub(super) fn root(&self) -> Option<&Path> {
+        self.open.as_ref().map(|open| open.root.as_path())
+    }
+
+    /// A path within the temporary folder, which is deleted at the end.
+    pub(super) fn temporary(&self, name: &str) -> Option<PathBuf> {
+        self.open.as_ref().map(|open| open.aside.join(format!(".{name}")))
+    }
+
     fn entries(&self) -> MutexGuard<'_, Vec<Entry>> {
         self.written.lock().unwrap_or_else(PoisonError::into_inner)
     }
@@ -71,6 +102,27 @@ impl Folder {
         Ok(())
     }
 
+    /// A file of the folder that is written piece by piece.
+    pub(super) fn stream(&self, name: &str) -> Result<Stream, StudyError> {
+        let open = |Open { root, aside, .. }: &Open| {
+            let path = root.join(name);
+            let file = File::create(aside.join(name)).map_err(at(&path))?;
+            Ok::<_, StudyError>((BufWriter::new(file), path))
+        };
+        let to = self.open.as_ref().map(open).transpose()?;
+        Ok(Stream { to, name: name.to_owned(), digest: digest::Running::default(), bytes: 0 })
+    }
+
+    /// Ends such a file.
+    pub(super) fn finish_stream(&self, stream: Stream) -> Result<(), StudyError> {
+        let Stream { to: Some((mut file, path)), name, digest, bytes } = stream else { return Ok(()) };
+        file.flush().map_err(at(&path))?;
+        let mut entries = self.entries();
+        entries.retain(|entry| entry.name != name);
+        entries.push(Entry { name, bytes, sha256: digest.finish() });
+        Ok(())
+    }
+
     /// The files written so far, sorted by name.
     pub(super) fn written(&self) -> Vec<String> {
         let mut written: Vec<String> = self.entries().iter().map(|entry| entry.name.clone()).collect();
@@ -83,9 +135,7 @@ impl Folder {
     pub(super) fn finish(&self, command: &str, study: (&str, &str)) -> Result<Renamed, StudyError> {
         let Some(Open { root, aside, before, .. }) = &self.open else { return Ok(Renamed::new()) };
         let (name, text) = study;
-        // The name alone: results do not depend on where the study is.
-        let name = Path::new(name).file_name().map_or_else(|| name.to_owned(), |name| name.to_string_lossy().into());
-        let new = Manifest::new(command, Entry::of(&name, text.as_bytes()), self.entries().clone());
+        let new = Manifest::new(command, Entry::of(name, text.as_bytes()), self.entries().clone());
         replace::replace(root, aside, before.as_ref(), &new)
     }
 
@@ -117,13 +167,7 @@ impl Folder {
 
 impl Open {
     fn new(root: PathBuf, force: bool) -> Result<Self, StudyError> {
-        if root.metadata().is_ok_and(|found| !found.is_dir()) {
-            return Err(StudyError::NotAFolder { path: root });
-        }
-        std::fs::create_dir_all(&root).map_err(at(&root))?;
-        if !force && Manifest::read(&root).map_err(at(&root.join(MANIFEST)))?.is_none() && !is_empty(&root)? {
-            return Err(StudyError::ForeignFolder { path: root });
-        }
+        admit(&root, force)?;
         let lock = lock(&root)?;
         // Read again under the lock: another run may have finished in between.
         let before = Manifest::read(&root).map_err(at(&root.join(MANIFEST)))?;
@@ -145,11 +189,24 @@ impl Drop for Open {
     }
 }
 
-/// Whether a folder has no file, except hidden ones.
+/// Creates a results folder if it is missing. A folder with other files and without a manifest is an error unless
+/// `force`.
+pub(super) fn admit(root: &Path, force: bool) -> Result<(), StudyError> {
+    if root.metadata().is_ok_and(|found| !found.is_dir()) {
+        return Err(StudyError::NotAFolder { path: root.to_owned() });
+    }
+    std::fs::create_dir_all(root).map_err(at(root))?;
+    if !force && Manifest::read(root).map_err(at(&root.join(MANIFEST)))?.is_none() && !is_empty(root)? {
+        return Err(StudyError::ForeignFolder { path: root.to_owned() });
+    }
+    Ok(())
+}
+
+/// Whether a folder has no file, except hidden ones and the blocks of a sweep.
 fn is_empty(root: &Path) -> Result<bool, StudyError> {
     for entry in std::fs::read_dir(root).map_err(at(root))? {
         let name = entry.map_err(at(root))?.file_name();
-        if !name.as_encoded_bytes().starts_with(b".") {
+        if !name.as_encoded_bytes().starts_with(b".") && name != BLOCKS {
             return Ok(false);
         }
     }
@@ -169,7 +226,7 @@ fn lock(root: &Path) -> Result<Option<File>, StudyError> {
 }
 
 /// The error of an operation on `path`.
-fn at(path: &Path) -> impl Fn(io::Error) -> StudyError {
+pub(super) fn at(path: &Path) -> impl Fn(io::Error) -> StudyError {
     let path = path.to_owned();
     move |error| StudyError::io(&path, error)
 }

@@ -1,68 +1,143 @@
-//! Percentiles of scores over an ensemble, by nearest rank: each is the score of an actual run.
+//! Statistics of scores over an ensemble: percentiles by nearest rank, each the score of an actual run, and moments.
 
-use crate::results::{MeritsReport, NormReport, PercentileReport, StateReport, SweepRow};
+use luenberger_proof::wording::counted;
 
-/// Fills the row with the medians of the runs that finished, and with the 5th and the 95th percentile if there are
-/// several.
-pub(super) fn fill(row: &mut SweepRow, runs: &[MeritsReport]) {
-    row.finished = runs.len();
-    if runs.is_empty() {
-        return;
+use super::runs::{NORM, STATE};
+use crate::results::{PercentileReport, ScoreStatistics, StateReport, SweepRow};
+use crate::study::Study;
+
+/// The percentiles of a row: the median, and of an ensemble the other two as well.
+pub(super) const PERCENT: [u8; 3] = [50, 5, 95];
+
+/// Count, mean, sum of the squared deviations from it, and extremes of the finite values.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Moments {
+    count: u64,
+    mean: f64,
+    squares: f64,
+    min: f64,
+    max: f64,
+}
+
+impl Default for Moments {
+    fn default() -> Self {
+        Self { count: 0, mean: 0.0, squares: 0.0, min: f64::INFINITY, max: f64::NEG_INFINITY }
     }
-    let PercentileReport { settling, rms, peak, last, steady_rms, states, .. } = percentile(runs, 50);
+}
+
+impl Moments {
+    /// Those of some values, by the update of Welford, Technometrics 4, 1962.
+    pub(super) fn of(values: &[f64]) -> Self {
+        let mut moments = Self::default();
+        for &x in values.iter().filter(|x| x.is_finite()) {
+            moments.count += 1;
+            let before = x - moments.mean;
+            moments.mean += before / moments.count as f64;
+            moments.squares += before * (x - moments.mean);
+            (moments.min, moments.max) = (moments.min.min(x), moments.max.max(x));
+        }
+        moments
+    }
+
+    /// Those of both, by the update of Chan, Golub and LeVeque, The American Statistician 37, 1983. The last bits depend
+    /// on the order.
+    #[must_use]
+    pub(super) fn merge(self, other: Self) -> Self {
+        if self.count == 0 || other.count == 0 {
+            return if self.count == 0 { other } else { self };
+        }
+        let count = self.count + other.count;
+        let (share, apart) = (other.count as f64 / count as f64, other.mean - self.mean);
+        Self {
+            count,
+            mean: self.mean + apart * share,
+            squares: self.squares + other.squares + apart * apart * share * self.count as f64,
+            min: self.min.min(other.min),
+            max: self.max.max(other.max),
+        }
+    }
+
+    fn report(self, score: &str) -> ScoreStatistics {
+        let known = |x: f64| (self.count > 0).then_some(x);
+        let deviation = (self.squares / (self.count.max(2) - 1) as f64).sqrt();
+        ScoreStatistics {
+            score: score.to_owned(),
+            count: self.count,
+            mean: known(self.mean),
+            deviation: (self.count > 1).then_some(deviation),
+            min: known(self.min),
+            max: known(self.max),
+        }
+    }
+}
+
+/// What is known of a score of a row.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Summary {
+    pub(super) moments: Moments,
+    /// The percentiles, in the order of [`PERCENT`].
+    pub(super) percentiles: [f64; 3],
+}
+
+impl Summary {
+    /// Of at least one value.
+    pub(super) fn of(moments: Moments, values: &mut [f64]) -> Self {
+        Self { moments, percentiles: PERCENT.map(|percent| rank(values, percent)) }
+    }
+}
+
+/// The smallest value that at least so many percent of the values do not exceed. Changes their order.
+fn rank(values: &mut [f64], percent: u8) -> f64 {
+    let rank = (values.len() * usize::from(percent)).div_ceil(100).max(1);
+    if rank > values.len() {
+        return f64::NAN;
+    }
+    *values.select_nth_unstable_by(rank - 1, f64::total_cmp).1
+}
+
+/// Fills the row with the medians of the runs that finished, and for an ensemble with the other percentiles and the
+/// moments. `scores` has the scores in the order of `names`.
+pub(super) fn fill(row: &mut SweepRow, study: &Study, names: &[String], scores: &[Summary]) {
+    let PercentileReport { settling, rms, peak, last, steady_rms, states, .. } = percentile(study, scores, 0);
     (row.settling, row.rms, row.peak, row.last, row.steady_rms) = (settling, rms, peak, last, steady_rms);
     row.states = states;
-    if runs.len() > 1 {
-        row.percentiles = [5, 95].into_iter().map(|percent| percentile(runs, percent)).collect();
+    if row.finished > 1 {
+        row.percentiles = [1, 2].map(|k| percentile(study, scores, k)).to_vec();
+        row.statistics = names.iter().zip(scores).map(|(name, score)| score.moments.report(name)).collect();
     }
 }
 
 /// The scores that so many percent of the runs do not exceed. A run that does not settle counts as infinite.
-fn percentile(runs: &[MeritsReport], percent: u8) -> PercentileReport {
-    let norm = |score: fn(&NormReport) -> f64| {
-        let scores: Option<Vec<f64>> = runs.iter().map(|run| run.norm.as_ref().map(score)).collect();
-        scores.map(|scores| rank(scores, percent))
-    };
-    let state = |i: usize| {
-        let of = |score: fn(&StateReport) -> f64| rank(runs.iter().map(|run| score(&run.states[i])).collect(), percent);
-        let first = &runs[0].states[i];
+fn percentile(study: &Study, scores: &[Summary], k: usize) -> PercentileReport {
+    let finite = |time: f64| time.is_finite().then_some(time);
+    let of_states = study.plant.states.len() * STATE.len();
+    let (norm, states) = scores.split_at(scores.len() - of_states);
+    debug_assert!(norm.is_empty() || norm.len() == NORM.len(), "{}", counted(norm.len(), "score"));
+    let norm = |score: usize| norm.get(score).map(|score| score.percentiles[k]);
+    let state = |(i, scores): (usize, &[Summary])| {
+        let of = |score: usize| scores[score].percentiles[k];
         StateReport {
-            state: first.state.clone(),
-            unit: first.unit.clone(),
-            initial: of(|run| run.initial),
-            rmse: of(|run| run.rmse),
-            peak: of(|run| run.peak),
-            overshoot: of(|run| run.overshoot),
-            settling_5: finite(of(|run| time(run.settling_5))),
-            settling_2: finite(of(|run| time(run.settling_2))),
-            last: of(|run| run.last),
-            steady_rmse: of(|run| run.steady_rmse),
+            state: study.plant.states[i].clone(),
+            unit: study.plant.units.get(i).cloned(),
+            initial: of(0),
+            rmse: of(1),
+            peak: of(2),
+            overshoot: of(3),
+            settling_5: finite(of(4)),
+            settling_2: finite(of(5)),
+            last: of(6),
+            steady_rmse: of(7),
         }
     };
     PercentileReport {
-        percent,
-        settling: norm(|norm| time(norm.settling_last)).and_then(finite),
-        rms: norm(|norm| norm.rms),
-        peak: norm(|norm| norm.peak),
-        last: norm(|norm| norm.last),
-        steady_rms: norm(|norm| norm.steady_rms),
-        states: (0..runs[0].states.len()).map(state).collect(),
+        percent: PERCENT[k],
+        settling: norm(0).and_then(finite),
+        peak: norm(1),
+        rms: norm(2),
+        last: norm(3),
+        steady_rms: norm(4),
+        states: states.chunks(STATE.len()).enumerate().map(state).collect(),
     }
-}
-
-fn time(settling: Option<f64>) -> f64 {
-    settling.unwrap_or(f64::INFINITY)
-}
-
-fn finite(time: f64) -> Option<f64> {
-    time.is_finite().then_some(time)
-}
-
-/// The smallest value that at least so many percent of the values do not exceed.
-fn rank(mut values: Vec<f64>, percent: u8) -> f64 {
-    values.sort_by(f64::total_cmp);
-    let rank = (values.len() * usize::from(percent)).div_ceil(100).max(1);
-    values.get(rank - 1).copied().unwrap_or(f64::NAN)
 }
 
 #[cfg(test)]
@@ -72,9 +147,32 @@ mod tests {
     /// By numpy: percentile(values, q, method="inverted_cdf").
     #[test]
     fn percentiles_are_those_of_numpy() {
-        let values = || vec![3.0, 1.0, 2.0, 5.0, 4.0, 9.0, 7.0, 8.0, 6.0, 10.0];
-        assert_eq!([5, 50, 95].map(|percent| rank(values(), percent)), [1.0, 5.0, 10.0]);
-        let values: Vec<f64> = (0..41).map(f64::from).collect();
-        assert_eq!([5, 50, 95].map(|percent| rank(values.clone(), percent)), [2.0, 20.0, 38.0]);
+        let mut values = vec![3.0, 1.0, 2.0, 5.0, 4.0, 9.0, 7.0, 8.0, 6.0, 10.0];
+        assert_eq!([5, 50, 95].map(|percent| rank(&mut values, percent)), [1.0, 5.0, 10.0]);
+        let mut values: Vec<f64> = (0..41).rev().map(f64::from).collect();
+        assert_eq!([5, 50, 95].map(|percent| rank(&mut values, percent)), [2.0, 20.0, 38.0]);
+        assert_eq!(rank(&mut [f64::INFINITY, 1.0, f64::INFINITY], 50), f64::INFINITY);
+        assert!(rank(&mut [], 50).is_nan());
+    }
+
+    /// By Python's math.fsum: mean and standard deviation of sin(k), k = 0..99.
+    #[test]
+    fn moments_of_parts_are_those_of_the_whole() {
+        let values: Vec<f64> = (0..100).map(|k| f64::from(k).sin()).collect();
+        let whole = Moments::of(&values).report("x");
+        let (mean, deviation) = (whole.mean.unwrap(), whole.deviation.unwrap());
+        assert!((mean - 0.0037919462744933886).abs() < 1e-15, "{mean:e}");
+        assert!((deviation - 0.7107439797448485).abs() < 1e-14, "{deviation:e}");
+        let extremes = (whole.min.unwrap(), whole.max.unwrap());
+        assert_eq!(extremes, (f64::from(11).sin(), f64::from(33).sin()));
+        for size in [1, 7, 32, 100] {
+            let parts = values.chunks(size).map(Moments::of).fold(Moments::default(), Moments::merge).report("x");
+            assert_eq!((parts.count, parts.min, parts.max), (100, whole.min, whole.max));
+            assert!((parts.mean.unwrap() - mean).abs() < 1e-15 && (parts.deviation.unwrap() - deviation).abs() < 1e-14);
+        }
+        // Times of runs that do not settle are not among them.
+        let report = Moments::of(&[f64::INFINITY, 2.0]).report("x");
+        assert_eq!((report.count, report.mean, report.deviation), (1, Some(2.0), None));
+        assert_eq!(Moments::of(&[f64::INFINITY]).report("x").mean, None);
     }
 }

@@ -1,0 +1,133 @@
+"""State observers: design, proved certificates, simulation, code for the target.
+
+>>> import luenberger
+>>> sys = luenberger.ss([[0, 1], [0, 0]], [[0], [1]], [[1, 0]])
+>>> observer = luenberger.place_observer(sys, [-2, -5])
+>>> observer.certificate.verdict
+'proved'
+"""
+
+from ._luenberger import __version__
+from .certificates import Certificate, Fact, Proved, verify
+from .designs import (
+    certify,
+    cubic_observer,
+    dlqe,
+    ekf,
+    high_gain_observer,
+    kkl_observer,
+    lipschitz_observer,
+    lmi_observer,
+    lpv_observer,
+    lqe,
+    mean_value_observer,
+    place_observer,
+    sampled_cubic_observer,
+)
+from .equations import Placement, Riccati, Solution, care, dare, dlyap, gram, lyap, place, sylv
+from .errors import (
+    Cancelled,
+    DesignError,
+    DimensionMismatch,
+    ExportRefused,
+    Infeasible,
+    InvalidArgument,
+    InvalidPole,
+    LinAlgError,
+    LuenbergerError,
+    NotApplicable,
+    NotConverged,
+    NotDetectable,
+    NotFinite,
+    NotPositiveDefinite,
+    NotProved,
+    NotStabilizable,
+    NotStable,
+    NotSymmetric,
+    Rejected,
+    SimulationError,
+    SingularEquation,
+    StudyError,
+    StudyFileError,
+    Uncontrollable,
+    Undecided,
+    Unobservable,
+    WrongDtype,
+)
+from .observability import Mode, Observability, observability
+from .observers import Export, Observer
+from .plants import OperatingPoint, Plant, plant
+from .studies import Results, Study
+from .systems import StateSpace, ss
+from .trajectories import Trajectory
+
+__all__ = [
+    "Cancelled",
+    "Certificate",
+    "DesignError",
+    "DimensionMismatch",
+    "Export",
+    "ExportRefused",
+    "Fact",
+    "Infeasible",
+    "InvalidArgument",
+    "InvalidPole",
+    "LinAlgError",
+    "LuenbergerError",
+    "Mode",
+    "NotApplicable",
+    "NotConverged",
+    "NotDetectable",
+    "NotFinite",
+    "NotPositiveDefinite",
+    "NotProved",
+    "NotStabilizable",
+    "NotStable",
+    "NotSymmetric",
+    "Observability",
+    "Observer",
+    "OperatingPoint",
+    "Placement",
+    "Plant",
+    "Proved",
+    "Rejected",
+    "Results",
+    "Riccati",
+    "SimulationError",
+    "SingularEquation",
+    "Solution",
+    "StateSpace",
+    "Study",
+    "StudyError",
+    "StudyFileError",
+    "Trajectory",
+    "Uncontrollable",
+    "Undecided",
+    "Unobservable",
+    "WrongDtype",
+    "__version__",
+    "care",
+    "certify",
+    "cubic_observer",
+    "dare",
+    "dlqe",
+    "dlyap",
+    "ekf",
+    "gram",
+    "high_gain_observer",
+    "kkl_observer",
+    "lipschitz_observer",
+    "lmi_observer",
+    "lpv_observer",
+    "lqe",
+    "lyap",
+    "mean_value_observer",
+    "observability",
+    "place",
+    "place_observer",
+    "plant",
+    "sampled_cubic_observer",
+    "ss",
+    "sylv",
+    "verify",
+]

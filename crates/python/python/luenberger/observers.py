@@ -1,0 +1,586 @@
+"""The designed observer: its gains, its certificate, its runs, its step and its code."""
+
+from __future__ import annotations
+
+import json
+import tempfile
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from os import PathLike
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from . import _html, _luenberger
+from ._arrays import Array, ComplexArray, finite, matrix, number, real, vector
+from .certificates import Certificate
+from .errors import DimensionMismatch, ExportRefused, InvalidArgument
+from .plants import Plant, as_json
+from .systems import StateSpace
+from .trajectories import Trajectory, trajectory
+
+__all__ = ["Export", "Observer"]
+
+
+@dataclass(frozen=True)
+class Export:
+    """An exported observer.
+
+    Attributes
+    ----------
+    folder : Path or None
+        Where the files are; None if they were not written.
+    files : dict of str to bytes
+        The files.
+    statement : list of str
+        What is proved of the stored numbers, and what is not covered.
+    proved : bool
+        Whether there is a certificate file.
+    period : float
+        The sampling period of the step.
+    operations, bytes : int
+        Floating-point operations of a step; bytes of constants and state.
+
+    Examples
+    --------
+    >>> import luenberger
+    >>> observer = luenberger.place_observer(([[0, 1], [0, 0]], [[0], [1]], [[1, 0]]), [-2, -5])
+    >>> exported = observer.export(dt=0.01, format="f32")
+    >>> exported.proved, exported.period, exported.operations
+    (True, 0.01, 18)
+    """
+
+    folder: Path | None
+    files: dict[str, bytes] = field(repr=False)
+    statement: list[str]
+    proved: bool
+    period: float
+    operations: int
+    bytes: int
+
+
+class Observer:
+    """A designed observer.
+
+    Made by `place_observer`, `lqe`, `cubic_observer` and the other designs.
+
+    Attributes
+    ----------
+    name, kind : str
+        Its name and its kind.
+    plant : StateSpace or Plant
+        The plant.
+    dt : float or None
+        The sampling period; None for an observer in continuous time.
+
+    Examples
+    --------
+    >>> import luenberger, numpy as np
+    >>> sys = luenberger.ss([[0, 1], [0, 0]], [[0], [1]], [[1, 0]])
+    >>> observer = luenberger.place_observer(sys, [-2, -5])
+    >>> np.allclose(observer.L, [[7], [10]]), observer.verdict
+    (True, 'proved')
+    """
+
+    def __init__(
+        self,
+        plant: StateSpace | Plant,
+        spec: Mapping[str, Any],
+        *,
+        xhat0: npt.ArrayLike | None = None,
+        name: str | None = None,
+    ) -> None:
+        self.plant = plant
+        self._spec: dict[str, Any] = {key: value for key, value in spec.items() if value is not None}
+        self._spec["name"] = "luenberger" if name is None else str(name)
+        if xhat0 is not None:
+            self._spec["initial"] = vector("xhat0", xhat0, plant.nstates).tolist()
+        self._design = _luenberger.Design(as_json(self._study()), ".")
+        summary = self._design.summary()
+        self.name: str = summary["name"]
+        self.kind: str = summary["kind"]
+        self.dt: float | None = summary["period"]
+        self._order: int = summary["order"]
+        self._initial: Array = summary["initial"]
+        self._report: dict[str, Any] = json.loads(self._design.report())
+        self._matrices: dict[str, Array] = {
+            _short(entry["name"]): np.array(entry["rows"], dtype=np.float64) for entry in self._report["matrices"]
+        }
+        self._matrices.update(self._design.matrices())
+        self._stepper: _luenberger.Stepper | None = None
+
+    def _study(self, **tables: Any) -> dict[str, Any]:
+        return {
+            "title": "study",
+            "plant": self.plant._plant(),
+            "observer": [self._spec],
+            **self.plant._tables(),
+            **tables,
+        }
+
+    # ------------------------------------------------------------------ the design
+
+    @property
+    def matrices(self) -> dict[str, Array]:
+        """All matrices of the design by name."""
+        return dict(self._matrices)
+
+    def _matrix(self, name: str) -> Array:
+        if name not in self._matrices:
+            raise AttributeError(
+                f"an observer of the kind {self.kind} has no {name}; it has {', '.join(self._matrices)}"
+            )
+        return self._matrices[name]
+
+    @property
+    def L(self) -> Array:
+        """The observer gain, (n, p): `xhat' = A xhat + B u + L (y - C xhat - D u)`.
+
+        Of a Kalman filter in discrete time it is the predictor gain, `xhat[k+1|k] = A xhat[k|k-1] + B u + L (..)`.
+        """
+        return self._matrix("L")
+
+    @property
+    def M(self) -> Array:
+        """The filter gain of a Kalman filter in discrete time, `xhat[k|k] = xhat[k|k-1] + M (..)`; `L = A M`."""
+        return self._matrix("M")
+
+    @property
+    def N(self) -> Array:
+        """The gain of the cubic term."""
+        return self._matrix("N")
+
+    @property
+    def P(self) -> Array:
+        """The Lyapunov matrix of the certificate; of a Kalman filter the stationary covariance of the error."""
+        return self._matrix("P")
+
+    @property
+    def Q(self) -> Array:
+        """The right-hand side of the Lyapunov equation."""
+        return self._matrix("Q")
+
+    @property
+    def S(self) -> Array:
+        """S of the cubic gain `N = -P^-1 C'S`."""
+        return self._matrix("S")
+
+    @property
+    def theta(self) -> Array:
+        """The weight of the cubic term."""
+        return self._matrix("theta")
+
+    @property
+    def poles(self) -> ComplexArray:
+        """The eigenvalues of the linear error dynamics."""
+        return np.array([complex(*pole) for pole in self._report["poles"]], dtype=np.complex128)
+
+    @property
+    def numbers(self) -> dict[str, float]:
+        """Scalars of the design by name; infinite where there is no finite value."""
+        return {
+            entry["name"]: float("inf") if entry["value"] is None else entry["value"]
+            for entry in self._report["numbers"]
+        }
+
+    @property
+    def statement(self) -> str:
+        """What the design claims, in a sentence."""
+        return str(self._report["statement"])
+
+    @property
+    def verdict(self) -> str:
+        """'proved', 'refuted', 'undecided'; 'measured' or 'none' for observers without a proof."""
+        return str(self._report["verdict"])
+
+    @property
+    def certificate(self) -> Certificate:
+        """What is proved.
+
+        Raises
+        ------
+        AttributeError
+            The observer has no proof: its evidence is measured, or it has none.
+        """
+        inner = self._design.certificate()
+        if inner is None:
+            raise AttributeError(f"an observer of the kind {self.kind} has no certificate: {self.statement}")
+        return Certificate(inner)
+
+    # ------------------------------------------------------------------ runs
+
+    def simulate(
+        self,
+        x0: npt.ArrayLike,
+        duration: float,
+        *,
+        u: Any = None,
+        samples: int = 501,
+        noise: npt.ArrayLike | None = None,
+        noise_dt: float | None = None,
+        seed: int = 0,
+        hold: float | None = None,
+        rtol: float | None = None,
+        atol: float | None = None,
+    ) -> Trajectory:
+        """Simulate the plant with this observer.
+
+        Parameters
+        ----------
+        x0 : array_like, (n,)
+            The initial state; the initial estimate is that of the design (`xhat0`).
+        duration : float
+            The end time.
+        u : optional
+            The input (default 0): numbers, expressions of t, or a pair `(t, U)` of times and an array (m, T), held
+            between them.
+        samples : int, optional
+            Number of output times.
+        noise : float or array_like, (p,), optional
+            Standard deviation of Gaussian noise on the outputs.
+        noise_dt : float, optional
+            How long each value of the noise is held (default: the sampling period, or a thousandth of the duration).
+        seed : int, optional
+            Seed of the noise.
+        hold : float, optional
+            Period of a zero-order hold of the input.
+        rtol, atol : float, optional
+            Tolerances of the integration (default 1e-9, 1e-10).
+
+        Returns
+        -------
+        Trajectory
+
+        Raises
+        ------
+        SimulationError
+            The run ended early, for example because the plant diverges.
+
+        Examples
+        --------
+        >>> import luenberger
+        >>> observer = luenberger.place_observer(([[0, 1], [-1, -1]], [[0], [1]], [[1, 0]]), [-4, -5])
+        >>> run = observer.simulate([1, 0], 5, u=["sin(2*t)"], noise=0.01, seed=7)
+        >>> run.xhat.shape
+        (2, 501)
+        """
+        duration = number("duration", duration, positive=True)
+        simulation: dict[str, Any] = {
+            "x0": vector("x0", x0, self.plant.nstates).tolist(),
+            "duration": duration,
+            "samples": int(samples),
+        }
+        for key, value in (("hold", hold), ("rtol", rtol), ("atol", atol)):
+            if value is not None:
+                simulation[key] = number(key, value, positive=True)
+        if noise is not None:
+            amplitude = np.broadcast_to(finite("noise", real("noise", noise)), (self.plant.noutputs,))
+            simulation["noise"] = {
+                "amplitude": amplitude.tolist(),
+                "period": duration / 1000
+                if noise_dt is None and self.dt is None
+                else number("noise_dt", noise_dt or self.dt),
+                "seed": int(seed),
+            }
+        with tempfile.TemporaryDirectory() as folder:
+            study = self._study(simulation=simulation)
+            drive = self._input(u, Path(folder))
+            if drive is not None:
+                study["input"] = drive
+            return self._run(study, folder, on_log=False)
+
+    def replay(self, t: npt.ArrayLike, y: npt.ArrayLike, u: npt.ArrayLike | None = None) -> Trajectory:
+        """Run the observer on measured data.
+
+        Parameters
+        ----------
+        t : array_like, (T,)
+            The times, increasing.
+        y : array_like, (p, T)
+            The measured outputs; NaN where nothing was measured.
+        u : array_like, (m, T), optional
+            The inputs (default 0).
+
+        Returns
+        -------
+        Trajectory
+            The estimates; the states are NaN.
+
+        Examples
+        --------
+        >>> import luenberger, numpy as np
+        >>> observer = luenberger.place_observer(([[0, 1], [0, 0]], None, [[1, 0]]), [-2, -5])
+        >>> t = np.linspace(0, 8, 801)
+        >>> run = observer.replay(t, 3 * t[np.newaxis])
+        >>> bool(abs(run.xhat[1, -1] - 3) < 0.01)
+        True
+        """
+        times = vector("t", t)
+        outputs = _signal("y", y, self.plant.noutputs, times.size, missing=True)
+        count = self.plant.ninputs
+        inputs = np.zeros((count, times.size)) if u is None else _signal("u", u, count, times.size)
+        with tempfile.TemporaryDirectory() as folder:
+            heads = ["t", *(f"in{j}" for j in range(count)), *(f"out{j}" for j in range(len(outputs)))]
+            _table(Path(folder) / "log.csv", heads, [times, *inputs, *outputs])
+            log: dict[str, Any] = {"file": "log.csv", "time": "t", "outputs": heads[1 + count :]}
+            if count:
+                log["inputs"] = heads[1 : 1 + count]
+            return self._run(self._study(log=log), folder, on_log=True)
+
+    def _run(self, study: dict[str, Any], folder: str, *, on_log: bool) -> Trajectory:
+        found = self._design.run(as_json(study), folder, on_log)
+        return trajectory(found, self.plant.states, self.plant.inputs, self.plant.outputs)
+
+    def _input(self, u: Any, folder: Path) -> dict[str, Any] | None:
+        m = self.plant.ninputs
+        if u is None:
+            return None
+        if isinstance(u, str):
+            u = [u]
+        if isinstance(u, (list, tuple)) and u and all(isinstance(row, str) for row in u):
+            return {"expressions": list(u)}
+        if isinstance(u, tuple) and len(u) == 2 and np.ndim(u[0]) == 1 and np.size(u[0]) > 1:
+            times = vector("the times of u", u[0])
+            values = _signal("u", u[1], m, times.size)
+            _table(folder / "input.csv", ["t", *self.plant.inputs], [times, *values])
+            return {"table": "input.csv"}
+        constant = vector("u", u, m)
+        return {"expressions": [repr(float(x)) for x in constant]}
+
+    # ------------------------------------------------------------------ the step
+
+    def reset(
+        self,
+        xhat: npt.ArrayLike | None = None,
+        *,
+        dt: float | None = None,
+        substeps: int | None = None,
+        format: str = "f64",
+    ) -> None:
+        """Start stepping from an estimate.
+
+        Parameters
+        ----------
+        xhat : array_like, (n,), optional
+            The estimate (default: that of the design).
+        dt : float, optional
+            The sampling period, for an observer in continuous time: the input is held over it, and the gain of a
+            linear observer becomes that for the sampled plant.
+        substeps : int, optional
+            Runge-Kutta steps per period, of a nonlinear plant.
+        format : {'f64', 'f32'}, optional
+            Numbers of the target.
+        """
+        start = None if xhat is None else vector("xhat", xhat, self.plant.nstates)
+        period = None if dt is None else number("dt", dt, positive=True)
+        self._stepper = self._design.stepper(start, period, substeps, _is_single(format))
+
+    def step(self, u: npt.ArrayLike | None, y: npt.ArrayLike, dt: float | None = None) -> Array:
+        """One step, the one that exported code computes.
+
+        Parameters
+        ----------
+        u : array_like, (m,) or (m, T), or None
+            The input of this sample; several samples in columns.
+        y : array_like, (p,) or (p, T)
+            The output of this sample.
+        dt : float, optional
+            The sampling period of an observer in continuous time, needed at its first step.
+
+        Returns
+        -------
+        ndarray, (n,) or (n, T)
+            The estimate for the next sample.
+
+        Examples
+        --------
+        >>> import luenberger
+        >>> observer = luenberger.place_observer(([[0, 1], [0, 0]], [[0], [1]], [[1, 0]]), [-2, -5])
+        >>> observer.step(u=0.0, y=1.0, dt=0.1).round(4)
+        array([0.5747, 0.7132])
+        """
+        if self._stepper is None:
+            self.reset(dt=dt)
+        stepper = self._stepper
+        assert stepper is not None
+        if dt is not None and dt != stepper.period:
+            raise InvalidArgument(
+                f"dt is {dt}, and the observer is stepped with {stepper.period}",
+                hint="the same, or reset(dt=..) before",
+            )
+        m, p = self.plant.ninputs, self.plant.noutputs
+        outputs = real("y", y)
+        several = outputs.ndim == 2
+        columns = outputs.shape[1] if several else 1
+        outputs = _signal("y", outputs if several else outputs.reshape(-1, 1), p, columns)
+        if u is None:
+            inputs = np.zeros((m, columns))
+        else:
+            inputs = real("u", u)
+            inputs = _signal("u", inputs if inputs.ndim == 2 else inputs.reshape(-1, 1), m, columns)
+        estimates: Array = stepper.steps(inputs, outputs)
+        return estimates if several else estimates[:, 0]
+
+    @property
+    def xhat(self) -> Array:
+        """The estimate for the next sample; before the first step, the initial estimate."""
+        return self._initial.copy() if self._stepper is None else self._stepper.estimate()
+
+    # ------------------------------------------------------------------ other programs
+
+    def to_control(self) -> Any:
+        """The observer as a system of python-control, with inputs (u, y) and the estimate as output.
+
+        Returns
+        -------
+        control.StateSpace or control.NonlinearIOSystem
+            A StateSpace of a linear observer. The inputs have the names of the plant's inputs and outputs, the
+            outputs are named `x_hat`, so that `control.interconnect` joins them.
+
+        Examples
+        --------
+        >>> import luenberger
+        >>> observer = luenberger.place_observer(([[0, 1], [0, 0]], [[0], [1]], [[1, 0]]), [-2, -5])
+        >>> observer.to_control().input_labels
+        ['u1', 'y1']
+        """
+        import control
+
+        plant = self.plant
+        hats = [f"{name}_hat" for name in plant.states]
+        names: dict[str, Any] = {"inputs": [*plant.inputs, *plant.outputs], "outputs": hats, "name": self.name}
+        m = plant.ninputs
+        if type(plant) is StateSpace and self.kind in ("luenberger", "kalman"):
+            A = plant.A - self.L @ plant.C
+            B = np.hstack([plant.B - self.L @ plant.D, self.L])
+            n = plant.nstates
+            return control.ss(A, B, np.eye(n), np.zeros((n, B.shape[1])), self.dt or 0, states=hats, **names)
+
+        def update(t: float, z: Array, w: Array, _: Any) -> Array:
+            return self._design.motion(float(t), _entries(z), _entries(w[:m]), _entries(w[m:]))
+
+        def output(t: float, z: Array, w: Array, _: Any) -> Array:
+            return self._design.estimate(float(t), _entries(z), _entries(w[:m]), _entries(w[m:]))
+
+        states = hats if self._order == plant.nstates else [f"z{i + 1}" for i in range(self._order)]
+        return control.NonlinearIOSystem(update, output, states=states, dt=self.dt or 0, **names)
+
+    def initial_state(self, xhat: npt.ArrayLike | None = None, u: Any = None, y: Any = None, t: float = 0.0) -> Array:
+        """The state of `to_control()` that has the estimate `xhat` (default: that of the design)."""
+        start = self._initial if xhat is None else vector("xhat", xhat, self.plant.nstates)
+        inputs = np.zeros(self.plant.ninputs) if u is None else vector("u", u, self.plant.ninputs)
+        outputs = np.zeros(self.plant.noutputs) if y is None else vector("y", y, self.plant.noutputs)
+        return self._design.initial(float(t), start, inputs, outputs)
+
+    def export(
+        self,
+        folder: str | PathLike[str] | None = None,
+        to: str = "c",
+        *,
+        dt: float | None = None,
+        format: str = "f64",
+        substeps: int | None = None,
+        unproved: bool = False,
+        force: bool = False,
+    ) -> Export:
+        """Write the observer as source code for its target.
+
+        Parameters
+        ----------
+        folder : path-like, optional
+            Where to write; without it the files are only returned.
+        to : {'c', 'rust', 'fmu'}, optional
+            C99, a `no_std` crate, or a Functional Mock-up Unit.
+        dt : float, optional
+            The sampling period, for an observer in continuous time.
+        format : {'f64', 'f32'}, optional
+            Numbers of the target.
+        substeps : int, optional
+            Runge-Kutta steps per period, of a nonlinear plant.
+        unproved : bool, optional
+            Export an observer without a stability certificate, too.
+        force : bool, optional
+            Write into a folder that has files.
+
+        Returns
+        -------
+        Export
+
+        Raises
+        ------
+        ExportRefused
+            With the reason.
+
+        Examples
+        --------
+        >>> import luenberger
+        >>> observer = luenberger.place_observer(([[0, 1], [0, 0]], [[0], [1]], [[1, 0]]), [-2, -5])
+        >>> sorted(observer.export(dt=0.01).files)[:2]
+        ['CMakeLists.txt', 'README.md']
+        """
+        period = None if dt is None else number("dt", dt, positive=True)
+        root = None if folder is None else Path(folder)
+        if root is not None and root.is_dir() and any(root.iterdir()) and not force:
+            raise ExportRefused(f"{root} has files", alternatives=("another folder, or force=True",))
+        found = self._design.export(to, period, substeps, _is_single(format), unproved)
+        if root is not None:
+            for name, content in found["files"].items():
+                path = root / name
+                path.parent.mkdir(parents=True, exist_ok=True)
+                path.write_bytes(content)
+        return Export(folder=root, **found)
+
+    # ------------------------------------------------------------------ notebooks
+
+    def __repr__(self) -> str:
+        return f"<Observer {self.name}: {self.kind}, {self.verdict}>"
+
+    def _repr_html_(self) -> str:
+        head = _html.paragraph(f"{self.name} ({self.kind}): {self.statement}")
+        numbers = _html.table("numbers", [], [[name, _html.number(value)] for name, value in self.numbers.items()])
+        inner = self._design.certificate()
+        facts = "" if inner is None else Certificate(inner)._repr_html_()
+        return head + _html.matrices(self._matrices.items()) + numbers + facts
+
+
+def _short(name: str) -> str:
+    """Of `P (stationary error covariance)` the P."""
+    return name.split(" (")[0]
+
+
+def _is_single(format: str) -> bool:
+    if format not in ("f32", "f64"):
+        raise InvalidArgument(f"format is {format!r}", hint="'f32' or 'f64'")
+    return format == "f32"
+
+
+def _entries(value: Any) -> Array:
+    return np.ascontiguousarray(np.asarray(value, dtype=np.float64).ravel())
+
+
+def _signal(what: str, value: npt.ArrayLike, rows: int, columns: int, *, missing: bool = False) -> Array:
+    """An array (rows, columns); one row may be a vector."""
+    array = real(what, value)
+    if array.ndim == 1 and rows == 1:
+        array = array.reshape(1, -1)
+    if array.ndim != 2 or array.shape != (rows, columns):
+        raise DimensionMismatch(
+            f"{what} must be {rows} x {columns}, one column for each time, and has the shape {array.shape}",
+            what=what,
+            expected=(rows, columns),
+            found=tuple(int(n) for n in array.shape),
+        )
+    if missing:
+        finite(what, np.where(np.isnan(array), 0.0, array))
+        return array
+    return matrix(what, array)
+
+
+def _table(path: Path, heads: Sequence[str], columns: Sequence[Array]) -> None:
+    """A CSV file; NaN is a blank cell."""
+    with path.open("w", encoding="utf-8") as file:
+        file.write(",".join(heads) + "\n")
+        for row in zip(*columns):
+            file.write(",".join("" if np.isnan(x) else repr(float(x)) for x in row) + "\n")

@@ -1,0 +1,308 @@
+"""Study files: read, executed, and their results as arrays and tables."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+from os import PathLike
+from pathlib import Path
+from typing import Any
+
+from . import _html, _luenberger
+from ._arrays import number
+from .trajectories import Trajectory, trajectory
+
+__all__ = ["Results", "Study"]
+
+# progress(stage, item, done, total), called in the thread of the call.
+Progress = Callable[[str, str, int, int], Any]
+
+
+class Study:
+    """A study file: a plant, observers, and the experiments with them.
+
+    Parameters
+    ----------
+    path : path-like
+        The file, TOML or JSON.
+
+    Raises
+    ------
+    StudyFileError
+        The file has mistakes; `diagnostics` lists all of them with line and column.
+
+    Examples
+    --------
+    >>> import luenberger
+    >>> study = luenberger.Study.from_text('''
+    ... [plant]
+    ... a = [[0, 1], [0, 0]]
+    ... c = [[1, 0]]
+    ... [simulation]
+    ... x0 = [1, -1]
+    ... duration = 8
+    ... [[observer]]
+    ... kind = "luenberger"
+    ... poles = [-2, -5]
+    ... ''')
+    >>> results = study.run()
+    >>> results.verdicts
+    {'luenberger': 'proved'}
+    >>> results["luenberger"].xhat.shape
+    (2, 501)
+    """
+
+    def __init__(self, path: str | PathLike[str]) -> None:
+        self._open(_luenberger.StudyFile(Path(path)))
+
+    def _open(self, inner: _luenberger.StudyFile) -> None:
+        self._inner = inner
+        summary = inner.summary()
+        self.title: str = summary["title"]
+        self.about: str = summary["about"]
+        self.states: list[str] = summary["states"]
+        self.inputs: list[str] = summary["inputs"]
+        self.outputs: list[str] = summary["outputs"]
+        self.observers: list[str] = summary["observers"]
+
+    @classmethod
+    def from_text(cls, text: str, *, format: str = "toml", folder: str | PathLike[str] = ".") -> Study:
+        """The study in a text; file names in it are relative to `folder`."""
+        study = cls.__new__(cls)
+        study._open(_luenberger.StudyFile.from_text(text, format == "json", Path(folder)))
+        return study
+
+    def run(
+        self,
+        step: str = "run",
+        *,
+        output: str | PathLike[str] | None = None,
+        force: bool = False,
+        threads: int | None = None,
+        time_limit: float | None = None,
+        memory_limit: float | None = None,
+        block_size: int | None = None,
+        restart: bool = False,
+        progress: Progress | bool | None = None,
+    ) -> Results:
+        """Execute the study, or one step of it with what it needs of the steps before.
+
+        The interpreter's lock is released meanwhile, and Ctrl-C ends the execution.
+
+        Parameters
+        ----------
+        step : {'run', 'observe', 'design', 'certify', 'simulate', 'compare', 'sweep'}, optional
+            The step.
+        output : path-like, optional
+            The results folder; without it nothing is written.
+        force : bool, optional
+            Write into a folder that has other files.
+        threads : int, optional
+            Number of threads (default: that of the processors). Results do not depend on it.
+        time_limit, memory_limit : float, optional
+            Seconds and bytes (default 24 h and 4 GiB).
+        block_size : int, optional
+            Runs of a block of a sweep (default: a sixteenth of the ensemble, from 32 to 1000). With the step 'sweep'
+            and an output folder the blocks stay there, and a sweep that was interrupted is resumed.
+        restart : bool, optional
+            Delete the blocks that are there.
+        progress : callable or bool, optional
+            `progress(stage, item, done, total)`, called in this thread; what it raises ends the execution and comes
+            through. True shows a bar of tqdm, if it is installed.
+
+        Returns
+        -------
+        Results
+
+        Raises
+        ------
+        StudyError
+            The study could not be executed. An observer that is not applicable is no error: see `Results.failures`.
+        """
+        bar = _Bar() if progress is True else None
+        callback = bar if bar is not None else None if isinstance(progress, bool) else progress
+        try:
+            found = self._inner.execute(
+                step,
+                None if output is None else Path(output),
+                force,
+                threads,
+                None if time_limit is None else number("time_limit", time_limit, positive=True),
+                None if memory_limit is None else number("memory_limit", memory_limit, positive=True),
+                block_size,
+                restart,
+                callback,
+            )
+        finally:
+            if bar is not None:
+                bar.close()
+        return results(found, self.states, self.inputs, self.outputs)
+
+    def __repr__(self) -> str:
+        return f"<Study {self.title!r}: {', '.join(self.observers) or 'no observers'}>"
+
+
+def results(found: dict[str, Any], states: list[str], inputs: list[str], outputs: list[str]) -> Results:
+    """The results that the extension module returns."""
+    runs = [trajectory(run, states, inputs, outputs) for run in found["runs"]]
+    on_log = [run["on_log"] for run in found["runs"]]
+    return Results(json.loads(found["json"]), runs, on_log, found["failures"])
+
+
+class _Bar:
+    """A bar of tqdm for each stage; nothing without tqdm."""
+
+    def __init__(self) -> None:
+        try:
+            from tqdm.auto import tqdm
+        except ImportError:
+            tqdm = None
+        self._tqdm: Any = tqdm
+        self._stage = ""
+        self._bar: Any = None
+
+    def __call__(self, stage: str, item: str, done: int, total: int) -> None:
+        if self._tqdm is None:
+            return
+        if stage != self._stage:
+            self.close()
+            self._stage, self._bar = stage, self._tqdm(total=total, desc=stage)
+        self._bar.set_postfix_str(item, refresh=False)
+        self._bar.update(max(done - self._bar.n, 0))
+
+    def close(self) -> None:
+        """Ends the bar."""
+        if self._bar is not None:
+            self._bar.close()
+            self._bar = None
+
+
+class Results:
+    """What a study gives.
+
+    `results["NAME"]` is the trajectory of an observer.
+
+    Attributes
+    ----------
+    data : dict
+        All results, as the file `study.json` has them.
+    runs : list of Trajectory
+        The trajectories of the simulation.
+    log_runs : list of Trajectory
+        Those on the measured log.
+    failures : list of str
+        Observers without a design, conditions that are not verified, runs that ended early.
+
+    Examples
+    --------
+    >>> import luenberger
+    >>> text = '[plant]\\na = [[-1]]\\nc = [[1]]\\n[[observer]]\\nkind = "luenberger"\\npoles = [-2]\\n'
+    >>> results = luenberger.Study.from_text(text).run("design")
+    >>> results.designs["luenberger"]["L"]
+    array([[1.]])
+    """
+
+    def __init__(self, data: dict[str, Any], runs: list[Trajectory], on_log: list[bool], failures: list[str]) -> None:
+        self.data = data
+        self.runs = [run for run, logged in zip(runs, on_log) if not logged]
+        self.log_runs = [run for run, logged in zip(runs, on_log) if logged]
+        self.failures = failures
+
+    def __getitem__(self, observer: str) -> Trajectory:
+        for run in [*self.runs, *self.log_runs]:
+            if run.observer == observer:
+                return run
+        raise KeyError(observer)
+
+    @property
+    def verdicts(self) -> dict[str, str]:
+        """The verdict of each observer; 'not applicable' without a design."""
+        return {
+            entry["name"]: entry["design"]["verdict"] if "design" in entry else "not applicable"
+            for entry in self.data.get("observers", [])
+        }
+
+    @property
+    def designs(self) -> dict[str, dict[str, Any]]:
+        """The matrices of each design by name, as arrays."""
+        import numpy as np
+
+        return {
+            entry["name"]: {
+                matrix["name"].split(" (")[0]: np.array(matrix["rows"], dtype=np.float64)
+                for matrix in entry["design"]["matrices"]
+            }
+            for entry in self.data.get("observers", [])
+            if "design" in entry
+        }
+
+    @property
+    def scores(self) -> dict[str, list[Any]]:
+        """The scores of the simulation, one row for each observer and state, as `pandas.DataFrame` takes them."""
+        simulation = self.data.get("simulation")
+        return _columns(_score_rows(simulation["rows"])) if simulation else {}
+
+    @property
+    def sweep(self) -> dict[str, list[Any]]:
+        """The sweep, one row for each value and observer, as `pandas.DataFrame` takes it."""
+        sweep = self.data.get("sweep")
+        return _columns([_flat(row) for row in sweep["rows"]]) if sweep else {}
+
+    def plot(self, states: Any = None, axes: Any = None) -> Any:
+        """Draw the states and the estimates of all observers (needs matplotlib); returns the axes."""
+        for run in self.runs or self.log_runs:
+            axes = run.plot(states, axes)
+        return axes
+
+    def __repr__(self) -> str:
+        verdicts = ", ".join(f"{name}: {verdict}" for name, verdict in self.verdicts.items())
+        return f"<Results of {self.data['title']!r}: {verdicts or 'no observers'}>"
+
+    def _repr_html_(self) -> str:
+        parts = [f"<h3>{_html.text(self.data['title'])}</h3>"]
+        rows = []
+        for entry in self.data.get("observers", []):
+            design = entry.get("design")
+            said = design["statement"] if design else entry["failure"]["hypothesis"]
+            rows.append([entry["name"], entry["kind"], design["verdict"] if design else "not applicable", said])
+        if rows:
+            parts.append(_html.table("observers", ["name", "kind", "verdict", "statement"], rows))
+        for name, table in (("scores", self.scores), ("sweep", self.sweep)):
+            if table:
+                cells = zip(*table.values())
+                parts.append(_html.table(name, list(table), [[_html.number(cell) for cell in row] for row in cells]))
+        parts += [_html.paragraph(text) for text in [*self.failures, *self.data.get("warnings", [])]]
+        return "".join(parts)
+
+
+def _score_rows(rows: list[dict[str, Any]]) -> list[dict[str, Any]]:
+    found = []
+    for row in rows:
+        merits = row.get("merits")
+        if merits is None:
+            found.append({"observer": row["observer"], "failure": row.get("failure")})
+            continue
+        for state in merits["states"]:
+            found.append({"observer": row["observer"], **_flat(state)})
+    return found
+
+
+def _flat(row: dict[str, Any], prefix: str = "") -> dict[str, Any]:
+    """Nested tables as columns `a.b`; lists of states and percentiles as `STATE.b`, `percentile5.b`."""
+    flat: dict[str, Any] = {}
+    for key, value in row.items():
+        if isinstance(value, dict):
+            flat.update(_flat(value, f"{prefix}{key}."))
+        elif isinstance(value, list) and value and all(isinstance(item, dict) for item in value):
+            for item in value:
+                name = item.get("state") or f"{key[:-1]}{item.get('percent')}"
+                rest = {key: value for key, value in item.items() if key not in ("state", "percent")}
+                flat.update(_flat(rest, f"{prefix}{name}."))
+        else:
+            flat[f"{prefix}{key}"] = value
+    return flat
+
+
+def _columns(rows: list[dict[str, Any]]) -> dict[str, list[Any]]:
+    keys = list(dict.fromkeys(key for row in rows for key in row))
+    return {key: [row.get(key) for row in rows] for key in keys}

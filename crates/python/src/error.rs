@@ -1,0 +1,127 @@
+//! Errors as exceptions of `luenberger.errors`, with their numbers as attributes.
+
+use luenberger_design::DesignError;
+use luenberger_linalg::LinalgError;
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+
+use crate::array::complex;
+
+/// A dictionary of names and values; a name alone is its own value.
+macro_rules! dictionary {
+    ($py:expr; $($name:ident $(= $value:expr)?),* $(,)?) => {{
+        let dictionary = pyo3::types::PyDict::new($py);
+        $( dictionary.set_item(stringify!($name), dictionary!(@ $name $(, $value)?))?; )*
+        dictionary
+    }};
+    (@ $name:ident) => { $name };
+    (@ $name:ident, $value:expr) => { $value };
+}
+pub(crate) use dictionary;
+
+/// The exception of that class, or the reason why there is none.
+pub(crate) fn raise(py: Python<'_>, class: &str, message: String, numbers: &Bound<'_, PyDict>) -> PyErr {
+    let value = py
+        .import("luenberger.errors")
+        .and_then(|errors| errors.getattr(class))
+        .and_then(|class| class.call((message,), Some(numbers)));
+    value.map_or_else(|error| error, PyErr::from_value)
+}
+
+/// An exception without numbers.
+pub(crate) fn plain(py: Python<'_>, class: &str, message: impl ToString) -> PyErr {
+    raise(py, class, message.to_string(), &PyDict::new(py))
+}
+
+pub(crate) fn linalg(py: Python<'_>, error: &LinalgError) -> PyErr {
+    class_of(py, error).map_or_else(|error| error, |(class, numbers)| raise(py, class, error.to_string(), &numbers))
+}
+
+fn class_of<'py>(py: Python<'py>, error: &LinalgError) -> PyResult<(&'static str, Bound<'py, PyDict>)> {
+    use LinalgError as E;
+    Ok(match error {
+        E::NotSquare { what, rows, cols } => {
+            let side = *rows.max(cols);
+            ("DimensionMismatch", dictionary!(py; what, expected = (side, side), found = (*rows, *cols)))
+        }
+        E::DimensionMismatch { what, expected, found } => {
+            ("DimensionMismatch", dictionary!(py; what, expected = *expected, found = *found))
+        }
+        E::NotFinite { what, row, col, value } => ("NotFinite", dictionary!(py; what, row, column = col, value)),
+        E::NotSymmetric { what, row, col, asymmetry, allowed } => {
+            ("NotSymmetric", dictionary!(py; what, row, column = col, asymmetry, allowed))
+        }
+        E::NotPositiveDefinite { what, lambda_min } | E::NotPositiveSemidefinite { what, lambda_min } => {
+            ("NotPositiveDefinite", dictionary!(py; what, lambda_min))
+        }
+        E::NotConverged { method, iterations, remaining, allowed } => {
+            ("NotConverged", dictionary!(py; method, iterations, remaining, allowed))
+        }
+        E::SingularEquation { equation, first, second, gap } => {
+            let condition = f64::INFINITY;
+            let numbers = dictionary!(py; equation, first = *first, second = *second, gap, decided = true, condition);
+            ("SingularEquation", numbers)
+        }
+        E::UndecidedEquation { equation, first, second, gap, condition, .. } => {
+            let numbers = dictionary!(py; equation, first = *first, second = *second, gap, decided = false, condition);
+            ("SingularEquation", numbers)
+        }
+        E::NotStable { eigenvalue, .. } => ("NotStable", dictionary!(py; eigenvalue = *eigenvalue)),
+        E::NotStabilizable { eigenvalue, margin } => {
+            ("NotStabilizable", dictionary!(py; eigenvalue = *eigenvalue, margin))
+        }
+        E::NotDetectable { eigenvalue, margin } => ("NotDetectable", dictionary!(py; eigenvalue = *eigenvalue, margin)),
+        E::NotWeighted { eigenvalue, margin } => ("LinAlgError", dictionary!(py; eigenvalue = *eigenvalue, margin)),
+        E::NotStabilizing { eigenvalue, distance } => {
+            ("LinAlgError", dictionary!(py; eigenvalue = *eigenvalue, distance))
+        }
+        E::Unobservable { eigenvalue, direction, margin } => {
+            let direction = complex(py, direction.as_slice());
+            ("Unobservable", dictionary!(py; eigenvalue = *eigenvalue, margin, direction))
+        }
+        E::Uncontrollable { eigenvalue, direction, margin } => {
+            let direction = complex(py, direction.as_slice());
+            ("Uncontrollable", dictionary!(py; eigenvalue = *eigenvalue, margin, direction))
+        }
+        E::PoleCount { order, found } => ("InvalidPole", dictionary!(py; expected = order, found)),
+        E::PoleNotFinite { index, pole } => ("InvalidPole", dictionary!(py; index, pole = *pole)),
+        E::PoleUnpaired { pole } => ("InvalidPole", dictionary!(py; pole = *pole)),
+        E::PoleMultiplicity { pole, multiplicity, rank } => {
+            ("InvalidPole", dictionary!(py; pole = *pole, found = multiplicity, expected = rank))
+        }
+        E::Singular { what, condition } => ("LinAlgError", dictionary!(py; what, condition)),
+        E::InvalidTolerance { tolerance } => ("InvalidArgument", dictionary!(py; tolerance)),
+        E::Empty { what } => ("DimensionMismatch", dictionary!(py; what, expected = (1, 1), found = (0, 0))),
+        _ => ("LinAlgError", PyDict::new(py)),
+    })
+}
+
+/// The error of a design, with what is applicable instead.
+pub(crate) fn design(py: Python<'_>, cause: Option<&DesignError>, message: String, alternatives: Vec<String>) -> PyErr {
+    let found = || -> PyResult<(&'static str, Bound<'_, PyDict>)> {
+        Ok(match cause {
+            Some(DesignError::Linalg(error)) => class_of(py, error)?,
+            Some(DesignError::UnstablePole { pole } | DesignError::PoleOutside { pole }) => {
+                ("InvalidPole", dictionary!(py; pole = *pole))
+            }
+            Some(DesignError::Infeasible { what, .. }) => ("Infeasible", dictionary!(py; what)),
+            Some(DesignError::Undecided { what, best, .. }) => ("Undecided", dictionary!(py; what, best)),
+            Some(DesignError::NotHurwitz { abscissa, .. }) => ("NotStable", dictionary!(py; abscissa)),
+            Some(DesignError::NotSchur { radius, .. }) => ("NotStable", dictionary!(py; radius)),
+            Some(_) => ("DesignError", PyDict::new(py)),
+            None => ("NotApplicable", PyDict::new(py)),
+        })
+    };
+    let (class, numbers) = match found() {
+        Ok(found) => found,
+        Err(error) => return error,
+    };
+    let text = match &alternatives[..] {
+        [] => message,
+        some => format!("{message}. Instead: {}", some.join("; ")),
+    };
+    match pyo3::types::PyTuple::new(py, alternatives).and_then(|all| numbers.set_item("alternatives", all)) {
+        Ok(()) => raise(py, class, text, &numbers),
+        Err(error) => error,
+    }
+}

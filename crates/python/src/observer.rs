@@ -1,0 +1,249 @@
+//! One observer: its design, its runs, its step, its files.
+
+use std::path::PathBuf;
+use std::sync::{Arc, Mutex, PoisonError};
+
+use luenberger_export::golden;
+use luenberger_study::deployment::sampled;
+use luenberger_study::design::{Designed, NoDesign, Runnable, design_until};
+use luenberger_study::{Study, replay_designed, simulate_designed};
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+
+use crate::array::{Matrix, Vector, array, list, matrix, vector};
+use crate::certificate::Certificate;
+use crate::error::{self, dictionary};
+use crate::export::{self, Request};
+use crate::run::{read, study_error, trajectory};
+use crate::work::interruptible;
+
+/// An observer with its design; the only one of its study.
+#[pyclass(frozen, module = "luenberger._luenberger")]
+pub(crate) struct Design {
+    study: Arc<Study>,
+    designed: Arc<Designed>,
+}
+
+/// Rows of an array whose columns are samples.
+fn samples(array: &Matrix<'_>) -> Vec<Vec<f64>> {
+    matrix(array).column_iter().map(|column| column.iter().copied().collect()).collect()
+}
+
+impl Design {
+    fn vectors(&self, py: Python<'_>, u: &Vector<'_>, y: &Vector<'_>) -> PyResult<(Vec<f64>, Vec<f64>)> {
+        let size = self.designed.runnable.dimensions();
+        let (u, y) = (vector(u), vector(y));
+        for (what, expected, found) in [("u", size.inputs, u.len()), ("y", size.outputs, y.len())] {
+            if expected != found {
+                let numbers = dictionary!(py; what, expected = (expected,), found = (found,));
+                let message = format!("{what} must have {expected} entries, and has {found}");
+                return Err(error::raise(py, "DimensionMismatch", message, &numbers));
+            }
+        }
+        Ok((u.as_slice().to_vec(), y.as_slice().to_vec()))
+    }
+}
+
+#[pymethods]
+impl Design {
+    /// Designs the observer of a study with one observer.
+    #[new]
+    #[pyo3(signature = (study, folder, /))]
+    fn new(py: Python<'_>, study: &str, folder: PathBuf) -> PyResult<Self> {
+        let study = Arc::new(read(py, study, &folder)?);
+        let shared = Arc::clone(&study);
+        let designed = interruptible(py, None, move |context| {
+            shared.observers.first().map(|observer| design_until(&shared, observer, context.cancel, None))
+        })?;
+        match designed {
+            Some(Ok(designed)) => Ok(Self { study, designed: Arc::new(designed) }),
+            Some(Err(NoDesign::Misfit(why))) => {
+                Err(error::design(py, why.cause.as_deref(), why.hypothesis, why.alternatives))
+            }
+            Some(Err(NoDesign::Interrupted)) => Err(error::plain(py, "Cancelled", "the design was ended")),
+            None => Err(error::plain(py, "InvalidArgument", "the study has no observer")),
+        }
+    }
+
+    /// The design in numbers and words, as JSON.
+    fn report(&self, py: Python<'_>) -> PyResult<String> {
+        serde_json::to_string(&self.designed.report).map_err(|why| error::plain(py, "StudyError", why))
+    }
+
+    /// Matrices that the report does not have.
+    fn matrices<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+        match &self.designed.runnable {
+            Runnable::SampledCubic(observer) => {
+                let [l, n, theta] = [observer.ld(), observer.n(), observer.theta()].map(|matrix| array(py, matrix));
+                Ok(dictionary!(py; L = l, N = n, theta))
+            }
+            _ => Ok(PyDict::new(py)),
+        }
+    }
+
+    /// Kind, name, names of the columns, numbers of states, inputs and outputs, sampling period.
+    fn summary<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+        let (plant, observer) = (&self.study.plant, &self.study.observers[0]);
+        let size = self.designed.runnable.dimensions();
+        Ok(dictionary!(py; kind = observer.kind.name(), name = observer.name.as_str(), states = &plant.states,
+            inputs = &plant.inputs, outputs = &plant.outputs, order = size.state,
+            period = self.designed.runnable.period(), initial = list(py, &observer.initial)))
+    }
+
+    /// Its certificate; none for observers whose evidence is measured, or that have none.
+    fn certificate(&self) -> Option<Certificate> {
+        let title = self.study.observers[0].name.clone();
+        self.designed.certificate.clone().map(|proof| Certificate { proof, title })
+    }
+
+    /// The state of the observer with this estimate.
+    #[pyo3(signature = (t, xhat, u, y, /))]
+    fn initial<'py>(
+        &self,
+        py: Python<'py>,
+        t: f64,
+        xhat: Vector<'py>,
+        u: Vector<'py>,
+        y: Vector<'py>,
+    ) -> PyResult<Bound<'py, PyAny>> {
+        let (u, y) = self.vectors(py, &u, &y)?;
+        answer(py, "xhat", self.designed.runnable.initial(t, vector(&xhat).as_slice(), &u, &y))
+    }
+
+    /// The derivative of the state, in discrete time the next state.
+    #[pyo3(signature = (t, state, u, y, /))]
+    fn motion<'py>(
+        &self,
+        py: Python<'py>,
+        t: f64,
+        state: Vector<'py>,
+        u: Vector<'py>,
+        y: Vector<'py>,
+    ) -> PyResult<Bound<'py, PyAny>> {
+        let (u, y) = self.vectors(py, &u, &y)?;
+        answer(py, "state", self.designed.runnable.motion(t, vector(&state).as_slice(), &u, &y))
+    }
+
+    /// The estimate of a state.
+    #[pyo3(signature = (t, state, u, y, /))]
+    fn estimate<'py>(
+        &self,
+        py: Python<'py>,
+        t: f64,
+        state: Vector<'py>,
+        u: Vector<'py>,
+        y: Vector<'py>,
+    ) -> PyResult<Bound<'py, PyAny>> {
+        let (u, y) = self.vectors(py, &u, &y)?;
+        answer(py, "state", self.designed.runnable.estimate(t, vector(&state).as_slice(), &u, &y))
+    }
+
+    /// The run of this observer in the simulation of a study of the same plant and observer.
+    #[pyo3(signature = (study, folder, on_log, /))]
+    fn run<'py>(&self, py: Python<'py>, study: &str, folder: PathBuf, on_log: bool) -> PyResult<Bound<'py, PyDict>> {
+        let study = read(py, study, &folder)?;
+        let designed = Arc::clone(&self.designed);
+        let run = interruptible(py, None, move |_| {
+            let observer = &study.observers[0];
+            if on_log {
+                replay_designed(&study, observer, &designed, None)
+            } else {
+                simulate_designed(&study, observer, &designed, None)
+            }
+        })?;
+        trajectory(py, &run.map_err(|why| study_error(py, &why))?)
+    }
+
+    /// The observer stepped at every sample, from an estimate.
+    #[pyo3(signature = (xhat, period, substeps, is_single, /))]
+    fn stepper(
+        &self,
+        py: Python<'_>,
+        xhat: Option<Vector<'_>>,
+        period: Option<f64>,
+        substeps: Option<usize>,
+        is_single: bool,
+    ) -> PyResult<Stepper> {
+        let study = Arc::clone(&self.study);
+        let xhat = xhat.map(|xhat| vector(&xhat).as_slice().to_vec());
+        let built = interruptible(py, None, move |_| {
+            let observer = &study.observers[0];
+            let found = sampled(&study, observer, period, substeps).map_err(export::Refusal::from)?;
+            let export = export::prepared(&study, observer, found.design, is_single, xhat.as_deref())?;
+            Ok((golden::Stepper::new(&export)?, found.period))
+        })?;
+        let (stepper, period) = built.map_err(|why: export::Refusal| why.raised(py))?;
+        let size = self.designed.runnable.dimensions();
+        Ok(Stepper { stepper: Mutex::new(stepper), period, inputs: size.inputs, outputs: size.outputs })
+    }
+
+    /// The files of an export: names and bytes, what is proved, and its cost.
+    #[pyo3(signature = (to, period, substeps, is_single, unproved, /))]
+    fn export<'py>(
+        &self,
+        py: Python<'py>,
+        to: &str,
+        period: Option<f64>,
+        substeps: Option<usize>,
+        is_single: bool,
+        unproved: bool,
+    ) -> PyResult<Bound<'py, PyDict>> {
+        let study = Arc::clone(&self.study);
+        let request = Request { to: to.to_owned(), period, substeps, is_single, unproved };
+        let exported = interruptible(py, None, move |_| export::export(&study, &request))?;
+        exported.map_err(|why| why.raised(py))?.dictionary(py)
+    }
+}
+
+fn answer<'py>(py: Python<'py>, what: &str, found: Option<Vec<f64>>) -> PyResult<Bound<'py, PyAny>> {
+    match found {
+        Some(entries) => Ok(list(py, &entries).into_any()),
+        None => {
+            let numbers = dictionary!(py; what);
+            Err(error::raise(py, "DimensionMismatch", format!("{what} has the wrong number of entries"), &numbers))
+        }
+    }
+}
+
+/// An observer that is stepped sample by sample: the numbers that its exported code computes.
+#[pyclass(frozen, module = "luenberger._luenberger")]
+pub(crate) struct Stepper {
+    stepper: Mutex<golden::Stepper>,
+    #[pyo3(get)]
+    period: f64,
+    inputs: usize,
+    outputs: usize,
+}
+
+#[pymethods]
+impl Stepper {
+    /// The estimates for the next samples, from one column of inputs and outputs for each sample.
+    #[pyo3(signature = (u, y, /))]
+    fn steps<'py>(&self, py: Python<'py>, u: Matrix<'py>, y: Matrix<'py>) -> PyResult<Bound<'py, PyAny>> {
+        let (u, y) = (samples(&u), samples(&y));
+        let fits = |columns: &[Vec<f64>], rows: usize| columns.iter().all(|column| column.len() == rows);
+        if u.len() != y.len() || !fits(&u, self.inputs) || !fits(&y, self.outputs) {
+            let (expected, found) = ((self.inputs, self.outputs), (u.len(), y.len()));
+            let message = format!("u and y must have {} and {} rows, and as many columns", self.inputs, self.outputs);
+            let numbers = dictionary!(py; what = "u and y", expected, found);
+            return Err(error::raise(py, "DimensionMismatch", message, &numbers));
+        }
+        let estimates = py.detach(|| {
+            let mut stepper = self.stepper.lock().unwrap_or_else(PoisonError::into_inner);
+            let columns = u.iter().zip(&y).map(|(u, y)| nalgebra::DVector::from_vec(stepper.step(u, y)));
+            columns.collect::<Vec<_>>()
+        });
+        let n = self.stepper.lock().unwrap_or_else(PoisonError::into_inner).estimate().len();
+        let all = if estimates.is_empty() {
+            nalgebra::DMatrix::zeros(n, 0)
+        } else {
+            nalgebra::DMatrix::from_columns(&estimates)
+        };
+        Ok(array(py, &all).into_any())
+    }
+
+    /// The estimate for the next sample.
+    fn estimate<'py>(&self, py: Python<'py>) -> Bound<'py, PyAny> {
+        list(py, &self.stepper.lock().unwrap_or_else(PoisonError::into_inner).estimate()).into_any()
+    }
+}

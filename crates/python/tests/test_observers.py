@@ -1,0 +1,337 @@
+"""Linear designs, against python-control, scipy and filterpy; runs, steps and certificates."""
+
+import json
+
+import control
+import filterpy.kalman
+import numpy as np
+import pytest
+import scipy.integrate
+import scipy.linalg
+
+import luenberger as lg
+
+SYS = ([[0.0, 1.0], [-2.0, -3.0]], [[0.0], [1.0]], [[1.0, 0.0]])
+
+
+def random_plant(seed, dt=None):
+    rng = np.random.default_rng(seed)
+    n, m, p = int(rng.integers(1, 6)), int(rng.integers(1, 3)), int(rng.integers(1, 3))
+    A = rng.standard_normal((n, n))
+    if dt is not None:
+        A = 1.1 * A / np.abs(np.linalg.eigvals(A)).max()
+    B, C, D = rng.standard_normal((n, m)), rng.standard_normal((p, n)), rng.standard_normal((p, m))
+    return rng, control.ss(A, B, C, D, dt or 0)
+
+
+def symmetric(product):
+    """Python-control refuses `G QN G'` where rounding makes it asymmetric."""
+    return (product + product.T) / 2
+
+
+@pytest.mark.parametrize("seed", range(10))
+def test_kalman_filters_in_continuous_time(seed):
+    rng, sys = random_plant(seed)
+    m, p = sys.ninputs, sys.noutputs
+    QN, RN = np.diag(rng.uniform(0.5, 2.0, m)), np.diag(rng.uniform(0.5, 2.0, p))
+    observer = lg.lqe(sys, QN, RN)
+    L, P, E = control.lqe(sys.A, np.eye(sys.nstates), sys.C, symmetric(sys.B @ QN @ sys.B.T), RN)
+    np.testing.assert_allclose(observer.L, L, rtol=1e-6, atol=1e-7)
+    np.testing.assert_allclose(observer.P, P, rtol=1e-6, atol=1e-7)
+    np.testing.assert_allclose(np.sort(observer.poles.real), np.sort(np.real(E)), rtol=1e-5, atol=1e-6)
+    again = lg.lqe(sys.A, sys.B, sys.C, np.diag(QN), np.diag(RN))
+    np.testing.assert_allclose(again.L, observer.L, rtol=1e-12)
+    assert observer.certificate.is_proved
+
+
+@pytest.mark.parametrize("seed", range(10))
+def test_kalman_filters_in_discrete_time(seed):
+    rng, sys = random_plant(seed, 0.1)
+    m, p = sys.ninputs, sys.noutputs
+    QN, RN = np.diag(rng.uniform(0.5, 2.0, m)), np.diag(rng.uniform(0.5, 2.0, p))
+    observer = lg.dlqe(sys, QN, RN)
+    L, P, _ = control.dlqe(sys.A, np.eye(sys.nstates), sys.C, symmetric(sys.B @ QN @ sys.B.T), RN)
+    np.testing.assert_allclose(observer.L, L, rtol=1e-6, atol=1e-8)
+    np.testing.assert_allclose(observer.P, P, rtol=1e-6, atol=1e-8)
+    np.testing.assert_allclose(observer.L, sys.A @ observer.M, rtol=1e-9, atol=1e-10)
+    assert observer.dt == 0.1 and observer.certificate.is_proved
+    # The stationary filter of filterpy has the same gain.
+    filtered = filterpy.kalman.KalmanFilter(dim_x=sys.nstates, dim_z=p)
+    filtered.F, filtered.H, filtered.R = sys.A, sys.C, RN
+    filtered.Q, filtered.P = sys.B @ QN @ sys.B.T, np.eye(sys.nstates)
+    for _ in range(3000):
+        filtered.predict()
+        filtered.update(np.zeros(p))
+    np.testing.assert_allclose(observer.M, filtered.K, rtol=1e-6, atol=1e-8)
+
+
+@pytest.mark.parametrize("seed", range(10))
+def test_placed_observers(seed):
+    _, sys = random_plant(seed)
+    wanted = -1.0 - 2.0 * np.arange(sys.nstates) / max(sys.nstates - 1, 1)
+    observer = lg.place_observer(sys, wanted)
+    F = sys.A - observer.L @ sys.C
+    np.testing.assert_allclose(np.sort(np.linalg.eigvals(F).real), np.sort(wanted), rtol=0, atol=1e-6)
+    residual = F.T @ observer.P + observer.P @ F + observer.Q
+    assert np.linalg.norm(residual) <= 1e-9 * np.linalg.norm(observer.P)
+    assert np.linalg.eigvalsh(observer.P).min() > 0
+    assert observer.certificate.is_proved
+    L = control.place(sys.A.T, sys.C.T, wanted).T if sys.noutputs > 1 else control.acker(sys.A.T, sys.C.T, wanted)
+    again = lg.certify(sys, np.reshape(L, observer.L.shape) if sys.noutputs == 1 else L)
+    assert again.certificate.is_proved
+    if sys.noutputs == 1:
+        np.testing.assert_allclose(again.L, observer.L, rtol=1e-5, atol=1e-6)
+
+
+def test_the_cubic_observers_of_the_paper():
+    observer = lg.cubic_observer(([[0, 1], [0, 0]], [[0], [1]], [[1, 0]]), [-2, -5], gamma=2.0, rho=10.0, theta=10.0)
+    np.testing.assert_allclose(observer.L.ravel(), [7, 10])
+    np.testing.assert_allclose(observer.N.ravel(), np.array([-168.0, -196.0]) / 17.0)
+    assert observer.certificate.is_proved and "every" in observer.statement
+    for more in ({"radial": 1.0}, {"S": [[2.0]]}):
+        assert lg.cubic_observer(SYS, [-4, -5], **more).certificate.is_proved
+    for linear in ({"L": [[3.0], [1.0]]}, {"QN": 1.0, "RN": 1.0}, {"decay_rate": 1.0}):
+        assert lg.cubic_observer(SYS, gamma=1.0, **linear).certificate.is_proved
+    sampled = lg.sampled_cubic_observer(SYS, [-4, -5], gamma=1.0, dt=0.2)
+    assert sampled.dt == 0.2 and sampled.certificate.is_proved and sampled.L.shape == sampled.N.shape == (2, 1)
+    discrete = lg.sampled_cubic_observer((*SYS, 0, 0.2), [0.1, 0.2], gamma=1.0)
+    assert discrete.dt == 0.2 and discrete.certificate.is_proved
+
+
+def test_decay_rates():
+    observer = lg.lmi_observer(SYS, 3.0, max_gain=100.0, noise=0.01)
+    assert observer.poles.real.max() <= -3.0 and np.linalg.norm(observer.L, 2) <= 100.0
+    assert observer.certificate.is_proved
+    with pytest.raises(lg.LuenbergerError):
+        lg.lmi_observer(([[0, 1], [0, 0]], None, [[1, 0]]), 10.0, max_gain=1.0)
+
+
+@pytest.mark.parametrize("noise", [None, 0.1])
+def test_a_simulation_is_that_of_scipy(noise):
+    observer = lg.place_observer(SYS, [-4, -5], xhat0=[0.5, 0.0], name="fast")
+    run = observer.simulate([1, -1], 3, u=["sin(2*t)"], samples=301, noise=noise, noise_dt=0.01, seed=3)
+    assert run.x.shape == run.xhat.shape == (2, 301) and run.u.shape == run.y.shape == (1, 301)
+    A, B, C = map(np.array, SYS)
+
+    def motion(t, z):
+        x, xhat, u = z[:2], z[2:], np.array([np.sin(2 * t)])
+        y = C @ x + (
+            run.y[:, min(int(t / 0.01 + 1e-9), 300)] - C @ run.x[:, min(int(t / 0.01 + 1e-9), 300)] if noise else 0
+        )
+        return np.concatenate([A @ x + B @ u, A @ xhat + B @ u + observer.L @ (y - C @ xhat)])
+
+    z = np.array([1, -1, 0.5, 0.0])
+    for k in range(300):
+        step = (run.t[k], run.t[k + 1])
+        held = scipy.integrate.solve_ivp(motion, step, z, rtol=1e-11, atol=1e-12, max_step=0.00999) if noise else None
+        if held is None:
+            break
+        z = held.y[:, -1]
+        np.testing.assert_allclose(run.x[:, k + 1], z[:2], atol=1e-7)
+    if not noise:
+        found = scipy.integrate.solve_ivp(motion, (0, 3), z, t_eval=run.t, rtol=1e-11, atol=1e-12)
+        np.testing.assert_allclose(np.vstack([run.x, run.xhat]), found.y, atol=1e-8)
+    assert run.to_dict().keys() == {"t", "x1", "x2", "x1_hat", "x2_hat", "u1", "y1"}
+    assert "fast" in run._repr_html_()
+
+
+def test_inputs_of_every_form():
+    observer = lg.place_observer(SYS, [-4, -5])
+    constant = observer.simulate([0, 0], 1, u=2.0)
+    np.testing.assert_array_equal(constant.u, np.full((1, 501), 2.0))
+    t = np.linspace(0, 1, 11)
+    held = observer.simulate([0, 0], 1, u=(t, np.where(t < 0.5, 0.0, 1.0)), samples=101)
+    assert held.u[0, 10] == 0.0 and held.u[0, 90] == 1.0
+    np.testing.assert_array_equal(observer.simulate([0, 0], 1, u="2").x, constant.x)
+    for bad in ([1.0, 2.0], (t, np.zeros((2, 11))), (t, np.zeros(10))):
+        with pytest.raises(lg.DimensionMismatch):
+            observer.simulate([0, 0], 1, u=bad)
+    with pytest.raises(lg.InvalidArgument, match="x"):
+        observer.simulate([0, 0], 1, u="x")
+    with pytest.raises(lg.DimensionMismatch):
+        observer.simulate([0, 0, 0], 1)
+    with pytest.raises(lg.InvalidArgument):
+        observer.simulate([0, 0], -1)
+
+
+def test_a_diverging_plant_is_an_error_with_the_time():
+    plant = lg.plant(["x1^2"], ["x1"], region=[(-1, 1)])
+    observer = lg.certify(lg.ss([[0.0]], None, [[1.0]]), [[1.0]])
+    del observer
+    with pytest.raises(lg.SimulationError):
+        lg.high_gain_observer(plant, 0.1).simulate([1.0], 5.0)
+
+
+def test_a_step_is_the_sampled_observer():
+    dt = 0.05
+    observer = lg.place_observer(SYS, [-4, -5], xhat0=[0.5, 0.0])
+    sampled = scipy.signal.cont2discrete((*map(np.array, SYS), np.zeros((1, 1))), dt)
+    Ad, Bd = sampled[0], sampled[1]
+    rng = np.random.default_rng(0)
+    u, y = rng.standard_normal((1, 50)), rng.standard_normal((1, 50))
+    xhat = observer.xhat
+    observer.reset(dt=dt)
+    first = observer.step(u[:, 0], y[:, 0])
+    L = (first - Ad @ xhat - Bd @ u[:, 0]).reshape(2, 1) / (y[:, 0] - xhat[0])
+    np.testing.assert_allclose(
+        np.sort(np.linalg.eigvals(Ad - L @ SYS[2])), np.sort(np.exp(dt * np.array([-5, -4]))), atol=1e-9
+    )
+    expected = [first]
+    for k in range(1, 50):
+        xhat = expected[-1]
+        expected.append(Ad @ xhat + Bd @ u[:, k] + L @ (y[:, k] - xhat[:1]))
+    found = observer.step(u[:, 1:], y[:, 1:])
+    np.testing.assert_allclose(found, np.array(expected[1:]).T, atol=1e-10)
+    np.testing.assert_array_equal(observer.xhat, found[:, -1])
+    with pytest.raises(lg.InvalidArgument, match="reset"):
+        observer.step(0.0, 0.0, dt=0.1)
+    with pytest.raises(lg.LuenbergerError, match="period"):
+        lg.place_observer(SYS, [-4, -5]).step(0.0, 0.0)
+    with pytest.raises(lg.DimensionMismatch):
+        observer.step([0.0, 1.0], 0.0)
+    with pytest.raises(lg.NotFinite):
+        observer.step(0.0, np.nan)
+
+
+def test_a_discrete_observer_steps_as_its_equation():
+    rng, sys = random_plant(4, 0.1)
+    observer = lg.dlqe(sys, 1.0, 1.0)
+    u, y = rng.standard_normal((sys.ninputs, 30)), rng.standard_normal((sys.noutputs, 30))
+    xhat, expected = np.zeros(sys.nstates), []
+    for k in range(30):
+        xhat = sys.A @ xhat + sys.B @ u[:, k] + observer.L @ (y[:, k] - sys.C @ xhat - sys.D @ u[:, k])
+        expected.append(xhat)
+    np.testing.assert_allclose(observer.step(u, y), np.array(expected).T, rtol=1e-9, atol=1e-9)
+
+
+def test_replay_of_measured_data_with_gaps():
+    observer = lg.place_observer(SYS, [-4, -5])
+    run = observer.simulate([1, -1], 5, u="sin(t)", samples=1001)
+    y = run.y.copy()
+    again = observer.replay(run.t, y, run.u)
+    assert np.isnan(again.x).all() and again.xhat.shape == (2, 1001)
+    assert np.abs(again.xhat[:, -1] - run.x[:, -1]).max() < 5e-3
+    y[0, 100:110] = np.nan
+    assert np.abs(observer.replay(run.t, y, run.u).xhat[:, -1] - run.x[:, -1]).max() < 5e-3
+    y[0, 5] = np.inf
+    with pytest.raises(lg.NotFinite):
+        observer.replay(run.t, y, run.u)
+    with pytest.raises(lg.DimensionMismatch):
+        observer.replay(run.t, y[:, :-1])
+
+
+def test_a_linear_observer_in_python_control():
+    sys = control.ss(*SYS, 0, inputs=["u"], outputs=["y"], states=["q", "v"], name="plant")
+    observer = lg.place_observer(sys, [-4, -5], name="observer")
+    block = observer.to_control()
+    assert isinstance(block, control.StateSpace)
+    assert block.input_labels == ["u", "y"] and block.output_labels == ["q_hat", "v_hat"]
+    both = control.interconnect([sys, block], inputs=["u"], outputs=["q_hat", "v_hat"])
+    t = np.linspace(0, 3, 301)
+    found = control.input_output_response(
+        both, t, np.sin(t), X0=[1, -1, 0, 0], solve_ivp_kwargs={"rtol": 1e-9, "atol": 1e-10}
+    )
+    run = observer.simulate([1, -1], 3, u="sin(t)", samples=301)
+    np.testing.assert_allclose(found.outputs, run.xhat, atol=2e-5)
+
+
+def test_a_cubic_observer_in_python_control():
+    observer = lg.cubic_observer(SYS, [-4, -5], gamma=1.0)
+    block = observer.to_control()
+    assert isinstance(block, control.NonlinearIOSystem)
+    t = np.linspace(0, 2, 401)
+    run = observer.simulate([2, -1], 2, samples=401)
+    drive = np.vstack([run.u, run.y])
+    found = control.input_output_response(block, t, drive, X0=observer.initial_state(), solve_ivp_kwargs={"rtol": 1e-9})
+    np.testing.assert_allclose(found.outputs, run.xhat, atol=1e-4)
+    sampled = lg.sampled_cubic_observer(SYS, [-4, -5], gamma=1.0, dt=0.1)
+    t = 0.1 * np.arange(30)
+    y = np.sin(t)
+    found = control.input_output_response(sampled.to_control(), t, np.vstack([0 * y, y]), X0=[0.0, 0.0])
+    expected = sampled.step(np.zeros((1, 29)), y[np.newaxis, :29])
+    np.testing.assert_allclose(found.outputs[:, 1:], expected, rtol=1e-12, atol=1e-13)
+
+
+def test_certificates(tmp_path):
+    observer = lg.place_observer(SYS, [-4, -5], name="fast")
+    certificate = observer.certificate
+    assert certificate.verdict == "proved" and certificate.statements and certificate.margins
+    path = certificate.save(tmp_path / "fast.json")
+    proved = lg.verify(path)
+    assert proved.title == "fast" and all(fact.verdict == "proved" for fact in proved.facts)
+    assert certificate.verify() == proved
+    document = json.loads(path.read_text())
+    document["statement"] += " And more."
+    path.write_text(json.dumps(document))
+    with pytest.raises(lg.Rejected):
+        lg.verify(path)
+    path.write_bytes(b"\xff")
+    with pytest.raises(lg.Rejected):
+        lg.verify(path)
+    for text in (observer._repr_html_(), certificate._repr_html_(), proved._repr_html_()):
+        assert "proved" in text and "<table>" in text
+
+
+def test_designs_that_do_not_exist_say_why():
+    hidden = ([[1.0, 0.0], [0.0, -1.0]], None, [[0.0, 1.0]])
+    with pytest.raises(lg.NotDetectable) as found:
+        lg.lqe(hidden[0], np.eye(2), hidden[2], 1.0, 1.0)
+    assert found.value.eigenvalue == 1.0 and found.value.margin == 0.0
+    with pytest.raises(lg.Unobservable) as found:
+        lg.place_observer(hidden, [-1, -2])
+    assert found.value.eigenvalue == 1.0 and np.allclose(np.abs(found.value.direction), [1, 0])
+    assert found.value.alternatives
+    with pytest.raises(lg.InvalidPole) as found:
+        lg.place_observer(SYS, [1, -2])
+    assert found.value.pole == 1.0
+    with pytest.raises(lg.InvalidPole) as found:
+        lg.place_observer((*SYS, 0, 0.1), [1.5, 0.2])
+    assert found.value.pole == 1.5
+    with pytest.raises(lg.InvalidPole):
+        lg.place_observer(SYS, [-1])
+    with pytest.raises(lg.InvalidPole) as found:
+        lg.place_observer(SYS, [-1, np.nan])
+    assert found.value.index == 1
+    with pytest.raises(lg.NotStable) as found:
+        lg.certify(SYS, [[-30.0], [0.0]])
+    assert found.value.abscissa > 0
+    with pytest.raises(lg.DimensionMismatch) as found:
+        lg.certify(SYS, np.zeros((3, 1)))
+    assert (found.value.what, found.value.expected, found.value.found) == ("L", (2, 1), (3, 1))
+    np.testing.assert_array_equal(lg.lqe((*SYS, 0, 0.1), 1.0, 1.0).M, lg.dlqe((*SYS, 0, 0.1), 1.0, 1.0).M)
+    with pytest.raises(lg.InvalidArgument, match="lqe"):
+        lg.dlqe(SYS, 1.0, 1.0)
+    with pytest.raises(lg.InvalidArgument):
+        lg.cubic_observer(SYS, [-4, -5])
+    with pytest.raises(lg.InvalidArgument):
+        lg.cubic_observer(SYS, [-4, -5], L=[[1.0], [1.0]], gamma=1.0)
+    with pytest.raises(lg.NotPositiveDefinite):
+        lg.lqe(SYS, 1.0, -1.0)
+    with pytest.raises(AttributeError, match="luenberger"):
+        lg.place_observer(SYS, [-4, -5]).N
+
+
+def test_exports(tmp_path):
+    observer = lg.place_observer(SYS, [-4, -5], name="fast")
+    exported = observer.export(tmp_path / "c", dt=0.01)
+    assert exported.proved and exported.period == 0.01 and (tmp_path / "c" / "certificate.json").is_file()
+    assert lg.verify(tmp_path / "c" / "certificate.json").facts
+    assert any(name.endswith(".c") for name in exported.files) and exported.operations > 0
+    with pytest.raises(lg.ExportRefused):
+        observer.export(tmp_path / "c", dt=0.01)
+    assert observer.export(tmp_path / "c", dt=0.01, force=True).files == exported.files
+    assert "Cargo.toml" in observer.export(to="rust", dt=0.01, format="f32").files
+    with pytest.raises(lg.LuenbergerError, match="period"):
+        observer.export()
+    with pytest.raises(lg.InvalidArgument):
+        observer.export(to="pascal", dt=0.01)
+    with pytest.raises(lg.InvalidArgument):
+        observer.export(format="f16", dt=0.01)
+
+
+def test_observers_are_used_from_several_threads():
+    from concurrent.futures import ThreadPoolExecutor
+
+    with ThreadPoolExecutor(6) as pool:
+        gains = list(pool.map(lambda _: lg.place_observer(SYS, [-4, -5]).L, range(60)))
+    assert all(np.array_equal(gain, gains[0]) for gain in gains)

@@ -1,0 +1,222 @@
+//! The runs of a block, and their form on disk.
+//!
+//! A block is an npz archive: the file `block.json` with the [`Header`], an array for each column of scores, and at the
+//! end, as the comment of the archive, the SHA-256 of all bytes before it. `numpy.load` reads it as it is. A settling time
+//! of infinity is a run that does not settle; a run that ended early has no scores, which are NaN.
+
+use std::fmt;
+use std::io::{Cursor, Read};
+
+use luenberger_figures::npz;
+use serde::{Deserialize, Serialize};
+use zip::ZipArchive;
+
+use super::plan::FORMAT;
+use crate::execute::digest;
+use crate::execute::excursion::Left;
+
+/// The name of the header in the archive.
+const HEADER: &str = "block.json";
+
+/// Columns before those of the scores: the number of the run in its ensemble, whether it finished, and whether it left
+/// the region of the design.
+const OWN: [&str; 3] = ["run", "finished", "left_region"];
+
+/// Bytes of the digest.
+const SUM: usize = 64;
+
+/// What a block is.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub(super) struct Header {
+    /// The version of the format.
+    pub(super) format: u32,
+    /// The digest of the plan.
+    pub(super) plan: String,
+    /// The number of the block, from 0.
+    pub(super) block: u64,
+    /// The number of its first run in the ensemble.
+    pub(super) first: u64,
+    /// The number of its runs; none if there is no design.
+    pub(super) count: u64,
+    /// The observer, with the value of the parameter.
+    pub(super) observer: String,
+    pub(super) parameter: String,
+    pub(super) value: f64,
+    /// Why there are no runs, if there are none.
+    #[serde(skip_serializing_if = "Option::is_none", default)]
+    pub(super) failure: Option<String>,
+    /// Runs that ended early.
+    pub(super) ended: Vec<Ended>,
+    /// The first run that left the region of the design.
+    #[serde(skip_serializing_if = "Option::is_none", default)]
+    pub(super) left: Option<Left>,
+}
+
+/// A run that ended early.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub(super) struct Ended {
+    /// Its place in the block.
+    pub(super) index: usize,
+    pub(super) why: String,
+}
+
+/// The runs of a block.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Block {
+    pub(super) header: Header,
+    /// Whether each run left the region of the design.
+    pub(super) left: Vec<bool>,
+    /// For each score the values of the runs.
+    pub(super) scores: Vec<Vec<f64>>,
+}
+
+/// Why a file is not the block it should be.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum Fault {
+    /// It does not end with a digest.
+    Truncated,
+    /// Its bytes have not the digest at its end.
+    Damaged,
+    /// It is a block of another study, or another version.
+    Foreign,
+    /// It is another block of the same sweep.
+    Other {
+        /// Its number.
+        block: u64,
+    },
+}
+
+impl fmt::Display for Fault {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Truncated => write!(f, "is cut short, or is no block of a sweep"),
+            Self::Damaged => write!(f, "is damaged (its checksum does not match)"),
+            Self::Foreign => write!(f, "is a block of another study, or of another version"),
+            Self::Other { block } => write!(f, "is a copy of block {block}"),
+        }
+    }
+}
+
+impl Block {
+    /// Whether a run of the block finished, by its place.
+    pub(super) fn ended(&self, index: usize) -> Option<&str> {
+        let ended = &self.header.ended;
+        let at = ended.binary_search_by_key(&index, |ended| ended.index).ok()?;
+        Some(&ended[at].why)
+    }
+
+    /// The bytes of the file; the columns have these names.
+    pub(super) fn encode(&self, names: &[String]) -> Result<Vec<u8>, zip::result::ZipError> {
+        let json = serde_json::to_string(&self.header).map_err(std::io::Error::from)?;
+        let (first, count) = (self.header.first, self.header.count as usize);
+        let truth = |is_true: bool| f64::from(u8::from(is_true));
+        let own = [
+            (0..count).map(|index| (first + index as u64) as f64).collect(),
+            (0..count).map(|index| truth(self.ended(index).is_none())).collect(),
+            self.left.iter().map(|left| truth(*left)).collect::<Vec<f64>>(),
+        ];
+        let own = OWN.into_iter().zip(own.iter().map(Vec::as_slice));
+        let scores = names.iter().map(String::as_str).zip(self.scores.iter().map(Vec::as_slice));
+        let mut bytes = Cursor::new(Vec::new());
+        npz::write(&mut bytes, own.chain(scores), &[(HEADER, &json)])?;
+        let mut bytes = bytes.into_inner();
+        // The archive ends with the length of its comment.
+        let end = bytes.len() - 2;
+        bytes.splice(end.., (SUM as u16).to_le_bytes());
+        let sum = digest::of(&bytes);
+        bytes.extend(sum.as_bytes());
+        Ok(bytes)
+    }
+
+    /// The block of this number and plan in a file.
+    pub(super) fn decode(bytes: &[u8], block: u64, plan: &str, names: &[String]) -> Result<Self, Fault> {
+        let (content, sum) = bytes.len().checked_sub(SUM).map(|end| bytes.split_at(end)).ok_or(Fault::Truncated)?;
+        if !sum.iter().all(|byte| byte.is_ascii_digit() || (b'a'..=b'f').contains(byte)) {
+            return Err(Fault::Truncated);
+        }
+        if digest::of(content).as_bytes() != sum {
+            return Err(Fault::Damaged);
+        }
+        // With the right checksum it is what somebody has written: if it is not understood, it is of another kind.
+        let read = Self::content(bytes, names).ok_or(Fault::Foreign)?;
+        match &read.header {
+            header if header.plan != plan || header.format != FORMAT => Err(Fault::Foreign),
+            header if header.block != block => Err(Fault::Other { block: header.block }),
+            _ => Ok(read),
+        }
+    }
+
+    fn content(bytes: &[u8], names: &[String]) -> Option<Self> {
+        let mut archive = ZipArchive::new(Cursor::new(bytes)).ok()?;
+        let mut member = |name: &str| {
+            let mut content = Vec::new();
+            archive.by_name(name).ok()?.read_to_end(&mut content).ok()?;
+            Some(content)
+        };
+        let header: Header = serde_json::from_slice(&member(HEADER)?).ok()?;
+        let mut column = |name: &str| {
+            let values = npz::numbers(&member(&format!("{name}.npy"))?)?;
+            (values.len() as u64 == header.count).then_some(values)
+        };
+        let left = column(OWN[2])?.into_iter().map(|left| left != 0.0).collect();
+        let scores = names.iter().map(|name| column(name)).collect::<Option<_>>()?;
+        Some(Self { header, left, scores })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn names() -> Vec<String> {
+        ["x1_rmse", "x1_settling_5"].map(str::to_owned).to_vec()
+    }
+
+    fn block() -> Block {
+        let left = Left { what: "Guarantee".to_owned(), first: "at t = 1".to_owned() };
+        let header = Header {
+            format: FORMAT,
+            plan: "plan".to_owned(),
+            block: 7,
+            first: 14,
+            count: 3,
+            observer: "one".to_owned(),
+            parameter: "noise".to_owned(),
+            value: 0.1,
+            failure: None,
+            ended: vec![Ended { index: 1, why: "stopped at t = 2".to_owned() }],
+            left: Some(left),
+        };
+        let scores = vec![vec![0.1 + 0.2, f64::NAN, -0.0], vec![f64::INFINITY, f64::NAN, 5e-324]];
+        Block { header, left: vec![false, false, true], scores }
+    }
+
+    #[test]
+    fn what_is_read_is_what_was_written() {
+        let (block, bytes) = (block(), block().encode(&names()).unwrap());
+        let read = Block::decode(&bytes, 7, "plan", &names()).unwrap();
+        assert_eq!((&read.header, &read.left), (&block.header, &block.left));
+        let bits = |block: &Block| block.scores.concat().iter().map(|x| x.to_bits()).collect::<Vec<_>>();
+        assert_eq!(bits(&read), bits(&block));
+        assert_eq!((read.ended(0), read.ended(1)), (None, Some("stopped at t = 2")));
+        assert_eq!(bytes, block.encode(&names()).unwrap());
+    }
+
+    #[test]
+    fn every_other_file_is_refused() {
+        let bytes = block().encode(&names()).unwrap();
+        let fault = |bytes: &[u8]| Block::decode(bytes, 7, "plan", &names()).unwrap_err();
+        for length in 0..bytes.len() {
+            assert!(matches!(fault(&bytes[..length]), Fault::Truncated | Fault::Damaged), "{length}");
+        }
+        for at in 0..bytes.len() {
+            let mut flipped = bytes.clone();
+            flipped[at] ^= 1 << (at % 8);
+            assert!(matches!(fault(&flipped), Fault::Truncated | Fault::Damaged), "{at}");
+        }
+        assert_eq!(fault(&[bytes.clone(), b"x".to_vec()].concat()), Fault::Truncated);
+        assert_eq!(Block::decode(&bytes, 7, "other", &names()), Err(Fault::Foreign));
+        assert_eq!(Block::decode(&bytes, 6, "plan", &names()), Err(Fault::Other { block: 7 }));
+        assert_eq!(Block::decode(&bytes, 7, "plan", &["other".to_owned()]), Err(Fault::Foreign));
+    }
+}
