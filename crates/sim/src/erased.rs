@@ -34,6 +34,10 @@ pub(crate) trait AnyObserver {
     fn derivative(&self, t: f64, state: &[f64], u: &[f64], y: &[f64], slope: &mut [f64]);
     fn step(&self, t: f64, state: &mut [f64], u: &[f64], y: &[f64], measured: &[bool]);
     fn estimate(&self, t: f64, state: &[f64], u: &[f64], y: &[f64], estimate: &mut [f64]);
+    /// Whether a sampled one has an estimate with the measurement.
+    fn is_filter(&self) -> bool {
+        false
+    }
     /// The estimate at a sample with its measurement, in place of the one before it.
     fn correct(&self, _state: &[f64], _u: &[f64], _y: &[f64], _estimate: &mut [f64]) {}
     fn initial(&self, t: f64, estimate: &[f64], u: &[f64], y: &[f64], state: &mut [f64]);
@@ -141,6 +145,10 @@ impl<O: SampledObserver<f64>> AnyObserver for Sampled<O> {
     fn estimate(&self, _t: f64, state: &[f64], _u: &[f64], _y: &[f64], estimate: &mut [f64]) {
         let fits = self.0.estimate_into(state, estimate);
         expect(fits, estimate);
+    }
+
+    fn is_filter(&self) -> bool {
+        self.0.is_filter()
     }
 
     fn correct(&self, state: &[f64], u: &[f64], y: &[f64], estimate: &mut [f64]) {

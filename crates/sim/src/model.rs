@@ -63,6 +63,13 @@ pub(crate) struct ObserverSlot<'a> {
     pub(crate) offset: usize,
 }
 
+impl ObserverSlot<'_> {
+    /// Whether the estimate stands still between samples. That of a filter has the measurement, which may vary.
+    fn stands(&self) -> bool {
+        self.period.is_some() && !self.observer.is_filter()
+    }
+}
+
 /// Everything at one instant.
 #[derive(Clone, Default)]
 pub(crate) struct Instant {
@@ -454,7 +461,8 @@ impl<'a> Model<'a> {
             let estimate = width + fitted.length;
             observers.push(ObserverLayout { estimate, states: fitted.states.clone(), period: fitted.period });
             width = estimate + fitted.states.len();
-            still.resize(width, fitted.period.is_some());
+            still.resize(estimate, fitted.period.is_some());
+            still.resize(width, fitted.stands());
         }
         still.resize(width + self.integrals.len(), false);
         Layout {
@@ -503,6 +511,9 @@ impl<'a> Model<'a> {
                 }
                 row.extend_from_slice(state);
                 row.extend_from_slice(&now.estimates[k]);
+            } else if !observer.stands() {
+                self.estimate(k, t, stacked, still, now);
+                row.extend_from_slice(&now.estimates[k]);
             }
         }
         row.extend_from_slice(&stacked[stacked.len() - self.integrals.len()..]);
@@ -518,8 +529,10 @@ impl<'a> Model<'a> {
         }
         for (k, observer) in self.observers.iter().enumerate() {
             if observer.period.is_some() {
-                self.estimate(k, t, stacked, still, now);
                 row.extend_from_slice(self.state(k, stacked, still));
+            }
+            if observer.stands() {
+                self.estimate(k, t, stacked, still, now);
                 row.extend_from_slice(&now.estimates[k]);
             }
         }
