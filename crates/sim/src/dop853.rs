@@ -148,24 +148,20 @@ impl Dop853 {
         for ((moved, y), slopes) in self.stage.iter_mut().zip(&self.y).zip(&self.slopes) {
             *moved = advance(y, self.h, &combine(slopes, A[stage]));
         }
-        self.slope_of(f, self.t + C[stage] * self.h, stage, |method| &method.stage);
+        self.slope_of(f, self.t + C[stage] * self.h, stage);
     }
 
-    /// The slope of stage `stage`, at `y`.
+    /// The slope of stage `stage`, at the end of the step or at the stage.
     #[inline]
-    fn slope_of(
-        &mut self,
-        f: &impl Fn(f64, &[f64], &mut [f64]),
-        t: f64,
-        stage: usize,
-        y: impl Fn(&Self) -> &Vec<Lanes>,
-    ) {
-        let mut received = std::mem::take(&mut self.received);
-        f(t, &y(self).as_flattened()[..self.n], &mut received.as_flattened_mut()[..self.n]);
-        for (slopes, received) in self.slopes.iter_mut().zip(&received) {
+    fn slope_of(&mut self, f: &impl Fn(f64, &[f64], &mut [f64]), t: f64, stage: usize) {
+        let y = &(if stage == END { &self.end } else { &self.stage }).as_flattened()[..self.n];
+        if let [slopes] = &mut self.slopes[..] {
+            return f(t, y, &mut slopes[stage][..self.n]);
+        }
+        f(t, y, &mut self.received.as_flattened_mut()[..self.n]);
+        for (slopes, received) in self.slopes.iter_mut().zip(&self.received) {
             slopes[stage] = *received;
         }
-        self.received = received;
     }
 
     /// One attempt at a step of the present size. It allocates nothing.
@@ -207,7 +203,7 @@ impl Dop853 {
             self.rejected = true;
             return Attempt::Rejected;
         }
-        self.slope_of(f, t + h, END, |method| &method.end);
+        self.slope_of(f, t + h, END);
         let h_lambda = self.slope_ratio();
         self.evaluate(f, 13);
         self.evaluate(f, 14);
@@ -291,7 +287,8 @@ impl Dop853 {
         let Some((start, h)) = self.last else { return value.copy_from_slice(self.y()) };
         let s = (t - start) / h;
         for (coefficients, value) in self.dense.iter().zip(value.chunks_mut(LANES)) {
-            let lanes = polynomial(coefficients, s);
+            // The first point of dense output is the start.
+            let lanes = if s == 0.0 { coefficients[0] } else { polynomial(coefficients, s) };
             for (value, lane) in value.iter_mut().zip(lanes) {
                 *value = lane;
             }
