@@ -177,18 +177,25 @@ impl Design {
         Ok(Stepper { stepper: Mutex::new(stepper), period, inputs: size.inputs, outputs: size.outputs })
     }
 
-    /// The files of an export: names and bytes, what is proved, and its cost.
-    #[pyo3(signature = (to, period, substeps, is_single, unproved, /))]
+    /// The files of an export: names and bytes, what is proved, and its cost. With a study of the same plant and observer
+    /// the bounds of its simulation are those of the proof.
+    #[pyo3(signature = (study, folder, to, period, substeps, is_single, unproved, /))]
+    #[expect(clippy::too_many_arguments, reason = "the options of an export")]
     fn export<'py>(
         &self,
         py: Python<'py>,
+        study: Option<&str>,
+        folder: PathBuf,
         to: &str,
         period: Option<f64>,
         substeps: Option<usize>,
         is_single: bool,
         unproved: bool,
     ) -> PyResult<Bound<'py, PyDict>> {
-        let study = Arc::clone(&self.study);
+        let study = match study {
+            Some(text) => Arc::new(read(py, text, &folder)?),
+            None => Arc::clone(&self.study),
+        };
         let request = Request { to: to.to_owned(), period, substeps, is_single, unproved };
         let exported = interruptible(py, None, move |_| export::export(&study, &request))?;
         exported.map_err(|why| why.raised(py))?.dictionary(py)
