@@ -14,7 +14,7 @@ use std::path::{Path, PathBuf};
 const FMPY: &str = "fmpy==0.3.32";
 
 /// A plant with an observer in the loop.
-const LOOP: &str = r#"
+pub(crate) const LOOP: &str = r#"
 [plant]
 a = [[0, 1], [0, 0]]
 b = [[0], [1]]
@@ -39,7 +39,7 @@ poles = [-6, -7]
 "#;
 
 /// A filter in the loop of a plant that depends on the time.
-const TIMED: &str = r#"
+pub(crate) const TIMED: &str = r#"
 [plant]
 states = ["angle", "speed"]
 inputs = ["torque"]
@@ -65,6 +65,35 @@ v = 1e-4
 period = 0.05
 "#;
 
+/// A Kalman filter in filter form, of a plant with a feedthrough.
+pub(crate) const FILTERED: &str = r#"
+[plant]
+a = [[0, 1], [-2, -1]]
+b = [[0], [1]]
+c = [[1, 0], [-2, -1]]
+d = [[0], [1]]
+states = ["position", "velocity"]
+inputs = ["force"]
+outputs = ["measured", "acceleration"]
+time_unit = "s"
+
+[input]
+expressions = ["sin(t)"]
+
+[simulation]
+x0 = [1, 0]
+duration = 10
+samples = 101
+hold = 0.05
+
+[[observer]]
+name = "filtered"
+kind = "kalman"
+w = [0, 0.1]
+v = [0.001, 0.01]
+form = "filter"
+"#;
+
 /// An observer of a study and how it is exported.
 struct Case {
     study: PathBuf,
@@ -78,12 +107,13 @@ pub(crate) fn run() -> Result<(), Failure> {
     let folder = root().join("target/deploy");
     fs::create_dir_all(&folder).map_err(|source| Failure::io(&folder, source))?;
     cargo(&["build", "--package", "luenberger-cli"]).step("build")?;
-    let [cart, converter, looped, timed] =
-        ["cart.toml", "converter.toml", "loop.toml", "timed.toml"].map(|name| folder.join(name));
+    let [cart, converter, looped, timed, filtered] =
+        ["cart.toml", "converter.toml", "loop.toml", "timed.toml", "filtered.toml"].map(|name| folder.join(name));
     luenberger(&["new", "--force", "-o"]).argument(&cart).step("study")?;
     luenberger(&["new", "--plant", "cuk", "--force", "-o"]).argument(&converter).step("study")?;
     fs::write(&looped, LOOP).map_err(|source| Failure::io(&looped, source))?;
     fs::write(&timed, TIMED).map_err(|source| Failure::io(&timed, source))?;
+    fs::write(&filtered, FILTERED).map_err(|source| Failure::io(&filtered, source))?;
     let tanks = folder.join("tanks.toml");
     fs::write(&tanks, of_the_page()?).map_err(|source| Failure::io(&tanks, source))?;
     let case = |name, options| Case { study: cart.clone(), observer: name, name, options };
@@ -95,6 +125,7 @@ pub(crate) fn run() -> Result<(), Failure> {
         case("sampled", &[]),
         Case { study: looped, observer: "block", name: "block", options: &["--feedback"] },
         Case { study: timed, observer: "timed", name: "timed", options: &["--feedback", "--unproved"] },
+        Case { study: filtered, observer: "filtered", name: "filtered", options: &[] },
     ];
     let mut skipped = Vec::new();
     let compiler = ["cc", "gcc", "clang"].into_iter().find(|name| is_installed(name));

@@ -383,6 +383,9 @@ pub(crate) struct ExportInput {
     /// each; those of an extended Kalman filter in the study]
     #[arg(long, value_name = "COUNT", value_parser = clap::value_parser!(u16).range(1..))]
     pub(crate) substeps: Option<u16>,
+    /// Steps of the golden test
+    #[arg(long, value_name = "COUNT", default_value = "64", value_parser = clap::value_parser!(u16).range(1..))]
+    pub(crate) test_steps: u16,
     /// Folder for the files [default: STUDY-NAME-c, STUDY-NAME-rust or STUDY-NAME-fmu]
     #[arg(short, long, value_name = "FOLDER")]
     pub(crate) output: Option<PathBuf>,

@@ -5,10 +5,10 @@
 
 use luenberger_linalg::{
     Kalman, SteinEquation, discrete_kalman_gain, discrete_process_noise, eigenvalues, place_observer,
-    sampled_measurement_covariance, zero_order_hold,
+    sampled_measurement_covariance, symmetric_part, zero_order_hold,
 };
 use luenberger_lmi::proof_matrix;
-use luenberger_observers::DiscreteLinearObserver;
+use luenberger_observers::{DiscreteLinearObserver, StationaryKalmanFilter};
 use luenberger_plants::StateSpace;
 use luenberger_proof::certificate::{self, Certificate};
 use nalgebra::{Complex, DMatrix, Dyn};
@@ -33,6 +33,7 @@ pub struct DiscreteDesign {
     /// The certificate.
     pub certificate: Certificate,
     covariance: Option<DMatrix<f64>>,
+    update: Option<DMatrix<f64>>,
 }
 
 /// The plant of a design with its input held over the period h.
@@ -88,7 +89,10 @@ impl DiscreteDesign {
         let w = check::positive_semidefinite("W", w, plant.a.nrows())?;
         let v = check::positive_definite("V", v, plant.c.nrows())?;
         let Kalman { l, p, .. } = discrete_kalman_gain(&plant.a, &plant.c, &w, &v)?;
-        Self::certified(plant, period, l, Some(p))
+        let innovation = symmetric_part(&(&plant.c * &p * plant.c.transpose() + &v));
+        let innovation = check::positive_definite("C P C' + V", &innovation, plant.c.nrows())?;
+        let update = innovation.cholesky().map(|s| s.solve(&(&plant.c * &p)).transpose());
+        Self::certified(plant, period, l, Some(p)).map(|design| Self { update, ..design })
     }
 
     /// The observer with the poles of `linear` for its plant with the input held over the period h: `exp(h s)` for each
@@ -153,6 +157,35 @@ impl DiscreteDesign {
         self.covariance.as_ref()
     }
 
+    /// The gain `K = P C' (C P C' + V)^-1` of the measurement update, of a design by [`kalman`](Self::kalman): `L = A K`.
+    pub fn update_gain(&self) -> Option<&DMatrix<f64>> {
+        self.update.as_ref()
+    }
+
+    /// The Kalman filter in filter form, whose estimate at a sample uses the measurement of that sample, of a design by
+    /// [`kalman`](Self::kalman).
+    ///
+    /// ```
+    /// use luenberger_design::DiscreteDesign;
+    /// use luenberger_plants::StateSpace;
+    /// use nalgebra::dmatrix;
+    /// // A random walk, W = 1, V = 2: P = 2, K = P/(P + V) = 1/2.
+    /// let plant = StateSpace::new(dmatrix![1.0], dmatrix![0.0], dmatrix![1.0])?;
+    /// let design = DiscreteDesign::kalman(&plant, 1.0, &dmatrix![1.0], &dmatrix![2.0])?;
+    /// let filter = design.filter().expect("a Kalman filter");
+    /// assert!((filter.k()[(0, 0)] - 0.5).abs() < 1e-14);
+    /// # Ok::<(), luenberger_design::DesignError>(())
+    /// ```
+    pub fn filter(&self) -> Option<StationaryKalmanFilter<f64, Dyn, Dyn, Dyn>> {
+        StationaryKalmanFilter::new(self.observer.clone(), self.update.clone()?).ok()
+    }
+
+    /// The stationary covariance `(I - K C) P` of the error of the estimate in filter form.
+    pub fn filter_covariance(&self) -> Option<DMatrix<f64>> {
+        let (p, k) = (self.covariance()?, self.update_gain()?);
+        Some(symmetric_part(&(p - k * &self.observer.plant().c * p)))
+    }
+
     /// The largest modulus of an eigenvalue of `A - L C`: in the end errors fall by this factor at each step.
     pub fn spectral_radius(&self) -> f64 {
         self.poles.iter().map(|pole| pole.norm()).fold(0.0, f64::max)
@@ -178,6 +211,13 @@ impl DiscreteDesign {
         };
         let certificate = Certificate::of([theorem])?;
         let poles = equation.eigenvalues();
-        Ok(Self { observer: DiscreteLinearObserver::new(plant.clone(), l, period)?, poles, p, certificate, covariance })
+        Ok(Self {
+            observer: DiscreteLinearObserver::new(plant.clone(), l, period)?,
+            poles,
+            p,
+            certificate,
+            covariance,
+            update: None,
+        })
     }
 }

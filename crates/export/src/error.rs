@@ -52,6 +52,12 @@ pub enum ExportError {
         /// The observer.
         kind: String,
     },
+    /// An observer in filter form with what that form does not have.
+    #[error("the filter form is for stationary Kalman filters in floating point without feedback, not with {what}")]
+    FilterForm {
+        /// What it does not have.
+        what: String,
+    },
     /// Numbers that a fixed-point format cannot store, or whose sums could overflow.
     #[error("in {format}: {error}")]
     FixedPoint {

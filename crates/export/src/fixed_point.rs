@@ -36,12 +36,15 @@ impl Export {
     /// The observer in these formats.
     ///
     /// # Errors
-    /// [`ExportError::FixedPointKind`] for an observer that is not linear; [`ExportError::FixedPoint`] for numbers
+    /// [`ExportError::FixedPointKind`] for an observer that is not linear; [`ExportError::FilterForm`]; [`ExportError::FixedPoint`] for numbers
     /// beyond the range of their format, and for sums of products that could overflow 64 bits.
     pub fn fixed_point(&self, formats: FixedPointFormats) -> Result<FixedPointExport<'_>, ExportError> {
         let Program::Linear(linear) = &self.program else {
             return Err(ExportError::FixedPointKind { kind: c::kind(self) });
         };
+        if self.is_filter() {
+            return Err(ExportError::FilterForm { what: "fixed point".to_owned() });
+        }
         let refused = |format, error| ExportError::FixedPoint { format: name(format), error: Box::new(error) };
         let observer = FixedPointObserver::rounded(linear, formats).map_err(|error| refused(formats.gains, error))?;
         let integer = |(row, value): (usize, &f64)| {

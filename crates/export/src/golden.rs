@@ -1,12 +1,13 @@
 //! Golden vectors: inputs, outputs and the estimates of the Rust observer, in the format of the target.
 
-use nalgebra::{DVector, RealField};
+use luenberger_observers::{SampledObserver, StationaryKalmanFilter};
+use nalgebra::{DVector, Dyn, RealField};
 
 use crate::Export;
 use crate::error::ExportError;
 use crate::program::{Cast, Program, Scalar, State};
 
-/// Steps of the golden vectors.
+/// Steps of the golden vectors by default.
 pub const STEPS: usize = 64;
 
 /// One step: what goes in, and the estimate that comes out.
@@ -16,7 +17,7 @@ pub struct Step {
     pub u: Vec<f64>,
     /// Outputs.
     pub y: Vec<f64>,
-    /// The estimate for the next sample.
+    /// The estimate for the next sample; in filter form that at this sample.
     pub estimate: Vec<f64>,
     /// With feedback, the input `r - K xhat` that the step computes and applies; empty without.
     pub applied: Vec<f64>,
@@ -25,8 +26,9 @@ pub struct Step {
 /// `count` steps from the first estimate, with inputs and outputs that are numbers of the format.
 ///
 /// Those of a linear plant have a magnitude up to 2, and a few are large. They are no motion of the plant: every operation
-/// gets numbers without pattern. Those of a nonlinear plant are the [samples](Export::samples) of the export; without
-/// samples, inputs up to 0.1, and the outputs that the estimate predicts with as much noise.
+/// gets numbers without pattern. Those of a nonlinear plant are the [samples](Export::samples) of the export, from the first
+/// to the last, back to the first, and so on; without samples, inputs up to 0.1, and the outputs that the estimate
+/// predicts with as much noise.
 ///
 /// With feedback the outputs of a linear plant are those of the loop plus such numbers, because an observer with its
 /// feedback may be unstable where the loop is stable. For a nonlinear plant r is such that u is that of the samples.
@@ -119,6 +121,8 @@ impl Stepper {
 struct Run<T: RealField + Copy> {
     scalar: Scalar,
     observer: Cast<T>,
+    /// In filter form.
+    filter: Option<StationaryKalmanFilter<T, Dyn, Dyn, Dyn>>,
     state: State<T>,
     sample: usize,
 }
@@ -136,8 +140,15 @@ impl<T: RealField + Copy> Run<T> {
         let scalar = export.scalar;
         let rounded = |error| ExportError::Rounded { format: scalar.name(), error };
         let observer = export.program.cast::<T>().map_err(rounded)?;
+        let filter = match (&observer, &export.update) {
+            (Cast::Linear(predictor), Some(k)) => {
+                let k = k.map(|x| nalgebra::convert::<f64, T>(scalar.round(x)));
+                Some(StationaryKalmanFilter::new(predictor.clone(), k).map_err(rounded)?)
+            }
+            _ => None,
+        };
         let state = observer.start(convert(&export.initial));
-        Ok(Self { scalar, observer, state, sample: 0 })
+        Ok(Self { scalar, observer, filter, state, sample: 0 })
     }
 
     fn rounded(&self, column: &[f64]) -> Vec<f64> {
@@ -149,11 +160,13 @@ impl<T: RealField + Copy> Run<T> {
         self.observer.output(self.sample, &self.state, &convert(u)).map(|y| numbers(&y))
     }
 
-    /// The estimate after a sample.
+    /// The estimate after a sample; in filter form that at the sample.
     fn step(&mut self, u: &[f64], y: &[f64]) -> Vec<f64> {
-        self.observer.step(self.sample, &mut self.state, &convert(u), &convert(y));
+        let (u, y) = (convert(u), convert(y));
+        let corrected = self.filter.as_ref().map(|filter| filter.estimate_at(&self.state.estimate(), &u, &y));
+        self.observer.step(self.sample, &mut self.state, &u, &y);
         self.sample += 1;
-        numbers(&self.state.estimate())
+        numbers(&corrected.unwrap_or_else(|| self.state.estimate()))
     }
 }
 
@@ -161,7 +174,6 @@ fn run<T: RealField + Copy>(export: &Export, count: usize) -> Result<Vec<Step>, 
     let (scalar, size) = (export.scalar, export.program.dimensions());
     let is_nonlinear = export.program.maps().is_some();
     let recorded = if is_nonlinear { &export.samples[..] } else { &[] };
-    let count = if recorded.is_empty() { count } else { count.min(recorded.len()) };
     let mut run = Run::<T>::new(export)?;
     let gain = export.feedback.as_ref().map(|k| k.map(|x| nalgebra::convert::<f64, T>(scalar.round(x))));
     let mut plant = export.feedback.as_ref().and_then(|_| Loop::new(&export.program));
@@ -170,7 +182,7 @@ fn run<T: RealField + Copy>(export: &Export, count: usize) -> Result<Vec<Step>, 
     for step in 0..count {
         let mut column =
             |length: usize, size: f64| -> Vec<f64> { (0..length).map(|_| scalar.round(size * noise.next())).collect() };
-        let (u, mut y) = if let Some((u, y)) = recorded.get(step) {
+        let (u, mut y) = if let Some((u, y)) = recorded.get(there_and_back(step, recorded.len())) {
             (run.rounded(u), run.rounded(y))
         } else if is_nonlinear {
             let (u, disturbance) = (column(size.inputs, 0.05), column(size.outputs, 0.05));
@@ -202,6 +214,13 @@ fn run<T: RealField + Copy>(export: &Export, count: usize) -> Result<Vec<Step>, 
         steps.push(Step { u: known, y, estimate, applied });
     }
     Ok(steps)
+}
+
+/// 0, 1, .., length - 1, length - 2, .., 1, 0, 1, ..
+fn there_and_back(step: usize, length: usize) -> usize {
+    let turn = length.saturating_sub(1).max(1);
+    let at = step % (2 * turn);
+    at.min(2 * turn - at).min(length.saturating_sub(1))
 }
 
 /// The linear plant of an observer, from the state 0.

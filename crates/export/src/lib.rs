@@ -92,7 +92,9 @@ pub struct Export {
     statement: Vec<String>,
     sources: Vec<(String, String)>,
     samples: Vec<(Vec<f64>, Vec<f64>)>,
+    test_steps: usize,
     feedback: Option<DMatrix<f64>>,
+    update: Option<DMatrix<f64>>,
 }
 
 impl Export {
@@ -135,7 +137,9 @@ impl Export {
             statement: Vec::new(),
             sources: Vec::new(),
             samples: Vec::new(),
+            test_steps: golden::STEPS,
             feedback: None,
+            update: None,
         })
     }
 
@@ -156,8 +160,12 @@ impl Export {
     /// With the feedback `u = r - K xhat`, K m x n: the step takes r and y, and returns u as well.
     ///
     /// # Errors
-    /// [`ExportError::Gain`] for another shape; [`ExportError::Format`] for an entry beyond the range of the format.
+    /// [`ExportError::Gain`] for another shape; [`ExportError::Format`] for an entry beyond the range of the format;
+    /// [`ExportError::FilterForm`] for an observer in filter form.
     pub fn with_feedback(mut self, k: &DMatrix<f64>) -> Result<Self, ExportError> {
+        if self.update.is_some() {
+            return Err(ExportError::FilterForm { what: "feedback".to_owned() });
+        }
         let size = self.program.dimensions();
         let (expected, found) = ((size.inputs, size.estimate), k.shape());
         if expected != found || k.is_empty() {
@@ -170,6 +178,36 @@ impl Export {
         Ok(self)
     }
 
+    /// A linear observer in filter form: the step returns the estimate at its sample, `xhat + K (y - C xhat - D u)` for
+    /// the prediction xhat, K n x p.
+    ///
+    /// # Errors
+    /// [`ExportError::FilterForm`] for an observer that is not linear, and with feedback; [`ExportError::Gain`] for
+    /// another shape; [`ExportError::Format`] for an entry beyond the range of the format.
+    pub fn with_update(mut self, k: &DMatrix<f64>) -> Result<Self, ExportError> {
+        if !matches!(self.program, Program::Linear(_)) {
+            return Err(ExportError::FilterForm { what: c::kind(&self) });
+        }
+        if self.feedback.is_some() {
+            return Err(ExportError::FilterForm { what: "feedback".to_owned() });
+        }
+        let size = self.program.dimensions();
+        let (expected, found) = ((size.estimate, size.outputs), k.shape());
+        if expected != found {
+            return Err(ExportError::Gain { expected, found });
+        }
+        if let Some(k) = k.iter().find(|x| !self.scalar.round(**x).is_finite()) {
+            return Err(ExportError::Format { what: format!("the entry {k} of K"), format: self.scalar.name() });
+        }
+        self.update = Some(k.clone());
+        Ok(self)
+    }
+
+    /// Whether the estimate uses the measurement of its sample.
+    pub fn is_filter(&self) -> bool {
+        self.update.is_some()
+    }
+
     /// Whether the step includes a feedback.
     pub fn has_feedback(&self) -> bool {
         self.feedback.is_some()
@@ -180,6 +218,13 @@ impl Export {
     #[must_use]
     pub fn samples(mut self, samples: Vec<(Vec<f64>, Vec<f64>)>) -> Self {
         self.samples = samples;
+        self
+    }
+
+    /// With as many steps in the golden test; [`golden::STEPS`] by default.
+    #[must_use]
+    pub fn test_steps(mut self, count: usize) -> Self {
+        self.test_steps = count;
         self
     }
 
@@ -237,6 +282,7 @@ impl Export {
     pub fn matrices(&self) -> Vec<(&'static str, DMatrix<f64>)> {
         let round = |matrix: &DMatrix<f64>| matrix.map(|x| self.scalar.round(x));
         let all = self.program.matrices().into_iter().chain(self.feedback.iter().map(|k| ("K", k.clone())));
+        let all = all.chain(self.update.iter().map(|k| ("UPDATE", k.clone())));
         all.map(|(name, matrix)| (name, round(&matrix))).collect()
     }
 
@@ -268,7 +314,8 @@ impl Export {
 
     /// Floating-point operations of one step, square roots and divisions included.
     pub fn operations(&self) -> usize {
-        self.program.operations() + self.feedback.as_ref().map_or(0, |k| 2 * k.len())
+        let gains = self.feedback.iter().chain(&self.update);
+        self.program.operations() + gains.map(|k| 2 * k.len()).sum::<usize>()
     }
 
     /// Bytes of the constants and of the state.
@@ -276,7 +323,9 @@ impl Export {
         let matrices: usize = self.matrices().iter().map(|(_, matrix)| matrix.len()).sum();
         let scalars = self.program.scalars().len() + self.program.constants_of_maps();
         let tables = self.program.numbers_of_trees();
-        (matrices + scalars + tables + self.initial.len() + self.program.state_entries()) * self.scalar.bytes()
+        let prediction = self.update.as_ref().map_or(0, DMatrix::nrows);
+        (matrices + scalars + tables + self.initial.len() + self.program.state_entries() + prediction)
+            * self.scalar.bytes()
     }
 
     /// The files of a C99 project: header, source, test with golden vectors, `CMakeLists.txt` and `README.md`.

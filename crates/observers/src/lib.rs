@@ -13,8 +13,10 @@
 //! | [`linear`] | Luenberger's observer `xhat' = A xhat + B u + L (y - C xhat)` |
 //! | [`cubic`] | the cubic observer, which adds `-(y~' theta y~) N y~`, and its flow in closed form |
 //! | [`cubic_sampled`] | the sampled-data cubic observer, stable at every step size |
+//! | [`lanes`] | observers over several lanes at once |
 //! | [`kalman`] | the continuous-discrete extended Kalman filter |
 //! | [`discrete_linear`] | the linear observer of a plant in discrete time |
+//! | [`stationary_kalman`] | the stationary Kalman filter in filter form: the estimate uses the measurement of its sample |
 //! | [`fixed_point`] | the linear observer in discrete time in fixed point, in integers |
 //! | [`discrete_kalman`] | the Kalman filter of a plant in discrete time |
 //! | [`nonlinear_luenberger`] | the copy of a nonlinear plant with a constant gain: Thau's, Lipschitz and LPV designs run as this |
@@ -58,6 +60,7 @@ pub mod kalman;
 mod kalman_on_slices;
 pub mod kkl;
 pub mod kkl_peb;
+pub mod lanes;
 pub mod linear;
 pub mod mean_value;
 pub mod nonlinear_luenberger;
@@ -71,6 +74,7 @@ pub mod sampled_copy;
 mod semidefinite;
 #[cfg(feature = "alloc")]
 pub mod static_size;
+pub mod stationary_kalman;
 
 pub use cubic::{CubicObserver, StaticCubicObserver};
 pub use cubic_sampled::{SampledCubicGains, SampledCubicObserver, StaticSampledCubicObserver};
@@ -88,6 +92,7 @@ pub use immersion_invariance::{Immersion, ImmersionInvarianceObserver};
 pub use kalman::{ExtendedKalmanFilter, GaussianEstimate, Innovation, NoiseModel, StaticExtendedKalmanFilter};
 pub use kkl::{KklMap, KklObserver, LeftInverse, LinearKkl};
 pub use kkl_peb::KklPebObserver;
+pub use lanes::LaneObserver;
 pub use linear::{LinearObserver, StaticLinearObserver};
 pub use luenberger_plants::{Differentiable, Dimensions, LinearPlant, Plant, Shape};
 pub use mean_value::{
@@ -98,6 +103,7 @@ pub use observer::{Observer, ObserverDimensions, SampledObserver};
 pub use output_feedback::OutputFeedback;
 pub use pebo::{PeboObserver, Regression};
 pub use sampled_copy::{SampledCopy, StaticSampledCopy};
+pub use stationary_kalman::{StaticStationaryKalmanFilter, StationaryKalmanFilter};
 
 /// The linear algebra of the columns and matrices here, in the version that fits.
 pub use nalgebra;

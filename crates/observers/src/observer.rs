@@ -47,6 +47,12 @@ pub trait Observer<T> {
     /// at the start: filters of the output matched to `y`, covariances at their initial value.
     fn initial(&self, t: T, estimate: &Self::Estimate, u: &Self::Input, y: &Self::Output) -> Self::State;
 
+    /// Whether g is affine in z, u and y and does not depend on t: simulation has exact solutions then. What is not known
+    /// is false (default).
+    fn is_affine(&self) -> bool {
+        false
+    }
+
     /// [`derivative`](Self::derivative) on slices, with the same result to the last bit: what simulation calls. Returns
     /// whether the lengths fit; otherwise `slope` is not written.
     ///
@@ -90,7 +96,8 @@ pub(crate) fn put_slice<T: Copy>(entries: &[T], target: &mut [T]) -> bool {
 ///
 /// At the time `t` of a sample the state holds what is known *before* that sample; [`step`](Self::step) takes the
 /// sample `y = y(t)` and the input `u` held until `t + h`, and leaves what is known before the next one: a predictor,
-/// whose result is needed at `t + h` only, so that the target has a whole period to compute it.
+/// whose result is needed at `t + h` only, so that the target has a whole period to compute it. An observer in filter
+/// form also has an estimate that uses the measurement of the sample, [`estimate_at`](Self::estimate_at).
 pub trait SampledObserver<T> {
     /// Column of the observer's own state, z.
     type State: Column<T>;
@@ -141,6 +148,18 @@ pub trait SampledObserver<T> {
     /// The estimate that the state holds.
     fn estimate(&self, state: &Self::State) -> Self::Estimate;
 
+    /// The estimate at a sample with its measurement `y` and its input `u`, for the state before that sample: the same
+    /// as [`estimate`](Self::estimate) but for observers in filter form.
+    fn estimate_at(&self, state: &Self::State, u: &Self::Input, y: &Self::Output) -> Self::Estimate {
+        let _ = (u, y);
+        self.estimate(state)
+    }
+
+    /// Whether [`estimate_at`](Self::estimate_at) uses the measurement.
+    fn is_filter(&self) -> bool {
+        false
+    }
+
     /// The state that makes the estimate at time `t` what is wished.
     fn initial(&self, t: T, estimate: &Self::Estimate, u: &Self::Input, y: &Self::Output) -> Self::State;
 }
@@ -183,6 +202,10 @@ impl<T, O: Observer<T> + ?Sized> Observer<T> for &O {
 
     fn initial(&self, t: T, estimate: &Self::Estimate, u: &Self::Input, y: &Self::Output) -> Self::State {
         (**self).initial(t, estimate, u, y)
+    }
+
+    fn is_affine(&self) -> bool {
+        (**self).is_affine()
     }
 
     fn derivative_into(&self, t: T, state: &[T], u: &[T], y: &[T], slope: &mut [T]) -> bool
@@ -231,6 +254,14 @@ impl<T, O: SampledObserver<T> + ?Sized> SampledObserver<T> for &O {
 
     fn estimate(&self, state: &Self::State) -> Self::Estimate {
         (**self).estimate(state)
+    }
+
+    fn estimate_at(&self, state: &Self::State, u: &Self::Input, y: &Self::Output) -> Self::Estimate {
+        (**self).estimate_at(state, u, y)
+    }
+
+    fn is_filter(&self) -> bool {
+        (**self).is_filter()
     }
 
     fn estimate_into(&self, state: &[T], estimate: &mut [T]) -> bool

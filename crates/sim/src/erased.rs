@@ -16,6 +16,7 @@ pub(crate) trait AnyPlant {
     fn dimensions(&self) -> Dimensions;
     /// Checks that columns of fixed length have the lengths that the dimensions say.
     fn check(&self) -> Result<(), SimError>;
+    fn is_affine(&self) -> bool;
     fn derivative(&self, t: f64, x: &[f64], u: &[f64], slope: &mut [f64]);
     fn output(&self, t: f64, x: &[f64], u: &[f64], y: &mut [f64]);
 }
@@ -26,9 +27,13 @@ pub(crate) trait AnyObserver {
     fn dimensions(&self) -> ObserverDimensions;
     fn check(&self) -> Result<(), SimError>;
     fn period(&self) -> Option<f64>;
+    /// Of an observer in continuous time.
+    fn is_affine(&self) -> bool;
     fn derivative(&self, t: f64, state: &[f64], u: &[f64], y: &[f64], slope: &mut [f64]);
     fn step(&self, t: f64, state: &mut [f64], u: &[f64], y: &[f64], measured: &[bool]);
     fn estimate(&self, t: f64, state: &[f64], u: &[f64], y: &[f64], estimate: &mut [f64]);
+    /// The estimate at a sample with its measurement, in place of the one before it.
+    fn correct(&self, _state: &[f64], _u: &[f64], _y: &[f64], _estimate: &mut [f64]) {}
     fn initial(&self, t: f64, estimate: &[f64], u: &[f64], y: &[f64], state: &mut [f64]);
 }
 
@@ -48,6 +53,10 @@ impl<P: Plant<f64>> AnyPlant for Erased<P> {
         fixed::<P::State>("the state of the plant", size.states)?;
         fixed::<P::Input>("the input of the plant", size.inputs)?;
         fixed::<P::Output>("the output of the plant", size.outputs)
+    }
+
+    fn is_affine(&self) -> bool {
+        self.0.is_affine()
     }
 
     fn derivative(&self, t: f64, x: &[f64], u: &[f64], slope: &mut [f64]) {
@@ -72,6 +81,10 @@ impl<O: Observer<f64>> AnyObserver for Continuous<O> {
 
     fn period(&self) -> Option<f64> {
         None
+    }
+
+    fn is_affine(&self) -> bool {
+        self.0.is_affine()
     }
 
     fn derivative(&self, t: f64, state: &[f64], u: &[f64], y: &[f64], slope: &mut [f64]) {
@@ -105,6 +118,10 @@ impl<O: SampledObserver<f64>> AnyObserver for Sampled<O> {
         Some(self.0.period())
     }
 
+    fn is_affine(&self) -> bool {
+        false
+    }
+
     fn derivative(&self, _t: f64, _state: &[f64], _u: &[f64], _y: &[f64], slope: &mut [f64]) {
         slope.fill(0.0);
     }
@@ -117,6 +134,14 @@ impl<O: SampledObserver<f64>> AnyObserver for Sampled<O> {
     fn estimate(&self, _t: f64, state: &[f64], _u: &[f64], _y: &[f64], estimate: &mut [f64]) {
         let fits = self.0.estimate_into(state, estimate);
         expect(fits, estimate);
+    }
+
+    fn correct(&self, state: &[f64], u: &[f64], y: &[f64], estimate: &mut [f64]) {
+        if !self.0.is_filter() {
+            return;
+        }
+        let columns = triple::<O::State, O::Input, O::Output>(state, u, y);
+        put(columns.map(|(state, u, y)| self.0.estimate_at(&state, &u, &y)), estimate);
     }
 
     fn initial(&self, t: f64, estimate: &[f64], u: &[f64], y: &[f64], state: &mut [f64]) {

@@ -256,9 +256,9 @@ impl<'a> Model<'a> {
         y
     }
 
-    /// The outputs as an observer in continuous time takes them; none if all are known.
+    /// The outputs as an observer takes them; none if all are known.
     fn predicted_of(&self, k: usize, t: f64, stacked: &[f64], still: &HeldValues, now: &Instant) -> Option<Vec<f64>> {
-        if !still.readings.contains(&Reading::Nothing) || self.observers[k].period.is_some() {
+        if !still.readings.contains(&Reading::Nothing) {
             return None;
         }
         let absent = |j: usize| still.readings[j] == Reading::Nothing;
@@ -275,7 +275,9 @@ impl<'a> Model<'a> {
         let ObserverSlot { observer, states, .. } = &self.observers[k];
         let predicted = self.predicted_of(k, t, stacked, still, now);
         let seen = predicted.as_ref().unwrap_or(&now.seen);
-        observer.estimate(t, self.state(k, stacked, still), &now.u, seen, &mut now.estimates[k]);
+        let state = self.state(k, stacked, still);
+        observer.estimate(t, state, &now.u, seen, &mut now.estimates[k]);
+        observer.correct(state, &now.u, seen, &mut now.estimates[k]);
         for ((error, estimate), &i) in now.errors[k].iter_mut().zip(&now.estimates[k]).zip(states) {
             *error = stacked[i] - estimate;
         }
@@ -394,6 +396,20 @@ impl<'a> Model<'a> {
     pub(crate) fn stacked_length(&self) -> usize {
         let integrated = self.observers.iter().filter(|o| o.period.is_none()).map(|o| o.length).sum::<usize>();
         self.size.states + integrated + self.integrals.len()
+    }
+
+    /// Whether the stacked equation is affine with constant inputs from one jump to the next, which are periodic.
+    pub(crate) fn is_affine(&self) -> bool {
+        let sampled = self.observers.iter().any(|observer| observer.period.is_some());
+        let process = self.disturbances.process_noise.is_some();
+        (self.hold.is_some() || self.noise.is_some() || process || sampled)
+            && self.step.is_none()
+            && self.integrals.is_empty()
+            && self.plain
+            && self.input_stands()
+            && self.changes.iter().all(|change| change.plant.is_none())
+            && self.plant.is_affine()
+            && self.observers.iter().all(|slot| slot.period.is_some() || slot.observer.is_affine())
     }
 
     /// Whether the input stands still within each step.

@@ -10,7 +10,8 @@ use std::rc::Rc;
 use crate::dense::{Dense, NODE};
 use crate::disturbance::History;
 use crate::error::{SimError, check_finite};
-use crate::integrate::Stepper;
+use crate::exponential::Exponential;
+use crate::integrate::{Accepted, Stepper};
 use crate::model::{HeldValues, Instant, Model};
 use crate::sensor::Reading;
 use crate::trajectory::Trajectory;
@@ -347,6 +348,17 @@ impl<'m, 'a> Runner<'m, 'a> {
         clocks.map(Periodic::next).chain(breakpoint).fold(end, f64::min)
     }
 
+    /// The stacked equation of a model that is affine.
+    fn exponential(&self) -> Option<Exponential> {
+        let (model, mut still, mut now) = (self.model, self.still.clone(), self.now.borrow().clone());
+        still.noise.fill(0.0);
+        still.disturbance.fill(0.0);
+        now.u.fill(0.0);
+        Exponential::new(self.stacked.len(), |s, slope| {
+            model.derivative(model.start, s, &still, &mut now, slope);
+        })
+    }
+
     pub(crate) fn run(mut self, end: f64) -> Result<Trajectory, SimError> {
         let model = self.model;
         let layout = model.layout();
@@ -358,6 +370,7 @@ impl<'m, 'a> Runner<'m, 'a> {
         let mut at = vec![0.0; self.stacked.len()];
         let (mut rows, mut standing) = (Vec::new(), Vec::new());
         let varying = layout.still.iter().filter(|still| !**still).count();
+        let mut exponential = if model.is_affine() { self.exponential() } else { None };
         let mut t = model.start;
         while t < end {
             let next = self.next_jump(t, end);
@@ -371,7 +384,7 @@ impl<'m, 'a> Runner<'m, 'a> {
                 model.derivative(t, stacked, still, &mut now.borrow_mut(), slope);
             };
             let mut stacked = std::mem::take(&mut self.stacked);
-            march.advance(&right_hand_side, t, next, &mut stacked, &mut |step| {
+            let mut on_step = |step: &Accepted<'_>| {
                 let mut now = now.borrow_mut();
                 rows.clear();
                 standing.clear();
@@ -408,7 +421,19 @@ impl<'m, 'a> Runner<'m, 'a> {
                     model.row(t, &at, still, &mut now, &mut samples);
                 }
                 Ok(())
-            })?;
+            };
+            let exact = exponential.as_mut().and_then(|exponential| {
+                let slope = |s: &[f64], slope: &mut [f64]| right_hand_side(t, s, slope);
+                exponential.advance(&model.settings, (t, next), &mut stacked, slope, &mut on_step)
+            });
+            match exact {
+                Some(steps) => {
+                    if !march.counts(steps?) {
+                        return Err(SimError::TooManySteps { time: t, step: next - t, steps: march.steps() });
+                    }
+                }
+                None => march.advance(&right_hand_side, t, next, &mut stacked, &mut on_step)?,
+            }
             self.stacked = stacked;
             t = next;
             self.tick(t)?;

@@ -129,7 +129,11 @@ pub(crate) fn magnitudes(
         if let Some(reference) = study.input.program() {
             reference.at(sample as f64 * m.period, &mut r);
         }
-        let u = DVector::from_vec(r) - k * &xhat;
+        let fed = match design.update_gain(observer) {
+            Some(update) => &xhat + update * (m.c * (&x - &xhat)),
+            None => xhat.clone(),
+        };
+        let u = DVector::from_vec(r) - k * fed;
         states = states.sup(&x.abs());
         inputs = inputs.sup(&u.abs());
         let y = m.c * &x + m.d.map_or_else(|| DVector::zeros(m.c.nrows()), |d| d * &u);

@@ -331,6 +331,10 @@ impl<T: RealField + Copy> Plant<T> for Model {
         })
     }
 
+    fn is_affine(&self) -> bool {
+        each!(self, plant => Plant::<T>::is_affine(plant), _linear => true)
+    }
+
     fn derivative_into(&self, t: T, x: &[T], u: &[T], slope: &mut [T]) -> bool {
         each!(self, plant => Plant::<T>::derivative_into(plant, t, x, u, slope), linear => {
             let fits = (x.len(), u.len(), slope.len()) == (linear.a.ncols(), linear.b.ncols(), linear.a.nrows());

@@ -296,6 +296,8 @@ pub struct LinearSpec {
     pub gain: GainSpec,
     /// The right-hand side of the certifying Lyapunov equation, if given.
     pub weight: Option<luenberger_design::LyapunovWeight>,
+    /// Of a Kalman filter: the estimate at a sample uses its measurement.
+    pub is_filter: bool,
 }
 
 /// How the gain of a linear observer is computed.
@@ -496,6 +498,7 @@ impl ObserverKind {
                 other => other.clone(),
             },
             weight: linear.weight.clone(),
+            is_filter: linear.is_filter,
         };
         let mut kind = self.clone();
         match &mut kind {

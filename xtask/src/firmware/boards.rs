@@ -2,7 +2,7 @@
 
 use super::output::{self, Golden};
 use super::{Cost, elf};
-use crate::step::{Failure, program, root};
+use crate::step::{Failure, Step, program, root};
 use std::fs::{self, File};
 use std::path::Path;
 use std::process::{Command, Stdio};
@@ -60,12 +60,27 @@ impl Board {
         !self.c.is_empty()
     }
 
+    /// The cross compiler of emitted C with the flags of the processor, in this folder.
+    pub(super) fn c_compiler(&self, folder: &Path) -> Step {
+        program(COMPILER).folder(folder).arguments(&["-std=c99", "-mthumb"]).arguments(self.c)
+    }
+
     /// What is not installed, and how to get it.
     pub(super) fn missing(&self) -> Option<String> {
+        self.emulator_missing().or_else(|| self.target_missing())
+    }
+
+    /// The emulator, if it is not installed.
+    pub(super) fn emulator_missing(&self) -> Option<String> {
         if !crate::step::is_installed(self.emulator) {
             let package = if self.emulator.ends_with("arm") { "qemu-system-arm" } else { "qemu-system-misc" };
             return Some(format!("{} is not installed (Debian's package {package})", self.emulator));
         }
+        None
+    }
+
+    /// The standard library of Rust, if it is not installed.
+    pub(super) fn target_missing(&self) -> Option<String> {
         let sysroot = Command::new("rustc").args(["--print", "sysroot"]).output().ok()?.stdout;
         let sysroot = String::from_utf8_lossy(&sysroot).trim().to_owned();
         let library = Path::new(&sysroot).join("lib/rustlib").join(self.target);
@@ -141,8 +156,7 @@ pub(super) fn c_on(
     for name in names {
         let folder = exports.join(name);
         let (object, image) = (format!("{}.o", board.machine), format!("{}.elf", board.machine));
-        let compiler =
-            || program(COMPILER).folder(&folder).arguments(&["-std=c99", "-O2", "-mthumb"]).arguments(board.c);
+        let compiler = || board.c_compiler(&folder).argument("-O2");
         compiler()
             .arguments(&["-Wall", "-Wextra", "-Wconversion", "-Werror", "-c", &format!("{name}.c"), "-o", &object])
             .quiet_output(name)?;

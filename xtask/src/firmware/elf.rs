@@ -10,6 +10,8 @@ pub(super) struct Image {
     functions: Vec<(String, u64, u64)>,
     /// Address, bytes.
     frames: Vec<(u64, u64)>,
+    /// Bytes of constants.
+    pub(super) constants: u64,
 }
 
 /// A symbol of a function.
@@ -32,7 +34,7 @@ impl Image {
             Some((content, word(bytes, at)?, word(bytes, at + 24)?))
         };
         let section_names = section(names)?.0;
-        let (mut functions, mut frames) = (Vec::new(), Vec::new());
+        let (mut functions, mut frames, mut constants) = (Vec::new(), Vec::new(), 0);
         for k in 0..count {
             let (content, name, link) = section(k)?;
             match text(section_names, name)? {
@@ -53,15 +55,21 @@ impl Image {
                         rest = &rest[4 + length..];
                     }
                 }
+                section if section.starts_with(".rodata") => constants += content.len() as u64,
                 _ => {}
             }
         }
-        Some(Self { functions, frames })
+        Some(Self { functions, frames, constants })
     }
 
     /// Bytes of the functions with these names.
     pub(super) fn code(&self, is_wanted: impl Fn(&str) -> bool) -> u64 {
         self.functions.iter().filter(|(name, ..)| is_wanted(name)).map(|(.., size)| size).sum()
+    }
+
+    /// Whether there is such a function.
+    pub(super) fn has(&self, is_wanted: impl Fn(&str) -> bool) -> bool {
+        self.functions.iter().any(|(name, ..)| is_wanted(name))
     }
 
     /// Bytes of the stack frame of a function.

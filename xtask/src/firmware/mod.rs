@@ -9,12 +9,14 @@
 //! | `c` | emitted C on the host: compilers, sanitizers, cppcheck |
 //! | `elf` | symbols and stack frames of a program |
 //! | `output` | what a golden program prints |
+//! | `studies` | the observers of templates and examples, exported by the command, on the board |
 //! | `table` | the page of results |
 
 mod boards;
 mod c;
 mod elf;
 mod output;
+mod studies;
 mod table;
 
 use crate::step::{Failure, Step, cargo, root};
@@ -37,6 +39,8 @@ struct Cost {
     stack: u32,
     frame: Option<u64>,
     code: u64,
+    /// Bytes of constants, where they are known.
+    constants: Option<u64>,
 }
 
 /// Runs what the tools of this machine allow; with `document` the page `docs/bench-target.md` is written, if nothing
@@ -71,10 +75,18 @@ pub(crate) fn run(document: bool) -> Result<(), Failure> {
         };
         measured.push(Measured { board, rust, c });
     }
+    let board = &BOARDS[0];
+    let studies = match board.emulator_missing().or_else(|| board.c_missing()) {
+        None => studies::on(board, &target.join("studies"), board.target_missing().is_none())?,
+        Some(missing) => {
+            skipped.push(format!("the observers of templates and examples on {}: {missing}", board.target));
+            Vec::new()
+        }
+    };
     for what in &skipped {
         eprintln!("── SKIPPED: {what}");
     }
-    let page = table::page(&measured);
+    let page = table::page(&measured, &studies);
     let path = if document && skipped.is_empty() {
         root().join("docs/bench-target.md")
     } else {

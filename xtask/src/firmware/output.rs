@@ -39,7 +39,7 @@ impl Golden {
             return Err(Failure::Firmware(format!("{} has no costs", self.name)));
         };
         let mean = f64::from(total) / self.digests.len() as f64 - f64::from(overhead);
-        Ok(Cost { mean, most: most.saturating_sub(overhead), stack, frame, code })
+        Ok(Cost { mean, most: most.saturating_sub(overhead), stack, frame, code, constants: None })
     }
 }
 

@@ -1,5 +1,6 @@
 //! The page of results.
 
+use super::studies::Row;
 use super::{Cost, Measured};
 use std::fmt::Write;
 
@@ -8,8 +9,8 @@ const HEAD: &str = "# What a step costs on a target
 `cargo xtask firmware --document` writes this page. The observers of `firmware/golden` run 1000 steps on boards in QEMU;
 every step has the bits of the host. The programs link only if nothing can panic.
 
-- **Instructions** of one step, on average and at most, counted by QEMU (`-icount`, read through SysTick or minstret).
-  They are instructions, not cycles.
+- **Instructions** of one step, on average and at most, counted by QEMU (`-icount`, read through SysTick, a timer or
+  minstret). They are instructions, not cycles.
 - **Stack** in bytes, with all functions that the step calls: the memory below the stack pointer is painted before the
   step, and looked at after it. In brackets the frame of the step's own function, as the compiler states it.
 - **Code** in bytes: the step without its constants, and without the routines of the compiler and of the C library that
@@ -25,7 +26,30 @@ Cortex-M4F in f32. Both round correctly, so that the bits are the same.
 The boards are mps2-an386 (Cortex-M4F), mps2-an385 (Cortex-M3, which runs the code for Cortex-M0) and virt (RISC-V).
 ";
 
-pub(super) fn page(measured: &[Measured]) -> String {
+const STUDIES: &str = "
+## Observers of the templates and examples: Cortex-M4F
+
+Every observer of a template (`luenberger new --list`) and of `examples/studies`, two with their feedback, and one in
+filter form, as
+`luenberger export --to c --test-steps 1000` writes them. The golden test of the export runs unchanged on mps2-an386:
+all 1000 estimates have the bits of the design, in f32 and in f64. Observers in continuous time without a period in
+the study take a step every 0.01.
+
+**Code** has the elementary functions that the file needs; **constants** are matrices and tables, in bytes as well.
+
+| study | observer | f32: instructions | at most | stack | code | constants | f64: instructions | at most | stack | code | constants |
+|---|---|---:|---:|---:|---:|---:|---:|---:|---:|---:|---:|
+";
+
+const LIBRARIES: &str = "
+Some of them as the static library of `luenberger export --to rust`, with the same test. It links only functions that
+cannot panic.
+
+| study | observer | f32: instructions | at most | stack | code | f64: instructions | at most | stack | code |
+|---|---|---:|---:|---:|---:|---:|---:|---:|---:|
+";
+
+pub(super) fn page(measured: &[Measured], studies: &[Row]) -> String {
     let mut text = HEAD.to_owned();
     for Measured { board, rust, c } in measured {
         _ = write!(text, "\n## {}: `{}`\n\n", board.processor, board.target);
@@ -54,7 +78,37 @@ pub(super) fn page(measured: &[Measured]) -> String {
             text.push('\n');
         }
     }
+    if !studies.is_empty() {
+        text.push_str(STUDIES);
+        rows(&mut text, studies, |row| &row.c);
+    }
+    if studies.iter().any(|row| !row.rust.is_empty()) {
+        text.push_str(LIBRARIES);
+        rows(&mut text, studies, |row| &row.rust);
+    }
     text
+}
+
+/// The rows of observers of studies; an empty cell is a format that the command refuses.
+fn rows(text: &mut String, studies: &[Row], costs: fn(&Row) -> &Vec<Option<Cost>>) {
+    for row in studies.iter().filter(|row| !costs(row).is_empty()) {
+        let feedback = if row.case.has_feedback { ", with feedback" } else { "" };
+        _ = write!(text, "| {} | {}{feedback} |", row.case.study, row.case.observer);
+        let all = costs(row);
+        let has_constants = all.iter().flatten().any(|cost| cost.constants.is_some());
+        for cost in all {
+            let cost = cost.as_ref();
+            let constants = cost.and_then(|cost| cost.constants).map_or_else(String::new, |bytes| bytes.to_string());
+            _ = match cost {
+                Some(cost) => write!(text, " {}", cells(cost)),
+                None => write!(text, " | | | |"),
+            };
+            if has_constants {
+                _ = write!(text, " {constants} |");
+            }
+        }
+        text.push('\n');
+    }
 }
 
 fn cells(cost: &Cost) -> String {

@@ -64,6 +64,15 @@ pub(crate) fn export(input: &ExportInput) -> Result<Answer, Failure> {
     let period = if observer.kind.period().is_some() { input.period } else { period };
     let sampled = sampled(&study, observer, period, input.substeps.map(usize::from)).map_err(not_exported)?;
     let design = sampled.design.clone();
+    let predicted = if input.feedback { "the feedback" } else { "fixed point" };
+    if design.update_gain(observer).is_some() && (input.feedback || matches!(numbers, Numbers::Fixed(_))) {
+        return Err(not_exported(FailureReport {
+            hypothesis: format!("it is in filter form, and {predicted} takes the prediction"),
+            alternatives: vec!["form = \"predictor\"".to_owned()],
+            line: observer.place.line,
+            cause: None,
+        }));
+    }
     let formats = numbers.formats();
     design.stored_in(observer, formats.stored).map_err(not_exported)?;
     let refused = |error| Failure::Export { observer: observer.name.clone(), error: Box::new(error) };
@@ -100,7 +109,11 @@ pub(crate) fn export(input: &ExportInput) -> Result<Answer, Failure> {
     let difference = record.difference(&exported);
     let format_name = numbers.name();
     evidence.sentences.extend(difference.as_ref().map(|all| all.words(&study, observer, &format_name)));
-    let export = export.samples(record.samples).statement(&evidence.sentences).source("the study", &digest);
+    let export = export
+        .test_steps(input.test_steps.into())
+        .samples(record.samples)
+        .statement(&evidence.sentences)
+        .source("the study", &digest);
     let export = certificates
         .iter()
         .fold(export, |export, (name, bytes)| export.source(name, &luenberger_export::sha256(bytes)));
@@ -188,6 +201,7 @@ fn prepared(
     scalar: Scalar,
 ) -> Result<Export, ExportError> {
     let initial = design.initial(observer);
+    let update = design.update_gain(observer).cloned();
     let program = match design {
         SampledDesign::Linear(design) => Program::Linear(design.observer.clone()),
         SampledDesign::Cubic(design) => Program::Cubic(design.observer.clone()),
@@ -210,7 +224,11 @@ fn prepared(
         units: plant.units.clone(),
         time_unit: plant.time_unit.clone().unwrap_or_default(),
     };
-    Export::new(&names::identifier(&observer.name), program, scalar, &initial, columns)
+    let export = Export::new(&names::identifier(&observer.name), program, scalar, &initial, columns)?;
+    match update {
+        Some(k) => export.with_update(&k),
+        None => Ok(export),
+    }
 }
 
 fn study_digest(study: &Study) -> String {

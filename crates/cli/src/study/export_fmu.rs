@@ -63,7 +63,7 @@ Co-simulation by FMI {1}, one step every {2}. The communication step has to be a
 |---|---|
 | `y.NAME` | measured outputs, inputs of the FMU |
 {known}
-| `xhat.NAME` | the estimate for the end of the step |
+| `xhat.NAME` | the estimate {estimate} |
 | `innovation.NAME` | measured minus expected output of the last step |
 | `initial.NAME` | parameters: the first estimate |
 
@@ -78,6 +78,7 @@ $ python3 test_{0}.py
         export.identifier(),
         version.name(),
         export.period_text(),
+        estimate = if export.is_filter() { "at the last sample, with its measurement" } else { "for the end of the step" },
         known = if export.has_feedback() {
             "| `r.NAME` | references, inputs of the FMU |\n| `u.NAME` | inputs to apply until the next sample, `u = r - K xhat` |"
         } else {

@@ -16,10 +16,15 @@ impl Numbers {
     /// What `--format`, `--gains` and `--to` ask for.
     pub(super) fn of(input: &ExportInput) -> Result<Self, Failure> {
         match (input.format, input.gains) {
-            (Precision::Fixed(_), _) if input.feedback => Err(Failure::Usage("--feedback is for floating point")),
-            (Precision::Fixed(_), _) if !matches!(input.to, Language::C) => {
-                Err(Failure::Usage("fixed point is for --to c; in Rust, luenberger-observers has FixedPointObserver"))
-            }
+            (Precision::Fixed(_), _) if input.feedback => Err(Failure::Usage(
+                "--feedback is for floating point: in fixed point no certificate counts the rounding of u; export the observer alone, and form u = r - K xhat from its integers",
+            )),
+            (Precision::Fixed(_), _) if matches!(input.to, Language::Fmu) => Err(Failure::Usage(
+                "fixed point is for --to c: an FMU exchanges floating-point numbers; --to fmu --format f32 has the same observer in f32",
+            )),
+            (Precision::Fixed(_), _) if !matches!(input.to, Language::C) => Err(Failure::Usage(
+                "fixed point is for --to c; in Rust, FixedPointObserver of luenberger-observers computes the same integers",
+            )),
             (Precision::Fixed(signals), gains) => {
                 Ok(Self::Fixed(FixedPointFormats { gains: gains.unwrap_or(signals), signals }))
             }

@@ -102,8 +102,9 @@ fn a_linear_observer_becomes_integers_that_agree_with_their_certificate() {
         (&["--format", "half"], 2, "f32, f64 or a fixed-point format such as q16.16 is expected"),
         (&["--format", "f32", "--gains", "q4.28"], 2, "--gains is for fixed point"),
         (&["--format", "q16.16", "--gains", "q1.31"], 2, "is beyond the range of Q1.31"),
-        (&["--format", "q16.16", "--to", "rust"], 2, "fixed point is for --to c"),
-        (&["--format", "q16.16", "--feedback"], 2, "--feedback is for floating point"),
+        (&["--format", "q16.16", "--to", "rust"], 2, "FixedPointObserver of luenberger-observers"),
+        (&["--format", "q16.16", "--to", "fmu"], 2, "--to fmu --format f32 has the same observer in f32"),
+        (&["--format", "q16.16", "--feedback"], 2, "export the observer alone, and form u = r - K xhat"),
         (&["--format", "q16.16", "--observer", "sampled"], 2, "not for the sampled cubic observer"),
     ] {
         let out = folder.join("refused");
@@ -264,6 +265,67 @@ fn an_observer_with_its_feedback_is_one_block() {
     assert!(ran.stdout.contains("Feedback: no stability certificate of the loop."), "{}", ran.stdout);
     let (_, open) = study("export-no-feedback", None);
     refused(&open, "sampled", "the study has no feedback");
+}
+
+/// A Kalman filter in filter form, in each language, of a plant in continuous and in discrete time.
+#[test]
+fn a_kalman_filter_in_filter_form_is_exported() {
+    let observer = "[[observer]]\nname = \"filter\"\nkind = \"kalman\"\nw = [0, 1]\nv = 0.01\nform = \"filter\"\n";
+    let (start, _) = LOOP.split_once("[[observer]]").unwrap();
+    let continuous = format!("{}{observer}", start.replace("observer = \"linear\"", "observer = \"filter\""));
+    let discrete = continuous
+        .replace("[[0, 1], [0, 0]]", "[[1, 0.05], [0, 1]]")
+        .replace("[[0], [1]]", "[[0.00125], [0.05]]\ndt = 0.05")
+        .replace("hold = 0.05\n", "");
+    for (name, text) in [("continuous", &continuous), ("discrete", &discrete)] {
+        let (folder, file) = study(&format!("export-filter-form-{name}"), Some(text));
+        let export = |to: &str, more: &[&str]| {
+            let out = folder.join(to);
+            let arguments = [&["export", &file, "--to", to, "-o", out.to_str().unwrap()], more].concat();
+            (luenberger(&arguments, ""), out)
+        };
+        let (ran, c) = export("c", &["--test-steps", "300"]);
+        assert_eq!((ran.code, ran.stderr.as_str()), (Some(0), ""), "{name}");
+        assert!(
+            ran.stdout.contains("Proved (certificate.json)") && ran.stdout.contains("of the filter form"),
+            "{name}"
+        );
+        if name == "discrete" {
+            assert!(ran.stdout.contains("gives the same estimates as the observer of the study"), "{}", ran.stdout);
+        }
+        golden(&c, "filter");
+        let test = std::fs::read_to_string(c.join("test_filter.c")).unwrap();
+        assert!(test.contains("300 of") || test.contains("of 300 steps"), "{name}");
+        let header = std::fs::read_to_string(c.join("filter.h")).unwrap();
+        assert!(header.contains("Stationary Kalman filter") && header.contains("double prediction["), "{header}");
+        let (ran, rust) = export("rust", &["--format", "f32"]);
+        assert_eq!(ran.code, Some(0), "{}", ran.stderr);
+        let library = std::fs::read_to_string(rust.join("src/lib.rs")).unwrap();
+        assert!(library.contains("pub type Observer = StaticStationaryKalmanFilter<f32, 2, 1, 1>;"), "{library}");
+        let (ran, fmu) = export("fmu", &[]);
+        assert_eq!(ran.code, Some(0), "{}", ran.stderr);
+        let readme = std::fs::read_to_string(fmu.join("README.md")).unwrap();
+        assert!(readme.contains("the estimate at the last sample, with its measurement"), "{readme}");
+        for (options, says) in [
+            (
+                &["--feedback"][..],
+                "it is in filter form, and the feedback takes the prediction\n  alternative: form = ",
+            ),
+            (
+                &["--format", "q8.24"],
+                "it is in filter form, and fixed point takes the prediction\n  alternative: form = ",
+            ),
+        ] {
+            let out = folder.join("refused");
+            let arguments = [&["export", &file, "--to", "c", "-o", out.to_str().unwrap()], options].concat();
+            let ran = luenberger(&arguments, "");
+            assert_eq!(ran.code, Some(1), "{options:?}: {}{}", ran.stdout, ran.stderr);
+            assert!(ran.stderr.contains(says) && !out.exists(), "{options:?}: {}", ran.stderr);
+        }
+    }
+    let (_, bad) = study("export-form", Some(&continuous.replace("\"filter\"\n", "\"filtre\"\n")));
+    let ran = luenberger(&["export", &bad, "--to", "c"], "");
+    assert!(ran.code == Some(2) && ran.stderr.contains("predictor"), "{}", ran.stderr);
 }
 
 /// The loop is proved where it is stable. By Jury's criterion for z^2 - tr z + det, with the double integrator sampled

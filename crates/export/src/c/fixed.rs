@@ -9,7 +9,6 @@ use super::project::cmake;
 use super::{columns, harmless, kind, lengths, wrapped};
 use crate::File;
 use crate::fixed_point::{FixedPointExport, name};
-use crate::golden::STEPS;
 
 pub(crate) fn fixed_files(export: &FixedPointExport<'_>) -> Vec<File> {
     let name = &export.design.identifier;
@@ -237,7 +236,7 @@ void {id}_step({id}_state *state, const int32_t *u, const int32_t *y, int32_t *x
 }
 
 fn test(export: &FixedPointExport<'_>) -> String {
-    let steps = export.golden(STEPS);
+    let steps = export.golden(export.design.test_steps);
     let (id, names) = (&export.design.identifier, &export.design.names);
     let (upper, _) = lengths(export.design);
     let count = steps.len();
@@ -309,7 +308,7 @@ int32_t xhat[{upper}_STATES];
 {id}_step(&state, {input}, y, xhat);
 ```
 
-The test compares {STEPS} steps with the design, bit by bit; some of them saturate on purpose:
+The test compares {count} steps with the design, bit by bit; some of them saturate on purpose:
 
 ```console
 $ cc -std=c99 -O2 {id}.c test_{id}.c -o test_{id} && ./test_{id}
@@ -320,6 +319,7 @@ $ cc -std=c99 -O2 {id}.c test_{id}.c -o test_{id} && ./test_{id}
         export.bytes(),
         arithmetic(export),
         design.statement.join("\n"),
+        count = design.test_steps,
         period = design.program.period(),
         unit = if design.names.time_unit.is_empty() { "time units" } else { &design.names.time_unit },
         upper = id.to_uppercase(),

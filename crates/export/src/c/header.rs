@@ -51,6 +51,9 @@ pub(crate) fn header(export: &Export) -> String {
     if matches!(export.program, Program::Kalman(_)) {
         _ = writeln!(fields, "    {number} P[{upper}_STATES][{upper}_STATES]; /**< Covariance of its error. */");
     }
+    if export.is_filter() {
+        _ = writeln!(fields, "    {number} prediction[{upper}_STATES]; /**< Prediction for the next sample. */");
+    }
     if let Program::Kkl(observer) = &export.program {
         _ = writeln!(fields, "    {number} z[{}]; /**< Target states. */", super::kkl::targets(observer));
     }
@@ -61,13 +64,18 @@ pub(crate) fn header(export: &Export) -> String {
     }
     let is_fed = export.feedback.is_some();
     let (known, more) = if is_fed { ("r", format!("{number} *u, ")) } else { ("u", String::new()) };
-    let step = if is_fed { feedback::declarations(export) } else { observer_step(&upper, !names.inputs.is_empty()) };
+    let step = if is_fed { feedback::declarations(export) } else { observer_step(export, &upper) };
+    let estimate = if export.is_filter() {
+        "Estimate at the last sample, with its measurement."
+    } else {
+        "Estimate for the next sample."
+    };
     _ = write!(
         text,
         "
 /** State of the observer. */
 typedef struct {{
-    {number} xhat[{upper}_STATES]; /**< Estimate for the next sample. */
+    {number} xhat[{upper}_STATES]; /**< {estimate} */
 {fields}}} {name}_state;
 
 /** Starts from a given estimate. */
@@ -92,16 +100,22 @@ void {name}_step({name}_state *state, const {number} *{known}, const {number} *y
 }
 
 /// The comment of the step.
-fn observer_step(upper: &str, has_inputs: bool) -> String {
+fn observer_step(export: &Export, upper: &str) -> String {
+    let has_inputs = !export.names.inputs.is_empty();
+    let (about, estimate) = if export.is_filter() {
+        ("One step: the estimate at this sample, with its measurement, and the prediction for the next one.", "at this")
+    } else {
+        ("One step, from the sample at t to the estimate at t + period.", "for the next")
+    };
     format!(
         "
 /**
- * One step, from the sample at t to the estimate at t + period.
+ * {about}
  *
  * @param state  State, read and written.
  * @param u      Inputs held from this sample to the next, {upper}_INPUTS entries{}.
  * @param y      Outputs measured at this sample, {upper}_OUTPUTS entries.
- * @param xhat   Estimate for the next sample, {upper}_STATES entries; may be a null pointer.
+ * @param xhat   Estimate {estimate} sample, {upper}_STATES entries; may be a null pointer.
 ",
         if has_inputs { "" } else { "; not read, may be a null pointer" }
     )

@@ -30,16 +30,20 @@ pub(super) fn step(text: &mut String, export: &Export) {
     if !inputs {
         text.push_str("    (void)u;\n");
     }
-    product(text, number, ("C", p, n), "state->xhat", "innovation[i] = y[i] - sum;");
+    let xhat = if export.is_filter() { "state->prediction" } else { "state->xhat" };
+    product(text, number, ("C", p, n), xhat, "innovation[i] = y[i] - sum;");
     if fed {
         product(text, number, ("D", p, m), "u", "innovation[i] = innovation[i] - sum;");
+    }
+    if export.is_filter() {
+        product(text, number, ("UPDATE", n, p), "innovation", "state->xhat[i] = state->prediction[i] + sum;");
     }
     let moved = if cubic {
         text.push_str("    flow(innovation, impulse);\n");
         product(text, number, ("N", n, p), "impulse", "moved[i] = state->xhat[i] - sum;");
         "moved"
     } else {
-        "state->xhat"
+        xhat
     };
     product(text, number, ("A", n, n), moved, "next[i] = sum;");
     if inputs {
@@ -49,12 +53,13 @@ pub(super) fn step(text: &mut String, export: &Export) {
     _ = write!(
         text,
         "    for (i = 0; i < {n}; ++i) {{
-        state->xhat[i] = next[i];
+        {xhat}[i] = next[i];
         if (xhat != NULL) {{
-            xhat[i] = next[i];
+            xhat[i] = {};
         }}
     }}
 }}
-"
+",
+        if export.is_filter() { "state->xhat[i]" } else { "next[i]" }
     );
 }

@@ -40,13 +40,13 @@ use std::fmt::Write;
 use nalgebra::DMatrix;
 
 use crate::error::ExportError;
-use crate::golden::{self, STEPS};
+use crate::golden;
 use crate::program::{Program, Scalar};
 use crate::{Export, File, number};
 
 pub(crate) fn files(export: &Export) -> Result<Vec<File>, ExportError> {
     let name = &export.identifier;
-    let steps = golden::steps(export, STEPS)?;
+    let steps = golden::steps(export, export.test_steps)?;
     let file = |name: String, text: String| File { name, text };
     Ok(vec![
         file(format!("{name}.h"), header(export)),
@@ -101,6 +101,7 @@ fn lengths(export: &Export) -> (String, [(&'static str, usize); 3]) {
 
 pub(crate) fn kind(export: &Export) -> String {
     let observer = match export.program {
+        Program::Linear(_) if export.is_filter() => "Stationary Kalman filter",
         Program::Linear(_) => "Sampled linear observer",
         Program::Cubic(_) => "Sampled cubic observer",
         Program::Kalman(_) => "Extended Kalman filter",

@@ -108,6 +108,15 @@ fn start(export: &Export) -> String {
     let (upper, _) = lengths(export);
     let n = format!("{upper}_STATES");
     let mut text = String::new();
+    if export.is_filter() {
+        _ = write!(
+            text,
+            "    for (i = 0; i < {n}; ++i) {{
+        state->prediction[i] = xhat[i];
+    }}
+"
+        );
+    }
     if matches!(export.program, Program::Kalman(_)) {
         _ = write!(
             text,

@@ -3,7 +3,7 @@
 use std::fmt::Write;
 
 use crate::error::ExportError;
-use crate::golden::{STEPS, steps};
+use crate::golden::steps;
 use crate::{Export, File};
 
 pub(super) fn files(export: &Export, period: f64) -> Result<Vec<File>, ExportError> {
@@ -22,7 +22,7 @@ fn table(export: &Export) -> Result<String, ExportError> {
     header.extend::<Vec<String>>(columns("xhat", &names.states));
     let quoted = |text: &String| format!("\"{}\"", text.replace('"', "\"\""));
     let mut text = header.iter().map(quoted).collect::<Vec<_>>().join(",") + "\n";
-    for step in steps(export, STEPS)? {
+    for step in steps(export, export.test_steps)? {
         let row: Vec<String> =
             [&step.u, &step.y, &step.estimate].into_iter().flatten().map(|x| format!("{x:?}")).collect();
         _ = writeln!(text, "{}", row.join(","));

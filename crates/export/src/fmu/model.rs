@@ -97,7 +97,8 @@ void {name}_innovation(const {name}_state *state, const {number} *u, const {numb
         c::matrix(&mut text, export, name, values);
     }
     _ = write!(text, "{head}    int i;\n    int j;\n\n");
-    c::product(&mut text, number, ("C", &p, &n), "state->xhat", "innovation[i] = y[i] - sum;");
+    let xhat = if export.is_filter() { "state->prediction" } else { "state->xhat" };
+    c::product(&mut text, number, ("C", &p, &n), xhat, "innovation[i] = y[i] - sum;");
     if named("D").is_some() {
         c::product(&mut text, number, ("D", &p, &m), "u", "innovation[i] = innovation[i] - sum;");
     } else {

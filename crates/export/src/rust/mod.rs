@@ -18,13 +18,13 @@ use nalgebra::DMatrix;
 
 use crate::c::wrapped;
 use crate::error::ExportError;
-use crate::golden::{self, STEPS};
+use crate::golden;
 use crate::number;
 use crate::program::Program;
 use crate::{Export, File};
 
 pub(crate) fn files(export: &Export) -> Result<Vec<File>, ExportError> {
-    let steps = golden::steps(export, STEPS)?;
+    let steps = golden::steps(export, export.test_steps)?;
     let file = |name: &str, text: String| File { name: name.to_owned(), text };
     let mut files = vec![
         file("Cargo.toml", manifest(export)),
@@ -99,6 +99,9 @@ fn library(export: &Export) -> String {
     let size = export.program.dimensions();
     let (n, m, p) = (size.estimate, size.inputs, size.outputs);
     let (kind, data) = match export.program {
+        Program::Linear(_) if export.is_filter() => {
+            ("StaticStationaryKalmanFilter", "LinearPlant, StaticDiscreteLinearObserver")
+        }
         Program::Linear(_) => ("StaticDiscreteLinearObserver", "LinearPlant"),
         Program::Cubic(_) => ("StaticSampledCubicObserver", "SampledCubicGains"),
         Program::Kalman(_) => ("StaticExtendedKalmanFilter", "ExtendedKalmanFilter, NoiseModel"),
@@ -207,13 +210,18 @@ fn linear(text: &mut String, export: &Export, kind: &str) {
     let of = |name: &str| named(export, name).unwrap_or_default();
     let feedthrough = named(export, "D").map_or_else(String::new, |d| format!(".with_feedthrough({d})?"));
     let period = export.scalar.round(export.program.period());
+    let update = named(export, "UPDATE");
+    let (start, end) = match &update {
+        Some(k) => ("let predictor = StaticDiscreteLinearObserver", format!("?;\n    {kind}::new(predictor, {k})")),
+        None => (kind, String::new()),
+    };
     _ = write!(
         text,
         "    let a = {};
     let b = {};
     let c = {};
     let plant = LinearPlant::new(a, b, c)?{feedthrough};
-    {kind}::new(plant, {}, {})
+    {start}::new(plant, {}, {}){end}
 ",
         of("A"),
         of("B"),

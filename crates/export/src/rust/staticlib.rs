@@ -81,6 +81,11 @@ fn library(export: &Export) -> String {
             ),
             "        self.xhat = z.estimate().into();\n        self.p = z.covariance().transpose().into();\n",
         )
+    } else if export.is_filter() {
+        _ = writeln!(fields, "    prediction: [{number}; {n}],");
+        _ = writeln!(start, "            prediction: [{zero}; {n}],");
+        let load = "SVector::from(self.prediction)".to_owned();
+        (format!("SVector<{number}, {n}>"), load, "        self.prediction = (*z).into();\n")
     } else {
         (format!("SVector<{number}, {n}>"), "SVector::from(self.xhat)".to_owned(), "        self.xhat = (*z).into();\n")
     };
@@ -114,6 +119,9 @@ pub unsafe extern \"C\" fn {name}_input(state: *const State, r: *const {number},
     } else {
         let step =
             format!("        block.step({time}, &mut z, &SVector::from(column(u)), &SVector::from(column(y)));\n");
+        let estimate = "block.estimate_at(&z, &SVector::from(column(u)), &SVector::from(column(y)))";
+        let corrected = format!("        (*state).xhat = {estimate}.into();\n");
+        let step = if export.is_filter() { format!("{corrected}{step}") } else { step };
         ("u", String::new(), step, String::new())
     };
     format!(

@@ -35,6 +35,15 @@ pub(super) fn test(export: &Export, steps: &[Step]) -> String {
         let bits = |x: &[{scalar}]| x.iter().map(|x| x.to_bits()).collect::<Vec<_>>();
         assert_eq!(bits(u.as_slice()), bits(applied));
 "
+    } else if export.is_filter() {
+        "    let observer = {name}::observer().unwrap();
+    let mut state = observer.initial(0.0, &{name}::initial(), &SVector::zeros(), &SVector::zeros());
+    for ((u, y), expected) in U.iter().zip(&Y).zip(&EXPECTED) {
+        let (u, y) = (SVector::from(*u), SVector::from(*y));
+        let estimate = observer.estimate_at(&state, &u, &y);
+        observer.step(0.0, &mut state, &u, &y);
+        let bits = |x: &[{scalar}]| x.iter().map(|x| x.to_bits()).collect::<Vec<_>>();
+"
     } else {
         "    let observer = {name}::observer().unwrap();
     let mut state = observer.initial(0.0, &{name}::initial(), &SVector::zeros(), &SVector::zeros());
@@ -45,12 +54,13 @@ pub(super) fn test(export: &Export, steps: &[Step]) -> String {
 "
     };
     let step = step.replace("{name}", name).replace("{scalar}", scalar);
+    let estimate = if export.is_filter() { "estimate" } else { "observer.estimate(&state)" };
     _ = write!(
         text,
         "
 #[test]
 fn the_steps_are_those_of_the_design() {{
-{step}        assert_eq!(bits(observer.estimate(&state).as_slice()), bits(expected));
+{step}        assert_eq!(bits({estimate}.as_slice()), bits(expected));
     }}
 }}
 "

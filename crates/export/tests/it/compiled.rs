@@ -6,7 +6,8 @@ use std::process::Command;
 
 use luenberger_export::{Export, Names, Program, Scalar, golden};
 use luenberger_observers::{
-    DiscreteLinearObserver, OutputFeedback, SampledCubicGains, SampledCubicObserver, SampledObserver, cubic,
+    DiscreteLinearObserver, OutputFeedback, SampledCubicGains, SampledCubicObserver, SampledObserver,
+    StationaryKalmanFilter, cubic,
 };
 use luenberger_plants::StateSpace;
 use nalgebra::{DMatrix, DVector, SMatrix, SVector, dmatrix};
@@ -179,6 +180,52 @@ fn sizes_known_at_compile_time_give_the_same_bits() {
     compare::<4, 1, 4>(4);
     compare::<6, 3, 2>(5);
     compare::<8, 1, 3>(6);
+}
+
+/// In filter form: emitted C, and the filter of the observers with sizes known at compile time.
+#[test]
+fn the_filter_form_returns_the_estimate_with_the_measurement_of_its_sample() {
+    let filter = |seed, sizes: (usize, usize, usize), scalar| {
+        let export = export(program(seed, sizes, false, sizes.1 > 0), scalar);
+        export.with_update(&DMatrix::from_fn(sizes.0, sizes.2, |i, j| 0.4 / (1.0 + i as f64) - 0.1 * j as f64)).unwrap()
+    };
+    let folder = folder("filter-form");
+    for compiler in compilers() {
+        let sanitised = can_sanitise(&folder, compiler);
+        for sizes in [(2, 1, 1), (3, 2, 2), (1, 0, 1), (6, 1, 3)] {
+            for scalar in [Scalar::Binary32, Scalar::Binary64] {
+                every_option(&filter(11, sizes, scalar), &folder, compiler, sanitised);
+            }
+        }
+    }
+    let export = filter(11, (3, 2, 2), Scalar::Binary64);
+    let (Program::Linear(predictor), matrices) = (export.program(), export.matrices()) else { unreachable!() };
+    let (_, k) = matrices.iter().find(|(name, _)| *name == "UPDATE").unwrap();
+    let predictor = predictor.to_static::<f64, 3, 2, 2>().unwrap();
+    let static_filter = StationaryKalmanFilter::new(predictor, SMatrix::from_fn(|i, j| k[(i, j)])).unwrap();
+    let mut prediction = SVector::<f64, 3>::from_fn(|i, _| 0.1 * i as f64 - 0.3);
+    for step in golden::steps(&export, 200).unwrap() {
+        let (u, y) = (SVector::from_column_slice(&step.u), SVector::from_column_slice(&step.y));
+        let estimate = static_filter.estimate_at(&prediction, &u, &y);
+        static_filter.step(0.0, &mut prediction, &u, &y);
+        let bits = |x: &[f64]| x.iter().map(|x| x.to_bits()).collect::<Vec<_>>();
+        assert_eq!(bits(estimate.as_slice()), bits(&step.estimate));
+    }
+    let refused = [
+        export.clone().with_feedback(&DMatrix::zeros(2, 3)).unwrap_err(),
+        export.fixed_point(luenberger_export::FixedPointFormat::new(16, 16).unwrap().into()).unwrap_err(),
+        self::export(program(3, (2, 1, 1), true, false), Scalar::Binary64)
+            .with_update(&dmatrix![1.0; 0.0])
+            .unwrap_err(),
+    ];
+    for (error, what) in refused.iter().zip(["feedback", "fixed point", "Sampled cubic observer"]) {
+        assert!(error.to_string().ends_with(&format!("not with {what}")), "{error}");
+    }
+    let wrong = self::export(program(3, (2, 1, 1), false, false), Scalar::Binary64);
+    let error = wrong.clone().with_update(&dmatrix![1.0, 0.0]).unwrap_err();
+    assert_eq!(error.to_string(), "K is 1 x 2, and the plant needs 2 x 1");
+    let error = wrong.with_update(&dmatrix![f64::INFINITY; 0.0]).unwrap_err();
+    assert!(error.to_string().ends_with("of K is beyond the range of f64"), "{error}");
 }
 
 #[test]

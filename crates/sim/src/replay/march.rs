@@ -128,8 +128,9 @@ impl<'r> March<'r> {
     ) -> Result<(), SimError> {
         let mut estimate = vec![0.0; observer.dimensions().estimate];
         observer.estimate(t, state, &self.u, &self.y, &mut estimate);
-        self.note(t, row, &estimate)?;
-        self.predict_outputs(t, &estimate)
+        self.predict_outputs(t, &estimate)?;
+        observer.correct(state, &self.u, &self.y, &mut estimate);
+        self.note(t, row, &estimate)
     }
 
     /// An observer in continuous time, from row to row.

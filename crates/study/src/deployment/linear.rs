@@ -60,6 +60,12 @@ pub(super) fn evidence(
             sentences.push(not_covered());
         }),
     };
+    if design.update_gain(observer).is_some() {
+        sentences.push(
+            "The estimate is that of the filter form, xhat(k|k) = xhat(k|k-1) + K (y(k) - C xhat(k|k-1)); what is proved is about the error of the prediction xhat(k|k-1)."
+                .to_owned(),
+        );
+    }
     if file.is_none() {
         sentences.push("No stability certificate.".to_owned());
     } else if fed {

@@ -83,6 +83,14 @@ impl SampledDesign {
         }
     }
 
+    /// The gain K of the measurement update, of a Kalman filter in filter form.
+    pub fn update_gain(&self, observer: &ObserverSpec) -> Option<&DMatrix<f64>> {
+        match (self, &observer.kind) {
+            (Self::Linear(design), ObserverKind::Kalman(spec)) if spec.is_filter => design.update_gain(),
+            _ => None,
+        }
+    }
+
     /// The matrices of an observer of a linear plant.
     pub(crate) fn matrices(&self) -> Option<Matrices<'_>> {
         Some(match self {
@@ -213,6 +221,12 @@ pub fn sampled(
     if let (ObserverKind::Luenberger(gain) | ObserverKind::Kalman(gain), Runnable::LinearAt(_), Some(point)) =
         (&observer.kind, &designed.runnable, &study.operating_point)
     {
+        if gain.is_filter {
+            return Err(failure(
+                format!("{} is in filter form, which has no export at an operating point", observer.name),
+                &["form = \"predictor\""],
+            ));
+        }
         let design = names.with(|| at_point(study, observer, gain, point, period)).map_err(|why| failure(why, &[]))?;
         return Ok(Sampled { design, period, of_the_study: Some(designed) });
     }

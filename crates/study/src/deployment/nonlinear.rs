@@ -181,6 +181,7 @@ pub(super) fn sampled(
         | Runnable::Cubic(_)
         | Runnable::SampledCubic(_)
         | Runnable::DiscreteLinear(_)
+        | Runnable::StationaryKalman(_)
         | Runnable::LinearAt(_) => Err(plain("the plant is not nonlinear".to_owned())),
     }
 }

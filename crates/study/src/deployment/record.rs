@@ -17,9 +17,9 @@ const MOST: usize = 20_000;
 pub struct Record {
     /// Inputs and measured outputs of each sample.
     pub samples: Vec<(Vec<f64>, Vec<f64>)>,
-    /// The estimate of the study's observer for the end of each period.
+    /// The estimate of the study's observer for the end of each period; in filter form for its beginning, at the sample.
     pub estimates: Vec<Vec<f64>>,
-    /// The state of the plant there.
+    /// The state of the plant at the same instant.
     pub states: Vec<Vec<f64>>,
 }
 
@@ -45,10 +45,11 @@ pub fn record(study: &Study, observer: &ObserverSpec, sampled: &Sampled) -> Opti
     let run = execute::run_at(study, simulation, &members, member, &times)?;
     let row = |m: &nalgebra::DMatrix<f64>, k: usize| m.row(k).iter().copied().collect::<Vec<_>>();
     let estimate = &run.observer(&observer.name).ok()?.estimate;
+    let first = usize::from(sampled.design.update_gain(observer).is_none());
     Some(Record {
         samples: (0..count).map(|k| (row(&run.u, k), row(&run.measured, k))).collect(),
-        estimates: (1..=count).map(|k| row(estimate, k)).collect(),
-        states: (1..=count).map(|k| row(&run.x, k)).collect(),
+        estimates: (first..first + count).map(|k| row(estimate, k)).collect(),
+        states: (first..first + count).map(|k| row(&run.x, k)).collect(),
     })
 }
 

@@ -85,6 +85,7 @@ fn linear(
     wish: &ObserverSpec,
 ) -> Result<Result<Designed, Misfit>, FailureReport> {
     Ok(gain_of(plant, spec, dt, wish)?.map(|design| {
+        let filter = design.filter().filter(|_| spec.is_filter);
         let radius = design.spectral_radius();
         let mut matrices = vec![matrix("L", design.observer.l())];
         match design.covariance() {
@@ -94,9 +95,17 @@ fn linear(
             }
             None => matrices.push(matrix("P", &design.p)),
         }
+        if let (Some(filter), Some(covariance)) = (&filter, design.filter_covariance()) {
+            matrices.insert(1, matrix("K (gain of the measurement update, L = A K)", filter.k()));
+            matrices.insert(2, matrix("(I - K C) P (stationary covariance of the estimation error)", &covariance));
+        }
+        let form = match &filter {
+            Some(_) => " The estimate is xhat(k|k) = xhat(k|k-1) + K (y(k) - C xhat(k|k-1)); e is the error of the prediction xhat(k|k-1).",
+            None => "",
+        };
         let report = DesignReport {
             statement: format!(
-                "e+ = (A - L C) e: for all x(0) and xhat(0) the error tends to 0; asymptotically by the factor {} at each sample.{}",
+                "e+ = (A - L C) e: for all x(0) and xhat(0) the error tends to 0; asymptotically by the factor {} at each sample.{form}{}",
                 significant(radius, 5),
                 super::linear::measurement(plant)
             ),
@@ -109,7 +118,10 @@ fn linear(
             noise_deviation: Vec::new(),
         };
         Designed {
-            runnable: Runnable::DiscreteLinear(Box::new(design.observer.clone())),
+            runnable: match filter {
+                Some(filter) => Runnable::StationaryKalman(Box::new(filter)),
+                None => Runnable::DiscreteLinear(Box::new(design.observer.clone())),
+            },
             report,
             certificate: Some(design.certificate.clone()),
         }

@@ -4,7 +4,7 @@ use luenberger_observers::high_gain::{HighGainMap, Place};
 use luenberger_observers::{
     CubicObserver, DeviationObserver, DiscreteLinearObserver, DiscreteNonlinearObserver, ExtendedKalmanFilter,
     HighGainObserver, Integral, LinearObserver, MeanValueObserver, NonlinearLuenbergerObserver, Observer,
-    ObserverDimensions, SampledCubicObserver, SampledObserver,
+    ObserverDimensions, SampledCubicObserver, SampledObserver, StationaryKalmanFilter,
 };
 use luenberger_plants::{Column, Plant, state_jacobian};
 use luenberger_sim::{Replay, Scenario};
@@ -27,6 +27,8 @@ pub enum Runnable {
     SampledCubic(Box<SampledCubicObserver<f64, Dyn, Dyn, Dyn>>),
     /// Luenberger observer, or stationary Kalman predictor, in discrete time.
     DiscreteLinear(Box<DiscreteLinearObserver<f64, Dyn, Dyn, Dyn>>),
+    /// Stationary Kalman filter in discrete time, in filter form.
+    StationaryKalman(Box<StationaryKalmanFilter<f64, Dyn, Dyn, Dyn>>),
     /// Copy of a plant in discrete time with output injection.
     DiscreteNonlinear(Box<DiscreteNonlinearObserver<Model, f64, Dyn, Dyn, Dyn>>),
     /// Luenberger observer of the linearisation at an operating point.
@@ -67,6 +69,7 @@ macro_rules! each {
             Runnable::SampledCubic($sampled) => $step,
             Runnable::SampledCubicAt($sampled) => $step,
             Runnable::DiscreteLinear($sampled) => $step,
+            Runnable::StationaryKalman($sampled) => $step,
             Runnable::DiscreteNonlinear($sampled) => $step,
             Runnable::ExtendedKalman($sampled) => $step,
         }

@@ -301,7 +301,8 @@ fn linear(node: &Node, size: Dimensions, reader: &mut Reader) -> Option<LinearSp
         reader.wrong(given.node.span.clone(), message, "expected `poles`, `kalman` or `gain` with it");
         return None;
     }
-    Some(LinearSpec { gain, weight })
+    let is_filter = node.get("form").and_then(Node::text) == Some("filter");
+    Some(LinearSpec { gain, weight, is_filter })
 }
 
 fn poles(node: &Node, n: usize, reader: &mut Reader) -> Option<GainSpec> {

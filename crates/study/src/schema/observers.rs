@@ -108,8 +108,21 @@ const KINDS: &[Variant] = &[
     },
     Variant {
         name: "kalman",
-        about: "Stationary Kalman filter in continuous time, for linear plants.",
-        keys: &[W, V, RHO, Q],
+        about: "Stationary Kalman filter, for linear plants.",
+        keys: &[
+            W,
+            V,
+            RHO,
+            Q,
+            optional(
+                "form",
+                Kind::Choice(&[
+                    ("predictor", "The estimate before the measurement of its sample, xhat(k|k-1)."),
+                    ("filter", "The estimate after it, xhat(k|k)."),
+                ]),
+                "Estimate at a sample, of plants in discrete time and in exported code (default predictor).",
+            ),
+        ],
     },
     Variant {
         name: "cubic",

@@ -96,6 +96,72 @@ const KALMAN: [f64; 2] = [0.361_225_279_609_857_5, 0.073_416_536_244_710_3];
 const KALMAN_LAST: [f64; 2] = [0.000_492_198_221_457_2, 0.001_111_287_774_005_4];
 const POLES_LAST: [f64; 2] = [-6.572_662_28e-8, -1.644_385_945e-7];
 
+const FILTER: &str = r#"
+[[observer]]
+name = "filter form"
+kind = "kalman"
+w = [[0.01, 0], [0, 0.02]]
+v = 0.05
+form = "filter"
+"#;
+
+/// scipy and filterpy: `KalmanFilter` with P of `solve_discrete_are`, `update` on y - D u, then `predict`, 21 samples.
+#[test]
+fn a_kalman_filter_in_filter_form_uses_the_measurement_of_its_sample() {
+    let near = |found: &[f64], expected: &[f64]| {
+        assert_eq!(found.len(), expected.len());
+        for (found, expected) in found.iter().zip(expected) {
+            assert!((found - expected).abs() < 1e-12, "{found}, expected {expected}");
+        }
+    };
+    let found = results(&format!("{LINEAR}{FILTER}"), Step::Run);
+    assert_eq!(found.failures(), Vec::<String>::new());
+    let design = |name: &str| {
+        let observer = found.observers.iter().find(|observer| observer.name == name).unwrap();
+        observer.design.as_ref().unwrap()
+    };
+    let matrix = |start: &str| {
+        let matrices = &design("filter form").matrices;
+        matrices.iter().find(|matrix| matrix.name.starts_with(start)).unwrap().rows.concat()
+    };
+    near(&matrix("K"), &[0.370_671_508_701_275_6, 0.138_104_608_893_547_28]);
+    near(&matrix("L"), &KALMAN);
+    near(&matrix("(I - K C) P"), &FILTER_COVARIANCE);
+    near(&last(&found, "filter form"), &[0.000_309_754_364_129_610_8, 0.001_043_312_931_132_911_5]);
+    // The certificate is that of the predictor.
+    assert_eq!(design("filter form").facts, design("kalman").facts);
+    assert_eq!(design("filter form").verdict, "proved");
+
+    // A measurement every other sample: the others are predicted.
+    let sensor = "[[simulation.sensor]]\noutput = \"y1\"\nperiod = 0.2\n[[observer]]\nname = \"kalman\"";
+    let slow = format!("{LINEAR}{FILTER}").replacen("[[observer]]\nname = \"kalman\"", sensor, 1);
+    near(&last(&results(&slow, Step::Run), "filter form"), &[0.003_392_604_783_030_273, 0.006_446_077_977_559_139]);
+
+    // u = r - K xhat(k|k).
+    let fed = format!("{LINEAR}{FILTER}")
+        .replace("[simulation]", "feedback = { k = [[0.2, 0.4]], observer = \"filter form\" }\n[simulation]");
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("filter-form");
+    let _ = std::fs::remove_dir_all(&folder);
+    let options = RunOptions { output: Some(folder.clone()), ..RunOptions::default() };
+    execute(&study(&fed), Step::Simulate, &options).unwrap_or_else(|error| panic!("{error}"));
+    let text = std::fs::read_to_string(folder.join("trajectories/filter-form.csv")).unwrap();
+    let rows: Vec<Vec<&str>> = text.lines().map(|line| line.split(',').collect()).collect();
+    assert_eq!(rows[0], ["t", "x1", "x2", "u1", "y1", "x1_hat", "x2_hat"]);
+    let row: Vec<f64> = rows.last().unwrap().iter().map(|cell| cell.parse().unwrap()).collect();
+    near(&[row[1], row[2], row[5], row[6], row[3]], &FED);
+}
+
+const FILTER_COVARIANCE: [f64; 4] =
+    [0.018_533_575_435_063_784, 0.006_905_230_444_677_365, 0.006_905_230_444_677_364, 0.048_792_118_982_331_684];
+/// States, estimates and input at the last sample.
+const FED: [f64; 5] = [
+    -0.315_632_371_605_961_8,
+    0.991_196_912_691_570_4,
+    -0.315_942_125_970_091_3,
+    0.990_153_599_760_437_6,
+    0.656_485_231_913_224_9,
+];
+
 #[test]
 fn an_extended_kalman_filter_of_a_map() {
     let text = r#"[plant]

@@ -73,9 +73,7 @@ const CHAIN: [f64; 40] = {
 
 fn problem(name: &str) -> Option<Problem> {
     Some(match name {
-        "cubic" => {
-            Problem { f: cubic, derivative: cubic_derivative, start: &[3.0, 3.0, 0.0, 0.0], end: 4.0 }
-        }
+        "cubic" => Problem { f: cubic, derivative: cubic_derivative, start: &[3.0, 3.0, 0.0, 0.0], end: 4.0 },
         "van-der-pol" => Problem {
             f: |x, slope| van_der_pol(5.0, x, slope),
             derivative: |x, d, out| van_der_pol_derivative(5.0, x, d, out),

@@ -161,11 +161,8 @@ impl BlockFolder {
         match file.try_lock() {
             Ok(()) => Ok(Some(Claim { block, lock: Some(file) })),
             Err(TryLockError::WouldBlock) => Ok(None),
-            // Some network file systems have no locks.
-            Err(TryLockError::Error(error)) if error.kind() == io::ErrorKind::Unsupported => {
-                Ok(Some(Claim { block, lock: None }))
-            }
-            Err(TryLockError::Error(error)) => Err(StudyError::io(&path, error)),
+            // Some network file systems have no locks, and say so in different ways.
+            Err(TryLockError::Error(_)) => Ok(Some(Claim { block, lock: None })),
         }
     }
 

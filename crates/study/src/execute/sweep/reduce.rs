@@ -60,6 +60,11 @@ fn read(blocks: &Blocks, block: u64) -> Result<Block, StudyError> {
     }
 }
 
+/// Scores of which all values are in memory at a time.
+pub(super) fn together(scores: usize, ensemble: usize) -> usize {
+    (VALUES / ensemble.saturating_mul(8)).clamp(1, scores.max(1))
+}
+
 fn one(number: usize, row: &Row<'_>, blocks: &Blocks, lines: Lines<'_>) -> Result<Reduced, StudyError> {
     let numbers = || blocks.plan().of_row(number);
     let names = blocks.names();
@@ -68,8 +73,7 @@ fn one(number: usize, row: &Row<'_>, blocks: &Blocks, lines: Lines<'_>) -> Resul
         left: 0,
         first: None,
     };
-    let ensemble = blocks.plan().ensemble as usize;
-    let together = (VALUES / (8 * ensemble)).clamp(1, names.len().max(1));
+    let together = together(names.len(), blocks.plan().ensemble as usize);
     let mut scores = Vec::new();
     for begin in (0..names.len()).step_by(together) {
         let some = begin..(begin + together).min(names.len());

@@ -1,0 +1,126 @@
+//! The stationary Kalman filter of a plant in discrete time, in filter form: the estimate at a sample uses the
+//! measurement of that sample.
+//!
+//! ```text
+//! xhat(k|k)   = xhat(k|k-1) + K (y(k) - C xhat(k|k-1) - D u(k))
+//! xhat(k+1|k) = A xhat(k|k-1) + B u(k) + L (y(k) - C xhat(k|k-1) - D u(k)),   L = A K
+//! ```
+//!
+//! The state is the prediction `xhat(k|k-1)` and moves as that of the predictor [`DiscreteLinearObserver`]: what is
+//! proved of the predictor is proved of it. The error of the estimate is `(I - K C) e(k) - K v(k)` for the prediction
+//! error e and the measurement noise v.
+//!
+//! Source: B. D. O. Anderson and J. B. Moore, Optimal Filtering, Prentice-Hall 1979, section 4.1.
+
+use luenberger_plants::Size;
+use luenberger_plants::error::check_matrix;
+use nalgebra::{Const, DefaultAllocator, Dim, OMatrix, OVector, RealField};
+
+use crate::dense::{entry, with_column};
+use crate::discrete_linear::DiscreteLinearObserver;
+use crate::error::ObserverError;
+use crate::feedthrough;
+use crate::observer::{ObserverDimensions, SampledObserver};
+
+/// The stationary Kalman filter in filter form; see the [module](self).
+///
+/// Fields are read through methods, because the constructor has checked them.
+#[derive(Clone, Debug, PartialEq)]
+pub struct StationaryKalmanFilter<T: RealField + Copy, N: Dim, M: Dim, P: Dim>
+where
+    DefaultAllocator: Size<N, M, P>,
+{
+    predictor: DiscreteLinearObserver<T, N, M, P>,
+    k: OMatrix<T, N, P>,
+}
+
+/// A stationary Kalman filter whose sizes are known at compile time.
+pub type StaticStationaryKalmanFilter<T, const N: usize, const M: usize, const P: usize> =
+    StationaryKalmanFilter<T, Const<N>, Const<M>, Const<P>>;
+
+impl<T: RealField + Copy, N: Dim, M: Dim, P: Dim> StationaryKalmanFilter<T, N, M, P>
+where
+    DefaultAllocator: Size<N, M, P>,
+{
+    /// The filter with the gain K (n x p) of the measurement update. The gain of the predictor is `L = A K`, which is
+    /// not checked.
+    ///
+    /// ```
+    /// use luenberger_observers::{DiscreteLinearObserver, SampledObserver, StationaryKalmanFilter};
+    /// use luenberger_plants::StaticPlant;
+    /// use nalgebra::{Matrix1, Vector1};
+    /// // x+ = x/2 + u, y = x, K = 1/2: the mean of prediction and measurement.
+    /// let plant = StaticPlant::new(Matrix1::new(0.5), Matrix1::new(1.0), Matrix1::new(1.0))?;
+    /// let predictor = DiscreteLinearObserver::new(plant, Matrix1::new(0.25), 1.0)?;
+    /// let filter = StationaryKalmanFilter::new(predictor, Matrix1::new(0.5))?;
+    /// let (u, y) = (Vector1::new(0.0), Vector1::new(4.0));
+    /// let mut prediction = Vector1::new(2.0);
+    /// assert_eq!(filter.estimate_at(&prediction, &u, &y), Vector1::new(3.0));
+    /// filter.step(0.0, &mut prediction, &u, &y);
+    /// assert_eq!(prediction, Vector1::new(1.5));
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    /// # Errors
+    /// [`ObserverError::Matrix`]: a shape that does not fit, entries that are not finite.
+    pub fn new(predictor: DiscreteLinearObserver<T, N, M, P>, k: OMatrix<T, N, P>) -> Result<Self, ObserverError> {
+        check_matrix("K", &k, predictor.l().shape())?;
+        Ok(Self { predictor, k })
+    }
+
+    /// The predictor.
+    pub fn predictor(&self) -> &DiscreteLinearObserver<T, N, M, P> {
+        &self.predictor
+    }
+
+    /// The gain K of the measurement update, n x p.
+    pub fn k(&self) -> &OMatrix<T, N, P> {
+        &self.k
+    }
+}
+
+impl<T: RealField + Copy, N: Dim, M: Dim, P: Dim> SampledObserver<T> for StationaryKalmanFilter<T, N, M, P>
+where
+    DefaultAllocator: Size<N, M, P>,
+{
+    type State = OVector<T, N>;
+    type Input = OVector<T, M>;
+    type Output = OVector<T, P>;
+    type Estimate = OVector<T, N>;
+
+    fn dimensions(&self) -> ObserverDimensions {
+        self.predictor.dimensions()
+    }
+
+    fn period(&self) -> T {
+        self.predictor.period()
+    }
+
+    fn step(&self, t: T, state: &mut Self::State, u: &Self::Input, y: &Self::Output) {
+        self.predictor.step(t, state, u, y);
+    }
+
+    fn estimate(&self, state: &Self::State) -> Self::Estimate {
+        state.clone()
+    }
+
+    fn estimate_at(&self, state: &Self::State, u: &Self::Input, y: &Self::Output) -> Self::Estimate {
+        let plant = self.predictor.plant();
+        let mut estimate = state.clone();
+        with_column(self.k.shape_generic().1, |innovation| {
+            let columns = (state.as_slice(), u.as_slice(), y.as_slice());
+            feedthrough::innovation(&plant.c, plant.d.as_ref(), columns, innovation);
+            for (i, entry_of_estimate) in estimate.iter_mut().enumerate() {
+                *entry_of_estimate += entry(&self.k, i, innovation);
+            }
+        });
+        estimate
+    }
+
+    fn is_filter(&self) -> bool {
+        true
+    }
+
+    fn initial(&self, _t: T, estimate: &Self::Estimate, _u: &Self::Input, _y: &Self::Output) -> Self::State {
+        estimate.clone()
+    }
+}
