@@ -174,7 +174,7 @@ impl Design {
         })?;
         let (stepper, period) = built.map_err(|why: export::Refusal| why.raised(py))?;
         let size = self.designed.runnable.dimensions();
-        Ok(Stepper { stepper: Mutex::new(stepper), period, inputs: size.inputs, outputs: size.outputs })
+        Ok(Stepper { inner: Mutex::new(stepper), period, inputs: size.inputs, outputs: size.outputs })
     }
 
     /// The files of an export: names and bytes, what is proved, and its cost. With a study of the same plant and observer
@@ -203,19 +203,17 @@ impl Design {
 }
 
 fn answer<'py>(py: Python<'py>, what: &str, found: Option<Vec<f64>>) -> PyResult<Bound<'py, PyAny>> {
-    match found {
-        Some(entries) => Ok(list(py, &entries).into_any()),
-        None => {
-            let numbers = dictionary!(py; what);
-            Err(error::raise(py, "DimensionMismatch", format!("{what} has the wrong number of entries"), &numbers))
-        }
+    if let Some(entries) = found {
+        return Ok(list(py, &entries).into_any());
     }
+    let numbers = dictionary!(py; what);
+    Err(error::raise(py, "DimensionMismatch", format!("{what} has the wrong number of entries"), &numbers))
 }
 
 /// An observer that is stepped sample by sample: the numbers that its exported code computes.
 #[pyclass(frozen, module = "luenberger._luenberger")]
 pub(crate) struct Stepper {
-    stepper: Mutex<golden::Stepper>,
+    inner: Mutex<golden::Stepper>,
     #[pyo3(get)]
     period: f64,
     inputs: usize,
@@ -236,11 +234,11 @@ impl Stepper {
             return Err(error::raise(py, "DimensionMismatch", message, &numbers));
         }
         let estimates = py.detach(|| {
-            let mut stepper = self.stepper.lock().unwrap_or_else(PoisonError::into_inner);
+            let mut stepper = self.inner.lock().unwrap_or_else(PoisonError::into_inner);
             let columns = u.iter().zip(&y).map(|(u, y)| nalgebra::DVector::from_vec(stepper.step(u, y)));
             columns.collect::<Vec<_>>()
         });
-        let n = self.stepper.lock().unwrap_or_else(PoisonError::into_inner).estimate().len();
+        let n = self.inner.lock().unwrap_or_else(PoisonError::into_inner).estimate().len();
         let all = if estimates.is_empty() {
             nalgebra::DMatrix::zeros(n, 0)
         } else {
@@ -251,6 +249,6 @@ impl Stepper {
 
     /// The estimate for the next sample.
     fn estimate<'py>(&self, py: Python<'py>) -> Bound<'py, PyAny> {
-        list(py, &self.stepper.lock().unwrap_or_else(PoisonError::into_inner).estimate()).into_any()
+        list(py, &self.inner.lock().unwrap_or_else(PoisonError::into_inner).estimate()).into_any()
     }
 }
