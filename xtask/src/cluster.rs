@@ -48,7 +48,8 @@ const PATIENCE: Duration = Duration::from_secs(600);
 
 pub(crate) fn run() -> Result<(), Failure> {
     // `sbatch --version` fails where there is no configuration.
-    let is_there = |name| Command::new(name).arg("-V").stdout(Stdio::null()).stderr(Stdio::null()).status().is_ok();
+    let is_there =
+        |name| Command::new(sbin(name)).arg("-V").stdout(Stdio::null()).stderr(Stdio::null()).status().is_ok();
     if !["slurmctld", "slurmd", "sbatch"].into_iter().all(is_there) {
         eprintln!("── SKIPPED: a sweep on SLURM. To have it: apt install slurm-wlm");
         return Ok(());
@@ -181,7 +182,7 @@ impl Slurm {
             let log =
                 fs::File::create(own.join(name).with_extension("log")).map_err(|source| Failure::io(&own, source))?;
             let daemon =
-                Command::new(name).arg("-D").env("SLURM_CONF", &path).stdout(Stdio::null()).stderr(log).spawn();
+                Command::new(sbin(name)).arg("-D").env("SLURM_CONF", &path).stdout(Stdio::null()).stderr(log).spawn();
             slurm.daemons.push(daemon.map_err(|source| Failure::io(name, source))?);
         }
         wait("the node", || {
@@ -209,6 +210,12 @@ impl Drop for Slurm {
             _ = daemon.wait();
         }
     }
+}
+
+/// The path of a daemon: Debian has them where the users' PATH does not lead.
+fn sbin(name: &str) -> PathBuf {
+    let there = Path::new("/usr/sbin").join(name);
+    if there.exists() { there } else { name.into() }
 }
 
 /// A port that is free now.

@@ -39,7 +39,7 @@ pub(crate) fn run() -> Result<(), Failure> {
     if wheels.exists() {
         fs::remove_dir_all(&wheels).map_err(|source| Failure::io(&wheels, source))?;
     }
-    let target = root().join("target");
+    let target = std::env::var_os("CARGO_TARGET_DIR").map_or_else(|| root().join("target"), PathBuf::from);
     let build = ["-m", "maturin", "build", "--quiet", "--locked", "--profile", "quick", "--out"];
     at(&environment, &folder)
         .arguments(&build)

@@ -56,7 +56,15 @@ class Design:
         self, xhat: _Vector | None, period: float | None, substeps: int | None, is_single: bool, /
     ) -> Stepper: ...
     def export(
-        self, to: str, period: float | None, substeps: int | None, is_single: bool, unproved: bool, /
+        self,
+        study: str | None,
+        folder: _Path,
+        to: str,
+        period: float | None,
+        substeps: int | None,
+        is_single: bool,
+        unproved: bool,
+        /,
     ) -> dict[str, Any]: ...
 
 @final

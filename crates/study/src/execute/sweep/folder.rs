@@ -188,7 +188,11 @@ impl BlockFolder {
             Some(Claim { lock: Some(_), .. }) => format!(".{block:08}.partial"),
             _ => format!(".{block:08}-{}.partial", unique()),
         };
-        self.rename(&self.path.join(aside), &self.file(block), bytes)?;
+        let written = self.rename(&self.path.join(aside), &self.file(block), bytes);
+        written.map_err(|error| match error {
+            StudyError::Io { path, error } => SweepError::Write { path, error }.into(),
+            other => other,
+        })?;
         if let Some(claim) = claim {
             self.release(claim);
         }
