@@ -1,9 +1,14 @@
-//! A step of a sampled observer of unknown size takes no memory, and neither does a step of an integrator.
+//! A step of a sampled observer of unknown size takes no memory, and neither does a step of an integrator, a sample of a
+//! run, or a run of an ensemble beyond what it returns.
 #![allow(unsafe_code, reason = "a counting allocator is an unsafe trait; it only passes on")]
 
-use luenberger_observers::{DiscreteLinearObserver, SampledCubicGains, SampledCubicObserver, SampledObserver, cubic};
+use luenberger_expression::{ExpressionPlant, Parameters};
+use luenberger_observers::{
+    DiscreteLinearObserver, ExtendedKalmanFilter, LinearObserver, NoiseModel, NonlinearLuenbergerObserver,
+    SampledCubicGains, SampledCubicObserver, SampledObserver, cubic,
+};
 use luenberger_plants::StateSpace;
-use luenberger_sim::{Integrator, Settings, solve};
+use luenberger_sim::{Ensemble, Integrator, Member, Noise, Scenario, Settings, Signal, solve};
 use nalgebra::{DMatrix, DVector, dmatrix};
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::cell::Cell;
@@ -67,4 +72,42 @@ fn steps_of_the_explicit_integrator_take_no_memory() {
     };
     let ((few, short), (many, long)) = (count(1.0), count(100.0));
     assert!(long > 50 * short && many < few + 30, "{few} for {short} steps, {many} for {long}");
+}
+
+/// A plant of expressions, an extended Kalman filter in the loop at 100 Hz, another observer in continuous time, noise.
+#[test]
+fn samples_of_a_run_take_no_memory() {
+    let plant = ExpressionPlant::new(&["x2", "u1 - sin(x1) - 0.1*x2"], &["x1"], 1, &Parameters::new()).unwrap();
+    let noises = NoiseModel { w: DMatrix::identity(2, 2) * 1e-3, v: dmatrix![1e-4], p0: DMatrix::identity(2, 2) };
+    let filter = ExtendedKalmanFilter::new(plant.clone(), noises, 0.01, 2).unwrap();
+    let observer = NonlinearLuenbergerObserver::new(plant.clone(), dmatrix![5.0; 9.0]).unwrap();
+    let count = |end: f64| {
+        let scenario = Scenario::new(&plant)
+            .initial_state(&[1.0, 0.0])
+            .input(Signal::feedback("filter", dmatrix![1.0, 1.0]))
+            .hold_input(0.01)
+            .noise(Noise::gaussian(&[0.01], 0.01, 1))
+            .sampled_observer("filter", &filter, &[0.5, 0.0])
+            .observer("copy", &observer, &[0.5, 0.0])
+            .until(end, 11);
+        let mut steps = 0;
+        (allocations(|| steps = scenario.run().unwrap().steps), steps)
+    };
+    let ((few, short), (many, long)) = (count(1.0), count(20.0));
+    assert!(long > 15 * short && many < few + 20, "{few} for {short} steps, {many} for {long}");
+}
+
+/// Four for what each run returns.
+#[test]
+fn runs_of_an_ensemble_take_what_they_return() {
+    let plant = StateSpace::new(dmatrix![0.0, 1.0; -1.0, 0.0], dmatrix![0.0; 1.0], dmatrix![1.0, 0.0]).unwrap();
+    let observer = LinearObserver::of(plant.clone(), dmatrix![5.0; 9.0]).unwrap();
+    let count = |runs: usize, end: f64| {
+        let member = |k: usize| Member { x0: vec![1.0, k as f64], estimate: vec![0.0; 2], seed: 0 };
+        let members: Vec<Member> = (0..runs).map(member).collect();
+        let ensemble = Ensemble::new(&plant, &observer).until(end, 11);
+        allocations(|| ensemble.run(&members).into_iter().all(|run| run.is_ok()))
+    };
+    assert_eq!(count(16, 1.0), count(16, 50.0), "steps");
+    assert!(count(116, 1.0) <= count(16, 1.0) + 100 * 6, "{} {}", count(116, 1.0), count(16, 1.0));
 }

@@ -2,11 +2,12 @@
 //! `cargo xtask bench linalg`, `cargo xtask bench lmi`, `cargo xtask bench proof`, `cargo xtask bench sim`,
 //! `cargo xtask bench step`,
 //! `cargo xtask stress proof`, `cargo xtask stress theorems`, `cargo xtask mutate`, `cargo xtask firmware`,
-//! `cargo xtask deploy`, `cargo xtask python`.
+//! `cargo xtask deploy`, `cargo xtask cluster`, `cargo xtask python`.
 //!
 //! Each is a sequence of cargo commands with their times; the first failure ends the sequence with its exit code.
 
 mod bench;
+mod cluster;
 mod deploy;
 mod features;
 mod firmware;
@@ -78,6 +79,10 @@ enum Command {
     ///
     /// Says what it leaves out for lack of a tool (a C compiler, CMake, python3 and the network for fmpy).
     Deploy,
+    /// Run a sweep on a SLURM with one node, started for it: a shard is killed, the results are those of one process
+    ///
+    /// Says so if SLURM is not installed.
+    Cluster,
     /// Run the observers on boards in QEMU and emitted C on the host: the same bits everywhere, nothing can panic
     ///
     /// Says what it leaves out for lack of a tool (QEMU, targets of rustc, arm-none-eabi-gcc, clang, cppcheck).
@@ -140,6 +145,7 @@ fn main() -> ExitCode {
         Command::Stress { what: Claimed::Theorems, mutants, seed, kind, .. } => {
             stress::theorems::run(mutants, seed, kind.as_deref())
         }
+        Command::Cluster => cluster::run(),
         Command::Deploy => deploy::run(),
         Command::Firmware { document } => firmware::run(document),
         Command::Python => python::run(),

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use crate::step::{Failure, Step, cargo, is_installed, program, root};
 
 /// What the tests compare with, and what builds and checks the package. None of it is part of the wheel.
-const PACKAGES: [&str; 14] = [
+const PACKAGES: [&str; 15] = [
     "maturin>=1.16,<2",
     "numpy",
     "scipy",
@@ -16,6 +16,7 @@ const PACKAGES: [&str; 14] = [
     "pandas",
     "matplotlib",
     "tqdm",
+    "distributed>=2024.8",
     "pytest",
     "mypy",
     "nbclient",
@@ -38,7 +39,7 @@ pub(crate) fn run() -> Result<(), Failure> {
     if wheels.exists() {
         fs::remove_dir_all(&wheels).map_err(|source| Failure::io(&wheels, source))?;
     }
-    let target = root().join("target");
+    let target = std::env::var_os("CARGO_TARGET_DIR").map_or_else(|| root().join("target"), PathBuf::from);
     let build = ["-m", "maturin", "build", "--quiet", "--locked", "--profile", "quick", "--out"];
     at(&environment, &folder)
         .arguments(&build)

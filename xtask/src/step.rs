@@ -22,6 +22,8 @@ pub(crate) enum Failure {
     Mutants(String),
     /// A golden program did not run, or gave other bits.
     Firmware(String),
+    /// A sweep on SLURM did not end, or gave other bytes.
+    Cluster(String),
 }
 
 impl Failure {
@@ -35,9 +37,12 @@ impl Failure {
             Self::Step { status, .. } => {
                 ExitCode::from(status.code().and_then(|code| u8::try_from(code).ok()).unwrap_or(1))
             }
-            Self::Features { .. } | Self::Io { .. } | Self::Missing(_) | Self::Mutants(_) | Self::Firmware(_) => {
-                ExitCode::FAILURE
-            }
+            Self::Features { .. }
+            | Self::Io { .. }
+            | Self::Missing(_)
+            | Self::Mutants(_)
+            | Self::Firmware(_)
+            | Self::Cluster(_) => ExitCode::FAILURE,
         }
     }
 }
@@ -51,7 +56,7 @@ impl fmt::Display for Failure {
             }
             Self::Io { what, source } => write!(f, "{}: {source}", what.display()),
             Self::Missing(name) => write!(f, "{name} is not installed"),
-            Self::Mutants(said) | Self::Firmware(said) => write!(f, "{said}"),
+            Self::Mutants(said) | Self::Firmware(said) | Self::Cluster(said) => write!(f, "{said}"),
         }
     }
 }
@@ -60,6 +65,11 @@ impl fmt::Display for Failure {
 pub(crate) fn root() -> PathBuf {
     let here = Path::new(env!("CARGO_MANIFEST_DIR"));
     here.parent().unwrap_or(here).to_path_buf()
+}
+
+/// The folder of what cargo builds.
+pub(crate) fn target() -> PathBuf {
+    std::env::var_os("CARGO_TARGET_DIR").map_or_else(|| root().join("target"), |target| root().join(target))
 }
 
 /// Whether a program can be started.

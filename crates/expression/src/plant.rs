@@ -10,7 +10,7 @@
 use core::fmt;
 use std::sync::{Arc, OnceLock};
 
-use luenberger_plants::{Differentiable, Dimensions, Plant, PlantError, Shape, StateSpace};
+use luenberger_plants::{Differentiable, Dimensions, LanePlant, Plant, PlantError, Shape, StateSpace};
 use nalgebra::{Const, DMatrix, DVector, Dyn, RealField, SMatrix, SVector};
 
 use crate::function::is_number;
@@ -164,6 +164,7 @@ struct Rows {
     /// Made when they are first asked for.
     values: OnceLock<Values>,
     jacobians: OnceLock<Jacobians>,
+    affine: OnceLock<bool>,
 }
 
 impl PartialEq for Rows {
@@ -288,7 +289,14 @@ impl ExpressionPlant {
         };
         let f = parse(f, scope, Row::Derivative)?;
         let h = parse(h, scope, Row::Output)?;
-        Ok(Self(Arc::new(Rows { f, h, inputs, values: OnceLock::new(), jacobians: OnceLock::new() })))
+        Ok(Self(Arc::new(Rows {
+            f,
+            h,
+            inputs,
+            values: OnceLock::new(),
+            jacobians: OnceLock::new(),
+            affine: OnceLock::new(),
+        })))
     }
 
     /// The rows of f.
@@ -380,23 +388,6 @@ impl ExpressionPlant {
             alone.evaluate(t, x, u, |k, value| jacobian[k % states * rows + k / states] = value);
         }
         fits
-    }
-
-    /// f over `L` lanes, each with its own time, states and inputs, with the results of
-    /// [`derivative`](Plant::derivative) to the last bit. All columns must have the lengths of the plant.
-    pub fn derivative_lanes<const L: usize>(
-        &self,
-        t: [f64; L],
-        x: &[[f64; L]],
-        u: &[[f64; L]],
-        slope: &mut [[f64; L]],
-    ) {
-        self.values().f.evaluate_lanes(t, x, u, |k, value| slope[k] = value);
-    }
-
-    /// h over `L` lanes, likewise.
-    pub fn output_lanes<const L: usize>(&self, t: [f64; L], x: &[[f64; L]], u: &[[f64; L]], y: &mut [[f64; L]]) {
-        self.values().h.evaluate_lanes(t, x, u, |k, value| y[k] = value);
     }
 
     /// The first output whose expression uses an input, from 0, if there is one: then y depends on u at once.
@@ -492,6 +483,11 @@ impl ExpressionPlant {
         if expected == found { Ok(Fixed(self.clone())) } else { Err(ExpressionPlantError::Sizes { expected, found }) }
     }
 
+    /// Whether the rows are affine by their form, and time occurs in none of them.
+    fn has_affine_rows(&self) -> bool {
+        *self.0.affine.get_or_init(|| self.rows().all(|(_, row)| !row.uses_time()) && self.affine().is_ok())
+    }
+
     fn size(&self) -> Dimensions {
         Dimensions { states: self.0.f.len(), inputs: self.0.inputs, outputs: self.0.h.len() }
     }
@@ -535,6 +531,10 @@ impl<T: RealField + Copy> Plant<T> for ExpressionPlant {
         y
     }
 
+    fn is_affine(&self) -> bool {
+        self.has_affine_rows()
+    }
+
     fn derivative_into(&self, t: T, x: &[T], u: &[T], slope: &mut [T]) -> bool {
         let size = self.size();
         let fits = (x.len(), u.len(), slope.len()) == (size.states, size.inputs, size.states);
@@ -551,6 +551,17 @@ impl<T: RealField + Copy> Plant<T> for ExpressionPlant {
             self.fill(Row::Output(0), t, x, u, y);
         }
         fits
+    }
+}
+
+/// Each instruction is decoded once for all lanes.
+impl LanePlant for ExpressionPlant {
+    fn derivative_lanes<const L: usize>(&self, t: &[f64; L], x: &[[f64; L]], u: &[[f64; L]], slope: &mut [[f64; L]]) {
+        self.values().f.evaluate_lanes(*t, x, u, |k, value| slope[k] = value);
+    }
+
+    fn output_lanes<const L: usize>(&self, t: &[f64; L], x: &[[f64; L]], u: &[[f64; L]], y: &mut [[f64; L]]) {
+        self.values().h.evaluate_lanes(*t, x, u, |k, value| y[k] = value);
     }
 }
 
@@ -631,6 +642,10 @@ impl<T: RealField + Copy, const N: usize, const M: usize, const P: usize> Plant<
         let mut y = SVector::<T, P>::zeros();
         self.0.fill(Row::Output(0), t, x.as_slice(), u.as_slice(), y.as_mut_slice());
         y
+    }
+
+    fn is_affine(&self) -> bool {
+        self.0.has_affine_rows()
     }
 
     fn derivative_into(&self, t: T, x: &[T], u: &[T], slope: &mut [T]) -> bool {

@@ -174,7 +174,7 @@ where
 }
 
 /// [`weight`] of a slice.
-fn weight_of<T: RealField + Copy, P: Dim>(theta: &OMatrix<T, P, P>, v: &[T]) -> T
+pub(crate) fn weight_of<T: RealField + Copy, P: Dim>(theta: &OMatrix<T, P, P>, v: &[T]) -> T
 where
     DefaultAllocator: Allocator<P> + Allocator<P, P>,
 {

@@ -93,6 +93,10 @@ where
         self.observer.derivative(t, state, &(u - &self.u0), &(y - &self.y0))
     }
 
+    fn is_affine(&self) -> bool {
+        self.observer.is_affine()
+    }
+
     fn estimate(&self, t: T, state: &Self::State, u: &Self::Input, y: &Self::Output) -> Self::Estimate {
         self.observer.estimate(t, state, &(u - &self.u0), &(y - &self.y0)) + &self.x0
     }

@@ -13,6 +13,7 @@
 //! | [`linear`] | Luenberger's observer `xhat' = A xhat + B u + L (y - C xhat)` |
 //! | [`cubic`] | the cubic observer, which adds `-(y~' theta y~) N y~`, and its flow in closed form |
 //! | [`cubic_sampled`] | the sampled-data cubic observer, stable at every step size |
+//! | [`lanes`] | observers over several lanes at once |
 //! | [`kalman`] | the continuous-discrete extended Kalman filter |
 //! | [`discrete_linear`] | the linear observer of a plant in discrete time |
 //! | [`stationary_kalman`] | the stationary Kalman filter in filter form: the estimate uses the measurement of its sample |
@@ -59,6 +60,7 @@ pub mod kalman;
 mod kalman_on_slices;
 pub mod kkl;
 pub mod kkl_peb;
+pub mod lanes;
 pub mod linear;
 pub mod mean_value;
 pub mod nonlinear_luenberger;
@@ -90,6 +92,7 @@ pub use immersion_invariance::{Immersion, ImmersionInvarianceObserver};
 pub use kalman::{ExtendedKalmanFilter, GaussianEstimate, Innovation, NoiseModel, StaticExtendedKalmanFilter};
 pub use kkl::{KklMap, KklObserver, LeftInverse, LinearKkl};
 pub use kkl_peb::KklPebObserver;
+pub use lanes::LaneObserver;
 pub use linear::{LinearObserver, StaticLinearObserver};
 pub use luenberger_plants::{Differentiable, Dimensions, LinearPlant, Plant, Shape};
 pub use mean_value::{

@@ -105,6 +105,10 @@ where
         slope
     }
 
+    fn is_affine(&self) -> bool {
+        true
+    }
+
     fn derivative_into(&self, _t: T, xhat: &[T], u: &[T], y: &[T], slope: &mut [T]) -> bool {
         let (order, outputs) = self.l.shape_generic();
         let fits = (xhat.len(), u.len(), y.len()) == (order.value(), self.b.ncols(), outputs.value());

@@ -94,6 +94,10 @@ where
         slope
     }
 
+    fn is_affine(&self) -> bool {
+        self.plant.is_affine()
+    }
+
     fn derivative_into(&self, t: T, xhat: &[T], u: &[T], y: &[T], slope: &mut [T]) -> bool {
         let outputs = self.l.shape_generic().1;
         y.len() == outputs.value()

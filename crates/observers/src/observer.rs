@@ -47,6 +47,12 @@ pub trait Observer<T> {
     /// at the start: filters of the output matched to `y`, covariances at their initial value.
     fn initial(&self, t: T, estimate: &Self::Estimate, u: &Self::Input, y: &Self::Output) -> Self::State;
 
+    /// Whether g is affine in z, u and y and does not depend on t: simulation has exact solutions then. What is not known
+    /// is false (default).
+    fn is_affine(&self) -> bool {
+        false
+    }
+
     /// [`derivative`](Self::derivative) on slices, with the same result to the last bit: what simulation calls. Returns
     /// whether the lengths fit; otherwise `slope` is not written.
     ///
@@ -196,6 +202,10 @@ impl<T, O: Observer<T> + ?Sized> Observer<T> for &O {
 
     fn initial(&self, t: T, estimate: &Self::Estimate, u: &Self::Input, y: &Self::Output) -> Self::State {
         (**self).initial(t, estimate, u, y)
+    }
+
+    fn is_affine(&self) -> bool {
+        (**self).is_affine()
     }
 
     fn derivative_into(&self, t: T, state: &[T], u: &[T], y: &[T], slope: &mut [T]) -> bool

@@ -11,6 +11,7 @@
 //! | [`plant`] | the traits [`Plant`] and [`Shape`] |
 //! | [`closures`] | a plant from two closures |
 //! | [`linear`] | `x' = A x + B u`, `y = C x + D u` |
+//! | [`lanes`] | plants over several lanes at once |
 //! | [`coordinates`] | a plant in other linear coordinates, `x = T z` |
 //! | [`jacobian`] | `df/dx` and `dh/dx` by dual numbers (feature `dual`), linearisation at a point |
 //! | [`mod@double_integrator`], [`third_order`] | the plants of the cubic-observer paper |
@@ -37,6 +38,7 @@ pub mod error;
 pub mod exponential_cascade;
 pub mod flexible_joint;
 pub mod jacobian;
+pub mod lanes;
 pub mod linear;
 pub mod oscillators;
 pub mod plant;
@@ -56,6 +58,7 @@ pub use flexible_joint::FlexibleJoint;
 pub use jacobian::{ByDual, Differentiable, state_jacobian};
 #[cfg(feature = "dual")]
 pub use jacobian::{Dual64, linearize};
+pub use lanes::LanePlant;
 #[cfg(feature = "alloc")]
 pub use linear::StateSpace;
 pub use linear::{LinearPlant, StaticPlant};

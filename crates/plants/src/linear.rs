@@ -148,6 +148,10 @@ where
         }
     }
 
+    fn is_affine(&self) -> bool {
+        true
+    }
+
     fn derivative_into(&self, _t: T, x: &[T], u: &[T], slope: &mut [T]) -> bool {
         let fits = (x.len(), u.len(), slope.len()) == (self.a.ncols(), self.b.ncols(), self.a.nrows());
         if fits {

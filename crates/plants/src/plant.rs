@@ -89,6 +89,12 @@ pub trait Plant<T>: Shape {
     /// `h(t, x, u)`.
     fn output(&self, t: T, x: &Self::State, u: &Self::Input) -> Self::Output;
 
+    /// Whether f and h are affine in x and u and do not depend on t: simulation has exact solutions then. What is not
+    /// known is false (default).
+    fn is_affine(&self) -> bool {
+        false
+    }
+
     /// [`derivative`](Self::derivative) on slices, with the same result to the last bit: what simulation calls. Returns
     /// whether the lengths fit; otherwise `slope` is not written.
     ///
@@ -138,6 +144,10 @@ impl<T, S: Plant<T> + ?Sized> Plant<T> for &S {
 
     fn output(&self, t: T, x: &Self::State, u: &Self::Input) -> Self::Output {
         (**self).output(t, x, u)
+    }
+
+    fn is_affine(&self) -> bool {
+        (**self).is_affine()
     }
 
     fn derivative_into(&self, t: T, x: &[T], u: &[T], slope: &mut [T]) -> bool

@@ -56,7 +56,7 @@ impl Certificate {
 /// What a certificate file proves; everything is derived again from its data.
 #[pyfunction]
 #[pyo3(signature = (data, /))]
-pub(crate) fn verify<'py>(py: Python<'py>, data: Vec<u8>) -> PyResult<Bound<'py, PyDict>> {
+pub(crate) fn verify(py: Python<'_>, data: Vec<u8>) -> PyResult<Bound<'_, PyDict>> {
     let proved = py.detach(|| check(&data)).map_err(|why| error::plain(py, "Rejected", why))?;
     Ok(dictionary!(py;
         title = proved.title.as_str(),

@@ -10,11 +10,13 @@
 //! | `observer` | a designed observer: its numbers, runs, steps and files |
 //! | `certificate` | facts, certificate files, verification |
 //! | `run` | study files, trajectories |
+//! | `blocks` | sweeps that several processes compute |
 //! | `export` | code for the target |
 //! | `work` | long computations: without the interpreter's lock, with progress, ended by Ctrl-C |
 //! | `array`, `error` | arrays as matrices; errors as exceptions with numbers |
 
 mod array;
+mod blocks;
 mod certificate;
 mod error;
 mod export;
@@ -28,11 +30,14 @@ use pyo3::prelude::*;
 #[pymodule]
 fn _luenberger(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add("__version__", env!("CARGO_PKG_VERSION"))?;
+    module.add_class::<blocks::Blocks>()?;
     module.add_class::<certificate::Certificate>()?;
     module.add_class::<observer::Design>()?;
     module.add_class::<observer::Stepper>()?;
     module.add_class::<run::StudyFile>()?;
     module.add_function(wrap_pyfunction!(certificate::verify, module)?)?;
     module.add_function(wrap_pyfunction!(run::check, module)?)?;
+    module.add_function(wrap_pyfunction!(blocks::status, module)?)?;
+    module.add_function(wrap_pyfunction!(blocks::reduce, module)?)?;
     linalg::register(module)
 }

@@ -174,21 +174,28 @@ impl Design {
         })?;
         let (stepper, period) = built.map_err(|why: export::Refusal| why.raised(py))?;
         let size = self.designed.runnable.dimensions();
-        Ok(Stepper { stepper: Mutex::new(stepper), period, inputs: size.inputs, outputs: size.outputs })
+        Ok(Stepper { inner: Mutex::new(stepper), period, inputs: size.inputs, outputs: size.outputs })
     }
 
-    /// The files of an export: names and bytes, what is proved, and its cost.
-    #[pyo3(signature = (to, period, substeps, is_single, unproved, /))]
+    /// The files of an export: names and bytes, what is proved, and its cost. With a study of the same plant and observer
+    /// the bounds of its simulation are those of the proof.
+    #[pyo3(signature = (study, folder, to, period, substeps, is_single, unproved, /))]
+    #[expect(clippy::too_many_arguments, reason = "the options of an export")]
     fn export<'py>(
         &self,
         py: Python<'py>,
+        study: Option<&str>,
+        folder: PathBuf,
         to: &str,
         period: Option<f64>,
         substeps: Option<usize>,
         is_single: bool,
         unproved: bool,
     ) -> PyResult<Bound<'py, PyDict>> {
-        let study = Arc::clone(&self.study);
+        let study = match study {
+            Some(text) => Arc::new(read(py, text, &folder)?),
+            None => Arc::clone(&self.study),
+        };
         let request = Request { to: to.to_owned(), period, substeps, is_single, unproved };
         let exported = interruptible(py, None, move |_| export::export(&study, &request))?;
         exported.map_err(|why| why.raised(py))?.dictionary(py)
@@ -196,19 +203,17 @@ impl Design {
 }
 
 fn answer<'py>(py: Python<'py>, what: &str, found: Option<Vec<f64>>) -> PyResult<Bound<'py, PyAny>> {
-    match found {
-        Some(entries) => Ok(list(py, &entries).into_any()),
-        None => {
-            let numbers = dictionary!(py; what);
-            Err(error::raise(py, "DimensionMismatch", format!("{what} has the wrong number of entries"), &numbers))
-        }
+    if let Some(entries) = found {
+        return Ok(list(py, &entries).into_any());
     }
+    let numbers = dictionary!(py; what);
+    Err(error::raise(py, "DimensionMismatch", format!("{what} has the wrong number of entries"), &numbers))
 }
 
 /// An observer that is stepped sample by sample: the numbers that its exported code computes.
 #[pyclass(frozen, module = "luenberger._luenberger")]
 pub(crate) struct Stepper {
-    stepper: Mutex<golden::Stepper>,
+    inner: Mutex<golden::Stepper>,
     #[pyo3(get)]
     period: f64,
     inputs: usize,
@@ -229,11 +234,11 @@ impl Stepper {
             return Err(error::raise(py, "DimensionMismatch", message, &numbers));
         }
         let estimates = py.detach(|| {
-            let mut stepper = self.stepper.lock().unwrap_or_else(PoisonError::into_inner);
+            let mut stepper = self.inner.lock().unwrap_or_else(PoisonError::into_inner);
             let columns = u.iter().zip(&y).map(|(u, y)| nalgebra::DVector::from_vec(stepper.step(u, y)));
             columns.collect::<Vec<_>>()
         });
-        let n = self.stepper.lock().unwrap_or_else(PoisonError::into_inner).estimate().len();
+        let n = self.inner.lock().unwrap_or_else(PoisonError::into_inner).estimate().len();
         let all = if estimates.is_empty() {
             nalgebra::DMatrix::zeros(n, 0)
         } else {
@@ -244,6 +249,6 @@ impl Stepper {
 
     /// The estimate for the next sample.
     fn estimate<'py>(&self, py: Python<'py>) -> Bound<'py, PyAny> {
-        list(py, &self.stepper.lock().unwrap_or_else(PoisonError::into_inner).estimate()).into_any()
+        list(py, &self.inner.lock().unwrap_or_else(PoisonError::into_inner).estimate()).into_any()
     }
 }

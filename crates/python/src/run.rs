@@ -3,13 +3,14 @@
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use luenberger_study::execute::Limits;
-use luenberger_study::results::ObserverRun;
+use luenberger_plants::StateSpace;
+use luenberger_study::execute::{Limits, SweepOptions};
+use luenberger_study::results::{ObserverRun, Results};
 use luenberger_study::{Format, RunOptions, Step, Study, StudyError, execute_in_part};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyList};
 
-use crate::array::{columns, list};
+use crate::array::{array, columns, list};
 use crate::error::{self, dictionary};
 use crate::work::interruptible;
 
@@ -26,12 +27,28 @@ pub(crate) fn read(py: Python<'_>, text: &str, folder: &Path) -> PyResult<Study>
     })
 }
 
-/// The names of the plant of a study.
+/// The names of the plant of a study, and its operating point, if it names one.
 #[pyfunction]
 #[pyo3(signature = (study, /))]
 pub(crate) fn check<'py>(py: Python<'py>, study: &str) -> PyResult<Bound<'py, PyDict>> {
-    let plant = read(py, study, ".".as_ref())?.plant;
-    Ok(dictionary!(py; states = plant.states, inputs = plant.inputs, outputs = plant.outputs))
+    let study = read(py, study, ".".as_ref())?;
+    let plant = study.plant;
+    let found = dictionary!(py; states = plant.states, inputs = plant.inputs, outputs = plant.outputs);
+    if let Some(point) = study.operating_point {
+        let StateSpace { a, b, c, d } = &point.linear;
+        let at = dictionary!(py;
+            x = list(py, point.x.as_slice()),
+            u = list(py, point.u.as_slice()),
+            y = list(py, point.y.as_slice()),
+            residual = point.residual,
+            A = array(py, a),
+            B = array(py, b),
+            C = array(py, c),
+            D = d.as_ref().map(|d| array(py, d)),
+        );
+        found.set_item("at", at)?;
+    }
+    Ok(found)
 }
 
 pub(crate) fn study_error(py: Python<'_>, why: &StudyError) -> PyErr {
@@ -73,10 +90,24 @@ pub(crate) fn trajectory<'py>(py: Python<'py>, run: &ObserverRun) -> PyResult<Bo
     ))
 }
 
+/// What an execution leaves: the results as JSON, the trajectories, and what failed.
+pub(crate) fn answer(
+    py: Python<'_>,
+    executed: Result<(Results, Option<StudyError>), StudyError>,
+) -> PyResult<Bound<'_, PyDict>> {
+    let (results, stopped) = executed.map_err(|why| study_error(py, &why))?;
+    if let Some(why) = stopped {
+        return Err(study_error(py, &why));
+    }
+    let json = results.to_json().map_err(|why| study_error(py, &why))?;
+    let runs = results.runs.iter().map(|run| trajectory(py, run)).collect::<PyResult<Vec<_>>>()?;
+    Ok(dictionary!(py; json, runs = PyList::new(py, runs)?, failures = results.failures()))
+}
+
 /// A study file.
 #[pyclass(frozen, module = "luenberger._luenberger")]
 pub(crate) struct StudyFile {
-    study: Arc<Study>,
+    pub(crate) study: Arc<Study>,
 }
 
 fn step_named(name: &str) -> Option<Step> {
@@ -112,7 +143,7 @@ impl StudyFile {
     }
 
     /// Executes a step: the results as JSON, the trajectories, and why it ended early, if it did.
-    #[pyo3(signature = (step, output, force, threads, time_limit, memory_limit, progress, /))]
+    #[pyo3(signature = (step, output, force, threads, time_limit, memory_limit, block_size, restart, progress, /))]
     #[expect(clippy::too_many_arguments, reason = "the options of an execution")]
     fn execute<'py>(
         &self,
@@ -123,6 +154,8 @@ impl StudyFile {
         threads: Option<usize>,
         time_limit: Option<f64>,
         memory_limit: Option<f64>,
+        block_size: Option<u64>,
+        restart: bool,
         progress: Option<Bound<'py, PyAny>>,
     ) -> PyResult<Bound<'py, PyDict>> {
         let Some(step) = step_named(step) else {
@@ -132,24 +165,19 @@ impl StudyFile {
         limits.seconds = time_limit.unwrap_or(limits.seconds);
         limits.memory = memory_limit.unwrap_or(limits.memory);
         let study = Arc::clone(&self.study);
-        let (results, stopped) = interruptible(py, progress.as_ref(), move |context| {
+        let executed = interruptible(py, progress.as_ref(), move |context| {
             let options = RunOptions {
                 output,
                 force,
                 limits,
                 threads,
+                sweep: SweepOptions { block_size, restart, ..SweepOptions::default() },
                 progress: context.progress,
                 cancel: context.cancel,
                 ..RunOptions::default()
             };
             execute_in_part(&study, step, &options)
-        })?
-        .map_err(|why| study_error(py, &why))?;
-        if let Some(why) = stopped {
-            return Err(study_error(py, &why));
-        }
-        let json = results.to_json().map_err(|why| study_error(py, &why))?;
-        let runs = results.runs.iter().map(|run| trajectory(py, run)).collect::<PyResult<Vec<_>>>()?;
-        Ok(dictionary!(py; json, runs = PyList::new(py, runs)?, failures = results.failures()))
+        })?;
+        answer(py, executed)
     }
 }

@@ -121,6 +121,38 @@ def test_a_discrete_plant():
     assert found.value.alternatives
 
 
+def test_linear_observers_at_an_operating_point():
+    plant = lg.plant(["w", "sin(a) - 0.5*w + u"], ["a", "w + a^2"], states=["a", "w"], inputs=["u"])
+    point = plant.at([0.5, 0.0], [-0.4])
+    a = np.arcsin(0.4)
+    np.testing.assert_allclose(point.x, [a, 0.0], atol=1e-12)
+    np.testing.assert_allclose(point.y, [a, a * a], atol=1e-12)
+    np.testing.assert_allclose(point.A, [[0, 1], [np.cos(a), -0.5]], atol=1e-12)
+    np.testing.assert_allclose(point.C, [[1, 0], [2 * a, 1]], atol=1e-12)
+    assert lg.observability(point).is_observable
+    observer = lg.place_observer(point, [-3, -4], xhat0=point.x)
+    assert observer.certificate.is_proved
+    np.testing.assert_allclose(np.sort(np.linalg.eigvals(point.A - observer.L @ point.C)), [-4, -3], atol=1e-8)
+    # xhat' is that of the linearisation in deviations from the point.
+    xhat, u, y = point.x + [0.1, 0.2], point.u + [0.3], point.y + [0.05, -0.1]
+    e = observer.initial_state(xhat)
+    np.testing.assert_allclose(e, xhat - point.x, atol=1e-14)
+    found = observer._design.motion(0.0, e, u, y)
+    expected = point.A @ e + point.B @ (u - point.u) + observer.L @ (y - point.y - point.C @ e)
+    np.testing.assert_allclose(found, expected, atol=1e-12)
+    run = observer.simulate(point.x + [1e-3, 0.0], 1.0, u=point.u)
+    assert np.abs(run.error[:, -1]).max() < 1e-3
+    block = observer.to_control()
+    assert isinstance(block, control.NonlinearIOSystem)
+    for design in (lg.lqe(point, 1.0, 1.0), lg.cubic_observer(point, [-3, -4], radial=1.0)):
+        assert design.certificate.is_proved
+    assert lg.place_observer(point, [-3, -4]).export(dt=0.01).proved
+    with pytest.raises(lg.InvalidArgument):
+        plant.at([0.5, 0.0], [-4.0])
+    with pytest.raises(lg.DimensionMismatch):
+        plant.at([0.5])
+
+
 def test_a_numerical_kkl_observer_is_measured_and_control_c_ends_its_design():
     plant = lg.plant(["x2^3", "-x1"], ["x1"])
     box = {"x1": (-1, 1), "x2": (-1, 1)}

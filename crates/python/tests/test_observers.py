@@ -319,6 +319,12 @@ def test_exports(tmp_path):
     assert any(name.endswith(".c") for name in exported.files) and exported.operations > 0
     with pytest.raises(lg.ExportRefused):
         observer.export(tmp_path / "c", dt=0.01)
+    # With the bounds of a run the proof covers rounding, and the step is compared with the observer along it.
+    run = {"x0": [1, -1], "duration": 5, "u": "sin(t)", "noise": 0.01, "noise_dt": 0.01}
+    bounded = observer.export(dt=0.01, format="f32", run=run)
+    assert bounded.proved and len(bounded.statement) > len(exported.statement)
+    with pytest.raises(TypeError):
+        observer.export(dt=0.01, run={"x_0": [1, -1]})
     assert observer.export(tmp_path / "c", dt=0.01, force=True).files == exported.files
     assert "Cargo.toml" in observer.export(to="rust", dt=0.01, format="f32").files
     with pytest.raises(lg.LuenbergerError, match="period"):

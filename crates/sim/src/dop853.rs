@@ -12,15 +12,17 @@ use crate::dop853_tableau::{A, C, DENSE, ERROR5, THIRD};
 use crate::integrate::{Attempt, Tolerance};
 
 /// Stages with dense output.
-const STAGES: usize = 16;
+pub(crate) const STAGES: usize = 16;
 /// Coefficients of the interpolant.
-const COEFFICIENTS: usize = 8;
+pub(crate) const COEFFICIENTS: usize = 8;
 /// The stage that is the slope at the end of the step.
-const END: usize = 12;
+pub(crate) const END: usize = 12;
 /// `h lambda` at the border of stability. The region itself ends at 6.1; the defect holds the step back from 2 on.
-const BORDER: f64 = 2.0;
+pub(crate) const BORDER: f64 = 2.0;
+/// So many steps at the border count as stiff.
+pub(crate) const STIFF: usize = 15;
 /// Defect of the dense output that is accepted, in units of the tolerance.
-const DEFECT: f64 = 4.0;
+pub(crate) const DEFECT: f64 = 4.0;
 
 /// Entries of a column that are worked on together: every sum has its terms in the same order, one sum per lane.
 const LANES: usize = 4;
@@ -73,7 +75,7 @@ pub(crate) struct Dop853 {
 }
 
 /// Square roots are the same on every machine, a general power is not.
-fn eighth_root(x: f64) -> f64 {
+pub(crate) fn eighth_root(x: f64) -> f64 {
     x.sqrt().sqrt().sqrt()
 }
 
@@ -136,7 +138,7 @@ impl Dop853 {
 
     /// Whether stability, not accuracy, has decided the last steps.
     pub(crate) fn stiff(&self) -> bool {
-        self.at_border >= 15
+        self.at_border >= STIFF
     }
 
     /// The slope at stage `stage`, from the slopes before it.
@@ -146,24 +148,20 @@ impl Dop853 {
         for ((moved, y), slopes) in self.stage.iter_mut().zip(&self.y).zip(&self.slopes) {
             *moved = advance(y, self.h, &combine(slopes, A[stage]));
         }
-        self.slope_of(f, self.t + C[stage] * self.h, stage, |method| &method.stage);
+        self.slope_of(f, self.t + C[stage] * self.h, stage);
     }
 
-    /// The slope of stage `stage`, at `y`.
+    /// The slope of stage `stage`, at the end of the step or at the stage.
     #[inline]
-    fn slope_of(
-        &mut self,
-        f: &impl Fn(f64, &[f64], &mut [f64]),
-        t: f64,
-        stage: usize,
-        y: impl Fn(&Self) -> &Vec<Lanes>,
-    ) {
-        let mut received = std::mem::take(&mut self.received);
-        f(t, &y(self).as_flattened()[..self.n], &mut received.as_flattened_mut()[..self.n]);
-        for (slopes, received) in self.slopes.iter_mut().zip(&received) {
+    fn slope_of(&mut self, f: &impl Fn(f64, &[f64], &mut [f64]), t: f64, stage: usize) {
+        let y = &(if stage == END { &self.end } else { &self.stage }).as_flattened()[..self.n];
+        if let [slopes] = &mut self.slopes[..] {
+            return f(t, y, &mut slopes[stage][..self.n]);
+        }
+        f(t, y, &mut self.received.as_flattened_mut()[..self.n]);
+        for (slopes, received) in self.slopes.iter_mut().zip(&self.received) {
             slopes[stage] = *received;
         }
-        self.received = received;
     }
 
     /// One attempt at a step of the present size. It allocates nothing.
@@ -205,7 +203,7 @@ impl Dop853 {
             self.rejected = true;
             return Attempt::Rejected;
         }
-        self.slope_of(f, t + h, END, |method| &method.end);
+        self.slope_of(f, t + h, END);
         let h_lambda = self.slope_ratio();
         self.evaluate(f, 13);
         self.evaluate(f, 14);
@@ -289,7 +287,8 @@ impl Dop853 {
         let Some((start, h)) = self.last else { return value.copy_from_slice(self.y()) };
         let s = (t - start) / h;
         for (coefficients, value) in self.dense.iter().zip(value.chunks_mut(LANES)) {
-            let lanes = polynomial(coefficients, s);
+            // The first point of dense output is the start.
+            let lanes = if s == 0.0 { coefficients[0] } else { polynomial(coefficients, s) };
             for (value, lane) in value.iter_mut().zip(lanes) {
                 *value = lane;
             }
@@ -300,7 +299,7 @@ impl Dop853 {
 /// The interpolant at `s` of the step:
 /// `c0 + s (c1 + r (c2 + s (c3 + r (c4 + s (c5 + r (c6 + s c7))))))`, `r = 1 - s`.
 #[inline]
-fn polynomial(coefficients: &[Lanes; COEFFICIENTS], s: f64) -> Lanes {
+pub(crate) fn polynomial<const L: usize>(coefficients: &[[f64; L]; COEFFICIENTS], s: f64) -> [f64; L] {
     let mut value = coefficients[7];
     for (j, coefficient) in coefficients[..7].iter().enumerate().rev() {
         let factor = if j % 2 == 0 { s } else { 1.0 - s };

@@ -16,8 +16,11 @@ pub(crate) trait AnyPlant {
     fn dimensions(&self) -> Dimensions;
     /// Checks that columns of fixed length have the lengths that the dimensions say.
     fn check(&self) -> Result<(), SimError>;
+    fn is_affine(&self) -> bool;
     fn derivative(&self, t: f64, x: &[f64], u: &[f64], slope: &mut [f64]);
     fn output(&self, t: f64, x: &[f64], u: &[f64], y: &mut [f64]);
+    /// Derivative and output.
+    fn motion(&self, t: f64, x: &[f64], u: &[f64], slope: &mut [f64], y: &mut [f64]);
 }
 
 /// An observer of any size; sampled ones have a period and a step, the others a derivative. A step takes what was
@@ -26,9 +29,15 @@ pub(crate) trait AnyObserver {
     fn dimensions(&self) -> ObserverDimensions;
     fn check(&self) -> Result<(), SimError>;
     fn period(&self) -> Option<f64>;
+    /// Of an observer in continuous time.
+    fn is_affine(&self) -> bool;
     fn derivative(&self, t: f64, state: &[f64], u: &[f64], y: &[f64], slope: &mut [f64]);
     fn step(&self, t: f64, state: &mut [f64], u: &[f64], y: &[f64], measured: &[bool]);
     fn estimate(&self, t: f64, state: &[f64], u: &[f64], y: &[f64], estimate: &mut [f64]);
+    /// Whether a sampled one has an estimate with the measurement.
+    fn is_filter(&self) -> bool {
+        false
+    }
     /// The estimate at a sample with its measurement, in place of the one before it.
     fn correct(&self, _state: &[f64], _u: &[f64], _y: &[f64], _estimate: &mut [f64]) {}
     fn initial(&self, t: f64, estimate: &[f64], u: &[f64], y: &[f64], state: &mut [f64]);
@@ -52,6 +61,10 @@ impl<P: Plant<f64>> AnyPlant for Erased<P> {
         fixed::<P::Output>("the output of the plant", size.outputs)
     }
 
+    fn is_affine(&self) -> bool {
+        self.0.is_affine()
+    }
+
     fn derivative(&self, t: f64, x: &[f64], u: &[f64], slope: &mut [f64]) {
         let fits = self.0.derivative_into(t, x, u, slope);
         expect(fits, slope);
@@ -60,6 +73,11 @@ impl<P: Plant<f64>> AnyPlant for Erased<P> {
     fn output(&self, t: f64, x: &[f64], u: &[f64], y: &mut [f64]) {
         let fits = self.0.output_into(t, x, u, y);
         expect(fits, y);
+    }
+
+    fn motion(&self, t: f64, x: &[f64], u: &[f64], slope: &mut [f64], y: &mut [f64]) {
+        self.derivative(t, x, u, slope);
+        self.output(t, x, u, y);
     }
 }
 
@@ -74,6 +92,10 @@ impl<O: Observer<f64>> AnyObserver for Continuous<O> {
 
     fn period(&self) -> Option<f64> {
         None
+    }
+
+    fn is_affine(&self) -> bool {
+        self.0.is_affine()
     }
 
     fn derivative(&self, t: f64, state: &[f64], u: &[f64], y: &[f64], slope: &mut [f64]) {
@@ -107,6 +129,10 @@ impl<O: SampledObserver<f64>> AnyObserver for Sampled<O> {
         Some(self.0.period())
     }
 
+    fn is_affine(&self) -> bool {
+        false
+    }
+
     fn derivative(&self, _t: f64, _state: &[f64], _u: &[f64], _y: &[f64], slope: &mut [f64]) {
         slope.fill(0.0);
     }
@@ -119,6 +145,10 @@ impl<O: SampledObserver<f64>> AnyObserver for Sampled<O> {
     fn estimate(&self, _t: f64, state: &[f64], _u: &[f64], _y: &[f64], estimate: &mut [f64]) {
         let fits = self.0.estimate_into(state, estimate);
         expect(fits, estimate);
+    }
+
+    fn is_filter(&self) -> bool {
+        self.0.is_filter()
     }
 
     fn correct(&self, state: &[f64], u: &[f64], y: &[f64], estimate: &mut [f64]) {
@@ -145,6 +175,7 @@ fn triple<A: Column<f64>, B: Column<f64>, C: Column<f64>>(a: &[f64], b: &[f64], 
 
 /// Lengths have been checked before the run; a plant that changes them on the way gets NaN, which the integrator
 /// reports.
+#[inline]
 fn expect(fits: bool, target: &mut [f64]) {
     if !fits {
         target.fill(f64::NAN);

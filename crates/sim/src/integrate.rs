@@ -17,6 +17,7 @@ use std::time::Instant;
 use crate::dense::{Dense, NODE, NODES};
 use crate::dop853::Dop853;
 use crate::error::{SimError, check_finite, check_positive};
+use crate::exponential::Series;
 use crate::radau::Radau;
 
 /// The method that integrates.
@@ -81,7 +82,7 @@ impl Settings {
         }
     }
 
-    fn tolerance(&self) -> Tolerance {
+    pub(crate) fn tolerance(&self) -> Tolerance {
         Tolerance { rtol: self.rtol.max(1e-14), atol: self.atol }
     }
 }
@@ -141,14 +142,27 @@ pub(crate) enum Attempt {
 pub(crate) struct Accepted<'m> {
     pub(crate) start: f64,
     pub(crate) end: f64,
-    method: &'m Method,
+    solution: Solution<'m>,
 }
 
-impl Accepted<'_> {
+enum Solution<'m> {
+    Method(&'m Method),
+    Series(&'m Series),
+}
+
+impl<'m> Accepted<'m> {
+    /// A step of the series of an exponential.
+    pub(crate) fn series(start: f64, end: f64, series: &'m Series) -> Self {
+        Self { start, end, solution: Solution::Series(series) }
+    }
+
     /// Writes the solution at `t` within the step.
     #[inline]
     pub(crate) fn at(&self, t: f64, value: &mut [f64]) {
-        self.method.interpolate(t, value);
+        match self.solution {
+            Solution::Method(method) => method.interpolate(t, value),
+            Solution::Series(series) => series.at(t, value),
+        }
     }
 }
 
@@ -231,6 +245,12 @@ impl Stepper {
         self.steps
     }
 
+    /// Counts steps that were not integrated; whether there may be so many.
+    pub(crate) fn counts(&mut self, steps: usize) -> bool {
+        self.steps = self.steps.saturating_add(steps);
+        self.steps <= self.settings.max_steps
+    }
+
     /// From `y` at `start` to `end`, leaving the result in `y`; `on_step` sees every accepted step.
     pub(crate) fn advance(
         &mut self,
@@ -292,7 +312,7 @@ impl Stepper {
                         return Err(SimError::BlowUp { time: t, norm });
                     }
                     let step_end = if last { end } else { method.t() };
-                    on_step(&Accepted { start: t, end: step_end, method: &method })?;
+                    on_step(&Accepted { start: t, end: step_end, solution: Solution::Method(&method) })?;
                     if last {
                         y.copy_from_slice(method.y());
                         self.slope = slope;
@@ -362,7 +382,7 @@ fn standstill(f: &impl Fn(f64, &[f64], &mut [f64]), t: f64, y: &[f64], h: f64, (
 }
 
 /// A first step so short that a step of Euler's changes nothing to speak of (Hairer, Norsett, Wanner I, section II.4).
-fn first_step(y: &[f64], slope: &[f64], tolerance: Tolerance) -> f64 {
+pub(crate) fn first_step(y: &[f64], slope: &[f64], tolerance: Tolerance) -> f64 {
     let (mut size, mut speed) = (0.0f64, 0.0f64);
     for (entry, slope) in y.iter().zip(slope) {
         let scale = tolerance.atol + tolerance.rtol * entry.abs();

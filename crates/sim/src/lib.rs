@@ -31,6 +31,7 @@
 //! | file | subject |
 //! |---|---|
 //! | [`scenario`], [`trajectory`] | what is to be run; what a run leaves |
+//! | [`ensemble`] | many runs at once, in lanes |
 //! | [`compare`] | observers side by side on one plant, from the same information |
 //! | [`scores`] | scores of errors, in continuous time or at the samples |
 //! | [`signal`], [`noise`] | inputs and feedback; measurement noise |
@@ -39,7 +40,7 @@
 //! | [`sensor`] | sensors with sampling periods of their own; what observers make of an output that is not measured |
 //! | [`replay`], [`samples`] | observers on recorded data; quantities known at samples |
 //! | [`integral`] | integrals along a run, as extra states |
-//! | [`integrate`], [`dense`] | the integrators and their dense output |
+//! | [`integrate`], [`dense`] | the integrators and their dense output; between jumps of a linear run its exponential |
 //! | [`gramian`] | the empirical observability Gramian: what the output says of the initial state |
 //! | [`events`], [`metrics`] | crossings and extrema of any quantity; peak, settling, Lyapunov value |
 
@@ -52,9 +53,12 @@ pub mod dense;
 pub mod disturbance;
 mod dop853;
 mod dop853_tableau;
+pub mod ensemble;
 mod erased;
 pub mod error;
 pub mod events;
+mod exponential;
+
 pub mod gramian;
 pub mod integral;
 pub mod integrate;
@@ -76,6 +80,7 @@ pub use change::Change;
 pub use compare::{Compared, Comparison, Cost};
 pub use dense::Dense;
 pub use disturbance::{Channel, Disturbances, Fault};
+pub use ensemble::{Ensemble, EnsembleRun, Member};
 pub use error::SimError;
 pub use events::{Crossing, Extremum, Trace};
 pub use gramian::{EmpiricalGramian, GramianSettings, empirical_gramian};

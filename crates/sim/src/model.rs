@@ -63,6 +63,13 @@ pub(crate) struct ObserverSlot<'a> {
     pub(crate) offset: usize,
 }
 
+impl ObserverSlot<'_> {
+    /// Whether the estimate stands still between samples. That of a filter has the measurement, which may vary.
+    fn stands(&self) -> bool {
+        self.period.is_some() && !self.observer.is_filter()
+    }
+}
+
 /// Everything at one instant.
 #[derive(Clone, Default)]
 pub(crate) struct Instant {
@@ -359,6 +366,9 @@ impl<'a> Model<'a> {
 
     pub(crate) fn derivative(&self, t: f64, stacked: &[f64], still: &HeldValues, now: &mut Instant, slope: &mut [f64]) {
         self.input(t, stacked, still, now);
+        if self.plain && self.step.is_none() && self.integrals.is_empty() {
+            return self.plain_derivative(t, stacked, still, now, slope);
+        }
         if self.reads_outputs {
             self.see(t, &stacked[..self.size.states], still, now);
         } else {
@@ -393,9 +403,46 @@ impl<'a> Model<'a> {
         }
     }
 
+    /// The derivative where the input reaches the plant as it is, and noise is all that is added to outputs.
+    fn plain_derivative(&self, t: f64, stacked: &[f64], still: &HeldValues, now: &mut Instant, slope: &mut [f64]) {
+        let ((x, _), (of_plant, _)) = (stacked.split_at(self.size.states), slope.split_at_mut(self.size.states));
+        let plant = self.plant(still);
+        if self.reads_outputs {
+            plant.motion(t, x, &now.u, of_plant, &mut now.y);
+            for ((seen, y), noise) in now.seen.iter_mut().zip(&now.y).zip(&still.noise) {
+                *seen = y + noise;
+            }
+        } else {
+            plant.derivative(t, x, &now.u, of_plant);
+        }
+        for (slope, disturbance) in of_plant.iter_mut().zip(&still.disturbance) {
+            *slope += disturbance;
+        }
+        for ObserverSlot { observer, length, period, offset, .. } in &self.observers {
+            if period.is_none() {
+                let own = *offset..offset + length;
+                observer.derivative(t, &stacked[own.clone()], &now.u, &now.seen, &mut slope[own]);
+            }
+        }
+    }
+
     pub(crate) fn stacked_length(&self) -> usize {
         let integrated = self.observers.iter().filter(|o| o.period.is_none()).map(|o| o.length).sum::<usize>();
         self.size.states + integrated + self.integrals.len()
+    }
+
+    /// Whether the stacked equation is affine with constant inputs from one jump to the next, which are periodic.
+    pub(crate) fn is_affine(&self) -> bool {
+        let sampled = self.observers.iter().any(|observer| observer.period.is_some());
+        let process = self.disturbances.process_noise.is_some();
+        (self.hold.is_some() || self.noise.is_some() || process || sampled)
+            && self.step.is_none()
+            && self.integrals.is_empty()
+            && self.plain
+            && self.input_stands()
+            && self.changes.iter().all(|change| change.plant.is_none())
+            && self.plant.is_affine()
+            && self.observers.iter().all(|slot| slot.period.is_some() || slot.observer.is_affine())
     }
 
     /// Whether the input stands still within each step.
@@ -414,7 +461,8 @@ impl<'a> Model<'a> {
             let estimate = width + fitted.length;
             observers.push(ObserverLayout { estimate, states: fitted.states.clone(), period: fitted.period });
             width = estimate + fitted.states.len();
-            still.resize(width, fitted.period.is_some());
+            still.resize(estimate, fitted.period.is_some());
+            still.resize(width, fitted.stands());
         }
         still.resize(width + self.integrals.len(), false);
         Layout {
@@ -443,7 +491,8 @@ impl<'a> Model<'a> {
 
     /// The entries of [`row`](Self::row) that vary within a step.
     pub(crate) fn varying(&self, t: f64, stacked: &[f64], still: &HeldValues, now: &mut Instant, row: &mut Vec<f64>) {
-        self.input_and_output(t, stacked, still, now);
+        self.input(t, stacked, still, now);
+        self.see(t, &stacked[..self.size.states], still, now);
         if self.step.is_none() {
             row.extend_from_slice(&stacked[..self.size.states]);
         }
@@ -454,8 +503,16 @@ impl<'a> Model<'a> {
         row.extend_from_slice(&now.seen);
         for (k, observer) in self.observers.iter().enumerate() {
             if observer.period.is_none() {
+                let state = self.state(k, stacked, still);
+                if self.plain {
+                    observer.observer.estimate(t, state, &now.u, &now.seen, &mut now.estimates[k]);
+                } else {
+                    self.estimate(k, t, stacked, still, now);
+                }
+                row.extend_from_slice(state);
+                row.extend_from_slice(&now.estimates[k]);
+            } else if !observer.stands() {
                 self.estimate(k, t, stacked, still, now);
-                row.extend_from_slice(self.state(k, stacked, still));
                 row.extend_from_slice(&now.estimates[k]);
             }
         }
@@ -472,8 +529,10 @@ impl<'a> Model<'a> {
         }
         for (k, observer) in self.observers.iter().enumerate() {
             if observer.period.is_some() {
-                self.estimate(k, t, stacked, still, now);
                 row.extend_from_slice(self.state(k, stacked, still));
+            }
+            if observer.stands() {
+                self.estimate(k, t, stacked, still, now);
                 row.extend_from_slice(&now.estimates[k]);
             }
         }

@@ -60,11 +60,16 @@ impl Noise {
 
     /// The values in the k-th period, counted from the start of the simulation.
     pub fn sample(&self, k: u64) -> Vec<f64> {
+        self.values(k).collect()
+    }
+
+    /// [`sample`](Self::sample), one value after the other.
+    pub(crate) fn values(&self, k: u64) -> impl Iterator<Item = f64> {
         let mut generator = ChaCha8Rng::seed_from_u64(self.seed);
         generator.set_stream(k);
         // 53 random bits in (0, 1): never 0, so that its logarithm exists.
-        let mut unit = || ((generator.next_u64() >> 11) as f64 + 0.5) * 2f64.powi(-53);
-        let value = |amplitude: &f64| match self.distribution {
+        let mut unit = move || ((generator.next_u64() >> 11) as f64 + 0.5) * 2f64.powi(-53);
+        let value = move |amplitude: &f64| match self.distribution {
             Distribution::Uniform => amplitude * (2.0 * unit() - 1.0),
             Distribution::Gaussian => {
                 // Box and Muller, 1958.
@@ -72,7 +77,7 @@ impl Noise {
                 amplitude * radius * (std::f64::consts::TAU * unit()).cos()
             }
         };
-        self.amplitude.iter().map(value).collect()
+        self.amplitude.iter().map(value)
     }
 
     /// Checks amplitudes (one per output, finite) and period.

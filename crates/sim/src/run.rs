@@ -10,7 +10,8 @@ use std::rc::Rc;
 use crate::dense::{Dense, NODE};
 use crate::disturbance::History;
 use crate::error::{SimError, check_finite};
-use crate::integrate::Stepper;
+use crate::exponential::Exponential;
+use crate::integrate::{Accepted, Stepper};
 use crate::model::{HeldValues, Instant, Model};
 use crate::sensor::Reading;
 use crate::trajectory::Trajectory;
@@ -71,6 +72,9 @@ pub(crate) struct Runner<'m, 'a> {
     sample_clocks: Vec<Option<Periodic>>,
     /// How many changes of the plant there have been.
     changed: usize,
+    /// Which outputs were measured at the last jump, and which observers were due.
+    measured: Vec<bool>,
+    due: Vec<bool>,
 }
 
 /// A law that reads an output with direct feedthrough is a loop even where the input at the start is zero: the output
@@ -202,6 +206,8 @@ impl<'m, 'a> Runner<'m, 'a> {
             next: model.x0.clone(),
             sample_clocks: model.observers.iter().map(|fitted| fitted.period.map(clock)).collect(),
             changed: 0,
+            measured: Vec::new(),
+            due: Vec::new(),
         };
         let everybody = vec![true; model.observers.len()];
         runner.jump(t, model.hold.is_some(), model.step.is_some(), &everybody)?;
@@ -228,7 +234,8 @@ impl<'m, 'a> Runner<'m, 'a> {
         if !hold && (plant || sampled || sample.contains(&true)) {
             model.evaluate(t, &self.stacked, &self.still, now);
         }
-        let measured = self.freeze();
+        self.freeze();
+        let measured = std::mem::take(&mut self.measured);
         let now = self.now.get_mut();
         if plant {
             let x = &self.stacked[..model.size.states];
@@ -236,7 +243,9 @@ impl<'m, 'a> Runner<'m, 'a> {
             for (next, disturbance) in self.next.iter_mut().zip(&self.still.disturbance) {
                 *next += disturbance;
             }
-            check_finite(&format!("the next state of the plant after t = {t}"), &self.next)?;
+            if !self.next.iter().all(|entry| entry.is_finite()) {
+                check_finite(&format!("the next state of the plant after t = {t}"), &self.next)?;
+            }
         }
         for (k, fitted) in model.observers.iter().enumerate() {
             if sample[k] && fitted.period.is_some() {
@@ -253,13 +262,15 @@ impl<'m, 'a> Runner<'m, 'a> {
                 }
             }
         }
+        self.measured = measured;
         Ok(())
     }
 
-    /// Keeps what was measured now by sensors with periods of their own, and says which outputs were measured.
-    fn freeze(&mut self) -> Vec<bool> {
+    /// Keeps what was measured now by sensors with periods of their own, and which outputs were measured.
+    fn freeze(&mut self) {
         let (now, HeldValues { readings, known, .. }) = (self.now.get_mut(), &mut self.still);
-        let measured = readings.iter().map(|reading| *reading == Reading::Now).collect();
+        self.measured.clear();
+        self.measured.extend(readings.iter().map(|reading| *reading == Reading::Now));
         for (j, reading) in readings.iter_mut().enumerate().filter(|(_, reading)| **reading == Reading::Now) {
             for known in &mut *known {
                 known[j] = now.seen[j];
@@ -268,7 +279,6 @@ impl<'m, 'a> Runner<'m, 'a> {
                 *reading = Reading::Held(now.seen[j]);
             }
         }
-        measured
     }
 
     /// The changes of the plant that are due at `t`.
@@ -315,25 +325,28 @@ impl<'m, 'a> Runner<'m, 'a> {
             && clock.happens(t)
             && let Some(noise) = &model.disturbances.process_noise
         {
-            self.still.disturbance = noise.sample(clock.count);
+            self.still.disturbance.clear();
+            self.still.disturbance.extend(noise.values(clock.count));
         }
         if let Some(clock) = &mut self.noise_clock
             && clock.happens(t)
             && let Some(noise) = &self.model.noise
         {
-            for ((j, noise), sensor) in noise.sample(clock.count).into_iter().enumerate().zip(&self.sensor_clocks) {
+            for ((j, noise), sensor) in noise.values(clock.count).enumerate().zip(&self.sensor_clocks) {
                 if sensor.is_none() {
                     self.still.noise[j] = noise;
                 }
             }
         }
         let hold = self.hold_clock.as_mut().is_some_and(|clock| clock.happens(t));
-        let sample: Vec<bool> =
-            self.sample_clocks.iter_mut().map(|clock| clock.as_mut().is_some_and(|clock| clock.happens(t))).collect();
+        let mut sample = std::mem::take(&mut self.due);
+        sample.clear();
+        sample.extend(self.sample_clocks.iter_mut().map(|clock| clock.as_mut().is_some_and(|clock| clock.happens(t))));
         let plant = self.plant_clock.as_mut().is_some_and(|clock| clock.happens(t));
         if hold || plant || measures || sample.contains(&true) {
             self.jump(t, hold, plant, &sample)?;
         }
+        self.due = sample;
         Ok(())
     }
 
@@ -347,6 +360,17 @@ impl<'m, 'a> Runner<'m, 'a> {
         clocks.map(Periodic::next).chain(breakpoint).fold(end, f64::min)
     }
 
+    /// The stacked equation of a model that is affine.
+    fn exponential(&self) -> Option<Exponential> {
+        let (model, mut still, mut now) = (self.model, self.still.clone(), self.now.borrow().clone());
+        still.noise.fill(0.0);
+        still.disturbance.fill(0.0);
+        now.u.fill(0.0);
+        Exponential::new(self.stacked.len(), |s, slope| {
+            model.derivative(model.start, s, &still, &mut now, slope);
+        })
+    }
+
     pub(crate) fn run(mut self, end: f64) -> Result<Trajectory, SimError> {
         let model = self.model;
         let layout = model.layout();
@@ -358,6 +382,7 @@ impl<'m, 'a> Runner<'m, 'a> {
         let mut at = vec![0.0; self.stacked.len()];
         let (mut rows, mut standing) = (Vec::new(), Vec::new());
         let varying = layout.still.iter().filter(|still| !**still).count();
+        let mut exponential = if model.is_affine() { self.exponential() } else { None };
         let mut t = model.start;
         while t < end {
             let next = self.next_jump(t, end);
@@ -371,7 +396,7 @@ impl<'m, 'a> Runner<'m, 'a> {
                 model.derivative(t, stacked, still, &mut now.borrow_mut(), slope);
             };
             let mut stacked = std::mem::take(&mut self.stacked);
-            march.advance(&right_hand_side, t, next, &mut stacked, &mut |step| {
+            let mut on_step = |step: &Accepted<'_>| {
                 let mut now = now.borrow_mut();
                 rows.clear();
                 standing.clear();
@@ -408,7 +433,19 @@ impl<'m, 'a> Runner<'m, 'a> {
                     model.row(t, &at, still, &mut now, &mut samples);
                 }
                 Ok(())
-            })?;
+            };
+            let exact = exponential.as_mut().and_then(|exponential| {
+                let slope = |s: &[f64], slope: &mut [f64]| right_hand_side(t, s, slope);
+                exponential.advance(&model.settings, (t, next), &mut stacked, slope, &mut on_step)
+            });
+            match exact {
+                Some(steps) => {
+                    if !march.counts(steps?) {
+                        return Err(SimError::TooManySteps { time: t, step: next - t, steps: march.steps() });
+                    }
+                }
+                None => march.advance(&right_hand_side, t, next, &mut stacked, &mut on_step)?,
+            }
             self.stacked = stacked;
             t = next;
             self.tick(t)?;

@@ -321,7 +321,7 @@ impl<'a> Scenario<'a> {
 }
 
 /// So many times from start to end.
-fn equally_spaced(start: f64, end: f64, samples: usize) -> Result<Vec<f64>, SimError> {
+pub(crate) fn equally_spaced(start: f64, end: f64, samples: usize) -> Result<Vec<f64>, SimError> {
     if samples < 2 {
         return Err(SimError::Samples { samples });
     }

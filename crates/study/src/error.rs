@@ -107,7 +107,7 @@ impl StudyError {
 
     /// Whether the output could not take the data: a full disk, a quota, a limit of file sizes.
     pub fn is_storage(&self) -> bool {
-        matches!(self, Self::Io { error, .. } if is_storage(error))
+        matches!(self, Self::Io { error, .. } | Self::Sweep(SweepError::Write { error, .. }) if is_storage(error))
     }
 
     /// The mistakes of the file, for excerpts in colour.

@@ -34,6 +34,7 @@ pub(crate) fn run(document: bool) -> Result<(), Failure> {
     program(&python)
         .argument(root().join("xtask/bench/sim/run.py"))
         .argument(programs.join(if cfg!(windows) { "sim-bench.exe" } else { "sim-bench" }))
+        .argument(programs.join(if cfg!(windows) { "runs.exe" } else { "runs" }))
         .argument(&folder)
         // One thread for everybody.
         .variable("OPENBLAS_NUM_THREADS", "1")

@@ -54,8 +54,14 @@ pub(super) fn script(input: &ScriptInput) -> Result<Answer, Failure> {
     let root = quoted(&root);
     _ = write!(
         text,
-        "exec luenberger sweep {study} -o {root}{block_size} --shard \"$SLURM_ARRAY_TASK_ID/{shards}\" --threads \
-         \"$SLURM_CPUS_PER_TASK\" --limit time=none\n\
+        "luenberger sweep {study} -o {root}{block_size} --shard \"$SLURM_ARRAY_TASK_ID/{shards}\" --threads \
+         \"$SLURM_CPUS_PER_TASK\" --limit time=none && exit\n\
+         code=$?\n\
+         # Killed: once more, up to three times. A job that failed would end the wait for it.\n\
+         if [ \"$code\" -gt 128 ] && [ \"${{SLURM_RESTART_COUNT:-0}}\" -lt 3 ]; then\n    \
+         scontrol requeue \"${{SLURM_ARRAY_JOB_ID}}_$SLURM_ARRAY_TASK_ID\"\n\
+         fi\n\
+         exit $code\n\
          END\n)\n\
          sbatch --dependency=\"afterok:${{array%%;*}}\" <<'END'\n\
          #!/bin/sh\n\

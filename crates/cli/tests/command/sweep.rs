@@ -205,6 +205,8 @@ fn a_full_disk_loses_nothing() {
     let ran = run(command.arg("--json"), b"");
     assert_eq!((ran.code, &ran.json()["error"]["kind"]), (Some(1), &Value::from("storage")), "{ran:?}");
     assert!(ran.stderr.contains("blocks/0000000") && ran.stderr.contains("File too large"), "{}", ran.stderr);
+    let said = "; finished blocks are kept, and the same command resumes";
+    assert!(ran.stderr.trim_end().ends_with(said), "{}", ran.stderr);
     assert!(content(&out).keys().all(|name| !name.ends_with(".partial")), "{:?}", content(&out).keys());
     assert_eq!(blocks(&out), 2);
     assert_eq!(sweep(&[&file, "-o", name, "--shard", "2/2"]).code, Some(0));

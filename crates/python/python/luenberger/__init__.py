@@ -56,7 +56,7 @@ from .errors import (
 )
 from .observability import Mode, Observability, observability
 from .observers import Export, Observer
-from .plants import Plant, plant
+from .plants import OperatingPoint, Plant, plant
 from .studies import Results, Study
 from .systems import StateSpace, ss
 from .trajectories import Trajectory
@@ -86,6 +86,7 @@ __all__ = [
     "NotSymmetric",
     "Observability",
     "Observer",
+    "OperatingPoint",
     "Placement",
     "Plant",
     "Proved",

@@ -6,6 +6,7 @@ import numpy as np
 import numpy.typing as npt
 
 __all__ = [
+    "Blocks",
     "Certificate",
     "Design",
     "Stepper",
@@ -19,6 +20,8 @@ __all__ = [
     "lyap",
     "observability",
     "place",
+    "reduce",
+    "status",
     "sylv",
     "unobservability_distance",
     "verify",
@@ -53,7 +56,15 @@ class Design:
         self, xhat: _Vector | None, period: float | None, substeps: int | None, is_single: bool, /
     ) -> Stepper: ...
     def export(
-        self, to: str, period: float | None, substeps: int | None, is_single: bool, unproved: bool, /
+        self,
+        study: str | None,
+        folder: _Path,
+        to: str,
+        period: float | None,
+        substeps: int | None,
+        is_single: bool,
+        unproved: bool,
+        /,
     ) -> dict[str, Any]: ...
 
 @final
@@ -77,10 +88,22 @@ class StudyFile:
         threads: int | None,
         time_limit: float | None,
         memory_limit: float | None,
+        block_size: int | None,
+        restart: bool,
         progress: _Progress | None,
         /,
     ) -> dict[str, Any]: ...
 
+@final
+class Blocks:
+    def __new__(
+        cls, study: StudyFile, folder: _Path, block_size: int | None, restart: bool, force: bool, /
+    ) -> Blocks: ...
+    def count(self) -> tuple[int, int]: ...
+    def compute(self, blocks: list[int], threads: int | None, progress: _Progress | None, /) -> tuple[int, int]: ...
+
+def status(folder: _Path, verify: bool, /) -> str: ...
+def reduce(folder: _Path, threads: int | None, force: bool, progress: _Progress | None, /) -> dict[str, Any]: ...
 def check(study: str, /) -> dict[str, Any]: ...
 def verify(data: bytes, /) -> dict[str, Any]: ...
 def lyap(a: _Matrix, q: _Matrix, e: _Matrix | None = None, /) -> dict[str, Any]: ...

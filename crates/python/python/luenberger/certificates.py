@@ -25,6 +25,12 @@ class Fact:
         The verified margin; 0 for an equation, None if it is not proved.
     words : str
         The verdict in words.
+
+    Examples
+    --------
+    >>> import luenberger
+    >>> luenberger.certify(([[-1.0]], None, [[1.0]]), [[1.0]]).certificate.facts[0].inequality
+    'P > 0'
     """
 
     inequality: str
@@ -45,6 +51,13 @@ class Proved:
         The statement, generated from the data.
     facts : list of Fact
         Its inequalities, each proved.
+
+    Examples
+    --------
+    >>> import luenberger
+    >>> proved = luenberger.certify(([[-1.0]], None, [[1.0]]), [[1.0]], name="first order").certificate.verify()
+    >>> proved.title, len(proved.facts)
+    ('first order', 2)
     """
 
     title: str

@@ -110,6 +110,13 @@ class Riccati(NamedTuple):
         The eigenvalues of the closed loop `A - B G`.
     G : ndarray
         The feedback gain.
+
+    Examples
+    --------
+    >>> import luenberger
+    >>> X, L, G = luenberger.care([[0.0]], [[1.0]], [[4.0]])
+    >>> float(X[0, 0]), L.real, float(G[0, 0])
+    (2.0, array([-2.]), 2.0)
     """
 
     X: Solution

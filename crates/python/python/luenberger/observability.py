@@ -25,6 +25,13 @@ class Mode:
         Smallest singular value of `[A - lambda I; C]` relative to `[A; C]`: 0 for a hidden mode.
     direction : ndarray
         The direction that is seen least, a unit vector.
+
+    Examples
+    --------
+    >>> import luenberger
+    >>> (mode,) = luenberger.observability(([[-1.0]], None, [[2.0]])).modes
+    >>> mode.eigenvalue, mode.margin > 0.5
+    ((-1+0j), True)
     """
 
     eigenvalue: complex
@@ -50,6 +57,13 @@ class Observability:
         Orthonormal basis of the unobservable subspace.
     tolerance : float
         Relative tolerance of the rank decisions.
+
+    Examples
+    --------
+    >>> import luenberger
+    >>> seen = luenberger.observability(([[0, 1], [0, 0]], None, [[1, 0]]))
+    >>> seen.is_observable, 0 < seen.margin < 1, seen.distance[0] <= seen.distance[1]
+    (True, True, True)
     """
 
     order: int

@@ -42,6 +42,14 @@ class Export:
         The sampling period of the step.
     operations, bytes : int
         Floating-point operations of a step; bytes of constants and state.
+
+    Examples
+    --------
+    >>> import luenberger
+    >>> observer = luenberger.place_observer(([[0, 1], [0, 0]], [[0], [1]], [[1, 0]]), [-2, -5])
+    >>> exported = observer.export(dt=0.01, format="f32")
+    >>> exported.proved, exported.period, exported.operations
+    (True, 0.01, 18)
     """
 
     folder: Path | None
@@ -104,7 +112,13 @@ class Observer:
         self._stepper: _luenberger.Stepper | None = None
 
     def _study(self, **tables: Any) -> dict[str, Any]:
-        return {"title": "study", "plant": self.plant._plant(), "observer": [self._spec], **tables}
+        return {
+            "title": "study",
+            "plant": self.plant._plant(),
+            "observer": [self._spec],
+            **self.plant._tables(),
+            **tables,
+        }
 
     # ------------------------------------------------------------------ the design
 
@@ -252,6 +266,25 @@ class Observer:
         >>> run.xhat.shape
         (2, 501)
         """
+        with tempfile.TemporaryDirectory() as folder:
+            study = self._simulation(folder, x0, duration, u, samples, noise, noise_dt, seed, hold, rtol, atol)
+            return self._run(study, folder, on_log=False)
+
+    def _simulation(
+        self,
+        folder: str,
+        x0: npt.ArrayLike,
+        duration: float,
+        u: Any = None,
+        samples: int = 501,
+        noise: npt.ArrayLike | None = None,
+        noise_dt: float | None = None,
+        seed: int = 0,
+        hold: float | None = None,
+        rtol: float | None = None,
+        atol: float | None = None,
+    ) -> dict[str, Any]:
+        """The study with a simulation, whose tables are in the folder."""
         duration = number("duration", duration, positive=True)
         simulation: dict[str, Any] = {
             "x0": vector("x0", x0, self.plant.nstates).tolist(),
@@ -270,12 +303,11 @@ class Observer:
                 else number("noise_dt", noise_dt or self.dt),
                 "seed": int(seed),
             }
-        with tempfile.TemporaryDirectory() as folder:
-            study = self._study(simulation=simulation)
-            drive = self._input(u, Path(folder))
-            if drive is not None:
-                study["input"] = drive
-            return self._run(study, folder, on_log=False)
+        study = self._study(simulation=simulation)
+        drive = self._input(u, Path(folder))
+        if drive is not None:
+            study["input"] = drive
+        return study
 
     def replay(self, t: npt.ArrayLike, y: npt.ArrayLike, u: npt.ArrayLike | None = None) -> Trajectory:
         """Run the observer on measured data.
@@ -438,7 +470,7 @@ class Observer:
         hats = [f"{name}_hat" for name in plant.states]
         names: dict[str, Any] = {"inputs": [*plant.inputs, *plant.outputs], "outputs": hats, "name": self.name}
         m = plant.ninputs
-        if isinstance(plant, StateSpace) and self.kind in ("luenberger", "kalman"):
+        if type(plant) is StateSpace and self.kind in ("luenberger", "kalman"):
             A = plant.A - self.L @ plant.C
             B = np.hstack([plant.B - self.L @ plant.D, self.L])
             n = plant.nstates
@@ -468,6 +500,7 @@ class Observer:
         dt: float | None = None,
         format: str = "f64",
         substeps: int | None = None,
+        run: Mapping[str, Any] | None = None,
         unproved: bool = False,
         force: bool = False,
     ) -> Export:
@@ -485,6 +518,10 @@ class Observer:
             Numbers of the target.
         substeps : int, optional
             Runge-Kutta steps per period, of a nonlinear plant.
+        run : dict, optional
+            Arguments of `simulate`. The bounds of states, inputs and noise in that run are those of the proof, which
+            then covers rounding on the target: the ball to which the error shrinks. The exported step is compared with
+            this observer along the run.
         unproved : bool, optional
             Export an observer without a stability certificate, too.
         force : bool, optional
@@ -510,7 +547,9 @@ class Observer:
         root = None if folder is None else Path(folder)
         if root is not None and root.is_dir() and any(root.iterdir()) and not force:
             raise ExportRefused(f"{root} has files", alternatives=("another folder, or force=True",))
-        found = self._design.export(to, period, substeps, _is_single(format), unproved)
+        with tempfile.TemporaryDirectory() as scratch:
+            study = None if run is None else as_json(self._simulation(scratch, **run))
+            found = self._design.export(study, scratch, to, period, substeps, _is_single(format), unproved)
         if root is not None:
             for name, content in found["files"].items():
                 path = root / name

@@ -9,11 +9,11 @@ from typing import Any
 import numpy.typing as npt
 
 from . import _luenberger
-from ._arrays import number, real
+from ._arrays import Array, number, real, vector
 from .errors import DimensionMismatch, InvalidArgument
 from .systems import StateSpace, linear, period
 
-__all__ = ["Plant", "plant"]
+__all__ = ["OperatingPoint", "Plant", "plant"]
 
 Region = Mapping[str, Sequence[float]] | Sequence[Sequence[float]]
 
@@ -88,11 +88,96 @@ class Plant:
     def _plant(self) -> dict[str, Any]:
         return self._table
 
+    def _tables(self) -> dict[str, Any]:
+        return {}
+
+    def at(self, x: npt.ArrayLike | None = None, u: npt.ArrayLike | None = None) -> OperatingPoint:
+        """The equilibrium near a guess, with the linearisation there.
+
+        Parameters
+        ----------
+        x : array_like, (n,), optional
+            Guess of the state (default 0), from which Newton's method starts.
+        u : array_like, (m,), optional
+            The constant input (default 0).
+
+        Returns
+        -------
+        OperatingPoint
+            A plant for `place_observer`, `lqe`, `cubic_observer`, `observability` and all that takes a linear one. Its
+            observers run on the nonlinear plant, in deviations from the point.
+
+        Raises
+        ------
+        InvalidArgument
+            There is no equilibrium near the guess.
+        """
+        return OperatingPoint(self, x, u)
+
     def __repr__(self) -> str:
         mark = "'" if self.dt is None else "+"
         rows = [f"{name}{mark} = {row}" for name, row in zip(self.states, self.f)]
         rows += [f"{name} = {row}" for name, row in zip(self.outputs, self.h)]
         return f"<Plant: {'; '.join(rows)}>"
+
+
+class OperatingPoint(StateSpace):
+    """An equilibrium of a nonlinear plant, with the linearisation there.
+
+    Made by `Plant.at`.
+
+    Attributes
+    ----------
+    x, u, y : ndarray
+        State, input and output at rest.
+    residual : float
+        The largest `|f(x, u)|` that is left.
+    A, B, C, D : ndarray
+        The linearisation: the plant of the deviations.
+    nonlinear : Plant
+        The plant.
+
+    Examples
+    --------
+    >>> import luenberger
+    >>> pendulum = luenberger.plant(["w", "sin(a) - 0.1*w + u"], ["a"], states=["a", "w"], inputs=["u"])
+    >>> upright = pendulum.at([0.1, 0])
+    >>> upright.x.round(12).tolist(), upright.A.round(12).tolist()
+    ([0.0, 0.0], [[0.0, 1.0], [1.0, -0.1]])
+    >>> observer = luenberger.place_observer(upright, [-3, -4])
+    >>> run = observer.simulate([0.1, 0], 3, u=0.0)
+    """
+
+    def __init__(self, nonlinear: Plant, x: npt.ArrayLike | None, u: npt.ArrayLike | None) -> None:
+        self._guess: dict[str, Any] = {}
+        if x is not None:
+            self._guess["x"] = vector("x", x, nonlinear.nstates).tolist()
+        if u is not None and nonlinear.ninputs:
+            self._guess["u"] = vector("u", u, nonlinear.ninputs).tolist()
+        self.nonlinear = nonlinear
+        point = _luenberger.check(as_json({"plant": nonlinear._plant(), **self._tables()}))["at"]
+        self.x: Array = point["x"]
+        self.u: Array = point["u"]
+        self.y: Array = point["y"]
+        self.residual: float = point["residual"]
+        super().__init__(
+            point["A"],
+            point["B"],
+            point["C"],
+            point["D"],
+            states=nonlinear.states,
+            inputs=nonlinear.inputs,
+            outputs=nonlinear.outputs,
+        )
+
+    def _plant(self) -> dict[str, Any]:
+        return self.nonlinear._plant()
+
+    def _tables(self) -> dict[str, Any]:
+        return {"operating_point": self._guess}
+
+    def __repr__(self) -> str:
+        return f"<OperatingPoint: x = {self.x.tolist()}, u = {self.u.tolist()} of {self.nonlinear!r}>"
 
 
 def plant(

@@ -81,6 +81,8 @@ class Study:
         threads: int | None = None,
         time_limit: float | None = None,
         memory_limit: float | None = None,
+        block_size: int | None = None,
+        restart: bool = False,
         progress: Progress | bool | None = None,
     ) -> Results:
         """Execute the study, or one step of it with what it needs of the steps before.
@@ -99,6 +101,11 @@ class Study:
             Number of threads (default: that of the processors). Results do not depend on it.
         time_limit, memory_limit : float, optional
             Seconds and bytes (default 24 h and 4 GiB).
+        block_size : int, optional
+            Runs of a block of a sweep (default: a sixteenth of the ensemble, from 32 to 1000). With the step 'sweep'
+            and an output folder the blocks stay there, and a sweep that was interrupted is resumed.
+        restart : bool, optional
+            Delete the blocks that are there.
         progress : callable or bool, optional
             `progress(stage, item, done, total)`, called in this thread; what it raises ends the execution and comes
             through. True shows a bar of tqdm, if it is installed.
@@ -122,17 +129,24 @@ class Study:
                 threads,
                 None if time_limit is None else number("time_limit", time_limit, positive=True),
                 None if memory_limit is None else number("memory_limit", memory_limit, positive=True),
+                block_size,
+                restart,
                 callback,
             )
         finally:
             if bar is not None:
                 bar.close()
-        runs = [trajectory(run, self.states, self.inputs, self.outputs) for run in found["runs"]]
-        on_log = [run["on_log"] for run in found["runs"]]
-        return Results(json.loads(found["json"]), runs, on_log, found["failures"])
+        return results(found, self.states, self.inputs, self.outputs)
 
     def __repr__(self) -> str:
         return f"<Study {self.title!r}: {', '.join(self.observers) or 'no observers'}>"
+
+
+def results(found: dict[str, Any], states: list[str], inputs: list[str], outputs: list[str]) -> Results:
+    """The results that the extension module returns."""
+    runs = [trajectory(run, states, inputs, outputs) for run in found["runs"]]
+    on_log = [run["on_log"] for run in found["runs"]]
+    return Results(json.loads(found["json"]), runs, on_log, found["failures"])
 
 
 class _Bar:

@@ -119,6 +119,10 @@ class StateSpace:
         table["states"], table["outputs"] = self.states, self.outputs
         return table
 
+    def _tables(self) -> dict[str, Any]:
+        """Other tables of a study that belong to the plant."""
+        return {}
+
 
 def period(dt: Any) -> float | None:
     """The sampling period; None in continuous time. `dt=True`, a period left open, counts samples: 1."""

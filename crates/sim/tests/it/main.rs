@@ -2,6 +2,8 @@
 
 mod compare;
 mod disturbance;
+mod ensemble;
+mod exponential;
 mod feedthrough;
 mod gramian;
 mod on_slices;

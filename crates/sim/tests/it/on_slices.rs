@@ -5,7 +5,7 @@ use luenberger_observers::{
     CubicObserver, ExtendedKalmanFilter, LinearObserver, NoiseModel, NonlinearLuenbergerObserver, Observer,
     SampledObserver,
 };
-use luenberger_plants::{Column, Differentiable, Plant, StateSpace};
+use luenberger_plants::{Column, Differentiable, LanePlant, Plant, StateSpace};
 use nalgebra::{DMatrix, DVector, dmatrix, dvector};
 
 fn cart_pole() -> ExpressionPlant {
@@ -147,8 +147,8 @@ fn lanes_of_a_plant() {
             (t[lane], x[0][lane], x[1][lane], u[0][lane]) = (time, state[0], state[1], input[0]);
         }
         let (mut slope, mut y) = ([[0.0; 8]; 2], [[0.0; 8]; 1]);
-        plant.derivative_lanes(t, &x, &u, &mut slope);
-        plant.output_lanes(t, &x, &u, &mut y);
+        plant.derivative_lanes(&t, &x, &u, &mut slope);
+        plant.output_lanes(&t, &x, &u, &mut y);
         for lane in 0..8 {
             let (t, x, u) = point(lane);
             assert_eq!([slope[0][lane], slope[1][lane]], plant.derivative(t, &x, &u).as_slice());
@@ -159,6 +159,6 @@ fn lanes_of_a_plant() {
     let long = (0..300).map(|k| format!("sin({k} + x1)")).collect::<Vec<_>>().join(" + ");
     let plant = ExpressionPlant::new(&["0"], &[&long], 0, &Parameters::new()).unwrap();
     let mut y = [[0.0; 4]];
-    plant.output_lanes([0.0; 4], &[[0.1, 0.2, 0.3, 0.4]], &[], &mut y);
+    plant.output_lanes(&[0.0; 4], &[[0.1, 0.2, 0.3, 0.4]], &[], &mut y);
     assert_eq!(y[0][2], plant.output(0.0, &dvector![0.3], &DVector::zeros(0))[0]);
 }

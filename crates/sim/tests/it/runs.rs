@@ -566,3 +566,26 @@ fn a_copied_scenario_runs_alike_and_can_be_changed() {
     let driven = base.clone().input(Signal::constant(&[1.0])).run().unwrap();
     assert!((driven.x[(10, 0)] - 1.5).abs() < 1e-9 && (base.run().unwrap().x[(10, 0)] - 1.0).abs() < 1e-12);
 }
+
+/// The estimate of a filter has the measurement, also between its samples; dense output follows it.
+#[test]
+fn dense_output_follows_the_estimate_of_a_filter() {
+    let plant = double_integrator();
+    let (ad, bd) = (Matrix2::new(1.0, 0.1, 0.0, 1.0), Vector2::new(0.005, 0.1));
+    let model = luenberger_plants::StaticPlant::new(ad, bd, plant.c).unwrap();
+    let predictor = luenberger_observers::DiscreteLinearObserver::new(model, Vector2::new(0.7, 0.9), 0.1).unwrap();
+    let filter = luenberger_observers::StationaryKalmanFilter::new(predictor, Vector2::new(0.6, 0.9)).unwrap();
+    let run = Scenario::new(plant)
+        .initial_state(&[1.0, -1.0])
+        .sampled_observer("filter", filter, &[0.0, 0.0])
+        .until(1.0, 38)
+        .run()
+        .unwrap();
+    let error = run.error_trace("filter", 1).unwrap();
+    // At the end the rows have what happens there, the trace has what was before.
+    for (k, t) in run.t.iter().enumerate().take(37) {
+        assert!((error.at(*t).unwrap() - run.observers[0].error[(k, 1)]).abs() < 1e-12, "{t}");
+    }
+    let within = |t: f64| error.at(t).unwrap();
+    assert!((within(0.31) - within(0.39)).abs() > 1e-3, "the measurement has moved on");
+}

@@ -76,6 +76,10 @@ macro_rules! each {
     };
 }
 
+fn column<C: Column<f64>>(entries: &[f64]) -> Option<C> {
+    C::try_from_slice(entries)
+}
+
 impl Runnable {
     /// The scenario with this observer added.
     pub fn join<'a>(&'a self, scenario: Scenario<'a>, name: &str, initial: &[f64]) -> Scenario<'a> {
@@ -106,18 +110,13 @@ impl Runnable {
 
     /// The entries of the state that gives this estimate at time `t`; none for slices of the wrong length.
     pub fn initial(&self, t: f64, estimate: &[f64], u: &[f64], y: &[f64]) -> Option<Vec<f64>> {
+        if estimate.len() != self.dimensions().estimate || !self.takes(u, y) {
+            return None;
+        }
         each!(
             self,
-            observer => Some(
-                observer.initial(t, &Column::try_from_slice(estimate)?, &Column::try_from_slice(u)?, &Column::try_from_slice(y)?)
-                    .as_slice()
-                    .to_vec(),
-            ),
-            sampled => Some(
-                sampled.initial(t, &Column::try_from_slice(estimate)?, &Column::try_from_slice(u)?, &Column::try_from_slice(y)?)
-                    .as_slice()
-                    .to_vec(),
-            )
+            observer => Some(observer.initial(t, &column(estimate)?, &column(u)?, &column(y)?).as_slice().to_vec()),
+            sampled => Some(sampled.initial(t, &column(estimate)?, &column(u)?, &column(y)?).as_slice().to_vec())
         )
     }
 
@@ -134,16 +133,15 @@ impl Runnable {
     /// # Ok::<(), Box<dyn std::error::Error>>(())
     /// ```
     pub fn motion(&self, t: f64, state: &[f64], u: &[f64], y: &[f64]) -> Option<Vec<f64>> {
+        if state.len() != self.dimensions().state || !self.takes(u, y) {
+            return None;
+        }
         each!(
             self,
-            observer => Some(
-                observer.derivative(t, &Column::try_from_slice(state)?, &Column::try_from_slice(u)?, &Column::try_from_slice(y)?)
-                    .as_slice()
-                    .to_vec(),
-            ),
+            observer => Some(observer.derivative(t, &column(state)?, &column(u)?, &column(y)?).as_slice().to_vec()),
             sampled => {
-                let mut next = Column::try_from_slice(state)?;
-                sampled.step(t, &mut next, &Column::try_from_slice(u)?, &Column::try_from_slice(y)?);
+                let mut next = column(state)?;
+                sampled.step(t, &mut next, &column(u)?, &column(y)?);
                 Some(next.as_slice().to_vec())
             }
         )
@@ -151,15 +149,20 @@ impl Runnable {
 
     /// The estimate of a state; none for slices of the wrong length.
     pub fn estimate(&self, t: f64, state: &[f64], u: &[f64], y: &[f64]) -> Option<Vec<f64>> {
+        if state.len() != self.dimensions().state || !self.takes(u, y) {
+            return None;
+        }
         each!(
             self,
-            observer => Some(
-                observer.estimate(t, &Column::try_from_slice(state)?, &Column::try_from_slice(u)?, &Column::try_from_slice(y)?)
-                    .as_slice()
-                    .to_vec(),
-            ),
-            sampled => Some(sampled.estimate(&Column::try_from_slice(state)?).as_slice().to_vec())
+            observer => Some(observer.estimate(t, &column(state)?, &column(u)?, &column(y)?).as_slice().to_vec()),
+            sampled => Some(sampled.estimate(&column(state)?).as_slice().to_vec())
         )
+    }
+
+    /// Whether inputs and outputs have its lengths.
+    fn takes(&self, u: &[f64], y: &[f64]) -> bool {
+        let size = self.dimensions();
+        u.len() == size.inputs && y.len() == size.outputs
     }
 
     /// Lengths of its columns.

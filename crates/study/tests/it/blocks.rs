@@ -359,6 +359,23 @@ fn runs_are_written_block_by_block_too() {
     assert_eq!(lines, whole);
 }
 
+/// A binding for another language computes from threads of its own.
+#[test]
+fn a_shared_sweep_is_one_for_threads() {
+    fn is_shared<T: Send + Sync + 'static>() {}
+    is_shared::<SharedSweep>();
+    let folder = scratch("threads");
+    let sweep = shared(&folder, "out");
+    std::thread::scope(|scope| {
+        let each = |number: u64| {
+            let sweep = &sweep;
+            scope.spawn(move || sweep.compute([number], &RunOptions::default()).unwrap().computed)
+        };
+        let computed: Vec<_> = (0..14).map(each).collect();
+        assert_eq!(computed.into_iter().map(|thread| thread.join().unwrap()).sum::<u64>(), 14);
+    });
+}
+
 #[test]
 fn sizes_that_are_not_possible_are_refused() {
     let folder = scratch("sizes");

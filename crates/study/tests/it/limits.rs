@@ -40,6 +40,24 @@ fn a_hundred_million_samples_are_refused_before_they_are_computed() {
     assert!((7.2e9..7.2e10).contains(&needed), "{needed:e}");
 }
 
+/// Of a billion runs the percentiles of one score at a time need 8 bytes each; of fewer all scores are together.
+#[test]
+fn percentiles_of_a_billion_runs_are_refused() {
+    let text = |ensemble: usize| {
+        let sweep = format!("[sweep]\nparameter = \"initial\"\nvalues = [1]\nensemble = {ensemble}\n");
+        STUDY.replace("SAMPLES", "3") + &sweep
+    };
+    let said = excess(&text(1_000_000_000), Step::Sweep, Limits::default()).unwrap();
+    let expected = "needs about 7.5 GiB of memory (limit 4 GiB), most of it for the percentiles of the sweep (reduce \
+                    sweep.ensemble)";
+    assert!(said.contains(expected), "{said}");
+    let needed = |ensemble| estimate(&study(&text(ensemble)), Step::Sweep, 1).memory.bytes;
+    // 16 scores of two states.
+    let each = (needed(1_000_000) - needed(500_000)) / 5e5;
+    assert!((each - 128.0).abs() < 1.0, "{each}");
+    assert!(needed(30_000_000) < 300.0 * 1024.0 * 1024.0);
+}
+
 #[test]
 fn a_large_matrix_inequality_is_refused() {
     let n = 200;
@@ -104,7 +122,7 @@ fn the_time_limit_acts_within_an_integration() {
 /// Likewise a matrix inequality that would take a minute, and the observability analysis of a nonlinear plant.
 #[test]
 fn the_time_limit_acts_within_a_design() {
-    let n = 40;
+    let n = 70;
     let entry = |i: usize, j: usize| if i == j { -1.0 } else { 0.01 * ((7 * i + 3 * j) % 5) as f64 };
     let row = |i: usize| format!("{:?}", (0..n).map(|j| entry(i, j)).collect::<Vec<_>>());
     let rows: Vec<String> = (0..n).map(row).collect();

@@ -22,4 +22,5 @@ mod solver;
 mod sweep;
 mod table;
 mod templates;
+mod trajectories;
 mod truth;

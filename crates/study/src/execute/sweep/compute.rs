@@ -24,8 +24,8 @@ use crate::design::Designed;
 use crate::error::StudyError;
 use crate::study::{ObserverSpec, Simulation, Study, Sweep, Swept};
 
-/// Trajectories that are started together, for each thread: enough that the threads end at about the same time.
-const PER_THREAD: usize = 4;
+/// Runs that are started together, for each thread: enough that the threads end at about the same time.
+const PER_THREAD: usize = 16;
 
 /// How long to wait for blocks that another process computes before looking again.
 const PAUSE: Duration = Duration::from_millis(200);

@@ -77,6 +77,14 @@ pub enum SweepError {
         /// What is wrong with it.
         fault: Fault,
     },
+    /// A block cannot be written.
+    #[error("{}: {error}; finished blocks are kept, and the same command resumes", path.display())]
+    Write {
+        /// The file.
+        path: PathBuf,
+        /// Why.
+        error: std::io::Error,
+    },
     /// A block that a sweep does not have.
     #[error("there is no block {block}: the sweep has {blocks}, numbered from 0")]
     NoBlock {

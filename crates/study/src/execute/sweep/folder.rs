@@ -161,11 +161,8 @@ impl BlockFolder {
         match file.try_lock() {
             Ok(()) => Ok(Some(Claim { block, lock: Some(file) })),
             Err(TryLockError::WouldBlock) => Ok(None),
-            // Some network file systems have no locks.
-            Err(TryLockError::Error(error)) if error.kind() == io::ErrorKind::Unsupported => {
-                Ok(Some(Claim { block, lock: None }))
-            }
-            Err(TryLockError::Error(error)) => Err(StudyError::io(&path, error)),
+            // Some network file systems have no locks, and say so in different ways.
+            Err(TryLockError::Error(_)) => Ok(Some(Claim { block, lock: None })),
         }
     }
 
@@ -191,7 +188,11 @@ impl BlockFolder {
             Some(Claim { lock: Some(_), .. }) => format!(".{block:08}.partial"),
             _ => format!(".{block:08}-{}.partial", unique()),
         };
-        self.rename(&self.path.join(aside), &self.file(block), bytes)?;
+        let written = self.rename(&self.path.join(aside), &self.file(block), bytes);
+        written.map_err(|error| match error {
+            StudyError::Io { path, error } => SweepError::Write { path, error }.into(),
+            other => other,
+        })?;
         if let Some(claim) = claim {
             self.release(claim);
         }

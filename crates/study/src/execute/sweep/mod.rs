@@ -68,6 +68,13 @@ pub(super) fn runs(study: &Study, sweep: &Sweep) -> usize {
     rows::chosen(study, sweep).len() * sweep.values.len() * sweep.ensemble
 }
 
+/// Bytes of the reduction of a sweep: a block, and the values of percentiles.
+pub(super) fn memory(study: &Study, sweep: &Sweep) -> f64 {
+    let (scores, ensemble) = (names(study).len(), sweep.ensemble);
+    let block = Plan::of_study(study, None).map_or(0, |plan| plan.block_size) as f64;
+    8.0 * (scores as f64 * block + reduce::together(scores, ensemble) as f64 * ensemble as f64)
+}
+
 /// The blocks of a study's sweep for a step: in the results folder for `sweep`, where they stay; in its temporary part
 /// for the other steps; in memory without a folder.
 pub(super) fn blocks(

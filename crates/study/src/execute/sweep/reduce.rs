@@ -4,6 +4,8 @@
 //! row with E trajectories those of as many scores at a time as [`VALUES`] has room for, at least of one, 8 E bytes.
 //! Blocks are read again for the other scores.
 
+use rayon::prelude::*;
+
 use super::super::excursion::Left;
 use super::super::options::RunOptions;
 use super::block::Block;
@@ -24,6 +26,21 @@ pub(super) struct Reduced {
     /// Runs that left.
     pub(super) left: u64,
     pub(super) first: Option<Left>,
+}
+
+impl Reduced {
+    /// Counts the runs of a block.
+    fn count(&mut self, block: &Block) {
+        self.row.finished += block.left.len() - block.header.ended.len();
+        self.left += block.left.iter().filter(|left| **left).count() as u64;
+        let ended = block.header.ended.first().map(|ended| &ended.why);
+        if let (None, Some(why)) = (&self.row.failure, block.header.failure.as_ref().or(ended)) {
+            self.row.failure = Some(why.clone());
+        }
+        if self.first.is_none() {
+            self.first.clone_from(&block.header.left);
+        }
+    }
 }
 
 /// Receives the lines of the runs, block by block.
@@ -60,6 +77,11 @@ fn read(blocks: &Blocks, block: u64) -> Result<Block, StudyError> {
     }
 }
 
+/// Scores of which all values are in memory at a time.
+pub(super) fn together(scores: usize, ensemble: usize) -> usize {
+    (VALUES / ensemble.saturating_mul(8)).clamp(1, scores.max(1))
+}
+
 fn one(number: usize, row: &Row<'_>, blocks: &Blocks, lines: Lines<'_>) -> Result<Reduced, StudyError> {
     let numbers = || blocks.plan().of_row(number);
     let names = blocks.names();
@@ -68,35 +90,37 @@ fn one(number: usize, row: &Row<'_>, blocks: &Blocks, lines: Lines<'_>) -> Resul
         left: 0,
         first: None,
     };
-    let ensemble = blocks.plan().ensemble as usize;
-    let together = (VALUES / (8 * ensemble)).clamp(1, names.len().max(1));
+    let together = together(names.len(), blocks.plan().ensemble as usize);
     let mut scores = Vec::new();
     for begin in (0..names.len()).step_by(together) {
         let some = begin..(begin + together).min(names.len());
         let mut values = vec![Vec::new(); some.len()];
         let mut moments = vec![Moments::default(); some.len()];
-        for block in numbers() {
-            let read = read(blocks, block)?;
-            if begin == 0 {
-                lines(block, &runs::lines(&read, names))?;
-                reduced.row.finished += read.left.len() - read.header.ended.len();
-                reduced.left += read.left.iter().filter(|left| **left).count() as u64;
-                let ended = read.header.ended.first().map(|ended| &ended.why);
-                if let (None, Some(why)) = (&reduced.row.failure, read.header.failure.as_ref().or(ended)) {
-                    reduced.row.failure = Some(why.clone());
+        // Read and written as text in parallel, merged in their order.
+        let ahead = 2 * rayon::current_num_threads() as u64;
+        for first in numbers().step_by(ahead as usize) {
+            let part = (first..numbers().end.min(first + ahead)).into_par_iter().map(|number| {
+                let block = read(blocks, number)?;
+                let text = if begin == 0 { runs::lines(&block, names) } else { String::new() };
+                Ok((number, block, text))
+            });
+            for (number, block, text) in part.collect::<Result<Vec<_>, StudyError>>()? {
+                if begin == 0 {
+                    lines(number, &text)?;
+                    reduced.count(&block);
                 }
-                reduced.first = reduced.first.or_else(|| read.header.left.clone());
-            }
-            for ((column, values), moments) in read.scores[some.clone()].iter().zip(&mut values).zip(&mut moments) {
-                let finished = column.iter().enumerate().filter(|(index, _)| read.ended(*index).is_none());
-                let start = values.len();
-                values.extend(finished.map(|(_, x)| *x));
-                *moments = moments.merge(Moments::of(&values[start..]));
+                for ((column, values), moments) in block.scores[some.clone()].iter().zip(&mut values).zip(&mut moments)
+                {
+                    let finished = column.iter().enumerate().filter(|(index, _)| block.ended(*index).is_none());
+                    let start = values.len();
+                    values.extend(finished.map(|(_, x)| *x));
+                    *moments = moments.merge(Moments::of(&values[start..]));
+                }
             }
         }
         if reduced.row.finished > 0 {
-            let all = values.iter_mut().zip(moments);
-            scores.extend(all.map(|(values, moments)| Summary::of(moments, values)));
+            let all = values.par_iter_mut().zip(moments);
+            scores.par_extend(all.map(|(values, moments)| Summary::of(moments, values)));
         }
     }
     if reduced.row.finished > 0 {

@@ -3,8 +3,8 @@
 //!
 //! Each time is the least of many batches, all observers taking turns, so that a busy machine slows all alike.
 
-use luenberger_expression::{ExpressionPlant, Parameters};
 use luenberger_export::{Export, Names, Program, Scalar};
+use luenberger_expression::{ExpressionPlant, Parameters};
 use luenberger_observers::kalman::{ExtendedKalmanFilter, NoiseModel};
 use luenberger_observers::{
     DiscreteLinearObserver, KalmanFilter, KalmanModel, SampledCopy, SampledCubicGains, SampledCubicObserver,
@@ -169,7 +169,8 @@ impl Chain {
 
     /// A filter of the crate multicalc, on the same plant.
     fn peer<const N: usize>(&self, lines: &mut Vec<Line>) {
-        let matrix = |m: &DMatrix<f64>| Matrix::<N, N>::new(std::array::from_fn(|i| std::array::from_fn(|j| m[(i, j)])));
+        let matrix =
+            |m: &DMatrix<f64>| Matrix::<N, N>::new(std::array::from_fn(|i| std::array::from_fn(|j| m[(i, j)])));
         let model = multicalc::estimation::KalmanModel {
             state_transition: matrix(&self.ad),
             measurement_model: Matrix::new([std::array::from_fn(|j| self.c[j])]),
