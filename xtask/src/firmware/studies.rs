@@ -124,6 +124,13 @@ fn cases(folder: &Path) -> Result<Vec<Case>, Failure> {
         }
         files.push((file, false));
     }
+    // The template has the embedded form of the left inverse.
+    let template = folder.join("duffing.toml");
+    let text = fs::read_to_string(&template).map_err(|source| Failure::io(&template, source))?;
+    let file = folder.join("duffing-interpolated.toml");
+    let interpolated = text.replace("\"embedded\"", "\"interpolated\"");
+    fs::write(&file, interpolated).map_err(|source| Failure::io(&file, source))?;
+    files.push((file, false));
     let own = [
         ("loop.toml", deploy::LOOP, true),
         ("timed.toml", deploy::TIMED, true),
