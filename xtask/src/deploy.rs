@@ -94,6 +94,30 @@ v = [0.001, 0.01]
 form = "filter"
 "#;
 
+/// A numerical KKL observer with its interpolated left inverse.
+pub(crate) const INTERPOLATED: &str = r#"
+[plant]
+f = ["x2^3", "-x1"]
+h = ["x1"]
+
+[simulation]
+x0 = [0.5, 0.5]
+duration = 20
+samples = 401
+rtol = 1e-7
+atol = 1e-8
+
+[[observer]]
+name = "interpolated"
+kind = "kkl-numerical"
+domain = [[-1, 1], [-1, 1]]
+cutoff = 1.5
+points = 21
+leaves = 16
+samples = 4000
+form = "interpolated"
+"#;
+
 /// An observer of a study and how it is exported.
 struct Case {
     study: PathBuf,
@@ -107,15 +131,16 @@ pub(crate) fn run() -> Result<(), Failure> {
     let folder = root().join("target/deploy");
     fs::create_dir_all(&folder).map_err(|source| Failure::io(&folder, source))?;
     cargo(&["build", "--package", "luenberger-cli"]).step("build")?;
-    let [cart, converter, looped, timed, filtered] =
-        ["cart.toml", "converter.toml", "loop.toml", "timed.toml", "filtered.toml"].map(|name| folder.join(name));
+    let [cart, converter] = ["cart.toml", "converter.toml"].map(|name| folder.join(name));
     luenberger(&["new", "--force", "-o"]).argument(&cart).step("study")?;
     luenberger(&["new", "--plant", "cuk", "--force", "-o"]).argument(&converter).step("study")?;
-    fs::write(&looped, LOOP).map_err(|source| Failure::io(&looped, source))?;
-    fs::write(&timed, TIMED).map_err(|source| Failure::io(&timed, source))?;
-    fs::write(&filtered, FILTERED).map_err(|source| Failure::io(&filtered, source))?;
-    let tanks = folder.join("tanks.toml");
-    fs::write(&tanks, of_the_page()?).map_err(|source| Failure::io(&tanks, source))?;
+    let write = |name: &str, text: &str| {
+        let file = folder.join(name);
+        fs::write(&file, text).map(|()| file.clone()).map_err(|source| Failure::io(&file, source))
+    };
+    let (looped, timed) = (write("loop.toml", LOOP)?, write("timed.toml", TIMED)?);
+    let (filtered, interpolated) = (write("filtered.toml", FILTERED)?, write("interpolated.toml", INTERPOLATED)?);
+    let tanks = write("tanks.toml", &of_the_page()?)?;
     let case = |name, options| Case { study: cart.clone(), observer: name, name, options };
     let cases = [
         Case { study: tanks, observer: "one gain", name: "one_gain", options: &[] },
@@ -126,6 +151,12 @@ pub(crate) fn run() -> Result<(), Failure> {
         Case { study: looped, observer: "block", name: "block", options: &["--feedback"] },
         Case { study: timed, observer: "timed", name: "timed", options: &["--feedback", "--unproved"] },
         Case { study: filtered, observer: "filtered", name: "filtered", options: &[] },
+        Case {
+            study: interpolated,
+            observer: "interpolated",
+            name: "interpolated",
+            options: &["--unproved", "--period", "0.01"],
+        },
     ];
     let mut skipped = Vec::new();
     let compiler = ["cc", "gcc", "clang"].into_iter().find(|name| is_installed(name));

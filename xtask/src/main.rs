@@ -1,6 +1,6 @@
 //! The workspace's own commands: `cargo xtask reproduce`, `cargo xtask test`, `cargo xtask docs`,
 //! `cargo xtask bench linalg`, `cargo xtask bench lmi`, `cargo xtask bench proof`, `cargo xtask bench sim`,
-//! `cargo xtask bench step`,
+//! `cargo xtask bench step`, `cargo xtask bench sweep`,
 //! `cargo xtask stress proof`, `cargo xtask stress theorems`, `cargo xtask mutate`, `cargo xtask firmware`,
 //! `cargo xtask deploy`, `cargo xtask cluster`, `cargo xtask python`.
 //!
@@ -48,10 +48,10 @@ enum Command {
     /// Measure beside other tools (needs python3 and the network, for the other tools)
     Bench {
         what: Subject,
-        /// Only plants or matrices of at most this order (lmi, linalg)
+        /// Only plants or matrices of at most this order (lmi, linalg), or sweeps of at most so many runs (sweep)
         #[arg(long)]
         largest: Option<usize>,
-        /// Put the table into its page in docs as well (linalg, lmi, sim, step)
+        /// Put the table into its page in docs as well (linalg, lmi, sim, step, sweep)
         #[arg(long)]
         document: bool,
         /// The folder of `.dat-s` files, from the root of the workspace (proof)
@@ -129,6 +129,8 @@ enum Subject {
     Sim,
     /// One step of each sampled observer: time, operations, allocations
     Step,
+    /// Sweeps, beside scipy: runs per second, memory, files, and what 1e9 runs cost
+    Sweep,
 }
 
 fn main() -> ExitCode {
@@ -141,6 +143,7 @@ fn main() -> ExitCode {
         Command::Bench { what: Subject::Proof, instances, .. } => bench::proof::run(&instances),
         Command::Bench { what: Subject::Sim, document, .. } => bench::sim::run(document),
         Command::Bench { what: Subject::Step, document, .. } => bench::sim::steps(document),
+        Command::Bench { what: Subject::Sweep, largest, document, .. } => bench::sweep::run(largest, document),
         Command::Stress { what: Claimed::Proof, matrices, seed, .. } => stress::proof::run(matrices, seed),
         Command::Stress { what: Claimed::Theorems, mutants, seed, kind, .. } => {
             stress::theorems::run(mutants, seed, kind.as_deref())

@@ -1,7 +1,10 @@
 //! The numerical KKL observer with its sizes erased: two states with three target states, three with four.
 
 use luenberger_expression::{ExpressionPlant, ExpressionPlantError, Fixed};
-use luenberger_observers::numerical_kkl::{Branch, Node, PolynomialInverse, PolynomialTree, SampledFilter, SampledKkl};
+use luenberger_observers::numerical_kkl::{
+    Branch, InterpolatedInverse, Node, PolynomialInverse, PolynomialTree, SampledFilter, SampledKkl, Search,
+    StateInverse,
+};
 use luenberger_observers::{ObserverDimensions, ObserverError, SampledObserver};
 use nalgebra::{DMatrix, DVector, RealField, SMatrix, SVector};
 
@@ -10,25 +13,89 @@ use crate::program::Scalar;
 /// The left inverse, on the heap.
 pub type Inverse<T, const N: usize, const Z: usize> = PolynomialInverse<T, Vec<Node<T>>, Vec<T>, N, Z>;
 
-type Sized<T, const N: usize, const Z: usize> = SampledKkl<Fixed<N, 0, 1>, T, Vec<Node<T>>, Vec<T>, N, 0, 1, Z>;
+/// The interpolated left inverse, on the heap.
+pub type Interpolated<T, const N: usize, const Z: usize> = InterpolatedInverse<T, Vec<Node<T>>, Vec<T>, N, Z>;
+
+type Sized<T, I, const N: usize, const Z: usize> = SampledKkl<Fixed<N, 0, 1>, T, I, N, 0, 1, Z>;
 
 /// A sampled numerical KKL observer of a plant without inputs and with one output.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Kkl<T: RealField + Copy> {
-    /// Two states.
-    Two(Box<Sized<T, 2, 3>>),
+    /// Two states, the embedded left inverse.
+    Two(Box<Sized<T, Inverse<T, 2, 3>, 2, 3>>),
     /// Three states.
-    Three(Box<Sized<T, 3, 4>>),
+    Three(Box<Sized<T, Inverse<T, 3, 4>, 3, 4>>),
+    /// Two states, the interpolated left inverse.
+    TwoInterpolated(Box<Sized<T, Interpolated<T, 2, 3>, 2, 3>>),
+    /// Three states.
+    ThreeInterpolated(Box<Sized<T, Interpolated<T, 3, 4>, 3, 4>>),
 }
 
-/// The same expression for each size.
+/// The same expression for each size and form.
 macro_rules! each {
     ($kkl:expr, $observer:ident => $expression:expr) => {
         match $kkl {
             Kkl::Two($observer) => $expression,
             Kkl::Three($observer) => $expression,
+            Kkl::TwoInterpolated($observer) => $expression,
+            Kkl::ThreeInterpolated($observer) => $expression,
         }
     };
+}
+
+/// The parts of a left inverse of either form.
+trait Parts<T, const N: usize, const Z: usize>: StateInverse<T, N, Z> {
+    /// The same over another scalar.
+    type Over<U: RealField + Copy>: StateInverse<U, N, Z>;
+
+    fn over<U: RealField + Copy>(&self) -> Self::Over<U>;
+
+    /// The embedded form, from which the search of the interpolated one starts.
+    fn embedded(&self) -> &Inverse<T, N, Z>;
+
+    /// The table of the interpolated form.
+    fn table(&self) -> Option<TableOf>;
+}
+
+impl<T: RealField + Copy, const N: usize, const Z: usize> Parts<T, N, Z> for Inverse<T, N, Z> {
+    type Over<U: RealField + Copy> = Inverse<U, N, Z>;
+
+    fn over<U: RealField + Copy>(&self) -> Inverse<U, N, Z> {
+        self.cast()
+    }
+
+    fn embedded(&self) -> &Inverse<T, N, Z> {
+        self
+    }
+
+    fn table(&self) -> Option<TableOf> {
+        None
+    }
+}
+
+impl<T: RealField + Copy, const N: usize, const Z: usize> Parts<T, N, Z> for Interpolated<T, N, Z> {
+    type Over<U: RealField + Copy> = Interpolated<U, N, Z>;
+
+    fn over<U: RealField + Copy>(&self) -> Interpolated<U, N, Z> {
+        self.cast()
+    }
+
+    fn embedded(&self) -> &Inverse<T, N, Z> {
+        self.start()
+    }
+
+    fn table(&self) -> Option<TableOf> {
+        let number = |x: &T| x.to_subset_unchecked();
+        let Search { max_evaluations, tolerance, fallback } = self.search();
+        Some(TableOf {
+            points: self.spline().points().to_vec(),
+            outputs: Z,
+            coefficients: self.spline().coefficients().iter().map(number).collect(),
+            max_evaluations: *max_evaluations,
+            tolerance: number(tolerance),
+            fallback: *fallback,
+        })
+    }
 }
 
 impl Kkl<f64> {
@@ -56,11 +123,39 @@ impl Kkl<f64> {
         Ok(Self::Three(Box::new(SampledKkl::new(plant.fixed::<3, 0, 1>()?, filter, inverse)?)))
     }
 
+    /// The observer of a plant of two states with the interpolated left inverse.
+    ///
+    /// # Errors
+    /// As [`two`](Self::two); [`KklError::Large`] for a table that is too large for source code.
+    pub fn two_interpolated(
+        plant: &ExpressionPlant,
+        filter: SampledFilter<f64, 1, 3>,
+        inverse: Interpolated<f64, 2, 3>,
+    ) -> Result<Self, KklError> {
+        let inverse = small(inverse)?;
+        Ok(Self::TwoInterpolated(Box::new(SampledKkl::new(plant.fixed::<2, 0, 1>()?, filter, inverse)?)))
+    }
+
+    /// The same of three states, with four target states.
+    ///
+    /// # Errors
+    /// As [`two_interpolated`](Self::two_interpolated).
+    pub fn three_interpolated(
+        plant: &ExpressionPlant,
+        filter: SampledFilter<f64, 1, 4>,
+        inverse: Interpolated<f64, 3, 4>,
+    ) -> Result<Self, KklError> {
+        let inverse = small(inverse)?;
+        Ok(Self::ThreeInterpolated(Box::new(SampledKkl::new(plant.fixed::<3, 0, 1>()?, filter, inverse)?)))
+    }
+
     /// The same over another scalar.
     pub(crate) fn cast<T: RealField + Copy>(&self) -> Result<Kkl<T>, ObserverError> {
         Ok(match self {
             Self::Two(observer) => Kkl::Two(Box::new(cast(observer)?)),
             Self::Three(observer) => Kkl::Three(Box::new(cast(observer)?)),
+            Self::TwoInterpolated(observer) => Kkl::TwoInterpolated(Box::new(cast(observer)?)),
+            Self::ThreeInterpolated(observer) => Kkl::ThreeInterpolated(Box::new(cast(observer)?)),
         })
     }
 
@@ -88,7 +183,7 @@ impl Kkl<f64> {
             DMatrix::from_fn(R, C, |i, j| m[(i, j)])
         }
         each!(self, observer => {
-            let (filter, inverse) = (observer.filter(), observer.inverse());
+            let (filter, inverse) = (observer.filter(), observer.inverse().embedded());
             let (coordinates, (lower, upper)) = (inverse.coordinates(), inverse.bounds());
             vec![
                 ("FILTER", dynamic(&filter.d)),
@@ -105,19 +200,47 @@ impl Kkl<f64> {
     /// The trees: from w to the state, and from the state to w.
     pub(crate) fn trees(&self) -> [(&'static str, Tree); 2] {
         each!(self, observer => {
-            [("inverse", Tree::of(observer.inverse().inverse())), ("forward", Tree::of(observer.inverse().forward()))]
+            let inverse = observer.inverse().embedded();
+            [("inverse", Tree::of(inverse.inverse())), ("forward", Tree::of(inverse.forward()))]
         })
+    }
+
+    /// The table of the interpolated form, as the format stores it.
+    pub(crate) fn table(&self, scalar: Scalar) -> Option<TableOf> {
+        let single = match scalar {
+            Scalar::Binary32 => {
+                self.cast::<f32>().ok().and_then(|kkl| each!(&kkl, observer => observer.inverse().table()))
+            }
+            Scalar::Binary64 => None,
+        };
+        single.or_else(|| each!(self, observer => observer.inverse().table()))
     }
 }
 
-fn cast<T: RealField + Copy, const N: usize, const Z: usize>(
-    observer: &Sized<f64, N, Z>,
-) -> Result<Sized<T, N, Z>, ObserverError> {
+/// Numbers of a table beyond which it is refused: 2 MiB in f64.
+const MOST_NUMBERS: usize = 1 << 18;
+
+/// The interpolated form with a table that source code can hold.
+fn small<const N: usize, const Z: usize>(
+    inverse: Interpolated<f64, N, Z>,
+) -> Result<Interpolated<f64, N, Z>, KklError> {
+    let numbers = inverse.spline().coefficients().len();
+    if numbers > MOST_NUMBERS {
+        return Err(KklError::Large { numbers });
+    }
+    // Both forms clamp; emitted code has one box.
+    let (spline, start) = (inverse.spline().bounds(), inverse.start().bounds());
+    if spline == start { Ok(inverse) } else { Err(KklError::Boxes) }
+}
+
+fn cast<T: RealField + Copy, I: Parts<f64, N, Z>, const N: usize, const Z: usize>(
+    observer: &Sized<f64, I, N, Z>,
+) -> Result<Sized<T, I::Over<T>, N, Z>, ObserverError> {
     let convert = |x: f64| nalgebra::convert::<f64, T>(x);
     let SampledFilter { d, b, period, substeps } = observer.filter();
     let (d, b) = (d.map(convert), b.map(convert));
     let filter = SampledFilter { d, b, period: convert(*period), substeps: *substeps };
-    SampledKkl::new(observer.plant().clone(), filter, observer.inverse().cast())
+    SampledKkl::new(observer.plant().clone(), filter, observer.inverse().over())
 }
 
 impl<T: RealField + Copy> Kkl<T> {
@@ -163,6 +286,46 @@ pub enum KklError {
     /// Matrices that are refused.
     #[error(transparent)]
     Observer(#[from] ObserverError),
+    /// A table that is too large.
+    #[error(
+        "the table of the interpolated left inverse has {numbers} numbers, more than {MOST_NUMBERS}: fewer `points`, or form = \"embedded\""
+    )]
+    Large {
+        /// Its numbers.
+        numbers: usize,
+    },
+    /// Two forms of a left inverse for different boxes.
+    #[error("the table of the left inverse and the tree from which its search starts are for different boxes")]
+    Boxes,
+}
+
+/// T as a table of splines, and the search in it.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct TableOf {
+    pub(crate) points: Vec<usize>,
+    pub(crate) outputs: usize,
+    pub(crate) coefficients: Vec<f64>,
+    pub(crate) max_evaluations: usize,
+    pub(crate) tolerance: f64,
+    pub(crate) fallback: usize,
+}
+
+impl TableOf {
+    /// Operations of one evaluation with its Jacobian.
+    pub(crate) fn operations(&self) -> usize {
+        let n = self.points.len();
+        let corners = 4_usize.pow(n as u32);
+        32 * n + corners * (n + 1) * (n + 2 * self.outputs)
+    }
+
+    /// Evaluations of a search at most: from the estimate of the tree, and from the best points of the coarse grid.
+    pub(crate) fn evaluations(&self) -> usize {
+        let restarts = luenberger_observers::numerical_kkl::least_squares::RESTARTS;
+        match self.fallback {
+            0 => self.max_evaluations,
+            count => self.max_evaluations * (1 + restarts) + count.pow(self.points.len() as u32),
+        }
+    }
 }
 
 /// A tree of polynomials as numbers.

@@ -263,6 +263,13 @@ impl Export {
                     hash.update(x.to_bits().to_le_bytes());
                 }
             }
+            if let Some(table) = observer.table(self.scalar) {
+                let kkl::TableOf { points, max_evaluations, fallback, .. } = &table;
+                hash.update(format!("table {points:?} {max_evaluations} {fallback}").as_bytes());
+                for x in table.coefficients.iter().chain([&table.tolerance]) {
+                    hash.update(x.to_bits().to_le_bytes());
+                }
+            }
         }
         if let Some(maps) = self.program.maps() {
             hash.update(format!("substeps {:?}", self.program.substeps()).as_bytes());

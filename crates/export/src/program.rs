@@ -67,7 +67,7 @@ pub enum Program {
     Copy(SampledCopy<ExpressionPlant, f64, Dyn, Dyn, Dyn>),
     /// The copy of a plant in discrete time with a constant gain.
     Discrete(DiscreteNonlinearObserver<ExpressionPlant, f64, Dyn, Dyn, Dyn>),
-    /// The numerical KKL observer in its embedded form.
+    /// The numerical KKL observer.
     Kkl(Kkl<f64>),
 }
 
@@ -259,6 +259,11 @@ impl Program {
                     return Err(ExportError::Format { what, format: scalar.name() });
                 }
             }
+            let coefficients = observer.table(scalar).map(|table| table.coefficients);
+            if coefficients.iter().flatten().any(|x| !scalar.round(*x).is_finite()) {
+                let what = "a number of the table of the left inverse".to_owned();
+                return Err(ExportError::Format { what, format: scalar.name() });
+            }
         }
         if let Some(Maps { motion, measurement }) = self.maps() {
             let plant = motion.constants().chain(measurement.constants());
@@ -375,7 +380,12 @@ impl Program {
                 let z = observer.dimensions().state;
                 let [(_, inverse), _] = observer.trees();
                 let slope = motion + measurement + p + product(z, z) + product(z, p) + z;
-                let estimate = z + product(z, z) + z + inverse.operations() + 2 * n;
+                // At most: every evaluation that the search may take.
+                let search = observer.table(Scalar::Binary64).map_or(0, |table| {
+                    let solve = z * (3 + 2 * n + 2 * n * n) + n * n * n + 12 * n + 10;
+                    table.evaluations() * (table.operations() + solve)
+                });
+                let estimate = z + product(z, z) + z + inverse.operations() + 2 * n + search;
                 measurement + p + observer.substeps() * (4 * slope + combined(z + n)) + estimate
             }
         }
@@ -397,7 +407,8 @@ impl Program {
     /// Numbers of the trees of a KKL observer, and the entries of their comparisons.
     pub(crate) fn numbers_of_trees(&self) -> usize {
         let Self::Kkl(observer) = self else { return 0 };
-        observer.trees().iter().map(|(_, tree)| 4 * tree.nodes.len() + tree.leaves.len()).sum()
+        let table = observer.table(Scalar::Binary64).map_or(0, |table| table.coefficients.len());
+        table + observer.trees().iter().map(|(_, tree)| 4 * tree.nodes.len() + tree.leaves.len()).sum::<usize>()
     }
 }
 

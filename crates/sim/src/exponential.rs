@@ -18,8 +18,21 @@ const NOTHING: f64 = 1e-19;
 const REACH: f64 = 2.0;
 /// Largest number of steps of that length in an interval; a longer one is integrated.
 const STEPS: f64 = 16.0;
+/// Entries that are evaluated together.
+const LANES: usize = 4;
 /// The degree from which on powers are not kept by dense output.
 const KEPT: usize = 8;
+
+/// binomial(k, 8) from k = 8 on, as far as a series goes.
+const BINOMIALS: [f64; 24] = {
+    let mut binomials = [1.0; 24];
+    let mut k = 1;
+    while k < 24 {
+        binomials[k] = binomials[k - 1] * (k + KEPT) as f64 / k as f64;
+        k += 1;
+    }
+    binomials
+};
 
 /// The series of a step.
 pub(crate) struct Series {
@@ -34,14 +47,19 @@ impl Series {
     /// Writes the solution at `t`.
     pub(crate) fn at(&self, t: f64, value: &mut [f64]) {
         let sigma = (t - self.start) / self.h;
-        let mut coefficients = self.coefficients.chunks_exact(self.n).rev();
-        if let Some(last) = coefficients.next() {
-            value.copy_from_slice(last);
-        }
-        for coefficient in coefficients {
-            for (value, coefficient) in value.iter_mut().zip(coefficient) {
-                *value = coefficient + sigma * *value;
+        for (at, value) in value.chunks_mut(LANES).enumerate() {
+            let mut lanes = [0.0; LANES];
+            for coefficient in self.coefficients.chunks_exact(self.n).rev() {
+                let of_chunk = &coefficient[at * LANES..][..value.len()];
+                if let Ok(all) = <&[f64; LANES]>::try_from(of_chunk) {
+                    lanes = std::array::from_fn(|lane| all[lane] + sigma * lanes[lane]);
+                } else {
+                    for (lane, coefficient) in lanes.iter_mut().zip(of_chunk) {
+                        *lane = coefficient + sigma * *lane;
+                    }
+                }
             }
+            value.copy_from_slice(&lanes[..value.len()]);
         }
     }
 }
@@ -51,11 +69,8 @@ impl Series {
     fn remainder(&self, start: &[f64], end: &[f64], tolerance: Tolerance) -> f64 {
         let mut off = 0.0;
         for (i, (start, end)) in start.iter().zip(end).enumerate() {
-            let (mut binomial, mut sum) = (1.0, 0.0);
-            for (k, coefficient) in self.coefficients.chunks_exact(self.n).enumerate().skip(KEPT) {
-                sum += binomial * coefficient[i].abs();
-                binomial *= (k + 1) as f64 / (k + 1 - KEPT) as f64;
-            }
+            let powers = self.coefficients.chunks_exact(self.n).skip(KEPT).zip(&BINOMIALS);
+            let sum: f64 = powers.map(|(coefficient, binomial)| binomial * coefficient[i].abs()).sum();
             let scale = tolerance.atol + tolerance.rtol * start.abs().max(end.abs());
             off += (sum * 2f64.powi(-14) / scale).powi(2);
         }

@@ -40,7 +40,7 @@
 //! | [`sensor`] | sensors with sampling periods of their own; what observers make of an output that is not measured |
 //! | [`replay`], [`samples`] | observers on recorded data; quantities known at samples |
 //! | [`integral`] | integrals along a run, as extra states |
-//! | [`integrate`], [`dense`] | the integrators and their dense output |
+//! | [`integrate`], [`dense`] | the integrators and their dense output; between jumps of a linear run its exponential |
 //! | [`gramian`] | the empirical observability Gramian: what the output says of the initial state |
 //! | [`events`], [`metrics`] | crossings and extrema of any quantity; peak, settling, Lyapunov value |
 

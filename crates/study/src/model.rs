@@ -268,23 +268,19 @@ impl Differentiable<f64, Dyn, Dyn, Dyn> for Model {
     }
 
     fn motion_into(&self, t: f64, x: &[f64], u: &[f64], f: &mut [f64], df: &mut [f64]) -> bool {
-        match self {
-            Self::Expressions(plant) => plant.motion_into(t, x, u, f, df),
-            _ => {
-                let (state, input) = (DVector::from_column_slice(x), DVector::from_column_slice(u));
-                self.derivative_into(t, x, u, f) && put(&self.state_jacobian(t, &state, &input), df)
-            }
+        if let Self::Expressions(plant) = self {
+            return plant.motion_into(t, x, u, f, df);
         }
+        let (state, input) = (DVector::from_column_slice(x), DVector::from_column_slice(u));
+        self.derivative_into(t, x, u, f) && put(&self.state_jacobian(t, &state, &input), df)
     }
 
     fn measurement_into(&self, t: f64, x: &[f64], u: &[f64], h: &mut [f64], dh: &mut [f64]) -> bool {
-        match self {
-            Self::Expressions(plant) => plant.measurement_into(t, x, u, h, dh),
-            _ => {
-                let (state, input) = (DVector::from_column_slice(x), DVector::from_column_slice(u));
-                self.output_into(t, x, u, h) && put(&self.output_jacobian(t, &state, &input), dh)
-            }
+        if let Self::Expressions(plant) = self {
+            return plant.measurement_into(t, x, u, h, dh);
         }
+        let (state, input) = (DVector::from_column_slice(x), DVector::from_column_slice(u));
+        self.output_into(t, x, u, h) && put(&self.output_jacobian(t, &state, &input), dh)
     }
 }
 

@@ -148,7 +148,7 @@ def linear(t, x):
     return [x[1], 0.0, x[3] + L[0] * y, L[1] * y]
 
 
-def member(f, _):
+def member(f):
     began = time.perf_counter()
     solution = solve_ivp(f, (0, 4), [3.0, 3.0, 0.0, 0.0], method="DOP853", rtol=1e-9, atol=1e-12, t_eval=np.linspace(0, 4, 41))
     return {"us": (time.perf_counter() - began) * 1e6, "end": list(solution.y[:, -1])}
@@ -156,24 +156,28 @@ def member(f, _):
 
 # Run: what it is, its name in the program, runs in a round there and rounds of it, the peer.
 RUNS = {
-    "ekf": ("cart-pole, EKF in the loop", 5, 10, "scipy DOP853 + numpy EKF", lambda noise: cart_pole_run(False, noise)),
-    "lpv": ("cart-pole, EKF in the loop, LPV", 5, 10, "scipy DOP853 + numpy EKF", lambda noise: cart_pole_run(True, noise)),
-    "cubic": ("ensemble, cubic", 64, 20, "scipy DOP853", lambda _: member(cubic, _)),
-    "linear": ("ensemble, linear", 64, 20, "scipy DOP853", lambda _: member(linear, _)),
+    "ekf": ("cart-pole, EKF in the loop", 5, 10, "scipy DOP853 + numpy EKF", lambda noise, _: cart_pole_run(False, noise)),
+    "lpv": ("cart-pole, EKF in the loop, LPV", 5, 10, "scipy DOP853 + numpy EKF", lambda noise, _: cart_pole_run(True, noise)),
+    "held": ("linear, held input", 10, 20, "the same, integrated", lambda _, binary: program(binary, "integrated", 10, 20)),
+    "cubic": ("ensemble, cubic", 64, 20, "scipy DOP853", lambda *_: member(cubic)),
+    "linear": ("ensemble, linear", 64, 20, "scipy DOP853", lambda *_: member(linear)),
 }
+
+
+def program(binary, name, count, rounds):
+    return json.loads(subprocess.run([binary, name, str(count), str(rounds)], capture_output=True, check=True, text=True).stdout)
 
 
 def runs(binary):
     """The table of runs: the difference of the two programs stands for the error of either."""
-    noise = np.array(json.loads(subprocess.run([binary, "noise", "1", "1"], capture_output=True, check=True, text=True).stdout))
+    noise = np.array(program(binary, "noise", 1, 1))
     lines = ["| run | program | us | runs/s | ratio | difference |", "|---|---|---:|---:|---:|---:|"]
     least = {(name, who): math.inf for name in RUNS for who in ("ours", "peer")}
     last = {}
     for _ in range(ROUNDS):
         for name, (_, count, rounds, _, peer) in RUNS.items():
-            words = [binary, name, str(count), str(rounds)]
-            last[name, "ours"] = json.loads(subprocess.run(words, capture_output=True, check=True, text=True).stdout)
-            last[name, "peer"] = peer(noise)
+            last[name, "ours"] = program(binary, name, count, rounds)
+            last[name, "peer"] = peer(noise, binary)
             for who in ("ours", "peer"):
                 least[name, who] = min(least[name, who], last[name, who]["us"])
     for name, (words, _, _, peer, _) in RUNS.items():

@@ -4,6 +4,7 @@ pub(crate) mod linalg;
 pub(crate) mod lmi;
 pub(crate) mod proof;
 pub(crate) mod sim;
+pub(crate) mod sweep;
 
 use crate::step::{Failure, program, root};
 use std::fs;

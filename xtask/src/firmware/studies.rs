@@ -128,6 +128,7 @@ fn cases(folder: &Path) -> Result<Vec<Case>, Failure> {
         ("loop.toml", deploy::LOOP, true),
         ("timed.toml", deploy::TIMED, true),
         ("filtered.toml", deploy::FILTERED, false),
+        ("interpolated.toml", deploy::INTERPOLATED, false),
     ];
     for (name, text, has_feedback) in own {
         let file = folder.join(name);

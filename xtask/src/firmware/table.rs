@@ -29,8 +29,8 @@ The boards are mps2-an386 (Cortex-M4F), mps2-an385 (Cortex-M3, which runs the co
 const STUDIES: &str = "
 ## Observers of the templates and examples: Cortex-M4F
 
-Every observer of a template (`luenberger new --list`) and of `examples/studies`, two with their feedback, and one in
-filter form, as
+Every observer of a template (`luenberger new --list`) and of `examples/studies`, two with their feedback, one in filter
+form, and the numerical KKL observer with its interpolated left inverse, as
 `luenberger export --to c --test-steps 1000` writes them. The golden test of the export runs unchanged on mps2-an386:
 all 1000 estimates have the bits of the design, in f32 and in f64. Observers in continuous time without a period in
 the study take a step every 0.01.

@@ -212,6 +212,8 @@ fn prepared(
             match design.observer {
                 KklStep::Two(plant, filter, inverse) => Kkl::two(&plant, filter, inverse),
                 KklStep::Three(plant, filter, inverse) => Kkl::three(&plant, filter, inverse),
+                KklStep::TwoInterpolated(plant, filter, inverse) => Kkl::two_interpolated(&plant, filter, *inverse),
+                KklStep::ThreeInterpolated(plant, filter, inverse) => Kkl::three_interpolated(&plant, filter, *inverse),
             }
             .map_err(ExportError::from)?,
         ),

@@ -3,7 +3,7 @@
 use std::fmt::Write;
 
 use super::plant::{self, Arguments};
-use super::{feedback, lengths, product, scalar};
+use super::{feedback, lengths, product, scalar, table};
 use crate::kkl::{Kkl, Tree};
 use crate::program::{Maps, Scalar};
 use crate::{Export, number};
@@ -34,8 +34,15 @@ static {number} between({number} x, {number} low, {number} high)
 }}
 "
     );
+    let table = kkl.table(export.scalar);
     for (name, tree) in kkl.trees() {
-        self::tree(text, export, name, &tree);
+        // The table is T itself.
+        if table.is_none() || name == "inverse" {
+            self::tree(text, export, name, &tree);
+        }
+    }
+    if let Some(table) = &table {
+        table::functions(text, export, table);
     }
     _ = write!(
         text,
@@ -66,8 +73,9 @@ static void estimate(const {number} *z, {number} *xhat)
     for (i = 0; i < {n}; ++i) {{
         xhat[i] = between(xhat[i], LOWER[i][0], UPPER[i][0]);
     }}
-}}
-"
+{}}}
+",
+        table.as_ref().map_or("", table::call)
     );
 }
 
@@ -163,6 +171,12 @@ pub(super) fn start(text: &mut String, export: &Export, kkl: &Kkl<f64>) {
     let (name, number) = (&export.identifier, scalar(export));
     let (upper, _) = lengths(export);
     let (n, z) = (format!("{upper}_STATES"), targets(kkl).to_string());
+    let (forward, unused) = if kkl.table(export.scalar).is_some() {
+        let all = targets(kkl) * export.program.dimensions().estimate;
+        ("table(x, w, jacobian);", format!("    {number} jacobian[{all}];\n"))
+    } else {
+        ("forward(x, w);", String::new())
+    };
     _ = write!(
         text,
         "
@@ -170,13 +184,13 @@ void {name}_init({name}_state *state, const {number} *xhat)
 {{
     {number} x[{n}];
     {number} w[{z}];
-    int i;
+{unused}    int i;
     int j;
 
     for (i = 0; i < {n}; ++i) {{
         x[i] = between(xhat[i], LOWER[i][0], UPPER[i][0]);
     }}
-    forward(x, w);
+    {forward}
 "
     );
     product(text, number, ("COLOUR", &z, &z), "w", "state->z[i] = MEAN[i][0] + sum;");

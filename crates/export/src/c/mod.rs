@@ -15,6 +15,7 @@
 //! | `kalman` | the step of the extended Kalman filter |
 //! | `feedback` | the feedback around the step |
 //! | `kkl` | the step of the numerical KKL observer |
+//! | `table` | its left inverse by a table of splines and a search |
 //! | `test` | the test with golden vectors |
 //! | `project` | build file and README |
 
@@ -29,6 +30,7 @@ mod linear;
 pub(crate) mod plant;
 mod project;
 pub(crate) mod source;
+mod table;
 mod test;
 
 pub(crate) use fixed::fixed_files;

@@ -7,18 +7,26 @@ use luenberger_observers::numerical_kkl::Branch;
 use super::{named, number};
 use crate::Export;
 use crate::kkl::Kkl;
+use crate::program::Scalar;
 
 /// What the source uses of the observers.
-pub(super) const IMPORTS: &str = "use luenberger_observers::numerical_kkl::{
-    Branch, Coordinates, Node, PolynomialInverse, PolynomialTree, SampledFilter, SampledKkl,
-};";
+pub(super) fn imports(kkl: &Kkl<f64>) -> String {
+    let interpolated = if kkl.table(Scalar::Binary64).is_some() { "InterpolatedInverse, " } else { "" };
+    let more = if interpolated.is_empty() { "" } else { "Search, TensorSpline, " };
+    let list = format!(
+        "Branch, Coordinates, {interpolated}Node, PolynomialInverse, PolynomialTree, SampledFilter, SampledKkl, {more}"
+    );
+    format!("use luenberger_observers::numerical_kkl::{{\n    {},\n}};", list.trim_end_matches(", "))
+}
 
 /// The type of the observer.
 pub(super) fn kind(export: &Export, kkl: &Kkl<f64>) -> String {
     let (scalar, size) = (export.scalar.name(), kkl.dimensions());
+    let (n, z) = (size.estimate, size.state);
+    let inverse = if kkl.table(export.scalar).is_some() { "InterpolatedInverse" } else { "PolynomialInverse" };
     format!(
-        "SampledKkl<Model, {scalar}, &'static [Node<{scalar}>], &'static [{scalar}], {}, {}, {}, {}>",
-        size.estimate, size.inputs, size.outputs, size.state
+        "SampledKkl<Model, {scalar}, {inverse}<{scalar}, &'static [Node<{scalar}>], &'static [{scalar}], {n}, {z}>, {n}, {}, {}, {z}>",
+        size.inputs, size.outputs
     )
 }
 
@@ -44,7 +52,6 @@ pub(super) fn observer(text: &mut String, export: &Export, kkl: &Kkl<f64>) {
     let inverse = PolynomialTree::new({}, INVERSE_NODES, INVERSE_LEAVES)?;
     let forward = PolynomialTree::new({}, FORWARD_NODES, FORWARD_LEAVES)?;
     let inverse = PolynomialInverse::new(coordinates, (lower, upper), inverse, forward)?;
-    SampledKkl::new(Model, filter, inverse)
 ",
         of("FILTER"),
         of("B"),
@@ -58,6 +65,20 @@ pub(super) fn observer(text: &mut String, export: &Export, kkl: &Kkl<f64>) {
         inverse.degree,
         forward.degree,
     );
+    if let Some(table) = kkl.table(export.scalar) {
+        _ = write!(
+            text,
+            "    let spline = TensorSpline::new(lower, upper, {:?}, TABLE)?;
+    let search = Search {{ max_evaluations: {}, tolerance: {}, fallback: {} }};
+    let inverse = InterpolatedInverse::new(spline, inverse, search)?;
+",
+            table.points,
+            table.max_evaluations,
+            literal(table.tolerance),
+            table.fallback
+        );
+    }
+    text.push_str("    SampledKkl::new(Model, filter, inverse)\n");
 }
 
 /// The trees as constants.
@@ -78,6 +99,14 @@ pub(super) fn trees(text: &mut String, export: &Export, kkl: &Kkl<f64>) {
         }
         _ = writeln!(text, "];\n\nconst {name}_LEAVES: &[{scalar}] = &[");
         for line in tree.leaves.chunks(6) {
+            let line: Vec<String> = line.iter().map(|x| literal(*x)).collect();
+            _ = writeln!(text, "    {},", line.join(", "));
+        }
+        text.push_str("];\n");
+    }
+    if let Some(table) = kkl.table(export.scalar) {
+        _ = writeln!(text, "\nconst TABLE: &[{scalar}] = &[");
+        for line in table.coefficients.chunks(6) {
             let line: Vec<String> = line.iter().map(|x| literal(*x)).collect();
             _ = writeln!(text, "    {},", line.join(", "));
         }

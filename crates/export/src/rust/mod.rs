@@ -131,8 +131,8 @@ fn library(export: &Export) -> String {
         "" => "",
         _ => "\nuse luenberger_observers::{Differentiable, Dimensions, Plant, Shape};",
     };
-    let traits = match export.program {
-        Program::Kkl(_) => format!("{traits}\n{}", kkl::IMPORTS),
+    let traits = match &export.program {
+        Program::Kkl(observer) => format!("{traits}\n{}", kkl::imports(observer)),
         _ => traits.to_owned(),
     };
     let kind = if matches!(export.program, Program::Kkl(_)) { "" } else { kind };

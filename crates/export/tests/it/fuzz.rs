@@ -6,12 +6,12 @@ use std::path::Path;
 use std::process::Command;
 use std::sync::Arc;
 
-use luenberger_export::kkl::{Inverse, Kkl};
+use luenberger_export::kkl::{Interpolated, Inverse, Kkl};
 use luenberger_export::{Export, File, Names, Program, Scalar, golden};
 use luenberger_expression::{ExpressionPlant, Extrapolation, Interpolation, Parameters, Scope, Table, Tables};
 use luenberger_observers::numerical_kkl::polynomial_tree::monomial_count;
 use luenberger_observers::numerical_kkl::{
-    Branch, Coordinates, Node, PolynomialInverse, PolynomialTree, SampledFilter,
+    Branch, Coordinates, Node, PolynomialInverse, PolynomialTree, SampledFilter, Search, TensorSpline,
 };
 use luenberger_observers::{DiscreteNonlinearObserver, ExtendedKalmanFilter, NoiseModel, SampledCopy};
 use nalgebra::{DMatrix, SMatrix, SVector};
@@ -147,15 +147,35 @@ fn filter_and_inverse<const N: usize, const Z: usize>(
     (filter, PolynomialInverse::new(coordinates, bounds, tree(random), tree(random)).unwrap())
 }
 
+/// The interpolated form of a left inverse: a table that does not belong to the tree, so that searches end at faces of
+/// the box, at local minima and at the coarse grid.
+fn interpolated<const N: usize, const Z: usize>(
+    random: &mut Random,
+    start: Inverse<f64, N, Z>,
+) -> Interpolated<f64, N, Z> {
+    let points: [usize; N] = std::array::from_fn(|_| 2 + random.below(4));
+    let count = points.iter().map(|count| count + 2).product::<usize>() * Z;
+    let coefficients = (0..count).map(|_| random.number(1.0)).collect();
+    let spline = TensorSpline::new(*start.bounds().0, *start.bounds().1, points, coefficients).unwrap();
+    let search = Search { max_evaluations: 1 + random.below(12), tolerance: 0.1, fallback: random.below(5) };
+    Interpolated::new(spline, start, search).unwrap()
+}
+
 /// A numerical KKL observer of a plant of two or three states.
 fn kkl(random: &mut Random) -> Kkl<f64> {
     let (n, period) = (2 + random.below(2), 0.05);
     let plant = plant(random, (n, 0, 1));
     if n == 2 {
         let (filter, inverse) = filter_and_inverse(random, period);
+        if random.below(2) == 0 {
+            return Kkl::two_interpolated(&plant, filter, interpolated(random, inverse)).unwrap();
+        }
         return Kkl::two(&plant, filter, inverse).unwrap();
     }
     let (filter, inverse) = filter_and_inverse(random, period);
+    if random.below(2) == 0 {
+        return Kkl::three_interpolated(&plant, filter, interpolated(random, inverse)).unwrap();
+    }
     Kkl::three(&plant, filter, inverse).unwrap()
 }
 

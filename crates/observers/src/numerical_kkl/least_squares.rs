@@ -12,6 +12,7 @@ extern crate alloc;
 
 use nalgebra::{Const, RealField, SMatrix, SVector, convert};
 
+use crate::dense::{Factor, sum};
 use crate::error::ObserverError;
 use crate::kkl::LeftInverse;
 use crate::numerical_kkl::polynomial_tree::{PolynomialInverse, clamped, finite};
@@ -148,7 +149,7 @@ where
                 rest /= self.search.fallback;
                 lower[i] + (upper[i] - lower[i]) * share
             });
-            let mut candidate = Some(((self.spline.at(&x) - w).norm_squared(), x));
+            let mut candidate = Some((squared(&(self.spline.at(&x) - w)), x));
             for place in &mut best {
                 let nearer = match (&candidate, &*place) {
                     (Some((cost, _)), Some((least, _))) => cost < least,
@@ -222,31 +223,31 @@ where
     let mut x = inside(guess);
     let (value, mut jacobian) = spline.with_gradient(&x);
     let mut residual = w - value;
-    let mut cost = residual.norm_squared();
+    let mut cost = squared(&residual);
     let mut evaluations = 1;
     let mut damping = T::zero();
     // A step of this many parts of the width of the box is noise.
     let resolution = convert::<f64, T>(4.0) * T::default_epsilon();
     let mut converged = false;
     while evaluations < max_evaluations && !converged {
-        let gradient = jacobian.tr_mul(&residual);
-        let gram = jacobian.tr_mul(&jacobian);
-        let trace = gram.trace();
+        let gradient = SVector::<T, N>::from_fn(|i, _| sum(Z, |k| jacobian[(k, i)] * residual[k]));
+        let gram = SMatrix::<T, N, N>::from_fn(|i, j| sum(Z, |k| jacobian[(k, i)] * jacobian[(k, j)]));
+        let trace = sum(N, |i| gram[(i, i)]);
         // At a face of the box, with the descent pointing out of it, a coordinate stands still.
         let held = SVector::<bool, N>::from_fn(|i, _| {
             (x[i] <= lower[i] && gradient[i] < T::zero()) || (x[i] >= upper[i] && gradient[i] > T::zero())
         });
         let step = damped_step(&gram, &gradient, damping + trace * T::default_epsilon(), &held);
         let next = inside(&(x + step));
-        let moved = (next - x).component_div(&width).amax();
-        if !moved.is_finite() || moved <= resolution {
-            converged = moved.is_finite();
+        let moved = (0..N).map(|i| ((next[i] - x[i]) / width[i]).abs()).fold(T::zero(), larger);
+        if moved <= resolution {
+            converged = true;
             break;
         }
         let (candidate, slope) = spline.with_gradient(&next);
         evaluations += 1;
         let trial = w - candidate;
-        let trial_cost = trial.norm_squared();
+        let trial_cost = squared(&trial);
         if trial_cost < cost {
             // So little gained that rounding may have gained it.
             converged = cost - trial_cost <= resolution * cost;
@@ -256,7 +257,7 @@ where
                 damping = T::zero();
             }
         } else {
-            damping = (damping * convert(8.0)).max(trace * convert(1e-4));
+            damping = larger(damping * convert(8.0), trace * convert(1e-4));
         }
     }
     LeastSquares { x, residual: cost.sqrt(), evaluations, converged }
@@ -281,5 +282,15 @@ fn damped_step<T: RealField + Copy, const N: usize>(
             matrix[(i, i)] += damping;
         }
     }
-    matrix.cholesky().map_or_else(SVector::zeros, |factor| factor.solve(&right))
+    Factor::new(&matrix).map_or_else(SVector::zeros, |factor| factor.solve(&right))
+}
+
+/// The sum of the squares, from the first to the last.
+fn squared<T: RealField + Copy, const Z: usize>(v: &SVector<T, Z>) -> T {
+    sum(Z, |k| v[k] * v[k])
+}
+
+/// The larger of two numbers, and `b` where `a` is not a number.
+fn larger<T: RealField + Copy>(a: T, b: T) -> T {
+    if a > b { a } else { b }
 }

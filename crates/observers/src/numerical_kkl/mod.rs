@@ -10,7 +10,7 @@
 //! |---|---|
 //! | [`coordinates`] | z in coordinates in which every direction of T(box) counts |
 //! | [`polynomial_tree`] | the embedded form: a tree of small polynomials, from z straight to xhat |
-//! | [`sampled`] | the embedded form stepped once per sample |
+//! | [`sampled`] | the observer stepped once per sample |
 //! | [`spline`] | T itself, interpolated by tensor cubic splines |
 //! | [`least_squares`] | the interpolated form: `min |T(x) - z|` over the box by damped Gauss-Newton steps |
 //!
@@ -34,7 +34,7 @@ use crate::kkl::{KklObserver, LinearKkl};
 pub use coordinates::Coordinates;
 pub use least_squares::{InterpolatedInverse, LeastSquares, Search};
 pub use polynomial_tree::{Branch, Node, PolynomialInverse, PolynomialTree};
-pub use sampled::{SampledFilter, SampledKkl};
+pub use sampled::{SampledFilter, SampledKkl, StateInverse};
 pub use spline::TensorSpline;
 
 /// `z' = D z + B y`, `xhat = T^-L(z)` for a plant of N states, M inputs, P outputs, with Z target states and the left

@@ -1,4 +1,4 @@
-//! The numerical KKL observer in its embedded form, stepped once per sample: `z' = D z + B w` between samples, with an
+//! The numerical KKL observer stepped once per sample: `z' = D z + B w` between samples, with an
 //! output w that a copy of the plant predicts from the last measurement.
 //!
 //! ```text
@@ -18,7 +18,7 @@ use nalgebra::{RealField, SMatrix, SVector, convert};
 
 use crate::dense::times;
 use crate::error::ObserverError;
-use crate::numerical_kkl::{Node, PolynomialInverse};
+use crate::numerical_kkl::{InterpolatedInverse, Node, PolynomialInverse};
 use crate::observer::{ObserverDimensions, SampledObserver};
 use crate::runge_kutta;
 
@@ -35,32 +35,66 @@ pub struct SampledFilter<T, const P: usize, const Z: usize> {
     pub substeps: usize,
 }
 
-/// The sampled numerical KKL observer of a plant `S`; see the [module](self).
-///
-/// Fields are read through methods, because the constructor has checked them.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct SampledKkl<S, T, K, V, const N: usize, const M: usize, const P: usize, const Z: usize> {
-    plant: S,
-    filter: SampledFilter<T, P, Z>,
-    inverse: PolynomialInverse<T, K, V, N, Z>,
+/// A left inverse for fixed sizes: the embedded or the interpolated form.
+pub trait StateInverse<T, const N: usize, const Z: usize> {
+    /// `T^-L(z)`, in the box.
+    fn state(&self, z: &SVector<T, Z>) -> SVector<T, N>;
+
+    /// `T(x)`.
+    fn target(&self, x: &SVector<T, N>) -> SVector<T, Z>;
 }
 
-impl<S, T, K, V, const N: usize, const M: usize, const P: usize, const Z: usize> SampledKkl<S, T, K, V, N, M, P, Z>
+impl<T, K, V, const N: usize, const Z: usize> StateInverse<T, N, Z> for PolynomialInverse<T, K, V, N, Z>
 where
-    S: Plant<T, State = SVector<T, N>, Input = SVector<T, M>, Output = SVector<T, P>>,
     T: RealField + Copy,
     K: AsRef<[Node<T>]>,
     V: AsRef<[T]>,
+{
+    fn state(&self, z: &SVector<T, Z>) -> SVector<T, N> {
+        self.state(z)
+    }
+
+    fn target(&self, x: &SVector<T, N>) -> SVector<T, Z> {
+        self.target(x)
+    }
+}
+
+impl<T, K, V, const N: usize, const Z: usize> StateInverse<T, N, Z> for InterpolatedInverse<T, K, V, N, Z>
+where
+    T: RealField + Copy,
+    K: AsRef<[Node<T>]>,
+    V: AsRef<[T]>,
+{
+    fn state(&self, z: &SVector<T, Z>) -> SVector<T, N> {
+        self.state(z)
+    }
+
+    fn target(&self, x: &SVector<T, N>) -> SVector<T, Z> {
+        self.target(x)
+    }
+}
+
+/// The sampled numerical KKL observer of a plant `S` with the left inverse `I`; see the [module](self).
+///
+/// Fields are read through methods, because the constructor has checked them.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SampledKkl<S, T, I, const N: usize, const M: usize, const P: usize, const Z: usize> {
+    plant: S,
+    filter: SampledFilter<T, P, Z>,
+    inverse: I,
+}
+
+impl<S, T, I, const N: usize, const M: usize, const P: usize, const Z: usize> SampledKkl<S, T, I, N, M, P, Z>
+where
+    S: Plant<T, State = SVector<T, N>, Input = SVector<T, M>, Output = SVector<T, P>>,
+    T: RealField + Copy,
+    I: StateInverse<T, N, Z>,
 {
     /// The observer with this filter and this left inverse.
     ///
     /// # Errors
     /// [`ObserverError::Matrix`] for entries that are not finite, [`ObserverError::Period`], [`ObserverError::Substeps`].
-    pub fn new(
-        plant: S,
-        filter: SampledFilter<T, P, Z>,
-        inverse: PolynomialInverse<T, K, V, N, Z>,
-    ) -> Result<Self, ObserverError> {
+    pub fn new(plant: S, filter: SampledFilter<T, P, Z>, inverse: I) -> Result<Self, ObserverError> {
         check_matrix("D", &filter.d, (Z, Z))?;
         check_matrix("B", &filter.b, (Z, P))?;
         if !(filter.period.is_finite() && filter.period > T::zero()) {
@@ -83,7 +117,7 @@ where
     }
 
     /// The left inverse.
-    pub fn inverse(&self) -> &PolynomialInverse<T, K, V, N, Z> {
+    pub fn inverse(&self) -> &I {
         &self.inverse
     }
 
@@ -101,13 +135,12 @@ where
     }
 }
 
-impl<S, T, K, V, const N: usize, const M: usize, const P: usize, const Z: usize> SampledObserver<T>
-    for SampledKkl<S, T, K, V, N, M, P, Z>
+impl<S, T, I, const N: usize, const M: usize, const P: usize, const Z: usize> SampledObserver<T>
+    for SampledKkl<S, T, I, N, M, P, Z>
 where
     S: Plant<T, State = SVector<T, N>, Input = SVector<T, M>, Output = SVector<T, P>>,
     T: RealField + Copy,
-    K: AsRef<[Node<T>]>,
-    V: AsRef<[T]>,
+    I: StateInverse<T, N, Z>,
 {
     type State = SVector<T, Z>;
     type Input = SVector<T, M>;

@@ -75,10 +75,7 @@ impl SampledDesign {
         match self {
             Self::Copy(design) => Some(design.observer.substeps()),
             Self::Filter(design) => design.filter.substeps(),
-            Self::Kkl(design) => Some(match &design.observer {
-                KklStep::Two(_, filter, _) => filter.substeps,
-                KklStep::Three(_, filter, _) => filter.substeps,
-            }),
+            Self::Kkl(design) => Some(design.observer.substeps()),
             _ => None,
         }
     }
@@ -349,8 +346,13 @@ pub fn evidence(study: &Study, observer: &ObserverSpec, design: &SampledDesign, 
         }
         SampledDesign::Kkl(kkl) => Evidence {
             sentences: vec![format!(
-                "No stability certificate. {} The exported left inverse is the embedded one, a tree of polynomials; between samples a copy of the plant predicts the output.",
-                kkl.statement
+                "No stability certificate. {} The left inverse is {}; between samples a copy of the plant predicts the output.",
+                kkl.statement,
+                if kkl.observer.is_interpolated() {
+                    "the interpolated one, a search in a table of splines"
+                } else {
+                    "the embedded one, a tree of polynomials"
+                }
             )],
             file: None,
         },

@@ -1,7 +1,7 @@
 //! Observers of nonlinear plants with a step for each sample.
 
 use luenberger_design::Certificate;
-use luenberger_design::numerical_kkl::Embedded;
+use luenberger_design::numerical_kkl::{Embedded, Interpolated};
 use luenberger_expression::ExpressionPlant;
 use luenberger_observers::high_gain::HighGainMap;
 use luenberger_observers::kkl::{LeftInverse, LinearKkl};
@@ -53,7 +53,7 @@ pub struct FilterDesign {
     pub filter: ExtendedKalmanFilter<ExpressionPlant, f64, Dyn, Dyn, Dyn>,
 }
 
-/// The numerical KKL observer in its embedded form.
+/// The numerical KKL observer.
 #[derive(Debug, Clone)]
 pub struct KklDesign {
     /// The observer.
@@ -69,30 +69,36 @@ pub enum KklStep {
     Two(ExpressionPlant, SampledFilter<f64, 1, 3>, Embedded<2, 3>),
     /// Three states.
     Three(ExpressionPlant, SampledFilter<f64, 1, 4>, Embedded<3, 4>),
+    /// Two states, the interpolated left inverse.
+    TwoInterpolated(ExpressionPlant, SampledFilter<f64, 1, 3>, Box<Interpolated<2, 3>>),
+    /// Three states, the interpolated left inverse.
+    ThreeInterpolated(ExpressionPlant, SampledFilter<f64, 1, 4>, Box<Interpolated<3, 4>>),
 }
 
-fn two<I>(
-    plant: &ExpressionPlant,
-    map: &LinearKkl<f64, Const<3>, Const<0>, Const<1>, Const<2>, I>,
-    inverse: &Embedded<2, 3>,
-    (period, substeps): (f64, usize),
-) -> KklStep
-where
-    I: LeftInverse<f64, Const<3>, Const<1>, Const<2>>,
-{
-    KklStep::Two(plant.clone(), SampledFilter { d: *map.d(), b: *map.b(), period, substeps }, inverse.clone())
+impl KklStep {
+    /// Runge-Kutta steps per period.
+    pub fn substeps(&self) -> usize {
+        match self {
+            Self::Two(_, filter, _) | Self::TwoInterpolated(_, filter, _) => filter.substeps,
+            Self::Three(_, filter, _) | Self::ThreeInterpolated(_, filter, _) => filter.substeps,
+        }
+    }
+
+    /// Whether the left inverse is the interpolated one.
+    pub fn is_interpolated(&self) -> bool {
+        matches!(self, Self::TwoInterpolated(..) | Self::ThreeInterpolated(..))
+    }
 }
 
-fn three<I>(
-    plant: &ExpressionPlant,
-    map: &LinearKkl<f64, Const<4>, Const<0>, Const<1>, Const<3>, I>,
-    inverse: &Embedded<3, 4>,
+/// D and B with the step.
+fn filter<I, const N: usize, const Z: usize>(
+    map: &LinearKkl<f64, Const<Z>, Const<0>, Const<1>, Const<N>, I>,
     (period, substeps): (f64, usize),
-) -> KklStep
+) -> SampledFilter<f64, 1, Z>
 where
-    I: LeftInverse<f64, Const<4>, Const<1>, Const<3>>,
+    I: LeftInverse<f64, Const<Z>, Const<1>, Const<N>>,
 {
-    KklStep::Three(plant.clone(), SampledFilter { d: *map.d(), b: *map.b(), period, substeps }, inverse.clone())
+    SampledFilter { d: *map.d(), b: *map.b(), period, substeps }
 }
 
 /// Why there is no step, and what would have one.
@@ -165,10 +171,20 @@ pub(super) fn sampled(
             let fastest = report.poles.iter().map(|[re, im]| re.hypot(*im)).fold(0.0, f64::max);
             let step = (period, substeps.map_or_else(|| steps_for(period, fastest), Ok)?);
             let observer = match kkl.as_ref() {
-                Kkl::Two(observer) => two(&plant, observer.map(), observer.map().inverse().start(), step),
-                Kkl::TwoEmbedded(observer) => two(&plant, observer.map(), observer.map().inverse(), step),
-                Kkl::Three(observer) => three(&plant, observer.map(), observer.map().inverse().start(), step),
-                Kkl::ThreeEmbedded(observer) => three(&plant, observer.map(), observer.map().inverse(), step),
+                Kkl::Two(observer) => {
+                    let map = observer.map();
+                    KklStep::TwoInterpolated(plant, filter(map, step), Box::new(map.inverse().clone()))
+                }
+                Kkl::TwoEmbedded(observer) => {
+                    KklStep::Two(plant, filter(observer.map(), step), observer.map().inverse().clone())
+                }
+                Kkl::Three(observer) => {
+                    let map = observer.map();
+                    KklStep::ThreeInterpolated(plant, filter(map, step), Box::new(map.inverse().clone()))
+                }
+                Kkl::ThreeEmbedded(observer) => {
+                    KklStep::Three(plant, filter(observer.map(), step), observer.map().inverse().clone())
+                }
             };
             let statement = report.statement.clone();
             Ok(SampledDesign::Kkl(Box::new(KklDesign { observer, statement })))

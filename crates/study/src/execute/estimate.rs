@@ -157,7 +157,7 @@ pub(super) fn memory(study: &Study, step: Step, threads: usize) -> Memory {
         parts.push((kept + running, "the trajectories (reduce simulation.samples)"));
     }
     if let (Some(sweep), Step::Sweep | Step::Run) = (&study.sweep, step) {
-        parts.push((sweep::memory(study, sweep), "the percentiles of the sweep (reduce sweep.ensemble)"));
+        parts.push((sweep::memory(study, sweep), "the percentiles of the sweep"));
     }
     let bytes = parts.iter().map(|part| part.0).sum();
     let mostly = parts.into_iter().max_by(|x, y| x.0.total_cmp(&y.0)).map_or("", |part| part.1);

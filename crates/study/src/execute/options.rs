@@ -66,6 +66,9 @@ pub struct SweepOptions {
     pub complete: bool,
     /// Where the scores of each run are written as comma-separated values.
     pub csv: RunsAsCsv,
+    /// Bytes for the percentiles of a row (default 256 MiB). They are exact in any case; where the values do not fit, the
+    /// blocks are read several times.
+    pub percentile_memory: Option<usize>,
 }
 
 /// Where the scores of each run are written as comma-separated values.

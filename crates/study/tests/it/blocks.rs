@@ -203,6 +203,22 @@ fn statistics_are_those_of_the_lines() {
     }
 }
 
+/// Percentiles are exact however little memory there is for them.
+#[test]
+fn percentiles_do_not_depend_on_the_memory() {
+    let folder = scratch("memory");
+    compute(&shared(&folder, "out"), "1/1", 1);
+    let one = {
+        reduced(&folder.join("out"));
+        content(&folder.join("out"))
+    };
+    for memory in [0, 4_000_000] {
+        let sweep = SweepOptions { percentile_memory: Some(memory), ..SweepOptions::default() };
+        reduce_sweep(&folder.join("out"), &RunOptions { sweep, ..RunOptions::default() }).unwrap();
+        assert_same(&content(&folder.join("out")), &one);
+    }
+}
+
 #[track_caller]
 fn other(folder: &Path, text: &str, settings: BlockSettings) -> String {
     match SharedSweep::open(parsed(text, folder), &folder.join("out"), settings) {

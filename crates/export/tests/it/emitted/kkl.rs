@@ -12,7 +12,7 @@ use luenberger_observers::numerical_kkl::{
 };
 
 /// The observer, with its sizes and its scalar.
-pub type Observer = SampledKkl<Model, f32, &'static [Node<f32>], &'static [f32], 2, 0, 1, 3>;
+pub type Observer = SampledKkl<Model, f32, PolynomialInverse<f32, &'static [Node<f32>], &'static [f32], 2, 3>, 2, 0, 1, 3>;
 
 /// The first estimate of the design.
 pub fn initial() -> SVector<f32, 2> {

@@ -105,6 +105,11 @@ impl Block {
         Some(&ended[at].why)
     }
 
+    /// The values of those runs that finished.
+    pub(super) fn finished(&self, values: &[f64]) -> Vec<f64> {
+        values.iter().enumerate().filter(|(index, _)| self.ended(*index).is_none()).map(|(_, x)| *x).collect()
+    }
+
     /// The bytes of the file; the columns have these names.
     pub(super) fn encode(&self, names: &[String]) -> Result<Vec<u8>, zip::result::ZipError> {
         let json = serde_json::to_string(&self.header).map_err(std::io::Error::from)?;

@@ -10,13 +10,14 @@
 //! | [`rows`] | observers at values, with their designs |
 //! | [`compute`] | computes blocks |
 //! | [`block`], [`folder`], [`store`] | form of a block; folder of blocks that several processes write; folder or memory |
-//! | [`runs`], [`statistics`], [`reduce`] | scores of a run; of an ensemble; from blocks to results |
+//! | [`runs`], [`statistics`], [`percentiles`], [`reduce`] | scores of a run; of an ensemble; from blocks to results |
 //! | [`status`] | how far a sweep is |
 
 mod block;
 mod compute;
 mod error;
 mod folder;
+mod percentiles;
 mod plan;
 mod reduce;
 mod rows;
@@ -72,7 +73,7 @@ pub(super) fn runs(study: &Study, sweep: &Sweep) -> usize {
 pub(super) fn memory(study: &Study, sweep: &Sweep) -> f64 {
     let (scores, ensemble) = (names(study).len(), sweep.ensemble);
     let block = Plan::of_study(study, None).map_or(0, |plan| plan.block_size) as f64;
-    8.0 * (scores as f64 * block + reduce::together(scores, ensemble) as f64 * ensemble as f64)
+    8.0 * scores as f64 * block + reduce::memory(scores, ensemble) as f64
 }
 
 /// The blocks of a study's sweep for a step: in the results folder for `sweep`, where they stay; in its temporary part

@@ -1,8 +1,8 @@
-//! The results of a sweep from its blocks, row by row in the order of the trajectories.
+//! The results of a sweep from its blocks, row by row in the order of the runs.
 //!
-//! Memory does not grow with the number of trajectories, but for the values of which exact percentiles are formed: of a
-//! row with E trajectories those of as many scores at a time as [`VALUES`] has room for, at least of one, 8 E bytes.
-//! Blocks are read again for the other scores.
+//! Memory does not grow with the number of runs: the values of all scores of a row are kept for its percentiles if they
+//! fit into [`VALUES`], which takes one pass over the blocks; otherwise values are counted in four passes, for as many
+//! scores at a time as there is room for.
 
 use rayon::prelude::*;
 
@@ -10,6 +10,7 @@ use super::super::excursion::Left;
 use super::super::options::RunOptions;
 use super::block::Block;
 use super::error::SweepError;
+use super::percentiles::{self, Percentiles};
 use super::rows::Row;
 use super::runs;
 use super::statistics::{Moments, Summary, fill};
@@ -17,7 +18,7 @@ use super::store::Blocks;
 use crate::error::StudyError;
 use crate::results::SweepRow;
 
-/// Bytes of values that are in memory for percentiles, if one score does not need more.
+/// Bytes for the percentiles of a row by default.
 const VALUES: usize = 256 << 20;
 
 /// A row, and how its runs left the region of the design.
@@ -56,7 +57,7 @@ pub(super) fn reduce(
     let mut reduced = Vec::new();
     for (number, row) in rows.iter().enumerate() {
         if blocks.plan().of_row(number).all(|block| blocks.is_there(block)) {
-            reduced.push(one(number, row, blocks, lines)?);
+            reduced.push(one(number, row, blocks, lines, options)?);
         }
         options.tell("reduce", &row.wish.name, number + 1, rows.len());
     }
@@ -77,12 +78,36 @@ fn read(blocks: &Blocks, block: u64) -> Result<Block, StudyError> {
     }
 }
 
-/// Scores of which all values are in memory at a time.
-pub(super) fn together(scores: usize, ensemble: usize) -> usize {
-    (VALUES / ensemble.saturating_mul(8)).clamp(1, scores.max(1))
+/// How the percentiles of a row are formed.
+struct Room {
+    /// Whether the values of all scores are kept.
+    keeps_values: bool,
+    /// Scores at a time.
+    together: usize,
 }
 
-fn one(number: usize, row: &Row<'_>, blocks: &Blocks, lines: Lines<'_>) -> Result<Reduced, StudyError> {
+impl Room {
+    fn of(scores: usize, ensemble: usize, bytes: Option<usize>) -> Self {
+        let bytes = bytes.unwrap_or(VALUES);
+        let keeps_values = ensemble.saturating_mul(8).saturating_mul(scores) <= bytes;
+        let together = if keeps_values { scores } else { (bytes / percentiles::BYTES).min(scores) };
+        Self { keeps_values, together: together.max(1) }
+    }
+}
+
+/// Bytes for the percentiles of a row.
+pub(super) fn memory(scores: usize, ensemble: usize) -> usize {
+    let room = Room::of(scores, ensemble, None);
+    room.together * if room.keeps_values { 8 * ensemble } else { percentiles::BYTES }
+}
+
+fn one(
+    number: usize,
+    row: &Row<'_>,
+    blocks: &Blocks,
+    lines: Lines<'_>,
+    options: &RunOptions<'_>,
+) -> Result<Reduced, StudyError> {
     let numbers = || blocks.plan().of_row(number);
     let names = blocks.names();
     let mut reduced = Reduced {
@@ -90,38 +115,41 @@ fn one(number: usize, row: &Row<'_>, blocks: &Blocks, lines: Lines<'_>) -> Resul
         left: 0,
         first: None,
     };
-    let together = together(names.len(), blocks.plan().ensemble as usize);
+    let Room { keeps_values, together } =
+        Room::of(names.len(), blocks.plan().ensemble as usize, options.sweep.percentile_memory);
     let mut scores = Vec::new();
     for begin in (0..names.len()).step_by(together) {
         let some = begin..(begin + together).min(names.len());
-        let mut values = vec![Vec::new(); some.len()];
-        let mut moments = vec![Moments::default(); some.len()];
-        // Read and written as text in parallel, merged in their order.
-        let ahead = 2 * rayon::current_num_threads() as u64;
-        for first in numbers().step_by(ahead as usize) {
-            let part = (first..numbers().end.min(first + ahead)).into_par_iter().map(|number| {
-                let block = read(blocks, number)?;
-                let text = if begin == 0 { runs::lines(&block, names) } else { String::new() };
-                Ok((number, block, text))
-            });
-            for (number, block, text) in part.collect::<Result<Vec<_>, StudyError>>()? {
-                if begin == 0 {
-                    lines(number, &text)?;
-                    reduced.count(&block);
-                }
-                for ((column, values), moments) in block.scores[some.clone()].iter().zip(&mut values).zip(&mut moments)
-                {
-                    let finished = column.iter().enumerate().filter(|(index, _)| block.ended(*index).is_none());
-                    let start = values.len();
-                    values.extend(finished.map(|(_, x)| *x));
-                    *moments = moments.merge(Moments::of(&values[start..]));
+        let mut columns: Vec<_> = some.clone().map(|_| (Percentiles::new(keeps_values), Moments::default())).collect();
+        for pass in 0..Percentiles::passes(keeps_values) {
+            let is_first = begin == 0 && pass == 0;
+            // Read and written as text in parallel, merged in their order.
+            let ahead = 2 * rayon::current_num_threads() as u64;
+            for first in numbers().step_by(ahead as usize) {
+                let part = (first..numbers().end.min(first + ahead)).into_par_iter().map(|number| {
+                    let block = read(blocks, number)?;
+                    let text = if is_first { runs::lines(&block, names) } else { String::new() };
+                    Ok((number, block, text))
+                });
+                for (number, block, text) in part.collect::<Result<Vec<_>, StudyError>>()? {
+                    if is_first {
+                        lines(number, &text)?;
+                        reduced.count(&block);
+                    }
+                    let scores = &block.scores[some.clone()];
+                    scores.par_iter().zip(&mut columns).for_each(|(values, (percentiles, moments))| {
+                        let values = block.finished(values);
+                        percentiles.add(&values);
+                        if pass == 0 {
+                            *moments = moments.merge(Moments::of(&values));
+                        }
+                    });
                 }
             }
+            columns.par_iter_mut().for_each(|(percentiles, _)| percentiles.end_pass());
         }
-        if reduced.row.finished > 0 {
-            let all = values.par_iter_mut().zip(moments);
-            scores.par_extend(all.map(|(values, moments)| Summary::of(moments, values)));
-        }
+        let summary = |(percentiles, moments): (Percentiles, _)| Summary { moments, percentiles: percentiles.finish() };
+        scores.par_extend(columns.into_par_iter().map(summary));
     }
     if reduced.row.finished > 0 {
         fill(&mut reduced.row, row.study, names, &scores);

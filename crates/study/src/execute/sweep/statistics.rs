@@ -1,13 +1,11 @@
-//! Statistics of scores over an ensemble: percentiles by nearest rank, each the score of an actual run, and moments.
+//! Statistics of scores over an ensemble: moments, and the row of the results.
 
 use luenberger_proof::wording::counted;
 
+use super::percentiles::PERCENT;
 use super::runs::{NORM, STATE};
 use crate::results::{PercentileReport, ScoreStatistics, StateReport, SweepRow};
 use crate::study::Study;
-
-/// The percentiles of a row: the median, and of an ensemble the other two as well.
-pub(super) const PERCENT: [u8; 3] = [50, 5, 95];
 
 /// Count, mean, sum of the squared deviations from it, and extremes of the finite values.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -79,22 +77,6 @@ pub(super) struct Summary {
     pub(super) percentiles: [f64; 3],
 }
 
-impl Summary {
-    /// Of at least one value.
-    pub(super) fn of(moments: Moments, values: &mut [f64]) -> Self {
-        Self { moments, percentiles: PERCENT.map(|percent| rank(values, percent)) }
-    }
-}
-
-/// The smallest value that at least so many percent of the values do not exceed. Changes their order.
-fn rank(values: &mut [f64], percent: u8) -> f64 {
-    let rank = (values.len() * usize::from(percent)).div_ceil(100).max(1);
-    if rank > values.len() {
-        return f64::NAN;
-    }
-    *values.select_nth_unstable_by(rank - 1, f64::total_cmp).1
-}
-
 /// Fills the row with the medians of the runs that finished, and for an ensemble with the other percentiles and the
 /// moments. `scores` has the scores in the order of `names`.
 pub(super) fn fill(row: &mut SweepRow, study: &Study, names: &[String], scores: &[Summary]) {
@@ -143,17 +125,6 @@ fn percentile(study: &Study, scores: &[Summary], k: usize) -> PercentileReport {
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    /// By numpy: percentile(values, q, method="inverted_cdf").
-    #[test]
-    fn percentiles_are_those_of_numpy() {
-        let mut values = vec![3.0, 1.0, 2.0, 5.0, 4.0, 9.0, 7.0, 8.0, 6.0, 10.0];
-        assert_eq!([5, 50, 95].map(|percent| rank(&mut values, percent)), [1.0, 5.0, 10.0]);
-        let mut values: Vec<f64> = (0..41).rev().map(f64::from).collect();
-        assert_eq!([5, 50, 95].map(|percent| rank(&mut values, percent)), [2.0, 20.0, 38.0]);
-        assert_eq!(rank(&mut [f64::INFINITY, 1.0, f64::INFINITY], 50), f64::INFINITY);
-        assert!(rank(&mut [], 50).is_nan());
-    }
 
     /// By Python's math.fsum: mean and standard deviation of sin(k), k = 0..99.
     #[test]

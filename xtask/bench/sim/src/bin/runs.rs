@@ -4,6 +4,8 @@
 //! runs ekf 100 20       {"us": least time of a run in 20 rounds of 100, "end": [state and estimate at the end]}
 //! ```
 //! - `ekf`, `lpv`: the example study `cart-pole` with its extended Kalman filter in the loop, and its LPV observer.
+//! - `held`: Example 1's plant and linear observer with the input held and noise at 100 Hz, which is exact; `integrated`:
+//!   the same with an integral, so that it is integrated.
 //! - `noise`: the noise of those, one row per sample.
 //! - `cubic`, `linear`, with `-noise`: runs of an ensemble, Example 1 of the cubic-observer paper at 41 times; what is
 //!   returned is the end of the first one.
@@ -13,8 +15,8 @@ use luenberger_observers::{
     Observer,
 };
 use luenberger_plants::double_integrator;
-use luenberger_sim::{Ensemble, Errors, Member, Noise, Scenario, ScoreGrid, Settings, Signal, SimError};
-use nalgebra::{DMatrix, DVector, Matrix1, Vector2};
+use luenberger_sim::{Ensemble, Errors, Integrand, Member, Noise, Scenario, ScoreGrid, Settings, Signal, SimError};
+use nalgebra::{Const, DMatrix, DVector, Matrix1, Vector2};
 use serde_json::json;
 use std::error::Error;
 use std::hint::black_box;
@@ -79,6 +81,26 @@ fn run(plant: &ExpressionPlant, lpv: bool, seed: u64) -> Result<Vec<f64>, Box<dy
     Ok(end)
 }
 
+/// A linear run between samples of the input.
+fn held(
+    observer: &LinearObserver<f64, Const<2>, Const<1>, Const<1>>,
+    integrated: bool,
+) -> Result<Vec<f64>, Box<dyn Error>> {
+    let times: Vec<f64> = (0..=400).map(|k| f64::from(k) * 0.01).collect();
+    let mut scenario = Scenario::new(double_integrator())
+        .initial_state(&[3.0, 3.0])
+        .times(&times)
+        .input(Signal::scalar(f64::sin))
+        .hold_input(0.01)
+        .noise(Noise::uniform(&[0.01], 0.01, 1))
+        .observer("linear", observer, &[0.0, 0.0]);
+    if integrated {
+        scenario = scenario.integral("none", Integrand::custom(|_| 0.0));
+    }
+    let run = scenario.run()?;
+    Ok(run.x.row(400).iter().chain(run.observers[0].estimate.row(400).iter()).copied().collect())
+}
+
 /// As many members as `runs`, each with an initial error of its own.
 fn ensemble(
     observer: &(impl Observer<f64> + LaneObserver),
@@ -128,7 +150,10 @@ fn main() -> Result<(), Box<dyn Error>> {
         _ => {
             let mut end = Vec::new();
             for _ in 0..runs {
-                end = run(&plant, who == "lpv", 1)?;
+                end = match who.as_str() {
+                    "held" | "integrated" => held(&linear, who == "integrated")?,
+                    _ => run(&plant, who == "lpv", 1)?,
+                };
             }
             Ok(end)
         }

@@ -1,0 +1,394 @@
+//! The interpolated left inverse of a numerical KKL observer: T by splines, and the search of the state.
+
+use std::fmt::Write;
+
+use luenberger_observers::numerical_kkl::least_squares::RESTARTS;
+
+use super::scalar;
+use crate::kkl::TableOf;
+use crate::program::Scalar;
+use crate::{Export, number};
+
+/// The table, its evaluation and the search, as functions. `between` is there already.
+pub(super) fn functions(text: &mut String, export: &Export, table: &TableOf) {
+    let number = scalar(export);
+    _ = writeln!(text, "\n/* Coefficients of the splines, the last axis fastest. */");
+    _ = writeln!(text, "static const {number} TABLE[{}] = {{", table.coefficients.len());
+    for line in table.coefficients.chunks(6) {
+        let line: Vec<String> = line.iter().map(|x| number::c(export.scalar.round(*x), export.scalar)).collect();
+        _ = writeln!(text, "    {},", line.join(", "));
+    }
+    text.push_str("};\n");
+    let list = |of: &dyn Fn(usize) -> usize| {
+        table.points.iter().map(|count| of(*count).to_string()).collect::<Vec<_>>().join(", ")
+    };
+    let n = table.points.len();
+    _ = writeln!(text, "static const int CELLS[{n}] = {{ {} }};", list(&|count| count - 1));
+    _ = writeln!(text, "static const int STRIDE[{n}] = {{ {} }};", list(&|count| count + 2));
+    if table.fallback > 0 {
+        let count = table.fallback;
+        let share = |k: usize| export.scalar.round((k as f64 + 0.5) / count as f64);
+        let shares: Vec<String> = (0..count).map(|k| number::c(share(k), export.scalar)).collect();
+        _ = writeln!(text, "static const {number} SHARE[{count}] = {{ {} }};", shares.join(", "));
+    }
+    evaluation(text, export, table);
+    nearest(text, export, table);
+    if table.fallback > 0 {
+        restart(text, export, table);
+    }
+}
+
+/// The call of the search, for the target state `w` in its coordinates and the guess in `xhat`.
+pub(super) fn call(table: &TableOf) -> &'static str {
+    if table.fallback > 0 { "    search(w, xhat);\n" } else { "    (void)nearest(w, xhat);\n" }
+}
+
+fn evaluation(text: &mut String, export: &Export, table: &TableOf) {
+    let (number, n, z) = (scalar(export), table.points.len(), table.outputs);
+    let literal = |x: f64| number::c(export.scalar.round(x), export.scalar);
+    let product = |slope_of: &str| {
+        let factor = |i: usize| match slope_of {
+            "" => format!("weights[{i}][k[{i}]]"),
+            axis => format!("(({axis} == {i}) ? slopes[{i}][k[{i}]] : weights[{i}][k[{i}]])"),
+        };
+        (1..n).fold(factor(0), |product, i| {
+            let left = if i == 1 { product } else { format!("({product})") };
+            format!("{left} * {}", factor(i))
+        })
+    };
+    let corners = 4_usize.pow(n as u32);
+    _ = write!(
+        text,
+        "
+/* T in its coordinates at the point of the box nearest to x, and its Jacobian, row by row: cubic B-splines. */
+static void table(const {number} *x, {number} *value, {number} *jacobian)
+{{
+    {number} weights[{n}][4];
+    {number} slopes[{n}][4];
+    int first[{n}];
+    int corner;
+    int i;
+    int j;
+
+    for (i = 0; i < {n}; ++i) {{
+        const {number} scale = ({number})CELLS[i] / (UPPER[i][0] - LOWER[i][0]);
+        const {number} position = (between(x[i], LOWER[i][0], UPPER[i][0]) - LOWER[i][0]) * scale;
+        {number} s;
+        {number} r;
+        first[i] = (int)position;
+        if (first[i] > (CELLS[i] - 1)) {{
+            first[i] = CELLS[i] - 1;
+        }}
+        s = position - ({number})first[i];
+        r = {one} - s;
+        weights[i][0] = ((r * r) * r) * {sixth};
+        weights[i][1] = {thirds} - ((s * s) * ({one} - ({half} * s)));
+        weights[i][2] = {thirds} - ((r * r) * ({one} - ({half} * r)));
+        weights[i][3] = ((s * s) * s) * {sixth};
+        slopes[i][0] = ((-{half} * r) * r) * scale;
+        slopes[i][1] = (s * (({more} * s) - {two})) * scale;
+        slopes[i][2] = (-r * (({more} * r) - {two})) * scale;
+        slopes[i][3] = (({half} * s) * s) * scale;
+    }}
+    for (i = 0; i < {z}; ++i) {{
+        value[i] = {zero};
+        for (j = 0; j < {n}; ++j) {{
+            jacobian[(i * {n}) + j] = {zero};
+        }}
+    }}
+    for (corner = 0; corner < {corners}; ++corner) {{
+        const {number} *row;
+        {number} weight;
+        int k[{n}];
+        int rest = corner;
+        int index = 0;
+        for (i = {last}; i >= 0; --i) {{
+            k[i] = rest % 4;
+            rest = rest / 4;
+        }}
+        for (i = 0; i < {n}; ++i) {{
+            index = (index * STRIDE[i]) + first[i] + k[i];
+        }}
+        row = &TABLE[index * {z}];
+        weight = {plain};
+        for (i = 0; i < {z}; ++i) {{
+            value[i] = value[i] + (weight * row[i]);
+        }}
+        for (j = 0; j < {n}; ++j) {{
+            weight = {sloped};
+            for (i = 0; i < {z}; ++i) {{
+                jacobian[(i * {n}) + j] = jacobian[(i * {n}) + j] + (weight * row[i]);
+            }}
+        }}
+    }}
+}}
+",
+        zero = literal(0.0),
+        one = literal(1.0),
+        two = literal(2.0),
+        half = literal(0.5),
+        more = literal(1.5),
+        sixth = literal(1.0 / 6.0),
+        thirds = literal(2.0 / 3.0),
+        last = n - 1,
+        plain = product(""),
+        sloped = product("j"),
+    );
+}
+
+/// The projected Levenberg-Marquardt iteration.
+fn nearest(text: &mut String, export: &Export, table: &TableOf) {
+    let (number, n, z) = (scalar(export), table.points.len(), table.outputs);
+    let literal = |x: f64| number::c(export.scalar.round(x), export.scalar);
+    let (root, magnitude, largest, epsilon) = match export.scalar {
+        Scalar::Binary32 => ("sqrtf", "fabsf", "FLT_MAX", f64::from(f32::EPSILON)),
+        Scalar::Binary64 => ("sqrt", "fabs", "DBL_MAX", f64::EPSILON),
+    };
+    _ = write!(
+        text,
+        "
+/* The point of the box nearest to x; 0 in place of what is not finite. */
+static void inside({number} *x)
+{{
+    int i;
+    for (i = 0; i < {n}; ++i) {{
+        x[i] = between(({magnitude}(x[i]) <= {largest}) ? x[i] : {zero}, LOWER[i][0], UPPER[i][0]);
+    }}
+}}
+
+/* The residual w - T(x) and the square of its length; the Jacobian of T is left in the last argument. */
+static {number} residual_at(const {number} *w, const {number} *x, {number} *residual, {number} *jacobian)
+{{
+    {number} sum;
+    int i;
+
+    table(x, residual, jacobian);
+    for (i = 0; i < {z}; ++i) {{
+        residual[i] = w[i] - residual[i];
+    }}
+    sum = residual[0] * residual[0];
+    for (i = 1; i < {z}; ++i) {{
+        sum = sum + (residual[i] * residual[i]);
+    }}
+    return sum;
+}}
+
+/* The step of (J'J + damping I) step = J'r, by Cholesky's factorisation; 0 where a pivot is not positive. */
+static void solve({number} g[{n}][{n}], {number} *right)
+{{
+    int definite = 1;
+    int i;
+    int j;
+    int k;
+
+    for (j = 0; j < {n}; ++j) {{
+        for (i = j; i < {n}; ++i) {{
+            {number} entry = g[i][j];
+            for (k = 0; k < j; ++k) {{
+                entry = entry - (g[i][k] * g[j][k]);
+            }}
+            if (i > j) {{
+                g[i][j] = entry / g[j][j];
+            }} else if ((definite != 0) && (entry > {zero})) {{
+                g[j][j] = {root}(entry);
+            }} else {{
+                g[j][j] = {one};
+                definite = 0;
+            }}
+        }}
+    }}
+    for (i = 0; i < {n}; ++i) {{
+        for (k = 0; k < i; ++k) {{
+            right[i] = right[i] - (g[i][k] * right[k]);
+        }}
+        right[i] = right[i] / g[i][i];
+    }}
+    for (i = {last}; i >= 0; --i) {{
+        for (k = i + 1; k < {n}; ++k) {{
+            right[i] = right[i] - (g[k][i] * right[k]);
+        }}
+        right[i] = right[i] / g[i][i];
+    }}
+    for (i = 0; (i < {n}) && (definite == 0); ++i) {{
+        right[i] = {zero};
+    }}
+}}
+
+/* Moves x to a point of the box whose image is nearest to w, and returns the distance. */
+static {number} nearest(const {number} *w, {number} *x)
+{{
+    {number} residual[{z}];
+    {number} jacobian[{all}];
+    {number} damping = {zero};
+    {number} cost;
+    int done = 0;
+    int evaluations;
+    int i;
+    int j;
+    int k;
+
+    inside(x);
+    cost = residual_at(w, x, residual, jacobian);
+    for (evaluations = 1; (evaluations < {most}) && (done == 0); ++evaluations) {{
+        {number} trial[{z}];
+        {number} slope[{all}];
+        {number} gram[{n}][{n}];
+        {number} step[{n}];
+        {number} next[{n}];
+        {number} trace;
+        {number} moved = {zero};
+        {number} trial_cost;
+        for (i = 0; i < {n}; ++i) {{
+            step[i] = jacobian[i] * residual[0];
+            for (k = 1; k < {z}; ++k) {{
+                step[i] = step[i] + (jacobian[(k * {n}) + i] * residual[k]);
+            }}
+            for (j = 0; j < {n}; ++j) {{
+                gram[i][j] = jacobian[i] * jacobian[j];
+                for (k = 1; k < {z}; ++k) {{
+                    gram[i][j] = gram[i][j] + (jacobian[(k * {n}) + i] * jacobian[(k * {n}) + j]);
+                }}
+            }}
+        }}
+        trace = gram[0][0];
+        for (i = 1; i < {n}; ++i) {{
+            trace = trace + gram[i][i];
+        }}
+        for (i = 0; i < {n}; ++i) {{
+            /* At a face of the box, with the descent pointing out of it, a coordinate stands still. */
+            const int low = ((x[i] <= LOWER[i][0]) && (step[i] < {zero})) ? 1 : 0;
+            const int high = ((x[i] >= UPPER[i][0]) && (step[i] > {zero})) ? 1 : 0;
+            if ((low != 0) || (high != 0)) {{
+                for (j = 0; j < {n}; ++j) {{
+                    gram[i][j] = {zero};
+                    gram[j][i] = {zero};
+                }}
+                gram[i][i] = {one};
+                step[i] = {zero};
+            }} else {{
+                gram[i][i] = gram[i][i] + (damping + (trace * {epsilon}));
+            }}
+        }}
+        solve(gram, step);
+        for (i = 0; i < {n}; ++i) {{
+            next[i] = x[i] + step[i];
+        }}
+        inside(next);
+        for (i = 0; i < {n}; ++i) {{
+            const {number} part = {magnitude}((next[i] - x[i]) / (UPPER[i][0] - LOWER[i][0]));
+            moved = (moved > part) ? moved : part;
+        }}
+        if (moved <= {resolution}) {{
+            done = 1;
+        }} else {{
+            trial_cost = residual_at(w, next, trial, slope);
+            if (trial_cost < cost) {{
+                done = ((cost - trial_cost) <= ({resolution} * cost)) ? 1 : 0;
+                for (i = 0; i < {n}; ++i) {{
+                    x[i] = next[i];
+                }}
+                for (i = 0; i < {z}; ++i) {{
+                    residual[i] = trial[i];
+                }}
+                for (i = 0; i < {all}; ++i) {{
+                    jacobian[i] = slope[i];
+                }}
+                cost = trial_cost;
+                damping = damping * {tenth};
+                if (damping < (trace * {small})) {{
+                    damping = {zero};
+                }}
+            }} else {{
+                const {number} more = damping * {eight};
+                const {number} least = trace * {start};
+                damping = (more > least) ? more : least;
+            }}
+        }}
+    }}
+    return {root}(cost);
+}}
+",
+        all = n * z,
+        most = table.max_evaluations,
+        last = n - 1,
+        zero = literal(0.0),
+        one = literal(1.0),
+        tenth = literal(0.1),
+        eight = literal(8.0),
+        small = literal(1e-6),
+        start = literal(1e-4),
+        epsilon = literal(epsilon),
+        resolution = literal(4.0 * epsilon),
+    );
+}
+
+/// The search from other starts where the first one ends with a residual that the table does not explain.
+fn restart(text: &mut String, export: &Export, table: &TableOf) {
+    let (number, n, z, count) = (scalar(export), table.points.len(), table.outputs, table.fallback);
+    let literal = |x: f64| number::c(export.scalar.round(x), export.scalar);
+    _ = write!(
+        text,
+        "
+/* Moves x to the point of the box whose image is nearest to w: from x, and if the accuracy of the table does not explain
+ * the distance, from the best points of a coarse grid. */
+static void search(const {number} *w, {number} *x)
+{{
+    {number} distance = nearest(w, x);
+    if (distance > {tolerance}) {{
+        {number} costs[{RESTARTS}];
+        {number} seeds[{RESTARTS}][{n}];
+        int filled = 0;
+        int cell;
+        int i;
+        int place;
+        for (cell = 0; cell < {cells}; ++cell) {{
+            {number} residual[{z}];
+            {number} jacobian[{all}];
+            {number} seed[{n}];
+            {number} cost;
+            int rest = cell;
+            int waiting = 1;
+            for (i = 0; i < {n}; ++i) {{
+                seed[i] = LOWER[i][0] + ((UPPER[i][0] - LOWER[i][0]) * SHARE[rest % {count}]);
+                rest = rest / {count};
+            }}
+            cost = residual_at(w, seed, residual, jacobian);
+            for (place = 0; (place < {RESTARTS}) && (waiting != 0); ++place) {{
+                if (place == filled) {{
+                    ++filled;
+                    waiting = 0;
+                    costs[place] = cost;
+                    for (i = 0; i < {n}; ++i) {{
+                        seeds[place][i] = seed[i];
+                    }}
+                }} else if (cost < costs[place]) {{
+                    const {number} other = costs[place];
+                    costs[place] = cost;
+                    cost = other;
+                    for (i = 0; i < {n}; ++i) {{
+                        const {number} entry = seeds[place][i];
+                        seeds[place][i] = seed[i];
+                        seed[i] = entry;
+                    }}
+                }} else {{
+                    /* The next place. */
+                }}
+            }}
+        }}
+        for (place = 0; (place < filled) && (distance > {tolerance}); ++place) {{
+            const {number} found = nearest(w, seeds[place]);
+            if (found < distance) {{
+                distance = found;
+                for (i = 0; i < {n}; ++i) {{
+                    x[i] = seeds[place][i];
+                }}
+            }}
+        }}
+    }}
+}}
+",
+        all = n * z,
+        cells = count.pow(n as u32),
+        tolerance = literal(table.tolerance),
+    );
+}
