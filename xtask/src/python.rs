@@ -44,6 +44,8 @@ pub(crate) fn run() -> Result<(), Failure> {
     at(&environment, &folder)
         .arguments(&build)
         .argument(&wheels)
+        .argument("--interpreter")
+        .argument(&environment)
         .variable("CARGO_TARGET_DIR", &target.to_string_lossy())
         .step("wheel")?;
     let wheel = only_file(&wheels)?;
@@ -84,7 +86,9 @@ fn environment(name: &str, packages: &[&str]) -> Option<PathBuf> {
         }
         program("python3").arguments(&["-m", "venv"]).argument(&environment).step("virtual environment").ok()?;
     }
-    let install = program(&python).arguments(&["-m", "pip", "install", "--quiet"]).arguments(packages);
+    // Compiling what is never imported would take as long as the download.
+    let install = ["-m", "pip", "install", "--quiet", "--no-compile", "--prefer-binary"];
+    let install = program(&python).arguments(&install).arguments(packages);
     install.step("packages").ok()?;
     Some(python)
 }

@@ -70,10 +70,23 @@ pub(crate) fn study_error(py: Python<'_>, why: &StudyError) -> PyErr {
                 let message = (error.raw_os_error().unwrap_or(0), error.to_string(), path.display().to_string());
                 PyErr::from_value(py.import("builtins")?.getattr("OSError")?.call1(message)?)
             }
-            _ => error::plain(py, "StudyError", why),
+            _ => error::plain(py, "StudyError", in_python(&why.to_string())),
         })
     };
     raised().unwrap_or_else(|error| error)
+}
+
+/// A message of the command with the names that its options have in Python.
+fn in_python(message: &str) -> String {
+    let names = [
+        (" with -o", ""),
+        ("--restart", "restart=True"),
+        ("--force", "force=True"),
+        ("--block-size ", "block_size="),
+        ("--limit memory=", "memory_limit, in bytes, of "),
+        ("--limit time=", "time_limit, in seconds, of "),
+    ];
+    names.iter().fold(message.to_owned(), |text, (option, name)| text.replace(option, name))
 }
 
 /// Arrays with one column for each time, as python-control has them.

@@ -120,7 +120,7 @@ def test_mistakes_are_errors(study, cluster, tmp_path):
     lgd.sweep(study, cluster, tmp_path / "results", block_size=100)
     other = tmp_path / "other.toml"
     other.write_text(STUDY.replace("seed = 7", "seed = 8"))
-    with pytest.raises(lg.StudyError, match="another sweep"):
+    with pytest.raises(lg.StudyError, match="another sweep.*restart=True"):
         lgd.sweep(other, cluster, tmp_path / "results")
     without = tmp_path / "without.toml"
     without.write_text(STUDY.split("[sweep]")[0])

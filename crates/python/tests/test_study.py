@@ -78,8 +78,10 @@ def test_results_folder(study, tmp_path):
     assert (folder / "study.json").is_file() and (folder / "report.html").is_file()
     (tmp_path / "foreign").mkdir()
     (tmp_path / "foreign" / "letter.txt").write_text("dear")
-    with pytest.raises(lg.StudyError):
+    with pytest.raises(lg.StudyError, match="force=True"):
         study.run(output=tmp_path / "foreign")
+    study.run("design", output=tmp_path / "foreign", force=True)
+    assert (tmp_path / "foreign" / "letter.txt").read_text() == "dear"
 
 
 def test_a_sweep_is_a_table():

@@ -367,6 +367,12 @@ class Observer:
         constant = vector("u", u, m)
         return {"expressions": [repr(float(x)) for x in constant]}
 
+    def _period(self, dt: float | None) -> float | None:
+        """The period of a step."""
+        if dt is None and self.dt is None:
+            raise InvalidArgument(f"dt is needed: {self.name} is an observer in continuous time")
+        return None if dt is None else number("dt", dt, positive=True)
+
     # ------------------------------------------------------------------ the step
 
     def reset(
@@ -392,7 +398,7 @@ class Observer:
             Numbers of the target.
         """
         start = None if xhat is None else vector("xhat", xhat, self.plant.nstates)
-        period = None if dt is None else number("dt", dt, positive=True)
+        period = self._period(dt)
         self._stepper = self._design.stepper(start, period, substeps, _is_single(format))
 
     def step(self, u: npt.ArrayLike | None, y: npt.ArrayLike, dt: float | None = None) -> Array:
@@ -543,7 +549,7 @@ class Observer:
         >>> sorted(observer.export(dt=0.01).files)[:2]
         ['CMakeLists.txt', 'README.md']
         """
-        period = None if dt is None else number("dt", dt, positive=True)
+        period = self._period(dt)
         root = None if folder is None else Path(folder)
         if root is not None and root.is_dir() and any(root.iterdir()) and not force:
             raise ExportRefused(f"{root} has files", alternatives=("another folder, or force=True",))
