@@ -93,6 +93,7 @@ pub(crate) fn prepared(
     initial: Option<&[f64]>,
 ) -> Result<Export, Refusal> {
     let initial = initial.map_or_else(|| design.initial(observer), <[f64]>::to_vec);
+    let update = design.update_gain(observer).cloned();
     let program = match design {
         SampledDesign::Linear(design) => Program::Linear(design.observer.clone()),
         SampledDesign::Cubic(design) => Program::Cubic(design.observer.clone()),
@@ -103,6 +104,8 @@ pub(crate) fn prepared(
             match design.observer {
                 KklStep::Two(plant, filter, inverse) => Kkl::two(&plant, filter, inverse),
                 KklStep::Three(plant, filter, inverse) => Kkl::three(&plant, filter, inverse),
+                KklStep::TwoInterpolated(plant, filter, inverse) => Kkl::two_interpolated(&plant, filter, *inverse),
+                KklStep::ThreeInterpolated(plant, filter, inverse) => Kkl::three_interpolated(&plant, filter, *inverse),
             }
             .map_err(ExportError::from)?,
         ),
@@ -116,7 +119,11 @@ pub(crate) fn prepared(
         time_unit: plant.time_unit.clone().unwrap_or_default(),
     };
     let scalar = if is_single { Scalar::Binary32 } else { Scalar::Binary64 };
-    Ok(Export::new(&names::identifier(&observer.name), program, scalar, &initial, columns)?)
+    let export = Export::new(&names::identifier(&observer.name), program, scalar, &initial, columns)?;
+    Ok(match update {
+        Some(k) => export.with_update(&k)?,
+        None => export,
+    })
 }
 
 pub(crate) fn export(study: &Study, request: &Request) -> Result<Exported, Refusal> {
