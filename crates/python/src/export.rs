@@ -1,11 +1,10 @@
 //! An observer as source code for the target.
 
 use luenberger_export::fmu::{Version, compilers};
-use luenberger_export::kkl::Kkl;
-use luenberger_export::{Export, ExportError, File, Names, Program, Scalar, golden, names};
+use luenberger_export::{Export, ExportError, File, Scalar, golden};
 use luenberger_proof::statement::Format;
 use luenberger_study::Study;
-use luenberger_study::deployment::{KklStep, SampledDesign, evidence, record, sampled};
+use luenberger_study::deployment::{SampledDesign, evidence, exported, record, sampled};
 use luenberger_study::results::FailureReport;
 use luenberger_study::study::ObserverSpec;
 use pyo3::prelude::*;
@@ -84,7 +83,7 @@ impl Exported {
     }
 }
 
-/// The export of a sampled design, from the estimate of its study or another one.
+/// The export of a sampled design in double or single precision.
 pub(crate) fn prepared(
     study: &Study,
     observer: &ObserverSpec,
@@ -92,38 +91,8 @@ pub(crate) fn prepared(
     is_single: bool,
     initial: Option<&[f64]>,
 ) -> Result<Export, Refusal> {
-    let initial = initial.map_or_else(|| design.initial(observer), <[f64]>::to_vec);
-    let update = design.update_gain(observer).cloned();
-    let program = match design {
-        SampledDesign::Linear(design) => Program::Linear(design.observer.clone()),
-        SampledDesign::Cubic(design) => Program::Cubic(design.observer.clone()),
-        SampledDesign::LinearAt(design) | SampledDesign::DiscreteCopy(design) => Program::Discrete(design.observer),
-        SampledDesign::Copy(design) => Program::Copy(design.observer),
-        SampledDesign::Filter(design) => Program::Kalman(design.filter),
-        SampledDesign::Kkl(design) => Program::Kkl(
-            match design.observer {
-                KklStep::Two(plant, filter, inverse) => Kkl::two(&plant, filter, inverse),
-                KklStep::Three(plant, filter, inverse) => Kkl::three(&plant, filter, inverse),
-                KklStep::TwoInterpolated(plant, filter, inverse) => Kkl::two_interpolated(&plant, filter, *inverse),
-                KklStep::ThreeInterpolated(plant, filter, inverse) => Kkl::three_interpolated(&plant, filter, *inverse),
-            }
-            .map_err(ExportError::from)?,
-        ),
-    };
-    let plant = &study.plant;
-    let columns = Names {
-        states: plant.states.clone(),
-        inputs: plant.inputs.clone(),
-        outputs: plant.outputs.clone(),
-        units: plant.units.clone(),
-        time_unit: plant.time_unit.clone().unwrap_or_default(),
-    };
     let scalar = if is_single { Scalar::Binary32 } else { Scalar::Binary64 };
-    let export = Export::new(&names::identifier(&observer.name), program, scalar, &initial, columns)?;
-    Ok(match update {
-        Some(k) => export.with_update(&k)?,
-        None => export,
-    })
+    Ok(exported(study, observer, design, scalar, initial)?)
 }
 
 pub(crate) fn export(study: &Study, request: &Request) -> Result<Exported, Refusal> {

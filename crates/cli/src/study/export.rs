@@ -7,12 +7,11 @@ use crate::answer::Answer;
 use crate::arguments::{ExportInput, FmiVersion, Language};
 use crate::failure::Failure;
 use crate::input::Source;
-use luenberger_export::kkl::Kkl;
-use luenberger_export::{Export, ExportError, Names, Program, Scalar, names};
+use luenberger_export::names;
 use luenberger_proof::certificate::CertificateFile;
 use luenberger_proof::wording::counted;
 use luenberger_study::closed_loop;
-use luenberger_study::deployment::{Difference, KklStep, SampledDesign, evidence, record, sampled};
+use luenberger_study::deployment::{Difference, evidence, exported, record, sampled};
 use luenberger_study::results::FailureReport;
 use luenberger_study::study::ObserverSpec;
 use luenberger_study::{Study, StudyError, write_folder};
@@ -77,7 +76,7 @@ pub(crate) fn export(input: &ExportInput) -> Result<Answer, Failure> {
     design.stored_in(observer, formats.stored).map_err(not_exported)?;
     let refused = |error| Failure::Export { observer: observer.name.clone(), error: Box::new(error) };
     let substeps = design.substeps();
-    let export = prepared(&study, observer, design.clone(), numbers.scalar()).map_err(refused)?;
+    let export = exported(&study, observer, design.clone(), numbers.scalar(), None).map_err(refused)?;
     numbers.check(&export).map_err(refused)?;
     let mut evidence = evidence(&study, observer, &design, formats);
     let of_the_loop = gain.map(|k| closed_loop::evidence(observer, &design, k, formats.stored));
@@ -191,45 +190,6 @@ fn chosen<'a>(study: &'a Study, name: Option<&str>) -> Result<&'a ObserverSpec, 
         }
         (None, [only]) => Ok(only),
         (None, _) => Err(Failure::SeveralObservers { known: names() }),
-    }
-}
-
-fn prepared(
-    study: &Study,
-    observer: &ObserverSpec,
-    design: SampledDesign,
-    scalar: Scalar,
-) -> Result<Export, ExportError> {
-    let initial = design.initial(observer);
-    let update = design.update_gain(observer).cloned();
-    let program = match design {
-        SampledDesign::Linear(design) => Program::Linear(design.observer.clone()),
-        SampledDesign::Cubic(design) => Program::Cubic(design.observer.clone()),
-        SampledDesign::LinearAt(design) | SampledDesign::DiscreteCopy(design) => Program::Discrete(design.observer),
-        SampledDesign::Copy(design) => Program::Copy(design.observer),
-        SampledDesign::Filter(design) => Program::Kalman(design.filter),
-        SampledDesign::Kkl(design) => Program::Kkl(
-            match design.observer {
-                KklStep::Two(plant, filter, inverse) => Kkl::two(&plant, filter, inverse),
-                KklStep::Three(plant, filter, inverse) => Kkl::three(&plant, filter, inverse),
-                KklStep::TwoInterpolated(plant, filter, inverse) => Kkl::two_interpolated(&plant, filter, *inverse),
-                KklStep::ThreeInterpolated(plant, filter, inverse) => Kkl::three_interpolated(&plant, filter, *inverse),
-            }
-            .map_err(ExportError::from)?,
-        ),
-    };
-    let plant = &study.plant;
-    let columns = Names {
-        states: plant.states.clone(),
-        inputs: plant.inputs.clone(),
-        outputs: plant.outputs.clone(),
-        units: plant.units.clone(),
-        time_unit: plant.time_unit.clone().unwrap_or_default(),
-    };
-    let export = Export::new(&names::identifier(&observer.name), program, scalar, &initial, columns)?;
-    match update {
-        Some(k) => export.with_update(&k),
-        None => Ok(export),
     }
 }
 

@@ -5,14 +5,17 @@
 //! |---|---|
 //! | `linear` | what is proved of an observer of a linear plant on its target |
 //! | `nonlinear` | observers of nonlinear plants with a step for each sample |
+//! | `exported` | the program that an export prints, under the names of the study |
 //! | `expressions` | the plant as expressions, which can be printed as source code |
 //! | `record` | the run of the study at the samples: what the exported step is compared with |
 
+mod exported;
 mod expressions;
 mod linear;
 mod nonlinear;
 mod record;
 
+pub use exported::exported;
 pub(crate) use linear::MARGIN;
 pub use nonlinear::{CopyDesign, DiscreteCopyDesign, FilterDesign, KklDesign, KklStep};
 pub use record::{Difference, Record, record};

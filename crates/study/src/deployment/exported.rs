@@ -1,0 +1,51 @@
+//! The program that an export prints: the sampled design of an observer under the names of the study.
+
+use luenberger_export::kkl::Kkl;
+use luenberger_export::{Export, ExportError, Names, Program, Scalar, names};
+
+use super::{KklStep, SampledDesign};
+use crate::study::{ObserverSpec, Study};
+
+/// The export of a sampled design, from the estimate of its study or another one.
+///
+/// # Errors
+/// [`ExportError`]: what cannot be printed in this format.
+pub fn exported(
+    study: &Study,
+    observer: &ObserverSpec,
+    design: SampledDesign,
+    scalar: Scalar,
+    initial: Option<&[f64]>,
+) -> Result<Export, ExportError> {
+    let initial = initial.map_or_else(|| design.initial(observer), <[f64]>::to_vec);
+    let update = design.update_gain(observer).cloned();
+    let program = match design {
+        SampledDesign::Linear(design) => Program::Linear(design.observer.clone()),
+        SampledDesign::Cubic(design) => Program::Cubic(design.observer.clone()),
+        SampledDesign::LinearAt(design) | SampledDesign::DiscreteCopy(design) => Program::Discrete(design.observer),
+        SampledDesign::Copy(design) => Program::Copy(design.observer),
+        SampledDesign::Filter(design) => Program::Kalman(design.filter),
+        SampledDesign::Kkl(design) => Program::Kkl(
+            match design.observer {
+                KklStep::Two(plant, filter, inverse) => Kkl::two(&plant, filter, inverse),
+                KklStep::Three(plant, filter, inverse) => Kkl::three(&plant, filter, inverse),
+                KklStep::TwoInterpolated(plant, filter, inverse) => Kkl::two_interpolated(&plant, filter, *inverse),
+                KklStep::ThreeInterpolated(plant, filter, inverse) => Kkl::three_interpolated(&plant, filter, *inverse),
+            }
+            .map_err(ExportError::from)?,
+        ),
+    };
+    let plant = &study.plant;
+    let columns = Names {
+        states: plant.states.clone(),
+        inputs: plant.inputs.clone(),
+        outputs: plant.outputs.clone(),
+        units: plant.units.clone(),
+        time_unit: plant.time_unit.clone().unwrap_or_default(),
+    };
+    let export = Export::new(&names::identifier(&observer.name), program, scalar, &initial, columns)?;
+    match update {
+        Some(k) => export.with_update(&k),
+        None => Ok(export),
+    }
+}
