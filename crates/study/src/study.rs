@@ -12,7 +12,7 @@ use nalgebra::{Complex, DMatrix};
 
 use crate::diagnostic::{Place, Source};
 use crate::error::StudyError;
-use crate::execute::Document;
+use crate::execute::FileDigest;
 use crate::model::PlantModel;
 use crate::read::{self, Format};
 use crate::signal::Input;
@@ -48,7 +48,7 @@ pub struct Study {
     /// The folder that file names in the study are relative to.
     pub folder: PathBuf,
     /// The files of data that it reads.
-    pub files: Vec<Document>,
+    pub files: Vec<FileDigest>,
     /// The format of its text.
     pub format: Format,
     /// The file.

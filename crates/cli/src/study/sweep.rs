@@ -55,7 +55,7 @@ fn shard(input: &SweepInput, shard: Shard) -> Result<Answer, Failure> {
     let computed = sweep.compute(shard.blocks(sweep.plan()), &options);
     bar.finish();
     let computed = computed?;
-    notes(&computed.again());
+    notes(&computed.recomputed());
     let status = sweep_status(&root, false)?;
     let folder = root.join(BLOCKS);
     let mut text = format!(
@@ -70,7 +70,7 @@ fn shard(input: &SweepInput, shard: Shard) -> Result<Answer, Failure> {
     }
     let json = json!({
         "shard": shard.number(), "shards": shard.of(), "folder": folder, "computed": computed.computed,
-        "runs": computed.runs, "present": computed.present, "repaired": computed.again(),
+        "runs": computed.runs, "present": computed.present, "repaired": computed.recomputed(),
         "missing": status.missing.len(),
     });
     Ok(Answer::new(text, &json)?)

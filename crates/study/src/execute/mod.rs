@@ -22,8 +22,8 @@ pub use limits::{Excess, Limits, about, bytes, duration};
 pub(crate) use observe::in_words;
 pub use options::{Progress, RunOptions, RunsAsCsv, Step, SweepOptions};
 pub use sweep::{
-    BLOCKS, BlockSettings, Computed, Document, Fault, Plan, Shard, SharedSweep, SweepError, SweepStatus, reduce_sweep,
-    sweep_status,
+    BLOCKS, BlockSettings, Computed, Fault, FileDigest, Plan, Shard, SharedSweep, SweepError, SweepStatus,
+    reduce_sweep, sweep_status,
 };
 
 use luenberger_figures::Figure;

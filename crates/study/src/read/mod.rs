@@ -30,7 +30,7 @@ use nalgebra::DMatrix;
 
 use crate::diagnostic::{Diagnostic, Diagnostics, Source};
 use crate::error::StudyError;
-use crate::execute::{Document, digest};
+use crate::execute::{FileDigest, digest};
 use crate::schema::STUDY;
 use crate::study::Study;
 pub(crate) use observer::file_name;
@@ -183,7 +183,7 @@ struct Reader {
     folder: PathBuf,
     copies: BTreeMap<String, PathBuf>,
     /// The files that were read.
-    files: Vec<Document>,
+    files: Vec<FileDigest>,
     /// The period of a plant in discrete time.
     dt: Option<f64>,
 }
@@ -202,7 +202,7 @@ impl Reader {
     /// The content of a file that the study names.
     fn file(&mut self, name: &str) -> std::io::Result<Vec<u8>> {
         let bytes = std::fs::read(self.copies.get(name).map_or_else(|| self.folder.join(name), PathBuf::clone))?;
-        let read = Document { name: name.to_owned(), sha256: digest::of(&bytes) };
+        let read = FileDigest { name: name.to_owned(), sha256: digest::of(&bytes) };
         if !self.files.contains(&read) {
             self.files.push(read);
         }

@@ -44,7 +44,7 @@ pub(super) use store::Blocks;
 
 pub use block::Fault;
 pub use error::SweepError;
-pub use plan::{Document, Plan, Shard};
+pub use plan::{FileDigest, Plan, Shard};
 pub use shared::{BlockSettings, SharedSweep, reduce_sweep};
 pub use status::{SweepStatus, sweep_status};
 
@@ -136,7 +136,7 @@ pub(super) fn all(
         }
     } else {
         match work.compute(blocks, numbers, options) {
-            Ok(computed) => notes = computed.again(),
+            Ok(computed) => notes = computed.recomputed(),
             Err(StudyError::Interrupted) => {}
             Err(error) => return Err(error),
         }
@@ -188,7 +188,7 @@ fn left(reduced: &[Reduced], parameter: &str) -> Vec<String> {
 
 impl Computed {
     /// A sentence for each block that was computed again.
-    pub fn again(&self) -> Vec<String> {
+    pub fn recomputed(&self) -> Vec<String> {
         self.faults.iter().map(|(path, fault)| format!("{} {fault}: computed again", path.display())).collect()
     }
 }

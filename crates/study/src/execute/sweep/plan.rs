@@ -34,7 +34,7 @@ const LARGEST: u64 = 1000;
 
 /// A file that a sweep depends on.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
-pub struct Document {
+pub struct FileDigest {
     /// Its name, that of a file of data as the study has it.
     pub name: String,
     /// SHA-256 of its content, in hexadecimal digits.
@@ -49,11 +49,11 @@ pub struct Plan {
     /// The version of luenberger.
     pub luenberger: String,
     /// The study.
-    pub study: Document,
+    pub study: FileDigest,
     /// Whether the study is JSON, and not TOML.
     pub json: bool,
     /// The files of data that the study reads.
-    pub files: Vec<Document>,
+    pub files: Vec<FileDigest>,
     /// Number of rows: observers times values.
     pub rows: u64,
     /// Trajectories of each row.
@@ -90,7 +90,7 @@ impl Plan {
         let plan = Self {
             format: FORMAT,
             luenberger: env!("CARGO_PKG_VERSION").to_owned(),
-            study: Document { name: study.file_name(), sha256: digest::of(study.source.text().as_bytes()) },
+            study: FileDigest { name: study.file_name(), sha256: digest::of(study.source.text().as_bytes()) },
             json: study.format == Format::Json,
             files: study.files.clone(),
             rows,
@@ -213,7 +213,7 @@ mod tests {
     use super::*;
 
     fn plan(rows: u64, ensemble: u64, block_size: u64) -> Plan {
-        let study = Document { name: String::new(), sha256: String::new() };
+        let study = FileDigest { name: String::new(), sha256: String::new() };
         let files = Vec::new();
         Plan { format: FORMAT, luenberger: String::new(), study, json: false, files, rows, ensemble, block_size }
     }
