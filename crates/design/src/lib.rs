@@ -51,6 +51,7 @@ mod real_field;
 pub mod robust;
 pub mod sampled;
 mod separation;
+pub mod stored;
 mod symbolic_polynomial;
 pub mod weights;
 
@@ -78,6 +79,7 @@ pub use nonlinear_observability::{LieObservability, lie_observability};
 pub use numerical_kkl::{NumericalKklDesign, NumericalKklError};
 pub use operating_point::{OperatingPoint, OperatingPointError, operating_point};
 pub use sampled::SampledCubicDesign;
+pub use stored::{StoredDesign, StoredError, StoredObserver};
 pub use symbolic_polynomial::SymbolicPolynomial;
 pub use weights::{theta_from_cost_shares, theta_from_importance};
 

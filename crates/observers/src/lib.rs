@@ -31,6 +31,7 @@
 //! | [`deviation`] | a linear observer of a nonlinear plant, in deviations from an operating point |
 //! | [`output_feedback`] | an observer with the feedback `u = r - K xhat` as one block |
 //! | `static_size` (feature `alloc`) | designed observers with the sizes and the scalar of the target |
+//! | `serialization` (feature `serde`) | linear observers in files: matrices by rows, read through the constructors |
 //! | [`diagnosis`] | what an observer knows about its own trouble |
 //! | [`numerical_kkl`] | `z' = D z + B y` with a tabulated left inverse of T, embedded or interpolated |
 //!
@@ -72,6 +73,8 @@ pub mod pseudo_inverse;
 mod runge_kutta;
 pub mod sampled_copy;
 mod semidefinite;
+#[cfg(feature = "serde")]
+mod serialization;
 #[cfg(feature = "alloc")]
 pub mod static_size;
 pub mod stationary_kalman;
