@@ -17,6 +17,7 @@ mod input_to_state;
 mod lyapunov;
 mod sector;
 mod spectrum;
+mod unknown_input;
 
 pub use contracting::cascade_decrease;
 pub use cubic::{accretive, cubic_dissipation, cubic_dissipation_structured};
@@ -36,6 +37,7 @@ pub use lyapunov::{
 };
 pub use sector::{SectorTerm, sector_decrease};
 pub use spectrum::{schur_stable, spectral_abscissa, spectral_radius};
+pub use unknown_input::{Decoupled, UnknownInput, unknown_input};
 
 use crate::definite::{self, Direction, Sense};
 use crate::error::ProofError;

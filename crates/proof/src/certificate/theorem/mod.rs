@@ -26,6 +26,7 @@ mod semidefinite;
 mod solution;
 mod structured;
 mod theorem1;
+mod unknown_input;
 
 use super::Fact;
 use super::error::{Fault, FileError};
@@ -60,6 +61,7 @@ pub use semidefinite::{SemidefiniteEvidence, SemidefiniteProgram};
 pub use solution::{Equation, SolutionWithin};
 pub use structured::StructuredCubicConvergence;
 pub use theorem1::CubicTheorem1;
+pub use unknown_input::{StoredCubicTerm, UnknownInputConvergence};
 
 /// Metadata of a theorem.
 trait Statement: Sized {
@@ -155,6 +157,8 @@ theorems! {
     CubicTheorem1,
     /// The sampled cubic observer.
     SampledCubicConvergence,
+    /// The unknown-input observer.
+    UnknownInputConvergence,
     /// A bound of the error under bounded disturbances and noise.
     InputToStateStability,
     /// An observer in the numbers of its target, with the rounding of its steps.
