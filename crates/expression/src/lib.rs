@@ -101,7 +101,7 @@ pub use expression::Expression;
 pub use graph::{Dialect, Language, Lookups, MathFunction, Routine};
 pub use nearest::nearest;
 pub use plant::{AffinePlant, ExpressionPlant, ExpressionPlantError, Fixed, Routines, Row};
-pub use scope::{NameError, ParameterError, Parameters, Scope};
+pub use scope::{NameError, ParameterError, Parameters, Scope, Variable};
 pub use table::{Extrapolation, Interpolation, Table, TableError, Tables};
 pub use typeset::Formula;
 pub use undefined::Undefined;

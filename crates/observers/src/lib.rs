@@ -26,6 +26,7 @@
 //! | [`pebo`], [`kkl_peb`] | parameter-estimation-based observers, and [KKL+PEB] observers, which are both |
 //! | [`filters`], [`estimator`] | their parts: filters; gradient, DREM, excitation |
 //! | [`immersion_invariance`], [`pseudo_inverse`] | immersion-and-invariance observers |
+//! | [`inter_sample`] | an observer in continuous time stepped once per sample, with an output predicted between samples |
 //! | [`high_gain`] | chains of integrators with corrections alpha/r^i |
 //! | [`cascade`] | [KKL+PEB] observers of a class of cascades, from the pieces of the plant |
 //! | [`deviation`] | a linear observer of a nonlinear plant, in deviations from an operating point |
@@ -57,6 +58,7 @@ pub mod filters;
 pub mod fixed_point;
 pub mod high_gain;
 pub mod immersion_invariance;
+pub mod inter_sample;
 pub mod kalman;
 mod kalman_on_slices;
 pub mod kkl;
@@ -92,6 +94,7 @@ pub use fixed_point::{
 };
 pub use high_gain::{HighGainMap, HighGainObserver, StaticHighGainObserver};
 pub use immersion_invariance::{Immersion, ImmersionInvarianceObserver};
+pub use inter_sample::InterSampleObserver;
 pub use kalman::{ExtendedKalmanFilter, GaussianEstimate, Innovation, NoiseModel, StaticExtendedKalmanFilter};
 pub use kkl::{KklMap, KklObserver, LeftInverse, LinearKkl};
 pub use kkl_peb::KklPebObserver;

@@ -411,6 +411,12 @@ pub enum ObserverKind {
         /// How many standard deviations an innovation may have; none for no limit.
         gate: Option<f64>,
     },
+    /// KKL observer with given maps.
+    Kkl(Box<crate::maps::KklMapsSpec>),
+    /// Parameter-estimation-based observer: Lambda is zero.
+    Pebo(Box<crate::maps::PebSpec>),
+    /// [KKL+PEB] observer.
+    KklPeb(Box<crate::maps::PebSpec>),
     /// Numerical KKL observer.
     KklNumerical(KklSpec),
 }
@@ -445,7 +451,12 @@ impl ObserverKind {
             | Self::Cubic { linear, .. }
             | Self::SampledCubic { linear, .. } => matches!(linear.gain, GainSpec::DecayRate(_) | GainSpec::Lmi),
             Self::Lpv { .. } | Self::Lipschitz { .. } | Self::MeanValue { .. } => true,
-            Self::HighGain { .. } | Self::ExtendedKalman { .. } | Self::KklNumerical(_) => false,
+            Self::HighGain { .. }
+            | Self::ExtendedKalman { .. }
+            | Self::Kkl(_)
+            | Self::Pebo(_)
+            | Self::KklPeb(_)
+            | Self::KklNumerical(_) => false,
         }
     }
 
@@ -461,6 +472,9 @@ impl ObserverKind {
             Self::MeanValue { .. } => "mean-value",
             Self::HighGain { .. } => "high-gain",
             Self::ExtendedKalman { .. } => "extended-kalman",
+            Self::Kkl(_) => "kkl",
+            Self::Pebo(_) => "pebo",
+            Self::KklPeb(_) => "kkl-peb",
             Self::KklNumerical(_) => "kkl-numerical",
         }
     }
@@ -479,6 +493,8 @@ impl ObserverKind {
             Self::Lpv { region, .. } | Self::MeanValue { region, .. } | Self::Lipschitz { region, split: None, .. } => {
                 region.clone()
             }
+            Self::Kkl(kkl) => kkl.region.clone(),
+            Self::Pebo(peb) | Self::KklPeb(peb) => peb.region.clone(),
             Self::KklNumerical(kkl) => luenberger_design::Region::new(&kkl.domain),
             _ => return None,
         };
@@ -511,7 +527,7 @@ impl ObserverKind {
             | Self::MeanValue { rate, .. } => *rate *= factor,
             Self::HighGain { r, .. } => *r /= factor,
             Self::KklNumerical(wish) => wish.cutoff *= factor,
-            Self::Lpv { .. } | Self::ExtendedKalman { .. } => {}
+            Self::Lpv { .. } | Self::ExtendedKalman { .. } | Self::Kkl(_) | Self::Pebo(_) | Self::KklPeb(_) => {}
         }
         kind
     }
