@@ -51,6 +51,7 @@ pub mod robust;
 pub mod sampled;
 mod separation;
 mod symbolic_polynomial;
+mod varying_periods;
 pub mod weights;
 
 pub use conditions::Theorem1;
@@ -77,6 +78,7 @@ pub use numerical_kkl::{NumericalKklDesign, NumericalKklError};
 pub use operating_point::{OperatingPoint, OperatingPointError, operating_point};
 pub use sampled::SampledCubicDesign;
 pub use symbolic_polynomial::SymbolicPolynomial;
+pub use varying_periods::{GrowingTimes, Periods, VaryingPeriodDesign, at_varying_periods};
 pub use weights::{theta_from_cost_shares, theta_from_importance};
 
 /// The example of `README.md`, compiled and run with the documentation's tests.

@@ -14,3 +14,4 @@ mod theorems_cubic;
 mod theorems_kkl;
 mod theorems_kkl_converter;
 mod theorems_mvt;
+mod theorems_sampled;

@@ -11,11 +11,14 @@ mod cubic;
 mod deployed;
 mod deployed_cubic;
 mod equation;
+mod exponential;
 mod feedback;
 mod hidden;
 mod lyapunov;
 mod sector;
+mod semi_implicit;
 mod spectrum;
+mod varying_periods;
 
 pub use contracting::cascade_decrease;
 pub use cubic::{accretive, cubic_dissipation, cubic_dissipation_structured};
@@ -33,7 +36,9 @@ pub use lyapunov::{
     stein_decrease,
 };
 pub use sector::{SectorTerm, sector_decrease};
+pub use semi_implicit::{semi_implicit_decrease, semi_implicit_room};
 pub use spectrum::{schur_stable, spectral_abscissa, spectral_radius};
+pub use varying_periods::decrease_over_times;
 
 use crate::definite::{self, Direction, Sense};
 use crate::error::ProofError;
