@@ -190,6 +190,51 @@ def sampled_cubic_observer(states, inputs, outputs, w, period):
     )
 
 
+def semi_implicit_cubic_observer(states, inputs, outputs, period):
+    return (
+        f"For the sampled plant x+ = Ax + Bu, y = Cx with {sizes(states, inputs, outputs)} and the semi-implicit "
+        "sampled cubic observer xhat+ = A(xhat - s N r) + Bu + L r, (I - s C N) r = z, z = y - C xhat, "
+        f"s = h max(z'theta z, 0), with the period h = {exact(period)} and all numbers as given, in exact arithmetic: "
+        "I - s C N is invertible, the error e = x - xhat obeys e+ = (A - LC)d with (I - s N C)d = e, V = e'Pe falls at "
+        "each step by a factor below 1, and e tends to 0 exponentially, from every e(0). "
+        "The same holds with any other s >= 0 at each step. Nothing is said of the rounding of its steps."
+    )
+
+
+CORRECTIONS = {
+    "linear": ("xhat+ = xhat + K z, z = y - C xhat", "e+ = exp(At)(I - KC)e", "by factor^2 or more"),
+    "radial": (
+        "xhat+ = xhat - g N z + r K z, z = y - C xhat, r = 1/sqrt(1 + 2 w T max(z'theta z, 0)), g = (1 - r)/w, "
+        "with w = {w} and any T >= 0",
+        "e+ = exp(At)(I + g N C - r K C)e with 0 <= g < 1/w",
+        "by factor^2 or more",
+    ),
+    "semi-implicit": (
+        "xhat+ = xhat - s N r + K r, (I - s C N) r = z, z = y - C xhat, s = T max(z'theta z, 0), with any T >= 0",
+        "e+ = exp(At)(I - KC)d with (I - s N C)d = e",
+        "by 2 factor^2/(1 + factor^2) or more",
+    ),
+}
+
+
+def varying_periods(size, step, w, shortest, longest, misses, factor):
+    correction, errors, falls = CORRECTIONS[step]
+    if w is not None:
+        correction = correction.replace("{w}", exact(w))
+    if misses:
+        missed = f"of which at most {misses} in a row {'is' if misses == 1 else 'are'} missed"
+    else:
+        missed = "of which none is missed"
+    return (
+        f"For the plant x' = Ax + Bu, y = Cx with {sizes(*size)}, sampled at periods from {exact(shortest)} to "
+        f"{exact(longest)}, each of any length between, {missed}, and the observer that predicts by xhat' = A xhat + "
+        f"Bu and corrects at each sample that is not missed by {correction}, with all numbers as given, in exact "
+        f"arithmetic: the error e = x - xhat before a correction obeys {errors}, t being the time to the next "
+        f"correction, V = e'Pe falls from one to the next {falls}, with factor = {exact(factor)}, and e tends to 0 "
+        "exponentially, from every e(0). Nothing is said of the rounding of its steps."
+    )
+
+
 def feedback_loop(size, rate, level):
     return (
         f"{cubic_observer(size, rate, level)} In the loop u = -K xhat, x and e tend to 0 exponentially from every "

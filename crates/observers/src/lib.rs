@@ -12,6 +12,7 @@
 //! | [`observer`] | the traits [`Observer`] (continuous time) and [`SampledObserver`] (one step per sample) |
 //! | [`linear`] | Luenberger's observer `xhat' = A xhat + B u + L (y - C xhat)` |
 //! | [`cubic`] | the cubic observer, which adds `-(y~' theta y~) N y~`, and its flow in closed form |
+//! | [`semi_implicit`] | its cubic part for gains that are not radial |
 //! | [`cubic_sampled`] | the sampled-data cubic observer, stable at every step size |
 //! | [`lanes`] | observers over several lanes at once |
 //! | [`kalman`] | the continuous-discrete extended Kalman filter |
@@ -74,6 +75,7 @@ pub mod pebo;
 pub mod pseudo_inverse;
 mod runge_kutta;
 pub mod sampled_copy;
+pub mod semi_implicit;
 mod semidefinite;
 #[cfg(feature = "serde")]
 mod serialization;

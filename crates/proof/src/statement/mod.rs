@@ -11,12 +11,15 @@ mod cubic;
 mod deployed;
 mod deployed_cubic;
 mod equation;
+mod exponential;
 mod feedback;
 mod hidden;
 mod input_to_state;
 mod lyapunov;
 mod sector;
+mod semi_implicit;
 mod spectrum;
+mod varying_periods;
 
 pub use contracting::cascade_decrease;
 pub use cubic::{accretive, cubic_dissipation, cubic_dissipation_structured};
@@ -35,7 +38,9 @@ pub use lyapunov::{
     stein_decrease,
 };
 pub use sector::{SectorTerm, sector_decrease};
+pub use semi_implicit::{semi_implicit_decrease, semi_implicit_room};
 pub use spectrum::{schur_stable, spectral_abscissa, spectral_radius};
+pub use varying_periods::decrease_over_times;
 
 use crate::definite::{self, Direction, Sense};
 use crate::error::ProofError;

@@ -22,10 +22,12 @@ mod polytope;
 mod sampled;
 mod schur;
 mod sector;
+mod semi_implicit;
 mod semidefinite;
 mod solution;
 mod structured;
 mod theorem1;
+mod varying_periods;
 
 use super::Fact;
 use super::error::{Fault, FileError};
@@ -56,10 +58,12 @@ pub use polytope::{JacobianPolytope, PlantPolytope, Vertex};
 pub use sampled::SampledCubicConvergence;
 pub use schur::SchurStability;
 pub use sector::SectorConvergence;
+pub use semi_implicit::SemiImplicitCubicConvergence;
 pub use semidefinite::{SemidefiniteEvidence, SemidefiniteProgram};
 pub use solution::{Equation, SolutionWithin};
 pub use structured::StructuredCubicConvergence;
 pub use theorem1::CubicTheorem1;
+pub use varying_periods::{CubicStep, MOST_MISSES, VaryingPeriodConvergence};
 
 /// Metadata of a theorem.
 trait Statement: Sized {
@@ -157,6 +161,10 @@ theorems! {
     SampledCubicConvergence,
     /// A bound of the error under bounded disturbances and noise.
     InputToStateStability,
+    /// The sampled cubic observer with a semi-implicit cubic step.
+    SemiImplicitCubicConvergence,
+    /// The sampled observer at periods that vary, with missed samples.
+    VaryingPeriodConvergence,
     /// An observer in the numbers of its target, with the rounding of its steps.
     DeployedObserver,
     /// The loop `u = -K xhat` around the cubic observer (25).
