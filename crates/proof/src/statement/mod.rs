@@ -13,6 +13,7 @@ mod deployed_cubic;
 mod equation;
 mod feedback;
 mod hidden;
+mod kkl;
 mod lyapunov;
 mod sector;
 mod spectrum;
@@ -27,6 +28,7 @@ pub use deployed_cubic::{DeployedCubic, Ellipsoid, Reach, deployed_cubic};
 pub use equation::{ELIMINATION_ORDER, Enclosed, Enclosure, lyapunov_solution, stein_solution};
 pub use feedback::feedback_block;
 pub use hidden::{HIDDEN_ORDER, HiddenMotion, hidden_motion, hurwitz_spectrum};
+pub(crate) use kkl::{Axes, Composition, Expressions};
 pub(crate) use lyapunov::largest_eigenvalue_bound;
 pub use lyapunov::{
     contraction_within, decay_rate, decay_rate_within, hurwitz, lyapunov_decrease, overshoot_bound, positive,

@@ -15,6 +15,7 @@ mod hurwitz;
 mod inequality;
 mod inequality_holds;
 mod inequality_refuted;
+mod kkl;
 mod linear;
 mod plant;
 mod polytope;
@@ -26,11 +27,11 @@ mod solution;
 mod structured;
 mod theorem1;
 
-use super::Fact;
 use super::error::{Fault, FileError};
 use super::fields::{Field, Fields};
 use super::number::{Datum, quoted};
 use super::write::Out;
+use super::{Fact, Witness};
 use crate::definite::of_one_certificate;
 use crate::error::ProofError;
 use crate::interval::Interval;
@@ -48,6 +49,7 @@ pub use hurwitz::HurwitzStability;
 pub use inequality::{Coefficient, Constraint, MatrixInequality};
 pub use inequality_holds::InequalityHolds;
 pub use inequality_refuted::InequalityRefuted;
+pub use kkl::{KklBox, KklClaims, KklErrorBound, KklMapError, KklMapName, KklMaps, KklTexts, LARGEST_KKL};
 pub use linear::LinearConvergence;
 pub use plant::{PlantMatrices, PlantWithin};
 pub use polytope::{JacobianPolytope, PlantPolytope, Vertex};
@@ -167,6 +169,8 @@ theorems! {
     SectorConvergence,
     /// Coordinates in which the unmeasured states contract.
     ContractionInCoordinates,
+    /// A bound of the estimation error of a KKL observer over a box.
+    KklErrorBound,
     /// A matrix is definite.
     Definiteness,
     /// The solution of a Lyapunov or Stein equation lies within.
