@@ -55,6 +55,7 @@ mod separation;
 pub mod stored;
 mod symbolic_polynomial;
 pub mod unknown_input;
+mod varying_periods;
 pub mod weights;
 
 pub use conditions::Theorem1;
@@ -85,6 +86,7 @@ pub use sampled::SampledCubicDesign;
 pub use stored::{StoredDesign, StoredError, StoredObserver};
 pub use symbolic_polynomial::SymbolicPolynomial;
 pub use unknown_input::{DecoupledPlant, UnknownInputDesign};
+pub use varying_periods::{GrowingTimes, Periods, VaryingPeriodDesign, at_varying_periods};
 pub use weights::{theta_from_cost_shares, theta_from_importance};
 
 /// The example of `README.md`, compiled and run with the documentation's tests.

@@ -386,8 +386,8 @@ pub enum ObserverKind {
         linear: LinearSpec,
         /// theta, p x p.
         theta: DMatrix<f64>,
-        /// The strength w of the cubic term.
-        strength: f64,
+        /// The gain of its cubic term: radial ones are in closed form, others take a semi-implicit step.
+        correction: luenberger_design::CubicGain,
         /// The sampling period.
         period: f64,
     },
@@ -444,6 +444,12 @@ pub enum ObserverKind {
         /// How many standard deviations an innovation may have; none for no limit.
         gate: Option<f64>,
     },
+    /// KKL observer with given maps.
+    Kkl(Box<crate::maps::KklMapsSpec>),
+    /// Parameter-estimation-based observer: Lambda is zero.
+    Pebo(Box<crate::maps::PebSpec>),
+    /// [KKL+PEB] observer.
+    KklPeb(Box<crate::maps::PebSpec>),
     /// Numerical KKL observer.
     KklNumerical(KklSpec),
 }
@@ -480,7 +486,12 @@ impl ObserverKind {
             | Self::UnknownInput { linear, .. }
             | Self::SampledCubic { linear, .. } => matches!(linear.gain, GainSpec::DecayRate(_) | GainSpec::Lmi),
             Self::Lpv { .. } | Self::Lipschitz { .. } | Self::MeanValue { .. } => true,
-            Self::HighGain { .. } | Self::ExtendedKalman { .. } | Self::KklNumerical(_) => false,
+            Self::HighGain { .. }
+            | Self::ExtendedKalman { .. }
+            | Self::Kkl(_)
+            | Self::Pebo(_)
+            | Self::KklPeb(_)
+            | Self::KklNumerical(_) => false,
         }
     }
 
@@ -498,6 +509,9 @@ impl ObserverKind {
             Self::MeanValue { .. } => "mean-value",
             Self::HighGain { .. } => "high-gain",
             Self::ExtendedKalman { .. } => "extended-kalman",
+            Self::Kkl(_) => "kkl",
+            Self::Pebo(_) => "pebo",
+            Self::KklPeb(_) => "kkl-peb",
             Self::KklNumerical(_) => "kkl-numerical",
         }
     }
@@ -521,6 +535,8 @@ impl ObserverKind {
             Self::Lpv { region, .. } | Self::MeanValue { region, .. } | Self::Lipschitz { region, split: None, .. } => {
                 region.clone()
             }
+            Self::Kkl(kkl) => kkl.region.clone(),
+            Self::Pebo(peb) | Self::KklPeb(peb) => peb.region.clone(),
             Self::KklNumerical(kkl) => luenberger_design::Region::new(&kkl.domain),
             _ => return None,
         };
@@ -555,7 +571,7 @@ impl ObserverKind {
             | Self::MeanValue { rate, .. } => *rate *= factor,
             Self::HighGain { r, .. } => *r /= factor,
             Self::KklNumerical(wish) => wish.cutoff *= factor,
-            Self::Lpv { .. } | Self::ExtendedKalman { .. } => {}
+            Self::Lpv { .. } | Self::ExtendedKalman { .. } | Self::Kkl(_) | Self::Pebo(_) | Self::KklPeb(_) => {}
         }
         kind
     }
@@ -566,10 +582,12 @@ impl ObserverKind {
         use luenberger_design::CubicGain;
         let mut kind = self.clone();
         match &mut kind {
-            Self::Cubic { correction: CubicGain::Gamma(value) | CubicGain::Radial(value), .. } => *value = gamma,
-            Self::ProportionalIntegral { cubic: Some((_, value)), .. }
-            | Self::UnknownInput { cubic: Some((_, value)), .. } => *value = gamma,
-            Self::SampledCubic { strength, .. } => *strength = gamma,
+            Self::Cubic { correction: CubicGain::Gamma(value) | CubicGain::Radial(value), .. }
+            | Self::ProportionalIntegral { cubic: Some((_, value)), .. }
+            | Self::UnknownInput { cubic: Some((_, value)), .. }
+            | Self::SampledCubic { correction: CubicGain::Gamma(value) | CubicGain::Radial(value), .. } => {
+                *value = gamma;
+            }
             _ => return None,
         }
         Some(kind)

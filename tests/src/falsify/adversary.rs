@@ -14,6 +14,7 @@ use super::document::{binary64, float_matrix, is_single, matrix, matrix_with_col
 use super::exact::Exact;
 use super::programs;
 use super::random::Random;
+use super::sampled as beyond;
 
 pub(super) type Found = Result<(), String>;
 
@@ -31,6 +32,8 @@ pub(super) const ADVERSARIES: &[(&str, Adversary)] = &[
     ("sampled-cubic-observer", sampled),
     ("unknown-input-observer", unknown_input),
     ("input-to-state-stability", disturbed::contradicted),
+    ("sampled-cubic-observer-semi-implicit", beyond::semi_implicit),
+    ("sampled-observer-at-varying-periods", beyond::varying_periods),
     ("deployed-observer", deployed::contradicted),
     ("feedback-loop", feedback),
     ("polytope-of-plants", polytope),
@@ -54,7 +57,7 @@ fn said(what: &str) -> impl FnOnce() -> String {
     || what
 }
 
-fn single(value: &Value) -> Exact {
+pub(super) fn single(value: &Value) -> Exact {
     number(value.as_str().expect("a number")).expect("a number")
 }
 
@@ -123,7 +126,7 @@ fn hurwitz(document: &Value, random: &mut Random) -> Found {
 }
 
 /// `P - F'P F`.
-fn fall(f: &Exact, p: &Exact) -> Result<Exact, String> {
+pub(super) fn fall(f: &Exact, p: &Exact) -> Result<Exact, String> {
     let m = p.minus(&f.congruent(p));
     ensure(m.is_positive(), said("F'PF - P < 0"))?;
     ensure(f.is_schur(), said("eigenvalues inside the unit circle"))?;

@@ -16,6 +16,7 @@ mod exact;
 mod mutate;
 mod programs;
 mod random;
+mod sampled;
 mod seeds;
 
 use luenberger_proof::certificate::{CertificateFile, Theorem, digest, verify};

@@ -7,8 +7,8 @@ use luenberger_design::mean_value::ContractingCoordinates;
 use luenberger_design::robust::PolytopicDesign;
 use luenberger_design::{
     Certified, CubicDesign, CubicGain, DecoupledPlant, Disturbances, ErrorBound, FeedbackDesign, LinearDesign,
-    LipschitzDesign, SampledCubicDesign, Theorem1, UnknownInputDesign, deployed_linear, joint_design,
-    lyapunov_certificate_file, stein_certificate_file,
+    LipschitzDesign, Periods, SampledCubicDesign, Theorem1, UnknownInputDesign, VaryingPeriodDesign,
+    at_varying_periods, deployed_linear, joint_design, lyapunov_certificate_file, stein_certificate_file,
 };
 use luenberger_linalg::{lqr, lyapunov, stein};
 use luenberger_lmi::{Problem, he, sdpa};
@@ -37,6 +37,8 @@ pub(super) const GENERATORS: &[(&str, Generator)] = &[
     ("sampled-cubic-observer", sampled),
     ("unknown-input-observer", unknown_input),
     ("input-to-state-stability", input_to_state),
+    ("sampled-cubic-observer-semi-implicit", semi_implicit),
+    ("sampled-observer-at-varying-periods", varying_periods),
     ("deployed-observer", deployed),
     ("feedback-loop", feedback),
     ("polytope-of-plants", polytope),
@@ -184,6 +186,41 @@ fn sampled_design(random: &mut Random) -> Option<SampledCubicDesign> {
     let linear = linear(&plant, random)?;
     let theta = weight(plant.c.nrows(), random);
     SampledCubicDesign::new(&linear, &theta, random.between(0.1, 20.0), random.between(0.01, 0.3)).ok()
+}
+
+fn semi_implicit(random: &mut Random) -> Option<CertificateFile> {
+    let plant = plant(random, 3)?;
+    let linear = linear(&plant, random)?;
+    let p = plant.c.nrows();
+    let correction = if random.once_in(3) {
+        CubicGain::Gamma(random.between(0.1, 4.0))
+    } else {
+        CubicGain::General(accretive(p, random))
+    };
+    let design =
+        SampledCubicDesign::with_correction(&linear, &weight(p, random), &correction, random.between(0.01, 0.3));
+    written(design.ok()?.certificate_file("semi-implicit"))
+}
+
+fn varying_periods(random: &mut Random) -> Option<CertificateFile> {
+    let plant = plant(random, 3)?;
+    let linear = linear(&plant, random)?;
+    let p = plant.c.nrows();
+    let h = random.between(0.02, 0.2);
+    let (shortest, longest) = (h * random.between(0.8, 1.0), h * random.between(1.0, 1.2));
+    let periods = Periods { shortest, longest, misses: random.below(3) };
+    let correction = match random.below(3) {
+        0 => {
+            let sampled = SampledCubicDesign::new(&linear, &DMatrix::identity(p, p), 1.0, h).ok()?;
+            let k = sampled.observer.ad().clone().try_inverse()? * sampled.observer.ld();
+            let theorem = at_varying_periods(&plant, &k, &periods).ok()?;
+            return written(CertificateFile::prove("linear at varying periods", theorem));
+        }
+        1 => CubicGain::Radial(random.between(0.1, 20.0)),
+        _ => CubicGain::General(accretive(p, random)),
+    };
+    let design = VaryingPeriodDesign::new(&linear, &weight(p, random), &correction, h, &periods).ok()?;
+    written(design.certificate_file("varying periods"))
 }
 
 fn discrete_observer(random: &mut Random) -> Option<CertificateFile> {

@@ -15,3 +15,4 @@ mod theorems_input_to_state;
 mod theorems_kkl;
 mod theorems_kkl_converter;
 mod theorems_mvt;
+mod theorems_sampled;

@@ -12,9 +12,9 @@ use luenberger_design::mean_value::{ContractingCoordinates, MeanValueDesign};
 use luenberger_design::robust::{PolytopicDesign, certify_gain};
 use luenberger_design::{
     Certified, CubicDesign, CubicGain, DecoupledPlant, DiscreteLpvDesign, Disturbances, ErrorBound, FeedbackDesign,
-    GainOptions, LinearDesign, LipschitzDesign, LpvDesign, LyapunovWeight, Region, SampledCubicDesign, Theorem1,
-    UnknownInputDesign, deployed_linear, joint_design, lyapunov_certificate_file, stein_certificate_file,
-    theta_from_importance,
+    GainOptions, LinearDesign, LipschitzDesign, LpvDesign, LyapunovWeight, Periods, Region, SampledCubicDesign,
+    Theorem1, UnknownInputDesign, VaryingPeriodDesign, at_varying_periods, deployed_linear, joint_design,
+    lyapunov_certificate_file, stein_certificate_file, theta_from_importance,
 };
 use luenberger_linalg::lqr;
 use luenberger_lmi::{Problem, he, sdpa};
@@ -105,10 +105,31 @@ fn of_linear_plants() -> Vec<CertificateFile> {
     let theta = theta_from_importance(&[1.0, 0.0]).unwrap();
     let blind = CubicDesign::new(&linear(&blind), &theta, &CubicGain::Gamma(1.0)).unwrap();
     let sampled = SampledCubicDesign::new(&example1, &dmatrix![1.0], 10.0, 1e-3).unwrap();
-    let mut files: Vec<CertificateFile> =
-        [&example1 as &dyn Certified, &cubic, &joint, &feedback, &polytope, &gain, &theorem1, &blind, &sampled]
-            .map(|design| design.certificate_file("a design").unwrap())
-            .into();
+    let two = StateSpace::new(DMatrix::identity(2, 2) * 0.3, DMatrix::zeros(2, 0), DMatrix::identity(2, 2)).unwrap();
+    let general = CubicGain::General(dmatrix![2.0, 1.0; -1.0, 0.5]);
+    let semi_implicit =
+        SampledCubicDesign::with_correction(&linear(&two), &DMatrix::identity(2, 2), &general, 0.1).unwrap();
+    let mut files: Vec<CertificateFile> = [
+        &example1 as &dyn Certified,
+        &cubic,
+        &joint,
+        &feedback,
+        &polytope,
+        &gain,
+        &theorem1,
+        &blind,
+        &sampled,
+        &semi_implicit,
+    ]
+    .map(|design| design.certificate_file("a design").unwrap())
+    .into();
+    let periods = Periods { shortest: 0.08, longest: 0.13, misses: 1 };
+    for correction in [CubicGain::Radial(10.0), CubicGain::Gamma(3.0)] {
+        let varying = VaryingPeriodDesign::new(&example1, &dmatrix![1.0], &correction, 0.1, &periods).unwrap();
+        files.push(varying.certificate_file("varying periods").unwrap());
+        files
+            .push(CertificateFile::prove("linear", at_varying_periods(&plant, &varying.k, &periods).unwrap()).unwrap());
+    }
     let Theorem::CubicConvergence(CubicConvergence { plant, l, theta, p, s, rate, .. }) = files[7].theorem().clone()
     else {
         panic!("{}", files[7].theorem().name())

@@ -8,6 +8,7 @@ mod check;
 mod csv;
 mod disturbance;
 mod json;
+mod maps;
 mod observer;
 mod operating_point;
 mod other_plant;
