@@ -267,8 +267,21 @@ pub struct ObserverSpec {
     pub kind: ObserverKind,
     /// Limits of a gain that is designed by a matrix inequality.
     pub limits: GainLimits,
+    /// Bounds of noise and disturbances for which the error is to be bounded, if specified.
+    pub bounds: Option<ActingBounds>,
     /// Position of the observer in the file.
     pub place: Place,
+}
+
+/// Bounds of noise and disturbances, `x' = A x + B u + E w`, `y = C x + v`.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ActingBounds {
+    /// The bounds of v, one for each output.
+    pub noise: Vec<f64>,
+    /// The bounds of w.
+    pub disturbance: Vec<f64>,
+    /// E, n x q.
+    pub e: DMatrix<f64>,
 }
 
 /// Limits of a gain that is designed by a matrix inequality, beside the decay rate; see
@@ -346,6 +359,26 @@ pub enum ObserverKind {
         theta: DMatrix<f64>,
         /// N.
         correction: luenberger_design::CubicGain,
+    },
+    /// Observer of the state and of a slowly varying disturbance, linear or cubic.
+    ProportionalIntegral {
+        /// E, n x q.
+        e: DMatrix<f64>,
+        /// Bounds of the derivative of the disturbance, one for each.
+        rate: Vec<f64>,
+        /// Its linear part, for the plant with the disturbance among its states.
+        linear: LinearSpec,
+        /// theta, p x p, and gamma of a cubic term.
+        cubic: Option<(DMatrix<f64>, f64)>,
+    },
+    /// Observer whose error does not depend on a disturbance, linear or cubic.
+    UnknownInput {
+        /// E, n x q.
+        e: DMatrix<f64>,
+        /// Its linear part, for the plant without the disturbance.
+        linear: LinearSpec,
+        /// theta, p x p, and gamma of a cubic term.
+        cubic: Option<(DMatrix<f64>, f64)>,
     },
     /// Sampled cubic observer.
     SampledCubic {
@@ -449,6 +482,8 @@ impl ObserverKind {
             Self::Luenberger(linear)
             | Self::Kalman(linear)
             | Self::Cubic { linear, .. }
+            | Self::ProportionalIntegral { linear, .. }
+            | Self::UnknownInput { linear, .. }
             | Self::SampledCubic { linear, .. } => matches!(linear.gain, GainSpec::DecayRate(_) | GainSpec::Lmi),
             Self::Lpv { .. } | Self::Lipschitz { .. } | Self::MeanValue { .. } => true,
             Self::HighGain { .. }
@@ -466,6 +501,8 @@ impl ObserverKind {
             Self::Luenberger(_) => "luenberger",
             Self::Kalman(_) => "kalman",
             Self::Cubic { .. } => "cubic",
+            Self::ProportionalIntegral { .. } => "proportional-integral",
+            Self::UnknownInput { .. } => "unknown-input",
             Self::SampledCubic { .. } => "sampled-cubic",
             Self::Lpv { .. } => "lpv",
             Self::Lipschitz { .. } => "lipschitz",
@@ -485,6 +522,11 @@ impl ObserverKind {
             Self::SampledCubic { period, .. } | Self::ExtendedKalman { period, .. } => Some(*period),
             _ => None,
         }
+    }
+
+    /// The number of disturbances that are estimated with the state.
+    pub fn estimated_disturbances(&self) -> usize {
+        if let Self::ProportionalIntegral { e, .. } = self { e.ncols() } else { 0 }
     }
 
     /// The region of the design, if it is bounded somewhere.
@@ -521,6 +563,8 @@ impl ObserverKind {
             Self::Luenberger(wish)
             | Self::Kalman(wish)
             | Self::Cubic { linear: wish, .. }
+            | Self::ProportionalIntegral { linear: wish, .. }
+            | Self::UnknownInput { linear: wish, .. }
             | Self::SampledCubic { linear: wish, .. } => *wish = linear(wish),
             Self::Lpv { rate: RateSpec::Rate(rate) | RateSpec::Fastest(rate), .. }
             | Self::Lipschitz { rate, .. }
@@ -542,6 +586,8 @@ impl ObserverKind {
             | Self::SampledCubic { correction: CubicGain::Gamma(value) | CubicGain::Radial(value), .. } => {
                 *value = gamma;
             }
+            Self::ProportionalIntegral { cubic: Some((_, value)), .. }
+            | Self::UnknownInput { cubic: Some((_, value)), .. } => *value = gamma,
             _ => return None,
         }
         Some(kind)

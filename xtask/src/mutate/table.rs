@@ -628,7 +628,7 @@ pub(super) const SOURCES: &[Source] = &[
         ],
     },
     Source {
-        file: "crates/design/src/error_bound.rs",
+        file: "crates/design/src/error_bound/mod.rs",
         suites: &[INPUT_TO_STATE],
         mutants: &[
             mutant("error bound: S for S' in mu", Transpose, "s.transpose() * &self.d;", "&s * &self.d;"),

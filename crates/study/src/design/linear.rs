@@ -1,17 +1,20 @@
 //! Designs of the observers of linear plants.
 
 use luenberger_design::number::decay;
-use luenberger_design::{CubicDesign, CubicGain, DesignError, GainOptions, LinearDesign, SampledCubicDesign};
+use luenberger_design::{
+    CubicDesign, CubicGain, DesignError, ErrorBound, GainOptions, LinearDesign, SampledCubicDesign,
+};
 use luenberger_plants::StateSpace;
 use luenberger_proof::wording::significant;
 use nalgebra::DMatrix;
 
+use super::disturbance::{self, acting};
 use super::explain::Misfit;
 use super::noise_gain::NoiseGain;
 use super::runnable::Runnable;
 use super::{Designed, facts, matrix, number, poles, reach, verdict};
 use crate::results::DesignReport;
-use crate::study::{GainSpec, LinearSpec, Study};
+use crate::study::{ActingBounds, GainSpec, LinearSpec, Study};
 
 pub(super) fn of(plant: &StateSpace, wish: &LinearSpec, options: &GainOptions) -> Result<LinearDesign, DesignError> {
     let design = match &wish.gain {
@@ -36,7 +39,7 @@ pub(super) fn luenberger(
     study: &Study,
     plant: &StateSpace,
     wish: &LinearSpec,
-    options: &GainOptions,
+    (options, bounds): (&GainOptions, Option<&ActingBounds>),
 ) -> Result<Designed, Misfit> {
     let design = of(plant, wish, options)?;
     let rate = -design.spectral_abscissa();
@@ -72,11 +75,18 @@ pub(super) fn luenberger(
         evidence: None,
         noise_deviation: noise.deviation,
     };
-    Ok(Designed {
+    let designed = Designed {
         runnable: Runnable::Linear(Box::new(design.observer.clone())),
         report,
         certificate: Some(design.certificate.clone()),
-    })
+    };
+    match bounds {
+        Some(bounds) => {
+            let bound = ErrorBound::linear(&design.observer, &acting(bounds))?;
+            Ok(disturbance::bounded(designed, &bound, &study.plant.states))
+        }
+        None => Ok(designed),
+    }
 }
 
 pub(super) fn cubic(
@@ -85,7 +95,7 @@ pub(super) fn cubic(
     wish: &LinearSpec,
     theta: &DMatrix<f64>,
     correction: &CubicGain,
-    options: &GainOptions,
+    (options, bounds): (&GainOptions, Option<&ActingBounds>),
 ) -> Result<Designed, Misfit> {
     let linear = of(plant, wish, options)?;
     let design = CubicDesign::new(&linear, theta, correction)?;
@@ -113,11 +123,18 @@ pub(super) fn cubic(
         evidence: None,
         noise_deviation: noise.deviation,
     };
-    Ok(Designed {
+    let designed = Designed {
         runnable: Runnable::Cubic(Box::new(design.observer.clone())),
         report,
         certificate: Some(design.certificate.clone()),
-    })
+    };
+    match bounds {
+        Some(bounds) => {
+            let bound = ErrorBound::cubic(&design, &acting(bounds))?;
+            Ok(disturbance::bounded(designed, &bound, &study.plant.states))
+        }
+        None => Ok(designed),
+    }
 }
 
 pub(super) fn sampled(

@@ -4,6 +4,7 @@ mod battery;
 mod blocks;
 mod choices;
 mod discrete_time;
+mod disturbance;
 mod feedthrough;
 mod folder;
 mod gain_limits;
