@@ -34,6 +34,34 @@ def exact(x):
     return near if Fraction(near) == x else f"{hexadecimal(x)} (about {near})"
 
 
+def rounded(x, digits, up):
+    """A positive number as a decimal of so many digits, rounded down or up."""
+    first = 0
+    while Fraction(10) ** (first + 1) <= x:
+        first += 1
+    while Fraction(10) ** first > x:
+        first -= 1
+    scaled = x / Fraction(10) ** (first - digits + 1)
+    kept = -(-scaled.numerator // scaled.denominator) if up else scaled.numerator // scaled.denominator
+    text = str(kept)
+    first += len(text) - digits
+    text = text.rstrip("0")
+    if not -4 <= first <= 6:
+        return text[0] + ("." + text[1:] if text[1:] else "") + f"e{first}"
+    if first < 0:
+        return "0." + "0" * (-first - 1) + text
+    text = text.ljust(first + 1, "0")
+    return text[: first + 1] + ("." + text[first + 1 :] if text[first + 1 :] else "")
+
+
+def at_least(x, digits):
+    return rounded(x, digits, False) if x else "0"
+
+
+def at_most(x, digits):
+    return rounded(x, digits, True) if x else "0"
+
+
 def quoted(name):
     return '"' + name.replace("\\", "\\\\").replace('"', '\\"') + '"'
 
@@ -277,6 +305,32 @@ def sector_observer(states, outputs, sectors, rate):
         "and the observer xhat' = A xhat + sum_k G_k phi_k(t, H_k xhat, u) + g(t, y, u) + L(y - C xhat), "
         f"e = x - xhat: {decay(rate)}, from every e(0). That the nonlinearities of a plant satisfy this, where x and "
         "xhat are, is a hypothesis."
+    )
+
+
+def input_to_state_stability(states, outputs, vertices, has_cubic, rate, disturbances, level, limsup, is_single):
+    sizes = f"{counted(states, 'state')}, {counted(len(disturbances), 'disturbance')} and {counted(outputs, 'output')}"
+    a, e = "A", "E"
+    plant = f"the plant x' = Ax + Bu + Ew, y = Cx + Dw with {sizes}, any B and u"
+    if vertices > 1:
+        a, e = "A(t)", "E(t)"
+        plant = (
+            f"every plant x' = A(t)x + Bu + E(t)w, y = Cx + Dw with {sizes}, any B and u, whose pair (A(t), E(t)) lies "
+            f"in the convex hull of the {vertices} pairs (A_k, E_k) at all times"
+        )
+    function, term = "V = e'Pe", "(r'theta r) N r"
+    if has_cubic:
+        function = (
+            "V = e'P~e, P~ = C'XC + (I - T)(P - C'XC)(I - T) with the orthogonal projector T on the range of N,"
+        )
+    bounds = ", ".join(f"|w_{i + 1}| <= {at_least(x, 6)}" for i, x in enumerate(disturbances))
+    limits = ", ".join(f"limsup |e_{i + 1}| <= {at_most(x, 4)}" for i, x in enumerate(limsup))
+    return (
+        f"For {plant}, all disturbances w with {bounds}, and the observer xhat' = {a} xhat + Bu + L r"
+        f"{' - ' + term if has_cubic else ''}, r = y - C xhat, with the gains exactly as stored, "
+        f"the error e = x - xhat obeys e' = ({a} - LC)e + ({e} - LD)w{' + ' + term if has_cubic else ''}; "
+        f"{function} satisfies V(t) <= exp(-2 rate t) V(0) + level with rate = {at_least(rate, 4)} and level = "
+        f"{at_most(level, 4)}, from every e(0); and {limits}.{enclosed(is_single)}"
     )
 
 

@@ -413,6 +413,12 @@ pub enum ObserverKind {
         /// How many standard deviations an innovation may have; none for no limit.
         gate: Option<f64>,
     },
+    /// KKL observer with given maps.
+    Kkl(Box<crate::maps::KklMapsSpec>),
+    /// Parameter-estimation-based observer: Lambda is zero.
+    Pebo(Box<crate::maps::PebSpec>),
+    /// [KKL+PEB] observer.
+    KklPeb(Box<crate::maps::PebSpec>),
     /// Numerical KKL observer.
     KklNumerical(KklSpec),
 }
@@ -450,7 +456,12 @@ impl ObserverKind {
             }
             Self::SampledCubic { varying: Some(_), .. } => true,
             Self::Lpv { .. } | Self::Lipschitz { .. } | Self::MeanValue { .. } => true,
-            Self::HighGain { .. } | Self::ExtendedKalman { .. } | Self::KklNumerical(_) => false,
+            Self::HighGain { .. }
+            | Self::ExtendedKalman { .. }
+            | Self::Kkl(_)
+            | Self::Pebo(_)
+            | Self::KklPeb(_)
+            | Self::KklNumerical(_) => false,
         }
     }
 
@@ -466,6 +477,9 @@ impl ObserverKind {
             Self::MeanValue { .. } => "mean-value",
             Self::HighGain { .. } => "high-gain",
             Self::ExtendedKalman { .. } => "extended-kalman",
+            Self::Kkl(_) => "kkl",
+            Self::Pebo(_) => "pebo",
+            Self::KklPeb(_) => "kkl-peb",
             Self::KklNumerical(_) => "kkl-numerical",
         }
     }
@@ -484,6 +498,8 @@ impl ObserverKind {
             Self::Lpv { region, .. } | Self::MeanValue { region, .. } | Self::Lipschitz { region, split: None, .. } => {
                 region.clone()
             }
+            Self::Kkl(kkl) => kkl.region.clone(),
+            Self::Pebo(peb) | Self::KklPeb(peb) => peb.region.clone(),
             Self::KklNumerical(kkl) => luenberger_design::Region::new(&kkl.domain),
             _ => return None,
         };
@@ -516,7 +532,7 @@ impl ObserverKind {
             | Self::MeanValue { rate, .. } => *rate *= factor,
             Self::HighGain { r, .. } => *r /= factor,
             Self::KklNumerical(wish) => wish.cutoff *= factor,
-            Self::Lpv { .. } | Self::ExtendedKalman { .. } => {}
+            Self::Lpv { .. } | Self::ExtendedKalman { .. } | Self::Kkl(_) | Self::Pebo(_) | Self::KklPeb(_) => {}
         }
         kind
     }

@@ -9,6 +9,7 @@
 use serde_json::Value;
 
 use super::deployed;
+use super::disturbed;
 use super::document::{binary64, float_matrix, is_single, matrix, matrix_with_columns, number, symmetric};
 use super::exact::Exact;
 use super::programs;
@@ -29,6 +30,7 @@ pub(super) const ADVERSARIES: &[(&str, Adversary)] = &[
     ("cubic-observer-with-structured-gain", structured),
     ("cubic-observer-theorem-1", theorem1),
     ("sampled-cubic-observer", sampled),
+    ("input-to-state-stability", disturbed::contradicted),
     ("sampled-cubic-observer-semi-implicit", beyond::semi_implicit),
     ("sampled-observer-at-varying-periods", beyond::varying_periods),
     ("deployed-observer", deployed::contradicted),

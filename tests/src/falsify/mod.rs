@@ -10,6 +10,7 @@
 
 mod adversary;
 mod deployed;
+mod disturbed;
 mod document;
 mod exact;
 mod mutate;

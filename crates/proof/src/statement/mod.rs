@@ -14,6 +14,7 @@ mod equation;
 mod exponential;
 mod feedback;
 mod hidden;
+mod input_to_state;
 mod lyapunov;
 mod sector;
 mod semi_implicit;
@@ -30,6 +31,7 @@ pub use deployed_cubic::{DeployedCubic, Ellipsoid, Reach, deployed_cubic};
 pub use equation::{ELIMINATION_ORDER, Enclosed, Enclosure, lyapunov_solution, stein_solution};
 pub use feedback::feedback_block;
 pub use hidden::{HIDDEN_ORDER, HiddenMotion, hidden_motion, hurwitz_spectrum};
+pub use input_to_state::{CubicTerm, DisturbedObserver, ErrorBound, InputToState, input_to_state};
 pub(crate) use lyapunov::largest_eigenvalue_bound;
 pub use lyapunov::{
     contraction_within, decay_rate, decay_rate_within, hurwitz, lyapunov_decrease, overshoot_bound, positive,

@@ -596,6 +596,10 @@ fn every_kind() -> Vec<CertificateFile> {
             ),
         ),
         (
+            "input-to-state-stability",
+            "\"plant\": {\"vertices\": [{\"A\": [[\"-1\"]], \"E\": [[\"1\", \"0\"]]}], \"C\": [[\"1\"]], \"D\": [[\"0\", \"1\"]]}, \"observer\": {\"L\": [[\"0\"]]}, \"cubic\": {\"N\": [[\"-1\"]], \"theta\": [[\"1\"]], \"X\": [[\"1\"]], \"kappa\": \"2\", \"mu\": [\"1\", \"2\"]}, \"lyapunov\": {\"P\": [[\"1\"]], \"rate\": \"0x1p-2\", \"lambda\": [\"2\", \"1\"]}, \"bounds\": {\"w\": [\"1\", \"1\"], \"level\": \"16\", \"limsup\": [\"8\"]}".to_owned(),
+        ),
+        (
             "contracting-coordinates",
             "\"vertices\": [[[\"-1\", \"0\"], [\"0\", \"-1\"]]], \"coordinates\": {\"K\": [[\"0\"]]}, \"observer\": {\"injection\": \"1\"}, \"lyapunov\": {\"Q\": [[\"1\"]], \"rate\": \"0\"}".to_owned(),
         ),

@@ -17,7 +17,7 @@ mod record;
 
 pub use exported::exported;
 pub(crate) use linear::MARGIN;
-pub use nonlinear::{CopyDesign, DiscreteCopyDesign, FilterDesign, KklDesign, KklStep};
+pub use nonlinear::{CopyDesign, DiscreteCopyDesign, ExtensionDesign, FilterDesign, KklDesign, KklStep};
 pub use record::{Difference, Record, record};
 
 use std::sync::atomic::AtomicBool;
@@ -52,6 +52,8 @@ pub enum SampledDesign {
     Filter(Box<FilterDesign>),
     /// The numerical KKL observer.
     Kkl(Box<KklDesign>),
+    /// An observer with given maps.
+    Extension(Box<ExtensionDesign>),
 }
 
 /// A sampled design, and the design of the study itself where it was needed.
@@ -79,6 +81,7 @@ impl SampledDesign {
             Self::Copy(design) => Some(design.observer.substeps()),
             Self::Filter(design) => design.filter.substeps(),
             Self::Kkl(design) => Some(design.observer.substeps()),
+            Self::Extension(design) => Some(design.observer.substeps()),
             _ => None,
         }
     }
@@ -347,6 +350,19 @@ pub fn evidence(study: &Study, observer: &ObserverSpec, design: &SampledDesign, 
                 copied.certificate.as_ref(),
                 "for the observer in continuous time",
                 &copied.statement,
+                &rest,
+            )
+        }
+        SampledDesign::Extension(extended) => {
+            let rest = format!(
+                "What this code computes, {} of the Runge-Kutta method per period and an output predicted between samples, approaches that as the period goes to 0; the proof does not cover it, nor rounding to {format}.",
+                counted(extended.observer.substeps(), "step"),
+            );
+            of_statement(
+                title,
+                extended.certificate.as_ref(),
+                "for the observer in continuous time",
+                &extended.statement,
                 &rest,
             )
         }

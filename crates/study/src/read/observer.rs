@@ -7,7 +7,7 @@ use luenberger_proof::wording::counted;
 use nalgebra::{Complex, DMatrix};
 
 use super::tree::Node;
-use super::{Reader, check};
+use super::{Reader, check, maps};
 use crate::diagnostic::Source;
 use crate::model::PlantModel;
 use crate::study::{GainLimits, GainSpec, KklSpec, LinearSpec, ObserverKind, ObserverSpec, RateSpec};
@@ -22,7 +22,7 @@ pub(super) fn observers(
 ) -> Option<Vec<ObserverSpec>> {
     let Some(list) = root.get("observer") else { return Some(Vec::new()) };
     let read: Vec<Option<ObserverSpec>> =
-        list.list()?.iter().map(|node| observer(node, plant.model.size(), start, source, reader)).collect();
+        list.list()?.iter().map(|node| observer(node, plant, start, source, reader)).collect();
     let observers: Vec<ObserverSpec> = read.into_iter().collect::<Option<_>>()?;
     names(&observers, list, root, reader).then_some(observers)
 }
@@ -86,18 +86,23 @@ pub(crate) fn file_name(name: &str) -> String {
 
 fn observer(
     node: &Node,
-    size: Dimensions,
+    plant: &PlantModel,
     start: &[f64],
     source: &Source,
     reader: &mut Reader,
 ) -> Option<ObserverSpec> {
-    let kind_name = node.get("kind")?.text()?;
+    let (size, kind_name) = (plant.model.size(), node.get("kind")?.text()?);
     let name = node.get("name").and_then(Node::text).unwrap_or(kind_name).to_owned();
     let initial = match node.get("initial") {
         Some(initial) => reader.numbers(initial, "initial", size.states, "state"),
         None => Some(start.to_vec()),
     };
-    let kind = kind(node, kind_name, size, reader);
+    let kind = match kind_name {
+        "kkl" => maps::kkl(node, plant, reader),
+        "pebo" => maps::peb(node, plant, reader).map(|peb| ObserverKind::Pebo(Box::new(peb))),
+        "kkl-peb" => maps::peb(node, plant, reader).map(|peb| ObserverKind::KklPeb(Box::new(peb))),
+        _ => kind(node, kind_name, size, reader),
+    };
     let limits = limits(node, size, reader);
     let place = source.place(check::head(node).start);
     Some(ObserverSpec { name, initial: initial?, kind: kind?, limits: limits?, place })
@@ -412,7 +417,7 @@ fn general(node: &Node, p: usize, reader: &mut Reader) -> Option<CubicGain> {
     Some(CubicGain::General(reader.matrix(node.get("s")?, "s", (Some(p), Some(p)), &of_outputs)?))
 }
 
-fn region(node: &Node, size: Dimensions, reader: &mut Reader) -> Option<Region> {
+pub(super) fn region(node: &Node, size: Dimensions, reader: &mut Reader) -> Option<Region> {
     let Some(table) = node.get("region") else { return Some(Region::everywhere(size.states)) };
     let mut region = match table.get("states") {
         Some(states) => Region::new(&bounds(states, "states", size.states, "state", reader)?),
@@ -436,10 +441,20 @@ fn bound(node: &Node) -> Option<(f64, f64)> {
 }
 
 fn bounds(node: &Node, name: &str, length: usize, of: &str, reader: &mut Reader) -> Option<Vec<(f64, f64)>> {
+    pairs(node, name, (length, of, "the plant"), reader)
+}
+
+/// As many pairs as `whose` has of `of`.
+pub(super) fn pairs(
+    node: &Node,
+    name: &str,
+    (length, of, whose): (usize, &str, &str),
+    reader: &mut Reader,
+) -> Option<Vec<(f64, f64)>> {
     let bounds: Vec<(f64, f64)> = node.list()?.iter().map(bound).collect::<Option<_>>()?;
     if bounds.len() != length {
         let message =
-            format!("`{name}` has {}, and the plant has {}", counted(bounds.len(), "pair"), counted(length, of));
+            format!("`{name}` has {}, and {whose} has {}", counted(bounds.len(), "pair"), counted(length, of));
         reader.wrong(node.span.clone(), message, format!("expected {}", counted(length, "pair")));
         return None;
     }

@@ -15,6 +15,7 @@ mod hurwitz;
 mod inequality;
 mod inequality_holds;
 mod inequality_refuted;
+mod input_to_state;
 mod linear;
 mod plant;
 mod polytope;
@@ -50,6 +51,7 @@ pub use hurwitz::HurwitzStability;
 pub use inequality::{Coefficient, Constraint, MatrixInequality};
 pub use inequality_holds::InequalityHolds;
 pub use inequality_refuted::InequalityRefuted;
+pub use input_to_state::{DisturbedPlant, InputToStateStability};
 pub use linear::LinearConvergence;
 pub use plant::{PlantMatrices, PlantWithin};
 pub use polytope::{JacobianPolytope, PlantPolytope, Vertex};
@@ -157,6 +159,8 @@ theorems! {
     CubicTheorem1,
     /// The sampled cubic observer.
     SampledCubicConvergence,
+    /// A bound of the error under bounded disturbances and noise.
+    InputToStateStability,
     /// The sampled cubic observer with a semi-implicit cubic step.
     SemiImplicitCubicConvergence,
     /// The sampled observer at periods that vary, with missed samples.
