@@ -455,3 +455,25 @@ def deployed_observer(states, inputs, outputs, step, stored, running):
         f"in exact arithmetic, for the error e = x - xhat, {error}, V = e'Pe falls at each step at least by a factor "
         f"below 1 that is the same for all e, and e tends to 0 exponentially, from every e(0). {claim}"
     )
+
+
+def kkl_error_bound(size, f, h, z, rows, b, inverse, x, u, phi, rate, limit, start, lipschitz, defect, eventual):
+    gain = "; ".join(map(", ".join, rows))
+    within = [
+        f"{letter}{k} in [{exact(low)}, {exact(high)}]"
+        for letter, ranges in (("x", x), ("u", u))
+        for k, (low, high) in enumerate(ranges, 1)
+    ]
+    bounds = [
+        f"|z{k} - zhat{k}| <= {exact(l)} V(t) + {exact(d)}" for k, (l, d) in enumerate(zip(lipschitz, defect), 1)
+    ]
+    limits = [f"limsup |z{k} - zhat{k}| <= {exact(e)}" for k, e in enumerate(eventual, 1)]
+    return (
+        f"For the plant x' = f(x, u), y = h(x) with {sizes(*size)}, f = ({', '.join(f)}), h = ({', '.join(h)}), and the "
+        f"observer xi' = Lambda(u, y) xi + B(u, y), zhat = phi^L(xi, u, y) of z = ({', '.join(z)}) with Lambda = "
+        f"[{gain}], B = ({', '.join(b)}) and phi^L = ({', '.join(inverse)}): along every solution that remains in the "
+        f"box {', '.join(within)}, the error e = xi - phi(x) with phi = ({', '.join(phi)}) satisfies V(t) <= "
+        "exp(-rate t) V(0) + (1 - exp(-rate t)) limit from every xi(0), for V = sqrt(e'Pe), rate = "
+        f"{exact(rate)} and limit = {exact(limit)}. Whenever V(t) <= {exact(start)}, and at all times if V(0) is, "
+        f"{', '.join(bounds)}. From every xi(0), {', '.join(limits)}."
+    )

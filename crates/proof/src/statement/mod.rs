@@ -15,6 +15,7 @@ mod exponential;
 mod feedback;
 mod hidden;
 mod input_to_state;
+mod kkl;
 mod lyapunov;
 mod sector;
 mod semi_implicit;
@@ -32,6 +33,7 @@ pub use equation::{ELIMINATION_ORDER, Enclosed, Enclosure, lyapunov_solution, st
 pub use feedback::feedback_block;
 pub use hidden::{HIDDEN_ORDER, HiddenMotion, hidden_motion, hurwitz_spectrum};
 pub use input_to_state::{CubicTerm, DisturbedObserver, ErrorBound, InputToState, input_to_state};
+pub(crate) use kkl::{Axes, Composition, Expressions};
 pub(crate) use lyapunov::largest_eigenvalue_bound;
 pub use lyapunov::{
     contraction_within, decay_rate, decay_rate_within, hurwitz, lyapunov_decrease, overshoot_bound, positive,

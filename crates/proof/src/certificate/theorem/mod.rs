@@ -16,6 +16,7 @@ mod inequality;
 mod inequality_holds;
 mod inequality_refuted;
 mod input_to_state;
+mod kkl;
 mod linear;
 mod plant;
 mod polytope;
@@ -29,11 +30,11 @@ mod structured;
 mod theorem1;
 mod varying_periods;
 
-use super::Fact;
 use super::error::{Fault, FileError};
 use super::fields::{Field, Fields};
 use super::number::{Datum, quoted};
 use super::write::Out;
+use super::{Fact, Witness};
 use crate::definite::of_one_certificate;
 use crate::error::ProofError;
 use crate::interval::Interval;
@@ -52,6 +53,7 @@ pub use inequality::{Coefficient, Constraint, MatrixInequality};
 pub use inequality_holds::InequalityHolds;
 pub use inequality_refuted::InequalityRefuted;
 pub use input_to_state::{DisturbedPlant, InputToStateStability};
+pub use kkl::{KklBox, KklClaims, KklErrorBound, KklMapError, KklMapName, KklMaps, KklTexts, LARGEST_KKL};
 pub use linear::LinearConvergence;
 pub use plant::{PlantMatrices, PlantWithin};
 pub use polytope::{JacobianPolytope, PlantPolytope, Vertex};
@@ -179,6 +181,8 @@ theorems! {
     SectorConvergence,
     /// Coordinates in which the unmeasured states contract.
     ContractionInCoordinates,
+    /// A bound of the estimation error of a KKL observer over a box.
+    KklErrorBound,
     /// A matrix is definite.
     Definiteness,
     /// The solution of a Lyapunov or Stein equation lies within.
