@@ -6,7 +6,7 @@ use luenberger_design::{DesignError, EnclosureError, KklError, LpvError, Numeric
 use luenberger_linalg::{LinalgError, detectability, observability};
 use luenberger_observers::ObserverError;
 use luenberger_plants::{Plant, PlantError};
-use luenberger_proof::wording::{counted, shortest, significant};
+use luenberger_proof::wording::{at_least, at_most, counted, shortest, significant};
 use nalgebra::DVector;
 
 use super::runnable::Chains;
@@ -140,7 +140,9 @@ pub(super) fn misfit(study: &Study, wish: &ObserverSpec, misfit: &Misfit) -> Fai
                         periods.misses
                     )]
                 }
-                DesignError::VaryingPeriods { largest: None, .. } => vec!["a shorter `period`; other `poles`".to_owned()],
+                DesignError::VaryingPeriods { largest: None, .. } => {
+                    vec!["a shorter `period`; other `poles`".to_owned()]
+                }
                 DesignError::Undecided { .. } | DesignError::RefutedAsRounded { .. } => {
                     vec!["a smaller `decay_rate` or `region`".to_owned()]
                 }

@@ -130,7 +130,8 @@ fn in_words(
             shifted(linear::cubic(study, &linear()?, gain, theta, correction, &options)).map_err(explained)
         }
         ObserverKind::SampledCubic { linear: gain, theta, correction, period, varying } => {
-            shifted(linear::sampled(&linear()?, gain, theta, (correction, *period, varying.as_ref()), &options)).map_err(explained)
+            shifted(linear::sampled(&linear()?, gain, theta, (correction, *period, varying.as_ref()), &options))
+                .map_err(explained)
         }
         ObserverKind::Lpv { region, rate } => nonlinear::lpv(study, region, rate, &options).map_err(explained),
         ObserverKind::Lipschitz { split, region, rate, gain } => {

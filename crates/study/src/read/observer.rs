@@ -153,13 +153,7 @@ fn kind(node: &Node, name: &str, size: Dimensions, reader: &mut Reader) -> Optio
             let correction = sampled_correction(node, p, reader);
             let period = number("period")?;
             let varying = periods(node, period, reader)?;
-            ObserverKind::SampledCubic {
-                linear: linear?,
-                theta: theta?,
-                correction: correction?,
-                period,
-                varying,
-            }
+            ObserverKind::SampledCubic { linear: linear?, theta: theta?, correction: correction?, period, varying }
         }
         "lpv" => {
             let region = region(node, size, reader);
