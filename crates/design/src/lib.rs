@@ -53,6 +53,7 @@ pub mod sampled;
 mod separation;
 pub mod stored;
 mod symbolic_polynomial;
+mod uncertain;
 mod varying_periods;
 pub mod weights;
 
@@ -82,6 +83,7 @@ pub use operating_point::{OperatingPoint, OperatingPointError, operating_point};
 pub use sampled::SampledCubicDesign;
 pub use stored::{StoredDesign, StoredError, StoredObserver};
 pub use symbolic_polynomial::SymbolicPolynomial;
+pub use uncertain::{UncertainBound, Uncertainty};
 pub use varying_periods::{GrowingTimes, Periods, VaryingPeriodDesign, at_varying_periods};
 pub use weights::{theta_from_cost_shares, theta_from_importance};
 
