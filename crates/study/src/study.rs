@@ -390,6 +390,8 @@ pub enum ObserverKind {
         correction: luenberger_design::CubicGain,
         /// The sampling period.
         period: f64,
+        /// The periods and misses at which convergence is to be proved besides.
+        varying: Option<luenberger_design::Periods>,
     },
     /// One gain for all Jacobians over a box (polytopic design).
     Lpv {
@@ -484,7 +486,10 @@ impl ObserverKind {
             | Self::Cubic { linear, .. }
             | Self::ProportionalIntegral { linear, .. }
             | Self::UnknownInput { linear, .. }
-            | Self::SampledCubic { linear, .. } => matches!(linear.gain, GainSpec::DecayRate(_) | GainSpec::Lmi),
+            | Self::SampledCubic { linear, varying: None, .. } => {
+                matches!(linear.gain, GainSpec::DecayRate(_) | GainSpec::Lmi)
+            }
+            Self::SampledCubic { varying: Some(_), .. } => true,
             Self::Lpv { .. } | Self::Lipschitz { .. } | Self::MeanValue { .. } => true,
             Self::HighGain { .. }
             | Self::ExtendedKalman { .. }

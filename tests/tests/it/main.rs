@@ -16,3 +16,4 @@ mod theorems_kkl;
 mod theorems_kkl_converter;
 mod theorems_mvt;
 mod theorems_sampled;
+mod theorems_uncertain;

@@ -6,7 +6,7 @@ use luenberger_design::{DesignError, EnclosureError, KklError, LpvError, Numeric
 use luenberger_linalg::{LinalgError, detectability, observability};
 use luenberger_observers::ObserverError;
 use luenberger_plants::{Plant, PlantError};
-use luenberger_proof::wording::{counted, shortest, significant};
+use luenberger_proof::wording::{at_least, at_most, counted, shortest, significant};
 use nalgebra::DVector;
 
 use super::runnable::Chains;
@@ -132,6 +132,17 @@ pub(super) fn misfit(study: &Study, wish: &ObserverSpec, misfit: &Misfit) -> Fai
                     | LinalgError::PoleMultiplicity { .. },
                 ) => return hidden(study, wish, error.to_string()).caused_by(misfit),
                 DesignError::Infeasible { .. } => with_smaller_rate(study, kind),
+                DesignError::VaryingPeriods { largest: Some(periods), .. } => {
+                    vec![format!(
+                        "jitter = [{}, {}] and misses = {}, which are proved; or slower `poles`",
+                        at_most(periods.shortest, 4),
+                        at_least(periods.longest, 4),
+                        periods.misses
+                    )]
+                }
+                DesignError::VaryingPeriods { largest: None, .. } => {
+                    vec!["a shorter `period`; other `poles`".to_owned()]
+                }
                 DesignError::Undecided { .. } | DesignError::RefutedAsRounded { .. } => {
                     vec!["a smaller `decay_rate` or `region`".to_owned()]
                 }

@@ -142,8 +142,9 @@ fn in_words(
             let plant = model.linear().ok_or_else(|| explain::not_linear(study, wish))?;
             disturbance::unknown_input(&plant, e, gain, cubic.as_ref(), &options).map_err(explained)
         }
-        ObserverKind::SampledCubic { linear: gain, theta, correction, period } => {
-            shifted(linear::sampled(&linear()?, gain, theta, correction, *period, &options)).map_err(explained)
+        ObserverKind::SampledCubic { linear: gain, theta, correction, period, varying } => {
+            shifted(linear::sampled(&linear()?, gain, theta, (correction, *period, varying.as_ref()), &options))
+                .map_err(explained)
         }
         ObserverKind::Lpv { region, rate } => nonlinear::lpv(study, region, rate, &options).map_err(explained),
         ObserverKind::Lipschitz { split, region, rate, gain } => {

@@ -1,7 +1,8 @@
 //! The tables [[observer]].
 
-use luenberger_design::{CubicGain, LyapunovWeight, Region, Sector};
+use luenberger_design::{CubicGain, LyapunovWeight, Periods, Region, Sector};
 use luenberger_plants::Dimensions;
+use luenberger_proof::certificate::MOST_MISSES;
 use luenberger_proof::wording::counted;
 use nalgebra::{Complex, DMatrix};
 
@@ -151,8 +152,9 @@ fn kind(node: &Node, name: &str, size: Dimensions, reader: &mut Reader) -> Optio
             let linear = linear(node, size, reader);
             let theta = theta(node, p, reader);
             let correction = sampled_correction(node, p, reader);
-            let (linear, theta, correction) = (linear?, theta?, correction?);
-            ObserverKind::SampledCubic { linear, theta, correction, period: number("period")? }
+            let period = number("period")?;
+            let varying = periods(node, period, reader)?;
+            ObserverKind::SampledCubic { linear: linear?, theta: theta?, correction: correction?, period, varying }
         }
         "proportional-integral" => disturbance::proportional_integral(node, size, reader)?,
         "unknown-input" => disturbance::unknown_input(node, size, reader)?,
@@ -388,6 +390,29 @@ fn sampled_correction(node: &Node, p: usize, reader: &mut Reader) -> Option<Cubi
         return Some(CubicGain::Gamma(gamma.number()?));
     }
     general(node, p, reader)
+}
+
+/// `jitter` and `misses`; none where neither is given.
+fn periods(node: &Node, period: f64, reader: &mut Reader) -> Option<Option<Periods>> {
+    let misses = match node.get("misses") {
+        Some(misses) => misses.count()?,
+        None => 0,
+    };
+    if misses > MOST_MISSES {
+        let span = node.get("misses")?.span.clone();
+        reader.wrong(span, format!("`misses` is {misses}"), format!("expected at most {MOST_MISSES}"));
+        return None;
+    }
+    let Some(jitter) = node.get("jitter") else {
+        return Some((misses > 0).then_some(Periods { shortest: period, longest: period, misses }));
+    };
+    let (shortest, longest) = bound(jitter)?;
+    if !(shortest > 0.0 && shortest <= period && period <= longest && longest.is_finite()) {
+        let message = format!("`jitter` is from {shortest} to {longest}, and `period` is {period}");
+        reader.wrong(jitter.span.clone(), message, "expected positive, finite bounds that contain the period");
+        return None;
+    }
+    Some(Some(Periods { shortest, longest, misses }))
 }
 
 fn general(node: &Node, p: usize, reader: &mut Reader) -> Option<CubicGain> {

@@ -342,6 +342,16 @@ const KINDS: &[Variant] = &[
                 "S of N = -P^-1 C'S, p x p, S + S' >= 0; the cubic term takes a semi-implicit step.",
             ),
             PERIOD,
+            optional(
+                "jitter",
+                Kind::Bound,
+                "Bounds [shortest, longest] of the real period: convergence is proved for all between (default: the period only).",
+            ),
+            optional(
+                "misses",
+                Kind::Count(0),
+                "Number of samples that may be missed in a row, for which convergence is proved (default 0).",
+            ),
         ],
     },
     Variant {

@@ -17,6 +17,7 @@ mod mistakes;
 mod operating_point;
 mod plant;
 mod report_in_browser;
+mod sampled;
 mod scores;
 mod sensors;
 mod signal;
