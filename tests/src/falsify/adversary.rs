@@ -11,6 +11,7 @@ use serde_json::Value;
 use super::deployed;
 use super::document::{binary64, float_matrix, is_single, matrix, matrix_with_columns, number, symmetric};
 use super::exact::Exact;
+use super::kkl;
 use super::programs;
 use super::random::Random;
 
@@ -35,6 +36,7 @@ pub(super) const ADVERSARIES: &[(&str, Adversary)] = &[
     ("discrete-polytope-of-jacobians", discrete_polytope),
     ("sector-observer", sector),
     ("contracting-coordinates", contracting),
+    ("kkl-error-bound", kkl::contradicted),
     ("definiteness", definiteness),
     ("solution-within", solution),
     ("matrix-inequality-holds", programs::holds),

@@ -12,6 +12,7 @@ mod adversary;
 mod deployed;
 mod document;
 mod exact;
+mod kkl;
 mod mutate;
 mod programs;
 mod random;

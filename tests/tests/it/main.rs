@@ -12,5 +12,6 @@ mod second_checker;
 mod stiff_starts;
 mod theorems_cubic;
 mod theorems_kkl;
+mod theorems_kkl_bound;
 mod theorems_kkl_converter;
 mod theorems_mvt;

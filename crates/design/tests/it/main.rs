@@ -15,4 +15,5 @@ mod lpv_discrete;
 mod mean_value;
 mod nonlinear_observability;
 mod numerical_kkl;
+mod numerical_kkl_choice;
 mod operating_point;
