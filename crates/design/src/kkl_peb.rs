@@ -338,7 +338,8 @@ where
     }
     let (greatest, growth) = bounded(run, excite.bound)?;
     let (regressors, mismatch) = compare(plant, cascade, run)?;
-    let excitation = excitation(&run.t, &regressors, excite)?;
+    let rows: Vec<DMatrix<f64>> = regressors.iter().map(|b| DMatrix::from_row_slice(1, n4, b.as_slice())).collect();
+    let excitation = excitation(&run.t, &rows, excite)?;
     Ok(KklPebReport { blocks, slowest, excitation, greatest, growth, mismatch, samples: run.t.len() })
 }
 
@@ -438,22 +439,37 @@ where
 /// Number of windows.
 const WINDOWS: usize = 512;
 
-/// The least eigenvalue of `int b b'` over windows of the run.
-fn excitation(t: &[f64], b: &[DVector<f64>], excite: &Excite) -> Result<Excitation, KklError> {
+/// The least eigenvalue of `int M'M` over windows of a run with the regressor M(t), each r x q, at the times `t`.
+///
+/// ```
+/// use luenberger_design::kkl_peb::{Excite, excitation};
+/// use nalgebra::DMatrix;
+/// // M = (sin t, cos t) over half a period: int M'M = (pi/2) I.
+/// let t: Vec<f64> = (0..=1000).map(|k| f64::from(k) * 1e-3 * std::f64::consts::PI).collect();
+/// let m: Vec<_> = t.iter().map(|t| DMatrix::from_row_slice(1, 2, &[t.sin(), t.cos()])).collect();
+/// let found = excitation(&t, &m, &Excite::within(t[1000]))?;
+/// assert!((found.delta - 0.5 * std::f64::consts::PI).abs() < 1e-5);
+/// # Ok::<(), luenberger_design::KklError>(())
+/// ```
+/// # Errors
+/// [`KklError::NotExciting`] has the delta achieved, the window and the direction that it does not show;
+/// [`DesignError::Setting`] for a window that the run does not hold.
+pub fn excitation(t: &[f64], regressors: &[DMatrix<f64>], excite: &Excite) -> Result<Excitation, KklError> {
+    let b = regressors;
     let Excite { window, needed, .. } = *excite;
     let last = t[t.len() - 1];
     // The windows that the run holds, from a sample to the first one that is T later.
     let ends = |from: usize| t.iter().skip(from).position(|time| time - t[from] >= window).map(|steps| from + steps);
     let starts: Vec<usize> = (0..t.len()).take_while(|&k| last - t[k] >= window).collect();
     let stride = starts.len().div_ceil(WINDOWS).max(1);
-    let order = b.first().map_or(0, DVector::len);
+    let order = b.first().map_or(0, DMatrix::ncols);
     let gramian = |from: usize, to: usize, step: usize| {
         let mut sum = DMatrix::zeros(order, order);
         let mut k = from;
         while k < to {
             let next = (k + step).min(to);
             let weight = 0.5 * (t[next] - t[k]);
-            sum += (&b[k] * b[k].transpose() + &b[next] * b[next].transpose()) * weight;
+            sum += (b[k].tr_mul(&b[k]) + b[next].tr_mul(&b[next])) * weight;
             k = next;
         }
         sum

@@ -46,6 +46,9 @@ pub enum ExportError {
         /// The error of the constructor.
         error: luenberger_observers::ObserverError,
     },
+    /// An observer of expressions with lookup tables of its own.
+    #[error("an observer of expressions has no source code with lookup tables; those of the plant are allowed")]
+    Tables,
     /// An observer without a form in fixed point.
     #[error("fixed point is for linear observers and Kalman filters with a constant gain, not for the {}", kind.to_lowercase())]
     FixedPointKind {

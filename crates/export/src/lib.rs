@@ -39,6 +39,7 @@
 mod c;
 pub mod c_math;
 mod error;
+pub mod extension;
 mod fixed_point;
 pub mod fmu;
 pub mod golden;
@@ -274,8 +275,8 @@ impl Export {
         if let Some(maps) = self.program.maps() {
             hash.update(format!("substeps {:?}", self.program.substeps()).as_bytes());
             let dialect = c::plant::dialect(self.scalar, "");
-            let routines = [&maps.motion, &maps.measurement];
-            for routine in routines {
+            let routines: Vec<_> = maps.routines().collect();
+            for routine in &routines {
                 hash.update(routine.source(&dialect).as_bytes());
             }
             for (number, table, used) in program::tables(&routines) {

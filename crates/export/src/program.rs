@@ -2,13 +2,15 @@
 
 use luenberger_expression::{ExpressionPlant, Lookups, Routine, Routines, Table};
 use luenberger_observers::{
-    DiscreteLinearObserver, DiscreteNonlinearObserver, ExtendedKalmanFilter, GaussianEstimate, NoiseModel,
-    ObserverDimensions, ObserverError, SampledCopy, SampledCubicGains, SampledCubicObserver, SampledObserver,
+    DiscreteLinearObserver, DiscreteNonlinearObserver, ExtendedKalmanFilter, GaussianEstimate, InterSampleObserver,
+    NoiseModel, Observer, ObserverDimensions, ObserverError, SampledCopy, SampledCubicGains, SampledCubicObserver,
+    SampledObserver,
 };
 use luenberger_plants::{Column, LinearPlant};
 use nalgebra::{DMatrix, DVector, Dyn, RealField};
 
 use crate::error::ExportError;
+use crate::extension::{ExtensionMaps, SampledExtension};
 use crate::kkl::Kkl;
 
 /// The format of numbers on the target.
@@ -69,6 +71,8 @@ pub enum Program {
     Discrete(DiscreteNonlinearObserver<ExpressionPlant, f64, Dyn, Dyn, Dyn>),
     /// The numerical KKL observer.
     Kkl(Kkl<f64>),
+    /// An observer of expressions.
+    Extension(SampledExtension<f64>),
 }
 
 /// The right-hand sides of a nonlinear plant in the form in which a program needs them.
@@ -78,13 +82,25 @@ pub(crate) struct Maps {
     pub(crate) motion: Routine,
     /// h, and Dh after it, row by row, but for the copy in discrete time.
     pub(crate) measurement: Routine,
+    /// The observer itself, where it is of expressions.
+    pub(crate) extension: Option<ExtensionMaps>,
 }
 
 impl Maps {
     /// Whether they call elementary functions.
     pub(crate) fn calls_functions(&self) -> bool {
-        !self.motion.functions().is_empty() || !self.measurement.functions().is_empty()
+        self.routines().any(|routine| !routine.functions().is_empty())
     }
+
+    /// All of them.
+    pub(crate) fn routines(&self) -> impl Iterator<Item = &Routine> + Clone {
+        let own = self.extension.iter().flat_map(|own| [&own.rate, &own.estimate, &own.start]);
+        [&self.motion, &self.measurement].into_iter().chain(own)
+    }
+}
+
+fn has_tables(routine: &Routine) -> bool {
+    routine.used_tables().next().is_some()
 }
 
 /// The tables that some routines use, each once.
@@ -111,7 +127,13 @@ impl Program {
             Self::Copy(observer) => observer.dimensions(),
             Self::Discrete(observer) => observer.dimensions(),
             Self::Kkl(observer) => observer.dimensions(),
+            Self::Extension(observer) => observer.dimensions(),
         }
+    }
+
+    /// The observer itself as straight-line code, where it is of expressions.
+    pub(crate) fn extension(&self) -> Option<ExtensionMaps> {
+        if let Self::Extension(observer) = self { Some(observer.observer().routines()) } else { None }
     }
 
     /// The right-hand sides of a nonlinear plant; none for a linear one, whose matrices are
@@ -123,22 +145,27 @@ impl Program {
             Self::Copy(observer) => Some(observer.plant().routines()),
             Self::Discrete(observer) => Some(observer.plant().routines()),
             Self::Kkl(observer) => Some(observer.plant().routines()),
+            Self::Extension(observer) => Some(observer.plant().routines()),
         }
     }
 
     /// Those that the step needs.
     pub(crate) fn maps(&self) -> Option<Maps> {
         let all = self.routines()?;
-        Some(match self {
-            Self::Kalman(_) => Maps { motion: all.motion, measurement: all.measurement },
-            Self::Discrete(_) | Self::Kkl(_) => Maps { motion: all.f, measurement: all.h },
-            _ => Maps { motion: all.f, measurement: all.measurement },
-        })
+        let (motion, measurement) = match self {
+            Self::Kalman(_) => (all.motion, all.measurement),
+            Self::Discrete(_) | Self::Kkl(_) => (all.f, all.h),
+            _ => (all.f, all.measurement),
+        };
+        Some(Maps { motion, measurement, extension: self.extension() })
     }
 
     /// Whether the plant depends on the time.
     pub(crate) fn uses_time(&self) -> bool {
-        self.maps().is_some_and(|maps| maps.motion.uses_time() || maps.measurement.uses_time())
+        let Some(maps) = self.maps() else { return false };
+        // The start is at t = 0.
+        let own = maps.extension.iter().flat_map(|own| [&own.rate, &own.estimate]);
+        [&maps.motion, &maps.measurement].into_iter().chain(own).any(Routine::uses_time)
     }
 
     /// The step tau of the Runge-Kutta method, tau/2 and tau/6, as they are computed in the format.
@@ -163,6 +190,7 @@ impl Program {
             Self::Kkl(observer) => Some(observer.substeps()),
             Self::Kalman(filter) => filter.substeps(),
             Self::Copy(observer) => Some(observer.substeps()),
+            Self::Extension(observer) => Some(observer.substeps()),
         }
     }
 
@@ -175,6 +203,7 @@ impl Program {
             Self::Copy(observer) => observer.period(),
             Self::Discrete(observer) => observer.period(),
             Self::Kkl(observer) => observer.period(),
+            Self::Extension(observer) => observer.period(),
         }
     }
 
@@ -192,7 +221,10 @@ impl Program {
                 ("L", observer.ld()),
                 ("N", observer.n()),
                 ("THETA", observer.theta()),
-            ],
+            ]
+            .into_iter()
+            .chain(observer.coupling().map(|coupling| ("G", coupling)))
+            .collect(),
             Self::Kalman(filter) => {
                 let NoiseModel { w, v, p0 } = filter.noise_model();
                 vec![("W", w), ("V", v), ("P0", p0)]
@@ -200,6 +232,7 @@ impl Program {
             Self::Copy(observer) => vec![("L", observer.l())],
             Self::Discrete(observer) => vec![("L", observer.l())],
             Self::Kkl(observer) => return observer.matrices(),
+            Self::Extension(_) => Vec::new(),
         };
         all.extend(self.feedthrough().map(|d| ("D", d)));
         all.into_iter().map(|(name, matrix)| (name, matrix.clone())).collect()
@@ -210,7 +243,7 @@ impl Program {
         Some(match self {
             Self::Linear(observer) => (&observer.plant().a, &observer.plant().b, &observer.plant().c),
             Self::Cubic(observer) => (observer.ad(), observer.bd(), observer.c()),
-            Self::Kalman(_) | Self::Copy(_) | Self::Discrete(_) | Self::Kkl(_) => return None,
+            Self::Kalman(_) | Self::Copy(_) | Self::Discrete(_) | Self::Kkl(_) | Self::Extension(_) => return None,
         })
     }
 
@@ -219,7 +252,7 @@ impl Program {
         match self {
             Self::Linear(observer) => observer.plant().d.as_ref(),
             Self::Cubic(observer) => observer.d(),
-            Self::Kalman(_) | Self::Copy(_) | Self::Discrete(_) | Self::Kkl(_) => None,
+            Self::Kalman(_) | Self::Copy(_) | Self::Discrete(_) | Self::Kkl(_) | Self::Extension(_) => None,
         }
     }
 
@@ -227,6 +260,7 @@ impl Program {
     pub fn scalars(&self) -> Vec<(&'static str, f64)> {
         match self {
             Self::Linear(observer) => vec![("PERIOD", observer.period())],
+            Self::Cubic(observer) if observer.coupling().is_some() => vec![("PERIOD", observer.period())],
             Self::Cubic(observer) => vec![("PERIOD", observer.period()), ("W", observer.w())],
             Self::Kalman(filter) => {
                 let gate = filter.gate().map(|gate| ("GATE", gate));
@@ -235,6 +269,7 @@ impl Program {
             Self::Copy(observer) => vec![("PERIOD", observer.period())],
             Self::Discrete(observer) => vec![("PERIOD", observer.period())],
             Self::Kkl(observer) => vec![("PERIOD", observer.period())],
+            Self::Extension(observer) => vec![("PERIOD", observer.period())],
         }
     }
 
@@ -265,13 +300,16 @@ impl Program {
                 return Err(ExportError::Format { what, format: scalar.name() });
             }
         }
-        if let Some(Maps { motion, measurement }) = self.maps() {
-            let plant = motion.constants().chain(measurement.constants());
-            if let Some(x) = plant.into_iter().find(|x| !scalar.round(*x).is_finite()) {
+        if let Some(maps) = self.maps() {
+            // Tables are numbered within a plant.
+            if maps.extension.iter().flat_map(|own| [&own.rate, &own.estimate, &own.start]).any(has_tables) {
+                return Err(ExportError::Tables);
+            }
+            if let Some(x) = maps.routines().flat_map(Routine::constants).find(|x| !scalar.round(*x).is_finite()) {
                 let what = format!("the constant {x} of the plant");
                 return Err(ExportError::Format { what, format: scalar.name() });
             }
-            for (_, table, _) in motion.used_tables().chain(measurement.used_tables()) {
+            for (_, table, _) in maps.routines().flat_map(Routine::used_tables) {
                 let (x, ..) = table.points();
                 if let Some((a, b)) =
                     x.iter().zip(x.iter().skip(1)).find(|(a, b)| scalar.round(**a) >= scalar.round(**b))
@@ -303,7 +341,7 @@ impl Program {
                 Cast::Linear(DiscreteLinearObserver::new(plant, cast(observer.l()), period)?)
             }
             Self::Cubic(observer) => {
-                let same = SampledCubicObserver::new(SampledCubicGains {
+                let gains = SampledCubicGains {
                     ad: cast(observer.ad()),
                     bd: cast(observer.bd()),
                     c: cast(observer.c()),
@@ -312,7 +350,11 @@ impl Program {
                     theta: cast(observer.theta()),
                     w: nalgebra::convert(observer.w()),
                     period: nalgebra::convert(observer.period()),
-                })?;
+                };
+                let same = match observer.coupling() {
+                    Some(coupling) => SampledCubicObserver::semi_implicit(gains, cast(coupling))?,
+                    None => SampledCubicObserver::new(gains)?,
+                };
                 Cast::Cubic(match observer.d() {
                     Some(d) => same.with_feedthrough(cast(d))?,
                     None => same,
@@ -337,6 +379,11 @@ impl Program {
                 Cast::Copy(SampledCopy::new(plant, l, period, observer.substeps())?)
             }
             Self::Kkl(observer) => Cast::Kkl(observer.cast()?),
+            Self::Extension(observer) => {
+                let (plant, own) = (observer.plant().clone(), observer.observer().clone());
+                let period = nalgebra::convert(observer.period());
+                Cast::Extension(InterSampleObserver::new(plant, own, period, observer.substeps())?)
+            }
             Self::Discrete(observer) => {
                 let (plant, l) = (observer.plant().clone(), cast(observer.l()));
                 Cast::Discrete(DiscreteNonlinearObserver::new(plant, l, nalgebra::convert(observer.period()))?)
@@ -356,6 +403,12 @@ impl Program {
         let combined = |entries: usize| 4 * entries * 2 + 3 * entries;
         match self {
             Self::Linear(_) => innovation + linear,
+            // Direction, quadratic form, the matrix and its elimination; then the impulse.
+            Self::Cubic(observer) if observer.coupling().is_some() => {
+                let elimination = p * (p - 1) / 2 + p * (p - 1) * (2 * p - 1) / 3 + 2 * p * (p - 1) + p;
+                let step = 3 * p + product(p, p) + product(1, p) + 4 + p * p + p + elimination;
+                innovation + linear + step + product(n, p) + n
+            }
             // The flow: direction, quadratic form, two roots, three divisions; then the impulse.
             Self::Cubic(_) => innovation + linear + 3 * p + product(p, p) + product(1, p) + 15 + product(n, p) + n,
             Self::Kalman(filter) => {
@@ -375,6 +428,13 @@ impl Program {
                 let slope = motion + measurement + product(p, n) + p + product(n, p) + n;
                 observer.substeps() * (4 * slope + combined(n + p))
             }
+            Self::Extension(observer) => {
+                let z = observer.dimensions().state - n;
+                let (rate, estimate) =
+                    self.extension().map_or((0, 0), |own| (own.rate.operations(), own.estimate.operations()));
+                let slope = motion + measurement + rate + estimate + product(p, n);
+                observer.substeps() * (4 * slope + combined(z + p)) + estimate
+            }
             Self::Discrete(_) => motion + measurement + p + product(n, p) + n,
             Self::Kkl(observer) => {
                 let z = observer.dimensions().state;
@@ -393,13 +453,14 @@ impl Program {
 
     /// Constants and numbers of tables in the right-hand sides of a nonlinear plant.
     pub(crate) fn constants_of_maps(&self) -> usize {
-        self.maps().map_or(0, |maps| maps.motion.constants().count() + maps.measurement.constants().count())
+        self.maps().map_or(0, |maps| maps.routines().flat_map(Routine::constants).count())
     }
 
     /// Numbers that the state holds.
     pub(crate) fn state_entries(&self) -> usize {
         match self {
             Self::Kkl(observer) => observer.dimensions().state + observer.dimensions().estimate,
+            Self::Extension(observer) => observer.dimensions().state,
             _ => self.dimensions().state,
         }
     }
@@ -421,6 +482,7 @@ pub(crate) enum Cast<T: RealField + Copy> {
     Copy(SampledCopy<ExpressionPlant, T, Dyn, Dyn, Dyn>),
     Discrete(DiscreteNonlinearObserver<ExpressionPlant, T, Dyn, Dyn, Dyn>),
     Kkl(Kkl<T>),
+    Extension(SampledExtension<T>),
 }
 
 impl<T: RealField + Copy> Cast<T> {
@@ -431,6 +493,11 @@ impl<T: RealField + Copy> Cast<T> {
             Self::Kkl(observer) => {
                 let z = observer.start(&estimate);
                 State::Target { xhat: observer.estimate(&z), z }
+            }
+            Self::Extension(observer) => {
+                let (u, y) = (DVector::zeros(observer.dimensions().inputs), DVector::zeros(0));
+                let joined = observer.initial(T::zero(), &estimate, &u, &y);
+                State::Joined { joined, order: Observer::<T>::dimensions(observer.observer()).state }
             }
             Self::Kalman(filter) => State::Belief(GaussianEstimate::new(&estimate, &filter.noise_model().p0)),
         }
@@ -448,6 +515,9 @@ impl<T: RealField + Copy> Cast<T> {
                 observer.step(t(observer.period_in_format()), z, y);
                 *xhat = observer.estimate(z);
             }
+            (Self::Extension(observer), State::Joined { joined, .. }) => {
+                observer.step(t(observer.period()), joined, u, y);
+            }
             (Self::Kalman(filter), State::Belief(belief)) => filter.step(t(filter.period()), belief, u, y),
             // `start` made the state.
             _ => {}
@@ -463,6 +533,7 @@ impl<T: RealField + Copy> Cast<T> {
             Self::Copy(observer) => (observer.plant(), observer.period()),
             Self::Discrete(observer) => (observer.plant(), observer.period()),
             Self::Kkl(observer) => (observer.plant_in_format(), observer.period_in_format()),
+            Self::Extension(observer) => (observer.plant(), observer.period()),
         };
         let t = nalgebra::convert::<f64, T>(sample as f64) * period;
         Some(plant.output(t, &state.estimate(), u))
@@ -479,6 +550,11 @@ pub(crate) enum State<T: RealField + Copy> {
         z: DVector<T>,
         xhat: DVector<T>,
     },
+    /// Of an observer of expressions: its own state of this length, with its estimate behind it.
+    Joined {
+        joined: DVector<T>,
+        order: usize,
+    },
 }
 
 impl<T: RealField + Copy> State<T> {
@@ -486,6 +562,7 @@ impl<T: RealField + Copy> State<T> {
         match self {
             Self::Estimate(xhat) | Self::Target { xhat, .. } => xhat.clone(),
             Self::Belief(belief) => belief.estimate(),
+            Self::Joined { joined, order } => joined.rows(*order, joined.len() - order).into_owned(),
         }
     }
 
@@ -495,6 +572,7 @@ impl<T: RealField + Copy> State<T> {
             Self::Estimate(xhat) => xhat.as_slice(),
             Self::Belief(belief) => belief.as_slice(),
             Self::Target { z, .. } => z.as_slice(),
+            Self::Joined { joined, .. } => joined.as_slice(),
         }
     }
 }

@@ -99,6 +99,15 @@ enum Reads {
     Constants,
 }
 
+/// A place among the values that an expression is evaluated with.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Variable {
+    /// The state of this index, from 0.
+    State(usize),
+    /// The input of this index, from 0.
+    Input(usize),
+}
+
 /// The names in scope of an expression: `x1..xn`, `u1..um`, `t`, `pi`, `e`, parameters, and user-supplied names of the
 /// states and inputs.
 #[derive(Clone, Debug, PartialEq)]
@@ -112,6 +121,8 @@ pub struct Scope {
     state_names: Vec<String>,
     /// Of all inputs or of none.
     input_names: Vec<String>,
+    /// The only names of variables, if there are such.
+    variables: Option<Vec<(String, Variable)>>,
 }
 
 impl Scope {
@@ -132,7 +143,33 @@ impl Scope {
 
     fn of(states: usize, inputs: usize, reads: Reads) -> Self {
         let (parameters, state_names, input_names) = (Parameters::new(), Vec::new(), Vec::new());
-        Self { states, inputs, reads, parameters, tables: Tables::new(), state_names, input_names }
+        Self { states, inputs, reads, parameters, tables: Tables::new(), state_names, input_names, variables: None }
+    }
+
+    /// The names of a map whose variables are of several kinds, such as that of an observer: these names alone, and the
+    /// time. There is no `x1` and no `u1` unless it is one of them; a variable may have several names, and of two equal
+    /// names the first counts. `states` and `inputs` are the numbers of values that the expression is evaluated with.
+    ///
+    /// A name that is not an identifier, or has a meaning of its own (`t`, `pi`, `e`, a function), is left out.
+    ///
+    /// ```
+    /// use luenberger_expression::{Expression, Scope, Variable};
+    /// let names = [("xi1", Variable::State(0)), ("y1", Variable::Input(0)), ("speed", Variable::Input(0))];
+    /// let scope = Scope::variables(1, 1, names.map(|(name, place)| (name.to_owned(), place)));
+    /// assert_eq!(Expression::parse("xi1 - 2*speed + y1", &scope)?.evaluate(0.0, &[3.0], &[1.0]), 2.0);
+    /// let error = Expression::parse("x1", &scope).unwrap_err();
+    /// assert_eq!(error.kind().to_string(), "there is no `x1`; did you mean `xi1`?");
+    /// # Ok::<(), luenberger_expression::ExpressionError>(())
+    /// ```
+    pub fn variables(states: usize, inputs: usize, names: impl IntoIterator<Item = (String, Variable)>) -> Self {
+        let mut own: Vec<(String, Variable)> = Vec::new();
+        for (name, place) in names {
+            let meaning = reserved(&name).filter(|meaning| !matches!(meaning, Reserved::Numbered(..)));
+            if is_word(&name) && meaning.is_none() && own.iter().all(|(other, _)| *other != name) {
+                own.push((name, place));
+            }
+        }
+        Self { variables: Some(own), ..Self::of(states, inputs, Reads::StatesAndInputs) }
     }
 
     /// The same with user-supplied names of the states and inputs, in their order, in addition to `x1, ..` and `u1,
@@ -241,6 +278,11 @@ impl Scope {
 
     /// The meaning that a name has of itself, or as a state or an input.
     fn taken(&self, name: &str) -> Option<&'static str> {
+        if let Some(own) = &self.variables {
+            let meaning = reserved(name).filter(|meaning| !matches!(meaning, Reserved::Numbered(..)));
+            let variable = own.iter().any(|(other, _)| other == name).then_some("a variable");
+            return meaning.map(Reserved::meaning).or(variable);
+        }
         if let Some(reserved) = reserved(name) {
             return Some(reserved.meaning());
         }
@@ -269,6 +311,17 @@ impl Scope {
         if let Some(value) = self.parameters.get(name) {
             return Ok(Symbol::Parameter(*value));
         }
+        if let Some(variables) = &self.variables {
+            let place = variables.iter().find(|(own, _)| own == name).map(|(_, place)| *place);
+            return match (name, place) {
+                ("t", _) => Ok(Symbol::Time),
+                ("pi", _) => Ok(Symbol::Pi),
+                ("e", _) => Ok(Symbol::E),
+                (_, Some(Variable::State(k))) => Ok(Symbol::State(k)),
+                (_, Some(Variable::Input(k))) => Ok(Symbol::Input(k)),
+                _ => Err(self.unknown(name)),
+            };
+        }
         let own = |names: &[String]| names.iter().position(|own| own == name).map(|k| k + 1);
         let state = own(&self.state_names).or_else(|| numbered(name, 'x'));
         let input = own(&self.input_names).or_else(|| numbered(name, 'u'));
@@ -289,17 +342,25 @@ impl Scope {
                 Reads::StatesAndInputs if (1..=self.inputs).contains(&k) => Ok(Symbol::Input(k - 1)),
                 Reads::StatesAndInputs => out_of_range(Family::Inputs, self.inputs),
             },
-            _ => Err(ExpressionErrorKind::UnknownName {
-                name: name.to_owned(),
-                nearest: nearest(name, self.names().iter().map(String::as_str)).map(str::to_owned),
-                known: self.known(),
-            }),
+            _ => Err(self.unknown(name)),
+        }
+    }
+
+    fn unknown(&self, name: &str) -> ExpressionErrorKind {
+        ExpressionErrorKind::UnknownName {
+            name: name.to_owned(),
+            nearest: nearest(name, self.names().iter().map(String::as_str)).map(str::to_owned),
+            known: self.known(),
         }
     }
 
     /// Every name.
     fn names(&self) -> Vec<String> {
         let mut names: Vec<String> = self.parameters.keys().cloned().collect();
+        if let Some(own) = &self.variables {
+            names.extend(own.iter().map(|(name, _)| name.clone()).chain(["t", "pi"].map(str::to_owned)));
+            return names;
+        }
         if self.reads == Reads::StatesAndInputs {
             names.extend((1..=self.states).map(|k| format!("x{k}")));
             names.extend(self.state_names.iter().filter(|name| is_word(name)).cloned());
@@ -315,6 +376,10 @@ impl Scope {
 
     /// Every name, as text.
     fn known(&self) -> String {
+        if let Some(own) = &self.variables {
+            let constants = ["t", "pi", "e"].map(str::to_owned).into_iter().chain(self.parameters.keys().cloned());
+            return own.iter().map(|(name, _)| name.clone()).chain(constants).collect::<Vec<_>>().join(", ");
+        }
         let range = |letter: char, count: usize| match count {
             0 => None,
             1 => Some(format!("{letter}1")),

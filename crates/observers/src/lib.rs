@@ -12,6 +12,7 @@
 //! | [`observer`] | the traits [`Observer`] (continuous time) and [`SampledObserver`] (one step per sample) |
 //! | [`linear`] | Luenberger's observer `xhat' = A xhat + B u + L (y - C xhat)` |
 //! | [`cubic`] | the cubic observer, which adds `-(y~' theta y~) N y~`, and its flow in closed form |
+//! | [`semi_implicit`] | its cubic part for gains that are not radial |
 //! | [`cubic_sampled`] | the sampled-data cubic observer, stable at every step size |
 //! | [`lanes`] | observers over several lanes at once |
 //! | [`kalman`] | the continuous-discrete extended Kalman filter |
@@ -26,11 +27,13 @@
 //! | [`pebo`], [`kkl_peb`] | parameter-estimation-based observers, and [KKL+PEB] observers, which are both |
 //! | [`filters`], [`estimator`] | their parts: filters; gradient, DREM, excitation |
 //! | [`immersion_invariance`], [`pseudo_inverse`] | immersion-and-invariance observers |
+//! | [`inter_sample`] | an observer in continuous time stepped once per sample, with an output predicted between samples |
 //! | [`high_gain`] | chains of integrators with corrections alpha/r^i |
 //! | [`cascade`] | [KKL+PEB] observers of a class of cascades, from the pieces of the plant |
 //! | [`deviation`] | a linear observer of a nonlinear plant, in deviations from an operating point |
 //! | [`output_feedback`] | an observer with the feedback `u = r - K xhat` as one block |
 //! | `static_size` (feature `alloc`) | designed observers with the sizes and the scalar of the target |
+//! | `serialization` (feature `serde`) | linear observers in files: matrices by rows, read through the constructors |
 //! | [`diagnosis`] | what an observer knows about its own trouble |
 //! | [`numerical_kkl`] | `z' = D z + B y` with a tabulated left inverse of T, embedded or interpolated |
 //!
@@ -56,6 +59,7 @@ pub mod filters;
 pub mod fixed_point;
 pub mod high_gain;
 pub mod immersion_invariance;
+pub mod inter_sample;
 pub mod kalman;
 mod kalman_on_slices;
 pub mod kkl;
@@ -71,7 +75,10 @@ pub mod pebo;
 pub mod pseudo_inverse;
 mod runge_kutta;
 pub mod sampled_copy;
+pub mod semi_implicit;
 mod semidefinite;
+#[cfg(feature = "serde")]
+mod serialization;
 #[cfg(feature = "alloc")]
 pub mod static_size;
 pub mod stationary_kalman;
@@ -89,6 +96,7 @@ pub use fixed_point::{
 };
 pub use high_gain::{HighGainMap, HighGainObserver, StaticHighGainObserver};
 pub use immersion_invariance::{Immersion, ImmersionInvarianceObserver};
+pub use inter_sample::InterSampleObserver;
 pub use kalman::{ExtendedKalmanFilter, GaussianEstimate, Innovation, NoiseModel, StaticExtendedKalmanFilter};
 pub use kkl::{KklMap, KklObserver, LeftInverse, LinearKkl};
 pub use kkl_peb::KklPebObserver;

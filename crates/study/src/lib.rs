@@ -11,6 +11,7 @@
 //! | [`signal`] | inputs and references: expressions of time, tables, state feedback |
 //! | [`table`] | CSV: measured logs, tables of inputs |
 //! | [`design`] | design of each observer, or why it is not applicable |
+//! | [`maps`] | phi, Lambda, B and the other maps of observers as expressions |
 //! | [`deployment`] | observers of a study as they run on a target |
 //! | [`closed_loop`] | the feedback of a study on a target |
 //! | [`execute`](mod@execute), [`results`] | the steps; their results |
@@ -25,6 +26,7 @@ pub mod diagnostic;
 pub mod error;
 pub mod execute;
 pub mod import;
+pub mod maps;
 pub mod model;
 pub mod read;
 pub mod results;

@@ -353,8 +353,8 @@ pub enum ObserverKind {
         linear: LinearSpec,
         /// theta, p x p.
         theta: DMatrix<f64>,
-        /// The strength w of the cubic term.
-        strength: f64,
+        /// The gain of its cubic term: radial ones are in closed form, others take a semi-implicit step.
+        correction: luenberger_design::CubicGain,
         /// The sampling period.
         period: f64,
     },
@@ -411,6 +411,12 @@ pub enum ObserverKind {
         /// How many standard deviations an innovation may have; none for no limit.
         gate: Option<f64>,
     },
+    /// KKL observer with given maps.
+    Kkl(Box<crate::maps::KklMapsSpec>),
+    /// Parameter-estimation-based observer: Lambda is zero.
+    Pebo(Box<crate::maps::PebSpec>),
+    /// [KKL+PEB] observer.
+    KklPeb(Box<crate::maps::PebSpec>),
     /// Numerical KKL observer.
     KklNumerical(KklSpec),
 }
@@ -455,7 +461,12 @@ impl ObserverKind {
             | Self::Cubic { linear, .. }
             | Self::SampledCubic { linear, .. } => matches!(linear.gain, GainSpec::DecayRate(_) | GainSpec::Lmi),
             Self::Lpv { .. } | Self::Lipschitz { .. } | Self::MeanValue { .. } => true,
-            Self::HighGain { .. } | Self::ExtendedKalman { .. } | Self::KklNumerical(_) => false,
+            Self::HighGain { .. }
+            | Self::ExtendedKalman { .. }
+            | Self::Kkl(_)
+            | Self::Pebo(_)
+            | Self::KklPeb(_)
+            | Self::KklNumerical(_) => false,
         }
     }
 
@@ -471,6 +482,9 @@ impl ObserverKind {
             Self::MeanValue { .. } => "mean-value",
             Self::HighGain { .. } => "high-gain",
             Self::ExtendedKalman { .. } => "extended-kalman",
+            Self::Kkl(_) => "kkl",
+            Self::Pebo(_) => "pebo",
+            Self::KklPeb(_) => "kkl-peb",
             Self::KklNumerical(_) => "kkl-numerical",
         }
     }
@@ -489,6 +503,8 @@ impl ObserverKind {
             Self::Lpv { region, .. } | Self::MeanValue { region, .. } | Self::Lipschitz { region, split: None, .. } => {
                 region.clone()
             }
+            Self::Kkl(kkl) => kkl.region.clone(),
+            Self::Pebo(peb) | Self::KklPeb(peb) => peb.region.clone(),
             Self::KklNumerical(kkl) => luenberger_design::Region::new(&kkl.domain),
             _ => return None,
         };
@@ -521,7 +537,12 @@ impl ObserverKind {
             | Self::MeanValue { rate, .. } => *rate *= factor,
             Self::HighGain { r, .. } => *r /= factor,
             Self::KklNumerical(KklSpec { cutoff: Some(cutoff), .. }) => *cutoff *= factor,
-            Self::Lpv { .. } | Self::ExtendedKalman { .. } | Self::KklNumerical(_) => {}
+            Self::Lpv { .. }
+            | Self::ExtendedKalman { .. }
+            | Self::KklNumerical(_)
+            | Self::Kkl(_)
+            | Self::Pebo(_)
+            | Self::KklPeb(_) => {}
         }
         kind
     }
@@ -532,8 +553,10 @@ impl ObserverKind {
         use luenberger_design::CubicGain;
         let mut kind = self.clone();
         match &mut kind {
-            Self::Cubic { correction: CubicGain::Gamma(value) | CubicGain::Radial(value), .. } => *value = gamma,
-            Self::SampledCubic { strength, .. } => *strength = gamma,
+            Self::Cubic { correction: CubicGain::Gamma(value) | CubicGain::Radial(value), .. }
+            | Self::SampledCubic { correction: CubicGain::Gamma(value) | CubicGain::Radial(value), .. } => {
+                *value = gamma;
+            }
             _ => return None,
         }
         Some(kind)

@@ -160,6 +160,40 @@ impl<S, K> KklCandidate<'_, S, K> {
     where
         Self: Pieces<IntervalDual> + Pieces<SymbolicPolynomial>,
     {
+        let (points, axes) = self.prepared(region, settings)?;
+        let size = Pieces::<IntervalDual>::plant_dimensions(self);
+        let budget = region.budget();
+        let residual = residual::residual(self, (&points, &axes), settings.tolerance, budget)?;
+        let stability = stability::stability(self.lambda_over(&axes, size))?;
+        let of_lambda = (&stability.lambda, stability.integrated.as_slice());
+        let coupling = coupling::coupling(self, of_lambda, (&points, &axes));
+        let injectivity = injectivity::injectivity(self, self.order, (&points, &axes), budget)?;
+        Ok(KklReport {
+            residual,
+            stability,
+            coupling,
+            injectivity,
+            left_inverse: self.left_inverse_over(&points, &axes, size),
+        })
+    }
+
+    /// The residual of (4) alone.
+    ///
+    /// # Errors
+    /// As [`check`](Self::check).
+    pub fn residual(&self, region: &Region, settings: &KklSettings) -> Result<Residual, KklError>
+    where
+        Self: Pieces<IntervalDual> + Pieces<SymbolicPolynomial>,
+    {
+        let (points, axes) = self.prepared(region, settings)?;
+        residual::residual(self, (&points, &axes), settings.tolerance, region.budget())
+    }
+
+    /// The points that are sampled, and the box (states, inputs, time).
+    fn prepared(&self, region: &Region, settings: &KklSettings) -> Result<Prepared, KklError>
+    where
+        Self: Pieces<IntervalDual>,
+    {
         within("the tolerance of the residual", settings.tolerance, 0.0, 1.0)?;
         within("the number of samples", settings.samples as f64, 1.0, 4096.0)?;
         let size = Pieces::<IntervalDual>::plant_dimensions(self);
@@ -172,20 +206,7 @@ impl<S, K> KklCandidate<'_, S, K> {
         if let Some(output) = candidate::feedthrough(self, &axes, size) {
             return Err(crate::DesignError::Feedthrough { output }.into());
         }
-        let points = samples(&axes, settings);
-        let (tolerance, budget) = (settings.tolerance, region.budget());
-        let residual = residual::residual(self, (&points, &axes), tolerance, budget)?;
-        let stability = stability::stability(self.lambda_over(&axes, size))?;
-        let of_lambda = (&stability.lambda, stability.integrated.as_slice());
-        let coupling = coupling::coupling(self, of_lambda, (&points, &axes));
-        let injectivity = injectivity::injectivity(self, self.order, (&points, &axes), budget)?;
-        Ok(KklReport {
-            residual,
-            stability,
-            coupling,
-            injectivity,
-            left_inverse: self.left_inverse_over(&points, &axes, size),
-        })
+        Ok((samples(&axes, settings), axes))
     }
 
     /// Lambda over a box.
@@ -247,6 +268,9 @@ impl<S, K> KklCandidate<'_, S, K> {
         worst
     }
 }
+
+/// Points, and a box.
+type Prepared = (Vec<Vec<Interval>>, Vec<Interval>);
 
 /// Corners are sampled of at most this many coordinates, since there are 2^k of them.
 const CORNERS: usize = 6;

@@ -17,3 +17,4 @@ mod nonlinear_observability;
 mod numerical_kkl;
 mod numerical_kkl_choice;
 mod operating_point;
+mod stored;

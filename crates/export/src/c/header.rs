@@ -57,6 +57,9 @@ pub(crate) fn header(export: &Export) -> String {
     if let Program::Kkl(observer) = &export.program {
         _ = writeln!(fields, "    {number} z[{}]; /**< Target states. */", super::kkl::targets(observer));
     }
+    if let Program::Extension(observer) = &export.program {
+        _ = writeln!(fields, "    {number} z[{}]; /**< State of the observer. */", super::extension::order(observer));
+    }
     if timed {
         fields.push_str(
             "    uint64_t sample; /**< Number of the next sample, from 0; its time is that many periods. */\n",
@@ -134,7 +137,7 @@ fn not_finite(export: &Export) -> String {
         Program::Kalman(filter) if filter.gate().is_some() => format!(
             " * An infinite value of y is rejected by the gate. NaN in y, and a value of {known} that is not finite, make the\n * estimate not finite, for good, unless the plant does not depend on it or limits it:"
         ),
-        Program::Copy(_) | Program::Discrete(_) | Program::Kalman(_) => format!(
+        Program::Copy(_) | Program::Discrete(_) | Program::Kalman(_) | Program::Extension(_) => format!(
             " * A value of {known} or y that is not finite makes the estimate not finite, for good, unless the plant does not\n * depend on it or limits it:"
         ),
     }

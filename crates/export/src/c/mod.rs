@@ -11,6 +11,7 @@
 //! | `cubic` | the flow of the cubic part |
 //! | `fixed` | all files of a linear observer in fixed point |
 //! | `plant` | the right-hand sides of a nonlinear plant; Runge-Kutta steps |
+//! | `extension` | the step of an observer of expressions |
 //! | `copy` | the step of its copy with a constant gain |
 //! | `kalman` | the step of the extended Kalman filter |
 //! | `feedback` | the feedback around the step |
@@ -21,6 +22,7 @@
 
 mod copy;
 mod cubic;
+mod extension;
 mod feedback;
 mod fixed;
 mod header;
@@ -108,6 +110,7 @@ pub(crate) fn kind(export: &Export) -> String {
         Program::Cubic(_) => "Sampled cubic observer",
         Program::Kalman(_) => "Extended Kalman filter",
         Program::Kkl(_) => "Numerical KKL observer",
+        Program::Extension(_) => "Observer of expressions",
         Program::Copy(_) | Program::Discrete(_) => "Copy of the plant with a constant gain",
     };
     let feedback = if export.feedback.is_some() { " with the feedback u = r - K xhat" } else { "" };

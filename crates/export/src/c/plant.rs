@@ -20,12 +20,12 @@ pub(super) fn functions(text: &mut String, export: &Export, maps: &Maps) {
     let prefix = format!("{}_", export.identifier);
     let dialect = dialect(export.scalar, &prefix);
     let (first, second) = (&maps.motion, &maps.measurement);
-    let called: Vec<c_math::Function> =
-        first.functions().union(&second.functions()).map(|function| (*function).into()).collect();
+    let called: std::collections::BTreeSet<_> = maps.routines().flat_map(Routine::functions).collect();
+    let called: Vec<c_math::Function> = called.into_iter().map(Into::into).collect();
     if !called.is_empty() {
         _ = write!(text, "\n{}", c_math::source(&export.identifier, export.scalar, &called));
     }
-    for (number, table, used) in tables(&[first, second]) {
+    for (number, table, used) in tables(&maps.routines().collect::<Vec<_>>()) {
         _ = write!(text, "\n{}", table.source(number, &dialect, used));
     }
     let size = export.program.dimensions();
@@ -48,7 +48,13 @@ pub(crate) fn measurement(text: &mut String, export: &Export, maps: &Maps) {
     function(text, export, ("measurement", "h, then Dh row by row"), &maps.measurement, &dialect);
 }
 
-fn function(text: &mut String, export: &Export, (name, what): (&str, &str), routine: &Routine, dialect: &Dialect) {
+pub(super) fn function(
+    text: &mut String,
+    export: &Export,
+    (name, what): (&str, &str),
+    routine: &Routine,
+    dialect: &Dialect,
+) {
     let number = scalar(export);
     let mut parameters: Vec<String> = Vec::new();
     if routine.uses_time() {
@@ -67,6 +73,11 @@ fn function(text: &mut String, export: &Export, (name, what): (&str, &str), rout
 
 /// A call of one of the two functions, as a statement.
 pub(crate) fn call(name: &str, routine: &Routine, (t, x, out): (&str, &str, &str)) -> String {
+    call_with(name, routine, (t, x, "u", out))
+}
+
+/// The same with inputs of another name.
+pub(super) fn call_with(name: &str, routine: &Routine, (t, x, u, out): (&str, &str, &str, &str)) -> String {
     let mut arguments = Vec::new();
     if routine.uses_time() {
         arguments.push(t);
@@ -75,7 +86,7 @@ pub(crate) fn call(name: &str, routine: &Routine, (t, x, out): (&str, &str, &str
         arguments.push(x);
     }
     if routine.uses_inputs() {
-        arguments.push("u");
+        arguments.push(u);
     }
     arguments.push(out);
     format!("{name}({});", arguments.join(", "))

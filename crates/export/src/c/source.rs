@@ -2,7 +2,7 @@
 
 use std::fmt::Write;
 
-use super::{copy, cubic, feedback, kalman, kkl, lengths, linear, matrix, plant, scalar};
+use super::{copy, cubic, extension, feedback, kalman, kkl, lengths, linear, matrix, plant, scalar};
 use crate::program::{Maps, Program};
 use crate::{Export, number};
 
@@ -51,6 +51,12 @@ pub(super) fn source(export: &Export) -> String {
             kkl::inverse(&mut text, export, observer);
             kkl::start(&mut text, export, observer);
         }
+        (Program::Extension(observer), Some(maps)) => {
+            let own = observer.observer().routines();
+            plant::functions(&mut text, export, maps);
+            extension::functions(&mut text, export, &own);
+            extension::start(&mut text, export, (maps, &own));
+        }
         _ => {
             _ = write!(
                 text,
@@ -80,6 +86,9 @@ void {name}_reset({name}_state *state)
             kalman::step(&mut text, export, maps, (filter.substeps(), filter.gate().is_some()));
         }
         (Program::Kkl(observer), Some(maps)) => kkl::step(&mut text, export, observer, maps),
+        (Program::Extension(observer), Some(maps)) => {
+            extension::step(&mut text, export, observer, (maps, &observer.observer().routines()));
+        }
         (Program::Discrete(_), Some(maps)) => copy::discrete_step(&mut text, export, maps),
         (Program::Copy(observer), Some(maps)) => copy::step(&mut text, export, maps, observer.substeps()),
         _ => linear::step(&mut text, export),

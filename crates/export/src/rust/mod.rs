@@ -7,6 +7,7 @@
 //! | `kkl` | the numerical KKL observer |
 //! | `test` | the test with golden vectors |
 
+mod extension;
 mod kkl;
 mod plant;
 mod staticlib;
@@ -108,6 +109,7 @@ fn library(export: &Export) -> String {
         Program::Copy(_) => ("StaticSampledCopy", "SampledCopy"),
         Program::Discrete(_) => ("DiscreteNonlinearObserver", ""),
         Program::Kkl(_) => ("SampledKkl", ""),
+        Program::Extension(_) => ("InterSampleObserver", "ObserverDimensions"),
     };
     let fed = export.feedback.is_some();
     let model = if export.program.maps().is_some() { "Model, " } else { "" };
@@ -140,6 +142,7 @@ fn library(export: &Export) -> String {
     let types = types.into_iter().filter(|name| !name.is_empty()).collect::<Vec<_>>().join(", ");
     let inner = match &export.program {
         Program::Kkl(observer) => kkl::kind(export, observer),
+        Program::Extension(observer) => extension::kind(export, observer),
         _ => format!("{kind}<{model}{scalar}, {lengths}>"),
     };
     let observer = if fed {
@@ -190,10 +193,14 @@ pub fn observer() -> Result<Observer, ObserverError> {{
         Program::Copy(_) => plant::copy(&mut text, export),
         Program::Discrete(_) => plant::discrete(&mut text, export),
         Program::Kkl(observer) => kkl::observer(&mut text, export, observer),
+        Program::Extension(observer) => extension::observer(&mut text, export, observer),
     }
     text.push_str("}\n");
     if let Program::Kkl(observer) = &export.program {
         kkl::trees(&mut text, export, observer);
+    }
+    if let Program::Extension(observer) = &export.program {
+        extension::model(&mut text, export, observer);
     }
     if let Some(routines) = export.program.routines() {
         plant::model(&mut text, export, &routines);
@@ -232,7 +239,9 @@ fn linear(text: &mut String, export: &Export, kind: &str) {
 }
 
 fn cubic(text: &mut String, export: &Export, kind: &str) {
-    _ = writeln!(text, "    {kind}::new(SampledCubicGains {{");
+    let coupling = named(export, "G");
+    let constructor = if coupling.is_some() { "semi_implicit" } else { "new" };
+    _ = writeln!(text, "    {kind}::{constructor}(SampledCubicGains {{");
     for (name, field) in [("A", "ad"), ("B", "bd"), ("C", "c"), ("L", "ld"), ("N", "n"), ("THETA", "theta")] {
         _ = writeln!(text, "        {field}: {},", named(export, name).unwrap_or_default());
     }
@@ -240,6 +249,10 @@ fn cubic(text: &mut String, export: &Export, kind: &str) {
         let field = if name == "W" { "w" } else { "period" };
         _ = writeln!(text, "        {field}: {},", number::rust(x, export.scalar));
     }
+    if coupling.is_some() {
+        _ = writeln!(text, "        w: {},", number::rust(0.0, export.scalar));
+    }
+    let coupling = coupling.map_or_else(String::new, |coupling| format!(", {coupling}"));
     let feedthrough = named(export, "D").map_or_else(String::new, |d| format!("?\n    .with_feedthrough({d})"));
-    _ = writeln!(text, "    }}){feedthrough}");
+    _ = writeln!(text, "    }}{coupling}){feedthrough}");
 }

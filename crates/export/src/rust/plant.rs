@@ -9,7 +9,7 @@ use crate::program::{Scalar, tables};
 use crate::{Export, number};
 
 /// How the graphs of an export are written as Rust.
-fn dialect(scalar: Scalar) -> Dialect<'static> {
+pub(super) fn dialect(scalar: Scalar) -> Dialect<'static> {
     let literal = |x: f64, single: bool| number::rust(x, if single { Scalar::Binary32 } else { Scalar::Binary64 });
     Dialect { language: Language::Rust, single: scalar == Scalar::Binary32, prefix: "", literal }
 }
@@ -134,12 +134,15 @@ impl Differentiable<{scalar}, Const<{n}>, Const<{m}>, Const<{p}>> for Model {{
     for (name, what, routine) in all {
         function(text, (name, what), routine, &dialect, (n, m));
     }
-    for (number, table, used) in tables(&all.map(|(_, _, routine)| routine)) {
+    let own = export.program.extension();
+    let own = own.iter().flat_map(|own| [&own.rate, &own.estimate, &own.start]);
+    for (number, table, used) in tables(&all.map(|(_, _, routine)| routine).into_iter().chain(own).collect::<Vec<_>>())
+    {
         _ = write!(text, "\n{}", table.source(number, &dialect, used));
     }
 }
 
-fn function(
+pub(super) fn function(
     text: &mut String,
     (name, what): (&str, &str),
     routine: &Routine,

@@ -63,6 +63,7 @@ fn library(export: &Export) -> String {
     let (mut fields, mut start, mut tick, mut imports) = (String::new(), String::new(), "", ["", "SVector"]);
     let inner = if is_fed { "block.observer()" } else { "block" };
     let mut estimate = String::new();
+    let stored: String;
     let (state, load, store) = if let Program::Kkl(observer) = &export.program {
         let targets = observer.dimensions().state;
         _ = writeln!(fields, "    z: [{number}; {targets}],");
@@ -70,6 +71,17 @@ fn library(export: &Export) -> String {
         _ = writeln!(estimate, "        (*state).xhat = {inner}.estimate(&z).into();");
         let load = "SVector::from(self.z)".to_owned();
         (format!("SVector<{number}, {targets}>"), load, "        self.z = (*z).into();\n")
+    } else if let Program::Extension(observer) = &export.program {
+        let all = luenberger_observers::SampledObserver::<f64>::dimensions(observer).state;
+        let order = all - n;
+        _ = writeln!(fields, "    z: [{number}; {order}],");
+        _ = writeln!(start, "            z: [{zero}; {order}],");
+        let load = format!("SVector::from_fn(|i, _| if i < {order} {{ self.z[i] }} else {{ self.xhat[i - {order}] }})");
+        let store = format!(
+            "        self.z = core::array::from_fn(|i| z[i]);\n        self.xhat = core::array::from_fn(|i| z[{order} + i]);\n"
+        );
+        stored = store;
+        (format!("SVector<{number}, {all}>"), load, stored.as_str())
     } else if is_filter {
         imports = ["GaussianEstimate, ", "{Const, SMatrix, SVector}"];
         _ = writeln!(fields, "    p: [[{number}; {n}]; {n}],");

@@ -70,6 +70,11 @@ impl<T: RealField + Copy> Kreisselmeier<T> {
     pub fn new(a: T) -> Result<Self, ObserverError> {
         positive("the rate of forgetting a", a).map(|a| Self { a })
     }
+
+    /// The rate a, in 1/s.
+    pub fn rate_of_forgetting(&self) -> T {
+        self.a
+    }
 }
 
 impl<T: RealField + Copy, R: Dim, Q: Dim> Extension<T, R, Q> for Kreisselmeier<T>
@@ -120,6 +125,11 @@ where
     pub fn new(beta: OVector<T, K>) -> Result<Self, ObserverError> {
         all_positive("a filter's beta", &beta)?;
         Ok(Self { beta })
+    }
+
+    /// The numbers beta, in 1/s.
+    pub fn poles(&self) -> &OVector<T, K> {
+        &self.beta
     }
 
     /// Row i of `[Y M]` of filter k, k = 0 being Y and M themselves; column 0 is Y.

@@ -17,7 +17,7 @@ mod record;
 
 pub use exported::exported;
 pub(crate) use linear::MARGIN;
-pub use nonlinear::{CopyDesign, DiscreteCopyDesign, FilterDesign, KklDesign, KklStep};
+pub use nonlinear::{CopyDesign, DiscreteCopyDesign, ExtensionDesign, FilterDesign, KklDesign, KklStep};
 pub use record::{Difference, Record, record};
 
 use std::sync::atomic::AtomicBool;
@@ -52,6 +52,8 @@ pub enum SampledDesign {
     Filter(Box<FilterDesign>),
     /// The numerical KKL observer.
     Kkl(Box<KklDesign>),
+    /// An observer with given maps.
+    Extension(Box<ExtensionDesign>),
 }
 
 /// A sampled design, and the design of the study itself where it was needed.
@@ -79,6 +81,7 @@ impl SampledDesign {
             Self::Copy(design) => Some(design.observer.substeps()),
             Self::Filter(design) => design.filter.substeps(),
             Self::Kkl(design) => Some(design.observer.substeps()),
+            Self::Extension(design) => Some(design.observer.substeps()),
             _ => None,
         }
     }
@@ -264,10 +267,9 @@ fn in_discrete_time(
 ) -> Result<SampledDesign, String> {
     let linear = design::discrete_design(study, plant, gain, dt, observer)?;
     match &observer.kind {
-        ObserverKind::SampledCubic { theta, strength, .. } => {
-            let design =
-                SampledCubicDesign::of_discrete(&linear, theta, *strength).map_err(|error| error.to_string())?;
-            Ok(SampledDesign::Cubic(Box::new(design)))
+        ObserverKind::SampledCubic { theta, correction, .. } => {
+            let design = SampledCubicDesign::of_discrete_with_correction(&linear, theta, correction);
+            Ok(SampledDesign::Cubic(Box::new(design.map_err(|error| error.to_string())?)))
         }
         ObserverKind::Cubic { .. } => Err("the kind cubic is for plants in continuous time".to_owned()),
         _ => Ok(SampledDesign::Linear(Box::new(linear))),
@@ -289,8 +291,8 @@ fn held(
             let continuous = luenberger_design::CubicDesign::new(&linear, theta, correction)?;
             SampledCubicDesign::from_cubic(&linear, &continuous, period).map(cubic)
         }
-        ObserverKind::SampledCubic { theta, strength, .. } => {
-            SampledCubicDesign::new(&linear, theta, *strength, period).map(cubic)
+        ObserverKind::SampledCubic { theta, correction, .. } => {
+            SampledCubicDesign::with_correction(&linear, theta, correction, period).map(cubic)
         }
         _ => sampled_linear(&linear, gain, period).map(|design| SampledDesign::Linear(Box::new(design))),
     }
@@ -344,6 +346,19 @@ pub fn evidence(study: &Study, observer: &ObserverSpec, design: &SampledDesign, 
                 copied.certificate.as_ref(),
                 "for the observer in continuous time",
                 &copied.statement,
+                &rest,
+            )
+        }
+        SampledDesign::Extension(extended) => {
+            let rest = format!(
+                "What this code computes, {} of the Runge-Kutta method per period and an output predicted between samples, approaches that as the period goes to 0; the proof does not cover it, nor rounding to {format}.",
+                counted(extended.observer.substeps(), "step"),
+            );
+            of_statement(
+                title,
+                extended.certificate.as_ref(),
+                "for the observer in continuous time",
+                &extended.statement,
                 &rest,
             )
         }

@@ -2,18 +2,23 @@
 
 use luenberger_design::Certificate;
 use luenberger_design::numerical_kkl::{Embedded, Interpolated};
+use luenberger_export::extension::{ExpressionObserver, SampledExtension};
 use luenberger_expression::ExpressionPlant;
 use luenberger_observers::high_gain::HighGainMap;
 use luenberger_observers::kkl::{LeftInverse, LinearKkl};
 use luenberger_observers::numerical_kkl::SampledFilter;
-use luenberger_observers::{DiscreteNonlinearObserver, ExtendedKalmanFilter, SampledCopy, SampledObserver};
-use luenberger_plants::Differentiable;
+use luenberger_observers::{
+    DiscreteNonlinearObserver, ExtendedKalmanFilter, InterSampleObserver, Observer, Regression, SampledCopy,
+    SampledObserver,
+};
+use luenberger_plants::{Differentiable, Plant};
 use luenberger_proof::wording::significant;
 use nalgebra::{Const, DMatrix, DVector, Dyn};
 
 use super::SampledDesign;
 use crate::design::{Designed, Kkl, Runnable};
-use crate::study::{ObserverSpec, Study};
+use crate::maps::whole;
+use crate::study::{ObserverKind, ObserverSpec, Study};
 
 /// A step of the Runge-Kutta method is at most this share of the time constant of the fastest mode of the error: its own
 /// error is then below 1e-5 of the change.
@@ -99,6 +104,76 @@ where
     I: LeftInverse<f64, Const<Z>, Const<1>, Const<N>>,
 {
     SampledFilter { d: *map.d(), b: *map.b(), period, substeps }
+}
+
+/// An observer with given maps, stepped once per sample.
+#[derive(Debug, Clone)]
+pub struct ExtensionDesign {
+    /// The observer.
+    pub observer: SampledExtension<f64>,
+    /// The certificate of the design in continuous time, if it has one.
+    pub certificate: Option<Certificate>,
+    /// What the design says in continuous time.
+    pub statement: String,
+}
+
+/// The sampled form of an observer with given maps.
+fn extension(
+    study: &Study,
+    observer: &ObserverSpec,
+    designed: &Designed,
+    plant: ExpressionPlant,
+    (period, substeps): (f64, Option<usize>),
+) -> Result<ExtensionDesign, Refusal> {
+    let written = match &observer.kind {
+        ObserverKind::Kkl(spec) => whole::kkl(&study.plant, &spec.maps),
+        ObserverKind::Pebo(spec) | ObserverKind::KklPeb(spec) => whole::peb(&study.plant, spec),
+        _ => Err("the observer has no given maps".to_owned()),
+    };
+    let written = written.map_err(|why| (format!("the observer has no source code: {why}"), Vec::new()))?;
+    let substeps = match substeps {
+        Some(substeps) => substeps,
+        None => substeps_of(study, observer, &written, &plant, period)?,
+    };
+    let sampled = InterSampleObserver::new(plant, written, period, substeps);
+    Ok(ExtensionDesign {
+        observer: sampled.map_err(|error| (error.to_string(), Vec::new()))?,
+        certificate: designed.certificate.clone(),
+        statement: designed.report.statement.clone(),
+    })
+}
+
+/// Runge-Kutta steps per period that resolve the fastest mode of the observer at its start. A regressor is filtered from
+/// zero; what it tends to at the start counts.
+fn substeps_of(
+    study: &Study,
+    observer: &ObserverSpec,
+    written: &ExpressionObserver,
+    plant: &ExpressionPlant,
+    period: f64,
+) -> Result<usize, Refusal> {
+    let mut u = DVector::zeros(study.plant.inputs.len());
+    if let Some(program) = study.input.program() {
+        program.at(0.0, u.as_mut_slice());
+    }
+    let x = DVector::from_column_slice(&observer.initial);
+    let y: DVector<f64> = plant.output(0.0, &x, &u);
+    let mut z = Observer::initial(written, 0.0, &x, &u, &y);
+    if let ObserverKind::Pebo(spec) | ObserverKind::KklPeb(spec) = &observer.kind {
+        let maps = &spec.maps;
+        let order = maps.kkl.order();
+        let m = maps.regressor(0.0, &z.rows(0, order).into_owned(), &u, &y);
+        z.rows_mut(order + 2 * m.nrows(), m.len()).copy_from_slice(m.as_slice());
+    }
+    let jacobian = written.jacobian(0.0, &z, &u, &y);
+    if jacobian.iter().any(|entry| !entry.is_finite()) {
+        return Err((
+            "the Jacobian of the observer is not finite at the first estimate".to_owned(),
+            vec!["--substeps sets the number of Runge-Kutta steps per period".to_owned()],
+        ));
+    }
+    let fastest = jacobian.complex_eigenvalues().iter().map(|pole| pole.norm()).fold(0.0, f64::max);
+    steps_for(period, fastest)
 }
 
 /// Why there is no step, and what would have one.
@@ -189,6 +264,8 @@ pub(super) fn sampled(
             let statement = report.statement.clone();
             Ok(SampledDesign::Kkl(Box::new(KklDesign { observer, statement })))
         }
+        Runnable::KklMaps(_) | Runnable::Peb(_) => extension(study, observer, designed, plant, (period, substeps))
+            .map(|design| SampledDesign::Extension(Box::new(design))),
         Runnable::CubicAt(_) | Runnable::SampledCubicAt(_) => Err((
             "a cubic observer in deviations from an operating point has no export".to_owned(),
             vec!["kind = \"luenberger\" at the same operating point has one".to_owned()],

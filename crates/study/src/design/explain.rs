@@ -1,7 +1,8 @@
 //! Diagnosis of an observer that is not applicable: the violated hypothesis with its numbers, and applicable
 //! alternatives.
 
-use luenberger_design::{DesignError, EnclosureError, LpvError, NumericalKklError};
+use luenberger_design::kkl::Worst;
+use luenberger_design::{DesignError, EnclosureError, KklError, LpvError, NumericalKklError};
 use luenberger_linalg::{LinalgError, detectability, observability};
 use luenberger_observers::ObserverError;
 use luenberger_plants::{Plant, PlantError};
@@ -21,6 +22,11 @@ pub(super) enum Misfit {
     Enclosure(EnclosureError),
     Lpv(LpvError),
     NumericalKkl(NumericalKklError),
+    Kkl(KklError),
+    NotLeftInverse { state: usize, found: f64, point: Vec<f64>, missed: f64 },
+    UndefinedLeftInverse,
+    NotRegression { worst: Worst, inputs: usize },
+    Silent { delta: f64, window: f64, from: f64, direction: Vec<f64> },
     NonlinearOutput { output: usize, state: usize, low: f64, high: f64 },
 }
 
@@ -51,6 +57,16 @@ impl From<NumericalKklError> for Misfit {
         match error {
             NumericalKklError::Design(error) => Self::Design(error),
             error => Self::NumericalKkl(error),
+        }
+    }
+}
+
+impl From<KklError> for Misfit {
+    fn from(error: KklError) -> Self {
+        match error {
+            KklError::Design(error) => Self::Design(error),
+            KklError::Enclosure(error) => Self::Enclosure(error),
+            error => Self::Kkl(error),
         }
     }
 }
@@ -165,6 +181,51 @@ pub(super) fn misfit(study: &Study, wish: &ObserverSpec, misfit: &Misfit) -> Fai
             alternatives.extend(for_nonlinear(study, kind));
             (error.to_string(), alternatives)
         }
+        Misfit::Kkl(error) => (error.to_string(), another_map(error)),
+        Misfit::NotLeftInverse { state, found, point, missed } => {
+            let states = &study.plant.states;
+            let at: Vec<String> =
+                states.iter().zip(point).map(|(name, x)| format!("{name} = {}", significant(*x, 4))).collect();
+            let hypothesis = format!(
+                "`left_inverse` does not take phi back: at {} it gives {} = {}, which is off by {} half-widths of the region, the most of all sampled states",
+                at.join(", "),
+                states[*state],
+                significant(*found, 6),
+                significant(*missed, 3)
+            );
+            (hypothesis, vec!["a `left_inverse` with phi^L(phi(x), h(x)) = x on the whole region".to_owned()])
+        }
+        Misfit::UndefinedLeftInverse => (
+            "`left_inverse` has no finite value at a state of the region".to_owned(),
+            vec!["a smaller `region`, in which phi^L(phi(x), h(x)) is defined".to_owned()],
+        ),
+        Misfit::NotRegression { worst, inputs } => {
+            let Worst { row, at_least, place, .. } = worst;
+            let (u, theta) = place.input.split_at(*inputs);
+            let input = if u.is_empty() { String::new() } else { format!(", u = {u:?}") };
+            let hypothesis = format!(
+                "row {} of `s`, `g` and `m` is no regression: d s(y)/dt and g + m theta differ by at least {} at x = {:?}{input}, theta = {theta:?}, with xi = phi(x) - missing(theta)",
+                row + 1,
+                significant(*at_least, 4),
+                place.state
+            );
+            (hypothesis, vec!["other `s`, `g`, `m` or `missing`: the two sides differ at the point named".to_owned()])
+        }
+        Misfit::Silent { delta, window, from, direction } => {
+            let direction: Vec<String> = direction.iter().map(|x| significant(*x, 3)).collect();
+            let hypothesis = format!(
+                "the regression is not exciting along the run of [simulation]: over the {} after t = {} the least eigenvalue of int M'M is {}, and the direction ({}) of theta is not seen",
+                significant(*window, 4),
+                significant(*from, 4),
+                significant(*delta, 3),
+                direction.join(", ")
+            );
+            let remedies = [
+                "an input or an initial state that excites the regressor m, or a longer `window`",
+                "kkl: a Lambda that is stable, where there is one, needs no excitation",
+            ];
+            (hypothesis, remedies.map(str::to_owned).to_vec())
+        }
         Misfit::NonlinearOutput { output, state, low, high } => {
             let hypothesis = format!(
                 "the kind {kind} needs outputs that are linear in the state, and the derivative of {} by {} is between {} and {}",
@@ -192,6 +253,29 @@ fn with_smaller_rate(study: &Study, kind: &str) -> Vec<String> {
     let mut kinds = vec!["a smaller `region` or a smaller `decay_rate`".to_owned()];
     kinds.extend(for_nonlinear(study, kind));
     kinds
+}
+
+/// What to change of the maps.
+fn another_map(error: &KklError) -> Vec<String> {
+    let remedy = match error {
+        KklError::NotASolution(_) => "other `phi`, `lambda` or `b`: the two sides differ at the point named",
+        KklError::ResidualUndecided { .. } => "a smaller `region`, or maps without kinks, jumps and lookup tables",
+        KklError::NotHurwitz { eigenvalue, .. } if eigenvalue.re == 0.0 && eigenvalue.im == 0.0 => {
+            "kkl-peb: rows of `lambda` that are zero leave a constant, which it estimates"
+        }
+        KklError::NotHurwitz { .. } | KklError::HurwitzUndecided { .. } => {
+            "another `lambda`, or a smaller `region` of the inputs"
+        }
+        KklError::ReadsItself(_) | KklError::CouplingUndecided(_) => {
+            "rows of `b` that use earlier entries of xi only; the linear part belongs into `lambda`"
+        }
+        KklError::NotInjective(_) | KklError::Indistinct(_) => {
+            "a `phi` with more rows, or a smaller `region` on which (phi, h) distinguishes all states"
+        }
+        KklError::Undefined { .. } => "a smaller `region`, in which plant and maps are defined",
+        _ => return Vec::new(),
+    };
+    vec![remedy.to_owned()]
 }
 
 /// The ways to a gain that the kind has beside a given one.

@@ -3,13 +3,16 @@
 mod discrete;
 mod explain;
 mod kkl;
+mod kkl_maps;
 mod linear;
 mod noise_gain;
 mod nonlinear;
 mod operating_point;
+mod peb;
 mod runnable;
 
 pub use kkl::Kkl;
+pub use kkl_maps::candidate;
 pub(crate) use noise_gain::SPEED_RATIO;
 pub use runnable::{At, Chains, Runnable};
 
@@ -110,7 +113,13 @@ fn in_words(
         Misfit::NumericalKkl(NumericalKklError::Stopped { .. }) => NoDesign::Interrupted,
         misfit => explain::misfit(study, wish, &misfit).into(),
     };
-    if let ObserverKind::MeanValue { .. } | ObserverKind::HighGain { .. } | ObserverKind::KklNumerical(_) = wish.kind {
+    if let ObserverKind::MeanValue { .. }
+    | ObserverKind::HighGain { .. }
+    | ObserverKind::Kkl(_)
+    | ObserverKind::Pebo(_)
+    | ObserverKind::KklPeb(_)
+    | ObserverKind::KklNumerical(_) = wish.kind
+    {
         explain::output_of_the_state(study, wish)?;
     }
     match &wish.kind {
@@ -120,8 +129,8 @@ fn in_words(
         ObserverKind::Cubic { linear: gain, theta, correction } => {
             shifted(linear::cubic(study, &linear()?, gain, theta, correction, &options)).map_err(explained)
         }
-        ObserverKind::SampledCubic { linear: gain, theta, strength, period } => {
-            shifted(linear::sampled(&linear()?, gain, theta, *strength, *period, &options)).map_err(explained)
+        ObserverKind::SampledCubic { linear: gain, theta, correction, period } => {
+            shifted(linear::sampled(&linear()?, gain, theta, correction, *period, &options)).map_err(explained)
         }
         ObserverKind::Lpv { region, rate } => nonlinear::lpv(study, region, rate, &options).map_err(explained),
         ObserverKind::Lipschitz { split, region, rate, gain } => {
@@ -137,6 +146,8 @@ fn in_words(
         ObserverKind::ExtendedKalman { w, v, p0, period, substeps, gate } => {
             nonlinear::extended_kalman(model, (w, v, p0), *period, *substeps, *gate).map_err(explained)
         }
+        ObserverKind::Kkl(spec) => kkl_maps::kkl(model, spec).map_err(explained),
+        ObserverKind::Pebo(spec) | ObserverKind::KklPeb(spec) => peb::peb(study, wish, spec).map_err(explained),
         ObserverKind::KklNumerical(kkl) => {
             explain::small_and_autonomous(study, wish)?;
             kkl::design(model, kkl, cancel).map_err(explained)

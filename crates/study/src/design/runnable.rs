@@ -3,14 +3,16 @@
 use luenberger_observers::high_gain::{HighGainMap, Place};
 use luenberger_observers::{
     CubicObserver, DeviationObserver, DiscreteLinearObserver, DiscreteNonlinearObserver, ExtendedKalmanFilter,
-    HighGainObserver, Integral, LinearObserver, MeanValueObserver, NonlinearLuenbergerObserver, Observer,
-    ObserverDimensions, SampledCubicObserver, SampledObserver, StationaryKalmanFilter,
+    HighGainObserver, Integral, KklObserver, KklPebObserver, LinearObserver, MeanValueObserver,
+    NonlinearLuenbergerObserver, Observer, ObserverDimensions, SampledCubicObserver, SampledObserver,
+    StationaryKalmanFilter,
 };
 use luenberger_plants::{Column, Plant, state_jacobian};
 use luenberger_sim::{Replay, Scenario};
 use nalgebra::{DVector, Dyn};
 
 use super::kkl::Kkl;
+use crate::maps::{Estimator, KklMaps, RegressionMaps};
 use crate::model::Model;
 
 /// An observer of the deviations from an operating point.
@@ -45,6 +47,10 @@ pub enum Runnable {
     HighGain(Box<HighGainObserver<Chains, f64, Dyn>>),
     /// Extended Kalman filter.
     ExtendedKalman(Box<ExtendedKalmanFilter<Model, f64, Dyn, Dyn, Dyn>>),
+    /// KKL observer with given maps.
+    KklMaps(Box<KklObserver<KklMaps>>),
+    /// PEBO or [KKL+PEB] observer with given maps.
+    Peb(Box<KklPebObserver<RegressionMaps, Estimator, f64>>),
     /// Numerical KKL observer.
     Kkl(Box<Kkl>),
 }
@@ -60,6 +66,8 @@ macro_rules! each {
             Runnable::NonlinearLuenberger($continuous) => $flow,
             Runnable::MeanValue($continuous) => $flow,
             Runnable::HighGain($continuous) => $flow,
+            Runnable::KklMaps($continuous) => $flow,
+            Runnable::Peb($continuous) => $flow,
             Runnable::Kkl(kkl) => match kkl.as_ref() {
                 Kkl::Two($continuous) => $flow,
                 Kkl::TwoEmbedded($continuous) => $flow,

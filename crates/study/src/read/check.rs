@@ -148,6 +148,17 @@ fn value(node: &Node, key: &Key, mistakes: &mut Vec<Diagnostic>) {
                 mistakes.push(Diagnostic::new(x.span.clone(), message, "expected a text"));
             }
         }),
+        Kind::Expressions => list(node, name, &expected(), mistakes, |(i, x), mistakes| {
+            expression(x, &format!("entry {} of `{name}`", i + 1), mistakes);
+        }),
+        Kind::ExpressionRows => match node.list() {
+            Some(entries) if entries.iter().any(|entry| entry.list().is_some()) => {
+                grid(node, name, &expected(), mistakes, expression);
+            }
+            _ => list(node, name, &expected(), mistakes, |(i, x), mistakes| {
+                expression(x, &format!("entry {} of `{name}`", i + 1), mistakes);
+            }),
+        },
         Kind::Choices(choices) => {
             list(node, name, &expected(), mistakes, |(_, x), mistakes| choice(x, name, choices, mistakes));
         }
@@ -269,7 +280,31 @@ fn list(
     }
 }
 
+/// A text that is not empty, or a finite number.
+fn expression(node: &Node, what: &str, mistakes: &mut Vec<Diagnostic>) {
+    let found = match node.text() {
+        Some(text) if !text.trim().is_empty() => return,
+        Some(_) => "empty".to_owned(),
+        None if node.number().is_some_and(f64::is_finite) => return,
+        None => shown(node),
+    };
+    let mistake =
+        Diagnostic::new(node.span.clone(), format!("{what} is {found}"), "expected an expression or a number");
+    mistakes.push(mistake);
+}
+
 fn rows(node: &Node, name: &str, expected: &str, mistakes: &mut Vec<Diagnostic>) {
+    grid(node, name, expected, mistakes, |x, what, mistakes| number(x, what, Range::Any, mistakes));
+}
+
+/// Rows of one length, each entry checked by `each`.
+fn grid(
+    node: &Node,
+    name: &str,
+    expected: &str,
+    mistakes: &mut Vec<Diagnostic>,
+    each: impl Fn(&Node, &str, &mut Vec<Diagnostic>),
+) {
     let mut width = None;
     let Some(entries) = node.list().filter(|entries| !entries.is_empty()) else {
         list(node, name, expected, mistakes, |_, _| {});
@@ -282,7 +317,7 @@ fn rows(node: &Node, name: &str, expected: &str, mistakes: &mut Vec<Diagnostic>)
             continue;
         };
         for (j, x) in numbers.iter().enumerate() {
-            number(x, &format!("entry ({}, {}) of `{name}`", i + 1, j + 1), Range::Any, mistakes);
+            each(x, &format!("entry ({}, {}) of `{name}`", i + 1, j + 1), mistakes);
         }
         let first = *width.get_or_insert(numbers.len());
         if numbers.is_empty() {

@@ -7,6 +7,7 @@
 mod check;
 mod csv;
 mod json;
+mod maps;
 mod observer;
 mod operating_point;
 mod other_plant;

@@ -6,7 +6,7 @@ use luenberger_proof::wording::counted;
 use nalgebra::{Complex, DMatrix};
 
 use super::tree::Node;
-use super::{Reader, check};
+use super::{Reader, check, maps};
 use crate::diagnostic::Source;
 use crate::model::PlantModel;
 use crate::study::{GainLimits, GainSpec, KklSpec, LinearSpec, ObserverKind, ObserverSpec, RateSpec};
@@ -21,7 +21,7 @@ pub(super) fn observers(
 ) -> Option<Vec<ObserverSpec>> {
     let Some(list) = root.get("observer") else { return Some(Vec::new()) };
     let read: Vec<Option<ObserverSpec>> =
-        list.list()?.iter().map(|node| observer(node, plant.model.size(), start, source, reader)).collect();
+        list.list()?.iter().map(|node| observer(node, plant, start, source, reader)).collect();
     let observers: Vec<ObserverSpec> = read.into_iter().collect::<Option<_>>()?;
     names(&observers, list, root, reader).then_some(observers)
 }
@@ -85,18 +85,23 @@ pub(crate) fn file_name(name: &str) -> String {
 
 fn observer(
     node: &Node,
-    size: Dimensions,
+    plant: &PlantModel,
     start: &[f64],
     source: &Source,
     reader: &mut Reader,
 ) -> Option<ObserverSpec> {
-    let kind_name = node.get("kind")?.text()?;
+    let (size, kind_name) = (plant.model.size(), node.get("kind")?.text()?);
     let name = node.get("name").and_then(Node::text).unwrap_or(kind_name).to_owned();
     let initial = match node.get("initial") {
         Some(initial) => reader.numbers(initial, "initial", size.states, "state"),
         None => Some(start.to_vec()),
     };
-    let kind = kind(node, kind_name, size, reader);
+    let kind = match kind_name {
+        "kkl" => maps::kkl(node, plant, reader),
+        "pebo" => maps::peb(node, plant, reader).map(|peb| ObserverKind::Pebo(Box::new(peb))),
+        "kkl-peb" => maps::peb(node, plant, reader).map(|peb| ObserverKind::KklPeb(Box::new(peb))),
+        _ => kind(node, kind_name, size, reader),
+    };
     let limits = limits(node, size, reader);
     let place = source.place(check::head(node).start);
     Some(ObserverSpec { name, initial: initial?, kind: kind?, limits: limits?, place })
@@ -144,12 +149,9 @@ fn kind(node: &Node, name: &str, size: Dimensions, reader: &mut Reader) -> Optio
         "sampled-cubic" => {
             let linear = linear(node, size, reader);
             let theta = theta(node, p, reader);
-            ObserverKind::SampledCubic {
-                linear: linear?,
-                theta: theta?,
-                strength: number("gamma")?,
-                period: number("period")?,
-            }
+            let correction = sampled_correction(node, p, reader);
+            let (linear, theta, correction) = (linear?, theta?, correction?);
+            ObserverKind::SampledCubic { linear, theta, correction, period: number("period")? }
         }
         "lpv" => {
             let region = region(node, size, reader);
@@ -367,12 +369,27 @@ fn correction(node: &Node, p: usize, reader: &mut Reader) -> Option<CubicGain> {
     if let Some(w) = node.get("radial") {
         return Some(CubicGain::Radial(w.number()?));
     }
-    let s =
-        reader.matrix(node.get("s")?, "s", (Some(p), Some(p)), &format!("the plant has {}", counted(p, "output")))?;
-    Some(CubicGain::General(s))
+    general(node, p, reader)
 }
 
-fn region(node: &Node, size: Dimensions, reader: &mut Reader) -> Option<Region> {
+/// As [`correction`], where `gamma` is the strength of a radial gain.
+fn sampled_correction(node: &Node, p: usize, reader: &mut Reader) -> Option<CubicGain> {
+    alternatives(node, &["gamma", "weighted", "s"], true, reader)?;
+    if let Some(w) = node.get("gamma") {
+        return Some(CubicGain::Radial(w.number()?));
+    }
+    if let Some(gamma) = node.get("weighted") {
+        return Some(CubicGain::Gamma(gamma.number()?));
+    }
+    general(node, p, reader)
+}
+
+fn general(node: &Node, p: usize, reader: &mut Reader) -> Option<CubicGain> {
+    let of_outputs = format!("the plant has {}", counted(p, "output"));
+    Some(CubicGain::General(reader.matrix(node.get("s")?, "s", (Some(p), Some(p)), &of_outputs)?))
+}
+
+pub(super) fn region(node: &Node, size: Dimensions, reader: &mut Reader) -> Option<Region> {
     let Some(table) = node.get("region") else { return Some(Region::everywhere(size.states)) };
     let mut region = match table.get("states") {
         Some(states) => Region::new(&bounds(states, "states", size.states, "state", reader)?),
@@ -396,10 +413,20 @@ fn bound(node: &Node) -> Option<(f64, f64)> {
 }
 
 fn bounds(node: &Node, name: &str, length: usize, of: &str, reader: &mut Reader) -> Option<Vec<(f64, f64)>> {
+    pairs(node, name, (length, of, "the plant"), reader)
+}
+
+/// As many pairs as `whose` has of `of`.
+pub(super) fn pairs(
+    node: &Node,
+    name: &str,
+    (length, of, whose): (usize, &str, &str),
+    reader: &mut Reader,
+) -> Option<Vec<(f64, f64)>> {
     let bounds: Vec<(f64, f64)> = node.list()?.iter().map(bound).collect::<Option<_>>()?;
     if bounds.len() != length {
         let message =
-            format!("`{name}` has {}, and the plant has {}", counted(bounds.len(), "pair"), counted(length, of));
+            format!("`{name}` has {}, and {whose} has {}", counted(bounds.len(), "pair"), counted(length, of));
         reader.wrong(node.span.clone(), message, format!("expected {}", counted(length, "pair")));
         return None;
     }

@@ -297,8 +297,13 @@ pub(super) fn list(node: &Node, scope: &Scope, reader: &mut Reader) -> Option<Ve
     parsed.into_iter().collect()
 }
 
-fn expression(node: &Node, scope: &Scope, reader: &mut Reader) -> Option<Expression> {
-    match Expression::parse(node.text()?, scope) {
+/// The expression of a text, or the constant of a number.
+pub(super) fn expression(node: &Node, scope: &Scope, reader: &mut Reader) -> Option<Expression> {
+    let text = match node.text() {
+        Some(text) => text.to_owned(),
+        None => format!("{:?}", node.number()?),
+    };
+    match Expression::parse(&text, scope) {
         Ok(expression) => Some(expression),
         Err(error) => {
             let span = within(node, &error);

@@ -73,6 +73,7 @@ fn list(items: &Value) -> Value {
 
 fn kind(kind: &Kind) -> Value {
     let rows = || list(&list(&number(Range::Any)));
+    let expression = || json!({ "type": ["number", "string"] });
     let end = || json!({ "anyOf": [{ "type": "number" }, { "enum": ["inf", "-inf"] }] });
     let pair = || json!({ "type": "array", "items": end(), "minItems": 2, "maxItems": 2 });
     let choice = |choices: &[(&str, &str)]| {
@@ -89,6 +90,8 @@ fn kind(kind: &Kind) -> Value {
         Kind::Texts | Kind::Names => list(&json!({ "type": "string" })),
         Kind::Choices(choices) => list(&choice(choices)),
         Kind::Rows => rows(),
+        Kind::Expressions => list(&expression()),
+        Kind::ExpressionRows => json!({ "anyOf": [list(&expression()), list(&list(&expression()))] }),
         Kind::Weight => json!({ "anyOf": [number(Range::Any), list(&number(Range::Any)), rows()] }),
         Kind::Poles => {
             let complex = json!({ "type": "array", "items": { "type": "number" }, "minItems": 2, "maxItems": 2 });

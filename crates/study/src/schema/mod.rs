@@ -83,6 +83,10 @@ pub enum Kind {
     Choices(&'static [(&'static str, &'static str)]),
     /// A matrix as a list of rows.
     Rows,
+    /// A list of expressions: texts, or numbers; not empty.
+    Expressions,
+    /// A matrix of expressions: rows of texts and numbers, or the list of a diagonal.
+    ExpressionRows,
     /// A weight: a number (times the identity), a list (the diagonal) or rows.
     Weight,
     /// A list of poles: numbers, and pairs `[re, im]`.
@@ -149,6 +153,11 @@ impl Kind {
             Self::Texts | Self::Names => "a list of texts".to_owned(),
             Self::Choices(choices) => format!("a list from {}", names(choices)),
             Self::Rows => "a matrix as a list of rows, [[1, 2], [3, 4]]".to_owned(),
+            Self::Expressions => "a list of expressions, [\"x1^2\", \"x2\"]".to_owned(),
+            Self::ExpressionRows => {
+                "a matrix of expressions and numbers as a list of rows, [[-1, 0], [0, \"-u1\"]], or the list of a diagonal"
+                    .to_owned()
+            }
             Self::Weight => "a weight: a number, the list of a diagonal, or a matrix as a list of rows".to_owned(),
             Self::Poles => "a list of poles, numbers or pairs [re, im]".to_owned(),
             Self::Bounds => "a list of pairs [lower, upper]".to_owned(),

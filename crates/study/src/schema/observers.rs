@@ -100,6 +100,106 @@ const SECTOR: Table = Table {
     ],
 };
 
+const PHI: Key = required(
+    "phi",
+    Kind::Expressions,
+    "phi(x), one expression of the states for each state xi1, xi2, .. of the observer: where they tend to.",
+);
+const LAMBDA: Key = required(
+    "lambda",
+    Kind::ExpressionRows,
+    "Lambda, as rows or as the list of its diagonal: numbers, and expressions of the inputs, the outputs and the time.",
+);
+const B: Key = required(
+    "b",
+    Kind::Expressions,
+    "B(y, u), one expression of inputs and outputs for each xi; row i may also use xi1 to xi(i-1).",
+);
+const LEFT_INVERSE: Key = required(
+    "left_inverse",
+    Kind::Expressions,
+    "phi^L(xi, y), one expression of xi1, .. and the outputs for each state of the plant.",
+);
+const BOUNDED: Key = required(
+    "region",
+    Kind::Table(&BOX),
+    "Region over which the maps are checked: bounds of every state and every input.",
+);
+
+const SIGNAL: Key =
+    required("s", Kind::Expressions, "s(y) of the regression d s(y)/dt = g + m theta: expressions of the outputs.");
+const KNOWN: Key =
+    required("g", Kind::Expressions, "g(xi, u, y) of the regression, one expression for each entry of `s`.");
+const REGRESSOR: Key = required(
+    "m",
+    Kind::ExpressionRows,
+    "m(xi, u, y) of the regression, one row for each entry of `s`, one column for each parameter; or the list of its diagonal.",
+);
+const MISSING: Key = optional(
+    "missing",
+    Kind::Expressions,
+    "What is missing in xi, phi(x) = xi + missing: one expression of theta1, .. for each xi (default: theta in the rows of zeros of Lambda, in their order).",
+);
+const THETA_REGION: Key = optional(
+    "theta",
+    Kind::Bounds,
+    "Region of theta over which the regression is checked, one pair [lower, upper] for each parameter (default [-1, 1], or [theta_min, theta_min + 1]).",
+);
+const THETA_MIN: Key = optional(
+    "theta_min",
+    Kind::Numbers(Range::Any),
+    "Least value of each parameter: the estimate is held there (default: none).",
+);
+const THETA_START: Key =
+    optional("theta_start", Kind::Number(Range::Any), "First estimate of every parameter (default 0).");
+const ALPHA: Key =
+    required("alpha", Kind::Number(Range::Positive), "The filters of the regression are alpha/(p + alpha).");
+const ESTIMATOR: Key = required("estimator", Kind::Table(&ESTIMATORS), "Estimator of theta in Y = M theta.");
+const LEAKAGE: Key = optional(
+    "leakage",
+    Kind::Number(Range::NotNegative),
+    "Leakage of the rows of zeros, xi' = B - leakage xi: xi stays bounded, and theta is no longer constant (default 0).",
+);
+const WINDOW: Key = optional(
+    "window",
+    Kind::Number(Range::Positive),
+    "Length of the windows in which the run of [simulation] has to excite the regression (default: the whole run).",
+);
+
+const GAIN_OF_ESTIMATOR: Key = required(
+    "gain",
+    Kind::Weight,
+    "Gain: a number, one number for each parameter, or for gradient the matrix Gamma, q x q.",
+);
+
+const ESTIMATORS: Table = Table {
+    name: "estimator",
+    about: "Estimator of the parameters theta in Y = M theta.",
+    keys: &[GAIN_OF_ESTIMATOR],
+    variants: Some(Variants {
+        tag: "kind",
+        of: &[
+            Variant { name: "gradient", about: "theta' = Gamma M'(Y - M theta).", keys: &[] },
+            Variant {
+                name: "drem",
+                about: "Dynamic regressor extension and mixing: each parameter by its own equation.",
+                keys: &[
+                    optional(
+                        "forgetting",
+                        Kind::Number(Range::Positive),
+                        "Extension by Kreisselmeier's filters Phi' = -a Phi + M'M with this rate a.",
+                    ),
+                    optional(
+                        "filters",
+                        Kind::Numbers(Range::Positive),
+                        "Extension by filters beta/(p + beta) of the regression: q/r - 1 numbers beta.",
+                    ),
+                ],
+            },
+        ],
+    }),
+};
+
 const KINDS: &[Variant] = &[
     Variant {
         name: "luenberger",
@@ -161,7 +261,21 @@ const KINDS: &[Variant] = &[
             MAX_GAIN,
             NOISE,
             THETA,
-            required("gamma", Kind::Number(Range::Positive), "w of the cubic term, N = -w P^-1 C'(C P^-1 C')^-1."),
+            optional(
+                "gamma",
+                Kind::Number(Range::Positive),
+                "w of the cubic term, N = -w P^-1 C'(C P^-1 C')^-1, whose flow has a closed form. Give one of gamma, weighted and s.",
+            ),
+            optional(
+                "weighted",
+                Kind::Number(Range::Positive),
+                "gamma of N = -gamma P^-1 C' theta; the cubic term takes a semi-implicit step.",
+            ),
+            optional(
+                "s",
+                Kind::Rows,
+                "S of N = -P^-1 C'S, p x p, S + S' >= 0; the cubic term takes a semi-implicit step.",
+            ),
             PERIOD,
         ],
     },
@@ -245,6 +359,54 @@ const KINDS: &[Variant] = &[
                 Kind::Number(Range::Positive),
                 "An output whose innovation is beyond this many standard deviations is rejected as an outlier (default none; 5 is usual).",
             ),
+        ],
+    },
+    Variant {
+        name: "kkl",
+        about: "KKL observer xi' = Lambda xi + B(y, u), xhat = phi^L(xi, y), with maps that are given.",
+        keys: &[PHI, LAMBDA, B, LEFT_INVERSE, BOUNDED],
+    },
+    Variant {
+        name: "pebo",
+        about: "Parameter-estimation-based observer xi' = B(y, u), xhat = phi^L(xi + theta, y), with an estimator of the constant theta.",
+        keys: &[
+            PHI,
+            B,
+            LEFT_INVERSE,
+            BOUNDED,
+            SIGNAL,
+            KNOWN,
+            REGRESSOR,
+            MISSING,
+            THETA_REGION,
+            THETA_MIN,
+            THETA_START,
+            ALPHA,
+            ESTIMATOR,
+            LEAKAGE,
+            WINDOW,
+        ],
+    },
+    Variant {
+        name: "kkl-peb",
+        about: "[KKL+PEB] observer: a KKL observer whose Lambda has rows of zeros, with an estimator of the constant that they leave.",
+        keys: &[
+            PHI,
+            LAMBDA,
+            B,
+            LEFT_INVERSE,
+            BOUNDED,
+            SIGNAL,
+            KNOWN,
+            REGRESSOR,
+            MISSING,
+            THETA_REGION,
+            THETA_MIN,
+            THETA_START,
+            ALPHA,
+            ESTIMATOR,
+            LEAKAGE,
+            WINDOW,
         ],
     },
     Variant {

@@ -10,6 +10,7 @@ mod gain_limits;
 mod high_gain;
 mod limits;
 mod log;
+mod maps;
 mod messages;
 mod mistakes;
 mod operating_point;

@@ -10,6 +10,9 @@ mod copy;
 mod discrete;
 #[rustfmt::skip]
 #[allow(unreachable_pub, clippy::all, clippy::pedantic)]
+mod extension;
+#[rustfmt::skip]
+#[allow(unreachable_pub, clippy::all, clippy::pedantic)]
 mod filter;
 #[rustfmt::skip]
 #[allow(unreachable_pub, clippy::all, clippy::pedantic)]
@@ -18,13 +21,16 @@ mod kkl;
 use std::path::Path;
 use std::sync::Arc;
 
+use luenberger_export::extension::ExpressionObserver;
 use luenberger_export::kkl::Kkl;
 use luenberger_export::{Export, Names, Program, Scalar, golden};
 use luenberger_expression::{ExpressionPlant, Extrapolation, Interpolation, Parameters, Scope, Table, Tables};
 use luenberger_observers::numerical_kkl::{
     Branch, Coordinates, Node, PolynomialInverse, PolynomialTree, SampledFilter,
 };
-use luenberger_observers::{DiscreteNonlinearObserver, ExtendedKalmanFilter, NoiseModel, SampledCopy, SampledObserver};
+use luenberger_observers::{
+    DiscreteNonlinearObserver, ExtendedKalmanFilter, InterSampleObserver, NoiseModel, SampledCopy, SampledObserver,
+};
 use nalgebra::{SMatrix, SVector, dmatrix};
 
 fn plant(f: &[&str], h: &[&str], inputs: usize) -> ExpressionPlant {
@@ -76,6 +82,24 @@ fn the_copy_with_a_constant_gain_is_emitted_as_rust() {
     let export = export(Program::Copy(observer), Scalar::Binary64);
     unchanged(&export, "copy");
     agrees!(copy, &export, f64);
+}
+
+/// `x1' = x2, x2' = (1 - x1^2) x2 - x1 + u` with `phi = x2 - (x1 - x1^3/3) - 2 x1`.
+#[test]
+fn an_observer_of_expressions_is_emitted_as_rust() {
+    let model = plant(&["x2 + 0*drag(x1)", "(1 - x1^2)*x2 - x1 + u1*cos(t)"], &["x1"], 1);
+    // The inputs of the observer are (u, y), those of its start y.
+    let flow = plant(&["-2*x1 - 5*u2 - 2*(u2 - u2^3/3) + u1*cos(t)"], &["u2", "x1 + 3*u2 - u2^3/3"], 2);
+    let start = plant(&["0", "0"], &["x2 - (u1 - u1^3/3) - 2*u1"], 1);
+    let observer = ExpressionObserver::new(flow, start, (1, 1)).unwrap();
+    let sampled = InterSampleObserver::new(model, observer, 0.125, 2).unwrap();
+    let export = export(Program::Extension(sampled), Scalar::Binary32);
+    unchanged(&export, "extension");
+    agrees!(extension, &export, f32);
+    let c = export.c().unwrap();
+    assert!(
+        c.iter().any(|file| file.name == "plant.h" && file.text.contains("float z[1]; /**< State of the observer. */"))
+    );
 }
 
 #[test]

@@ -1,0 +1,278 @@
+//! InterSampleObserver of 2 states, 1 inputs and 1 outputs, one step per sample.
+//!
+//!
+//! SHA-256 of the numbers: b2254821e82d12cad9a65eac890c308697fd4307685dc251cf040f19d4a210b7
+pub use luenberger_observers;
+
+use luenberger_observers::nalgebra::{Const, SMatrix, SVector};
+use luenberger_observers::{ObserverDimensions, InterSampleObserver, ObserverError};
+use luenberger_observers::{Differentiable, Dimensions, Plant, Shape};
+
+/// The observer, with its sizes and its scalar.
+pub type Observer = InterSampleObserver<Model, Extension, f32, Const<1>, Const<2>, Const<1>, Const<1>, Const<3>>;
+
+/// The first estimate of the design.
+pub fn initial() -> SVector<f32, 2> {
+    SVector::from([0.25, 0.25])
+}
+
+/// The observer.
+///
+/// # Errors
+/// None: the numbers were checked when they were written.
+pub fn observer() -> Result<Observer, ObserverError> {
+    InterSampleObserver::new(Model, Extension, 0.125, 2)
+}
+
+/// The observer z' = g(t, z, u, y), xhat = k(t, z, y).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Extension;
+
+/// (u, y).
+fn known(u: &SVector<f32, 1>, y: &SVector<f32, 1>) -> [f32; 2] {
+    let mut all = [0.0; 2];
+    all.iter_mut().zip(u.iter().chain(y.iter())).for_each(|(entry, x)| *entry = *x);
+    all
+}
+
+impl luenberger_observers::Observer<f32> for Extension {
+    type State = SVector<f32, 1>;
+    type Input = SVector<f32, 1>;
+    type Output = SVector<f32, 1>;
+    type Estimate = SVector<f32, 2>;
+
+    fn dimensions(&self) -> ObserverDimensions {
+        ObserverDimensions { state: 1, inputs: 1, outputs: 1, estimate: 2 }
+    }
+
+    fn derivative(&self, t: f32, z: &Self::State, u: &Self::Input, y: &Self::Output) -> Self::State {
+        let mut out = [0.0; 1];
+        rate(t, &z.data.0[0], &known(u, y), &mut out);
+        SVector::from(out)
+    }
+
+    fn estimate(&self, t: f32, z: &Self::State, u: &Self::Input, y: &Self::Output) -> Self::Estimate {
+        let mut out = [0.0; 2];
+        estimate(t, &z.data.0[0], &known(u, y), &mut out);
+        SVector::from(out)
+    }
+
+    fn initial(&self, t: f32, xhat: &Self::Estimate, _u: &Self::Input, y: &Self::Output) -> Self::State {
+        let mut out = [0.0; 1];
+        start(t, &xhat.data.0[0], y.as_slice(), &mut out);
+        SVector::from(out)
+    }
+}
+
+/// g(t, z, u, y).
+#[allow(unused_parens, clippy::all, clippy::pedantic)]
+fn rate(t: f32, x: &[f32; 1], u: &[f32], out: &mut [f32; 1]) {
+    let Some(u) = u.first_chunk::<2>() else { return };
+    let v3 = (-2.0) * x[0];
+    let v6 = 5.0 * u[1];
+    let v7 = v3 - v6;
+    let v9 = u[1] * u[1];
+    let v10 = u[1] * v9;
+    let v11 = v10 / 3.0;
+    let v12 = u[1] - v11;
+    let v13 = 2.0 * v12;
+    let v14 = v7 - v13;
+    let v17 = libm::cosf(t);
+    let v18 = u[0] * v17;
+    let v19 = v14 + v18;
+    out[0] = v19;
+}
+
+/// k(t, z, y).
+#[allow(unused_parens, clippy::all, clippy::pedantic)]
+fn estimate(_t: f32, x: &[f32; 1], u: &[f32], out: &mut [f32; 2]) {
+    let Some(u) = u.first_chunk::<2>() else { return };
+    let v3 = u[1] * u[1];
+    let v4 = u[1] * v3;
+    let v5 = v4 / 3.0;
+    let v6 = u[1] * 3.0;
+    let v7 = x[0] + v6;
+    let v8 = v7 - v5;
+    out[0] = u[1];
+    out[1] = v8;
+}
+
+/// z for an estimate and the output that it predicts.
+#[allow(unused_parens, clippy::all, clippy::pedantic)]
+fn start(_t: f32, x: &[f32; 2], u: &[f32], out: &mut [f32; 1]) {
+    let Some(u) = u.first_chunk::<1>() else { return };
+    let v3 = u[0] * u[0];
+    let v4 = u[0] * v3;
+    let v5 = v4 / 3.0;
+    let v6 = u[0] - v5;
+    let v7 = x[1] - v6;
+    let v9 = u[0] * 2.0;
+    let v10 = v7 - v9;
+    out[0] = v10;
+}
+
+/// The plant x' = f(t, x, u), y = h(t, x, u), or x+ = f(t, x, u) in discrete time.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Model;
+
+impl Shape for Model {
+    fn dimensions(&self) -> Dimensions {
+        Dimensions { states: 2, inputs: 1, outputs: 1 }
+    }
+}
+
+impl Plant<f32> for Model {
+    type State = SVector<f32, 2>;
+    type Input = SVector<f32, 1>;
+    type Output = SVector<f32, 1>;
+
+    fn derivative(&self, t: f32, x: &Self::State, u: &Self::Input) -> Self::State {
+        let mut out = [0.0; 2];
+        f(t, &x.data.0[0], u.as_slice(), &mut out);
+        SVector::from(out)
+    }
+
+    fn output(&self, t: f32, x: &Self::State, u: &Self::Input) -> Self::Output {
+        let mut out = [0.0; 1];
+        h(t, &x.data.0[0], u.as_slice(), &mut out);
+        SVector::from(out)
+    }
+}
+
+impl Differentiable<f32, Const<2>, Const<1>, Const<1>> for Model {
+    fn directional(
+        &self,
+        t: f32,
+        x: &SVector<f32, 2>,
+        u: &SVector<f32, 1>,
+        v: &SVector<f32, 2>,
+    ) -> (SVector<f32, 2>, SVector<f32, 2>) {
+        (self.derivative(t, x, u), self.state_jacobian(t, x, u) * v)
+    }
+
+    fn output_directional(
+        &self,
+        t: f32,
+        x: &SVector<f32, 2>,
+        u: &SVector<f32, 1>,
+        v: &SVector<f32, 2>,
+    ) -> (SVector<f32, 1>, SVector<f32, 1>) {
+        (self.output(t, x, u), self.output_jacobian(t, x, u) * v)
+    }
+
+    fn state_jacobian(&self, t: f32, x: &Self::State, u: &Self::Input) -> SMatrix<f32, 2, 2> {
+        let mut out = [0.0; 6];
+        motion(t, &x.data.0[0], u.as_slice(), &mut out);
+        SMatrix::from_fn(|i, j| out[2 + i * 2 + j])
+    }
+
+    fn output_jacobian(&self, t: f32, x: &Self::State, u: &Self::Input) -> SMatrix<f32, 1, 2> {
+        let mut out = [0.0; 3];
+        measurement(t, &x.data.0[0], u.as_slice(), &mut out);
+        SMatrix::from_fn(|i, j| out[1 + i * 2 + j])
+    }
+}
+
+/// f(t, x, u).
+#[allow(unused_parens, clippy::all, clippy::pedantic)]
+fn f(t: f32, x: &[f32; 2], u: &[f32], out: &mut [f32; 2]) {
+    let Some(u) = u.first_chunk::<1>() else { return };
+    let v3 = table0(x[0]);
+    let v4 = 0.0 * v3;
+    let v5 = x[1] + v4;
+    let v7 = x[0] * x[0];
+    let v8 = 1.0 - v7;
+    let v9 = x[1] * v8;
+    let v10 = v9 - x[0];
+    let v13 = libm::cosf(t);
+    let v14 = u[0] * v13;
+    let v15 = v10 + v14;
+    out[0] = v5;
+    out[1] = v15;
+}
+
+/// h(t, x, u).
+#[allow(unused_parens, clippy::all, clippy::pedantic)]
+fn h(_t: f32, x: &[f32; 2], _u: &[f32], out: &mut [f32; 1]) {
+    out[0] = x[0];
+}
+
+/// f(t, x, u) and Df, row by row.
+#[allow(unused_parens, clippy::all, clippy::pedantic)]
+fn motion(t: f32, x: &[f32; 2], u: &[f32], out: &mut [f32; 6]) {
+    let Some(u) = u.first_chunk::<1>() else { return };
+    let v3 = table0(x[0]);
+    let v4 = 0.0 * v3;
+    let v5 = x[1] + v4;
+    let v7 = x[0] * x[0];
+    let v8 = 1.0 - v7;
+    let v9 = x[1] * v8;
+    let v10 = v9 - x[0];
+    let v13 = libm::cosf(t);
+    let v14 = u[0] * v13;
+    let v15 = v10 + v14;
+    let v16 = slope0(x[0]);
+    let v17 = 0.0 * v16;
+    let v18 = x[0] + x[0];
+    let v19 = x[1] * v18;
+    let v21 = (-1.0) - v19;
+    out[0] = v5;
+    out[1] = v15;
+    out[2] = v17;
+    out[3] = 1.0;
+    out[4] = v21;
+    out[5] = v8;
+}
+
+/// h(t, x, u) and Dh, row by row.
+#[allow(unused_parens, clippy::all, clippy::pedantic)]
+fn measurement(_t: f32, x: &[f32; 2], _u: &[f32], out: &mut [f32; 3]) {
+    out[0] = x[0];
+    out[1] = 1.0;
+    out[2] = 0.0;
+}
+
+const TABLE_X0: [f32; 3] = [-1.0, 0.0, 2.0];
+const TABLE_Y0: [f32; 3] = [0.5, 0.0, 1.5];
+const TABLE_M0: [f32; 3] = [-0.9166667, 0.0, 1.5833334];
+
+fn piece0(x: f32) -> usize {
+    let (mut k, mut end) = (0, 2);
+    while end - k > 1 {
+        let middle = k + (end - k) / 2;
+        if x < TABLE_X0[middle] { end = middle } else { k = middle }
+    }
+    k
+}
+
+fn table0(x: f32) -> f32 {
+    if x < TABLE_X0[0] {
+        return TABLE_Y0[0] + ((TABLE_M0[0]) * (x - TABLE_X0[0]));
+    }
+    if x > TABLE_X0[2] {
+        return TABLE_Y0[2] + ((TABLE_M0[2]) * (x - TABLE_X0[2]));
+    }
+    let k = piece0(x);
+    let width = TABLE_X0[k + 1] - TABLE_X0[k];
+    let share = (x - TABLE_X0[k]) / width;
+    let rest = 1.0 - share;
+    let three = 3.0;
+    let first = TABLE_M0[k] * width;
+    let second = TABLE_M0[k + 1] * width;
+    (TABLE_Y0[k] * rest * rest * rest) + (((TABLE_Y0[k] * three) + first) * rest * rest * share) + (((TABLE_Y0[k + 1] * three) - second) * rest * share * share) + (TABLE_Y0[k + 1] * share * share * share)
+}
+
+fn slope0(x: f32) -> f32 {
+    if x < TABLE_X0[0] {
+        return TABLE_M0[0];
+    }
+    if x > TABLE_X0[2] {
+        return TABLE_M0[2];
+    }
+    let k = piece0(x);
+    let width = TABLE_X0[k + 1] - TABLE_X0[k];
+    let share = (x - TABLE_X0[k]) / width;
+    let rest = 1.0 - share;
+    let middle = (6.0 * ((TABLE_Y0[k + 1] - TABLE_Y0[k]) / width)) - (TABLE_M0[k] + TABLE_M0[k]) - (TABLE_M0[k + 1] + TABLE_M0[k + 1]);
+    (TABLE_M0[k] * rest * rest) + (middle * rest * share) + (TABLE_M0[k + 1] * share * share)
+}

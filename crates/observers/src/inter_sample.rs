@@ -1,0 +1,168 @@
+//! An observer in continuous time stepped once per sample, with an inter-sample output predictor:
+//!
+//! ```text
+//! z'   = g(t, z, u, w),   xhat = k(t, z, u, w)
+//! w'   = Dh(t, xhat, u) f(t, xhat, u),   w(t_k) = y_k
+//! ```
+//!
+//! from one sample to the next by so many steps of the classical Runge-Kutta method, u held. With `xhat = x` at a sample
+//! it is w = y until the next one; a measurement that is held instead makes an error of the order of `h y'`. The bound of
+//! the period h is not computed here: check it by simulation. The estimate at the end of a period uses the predicted
+//! output. Where h depends on the time explicitly, that part of `y'` is left out.
+//!
+//! The observer has to estimate all states of the plant. Its state here is z with the estimate behind it. Cost: 4
+//! evaluations of g, k, f, h and Dh for each Runge-Kutta step.
+//!
+//! [`SampledCopy`](crate::SampledCopy) is the same for the copy of a plant with a constant gain.
+//!
+//! Source: I. Karafyllis and C. Kravaris, From continuous-time design to sampled-data design of observers, IEEE
+//! Transactions on Automatic Control 54, 2009, eq. (1.3).
+
+use core::marker::PhantomData;
+
+use luenberger_plants::{Column, Differentiable, Size};
+use nalgebra::allocator::Allocator;
+use nalgebra::{DefaultAllocator, Dim, OMatrix, OVector, RealField, U1, convert};
+
+use crate::dense::times;
+use crate::error::ObserverError;
+use crate::observer::{Observer, ObserverDimensions, SampledObserver};
+use crate::runge_kutta;
+
+/// The sampled form of the observer `O` of the plant `S` with N states, M inputs and P outputs. The state of `O` has the
+/// length Z, the state of the sampled form the length D = Z + N; see the [module](self).
+#[derive(Clone, Debug, PartialEq)]
+pub struct InterSampleObserver<S, O, T, Z, N, M, P, D> {
+    plant: S,
+    observer: O,
+    h: T,
+    substeps: usize,
+    sizes: PhantomData<(Z, N, M, P, D)>,
+}
+
+impl<S, O, T: RealField + Copy, Z: Dim, N: Dim, M: Dim, P: Dim, D: Dim> InterSampleObserver<S, O, T, Z, N, M, P, D>
+where
+    S: Differentiable<T, N, M, P>,
+    O: Observer<T, State = OVector<T, Z>, Input = OVector<T, M>, Output = OVector<T, P>, Estimate = OVector<T, N>>,
+    DefaultAllocator: Size<N, M, P> + Allocator<Z> + Allocator<D>,
+{
+    /// The sampled form of `observer` with period `h` and so many Runge-Kutta steps between samples.
+    ///
+    /// ```
+    /// use luenberger_observers::{InterSampleObserver, LinearObserver, SampledObserver};
+    /// use nalgebra::{Const, U1, U2, Vector1, Vector2, Vector4};
+    /// // x1' = x2, x2' = u: with poles at -5 and -5, a sample every 0.01, from another first estimate.
+    /// let plant = luenberger_plants::double_integrator();
+    /// let observer = LinearObserver::new(plant.a, plant.b, plant.c, Vector2::new(10.0, 25.0))?;
+    /// let sampled = InterSampleObserver::<_, _, f64, U2, U2, U1, U1, Const<4>>::new(plant, observer, 0.01, 1)?;
+    /// let mut state = Vector4::new(1.0, 0.0, 1.0, 0.0);
+    /// for k in 0..1000 {
+    ///     let t = f64::from(k) * 0.01;
+    ///     sampled.step(t, &mut state, &Vector1::new(2.0), &Vector1::new(t * t));
+    /// }
+    /// // x1 = t^2, x2 = 2 t at t = 10: no error is left, although the output moves.
+    /// assert!((sampled.estimate(&state) - Vector2::new(100.0, 20.0)).norm() < 1e-10);
+    /// # Ok::<(), luenberger_observers::ObserverError>(())
+    /// ```
+    /// # Errors
+    /// [`ObserverError::Matrix`] for an observer that does not estimate the states of this plant or for D,
+    /// [`ObserverError::Period`], [`ObserverError::Substeps`].
+    pub fn new(plant: S, observer: O, h: T, substeps: usize) -> Result<Self, ObserverError> {
+        let (size, own) = (plant.dimensions(), observer.dimensions());
+        let all = own.state + own.estimate;
+        for (what, expected, found) in [
+            ("the estimate", size.states, own.estimate),
+            ("u of the observer", size.inputs, own.inputs),
+            ("y of the observer", size.outputs, own.outputs),
+            ("z", own.state, Z::try_to_usize().unwrap_or(own.state)),
+            ("z with the estimate", all, D::try_to_usize().unwrap_or(all)),
+        ] {
+            if expected != found {
+                let (expected, found) = ((expected, 1), (found, 1));
+                return Err(luenberger_plants::PlantError::DimensionMismatch { what, expected, found }.into());
+            }
+        }
+        if !(h.is_finite() && h > T::zero()) {
+            return Err(ObserverError::Period { period: h.to_subset_unchecked() });
+        }
+        if substeps == 0 {
+            return Err(ObserverError::Substeps);
+        }
+        Ok(Self { plant, observer, h, substeps, sizes: PhantomData })
+    }
+
+    /// The plant.
+    pub fn plant(&self) -> &S {
+        &self.plant
+    }
+
+    /// The observer in continuous time.
+    pub fn observer(&self) -> &O {
+        &self.observer
+    }
+
+    /// Runge-Kutta steps between two samples.
+    pub fn substeps(&self) -> usize {
+        self.substeps
+    }
+
+    /// `z'` and `w'`.
+    fn slope(&self, t: T, z: &OVector<T, Z>, w: &OVector<T, P>, u: &OVector<T, M>) -> (OVector<T, Z>, OVector<T, P>) {
+        let xhat = self.observer.estimate(t, z, u, w);
+        let f = self.plant.derivative(t, &xhat, u);
+        let rate: OMatrix<T, P, U1> = times(&self.plant.output_jacobian(t, &xhat, u), &f);
+        (self.observer.derivative(t, z, u, w), rate)
+    }
+
+    /// z with the estimate behind it.
+    fn joined(z: &OVector<T, Z>, xhat: &OVector<T, N>) -> OVector<T, D> {
+        let length = z.len() + xhat.len();
+        OVector::from_iterator_generic(D::from_usize(length), U1, z.iter().chain(xhat.iter()).copied())
+    }
+}
+
+impl<S, O, T: RealField + Copy, Z: Dim, N: Dim, M: Dim, P: Dim, D: Dim> SampledObserver<T>
+    for InterSampleObserver<S, O, T, Z, N, M, P, D>
+where
+    S: Differentiable<T, N, M, P>,
+    O: Observer<T, State = OVector<T, Z>, Input = OVector<T, M>, Output = OVector<T, P>, Estimate = OVector<T, N>>,
+    DefaultAllocator: Size<N, M, P> + Allocator<Z> + Allocator<D>,
+{
+    type State = OVector<T, D>;
+    type Input = OVector<T, M>;
+    type Output = OVector<T, P>;
+    type Estimate = OVector<T, N>;
+
+    fn dimensions(&self) -> ObserverDimensions {
+        let own = self.observer.dimensions();
+        ObserverDimensions { state: own.state + own.estimate, ..own }
+    }
+
+    fn period(&self) -> T {
+        self.h
+    }
+
+    fn step(&self, t: T, state: &mut Self::State, u: &Self::Input, y: &Self::Output) {
+        let tau = self.h / convert::<f64, T>(self.substeps as f64);
+        let order = self.observer.dimensions().state;
+        let mut z = <OVector<T, Z> as Column<T>>::from_slice(&state.as_slice()[..order]);
+        let mut w = y.clone();
+        for k in 0..self.substeps {
+            let now = t + tau * convert::<f64, T>(k as f64);
+            runge_kutta::step(now, tau, (&mut z, &mut w), |t, z, w| self.slope(t, z, w, u));
+        }
+        let xhat = self.observer.estimate(t + self.h, &z, u, &w);
+        *state = Self::joined(&z, &xhat);
+    }
+
+    fn estimate(&self, state: &Self::State) -> Self::Estimate {
+        let order = self.observer.dimensions().state;
+        <OVector<T, N> as Column<T>>::from_slice(&state.as_slice()[order..])
+    }
+
+    /// The observer starts with the output that the estimate predicts.
+    fn initial(&self, t: T, estimate: &Self::Estimate, u: &Self::Input, _y: &Self::Output) -> Self::State {
+        let y = self.plant.output(t, estimate, u);
+        Self::joined(&self.observer.initial(t, estimate, u, &y), estimate)
+    }
+}

@@ -1,0 +1,134 @@
+//! KKL observers with given maps: the checks of phi, Lambda, B and phi^L over the region, in numbers and words.
+
+use luenberger_design::kkl::{KklReport, KklSettings};
+use luenberger_design::{Certificate, KklCandidate, KklDesign, KklError, Region};
+use luenberger_observers::kkl::KklMap;
+use luenberger_plants::Plant;
+use luenberger_proof::Verdict;
+use luenberger_proof::wording::{at_most, counted, significant};
+use nalgebra::DVector;
+
+use super::explain::Misfit;
+use super::runnable::Runnable;
+use super::{Designed, facts, matrix, number};
+use crate::maps::{KklMaps, KklMapsSpec};
+use crate::model::Model;
+use crate::results::{DesignReport, FactReport, NamedNumber};
+
+/// The plant with the given maps, as the checks of `luenberger-design` take them. All states are estimated.
+///
+/// # Errors
+/// [`KklError`] for sizes that do not fit, which a study cannot have.
+pub fn candidate<'a>(model: &'a Model, maps: &'a KklMaps) -> Result<KklCandidate<'a, Model, KklMaps>, KklError> {
+    let all: Vec<usize> = (0..maps.plant.states).collect();
+    KklCandidate::new(model, maps, &all)
+}
+
+/// The observer, if (4) is proved over the region, Lambda is Hurwitz there, B is in cascade, and phi^L takes phi(x) back.
+pub(super) fn kkl(model: &Model, spec: &KklMapsSpec) -> Result<Designed, Misfit> {
+    let KklMapsSpec { maps, region } = spec;
+    let all: Vec<usize> = (0..maps.plant.states).collect();
+    let settings = KklSettings::default();
+    let design = KklDesign::new(model, maps.clone(), &all, region, &settings)?;
+    is_left_inverse(model, maps, region, &design.report, settings.tolerance)?;
+    let report = &design.report;
+    let proved = report.is_proved();
+    let evidence = (!proved).then(|| undecided_injectivity(report));
+    let statement = format!(
+        "As long as x(t) and u(t) stay in the region ({region}), xi - phi(x) decays exponentially, and xhat = phi^L(xi, y) is continuous in it: the estimation error tends to 0."
+    );
+    let design_report = DesignReport {
+        statement,
+        matrices: report.stability.p.iter().map(|p| matrix("P", p)).collect(),
+        poles: report.stability.eigenvalues.iter().map(|z| [z.re, z.im]).collect(),
+        numbers: numbers(report),
+        facts: all_facts(report, &report.stability.certificate),
+        verdict: if proved { "proved" } else { "measured" }.to_owned(),
+        evidence,
+        noise_deviation: Vec::new(),
+    };
+    let certificate = Some(report.stability.certificate.clone());
+    Ok(Designed { runnable: Runnable::KklMaps(Box::new(design.observer)), report: design_report, certificate })
+}
+
+/// An error with the worst point unless phi^L takes phi(x) back, to the tolerance of the other checks.
+pub(super) fn is_left_inverse(
+    model: &Model,
+    maps: &KklMaps,
+    region: &Region,
+    report: &KklReport,
+    tolerance: f64,
+) -> Result<(), Misfit> {
+    match &report.left_inverse {
+        Some((missed, _)) if *missed <= tolerance => Ok(()),
+        Some((missed, place)) => {
+            let (x, t) = (DVector::from_column_slice(&place.state), place.time);
+            let y = model.output(t, &x, &DVector::zeros(maps.plant.inputs));
+            let back = maps.left_inverse(t, &maps.image(t, &x, &y), &y);
+            let half = |k: usize| {
+                let (low, high) = region.states()[k];
+                if high > low { 0.5 * (high - low) } else { 1.0 }
+            };
+            let share = |k: usize| (back[k] - x[k]).abs() / half(k);
+            let state = (0..x.len()).max_by(|i, j| share(*i).total_cmp(&share(*j))).unwrap_or(0);
+            Err(Misfit::NotLeftInverse { state, found: back[state], point: place.state.clone(), missed: *missed })
+        }
+        None => Err(Misfit::UndefinedLeftInverse),
+    }
+}
+
+/// What was found of (phi, h) without a proof.
+pub(super) fn undecided_injectivity(report: &KklReport) -> String {
+    let found = &report.injectivity;
+    format!(
+        "that (phi, h) is injective on the region is not proved: over {} the smallest ratio |(phi, h)(x) - (phi, h)(z)| / |x - z| is {}",
+        counted(found.points, "sampled state"),
+        significant(found.smallest_ratio, 3)
+    )
+}
+
+/// The numbers of all checks.
+pub(super) fn numbers(report: &KklReport) -> Vec<NamedNumber> {
+    let KklReport { residual, injectivity, left_inverse, .. } = report;
+    let largest = residual.bounds.iter().copied().fold(0.0, f64::max);
+    let mut numbers = vec![
+        number("bound of the residual of D phi f = Lambda phi + B", largest),
+        number("parts of the region", residual.parts as f64),
+        number("smallest ratio of distances under (phi, h)", injectivity.smallest_ratio),
+        number("smallest singular value of D(phi, h)", injectivity.smallest_singular_value),
+        number("sampled states", injectivity.points as f64),
+    ];
+    if let Some((missed, _)) = left_inverse {
+        numbers.push(number("largest error of phi^L(phi(x), h(x)) in half-widths of the region", *missed));
+    }
+    numbers
+}
+
+/// What the coupling of B says.
+pub(super) const DECAY: &str = "the error of xi decays as that of Lambda alone";
+
+/// The proved conditions: those of the certificate, and those of the maps.
+pub(super) fn all_facts(report: &KklReport, certificate: &Certificate) -> Vec<FactReport> {
+    let KklReport { residual, coupling, injectivity, .. } = report;
+    let mut all = facts(certificate, &[]);
+    if residual.verdict.is_proved() {
+        let bounds: Vec<String> = residual.bounds.iter().map(|bound| at_most(*bound, 3)).collect();
+        let words = format!("verified over the region; residual by rows at most {}", bounds.join(", "));
+        all.push(proved("D phi f = Lambda phi + B", words, None));
+    }
+    if coupling.verdict.is_proved() {
+        let pairs: Vec<String> = coupling.reads.iter().map(|(i, j)| format!("B{} reads xi{}", i + 1, j + 1)).collect();
+        let words = if pairs.is_empty() { "B does not depend on xi".to_owned() } else { pairs.join(", ") };
+        let words = format!("verified; {words}");
+        all.push(proved(DECAY, words, None));
+    }
+    if let Verdict::Proved { margin } = injectivity.verdict {
+        all.push(proved("(phi, h) is injective", "verified over the region".to_owned(), Some(margin)));
+    }
+    all
+}
+
+pub(super) fn proved(statement: &str, words: String, margin: Option<f64>) -> FactReport {
+    let margin = margin.filter(|margin| margin.is_finite());
+    FactReport { statement: statement.to_owned(), verdict: "proved".to_owned(), margin, words }
+}

@@ -1,0 +1,290 @@
+//! PEBO and [KKL+PEB] observers with given maps: the checks of the maps and of the regression over the region, and the
+//! excitation along the run of the study.
+//!
+//! That `d s(y)/dt = g + m theta` wherever `phi(x) = xi + missing(theta)` is an equation in x, u and theta. It is
+//! checked as (4) is: (s, phi) is the phi of a plant whose inputs are (u, theta), and (g + m theta, B) its B, evaluated
+//! at `xi = phi(x) - missing(theta)`.
+
+use luenberger_design::kkl::{KklSettings, Residual};
+use luenberger_design::kkl_peb::{Excitation, Excite, excitation};
+use luenberger_design::{KklCandidate, KklError, Region};
+use luenberger_observers::kkl::KklMap;
+use luenberger_observers::{KklPebObserver, ObserverDimensions, Regression};
+use luenberger_plants::{Dimensions, Plant, Shape};
+use luenberger_proof::Verdict;
+use luenberger_proof::wording::{at_most, counted, significant};
+use nalgebra::{DMatrix, DVector, Dyn, RealField};
+
+use super::explain::Misfit;
+use super::kkl_maps::{self, candidate, is_left_inverse, proved, undecided_injectivity};
+use super::runnable::Runnable;
+use super::{Designed, matrix, number};
+use crate::execute::{self, Member};
+use crate::maps::{PebSpec, RegressionMaps};
+use crate::model::Model;
+use crate::results::DesignReport;
+use crate::signal::Input;
+use crate::study::{ObserverSpec, Study};
+
+/// The observer, if (4) and the regression are proved over the region, the rest of Lambda is Hurwitz, phi^L takes phi(x)
+/// back, and the run of the study, if there is one, excites the regression.
+pub(super) fn peb(study: &Study, wish: &ObserverSpec, spec: &PebSpec) -> Result<Designed, Misfit> {
+    let (model, maps) = (&study.plant.model, &spec.maps);
+    let settings = KklSettings::default();
+    let report = candidate(model, &maps.kkl)?.check(&spec.region, &settings)?;
+    required(&report.residual, settings.tolerance, |residual, row, bound, allowed| match &residual.verdict {
+        Verdict::Refuted { witness } => KklError::NotASolution(witness.clone()).into(),
+        _ => KklError::ResidualUndecided { row, bound, allowed }.into(),
+    })?;
+    if !report.stability.is_proved() {
+        let eigenvalue = report.stability.eigenvalues.first().copied().unwrap_or_default();
+        return Err(KklError::NotHurwitz { what: "the part of Lambda without rows of zeros", eigenvalue }.into());
+    }
+    match (&report.injectivity.verdict, &report.injectivity.near_collision) {
+        (Verdict::Refuted { witness }, _) => return Err(KklError::NotInjective(witness.clone()).into()),
+        (Verdict::Undecided { .. }, Some(pair)) => return Err(KklError::Indistinct(pair.clone()).into()),
+        _ => {}
+    }
+    is_left_inverse(model, &maps.kkl, &spec.region, &report, settings.tolerance)?;
+    let regression = regression(model, spec, &settings)?;
+    let observer = KklPebObserver::new(maps.clone(), spec.estimator.clone(), spec.alpha)?.starting_at(spec.start)?;
+
+    let mut facts = kkl_maps::all_facts(&report, &report.stability.certificate);
+    if maps.open.len() == maps.kkl.order() {
+        // Nothing decays.
+        facts.retain(|fact| fact.statement != kkl_maps::DECAY);
+    }
+    let mut numbers = kkl_maps::numbers(&report);
+    let mut evidence: Vec<String> = Vec::new();
+    let equation = "d s(y)/dt = g + m theta where phi(x) = xi + missing(theta)";
+    if regression.verdict.is_proved() {
+        let bounds = &regression.bounds[..maps.signal.len()];
+        let told: Vec<String> = bounds.iter().map(|bound| at_most(*bound, 3)).collect();
+        let words = format!("verified over the region; residual by rows at most {}", told.join(", "));
+        facts.push(proved(equation, words, None));
+        let largest = bounds.iter().copied().fold(0.0, f64::max);
+        numbers.push(number("bound of the residual of d s(y)/dt = g + m theta", largest));
+    } else {
+        evidence.push(format!(
+            "that {equation} is not proved: {} have it to {} of its terms",
+            counted(regression.points, "sampled point"),
+            significant(settings.tolerance, 2)
+        ));
+    }
+    let certificate = (maps.open.len() < maps.kkl.order()).then(|| report.stability.certificate.clone());
+    let mut designed = Designed {
+        runnable: Runnable::Peb(Box::new(observer)),
+        report: DesignReport {
+            statement: statement(spec),
+            matrices: report.stability.p.iter().map(|p| matrix("P", p)).collect(),
+            poles: report.stability.eigenvalues.iter().map(|z| [z.re, z.im]).collect(),
+            numbers,
+            facts,
+            verdict: "measured".to_owned(),
+            evidence: None,
+            noise_deviation: Vec::new(),
+        },
+        certificate,
+    };
+    if !report.injectivity.verdict.is_proved() {
+        evidence.push(undecided_injectivity(&report));
+    }
+    match excited(study, wish, spec, &designed)? {
+        Some(found) => {
+            let words = format!(
+                "along the run of [simulation], int M'M >= {} I over every window of length {}, the least after t = {}; the convergence of the estimator is not proved for other runs",
+                significant(found.delta, 3),
+                significant(found.window, 4),
+                significant(found.from, 4)
+            );
+            evidence.push(words);
+            designed.report.numbers.push(number("excitation delta along the run", found.delta));
+            designed.report.numbers.push(number("window of the excitation", found.window));
+        }
+        None => evidence.push("the excitation of the regression is not checked: it needs a run".to_owned()),
+    }
+    designed.report.evidence = Some(evidence.join("; "));
+    Ok(designed)
+}
+
+fn statement(spec: &PebSpec) -> String {
+    let region = &spec.region;
+    let rest = match spec.maps.open.len() {
+        count if count == spec.maps.kkl.order() => {
+            "phi(x) - xi is a constant, and the regression for it is exact".to_owned()
+        }
+        _ => "the error of the KKL part of xi decays exponentially, and the regression for what the other rows miss is exact once it has".to_owned(),
+    };
+    let leakage = if spec.maps.leakage > 0.0 {
+        " With leakage this constant moves, and the estimation error does not tend to 0."
+    } else {
+        ""
+    };
+    format!(
+        "As long as x(t) and u(t) stay in the region ({region}), {rest}. The {} converges as far as the run excites the regression.{leakage}",
+        spec.estimator.words()
+    )
+}
+
+/// `error` of the row that exceeds its bound most, unless the residual is proved small.
+fn required(
+    residual: &Residual,
+    tolerance: f64,
+    error: impl Fn(&Residual, usize, f64, f64) -> Misfit,
+) -> Result<(), Misfit> {
+    if residual.verdict.is_proved() {
+        return Ok(());
+    }
+    let allowed = |row: usize| tolerance * residual.scales[row];
+    let excess = |row: &usize| residual.bounds[*row] - allowed(*row);
+    let row = (0..residual.bounds.len()).max_by(|i, j| excess(i).total_cmp(&excess(j))).unwrap_or(0);
+    Err(error(residual, row, residual.bounds[row], allowed(row)))
+}
+
+/// The residual of the regression; an error with the worst point where it is refuted.
+///
+/// An equation that is neither proved nor refuted is accepted: the sampled points have it to the tolerance.
+fn regression(model: &Model, spec: &PebSpec, settings: &KklSettings) -> Result<Residual, Misfit> {
+    let maps = &spec.maps;
+    let plant = WithParameters { model, parameters: maps.parameters };
+    let map = Joined { maps };
+    let all: Vec<usize> = (0..maps.kkl.plant.states).collect();
+    let mut inputs = spec.region.input_bounds().map(<[_]>::to_vec).unwrap_or_default();
+    inputs.extend(&spec.theta);
+    let (from, to) = spec.region.time_bounds();
+    let region = Region::new(spec.region.states()).inputs(&inputs).time(from, to);
+    let residual = KklCandidate::new(&plant, &map, &all)?.residual(&region, settings)?;
+    match &residual.verdict {
+        Verdict::Refuted { witness } => {
+            Err(Misfit::NotRegression { worst: witness.clone(), inputs: maps.kkl.plant.inputs })
+        }
+        _ => Ok(residual),
+    }
+}
+
+/// The excitation along the run of the study; none without a run of the plant alone with this observer.
+fn excited(
+    study: &Study,
+    wish: &ObserverSpec,
+    spec: &PebSpec,
+    designed: &Designed,
+) -> Result<Option<Excitation>, Misfit> {
+    let Some(simulation) = &study.simulation else { return Ok(None) };
+    if matches!(&study.input, Input::Feedback { observer, .. } if *observer != wish.name) {
+        return Ok(None);
+    }
+    let mut quiet = simulation.clone();
+    quiet.noise = None;
+    quiet.sensors.clear();
+    let samples = simulation.samples.max(LEAST_SAMPLES);
+    let time = |k: usize| simulation.duration * k as f64 / (samples - 1) as f64;
+    let times: Vec<f64> = (0..samples).map(time).collect();
+    let members = [Member { wish, designed }];
+    let Some(run) = execute::run_at(study, &quiet, &members, &members[0], &times) else { return Ok(None) };
+    let Ok(observer) = run.observer(&wish.name) else { return Ok(None) };
+    let Runnable::Peb(runnable) = &designed.runnable else { return Ok(None) };
+    let regressors: Vec<DMatrix<f64>> = (0..run.t.len().min(observer.state.nrows()))
+        .map(|k| runnable.parts(&observer.state.row(k).transpose()).regressor)
+        .collect();
+    let window = spec.window.unwrap_or(simulation.duration).min(simulation.duration);
+    match excitation(&run.t[..regressors.len()], &regressors, &Excite::within(window * (1.0 - f64::EPSILON))) {
+        Ok(found) => Ok(Some(found)),
+        Err(KklError::NotExciting { delta, window, from, direction, .. }) => {
+            Err(Misfit::Silent { delta, window, from, direction })
+        }
+        Err(error) => Err(error.into()),
+    }
+}
+
+/// Rows of the run in which the excitation is measured, at least.
+const LEAST_SAMPLES: usize = 1001;
+
+/// The plant with theta as further inputs, which it does not read.
+struct WithParameters<'a> {
+    model: &'a Model,
+    parameters: usize,
+}
+
+impl Shape for WithParameters<'_> {
+    fn dimensions(&self) -> Dimensions {
+        let size = self.model.size();
+        Dimensions { inputs: size.inputs + self.parameters, ..size }
+    }
+}
+
+impl WithParameters<'_> {
+    fn input<T: RealField + Copy>(&self, u: &DVector<T>) -> DVector<T> {
+        u.rows(0, self.model.size().inputs).into_owned()
+    }
+}
+
+impl<T: RealField + Copy> Plant<T> for WithParameters<'_> {
+    type State = DVector<T>;
+    type Input = DVector<T>;
+    type Output = DVector<T>;
+
+    fn derivative(&self, t: T, x: &DVector<T>, u: &DVector<T>) -> DVector<T> {
+        self.model.derivative(t, x, &self.input(u))
+    }
+
+    fn output(&self, t: T, x: &DVector<T>, u: &DVector<T>) -> DVector<T> {
+        self.model.output(t, x, &self.input(u))
+    }
+}
+
+/// (s, phi) with Lambda of phi alone, and `B = (g + m theta, B)` at `xi = phi - missing(theta)`.
+struct Joined<'a> {
+    maps: &'a RegressionMaps,
+}
+
+impl Joined<'_> {
+    fn rows(&self) -> usize {
+        self.maps.signal.len()
+    }
+
+    /// phi of (s, phi).
+    fn phi<T: RealField + Copy>(&self, image: &DVector<T>) -> DVector<T> {
+        image.rows(self.rows(), self.maps.kkl.order()).into_owned()
+    }
+}
+
+fn stacked<T: RealField + Copy>(first: &DVector<T>, second: &DVector<T>) -> DVector<T> {
+    DVector::from_iterator(first.len() + second.len(), first.iter().chain(second.iter()).copied())
+}
+
+impl<T: RealField + Copy> KklMap<T> for Joined<'_> {
+    type Xi = Dyn;
+    type Inputs = Dyn;
+    type Outputs = Dyn;
+    type Estimate = Dyn;
+
+    fn dimensions(&self) -> ObserverDimensions {
+        let size = KklMap::<T>::dimensions(&self.maps.kkl);
+        ObserverDimensions { state: size.state + self.rows(), inputs: size.inputs + self.maps.parameters, ..size }
+    }
+
+    fn lambda(&self, t: T, u: &DVector<T>, y: &DVector<T>) -> DMatrix<T> {
+        let (rows, order) = (self.rows(), self.maps.kkl.order());
+        let inner = self.maps.kkl.lambda(t, &u.rows(0, self.maps.kkl.plant.inputs).into_owned(), y);
+        let entry = |i: usize, j: usize| if i < rows || j < rows { T::zero() } else { inner[(i - rows, j - rows)] };
+        DMatrix::from_fn(rows + order, rows + order, entry)
+    }
+
+    fn injection(&self, t: T, image: &DVector<T>, u: &DVector<T>, y: &DVector<T>) -> DVector<T> {
+        let (inputs, maps) = (self.maps.kkl.plant.inputs, self.maps);
+        let theta = u.rows(inputs, maps.parameters).into_owned();
+        let u = u.rows(0, inputs).into_owned();
+        let phi = self.phi(image);
+        let xi = &phi - maps.missing(&theta);
+        let rate = maps.known(t, &xi, &u, y) + maps.regressor(t, &xi, &u, y) * theta;
+        stacked(&rate, &maps.kkl.injection(t, &phi, &u, y))
+    }
+
+    fn left_inverse(&self, t: T, image: &DVector<T>, y: &DVector<T>) -> DVector<T> {
+        self.maps.kkl.left_inverse(t, &self.phi(image), y)
+    }
+
+    fn image(&self, t: T, xhat: &DVector<T>, y: &DVector<T>) -> DVector<T> {
+        stacked(&self.maps.signal(t, y), &self.maps.kkl.image(t, xhat, y))
+    }
+}

@@ -1,0 +1,21 @@
+//! The maps of the observers of the [KKL+PEB] paper as expressions of a study: phi, Lambda, B and phi^L, regressions,
+//! beta.
+//!
+//! The right-hand sides are those of `luenberger-observers`; here its traits of maps are implemented by expressions,
+//! over every scalar, so that the checks of `luenberger-design` take the maps that run.
+//!
+//! | file | subject |
+//! |---|---|
+//! | `names` | what the variables of each map are called |
+//! | `kkl` | phi, Lambda, B and phi^L |
+//! | `whole` | an observer as one set of expressions, for export |
+//! | `regression` | s, g and m, and what theta adds to xi; estimators |
+
+mod kkl;
+mod names;
+mod regression;
+pub(crate) mod whole;
+
+pub use kkl::{KklMaps, KklMapsSpec};
+pub(crate) use names::MapNames;
+pub use regression::{Estimator, PebSpec, RegressionMaps};

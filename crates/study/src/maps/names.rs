@@ -1,0 +1,127 @@
+//! What the variables of the maps are called in expressions: the names of the study, and those of the papers.
+//!
+//! | map | variables |
+//! |---|---|
+//! | phi | states, outputs |
+//! | Lambda | inputs, outputs |
+//! | B | xi, inputs, outputs |
+//! | phi^L | xi, outputs |
+//! | s | outputs |
+//! | g, m | xi, inputs, outputs |
+//! | missing | theta |
+//!
+//! States, inputs and outputs have the names of the study, and `x1, ..`, `u1, ..`, `y1, ..`; the observer's own states
+//! are `xi1, ..`. All of them may use the time and the parameters of the plant. Every map but phi is evaluated with xi
+//! as its states and with (u, y) as its inputs, so that all of them together are a plant with the inputs (u, y).
+
+use luenberger_expression::{ParameterError, Parameters, Scope, Variable};
+
+use crate::model::PlantModel;
+
+/// The names of the maps of an observer of this plant.
+#[derive(Debug, Clone)]
+pub(crate) struct MapNames<'a> {
+    plant: &'a PlantModel,
+    /// The number of xi.
+    order: usize,
+}
+
+impl<'a> MapNames<'a> {
+    /// The names with `order` states of the observer.
+    pub(crate) fn new(plant: &'a PlantModel, order: usize) -> Self {
+        Self { plant, order }
+    }
+
+    /// phi(t, x, y): evaluated with x and y.
+    pub(crate) fn image(&self) -> Result<Scope, ParameterError> {
+        let states = self.family(&self.plant.states, 'x', Variable::State);
+        let names = states.chain(self.family(&self.plant.outputs, 'y', Variable::Input));
+        self.scope((self.plant.states.len(), self.plant.outputs.len()), names)
+    }
+
+    /// Lambda(t, u, y).
+    pub(crate) fn dynamics(&self) -> Result<Scope, ParameterError> {
+        self.scope(self.counts(), self.inputs().chain(self.outputs()))
+    }
+
+    /// B(t, xi, u, y).
+    pub(crate) fn injection(&self) -> Result<Scope, ParameterError> {
+        self.scope(self.counts(), self.own().chain(self.inputs()).chain(self.outputs()))
+    }
+
+    /// phi^L(t, xi, y).
+    pub(crate) fn left_inverse(&self) -> Result<Scope, ParameterError> {
+        self.scope(self.counts(), self.own().chain(self.outputs()))
+    }
+
+    /// s(t, y).
+    pub(crate) fn signal(&self) -> Result<Scope, ParameterError> {
+        self.scope(self.counts(), self.outputs())
+    }
+
+    /// The missing part of xi as a function of `parameters` entries of theta.
+    pub(crate) fn missing(&self, parameters: usize) -> Result<Scope, ParameterError> {
+        let theta = (0..parameters).map(|k| (format!("theta{}", k + 1), Variable::State(k)));
+        self.scope((parameters, 0), theta)
+    }
+
+    /// An observer with `states` states, xi first: all of them are `_1, ..`, and outputs are `_y1, ..` as well.
+    pub(crate) fn whole(&self, states: usize) -> Result<Scope, ParameterError> {
+        let before = self.plant.inputs.len();
+        let all = (0..states).map(|k| (format!("_{}", k + 1), Variable::State(k)));
+        let names = self.own().chain(self.inputs()).chain(self.outputs()).chain(all);
+        self.scope((states, before + self.plant.outputs.len()), names.chain(self.plain_outputs(before)))
+    }
+
+    /// The start of an observer: as phi, with outputs as `_y1, ..` as well.
+    pub(crate) fn start(&self) -> Result<Scope, ParameterError> {
+        let states = self.family(&self.plant.states, 'x', Variable::State);
+        let outputs = self.family(&self.plant.outputs, 'y', Variable::Input);
+        let names = states.chain(outputs).chain(self.plain_outputs(0));
+        self.scope((self.plant.states.len(), self.plant.outputs.len()), names)
+    }
+
+    fn plain_outputs(&self, before: usize) -> impl Iterator<Item = (String, Variable)> + use<> {
+        (0..self.plant.outputs.len()).map(move |k| (format!("_y{}", k + 1), Variable::Input(before + k)))
+    }
+
+    fn counts(&self) -> (usize, usize) {
+        (self.order, self.plant.inputs.len() + self.plant.outputs.len())
+    }
+
+    fn own(&self) -> impl Iterator<Item = (String, Variable)> + use<> {
+        (0..self.order).map(|k| (format!("xi{}", k + 1), Variable::State(k)))
+    }
+
+    fn inputs(&self) -> impl Iterator<Item = (String, Variable)> {
+        self.family(&self.plant.inputs, 'u', Variable::Input)
+    }
+
+    fn outputs(&self) -> impl Iterator<Item = (String, Variable)> {
+        let before = self.plant.inputs.len();
+        self.family(&self.plant.outputs, 'y', move |k| Variable::Input(before + k))
+    }
+
+    /// The names of the study, but for those that a parameter has, and the numbered ones.
+    fn family(
+        &self,
+        names: &'a [String],
+        letter: char,
+        place: impl Fn(usize) -> Variable,
+    ) -> impl Iterator<Item = (String, Variable)> {
+        let parameters: &Parameters = &self.plant.parameters;
+        let own = names.iter().enumerate().filter(|(_, name)| !parameters.contains_key(*name));
+        let own: Vec<(String, Variable)> = own.map(|(k, name)| (name.clone(), place(k))).collect();
+        let numbered: Vec<(String, Variable)> =
+            (0..names.len()).map(|k| (format!("{letter}{}", k + 1), place(k))).collect();
+        own.into_iter().chain(numbered)
+    }
+
+    fn scope(
+        &self,
+        (states, inputs): (usize, usize),
+        names: impl Iterator<Item = (String, Variable)>,
+    ) -> Result<Scope, ParameterError> {
+        Scope::variables(states, inputs, names).with(&self.plant.parameters)
+    }
+}
