@@ -161,15 +161,6 @@ impl Polynomial {
         self.terms.is_empty()
     }
 
-    /// The number that it is, if it has no atoms.
-    fn as_constant(&self) -> Option<Rational> {
-        match self.terms.len() {
-            0 => Some(Rational::integer(0)),
-            1 => self.terms.get(&Monomial::default()).cloned(),
-            _ => None,
-        }
-    }
-
     fn add_term(&mut self, monomial: Monomial, x: &Rational) {
         if x.is_zero() {
             return;
@@ -279,6 +270,10 @@ impl Arena {
                 Function::Ln | Function::Sqrt => {}
             }
         }
+        if function == Function::Cos {
+            // For cos^2 = 1 - sin^2.
+            self.atom_of(Atom::Function(Function::Sin, argument.clone()))?;
+        }
         // ln exp p = p, and exp ln p = p, where ln p remains among the atoms and has to be defined.
         if let [(Monomial(factors), x)] = argument.terms.iter().collect::<Vec<_>>()[..]
             && let [(atom, 1)] = factors[..]
@@ -333,14 +328,6 @@ impl Arena {
             power = self.product(&power, p)?;
         }
         Ok(power)
-    }
-
-    pub(crate) fn quotient(&mut self, p: &Polynomial, q: &Polynomial) -> Computed {
-        if let Some(x) = q.as_constant() {
-            return Ok(p.scaled(&x.inverse().ok_or(Obstacle::DivisionByZero)?));
-        }
-        let inverse = self.reciprocal(q)?;
-        self.product(p, &inverse)
     }
 
     /// What a monomial is equal to by a relation of one of its atoms: a factor, and the polynomial that replaces it.

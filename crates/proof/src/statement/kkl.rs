@@ -29,6 +29,7 @@ pub(crate) struct Composition {
     /// `Dphi f - Lambda phi - B`.
     residual: Vec<Polynomial>,
     lambda: Vec<Polynomial>,
+    phi: Vec<Polynomial>,
     /// The derivative of each entry of the left inverse by xi, at `(phi(x) + e, h(x), u)`.
     slopes: Vec<Vec<Polynomial>>,
     /// `z - phi^L(phi(x), h(x), u)`.
@@ -82,7 +83,7 @@ impl Composition {
             slopes.push(slope.collect::<Composed<Vec<_>>>()?);
         }
         let defects = z.iter().zip(&exact).map(|(z, exact)| z.minus(exact)).collect();
-        Ok(Self { arena, states: n, inputs, residual, lambda, slopes, defects })
+        Ok(Self { arena, states: n, inputs, residual, lambda, phi, slopes, defects })
     }
 
     fn axes(&self, of: &Axes<'_>) -> Vec<Interval> {
@@ -194,10 +195,20 @@ impl Composition {
 
     /// Bounds of Lambda, entry by entry; `None` where an entry is not bounded.
     pub(crate) fn lambda_bounds(&mut self, of: &Axes<'_>) -> Composed<Option<Vec<Interval>>> {
-        let axes = self.axes(of);
         let entries = self.lambda.clone();
+        self.ranges(&entries, of)
+    }
+
+    /// Bounds of phi, entry by entry.
+    pub(crate) fn image_bounds(&mut self, of: &Axes<'_>) -> Composed<Option<Vec<Interval>>> {
+        let entries = self.phi.clone();
+        self.ranges(&entries, of)
+    }
+
+    fn ranges(&mut self, entries: &[Polynomial], of: &Axes<'_>) -> Composed<Option<Vec<Interval>>> {
+        let axes = self.axes(of);
         let mut bounds = Vec::with_capacity(entries.len());
-        for p in &entries {
+        for p in entries {
             let upper = self.supremum(p, &axes, None)?.upper;
             let lower = -self.supremum(&p.negative(), &axes, None)?.upper;
             let Some(range) = Interval::new(lower, upper).filter(Interval::is_bounded) else { return Ok(None) };

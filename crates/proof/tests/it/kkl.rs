@@ -333,3 +333,33 @@ fn derivatives_are_those_of_calculus() {
         assert!(matches!(file(KklErrorBound { maps, ..bound }), Err(Rejection::NotProved { .. })), "{phi}");
     }
 }
+
+/// Malformed files, each with a message that names what is wrong.
+#[test]
+fn malformed_files_are_rejected() {
+    let text = file(proposed(&van_der_pol(), around_the_cycle(), 0.9, 5.0)).expect("proved").to_json();
+    let long = format!("\"{}x2\"", "x2 + ".repeat(4000));
+    let many = format!("[{}]", vec!["\"x1\""; 17].join(", "));
+    for (from, to, message) in [
+        ("\"x2\",", &long[..], "an expression of 20002 characters"),
+        ("\"x2\",", "\"x3\",", "x3 is no variable or function here; the variables are x1 to x2"),
+        ("\"x2\",", "\"NaN\",", "a number, a variable, a function or a parenthesis should be"),
+        ("\"x2\",", "\"abs(x2)\",", "abs is no variable"),
+        ("\"x2\",", "7,", "a string"),
+        ("\"0x1.4p2\"", "\"0x0p0\"", "this number is positive"),
+        ("\"0x1.4p2\"", "\"-0x1p0\"", "this number is positive"),
+        ("[\"-0x1.4p1\", \"0x1.4p1\"]", "[\"0x1.4p1\", \"-0x1.4p1\"]", "lies above"),
+        ("[\"-0x1.4p1\", \"0x1.4p1\"], ", "", "has 1 elements, and should have 2"),
+        ("[\"-0x1.4p1\", \"0x1.4p1\"]", "[\"-0x1.4p1\", \"inf\"]", "not a number"),
+    ] {
+        let to = if to.starts_with("\"x2 +") { format!("{to},") } else { to.to_owned() };
+        assert!(text.contains(from), "{from}\n{text}");
+        let error = verify(text.replacen(from, &to, 1).as_bytes()).expect_err(message).to_string();
+        assert!(error.contains(message), "{error}\n{message}");
+    }
+    let plant = text.find("\"h\": [").expect("outputs");
+    let end = plant + text[plant..].find(']').expect("an end") + 1;
+    let seventeen = format!("{}\"h\": {many}{}", &text[..plant], &text[end..]);
+    let error = verify(seventeen.as_bytes()).expect_err("17 outputs").to_string();
+    assert!(error.contains("is of order 17; the checker goes up to 16"), "{error}");
+}

@@ -199,6 +199,15 @@ impl KklMaps {
         Ok(Composition::new(&maps, self.inputs)?)
     }
 
+    /// Bounds of phi over a box.
+    ///
+    /// # Errors
+    /// [`UndecidedReason`] where an entry is not bounded.
+    pub fn image_over(&self, region: &KklBox) -> Result<Vec<Interval>, UndecidedReason> {
+        let axes = Axes { x: &region.x, u: &region.u, e: &[] };
+        self.composition()?.image_bounds(&axes)?.ok_or(UndecidedReason::Overflow)
+    }
+
     /// Bounds of Lambda over a box, q x q.
     ///
     /// # Errors
