@@ -181,6 +181,11 @@ fn point(ranges: &Value, random: &mut Random) -> Vec<f64> {
 /// What binary64 may lose in the evaluation of these expressions.
 const ROUNDING: f64 = 1e-9;
 
+/// Whether it is larger, or not a number.
+fn exceeds(x: f64, bound: f64) -> bool {
+    x.is_nan() || x > bound
+}
+
 /// Everything at one point of the box.
 fn at_a_point(document: &Value, random: &mut Random) -> Option<Found> {
     let (plant, observer, claims) = (&document["plant"], &document["observer"], &document["bounds"]);
@@ -227,7 +232,7 @@ fn at_a_point(document: &Value, random: &mut Random) -> Option<Found> {
             sum -= gain[i][j].0 * phi[j].0;
             size += (gain[i][j].0 * phi[j].0).abs();
         }
-        if !(sum.abs() <= residuals[i] + ROUNDING * (1.0 + size)) {
+        if exceeds(sum.abs(), residuals[i] + ROUNDING * (1.0 + size)) {
             return Some(ensure(false, || format!("false: the residual {i} is {sum} at {x:?}, {u:?}")));
         }
     }
@@ -250,14 +255,14 @@ fn at_a_point(document: &Value, random: &mut Random) -> Option<Found> {
     for k in 0..z.len() {
         let size = 1.0 + z[k].0.abs() + estimates[0][k].0.abs();
         let missed = (z[k].0 - estimates[0][k].0).abs();
-        if !(missed <= defect[k] + ROUNDING * size) {
+        if exceeds(missed, defect[k] + ROUNDING * size) {
             return Some(ensure(false, || format!("false: the defect {k} is {missed} at {x:?}, {u:?}")));
         }
         for (one, other) in [(0, 1), (0, 2), (1, 2)] {
             let e = &errors[one] - &errors[other];
             let allowed = lipschitz[k] * e.dot(&(&p * &e)).sqrt();
             let change = (estimates[one][k].0 - estimates[other][k].0).abs();
-            if !(change <= allowed + ROUNDING * size) {
+            if exceeds(change, allowed + ROUNDING * size) {
                 return Some(ensure(false, || format!("false: phi^L_{k} changes by {change} at {x:?}, {u:?}")));
             }
         }

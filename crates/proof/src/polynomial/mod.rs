@@ -157,6 +157,11 @@ impl Polynomial {
         Self { terms }
     }
 
+    /// The atom of this number.
+    fn atom(k: usize) -> Self {
+        Self::term(Monomial(vec![(k, 1)]), Rational::integer(1))
+    }
+
     pub(crate) fn is_zero(&self) -> bool {
         self.terms.is_empty()
     }
@@ -231,12 +236,8 @@ impl Arena {
         self.variables
     }
 
-    pub(crate) fn variable(&self, k: usize) -> Polynomial {
-        self.atom(k)
-    }
-
-    fn atom(&self, k: usize) -> Polynomial {
-        Polynomial::term(Monomial(vec![(k, 1)]), Rational::integer(1))
+    pub(crate) fn variable(k: usize) -> Polynomial {
+        Polynomial::atom(k)
     }
 
     /// Counts the terms of a result against the limit.
@@ -259,7 +260,7 @@ impl Arena {
             }
             self.atoms.push(atom);
         }
-        Ok(self.atom(k))
+        Ok(Polynomial::atom(k))
     }
 
     pub(crate) fn function(&mut self, function: Function, argument: Polynomial) -> Computed {
@@ -299,7 +300,7 @@ impl Arena {
             let factor = match self.atoms.get(atom) {
                 // 1/(1/p) is p: both are defined where p is not 0, and the reciprocal remains among the atoms.
                 Some(Atom::Reciprocal(p)) => p.clone(),
-                _ => self.atom_of(Atom::Reciprocal(self.atom(atom)))?,
+                _ => self.atom_of(Atom::Reciprocal(Polynomial::atom(atom)))?,
             };
             let factor = self.power(&factor, power)?;
             product = self.product(&product, &factor)?;
@@ -412,7 +413,7 @@ impl Arena {
     /// The derivative of atom k, a function of `argument`, times `inner`.
     fn outer(&mut self, function: Function, argument: &Polynomial, k: usize, inner: &Polynomial) -> Computed {
         let one = Polynomial::constant(Rational::integer(1));
-        let atom = self.atom(k);
+        let atom = Polynomial::atom(k);
         let outer = match function {
             Function::Sin => self.function(Function::Cos, argument.clone())?,
             Function::Cos => self.function(Function::Sin, argument.clone())?.negative(),

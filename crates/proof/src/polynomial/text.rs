@@ -241,7 +241,7 @@ impl Reader<'_> {
         }
         let is_negative = self.accepts(b'-');
         self.peek();
-        let digits = self.run(|byte| byte.is_ascii_digit()).to_owned();
+        let digits = self.run(u8::is_ascii_digit).to_owned();
         if digits.is_empty() {
             return Err(self.expected("an integer exponent"));
         }

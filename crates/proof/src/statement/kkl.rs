@@ -49,7 +49,7 @@ impl Composition {
     pub(crate) fn new(maps: &Expressions<'_>, inputs: usize) -> Composed<Self> {
         let (n, q) = (maps.f.len(), maps.phi.len());
         let mut arena = Arena::new(n + inputs + q);
-        let variables: Vec<Polynomial> = (0..n + inputs + q).map(|k| arena.variable(k)).collect();
+        let variables: Vec<Polynomial> = (0..n + inputs + q).map(Arena::variable).collect();
         let (x, rest) = variables.split_at(n);
         let (u, e) = rest.split_at(inputs);
         let mut all = |trees: &[&Tree], scope: &Scope<'_>| -> Composed<Vec<Polynomial>> {
@@ -103,7 +103,7 @@ impl Composition {
                 let above = self.supremum(&p, &axes, Some(-f64::MIN_POSITIVE));
                 above.is_ok_and(|found| found.upper < 0.0)
             };
-            if !is_positive && !(domain == Domain::NotZero && is_negative()) {
+            if !(is_positive || domain == Domain::NotZero && is_negative()) {
                 let why = match below {
                     Err(obstacle) => obstacle.into(),
                     Ok(found) => UndecidedReason::Undefined { argument: k + 1, least: -found.upper },

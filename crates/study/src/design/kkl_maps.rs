@@ -59,7 +59,8 @@ pub(super) fn kkl(model: &Model, spec: &KklMapsSpec, names: &[String]) -> Result
             design_report.facts = all_facts(report, &certificate);
         }
         Err(why) => {
-            design_report.statement.push_str(&format!(" No bound of the estimation error is certified: {why}."));
+            let none = format!(" No bound of the estimation error is certified: {why}.");
+            design_report.statement.push_str(&none);
         }
     }
     let runnable = Runnable::KklMaps(Box::new(design.observer));
