@@ -461,12 +461,12 @@ pub enum ObserverKind {
 pub struct KklSpec {
     /// The box of the states.
     pub domain: Vec<(f64, f64)>,
-    /// The cut-off frequency of the filter.
-    pub cutoff: f64,
-    /// The margin around the box, outside of which the plant is slowed down.
+    /// The cut-off frequency of the filter; none to search it.
+    pub cutoff: Option<f64>,
+    /// The margin around the box, outside of which the plant is slowed down; none to slow it down if it escapes.
     pub escape: Option<f64>,
-    /// Grid points per axis.
-    pub points: usize,
+    /// Grid points per axis; none to search them.
+    pub points: Option<usize>,
     /// Maximal number of leaves of the tree.
     pub leaves: usize,
     /// Degree of the polynomials.
@@ -475,6 +475,16 @@ pub struct KklSpec {
     pub samples: usize,
     /// Whether the embedded form is simulated.
     pub embedded: bool,
+}
+
+impl KklSpec {
+    /// Grid points per axis of all tables that the design may compute for a plant with so many states, those of the
+    /// search included.
+    pub fn tables(&self, states: usize) -> Vec<usize> {
+        let mut tables = luenberger_design::numerical_kkl::searched_tables(self.cutoff, self.points, states);
+        tables.extend(tables.iter().copied().max().or(self.points));
+        tables
+    }
 }
 
 impl ObserverKind {
@@ -575,8 +585,13 @@ impl ObserverKind {
             | Self::Lipschitz { rate, .. }
             | Self::MeanValue { rate, .. } => *rate *= factor,
             Self::HighGain { r, .. } => *r /= factor,
-            Self::KklNumerical(wish) => wish.cutoff *= factor,
-            Self::Lpv { .. } | Self::ExtendedKalman { .. } | Self::Kkl(_) | Self::Pebo(_) | Self::KklPeb(_) => {}
+            Self::KklNumerical(KklSpec { cutoff: Some(cutoff), .. }) => *cutoff *= factor,
+            Self::Lpv { .. }
+            | Self::ExtendedKalman { .. }
+            | Self::KklNumerical(_)
+            | Self::Kkl(_)
+            | Self::Pebo(_)
+            | Self::KklPeb(_) => {}
         }
         kind
     }

@@ -185,6 +185,9 @@ pub(super) fn misfit(study: &Study, wish: &ObserverSpec, misfit: &Misfit) -> Fai
                 NumericalKklError::Unresolved { .. } => {
                     Some("increase `points` or `cutoff`, or choose a smaller `domain`")
                 }
+                NumericalKklError::NoneFits { .. } => {
+                    Some("a smaller `domain`, or `cutoff` and `points` of your choice")
+                }
                 NumericalKklError::GridTooLarge { .. } => Some("fewer `points`"),
                 NumericalKklError::Escapes { .. } => {
                     Some("give `escape`, the margin around `domain` outside of which the plant is slowed down")

@@ -160,7 +160,7 @@ fn in_words(
         ObserverKind::ExtendedKalman { w, v, p0, period, substeps, gate } => {
             nonlinear::extended_kalman(model, (w, v, p0), *period, *substeps, *gate).map_err(explained)
         }
-        ObserverKind::Kkl(spec) => kkl_maps::kkl(model, spec).map_err(explained),
+        ObserverKind::Kkl(spec) => kkl_maps::kkl(model, spec, &study.plant.states).map_err(explained),
         ObserverKind::Pebo(spec) | ObserverKind::KklPeb(spec) => peb::peb(study, wish, spec).map_err(explained),
         ObserverKind::KklNumerical(kkl) => {
             explain::small_and_autonomous(study, wish)?;

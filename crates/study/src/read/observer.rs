@@ -229,9 +229,12 @@ fn kind(node: &Node, name: &str, size: Dimensions, reader: &mut Reader) -> Optio
             let count = |key: &str, otherwise: usize| node.get(key).map_or(Some(otherwise), Node::count);
             ObserverKind::KklNumerical(KklSpec {
                 domain,
-                cutoff: number("cutoff")?,
+                cutoff: number("cutoff"),
                 escape: number("escape"),
-                points: count("points", 33)?,
+                points: match node.get("points") {
+                    Some(points) => Some(points.count()?),
+                    None => None,
+                },
                 leaves: count("leaves", 32)?,
                 degree: count("degree", 4)?,
                 samples: count("samples", 8000)?,

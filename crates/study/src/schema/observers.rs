@@ -489,13 +489,21 @@ const KINDS: &[Variant] = &[
         about: "Numerical KKL observer: z' = D z + B y with a left inverse of T computed by simulation, for plants with 2 or 3 states, one output and no input.",
         keys: &[
             required("domain", Kind::Bounds, "Region of the states, n finite pairs [lower, upper]."),
-            required("cutoff", Kind::Number(Range::Positive), "Cutoff frequency of the Bessel filter z."),
+            optional(
+                "cutoff",
+                Kind::Number(Range::Positive),
+                "Cutoff frequency of the Bessel filter z (default: the slowest of six that is accurate on a coarse table).",
+            ),
             optional(
                 "escape",
                 Kind::Number(Range::Positive),
-                "Width of the layer around the region in which the plant is slowed down, for plants that are unbounded backward in time (default: none).",
+                "Width of the layer around the region in which the plant is slowed down, for plants that are unbounded backward in time (default: one half-width if a trajectory escapes, else none).",
             ),
-            optional("points", Kind::Count(5), "Grid points of the table per axis (default 33)."),
+            optional(
+                "points",
+                Kind::Count(5),
+                "Grid points of the table per axis (default: 33 to 97, three states 17 to 33, until the table is accurate).",
+            ),
             optional("leaves", Kind::Count(1), "Largest number of leaves of the tree of polynomials (default 32)."),
             optional("degree", Kind::Count(1), "Degree of the polynomials (default 4)."),
             optional("samples", Kind::Count(100), "Number of samples of the fit (default 8000)."),

@@ -9,6 +9,7 @@ mod feedthrough;
 mod folder;
 mod gain_limits;
 mod high_gain;
+mod kkl_numerical;
 mod limits;
 mod log;
 mod maps;
