@@ -417,6 +417,8 @@ pub enum ObserverKind {
     Pebo(Box<crate::maps::PebSpec>),
     /// [KKL+PEB] observer.
     KklPeb(Box<crate::maps::PebSpec>),
+    /// Immersion-and-invariance observer.
+    ImmersionInvariance(Box<crate::maps::ImmersionSpec>),
     /// Numerical KKL observer.
     KklNumerical(KklSpec),
 }
@@ -456,6 +458,7 @@ impl ObserverKind {
             | Self::Kkl(_)
             | Self::Pebo(_)
             | Self::KklPeb(_)
+            | Self::ImmersionInvariance(_)
             | Self::KklNumerical(_) => false,
         }
     }
@@ -475,6 +478,7 @@ impl ObserverKind {
             Self::Kkl(_) => "kkl",
             Self::Pebo(_) => "pebo",
             Self::KklPeb(_) => "kkl-peb",
+            Self::ImmersionInvariance(_) => "immersion-invariance",
             Self::KklNumerical(_) => "kkl-numerical",
         }
     }
@@ -495,6 +499,7 @@ impl ObserverKind {
             }
             Self::Kkl(kkl) => kkl.region.clone(),
             Self::Pebo(peb) | Self::KklPeb(peb) => peb.region.clone(),
+            Self::ImmersionInvariance(spec) => spec.region.clone(),
             Self::KklNumerical(kkl) => luenberger_design::Region::new(&kkl.domain),
             _ => return None,
         };
@@ -527,7 +532,12 @@ impl ObserverKind {
             | Self::MeanValue { rate, .. } => *rate *= factor,
             Self::HighGain { r, .. } => *r /= factor,
             Self::KklNumerical(wish) => wish.cutoff *= factor,
-            Self::Lpv { .. } | Self::ExtendedKalman { .. } | Self::Kkl(_) | Self::Pebo(_) | Self::KklPeb(_) => {}
+            Self::Lpv { .. }
+            | Self::ExtendedKalman { .. }
+            | Self::Kkl(_)
+            | Self::Pebo(_)
+            | Self::KklPeb(_)
+            | Self::ImmersionInvariance(_) => {}
         }
         kind
     }

@@ -266,6 +266,13 @@ pub(super) fn sampled(
         }
         Runnable::KklMaps(_) | Runnable::Peb(_) => extension(study, observer, designed, plant, (period, substeps))
             .map(|design| SampledDesign::Extension(Box::new(design))),
+        Runnable::Immersion(_) => Err((
+            "an immersion-and-invariance observer has no export: its right-hand side has a pseudo-inverse".to_owned(),
+            vec![
+                "kind = \"kkl\" with the same phi: with beta = chi + k(y), xi = chi has Lambda and B in closed form"
+                    .to_owned(),
+            ],
+        )),
         Runnable::CubicAt(_) | Runnable::SampledCubicAt(_) => Err((
             "a cubic observer in deviations from an operating point has no export".to_owned(),
             vec!["kind = \"luenberger\" at the same operating point has one".to_owned()],

@@ -2,6 +2,7 @@
 
 mod discrete;
 mod explain;
+mod immersion;
 mod kkl;
 mod kkl_maps;
 mod linear;
@@ -116,6 +117,7 @@ fn in_words(
     if let ObserverKind::MeanValue { .. }
     | ObserverKind::HighGain { .. }
     | ObserverKind::Kkl(_)
+    | ObserverKind::ImmersionInvariance(_)
     | ObserverKind::Pebo(_)
     | ObserverKind::KklPeb(_)
     | ObserverKind::KklNumerical(_) = wish.kind
@@ -147,6 +149,7 @@ fn in_words(
             nonlinear::extended_kalman(model, (w, v, p0), *period, *substeps, *gate).map_err(explained)
         }
         ObserverKind::Kkl(spec) => kkl_maps::kkl(model, spec).map_err(explained),
+        ObserverKind::ImmersionInvariance(spec) => immersion::immersion(model, spec).map_err(explained),
         ObserverKind::Pebo(spec) | ObserverKind::KklPeb(spec) => peb::peb(study, wish, spec).map_err(explained),
         ObserverKind::KklNumerical(kkl) => {
             explain::small_and_autonomous(study, wish)?;

@@ -3,16 +3,16 @@
 use luenberger_observers::high_gain::{HighGainMap, Place};
 use luenberger_observers::{
     CubicObserver, DeviationObserver, DiscreteLinearObserver, DiscreteNonlinearObserver, ExtendedKalmanFilter,
-    HighGainObserver, Integral, KklObserver, KklPebObserver, LinearObserver, MeanValueObserver,
-    NonlinearLuenbergerObserver, Observer, ObserverDimensions, SampledCubicObserver, SampledObserver,
-    StationaryKalmanFilter,
+    HighGainObserver, ImmersionInvarianceObserver, Integral, KklObserver, KklPebObserver, LinearObserver,
+    MeanValueObserver, NonlinearLuenbergerObserver, Observer, ObserverDimensions, SampledCubicObserver,
+    SampledObserver, StationaryKalmanFilter,
 };
 use luenberger_plants::{Column, Plant, state_jacobian};
 use luenberger_sim::{Replay, Scenario};
 use nalgebra::{DVector, Dyn};
 
 use super::kkl::Kkl;
-use crate::maps::{Estimator, KklMaps, RegressionMaps};
+use crate::maps::{Estimator, ImmersionMaps, KklMaps, RegressionMaps};
 use crate::model::Model;
 
 /// An observer of the deviations from an operating point.
@@ -51,6 +51,8 @@ pub enum Runnable {
     KklMaps(Box<KklObserver<KklMaps>>),
     /// PEBO or [KKL+PEB] observer with given maps.
     Peb(Box<KklPebObserver<RegressionMaps, Estimator, f64>>),
+    /// Immersion-and-invariance observer with given maps.
+    Immersion(Box<ImmersionInvarianceObserver<Model, ImmersionMaps>>),
     /// Numerical KKL observer.
     Kkl(Box<Kkl>),
 }
@@ -68,6 +70,7 @@ macro_rules! each {
             Runnable::HighGain($continuous) => $flow,
             Runnable::KklMaps($continuous) => $flow,
             Runnable::Peb($continuous) => $flow,
+            Runnable::Immersion($continuous) => $flow,
             Runnable::Kkl(kkl) => match kkl.as_ref() {
                 Kkl::Two($continuous) => $flow,
                 Kkl::TwoEmbedded($continuous) => $flow,

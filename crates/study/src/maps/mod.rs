@@ -6,16 +6,19 @@
 //!
 //! | file | subject |
 //! |---|---|
+//! | `immersion` | beta, phi and phi^L of an immersion-and-invariance observer |
 //! | `names` | what the variables of each map are called |
 //! | `kkl` | phi, Lambda, B and phi^L |
 //! | `whole` | an observer as one set of expressions, for export |
 //! | `regression` | s, g and m, and what theta adds to xi; estimators |
 
+mod immersion;
 mod kkl;
 mod names;
 mod regression;
 pub(crate) mod whole;
 
+pub use immersion::{ImmersionMaps, ImmersionSpec};
 pub use kkl::{KklMaps, KklMapsSpec};
 pub(crate) use names::MapNames;
 pub use regression::{Estimator, PebSpec, RegressionMaps};

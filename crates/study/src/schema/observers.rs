@@ -396,6 +396,32 @@ const KINDS: &[Variant] = &[
         ],
     },
     Variant {
+        name: "immersion-invariance",
+        about: "Immersion-and-invariance observer: chi makes beta(y, chi) follow phi(x), xhat = phi^L(beta(y, chi), y).",
+        keys: &[
+            required("beta", Kind::Expressions, "beta(y, chi), one expression of chi1, .. and the outputs for each z."),
+            required("phi", Kind::Expressions, "phi(x), one expression of the states for each z."),
+            required(
+                "left_inverse",
+                Kind::Expressions,
+                "phi^L(z, y), one expression of z1, .. and the outputs for each state of the plant.",
+            ),
+            BOUNDED,
+            optional("order", Kind::Count(1), "Number of states chi (default: that of the rows of `beta`)."),
+            optional(
+                "start",
+                Kind::Expressions,
+                "chi for an estimate, expressions of the states and the outputs (default: phi(x) - beta(y, 0), for beta = chi + a function of y).",
+            ),
+            optional(
+                "q",
+                Kind::Expressions,
+                "Q(y, chi, u): how chi moves in the directions that beta does not see (default 0).",
+            ),
+            optional("rho", Kind::Expressions, "rho(y, chi, u): how beta moves beside phi(xhat) (default 0)."),
+        ],
+    },
+    Variant {
         name: "kkl-numerical",
         about: "Numerical KKL observer: z' = D z + B y with a left inverse of T computed by simulation, for plants with 2 or 3 states, one output and no input.",
         keys: &[
