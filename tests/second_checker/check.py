@@ -13,12 +13,14 @@ import sys
 import time
 
 import document
+import sampled
 import theorems
 from deployed import deployed_observer
 from document import Field, Malformed, Unreadable
+from kkl import kkl_error_bound
 from rational import Refuted, NotShown
 
-KINDS = theorems.KINDS | {"deployed-observer": deployed_observer}
+KINDS = theorems.KINDS | sampled.KINDS | {"deployed-observer": deployed_observer, "kkl-error-bound": kkl_error_bound}
 FORMAT, VERSION = "luenberger-certificate", 2
 
 

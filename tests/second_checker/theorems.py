@@ -441,6 +441,119 @@ def sector_observer(file):
     return statement, [("P > 0", positive(p)), (label, positive(-block))]
 
 
+def input_to_state_stability(file):
+    """`e' = (A - LC)e + (E - LD)w + (r'theta r) N r`, r = Ce + Dw, |w_i| <= W_i.
+
+    With `P~N = -C'S~` the cubic term adds to V', V = e'P~e, `-2 q r'S~r + 2 q (Dw)'S~r`, q = r'theta r. With `a^2 =
+    r'S~r`, `s^2 = sum mu_i w_i^2`: `|(Dw)'S~r| <= s a` by the block inequality, so that it adds at most `2 q a (s -
+    a)`, and `q <= kappa a^2`: at most `27/128 kappa s^4`. P~ is rational here, and exact.
+    """
+    vertices = []
+    with file.object("plant") as plant:
+        for item in plant.take("vertices").items():
+            with item.object() as fields:
+                n, m = vertices[0][2:] if vertices else (None, None)
+                field = fields.take("A")
+                a = read_data(field, *2 * (n or read_order(field),))
+                field = fields.take("E")
+                e = read_data(field, len(a), m)
+                if len(a) + len(e[0]) > LARGEST_ORDER:
+                    field.fail(f"has with A more than {LARGEST_ORDER} columns")
+                vertices.append((a, e, len(a), len(e[0])))
+        if not vertices:
+            plant.take("vertices").fail("is empty")
+        n, m = vertices[0][2:]
+        c = plant.take("C").matrix(None, n)
+        d_data = read_data(plant.take("D"), c.rows, m)
+    with file.object("observer") as observer:
+        l = observer.take("L").matrix(n, c.rows)
+    field = file.optional("cubic")
+    if field:
+        with field.object() as fields:
+            gain = fields.take("N").matrix(n, c.rows)
+            theta, x = (fields.take(name).symmetric(c.rows) for name in ("theta", "X"))
+            kappa = fields.take("kappa").in_range(lambda x: x >= 0, "0 or more")
+            mu = [item.binary64() for item in fields.take("mu").items(m)]
+    with file.object("lyapunov") as proof:
+        p = proof.take("P").symmetric(n)
+        rate = proof.take("rate").in_range(lambda x: x > 0, "positive")
+        lam = [item.binary64() for item in proof.take("lambda").items(m)]
+    with file.object("bounds") as bounds:
+        w = [item.in_range(lambda x: x >= 0, "0 or more") for item in bounds.take("w").items(m)]
+        level = bounds.take("level").in_range(lambda x: x > 0, "positive")
+        limsup = [item.in_range(lambda x: x > 0, "positive") for item in bounds.take("limsup").items(n)]
+    d, dd = interval_matrix(d_data, m)
+    spent, name, metric = sum(x * y * y for x, y in zip(lam, w)), "P", lambda: p
+    if field:
+        square = sum(x * y * y for x, y in zip(mu, w))
+        spent += Fraction(27, 128) * kappa * square**2
+        name, metric = "P~", structured_metric(p, c, x, gain)
+        s = -(x @ c @ gain)
+
+    def with_metric(family):
+        """A fact about a family of matrices that depends on P~."""
+        return lambda margin: family(metric()).at_least(margin, strict=True)
+
+    def decrease(a_data, e_data):
+        (a, da), (e, de) = interval_matrix(a_data, n), interval_matrix(e_data, m)
+
+        def family(p):
+            corner, radius = p @ (e - l @ d), abs(p) @ (de + abs(l) @ dd)
+            first = (abs(p) @ da).plus_transpose()
+            return Family(
+                blocks([[lyapunov(a - l @ c, p, rate), -corner], [-corner.T, Matrix.diagonal(lam)]]),
+                blocks([[first, radius], [radius.T, Matrix.zeros(m, m)]]),
+            )
+
+        return with_metric(family)
+
+    def component(i):
+        unit = Matrix.diagonal([Fraction(level if j == i else 0) for j in range(n)])
+        return with_metric(lambda p: Family(p * limsup[i] ** 2 - unit, Matrix.zeros(n, n)))
+
+    facts = [(f"{name} > 0", with_metric(lambda p: Family(p, Matrix.zeros(n, n))))]
+    label = f"[(A - LC)'{name} + {name}(A - LC) + 2 rate {name}, {name}(E - LD); *, -diag(lambda)] < 0"
+    for k, (a, e, *_) in enumerate(vertices):
+        facts.append((f"{label} at vertex {k + 1}", decrease(a, e)))
+    total = "sum lambda_i w_i^2"
+    if field:
+        corner = d.T @ s * 2
+        radius = dd.T @ abs(s) * 2
+        family = Family(
+            blocks([[Matrix.diagonal(mu) * 2, corner], [corner.T, s.plus_transpose()]]),
+            blocks([[Matrix.zeros(m, m), radius], [radius.T, Matrix.zeros(c.rows, c.rows)]]),
+        )
+        facts += [
+            ("theta >= 0", nonnegative(theta)),
+            ("kappa (S~ + S~') - 2 theta >= 0", nonnegative(s.plus_transpose() * kappa - theta * 2)),
+            ("[2 diag(mu), 2 D'S~; *, S~ + S~'] >= 0", lambda margin: family.at_least(margin, strict=False)),
+        ]
+        total += " + 27/128 kappa (sum mu_i w_i^2)^2"
+    facts.append((f"{total} <= 2 rate level", nonnegative(Matrix.diagonal([128 * (2 * rate * level - spent)]))))
+    facts += [(f"limsup |e_{i + 1}| <= limsup[{i}]", component(i)) for i in range(n)]
+    pairs = [matrix for a, e, *_ in vertices for matrix in (a, e)] + [d_data]
+    single = all(x.is_single for matrix in pairs for row in matrix for x in row)
+    size = n, c.rows, len(vertices), bool(field)
+    return words.input_to_state_stability(*size, rate, w, level, limsup, single), facts
+
+
+def structured_metric(p, c, x, gain):
+    """`P~ = C'XC + (I - T)(P - C'XC)(I - T)`, T the orthogonal projector on the range of N, computed once."""
+    found = []
+
+    def metric():
+        if not found:
+            gram = gain.T @ gain
+            if sign(gram) != DEFINITE:
+                raise NotShown("N has dependent columns")
+            rest = Matrix.scalar(p.rows, 1) - gain @ inverse(gram) @ gain.T
+            seen = c.T @ x @ c
+            found.append((seen + rest @ (p - seen) @ rest).reduced())
+        return found[0]
+
+    return metric
+
+
 def contracting_coordinates(file):
     with file.object("coordinates") as coordinates:
         k = coordinates.take("K").matrix(None, None)
@@ -706,6 +819,7 @@ KINDS = {
     "polytope-of-jacobians": partial(polytope, words.polytope_of_jacobians),
     "discrete-polytope-of-jacobians": discrete_polytope,
     "sector-observer": sector_observer,
+    "input-to-state-stability": input_to_state_stability,
     "contracting-coordinates": contracting_coordinates,
     "definiteness": definiteness,
     "solution-within": solution_within,

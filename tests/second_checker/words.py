@@ -34,6 +34,34 @@ def exact(x):
     return near if Fraction(near) == x else f"{hexadecimal(x)} (about {near})"
 
 
+def rounded(x, digits, up):
+    """A positive number as a decimal of so many digits, rounded down or up."""
+    first = 0
+    while Fraction(10) ** (first + 1) <= x:
+        first += 1
+    while Fraction(10) ** first > x:
+        first -= 1
+    scaled = x / Fraction(10) ** (first - digits + 1)
+    kept = -(-scaled.numerator // scaled.denominator) if up else scaled.numerator // scaled.denominator
+    text = str(kept)
+    first += len(text) - digits
+    text = text.rstrip("0")
+    if not -4 <= first <= 6:
+        return text[0] + ("." + text[1:] if text[1:] else "") + f"e{first}"
+    if first < 0:
+        return "0." + "0" * (-first - 1) + text
+    text = text.ljust(first + 1, "0")
+    return text[: first + 1] + ("." + text[first + 1 :] if text[first + 1 :] else "")
+
+
+def at_least(x, digits):
+    return rounded(x, digits, False) if x else "0"
+
+
+def at_most(x, digits):
+    return rounded(x, digits, True) if x else "0"
+
+
 def quoted(name):
     return '"' + name.replace("\\", "\\\\").replace('"', '\\"') + '"'
 
@@ -162,6 +190,51 @@ def sampled_cubic_observer(states, inputs, outputs, w, period):
     )
 
 
+def semi_implicit_cubic_observer(states, inputs, outputs, period):
+    return (
+        f"For the sampled plant x+ = Ax + Bu, y = Cx with {sizes(states, inputs, outputs)} and the semi-implicit "
+        "sampled cubic observer xhat+ = A(xhat - s N r) + Bu + L r, (I - s C N) r = z, z = y - C xhat, "
+        f"s = h max(z'theta z, 0), with the period h = {exact(period)} and all numbers as given, in exact arithmetic: "
+        "I - s C N is invertible, the error e = x - xhat obeys e+ = (A - LC)d with (I - s N C)d = e, V = e'Pe falls at "
+        "each step by a factor below 1, and e tends to 0 exponentially, from every e(0). "
+        "The same holds with any other s >= 0 at each step. Nothing is said of the rounding of its steps."
+    )
+
+
+CORRECTIONS = {
+    "linear": ("xhat+ = xhat + K z, z = y - C xhat", "e+ = exp(At)(I - KC)e", "by factor^2 or more"),
+    "radial": (
+        "xhat+ = xhat - g N z + r K z, z = y - C xhat, r = 1/sqrt(1 + 2 w T max(z'theta z, 0)), g = (1 - r)/w, "
+        "with w = {w} and any T >= 0",
+        "e+ = exp(At)(I + g N C - r K C)e with 0 <= g < 1/w",
+        "by factor^2 or more",
+    ),
+    "semi-implicit": (
+        "xhat+ = xhat - s N r + K r, (I - s C N) r = z, z = y - C xhat, s = T max(z'theta z, 0), with any T >= 0",
+        "e+ = exp(At)(I - KC)d with (I - s N C)d = e",
+        "by 2 factor^2/(1 + factor^2) or more",
+    ),
+}
+
+
+def varying_periods(size, step, w, shortest, longest, misses, factor):
+    correction, errors, falls = CORRECTIONS[step]
+    if w is not None:
+        correction = correction.replace("{w}", exact(w))
+    if misses:
+        missed = f"of which at most {misses} in a row {'is' if misses == 1 else 'are'} missed"
+    else:
+        missed = "of which none is missed"
+    return (
+        f"For the plant x' = Ax + Bu, y = Cx with {sizes(*size)}, sampled at periods from {exact(shortest)} to "
+        f"{exact(longest)}, each of any length between, {missed}, and the observer that predicts by xhat' = A xhat + "
+        f"Bu and corrects at each sample that is not missed by {correction}, with all numbers as given, in exact "
+        f"arithmetic: the error e = x - xhat before a correction obeys {errors}, t being the time to the next "
+        f"correction, V = e'Pe falls from one to the next {falls}, with factor = {exact(factor)}, and e tends to 0 "
+        "exponentially, from every e(0). Nothing is said of the rounding of its steps."
+    )
+
+
 def feedback_loop(size, rate, level):
     return (
         f"{cubic_observer(size, rate, level)} In the loop u = -K xhat, x and e tend to 0 exponentially from every "
@@ -232,6 +305,32 @@ def sector_observer(states, outputs, sectors, rate):
         "and the observer xhat' = A xhat + sum_k G_k phi_k(t, H_k xhat, u) + g(t, y, u) + L(y - C xhat), "
         f"e = x - xhat: {decay(rate)}, from every e(0). That the nonlinearities of a plant satisfy this, where x and "
         "xhat are, is a hypothesis."
+    )
+
+
+def input_to_state_stability(states, outputs, vertices, has_cubic, rate, disturbances, level, limsup, is_single):
+    sizes = f"{counted(states, 'state')}, {counted(len(disturbances), 'disturbance')} and {counted(outputs, 'output')}"
+    a, e = "A", "E"
+    plant = f"the plant x' = Ax + Bu + Ew, y = Cx + Dw with {sizes}, any B and u"
+    if vertices > 1:
+        a, e = "A(t)", "E(t)"
+        plant = (
+            f"every plant x' = A(t)x + Bu + E(t)w, y = Cx + Dw with {sizes}, any B and u, whose pair (A(t), E(t)) lies "
+            f"in the convex hull of the {vertices} pairs (A_k, E_k) at all times"
+        )
+    function, term = "V = e'Pe", "(r'theta r) N r"
+    if has_cubic:
+        function = (
+            "V = e'P~e, P~ = C'XC + (I - T)(P - C'XC)(I - T) with the orthogonal projector T on the range of N,"
+        )
+    bounds = ", ".join(f"|w_{i + 1}| <= {at_least(x, 6)}" for i, x in enumerate(disturbances))
+    limits = ", ".join(f"limsup |e_{i + 1}| <= {at_most(x, 4)}" for i, x in enumerate(limsup))
+    return (
+        f"For {plant}, all disturbances w with {bounds}, and the observer xhat' = {a} xhat + Bu + L r"
+        f"{' - ' + term if has_cubic else ''}, r = y - C xhat, with the gains exactly as stored, "
+        f"the error e = x - xhat obeys e' = ({a} - LC)e + ({e} - LD)w{' + ' + term if has_cubic else ''}; "
+        f"{function} satisfies V(t) <= exp(-2 rate t) V(0) + level with rate = {at_least(rate, 4)} and level = "
+        f"{at_most(level, 4)}, from every e(0); and {limits}.{enclosed(is_single)}"
     )
 
 
@@ -355,4 +454,26 @@ def deployed_observer(states, inputs, outputs, step, stored, running):
         f"with all its matrices stored in {stored}, to nearest, ties to even: with the numbers exactly as stored and "
         f"in exact arithmetic, for the error e = x - xhat, {error}, V = e'Pe falls at each step at least by a factor "
         f"below 1 that is the same for all e, and e tends to 0 exponentially, from every e(0). {claim}"
+    )
+
+
+def kkl_error_bound(size, f, h, z, rows, b, inverse, x, u, phi, rate, limit, start, lipschitz, defect, eventual):
+    gain = "; ".join(map(", ".join, rows))
+    within = [
+        f"{letter}{k} in [{exact(low)}, {exact(high)}]"
+        for letter, ranges in (("x", x), ("u", u))
+        for k, (low, high) in enumerate(ranges, 1)
+    ]
+    bounds = [
+        f"|z{k} - zhat{k}| <= {exact(l)} V(t) + {exact(d)}" for k, (l, d) in enumerate(zip(lipschitz, defect), 1)
+    ]
+    limits = [f"limsup |z{k} - zhat{k}| <= {exact(e)}" for k, e in enumerate(eventual, 1)]
+    return (
+        f"For the plant x' = f(x, u), y = h(x) with {sizes(*size)}, f = ({', '.join(f)}), h = ({', '.join(h)}), and the "
+        f"observer xi' = Lambda(u, y) xi + B(u, y), zhat = phi^L(xi, u, y) of z = ({', '.join(z)}) with Lambda = "
+        f"[{gain}], B = ({', '.join(b)}) and phi^L = ({', '.join(inverse)}): along every solution that remains in the "
+        f"box {', '.join(within)}, the error e = xi - phi(x) with phi = ({', '.join(phi)}) satisfies V(t) <= "
+        "exp(-rate t) V(0) + (1 - exp(-rate t)) limit from every xi(0), for V = sqrt(e'Pe), rate = "
+        f"{exact(rate)} and limit = {exact(limit)}. Whenever V(t) <= {exact(start)}, and at all times if V(0) is, "
+        f"{', '.join(bounds)}. From every xi(0), {', '.join(limits)}."
     )

@@ -73,22 +73,7 @@ impl CubicDesign {
         let outputs = o.c.nrows();
         let theta = &check::positive_semidefinite("theta", theta, outputs)?;
         let p_inverse_ct = check::solve_definite("P", &linear.p, &o.c.transpose())?;
-        let s = match correction {
-            CubicGain::Gamma(gamma) => {
-                check::positive("gamma", *gamma)?;
-                theta * *gamma
-            }
-            CubicGain::Radial(w) => {
-                check::positive("w", *w)?;
-                check::independent_outputs(&o.c)?;
-                radial_s(&o.c, &p_inverse_ct, *w)?
-            }
-            CubicGain::General(s) => {
-                check::matrix("S", s, (outputs, outputs))?;
-                check::positive_semidefinite("S + S'", &(s + s.transpose()), outputs)?;
-                s.clone()
-            }
-        };
+        let s = structure(correction, theta, (&o.c, &p_inverse_ct))?;
         let n = -(p_inverse_ct * &s);
         let certificate = theorem((&o.a, &o.b, &o.c), (&o.l, &n, theta), (&linear.p, &s), linear.rate).certify()?;
         let observer = CubicObserver::of(o.plant(), o.l.clone(), n, theta.clone())?;
@@ -133,7 +118,32 @@ pub(crate) fn theorem(
 }
 
 /// `S = w (C P^-1 C')^-1`.
-pub(crate) fn radial_s(c: &DMatrix<f64>, p_inverse_ct: &DMatrix<f64>, w: f64) -> Result<DMatrix<f64>, DesignError> {
+/// S of `N = -P^-1 C'S`.
+pub(crate) fn structure(
+    correction: &CubicGain,
+    theta: &DMatrix<f64>,
+    (c, p_inverse_ct): (&DMatrix<f64>, &DMatrix<f64>),
+) -> Result<DMatrix<f64>, DesignError> {
+    let outputs = c.nrows();
+    Ok(match correction {
+        CubicGain::Gamma(gamma) => {
+            check::positive("gamma", *gamma)?;
+            theta * *gamma
+        }
+        CubicGain::Radial(w) => {
+            check::positive("w", *w)?;
+            check::independent_outputs(c)?;
+            radial_s(c, p_inverse_ct, *w)?
+        }
+        CubicGain::General(s) => {
+            check::matrix("S", s, (outputs, outputs))?;
+            check::positive_semidefinite("S + S'", &(s + s.transpose()), outputs)?;
+            s.clone()
+        }
+    })
+}
+
+fn radial_s(c: &DMatrix<f64>, p_inverse_ct: &DMatrix<f64>, w: f64) -> Result<DMatrix<f64>, DesignError> {
     let gram = c * p_inverse_ct;
     let outputs = c.nrows();
     check::solve_definite("C P^-1 C'", &symmetric_part(&gram), &(DMatrix::identity(outputs, outputs) * w))

@@ -166,9 +166,13 @@ impl SampledCubicDesign {
     /// # Ok::<(), luenberger_design::DesignError>(())
     /// ```
     /// # Errors
-    /// [`DesignError::Proof`]: numbers that the format cannot store, bounds of the wrong length or negative.
+    /// [`DesignError::Proof`]: numbers that the format cannot store, bounds of the wrong length or negative;
+    /// [`DesignError::SemiImplicit`] for a gain that is not radial.
     pub fn deployed(&self, formats: Formats, operation: &Operation) -> Result<Deployed, DesignError> {
         let o = &self.observer;
+        if o.coupling().is_some() {
+            return Err(DesignError::SemiImplicit);
+        }
         let real = self.sampled_plant();
         let gains = CubicGains {
             n: proof_matrix(o.n()),

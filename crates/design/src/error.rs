@@ -10,6 +10,7 @@ use nalgebra::Complex;
 use thiserror::Error;
 
 use crate::number::{complex, short};
+use crate::varying_periods::{GrowingTimes, Periods};
 
 /// Error of a design. Every variant names the quantity and its value.
 #[derive(Debug, Clone, PartialEq, Error)]
@@ -104,6 +105,22 @@ pub enum DesignError {
         /// Number of outputs.
         outputs: usize,
     },
+    /// Convergence at varying periods is not proved.
+    #[error("convergence is not proved for {periods}{}", obstacle(.witness.as_ref(), .largest.as_deref()))]
+    VaryingPeriods {
+        /// The periods.
+        periods: Box<Periods>,
+        /// Times between corrections for which the error grows; none were found where it is empty.
+        witness: Option<GrowingTimes>,
+        /// The largest spread of periods, with the most misses, for which a search proved convergence.
+        largest: Option<Box<Periods>>,
+    },
+    /// Bounds on rounding of a step that is not in closed form.
+    #[error(
+        "bounds on the rounding of a step are proved for the closed form of the cubic flow, hence for a radial gain; this \
+         observer takes a semi-implicit step"
+    )]
+    SemiImplicit,
     /// [`LyapunovWeight::InverseCovariance`](crate::LyapunovWeight::InverseCovariance) was requested for a gain that is
     /// not a Kalman gain.
     #[error("P cannot be the information matrix: only a Kalman gain comes with a covariance")]
@@ -317,4 +334,16 @@ pub enum InfeasibilityReason {
         value = short(*.0)
     )]
     SignOfCn(f64),
+}
+
+/// Why convergence at varying periods is not proved, and where it is.
+fn obstacle(witness: Option<&GrowingTimes>, largest: Option<&Periods>) -> String {
+    let why = match witness {
+        Some(growing) => format!(": {growing}"),
+        None => ": no common quadratic Lyapunov function was found".to_owned(),
+    };
+    match largest {
+        Some(periods) => format!("{why}; it is proved for {periods}"),
+        None => why,
+    }
 }

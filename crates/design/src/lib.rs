@@ -29,6 +29,7 @@ pub mod discrete;
 mod display;
 pub mod enclosure;
 pub mod error;
+pub mod error_bound;
 mod exact_solution;
 pub mod feedback;
 mod gain_lmi;
@@ -50,7 +51,9 @@ mod real_field;
 pub mod robust;
 pub mod sampled;
 mod separation;
+pub mod stored;
 mod symbolic_polynomial;
+mod varying_periods;
 pub mod weights;
 
 pub use conditions::Theorem1;
@@ -59,6 +62,7 @@ pub use deployed::{DeployedLinear, deployed_linear};
 pub use discrete::DiscreteDesign;
 pub use enclosure::{EnclosureError, IntervalDual, JacobianEnclosure, Region};
 pub use error::{DesignError, InfeasibilityReason, NearlyHidden};
+pub use error_bound::{Disturbances, ErrorBound};
 pub use exact_solution::{enclosed_lyapunov, enclosed_stein, lyapunov_certificate_file, stein_certificate_file};
 pub use feedback::FeedbackDesign;
 pub use gain_options::GainOptions;
@@ -76,7 +80,9 @@ pub use nonlinear_observability::{LieObservability, lie_observability};
 pub use numerical_kkl::{NumericalKklDesign, NumericalKklError};
 pub use operating_point::{OperatingPoint, OperatingPointError, operating_point};
 pub use sampled::SampledCubicDesign;
+pub use stored::{StoredDesign, StoredError, StoredObserver};
 pub use symbolic_polynomial::SymbolicPolynomial;
+pub use varying_periods::{GrowingTimes, Periods, VaryingPeriodDesign, at_varying_periods};
 pub use weights::{theta_from_cost_shares, theta_from_importance};
 
 /// The example of `README.md`, compiled and run with the documentation's tests.

@@ -10,17 +10,22 @@
 //! certificate has the decrease at both ends, `M(0) = Fd` and `w M(1/w) = w Ad + Ad N C`, for the stored numbers: they
 //! prove convergence in exact arithmetic. The effect of f32 or fixed point is analysed by
 //! [`SampledCubicDesign::deployed`].
+//!
+//! Gains that are not radial, `S = gamma theta` or any S with `S + S' >= 0`, have no closed form of the flow: with
+//! [`SampledCubicDesign::with_correction`] the observer takes the semi-implicit step of
+//! [`luenberger_observers::semi_implicit`], which does not increase V either, at any period. The stored N violates the
+//! structure by `R = PN + C'S`; with a small R, which the certificate has in an inequality, V still falls at each step.
 
 use luenberger_linalg::{SteinEquation, ZeroOrderHold, discrete_kalman_gain, place_observer, zero_order_hold};
 use luenberger_lmi::proof_matrix;
-use luenberger_observers::{SampledCubicGains, SampledCubicObserver};
+use luenberger_observers::{SampledCubicGains, SampledCubicObserver, SampledObserver, semi_implicit};
 use luenberger_plants::StateSpace;
 use luenberger_proof::certificate::{self, Certificate, CertificateFile, DiscreteConvergence};
 use nalgebra::{Complex, DMatrix, Dyn};
 
 use crate::certificate::{certified, plant as matrices};
 use crate::check;
-use crate::cubic::{CubicDesign, radial_s};
+use crate::cubic::{CubicDesign, CubicGain, structure};
 use crate::discrete::DiscreteDesign;
 use crate::error::DesignError;
 use crate::linear::LinearDesign;
@@ -65,12 +70,39 @@ impl SampledCubicDesign {
     /// [`DesignError::NotPositive`] for h or w; `NotPositiveSemidefinite` for theta; [`DesignError::DependentOutputs`];
     /// the errors of placement when the period hides a mode.
     pub fn new(linear: &LinearDesign, theta: &DMatrix<f64>, w: f64, h: f64) -> Result<Self, DesignError> {
+        Self::with_correction(linear, theta, &CubicGain::Radial(w), h)
+    }
+
+    /// The same with any admissible cubic gain: in closed form where it is [`CubicGain::Radial`], else with a
+    /// semi-implicit step.
+    ///
+    /// ```
+    /// use luenberger_design::{CubicGain, LinearDesign, SampledCubicDesign};
+    /// use luenberger_plants::StateSpace;
+    /// use nalgebra::{DMatrix, dmatrix};
+    ///
+    /// let a = dmatrix![0.0, 1.0, 0.0; 0.0, 0.0, 1.0; -1.0, -2.0, 0.0];
+    /// let plant = StateSpace::new(a, DMatrix::zeros(3, 0), dmatrix![1.0, 0.0, 0.0; 0.0, 0.0, 1.0])?;
+    /// let linear = LinearDesign::with_poles(&plant, &[-1.0, -2.0, -3.0])?;
+    /// let s = CubicGain::General(dmatrix![2.0, 1.0; -1.0, 0.5]);
+    /// let design = SampledCubicDesign::with_correction(&linear, &DMatrix::identity(2, 2), &s, 0.1)?;
+    /// assert!(design.certificate.is_proved());
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    /// # Errors
+    /// As [`new`](Self::new); [`DesignError`] for an S of another shape, or with `S + S'` not positive semidefinite.
+    pub fn with_correction(
+        linear: &LinearDesign,
+        theta: &DMatrix<f64>,
+        correction: &CubicGain,
+        h: f64,
+    ) -> Result<Self, DesignError> {
         check::positive("the sampling period h", h)?;
         let o = &linear.observer;
         let held = zero_order_hold(&o.a, &o.b, h)?;
         let wish: Vec<_> = linear.poles.iter().map(|s| (s * h).exp()).collect();
         let placement = place_observer(&held.ad, &o.c, &wish)?;
-        Self::with_gain(&held_plant(linear, held)?, placement.gain, theta, w, h)
+        Self::with_gain(&held_plant(linear, held)?, placement.gain, theta, correction, (h, None))
     }
 
     /// The same for the stationary Kalman predictor of the sampled plant: `Ld = Ad Sigma C'(C Sigma C' + V)^-1` for
@@ -91,7 +123,7 @@ impl SampledCubicDesign {
         let measurement = check::positive_definite("V", measurement, o.c.nrows())?;
         let held = zero_order_hold(&o.a, &o.b, h)?;
         let ld = discrete_kalman_gain(&held.ad, &o.c, &noise, &measurement)?.l;
-        Self::with_gain(&held_plant(linear, held)?, ld, theta, w, h)
+        Self::with_gain(&held_plant(linear, held)?, ld, theta, &CubicGain::Radial(w), (h, None))
     }
 
     /// The sampled form of a continuous design: same poles, same theta, same strength `w = trace(C P^-1 C'S) / p` of
@@ -119,50 +151,85 @@ impl SampledCubicDesign {
     /// # Errors
     /// As [`new`](Self::new).
     pub fn of_discrete(linear: &DiscreteDesign, theta: &DMatrix<f64>, w: f64) -> Result<Self, DesignError> {
+        Self::of_discrete_with_correction(linear, theta, &CubicGain::Radial(w))
+    }
+
+    /// The same with any admissible cubic gain, as [`with_correction`](Self::with_correction).
+    ///
+    /// # Errors
+    /// As [`with_correction`](Self::with_correction).
+    pub fn of_discrete_with_correction(
+        linear: &DiscreteDesign,
+        theta: &DMatrix<f64>,
+        correction: &CubicGain,
+    ) -> Result<Self, DesignError> {
         let o = &linear.observer;
-        Self::with_gain(o.plant(), o.l().clone(), theta, w, luenberger_observers::SampledObserver::period(o))
+        Self::with_gain(o.plant(), o.l().clone(), theta, correction, (o.period(), None))
+    }
+
+    /// The same linear observer with the cubic gain that belongs to another P (n x n).
+    pub(crate) fn with_lyapunov(&self, p: &DMatrix<f64>, correction: &CubicGain) -> Result<Self, DesignError> {
+        let o = &self.observer;
+        let plant = StateSpace::new(o.ad().clone(), o.bd().clone(), o.c().clone())?;
+        let plant = StateSpace { d: o.d().cloned(), ..plant };
+        Self::with_gain(&plant, o.ld().clone(), o.theta(), correction, (o.period(), Some(p)))
     }
 
     fn with_gain(
         plant: &StateSpace,
         ld: DMatrix<f64>,
         theta: &DMatrix<f64>,
-        w: f64,
-        h: f64,
+        correction: &CubicGain,
+        (h, given): (f64, Option<&DMatrix<f64>>),
     ) -> Result<Self, DesignError> {
-        check::positive("w", w)?;
         let StateSpace { a: ad, b: bd, c, d } = plant.clone();
         let (n, outputs) = (ad.nrows(), c.nrows());
         let theta = &check::positive_semidefinite("theta", theta, outputs)?;
-        check::independent_outputs(&c)?;
+        if matches!(correction, CubicGain::Radial(_)) {
+            check::independent_outputs(&c)?;
+        }
         let f = &ad - &ld * &c;
         let mut equation = SteinEquation::new(&f)?;
         // The scale of Q is that of the continuous equation over one period.
-        let p = equation.solve(&(DMatrix::identity(n, n) * h))?.p;
+        let p = match given {
+            Some(p) => p.clone(),
+            None => equation.solve(&(DMatrix::identity(n, n) * h))?.p,
+        };
         let poles = equation.eigenvalues();
         let p_inverse_ct = check::solve_definite("P", &p, &c.transpose())?;
-        let s = radial_s(&c, &p_inverse_ct, w)?;
+        let s = structure(correction, theta, (&c, &p_inverse_ct))?;
         let gain = -(p_inverse_ct * &s);
-        let theorem = certificate::SampledCubicConvergence {
-            plant: matrices((&ad, &bd, &c)),
-            l: proof_matrix(&ld),
-            n: proof_matrix(&gain),
-            theta: proof_matrix(theta),
-            w,
-            period: h,
-            p: proof_matrix(&p),
+        let numbers = (matrices((&ad, &bd, &c)), [&ld, &gain, theta, &p].map(proof_matrix));
+        let (plant, [l, n_stored, weight, lyapunov]) = numbers;
+        let gains = |w| SampledCubicGains { ad, bd, c, ld, n: gain, theta: theta.clone(), w, period: h };
+        let (observer, certificate) = match correction {
+            CubicGain::Radial(w) => {
+                let theorem = certificate::SampledCubicConvergence {
+                    plant,
+                    l,
+                    n: n_stored,
+                    theta: weight,
+                    w: *w,
+                    period: h,
+                    p: lyapunov,
+                };
+                (SampledCubicObserver::new(gains(*w))?, Certificate::of([theorem])?)
+            }
+            CubicGain::Gamma(_) | CubicGain::General(_) => {
+                let theorem = certificate::SemiImplicitCubicConvergence {
+                    plant,
+                    l,
+                    n: n_stored,
+                    theta: weight,
+                    period: h,
+                    p: lyapunov,
+                    s: proof_matrix(&s),
+                };
+                let gains = gains(0.0);
+                let coupling = semi_implicit::coupling(&gains.c, &gains.n);
+                (SampledCubicObserver::semi_implicit(gains, coupling)?, Certificate::of([theorem])?)
+            }
         };
-        let certificate = Certificate::of([theorem])?;
-        let observer = SampledCubicObserver::new(SampledCubicGains {
-            ad,
-            bd,
-            c,
-            ld,
-            n: gain,
-            theta: theta.clone(),
-            w,
-            period: h,
-        })?;
         let observer = match d {
             Some(d) => observer.with_feedthrough(d)?,
             None => observer,

@@ -279,6 +279,7 @@ impl<T: RealField + Copy> Kkl<T> {
 
 /// Why there is no such observer.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[non_exhaustive]
 pub enum KklError {
     /// A plant of other sizes.
     #[error(transparent)]

@@ -221,7 +221,10 @@ impl Program {
                 ("L", observer.ld()),
                 ("N", observer.n()),
                 ("THETA", observer.theta()),
-            ],
+            ]
+            .into_iter()
+            .chain(observer.coupling().map(|coupling| ("G", coupling)))
+            .collect(),
             Self::Kalman(filter) => {
                 let NoiseModel { w, v, p0 } = filter.noise_model();
                 vec![("W", w), ("V", v), ("P0", p0)]
@@ -257,6 +260,7 @@ impl Program {
     pub fn scalars(&self) -> Vec<(&'static str, f64)> {
         match self {
             Self::Linear(observer) => vec![("PERIOD", observer.period())],
+            Self::Cubic(observer) if observer.coupling().is_some() => vec![("PERIOD", observer.period())],
             Self::Cubic(observer) => vec![("PERIOD", observer.period()), ("W", observer.w())],
             Self::Kalman(filter) => {
                 let gate = filter.gate().map(|gate| ("GATE", gate));
@@ -337,7 +341,7 @@ impl Program {
                 Cast::Linear(DiscreteLinearObserver::new(plant, cast(observer.l()), period)?)
             }
             Self::Cubic(observer) => {
-                let same = SampledCubicObserver::new(SampledCubicGains {
+                let gains = SampledCubicGains {
                     ad: cast(observer.ad()),
                     bd: cast(observer.bd()),
                     c: cast(observer.c()),
@@ -346,7 +350,11 @@ impl Program {
                     theta: cast(observer.theta()),
                     w: nalgebra::convert(observer.w()),
                     period: nalgebra::convert(observer.period()),
-                })?;
+                };
+                let same = match observer.coupling() {
+                    Some(coupling) => SampledCubicObserver::semi_implicit(gains, cast(coupling))?,
+                    None => SampledCubicObserver::new(gains)?,
+                };
                 Cast::Cubic(match observer.d() {
                     Some(d) => same.with_feedthrough(cast(d))?,
                     None => same,
@@ -395,6 +403,12 @@ impl Program {
         let combined = |entries: usize| 4 * entries * 2 + 3 * entries;
         match self {
             Self::Linear(_) => innovation + linear,
+            // Direction, quadratic form, the matrix and its elimination; then the impulse.
+            Self::Cubic(observer) if observer.coupling().is_some() => {
+                let elimination = p * (p - 1) / 2 + p * (p - 1) * (2 * p - 1) / 3 + 2 * p * (p - 1) + p;
+                let step = 3 * p + product(p, p) + product(1, p) + 4 + p * p + p + elimination;
+                innovation + linear + step + product(n, p) + n
+            }
             // The flow: direction, quadratic form, two roots, three divisions; then the impulse.
             Self::Cubic(_) => innovation + linear + 3 * p + product(p, p) + product(1, p) + 15 + product(n, p) + n,
             Self::Kalman(filter) => {

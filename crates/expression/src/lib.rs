@@ -74,6 +74,7 @@
 //! | `derived` | parameters that depend on other parameters |
 //! | `expression`, `affine`, `undefined` | values and derivatives; affine expressions; undefined values |
 //! | `plant` | plants whose rows are expressions |
+//! | `typeset` | expressions as MathML and LaTeX |
 //! | `error`, `nearest` | errors of a text, with positions; the nearest name |
 
 #![deny(missing_docs)]
@@ -91,6 +92,7 @@ mod scope;
 mod table;
 mod tape;
 mod tree;
+mod typeset;
 mod undefined;
 
 pub use derived::{Definition, DerivedError, derived};
@@ -101,6 +103,7 @@ pub use nearest::nearest;
 pub use plant::{AffinePlant, ExpressionPlant, ExpressionPlantError, Fixed, Routines, Row};
 pub use scope::{NameError, ParameterError, Parameters, Scope, Variable};
 pub use table::{Extrapolation, Interpolation, Table, TableError, Tables};
+pub use typeset::Formula;
 pub use undefined::Undefined;
 
 /// Limits of the length and the nesting of an expression.

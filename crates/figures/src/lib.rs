@@ -9,12 +9,14 @@
 #![deny(missing_docs)]
 
 pub mod figure;
+pub mod formula;
 pub mod npz;
 mod page;
 pub mod report;
 pub mod table;
 
 pub use figure::{Area, Bar, Dash, Figure, Hue, Mark, Marker, Panel, Series};
+pub use formula::Formula;
 pub use page::escape;
 pub use report::{Cell, Grid, Report, Section, Tone};
 pub use table::Table;

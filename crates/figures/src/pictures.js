@@ -27,3 +27,19 @@ function draw() {
 }
 draw();
 dark.addEventListener("change", draw);
+
+// Formulas are copied as LaTeX.
+document.addEventListener("copy", (event) => {
+  const selection = getSelection();
+  if (selection.isCollapsed) return;
+  const copy = selection.getRangeAt(0).cloneContents();
+  const formulas = copy.querySelectorAll("math");
+  const within = selection.getRangeAt(0).commonAncestorContainer.parentElement?.closest("math");
+  if (!formulas.length && !within) return;
+  for (const math of formulas) math.replaceWith(`$${math.getAttribute("alttext")}$\n`);
+  event.clipboardData.setData("text/plain", within ? `$${within.getAttribute("alttext")}$` : copy.textContent);
+  event.preventDefault();
+});
+
+// On paper nothing can be opened.
+addEventListener("beforeprint", () => document.querySelectorAll("details").forEach((details) => { details.open = true; }));

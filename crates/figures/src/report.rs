@@ -27,6 +27,7 @@
 //! ```
 
 use crate::figure::{Figure, FigureError};
+use crate::formula::Formula;
 use crate::page::{Pictures, escape, page};
 use std::collections::HashSet;
 use std::fmt::Write;
@@ -63,6 +64,8 @@ enum Block {
     Grid(Grid),
     Figure { id: String, figure: Figure },
     Links(Vec<(String, String)>),
+    Formulas(Vec<Formula>),
+    Folded { summary: String, inside: Vec<Block> },
 }
 
 /// A table of text: a head and rows with as many cells.
@@ -199,16 +202,17 @@ impl Report {
         let mut body = format!("<header><h1>{}</h1>", escape(&self.title));
         paragraphs(&mut body, &self.lead, " class=\"lead\"");
         body.push_str(&self.head);
-        body.push_str("<nav>");
+        body.push_str("</header><nav aria-label=\"Contents\">");
         for (section, anchor) in self.sections.iter().zip(&anchors) {
             // Writing into a String cannot fail, hence `let _ =` here and below.
             let _ = write!(body, "<a href=\"#{anchor}\">{}</a> ", escape(&section.title));
         }
-        body.push_str("</nav></header>");
+        body.push_str("</nav>");
         for (section, anchor) in self.sections.iter().zip(&anchors) {
-            let _ = write!(body, "<section id=\"{anchor}\"><h2>{}</h2>", escape(&section.title));
+            let link = permalink(anchor, &section.title);
+            let _ = write!(body, "<section id=\"{anchor}\"><h2>{}{link}</h2>", escape(&section.title));
             for block in &section.blocks {
-                block.write(&mut body, &mut pictures)?;
+                block.write(&mut body, &mut pictures, &mut taken)?;
             }
             body.push_str("</section>");
         }
@@ -274,6 +278,18 @@ impl Section {
     #[must_use]
     pub fn figure(self, id: impl Into<String>, figure: Figure) -> Self {
         self.with(Block::Figure { id: id.into(), figure })
+    }
+
+    /// Formulas, one below the other.
+    #[must_use]
+    pub fn formulas(self, formulas: impl IntoIterator<Item = Formula>) -> Self {
+        self.with(Block::Formulas(formulas.into_iter().collect()))
+    }
+
+    /// The contents of a section behind a line that opens them.
+    #[must_use]
+    pub fn folded(self, summary: impl Into<String>, inside: Self) -> Self {
+        self.with(Block::Folded { summary: summary.into(), inside: inside.blocks })
     }
 
     /// Links to files beside the page: the path, and what is in it.
@@ -391,10 +407,30 @@ impl Tone {
 }
 
 impl Block {
-    fn write(&self, page: &mut String, pictures: &mut Pictures) -> Result<(), ReportError> {
+    fn write(
+        &self,
+        page: &mut String,
+        pictures: &mut Pictures,
+        taken: &mut HashSet<String>,
+    ) -> Result<(), ReportError> {
         match self {
             Self::Heading(text) => {
-                let _ = write!(page, "<h3>{}</h3>", inline(text));
+                let anchor = anchor(text, taken);
+                let _ = write!(page, "<h3 id=\"{anchor}\">{}{}</h3>", inline(text), permalink(&anchor, text));
+            }
+            Self::Formulas(formulas) => {
+                page.push_str("<div class=\"formulas\">");
+                for formula in formulas {
+                    page.push_str(&formula.html());
+                }
+                page.push_str("</div>");
+            }
+            Self::Folded { summary, inside } => {
+                let _ = write!(page, "<details><summary>{}</summary>", inline(summary));
+                for block in inside {
+                    block.write(page, pictures, taken)?;
+                }
+                page.push_str("</details>");
             }
             Self::Prose(text) => paragraphs(page, text, ""),
             Self::Verbatim(text) => {
@@ -431,6 +467,11 @@ impl Block {
         }
         Ok(())
     }
+}
+
+/// A link of a heading to itself.
+fn permalink(anchor: &str, title: &str) -> String {
+    format!("<a class=\"anchor\" href=\"#{anchor}\" aria-label=\"Link to {}\">#</a>", escape(title))
 }
 
 fn paragraphs(page: &mut String, text: &str, attribute: &str) {

@@ -2,7 +2,7 @@
 
 use nalgebra::DMatrix;
 
-use crate::products::Product;
+use crate::variable::Variable;
 
 /// A linear term of one scalar unknown.
 pub(crate) type Term = (usize, f64);
@@ -23,6 +23,17 @@ pub(crate) struct Block {
     pub(crate) entries: Vec<BlockEntry>,
     /// What is known of the structure of some unknowns, whose coefficients are among the entries all the same.
     pub(crate) products: Vec<ScaledProduct>,
+}
+
+/// `sym(L X R)` of an unknown matrix X, with `sym M = (M + M')/2`.
+#[derive(Debug, Clone)]
+pub(crate) struct Product {
+    /// X.
+    pub(crate) variable: Variable,
+    /// L, as many rows as the block has.
+    pub(crate) left: DMatrix<f64>,
+    /// R, as many columns as the block has.
+    pub(crate) right: DMatrix<f64>,
 }
 
 /// `sym(L X R)` of an unknown matrix X, of which each unknown is multiplied by a factor of its own.

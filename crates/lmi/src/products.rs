@@ -8,19 +8,9 @@ use std::collections::BTreeSet;
 
 use nalgebra::DMatrix;
 
+use crate::conic::Product;
 use crate::expression::{Expression, Node};
 use crate::variable::{Structure, Variable};
-
-/// `sym(L X R)` of an unknown matrix X.
-#[derive(Debug, Clone)]
-pub(crate) struct Product {
-    /// X.
-    pub(crate) variable: Variable,
-    /// L, as many rows as the block has.
-    pub(crate) left: DMatrix<f64>,
-    /// R, as many columns as the block has.
-    pub(crate) right: DMatrix<f64>,
-}
 
 /// The products of the symmetric and rectangular unknowns of `e`, which is square and symmetric. An unknown that also
 /// occurs in another way (in a trace, as the factor of a matrix) is left out.

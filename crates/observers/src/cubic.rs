@@ -294,7 +294,7 @@ where
 }
 
 /// `v' theta v`, summed in the order of the entries: the same bits with static and with dynamic sizes.
-fn quadratic<T: RealField + Copy, P: Dim>(theta: &OMatrix<T, P, P>, v: &[T]) -> T
+pub(crate) fn quadratic<T: RealField + Copy, P: Dim>(theta: &OMatrix<T, P, P>, v: &[T]) -> T
 where
     DefaultAllocator: Allocator<P, P>,
 {
@@ -302,7 +302,7 @@ where
 }
 
 /// The largest magnitude of an entry.
-fn largest<T: RealField + Copy>(v: &[T]) -> T {
+pub(crate) fn largest<T: RealField + Copy>(v: &[T]) -> T {
     v.iter().fold(T::zero(), |largest, entry| largest.max(entry.abs()))
 }
 

@@ -14,6 +14,10 @@
 //! Only the samples are needed, no derivative and no iteration.
 //!
 //! One output: every admissible N is radial, w = -C N. Any number of outputs: `S = w (C P^-1 C')^-1`, so `C N = -w I`.
+//!
+//! Other gains `N = -P^-1 C'S`, `S + S' >= 0`, have no closed form. [`SampledCubicObserver::semi_implicit`] takes them,
+//! with the cubic part in one semi-implicit step, which does not increase V either: see
+//! [`semi_implicit`](crate::semi_implicit).
 
 use luenberger_plants::error::check_matrix;
 use luenberger_plants::{LinearPlant, Size};
@@ -26,6 +30,7 @@ use crate::discrete_linear::predict;
 use crate::error::ObserverError;
 use crate::feedthrough;
 use crate::observer::{ObserverDimensions, SampledObserver};
+use crate::semi_implicit;
 use crate::semidefinite::failing_pivot;
 
 /// The data of a [`SampledCubicObserver`], each by its name: plant `x+ = Ad x + Bd u`, `y = C x`, and gains.
@@ -42,11 +47,11 @@ where
     pub c: OMatrix<T, P, N>,
     /// Gain of the discrete linear observer, n x p: `Ad - Ld C` with spectral radius below 1.
     pub ld: OMatrix<T, N, P>,
-    /// Cubic gain, n x p, with `C N = -w I`.
+    /// Cubic gain, n x p, with `C N = -w I`; any for a semi-implicit step.
     pub n: OMatrix<T, N, P>,
     /// Weight of the outputs, p x p, with nonnegative symmetric part.
     pub theta: OMatrix<T, P, P>,
-    /// Rate of the cubic flow; [`rate`](crate::cubic::rate) takes it from C and N.
+    /// Rate of the cubic flow; [`rate`](crate::cubic::rate) takes it from C and N. 0 for a semi-implicit step.
     pub w: T,
     /// The sampling period h.
     pub period: T,
@@ -62,7 +67,18 @@ where
     DefaultAllocator: Size<N, M, P>,
 {
     gains: SampledCubicGains<T, N, M, P>,
+    semi_implicit: Option<SemiImplicit<T, P>>,
     d: Option<OMatrix<T, P, M>>,
+}
+
+/// What a semi-implicit step takes besides the gains.
+#[derive(Clone, Debug, PartialEq)]
+struct SemiImplicit<T: RealField + Copy, P: Dim>
+where
+    DefaultAllocator: Allocator<P, P>,
+{
+    coupling: OMatrix<T, P, P>,
+    reach: T,
 }
 
 /// A sampled-data cubic observer whose sizes are known at compile time.
@@ -99,24 +115,12 @@ where
     /// [`ObserverError::Rate`] when w < 0 or when w = 0 with N != 0, [`ObserverError::NotRadial`] when `C N + w I` is
     /// more than rounding in the computation of N explains: sqrt(epsilon) times `|C| |N|`.
     pub fn new(gains: SampledCubicGains<T, N, M, P>) -> Result<Self, ObserverError> {
-        let SampledCubicGains { ad, bd, c, ld, n, theta, w, period } = gains;
-        let LinearPlant { a: ad, b: bd, c, .. } = LinearPlant::new(ad, bd, c)?;
-        let (states, outputs) = (ad.nrows(), c.nrows());
-        check_matrix("Ld", &ld, (states, outputs))?;
-        check_matrix("N", &n, (states, outputs))?;
-        check_matrix("theta", &theta, (outputs, outputs))?;
-        if !(period.is_finite() && period > T::zero()) {
-            return Err(ObserverError::Period { period: period.to_subset_unchecked() });
-        }
-        if let Some((row, pivot)) = failing_pivot(&theta, Some(4)) {
-            return Err(ObserverError::ThetaIndefinite { row, pivot: pivot.to_subset_unchecked() });
-        }
+        let SampledCubicGains { ad, bd, c, ld, n, theta, w, period } = checked(gains)?;
         let idle = n.iter().all(|entry| *entry == T::zero());
         if !w.is_finite() || w < T::zero() || (w == T::zero() && !idle) {
             return Err(ObserverError::Rate { w: w.to_subset_unchecked() });
         }
-        let scale = magnitude(&c) * magnitude(&n) * count(states);
-        let tolerance = scale.max(w) * T::default_epsilon().sqrt();
+        let tolerance = product_size(&c, &n).max(w) * T::default_epsilon().sqrt();
         let deviation = radial_deviation(&c, &n, w);
         if !idle && deviation > tolerance {
             return Err(ObserverError::NotRadial {
@@ -127,7 +131,53 @@ where
         }
         // An idle cubic part must not touch the innovation either.
         let w = if idle { T::zero() } else { w };
-        Ok(Self { gains: SampledCubicGains { ad, bd, c, ld, n, theta, w, period }, d: None })
+        Ok(Self { gains: SampledCubicGains { ad, bd, c, ld, n, theta, w, period }, semi_implicit: None, d: None })
+    }
+
+    /// The observer whose cubic part is one semi-implicit step, for a gain `N = -P^-1 C'S` that need not be radial:
+    /// `(I + s G) r = y~`, `s = h y~'theta y~`, `xhat' = xhat - s N r`, `xhat+ = Ad xhat' + Bd u + Ld r`.
+    ///
+    /// `coupling` is `G = -C N`, p x p, from [`coupling`](crate::semi_implicit::coupling); w is not used.
+    ///
+    /// ```
+    /// use luenberger_observers::semi_implicit::coupling;
+    /// use luenberger_observers::{SampledCubicGains, SampledCubicObserver, SampledObserver};
+    /// use nalgebra::{Matrix2, OMatrix, U0, U2, Vector2, matrix};
+    /// // Two measured states at rest; S = [2, 1; -1, 0.5] has S + S' > 0 and couples the outputs; P = I.
+    /// let n = matrix![-2.0, -1.0; 1.0, -0.5];
+    /// let (ad, c, ld) = (Matrix2::identity(), Matrix2::identity(), Matrix2::identity() * 0.1);
+    /// let (bd, theta) = (OMatrix::<f64, U2, U0>::zeros(), Matrix2::identity());
+    /// let gains = SampledCubicGains { ad, bd, c, ld, n, theta, w: 0.0, period: 0.5 };
+    /// let observer = SampledCubicObserver::semi_implicit(gains, coupling(&c, &n))?;
+    ///
+    /// let (x, mut xhat) = (Vector2::new(1.0e6, -1.0e6), Vector2::zeros());
+    /// let none = OMatrix::<f64, U0, nalgebra::U1>::zeros();
+    /// for _ in 0..3 {
+    ///     observer.step(0.0, &mut xhat, &none, &x);
+    /// }
+    /// assert!((x - xhat).norm() < 1.0);
+    /// # Ok::<(), luenberger_observers::ObserverError>(())
+    /// ```
+    /// # Errors
+    /// [`ObserverError::Matrix`] for shapes and entries, [`ObserverError::Period`], [`ObserverError::ThetaIndefinite`],
+    /// [`ObserverError::Coupling`] when `G + C N` is more than rounding explains: sqrt(epsilon) times `|C| |N|`.
+    pub fn semi_implicit(
+        gains: SampledCubicGains<T, N, M, P>,
+        coupling: OMatrix<T, P, P>,
+    ) -> Result<Self, ObserverError> {
+        let gains = SampledCubicGains { w: T::zero(), ..checked(gains)? };
+        let SampledCubicGains { c, n, .. } = &gains;
+        check_matrix("-C N", &coupling, (c.nrows(), c.nrows()))?;
+        let tolerance = product_size(c, n) * T::default_epsilon().sqrt();
+        let deviation = semi_implicit::deviation(c, n, &coupling);
+        if deviation > tolerance {
+            return Err(ObserverError::Coupling {
+                deviation: deviation.to_subset_unchecked(),
+                tolerance: tolerance.to_subset_unchecked(),
+            });
+        }
+        let reach = semi_implicit::reach(&coupling);
+        Ok(Self { gains, semi_implicit: Some(SemiImplicit { coupling, reach }), d: None })
     }
 
     /// The same observer of a plant with the feedthrough D, p x m: `y = C x + D u`.
@@ -175,9 +225,14 @@ where
         &self.gains.theta
     }
 
-    /// The rate w of the cubic flow, `C N = -w I`.
+    /// The rate w of the cubic flow, `C N = -w I`; 0 for a semi-implicit step.
     pub fn w(&self) -> T {
         self.gains.w
+    }
+
+    /// `G = -C N` of a semi-implicit step; none where the flow is in closed form.
+    pub fn coupling(&self) -> Option<&OMatrix<T, P, P>> {
+        self.semi_implicit.as_ref().map(|step| &step.coupling)
     }
 }
 
@@ -206,7 +261,12 @@ where
         with_column(outputs, |innovation| {
             feedthrough::innovation(c, self.d.as_ref(), (xhat, u, y), innovation);
             with_column(outputs, |impulse| {
-                advance(theta, *w, *period, innovation, impulse);
+                match &self.semi_implicit {
+                    Some(SemiImplicit { coupling, reach }) => {
+                        semi_implicit::advance(theta, (coupling, *reach), *period, innovation, impulse);
+                    }
+                    None => advance(theta, *w, *period, innovation, impulse),
+                }
                 for (i, xhat) in xhat.iter_mut().enumerate() {
                     *xhat -= entry(n, i, impulse);
                 }
@@ -225,6 +285,36 @@ where
     fn initial(&self, _t: T, estimate: &Self::Estimate, _u: &Self::Input, _y: &Self::Output) -> Self::State {
         estimate.clone()
     }
+}
+
+/// The gains, if shapes, entries, period and theta are those of an observer.
+fn checked<T: RealField + Copy, N: Dim, M: Dim, P: Dim>(
+    gains: SampledCubicGains<T, N, M, P>,
+) -> Result<SampledCubicGains<T, N, M, P>, ObserverError>
+where
+    DefaultAllocator: Size<N, M, P>,
+{
+    let SampledCubicGains { ad, bd, c, ld, n, theta, w, period } = gains;
+    let LinearPlant { a: ad, b: bd, c, .. } = LinearPlant::new(ad, bd, c)?;
+    let (states, outputs) = (ad.nrows(), c.nrows());
+    check_matrix("Ld", &ld, (states, outputs))?;
+    check_matrix("N", &n, (states, outputs))?;
+    check_matrix("theta", &theta, (outputs, outputs))?;
+    if !(period.is_finite() && period > T::zero()) {
+        return Err(ObserverError::Period { period: period.to_subset_unchecked() });
+    }
+    if let Some((row, pivot)) = failing_pivot(&theta, Some(4)) {
+        return Err(ObserverError::ThetaIndefinite { row, pivot: pivot.to_subset_unchecked() });
+    }
+    Ok(SampledCubicGains { ad, bd, c, ld, n, theta, w, period })
+}
+
+/// A bound of the entries of `C N`.
+fn product_size<T: RealField + Copy, N: Dim, P: Dim>(c: &OMatrix<T, P, N>, n: &OMatrix<T, N, P>) -> T
+where
+    DefaultAllocator: Allocator<P, N> + Allocator<N, P>,
+{
+    magnitude(c) * magnitude(n) * count(c.ncols())
 }
 
 /// Largest entry of `|C N + w I|`.

@@ -76,6 +76,14 @@ pub enum ObserverError {
         /// The largest deviation accepted.
         tolerance: f64,
     },
+    /// A matrix G that is not `-C N`.
+    #[error("G differs from -C N by {deviation:e}; rounding explains at most {tolerance:e}")]
+    Coupling {
+        /// Largest entry of `|G + C N|`.
+        deviation: f64,
+        /// The largest deviation accepted.
+        tolerance: f64,
+    },
     /// A factor eta of the mean-value gain with which the internal error may grow.
     #[error(
         "eta = {eta}: what is lost is the decrease of the internal error, |e|^2/2 changes by at most \

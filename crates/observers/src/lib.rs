@@ -12,6 +12,7 @@
 //! | [`observer`] | the traits [`Observer`] (continuous time) and [`SampledObserver`] (one step per sample) |
 //! | [`linear`] | Luenberger's observer `xhat' = A xhat + B u + L (y - C xhat)` |
 //! | [`cubic`] | the cubic observer, which adds `-(y~' theta y~) N y~`, and its flow in closed form |
+//! | [`semi_implicit`] | its cubic part for gains that are not radial |
 //! | [`cubic_sampled`] | the sampled-data cubic observer, stable at every step size |
 //! | [`lanes`] | observers over several lanes at once |
 //! | [`kalman`] | the continuous-discrete extended Kalman filter |
@@ -32,6 +33,7 @@
 //! | [`deviation`] | a linear observer of a nonlinear plant, in deviations from an operating point |
 //! | [`output_feedback`] | an observer with the feedback `u = r - K xhat` as one block |
 //! | `static_size` (feature `alloc`) | designed observers with the sizes and the scalar of the target |
+//! | `serialization` (feature `serde`) | linear observers in files: matrices by rows, read through the constructors |
 //! | [`diagnosis`] | what an observer knows about its own trouble |
 //! | [`numerical_kkl`] | `z' = D z + B y` with a tabulated left inverse of T, embedded or interpolated |
 //!
@@ -73,7 +75,10 @@ pub mod pebo;
 pub mod pseudo_inverse;
 mod runge_kutta;
 pub mod sampled_copy;
+pub mod semi_implicit;
 mod semidefinite;
+#[cfg(feature = "serde")]
+mod serialization;
 #[cfg(feature = "alloc")]
 pub mod static_size;
 pub mod stationary_kalman;

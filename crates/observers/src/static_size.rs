@@ -105,7 +105,7 @@ impl SampledCubicObserver<f64, Dyn, Dyn, Dyn> {
     pub fn to_static<T: RealField + Copy, const N: usize, const M: usize, const P: usize>(
         &self,
     ) -> Result<StaticSampledCubicObserver<T, N, M, P>, ObserverError> {
-        let observer = SampledCubicObserver::new(SampledCubicGains {
+        let gains = SampledCubicGains {
             ad: fixed("Ad", self.ad())?,
             bd: fixed("Bd", self.bd())?,
             c: fixed("C", self.c())?,
@@ -114,7 +114,11 @@ impl SampledCubicObserver<f64, Dyn, Dyn, Dyn> {
             theta: fixed("theta", self.theta())?,
             w: nalgebra::convert(self.w()),
             period: nalgebra::convert(self.period()),
-        })?;
+        };
+        let observer = match self.coupling() {
+            Some(coupling) => SampledCubicObserver::semi_implicit(gains, fixed("-C N", coupling)?)?,
+            None => SampledCubicObserver::new(gains)?,
+        };
         match self.d() {
             Some(d) => observer.with_feedthrough(fixed("D", d)?),
             None => Ok(observer),

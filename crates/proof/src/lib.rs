@@ -34,6 +34,7 @@ pub mod error;
 pub mod exact;
 pub mod interval;
 pub mod matrix;
+mod polynomial;
 pub mod ring;
 pub mod semidefinite;
 pub mod statement;

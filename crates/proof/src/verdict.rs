@@ -76,6 +76,27 @@ pub enum UndecidedReason {
         /// What is proved.
         proved: f64,
     },
+    /// A bound over a box is claimed that is not shown.
+    NotBounded {
+        /// The entry of the quantity, from 0.
+        entry: usize,
+        /// The claim.
+        claimed: f64,
+        /// What is shown.
+        shown: f64,
+    },
+    /// A map is not shown to be defined: the argument of a logarithm or a root is not shown to be positive, or a
+    /// denominator to have one sign.
+    Undefined {
+        /// The argument, in the order of the expressions, from 1.
+        argument: usize,
+        /// It is shown to be at least this.
+        least: f64,
+    },
+    /// Expressions whose polynomials exceed the limits of the checker.
+    ExpressionTooLarge,
+    /// An expression with a denominator that is 0 everywhere.
+    DivisionByZero,
     /// No bound of the error of a running observer is proved.
     NoErrorBall {
         /// Why not.
@@ -106,6 +127,15 @@ impl fmt::Display for UndecidedReason {
                 f,
                 "at row {row}, column {column} the bound {claimed:e} is claimed, which is tighter than {proved:e}, which is proved"
             ),
+            Self::NotBounded { entry, claimed, shown } => {
+                write!(f, "entry {}: the bound {claimed:e} is claimed, and {shown:e} is shown", entry + 1)
+            }
+            Self::Undefined { argument, least } => write!(
+                f,
+                "argument {argument} of the logarithms, roots and denominators is shown to be at least {least:e} only: it should be positive, or a denominator of one sign"
+            ),
+            Self::ExpressionTooLarge => write!(f, "the polynomials of the expressions have too many terms or digits"),
+            Self::DivisionByZero => write!(f, "a denominator is 0 everywhere"),
             Self::NoErrorBall { obstacle } => write!(f, "no bound of the running error: {obstacle}"),
         }
     }

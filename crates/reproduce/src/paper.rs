@@ -33,6 +33,8 @@ pub struct Paper {
     pub key: &'static str,
     /// Its title.
     pub title: &'static str,
+    /// What it is about, in a few words: "the cubic observer".
+    pub short: &'static str,
     /// Authors, journal, year.
     pub citation: &'static str,
     /// Its claims, in the order of the paper.

@@ -353,8 +353,8 @@ pub enum ObserverKind {
         linear: LinearSpec,
         /// theta, p x p.
         theta: DMatrix<f64>,
-        /// The strength w of the cubic term.
-        strength: f64,
+        /// The gain of its cubic term: radial ones are in closed form, others take a semi-implicit step.
+        correction: luenberger_design::CubicGain,
         /// The sampling period.
         period: f64,
     },
@@ -548,8 +548,10 @@ impl ObserverKind {
         use luenberger_design::CubicGain;
         let mut kind = self.clone();
         match &mut kind {
-            Self::Cubic { correction: CubicGain::Gamma(value) | CubicGain::Radial(value), .. } => *value = gamma,
-            Self::SampledCubic { strength, .. } => *strength = gamma,
+            Self::Cubic { correction: CubicGain::Gamma(value) | CubicGain::Radial(value), .. }
+            | Self::SampledCubic { correction: CubicGain::Gamma(value) | CubicGain::Radial(value), .. } => {
+                *value = gamma;
+            }
             _ => return None,
         }
         Some(kind)

@@ -9,10 +9,12 @@
 use serde_json::Value;
 
 use super::deployed;
+use super::disturbed;
 use super::document::{binary64, float_matrix, is_single, matrix, matrix_with_columns, number, symmetric};
 use super::exact::Exact;
 use super::programs;
 use super::random::Random;
+use super::sampled as beyond;
 
 pub(super) type Found = Result<(), String>;
 
@@ -28,6 +30,9 @@ pub(super) const ADVERSARIES: &[(&str, Adversary)] = &[
     ("cubic-observer-with-structured-gain", structured),
     ("cubic-observer-theorem-1", theorem1),
     ("sampled-cubic-observer", sampled),
+    ("input-to-state-stability", disturbed::contradicted),
+    ("sampled-cubic-observer-semi-implicit", beyond::semi_implicit),
+    ("sampled-observer-at-varying-periods", beyond::varying_periods),
     ("deployed-observer", deployed::contradicted),
     ("feedback-loop", feedback),
     ("polytope-of-plants", polytope),
@@ -51,7 +56,7 @@ fn said(what: &str) -> impl FnOnce() -> String {
     || what
 }
 
-fn single(value: &Value) -> Exact {
+pub(super) fn single(value: &Value) -> Exact {
     number(value.as_str().expect("a number")).expect("a number")
 }
 
@@ -120,7 +125,7 @@ fn hurwitz(document: &Value, random: &mut Random) -> Found {
 }
 
 /// `P - F'P F`.
-fn fall(f: &Exact, p: &Exact) -> Result<Exact, String> {
+pub(super) fn fall(f: &Exact, p: &Exact) -> Result<Exact, String> {
     let m = p.minus(&f.congruent(p));
     ensure(m.is_positive(), said("F'PF - P < 0"))?;
     ensure(f.is_schur(), said("eigenvalues inside the unit circle"))?;

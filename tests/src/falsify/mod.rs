@@ -10,11 +10,13 @@
 
 mod adversary;
 mod deployed;
+mod disturbed;
 mod document;
 mod exact;
 mod mutate;
 mod programs;
 mod random;
+mod sampled;
 mod seeds;
 
 use luenberger_proof::certificate::{CertificateFile, Theorem, digest, verify};

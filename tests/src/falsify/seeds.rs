@@ -6,8 +6,9 @@ use luenberger_design::lipschitz::{LipschitzPlant, Sector};
 use luenberger_design::mean_value::ContractingCoordinates;
 use luenberger_design::robust::PolytopicDesign;
 use luenberger_design::{
-    Certified, CubicDesign, CubicGain, FeedbackDesign, LinearDesign, LipschitzDesign, SampledCubicDesign, Theorem1,
-    deployed_linear, joint_design, lyapunov_certificate_file, stein_certificate_file,
+    Certified, CubicDesign, CubicGain, Disturbances, ErrorBound, FeedbackDesign, LinearDesign, LipschitzDesign,
+    Periods, SampledCubicDesign, Theorem1, VaryingPeriodDesign, at_varying_periods, deployed_linear, joint_design,
+    lyapunov_certificate_file, stein_certificate_file,
 };
 use luenberger_linalg::{lqr, lyapunov, stein};
 use luenberger_lmi::{Problem, he, sdpa};
@@ -34,6 +35,9 @@ pub(super) const GENERATORS: &[(&str, Generator)] = &[
     ("cubic-observer-with-structured-gain", structured),
     ("cubic-observer-theorem-1", theorem1),
     ("sampled-cubic-observer", sampled),
+    ("input-to-state-stability", input_to_state),
+    ("sampled-cubic-observer-semi-implicit", semi_implicit),
+    ("sampled-observer-at-varying-periods", varying_periods),
     ("deployed-observer", deployed),
     ("feedback-loop", feedback),
     ("polytope-of-plants", polytope),
@@ -183,12 +187,93 @@ fn sampled_design(random: &mut Random) -> Option<SampledCubicDesign> {
     SampledCubicDesign::new(&linear, &theta, random.between(0.1, 20.0), random.between(0.01, 0.3)).ok()
 }
 
+fn semi_implicit(random: &mut Random) -> Option<CertificateFile> {
+    let plant = plant(random, 3)?;
+    let linear = linear(&plant, random)?;
+    let p = plant.c.nrows();
+    let correction = if random.once_in(3) {
+        CubicGain::Gamma(random.between(0.1, 4.0))
+    } else {
+        CubicGain::General(accretive(p, random))
+    };
+    let design =
+        SampledCubicDesign::with_correction(&linear, &weight(p, random), &correction, random.between(0.01, 0.3));
+    written(design.ok()?.certificate_file("semi-implicit"))
+}
+
+fn varying_periods(random: &mut Random) -> Option<CertificateFile> {
+    let plant = plant(random, 3)?;
+    let linear = linear(&plant, random)?;
+    let p = plant.c.nrows();
+    let h = random.between(0.02, 0.2);
+    let (shortest, longest) = (h * random.between(0.8, 1.0), h * random.between(1.0, 1.2));
+    let periods = Periods { shortest, longest, misses: random.below(3) };
+    let correction = match random.below(3) {
+        0 => {
+            let sampled = SampledCubicDesign::new(&linear, &DMatrix::identity(p, p), 1.0, h).ok()?;
+            let k = sampled.observer.ad().clone().try_inverse()? * sampled.observer.ld();
+            let theorem = at_varying_periods(&plant, &k, &periods).ok()?;
+            return written(CertificateFile::prove("linear at varying periods", theorem));
+        }
+        1 => CubicGain::Radial(random.between(0.1, 20.0)),
+        _ => CubicGain::General(accretive(p, random)),
+    };
+    let design = VaryingPeriodDesign::new(&linear, &weight(p, random), &correction, h, &periods).ok()?;
+    written(design.certificate_file("varying periods"))
+}
+
 fn discrete_observer(random: &mut Random) -> Option<CertificateFile> {
     written(sampled_design(random)?.linear_certificate_file("discrete"))
 }
 
 fn sampled(random: &mut Random) -> Option<CertificateFile> {
     written(sampled_design(random)?.certificate_file("sampled"))
+}
+
+/// Disturbances of the states and noise of the outputs; one in four enters both.
+fn disturbances(n: usize, p: usize, random: &mut Random) -> Disturbances {
+    let q = random.below(3);
+    let size = |random: &mut Random| 2.0_f64.powi(random.integer(-6, 2));
+    let bounds: Vec<f64> = (0..q).map(|_| size(random)).collect();
+    let noise: Vec<f64> = (0..p).map(|_| size(random)).collect();
+    let mut found = Disturbances::of_states_and_outputs(&random.matrix(n, q), &bounds, &noise);
+    if q > 0 && random.once_in(4) {
+        found.d[(0, 0)] = random.unit();
+    }
+    found
+}
+
+fn input_to_state(random: &mut Random) -> Option<CertificateFile> {
+    if random.once_in(3) {
+        let plant = plant(random, 3)?;
+        let (n, p) = (plant.a.nrows(), plant.c.nrows());
+        let design = linear(&plant, random)?;
+        return written(
+            ErrorBound::linear(&design.observer, &disturbances(n, p, random)).ok()?.certificate_file("linear"),
+        );
+    }
+    let design = cubic_design(random)?;
+    let o = &design.observer;
+    let acting = disturbances(o.a.nrows(), o.c.nrows(), random);
+    if random.once_in(4) {
+        // An observer of the plant in the middle: A is that of the observer, and x is among the disturbances.
+        let n = o.a.nrows();
+        let step = random.matrix(n, n) * 0.05;
+        let mut with_state = acting.clone();
+        with_state.bounds.extend(std::iter::repeat_n(1.0, n));
+        let wider =
+            |e: &DMatrix<f64>, last: &DMatrix<f64>| {
+                DMatrix::from_fn(e.nrows(), e.ncols() + n, |i, j| {
+                    if j < e.ncols() { e[(i, j)] } else { last[(i, j - e.ncols())] }
+                })
+            };
+        with_state.d = wider(&acting.d, &DMatrix::zeros(o.c.nrows(), n));
+        let vertices = [-1.0, 1.0].map(|sign| (o.a.clone(), wider(&acting.e, &(&step * sign))));
+        let cubic = Some((&o.n, &o.theta, &design.p));
+        let bound = ErrorBound::polytope(&vertices, (&o.l, &o.c), cubic, &with_state).ok()?;
+        return written(bound.certificate_file("uncertain"));
+    }
+    written(ErrorBound::cubic(&design, &acting).ok()?.certificate_file("cubic"))
 }
 
 fn deployed(random: &mut Random) -> Option<CertificateFile> {

@@ -11,9 +11,10 @@ use luenberger_design::lipschitz::{LipschitzPlant, Sector};
 use luenberger_design::mean_value::{ContractingCoordinates, MeanValueDesign};
 use luenberger_design::robust::{PolytopicDesign, certify_gain};
 use luenberger_design::{
-    Certified, CubicDesign, CubicGain, DiscreteLpvDesign, FeedbackDesign, GainOptions, LinearDesign, LipschitzDesign,
-    LpvDesign, LyapunovWeight, Region, SampledCubicDesign, Theorem1, deployed_linear, joint_design,
-    lyapunov_certificate_file, stein_certificate_file, theta_from_importance,
+    Certified, CubicDesign, CubicGain, DiscreteLpvDesign, Disturbances, ErrorBound, FeedbackDesign, GainOptions,
+    LinearDesign, LipschitzDesign, LpvDesign, LyapunovWeight, Periods, Region, SampledCubicDesign, Theorem1,
+    VaryingPeriodDesign, at_varying_periods, deployed_linear, joint_design, lyapunov_certificate_file,
+    stein_certificate_file, theta_from_importance,
 };
 use luenberger_linalg::lqr;
 use luenberger_lmi::{Problem, he, sdpa};
@@ -104,18 +105,70 @@ fn of_linear_plants() -> Vec<CertificateFile> {
     let theta = theta_from_importance(&[1.0, 0.0]).unwrap();
     let blind = CubicDesign::new(&linear(&blind), &theta, &CubicGain::Gamma(1.0)).unwrap();
     let sampled = SampledCubicDesign::new(&example1, &dmatrix![1.0], 10.0, 1e-3).unwrap();
-    let mut files: Vec<CertificateFile> =
-        [&example1 as &dyn Certified, &cubic, &joint, &feedback, &polytope, &gain, &theorem1, &blind, &sampled]
-            .map(|design| design.certificate_file("a design").unwrap())
-            .into();
+    let two = StateSpace::new(DMatrix::identity(2, 2) * 0.3, DMatrix::zeros(2, 0), DMatrix::identity(2, 2)).unwrap();
+    let general = CubicGain::General(dmatrix![2.0, 1.0; -1.0, 0.5]);
+    let semi_implicit =
+        SampledCubicDesign::with_correction(&linear(&two), &DMatrix::identity(2, 2), &general, 0.1).unwrap();
+    let mut files: Vec<CertificateFile> = [
+        &example1 as &dyn Certified,
+        &cubic,
+        &joint,
+        &feedback,
+        &polytope,
+        &gain,
+        &theorem1,
+        &blind,
+        &sampled,
+        &semi_implicit,
+    ]
+    .map(|design| design.certificate_file("a design").unwrap())
+    .into();
+    let periods = Periods { shortest: 0.08, longest: 0.13, misses: 1 };
+    for correction in [CubicGain::Radial(10.0), CubicGain::Gamma(3.0)] {
+        let varying = VaryingPeriodDesign::new(&example1, &dmatrix![1.0], &correction, 0.1, &periods).unwrap();
+        files.push(varying.certificate_file("varying periods").unwrap());
+        files
+            .push(CertificateFile::prove("linear", at_varying_periods(&plant, &varying.k, &periods).unwrap()).unwrap());
+    }
     let Theorem::CubicConvergence(CubicConvergence { plant, l, theta, p, s, rate, .. }) = files[7].theorem().clone()
     else {
         panic!("{}", files[7].theorem().name())
     };
     let structured = StructuredCubicConvergence { plant, l, theta, p, s, rate };
     files.push(CertificateFile::prove("the real gain", structured).unwrap());
+    files.extend(under_disturbances(&example1, &cubic));
     files.push(sampled.linear_certificate_file("sampled, linear").unwrap());
     files
+}
+
+/// Bounds of the error under disturbances: linear, cubic, with two outputs, and of an uncertain plant.
+fn under_disturbances(example1: &LinearDesign, cubic: &CubicDesign) -> [CertificateFile; 4] {
+    let e = dmatrix![0.0; 1.0];
+    let acting = Disturbances::of_states_and_outputs(&e, &[0.5], &[0.1]);
+    let two = StateSpace::new(
+        dmatrix![0.0, 1.0, 0.0; 0.0, 0.0, 1.0; -1.0, -2.0, 0.5],
+        DMatrix::zeros(3, 0),
+        dmatrix![1.0, 0.0, 0.0; 0.0, 0.3, 1.0],
+    )
+    .unwrap();
+    let both = CubicDesign::new(&linear(&two), &DMatrix::identity(2, 2), &CubicGain::Gamma(3.0)).unwrap();
+    let noise = Disturbances::of_outputs(3, &[0.2, 0.01]);
+    let o = &cubic.observer;
+    // x2 is at most 2, and multiplies a number of at most 0.1 in the equation of x2.
+    let uncertain = Disturbances::of_states_and_outputs(&dmatrix![0.0, 0.0; 1.0, 0.1], &[0.5, 2.0], &[0.1]);
+    let vertices = [-1.0, 1.0].map(|sign| {
+        let mut e = uncertain.e.clone();
+        e[(1, 1)] *= sign;
+        (o.a.clone(), e)
+    });
+    let term = Some((&o.n, &o.theta, &cubic.p));
+    [
+        ErrorBound::linear(&example1.observer, &acting).unwrap(),
+        ErrorBound::cubic(cubic, &acting).unwrap(),
+        ErrorBound::cubic(&both, &noise).unwrap(),
+        ErrorBound::polytope(&vertices, (&o.l, &o.c), term, &uncertain).unwrap(),
+    ]
+    .map(|bound| bound.certificate_file("under disturbances").unwrap())
 }
 
 fn of_nonlinear_plants() -> Vec<CertificateFile> {

@@ -71,6 +71,7 @@ const OBSERVERS: Suite = Suite { package: "luenberger-observers", binaries: &["-
 const DESIGNS: Suite = Suite { package: MODULES, binaries: &["--test", "designs"], only: &[] };
 const DESIGN_UNITS: Suite = Suite { package: "luenberger-design", binaries: &["--lib"], only: &["positive_real::"] };
 const CUBIC: Suite = Suite { package: MODULES, binaries: &["--test", "cubic"], only: &[] };
+const INPUT_TO_STATE: Suite = Suite { package: MODULES, binaries: &["--test", "input_to_state"], only: &[] };
 const MEAN_VALUE: Suite = Suite { package: MODULES, binaries: &["--test", "mean_value"], only: &[] };
 const KKL: Suite = Suite { package: MODULES, binaries: &["--test", "kkl"], only: &[] };
 
@@ -604,6 +605,42 @@ pub(super) const SOURCES: &[Source] = &[
                 "Ok(gram * w)",
             ),
             mutant("cubic design: F = A + L C", Sign, "&self.observer.a - &self", "&self.observer.a + &self"),
+        ],
+    },
+    Source {
+        file: "crates/proof/src/statement/input_to_state.rs",
+        suites: &[INPUT_TO_STATE],
+        mutants: &[
+            mutant("cubic part: 26/128", Constant, "number(27.0)?", "number(26.0)?"),
+            mutant("cubic part: s^2", Dropped, ".mul(&square.mul(&square))", ".mul(&square)"),
+            mutant("theta <= kappa (S + S')", Constant, ".difference(&theta.sum(&theta)?)", ".difference(&theta)"),
+            mutant("noise: D'S without the 2", Constant, "&corner.sum(&corner)?, &s.plus", "&corner, &s.plus"),
+            mutant(
+                "noise: diag(mu) doubled",
+                Constant,
+                "first.sum(&first)?.bordered(",
+                "first.sum(&first)?.sum(&first)?.sum(&first)?.bordered(",
+            ),
+            mutant("disturbances: G = E + LD", Sign, "&e.difference(&l.product(&d)?)?", "&e.sum(&l.product(&d)?)?"),
+            mutant("decrease: no rate", Dropped, "?.sum(&Matrix::scalar(p.rows(), &rate))?", "?"),
+            mutant("components: limsup for its square", Dropped, "p.scaled(&limsup.mul(&limsup))", "p.scaled(&limsup)"),
+            mutant("level: W_i for W_i^2", Dropped, ".mul(&w.mul(&w))", ".mul(&w)"),
+        ],
+    },
+    Source {
+        file: "crates/design/src/error_bound.rs",
+        suites: &[INPUT_TO_STATE],
+        mutants: &[
+            mutant("error bound: S for S' in mu", Transpose, "s.transpose() * &self.d;", "&s * &self.d;"),
+            mutant("error bound: 27/256", Constant, "27.0 / 128.0 * kappa", "27.0 / 256.0 * kappa"),
+            mutant("error bound: G = E + LD", Sign, "(e - &self.l * &self.d)", "(e + &self.l * &self.d)"),
+            mutant(
+                "error bound: sqrt(U) (P^-1)_kk",
+                Dropped,
+                "(level * z[(k, k)]).sqrt() * up",
+                "level.sqrt() * z[(k, k)] * up",
+            ),
+            mutant("error bound: 2 alpha dropped", Constant, "/ (2.0 * rate) * up", "/ rate * up"),
         ],
     },
     Source {

@@ -1,6 +1,7 @@
 //! The command `sweep`: all of a sweep, a shard of it, how far it is, and the results of its blocks.
 
-use super::{cost, file, folder_of, interrupt, text_report};
+use super::file::{self, folder_of, notes};
+use super::{cost, interrupt, text_report};
 use crate::answer::Answer;
 use crate::arguments::{ReduceInput, StatusInput, SweepAction, SweepInput};
 use crate::failure::Failure;
@@ -14,7 +15,6 @@ use luenberger_study::execute::{
 use luenberger_study::{RunOptions, Step};
 use serde_json::json;
 use std::fmt::Write as _;
-use std::io::Write as _;
 use std::path::Path;
 
 pub(crate) fn sweep(input: &SweepInput) -> Result<Answer, Failure> {
@@ -29,7 +29,7 @@ pub(crate) fn sweep(input: &SweepInput) -> Result<Answer, Failure> {
                 csv: input.csv.into(),
                 ..SweepOptions::default()
             };
-            super::execute(Step::Sweep, study, sweep)
+            super::step::execute(Step::Sweep, study, sweep)
         }
         (None, Some(_), Some(number)) => shard(input, number),
         (None, None, _) => Err(Failure::Usage("a study is expected: luenberger sweep STUDY")),
@@ -74,13 +74,6 @@ fn shard(input: &SweepInput, shard: Shard) -> Result<Answer, Failure> {
         "missing": status.missing.len(),
     });
     Ok(Answer::new(text, &json)?)
-}
-
-/// Blocks that were computed again, on standard error.
-pub(super) fn notes(notes: &[String]) {
-    for note in notes {
-        _ = writeln!(std::io::stderr(), "note: {note}");
-    }
 }
 
 /// How many blocks are there.

@@ -1,6 +1,6 @@
 //! `sweep script`: a shell script that submits a sweep to SLURM.
 
-use super::{file, folder_of};
+use super::file::{self, folder_of};
 use crate::answer::Answer;
 use crate::arguments::ScriptInput;
 use crate::failure::Failure;

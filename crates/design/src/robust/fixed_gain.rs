@@ -223,7 +223,7 @@ fn has_eigenvalue_beyond(m: &Matrix<Exact>, bound: f64) -> bool {
 
 /// T of full row rank with `T N = 0`, for N of full column rank. For a single column with entries of N itself, without
 /// rounding; else the last columns of the full Q factor of N.
-fn orthogonal_rows(n_gain: &DMatrix<f64>) -> DMatrix<f64> {
+pub(crate) fn orthogonal_rows(n_gain: &DMatrix<f64>) -> DMatrix<f64> {
     let (n, outputs) = n_gain.shape();
     if outputs == 1 {
         // N_k e_j - N_j e_k, with the largest N_k.

@@ -21,6 +21,7 @@ mod positive_real;
 
 pub(crate) use bounds::greatest_rate;
 pub use bounds::{fixed_lyapunov_margin, input_to_state_gain, redesigned_margin, theorem5_bound};
+pub(crate) use fixed_gain::orthogonal_rows;
 pub use fixed_gain::{FixedGainMargin, GainCertificate, certify_gain, fixed_gain_margin};
 pub use polytope::PolytopicDesign;
 pub use positive_real::positive_real_margin;

@@ -16,3 +16,4 @@ mod mean_value;
 mod nonlinear_observability;
 mod numerical_kkl;
 mod operating_point;
+mod stored;

@@ -2,12 +2,128 @@
 
 use std::fmt::Write;
 
+use luenberger_observers::semi_implicit::reach;
+use nalgebra::DMatrix;
+
 use super::{product, scalar};
-use crate::program::Scalar;
+use crate::program::{Program, Scalar};
 use crate::{Export, number};
 
-/// The exact flow of the cubic part over one period: the innovation after it, and the impulse on the estimate.
+/// The flow of the cubic part over one period, exact or in a semi-implicit step: the innovation after it, and the
+/// impulse on the estimate.
 pub(super) fn flow(text: &mut String, export: &Export) {
+    if let Program::Cubic(observer) = &export.program
+        && let Some(coupling) = observer.coupling()
+    {
+        semi_implicit(text, export, coupling);
+    } else {
+        closed_form(text, export);
+    }
+}
+
+/// One semi-implicit step, with the operations of `luenberger_observers::semi_implicit` in their order.
+fn semi_implicit(text: &mut String, export: &Export, coupling: &DMatrix<f64>) {
+    let (number, upper) = (scalar(export), export.identifier.to_uppercase());
+    let p = format!("{upper}_OUTPUTS");
+    let (suffix, magnitude, largest) = match export.scalar {
+        Scalar::Binary32 => ("f", "fabsf", f64::from(reach(&coupling.map(|x| x as f32)))),
+        Scalar::Binary64 => ("", "fabs", reach(coupling)),
+    };
+    let (largest, period) = (number::c(largest, export.scalar), number::c(export.program.period(), export.scalar));
+    _ = write!(
+        text,
+        "
+/* The cubic part for one period in a semi-implicit step: (I + s G) r = y~ with s = h y~'theta y~ and G = -C N, by
+ * elimination with row exchanges; y~ becomes r, the impulse is s r. s is bounded, so that nothing overflows. */
+static void flow({number} *innovation, {number} *impulse)
+{{
+    {number} matrix[{p}][{p}];
+    {number} weighted[{p}];
+    {number} size = 0.0{suffix};
+    {number} q;
+    {number} s;
+    int solved = 1;
+    int i;
+    int j;
+    int k;
+
+    for (i = 0; i < {p}; ++i) {{
+        const {number} entry = {magnitude}(innovation[i]);
+        size = (entry > size) ? entry : size;
+        impulse[i] = innovation[i];
+    }}
+    if (size > 0.0{suffix}) {{
+        for (i = 0; i < {p}; ++i) {{
+            impulse[i] = impulse[i] / size;
+        }}
+    }}
+"
+    );
+    product(text, number, ("THETA", &p, &p), "impulse", "weighted[i] = sum;");
+    _ = write!(
+        text,
+        "    q = impulse[0] * weighted[0];
+    for (i = 1; i < {p}; ++i) {{
+        q = q + (impulse[i] * weighted[i]);
+    }}
+    q = (q > 0.0{suffix}) ? q : 0.0{suffix};
+    s = q * {period} * size * size;
+    s = (s < {largest}) ? s : {largest};
+    for (i = 0; i < {p}; ++i) {{
+        impulse[i] = innovation[i];
+        for (j = 0; j < {p}; ++j) {{
+            const {number} entry = s * G[i][j];
+            matrix[i][j] = (i == j) ? (1.0{suffix} + entry) : entry;
+        }}
+    }}
+    for (k = 0; (k < {p}) && (solved == 1); ++k) {{
+        int best = k;
+        for (i = k + 1; i < {p}; ++i) {{
+            if ({magnitude}(matrix[i][k]) > {magnitude}(matrix[best][k])) {{
+                best = i;
+            }}
+        }}
+        solved = ({magnitude}(matrix[best][k]) > 0.0{suffix}) ? 1 : 0;
+        if ((solved == 1) && (best != k)) {{
+            const {number} entry = impulse[best];
+            impulse[best] = impulse[k];
+            impulse[k] = entry;
+            for (j = k; j < {p}; ++j) {{
+                const {number} other = matrix[best][j];
+                matrix[best][j] = matrix[k][j];
+                matrix[k][j] = other;
+            }}
+        }}
+        for (i = k + 1; (i < {p}) && (solved == 1); ++i) {{
+            const {number} factor = matrix[i][k] / matrix[k][k];
+            for (j = k + 1; j < {p}; ++j) {{
+                matrix[i][j] = matrix[i][j] - (factor * matrix[k][j]);
+            }}
+            impulse[i] = impulse[i] - (factor * impulse[k]);
+        }}
+    }}
+    for (i = {p} - 1; (i >= 0) && (solved == 1); --i) {{
+        {number} rest = impulse[i];
+        for (j = i + 1; j < {p}; ++j) {{
+            rest = rest - (matrix[i][j] * impulse[j]);
+        }}
+        impulse[i] = rest / matrix[i][i];
+    }}
+    for (i = 0; i < {p}; ++i) {{
+        if (solved == 1) {{
+            innovation[i] = impulse[i];
+            impulse[i] = impulse[i] * s;
+        }} else {{
+            impulse[i] = 0.0{suffix};
+        }}
+    }}
+}}
+"
+    );
+}
+
+/// The exact flow.
+fn closed_form(text: &mut String, export: &Export) {
     let (number, upper) = (scalar(export), export.identifier.to_uppercase());
     let p = format!("{upper}_OUTPUTS");
     let (suffix, root, magnitude, epsilon, largest) = match export.scalar {

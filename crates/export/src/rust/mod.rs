@@ -239,7 +239,9 @@ fn linear(text: &mut String, export: &Export, kind: &str) {
 }
 
 fn cubic(text: &mut String, export: &Export, kind: &str) {
-    _ = writeln!(text, "    {kind}::new(SampledCubicGains {{");
+    let coupling = named(export, "G");
+    let constructor = if coupling.is_some() { "semi_implicit" } else { "new" };
+    _ = writeln!(text, "    {kind}::{constructor}(SampledCubicGains {{");
     for (name, field) in [("A", "ad"), ("B", "bd"), ("C", "c"), ("L", "ld"), ("N", "n"), ("THETA", "theta")] {
         _ = writeln!(text, "        {field}: {},", named(export, name).unwrap_or_default());
     }
@@ -247,6 +249,10 @@ fn cubic(text: &mut String, export: &Export, kind: &str) {
         let field = if name == "W" { "w" } else { "period" };
         _ = writeln!(text, "        {field}: {},", number::rust(x, export.scalar));
     }
+    if coupling.is_some() {
+        _ = writeln!(text, "        w: {},", number::rust(0.0, export.scalar));
+    }
+    let coupling = coupling.map_or_else(String::new, |coupling| format!(", {coupling}"));
     let feedthrough = named(export, "D").map_or_else(String::new, |d| format!("?\n    .with_feedthrough({d})"));
-    _ = writeln!(text, "    }}){feedthrough}");
+    _ = writeln!(text, "    }}{coupling}){feedthrough}");
 }

@@ -93,6 +93,29 @@ pub(crate) fn program(seed: u64, (n, m, p): (usize, usize, usize), is_cubic: boo
     Program::Linear(DiscreteLinearObserver::new(plant, ld, 0.05).unwrap())
 }
 
+/// The same plant as of [`program`], with a cubic gain that is not radial.
+fn semi_implicit(seed: u64, sizes: (usize, usize, usize), fed: bool) -> Program {
+    let Program::Cubic(radial) = program(seed, sizes, true, fed) else { unreachable!("a cubic observer") };
+    let p = sizes.2;
+    let turn = DMatrix::from_fn(p, p, |i, j| if i == j { 1.5 } else { 0.4 * (i as f64 - j as f64) });
+    let gains = SampledCubicGains {
+        ad: radial.ad().clone(),
+        bd: radial.bd().clone(),
+        c: radial.c().clone(),
+        ld: radial.ld().clone(),
+        n: radial.n() * turn,
+        theta: radial.theta().clone(),
+        w: 0.0,
+        period: 0.05,
+    };
+    let coupling = luenberger_observers::semi_implicit::coupling(&gains.c, &gains.n);
+    let observer = SampledCubicObserver::semi_implicit(gains, coupling).unwrap();
+    Program::Cubic(match radial.d() {
+        Some(d) => observer.with_feedthrough(d.clone()).unwrap(),
+        None => observer,
+    })
+}
+
 pub(crate) fn export(program: Program, scalar: Scalar) -> Export {
     let size = program.dimensions();
     let initial: Vec<f64> = (0..size.state).map(|i| 0.1 * i as f64 - 0.3).collect();
@@ -143,6 +166,12 @@ fn optimised_and_sanitised_builds_give_the_same_bits() {
                 }
             }
         }
+        for sizes in [(1, 1, 1), (3, 2, 2), (6, 1, 4)] {
+            for scalar in [Scalar::Binary32, Scalar::Binary64] {
+                let export = export(semi_implicit(11, sizes, sizes.1 == 2), scalar);
+                every_option(&export, &folder, compiler, sanitised);
+            }
+        }
         for seed in 0..3 {
             let program = crate::fuzz::nonlinear(&mut crate::fuzz::Random(seed));
             let export = crate::fuzz::export("plant", program, Scalar::Binary64);
@@ -158,8 +187,9 @@ fn optimised_and_sanitised_builds_give_the_same_bits() {
 #[test]
 fn sizes_known_at_compile_time_give_the_same_bits() {
     fn compare<const N: usize, const M: usize, const P: usize>(seed: u64) {
-        for is_cubic in [false, true] {
-            let program = program(seed, (N, M, P), is_cubic, M > 0);
+        let size = (N, M, P);
+        let programs = [false, true].map(|is_cubic| program(seed, size, is_cubic, M > 0));
+        for program in programs.into_iter().chain([semi_implicit(seed, size, M > 0)]) {
             let steps = golden::steps(&export(program.clone(), Scalar::Binary64), 200).unwrap();
             let mut xhat = SVector::<f64, N>::from_fn(|i, _| 0.1 * i as f64 - 0.3);
             for step in steps {

@@ -5,7 +5,7 @@
 
 use super::style::{OPACITY, Resolved, hex, resolve};
 use super::ticks::Axis;
-use super::{Area, Figure, FigureError, Mark, MarkKind, Panel, Scale};
+use super::{Area, Figure, FigureError, Mark, MarkKind, Marker, Panel, Scale};
 use serde_json::{Map, Value as Json, json};
 
 /// `{ data, layout }` for `Plotly.newPlot`, with `height` in the layout.
@@ -130,6 +130,9 @@ fn axis(label: &str, scale: Scale, range: Option<(f64, f64)>, domain: &[f64; 2],
 }
 
 fn trace(series: &super::Series, look: &Resolved, n: &str, in_legend: bool) -> Json {
+    if let Some(Marker::Cell { width, height }) = look.marker {
+        return cells(series, look, (width, height), n, in_legend);
+    }
     let mode = match (look.line, look.marker) {
         (true, None) => "lines",
         (true, Some(_)) => "lines+markers",
@@ -141,8 +144,24 @@ fn trace(series: &super::Series, look: &Resolved, n: &str, in_legend: bool) -> J
         "x": series.x.iter().map(|&x| digits(x)).collect::<Vec<_>>(),
         "y": series.y.iter().map(|&y| digits(y)).collect::<Vec<_>>(),
         "line": { "color": hex(look.rgb), "width": 1.6 * look.width, "dash": look.dash.plotly() },
-        "marker": { "color": hex(look.rgb), "size": 6, "symbol": look.marker.map_or("circle", super::Marker::plotly) },
+        "marker": { "color": hex(look.rgb), "size": 6, "symbol": look.marker.map_or("circle", Marker::plotly) },
         "hovertemplate": if series.name.is_empty() { "(%{x:.6g}, %{y:.6g})<extra></extra>" } else { "%{y:.6g}" },
+    })
+}
+
+/// The cells of a series as closed outlines of one filled path.
+fn cells(series: &super::Series, look: &Resolved, (width, height): (f64, f64), n: &str, in_legend: bool) -> Json {
+    let corners = [(-0.5, -0.5), (0.5, -0.5), (0.5, 0.5), (-0.5, 0.5), (-0.5, -0.5)];
+    let outline = |values: &[f64], size: f64, side: fn(&(f64, f64)) -> f64| -> Vec<Json> {
+        let around = |&value: &f64| corners.iter().map(move |corner| json!(digits(value + size * side(corner))));
+        values.iter().flat_map(|value| around(value).chain([Json::Null])).collect()
+    };
+    json!({
+        "type": "scatter", "mode": "lines", "name": series.name, "legendgroup": series.name, "showlegend": in_legend,
+        "xaxis": format!("x{n}"), "yaxis": format!("y{n}"),
+        "x": outline(&series.x, width, |corner| corner.0), "y": outline(&series.y, height, |corner| corner.1),
+        "line": { "color": hex(look.rgb), "width": 0 }, "fill": "toself", "fillcolor": hex(look.rgb),
+        "hoverinfo": "skip",
     })
 }
 

@@ -30,7 +30,7 @@ pub(crate) mod ticks;
 /// One figure: panels in a grid under one legend.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Figure {
-    /// A short title. It stands in the report; the still pictures, made for papers, leave titles to the caption.
+    /// A short title. It stands in the report and in the PNG; the SVG, made for papers, leaves it to the caption.
     pub title: String,
     /// What the figure shows, with the relevant assumptions. Printed below the figure in the report.
     pub caption: String,
@@ -133,7 +133,7 @@ pub enum Dash {
 }
 
 /// A marker.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Marker {
     /// Filled circle.
     Circle,
@@ -143,6 +143,13 @@ pub enum Marker {
     Triangle,
     /// Filled diamond.
     Diamond,
+    /// Filled rectangle of this size in units of the axes, for rasters: cells of neighbours touch at every zoom.
+    Cell {
+        /// Along the horizontal axis.
+        width: f64,
+        /// Along the vertical axis.
+        height: f64,
+    },
 }
 
 /// A translucent area between two curves over the same abscissas, such as a band of two standard deviations.

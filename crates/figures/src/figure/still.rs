@@ -9,7 +9,7 @@ use super::canvas::{Anchor, Canvas, Point};
 use super::stroke::{Rect, clip, thin};
 use super::style::{BAND, OPACITY, Resolved, Rgb, resolve};
 use super::ticks::{Axis, Ticks};
-use super::{Figure, FigureError, Mark, MarkKind, Marker, Panel, Scale};
+use super::{Figure, FigureError, Mark, MarkKind, Marker, Panel, Scale, Series};
 
 const COLUMN: f64 = 520.0;
 /// Pixels per point of a figure one column wide.
@@ -24,14 +24,14 @@ const TICK: f64 = 5.0;
 /// # Errors
 /// [`FigureError`] names the part of the figure that cannot be drawn.
 pub fn svg(figure: &Figure) -> Result<String, FigureError> {
-    Ok(page(figure)?.svg())
+    Ok(page(figure, false)?.svg())
 }
 
-/// The figure as PNG, 1560 pixels wide per column.
+/// The figure as PNG, 1560 pixels wide per column, under its title.
 /// # Errors
 /// [`FigureError`] names the part of the figure that cannot be drawn.
 pub fn png(figure: &Figure) -> Result<Vec<u8>, FigureError> {
-    page(figure)?.png()
+    page(figure, true)?.png()
 }
 
 /// A panel with its axes and ticks, before it has a place on the page.
@@ -49,7 +49,7 @@ struct Prepared<'a> {
     shares_x: bool,
 }
 
-fn page(figure: &Figure) -> Result<Canvas, FigureError> {
+fn page(figure: &Figure, titled: bool) -> Result<Canvas, FigureError> {
     figure.check()?;
     let looks = resolve(figure);
     let columns = figure.columns.min(figure.panels.len());
@@ -60,7 +60,8 @@ fn page(figure: &Figure) -> Result<Canvas, FigureError> {
         panels.push(prepare(panel, &looks[i], figure, i, columns, &page.canvas)?);
     }
 
-    let mut top = page.legend(&panels, width);
+    let mut top = if titled { page.title(&figure.title, width) } else { 0.0 };
+    top += page.legend(&panels, width, top);
     for row in 0..panels.len().div_ceil(columns) {
         let here = row * columns..((row + 1) * columns).min(panels.len());
         let head = panels[here.clone()].iter().map(Prepared::head).fold(0.0, f64::max);
@@ -136,8 +137,27 @@ struct Page {
 }
 
 impl Page {
-    /// Draws the legend and returns its height: one entry for each name, in rows as wide as the figure.
-    fn legend(&mut self, panels: &[Prepared], width: f64) -> f64 {
+    /// Writes the title in lines as wide as the figure, and returns their height.
+    fn title(&mut self, title: &str, width: f64) -> f64 {
+        let (left, line) = (8.0, 26.0);
+        let mut lines: Vec<String> = Vec::new();
+        for word in title.split_whitespace() {
+            match lines.last_mut() {
+                Some(last) if self.canvas.width(&format!("{last} {word}"), LABEL) <= width - 2.0 * left => {
+                    last.push(' ');
+                    last.push_str(word);
+                }
+                _ => lines.push(word.to_owned()),
+            }
+        }
+        for (k, words) in lines.iter().enumerate() {
+            self.text((left, 22.0 + line * k as f64), words, LABEL, Anchor::Start);
+        }
+        line * lines.len() as f64 + if lines.is_empty() { 0.0 } else { 10.0 }
+    }
+
+    /// Draws the legend from `top` on and returns its height: one entry for each name, in rows as wide as the figure.
+    fn legend(&mut self, panels: &[Prepared], width: f64, top: f64) -> f64 {
         let mut entries: Vec<(&str, Key)> = Vec::new();
         let mut add = |name, key| {
             let entry: (&str, Key) = (name, key);
@@ -174,7 +194,7 @@ impl Page {
         for (i, (name, look)) in entries.iter().enumerate() {
             let (r, c) = (i / per_row, i % per_row);
             let x = left + columns[..c].iter().sum::<f64>();
-            let y = 18.0 + r as f64 * row;
+            let y = top + 18.0 + r as f64 * row;
             match look {
                 Key::Line(look) => {
                     if look.line {
@@ -227,7 +247,9 @@ impl Page {
                     self.curve(&thin(&piece, 0.08), look);
                 }
             }
-            if let Some(marker) = look.marker {
+            if let Some(Marker::Cell { width, height }) = look.marker {
+                self.cells(series, (width, height), look.rgb, frame, at);
+            } else if let Some(marker) = look.marker {
                 for &point in points.iter().filter(|&&point| frame.contains(point)) {
                     self.marker(point, marker, look);
                 }
@@ -238,6 +260,27 @@ impl Page {
             self.words(mark, frame, at);
         }
         self.axes(p, frame, origin, at);
+    }
+
+    fn cells(
+        &mut self,
+        series: &Series,
+        (width, height): (f64, f64),
+        rgb: Rgb,
+        frame: &Rect,
+        at: impl Fn(f64, f64) -> Point,
+    ) {
+        // Wider by a part of a pixel, so that no seam is left between neighbours.
+        let seam = 0.2;
+        for (&x, &y) in series.x.iter().zip(&series.y) {
+            let (left, bottom) = at(x - width / 2.0, y - height / 2.0);
+            let (right, top) = at(x + width / 2.0, y + height / 2.0);
+            let (left, right) = ((left - seam).max(frame.left), (right + seam).min(frame.right));
+            let (top, bottom) = ((top - seam).max(frame.top), (bottom + seam).min(frame.bottom));
+            if left < right && top < bottom {
+                self.rectangle(Rect { left, top, right, bottom }, rgb);
+            }
+        }
     }
 
     fn axes(&mut self, p: &Prepared, frame: &Rect, origin: f64, at: impl Fn(f64, f64) -> Point) {
@@ -370,7 +413,7 @@ impl Page {
         let r = 4.6;
         let corners: &[Point] = match marker {
             Marker::Circle => return self.canvas.disc((x, y), r, look.rgb),
-            Marker::Square => &[(-0.9, -0.9), (0.9, -0.9), (0.9, 0.9), (-0.9, 0.9)],
+            Marker::Square | Marker::Cell { .. } => &[(-0.9, -0.9), (0.9, -0.9), (0.9, 0.9), (-0.9, 0.9)],
             Marker::Triangle => &[(0.0, -1.2), (1.1, 0.8), (-1.1, 0.8)],
             Marker::Diamond => &[(0.0, -1.3), (1.0, 0.0), (0.0, 1.3), (-1.0, 0.0)],
         };

@@ -80,7 +80,7 @@ impl Marker {
     pub(crate) fn plotly(self) -> &'static str {
         match self {
             Self::Circle => "circle",
-            Self::Square => "square",
+            Self::Square | Self::Cell { .. } => "square",
             Self::Triangle => "triangle-up",
             Self::Diamond => "diamond",
         }

@@ -1,7 +1,7 @@
 //! Tests of the HTML report.
 
 use luenberger_figures::report::ReportError;
-use luenberger_figures::{Cell, Figure, Grid, Panel, Report, Section, Series, Tone};
+use luenberger_figures::{Cell, Figure, Formula, Grid, Panel, Report, Section, Series, Tone};
 use sha2::{Digest, Sha256};
 
 fn errors(name: &str) -> Figure {
@@ -117,8 +117,22 @@ fn a_report_takes_html_of_ones_own() {
     let report = Report::new("").head("<p id=\"head\"></p>").with("b { x: y }", "own();");
     let html = report.section(Section::new("Own").html("<b>1 &lt; 2</b>")).html().unwrap();
     balanced(&html);
-    assert!(html.contains("<p id=\"head\"></p><nav>") && html.contains("<h2>Own</h2><b>1 &lt; 2</b></section>"));
+    assert!(html.contains("<p id=\"head\"></p></header><nav") && html.contains("</h2><b>1 &lt; 2</b></section>"));
     assert!(html.contains("b { x: y }</style>") && html.contains("own();</script>"));
+}
+
+/// Formulas are MathML with LaTeX beside it; folded contents and headings can be linked.
+#[test]
+fn formulas_folded_contents_and_links() {
+    let matrix = Formula::matrix("L", &[vec!["-2".to_owned(), "1".to_owned()]]);
+    let section = Section::new("Gain <L>").heading("The gain").formulas([matrix]);
+    let html = Report::new("").section(section.folded("More & more", Section::new("").prose("inside"))).html().unwrap();
+    balanced(&html);
+    assert!(html.contains("<math display=\"block\" alttext=\"L = \\begin{bmatrix} -2 &amp; 1 \\end{bmatrix}\">"));
+    assert!(html.contains("<mn>−2</mn>") && html.contains("<annotation encoding=\"application/x-tex\">L = "));
+    assert!(html.contains("<details><summary>More &amp; more</summary><p>inside</p></details>"));
+    assert!(html.contains("<h3 id=\"the-gain\">") && html.contains("href=\"#the-gain\""));
+    assert!(html.contains("aria-label=\"Link to Gain &lt;L&gt;\""));
 }
 
 /// The embedded library is the file named in its README.

@@ -13,5 +13,7 @@ mod mean_value;
 mod numerical_kkl;
 mod sampled;
 mod sampled_copy;
+#[cfg(feature = "serde")]
+mod serialization;
 #[cfg(feature = "alloc")]
 mod static_size;

@@ -8,6 +8,7 @@ use super::Witness;
 use super::json::{DEEPEST, LARGEST_FILE, MOST_VALUES};
 use super::number::{Number, NumberError};
 use crate::error::ProofError;
+use crate::polynomial::ExpressionError;
 use crate::semidefinite::ProgramError;
 use crate::verdict::Verdict;
 
@@ -221,6 +222,14 @@ pub enum Fault {
         value: f64,
         /// The valid range.
         requirement: &'static str,
+    },
+    /// A text that is no expression in the variables of its place.
+    #[error("entry {}: {error}", entry + 1)]
+    Expression {
+        /// The entry of the list, from 0.
+        entry: usize,
+        /// The error.
+        error: ExpressionError,
     },
     /// Data that do not define a semidefinite program.
     #[error("{0}")]

@@ -151,7 +151,10 @@ impl Certificate {
         self.proved.iter().any(|proved| match &proved.theorem {
             Theorem::CubicConvergence(observer) => observer.region == Region::Everywhere,
             Theorem::FeedbackLoop(theorem) => theorem.observer.region == Region::Everywhere,
-            Theorem::CubicTheorem1(_) | Theorem::SampledCubicConvergence(_) => true,
+            Theorem::CubicTheorem1(_)
+            | Theorem::SampledCubicConvergence(_)
+            | Theorem::SemiImplicitCubicConvergence(_)
+            | Theorem::VaryingPeriodConvergence(_) => true,
             _ => false,
         })
     }

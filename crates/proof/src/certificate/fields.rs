@@ -263,7 +263,7 @@ impl<'a> Field<'a> {
     }
 
     /// An interval whose ends are numbers that binary64 has: a claim, which must not be widened on reading.
-    fn interval(&self) -> Result<Interval, FileError> {
+    pub(super) fn interval(&self) -> Result<Interval, FileError> {
         let end = |number: &Number| number.to_f64().ok_or_else(|| self.not_exact(number, "binary64 number"));
         let (lo, hi) = match self.datum()? {
             Datum::Number(x) => (end(&x)?, end(&x)?),
@@ -277,6 +277,11 @@ impl<'a> Field<'a> {
         let m = self.of_shape(self.rows(Field::interval)?, (order, order))?;
         self.must_mirror(&m, |x| format!("[{:e}, {:e}]", x.lo(), x.hi()))?;
         Ok(m)
+    }
+
+    /// A matrix of intervals with ends in binary64.
+    pub(super) fn matrix_of_intervals(&self, shape: (usize, usize)) -> Result<Matrix<Interval>, FileError> {
+        self.of_shape(self.rows(Field::interval)?, shape)
     }
 
     /// A square matrix of numbers or bounds.

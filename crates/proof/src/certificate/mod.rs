@@ -39,6 +39,7 @@ use crate::definite::Direction;
 use crate::verdict::Verdict;
 use crate::wording::at_least;
 
+pub use crate::polynomial::{DEEPEST_EXPRESSION, ExpressionError, LONGEST_EXPRESSION};
 pub use error::{Fault, FileError, Rejection};
 pub use evidence::{Certificate, Certified, ProvedTheorem, UnprovedTheorem};
 pub use fields::{LARGEST_ORDER, MOST_ENTRIES};
@@ -129,6 +130,17 @@ pub enum Witness {
     },
     /// Multipliers that are all zero.
     Zero,
+    /// A point of the box at which a quantity exceeds its bound.
+    Point {
+        /// The entry of the quantity, from 0.
+        entry: usize,
+        /// The states and the inputs.
+        at: Vec<f64>,
+        /// The value there is at least this.
+        value: f64,
+        /// The bound.
+        bound: f64,
+    },
     /// A number of a target that is not what rounding into its format gives.
     Stored {
         /// The matrix.
@@ -151,6 +163,9 @@ impl fmt::Display for Witness {
             Self::Equation { unknown: 0, value } => write!(f, "the constant is {value:e}"),
             Self::Equation { unknown, value } => write!(f, "the coefficient of x_{unknown} is {value:e}"),
             Self::Zero => f.write_str("they are all zero"),
+            Self::Point { entry, at, value, bound } => {
+                write!(f, "entry {} is at least {value:e}, and {bound:e} is claimed, at {at:?}", entry + 1)
+            }
             Self::Stored { matrix, row, column, stored, nearest } => {
                 write!(f, "stored.{matrix}[{row}][{column}] is {stored:e}, and to nearest it would be {nearest:e}")
             }

@@ -144,7 +144,8 @@ impl Number {
         }
     }
 
-    fn fraction(numerator: IBig, denominator: UBig) -> Self {
+    /// `numerator / denominator`, the denominator not 0.
+    pub(crate) fn fraction(numerator: IBig, denominator: UBig) -> Self {
         let common = numerator.clone().into_parts().1.gcd(&denominator);
         let (numerator, denominator) = (numerator / IBig::from(common.clone()), denominator / common);
         // A power of two has as many trailing zeros as it has bits after the first.

@@ -173,7 +173,7 @@ fn repaired(
 }
 
 /// An enclosure of the `P~` of the head of this module, for which `P~ N = C'X C N`.
-fn structured_for(
+pub(super) fn structured_for(
     p: &Matrix<f64>,
     c: &Matrix<f64>,
     x: &Matrix<f64>,
@@ -200,10 +200,10 @@ fn structured_for(
 const ONE: Interval = Interval::point(1.0);
 
 /// `S~ + S~'` with `S~ = -X C N`.
-struct Dissipated<'a> {
-    x: &'a Matrix<f64>,
-    c: &'a Matrix<f64>,
-    n: &'a Matrix<f64>,
+pub(super) struct Dissipated<'a> {
+    pub(super) x: &'a Matrix<f64>,
+    pub(super) c: &'a Matrix<f64>,
+    pub(super) n: &'a Matrix<f64>,
 }
 
 impl Expression for Dissipated<'_> {

@@ -11,11 +11,16 @@ mod cubic;
 mod deployed;
 mod deployed_cubic;
 mod equation;
+mod exponential;
 mod feedback;
 mod hidden;
+mod input_to_state;
+mod kkl;
 mod lyapunov;
 mod sector;
+mod semi_implicit;
 mod spectrum;
+mod varying_periods;
 
 pub use contracting::cascade_decrease;
 pub use cubic::{accretive, cubic_dissipation, cubic_dissipation_structured};
@@ -27,13 +32,17 @@ pub use deployed_cubic::{DeployedCubic, Ellipsoid, Reach, deployed_cubic};
 pub use equation::{ELIMINATION_ORDER, Enclosed, Enclosure, lyapunov_solution, stein_solution};
 pub use feedback::feedback_block;
 pub use hidden::{HIDDEN_ORDER, HiddenMotion, hidden_motion, hurwitz_spectrum};
+pub use input_to_state::{CubicTerm, DisturbedObserver, ErrorBound, InputToState, input_to_state};
+pub(crate) use kkl::{Axes, Composition, Expressions};
 pub(crate) use lyapunov::largest_eigenvalue_bound;
 pub use lyapunov::{
     contraction_within, decay_rate, decay_rate_within, hurwitz, lyapunov_decrease, overshoot_bound, positive,
     stein_decrease,
 };
 pub use sector::{SectorTerm, sector_decrease};
+pub use semi_implicit::{semi_implicit_decrease, semi_implicit_room};
 pub use spectrum::{schur_stable, spectral_abscissa, spectral_radius};
+pub use varying_periods::decrease_over_times;
 
 use crate::definite::{self, Direction, Sense};
 use crate::error::ProofError;

@@ -565,6 +565,20 @@ fn every_kind() -> Vec<CertificateFile> {
             "sampled-cubic-observer",
             format!("{sampled}, {}, {lyapunov}", with_n.replace("\"theta\"", "\"w\": \"1\", \"period\": \"0x1p-3\", \"theta\"")),
         ),
+        (
+            "sampled-cubic-observer-semi-implicit",
+            format!(
+                "{sampled}, {}, {}",
+                with_n.replace("\"theta\"", "\"period\": \"0x1p-3\", \"theta\""),
+                lyapunov.replace("}", ", \"S\": [[\"1\"]]}")
+            ),
+        ),
+        (
+            "sampled-observer-at-varying-periods",
+            format!(
+                "{plant}, \"observer\": {{\"step\": \"semi-implicit\", \"K\": [[\"0\"]], \"N\": [[\"-1\"]], \"theta\": [[\"1\"]]}}, \"periods\": {{\"shortest\": \"0x1p-1\", \"longest\": \"1\", \"misses\": 1}}, \"lyapunov\": {{\"P\": [[\"1\"]], \"S\": [[\"1\"]], \"factor\": \"0x1.cp-1\"}}"
+            ),
+        ),
         ("feedback-loop", format!("{cubic}, \"feedback\": {{\"K\": [[\"0\"]], \"P1\": [[\"1\"]]}}")),
         ("polytope-of-plants", vertices.clone()),
         ("polytope-of-jacobians", vertices),
@@ -580,6 +594,10 @@ fn every_kind() -> Vec<CertificateFile> {
             format!(
                 "\"plant\": {{\"A\": [[\"-1\"]], \"C\": [[\"1\"]], \"sectors\": [{{\"G\": [[\"0x1p-4\"]], \"H\": [[\"1\"]], \"low\": \"-1\", \"high\": \"1\", \"tau\": \"0x1p-2\"}}]}}, {gain}, {with_rate}"
             ),
+        ),
+        (
+            "input-to-state-stability",
+            "\"plant\": {\"vertices\": [{\"A\": [[\"-1\"]], \"E\": [[\"1\", \"0\"]]}], \"C\": [[\"1\"]], \"D\": [[\"0\", \"1\"]]}, \"observer\": {\"L\": [[\"0\"]]}, \"cubic\": {\"N\": [[\"-1\"]], \"theta\": [[\"1\"]], \"X\": [[\"1\"]], \"kappa\": \"2\", \"mu\": [\"1\", \"2\"]}, \"lyapunov\": {\"P\": [[\"1\"]], \"rate\": \"0x1p-2\", \"lambda\": [\"2\", \"1\"]}, \"bounds\": {\"w\": [\"1\", \"1\"], \"level\": \"16\", \"limsup\": [\"8\"]}".to_owned(),
         ),
         (
             "contracting-coordinates",

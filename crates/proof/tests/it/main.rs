@@ -7,6 +7,7 @@ mod deployed;
 mod elementary;
 mod equations;
 mod hostile_files;
+mod kkl;
 mod sectors;
 mod statements;
 mod stress;

@@ -395,11 +395,11 @@ pub(super) fn figures() -> Vec<Drawing> {
         Drawing { id: "cubic-fig1", draw: fig1 },
         Drawing {
             id: "cubic-fig2",
-            draw: |context| lyapunov_figure(context, 0.01, "Lyapunov functions, the first 10 ms"),
+            draw: |context| lyapunov_figure(context, 0.01, "Fig. 2: Lyapunov functions, the first 10 ms"),
         },
         Drawing {
             id: "cubic-fig3",
-            draw: |context| lyapunov_figure(context, 1.0, "Lyapunov functions, the first second"),
+            draw: |context| lyapunov_figure(context, 1.0, "Fig. 3: Lyapunov functions, the first second"),
         },
         Drawing { id: "cubic-fig4", draw: fig4 },
         Drawing { id: "cubic-fig5", draw: fig5 },
@@ -431,20 +431,39 @@ fn fig1(context: &Context) -> Result<Plate, CheckError> {
     })
 }
 
-fn lyapunov_figure(context: &Context, end: f64, title: &str) -> Result<Plate, CheckError> {
-    let [t, cubic, linear] = lyapunov_functions(context, end, 501)?;
-    let number = if end < 0.1 { 2 } else { 3 };
+/// The time in which the cubic term acts, of the panels beside Fig. 3 to 5.
+const BEGINNING: f64 = 0.02;
+const FIRST: &str = "the first 20 ms";
+
+fn lyapunov_panel(context: &Context, end: f64) -> Result<(Panel, [Vec<f64>; 3]), CheckError> {
+    let values = lyapunov_functions(context, end, 501)?;
+    let [t, cubic, linear] = &values;
     let (unit, scale) = if end < 0.1 { ("time t (ms)", 1e3) } else { ("time t (s)", 1.0) };
     let shown: Vec<f64> = t.iter().map(|t| t * scale).collect();
     let panel = Panel::new(unit, "V = e′Pe")
-        .series(Series::line("cubic", &shown, &cubic))
-        .series(Series::line("linear", &shown, &linear));
-    Ok(Plate {
-        figure: Figure::new(format!("Fig. {number}: {title}"))
-            .caption("Example 1, the same P for both observers, from e(0) = (-3, -3).")
-            .panel(panel),
-        data: Table::new().column("t", t).column("v_cubic", cubic).column("v_linear", linear),
-    })
+        .series(Series::line("cubic", &shown, cubic))
+        .series(Series::line("linear", &shown, linear));
+    Ok((panel, values))
+}
+
+fn lyapunov_figure(context: &Context, end: f64, title: &str) -> Result<Plate, CheckError> {
+    let (panel, [t, cubic, linear]) = lyapunov_panel(context, end)?;
+    let mut figure = Figure::new(title)
+        .caption("Example 1, the same P for both observers, from e(0) = (-3, -3).")
+        .columns(2)
+        .panel(panel);
+    if end > BEGINNING {
+        figure = figure.panel(lyapunov_panel(context, BEGINNING)?.0.title(FIRST));
+    }
+    Ok(Plate { figure, data: Table::new().column("t", t).column("v_cubic", cubic).column("v_linear", linear) })
+}
+
+/// e2 of an observer in the first 20 ms, over the time in milliseconds.
+fn beginning(run: &Trajectory, observer: &str) -> Result<[Vec<f64>; 2], CheckError> {
+    let t: Vec<f64> = (0..=200).map(|k| BEGINNING * f64::from(k) / 200.0).collect();
+    let trace = run.error_trace(observer, 1)?;
+    let e2 = t.iter().map(|&t| trace.at(t)).collect::<Result<_, _>>()?;
+    Ok([t.iter().map(|t| 1e3 * t).collect(), e2])
 }
 
 fn fig4(context: &Context) -> Result<Plate, CheckError> {
@@ -454,10 +473,17 @@ fn fig4(context: &Context) -> Result<Plate, CheckError> {
         .mark(Mark::horizontal_band(-BAND, BAND))
         .series(Series::line("cubic", &run.t, &cubic))
         .series(Series::line("linear", &run.t, &linear));
+    let mut first = Panel::new("time t (ms)", "error e₂").title(FIRST).mark(Mark::horizontal_band(-BAND, BAND));
+    for name in ["cubic", "linear"] {
+        let [t, e2] = beginning(&run, name)?;
+        first = first.series(Series::line(name, &t, &e2));
+    }
     Ok(Plate {
         figure: Figure::new("Fig. 4: the error of the second state")
             .caption("Example 1 from e(0) = (-3, -3). The grey band, ±0.05, is that of the settling time.")
-            .panel(panel),
+            .columns(2)
+            .panel(panel)
+            .panel(first),
         data: Table::new().column("t", run.t.clone()).column("e2_cubic", cubic).column("e2_linear", linear),
     })
 }
@@ -465,6 +491,7 @@ fn fig4(context: &Context) -> Result<Plate, CheckError> {
 fn fig5(context: &Context) -> Result<Plate, CheckError> {
     let runs = sweep(context)?;
     let mut panel = Panel::new("time t (s)", "error e₂");
+    let mut first = Panel::new("time t (ms)", "error e₂").title(FIRST);
     let mut data = Table::new();
     for (k, (gamma, run)) in runs.iter().enumerate() {
         let e2 = column(&run.observer("cubic")?.error, 1);
@@ -472,13 +499,17 @@ fn fig5(context: &Context) -> Result<Plate, CheckError> {
             data = data.column("t", run.t.clone());
         }
         let name = if *gamma == 0.0 { "γ = 0 (linear)".to_owned() } else { format!("γ = {gamma}") };
+        let [t, start] = beginning(run, "cubic")?;
+        first = first.series(Series::line(name.clone(), &t, &start));
         panel = panel.series(Series::line(name, &run.t, &e2));
         data = data.column(format!("e2_gamma_{gamma}"), e2);
     }
     Ok(Plate {
         figure: Figure::new("Fig. 5: the error of the second state for several γ")
             .caption("Example 1 from e(0) = (-3, -3), θ = 10. The paper does not print its list of γ.")
-            .panel(panel),
+            .columns(2)
+            .panel(panel)
+            .panel(first),
         data,
     })
 }
@@ -488,7 +519,11 @@ fn fan(_: &Context) -> Result<Plate, CheckError> {
     const DIRECTIONS: u32 = 24;
     let radius = f64::hypot(E0[0], E0[1]);
     let mut panels = ["linear", "cubic"].map(|name| {
-        Panel::new("time t (s)", "error e₂").title(name).x_range(0.0, 4.0).mark(Mark::horizontal_band(-BAND, BAND))
+        Panel::new("time t (s)", "error e₂")
+            .title(name)
+            .x_range(0.0, 4.0)
+            .y_range(-6.5, 6.5)
+            .mark(Mark::horizontal_band(-BAND, BAND))
     });
     let mut data = Table::new();
     for k in 0..DIRECTIONS {

@@ -354,15 +354,29 @@ fn persists(_: &Context) -> Result<Outcome, CheckError> {
 pub(super) fn figures() -> Vec<Drawing> {
     vec![
         Drawing {
-            id: "cubic-fig6", draw: |context| accumulated(context, 6, "j3", "J₃ = ∫e₃² dt", "the third state")
+            id: "cubic-fig6",
+            draw: |context| accumulated(context, 6, "j3", "J₃ = ∫e₃² dt", "the third state", ""),
         },
-        Drawing { id: "cubic-fig7", draw: |context| accumulated(context, 7, "j", "J = ∫|e|² dt", "all states") },
+        Drawing {
+            id: "cubic-fig7",
+            draw: |context| accumulated(context, 7, "j", "J = ∫|e|² dt", "all states", RANKING),
+        },
         Drawing { id: "cubic-fig8", draw: fig8 },
         Drawing { id: "cubic-margins", draw: margin_chart },
     ]
 }
 
-fn accumulated(context: &Context, number: usize, key: &str, label: &str, of: &str) -> Result<Plate, CheckError> {
+/// Of Fig. 7, where the curves of two gains are close.
+const RANKING: &str = " The largest gain, γ = 1, has the least J; for J₃ alone (Fig. 6) γ = 0.1 is better.";
+
+fn accumulated(
+    context: &Context,
+    number: usize,
+    key: &str,
+    label: &str,
+    of: &str,
+    ranking: &str,
+) -> Result<Plate, CheckError> {
     let run = printed_start(context)?;
     let mut panel = Panel::new("time t (s)", label);
     let mut data = Table::new().column("t", run.t.clone());
@@ -375,7 +389,7 @@ fn accumulated(context: &Context, number: usize, key: &str, label: &str, of: &st
     }
     Ok(Plate {
         figure: Figure::new(format!("Fig. {number}: accumulated squared error of {of}"))
-            .caption("Example 2 from e(0) = 500 (1, 1, 1), θ = 1, L for the stated poles.")
+            .caption(format!("Example 2 from e(0) = 500 (1, 1, 1), θ = 1, L for the stated poles.{ranking}"))
             .panel(panel),
         data,
     })

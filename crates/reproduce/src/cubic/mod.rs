@@ -24,6 +24,7 @@ pub(crate) fn paper() -> Paper {
     Paper {
         key: "cubic",
         title: "Luenberger-type cubic observers for state estimation of linear systems",
+        short: "the cubic observer",
         citation: "M. M. Share Pasand",
         claims: [
             example1::claims(),

@@ -189,9 +189,9 @@ fn map(context: &Context) -> Result<Plate, CheckError> {
     })
 }
 
-/// The error of both inverses over the box, as a raster of squares whose colour is the decade.
+/// The error of both inverses over the box, as a raster of cells whose colour is the decade.
 fn field(context: &Context) -> Result<Plate, CheckError> {
-    /// Cells along x1 and x2: so many squares fill a panel.
+    /// Cells along x1 and x2.
     const CELLS: [u32; 2] = [58, 38];
     let fit = fit(context)?;
     let transform = Transform::new(&ReverseDuffing, &fit.target, &fit.domain, SVector::zeros(), 1e-11)?;
@@ -218,6 +218,7 @@ fn field(context: &Context) -> Result<Plate, CheckError> {
     let decade = |e: f64| (e.log10().ceil().clamp(-7.0, -1.0) + 7.0) as usize;
     let names = ["≤ 10⁻⁷", "≤ 10⁻⁶", "≤ 10⁻⁵", "≤ 10⁻⁴", "≤ 10⁻³", "≤ 10⁻²", "> 10⁻²"];
     for (name, size) in [EMBEDDED, INTERPOLATED].into_iter().zip(&size) {
+        let cell = Marker::Cell { width: 2.0 / f64::from(CELLS[0]), height: 2.0 / f64::from(CELLS[1]) };
         let mut panel = Panel::new("x₁", "x₂").title(format!("|x̂ - x|, {name}")).x_range(-1.0, 1.0).y_range(-1.0, 1.0);
         for (level, label) in names.into_iter().enumerate() {
             let chosen: Vec<usize> = (0..size.len()).filter(|&k| decade(size[k]) == level).collect();
@@ -226,7 +227,7 @@ fn field(context: &Context) -> Result<Plate, CheckError> {
             }
             let of = |column: &[f64]| chosen.iter().map(|&k| column[k]).collect::<Vec<_>>();
             let points = Series::points(label, &of(&x1), &of(&x2));
-            panel = panel.series(points.hue(Hue::Ramp(level as f64 / 6.0)).marker(Marker::Square));
+            panel = panel.series(points.hue(Hue::Ramp(level as f64 / 6.0)).marker(cell));
         }
         figure = figure.panel(panel);
     }

@@ -22,6 +22,7 @@ pub(crate) fn paper() -> Paper {
     Paper {
         key: "kkl",
         title: "On state observers for nonlinear systems: a new design and a unifying framework",
+        short: "KKL, PEB and I&I observers",
         citation: "B. Yi, R. Ortega and W. Zhang, IEEE Transactions on Automatic Control, 2018",
         claims: [
             propositions::claims(),

@@ -3,6 +3,7 @@
 
 use luenberger_observers::mean_value::beta::mean_value;
 use luenberger_plants::Chaotic;
+use luenberger_proof::wording::significant;
 use nalgebra::{DMatrix, SVector};
 
 use super::runs::{
@@ -12,7 +13,7 @@ use super::runs::{
 use crate::claim::{CheckError, Claim, Class, Outcome, Quote};
 use crate::context::Context;
 use crate::evidence::{Evidence, Tolerance};
-use crate::figure::{Dash, Figure, Hue, Mark, Panel, Series};
+use crate::figure::{Bar, Dash, Figure, Hue, Mark, Panel, Series};
 use crate::paper::{Drawing, Plate};
 use crate::table::Table;
 use crate::value::{Printed, short};
@@ -276,32 +277,34 @@ fn fig2(context: &Context) -> Result<Plate, CheckError> {
 }
 
 fn fig3(context: &Context) -> Result<Plate, CheckError> {
-    Ok(residual_panels(
-        &*run(context, SYSTEM, 1.0, Told::E0)?,
-        ("X(β), in 10⁻¹⁶", 1e16, 3.0),
-        Figure::new("Fig. 3: X(β) of Example 1").caption(
-            "η = 1, e0. What is left of X at the β that was found is rounding; the search stops as soon as it is.",
-        ),
-    ))
+    Ok(residual_bars(&*run(context, SYSTEM, 1.0, Told::E0)?, "Fig. 3: X(β) of Example 1", "η = 1, e0."))
 }
 
-/// What is left of X along a run, a panel for each row: label, factor and end of the axes.
-pub(super) fn residual_panels(
-    run: &super::runs::Run,
-    (label, factor, end): (&str, f64, f64),
-    mut figure: Figure,
-) -> Plate {
-    let t = &run.trajectory.t;
-    let mut data = Table::new().column("t", t.clone());
+/// The largest |X| of each row along a run, which is rounding noise and has no shape to be drawn, beside the size of the
+/// terms of which it is the difference.
+pub(super) fn residual_bars(run: &super::runs::Run, title: &str, case: &str) -> Plate {
+    let (mut panel, mut data) =
+        (Panel::new("largest along the run", ""), Table::new().column("t", run.trajectory.t.clone()));
+    let unit = f64::EPSILON / 2.0;
+    let (floor, mut largest) = (unit / 100.0, unit);
     for i in 0..run.residual.ncols() {
-        let x = entries(&run.residual, i);
-        let scaled: Vec<f64> = x.iter().map(|x| x * factor).collect();
-        let line = Series::line("", t, &scaled).hue(Hue::Palette(i)).dash(Dash::Solid).width(0.6);
-        let title = format!("X{}", ["₁", "₂", "₃", "₄"][i]);
-        figure = figure.panel(Panel::new("time t (s)", label).title(title).x_range(0.0, end).series(line));
-        data = data.column(format!("X{}", i + 1), x);
+        let row = ["₁", "₂", "₃", "₄"][i];
+        let (x, terms) = (run.residual.column(i).amax(), run.terms.column(i).amax());
+        let bars = [
+            (format!("|X{row}|, rounding noise"), x.max(floor), Hue::Palette(i)),
+            (format!("rounding unit of the terms of X{row}"), (unit * terms).max(floor), Hue::Grey),
+        ];
+        for (name, value, hue) in bars {
+            largest = largest.max(value);
+            let text = if value > floor { significant(value, 2) } else { "0".to_owned() };
+            panel = panel.bar(Bar::to(name, value, text).hue(hue));
+        }
+        data = data.column(format!("X{}", i + 1), entries(&run.residual, i));
     }
-    Plate { figure: figure.columns(if run.residual.ncols() == 4 { 2 } else { 3 }), data }
+    let caption = format!(
+        "{case} What is left of X(β) at the β that was found is rounding noise, at most some tens of rounding units of its terms. The paper draws it over time; it has no shape."
+    );
+    Plate { figure: Figure::new(title).caption(caption).panel(panel.log_x().x_range(floor, 10.0 * largest)), data }
 }
 
 /// Errors of both runs in one panel per state, up to `end`.

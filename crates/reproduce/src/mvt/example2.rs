@@ -8,14 +8,14 @@ use luenberger_plants::flexible_joint::{self, FlexibleJoint};
 use luenberger_sim::{Scenario, Signal, Trajectory, View};
 use nalgebra::{DMatrix, SVector, Vector1, Vector4};
 
-use super::example1::{entries, error_panels, residual_panels};
+use super::example1::{entries, error_panels, residual_bars};
 use super::runs::{
     Experiment, OBSERVER, System, Theorem, Told, beta_solves, internal, last, norms, real, residuals, run, untold,
 };
 use crate::claim::{CheckError, Claim, Class, Outcome, Quote};
 use crate::context::Context;
 use crate::evidence::{Evidence, Hypothesis, Tolerance};
-use crate::figure::{Figure, Panel, Series};
+use crate::figure::{Dash, Figure, Hue, Panel, Series};
 use crate::hypotheses;
 use crate::paper::{Drawing, Plate};
 use crate::table::Table;
@@ -344,7 +344,8 @@ pub(super) fn figures() -> Vec<Drawing> {
 
 fn fig6(context: &Context) -> Result<Plate, CheckError> {
     let mut figure = Figure::new("Fig. 6: β of Example 2").columns(2).caption(
-        "η = 1. β₁ = β₂ = β₃ = ½, because those rows are linear. β₄ jumps where x₃ passes π, and is ½ once e₃ is too small for X to tell (below about 10⁻⁴).",
+        "η = 1. β₁ = β₂ = β₃ = ½, because those rows are linear. β₄ jumps where x₃ passes π, from one root of X₄ to the other, and is ½ once e₃ is too small for X to tell \
+         (below about 10⁻⁴).",
     );
     let mut data = Table::new();
     // The internal error does not depend on C, nor does β: the classical outputs give the same panel.
@@ -353,29 +354,41 @@ fn fig6(context: &Context) -> Result<Plate, CheckError> {
         // The first 150 ms, sampled at the same times in both runs.
         let shown = |values: Vec<f64>| values[..75].to_vec();
         let t = shown(a.trajectory.t.clone());
-        let (with_e0, with_e01) = (shown(entries(&a.beta, 3)), shown(entries(&b.beta, 3)));
-        figure = figure.panel(
-            Panel::new("time t (s)", "β₄")
-                .title(if system == System::Corrected { "Example 2" } else { "variant: a44 as printed" })
-                .y_range(0.0, 1.0)
-                .series(Series::line("e0", &t, &with_e0))
-                .series(Series::line("e01", &t, &with_e01)),
-        );
-        let key = system.key();
         if data.columns().is_empty() {
-            data = data.column("t", t);
+            data = data.column("t", t.clone());
         }
-        data = data.column(format!("beta4_{key}_e0"), with_e0).column(format!("beta4_{key}_e01"), with_e01);
+        let title = if system == System::Corrected { "Example 2" } else { "variant: a44 as printed" };
+        let mut panel = Panel::new("time t (s)", "β").title(title).y_range(0.0, 1.0);
+        for i in 0..3 {
+            let beta = shown(entries(&a.beta, i));
+            panel = panel.series(Series::line("β₁, β₂, β₃", &t, &beta).hue(Hue::Grey).dash(Dash::Solid));
+            data = data.column(format!("beta{}_{}_e0", i + 1, system.key()), beta);
+        }
+        for (run, told, hue, dash) in [(&a, "e0", 0, Dash::Solid), (&b, "e01", 1, Dash::Dashed)] {
+            let beta = shown(entries(&run.beta, 3));
+            for piece in pieces(&beta) {
+                let (t, beta) = (&t[piece.clone()], &beta[piece]);
+                panel = panel.series(Series::line(format!("β₄, {told}"), t, beta).hue(Hue::Palette(hue)).dash(dash));
+            }
+            data = data.column(format!("beta4_{}_{told}", system.key()), beta);
+        }
+        figure = figure.panel(panel);
     }
     Ok(Plate { figure, data })
 }
 
+/// The samples between jumps by more than 0.2.
+fn pieces(beta: &[f64]) -> Vec<std::ops::Range<usize>> {
+    let jumps = (1..beta.len()).filter(|&k| (beta[k] - beta[k - 1]).abs() > 0.2);
+    let ends: Vec<usize> = [0].into_iter().chain(jumps).chain([beta.len()]).collect();
+    ends.windows(2).map(|ends| ends[0]..ends[1]).collect()
+}
+
 fn fig7(context: &Context) -> Result<Plate, CheckError> {
-    Ok(residual_panels(
+    Ok(residual_bars(
         &*run(context, System::Corrected, 1.0, Told::E0)?,
-        ("X(β), in 10⁻¹⁴", 1e14, 1.0),
-        Figure::new("Fig. 7: X(β) of Example 2")
-            .caption("a44 = 0, η = 1, e0. What is left of X is the rounding of terms of size 100; it ends when e is too small to change x̂."),
+        "Fig. 7: X(β) of Example 2",
+        "a44 = 0, η = 1, e0.",
     ))
 }
 

@@ -18,6 +18,7 @@ pub(crate) fn paper() -> Paper {
     Paper {
         key: "mvt",
         title: "A nonlinear observer by the mean value theorem and lsqnonlin",
+        short: "the mean-value-theorem observer",
         citation: "R. Ben Messaoud and S. Hajji, WSEAS Transactions on Systems 17, 2018",
         claims: [
             theorem1::claims(),

@@ -12,9 +12,6 @@ use std::fmt::Write;
 
 /// The page.
 pub(crate) fn html(papers: &[Paper], summary: &Summary, drawn: &[Drawn]) -> Result<String, ReportError> {
-    let figures = papers.iter().flat_map(|paper| drawn.iter().filter(|drawn| drawn.paper == paper.key));
-    let figures =
-        figures.fold(Section::new("Figures"), |section, drawn| section.figure(drawn.id, drawn.figure.clone()));
     let datasets = papers.iter().flat_map(|paper| &paper.datasets);
     let datasets = datasets.map(|dataset| (format!("data/{}.csv", dataset.id), String::new()));
     let files = [("claims.json".to_owned(), "every claim".to_owned())].into_iter().chain(datasets);
@@ -25,8 +22,14 @@ pub(crate) fn html(papers: &[Paper], summary: &Summary, drawn: &[Drawn]) -> Resu
     if let Some(findings) = findings(papers, &summary.records) {
         report = report.section(Section::new("Findings").html(findings));
     }
-    let claims = Section::new("Claims").html(claims(papers, &summary.records));
-    report.section(claims).section(figures).section(Section::new("Data").links(files)).html()
+    report = report.section(Section::new("Claims").html(claims(papers, &summary.records)));
+    for paper in papers {
+        let section = Section::new(format!("Figures of {}", paper.short));
+        let of_paper = drawn.iter().filter(|drawn| drawn.paper == paper.key);
+        report =
+            report.section(of_paper.fold(section, |section, drawn| section.figure(drawn.id, drawn.figure.clone())));
+    }
+    report.section(Section::new("Data").links(files)).html()
 }
 
 // Writing into a String cannot fail, hence `let _ =` below.
@@ -127,8 +130,16 @@ fn claims(papers: &[Paper], records: &[Record]) -> String {
         "</select><output id=\"shown\"></output></form><table class=\"claims\"><thead><tr><th>verdict</th>\
          <th>claim</th><th>class</th><th>printed</th><th>computed</th></tr></thead>"
     );
-    for record in records {
-        claim(&mut page, record);
+    for paper in papers {
+        let _ = write!(
+            page,
+            "<tbody class=\"paper\" data-paper=\"{}\"><tr><th colspan=\"5\" scope=\"rowgroup\">{}</th></tr></tbody>",
+            escape(paper.key),
+            escape(paper.title)
+        );
+        for record in records.iter().filter(|record| record.paper == paper.key) {
+            claim(&mut page, record);
+        }
     }
     page + "</table>"
 }
@@ -148,7 +159,7 @@ fn claim(page: &mut String, record: &Record) {
         badge(record),
         escape(&record.statement),
         text(&record.printed),
-        text(&record.computed),
+        outcome(record).unwrap_or_else(|| text(&record.computed)),
         class = record.class
     );
     let _ = write!(page, "<tr class=\"details\" hidden><td></td><td colspan=\"4\"><dl>");
@@ -211,6 +222,20 @@ fn brief(value: &Value) -> String {
         Value::Vector(_) => escape(&value.to_string()),
         Value::Matrix(_) => grid(value, short),
     }
+}
+
+/// The outcome of a claim that is true or false, with the quantity that decided.
+fn outcome(record: &Record) -> Option<String> {
+    let (Some(Value::Truth(printed)), Some(computed)) = (&record.printed, &record.computed) else { return None };
+    if matches!(computed, Value::Truth(_)) {
+        return None;
+    }
+    let holds = match record.verdict? {
+        Verdict::Reproduced => *printed,
+        Verdict::Refuted => !printed,
+        Verdict::Underspecified => return None,
+    };
+    Some(format!("{}<div class=\"by\">decided by {}</div>", brief(&Value::Truth(holds)), brief(computed)))
 }
 
 /// Every digit.

@@ -21,6 +21,9 @@ function filter() {
     claim.hidden = !fits;
     shown += fits;
   }
+  for (const heading of document.querySelectorAll("tbody.paper")) {
+    heading.hidden = !claims.some((claim) => !claim.hidden && claim.dataset.paper === heading.dataset.paper);
+  }
   byId("shown").value = `${shown} of ${claims.length}`;
 }
 byId("filter").addEventListener("input", filter);

@@ -59,7 +59,8 @@ fn nothing(_: &Context) -> Result<Plate, CheckError> {
 }
 
 fn paper(claims: Vec<Claim>, figures: Vec<Drawing>, findings: Vec<Finding>) -> Paper {
-    Paper { key: "demo", title: "A paper", citation: "Nobody, 2000", claims, figures, datasets: vec![], findings }
+    let (key, title, short, citation) = ("demo", "A paper", "a demo", "Nobody, 2000");
+    Paper { key, title, short, citation, claims, figures, datasets: vec![], findings }
 }
 
 /// Runs in a folder of its own, which is removed by the next run.

@@ -267,10 +267,9 @@ fn in_discrete_time(
 ) -> Result<SampledDesign, String> {
     let linear = design::discrete_design(study, plant, gain, dt, observer)?;
     match &observer.kind {
-        ObserverKind::SampledCubic { theta, strength, .. } => {
-            let design =
-                SampledCubicDesign::of_discrete(&linear, theta, *strength).map_err(|error| error.to_string())?;
-            Ok(SampledDesign::Cubic(Box::new(design)))
+        ObserverKind::SampledCubic { theta, correction, .. } => {
+            let design = SampledCubicDesign::of_discrete_with_correction(&linear, theta, correction);
+            Ok(SampledDesign::Cubic(Box::new(design.map_err(|error| error.to_string())?)))
         }
         ObserverKind::Cubic { .. } => Err("the kind cubic is for plants in continuous time".to_owned()),
         _ => Ok(SampledDesign::Linear(Box::new(linear))),
@@ -292,8 +291,8 @@ fn held(
             let continuous = luenberger_design::CubicDesign::new(&linear, theta, correction)?;
             SampledCubicDesign::from_cubic(&linear, &continuous, period).map(cubic)
         }
-        ObserverKind::SampledCubic { theta, strength, .. } => {
-            SampledCubicDesign::new(&linear, theta, *strength, period).map(cubic)
+        ObserverKind::SampledCubic { theta, correction, .. } => {
+            SampledCubicDesign::with_correction(&linear, theta, correction, period).map(cubic)
         }
         _ => sampled_linear(&linear, gain, period).map(|design| SampledDesign::Linear(Box::new(design))),
     }

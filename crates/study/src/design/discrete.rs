@@ -2,7 +2,9 @@
 
 use std::time::Instant;
 
-use luenberger_design::{DesignError, DiscreteDesign, DiscreteLpvDesign, GainOptions, Region, SampledCubicDesign};
+use luenberger_design::{
+    CubicGain, DesignError, DiscreteDesign, DiscreteLpvDesign, GainOptions, Region, SampledCubicDesign,
+};
 use luenberger_observers::kalman::{ExtendedKalmanFilter, NoiseModel};
 use luenberger_plants::StateSpace;
 use luenberger_proof::wording::significant;
@@ -32,10 +34,10 @@ pub(super) fn design(study: &Study, wish: &ObserverSpec, dt: f64, end: Option<In
         ObserverKind::Luenberger(gain) | ObserverKind::Kalman(gain) => {
             self::linear(&linear()?, gain, dt, wish)?.map_err(explained)?
         }
-        ObserverKind::SampledCubic { linear: gain, theta, strength, period } => {
+        ObserverKind::SampledCubic { linear: gain, theta, correction, period } => {
             same(*period)?;
             let gain = gain_of(&linear()?, gain, dt, wish)?.map_err(explained)?;
-            cubic(&gain, theta, *strength, dt).map_err(explained)?
+            cubic(&gain, theta, correction, dt).map_err(explained)?
         }
         ObserverKind::ExtendedKalman { w, v, p0, period, gate, .. } => {
             same(*period)?;
@@ -128,8 +130,8 @@ fn linear(
     }))
 }
 
-fn cubic(linear: &DiscreteDesign, theta: &DMatrix<f64>, strength: f64, dt: f64) -> Result<Designed, Misfit> {
-    let design = SampledCubicDesign::of_discrete(linear, theta, strength)?;
+fn cubic(linear: &DiscreteDesign, theta: &DMatrix<f64>, correction: &CubicGain, dt: f64) -> Result<Designed, Misfit> {
+    let design = SampledCubicDesign::of_discrete_with_correction(linear, theta, correction)?;
     Ok(super::linear::sampled_report(&design, linear.observer.plant(), dt))
 }
 

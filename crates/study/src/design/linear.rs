@@ -124,12 +124,12 @@ pub(super) fn sampled(
     plant: &StateSpace,
     wish: &LinearSpec,
     theta: &DMatrix<f64>,
-    strength: f64,
+    correction: &CubicGain,
     period: f64,
     options: &GainOptions,
 ) -> Result<Designed, Misfit> {
     let linear = of(plant, wish, options)?;
-    let design = SampledCubicDesign::new(&linear, theta, strength, period)?;
+    let design = SampledCubicDesign::with_correction(&linear, theta, correction, period)?;
     Ok(sampled_report(&design, plant, period))
 }
 
@@ -138,8 +138,13 @@ pub(super) fn sampled_report(design: &SampledCubicDesign, plant: &StateSpace, pe
     let slowest = design.poles.iter().map(|pole| pole.norm()).fold(0.0, f64::max);
     let report = DesignReport {
         statement: format!(
-            "Sampled every {period}: V = e'Pe decreases from sample to sample, for every error; asymptotic factor {} per sample.{}",
+            "Sampled every {period}: V = e'Pe decreases from sample to sample, for every error; asymptotic factor {} per sample.{}{}",
             significant(slowest * slowest, 4),
+            if design.observer.coupling().is_some() {
+                " The cubic term takes a semi-implicit step, which does not increase V at any period."
+            } else {
+                ""
+            },
             measurement(plant)
         ),
         matrices: vec![matrix("P", &design.p), matrix("S", &design.s)],

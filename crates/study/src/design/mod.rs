@@ -131,8 +131,8 @@ fn in_words(
         ObserverKind::Cubic { linear: gain, theta, correction } => {
             shifted(linear::cubic(study, &linear()?, gain, theta, correction, &options)).map_err(explained)
         }
-        ObserverKind::SampledCubic { linear: gain, theta, strength, period } => {
-            shifted(linear::sampled(&linear()?, gain, theta, *strength, *period, &options)).map_err(explained)
+        ObserverKind::SampledCubic { linear: gain, theta, correction, period } => {
+            shifted(linear::sampled(&linear()?, gain, theta, correction, *period, &options)).map_err(explained)
         }
         ObserverKind::Lpv { region, rate } => nonlinear::lpv(study, region, rate, &options).map_err(explained),
         ObserverKind::Lipschitz { split, region, rate, gain } => {

@@ -365,7 +365,7 @@ fn stages(
             options.tell("figures", id, count + 1, figures.len());
         }
         if all {
-            folder.write("report.html", report::html(results, figures, &folder.written())?.as_bytes())?;
+            folder.write("report.html", report::html(study, results, figures, &folder.written())?.as_bytes())?;
         }
         save(folder, results)?;
     }

@@ -150,12 +150,9 @@ fn kind(node: &Node, name: &str, size: Dimensions, reader: &mut Reader) -> Optio
         "sampled-cubic" => {
             let linear = linear(node, size, reader);
             let theta = theta(node, p, reader);
-            ObserverKind::SampledCubic {
-                linear: linear?,
-                theta: theta?,
-                strength: number("gamma")?,
-                period: number("period")?,
-            }
+            let correction = sampled_correction(node, p, reader);
+            let (linear, theta, correction) = (linear?, theta?, correction?);
+            ObserverKind::SampledCubic { linear, theta, correction, period: number("period")? }
         }
         "lpv" => {
             let region = region(node, size, reader);
@@ -370,9 +367,24 @@ fn correction(node: &Node, p: usize, reader: &mut Reader) -> Option<CubicGain> {
     if let Some(w) = node.get("radial") {
         return Some(CubicGain::Radial(w.number()?));
     }
-    let s =
-        reader.matrix(node.get("s")?, "s", (Some(p), Some(p)), &format!("the plant has {}", counted(p, "output")))?;
-    Some(CubicGain::General(s))
+    general(node, p, reader)
+}
+
+/// As [`correction`], where `gamma` is the strength of a radial gain.
+fn sampled_correction(node: &Node, p: usize, reader: &mut Reader) -> Option<CubicGain> {
+    alternatives(node, &["gamma", "weighted", "s"], true, reader)?;
+    if let Some(w) = node.get("gamma") {
+        return Some(CubicGain::Radial(w.number()?));
+    }
+    if let Some(gamma) = node.get("weighted") {
+        return Some(CubicGain::Gamma(gamma.number()?));
+    }
+    general(node, p, reader)
+}
+
+fn general(node: &Node, p: usize, reader: &mut Reader) -> Option<CubicGain> {
+    let of_outputs = format!("the plant has {}", counted(p, "output"));
+    Some(CubicGain::General(reader.matrix(node.get("s")?, "s", (Some(p), Some(p)), &of_outputs)?))
 }
 
 pub(super) fn region(node: &Node, size: Dimensions, reader: &mut Reader) -> Option<Region> {

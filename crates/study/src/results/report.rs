@@ -1,24 +1,38 @@
 //! `report.html`: the results as an HTML page with interactive figures.
 
+mod diagram;
+mod experiment;
 mod log_section;
+mod summary;
 
 pub use log_section::data as log_data;
 
-use luenberger_figures::{Cell, Figure, Grid, Report, Section, Tone};
+use luenberger_expression::Formula as Typeset;
+use luenberger_figures::{Cell, Figure, Formula, Grid, Report, Section, Tone};
 use luenberger_proof::wording::{complex, significant};
 
 use super::{
-    DesignReport, ModeReport, NamedMatrix, NamedNumber, ObservabilityAt, ObservabilityReport, ObserverReport,
-    OperatingPointReport, Results, ScoreCell, ScoreTable, SweepReport,
+    DesignReport, ModeReport, NamedMatrix, ObservabilityAt, ObservabilityReport, ObserverReport, OperatingPointReport,
+    Results, ScoreCell, ScoreTable, SweepReport,
 };
 use crate::error::StudyError;
+use crate::study::Study;
 
 /// The page. `files` are the names of the files in its folder.
-pub(crate) fn html(results: &Results, figures: Vec<(String, Figure)>, files: &[String]) -> Result<String, StudyError> {
+pub(crate) fn html(
+    study: &Study,
+    results: &Results,
+    figures: Vec<(String, Figure)>,
+    files: &[String],
+) -> Result<String, StudyError> {
     let mut report = Report::new(&results.title).lead(&results.about).numbers_as(&[]);
-    report = report.section(plant(results));
+    report = report.section(summary::section(results));
     if !results.warnings.is_empty() {
         report = report.section(Section::new("Warnings").list(results.warnings.clone()));
+    }
+    report = report.section(plant(study, results));
+    if let Some(experiment) = experiment::section(study) {
+        report = report.section(experiment);
     }
     if let Some(point) = &results.operating_point {
         report = report.section(operating_point(results, point));
@@ -47,7 +61,7 @@ pub(crate) fn html(results: &Results, figures: Vec<(String, Figure)>, files: &[S
         .map(|name| (name.clone(), name.clone()));
     let links: Vec<(String, String)> =
         std::iter::once(("study.json".to_owned(), "study.json, all numbers".to_owned())).chain(links).collect();
-    report = report.section(Section::new("Files").links(links));
+    report = report.section(Section::new("Files").links(links)).section(experiment::reproduction(study));
     report.html().map_err(|why| StudyError::Output { what: "report.html".to_owned(), why: why.to_string() })
 }
 
@@ -63,7 +77,12 @@ fn maybe(x: Option<f64>) -> Cell {
     x.map_or_else(|| Cell::number("–"), number)
 }
 
-fn plant(results: &Results) -> Section {
+/// A formula of the plant, for the page.
+fn typeset(formula: Typeset) -> Formula {
+    Formula { mathml: formula.mathml, latex: formula.latex }
+}
+
+fn plant(study: &Study, results: &Results) -> Section {
     let plant = &results.plant;
     let states: Vec<String> =
         plant.states.iter().enumerate().map(|(i, name)| with_unit(name, plant.units.get(i))).collect();
@@ -74,15 +93,19 @@ fn plant(results: &Results) -> Section {
         ("inputs", list(&plant.inputs)),
         ("outputs", list(&plant.outputs)),
     ];
-    if !plant.parameters.is_empty() {
-        let one = |number: &NamedNumber| format!("{} = {}", number.name, number.value.map(short).unwrap_or_default());
-        facts.push(("parameters", plant.parameters.iter().map(one).collect::<Vec<_>>().join(", ")));
-    }
     facts.extend(plant.time_unit.iter().map(|unit| ("time in", unit.clone())));
     facts.extend(plant.dt.iter().map(|dt| ("period dt", short(*dt))));
-    let mut section = Section::new("Plant").facts(facts);
-    if !plant.equations.is_empty() {
-        section = section.verbatim(plant.equations.join("\n"));
+    let mut section = Section::new("Plant").html(diagram::svg(study)).facts(facts);
+    section = match experiment::equations(study) {
+        Some(equations) => section.formulas(equations),
+        None if plant.equations.is_empty() => section,
+        None => section.verbatim(plant.equations.join("\n")),
+    };
+    if !plant.parameters.is_empty() {
+        let grid = plant.parameters.iter().fold(Grid::new(&["parameter", "value"]), |grid, parameter| {
+            grid.row([Cell::from(parameter.name.as_str()), maybe(parameter.value)])
+        });
+        section = section.grid(grid);
     }
     matrices(section, plant.matrices.iter())
 }
@@ -294,33 +317,19 @@ const LARGEST: usize = 12;
 
 /// Small matrices entry by entry; larger ones by their sizes.
 fn matrices<'a>(section: Section, matrices: impl Iterator<Item = &'a NamedMatrix>) -> Section {
-    let told: Vec<String> = matrices
-        .map(|matrix| {
-            let (rows, columns) = (matrix.rows.len(), matrix.rows.first().map_or(0, Vec::len));
-            if rows.max(columns) > LARGEST {
-                format!("{} is {rows} x {columns}: see study.json", matrix.name)
-            } else {
-                laid_out(matrix)
-            }
-        })
-        .collect();
-    if told.is_empty() { section } else { section.verbatim(told.join("\n\n")) }
-}
-
-/// A matrix with its columns aligned.
-fn laid_out(matrix: &NamedMatrix) -> String {
-    let cells: Vec<Vec<String>> = matrix.rows.iter().map(|row| row.iter().map(|x| short(*x)).collect()).collect();
-    let columns = cells.first().map_or(0, Vec::len);
-    let width =
-        |j: usize| cells.iter().filter_map(|row| row.get(j)).map(|cell| cell.chars().count()).max().unwrap_or(0);
-    let widths: Vec<usize> = (0..columns).map(width).collect();
-    let margin = format!("{} = ", matrix.name);
-    let lines = cells.iter().enumerate().map(|(i, row)| {
-        let start = if i == 0 { margin.clone() } else { " ".repeat(margin.chars().count()) };
-        let row = row.iter().zip(&widths).map(|(cell, width)| format!("{cell:>width$}")).collect::<Vec<_>>().join("  ");
-        format!("{start}[ {row} ]")
-    });
-    lines.collect::<Vec<_>>().join("\n")
+    let (mut formulas, mut large) = (Vec::new(), Vec::new());
+    for matrix in matrices {
+        let (rows, columns) = (matrix.rows.len(), matrix.rows.first().map_or(0, Vec::len));
+        if rows.max(columns) > LARGEST {
+            large.push(format!("{} is {rows} x {columns}: see `study.json`.", matrix.name));
+        } else {
+            let rows: Vec<Vec<String>> =
+                matrix.rows.iter().map(|row| row.iter().map(|x| short(*x)).collect()).collect();
+            formulas.push(Formula::matrix(&matrix.name, &rows));
+        }
+    }
+    let section = if formulas.is_empty() { section } else { section.formulas(formulas) };
+    if large.is_empty() { section } else { section.prose(large.join(" ")) }
 }
 
 /// The maximal number of states of which the scores are shown.

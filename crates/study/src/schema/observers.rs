@@ -261,7 +261,21 @@ const KINDS: &[Variant] = &[
             MAX_GAIN,
             NOISE,
             THETA,
-            required("gamma", Kind::Number(Range::Positive), "w of the cubic term, N = -w P^-1 C'(C P^-1 C')^-1."),
+            optional(
+                "gamma",
+                Kind::Number(Range::Positive),
+                "w of the cubic term, N = -w P^-1 C'(C P^-1 C')^-1, whose flow has a closed form. Give one of gamma, weighted and s.",
+            ),
+            optional(
+                "weighted",
+                Kind::Number(Range::Positive),
+                "gamma of N = -gamma P^-1 C' theta; the cubic term takes a semi-implicit step.",
+            ),
+            optional(
+                "s",
+                Kind::Rows,
+                "S of N = -P^-1 C'S, p x p, S + S' >= 0; the cubic term takes a semi-implicit step.",
+            ),
             PERIOD,
         ],
     },

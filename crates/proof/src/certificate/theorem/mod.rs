@@ -15,22 +15,26 @@ mod hurwitz;
 mod inequality;
 mod inequality_holds;
 mod inequality_refuted;
+mod input_to_state;
+mod kkl;
 mod linear;
 mod plant;
 mod polytope;
 mod sampled;
 mod schur;
 mod sector;
+mod semi_implicit;
 mod semidefinite;
 mod solution;
 mod structured;
 mod theorem1;
+mod varying_periods;
 
-use super::Fact;
 use super::error::{Fault, FileError};
 use super::fields::{Field, Fields};
 use super::number::{Datum, quoted};
 use super::write::Out;
+use super::{Fact, Witness};
 use crate::definite::of_one_certificate;
 use crate::error::ProofError;
 use crate::interval::Interval;
@@ -48,16 +52,20 @@ pub use hurwitz::HurwitzStability;
 pub use inequality::{Coefficient, Constraint, MatrixInequality};
 pub use inequality_holds::InequalityHolds;
 pub use inequality_refuted::InequalityRefuted;
+pub use input_to_state::{DisturbedPlant, InputToStateStability};
+pub use kkl::{KklBox, KklClaims, KklErrorBound, KklMapError, KklMapName, KklMaps, KklTexts, LARGEST_KKL};
 pub use linear::LinearConvergence;
 pub use plant::{PlantMatrices, PlantWithin};
 pub use polytope::{JacobianPolytope, PlantPolytope, Vertex};
 pub use sampled::SampledCubicConvergence;
 pub use schur::SchurStability;
 pub use sector::SectorConvergence;
+pub use semi_implicit::SemiImplicitCubicConvergence;
 pub use semidefinite::{SemidefiniteEvidence, SemidefiniteProgram};
 pub use solution::{Equation, SolutionWithin};
 pub use structured::StructuredCubicConvergence;
 pub use theorem1::CubicTheorem1;
+pub use varying_periods::{CubicStep, MOST_MISSES, VaryingPeriodConvergence};
 
 /// Metadata of a theorem.
 trait Statement: Sized {
@@ -153,6 +161,12 @@ theorems! {
     CubicTheorem1,
     /// The sampled cubic observer.
     SampledCubicConvergence,
+    /// A bound of the error under bounded disturbances and noise.
+    InputToStateStability,
+    /// The sampled cubic observer with a semi-implicit cubic step.
+    SemiImplicitCubicConvergence,
+    /// The sampled observer at periods that vary, with missed samples.
+    VaryingPeriodConvergence,
     /// An observer in the numbers of its target, with the rounding of its steps.
     DeployedObserver,
     /// The loop `u = -K xhat` around the cubic observer (25).
@@ -167,6 +181,8 @@ theorems! {
     SectorConvergence,
     /// Coordinates in which the unmeasured states contract.
     ContractionInCoordinates,
+    /// A bound of the estimation error of a KKL observer over a box.
+    KklErrorBound,
     /// A matrix is definite.
     Definiteness,
     /// The solution of a Lyapunov or Stein equation lies within.

@@ -1,7 +1,7 @@
 //! Fig. 2 in two parts, without and with noise, and the effect of the I&IO's gain under noise.
 
 use luenberger_plants::CukConverter;
-use luenberger_sim::Trajectory;
+use luenberger_sim::{Trajectory, View};
 
 use super::{noise, runs};
 use crate::claim::CheckError;
@@ -36,21 +36,36 @@ fn table(run: &Trajectory) -> Result<Table, CheckError> {
 const LABELS: [&str; 2] = ["input current i₁ (A)", "output voltage v₄ (V)"];
 const ERRORS: [&str; 2] = ["largest error of i₁ in 4 ms (A)", "largest error of v₄ in 4 ms (V)"];
 const TIME: &str = "time t (s)";
+/// End of the panels that show the estimates, in s.
+const START: f64 = 0.06;
 
 fn with_jumps(panel: Panel) -> Panel {
     runs::jumps().into_iter().fold(panel, |panel, t| panel.mark(Mark::vertical(t)))
 }
 
-/// The state and its estimates.
-fn states(run: &Trajectory, entry: usize) -> Result<Panel, CheckError> {
+/// The state of the plant, over the whole run.
+fn state(run: &Trajectory, entry: usize) -> Panel {
+    let truth = Series::line("plant", &run.t, run.x.column(runs::ESTIMATED[entry]).as_slice());
+    with_jumps(Panel::new(TIME, LABELS[entry]).series(truth.hue(Hue::Grey).dash(Dash::Solid).width(2.4)))
+}
+
+/// The state and its estimates at the start: later they coincide at this scale.
+fn start(run: &Trajectory, entry: usize) -> Result<Panel, CheckError> {
+    // Fine enough for the oscillation of the time-varying high-gain observer at 450 Hz.
+    let t: Vec<f64> = (0..=600).map(|k| START * f64::from(k) / 600.0).collect();
+    let ms: Vec<f64> = t.iter().map(|t| 1e3 * t).collect();
     let state = runs::ESTIMATED[entry];
-    let truth = Series::line("plant", &run.t, run.x.column(state).as_slice());
-    let mut panel = Panel::new(TIME, LABELS[entry]).series(truth.hue(Hue::Grey).dash(Dash::Solid).width(3.0));
+    let of = |read: &dyn Fn(&View<'_>) -> f64| -> Result<Vec<f64>, CheckError> {
+        let trace = run.trace(read);
+        Ok(t.iter().map(|&t| trace.at(t)).collect::<Result<_, _>>()?)
+    };
+    let truth = Series::line("plant", &ms, &of(&|view| view.x[state])?).hue(Hue::Grey).dash(Dash::Solid).width(2.4);
+    let mut panel = Panel::new("time t (ms)", LABELS[entry]).title("the start").x_range(0.0, 1e3 * START).series(truth);
     for (k, (name, label)) in runs::OBSERVERS.into_iter().enumerate() {
-        let estimate = &run.observer(name)?.estimate;
-        panel = panel.series(Series::line(label, &run.t, estimate.column(entry).as_slice()).hue(Hue::Palette(k)));
+        let estimate = of(&|view| view.estimate(name).map_or(f64::NAN, |estimate| estimate[entry]))?;
+        panel = panel.series(Series::line(label, &ms, &estimate).hue(Hue::Palette(k)));
     }
-    Ok(with_jumps(panel))
+    Ok(panel)
 }
 
 /// The largest error in every 4 ms on a logarithmic scale from `floor` on, below which it is drawn at `floor`. 4 ms are
@@ -76,14 +91,16 @@ fn errors(run: &Trajectory, entry: usize, floor: f64, top: f64) -> Result<Panel,
 
 fn noise_free(context: &Context) -> Result<Plate, CheckError> {
     let run = runs::corrected(context)?;
-    let figure = Figure::new("Fig. 2: the observers of the Ćuk converter, without noise")
+    let figure = Figure::new("Fig. 2, without noise: the observers of the Ćuk converter")
         .caption(
             "Table I as it works, and an exact high-gain observer; |Vd| jumps at the thin lines. Errors below 10⁻¹⁰ are rounding. Only the linear high-gain observer, \
              which differentiates, is disturbed by the jumps.",
         )
         .columns(2)
-        .panel(states(&run, 0)?.y_range(-2.0, 4.0))
-        .panel(states(&run, 1)?.y_range(-40.0, 5.0))
+        .panel(state(&run, 0))
+        .panel(state(&run, 1))
+        .panel(start(&run, 0)?.y_range(-2.0, 4.0))
+        .panel(start(&run, 1)?.y_range(-40.0, 5.0))
         .panel(errors(&run, 0, 1e-10, 10.0)?)
         .panel(errors(&run, 1, 1e-10, 100.0)?);
     Ok(Plate { figure, data: table(&run)? })
@@ -91,13 +108,15 @@ fn noise_free(context: &Context) -> Result<Plate, CheckError> {
 
 fn noisy(context: &Context) -> Result<Plate, CheckError> {
     let run = noise::shown(context)?;
-    let figure = Figure::new("Fig. 2: the observers of the Ćuk converter, with noise")
+    let figure = Figure::new("Fig. 2, with noise: the observers of the Ćuk converter")
         .caption(
             "As without noise, with uniform noise of ±0.02 V on v₂ and ±0.2 mA on i₃, held for 0.1 ms and seen by the observers only; seed 1.",
         )
         .columns(2)
-        .panel(states(&run, 0)?.y_range(-2.0, 4.0))
-        .panel(states(&run, 1)?.y_range(-40.0, 5.0))
+        .panel(state(&run, 0))
+        .panel(state(&run, 1))
+        .panel(start(&run, 0)?.y_range(-2.0, 4.0))
+        .panel(start(&run, 1)?.y_range(-40.0, 5.0))
         .panel(errors(&run, 0, 1e-4, 10.0)?)
         .panel(errors(&run, 1, 1e-4, 100.0)?);
     Ok(Plate { figure, data: table(&run)? })

@@ -1,0 +1,525 @@
+//! A proved bound of the error of the linear and of the cubic observer under bounded disturbances and noise.
+//!
+//! `x' = A x + B u + E w`, `y = C x + D w`, `|w_i| <= W_i`. The theorem is at the head of
+//! `proof/src/statement/input_to_state.rs` and in `docs/theory-cubic.md`; here its numbers are chosen. For a rate alpha
+//! the bounds are `b_k^2 = U (P^-1)_kk` with any P that satisfies `F'P + PF + 2 alpha P + PG diag(lambda)^-1 G'P < 0`
+//! and `sum lambda_i W_i^2 + (cubic part) <= 2 alpha U`. U = 1 fixes the scale of P, and the weighted sum of the
+//! squares of the bounds is made least.
+//!
+//! **Linear observer.** `Z = P^-1 = sum d_i Z_i`, `d_i = 1/lambda_i`, with `(F + alpha I)Z_i + Z_i(F + alpha I)' + G_i
+//! G_i' = 0` for the columns of G. The objective is `sum d_i t_i` under `sum W_i^2/d_i = 2 alpha`, least at `d_i = W_i
+//! sum_j W_j sqrt(t_j) / (2 alpha sqrt(t_i))`. Each rate costs m Lyapunov equations; the rate is found by a search.
+//!
+//! **Cubic observer, or a polytope of plants.** A semidefinite program for each rate. The stored N restricts P to `P =
+//! C'XC + T'YT`, `TN = 0`, where X is taken as a multiple of that of the design (for one output: any X). Then kappa is
+//! inversely proportional to X, mu is proportional, and the cubic part `27/128 kappa (sum mu_i W_i^2)^2` is linear in
+//! X.
+
+use luenberger_linalg::{LyapunovEquation, lambda_max, symmetric_part};
+use luenberger_lmi::{Expression, Problem, block, he, identity, proof_matrix, trace};
+use luenberger_observers::{CubicObserver, LinearObserver};
+use luenberger_proof::certificate::{Certificate, DisturbedPlant, InputToStateStability};
+use luenberger_proof::statement::CubicTerm;
+use luenberger_proof::{Interval, ProofError};
+use nalgebra::{DMatrix, DVector, DVectorView, Dyn};
+
+use crate::certificate::certified;
+use crate::check;
+use crate::cubic::CubicDesign;
+use crate::error::DesignError;
+use crate::robust::orthogonal_rows;
+
+/// What acts on a plant besides its input: `x' = A x + B u + E w`, `y = C x + D w`, `|w_i(t)| <= W_i`.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Disturbances {
+    /// How they enter the states, n x m.
+    pub e: DMatrix<f64>,
+    /// How they enter the outputs, p x m.
+    pub d: DMatrix<f64>,
+    /// Their bounds W, m numbers, 0 or more.
+    pub bounds: Vec<f64>,
+}
+
+impl Disturbances {
+    /// Disturbances of the states, `x' = A x + B u + E w`, and measurement noise, `y = C x + v`, with bounds for each
+    /// component of w and of v.
+    pub fn of_states_and_outputs(e: &DMatrix<f64>, disturbances: &[f64], noise: &[f64]) -> Self {
+        let (n, q, p) = (e.nrows(), e.ncols(), noise.len());
+        Self {
+            e: DMatrix::from_fn(n, q + p, |i, j| if j < q { e[(i, j)] } else { 0.0 }),
+            d: DMatrix::from_fn(p, q + p, |i, j| if j == q + i { 1.0 } else { 0.0 }),
+            bounds: disturbances.iter().chain(noise).copied().collect(),
+        }
+    }
+
+    /// Measurement noise only.
+    pub fn of_outputs(states: usize, noise: &[f64]) -> Self {
+        Self::of_states_and_outputs(&DMatrix::zeros(states, 0), &[], noise)
+    }
+}
+
+certified!(ErrorBound);
+
+/// A bound of the error under bounded disturbances, with its certificate.
+///
+/// `V = e'Pe` obeys `V(t) <= exp(-2 rate t) V(0) + level`, and `limsup |e_k| <= limsup[k]`.
+#[readonly::make]
+#[derive(Debug, Clone, PartialEq)]
+pub struct ErrorBound {
+    /// P, n x n. For a cubic observer the theorem holds with a matrix P~ that differs from it by rounding.
+    pub p: DMatrix<f64>,
+    /// The rate.
+    pub rate: f64,
+    /// The bound of V in the limit.
+    pub level: f64,
+    /// The bounds of the components of the error in the limit.
+    pub limsup: Vec<f64>,
+    /// The share of the cubic term in `level`, from 0 to 1.
+    pub cubic_share: f64,
+    /// The theorem, proved or not.
+    pub certificate: Certificate,
+}
+
+impl ErrorBound {
+    /// A bound of the error of a linear observer.
+    ///
+    /// Cost: about 60 m Lyapunov equations of order n.
+    ///
+    /// ```
+    /// use luenberger_design::{Disturbances, ErrorBound, LinearDesign};
+    ///
+    /// let plant = luenberger_plants::double_integrator().to_dynamic();
+    /// let design = LinearDesign::with_poles(&plant, &[-2.0, -5.0])?;
+    /// let noise = Disturbances::of_outputs(2, &[0.1]);
+    /// let bound = ErrorBound::linear(&design.observer, &noise)?;
+    /// assert!(bound.certificate.is_proved());
+    /// // The largest error of x1 that any noise of this bound can make is 0.1236.
+    /// assert!(bound.limsup[0] > 0.1236 && bound.limsup[0] < 0.2, "{:?}", bound.limsup);
+    /// # Ok::<(), luenberger_design::DesignError>(())
+    /// ```
+    ///
+    /// # Errors
+    /// [`DesignError::NotHurwitz`] for an observer that does not converge, [`DesignError::NotPositive`] for bounds that
+    /// are negative or all zero, [`DesignError::Matrix`] for shapes that do not fit.
+    pub fn linear(
+        observer: &LinearObserver<f64, Dyn, Dyn, Dyn>,
+        disturbances: &Disturbances,
+    ) -> Result<Self, DesignError> {
+        let system = ErrorSystem::new((&observer.a, &observer.l, &observer.c), disturbances)?;
+        system.linear()?.certify(&system)
+    }
+
+    /// A bound of the error of a cubic observer.
+    ///
+    /// Cost: the linear one, and about 20 semidefinite programs of about `n^2` unknowns.
+    ///
+    /// # Errors
+    /// As [`linear`](Self::linear); [`DesignError::Undecided`] where no program was solved; the errors of
+    /// [`certify_gain`](crate::robust::certify_gain) for an N that no P admits.
+    pub fn cubic(design: &CubicDesign, disturbances: &Disturbances) -> Result<Self, DesignError> {
+        Self::cubic_observer(&design.observer, &design.p, disturbances)
+    }
+
+    /// As [`cubic`](Self::cubic), for an observer whose N was computed with this P.
+    ///
+    /// # Errors
+    /// As [`cubic`](Self::cubic).
+    pub fn cubic_observer(
+        o: &CubicObserver<f64, Dyn, Dyn, Dyn>,
+        p: &DMatrix<f64>,
+        disturbances: &Disturbances,
+    ) -> Result<Self, DesignError> {
+        let mut system = ErrorSystem::new((&o.a, &o.l, &o.c), disturbances)?;
+        if o.n.iter().all(|x| *x == 0.0) || o.theta.iter().all(|x| *x == 0.0) {
+            return system.linear()?.certify(&system);
+        }
+        system.cubic = Some(system.cubic_part(&o.n, &o.theta, p)?);
+        let linear = system.linear()?;
+        system.by_programs(linear.rate, &linear.limsup)?.certify(&system)
+    }
+
+    /// A bound of the error of an observer of the plant (A, L, C) for every pair (A, E) of the convex hull of
+    /// `vertices`, the observer running the same A as the plant; `disturbances.e` is not used. With a cubic term where
+    /// N, theta and the P of its design are given.
+    ///
+    /// For an observer that runs a nominal A on an uncertain plant, the A of every vertex is the nominal one, and `E_k
+    /// = [E, A_k - A]`, with bounds of the states among those of the disturbances.
+    ///
+    /// # Errors
+    /// As [`cubic`](Self::cubic); [`DesignError::NoVertices`].
+    pub fn polytope(
+        vertices: &[(DMatrix<f64>, DMatrix<f64>)],
+        (l, c): (&DMatrix<f64>, &DMatrix<f64>),
+        cubic: Option<(&DMatrix<f64>, &DMatrix<f64>, &DMatrix<f64>)>,
+        disturbances: &Disturbances,
+    ) -> Result<Self, DesignError> {
+        let Some((a, e)) = vertices.first() else { return Err(DesignError::NoVertices) };
+        let of_vertex = |a, e: &DMatrix<f64>| {
+            let here = Disturbances { e: e.clone(), ..disturbances.clone() };
+            ErrorSystem::new((a, l, c), &here)
+        };
+        let mut system = of_vertex(a, e)?;
+        let first = system.linear()?;
+        for (a, e) in &vertices[1..] {
+            system.vertices.extend(of_vertex(a, e)?.vertices);
+        }
+        if let Some((n, theta, p)) = cubic {
+            system.cubic = Some(system.cubic_part(n, theta, p)?);
+        }
+        system.by_programs(first.rate, &first.limsup)?.certify(&system)
+    }
+}
+
+/// The disturbances that are not zero, and the observer.
+pub(crate) struct ErrorSystem {
+    /// A and E at each vertex.
+    vertices: Vec<(DMatrix<f64>, DMatrix<f64>)>,
+    c: DMatrix<f64>,
+    d: DMatrix<f64>,
+    l: DMatrix<f64>,
+    bounds: Vec<f64>,
+    cubic: Option<CubicPart>,
+    /// The pairs (A, E) and D as they are proved, where they are not the numbers above but enclosed by intervals.
+    enclosed: Option<Enclosed>,
+}
+
+/// A, E and D in intervals.
+pub(crate) struct Enclosed {
+    pub(crate) a: luenberger_proof::Matrix<Interval>,
+    pub(crate) e: luenberger_proof::Matrix<Interval>,
+    pub(crate) d: luenberger_proof::Matrix<Interval>,
+}
+
+/// The cubic term and its bound for the X of the design.
+struct CubicPart {
+    n: DMatrix<f64>,
+    theta: DMatrix<f64>,
+    x: DMatrix<f64>,
+    kappa: f64,
+    mu: Vec<f64>,
+    /// `27/128 kappa (sum mu_i W_i^2)^2`.
+    cost: f64,
+}
+
+/// The numbers of a bound before it is proved.
+struct Candidate {
+    p: DMatrix<f64>,
+    rate: f64,
+    lambda: Vec<f64>,
+    /// By how much X exceeds that of the design.
+    x: f64,
+    limsup: Vec<f64>,
+}
+
+const WHAT: &str = "a bound of the error, [F'P + PF + 2 rate P, PG; *, -diag(lambda)] < 0,";
+
+impl ErrorSystem {
+    pub(crate) fn new(
+        (a, l, c): (&DMatrix<f64>, &DMatrix<f64>, &DMatrix<f64>),
+        disturbances: &Disturbances,
+    ) -> Result<Self, DesignError> {
+        let (n, p, m) = (a.nrows(), c.nrows(), disturbances.bounds.len());
+        check::matrix("A", a, (n, n))?;
+        check::matrix("C", c, (p, n))?;
+        check::matrix("L", l, (n, p))?;
+        check::matrix("E", &disturbances.e, (n, m))?;
+        check::matrix("D", &disturbances.d, (p, m))?;
+        for &bound in &disturbances.bounds {
+            if !(bound >= 0.0 && bound.is_finite()) {
+                return Err(DesignError::NotPositive { what: "the bound of a disturbance", value: bound });
+            }
+        }
+        let present: Vec<usize> = (0..m).filter(|&i| disturbances.bounds[i] > 0.0).collect();
+        if present.is_empty() {
+            return Err(DesignError::NotPositive { what: "the largest bound of a disturbance", value: 0.0 });
+        }
+        check::hurwitz("A - L C", (a, l, c))?;
+        Ok(Self {
+            vertices: vec![(a.clone(), disturbances.e.select_columns(&present))],
+            c: c.clone(),
+            d: disturbances.d.select_columns(&present),
+            l: l.clone(),
+            bounds: present.iter().map(|&i| disturbances.bounds[i]).collect(),
+            cubic: None,
+            enclosed: None,
+        })
+    }
+
+    /// F and G, its columns times the bounds, at each vertex.
+    fn flows(&self) -> Vec<(DMatrix<f64>, DMatrix<f64>)> {
+        let bounds = DMatrix::from_diagonal(&DVector::from_column_slice(&self.bounds));
+        self.vertices.iter().map(|(a, e)| (a - &self.l * &self.c, (e - &self.l * &self.d) * &bounds)).collect()
+    }
+
+    /// The optimum for the linear observer and the first vertex.
+    fn linear(&self) -> Result<Candidate, DesignError> {
+        let Some((f, g)) = self.flows().into_iter().next() else { return Err(DesignError::NoVertices) };
+        let n = f.nrows();
+        let fastest = -luenberger_linalg::spectral_abscissa(&f)?;
+        check::positive("the decay rate of A - L C", fastest)?;
+        // Rates from a hundredth of the fastest to close to it; first the best bound of each component by itself.
+        let shares: Vec<f64> = (0..24).map(|k| 0.02 * f64::powf(48.5, f64::from(k) / 23.0)).collect();
+        let mut best = vec![f64::INFINITY; n];
+        for share in &shares {
+            let Some(reached) = Reached::new(&f, &g, share * fastest) else { continue };
+            for (k, best) in best.iter_mut().enumerate() {
+                *best = best.min(reached.component(k));
+            }
+        }
+        let found = |why| DesignError::Undecided { what: WHAT, why, best: f64::NAN, seen: None };
+        let unproved = || found(luenberger_proof::UndecidedReason::NotByThisMatrix { name: "P" });
+        if best.iter().any(|b| !b.is_finite()) {
+            return Err(unproved());
+        }
+        // A component that no disturbance reaches has the bound 0: the others decide.
+        let largest = best.iter().fold(0.0_f64, |m, b| m.max(*b));
+        let weights: Vec<f64> = best.iter().map(|b| 1.0 / b.max(1e-6 * largest).powi(2)).collect();
+        let cost = |share: f64| {
+            Reached::new(&f, &g, share * fastest).map_or(f64::INFINITY, |reached| reached.combined(&weights).1)
+        };
+        let start = shares.iter().copied().min_by(|a, b| cost(*a).total_cmp(&cost(*b))).unwrap_or(0.5);
+        let share = golden(start / 1.2, (start * 1.2).min(0.985), 20, cost);
+        let rate = share * fastest;
+        let reached = Reached::new(&f, &g, rate).ok_or_else(unproved)?;
+        let (d, _) = reached.combined(&weights);
+        let mut z: DMatrix<f64> = reached.parts.iter().zip(&d).map(|(part, d)| part * *d).sum();
+        // Directions that no disturbance reaches, so that P exists.
+        let scaling = DMatrix::from_diagonal(&DVector::from_iterator(n, weights.iter().map(|w| 1e-9 / w)));
+        z += LyapunovEquation::new(&(&f + DMatrix::identity(n, n) * rate).transpose())?.solve(&scaling)?.p;
+        let z = symmetric_part(&z);
+        let p = symmetric_part(&check::solve_definite("P^-1", &z, &DMatrix::identity(n, n))?);
+        let lambda = d.iter().zip(&self.bounds).map(|(d, w)| (1.0 / d) / (w * w)).collect();
+        let limsup = (0..n).map(|k| z[(k, k)].max(0.0).sqrt()).collect();
+        // A little less than the rate, for which the inequality holds strictly.
+        Ok(Candidate { p, rate: rate * (1.0 - 1e-6), lambda, x: 0.0, limsup })
+    }
+
+    /// N, theta and the P of its design.
+    fn cubic_part(
+        &self,
+        n_gain: &DMatrix<f64>,
+        theta: &DMatrix<f64>,
+        p: &DMatrix<f64>,
+    ) -> Result<CubicPart, DesignError> {
+        let (n, outputs) = (p.nrows(), self.c.nrows());
+        check::matrix("N", n_gain, (n, outputs))?;
+        let theta = check::positive_semidefinite("theta", theta, outputs)?;
+        let gram = symmetric_part(&(&self.c * check::solve_definite("P", p, &self.c.transpose())?));
+        let x = symmetric_part(&check::solve_definite("C P^-1 C'", &gram, &DMatrix::identity(outputs, outputs))?);
+        let s = -(&x * (&self.c * n_gain));
+        let accretive = symmetric_part(&s);
+        let Some(root) = accretive.clone().cholesky() else {
+            let lambda_min = luenberger_linalg::lambda_min(&accretive)?;
+            return Err(luenberger_linalg::LinalgError::NotPositiveDefinite { what: "S + S'", lambda_min }.into());
+        };
+        // theta <= kappa S: the largest eigenvalue of root^-1 theta root^-T.
+        let half = root.l().solve_lower_triangular(&theta).unwrap_or_else(|| theta.clone());
+        let both = root.l().solve_lower_triangular(&half.transpose()).unwrap_or(half);
+        let slack = 1.0 + 1e-9;
+        let kappa = lambda_max(&symmetric_part(&both))? * slack;
+        // D'S S_s^-1 S'D <= diag(mu), by the diagonal dominance that is sharp at the bounds.
+        let column = s.transpose() * &self.d;
+        let k = column.transpose() * root.solve(&column);
+        let mu: Vec<f64> = (0..k.nrows())
+            .map(|i| (0..k.ncols()).map(|j| k[(i, j)].abs() * self.bounds[j] / self.bounds[i]).sum::<f64>())
+            .collect();
+        // A disturbance of the states only needs no mu; the inequality is strict for the others.
+        let mu: Vec<f64> = mu.into_iter().map(|mu| mu * slack).collect();
+        let square: f64 = mu.iter().zip(&self.bounds).map(|(mu, w)| mu * w * w).sum();
+        let cost = 27.0 / 128.0 * kappa * square * square;
+        Ok(CubicPart { n: n_gain.clone(), theta, x, kappa, mu, cost })
+    }
+
+    /// The best of the rates near that of the linear observer, each by a semidefinite program in the units of `scale`.
+    fn by_programs(&self, rate: f64, scale: &[f64]) -> Result<Candidate, DesignError> {
+        let mut best: Option<(f64, Candidate)> = None;
+        let mut last = None;
+        let mut cost = |rate: f64| match self.program(rate, scale) {
+            Ok((cost, candidate)) => {
+                if best.as_ref().is_none_or(|(least, _)| cost < *least) {
+                    best = Some((cost, candidate));
+                }
+                cost
+            }
+            Err(error) => {
+                last = Some(error);
+                f64::INFINITY
+            }
+        };
+        let start = [0.25, 0.5, 0.75, 1.0, 1.3].map(|share| share * rate);
+        let costs = start.map(&mut cost);
+        let at = (0..start.len()).min_by(|a, b| costs[*a].total_cmp(&costs[*b])).unwrap_or(0);
+        golden(0.8 * start[at], 1.2 * start[at], 8, &mut cost);
+        match (best, last) {
+            (Some((_, candidate)), _) => Ok(candidate),
+            (None, Some(error)) => Err(error),
+            (None, None) => Err(DesignError::NoVertices),
+        }
+    }
+
+    /// The least sum of squares of the bounds, in the units of `scale`, at a rate.
+    fn program(&self, rate: f64, scale: &[f64]) -> Result<(f64, Candidate), DesignError> {
+        let (n, m) = (scale.len(), self.bounds.len());
+        let largest = scale.iter().fold(0.0_f64, |m, b| m.max(*b));
+        let scale = DVector::from_iterator(n, scale.iter().map(|b| b.max(1e-6 * largest)));
+        let (units, inverse) = (DMatrix::from_diagonal(&scale), DMatrix::from_diagonal(&scale.map(f64::recip)));
+        let mut lmi = Problem::new();
+        let lambda = lmi.diagonal("lambda", m);
+        let z = lmi.symmetric("Z", n);
+        let mut spent: Expression = trace(&lambda);
+        let p: Expression = match &self.cubic {
+            None => {
+                let p = lmi.symmetric("P", n);
+                Expression::from(&p)
+            }
+            Some(part) => {
+                let x = lmi.scalar("x");
+                lmi.constrain("x > 0", &x >> 0.0);
+                let seen = &self.c * &units;
+                let t = orthogonal_rows(&(&inverse * &part.n));
+                let mut p = seen.transpose() * (&x * &part.x) * &seen;
+                if t.nrows() > 0 {
+                    let y = lmi.symmetric("Y", t.nrows());
+                    p = p + t.transpose() * &y * &t;
+                }
+                spent = spent + part.cost * &x;
+                p
+            }
+        };
+        for (k, (f, g)) in self.flows().into_iter().enumerate() {
+            let (f, g) = (&inverse * f * &units, &inverse * g);
+            let corner = &p * &g;
+            let block = block![[he(&p * &f) + (2.0 * rate) * &p, corner.clone()], [corner.transpose(), -&lambda]];
+            lmi.constrain(&format!("decrease at vertex {}", k + 1), block << 0.0);
+        }
+        lmi.constrain("level", spent << (2.0 * rate));
+        lmi.constrain("P^-1 < Z", block![[p.clone(), identity(n)], [identity(n), z.clone()]] >> 0.0);
+        lmi.minimise(trace(&z));
+        let solution = lmi.solve()?;
+        if !solution.verdict.is_proved() {
+            return Err(DesignError::not_proved(WHAT, Some(solution.verdict)));
+        }
+        let named = |name| solution.named(name).cloned().unwrap_or_else(|| DMatrix::zeros(0, 0));
+        let (p, x) = match &self.cubic {
+            None => (named("P"), 0.0),
+            Some(part) => {
+                let x = named("x")[(0, 0)];
+                let seen = &self.c * &units;
+                let mut p = seen.transpose() * &part.x * &seen * x;
+                let t = orthogonal_rows(&(&inverse * &part.n));
+                if t.nrows() > 0 {
+                    p += t.transpose() * named("Y") * &t;
+                }
+                (p, x)
+            }
+        };
+        let p = symmetric_part(&(&inverse * p * &inverse));
+        let z = check::solve_definite("P", &p, &DMatrix::identity(n, n))?;
+        let cost = (0..n).map(|k| z[(k, k)] / (scale[k] * scale[k])).sum();
+        let lambda = named("lambda");
+        let lambda = (0..m).map(|i| lambda[(i, i)] / (self.bounds[i] * self.bounds[i])).collect();
+        let limsup = (0..n).map(|k| z[(k, k)].sqrt()).collect();
+        Ok((cost, Candidate { p, rate, lambda, x, limsup }))
+    }
+}
+
+impl Candidate {
+    /// The bounds, rounded up from those of this P, and the theorem.
+    fn certify(self, system: &ErrorSystem) -> Result<ErrorBound, DesignError> {
+        let n = self.p.nrows();
+        let Self { p, rate, lambda, x, .. } = self;
+        let up = 1.0 + 1e-7;
+        let of_linear: f64 = lambda.iter().zip(&system.bounds).map(|(lambda, w)| lambda * w * w).sum();
+        let of_cubic = system.cubic.as_ref().map_or(0.0, |part| part.cost * x);
+        let level = (of_linear + of_cubic) / (2.0 * rate) * up;
+        let z = check::solve_definite("P", &p, &DMatrix::identity(n, n))?;
+        let limsup: Vec<f64> = (0..n).map(|k| (level * z[(k, k)]).sqrt() * up).collect();
+        let cubic = system.cubic.as_ref().map(|part| CubicTerm {
+            n: proof_matrix(&part.n),
+            theta: proof_matrix(&part.theta),
+            x: proof_matrix(&symmetric_part(&(&part.x * x))),
+            kappa: part.kappa / x * up,
+            mu: part.mu.iter().map(|mu| mu * x).collect(),
+        });
+        let exactly =
+            |(a, e): &(DMatrix<f64>, DMatrix<f64>)| DisturbedPlant::exactly(&proof_matrix(a), &proof_matrix(e));
+        let points = |m: &DMatrix<f64>| proof_matrix(&m.map(Interval::of));
+        let (vertices, d) = match &system.enclosed {
+            None => (
+                system.vertices.iter().map(exactly).collect::<Result<Vec<_>, ProofError>>()?,
+                DisturbedPlant::within(&points(&system.d), &points(&system.d))?.e,
+            ),
+            Some(enclosed) => (
+                vec![DisturbedPlant::within(&enclosed.a, &enclosed.e)?],
+                DisturbedPlant::within(&enclosed.d, &enclosed.d)?.e,
+            ),
+        };
+        let theorem = InputToStateStability {
+            vertices,
+            c: proof_matrix(&system.c),
+            d,
+            l: proof_matrix(&system.l),
+            cubic,
+            p: proof_matrix(&p),
+            rate,
+            lambda,
+            disturbances: system.bounds.clone(),
+            level,
+            limsup: limsup.clone(),
+        };
+        let cubic_share = of_cubic / (of_linear + of_cubic);
+        Ok(ErrorBound { certificate: Certificate::of([theorem])?, p, rate, level, limsup, cubic_share })
+    }
+}
+
+/// The matrices `Z_i` of the head of this file at one rate.
+struct Reached {
+    parts: Vec<DMatrix<f64>>,
+    rate: f64,
+}
+
+impl Reached {
+    fn new(f: &DMatrix<f64>, g: &DMatrix<f64>, rate: f64) -> Option<Self> {
+        let n = f.nrows();
+        let mut equation = LyapunovEquation::new(&(f + DMatrix::identity(n, n) * rate).transpose()).ok()?;
+        let mut part = |g: DVectorView<'_, f64>| Some(equation.solve(&(g * g.transpose())).ok()?.p);
+        let parts = g.column_iter().map(&mut part).collect::<Option<_>>()?;
+        Some(Self { parts, rate })
+    }
+
+    /// The bound of a component if nothing but it counts.
+    fn component(&self, k: usize) -> f64 {
+        let sum: f64 = self.parts.iter().map(|part| part[(k, k)].max(0.0).sqrt()).sum();
+        sum / (2.0 * self.rate).sqrt()
+    }
+
+    /// The d of the least weighted sum of squares, and that sum. The columns of G include the bounds: all W are 1.
+    fn combined(&self, weights: &[f64]) -> (Vec<f64>, f64) {
+        let cost =
+            |part: &DMatrix<f64>| weights.iter().enumerate().map(|(k, w)| w * part[(k, k)].max(0.0)).sum::<f64>();
+        let roots: Vec<f64> = self.parts.iter().map(|part| cost(part).sqrt()).collect();
+        let total: f64 = roots.iter().sum();
+        // A disturbance without effect is given the multiplier of a small one.
+        let d = roots.iter().map(|root| total / (2.0 * self.rate * root.max(1e-9 * total))).collect();
+        (d, total * total / (2.0 * self.rate))
+    }
+}
+
+/// The least value of a function on an interval by golden section, for a function with one minimum.
+fn golden(mut low: f64, mut high: f64, steps: usize, mut f: impl FnMut(f64) -> f64) -> f64 {
+    let ratio = (5.0_f64.sqrt() - 1.0) / 2.0;
+    let (mut a, mut b) = (high - ratio * (high - low), low + ratio * (high - low));
+    let (mut at_a, mut at_b) = (f(a), f(b));
+    for _ in 0..steps {
+        if at_a <= at_b {
+            (high, b, at_b) = (b, a, at_a);
+            a = high - ratio * (high - low);
+            at_a = f(a);
+        } else {
+            (low, a, at_a) = (a, b, at_b);
+            b = low + ratio * (high - low);
+            at_b = f(b);
+        }
+    }
+    if at_a <= at_b { a } else { b }
+}

@@ -1,0 +1,238 @@
+//! Serialisation of linear observers (feature `serde`), in any format of serde.
+//!
+//! An observer is written as its matrices, each an array of rows, under the names of its constructor's arguments. It is
+//! read through its constructor: a file that was changed by hand gives an observer that its constructor accepts, or the
+//! constructor's error. Sizes known at compile time must be those of the file.
+//!
+//! No evidence is stored here: that is a certificate file, which is proved again when it is read
+//! (`luenberger_design::StoredDesign`).
+//!
+//! ```
+//! use luenberger_observers::{LinearObserver, StaticLinearObserver};
+//! use nalgebra::Vector2;
+//! let plant = luenberger_plants::double_integrator();
+//! let observer = LinearObserver::new(plant.a, plant.b, plant.c, Vector2::new(7.0, 10.0))?;
+//! let text = serde_json::to_string(&observer)?;
+//! assert_eq!(text, r#"{"a":[[0.0,1.0],[0.0,0.0]],"b":[[0.0],[1.0]],"c":[[1.0,0.0]],"l":[[7.0],[10.0]]}"#);
+//! let read: StaticLinearObserver<f64, 2, 1, 1> = serde_json::from_str(&text)?;
+//! assert_eq!(read, observer);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+
+extern crate alloc;
+
+use alloc::vec::Vec;
+
+use luenberger_plants::{LinearPlant, PlantError, Size};
+use nalgebra::allocator::Allocator;
+use nalgebra::{DefaultAllocator, Dim, OMatrix, RealField};
+use serde::de::Error as _;
+use serde::{Deserialize, Deserializer, Serialize, Serializer};
+
+use crate::error::ObserverError;
+use crate::observer::SampledObserver;
+use crate::{
+    CubicObserver, DiscreteLinearObserver, KalmanFilter, KalmanModel, LinearObserver, SampledCubicGains,
+    SampledCubicObserver, StationaryKalmanFilter,
+};
+
+/// A matrix as an array of its rows.
+type Rows<T> = Vec<Vec<T>>;
+
+fn rows<T: RealField + Copy, R: Dim, C: Dim>(m: &OMatrix<T, R, C>) -> Rows<T>
+where
+    DefaultAllocator: Allocator<R, C>,
+{
+    m.row_iter().map(|row| row.iter().copied().collect()).collect()
+}
+
+/// The matrix with these rows.
+///
+/// # Errors
+/// [`ObserverError::Matrix`]: rows of different lengths, or another size than the type has.
+fn matrix<T: RealField + Copy, R: Dim, C: Dim>(
+    name: &'static str,
+    rows: &[Vec<T>],
+) -> Result<OMatrix<T, R, C>, ObserverError>
+where
+    DefaultAllocator: Allocator<R, C>,
+{
+    let height = R::try_to_usize().unwrap_or(rows.len());
+    let width = C::try_to_usize().unwrap_or_else(|| rows.first().map_or(0, Vec::len));
+    let misfit = rows.iter().map(Vec::len).find(|length| *length != width);
+    if rows.len() != height || misfit.is_some() {
+        let found = (rows.len(), misfit.unwrap_or(width));
+        return Err(PlantError::DimensionMismatch { what: name, expected: (height, width), found }.into());
+    }
+    Ok(OMatrix::from_fn_generic(R::from_usize(height), C::from_usize(width), |i, j| rows[i][j]))
+}
+
+fn maybe<T: RealField + Copy, R: Dim, C: Dim>(rows: Option<Rows<T>>) -> Result<Option<OMatrix<T, R, C>>, ObserverError>
+where
+    DefaultAllocator: Allocator<R, C>,
+{
+    rows.map(|rows| matrix("D", &rows)).transpose()
+}
+
+/// The form in which an observer is stored, and the way there and back.
+macro_rules! stored {
+    ($(
+        $(#[$doc:meta])*
+        $observer:ident as $form:ident { $($field:ident: $kind:ty),+ $(,)? }
+        |$this:ident| $write:expr,
+        |$read:ident| $build:expr;
+    )+) => {$(
+        $(#[$doc])*
+        #[derive(Serialize, Deserialize)]
+        #[serde(deny_unknown_fields)]
+        struct $form<T> {
+            $($field: $kind,)+
+            #[serde(skip_serializing_if = "Option::is_none")]
+            d: Option<Rows<T>>,
+        }
+
+        impl<T: RealField + Copy + Serialize, N: Dim, M: Dim, P: Dim> Serialize for $observer<T, N, M, P>
+        where
+            DefaultAllocator: Size<N, M, P>,
+        {
+            fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+                let $this = self;
+                $write.serialize(serializer)
+            }
+        }
+
+        impl<'de, T: RealField + Copy + Deserialize<'de>, N: Dim, M: Dim, P: Dim> Deserialize<'de>
+            for $observer<T, N, M, P>
+        where
+            DefaultAllocator: Size<N, M, P>,
+        {
+            fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+                let $read = $form::<T>::deserialize(deserializer)?;
+                let build = || -> Result<Self, ObserverError> { $build };
+                build().map_err(D::Error::custom)
+            }
+        }
+    )+};
+}
+
+stored! {
+    LinearObserver as Linear { a: Rows<T>, b: Rows<T>, c: Rows<T>, l: Rows<T> }
+    |o| Linear { a: rows(&o.a), b: rows(&o.b), c: rows(&o.c), l: rows(&o.l), d: o.d.as_ref().map(rows) },
+    |f| Self::of(plant(&f.a, &f.b, &f.c, f.d)?, matrix("L", &f.l)?);
+
+    CubicObserver as Cubic { a: Rows<T>, b: Rows<T>, c: Rows<T>, l: Rows<T>, n: Rows<T>, theta: Rows<T> }
+    |o| Cubic {
+        a: rows(&o.a),
+        b: rows(&o.b),
+        c: rows(&o.c),
+        l: rows(&o.l),
+        n: rows(&o.n),
+        theta: rows(&o.theta),
+        d: o.d.as_ref().map(rows),
+    },
+    |f| Self::of(plant(&f.a, &f.b, &f.c, f.d)?, matrix("L", &f.l)?, matrix("N", &f.n)?, matrix("theta", &f.theta)?);
+
+    DiscreteLinearObserver as Discrete { a: Rows<T>, b: Rows<T>, c: Rows<T>, l: Rows<T>, period: T }
+    |o| discrete(o),
+    |f| observer(f);
+
+    /// Fields of the predictor, and K.
+    StationaryKalmanFilter as Stationary { a: Rows<T>, b: Rows<T>, c: Rows<T>, l: Rows<T>, k: Rows<T>, period: T }
+    |o| {
+        let Discrete { a, b, c, l, period, d } = discrete(o.predictor());
+        Stationary { a, b, c, l, k: rows(o.k()), period, d }
+    },
+    |f| Self::new(observer(Discrete { a: f.a, b: f.b, c: f.c, l: f.l, period: f.period, d: f.d })?, matrix("K", &f.k)?);
+
+    SampledCubicObserver as SampledCubic {
+        ad: Rows<T>, bd: Rows<T>, c: Rows<T>, ld: Rows<T>, n: Rows<T>, theta: Rows<T>, w: T, period: T,
+    }
+    |o| SampledCubic {
+        ad: rows(o.ad()),
+        bd: rows(o.bd()),
+        c: rows(o.c()),
+        ld: rows(o.ld()),
+        n: rows(o.n()),
+        theta: rows(o.theta()),
+        w: o.w(),
+        period: o.period(),
+        d: o.d().map(rows),
+    },
+    |f| {
+        let observer = Self::new(SampledCubicGains {
+            ad: matrix("Ad", &f.ad)?,
+            bd: matrix("Bd", &f.bd)?,
+            c: matrix("C", &f.c)?,
+            ld: matrix("Ld", &f.ld)?,
+            n: matrix("N", &f.n)?,
+            theta: matrix("theta", &f.theta)?,
+            w: f.w,
+            period: f.period,
+        })?;
+        match maybe(f.d)? {
+            Some(d) => observer.with_feedthrough(d),
+            None => Ok(observer),
+        }
+    };
+
+    KalmanFilter as Kalman {
+        ad: Rows<T>, bd: Rows<T>, c: Rows<T>, w: Rows<T>, v: Rows<T>, p0: Rows<T>, period: T,
+    }
+    |o| {
+        let KalmanModel { ad, bd, c, w, v, p0, period } = o.model();
+        Kalman {
+            ad: rows(ad),
+            bd: rows(bd),
+            c: rows(c),
+            w: rows(w),
+            v: rows(v),
+            p0: rows(p0),
+            period: *period,
+            d: o.d().map(rows),
+        }
+    },
+    |f| {
+        let filter = Self::new(KalmanModel {
+            ad: matrix("Ad", &f.ad)?,
+            bd: matrix("Bd", &f.bd)?,
+            c: matrix("C", &f.c)?,
+            w: matrix("W", &f.w)?,
+            v: matrix("V", &f.v)?,
+            p0: matrix("P(0)", &f.p0)?,
+            period: f.period,
+        })?;
+        match maybe(f.d)? {
+            Some(d) => filter.with_feedthrough(d),
+            None => Ok(filter),
+        }
+    };
+}
+
+fn plant<T: RealField + Copy, N: Dim, M: Dim, P: Dim>(
+    a: &[Vec<T>],
+    b: &[Vec<T>],
+    c: &[Vec<T>],
+    d: Option<Rows<T>>,
+) -> Result<LinearPlant<T, N, M, P>, ObserverError>
+where
+    DefaultAllocator: Size<N, M, P>,
+{
+    Ok(LinearPlant { a: matrix("A", a)?, b: matrix("B", b)?, c: matrix("C", c)?, d: maybe(d)? })
+}
+
+fn discrete<T: RealField + Copy, N: Dim, M: Dim, P: Dim>(o: &DiscreteLinearObserver<T, N, M, P>) -> Discrete<T>
+where
+    DefaultAllocator: Size<N, M, P>,
+{
+    let LinearPlant { a, b, c, d } = o.plant();
+    Discrete { a: rows(a), b: rows(b), c: rows(c), l: rows(o.l()), period: o.period(), d: d.as_ref().map(rows) }
+}
+
+fn observer<T: RealField + Copy, N: Dim, M: Dim, P: Dim>(
+    f: Discrete<T>,
+) -> Result<DiscreteLinearObserver<T, N, M, P>, ObserverError>
+where
+    DefaultAllocator: Size<N, M, P>,
+{
+    DiscreteLinearObserver::new(plant(&f.a, &f.b, &f.c, f.d)?, matrix("L", &f.l)?, f.period)
+}

@@ -1,0 +1,338 @@
+//! A bound of the error under bounded disturbances and measurement noise, of the linear and of the cubic observer.
+//!
+//! **Hypotheses.** For the plant `x' = Ax + Bu + Ew`, `y = Cx + Dw` with `|w_i| <= W_i`, and for the observer with the
+//! gains L, N and theta as stored: `P~ > 0`; the block inequality of the linear part at every vertex (A, E) with the
+//! multipliers lambda and a rate; for the cubic term `theta >= 0` and two inequalities with the numbers kappa and mu;
+//! `2 rate level` is at least the sum of all that the disturbances can add to V'; `limsup_i^2 P~ > level 1_i 1_i'`.
+//!
+//! **Theorem.** `V = e'P~e` obeys `V(t) <= exp(-2 rate t) V(0) + level` for every e(0) and every such w, and `limsup
+//! |e_i| <= limsup_i`.
+//!
+//! **Proof.** In the head of `statement/input_to_state.rs`.
+
+use super::super::Fault;
+use super::super::fields::{Field, Fields, LARGEST_ORDER};
+use super::super::number::Datum;
+use super::super::write::Out;
+use super::{Fact, FileError, Statement, bounded, counted, data, enclosed, intervals};
+use crate::error::ProofError;
+use crate::interval::Interval;
+use crate::matrix::Matrix;
+use crate::statement::{CubicTerm, DisturbedObserver, ErrorBound, input_to_state};
+use crate::wording::{at_least, at_most};
+
+/// State and disturbance matrix of a plant `x' = Ax + Bu + Ew`, or a box of such pairs.
+#[derive(Debug, Clone, PartialEq)]
+pub struct DisturbedPlant {
+    /// A, n x n.
+    pub a: Matrix<Datum>,
+    /// E, n x m.
+    pub e: Matrix<Datum>,
+}
+
+impl DisturbedPlant {
+    /// One pair of matrices.
+    ///
+    /// # Errors
+    /// [`ProofError::NotFinite`].
+    pub fn exactly(a: &Matrix<f64>, e: &Matrix<f64>) -> Result<Self, ProofError> {
+        Ok(Self { a: data(a, "A")?, e: data(e, "E")? })
+    }
+
+    /// A box of pairs.
+    ///
+    /// # Errors
+    /// [`ProofError::NotFinite`] for a bound that is infinite.
+    pub fn within(a: &Matrix<Interval>, e: &Matrix<Interval>) -> Result<Self, ProofError> {
+        Ok(Self { a: bounded(a, "A")?, e: bounded(e, "E")? })
+    }
+}
+
+/// The data of the theorem; the head of the file has statement and proof.
+#[derive(Debug, Clone, PartialEq)]
+pub struct InputToStateStability {
+    /// The plant, or the vertices of a polytope of plants: pairs of the same shapes.
+    pub vertices: Vec<DisturbedPlant>,
+    /// The output matrix, p x n.
+    pub c: Matrix<f64>,
+    /// How the disturbances enter the outputs, p x m.
+    pub d: Matrix<Datum>,
+    /// The linear gain L, n x p, as stored.
+    pub l: Matrix<f64>,
+    /// The cubic term; none for the linear observer.
+    pub cubic: Option<CubicTerm>,
+    /// P, n x n.
+    pub p: Matrix<f64>,
+    /// The rate, positive.
+    pub rate: f64,
+    /// The multipliers of the disturbances.
+    pub lambda: Vec<f64>,
+    /// The bounds of the disturbances, 0 or more.
+    pub disturbances: Vec<f64>,
+    /// The bound of V in the limit, positive.
+    pub level: f64,
+    /// The bounds of the components of the error in the limit, positive.
+    pub limsup: Vec<f64>,
+}
+
+fn positive(what: &'static str, value: f64) -> Result<(), ProofError> {
+    if value > 0.0 && value.is_finite() { Ok(()) } else { Err(ProofError::Sign { what, value }) }
+}
+
+fn not_negative(what: &'static str, value: f64) -> Result<(), ProofError> {
+    if value >= 0.0 && value.is_finite() { Ok(()) } else { Err(ProofError::Sign { what, value }) }
+}
+
+impl InputToStateStability {
+    fn check(&self) -> Result<(), ProofError> {
+        positive("the rate, which should be positive,", self.rate)?;
+        positive("the level, which should be positive,", self.level)?;
+        for bound in &self.limsup {
+            positive("a bound of the error, which should be positive,", *bound)?;
+        }
+        for bound in &self.disturbances {
+            not_negative("the bound of a disturbance, which should be 0 or more,", *bound)?;
+        }
+        if let Some(term) = &self.cubic {
+            not_negative("kappa, which should be 0 or more,", term.kappa)?;
+        }
+        if self.vertices.is_empty() {
+            return Err(ProofError::Empty { what: "the list of vertices" });
+        }
+        Ok(())
+    }
+
+    /// The name of the Lyapunov matrix: P itself, or the matrix near it for which the stored N is exact.
+    fn metric(&self) -> &'static str {
+        if self.cubic.is_some() { "P~" } else { "P" }
+    }
+
+    fn entries(&self) -> impl Iterator<Item = &Matrix<Datum>> {
+        self.vertices.iter().flat_map(|vertex| [&vertex.a, &vertex.e]).chain([&self.d])
+    }
+}
+
+impl Statement for InputToStateStability {
+    const NAME: &'static str = "input-to-state-stability";
+
+    fn facts(&self) -> Result<Vec<Fact>, ProofError> {
+        self.check()?;
+        let vertices: Vec<_> =
+            self.vertices.iter().map(|vertex| (intervals(&vertex.a), intervals(&vertex.e))).collect();
+        let d = intervals(&self.d);
+        let observer = DisturbedObserver { vertices: &vertices, c: &self.c, d: &d, l: &self.l };
+        let bound = ErrorBound {
+            p: &self.p,
+            rate: self.rate,
+            lambda: &self.lambda,
+            disturbances: &self.disturbances,
+            level: self.level,
+            limsup: &self.limsup,
+        };
+        let found = input_to_state(&observer, self.cubic.as_ref(), &bound)?;
+        let p = self.metric();
+        let mut facts = vec![Fact::new(format!("{p} > 0"), found.positive)];
+        let inequality = format!("[(A - LC)'{p} + {p}(A - LC) + 2 rate {p}, {p}(E - LD); *, -diag(lambda)] < 0");
+        for (k, verdict) in found.decrease.into_iter().enumerate() {
+            facts.push(Fact::at_vertex(&inequality, k, verdict));
+        }
+        let mut spent = "sum lambda_i w_i^2".to_owned();
+        if let Some([weight, dominated, noise]) = found.cubic {
+            facts.push(Fact::new("theta >= 0", weight));
+            facts.push(Fact::new("kappa (S~ + S~') - 2 theta >= 0", dominated));
+            facts.push(Fact::new("[2 diag(mu), 2 D'S~; *, S~ + S~'] >= 0", noise));
+            spent.push_str(" + 27/128 kappa (sum mu_i w_i^2)^2");
+        }
+        facts.push(Fact::new(format!("{spent} <= 2 rate level"), found.level));
+        facts.extend(
+            found
+                .components
+                .into_iter()
+                .enumerate()
+                .map(|(i, verdict)| Fact::new(format!("limsup |e_{}| <= limsup[{i}]", i + 1), verdict)),
+        );
+        Ok(facts)
+    }
+
+    fn words(&self) -> String {
+        let (n, m, p) = (self.p.rows(), self.disturbances.len(), self.c.rows());
+        let sizes = format!("{}, {} and {}", counted(n, "state"), counted(m, "disturbance"), counted(p, "output"));
+        let (plant, a) = match self.vertices.len() {
+            1 => (format!("the plant x' = Ax + Bu + Ew, y = Cx + Dw with {sizes}, any B and u"), "A"),
+            count => (
+                format!(
+                    "every plant x' = A(t)x + Bu + E(t)w, y = Cx + Dw with {sizes}, any B and u, whose pair (A(t), E(t)) lies in the convex hull of the {count} pairs (A_k, E_k) at all times"
+                ),
+                "A(t)",
+            ),
+        };
+        let (term, flow, metric) = if self.cubic.is_some() {
+            (
+                " - (r'theta r) N r",
+                " + (r'theta r) N r",
+                ", P~ = C'XC + (I - T)(P - C'XC)(I - T) with the orthogonal projector T on the range of N,",
+            )
+        } else {
+            ("", "", "")
+        };
+        let e = if self.vertices.len() == 1 { "E" } else { "E(t)" };
+        let bounds: Vec<String> = (self.disturbances.iter().enumerate())
+            .map(|(i, bound)| format!("|w_{}| <= {}", i + 1, at_least(*bound, 6)))
+            .collect();
+        let limits: Vec<String> = (self.limsup.iter().enumerate())
+            .map(|(i, bound)| format!("limsup |e_{}| <= {}", i + 1, at_most(*bound, 4)))
+            .collect();
+        format!(
+            "For {plant}, all disturbances w with {}, and the observer xhat' = {a} xhat + Bu + L r{term}, r = y - C xhat, with the gains exactly as stored, the error e = x - xhat obeys e' = ({a} - LC)e + ({e} - LD)w{flow}; V = e'{}e{metric} satisfies V(t) <= exp(-2 rate t) V(0) + level with rate = {} and level = {}, from every e(0); and {}.{}",
+            bounds.join(", "),
+            self.metric(),
+            at_least(self.rate, 4),
+            at_most(self.level, 4),
+            limits.join(", "),
+            enclosed(self.entries(), ""),
+        )
+    }
+
+    fn read(file: &mut Fields<'_>) -> Result<Self, FileError> {
+        let mut plant = file.object("plant")?;
+        let vertices = read_vertices(&mut plant)?;
+        let Some(first) = vertices.first() else { return Err(plant.take("vertices")?.error(Fault::Empty)) };
+        let (n, m) = first.e.shape();
+        let c = plant.take("C")?.matrix_with_columns(n)?;
+        let outputs = c.rows();
+        let field = plant.take("D")?;
+        let d = field.data_with_columns(m)?;
+        if d.rows() != outputs {
+            return Err(field.error(Fault::Shape { expected: (outputs, m), found: d.shape() }));
+        }
+        plant.finish()?;
+        let mut observer = file.object("observer")?;
+        let l = observer.take("L")?.matrix((n, outputs))?;
+        observer.finish()?;
+        let cubic = match file.optional("cubic") {
+            None => None,
+            Some(field) => {
+                let mut fields = field.object()?;
+                let n = fields.take("N")?.matrix((n, outputs))?;
+                let theta = fields.take("theta")?.symmetric(outputs)?;
+                let x = fields.take("X")?.symmetric(outputs)?;
+                let kappa = read_bound(&fields.take("kappa")?, 0.0, "kappa is 0 or more")?;
+                let mu = read_numbers(&fields.take("mu")?, m, Field::binary64)?;
+                fields.finish()?;
+                Some(CubicTerm { n, theta, x, kappa, mu })
+            }
+        };
+        let mut lyapunov = file.object("lyapunov")?;
+        let p = lyapunov.take("P")?.symmetric(n)?;
+        let rate = read_positive(&lyapunov.take("rate")?)?;
+        let lambda = read_numbers(&lyapunov.take("lambda")?, m, Field::binary64)?;
+        lyapunov.finish()?;
+        let mut bounds = file.object("bounds")?;
+        let disturbances = read_numbers(&bounds.take("w")?, m, |field| {
+            read_bound(field, 0.0, "a bound of an absolute value is 0 or more")
+        })?;
+        let level = read_positive(&bounds.take("level")?)?;
+        let limsup = read_numbers(&bounds.take("limsup")?, n, read_positive)?;
+        bounds.finish()?;
+        Ok(Self { vertices, c, d, l, cubic, p, rate, lambda, disturbances, level, limsup })
+    }
+
+    fn write(&self) -> Vec<(&'static str, Out)> {
+        let vertex =
+            |vertex: &DisturbedPlant| Out::Object(vec![("A", Out::data(&vertex.a)), ("E", Out::data(&vertex.e))]);
+        let plant = vec![
+            ("vertices", Out::Lines(self.vertices.iter().map(vertex).collect())),
+            ("C", Out::matrix(&self.c)),
+            ("D", Out::data(&self.d)),
+        ];
+        let mut members =
+            vec![("plant", Out::Object(plant)), ("observer", Out::Object(vec![("L", Out::matrix(&self.l))]))];
+        if let Some(term) = &self.cubic {
+            members.push((
+                "cubic",
+                Out::Object(vec![
+                    ("N", Out::matrix(&term.n)),
+                    ("theta", Out::matrix(&term.theta)),
+                    ("X", Out::matrix(&term.x)),
+                    ("kappa", Out::number(term.kappa)),
+                    ("mu", Out::numbers(&term.mu)),
+                ]),
+            ));
+        }
+        members.push((
+            "lyapunov",
+            Out::Object(vec![
+                ("P", Out::matrix(&self.p)),
+                ("rate", Out::number(self.rate)),
+                ("lambda", Out::numbers(&self.lambda)),
+            ]),
+        ));
+        members.push((
+            "bounds",
+            Out::Object(vec![
+                ("w", Out::numbers(&self.disturbances)),
+                ("level", Out::number(self.level)),
+                ("limsup", Out::numbers(&self.limsup)),
+            ]),
+        ));
+        members
+    }
+}
+
+fn read_vertices(plant: &mut Fields<'_>) -> Result<Vec<DisturbedPlant>, FileError> {
+    let list = plant.take("vertices")?;
+    let mut vertices: Vec<DisturbedPlant> = Vec::new();
+    for item in list.items()? {
+        let mut fields = item.object()?;
+        let field = fields.take("A")?;
+        let a = field.square_data()?;
+        if let Some(first) = vertices.first()
+            && first.a.shape() != a.shape()
+        {
+            return Err(field.error(Fault::Shape { expected: first.a.shape(), found: a.shape() }));
+        }
+        let field = fields.take("E")?;
+        let e = field.data_with_rows(a.rows())?;
+        if let Some(first) = vertices.first()
+            && first.e.shape() != e.shape()
+        {
+            return Err(field.error(Fault::Shape { expected: first.e.shape(), found: e.shape() }));
+        }
+        if e.cols() == 0 {
+            return Err(field.error(Fault::Empty));
+        }
+        // The block inequality has a row for each state and each disturbance.
+        let order = a.rows() + e.cols();
+        if order > LARGEST_ORDER {
+            return Err(field.error(Fault::TooManyRows { order, allowed: LARGEST_ORDER }));
+        }
+        fields.finish()?;
+        vertices.push(DisturbedPlant { a, e });
+    }
+    if vertices.is_empty() { Err(list.error(Fault::Empty)) } else { Ok(vertices) }
+}
+
+fn read_numbers<'a>(
+    field: &Field<'a>,
+    length: usize,
+    read: impl Fn(&Field<'a>) -> Result<f64, FileError>,
+) -> Result<Vec<f64>, FileError> {
+    let items = field.items()?;
+    if items.len() != length {
+        return Err(field.error(Fault::Length { expected: length, found: items.len() }));
+    }
+    items.iter().map(read).collect()
+}
+
+fn read_bound(field: &Field<'_>, least: f64, requirement: &'static str) -> Result<f64, FileError> {
+    let value = field.binary64()?;
+    if value >= least { Ok(value) } else { Err(field.error(Fault::Range { value, requirement })) }
+}
+
+fn read_positive(field: &Field<'_>) -> Result<f64, FileError> {
+    let value = field.binary64()?;
+    if value > 0.0 {
+        return Ok(value);
+    }
+    Err(field.error(Fault::Range { value, requirement: "a rate, a level and the bound of an error are positive" }))
+}

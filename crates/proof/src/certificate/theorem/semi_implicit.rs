@@ -1,0 +1,104 @@
+//! The sampled cubic observer with a semi-implicit cubic step, with its gains as stored.
+//!
+//! **Hypotheses.** `P > 0`, `F'PF - P < 0` for `F = A - LC`, `S + S' >= 0` and
+//! `[(P - F'PF)/2, PN + C'S; *, N'PN] >= 0`.
+//!
+//! **Theorem.** The matrix `I - s C N` is invertible for every `s >= 0`, and the error of the observer stated below
+//! tends to 0 exponentially, from every e(0), for any theta, at every period, and for any s >= 0 chosen at each step.
+//!
+//! **Proof.** One step is `e+ = F d` with `d - s N C d = e`, d being the error after the cubic part: `x - (xhat - s N
+//! r) = e + s N r`, and `r = C d` because `(I - s C N) C d = C e`. Let `w = s C d`, `R = PN + C'S`. Since `2 d'C'S w = s
+//! (Cd)'(S + S')(Cd) >= 0`, `(d - Nw)'P(d - Nw) >= d'Pd - 2 d'R w + w'N'PN w >= d'Pd - d'(P - F'PF)d/2` by the last
+//! hypothesis. So `V(e) >= (V(d) + V(Fd))/2` for all d and s. First, `I - s N C` has no kernel: V(d) would be 0 there.
+//! Hence nor has `I - s C N`, which has the same determinant. Second, `V(Fd) <= b V(d)` with some b < 1, because
+//! `F'PF < P`, and `V(e+) = V(Fd) <= 2b/(1 + b) V(e)`.
+
+use super::super::Fault;
+use super::super::fields::Fields;
+use super::super::write::Out;
+use super::{Fact, FileError, PlantMatrices, Statement};
+use crate::error::ProofError;
+use crate::matrix::Matrix;
+use crate::statement::{accretive, positive, semi_implicit_decrease, stein_decrease};
+use crate::wording::exact;
+
+/// The data of the theorem; the head of the file has statement and proof.
+#[derive(Debug, Clone, PartialEq)]
+pub struct SemiImplicitCubicConvergence {
+    /// The sampled plant `x+ = A x + B u`, `y = C x`.
+    pub plant: PlantMatrices,
+    /// The linear gain L, n x p.
+    pub l: Matrix<f64>,
+    /// The cubic gain N, n x p.
+    pub n: Matrix<f64>,
+    /// The weight theta, p x p.
+    pub theta: Matrix<f64>,
+    /// The sampling period h, positive, in units of the plant's time.
+    pub period: f64,
+    /// P, n x n.
+    pub p: Matrix<f64>,
+    /// S, p x p: N is some rounding of `-P^-1 C'S`.
+    pub s: Matrix<f64>,
+}
+
+impl Statement for SemiImplicitCubicConvergence {
+    const NAME: &'static str = "sampled-cubic-observer-semi-implicit";
+
+    fn facts(&self) -> Result<Vec<Fact>, ProofError> {
+        let PlantMatrices { a, c, .. } = &self.plant;
+        if self.period <= 0.0 {
+            return Err(ProofError::Sign { what: "h, which should be positive,", value: self.period });
+        }
+        Ok(vec![
+            Fact::new("P > 0", positive(&self.p)?),
+            Fact::new("(A - LC)'P(A - LC) - P < 0", stein_decrease(a, &self.l, c, &self.p)?),
+            Fact::new("S + S' >= 0", accretive(&self.s)?),
+            Fact::new(
+                "[(P - (A - LC)'P(A - LC))/2, PN + C'S; *, N'PN] >= 0",
+                semi_implicit_decrease(a, &self.l, c, &self.n, &self.p, &self.s)?,
+            ),
+        ])
+    }
+
+    fn words(&self) -> String {
+        format!(
+            "For the sampled plant x+ = Ax + Bu, y = Cx with {} and the semi-implicit sampled cubic observer xhat+ = A(xhat - s N r) + Bu + L r, (I - s C N) r = z, z = y - C xhat, s = h max(z'theta z, 0), with the period h = {} and all numbers as given, in exact arithmetic: I - s C N is invertible, the error e = x - xhat obeys e+ = (A - LC)d with (I - s N C)d = e, V = e'Pe falls at each step by a factor below 1, and e tends to 0 exponentially, from every e(0). The same holds with any other s >= 0 at each step. Nothing is said of the rounding of its steps.",
+            self.plant.size(),
+            exact(self.period)
+        )
+    }
+
+    fn read(file: &mut Fields<'_>) -> Result<Self, FileError> {
+        let plant = PlantMatrices::read(file)?;
+        let (order, outputs) = plant.gain();
+        let mut observer = file.object("observer")?;
+        let l = observer.take("L")?.matrix((order, outputs))?;
+        let n = observer.take("N")?.matrix((order, outputs))?;
+        let theta = observer.take("theta")?.matrix((outputs, outputs))?;
+        let field = observer.take("period")?;
+        let period = field.binary64()?;
+        if period <= 0.0 {
+            return Err(field.error(Fault::Range { value: period, requirement: "a sampling period is positive" }));
+        }
+        observer.finish()?;
+        let mut lyapunov = file.object("lyapunov")?;
+        let p = lyapunov.take("P")?.symmetric(order)?;
+        let s = lyapunov.take("S")?.matrix((outputs, outputs))?;
+        lyapunov.finish()?;
+        Ok(Self { plant, l, n, theta, period, p, s })
+    }
+
+    fn write(&self) -> Vec<(&'static str, Out)> {
+        let observer = vec![
+            ("L", Out::matrix(&self.l)),
+            ("N", Out::matrix(&self.n)),
+            ("theta", Out::matrix(&self.theta)),
+            ("period", Out::number(self.period)),
+        ];
+        vec![
+            self.plant.write(),
+            ("observer", Out::Object(observer)),
+            ("lyapunov", Out::Object(vec![("P", Out::matrix(&self.p)), ("S", Out::matrix(&self.s))])),
+        ]
+    }
+}

@@ -1,0 +1,285 @@
+//! The sampled observer at periods that vary, with samples missed in a row: jitter and dropouts.
+//!
+//! **Hypotheses.** `0 < shortest <= longest`, `misses` of 0 or more, `0 < factor < 1`, `P > 0`, and `factor^2 P - M'
+//! exp(At)'P exp(At) M > 0` for every t from `k shortest` to `k longest`, k from 1 to `misses + 1`, for `M = I - KC`. For
+//! the radial cubic step, w > 0 and the same for `M = I + NC/w`. For the semi-implicit one, `S + S' >= 0` and
+//! `[(1 - factor^2)P/2, PN + C'S; *, N'PN] >= 0`.
+//!
+//! **Theorem.** The observer predicts between samples over the time that passes, and corrects at every sample that is
+//! not missed. Its error tends to 0 exponentially from every e(0), whatever the periods between the bounds and the
+//! samples missed are, as long as no more than `misses` are missed in a row. `V = e'Pe` before each correction falls to
+//! that before the next by the factor `factor^2`; with the semi-implicit step, by `2 factor^2/(1 + factor^2)`.
+//!
+//! **Proof.** Prediction is exact: `e(t) = exp(At) e(0+)` between corrections, whatever u is. The time between two
+//! corrections is a sum of k periods, k from 1 to misses + 1. *Linear*: `e(0+) = (I - KC)e`. *Radial*: `e(0+) = (I + g N
+//! C - (1 - w g)KC)e` with `0 <= g < 1/w`, which is affine in g, between `I - KC` and `I + NC/w`; `X'PX` is convex in X.
+//! *Semi-implicit*: `e(0+) = (I - KC)d` with `d - s N C d = e`, and as in `semi_implicit.rs`, `V(e) >= V(d) - (1 -
+//! factor^2)V(d)/2 = (1 + factor^2)V(d)/2`, while V falls from d to the next correction to `factor^2 V(d)` at most.
+//! Between corrections |e| grows by a bounded factor, since the times are bounded.
+
+use super::super::Fault;
+use super::super::fields::Fields;
+use super::super::write::Out;
+use super::{Fact, FileError, PlantMatrices, Statement, unknown_word};
+use crate::error::ProofError;
+use crate::interval::Interval;
+use crate::matrix::Matrix;
+use crate::statement::{accretive, decrease_over_times, positive, semi_implicit_room};
+use crate::wording::exact;
+
+/// The largest number of samples missed in a row.
+pub const MOST_MISSES: usize = 64;
+
+/// The cubic part of a correction.
+#[derive(Debug, Clone, PartialEq)]
+pub enum CubicStep {
+    /// None.
+    Linear,
+    /// In closed form, for a radial gain N (n x p) with the weight theta (p x p) and the rate w.
+    Radial {
+        /// The cubic gain, n x p.
+        n: Matrix<f64>,
+        /// The weight, p x p.
+        theta: Matrix<f64>,
+        /// The rate w, positive.
+        w: f64,
+    },
+    /// Semi-implicit, for any gain.
+    SemiImplicit {
+        /// The cubic gain, n x p.
+        n: Matrix<f64>,
+        /// The weight, p x p.
+        theta: Matrix<f64>,
+        /// S, p x p: N is some rounding of `-P^-1 C'S`.
+        s: Matrix<f64>,
+    },
+}
+
+/// The data of the theorem; the head of the file has statement and proof.
+#[derive(Debug, Clone, PartialEq)]
+pub struct VaryingPeriodConvergence {
+    /// The plant in continuous time.
+    pub plant: PlantMatrices,
+    /// The gain K of the correction, n x p.
+    pub k: Matrix<f64>,
+    /// The cubic part of the correction.
+    pub step: CubicStep,
+    /// The shortest period.
+    pub shortest: f64,
+    /// The longest period.
+    pub longest: f64,
+    /// How many samples in a row may be missed.
+    pub misses: usize,
+    /// P, n x n.
+    pub p: Matrix<f64>,
+    /// The factor by which the norm of P falls, above 0 and below 1.
+    pub factor: f64,
+}
+
+const LINEAR: &str = "linear";
+const RADIAL: &str = "radial";
+const SEMI_IMPLICIT: &str = "semi-implicit";
+
+impl CubicStep {
+    fn name(&self) -> &'static str {
+        match self {
+            Self::Linear => LINEAR,
+            Self::Radial { .. } => RADIAL,
+            Self::SemiImplicit { .. } => SEMI_IMPLICIT,
+        }
+    }
+}
+
+impl VaryingPeriodConvergence {
+    /// `I + G C s` for a gain G.
+    fn corrected(&self, gain: &Matrix<f64>, sign: f64) -> Result<Matrix<Interval>, ProofError> {
+        let PlantMatrices { a, c, .. } = &self.plant;
+        gain.expect_shape("the gain", (a.rows(), c.rows()))?;
+        let product = Matrix::<Interval>::embed(gain, "the gain")?.product(&Matrix::embed(c, "C")?)?;
+        Matrix::scalar(a.rows(), &Interval::point(1.0)).sum(&product.scaled(&Interval::of(sign)))
+    }
+
+    /// `I + NC/w`: an enclosure, for the quotient is not exact.
+    fn saturated(&self, n: &Matrix<f64>, w: f64) -> Result<Matrix<Interval>, ProofError> {
+        let inverse = 1.0 / w;
+        let inverse = Interval::new(inverse.next_down(), inverse.next_up()).unwrap_or(Interval::UNBOUNDED);
+        let PlantMatrices { a, c, .. } = &self.plant;
+        let product = Matrix::<Interval>::embed(n, "N")?.product(&Matrix::embed(c, "C")?)?;
+        Matrix::scalar(a.rows(), &Interval::point(1.0)).sum(&product.scaled(&inverse))
+    }
+
+    fn falls(&self, name: &str, map: &Matrix<Interval>, facts: &mut Vec<Fact>) -> Result<(), ProofError> {
+        for count in 1..=self.misses + 1 {
+            // Counts are small: exact in binary64, the products rounded outward.
+            let (least, most) = (count as f64 * self.shortest, count as f64 * self.longest);
+            let times = if count == 1 { (least, most) } else { (least.next_down(), most.next_up()) };
+            let verdict = decrease_over_times(&self.plant.a, map, &self.p, self.factor, times)?;
+            facts.push(Fact::new(
+                format!(
+                    "factor^2 P - M'exp(At)'P exp(At)M > 0 with M = {name} for t from {count} shortest to {count} longest"
+                ),
+                verdict,
+            ));
+        }
+        Ok(())
+    }
+
+    fn check(&self) -> Result<(), ProofError> {
+        let sign = |what, value| Err(ProofError::Sign { what, value });
+        if !(self.shortest > 0.0) {
+            return sign("the shortest period, which should be positive,", self.shortest);
+        }
+        if !(self.longest >= self.shortest && self.longest.is_finite()) {
+            return sign("the longest period, which should be the shortest or more,", self.longest);
+        }
+        if !(self.factor > 0.0 && self.factor < 1.0) {
+            return sign("a factor, which should be above 0 and below 1,", self.factor);
+        }
+        if self.misses > MOST_MISSES {
+            return sign("the number of missed samples, which should be 64 or less,", self.misses as f64);
+        }
+        match &self.step {
+            CubicStep::Radial { w, .. } if !(*w > 0.0) => sign("w, which should be positive,", *w),
+            _ => Ok(()),
+        }
+    }
+}
+
+impl Statement for VaryingPeriodConvergence {
+    const NAME: &'static str = "sampled-observer-at-varying-periods";
+
+    fn facts(&self) -> Result<Vec<Fact>, ProofError> {
+        self.check()?;
+        let mut facts = vec![Fact::new("P > 0", positive(&self.p)?)];
+        self.falls("I - KC", &self.corrected(&self.k, -1.0)?, &mut facts)?;
+        match &self.step {
+            CubicStep::Linear => {}
+            CubicStep::Radial { n, w, .. } => self.falls("I + NC/w", &self.saturated(n, *w)?, &mut facts)?,
+            CubicStep::SemiImplicit { n, s, .. } => {
+                facts.push(Fact::new("S + S' >= 0", accretive(s)?));
+                facts.push(Fact::new(
+                    "[(1 - factor^2)P/2, PN + C'S; *, N'PN] >= 0",
+                    semi_implicit_room(&self.plant.c, n, &self.p, s, self.factor)?,
+                ));
+            }
+        }
+        Ok(facts)
+    }
+
+    fn words(&self) -> String {
+        let (correction, errors, falls) = match &self.step {
+            CubicStep::Linear => (
+                "xhat+ = xhat + K z, z = y - C xhat".to_owned(),
+                "e+ = exp(At)(I - KC)e".to_owned(),
+                "by factor^2 or more",
+            ),
+            CubicStep::Radial { w, .. } => (
+                format!(
+                    "xhat+ = xhat - g N z + r K z, z = y - C xhat, r = 1/sqrt(1 + 2 w T max(z'theta z, 0)), g = (1 - r)/w, with w = {} and any T >= 0",
+                    exact(*w)
+                ),
+                "e+ = exp(At)(I + g N C - r K C)e with 0 <= g < 1/w".to_owned(),
+                "by factor^2 or more",
+            ),
+            CubicStep::SemiImplicit { .. } => (
+                "xhat+ = xhat - s N r + K r, (I - s C N) r = z, z = y - C xhat, s = T max(z'theta z, 0), with any T >= 0"
+                    .to_owned(),
+                "e+ = exp(At)(I - KC)d with (I - s N C)d = e".to_owned(),
+                "by 2 factor^2/(1 + factor^2) or more",
+            ),
+        };
+        let missed = match self.misses {
+            0 => "of which none is missed".to_owned(),
+            misses => format!("of which at most {} in a row {} missed", misses, if misses == 1 { "is" } else { "are" }),
+        };
+        format!(
+            "For the plant x' = Ax + Bu, y = Cx with {}, sampled at periods from {} to {}, each of any length between, {missed}, and the observer that predicts by xhat' = A xhat + Bu and corrects at each sample that is not missed by {correction}, with all numbers as given, in exact arithmetic: the error e = x - xhat before a correction obeys {errors}, t being the time to the next correction, V = e'Pe falls from one to the next {falls}, with factor = {}, and e tends to 0 exponentially, from every e(0). Nothing is said of the rounding of its steps.",
+            self.plant.size(),
+            exact(self.shortest),
+            exact(self.longest),
+            exact(self.factor)
+        )
+    }
+
+    fn read(file: &mut Fields<'_>) -> Result<Self, FileError> {
+        let plant = PlantMatrices::read(file)?;
+        let (order, outputs) = plant.gain();
+        let mut observer = file.object("observer")?;
+        let step = observer.take("step")?;
+        let name = step.text()?;
+        if ![LINEAR, RADIAL, SEMI_IMPLICIT].contains(&name) {
+            return Err(unknown_word(&step, name, &[LINEAR, RADIAL, SEMI_IMPLICIT]));
+        }
+        let k = observer.take("K")?.matrix((order, outputs))?;
+        let cubic = if name == LINEAR {
+            None
+        } else {
+            let n = observer.take("N")?.matrix((order, outputs))?;
+            Some((n, observer.take("theta")?.matrix((outputs, outputs))?))
+        };
+        let within = |fields: &mut Fields<'_>, name, requirement, holds: &dyn Fn(f64) -> bool| {
+            let field = fields.take(name)?;
+            let value = field.binary64()?;
+            if holds(value) { Ok(value) } else { Err(field.error(Fault::Range { value, requirement })) }
+        };
+        let w = if name == RADIAL {
+            within(&mut observer, "w", "the rate w of the cubic flow is positive", &|w| w > 0.0)?
+        } else {
+            0.0
+        };
+        observer.finish()?;
+        let mut periods = file.object("periods")?;
+        let shortest = within(&mut periods, "shortest", "a sampling period is positive", &|h| h > 0.0)?;
+        let longest =
+            within(&mut periods, "longest", "the longest period is not below the shortest", &|h| h >= shortest)?;
+        let field = periods.take("misses")?;
+        let misses = field.count()?;
+        if misses > MOST_MISSES {
+            let requirement = "at most 64 samples in a row are missed";
+            return Err(field.error(Fault::Range { value: misses as f64, requirement }));
+        }
+        periods.finish()?;
+        let mut lyapunov = file.object("lyapunov")?;
+        let p = lyapunov.take("P")?.symmetric(order)?;
+        let factor = within(&mut lyapunov, "factor", "the factor is above 0 and below 1", &|factor| {
+            factor > 0.0 && factor < 1.0
+        })?;
+        let step = match cubic {
+            None => CubicStep::Linear,
+            Some((n, theta)) if name == RADIAL => CubicStep::Radial { n, theta, w },
+            Some((n, theta)) => {
+                CubicStep::SemiImplicit { n, theta, s: lyapunov.take("S")?.matrix((outputs, outputs))? }
+            }
+        };
+        lyapunov.finish()?;
+        Ok(Self { plant, k, step, shortest, longest, misses, p, factor })
+    }
+
+    fn write(&self) -> Vec<(&'static str, Out)> {
+        let mut observer = vec![("step", Out::Text(self.step.name().to_owned())), ("K", Out::matrix(&self.k))];
+        let mut lyapunov = vec![("P", Out::matrix(&self.p)), ("factor", Out::number(self.factor))];
+        match &self.step {
+            CubicStep::Linear => {}
+            CubicStep::Radial { n, theta, w } => {
+                observer.extend([("N", Out::matrix(n)), ("theta", Out::matrix(theta)), ("w", Out::number(*w))]);
+            }
+            CubicStep::SemiImplicit { n, theta, s } => {
+                observer.extend([("N", Out::matrix(n)), ("theta", Out::matrix(theta))]);
+                lyapunov.push(("S", Out::matrix(s)));
+            }
+        }
+        vec![
+            self.plant.write(),
+            ("observer", Out::Object(observer)),
+            (
+                "periods",
+                Out::Object(vec![
+                    ("shortest", Out::number(self.shortest)),
+                    ("longest", Out::number(self.longest)),
+                    ("misses", Out::Count(self.misses)),
+                ]),
+            ),
+            ("lyapunov", Out::Object(lyapunov)),
+        ]
+    }
+}

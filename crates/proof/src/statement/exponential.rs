@@ -1,0 +1,74 @@
+//! Enclosures of the exponential of a matrix of intervals.
+//!
+//! With `X = M/2^k`, `|X| <= 1/2` in the largest row sum, the Taylor polynomial of degree 20 is evaluated in intervals,
+//! by Horner's scheme, and the remainder, at most `|X|^21/21! 22/(22 - |X|)`, added to every entry; then the result is
+//! squared k times.
+
+use crate::error::ProofError;
+use crate::interval::Interval;
+use crate::matrix::Matrix;
+use crate::ring::Ring;
+
+/// Degree of the polynomial.
+const DEGREE: u32 = 20;
+
+/// The remainder for `|X| <= 1/2`: `2^-21/21! 44/43 < 1e-26`.
+const REMAINDER: f64 = 1e-26;
+
+/// Beyond this row sum every entry may have left the range of binary64.
+const LARGEST: f64 = 1024.0;
+
+/// A matrix that contains `exp(M)` for every matrix M between the bounds; `None` where M is too large.
+pub(super) fn exponential(m: &Matrix<Interval>) -> Result<Option<Matrix<Interval>>, ProofError> {
+    let n = m.rows();
+    m.expect_shape("the exponent", (n, n))?;
+    let norm = (0..n)
+        .fold(0.0_f64, |norm, i| norm.max(m.row(i).iter().fold(0.0, |sum: f64, x| (sum + x.magnitude()).next_up())));
+    if !(norm <= LARGEST) {
+        return Ok(None);
+    }
+    let (mut squarings, mut scale) = (0, 1.0);
+    while norm * scale > 0.5 {
+        (squarings, scale) = (squarings + 1, scale * 0.5);
+    }
+    let one = Interval::point(1.0);
+    let (x, identity) = (m.scaled(&Interval::point(scale)), Matrix::scalar(n, &one));
+    let mut sum = identity.clone();
+    for degree in (1..=DEGREE).rev() {
+        let inverse = 1.0 / f64::from(degree);
+        let Some(inverse) = Interval::new(inverse.next_down(), inverse.next_up()) else { return Ok(None) };
+        sum = identity.sum(&x.product(&sum)?.scaled(&inverse))?;
+    }
+    let Some(remainder) = Interval::new(-REMAINDER, REMAINDER) else { return Ok(None) };
+    let mut power = sum.map(|entry| entry.add(&remainder));
+    for _ in 0..squarings {
+        power = power.product(&power)?;
+    }
+    Ok(power.as_slice().iter().all(Interval::is_bounded).then_some(power))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::exponential;
+    use crate::interval::Interval;
+    use crate::matrix::Matrix;
+
+    #[test]
+    fn exponentials_are_enclosed_tightly() {
+        // exp [0 1; -1 0] t is a rotation; scipy.linalg.expm([[1, 2], [3, 4]]) for the other.
+        let rotation = Matrix::from_rows([[0.0, 3.0], [-3.0, 0.0]]).map(|x| Interval::of(*x));
+        let found = exponential(&rotation).expect("square").expect("small");
+        for (entry, exact) in found.as_slice().iter().zip([3.0_f64.cos(), 3.0_f64.sin(), -3.0_f64.sin(), 3.0_f64.cos()])
+        {
+            assert!((entry.midpoint() - exact).abs() < 1e-13 && entry.width() < 1e-12, "{entry:?} {exact}");
+        }
+        let full = Matrix::from_rows([[1.0, 2.0], [3.0, 4.0]]).map(|x| Interval::of(*x));
+        let found = exponential(&full).expect("square").expect("small");
+        let scipy = [51.968_956_198_705, 74.736_564_567_003_2, 112.104_846_850_505, 164.073_803_049_21];
+        for (entry, exact) in found.as_slice().iter().zip(scipy) {
+            assert!((entry.midpoint() - exact).abs() < 1e-11 * exact && entry.width() < 1e-10, "{entry:?} {exact}");
+        }
+        let huge = Matrix::from_rows([[1e6]]).map(|x: &f64| Interval::of(*x));
+        assert!(exponential(&huge).expect("square").is_none());
+    }
+}

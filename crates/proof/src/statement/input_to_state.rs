@@ -1,0 +1,355 @@
+//! Input-to-state stability of the linear and of the cubic observer, with constants.
+//!
+//! Plant `x' = A x + B u + E w`, `y = C x + D w`, the disturbances and the measurement noise in one vector with
+//! `|w_i| <= W_i`. Observer `xhat' = A xhat + B u + L r - (r'theta r) N r`, `r = y - C xhat` (the sign of N is that of
+//! the error equation below). With `F = A - LC`, `G = E - LD`, `q = r'theta r`, the error `e = x - xhat` obeys
+//! ```text
+//! e' = F e + G w + q N r,    r = C e + D w.
+//! ```
+//! Let `P > 0` and `P N = -C'S`, and let numbers `lambda`, `mu` (one for each w_i) and `kappa >= 0` satisfy
+//! ```text
+//! [F'P + PF + 2 alpha P, PG; *, -diag(lambda)] < 0,                                                       (linear)
+//! theta >= 0,    theta <= kappa (S + S')/2,    [diag(mu), D'S; *, (S + S')/2] >= 0.                       (cubic)
+//! ```
+//! The linear part adds at most `-2 alpha V + sum lambda_i w_i^2` to `V'`, `V = e'Pe`. The cubic part adds
+//! `2 q e'P N r = -2 q (r - Dw)'S r = -2 q a^2 + 2 q (Dw)'S r` with `a^2 = r'Sr`. The last block inequality is the
+//! Cauchy-Schwarz inequality `|w'D'S r| <= s a` with `s^2 = sum mu_i w_i^2`, so that the cubic part is at most
+//! `2 q a (s - a)`: negative where a > s, else at most `2 kappa a^3 (s - a) <= 27/128 kappa s^4`, attained at
+//! `a = 3s/4`. Hence
+//! ```text
+//! V' <= -2 alpha V + beta,    beta = sum lambda_i W_i^2 + 27/128 kappa (sum mu_i W_i^2)^2,
+//! ```
+//! `V(t) <= exp(-2 alpha t) V(0) + U` for every `U >= beta/(2 alpha)`, and `limsup |e_i| <= b_i` for every b_i with
+//! `b_i^2 P >= U 1_i 1_i'`, which is `b_i^2 >= U (P^-1)_ii`. The linear inequality is affine in (A, E): proved at the
+//! vertices of a polytope it holds on the convex hull, for A and E that vary in time.
+//!
+//! A stored N is a rounding of `-P^-1 C'S`. The matrix `P~ = C'XC + (I - T)(P - C'XC)(I - T)` of
+//! [`deployed_cubic`](super::deployed_cubic) has `P~ N = -C'S~` with `S~ = -X C N` **exactly**: all inequalities are
+//! decided for P~, which is enclosed, and S~. Without a cubic term P~ is P.
+
+use super::deployed_cubic::{Dissipated, structured_for};
+use super::{EXACT_ORDER, Expression, embed, embed_symmetric};
+use crate::definite::{self, Direction, Sense};
+use crate::error::ProofError;
+use crate::exact::Exact;
+use crate::interval::Interval;
+use crate::matrix::Matrix;
+use crate::ring::Ring;
+use crate::verdict::{UndecidedReason, Verdict};
+
+/// The error system: `e' = (A - LC)e + (E - LD)w + (r'theta r) N r`, `r = Ce + Dw`.
+#[derive(Debug, Clone, Copy)]
+pub struct DisturbedObserver<'a> {
+    /// A n x n and E n x m at each vertex, or the boxes around them.
+    pub vertices: &'a [(Matrix<Interval>, Matrix<Interval>)],
+    /// C, p x n.
+    pub c: &'a Matrix<f64>,
+    /// D, p x m.
+    pub d: &'a Matrix<Interval>,
+    /// L, n x p, as stored.
+    pub l: &'a Matrix<f64>,
+}
+
+/// A cubic term with what bounds it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct CubicTerm {
+    /// N, n x p, as stored, of full column rank.
+    pub n: Matrix<f64>,
+    /// theta, p x p, symmetric.
+    pub theta: Matrix<f64>,
+    /// X of P~, p x p, symmetric.
+    pub x: Matrix<f64>,
+    /// kappa, 0 or more.
+    pub kappa: f64,
+    /// mu, one number for each disturbance.
+    pub mu: Vec<f64>,
+}
+
+/// The numbers that prove a bound of the error.
+#[derive(Debug, Clone, Copy)]
+pub struct ErrorBound<'a> {
+    /// P, n x n, symmetric.
+    pub p: &'a Matrix<f64>,
+    /// The rate alpha, positive.
+    pub rate: f64,
+    /// lambda, one number for each disturbance.
+    pub lambda: &'a [f64],
+    /// W: the bounds of the disturbances, 0 or more.
+    pub disturbances: &'a [f64],
+    /// U: the bound of V in the limit, positive.
+    pub level: f64,
+    /// `b_i`: the bounds of the components of the error in the limit, positive.
+    pub limsup: &'a [f64],
+}
+
+/// What is proved of them.
+#[derive(Debug, Clone, PartialEq)]
+pub struct InputToState {
+    /// `P~ > 0`.
+    pub positive: Verdict<Direction>,
+    /// The linear inequality at each vertex.
+    pub decrease: Vec<Verdict<Direction>>,
+    /// With a cubic term: `theta >= 0`, `kappa (S~ + S~') - 2 theta >= 0`, `[2 diag(mu), 2 D'S~; *, S~ + S~'] >= 0`.
+    pub cubic: Option<[Verdict<Direction>; 3]>,
+    /// `256 rate level - 128 sum lambda_i W_i^2 - 27 kappa (sum mu_i W_i^2)^2 >= 0`.
+    pub level: Verdict<Direction>,
+    /// `b_i^2 P~ - level 1_i 1_i' > 0`, for each i.
+    pub components: Vec<Verdict<Direction>>,
+}
+
+/// A bound of the error under bounded disturbances, for L, N and theta exactly as stored: see the head of this module.
+///
+/// ```
+/// use luenberger_proof::{Interval, Matrix, statement::{DisturbedObserver, ErrorBound, input_to_state}};
+/// # fn main() -> Result<(), luenberger_proof::ProofError> {
+/// // x' = w_1, y = x + w_2, xhat' = 2 (y - xhat): e' = -2 e + w_1 - 2 w_2, |w_1| <= 1, |w_2| <= 1/2, so |e| <= 1.
+/// let point = |x: f64| Matrix::from_rows([[Interval::of(x)]]);
+/// let one = Matrix::from_rows([[1.0]]);
+/// let vertices = [(point(0.0), Matrix::from_rows([[Interval::of(1.0), Interval::of(0.0)]]))];
+/// let d = Matrix::from_rows([[Interval::of(0.0), Interval::of(1.0)]]);
+/// let l = Matrix::from_rows([[2.0]]);
+/// let observer = DisturbedObserver { vertices: &vertices, c: &one, d: &d, l: &l };
+/// let proved = |bound: f64| {
+///     let limsup = [bound];
+///     let numbers = ErrorBound {
+///         p: &one, rate: 1.0, lambda: &[1.0001, 4.0001], disturbances: &[1.0, 0.5], level: 1.001, limsup: &limsup,
+///     };
+///     input_to_state(&observer, None, &numbers)
+/// };
+/// assert!(proved(1.01)?.components[0].is_proved() && proved(0.99)?.components[0].is_refuted());
+/// # Ok(())
+/// # }
+/// ```
+/// # Errors
+/// [`ProofError`] for shapes that do not fit, entries that are not finite, matrices that are not symmetric.
+pub fn input_to_state(
+    observer: &DisturbedObserver<'_>,
+    cubic: Option<&CubicTerm>,
+    bound: &ErrorBound<'_>,
+) -> Result<InputToState, ProofError> {
+    let (order, outputs) = (bound.p.rows(), observer.c.rows());
+    let count = bound.disturbances.len();
+    embed_symmetric::<Interval>(bound.p, "P", order)?;
+    embed::<Interval>(observer.c, "C", (outputs, order))?;
+    embed::<Interval>(observer.l, "L", (order, outputs))?;
+    observer.d.expect_shape("D", (outputs, count))?;
+    for (what, length, expected) in [("lambda", bound.lambda.len(), count), ("the bounds", bound.limsup.len(), order)] {
+        if length != expected {
+            return Err(ProofError::DimensionMismatch { what, expected: (expected, 1), found: (length, 1) });
+        }
+    }
+    let metric = match cubic {
+        None => Some(Matrix::<Interval>::embed(bound.p, "P")?),
+        Some(term) => {
+            embed::<Interval>(&term.n, "N", (order, outputs))?;
+            embed_symmetric::<Interval>(&term.x, "X", outputs)?;
+            embed_symmetric::<Interval>(&term.theta, "theta", outputs)?;
+            structured_for(bound.p, observer.c, &term.x, &term.n)?
+        }
+    };
+    let dissipation = cubic.map(|term| cubic_part(observer, term, count)).transpose()?;
+    let Some(metric) = metric else {
+        let unproved = || Verdict::Undecided { why: UndecidedReason::NotByThisMatrix { name: "P" }, best: f64::NAN };
+        return Ok(InputToState {
+            positive: unproved(),
+            decrease: observer.vertices.iter().map(|_| unproved()).collect(),
+            cubic: dissipation,
+            level: level(cubic, bound).decide(Sense::PositiveSemidefinite)?,
+            components: bound.limsup.iter().map(|_| unproved()).collect(),
+        });
+    };
+    let mut decrease = Vec::with_capacity(observer.vertices.len());
+    for (a, e) in observer.vertices {
+        a.expect_shape("A", (order, order))?;
+        e.expect_shape("E", (order, count))?;
+        decrease.push(decided(&Decrease { metric: &metric, a, e, observer, bound }, Sense::NegativeDefinite)?);
+    }
+    let component = |(row, &limsup): (usize, &f64)| {
+        decided(&Component { metric: &metric, row, limsup, level: bound.level }, Sense::PositiveDefinite)
+    };
+    Ok(InputToState {
+        positive: decided(&Metric(&metric), Sense::PositiveDefinite)?,
+        decrease,
+        cubic: dissipation,
+        level: level(cubic, bound).decide(Sense::PositiveSemidefinite)?,
+        components: bound.limsup.iter().enumerate().map(component).collect::<Result<_, _>>()?,
+    })
+}
+
+/// The three inequalities of the cubic term.
+fn cubic_part(
+    observer: &DisturbedObserver<'_>,
+    term: &CubicTerm,
+    count: usize,
+) -> Result<[Verdict<Direction>; 3], ProofError> {
+    if term.mu.len() != count {
+        let (expected, found) = ((count, 1), (term.mu.len(), 1));
+        return Err(ProofError::DimensionMismatch { what: "mu", expected, found });
+    }
+    Ok([
+        definite::decide(&term.theta, Sense::PositiveSemidefinite)?,
+        Dominated { term, c: observer.c }.decide(Sense::PositiveSemidefinite)?,
+        decided(&NoisePart { term, observer }, Sense::PositiveSemidefinite)?,
+    ])
+}
+
+/// A ring in which data given by intervals can be had.
+trait Data: Ring {
+    fn datum(x: &Interval) -> Option<Self>;
+}
+
+impl Data for Interval {
+    fn datum(x: &Interval) -> Option<Self> {
+        Some(*x)
+    }
+}
+
+/// Only where the interval is a point.
+impl Data for Exact {
+    fn datum(x: &Interval) -> Option<Self> {
+        if x.is_point() { Self::from_f64(x.lo()) } else { None }
+    }
+}
+
+fn data<R: Data>(m: &Matrix<Interval>) -> Option<Matrix<R>> {
+    let entries = m.as_slice().iter().map(R::datum).collect::<Option<Vec<R>>>()?;
+    Matrix::from_row_major(m.rows(), m.cols(), entries).ok()
+}
+
+/// A symmetric matrix as an expression in data that may be intervals; `None` where they are not in the ring.
+trait Form {
+    fn evaluate<R: Data>(&self) -> Result<Option<Matrix<R>>, ProofError>;
+}
+
+fn decided(form: &impl Form, sense: Sense) -> Result<Verdict<Direction>, ProofError> {
+    let why = UndecidedReason::Overflow;
+    let Some(enclosed) = form.evaluate::<Interval>()? else { return Ok(Verdict::Undecided { why, best: f64::NAN }) };
+    let verdict = definite::decide(&enclosed, sense)?;
+    if matches!(verdict, Verdict::Undecided { .. })
+        && enclosed.rows() <= EXACT_ORDER
+        && let Some(exact) = form.evaluate::<Exact>()?
+    {
+        return definite::decide(&exact, sense);
+    }
+    Ok(verdict)
+}
+
+struct Metric<'a>(&'a Matrix<Interval>);
+
+impl Form for Metric<'_> {
+    fn evaluate<R: Data>(&self) -> Result<Option<Matrix<R>>, ProofError> {
+        Ok(data(self.0))
+    }
+}
+
+/// `[F'P + PF + 2 rate P, PG; *, -diag(lambda)]`.
+struct Decrease<'a> {
+    metric: &'a Matrix<Interval>,
+    a: &'a Matrix<Interval>,
+    e: &'a Matrix<Interval>,
+    observer: &'a DisturbedObserver<'a>,
+    bound: &'a ErrorBound<'a>,
+}
+
+impl Form for Decrease<'_> {
+    fn evaluate<R: Data>(&self) -> Result<Option<Matrix<R>>, ProofError> {
+        let (Some(p), Some(a), Some(e), Some(d)) =
+            (data::<R>(self.metric), data::<R>(self.a), data::<R>(self.e), data::<R>(self.observer.d))
+        else {
+            return Ok(None);
+        };
+        let (l, c) = (Matrix::<R>::embed(self.observer.l, "L")?, Matrix::<R>::embed(self.observer.c, "C")?);
+        let rate = super::number::<R>(self.bound.rate, "the rate")?;
+        let f = a.difference(&l.product(&c)?)?.sum(&Matrix::scalar(p.rows(), &rate))?;
+        let corner = p.product(&e.difference(&l.product(&d)?)?)?;
+        let last = diagonal::<R>(self.bound.lambda, "lambda")?.negative();
+        Ok(Some(p.product(&f)?.plus_transpose()?.bordered(&corner, &last)?))
+    }
+}
+
+fn diagonal<R: Ring>(entries: &[f64], what: &'static str) -> Result<Matrix<R>, ProofError> {
+    let entries = entries.iter().map(|x| super::number::<R>(*x, what)).collect::<Result<Vec<R>, _>>()?;
+    Ok(Matrix::from_fn(entries.len(), entries.len(), |i, j| if i == j { entries[i].clone() } else { R::zero() }))
+}
+
+/// `limsup^2 P - level 1_i 1_i'`.
+struct Component<'a> {
+    metric: &'a Matrix<Interval>,
+    row: usize,
+    limsup: f64,
+    level: f64,
+}
+
+impl Form for Component<'_> {
+    fn evaluate<R: Data>(&self) -> Result<Option<Matrix<R>>, ProofError> {
+        let Some(p) = data::<R>(self.metric) else { return Ok(None) };
+        let limsup = super::number::<R>(self.limsup, "limsup")?;
+        let mut m = p.scaled(&limsup.mul(&limsup));
+        let entry = m[(self.row, self.row)].sub(&super::number(self.level, "the level")?);
+        m[(self.row, self.row)] = entry;
+        Ok(Some(m))
+    }
+}
+
+/// `kappa (S~ + S~') - 2 theta`.
+struct Dominated<'a> {
+    term: &'a CubicTerm,
+    c: &'a Matrix<f64>,
+}
+
+impl Expression for Dominated<'_> {
+    fn evaluate<R: Ring>(&self) -> Result<Matrix<R>, ProofError> {
+        let s = Dissipated { x: &self.term.x, c: self.c, n: &self.term.n }.evaluate::<R>()?;
+        let theta = Matrix::<R>::embed(&self.term.theta, "theta")?;
+        s.scaled(&super::number(self.term.kappa, "kappa")?).difference(&theta.sum(&theta)?)
+    }
+}
+
+/// `[2 diag(mu), 2 D'S~; *, S~ + S~']`.
+struct NoisePart<'a> {
+    term: &'a CubicTerm,
+    observer: &'a DisturbedObserver<'a>,
+}
+
+impl Form for NoisePart<'_> {
+    fn evaluate<R: Data>(&self) -> Result<Option<Matrix<R>>, ProofError> {
+        let Some(d) = data::<R>(self.observer.d) else { return Ok(None) };
+        let CubicTerm { n, x, mu, .. } = self.term;
+        let image = Matrix::<R>::embed(self.observer.c, "C")?.product(&Matrix::embed(n, "N")?)?;
+        let s = Matrix::<R>::embed(x, "X")?.product(&image)?.negative();
+        let corner = d.transpose().product(&s)?;
+        let first = diagonal::<R>(mu, "mu")?;
+        Ok(Some(first.sum(&first)?.bordered(&corner.sum(&corner)?, &s.plus_transpose()?)?))
+    }
+}
+
+/// `256 rate level - 128 sum lambda_i W_i^2 - 27 kappa (sum mu_i W_i^2)^2`, 1 x 1.
+struct Level<'a> {
+    cubic: Option<&'a CubicTerm>,
+    bound: &'a ErrorBound<'a>,
+}
+
+fn level<'a>(cubic: Option<&'a CubicTerm>, bound: &'a ErrorBound<'a>) -> Level<'a> {
+    Level { cubic, bound }
+}
+
+impl Expression for Level<'_> {
+    fn evaluate<R: Ring>(&self) -> Result<Matrix<R>, ProofError> {
+        let number = |x: f64| super::number::<R>(x, "the level");
+        let weighted = |weights: &[f64]| {
+            let mut sum = R::zero();
+            for (weight, w) in weights.iter().zip(self.bound.disturbances) {
+                let w = number(*w)?;
+                sum = sum.add(&number(*weight)?.mul(&w.mul(&w)));
+            }
+            Ok::<R, ProofError>(sum)
+        };
+        let reached = number(256.0)?.mul(&number(self.bound.rate)?.mul(&number(self.bound.level)?));
+        let mut spent = number(128.0)?.mul(&weighted(self.bound.lambda)?);
+        if let Some(term) = self.cubic {
+            let square = weighted(&term.mu)?;
+            spent = spent.add(&number(27.0)?.mul(&number(term.kappa)?.mul(&square.mul(&square))));
+        }
+        Matrix::from_row_major(1, 1, vec![reached.sub(&spent)])
+    }
+}

@@ -1,0 +1,223 @@
+//! The bound of the estimation error of a KKL observer over a box: closed forms that are proved with a residual of 0,
+//! approximate maps, false claims, and texts that are no expressions.
+
+use luenberger_proof::certificate::{
+    CertificateFile, ExpressionError, KklBox, KklErrorBound, KklMapName, KklMaps, KklTexts, Rejection, Theorem, verify,
+};
+use luenberger_proof::{Interval, Matrix, UndecidedReason, Verdict};
+
+fn texts(of: &[&str]) -> Vec<String> {
+    of.iter().map(|text| (*text).to_owned()).collect()
+}
+
+fn ranges(of: &[(f64, f64)]) -> Vec<Interval> {
+    of.iter().map(|(lo, hi)| Interval::new(*lo, *hi).expect("in order")).collect()
+}
+
+/// Van der Pol's oscillator with mu = 1 and `phi_i = lambda_i x1 + x2 - (x1 - x1^3/3)`, Lambda = diag(-1, -2).
+fn van_der_pol() -> KklTexts {
+    KklTexts {
+        f: texts(&["x2", "(1 - x1^2)*x2 - x1"]),
+        h: texts(&["x1"]),
+        phi: texts(&["-x1 + x2 - (x1 - x1^3/3)", "-2*x1 + x2 - (x1 - x1^3/3)"]),
+        lambda: texts(&["-1", "0", "0", "-2"]),
+        b: texts(&["-y1 + (-y1 - (y1 - y1^3/3))", "-y1 + 2*(-2*y1 - (y1 - y1^3/3))"]),
+        left_inverse: texts(&["xi1 + y1 + (y1 - y1^3/3)"]),
+        estimated: texts(&["x2"]),
+    }
+}
+
+fn around_the_cycle() -> KklBox {
+    KklBox { x: ranges(&[(-2.5, 2.5), (-3.0, 3.0)]), u: Vec::new() }
+}
+
+/// Proposition 6's plant with the observer in `exp(x3) - c y - y^3`, c = 3.
+fn exponential_cascade() -> (KklTexts, KklBox) {
+    let rate = "(1/(y1^2 + 1) + y1*u1 - 3*y1^2 - 3)";
+    let maps = KklTexts {
+        f: texts(&["-x1^3 + exp(x3)", "-x2 + x1^2 + sin(x1)", "1/(x1^2 + 1) + x1*u1"]),
+        h: texts(&["x1"]),
+        phi: texts(&["x2", "exp(x3) - 3*x1 - x1^3"]),
+        lambda: texts(&["-1", "0", "0", rate]),
+        b: vec!["y1^2 + sin(y1)".to_owned(), format!("{rate}*(3*y1 + y1^3) + (3 + 3*y1^2)*y1^3")],
+        left_inverse: texts(&["xi1", "ln(xi2 + 3*y1 + y1^3)"]),
+        estimated: texts(&["x2", "x3"]),
+    };
+    (maps, KklBox { x: ranges(&[(-1.0, 1.5), (-2.0, 3.0), (-1.0, 1.0)]), u: ranges(&[(-1.0, 1.0)]) })
+}
+
+fn diagonal(entries: &[f64]) -> Matrix<f64> {
+    Matrix::from_fn(entries.len(), entries.len(), |i, j| if i == j { entries[i] } else { 0.0 })
+}
+
+fn proposed(maps: &KklTexts, region: KklBox, rate: f64, start: f64) -> KklErrorBound {
+    let q = maps.phi.len();
+    let maps = KklMaps::new(maps, region.u.len()).expect("expressions");
+    let lambda = maps.lambda_over(&region).expect("bounded");
+    let one = diagonal(&vec![1.0; q]);
+    KklErrorBound::propose(maps, region, lambda, (one.clone(), one, rate), start).expect("bounds")
+}
+
+fn file(theorem: KklErrorBound) -> Result<CertificateFile, Rejection> {
+    CertificateFile::prove("an observer", theorem)
+}
+
+/// An exact solution leaves no residual, and no defect: the bound is 0 in the limit.
+#[test]
+fn a_closed_form_is_proved_exactly() {
+    let bound = proposed(&van_der_pol(), around_the_cycle(), 0.9, 5.0);
+    assert_eq!(
+        (bound.claims.residual.as_slice(), bound.claims.defect.as_slice()),
+        ([0.0, 0.0].as_slice(), [0.0].as_slice())
+    );
+    assert!((bound.claims.lipschitz[0] - 1.05).abs() < 1e-12);
+    let file = file(bound).expect("proved");
+    let proved = verify(file.to_json().as_bytes()).expect("verified");
+    assert_eq!(proved.facts.len(), 10);
+    assert!(proved.statement.contains("f = (x2, (1 - x1^2)*x2 - x1), h = (x1)"), "{}", proved.statement);
+    assert!(proved.statement.ends_with("From every xi(0), limsup |z1 - zhat1| <= 0."), "{}", proved.statement);
+}
+
+/// sin, exp, a quotient and a logarithm: `1/(x1^2 + 1)` and the rest cancel, and the logarithm is defined up to V = 0.3.
+#[test]
+fn the_exponential_cascade_is_proved() {
+    let (maps, region) = exponential_cascade();
+    let bound = proposed(&maps, region.clone(), 0.9, 0.3);
+    assert_eq!((&bound.claims.residual, &bound.claims.defect), (&vec![0.0, 0.0], &vec![0.0, 0.0]));
+    // 1/(exp(-1) - 0.3), enlarged by a twentieth.
+    let exact = 1.05 / ((-1.0_f64).exp() - 0.3);
+    assert!((exact..exact * 1.03).contains(&bound.claims.lipschitz[1]), "{:?} {exact}", bound.claims);
+    verify(file(bound).expect("proved").to_json().as_bytes()).expect("verified");
+    // Beyond exp(-1) the logarithm is not defined.
+    let maps = KklMaps::new(&maps, 1).expect("expressions");
+    let (lambda, one) = (maps.lambda_over(&region).expect("bounded"), diagonal(&[1.0, 1.0]));
+    let beyond = KklErrorBound::propose(maps, region, lambda, (one.clone(), one, 0.9), 0.4).expect("claims");
+    let facts = Theorem::from(beyond).facts();
+    assert!(facts.is_err() || !facts.expect("facts")[0].verdict.is_proved());
+}
+
+/// The reverse Duffing oscillator: with a truncated series for phi, a residual, and a bound of `x2^3`.
+#[test]
+fn an_approximate_phi_has_a_residual() {
+    // phi_i = -(1/d_i) sum_k L_f^k h / d_i^k with three terms, h, x2^3, -3 x1 x2^2; the residual is L_f^3 h / d_i^3.
+    let term = |d: i32| format!("-(x1/({d}) + x2^3/({d})^2 - 3*x1*x2^2/({d})^3)");
+    let maps = KklTexts {
+        f: texts(&["x2^3", "-x1"]),
+        h: texts(&["x1"]),
+        phi: vec![term(-10), term(-15)],
+        lambda: texts(&["-10", "0", "0", "-15"]),
+        b: texts(&["y1", "y1"]),
+        left_inverse: texts(&["(100*xi1 - 10*y1)*(-3) + (225*xi2 - 15*y1)*2"]),
+        estimated: texts(&["x2^3"]),
+    };
+    let region = KklBox { x: ranges(&[(-0.5, 0.5), (-0.8, 0.8)]), u: Vec::new() };
+    let bound = proposed(&maps, region, 9.0, 1.0);
+    // L_f^3 h = 6 x1^2 x2 - 3 x2^5, in magnitude at most 1.2 - 0.98304 at the corner, 0.98304 at x1 = 0.
+    assert!(bound.claims.residual[0] >= 0.983_04 / 1000.0 && bound.claims.residual[0] < 1.1e-3, "{:?}", bound.claims);
+    assert!(file(bound).is_ok());
+}
+
+#[test]
+fn what_is_false_is_refuted_at_a_point() {
+    let mut maps = van_der_pol();
+    maps.b[0] = "-y1 + (-y1 - (y1 - y1^3/3)) + 0.125*y1".to_owned();
+    let mut bound = proposed(&maps, around_the_cycle(), 0.9, 5.0);
+    assert!((0.3125..0.34).contains(&bound.claims.residual[0]));
+    bound.claims.residual[0] = 0.25;
+    match file(bound).expect_err("refuted") {
+        Rejection::NotProved { inequality, verdict } => {
+            assert_eq!(inequality, "|Dphi f - Lambda phi - B| <= residual over the box");
+            assert!(verdict.is_refuted(), "{verdict:?}");
+        }
+        other => panic!("{other:?}"),
+    }
+}
+
+#[test]
+fn claims_that_do_not_follow_are_not_proved() {
+    let valid = || proposed(&van_der_pol(), around_the_cycle(), 0.9, 5.0);
+    assert!(file(valid()).is_ok());
+    let changes: [fn(&mut KklErrorBound); 6] = [
+        |bound| bound.rate = 1.0,
+        |bound| bound.claims.residual[1] = 1e-3,
+        |bound| bound.claims.lipschitz[0] = 0.999,
+        |bound| bound.claims.limit = 5.0,
+        |bound| bound.w = diagonal(&[0.99, 1.0]),
+        |bound| bound.lambda = bound.lambda.map(|x| Interval::new(x.lo() + 0.01, x.hi() + 0.01).expect("in order")),
+    ];
+    for (k, change) in changes.into_iter().enumerate() {
+        let mut bound = valid();
+        change(&mut bound);
+        assert!(matches!(file(bound), Err(Rejection::NotProved { .. })), "change {k}");
+    }
+}
+
+/// Undefined quotients and logarithms are not proved to be defined, also where they cancel or are multiplied by 0.
+#[test]
+fn what_is_not_defined_is_not_proved() {
+    for text in
+        ["x2 + 1/x1 - 1/x1", "x2 + ln(x1) - ln(x1)", "x2 + sqrt(x1)*0", "x2 + (1/(1/x1) - x1)", "x2 + 0/(x1 - x2)"]
+    {
+        let mut maps = van_der_pol();
+        maps.f[0] = text.to_owned();
+        let bound = proposed(&maps, around_the_cycle(), 0.9, 5.0);
+        let facts = Theorem::from(bound).facts().expect("facts");
+        assert!(
+            matches!(facts[0].verdict, Verdict::Undecided { why: UndecidedReason::Undefined { .. }, .. }),
+            "{text}: {:?}",
+            facts[0]
+        );
+    }
+    let mut maps = van_der_pol();
+    maps.f[0] = "x2/(x1 - x1)".to_owned();
+    let maps = KklMaps::new(&maps, 0).expect("expressions");
+    assert_eq!(maps.lambda_over(&around_the_cycle()), Err(UndecidedReason::DivisionByZero));
+}
+
+#[test]
+fn texts_that_are_no_expressions_say_why() {
+    let refused = |text: &str| {
+        let mut maps = van_der_pol();
+        maps.f[1] = text.to_owned();
+        let error = KklMaps::new(&maps, 0).expect_err(text);
+        assert_eq!((error.map, error.entry), (KklMapName::F, 1));
+        error.error
+    };
+    let expected = |position, expected| ExpressionError::Expected { position, expected };
+    assert_eq!(refused("x1 +"), expected(5, "a number, a variable, a function or a parenthesis"));
+    assert_eq!(refused("(x1"), expected(4, "an operator or a closing parenthesis"));
+    assert_eq!(refused("x1 x2"), expected(4, "an operator or the end"));
+    assert_eq!(refused("x1^x2"), expected(4, "an integer exponent"));
+    assert_eq!(refused("sin x1"), expected(5, "an opening parenthesis"));
+    assert_eq!(refused("1.*x1"), expected(3, "a digit"));
+    assert_eq!(refused(""), expected(1, "a number, a variable, a function or a parenthesis"));
+    assert_eq!(refused("0.1*x1"), ExpressionError::NotBinary64 { number: "0.1".to_owned() });
+    assert_eq!(refused("x1^65"), ExpressionError::Exponent { exponent: "65".to_owned() });
+    assert_eq!(refused(&format!("{}x1{}", "(".repeat(60), ")".repeat(60))), ExpressionError::TooDeep);
+    assert_eq!(refused(&"-".repeat(100)), ExpressionError::TooDeep);
+    assert!(matches!(refused(&"x1+".repeat(10_000)), ExpressionError::TooLong { .. }));
+    for name in ["x3", "x0", "x01", "u1", "y1", "nan", "inf", "abs(x1)", "x"] {
+        assert!(matches!(refused(name), ExpressionError::UnknownName { .. }), "{name}");
+    }
+}
+
+/// Expressions that would expand to very many terms, or overflow, end in bounded time.
+#[test]
+fn large_expressions_are_refused() {
+    for text in [
+        "(x1 + x2)^64*(x1 - x2)^64*(1 + x1)^64*(1 + x2)^64*(x1 + 2*x2)^64",
+        "((((((x1^64)^64)^64)^64)^64)^64)",
+        "exp(exp(exp(exp(exp(exp(100*x1))))))",
+        "((((3^64)^64)^64)^64)*x1",
+    ] {
+        let mut maps = van_der_pol();
+        maps.f[1] = text.to_owned();
+        let maps = KklMaps::new(&maps, 0).expect("an expression");
+        let lambda = Matrix::from_fn(2, 2, |i, j| Interval::of(if i == j { [-1.0, -2.0][i] } else { 0.0 }));
+        let one = diagonal(&[1.0, 1.0]);
+        let found = KklErrorBound::propose(maps, around_the_cycle(), lambda, (one.clone(), one, 0.9), 5.0);
+        let proved =
+            found.is_ok_and(|bound| bound.claims.residual.iter().all(|x| x.is_finite()) && file(bound).is_ok());
+        assert!(!proved, "{text}");
+    }
+}

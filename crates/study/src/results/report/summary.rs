@@ -1,0 +1,115 @@
+//! The first section of the report: the study in a few sentences.
+
+use luenberger_figures::Section;
+use luenberger_proof::wording::counted;
+
+use super::super::{ObserverReport, Results, ScoreCell, ScoreTable};
+
+/// What was studied, what is observable, what is proved, and which observer is the best by which score.
+pub(super) fn section(results: &Results) -> Section {
+    let sentences = [
+        Some(plant(results)),
+        observability(results),
+        certificates(&results.observers),
+        proved(&results.observers),
+        results.simulation.as_ref().and_then(|simulation| best(&simulation.norm_table(&results.plant)?)),
+        warnings(results),
+    ];
+    Section::new("Summary").list(sentences.into_iter().flatten())
+}
+
+fn plant(results: &Results) -> String {
+    let plant = &results.plant;
+    let named = |count: usize, what: &str, names: &[String]| match count {
+        0 => format!("no {what}"),
+        1..=6 => format!("{} ({})", counted(count, what), names.join(", ")),
+        _ => counted(count, what),
+    };
+    format!(
+        "The plant has {}, {} and {}{}.",
+        named(plant.states.len(), "state", &plant.states),
+        named(plant.inputs.len(), "input", &plant.inputs),
+        named(plant.outputs.len(), "output", &plant.outputs),
+        if plant.dt.is_some() { ", in discrete time" } else { "" }
+    )
+}
+
+fn observability(results: &Results) -> Option<String> {
+    let report = results.observability.as_ref()?;
+    let linear = report.points.iter().all(|point| point.t.is_none());
+    let detectable = report.points.iter().all(|point| point.detectable);
+    Some(match (linear, report.rank == report.order, detectable) {
+        (true, true, _) => "It is observable.".to_owned(),
+        (true, false, true) => format!("It is detectable, not observable: rank {} of {}.", report.rank, report.order),
+        (true, false, false) => format!("It is not detectable: rank {} of {}.", report.rank, report.order),
+        (false, true, _) => "Its linearisations are observable at every point of the trajectory.".to_owned(),
+        (false, false, _) => format!(
+            "Its linearisations have rank {} of {} at the worst point of the trajectory.",
+            report.rank, report.order
+        ),
+    })
+}
+
+/// The observers by their verdicts.
+fn certificates(observers: &[ObserverReport]) -> Option<String> {
+    let of = |choose: &dyn Fn(&ObserverReport) -> bool| -> Vec<&str> {
+        observers.iter().filter(|observer| choose(observer)).map(|observer| observer.name.as_str()).collect()
+    };
+    let verdict = |observer: &ObserverReport| observer.design.as_ref().map(|design| design.verdict.clone());
+    let is = |word: &'static str| move |observer: &ObserverReport| verdict(observer).is_some_and(|found| found == word);
+    let groups = [
+        ("Convergence is proved", of(&is("proved"))),
+        ("Convergence is refuted", of(&is("refuted"))),
+        ("Undecided", of(&is("undecided"))),
+        ("Errors are measured, not proved", of(&is("measured"))),
+        ("No certificate", of(&is("none"))),
+        ("Not applicable", of(&|observer| observer.design.is_none())),
+    ];
+    let sentences: Vec<String> = groups
+        .into_iter()
+        .filter(|(_, names)| !names.is_empty())
+        .map(|(what, names)| format!("{what}: {}.", names.join(", ")))
+        .collect();
+    (!sentences.is_empty()).then(|| sentences.join(" "))
+}
+
+/// What is proved, of a few observers.
+fn proved(observers: &[ObserverReport]) -> Option<String> {
+    const FEW: usize = 3;
+    let statements: Vec<String> = observers
+        .iter()
+        .filter_map(|observer| observer.design.as_ref().map(|design| (observer, design)))
+        .filter(|(_, design)| design.verdict == "proved")
+        .map(|(observer, design)| format!("{}: {}", observer.name, design.statement))
+        .collect();
+    (1..=FEW).contains(&statements.len()).then(|| statements.join(" "))
+}
+
+/// The best observer by each score of the norm of the error, if there is a choice.
+fn best(table: &ScoreTable) -> Option<String> {
+    if table.rows.len() < 2 {
+        return None;
+    }
+    let scores_of = |row: &Vec<ScoreCell>| -> Option<String> {
+        let best = row.iter().zip(&table.head).filter(|(cell, _)| cell.best);
+        let scores: Vec<String> = best.map(|(cell, score)| format!("{score} {}", cell.text)).collect();
+        (!scores.is_empty()).then(|| Some(format!("{}: {}", row.first()?.text, scores.join(", "))))?
+    };
+    let winners: Vec<String> = table.rows.iter().filter_map(scores_of).collect();
+    (!winners.is_empty()).then(|| format!("Best scores of the norm of the error: {}.", winners.join("; ")))
+}
+
+fn warnings(results: &Results) -> Option<String> {
+    let ended = results.simulation.as_ref().map_or(0, |simulation| simulation.ended().len())
+        + usize::from(results.not_run().is_some());
+    let mut words = Vec::new();
+    if ended > 0 {
+        words.push(format!("{} ended early or did not run.", counted(ended, "observer")));
+    }
+    match results.warnings.len() {
+        0 => {}
+        1 => words.push("One warning qualifies these results.".to_owned()),
+        count => words.push(format!("{count} warnings qualify these results.")),
+    }
+    (!words.is_empty()).then(|| words.join(" "))
+}

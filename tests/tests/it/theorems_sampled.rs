@@ -1,0 +1,123 @@
+//! The theorems of sampled observers beyond the closed form, as properties of random systems. Statements and proofs:
+//! docs/theory-cubic.md.
+
+use luenberger_design::{CubicDesign, CubicGain, SampledCubicDesign};
+use luenberger_observers::{Observer, SampledObserver};
+use luenberger_proof::certificate::Theorem;
+use nalgebra::{DMatrix, DVector};
+use proptest::prelude::*;
+
+use crate::generators::{accretive, linear, matrix, observable_plant};
+
+/// Columns of D of `theta = D D'`, of any rank from 1.
+fn theta(p: usize, entries: &DMatrix<f64>, rank: usize) -> DMatrix<f64> {
+    let d = DMatrix::from_fn(p, rank.min(p), |i, j| if i == j { 1.0 } else { entries[(i, j)] });
+    &d * d.transpose()
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 24, ..ProptestConfig::default() })]
+
+    /// Theorem D: for every S with S + S' > 0, every theta and every period the semi-implicit observer is proved, its
+    /// step is the one stated, and V falls from errors of every size.
+    #[test]
+    fn the_semi_implicit_observer_decreases_v_at_every_period(
+        plant in observable_plant(1..=5), d in matrix(5, 5), k in matrix(5, 5), weights in matrix(5, 5), rank in 1..=5_usize,
+        e0 in matrix(5, 1), exponent in -2..12, period in 1e-3..0.3, strength in 0.01..100.0,
+    ) {
+        let (n, p) = (plant.a.nrows(), plant.c.nrows());
+        let theta = theta(p, &weights, rank);
+        let s: DMatrix<f64> = accretive(p, &d, &k) * strength;
+        let correction = CubicGain::General(s.clone());
+        let design =
+            SampledCubicDesign::with_correction(&linear(&plant, 1.0), &theta, &correction, period).unwrap();
+        prop_assert!(design.certificate.is_proved(), "{}", design.certificate);
+        let theorem = design.certificate.theorems()[0].theorem();
+        prop_assert!(matches!(theorem, Theorem::SemiImplicitCubicConvergence(_)), "{}", theorem.name());
+        let o = &design.observer;
+        // N = -P^-1 C'S with S itself, not S'.
+        let residual = &design.p * o.n() + o.c().transpose() * &s;
+        prop_assert!(residual.norm() <= 64.0 * n as f64 * f64::EPSILON * design.p.norm() * o.n().norm(), "{residual}");
+        // A plant at rest: the error is minus the estimate.
+        let (u, y) = (DVector::zeros(1), DVector::zeros(p));
+        let mut xhat = DVector::from_fn(n, |i, _| e0[(i, 0)] * 10.0_f64.powi(exponent));
+        let mut v = xhat.dot(&(&design.p * &xhat));
+        for step in 0..30 {
+            let innovation = -(o.c() * &xhat);
+            let share = period * innovation.dot(&(&theta * &innovation));
+            let system = DMatrix::identity(p, p) - o.c() * o.n() * share;
+            let left = system.clone().lu().solve(&innovation).unwrap();
+            let between = &xhat - o.n() * &left * share;
+            let expected = o.ad() * &between + o.ld() * &left;
+            o.step(f64::from(step) * period, &mut xhat, &u, &y);
+            let condition = system.clone().svd(false, false);
+            let condition = condition.singular_values.max() / condition.singular_values.min();
+            // The step bounds s where the innovation is left with rounding only.
+            if condition < 1e8 {
+                let size = between.norm() + share * o.n().norm() * left.norm() + o.ld().norm() * left.norm();
+                let bound = 256.0 * n as f64 * f64::EPSILON * condition * size * (1.0 + o.ad().norm());
+                prop_assert!((&xhat - &expected).norm() <= bound, "step {step}: {xhat} and {expected}");
+            }
+            let next = xhat.dot(&(&design.p * &xhat));
+            prop_assert!(next <= v * (1.0 + 1e-11), "V grew from {v} to {next}");
+            v = next;
+        }
+    }
+
+    /// As the period goes to 0 the observer is the one in continuous time: with the same P and gains the error of one
+    /// step is of second order in h.
+    #[test]
+    fn the_semi_implicit_step_approaches_the_flow(
+        plant in observable_plant(1..=4), d in matrix(4, 4), k in matrix(4, 4), weights in matrix(4, 4), e0 in matrix(4, 1),
+    ) {
+        let (n, p) = (plant.a.nrows(), plant.c.nrows());
+        let (theta, linear) = (theta(p, &weights, p), linear(&plant, 1.0));
+        let continuous =
+            CubicDesign::new(&linear, &theta, &CubicGain::General(accretive(p, &d, &k))).unwrap().observer.clone();
+        let (u, y) = (DVector::zeros(1), DVector::zeros(p));
+        let start = DVector::from_fn(n, |i, _| e0[(i, 0)]);
+        let slope = continuous.derivative(0.0, &start, &u, &y);
+        let miss = |h: f64| {
+            let held = luenberger_linalg::zero_order_hold(&continuous.a, &continuous.b, h).unwrap();
+            let gains = luenberger_observers::SampledCubicGains {
+                ad: held.ad, bd: held.bd, c: continuous.c.clone(), ld: &continuous.l * h, n: continuous.n.clone(),
+                theta: theta.clone(), w: 0.0, period: h,
+            };
+            let coupling = luenberger_observers::semi_implicit::coupling(&gains.c, &gains.n);
+            let observer = luenberger_observers::SampledCubicObserver::semi_implicit(gains, coupling).unwrap();
+            let mut xhat = start.clone();
+            observer.step(0.0, &mut xhat, &u, &y);
+            ((xhat - &start) / h - &slope).norm()
+        };
+        // The scale of the second derivative along the flow.
+        let o = &continuous;
+        let rate = o.a.norm() + o.l.norm() * o.c.norm()
+            + 3.0 * o.n.norm() * theta.norm() * o.c.norm().powi(3) * start.norm_squared();
+        let h = 1e-3 / rate;
+        prop_assert!(miss(h) <= 10.0 * h * rate * rate * start.norm() + 1e-9 * slope.norm(), "{}", miss(h));
+    }
+}
+
+/// One output: the step leaves `1/(1 + s g)` of the innovation and the flow `1/sqrt(1 + 2 s g)`, g = -C N, which is all
+/// that the two differ by.
+#[test]
+fn for_one_output_the_step_is_the_closed_form_with_another_fraction() {
+    let plant = luenberger_plants::double_integrator().to_dynamic();
+    let linear = linear(&plant, 1.0);
+    let theta = DMatrix::identity(1, 1);
+    for h in [1e-5, 1e-3, 0.1, 2.0] {
+        let closed = SampledCubicDesign::new(&linear, &theta, 3.0, h).unwrap();
+        let s = CubicGain::General(closed.s.clone());
+        let semi = SampledCubicDesign::with_correction(&linear, &theta, &s, h).unwrap();
+        assert!(semi.observer.coupling().is_some() && closed.observer.coupling().is_none());
+        let (u, y) = (DVector::zeros(1), DVector::from_element(1, 2.0));
+        let (mut one, mut other) = (DVector::zeros(2), DVector::zeros(2));
+        closed.observer.step(0.0, &mut one, &u, &y);
+        semi.observer.step(0.0, &mut other, &u, &y);
+        let o = &closed.observer;
+        let share = 3.0 * h * 4.0;
+        let expected = (o.ad() * o.n() / 3.0 + o.ld()) * (2.0 / (1.0 + 2.0 * share).sqrt() - 2.0 / (1.0 + share));
+        let size = one.norm() + other.norm() + o.n().norm();
+        assert!((&one - &other - &expected).norm() <= 1e-13 * size, "{h}: {} and {expected}", &one - &other);
+    }
+}
