@@ -386,6 +386,8 @@ pub enum ObserverKind {
         eta: f64,
         /// e(0).
         internal_error: Vec<f64>,
+        /// The mean of the Jacobian of the observer as printed; none for the corrected one.
+        printed: Option<crate::design::PrintedMean>,
     },
     /// High-gain observer for integrator chains.
     HighGain {

@@ -10,11 +10,13 @@ mod noise_gain;
 mod nonlinear;
 mod operating_point;
 mod peb;
+mod printed_mean_value;
 mod runnable;
 
 pub use kkl::Kkl;
 pub use kkl_maps::candidate;
 pub(crate) use noise_gain::SPEED_RATIO;
+pub use printed_mean_value::PrintedMean;
 pub use runnable::{At, Chains, Runnable};
 
 use std::sync::atomic::AtomicBool;
@@ -138,7 +140,11 @@ fn in_words(
         ObserverKind::Lipschitz { split, region, rate, gain } => {
             nonlinear::lipschitz(study, split.as_ref(), region, *rate, gain.as_ref(), &options).map_err(explained)
         }
-        ObserverKind::MeanValue { region, rate, eta, internal_error } => {
+        ObserverKind::MeanValue { eta, internal_error, printed: Some(mean), .. } => {
+            explain::first_states_measured(study, wish)?;
+            printed_mean_value::design(model, *mean, *eta, internal_error).map_err(explained)
+        }
+        ObserverKind::MeanValue { region, rate, eta, internal_error, printed: None } => {
             explain::first_states_measured(study, wish)?;
             nonlinear::mean_value(study, region, *rate, *eta, internal_error, &options).map_err(explained)
         }

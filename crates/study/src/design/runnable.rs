@@ -12,6 +12,7 @@ use luenberger_sim::{Replay, Scenario};
 use nalgebra::{DVector, Dyn};
 
 use super::kkl::Kkl;
+use super::printed_mean_value::PrintedMean;
 use crate::maps::{Estimator, ImmersionMaps, KklMaps, RegressionMaps};
 use crate::model::Model;
 
@@ -43,6 +44,8 @@ pub enum Runnable {
     NonlinearLuenberger(Box<NonlinearLuenbergerObserver<Model, f64, Dyn, Dyn, Dyn>>),
     /// Mean-value-theorem observer.
     MeanValue(Box<MeanValueObserver<Model, Integral, f64, Dyn, Dyn, Dyn>>),
+    /// Mean-value-theorem observer as printed.
+    PrintedMeanValue(Box<MeanValueObserver<Model, PrintedMean, f64, Dyn, Dyn, Dyn>>),
     /// High-gain observer for a plant of integrator chains.
     HighGain(Box<HighGainObserver<Chains, f64, Dyn>>),
     /// Extended Kalman filter.
@@ -67,6 +70,7 @@ macro_rules! each {
             Runnable::CubicAt($continuous) => $flow,
             Runnable::NonlinearLuenberger($continuous) => $flow,
             Runnable::MeanValue($continuous) => $flow,
+            Runnable::PrintedMeanValue($continuous) => $flow,
             Runnable::HighGain($continuous) => $flow,
             Runnable::KklMaps($continuous) => $flow,
             Runnable::Peb($continuous) => $flow,
