@@ -421,6 +421,8 @@ pub enum ObserverKind {
         eta: f64,
         /// e(0).
         internal_error: Vec<f64>,
+        /// The mean of the Jacobian of the observer as printed; none for the corrected one.
+        printed: Option<crate::design::PrintedMean>,
     },
     /// High-gain observer for integrator chains.
     HighGain {
@@ -452,6 +454,8 @@ pub enum ObserverKind {
     Pebo(Box<crate::maps::PebSpec>),
     /// [KKL+PEB] observer.
     KklPeb(Box<crate::maps::PebSpec>),
+    /// Immersion-and-invariance observer.
+    ImmersionInvariance(Box<crate::maps::ImmersionSpec>),
     /// Numerical KKL observer.
     KklNumerical(KklSpec),
 }
@@ -506,6 +510,7 @@ impl ObserverKind {
             | Self::Kkl(_)
             | Self::Pebo(_)
             | Self::KklPeb(_)
+            | Self::ImmersionInvariance(_)
             | Self::KklNumerical(_) => false,
         }
     }
@@ -527,6 +532,7 @@ impl ObserverKind {
             Self::Kkl(_) => "kkl",
             Self::Pebo(_) => "pebo",
             Self::KklPeb(_) => "kkl-peb",
+            Self::ImmersionInvariance(_) => "immersion-invariance",
             Self::KklNumerical(_) => "kkl-numerical",
         }
     }
@@ -552,6 +558,7 @@ impl ObserverKind {
             }
             Self::Kkl(kkl) => kkl.region.clone(),
             Self::Pebo(peb) | Self::KklPeb(peb) => peb.region.clone(),
+            Self::ImmersionInvariance(spec) => spec.region.clone(),
             Self::KklNumerical(kkl) => luenberger_design::Region::new(&kkl.domain),
             _ => return None,
         };
@@ -591,7 +598,8 @@ impl ObserverKind {
             | Self::KklNumerical(_)
             | Self::Kkl(_)
             | Self::Pebo(_)
-            | Self::KklPeb(_) => {}
+            | Self::KklPeb(_)
+            | Self::ImmersionInvariance(_) => {}
         }
         kind
     }
