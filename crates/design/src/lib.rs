@@ -54,6 +54,7 @@ pub mod sampled;
 mod separation;
 pub mod stored;
 mod symbolic_polynomial;
+mod uncertain;
 pub mod unknown_input;
 mod varying_periods;
 pub mod weights;
@@ -85,6 +86,7 @@ pub use proportional_integral::{disturbances_with_rate, proportional_integral, w
 pub use sampled::SampledCubicDesign;
 pub use stored::{StoredDesign, StoredError, StoredObserver};
 pub use symbolic_polynomial::SymbolicPolynomial;
+pub use uncertain::{UncertainBound, Uncertainty};
 pub use unknown_input::{DecoupledPlant, UnknownInputDesign};
 pub use varying_periods::{GrowingTimes, Periods, VaryingPeriodDesign, at_varying_periods};
 pub use weights::{theta_from_cost_shares, theta_from_importance};

@@ -13,6 +13,7 @@
 //! | [`linear`] | Luenberger's observer `xhat' = A xhat + B u + L (y - C xhat)` |
 //! | [`cubic`] | the cubic observer, which adds `-(y~' theta y~) N y~`, and its flow in closed form |
 //! | [`semi_implicit`] | its cubic part for gains that are not radial |
+//! | [`varying_period`] | the same where samples arrive at varying periods, or not at all |
 //! | [`cubic_sampled`] | the sampled-data cubic observer, stable at every step size |
 //! | [`lanes`] | observers over several lanes at once |
 //! | [`kalman`] | the continuous-discrete extended Kalman filter |
@@ -86,6 +87,7 @@ mod serialization;
 pub mod static_size;
 pub mod stationary_kalman;
 pub mod unknown_input;
+pub mod varying_period;
 
 pub use cubic::{CubicObserver, StaticCubicObserver};
 pub use cubic_sampled::{SampledCubicGains, SampledCubicObserver, StaticSampledCubicObserver};
@@ -118,6 +120,7 @@ pub use proportional_integral::ProportionalIntegralObserver;
 pub use sampled_copy::{SampledCopy, StaticSampledCopy};
 pub use stationary_kalman::{StaticStationaryKalmanFilter, StationaryKalmanFilter};
 pub use unknown_input::UnknownInputObserver;
+pub use varying_period::VaryingPeriodObserver;
 
 /// The linear algebra of the columns and matrices here, in the version that fits.
 pub use nalgebra;

@@ -390,6 +390,8 @@ pub enum ObserverKind {
         correction: luenberger_design::CubicGain,
         /// The sampling period.
         period: f64,
+        /// The periods and misses at which convergence is to be proved besides.
+        varying: Option<luenberger_design::Periods>,
     },
     /// One gain for all Jacobians over a box (polytopic design).
     Lpv {
@@ -419,6 +421,8 @@ pub enum ObserverKind {
         eta: f64,
         /// e(0).
         internal_error: Vec<f64>,
+        /// The mean of the Jacobian of the observer as printed; none for the corrected one.
+        printed: Option<crate::design::PrintedMean>,
     },
     /// High-gain observer for integrator chains.
     HighGain {
@@ -450,6 +454,8 @@ pub enum ObserverKind {
     Pebo(Box<crate::maps::PebSpec>),
     /// [KKL+PEB] observer.
     KklPeb(Box<crate::maps::PebSpec>),
+    /// Immersion-and-invariance observer.
+    ImmersionInvariance(Box<crate::maps::ImmersionSpec>),
     /// Numerical KKL observer.
     KklNumerical(KklSpec),
 }
@@ -459,12 +465,12 @@ pub enum ObserverKind {
 pub struct KklSpec {
     /// The box of the states.
     pub domain: Vec<(f64, f64)>,
-    /// The cut-off frequency of the filter.
-    pub cutoff: f64,
-    /// The margin around the box, outside of which the plant is slowed down.
+    /// The cut-off frequency of the filter; none to search it.
+    pub cutoff: Option<f64>,
+    /// The margin around the box, outside of which the plant is slowed down; none to slow it down if it escapes.
     pub escape: Option<f64>,
-    /// Grid points per axis.
-    pub points: usize,
+    /// Grid points per axis; none to search them.
+    pub points: Option<usize>,
     /// Maximal number of leaves of the tree.
     pub leaves: usize,
     /// Degree of the polynomials.
@@ -473,6 +479,16 @@ pub struct KklSpec {
     pub samples: usize,
     /// Whether the embedded form is simulated.
     pub embedded: bool,
+}
+
+impl KklSpec {
+    /// Grid points per axis of all tables that the design may compute for a plant with so many states, those of the
+    /// search included.
+    pub fn tables(&self, states: usize) -> Vec<usize> {
+        let mut tables = luenberger_design::numerical_kkl::searched_tables(self.cutoff, self.points, states);
+        tables.extend(tables.iter().copied().max().or(self.points));
+        tables
+    }
 }
 
 impl ObserverKind {
@@ -484,13 +500,17 @@ impl ObserverKind {
             | Self::Cubic { linear, .. }
             | Self::ProportionalIntegral { linear, .. }
             | Self::UnknownInput { linear, .. }
-            | Self::SampledCubic { linear, .. } => matches!(linear.gain, GainSpec::DecayRate(_) | GainSpec::Lmi),
+            | Self::SampledCubic { linear, varying: None, .. } => {
+                matches!(linear.gain, GainSpec::DecayRate(_) | GainSpec::Lmi)
+            }
+            Self::SampledCubic { varying: Some(_), .. } => true,
             Self::Lpv { .. } | Self::Lipschitz { .. } | Self::MeanValue { .. } => true,
             Self::HighGain { .. }
             | Self::ExtendedKalman { .. }
             | Self::Kkl(_)
             | Self::Pebo(_)
             | Self::KklPeb(_)
+            | Self::ImmersionInvariance(_)
             | Self::KklNumerical(_) => false,
         }
     }
@@ -512,6 +532,7 @@ impl ObserverKind {
             Self::Kkl(_) => "kkl",
             Self::Pebo(_) => "pebo",
             Self::KklPeb(_) => "kkl-peb",
+            Self::ImmersionInvariance(_) => "immersion-invariance",
             Self::KklNumerical(_) => "kkl-numerical",
         }
     }
@@ -537,6 +558,7 @@ impl ObserverKind {
             }
             Self::Kkl(kkl) => kkl.region.clone(),
             Self::Pebo(peb) | Self::KklPeb(peb) => peb.region.clone(),
+            Self::ImmersionInvariance(spec) => spec.region.clone(),
             Self::KklNumerical(kkl) => luenberger_design::Region::new(&kkl.domain),
             _ => return None,
         };
@@ -570,8 +592,14 @@ impl ObserverKind {
             | Self::Lipschitz { rate, .. }
             | Self::MeanValue { rate, .. } => *rate *= factor,
             Self::HighGain { r, .. } => *r /= factor,
-            Self::KklNumerical(wish) => wish.cutoff *= factor,
-            Self::Lpv { .. } | Self::ExtendedKalman { .. } | Self::Kkl(_) | Self::Pebo(_) | Self::KklPeb(_) => {}
+            Self::KklNumerical(KklSpec { cutoff: Some(cutoff), .. }) => *cutoff *= factor,
+            Self::Lpv { .. }
+            | Self::ExtendedKalman { .. }
+            | Self::KklNumerical(_)
+            | Self::Kkl(_)
+            | Self::Pebo(_)
+            | Self::KklPeb(_)
+            | Self::ImmersionInvariance(_) => {}
         }
         kind
     }
@@ -583,11 +611,11 @@ impl ObserverKind {
         let mut kind = self.clone();
         match &mut kind {
             Self::Cubic { correction: CubicGain::Gamma(value) | CubicGain::Radial(value), .. }
-            | Self::ProportionalIntegral { cubic: Some((_, value)), .. }
-            | Self::UnknownInput { cubic: Some((_, value)), .. }
             | Self::SampledCubic { correction: CubicGain::Gamma(value) | CubicGain::Radial(value), .. } => {
                 *value = gamma;
             }
+            Self::ProportionalIntegral { cubic: Some((_, value)), .. }
+            | Self::UnknownInput { cubic: Some((_, value)), .. } => *value = gamma,
             _ => return None,
         }
         Some(kind)

@@ -12,6 +12,7 @@ use super::deployed;
 use super::disturbed;
 use super::document::{binary64, float_matrix, is_single, matrix, matrix_with_columns, number, symmetric};
 use super::exact::Exact;
+use super::kkl;
 use super::programs;
 use super::random::Random;
 use super::sampled as beyond;
@@ -41,6 +42,7 @@ pub(super) const ADVERSARIES: &[(&str, Adversary)] = &[
     ("discrete-polytope-of-jacobians", discrete_polytope),
     ("sector-observer", sector),
     ("contracting-coordinates", contracting),
+    ("kkl-error-bound", kkl::contradicted),
     ("definiteness", definiteness),
     ("solution-within", solution),
     ("matrix-inequality-holds", programs::holds),

@@ -46,6 +46,7 @@ pub(super) const GENERATORS: &[(&str, Generator)] = &[
     ("discrete-polytope-of-jacobians", discrete_jacobians),
     ("sector-observer", sector),
     ("contracting-coordinates", contracting),
+    ("kkl-error-bound", super::kkl::generate),
     ("definiteness", definiteness),
     ("solution-within", solution),
     ("matrix-inequality-holds", holds),

@@ -18,7 +18,7 @@ use luenberger_design::{
 };
 use luenberger_linalg::lqr;
 use luenberger_lmi::{Problem, he, sdpa};
-use luenberger_plants::{StateSpace, VanDerPol, double_integrator, flexible_joint, third_order};
+use luenberger_plants::{CukConverter, StateSpace, VanDerPol, double_integrator, flexible_joint, third_order};
 use luenberger_proof::certificate::{
     CertificateFile, CubicConvergence, Definiteness, HurwitzStability, LinearConvergence, PlantWithin, Rejection,
     SchurStability, Sign, StructuredCubicConvergence, Theorem, digest, verify,
@@ -26,6 +26,7 @@ use luenberger_proof::certificate::{
 use luenberger_proof::statement::{Format, Formats, Operation, Step};
 use luenberger_proof::{Interval, Matrix, Verdict};
 use luenberger_study::{Study, TEMPLATES};
+use luenberger_tests::kkl_maps::{bound, converter, duffing, exponential_cascade, region, van_der_pol};
 use nalgebra::{DMatrix, dmatrix};
 use serde_json::Value;
 
@@ -280,6 +281,27 @@ fn of_matrices() -> Vec<CertificateFile> {
     files
 }
 
+/// Error bounds of KKL observers over a box: the converter, Proposition 6, van der Pol and Duffing.
+fn of_expressions() -> Vec<CertificateFile> {
+    let one = DMatrix::identity(2, 2);
+    let cycle = region(&[(-2.5, 2.5), (-3.0, 3.0)], &[]);
+    let cascade = region(&[(-1.0, 1.5), (-2.0, 3.0), (-1.0, 1.0)], &[(-1.0, 1.0)]);
+    let operation = region(&[(0.0, 3.0), (10.0, 45.0), (-3.0, 0.0), (-40.0, 0.0)], &[(0.1, 0.8)]);
+    let orbit = region(&[(-0.5, 0.5), (-0.8, 0.8)], &[]);
+    // Volt and volt seconds.
+    let scales = dmatrix![1.0, 0.0; 0.0, 1e6];
+    let coupled = dmatrix![1.0, -0.1; -0.1, 1.0];
+    [
+        bound(&van_der_pol(1.0, [-1.0, -2.0], 0.0), &cycle, &one, 0.9, 5.0),
+        bound(&van_der_pol(3.0, [-2.0, -1.0], 0.01), &cycle, &coupled, 0.75, 1.0),
+        bound(&exponential_cascade(3.0), &cascade, &one, 0.9, 0.3),
+        bound(&converter(&CukConverter::default()), &operation, &scales, 19.0, 50.0),
+        bound(&duffing([-10.0, -15.0]), &orbit, &one, 9.0, 1.0),
+    ]
+    .map(|bound| CertificateFile::prove("a KKL observer", bound.unwrap()).unwrap())
+    .into()
+}
+
 /// Every observer with a proof of every template, but for the one that takes minutes to design.
 fn of_templates() -> Vec<CertificateFile> {
     let mut files = vec![];
@@ -307,7 +329,8 @@ fn of_templates() -> Vec<CertificateFile> {
 fn all() -> &'static [CertificateFile] {
     static ALL: OnceLock<Vec<CertificateFile>> = OnceLock::new();
     ALL.get_or_init(|| {
-        [of_linear_plants(), of_nonlinear_plants(), of_targets(), of_matrices(), of_templates()].concat()
+        [of_linear_plants(), of_nonlinear_plants(), of_targets(), of_matrices(), of_expressions(), of_templates()]
+            .concat()
     })
 }
 

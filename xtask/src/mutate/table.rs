@@ -72,11 +72,93 @@ const DESIGNS: Suite = Suite { package: MODULES, binaries: &["--test", "designs"
 const DESIGN_UNITS: Suite = Suite { package: "luenberger-design", binaries: &["--lib"], only: &["positive_real::"] };
 const CUBIC: Suite = Suite { package: MODULES, binaries: &["--test", "cubic"], only: &[] };
 const INPUT_TO_STATE: Suite = Suite { package: MODULES, binaries: &["--test", "input_to_state"], only: &[] };
+const SAMPLED: Suite = Suite { package: MODULES, binaries: &["--test", "sampled"], only: &[] };
 const MEAN_VALUE: Suite = Suite { package: MODULES, binaries: &["--test", "mean_value"], only: &[] };
 const KKL: Suite = Suite { package: MODULES, binaries: &["--test", "kkl"], only: &[] };
 
+const KKL_BOUND: Suite = Suite { package: "luenberger-proof", binaries: &["--test", "it"], only: &["kkl::"] };
+
 /// All of them.
 pub(super) const SOURCES: &[Source] = &[
+    Source {
+        file: "crates/proof/src/certificate/theorem/kkl.rs",
+        suites: &[KKL_BOUND],
+        mutants: &[
+            mutant(
+                "KKL bound: rate limit^2 >= residual'|P| residual",
+                Dropped,
+                "product(&[self.rate, self.rate, *limit, *limit])",
+                "product(&[self.rate, *limit, *limit])",
+            ),
+            mutant(
+                "KKL bound: residual'P residual",
+                Sign,
+                "product(&[self.p[(i, j)].abs(), *left, *right])",
+                "product(&[self.p[(i, j)], *left, *right])",
+            ),
+            mutant(
+                "KKL bound: limit <= start",
+                Hypothesis,
+                "room.signum() >= 0 && limit < start",
+                "room.signum() >= 0 && limit <= start",
+            ),
+            mutant(
+                "KKL bound: eventual >= lipschitz limit",
+                Dropped,
+                "product(&[lipschitz[k], *limit]).add(&product(&[defect[k]]))",
+                "product(&[lipschitz[k], *limit])",
+            ),
+            mutant(
+                "KKL bound: |e_i| <= W_ii start",
+                Dropped,
+                "(w[(i, i)].max(0.0).sqrt().next_up() * start)",
+                "(w[(i, i)].max(0.0).next_up() * start)",
+            ),
+            mutant(
+                "KKL bound: W >= 0",
+                Hypothesis,
+                "_ => f64::from(u8::from(i.abs_diff(j) == q))",
+                "_ => f64::from(u8::from(i.abs_diff(j) > 2 * q))",
+            ),
+        ],
+    },
+    Source {
+        file: "crates/proof/src/statement/kkl.rs",
+        suites: &[KKL_BOUND],
+        mutants: &[
+            mutant("KKL bound: residual + B", Sign, "let mut sum = b_i.negative();", "let mut sum = b_i.clone();"),
+            mutant(
+                "KKL bound: residual + Lambda phi",
+                Sign,
+                "sum = sum.minus(&arena.product(&lambda[i * q + j], phi_j)?);",
+                "sum = sum.plus(&arena.product(&lambda[i * q + j], phi_j)?);",
+            ),
+            mutant(
+                "KKL bound: residual with Lambda'",
+                Transpose,
+                "arena.product(&lambda[i * q + j], phi_j)",
+                "arena.product(&lambda[j * q + i], phi_j)",
+            ),
+            mutant(
+                "KKL bound: phi^L on phi(x) only",
+                Dropped,
+                "phi.iter().zip(e).map(|(phi, e)| phi.plus(e))",
+                "phi.iter().zip(e).map(|(phi, e)| phi.plus(&e.scaled(&Rational::integer(0))))",
+            ),
+            mutant(
+                "KKL bound: g'diag(W)g",
+                OffDiagonal,
+                "Rational::from_f64(w[(i, j)])",
+                "Rational::from_f64(if i == j { w[(i, j)] } else { 0.0 })",
+            ),
+            mutant(
+                "KKL bound: the residual from above only",
+                Dropped,
+                "Verdict::Proved { .. } => self.at_most(&p.negative(), -of.lo(), axes, entry),",
+                "Verdict::Proved { margin } => Verdict::Proved { margin },",
+            ),
+        ],
+    },
     Source {
         file: "crates/observers/src/linear.rs",
         suites: &[OBSERVERS, CUBIC],
@@ -165,8 +247,8 @@ pub(super) const SOURCES: &[Source] = &[
             mutant(
                 "sampled observer: the flow of two periods",
                 Constant,
-                "*w, *period, innovation",
-                "*w, *period + *period, innovation",
+                "self.flow(*period, innovation",
+                "self.flow(*period + *period, innovation",
             ),
             mutant(
                 "radial gain: C N off its diagonal is not looked at",
@@ -175,6 +257,73 @@ pub(super) const SOURCES: &[Source] = &[
                 "for j in i..=i",
             ),
             mutant("radial gain: C N - w I", Sign, "if i == j { w }", "if i == j { -w }"),
+        ],
+    },
+    Source {
+        file: "crates/observers/src/semi_implicit.rs",
+        suites: &[SAMPLED],
+        mutants: &[
+            mutant("semi-implicit step: G = C N", Sign, "|i, j| -entry_of_product", "|i, j| entry_of_product"),
+            mutant("semi-implicit step: no h", Dropped, ".max(zero) * t * size * size", ".max(zero) * size * size"),
+            mutant("semi-implicit step: s of |y~|", Dropped, "* t * size * size", "* t * size"),
+            mutant("semi-implicit step: I - s G", Sign, "{ one + entry } else", "{ one - entry } else"),
+            mutant("semi-implicit step: impulse r", Dropped, "*impulse *= s;", "let _ = s;"),
+            mutant(
+                "semi-implicit step: the diagonal of G",
+                OffDiagonal,
+                "{ one + entry } else { entry }",
+                "{ one + entry } else { zero }",
+            ),
+            mutant(
+                "semi-implicit step: explicit innovation",
+                Dropped,
+                "*innovation = *impulse;",
+                "let _ = innovation;",
+            ),
+        ],
+    },
+    Source {
+        file: "crates/observers/src/varying_period.rs",
+        suites: &[SAMPLED],
+        mutants: &[
+            mutant("prediction: no input", Dropped, "slope + entry(&self.b, i, u.as_slice())", "slope"),
+            mutant("prediction: no factorial", Dropped, "slope * tau / degree", "slope * tau"),
+            mutant("correction: - K r", Sign, "+ entry(&self.k, i, innovation)", "- entry(&self.k, i, innovation)"),
+            mutant("correction: + N i", Sign, "- entry(n, i, impulse)", "+ entry(n, i, impulse)"),
+        ],
+    },
+    Source {
+        file: "crates/proof/src/statement/semi_implicit.rs",
+        suites: &[SAMPLED],
+        mutants: &[
+            mutant(
+                "stored N: P N - C'S",
+                Sign,
+                "p.product(&n)?.sum(&c.transpose()",
+                "p.product(&n)?.difference(&c.transpose()",
+            ),
+            mutant("stored N: C'S'", Transpose, "c.transpose().product(&s)?", "c.transpose().product(&s.transpose())?"),
+            mutant("stored N: N N' for N'PN", WrongOperand, "&n.congruence(p)?", "&n.congruence(p)?.negative()"),
+        ],
+    },
+    Source {
+        file: "crates/design/src/varying_periods.rs",
+        suites: &[SAMPLED],
+        mutants: &[
+            mutant("varying periods: I + K C", Sign, "- &k * o.c() }", "+ &k * o.c() }"),
+            mutant(
+                "varying periods: one period only",
+                Dropped,
+                "count as f64 * (shortest + share",
+                "(shortest + share",
+            ),
+            mutant("varying periods: exp(A t) alone", Dropped, "? * &self.after)", "?)"),
+            mutant(
+                "varying periods: K = Ld",
+                WrongOperand,
+                "let k = correction_gain(o.ad(), o.ld())?;",
+                "let k = o.ld().clone();",
+            ),
         ],
     },
     Source {

@@ -306,13 +306,17 @@ fn held(
             let continuous = luenberger_design::CubicDesign::new(&linear, theta, correction)?;
             SampledCubicDesign::from_cubic(&linear, &continuous, period).map(cubic)
         }
+        ObserverKind::SampledCubic { theta, correction, varying: Some(periods), .. } => {
+            let varying = luenberger_design::VaryingPeriodDesign::new(&linear, theta, correction, period, periods)?;
+            Ok(cubic(varying.nominal.clone()))
+        }
+        ObserverKind::SampledCubic { theta, correction, .. } => {
+            SampledCubicDesign::with_correction(&linear, theta, correction, period).map(cubic)
+        }
         ObserverKind::ProportionalIntegral { cubic: Some((theta, gamma)), .. } => {
             let gain = luenberger_design::CubicGain::Gamma(*gamma);
             let continuous = luenberger_design::CubicDesign::new(&linear, theta, &gain)?;
             SampledCubicDesign::from_cubic(&linear, &continuous, period).map(cubic)
-        }
-        ObserverKind::SampledCubic { theta, correction, .. } => {
-            SampledCubicDesign::with_correction(&linear, theta, correction, period).map(cubic)
         }
         _ => sampled_linear(&linear, gain, period).map(|design| SampledDesign::Linear(Box::new(design))),
     }

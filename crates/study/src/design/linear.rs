@@ -2,7 +2,8 @@
 
 use luenberger_design::number::decay;
 use luenberger_design::{
-    CubicDesign, CubicGain, DesignError, ErrorBound, GainOptions, LinearDesign, SampledCubicDesign,
+    CubicDesign, CubicGain, DesignError, ErrorBound, GainOptions, LinearDesign, Periods, SampledCubicDesign,
+    VaryingPeriodDesign,
 };
 use luenberger_plants::StateSpace;
 use luenberger_proof::wording::significant;
@@ -141,13 +142,38 @@ pub(super) fn sampled(
     plant: &StateSpace,
     wish: &LinearSpec,
     theta: &DMatrix<f64>,
-    correction: &CubicGain,
-    period: f64,
+    (correction, period, varying): (&CubicGain, f64, Option<&Periods>),
     options: &GainOptions,
 ) -> Result<Designed, Misfit> {
     let linear = of(plant, wish, options)?;
+    if let Some(periods) = varying {
+        let design = VaryingPeriodDesign::new(&linear, theta, correction, period, periods)?;
+        return Ok(varying_report(&design, plant, period));
+    }
     let design = SampledCubicDesign::with_correction(&linear, theta, correction, period)?;
     Ok(sampled_report(&design, plant, period))
+}
+
+/// A sampled cubic observer at varying periods in numbers and words.
+fn varying_report(design: &VaryingPeriodDesign, plant: &StateSpace, period: f64) -> Designed {
+    let Designed { runnable, mut report, .. } = sampled_report(&design.nominal, plant, period);
+    let step = if design.nominal.observer.coupling().is_some() {
+        let share = design.factor * design.factor;
+        2.0 * share / (1.0 + share)
+    } else {
+        design.factor * design.factor
+    };
+    report.statement = format!(
+        "For {}, with the correction gain K and a prediction over the time that passes: V = e'Pe decreases from correction to correction by the factor {} or less, for every error. {}",
+        design.periods,
+        significant(step, 4),
+        report.statement
+    );
+    report.matrices.insert(0, matrix("K", &design.k));
+    report.numbers.push(number("factor of V from correction to correction", step));
+    report.facts = facts(&design.certificate, &[]);
+    report.verdict = verdict(&design.certificate);
+    Designed { runnable, report, certificate: Some(design.certificate.clone()) }
 }
 
 /// A sampled cubic observer in numbers and words.

@@ -1,12 +1,14 @@
 //! The tables [[observer]].
 
-use luenberger_design::{CubicGain, LyapunovWeight, Region, Sector};
+use luenberger_design::{CubicGain, LyapunovWeight, Periods, Region, Sector};
 use luenberger_plants::Dimensions;
+use luenberger_proof::certificate::MOST_MISSES;
 use luenberger_proof::wording::counted;
 use nalgebra::{Complex, DMatrix};
 
 use super::tree::Node;
 use super::{Reader, check, disturbance, maps};
+use crate::design::PrintedMean;
 use crate::diagnostic::Source;
 use crate::model::PlantModel;
 use crate::study::{GainLimits, GainSpec, KklSpec, LinearSpec, ObserverKind, ObserverSpec, RateSpec};
@@ -98,6 +100,7 @@ fn observer(
     };
     let kind = match kind_name {
         "kkl" => maps::kkl(node, plant, reader),
+        "immersion-invariance" => maps::immersion(node, plant, reader),
         "pebo" => maps::peb(node, plant, reader).map(|peb| ObserverKind::Pebo(Box::new(peb))),
         "kkl-peb" => maps::peb(node, plant, reader).map(|peb| ObserverKind::KklPeb(Box::new(peb))),
         _ => kind(node, kind_name, size, reader),
@@ -151,8 +154,9 @@ fn kind(node: &Node, name: &str, size: Dimensions, reader: &mut Reader) -> Optio
             let linear = linear(node, size, reader);
             let theta = theta(node, p, reader);
             let correction = sampled_correction(node, p, reader);
-            let (linear, theta, correction) = (linear?, theta?, correction?);
-            ObserverKind::SampledCubic { linear, theta, correction, period: number("period")? }
+            let period = number("period")?;
+            let varying = periods(node, period, reader)?;
+            ObserverKind::SampledCubic { linear: linear?, theta: theta?, correction: correction?, period, varying }
         }
         "proportional-integral" => disturbance::proportional_integral(node, size, reader)?,
         "unknown-input" => disturbance::unknown_input(node, size, reader)?,
@@ -194,11 +198,13 @@ fn kind(node: &Node, name: &str, size: Dimensions, reader: &mut Reader) -> Optio
                 Some(error) => reader.numbers(error, "internal_error", n, "state"),
                 None => Some(vec![0.0; n]),
             };
+            let printed = printed_mean(node, reader)?;
             ObserverKind::MeanValue {
                 region: region?,
                 rate: positive("decay_rate", 0.0)?,
                 eta: positive("eta", 1.0)?,
                 internal_error: internal_error?,
+                printed,
             }
         }
         "high-gain" => high_gain(node, size, reader)?,
@@ -227,9 +233,12 @@ fn kind(node: &Node, name: &str, size: Dimensions, reader: &mut Reader) -> Optio
             let count = |key: &str, otherwise: usize| node.get(key).map_or(Some(otherwise), Node::count);
             ObserverKind::KklNumerical(KklSpec {
                 domain,
-                cutoff: number("cutoff")?,
+                cutoff: number("cutoff"),
                 escape: number("escape"),
-                points: count("points", 33)?,
+                points: match node.get("points") {
+                    Some(points) => Some(points.count()?),
+                    None => None,
+                },
                 leaves: count("leaves", 32)?,
                 degree: count("degree", 4)?,
                 samples: count("samples", 8000)?,
@@ -239,6 +248,21 @@ fn kind(node: &Node, name: &str, size: Dimensions, reader: &mut Reader) -> Optio
         // The description of the kinds has no other.
         _ => return None,
     })
+}
+
+/// The mean of the Jacobian of the observer as printed, which has no gain to be designed.
+fn printed_mean(node: &Node, reader: &mut Reader) -> Option<Option<PrintedMean>> {
+    let Some(printed) = node.get("as_printed") else { return Some(None) };
+    if let Some(given) = ["decay_rate", "region", "max_gain", "noise"].iter().find_map(|key| node.entry(key)) {
+        let message = format!("`{}` has no effect: the observer as printed has no gain to be designed", given.key);
+        reader.wrong(given.span.clone(), message, "expected it without `as_printed`");
+        return None;
+    }
+    Some(Some(match printed.text()? {
+        "least-squares" => PrintedMean::LeastSquares,
+        "root" => PrintedMean::Root,
+        _ => PrintedMean::Integral,
+    }))
 }
 
 /// At most one of these keys, or exactly one; an error names those that are present.
@@ -388,6 +412,29 @@ fn sampled_correction(node: &Node, p: usize, reader: &mut Reader) -> Option<Cubi
         return Some(CubicGain::Gamma(gamma.number()?));
     }
     general(node, p, reader)
+}
+
+/// `jitter` and `misses`; none where neither is given.
+fn periods(node: &Node, period: f64, reader: &mut Reader) -> Option<Option<Periods>> {
+    let misses = match node.get("misses") {
+        Some(misses) => misses.count()?,
+        None => 0,
+    };
+    if misses > MOST_MISSES {
+        let span = node.get("misses")?.span.clone();
+        reader.wrong(span, format!("`misses` is {misses}"), format!("expected at most {MOST_MISSES}"));
+        return None;
+    }
+    let Some(jitter) = node.get("jitter") else {
+        return Some((misses > 0).then_some(Periods { shortest: period, longest: period, misses }));
+    };
+    let (shortest, longest) = bound(jitter)?;
+    if !(shortest > 0.0 && shortest <= period && period <= longest && longest.is_finite()) {
+        let message = format!("`jitter` is from {shortest} to {longest}, and `period` is {period}");
+        reader.wrong(jitter.span.clone(), message, "expected positive, finite bounds that contain the period");
+        return None;
+    }
+    Some(Some(Periods { shortest, longest, misses }))
 }
 
 fn general(node: &Node, p: usize, reader: &mut Reader) -> Option<CubicGain> {
