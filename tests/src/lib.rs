@@ -2,6 +2,7 @@
 //! certificates.
 
 pub mod falsify;
+pub mod kkl_maps;
 
 /// The examples of the README and of `docs/`, compiled and run with the documentation's tests.
 #[cfg(doctest)]

@@ -88,6 +88,7 @@ mod graph;
 mod nearest;
 mod parse;
 mod plant;
+mod rewritten;
 mod scope;
 mod table;
 mod tape;

@@ -32,6 +32,8 @@
 //! | [`high_gain`] | chains of integrators with corrections alpha/r^i |
 //! | [`cascade`] | [KKL+PEB] observers of a class of cascades, from the pieces of the plant |
 //! | [`deviation`] | a linear observer of a nonlinear plant, in deviations from an operating point |
+//! | [`proportional_integral`] | a disturbance estimated with the state |
+//! | [`unknown_input`] | an estimate that does not depend on an unknown disturbance |
 //! | [`output_feedback`] | an observer with the feedback `u = r - K xhat` as one block |
 //! | `static_size` (feature `alloc`) | designed observers with the sizes and the scalar of the target |
 //! | `serialization` (feature `serde`) | linear observers in files: matrices by rows, read through the constructors |
@@ -73,6 +75,7 @@ pub mod numerical_kkl;
 pub mod observer;
 pub mod output_feedback;
 pub mod pebo;
+pub mod proportional_integral;
 pub mod pseudo_inverse;
 mod runge_kutta;
 pub mod sampled_copy;
@@ -83,6 +86,7 @@ mod serialization;
 #[cfg(feature = "alloc")]
 pub mod static_size;
 pub mod stationary_kalman;
+pub mod unknown_input;
 pub mod varying_period;
 
 pub use cubic::{CubicObserver, StaticCubicObserver};
@@ -112,8 +116,10 @@ pub use nonlinear_luenberger::{NonlinearLuenbergerObserver, StaticNonlinearLuenb
 pub use observer::{Observer, ObserverDimensions, SampledObserver};
 pub use output_feedback::OutputFeedback;
 pub use pebo::{PeboObserver, Regression};
+pub use proportional_integral::ProportionalIntegralObserver;
 pub use sampled_copy::{SampledCopy, StaticSampledCopy};
 pub use stationary_kalman::{StaticStationaryKalmanFilter, StationaryKalmanFilter};
+pub use unknown_input::UnknownInputObserver;
 pub use varying_period::VaryingPeriodObserver;
 
 /// The linear algebra of the columns and matrices here, in the version that fits.

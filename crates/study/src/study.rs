@@ -267,8 +267,21 @@ pub struct ObserverSpec {
     pub kind: ObserverKind,
     /// Limits of a gain that is designed by a matrix inequality.
     pub limits: GainLimits,
+    /// Bounds of noise and disturbances for which the error is to be bounded, if specified.
+    pub bounds: Option<ActingBounds>,
     /// Position of the observer in the file.
     pub place: Place,
+}
+
+/// Bounds of noise and disturbances, `x' = A x + B u + E w`, `y = C x + v`.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ActingBounds {
+    /// The bounds of v, one for each output.
+    pub noise: Vec<f64>,
+    /// The bounds of w.
+    pub disturbance: Vec<f64>,
+    /// E, n x q.
+    pub e: DMatrix<f64>,
 }
 
 /// Limits of a gain that is designed by a matrix inequality, beside the decay rate; see
@@ -346,6 +359,26 @@ pub enum ObserverKind {
         theta: DMatrix<f64>,
         /// N.
         correction: luenberger_design::CubicGain,
+    },
+    /// Observer of the state and of a slowly varying disturbance, linear or cubic.
+    ProportionalIntegral {
+        /// E, n x q.
+        e: DMatrix<f64>,
+        /// Bounds of the derivative of the disturbance, one for each.
+        rate: Vec<f64>,
+        /// Its linear part, for the plant with the disturbance among its states.
+        linear: LinearSpec,
+        /// theta, p x p, and gamma of a cubic term.
+        cubic: Option<(DMatrix<f64>, f64)>,
+    },
+    /// Observer whose error does not depend on a disturbance, linear or cubic.
+    UnknownInput {
+        /// E, n x q.
+        e: DMatrix<f64>,
+        /// Its linear part, for the plant without the disturbance.
+        linear: LinearSpec,
+        /// theta, p x p, and gamma of a cubic term.
+        cubic: Option<(DMatrix<f64>, f64)>,
     },
     /// Sampled cubic observer.
     SampledCubic {
@@ -428,12 +461,12 @@ pub enum ObserverKind {
 pub struct KklSpec {
     /// The box of the states.
     pub domain: Vec<(f64, f64)>,
-    /// The cut-off frequency of the filter.
-    pub cutoff: f64,
-    /// The margin around the box, outside of which the plant is slowed down.
+    /// The cut-off frequency of the filter; none to search it.
+    pub cutoff: Option<f64>,
+    /// The margin around the box, outside of which the plant is slowed down; none to slow it down if it escapes.
     pub escape: Option<f64>,
-    /// Grid points per axis.
-    pub points: usize,
+    /// Grid points per axis; none to search them.
+    pub points: Option<usize>,
     /// Maximal number of leaves of the tree.
     pub leaves: usize,
     /// Degree of the polynomials.
@@ -444,6 +477,16 @@ pub struct KklSpec {
     pub embedded: bool,
 }
 
+impl KklSpec {
+    /// Grid points per axis of all tables that the design may compute for a plant with so many states, those of the
+    /// search included.
+    pub fn tables(&self, states: usize) -> Vec<usize> {
+        let mut tables = luenberger_design::numerical_kkl::searched_tables(self.cutoff, self.points, states);
+        tables.extend(tables.iter().copied().max().or(self.points));
+        tables
+    }
+}
+
 impl ObserverKind {
     /// Whether the design solves a matrix inequality.
     pub fn poses_inequality(&self) -> bool {
@@ -451,6 +494,8 @@ impl ObserverKind {
             Self::Luenberger(linear)
             | Self::Kalman(linear)
             | Self::Cubic { linear, .. }
+            | Self::ProportionalIntegral { linear, .. }
+            | Self::UnknownInput { linear, .. }
             | Self::SampledCubic { linear, varying: None, .. } => {
                 matches!(linear.gain, GainSpec::DecayRate(_) | GainSpec::Lmi)
             }
@@ -473,6 +518,8 @@ impl ObserverKind {
             Self::Luenberger(_) => "luenberger",
             Self::Kalman(_) => "kalman",
             Self::Cubic { .. } => "cubic",
+            Self::ProportionalIntegral { .. } => "proportional-integral",
+            Self::UnknownInput { .. } => "unknown-input",
             Self::SampledCubic { .. } => "sampled-cubic",
             Self::Lpv { .. } => "lpv",
             Self::Lipschitz { .. } => "lipschitz",
@@ -492,6 +539,11 @@ impl ObserverKind {
             Self::SampledCubic { period, .. } | Self::ExtendedKalman { period, .. } => Some(*period),
             _ => None,
         }
+    }
+
+    /// The number of disturbances that are estimated with the state.
+    pub fn estimated_disturbances(&self) -> usize {
+        if let Self::ProportionalIntegral { e, .. } = self { e.ncols() } else { 0 }
     }
 
     /// The region of the design, if it is bounded somewhere.
@@ -528,13 +580,20 @@ impl ObserverKind {
             Self::Luenberger(wish)
             | Self::Kalman(wish)
             | Self::Cubic { linear: wish, .. }
+            | Self::ProportionalIntegral { linear: wish, .. }
+            | Self::UnknownInput { linear: wish, .. }
             | Self::SampledCubic { linear: wish, .. } => *wish = linear(wish),
             Self::Lpv { rate: RateSpec::Rate(rate) | RateSpec::Fastest(rate), .. }
             | Self::Lipschitz { rate, .. }
             | Self::MeanValue { rate, .. } => *rate *= factor,
             Self::HighGain { r, .. } => *r /= factor,
-            Self::KklNumerical(wish) => wish.cutoff *= factor,
-            Self::Lpv { .. } | Self::ExtendedKalman { .. } | Self::Kkl(_) | Self::Pebo(_) | Self::KklPeb(_) => {}
+            Self::KklNumerical(KklSpec { cutoff: Some(cutoff), .. }) => *cutoff *= factor,
+            Self::Lpv { .. }
+            | Self::ExtendedKalman { .. }
+            | Self::KklNumerical(_)
+            | Self::Kkl(_)
+            | Self::Pebo(_)
+            | Self::KklPeb(_) => {}
         }
         kind
     }
@@ -549,6 +608,8 @@ impl ObserverKind {
             | Self::SampledCubic { correction: CubicGain::Gamma(value) | CubicGain::Radial(value), .. } => {
                 *value = gamma;
             }
+            Self::ProportionalIntegral { cubic: Some((_, value)), .. }
+            | Self::UnknownInput { cubic: Some((_, value)), .. } => *value = gamma,
             _ => return None,
         }
         Some(kind)

@@ -291,6 +291,36 @@ fn word(document: &mut Value, map: &Map, random: &mut Random) -> Option<()> {
     Some(())
 }
 
+/// An expression with another variable, number, operator or function.
+fn expression(document: &mut Value, map: &Map, random: &mut Random) -> Option<()> {
+    const CHANGES: &[(&str, &str)] = &[
+        ("+", "-"),
+        ("-", "+"),
+        ("*", "/"),
+        ("/", "*"),
+        ("x1", "x2"),
+        ("x2", "x1"),
+        ("xi1", "xi2"),
+        ("^3", "^2"),
+        ("^2", "^3"),
+        ("3*", "2*"),
+        ("1", "2"),
+        ("0x1", "0x3"),
+        ("sin(", "tanh("),
+        ("exp(", "cos("),
+        ("ln(", "sqrt("),
+        ("y1", "(y1/(1 + y1^2))"),
+    ];
+    let path = pick(&map.words, random)?;
+    let text = document.pointer(path)?.as_str()?;
+    let (from, to) = pick(CHANGES, random)?;
+    let places: Vec<usize> = text.match_indices(from).map(|(at, _)| at).collect();
+    let at = *pick(&places, random)?;
+    let changed = format!("{}{to}{}", &text[..at], &text[at + from.len()..]);
+    *document.pointer_mut(path)? = Value::String(changed);
+    Some(())
+}
+
 fn count(document: &mut Value, map: &Map, random: &mut Random) -> Option<()> {
     let path = pick(&map.counts, random)?;
     let found = document.pointer(path)?.as_u64()?;
@@ -364,6 +394,9 @@ pub(super) fn mutant(document: &Value, other: &Value, random: &mut Random) -> Op
             13 => bounds(&mut next, &map, random)?,
             14 => two_matrices(&mut next, &map, random)?,
             15 | 20 => list(&mut next, &map, random)?,
+            16 if map.words.iter().any(|path| path.starts_with("/observer/phi")) => {
+                expression(&mut next, &map, random)?;
+            }
             16 => word(&mut next, &map, random)?,
             17 => dimension(&mut next, &map, random)?,
             18 => count(&mut next, &map, random)?,

@@ -11,14 +11,14 @@ use luenberger_design::lipschitz::{LipschitzPlant, Sector};
 use luenberger_design::mean_value::{ContractingCoordinates, MeanValueDesign};
 use luenberger_design::robust::{PolytopicDesign, certify_gain};
 use luenberger_design::{
-    Certified, CubicDesign, CubicGain, DiscreteLpvDesign, Disturbances, ErrorBound, FeedbackDesign, GainOptions,
-    LinearDesign, LipschitzDesign, LpvDesign, LyapunovWeight, Periods, Region, SampledCubicDesign, Theorem1,
-    VaryingPeriodDesign, at_varying_periods, deployed_linear, joint_design, lyapunov_certificate_file,
-    stein_certificate_file, theta_from_importance,
+    Certified, CubicDesign, CubicGain, DecoupledPlant, DiscreteLpvDesign, Disturbances, ErrorBound, FeedbackDesign,
+    GainOptions, LinearDesign, LipschitzDesign, LpvDesign, LyapunovWeight, Periods, Region, SampledCubicDesign,
+    Theorem1, UnknownInputDesign, VaryingPeriodDesign, at_varying_periods, deployed_linear, joint_design,
+    lyapunov_certificate_file, stein_certificate_file, theta_from_importance,
 };
 use luenberger_linalg::lqr;
 use luenberger_lmi::{Problem, he, sdpa};
-use luenberger_plants::{StateSpace, VanDerPol, double_integrator, flexible_joint, third_order};
+use luenberger_plants::{CukConverter, StateSpace, VanDerPol, double_integrator, flexible_joint, third_order};
 use luenberger_proof::certificate::{
     CertificateFile, CubicConvergence, Definiteness, HurwitzStability, LinearConvergence, PlantWithin, Rejection,
     SchurStability, Sign, StructuredCubicConvergence, Theorem, digest, verify,
@@ -26,6 +26,7 @@ use luenberger_proof::certificate::{
 use luenberger_proof::statement::{Format, Formats, Operation, Step};
 use luenberger_proof::{Interval, Matrix, Verdict};
 use luenberger_study::{Study, TEMPLATES};
+use luenberger_tests::kkl_maps::{bound, converter, duffing, exponential_cascade, region, van_der_pol};
 use nalgebra::{DMatrix, dmatrix};
 use serde_json::Value;
 
@@ -137,8 +138,26 @@ fn of_linear_plants() -> Vec<CertificateFile> {
     let structured = StructuredCubicConvergence { plant, l, theta, p, s, rate };
     files.push(CertificateFile::prove("the real gain", structured).unwrap());
     files.extend(under_disturbances(&example1, &cubic));
+    files.extend(without_disturbance());
     files.push(sampled.linear_certificate_file("sampled, linear").unwrap());
     files
+}
+
+/// Unknown-input observers, linear and cubic, of a plant with two outputs.
+fn without_disturbance() -> [CertificateFile; 2] {
+    let plant = StateSpace::new(
+        dmatrix![0.0, 1.0, 0.3; -1.0, -0.4, 0.1; 0.2, 0.0, -0.7],
+        DMatrix::zeros(3, 0),
+        dmatrix![1.0, 0.0, 0.1; 0.0, 0.7, 0.0],
+    )
+    .unwrap();
+    let decoupled = DecoupledPlant::new(&plant, &dmatrix![0.3; 1.0; 0.0]).unwrap();
+    let design = LinearDesign::lmi(&decoupled.reduced).unwrap();
+    let cubic = CubicDesign::new(&design, &DMatrix::identity(2, 2), &CubicGain::Gamma(2.0)).unwrap();
+    [
+        UnknownInputDesign::linear(&decoupled, &design).unwrap().certificate_file("unknown input").unwrap(),
+        UnknownInputDesign::cubic(&decoupled, &cubic).unwrap().certificate_file("unknown input").unwrap(),
+    ]
 }
 
 /// Bounds of the error under disturbances: linear, cubic, with two outputs, and of an uncertain plant.
@@ -262,6 +281,27 @@ fn of_matrices() -> Vec<CertificateFile> {
     files
 }
 
+/// Error bounds of KKL observers over a box: the converter, Proposition 6, van der Pol and Duffing.
+fn of_expressions() -> Vec<CertificateFile> {
+    let one = DMatrix::identity(2, 2);
+    let cycle = region(&[(-2.5, 2.5), (-3.0, 3.0)], &[]);
+    let cascade = region(&[(-1.0, 1.5), (-2.0, 3.0), (-1.0, 1.0)], &[(-1.0, 1.0)]);
+    let operation = region(&[(0.0, 3.0), (10.0, 45.0), (-3.0, 0.0), (-40.0, 0.0)], &[(0.1, 0.8)]);
+    let orbit = region(&[(-0.5, 0.5), (-0.8, 0.8)], &[]);
+    // Volt and volt seconds.
+    let scales = dmatrix![1.0, 0.0; 0.0, 1e6];
+    let coupled = dmatrix![1.0, -0.1; -0.1, 1.0];
+    [
+        bound(&van_der_pol(1.0, [-1.0, -2.0], 0.0), &cycle, &one, 0.9, 5.0),
+        bound(&van_der_pol(3.0, [-2.0, -1.0], 0.01), &cycle, &coupled, 0.75, 1.0),
+        bound(&exponential_cascade(3.0), &cascade, &one, 0.9, 0.3),
+        bound(&converter(&CukConverter::default()), &operation, &scales, 19.0, 50.0),
+        bound(&duffing([-10.0, -15.0]), &orbit, &one, 9.0, 1.0),
+    ]
+    .map(|bound| CertificateFile::prove("a KKL observer", bound.unwrap()).unwrap())
+    .into()
+}
+
 /// Every observer with a proof of every template, but for the one that takes minutes to design.
 fn of_templates() -> Vec<CertificateFile> {
     let mut files = vec![];
@@ -289,7 +329,8 @@ fn of_templates() -> Vec<CertificateFile> {
 fn all() -> &'static [CertificateFile] {
     static ALL: OnceLock<Vec<CertificateFile>> = OnceLock::new();
     ALL.get_or_init(|| {
-        [of_linear_plants(), of_nonlinear_plants(), of_targets(), of_matrices(), of_templates()].concat()
+        [of_linear_plants(), of_nonlinear_plants(), of_targets(), of_matrices(), of_expressions(), of_templates()]
+            .concat()
     })
 }
 

@@ -76,8 +76,89 @@ const SAMPLED: Suite = Suite { package: MODULES, binaries: &["--test", "sampled"
 const MEAN_VALUE: Suite = Suite { package: MODULES, binaries: &["--test", "mean_value"], only: &[] };
 const KKL: Suite = Suite { package: MODULES, binaries: &["--test", "kkl"], only: &[] };
 
+const KKL_BOUND: Suite = Suite { package: "luenberger-proof", binaries: &["--test", "it"], only: &["kkl::"] };
+
 /// All of them.
 pub(super) const SOURCES: &[Source] = &[
+    Source {
+        file: "crates/proof/src/certificate/theorem/kkl.rs",
+        suites: &[KKL_BOUND],
+        mutants: &[
+            mutant(
+                "KKL bound: rate limit^2 >= residual'|P| residual",
+                Dropped,
+                "product(&[self.rate, self.rate, *limit, *limit])",
+                "product(&[self.rate, *limit, *limit])",
+            ),
+            mutant(
+                "KKL bound: residual'P residual",
+                Sign,
+                "product(&[self.p[(i, j)].abs(), *left, *right])",
+                "product(&[self.p[(i, j)], *left, *right])",
+            ),
+            mutant(
+                "KKL bound: limit <= start",
+                Hypothesis,
+                "room.signum() >= 0 && limit < start",
+                "room.signum() >= 0 && limit <= start",
+            ),
+            mutant(
+                "KKL bound: eventual >= lipschitz limit",
+                Dropped,
+                "product(&[lipschitz[k], *limit]).add(&product(&[defect[k]]))",
+                "product(&[lipschitz[k], *limit])",
+            ),
+            mutant(
+                "KKL bound: |e_i| <= W_ii start",
+                Dropped,
+                "(w[(i, i)].max(0.0).sqrt().next_up() * start)",
+                "(w[(i, i)].max(0.0).next_up() * start)",
+            ),
+            mutant(
+                "KKL bound: W >= 0",
+                Hypothesis,
+                "_ => f64::from(u8::from(i.abs_diff(j) == q))",
+                "_ => f64::from(u8::from(i.abs_diff(j) > 2 * q))",
+            ),
+        ],
+    },
+    Source {
+        file: "crates/proof/src/statement/kkl.rs",
+        suites: &[KKL_BOUND],
+        mutants: &[
+            mutant("KKL bound: residual + B", Sign, "let mut sum = b_i.negative();", "let mut sum = b_i.clone();"),
+            mutant(
+                "KKL bound: residual + Lambda phi",
+                Sign,
+                "sum = sum.minus(&arena.product(&lambda[i * q + j], phi_j)?);",
+                "sum = sum.plus(&arena.product(&lambda[i * q + j], phi_j)?);",
+            ),
+            mutant(
+                "KKL bound: residual with Lambda'",
+                Transpose,
+                "arena.product(&lambda[i * q + j], phi_j)",
+                "arena.product(&lambda[j * q + i], phi_j)",
+            ),
+            mutant(
+                "KKL bound: phi^L on phi(x) only",
+                Dropped,
+                "phi.iter().zip(e).map(|(phi, e)| phi.plus(e))",
+                "phi.iter().zip(e).map(|(phi, e)| phi.plus(&e.scaled(&Rational::integer(0))))",
+            ),
+            mutant(
+                "KKL bound: g'diag(W)g",
+                OffDiagonal,
+                "Rational::from_f64(w[(i, j)])",
+                "Rational::from_f64(if i == j { w[(i, j)] } else { 0.0 })",
+            ),
+            mutant(
+                "KKL bound: the residual from above only",
+                Dropped,
+                "Verdict::Proved { .. } => self.at_most(&p.negative(), -of.lo(), axes, entry),",
+                "Verdict::Proved { margin } => Verdict::Proved { margin },",
+            ),
+        ],
+    },
     Source {
         file: "crates/observers/src/linear.rs",
         suites: &[OBSERVERS, CUBIC],
@@ -696,7 +777,7 @@ pub(super) const SOURCES: &[Source] = &[
         ],
     },
     Source {
-        file: "crates/design/src/error_bound.rs",
+        file: "crates/design/src/error_bound/mod.rs",
         suites: &[INPUT_TO_STATE],
         mutants: &[
             mutant("error bound: S for S' in mu", Transpose, "s.transpose() * &self.d;", "&s * &self.d;"),

@@ -35,6 +35,7 @@
 //!
 //! Source: B. Yi, R. Ortega and W. Zhang, IEEE Transactions on Automatic Control, 2018, Propositions 1 and 3.
 
+mod bound;
 mod candidate;
 mod common_image;
 mod coupling;
@@ -59,6 +60,7 @@ use crate::golden_sequence::GoldenSequence;
 use crate::symbolic_polynomial::{SymbolicPolynomial, collect, evaluate};
 use candidate::still;
 
+pub use bound::error_bound;
 pub use candidate::{KklCandidate, Pieces};
 pub use coupling::Coupling;
 pub use error::KklError;

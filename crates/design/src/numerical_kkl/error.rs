@@ -82,6 +82,23 @@ pub enum NumericalKklError {
         /// The largest that is accepted.
         most: f64,
     },
+    /// No cut-off frequency that was tried has a design.
+    #[error(
+        "none of {tried} designs with cut-off frequencies from {} to {} succeeds; the last one, on {points} points per axis: {last}",
+        significant(*slowest, 3), significant(*fastest, 3)
+    )]
+    NoneFits {
+        /// Designs.
+        tried: usize,
+        /// The lowest cut-off frequency.
+        slowest: f64,
+        /// The highest.
+        fastest: f64,
+        /// Grid points per axis of the last design.
+        points: usize,
+        /// Its error.
+        last: Box<NumericalKklError>,
+    },
     /// f or h is NaN or infinite somewhere.
     #[error("the plant, integrated backward by {time} from {from:?}, is not finite")]
     NotFinite {

@@ -9,6 +9,7 @@
 //!
 //! | file | subject |
 //! |---|---|
+//! | `choice` | cut-off, grid and escape that are not given |
 //! | `target` | D and B from poles or a Bessel prototype |
 //! | `domain` | the box, and the plant slowed outside |
 //! | `extrapolation` | the integrator of the many short trajectories |
@@ -22,6 +23,7 @@
 //!
 //! There is no proof: every number in [`Report`] is measured, at validation points not used in the fit.
 
+mod choice;
 mod domain;
 mod error;
 mod extrapolation;
@@ -48,6 +50,7 @@ use crate::golden_sequence::GoldenSequence;
 use progress::Listener;
 use regression::{Budget, Samples};
 
+pub use choice::{Candidate, Choice, Wanted, choose, searched_tables};
 pub use domain::{Domain, Escape};
 pub use error::NumericalKklError;
 pub use injectivity::Injectivity;

@@ -15,5 +15,6 @@ mod lpv_discrete;
 mod mean_value;
 mod nonlinear_observability;
 mod numerical_kkl;
+mod numerical_kkl_choice;
 mod operating_point;
 mod stored;

@@ -157,17 +157,13 @@ impl Polynomial {
         Self { terms }
     }
 
-    pub(crate) fn is_zero(&self) -> bool {
-        self.terms.is_empty()
+    /// The atom of this number.
+    fn atom(k: usize) -> Self {
+        Self::term(Monomial(vec![(k, 1)]), Rational::integer(1))
     }
 
-    /// The number that it is, if it has no atoms.
-    fn as_constant(&self) -> Option<Rational> {
-        match self.terms.len() {
-            0 => Some(Rational::integer(0)),
-            1 => self.terms.get(&Monomial::default()).cloned(),
-            _ => None,
-        }
+    pub(crate) fn is_zero(&self) -> bool {
+        self.terms.is_empty()
     }
 
     fn add_term(&mut self, monomial: Monomial, x: &Rational) {
@@ -240,12 +236,8 @@ impl Arena {
         self.variables
     }
 
-    pub(crate) fn variable(&self, k: usize) -> Polynomial {
-        self.atom(k)
-    }
-
-    fn atom(&self, k: usize) -> Polynomial {
-        Polynomial::term(Monomial(vec![(k, 1)]), Rational::integer(1))
+    pub(crate) fn variable(k: usize) -> Polynomial {
+        Polynomial::atom(k)
     }
 
     /// Counts the terms of a result against the limit.
@@ -268,7 +260,7 @@ impl Arena {
             }
             self.atoms.push(atom);
         }
-        Ok(self.atom(k))
+        Ok(Polynomial::atom(k))
     }
 
     pub(crate) fn function(&mut self, function: Function, argument: Polynomial) -> Computed {
@@ -278,6 +270,10 @@ impl Arena {
                 Function::Cos | Function::Exp => return Ok(Polynomial::constant(Rational::integer(1))),
                 Function::Ln | Function::Sqrt => {}
             }
+        }
+        if function == Function::Cos {
+            // For cos^2 = 1 - sin^2.
+            self.atom_of(Atom::Function(Function::Sin, argument.clone()))?;
         }
         // ln exp p = p, and exp ln p = p, where ln p remains among the atoms and has to be defined.
         if let [(Monomial(factors), x)] = argument.terms.iter().collect::<Vec<_>>()[..]
@@ -304,7 +300,7 @@ impl Arena {
             let factor = match self.atoms.get(atom) {
                 // 1/(1/p) is p: both are defined where p is not 0, and the reciprocal remains among the atoms.
                 Some(Atom::Reciprocal(p)) => p.clone(),
-                _ => self.atom_of(Atom::Reciprocal(self.atom(atom)))?,
+                _ => self.atom_of(Atom::Reciprocal(Polynomial::atom(atom)))?,
             };
             let factor = self.power(&factor, power)?;
             product = self.product(&product, &factor)?;
@@ -333,14 +329,6 @@ impl Arena {
             power = self.product(&power, p)?;
         }
         Ok(power)
-    }
-
-    pub(crate) fn quotient(&mut self, p: &Polynomial, q: &Polynomial) -> Computed {
-        if let Some(x) = q.as_constant() {
-            return Ok(p.scaled(&x.inverse().ok_or(Obstacle::DivisionByZero)?));
-        }
-        let inverse = self.reciprocal(q)?;
-        self.product(p, &inverse)
     }
 
     /// What a monomial is equal to by a relation of one of its atoms: a factor, and the polynomial that replaces it.
@@ -425,7 +413,7 @@ impl Arena {
     /// The derivative of atom k, a function of `argument`, times `inner`.
     fn outer(&mut self, function: Function, argument: &Polynomial, k: usize, inner: &Polynomial) -> Computed {
         let one = Polynomial::constant(Rational::integer(1));
-        let atom = self.atom(k);
+        let atom = Polynomial::atom(k);
         let outer = match function {
             Function::Sin => self.function(Function::Cos, argument.clone())?,
             Function::Cos => self.function(Function::Sin, argument.clone())?.negative(),

@@ -130,9 +130,8 @@ impl Tree {
             }
             Self::Negative(inner) => inner.value(arena, scope)?.negative(),
             Self::Power(base, n) => {
-                let base = base.value(arena, scope)?;
-                let power = arena.power(&base, n.unsigned_abs())?;
-                if *n < 0 { arena.quotient(&Polynomial::constant(Rational::integer(1)), &power)? } else { power }
+                let base = if *n < 0 { base.reciprocal(arena, scope)? } else { base.value(arena, scope)? };
+                arena.power(&base, n.unsigned_abs())?
             }
             Self::Function(function, argument) => {
                 let argument = argument.value(arena, scope)?;
@@ -149,13 +148,32 @@ impl Tree {
                     arena.product(&value, &right)?
                 }
                 Self::Quotient(_, right) => {
-                    let right = right.value(arena, scope)?;
-                    arena.quotient(&value, &right)?
+                    let inverse = right.reciprocal(arena, scope)?;
+                    arena.product(&value, &inverse)?
                 }
                 _ => value,
             };
         }
         Ok(value)
+    }
+
+    /// The reciprocal: by factors, so that `1/(a^2 b)` has the atoms 1/a and 1/b.
+    fn reciprocal(&self, arena: &mut Arena, scope: &Scope<'_>) -> Computed {
+        match self {
+            Self::Power(base, n) if *n > 0 => {
+                let inverse = base.reciprocal(arena, scope)?;
+                arena.power(&inverse, n.unsigned_abs())
+            }
+            Self::Product(left, right) => {
+                let (left, right) = (left.reciprocal(arena, scope)?, right.reciprocal(arena, scope)?);
+                arena.product(&left, &right)
+            }
+            Self::Negative(inner) => Ok(inner.reciprocal(arena, scope)?.negative()),
+            _ => {
+                let value = self.value(arena, scope)?;
+                arena.reciprocal(&value)
+            }
+        }
     }
 }
 
@@ -223,7 +241,7 @@ impl Reader<'_> {
         }
         let is_negative = self.accepts(b'-');
         self.peek();
-        let digits = self.run(|byte| byte.is_ascii_digit()).to_owned();
+        let digits = self.run(u8::is_ascii_digit).to_owned();
         if digits.is_empty() {
             return Err(self.expected("an integer exponent"));
         }

@@ -29,6 +29,7 @@ pub(crate) struct Composition {
     /// `Dphi f - Lambda phi - B`.
     residual: Vec<Polynomial>,
     lambda: Vec<Polynomial>,
+    phi: Vec<Polynomial>,
     /// The derivative of each entry of the left inverse by xi, at `(phi(x) + e, h(x), u)`.
     slopes: Vec<Vec<Polynomial>>,
     /// `z - phi^L(phi(x), h(x), u)`.
@@ -48,7 +49,7 @@ impl Composition {
     pub(crate) fn new(maps: &Expressions<'_>, inputs: usize) -> Composed<Self> {
         let (n, q) = (maps.f.len(), maps.phi.len());
         let mut arena = Arena::new(n + inputs + q);
-        let variables: Vec<Polynomial> = (0..n + inputs + q).map(|k| arena.variable(k)).collect();
+        let variables: Vec<Polynomial> = (0..n + inputs + q).map(Arena::variable).collect();
         let (x, rest) = variables.split_at(n);
         let (u, e) = rest.split_at(inputs);
         let mut all = |trees: &[&Tree], scope: &Scope<'_>| -> Composed<Vec<Polynomial>> {
@@ -82,7 +83,7 @@ impl Composition {
             slopes.push(slope.collect::<Composed<Vec<_>>>()?);
         }
         let defects = z.iter().zip(&exact).map(|(z, exact)| z.minus(exact)).collect();
-        Ok(Self { arena, states: n, inputs, residual, lambda, slopes, defects })
+        Ok(Self { arena, states: n, inputs, residual, lambda, phi, slopes, defects })
     }
 
     fn axes(&self, of: &Axes<'_>) -> Vec<Interval> {
@@ -102,7 +103,7 @@ impl Composition {
                 let above = self.supremum(&p, &axes, Some(-f64::MIN_POSITIVE));
                 above.is_ok_and(|found| found.upper < 0.0)
             };
-            if !is_positive && !(domain == Domain::NotZero && is_negative()) {
+            if !(is_positive || domain == Domain::NotZero && is_negative()) {
                 let why = match below {
                     Err(obstacle) => obstacle.into(),
                     Ok(found) => UndecidedReason::Undefined { argument: k + 1, least: -found.upper },
@@ -194,10 +195,20 @@ impl Composition {
 
     /// Bounds of Lambda, entry by entry; `None` where an entry is not bounded.
     pub(crate) fn lambda_bounds(&mut self, of: &Axes<'_>) -> Composed<Option<Vec<Interval>>> {
-        let axes = self.axes(of);
         let entries = self.lambda.clone();
+        self.ranges(&entries, of)
+    }
+
+    /// Bounds of phi, entry by entry.
+    pub(crate) fn image_bounds(&mut self, of: &Axes<'_>) -> Composed<Option<Vec<Interval>>> {
+        let entries = self.phi.clone();
+        self.ranges(&entries, of)
+    }
+
+    fn ranges(&mut self, entries: &[Polynomial], of: &Axes<'_>) -> Composed<Option<Vec<Interval>>> {
+        let axes = self.axes(of);
         let mut bounds = Vec::with_capacity(entries.len());
-        for p in &entries {
+        for p in entries {
             let upper = self.supremum(p, &axes, None)?.upper;
             let lower = -self.supremum(&p.negative(), &axes, None)?.upper;
             let Some(range) = Interval::new(lower, upper).filter(Interval::is_bounded) else { return Ok(None) };

@@ -221,3 +221,145 @@ fn large_expressions_are_refused() {
         assert!(!proved, "{text}");
     }
 }
+
+/// Van der Pol with `phi` replaced by S phi, S = [1, 1; 0, 1], so that Lambda is not diagonal, and `wrong` too much in
+/// the first entry of B.
+fn sheared(wrong: &str) -> KklTexts {
+    let straight = van_der_pol();
+    let sum = |of: &[String]| format!("{} + {}", of[0], of[1]);
+    KklTexts {
+        phi: vec![sum(&straight.phi), straight.phi[1].clone()],
+        lambda: texts(&["-1", "-1", "0", "-2"]),
+        b: vec![format!("{} + {wrong}", sum(&straight.b)), straight.b[1].clone()],
+        left_inverse: texts(&["xi1 - xi2 + y1 + (y1 - y1^3/3)"]),
+        ..straight
+    }
+}
+
+/// Each bound is proved a little above the number that it has to exceed, and not a little below.
+#[test]
+fn the_claims_are_sharp() {
+    let (maps, region) = (KklMaps::new(&sheared("0.25*y1"), 0).expect("expressions"), around_the_cycle());
+    let lambda = maps.lambda_over(&region).expect("bounded");
+    let coupling = -0.4;
+    let p = Matrix::from_rows([[1.0, coupling], [coupling, 1.0]]);
+    let inverse = 1.01 / (1.0 - coupling * coupling);
+    let w = Matrix::from_rows([[inverse, -coupling * inverse], [-coupling * inverse, inverse]]);
+    let bound = KklErrorBound::propose(maps, region, lambda, (p, w, 0.8), 5.0).expect("bounds");
+    let is_proved = |change: &dyn Fn(&mut KklErrorBound)| {
+        let mut bound = bound.clone();
+        change(&mut bound);
+        file(bound).is_ok()
+    };
+    assert!(is_proved(&|_| ()));
+    // 0.25 x1 in the first entry only, at x1 = 2.5.
+    assert_eq!(bound.claims.residual[1], 0.0);
+    let residual = |share: f64| move |bound: &mut KklErrorBound| bound.claims.residual[0] = 0.625 * share;
+    assert!(is_proved(&residual(1.0 + 1e-9)) && !is_proved(&residual(1.0 - 1e-9)));
+    // With both entries r: r'|P|r = 2.8 r^2, and the limit is its root over the rate.
+    let limit = |share: f64| {
+        move |bound: &mut KklErrorBound| {
+            bound.claims.residual = vec![0.65, 0.65];
+            bound.claims.limit = share * 0.65 * 2.8_f64.sqrt() / 0.8;
+            bound.claims.eventual[0] = 100.0;
+        }
+    };
+    assert!(is_proved(&limit(1.0 + 1e-12)) && !is_proved(&limit(1.0 - 1e-12)));
+    // g = (1, -1): g'Wg = 2.02 (1 + coupling)/(1 - coupling^2).
+    let squared = 2.02 * (1.0 + coupling) / (1.0 - coupling * coupling);
+    let lipschitz = |share: f64| move |bound: &mut KklErrorBound| bound.claims.lipschitz[0] = share * squared.sqrt();
+    assert!(is_proved(&lipschitz(1.0 + 1e-12)) && !is_proved(&lipschitz(1.0 - 1e-12)));
+    let eventual = |share: f64| {
+        move |bound: &mut KklErrorBound| {
+            bound.claims.defect[0] = 0.5;
+            bound.claims.eventual[0] = share * (bound.claims.lipschitz[0] * bound.claims.limit + 0.5);
+        }
+    };
+    assert!(is_proved(&eventual(1.0 + 1e-12)) && !is_proved(&eventual(1.0 - 1e-12)));
+    let start = |share: f64| move |bound: &mut KklErrorBound| bound.claims.start = share * bound.claims.limit;
+    assert!(is_proved(&start(1.0 + 1e-12)) && !is_proved(&start(1.0)));
+}
+
+/// The logarithm is defined for `exp(-1) > sqrt(W_22) start`.
+#[test]
+fn the_reach_of_the_error_is_the_root_of_w() {
+    for (weight, share) in [(4.0, 0.98), (0.25, 0.98), (4.0, 1.02), (0.25, 1.02)] {
+        let (maps, region) = exponential_cascade();
+        let maps = KklMaps::new(&maps, 1).expect("expressions");
+        let lambda = maps.lambda_over(&region).expect("bounded");
+        let start = share * (-1.0_f64).exp() / f64::sqrt(weight);
+        let (p, w) = (diagonal(&[1.0, 1.0 / weight]), diagonal(&[1.0, weight]));
+        let bound = KklErrorBound::propose(maps, region, lambda, (p, w, 0.9), start).expect("bounds");
+        let facts = Theorem::from(bound).facts();
+        let is_defined = facts.is_ok_and(|facts| facts[0].verdict.is_proved());
+        assert_eq!(is_defined, share < 1.0, "W_22 = {weight}, start = {start}");
+    }
+}
+
+/// `phi' = -phi + B` along `x' = 1` for every function and operation, with derivatives by hand.
+#[test]
+fn derivatives_are_those_of_calculus() {
+    for (phi, derivative) in [
+        ("sin(2*x1)", "2*cos(2*x1)"),
+        ("cos(x1)^2", "-2*cos(x1)*sin(x1)"),
+        ("exp(x1^2)", "2*x1*exp(x1^2)"),
+        ("ln(1 + x1^2)", "2*x1/(1 + x1^2)"),
+        ("sqrt(2 + x1)", "1/(2*sqrt(2 + x1))"),
+        ("tanh(3*x1)", "3 - 3*tanh(3*x1)^2"),
+        ("atan(x1/2)", "(1/2)/(1 + x1^2/4)"),
+        ("x1^3/(4 - x1)", "(3*x1^2*(4 - x1) + x1^3)/(4 - x1)^2"),
+        ("(2 + x1)^-2", "-2*(2 + x1)^-3"),
+        ("1/(1/(3 + x1))", "1"),
+        ("sqrt(2 + x1)*sqrt(2 + x1)", "1"),
+        ("exp(ln(3 + x1)) + ln(exp(x1))", "2"),
+        ("sin(x1)^2 + cos(x1)^2", "0"),
+    ] {
+        let maps = KklTexts {
+            f: texts(&["1"]),
+            h: texts(&["x1"]),
+            phi: texts(&[phi]),
+            lambda: texts(&["-1"]),
+            b: vec![format!("{phi} + {derivative}").replace("x1", "y1")],
+            left_inverse: texts(&["y1"]),
+            estimated: texts(&["x1"]),
+        };
+        let region = KklBox { x: ranges(&[(-1.0, 1.0)]), u: Vec::new() };
+        let bound = proposed(&maps, region, 0.5, 1.0);
+        assert_eq!(bound.claims.residual, [0.0], "{phi}");
+        assert!(file(bound.clone()).is_ok(), "{phi}");
+        // A derivative that is too large by 1e-3 is seen.
+        let wrong = KklTexts { b: vec![format!("{} + 0x1p-10", maps.b[0])], ..maps };
+        let maps = KklMaps::new(&wrong, 0).expect("expressions");
+        assert!(matches!(file(KklErrorBound { maps, ..bound }), Err(Rejection::NotProved { .. })), "{phi}");
+    }
+}
+
+/// Malformed files, each with a message that names what is wrong.
+#[test]
+fn malformed_files_are_rejected() {
+    let text = file(proposed(&van_der_pol(), around_the_cycle(), 0.9, 5.0)).expect("proved").to_json();
+    let long = format!("\"{}x2\"", "x2 + ".repeat(4000));
+    let many = format!("[{}]", vec!["\"x1\""; 17].join(", "));
+    for (from, to, message) in [
+        ("\"x2\",", &long[..], "an expression of 20002 characters"),
+        ("\"x2\",", "\"x3\",", "x3 is no variable or function here; the variables are x1 to x2"),
+        ("\"x2\",", "\"NaN\",", "a number, a variable, a function or a parenthesis should be"),
+        ("\"x2\",", "\"abs(x2)\",", "abs is no variable"),
+        ("\"x2\",", "7,", "a string"),
+        ("\"0x1.4p2\"", "\"0x0p0\"", "this number is positive"),
+        ("\"0x1.4p2\"", "\"-0x1p0\"", "this number is positive"),
+        ("[\"-0x1.4p1\", \"0x1.4p1\"]", "[\"0x1.4p1\", \"-0x1.4p1\"]", "lies above"),
+        ("[\"-0x1.4p1\", \"0x1.4p1\"], ", "", "has 1 elements, and should have 2"),
+        ("[\"-0x1.4p1\", \"0x1.4p1\"]", "[\"-0x1.4p1\", \"inf\"]", "not a number"),
+    ] {
+        let to = if to.starts_with("\"x2 +") { format!("{to},") } else { to.to_owned() };
+        assert!(text.contains(from), "{from}\n{text}");
+        let error = verify(text.replacen(from, &to, 1).as_bytes()).expect_err(message).to_string();
+        assert!(error.contains(message), "{error}\n{message}");
+    }
+    let plant = text.find("\"h\": [").expect("outputs");
+    let end = plant + text[plant..].find(']').expect("an end") + 1;
+    let seventeen = format!("{}\"h\": {many}{}", &text[..plant], &text[end..]);
+    let error = verify(seventeen.as_bytes()).expect_err("17 outputs").to_string();
+    assert!(error.contains("is of order 17; the checker goes up to 16"), "{error}");
+}

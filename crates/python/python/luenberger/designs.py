@@ -795,7 +795,7 @@ def ekf(
 
 def kkl_observer(
     plant: Any,
-    cutoff: float,
+    cutoff: float | None = None,
     domain: Region | None = None,
     *,
     escape: float | None = None,
@@ -816,13 +816,14 @@ def kkl_observer(
     ----------
     plant : Plant
         The plant, in continuous time.
-    cutoff : float
-        Cutoff frequency of the filter `z' = D z + B y`.
+    cutoff : float, optional
+        Cutoff frequency of the filter `z' = D z + B y` (default: the slowest of six that is accurate on a coarse
+        table).
     domain : dict or sequence, optional
         Finite bounds of the states (default: the region of the plant).
     escape : float, optional
         Width of the layer around the domain in which the plant is slowed down, for plants that are unbounded backward
-        in time.
+        in time (default: one half-width if a trajectory escapes, else none).
     points, leaves, degree, samples : int, optional
         Grid points per axis; leaves and degree of the tree of polynomials; samples of the fit.
     form : {'interpolated', 'embedded'}, optional
@@ -849,9 +850,10 @@ def kkl_observer(
     spec: dict[str, Any] = {
         "kind": "kkl-numerical",
         "domain": bounds(plant, region)["states"],
-        "cutoff": number("cutoff", cutoff, positive=True),
         "form": form,
     }
+    if cutoff is not None:
+        spec["cutoff"] = number("cutoff", cutoff, positive=True)
     if escape is not None:
         spec["escape"] = number("escape", escape, positive=True)
     for key, value in (("points", points), ("leaves", leaves), ("degree", degree), ("samples", samples)):

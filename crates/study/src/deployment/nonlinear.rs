@@ -272,6 +272,10 @@ pub(super) fn sampled(
         )),
         Runnable::Linear(_)
         | Runnable::Cubic(_)
+        | Runnable::ProportionalIntegral(_)
+        | Runnable::ProportionalIntegralCubic(_)
+        | Runnable::UnknownInput(_)
+        | Runnable::UnknownInputCubic(_)
         | Runnable::SampledCubic(_)
         | Runnable::DiscreteLinear(_)
         | Runnable::StationaryKalman(_)

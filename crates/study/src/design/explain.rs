@@ -149,6 +149,15 @@ pub(super) fn misfit(study: &Study, wish: &ObserverSpec, misfit: &Misfit) -> Fai
                 DesignError::NotHurwitz { .. }
                 | DesignError::NotSchur { .. }
                 | DesignError::StabilityUndecided { .. } => another_gain(kind),
+                DesignError::UnseenDisturbance { .. } => {
+                    vec!["fewer columns of `e`, or an output that depends on this state".to_owned()]
+                }
+                DesignError::FixedPoles { .. } => {
+                    vec!["`poles` with these zeros among them".to_owned(), "`lmi` or `kalman`".to_owned()]
+                }
+                DesignError::UnmatchedDisturbance { .. } | DesignError::UnstableZero { .. } => {
+                    vec!["proportional-integral: for a disturbance that is constant or varies slowly".to_owned()]
+                }
                 _ => Vec::new(),
             };
             (error.to_string(), alternatives)
@@ -175,6 +184,9 @@ pub(super) fn misfit(study: &Study, wish: &ObserverSpec, misfit: &Misfit) -> Fai
             let remedy = match error {
                 NumericalKklError::Unresolved { .. } => {
                     Some("increase `points` or `cutoff`, or choose a smaller `domain`")
+                }
+                NumericalKklError::NoneFits { .. } => {
+                    Some("a smaller `domain`, or `cutoff` and `points` of your choice")
                 }
                 NumericalKklError::GridTooLarge { .. } => Some("fewer `points`"),
                 NumericalKklError::Escapes { .. } => {

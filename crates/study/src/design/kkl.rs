@@ -5,10 +5,12 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use luenberger_design::enclosure::Axis;
 use luenberger_design::numerical_kkl::{
-    Domain, Embedded, Escape, Interpolated, NumericalKklDesign, NumericalKklError, Settings, Target,
+    Choice, Domain, Embedded, Escape, Interpolated, NumericalKklDesign, NumericalKklError, Settings, Target, Wanted,
+    choose,
 };
 use luenberger_observers::numerical_kkl::NumericalKklObserver;
 use luenberger_plants::{Dimensions, Plant, Shape};
+use luenberger_proof::wording::significant;
 use nalgebra::{DVector, RealField, SVector, Vector1};
 
 use super::explain::Misfit;
@@ -87,11 +89,8 @@ fn of_size<const N: usize, const Z: usize>(
     cancel: &AtomicBool,
 ) -> Result<(Design<N, Z>, DesignReport), NumericalKklError> {
     let ends = |f: fn(&(f64, f64)) -> f64| std::array::from_fn(|i| wish.domain.get(i).map_or(f64::NAN, f));
-    let escape = wish.escape.map_or(Escape::Free, |margin| Escape::Slowed { margin });
-    let domain = Domain::new(ends(|end| end.0), ends(|end| end.1), escape)?;
-    let target = Target::<1, Z>::bessel(wish.cutoff)?;
-    let settings = Settings {
-        points: [wish.points; N],
+    let (lower, upper) = (ends(|end| end.0), ends(|end| end.1));
+    let mut settings = Settings {
         leaves: wish.leaves,
         degree: wish.degree,
         samples: wish.samples,
@@ -101,10 +100,22 @@ fn of_size<const N: usize, const Z: usize>(
     };
     let plant = Sized::<N>(model.clone());
     let mut on = |_| if cancel.load(Ordering::Relaxed) { Break(()) } else { Continue(()) };
+    let wanted = Wanted {
+        cutoff: wish.cutoff,
+        points: wish.points,
+        escape: wish.escape.map(|margin| Escape::Slowed { margin }),
+        ..Wanted::default()
+    };
+    let choice = choose::<_, N, 0, Z>(&plant, (lower, upper), SVector::zeros(), &wanted, &settings, &mut on)?;
+    settings.points = [choice.points; N];
+    let domain = Domain::new(lower, upper, choice.escape)?;
+    let target = Target::<1, Z>::bessel(choice.cutoff)?;
     let design = NumericalKklDesign::new(&plant, &target, &domain, SVector::zeros(), &settings, &mut on)?;
     let measured = &design.report;
     let form = if wish.embedded { &measured.embedded } else { &measured.interpolated };
     let mut numbers = vec![
+        number("cutoff", choice.cutoff),
+        number("grid points per axis", choice.points as f64),
         number("memory", measured.horizon),
         number("largest error of the table", measured.spline.1),
         number("largest residual of dT/dx f = D T + B y", measured.residual.1),
@@ -120,7 +131,52 @@ fn of_size<const N: usize, const Z: usize>(
         facts: Vec::new(),
         verdict: "measured".to_owned(),
         noise_deviation: Vec::new(),
-        evidence: Some(format!("errors measured at {} points that were not used in the fit", form.samples)),
+        evidence: Some(format!(
+            "errors measured at {} points that were not used in the fit{}",
+            form.samples,
+            explained(&choice, &wanted)
+        )),
     };
     Ok((design, report))
+}
+
+/// What was chosen, why, and what the other candidates gave; nothing where the keys left nothing to choose.
+fn explained(choice: &Choice, wanted: &Wanted) -> String {
+    if choice.candidates.is_empty() && (wanted.escape.is_some() || choice.escape == Escape::Free) {
+        return String::new();
+    }
+    let mut chosen = Vec::new();
+    if wanted.cutoff.is_none() {
+        chosen.push(format!("cutoff = {}", significant(choice.cutoff, 4)));
+    }
+    if wanted.points.is_none() {
+        chosen.push(format!("points = {}", choice.points));
+    }
+    if wanted.escape.is_none() {
+        chosen.push(match choice.escape {
+            Escape::Slowed { margin } => {
+                format!("escape = {} (a trajectory is unbounded backward in time)", significant(margin, 4))
+            }
+            Escape::Free => "no escape".to_owned(),
+        });
+    }
+    if choice.candidates.is_empty() {
+        return format!(". Chosen: {}", chosen.join(", "));
+    }
+    let why = if choice.is_reached {
+        format!("the slowest filter with a root mean square error of at most {:e} half-widths", wanted.error)
+    } else {
+        format!("the smallest error: none of the designs reaches {:e} half-widths", wanted.error)
+    };
+    let tried = choice.candidates.iter().map(|candidate| {
+        let result = match &candidate.outcome {
+            Ok(error) => format!("error {}", significant(*error, 2)),
+            Err(NumericalKklError::Unresolved { .. }) => "refused (the table does not resolve T)".to_owned(),
+            Err(NumericalKklError::NotInjective { .. }) => "refused (two states with one image)".to_owned(),
+            Err(error) => format!("refused ({error})"),
+        };
+        format!("cutoff {} on {} points: {result}", significant(candidate.cutoff, 4), candidate.points)
+    });
+    let tried = tried.collect::<Vec<_>>().join("; ");
+    format!(". Chosen: {}, {why}. Coarse designs: {tried}", chosen.join(", "))
 }

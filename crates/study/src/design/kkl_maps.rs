@@ -1,17 +1,18 @@
 //! KKL observers with given maps: the checks of phi, Lambda, B and phi^L over the region, in numbers and words.
 
 use luenberger_design::kkl::{KklReport, KklSettings};
-use luenberger_design::{Certificate, KklCandidate, KklDesign, KklError, Region};
+use luenberger_design::{Certificate, DesignError, KklCandidate, KklDesign, KklError, Region};
 use luenberger_observers::kkl::KklMap;
 use luenberger_plants::Plant;
 use luenberger_proof::Verdict;
-use luenberger_proof::wording::{at_most, counted, significant};
+use luenberger_proof::certificate::{KklErrorBound, Theorem};
+use luenberger_proof::wording::{at_least, at_most, counted, significant};
 use nalgebra::DVector;
 
 use super::explain::Misfit;
 use super::runnable::Runnable;
 use super::{Designed, facts, matrix, number};
-use crate::maps::{KklMaps, KklMapsSpec};
+use crate::maps::{KklMaps, KklMapsSpec, kkl_error_bound};
 use crate::model::Model;
 use crate::results::{DesignReport, FactReport, NamedNumber};
 
@@ -25,7 +26,7 @@ pub fn candidate<'a>(model: &'a Model, maps: &'a KklMaps) -> Result<KklCandidate
 }
 
 /// The observer, if (4) is proved over the region, Lambda is Hurwitz there, B is in cascade, and phi^L takes phi(x) back.
-pub(super) fn kkl(model: &Model, spec: &KklMapsSpec) -> Result<Designed, Misfit> {
+pub(super) fn kkl(model: &Model, spec: &KklMapsSpec, names: &[String]) -> Result<Designed, Misfit> {
     let KklMapsSpec { maps, region } = spec;
     let all: Vec<usize> = (0..maps.plant.states).collect();
     let settings = KklSettings::default();
@@ -37,7 +38,7 @@ pub(super) fn kkl(model: &Model, spec: &KklMapsSpec) -> Result<Designed, Misfit>
     let statement = format!(
         "As long as x(t) and u(t) stay in the region ({region}), xi - phi(x) decays exponentially, and xhat = phi^L(xi, y) is continuous in it: the estimation error tends to 0."
     );
-    let design_report = DesignReport {
+    let mut design_report = DesignReport {
         statement,
         matrices: report.stability.p.iter().map(|p| matrix("P", p)).collect(),
         poles: report.stability.eigenvalues.iter().map(|z| [z.re, z.im]).collect(),
@@ -47,8 +48,69 @@ pub(super) fn kkl(model: &Model, spec: &KklMapsSpec) -> Result<Designed, Misfit>
         evidence,
         noise_deviation: Vec::new(),
     };
-    let certificate = Some(report.stability.certificate.clone());
-    Ok(Designed { runnable: Runnable::KklMaps(Box::new(design.observer)), report: design_report, certificate })
+    let mut certificate = report.stability.certificate.clone();
+    match kkl_error_bound(model, maps, region) {
+        Ok(bound) => {
+            design_report.statement.push_str(&guaranteed(&bound, names));
+            design_report.numbers.extend(bound_numbers(&bound, names));
+            let stability = certificate.theorems().iter().map(|proved| proved.theorem().clone());
+            let theorems: Vec<Theorem> = core::iter::once(bound.into()).chain(stability).collect();
+            certificate = Certificate::of(theorems).map_err(DesignError::from).map_err(KklError::from)?;
+            design_report.facts = all_facts(report, &certificate);
+        }
+        Err(why) => {
+            let none = format!(" No bound of the estimation error is certified: {why}.");
+            design_report.statement.push_str(&none);
+        }
+    }
+    let runnable = Runnable::KklMaps(Box::new(design.observer));
+    Ok(Designed { runnable, report: design_report, certificate: Some(certificate) })
+}
+
+/// The bound in words.
+fn guaranteed(bound: &KklErrorBound, names: &[String]) -> String {
+    let claims = &bound.claims;
+    let each = |say: &dyn Fn(usize) -> Option<String>| (0..names.len()).filter_map(say).collect::<Vec<_>>().join(", ");
+    let slope = |k: usize| {
+        let (lipschitz, defect) = (claims.lipschitz[k], claims.defect[k]);
+        let part = match defect {
+            0.0 => String::new(),
+            defect => format!(" + {}", at_most(defect, 3)),
+        };
+        (lipschitz > 0.0 || defect > 0.0).then(|| format!("{} to {} V(t){part}", names[k], at_most(lipschitz, 3)))
+    };
+    let eventual = |k: usize| {
+        let eventual = claims.eventual[k];
+        (eventual > 0.0).then(|| format!("{} to {}", names[k], at_most(eventual, 3)))
+    };
+    let eventually = match each(&eventual) {
+        none if none.is_empty() => "all of them exactly".to_owned(),
+        some => format!("{some}, the others exactly"),
+    };
+    format!(
+        " Guaranteed, with e = xi - phi(x) and V = sqrt(e'Pe): V(t) <= exp(-{} t) V(0) + {}, and whenever V(t) <= {} the estimates are right within these bounds: {}; in the limit, from every xi(0): {eventually}.",
+        at_least(bound.rate, 3),
+        at_most(claims.limit, 3),
+        at_least(claims.start, 3),
+        match each(&slope) {
+            none if none.is_empty() => "exactly".to_owned(),
+            some => some,
+        },
+    )
+}
+
+/// The numbers of the bound.
+fn bound_numbers(bound: &KklErrorBound, names: &[String]) -> Vec<NamedNumber> {
+    let claims = &bound.claims;
+    let mut numbers = vec![
+        number("guaranteed rate of decay of V = sqrt(e'Pe)", bound.rate),
+        number("limit of V", claims.limit),
+        number("largest V for which the estimate is bounded", claims.start),
+    ];
+    for (k, name) in names.iter().enumerate() {
+        numbers.push(number(&format!("guaranteed limit of the error of {name}"), claims.eventual[k]));
+    }
+    numbers
 }
 
 /// An error with the worst point unless phi^L takes phi(x) back, to the tolerance of the other checks.

@@ -2,18 +2,20 @@
 
 use luenberger_design::number::decay;
 use luenberger_design::{
-    CubicDesign, CubicGain, DesignError, GainOptions, LinearDesign, Periods, SampledCubicDesign, VaryingPeriodDesign,
+    CubicDesign, CubicGain, DesignError, ErrorBound, GainOptions, LinearDesign, Periods, SampledCubicDesign,
+    VaryingPeriodDesign,
 };
 use luenberger_plants::StateSpace;
 use luenberger_proof::wording::significant;
 use nalgebra::DMatrix;
 
+use super::disturbance::{self, acting};
 use super::explain::Misfit;
 use super::noise_gain::NoiseGain;
 use super::runnable::Runnable;
 use super::{Designed, facts, matrix, number, poles, reach, verdict};
 use crate::results::DesignReport;
-use crate::study::{GainSpec, LinearSpec, Study};
+use crate::study::{ActingBounds, GainSpec, LinearSpec, Study};
 
 pub(super) fn of(plant: &StateSpace, wish: &LinearSpec, options: &GainOptions) -> Result<LinearDesign, DesignError> {
     let design = match &wish.gain {
@@ -38,7 +40,7 @@ pub(super) fn luenberger(
     study: &Study,
     plant: &StateSpace,
     wish: &LinearSpec,
-    options: &GainOptions,
+    (options, bounds): (&GainOptions, Option<&ActingBounds>),
 ) -> Result<Designed, Misfit> {
     let design = of(plant, wish, options)?;
     let rate = -design.spectral_abscissa();
@@ -74,11 +76,18 @@ pub(super) fn luenberger(
         evidence: None,
         noise_deviation: noise.deviation,
     };
-    Ok(Designed {
+    let designed = Designed {
         runnable: Runnable::Linear(Box::new(design.observer.clone())),
         report,
         certificate: Some(design.certificate.clone()),
-    })
+    };
+    match bounds {
+        Some(bounds) => {
+            let bound = ErrorBound::linear(&design.observer, &acting(bounds))?;
+            Ok(disturbance::bounded(designed, &bound, &study.plant.states))
+        }
+        None => Ok(designed),
+    }
 }
 
 pub(super) fn cubic(
@@ -87,7 +96,7 @@ pub(super) fn cubic(
     wish: &LinearSpec,
     theta: &DMatrix<f64>,
     correction: &CubicGain,
-    options: &GainOptions,
+    (options, bounds): (&GainOptions, Option<&ActingBounds>),
 ) -> Result<Designed, Misfit> {
     let linear = of(plant, wish, options)?;
     let design = CubicDesign::new(&linear, theta, correction)?;
@@ -115,11 +124,18 @@ pub(super) fn cubic(
         evidence: None,
         noise_deviation: noise.deviation,
     };
-    Ok(Designed {
+    let designed = Designed {
         runnable: Runnable::Cubic(Box::new(design.observer.clone())),
         report,
         certificate: Some(design.certificate.clone()),
-    })
+    };
+    match bounds {
+        Some(bounds) => {
+            let bound = ErrorBound::cubic(&design, &acting(bounds))?;
+            Ok(disturbance::bounded(designed, &bound, &study.plant.states))
+        }
+        None => Ok(designed),
+    }
 }
 
 pub(super) fn sampled(

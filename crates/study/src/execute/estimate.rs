@@ -102,11 +102,16 @@ pub fn estimate(study: &Study, step: Step, threads: usize) -> Estimate {
 fn seconds_of_design(study: &Study, kind: &ObserverKind) -> f64 {
     let n = study.plant.states.len() as f64;
     match kind {
-        ObserverKind::KklNumerical(kkl) => ((kkl.points as f64).powf(n) + BESIDES) * ONE_T + kkl.samples as f64 * 1e-5,
+        ObserverKind::KklNumerical(kkl) => {
+            let tables: f64 = kkl.tables(n as usize).into_iter().map(|points| (points as f64).powf(n) + BESIDES).sum();
+            tables * ONE_T + kkl.samples as f64 * 1e-5
+        }
         // The factorisations of the Schur complement.
         kind if kind.poses_inequality() => 1e-9 * unknowns(study).powi(3),
         ObserverKind::Luenberger(linear)
         | ObserverKind::Cubic { linear, .. }
+        | ObserverKind::ProportionalIntegral { linear, .. }
+        | ObserverKind::UnknownInput { linear, .. }
         | ObserverKind::SampledCubic { linear, .. }
             if matches!(linear.gain, GainSpec::Poles(_)) =>
         {
@@ -132,7 +137,9 @@ pub(super) fn memory(study: &Study, step: Step, threads: usize) -> Memory {
         let design = |kind: &ObserverKind| match kind {
             ObserverKind::KklNumerical(kkl) => {
                 // The table of the inverse, its derivatives, and a copy.
-                let table = (kkl.points as f64).powf(study.plant.states.len() as f64);
+                let states = study.plant.states.len();
+                let points = kkl.tables(states).into_iter().max().unwrap_or(0);
+                let table = (points as f64).powf(states as f64);
                 (table * 10.0 * NUMBER, "the table of a numerical KKL observer (reduce its points)")
             }
             kind if kind.poses_inequality() => {

@@ -8,14 +8,17 @@
 //! |---|---|
 //! | `names` | what the variables of each map are called |
 //! | `kkl` | phi, Lambda, B and phi^L |
+//! | `bound` | the guaranteed bound of the estimation error |
 //! | `whole` | an observer as one set of expressions, for export |
 //! | `regression` | s, g and m, and what theta adds to xi; estimators |
 
+mod bound;
 mod kkl;
 mod names;
 mod regression;
 pub(crate) mod whole;
 
+pub(crate) use bound::kkl_error_bound;
 pub use kkl::{KklMaps, KklMapsSpec};
 pub(crate) use names::MapNames;
 pub use regression::{Estimator, PebSpec, RegressionMaps};

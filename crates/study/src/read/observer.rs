@@ -7,7 +7,7 @@ use luenberger_proof::wording::counted;
 use nalgebra::{Complex, DMatrix};
 
 use super::tree::Node;
-use super::{Reader, check, maps};
+use super::{Reader, check, disturbance, maps};
 use crate::diagnostic::Source;
 use crate::model::PlantModel;
 use crate::study::{GainLimits, GainSpec, KklSpec, LinearSpec, ObserverKind, ObserverSpec, RateSpec};
@@ -22,7 +22,7 @@ pub(super) fn observers(
 ) -> Option<Vec<ObserverSpec>> {
     let Some(list) = root.get("observer") else { return Some(Vec::new()) };
     let read: Vec<Option<ObserverSpec>> =
-        list.list()?.iter().map(|node| observer(node, plant, start, source, reader)).collect();
+        list.list()?.iter().map(|node| observer(node, plant, start, (root, source), reader)).collect();
     let observers: Vec<ObserverSpec> = read.into_iter().collect::<Option<_>>()?;
     names(&observers, list, root, reader).then_some(observers)
 }
@@ -88,7 +88,7 @@ fn observer(
     node: &Node,
     plant: &PlantModel,
     start: &[f64],
-    source: &Source,
+    (root, source): (&Node, &Source),
     reader: &mut Reader,
 ) -> Option<ObserverSpec> {
     let (size, kind_name) = (plant.model.size(), node.get("kind")?.text()?);
@@ -104,8 +104,9 @@ fn observer(
         _ => kind(node, kind_name, size, reader),
     };
     let limits = limits(node, size, reader);
+    let bounds = disturbance::bounds(node, size, root, reader);
     let place = source.place(check::head(node).start);
-    Some(ObserverSpec { name, initial: initial?, kind: kind?, limits: limits?, place })
+    Some(ObserverSpec { name, initial: initial?, kind: kind?, limits: limits?, bounds: bounds?, place })
 }
 
 /// `max_gain` and `noise`, which apply to gains that an inequality chooses.
@@ -158,6 +159,8 @@ fn kind(node: &Node, name: &str, size: Dimensions, reader: &mut Reader) -> Optio
             };
             ObserverKind::SampledCubic { linear: linear?, theta: theta?, correction: correction?, period, varying }
         }
+        "proportional-integral" => disturbance::proportional_integral(node, size, reader)?,
+        "unknown-input" => disturbance::unknown_input(node, size, reader)?,
         "lpv" => {
             let region = region(node, size, reader);
             alternatives(node, &["decay_rate", "fastest", "gain"], false, reader)?;
@@ -229,9 +232,12 @@ fn kind(node: &Node, name: &str, size: Dimensions, reader: &mut Reader) -> Optio
             let count = |key: &str, otherwise: usize| node.get(key).map_or(Some(otherwise), Node::count);
             ObserverKind::KklNumerical(KklSpec {
                 domain,
-                cutoff: number("cutoff")?,
+                cutoff: number("cutoff"),
                 escape: number("escape"),
-                points: count("points", 33)?,
+                points: match node.get("points") {
+                    Some(points) => Some(points.count()?),
+                    None => None,
+                },
                 leaves: count("leaves", 32)?,
                 degree: count("degree", 4)?,
                 samples: count("samples", 8000)?,
@@ -262,11 +268,15 @@ fn alternatives(node: &Node, keys: &[&str], needed: bool, reader: &mut Reader) -
 }
 
 fn linear(node: &Node, size: Dimensions, reader: &mut Reader) -> Option<LinearSpec> {
+    linear_of(node, size, &format!("the plant has {}", counted(size.states, "state")), reader)
+}
+
+/// As [`linear`], for the plant whose number of states is what `of_states` says.
+pub(super) fn linear_of(node: &Node, size: Dimensions, of_states: &str, reader: &mut Reader) -> Option<LinearSpec> {
     let (n, p) = (size.states, size.outputs);
-    let of_states = format!("the plant has {}", counted(n, "state"));
     let of_outputs = format!("the plant has {}", counted(p, "output"));
     let intensities = |node: &Node, reader: &mut Reader| {
-        let w = reader.weight(node.get("w")?, "w", n, &of_states);
+        let w = reader.weight(node.get("w")?, "w", n, of_states);
         let v = reader.weight(node.get("v")?, "v", p, &of_outputs);
         Some(GainSpec::Kalman { w: w?, v: v? })
     };
@@ -283,20 +293,22 @@ fn linear(node: &Node, size: Dimensions, reader: &mut Reader) -> Option<LinearSp
         }
         alternatives(node, &["poles", "decay_rate", "lmi", "kalman", "gain"], true, reader)?;
         if let Some(poles) = node.get("poles") {
-            self::poles(poles, n, reader)
+            self::poles(poles, n, of_states, reader)
         } else if let Some(rate) = node.get("decay_rate") {
             Some(GainSpec::DecayRate(rate.number()?))
         } else if let Some(kalman) = node.get("kalman") {
             intensities(kalman, reader)
         } else if let Some(gain) = node.get("gain") {
-            this_gain(gain, size, reader).map(GainSpec::Given)
+            reader
+                .matrix(gain, "gain", (Some(n), Some(p)), &format!("{of_states} and {}", counted(p, "output")))
+                .map(GainSpec::Given)
         } else {
             Some(GainSpec::Lmi)
         }
     };
     alternatives(node, &["rho", "q"], false, reader)?;
     let weight = match (node.get("rho"), node.get("q")) {
-        (_, Some(q)) => Some(LyapunovWeight::Matrix(reader.matrix(q, "q", (Some(n), Some(n)), &of_states)?)),
+        (_, Some(q)) => Some(LyapunovWeight::Matrix(reader.matrix(q, "q", (Some(n), Some(n)), of_states)?)),
         (Some(rho), None) => Some(LyapunovWeight::Identity(rho.number()?)),
         (None, None) => None,
     };
@@ -312,7 +324,7 @@ fn linear(node: &Node, size: Dimensions, reader: &mut Reader) -> Option<LinearSp
     Some(LinearSpec { gain, weight, is_filter })
 }
 
-fn poles(node: &Node, n: usize, reader: &mut Reader) -> Option<GainSpec> {
+fn poles(node: &Node, n: usize, of_states: &str, reader: &mut Reader) -> Option<GainSpec> {
     let pole = |node: &Node| match node.list() {
         Some([re, im]) => Some(Complex::new(re.number()?, im.number()?)),
         Some(_) => None,
@@ -321,7 +333,7 @@ fn poles(node: &Node, n: usize, reader: &mut Reader) -> Option<GainSpec> {
     let list = node.list()?;
     let poles: Vec<Complex<f64>> = list.iter().map(pole).collect::<Option<_>>()?;
     if poles.len() != n {
-        let message = format!("`poles` has length {}, and the plant has {}", poles.len(), counted(n, "state"));
+        let message = format!("`poles` has length {}, and {of_states}", poles.len());
         reader.wrong(node.span.clone(), message, format!("expected {}", counted(n, "pole")));
         return None;
     }
@@ -356,7 +368,7 @@ fn this_gain(node: &Node, size: Dimensions, reader: &mut Reader) -> Option<DMatr
     reader.matrix(node, "gain", (Some(n), Some(p)), &why)
 }
 
-fn theta(node: &Node, p: usize, reader: &mut Reader) -> Option<DMatrix<f64>> {
+pub(super) fn theta(node: &Node, p: usize, reader: &mut Reader) -> Option<DMatrix<f64>> {
     match node.get("theta") {
         Some(theta) => reader.weight(theta, "theta", p, &format!("the plant has {}", counted(p, "output"))),
         None => Some(DMatrix::identity(p, p)),

@@ -67,6 +67,41 @@ const V: Key = required(
 );
 const PERIOD: Key = required("period", Kind::Number(Range::Positive), "Sampling period.");
 
+const ERROR_BOUNDS: Key = optional(
+    "bounds",
+    Kind::Table(&ACTING),
+    "Bounds of noise and disturbances: the certificate states a bound of each error in the end, and how fast it is reached.",
+);
+const UNKNOWN: Key = required("e", Kind::Rows, "E, n x q: the disturbance d enters as x' = A x + B u + E d.");
+const GAMMA: Key = optional(
+    "gamma",
+    Kind::Number(Range::Positive),
+    "Gain of a cubic term, N = -gamma P^-1 C' theta (default: none, a linear observer).",
+);
+
+const ACTING: Table = Table {
+    name: "bounds",
+    about: "Bounds of noise and disturbances.",
+    variants: None,
+    keys: &[
+        optional(
+            "noise",
+            Kind::Numbers(Range::NotNegative),
+            "Bound of the measurement noise of each output, p numbers (default: the amplitudes of the uniform noise of the simulation, or else 0).",
+        ),
+        optional(
+            "disturbance",
+            Kind::Numbers(Range::NotNegative),
+            "Bounds of disturbances w, x' = A x + B u + E w (default: none).",
+        ),
+        optional(
+            "e",
+            Kind::Rows,
+            "E, with a row for each state and a column for each disturbance (default: the identity).",
+        ),
+    ],
+};
+
 const NOISES: Table = Table {
     name: "kalman",
     about: "Noise intensities.",
@@ -204,7 +239,7 @@ const KINDS: &[Variant] = &[
     Variant {
         name: "luenberger",
         about: "Luenberger observer xhat' = A xhat + B u + L (y - C xhat - D u), for linear plants.",
-        keys: &[POLES, DECAY, LMI, KALMAN, GAIN, RHO, Q, MAX_GAIN, NOISE],
+        keys: &[POLES, DECAY, LMI, KALMAN, GAIN, RHO, Q, MAX_GAIN, NOISE, ERROR_BOUNDS],
     },
     Variant {
         name: "kalman",
@@ -245,7 +280,37 @@ const KINDS: &[Variant] = &[
             ),
             optional("radial", Kind::Number(Range::Positive), "w of N = -w P^-1 C'(C P^-1 C')^-1."),
             optional("s", Kind::Rows, "S of N = -P^-1 C'S, p x p, S + S' >= 0."),
+            ERROR_BOUNDS,
         ],
+    },
+    Variant {
+        name: "proportional-integral",
+        about: "Observer of the state and of a constant or slowly varying disturbance d, x' = A x + B u + E d, for linear plants. Poles and gains are those of the plant with d among its states, n + q of them.",
+        keys: &[
+            UNKNOWN,
+            optional(
+                "rate",
+                Kind::Numbers(Range::NotNegative),
+                "Bounds of |d'|, q numbers, for the bound of the error (default 0: constant).",
+            ),
+            POLES,
+            DECAY,
+            LMI,
+            KALMAN,
+            GAIN,
+            RHO,
+            Q,
+            MAX_GAIN,
+            NOISE,
+            THETA,
+            GAMMA,
+            ERROR_BOUNDS,
+        ],
+    },
+    Variant {
+        name: "unknown-input",
+        about: "Observer whose error does not depend on a disturbance d of any form, x' = A x + B u + E d, for linear plants with rank(C E) = q and stable invariant zeros of (A, E, C).",
+        keys: &[UNKNOWN, POLES, DECAY, LMI, KALMAN, GAIN, RHO, Q, MAX_GAIN, NOISE, THETA, GAMMA],
     },
     Variant {
         name: "sampled-cubic",
@@ -424,13 +489,21 @@ const KINDS: &[Variant] = &[
         about: "Numerical KKL observer: z' = D z + B y with a left inverse of T computed by simulation, for plants with 2 or 3 states, one output and no input.",
         keys: &[
             required("domain", Kind::Bounds, "Region of the states, n finite pairs [lower, upper]."),
-            required("cutoff", Kind::Number(Range::Positive), "Cutoff frequency of the Bessel filter z."),
+            optional(
+                "cutoff",
+                Kind::Number(Range::Positive),
+                "Cutoff frequency of the Bessel filter z (default: the slowest of six that is accurate on a coarse table).",
+            ),
             optional(
                 "escape",
                 Kind::Number(Range::Positive),
-                "Width of the layer around the region in which the plant is slowed down, for plants that are unbounded backward in time (default: none).",
+                "Width of the layer around the region in which the plant is slowed down, for plants that are unbounded backward in time (default: one half-width if a trajectory escapes, else none).",
             ),
-            optional("points", Kind::Count(5), "Grid points of the table per axis (default 33)."),
+            optional(
+                "points",
+                Kind::Count(5),
+                "Grid points of the table per axis (default: 33 to 97, three states 17 to 33, until the table is accurate).",
+            ),
             optional("leaves", Kind::Count(1), "Largest number of leaves of the tree of polynomials (default 32)."),
             optional("degree", Kind::Count(1), "Degree of the polynomials (default 4)."),
             optional("samples", Kind::Count(100), "Number of samples of the fit (default 8000)."),

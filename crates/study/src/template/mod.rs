@@ -62,6 +62,12 @@ pub const TEMPLATES: &[Template] = &[
         files: &[],
     },
     Template {
+        name: "load-torque",
+        about: "a motor with an unknown load: proportional-integral and unknown-input observers, bounds of the error",
+        text: include_str!("../../templates/load-torque.toml"),
+        files: &[],
+    },
+    Template {
         name: "measured-log",
         about: "a motor on the bench: observers on measured data",
         text: include_str!("../../templates/measured-log.toml"),

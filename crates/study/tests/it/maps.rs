@@ -7,6 +7,7 @@ use std::sync::atomic::AtomicBool;
 use luenberger_export::Scalar;
 use luenberger_export::golden::Stepper;
 use luenberger_observers::Observer;
+use luenberger_proof::certificate::verify;
 use luenberger_study::deployment::{self, SampledDesign};
 use luenberger_study::design::{Designed, NoDesign, design};
 use luenberger_study::{Format, Study, StudyError};
@@ -138,7 +139,15 @@ fn the_maps_of_a_kkl_observer_are_proved_over_the_region() {
         assert!(told.contains(part), "{told}");
     }
     let file = designed.certificate.unwrap().file("KKLO").unwrap().to_json();
-    assert!(file.contains("hurwitz"), "{file}");
+    assert!(file.contains("\"theorem\": \"kkl-error-bound\""), "{file}");
+    let proved = verify(file.as_bytes()).unwrap();
+    assert!(proved.statement.contains("xi' = Lambda(u, y) xi + B(u, y)"), "{}", proved.statement);
+    // phi is exact: nothing is left of the error in the limit, and -w/L1 decays at 20 or faster for w >= 0.2.
+    let limit = |state: &str| designed.report.number(&format!("guaranteed limit of the error of {state}"));
+    assert!(["i1", "v2", "i3", "v4"].iter().all(|state| limit(state).is_some_and(|limit| limit < 1e-9)));
+    let rate = designed.report.number("guaranteed rate of decay of V = sqrt(e'Pe)").unwrap();
+    assert!(rate > 19.5 && rate < 20.0, "{rate}");
+    assert!(designed.report.statement.contains("Guaranteed, with e = xi - phi(x)"), "{}", designed.report.statement);
     // (i1, v4) to (L1 i1, v4): the least singular value of D(phi, h).
     let least = designed.report.numbers.iter().find(|number| number.name.contains("singular")).unwrap().value.unwrap();
     assert!((least - 0.01).abs() < 1e-6, "{least}");

@@ -199,6 +199,15 @@ impl KklMaps {
         Ok(Composition::new(&maps, self.inputs)?)
     }
 
+    /// Bounds of phi over a box.
+    ///
+    /// # Errors
+    /// [`UndecidedReason`] where an entry is not bounded.
+    pub fn image_over(&self, region: &KklBox) -> Result<Vec<Interval>, UndecidedReason> {
+        let axes = Axes { x: &region.x, u: &region.u, e: &[] };
+        self.composition()?.image_bounds(&axes)?.ok_or(UndecidedReason::Overflow)
+    }
+
     /// Bounds of Lambda over a box, q x q.
     ///
     /// # Errors
@@ -288,11 +297,11 @@ impl KklErrorBound {
                 return Err(ProofError::Sign { what: "a bound, which should be finite and not negative,", value });
             }
         }
-        let unbounded = self.region.x.iter().chain(&self.region.u).chain(self.lambda.as_slice());
-        for (row, range) in unbounded.enumerate().filter(|(_, range)| !range.is_bounded()) {
-            return Err(ProofError::NotFinite { what: "the box", row, column: 0, value: range.width() });
+        let mut ranges = self.region.x.iter().chain(&self.region.u).chain(self.lambda.as_slice()).enumerate();
+        match ranges.find(|(_, range)| !range.is_bounded()) {
+            Some((row, range)) => Err(ProofError::NotFinite { what: "the box", row, column: 0, value: range.width() }),
+            None => Ok(()),
         }
-        Ok(())
     }
 
     /// `rate^2 limit^2 >= residual'|P| residual` and `limit < start`.
