@@ -537,6 +537,45 @@ def input_to_state_stability(file):
     return words.input_to_state_stability(*size, rate, w, level, limsup, single), facts
 
 
+def unknown_input_observer(file):
+    """`e' = (TA - LC)e + (y'theta y) N y`, y = Ce, with the rational T = I - E((CE)'CE)^-1(CE)'C, for which TE = 0."""
+    a, b, c = read_plant(file)
+    n = a.rows
+    e = file.take("E").matrix_with_rows(n)
+    if not e.columns:
+        file.take("E").fail("is empty")
+    with file.object("observer") as observer:
+        l = observer.take("L").matrix(n, c.rows)
+    field = file.optional("cubic")
+    if field:
+        with field.object() as fields:
+            gain = fields.take("N").matrix(n, c.rows)
+            theta, x = (fields.take(name).symmetric(c.rows) for name in ("theta", "X"))
+    with file.object("lyapunov") as proof:
+        p, rate = proof.take("P").symmetric(n), proof.rate()
+    image = c @ e
+    gram = image.T @ image
+    name, metric = ("P~", structured_metric(p, c, x, gain)) if field else ("P", lambda: p)
+
+    def decrease(margin):
+        if sign(gram) != DEFINITE:
+            raise NotShown("there is no T")
+        t = Matrix.scalar(n, 1) - e @ inverse(gram) @ image.T @ c
+        at_least(lyapunov(t @ a - l @ c, metric(), rate), margin, strict=True)
+
+    facts = [
+        ("(CE)'CE > 0", positive(gram)),
+        (f"{name} > 0", lambda margin: at_least(metric(), margin, strict=True)),
+        (f"(TA - LC)'{name} + {name}(TA - LC){words.rate_term(rate, name)} < 0", decrease),
+    ]
+    if field:
+        facts += [
+            ("theta >= 0", nonnegative(theta)),
+            ("S~ + S~' >= 0", nonnegative(-(x @ c @ gain).plus_transpose())),
+        ]
+    return words.unknown_input_observer(n, b.columns, e.columns, c.rows, bool(field), rate), facts
+
+
 def structured_metric(p, c, x, gain):
     """`P~ = C'XC + (I - T)(P - C'XC)(I - T)`, T the orthogonal projector on the range of N, computed once."""
     found = []
@@ -819,6 +858,7 @@ KINDS = {
     "polytope-of-jacobians": partial(polytope, words.polytope_of_jacobians),
     "discrete-polytope-of-jacobians": discrete_polytope,
     "sector-observer": sector_observer,
+    "unknown-input-observer": unknown_input_observer,
     "input-to-state-stability": input_to_state_stability,
     "contracting-coordinates": contracting_coordinates,
     "definiteness": definiteness,

@@ -334,6 +334,21 @@ def input_to_state_stability(states, outputs, vertices, has_cubic, rate, disturb
     )
 
 
+def unknown_input_observer(states, inputs, unknown, outputs, has_cubic, rate):
+    term, gains, flow, metric, function = "", "gain L", "", "", "e'Pe"
+    if has_cubic:
+        term, gains, flow, function = " - (r'theta r) N r", "gains L and N", " + (e'C'theta C e) N C e", "e'P~e"
+        metric = ", with P~ = C'XC + (I - R)(P - C'XC)(I - R), R the orthogonal projector on the range of N"
+    return (
+        f"For the plant x' = Ax + Bu + Ed, y = Cx with {counted(states, 'state')}, {counted(inputs, 'input')}, "
+        f"{counted(unknown, 'unknown input')} and {counted(outputs, 'output')}, any unknown input d, and the observer "
+        f"z' = TA xhat + TBu + L r{term}, r = y - C xhat, xhat = z + Hy, with the real matrices "
+        f"H = E((CE)'CE)^-1(CE)' and T = I - HC and the {gains} exactly as stored: TE = 0, the error e = x - xhat "
+        f"obeys e' = (TA - LC)e{flow} whatever d is, and {decay(rate, function)}, from every e(0){metric}. "
+        "Nothing is said of a rounding of H, TA and TB."
+    )
+
+
 def contracting_coordinates(count, measured, unmeasured, injection, rate):
     falls = decay(rate, "|d_m|^2 + d_w'Q d_w", "d")
     return (

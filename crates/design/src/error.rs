@@ -5,6 +5,7 @@ use luenberger_linalg::LinalgError;
 use luenberger_lmi::{Infeasibility, LmiError};
 use luenberger_observers::ObserverError;
 use luenberger_plants::PlantError;
+use luenberger_proof::wording::counted;
 use luenberger_proof::{ProofError, UndecidedReason, Verdict};
 use nalgebra::Complex;
 use thiserror::Error;
@@ -237,6 +238,54 @@ pub enum DesignError {
         /// The multipliers, verified for the rounded numbers.
         witness: Infeasibility,
     },
+    /// A constant disturbance that a state at rest hides: `rank [A E; C 0] < n + q`, decided exactly.
+    #[error(
+        "no output sees the constant disturbance d = ({}): with x = ({}) both A x + E d = 0 and C x = 0, so that [A E; C 0] has no full column rank (smallest singular value {}; {} for {})",
+        listed(.d), listed(.x), short(*.sigma_min), counted(.d.len(), "disturbance"), counted(*.outputs, "output")
+    )]
+    UnseenDisturbance {
+        /// The disturbance.
+        d: Vec<f64>,
+        /// The state.
+        x: Vec<f64>,
+        /// The number of outputs.
+        outputs: usize,
+        /// The smallest singular value of `[A E; C 0]` in floating point.
+        sigma_min: f64,
+    },
+    /// An unknown input that is not in the first derivative of the outputs: `rank(CE) < q`, decided exactly.
+    #[error(
+        "rank(C E) is less than the number of unknown inputs, {}: for d = ({}) |E d| = {} and |C E d| = {}, so that {}",
+        .d.len(), listed(.d), short(*.acting), short(*.seen), unmatched(.d.len(), *.outputs, *.acting)
+    )]
+    UnmatchedDisturbance {
+        /// The direction of the unknown input.
+        d: Vec<f64>,
+        /// `|C E d|`.
+        seen: f64,
+        /// `|E d|`.
+        acting: f64,
+        /// The number of outputs.
+        outputs: usize,
+    },
+    /// (A, E, C) is not strongly detectable.
+    #[error(
+        "(A, E, C) has the invariant zero {}, which is not in the open left half plane: every observer whose error does not depend on the unknown input has it as a pole",
+        complex(*.zero)
+    )]
+    UnstableZero {
+        /// The zero.
+        zero: Complex<f64>,
+    },
+    /// Poles of an unknown-input observer without the invariant zeros of (A, E, C).
+    #[error(
+        "the invariant zeros of (A, E, C) that no gain moves, {}, are among the poles of every unknown-input observer, and the poles specified do not contain them",
+        zeros.iter().map(|zero| complex(*zero)).collect::<Vec<_>>().join(", ")
+    )]
+    FixedPoles {
+        /// The zeros.
+        zeros: Vec<Complex<f64>>,
+    },
     /// Floating point finds an unstable eigenvalue, and exact arithmetic does not confirm it.
     #[error(
         "whether {what} is Hurwitz is undecided: its spectral abscissa is {abscissa}, up to rounding",
@@ -248,6 +297,22 @@ pub enum DesignError {
         /// Its spectral abscissa in floating point.
         abscissa: f64,
     },
+}
+
+/// `1, 0.5`.
+fn listed(entries: &[f64]) -> String {
+    entries.iter().map(|x| short(*x)).collect::<Vec<_>>().join(", ")
+}
+
+/// What an unknown input that C E does not show means.
+fn unmatched(inputs: usize, outputs: usize, acting: f64) -> String {
+    if acting == 0.0 {
+        "the columns of E are linearly dependent: leave one out".to_owned()
+    } else if inputs > outputs {
+        format!("{} cannot be decoupled from {}", counted(inputs, "unknown input"), counted(outputs, "output"))
+    } else {
+        "no output has this disturbance in its first derivative".to_owned()
+    }
 }
 
 /// A mode that is unobservable in floating point but not in exact arithmetic: an observation, not a proof.

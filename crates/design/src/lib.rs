@@ -47,12 +47,15 @@ pub mod nonlinear_observability;
 pub mod number;
 pub mod numerical_kkl;
 pub mod operating_point;
+pub mod proportional_integral;
 mod real_field;
 pub mod robust;
 pub mod sampled;
 mod separation;
 pub mod stored;
 mod symbolic_polynomial;
+mod uncertain;
+pub mod unknown_input;
 mod varying_periods;
 pub mod weights;
 
@@ -79,9 +82,12 @@ pub use names::Names;
 pub use nonlinear_observability::{LieObservability, lie_observability};
 pub use numerical_kkl::{NumericalKklDesign, NumericalKklError};
 pub use operating_point::{OperatingPoint, OperatingPointError, operating_point};
+pub use proportional_integral::{disturbances_with_rate, proportional_integral, with_disturbance};
 pub use sampled::SampledCubicDesign;
 pub use stored::{StoredDesign, StoredError, StoredObserver};
 pub use symbolic_polynomial::SymbolicPolynomial;
+pub use uncertain::{UncertainBound, Uncertainty};
+pub use unknown_input::{DecoupledPlant, UnknownInputDesign};
 pub use varying_periods::{GrowingTimes, Periods, VaryingPeriodDesign, at_varying_periods};
 pub use weights::{theta_from_cost_shares, theta_from_importance};
 

@@ -21,7 +21,9 @@
 //! ```
 
 use luenberger_lmi::dynamic_matrix;
-use luenberger_observers::{CubicObserver, LinearObserver, ObserverError, SampledCubicGains, SampledCubicObserver};
+use luenberger_observers::{
+    CubicObserver, LinearObserver, ObserverError, SampledCubicGains, SampledCubicObserver, semi_implicit,
+};
 use luenberger_plants::{PlantError, StateSpace};
 use luenberger_proof::certificate::{
     Certificate, CertificateFile, Datum, PlantMatrices, PlantWithin, Rejection, Theorem,
@@ -142,6 +144,13 @@ fn observer(theorem: &Theorem) -> Result<StoredObserver, StoredError> {
                 w: data.w,
                 period: data.period,
             })?)
+        }
+        Theorem::SemiImplicitCubicConvergence(data) => {
+            let StateSpace { a: ad, b: bd, c, .. } = exact(&data.plant)?;
+            let [ld, n, theta] = [&data.l, &data.n, &data.theta].map(dynamic_matrix);
+            let coupling = semi_implicit::coupling(&c, &n);
+            let gains = SampledCubicGains { ad, bd, c, ld, n, theta, w: 0.0, period: data.period };
+            StoredObserver::SampledCubic(SampledCubicObserver::semi_implicit(gains, coupling)?)
         }
         other => return Err(StoredError::NoObserver { theorem: other.name() }),
     })

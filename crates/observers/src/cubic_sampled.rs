@@ -230,6 +230,17 @@ where
         self.gains.w
     }
 
+    /// The cubic part for the time `t`: the innovation after it, and its impulse, of which N takes the multiple.
+    pub(crate) fn flow(&self, t: T, innovation: &mut [T], impulse: &mut [T]) {
+        let SampledCubicGains { theta, w, .. } = &self.gains;
+        match &self.semi_implicit {
+            Some(SemiImplicit { coupling, reach }) => {
+                semi_implicit::advance(theta, (coupling, *reach), t, innovation, impulse);
+            }
+            None => advance(theta, *w, t, innovation, impulse),
+        }
+    }
+
     /// `G = -C N` of a semi-implicit step; none where the flow is in closed form.
     pub fn coupling(&self) -> Option<&OMatrix<T, P, P>> {
         self.semi_implicit.as_ref().map(|step| &step.coupling)
@@ -255,18 +266,13 @@ where
     }
 
     fn step(&self, _t: T, xhat: &mut Self::State, u: &Self::Input, y: &Self::Output) {
-        let SampledCubicGains { ad, bd, c, ld, n, theta, w, period } = &self.gains;
+        let SampledCubicGains { ad, bd, c, ld, n, period, .. } = &self.gains;
         let (order, outputs) = n.shape_generic();
         let (u, y, xhat) = (u.as_slice(), y.as_slice(), xhat.as_mut_slice());
         with_column(outputs, |innovation| {
             feedthrough::innovation(c, self.d.as_ref(), (xhat, u, y), innovation);
             with_column(outputs, |impulse| {
-                match &self.semi_implicit {
-                    Some(SemiImplicit { coupling, reach }) => {
-                        semi_implicit::advance(theta, (coupling, *reach), *period, innovation, impulse);
-                    }
-                    None => advance(theta, *w, *period, innovation, impulse),
-                }
+                self.flow(*period, innovation, impulse);
                 for (i, xhat) in xhat.iter_mut().enumerate() {
                     *xhat -= entry(n, i, impulse);
                 }

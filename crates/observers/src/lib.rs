@@ -13,6 +13,7 @@
 //! | [`linear`] | Luenberger's observer `xhat' = A xhat + B u + L (y - C xhat)` |
 //! | [`cubic`] | the cubic observer, which adds `-(y~' theta y~) N y~`, and its flow in closed form |
 //! | [`semi_implicit`] | its cubic part for gains that are not radial |
+//! | [`varying_period`] | the same where samples arrive at varying periods, or not at all |
 //! | [`cubic_sampled`] | the sampled-data cubic observer, stable at every step size |
 //! | [`lanes`] | observers over several lanes at once |
 //! | [`kalman`] | the continuous-discrete extended Kalman filter |
@@ -31,6 +32,8 @@
 //! | [`high_gain`] | chains of integrators with corrections alpha/r^i |
 //! | [`cascade`] | [KKL+PEB] observers of a class of cascades, from the pieces of the plant |
 //! | [`deviation`] | a linear observer of a nonlinear plant, in deviations from an operating point |
+//! | [`proportional_integral`] | a disturbance estimated with the state |
+//! | [`unknown_input`] | an estimate that does not depend on an unknown disturbance |
 //! | [`output_feedback`] | an observer with the feedback `u = r - K xhat` as one block |
 //! | `static_size` (feature `alloc`) | designed observers with the sizes and the scalar of the target |
 //! | `serialization` (feature `serde`) | linear observers in files: matrices by rows, read through the constructors |
@@ -72,6 +75,7 @@ pub mod numerical_kkl;
 pub mod observer;
 pub mod output_feedback;
 pub mod pebo;
+pub mod proportional_integral;
 pub mod pseudo_inverse;
 mod runge_kutta;
 pub mod sampled_copy;
@@ -82,6 +86,8 @@ mod serialization;
 #[cfg(feature = "alloc")]
 pub mod static_size;
 pub mod stationary_kalman;
+pub mod unknown_input;
+pub mod varying_period;
 
 pub use cubic::{CubicObserver, StaticCubicObserver};
 pub use cubic_sampled::{SampledCubicGains, SampledCubicObserver, StaticSampledCubicObserver};
@@ -110,8 +116,11 @@ pub use nonlinear_luenberger::{NonlinearLuenbergerObserver, StaticNonlinearLuenb
 pub use observer::{Observer, ObserverDimensions, SampledObserver};
 pub use output_feedback::OutputFeedback;
 pub use pebo::{PeboObserver, Regression};
+pub use proportional_integral::ProportionalIntegralObserver;
 pub use sampled_copy::{SampledCopy, StaticSampledCopy};
 pub use stationary_kalman::{StaticStationaryKalmanFilter, StationaryKalmanFilter};
+pub use unknown_input::UnknownInputObserver;
+pub use varying_period::VaryingPeriodObserver;
 
 /// The linear algebra of the columns and matrices here, in the version that fits.
 pub use nalgebra;

@@ -129,9 +129,9 @@ fn eliminate<T: RealField + Copy>(a: &mut [T], x: &mut [T]) -> bool {
         }
         if best != k {
             for j in k..order {
-                a.swap(best * order + j, k * order + j);
+                exchange(a, best * order + j, k * order + j);
             }
-            x.swap(best, k);
+            exchange(x, best, k);
         }
         for i in k + 1..order {
             let factor = at(a, i * order + k) / pivot;
@@ -154,6 +154,12 @@ fn eliminate<T: RealField + Copy>(a: &mut [T], x: &mut [T]) -> bool {
 /// An entry; 0 beyond the end, so that no index can panic on a target.
 fn at<T: RealField + Copy>(entries: &[T], index: usize) -> T {
     entries.get(index).copied().unwrap_or_else(T::zero)
+}
+
+fn exchange<T: RealField + Copy>(entries: &mut [T], one: usize, other: usize) {
+    let (first, second) = (at(entries, one), at(entries, other));
+    put(entries, one, second);
+    put(entries, other, first);
 }
 
 fn put<T>(entries: &mut [T], index: usize, value: T) {

@@ -78,7 +78,7 @@ where
 macro_rules! stored {
     ($(
         $(#[$doc:meta])*
-        $observer:ident as $form:ident { $($field:ident: $kind:ty),+ $(,)? }
+        $observer:ident as $form:ident { $($(#[$attribute:meta])* $field:ident: $kind:ty),+ $(,)? }
         |$this:ident| $write:expr,
         |$read:ident| $build:expr;
     )+) => {$(
@@ -86,7 +86,7 @@ macro_rules! stored {
         #[derive(Serialize, Deserialize)]
         #[serde(deny_unknown_fields)]
         struct $form<T> {
-            $($field: $kind,)+
+            $($(#[$attribute])* $field: $kind,)+
             #[serde(skip_serializing_if = "Option::is_none")]
             d: Option<Rows<T>>,
         }
@@ -144,8 +144,11 @@ stored! {
     },
     |f| Self::new(observer(Discrete { a: f.a, b: f.b, c: f.c, l: f.l, period: f.period, d: f.d })?, matrix("K", &f.k)?);
 
+    /// `coupling`, -C N, where the cubic step is semi-implicit.
     SampledCubicObserver as SampledCubic {
         ad: Rows<T>, bd: Rows<T>, c: Rows<T>, ld: Rows<T>, n: Rows<T>, theta: Rows<T>, w: T, period: T,
+        #[serde(skip_serializing_if = "Option::is_none")]
+        coupling: Option<Rows<T>>,
     }
     |o| SampledCubic {
         ad: rows(o.ad()),
@@ -156,10 +159,11 @@ stored! {
         theta: rows(o.theta()),
         w: o.w(),
         period: o.period(),
+        coupling: o.coupling().map(rows),
         d: o.d().map(rows),
     },
     |f| {
-        let observer = Self::new(SampledCubicGains {
+        let gains = SampledCubicGains {
             ad: matrix("Ad", &f.ad)?,
             bd: matrix("Bd", &f.bd)?,
             c: matrix("C", &f.c)?,
@@ -168,7 +172,11 @@ stored! {
             theta: matrix("theta", &f.theta)?,
             w: f.w,
             period: f.period,
-        })?;
+        };
+        let observer = match f.coupling {
+            Some(coupling) => Self::semi_implicit(gains, matrix("-C N", &coupling)?)?,
+            None => Self::new(gains)?,
+        };
         match maybe(f.d)? {
             Some(d) => observer.with_feedthrough(d),
             None => Ok(observer),

@@ -267,8 +267,21 @@ pub struct ObserverSpec {
     pub kind: ObserverKind,
     /// Limits of a gain that is designed by a matrix inequality.
     pub limits: GainLimits,
+    /// Bounds of noise and disturbances for which the error is to be bounded, if specified.
+    pub bounds: Option<ActingBounds>,
     /// Position of the observer in the file.
     pub place: Place,
+}
+
+/// Bounds of noise and disturbances, `x' = A x + B u + E w`, `y = C x + v`.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ActingBounds {
+    /// The bounds of v, one for each output.
+    pub noise: Vec<f64>,
+    /// The bounds of w.
+    pub disturbance: Vec<f64>,
+    /// E, n x q.
+    pub e: DMatrix<f64>,
 }
 
 /// Limits of a gain that is designed by a matrix inequality, beside the decay rate; see
@@ -347,6 +360,26 @@ pub enum ObserverKind {
         /// N.
         correction: luenberger_design::CubicGain,
     },
+    /// Observer of the state and of a slowly varying disturbance, linear or cubic.
+    ProportionalIntegral {
+        /// E, n x q.
+        e: DMatrix<f64>,
+        /// Bounds of the derivative of the disturbance, one for each.
+        rate: Vec<f64>,
+        /// Its linear part, for the plant with the disturbance among its states.
+        linear: LinearSpec,
+        /// theta, p x p, and gamma of a cubic term.
+        cubic: Option<(DMatrix<f64>, f64)>,
+    },
+    /// Observer whose error does not depend on a disturbance, linear or cubic.
+    UnknownInput {
+        /// E, n x q.
+        e: DMatrix<f64>,
+        /// Its linear part, for the plant without the disturbance.
+        linear: LinearSpec,
+        /// theta, p x p, and gamma of a cubic term.
+        cubic: Option<(DMatrix<f64>, f64)>,
+    },
     /// Sampled cubic observer.
     SampledCubic {
         /// Its linear part.
@@ -357,6 +390,8 @@ pub enum ObserverKind {
         correction: luenberger_design::CubicGain,
         /// The sampling period.
         period: f64,
+        /// The periods and misses at which convergence is to be proved besides.
+        varying: Option<luenberger_design::Periods>,
     },
     /// One gain for all Jacobians over a box (polytopic design).
     Lpv {
@@ -386,6 +421,8 @@ pub enum ObserverKind {
         eta: f64,
         /// e(0).
         internal_error: Vec<f64>,
+        /// The mean of the Jacobian of the observer as printed; none for the corrected one.
+        printed: Option<crate::design::PrintedMean>,
     },
     /// High-gain observer for integrator chains.
     HighGain {
@@ -417,6 +454,8 @@ pub enum ObserverKind {
     Pebo(Box<crate::maps::PebSpec>),
     /// [KKL+PEB] observer.
     KklPeb(Box<crate::maps::PebSpec>),
+    /// Immersion-and-invariance observer.
+    ImmersionInvariance(Box<crate::maps::ImmersionSpec>),
     /// Numerical KKL observer.
     KklNumerical(KklSpec),
 }
@@ -459,13 +498,19 @@ impl ObserverKind {
             Self::Luenberger(linear)
             | Self::Kalman(linear)
             | Self::Cubic { linear, .. }
-            | Self::SampledCubic { linear, .. } => matches!(linear.gain, GainSpec::DecayRate(_) | GainSpec::Lmi),
+            | Self::ProportionalIntegral { linear, .. }
+            | Self::UnknownInput { linear, .. }
+            | Self::SampledCubic { linear, varying: None, .. } => {
+                matches!(linear.gain, GainSpec::DecayRate(_) | GainSpec::Lmi)
+            }
+            Self::SampledCubic { varying: Some(_), .. } => true,
             Self::Lpv { .. } | Self::Lipschitz { .. } | Self::MeanValue { .. } => true,
             Self::HighGain { .. }
             | Self::ExtendedKalman { .. }
             | Self::Kkl(_)
             | Self::Pebo(_)
             | Self::KklPeb(_)
+            | Self::ImmersionInvariance(_)
             | Self::KklNumerical(_) => false,
         }
     }
@@ -476,6 +521,8 @@ impl ObserverKind {
             Self::Luenberger(_) => "luenberger",
             Self::Kalman(_) => "kalman",
             Self::Cubic { .. } => "cubic",
+            Self::ProportionalIntegral { .. } => "proportional-integral",
+            Self::UnknownInput { .. } => "unknown-input",
             Self::SampledCubic { .. } => "sampled-cubic",
             Self::Lpv { .. } => "lpv",
             Self::Lipschitz { .. } => "lipschitz",
@@ -485,6 +532,7 @@ impl ObserverKind {
             Self::Kkl(_) => "kkl",
             Self::Pebo(_) => "pebo",
             Self::KklPeb(_) => "kkl-peb",
+            Self::ImmersionInvariance(_) => "immersion-invariance",
             Self::KklNumerical(_) => "kkl-numerical",
         }
     }
@@ -497,6 +545,11 @@ impl ObserverKind {
         }
     }
 
+    /// The number of disturbances that are estimated with the state.
+    pub fn estimated_disturbances(&self) -> usize {
+        if let Self::ProportionalIntegral { e, .. } = self { e.ncols() } else { 0 }
+    }
+
     /// The region of the design, if it is bounded somewhere.
     pub fn region(&self) -> Option<luenberger_design::Region> {
         let region = match self {
@@ -505,6 +558,7 @@ impl ObserverKind {
             }
             Self::Kkl(kkl) => kkl.region.clone(),
             Self::Pebo(peb) | Self::KklPeb(peb) => peb.region.clone(),
+            Self::ImmersionInvariance(spec) => spec.region.clone(),
             Self::KklNumerical(kkl) => luenberger_design::Region::new(&kkl.domain),
             _ => return None,
         };
@@ -531,6 +585,8 @@ impl ObserverKind {
             Self::Luenberger(wish)
             | Self::Kalman(wish)
             | Self::Cubic { linear: wish, .. }
+            | Self::ProportionalIntegral { linear: wish, .. }
+            | Self::UnknownInput { linear: wish, .. }
             | Self::SampledCubic { linear: wish, .. } => *wish = linear(wish),
             Self::Lpv { rate: RateSpec::Rate(rate) | RateSpec::Fastest(rate), .. }
             | Self::Lipschitz { rate, .. }
@@ -542,7 +598,8 @@ impl ObserverKind {
             | Self::KklNumerical(_)
             | Self::Kkl(_)
             | Self::Pebo(_)
-            | Self::KklPeb(_) => {}
+            | Self::KklPeb(_)
+            | Self::ImmersionInvariance(_) => {}
         }
         kind
     }
@@ -557,6 +614,8 @@ impl ObserverKind {
             | Self::SampledCubic { correction: CubicGain::Gamma(value) | CubicGain::Radial(value), .. } => {
                 *value = gamma;
             }
+            Self::ProportionalIntegral { cubic: Some((_, value)), .. }
+            | Self::UnknownInput { cubic: Some((_, value)), .. } => *value = gamma,
             _ => return None,
         }
         Some(kind)

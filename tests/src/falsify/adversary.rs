@@ -31,6 +31,7 @@ pub(super) const ADVERSARIES: &[(&str, Adversary)] = &[
     ("cubic-observer-with-structured-gain", structured),
     ("cubic-observer-theorem-1", theorem1),
     ("sampled-cubic-observer", sampled),
+    ("unknown-input-observer", unknown_input),
     ("input-to-state-stability", disturbed::contradicted),
     ("sampled-cubic-observer-semi-implicit", beyond::semi_implicit),
     ("sampled-observer-at-varying-periods", beyond::varying_periods),
@@ -369,6 +370,43 @@ fn simulated(document: &Value, random: &mut Random) -> Found {
         }
     }
     Ok(())
+}
+
+/// `T = I - HC` with rational numbers: `T E = 0`, and the error decays at every size of it.
+fn unknown_input(document: &Value, random: &mut Random) -> Found {
+    let (plant, term) = (&document["plant"], &document["cubic"]);
+    let (a, c) = (matrix(&plant["A"], random), matrix(&plant["C"], random));
+    let (e, l) = (matrix(&document["E"], random), matrix(&document["observer"]["L"], random));
+    let image = c.times(&e);
+    let gram = image.transposed().times(&image);
+    ensure(gram.is_positive(), said("C E has full column rank"))?;
+    margin_of(document, 0, &gram)?;
+    let h = e.times(&gram.solve(&image.transposed()).ok_or("(CE)'CE is singular")?);
+    let t = Exact::identity(a.rows).minus(&h.times(&c));
+    ensure(t.times(&e).is_zero(), said("T E = 0"))?;
+    let mut p = matrix(&document["lyapunov"]["P"], random);
+    let f = t.times(&a).minus(&l.times(&c));
+    let rate = rate(document);
+    if term.is_null() {
+        ensure(p.is_positive(), said("P > 0"))?;
+        margin_of(document, 1, &p)?;
+        return margin_of(document, 2, &decays(&f, &p, &rate)?);
+    }
+    let (n, theta) = (matrix(&term["N"], random), matrix(&term["theta"], random));
+    let x = matrix(&term["X"], random);
+    p = disturbed::structured(&p, &c, &x, &n)?;
+    ensure(p.is_positive(), said("P~ > 0"))?;
+    margin_of(document, 1, &p)?;
+    let m = decays(&f, &p, &rate)?;
+    margin_of(document, 2, &m)?;
+    ensure(theta.is_semidefinite(), said("theta >= 0"))?;
+    margin_of(document, 3, &theta)?;
+    margin_of(document, 4, &x.times(&c).times(&n).negative().he())?;
+    let output = float_matrix(&plant["C"]);
+    let forms = [output.transpose() * float_matrix(&term["theta"]) * &output];
+    let at = directions(&forms, p.rows, random);
+    let h = p.times(&n).times(&c).he();
+    falls_along_cubic(&m.negative(), &c.congruent(&theta), &h, &at, random)
 }
 
 fn feedback(document: &Value, random: &mut Random) -> Found {

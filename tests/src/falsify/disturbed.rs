@@ -19,7 +19,7 @@ fn diagonal(value: &Value) -> Exact {
 }
 
 /// `P~ = C'XC + (I - T)(P - C'XC)(I - T)` with the orthogonal projector T on the range of N.
-fn structured(p: &Exact, c: &Exact, x: &Exact, gain: &Exact) -> Result<Exact, String> {
+pub(super) fn structured(p: &Exact, c: &Exact, x: &Exact, gain: &Exact) -> Result<Exact, String> {
     let gram = gain.transposed().times(gain);
     let image = gram.solve(&gain.transposed()).ok_or("N has dependent columns")?;
     let rest = Exact::identity(p.rows).minus(&gain.times(&image));

@@ -6,9 +6,9 @@ use luenberger_design::lipschitz::{LipschitzPlant, Sector};
 use luenberger_design::mean_value::ContractingCoordinates;
 use luenberger_design::robust::PolytopicDesign;
 use luenberger_design::{
-    Certified, CubicDesign, CubicGain, Disturbances, ErrorBound, FeedbackDesign, LinearDesign, LipschitzDesign,
-    Periods, SampledCubicDesign, Theorem1, VaryingPeriodDesign, at_varying_periods, deployed_linear, joint_design,
-    lyapunov_certificate_file, stein_certificate_file,
+    Certified, CubicDesign, CubicGain, DecoupledPlant, Disturbances, ErrorBound, FeedbackDesign, LinearDesign,
+    LipschitzDesign, Periods, SampledCubicDesign, Theorem1, UnknownInputDesign, VaryingPeriodDesign,
+    at_varying_periods, deployed_linear, joint_design, lyapunov_certificate_file, stein_certificate_file,
 };
 use luenberger_linalg::{lqr, lyapunov, stein};
 use luenberger_lmi::{Problem, he, sdpa};
@@ -35,6 +35,7 @@ pub(super) const GENERATORS: &[(&str, Generator)] = &[
     ("cubic-observer-with-structured-gain", structured),
     ("cubic-observer-theorem-1", theorem1),
     ("sampled-cubic-observer", sampled),
+    ("unknown-input-observer", unknown_input),
     ("input-to-state-stability", input_to_state),
     ("sampled-cubic-observer-semi-implicit", semi_implicit),
     ("sampled-observer-at-varying-periods", varying_periods),
@@ -275,6 +276,24 @@ fn input_to_state(random: &mut Random) -> Option<CertificateFile> {
         return written(bound.certificate_file("uncertain"));
     }
     written(ErrorBound::cubic(&design, &acting).ok()?.certificate_file("cubic"))
+}
+
+/// The unknown input acts on the derivatives of some outputs: E = C'(CC')^-1 R with a regular R, so that C E = R.
+fn unknown_input(random: &mut Random) -> Option<CertificateFile> {
+    let plant = plant(random, 4)?;
+    let p = plant.c.nrows();
+    let q = 1 + random.below(p);
+    let root = random.matrix(p, q) + DMatrix::identity(p, q) * 2.0;
+    let gram = (&plant.c * plant.c.transpose()).try_inverse()?;
+    let e = plant.c.transpose() * gram * root;
+    let decoupled = DecoupledPlant::new(&plant, &e).ok()?;
+    let design = LinearDesign::lmi(&decoupled.reduced).ok()?;
+    if random.once_in(2) {
+        return written(UnknownInputDesign::linear(&decoupled, &design).ok()?.certificate_file("linear"));
+    }
+    let gain = CubicGain::General(accretive(p, random));
+    let cubic = CubicDesign::new(&design, &weight(p, random), &gain).ok()?;
+    written(UnknownInputDesign::cubic(&decoupled, &cubic).ok()?.certificate_file("cubic"))
 }
 
 fn deployed(random: &mut Random) -> Option<CertificateFile> {

@@ -12,10 +12,10 @@ use luenberger_design::lipschitz::{LipschitzPlant, Sector};
 use luenberger_design::mean_value::{ContractingCoordinates, MeanValueDesign};
 use luenberger_design::robust::{PolytopicDesign, certify_gain};
 use luenberger_design::{
-    Certified, CubicDesign, CubicGain, DiscreteLpvDesign, Disturbances, ErrorBound, FeedbackDesign, GainOptions,
-    LinearDesign, LipschitzDesign, LpvDesign, LyapunovWeight, Periods, Region, SampledCubicDesign, Theorem1,
-    VaryingPeriodDesign, at_varying_periods, deployed_linear, joint_design, lyapunov_certificate_file,
-    stein_certificate_file, theta_from_importance,
+    Certified, CubicDesign, CubicGain, DecoupledPlant, DiscreteLpvDesign, Disturbances, ErrorBound, FeedbackDesign,
+    GainOptions, LinearDesign, LipschitzDesign, LpvDesign, LyapunovWeight, Periods, Region, SampledCubicDesign,
+    Theorem1, UnknownInputDesign, VaryingPeriodDesign, at_varying_periods, deployed_linear, joint_design,
+    lyapunov_certificate_file, stein_certificate_file, theta_from_importance,
 };
 use luenberger_linalg::lqr;
 use luenberger_lmi::{Problem, he, sdpa};
@@ -139,8 +139,26 @@ fn of_linear_plants() -> Vec<CertificateFile> {
     let structured = StructuredCubicConvergence { plant, l, theta, p, s, rate };
     files.push(CertificateFile::prove("the real gain", structured).unwrap());
     files.extend(under_disturbances(&example1, &cubic));
+    files.extend(without_disturbance());
     files.push(sampled.linear_certificate_file("sampled, linear").unwrap());
     files
+}
+
+/// Unknown-input observers, linear and cubic, of a plant with two outputs.
+fn without_disturbance() -> [CertificateFile; 2] {
+    let plant = StateSpace::new(
+        dmatrix![0.0, 1.0, 0.3; -1.0, -0.4, 0.1; 0.2, 0.0, -0.7],
+        DMatrix::zeros(3, 0),
+        dmatrix![1.0, 0.0, 0.1; 0.0, 0.7, 0.0],
+    )
+    .unwrap();
+    let decoupled = DecoupledPlant::new(&plant, &dmatrix![0.3; 1.0; 0.0]).unwrap();
+    let design = LinearDesign::lmi(&decoupled.reduced).unwrap();
+    let cubic = CubicDesign::new(&design, &DMatrix::identity(2, 2), &CubicGain::Gamma(2.0)).unwrap();
+    [
+        UnknownInputDesign::linear(&decoupled, &design).unwrap().certificate_file("unknown input").unwrap(),
+        UnknownInputDesign::cubic(&decoupled, &cubic).unwrap().certificate_file("unknown input").unwrap(),
+    ]
 }
 
 /// Bounds of the error under disturbances: linear, cubic, with two outputs, and of an uncertain plant.

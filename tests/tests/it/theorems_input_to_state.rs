@@ -1,7 +1,11 @@
 //! Input-to-state stability of the linear and of the cubic observer with proved constants, as a property of random
 //! systems under the worst disturbances that a search finds. Statement and proof: docs/theory-cubic.md.
 
-use luenberger_design::{CubicDesign, CubicGain, Disturbances, ErrorBound, LinearDesign, LyapunovWeight};
+use luenberger_design::{
+    CubicDesign, CubicGain, DecoupledPlant, DesignError, Disturbances, ErrorBound, LinearDesign, LyapunovWeight,
+    UnknownInputDesign, proportional_integral, with_disturbance,
+};
+use luenberger_observers::Observer;
 use luenberger_plants::double_integrator;
 use luenberger_proof::certificate::{InputToStateStability, Theorem};
 use nalgebra::{DMatrix, DVector, dmatrix};
@@ -169,6 +173,114 @@ proptest! {
         refuted(&|theorem| theorem.lambda.iter_mut().for_each(|lambda| *lambda *= 0.98), "lambda");
         refuted(&|theorem| theorem.rate *= 1.02, "lambda");
     }
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 24, ..ProptestConfig::default() })]
+
+    /// The unknown-input observer, linear and cubic: `e' = (TA - LC)e + (r'theta r) N r` whatever d is, T E = 0, and V
+    /// falls. E = C'(CC')^-1 R with a regular R: C E = R.
+    #[test]
+    fn an_unknown_input_does_not_reach_the_error(
+        plant in observable_plant(1..=4), root in matrix(4, 4), x in matrix(4, 1), xhat in matrix(4, 1),
+        d in matrix(4, 1), size in 0.1..30.0, q in 1..=4_usize,
+    ) {
+        let (n, p) = (plant.a.nrows(), plant.c.nrows());
+        let q = q.min(p);
+        let gram = (&plant.c * plant.c.transpose()).try_inverse().unwrap();
+        let e = plant.c.transpose() * gram * (root.view((0, 0), (p, q)) + DMatrix::identity(p, q) * 2.0);
+        let decoupled = match DecoupledPlant::new(&plant, &e) {
+            Ok(decoupled) => decoupled,
+            // The zeros of a random plant may be anywhere.
+            Err(DesignError::UnstableZero { zero }) => {
+                prop_assert!(zero.re >= 0.0);
+                return Ok(());
+            }
+            Err(error) => panic!("{error}"),
+        };
+        // A zero next to the imaginary axis leaves no room for a proof.
+        if decoupled.zeros.iter().any(|zero| zero.re > -1e-3) {
+            return Ok(());
+        }
+        let h = &decoupled.h;
+        let t = DMatrix::identity(n, n) - h * &plant.c;
+        let rounding = 1e-10 * (1.0 + h.norm()) * (1.0 + e.norm());
+        prop_assert!((&t * &e).norm() <= rounding, "{}", &t * &e);
+        let design = LinearDesign::lmi(&decoupled.reduced).unwrap();
+        let cubic = CubicDesign::new(&design, &DMatrix::identity(p, p), &CubicGain::Gamma(2.0)).unwrap();
+        let observer = UnknownInputDesign::cubic(&decoupled, &cubic).unwrap();
+        prop_assert!(observer.certificate.is_proved(), "{}", observer.certificate);
+        let column = |m: &DMatrix<f64>, n: usize| DVector::from_fn(n, |i, _| m[(i, 0)] * size);
+        let (x, xhat, d) = (column(&x, n), column(&xhat, n), column(&d, q));
+        let (u, y) = (DVector::from_element(plant.b.ncols(), 0.7), &plant.c * &x);
+        let state = observer.observer.initial(0.0, &xhat, &u, &y);
+        let error = &x - &xhat;
+        let slope = |d: &DVector<f64>| {
+            // xhat = z + Hy.
+            let flow = &plant.a * &x + &plant.b * &u + &e * d;
+            let z = observer.observer.derivative(0.0, &state, &u, &y);
+            &flow - (z + h * (&plant.c * &flow))
+        };
+        let r = &plant.c * &error;
+        let o = &cubic.observer;
+        let expected = (&t * &plant.a - &o.l * &plant.c) * &error + &o.n * &r * r.dot(&r);
+        let scale = rounding * (1.0 + size) * (1.0 + plant.a.norm() + o.l.norm() + plant.b.norm())
+            + 1e-10 * o.n.norm() * r.norm().powi(3);
+        prop_assert!((slope(&d) - &expected).norm() <= scale, "{} and {expected}", slope(&d));
+        prop_assert!((slope(&d) - slope(&(-3.0 * &d))).norm() <= scale);
+        let rise = (&design.p * &error).dot(&expected);
+        prop_assert!(rise < 0.0 || error.norm() == 0.0, "V rises: {rise}");
+    }
+
+    /// The proportional-integral observer estimates any constant disturbance: with x = xhat and d = dhat it rests, and
+    /// its error system is Hurwitz.
+    #[test]
+    fn a_constant_disturbance_is_estimated(plant in observable_plant(1..=4), e in matrix(4, 1), d in -3.0..3.0_f64) {
+        let n = plant.a.nrows();
+        let e = e.rows(0, n).into_owned();
+        let both = match with_disturbance(&plant, &e) {
+            Ok(both) => both,
+            Err(DesignError::UnseenDisturbance { d, x, .. }) => {
+                let (x, d) = (DVector::from_vec(x), DVector::from_vec(d));
+                prop_assert!((&plant.a * &x + &e * d).norm() < 1e-9 && (&plant.c * x).norm() < 1e-9);
+                return Ok(());
+            }
+            Err(error) => panic!("{error}"),
+        };
+        let design = LinearDesign::lmi(&both).unwrap();
+        prop_assert!(design.certificate.is_proved());
+        let observer = proportional_integral(design.observer.clone(), n).unwrap();
+        let x = DVector::from_fn(n, |i, _| 1.0 - i as f64);
+        let (u, y) = (DVector::from_element(1, 0.3), &plant.c * &x);
+        let state = DVector::from_fn(n + 1, |i, _| if i < n { x[i] } else { d });
+        let slope = observer.derivative(0.0, &state, &u, &y);
+        let flow = &plant.a * &x + &plant.b * &u + &e * DVector::from_element(1, d);
+        prop_assert!((slope.rows(0, n) - flow).norm() <= 1e-12 * (1.0 + design.observer.l.norm()) * 10.0);
+        prop_assert!(slope[n].abs() <= 1e-12 * (1.0 + design.observer.l.norm()) * 10.0);
+        prop_assert_eq!(observer.disturbance(state.as_slice()), &[d][..]);
+    }
+}
+
+/// Which condition fails, and by how much.
+#[test]
+fn the_conditions_that_fail_are_named() {
+    let plant = double_integrator().to_dynamic();
+    // The velocity's disturbance is in the second derivative of the position only.
+    let unmatched = DecoupledPlant::new(&plant, &dmatrix![0.0; 1.0]).unwrap_err().to_string();
+    assert_eq!(
+        unmatched,
+        "rank(C E) is less than the number of unknown inputs, 1: for d = (1) |E d| = 1 and |C E d| = 0, so that no output has this disturbance in its first derivative"
+    );
+    let dependent = DecoupledPlant::new(&plant, &dmatrix![1.0, 2.0; 0.0, 0.0]).unwrap_err().to_string();
+    assert!(dependent.ends_with("the columns of E are linearly dependent: leave one out"), "{dependent}");
+    // C (sI - A)^-1 E = (s - 1)/s^2 for E = (1, -1).
+    let unstable = DecoupledPlant::new(&plant, &dmatrix![1.0; -1.0]).unwrap_err();
+    let DesignError::UnstableZero { zero } = &unstable else { panic!("{unstable}") };
+    assert!((zero.re - 1.0).abs() < 1e-12 && zero.im == 0.0, "{unstable}");
+    // A drift of the position that the velocity cancels.
+    let unseen = with_disturbance(&plant, &dmatrix![1.0; 0.0]).unwrap_err();
+    let DesignError::UnseenDisturbance { d, x, outputs: 1, sigma_min } = &unseen else { panic!("{unseen}") };
+    assert!((x[1] + d[0]).abs() < 1e-12 && x[0] == 0.0 && *sigma_min < 1e-12, "{unseen}");
 }
 
 /// Example 1 of the paper, the constants by hand: noise alone adds lambda v^2 by the linear part and 27/128 theta s v^4

@@ -1,8 +1,8 @@
 //! The theorems of sampled observers beyond the closed form, as properties of random systems. Statements and proofs:
 //! docs/theory-cubic.md.
 
-use luenberger_design::{CubicDesign, CubicGain, SampledCubicDesign};
-use luenberger_observers::{Observer, SampledObserver};
+use luenberger_design::{CubicDesign, CubicGain, DesignError, Periods, SampledCubicDesign, VaryingPeriodDesign};
+use luenberger_observers::{Observer, SampledObserver, VaryingPeriodObserver};
 use luenberger_proof::certificate::Theorem;
 use nalgebra::{DMatrix, DVector};
 use proptest::prelude::*;
@@ -18,7 +18,7 @@ fn theta(p: usize, entries: &DMatrix<f64>, rank: usize) -> DMatrix<f64> {
 proptest! {
     #![proptest_config(ProptestConfig { cases: 24, ..ProptestConfig::default() })]
 
-    /// Theorem D: for every S with S + S' > 0, every theta and every period the semi-implicit observer is proved, its
+    /// Theorem E: for every S with S + S' > 0, every theta and every period the semi-implicit observer is proved, its
     /// step is the one stated, and V falls from errors of every size.
     #[test]
     fn the_semi_implicit_observer_decreases_v_at_every_period(
@@ -120,4 +120,124 @@ fn for_one_output_the_step_is_the_closed_form_with_another_fraction() {
         let size = one.norm() + other.norm() + o.n().norm();
         assert!((&one - &other - &expected).norm() <= 1e-13 * size, "{h}: {} and {expected}", &one - &other);
     }
+}
+
+/// A plant in free motion from `x` for the time t.
+fn moved(a: &DMatrix<f64>, x: &DVector<f64>, t: f64) -> DVector<f64> {
+    luenberger_linalg::expm(&(a * t)).unwrap() * x
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 12, ..ProptestConfig::default() })]
+
+    /// Theorem F: where convergence at varying periods is proved, V falls by the factor from correction to correction, for
+    /// the sequences of periods and misses of an adversary, who takes the period that leaves V largest, and for random
+    /// ones; with the observer that runs, linear, radial and semi-implicit.
+    #[test]
+    fn v_falls_by_the_factor_for_every_sequence_of_periods_and_misses(
+        plant in observable_plant(1..=3), d in matrix(3, 3), k in matrix(3, 3), e0 in matrix(3, 1), exponent in -1..6,
+        h in 0.02..0.2, shorter in 0.75..1.0, longer in 1.0..1.3, misses in 0..3_usize, is_radial: bool,
+        draws in prop::collection::vec(0.0..1.0, 120),
+    ) {
+        let (n, p) = (plant.a.nrows(), plant.c.nrows());
+        let correction =
+            if is_radial { CubicGain::Radial(2.0) } else { CubicGain::General(accretive(p, &d, &k)) };
+        let periods = Periods { shortest: shorter * h, longest: longer * h, misses };
+        let linear = linear(&plant, 1.0);
+        let design = match VaryingPeriodDesign::new(&linear, &DMatrix::identity(p, p), &correction, h, &periods) {
+            Ok(design) => design,
+            // Periods beyond what the gain serves: the message has to say something true.
+            Err(DesignError::VaryingPeriods { witness, .. }) => {
+                prop_assert!(witness.is_none_or(|witness| witness.radius > 1.0));
+                return Ok(());
+            }
+            Err(other) => panic!("{other}"),
+        };
+        prop_assert!(design.certificate.is_proved(), "{}", design.certificate);
+        let a = &linear.observer.a;
+        let most = (misses + 1) as f64 * periods.longest;
+        let observer =
+            VaryingPeriodObserver::new(design.nominal.observer.clone(), a.clone(), plant.b.clone(), design.k.clone(), most)
+                .unwrap();
+        let v = |e: &DVector<f64>| e.dot(&(&design.nominal.p * e));
+        let square = design.factor * design.factor;
+        let factor = if is_radial { square } else { 2.0 * square / (1.0 + square) };
+        // A plant at rest: the error is minus the estimate.
+        let (u, y) = (DVector::zeros(1), DVector::zeros(p));
+        let mut xhat = DVector::from_fn(n, |i, _| e0[(i, 0)] * 10.0_f64.powi(exponent));
+        for pair in draws.chunks(2) {
+            let before = v(&xhat);
+            observer.correct(&mut xhat, &u, &y, h);
+            let times = (1..=misses + 1).flat_map(|count| {
+                [periods.shortest, 0.5 * (periods.shortest + periods.longest), periods.longest].map(|t| t * count as f64)
+            });
+            let worst = times.max_by(|s, t| v(&moved(a, &xhat, *s)).total_cmp(&v(&moved(a, &xhat, *t)))).unwrap();
+            let count = 1 + (pair[0] * (misses + 1) as f64) as usize;
+            let random = count as f64 * (periods.shortest + pair[1] * (periods.longest - periods.shortest));
+            let elapsed = if pair[0] < 0.5 { worst } else { random };
+            let expected = moved(a, &xhat, elapsed);
+            // A missed sample is a prediction and no more: two predictions in a row.
+            observer.predict(&mut xhat, &u, 0.25 * elapsed);
+            observer.predict(&mut xhat, &u, 0.75 * elapsed);
+            let scale = 1e-13 * (1.0 + a.norm() * elapsed) * expected.norm() + 1e-13 * before.sqrt();
+            prop_assert!((&xhat - &expected).norm() <= scale.max(1e-250), "{xhat} and {expected}");
+            prop_assert!(v(&xhat) <= factor * before * (1.0 + 1e-10), "V from {before} to {}", v(&xhat));
+        }
+    }
+}
+
+/// A refusal has times for which the error grows, and the bounds that it calls proved are: unstable between samples,
+/// with a gain that overcorrects for long periods.
+#[test]
+fn periods_that_are_too_long_are_refuted_by_a_product() {
+    let plant = luenberger_plants::StateSpace::new(
+        nalgebra::dmatrix![0.0, 1.0; -25.0, 1.0],
+        DMatrix::zeros(2, 0),
+        nalgebra::dmatrix![1.0, 0.0],
+    )
+    .unwrap();
+    let linear = luenberger_design::LinearDesign::with_poles(&plant, &[-4.0, -5.0]).unwrap();
+    let wish = Periods { shortest: 0.05, longest: 0.9, misses: 1 };
+    let design = |periods: &Periods| {
+        VaryingPeriodDesign::new(&linear, &DMatrix::identity(1, 1), &CubicGain::Radial(1.0), 0.1, periods)
+    };
+    let Err(DesignError::VaryingPeriods { witness: Some(witness), largest: Some(largest), .. }) = design(&wish) else {
+        panic!("{:?}", design(&wish))
+    };
+    let proved = design(&largest).unwrap();
+    assert!(proved.certificate.is_proved(), "{}", proved.certificate);
+    // The product, with the correction that the design has.
+    let after = DMatrix::identity(2, 2) - &proved.k * &plant.c;
+    let mut product = DMatrix::identity(2, 2);
+    for t in &witness.times {
+        product = luenberger_linalg::expm(&(&plant.a * *t)).unwrap() * &after * product;
+    }
+    let radius = luenberger_linalg::spectral_radius(&product).unwrap();
+    assert!((radius - witness.radius).abs() <= 1e-9 * radius && radius > 1.0, "{radius} {witness}");
+}
+
+/// The prediction with an input is the zero-order hold.
+#[test]
+fn the_prediction_is_the_zero_order_hold() {
+    let plant = luenberger_plants::third_order::example3().to_dynamic();
+    let linear = linear(&plant, 1.0);
+    let design = SampledCubicDesign::new(&linear, &DMatrix::identity(1, 1), 1.0, 0.1).unwrap();
+    let k = design.observer.ad().clone().lu().solve(design.observer.ld()).unwrap();
+    let (a, b) = (plant.a.clone(), plant.b.clone());
+    let observer = VaryingPeriodObserver::new(design.observer.clone(), a, b, k, 3.0).unwrap();
+    let u = DVector::from_element(plant.b.ncols(), 0.7);
+    for t in [1e-3, 0.1, 1.0, 3.0] {
+        let held = luenberger_linalg::zero_order_hold(&plant.a, &plant.b, t).unwrap();
+        let mut xhat = DVector::from_element(3, 1.0);
+        let expected = &held.ad * &xhat + &held.bd * &u;
+        observer.predict(&mut xhat, &u, t);
+        assert!((&xhat - &expected).norm() <= 1e-12 * expected.norm(), "{t}: {xhat} {expected}");
+    }
+    // Correction and prediction over the period are the step.
+    let (y, mut one) = (DVector::from_element(1, 2.5), DVector::from_element(3, 1.0));
+    let mut other = one.clone();
+    design.observer.step(0.0, &mut one, &u, &y);
+    observer.correct(&mut other, &u, &y, 0.1);
+    observer.predict(&mut other, &u, 0.1);
+    assert!((&one - &other).norm() <= 1e-13 * one.norm(), "{one} {other}");
 }

@@ -72,6 +72,7 @@ const DESIGNS: Suite = Suite { package: MODULES, binaries: &["--test", "designs"
 const DESIGN_UNITS: Suite = Suite { package: "luenberger-design", binaries: &["--lib"], only: &["positive_real::"] };
 const CUBIC: Suite = Suite { package: MODULES, binaries: &["--test", "cubic"], only: &[] };
 const INPUT_TO_STATE: Suite = Suite { package: MODULES, binaries: &["--test", "input_to_state"], only: &[] };
+const SAMPLED: Suite = Suite { package: MODULES, binaries: &["--test", "sampled"], only: &[] };
 const MEAN_VALUE: Suite = Suite { package: MODULES, binaries: &["--test", "mean_value"], only: &[] };
 const KKL: Suite = Suite { package: MODULES, binaries: &["--test", "kkl"], only: &[] };
 
@@ -246,8 +247,8 @@ pub(super) const SOURCES: &[Source] = &[
             mutant(
                 "sampled observer: the flow of two periods",
                 Constant,
-                "*w, *period, innovation",
-                "*w, *period + *period, innovation",
+                "self.flow(*period, innovation",
+                "self.flow(*period + *period, innovation",
             ),
             mutant(
                 "radial gain: C N off its diagonal is not looked at",
@@ -256,6 +257,73 @@ pub(super) const SOURCES: &[Source] = &[
                 "for j in i..=i",
             ),
             mutant("radial gain: C N - w I", Sign, "if i == j { w }", "if i == j { -w }"),
+        ],
+    },
+    Source {
+        file: "crates/observers/src/semi_implicit.rs",
+        suites: &[SAMPLED],
+        mutants: &[
+            mutant("semi-implicit step: G = C N", Sign, "|i, j| -entry_of_product", "|i, j| entry_of_product"),
+            mutant("semi-implicit step: no h", Dropped, ".max(zero) * t * size * size", ".max(zero) * size * size"),
+            mutant("semi-implicit step: s of |y~|", Dropped, "* t * size * size", "* t * size"),
+            mutant("semi-implicit step: I - s G", Sign, "{ one + entry } else", "{ one - entry } else"),
+            mutant("semi-implicit step: impulse r", Dropped, "*impulse *= s;", "let _ = s;"),
+            mutant(
+                "semi-implicit step: the diagonal of G",
+                OffDiagonal,
+                "{ one + entry } else { entry }",
+                "{ one + entry } else { zero }",
+            ),
+            mutant(
+                "semi-implicit step: explicit innovation",
+                Dropped,
+                "*innovation = *impulse;",
+                "let _ = innovation;",
+            ),
+        ],
+    },
+    Source {
+        file: "crates/observers/src/varying_period.rs",
+        suites: &[SAMPLED],
+        mutants: &[
+            mutant("prediction: no input", Dropped, "slope + entry(&self.b, i, u.as_slice())", "slope"),
+            mutant("prediction: no factorial", Dropped, "slope * tau / degree", "slope * tau"),
+            mutant("correction: - K r", Sign, "+ entry(&self.k, i, innovation)", "- entry(&self.k, i, innovation)"),
+            mutant("correction: + N i", Sign, "- entry(n, i, impulse)", "+ entry(n, i, impulse)"),
+        ],
+    },
+    Source {
+        file: "crates/proof/src/statement/semi_implicit.rs",
+        suites: &[SAMPLED],
+        mutants: &[
+            mutant(
+                "stored N: P N - C'S",
+                Sign,
+                "p.product(&n)?.sum(&c.transpose()",
+                "p.product(&n)?.difference(&c.transpose()",
+            ),
+            mutant("stored N: C'S'", Transpose, "c.transpose().product(&s)?", "c.transpose().product(&s.transpose())?"),
+            mutant("stored N: N N' for N'PN", WrongOperand, "&n.congruence(p)?", "&n.congruence(p)?.negative()"),
+        ],
+    },
+    Source {
+        file: "crates/design/src/varying_periods.rs",
+        suites: &[SAMPLED],
+        mutants: &[
+            mutant("varying periods: I + K C", Sign, "- &k * o.c() }", "+ &k * o.c() }"),
+            mutant(
+                "varying periods: one period only",
+                Dropped,
+                "count as f64 * (shortest + share",
+                "(shortest + share",
+            ),
+            mutant("varying periods: exp(A t) alone", Dropped, "? * &self.after)", "?)"),
+            mutant(
+                "varying periods: K = Ld",
+                WrongOperand,
+                "let k = correction_gain(o.ad(), o.ld())?;",
+                "let k = o.ld().clone();",
+            ),
         ],
     },
     Source {
@@ -709,7 +777,7 @@ pub(super) const SOURCES: &[Source] = &[
         ],
     },
     Source {
-        file: "crates/design/src/error_bound.rs",
+        file: "crates/design/src/error_bound/mod.rs",
         suites: &[INPUT_TO_STATE],
         mutants: &[
             mutant("error bound: S for S' in mu", Transpose, "s.transpose() * &self.d;", "&s * &self.d;"),

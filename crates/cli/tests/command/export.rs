@@ -502,7 +502,7 @@ fn observers_of_templates_and_examples_become_c_that_agrees_with_their_designs()
     let folder = folder("export-all");
     let mut files = Vec::new();
     let list = luenberger(&["new", "--list"], "").stdout;
-    for name in list.lines().filter_map(|line| line.split_whitespace().next()) {
+    for name in list.lines().map_while(|line| line.split_whitespace().next()) {
         let file = folder.join(format!("{name}.toml"));
         let made = luenberger(&["new", "--plant", name, "-o", file.to_str().unwrap()], "");
         assert_eq!(made.code, Some(0), "{name}: {}", made.stderr);
@@ -542,7 +542,8 @@ fn observers_of_templates_and_examples_become_c_that_agrees_with_their_designs()
             }
         }
     }
-    assert!(exported >= 35 && refused.is_empty(), "{exported} exported; {refused:?}");
+    refused.retain(|why| !why.contains("an immersion-and-invariance observer has no export"));
+    assert!(exported >= 40 && refused.is_empty(), "{exported} exported; {refused:?}");
 }
 
 /// The stirred reactor of Seborg, Edgar and Mellichamp, Process Dynamics and Control, 2nd ed. 2004, table 2.3.
@@ -603,6 +604,8 @@ fn the_observers_of_every_template_agree_with_their_designs() {
         ("mimo", "cubic", "cubic", &["f32"]),
         ("measured-log", "stationary filter", "stationary_filter", &["f64", "q12.20"]),
         ("measured-log", "fast", "fast", &["f32"]),
+        // Two states and the disturbance.
+        ("load-torque", "proportional-integral", "proportional_integral", &["f64"]),
     ] {
         let folder = folder(&format!("export-{plant}-{name}"));
         let file = folder.join("study.toml").to_str().unwrap().to_owned();

@@ -2,7 +2,7 @@
 
 use luenberger_observers::{
     CubicObserver, DiscreteLinearObserver, KalmanFilter, KalmanModel, LinearObserver, SampledCubicGains,
-    SampledCubicObserver, StaticCubicObserver, StationaryKalmanFilter,
+    SampledCubicObserver, StaticCubicObserver, StationaryKalmanFilter, semi_implicit,
 };
 use luenberger_plants::LinearPlant;
 use nalgebra::{DMatrix, Dyn, Matrix2, dmatrix};
@@ -50,7 +50,9 @@ fn every_observer_is_read_as_it_was_written() {
         period: 0.1,
     };
     stored(&SampledCubicObserver::new(gains.clone()).unwrap());
-    stored(&SampledCubicObserver::new(gains).unwrap().with_feedthrough(dmatrix![0.1]).unwrap());
+    stored(&SampledCubicObserver::new(gains.clone()).unwrap().with_feedthrough(dmatrix![0.1]).unwrap());
+    let coupling = semi_implicit::coupling(&gains.c, &gains.n);
+    stored(&SampledCubicObserver::semi_implicit(gains, coupling).unwrap());
     let (w, p0) = (DMatrix::identity(2, 2) * 0.01, DMatrix::identity(2, 2));
     let model = KalmanModel { ad, bd, c, w, v: dmatrix![0.04], p0, period: 0.1 };
     stored(&KalmanFilter::new(model.clone()).unwrap());

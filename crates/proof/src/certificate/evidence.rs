@@ -126,6 +126,14 @@ impl Certificate {
         }
     }
 
+    /// The theorems of both, those of this one first.
+    #[must_use]
+    pub fn and(mut self, other: Self) -> Self {
+        self.proved.extend(other.proved);
+        self.unproved.extend(other.unproved);
+        self
+    }
+
     /// The theorems that are proved.
     pub fn theorems(&self) -> &[ProvedTheorem] {
         &self.proved

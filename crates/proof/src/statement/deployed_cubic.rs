@@ -227,9 +227,6 @@ fn output_metric(p: &Matrix<f64>, c: &Matrix<f64>) -> Option<Matrix<f64>> {
 }
 
 /// An enclosure of `N (N'N)^-1 N'`; `None` when N has not been shown to have full column rank.
-///
-/// With K near `(N'N)^-1` and `E = I - K N'N`, `h = |E|_inf < 1`: `(N'N)^-1 = (I - E)^-1 K = K + E (I - E)^-1 K`, each
-/// entry of the second term at most `h/(1 - h) |K|_inf`.
 fn projector(n: &Matrix<f64>) -> Result<Option<Matrix<Interval>>, ProofError> {
     let columns = n.cols();
     // The projector does not change when columns are scaled; powers of two within range do that exactly.
@@ -247,19 +244,27 @@ fn projector(n: &Matrix<f64>) -> Result<Option<Matrix<Interval>>, ProofError> {
         return Ok(None);
     }
     let n = Matrix::<Interval>::embed(&scaled, "N")?;
-    let gram = n.transpose().product(&n)?;
+    let Some(inverse) = inverse_of_gram(&n.transpose().product(&n)?)? else { return Ok(None) };
+    Ok(Some(n.product(&inverse)?.product(&n.transpose())?))
+}
+
+/// An enclosure of the inverse of a symmetric positive definite matrix; `None` when it has not been shown to be regular.
+///
+/// With K near the inverse of G and `E = I - K G`, `h = |E|_inf < 1`: `G^-1 = (I - E)^-1 K = K + E (I - E)^-1 K`, each
+/// entry of the second term at most `h/(1 - h) |K|_inf`.
+pub(super) fn inverse_of_gram(gram: &Matrix<Interval>) -> Result<Option<Matrix<Interval>>, ProofError> {
+    let columns = gram.rows();
     let middle = gram.map(|x| f64::midpoint(x.lo(), x.hi()));
     let identity = Matrix::from_fn(columns, columns, |i, j| if i == j { 1.0 } else { 0.0 });
     let Some(k) = definite::solve_approximately(&middle, &identity) else { return Ok(None) };
     let k = Matrix::<Interval>::embed(&k, "an approximate inverse")?;
-    let defect = row_sum_bound(&Matrix::scalar(columns, &ONE).difference(&k.product(&gram)?)?);
+    let defect = row_sum_bound(&Matrix::scalar(columns, &ONE).difference(&k.product(gram)?)?);
     if defect > 0.5 || defect.is_nan() {
         return Ok(None);
     }
     let radius = ((defect / (1.0 - defect).next_down()).next_up() * row_sum_bound(&k)).next_up();
     let Some(doubt) = Interval::new(-radius, radius) else { return Ok(None) };
-    let inverse = k.map(|x| x.add(&doubt));
-    Ok(Some(n.product(&inverse)?.product(&n.transpose())?))
+    Ok(Some(k.map(|x| x.add(&doubt))))
 }
 
 /// An upper bound of the largest sum of absolute values in a row.

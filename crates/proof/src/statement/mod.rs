@@ -20,6 +20,7 @@ mod lyapunov;
 mod sector;
 mod semi_implicit;
 mod spectrum;
+mod unknown_input;
 mod varying_periods;
 
 pub use contracting::cascade_decrease;
@@ -42,6 +43,7 @@ pub use lyapunov::{
 pub use sector::{SectorTerm, sector_decrease};
 pub use semi_implicit::{semi_implicit_decrease, semi_implicit_room};
 pub use spectrum::{schur_stable, spectral_abscissa, spectral_radius};
+pub use unknown_input::{Decoupled, UnknownInput, unknown_input};
 pub use varying_periods::decrease_over_times;
 
 use crate::definite::{self, Direction, Sense};

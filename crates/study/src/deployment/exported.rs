@@ -4,6 +4,7 @@ use luenberger_export::kkl::Kkl;
 use luenberger_export::{Export, ExportError, Names, Program, Scalar, names};
 
 use super::{KklStep, SampledDesign};
+use crate::design::disturbance_names;
 use crate::study::{ObserverSpec, Study};
 
 /// The export of a sampled design, from the estimate of its study or another one.
@@ -37,11 +38,16 @@ pub fn exported(
         ),
     };
     let plant = &study.plant;
+    let (mut states, mut units) = (plant.states.clone(), plant.units.clone());
+    states.extend(disturbance_names(observer.kind.estimated_disturbances()));
+    if !units.is_empty() {
+        units.resize(states.len(), String::new());
+    }
     let columns = Names {
-        states: plant.states.clone(),
+        states,
         inputs: plant.inputs.clone(),
         outputs: plant.outputs.clone(),
-        units: plant.units.clone(),
+        units,
         time_unit: plant.time_unit.clone().unwrap_or_default(),
     };
     let export = Export::new(&names::identifier(&observer.name), program, scalar, &initial, columns)?;

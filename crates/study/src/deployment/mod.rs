@@ -69,10 +69,13 @@ pub struct Sampled {
 impl SampledDesign {
     /// The first estimate.
     pub fn initial(&self, observer: &ObserverSpec) -> Vec<f64> {
-        match self {
+        let mut initial = match self {
             Self::Copy(design) => design.initial.clone(),
             _ => observer.initial.clone(),
-        }
+        };
+        // Disturbances are estimated to be 0 at the start.
+        initial.extend(std::iter::repeat_n(0.0, observer.kind.estimated_disturbances()));
+        initial
     }
 
     /// Runge-Kutta steps per period, where there are any.
@@ -215,6 +218,18 @@ pub fn sampled(
         let design = design.map_err(|why| failure(why, &[]))?;
         return Ok(Sampled { design, period, of_the_study: None });
     }
+    if let (ObserverKind::ProportionalIntegral { e, linear: gain, .. }, Some(plant)) = (&observer.kind, &linear) {
+        let design = names.with(|| {
+            let both = luenberger_design::with_disturbance(plant, e)?;
+            held(study, observer, &both, gain, period)
+        });
+        let design = design.map_err(|error| failure(error.to_string(), &[]))?;
+        return Ok(Sampled { design, period, of_the_study: None });
+    }
+    if let ObserverKind::UnknownInput { .. } = observer.kind {
+        let hypothesis = "the kind unknown-input has no step for a sample: its error is independent of the disturbance in continuous time only".to_owned();
+        return Err(failure(hypothesis, &["kind = \"proportional-integral\", which estimates slow disturbances"]));
+    }
     let in_words =
         |(hypothesis, alternatives)| FailureReport { hypothesis, alternatives, line: observer.place.line, cause: None };
     let designed = design::design(study, observer, &AtomicBool::new(false)).map_err(|none| match none {
@@ -291,8 +306,17 @@ fn held(
             let continuous = luenberger_design::CubicDesign::new(&linear, theta, correction)?;
             SampledCubicDesign::from_cubic(&linear, &continuous, period).map(cubic)
         }
+        ObserverKind::SampledCubic { theta, correction, varying: Some(periods), .. } => {
+            let varying = luenberger_design::VaryingPeriodDesign::new(&linear, theta, correction, period, periods)?;
+            Ok(cubic(varying.nominal.clone()))
+        }
         ObserverKind::SampledCubic { theta, correction, .. } => {
             SampledCubicDesign::with_correction(&linear, theta, correction, period).map(cubic)
+        }
+        ObserverKind::ProportionalIntegral { cubic: Some((theta, gamma)), .. } => {
+            let gain = luenberger_design::CubicGain::Gamma(*gamma);
+            let continuous = luenberger_design::CubicDesign::new(&linear, theta, &gain)?;
+            SampledCubicDesign::from_cubic(&linear, &continuous, period).map(cubic)
         }
         _ => sampled_linear(&linear, gain, period).map(|design| SampledDesign::Linear(Box::new(design))),
     }

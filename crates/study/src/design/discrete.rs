@@ -34,7 +34,12 @@ pub(super) fn design(study: &Study, wish: &ObserverSpec, dt: f64, end: Option<In
         ObserverKind::Luenberger(gain) | ObserverKind::Kalman(gain) => {
             self::linear(&linear()?, gain, dt, wish)?.map_err(explained)?
         }
-        ObserverKind::SampledCubic { linear: gain, theta, correction, period } => {
+        ObserverKind::SampledCubic { linear: gain, theta, correction, period, varying } => {
+            if varying.is_some() {
+                let hypothesis = "`jitter` and `misses` are for plants in continuous time".to_owned();
+                let alternative = "the plant in continuous time, whose motion over every period is known".to_owned();
+                return Err(explain::failure(wish, hypothesis, vec![alternative]).into());
+            }
             same(*period)?;
             let gain = gain_of(&linear()?, gain, dt, wish)?.map_err(explained)?;
             cubic(&gain, theta, correction, dt).map_err(explained)?

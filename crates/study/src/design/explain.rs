@@ -6,7 +6,7 @@ use luenberger_design::{DesignError, EnclosureError, KklError, LpvError, Numeric
 use luenberger_linalg::{LinalgError, detectability, observability};
 use luenberger_observers::ObserverError;
 use luenberger_plants::{Plant, PlantError};
-use luenberger_proof::wording::{counted, shortest, significant};
+use luenberger_proof::wording::{at_least, at_most, counted, shortest, significant};
 use nalgebra::DVector;
 
 use super::runnable::Chains;
@@ -25,6 +25,7 @@ pub(super) enum Misfit {
     Kkl(KklError),
     NotLeftInverse { state: usize, found: f64, point: Vec<f64>, missed: f64 },
     UndefinedLeftInverse,
+    Rank { needed: usize, smallest: f64, point: Vec<f64> },
     NotRegression { worst: Worst, inputs: usize },
     Silent { delta: f64, window: f64, from: f64, direction: Vec<f64> },
     NonlinearOutput { output: usize, state: usize, low: f64, high: f64 },
@@ -132,12 +133,32 @@ pub(super) fn misfit(study: &Study, wish: &ObserverSpec, misfit: &Misfit) -> Fai
                     | LinalgError::PoleMultiplicity { .. },
                 ) => return hidden(study, wish, error.to_string()).caused_by(misfit),
                 DesignError::Infeasible { .. } => with_smaller_rate(study, kind),
+                DesignError::VaryingPeriods { largest: Some(periods), .. } => {
+                    vec![format!(
+                        "jitter = [{}, {}] and misses = {}, which are proved; or slower `poles`",
+                        at_most(periods.shortest, 4),
+                        at_least(periods.longest, 4),
+                        periods.misses
+                    )]
+                }
+                DesignError::VaryingPeriods { largest: None, .. } => {
+                    vec!["a shorter `period`; other `poles`".to_owned()]
+                }
                 DesignError::Undecided { .. } | DesignError::RefutedAsRounded { .. } => {
                     vec!["a smaller `decay_rate` or `region`".to_owned()]
                 }
                 DesignError::NotHurwitz { .. }
                 | DesignError::NotSchur { .. }
                 | DesignError::StabilityUndecided { .. } => another_gain(kind),
+                DesignError::UnseenDisturbance { .. } => {
+                    vec!["fewer columns of `e`, or an output that depends on this state".to_owned()]
+                }
+                DesignError::FixedPoles { .. } => {
+                    vec!["`poles` with these zeros among them".to_owned(), "`lmi` or `kalman`".to_owned()]
+                }
+                DesignError::UnmatchedDisturbance { .. } | DesignError::UnstableZero { .. } => {
+                    vec!["proportional-integral: for a disturbance that is constant or varies slowly".to_owned()]
+                }
                 _ => Vec::new(),
             };
             (error.to_string(), alternatives)
@@ -199,6 +220,20 @@ pub(super) fn misfit(study: &Study, wish: &ObserverSpec, misfit: &Misfit) -> Fai
             "`left_inverse` has no finite value at a state of the region".to_owned(),
             vec!["a smaller `region`, in which phi^L(phi(x), h(x)) is defined".to_owned()],
         ),
+        Misfit::Rank { needed, smallest, point } => {
+            let states = &study.plant.states;
+            let at: Vec<String> =
+                states.iter().zip(point).map(|(name, x)| format!("{name} = {}", significant(*x, 4))).collect();
+            let hypothesis = format!(
+                "D_chi beta does not have the rank {needed} (A4): its least singular value is {} at {}, with chi of the start",
+                significant(*smallest, 3),
+                at.join(", ")
+            );
+            (
+                hypothesis,
+                vec!["a `beta` whose Jacobian by chi has full row rank, such as chi plus a function of y".to_owned()],
+            )
+        }
         Misfit::NotRegression { worst, inputs } => {
             let Worst { row, at_least, place, .. } = worst;
             let (u, theta) = place.input.split_at(*inputs);

@@ -1,17 +1,21 @@
 //! Designs of the observers of linear plants.
 
 use luenberger_design::number::decay;
-use luenberger_design::{CubicDesign, CubicGain, DesignError, GainOptions, LinearDesign, SampledCubicDesign};
+use luenberger_design::{
+    CubicDesign, CubicGain, DesignError, ErrorBound, GainOptions, LinearDesign, Periods, SampledCubicDesign,
+    VaryingPeriodDesign,
+};
 use luenberger_plants::StateSpace;
 use luenberger_proof::wording::significant;
 use nalgebra::DMatrix;
 
+use super::disturbance::{self, acting};
 use super::explain::Misfit;
 use super::noise_gain::NoiseGain;
 use super::runnable::Runnable;
 use super::{Designed, facts, matrix, number, poles, reach, verdict};
 use crate::results::DesignReport;
-use crate::study::{GainSpec, LinearSpec, Study};
+use crate::study::{ActingBounds, GainSpec, LinearSpec, Study};
 
 pub(super) fn of(plant: &StateSpace, wish: &LinearSpec, options: &GainOptions) -> Result<LinearDesign, DesignError> {
     let design = match &wish.gain {
@@ -36,7 +40,7 @@ pub(super) fn luenberger(
     study: &Study,
     plant: &StateSpace,
     wish: &LinearSpec,
-    options: &GainOptions,
+    (options, bounds): (&GainOptions, Option<&ActingBounds>),
 ) -> Result<Designed, Misfit> {
     let design = of(plant, wish, options)?;
     let rate = -design.spectral_abscissa();
@@ -72,11 +76,18 @@ pub(super) fn luenberger(
         evidence: None,
         noise_deviation: noise.deviation,
     };
-    Ok(Designed {
+    let designed = Designed {
         runnable: Runnable::Linear(Box::new(design.observer.clone())),
         report,
         certificate: Some(design.certificate.clone()),
-    })
+    };
+    match bounds {
+        Some(bounds) => {
+            let bound = ErrorBound::linear(&design.observer, &acting(bounds))?;
+            Ok(disturbance::bounded(designed, &bound, &study.plant.states))
+        }
+        None => Ok(designed),
+    }
 }
 
 pub(super) fn cubic(
@@ -85,7 +96,7 @@ pub(super) fn cubic(
     wish: &LinearSpec,
     theta: &DMatrix<f64>,
     correction: &CubicGain,
-    options: &GainOptions,
+    (options, bounds): (&GainOptions, Option<&ActingBounds>),
 ) -> Result<Designed, Misfit> {
     let linear = of(plant, wish, options)?;
     let design = CubicDesign::new(&linear, theta, correction)?;
@@ -113,24 +124,56 @@ pub(super) fn cubic(
         evidence: None,
         noise_deviation: noise.deviation,
     };
-    Ok(Designed {
+    let designed = Designed {
         runnable: Runnable::Cubic(Box::new(design.observer.clone())),
         report,
         certificate: Some(design.certificate.clone()),
-    })
+    };
+    match bounds {
+        Some(bounds) => {
+            let bound = ErrorBound::cubic(&design, &acting(bounds))?;
+            Ok(disturbance::bounded(designed, &bound, &study.plant.states))
+        }
+        None => Ok(designed),
+    }
 }
 
 pub(super) fn sampled(
     plant: &StateSpace,
     wish: &LinearSpec,
     theta: &DMatrix<f64>,
-    correction: &CubicGain,
-    period: f64,
+    (correction, period, varying): (&CubicGain, f64, Option<&Periods>),
     options: &GainOptions,
 ) -> Result<Designed, Misfit> {
     let linear = of(plant, wish, options)?;
+    if let Some(periods) = varying {
+        let design = VaryingPeriodDesign::new(&linear, theta, correction, period, periods)?;
+        return Ok(varying_report(&design, plant, period));
+    }
     let design = SampledCubicDesign::with_correction(&linear, theta, correction, period)?;
     Ok(sampled_report(&design, plant, period))
+}
+
+/// A sampled cubic observer at varying periods in numbers and words.
+fn varying_report(design: &VaryingPeriodDesign, plant: &StateSpace, period: f64) -> Designed {
+    let Designed { runnable, mut report, .. } = sampled_report(&design.nominal, plant, period);
+    let step = if design.nominal.observer.coupling().is_some() {
+        let share = design.factor * design.factor;
+        2.0 * share / (1.0 + share)
+    } else {
+        design.factor * design.factor
+    };
+    report.statement = format!(
+        "For {}, with the correction gain K and a prediction over the time that passes: V = e'Pe decreases from correction to correction by the factor {} or less, for every error. {}",
+        design.periods,
+        significant(step, 4),
+        report.statement
+    );
+    report.matrices.insert(0, matrix("K", &design.k));
+    report.numbers.push(number("factor of V from correction to correction", step));
+    report.facts = facts(&design.certificate, &[]);
+    report.verdict = verdict(&design.certificate);
+    Designed { runnable, report, certificate: Some(design.certificate.clone()) }
 }
 
 /// A sampled cubic observer in numbers and words.

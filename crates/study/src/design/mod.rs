@@ -1,7 +1,9 @@
 //! Design of each `[[observer]]`, or the reason why it has none.
 
 mod discrete;
+mod disturbance;
 mod explain;
+mod immersion;
 mod kkl;
 mod kkl_maps;
 mod linear;
@@ -9,12 +11,15 @@ mod noise_gain;
 mod nonlinear;
 mod operating_point;
 mod peb;
+mod printed_mean_value;
 mod runnable;
 
+pub(crate) use disturbance::names as disturbance_names;
 pub use kkl::Kkl;
 pub use kkl_maps::candidate;
 pub(crate) use noise_gain::SPEED_RATIO;
-pub use runnable::{At, Chains, Runnable};
+pub use printed_mean_value::PrintedMean;
+pub use runnable::{At, Chains, Runnable, WithDisturbance, WithoutDisturbance};
 
 use std::sync::atomic::AtomicBool;
 use std::time::Instant;
@@ -116,6 +121,7 @@ fn in_words(
     if let ObserverKind::MeanValue { .. }
     | ObserverKind::HighGain { .. }
     | ObserverKind::Kkl(_)
+    | ObserverKind::ImmersionInvariance(_)
     | ObserverKind::Pebo(_)
     | ObserverKind::KklPeb(_)
     | ObserverKind::KklNumerical(_) = wish.kind
@@ -124,19 +130,35 @@ fn in_words(
     }
     match &wish.kind {
         ObserverKind::Luenberger(gain) | ObserverKind::Kalman(gain) => {
-            shifted(linear::luenberger(study, &linear()?, gain, &options)).map_err(explained)
+            shifted(linear::luenberger(study, &linear()?, gain, (&options, wish.bounds.as_ref()))).map_err(explained)
         }
         ObserverKind::Cubic { linear: gain, theta, correction } => {
-            shifted(linear::cubic(study, &linear()?, gain, theta, correction, &options)).map_err(explained)
+            let options = (&options, wish.bounds.as_ref());
+            shifted(linear::cubic(study, &linear()?, gain, theta, correction, options)).map_err(explained)
         }
-        ObserverKind::SampledCubic { linear: gain, theta, correction, period } => {
-            shifted(linear::sampled(&linear()?, gain, theta, correction, *period, &options)).map_err(explained)
+        ObserverKind::ProportionalIntegral { e, rate, linear: gain, cubic } => {
+            let plant = model.linear().ok_or_else(|| explain::not_linear(study, wish))?;
+            let acting = (wish.bounds.as_ref(), rate.as_slice());
+            let plant = (&plant, study.plant.states.as_slice());
+            disturbance::proportional_integral(plant, e, gain, cubic.as_ref(), acting, &options).map_err(explained)
+        }
+        ObserverKind::UnknownInput { e, linear: gain, cubic } => {
+            let plant = model.linear().ok_or_else(|| explain::not_linear(study, wish))?;
+            disturbance::unknown_input(&plant, e, gain, cubic.as_ref(), &options).map_err(explained)
+        }
+        ObserverKind::SampledCubic { linear: gain, theta, correction, period, varying } => {
+            shifted(linear::sampled(&linear()?, gain, theta, (correction, *period, varying.as_ref()), &options))
+                .map_err(explained)
         }
         ObserverKind::Lpv { region, rate } => nonlinear::lpv(study, region, rate, &options).map_err(explained),
         ObserverKind::Lipschitz { split, region, rate, gain } => {
             nonlinear::lipschitz(study, split.as_ref(), region, *rate, gain.as_ref(), &options).map_err(explained)
         }
-        ObserverKind::MeanValue { region, rate, eta, internal_error } => {
+        ObserverKind::MeanValue { eta, internal_error, printed: Some(mean), .. } => {
+            explain::first_states_measured(study, wish)?;
+            printed_mean_value::design(model, *mean, *eta, internal_error).map_err(explained)
+        }
+        ObserverKind::MeanValue { region, rate, eta, internal_error, printed: None } => {
             explain::first_states_measured(study, wish)?;
             nonlinear::mean_value(study, region, *rate, *eta, internal_error, &options).map_err(explained)
         }
@@ -147,6 +169,7 @@ fn in_words(
             nonlinear::extended_kalman(model, (w, v, p0), *period, *substeps, *gate).map_err(explained)
         }
         ObserverKind::Kkl(spec) => kkl_maps::kkl(model, spec, &study.plant.states).map_err(explained),
+        ObserverKind::ImmersionInvariance(spec) => immersion::immersion(model, spec).map_err(explained),
         ObserverKind::Pebo(spec) | ObserverKind::KklPeb(spec) => peb::peb(study, wish, spec).map_err(explained),
         ObserverKind::KklNumerical(kkl) => {
             explain::small_and_autonomous(study, wish)?;

@@ -3,20 +3,27 @@
 use luenberger_observers::high_gain::{HighGainMap, Place};
 use luenberger_observers::{
     CubicObserver, DeviationObserver, DiscreteLinearObserver, DiscreteNonlinearObserver, ExtendedKalmanFilter,
-    HighGainObserver, Integral, KklObserver, KklPebObserver, LinearObserver, MeanValueObserver,
-    NonlinearLuenbergerObserver, Observer, ObserverDimensions, SampledCubicObserver, SampledObserver,
-    StationaryKalmanFilter,
+    HighGainObserver, ImmersionInvarianceObserver, Integral, KklObserver, KklPebObserver, LinearObserver,
+    MeanValueObserver, NonlinearLuenbergerObserver, Observer, ObserverDimensions, ProportionalIntegralObserver,
+    SampledCubicObserver, SampledObserver, StationaryKalmanFilter, UnknownInputObserver,
 };
 use luenberger_plants::{Column, Plant, state_jacobian};
 use luenberger_sim::{Replay, Scenario};
 use nalgebra::{DVector, Dyn};
 
 use super::kkl::Kkl;
-use crate::maps::{Estimator, KklMaps, RegressionMaps};
+use super::printed_mean_value::PrintedMean;
+use crate::maps::{Estimator, ImmersionMaps, KklMaps, RegressionMaps};
 use crate::model::Model;
 
 /// An observer of the deviations from an operating point.
 pub type At<O> = DeviationObserver<O, f64, Dyn, Dyn, Dyn>;
+
+/// An observer of the state and of a disturbance.
+pub type WithDisturbance<O> = ProportionalIntegralObserver<O, Dyn>;
+
+/// An observer whose error does not depend on a disturbance.
+pub type WithoutDisturbance<O> = UnknownInputObserver<O, f64, Dyn, Dyn, Dyn>;
 
 /// An observer, ready to run.
 #[derive(Debug, Clone)]
@@ -25,6 +32,14 @@ pub enum Runnable {
     Linear(Box<LinearObserver<f64, Dyn, Dyn, Dyn>>),
     /// Cubic observer.
     Cubic(Box<CubicObserver<f64, Dyn, Dyn, Dyn>>),
+    /// Observer of the state and of a disturbance, linear.
+    ProportionalIntegral(Box<WithDisturbance<LinearObserver<f64, Dyn, Dyn, Dyn>>>),
+    /// The same with a cubic term.
+    ProportionalIntegralCubic(Box<WithDisturbance<CubicObserver<f64, Dyn, Dyn, Dyn>>>),
+    /// Unknown-input observer, linear.
+    UnknownInput(Box<WithoutDisturbance<LinearObserver<f64, Dyn, Dyn, Dyn>>>),
+    /// The same with a cubic term.
+    UnknownInputCubic(Box<WithoutDisturbance<CubicObserver<f64, Dyn, Dyn, Dyn>>>),
     /// Sampled cubic observer.
     SampledCubic(Box<SampledCubicObserver<f64, Dyn, Dyn, Dyn>>),
     /// Luenberger observer, or stationary Kalman predictor, in discrete time.
@@ -43,6 +58,8 @@ pub enum Runnable {
     NonlinearLuenberger(Box<NonlinearLuenbergerObserver<Model, f64, Dyn, Dyn, Dyn>>),
     /// Mean-value-theorem observer.
     MeanValue(Box<MeanValueObserver<Model, Integral, f64, Dyn, Dyn, Dyn>>),
+    /// Mean-value-theorem observer as printed.
+    PrintedMeanValue(Box<MeanValueObserver<Model, PrintedMean, f64, Dyn, Dyn, Dyn>>),
     /// High-gain observer for a plant of integrator chains.
     HighGain(Box<HighGainObserver<Chains, f64, Dyn>>),
     /// Extended Kalman filter.
@@ -51,6 +68,8 @@ pub enum Runnable {
     KklMaps(Box<KklObserver<KklMaps>>),
     /// PEBO or [KKL+PEB] observer with given maps.
     Peb(Box<KklPebObserver<RegressionMaps, Estimator, f64>>),
+    /// Immersion-and-invariance observer with given maps.
+    Immersion(Box<ImmersionInvarianceObserver<Model, ImmersionMaps>>),
     /// Numerical KKL observer.
     Kkl(Box<Kkl>),
 }
@@ -61,13 +80,19 @@ macro_rules! each {
         match $runnable {
             Runnable::Linear($continuous) => $flow,
             Runnable::Cubic($continuous) => $flow,
+            Runnable::ProportionalIntegral($continuous) => $flow,
+            Runnable::ProportionalIntegralCubic($continuous) => $flow,
+            Runnable::UnknownInput($continuous) => $flow,
+            Runnable::UnknownInputCubic($continuous) => $flow,
             Runnable::LinearAt($continuous) => $flow,
             Runnable::CubicAt($continuous) => $flow,
             Runnable::NonlinearLuenberger($continuous) => $flow,
             Runnable::MeanValue($continuous) => $flow,
+            Runnable::PrintedMeanValue($continuous) => $flow,
             Runnable::HighGain($continuous) => $flow,
             Runnable::KklMaps($continuous) => $flow,
             Runnable::Peb($continuous) => $flow,
+            Runnable::Immersion($continuous) => $flow,
             Runnable::Kkl(kkl) => match kkl.as_ref() {
                 Kkl::Two($continuous) => $flow,
                 Kkl::TwoEmbedded($continuous) => $flow,
@@ -165,6 +190,17 @@ impl Runnable {
             observer => Some(observer.estimate(t, &column(state)?, &column(u)?, &column(y)?).as_slice().to_vec()),
             sampled => Some(sampled.estimate(&column(state)?).as_slice().to_vec())
         )
+    }
+
+    /// The estimates of the disturbance, of an observer that has some, from its states (a row for each time).
+    pub fn disturbance(&self, states: &nalgebra::DMatrix<f64>) -> Option<nalgebra::DMatrix<f64>> {
+        match self {
+            Self::ProportionalIntegral(_) | Self::ProportionalIntegralCubic(_) => {
+                let first = self.dimensions().estimate;
+                Some(states.columns(first, states.ncols().checked_sub(first)?).into_owned())
+            }
+            _ => None,
+        }
     }
 
     /// Whether inputs and outputs have its lengths.

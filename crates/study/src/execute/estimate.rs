@@ -110,6 +110,8 @@ fn seconds_of_design(study: &Study, kind: &ObserverKind) -> f64 {
         kind if kind.poses_inequality() => 1e-9 * unknowns(study).powi(3),
         ObserverKind::Luenberger(linear)
         | ObserverKind::Cubic { linear, .. }
+        | ObserverKind::ProportionalIntegral { linear, .. }
+        | ObserverKind::UnknownInput { linear, .. }
         | ObserverKind::SampledCubic { linear, .. }
             if matches!(linear.gain, GainSpec::Poles(_)) =>
         {

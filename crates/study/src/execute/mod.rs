@@ -28,6 +28,7 @@ pub use sweep::{
 
 use luenberger_figures::Figure;
 use luenberger_plants::StateSpace;
+use luenberger_proof::certificate::Theorem;
 
 use crate::design::{Designed, NoDesign, design_until, matrix, number};
 use crate::error::StudyError;
@@ -450,11 +451,23 @@ fn described(study: &Study, wish: &ObserverSpec, outcome: &Outcome) -> ObserverR
 fn certificate(folder: &Folder, name: &str, designed: &Designed) -> Result<Option<String>, StudyError> {
     match designed.certificate.as_ref().map(|certificate| certificate.file(name)) {
         Some(Ok(file)) => {
-            folder.write(&format!("certificates/{}.json", file_name(name)), file.to_json().as_bytes()).map(|()| None)
+            folder.write(&format!("certificates/{}.json", file_name(name)), file.to_json().as_bytes())?;
+            bounds(folder, name, designed).map(|()| None)
         }
         Some(Err(error)) => Ok(Some(format!("{name} has no certificate file: {error}"))),
         None => Ok(None),
     }
+}
+
+/// The bound of the error under disturbances, if it is proved, in a file of its own.
+fn bounds(folder: &Folder, name: &str, designed: &Designed) -> Result<(), StudyError> {
+    let theorems = designed.certificate.iter().flat_map(luenberger_design::Certificate::theorems);
+    for proved in theorems.filter(|proved| matches!(proved.theorem(), Theorem::InputToStateStability(_))) {
+        if let Ok(file) = proved.file(&format!("{name}: bound of the error")) {
+            folder.write(&format!("certificates/{}.bounds.json", file_name(name)), file.to_json().as_bytes())?;
+        }
+    }
+    Ok(())
 }
 
 fn summary(study: &Study) -> PlantSummary {

@@ -6,6 +6,7 @@ use nalgebra::{DMatrix, DVector};
 
 use super::Member;
 use super::simulate::Run;
+use crate::design::disturbance_names;
 use crate::results::report::with_unit;
 use crate::results::{SweepReport, SweepRow};
 use crate::study::{Quantity, Study};
@@ -112,7 +113,25 @@ pub(super) fn figures(runs: &Runs<'_>) -> Vec<(String, Figure)> {
         };
         figures.extend(figure);
     }
+    figures.extend(disturbances(runs));
     figures
+}
+
+/// The estimates of disturbances, of the observers that have some.
+fn disturbances(runs: &Runs<'_>) -> Named {
+    let count = runs.shown().filter_map(|(_, run)| Some(run.disturbance.as_ref()?.ncols())).max()?;
+    let panel = |(j, name): (usize, String)| {
+        let mut panel = Panel::new(runs.time(), name);
+        for (number, (member, run)) in runs.shown().enumerate() {
+            let Some(found) = run.disturbance.as_ref().filter(|found| j < found.ncols()) else { continue };
+            for curve in lines(&member.wish.name, run, &runs.rows(run), |k| found[(k, j)]) {
+                panel = panel.series(curve.hue(Hue::Palette(number)));
+            }
+        }
+        panel
+    };
+    let panels = disturbance_names(count).into_iter().enumerate().map(panel).collect();
+    figure("disturbances", "Disturbances", "The estimates of the disturbances d of x' = A x + B u + E d.", panels)
 }
 
 type Named = Option<(String, Figure)>;
@@ -340,7 +359,7 @@ fn parameter(name: &str) -> &str {
 }
 
 /// A run as a table: t, states (on a log those whose truth is known), inputs, measured outputs, estimates `NAME_hat`,
-/// and of a filter two standard deviations `NAME_2sigma`. A value that is not known is an empty cell.
+/// of a filter two standard deviations `NAME_2sigma`, and estimates of disturbances `d1_hat`. A value that is not known is an empty cell.
 pub(super) fn table(study: &Study, run: &Run) -> Table {
     let mut table = Table::new().column("t", run.t.clone());
     let mut add = |names: &[String], suffix: &str, of: &DMatrix<f64>| {
@@ -366,6 +385,9 @@ pub(super) fn table(study: &Study, run: &Run) -> Table {
     }
     if let Some(deviation) = &run.deviation {
         add(&plant.states, "_2sigma", &(deviation * 2.0));
+    }
+    if let Some(disturbance) = &run.disturbance {
+        add(&disturbance_names(disturbance.ncols()), "_hat", disturbance);
     }
     table
 }

@@ -6,6 +6,7 @@
 
 mod check;
 mod csv;
+mod disturbance;
 mod json;
 mod maps;
 mod observer;

@@ -1,12 +1,14 @@
 //! The tables [[observer]].
 
-use luenberger_design::{CubicGain, LyapunovWeight, Region, Sector};
+use luenberger_design::{CubicGain, LyapunovWeight, Periods, Region, Sector};
 use luenberger_plants::Dimensions;
+use luenberger_proof::certificate::MOST_MISSES;
 use luenberger_proof::wording::counted;
 use nalgebra::{Complex, DMatrix};
 
 use super::tree::Node;
-use super::{Reader, check, maps};
+use super::{Reader, check, disturbance, maps};
+use crate::design::PrintedMean;
 use crate::diagnostic::Source;
 use crate::model::PlantModel;
 use crate::study::{GainLimits, GainSpec, KklSpec, LinearSpec, ObserverKind, ObserverSpec, RateSpec};
@@ -21,7 +23,7 @@ pub(super) fn observers(
 ) -> Option<Vec<ObserverSpec>> {
     let Some(list) = root.get("observer") else { return Some(Vec::new()) };
     let read: Vec<Option<ObserverSpec>> =
-        list.list()?.iter().map(|node| observer(node, plant, start, source, reader)).collect();
+        list.list()?.iter().map(|node| observer(node, plant, start, (root, source), reader)).collect();
     let observers: Vec<ObserverSpec> = read.into_iter().collect::<Option<_>>()?;
     names(&observers, list, root, reader).then_some(observers)
 }
@@ -87,7 +89,7 @@ fn observer(
     node: &Node,
     plant: &PlantModel,
     start: &[f64],
-    source: &Source,
+    (root, source): (&Node, &Source),
     reader: &mut Reader,
 ) -> Option<ObserverSpec> {
     let (size, kind_name) = (plant.model.size(), node.get("kind")?.text()?);
@@ -98,13 +100,15 @@ fn observer(
     };
     let kind = match kind_name {
         "kkl" => maps::kkl(node, plant, reader),
+        "immersion-invariance" => maps::immersion(node, plant, reader),
         "pebo" => maps::peb(node, plant, reader).map(|peb| ObserverKind::Pebo(Box::new(peb))),
         "kkl-peb" => maps::peb(node, plant, reader).map(|peb| ObserverKind::KklPeb(Box::new(peb))),
         _ => kind(node, kind_name, size, reader),
     };
     let limits = limits(node, size, reader);
+    let bounds = disturbance::bounds(node, size, root, reader);
     let place = source.place(check::head(node).start);
-    Some(ObserverSpec { name, initial: initial?, kind: kind?, limits: limits?, place })
+    Some(ObserverSpec { name, initial: initial?, kind: kind?, limits: limits?, bounds: bounds?, place })
 }
 
 /// `max_gain` and `noise`, which apply to gains that an inequality chooses.
@@ -150,9 +154,12 @@ fn kind(node: &Node, name: &str, size: Dimensions, reader: &mut Reader) -> Optio
             let linear = linear(node, size, reader);
             let theta = theta(node, p, reader);
             let correction = sampled_correction(node, p, reader);
-            let (linear, theta, correction) = (linear?, theta?, correction?);
-            ObserverKind::SampledCubic { linear, theta, correction, period: number("period")? }
+            let period = number("period")?;
+            let varying = periods(node, period, reader)?;
+            ObserverKind::SampledCubic { linear: linear?, theta: theta?, correction: correction?, period, varying }
         }
+        "proportional-integral" => disturbance::proportional_integral(node, size, reader)?,
+        "unknown-input" => disturbance::unknown_input(node, size, reader)?,
         "lpv" => {
             let region = region(node, size, reader);
             alternatives(node, &["decay_rate", "fastest", "gain"], false, reader)?;
@@ -191,11 +198,13 @@ fn kind(node: &Node, name: &str, size: Dimensions, reader: &mut Reader) -> Optio
                 Some(error) => reader.numbers(error, "internal_error", n, "state"),
                 None => Some(vec![0.0; n]),
             };
+            let printed = printed_mean(node, reader)?;
             ObserverKind::MeanValue {
                 region: region?,
                 rate: positive("decay_rate", 0.0)?,
                 eta: positive("eta", 1.0)?,
                 internal_error: internal_error?,
+                printed,
             }
         }
         "high-gain" => high_gain(node, size, reader)?,
@@ -241,6 +250,21 @@ fn kind(node: &Node, name: &str, size: Dimensions, reader: &mut Reader) -> Optio
     })
 }
 
+/// The mean of the Jacobian of the observer as printed, which has no gain to be designed.
+fn printed_mean(node: &Node, reader: &mut Reader) -> Option<Option<PrintedMean>> {
+    let Some(printed) = node.get("as_printed") else { return Some(None) };
+    if let Some(given) = ["decay_rate", "region", "max_gain", "noise"].iter().find_map(|key| node.entry(key)) {
+        let message = format!("`{}` has no effect: the observer as printed has no gain to be designed", given.key);
+        reader.wrong(given.span.clone(), message, "expected it without `as_printed`");
+        return None;
+    }
+    Some(Some(match printed.text()? {
+        "least-squares" => PrintedMean::LeastSquares,
+        "root" => PrintedMean::Root,
+        _ => PrintedMean::Integral,
+    }))
+}
+
 /// At most one of these keys, or exactly one; an error names those that are present.
 fn alternatives(node: &Node, keys: &[&str], needed: bool, reader: &mut Reader) -> Option<()> {
     let there: Vec<_> = node.entries().iter().filter(|entry| keys.contains(&entry.key.as_str())).collect();
@@ -260,11 +284,15 @@ fn alternatives(node: &Node, keys: &[&str], needed: bool, reader: &mut Reader) -
 }
 
 fn linear(node: &Node, size: Dimensions, reader: &mut Reader) -> Option<LinearSpec> {
+    linear_of(node, size, &format!("the plant has {}", counted(size.states, "state")), reader)
+}
+
+/// As [`linear`], for the plant whose number of states is what `of_states` says.
+pub(super) fn linear_of(node: &Node, size: Dimensions, of_states: &str, reader: &mut Reader) -> Option<LinearSpec> {
     let (n, p) = (size.states, size.outputs);
-    let of_states = format!("the plant has {}", counted(n, "state"));
     let of_outputs = format!("the plant has {}", counted(p, "output"));
     let intensities = |node: &Node, reader: &mut Reader| {
-        let w = reader.weight(node.get("w")?, "w", n, &of_states);
+        let w = reader.weight(node.get("w")?, "w", n, of_states);
         let v = reader.weight(node.get("v")?, "v", p, &of_outputs);
         Some(GainSpec::Kalman { w: w?, v: v? })
     };
@@ -281,20 +309,22 @@ fn linear(node: &Node, size: Dimensions, reader: &mut Reader) -> Option<LinearSp
         }
         alternatives(node, &["poles", "decay_rate", "lmi", "kalman", "gain"], true, reader)?;
         if let Some(poles) = node.get("poles") {
-            self::poles(poles, n, reader)
+            self::poles(poles, n, of_states, reader)
         } else if let Some(rate) = node.get("decay_rate") {
             Some(GainSpec::DecayRate(rate.number()?))
         } else if let Some(kalman) = node.get("kalman") {
             intensities(kalman, reader)
         } else if let Some(gain) = node.get("gain") {
-            this_gain(gain, size, reader).map(GainSpec::Given)
+            reader
+                .matrix(gain, "gain", (Some(n), Some(p)), &format!("{of_states} and {}", counted(p, "output")))
+                .map(GainSpec::Given)
         } else {
             Some(GainSpec::Lmi)
         }
     };
     alternatives(node, &["rho", "q"], false, reader)?;
     let weight = match (node.get("rho"), node.get("q")) {
-        (_, Some(q)) => Some(LyapunovWeight::Matrix(reader.matrix(q, "q", (Some(n), Some(n)), &of_states)?)),
+        (_, Some(q)) => Some(LyapunovWeight::Matrix(reader.matrix(q, "q", (Some(n), Some(n)), of_states)?)),
         (Some(rho), None) => Some(LyapunovWeight::Identity(rho.number()?)),
         (None, None) => None,
     };
@@ -310,7 +340,7 @@ fn linear(node: &Node, size: Dimensions, reader: &mut Reader) -> Option<LinearSp
     Some(LinearSpec { gain, weight, is_filter })
 }
 
-fn poles(node: &Node, n: usize, reader: &mut Reader) -> Option<GainSpec> {
+fn poles(node: &Node, n: usize, of_states: &str, reader: &mut Reader) -> Option<GainSpec> {
     let pole = |node: &Node| match node.list() {
         Some([re, im]) => Some(Complex::new(re.number()?, im.number()?)),
         Some(_) => None,
@@ -319,7 +349,7 @@ fn poles(node: &Node, n: usize, reader: &mut Reader) -> Option<GainSpec> {
     let list = node.list()?;
     let poles: Vec<Complex<f64>> = list.iter().map(pole).collect::<Option<_>>()?;
     if poles.len() != n {
-        let message = format!("`poles` has length {}, and the plant has {}", poles.len(), counted(n, "state"));
+        let message = format!("`poles` has length {}, and {of_states}", poles.len());
         reader.wrong(node.span.clone(), message, format!("expected {}", counted(n, "pole")));
         return None;
     }
@@ -354,7 +384,7 @@ fn this_gain(node: &Node, size: Dimensions, reader: &mut Reader) -> Option<DMatr
     reader.matrix(node, "gain", (Some(n), Some(p)), &why)
 }
 
-fn theta(node: &Node, p: usize, reader: &mut Reader) -> Option<DMatrix<f64>> {
+pub(super) fn theta(node: &Node, p: usize, reader: &mut Reader) -> Option<DMatrix<f64>> {
     match node.get("theta") {
         Some(theta) => reader.weight(theta, "theta", p, &format!("the plant has {}", counted(p, "output"))),
         None => Some(DMatrix::identity(p, p)),
@@ -382,6 +412,29 @@ fn sampled_correction(node: &Node, p: usize, reader: &mut Reader) -> Option<Cubi
         return Some(CubicGain::Gamma(gamma.number()?));
     }
     general(node, p, reader)
+}
+
+/// `jitter` and `misses`; none where neither is given.
+fn periods(node: &Node, period: f64, reader: &mut Reader) -> Option<Option<Periods>> {
+    let misses = match node.get("misses") {
+        Some(misses) => misses.count()?,
+        None => 0,
+    };
+    if misses > MOST_MISSES {
+        let span = node.get("misses")?.span.clone();
+        reader.wrong(span, format!("`misses` is {misses}"), format!("expected at most {MOST_MISSES}"));
+        return None;
+    }
+    let Some(jitter) = node.get("jitter") else {
+        return Some((misses > 0).then_some(Periods { shortest: period, longest: period, misses }));
+    };
+    let (shortest, longest) = bound(jitter)?;
+    if !(shortest > 0.0 && shortest <= period && period <= longest && longest.is_finite()) {
+        let message = format!("`jitter` is from {shortest} to {longest}, and `period` is {period}");
+        reader.wrong(jitter.span.clone(), message, "expected positive, finite bounds that contain the period");
+        return None;
+    }
+    Some(Some(Periods { shortest, longest, misses }))
 }
 
 fn general(node: &Node, p: usize, reader: &mut Reader) -> Option<CubicGain> {

@@ -29,6 +29,7 @@ mod semidefinite;
 mod solution;
 mod structured;
 mod theorem1;
+mod unknown_input;
 mod varying_periods;
 
 use super::error::{Fault, FileError};
@@ -67,6 +68,7 @@ pub use semidefinite::{SemidefiniteEvidence, SemidefiniteProgram};
 pub use solution::{Equation, SolutionWithin};
 pub use structured::StructuredCubicConvergence;
 pub use theorem1::CubicTheorem1;
+pub use unknown_input::{StoredCubicTerm, UnknownInputConvergence};
 pub use varying_periods::{CubicStep, MOST_MISSES, VaryingPeriodConvergence};
 
 /// Metadata of a theorem.
@@ -163,6 +165,8 @@ theorems! {
     CubicTheorem1,
     /// The sampled cubic observer.
     SampledCubicConvergence,
+    /// The unknown-input observer.
+    UnknownInputConvergence,
     /// A bound of the error under bounded disturbances and noise.
     InputToStateStability,
     /// The sampled cubic observer with a semi-implicit cubic step.

@@ -15,19 +15,22 @@
 //! inversely proportional to X, mu is proportional, and the cubic part `27/128 kappa (sum mu_i W_i^2)^2` is linear in
 //! X.
 
+mod programs;
+mod reached;
+
 use luenberger_linalg::{LyapunovEquation, lambda_max, symmetric_part};
-use luenberger_lmi::{Expression, Problem, block, he, identity, proof_matrix, trace};
+use luenberger_lmi::proof_matrix;
 use luenberger_observers::{CubicObserver, LinearObserver};
+use luenberger_proof::ProofError;
 use luenberger_proof::certificate::{Certificate, DisturbedPlant, InputToStateStability};
 use luenberger_proof::statement::CubicTerm;
-use luenberger_proof::{Interval, ProofError};
-use nalgebra::{DMatrix, DVector, DVectorView, Dyn};
+use nalgebra::{DMatrix, DVector, Dyn};
 
 use crate::certificate::certified;
 use crate::check;
 use crate::cubic::CubicDesign;
 use crate::error::DesignError;
-use crate::robust::orthogonal_rows;
+use reached::{Reached, golden};
 
 /// What acts on a plant besides its input: `x' = A x + B u + E w`, `y = C x + D w`, `|w_i(t)| <= W_i`.
 #[derive(Debug, Clone, PartialEq)]
@@ -179,15 +182,6 @@ pub(crate) struct ErrorSystem {
     l: DMatrix<f64>,
     bounds: Vec<f64>,
     cubic: Option<CubicPart>,
-    /// The pairs (A, E) and D as they are proved, where they are not the numbers above but enclosed by intervals.
-    enclosed: Option<Enclosed>,
-}
-
-/// A, E and D in intervals.
-pub(crate) struct Enclosed {
-    pub(crate) a: luenberger_proof::Matrix<Interval>,
-    pub(crate) e: luenberger_proof::Matrix<Interval>,
-    pub(crate) d: luenberger_proof::Matrix<Interval>,
 }
 
 /// The cubic term and its bound for the X of the design.
@@ -241,7 +235,6 @@ impl ErrorSystem {
             l: l.clone(),
             bounds: present.iter().map(|&i| disturbances.bounds[i]).collect(),
             cubic: None,
-            enclosed: None,
         })
     }
 
@@ -329,98 +322,6 @@ impl ErrorSystem {
         let cost = 27.0 / 128.0 * kappa * square * square;
         Ok(CubicPart { n: n_gain.clone(), theta, x, kappa, mu, cost })
     }
-
-    /// The best of the rates near that of the linear observer, each by a semidefinite program in the units of `scale`.
-    fn by_programs(&self, rate: f64, scale: &[f64]) -> Result<Candidate, DesignError> {
-        let mut best: Option<(f64, Candidate)> = None;
-        let mut last = None;
-        let mut cost = |rate: f64| match self.program(rate, scale) {
-            Ok((cost, candidate)) => {
-                if best.as_ref().is_none_or(|(least, _)| cost < *least) {
-                    best = Some((cost, candidate));
-                }
-                cost
-            }
-            Err(error) => {
-                last = Some(error);
-                f64::INFINITY
-            }
-        };
-        let start = [0.25, 0.5, 0.75, 1.0, 1.3].map(|share| share * rate);
-        let costs = start.map(&mut cost);
-        let at = (0..start.len()).min_by(|a, b| costs[*a].total_cmp(&costs[*b])).unwrap_or(0);
-        golden(0.8 * start[at], 1.2 * start[at], 8, &mut cost);
-        match (best, last) {
-            (Some((_, candidate)), _) => Ok(candidate),
-            (None, Some(error)) => Err(error),
-            (None, None) => Err(DesignError::NoVertices),
-        }
-    }
-
-    /// The least sum of squares of the bounds, in the units of `scale`, at a rate.
-    fn program(&self, rate: f64, scale: &[f64]) -> Result<(f64, Candidate), DesignError> {
-        let (n, m) = (scale.len(), self.bounds.len());
-        let largest = scale.iter().fold(0.0_f64, |m, b| m.max(*b));
-        let scale = DVector::from_iterator(n, scale.iter().map(|b| b.max(1e-6 * largest)));
-        let (units, inverse) = (DMatrix::from_diagonal(&scale), DMatrix::from_diagonal(&scale.map(f64::recip)));
-        let mut lmi = Problem::new();
-        let lambda = lmi.diagonal("lambda", m);
-        let z = lmi.symmetric("Z", n);
-        let mut spent: Expression = trace(&lambda);
-        let p: Expression = match &self.cubic {
-            None => {
-                let p = lmi.symmetric("P", n);
-                Expression::from(&p)
-            }
-            Some(part) => {
-                let x = lmi.scalar("x");
-                lmi.constrain("x > 0", &x >> 0.0);
-                let seen = &self.c * &units;
-                let t = orthogonal_rows(&(&inverse * &part.n));
-                let mut p = seen.transpose() * (&x * &part.x) * &seen;
-                if t.nrows() > 0 {
-                    let y = lmi.symmetric("Y", t.nrows());
-                    p = p + t.transpose() * &y * &t;
-                }
-                spent = spent + part.cost * &x;
-                p
-            }
-        };
-        for (k, (f, g)) in self.flows().into_iter().enumerate() {
-            let (f, g) = (&inverse * f * &units, &inverse * g);
-            let corner = &p * &g;
-            let block = block![[he(&p * &f) + (2.0 * rate) * &p, corner.clone()], [corner.transpose(), -&lambda]];
-            lmi.constrain(&format!("decrease at vertex {}", k + 1), block << 0.0);
-        }
-        lmi.constrain("level", spent << (2.0 * rate));
-        lmi.constrain("P^-1 < Z", block![[p.clone(), identity(n)], [identity(n), z.clone()]] >> 0.0);
-        lmi.minimise(trace(&z));
-        let solution = lmi.solve()?;
-        if !solution.verdict.is_proved() {
-            return Err(DesignError::not_proved(WHAT, Some(solution.verdict)));
-        }
-        let named = |name| solution.named(name).cloned().unwrap_or_else(|| DMatrix::zeros(0, 0));
-        let (p, x) = match &self.cubic {
-            None => (named("P"), 0.0),
-            Some(part) => {
-                let x = named("x")[(0, 0)];
-                let seen = &self.c * &units;
-                let mut p = seen.transpose() * &part.x * &seen * x;
-                let t = orthogonal_rows(&(&inverse * &part.n));
-                if t.nrows() > 0 {
-                    p += t.transpose() * named("Y") * &t;
-                }
-                (p, x)
-            }
-        };
-        let p = symmetric_part(&(&inverse * p * &inverse));
-        let z = check::solve_definite("P", &p, &DMatrix::identity(n, n))?;
-        let cost = (0..n).map(|k| z[(k, k)] / (scale[k] * scale[k])).sum();
-        let lambda = named("lambda");
-        let lambda = (0..m).map(|i| lambda[(i, i)] / (self.bounds[i] * self.bounds[i])).collect();
-        let limsup = (0..n).map(|k| z[(k, k)].sqrt()).collect();
-        Ok((cost, Candidate { p, rate, lambda, x, limsup }))
-    }
 }
 
 impl Candidate {
@@ -443,17 +344,8 @@ impl Candidate {
         });
         let exactly =
             |(a, e): &(DMatrix<f64>, DMatrix<f64>)| DisturbedPlant::exactly(&proof_matrix(a), &proof_matrix(e));
-        let points = |m: &DMatrix<f64>| proof_matrix(&m.map(Interval::of));
-        let (vertices, d) = match &system.enclosed {
-            None => (
-                system.vertices.iter().map(exactly).collect::<Result<Vec<_>, ProofError>>()?,
-                DisturbedPlant::within(&points(&system.d), &points(&system.d))?.e,
-            ),
-            Some(enclosed) => (
-                vec![DisturbedPlant::within(&enclosed.a, &enclosed.e)?],
-                DisturbedPlant::within(&enclosed.d, &enclosed.d)?.e,
-            ),
-        };
+        let vertices = system.vertices.iter().map(exactly).collect::<Result<Vec<_>, ProofError>>()?;
+        let d = DisturbedPlant::exactly(&proof_matrix(&system.d), &proof_matrix(&system.d))?.e;
         let theorem = InputToStateStability {
             vertices,
             c: proof_matrix(&system.c),
@@ -470,56 +362,4 @@ impl Candidate {
         let cubic_share = of_cubic / (of_linear + of_cubic);
         Ok(ErrorBound { certificate: Certificate::of([theorem])?, p, rate, level, limsup, cubic_share })
     }
-}
-
-/// The matrices `Z_i` of the head of this file at one rate.
-struct Reached {
-    parts: Vec<DMatrix<f64>>,
-    rate: f64,
-}
-
-impl Reached {
-    fn new(f: &DMatrix<f64>, g: &DMatrix<f64>, rate: f64) -> Option<Self> {
-        let n = f.nrows();
-        let mut equation = LyapunovEquation::new(&(f + DMatrix::identity(n, n) * rate).transpose()).ok()?;
-        let mut part = |g: DVectorView<'_, f64>| Some(equation.solve(&(g * g.transpose())).ok()?.p);
-        let parts = g.column_iter().map(&mut part).collect::<Option<_>>()?;
-        Some(Self { parts, rate })
-    }
-
-    /// The bound of a component if nothing but it counts.
-    fn component(&self, k: usize) -> f64 {
-        let sum: f64 = self.parts.iter().map(|part| part[(k, k)].max(0.0).sqrt()).sum();
-        sum / (2.0 * self.rate).sqrt()
-    }
-
-    /// The d of the least weighted sum of squares, and that sum. The columns of G include the bounds: all W are 1.
-    fn combined(&self, weights: &[f64]) -> (Vec<f64>, f64) {
-        let cost =
-            |part: &DMatrix<f64>| weights.iter().enumerate().map(|(k, w)| w * part[(k, k)].max(0.0)).sum::<f64>();
-        let roots: Vec<f64> = self.parts.iter().map(|part| cost(part).sqrt()).collect();
-        let total: f64 = roots.iter().sum();
-        // A disturbance without effect is given the multiplier of a small one.
-        let d = roots.iter().map(|root| total / (2.0 * self.rate * root.max(1e-9 * total))).collect();
-        (d, total * total / (2.0 * self.rate))
-    }
-}
-
-/// The least value of a function on an interval by golden section, for a function with one minimum.
-fn golden(mut low: f64, mut high: f64, steps: usize, mut f: impl FnMut(f64) -> f64) -> f64 {
-    let ratio = (5.0_f64.sqrt() - 1.0) / 2.0;
-    let (mut a, mut b) = (high - ratio * (high - low), low + ratio * (high - low));
-    let (mut at_a, mut at_b) = (f(a), f(b));
-    for _ in 0..steps {
-        if at_a <= at_b {
-            (high, b, at_b) = (b, a, at_a);
-            a = high - ratio * (high - low);
-            at_a = f(a);
-        } else {
-            (low, a, at_a) = (a, b, at_b);
-            b = low + ratio * (high - low);
-            at_b = f(b);
-        }
-    }
-    if at_a <= at_b { a } else { b }
 }

@@ -1,0 +1,113 @@
+//! The bound at one rate by a semidefinite program: for a cubic term, or several vertices. The head of `mod.rs` has the
+//! inequalities.
+
+use luenberger_linalg::symmetric_part;
+use luenberger_lmi::{Expression, Problem, block, he, identity, trace};
+use nalgebra::{DMatrix, DVector};
+
+use super::reached::golden;
+use super::{Candidate, ErrorSystem, WHAT};
+use crate::check;
+use crate::error::DesignError;
+use crate::robust::orthogonal_rows;
+
+impl ErrorSystem {
+    /// The best of the rates near that of the linear observer, each by a semidefinite program in the units of `scale`.
+    pub(super) fn by_programs(&self, rate: f64, scale: &[f64]) -> Result<Candidate, DesignError> {
+        let mut best: Option<(f64, Candidate)> = None;
+        let mut last = None;
+        let mut cost = |rate: f64| match self.program(rate, scale) {
+            Ok((cost, candidate)) => {
+                if best.as_ref().is_none_or(|(least, _)| cost < *least) {
+                    best = Some((cost, candidate));
+                }
+                cost
+            }
+            Err(error) => {
+                last = Some(error);
+                f64::INFINITY
+            }
+        };
+        let start = [0.25, 0.5, 0.75, 1.0, 1.3].map(|share| share * rate);
+        let costs = start.map(&mut cost);
+        let at = (0..start.len()).min_by(|a, b| costs[*a].total_cmp(&costs[*b])).unwrap_or(0);
+        golden(0.8 * start[at], 1.2 * start[at], 8, &mut cost);
+        match (best, last) {
+            (Some((_, candidate)), _) => Ok(candidate),
+            (None, Some(error)) => Err(error),
+            (None, None) => Err(DesignError::NoVertices),
+        }
+    }
+
+    /// The least sum of squares of the bounds, in the units of `scale`, at a rate.
+    fn program(&self, rate: f64, scale: &[f64]) -> Result<(f64, Candidate), DesignError> {
+        let (n, m) = (scale.len(), self.bounds.len());
+        let largest = scale.iter().fold(0.0_f64, |m, b| m.max(*b));
+        let scale = DVector::from_iterator(n, scale.iter().map(|b| b.max(1e-6 * largest)));
+        let (units, inverse) = (DMatrix::from_diagonal(&scale), DMatrix::from_diagonal(&scale.map(f64::recip)));
+        let mut lmi = Problem::new();
+        let lambda = lmi.diagonal("lambda", m);
+        let z = lmi.symmetric("Z", n);
+        let mut spent: Expression = trace(&lambda);
+        let p: Expression = match &self.cubic {
+            None => {
+                let p = lmi.symmetric("P", n);
+                Expression::from(&p)
+            }
+            Some(part) => {
+                let x = lmi.scalar("x");
+                lmi.constrain("x > 0", &x >> 0.0);
+                let seen = &self.c * &units;
+                let t = orthogonal_rows(&(&inverse * &part.n));
+                let mut p = seen.transpose() * (&x * &part.x) * &seen;
+                if t.nrows() > 0 {
+                    let y = lmi.symmetric("Y", t.nrows());
+                    p = p + t.transpose() * &y * &t;
+                }
+                spent = spent + part.cost * &x;
+                p
+            }
+        };
+        for (k, (f, g)) in self.flows().into_iter().enumerate() {
+            let (f, g) = (without_rounding(&inverse * f * &units), without_rounding(&inverse * g));
+            let corner = &p * &g;
+            let block = block![[he(&p * &f) + (2.0 * rate) * &p, corner.clone()], [corner.transpose(), -&lambda]];
+            lmi.constrain(&format!("decrease at vertex {}", k + 1), block << 0.0);
+        }
+        lmi.constrain("level", spent << (2.0 * rate));
+        lmi.constrain("P^-1 < Z", block![[p.clone(), identity(n)], [identity(n), z.clone()]] >> 0.0);
+        lmi.minimise(trace(&z));
+        let solution = lmi.solve()?;
+        if !solution.verdict.is_proved() {
+            return Err(DesignError::not_proved(WHAT, Some(solution.verdict)));
+        }
+        let named = |name| solution.named(name).cloned().unwrap_or_else(|| DMatrix::zeros(0, 0));
+        let (p, x) = match &self.cubic {
+            None => (named("P"), 0.0),
+            Some(part) => {
+                let x = named("x")[(0, 0)];
+                let seen = &self.c * &units;
+                let mut p = seen.transpose() * &part.x * &seen * x;
+                let t = orthogonal_rows(&(&inverse * &part.n));
+                if t.nrows() > 0 {
+                    p += t.transpose() * named("Y") * &t;
+                }
+                (p, x)
+            }
+        };
+        let p = symmetric_part(&(&inverse * p * &inverse));
+        let z = check::solve_definite("P", &p, &DMatrix::identity(n, n))?;
+        let cost = (0..n).map(|k| z[(k, k)] / (scale[k] * scale[k])).sum();
+        let lambda = named("lambda");
+        let lambda = (0..m).map(|i| lambda[(i, i)] / (self.bounds[i] * self.bounds[i])).collect();
+        let limsup = (0..n).map(|k| z[(k, k)].sqrt()).collect();
+        Ok((cost, Candidate { p, rate, lambda, x, limsup }))
+    }
+}
+
+/// Entries that are rounding, as those of a placed `A - LC` that is diagonal, are 0: the solver of the program would scale by
+/// them. What it proposes is proved for the numbers themselves.
+fn without_rounding(m: DMatrix<f64>) -> DMatrix<f64> {
+    let least = 8.0 * f64::EPSILON * m.norm();
+    m.map(|x| if x.abs() <= least { 0.0 } else { x })
+}

@@ -1,0 +1,114 @@
+//! Proportional-integral observer: a constant or slowly varying disturbance is estimated with the state.
+//!
+//! The plant `x' = A x + B u + E d`, `y = C x + D u` with `d' = 0` is the plant with the state `(x, d)` and the matrices
+//! `[A E; 0 0]`, `[B; 0]`, `[C 0]`. A linear or a cubic observer of it has the estimates xhat and dhat: dhat is the
+//! integral of the output error, hence the name. Which observer it is, the type O says; this one hands out xhat as the
+//! estimate, and keeps dhat in its state.
+
+use nalgebra::allocator::Allocator;
+use nalgebra::{Const, DefaultAllocator, Dim, OVector, RealField};
+
+use crate::dense::copy;
+use crate::error::ObserverError;
+use crate::observer::{Observer, ObserverDimensions, put_slice};
+
+/// The observer `O` of the state and the disturbance, of which the first N entries are the estimate.
+///
+/// ```
+/// use luenberger_observers::{LinearObserver, Observer, ProportionalIntegralObserver};
+/// use nalgebra::{Const, Matrix3, RowVector3, Vector1, Vector2, Vector3};
+/// // A double integrator with a constant force: x1' = x2, x2' = u + d, d' = 0.
+/// let a = Matrix3::new(0.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0);
+/// let inner = LinearObserver::new(a, Vector3::new(0.0, 1.0, 0.0), RowVector3::new(1.0, 0.0, 0.0), Vector3::new(6.0, 11.0, 6.0))?;
+/// let observer = ProportionalIntegralObserver::new(inner, Const::<2>)?;
+/// let state = observer.initial(0.0, &Vector2::new(1.0, 2.0), &Vector1::zeros(), &Vector1::new(1.0));
+/// assert_eq!(state, Vector3::new(1.0, 2.0, 0.0));
+/// assert_eq!(observer.estimate(0.0, &state, &Vector1::zeros(), &Vector1::zeros()), Vector2::new(1.0, 2.0));
+/// assert_eq!(observer.disturbance(&[1.0, 2.0, 3.0]), [3.0]);
+/// # Ok::<(), luenberger_observers::ObserverError>(())
+/// ```
+#[derive(Clone, Debug, PartialEq)]
+pub struct ProportionalIntegralObserver<O, N: Dim> {
+    inner: O,
+    states: N,
+}
+
+impl<O, N: Dim> ProportionalIntegralObserver<O, N> {
+    /// `inner` of the state and the disturbance, the first `states` entries being the state.
+    ///
+    /// # Errors
+    /// [`ObserverError::Matrix`] if `inner` has fewer states.
+    pub fn new<T>(inner: O, states: N) -> Result<Self, ObserverError>
+    where
+        O: Observer<T>,
+    {
+        let (found, expected) = (inner.dimensions().estimate, states.value());
+        if found < expected {
+            let (expected, found) = ((expected, 1), (found, 1));
+            let what = "the state and the disturbance";
+            return Err(luenberger_plants::PlantError::DimensionMismatch { what, expected, found }.into());
+        }
+        Ok(Self { inner, states })
+    }
+
+    /// The observer of the state and the disturbance.
+    pub fn inner(&self) -> &O {
+        &self.inner
+    }
+
+    /// The estimate of the disturbance in a state of this observer.
+    pub fn disturbance<'a, T>(&self, state: &'a [T]) -> &'a [T] {
+        state.get(self.states.value()..).unwrap_or_default()
+    }
+}
+
+impl<T, O, N, K, M, P> Observer<T> for ProportionalIntegralObserver<O, N>
+where
+    T: RealField + Copy,
+    O: Observer<T, State = OVector<T, K>, Input = OVector<T, M>, Output = OVector<T, P>, Estimate = OVector<T, K>>,
+    N: Dim,
+    K: Dim,
+    M: Dim,
+    P: Dim,
+    DefaultAllocator: Allocator<N> + Allocator<K> + Allocator<M> + Allocator<P>,
+    OVector<T, N>: luenberger_plants::Column<T>,
+{
+    type State = OVector<T, K>;
+    type Input = OVector<T, M>;
+    type Output = OVector<T, P>;
+    type Estimate = OVector<T, N>;
+
+    fn dimensions(&self) -> ObserverDimensions {
+        ObserverDimensions { estimate: self.states.value(), ..self.inner.dimensions() }
+    }
+
+    fn derivative(&self, t: T, state: &Self::State, u: &Self::Input, y: &Self::Output) -> Self::State {
+        self.inner.derivative(t, state, u, y)
+    }
+
+    fn derivative_into(&self, t: T, state: &[T], u: &[T], y: &[T], slope: &mut [T]) -> bool {
+        self.inner.derivative_into(t, state, u, y, slope)
+    }
+
+    fn estimate(&self, _t: T, state: &Self::State, _u: &Self::Input, _y: &Self::Output) -> Self::Estimate {
+        let mut estimate = OVector::<T, N>::zeros_generic(self.states, Const);
+        copy(state.as_slice(), estimate.as_mut_slice());
+        estimate
+    }
+
+    fn estimate_into(&self, _t: T, state: &[T], _u: &[T], _y: &[T], estimate: &mut [T]) -> bool {
+        state.get(..self.states.value()).is_some_and(|state| put_slice(state, estimate))
+    }
+
+    /// The disturbance is estimated to be 0 at the start.
+    fn initial(&self, t: T, estimate: &Self::Estimate, u: &Self::Input, y: &Self::Output) -> Self::State {
+        let order = K::from_usize(self.inner.dimensions().estimate);
+        let mut both = OVector::<T, K>::zeros_generic(order, Const);
+        copy(estimate.as_slice(), both.as_mut_slice());
+        self.inner.initial(t, &both, u, y)
+    }
+
+    fn is_affine(&self) -> bool {
+        self.inner.is_affine()
+    }
+}

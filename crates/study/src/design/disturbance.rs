@@ -1,0 +1,159 @@
+//! Observers of plants with disturbances: a bound of the error under bounded ones, the estimate of a slowly varying one,
+//! and an estimate that does not depend on one.
+
+use luenberger_design::{
+    CubicDesign, CubicGain, DecoupledPlant, Disturbances, ErrorBound, GainOptions, LinearDesign, UnknownInputDesign,
+    disturbances_with_rate, proportional_integral as handed_out, with_disturbance,
+};
+use luenberger_plants::StateSpace;
+use luenberger_proof::wording::{at_least, at_most, significant};
+use nalgebra::DMatrix;
+
+use super::explain::Misfit;
+use super::linear::{measurement, of};
+use super::runnable::Runnable;
+use super::{Designed, facts, matrix, number, poles, verdict};
+use crate::results::DesignReport;
+use crate::results::report::eigenvalue;
+use crate::study::{ActingBounds, GainSpec, LinearSpec};
+
+/// What acts on the plant, as the design takes it.
+pub(super) fn acting(bounds: &ActingBounds) -> Disturbances {
+    Disturbances::of_states_and_outputs(&bounds.e, &bounds.disturbance, &bounds.noise)
+}
+
+/// The design with a bound of the error, if that is proved; `names` are those of the components of the error.
+pub(super) fn bounded(designed: Designed, bound: &ErrorBound, names: &[String]) -> Designed {
+    let Designed { runnable, mut report, certificate } = designed;
+    let certificate = certificate.unwrap_or_default().and(bound.certificate.clone());
+    if bound.certificate.is_proved() {
+        let limits: Vec<String> =
+            names.iter().zip(&bound.limsup).map(|(name, limit)| format!("{name} {}", at_most(*limit, 4))).collect();
+        report.statement = format!(
+            "{} Under all noise and disturbances within `bounds` the error in the end is at most {}, approached like exp(-{} t).",
+            report.statement,
+            limits.join(", "),
+            at_least(bound.rate, 4)
+        );
+        for (name, limit) in names.iter().zip(&bound.limsup) {
+            report.numbers.push(number(&format!("bound of the error of {name}"), *limit));
+        }
+        if bound.cubic_share > 0.0 {
+            report.numbers.push(number("share of the cubic term in V", bound.cubic_share));
+        }
+    }
+    report.facts = facts(&certificate, &[]);
+    report.verdict = verdict(&certificate);
+    Designed { runnable, report, certificate: Some(certificate) }
+}
+
+/// The numbers of a linear and perhaps a cubic design.
+fn matrices(linear: &LinearDesign, cubic: Option<&CubicDesign>) -> Vec<crate::results::NamedMatrix> {
+    let mut found = vec![matrix("L", &linear.observer.l), matrix("P", &linear.p), matrix("Q", &linear.q)];
+    if let Some(cubic) = cubic {
+        found.extend([matrix("N", &cubic.observer.n), matrix("theta", &cubic.observer.theta), matrix("S", &cubic.s)]);
+    }
+    found
+}
+
+fn cubic_of(linear: &LinearDesign, cubic: Option<&(DMatrix<f64>, f64)>) -> Result<Option<CubicDesign>, Misfit> {
+    let design = cubic.map(|(theta, gamma)| CubicDesign::new(linear, theta, &CubicGain::Gamma(*gamma)));
+    Ok(design.transpose()?)
+}
+
+pub(super) fn proportional_integral(
+    (plant, states): (&StateSpace, &[String]),
+    e: &DMatrix<f64>,
+    gain: &LinearSpec,
+    cubic: Option<&(DMatrix<f64>, f64)>,
+    (bounds, rate): (Option<&ActingBounds>, &[f64]),
+    options: &GainOptions,
+) -> Result<Designed, Misfit> {
+    let n = plant.a.nrows();
+    let both = with_disturbance(plant, e)?;
+    let linear = of(&both, gain, options)?;
+    let cubic = cubic_of(&linear, cubic)?;
+    let certificate = cubic.as_ref().map_or(&linear.certificate, |cubic| &cubic.certificate).clone();
+    let runnable = match &cubic {
+        None => Runnable::ProportionalIntegral(Box::new(handed_out(linear.observer.clone(), n)?)),
+        Some(cubic) => Runnable::ProportionalIntegralCubic(Box::new(handed_out(cubic.observer.clone(), n)?)),
+    };
+    let speed = -linear.spectral_abscissa();
+    let report = DesignReport {
+        statement: format!(
+            "For a constant disturbance d the errors of x and of d tend to 0, for all x(0), xhat(0) and d; asymptotic rate exp(-{} t).{}",
+            significant(speed, 5),
+            measurement(plant)
+        ),
+        matrices: matrices(&linear, cubic.as_ref()),
+        poles: poles(&linear.poles),
+        numbers: vec![number("decay rate", speed)],
+        facts: facts(&certificate, &[]),
+        verdict: verdict(&certificate),
+        evidence: None,
+        noise_deviation: Vec::new(),
+    };
+    let designed = Designed { runnable, report, certificate: Some(certificate) };
+    let Some(bounds) = bounds else { return Ok(designed) };
+    let acting = disturbances_with_rate(&acting(bounds), rate);
+    let bound = match &cubic {
+        None => ErrorBound::linear(&linear.observer, &acting)?,
+        Some(cubic) => ErrorBound::cubic(cubic, &acting)?,
+    };
+    let names: Vec<String> = states.iter().cloned().chain(names(e.ncols())).collect();
+    Ok(bounded(designed, &bound, &names))
+}
+
+/// `d1`, `d2`.
+pub(crate) fn names(count: usize) -> Vec<String> {
+    (1..=count).map(|k| format!("d{k}")).collect()
+}
+
+pub(super) fn unknown_input(
+    plant: &StateSpace,
+    e: &DMatrix<f64>,
+    gain: &LinearSpec,
+    cubic: Option<&(DMatrix<f64>, f64)>,
+    options: &GainOptions,
+) -> Result<Designed, Misfit> {
+    let decoupled = DecoupledPlant::new(plant, e)?;
+    let zeros: Vec<String> = decoupled.zeros.iter().map(|zero| eigenvalue([zero.re, zero.im])).collect();
+    let linear = match (&gain.gain, &gain.weight) {
+        (GainSpec::Poles(poles), Some(weight)) => decoupled.with_poles(poles)?.lyapunov_weight(weight.clone())?,
+        (GainSpec::Poles(poles), None) => decoupled.with_poles(poles)?,
+        _ => of(&decoupled.reduced, gain, options)?,
+    };
+    let cubic = cubic_of(&linear, cubic)?;
+    let (runnable, certificate) = match &cubic {
+        None => {
+            let design = UnknownInputDesign::linear(&decoupled, &linear)?;
+            (Runnable::UnknownInput(Box::new(design.observer.clone())), design.certificate.clone())
+        }
+        Some(cubic) => {
+            let design = UnknownInputDesign::cubic(&decoupled, cubic)?;
+            (Runnable::UnknownInputCubic(Box::new(design.observer.clone())), design.certificate.clone())
+        }
+    };
+    let speed = -linear.spectral_abscissa();
+    let fixed = match zeros.as_slice() {
+        [] => String::new(),
+        zeros => format!(" The invariant zeros of (A, E, C) are among the poles, whatever L is: {}.", zeros.join(", ")),
+    };
+    let mut all = matrices(&linear, cubic.as_ref());
+    all.extend([matrix("H", &decoupled.h), matrix("TA", &decoupled.reduced.a), matrix("TB", &decoupled.reduced.b)]);
+    let report = DesignReport {
+        statement: format!(
+            "For every disturbance d(t) the error of x tends to 0, for all x(0) and xhat(0), with H and T = I - HC as real matrices; asymptotic rate exp(-{} t).{fixed}{}",
+            significant(speed, 5),
+            measurement(plant)
+        ),
+        matrices: all.into_iter().filter(|m| m.rows.iter().any(|row| !row.is_empty())).collect(),
+        poles: poles(&linear.poles),
+        numbers: vec![number("decay rate", speed)],
+        facts: facts(&certificate, &[]),
+        verdict: verdict(&certificate),
+        evidence: None,
+        noise_deviation: Vec::new(),
+    };
+    Ok(Designed { runnable, report, certificate: Some(certificate) })
+}

@@ -1,0 +1,123 @@
+//! Disturbances of an observer: the bounds for which its error is bounded, and the kinds that estimate or ignore one.
+
+use luenberger_plants::Dimensions;
+use luenberger_proof::wording::counted;
+use nalgebra::DMatrix;
+
+use super::tree::Node;
+use super::{Reader, check, observer};
+use crate::study::{ActingBounds, ObserverKind};
+
+/// The table `bounds`; the noise of `root`'s simulation is its default.
+pub(super) fn bounds(node: &Node, size: Dimensions, root: &Node, reader: &mut Reader) -> Option<Option<ActingBounds>> {
+    let Some(entry) = node.entry("bounds") else { return Some(None) };
+    let (table, n, p) = (&entry.node, size.states, size.outputs);
+    if reader.dt.is_some() {
+        let message = "`bounds` is for plants in continuous time, and `dt` makes this one discrete";
+        reader.wrong(entry.span.clone(), message, "expected no `bounds`");
+        return None;
+    }
+    let noise = match table.get("noise") {
+        Some(noise) => reader.numbers(noise, "noise", p, "output"),
+        None => Some(uniform_noise(root, p)),
+    };
+    let disturbance = table.get("disturbance").map_or(Some(Vec::new()), Node::numbers);
+    let (noise, disturbance) = (noise?, disturbance?);
+    let e = match table.get("e") {
+        Some(e) => {
+            let why =
+                format!("the plant has {}, and `disturbance` has length {}", counted(n, "state"), disturbance.len());
+            reader.matrix(e, "e", (Some(n), Some(disturbance.len())), &why)?
+        }
+        None if disturbance.is_empty() => DMatrix::zeros(n, 0),
+        None if disturbance.len() == n => DMatrix::identity(n, n),
+        None => {
+            let message = format!(
+                "`disturbance` has length {}, the plant has {}, and `e` does not say how it enters",
+                disturbance.len(),
+                counted(n, "state")
+            );
+            reader.absent(table.get("disturbance")?.span.clone(), message, "expected `e`, the matrix E of E w");
+            return None;
+        }
+    };
+    if noise.iter().chain(&disturbance).all(|bound| *bound == 0.0) {
+        let message = "all bounds are 0: without noise and disturbances the error tends to 0";
+        reader.wrong(entry.span.clone(), message, "expected `noise` or `disturbance` with a bound above 0");
+        return None;
+    }
+    Some(Some(ActingBounds { noise, disturbance, e }))
+}
+
+/// The amplitudes of the uniform noise of the simulation; 0 where there is none.
+fn uniform_noise(root: &Node, outputs: usize) -> Vec<f64> {
+    let noise = root.get("simulation").and_then(|simulation| simulation.get("noise"));
+    let uniform = noise.filter(|noise| noise.get("distribution").and_then(Node::text) == Some("uniform"));
+    let amplitude = uniform.and_then(|noise| noise.get("amplitude"));
+    match amplitude.map(|amplitude| (amplitude.number(), amplitude.numbers())) {
+        Some((Some(one), _)) => vec![one; outputs],
+        Some((None, Some(all))) if all.len() == outputs => all,
+        _ => vec![0.0; outputs],
+    }
+}
+
+/// E, with a column for each disturbance.
+fn unknown(node: &Node, size: Dimensions, reader: &mut Reader) -> Option<DMatrix<f64>> {
+    let why = format!("the plant has {}", counted(size.states, "state"));
+    reader.matrix(node.get("e")?, "e", (Some(size.states), None), &why)
+}
+
+/// theta and gamma; none without `gamma`, where theta has no effect.
+fn cubic(node: &Node, size: Dimensions, reader: &mut Reader) -> Option<Option<(DMatrix<f64>, f64)>> {
+    match (node.get("gamma"), node.entry("theta")) {
+        (Some(gamma), _) => Some(Some((observer::theta(node, size.outputs, reader)?, gamma.number()?))),
+        (None, Some(theta)) => {
+            let message = "`theta` has no effect without a cubic term";
+            reader.wrong(theta.span.clone(), message, "expected `gamma` with it");
+            None
+        }
+        (None, None) => Some(None),
+    }
+}
+
+pub(super) fn proportional_integral(node: &Node, size: Dimensions, reader: &mut Reader) -> Option<ObserverKind> {
+    let e = unknown(node, size, reader)?;
+    let q = e.ncols();
+    let both = Dimensions { states: size.states + q, ..size };
+    let of_states =
+        format!("the plant has {} and {} to be estimated", counted(size.states, "state"), counted(q, "disturbance"));
+    let linear = observer::linear_of(node, both, &of_states, reader);
+    let cubic = cubic(node, size, reader);
+    let rate = match node.get("rate") {
+        None => Some(vec![0.0; q]),
+        Some(list) => {
+            let rate = list.numbers()?;
+            if rate.len() != q {
+                let message = format!("`rate` has length {}, and `e` has {}", rate.len(), counted(q, "column"));
+                reader.wrong(list.span.clone(), message, format!("expected length {q}"));
+                return None;
+            }
+            Some(rate)
+        }
+    };
+    let rate = rate?;
+    if rate.iter().any(|rate| *rate > 0.0) && node.get("bounds").is_none() {
+        let message = "`rate` has no effect without `bounds`, which asks for a bound of the error";
+        reader.wrong(node.entry("rate")?.span.clone(), message, "expected `bounds` with it");
+        return None;
+    }
+    Some(ObserverKind::ProportionalIntegral { e, rate, linear: linear?, cubic: cubic? })
+}
+
+pub(super) fn unknown_input(node: &Node, size: Dimensions, reader: &mut Reader) -> Option<ObserverKind> {
+    let e = unknown(node, size, reader);
+    let of_states = format!("the plant has {}", counted(size.states, "state"));
+    let linear = observer::linear_of(node, size, &of_states, reader);
+    let cubic = cubic(node, size, reader);
+    let kind = ObserverKind::UnknownInput { e: e?, linear: linear?, cubic: cubic? };
+    if reader.dt.is_some() {
+        reader.wrong(check::head(node), "this kind is for plants in continuous time", "expected another kind");
+        return None;
+    }
+    Some(kind)
+}

@@ -1,0 +1,156 @@
+//! Disturbances in studies: bounds of the error, proportional-integral and unknown-input observers.
+
+use std::path::Path;
+use std::sync::atomic::AtomicBool;
+
+use luenberger_study::design::{Designed, NoDesign, design};
+use luenberger_study::execute::Step;
+use luenberger_study::{Format, RunOptions, Study, StudyError, execute};
+
+fn read(text: &str) -> Result<Study, StudyError> {
+    Study::from_text("study.toml", text, Format::Toml, Path::new("."))
+}
+
+fn designed(study: &Study, name: &str) -> Result<Designed, NoDesign> {
+    let observer = study.observer(name).expect("an observer of that name");
+    design(study, observer, &AtomicBool::new(false))
+}
+
+const CARTS: &str = r#"[plant]
+a = [[0, 1], [0, 0]]
+b = [[0], [1]]
+c = [[1, 0]]
+states = ["position", "velocity"]
+[simulation]
+x0 = [1, 0]
+duration = 12
+noise = { distribution = "uniform", amplitude = [0.01], period = 0.01 }
+[truth]
+f = ["velocity", "u1 - 0.5"]
+h = ["position"]
+"#;
+
+/// Rows of a run: times, the true states, the estimates with those of the disturbance behind them.
+fn last_row(text: &str, observer: &str) -> Vec<f64> {
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("disturbance").join(observer);
+    let _ = std::fs::remove_dir_all(&folder);
+    let study = read(text).unwrap();
+    execute(&study, Step::Run, &RunOptions { output: Some(folder.clone()), ..RunOptions::default() }).unwrap();
+    let csv = std::fs::read_to_string(folder.join(format!("trajectories/{observer}.csv"))).unwrap();
+    csv.lines().last().unwrap().split(',').map(|x| x.parse().unwrap()).collect()
+}
+
+#[test]
+fn a_constant_force_is_estimated_and_bounded() {
+    let text = format!(
+        "{CARTS}[[observer]]\nname = \"pi\"\nkind = \"proportional-integral\"\ne = [[0], [1]]\npoles = [-2, -3, -4]\nrate = [0.1]\nbounds = {{ }}\n\
+         [[observer]]\nname = \"cubic\"\nkind = \"proportional-integral\"\ne = [[0], [1]]\npoles = [-2, -3, -4]\ngamma = 2\nrate = [0.1]\nbounds = {{ }}\n"
+    );
+    let study = read(&text).unwrap();
+    for name in ["pi", "cubic"] {
+        let found = designed(&study, name).unwrap();
+        assert_eq!(found.report.verdict, "proved");
+        let bound = |of: &str| found.report.number(&format!("bound of the error of {of}")).unwrap();
+        // L by hand: (s + 2)(s + 3)(s + 4) = s^3 + 9 s^2 + 26 s + 24.
+        let l = &found.report.matrices.iter().find(|m| m.name == "L").unwrap().rows;
+        for (row, expected) in l.iter().zip([9.0, 26.0, 24.0]) {
+            assert!((row[0] - expected).abs() < 1e-9, "{l:?}");
+        }
+        // t, position, velocity, u1, y1, estimates of position, velocity and force.
+        let row = last_row(&text, name);
+        assert_eq!(row.len(), 8);
+        assert!((row[7] + 0.5).abs() < bound("d1"), "{row:?}");
+        assert!((row[2] - row[6]).abs() < bound("velocity") && (row[1] - row[5]).abs() < bound("position"));
+        // A ramp of slope 0.1 leaves the error 0.1 (1/24) in the position, 9/24 and 26/24 in the others.
+        assert!(bound("d1") > 0.1 * 26.0 / 24.0 && bound("d1") < 0.5, "{}", bound("d1"));
+    }
+}
+
+#[test]
+fn an_unknown_input_leaves_no_trace() {
+    let text = "[plant]\na = [[0, 1], [-1, -2]]\nc = [[1, 0]]\n[simulation]\nx0 = [1, -1]\nduration = 12\n\
+        [truth]\nf = [\"x2 + 30*sin(50*t) + 3\", \"-x1 - 2*x2\"]\nh = [\"x1\"]\n\
+        [[observer]]\nname = \"linear\"\nkind = \"unknown-input\"\ne = [[1], [0]]\npoles = [-2, -3]\n\
+        [[observer]]\nname = \"cubic\"\nkind = \"unknown-input\"\ne = [[1], [0]]\nlmi = true\ngamma = 2\n";
+    let study = read(text).unwrap();
+    for name in ["linear", "cubic"] {
+        let found = designed(&study, name).unwrap();
+        assert_eq!(found.report.verdict, "proved");
+        assert!(found.report.statement.contains("The invariant zeros of (A, E, C) are among the poles"));
+        let row = last_row(text, name);
+        assert!((row[1] - row[4]).abs() < 1e-6 && (row[2] - row[5]).abs() < 1e-6, "{row:?}");
+    }
+}
+
+#[test]
+fn a_bound_of_the_error_is_a_second_theorem() {
+    let text = format!(
+        "{CARTS}[[observer]]\nname = \"l\"\nkind = \"luenberger\"\npoles = [-2, -3]\nbounds = {{ disturbance = [0.5], e = [[0], [1]] }}\n\
+         [[observer]]\nname = \"c\"\nkind = \"cubic\"\npoles = [-2, -3]\ngamma = 1\nbounds = {{ disturbance = [0.5], e = [[0], [1]] }}\n"
+    );
+    let study = read(&text).unwrap();
+    for name in ["l", "c"] {
+        let found = designed(&study, name).unwrap();
+        let theorems: Vec<&str> =
+            found.certificate.as_ref().unwrap().theorems().iter().map(|proved| proved.theorem().name()).collect();
+        let first = if name == "l" { "linear-observer" } else { "cubic-observer" };
+        assert_eq!(theorems, [first, "input-to-state-stability"]);
+        // The force of 0.5 alone leaves 0.5/6 in the position and 0.5 5/6 in the velocity.
+        let bound = |of: &str| found.report.number(&format!("bound of the error of {of}")).unwrap();
+        assert!(bound("position") > 0.5 / 6.0 && bound("velocity") > 0.5 * 5.0 / 6.0);
+        let row = last_row(&text, name);
+        assert!((row[1] - row[5]).abs() < bound("position") && (row[2] - row[6]).abs() < bound("velocity"));
+        let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("disturbance").join(name);
+        let file = std::fs::read(folder.join(format!("certificates/{name}.bounds.json"))).unwrap();
+        let proved = luenberger_proof::certificate::verify(&file).unwrap();
+        assert!(proved.statement.contains("limsup |e_1| <= "), "{}", proved.statement);
+    }
+}
+
+#[test]
+fn conditions_that_fail_are_named() {
+    let why = |kind: &str, e: &str, rest: &str| {
+        let text = format!("{CARTS}[[observer]]\nname = \"o\"\nkind = \"{kind}\"\ne = {e}\n{rest}\n");
+        match designed(&read(&text).unwrap(), "o") {
+            Err(NoDesign::Misfit(failure)) => (failure.hypothesis, failure.alternatives.join("; ")),
+            other => panic!("{other:?}"),
+        }
+    };
+    let (why_not, instead) = why("proportional-integral", "[[1], [0]]", "lmi = true");
+    assert!(why_not.starts_with("no output sees the constant disturbance d = ("), "{why_not}");
+    assert!(instead.contains("an output that depends on this state"), "{instead}");
+    let (why_not, instead) = why("unknown-input", "[[0], [1]]", "lmi = true");
+    assert!(why_not.contains("|E d| = 1 and |C E d| = 0"), "{why_not}");
+    assert!(instead.contains("proportional-integral"), "{instead}");
+    let (why_not, _) = why("unknown-input", "[[1], [-1]]", "lmi = true");
+    assert!(why_not.contains("has the invariant zero 1"), "{why_not}");
+    let (why_not, instead) = why("unknown-input", "[[1], [1]]", "poles = [-2, -3]");
+    assert!(why_not.contains("the invariant zeros of (A, E, C) that no gain moves, -1,"), "{why_not}");
+    assert!(instead.contains("`poles` with these zeros"), "{instead}");
+}
+
+#[test]
+fn mistakes_are_named() {
+    let mistake = |observer: &str, expected: &str| {
+        let text = format!("{CARTS}[[observer]]\n{observer}\n");
+        let found = read(&text).unwrap_err().to_string();
+        assert!(found.contains(expected), "{found}");
+    };
+    let linear = "kind = \"luenberger\"\npoles = [-2, -3]\n";
+    mistake(&format!("{linear}bounds = {{ noise = [0.1, 0.2] }}"), "`noise` has length 2, and the plant has 1 output");
+    mistake(&format!("{linear}bounds = {{ noise = [0] }}"), "all bounds are 0");
+    mistake(&format!("{linear}bounds = {{ disturbance = [1] }}"), "`e` does not say how it enters");
+    mistake(&format!("{linear}bounds = {{ disturbance = [1], e = [[1]] }}"), "`e` is 1 x 1");
+    mistake(&format!("{linear}bounds = {{ noise = [-1] }}"), "-1");
+    let integral = "kind = \"proportional-integral\"\ne = [[0], [1]]\n";
+    mistake(
+        &format!("{integral}poles = [-2, -3]"),
+        "`poles` has length 2, and the plant has 2 states and 1 disturbance",
+    );
+    mistake(&format!("{integral}lmi = true\nrate = [1, 2]"), "`rate` has length 2, and `e` has 1 column");
+    mistake(&format!("{integral}lmi = true\nrate = [1]"), "`rate` has no effect without `bounds`");
+    mistake(&format!("{integral}lmi = true\ntheta = 2"), "`theta` has no effect without a cubic term");
+    mistake("kind = \"unknown-input\"\nlmi = true", "`e`");
+    let text = "[plant]\na = [[0.5]]\nc = [[1]]\ndt = 0.1\n[[observer]]\nkind = \"luenberger\"\npoles = [0.1]\nbounds = { noise = [1] }\n";
+    assert!(read(text).unwrap_err().to_string().contains("`bounds` is for plants in continuous time"));
+}
