@@ -4,13 +4,27 @@ use luenberger_plants::Dimensions;
 use luenberger_proof::wording::counted;
 use nalgebra::DMatrix;
 
-use super::tree::Node;
+use super::tree::{Entry, Node};
 use super::{Reader, check, observer};
 use crate::study::{ActingBounds, ObserverKind};
 
-/// The table `bounds`; the noise of `root`'s simulation is its default.
-pub(super) fn bounds(node: &Node, size: Dimensions, root: &Node, reader: &mut Reader) -> Option<Option<ActingBounds>> {
-    let Some(entry) = node.entry("bounds") else { return Some(None) };
+/// A mistake has been noted.
+pub(super) struct Noted;
+
+/// The table `bounds`, if there is one; the noise of `root`'s simulation is its default.
+pub(super) fn bounds(
+    node: &Node,
+    size: Dimensions,
+    root: &Node,
+    reader: &mut Reader,
+) -> Result<Option<ActingBounds>, Noted> {
+    match node.entry("bounds") {
+        Some(entry) => acting(entry, size, root, reader).map(Some).ok_or(Noted),
+        None => Ok(None),
+    }
+}
+
+fn acting(entry: &Entry, size: Dimensions, root: &Node, reader: &mut Reader) -> Option<ActingBounds> {
     let (table, n, p) = (&entry.node, size.states, size.outputs);
     if reader.dt.is_some() {
         let message = "`bounds` is for plants in continuous time, and `dt` makes this one discrete";
@@ -46,7 +60,7 @@ pub(super) fn bounds(node: &Node, size: Dimensions, root: &Node, reader: &mut Re
         reader.wrong(entry.span.clone(), message, "expected `noise` or `disturbance` with a bound above 0");
         return None;
     }
-    Some(Some(ActingBounds { noise, disturbance, e }))
+    Some(ActingBounds { noise, disturbance, e })
 }
 
 /// The amplitudes of the uniform noise of the simulation; 0 where there is none.
@@ -68,15 +82,18 @@ fn unknown(node: &Node, size: Dimensions, reader: &mut Reader) -> Option<DMatrix
 }
 
 /// theta and gamma; none without `gamma`, where theta has no effect.
-fn cubic(node: &Node, size: Dimensions, reader: &mut Reader) -> Option<Option<(DMatrix<f64>, f64)>> {
+fn cubic(node: &Node, size: Dimensions, reader: &mut Reader) -> Result<Option<(DMatrix<f64>, f64)>, Noted> {
     match (node.get("gamma"), node.entry("theta")) {
-        (Some(gamma), _) => Some(Some((observer::theta(node, size.outputs, reader)?, gamma.number()?))),
+        (Some(gamma), _) => {
+            let theta = observer::theta(node, size.outputs, reader).ok_or(Noted)?;
+            Ok(Some((theta, gamma.number().ok_or(Noted)?)))
+        }
         (None, Some(theta)) => {
             let message = "`theta` has no effect without a cubic term";
             reader.wrong(theta.span.clone(), message, "expected `gamma` with it");
-            None
+            Err(Noted)
         }
-        (None, None) => Some(None),
+        (None, None) => Ok(None),
     }
 }
 
@@ -106,7 +123,7 @@ pub(super) fn proportional_integral(node: &Node, size: Dimensions, reader: &mut 
         reader.wrong(node.entry("rate")?.span.clone(), message, "expected `bounds` with it");
         return None;
     }
-    Some(ObserverKind::ProportionalIntegral { e, rate, linear: linear?, cubic: cubic? })
+    Some(ObserverKind::ProportionalIntegral { e, rate, linear: linear?, cubic: cubic.ok()? })
 }
 
 pub(super) fn unknown_input(node: &Node, size: Dimensions, reader: &mut Reader) -> Option<ObserverKind> {
@@ -114,7 +131,7 @@ pub(super) fn unknown_input(node: &Node, size: Dimensions, reader: &mut Reader) 
     let of_states = format!("the plant has {}", counted(size.states, "state"));
     let linear = observer::linear_of(node, size, &of_states, reader);
     let cubic = cubic(node, size, reader);
-    let kind = ObserverKind::UnknownInput { e: e?, linear: linear?, cubic: cubic? };
+    let kind = ObserverKind::UnknownInput { e: e?, linear: linear?, cubic: cubic.ok()? };
     if reader.dt.is_some() {
         reader.wrong(check::head(node), "this kind is for plants in continuous time", "expected another kind");
         return None;
