@@ -55,6 +55,7 @@ class Maps:
         self.gain, b = values(gain, u=u, y=h), values(b, u=u, y=h)
         estimate = values(inverse, xi=[a.add(phi, e) for phi, e in zip(phi, e)], u=u, y=h)
         exact = values(inverse, xi=phi, u=u, y=h)
+        self.jacobian = [value.slopes.get(j, Value({})) for value in [*phi, *h] for j in range(n)]
         self.defects = [a.raw_add(z, exact, -1) for z, exact in zip(values(z, x=x), exact)]
         none = Value({})
         self.slopes = [[value.slopes.get(n + inputs + j, none) for j in range(q)] for value in estimate]
@@ -115,6 +116,13 @@ def kkl_error_bound(file):
         limit, k = bound(bounds.take("limit")), len(inverse)
         lipschitz, defect, eventual = several("lipschitz", k), several("defect", k), several("eventual", k)
 
+    injectivity = file.optional("injectivity")
+    if injectivity:
+        with injectivity.object() as of:
+            jacobian = of.take("Jacobian").rows(Field.interval, (q + p, n))
+            combination = of.take("M").matrix(n, q + p)
+            modulus, spread = positive(of.take("modulus")), bound(of.take("spread"))
+
     # Built by the first fact that needs it, so that what cannot be composed is "not shown".
     built = []
 
@@ -159,6 +167,20 @@ def kkl_error_bound(file):
         if any(e < l * limit + d for e, l, d in zip(eventual, lipschitz, defect)):
             raise Refuted("an eventual bound does not follow")
 
+    def jacobian_within():
+        for value, (low, high) in zip(maps().jacobian, [entry for row in jacobian for entry in row]):
+            maps().algebra.between(value, low, high, box())
+
+    def separates(margin):
+        middle = Matrix.of([[(low + high) / 2 for low, high in row] for row in jacobian], n)
+        radius = Matrix.of([[(high - low) / 2 for low, high in row] for row in jacobian], n)
+        product = (combination @ middle).plus_transpose() - Matrix.scalar(n, 2 * modulus)
+        Family(product, (abs(combination) @ radius).plus_transpose()).at_least(margin, strict=True)
+
+    def spreads(margin):
+        of_phi = combination.block(range(n), range(q))
+        at_least(matrix * (spread * spread) - of_phi.T @ of_phi, margin, strict=False)
+
     def without_margin(test):
         def checked(margin):
             if margin:
@@ -170,7 +192,7 @@ def kkl_error_bound(file):
     statement = words.kkl_error_bound(
         (n, m, p), f, h, z, rows, b, inverse, x, u, phi, rate, limit, start, lipschitz, defect, eventual
     )
-    return statement, [
+    facts = [
         ("all maps are defined over the box", without_margin(lambda: maps().algebra.is_defined(box(True)))),
         ("Lambda lies between its bounds over the box", without_margin(within)),
         ("P > 0", lambda margin: at_least(matrix, margin, strict=True)),
@@ -185,3 +207,11 @@ def kkl_error_bound(file):
         ("rate^2 limit^2 >= residual'|P| residual and limit < start", without_margin(limits)),
         ("eventual >= lipschitz limit + defect", without_margin(eventually)),
     ]
+    if injectivity:
+        statement += words.kkl_injectivity(modulus, spread)
+        facts += [
+            ("the Jacobian of (phi, h) lies between its bounds over the box", without_margin(jacobian_within)),
+            ("M J + J'M' - 2 modulus I > 0 for the Jacobian J of (phi, h)", separates),
+            ("spread^2 P - M_phi'M_phi >= 0", spreads),
+        ]
+    return statement, facts

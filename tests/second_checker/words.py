@@ -492,3 +492,11 @@ def kkl_error_bound(size, f, h, z, rows, b, inverse, x, u, phi, rate, limit, sta
         f"{exact(rate)} and limit = {exact(limit)}. Whenever V(t) <= {exact(start)}, and at all times if V(0) is, "
         f"{', '.join(bounds)}. From every xi(0), {', '.join(limits)}."
     )
+
+
+def kkl_injectivity(modulus, spread):
+    return (
+        " For all x and z in the box, |M ((phi, h)(x) - (phi, h)(z))| >= modulus |x - z| with modulus = "
+        f"{exact(modulus)}; hence |x(t) - z| <= (spread V(t) + |M (xi - phi(z), y - h(z))|)/modulus with spread = "
+        f"{exact(spread)}, for every z in the box."
+    )

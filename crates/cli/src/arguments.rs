@@ -204,7 +204,7 @@ pub(crate) struct NewInput {
     /// Overwrite an existing file
     #[arg(long)]
     pub(crate) force: bool,
-    /// List the plants and exit
+    /// List the plants and the kinds of observers, and exit
     #[arg(long)]
     pub(crate) list: bool,
 }

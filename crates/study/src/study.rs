@@ -423,6 +423,8 @@ pub enum ObserverKind {
         eta: f64,
         /// e(0).
         internal_error: Vec<f64>,
+        /// The mean of the Jacobian of the observer as printed; none for the corrected one.
+        printed: Option<crate::design::PrintedMean>,
     },
     /// High-gain observer for integrator chains.
     HighGain {
@@ -454,6 +456,8 @@ pub enum ObserverKind {
     Pebo(Box<crate::maps::PebSpec>),
     /// [KKL+PEB] observer.
     KklPeb(Box<crate::maps::PebSpec>),
+    /// Immersion-and-invariance observer.
+    ImmersionInvariance(Box<crate::maps::ImmersionSpec>),
     /// Numerical KKL observer.
     KklNumerical(KklSpec),
 }
@@ -510,6 +514,7 @@ impl ObserverKind {
             | Self::Kkl(_)
             | Self::Pebo(_)
             | Self::KklPeb(_)
+            | Self::ImmersionInvariance(_)
             | Self::KklNumerical(_) => false,
         }
     }
@@ -531,6 +536,7 @@ impl ObserverKind {
             Self::Kkl(_) => "kkl",
             Self::Pebo(_) => "pebo",
             Self::KklPeb(_) => "kkl-peb",
+            Self::ImmersionInvariance(_) => "immersion-invariance",
             Self::KklNumerical(_) => "kkl-numerical",
         }
     }
@@ -556,6 +562,7 @@ impl ObserverKind {
             }
             Self::Kkl(kkl) => kkl.region.clone(),
             Self::Pebo(peb) | Self::KklPeb(peb) => peb.region.clone(),
+            Self::ImmersionInvariance(spec) => spec.region.clone(),
             Self::KklNumerical(kkl) => luenberger_design::Region::new(&kkl.domain),
             _ => return None,
         };
@@ -595,7 +602,8 @@ impl ObserverKind {
             | Self::KklNumerical(_)
             | Self::Kkl(_)
             | Self::Pebo(_)
-            | Self::KklPeb(_) => {}
+            | Self::KklPeb(_)
+            | Self::ImmersionInvariance(_) => {}
         }
         kind
     }

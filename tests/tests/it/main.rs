@@ -10,6 +10,7 @@ mod pages;
 mod polytopes;
 mod second_checker;
 mod stiff_starts;
+mod study_converter;
 mod theorems_cubic;
 mod theorems_input_to_state;
 mod theorems_kkl;

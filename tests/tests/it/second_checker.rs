@@ -7,6 +7,7 @@ use std::process::Command;
 use std::sync::OnceLock;
 use std::sync::atomic::AtomicBool;
 
+use luenberger_design::kkl::error_bound;
 use luenberger_design::lipschitz::{LipschitzPlant, Sector};
 use luenberger_design::mean_value::{ContractingCoordinates, MeanValueDesign};
 use luenberger_design::robust::{PolytopicDesign, certify_gain};
@@ -291,7 +292,11 @@ fn of_expressions() -> Vec<CertificateFile> {
     // Volt and volt seconds.
     let scales = dmatrix![1.0, 0.0; 0.0, 1e6];
     let coupled = dmatrix![1.0, -0.1; -0.1, 1.0];
+    // With the modulus of injectivity, for maps that are linear in x.
+    let injective = error_bound(&converter(&CukConverter::default()), &operation).unwrap();
+    assert!(injective.injectivity.is_some());
     [
+        Some(injective),
         bound(&van_der_pol(1.0, [-1.0, -2.0], 0.0), &cycle, &one, 0.9, 5.0),
         bound(&van_der_pol(3.0, [-2.0, -1.0], 0.01), &cycle, &coupled, 0.75, 1.0),
         bound(&exponential_cascade(3.0), &cascade, &one, 0.9, 0.3),

@@ -116,7 +116,7 @@ fn said(command: &mut Command) -> Result<(bool, String, String), Failure> {
 fn cases(folder: &Path) -> Result<Vec<Case>, Failure> {
     let mut files = Vec::new();
     let (_, list, _) = said(luenberger().args(["new", "--list"]))?;
-    for name in list.lines().filter_map(|line| line.split_whitespace().next()) {
+    for name in list.lines().map_while(|line| line.split_whitespace().next()) {
         let file = folder.join(format!("{name}.toml"));
         let (good, _, error) = said(luenberger().args(["new", "--plant", name, "-o"]).arg(&file))?;
         if !good {

@@ -4,7 +4,7 @@ use crate::answer::Answer;
 use crate::arguments::NewInput;
 use crate::failure::Failure;
 use crate::output;
-use luenberger_study::schema::SCHEMA;
+use luenberger_study::schema::{ObserverSource, SCHEMA, observer_sources};
 use luenberger_study::template::template;
 use luenberger_study::{TEMPLATES, Template};
 use serde::Serialize;
@@ -19,6 +19,14 @@ struct Written {
 #[derive(Serialize)]
 struct Listed {
     plants: Vec<Plant>,
+    observers: Vec<Observer>,
+}
+
+#[derive(Serialize)]
+struct Observer {
+    kind: &'static str,
+    about: &'static str,
+    source: &'static str,
 }
 
 #[derive(Serialize)]
@@ -63,6 +71,20 @@ pub(crate) fn new(input: &NewInput) -> Result<Answer, Failure> {
 fn list() -> Result<Answer, Failure> {
     let width = TEMPLATES.iter().map(|template| template.name.len()).max().unwrap_or_default();
     let line = |template: &Template| format!("{:<width$}  {}\n", template.name, template.about);
+    let kinds: Vec<ObserverSource> = observer_sources().collect();
+    let longest = kinds.iter().map(|source| source.kind.len()).max().unwrap_or_default();
+    let of_kind = |source: &ObserverSource| {
+        let ObserverSource { kind, about, source } = source;
+        format!("{kind:<longest$}  {about} [{source}]\n")
+    };
+    let text = TEMPLATES
+        .iter()
+        .map(line)
+        .chain(["\nkinds of observers, with their sources:\n\n".to_owned()])
+        .chain(kinds.iter().map(of_kind))
+        .collect();
+    let observers =
+        kinds.iter().map(|&ObserverSource { kind, about, source }| Observer { kind, about, source }).collect();
     let plants = TEMPLATES.iter().map(|template| Plant { name: template.name, about: template.about }).collect();
-    Ok(Answer::new(TEMPLATES.iter().map(line).collect(), &Listed { plants })?)
+    Ok(Answer::new(text, &Listed { plants, observers })?)
 }

@@ -502,7 +502,7 @@ fn observers_of_templates_and_examples_become_c_that_agrees_with_their_designs()
     let folder = folder("export-all");
     let mut files = Vec::new();
     let list = luenberger(&["new", "--list"], "").stdout;
-    for name in list.lines().filter_map(|line| line.split_whitespace().next()) {
+    for name in list.lines().map_while(|line| line.split_whitespace().next()) {
         let file = folder.join(format!("{name}.toml"));
         let made = luenberger(&["new", "--plant", name, "-o", file.to_str().unwrap()], "");
         assert_eq!(made.code, Some(0), "{name}: {}", made.stderr);
@@ -542,7 +542,8 @@ fn observers_of_templates_and_examples_become_c_that_agrees_with_their_designs()
             }
         }
     }
-    assert!(exported >= 35 && refused.is_empty(), "{exported} exported; {refused:?}");
+    refused.retain(|why| !why.contains("an immersion-and-invariance observer has no export"));
+    assert!(exported >= 40 && refused.is_empty(), "{exported} exported; {refused:?}");
 }
 
 /// The stirred reactor of Seborg, Edgar and Mellichamp, Process Dynamics and Control, 2nd ed. 2004, table 2.3.

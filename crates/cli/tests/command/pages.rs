@@ -22,6 +22,7 @@ fn pages() -> Vec<PathBuf> {
         "expressions.md",
         "deploy.md",
         "guide.md",
+        "kkl-studies.md",
         "log.md",
         "../README.md",
         "../crates/cli/README.md",

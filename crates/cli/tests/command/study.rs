@@ -38,6 +38,15 @@ fn every_plant_is_written_and_read_again() {
     let listed = luenberger(&["new", "--list", "--json"], "").json();
     let plants = listed["plants"].as_array().unwrap();
     assert!(plants.len() >= 6);
+    let observers = listed["observers"].as_array().unwrap();
+    for kind in ["cubic", "mean-value", "kkl", "pebo", "kkl-peb", "immersion-invariance", "high-gain"] {
+        let found = observers.iter().find(|observer| observer["kind"] == kind).unwrap();
+        assert!(found["source"].as_str().unwrap().contains(['0', '1', '5']), "{found}");
+    }
+    let text = luenberger(&["new", "--list"], "").stdout;
+    assert!(
+        text.contains("kkl-peb") && text.contains("[Yi, Ortega and Zhang 2018, eq. (15), Propositions 3, 6 and 7]")
+    );
     for plant in plants {
         let name = plant["name"].as_str().unwrap();
         let (folder, file) = study(&format!("new-{name}"), name);

@@ -41,7 +41,7 @@ fn times(x: &Interval, y: &Interval) -> Interval {
 
 impl IntervalDual {
     /// A value with its derivative along the direction.
-    pub(crate) fn new(value: Interval, slope: Interval) -> Self {
+    pub fn new(value: Interval, slope: Interval) -> Self {
         Self { value, slope }
     }
 

@@ -4,12 +4,13 @@
 //! phi(box), P is the identity for a diagonal Lambda, else the solution of a Lyapunov equation for the middle of Lambda,
 //! and W the inverse of P, a little enlarged. The rate is the largest, to 2 %, that P proves for all of Lambda. The
 //! bound of V from which the estimate is guaranteed, `start`, is the largest power of two, at most that of an error of
-//! two half-widths in every entry, for which phi^L is shown to be defined around phi(box).
+//! two half-widths in every entry, for which phi^L is shown to be defined around phi(box). The modulus of injectivity is
+//! added where one M proves it.
 
 use luenberger_linalg::{lyapunov, symmetric_part};
-use luenberger_proof::certificate::{KklBox, KklErrorBound, KklMaps, KklTexts, Theorem};
+use luenberger_proof::certificate::{KklBox, KklErrorBound, KklInjectivity, KklMaps, KklTexts, Theorem};
 use luenberger_proof::statement::decay_rate_within;
-use luenberger_proof::{Interval, Matrix, Ring, UndecidedReason};
+use luenberger_proof::{Interval, Matrix, Ring, UndecidedReason, positive_definite};
 use nalgebra::DMatrix;
 
 /// How often `start` is halved.
@@ -79,7 +80,7 @@ pub fn error_bound(texts: &KklTexts, region: &KklBox) -> Result<KklErrorBound, U
         let facts = facts.map_err(|_| UndecidedReason::Overflow);
         match facts {
             Ok(facts) => match facts.into_iter().find(|fact| !fact.verdict.is_proved()) {
-                None => return Ok(bound),
+                None => return Ok(with_modulus(bound)),
                 Some(fact) => {
                     if let luenberger_proof::Verdict::Undecided { why, .. } = fact.verdict {
                         last = why;
@@ -90,6 +91,37 @@ pub fn error_bound(texts: &KklTexts, region: &KklBox) -> Result<KklErrorBound, U
         }
     }
     Err(last)
+}
+
+/// The theorem with the modulus of injectivity of (phi, h), if that is proved with the pseudo-inverse of the middle of
+/// the Jacobian, states in half-widths of the box, as M.
+fn with_modulus(bound: KklErrorBound) -> KklErrorBound {
+    let found = modulus(&bound).map(|of| KklErrorBound { injectivity: Some(of), ..bound.clone() });
+    let is_proved = |theorem: &KklErrorBound| {
+        Theorem::from(theorem.clone()).facts().is_ok_and(|facts| facts.iter().all(|fact| fact.verdict.is_proved()))
+    };
+    found.filter(is_proved).unwrap_or(bound)
+}
+
+fn modulus(bound: &KklErrorBound) -> Option<KklInjectivity> {
+    let jacobian = bound.maps.jacobian_over(&bound.region).ok()?;
+    let (rows, states, order) = (jacobian.rows(), jacobian.cols(), bound.p.rows());
+    let half: Vec<f64> = bound.region.x.iter().map(|axis| 0.5 * axis.width()).collect();
+    let half: Vec<f64> = half.into_iter().map(|half| if half > 0.0 { half } else { 1.0 }).collect();
+    let size = |i: usize| (0..states).map(|j| jacobian[(i, j)].magnitude() * half[j]).fold(0.0, f64::max);
+    let weight: Vec<f64> = (0..rows).map(|i| if size(i) > 0.0 { 1.0 / size(i) } else { 1.0 }).collect();
+    let middle = DMatrix::from_fn(rows, states, |i, j| weight[i] * jacobian[(i, j)].midpoint() * half[j]);
+    let inverse = middle.pseudo_inverse(1e-12).ok()?;
+    let m = Matrix::from_fn(states, rows, |i, j| inverse[(i, j)] * weight[j] / half[i]);
+    let embedded = Matrix::<Interval>::embed(&m, "M").ok()?;
+    let decrease = embedded.product(&jacobian).ok()?.plus_transpose().ok()?;
+    let modulus = 0.499 * positive_definite(&decrease).ok()?.margin()?;
+    // The largest |M_phi e|/V: through the root of P.
+    let p = DMatrix::from_fn(order, order, |i, j| bound.p[(i, j)]);
+    let root = p.cholesky()?.l().transpose().try_inverse()?;
+    let of_phi = DMatrix::from_fn(states, order, |i, j| m[(i, j)]);
+    let spread = (of_phi * root).singular_values().max() * (1.0 + 1e-6);
+    Some(KklInjectivity { jacobian, m, modulus, spread })
 }
 
 /// P and W, in the units of xi.

@@ -30,6 +30,8 @@ pub(crate) struct Composition {
     residual: Vec<Polynomial>,
     lambda: Vec<Polynomial>,
     phi: Vec<Polynomial>,
+    /// The Jacobian of (phi, h), row by row.
+    jacobian: Vec<Polynomial>,
     /// The derivative of each entry of the left inverse by xi, at `(phi(x) + e, h(x), u)`.
     slopes: Vec<Vec<Polynomial>>,
     /// `z - phi^L(phi(x), h(x), u)`.
@@ -76,6 +78,12 @@ impl Composition {
             }
             residual.push(sum);
         }
+        let mut jacobian = Vec::with_capacity((q + h.len()) * n);
+        for row in phi.iter().chain(&h) {
+            for j in 0..n {
+                jacobian.push(arena.derivative(row, j)?);
+            }
+        }
         let mut slopes = Vec::with_capacity(estimate.len());
         for estimate in &estimate {
             // By xi at fixed y and u is by e.
@@ -83,7 +91,7 @@ impl Composition {
             slopes.push(slope.collect::<Composed<Vec<_>>>()?);
         }
         let defects = z.iter().zip(&exact).map(|(z, exact)| z.minus(exact)).collect();
-        Ok(Self { arena, states: n, inputs, residual, lambda, phi, slopes, defects })
+        Ok(Self { arena, states: n, inputs, residual, lambda, phi, jacobian, slopes, defects })
     }
 
     fn axes(&self, of: &Axes<'_>) -> Vec<Interval> {
@@ -143,8 +151,19 @@ impl Composition {
 
     /// Lambda lies between these bounds.
     pub(crate) fn lambda_within(&mut self, bounds: &Matrix<Interval>, of: &Axes<'_>) -> Verdict<Witness> {
+        let entries = self.lambda.clone();
+        self.within(&entries, bounds, of)
+    }
+
+    /// The Jacobian of (phi, h) lies between these bounds.
+    pub(crate) fn jacobian_within(&mut self, bounds: &Matrix<Interval>, of: &Axes<'_>) -> Verdict<Witness> {
+        let entries = self.jacobian.clone();
+        self.within(&entries, bounds, of)
+    }
+
+    fn within(&mut self, entries: &[Polynomial], bounds: &Matrix<Interval>, of: &Axes<'_>) -> Verdict<Witness> {
         let axes = self.axes(of);
-        let entries: Vec<_> = self.lambda.iter().cloned().zip(bounds.as_slice().iter().copied()).collect();
+        let entries: Vec<_> = entries.iter().zip(bounds.as_slice().iter().copied()).collect();
         all(entries.iter().enumerate().map(|(k, (p, bounds))| self.between(p, *bounds, &axes, k)))
     }
 
@@ -196,6 +215,12 @@ impl Composition {
     /// Bounds of Lambda, entry by entry; `None` where an entry is not bounded.
     pub(crate) fn lambda_bounds(&mut self, of: &Axes<'_>) -> Composed<Option<Vec<Interval>>> {
         let entries = self.lambda.clone();
+        self.ranges(&entries, of)
+    }
+
+    /// Bounds of the Jacobian of (phi, h), entry by entry.
+    pub(crate) fn jacobian_bounds(&mut self, of: &Axes<'_>) -> Composed<Option<Vec<Interval>>> {
+        let entries = self.jacobian.clone();
         self.ranges(&entries, of)
     }
 

@@ -2,7 +2,8 @@
 //! approximate maps, false claims, and texts that are no expressions.
 
 use luenberger_proof::certificate::{
-    CertificateFile, ExpressionError, KklBox, KklErrorBound, KklMapName, KklMaps, KklTexts, Rejection, Theorem, verify,
+    CertificateFile, ExpressionError, KklBox, KklErrorBound, KklInjectivity, KklMapName, KklMaps, KklTexts, Rejection,
+    Theorem, verify,
 };
 use luenberger_proof::{Interval, Matrix, UndecidedReason, Verdict};
 
@@ -362,4 +363,31 @@ fn malformed_files_are_rejected() {
     let seventeen = format!("{}\"h\": {many}{}", &text[..plant], &text[end..]);
     let error = verify(seventeen.as_bytes()).expect_err("17 outputs").to_string();
     assert!(error.contains("is of order 17; the checker goes up to 16"), "{error}");
+}
+
+/// Van der Pol's (phi, h) with an M that takes x1 from h and x2 from the first entry of phi.
+#[test]
+fn the_modulus_of_injectivity_is_proved() {
+    let unit = KklBox { x: ranges(&[(-1.0, 1.0), (-3.0, 3.0)]), u: Vec::new() };
+    let mut bound = proposed(&van_der_pol(), unit, 0.9, 5.0);
+    let jacobian = bound.maps.jacobian_over(&bound.region).expect("bounded");
+    assert_eq!((jacobian.rows(), jacobian.cols()), (3, 2));
+    let m = Matrix::from_rows([[0.0, 0.0, 8.0], [1.0, 0.0, 1.5]]);
+    // M J + J'M' = [16, a; a, 2], a = 1.5 - 1 - (1 - x1^2) from -0.5 to 0.5.
+    bound.injectivity = Some(KklInjectivity { jacobian, m, modulus: 0.7, spread: 1.0 });
+    let text = file(bound.clone()).expect("proved").to_json();
+    let proved = verify(text.as_bytes()).expect("verified");
+    assert_eq!(proved.facts.len(), 13);
+    assert!(proved.statement.ends_with("with spread = 1, for every z in the box."), "{}", proved.statement);
+    let changes: [fn(&mut KklInjectivity); 4] = [
+        |of| of.modulus = 1.0,
+        |of| of.spread = 0.99,
+        |of| of.jacobian = of.jacobian.map(|x| Interval::new(x.lo() + 0.01, x.hi() + 0.01).expect("in order")),
+        |of| of.m = of.m.map(|x| if *x == 8.0 { 0.0 } else { *x }),
+    ];
+    for (k, change) in changes.into_iter().enumerate() {
+        let mut wrong = bound.clone();
+        change(wrong.injectivity.as_mut().expect("given"));
+        assert!(matches!(file(wrong), Err(Rejection::NotProved { .. })), "change {k}");
+    }
 }

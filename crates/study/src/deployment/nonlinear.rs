@@ -266,6 +266,17 @@ pub(super) fn sampled(
         }
         Runnable::KklMaps(_) | Runnable::Peb(_) => extension(study, observer, designed, plant, (period, substeps))
             .map(|design| SampledDesign::Extension(Box::new(design))),
+        Runnable::PrintedMeanValue(_) => Err((
+            "the mean-value observer as printed has no export: its gain is a function of the mean Jacobian".to_owned(),
+            vec!["kind = \"mean-value\" without `as_printed`, the corrected observer, has one".to_owned()],
+        )),
+        Runnable::Immersion(_) => Err((
+            "an immersion-and-invariance observer has no export: its right-hand side has a pseudo-inverse".to_owned(),
+            vec![
+                "kind = \"kkl\" with the same phi: with beta = chi + k(y), xi = chi has Lambda and B in closed form"
+                    .to_owned(),
+            ],
+        )),
         Runnable::CubicAt(_) | Runnable::SampledCubicAt(_) => Err((
             "a cubic observer in deviations from an operating point has no export".to_owned(),
             vec!["kind = \"luenberger\" at the same operating point has one".to_owned()],

@@ -25,6 +25,7 @@ pub(super) enum Misfit {
     Kkl(KklError),
     NotLeftInverse { state: usize, found: f64, point: Vec<f64>, missed: f64 },
     UndefinedLeftInverse,
+    Rank { needed: usize, smallest: f64, point: Vec<f64> },
     NotRegression { worst: Worst, inputs: usize },
     Silent { delta: f64, window: f64, from: f64, direction: Vec<f64> },
     NonlinearOutput { output: usize, state: usize, low: f64, high: f64 },
@@ -219,6 +220,20 @@ pub(super) fn misfit(study: &Study, wish: &ObserverSpec, misfit: &Misfit) -> Fai
             "`left_inverse` has no finite value at a state of the region".to_owned(),
             vec!["a smaller `region`, in which phi^L(phi(x), h(x)) is defined".to_owned()],
         ),
+        Misfit::Rank { needed, smallest, point } => {
+            let states = &study.plant.states;
+            let at: Vec<String> =
+                states.iter().zip(point).map(|(name, x)| format!("{name} = {}", significant(*x, 4))).collect();
+            let hypothesis = format!(
+                "D_chi beta does not have the rank {needed} (A4): its least singular value is {} at {}, with chi of the start",
+                significant(*smallest, 3),
+                at.join(", ")
+            );
+            (
+                hypothesis,
+                vec!["a `beta` whose Jacobian by chi has full row rank, such as chi plus a function of y".to_owned()],
+            )
+        }
         Misfit::NotRegression { worst, inputs } => {
             let Worst { row, at_least, place, .. } = worst;
             let (u, theta) = place.input.split_at(*inputs);

@@ -7,7 +7,7 @@ use luenberger_plants::Plant;
 use luenberger_proof::Verdict;
 use luenberger_proof::certificate::{KklErrorBound, Theorem};
 use luenberger_proof::wording::{at_least, at_most, counted, significant};
-use nalgebra::DVector;
+use nalgebra::{DMatrix, DVector};
 
 use super::explain::Misfit;
 use super::runnable::Runnable;
@@ -25,7 +25,8 @@ pub fn candidate<'a>(model: &'a Model, maps: &'a KklMaps) -> Result<KklCandidate
     KklCandidate::new(model, maps, &all)
 }
 
-/// The observer, if (4) is proved over the region, Lambda is Hurwitz there, B is in cascade, and phi^L takes phi(x) back.
+/// The observer, if (4) is proved over the region, Lambda is Hurwitz there, B is in cascade, and phi^L takes phi(x)
+/// back.
 pub(super) fn kkl(model: &Model, spec: &KklMapsSpec, names: &[String]) -> Result<Designed, Misfit> {
     let KklMapsSpec { maps, region } = spec;
     let all: Vec<usize> = (0..maps.plant.states).collect();
@@ -53,6 +54,8 @@ pub(super) fn kkl(model: &Model, spec: &KklMapsSpec, names: &[String]) -> Result
         Ok(bound) => {
             design_report.statement.push_str(&guaranteed(&bound, names));
             design_report.numbers.extend(bound_numbers(&bound, names));
+            let order = bound.p.rows();
+            design_report.matrices = vec![matrix("P", &DMatrix::from_fn(order, order, |i, j| bound.p[(i, j)]))];
             let stability = certificate.theorems().iter().map(|proved| proved.theorem().clone());
             let theorems: Vec<Theorem> = core::iter::once(bound.into()).chain(stability).collect();
             certificate = Certificate::of(theorems).map_err(DesignError::from).map_err(KklError::from)?;
@@ -70,32 +73,25 @@ pub(super) fn kkl(model: &Model, spec: &KklMapsSpec, names: &[String]) -> Result
 /// The bound in words.
 fn guaranteed(bound: &KklErrorBound, names: &[String]) -> String {
     let claims = &bound.claims;
-    let each = |say: &dyn Fn(usize) -> Option<String>| (0..names.len()).filter_map(say).collect::<Vec<_>>().join(", ");
-    let slope = |k: usize| {
-        let (lipschitz, defect) = (claims.lipschitz[k], claims.defect[k]);
-        let part = match defect {
-            0.0 => String::new(),
-            defect => format!(" + {}", at_most(defect, 3)),
-        };
-        (lipschitz > 0.0 || defect > 0.0).then(|| format!("{} to {} V(t){part}", names[k], at_most(lipschitz, 3)))
+    let sum = |k: usize| match (claims.lipschitz[k], claims.defect[k]) {
+        (0.0, defect) => at_most(defect, 3),
+        (lipschitz, 0.0) => format!("{} V(t)", at_most(lipschitz, 3)),
+        (lipschitz, defect) => format!("{} V(t) + {}", at_most(lipschitz, 3), at_most(defect, 3)),
     };
-    let eventual = |k: usize| {
-        let eventual = claims.eventual[k];
-        (eventual > 0.0).then(|| format!("{} to {}", names[k], at_most(eventual, 3)))
+    let each = |say: &dyn Fn(usize) -> String| {
+        (0..names.len()).map(|k| format!("{} for {}", say(k), names[k])).collect::<Vec<_>>().join(", ")
     };
-    let eventually = match each(&eventual) {
-        none if none.is_empty() => "all of them exactly".to_owned(),
-        some => format!("{some}, the others exactly"),
+    let limit = if claims.limit == 0.0 { String::new() } else { format!(" + {}", at_most(claims.limit, 3)) };
+    let eventually = if claims.eventual.iter().all(|x| *x == 0.0) {
+        "it tends to 0".to_owned()
+    } else {
+        format!("it is in the limit at most {}", each(&|k| at_most(claims.eventual[k], 3)))
     };
     format!(
-        " Guaranteed, with e = xi - phi(x) and V = sqrt(e'Pe): V(t) <= exp(-{} t) V(0) + {}, and whenever V(t) <= {} the estimates are right within these bounds: {}; in the limit, from every xi(0): {eventually}.",
+        " Guaranteed there, with e = xi - phi(x) and V = sqrt(e'Pe): V(t) <= exp(-{} t) V(0){limit}, and while V(t) <= {} the estimation error is at most {}; from every xi(0) {eventually}.",
         at_least(bound.rate, 3),
-        at_most(claims.limit, 3),
         at_least(claims.start, 3),
-        match each(&slope) {
-            none if none.is_empty() => "exactly".to_owned(),
-            some => some,
-        },
+        each(&sum),
     )
 }
 
@@ -107,6 +103,9 @@ fn bound_numbers(bound: &KklErrorBound, names: &[String]) -> Vec<NamedNumber> {
         number("limit of V", claims.limit),
         number("largest V for which the estimate is bounded", claims.start),
     ];
+    if let Some(injectivity) = &bound.injectivity {
+        numbers.push(number("modulus of injectivity of (phi, h)", injectivity.modulus));
+    }
     for (k, name) in names.iter().enumerate() {
         numbers.push(number(&format!("guaranteed limit of the error of {name}"), claims.eventual[k]));
     }

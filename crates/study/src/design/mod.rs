@@ -3,6 +3,7 @@
 mod discrete;
 mod disturbance;
 mod explain;
+mod immersion;
 mod kkl;
 mod kkl_maps;
 mod linear;
@@ -10,12 +11,14 @@ mod noise_gain;
 mod nonlinear;
 mod operating_point;
 mod peb;
+mod printed_mean_value;
 mod runnable;
 
 pub(crate) use disturbance::names as disturbance_names;
 pub use kkl::Kkl;
 pub use kkl_maps::candidate;
 pub(crate) use noise_gain::SPEED_RATIO;
+pub use printed_mean_value::PrintedMean;
 pub use runnable::{At, Chains, Runnable, WithDisturbance, WithoutDisturbance};
 
 use std::sync::atomic::AtomicBool;
@@ -118,6 +121,7 @@ fn in_words(
     if let ObserverKind::MeanValue { .. }
     | ObserverKind::HighGain { .. }
     | ObserverKind::Kkl(_)
+    | ObserverKind::ImmersionInvariance(_)
     | ObserverKind::Pebo(_)
     | ObserverKind::KklPeb(_)
     | ObserverKind::KklNumerical(_) = wish.kind
@@ -150,7 +154,11 @@ fn in_words(
         ObserverKind::Lipschitz { split, region, rate, gain } => {
             nonlinear::lipschitz(study, split.as_ref(), region, *rate, gain.as_ref(), &options).map_err(explained)
         }
-        ObserverKind::MeanValue { region, rate, eta, internal_error } => {
+        ObserverKind::MeanValue { eta, internal_error, printed: Some(mean), .. } => {
+            explain::first_states_measured(study, wish)?;
+            printed_mean_value::design(model, *mean, *eta, internal_error).map_err(explained)
+        }
+        ObserverKind::MeanValue { region, rate, eta, internal_error, printed: None } => {
             explain::first_states_measured(study, wish)?;
             nonlinear::mean_value(study, region, *rate, *eta, internal_error, &options).map_err(explained)
         }
@@ -161,6 +169,7 @@ fn in_words(
             nonlinear::extended_kalman(model, (w, v, p0), *period, *substeps, *gate).map_err(explained)
         }
         ObserverKind::Kkl(spec) => kkl_maps::kkl(model, spec, &study.plant.states).map_err(explained),
+        ObserverKind::ImmersionInvariance(spec) => immersion::immersion(model, spec).map_err(explained),
         ObserverKind::Pebo(spec) | ObserverKind::KklPeb(spec) => peb::peb(study, wish, spec).map_err(explained),
         ObserverKind::KklNumerical(kkl) => {
             explain::small_and_autonomous(study, wish)?;

@@ -3,16 +3,17 @@
 use luenberger_observers::high_gain::{HighGainMap, Place};
 use luenberger_observers::{
     CubicObserver, DeviationObserver, DiscreteLinearObserver, DiscreteNonlinearObserver, ExtendedKalmanFilter,
-    HighGainObserver, Integral, KklObserver, KklPebObserver, LinearObserver, MeanValueObserver,
-    NonlinearLuenbergerObserver, Observer, ObserverDimensions, ProportionalIntegralObserver, SampledCubicObserver,
-    SampledObserver, StationaryKalmanFilter, UnknownInputObserver,
+    HighGainObserver, ImmersionInvarianceObserver, Integral, KklObserver, KklPebObserver, LinearObserver,
+    MeanValueObserver, NonlinearLuenbergerObserver, Observer, ObserverDimensions, ProportionalIntegralObserver,
+    SampledCubicObserver, SampledObserver, StationaryKalmanFilter, UnknownInputObserver,
 };
 use luenberger_plants::{Column, Plant, state_jacobian};
 use luenberger_sim::{Replay, Scenario};
 use nalgebra::{DVector, Dyn};
 
 use super::kkl::Kkl;
-use crate::maps::{Estimator, KklMaps, RegressionMaps};
+use super::printed_mean_value::PrintedMean;
+use crate::maps::{Estimator, ImmersionMaps, KklMaps, RegressionMaps};
 use crate::model::Model;
 
 /// An observer of the deviations from an operating point.
@@ -57,6 +58,8 @@ pub enum Runnable {
     NonlinearLuenberger(Box<NonlinearLuenbergerObserver<Model, f64, Dyn, Dyn, Dyn>>),
     /// Mean-value-theorem observer.
     MeanValue(Box<MeanValueObserver<Model, Integral, f64, Dyn, Dyn, Dyn>>),
+    /// Mean-value-theorem observer as printed.
+    PrintedMeanValue(Box<MeanValueObserver<Model, PrintedMean, f64, Dyn, Dyn, Dyn>>),
     /// High-gain observer for a plant of integrator chains.
     HighGain(Box<HighGainObserver<Chains, f64, Dyn>>),
     /// Extended Kalman filter.
@@ -65,6 +68,8 @@ pub enum Runnable {
     KklMaps(Box<KklObserver<KklMaps>>),
     /// PEBO or [KKL+PEB] observer with given maps.
     Peb(Box<KklPebObserver<RegressionMaps, Estimator, f64>>),
+    /// Immersion-and-invariance observer with given maps.
+    Immersion(Box<ImmersionInvarianceObserver<Model, ImmersionMaps>>),
     /// Numerical KKL observer.
     Kkl(Box<Kkl>),
 }
@@ -83,9 +88,11 @@ macro_rules! each {
             Runnable::CubicAt($continuous) => $flow,
             Runnable::NonlinearLuenberger($continuous) => $flow,
             Runnable::MeanValue($continuous) => $flow,
+            Runnable::PrintedMeanValue($continuous) => $flow,
             Runnable::HighGain($continuous) => $flow,
             Runnable::KklMaps($continuous) => $flow,
             Runnable::Peb($continuous) => $flow,
+            Runnable::Immersion($continuous) => $flow,
             Runnable::Kkl(kkl) => match kkl.as_ref() {
                 Kkl::Two($continuous) => $flow,
                 Kkl::TwoEmbedded($continuous) => $flow,

@@ -6,6 +6,7 @@
 //!
 //! | file | subject |
 //! |---|---|
+//! | `immersion` | beta, phi and phi^L of an immersion-and-invariance observer |
 //! | `names` | what the variables of each map are called |
 //! | `kkl` | phi, Lambda, B and phi^L |
 //! | `bound` | the guaranteed bound of the estimation error |
@@ -13,12 +14,14 @@
 //! | `regression` | s, g and m, and what theta adds to xi; estimators |
 
 mod bound;
+mod immersion;
 mod kkl;
 mod names;
 mod regression;
 pub(crate) mod whole;
 
 pub(crate) use bound::kkl_error_bound;
+pub use immersion::{ImmersionMaps, ImmersionSpec};
 pub use kkl::{KklMaps, KklMapsSpec};
 pub(crate) use names::MapNames;
 pub use regression::{Estimator, PebSpec, RegressionMaps};

@@ -9,6 +9,9 @@
 //! | s | outputs |
 //! | g, m | xi, inputs, outputs |
 //! | missing | theta |
+//! | beta | chi, outputs |
+//! | phi^L of an I&IO | z, outputs |
+//! | Q, rho | chi, inputs, outputs |
 //!
 //! States, inputs and outputs have the names of the study, and `x1, ..`, `u1, ..`, `y1, ..`; the observer's own states
 //! are `xi1, ..`. All of them may use the time and the parameters of the plant. Every map but phi is evaluated with xi
@@ -85,6 +88,30 @@ impl<'a> MapNames<'a> {
         (0..self.plant.outputs.len()).map(move |k| (format!("_y{}", k + 1), Variable::Input(before + k)))
     }
 
+    /// beta(y, chi): evaluated with (chi, y), of `order` states chi.
+    pub(crate) fn manifold(&self, order: usize) -> Result<Scope, ParameterError> {
+        let outputs = self.family(&self.plant.outputs, 'y', move |k| Variable::State(order + k));
+        self.scope((order + self.plant.outputs.len(), 0), chi(order).chain(outputs))
+    }
+
+    /// phi(x) without outputs: evaluated with x.
+    pub(crate) fn states(&self) -> Result<Scope, ParameterError> {
+        let states = self.family(&self.plant.states, 'x', Variable::State);
+        self.scope((self.plant.states.len(), 0), states)
+    }
+
+    /// phi^L(z, y): as that of a KKL observer, with z for xi.
+    pub(crate) fn from_manifold(&self) -> Result<Scope, ParameterError> {
+        let z = (0..self.order).map(|k| (format!("z{}", k + 1), Variable::State(k)));
+        self.scope(self.counts(), z.chain(self.outputs()))
+    }
+
+    /// Q and rho(y, chi, u).
+    pub(crate) fn freedom(&self, order: usize) -> Result<Scope, ParameterError> {
+        let known = self.plant.inputs.len() + self.plant.outputs.len();
+        self.scope((order, known), chi(order).chain(self.inputs()).chain(self.outputs()))
+    }
+
     fn counts(&self) -> (usize, usize) {
         (self.order, self.plant.inputs.len() + self.plant.outputs.len())
     }
@@ -124,4 +151,8 @@ impl<'a> MapNames<'a> {
     ) -> Result<Scope, ParameterError> {
         Scope::variables(states, inputs, names).with(&self.plant.parameters)
     }
+}
+
+fn chi(order: usize) -> impl Iterator<Item = (String, Variable)> {
+    (0..order).map(|k| (format!("chi{}", k + 1), Variable::State(k)))
 }

@@ -1,13 +1,15 @@
 //! The maps of an observer: lists and matrices of expressions.
 
 use luenberger_design::Region;
-use luenberger_expression::{Expression, ParameterError, Scope};
+use luenberger_expression::{Expression, ExpressionPlant, ParameterError, Scope};
+use luenberger_plants::Differentiable;
 use luenberger_proof::wording::counted;
+use nalgebra::{DMatrix, DVector};
 
 use super::plant::expression;
 use super::tree::Node;
 use super::{Reader, check, observer};
-use crate::maps::{Estimator, KklMaps, KklMapsSpec, MapNames, PebSpec, RegressionMaps};
+use crate::maps::{Estimator, ImmersionMaps, ImmersionSpec, KklMaps, KklMapsSpec, MapNames, PebSpec, RegressionMaps};
 use crate::model::PlantModel;
 use crate::study::ObserverKind;
 
@@ -272,4 +274,67 @@ fn estimator(node: &Node, (rows, q): (usize, usize), reader: &mut Reader) -> Opt
         }
     };
     made.map_err(|error| reader.wrong(gain_node.span.clone(), error.to_string(), "expected a positive gain")).ok()
+}
+
+/// beta, phi, phi^L of an immersion-and-invariance observer.
+pub(super) fn immersion(node: &Node, plant: &PlantModel, reader: &mut Reader) -> Option<ObserverKind> {
+    let region = bounded(node, plant, reader);
+    let rows = node.get("phi")?.list()?.len();
+    let order = node.get("order").map_or(Some(rows), Node::count)?;
+    let names = MapNames::new(plant, rows);
+    let of_phi = format!("`phi` has {}", counted(rows, "row"));
+    let of_states = format!("the plant has {}", counted(plant.states.len(), "state"));
+    let of_order = format!("the observer has {} chi", counted(order, "state"));
+    let phi = list(node, "phi", (rows, &of_phi), names.states(), reader);
+    let beta = list(node, "beta", (rows, &of_phi), names.manifold(order), reader);
+    let left_inverse = list(node, "left_inverse", (plant.states.len(), &of_states), names.from_manifold(), reader);
+    let mut given = |key: &str, length: (usize, &str), scope| match node.get(key) {
+        Some(_) => list(node, key, length, scope, reader).map(Some),
+        None => Some(None),
+    };
+    let start = given("start", (order, &of_order), names.image());
+    let freedom = given("q", (order, &of_order), names.freedom(order));
+    let rho = given("rho", (rows, &of_phi), names.freedom(order));
+    let (phi, beta, left_inverse, start) = (phi?, beta?, left_inverse?, start?);
+    let as_plant = |rows: &[Expression], scope: Result<Scope, ParameterError>, states: usize| {
+        let texts: Vec<&str> = rows.iter().map(Expression::text).collect();
+        ExpressionPlant::within(&vec!["0"; states], &texts, &scope.ok()?).ok()
+    };
+    let beta = as_plant(&beta, names.manifold(order), order + plant.outputs.len())?;
+    let size = plant.model.size();
+    if start.is_none() && !is_shifted_identity(&beta, order) {
+        let message = "`beta` is not chi plus a function of the outputs, and `start` is not given";
+        let expected = "expected `start`: chi for an estimate, as expressions of states and outputs";
+        reader.wrong(node.get("beta")?.span.clone(), message, expected);
+        return None;
+    }
+    let image = KklMaps {
+        plant: size,
+        lambda: list_of_zeros(rows * rows)?,
+        injection: list_of_zeros(rows)?,
+        left_inverse,
+        phi: phi.clone(),
+    };
+    let maps = ImmersionMaps {
+        plant: size,
+        order,
+        beta,
+        phi: as_plant(&phi, names.states(), plant.states.len())?,
+        image,
+        start,
+        freedom: freedom?,
+        rho: rho?,
+    };
+    Some(ObserverKind::ImmersionInvariance(Box::new(ImmersionSpec { maps, region: region? })))
+}
+
+/// Whether D_chi beta is the identity at a few points.
+fn is_shifted_identity(beta: &ExpressionPlant, order: usize) -> bool {
+    let states = beta.f().len();
+    let rows = beta.h().len();
+    rows == order
+        && crate::model::generic_points(states).iter().all(|point| {
+            let jacobian: DMatrix<f64> = beta.output_jacobian(0.0, point, &DVector::zeros(0));
+            jacobian.columns(0, order) == DMatrix::<f64>::identity(order, order)
+        })
 }

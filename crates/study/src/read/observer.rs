@@ -8,6 +8,7 @@ use nalgebra::{Complex, DMatrix};
 
 use super::tree::Node;
 use super::{Reader, check, disturbance, maps};
+use crate::design::PrintedMean;
 use crate::diagnostic::Source;
 use crate::model::PlantModel;
 use crate::study::{GainLimits, GainSpec, KklSpec, LinearSpec, ObserverKind, ObserverSpec, RateSpec};
@@ -99,6 +100,7 @@ fn observer(
     };
     let kind = match kind_name {
         "kkl" => maps::kkl(node, plant, reader),
+        "immersion-invariance" => maps::immersion(node, plant, reader),
         "pebo" => maps::peb(node, plant, reader).map(|peb| ObserverKind::Pebo(Box::new(peb))),
         "kkl-peb" => maps::peb(node, plant, reader).map(|peb| ObserverKind::KklPeb(Box::new(peb))),
         _ => kind(node, kind_name, size, reader),
@@ -199,11 +201,13 @@ fn kind(node: &Node, name: &str, size: Dimensions, reader: &mut Reader) -> Optio
                 Some(error) => reader.numbers(error, "internal_error", n, "state"),
                 None => Some(vec![0.0; n]),
             };
+            let printed = printed_mean(node, reader)?;
             ObserverKind::MeanValue {
                 region: region?,
                 rate: positive("decay_rate", 0.0)?,
                 eta: positive("eta", 1.0)?,
                 internal_error: internal_error?,
+                printed,
             }
         }
         "high-gain" => high_gain(node, size, reader)?,
@@ -247,6 +251,21 @@ fn kind(node: &Node, name: &str, size: Dimensions, reader: &mut Reader) -> Optio
         // The description of the kinds has no other.
         _ => return None,
     })
+}
+
+/// The mean of the Jacobian of the observer as printed, which has no gain to be designed.
+fn printed_mean(node: &Node, reader: &mut Reader) -> Option<Option<PrintedMean>> {
+    let Some(printed) = node.get("as_printed") else { return Some(None) };
+    if let Some(given) = ["decay_rate", "region", "max_gain", "noise"].iter().find_map(|key| node.entry(key)) {
+        let message = format!("`{}` has no effect: the observer as printed has no gain to be designed", given.key);
+        reader.wrong(given.span.clone(), message, "expected it without `as_printed`");
+        return None;
+    }
+    Some(Some(match printed.text()? {
+        "least-squares" => PrintedMean::LeastSquares,
+        "root" => PrintedMean::Root,
+        _ => PrintedMean::Integral,
+    }))
 }
 
 /// At most one of these keys, or exactly one; an error names those that are present.

@@ -11,6 +11,7 @@ mod truth;
 pub use json::{SCHEMA, json_schema};
 pub use keys::STUDY;
 pub(crate) use keys::{QUANTITIES, SWEPT};
+pub use observers::{ObserverSource, observer_sources};
 
 /// A table: its description and its keys.
 #[derive(Debug, Clone, Copy)]

@@ -408,7 +408,7 @@ const KINDS: &[Variant] = &[
     },
     Variant {
         name: "mean-value",
-        about: "Mean-value-theorem observer, in its corrected form, for plants whose outputs are the first states.",
+        about: "Mean-value-theorem observer, corrected or as printed, for plants whose outputs are the first states.",
         keys: &[
             REGION,
             optional("decay_rate", Kind::Number(Range::NotNegative), "Decay rate to be certified (default 0)."),
@@ -417,6 +417,15 @@ const KINDS: &[Variant] = &[
                 "internal_error",
                 Kind::Numbers(Range::Any),
                 "Initial internal error, an estimate of x(0) - xhat(0), n numbers (default 0).",
+            ),
+            optional(
+                "as_printed",
+                Kind::Choice(&[
+                    ("least-squares", "beta by bounded nonlinear least squares, as the paper computes it."),
+                    ("root", "beta by bracketing the root of each row."),
+                    ("integral", "The integral of the Jacobian along the segment."),
+                ]),
+                "The observer as printed, with the mean Jacobian computed this way. It has no certificate, because its theorem is false (default: the corrected observer).",
             ),
             MAX_GAIN,
             NOISE,
@@ -504,6 +513,32 @@ const KINDS: &[Variant] = &[
         ],
     },
     Variant {
+        name: "immersion-invariance",
+        about: "Immersion-and-invariance observer: chi makes beta(y, chi) follow phi(x), xhat = phi^L(beta(y, chi), y).",
+        keys: &[
+            required("beta", Kind::Expressions, "beta(y, chi), one expression of chi1, .. and the outputs for each z."),
+            required("phi", Kind::Expressions, "phi(x), one expression of the states for each z."),
+            required(
+                "left_inverse",
+                Kind::Expressions,
+                "phi^L(z, y), one expression of z1, .. and the outputs for each state of the plant.",
+            ),
+            BOUNDED,
+            optional("order", Kind::Count(1), "Number of states chi (default: that of the rows of `beta`)."),
+            optional(
+                "start",
+                Kind::Expressions,
+                "chi for an estimate, expressions of the states and the outputs (default: phi(x) - beta(y, 0), for beta = chi + a function of y).",
+            ),
+            optional(
+                "q",
+                Kind::Expressions,
+                "Q(y, chi, u): how chi moves in the directions that beta does not see (default 0).",
+            ),
+            optional("rho", Kind::Expressions, "rho(y, chi, u): how beta moves beside phi(xhat) (default 0)."),
+        ],
+    },
+    Variant {
         name: "kkl-numerical",
         about: "Numerical KKL observer: z' = D z + B y with a left inverse of T computed by simulation, for plants with 2 or 3 states, one output and no input.",
         keys: &[
@@ -537,3 +572,57 @@ const KINDS: &[Variant] = &[
         ],
     },
 ];
+
+/// Where the kinds come from: paper and equation.
+const SOURCES: &[(&str, &str)] = &[
+    ("luenberger", "Luenberger 1964"),
+    ("kalman", "Kalman and Bucy 1961; in discrete time Kalman 1960"),
+    ("cubic", "Share Pasand, Luenberger-type cubic observers, eq. (5)"),
+    ("sampled-cubic", "the same paper's observer, eq. (5), with a step in closed form: docs/theory-cubic.md"),
+    ("unknown-input", "asked for by Share Pasand, Luenberger-type cubic observers; Darouach, Zasadzinski and Xu 1994"),
+    ("proportional-integral", "asked for by Share Pasand, Luenberger-type cubic observers; Wojciechowski 1978"),
+    ("lpv", "Boyd et al., Linear Matrix Inequalities in System and Control Theory, 1994"),
+    ("lipschitz", "Thau 1973, Rajamani 1998, Arcak and Kokotovic 2001"),
+    ("mean-value", "Ben Messaoud and Hajji 2018, eq. (3)"),
+    ("high-gain", "Yi, Ortega and Zhang 2018, Table I; Khalil and Praly 2014"),
+    ("extended-kalman", "Gelb, Applied Optimal Estimation, 1974, section 6.1"),
+    ("kkl", "Yi, Ortega and Zhang 2018, eq. (6), Proposition 1"),
+    ("pebo", "Yi, Ortega and Zhang 2018, eq. (8) to (12), Proposition 2"),
+    ("kkl-peb", "Yi, Ortega and Zhang 2018, eq. (15), Propositions 3, 6 and 7"),
+    ("immersion-invariance", "Yi, Ortega and Zhang 2018, eq. (18) and (19), Proposition 4"),
+    ("kkl-numerical", "Kazantzis and Kravaris 1998, Andrieu and Praly 2006; computed by simulation"),
+];
+
+/// A kind of observer: its name in study files, what it is, and where it comes from.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct ObserverSource {
+    /// Its name.
+    pub kind: &'static str,
+    /// What it is.
+    pub about: &'static str,
+    /// Paper and equation; empty if unknown.
+    pub source: &'static str,
+}
+
+/// The kinds of observers that a study can ask for, in the order of the schema.
+///
+/// ```
+/// let kinds: Vec<&str> = luenberger_study::schema::observer_sources().map(|source| source.kind).collect();
+/// assert!(kinds.contains(&"cubic") && kinds.contains(&"kkl-peb"));
+/// ```
+pub fn observer_sources() -> impl Iterator<Item = ObserverSource> {
+    KINDS.iter().map(|variant| {
+        let source = SOURCES.iter().find(|(kind, _)| *kind == variant.name).map_or("", |(_, source)| source);
+        ObserverSource { kind: variant.name, about: variant.about, source }
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    #[test]
+    fn every_kind_of_observer_says_where_it_comes_from() {
+        for kind in super::observer_sources() {
+            assert!(!kind.source.is_empty(), "{}: no entry in SOURCES", kind.kind);
+        }
+    }
+}

@@ -38,6 +38,24 @@ pub const TEMPLATES: &[Template] = &[
         files: &[],
     },
     Template {
+        name: "cuk-observers",
+        about: "the same converter: KKL, PEB, KKL+PEB, immersion-and-invariance and high-gain observers side by side",
+        text: include_str!("../../templates/cuk-observers.toml"),
+        files: &[],
+    },
+    Template {
+        name: "exponential-cascade",
+        about: "a cascade with an exponential: an unknown constant is estimated, or a KKL observer with a varying Lambda",
+        text: include_str!("../../templates/exponential-cascade.toml"),
+        files: &[],
+    },
+    Template {
+        name: "van-der-pol",
+        about: "van der Pol's oscillator: a KKL observer in closed form, and one computed by simulation",
+        text: include_str!("../../templates/van-der-pol.toml"),
+        files: &[],
+    },
+    Template {
         name: "chaotic",
         about: "a chaotic flow in expressions: a gain on a box, and a sweep of the first error",
         text: include_str!("../../templates/chaotic.toml"),

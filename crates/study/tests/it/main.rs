@@ -17,6 +17,7 @@ mod messages;
 mod mistakes;
 mod operating_point;
 mod plant;
+mod printed_mean_value;
 mod report_in_browser;
 mod sampled;
 mod scores;

@@ -63,6 +63,12 @@ alpha = 0.5
 estimator = { kind = "gradient", gain = 0.001 }
 "#;
 
+const IMMERSION: &str = r#"kind = "immersion-invariance"
+beta = ["chi1 + C2*50*v2", "chi2 - L3*i3"]
+phi = ["i1", "v4"]
+left_inverse = ["z1", "v2", "i3", "z2"]
+"#;
+
 /// Proposition 6's plant with its [KKL+PEB] observer.
 const SIXTH: &str = r#"[plant]
 f = ["exp(x3) - x1^3", "x1^2 + sin(x1) - x2", "1/(x1^2 + 1) + x1*u1"]
@@ -147,7 +153,11 @@ fn the_maps_of_a_kkl_observer_are_proved_over_the_region() {
     assert!(["i1", "v2", "i3", "v4"].iter().all(|state| limit(state).is_some_and(|limit| limit < 1e-9)));
     let rate = designed.report.number("guaranteed rate of decay of V = sqrt(e'Pe)").unwrap();
     assert!(rate > 19.5 && rate < 20.0, "{rate}");
-    assert!(designed.report.statement.contains("Guaranteed, with e = xi - phi(x)"), "{}", designed.report.statement);
+    assert!(
+        designed.report.statement.contains("Guaranteed there, with e = xi - phi(x)"),
+        "{}",
+        designed.report.statement
+    );
     // (i1, v4) to (L1 i1, v4): the least singular value of D(phi, h).
     let least = designed.report.numbers.iter().find(|number| number.name.contains("singular")).unwrap().value.unwrap();
     assert!((least - 0.01).abs() < 1e-6, "{least}");
@@ -200,8 +210,34 @@ fn what_theta_adds_may_be_nonlinear() {
     assert_eq!(start.unwrap(), [0.3, -0.2, 0.5, 0.0, 0.0, 1.0]);
 }
 
+/// With g1 = 50 and g2 = 1 the distance obeys `d1' = -g1 (1 - u) d1`, `d2' = -(G/C4 + g2) d2`: proved for all u of the
+/// region, with the eigenvalues of u = 1/2.
 #[test]
-fn maps_that_are_wrong_are_refused_with_the_place() {
+fn the_manifold_of_an_immersion_attracts_over_the_region() {
+    let designed = designed(&study(IMMERSION));
+    assert_eq!(designed.report.verdict, "proved", "{:?}", designed.report);
+    let mut poles: Vec<f64> = designed.report.poles.iter().map(|pole| pole[0]).collect();
+    poles.sort_by(f64::total_cmp);
+    for (found, expected) in poles.iter().zip([-0.0447 / 22.9e-6 - 1.0, -25.0]) {
+        assert!((found / expected - 1.0).abs() < 1e-12, "{poles:?}");
+    }
+    assert!(facts(&designed).contains("D_chi beta has full row rank (A4): verified"));
+    assert!(designed.certificate.unwrap().file("I&I").unwrap().to_json().contains("hurwitz"));
+    // The motion of chi is that of the paper: chi1' = -g1 (w (chi1 + C2 g1 v2) + u i3) + (E - w v2)/L1.
+    let (chi, u, y) = ([0.3, -11.0], [0.4], [23.0, -0.6]);
+    let motion = designed.runnable.motion(0.0, &chi, &u, &y).unwrap();
+    let (w, v4) = (1.0 - u[0], chi[1] - 0.01 * y[1]);
+    let first = -50.0 * (w * (chi[0] + 22.0e-6 * 50.0 * y[0]) + u[0] * y[1]) + (12.0 - w * y[0]) / 0.01;
+    let second = (y[1] - 0.0447 * v4) / 22.9e-6 - (u[0] * y[0] + v4);
+    assert!((motion[0] - first).abs() < 1e-9 * first.abs() && (motion[1] - second).abs() < 1e-9 * second.abs());
+    // With gains that repel nothing is proved of the attraction, and said so.
+    let repelling = self::designed(&study(&IMMERSION.replace("C2*50*v2", "-C2*50*v2")));
+    assert!(repelling.certificate.is_none() && repelling.report.verdict == "measured");
+    assert!(repelling.report.evidence.unwrap().contains("attracts (A5) is not proved"));
+}
+
+#[test]
+pub(crate) fn maps_that_are_wrong_are_refused_with_the_place() {
     let with = |from: &str, to: &str, of: &str| {
         assert!(of.contains(from), "{from}");
         format!("{PLANT}{}", of.replace(from, to))
@@ -234,6 +270,15 @@ fn maps_that_are_wrong_are_refused_with_the_place() {
         assert!(found.contains(hypothesis), "{found}\n{hypothesis}");
         assert!(instead.contains(alternative), "{instead}");
     }
+    // (A4).
+    let flat = IMMERSION
+        .replace("[\"chi1 + C2*50*v2\", ", "[\"chi2 + C2*50*v2\", ")
+        .replace("left_inverse", "start = [0, 0]\nleft_inverse");
+    let (found, _) = refused(&format!("{PLANT}{flat}"));
+    assert!(
+        found.contains("D_chi beta does not have the rank 2 (A4): its least singular value is 0 at i1 = "),
+        "{found}"
+    );
     // Two states with one image.
     let folded = "[plant]\nf = [\"-x1\", \"-x2\"]\nh = [\"x1\"]\n[[observer]]\nkind = \"kkl\"\nphi = [\"x2^2\"]\nlambda = [-2]\nb = [0]\nleft_inverse = [\"y1\", \"sqrt(abs(xi1))\"]\nregion = { states = [[-1, 1], [-1, 1]] }\n";
     let (found, _) = refused(folded);
@@ -241,7 +286,7 @@ fn maps_that_are_wrong_are_refused_with_the_place() {
 }
 
 #[test]
-fn mistakes_in_maps_are_reported_at_their_place() {
+pub(crate) fn mistakes_in_maps_are_reported_at_their_place() {
     for (from, to, of, message, expected) in [
         ("phi = [\"v4\", ", "phi = [\"v5\", ", KKL, "there is no `v5`", "cannot be read"),
         // A state is no argument of B.
@@ -291,6 +336,23 @@ fn mistakes_in_maps_are_reported_at_their_place() {
             BOTH,
             "`theta` has 2 pairs, and the regression has 1",
             "1 pair",
+        ),
+        ("[\"chi1 + C2", "[\"2*chi1 + C2", IMMERSION, "`beta` is not chi plus a function of the outputs", "`start`"),
+        ("[\"chi1 + C2", "[\"xi1 + C2", IMMERSION, "there is no `xi1`", "cannot be read"),
+        ("[\"z1\", ", "[\"chi1\", ", IMMERSION, "there is no `chi1`", "cannot be read"),
+        (
+            "phi = [\"i1\", \"v4\"]",
+            "phi = [\"i1\"]",
+            IMMERSION,
+            "`beta` has 2 expressions, and `phi` has 1 row",
+            "1 expression",
+        ),
+        (
+            "phi = [\"i1\"",
+            "q = [1]\nphi = [\"i1\"",
+            IMMERSION,
+            "`q` has 1 expression, and the observer has 2 states chi",
+            "2 expr",
         ),
     ] {
         assert!(of.contains(from), "{from}");

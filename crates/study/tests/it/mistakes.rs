@@ -443,6 +443,12 @@ pub(crate) fn kinds_of_observers() {
             "low <= high",
         ),
         ("kind = \"mean-value\"\ninternal_error = [1]", "`internal_error` has length 1", "expected length 2"),
+        (
+            "kind = \"mean-value\"\nas_printed = \"root\"\ndecay_rate = 1",
+            "`decay_rate` has no effect: the observer as printed has no gain to be designed",
+            "without `as_printed`",
+        ),
+        ("kind = \"mean-value\"\nas_printed = \"roots\"", "`as_printed` is the text \"roots\"", "least-squares"),
         ("kind = \"high-gain\"\nr = 0.1\nchains = [1]", "`chains` is [1], and the plant has 2 states", "add to 2"),
         ("kind = \"high-gain\"\nr = 0.1\nalpha = [1]", "`alpha` has length 1", "expected length 2"),
         ("kind = \"high-gain\"", "has no `r`", "positive"),

@@ -25,7 +25,7 @@ use super::super::Fault;
 use super::super::fields::{Field, Fields};
 use super::super::number::Number;
 use super::super::write::Out;
-use super::{Fact, FileError, Statement, Witness};
+use super::{Fact, FileError, KklInjectivity, Statement, Witness};
 use crate::definite::positive_semidefinite;
 use crate::error::ProofError;
 use crate::exact::Exact;
@@ -154,6 +154,8 @@ pub struct KklErrorBound {
     pub rate: f64,
     /// What is claimed.
     pub claims: KklClaims,
+    /// The modulus of injectivity, if that is claimed too.
+    pub injectivity: Option<KklInjectivity>,
 }
 
 impl KklMaps {
@@ -206,6 +208,17 @@ impl KklMaps {
     pub fn image_over(&self, region: &KklBox) -> Result<Vec<Interval>, UndecidedReason> {
         let axes = Axes { x: &region.x, u: &region.u, e: &[] };
         self.composition()?.image_bounds(&axes)?.ok_or(UndecidedReason::Overflow)
+    }
+
+    /// Bounds of the Jacobian of (phi, h) over a box, (q + p) x n.
+    ///
+    /// # Errors
+    /// [`UndecidedReason`] where an entry is not bounded.
+    pub fn jacobian_over(&self, region: &KklBox) -> Result<Matrix<Interval>, UndecidedReason> {
+        let axes = Axes { x: &region.x, u: &region.u, e: &[] };
+        let bounds = self.composition()?.jacobian_bounds(&axes)?.ok_or(UndecidedReason::Overflow)?;
+        let rows = self.phi.len() + self.h.len();
+        Matrix::from_row_major(rows, self.f.len(), bounds).map_err(|_| UndecidedReason::Overflow)
     }
 
     /// Bounds of Lambda over a box, q x q.
@@ -261,7 +274,7 @@ impl KklErrorBound {
         let eventual = |(k, d): (&f64, &f64)| (k * limit + d) * (1.0 + 1e-12);
         let eventual = lipschitz.iter().zip(&defect).map(eventual).collect();
         let claims = KklClaims { residual, start, limit, lipschitz, defect, eventual };
-        Ok(Self { maps, region, lambda, p, w, rate, claims })
+        Ok(Self { maps, region, lambda, p, w, rate, claims, injectivity: None })
     }
 
     /// Shapes and ranges, as reading checks them.
@@ -300,7 +313,7 @@ impl KklErrorBound {
         let mut ranges = self.region.x.iter().chain(&self.region.u).chain(self.lambda.as_slice()).enumerate();
         match ranges.find(|(_, range)| !range.is_bounded()) {
             Some((row, range)) => Err(ProofError::NotFinite { what: "the box", row, column: 0, value: range.width() }),
-            None => Ok(()),
+            None => self.injectivity.as_ref().map_or(Ok(()), |of| of.check((self.maps.f.len(), q, self.maps.h.len()))),
         }
     }
 
@@ -360,7 +373,7 @@ impl Statement for KklErrorBound {
         let whole = Axes { x: &self.region.x, u: &self.region.u, e: &e };
         let axes = Axes { e: &[], ..whole };
         let claims = &self.claims;
-        let mut over: [Verdict<Witness>; 5] = match self.maps.composition() {
+        let mut over: [Verdict<Witness>; 6] = match self.maps.composition() {
             Err(why) => std::array::from_fn(|_| Verdict::Undecided { why: why.clone(), best: f64::NAN }),
             Ok(mut maps) => [
                 maps.is_defined(&whole),
@@ -368,10 +381,14 @@ impl Statement for KklErrorBound {
                 maps.residual_within(&claims.residual, &axes),
                 maps.slopes_within(&claims.lipschitz, &self.w, &whole),
                 maps.defects_within(&claims.defect, &axes),
+                match &self.injectivity {
+                    Some(of) => maps.jacobian_within(&of.jacobian, &axes),
+                    None => Verdict::Proved { margin: 0.0 },
+                },
             ],
         };
         let mut take = |k: usize| core::mem::replace(&mut over[k], Verdict::Proved { margin: 0.0 });
-        Ok(vec![
+        let mut facts = vec![
             Fact::stated("all maps are defined over the box", take(0)),
             Fact::stated("Lambda lies between its bounds over the box", take(1)),
             Fact::new("P > 0", positive(&self.p)?),
@@ -382,7 +399,12 @@ impl Statement for KklErrorBound {
             Fact::stated("|z - phi^L(phi, h, u)| <= defect over the box", take(4)),
             Fact::stated("rate^2 limit^2 >= residual'|P| residual and limit < start", self.limit()),
             Fact::stated("eventual >= lipschitz limit + defect", self.eventual()),
-        ])
+        ];
+        if let Some(of) = &self.injectivity {
+            facts.push(Fact::stated("the Jacobian of (phi, h) lies between its bounds over the box", take(5)));
+            facts.extend(of.facts(&self.p)?);
+        }
+        Ok(facts)
     }
 
     fn words(&self) -> String {
@@ -420,7 +442,7 @@ impl Statement for KklErrorBound {
             exact(claims.start),
             each(&bound),
             each(&eventual),
-        )
+        ) + &self.injectivity.as_ref().map_or_else(String::new, KklInjectivity::words)
     }
 
     fn read(file: &mut Fields<'_>) -> Result<Self, FileError> {
@@ -526,7 +548,8 @@ impl Statement for KklErrorBound {
             eventual: list(&bounds.take("eventual")?, k)?,
         };
         bounds.finish()?;
-        Ok(Self { maps, region: region_of, lambda, p, w, rate, claims })
+        let injectivity = KklInjectivity::read(file, (maps.f.len(), q, maps.h.len()))?;
+        Ok(Self { maps, region: region_of, lambda, p, w, rate, claims, injectivity })
     }
 
     fn write(&self) -> Vec<(&'static str, Out)> {
@@ -541,7 +564,7 @@ impl Statement for KklErrorBound {
         let range = |range: &Interval| Out::Line(vec![end(range.lo()), end(range.hi())]);
         let ranges = |ranges: &[Interval]| Out::Line(ranges.iter().map(range).collect());
         let (maps, claims) = (&self.maps, &self.claims);
-        vec![
+        let mut members = vec![
             ("plant", Out::Object(vec![("f", texts(&maps.f)), ("h", texts(&maps.h))])),
             (
                 "observer",
@@ -574,6 +597,8 @@ impl Statement for KklErrorBound {
                     ("eventual", Out::numbers(&claims.eventual)),
                 ]),
             ),
-        ]
+        ];
+        members.extend(self.injectivity.iter().map(|of| ("injectivity", of.write())));
+        members
     }
 }

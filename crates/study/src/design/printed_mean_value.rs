@@ -1,0 +1,89 @@
+//! The mean-value-theorem observer as printed, eq. (3) of Ben Messaoud and Hajji, for comparison with the corrected
+//! one.
+
+use luenberger_design::LeastSquares;
+use luenberger_observers::mean_value::{Mean, MeanJacobian};
+use luenberger_observers::{Beta, Integral, MeanValueObserver, ObserverError};
+use nalgebra::{DVector, Dyn};
+
+use super::explain::Misfit;
+use super::runnable::Runnable;
+use super::{Designed, number};
+use crate::model::Model;
+use crate::results::DesignReport;
+
+/// How the mean of the Jacobian over the segment from xhat to xhat + e is computed.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum PrintedMean {
+    /// beta by bounded nonlinear least squares, as in the paper.
+    LeastSquares,
+    /// beta by bracketing.
+    Root,
+    /// The integral.
+    Integral,
+}
+
+impl PrintedMean {
+    fn words(self) -> &'static str {
+        match self {
+            Self::LeastSquares => "beta by bounded nonlinear least squares",
+            Self::Root => "beta as the bracketed root of each row",
+            Self::Integral => "the integral of the Jacobian",
+        }
+    }
+}
+
+/// The same expression for each mean.
+macro_rules! each {
+    ($mean:expr, $one:ident => $call:expr) => {
+        match $mean {
+            PrintedMean::LeastSquares => {
+                let $one = LeastSquares::new();
+                $call
+            }
+            PrintedMean::Root => {
+                let $one = Beta;
+                $call
+            }
+            PrintedMean::Integral => {
+                let $one = Integral;
+                $call
+            }
+        }
+    };
+}
+
+type Column = DVector<f64>;
+
+impl Mean<Model, f64, Dyn, Dyn, Dyn> for PrintedMean {
+    fn mean(&self, plant: &Model, t: f64, xhat: &Column, u: &Column, e: &Column) -> MeanJacobian<f64, Dyn> {
+        each!(self, one => Mean::<Model, f64, Dyn, Dyn, Dyn>::mean(&one, plant, t, xhat, u, e))
+    }
+
+    fn examine(&self, plant: &Model, t: f64, xhat: &Column, u: &Column, e: &Column) -> Result<(), ObserverError> {
+        each!(self, one => Mean::<Model, f64, Dyn, Dyn, Dyn>::examine(&one, plant, t, xhat, u, e))
+    }
+}
+
+/// The observer; nothing is proved of it.
+pub(super) fn design(model: &Model, mean: PrintedMean, eta: f64, internal_error: &[f64]) -> Result<Designed, Misfit> {
+    let start = DVector::from_column_slice(internal_error);
+    let observer = MeanValueObserver::new(model.clone(), eta, mean, start)?;
+    let report = DesignReport {
+        statement: format!(
+            "Eq. (3) as printed, with {}. The internal error e never grows, as eta > 1/2; x - xhat tends to 0 with it where e(0) = x(0) - xhat(0).",
+            mean.words()
+        ),
+        matrices: Vec::new(),
+        poles: Vec::new(),
+        numbers: vec![number("eta", eta)],
+        facts: Vec::new(),
+        verdict: "none".to_owned(),
+        evidence: Some(
+            "no certificate: the theorem as printed is false, the estimation error need not tend to 0 from another e(0); without `as_printed` the corrected observer is designed"
+                .to_owned(),
+        ),
+        noise_deviation: Vec::new(),
+    };
+    Ok(Designed { runnable: Runnable::PrintedMeanValue(Box::new(observer)), report, certificate: None })
+}
