@@ -153,7 +153,11 @@ fn the_maps_of_a_kkl_observer_are_proved_over_the_region() {
     assert!(["i1", "v2", "i3", "v4"].iter().all(|state| limit(state).is_some_and(|limit| limit < 1e-9)));
     let rate = designed.report.number("guaranteed rate of decay of V = sqrt(e'Pe)").unwrap();
     assert!(rate > 19.5 && rate < 20.0, "{rate}");
-    assert!(designed.report.statement.contains("Guaranteed there, with e = xi - phi(x)"), "{}", designed.report.statement);
+    assert!(
+        designed.report.statement.contains("Guaranteed there, with e = xi - phi(x)"),
+        "{}",
+        designed.report.statement
+    );
     // (i1, v4) to (L1 i1, v4): the least singular value of D(phi, h).
     let least = designed.report.numbers.iter().find(|number| number.name.contains("singular")).unwrap().value.unwrap();
     assert!((least - 0.01).abs() < 1e-6, "{least}");
