@@ -1,8 +1,8 @@
 //! Observers of uncertain plants: a proved bound of the error that the forcing leaves, and the gain with the least one.
 //!
-//! `x' = (A + Delta) x + B u + E w`, `y = C x + D w`, where the observer has the nominal A: the error obeys `e' = (A - LC) e
-//! + Delta x + ..`, so that it does not tend to 0 unless x does (docs/theory-cubic.md, Robustness). With bounds `|x_i| <=
-//! X_i` of the states, x is a disturbance like any other:
+//! `x' = (A + Delta) x + B u + E w`, `y = C x + D w`, where the observer has the nominal A: the error obeys
+//! `e' = (A - LC) e + Delta x + ..`, so that it does not tend to 0 unless x does (docs/theory-cubic.md, Robustness). With
+//! the bounds `|x_i| <= X_i` of the states, x is a disturbance like any other:
 //!
 //! - **polytopic**: Delta(t) in the convex hull of deviations `Delta_k`. The disturbances are (x, w), the vertices `[Delta_k,
 //!   E]`;

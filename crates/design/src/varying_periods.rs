@@ -50,6 +50,13 @@ pub struct Periods {
     pub misses: usize,
 }
 
+impl Periods {
+    /// Whether every sample comes after the same period.
+    pub fn is_constant(&self) -> bool {
+        self.shortest >= self.longest && self.misses == 0
+    }
+}
+
 impl fmt::Display for Periods {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Self { shortest, longest, misses } = self;
@@ -270,7 +277,7 @@ impl Maps<'_> {
         for (_, map) in self.grid(periods, 4 * GRID)? {
             factor = factor.max((&root * map * &inverse).svd(false, false).singular_values.max());
         }
-        Ok((factor < 1.0).then(|| (p, factor + 0.1 * (1.0 - factor))))
+        Ok((factor < 1.0).then_some((p, factor + 0.1 * (1.0 - factor))))
     }
 
     /// Whether convergence at these periods is proved, for the linear correction.

@@ -23,8 +23,8 @@ pub struct ExpressionObserver {
 }
 
 impl ExpressionObserver {
-    /// The observer with g and k as the rows f and h of `flow`, and j as the rows h of `start`, for a plant with so many
-    /// inputs and outputs.
+    /// The observer with g and k as the rows f and h of `flow`, and j as the rows h of `start`, for a plant with these
+    /// numbers of inputs and outputs.
     ///
     /// # Errors
     /// [`PlantError::DimensionMismatch`] for sizes that do not fit.

@@ -5,9 +5,9 @@
 //! w'   = Dh(t, xhat, u) f(t, xhat, u),   w(t_k) = y_k
 //! ```
 //!
-//! from one sample to the next by so many steps of the classical Runge-Kutta method, u held. With `xhat = x` at a sample
-//! it is w = y until the next one; a measurement that is held instead makes an error of the order of `h y'`. The bound of
-//! the period h is not computed here: check it by simulation. The estimate at the end of a period uses the predicted
+//! from one sample to the next by steps of the classical Runge-Kutta method, u held. With `xhat = x` at a sample it is
+//! w = y until the next one; a measurement that is held instead makes an error of the order of `h y'`. The bound of the
+//! period h is not computed here: check it by simulation. The estimate at the end of a period uses the predicted
 //! output. Where h depends on the time explicitly, that part of `y'` is left out.
 //!
 //! The observer has to estimate all states of the plant. Its state here is z with the estimate behind it. Cost: 4
@@ -29,8 +29,8 @@ use crate::error::ObserverError;
 use crate::observer::{Observer, ObserverDimensions, SampledObserver};
 use crate::runge_kutta;
 
-/// The sampled form of the observer `O` of the plant `S` with N states, M inputs and P outputs. The state of `O` has the
-/// length Z, the state of the sampled form the length D = Z + N; see the [module](self).
+/// The sampled form of the observer `O` of the plant `S` with N states, M inputs and P outputs. The state of `O` has
+/// the length Z, the state of the sampled form the length D = Z + N; see the [module](self).
 #[derive(Clone, Debug, PartialEq)]
 pub struct InterSampleObserver<S, O, T, Z, N, M, P, D> {
     plant: S,

@@ -124,7 +124,8 @@ fn eliminate<T: RealField + Copy>(a: &mut [T], x: &mut [T]) -> bool {
         }
         let pivot = at(a, best * order + k);
         // Not a number is no pivot either.
-        if !(pivot.abs() > T::zero()) {
+        let is_pivot = pivot.abs() > T::zero();
+        if !is_pivot {
             return false;
         }
         if best != k {

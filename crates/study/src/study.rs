@@ -503,8 +503,10 @@ impl ObserverKind {
             | Self::SampledCubic { linear, varying: None, .. } => {
                 matches!(linear.gain, GainSpec::DecayRate(_) | GainSpec::Lmi)
             }
-            Self::SampledCubic { varying: Some(_), .. } => true,
-            Self::Lpv { .. } | Self::Lipschitz { .. } | Self::MeanValue { .. } => true,
+            Self::SampledCubic { varying: Some(_), .. }
+            | Self::Lpv { .. }
+            | Self::Lipschitz { .. }
+            | Self::MeanValue { .. } => true,
             Self::HighGain { .. }
             | Self::ExtendedKalman { .. }
             | Self::Kkl(_)

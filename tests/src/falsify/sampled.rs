@@ -44,7 +44,7 @@ pub(super) fn semi_implicit(document: &Value, random: &mut Random) -> Found {
 
 /// `exp(At)`, by its series, far beyond the digits that decide; `None` where that takes too many terms.
 fn exponential(a: &Exact, t: &Exact, size: f64) -> Option<Exact> {
-    if !(size < 12.0) {
+    if size.is_nan() || size >= 12.0 {
         return None;
     }
     let exponent = a.scaled(t);

@@ -777,6 +777,56 @@ pub(super) const SOURCES: &[Source] = &[
         ],
     },
     Source {
+        file: "crates/observers/src/unknown_input.rs",
+        suites: &[INPUT_TO_STATE],
+        mutants: &[
+            mutant(
+                "unknown input: xhat = z",
+                Dropped,
+                "T::one(), estimate.as_mut_slice()",
+                "T::zero(), estimate.as_mut_slice()",
+            ),
+            mutant(
+                "unknown input: the flow at z",
+                WrongOperand,
+                "derivative(t, &estimate, u, y)",
+                "derivative(t, state, u, y)",
+            ),
+        ],
+    },
+    Source {
+        file: "crates/design/src/unknown_input.rs",
+        suites: &[INPUT_TO_STATE],
+        mutants: &[
+            mutant(
+                "unknown input: T = I + HC",
+                Sign,
+                "DMatrix::identity(n, n) - &h * &of.c",
+                "DMatrix::identity(n, n) + &h * &of.c",
+            ),
+            mutant(
+                "unknown input: H = E (CE)'",
+                Dropped,
+                "e * check::solve_definite(\"(CE)'CE\", &gram, &image.transpose())?",
+                "e * image.transpose()",
+            ),
+            mutant("unknown input: any zeros", Hypothesis, "zero.re >= 0.0)", "zero.re >= f64::INFINITY)"),
+        ],
+    },
+    Source {
+        file: "crates/design/src/proportional_integral.rs",
+        suites: &[INPUT_TO_STATE],
+        mutants: &[
+            mutant("proportional-integral: d' = x", Constant, "(false, _) => 0.0", "(false, _) => 1.0"),
+            mutant(
+                "proportional-integral: no rank condition",
+                Hypothesis,
+                "has_full_column_rank(&check::exactly(&system)?)? == Some(false)",
+                "false",
+            ),
+        ],
+    },
+    Source {
         file: "crates/design/src/error_bound/mod.rs",
         suites: &[INPUT_TO_STATE],
         mutants: &[

@@ -69,7 +69,7 @@ impl ErrorSystem {
             }
         };
         for (k, (f, g)) in self.flows().into_iter().enumerate() {
-            let (f, g) = (without_rounding(&inverse * f * &units), without_rounding(&inverse * g));
+            let (f, g) = (without_rounding(&(&inverse * f * &units)), without_rounding(&(&inverse * g)));
             let corner = &p * &g;
             let block = block![[he(&p * &f) + (2.0 * rate) * &p, corner.clone()], [corner.transpose(), -&lambda]];
             lmi.constrain(&format!("decrease at vertex {}", k + 1), block << 0.0);
@@ -107,7 +107,7 @@ impl ErrorSystem {
 
 /// Entries that are rounding, as those of a placed `A - LC` that is diagonal, are 0: the solver of the program would scale by
 /// them. What it proposes is proved for the numbers themselves.
-fn without_rounding(m: DMatrix<f64>) -> DMatrix<f64> {
+fn without_rounding(m: &DMatrix<f64>) -> DMatrix<f64> {
     let least = 8.0 * f64::EPSILON * m.norm();
     m.map(|x| if x.abs() <= least { 0.0 } else { x })
 }

@@ -24,7 +24,7 @@ pub(super) fn exponential(m: &Matrix<Interval>) -> Result<Option<Matrix<Interval
     m.expect_shape("the exponent", (n, n))?;
     let norm = (0..n)
         .fold(0.0_f64, |norm, i| norm.max(m.row(i).iter().fold(0.0, |sum: f64, x| (sum + x.magnitude()).next_up())));
-    if !(norm <= LARGEST) {
+    if norm.is_nan() || norm > LARGEST {
         return Ok(None);
     }
     let (mut squarings, mut scale) = (0, 1.0);

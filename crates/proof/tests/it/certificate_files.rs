@@ -570,7 +570,7 @@ fn every_kind() -> Vec<CertificateFile> {
             format!(
                 "{sampled}, {}, {}",
                 with_n.replace("\"theta\"", "\"period\": \"0x1p-3\", \"theta\""),
-                lyapunov.replace("}", ", \"S\": [[\"1\"]]}")
+                lyapunov.replace('}', ", \"S\": [[\"1\"]]}")
             ),
         ),
         (

@@ -23,8 +23,8 @@ use crate::maps::{ImmersionMaps, ImmersionSpec};
 use crate::model::Model;
 use crate::results::DesignReport;
 
-/// The observer, if phi^L takes phi(x) back, (phi, h) is not shown to lack injectivity, and D_chi beta has full row rank
-/// at the samples.
+/// The observer, if phi^L takes phi(x) back, (phi, h) is not shown to lack injectivity, and D_chi beta has full row
+/// rank at the samples.
 pub(super) fn immersion(model: &Model, spec: &ImmersionSpec) -> Result<Designed, Misfit> {
     let ImmersionSpec { maps, region } = spec;
     let settings = KklSettings::default();

@@ -25,7 +25,8 @@ pub fn candidate<'a>(model: &'a Model, maps: &'a KklMaps) -> Result<KklCandidate
     KklCandidate::new(model, maps, &all)
 }
 
-/// The observer, if (4) is proved over the region, Lambda is Hurwitz there, B is in cascade, and phi^L takes phi(x) back.
+/// The observer, if (4) is proved over the region, Lambda is Hurwitz there, B is in cascade, and phi^L takes phi(x)
+/// back.
 pub(super) fn kkl(model: &Model, spec: &KklMapsSpec, names: &[String]) -> Result<Designed, Misfit> {
     let KklMapsSpec { maps, region } = spec;
     let all: Vec<usize> = (0..maps.plant.states).collect();

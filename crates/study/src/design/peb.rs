@@ -26,8 +26,8 @@ use crate::results::DesignReport;
 use crate::signal::Input;
 use crate::study::{ObserverSpec, Study};
 
-/// The observer, if (4) and the regression are proved over the region, the rest of Lambda is Hurwitz, phi^L takes phi(x)
-/// back, and the run of the study, if there is one, excites the regression.
+/// The observer, if (4) is proved over the region, the regression is not refuted there, the rest of Lambda is Hurwitz,
+/// phi^L takes phi(x) back, and the run of the study, if there is one, excites the regression.
 pub(super) fn peb(study: &Study, wish: &ObserverSpec, spec: &PebSpec) -> Result<Designed, Misfit> {
     let (model, maps) = (&study.plant.model, &spec.maps);
     let settings = KklSettings::default();

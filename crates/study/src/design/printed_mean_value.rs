@@ -1,4 +1,5 @@
-//! The mean-value-theorem observer as printed, eq. (3) of Ben Messaoud and Hajji: for comparison with the corrected one.
+//! The mean-value-theorem observer as printed, eq. (3) of Ben Messaoud and Hajji, for comparison with the corrected
+//! one.
 
 use luenberger_design::LeastSquares;
 use luenberger_observers::mean_value::{Mean, MeanJacobian};

@@ -155,7 +155,10 @@ fn kind(node: &Node, name: &str, size: Dimensions, reader: &mut Reader) -> Optio
             let theta = theta(node, p, reader);
             let correction = sampled_correction(node, p, reader);
             let period = number("period")?;
-            let varying = periods(node, period, reader)?;
+            let varying = match node.get("jitter").or_else(|| node.get("misses")) {
+                Some(_) => Some(periods(node, period, reader)?).filter(|periods| !periods.is_constant()),
+                None => None,
+            };
             ObserverKind::SampledCubic { linear: linear?, theta: theta?, correction: correction?, period, varying }
         }
         "proportional-integral" => disturbance::proportional_integral(node, size, reader)?,
@@ -414,8 +417,8 @@ fn sampled_correction(node: &Node, p: usize, reader: &mut Reader) -> Option<Cubi
     general(node, p, reader)
 }
 
-/// `jitter` and `misses`; none where neither is given.
-fn periods(node: &Node, period: f64, reader: &mut Reader) -> Option<Option<Periods>> {
+/// `jitter` and `misses`.
+fn periods(node: &Node, period: f64, reader: &mut Reader) -> Option<Periods> {
     let misses = match node.get("misses") {
         Some(misses) => misses.count()?,
         None => 0,
@@ -426,7 +429,7 @@ fn periods(node: &Node, period: f64, reader: &mut Reader) -> Option<Option<Perio
         return None;
     }
     let Some(jitter) = node.get("jitter") else {
-        return Some((misses > 0).then_some(Periods { shortest: period, longest: period, misses }));
+        return Some(Periods { shortest: period, longest: period, misses });
     };
     let (shortest, longest) = bound(jitter)?;
     if !(shortest > 0.0 && shortest <= period && period <= longest && longest.is_finite()) {
@@ -434,7 +437,7 @@ fn periods(node: &Node, period: f64, reader: &mut Reader) -> Option<Option<Perio
         reader.wrong(jitter.span.clone(), message, "expected positive, finite bounds that contain the period");
         return None;
     }
-    Some(Some(Periods { shortest, longest, misses }))
+    Some(Periods { shortest, longest, misses })
 }
 
 fn general(node: &Node, p: usize, reader: &mut Reader) -> Option<CubicGain> {

@@ -1,4 +1,5 @@
-//! The mean-value-theorem observer as printed in a study: the right-hand side of `luenberger-observers`, no certificate.
+//! The mean-value-theorem observer as printed in a study: the right-hand side of `luenberger-observers`, and no
+//! certificate.
 
 use std::path::Path;
 use std::sync::atomic::AtomicBool;

@@ -59,7 +59,7 @@ fn every_form_is_proved_and_converges() {
     let found = results(STUDY, Step::Run);
     for observer in &found.observers {
         let design = observer.design.as_ref().unwrap_or_else(|| panic!("{observer:?}"));
-        assert_eq!(design.verdict.to_string(), "proved", "{}: {:?}", observer.name, design.facts);
+        assert_eq!(design.verdict.as_str(), "proved", "{}: {:?}", observer.name, design.facts);
     }
     let rows = &found.simulation.as_ref().unwrap().rows;
     for row in rows {

@@ -126,7 +126,8 @@ impl VaryingPeriodConvergence {
 
     fn check(&self) -> Result<(), ProofError> {
         let sign = |what, value| Err(ProofError::Sign { what, value });
-        if !(self.shortest > 0.0) {
+        let positive = |value: f64| value > 0.0;
+        if !positive(self.shortest) {
             return sign("the shortest period, which should be positive,", self.shortest);
         }
         if !(self.longest >= self.shortest && self.longest.is_finite()) {
@@ -139,7 +140,7 @@ impl VaryingPeriodConvergence {
             return sign("the number of missed samples, which should be 64 or less,", self.misses as f64);
         }
         match &self.step {
-            CubicStep::Radial { w, .. } if !(*w > 0.0) => sign("w, which should be positive,", *w),
+            CubicStep::Radial { w, .. } if !positive(*w) => sign("w, which should be positive,", *w),
             _ => Ok(()),
         }
     }
