@@ -5,7 +5,7 @@ use luenberger_design::{Certificate, DesignError, KklCandidate, KklDesign, KklEr
 use luenberger_observers::kkl::KklMap;
 use luenberger_plants::Plant;
 use luenberger_proof::Verdict;
-use luenberger_proof::certificate::{KklErrorBound, Theorem};
+use luenberger_proof::certificate::KklErrorBound;
 use luenberger_proof::wording::{at_least, at_most, counted, significant};
 use nalgebra::{DMatrix, DVector};
 
@@ -55,11 +55,17 @@ pub(super) fn kkl(model: &Model, spec: &KklMapsSpec, names: &[String]) -> Result
             design_report.statement.push_str(&guaranteed(&bound, names));
             design_report.numbers.extend(bound_numbers(&bound, names));
             let order = bound.p.rows();
+            let bound_is_exact = bound.claims.defect.iter().all(|defect| *defect == 0.0);
             design_report.matrices = vec![matrix("P", &DMatrix::from_fn(order, order, |i, j| bound.p[(i, j)]))];
-            let stability = certificate.theorems().iter().map(|proved| proved.theorem().clone());
-            let theorems: Vec<Theorem> = core::iter::once(bound.into()).chain(stability).collect();
-            certificate = Certificate::of(theorems).map_err(DesignError::from).map_err(KklError::from)?;
+            // Its decrease implies that Lambda is Hurwitz.
+            certificate = Certificate::of([bound]).map_err(DesignError::from).map_err(KklError::from)?;
             design_report.facts = all_facts(report, &certificate);
+            if bound_is_exact {
+                // phi^L takes every (phi, h)(x) of the region back to x.
+                let words = "verified over the region".to_owned();
+                design_report.facts.push(self::proved("phi^L(phi(x), h(x)) = x", words, None));
+                (design_report.verdict, design_report.evidence) = ("proved".to_owned(), None);
+            }
         }
         Err(why) => {
             let none = format!(" No bound of the estimation error is certified: {why}.");
