@@ -7,8 +7,8 @@
 //! - **polytopic**: Delta(t) in the convex hull of deviations `Delta_k`. The disturbances are (x, w), the vertices
 //!   `[Delta_k, E]`;
 //! - **norm-bounded**: `Delta(t) = M G(t) H`, `|G(t)| <= 1` (spectral norm). `v = G H x` has `|v_i| <= |H x|`, at most
-//!   `h = (sum_j (sum_i |H_ji| X_i)^2)^(1/2)`: the disturbances are (v, w), with the one vertex `[M, E]`. For one row
-//!   of H this is the S-procedure; for q rows a multiplier for each v_i, of which the bounds are then up to sqrt(q) too
+//!   `h = (sum_j (sum_i |H_ji| X_i)^2)^(1/2)`: the disturbances are (v, w), with the one vertex `[M, E]`. For one
+//!   column of M this is the S-procedure; for q columns a multiplier for each v_i, of which the bounds are then up to sqrt(q) too
 //!   large.
 //!
 //! The bound is that of [`ErrorBound`]: of least weighted size over P and the rate, for the linear and for the cubic
