@@ -8,8 +8,8 @@
 //!   `[Delta_k, E]`;
 //! - **norm-bounded**: `Delta(t) = M G(t) H`, `|G(t)| <= 1` (spectral norm). `v = G H x` has `|v_i| <= |H x|`, at most
 //!   `h = (sum_j (sum_i |H_ji| X_i)^2)^(1/2)`: the disturbances are (v, w), with the one vertex `[M, E]`. For one
-//!   column of M this is the S-procedure; for q columns a multiplier for each v_i, of which the bounds are then up to sqrt(q) too
-//!   large.
+//!   column of M this is the S-procedure; for q columns a multiplier for each v_i, of which the bounds are then up to
+//!   sqrt(q) too large.
 //!
 //! The bound is that of [`ErrorBound`]: of least weighted size over P and the rate, for the linear and for the cubic
 //! observer, whose cubic term does not enter through x (only noise does).
