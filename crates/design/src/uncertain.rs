@@ -1,21 +1,23 @@
 //! Observers of uncertain plants: a proved bound of the error that the forcing leaves, and the gain with the least one.
 //!
 //! `x' = (A + Delta) x + B u + E w`, `y = C x + D w`, where the observer has the nominal A: the error obeys
-//! `e' = (A - LC) e + Delta x + ..`, so that it does not tend to 0 unless x does (docs/theory-cubic.md, Robustness). With
-//! the bounds `|x_i| <= X_i` of the states, x is a disturbance like any other:
+//! `e' = (A - LC) e + Delta x + ..`, so that it does not tend to 0 unless x does (docs/theory-cubic.md, Robustness).
+//! With the bounds `|x_i| <= X_i` of the states, x is a disturbance like any other:
 //!
-//! - **polytopic**: Delta(t) in the convex hull of deviations `Delta_k`. The disturbances are (x, w), the vertices `[Delta_k,
-//!   E]`;
-//! - **norm-bounded**: `Delta(t) = M G(t) H`, `|G(t)| <= 1` (spectral norm). `v = G H x` has `|v_i| <= |H x|`, at most `h =
-//!   (sum_j (sum_i |H_ji| X_i)^2)^(1/2)`: the disturbances are (v, w), with the one vertex `[M, E]`. For one row of H this
-//!   is the S-procedure; for q rows a multiplier for each v_i, of which the bounds are then up to sqrt(q) too large.
+//! - **polytopic**: Delta(t) in the convex hull of deviations `Delta_k`. The disturbances are (x, w), the vertices
+//!   `[Delta_k, E]`;
+//! - **norm-bounded**: `Delta(t) = M G(t) H`, `|G(t)| <= 1` (spectral norm). `v = G H x` has `|v_i| <= |H x|`, at most
+//!   `h = (sum_j (sum_i |H_ji| X_i)^2)^(1/2)`: the disturbances are (v, w), with the one vertex `[M, E]`. For one
+//!   column of M this is the S-procedure; for q columns a multiplier for each v_i, of which the bounds are then up to
+//!   sqrt(q) too large.
 //!
 //! The bound is that of [`ErrorBound`]: of least weighted size over P and the rate, for the linear and for the cubic
 //! observer, whose cubic term does not enter through x (only noise does).
 //!
 //! **The optimal gain.** With `Y = PL` the inequalities `[He(PA - YC) + 2 alpha P, P E_k - Y D; *, -diag(lambda)] < 0`,
-//! `sum lambda_i W_i^2 <= 2 alpha` are jointly convex in (P, Y, lambda) for a given rate alpha; `trace(T P^-1)` is minimised,
-//! and the rate found by a search. Every output needs noise: without noise the bound falls as L grows without end.
+//! `sum lambda_i W_i^2 <= 2 alpha` are jointly convex in (P, Y, lambda) for a given rate alpha; `trace(T P^-1)` is
+//! minimised, and the rate found by a search. Every output needs noise: without noise the bound falls as L grows
+//! without end.
 
 use luenberger_linalg::symmetric_part;
 use luenberger_lmi::{Problem, block, he, identity, trace};
@@ -79,8 +81,8 @@ impl UncertainBound {
     /// # Ok::<(), Box<dyn std::error::Error>>(())
     /// ```
     /// # Errors
-    /// [`DesignError::Matrix`] for shapes that do not fit, [`DesignError::NotPositive`] for bounds that are negative or all
-    /// zero, [`DesignError::NoVertices`], and those of [`ErrorBound::polytope`].
+    /// [`DesignError::Matrix`] for shapes that do not fit, [`DesignError::NotPositive`] for bounds that are negative or
+    /// all zero, [`DesignError::NoVertices`], and those of [`ErrorBound::polytope`].
     pub fn linear(
         design: &LinearDesign,
         uncertainty: &Uncertainty,
@@ -111,8 +113,8 @@ impl UncertainBound {
     ///
     /// Cost: about 15 semidefinite programs of `n(n+1) + np` unknowns, and those of [`linear`](Self::linear).
     /// # Errors
-    /// As [`linear`](Self::linear); [`DesignError::NotPositive`] for an output without noise, [`DesignError::Undecided`]
-    /// where no program was solved.
+    /// As [`linear`](Self::linear); [`DesignError::NotPositive`] for an output without noise,
+    /// [`DesignError::Undecided`] where no program was solved.
     pub fn optimal(
         plant: &StateSpace,
         uncertainty: &Uncertainty,

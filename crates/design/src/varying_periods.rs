@@ -1,16 +1,16 @@
 //! Sampled observers at periods that vary, with samples missed in a row: jitter and dropouts.
 //!
 //! The observer corrects with a fixed gain, `xhat+ = xhat + K (y - C xhat)`, at every sample that it gets, and predicts
-//! over the time that really passes. From one correction to the next the error obeys `e+ = exp(A t)(I - K C) e`, where t
-//! is a sum of one to `misses + 1` periods. One P with
+//! over the time that really passes. From one correction to the next the error obeys `e+ = exp(A t)(I - K C) e`, where
+//! t is a sum of one to `misses + 1` periods. One P with
 //!
 //! ```text
 //! (I - KC)'exp(A t)'P exp(A t)(I - KC) < factor^2 P        for every such t
 //! ```
 //!
-//! proves convergence for all sequences of periods and misses. P comes from linear matrix inequalities on a grid of times
-//! with the smallest factor found by bisection; that it serves all times between is proved on cells that cover them
-//! (`statement::decrease_over_times`). A cubic term made for the same P does not increase V: see
+//! proves convergence for all sequences of periods and misses. P comes from linear matrix inequalities on a grid of
+//! times with the smallest factor found by bisection; that it serves all times between is proved on cells that cover
+//! them (`statement::decrease_over_times`). A cubic term made for the same P does not increase V: see
 //! [`sampled`](crate::sampled).
 //!
 //! A common quadratic V is sufficient, and necessary only for single times: where none is found, products of the maps
@@ -107,7 +107,8 @@ pub struct VaryingPeriodDesign {
 }
 
 impl VaryingPeriodDesign {
-    /// The observer of [`SampledCubicDesign::with_correction`] with period h, whose correction gain serves all `periods`.
+    /// The observer of [`SampledCubicDesign::with_correction`] with period h, whose correction gain serves all
+    /// `periods`.
     ///
     /// ```
     /// use luenberger_design::{CubicGain, LinearDesign, Periods, VaryingPeriodDesign};
@@ -121,9 +122,9 @@ impl VaryingPeriodDesign {
     /// # Ok::<(), luenberger_design::DesignError>(())
     /// ```
     /// # Errors
-    /// As [`SampledCubicDesign::with_correction`]; [`DesignError::Setting`] for periods that are not in order, or do not
-    /// contain h; [`DesignError::VaryingPeriods`] if nothing is proved, with times for which the error grows, if some
-    /// were found, and smaller bounds for which convergence is proved.
+    /// As [`SampledCubicDesign::with_correction`]; [`DesignError::Setting`] for periods that are not in order, or do
+    /// not contain h; [`DesignError::VaryingPeriods`] if nothing is proved, with times for which the error grows, if
+    /// some were found, and smaller bounds for which convergence is proved.
     pub fn new(
         linear: &LinearDesign,
         theta: &DMatrix<f64>,

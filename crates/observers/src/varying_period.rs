@@ -6,9 +6,9 @@
 //! ```
 //!
 //! The prediction is the exponential series, `exp(A tau) = sum (A tau)^k/k!` to degree 18, in a number of substeps that
-//! is fixed at construction: `|A| tau <= 1` for the longest time, in the largest row sum, so that the remainder is below
-//! rounding in binary64. A call takes the same time whatever passes: `36 n^2` operations for a substep. Longer times
-//! than the longest are predicted less accurately.
+//! is fixed at construction: `|A| tau <= 1` for the longest time, in the largest row sum, so that the remainder is
+//! below rounding in binary64. A call takes the same time whatever passes: `36 n^2` operations for a substep. Longer
+//! times than the longest are predicted less accurately.
 //!
 //! Convergence for all periods between two bounds and a number of samples missed in a row is a theorem of the gains:
 //! `VaryingPeriodDesign` of the design crate.
@@ -45,8 +45,8 @@ impl<T: RealField + Copy, N: Dim, M: Dim, P: Dim> VaryingPeriodObserver<T, N, M,
 where
     DefaultAllocator: Size<N, M, P>,
 {
-    /// The observer with the correction gain K (n x p), the cubic part of `nominal`, and the plant `x' = A x + B u` that
-    /// `nominal` samples; `longest` is the longest time between two calls of [`predict`](Self::predict).
+    /// The observer with the correction gain K (n x p), the cubic part of `nominal`, and the plant `x' = A x + B u`
+    /// that `nominal` samples; `longest` is the longest time between two calls of [`predict`](Self::predict).
     ///
     /// ```
     /// use luenberger_observers::{SampledCubicGains, SampledCubicObserver, VaryingPeriodObserver};

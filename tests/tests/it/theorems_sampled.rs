@@ -130,9 +130,9 @@ fn moved(a: &DMatrix<f64>, x: &DVector<f64>, t: f64) -> DVector<f64> {
 proptest! {
     #![proptest_config(ProptestConfig { cases: 12, ..ProptestConfig::default() })]
 
-    /// Theorem F: where convergence at varying periods is proved, V falls by the factor from correction to correction, for
-    /// the sequences of periods and misses of an adversary, who takes the period that leaves V largest, and for random
-    /// ones; with the observer that runs, linear, radial and semi-implicit.
+    /// Theorem F: where convergence at varying periods is proved, V falls by the factor from correction to correction,
+    /// for the sequences of periods and misses of an adversary, who takes the period that leaves V largest, and for
+    /// random ones; with the observer that runs, linear, radial and semi-implicit.
     #[test]
     fn v_falls_by_the_factor_for_every_sequence_of_periods_and_misses(
         plant in observable_plant(1..=3), d in matrix(3, 3), k in matrix(3, 3), e0 in matrix(3, 1), exponent in -1..6,

@@ -4,10 +4,10 @@
 //! ```text
 //! W(t) = factor^2 P - X(t)'P X(t) > 0,     X(t) = exp(A t) M.
 //! ```
-//! The interval is divided into cells. On a cell `[c - r, c + r]` the mean value theorem gives `W(t)` in `W(c) + [-r, r]
-//! X'(A'P + PA)X`, X being enclosed on the cell by `(I + E) X(c)`, `|E| <= exp(r |A|) - I` entry by entry. W(c) and the
-//! exponentials are computed in intervals. A cell on which this is not positive definite is halved, up to [`MOST_CELLS`]
-//! cells in total.
+//! The interval is divided into cells. On a cell `[c - r, c + r]` the mean value theorem gives `W(t)` in `W(c) + [-r,
+//! r] X'(A'P + PA)X`, X being enclosed on the cell by `(I + E) X(c)`, `|E| <= exp(r |A|) - I` entry by entry. W(c) and
+//! the exponentials are computed in intervals. A cell on which this is not positive definite is halved, up to
+//! [`MOST_CELLS`] cells in total.
 
 use super::exponential::exponential;
 use super::{embed, embed_symmetric, number};

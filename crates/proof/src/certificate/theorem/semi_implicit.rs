@@ -7,8 +7,8 @@
 //! tends to 0 exponentially, from every e(0), for any theta, at every period, and for any s >= 0 chosen at each step.
 //!
 //! **Proof.** One step is `e+ = F d` with `d - s N C d = e`, d being the error after the cubic part: `x - (xhat - s N
-//! r) = e + s N r`, and `r = C d` because `(I - s C N) C d = C e`. Let `w = s C d`, `R = PN + C'S`. Since `2 d'C'S w = s
-//! (Cd)'(S + S')(Cd) >= 0`, `(d - Nw)'P(d - Nw) >= d'Pd - 2 d'R w + w'N'PN w >= d'Pd - d'(P - F'PF)d/2` by the last
+//! r) = e + s N r`, and `r = C d` because `(I - s C N) C d = C e`. Let `w = s C d`, `R = PN + C'S`. Since `2 d'C'S w =
+//! s (Cd)'(S + S')(Cd) >= 0`, `(d - Nw)'P(d - Nw) >= d'Pd - 2 d'R w + w'N'PN w >= d'Pd - d'(P - F'PF)d/2` by the last
 //! hypothesis. So `V(e) >= (V(d) + V(Fd))/2` for all d and s. First, `I - s N C` has no kernel: V(d) would be 0 there.
 //! Hence nor has `I - s C N`, which has the same determinant. Second, `V(Fd) <= b V(d)` with some b < 1, because
 //! `F'PF < P`, and `V(e+) = V(Fd) <= 2b/(1 + b) V(e)`.

@@ -1,8 +1,8 @@
 //! The sampled observer at periods that vary, with samples missed in a row: jitter and dropouts.
 //!
 //! **Hypotheses.** `0 < shortest <= longest`, `misses` of 0 or more, `0 < factor < 1`, `P > 0`, and `factor^2 P - M'
-//! exp(At)'P exp(At) M > 0` for every t from `k shortest` to `k longest`, k from 1 to `misses + 1`, for `M = I - KC`. For
-//! the radial cubic step, w > 0 and the same for `M = I + NC/w`. For the semi-implicit one, `S + S' >= 0` and
+//! exp(At)'P exp(At) M > 0` for every t from `k shortest` to `k longest`, k from 1 to `misses + 1`, for `M = I - KC`.
+//! For the radial cubic step, w > 0 and the same for `M = I + NC/w`. For the semi-implicit one, `S + S' >= 0` and
 //! `[(1 - factor^2)P/2, PN + C'S; *, N'PN] >= 0`.
 //!
 //! **Theorem.** The observer predicts between samples over the time that passes, and corrects at every sample that is
@@ -11,8 +11,9 @@
 //! that before the next by the factor `factor^2`; with the semi-implicit step, by `2 factor^2/(1 + factor^2)`.
 //!
 //! **Proof.** Prediction is exact: `e(t) = exp(At) e(0+)` between corrections, whatever u is. The time between two
-//! corrections is a sum of k periods, k from 1 to misses + 1. *Linear*: `e(0+) = (I - KC)e`. *Radial*: `e(0+) = (I + g N
-//! C - (1 - w g)KC)e` with `0 <= g < 1/w`, which is affine in g, between `I - KC` and `I + NC/w`; `X'PX` is convex in X.
+//! corrections is a sum of k periods, k from 1 to misses + 1. *Linear*: `e(0+) = (I - KC)e`. *Radial*: `e(0+) = (I + g
+//! N C - (1 - w g)KC)e` with `0 <= g < 1/w`, which is affine in g, between `I - KC` and `I + NC/w`; `X'PX` is convex in
+//! X.
 //! *Semi-implicit*: `e(0+) = (I - KC)d` with `d - s N C d = e`, and as in `semi_implicit.rs`, `V(e) >= V(d) - (1 -
 //! factor^2)V(d)/2 = (1 + factor^2)V(d)/2`, while V falls from d to the next correction to `factor^2 V(d)` at most.
 //! Between corrections |e| grows by a bounded factor, since the times are bounded.
