@@ -61,7 +61,14 @@ impl DecoupledPlant {
             return Err(DesignError::UnstableZero { zero: *zero });
         }
         let t = DMatrix::identity(n, n) - &h * &of.c;
-        let reduced = StateSpace::new(&t * &of.a, &t * &of.b, of.c.clone())?;
+        // Where T removes a state, what is left of its row is rounding, and no unit for a gain.
+        let size = DMatrix::identity(n, n) + h.abs() * of.c.abs();
+        let product = |m: &DMatrix<f64>| {
+            let (product, scale) = (&t * m, &size * m.abs());
+            let rounding = 16.0 * n as f64 * f64::EPSILON;
+            product.zip_map(&scale, |x, scale| if x.abs() <= rounding * scale { 0.0 } else { x })
+        };
+        let reduced = StateSpace::new(product(&of.a), product(&of.b), of.c.clone())?;
         let reduced = match &of.d {
             Some(d) => reduced.with_feedthrough(d.clone())?,
             None => reduced,

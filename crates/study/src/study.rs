@@ -282,6 +282,8 @@ pub struct ActingBounds {
     pub disturbance: Vec<f64>,
     /// E, n x q.
     pub e: DMatrix<f64>,
+    /// Bounds of the states, and how the plant deviates from its A; none where A is exact.
+    pub uncertain: Option<(Vec<f64>, luenberger_design::Uncertainty)>,
 }
 
 /// Limits of a gain that is designed by a matrix inequality, beside the decay rate; see

@@ -171,12 +171,19 @@ impl Floats {
         let (c, d) = (float_matrix(&plant["C"]), float_matrix(&plant["D"]));
         let l = float_matrix(&document["observer"]["L"]);
         let cubic = (!term.is_null()).then(|| (float_matrix(&term["N"]), float_matrix(&term["theta"])));
+        // V is that of P~, whatever P is.
+        let mut p = float_matrix(&document["lyapunov"]["P"]);
+        if let Some((n, _)) = &cubic {
+            let rest = DMatrix::identity(p.nrows(), p.nrows()) - n * (n.transpose() * n).try_inverse()? * n.transpose();
+            let seen = c.transpose() * float_matrix(&term["X"]) * &c;
+            p = &seen + &rest * (p - &seen) * &rest;
+        }
         Some(Self {
             f: float_matrix(&vertex["A"]) - &l * &c,
             g: float_matrix(&vertex["E"]) - &l * &d,
             c,
             d,
-            p: float_matrix(&document["lyapunov"]["P"]),
+            p,
             cubic,
             bounds: floats(&document["bounds"]["w"]),
         })

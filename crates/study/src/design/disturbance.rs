@@ -23,15 +23,20 @@ pub(super) fn acting(bounds: &ActingBounds) -> Disturbances {
 }
 
 /// The design with a bound of the error, if that is proved; `names` are those of the components of the error.
-pub(super) fn bounded(designed: Designed, bound: &ErrorBound, names: &[String]) -> Designed {
+pub(super) fn bounded(designed: Designed, bound: &ErrorBound, names: &[String], bounds: &ActingBounds) -> Designed {
     let Designed { runnable, mut report, certificate } = designed;
     let certificate = certificate.unwrap_or_default().and(bound.certificate.clone());
     if bound.certificate.is_proved() {
         let limits: Vec<String> =
             names.iter().zip(&bound.limsup).map(|(name, limit)| format!("{name} {}", at_most(*limit, 4))).collect();
         report.statement = format!(
-            "{} Under all noise and disturbances within `bounds` the error in the end is at most {}, approached like exp(-{} t).",
+            "{} Under all noise and disturbances within `bounds`{} the error in the end is at most {}, approached like exp(-{} t).",
             report.statement,
+            if bounds.uncertain.is_some() {
+                ", for every deviation of A and while the states keep theirs,"
+            } else {
+                ""
+            },
             limits.join(", "),
             at_least(bound.rate, 4)
         );
@@ -101,7 +106,7 @@ pub(super) fn proportional_integral(
         Some(cubic) => ErrorBound::cubic(cubic, &acting)?,
     };
     let names: Vec<String> = states.iter().cloned().chain(names(e.ncols())).collect();
-    Ok(bounded(designed, &bound, &names))
+    Ok(bounded(designed, &bound, &names, bounds))
 }
 
 /// `d1`, `d2`.

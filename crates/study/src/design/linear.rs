@@ -3,7 +3,7 @@
 use luenberger_design::number::decay;
 use luenberger_design::{
     CubicDesign, CubicGain, DesignError, ErrorBound, GainOptions, LinearDesign, Periods, SampledCubicDesign,
-    VaryingPeriodDesign,
+    UncertainBound, VaryingPeriodDesign,
 };
 use luenberger_plants::StateSpace;
 use luenberger_proof::wording::significant;
@@ -83,8 +83,14 @@ pub(super) fn luenberger(
     };
     match bounds {
         Some(bounds) => {
-            let bound = ErrorBound::linear(&design.observer, &acting(bounds))?;
-            Ok(disturbance::bounded(designed, &bound, &study.plant.states))
+            let acting = acting(bounds);
+            let bound = match &bounds.uncertain {
+                Some((states, deviation)) => {
+                    UncertainBound::linear(&design, deviation, states, Some(&acting))?.bound.clone()
+                }
+                None => ErrorBound::linear(&design.observer, &acting)?,
+            };
+            Ok(disturbance::bounded(designed, &bound, &study.plant.states, bounds))
         }
         None => Ok(designed),
     }
@@ -131,8 +137,14 @@ pub(super) fn cubic(
     };
     match bounds {
         Some(bounds) => {
-            let bound = ErrorBound::cubic(&design, &acting(bounds))?;
-            Ok(disturbance::bounded(designed, &bound, &study.plant.states))
+            let acting = acting(bounds);
+            let bound = match &bounds.uncertain {
+                Some((states, deviation)) => {
+                    UncertainBound::cubic(&design, deviation, states, Some(&acting))?.bound.clone()
+                }
+                None => ErrorBound::cubic(&design, &acting)?,
+            };
+            Ok(disturbance::bounded(designed, &bound, &study.plant.states, bounds))
         }
         None => Ok(designed),
     }

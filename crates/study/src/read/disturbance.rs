@@ -1,16 +1,32 @@
 //! Disturbances of an observer: the bounds for which its error is bounded, and the kinds that estimate or ignore one.
 
+use luenberger_design::Uncertainty;
 use luenberger_plants::Dimensions;
 use luenberger_proof::wording::counted;
 use nalgebra::DMatrix;
 
-use super::tree::Node;
+use super::tree::{Entry, Node};
 use super::{Reader, check, observer};
 use crate::study::{ActingBounds, ObserverKind};
 
-/// The table `bounds`; the noise of `root`'s simulation is its default.
-pub(super) fn bounds(node: &Node, size: Dimensions, root: &Node, reader: &mut Reader) -> Option<Option<ActingBounds>> {
-    let Some(entry) = node.entry("bounds") else { return Some(None) };
+/// A mistake has been noted.
+pub(super) struct Noted;
+
+/// The table `bounds`, if there is one; the noise of `root`'s simulation is its default.
+pub(super) fn bounds(
+    node: &Node,
+    size: Dimensions,
+    root: &Node,
+    reader: &mut Reader,
+) -> Result<Option<ActingBounds>, Noted> {
+    match node.entry("bounds") {
+        Some(entry) => acting((node, entry), size, root, reader).map(Some).ok_or(Noted),
+        None => Ok(None),
+    }
+}
+
+/// Of the observer `node`.
+fn acting((node, entry): (&Node, &Entry), size: Dimensions, root: &Node, reader: &mut Reader) -> Option<ActingBounds> {
     let (table, n, p) = (&entry.node, size.states, size.outputs);
     if reader.dt.is_some() {
         let message = "`bounds` is for plants in continuous time, and `dt` makes this one discrete";
@@ -41,12 +57,61 @@ pub(super) fn bounds(node: &Node, size: Dimensions, root: &Node, reader: &mut Re
             return None;
         }
     };
-    if noise.iter().chain(&disturbance).all(|bound| *bound == 0.0) {
+    let uncertain = match ["states", "deviations", "m", "h"].iter().find_map(|key| table.entry(key)) {
+        Some(first) if matches!(node.get("kind").and_then(Node::text), Some("luenberger" | "cubic")) => {
+            Some(uncertain(table, first, n, reader)?)
+        }
+        Some(first) => {
+            let message = format!("`{}` is for the kinds luenberger and cubic", first.key);
+            reader.wrong(first.span.clone(), message, "expected bounds of noise and disturbances only");
+            return None;
+        }
+        None => None,
+    };
+    if uncertain.is_none() && noise.iter().chain(&disturbance).all(|bound| *bound == 0.0) {
         let message = "all bounds are 0: without noise and disturbances the error tends to 0";
         reader.wrong(entry.span.clone(), message, "expected `noise` or `disturbance` with a bound above 0");
         return None;
     }
-    Some(Some(ActingBounds { noise, disturbance, e }))
+    Some(ActingBounds { noise, disturbance, e, uncertain })
+}
+
+/// The bounds of the states, and the deviations of A.
+fn uncertain(table: &Node, first: &Entry, n: usize, reader: &mut Reader) -> Option<(Vec<f64>, Uncertainty)> {
+    let of_states = format!("the plant has {}", counted(n, "state"));
+    let Some(states) = table.get("states") else {
+        let message = format!("`{}` without bounds of the states: the error tends to 0 only if they do", first.key);
+        reader.wrong(first.span.clone(), message, "expected `states` with it");
+        return None;
+    };
+    let bounds = reader.numbers(states, "states", n, "state")?;
+    if bounds.iter().all(|bound| *bound == 0.0) {
+        reader.wrong(states.span.clone(), "all bounds of the states are 0", "expected a bound above 0");
+        return None;
+    }
+    let deviation = match (table.entry("deviations"), table.entry("m"), table.entry("h")) {
+        (Some(list), None, None) => {
+            let read =
+                |node: &Node, reader: &mut Reader| reader.matrix(node.get("a")?, "a", (Some(n), Some(n)), &of_states);
+            let all: Vec<Option<_>> = list.node.list()?.iter().map(|node| read(node, reader)).collect();
+            let all: Vec<_> = all.into_iter().collect::<Option<_>>()?;
+            if all.is_empty() {
+                reader.wrong(list.span.clone(), "`deviations` is empty", "expected a matrix at least");
+                return None;
+            }
+            Uncertainty::Polytope(all)
+        }
+        (None, Some(m), Some(h)) => Uncertainty::NormBounded {
+            m: reader.matrix(&m.node, "m", (Some(n), None), &of_states)?,
+            h: reader.matrix(&h.node, "h", (None, Some(n)), &of_states)?,
+        },
+        _ => {
+            let message = "how the plant deviates is given by `deviations`, or by `m` and `h`";
+            reader.wrong(first.span.clone(), message, "expected `deviations`, or both `m` and `h`, with `states`");
+            return None;
+        }
+    };
+    Some((bounds, deviation))
 }
 
 /// The amplitudes of the uniform noise of the simulation; 0 where there is none.
@@ -68,15 +133,18 @@ fn unknown(node: &Node, size: Dimensions, reader: &mut Reader) -> Option<DMatrix
 }
 
 /// theta and gamma; none without `gamma`, where theta has no effect.
-fn cubic(node: &Node, size: Dimensions, reader: &mut Reader) -> Option<Option<(DMatrix<f64>, f64)>> {
+fn cubic(node: &Node, size: Dimensions, reader: &mut Reader) -> Result<Option<(DMatrix<f64>, f64)>, Noted> {
     match (node.get("gamma"), node.entry("theta")) {
-        (Some(gamma), _) => Some(Some((observer::theta(node, size.outputs, reader)?, gamma.number()?))),
+        (Some(gamma), _) => {
+            let theta = observer::theta(node, size.outputs, reader).ok_or(Noted)?;
+            Ok(Some((theta, gamma.number().ok_or(Noted)?)))
+        }
         (None, Some(theta)) => {
             let message = "`theta` has no effect without a cubic term";
             reader.wrong(theta.span.clone(), message, "expected `gamma` with it");
-            None
+            Err(Noted)
         }
-        (None, None) => Some(None),
+        (None, None) => Ok(None),
     }
 }
 
@@ -106,7 +174,7 @@ pub(super) fn proportional_integral(node: &Node, size: Dimensions, reader: &mut 
         reader.wrong(node.entry("rate")?.span.clone(), message, "expected `bounds` with it");
         return None;
     }
-    Some(ObserverKind::ProportionalIntegral { e, rate, linear: linear?, cubic: cubic? })
+    Some(ObserverKind::ProportionalIntegral { e, rate, linear: linear?, cubic: cubic.ok()? })
 }
 
 pub(super) fn unknown_input(node: &Node, size: Dimensions, reader: &mut Reader) -> Option<ObserverKind> {
@@ -114,7 +182,7 @@ pub(super) fn unknown_input(node: &Node, size: Dimensions, reader: &mut Reader) 
     let of_states = format!("the plant has {}", counted(size.states, "state"));
     let linear = observer::linear_of(node, size, &of_states, reader);
     let cubic = cubic(node, size, reader);
-    let kind = ObserverKind::UnknownInput { e: e?, linear: linear?, cubic: cubic? };
+    let kind = ObserverKind::UnknownInput { e: e?, linear: linear?, cubic: cubic.ok()? };
     if reader.dt.is_some() {
         reader.wrong(check::head(node), "this kind is for plants in continuous time", "expected another kind");
         return None;

@@ -108,7 +108,7 @@ fn observer(
     let limits = limits(node, size, reader);
     let bounds = disturbance::bounds(node, size, root, reader);
     let place = source.place(check::head(node).start);
-    Some(ObserverSpec { name, initial: initial?, kind: kind?, limits: limits?, bounds: bounds?, place })
+    Some(ObserverSpec { name, initial: initial?, kind: kind?, limits: limits?, bounds: bounds.ok()?, place })
 }
 
 /// `max_gain` and `noise`, which apply to gains that an inequality chooses.

@@ -99,7 +99,26 @@ const ACTING: Table = Table {
             Kind::Rows,
             "E, with a row for each state and a column for each disturbance (default: the identity).",
         ),
+        optional(
+            "states",
+            Kind::Numbers(Range::NotNegative),
+            "With deviations, or m and h: bounds of the magnitudes of the states, n numbers.",
+        ),
+        optional(
+            "deviations",
+            Kind::Tables(&DEVIATION),
+            "Uncertain plant: A(t) - A lies in the convex hull of these matrices (default: A is exact).",
+        ),
+        optional("m", Kind::Rows, "Uncertain plant: A(t) - A = M G(t) H with any G of norm 1 at most; M, n x q."),
+        optional("h", Kind::Rows, "H, r x n."),
     ],
+};
+
+const DEVIATION: Table = Table {
+    name: "deviations",
+    about: "A deviation of the state matrix.",
+    variants: None,
+    keys: &[required("a", Kind::Rows, "A(t) - A, n x n.")],
 };
 
 const NOISES: Table = Table {

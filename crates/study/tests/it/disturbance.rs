@@ -155,3 +155,56 @@ fn mistakes_are_named() {
     let text = "[plant]\na = [[0.5]]\nc = [[1]]\ndt = 0.1\n[[observer]]\nkind = \"luenberger\"\npoles = [0.1]\nbounds = { noise = [1] }\n";
     assert!(read(text).unwrap_err().to_string().contains("`bounds` is for plants in continuous time"));
 }
+
+const PENDULUM: &str = r#"[plant]
+a = [[0, 1], [-4, -0.2]]
+b = [[0], [1]]
+c = [[1, 0]]
+[[observer]]
+name = "linear"
+kind = "luenberger"
+poles = [-4, -5]
+bounds = { noise = [0.01], states = [1, 2], deviations = [{ a = [[0, 0], [-0.4, 0]] }, { a = [[0, 0], [0.4, 0]] }] }
+[[observer]]
+name = "cubic"
+kind = "cubic"
+poles = [-4, -5]
+gamma = 2
+bounds = { states = [1, 2], m = [[0], [0.4]], h = [[1, 0]] }
+"#;
+
+/// The stiffness is known to 10 %. A constant x1 = 1 leaves 0.4/20 of x1 in e1, as the steady state of e' = Fe + Delta x
+/// says: no bound is below that.
+#[test]
+fn an_uncertain_plant_has_a_bound_while_its_states_have() {
+    let study = read(PENDULUM).unwrap();
+    // P of the cubic observer has the structure that its N asks for, which costs a factor here.
+    for (name, most) in [("linear", 0.05), ("cubic", 0.08)] {
+        let found = designed(&study, name).unwrap();
+        assert_eq!(found.report.verdict, "proved", "{name}");
+        let bound = found.report.number("bound of the error of x1").unwrap();
+        assert!((0.02..most).contains(&bound), "{name}: {bound}");
+        let words = &found.report.statement;
+        assert!(words.contains("for every deviation of A and while the states keep theirs"), "{words}");
+    }
+}
+
+#[test]
+fn mistakes_in_the_deviations_are_found_where_they_are() {
+    for (from, to, line, message) in [
+        ("states = [1, 2], dev", "dev", 9, "`deviations` without bounds of the states"),
+        ("states = [1, 2], dev", "states = [1], dev", 9, "`states` has length 1"),
+        ("states = [1, 2], dev", "states = [0, 0], dev", 9, "all bounds of the states are 0"),
+        ("[{ a = [[0, 0], [-0.4, 0]] }, { a = [[0, 0], [0.4, 0]] }]", "[]", 9, "`deviations` is empty"),
+        ("[[0, 0], [-0.4, 0]]", "[[0, 0]]", 9, "`a`"),
+        ("m = [[0], [0.4]], ", "", 15, "how the plant deviates"),
+        ("h = [[1, 0]]", "h = [[1]]", 15, "`h`"),
+        ("h = [[1, 0]]", "h = [[1, 0]], deviations = [{ a = [[0, 0], [1, 0]] }]", 15, "how the plant deviates"),
+    ] {
+        let text = PENDULUM.replacen(from, to, 1);
+        assert_ne!(text, PENDULUM, "{from}");
+        let Err(StudyError::File(diagnostics)) = read(&text) else { panic!("no mistake in {to}") };
+        let found = diagnostics.located()[0].clone();
+        assert!(found.line == line && found.message.contains(message), "{to}: {found:?}");
+    }
+}
