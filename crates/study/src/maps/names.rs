@@ -101,7 +101,7 @@ impl<'a> MapNames<'a> {
     }
 
     /// phi^L(z, y): as that of a KKL observer, with z for xi.
-    pub(crate) fn from_manifold(&self) -> Result<Scope, ParameterError> {
+    pub(crate) fn off_manifold(&self) -> Result<Scope, ParameterError> {
         let z = (0..self.order).map(|k| (format!("z{}", k + 1), Variable::State(k)));
         self.scope(self.counts(), z.chain(self.outputs()))
     }

@@ -287,7 +287,7 @@ pub(super) fn immersion(node: &Node, plant: &PlantModel, reader: &mut Reader) ->
     let of_order = format!("the observer has {} chi", counted(order, "state"));
     let phi = list(node, "phi", (rows, &of_phi), names.states(), reader);
     let beta = list(node, "beta", (rows, &of_phi), names.manifold(order), reader);
-    let left_inverse = list(node, "left_inverse", (plant.states.len(), &of_states), names.from_manifold(), reader);
+    let left_inverse = list(node, "left_inverse", (plant.states.len(), &of_states), names.off_manifold(), reader);
     let mut given = |key: &str, length: (usize, &str), scope| match node.get(key) {
         Some(_) => list(node, key, length, scope, reader).map(Some),
         None => Some(None),

@@ -201,7 +201,10 @@ fn kind(node: &Node, name: &str, size: Dimensions, reader: &mut Reader) -> Optio
                 Some(error) => reader.numbers(error, "internal_error", n, "state"),
                 None => Some(vec![0.0; n]),
             };
-            let printed = printed_mean(node, reader)?;
+            let printed = match node.get("as_printed") {
+                Some(printed) => Some(printed_mean(node, printed, reader)?),
+                None => None,
+            };
             ObserverKind::MeanValue {
                 region: region?,
                 rate: positive("decay_rate", 0.0)?,
@@ -254,18 +257,17 @@ fn kind(node: &Node, name: &str, size: Dimensions, reader: &mut Reader) -> Optio
 }
 
 /// The mean of the Jacobian of the observer as printed, which has no gain to be designed.
-fn printed_mean(node: &Node, reader: &mut Reader) -> Option<Option<PrintedMean>> {
-    let Some(printed) = node.get("as_printed") else { return Some(None) };
+fn printed_mean(node: &Node, printed: &Node, reader: &mut Reader) -> Option<PrintedMean> {
     if let Some(given) = ["decay_rate", "region", "max_gain", "noise"].iter().find_map(|key| node.entry(key)) {
         let message = format!("`{}` has no effect: the observer as printed has no gain to be designed", given.key);
         reader.wrong(given.span.clone(), message, "expected it without `as_printed`");
         return None;
     }
-    Some(Some(match printed.text()? {
+    Some(match printed.text()? {
         "least-squares" => PrintedMean::LeastSquares,
         "root" => PrintedMean::Root,
         _ => PrintedMean::Integral,
-    }))
+    })
 }
 
 /// At most one of these keys, or exactly one; an error names those that are present.
