@@ -32,16 +32,17 @@ impl Certified for Attraction {
 /// The matrix of `order` columns whose column j has the slopes of `column(j)`, proved Hurwitz or not. Entries without
 /// bounds give the operation that has none.
 ///
-/// `-(1 + u^2)` for u in [-1, 1]:
+/// `-(1 + u^2/2)` for u in [-1, 1]; the product u u is enclosed by [-1, 1]:
 /// ```
 /// use luenberger_design::IntervalDual;
 /// use luenberger_design::kkl::attraction;
 /// use luenberger_proof::Interval;
 /// let u = IntervalDual::new(Interval::of(-1.0).hull(&Interval::of(1.0)), Interval::of(0.0));
 /// let d = IntervalDual::new(Interval::of(0.0), Interval::of(1.0));
-/// let found = attraction(1, |_| vec![-d - u * u * d])?.map_err(|why| why.to_owned()).expect("bounds");
+/// let half = IntervalDual::new(Interval::of(0.5), Interval::of(0.0));
+/// let found = attraction(1, |_| vec![-d - half * u * u * d])?.map_err(|why| why.to_owned()).expect("bounds");
 /// assert!(found.certificate.is_proved());
-/// assert!(found.jacobian[(0, 0)].hi() <= 0.0 && found.jacobian[(0, 0)].lo() >= -2.0 - 1e-15);
+/// assert!(found.jacobian[(0, 0)].hi() < -0.49 && found.jacobian[(0, 0)].lo() > -1.51);
 /// # Ok::<(), luenberger_design::KklError>(())
 /// ```
 /// # Errors
