@@ -17,7 +17,7 @@
 //!
 //! Other gains `N = -P^-1 C'S`, `S + S' >= 0`, have no closed form. [`SampledCubicObserver::semi_implicit`] takes them,
 //! with the cubic part in one semi-implicit step, which does not increase V either: see
-//! [`semi_implicit`](crate::semi_implicit).
+//! [`semi_implicit`].
 
 use luenberger_plants::error::check_matrix;
 use luenberger_plants::{LinearPlant, Size};
