@@ -293,12 +293,13 @@ where
     -trace / count(c.nrows())
 }
 
-/// `v' theta v`, summed in the order of the entries: the same bits with static and with dynamic sizes.
+/// `v' theta v`, summed in the order of the entries: the same bits with static and with dynamic sizes. Where the length is
+/// out of the compiler's sight, an index would keep a panic on a target.
 pub(crate) fn quadratic<T: RealField + Copy, P: Dim>(theta: &OMatrix<T, P, P>, v: &[T]) -> T
 where
     DefaultAllocator: Allocator<P, P>,
 {
-    sum(v.len(), |i| v[i] * entry(theta, i, v))
+    sum(v.len(), |i| v.get(i).map_or_else(T::zero, |left| *left * entry(theta, i, v)))
 }
 
 /// The largest magnitude of an entry.

@@ -105,7 +105,7 @@ where
 {
     let order = like.shape_generic().0;
     if P::try_to_usize().is_none() && order.value() <= 8 {
-        run(&mut [T::zero(); 64][..order.value() * order.value()])
+        run([T::zero(); 64].get_mut(..order.value() * order.value()).unwrap_or_default())
     } else {
         run(OMatrix::<T, P, P>::zeros_generic(order, order).as_mut_slice())
     }

@@ -1092,14 +1092,14 @@ pub(super) const SOURCES: &[Source] = &[
             mutant(
                 "cubic observer: the diagonal of theta alone",
                 OffDiagonal,
-                "v[i] * entry(theta, i, v)",
-                "v[i] * theta[(i, i)] * v[i]",
+                "*left * entry(theta, i, v)",
+                "*left * theta[(i, i)] * v[i]",
             ),
             mutant(
                 "cubic observer: theta11 I",
                 OffDiagonal,
-                "v[i] * entry(theta, i, v)",
-                "v[i] * theta[(0, 0)] * v[i]",
+                "*left * entry(theta, i, v)",
+                "*left * theta[(0, 0)] * v[i]",
             ),
         ],
     },
