@@ -19,6 +19,7 @@ mod operating_point;
 mod plant;
 mod printed_mean_value;
 mod report_in_browser;
+mod resets;
 mod sampled;
 mod scores;
 mod sensors;
