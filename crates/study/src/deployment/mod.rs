@@ -226,10 +226,6 @@ pub fn sampled(
         let design = design.map_err(|error| failure(error.to_string(), &[]))?;
         return Ok(Sampled { design, period, of_the_study: None });
     }
-    if let ObserverKind::UnknownInput { .. } = observer.kind {
-        let hypothesis = "the kind unknown-input has no step for a sample: its error is independent of the disturbance in continuous time only".to_owned();
-        return Err(failure(hypothesis, &["kind = \"proportional-integral\", which estimates slow disturbances"]));
-    }
     let in_words =
         |(hypothesis, alternatives)| FailureReport { hypothesis, alternatives, line: observer.place.line, cause: None };
     let designed = design::design(study, observer, &AtomicBool::new(false)).map_err(|none| match none {

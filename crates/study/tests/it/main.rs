@@ -3,6 +3,7 @@
 mod battery;
 mod blocks;
 mod choices;
+mod composed;
 mod discrete_time;
 mod disturbance;
 mod feedthrough;
