@@ -4,14 +4,16 @@ use luenberger_observers::high_gain::{HighGainMap, Place};
 use luenberger_observers::{
     CubicObserver, DeviationObserver, DiscreteLinearObserver, DiscreteNonlinearObserver, ExtendedKalmanFilter,
     HighGainObserver, ImmersionInvarianceObserver, Integral, KklObserver, KklPebObserver, LinearObserver,
-    MeanValueObserver, NonlinearLuenbergerObserver, Observer, ObserverDimensions, ProportionalIntegralObserver,
-    SampledCubicObserver, SampledObserver, StationaryKalmanFilter, UnknownInputObserver,
+    MeanValueObserver, MovingHorizonEstimator, NonlinearLuenbergerObserver, Observer, ObserverDimensions,
+    ProportionalIntegralObserver, SampledCubicObserver, SampledObserver, StationaryKalmanFilter, UnknownInputObserver,
+    UnscentedKalmanFilter,
 };
 use luenberger_plants::{Column, Plant, state_jacobian};
 use luenberger_sim::{Replay, Scenario};
 use nalgebra::{DVector, Dyn};
 
 use super::kkl::Kkl;
+use super::moving_horizon::MOST_SAMPLES;
 use super::printed_mean_value::PrintedMean;
 use crate::maps::{Estimator, ImmersionMaps, KklMaps, RegressionMaps};
 use crate::model::Model;
@@ -64,6 +66,10 @@ pub enum Runnable {
     HighGain(Box<HighGainObserver<Chains, f64, Dyn>>),
     /// Extended Kalman filter.
     ExtendedKalman(Box<ExtendedKalmanFilter<Model, f64, Dyn, Dyn, Dyn>>),
+    /// Unscented Kalman filter.
+    Unscented(Box<UnscentedKalmanFilter<Model, f64, Dyn, Dyn, Dyn>>),
+    /// Moving-horizon estimator.
+    MovingHorizon(Box<MovingHorizonEstimator<Model, f64, Dyn, Dyn, Dyn, Dyn, MOST_SAMPLES>>),
     /// KKL observer with given maps.
     KklMaps(Box<KklObserver<KklMaps>>),
     /// PEBO or [KKL+PEB] observer with given maps.
@@ -105,6 +111,8 @@ macro_rules! each {
             Runnable::StationaryKalman($sampled) => $step,
             Runnable::DiscreteNonlinear($sampled) => $step,
             Runnable::ExtendedKalman($sampled) => $step,
+            Runnable::Unscented($sampled) => $step,
+            Runnable::MovingHorizon($sampled) => $step,
         }
     };
 }
@@ -123,11 +131,24 @@ impl Runnable {
         )
     }
 
-    /// The replay of a log with this observer added.
-    pub fn replay<'a>(&'a self, replay: Replay<'a>, name: &str, initial: &[f64]) -> Replay<'a> {
-        if let Self::ExtendedKalman(filter) = self {
-            // `filter` also records the innovation covariance.
-            return replay.filter(name, filter.as_ref().clone(), initial);
+    /// The replay of a log with this observer added; with `smooth` the estimates of a filter are smoothed as well.
+    pub fn replay<'a>(&'a self, replay: Replay<'a>, name: &str, initial: &[f64], smooth: bool) -> Replay<'a> {
+        // As filters they also record their covariances.
+        match (self, smooth) {
+            (Self::ExtendedKalman(filter), false) => {
+                return replay.covariance_filter(name, filter.as_ref().clone(), initial);
+            }
+            (Self::ExtendedKalman(filter), true) => {
+                return replay.smoothed_filter(name, filter.as_ref().clone(), initial);
+            }
+            (Self::Unscented(filter), false) => {
+                return replay.covariance_filter(name, filter.as_ref().clone(), initial);
+            }
+            (Self::MovingHorizon(estimator), _) => {
+                return replay.covariance_filter(name, estimator.as_ref().clone(), initial);
+            }
+            (Self::Unscented(filter), true) => return replay.smoothed_filter(name, filter.as_ref().clone(), initial),
+            _ => {}
         }
         each!(
             self,

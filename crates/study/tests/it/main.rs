@@ -6,6 +6,7 @@ mod choices;
 mod discrete_time;
 mod disturbance;
 mod feedthrough;
+mod filters;
 mod folder;
 mod gain_limits;
 mod high_gain;
