@@ -127,7 +127,7 @@ fn extension(
 ) -> Result<ExtensionDesign, Refusal> {
     let written = match &observer.kind {
         ObserverKind::Kkl(spec) => whole::kkl(&study.plant, &spec.maps),
-        ObserverKind::Pebo(spec) | ObserverKind::KklPeb(spec) => whole::peb(&study.plant, spec),
+        ObserverKind::Pebo(spec) | ObserverKind::KklPeb(spec) => whole::peb(&study.plant, spec, period),
         _ => Err("the observer has no given maps".to_owned()),
     };
     let written = written.map_err(|why| (format!("the observer has no source code: {why}"), Vec::new()))?;

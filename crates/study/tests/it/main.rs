@@ -21,6 +21,7 @@ mod page;
 mod plant;
 mod printed_mean_value;
 mod report_in_browser;
+mod resets;
 mod sampled;
 mod scores;
 mod sensors;
