@@ -25,6 +25,7 @@ pub mod interactive;
 pub mod still;
 mod stroke;
 pub(crate) mod style;
+mod thinned;
 pub(crate) mod ticks;
 
 pub use style::colours;

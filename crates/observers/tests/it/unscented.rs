@@ -281,7 +281,8 @@ fn sizes_and_formats() {
 
 #[test]
 fn bad_data_are_errors() {
-    let plant = || LinearPlant { a: Matrix2::zeros(), b: SMatrix::<f64, 2, 0>::zeros(), c: Matrix2::identity(), d: None };
+    let plant =
+        || LinearPlant { a: Matrix2::zeros(), b: SMatrix::<f64, 2, 0>::zeros(), c: Matrix2::identity(), d: None };
     let make = |noises, sigma| UnscentedKalmanFilter::new(plant(), noises, sigma, 0.1, 1).map(|_| ());
     let sigma = SigmaPoints::default();
     assert_eq!(make(noises(), sigma), Ok(()));
