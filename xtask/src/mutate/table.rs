@@ -886,7 +886,8 @@ pub(super) const SOURCES: &[Source] = &[
         file: "crates/design/src/error_bound/mod.rs",
         suites: &[INPUT_TO_STATE],
         mutants: &[
-            mutant("error bound: S for S' in mu", Transpose, "s.transpose() * &self.d;", "&s * &self.d;"),
+            mutant("error bound: S for S' in mu", Transpose, "s.transpose() * &self.d;", "&s * &self.d;")
+                .equivalent("S'S_s^-1 S = S S_s^-1 S' for S = S_s + K, S_s = S_s', K = -K': both are S_s - K S_s^-1 K"),
             mutant("error bound: 27/256", Constant, "27.0 / 128.0 * kappa", "27.0 / 256.0 * kappa"),
             mutant("error bound: G = E + LD", Sign, "(e - &self.l * &self.d)", "(e + &self.l * &self.d)"),
             mutant(

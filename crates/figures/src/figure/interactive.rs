@@ -1,6 +1,6 @@
 //! Interactive figure for the report: the `data` and `layout` objects of plotly's JavaScript.
 //!
-//! Numbers have seven digits, enough for a screen; the CSV file of the figure has all digits. The colours of text and
+//! Numbers have five digits, enough for a screen; the CSV file of the figure has all digits. The colours of text and
 //! grid are set by the page, depending on the light or dark mode.
 
 use super::style::{OPACITY, Resolved, hex, resolve};
@@ -244,8 +244,8 @@ fn wrapped(name: &str) -> String {
     }
 }
 
-/// Seven significant digits.
+/// Five significant digits, for a screen.
 fn digits(x: f64) -> f64 {
     // What is printed in this form always reads back.
-    format!("{x:.6e}").parse().unwrap_or(x)
+    format!("{x:.4e}").parse().unwrap_or(x)
 }

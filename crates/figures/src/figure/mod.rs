@@ -27,6 +27,8 @@ mod stroke;
 pub(crate) mod style;
 pub(crate) mod ticks;
 
+pub use style::colours;
+
 /// One figure: panels in a grid under one legend.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Figure {

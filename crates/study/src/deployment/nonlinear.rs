@@ -127,7 +127,7 @@ fn extension(
 ) -> Result<ExtensionDesign, Refusal> {
     let written = match (&observer.kind, &designed.runnable) {
         (_, Runnable::KklMaps(observer)) => whole::kkl(&study.plant, observer.map()),
-        (ObserverKind::Pebo(spec) | ObserverKind::KklPeb(spec), _) => whole::peb(&study.plant, spec),
+        (ObserverKind::Pebo(spec) | ObserverKind::KklPeb(spec), _) => whole::peb(&study.plant, spec, period),
         _ => Err("the observer has no given maps".to_owned()),
     };
     let written = written.map_err(|why| (format!("the observer has no source code: {why}"), Vec::new()))?;

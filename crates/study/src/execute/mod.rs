@@ -6,6 +6,7 @@ mod excursion;
 mod filter;
 mod folder;
 mod limits;
+mod live;
 mod log;
 mod observe;
 mod options;
@@ -366,7 +367,9 @@ fn stages(
             options.tell("figures", id, count + 1, figures.len());
         }
         if all {
-            folder.write("report.html", report::html(study, results, figures, &folder.written())?.as_bytes())?;
+            let live = live::experiment(study, &members);
+            let page = report::html(study, results, figures, live.as_ref(), &folder.written())?;
+            folder.write("report.html", page.as_bytes())?;
         }
         save(folder, results)?;
     }

@@ -214,6 +214,24 @@ const LEAKAGE: Key = optional(
     Kind::Number(Range::NotNegative),
     "Leakage of the rows of zeros, xi' = B - leakage xi: xi stays bounded, and theta is no longer constant (default 0).",
 );
+const RESET: Key = optional(
+    "reset",
+    Kind::Table(&RESETS),
+    "Resets of the rows of zeros: xi takes over theta_hat, which begins again at theta_start; the estimate is continuous (default: none).",
+);
+const RESETS: Table = Table {
+    name: "reset",
+    about: "Resets of the open integration.",
+    variants: None,
+    keys: &[
+        required("period", Kind::Number(Range::Positive), "Time from one reset to the next."),
+        optional(
+            "above",
+            Kind::Number(Range::Positive),
+            "At these instants xi is reset only if one of its rows of zeros is larger than this in magnitude (default: always).",
+        ),
+    ],
+};
 const WINDOW: Key = optional(
     "window",
     Kind::Number(Range::Positive),
@@ -553,6 +571,7 @@ const KINDS: &[Variant] = &[
             ALPHA,
             ESTIMATOR,
             LEAKAGE,
+            RESET,
             WINDOW,
         ],
     },
@@ -575,6 +594,7 @@ const KINDS: &[Variant] = &[
             ALPHA,
             ESTIMATOR,
             LEAKAGE,
+            RESET,
             WINDOW,
         ],
     },
