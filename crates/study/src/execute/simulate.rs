@@ -46,8 +46,8 @@ pub(super) struct Run {
     pub(super) innovation: Option<DMatrix<f64>>,
     /// The standard deviations of the estimates, of a filter.
     pub(super) deviation: Option<DMatrix<f64>>,
-    /// The estimates of a disturbance, of an observer that has some; none on a log.
-    pub(super) disturbance: Option<DMatrix<f64>>,
+    /// The estimates of disturbances with their names, of an observer that has some; none on a log.
+    pub(super) disturbance: Option<(Vec<String>, DMatrix<f64>)>,
 }
 
 impl Run {
@@ -165,7 +165,8 @@ pub(super) fn samples(simulation: &Simulation, trajectory: &Trajectory, member: 
     }
     let disturbance = member.and_then(|member| {
         let states = &trajectory.observer(&member.wish.name).ok()?.state;
-        member.designed.runnable.disturbance(states).map(|found| of(&found))
+        let found = member.designed.runnable.disturbance(states)?;
+        Some((member.wish.kind.estimated_disturbances(), of(&found)))
     });
     Run { t: wanted, x, u, y, estimate, innovation: None, deviation, disturbance }
 }
