@@ -15,8 +15,7 @@ type Estimator<S> = MovingHorizonEstimator<S, f64, Const<2>, Const<1>, Const<1>,
 pub(crate) fn main() -> Result<(), Box<dyn std::error::Error>> {
     // A belt whose speed cannot be negative stands still for two seconds, and is then pushed. Its position is measured.
     let plant = luenberger::plants::double_integrator();
-    let noises =
-        NoiseModel { w: Matrix2::new(0.0, 0.0, 0.0, 0.01), v: Matrix1::new(0.01), p0: Matrix2::identity() };
+    let noises = NoiseModel { w: Matrix2::new(0.0, 0.0, 0.0, 0.01), v: Matrix1::new(0.01), p0: Matrix2::identity() };
     let filter = ExtendedKalmanFilter::new(plant.clone(), noises.clone(), 0.1, 1)?;
     let free: Estimator<_> =
         MovingHorizonEstimator::new(plant, noises, Horizon { window: WINDOW, iterations: 1 }, 0.1, 1)?;

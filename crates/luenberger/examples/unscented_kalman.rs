@@ -15,7 +15,11 @@ pub(crate) fn main() -> Result<(), Box<dyn std::error::Error>> {
     let mut belief = filter.initial(0.0, &Vector1::new(1.0), &u, &Vector1::zeros());
     let innovation = filter.update(0.0, &mut belief, &u, &Vector1::new(1.44)).ok_or("a factor")?;
     // E x^2 = 1 + 0.25, and var x^2 = 4 * 0.25 + 2 * 0.25^2. To first order it would be 1, and 4 * 0.25.
-    println!("y is expected to be {:.3}, with variance {:.3}", 1.44 - innovation.value[0], innovation.covariance[(0, 0)]);
+    println!(
+        "y is expected to be {:.3}, with variance {:.3}",
+        1.44 - innovation.value[0],
+        innovation.covariance[(0, 0)]
+    );
     assert!((innovation.value[0] - 0.19).abs() < 1e-12 && (innovation.covariance[(0, 0)] - 1.135).abs() < 1e-12);
 
     // The true x is 1.2. Ten measurements, and what the whole log says of the first row.
@@ -25,7 +29,11 @@ pub(crate) fn main() -> Result<(), Box<dyn std::error::Error>> {
     let found = replayed.observer("filter")?;
     let smoothed = found.smoothed.as_ref().ok_or("a smoothed filter")?;
     for k in [0, 4, 9] {
-        println!("row {k}: {:.4} from the past, {:.4} from the whole log", found.estimate[(k, 0)], smoothed.estimate[(k, 0)]);
+        println!(
+            "row {k}: {:.4} from the past, {:.4} from the whole log",
+            found.estimate[(k, 0)],
+            smoothed.estimate[(k, 0)]
+        );
     }
     assert!((found.estimate[(9, 0)] - 1.2).abs() < 0.02);
     assert!((smoothed.estimate[(0, 0)] - 1.2).abs() < (found.estimate[(0, 0)] - 1.2).abs());

@@ -113,7 +113,7 @@ pub use immersion_invariance::{Immersion, ImmersionInvarianceObserver};
 pub use inter_sample::InterSampleObserver;
 pub use kalman::{ExtendedKalmanFilter, GaussianEstimate, Innovation, NoiseModel, StaticExtendedKalmanFilter};
 pub use kkl::{KklMap, KklObserver, LeftInverse, LinearKkl};
-pub use kkl_peb::KklPebObserver;
+pub use kkl_peb::{KklPebObserver, Memory, Reset};
 pub use lanes::LaneObserver;
 pub use linear::{LinearObserver, StaticLinearObserver};
 pub use luenberger_plants::{Differentiable, Dimensions, LinearPlant, Plant, Shape};

@@ -6,25 +6,26 @@
 //! |x_0 - a|^2_(Pi^-1) + sum |y_i - h(x_i)|^2_(V^-1) + sum |x_(i+1) - F(x_i)|^2_(W^-1),    lower <= x_i <= upper
 //! ```
 //!
-//! with F the plant from one sample to the next. Each step linearises F and h along the trajectory of the step before and
-//! solves the linear problem exactly, by a Kalman filter forward and its adjoint backward ([`pass`]): a Gauss-Newton step
-//! of `O(L n^3)`. There is a fixed number of them. If bounds are violated after them, a fixed number of steps of a
-//! primal-dual interior-point method follows, each of the same cost: a bound is a measurement of its state there, with
-//! the variance s/z of its slack and multiplier.
+//! with F the plant from one sample to the next. Each step linearises F and h along the trajectory of the step before
+//! and solves the linear problem exactly, by a Kalman filter forward and its adjoint backward (`pass`): a
+//! Gauss-Newton step of `O(L n^3)`. There is a fixed number of them. If bounds are violated after them, a fixed number
+//! of steps of a primal-dual interior-point method follows, each of the same cost: a bound is a measurement of its
+//! state there, with the variance s/z of its slack and multiplier.
 //!
-//! **Arrival cost.** (a, Pi) is what the samples *before* the window say of its first state, and no sample of the window
-//! is in it. When the window moves on, its first sample goes into (a, Pi) by the update and the prediction of the
-//! extended Kalman filter, linearised at the smoothed estimate x_0 and corrected for the difference, `y - h(x_0) - C (a -
-//! x_0)`: the smoothed estimate is where it is linearised, and not its mean, which would count the samples of the window
-//! twice. Without active bounds the estimate of a linear plant is therefore that of the Kalman filter, for every L. The
-//! bounds themselves are not in the arrival cost.
+//! **Arrival cost.** (a, Pi) is what the samples *before* the window say of its first state, and no sample of the
+//! window is in it. When the window moves on, its first sample goes into (a, Pi) by the update and the prediction of
+//! the extended Kalman filter, linearised at the smoothed estimate x_0 and corrected for the difference, `y - h(x_0) -
+//! C (a - x_0)`: the smoothed estimate is where it is linearised, and not its mean, which would count the samples of
+//! the window twice. Without active bounds the estimate of a linear plant is therefore that of the Kalman filter, for
+//! every L. The bounds themselves are not in the arrival cost.
 //!
-//! The state is one column of numbers of the length [`state_length`]: nothing is allocated with static sizes. There is no
-//! theorem of stability here.
+//! The state is one column of numbers of the length [`state_length`]: nothing is allocated with static sizes. There is
+//! no theorem of stability here.
 //!
-//! Sources: C. V. Rao, J. B. Rawlings and D. Q. Mayne, Constrained state estimation for nonlinear discrete-time systems,
-//! IEEE Transactions on Automatic Control 48, 2003 (arrival cost); B. M. Bell, J. V. Burke and G. Pillonetto, An
-//! inequality constrained nonlinear Kalman-Bucy smoother by interior point likelihood maximization, Automatica 45, 2009.
+//! Sources: C. V. Rao, J. B. Rawlings and D. Q. Mayne, Constrained state estimation for nonlinear discrete-time
+//! systems, IEEE Transactions on Automatic Control 48, 2003 (arrival cost); B. M. Bell, J. V. Burke and G. Pillonetto,
+//! An inequality constrained nonlinear Kalman-Bucy smoother by interior point likelihood maximization, Automatica 45,
+//! 2009.
 
 mod pass;
 mod window;
@@ -182,7 +183,8 @@ where
             return Err(ObserverError::Table { what: "bounds of the states", expected: self.layout.n, found });
         }
         for axis in 0..lower.nrows() {
-            if !(lower[axis] < upper[axis]) {
+            let is_interval = lower[axis] < upper[axis];
+            if !is_interval {
                 let (lower, upper) = (lower[axis].to_subset_unchecked(), upper[axis].to_subset_unchecked());
                 return Err(ObserverError::Box { axis, lower, upper });
             }
@@ -351,7 +353,8 @@ where
         Some((solution, stages[count - 1].covariance.clone()))
     }
 
-    /// The bounds of a stage as measurements of its states: `lower + s + mu/z` with the variance s/z, and likewise above.
+    /// The bounds of a stage as measurements of its states: `lower + s + mu/z` with the variance s/z, and likewise
+    /// above.
     fn bounded(&self, barrier: &Barrier<T, N>, mu: T, at: &mut Stage<T, N>) -> Option<()> {
         let (lower, upper) = self.bounds.as_ref()?;
         for j in 0..lower.nrows() {
@@ -634,8 +637,8 @@ where
         self.h
     }
 
-    /// Update and prediction. A sample whose problem has no solution is passed over; a prediction without a result makes
-    /// the estimate NaN.
+    /// Update and prediction. A sample whose problem has no solution is passed over; a prediction without a result
+    /// makes the estimate NaN.
     fn step(&self, t: T, state: &mut Self::State, u: &Self::Input, y: &Self::Output) {
         self.update(t, state, u, y, |_| true);
         self.finish(t, state, u);

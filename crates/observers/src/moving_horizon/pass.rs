@@ -1,5 +1,5 @@
-//! One Gauss-Newton step: the window's problem, linearised along a trajectory, solved by a Kalman filter forward and the
-//! adjoint equations backward.
+//! One Gauss-Newton step: the window's problem, linearised along a trajectory, solved by a Kalman filter forward and
+//! the adjoint equations backward.
 //!
 //! The stationarity of the linearised problem gives, with the filtered mean m and covariance P of a stage, its matrices
 //! `T = product of (I - K C)` and `w = sum of C' S^-1 nu` over its measurements, and A from it to the next,
@@ -11,8 +11,8 @@
 //! No covariance is inverted but S: W and the prior may be singular. The cost is that of the filter and `6 n^2` flops a
 //! stage.
 //!
-//! Source: G. J. Bierman, Fixed interval smoothing with discrete measurements, International Journal of Control 18, 1973
-//! (the modified Bryson-Frazier smoother).
+//! Source: G. J. Bierman, Fixed interval smoothing with discrete measurements, International Journal of Control 18,
+//! 1973 (the modified Bryson-Frazier smoother).
 
 use nalgebra::allocator::Allocator;
 use nalgebra::{ComplexField, DefaultAllocator, Dim, OMatrix, OVector, RealField, U1};

@@ -54,9 +54,9 @@ fn beside<const D: usize, const W: usize>(
 proptest! {
     #![proptest_config(ProptestConfig { cases: 48, failure_persistence: None, ..ProptestConfig::default() })]
 
-    /// The known pitfall: an arrival cost that has samples of the window in it counts them twice. Here the estimate of a
-    /// linear plant is that of the Kalman filter, for every window, before and after it begins to move, with W singular
-    /// and with bounds that are not active.
+    /// The known pitfall: an arrival cost that has samples of the window in it counts them twice. Here the estimate of
+    /// a linear plant is that of the Kalman filter, for every window, before and after it begins to move, with W
+    /// singular and with bounds that are not active.
     #[test]
     fn without_active_bounds_it_is_the_kalman_filter(
         a in prop::array::uniform9(-1.0f64..1.0), c in prop::array::uniform6(-1.0f64..1.0),

@@ -122,8 +122,8 @@ impl<'a> Replay<'a> {
         self.entry(name, Kind::Observer(Box::new(Sampled(observer))), initial, false)
     }
 
-    /// An extended Kalman filter: updated at the rows of the log, and predicted in between over the time that has passed,
-    /// in steps no longer than its period. Of a plant in discrete time it is stepped at its period, as
+    /// An extended Kalman filter: updated at the rows of the log, and predicted in between over the time that has
+    /// passed, in steps no longer than its period. Of a plant in discrete time it is stepped at its period, as
     /// [`discrete_filter`](Self::discrete_filter). Its [`Belief`] is recorded.
     #[must_use]
     pub fn filter<S, N, M, P>(self, name: &str, filter: ExtendedKalmanFilter<S, f64, N, M, P>, initial: &[f64]) -> Self
@@ -151,15 +151,15 @@ impl<'a> Replay<'a> {
         self.covariance_filter(name, filter, initial)
     }
 
-    /// A filter with a covariance of any kind: in discrete time as [`discrete_filter`](Self::discrete_filter), otherwise
-    /// as [`filter`](Self::filter).
+    /// A filter with a covariance of any kind: in discrete time as [`discrete_filter`](Self::discrete_filter),
+    /// otherwise as [`filter`](Self::filter).
     #[must_use]
     pub fn covariance_filter(self, name: &str, filter: impl CovarianceFilter<f64> + 'a, initial: &[f64]) -> Self {
         self.entry(name, Kind::Filter(Box::new(Any(filter))), initial, true)
     }
 
-    /// The same, and its estimates smoothed: besides the estimates from the measurements up to their time there are those
-    /// from the whole log ([`ReplayedObserver::smoothed`]).
+    /// The same, and its estimates smoothed: besides the estimates from the measurements up to their time there are
+    /// those from the whole log ([`ReplayedObserver::smoothed`]).
     ///
     /// Keeps `3 n^2 + 2 n` numbers for each step of the prediction.
     ///

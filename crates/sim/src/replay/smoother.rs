@@ -9,12 +9,12 @@
 //! ```
 //!
 //! with the smoothed estimate xs+ after the step. For a linear plant, `E e e-' = P A'`, and xs is the solution of the
-//! least-squares problem of all measurements; for the extended filter A is the transition matrix along its estimate, and
-//! the unscented filter has the covariance of its sigma points before and after. Where `P-` is singular, its
+//! least-squares problem of all measurements; for the extended filter A is the transition matrix along its estimate,
+//! and the unscented filter has the covariance of its sigma points before and after. Where `P-` is singular, its
 //! pseudo-inverse takes the place of the inverse.
 //!
-//! Sources: H. E. Rauch, F. Tung and C. T. Striebel, Maximum likelihood estimates of linear dynamic systems, AIAA Journal
-//! 3, 1965; S. Sarkka, Unscented Rauch-Tung-Striebel smoother, IEEE Transactions on Automatic Control 53, 2008.
+//! Sources: H. E. Rauch, F. Tung and C. T. Striebel, Maximum likelihood estimates of linear dynamic systems, AIAA
+//! Journal 3, 1965; S. Sarkka, Unscented Rauch-Tung-Striebel smoother, IEEE Transactions on Automatic Control 53, 2008.
 
 use nalgebra::{DMatrix, DVector};
 

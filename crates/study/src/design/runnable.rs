@@ -131,23 +131,13 @@ impl Runnable {
         )
     }
 
-    /// The replay of a log with this observer added; with `smooth` the estimates of a filter are smoothed as well.
-    pub fn replay<'a>(&'a self, replay: Replay<'a>, name: &str, initial: &[f64], smooth: bool) -> Replay<'a> {
-        // As filters they also record their covariances.
-        match (self, smooth) {
-            (Self::ExtendedKalman(filter), false) => {
-                return replay.covariance_filter(name, filter.as_ref().clone(), initial);
-            }
-            (Self::ExtendedKalman(filter), true) => {
-                return replay.smoothed_filter(name, filter.as_ref().clone(), initial);
-            }
-            (Self::Unscented(filter), false) => {
-                return replay.covariance_filter(name, filter.as_ref().clone(), initial);
-            }
-            (Self::MovingHorizon(estimator), _) => {
-                return replay.covariance_filter(name, estimator.as_ref().clone(), initial);
-            }
-            (Self::Unscented(filter), true) => return replay.smoothed_filter(name, filter.as_ref().clone(), initial),
+    /// The replay of a log with this observer added.
+    pub fn replay<'a>(&'a self, replay: Replay<'a>, name: &str, initial: &[f64]) -> Replay<'a> {
+        match self {
+            // As filters they also record their covariances.
+            Self::ExtendedKalman(filter) => return replay.covariance_filter(name, filter.as_ref().clone(), initial),
+            Self::Unscented(filter) => return replay.covariance_filter(name, filter.as_ref().clone(), initial),
+            Self::MovingHorizon(filter) => return replay.covariance_filter(name, filter.as_ref().clone(), initial),
             _ => {}
         }
         each!(
@@ -155,6 +145,15 @@ impl Runnable {
             observer => replay.observer(name, observer.as_ref(), initial),
             sampled => replay.sampled_observer(name, sampled.as_ref(), initial)
         )
+    }
+
+    /// The same, with smoothed estimates of an extended or unscented Kalman filter as well.
+    pub fn replay_smoothed<'a>(&'a self, replay: Replay<'a>, name: &str, initial: &[f64]) -> Replay<'a> {
+        match self {
+            Self::ExtendedKalman(filter) => replay.smoothed_filter(name, filter.as_ref().clone(), initial),
+            Self::Unscented(filter) => replay.smoothed_filter(name, filter.as_ref().clone(), initial),
+            _ => self.replay(replay, name, initial),
+        }
     }
 
     /// The sampling period; none in continuous time.

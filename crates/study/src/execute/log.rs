@@ -23,8 +23,13 @@ fn replay(study: &Study, log: &Log, member: &Member<'_>, until: Option<Instant>)
         Settings { rtol: 1e-9, end: until, ..study.simulation.as_ref().map_or_else(Settings::default, |s| s.settings) };
     let replay = Replay::new(&study.plant.model, log.recording.clone()).settings(settings);
     let name = member.wish.name.as_str();
-    let smooth = member.wish.kind.smooths();
-    member.designed.runnable.replay(replay, name, &member.wish.initial, smooth).run()?.observer(name).cloned()
+    let (runnable, initial) = (&member.designed.runnable, &member.wish.initial);
+    let replay = if member.wish.kind.smooths() {
+        runnable.replay_smoothed(replay, name, initial)
+    } else {
+        runnable.replay(replay, name, initial)
+    };
+    replay.run()?.observer(name).cloned()
 }
 
 /// The run of one observer.
