@@ -17,7 +17,9 @@ mod record;
 
 pub use exported::exported;
 pub(crate) use linear::MARGIN;
-pub use nonlinear::{CopyDesign, DiscreteCopyDesign, ExtensionDesign, FilterDesign, KklDesign, KklStep};
+pub use nonlinear::{
+    CopyDesign, DiscreteCopyDesign, ExtensionDesign, FilterDesign, KklDesign, KklStep, UnscentedDesign,
+};
 pub use record::{Difference, Record, record};
 
 use std::sync::atomic::AtomicBool;
@@ -50,6 +52,8 @@ pub enum SampledDesign {
     DiscreteCopy(Box<DiscreteCopyDesign>),
     /// The extended Kalman filter.
     Filter(Box<FilterDesign>),
+    /// The unscented Kalman filter.
+    Unscented(Box<UnscentedDesign>),
     /// The numerical KKL observer.
     Kkl(Box<KklDesign>),
     /// An observer with given maps.
@@ -83,6 +87,7 @@ impl SampledDesign {
         match self {
             Self::Copy(design) => Some(design.observer.substeps()),
             Self::Filter(design) => design.filter.substeps(),
+            Self::Unscented(design) => design.filter.substeps(),
             Self::Kkl(design) => Some(design.observer.substeps()),
             Self::Extension(design) => Some(design.observer.substeps()),
             _ => None,
@@ -424,6 +429,10 @@ pub fn evidence(study: &Study, observer: &ObserverSpec, design: &SampledDesign, 
                     "the embedded one, a tree of polynomials"
                 }
             )],
+            file: None,
+        },
+        SampledDesign::Unscented(_) => Evidence {
+            sentences: vec!["No stability certificate: there is no theorem for an unscented Kalman filter.".to_owned()],
             file: None,
         },
         SampledDesign::Filter(_) => Evidence {

@@ -7,6 +7,7 @@ mod closed_loop;
 mod discrete_time;
 mod disturbance;
 mod feedthrough;
+mod filters;
 mod folder;
 mod gain_limits;
 mod high_gain;
