@@ -362,6 +362,8 @@ pub enum ObserverKind {
         /// N.
         correction: luenberger_design::CubicGain,
     },
+    /// Cubic observer of least cost.
+    OptimalCubic(Box<luenberger_design::EstimationProblem>),
     /// Observer of the state and of a slowly varying disturbance, linear or cubic.
     ProportionalIntegral {
         /// E, n x q.
@@ -509,7 +511,8 @@ impl ObserverKind {
             | Self::Lpv { .. }
             | Self::Lipschitz { .. }
             | Self::MeanValue { .. } => true,
-            Self::HighGain { .. }
+            Self::OptimalCubic(_)
+            | Self::HighGain { .. }
             | Self::ExtendedKalman { .. }
             | Self::Kkl(_)
             | Self::Pebo(_)
@@ -525,6 +528,7 @@ impl ObserverKind {
             Self::Luenberger(_) => "luenberger",
             Self::Kalman(_) => "kalman",
             Self::Cubic { .. } => "cubic",
+            Self::OptimalCubic(_) => "optimal-cubic",
             Self::ProportionalIntegral { .. } => "proportional-integral",
             Self::UnknownInput { .. } => "unknown-input",
             Self::SampledCubic { .. } => "sampled-cubic",
@@ -597,7 +601,8 @@ impl ObserverKind {
             | Self::MeanValue { rate, .. } => *rate *= factor,
             Self::HighGain { r, .. } => *r /= factor,
             Self::KklNumerical(KklSpec { cutoff: Some(cutoff), .. }) => *cutoff *= factor,
-            Self::Lpv { .. }
+            Self::OptimalCubic(_)
+            | Self::Lpv { .. }
             | Self::ExtendedKalman { .. }
             | Self::KklNumerical(_)
             | Self::Kkl(_)

@@ -17,4 +17,5 @@ mod nonlinear_observability;
 mod numerical_kkl;
 mod numerical_kkl_choice;
 mod operating_point;
+mod optimal_cubic;
 mod stored;

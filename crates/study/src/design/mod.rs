@@ -10,6 +10,7 @@ mod linear;
 mod noise_gain;
 mod nonlinear;
 mod operating_point;
+mod optimal;
 mod peb;
 mod printed_mean_value;
 mod runnable;
@@ -135,6 +136,10 @@ fn in_words(
         ObserverKind::Cubic { linear: gain, theta, correction } => {
             let options = (&options, wish.bounds.as_ref());
             shifted(linear::cubic(study, &linear()?, gain, theta, correction, options)).map_err(explained)
+        }
+        ObserverKind::OptimalCubic(problem) => {
+            let plant = model.linear().ok_or_else(|| explain::not_linear(study, wish))?;
+            optimal::design(study, &plant, problem, (wish.bounds.as_ref(), end)).map_err(explained)
         }
         ObserverKind::ProportionalIntegral { e, rate, linear: gain, cubic } => {
             let plant = model.linear().ok_or_else(|| explain::not_linear(study, wish))?;

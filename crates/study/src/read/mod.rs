@@ -11,6 +11,7 @@ mod json;
 mod maps;
 mod observer;
 mod operating_point;
+mod optimal;
 mod other_plant;
 mod plant;
 mod sensor;

@@ -16,6 +16,7 @@ mod maps;
 mod messages;
 mod mistakes;
 mod operating_point;
+mod optimal;
 mod plant;
 mod printed_mean_value;
 mod report_in_browser;

@@ -155,6 +155,7 @@ templates! {
     heat_rod "heat-rod";
     mimo "mimo";
     load_torque "load-torque";
+    optimal_cubic "optimal-cubic";
     measured_log "measured-log";
 }
 
