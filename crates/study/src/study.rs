@@ -373,6 +373,8 @@ pub enum ObserverKind {
         /// N.
         correction: luenberger_design::CubicGain,
     },
+    /// Cubic observer of least cost.
+    OptimalCubic(Box<luenberger_design::EstimationProblem>),
     /// Observer of the state and of a slowly varying disturbance, linear or cubic.
     ProportionalIntegral {
         /// E, n x q.
@@ -573,7 +575,8 @@ impl ObserverKind {
             | Self::Lpv { .. }
             | Self::Lipschitz { .. }
             | Self::MeanValue { .. } => true,
-            Self::HighGain { .. }
+            Self::OptimalCubic(_)
+            | Self::HighGain { .. }
             | Self::ReducedOrder(_)
             | Self::ExtendedKalman { .. }
             | Self::Unscented(_)
@@ -592,6 +595,7 @@ impl ObserverKind {
             Self::Luenberger(_) => "luenberger",
             Self::Kalman(_) => "kalman",
             Self::Cubic { .. } => "cubic",
+            Self::OptimalCubic(_) => "optimal-cubic",
             Self::ProportionalIntegral { chain: None, .. } => "proportional-integral",
             Self::ProportionalIntegral { chain: Some(_), .. } => "extended-state",
             Self::UnknownInput { .. } => "unknown-input",
@@ -692,7 +696,8 @@ impl ObserverKind {
             Self::ReducedOrder(poles) => poles.iter_mut().for_each(|pole| *pole *= factor),
             Self::HighGain { r, .. } => *r /= factor,
             Self::KklNumerical(KklSpec { cutoff: Some(cutoff), .. }) => *cutoff *= factor,
-            Self::Lpv { .. }
+            Self::OptimalCubic(_)
+            | Self::Lpv { .. }
             | Self::NormFilter(_)
             | Self::ExtendedKalman { .. }
             | Self::Unscented(_)

@@ -232,6 +232,20 @@ pub fn sampled(
         let design = design.map_err(|error| failure(error.to_string(), &[]))?;
         return Ok(Sampled { design, period, of_the_study: None });
     }
+    if let (ObserverKind::OptimalCubic(problem), Some(plant)) = (&observer.kind, &linear) {
+        let design = names.with(|| {
+            let found = luenberger_design::OptimalCubicDesign::new(plant, problem, None)?;
+            Ok::<_, DesignError>(match &found.cubic {
+                Some(cubic) => {
+                    let design = SampledCubicDesign::from_cubic_with_weight(&found.linear, cubic, period)?;
+                    SampledDesign::Cubic(Box::new(design))
+                }
+                None => SampledDesign::Linear(Box::new(DiscreteDesign::sampled(&found.linear, period)?)),
+            })
+        });
+        let design = design.map_err(|error| failure(error.to_string(), &[]))?;
+        return Ok(Sampled { design, period, of_the_study: None });
+    }
     if let ObserverKind::NormFilter(spec) = &observer.kind {
         let options = observer.limits.options(study.solver, None);
         let design = names.with(|| match (&linear, study.plant.dt, &study.operating_point) {

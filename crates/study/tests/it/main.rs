@@ -20,6 +20,7 @@ mod messages;
 mod mistakes;
 mod norm_filter;
 mod operating_point;
+mod optimal;
 mod page;
 mod plant;
 mod printed_mean_value;
