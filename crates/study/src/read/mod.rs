@@ -10,6 +10,7 @@ mod csv;
 mod disturbance;
 mod json;
 mod maps;
+mod norm_filter;
 mod observer;
 mod operating_point;
 mod other_plant;
