@@ -12,7 +12,6 @@ use super::ranking::{Criterion, Ranked, UNPROVED};
 use super::rules::{Context, Rule};
 use crate::deployment;
 use crate::design::{Designed, NoDesign, design_until};
-use crate::error::StudyError;
 use crate::execute::Scored;
 use crate::study::{ObserverSpec, Study};
 
@@ -47,10 +46,10 @@ pub(super) fn by_rule(
     told: &Information,
     rule: &'static Rule,
     (cancel, end): (&AtomicBool, Option<Instant>),
-) -> Result<Outcome, StudyError> {
+) -> Outcome {
     let keys = match (rule.keys)(&Context { study, told }) {
         Ok(keys) => keys,
-        Err(why) => return Ok(Outcome::Unfit(why)),
+        Err(why) => return Outcome::Unfit(why),
     };
     let mut why = None;
     for keys in keys {
@@ -61,7 +60,13 @@ pub(super) fn by_rule(
             initial: told.initial.clone(),
             comment: format!("luenberger advise: {}.", rule.rule),
         };
-        let with = study_with(study, std::slice::from_ref(&block))?;
+        let with = match study_with(study, std::slice::from_ref(&block)) {
+            Ok(with) => with,
+            Err(error) => {
+                why.get_or_insert(format!("its specification is not accepted: {error}"));
+                continue;
+            }
+        };
         let Some(spec) = with.observer(&block.name).cloned() else { continue };
         match design_until(&with, &spec, cancel, end) {
             Ok(designed) => {
@@ -70,15 +75,15 @@ pub(super) fn by_rule(
                 let Rule { rule, source, character, .. } = *rule;
                 let block = Some(block);
                 let found = Candidate { spec, designed, block, rule, source, character, told, cost, runs };
-                return Ok(Outcome::Designed(Box::new(found)));
+                return Outcome::Designed(Box::new(found));
             }
-            Err(NoDesign::Interrupted) => return Ok(Outcome::Open),
+            Err(NoDesign::Interrupted) => return Outcome::Open,
             Err(NoDesign::Misfit(failure)) => {
                 why.get_or_insert(failure.hypothesis);
             }
         }
     }
-    Ok(Outcome::Unfit(why.unwrap_or_else(|| "the rule has no specification for it".to_owned())))
+    Outcome::Unfit(why.unwrap_or_else(|| "the rule has no specification for it".to_owned()))
 }
 
 /// Designs an observer of the study as the study has it.

@@ -296,21 +296,21 @@ fn designs(
     let outcomes = within(&part, |part| {
         let one = |(number, task): (usize, &Task<'_>)| {
             if part.interrupted() {
-                return Ok((number, Outcome::Open));
+                return (number, Outcome::Open);
             }
             let stop = (part.cancel, part.until);
             let outcome = match task {
-                Task::Rule(rule) => candidate::by_rule(study, told, rule, stop)?,
+                Task::Rule(rule) => candidate::by_rule(study, told, rule, stop),
                 Task::Own(spec) => candidate::of_study(study, told, spec, stop),
             };
             let count = done.fetch_add(1, Ordering::Relaxed) + 1;
             part.tell("design", task.name(), count, tasks.len());
-            Ok((number, outcome))
+            (number, outcome)
         };
         let mut outcomes = Vec::new();
         for long in [false, true] {
             let of = tasks.par_iter().enumerate().filter(|(_, task)| task.takes_long() == long);
-            outcomes.extend(of.map(one).collect::<Result<Vec<_>, StudyError>>()?);
+            outcomes.extend(of.map(one).collect::<Vec<_>>());
         }
         outcomes.sort_by_key(|(number, _)| *number);
         Ok(outcomes)

@@ -85,14 +85,25 @@ pub(super) fn poles(context: &Context<'_>, further: usize) -> Result<Keys, Strin
     let order = modes.len() - poles.len() + further;
     let settling = -told.band.ln() / told.linear_rate;
     let moved = poles_from(PolePattern::Bessel, order, settling, told.band).map_err(|error| error.to_string())?;
-    poles.extend(moved.iter().map(|pole| dt.map_or(*pole, |dt| (pole * dt).exp())));
+    poles.extend(moved.into_iter().map(|pole| sampled(pole, dt)));
+    Ok(vec![("poles", listed(&poles))])
+}
+
+/// A pole in continuous time, or its image in discrete time.
+fn sampled(pole: Complex<f64>, dt: Option<f64>) -> Complex<f64> {
+    dt.map_or(pole, |dt| (pole * dt).exp())
+}
+
+fn listed(poles: &[Complex<f64>]) -> Value {
     // Rounding errors of an eigenvalue are no imaginary part.
-    let is_real = |pole: &Complex<f64>| pole.im.abs() <= 1e-9 * pole.norm();
-    let value = |pole: &Complex<f64>| match is_real(pole) {
-        true => Value::Number(short(pole.re)),
-        false => Value::numbers([short(pole.re), short(pole.im)]),
+    let value = |pole: &Complex<f64>| {
+        if pole.im.abs() <= 1e-9 * pole.norm() {
+            Value::Number(short(pole.re))
+        } else {
+            Value::numbers([short(pole.re), short(pole.im)])
+        }
     };
-    Ok(vec![("poles", Value::List(poles.iter().map(value).collect()))])
+    Value::List(poles.iter().map(value).collect())
 }
 
 fn intensity(context: &Context<'_>) -> Value {
@@ -225,6 +236,46 @@ pub(super) fn proportional_integral(context: &Context<'_>) -> Result<Vec<Keys>, 
     let mut keys = vec![("e", Value::rows(e))];
     keys.extend(poles(context, e.ncols())?);
     Ok(vec![keys])
+}
+
+/// Order 1: a constant disturbance.
+pub(super) fn extended_state(context: &Context<'_>) -> Result<Vec<Keys>, String> {
+    let e = disturbance(context)?;
+    linear(context)?;
+    let settling = -context.told.band.ln() / context.told.linear_rate;
+    let order = context.study.plant.states.len() + e.ncols();
+    let bandwidth = chain_settling(order, context.told.band) / settling;
+    Ok(vec![vec![("e", Value::rows(e)), ("bandwidth", Value::Number(short(bandwidth)))]])
+}
+
+pub(super) fn reduced_order(context: &Context<'_>) -> Result<Vec<Keys>, String> {
+    linear(context)?;
+    let (plant, told) = (&context.study.plant, context.told);
+    let order = plant.states.len().saturating_sub(plant.outputs.len());
+    if order == 0 {
+        return Err(format!("it estimates n - p states, and the plant has n = p = {}", plant.states.len()));
+    }
+    let settling = -told.band.ln() / told.linear_rate;
+    let found = poles_from(PolePattern::Bessel, order, settling, told.band).map_err(|error| error.to_string())?;
+    let poles: Vec<_> = found.into_iter().map(|pole| sampled(pole, plant.dt)).collect();
+    Ok(vec![vec![("poles", listed(&poles))]])
+}
+
+/// Process noise and measurement noise as one w of unit intensity, and errors in units of the scale.
+pub(super) fn norm(context: &Context<'_>) -> Result<Vec<Keys>, String> {
+    linear(context)?;
+    noisy(context)?;
+    let told = context.told;
+    let eigen = process_noise(context)?.symmetric_eigen();
+    let root = DMatrix::from_diagonal(&eigen.eigenvalues.map(|value| value.max(0.0).sqrt()));
+    let entering = &eigen.eigenvectors * root * eigen.eigenvectors.transpose();
+    let (n, p) = (entering.nrows(), told.noise.len());
+    let of_sample = context.study.plant.dt.is_some();
+    let deviation = |j: usize| if of_sample { told.noise[j] } else { told.intensity[j].sqrt() };
+    let e = DMatrix::from_fn(n, n + p, |i, j| if j < n { short(entering[(i, j)]) } else { 0.0 });
+    let d = DMatrix::from_fn(p, n + p, |i, j| if j == n + i { deviation(i) } else { 0.0 });
+    let h = DMatrix::from_fn(n, n, |i, j| if i == j { short(1.0 / told.scale[i]) } else { 0.0 });
+    Ok(vec![vec![("e", Value::rows(&e)), ("d", Value::rows(&d)), ("h", Value::rows(&h))]])
 }
 
 pub(super) fn unknown_input(context: &Context<'_>) -> Result<Vec<Keys>, String> {

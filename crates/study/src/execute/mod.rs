@@ -477,9 +477,6 @@ fn bounds(folder: &Folder, name: &str, designed: &Designed) -> Result<(), StudyE
     Ok(())
 }
 
-<<<<<<< HEAD
-pub(crate) fn summary(study: &Study) -> PlantSummary {
-=======
 /// What is proved of the loop with the feedback of the study, in a file of its own.
 fn closed_loop(folder: &Folder, name: &str, designed: &Designed) -> Result<(), StudyError> {
     let behind = designed.certificate.iter().flat_map(|certificate| certificate.theorems().iter().skip(1));
@@ -494,8 +491,7 @@ fn closed_loop(folder: &Folder, name: &str, designed: &Designed) -> Result<(), S
     Ok(())
 }
 
-fn summary(study: &Study) -> PlantSummary {
->>>>>>> main
+pub(crate) fn summary(study: &Study) -> PlantSummary {
     let plant = &study.plant;
     let (kind, mut equations) = match &plant.model {
         Model::Linear(_) => ("linear".to_owned(), Vec::new()),
