@@ -41,6 +41,8 @@ pub struct Study {
     pub observers: Vec<ObserverSpec>,
     /// The solver for matrix inequalities of the designs.
     pub solver: Solver,
+    /// What every kind of observer is told by `luenberger advise`, if specified.
+    pub advise: Option<AdviseSpec>,
     /// The plots.
     pub plot: Plot,
     /// The sweep.
@@ -243,6 +245,34 @@ pub struct Event {
     pub model: Option<crate::model::Model>,
     /// Added to the state; empty for nothing.
     pub jump: Vec<f64>,
+}
+
+/// What every kind of observer is told by `luenberger advise`; what is none is derived.
+#[derive(Debug, Clone, PartialEq)]
+pub struct AdviseSpec {
+    /// The settling time.
+    pub settling: Option<f64>,
+    /// The region.
+    pub region: Option<luenberger_design::Region>,
+    /// The first estimate.
+    pub initial: Option<Vec<f64>>,
+    /// The intensity of the process noise, n x n.
+    pub w: Option<DMatrix<f64>>,
+    /// E of an unknown disturbance, n x q.
+    pub e: Option<DMatrix<f64>>,
+    /// The sampling period.
+    pub period: Option<f64>,
+    /// Runs of each observer.
+    pub ensemble: usize,
+    /// The seed of the first estimates.
+    pub seed: u64,
+}
+
+impl Default for AdviseSpec {
+    fn default() -> Self {
+        let (settling, region, initial, w, e, period) = (None, None, None, None, None, None);
+        Self { settling, region, initial, w, e, period, ensemble: 20, seed: 0 }
+    }
 }
 
 /// A measured log.

@@ -189,6 +189,17 @@ pub fn sampled(
     period: Option<f64>,
     substeps: Option<usize>,
 ) -> Result<Sampled, FailureReport> {
+    sampled_of(study, observer, None, period, substeps)
+}
+
+/// As [`sampled`], of an observer that has been designed for its study, if `designed` is given.
+pub(crate) fn sampled_of(
+    study: &Study,
+    observer: &ObserverSpec,
+    designed: Option<&Designed>,
+    period: Option<f64>,
+    substeps: Option<usize>,
+) -> Result<Sampled, FailureReport> {
     let failure = |hypothesis: String, alternatives: &[&str]| FailureReport {
         hypothesis,
         alternatives: alternatives.iter().map(|&text| text.to_owned()).collect(),
@@ -270,10 +281,13 @@ pub fn sampled(
     }
     let in_words =
         |(hypothesis, alternatives)| FailureReport { hypothesis, alternatives, line: observer.place.line, cause: None };
-    let designed = design::design(study, observer, &AtomicBool::new(false)).map_err(|none| match none {
-        NoDesign::Misfit(failure) => failure,
-        NoDesign::Interrupted => failure("interrupted".to_owned(), &[]),
-    })?;
+    let designed = match designed {
+        Some(designed) => designed.clone(),
+        None => design::design(study, observer, &AtomicBool::new(false)).map_err(|none| match none {
+            NoDesign::Misfit(failure) => failure,
+            NoDesign::Interrupted => failure("interrupted".to_owned(), &[]),
+        })?,
+    };
     if let (ObserverKind::Luenberger(gain) | ObserverKind::Kalman(gain), Runnable::LinearAt(_), Some(point)) =
         (&observer.kind, &designed.runnable, &study.operating_point)
     {

@@ -86,6 +86,11 @@ const ERROR_BOUNDS: Key = optional(
     "Bounds of noise and disturbances: the certificate states a bound of each error in the end, and how fast it is reached.",
 );
 const UNKNOWN: Key = required("e", Kind::Rows, "E, n x q: the disturbance d enters as x' = A x + B u + E d.");
+pub(super) const UNKNOWN_OF_ADVICE: Key = optional(
+    "e",
+    Kind::Rows,
+    "E, n x q, of an unknown disturbance d, x' = A x + B u + E d (default: that of the first observer of the study that has one, else no disturbance).",
+);
 const GAMMA: Key = optional(
     "gamma",
     Kind::Number(Range::Positive),
@@ -144,7 +149,7 @@ const NOISES: Table = Table {
     ],
 };
 
-const BOX: Table = Table {
+pub(super) const BOX: Table = Table {
     name: "region",
     about: "Bounds of the states, and of inputs and time if the equations depend on them.",
     variants: None,

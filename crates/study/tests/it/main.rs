@@ -1,5 +1,6 @@
 //! One test binary, a module a subject.
 
+mod advise;
 mod battery;
 mod blocks;
 mod choices;
