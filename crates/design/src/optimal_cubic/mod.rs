@@ -241,13 +241,13 @@ impl OptimalCubicDesign {
         let kalman = problem.gain_of_plant(&start);
         let kalman_cost = scaled.linear(&start).ok_or_else(too_fast)?;
         let (mut used, mut ignored) = (0, 0);
-        let unlimited = Budget { evaluations: 400 * n * p, end };
+        let budget = Budget { last_step: 1e-4, evaluations: 400 * n * p, end };
         let of_linear = |z: &[f64]| {
             let l = DMatrix::from_column_slice(n, p, z);
             scaled.linear(&l).map_or(f64::INFINITY, |cost| cost.total)
         };
         let steps: Vec<f64> = search::steps(&start)[..n * p].to_vec();
-        let (z, _) = search::descend(of_linear, start.as_slice().to_vec(), &steps, &unlimited, &mut ignored);
+        let (z, _) = search::descend(of_linear, start.as_slice().to_vec(), &steps, &budget, &mut ignored);
         let linear_gain = problem.gain_of_plant(&DMatrix::from_column_slice(n, p, &z));
         let linear_cost = problem.linear(plant, &linear_gain)?;
 
@@ -262,7 +262,7 @@ impl OptimalCubicDesign {
         starts.truncate(2);
         let mut best: Option<(f64, Vec<f64>)> = None;
         for (_, z, l) in starts {
-            let budget = Budget { evaluations: used + EVALUATIONS * z.len(), end };
+            let budget = Budget { last_step: 0.03, evaluations: used + EVALUATIONS * z.len(), end };
             let (z, value) = search::descend(of_cubic, z, &search::steps(&l), &budget, &mut used);
             if best.as_ref().is_none_or(|(least, _)| value < *least) {
                 best = Some((value, z));

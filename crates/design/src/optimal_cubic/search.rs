@@ -22,8 +22,6 @@ pub(super) struct Point {
 
 /// The largest condition of Q: beyond it rounding could spoil the certificate.
 const WORST_CONDITION: f64 = 1e4;
-/// The search ends with steps of this share of the first ones.
-const LAST_STEP: f64 = 0.03;
 
 /// The number of coordinates behind the entries of L.
 fn behind(n: usize, p: usize) -> usize {
@@ -121,6 +119,8 @@ pub(super) fn point(problem: &Scaled, z: &[f64]) -> Option<Point> {
 
 /// What a search may spend.
 pub(super) struct Budget {
+    /// It ends with steps of this share of the first ones.
+    pub(super) last_step: f64,
     pub(super) evaluations: usize,
     pub(super) end: Option<Instant>,
 }
@@ -131,7 +131,7 @@ impl Budget {
     }
 }
 
-/// Descends from z until every step is a small share of the first one; returns the best point with its cost, and counts the
+/// Descends from z until every step is the share of the first one that the budget says; returns the best point with its cost, and counts the
 /// evaluations.
 pub(super) fn descend(
     mut cost: impl FnMut(&[f64]) -> f64,
@@ -143,7 +143,7 @@ pub(super) fn descend(
     let mut best = (cost(&z), z);
     *used += 1;
     let mut steps = first_steps.to_vec();
-    let small = |step: f64, first: f64| step.abs() <= LAST_STEP * first;
+    let small = |step: f64, first: f64| step.abs() <= budget.last_step * first;
     while steps.iter().zip(first_steps).any(|(now, first)| !small(*now, *first)) && !budget.is_spent(*used) {
         let before = best.1.clone();
         for i in 0..steps.len() {

