@@ -208,6 +208,7 @@ where
     }
 
     /// The [bounds](Self::with_bounds), lower and upper.
+    #[allow(clippy::type_complexity, reason = "lower and upper bounds")]
     pub fn bounds(&self) -> Option<(&OVector<T, N>, &OVector<T, N>)> {
         self.bounds.as_ref().map(|(lower, upper)| (lower, upper))
     }
@@ -308,6 +309,7 @@ where
     }
 
     /// One Gauss-Newton step: the solution of the problem linearised along x, and the covariance of the last stage.
+    #[allow(clippy::type_complexity, reason = "trajectory, covariance")]
     fn pass(
         &self,
         state: &[T],
@@ -385,6 +387,7 @@ where
     }
 
     /// The trajectory that solves the window's problem, and the covariance of its last state.
+    #[allow(clippy::type_complexity, reason = "trajectory, covariance")]
     fn solve(&self, state: &[T]) -> Option<(Trajectory<T, N, L>, OMatrix<T, N, N>)> {
         let (count, order) = (self.layout.count(state), self.noises.w.shape_generic().0);
         let stored = |i: usize| self.column(order, state, i.min(count - 1), Part::State);
@@ -402,6 +405,7 @@ where
     }
 
     /// The primal-dual interior-point method from x on.
+    #[allow(clippy::type_complexity, reason = "trajectory, covariance")]
     fn interior(
         &self,
         state: &[T],

@@ -265,6 +265,7 @@ where
     }
 
     /// The measurement that (xhat, S) predicts, and the factor of its joint covariance with the state.
+    #[allow(clippy::type_complexity, reason = "expected measurement, factor")]
     fn joint(
         &self,
         t: T,
@@ -367,6 +368,7 @@ where
     }
 
     /// The belief after the prediction, and the covariance of the states before and after it.
+    #[allow(clippy::type_complexity, reason = "belief, and how to get the cross covariance")]
     fn predicted(
         &self,
         t: T,
