@@ -41,6 +41,8 @@ pub struct Study {
     pub observers: Vec<ObserverSpec>,
     /// The solver for matrix inequalities of the designs.
     pub solver: Solver,
+    /// What every kind of observer is told by `luenberger advise`, if specified.
+    pub advise: Option<AdviseSpec>,
     /// The plots.
     pub plot: Plot,
     /// The sweep.
@@ -245,6 +247,34 @@ pub struct Event {
     pub jump: Vec<f64>,
 }
 
+/// What every kind of observer is told by `luenberger advise`; what is none is derived.
+#[derive(Debug, Clone, PartialEq)]
+pub struct AdviseSpec {
+    /// The settling time.
+    pub settling: Option<f64>,
+    /// The region.
+    pub region: Option<luenberger_design::Region>,
+    /// The first estimate.
+    pub initial: Option<Vec<f64>>,
+    /// The intensity of the process noise, n x n.
+    pub w: Option<DMatrix<f64>>,
+    /// E of an unknown disturbance, n x q.
+    pub e: Option<DMatrix<f64>>,
+    /// The sampling period.
+    pub period: Option<f64>,
+    /// Runs of each observer.
+    pub ensemble: usize,
+    /// The seed of the first estimates.
+    pub seed: u64,
+}
+
+impl Default for AdviseSpec {
+    fn default() -> Self {
+        let (settling, region, initial, w, e, period) = (None, None, None, None, None, None);
+        Self { settling, region, initial, w, e, period, ensemble: 20, seed: 0 }
+    }
+}
+
 /// A measured log.
 #[derive(Debug, Clone)]
 pub struct Log {
@@ -373,6 +403,8 @@ pub enum ObserverKind {
         /// N.
         correction: luenberger_design::CubicGain,
     },
+    /// Cubic observer of least cost.
+    OptimalCubic(Box<luenberger_design::EstimationProblem>),
     /// Observer of the state and of a slowly varying disturbance, linear or cubic.
     ProportionalIntegral {
         /// E, n x q.
@@ -573,7 +605,8 @@ impl ObserverKind {
             | Self::Lpv { .. }
             | Self::Lipschitz { .. }
             | Self::MeanValue { .. } => true,
-            Self::HighGain { .. }
+            Self::OptimalCubic(_)
+            | Self::HighGain { .. }
             | Self::ReducedOrder(_)
             | Self::ExtendedKalman { .. }
             | Self::Unscented(_)
@@ -592,6 +625,7 @@ impl ObserverKind {
             Self::Luenberger(_) => "luenberger",
             Self::Kalman(_) => "kalman",
             Self::Cubic { .. } => "cubic",
+            Self::OptimalCubic(_) => "optimal-cubic",
             Self::ProportionalIntegral { chain: None, .. } => "proportional-integral",
             Self::ProportionalIntegral { chain: Some(_), .. } => "extended-state",
             Self::UnknownInput { .. } => "unknown-input",
@@ -692,7 +726,8 @@ impl ObserverKind {
             Self::ReducedOrder(poles) => poles.iter_mut().for_each(|pole| *pole *= factor),
             Self::HighGain { r, .. } => *r /= factor,
             Self::KklNumerical(KklSpec { cutoff: Some(cutoff), .. }) => *cutoff *= factor,
-            Self::Lpv { .. }
+            Self::OptimalCubic(_)
+            | Self::Lpv { .. }
             | Self::NormFilter(_)
             | Self::ExtendedKalman { .. }
             | Self::Unscented(_)

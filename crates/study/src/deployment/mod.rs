@@ -189,6 +189,17 @@ pub fn sampled(
     period: Option<f64>,
     substeps: Option<usize>,
 ) -> Result<Sampled, FailureReport> {
+    sampled_of(study, observer, None, period, substeps)
+}
+
+/// As [`sampled`], of an observer that has been designed for its study, if `designed` is given.
+pub(crate) fn sampled_of(
+    study: &Study,
+    observer: &ObserverSpec,
+    designed: Option<&Designed>,
+    period: Option<f64>,
+    substeps: Option<usize>,
+) -> Result<Sampled, FailureReport> {
     let failure = |hypothesis: String, alternatives: &[&str]| FailureReport {
         hypothesis,
         alternatives: alternatives.iter().map(|&text| text.to_owned()).collect(),
@@ -232,6 +243,20 @@ pub fn sampled(
         let design = design.map_err(|error| failure(error.to_string(), &[]))?;
         return Ok(Sampled { design, period, of_the_study: None });
     }
+    if let (ObserverKind::OptimalCubic(problem), Some(plant)) = (&observer.kind, &linear) {
+        let design = names.with(|| {
+            let found = luenberger_design::OptimalCubicDesign::new(plant, problem, None)?;
+            Ok::<_, DesignError>(match &found.cubic {
+                Some(cubic) => {
+                    let design = SampledCubicDesign::from_cubic_with_weight(&found.linear, cubic, period)?;
+                    SampledDesign::Cubic(Box::new(design))
+                }
+                None => SampledDesign::Linear(Box::new(DiscreteDesign::sampled(&found.linear, period)?)),
+            })
+        });
+        let design = design.map_err(|error| failure(error.to_string(), &[]))?;
+        return Ok(Sampled { design, period, of_the_study: None });
+    }
     if let ObserverKind::NormFilter(spec) = &observer.kind {
         let options = observer.limits.options(study.solver, None);
         let design = names.with(|| match (&linear, study.plant.dt, &study.operating_point) {
@@ -256,10 +281,13 @@ pub fn sampled(
     }
     let in_words =
         |(hypothesis, alternatives)| FailureReport { hypothesis, alternatives, line: observer.place.line, cause: None };
-    let designed = design::design(study, observer, &AtomicBool::new(false)).map_err(|none| match none {
-        NoDesign::Misfit(failure) => failure,
-        NoDesign::Interrupted => failure("interrupted".to_owned(), &[]),
-    })?;
+    let designed = match designed {
+        Some(designed) => designed.clone(),
+        None => design::design(study, observer, &AtomicBool::new(false)).map_err(|none| match none {
+            NoDesign::Misfit(failure) => failure,
+            NoDesign::Interrupted => failure("interrupted".to_owned(), &[]),
+        })?,
+    };
     if let (ObserverKind::Luenberger(gain) | ObserverKind::Kalman(gain), Runnable::LinearAt(_), Some(point)) =
         (&observer.kind, &designed.runnable, &study.operating_point)
     {

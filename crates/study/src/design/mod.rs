@@ -13,6 +13,7 @@ mod noise_gain;
 mod nonlinear;
 pub(crate) mod norm_filter;
 mod operating_point;
+mod optimal;
 mod peb;
 mod printed_mean_value;
 mod reduced_order;
@@ -159,6 +160,10 @@ fn in_words(
                 Ok(feedback::cubic(study, &wish.name, &plant, &cubic, designed))
             });
             shifted(designed).map_err(explained)
+        }
+        ObserverKind::OptimalCubic(problem) => {
+            let plant = model.linear().ok_or_else(|| explain::not_linear(study, wish))?;
+            optimal::design(study, &plant, problem, (wish.bounds.as_ref(), end)).map_err(explained)
         }
         ObserverKind::ProportionalIntegral { e, chain, rate, linear: gain, cubic } => {
             let plant = model.linear().ok_or_else(|| explain::not_linear(study, wish))?;

@@ -106,6 +106,8 @@ fn seconds_of_design(study: &Study, kind: &ObserverKind) -> f64 {
             let tables: f64 = kkl.tables(n as usize).into_iter().map(|points| (points as f64).powf(n) + BESIDES).sum();
             tables * ONE_T + kkl.samples as f64 * 1e-5
         }
+        // Evaluations of the cost, each of up to 20000 periods of the noise.
+        ObserverKind::OptimalCubic(_) => 1e-3 * n * n * 300.0 * unknowns(study),
         // The factorisations of the Schur complement.
         kind if kind.poses_inequality() => 1e-9 * unknowns(study).powi(3),
         ObserverKind::Luenberger(linear)

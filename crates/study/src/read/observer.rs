@@ -8,7 +8,7 @@ use luenberger_proof::wording::counted;
 use nalgebra::{Complex, DMatrix};
 
 use super::tree::Node;
-use super::{Reader, check, disturbance, maps, norm_filter};
+use super::{Reader, check, disturbance, maps, norm_filter, optimal};
 use crate::design::{MOST_SAMPLES, PrintedMean};
 use crate::diagnostic::Source;
 use crate::model::PlantModel;
@@ -105,6 +105,7 @@ fn observer(
         "kkl" => maps::kkl(node, plant, reader),
         "immersion-invariance" => maps::immersion(node, plant, reader),
         "pebo" => maps::peb(node, plant, reader).map(|peb| ObserverKind::Pebo(Box::new(peb))),
+        "optimal-cubic" => optimal::problem(node, size, root, reader),
         "kkl-peb" => maps::peb(node, plant, reader).map(|peb| ObserverKind::KklPeb(Box::new(peb))),
         _ => kind(node, kind_name, size, reader),
     };

@@ -86,6 +86,11 @@ const ERROR_BOUNDS: Key = optional(
     "Bounds of noise and disturbances: the certificate states a bound of each error in the end, and how fast it is reached.",
 );
 const UNKNOWN: Key = required("e", Kind::Rows, "E, n x q: the disturbance d enters as x' = A x + B u + E d.");
+pub(super) const UNKNOWN_OF_ADVICE: Key = optional(
+    "e",
+    Kind::Rows,
+    "E, n x q, of an unknown disturbance d, x' = A x + B u + E d (default: that of the first observer of the study that has one, else no disturbance).",
+);
 const GAMMA: Key = optional(
     "gamma",
     Kind::Number(Range::Positive),
@@ -144,7 +149,7 @@ const NOISES: Table = Table {
     ],
 };
 
-const BOX: Table = Table {
+pub(super) const BOX: Table = Table {
     name: "region",
     about: "Bounds of the states, and of inputs and time if the equations depend on them.",
     variants: None,
@@ -345,6 +350,43 @@ const KINDS: &[Variant] = &[
             ),
             optional("radial", Kind::Number(Range::Positive), "w of N = -w P^-1 C'(C P^-1 C')^-1."),
             optional("s", Kind::Rows, "S of N = -P^-1 C'S, p x p, S + S' >= 0."),
+            ERROR_BOUNDS,
+        ],
+    },
+    Variant {
+        name: "optimal-cubic",
+        about: "Cubic observer whose gains L, N and theta have the least cost for given noise and first errors, found by a search from the linear optimum, for linear plants.",
+        keys: &[
+            required(
+                "first_errors",
+                Kind::Numbers(Range::Positive),
+                "Semi-axes of the ellipsoid of first errors x(0) - xhat(0), n numbers.",
+            ),
+            optional(
+                "horizon",
+                Kind::Number(Range::Positive),
+                "Time of operation that follows a first error: the factor of the error under noise in the cost (default: the duration of the simulation).",
+            ),
+            optional(
+                "noise_deviation",
+                Kind::Numbers(Range::Positive),
+                "Standard deviations of the measurement noise, p numbers, of a normal distribution (default: the noise of the simulation, with its distribution).",
+            ),
+            optional(
+                "noise_period",
+                Kind::Number(Range::Positive),
+                "Time for which each value of the noise is held (default: that of the simulation).",
+            ),
+            optional(
+                "process_noise",
+                Kind::Weight,
+                "Intensity of the process noise, n x n, per unit of time (default 0).",
+            ),
+            optional(
+                "weight",
+                Kind::Weight,
+                "T of e'Te in the cost, n x n (default: each error in units of its first error).",
+            ),
             ERROR_BOUNDS,
         ],
     },
@@ -713,6 +755,7 @@ const SOURCES: &[(&str, &str)] = &[
     ("kalman", "Kalman and Bucy 1961; in discrete time Kalman 1960"),
     ("cubic", "Share Pasand, Luenberger-type cubic observers, eq. (5)"),
     ("sampled-cubic", "the same paper's observer, eq. (5), with a step in closed form: docs/theory-cubic.md"),
+    ("optimal-cubic", "asked for by Share Pasand, Luenberger-type cubic observers: docs/theory-cubic.md"),
     ("unknown-input", "asked for by Share Pasand, Luenberger-type cubic observers; Darouach, Zasadzinski and Xu 1994"),
     ("proportional-integral", "asked for by Share Pasand, Luenberger-type cubic observers; Wojciechowski 1978"),
     ("reduced-order", "Luenberger 1964, Gopinath 1971"),

@@ -1,5 +1,6 @@
 //! One test binary, a module a subject.
 
+mod advise;
 mod battery;
 mod blocks;
 mod choices;
@@ -20,6 +21,7 @@ mod messages;
 mod mistakes;
 mod norm_filter;
 mod operating_point;
+mod optimal;
 mod page;
 mod plant;
 mod printed_mean_value;
