@@ -477,7 +477,13 @@ STEPS = {
 STEPS["accumulated"] = STEPS["innovation"]
 
 
-def running_claim(step, stored, running):
+def running_claim(step, stored, running, deviates):
+    plant = "on the real plant"
+    if deviates:
+        plant = (
+            "on every plant x+ = (A + dA)x + (B + dB)u whose |dA| and |dB| are at most operation.dA and operation.dB, "
+            "entry by entry and perhaps differently in every step,"
+        )
     flow, operands = "", "" if stored == running else "the stored numbers entering as they are, "
     if step == "cubic":
         flow = (
@@ -493,16 +499,16 @@ def running_claim(step, stored, running):
         rounded = "each operation rounded to nearest, with or without fused multiply-adds"
     return (
         f"As it runs in {running},{flow} {rounded}, {operands}sums in any order, y rounded to nearest, u and xhat(0) "
-        f"being numbers of {running}, on the real plant and while |x|, |u|, |v| and |e(0)| keep the bounds of "
+        f"being numbers of {running}, {plant} and while |x|, |u|, |v| and |e(0)| keep the bounds of "
         "operation: the error e never makes sqrt(e'Pe) larger than running.start, limsup |e_i| is at most "
         "running.limsup[i] (counted from 0), and no result of any of these operations leaves the range of "
         f"{running}."
     )
 
 
-def deployed_observer(states, inputs, outputs, step, stored, running):
+def deployed_observer(states, inputs, outputs, step, stored, running, deviates):
     observer, error = STEPS[step]
-    claim = running_claim(step, stored, running) if running else "Nothing is said of the rounding of its steps."
+    claim = running_claim(step, stored, running, deviates) if running else "Nothing is said of the rounding of its steps."
     return (
         f"For the sampled plant x+ = Ax + Bu, y = Cx + v with {sizes(states, inputs, outputs)}, and {observer}, "
         f"with all its matrices stored in {stored}, to nearest, ties to even: with the numbers exactly as stored and "

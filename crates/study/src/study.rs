@@ -403,6 +403,8 @@ pub enum ObserverKind {
         /// N.
         correction: luenberger_design::CubicGain,
     },
+    /// Cubic observer of least cost.
+    OptimalCubic(Box<luenberger_design::EstimationProblem>),
     /// Observer of the state and of a slowly varying disturbance, linear or cubic.
     ProportionalIntegral {
         /// E, n x q.
@@ -496,7 +498,13 @@ pub enum ObserverKind {
         substeps: usize,
         /// How many standard deviations an innovation may have; none for no limit.
         gate: Option<f64>,
+        /// Whether estimates on a log are smoothed.
+        smooth: bool,
     },
+    /// The unscented Kalman filter.
+    Unscented(Box<UnscentedSpec>),
+    /// The moving-horizon estimator.
+    MovingHorizon(Box<MovingHorizonSpec>),
     /// KKL observer with given maps.
     Kkl(Box<crate::maps::KklMapsSpec>),
     /// Parameter-estimation-based observer: Lambda is zero.
@@ -507,6 +515,46 @@ pub enum ObserverKind {
     ImmersionInvariance(Box<crate::maps::ImmersionSpec>),
     /// Numerical KKL observer.
     KklNumerical(KklSpec),
+}
+
+/// Specification of an unscented Kalman filter.
+#[derive(Debug, Clone, PartialEq)]
+pub struct UnscentedSpec {
+    /// W, n x n.
+    pub w: DMatrix<f64>,
+    /// V, p x p.
+    pub v: DMatrix<f64>,
+    /// P(0), n x n.
+    pub p0: DMatrix<f64>,
+    /// The sigma points.
+    pub sigma: luenberger_observers::SigmaPoints,
+    /// The sampling period.
+    pub period: f64,
+    /// Runge-Kutta steps per sampling period.
+    pub substeps: usize,
+    /// How many standard deviations an innovation may have; none for no limit.
+    pub gate: Option<f64>,
+    /// Whether estimates on a log are smoothed.
+    pub smooth: bool,
+}
+
+/// Specification of a moving-horizon estimator.
+#[derive(Debug, Clone, PartialEq)]
+pub struct MovingHorizonSpec {
+    /// W, n x n.
+    pub w: DMatrix<f64>,
+    /// V, p x p.
+    pub v: DMatrix<f64>,
+    /// P(0), n x n.
+    pub p0: DMatrix<f64>,
+    /// The sampling period.
+    pub period: f64,
+    /// Runge-Kutta steps per sampling period.
+    pub substeps: usize,
+    /// Samples in the window, and Gauss-Newton steps at each.
+    pub horizon: luenberger_observers::Horizon,
+    /// Bounds of the states, if there are some; infinite ones are none.
+    pub bounds: Option<Vec<(f64, f64)>>,
 }
 
 /// Specification of a numerical KKL observer.
@@ -557,9 +605,12 @@ impl ObserverKind {
             | Self::Lpv { .. }
             | Self::Lipschitz { .. }
             | Self::MeanValue { .. } => true,
-            Self::HighGain { .. }
+            Self::OptimalCubic(_)
+            | Self::HighGain { .. }
             | Self::ReducedOrder(_)
             | Self::ExtendedKalman { .. }
+            | Self::Unscented(_)
+            | Self::MovingHorizon(_)
             | Self::Kkl(_)
             | Self::Pebo(_)
             | Self::KklPeb(_)
@@ -574,6 +625,7 @@ impl ObserverKind {
             Self::Luenberger(_) => "luenberger",
             Self::Kalman(_) => "kalman",
             Self::Cubic { .. } => "cubic",
+            Self::OptimalCubic(_) => "optimal-cubic",
             Self::ProportionalIntegral { chain: None, .. } => "proportional-integral",
             Self::ProportionalIntegral { chain: Some(_), .. } => "extended-state",
             Self::UnknownInput { .. } => "unknown-input",
@@ -588,6 +640,8 @@ impl ObserverKind {
             Self::MeanValue { .. } => "mean-value",
             Self::HighGain { .. } => "high-gain",
             Self::ExtendedKalman { .. } => "extended-kalman",
+            Self::Unscented(_) => "ukf",
+            Self::MovingHorizon(_) => "mhe",
             Self::Kkl(_) => "kkl",
             Self::Pebo(_) => "pebo",
             Self::KklPeb(_) => "kkl-peb",
@@ -600,7 +654,18 @@ impl ObserverKind {
     pub fn period(&self) -> Option<f64> {
         match self {
             Self::SampledCubic { period, .. } | Self::ExtendedKalman { period, .. } => Some(*period),
+            Self::Unscented(spec) => Some(spec.period),
+            Self::MovingHorizon(spec) => Some(spec.period),
             _ => None,
+        }
+    }
+
+    /// Whether estimates on a log are smoothed.
+    pub fn smooths(&self) -> bool {
+        match self {
+            Self::ExtendedKalman { smooth, .. } => *smooth,
+            Self::Unscented(spec) => spec.smooth,
+            _ => false,
         }
     }
 
@@ -661,9 +726,12 @@ impl ObserverKind {
             Self::ReducedOrder(poles) => poles.iter_mut().for_each(|pole| *pole *= factor),
             Self::HighGain { r, .. } => *r /= factor,
             Self::KklNumerical(KklSpec { cutoff: Some(cutoff), .. }) => *cutoff *= factor,
-            Self::Lpv { .. }
+            Self::OptimalCubic(_)
+            | Self::Lpv { .. }
             | Self::NormFilter(_)
             | Self::ExtendedKalman { .. }
+            | Self::Unscented(_)
+            | Self::MovingHorizon(_)
             | Self::KklNumerical(_)
             | Self::Kkl(_)
             | Self::Pebo(_)

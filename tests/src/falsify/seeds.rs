@@ -18,7 +18,7 @@ use luenberger_proof::certificate::{
     CertificateFile, CubicConvergence, Definiteness, DiscreteJacobianPolytope, HurwitzStability, Region,
     SchurStability, Sign, StructuredCubicConvergence, Theorem, Vertex,
 };
-use luenberger_proof::statement::{Format, Formats, Operation, Step};
+use luenberger_proof::statement::{Deviation, Format, Formats, Operation, Step};
 use luenberger_proof::{Interval, Matrix};
 use nalgebra::DMatrix;
 
@@ -314,7 +314,13 @@ fn deployed(random: &mut Random) -> Option<CertificateFile> {
     let plant = StateSpace::new(o.ad().clone(), o.bd().clone(), o.c().clone()).ok()?;
     let (n, p) = (plant.a.nrows(), plant.c.nrows());
     let size = 2.0_f64.powi(random.integer(-3, 3));
+    let bounded = |random: &mut Random, rows: usize, columns: usize| {
+        Matrix::from_fn(rows, columns, |_, _| if random.once_in(2) { 0.0 } else { random.between(0.0, 1e-3) })
+    };
+    let deviation =
+        random.once_in(2).then(|| Deviation { a: bounded(random, n, n), b: bounded(random, n, plant.b.ncols()) });
     let meets = Operation {
+        deviation,
         state: (0..n).map(|_| size * random.between(0.5, 2.0)).collect(),
         input: (0..plant.b.ncols()).map(|_| random.between(0.0, 1.0)).collect(),
         noise: (0..p).map(|_| if random.once_in(2) { 0.0 } else { random.between(0.0, 1e-2) }).collect(),

@@ -17,7 +17,9 @@ mod record;
 
 pub use exported::exported;
 pub(crate) use linear::MARGIN;
-pub use nonlinear::{CopyDesign, DiscreteCopyDesign, ExtensionDesign, FilterDesign, KklDesign, KklStep};
+pub use nonlinear::{
+    CopyDesign, DiscreteCopyDesign, ExtensionDesign, FilterDesign, KklDesign, KklStep, UnscentedDesign,
+};
 pub use record::{Difference, Record, record};
 
 use std::sync::atomic::AtomicBool;
@@ -50,6 +52,8 @@ pub enum SampledDesign {
     DiscreteCopy(Box<DiscreteCopyDesign>),
     /// The extended Kalman filter.
     Filter(Box<FilterDesign>),
+    /// The unscented Kalman filter.
+    Unscented(Box<UnscentedDesign>),
     /// The numerical KKL observer.
     Kkl(Box<KklDesign>),
     /// An observer with given maps.
@@ -83,6 +87,7 @@ impl SampledDesign {
         match self {
             Self::Copy(design) => Some(design.observer.substeps()),
             Self::Filter(design) => design.filter.substeps(),
+            Self::Unscented(design) => design.filter.substeps(),
             Self::Kkl(design) => Some(design.observer.substeps()),
             Self::Extension(design) => Some(design.observer.substeps()),
             _ => None,
@@ -234,6 +239,20 @@ pub(crate) fn sampled_of(
         let design = names.with(|| {
             let both = luenberger_design::with_disturbance_chain(plant, e, chain.unwrap_or(1))?;
             held(study, observer, &both, gain, period)
+        });
+        let design = design.map_err(|error| failure(error.to_string(), &[]))?;
+        return Ok(Sampled { design, period, of_the_study: None });
+    }
+    if let (ObserverKind::OptimalCubic(problem), Some(plant)) = (&observer.kind, &linear) {
+        let design = names.with(|| {
+            let found = luenberger_design::OptimalCubicDesign::new(plant, problem, None)?;
+            Ok::<_, DesignError>(match &found.cubic {
+                Some(cubic) => {
+                    let design = SampledCubicDesign::from_cubic_with_weight(&found.linear, cubic, period)?;
+                    SampledDesign::Cubic(Box::new(design))
+                }
+                None => SampledDesign::Linear(Box::new(DiscreteDesign::sampled(&found.linear, period)?)),
+            })
         });
         let design = design.map_err(|error| failure(error.to_string(), &[]))?;
         return Ok(Sampled { design, period, of_the_study: None });
@@ -438,6 +457,10 @@ pub fn evidence(study: &Study, observer: &ObserverSpec, design: &SampledDesign, 
                     "the embedded one, a tree of polynomials"
                 }
             )],
+            file: None,
+        },
+        SampledDesign::Unscented(_) => Evidence {
+            sentences: vec!["No stability certificate: there is no theorem for an unscented Kalman filter.".to_owned()],
             file: None,
         },
         SampledDesign::Filter(_) => Evidence {

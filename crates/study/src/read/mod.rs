@@ -13,6 +13,7 @@ mod maps;
 mod norm_filter;
 mod observer;
 mod operating_point;
+mod optimal;
 mod other_plant;
 mod plant;
 mod sensor;
