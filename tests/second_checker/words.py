@@ -349,6 +349,46 @@ def unknown_input_observer(states, inputs, unknown, outputs, has_cubic, rate):
     )
 
 
+def reduced_order_observer(states, inputs, outputs, order, rate):
+    decreases = decay(rate, "v'Pv", "v")
+    return (
+        f"For the plant x' = Ax + Bu, y = Cx with {sizes(states, inputs, outputs)} and the observer w' = Fw + TAN y + "
+        f"TBu, xhat = Mw + Ny with {counted(order, 'state')}, T exactly as stored and the real matrices "
+        "N = (C'C + T'T)^-1 C', M = (C'C + T'T)^-1 T' and F = TAM: v = w - Tx obeys v' = Fv, the error is "
+        f"xhat - x = Mv, and {decreases}, from every v(0). Nothing is said of a rounding of the other "
+        "matrices."
+    )
+
+
+def filter_bound(norm, is_discrete, states, inputs, disturbances, outputs, rows, gamma):
+    plant, step = ("discrete-time plant", "+") if is_discrete else ("plant", "'")
+    return (
+        f"For the {plant} x{step} = Ax + Bu + Ew, y = Cx + Dw with {counted(states, 'state')}, "
+        f"{counted(inputs, 'input')}, {counted(disturbances, 'disturbance')} and {counted(outputs, 'output')}, any u, "
+        f"and the observer xhat{step} = A xhat + Bu + L(y - C xhat) with the gain exactly as stored, "
+        f"the error e = x - xhat obeys e{step} = (A - LC)e + (E - LD)w. "
+        f"Without w, e tends to 0 exponentially from every e(0), and the {norm} norm of the transfer function from w to "
+        f"z = He with {counted(rows, 'row')} is below gamma = {exact(gamma)}"
+    )
+
+
+def h_infinity_filter(bound, is_discrete):
+    energy = (
+        "the sum of |z|^2 from the first sample to any other"
+        if is_discrete
+        else "the integral of |z|^2 from 0 to any T"
+    )
+    return f"{bound}: {energy} is at most e(0)'Pe(0) plus gamma^2 times that of |w|^2, for every w and e(0)."
+
+
+def h2_filter(bound, is_discrete):
+    noise = "covariance" if is_discrete else "intensity"
+    return (
+        f"{bound}: under white noise w of unit {noise} the sum of the variances of the entries of z is below gamma^2 in "
+        "the end."
+    )
+
+
 def contracting_coordinates(count, measured, unmeasured, injection, rate):
     falls = decay(rate, "|d_m|^2 + d_w'Q d_w", "d")
     return (
@@ -438,7 +478,13 @@ STEPS = {
 STEPS["accumulated"] = STEPS["innovation"]
 
 
-def running_claim(step, stored, running):
+def running_claim(step, stored, running, deviates):
+    plant = "on the real plant"
+    if deviates:
+        plant = (
+            "on every plant x+ = (A + dA)x + (B + dB)u whose |dA| and |dB| are at most operation.dA and operation.dB, "
+            "entry by entry and perhaps differently in every step,"
+        )
     flow, operands = "", "" if stored == running else "the stored numbers entering as they are, "
     if step == "cubic":
         flow = (
@@ -454,16 +500,16 @@ def running_claim(step, stored, running):
         rounded = "each operation rounded to nearest, with or without fused multiply-adds"
     return (
         f"As it runs in {running},{flow} {rounded}, {operands}sums in any order, y rounded to nearest, u and xhat(0) "
-        f"being numbers of {running}, on the real plant and while |x|, |u|, |v| and |e(0)| keep the bounds of "
+        f"being numbers of {running}, {plant} and while |x|, |u|, |v| and |e(0)| keep the bounds of "
         "operation: the error e never makes sqrt(e'Pe) larger than running.start, limsup |e_i| is at most "
         "running.limsup[i] (counted from 0), and no result of any of these operations leaves the range of "
         f"{running}."
     )
 
 
-def deployed_observer(states, inputs, outputs, step, stored, running):
+def deployed_observer(states, inputs, outputs, step, stored, running, deviates):
     observer, error = STEPS[step]
-    claim = running_claim(step, stored, running) if running else "Nothing is said of the rounding of its steps."
+    claim = running_claim(step, stored, running, deviates) if running else "Nothing is said of the rounding of its steps."
     return (
         f"For the sampled plant x+ = Ax + Bu, y = Cx + v with {sizes(states, inputs, outputs)}, and {observer}, "
         f"with all its matrices stored in {stored}, to nearest, ties to even: with the numbers exactly as stored and "

@@ -1,8 +1,8 @@
 //! The workspace's own commands: `cargo xtask reproduce`, `cargo xtask test`, `cargo xtask docs`,
 //! `cargo xtask bench linalg`, `cargo xtask bench lmi`, `cargo xtask bench proof`, `cargo xtask bench sim`,
-//! `cargo xtask bench step`, `cargo xtask bench sweep`,
+//! `cargo xtask bench observers`, `cargo xtask bench step`, `cargo xtask bench sweep`,
 //! `cargo xtask stress proof`, `cargo xtask stress theorems`, `cargo xtask mutate`, `cargo xtask firmware`,
-//! `cargo xtask deploy`, `cargo xtask cluster`, `cargo xtask python`.
+//! `cargo xtask deploy`, `cargo xtask cluster`, `cargo xtask live`, `cargo xtask python`.
 //!
 //! Each is a sequence of cargo commands with their times; the first failure ends the sequence with its exit code.
 
@@ -11,6 +11,7 @@ mod cluster;
 mod deploy;
 mod features;
 mod firmware;
+mod live;
 mod mutate;
 mod python;
 mod step;
@@ -45,13 +46,13 @@ enum Command {
     },
     /// Build the book of docs/ with mdbook: target/book/index.html
     Docs,
-    /// Measure beside other tools (needs python3 and the network, for the other tools)
+    /// Measure beside other tools (needs python3 and the network, for the other tools), or observers beside each other
     Bench {
         what: Subject,
         /// Only plants or matrices of at most this order (lmi, linalg), or sweeps of at most so many runs (sweep)
         #[arg(long)]
         largest: Option<usize>,
-        /// Put the table into its page in docs as well (linalg, lmi, sim, step, sweep)
+        /// Put the table into its page in docs as well (linalg, lmi, observers, sim, step, sweep)
         #[arg(long)]
         document: bool,
         /// The folder of `.dat-s` files, from the root of the workspace (proof)
@@ -91,6 +92,14 @@ enum Command {
         #[arg(long)]
         document: bool,
     },
+    /// Build the WebAssembly module of reports, and compare its results in a browser with those of this machine
+    ///
+    /// Says so if the target of rustc or a browser (chromium) is not installed.
+    Live {
+        /// Leave the committed module as it is, and compare its results too
+        #[arg(long)]
+        check: bool,
+    },
     /// Build the Python wheel and test it: pytest beside scipy, python-control, slycot and filterpy, notebooks, doctests,
     /// mypy and stubtest
     ///
@@ -123,6 +132,8 @@ enum Subject {
     Linalg,
     /// The joint design of the cubic observer, beside cvxpy with Clarabel and with SCS
     Lmi,
+    /// All kinds of observers on a dozen plants, tuned by `luenberger advise`; some minutes, without other tools
+    Observers,
     /// Proved bounds of semidefinite programs, beside the published optima
     Proof,
     /// Trajectories, beside scipy and Rust crates
@@ -140,6 +151,7 @@ fn main() -> ExitCode {
         Command::Docs => docs(),
         Command::Bench { what: Subject::Linalg, largest, document, .. } => bench::linalg::run(largest, document),
         Command::Bench { what: Subject::Lmi, largest, document, .. } => bench::lmi::run(largest, document),
+        Command::Bench { what: Subject::Observers, document, .. } => bench::observers::run(document),
         Command::Bench { what: Subject::Proof, instances, .. } => bench::proof::run(&instances),
         Command::Bench { what: Subject::Sim, document, .. } => bench::sim::run(document),
         Command::Bench { what: Subject::Step, document, .. } => bench::sim::steps(document),
@@ -150,6 +162,7 @@ fn main() -> ExitCode {
         }
         Command::Cluster => cluster::run(),
         Command::Deploy => deploy::run(),
+        Command::Live { check } => live::run(check),
         Command::Firmware { document } => firmware::run(document),
         Command::Python => python::run(),
         Command::Mutate { only, list } => mutate::run(&only, list),

@@ -17,6 +17,9 @@
 //! | [`cubic_sampled`] | the sampled-data cubic observer, stable at every step size |
 //! | [`lanes`] | observers over several lanes at once |
 //! | [`kalman`] | the continuous-discrete extended Kalman filter |
+//! | [`unscented`] | the unscented Kalman filter in square-root form |
+//! | [`moving_horizon`] | the moving-horizon estimator, with bounds of the states |
+//! | [`covariance_filter`] | the trait of filters with a covariance, measurement update and prediction apart |
 //! | [`discrete_linear`] | the linear observer of a plant in discrete time |
 //! | [`stationary_kalman`] | the stationary Kalman filter in filter form: the estimate uses the measurement of its sample |
 //! | [`fixed_point`] | the linear observer in discrete time in fixed point, in integers |
@@ -47,6 +50,7 @@
 #![deny(missing_docs)]
 
 pub mod cascade;
+pub mod covariance_filter;
 pub mod cubic;
 pub mod cubic_sampled;
 mod dense;
@@ -70,6 +74,7 @@ pub mod kkl_peb;
 pub mod lanes;
 pub mod linear;
 pub mod mean_value;
+pub mod moving_horizon;
 pub mod nonlinear_luenberger;
 pub mod numerical_kkl;
 pub mod observer;
@@ -86,9 +91,12 @@ mod serialization;
 #[cfg(feature = "alloc")]
 pub mod static_size;
 pub mod stationary_kalman;
+mod triangular;
 pub mod unknown_input;
+pub mod unscented;
 pub mod varying_period;
 
+pub use covariance_filter::CovarianceFilter;
 pub use cubic::{CubicObserver, StaticCubicObserver};
 pub use cubic_sampled::{SampledCubicGains, SampledCubicObserver, StaticSampledCubicObserver};
 pub use deviation::DeviationObserver;
@@ -112,6 +120,7 @@ pub use luenberger_plants::{Differentiable, Dimensions, LinearPlant, Plant, Shap
 pub use mean_value::{
     Beta, EstimateAndError, Integral, MappedObserver, Mean, MeanJacobian, MeanValueObserver, StaticMeanValueObserver,
 };
+pub use moving_horizon::{Horizon, MovingHorizonEstimator};
 pub use nonlinear_luenberger::{NonlinearLuenbergerObserver, StaticNonlinearLuenbergerObserver};
 pub use observer::{Observer, ObserverDimensions, SampledObserver};
 pub use output_feedback::OutputFeedback;
@@ -120,6 +129,7 @@ pub use proportional_integral::ProportionalIntegralObserver;
 pub use sampled_copy::{SampledCopy, StaticSampledCopy};
 pub use stationary_kalman::{StaticStationaryKalmanFilter, StationaryKalmanFilter};
 pub use unknown_input::UnknownInputObserver;
+pub use unscented::{SigmaPoints, SquareRootEstimate, StaticUnscentedKalmanFilter, UnscentedKalmanFilter};
 pub use varying_period::VaryingPeriodObserver;
 
 /// The linear algebra of the columns and matrices here, in the version that fits.

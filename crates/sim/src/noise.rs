@@ -3,6 +3,7 @@
 //! The value in the k-th period depends on the seed and on k alone, not on how often or in which order it is asked for:
 //! two runs with one seed see the same noise, whatever their integrators do.
 
+use nalgebra::ComplexField;
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
@@ -47,6 +48,15 @@ impl Noise {
         self.period
     }
 
+    /// The variance of each entry; that of a uniform distribution on `[-a, a]` is `a^2/3`.
+    pub fn variances(&self) -> Vec<f64> {
+        let share = match self.distribution {
+            Distribution::Uniform => 1.0 / 3.0,
+            Distribution::Gaussian => 1.0,
+        };
+        self.amplitude.iter().map(|amplitude| share * amplitude * amplitude).collect()
+    }
+
     /// The seed.
     pub fn seed(&self) -> u64 {
         self.seed
@@ -72,9 +82,9 @@ impl Noise {
         let value = move |amplitude: &f64| match self.distribution {
             Distribution::Uniform => amplitude * (2.0 * unit() - 1.0),
             Distribution::Gaussian => {
-                // Box and Muller, 1958.
-                let radius = (-2.0 * unit().ln()).sqrt();
-                amplitude * radius * (std::f64::consts::TAU * unit()).cos()
+                // Box and Muller, 1958. The elementary functions of nalgebra are the same on every machine.
+                let radius = (-2.0 * ComplexField::ln(unit())).sqrt();
+                amplitude * radius * ComplexField::cos(std::f64::consts::TAU * unit())
             }
         };
         self.amplitude.iter().map(value)

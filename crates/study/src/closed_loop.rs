@@ -33,7 +33,7 @@ pub fn gain<'a>(study: &'a Study, observer: &ObserverSpec) -> Result<&'a DMatrix
         line: observer.place.line,
         cause: None,
     };
-    if observer.kind.estimated_disturbances() > 0 {
+    if !observer.kind.estimated_disturbances().is_empty() {
         let hypothesis = "an observer that estimates disturbances too has no export with its feedback";
         let instead = "without --feedback: the first states of the exported observer are xhat of u = r - K xhat";
         return Err(FailureReport { alternatives: vec![instead.to_owned()], ..failure(hypothesis.to_owned()) });

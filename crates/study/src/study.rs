@@ -41,6 +41,8 @@ pub struct Study {
     pub observers: Vec<ObserverSpec>,
     /// The solver for matrix inequalities of the designs.
     pub solver: Solver,
+    /// What every kind of observer is told by `luenberger advise`, if specified.
+    pub advise: Option<AdviseSpec>,
     /// The plots.
     pub plot: Plot,
     /// The sweep.
@@ -245,6 +247,34 @@ pub struct Event {
     pub jump: Vec<f64>,
 }
 
+/// What every kind of observer is told by `luenberger advise`; what is none is derived.
+#[derive(Debug, Clone, PartialEq)]
+pub struct AdviseSpec {
+    /// The settling time.
+    pub settling: Option<f64>,
+    /// The region.
+    pub region: Option<luenberger_design::Region>,
+    /// The first estimate.
+    pub initial: Option<Vec<f64>>,
+    /// The intensity of the process noise, n x n.
+    pub w: Option<DMatrix<f64>>,
+    /// E of an unknown disturbance, n x q.
+    pub e: Option<DMatrix<f64>>,
+    /// The sampling period.
+    pub period: Option<f64>,
+    /// Runs of each observer.
+    pub ensemble: usize,
+    /// The seed of the first estimates.
+    pub seed: u64,
+}
+
+impl Default for AdviseSpec {
+    fn default() -> Self {
+        let (settling, region, initial, w, e, period) = (None, None, None, None, None, None);
+        Self { settling, region, initial, w, e, period, ensemble: 20, seed: 0 }
+    }
+}
+
 /// A measured log.
 #[derive(Debug, Clone)]
 pub struct Log {
@@ -315,6 +345,17 @@ pub struct LinearSpec {
     pub is_filter: bool,
 }
 
+/// Specification of an H-infinity or H2 filter.
+#[derive(Debug, Clone, PartialEq)]
+pub struct NormFilterSpec {
+    /// The norm.
+    pub norm: luenberger_design::Norm,
+    /// What acts on the plant, and the errors that count.
+    pub performance: luenberger_design::Performance,
+    /// The least norm, a bound, or a given gain.
+    pub goal: luenberger_design::Goal,
+}
+
 /// How the gain of a linear observer is computed.
 #[derive(Debug, Clone, PartialEq)]
 pub enum GainSpec {
@@ -362,11 +403,15 @@ pub enum ObserverKind {
         /// N.
         correction: luenberger_design::CubicGain,
     },
+    /// Cubic observer of least cost.
+    OptimalCubic(Box<luenberger_design::EstimationProblem>),
     /// Observer of the state and of a slowly varying disturbance, linear or cubic.
     ProportionalIntegral {
         /// E, n x q.
         e: DMatrix<f64>,
-        /// Bounds of the derivative of the disturbance, one for each.
+        /// The number k of integrators in the model `d^(k) = 0` of each disturbance; none for the kind that has one.
+        chain: Option<usize>,
+        /// Bounds of the k-th derivative of the disturbance, one for each.
         rate: Vec<f64>,
         /// Its linear part, for the plant with the disturbance among its states.
         linear: LinearSpec,
@@ -382,6 +427,10 @@ pub enum ObserverKind {
         /// theta, p x p, and gamma of a cubic term.
         cubic: Option<(DMatrix<f64>, f64)>,
     },
+    /// Reduced-order observer with these poles.
+    ReducedOrder(Vec<Complex<f64>>),
+    /// H-infinity or H2 filter.
+    NormFilter(Box<NormFilterSpec>),
     /// Sampled cubic observer.
     SampledCubic {
         /// Its linear part.
@@ -451,7 +500,13 @@ pub enum ObserverKind {
         substeps: usize,
         /// How many standard deviations an innovation may have; none for no limit.
         gate: Option<f64>,
+        /// Whether estimates on a log are smoothed.
+        smooth: bool,
     },
+    /// The unscented Kalman filter.
+    Unscented(Box<UnscentedSpec>),
+    /// The moving-horizon estimator.
+    MovingHorizon(Box<MovingHorizonSpec>),
     /// KKL observer with given maps.
     Kkl(Box<crate::maps::KklMapsSpec>),
     /// Parameter-estimation-based observer: Lambda is zero.
@@ -462,6 +517,46 @@ pub enum ObserverKind {
     ImmersionInvariance(Box<crate::maps::ImmersionSpec>),
     /// Numerical KKL observer.
     KklNumerical(KklSpec),
+}
+
+/// Specification of an unscented Kalman filter.
+#[derive(Debug, Clone, PartialEq)]
+pub struct UnscentedSpec {
+    /// W, n x n.
+    pub w: DMatrix<f64>,
+    /// V, p x p.
+    pub v: DMatrix<f64>,
+    /// P(0), n x n.
+    pub p0: DMatrix<f64>,
+    /// The sigma points.
+    pub sigma: luenberger_observers::SigmaPoints,
+    /// The sampling period.
+    pub period: f64,
+    /// Runge-Kutta steps per sampling period.
+    pub substeps: usize,
+    /// How many standard deviations an innovation may have; none for no limit.
+    pub gate: Option<f64>,
+    /// Whether estimates on a log are smoothed.
+    pub smooth: bool,
+}
+
+/// Specification of a moving-horizon estimator.
+#[derive(Debug, Clone, PartialEq)]
+pub struct MovingHorizonSpec {
+    /// W, n x n.
+    pub w: DMatrix<f64>,
+    /// V, p x p.
+    pub v: DMatrix<f64>,
+    /// P(0), n x n.
+    pub p0: DMatrix<f64>,
+    /// The sampling period.
+    pub period: f64,
+    /// Runge-Kutta steps per sampling period.
+    pub substeps: usize,
+    /// Samples in the window, and Gauss-Newton steps at each.
+    pub horizon: luenberger_observers::Horizon,
+    /// Bounds of the states, if there are some; infinite ones are none.
+    pub bounds: Option<Vec<(f64, f64)>>,
 }
 
 /// Specification of a numerical KKL observer.
@@ -508,11 +603,16 @@ impl ObserverKind {
                 matches!(linear.gain, GainSpec::DecayRate(_) | GainSpec::Lmi)
             }
             Self::SampledCubic { varying: Some(_), .. }
+            | Self::NormFilter(_)
             | Self::Lpv { .. }
             | Self::Lipschitz { .. }
             | Self::MeanValue { .. } => true,
-            Self::HighGain { .. }
+            Self::OptimalCubic(_)
+            | Self::HighGain { .. }
+            | Self::ReducedOrder(_)
             | Self::ExtendedKalman { .. }
+            | Self::Unscented(_)
+            | Self::MovingHorizon(_)
             | Self::Kkl(_)
             | Self::Pebo(_)
             | Self::KklPeb(_)
@@ -527,14 +627,23 @@ impl ObserverKind {
             Self::Luenberger(_) => "luenberger",
             Self::Kalman(_) => "kalman",
             Self::Cubic { .. } => "cubic",
-            Self::ProportionalIntegral { .. } => "proportional-integral",
+            Self::OptimalCubic(_) => "optimal-cubic",
+            Self::ProportionalIntegral { chain: None, .. } => "proportional-integral",
+            Self::ProportionalIntegral { chain: Some(_), .. } => "extended-state",
             Self::UnknownInput { .. } => "unknown-input",
+            Self::ReducedOrder(_) => "reduced-order",
+            Self::NormFilter(spec) => match spec.norm {
+                luenberger_design::Norm::HInfinity => "h-infinity",
+                luenberger_design::Norm::H2 => "h2",
+            },
             Self::SampledCubic { .. } => "sampled-cubic",
             Self::Lpv { .. } => "lpv",
             Self::Lipschitz { .. } => "lipschitz",
             Self::MeanValue { .. } => "mean-value",
             Self::HighGain { .. } => "high-gain",
             Self::ExtendedKalman { .. } => "extended-kalman",
+            Self::Unscented(_) => "ukf",
+            Self::MovingHorizon(_) => "mhe",
             Self::Kkl(_) => "kkl",
             Self::Pebo(_) => "pebo",
             Self::KklPeb(_) => "kkl-peb",
@@ -547,13 +656,32 @@ impl ObserverKind {
     pub fn period(&self) -> Option<f64> {
         match self {
             Self::SampledCubic { period, .. } | Self::ExtendedKalman { period, .. } => Some(*period),
+            Self::Unscented(spec) => Some(spec.period),
+            Self::MovingHorizon(spec) => Some(spec.period),
             _ => None,
         }
     }
 
-    /// The number of disturbances that are estimated with the state.
-    pub fn estimated_disturbances(&self) -> usize {
-        if let Self::ProportionalIntegral { e, .. } = self { e.ncols() } else { 0 }
+    /// Whether estimates on a log are smoothed.
+    pub fn smooths(&self) -> bool {
+        match self {
+            Self::ExtendedKalman { smooth, .. } => *smooth,
+            Self::Unscented(spec) => spec.smooth,
+            _ => false,
+        }
+    }
+
+    /// The names of the disturbances that are estimated with the state, and of their derivatives: `d1`, `d1_rate`,
+    /// `d1_rate2`.
+    pub fn estimated_disturbances(&self) -> Vec<String> {
+        let Self::ProportionalIntegral { e, chain, .. } = self else { return Vec::new() };
+        let suffix = |derivative: usize| match derivative {
+            0 => String::new(),
+            1 => "_rate".to_owned(),
+            k => format!("_rate{k}"),
+        };
+        let of = |k: usize| (1..=e.ncols()).map(move |j| format!("d{j}{}", suffix(k)));
+        (0..chain.unwrap_or(1)).flat_map(of).collect()
     }
 
     /// The region of the design, if it is bounded somewhere.
@@ -597,10 +725,15 @@ impl ObserverKind {
             Self::Lpv { rate: RateSpec::Rate(rate) | RateSpec::Fastest(rate), .. }
             | Self::Lipschitz { rate, .. }
             | Self::MeanValue { rate, .. } => *rate *= factor,
+            Self::ReducedOrder(poles) => poles.iter_mut().for_each(|pole| *pole *= factor),
             Self::HighGain { r, .. } => *r /= factor,
             Self::KklNumerical(KklSpec { cutoff: Some(cutoff), .. }) => *cutoff *= factor,
-            Self::Lpv { .. }
+            Self::OptimalCubic(_)
+            | Self::Lpv { .. }
+            | Self::NormFilter(_)
             | Self::ExtendedKalman { .. }
+            | Self::Unscented(_)
+            | Self::MovingHorizon(_)
             | Self::KklNumerical(_)
             | Self::Kkl(_)
             | Self::Pebo(_)

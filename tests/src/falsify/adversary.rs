@@ -12,6 +12,7 @@ use super::deployed;
 use super::disturbed;
 use super::document::{binary64, float_matrix, is_single, matrix, matrix_with_columns, number, symmetric};
 use super::exact::Exact;
+use super::filters;
 use super::kkl;
 use super::programs;
 use super::random::Random;
@@ -33,6 +34,9 @@ pub(super) const ADVERSARIES: &[(&str, Adversary)] = &[
     ("sampled-cubic-observer", sampled),
     ("unknown-input-observer", unknown_input),
     ("input-to-state-stability", disturbed::contradicted),
+    ("reduced-order-observer", reduced_order),
+    ("h-infinity-filter", filters::gain_contradicted),
+    ("h2-filter", filters::variance_contradicted),
     ("sampled-cubic-observer-semi-implicit", beyond::semi_implicit),
     ("sampled-observer-at-varying-periods", beyond::varying_periods),
     ("deployed-observer", deployed::contradicted),
@@ -407,6 +411,26 @@ fn unknown_input(document: &Value, random: &mut Random) -> Found {
     let at = directions(&forms, p.rows, random);
     let h = p.times(&n).times(&c).he();
     falls_along_cubic(&m.negative(), &c.congruent(&theta), &h, &at, random)
+}
+
+/// `M T + N C = I` and `T A = F T + G C` with rational numbers, and F stable.
+fn reduced_order(document: &Value, random: &mut Random) -> Found {
+    let plant = &document["plant"];
+    let (a, c) = (matrix(&plant["A"], random), matrix(&plant["C"], random));
+    let (t, p) = (matrix(&document["observer"]["T"], random), matrix(&document["lyapunov"]["P"], random));
+    let gram = c.transposed().times(&c).plus(&t.transposed().times(&t));
+    ensure(gram.is_positive(), said("C'C + T'T > 0"))?;
+    margin_of(document, 0, &gram)?;
+    let inverse = |m: &Exact| gram.solve(&m.transposed()).ok_or("C'C + T'T is singular");
+    let (n, m) = (inverse(&c)?, inverse(&t)?);
+    ensure(m.times(&t).plus(&n.times(&c)).minus(&Exact::identity(a.rows)).is_zero(), said("MT + NC = I"))?;
+    let image = t.times(&a);
+    let f = image.times(&m);
+    let rest = image.minus(&f.times(&t)).minus(&image.times(&n).times(&c));
+    ensure(rest.is_zero(), said("TA = FT + GC"))?;
+    ensure(p.is_positive(), said("P > 0"))?;
+    margin_of(document, 1, &p)?;
+    margin_of(document, 2, &decays(&f, &p, &rate(document))?)
 }
 
 fn feedback(document: &Value, random: &mut Random) -> Found {

@@ -7,8 +7,9 @@ use luenberger_design::mean_value::ContractingCoordinates;
 use luenberger_design::robust::PolytopicDesign;
 use luenberger_design::{
     Certified, CubicDesign, CubicGain, DecoupledPlant, Disturbances, ErrorBound, FeedbackDesign, LinearDesign,
-    LipschitzDesign, Periods, SampledCubicDesign, Theorem1, UnknownInputDesign, VaryingPeriodDesign,
-    at_varying_periods, deployed_linear, joint_design, lyapunov_certificate_file, stein_certificate_file,
+    LipschitzDesign, Periods, ReducedOrderDesign, SampledCubicDesign, Theorem1, UnknownInputDesign,
+    VaryingPeriodDesign, at_varying_periods, deployed_linear, joint_design, lyapunov_certificate_file,
+    stein_certificate_file,
 };
 use luenberger_linalg::{lqr, lyapunov, stein};
 use luenberger_lmi::{Problem, he, sdpa};
@@ -17,7 +18,7 @@ use luenberger_proof::certificate::{
     CertificateFile, CubicConvergence, Definiteness, DiscreteJacobianPolytope, HurwitzStability, Region,
     SchurStability, Sign, StructuredCubicConvergence, Theorem, Vertex,
 };
-use luenberger_proof::statement::{Format, Formats, Operation, Step};
+use luenberger_proof::statement::{Deviation, Format, Formats, Operation, Step};
 use luenberger_proof::{Interval, Matrix};
 use nalgebra::DMatrix;
 
@@ -37,6 +38,9 @@ pub(super) const GENERATORS: &[(&str, Generator)] = &[
     ("sampled-cubic-observer", sampled),
     ("unknown-input-observer", unknown_input),
     ("input-to-state-stability", input_to_state),
+    ("reduced-order-observer", reduced_order),
+    ("h-infinity-filter", super::filters::h_infinity),
+    ("h2-filter", super::filters::h2),
     ("sampled-cubic-observer-semi-implicit", semi_implicit),
     ("sampled-observer-at-varying-periods", varying_periods),
     ("deployed-observer", deployed),
@@ -65,7 +69,7 @@ fn proof_matrix(m: &DMatrix<f64>) -> Matrix<f64> {
 
 /// Observable by construction: chains of integrators behind the outputs, injection, and an orthogonal change of
 /// coordinates.
-fn plant(random: &mut Random, largest: usize) -> Option<StateSpace> {
+pub(super) fn plant(random: &mut Random, largest: usize) -> Option<StateSpace> {
     let n = 1 + random.below(largest);
     let p = 1 + random.below(n.min(2));
     let chain = DMatrix::from_fn(n, n, |i, j| if j == i + p { 1.0 } else { 0.0 });
@@ -296,13 +300,27 @@ fn unknown_input(random: &mut Random) -> Option<CertificateFile> {
     written(UnknownInputDesign::cubic(&decoupled, &cubic).ok()?.certificate_file("cubic"))
 }
 
+fn reduced_order(random: &mut Random) -> Option<CertificateFile> {
+    let plant = plant(random, 4)?;
+    let (n, p) = (plant.a.nrows(), plant.c.nrows());
+    let first = random.between(0.3, 2.0);
+    let poles: Vec<f64> = (0..n.checked_sub(p)?).map(|k| -first - 0.4 * k as f64).collect();
+    written(ReducedOrderDesign::with_poles(&plant, &poles).ok()?.certificate_file("reduced order"))
+}
+
 fn deployed(random: &mut Random) -> Option<CertificateFile> {
     let design = sampled_design(random)?;
     let o = &design.observer;
     let plant = StateSpace::new(o.ad().clone(), o.bd().clone(), o.c().clone()).ok()?;
     let (n, p) = (plant.a.nrows(), plant.c.nrows());
     let size = 2.0_f64.powi(random.integer(-3, 3));
+    let bounded = |random: &mut Random, rows: usize, columns: usize| {
+        Matrix::from_fn(rows, columns, |_, _| if random.once_in(2) { 0.0 } else { random.between(0.0, 1e-3) })
+    };
+    let deviation =
+        random.once_in(2).then(|| Deviation { a: bounded(random, n, n), b: bounded(random, n, plant.b.ncols()) });
     let meets = Operation {
+        deviation,
         state: (0..n).map(|_| size * random.between(0.5, 2.0)).collect(),
         input: (0..plant.b.ncols()).map(|_| random.between(0.0, 1.0)).collect(),
         noise: (0..p).map(|_| if random.once_in(2) { 0.0 } else { random.between(0.0, 1e-2) }).collect(),

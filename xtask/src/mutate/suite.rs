@@ -29,11 +29,14 @@ pub(super) struct Suite {
 pub(super) const MODULES: &str = "luenberger-mutants";
 
 /// Its test binaries, each with the modules that it consists of.
-const BINARIES: [(&str, &[&str]); 6] = [
+const BINARIES: [(&str, &[&str]); 9] = [
     ("designs", &["crates/design/tests/it/designs.rs", "crates/design/tests/it/bad_input.rs"]),
     ("cubic", &["tests/tests/it/generators.rs", "tests/tests/it/theorems_cubic.rs"]),
     ("input_to_state", &["tests/tests/it/generators.rs", "tests/tests/it/theorems_input_to_state.rs"]),
+    ("filters", &["tests/tests/it/generators.rs", "tests/tests/it/theorems_filters.rs"]),
     ("sampled", &["tests/tests/it/generators.rs", "tests/tests/it/theorems_sampled.rs"]),
+    ("uncertain", &["tests/tests/it/generators.rs", "tests/tests/it/theorems_uncertain.rs"]),
+    ("optimal_cubic", &["crates/design/tests/it/optimal_cubic.rs"]),
     ("mean_value", &["tests/tests/it/generators.rs", "tests/tests/it/theorems_mvt.rs"]),
     (
         "kkl",

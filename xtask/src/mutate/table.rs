@@ -72,10 +72,19 @@ const DESIGNS: Suite = Suite { package: MODULES, binaries: &["--test", "designs"
 const DESIGN_UNITS: Suite = Suite { package: "luenberger-design", binaries: &["--lib"], only: &["positive_real::"] };
 const CUBIC: Suite = Suite { package: MODULES, binaries: &["--test", "cubic"], only: &[] };
 const INPUT_TO_STATE: Suite = Suite { package: MODULES, binaries: &["--test", "input_to_state"], only: &[] };
+const FILTERS: Suite = Suite { package: MODULES, binaries: &["--test", "filters"], only: &[] };
 const SAMPLED: Suite = Suite { package: MODULES, binaries: &["--test", "sampled"], only: &[] };
+const UNCERTAIN: Suite = Suite { package: MODULES, binaries: &["--test", "uncertain"], only: &[] };
+const OPTIMAL: Suite = Suite { package: MODULES, binaries: &["--test", "optimal_cubic"], only: &[] };
 const MEAN_VALUE: Suite = Suite { package: MODULES, binaries: &["--test", "mean_value"], only: &[] };
 const KKL: Suite = Suite { package: MODULES, binaries: &["--test", "kkl"], only: &[] };
 
+const DEPLOYED: Suite = Suite { package: "luenberger-proof", binaries: &["--test", "it"], only: &["deployed::"] };
+const TIMES: Suite = Suite {
+    package: "luenberger-proof",
+    binaries: &["--lib", "--test", "it"],
+    only: &["varying_periods::", "exponential::"],
+};
 const KKL_BOUND: Suite = Suite { package: "luenberger-proof", binaries: &["--test", "it"], only: &["kkl::"] };
 
 /// All of them.
@@ -304,6 +313,87 @@ pub(super) const SOURCES: &[Source] = &[
             ),
             mutant("stored N: C'S'", Transpose, "c.transpose().product(&s)?", "c.transpose().product(&s.transpose())?"),
             mutant("stored N: N N' for N'PN", WrongOperand, "&n.congruence(p)?", "&n.congruence(p)?.negative()"),
+        ],
+    },
+    Source {
+        file: "crates/proof/src/statement/varying_periods.rs",
+        suites: &[TIMES],
+        mutants: &[
+            mutant("decrease over times: + X'PX", Sign, "self.level.difference(&x", "self.level.sum(&x"),
+            mutant("decrease over times: factor P", Dropped, "p.scaled(&factor.mul(&factor))", "p.scaled(&factor)"),
+            mutant(
+                "decrease over times: the middles of the cells",
+                Dropped,
+                "&self.form(x)?.sum(&slope)?",
+                "&self.form(x)?",
+            ),
+            mutant("decrease over times: no map", Dropped, "exponential.product(self.map)?", "exponential"),
+        ],
+    },
+    Source {
+        file: "crates/proof/src/statement/exponential.rs",
+        suites: &[TIMES],
+        mutants: &[
+            mutant(
+                "exponential: no factorial",
+                Dropped,
+                "let inverse = 1.0 / f64::from(degree);",
+                "let inverse = 1.0;",
+            ),
+            mutant("exponential: doubled, not squared", WrongOperand, "power.product(&power)?", "power.sum(&power)?"),
+            mutant(
+                "exponential: the remainder of another degree",
+                Constant,
+                "const DEGREE: u32 = 20;",
+                "const DEGREE: u32 = 5;",
+            ),
+        ],
+    },
+    Source {
+        file: "crates/proof/src/statement/deployed/disturbance.rs",
+        suites: &[DEPLOYED],
+        mutants: &[mutant("deployed: the plant does not deviate", Dropped, ".sum(&self.deviation(&x, &u)?)?", "")],
+    },
+    Source {
+        file: "crates/design/src/uncertain.rs",
+        suites: &[UNCERTAIN],
+        mutants: &[
+            mutant(
+                "sampled deviation: rounding only",
+                Dropped,
+                "(with - without).max(0.0) + rounding",
+                "with.min(without).min(0.0) + rounding",
+            ),
+            mutant("sampled deviation: signs of the vertices", Dropped, "most.max(entry.abs())", "most.max(*entry)"),
+            mutant(
+                "sampled deviation: A for |A|",
+                WrongOperand,
+                "(plant.a.abs(), plant.b.abs())",
+                "(-plant.a.abs(), plant.b.abs())",
+            ),
+            mutant("norm-bounded: signs of H", Dropped, "(h.abs() * DVector", "(h * DVector"),
+        ],
+    },
+    Source {
+        file: "crates/design/src/optimal_cubic/cost.rs",
+        suites: &[OPTIMAL],
+        mutants: &[
+            mutant("cost: the sum over the first errors", Dropped, ".p.trace() / n as f64", ".p.trace()"),
+            mutant("cost: process noise of intensity W", Dropped, "(&self.process / self.period)", "(&self.process)"),
+            mutant("linear optimum: no mean", Dropped, "shares / (n as f64 * self.horizon)", "shares / self.horizon"),
+        ],
+    },
+    Source {
+        file: "crates/design/src/optimal_cubic/flow.rs",
+        suites: &[OPTIMAL],
+        mutants: &[
+            mutant("error flow: linear in r", Dropped, "q * row_times(&self.gain", "row_times(&self.gain"),
+            mutant(
+                "error flow: no rest",
+                Dropped,
+                "(sum + rest).is_finite().then_some(sum + rest)",
+                "(sum + rest).is_finite().then_some(sum)",
+            ),
         ],
     },
     Source {
@@ -777,6 +867,55 @@ pub(super) const SOURCES: &[Source] = &[
         ],
     },
     Source {
+        file: "crates/proof/src/statement/system_norm.rs",
+        suites: &[FILTERS],
+        mutants: &[
+            mutant("norms: F = A + LC", Sign, "\"A\")?.difference(", "\"A\")?.sum("),
+            mutant("norms: G = E + LD", Sign, "\"E\")?.difference(", "\"E\")?.sum("),
+            mutant("norms: no H'H", Dropped, "let first = first.sum(&seen)?;", ""),
+            mutant("H-infinity: gamma", Dropped, "g.cols(), &gamma.mul(&gamma))", "g.cols(), &gamma)"),
+            mutant(
+                "H-infinity: no corner",
+                Dropped,
+                "first.bordered(&corner,",
+                "first.bordered(&corner.difference(&corner)?,",
+            ),
+            mutant("discrete H-infinity: PG for F'PG", Dropped, "f.transpose().product(&driven)?, g", "driven, g"),
+            mutant("discrete H-infinity: no G'PG", Dropped, "g.congruence(&p)?)", "Matrix::zeros(g.cols(), g.cols()))"),
+            mutant("discrete: F'PF without P", Dropped, "f.congruence(&p)?.difference(&p)?", "f.congruence(&p)?"),
+            mutant("H2: gamma", Dropped, "fold(gamma.mul(&gamma)", "fold(gamma.clone()"),
+            mutant("H2: gamma^2 + tr", Sign, "room.sub(&spent", "room.add(&spent"),
+        ],
+    },
+    Source {
+        file: "crates/proof/src/statement/reduced_order.rs",
+        suites: &[FILTERS],
+        mutants: &[
+            mutant(
+                "reduced order: F = TA (C'C + T'T)^-1",
+                Dropped,
+                ".product(&a)?.product(&inverse)?.product(",
+                ".product(&a)?.product(",
+            ),
+            mutant("reduced order: no rate", Dropped, "flow.sum(&Matrix::scalar(order, &rate))?", "flow"),
+            mutant(
+                "reduced order: T'T alone",
+                Dropped,
+                "square(self.c, \"C\")?.sum(&square(self.t, \"T\")?)",
+                "square(self.t, \"T\")",
+            ),
+        ],
+    },
+    Source {
+        file: "crates/design/src/norm_filter/programs.rs",
+        suites: &[FILTERS],
+        mutants: &[
+            mutant("filters: YC", Sign, "&p * &plant.a - &y * &plant.c", "&p * &plant.a + &y * &plant.c"),
+            mutant("filters: YD", Sign, "&p * &of.e - &y * &of.d", "&p * &of.e + &y * &of.d"),
+            mutant("H-infinity design: no H'H", Dropped, "block![[he(flow) + seen, driven", "block![[he(flow), driven"),
+        ],
+    },
+    Source {
         file: "crates/observers/src/unknown_input.rs",
         suites: &[INPUT_TO_STATE],
         mutants: &[
@@ -815,9 +954,15 @@ pub(super) const SOURCES: &[Source] = &[
     },
     Source {
         file: "crates/design/src/proportional_integral.rs",
-        suites: &[INPUT_TO_STATE],
+        suites: &[INPUT_TO_STATE, DESIGNS],
         mutants: &[
-            mutant("proportional-integral: d' = x", Constant, "(false, _) => 0.0", "(false, _) => 1.0"),
+            mutant(
+                "proportional-integral: x' = Ax + Bu - Ed",
+                Sign,
+                "n + q => e[(i, j - n)]",
+                "n + q => -e[(i, j - n)]",
+            ),
+            mutant("extended state: d' = -d_rate", Sign, "if j == i + q => 1.0", "if j == i + q => -1.0"),
             mutant(
                 "proportional-integral: no rank condition",
                 Hypothesis,

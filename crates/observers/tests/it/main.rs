@@ -10,6 +10,7 @@ mod immersion_invariance;
 mod kalman;
 mod kkl;
 mod mean_value;
+mod moving_horizon;
 mod numerical_kkl;
 mod sampled;
 mod sampled_copy;
@@ -17,3 +18,4 @@ mod sampled_copy;
 mod serialization;
 #[cfg(feature = "alloc")]
 mod static_size;
+mod unscented;

@@ -17,16 +17,18 @@ mod hidden;
 mod input_to_state;
 mod kkl;
 mod lyapunov;
+mod reduced_order;
 mod sector;
 mod semi_implicit;
 mod spectrum;
+mod system_norm;
 mod unknown_input;
 mod varying_periods;
 
 pub use contracting::cascade_decrease;
 pub use cubic::{accretive, cubic_dissipation, cubic_dissipation_structured};
 pub use deployed::{
-    CubicGains, Deployed, ErrorBall, Format, Formats, Intermediate, NoErrorBallReason, Operation, Running,
+    CubicGains, Deployed, Deviation, ErrorBall, Format, Formats, Intermediate, NoErrorBallReason, Operation, Running,
     SampledPlant, Step, Stored, deployed_linear, deployed_sampled_cubic, saturated_decrease,
 };
 pub use deployed_cubic::{DeployedCubic, Ellipsoid, Reach, deployed_cubic};
@@ -40,9 +42,11 @@ pub use lyapunov::{
     contraction_within, decay_rate, decay_rate_within, hurwitz, lyapunov_decrease, overshoot_bound, positive,
     stein_decrease,
 };
+pub use reduced_order::{ReducedOrder, reduced_order};
 pub use sector::{SectorTerm, sector_decrease};
 pub use semi_implicit::{semi_implicit_decrease, semi_implicit_room};
 pub use spectrum::{schur_stable, spectral_abscissa, spectral_radius};
+pub use system_norm::{ErrorSystem, Time, bounded_real, bounded_variance};
 pub use unknown_input::{Decoupled, UnknownInput, unknown_input};
 pub use varying_periods::decrease_over_times;
 

@@ -101,7 +101,8 @@ fn deployed(step: Step, format: Format) -> DeployedObserver {
     };
     // Poles at 0.5 and 0.6, and a P that decreases there.
     let (l, p) = (Matrix::from_rows([[0.9], [2.0]]), Matrix::from_rows([[11.0, -2.25], [-2.25, 0.5625]]));
-    let operation = Operation { state: vec![1.0; 2], input: vec![1.0], noise: vec![0.0], error: vec![1.0; 2] };
+    let operation =
+        Operation { state: vec![1.0; 2], input: vec![1.0], noise: vec![0.0], error: vec![1.0; 2], deviation: None };
     let found = deployed_linear(&plant, &l, &p, step, format.into(), &operation).expect("it fits");
     let ball = found.ball().map(ClaimedBall::from);
     DeployedObserver { plant, stored: found.stored, step, formats: format.into(), operation, p, ball }
@@ -604,6 +605,18 @@ fn every_kind() -> Vec<CertificateFile> {
             "\"plant\": {\"vertices\": [{\"A\": [[\"-1\"]], \"E\": [[\"1\", \"0\"]]}], \"C\": [[\"1\"]], \"D\": [[\"0\", \"1\"]]}, \"observer\": {\"L\": [[\"0\"]]}, \"cubic\": {\"N\": [[\"-1\"]], \"theta\": [[\"1\"]], \"X\": [[\"1\"]], \"kappa\": \"2\", \"mu\": [\"1\", \"2\"]}, \"lyapunov\": {\"P\": [[\"1\"]], \"rate\": \"0x1p-2\", \"lambda\": [\"2\", \"1\"]}, \"bounds\": {\"w\": [\"1\", \"1\"], \"level\": \"16\", \"limsup\": [\"8\"]}".to_owned(),
         ),
         (
+            "reduced-order-observer",
+            "\"plant\": {\"A\": [[\"0\", \"1\"], [\"0\", \"0\"]], \"B\": [[], []], \"C\": [[\"1\", \"0\"]]}, \"observer\": {\"T\": [[\"-4\", \"1\"]]}, \"lyapunov\": {\"P\": [[\"1\"]], \"rate\": \"1\"}".to_owned(),
+        ),
+        (
+            "h-infinity-filter",
+            "\"time\": \"continuous\", \"plant\": {\"A\": [[\"-1\"]], \"B\": [[]], \"C\": [[\"1\"]]}, \"E\": [[\"1\", \"0\"]], \"D\": [[\"0\", \"1\"]], \"H\": [[\"1\"]], \"observer\": {\"L\": [[\"1\"]]}, \"lyapunov\": {\"P\": [[\"1\"]]}, \"gamma\": \"2\"".to_owned(),
+        ),
+        (
+            "h2-filter",
+            "\"time\": \"discrete\", \"plant\": {\"A\": [[\"0x1p-1\"]], \"B\": [[]], \"C\": [[\"1\"]]}, \"E\": [[\"1\", \"0\"]], \"D\": [[\"0\", \"1\"]], \"H\": [[\"1\"]], \"observer\": {\"L\": [[\"0x1p-2\"]]}, \"lyapunov\": {\"P\": [[\"2\"]]}, \"gamma\": \"2\"".to_owned(),
+        ),
+        (
             "kkl-error-bound",
             "\"plant\": {\"f\": [\"x2 - x1\", \"u1 - x2\"], \"h\": [\"x1\"]}, \"observer\": {\"phi\": [\"x2\"], \"Lambda\": [[\"-1\"]], \"B\": [\"u1\"], \"left_inverse\": [\"xi1\"], \"estimated\": [\"x2\"]}, \"box\": {\"x\": [[\"-1\", \"1\"], [\"-1\", \"1\"]], \"u\": [[\"-1\", \"1\"]]}, \"lyapunov\": {\"Lambda\": [[\"-1\"]], \"P\": [[\"1\"]], \"W\": [[\"2\"]], \"rate\": \"0x1p-1\"}, \"bounds\": {\"residual\": [\"0\"], \"start\": \"2\", \"limit\": \"0\", \"lipschitz\": [\"2\"], \"defect\": [\"0\"], \"eventual\": [\"0\"]}, \"injectivity\": {\"Jacobian\": [[\"0\", \"1\"], [\"1\", \"0\"]], \"M\": [[\"0\", \"1\"], [\"1\", \"0\"]], \"modulus\": \"0x1p-1\", \"spread\": \"2\"}".to_owned(),
         ),
@@ -975,7 +988,7 @@ fn the_file_of_the_documentation_is_proved() {
 fn weights_and_words_are_those_of_the_formula() {
     let number = |x: f64| Matrix::from_rows([[x]]);
     let none = || Matrix::from_fn(1, 0, |_, _| 0.0);
-    let operation = Operation { state: vec![1.0], input: vec![], noise: vec![0.1], error: vec![1.0] };
+    let operation = Operation { state: vec![1.0], input: vec![], noise: vec![0.1], error: vec![1.0], deviation: None };
     let formats = Format::Binary32.into();
     let plant = SampledPlant { a: number(0.5), b: none(), c: number(1.0) };
     let gains = CubicGains { n: number(-2.0), theta: number(-1.0), w: 2.0, h: 0.125 };

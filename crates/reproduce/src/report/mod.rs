@@ -2,16 +2,18 @@
 
 use crate::claim::{Class, Record};
 use crate::evidence::Verdict;
-use crate::ledger::{Drawn, Summary};
+use crate::ledger::{Drawn, Live, Summary};
 use crate::paper::{Finding, Paper};
 use crate::terminal::{counts, word};
 use crate::value::{Value, short};
 use luenberger_figures::report::ReportError;
 use luenberger_figures::{Report, Section, escape};
+use luenberger_live::page::{MODULE, SCRIPT, STYLE};
+use luenberger_proof::wording::counted;
 use std::fmt::Write;
 
 /// The page.
-pub(crate) fn html(papers: &[Paper], summary: &Summary, drawn: &[Drawn]) -> Result<String, ReportError> {
+pub(crate) fn html(papers: &[Paper], summary: &Summary, drawn: &[Drawn], live: &[Live]) -> Result<String, ReportError> {
     let datasets = papers.iter().flat_map(|paper| &paper.datasets);
     let datasets = datasets.map(|dataset| (format!("data/{}.csv", dataset.id), String::new()));
     let files = [("claims.json".to_owned(), "every claim".to_owned())].into_iter().chain(datasets);
@@ -22,6 +24,11 @@ pub(crate) fn html(papers: &[Paper], summary: &Summary, drawn: &[Drawn]) -> Resu
     if let Some(findings) = findings(papers, &summary.records) {
         report = report.section(Section::new("Findings").html(findings));
     }
+    if !live.is_empty() {
+        let style = [include_str!("page.css"), STYLE].concat();
+        let script = [include_str!("page.js"), SCRIPT].concat();
+        report = report.with(style, script).tail(MODULE).section(examples(live));
+    }
     report = report.section(Section::new("Claims").html(claims(papers, &summary.records)));
     for paper in papers {
         let section = Section::new(format!("Figures of {}", paper.short));
@@ -30,6 +37,18 @@ pub(crate) fn html(papers: &[Paper], summary: &Summary, drawn: &[Drawn]) -> Resu
             report.section(of_paper.fold(section, |section, drawn| section.figure(drawn.id, drawn.figure.clone())));
     }
     report.section(Section::new("Data").links(files)).html()
+}
+
+/// The examples that the page runs itself.
+fn examples(live: &[Live]) -> Section {
+    let section = Section::new("Live").prose(
+        "These examples run in this page: the simulation, the observers and the verification of the certificates, \
+         compiled to WebAssembly. Each slider is a factor of the value in the paper. With other gains the inequalities \
+         are evaluated again, with the same P: not certified means that this P proves no convergence.",
+    );
+    live.iter().fold(section, |section, live| {
+        section.heading(live.example.title).prose(live.example.about).html(live.html.as_str())
+    })
 }
 
 // Writing into a String cannot fail, hence `let _ =` below.
@@ -86,7 +105,7 @@ fn findings(papers: &[Paper], records: &[Record]) -> Option<String> {
                 "<li>{} <a href=\"#{id}\"><code>{id}</code></a>{}<div class=\"note\">{}</div></li>",
                 badge(record),
                 numbers(record),
-                escape(&record.note),
+                note(record),
                 id = escape(&record.id)
             );
         }
@@ -184,9 +203,34 @@ fn claim(page: &mut String, record: &Record) {
         }
     }
     if !record.note.is_empty() {
-        let _ = write!(page, "<dt>Note</dt><dd>{}</dd>", escape(&record.note));
+        let _ = write!(page, "<dt>Note</dt><dd>{}</dd>", note(record));
     }
     let _ = write!(page, "</dl></td></tr></tbody>");
+}
+
+/// The note, as a paragraph or a list of its parts, with its table behind a line that opens it.
+fn note(record: &Record) -> String {
+    let mut page = match record.parts.as_slice() {
+        [one] => escape(one),
+        parts => {
+            let items: String = parts.iter().map(|part| format!("<li>{}</li>", escape(part))).collect();
+            format!("<ul class=\"parts\">{items}</ul>")
+        }
+    };
+    if let Some(table) = &record.table {
+        let row = |cells: &[String], tag: &str| {
+            let cells: String = cells.iter().map(|cell| format!("<{tag}>{}</{tag}>", escape(cell))).collect();
+            format!("<tr>{cells}</tr>")
+        };
+        let rows: String = table.rows.iter().map(|cells| row(cells, "td")).collect();
+        let _ = write!(
+            page,
+            "<details class=\"numbers\"><summary>{}</summary><div class=\"wide\"><table class=\"rows\"><thead>{}</thead><tbody>{rows}</tbody></table></div></details>",
+            counted(table.rows.len(), "row"),
+            row(&table.head, "th")
+        );
+    }
+    page
 }
 
 /// The hypotheses as evaluated, a row each.

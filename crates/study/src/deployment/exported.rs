@@ -4,7 +4,6 @@ use luenberger_export::kkl::Kkl;
 use luenberger_export::{Export, ExportError, Names, Program, Scalar, names};
 
 use super::{KklStep, SampledDesign};
-use crate::design::disturbance_names;
 use crate::study::{ObserverSpec, Study};
 
 /// The export of a sampled design, from the estimate of its study or another one.
@@ -26,6 +25,7 @@ pub fn exported(
         SampledDesign::LinearAt(design) | SampledDesign::DiscreteCopy(design) => Program::Discrete(design.observer),
         SampledDesign::Copy(design) => Program::Copy(design.observer),
         SampledDesign::Filter(design) => Program::Kalman(design.filter),
+        SampledDesign::Unscented(design) => Program::Unscented(design.filter),
         SampledDesign::Extension(design) => Program::Extension(design.observer),
         SampledDesign::Kkl(design) => Program::Kkl(
             match design.observer {
@@ -39,7 +39,7 @@ pub fn exported(
     };
     let plant = &study.plant;
     let (mut states, mut units) = (plant.states.clone(), plant.units.clone());
-    states.extend(disturbance_names(observer.kind.estimated_disturbances()));
+    states.extend(observer.kind.estimated_disturbances());
     if !units.is_empty() {
         units.resize(states.len(), String::new());
     }

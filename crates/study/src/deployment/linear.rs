@@ -1,7 +1,7 @@
 //! What is proved of an observer of a linear plant with its numbers as stored, and of its steps as the target computes
 //! them.
 
-use luenberger_design::{Certificate, deployed_linear};
+use luenberger_design::{Certificate, Goal, deployed_linear};
 use luenberger_proof::certificate::{CertificateFile, DeployedObserver, Theorem};
 use luenberger_proof::statement::{Deployed, Format, Formats, Operation, Running, Step};
 use luenberger_proof::wording::at_most;
@@ -11,7 +11,7 @@ use nalgebra::DMatrix;
 use super::{Evidence, SampledDesign};
 use crate::closed_loop;
 use crate::execute;
-use crate::study::{ObserverSpec, Study};
+use crate::study::{ObserverKind, ObserverSpec, Study};
 
 pub(super) fn evidence(
     study: &Study,
@@ -66,6 +66,15 @@ pub(super) fn evidence(
                 .to_owned(),
         );
     }
+    if let ObserverKind::NormFilter(spec) = &observer.kind
+        && study.plant.dt.is_none()
+        && !matches!(spec.goal, Goal::Of(_))
+    {
+        sentences.push(format!(
+            "The gain is that of the {} filter of the sampled plant, disturbances and noise held over the period. The bound of the norm is not in the certificate.",
+            spec.norm.name()
+        ));
+    }
     if file.is_none() {
         sentences.push("No stability certificate.".to_owned());
     } else if fed {
@@ -105,7 +114,13 @@ fn deployed(
 fn stored(title: &str, design: &SampledDesign, formats: Formats) -> Option<CertificateFile> {
     let m = design.matrices()?;
     let (n, m, p) = (m.a.nrows(), m.b.ncols(), m.c.nrows());
-    let nothing = Operation { state: vec![0.0; n], input: vec![0.0; m], noise: vec![0.0; p], error: vec![0.0; n] };
+    let nothing = Operation {
+        state: vec![0.0; n],
+        input: vec![0.0; m],
+        noise: vec![0.0; p],
+        error: vec![0.0; n],
+        deviation: None,
+    };
     let (_, file) = deployed(title, design, formats, &nothing)?;
     let Theorem::DeployedObserver(theorem) = file.theorem().clone() else { return None };
     CertificateFile::prove(title, DeployedObserver { ball: None, ..theorem }).ok()
@@ -147,7 +162,8 @@ fn rounding(study: &Study, deployed: &Deployed, operation: &Operation, format: F
     let bounds: Vec<String> = bounds.into_iter().map(|(what, list)| format!("{what} ({list})")).collect();
     vec![
         format!(
-            "Rounding and noise: while the magnitudes of {} stay within these bounds, the error in the end is at most {}, and no operation leaves the range of {format}{}.",
+            "Rounding and noise{}: while the magnitudes of {} stay within these bounds, the error in the end is at most {}, and no operation leaves the range of {format}{}.",
+            if operation.deviation.is_some() { ", and every deviation of A within `bounds`" } else { "" },
             bounds.join(", "),
             listed(&plant.states, &ball.entries, &plant.units),
             if is_fixed(format) { ": nothing saturates" } else { "" }
@@ -176,6 +192,16 @@ fn operation(study: &Study, observer: &ObserverSpec, design: &SampledDesign) -> 
         noise.map_or(0.0, |noise| MARGIN * if noise.gaussian { 4.0 } else { 1.0 } * noise.amplitude)
     });
     let noise = noise.collect();
+    // The plant of the study may be uncertain: then its states are bounded by what it says of them as well.
+    let uncertain = observer.bounds.as_ref().and_then(|bounds| bounds.uncertain.as_ref());
+    let deviation = match (uncertain, study.plant.model.linear(), design.matrices()) {
+        (Some((_, uncertainty)), Some(plant), Some(m)) => Some(uncertainty.sampled(&plant, m.period).ok()?),
+        _ => None,
+    };
+    let state = match uncertain {
+        Some((bounds, _)) => state.iter().zip(bounds).map(|(run, bound): (&f64, &f64)| run.max(*bound)).collect(),
+        None => state,
+    };
     let error = simulation.x0.iter().zip(&observer.initial).map(|(x, xhat)| MARGIN * (x - xhat).abs()).collect();
-    Some(Operation { state, input, noise, error })
+    Some(Operation { state, input, noise, error, deviation })
 }

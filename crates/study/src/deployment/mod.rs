@@ -17,7 +17,9 @@ mod record;
 
 pub use exported::exported;
 pub(crate) use linear::MARGIN;
-pub use nonlinear::{CopyDesign, DiscreteCopyDesign, ExtensionDesign, FilterDesign, KklDesign, KklStep};
+pub use nonlinear::{
+    CopyDesign, DiscreteCopyDesign, ExtensionDesign, FilterDesign, KklDesign, KklStep, UnscentedDesign,
+};
 pub use record::{Difference, Record, record};
 
 use std::sync::atomic::AtomicBool;
@@ -50,6 +52,8 @@ pub enum SampledDesign {
     DiscreteCopy(Box<DiscreteCopyDesign>),
     /// The extended Kalman filter.
     Filter(Box<FilterDesign>),
+    /// The unscented Kalman filter.
+    Unscented(Box<UnscentedDesign>),
     /// The numerical KKL observer.
     Kkl(Box<KklDesign>),
     /// An observer with given maps.
@@ -74,7 +78,7 @@ impl SampledDesign {
             _ => observer.initial.clone(),
         };
         // Disturbances are estimated to be 0 at the start.
-        initial.extend(std::iter::repeat_n(0.0, observer.kind.estimated_disturbances()));
+        initial.extend(std::iter::repeat_n(0.0, observer.kind.estimated_disturbances().len()));
         initial
     }
 
@@ -83,6 +87,7 @@ impl SampledDesign {
         match self {
             Self::Copy(design) => Some(design.observer.substeps()),
             Self::Filter(design) => design.filter.substeps(),
+            Self::Unscented(design) => design.filter.substeps(),
             Self::Kkl(design) => Some(design.observer.substeps()),
             Self::Extension(design) => Some(design.observer.substeps()),
             _ => None,
@@ -169,7 +174,7 @@ pub(crate) fn stored(matrix: &DMatrix<f64>, format: Format) -> Option<DMatrix<f6
 ///
 /// An observer of a linear plant gets the plant with its input held over the period, and a gain for that: observers in
 /// continuous time keep their poles, `exp(h s)`; a Kalman filter becomes the stationary predictor for the sampled noises;
-/// a cubic observer keeps theta and the strength of its cubic term. The copy of a nonlinear plant keeps its gain and gets
+/// an H-infinity or H2 filter becomes that of the sampled plant; a cubic observer keeps theta and the strength of its cubic term. The copy of a nonlinear plant keeps its gain and gets
 /// Runge-Kutta steps, `substeps` of them or as many as its error needs; an extended Kalman filter stays as it is. A
 /// mean-value observer is exported as `z = xhat + e`, a copy with the constant gain L, of which its certificate speaks.
 ///
@@ -181,6 +186,17 @@ pub(crate) fn stored(matrix: &DMatrix<f64>, format: Format) -> Option<DMatrix<f6
 pub fn sampled(
     study: &Study,
     observer: &ObserverSpec,
+    period: Option<f64>,
+    substeps: Option<usize>,
+) -> Result<Sampled, FailureReport> {
+    sampled_of(study, observer, None, period, substeps)
+}
+
+/// As [`sampled`], of an observer that has been designed for its study, if `designed` is given.
+pub(crate) fn sampled_of(
+    study: &Study,
+    observer: &ObserverSpec,
+    designed: Option<&Designed>,
     period: Option<f64>,
     substeps: Option<usize>,
 ) -> Result<Sampled, FailureReport> {
@@ -218,20 +234,56 @@ pub fn sampled(
         let design = design.map_err(|why| failure(why, &[]))?;
         return Ok(Sampled { design, period, of_the_study: None });
     }
-    if let (ObserverKind::ProportionalIntegral { e, linear: gain, .. }, Some(plant)) = (&observer.kind, &linear) {
+    if let (ObserverKind::ProportionalIntegral { e, chain, linear: gain, .. }, Some(plant)) = (&observer.kind, &linear)
+    {
         let design = names.with(|| {
-            let both = luenberger_design::with_disturbance(plant, e)?;
+            let both = luenberger_design::with_disturbance_chain(plant, e, chain.unwrap_or(1))?;
             held(study, observer, &both, gain, period)
         });
         let design = design.map_err(|error| failure(error.to_string(), &[]))?;
         return Ok(Sampled { design, period, of_the_study: None });
     }
+    if let (ObserverKind::OptimalCubic(problem), Some(plant)) = (&observer.kind, &linear) {
+        let design = names.with(|| {
+            let found = luenberger_design::OptimalCubicDesign::new(plant, problem, None)?;
+            Ok::<_, DesignError>(match &found.cubic {
+                Some(cubic) => {
+                    let design = SampledCubicDesign::from_cubic_with_weight(&found.linear, cubic, period)?;
+                    SampledDesign::Cubic(Box::new(design))
+                }
+                None => SampledDesign::Linear(Box::new(DiscreteDesign::sampled(&found.linear, period)?)),
+            })
+        });
+        let design = design.map_err(|error| failure(error.to_string(), &[]))?;
+        return Ok(Sampled { design, period, of_the_study: None });
+    }
+    if let ObserverKind::NormFilter(spec) = &observer.kind {
+        let options = observer.limits.options(study.solver, None);
+        let design = names.with(|| match (&linear, study.plant.dt, &study.operating_point) {
+            (Some(plant), Some(dt), _) => {
+                let design = design::norm_filter::discrete(plant, spec, dt, &options);
+                design.map(|design| SampledDesign::Linear(Box::new(design))).map_err(|error| error.to_string())
+            }
+            (Some(plant), None, _) => {
+                let design = design::norm_filter::sampled(plant, spec, period, &options);
+                design.map(|design| SampledDesign::Linear(Box::new(design))).map_err(|error| error.to_string())
+            }
+            (None, None, Some(point)) => {
+                around(design::norm_filter::sampled(&point.linear, spec, period, &options), point, period)
+            }
+            (None, ..) => Err(format!("the kind {} needs a linear plant", observer.kind.name())),
+        });
+        return Ok(Sampled { design: design.map_err(|why| failure(why, &[]))?, period, of_the_study: None });
+    }
     let in_words =
         |(hypothesis, alternatives)| FailureReport { hypothesis, alternatives, line: observer.place.line, cause: None };
-    let designed = design::design(study, observer, &AtomicBool::new(false)).map_err(|none| match none {
-        NoDesign::Misfit(failure) => failure,
-        NoDesign::Interrupted => failure("interrupted".to_owned(), &[]),
-    })?;
+    let designed = match designed {
+        Some(designed) => designed.clone(),
+        None => design::design(study, observer, &AtomicBool::new(false)).map_err(|none| match none {
+            NoDesign::Misfit(failure) => failure,
+            NoDesign::Interrupted => failure("interrupted".to_owned(), &[]),
+        })?,
+    };
     if let (ObserverKind::Luenberger(gain) | ObserverKind::Kalman(gain), Runnable::LinearAt(_), Some(point)) =
         (&observer.kind, &designed.runnable, &study.operating_point)
     {
@@ -256,9 +308,18 @@ fn at_point(
     point: &OperatingPoint,
     period: f64,
 ) -> Result<SampledDesign, String> {
-    let words = |error: &dyn std::fmt::Display| error.to_string();
     let linear = design::linear_design(&point.linear, gain, &observer.limits.options(study.solver, None));
-    let sampled = linear.and_then(|linear| sampled_linear(&linear, gain, period)).map_err(|error| words(&error))?;
+    around(linear.and_then(|linear| sampled_linear(&linear, gain, period)), point, period)
+}
+
+/// A sampled linear design in deviations from an operating point.
+fn around(
+    sampled: Result<DiscreteDesign, DesignError>,
+    point: &OperatingPoint,
+    period: f64,
+) -> Result<SampledDesign, String> {
+    let words = |error: &dyn std::fmt::Display| error.to_string();
+    let sampled = sampled.map_err(|error| words(&error))?;
     let plant = expressions::around(sampled.observer.plant(), point).map_err(|error| words(&error))?;
     let copied = DiscreteNonlinearObserver::new(plant, sampled.observer.l().clone(), period);
     Ok(SampledDesign::LinearAt(Box::new(DiscreteCopyDesign {
@@ -392,6 +453,10 @@ pub fn evidence(study: &Study, observer: &ObserverSpec, design: &SampledDesign, 
                     "the embedded one, a tree of polynomials"
                 }
             )],
+            file: None,
+        },
+        SampledDesign::Unscented(_) => Evidence {
+            sentences: vec!["No stability certificate: there is no theorem for an unscented Kalman filter.".to_owned()],
             file: None,
         },
         SampledDesign::Filter(_) => Evidence {

@@ -17,7 +17,7 @@ use crate::results::{DesignReport, FailureReport};
 use crate::study::{GainSpec, LinearSpec, ObserverKind, ObserverSpec, RateSpec, Study};
 
 /// The kinds that there are.
-const KINDS: &str = "luenberger, kalman, sampled-cubic, lpv and extended-kalman";
+const KINDS: &str = "luenberger, kalman, h-infinity, h2, sampled-cubic, lpv, extended-kalman, ukf and mhe";
 
 pub(super) fn design(study: &Study, wish: &ObserverSpec, dt: f64, end: Option<Instant>) -> Result<Designed, NoDesign> {
     let kind = wish.kind.name();
@@ -32,7 +32,14 @@ pub(super) fn design(study: &Study, wish: &ObserverSpec, dt: f64, end: Option<In
     };
     Ok(match &wish.kind {
         ObserverKind::Luenberger(gain) | ObserverKind::Kalman(gain) => {
-            self::linear(&linear()?, gain, dt, wish)?.map_err(explained)?
+            let plant = linear()?;
+            in_loop(study, wish, &plant, self::linear(&plant, gain, dt, wish)?.map_err(explained)?)
+        }
+        ObserverKind::NormFilter(spec) => {
+            let options = wish.limits.options(study.solver, end);
+            let plant = linear()?;
+            let designed = super::norm_filter::norm_filter(study, &plant, spec, Some(dt), &options);
+            in_loop(study, wish, &plant, designed.map_err(explained)?)
         }
         ObserverKind::SampledCubic { linear: gain, theta, correction, period, varying } => {
             if varying.is_some() {
@@ -48,6 +55,14 @@ pub(super) fn design(study: &Study, wish: &ObserverSpec, dt: f64, end: Option<In
             same(*period)?;
             extended(study, (w, v, p0), dt, *gate).map_err(explained)?
         }
+        ObserverKind::Unscented(spec) => {
+            same(spec.period)?;
+            super::unscented::design(&study.plant.model, spec, None).map_err(explained)?
+        }
+        ObserverKind::MovingHorizon(spec) => {
+            same(spec.period)?;
+            super::moving_horizon::design(&study.plant.model, spec, None).map_err(explained)?
+        }
         ObserverKind::Lpv { region, rate } => {
             let options = wish.limits.options(study.solver, end);
             lpv(study, region, rate, dt, &options).map_err(explained)?
@@ -59,6 +74,17 @@ pub(super) fn design(study: &Study, wish: &ObserverSpec, dt: f64, end: Option<In
             );
         }
     })
+}
+
+/// With what is proved of the loop, where the estimate fed back is the prediction.
+fn in_loop(study: &Study, wish: &ObserverSpec, plant: &StateSpace, designed: Designed) -> Designed {
+    match &designed.runnable {
+        Runnable::DiscreteLinear(observer) => {
+            let l = observer.l().clone();
+            super::feedback::linear(study, wish, plant, &l, designed)
+        }
+        _ => designed,
+    }
 }
 
 /// The gain; a failure for a specification that is of continuous time.

@@ -6,6 +6,7 @@ mod excursion;
 mod filter;
 mod folder;
 mod limits;
+mod live;
 mod log;
 mod observe;
 mod options;
@@ -15,12 +16,15 @@ mod scores;
 mod simulate;
 mod stopped;
 mod sweep;
+mod trial;
 mod warn;
 
 pub use estimate::{Estimate, Memory, estimate};
 pub use limits::{Excess, Limits, about, bytes, duration};
 pub(crate) use observe::in_words;
 pub use options::{Progress, RunOptions, RunsAsCsv, Step, SweepOptions};
+pub(crate) use trial::{Scored, Trial};
+
 pub use sweep::{
     BLOCKS, BlockSettings, Computed, Fault, FileDigest, Plan, Shard, SharedSweep, SweepError, SweepStatus,
     reduce_sweep, sweep_status,
@@ -120,7 +124,7 @@ pub fn execute_in_part(
 }
 
 /// The work within the time limit of the options, on their number of threads.
-fn within<T: Send>(
+pub(crate) fn within<T: Send>(
     options: &RunOptions<'_>,
     work: impl FnOnce(&RunOptions<'_>) -> Result<T, StudyError> + Send,
 ) -> Result<T, StudyError> {
@@ -366,7 +370,9 @@ fn stages(
             options.tell("figures", id, count + 1, figures.len());
         }
         if all {
-            folder.write("report.html", report::html(study, results, figures, &folder.written())?.as_bytes())?;
+            let live = live::experiment(study, &members);
+            let page = report::html(study, results, figures, live.as_ref(), &folder.written())?;
+            folder.write("report.html", page.as_bytes())?;
         }
         save(folder, results)?;
     }
@@ -452,7 +458,8 @@ fn certificate(folder: &Folder, name: &str, designed: &Designed) -> Result<Optio
     match designed.certificate.as_ref().map(|certificate| certificate.file(name)) {
         Some(Ok(file)) => {
             folder.write(&format!("certificates/{}.json", file_name(name)), file.to_json().as_bytes())?;
-            bounds(folder, name, designed).map(|()| None)
+            bounds(folder, name, designed)?;
+            closed_loop(folder, name, designed).map(|()| None)
         }
         Some(Err(error)) => Ok(Some(format!("{name} has no certificate file: {error}"))),
         None => Ok(None),
@@ -470,7 +477,21 @@ fn bounds(folder: &Folder, name: &str, designed: &Designed) -> Result<(), StudyE
     Ok(())
 }
 
-fn summary(study: &Study) -> PlantSummary {
+/// What is proved of the loop with the feedback of the study, in a file of its own.
+fn closed_loop(folder: &Folder, name: &str, designed: &Designed) -> Result<(), StudyError> {
+    let behind = designed.certificate.iter().flat_map(|certificate| certificate.theorems().iter().skip(1));
+    let is_loop = |theorem: &Theorem| {
+        matches!(theorem, Theorem::LinearConvergence(_) | Theorem::DiscreteConvergence(_) | Theorem::FeedbackLoop(_))
+    };
+    for proved in behind.filter(|proved| is_loop(proved.theorem())) {
+        if let Ok(file) = proved.file(&format!("{name}: the loop, with (x, xhat) as its error")) {
+            folder.write(&format!("certificates/{}.feedback.json", file_name(name)), file.to_json().as_bytes())?;
+        }
+    }
+    Ok(())
+}
+
+pub(crate) fn summary(study: &Study) -> PlantSummary {
     let plant = &study.plant;
     let (kind, mut equations) = match &plant.model {
         Model::Linear(_) => ("linear".to_owned(), Vec::new()),

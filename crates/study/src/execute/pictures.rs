@@ -6,7 +6,6 @@ use nalgebra::{DMatrix, DVector};
 
 use super::Member;
 use super::simulate::Run;
-use crate::design::disturbance_names;
 use crate::results::report::with_unit;
 use crate::results::{SweepReport, SweepRow};
 use crate::study::{Quantity, Study};
@@ -119,18 +118,20 @@ pub(super) fn figures(runs: &Runs<'_>) -> Vec<(String, Figure)> {
 
 /// The estimates of disturbances, of the observers that have some.
 fn disturbances(runs: &Runs<'_>) -> Named {
-    let count = runs.shown().filter_map(|(_, run)| Some(run.disturbance.as_ref()?.ncols())).max()?;
-    let panel = |(j, name): (usize, String)| {
-        let mut panel = Panel::new(runs.time(), name);
+    let estimated = runs.shown().filter_map(|(_, run)| run.disturbance.as_ref());
+    let names = estimated.map(|(names, _)| names).max_by_key(|names| names.len())?;
+    let panel = |name: &String| {
+        let mut panel = Panel::new(runs.time(), name.clone());
         for (number, (member, run)) in runs.shown().enumerate() {
-            let Some(found) = run.disturbance.as_ref().filter(|found| j < found.ncols()) else { continue };
+            let Some((own, found)) = &run.disturbance else { continue };
+            let Some(j) = own.iter().position(|own| own == name) else { continue };
             for curve in lines(&member.wish.name, run, &runs.rows(run), |k| found[(k, j)]) {
                 panel = panel.series(curve.hue(Hue::Palette(number)));
             }
         }
         panel
     };
-    let panels = disturbance_names(count).into_iter().enumerate().map(panel).collect();
+    let panels = names.iter().map(panel).collect();
     figure("disturbances", "Disturbances", "The estimates of the disturbances d of x' = A x + B u + E d.", panels)
 }
 
@@ -164,6 +165,7 @@ fn states(runs: &Runs<'_>) -> Named {
                 panel = panel.series(curve.hue(Hue::Palette(number)));
             }
             panel = bands(panel, runs, (number, member, run), |k| estimate[(k, i)], i);
+            panel = smoothed(panel, runs, (number, member, run), |estimate, k| estimate[(k, i)]);
         }
         panel
     };
@@ -175,6 +177,19 @@ fn states(runs: &Runs<'_>) -> Named {
     .to_owned();
     caption.push_str(shaded(runs));
     figure("states", "States and estimates", &runs.caption(&caption), runs.states().into_iter().map(panel).collect())
+}
+
+/// The panel with a dashed curve of smoothed estimates, if the run has some.
+fn smoothed(
+    panel: Panel,
+    runs: &Runs<'_>,
+    (number, member, run): (usize, &Member<'_>, &Run),
+    of: impl Fn(&DMatrix<f64>, usize) -> f64,
+) -> Panel {
+    let Some((estimate, _)) = &run.smoothed else { return panel };
+    let name = format!("{}, smoothed", member.wish.name);
+    let curves = lines(&name, run, &runs.rows(run), |k| of(estimate, k));
+    curves.into_iter().fold(panel, |panel, curve| panel.series(curve.hue(Hue::Palette(number)).dash(Dash::Dashed)))
 }
 
 /// What the bands are, where there are some.
@@ -218,6 +233,7 @@ fn errors(runs: &Runs<'_>) -> Named {
                 panel = panel.series(curve.hue(Hue::Palette(number)));
             }
             panel = bands(panel, runs, (number, member, run), |_| 0.0, i);
+            panel = smoothed(panel, runs, (number, member, run), |estimate, k| run.x[(k, i)] - estimate[(k, i)]);
         }
         panel
     };
@@ -359,7 +375,8 @@ fn parameter(name: &str) -> &str {
 }
 
 /// A run as a table: t, states (on a log those whose truth is known), inputs, measured outputs, estimates `NAME_hat`,
-/// of a filter two standard deviations `NAME_2sigma`, and estimates of disturbances `d1_hat`. A value that is not known is an empty cell.
+/// of a filter two standard deviations `NAME_2sigma`, smoothed estimates `NAME_smoothed` with `NAME_smoothed_2sigma`, and
+/// estimates of disturbances `d1_hat`. A value that is not known is an empty cell.
 pub(super) fn table(study: &Study, run: &Run) -> Table {
     let mut table = Table::new().column("t", run.t.clone());
     let mut add = |names: &[String], suffix: &str, of: &DMatrix<f64>| {
@@ -386,8 +403,12 @@ pub(super) fn table(study: &Study, run: &Run) -> Table {
     if let Some(deviation) = &run.deviation {
         add(&plant.states, "_2sigma", &(deviation * 2.0));
     }
+    if let Some((estimate, deviation)) = &run.smoothed {
+        add(&plant.states, "_smoothed", estimate);
+        add(&plant.states, "_smoothed_2sigma", &(deviation * 2.0));
+    }
     if let Some(disturbance) = &run.disturbance {
-        add(&disturbance_names(disturbance.ncols()), "_hat", disturbance);
+        add(&disturbance.0, "_hat", &disturbance.1);
     }
     table
 }

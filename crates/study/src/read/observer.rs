@@ -1,17 +1,20 @@
 //! The tables [[observer]].
 
-use luenberger_design::{CubicGain, LyapunovWeight, Periods, Region, Sector};
+use luenberger_design::{CubicGain, LyapunovWeight, Norm, Periods, Region, Sector, bandwidth_poles};
+use luenberger_observers::{Horizon, SigmaPoints};
 use luenberger_plants::Dimensions;
 use luenberger_proof::certificate::MOST_MISSES;
 use luenberger_proof::wording::counted;
 use nalgebra::{Complex, DMatrix};
 
 use super::tree::Node;
-use super::{Reader, check, disturbance, maps};
-use crate::design::PrintedMean;
+use super::{Reader, check, disturbance, maps, norm_filter, optimal};
+use crate::design::{MOST_SAMPLES, PrintedMean};
 use crate::diagnostic::Source;
 use crate::model::PlantModel;
-use crate::study::{GainLimits, GainSpec, KklSpec, LinearSpec, ObserverKind, ObserverSpec, RateSpec};
+use crate::study::{
+    GainLimits, GainSpec, KklSpec, LinearSpec, MovingHorizonSpec, ObserverKind, ObserverSpec, RateSpec, UnscentedSpec,
+};
 
 /// The observers; none if one has mistakes.
 pub(super) fn observers(
@@ -102,12 +105,14 @@ fn observer(
         "kkl" => maps::kkl(node, plant, reader),
         "immersion-invariance" => maps::immersion(node, plant, reader),
         "pebo" => maps::peb(node, plant, reader).map(|peb| ObserverKind::Pebo(Box::new(peb))),
+        "optimal-cubic" => optimal::problem(node, size, root, reader),
         "kkl-peb" => maps::peb(node, plant, reader).map(|peb| ObserverKind::KklPeb(Box::new(peb))),
         "high-gain" => high_gain(node, plant, reader),
         _ => kind(node, kind_name, size, reader),
     };
     let limits = limits(node, size, reader);
     let bounds = disturbance::bounds(node, size, root, reader);
+    smooth(node, root, reader)?;
     let place = source.place(check::head(node).start);
     Some(ObserverSpec { name, initial: initial?, kind: kind?, limits: limits?, bounds: bounds.ok()?, place })
 }
@@ -115,7 +120,7 @@ fn observer(
 /// `max_gain` and `noise`, which apply to gains that an inequality chooses.
 fn limits(node: &Node, size: Dimensions, reader: &mut Reader) -> Option<GainLimits> {
     let given = ["max_gain", "noise"].iter().find_map(|key| node.entry(key));
-    let fixed = ["poles", "kalman", "gain"].iter().find_map(|key| node.entry(key));
+    let fixed = ["bandwidth", "poles", "kalman", "gain"].iter().find_map(|key| node.entry(key));
     if let (Some(limit), Some(fixed)) = (given, fixed) {
         let message = format!("`{}` conflicts with `{}`, which determines the gain", limit.key, fixed.key);
         reader.wrong(limit.span.clone(), message, "expected `decay_rate`, `lmi` or `fastest` with it");
@@ -141,7 +146,6 @@ fn kind(node: &Node, name: &str, size: Dimensions, reader: &mut Reader) -> Optio
         None => Some(otherwise),
     };
     let of_states = format!("the plant has {}", counted(n, "state"));
-    let of_outputs = format!("the plant has {}", counted(p, "output"));
     Some(match name {
         "luenberger" => ObserverKind::Luenberger(linear(node, size, reader)?),
         "kalman" => ObserverKind::Kalman(linear(node, size, reader)?),
@@ -162,7 +166,10 @@ fn kind(node: &Node, name: &str, size: Dimensions, reader: &mut Reader) -> Optio
             };
             ObserverKind::SampledCubic { linear: linear?, theta: theta?, correction: correction?, period, varying }
         }
-        "proportional-integral" => disturbance::proportional_integral(node, size, reader)?,
+        "proportional-integral" | "extended-state" => disturbance::proportional_integral(node, size, reader)?,
+        "reduced-order" => reduced_order(node, size, reader)?,
+        "h-infinity" => norm_filter::norm_filter(Norm::HInfinity, node, size, reader)?,
+        "h2" => norm_filter::norm_filter(Norm::H2, node, size, reader)?,
         "unknown-input" => disturbance::unknown_input(node, size, reader)?,
         "lpv" => {
             let region = region(node, size, reader);
@@ -215,19 +222,38 @@ fn kind(node: &Node, name: &str, size: Dimensions, reader: &mut Reader) -> Optio
             }
         }
         "extended-kalman" => {
-            let w = reader.weight(node.get("w")?, "w", n, &of_states);
-            let v = reader.weight(node.get("v")?, "v", p, &of_outputs);
-            let p0 = match node.get("p0") {
-                Some(p0) => reader.weight(p0, "p0", n, &of_states),
-                None => Some(DMatrix::identity(n, n)),
-            };
-            let substeps = node.get("substeps").map_or(Some(4), Node::count)?;
-            let gate = match node.get("gate") {
-                Some(gate) => Some(gate.number()?),
-                None => None,
-            };
-            ObserverKind::ExtendedKalman { w: w?, v: v?, p0: p0?, period: number("period")?, substeps, gate }
+            let Filter { w, v, p0, period, substeps, gate, smooth } = filter(node, size, reader)?;
+            ObserverKind::ExtendedKalman { w, v, p0, period, substeps, gate, smooth }
         }
+        "ukf" => {
+            let filter = filter(node, size, reader);
+            let standard = SigmaPoints::default();
+            let number = |key: &str, otherwise: f64| node.get(key).map_or(Some(otherwise), Node::number);
+            let sigma = SigmaPoints {
+                alpha: number("alpha", standard.alpha)?,
+                beta: number("beta", standard.beta)?,
+                kappa: number("kappa", standard.kappa)?,
+            };
+            if sigma.weights::<f64>(n).is_err() {
+                let key = node.entry("kappa").or_else(|| node.entry("alpha"))?;
+                let message = format!(
+                    "`{}` leaves no sigma points: alpha = {}, kappa = {}, and the plant has {}",
+                    key.key,
+                    sigma.alpha,
+                    sigma.kappa,
+                    counted(n, "state")
+                );
+                reader.wrong(
+                    key.span.clone(),
+                    message,
+                    format!("expected kappa > -{n} and an alpha of about 1e-3 to 1"),
+                );
+                return None;
+            }
+            let Filter { w, v, p0, period, substeps, gate, smooth } = filter?;
+            ObserverKind::Unscented(Box::new(UnscentedSpec { w, v, p0, sigma, period, substeps, gate, smooth }))
+        }
+        "mhe" => moving_horizon(node, size, reader)?,
         "kkl-numerical" => {
             let domain = bounds(node.get("domain")?, "domain", n, "state", reader)?;
             if let Some(k) = domain.iter().position(|(low, high)| !(low.is_finite() && high.is_finite() && low < high))
@@ -256,6 +282,73 @@ fn kind(node: &Node, name: &str, size: Dimensions, reader: &mut Reader) -> Optio
     })
 }
 
+/// The keys that the filters have in common.
+struct Filter {
+    w: DMatrix<f64>,
+    v: DMatrix<f64>,
+    p0: DMatrix<f64>,
+    period: f64,
+    substeps: usize,
+    gate: Option<f64>,
+    smooth: bool,
+}
+
+fn filter(node: &Node, size: Dimensions, reader: &mut Reader) -> Option<Filter> {
+    let (n, p) = (size.states, size.outputs);
+    let (of_states, of_outputs) =
+        (format!("the plant has {}", counted(n, "state")), format!("the plant has {}", counted(p, "output")));
+    let w = reader.weight(node.get("w")?, "w", n, &of_states);
+    let v = reader.weight(node.get("v")?, "v", p, &of_outputs);
+    let p0 = match node.get("p0") {
+        Some(p0) => reader.weight(p0, "p0", n, &of_states),
+        None => Some(DMatrix::identity(n, n)),
+    };
+    let substeps = node.get("substeps").map_or(Some(4), Node::count)?;
+    let gate = match node.get("gate") {
+        Some(gate) => Some(gate.number()?),
+        None => None,
+    };
+    let smooth = node.get("smooth").and_then(Node::truth).unwrap_or(false);
+    let period = node.get("period")?.number()?;
+    Some(Filter { w: w?, v: v?, p0: p0?, period, substeps, gate, smooth })
+}
+
+fn moving_horizon(node: &Node, size: Dimensions, reader: &mut Reader) -> Option<ObserverKind> {
+    let filter = filter(node, size, reader);
+    let count = |key: &str, otherwise: usize| node.get(key).map_or(Some(otherwise), Node::count);
+    let horizon = Horizon { window: count("window", 10)?, iterations: count("iterations", 2)? };
+    if let Some(entry) = node.entry("window").filter(|_| horizon.window > MOST_SAMPLES) {
+        let message = format!("`window` is {}", horizon.window);
+        reader.wrong(entry.node.span.clone(), message, format!("expected at most {MOST_SAMPLES} samples"));
+        return None;
+    }
+    let bounds = match node.entry("state_bounds") {
+        Some(entry) => {
+            let bounds = bounds(&entry.node, "state_bounds", size.states, "state", reader)?;
+            if let Some(k) = bounds.iter().position(|(low, high)| low >= high) {
+                let message = format!("pair {} of `state_bounds` is from {} to {}", k + 1, bounds[k].0, bounds[k].1);
+                reader.wrong(entry.node.span.clone(), message, "expected the lower bound below the upper one");
+                return None;
+            }
+            Some(bounds)
+        }
+        None => None,
+    };
+    let Filter { w, v, p0, period, substeps, .. } = filter?;
+    Some(ObserverKind::MovingHorizon(Box::new(MovingHorizonSpec { w, v, p0, period, substeps, horizon, bounds })))
+}
+
+/// Smoothed estimates are of logs.
+fn smooth(node: &Node, root: &Node, reader: &mut Reader) -> Option<()> {
+    let Some(entry) = node.entry("smooth").filter(|entry| entry.node.truth() == Some(true)) else { return Some(()) };
+    if root.get("log").is_some() {
+        return Some(());
+    }
+    let message = "`smooth` is for estimates on a log, and the study has none";
+    reader.wrong(entry.span.clone(), message, "expected a table [log], or no `smooth`");
+    None
+}
+
 /// The mean of the Jacobian of the observer as printed, which has no gain to be designed.
 fn printed_mean(node: &Node, printed: &Node, reader: &mut Reader) -> Option<PrintedMean> {
     if let Some(given) = ["decay_rate", "region", "max_gain", "noise"].iter().find_map(|key| node.entry(key)) {
@@ -271,7 +364,7 @@ fn printed_mean(node: &Node, printed: &Node, reader: &mut Reader) -> Option<Prin
 }
 
 /// At most one of these keys, or exactly one; an error names those that are present.
-fn alternatives(node: &Node, keys: &[&str], needed: bool, reader: &mut Reader) -> Option<()> {
+pub(super) fn alternatives(node: &Node, keys: &[&str], needed: bool, reader: &mut Reader) -> Option<()> {
     let there: Vec<_> = node.entries().iter().filter(|entry| keys.contains(&entry.key.as_str())).collect();
     match &there[..] {
         [first, second, ..] => {
@@ -312,8 +405,13 @@ pub(super) fn linear_of(node: &Node, size: Dimensions, of_states: &str, reader: 
             );
             return None;
         }
-        alternatives(node, &["poles", "decay_rate", "lmi", "kalman", "gain"], true, reader)?;
-        if let Some(poles) = node.get("poles") {
+        let ways = ["bandwidth", "poles", "decay_rate", "lmi", "kalman", "gain"];
+        let has_bandwidth = node.get("kind").and_then(Node::text) == Some("extended-state");
+        alternatives(node, if has_bandwidth { &ways } else { &ways[1..] }, true, reader)?;
+        if let Some(omega) = node.get("bandwidth") {
+            let poles = bandwidth_poles(n, p, omega.number()?);
+            Some(GainSpec::Poles(poles.into_iter().map(Complex::from).collect()))
+        } else if let Some(poles) = node.get("poles") {
             self::poles(poles, n, of_states, reader)
         } else if let Some(rate) = node.get("decay_rate") {
             Some(GainSpec::DecayRate(rate.number()?))
@@ -345,7 +443,27 @@ pub(super) fn linear_of(node: &Node, size: Dimensions, of_states: &str, reader: 
     Some(LinearSpec { gain, weight, is_filter })
 }
 
-fn poles(node: &Node, n: usize, of_states: &str, reader: &mut Reader) -> Option<GainSpec> {
+/// The poles of a reduced-order observer.
+fn reduced_order(node: &Node, size: Dimensions, reader: &mut Reader) -> Option<ObserverKind> {
+    let (n, p) = (size.states, size.outputs);
+    if reader.dt.is_some() {
+        reader.wrong(check::head(node), "this kind is for plants in continuous time", "expected another kind");
+        return None;
+    }
+    if p >= n {
+        let message =
+            format!("the plant has {} and {}: no state is left to estimate", counted(n, "state"), counted(p, "output"));
+        reader.wrong(check::head(node), message, "expected a plant with fewer outputs than states");
+        return None;
+    }
+    let left = format!("of {} the outputs leave {}", counted(n, "state"), n - p);
+    match poles(node.get("poles")?, n - p, &left, reader)? {
+        GainSpec::Poles(poles) => Some(ObserverKind::ReducedOrder(poles)),
+        _ => None,
+    }
+}
+
+pub(super) fn poles(node: &Node, n: usize, of_states: &str, reader: &mut Reader) -> Option<GainSpec> {
     let pole = |node: &Node| match node.list() {
         Some([re, im]) => Some(Complex::new(re.number()?, im.number()?)),
         Some(_) => None,
@@ -383,7 +501,7 @@ fn shown(pole: Complex<f64>) -> String {
     if pole.im == 0.0 { pole.re.to_string() } else { format!("[{}, {}]", pole.re, pole.im) }
 }
 
-fn this_gain(node: &Node, size: Dimensions, reader: &mut Reader) -> Option<DMatrix<f64>> {
+pub(super) fn this_gain(node: &Node, size: Dimensions, reader: &mut Reader) -> Option<DMatrix<f64>> {
     let (n, p) = (size.states, size.outputs);
     let why = format!("the plant has {} and {}", counted(n, "state"), counted(p, "output"));
     reader.matrix(node, "gain", (Some(n), Some(p)), &why)

@@ -40,7 +40,7 @@ const LMI: Key =
 const MAX_GAIN: Key = optional(
     "max_gain",
     Kind::Number(Range::Positive),
-    "With decay_rate, lmi or fastest: upper bound of the spectral norm of L (default: none).",
+    "Where an inequality gives L (decay_rate, lmi, fastest, or a norm): upper bound of the spectral norm of L (default: none).",
 );
 const NOISE: Key = optional(
     "noise",
@@ -63,9 +63,22 @@ const W: Key = required("w", Kind::Weight, "Intensity W of the process noise, n 
 const V: Key = required(
     "v",
     Kind::Weight,
-    "Intensity V of the measurement noise, p x p; for extended-kalman its covariance at a sample.",
+    "Intensity V of the measurement noise, p x p; for extended-kalman, ukf and mhe its covariance at a sample.",
 );
 const PERIOD: Key = required("period", Kind::Number(Range::Positive), "Sampling period.");
+
+const P0: Key = optional("p0", Kind::Weight, "Covariance of the initial error, n x n (default: the identity).");
+const SUBSTEPS: Key = optional("substeps", Kind::Count(1), "Runge-Kutta steps per sampling period (default 4).");
+const GATE: Key = optional(
+    "gate",
+    Kind::Number(Range::Positive),
+    "An output whose innovation is beyond this many standard deviations is rejected as an outlier (default none; 5 is usual).",
+);
+const SMOOTH: Key = optional(
+    "smooth",
+    Kind::Switch,
+    "true: on a log also the estimates from the whole log, by the fixed-interval smoother of Rauch, Tung and Striebel (default false).",
+);
 
 const ERROR_BOUNDS: Key = optional(
     "bounds",
@@ -73,6 +86,11 @@ const ERROR_BOUNDS: Key = optional(
     "Bounds of noise and disturbances: the certificate states a bound of each error in the end, and how fast it is reached.",
 );
 const UNKNOWN: Key = required("e", Kind::Rows, "E, n x q: the disturbance d enters as x' = A x + B u + E d.");
+pub(super) const UNKNOWN_OF_ADVICE: Key = optional(
+    "e",
+    Kind::Rows,
+    "E, n x q, of an unknown disturbance d, x' = A x + B u + E d (default: that of the first observer of the study that has one, else no disturbance).",
+);
 const GAMMA: Key = optional(
     "gamma",
     Kind::Number(Range::Positive),
@@ -131,7 +149,7 @@ const NOISES: Table = Table {
     ],
 };
 
-const BOX: Table = Table {
+pub(super) const BOX: Table = Table {
     name: "region",
     about: "Bounds of the states, and of inputs and time if the equations depend on them.",
     variants: None,
@@ -272,6 +290,21 @@ const ESTIMATORS: Table = Table {
     }),
 };
 
+const ENTERING: Key = required(
+    "e",
+    Kind::Rows,
+    "E, n x q: disturbances and noises w enter as x' = A x + B u + E w (x+ in discrete time).",
+);
+const MEASURED_NOISE: Key = required("d", Kind::Rows, "D, p x q: the same w enters the outputs, y = C x + D w.");
+const COUNTED: Key =
+    optional("h", Kind::Rows, "H, r x n: the errors z = H e that count (default: those of all states).");
+const BOUND_OF_NORM: Key = optional(
+    "gamma",
+    Kind::Number(Range::Positive),
+    "Bound of the norm from w to z (default: the least; for h-infinity 1 % above it).",
+);
+const THIS_GAIN: Key = optional("gain", Kind::Rows, "In place of a design: the norm of a given gain L, n x p.");
+
 const KINDS: &[Variant] = &[
     Variant {
         name: "luenberger",
@@ -321,6 +354,43 @@ const KINDS: &[Variant] = &[
         ],
     },
     Variant {
+        name: "optimal-cubic",
+        about: "Cubic observer whose gains L, N and theta have the least cost for given noise and first errors, found by a search from the linear optimum, for linear plants.",
+        keys: &[
+            required(
+                "first_errors",
+                Kind::Numbers(Range::Positive),
+                "Semi-axes of the ellipsoid of first errors x(0) - xhat(0), n numbers.",
+            ),
+            optional(
+                "horizon",
+                Kind::Number(Range::Positive),
+                "Time of operation that follows a first error: the factor of the error under noise in the cost (default: the duration of the simulation).",
+            ),
+            optional(
+                "noise_deviation",
+                Kind::Numbers(Range::Positive),
+                "Standard deviations of the measurement noise, p numbers, of a normal distribution (default: the noise of the simulation, with its distribution).",
+            ),
+            optional(
+                "noise_period",
+                Kind::Number(Range::Positive),
+                "Time for which each value of the noise is held (default: that of the simulation).",
+            ),
+            optional(
+                "process_noise",
+                Kind::Weight,
+                "Intensity of the process noise, n x n, per unit of time (default 0).",
+            ),
+            optional(
+                "weight",
+                Kind::Weight,
+                "T of e'Te in the cost, n x n (default: each error in units of its first error).",
+            ),
+            ERROR_BOUNDS,
+        ],
+    },
+    Variant {
         name: "proportional-integral",
         about: "Observer of the state and of a constant or slowly varying disturbance d, x' = A x + B u + E d, for linear plants. Poles and gains are those of the plant with d among its states, n + q of them.",
         keys: &[
@@ -345,9 +415,60 @@ const KINDS: &[Variant] = &[
         ],
     },
     Variant {
+        name: "extended-state",
+        about: "Extended-state observer (disturbance observer): the state and a disturbance d with some derivatives, x' = A x + B u + E d, for linear plants. Poles and gains are those of the plant with n + q order states.",
+        keys: &[
+            UNKNOWN,
+            optional(
+                "order",
+                Kind::Count(1),
+                "Number of integrators in the model of each disturbance: 1 for constant ones, 2 for ramps (default 1).",
+            ),
+            optional(
+                "bandwidth",
+                Kind::Number(Range::Positive),
+                "omega_o: all poles at -omega_o; with p outputs from -0.8 to -1.25 omega_o, p of them equal.",
+            ),
+            optional(
+                "rate",
+                Kind::Numbers(Range::NotNegative),
+                "Bounds of the derivative of this order of d, q numbers, for the bound of the error (default 0).",
+            ),
+            POLES,
+            DECAY,
+            LMI,
+            KALMAN,
+            GAIN,
+            RHO,
+            Q,
+            MAX_GAIN,
+            NOISE,
+            ERROR_BOUNDS,
+        ],
+    },
+    Variant {
         name: "unknown-input",
         about: "Observer whose error does not depend on a disturbance d of any form, x' = A x + B u + E d, for linear plants with rank(C E) = q and stable invariant zeros of (A, E, C).",
         keys: &[UNKNOWN, POLES, DECAY, LMI, KALMAN, GAIN, RHO, Q, MAX_GAIN, NOISE, THETA, GAMMA],
+    },
+    Variant {
+        name: "reduced-order",
+        about: "Reduced-order observer (Luenberger, Gopinath): n - p states, the outputs enter the estimate directly; for linear plants whose outputs do not depend on the input.",
+        keys: &[required(
+            "poles",
+            Kind::Poles,
+            "Eigenvalues of F: n - p numbers, complex ones as [re, im] with their conjugates.",
+        )],
+    },
+    Variant {
+        name: "h-infinity",
+        about: "H-infinity filter: the energy of the errors z = H e is below gamma^2 times that of disturbances and noise, for linear plants.",
+        keys: &[ENTERING, MEASURED_NOISE, COUNTED, BOUND_OF_NORM, THIS_GAIN, MAX_GAIN],
+    },
+    Variant {
+        name: "h2",
+        about: "H2 filter: the variance of the errors z = H e under white noise is below gamma^2, for linear plants.",
+        keys: &[ENTERING, MEASURED_NOISE, COUNTED, BOUND_OF_NORM, THIS_GAIN, MAX_GAIN],
     },
     Variant {
         name: "sampled-cubic",
@@ -489,16 +610,51 @@ const KINDS: &[Variant] = &[
     Variant {
         name: "extended-kalman",
         about: "Extended Kalman filter for a plant in continuous time with sampled measurements.",
+        keys: &[W, V, P0, PERIOD, SUBSTEPS, GATE, SMOOTH],
+    },
+    Variant {
+        name: "ukf",
+        about: "Unscented Kalman filter in square-root form, for a plant in continuous time with sampled measurements, or in discrete time.",
         keys: &[
             W,
             V,
-            optional("p0", Kind::Weight, "Covariance of the initial error, n x n (default: the identity)."),
+            P0,
             PERIOD,
-            optional("substeps", Kind::Count(1), "Runge-Kutta steps per sampling period (default 4)."),
+            SUBSTEPS,
+            GATE,
+            SMOOTH,
             optional(
-                "gate",
+                "alpha",
                 Kind::Number(Range::Positive),
-                "An output whose innovation is beyond this many standard deviations is rejected as an outlier (default none; 5 is usual).",
+                "Distance of the sigma points from the estimate, alpha sqrt(n + kappa) standard deviations (default 1).",
+            ),
+            optional(
+                "beta",
+                Kind::Number(Range::Any),
+                "Weight of the central point in covariances (default 2, for Gaussian errors).",
+            ),
+            optional("kappa", Kind::Number(Range::Any), "Second parameter of the distance, above -n (default 0)."),
+        ],
+    },
+    Variant {
+        name: "mhe",
+        about: "Moving-horizon estimator: the states of the last samples by least squares, with bounds, for a plant in continuous time with sampled measurements, or in discrete time.",
+        keys: &[
+            W,
+            V,
+            P0,
+            PERIOD,
+            SUBSTEPS,
+            optional("window", Kind::Count(1), "Samples in the window, at most 32 (default 10)."),
+            optional(
+                "iterations",
+                Kind::Count(1),
+                "Gauss-Newton steps at each sample (default 2; one is exact for a linear plant).",
+            ),
+            optional(
+                "state_bounds",
+                Kind::Bounds,
+                "Bounds of the states, n pairs [lower, upper]; they may be inf or -inf (default: none).",
             ),
         ],
     },
@@ -619,13 +775,20 @@ const SOURCES: &[(&str, &str)] = &[
     ("kalman", "Kalman and Bucy 1961; in discrete time Kalman 1960"),
     ("cubic", "Share Pasand, Luenberger-type cubic observers, eq. (5)"),
     ("sampled-cubic", "the same paper's observer, eq. (5), with a step in closed form: docs/theory-cubic.md"),
+    ("optimal-cubic", "asked for by Share Pasand, Luenberger-type cubic observers: docs/theory-cubic.md"),
     ("unknown-input", "asked for by Share Pasand, Luenberger-type cubic observers; Darouach, Zasadzinski and Xu 1994"),
     ("proportional-integral", "asked for by Share Pasand, Luenberger-type cubic observers; Wojciechowski 1978"),
+    ("reduced-order", "Luenberger 1964, Gopinath 1971"),
+    ("h-infinity", "Nagpal and Khargonekar 1991; as an inequality Boyd et al. 1994"),
+    ("h2", "Kalman and Bucy 1961; as an inequality Scherer, Gahinet and Chilali 1997"),
+    ("extended-state", "Han 2009; Gao 2003; as a disturbance observer Ohnishi, Shibata and Murakami 1996"),
     ("lpv", "Boyd et al., Linear Matrix Inequalities in System and Control Theory, 1994"),
     ("lipschitz", "Thau 1973, Rajamani 1998, Arcak and Kokotovic 2001"),
     ("mean-value", "Ben Messaoud and Hajji 2018, eq. (3)"),
     ("high-gain", "Yi, Ortega and Zhang 2018, Table I; Khalil and Praly 2014"),
     ("extended-kalman", "Gelb, Applied Optimal Estimation, 1974, section 6.1"),
+    ("ukf", "Julier and Uhlmann 2004; Van der Merwe and Wan, ICASSP 2001"),
+    ("mhe", "Rao, Rawlings and Mayne 2003; Bell, Burke and Pillonetto 2009"),
     ("kkl", "Yi, Ortega and Zhang 2018, eq. (6), Proposition 1"),
     ("pebo", "Yi, Ortega and Zhang 2018, eq. (8) to (12), Proposition 2"),
     ("kkl-peb", "Yi, Ortega and Zhang 2018, eq. (15), Propositions 3, 6 and 7"),

@@ -1,24 +1,32 @@
 //! One test binary, a module a subject.
 
+mod advise;
 mod battery;
 mod blocks;
 mod choices;
+mod closed_loop;
 mod composed;
 mod discrete_time;
 mod disturbance;
 mod feedthrough;
+mod filters;
 mod folder;
 mod gain_limits;
 mod high_gain;
 mod kkl_numerical;
 mod limits;
+mod live;
 mod log;
 mod maps;
 mod messages;
 mod mistakes;
+mod norm_filter;
 mod operating_point;
+mod optimal;
+mod page;
 mod plant;
 mod printed_mean_value;
+mod reduced_order;
 mod report_in_browser;
 mod resets;
 mod sampled;

@@ -1,0 +1,111 @@
+//! The verdict on an observer whose gains were changed: the theorems of its certificate files, with the same P, for the
+//! gains as they are now.
+
+use luenberger_proof::Matrix;
+use luenberger_proof::Verdict;
+use luenberger_proof::certificate::{CertificateFile, Theorem};
+
+use crate::experiment::{Experiment, Observer, Sliders};
+
+/// What is proved with the gains as they are now.
+#[derive(Debug, Clone, PartialEq, serde::Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Certified {
+    /// Every inequality, with the smallest positive margin if one has a margin.
+    Proved(Option<f64>),
+    /// This is not proved.
+    Open(String),
+    /// The certificate is one that a page does not verify: its verdict is in the report.
+    Elsewhere,
+}
+
+/// Whether a page verifies certificates of this theorem.
+pub fn verifies(theorem: &Theorem) -> bool {
+    scale(&mut theorem.clone(), &Sliders::NEUTRAL)
+}
+
+/// The verdicts on the observers of an experiment for the gains as the sliders have them; `None` for an observer without
+/// certificate.
+pub fn verify(experiment: &Experiment, sliders: &Sliders) -> Vec<Option<Certified>> {
+    experiment.observers.iter().map(|observer| certified(observer, sliders)).collect()
+}
+
+fn certified(observer: &Observer, sliders: &Sliders) -> Option<Certified> {
+    let Some(files) = &observer.certificates else {
+        return Some(Certified::Elsewhere);
+    };
+    let mut least: Option<f64> = None;
+    for file in files {
+        match theorem(file, sliders) {
+            Certified::Proved(margin) => least = [least, margin].into_iter().flatten().reduce(f64::min),
+            other => return Some(other),
+        }
+    }
+    (!files.is_empty()).then_some(Certified::Proved(least))
+}
+
+fn theorem(file: &str, sliders: &Sliders) -> Certified {
+    let Ok(file) = CertificateFile::read(file.as_bytes()) else {
+        return open("the certificate file cannot be read");
+    };
+    let mut theorem = file.theorem().clone();
+    if sliders.period != 1.0 && !in_continuous_time(&theorem) {
+        return open("the certificate is for the sampling period of the design");
+    }
+    if (sliders.gain, sliders.cubic) != (1.0, 1.0) && !scale(&mut theorem, sliders) {
+        return open("the certificate is for the gains of the design");
+    }
+    let Ok(facts) = theorem.facts() else {
+        return open("the theorem does not accept these gains");
+    };
+    let margins = facts.iter().filter_map(|fact| match &fact.verdict {
+        Verdict::Proved { margin } if *margin > 0.0 => Some(*margin),
+        _ => None,
+    });
+    match facts.iter().find(|fact| !fact.verdict.is_proved()) {
+        None => Certified::Proved(margins.reduce(f64::min)),
+        Some(fact) => Certified::Open(fact.inequality.clone()),
+    }
+}
+
+fn open(what: &str) -> Certified {
+    Certified::Open(what.to_owned())
+}
+
+/// Whether the sampling period does not occur in the theorem.
+fn in_continuous_time(theorem: &Theorem) -> bool {
+    !matches!(theorem, Theorem::SampledCubicConvergence(_) | Theorem::SemiImplicitCubicConvergence(_))
+}
+
+/// The theorem for the gains of the sliders; `false` for one whose gains are none of its data, or that binds them to
+/// other data.
+fn scale(theorem: &mut Theorem, sliders: &Sliders) -> bool {
+    let times = |m: &mut Matrix<f64>, factor: f64| *m = m.map(|entry| factor * entry);
+    match theorem {
+        Theorem::LinearConvergence(data) => times(&mut data.l, sliders.gain),
+        Theorem::JacobianPolytope(data) => times(&mut data.l, sliders.gain),
+        Theorem::PlantPolytope(data) => times(&mut data.l, sliders.gain),
+        Theorem::SectorConvergence(data) => times(&mut data.l, sliders.gain),
+        Theorem::StructuredCubicConvergence(data) => {
+            times(&mut data.l, sliders.gain);
+            times(&mut data.s, sliders.cubic);
+        }
+        Theorem::CubicConvergence(data) => {
+            times(&mut data.l, sliders.gain);
+            times(&mut data.n, sliders.cubic);
+            times(&mut data.s, sliders.cubic);
+        }
+        Theorem::SampledCubicConvergence(data) => {
+            times(&mut data.l, sliders.gain);
+            times(&mut data.n, sliders.cubic);
+            data.w *= sliders.cubic;
+        }
+        Theorem::SemiImplicitCubicConvergence(data) => {
+            times(&mut data.l, sliders.gain);
+            times(&mut data.n, sliders.cubic);
+            times(&mut data.s, sliders.cubic);
+        }
+        _ => return false,
+    }
+    true
+}
