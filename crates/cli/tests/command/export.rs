@@ -533,6 +533,11 @@ fn observers_of_templates_and_examples_become_c_that_agrees_with_their_designs()
                 arguments.extend(["--period", "0.01"]);
                 ran = luenberger(&arguments, "");
             }
+            if ran.stderr.contains("is long for the fastest mode") && arguments.contains(&"--period") {
+                arguments.truncate(arguments.len() - 2);
+                arguments.extend(["--period", "1e-5"]);
+                ran = luenberger(&arguments, "");
+            }
             if ran.code == Some(0) {
                 golden(&out, &header(&out));
                 exported += 1;
