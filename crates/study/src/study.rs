@@ -41,6 +41,8 @@ pub struct Study {
     pub observers: Vec<ObserverSpec>,
     /// The solver for matrix inequalities of the designs.
     pub solver: Solver,
+    /// What every kind of observer is told by `luenberger advise`, if specified.
+    pub advise: Option<AdviseSpec>,
     /// The plots.
     pub plot: Plot,
     /// The sweep.
@@ -243,6 +245,34 @@ pub struct Event {
     pub model: Option<crate::model::Model>,
     /// Added to the state; empty for nothing.
     pub jump: Vec<f64>,
+}
+
+/// What every kind of observer is told by `luenberger advise`; what is none is derived.
+#[derive(Debug, Clone, PartialEq)]
+pub struct AdviseSpec {
+    /// The settling time.
+    pub settling: Option<f64>,
+    /// The region.
+    pub region: Option<luenberger_design::Region>,
+    /// The first estimate.
+    pub initial: Option<Vec<f64>>,
+    /// The intensity of the process noise, n x n.
+    pub w: Option<DMatrix<f64>>,
+    /// E of an unknown disturbance, n x q.
+    pub e: Option<DMatrix<f64>>,
+    /// The sampling period.
+    pub period: Option<f64>,
+    /// Runs of each observer.
+    pub ensemble: usize,
+    /// The seed of the first estimates.
+    pub seed: u64,
+}
+
+impl Default for AdviseSpec {
+    fn default() -> Self {
+        let (settling, region, initial, w, e, period) = (None, None, None, None, None, None);
+        Self { settling, region, initial, w, e, period, ensemble: 20, seed: 0 }
+    }
 }
 
 /// A measured log.
@@ -468,7 +498,13 @@ pub enum ObserverKind {
         substeps: usize,
         /// How many standard deviations an innovation may have; none for no limit.
         gate: Option<f64>,
+        /// Whether estimates on a log are smoothed.
+        smooth: bool,
     },
+    /// The unscented Kalman filter.
+    Unscented(Box<UnscentedSpec>),
+    /// The moving-horizon estimator.
+    MovingHorizon(Box<MovingHorizonSpec>),
     /// KKL observer with given maps.
     Kkl(Box<crate::maps::KklMapsSpec>),
     /// Parameter-estimation-based observer: Lambda is zero.
@@ -479,6 +515,46 @@ pub enum ObserverKind {
     ImmersionInvariance(Box<crate::maps::ImmersionSpec>),
     /// Numerical KKL observer.
     KklNumerical(KklSpec),
+}
+
+/// Specification of an unscented Kalman filter.
+#[derive(Debug, Clone, PartialEq)]
+pub struct UnscentedSpec {
+    /// W, n x n.
+    pub w: DMatrix<f64>,
+    /// V, p x p.
+    pub v: DMatrix<f64>,
+    /// P(0), n x n.
+    pub p0: DMatrix<f64>,
+    /// The sigma points.
+    pub sigma: luenberger_observers::SigmaPoints,
+    /// The sampling period.
+    pub period: f64,
+    /// Runge-Kutta steps per sampling period.
+    pub substeps: usize,
+    /// How many standard deviations an innovation may have; none for no limit.
+    pub gate: Option<f64>,
+    /// Whether estimates on a log are smoothed.
+    pub smooth: bool,
+}
+
+/// Specification of a moving-horizon estimator.
+#[derive(Debug, Clone, PartialEq)]
+pub struct MovingHorizonSpec {
+    /// W, n x n.
+    pub w: DMatrix<f64>,
+    /// V, p x p.
+    pub v: DMatrix<f64>,
+    /// P(0), n x n.
+    pub p0: DMatrix<f64>,
+    /// The sampling period.
+    pub period: f64,
+    /// Runge-Kutta steps per sampling period.
+    pub substeps: usize,
+    /// Samples in the window, and Gauss-Newton steps at each.
+    pub horizon: luenberger_observers::Horizon,
+    /// Bounds of the states, if there are some; infinite ones are none.
+    pub bounds: Option<Vec<(f64, f64)>>,
 }
 
 /// Specification of a numerical KKL observer.
@@ -533,6 +609,8 @@ impl ObserverKind {
             | Self::HighGain { .. }
             | Self::ReducedOrder(_)
             | Self::ExtendedKalman { .. }
+            | Self::Unscented(_)
+            | Self::MovingHorizon(_)
             | Self::Kkl(_)
             | Self::Pebo(_)
             | Self::KklPeb(_)
@@ -562,6 +640,8 @@ impl ObserverKind {
             Self::MeanValue { .. } => "mean-value",
             Self::HighGain { .. } => "high-gain",
             Self::ExtendedKalman { .. } => "extended-kalman",
+            Self::Unscented(_) => "ukf",
+            Self::MovingHorizon(_) => "mhe",
             Self::Kkl(_) => "kkl",
             Self::Pebo(_) => "pebo",
             Self::KklPeb(_) => "kkl-peb",
@@ -574,7 +654,18 @@ impl ObserverKind {
     pub fn period(&self) -> Option<f64> {
         match self {
             Self::SampledCubic { period, .. } | Self::ExtendedKalman { period, .. } => Some(*period),
+            Self::Unscented(spec) => Some(spec.period),
+            Self::MovingHorizon(spec) => Some(spec.period),
             _ => None,
+        }
+    }
+
+    /// Whether estimates on a log are smoothed.
+    pub fn smooths(&self) -> bool {
+        match self {
+            Self::ExtendedKalman { smooth, .. } => *smooth,
+            Self::Unscented(spec) => spec.smooth,
+            _ => false,
         }
     }
 
@@ -639,6 +730,8 @@ impl ObserverKind {
             | Self::Lpv { .. }
             | Self::NormFilter(_)
             | Self::ExtendedKalman { .. }
+            | Self::Unscented(_)
+            | Self::MovingHorizon(_)
             | Self::KklNumerical(_)
             | Self::Kkl(_)
             | Self::Pebo(_)

@@ -17,7 +17,9 @@ mod record;
 
 pub use exported::exported;
 pub(crate) use linear::MARGIN;
-pub use nonlinear::{CopyDesign, DiscreteCopyDesign, ExtensionDesign, FilterDesign, KklDesign, KklStep};
+pub use nonlinear::{
+    CopyDesign, DiscreteCopyDesign, ExtensionDesign, FilterDesign, KklDesign, KklStep, UnscentedDesign,
+};
 pub use record::{Difference, Record, record};
 
 use std::sync::atomic::AtomicBool;
@@ -50,6 +52,8 @@ pub enum SampledDesign {
     DiscreteCopy(Box<DiscreteCopyDesign>),
     /// The extended Kalman filter.
     Filter(Box<FilterDesign>),
+    /// The unscented Kalman filter.
+    Unscented(Box<UnscentedDesign>),
     /// The numerical KKL observer.
     Kkl(Box<KklDesign>),
     /// An observer with given maps.
@@ -83,6 +87,7 @@ impl SampledDesign {
         match self {
             Self::Copy(design) => Some(design.observer.substeps()),
             Self::Filter(design) => design.filter.substeps(),
+            Self::Unscented(design) => design.filter.substeps(),
             Self::Kkl(design) => Some(design.observer.substeps()),
             Self::Extension(design) => Some(design.observer.substeps()),
             _ => None,
@@ -184,6 +189,17 @@ pub fn sampled(
     period: Option<f64>,
     substeps: Option<usize>,
 ) -> Result<Sampled, FailureReport> {
+    sampled_of(study, observer, None, period, substeps)
+}
+
+/// As [`sampled`], of an observer that has been designed for its study, if `designed` is given.
+pub(crate) fn sampled_of(
+    study: &Study,
+    observer: &ObserverSpec,
+    designed: Option<&Designed>,
+    period: Option<f64>,
+    substeps: Option<usize>,
+) -> Result<Sampled, FailureReport> {
     let failure = |hypothesis: String, alternatives: &[&str]| FailureReport {
         hypothesis,
         alternatives: alternatives.iter().map(|&text| text.to_owned()).collect(),
@@ -265,10 +281,13 @@ pub fn sampled(
     }
     let in_words =
         |(hypothesis, alternatives)| FailureReport { hypothesis, alternatives, line: observer.place.line, cause: None };
-    let designed = design::design(study, observer, &AtomicBool::new(false)).map_err(|none| match none {
-        NoDesign::Misfit(failure) => failure,
-        NoDesign::Interrupted => failure("interrupted".to_owned(), &[]),
-    })?;
+    let designed = match designed {
+        Some(designed) => designed.clone(),
+        None => design::design(study, observer, &AtomicBool::new(false)).map_err(|none| match none {
+            NoDesign::Misfit(failure) => failure,
+            NoDesign::Interrupted => failure("interrupted".to_owned(), &[]),
+        })?,
+    };
     if let (ObserverKind::Luenberger(gain) | ObserverKind::Kalman(gain), Runnable::LinearAt(_), Some(point)) =
         (&observer.kind, &designed.runnable, &study.operating_point)
     {
@@ -438,6 +457,10 @@ pub fn evidence(study: &Study, observer: &ObserverSpec, design: &SampledDesign, 
                     "the embedded one, a tree of polynomials"
                 }
             )],
+            file: None,
+        },
+        SampledDesign::Unscented(_) => Evidence {
+            sentences: vec!["No stability certificate: there is no theorem for an unscented Kalman filter.".to_owned()],
             file: None,
         },
         SampledDesign::Filter(_) => Evidence {

@@ -8,6 +8,7 @@ mod immersion;
 mod kkl;
 mod kkl_maps;
 mod linear;
+mod moving_horizon;
 mod noise_gain;
 mod nonlinear;
 pub(crate) mod norm_filter;
@@ -17,9 +18,11 @@ mod peb;
 mod printed_mean_value;
 mod reduced_order;
 mod runnable;
+mod unscented;
 
 pub use kkl::Kkl;
 pub use kkl_maps::candidate;
+pub use moving_horizon::MOST_SAMPLES;
 pub(crate) use noise_gain::SPEED_RATIO;
 pub use printed_mean_value::PrintedMean;
 pub use runnable::{At, Chains, Runnable, WithDisturbance, WithoutDisturbance};
@@ -202,8 +205,12 @@ fn in_words(
         ObserverKind::HighGain { r, chains, alpha } => {
             nonlinear::high_gain(explain::chains(study, wish, chains)?, alpha, *r).map_err(explained)
         }
-        ObserverKind::ExtendedKalman { w, v, p0, period, substeps, gate } => {
+        ObserverKind::ExtendedKalman { w, v, p0, period, substeps, gate, .. } => {
             nonlinear::extended_kalman(model, (w, v, p0), *period, *substeps, *gate).map_err(explained)
+        }
+        ObserverKind::Unscented(spec) => unscented::design(model, spec, Some(spec.substeps)).map_err(explained),
+        ObserverKind::MovingHorizon(spec) => {
+            moving_horizon::design(model, spec, Some(spec.substeps)).map_err(explained)
         }
         ObserverKind::Kkl(spec) => kkl_maps::kkl(model, spec, &study.plant.states).map_err(explained),
         ObserverKind::ImmersionInvariance(spec) => immersion::immersion(model, spec).map_err(explained),

@@ -197,6 +197,17 @@ fn one_run(study: &Study, simulation: &Simulation) -> f64 {
             let n = w.nrows() as f64;
             simulation.duration / period * *substeps as f64 * 4.0 * n * n * n * 4e-9
         }
+        ObserverKind::Unscented(spec) => {
+            let n = spec.w.nrows() as f64;
+            simulation.duration / spec.period * (spec.substeps as f64 * 8.0 * n * n + 15.0 * n * n * n) * 8e-9
+        }
+        ObserverKind::MovingHorizon(spec) => {
+            let (n, horizon) = (spec.w.nrows() as f64, spec.horizon);
+            // With active bounds the interior-point method adds steps.
+            let passes = horizon.iterations as f64 + spec.bounds.as_ref().map_or(0.0, |_| 30.0);
+            let stage = spec.substeps as f64 * 16.0 * n * n * n + 8.0 * n * n * n;
+            simulation.duration / spec.period * passes * horizon.window as f64 * stage * 8e-9
+        }
         _ => 0.0,
     };
     least / SHARE * WITH_OBSERVER + study.observers.iter().map(step).fold(0.0, f64::max)

@@ -46,6 +46,8 @@ pub(super) struct Run {
     pub(super) innovation: Option<DMatrix<f64>>,
     /// The standard deviations of the estimates, of a filter.
     pub(super) deviation: Option<DMatrix<f64>>,
+    /// The smoothed estimates with their standard deviations, of a filter on a log.
+    pub(super) smoothed: Option<(DMatrix<f64>, DMatrix<f64>)>,
     /// The estimates of disturbances with their names, of an observer that has some; none on a log.
     pub(super) disturbance: Option<(Vec<String>, DMatrix<f64>)>,
 }
@@ -168,7 +170,7 @@ pub(super) fn samples(simulation: &Simulation, trajectory: &Trajectory, member: 
         let found = member.designed.runnable.disturbance(states)?;
         Some((member.wish.kind.estimated_disturbances(), of(&found)))
     });
-    Run { t: wanted, x, u, y, estimate, innovation: None, deviation, disturbance }
+    Run { t: wanted, x, u, y, estimate, innovation: None, deviation, disturbance, smoothed: None }
 }
 
 /// A run with its observer, or why it ended.

@@ -9,7 +9,10 @@ pub(crate) mod report;
 mod score_tables;
 mod scores;
 
-pub use log::{ConsistencyReport, FilterReport, InnovationOf, InnovationReport, LogColumn, LogReport, StateScore};
+pub use log::{
+    ConsistencyReport, FilterReport, InnovationOf, InnovationReport, LogColumn, LogReport, SmoothedDeviation,
+    SmoothedReport, StateScore,
+};
 pub use report::{leading, log_data};
 pub use score_tables::{ScoreCell, ScoreTable};
 pub use scores::{

@@ -63,9 +63,22 @@ const W: Key = required("w", Kind::Weight, "Intensity W of the process noise, n 
 const V: Key = required(
     "v",
     Kind::Weight,
-    "Intensity V of the measurement noise, p x p; for extended-kalman its covariance at a sample.",
+    "Intensity V of the measurement noise, p x p; for extended-kalman, ukf and mhe its covariance at a sample.",
 );
 const PERIOD: Key = required("period", Kind::Number(Range::Positive), "Sampling period.");
+
+const P0: Key = optional("p0", Kind::Weight, "Covariance of the initial error, n x n (default: the identity).");
+const SUBSTEPS: Key = optional("substeps", Kind::Count(1), "Runge-Kutta steps per sampling period (default 4).");
+const GATE: Key = optional(
+    "gate",
+    Kind::Number(Range::Positive),
+    "An output whose innovation is beyond this many standard deviations is rejected as an outlier (default none; 5 is usual).",
+);
+const SMOOTH: Key = optional(
+    "smooth",
+    Kind::Switch,
+    "true: on a log also the estimates from the whole log, by the fixed-interval smoother of Rauch, Tung and Striebel (default false).",
+);
 
 const ERROR_BOUNDS: Key = optional(
     "bounds",
@@ -73,6 +86,11 @@ const ERROR_BOUNDS: Key = optional(
     "Bounds of noise and disturbances: the certificate states a bound of each error in the end, and how fast it is reached.",
 );
 const UNKNOWN: Key = required("e", Kind::Rows, "E, n x q: the disturbance d enters as x' = A x + B u + E d.");
+pub(super) const UNKNOWN_OF_ADVICE: Key = optional(
+    "e",
+    Kind::Rows,
+    "E, n x q, of an unknown disturbance d, x' = A x + B u + E d (default: that of the first observer of the study that has one, else no disturbance).",
+);
 const GAMMA: Key = optional(
     "gamma",
     Kind::Number(Range::Positive),
@@ -131,7 +149,7 @@ const NOISES: Table = Table {
     ],
 };
 
-const BOX: Table = Table {
+pub(super) const BOX: Table = Table {
     name: "region",
     about: "Bounds of the states, and of inputs and time if the equations depend on them.",
     variants: None,
@@ -572,16 +590,51 @@ const KINDS: &[Variant] = &[
     Variant {
         name: "extended-kalman",
         about: "Extended Kalman filter for a plant in continuous time with sampled measurements.",
+        keys: &[W, V, P0, PERIOD, SUBSTEPS, GATE, SMOOTH],
+    },
+    Variant {
+        name: "ukf",
+        about: "Unscented Kalman filter in square-root form, for a plant in continuous time with sampled measurements, or in discrete time.",
         keys: &[
             W,
             V,
-            optional("p0", Kind::Weight, "Covariance of the initial error, n x n (default: the identity)."),
+            P0,
             PERIOD,
-            optional("substeps", Kind::Count(1), "Runge-Kutta steps per sampling period (default 4)."),
+            SUBSTEPS,
+            GATE,
+            SMOOTH,
             optional(
-                "gate",
+                "alpha",
                 Kind::Number(Range::Positive),
-                "An output whose innovation is beyond this many standard deviations is rejected as an outlier (default none; 5 is usual).",
+                "Distance of the sigma points from the estimate, alpha sqrt(n + kappa) standard deviations (default 1).",
+            ),
+            optional(
+                "beta",
+                Kind::Number(Range::Any),
+                "Weight of the central point in covariances (default 2, for Gaussian errors).",
+            ),
+            optional("kappa", Kind::Number(Range::Any), "Second parameter of the distance, above -n (default 0)."),
+        ],
+    },
+    Variant {
+        name: "mhe",
+        about: "Moving-horizon estimator: the states of the last samples by least squares, with bounds, for a plant in continuous time with sampled measurements, or in discrete time.",
+        keys: &[
+            W,
+            V,
+            P0,
+            PERIOD,
+            SUBSTEPS,
+            optional("window", Kind::Count(1), "Samples in the window, at most 32 (default 10)."),
+            optional(
+                "iterations",
+                Kind::Count(1),
+                "Gauss-Newton steps at each sample (default 2; one is exact for a linear plant).",
+            ),
+            optional(
+                "state_bounds",
+                Kind::Bounds,
+                "Bounds of the states, n pairs [lower, upper]; they may be inf or -inf (default: none).",
             ),
         ],
     },
@@ -714,6 +767,8 @@ const SOURCES: &[(&str, &str)] = &[
     ("mean-value", "Ben Messaoud and Hajji 2018, eq. (3)"),
     ("high-gain", "Yi, Ortega and Zhang 2018, Table I; Khalil and Praly 2014"),
     ("extended-kalman", "Gelb, Applied Optimal Estimation, 1974, section 6.1"),
+    ("ukf", "Julier and Uhlmann 2004; Van der Merwe and Wan, ICASSP 2001"),
+    ("mhe", "Rao, Rawlings and Mayne 2003; Bell, Burke and Pillonetto 2009"),
     ("kkl", "Yi, Ortega and Zhang 2018, eq. (6), Proposition 1"),
     ("pebo", "Yi, Ortega and Zhang 2018, eq. (8) to (12), Proposition 2"),
     ("kkl-peb", "Yi, Ortega and Zhang 2018, eq. (15), Propositions 3, 6 and 7"),
