@@ -32,7 +32,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::{Duration, Instant};
 
 use luenberger_linalg::{detectability, discrete_detectability, observability};
-use luenberger_proof::wording::{counted, shortest, significant};
+use luenberger_proof::wording::{complex, counted, shortest};
 use rayon::prelude::*;
 
 use self::block::{Block, text_with};
@@ -234,8 +234,7 @@ fn modes(study: &Study, a: &nalgebra::DMatrix<f64>, c: &nalgebra::DMatrix<f64>) 
     for (k, mode) in found.unobservable.iter().enumerate() {
         let direction: Vec<f64> = mode.direction.iter().map(|x| x.re).collect();
         let comma = if k > 0 { "," } else { "" };
-        let (re, im) = (significant(mode.eigenvalue.re, 3), mode.eigenvalue.im);
-        let value = if im == 0.0 { re } else { format!("{re} + {}i", significant(im, 3)) };
+        let value = complex([mode.eigenvalue.re, mode.eigenvalue.im], 3);
         _ = write!(text, "{comma} {value} along {}", execute::in_words(study, &direction));
     }
     Ok(text)
@@ -332,7 +331,7 @@ fn designs(
     Ok(candidates)
 }
 
-/// The share of the remaining budget that one run may take.
+/// The share of the remaining budget that the first run of an observer may take.
 const RUN_SHARE: f64 = 0.1;
 
 /// The runs, all observers on one noise before the next; returns how many noises all of them have.
@@ -346,10 +345,11 @@ fn runs(
 ) -> Result<usize, StudyError> {
     let mut finished = 0;
     for number in 0..ensemble {
-        let until = run.until.map(|end| {
-            let rest = end.saturating_duration_since(Instant::now());
-            Instant::now() + rest.mul_f64(RUN_SHARE)
-        });
+        let share = |end: Instant| {
+            let now = Instant::now();
+            now + end.saturating_duration_since(now).mul_f64(RUN_SHARE)
+        };
+        let until = if number == 0 { run.until.map(share) } else { run.until };
         let one = |candidate: &Candidate| {
             if run.interrupted() {
                 return Ok(None);
@@ -364,7 +364,7 @@ fn runs(
         };
         let outcomes = candidates.par_iter().map(one).collect::<Result<Vec<_>, StudyError>>()?;
         let is_over = run.interrupted();
-        if is_over && number > 0 {
+        if number > 0 && (is_over || outcomes.iter().any(Option::is_none)) {
             open.push(format!(
                 "runs {} to {ensemble} of {ensemble}: the ranking is of the first {}",
                 number + 1,
@@ -383,10 +383,7 @@ fn runs(
                 None if is_over => open.push(format!("the first run of {name}")),
                 None => {
                     let share = shortest(100.0 * RUN_SHARE);
-                    open.push(format!(
-                        "run {} of {name}, which takes more than {share} % of the rest of the budget",
-                        number + 1
-                    ));
+                    open.push(format!("{name}, whose first run takes more than {share} % of the rest of the budget"));
                 }
             }
         }

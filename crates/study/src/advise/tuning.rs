@@ -15,6 +15,9 @@ use crate::design::{self, NoDesign};
 /// What an output error of one standard deviation may add to L by a cubic term.
 const CUBIC_SHARE: f64 = 0.125;
 
+/// States up to which the middle of the region is examined beside its corners; of twice as many all corners are.
+const MANY: usize = 4;
+
 /// How often a decay rate is halved before the rate 0 is tried.
 const HALVINGS: i32 = 5;
 
@@ -38,22 +41,23 @@ fn linear(context: &Context<'_>) -> Result<(), String> {
     })
 }
 
-/// The derivative that differs most between the corners of the region, relative to the largest, with its extremes.
+/// The derivative that differs most between points of the region, relative to the largest, with its extremes.
 fn variation(context: &Context<'_>) -> Option<(String, f64, f64)> {
     let (plant, region) = (&context.study.plant, &context.told.region);
     let n = plant.states.len();
     let inputs: Vec<f64> =
         region.input_bounds().unwrap_or_default().iter().map(|(l, h)| f64::midpoint(*l, *h)).collect();
-    let corner = |k: usize| {
+    // Inside of the region, where the derivatives are finite: the lower part, the middle and the upper part of each axis.
+    let shares: &[f64] = if n <= MANY { &[0.05, 0.5, 0.95] } else { &[0.05, 0.95] };
+    let points = shares.len().pow(n.min(2 * MANY) as u32);
+    let at = |k: usize| {
         let x = region.states().iter().enumerate().map(|(i, (low, high))| {
-            // Inside of the region, where the derivatives are finite.
-            let share = if k >> i & 1 == 1 { 0.95 } else { 0.05 };
+            let share = shares[k / shares.len().pow(i.min(2 * MANY) as u32) % shares.len()];
             low + share * (high - low)
         });
         plant.model.state_jacobian(0.0, &DVector::from_iterator(n, x), &DVector::from_column_slice(&inputs))
     };
-    let all: Vec<DMatrix<f64>> =
-        (0..1usize << n.min(8)).map(corner).filter(|a| a.iter().all(|entry| entry.is_finite())).collect();
+    let all: Vec<DMatrix<f64>> = (0..points).map(at).filter(|a| a.iter().all(|entry| entry.is_finite())).collect();
     let range = |i: usize, j: usize| {
         all.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), a| (low.min(a[(i, j)]), high.max(a[(i, j)])))
     };
@@ -62,7 +66,8 @@ fn variation(context: &Context<'_>) -> Option<(String, f64, f64)> {
         let spread = |(low, high): (f64, f64)| high - low;
         spread(one.2).total_cmp(&spread(other.2))
     });
-    let (i, j, (low, high)) = most.filter(|most| most.2.1 > most.2.0)?;
+    let differs = |(low, high): (f64, f64)| high - low > 1e-9 * high.abs().max(low.abs());
+    let (i, j, (low, high)) = most.filter(|most| differs(most.2))?;
     Some((format!("d({}')/d({})", plant.states[i], plant.states[j]), low, high))
 }
 
@@ -165,6 +170,13 @@ pub(super) fn filter(context: &Context<'_>) -> Result<Keys, String> {
         ("p0", Value::numbers(p0)),
         ("period", Value::Number(context.told.period)),
     ])
+}
+
+/// A filter over a window, with the region as bounds of the states.
+pub(super) fn moving_horizon(context: &Context<'_>) -> Result<Vec<Keys>, String> {
+    let mut keys = filter(context)?;
+    keys.push(("state_bounds", Value::pairs(context.told.region.states())));
+    Ok(vec![keys])
 }
 
 /// theta, and what a strength of 1 adds to L at one standard deviation of the output error, of the design with these
