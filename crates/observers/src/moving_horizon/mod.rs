@@ -99,8 +99,9 @@ where
 {
     /// The estimator of `plant`, sampled with period `h`, with so many Runge-Kutta steps between samples.
     ///
-    /// A step costs `iterations` times `window` times that of an extended Kalman filter of order n with `2 n^3` flops
-    /// for each output; with active bounds 30 times more of these, and `6 n^3` for each bounded state.
+    /// A step costs `iterations` times `window` times that of an extended Kalman filter that integrates its prediction
+    /// twice and takes `4 n^3` flops for each output; with active bounds 30 times `window` more of these, with `4 n^3`
+    /// for each bound.
     ///
     /// ```
     /// use luenberger_observers::moving_horizon::{Horizon, MovingHorizonEstimator, state_length};

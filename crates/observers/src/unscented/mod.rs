@@ -129,8 +129,8 @@ where
 {
     /// The filter of `plant`, sampled with period `h`, with so many Runge-Kutta steps between samples.
     ///
-    /// A step costs `2 n + 1` evaluations of h and `4 substeps (2 n + 1)` of f, `15 n^3 + 3 n (n + p)^2` flops of
-    /// rotations, and `(3 n + 2)(n + p)` roots.
+    /// A step costs `2 n + 1` evaluations of h and `4 substeps (2 n + 1)` of f, to leading order
+    /// `9 n^3 + 3 n (n + p)^2` flops of rotations, and about `4 n (n + p)` roots.
     ///
     /// ```
     /// use luenberger_observers::kalman::NoiseModel;
