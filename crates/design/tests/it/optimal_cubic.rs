@@ -41,8 +41,8 @@ fn the_cost_of_a_linear_observer_is_that_of_scipy() {
     assert!((cost.total / 1.115_718_492_590_162_9 - 1.0).abs() < 1e-12, "{cost:?}");
 }
 
-/// scipy 1.16: solve_continuous_are, and minimize (Nelder-Mead) of the cost above. In the limit of short periods J is tau
-/// trace(T Sigma), the optimum of a matrix inequality too.
+/// scipy 1.16: solve_continuous_are, and minimize (Nelder-Mead) of the cost above. In the limit of short periods J is
+/// tau trace(T Sigma), the optimum of a matrix inequality too.
 #[test]
 fn the_linear_optimum_is_that_of_scipy_and_of_the_matrix_inequality() {
     let found = OptimalCubicDesign::new(&cart(), &problem(), None).unwrap();
@@ -75,8 +75,8 @@ fn the_linear_optimum_is_that_of_scipy_and_of_the_matrix_inequality() {
     assert!((least / 0.555_828_500_180_468_5 - 1.0).abs() < 1e-4, "{least}");
 }
 
-/// `e' = -l e - gamma e^3` from d: `int e^2 dt = ln(1 + gamma d^2/l)/(2 gamma)`. For the cart: scipy's solve_ivp (DOP853,
-/// rtol 1e-11) from the same eight directions.
+/// `e' = -l e - gamma e^3` from d: `int e^2 dt = ln(1 + gamma d^2/l)/(2 gamma)`. For the cart: scipy's solve_ivp
+/// (DOP853, rtol 1e-11) from the same eight directions.
 #[test]
 fn the_transient_of_a_cubic_observer_is_that_of_closed_forms() {
     for (l, gamma, d) in [(3.0, 0.5, 1.0), (1.0, 40.0, 2.0), (0.2, 2000.0, 1.0)] {
