@@ -38,7 +38,7 @@ const PLANTS: &[Plant] = &[
     of("xtask/bench/observers/two-masses.toml"),
     with("examples/studies/dc-motor.toml", "", "settling = 0.1"),
     with("crates/study/templates/load-torque.toml", "", "settling = 0.3"),
-    with("crates/study/templates/heat-rod.toml", "", "settling = 5"),
+    with("crates/study/templates/mimo.toml", "", "settling = 5"),
     of("xtask/bench/observers/tanks.toml"),
     of("xtask/bench/observers/pendulum.toml"),
     with("crates/study/templates/flexible-joint.toml", "", "settling = 2"),

@@ -124,7 +124,7 @@ pub(super) fn text_with(study: &Study, blocks: &[Block]) -> Result<String, Study
         let added = blocks.iter().map(|block| block.inline() + ", ").collect::<String>();
         return Ok(format!("{}{added}{}", &text[..start], &text[start..]));
     }
-    let blocks = blocks.iter().map(|block| format!("\n{}", block.toml())).collect::<String>();
+    let blocks = blocks.iter().flat_map(|block| ["\n".to_owned(), block.toml()]).collect::<String>();
     Ok(format!("{}\n{blocks}", text.trim_end()))
 }
 

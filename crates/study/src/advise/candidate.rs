@@ -58,7 +58,7 @@ pub(super) fn by_rule(
             kind: rule.kind,
             keys,
             initial: told.initial.clone(),
-            comment: format!("luenberger advise: {}.", rule.rule),
+            comment: format!("luenberger advise: {}.", rule.tuning),
         };
         let with = match study_with(study, std::slice::from_ref(&block)) {
             Ok(with) => with,
@@ -72,9 +72,9 @@ pub(super) fn by_rule(
             Ok(designed) => {
                 let cost = cost(&with, &spec, &designed, told.period);
                 let (runs, told) = (Vec::new(), rule.told.to_vec());
-                let Rule { rule, source, character, .. } = *rule;
+                let Rule { tuning, source, character, .. } = *rule;
                 let block = Some(block);
-                let found = Candidate { spec, designed, block, rule, source, character, told, cost, runs };
+                let found = Candidate { spec, designed, block, rule: tuning, source, character, told, cost, runs };
                 return Outcome::Designed(Box::new(found));
             }
             Err(NoDesign::Interrupted) => return Outcome::Open,

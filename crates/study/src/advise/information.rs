@@ -8,7 +8,6 @@ use luenberger_sim::Trajectory;
 use nalgebra::{Complex, DMatrix, DVector};
 use serde::Serialize;
 
-use crate::error::StudyError;
 use crate::study::{AdviseSpec, ObserverKind, Simulation, Study};
 
 /// One item of the information, as text.
@@ -133,12 +132,7 @@ pub(super) fn period(study: &Study, simulation: &Simulation, spec: &AdviseSpec) 
 
 impl Information {
     /// The information of a study whose plant makes this run.
-    pub(super) fn of(
-        study: &Study,
-        simulation: &Simulation,
-        spec: &AdviseSpec,
-        run: &Trajectory,
-    ) -> Result<Self, StudyError> {
+    pub(super) fn of(study: &Study, simulation: &Simulation, spec: &AdviseSpec, run: &Trajectory) -> Self {
         let plant = &study.plant;
         let unit = plant.time_unit.as_ref().map(|unit| format!(" {unit}")).unwrap_or_default();
         let outputs = plant.outputs.len();
@@ -204,7 +198,7 @@ impl Information {
             let columns = if e.ncols() == 1 { "column" } else { "columns" };
             tell(Item::Disturbance.name(), format!("E with {} {columns}", e.ncols()), e_from);
         }
-        Ok(Self {
+        Self {
             noise,
             intensity,
             period,
@@ -220,7 +214,7 @@ impl Information {
             scale,
             linearised,
             lines,
-        })
+        }
     }
 }
 

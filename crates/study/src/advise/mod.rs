@@ -165,7 +165,7 @@ fn compare(
         }
         plant => plant?,
     };
-    let told = Information::of(study, simulation, spec, &plant)?;
+    let told = Information::of(study, simulation, spec, &plant);
     advice.observability = hidden(study, &told)?;
     advice.told.clone_from(&told.lines);
     let scored = Simulation { scale: Some(told.scale.clone()), ..rough.clone() };

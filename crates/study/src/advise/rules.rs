@@ -21,7 +21,7 @@ pub(super) struct Rule {
     /// The kind in study files.
     pub(super) kind: &'static str,
     /// The rule, as a sentence.
-    pub(super) rule: &'static str,
+    pub(super) tuning: &'static str,
     /// Where the rule is from.
     pub(super) source: &'static str,
     /// What makes it good or bad, as an engineer would explain a result.
@@ -39,7 +39,7 @@ pub(super) const RULES: &[Rule] = &[
     Rule {
         name: "luenberger",
         kind: "luenberger",
-        rule: "modes of the plant that are slower than the decay rate, or than twice the slowest one, become the poles of a Bessel filter of that rate",
+        tuning: "modes of the plant that are slower than the decay rate, or than twice the slowest one, become the poles of a Bessel filter of that rate",
         source: "luenberger poles --pattern bessel",
         character: "its poles are placed without regard to the noise",
         told: &[Settling],
@@ -48,7 +48,7 @@ pub(super) const RULES: &[Rule] = &[
     Rule {
         name: "luenberger-lmi",
         kind: "luenberger",
-        rule: "the least noise gain among the gains with the decay rate, or twice that of the plant, by a matrix inequality",
+        tuning: "the least noise gain among the gains with the decay rate, or twice that of the plant, by a matrix inequality",
         source: "Boyd et al. 1994, sections 2.6 and 7.2",
         character: "its gain is the least noisy one that the matrix inequality finds for the decay rate",
         told: &[Settling, Noise],
@@ -57,7 +57,7 @@ pub(super) const RULES: &[Rule] = &[
     Rule {
         name: "kalman",
         kind: "kalman",
-        rule: "stationary Kalman gain for the intensities of process and measurement noise",
+        tuning: "stationary Kalman gain for the intensities of process and measurement noise",
         source: "Kalman and Bucy 1961",
         character: "its gain is that of the steady state: optimal once the first error is forgotten, not before",
         told: &[Noise, ProcessNoise],
@@ -66,7 +66,7 @@ pub(super) const RULES: &[Rule] = &[
     Rule {
         name: "h2",
         kind: "h2",
-        rule: "the least variance of the errors in units of the scale, for the intensities of process and measurement noise",
+        tuning: "the least variance of the errors in units of the scale, for the intensities of process and measurement noise",
         source: "docs/disturbances.md",
         character: "without a bound on its gain it is the Kalman filter of the same intensities, with a proved variance",
         told: &[Noise, ProcessNoise],
@@ -75,7 +75,7 @@ pub(super) const RULES: &[Rule] = &[
     Rule {
         name: "h-infinity",
         kind: "h-infinity",
-        rule: "the least norm from process and measurement noise, in units of their intensities, to the errors in units of the scale",
+        tuning: "the least norm from process and measurement noise, in units of their intensities, to the errors in units of the scale",
         source: "docs/disturbances.md",
         character: "it bounds the errors under the worst noise of the same energy, and is no optimum under white noise",
         told: &[Noise, ProcessNoise],
@@ -84,7 +84,7 @@ pub(super) const RULES: &[Rule] = &[
     Rule {
         name: "reduced-order",
         kind: "reduced-order",
-        rule: "poles of a Bessel filter of order n - p at the rate of luenberger",
+        tuning: "poles of a Bessel filter of order n - p at the rate of luenberger",
         source: "luenberger poles --pattern bessel",
         character: "the measured states are taken from the outputs, with all of their noise",
         told: &[Settling],
@@ -93,7 +93,7 @@ pub(super) const RULES: &[Rule] = &[
     Rule {
         name: "cubic",
         kind: "cubic",
-        rule: "the poles of luenberger, and the gamma at which an output error of one standard deviation adds an eighth to L",
+        tuning: "the poles of luenberger, and the gamma at which an output error of one standard deviation adds an eighth to L",
         source: "docs/cubic-or-linear.md, rule 1",
         character: "the cubic term acts on large output errors only and leaves the linear part to small ones",
         told: &[Settling, Noise],
@@ -102,7 +102,7 @@ pub(super) const RULES: &[Rule] = &[
     Rule {
         name: "sampled-cubic",
         kind: "sampled-cubic",
-        rule: "the poles of luenberger, and the strength at which an output error of one standard deviation adds an eighth to L",
+        tuning: "the poles of luenberger, and the strength at which an output error of one standard deviation adds an eighth to L",
         source: "docs/cubic-or-linear.md, rule 1",
         character: "the cubic term acts on large output errors only and leaves the linear part to small ones",
         told: &[Settling, Noise],
@@ -111,7 +111,7 @@ pub(super) const RULES: &[Rule] = &[
     Rule {
         name: "proportional-integral",
         kind: "proportional-integral",
-        rule: "as luenberger, with the disturbance among the modes that become Bessel poles",
+        tuning: "as luenberger, with the disturbance among the modes that become Bessel poles",
         source: "luenberger poles --pattern bessel",
         character: "it estimates the disturbance with the state, which costs noise where there is no disturbance",
         told: &[Settling, Disturbance],
@@ -120,7 +120,7 @@ pub(super) const RULES: &[Rule] = &[
     Rule {
         name: "extended-state",
         kind: "extended-state",
-        rule: "the bandwidth with which a chain of the order of plant and disturbance settles in the settling time",
+        tuning: "the bandwidth with which a chain of the order of plant and disturbance settles in the settling time",
         source: "Gao 2003",
         character: "it estimates the disturbance with the state, which costs noise where there is no disturbance",
         told: &[Settling, Disturbance],
@@ -129,7 +129,7 @@ pub(super) const RULES: &[Rule] = &[
     Rule {
         name: "unknown-input",
         kind: "unknown-input",
-        rule: "the decay rate, or half of it as often as needed, by a matrix inequality",
+        tuning: "the decay rate, or half of it as often as needed, by a matrix inequality",
         source: "Darouach, Zasadzinski and Xu 1994",
         character: "the disturbance does not reach its error, and the noise of the outputs does unfiltered",
         told: &[Settling, Disturbance],
@@ -138,7 +138,7 @@ pub(super) const RULES: &[Rule] = &[
     Rule {
         name: "lpv",
         kind: "lpv",
-        rule: "the largest decay rate up to that of the settling time for all Jacobians over the region, and the least noise gain with it",
+        tuning: "the largest decay rate up to that of the settling time for all Jacobians over the region, and the least noise gain with it",
         source: "Boyd et al. 1994, section 7.2",
         character: "one constant gain serves all Jacobians of the region",
         told: &[Settling, Region, Noise],
@@ -147,7 +147,7 @@ pub(super) const RULES: &[Rule] = &[
     Rule {
         name: "lipschitz",
         kind: "lipschitz",
-        rule: "the decay rate, or half of it as often as needed, for all slopes over the region, and the least noise gain with it",
+        tuning: "the decay rate, or half of it as often as needed, for all slopes over the region, and the least noise gain with it",
         source: "Arcak and Kokotovic 2001",
         character: "one constant gain serves all slopes within the sectors of the region",
         told: &[Settling, Region, Noise],
@@ -156,7 +156,7 @@ pub(super) const RULES: &[Rule] = &[
     Rule {
         name: "mean-value",
         kind: "mean-value",
-        rule: "the decay rate, or half of it as often as needed, for the mean Jacobians over the region; eta = 1",
+        tuning: "the decay rate, or half of it as often as needed, for the mean Jacobians over the region; eta = 1",
         source: "docs/theory-mvt.md",
         character: "an internal model of the error corrects the estimate",
         told: &[Settling, Region, Noise],
@@ -165,7 +165,7 @@ pub(super) const RULES: &[Rule] = &[
     Rule {
         name: "high-gain",
         kind: "high-gain",
-        rule: "the r with which chains of integrators, with all poles at -1/r, settle in the settling time",
+        tuning: "the r with which chains of integrators, with all poles at -1/r, settle in the settling time",
         source: "Khalil and Praly 2014",
         character: "its gain grows as r^-i along the chain, without regard to the noise",
         told: &[Settling],
@@ -174,7 +174,7 @@ pub(super) const RULES: &[Rule] = &[
     Rule {
         name: "extended-kalman",
         kind: "extended-kalman",
-        rule: "covariances of process noise, of a sample and of the first error",
+        tuning: "covariances of process noise, of a sample and of the first error",
         source: "Gelb 1974, section 6.1",
         character: "its gain is large while its covariance is, after the start, and small later: a constant gain is one for both",
         told: &[Noise, ProcessNoise, FirstError],
@@ -183,7 +183,7 @@ pub(super) const RULES: &[Rule] = &[
     Rule {
         name: "ukf",
         kind: "ukf",
-        rule: "the covariances of extended-kalman",
+        tuning: "the covariances of extended-kalman",
         source: "Van der Merwe and Wan 2001",
         character: "as extended-kalman, with the curvature of the plant between its sigma points in place of derivatives",
         told: &[Noise, ProcessNoise, FirstError],
@@ -192,7 +192,7 @@ pub(super) const RULES: &[Rule] = &[
     Rule {
         name: "mhe",
         kind: "mhe",
-        rule: "the covariances of extended-kalman, ten samples, and the region as bounds of the states",
+        tuning: "the covariances of extended-kalman, ten samples, and the region as bounds of the states",
         source: "Rao, Rawlings and Mayne 2003",
         character: "it solves a least-squares problem over the last samples and keeps its estimate within the region",
         told: &[Noise, ProcessNoise, FirstError, Region],
@@ -201,7 +201,7 @@ pub(super) const RULES: &[Rule] = &[
     Rule {
         name: "kkl-numerical",
         kind: "kkl-numerical",
-        rule: "cutoff and table by the search of the design, over the region",
+        tuning: "cutoff and table by the search of the design, over the region",
         source: "docs/numerical-kkl.md",
         character: "its filter has the cutoff for which the map is accurate over the region, whatever settling is asked for",
         told: &[Region],

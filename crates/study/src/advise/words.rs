@@ -1,5 +1,7 @@
 //! The ranking in words: every number in them is in the table or in `runs.csv`.
 
+use std::fmt::Write;
+
 use luenberger_proof::wording::{counted, significant};
 
 use super::candidate::Candidate;
@@ -96,7 +98,7 @@ impl Ranking<'_> {
     fn behind(&self, first: &Candidate, other: &Candidate, score: f64) -> String {
         let (name, best) = (&other.spec.name, &first.spec.name);
         let mut text = match &self.criteria.0[..] {
-            _ if !other.is_complete() => format!("{name}{}.{}", self.ended(other), self.otherwise(first, other)),
+            _ if !other.is_complete() => format!("{name}{}.{}", self.ended(other), Self::otherwise(first, other)),
             [(Criterion::Proved, _)] if other.is_proved() == first.is_proved() => {
                 let of = ratio(other.value(Criterion::Error), first.value(Criterion::Error));
                 format!(
@@ -126,10 +128,11 @@ impl Ranking<'_> {
         if other.is_complete() && first.is_complete() {
             text += &self.halves(first, other);
         }
-        text += &format!(" {}.", capital(other.character));
+        _ = write!(text, " {}.", capital(other.character));
         let left = other.runs.iter().flatten().filter(|run| run.left).count();
         if left > 0 {
-            text += &format!(
+            _ = write!(
+                text,
                 " It left the region of its design in {left} of {}, which its proof does not cover.",
                 counted(self.runs, "run")
             );
@@ -155,7 +158,7 @@ impl Ranking<'_> {
             times(ratio(late, least_late)),
         );
         if self.criteria.0.iter().all(|(criterion, _)| *criterion != Criterion::Settling) {
-            text += &format!(" It {}; {} {}.", self.settles(other), first.spec.name, self.settles(first));
+            _ = write!(text, " It {}; {} {}.", self.settles(other), first.spec.name, self.settles(first));
         }
         text
     }
@@ -168,7 +171,7 @@ impl Ranking<'_> {
     }
 
     /// The error of one that did not finish all its runs, in the median.
-    fn otherwise(&self, first: &Candidate, other: &Candidate) -> String {
+    fn otherwise(first: &Candidate, other: &Candidate) -> String {
         let (error, least) = (other.value(Criterion::Error), first.value(Criterion::Error));
         if !error.is_finite() {
             return String::new();
