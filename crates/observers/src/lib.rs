@@ -34,6 +34,7 @@
 //! | [`deviation`] | a linear observer of a nonlinear plant, in deviations from an operating point |
 //! | [`proportional_integral`] | a disturbance estimated with the state |
 //! | [`unknown_input`] | an estimate that does not depend on an unknown disturbance |
+//! | [`interval`] | bounds that enclose the state |
 //! | [`output_feedback`] | an observer with the feedback `u = r - K xhat` as one block |
 //! | `static_size` (feature `alloc`) | designed observers with the sizes and the scalar of the target |
 //! | `serialization` (feature `serde`) | linear observers in files: matrices by rows, read through the constructors |
@@ -63,6 +64,7 @@ pub mod fixed_point;
 pub mod high_gain;
 pub mod immersion_invariance;
 pub mod inter_sample;
+pub mod interval;
 pub mod kalman;
 mod kalman_on_slices;
 pub mod kkl;
@@ -103,6 +105,7 @@ pub use fixed_point::{
 pub use high_gain::{HighGainMap, HighGainObserver, StaticHighGainObserver};
 pub use immersion_invariance::{Immersion, ImmersionInvarianceObserver};
 pub use inter_sample::InterSampleObserver;
+pub use interval::{Comparison, IntervalObserver, SampledIntervalGains, SampledIntervalObserver};
 pub use kalman::{ExtendedKalmanFilter, GaussianEstimate, Innovation, NoiseModel, StaticExtendedKalmanFilter};
 pub use kkl::{KklMap, KklObserver, LeftInverse, LinearKkl};
 pub use kkl_peb::KklPebObserver;

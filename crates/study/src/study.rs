@@ -435,6 +435,8 @@ pub enum ObserverKind {
         /// The coefficients.
         alpha: Vec<f64>,
     },
+    /// Interval observer.
+    Interval(Box<IntervalSpec>),
     /// The extended Kalman filter.
     ExtendedKalman {
         /// W, n x n.
@@ -460,6 +462,17 @@ pub enum ObserverKind {
     ImmersionInvariance(Box<crate::maps::ImmersionSpec>),
     /// Numerical KKL observer.
     KklNumerical(KklSpec),
+}
+
+/// Specification of an interval observer.
+#[derive(Debug, Clone, PartialEq)]
+pub struct IntervalSpec {
+    /// The gain; none for the one of the least width.
+    pub gain: Option<LinearSpec>,
+    /// The coordinates in which the error is bounded.
+    pub coordinates: luenberger_design::ErrorCoordinates,
+    /// Bounds of |x(0) - xhat(0)|, n numbers.
+    pub first: Vec<f64>,
 }
 
 /// Specification of a numerical KKL observer.
@@ -505,6 +518,9 @@ impl ObserverKind {
             | Self::SampledCubic { linear, varying: None, .. } => {
                 matches!(linear.gain, GainSpec::DecayRate(_) | GainSpec::Lmi)
             }
+            Self::Interval(spec) => {
+                spec.gain.as_ref().is_none_or(|linear| matches!(linear.gain, GainSpec::DecayRate(_) | GainSpec::Lmi))
+            }
             Self::SampledCubic { varying: Some(_), .. }
             | Self::Lpv { .. }
             | Self::Lipschitz { .. }
@@ -527,6 +543,7 @@ impl ObserverKind {
             Self::Cubic { .. } => "cubic",
             Self::ProportionalIntegral { .. } => "proportional-integral",
             Self::UnknownInput { .. } => "unknown-input",
+            Self::Interval(_) => "interval",
             Self::SampledCubic { .. } => "sampled-cubic",
             Self::Lpv { .. } => "lpv",
             Self::Lipschitz { .. } => "lipschitz",
@@ -596,6 +613,11 @@ impl ObserverKind {
             | Self::Lipschitz { rate, .. }
             | Self::MeanValue { rate, .. } => *rate *= factor,
             Self::HighGain { r, .. } => *r /= factor,
+            Self::Interval(spec) => {
+                if let Some(gain) = &mut spec.gain {
+                    *gain = linear(gain);
+                }
+            }
             Self::KklNumerical(KklSpec { cutoff: Some(cutoff), .. }) => *cutoff *= factor,
             Self::Lpv { .. }
             | Self::ExtendedKalman { .. }

@@ -12,6 +12,7 @@ use super::deployed;
 use super::disturbed;
 use super::document::{binary64, float_matrix, is_single, matrix, matrix_with_columns, number, symmetric};
 use super::exact::Exact;
+use super::intervals;
 use super::kkl;
 use super::programs;
 use super::random::Random;
@@ -33,6 +34,8 @@ pub(super) const ADVERSARIES: &[(&str, Adversary)] = &[
     ("sampled-cubic-observer", sampled),
     ("unknown-input-observer", unknown_input),
     ("input-to-state-stability", disturbed::contradicted),
+    ("interval-observer", intervals::continuous),
+    ("sampled-interval-observer", intervals::sampled),
     ("sampled-cubic-observer-semi-implicit", beyond::semi_implicit),
     ("sampled-observer-at-varying-periods", beyond::varying_periods),
     ("deployed-observer", deployed::contradicted),

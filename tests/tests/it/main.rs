@@ -13,6 +13,7 @@ mod stiff_starts;
 mod study_converter;
 mod theorems_cubic;
 mod theorems_input_to_state;
+mod theorems_interval;
 mod theorems_kkl;
 mod theorems_kkl_bound;
 mod theorems_kkl_converter;

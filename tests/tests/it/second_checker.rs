@@ -12,10 +12,11 @@ use luenberger_design::lipschitz::{LipschitzPlant, Sector};
 use luenberger_design::mean_value::{ContractingCoordinates, MeanValueDesign};
 use luenberger_design::robust::{PolytopicDesign, certify_gain};
 use luenberger_design::{
-    Certified, CubicDesign, CubicGain, DecoupledPlant, DiscreteLpvDesign, Disturbances, ErrorBound, FeedbackDesign,
-    GainOptions, LinearDesign, LipschitzDesign, LpvDesign, LyapunovWeight, Periods, Region, SampledCubicDesign,
-    Theorem1, UnknownInputDesign, VaryingPeriodDesign, at_varying_periods, deployed_linear, joint_design,
-    lyapunov_certificate_file, stein_certificate_file, theta_from_importance,
+    Certified, CubicDesign, CubicGain, DecoupledPlant, DiscreteDesign, DiscreteLpvDesign, Disturbances, ErrorBound,
+    ErrorCoordinates, FeedbackDesign, GainOptions, IntervalDesign, Kept, LinearDesign, LipschitzDesign, LpvDesign,
+    LyapunovWeight, Periods, Region, SampledCubicDesign, SampledIntervalDesign, Theorem1, UnknownInputDesign,
+    VaryingPeriodDesign, at_varying_periods, deployed_linear, joint_design, lyapunov_certificate_file,
+    stein_certificate_file, theta_from_importance,
 };
 use luenberger_linalg::lqr;
 use luenberger_lmi::{Problem, he, sdpa};
@@ -140,7 +141,30 @@ fn of_linear_plants() -> Vec<CertificateFile> {
     files.push(CertificateFile::prove("the real gain", structured).unwrap());
     files.extend(under_disturbances(&example1, &cubic));
     files.extend(without_disturbance());
+    files.extend(enclosing());
     files.push(sampled.linear_certificate_file("sampled, linear").unwrap());
+    files
+}
+
+/// Interval observers: modal coordinates with a complex pair, the plant's coordinates, and sampled in both formats.
+fn enclosing() -> Vec<CertificateFile> {
+    let plant = StateSpace::new(dmatrix![-1.0, 2.0; -4.0, -2.0], dmatrix![0.0; 5.0], dmatrix![1.0, 0.0]).unwrap();
+    let acting = Disturbances::of_states_and_outputs(&dmatrix![1.0; 0.0], &[0.3], &[0.05]);
+    let first = [1.0, 1.0];
+    let poles = [nalgebra::Complex::new(-4.0, 3.0), nalgebra::Complex::new(-4.0, -3.0)];
+    let linear = LinearDesign::with_poles(&plant, &poles).unwrap();
+    let modal = IntervalDesign::new(&linear.observer, &acting, ErrorCoordinates::Modal, &first).unwrap();
+    let least = IntervalDesign::least_width(&plant, &acting, &first).unwrap();
+    let mut files = vec![modal.certificate_file("modal").unwrap(), least.certificate_file("least width").unwrap()];
+    let discrete = DiscreteDesign::sampled(&linear, 0.05).unwrap();
+    for format in [Format::Binary32, Format::Binary64] {
+        let kept = Kept { first: first.to_vec(), estimates: vec![3.0; 2], inputs: vec![1.0], format };
+        let gain = (discrete.observer.l(), ErrorCoordinates::Modal);
+        let acting = (&dmatrix![1.0; 0.0], &[0.3][..], &[0.05][..]);
+        let held = SampledIntervalDesign::sampled(&plant, acting, gain, 0.05, &kept).unwrap();
+        let exact = SampledIntervalDesign::of_discrete(discrete.observer.plant(), acting, gain, 0.05, &kept).unwrap();
+        files.extend([held.certificate_file("held").unwrap(), exact.certificate_file("discrete").unwrap()]);
+    }
     files
 }
 

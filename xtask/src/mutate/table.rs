@@ -72,6 +72,7 @@ const DESIGNS: Suite = Suite { package: MODULES, binaries: &["--test", "designs"
 const DESIGN_UNITS: Suite = Suite { package: "luenberger-design", binaries: &["--lib"], only: &["positive_real::"] };
 const CUBIC: Suite = Suite { package: MODULES, binaries: &["--test", "cubic"], only: &[] };
 const INPUT_TO_STATE: Suite = Suite { package: MODULES, binaries: &["--test", "input_to_state"], only: &[] };
+const INTERVAL: Suite = Suite { package: MODULES, binaries: &["--test", "interval"], only: &[] };
 const SAMPLED: Suite = Suite { package: MODULES, binaries: &["--test", "sampled"], only: &[] };
 const MEAN_VALUE: Suite = Suite { package: MODULES, binaries: &["--test", "mean_value"], only: &[] };
 const KKL: Suite = Suite { package: MODULES, binaries: &["--test", "kkl"], only: &[] };
@@ -774,6 +775,82 @@ pub(super) const SOURCES: &[Source] = &[
             mutant("decrease: no rate", Dropped, "?.sum(&Matrix::scalar(p.rows(), &rate))?", "?"),
             mutant("components: limsup for its square", Dropped, "p.scaled(&limsup.mul(&limsup))", "p.scaled(&limsup)"),
             mutant("level: W_i for W_i^2", Dropped, ".mul(&w.mul(&w))", ".mul(&w)"),
+        ],
+    },
+    Source {
+        file: "crates/proof/src/statement/interval_observer.rs",
+        suites: &[INTERVAL],
+        mutants: &[
+            mutant(
+                "interval: half of the spectral norm",
+                Dropped,
+                "Interval::of(turned).add(&Interval::of(mirrored)).hi() / 2.0",
+                "turned / 2.0",
+            ),
+            mutant(
+                "interval: mu without the spread",
+                Dropped,
+                "a.add(d).add(&Interval::of(spread)).hi() / 2.0",
+                "a.add(d).hi() / 2.0",
+            ),
+            mutant(
+                "interval: the norm in place of mu",
+                WrongOperand,
+                "if k == j { logarithmic_norm(",
+                "if k == j && k > m.rows() { logarithmic_norm(",
+            ),
+            mutant(
+                "interval: no noise in g",
+                Dropped,
+                ".sum(&forced(&l, &v)?)?.sum(&rounded_noise)?",
+                ".sum(&rounded_noise)?",
+            ),
+            mutant(
+                "interval: no disturbance in g",
+                Dropped,
+                "forced(&e, &w)?.sum(&forced(&l, &v)?)?",
+                "forced(&l, &v)?",
+            ),
+            mutant(
+                "interval: T F in place of T F T^-1",
+                Dropped,
+                "self.t.product(f)?.product(&self.inverse)",
+                "self.t.product(f)?.product(&Matrix::scalar(self.order(), &Interval::point(1.0)))",
+            ),
+            mutant(
+                "interval: H of T",
+                WrongOperand,
+                "norm(&self.inverse, (i, 1), self.blocks[k])",
+                "norm(&self.t, (i, 1), self.blocks[k])",
+            ),
+            mutant(
+                "interval: a disturbance held over the period",
+                Dropped,
+                "chain(rest.as_slice().iter().copied())",
+                "chain(rest.as_slice().iter().map(|_| 0.0))",
+            ),
+        ],
+    },
+    Source {
+        file: "crates/design/src/interval/gain.rs",
+        suites: &[INTERVAL],
+        mutants: &[
+            mutant("least width: no bounds W", Dropped, "let term = bounds[j] * &bound;", "let term = 1.0 * &bound;"),
+            mutant("least width: E + LD", Sign, "&weight * e - &y * d", "&weight * e + &y * d"),
+        ],
+    },
+    Source {
+        file: "crates/observers/src/interval.rs",
+        suites: &[INTERVAL],
+        mutants: &[
+            mutant("interval observer: no g", Dropped, "entry(k, i, rho) + g[i]", "entry(k, i, rho)"),
+            mutant("interval step: y + C xhat", Sign, "*y - entry(&g.c, i, xhat)", "*y + entry(&g.c, i, xhat)"),
+            mutant(
+                "interval step: no constant",
+                Dropped,
+                "entry(&g.blocks, k, rho) + g.constant.get(k).copied().unwrap_or_else(T::zero)",
+                "entry(&g.blocks, k, rho)",
+            ),
         ],
     },
     Source {

@@ -137,7 +137,11 @@ fn not_finite(export: &Export) -> String {
         Program::Kalman(filter) if filter.gate().is_some() => format!(
             " * An infinite value of y is rejected by the gate. NaN in y, and a value of {known} that is not finite, make the\n * estimate not finite, for good, unless the plant does not depend on it or limits it:"
         ),
-        Program::Copy(_) | Program::Discrete(_) | Program::Kalman(_) | Program::Extension(_) => format!(
+        Program::Copy(_)
+        | Program::Discrete(_)
+        | Program::Kalman(_)
+        | Program::Extension(_)
+        | Program::Step(_) => format!(
             " * A value of {known} or y that is not finite makes the estimate not finite, for good, unless the plant does not\n * depend on it or limits it:"
         ),
     }

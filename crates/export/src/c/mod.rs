@@ -32,6 +32,7 @@ mod linear;
 pub(crate) mod plant;
 mod project;
 pub(crate) mod source;
+mod step;
 mod table;
 mod test;
 
@@ -110,7 +111,7 @@ pub(crate) fn kind(export: &Export) -> String {
         Program::Cubic(_) => "Sampled cubic observer",
         Program::Kalman(_) => "Extended Kalman filter",
         Program::Kkl(_) => "Numerical KKL observer",
-        Program::Extension(_) => "Observer of expressions",
+        Program::Extension(_) | Program::Step(_) => "Observer of expressions",
         Program::Copy(_) | Program::Discrete(_) => "Copy of the plant with a constant gain",
     };
     let feedback = if export.feedback.is_some() { " with the feedback u = r - K xhat" } else { "" };

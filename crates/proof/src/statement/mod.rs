@@ -15,6 +15,7 @@ mod exponential;
 mod feedback;
 mod hidden;
 mod input_to_state;
+mod interval_observer;
 mod kkl;
 mod lyapunov;
 mod sector;
@@ -34,6 +35,8 @@ pub use equation::{ELIMINATION_ORDER, Enclosed, Enclosure, lyapunov_solution, st
 pub use feedback::feedback_block;
 pub use hidden::{HIDDEN_ORDER, HiddenMotion, hidden_motion, hurwitz_spectrum};
 pub use input_to_state::{CubicTerm, DisturbedObserver, ErrorBound, InputToState, input_to_state};
+pub use interval_observer::{BlockCoordinates, HeldPlant, SampledBounds, SampledIntervals, held_plant};
+pub(crate) use interval_observer::{entries_at_least, product_up, rounding, units};
 pub(crate) use kkl::{Axes, Composition, Expressions};
 pub(crate) use lyapunov::largest_eigenvalue_bound;
 pub use lyapunov::{

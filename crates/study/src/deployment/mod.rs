@@ -6,16 +6,19 @@
 //! | `linear` | what is proved of an observer of a linear plant on its target |
 //! | `nonlinear` | observers of nonlinear plants with a step for each sample |
 //! | `exported` | the program that an export prints, under the names of the study |
+//! | `interval` | the interval observer |
 //! | `expressions` | the plant as expressions, which can be printed as source code |
 //! | `record` | the run of the study at the samples: what the exported step is compared with |
 
 mod exported;
 mod expressions;
+mod interval;
 mod linear;
 mod nonlinear;
 mod record;
 
 pub use exported::exported;
+pub use interval::IntervalDeployment;
 pub(crate) use linear::MARGIN;
 pub use nonlinear::{CopyDesign, DiscreteCopyDesign, ExtensionDesign, FilterDesign, KklDesign, KklStep};
 pub use record::{Difference, Record, record};
@@ -54,6 +57,8 @@ pub enum SampledDesign {
     Kkl(Box<KklDesign>),
     /// An observer with given maps.
     Extension(Box<ExtensionDesign>),
+    /// The interval observer.
+    Interval(Box<IntervalDeployment>),
 }
 
 /// A sampled design, and the design of the study itself where it was needed.
@@ -226,6 +231,26 @@ pub fn sampled(
         let design = design.map_err(|error| failure(error.to_string(), &[]))?;
         return Ok(Sampled { design, period, of_the_study: None });
     }
+    if let (ObserverKind::Interval(spec), Some(plant)) = (&observer.kind, &linear) {
+        let design = names.with(|| {
+            let gain = match (&spec.gain, study.plant.dt) {
+                (None, _) => None,
+                (Some(gain), Some(dt)) => {
+                    Some(design::discrete_design(study, plant, gain, dt, observer)?.observer.l().clone())
+                }
+                (Some(gain), None) => {
+                    let options = observer.limits.options(study.solver, None);
+                    let found = design::linear_design(plant, gain, &options)
+                        .and_then(|linear| sampled_linear(&linear, gain, period))
+                        .map_err(|error| error.to_string())?;
+                    Some(found.observer.l().clone())
+                }
+            };
+            IntervalDeployment::new(study, observer, spec, (plant, gain), period)
+        });
+        let design = design.map_err(|why| failure(why, &[]))?;
+        return Ok(Sampled { design: SampledDesign::Interval(Box::new(design)), period, of_the_study: None });
+    }
     if let ObserverKind::UnknownInput { .. } = observer.kind {
         let hypothesis = "the kind unknown-input has no step for a sample: its error is independent of the disturbance in continuous time only".to_owned();
         return Err(failure(hypothesis, &["kind = \"proportional-integral\", which estimates slow disturbances"]));
@@ -250,6 +275,22 @@ pub fn sampled(
     }
     let design = names.with(|| nonlinear::sampled(study, observer, &designed, period, substeps)).map_err(in_words)?;
     Ok(Sampled { design, period, of_the_study: Some(designed) })
+}
+
+/// Bounds of |x| and |u| in operation, for the widths that an interval observer states: 1.2 times those of the study's
+/// simulation; without one, those of the box of the first state, and 1.
+pub(crate) fn kept(study: &Study, observer: &ObserverSpec) -> (Vec<f64>, Vec<f64>) {
+    let first = match &observer.kind {
+        ObserverKind::Interval(spec) => spec.first.iter().zip(&observer.initial).map(|(w, x)| x.abs() + w).collect(),
+        _ => observer.initial.clone(),
+    };
+    let inputs = vec![1.0; study.plant.inputs.len()];
+    let Some(run) = study.simulation.as_ref().and_then(|simulation| crate::execute::plant_run(study, simulation))
+    else {
+        return (first, inputs);
+    };
+    let largest = |m: &DMatrix<f64>| m.column_iter().map(|column| MARGIN * column.amax()).collect::<Vec<_>>();
+    (largest(&run.x).into_iter().zip(first).map(|(x, first): (f64, f64)| x.max(first)).collect(), largest(&run.u))
 }
 
 /// The sampled linear design at an operating point.
@@ -386,6 +427,7 @@ pub fn evidence(study: &Study, observer: &ObserverSpec, design: &SampledDesign, 
                 &rest,
             )
         }
+        SampledDesign::Interval(interval) => interval.evidence(study, observer, format),
         SampledDesign::Kkl(kkl) => Evidence {
             sentences: vec![format!(
                 "No stability certificate. {} The left inverse is {}; between samples a copy of the plant predicts the output.",

@@ -287,6 +287,8 @@ pub(super) fn sampled(
         | Runnable::ProportionalIntegralCubic(_)
         | Runnable::UnknownInput(_)
         | Runnable::UnknownInputCubic(_)
+        | Runnable::Interval(_)
+        | Runnable::SampledInterval(_)
         | Runnable::SampledCubic(_)
         | Runnable::DiscreteLinear(_)
         | Runnable::StationaryKalman(_)

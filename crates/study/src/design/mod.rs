@@ -4,6 +4,7 @@ mod discrete;
 mod disturbance;
 mod explain;
 mod immersion;
+mod interval;
 mod kkl;
 mod kkl_maps;
 mod linear;
@@ -15,6 +16,7 @@ mod printed_mean_value;
 mod runnable;
 
 pub(crate) use disturbance::names as disturbance_names;
+pub(crate) use interval::{Sampling, sampled_design as sampled_interval, sampled_statement};
 pub use kkl::Kkl;
 pub use kkl_maps::candidate;
 pub(crate) use noise_gain::SPEED_RATIO;
@@ -145,6 +147,11 @@ fn in_words(
         ObserverKind::UnknownInput { e, linear: gain, cubic } => {
             let plant = model.linear().ok_or_else(|| explain::not_linear(study, wish))?;
             disturbance::unknown_input(&plant, e, gain, cubic.as_ref(), &options).map_err(explained)
+        }
+        ObserverKind::Interval(spec) => {
+            let plant = model.linear().ok_or_else(|| explain::not_linear(study, wish))?;
+            let plant = (&plant, study.plant.states.as_slice());
+            interval::continuous(plant, spec, wish.bounds.as_ref(), &options).map_err(explained)
         }
         ObserverKind::SampledCubic { linear: gain, theta, correction, period, varying } => {
             shifted(linear::sampled(&linear()?, gain, theta, (correction, *period, varying.as_ref()), &options))

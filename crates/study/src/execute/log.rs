@@ -219,6 +219,7 @@ fn run(log: &Log, replayed: ReplayedObserver) -> Run {
         innovation: replayed.innovation.map(|innovation| innovation.map(|nu| nu.unwrap_or(f64::NAN))),
         deviation: replayed.belief.as_ref().map(luenberger_sim::replay::Belief::deviation),
         estimate: Some(replayed.estimate),
+        half_width: None,
         disturbance: None,
         t: replayed.t,
     }

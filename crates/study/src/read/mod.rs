@@ -7,6 +7,7 @@
 mod check;
 mod csv;
 mod disturbance;
+mod interval;
 mod json;
 mod maps;
 mod observer;

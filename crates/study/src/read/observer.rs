@@ -7,7 +7,7 @@ use luenberger_proof::wording::counted;
 use nalgebra::{Complex, DMatrix};
 
 use super::tree::Node;
-use super::{Reader, check, disturbance, maps};
+use super::{Reader, check, disturbance, interval, maps};
 use crate::design::PrintedMean;
 use crate::diagnostic::Source;
 use crate::model::PlantModel;
@@ -163,6 +163,7 @@ fn kind(node: &Node, name: &str, size: Dimensions, reader: &mut Reader) -> Optio
         }
         "proportional-integral" => disturbance::proportional_integral(node, size, reader)?,
         "unknown-input" => disturbance::unknown_input(node, size, reader)?,
+        "interval" => interval::interval(node, size, reader)?,
         "lpv" => {
             let region = region(node, size, reader);
             alternatives(node, &["decay_rate", "fastest", "gain"], false, reader)?;

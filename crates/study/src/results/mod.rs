@@ -9,7 +9,9 @@ pub(crate) mod report;
 mod score_tables;
 mod scores;
 
-pub use log::{ConsistencyReport, FilterReport, InnovationOf, InnovationReport, LogColumn, LogReport, StateScore};
+pub use log::{
+    ConsistencyReport, FilterReport, InnovationOf, InnovationReport, IntervalReport, LogColumn, LogReport, StateScore,
+};
 pub use report::{leading, log_data};
 pub use score_tables::{ScoreCell, ScoreTable};
 pub use scores::{
@@ -42,6 +44,9 @@ pub struct Results {
     /// The runs.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub simulation: Option<SimulationReport>,
+    /// The interval observers of the simulation: how they enclosed the state.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub intervals: Vec<IntervalReport>,
     /// The filters of the simulation: whether their covariances agree with their errors.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub filters: Vec<FilterReport>,

@@ -332,6 +332,40 @@ const KINDS: &[Variant] = &[
         keys: &[UNKNOWN, POLES, DECAY, LMI, KALMAN, GAIN, RHO, Q, MAX_GAIN, NOISE, THETA, GAMMA],
     },
     Variant {
+        name: "interval",
+        about: "Interval observer, for linear plants: a lower and an upper bound of each state under bounded noise and disturbances, proved to enclose it.",
+        keys: &[
+            required(
+                "initial_bounds",
+                Kind::Numbers(Range::NotNegative),
+                "Bounds of |x(0) - initial|, n numbers: the box in which the first state lies.",
+            ),
+            POLES,
+            DECAY,
+            LMI,
+            KALMAN,
+            GAIN,
+            optional(
+                "least_width",
+                Kind::Switch,
+                "true: the gain for which the sum of the half-widths in the end is least, in the coordinates of the plant, by a linear program.",
+            ),
+            RHO,
+            Q,
+            MAX_GAIN,
+            NOISE,
+            optional(
+                "coordinates",
+                Kind::Choice(&[
+                    ("modal", "Those of the eigenvectors of A - L C; the poles have to be distinct."),
+                    ("plant", "The states themselves: for A - L C that are Metzler, or nearly so."),
+                ]),
+                "Coordinates in which the error is bounded (default modal; with least_width plant).",
+            ),
+            ERROR_BOUNDS,
+        ],
+    },
+    Variant {
         name: "sampled-cubic",
         about: "Sampled cubic observer, stable at every sampling period, for linear plants.",
         keys: &[
@@ -580,6 +614,7 @@ const SOURCES: &[(&str, &str)] = &[
     ("cubic", "Share Pasand, Luenberger-type cubic observers, eq. (5)"),
     ("sampled-cubic", "the same paper's observer, eq. (5), with a step in closed form: docs/theory-cubic.md"),
     ("unknown-input", "asked for by Share Pasand, Luenberger-type cubic observers; Darouach, Zasadzinski and Xu 1994"),
+    ("interval", "Gouze, Rapaport and Hadj-Sadok 2000; Mazenc and Bernard 2011; the least width after Briat 2013"),
     ("proportional-integral", "asked for by Share Pasand, Luenberger-type cubic observers; Wojciechowski 1978"),
     ("lpv", "Boyd et al., Linear Matrix Inequalities in System and Control Theory, 1994"),
     ("lipschitz", "Thau 1973, Rajamani 1998, Arcak and Kokotovic 2001"),

@@ -9,6 +9,7 @@ mod feedthrough;
 mod folder;
 mod gain_limits;
 mod high_gain;
+mod interval;
 mod kkl_numerical;
 mod limits;
 mod log;

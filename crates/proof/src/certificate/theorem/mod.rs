@@ -16,12 +16,14 @@ mod inequality;
 mod inequality_holds;
 mod inequality_refuted;
 mod input_to_state;
+mod interval_observer;
 mod kkl;
 mod kkl_injectivity;
 mod linear;
 mod plant;
 mod polytope;
 mod sampled;
+mod sampled_interval;
 mod schur;
 mod sector;
 mod semi_implicit;
@@ -55,12 +57,14 @@ pub use inequality::{Coefficient, Constraint, MatrixInequality};
 pub use inequality_holds::InequalityHolds;
 pub use inequality_refuted::InequalityRefuted;
 pub use input_to_state::{DisturbedPlant, InputToStateStability};
+pub use interval_observer::{IntervalCoordinates, IntervalEnclosure};
 pub use kkl::{KklBox, KklClaims, KklErrorBound, KklMapError, KklMapName, KklMaps, KklTexts, LARGEST_KKL};
 pub use kkl_injectivity::KklInjectivity;
 pub use linear::LinearConvergence;
 pub use plant::{PlantMatrices, PlantWithin};
 pub use polytope::{JacobianPolytope, PlantPolytope, Vertex};
 pub use sampled::SampledCubicConvergence;
+pub use sampled_interval::SampledIntervalEnclosure;
 pub use schur::SchurStability;
 pub use sector::SectorConvergence;
 pub use semi_implicit::SemiImplicitCubicConvergence;
@@ -169,6 +173,10 @@ theorems! {
     UnknownInputConvergence,
     /// A bound of the error under bounded disturbances and noise.
     InputToStateStability,
+    /// The interval observer in continuous time.
+    IntervalEnclosure,
+    /// The sampled interval observer, with the rounding of its steps.
+    SampledIntervalEnclosure,
     /// The sampled cubic observer with a semi-implicit cubic step.
     SemiImplicitCubicConvergence,
     /// The sampled observer at periods that vary, with missed samples.
