@@ -15,6 +15,7 @@ import time
 import document
 import intervals
 import sampled
+import super_twisting
 import theorems
 from deployed import deployed_observer
 from document import Field, Malformed, Unreadable
@@ -25,6 +26,7 @@ KINDS = (
     theorems.KINDS
     | sampled.KINDS
     | intervals.KINDS
+    | super_twisting.KINDS
     | {"deployed-observer": deployed_observer, "kkl-error-bound": kkl_error_bound}
 )
 FORMAT, VERSION = "luenberger-certificate", 2

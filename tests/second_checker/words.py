@@ -371,6 +371,16 @@ def sampled_interval_observer(size, number, w, v, blocks, xhat, inputs, factor, 
     )
 
 
+def super_twisting_observer(k1, k2, bound, alpha, c):
+    return (
+        "For the error e1' = e2 - k1 |e1|^(1/2) sign(e1), e2' = F - k2 sign(e1) of a super-twisting observer in "
+        f"continuous time with k1 = {exact(k1)}, k2 = {exact(k2)} and every F with |F(t)| <= {exact(bound)}: V = z'Pz, "
+        "z = (|e1|^(1/2) sign(e1), e2), satisfies V' <= -(alpha/c) V^(1/2) almost everywhere with "
+        f"alpha = {exact(alpha)} and c = {exact(c)}, so that e1 and e2 are 0 from a time of at most "
+        "(2 c/alpha) V(0)^(1/2) on, from every initial error. Nothing is said of a sampled observer."
+    )
+
+
 def unknown_input_observer(states, inputs, unknown, outputs, has_cubic, rate):
     term, gains, flow, metric, function = "", "gain L", "", "", "e'Pe"
     if has_cubic:

@@ -315,6 +315,12 @@ pub enum DesignError {
         /// An output without noise, from 0; none where no gain makes the comparison system stable.
         quiet: Option<usize>,
     },
+    /// A sliding-mode observer of an order without known gains.
+    #[error("gains of sliding-mode observers are known for 1 to 6 states, not for {order}")]
+    SlidingOrder {
+        /// The number of states.
+        order: usize,
+    },
     /// A number that the format of the target has not.
     #[error("{format} has no number {}", short(*.value))]
     NotStored {

@@ -35,6 +35,7 @@
 //! | [`proportional_integral`] | a disturbance estimated with the state |
 //! | [`unknown_input`] | an estimate that does not depend on an unknown disturbance |
 //! | [`interval`] | bounds that enclose the state |
+//! | [`sliding_mode`] | super-twisting observer and robust exact differentiator, with an implicit step |
 //! | [`output_feedback`] | an observer with the feedback `u = r - K xhat` as one block |
 //! | `static_size` (feature `alloc`) | designed observers with the sizes and the scalar of the target |
 //! | `serialization` (feature `serde`) | linear observers in files: matrices by rows, read through the constructors |
@@ -85,6 +86,7 @@ pub mod semi_implicit;
 mod semidefinite;
 #[cfg(feature = "serde")]
 mod serialization;
+pub mod sliding_mode;
 #[cfg(feature = "alloc")]
 pub mod static_size;
 pub mod stationary_kalman;
@@ -121,6 +123,7 @@ pub use output_feedback::OutputFeedback;
 pub use pebo::{PeboObserver, Regression};
 pub use proportional_integral::ProportionalIntegralObserver;
 pub use sampled_copy::{SampledCopy, StaticSampledCopy};
+pub use sliding_mode::SlidingModeObserver;
 pub use stationary_kalman::{StaticStationaryKalmanFilter, StationaryKalmanFilter};
 pub use unknown_input::UnknownInputObserver;
 pub use varying_period::VaryingPeriodObserver;

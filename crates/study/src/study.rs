@@ -437,6 +437,8 @@ pub enum ObserverKind {
     },
     /// Interval observer.
     Interval(Box<IntervalSpec>),
+    /// Sliding-mode observer.
+    SlidingMode(SlidingModeSpec),
     /// The extended Kalman filter.
     ExtendedKalman {
         /// W, n x n.
@@ -462,6 +464,19 @@ pub enum ObserverKind {
     ImmersionInvariance(Box<crate::maps::ImmersionSpec>),
     /// Numerical KKL observer.
     KklNumerical(KklSpec),
+}
+
+/// Specification of a sliding-mode observer.
+#[derive(Debug, Clone, PartialEq)]
+pub struct SlidingModeSpec {
+    /// The bound of what the model leaves open in the last derivative.
+    pub bound: f64,
+    /// The gains, n of them; none for those that follow from the bound.
+    pub gains: Option<Vec<f64>>,
+    /// The sampling period.
+    pub period: f64,
+    /// Whether the explicit Euler method is used, for comparison.
+    pub explicit: bool,
 }
 
 /// Specification of an interval observer.
@@ -526,6 +541,7 @@ impl ObserverKind {
             | Self::Lipschitz { .. }
             | Self::MeanValue { .. } => true,
             Self::HighGain { .. }
+            | Self::SlidingMode(_)
             | Self::ExtendedKalman { .. }
             | Self::Kkl(_)
             | Self::Pebo(_)
@@ -544,6 +560,7 @@ impl ObserverKind {
             Self::ProportionalIntegral { .. } => "proportional-integral",
             Self::UnknownInput { .. } => "unknown-input",
             Self::Interval(_) => "interval",
+            Self::SlidingMode(_) => "sliding-mode",
             Self::SampledCubic { .. } => "sampled-cubic",
             Self::Lpv { .. } => "lpv",
             Self::Lipschitz { .. } => "lipschitz",
@@ -562,6 +579,7 @@ impl ObserverKind {
     pub fn period(&self) -> Option<f64> {
         match self {
             Self::SampledCubic { period, .. } | Self::ExtendedKalman { period, .. } => Some(*period),
+            Self::SlidingMode(spec) => Some(spec.period),
             _ => None,
         }
     }
@@ -613,6 +631,14 @@ impl ObserverKind {
             | Self::Lipschitz { rate, .. }
             | Self::MeanValue { rate, .. } => *rate *= factor,
             Self::HighGain { r, .. } => *r /= factor,
+            // Gains as for a bound that is factor^n times as large: time in units of 1/factor.
+            Self::SlidingMode(spec) => {
+                if let Some(gains) = &mut spec.gains {
+                    for (i, gain) in gains.iter_mut().enumerate() {
+                        *gain *= factor.powi(i32::try_from(i + 1).unwrap_or(i32::MAX));
+                    }
+                }
+            }
             Self::Interval(spec) => {
                 if let Some(gain) = &mut spec.gain {
                     *gain = linear(gain);

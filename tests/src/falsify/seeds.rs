@@ -8,8 +8,8 @@ use luenberger_design::robust::PolytopicDesign;
 use luenberger_design::{
     Certified, CubicDesign, CubicGain, DecoupledPlant, DiscreteDesign, Disturbances, ErrorBound, ErrorCoordinates,
     FeedbackDesign, IntervalDesign, Kept, LinearDesign, LipschitzDesign, Periods, SampledCubicDesign,
-    SampledIntervalDesign, Theorem1, UnknownInputDesign, VaryingPeriodDesign, at_varying_periods, deployed_linear,
-    joint_design, lyapunov_certificate_file, stein_certificate_file,
+    SampledIntervalDesign, SuperTwistingDesign, Theorem1, UnknownInputDesign, VaryingPeriodDesign, at_varying_periods,
+    deployed_linear, joint_design, lyapunov_certificate_file, stein_certificate_file,
 };
 use luenberger_linalg::{lqr, lyapunov, stein};
 use luenberger_lmi::{Problem, he, sdpa};
@@ -40,6 +40,7 @@ pub(super) const GENERATORS: &[(&str, Generator)] = &[
     ("input-to-state-stability", input_to_state),
     ("interval-observer", interval),
     ("sampled-interval-observer", sampled_interval),
+    ("super-twisting-observer", super_twisting),
     ("sampled-cubic-observer-semi-implicit", semi_implicit),
     ("sampled-observer-at-varying-periods", varying_periods),
     ("deployed-observer", deployed),
@@ -279,6 +280,12 @@ fn input_to_state(random: &mut Random) -> Option<CertificateFile> {
         return written(bound.certificate_file("uncertain"));
     }
     written(ErrorBound::cubic(&design, &acting).ok()?.certificate_file("cubic"))
+}
+
+fn super_twisting(random: &mut Random) -> Option<CertificateFile> {
+    let bound = 2.0_f64.powi(random.integer(-6, 6)) * random.between(1.0, 2.0);
+    let (k1, k2) = (random.between(2.1, 4.0) * bound.sqrt(), random.between(1.1, 4.0) * bound);
+    written(SuperTwistingDesign::new([k1, k2], bound).ok()??.certificate_file("super-twisting"))
 }
 
 fn coordinates(random: &mut Random) -> ErrorCoordinates {

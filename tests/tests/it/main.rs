@@ -19,4 +19,5 @@ mod theorems_kkl_bound;
 mod theorems_kkl_converter;
 mod theorems_mvt;
 mod theorems_sampled;
+mod theorems_sliding_mode;
 mod theorems_uncertain;

@@ -14,9 +14,9 @@ use luenberger_design::robust::{PolytopicDesign, certify_gain};
 use luenberger_design::{
     Certified, CubicDesign, CubicGain, DecoupledPlant, DiscreteDesign, DiscreteLpvDesign, Disturbances, ErrorBound,
     ErrorCoordinates, FeedbackDesign, GainOptions, IntervalDesign, Kept, LinearDesign, LipschitzDesign, LpvDesign,
-    LyapunovWeight, Periods, Region, SampledCubicDesign, SampledIntervalDesign, Theorem1, UnknownInputDesign,
-    VaryingPeriodDesign, at_varying_periods, deployed_linear, joint_design, lyapunov_certificate_file,
-    stein_certificate_file, theta_from_importance,
+    LyapunovWeight, Periods, Region, SampledCubicDesign, SampledIntervalDesign, SuperTwistingDesign, Theorem1,
+    UnknownInputDesign, VaryingPeriodDesign, at_varying_periods, deployed_linear, joint_design,
+    lyapunov_certificate_file, stein_certificate_file, theta_from_importance,
 };
 use luenberger_linalg::lqr;
 use luenberger_lmi::{Problem, he, sdpa};
@@ -142,6 +142,9 @@ fn of_linear_plants() -> Vec<CertificateFile> {
     files.extend(under_disturbances(&example1, &cubic));
     files.extend(without_disturbance());
     files.extend(enclosing());
+    for (k, bound) in [([2.1, 1.1], 1.0), ([7.0, 9.0], 5.0)] {
+        files.push(SuperTwistingDesign::new(k, bound).unwrap().unwrap().certificate_file("super-twisting").unwrap());
+    }
     files.push(sampled.linear_certificate_file("sampled, linear").unwrap());
     files
 }

@@ -73,6 +73,7 @@ const DESIGN_UNITS: Suite = Suite { package: "luenberger-design", binaries: &["-
 const CUBIC: Suite = Suite { package: MODULES, binaries: &["--test", "cubic"], only: &[] };
 const INPUT_TO_STATE: Suite = Suite { package: MODULES, binaries: &["--test", "input_to_state"], only: &[] };
 const INTERVAL: Suite = Suite { package: MODULES, binaries: &["--test", "interval"], only: &[] };
+const SLIDING: Suite = Suite { package: MODULES, binaries: &["--test", "sliding_mode"], only: &[] };
 const SAMPLED: Suite = Suite { package: MODULES, binaries: &["--test", "sampled"], only: &[] };
 const MEAN_VALUE: Suite = Suite { package: MODULES, binaries: &["--test", "mean_value"], only: &[] };
 const KKL: Suite = Suite { package: MODULES, binaries: &["--test", "kkl"], only: &[] };
@@ -851,6 +852,43 @@ pub(super) const SOURCES: &[Source] = &[
                 "entry(&g.blocks, k, rho) + g.constant.get(k).copied().unwrap_or_else(T::zero)",
                 "entry(&g.blocks, k, rho)",
             ),
+        ],
+    },
+    Source {
+        file: "crates/observers/src/sliding_mode.rs",
+        suites: &[SLIDING],
+        mutants: &[
+            mutant("sliding mode: the sign in the layer", Hypothesis, "return (zero, z / layer);", "return (zero, sign);"),
+            mutant("sliding mode: layer h^n", Dropped, "|layer, _| layer * self.h)", "|layer, _| layer)"),
+            mutant("sliding mode: half the root", Constant, "(rest + rest) / (a +", "rest / (a +"),
+            mutant("sliding mode: correction to the explicit power", Constant, "for j in i..n {", "for j in i..=i {"),
+            mutant("sliding mode: no Newton step", Dropped, "for _ in 0..NEWTON {", "for _ in 0..0 * NEWTON {"),
+            mutant("sliding mode: weight without 1/degree!", Dropped, "weight * self.h / degree;", "weight * self.h;"),
+            mutant(
+                "Levant: gains of the recursive form",
+                Dropped,
+                "convert::<f64, T>(RECURSIVE[n - 1 - i]) * c.powf(exponent)",
+                "convert::<f64, T>(RECURSIVE[n - 1 - i]) + (c - c).powf(exponent)",
+            ),
+        ],
+    },
+    Source {
+        file: "crates/proof/src/statement/super_twisting.rs",
+        suites: &[SLIDING],
+        mutants: &[
+            mutant("super-twisting: k2 for 2 k2", Dropped, "k2.add(&k2).neg()", "k2.neg()"),
+            mutant("super-twisting: bound for its square", Dropped, "let square = bound.mul(&bound);", "let square = bound.clone();"),
+            mutant("super-twisting: c for its square", Dropped, "scaled(&c.mul(&c))", "scaled(&c)"),
+        ],
+    },
+    Source {
+        file: "crates/design/src/sliding_mode.rs",
+        suites: &[SLIDING],
+        mutants: &[
+            mutant("super-twisting: alpha unscaled", Dropped, "(alpha * root, c *", "(alpha, c *"),
+            mutant("super-twisting: half the time", Constant, "2.0 * self.c / self.alpha", "self.c / self.alpha"),
+            mutant("reaching time: a quarter turn", Constant, "k1 / (4.0 * square.sqrt())", "k1 / (8.0 * square.sqrt())"),
+            mutant("reaching time: against d", Sign, "(k - d * e.signum())", "(k + d * e.signum())"),
         ],
     },
     Source {

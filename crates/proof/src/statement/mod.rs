@@ -21,6 +21,7 @@ mod lyapunov;
 mod sector;
 mod semi_implicit;
 mod spectrum;
+mod super_twisting;
 mod unknown_input;
 mod varying_periods;
 
@@ -46,6 +47,7 @@ pub use lyapunov::{
 pub use sector::{SectorTerm, sector_decrease};
 pub use semi_implicit::{semi_implicit_decrease, semi_implicit_room};
 pub use spectrum::{schur_stable, spectral_abscissa, spectral_radius};
+pub use super_twisting::super_twisting;
 pub use unknown_input::{Decoupled, UnknownInput, unknown_input};
 pub use varying_periods::decrease_over_times;
 

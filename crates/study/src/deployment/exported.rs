@@ -33,6 +33,7 @@ pub fn exported(
         SampledDesign::Filter(design) => Program::Kalman(design.filter),
         SampledDesign::Extension(design) => Program::Extension(design.observer),
         SampledDesign::Interval(design) => Program::Step(design.program(scalar)?),
+        SampledDesign::SlidingMode(design) => Program::Step(design.observer),
         SampledDesign::Kkl(design) => Program::Kkl(
             match design.observer {
                 KklStep::Two(plant, filter, inverse) => Kkl::two(&plant, filter, inverse),

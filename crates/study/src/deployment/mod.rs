@@ -7,6 +7,7 @@
 //! | `nonlinear` | observers of nonlinear plants with a step for each sample |
 //! | `exported` | the program that an export prints, under the names of the study |
 //! | `interval` | the interval observer |
+//! | `sliding_mode` | the sliding-mode observer |
 //! | `expressions` | the plant as expressions, which can be printed as source code |
 //! | `record` | the run of the study at the samples: what the exported step is compared with |
 
@@ -16,12 +17,14 @@ mod interval;
 mod linear;
 mod nonlinear;
 mod record;
+mod sliding_mode;
 
 pub use exported::exported;
 pub use interval::IntervalDeployment;
 pub(crate) use linear::MARGIN;
 pub use nonlinear::{CopyDesign, DiscreteCopyDesign, ExtensionDesign, FilterDesign, KklDesign, KklStep};
 pub use record::{Difference, Record, record};
+pub use sliding_mode::SlidingModeDeployment;
 
 use std::sync::atomic::AtomicBool;
 
@@ -59,6 +62,8 @@ pub enum SampledDesign {
     Extension(Box<ExtensionDesign>),
     /// The interval observer.
     Interval(Box<IntervalDeployment>),
+    /// The sliding-mode observer.
+    SlidingMode(Box<SlidingModeDeployment>),
 }
 
 /// A sampled design, and the design of the study itself where it was needed.
@@ -428,6 +433,18 @@ pub fn evidence(study: &Study, observer: &ObserverSpec, design: &SampledDesign, 
             )
         }
         SampledDesign::Interval(interval) => interval.evidence(study, observer, format),
+        SampledDesign::SlidingMode(step) => {
+            let rest = format!(
+                "The step in this code solves the implicit equation in closed form; rounding to {format} is not covered."
+            );
+            of_statement(
+                title,
+                step.certificate.as_ref(),
+                "for the observer in continuous time",
+                &step.statement,
+                &rest,
+            )
+        }
         SampledDesign::Kkl(kkl) => Evidence {
             sentences: vec![format!(
                 "No stability certificate. {} The left inverse is {}; between samples a copy of the plant predicts the output.",

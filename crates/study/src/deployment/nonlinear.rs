@@ -15,7 +15,7 @@ use luenberger_plants::{Differentiable, Plant};
 use luenberger_proof::wording::significant;
 use nalgebra::{Const, DMatrix, DVector, Dyn};
 
-use super::SampledDesign;
+use super::{SampledDesign, SlidingModeDeployment};
 use crate::design::{Designed, Kkl, Runnable};
 use crate::maps::whole;
 use crate::study::{ObserverKind, ObserverSpec, Study};
@@ -266,6 +266,15 @@ pub(super) fn sampled(
         }
         Runnable::KklMaps(_) | Runnable::Peb(_) => extension(study, observer, designed, plant, (period, substeps))
             .map(|design| SampledDesign::Extension(Box::new(design))),
+        Runnable::SlidingMode(_) => {
+            let ObserverKind::SlidingMode(spec) = &observer.kind else {
+                return Err(plain("the observer has another kind".to_owned()));
+            };
+            let observer = super::sliding_mode::step(study, spec)?;
+            let statement = report.statement.clone();
+            let certificate = certificate.clone();
+            Ok(SampledDesign::SlidingMode(Box::new(SlidingModeDeployment { observer, certificate, statement })))
+        }
         Runnable::PrintedMeanValue(_) => Err((
             "the mean-value observer as printed has no export: its gain is a function of the mean Jacobian".to_owned(),
             vec!["kind = \"mean-value\" without `as_printed`, the corrected observer, has one".to_owned()],

@@ -14,6 +14,7 @@ mod operating_point;
 mod peb;
 mod printed_mean_value;
 mod runnable;
+mod sliding_mode;
 
 pub(crate) use disturbance::names as disturbance_names;
 pub(crate) use interval::{Sampling, sampled_design as sampled_interval, sampled_statement};
@@ -22,6 +23,7 @@ pub use kkl_maps::candidate;
 pub(crate) use noise_gain::SPEED_RATIO;
 pub use printed_mean_value::PrintedMean;
 pub use runnable::{At, Chains, Runnable, WithDisturbance, WithoutDisturbance};
+pub(crate) use sliding_mode::gains as sliding_mode_gains_of;
 
 use std::sync::atomic::AtomicBool;
 use std::time::Instant;
@@ -148,6 +150,7 @@ fn in_words(
             let plant = model.linear().ok_or_else(|| explain::not_linear(study, wish))?;
             disturbance::unknown_input(&plant, e, gain, cubic.as_ref(), &options).map_err(explained)
         }
+        ObserverKind::SlidingMode(spec) => sliding_mode::design(study, wish, spec),
         ObserverKind::Interval(spec) => {
             let plant = model.linear().ok_or_else(|| explain::not_linear(study, wish))?;
             let plant = (&plant, study.plant.states.as_slice());

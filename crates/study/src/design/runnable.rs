@@ -5,7 +5,7 @@ use luenberger_observers::{
     CubicObserver, DeviationObserver, DiscreteLinearObserver, DiscreteNonlinearObserver, ExtendedKalmanFilter,
     HighGainObserver, ImmersionInvarianceObserver, Integral, IntervalObserver, KklObserver, KklPebObserver,
     LinearObserver, MeanValueObserver, NonlinearLuenbergerObserver, Observer, ObserverDimensions,
-    ProportionalIntegralObserver, SampledCubicObserver, SampledIntervalObserver, SampledObserver,
+    ProportionalIntegralObserver, SampledCubicObserver, SampledIntervalObserver, SampledObserver, SlidingModeObserver,
     StationaryKalmanFilter, UnknownInputObserver,
 };
 use luenberger_plants::{Column, Plant, state_jacobian};
@@ -45,6 +45,8 @@ pub enum Runnable {
     Interval(Box<IntervalObserver<LinearObserver<f64, Dyn, Dyn, Dyn>, f64, Dyn, Dyn, Dyn>>),
     /// The same for samples.
     SampledInterval(Box<SampledIntervalObserver<f64, Dyn, Dyn, Dyn, Dyn, Dyn>>),
+    /// Sliding-mode observer.
+    SlidingMode(Box<SlidingModeObserver<Model, f64, Dyn, Dyn, Dyn>>),
     /// Sampled cubic observer.
     SampledCubic(Box<SampledCubicObserver<f64, Dyn, Dyn, Dyn>>),
     /// Luenberger observer, or stationary Kalman predictor, in discrete time.
@@ -106,6 +108,7 @@ macro_rules! each {
                 Kkl::ThreeEmbedded($continuous) => $flow,
             },
             Runnable::SampledInterval($sampled) => $step,
+            Runnable::SlidingMode($sampled) => $step,
             Runnable::SampledCubic($sampled) => $step,
             Runnable::SampledCubicAt($sampled) => $step,
             Runnable::DiscreteLinear($sampled) => $step,

@@ -11,7 +11,7 @@ use super::{Reader, check, disturbance, interval, maps};
 use crate::design::PrintedMean;
 use crate::diagnostic::Source;
 use crate::model::PlantModel;
-use crate::study::{GainLimits, GainSpec, KklSpec, LinearSpec, ObserverKind, ObserverSpec, RateSpec};
+use crate::study::{GainLimits, GainSpec, KklSpec, LinearSpec, ObserverKind, ObserverSpec, RateSpec, SlidingModeSpec};
 
 /// The observers; none if one has mistakes.
 pub(super) fn observers(
@@ -164,6 +164,7 @@ fn kind(node: &Node, name: &str, size: Dimensions, reader: &mut Reader) -> Optio
         "proportional-integral" => disturbance::proportional_integral(node, size, reader)?,
         "unknown-input" => disturbance::unknown_input(node, size, reader)?,
         "interval" => interval::interval(node, size, reader)?,
+        "sliding-mode" => sliding_mode(node, size, reader)?,
         "lpv" => {
             let region = region(node, size, reader);
             alternatives(node, &["decay_rate", "fastest", "gain"], false, reader)?;
@@ -502,6 +503,24 @@ fn sector(node: &Node, n: usize, reader: &mut Reader) -> Option<Sector> {
         return None;
     }
     Some(Sector::slope(g?, h?, low, high))
+}
+
+fn sliding_mode(node: &Node, size: Dimensions, reader: &mut Reader) -> Option<ObserverKind> {
+    let gains = match node.get("k") {
+        Some(gains) => Some(reader.numbers(gains, "k", size.states, "state")?),
+        None => None,
+    };
+    let spec = SlidingModeSpec {
+        bound: node.get("bound")?.number()?,
+        gains,
+        period: node.get("period")?.number()?,
+        explicit: node.get("discretisation").and_then(Node::text) == Some("explicit"),
+    };
+    if reader.dt.is_some() {
+        reader.wrong(check::head(node), "this kind is for plants in continuous time", "expected another kind");
+        return None;
+    }
+    Some(ObserverKind::SlidingMode(spec))
 }
 
 fn high_gain(node: &Node, size: Dimensions, reader: &mut Reader) -> Option<ObserverKind> {

@@ -366,6 +366,31 @@ const KINDS: &[Variant] = &[
         ],
     },
     Variant {
+        name: "sliding-mode",
+        about: "Super-twisting observer and robust exact differentiator, for chains of integrators x1' = x2, .., x_n' = f(x, u) + d with the output x1: exact after a finite time in continuous time, stepped at samples without chattering.",
+        keys: &[
+            required(
+                "bound",
+                Kind::Number(Range::Positive),
+                "Bound of |d|: of what the plant's own f leaves open in the last derivative, model errors included.",
+            ),
+            optional(
+                "k",
+                Kind::Numbers(Range::Positive),
+                "Gains k_i of |e|^((n-i)/n) sign(e), n numbers (default: from the bound D, for n = 2 2.1 D^(1/2) and 1.1 D).",
+            ),
+            PERIOD,
+            optional(
+                "discretisation",
+                Kind::Choice(&[
+                    ("implicit", "The implicit Euler method, which does not chatter."),
+                    ("explicit", "The explicit Euler method, for comparison."),
+                ]),
+                "How the sign is discretised (default implicit).",
+            ),
+        ],
+    },
+    Variant {
         name: "sampled-cubic",
         about: "Sampled cubic observer, stable at every sampling period, for linear plants.",
         keys: &[
@@ -614,6 +639,10 @@ const SOURCES: &[(&str, &str)] = &[
     ("cubic", "Share Pasand, Luenberger-type cubic observers, eq. (5)"),
     ("sampled-cubic", "the same paper's observer, eq. (5), with a step in closed form: docs/theory-cubic.md"),
     ("unknown-input", "asked for by Share Pasand, Luenberger-type cubic observers; Darouach, Zasadzinski and Xu 1994"),
+    (
+        "sliding-mode",
+        "Levant 2003; Davila, Fridman and Levant 2005; implicit step: Acary and Brogliato 2010, Mojallizadeh, Brogliato and Acary 2021",
+    ),
     ("interval", "Gouze, Rapaport and Hadj-Sadok 2000; Mazenc and Bernard 2011; the least width after Briat 2013"),
     ("proportional-integral", "asked for by Share Pasand, Luenberger-type cubic observers; Wojciechowski 1978"),
     ("lpv", "Boyd et al., Linear Matrix Inequalities in System and Control Theory, 1994"),

@@ -24,6 +24,7 @@ mod sampled;
 mod scores;
 mod sensors;
 mod signal;
+mod sliding_mode;
 mod solver;
 mod sweep;
 mod table;

@@ -30,6 +30,7 @@ mod semi_implicit;
 mod semidefinite;
 mod solution;
 mod structured;
+mod super_twisting;
 mod theorem1;
 mod unknown_input;
 mod varying_periods;
@@ -71,6 +72,7 @@ pub use semi_implicit::SemiImplicitCubicConvergence;
 pub use semidefinite::{SemidefiniteEvidence, SemidefiniteProgram};
 pub use solution::{Equation, SolutionWithin};
 pub use structured::StructuredCubicConvergence;
+pub use super_twisting::SuperTwistingConvergence;
 pub use theorem1::CubicTheorem1;
 pub use unknown_input::{StoredCubicTerm, UnknownInputConvergence};
 pub use varying_periods::{CubicStep, MOST_MISSES, VaryingPeriodConvergence};
@@ -177,6 +179,8 @@ theorems! {
     IntervalEnclosure,
     /// The sampled interval observer, with the rounding of its steps.
     SampledIntervalEnclosure,
+    /// The super-twisting observer in continuous time.
+    SuperTwistingConvergence,
     /// The sampled cubic observer with a semi-implicit cubic step.
     SemiImplicitCubicConvergence,
     /// The sampled observer at periods that vary, with missed samples.
