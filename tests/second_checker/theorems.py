@@ -576,6 +576,92 @@ def unknown_input_observer(file):
     return words.unknown_input_observer(n, b.columns, e.columns, c.rows, bool(field), rate), facts
 
 
+def reduced_order_observer(file):
+    """`v' = Fv`, v = w - Tx, with the rational F = T A (C'C + T'T)^-1 T'."""
+    a, b, c = read_plant(file)
+    n = a.rows
+    with file.object("observer") as observer:
+        t = observer.take("T").matrix(None, n)
+    with file.object("lyapunov") as proof:
+        p, rate = proof.take("P").symmetric(t.rows), proof.rate()
+    gram = c.T @ c + t.T @ t
+
+    def decrease(margin):
+        if sign(gram) != DEFINITE:
+            raise NotShown("there is no M")
+        at_least(lyapunov(t @ a @ inverse(gram) @ t.T, p, rate), margin, strict=True)
+
+    return words.reduced_order_observer(n, b.columns, c.rows, t.rows, rate), [
+        ("C'C + T'T > 0", positive(gram)),
+        ("P > 0", positive(p)),
+        (f"F'P + PF{words.rate_term(rate, 'P')} < 0", decrease),
+    ]
+
+
+class FilterProblem:
+    """A plant with disturbances w, a linear observer, and the errors z = He that count, in continuous or discrete time:
+    e' = Fe + Gw or e+ = Fe + Gw.
+    """
+
+    def __init__(self, file):
+        self.is_discrete = file.take("time").word("continuous", "discrete") == "discrete"
+        a, b, c = read_plant(file)
+        n, outputs = a.rows, c.rows
+        e = file.take("E").matrix_with_rows(n)
+        if not e.columns:
+            file.take("E").fail("is empty")
+        if n + e.columns > LARGEST_ORDER:
+            file.take("E").fail(f"makes an inequality of more than {LARGEST_ORDER} rows")
+        d = file.take("D").matrix(outputs, e.columns)
+        h = file.take("H").matrix(None, n)
+        with file.object("observer") as observer:
+            l = observer.take("L").matrix(n, outputs)
+        with file.object("lyapunov") as proof:
+            self.p = proof.take("P").symmetric(n)
+        self.gamma = file.take("gamma").in_range(lambda x: x > 0, "positive")
+        self.f, self.g, self.h = a - l @ c, e - l @ d, h
+        self.sizes = n, b.columns, e.columns, outputs, h.rows
+
+    def storage(self):
+        """Minus the quadratic form of `V' + |z|^2` (or `V(e+) - V + |z|^2`) in e and w, as its three blocks."""
+        driven = self.p @ self.g
+        if self.is_discrete:
+            return stein(self.f, self.p) - self.h.T @ self.h, -(self.f.T @ driven), -(self.g.T @ driven)
+        zero = Matrix.zeros(self.g.columns, self.g.columns)
+        return lyapunov(self.f, self.p) - self.h.T @ self.h, -driven, zero
+
+    def words(self, norm):
+        return words.filter_bound(norm, self.is_discrete, *self.sizes, self.gamma)
+
+
+def h_infinity_filter(file):
+    of = FilterProblem(file)
+    first, corner, last = of.storage()
+    form = blocks([[first, corner], [corner.T, last + Matrix.scalar(of.g.columns, of.gamma * of.gamma)]])
+    if of.is_discrete:
+        label = (
+            "[(A - LC)'P(A - LC) - P + H'H, (A - LC)'P(E - LD); *, (E - LD)'P(E - LD) - gamma^2 I] < 0"
+        )
+    else:
+        label = "[(A - LC)'P + P(A - LC) + H'H, P(E - LD); *, -gamma^2 I] < 0"
+    return words.h_infinity_filter(of.words("H-infinity"), of.is_discrete), [
+        ("P > 0", positive(of.p)),
+        (label, positive(form)),
+    ]
+
+
+def h2_filter(file):
+    of = FilterProblem(file)
+    spent = of.g.T @ of.p @ of.g
+    room = of.gamma * of.gamma - sum(spent[i, i] for i in range(spent.rows))
+    first = "(A - LC)'P(A - LC) - P" if of.is_discrete else "(A - LC)'P + P(A - LC)"
+    return words.h2_filter(of.words("H2"), of.is_discrete), [
+        ("P > 0", positive(of.p)),
+        (f"{first} + H'H < 0", positive(of.storage()[0])),
+        ("tr (E - LD)'P(E - LD) < gamma^2", positive(Matrix.diagonal([room]))),
+    ]
+
+
 def structured_metric(p, c, x, gain):
     """`P~ = C'XC + (I - T)(P - C'XC)(I - T)`, T the orthogonal projector on the range of N, computed once."""
     found = []
@@ -860,6 +946,9 @@ KINDS = {
     "sector-observer": sector_observer,
     "unknown-input-observer": unknown_input_observer,
     "input-to-state-stability": input_to_state_stability,
+    "reduced-order-observer": reduced_order_observer,
+    "h-infinity-filter": h_infinity_filter,
+    "h2-filter": h2_filter,
     "contracting-coordinates": contracting_coordinates,
     "definiteness": definiteness,
     "solution-within": solution_within,

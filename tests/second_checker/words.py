@@ -396,6 +396,45 @@ def unknown_input_observer(states, inputs, unknown, outputs, has_cubic, rate):
     )
 
 
+def reduced_order_observer(states, inputs, outputs, order, rate):
+    return (
+        f"For the plant x' = Ax + Bu, y = Cx with {sizes(states, inputs, outputs)} and the observer w' = Fw + TAN y + "
+        f"TBu, xhat = Mw + Ny with {counted(order, 'state')}, T exactly as stored and the real matrices "
+        "N = (C'C + T'T)^-1 C', M = (C'C + T'T)^-1 T' and F = TAM: v = w - Tx obeys v' = Fv, the error is "
+        f"xhat - x = Mv, and {decay(rate, "v'Pv", 'v')}, from every v(0). Nothing is said of a rounding of the other "
+        "matrices."
+    )
+
+
+def filter_bound(norm, is_discrete, states, inputs, disturbances, outputs, rows, gamma):
+    plant, step = ("discrete-time plant", "+") if is_discrete else ("plant", "'")
+    return (
+        f"For the {plant} x{step} = Ax + Bu + Ew, y = Cx + Dw with {counted(states, 'state')}, "
+        f"{counted(inputs, 'input')}, {counted(disturbances, 'disturbance')} and {counted(outputs, 'output')}, any u, "
+        f"and the observer xhat{step} = A xhat + Bu + L(y - C xhat) with the gain exactly as stored, "
+        f"the error e = x - xhat obeys e{step} = (A - LC)e + (E - LD)w. "
+        f"Without w, e tends to 0 exponentially from every e(0), and the {norm} norm of the transfer function from w to "
+        f"z = He with {counted(rows, 'row')} is below gamma = {exact(gamma)}"
+    )
+
+
+def h_infinity_filter(bound, is_discrete):
+    energy = (
+        "the sum of |z|^2 from the first sample to any other"
+        if is_discrete
+        else "the integral of |z|^2 from 0 to any T"
+    )
+    return f"{bound}: {energy} is at most e(0)'Pe(0) plus gamma^2 times that of |w|^2, for every w and e(0)."
+
+
+def h2_filter(bound, is_discrete):
+    noise = "covariance" if is_discrete else "intensity"
+    return (
+        f"{bound}: under white noise w of unit {noise} the sum of the variances of the entries of z is below gamma^2 in "
+        "the end."
+    )
+
+
 def contracting_coordinates(count, measured, unmeasured, injection, rate):
     falls = decay(rate, "|d_m|^2 + d_w'Q d_w", "d")
     return (

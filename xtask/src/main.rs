@@ -2,7 +2,7 @@
 //! `cargo xtask bench linalg`, `cargo xtask bench lmi`, `cargo xtask bench proof`, `cargo xtask bench sim`,
 //! `cargo xtask bench step`, `cargo xtask bench sweep`,
 //! `cargo xtask stress proof`, `cargo xtask stress theorems`, `cargo xtask mutate`, `cargo xtask firmware`,
-//! `cargo xtask deploy`, `cargo xtask cluster`, `cargo xtask python`.
+//! `cargo xtask deploy`, `cargo xtask cluster`, `cargo xtask live`, `cargo xtask python`.
 //!
 //! Each is a sequence of cargo commands with their times; the first failure ends the sequence with its exit code.
 
@@ -11,6 +11,7 @@ mod cluster;
 mod deploy;
 mod features;
 mod firmware;
+mod live;
 mod mutate;
 mod python;
 mod step;
@@ -91,6 +92,14 @@ enum Command {
         #[arg(long)]
         document: bool,
     },
+    /// Build the WebAssembly module of reports, and compare its results in a browser with those of this machine
+    ///
+    /// Says so if the target of rustc or a browser (chromium) is not installed.
+    Live {
+        /// Leave the committed module as it is, and compare its results too
+        #[arg(long)]
+        check: bool,
+    },
     /// Build the Python wheel and test it: pytest beside scipy, python-control, slycot and filterpy, notebooks, doctests,
     /// mypy and stubtest
     ///
@@ -150,6 +159,7 @@ fn main() -> ExitCode {
         }
         Command::Cluster => cluster::run(),
         Command::Deploy => deploy::run(),
+        Command::Live { check } => live::run(check),
         Command::Firmware { document } => firmware::run(document),
         Command::Python => python::run(),
         Command::Mutate { only, list } => mutate::run(&only, list),

@@ -24,6 +24,8 @@ pub(crate) enum Failure {
     Firmware(String),
     /// A sweep on SLURM did not end, or gave other bytes.
     Cluster(String),
+    /// A report in a browser did not run, or gave other results.
+    Live(String),
 }
 
 impl Failure {
@@ -42,7 +44,8 @@ impl Failure {
             | Self::Missing(_)
             | Self::Mutants(_)
             | Self::Firmware(_)
-            | Self::Cluster(_) => ExitCode::FAILURE,
+            | Self::Cluster(_)
+            | Self::Live(_) => ExitCode::FAILURE,
         }
     }
 }
@@ -56,7 +59,7 @@ impl fmt::Display for Failure {
             }
             Self::Io { what, source } => write!(f, "{}: {source}", what.display()),
             Self::Missing(name) => write!(f, "{name} is not installed"),
-            Self::Mutants(said) | Self::Firmware(said) | Self::Cluster(said) => write!(f, "{said}"),
+            Self::Mutants(said) | Self::Firmware(said) | Self::Cluster(said) | Self::Live(said) => write!(f, "{said}"),
         }
     }
 }

@@ -117,7 +117,6 @@ pub(crate) fn theorem(
     }
 }
 
-/// `S = w (C P^-1 C')^-1`.
 /// S of `N = -P^-1 C'S`.
 pub(crate) fn structure(
     correction: &CubicGain,
@@ -143,7 +142,8 @@ pub(crate) fn structure(
     })
 }
 
-fn radial_s(c: &DMatrix<f64>, p_inverse_ct: &DMatrix<f64>, w: f64) -> Result<DMatrix<f64>, DesignError> {
+/// `w (C P^-1 C')^-1`, the S of the radial choice; with w = 1 the largest X with `|Ce|_X^2 <= |e|_P^2`.
+pub(crate) fn radial_s(c: &DMatrix<f64>, p_inverse_ct: &DMatrix<f64>, w: f64) -> Result<DMatrix<f64>, DesignError> {
     let gram = c * p_inverse_ct;
     let outputs = c.nrows();
     check::solve_definite("C P^-1 C'", &symmetric_part(&gram), &(DMatrix::identity(outputs, outputs) * w))

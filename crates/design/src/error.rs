@@ -5,7 +5,7 @@ use luenberger_linalg::LinalgError;
 use luenberger_lmi::{Infeasibility, LmiError};
 use luenberger_observers::ObserverError;
 use luenberger_plants::PlantError;
-use luenberger_proof::wording::counted;
+use luenberger_proof::wording::{at_least, counted};
 use luenberger_proof::{ProofError, UndecidedReason, Verdict};
 use nalgebra::Complex;
 use thiserror::Error;
@@ -240,8 +240,9 @@ pub enum DesignError {
     },
     /// A constant disturbance that a state at rest hides: `rank [A E; C 0] < n + q`, decided exactly.
     #[error(
-        "no output sees the constant disturbance d = ({}): with x = ({}) both A x + E d = 0 and C x = 0, so that [A E; C 0] has no full column rank (smallest singular value {}; {} for {})",
-        listed(.d), listed(.x), short(*.sigma_min), counted(.d.len(), "disturbance"), counted(*.outputs, "output")
+        "no output sees the constant disturbance d = ({}): with x = ({}) both A x + E d = 0 and C x = 0, so that [A E; C 0] has no full column rank (smallest singular value {}; {} for {}{})",
+        listed(.d), listed(.x), short(*.sigma_min), counted(.d.len(), "disturbance"), counted(*.outputs, "output"),
+        if .d.len() <= *.outputs { "; an invariant zero of (A, E, C) at 0" } else { "" }
     )]
     UnseenDisturbance {
         /// The disturbance.
@@ -267,6 +268,32 @@ pub enum DesignError {
         acting: f64,
         /// The number of outputs.
         outputs: usize,
+    },
+    /// A bound of a norm below the least that a gain gives.
+    #[error(
+        "no gain{} makes the {norm} norm of the error less than {}: the bound {} is not attainable",
+        if *is_limited { " within `max_gain`" } else { "" }, at_least(*.least, 5), short(*.gamma)
+    )]
+    NormTooSmall {
+        /// The norm.
+        norm: &'static str,
+        /// The bound.
+        gamma: f64,
+        /// The least norm, as a semidefinite program finds it.
+        least: f64,
+        /// Whether the gain is bounded.
+        is_limited: bool,
+    },
+    /// An output, or a combination of outputs, without noise, where the least norm is asked for.
+    #[error(
+        "D does not have full row rank for {} (smallest singular value {}): a measurement without noise makes the least norm that of gains without bound",
+        counted(*.outputs, "output"), short(*.sigma_min)
+    )]
+    NoiselessOutput {
+        /// The number of outputs.
+        outputs: usize,
+        /// The smallest singular value of D.
+        sigma_min: f64,
     },
     /// (A, E, C) is not strongly detectable.
     #[error(

@@ -45,11 +45,13 @@ pub mod lpv;
 pub mod mean_value;
 pub mod names;
 pub mod nonlinear_observability;
+pub mod norm_filter;
 pub mod number;
 pub mod numerical_kkl;
 pub mod operating_point;
 pub mod proportional_integral;
 mod real_field;
+mod reduced_order;
 pub mod robust;
 pub mod sampled;
 mod separation;
@@ -83,9 +85,13 @@ pub use mean_value::{ContractingCoordinates, LeastSquares, MeanValueDesign, Outp
 pub use nalgebra;
 pub use names::Names;
 pub use nonlinear_observability::{LieObservability, lie_observability};
+pub use norm_filter::{Goal, Norm, NormFilterDesign, Performance, Time};
 pub use numerical_kkl::{NumericalKklDesign, NumericalKklError};
 pub use operating_point::{OperatingPoint, OperatingPointError, operating_point};
-pub use proportional_integral::{disturbances_with_rate, proportional_integral, with_disturbance};
+pub use proportional_integral::{
+    bandwidth_poles, disturbances_with_rate, proportional_integral, with_disturbance, with_disturbance_chain,
+};
+pub use reduced_order::ReducedOrderDesign;
 pub use sampled::SampledCubicDesign;
 pub use sliding_mode::{SuperTwistingDesign, sliding_mode_gains};
 pub use stored::{StoredDesign, StoredError, StoredObserver};

@@ -1,13 +1,23 @@
-//! Proportional-integral observers: the plant with a constant disturbance among its states.
+//! Proportional-integral and extended-state observers: the plant with a disturbance among its states.
 //!
-//! `x' = A x + B u + E d`, `y = C x`, `d' = 0`. The state `(x, d)` has the matrices `[A E; 0 0]`, `[B; 0]`, `[C 0]`; a
-//! linear or a cubic observer of this plant estimates both. It is detectable iff (A, C) is and
+//! `x' = A x + B u + E d`, `y = C x`, with a d that is constant, `d' = 0`, or in general a polynomial of t: a chain of
+//! k integrators, `d^(k) = 0`. For k = 1 the state `(x, d)` has the matrices `[A E; 0 0]`, `[B; 0]`, `[C 0]`; for
+//! larger k the state is `(x, d, d', .., d^(k-1))`. A linear or a cubic observer of this plant estimates all of it. It
+//! is detectable iff (A, C) is and
 //! ```text
 //! rank [A E; C 0] = n + q :
 //! ```
 //! else `A x + E d = 0`, `C x = 0` has a solution other than 0, a constant disturbance d with a state at rest that no
-//! output sees. The rank is decided without rounding. For `|d'| <= R` the error is bounded by
-//! [`ErrorBound`](crate::ErrorBound) with d' among the disturbances.
+//! output sees. (Where (A, E, C) has the normal rank n + q this is an invariant zero at 0. The condition is the same
+//! for every k: at s = 0 the derivatives of d vanish in the kernel of [A - sI; C].) The rank is decided without
+//! rounding. For
+//! `|d^(k)| <= R` the error is bounded by [`ErrorBound`](crate::ErrorBound) with it among the disturbances.
+//!
+//! **Extended-state observer** and **disturbance observer** are names of the same observer: with one input, `E = B` and
+//! the plant `1/a(s)`, `a(s)` of degree n, its estimate is `dhat = Q(s)(a(s) y - u)` with the filter
+//! `Q = l0/(s^(n+1) + .. + l0)` for k = 1, the denominator that of the poles of the observer: Ohnishi's disturbance
+//! observer with a Q-filter of relative degree n + 1 and `Q(0) = 1`. With all poles at `-w` (Gao's bandwidth)
+//! `Q = (w/(s + w))^(n+1)`.
 
 use luenberger_lmi::proof_matrix;
 use luenberger_observers::{ObserverError, ProportionalIntegralObserver};
@@ -37,7 +47,30 @@ use crate::error_bound::Disturbances;
 /// # Errors
 /// [`DesignError::UnseenDisturbance`] with the direction where the rank condition fails; a matrix E that does not fit.
 pub fn with_disturbance(plant: &StateSpace, e: &DMatrix<f64>) -> Result<StateSpace, DesignError> {
+    with_disturbance_chain(plant, e, 1)
+}
+
+/// The plant with the state (x, d, d', .., d^(k-1)), k the `order` from 1, for disturbances `x' = A x + B u + E d`,
+/// `d^(k) = 0`; E is n x q, and the order of the result n + k q.
+///
+/// ```
+/// use luenberger_design::{LinearDesign, bandwidth_poles, with_disturbance_chain};
+/// use nalgebra::dmatrix;
+/// // A double integrator with a force that grows linearly: all four poles at -10.
+/// let plant = luenberger_plants::double_integrator().to_dynamic();
+/// let extended = with_disturbance_chain(&plant, &dmatrix![0.0; 1.0], 2)?;
+/// let design = LinearDesign::with_poles(&extended, &bandwidth_poles(4, 1, 10.0))?;
+/// assert!((&design.observer.l - dmatrix![40.0; 600.0; 4000.0; 10000.0]).amax() < 1e-8);
+/// # Ok::<(), luenberger_design::DesignError>(())
+/// ```
+///
+/// Source: J. Han, IEEE Transactions on Industrial Electronics 56, 2009; Z. Gao, American Control Conference 2003.
+///
+/// # Errors
+/// As [`with_disturbance`]; [`DesignError::Setting`] for an order that is not from 1 to 16.
+pub fn with_disturbance_chain(plant: &StateSpace, e: &DMatrix<f64>, order: usize) -> Result<StateSpace, DesignError> {
     check::plant(plant)?;
+    check::within("the order of the chain of integrators", order as f64, 1.0, 16.0)?;
     let (n, p, q) = (plant.a.nrows(), plant.c.nrows(), e.ncols());
     check::matrix("E", e, (n, q))?;
     let system = DMatrix::from_fn(n + p, n + q, |i, j| match (i < n, j < n) {
@@ -54,26 +87,49 @@ pub fn with_disturbance(plant: &StateSpace, e: &DMatrix<f64>) -> Result<StateSpa
     let of_state = |m: &DMatrix<f64>, rows: usize, columns: usize| {
         DMatrix::from_fn(rows, columns, |i, j| m.get((i, j)).copied().unwrap_or(0.0))
     };
-    let a = DMatrix::from_fn(n + q, n + q, |i, j| match (i < n, j < n) {
+    let all = n + order * q;
+    let a = DMatrix::from_fn(all, all, |i, j| match (i < n, j < n) {
         (true, true) => plant.a[(i, j)],
-        (true, false) => e[(i, j - n)],
-        (false, _) => 0.0,
+        (true, false) if j < n + q => e[(i, j - n)],
+        (false, false) if j == i + q => 1.0,
+        _ => 0.0,
     });
-    let both = StateSpace::new(a, of_state(&plant.b, n + q, plant.b.ncols()), of_state(&plant.c, p, n + q))?;
+    let both = StateSpace::new(a, of_state(&plant.b, all, plant.b.ncols()), of_state(&plant.c, p, all))?;
     Ok(match &plant.d {
         Some(d) => both.with_feedthrough(d.clone())?,
         None => both,
     })
 }
 
-/// The disturbances of the plant with the state (x, d): those of the plant, whose D is kept, and d' with the bounds
-/// `rate`.
-pub fn disturbances_with_rate(of_plant: &Disturbances, rate: &[f64]) -> Disturbances {
+/// `count` poles for the bandwidth `omega`: with one output all of them at `-omega`; with more, equal ones as often as
+/// there are outputs, from `-0.8 omega` to `-1.25 omega` in geometric progression, since more equal ones would make the
+/// error system defective.
+///
+/// ```
+/// use luenberger_design::bandwidth_poles;
+/// assert_eq!(bandwidth_poles(3, 1, 10.0), [-10.0; 3]);
+/// assert_eq!(bandwidth_poles(4, 2, 10.0), [-8.0, -8.0, -12.5, -12.5]);
+/// ```
+pub fn bandwidth_poles(count: usize, outputs: usize, omega: f64) -> Vec<f64> {
+    let groups = if outputs > 1 { count.div_ceil(outputs) } else { 1 };
+    let pole = |k: usize| {
+        let group = if outputs > 1 { k / outputs } else { 0 };
+        // Between -1 and 1.
+        let place = if groups > 1 { 2.0 * group as f64 / (groups - 1) as f64 - 1.0 } else { 0.0 };
+        -omega * 1.25f64.powf(place)
+    };
+    (0..count).map(pole).collect()
+}
+
+/// The disturbances of the plant with the state (x, d, .., d^(k-1)), k the `order`: those of the plant, whose D is
+/// kept, and `d^(k)` with the bounds `rate`.
+pub fn disturbances_with_rate(of_plant: &Disturbances, rate: &[f64], order: usize) -> Disturbances {
     let (n, m, q, p) = (of_plant.e.nrows(), of_plant.bounds.len(), rate.len(), of_plant.d.nrows());
+    let last = n + (order.max(1) - 1) * q;
     Disturbances {
-        e: DMatrix::from_fn(n + q, m + q, |i, j| match (i < n, j < m) {
+        e: DMatrix::from_fn(last + q, m + q, |i, j| match (i < n, j < m) {
             (true, true) => of_plant.e[(i, j)],
-            (false, false) if i - n == j - m => 1.0,
+            (false, false) if i >= last && i - last == j - m => 1.0,
             _ => 0.0,
         }),
         d: DMatrix::from_fn(p, m + q, |i, j| if j < m { of_plant.d[(i, j)] } else { 0.0 }),

@@ -16,7 +16,7 @@ use nalgebra::{Complex, DMatrix, Dyn};
 
 use crate::certificate::{certified, plant};
 use crate::check;
-use crate::cubic::CubicDesign;
+use crate::cubic::{CubicDesign, radial_s};
 use crate::error::DesignError;
 use crate::linear::LinearDesign;
 use crate::proportional_integral::{exact_product, has_full_column_rank, least_seen};
@@ -175,9 +175,8 @@ impl UnknownInputDesign<CubicObserver<f64, Dyn, Dyn, Dyn>> {
     pub fn cubic(of: &DecoupledPlant, design: &CubicDesign) -> Result<Self, DesignError> {
         let o = &design.observer;
         let observer = UnknownInputObserver::new(o.clone(), of.h.clone(), of.plant.d.clone())?;
-        let gram = symmetric_part(&(&o.c * check::solve_definite("P", &design.p, &o.c.transpose())?));
-        let outputs = o.c.nrows();
-        let x = check::solve_definite("C P^-1 C'", &gram, &DMatrix::identity(outputs, outputs))?;
+        let p_inverse_ct = check::solve_definite("P", &design.p, &o.c.transpose())?;
+        let x = radial_s(&o.c, &p_inverse_ct, 1.0)?;
         let term = StoredCubicTerm {
             n: proof_matrix(&o.n),
             theta: proof_matrix(&o.theta),

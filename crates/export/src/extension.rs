@@ -3,7 +3,8 @@
 //!
 //! Its state z has an equation `z' = g(t, z, u, y)` and the estimate `xhat = k(t, z, y)`, of all states of the plant.
 //! Both are the rows of one plant with the states z and the inputs (u, y). The start `z(0) = j(xhat, y)` is the output
-//! of another one, with the states xhat and the inputs y.
+//! of another one, with the states xhat and the inputs y. Where the state jumps at samples, `z+ = q(t, z, u, y)` is the
+//! output of a third, with the states z and the inputs (u, y).
 
 use luenberger_expression::{ExpressionPlant, Routine};
 use luenberger_observers::{InterSampleObserver, Observer, ObserverDimensions};
@@ -18,6 +19,7 @@ pub type SampledExtension<T> = InterSampleObserver<ExpressionPlant, ExpressionOb
 pub struct ExpressionObserver {
     flow: ExpressionPlant,
     start: ExpressionPlant,
+    jump: Option<ExpressionPlant>,
     inputs: usize,
     outputs: usize,
 }
@@ -44,7 +46,25 @@ impl ExpressionObserver {
                 return Err(PlantError::DimensionMismatch { what, expected: (expected, 1), found: (found, 1) });
             }
         }
-        Ok(Self { flow, start, inputs, outputs })
+        Ok(Self { flow, start, jump: None, inputs, outputs })
+    }
+
+    /// The same whose state jumps at every sample, to the rows h of `jump`.
+    ///
+    /// # Errors
+    /// [`PlantError::DimensionMismatch`] for sizes that are not those of the observer.
+    pub fn jumping(self, jump: ExpressionPlant) -> Result<Self, PlantError> {
+        let (size, own) = (jump.dimensions(), self.flow.dimensions());
+        for (what, expected, found) in [
+            ("z of the jump", own.states, size.states),
+            ("(u, y) of the jump", own.inputs, size.inputs),
+            ("z after the jump", own.states, size.outputs),
+        ] {
+            if expected != found {
+                return Err(PlantError::DimensionMismatch { what, expected: (expected, 1), found: (found, 1) });
+            }
+        }
+        Ok(Self { jump: Some(jump), ..self })
     }
 
     /// `dg/dz` at a point.
@@ -55,7 +75,8 @@ impl ExpressionObserver {
     /// g, k and j as straight-line code.
     pub(crate) fn routines(&self) -> ExtensionMaps {
         let flow = self.flow.routines();
-        ExtensionMaps { rate: flow.f, estimate: flow.h, start: self.start.routines().h }
+        let jump = self.jump.as_ref().map(|jump| jump.routines().h);
+        ExtensionMaps { rate: flow.f, estimate: flow.h, start: self.start.routines().h, jump }
     }
 }
 
@@ -65,6 +86,15 @@ pub(crate) struct ExtensionMaps {
     pub(crate) rate: Routine,
     pub(crate) estimate: Routine,
     pub(crate) start: Routine,
+    /// The jump at a sample.
+    pub(crate) jump: Option<Routine>,
+}
+
+impl ExtensionMaps {
+    /// All of them.
+    pub(crate) fn all(&self) -> impl Iterator<Item = &Routine> + Clone {
+        [&self.rate, &self.estimate, &self.start].into_iter().chain(&self.jump)
+    }
 }
 
 fn joined<T: RealField + Copy>(u: &DVector<T>, y: &DVector<T>) -> DVector<T> {
@@ -89,6 +119,10 @@ impl<T: RealField + Copy> Observer<T> for ExpressionObserver {
 
     fn estimate(&self, t: T, z: &DVector<T>, u: &DVector<T>, y: &DVector<T>) -> DVector<T> {
         self.flow.output(t, z, &joined(u, y))
+    }
+
+    fn jump(&self, t: T, z: &DVector<T>, u: &DVector<T>, y: &DVector<T>) -> DVector<T> {
+        self.jump.as_ref().map_or_else(|| z.clone(), |jump| jump.output(t, z, &joined(u, y)))
     }
 
     fn initial(&self, t: T, estimate: &DVector<T>, _u: &DVector<T>, y: &DVector<T>) -> DVector<T> {

@@ -97,7 +97,7 @@ impl Maps {
 
     /// All of them.
     pub(crate) fn routines(&self) -> impl Iterator<Item = &Routine> + Clone {
-        let own = self.extension.iter().flat_map(|own| [&own.rate, &own.estimate, &own.start]);
+        let own = self.extension.iter().flat_map(ExtensionMaps::all);
         [&self.motion, &self.measurement].into_iter().chain(own)
     }
 }
@@ -169,7 +169,7 @@ impl Program {
     pub(crate) fn uses_time(&self) -> bool {
         let Some(maps) = self.maps() else { return false };
         // The start is at t = 0.
-        let own = maps.extension.iter().flat_map(|own| [&own.rate, &own.estimate]);
+        let own = maps.extension.iter().flat_map(|own| [&own.rate, &own.estimate].into_iter().chain(&own.jump));
         [&maps.motion, &maps.measurement].into_iter().chain(own).any(Routine::uses_time)
     }
 
@@ -313,7 +313,7 @@ impl Program {
         }
         if let Some(maps) = self.maps() {
             // Tables are numbered within a plant.
-            if maps.extension.iter().flat_map(|own| [&own.rate, &own.estimate, &own.start]).any(has_tables) {
+            if maps.extension.iter().flat_map(ExtensionMaps::all).any(has_tables) {
                 return Err(ExportError::Tables);
             }
             if let Some(x) = maps.routines().flat_map(Routine::constants).find(|x| !scalar.round(*x).is_finite()) {
@@ -442,10 +442,15 @@ impl Program {
             }
             Self::Extension(observer) => {
                 let z = observer.dimensions().state - n;
-                let (rate, estimate) =
-                    self.extension().map_or((0, 0), |own| (own.rate.operations(), own.estimate.operations()));
+                let own = self.extension();
+                let of = |routine: Option<&Routine>| routine.map_or(0, Routine::operations);
+                let [rate, estimate, jump] = [
+                    of(own.as_ref().map(|own| &own.rate)),
+                    of(own.as_ref().map(|own| &own.estimate)),
+                    of(own.as_ref().and_then(|own| own.jump.as_ref())),
+                ];
                 let slope = motion + measurement + rate + estimate + product(p, n);
-                observer.substeps() * (4 * slope + combined(z + p)) + estimate
+                observer.substeps() * (4 * slope + combined(z + p)) + estimate + jump
             }
             Self::Discrete(_) => motion + measurement + p + product(n, p) + n,
             Self::Step(_) => motion,

@@ -15,7 +15,7 @@ mod page;
 pub mod report;
 pub mod table;
 
-pub use figure::{Area, Bar, Dash, Figure, Hue, Mark, Marker, Panel, Series};
+pub use figure::{Area, Bar, Dash, Figure, Hue, Mark, Marker, Panel, Series, colours};
 pub use formula::Formula;
 pub use page::escape;
 pub use report::{Cell, Grid, Report, Section, Tone};

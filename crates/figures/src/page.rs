@@ -1,17 +1,22 @@
 //! A self-contained HTML file, which loads no external resource.
 //!
-//! The plotting library, the style sheet and the script are embedded in the page; the data of the figures are embedded
-//! as JSON. The linked SVG, PNG and CSV files are in the folders beside the page.
+//! The plotting library, the style sheet, the script and the data of the figures are embedded in the page; what is long is
+//! compressed, and the browser unpacks it. The linked SVG, PNG and CSV files are in the folders beside the page.
 //!
 //! The plotting library is plotly.js 3.7.0 in its basic bundle (scatter, bar, pie), MIT, as npm has it in
 //! plotly.js-basic-dist-min: `assets`, with its licence. Its SHA-256 is tested in `tests/it/report.rs`.
 
 use crate::figure::{Figure, FigureError, interactive};
+use base64::Engine;
+use base64::engine::general_purpose::STANDARD;
+use flate2::Compression;
+use flate2::write::GzEncoder;
 use serde_json::{Map, Value as Json};
 use std::fmt;
+use std::io::Write;
 
-/// plotly.js with scatter and bar plots; see the README beside it.
-const PLOTTING_LIBRARY: &str = include_str!("../assets/plotly-basic-3.7.0.min.js");
+/// plotly.js with scatter and bar plots, compressed; see the README beside it.
+const PLOTTING_LIBRARY: &str = include_str!("../assets/plotly-basic-3.7.0.min.js.gz.base64");
 
 /// Draws every element with a `data-picture`, in the colours of the page, and redraws when the light or dark mode
 /// changes.
@@ -29,8 +34,8 @@ pub(crate) fn page(title: &str, body: &str, pictures: &Pictures, style: &str, sc
          <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n\
          <title>{title}</title>\n<link rel=\"icon\" href=\"data:,\">\n\
          <style>\n{STYLE}{style}</style>\n</head>\n<body>\n{body}\n\
-         <script type=\"application/json\" id=\"pictures\">{pictures}</script>\n\
-         <script>{PLOTTING_LIBRARY}</script>\n<script>\n\"use strict\";\n{DRAW_PICTURES}{script}</script>\n</body>\n</html>\n"
+         <script type=\"text/plain\" id=\"pictures\">{pictures}</script>\n\
+         <script type=\"text/plain\" id=\"plotting-library\">{PLOTTING_LIBRARY}</script>\n<script>\n\"use strict\";\n{DRAW_PICTURES}{script}</script>\n</body>\n</html>\n"
     )
 }
 
@@ -69,12 +74,13 @@ impl Pictures {
     }
 }
 
-/// JSON that can be embedded in a script element.
+/// The JSON, compressed by gzip, in base64.
 impl fmt::Display for Pictures {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let json = serde_json::to_string(&self.pictures).map_err(|_| fmt::Error)?;
-        // "</script" within a string would end the element that holds it.
-        f.write_str(&json.replace("</", "<\\/"))
+        let json = serde_json::to_vec(&self.pictures).map_err(|_| fmt::Error)?;
+        let mut encoder = GzEncoder::new(Vec::new(), Compression::default());
+        let packed = encoder.write_all(&json).and_then(|()| encoder.finish()).map_err(|_| fmt::Error)?;
+        f.write_str(&STANDARD.encode(packed))
     }
 }
 

@@ -1,4 +1,4 @@
-const pictures = JSON.parse(document.getElementById("pictures").textContent);
+let pictures = {};
 const dark = matchMedia("(prefers-color-scheme: dark)");
 
 function themed(layout) {
@@ -25,8 +25,22 @@ function draw() {
     Plotly.react(place, traces, themed(layout), config);
   }
 }
-draw();
-dark.addEventListener("change", draw);
+
+// The response with the bytes of an element that holds gzip in base64.
+async function unpack(id) {
+  const bytes = Uint8Array.from(atob(document.getElementById(id).textContent), (letter) => letter.charCodeAt(0));
+  return new Response(new Blob([bytes]).stream().pipeThrough(new DecompressionStream("gzip")));
+}
+
+// The plotting library, once it is there.
+const plotting = (async () => {
+  const script = document.createElement("script");
+  script.textContent = await (await unpack("plotting-library")).text();
+  document.head.append(script);
+  pictures = await (await unpack("pictures")).json();
+  draw();
+  dark.addEventListener("change", draw);
+})();
 
 // Formulas are copied as LaTeX.
 document.addEventListener("copy", (event) => {

@@ -42,6 +42,7 @@ pub struct Report {
     head: String,
     style: String,
     script: String,
+    tail: String,
     numbers: Vec<String>,
     sections: Vec<Section>,
 }
@@ -139,8 +140,9 @@ pub enum ReportError {
 impl Report {
     /// A report without sections.
     pub fn new(title: impl Into<String>) -> Self {
-        let [lead, head, style, script] = [const { String::new() }; 4];
-        Self { title: title.into(), lead, head, style, script, numbers: vec!["csv".to_owned()], sections: Vec::new() }
+        let [lead, head, style, script, tail] = [const { String::new() }; 5];
+        let numbers = vec!["csv".to_owned()];
+        Self { title: title.into(), lead, head, style, script, tail, numbers, sections: Vec::new() }
     }
 
     /// HTML below the lead, before the links to the sections; user text in it must be [`escape`]d.
@@ -154,6 +156,13 @@ impl Report {
     #[must_use]
     pub fn with(mut self, style: impl Into<String>, script: impl Into<String>) -> Self {
         (self.style, self.script) = (style.into(), script.into());
+        self
+    }
+
+    /// HTML behind the last section: data that a script of [`with`](Self::with) reads.
+    #[must_use]
+    pub fn tail(mut self, html: impl Into<String>) -> Self {
+        self.tail = html.into();
         self
     }
 
@@ -216,6 +225,7 @@ impl Report {
             }
             body.push_str("</section>");
         }
+        body.push_str(&self.tail);
         let style = [OWN_STYLE, &self.style].concat();
         Ok(page(&self.title, &body, &pictures, &style, &self.script))
     }

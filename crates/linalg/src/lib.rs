@@ -105,6 +105,7 @@ mod staircase;
 pub mod stein;
 mod subspace_refinement;
 pub mod sylvester;
+pub mod system_norm;
 mod triangular;
 mod units;
 pub mod zeros;
@@ -140,6 +141,7 @@ pub use stein::{Stein, SteinEquation, stein};
 pub use sylvester::{
     DiscreteSylvester, DiscreteSylvesterEquation, Sylvester, SylvesterEquation, discrete_sylvester, sylvester,
 };
+pub use system_norm::{HInfinityNorm, discrete_h_infinity_norm, discrete_h2_norm, h_infinity_norm, h2_norm};
 pub use zeros::{InvariantZeros, invariant_zeros};
 
 /// The result of this crate's functions.

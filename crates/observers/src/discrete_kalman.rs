@@ -25,11 +25,12 @@ use luenberger_plants::{LinearPlant, Size};
 use nalgebra::allocator::Allocator;
 use nalgebra::{Const, DefaultAllocator, Dim, DimAdd, DimSum, OMatrix, OVector, RealField, U1};
 
+use crate::covariance_filter::CovarianceFilter;
 use crate::dense::{times, times_transpose};
 use crate::error::ObserverError;
 use crate::feedthrough;
 use crate::kalman::{GaussianEstimate, Innovation, correct, covariance, symmetrise};
-use crate::observer::{ObserverDimensions, SampledObserver};
+use crate::observer::{ObserverDimensions, SampledObserver, put_slice};
 
 /// The data of a [`KalmanFilter`]: plant, noise and doubt at the start, each by its name.
 #[derive(Clone, Debug, PartialEq)]
@@ -241,5 +242,41 @@ where
 
     fn initial(&self, _t: T, estimate: &Self::Estimate, _u: &Self::Input, _y: &Self::Output) -> Self::State {
         GaussianEstimate::new(estimate, &self.model.p0)
+    }
+}
+
+impl<T: RealField + Copy, N: DimAdd<U1>, M: Dim, P: Dim> CovarianceFilter<T> for KalmanFilter<T, N, M, P>
+where
+    DefaultAllocator: Size<N, M, P> + Allocator<N, DimSum<N, U1>>,
+{
+    fn is_discrete(&self) -> bool {
+        true
+    }
+
+    fn covariance_into(&self, state: &Self::State, p: &mut [T]) -> bool {
+        put_slice(state.covariance().as_slice(), p)
+    }
+
+    fn measure(
+        &self,
+        _t: T,
+        state: &mut Self::State,
+        u: &Self::Input,
+        y: &Self::Output,
+        measured: &[bool],
+    ) -> Option<T> {
+        let measured = |output: usize| measured.get(output).copied().unwrap_or(true);
+        self.update_partial(state, u, y, measured).map(|innovation| innovation.normalized_square)
+    }
+
+    fn advance(&self, _t: T, state: &mut Self::State, u: &Self::Input, _duration: T) -> bool {
+        self.predict(state, u);
+        true
+    }
+
+    fn advance_across(&self, _t: T, state: &mut Self::State, u: &Self::Input, _duration: T, cross: &mut [T]) -> bool {
+        let across = times_transpose(&state.covariance(), &self.model.ad);
+        self.predict(state, u);
+        put_slice(across.as_slice(), cross)
     }
 }

@@ -161,6 +161,26 @@ pub enum ObserverError {
         /// The number given.
         value: f64,
     },
+    /// A number that is NaN or infinite.
+    #[error("{what} is {value}; it must be finite")]
+    NotFinite {
+        /// Name of the number.
+        what: &'static str,
+        /// The number given.
+        value: f64,
+    },
+    /// A factor of a covariance that is not lower triangular.
+    #[error("{what} is not lower triangular: entry ({row}, {column}) is {entry:e}")]
+    NotTriangular {
+        /// Name of the matrix.
+        what: &'static str,
+        /// Row of the entry above the diagonal, from 0.
+        row: usize,
+        /// Its column, from 0.
+        column: usize,
+        /// The entry.
+        entry: f64,
+    },
     /// A state of a high-gain observer that belongs to no chain.
     #[error(
         "state {state} is at position {position} of the chain of output {output}: that output must exist, positions begin with 1, and \

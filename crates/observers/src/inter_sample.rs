@@ -10,7 +10,8 @@
 //! period h is not computed here: check it by simulation. The estimate at the end of a period uses the predicted
 //! output. Where h depends on the time explicitly, that part of `y'` is left out.
 //!
-//! The observer has to estimate all states of the plant. Its state here is z with the estimate behind it. Cost: 4
+//! An observer whose state jumps ([`Observer::jump`]) does so at every sample, before the first of these steps. The
+//! observer has to estimate all states of the plant. Its state here is z with the estimate behind it. Cost: 4
 //! evaluations of g, k, f, h and Dh for each Runge-Kutta step.
 //!
 //! [`SampledCopy`](crate::SampledCopy) is the same for the copy of a plant with a constant gain.
@@ -145,7 +146,8 @@ where
     fn step(&self, t: T, state: &mut Self::State, u: &Self::Input, y: &Self::Output) {
         let tau = self.h / convert::<f64, T>(self.substeps as f64);
         let order = self.observer.dimensions().state;
-        let mut z = <OVector<T, Z> as Column<T>>::from_slice(&state.as_slice()[..order]);
+        let z = <OVector<T, Z> as Column<T>>::from_slice(&state.as_slice()[..order]);
+        let mut z = self.observer.jump(t, &z, u, y);
         let mut w = y.clone();
         for k in 0..self.substeps {
             let now = t + tau * convert::<f64, T>(k as f64);

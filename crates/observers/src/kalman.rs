@@ -33,6 +33,7 @@ use luenberger_plants::{Column, Differentiable, Size};
 use nalgebra::allocator::Allocator;
 use nalgebra::{ComplexField, Const, DefaultAllocator, Dim, DimAdd, DimSum, OMatrix, OVector, RealField, U1, convert};
 
+use crate::covariance_filter::CovarianceFilter;
 use crate::dense::{Factor, times, times_transpose};
 use crate::error::ObserverError;
 use crate::kalman_on_slices::Sample;
@@ -409,6 +410,61 @@ where
 
     fn initial(&self, _t: T, estimate: &Self::Estimate, _u: &Self::Input, _y: &Self::Output) -> Self::State {
         GaussianEstimate::new(estimate, &self.noises.p0)
+    }
+}
+
+impl<S, T: RealField + Copy, N: DimAdd<U1>, M: Dim, P: Dim> CovarianceFilter<T> for ExtendedKalmanFilter<S, T, N, M, P>
+where
+    S: Differentiable<T, N, M, P>,
+    DefaultAllocator: Size<N, M, P> + Allocator<N, DimSum<N, U1>>,
+{
+    fn is_discrete(&self) -> bool {
+        self.substeps.is_none()
+    }
+
+    fn covariance_into(&self, state: &Self::State, p: &mut [T]) -> bool {
+        put_slice(state.covariance().as_slice(), p)
+    }
+
+    fn measure(
+        &self,
+        t: T,
+        state: &mut Self::State,
+        u: &Self::Input,
+        y: &Self::Output,
+        measured: &[bool],
+    ) -> Option<T> {
+        let measured = |output: usize| measured.get(output).copied().unwrap_or(true);
+        self.update_partial(t, state, u, y, measured).map(|innovation| innovation.normalized_square)
+    }
+
+    fn advance(&self, t: T, state: &mut Self::State, u: &Self::Input, duration: T) -> bool {
+        self.predict(t, state, u, duration);
+        true
+    }
+
+    /// P Phi', with `Phi' = F Phi` along the estimate, by the same Runge-Kutta steps.
+    fn advance_across(&self, t: T, state: &mut Self::State, u: &Self::Input, duration: T, cross: &mut [T]) -> bool {
+        let (mut xhat, p) = (state.estimate(), state.covariance());
+        let order = xhat.shape_generic().0;
+        let mut phi = OMatrix::<T, N, N>::identity_generic(order, order);
+        if let Some(substeps) = self.substeps {
+            let tau = duration / convert::<f64, T>(substeps as f64);
+            for k in 0..substeps {
+                let now = t + tau * convert::<f64, T>(k as f64);
+                runge_kutta::step(now, tau, (&mut xhat, &mut phi), |t, xhat, phi| {
+                    (self.plant.derivative(t, xhat, u), times(&self.plant.state_jacobian(t, xhat, u), phi))
+                });
+            }
+        } else {
+            phi = self.plant.state_jacobian(t, &xhat, u);
+        }
+        self.predict(t, state, u, duration);
+        put_slice(times_transpose(&p, &phi).as_slice(), cross)
+    }
+
+    fn rejects_output(&self, t: T, state: &Self::State, u: &Self::Input, y: &Self::Output, output: usize) -> bool {
+        self.rejects(t, state, u, y, output)
     }
 }
 

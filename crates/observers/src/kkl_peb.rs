@@ -18,6 +18,11 @@
 //! theta_hat obeys the theorem of its estimator. While it is not, Y is off by a decaying term, which an exponentially
 //! convergent estimator turns into a decaying error.
 //!
+//! **Reset.** Integrators integrate every offset of y: xi drifts, and theta_hat drifts the other way. A [`Reset`] hands
+//! theta_hat over to xi from time to time, `xi+ = xi + missing(theta_hat) - missing(theta_0)`, `theta_hat+ = theta_0`,
+//! so that the estimate is continuous and what is missing is small again. With [`Memory::Kept`] the filters move to the
+//! new coordinates; with [`Memory::Restarted`] they begin again, and the regression is exact from there.
+//!
 //! **A domain.** Where [`Regression::lower_bound`] bounds a parameter from below, theta_hat is projected: at the bound
 //! it does not fall further, and the estimate uses no value below it. [`Diagnose`] reports a parameter that is at its
 //! bound or about to reach it. An entry of the right-hand side that overflows (an exponential of xi, say) stands still
@@ -28,7 +33,7 @@ use nalgebra::{DefaultAllocator, Dim, OMatrix, OVector, RealField, U1};
 use crate::diagnosis::{Diagnose, Diagnosis};
 use crate::error::ObserverError;
 use crate::estimator::{ParameterEstimator, standing};
-use crate::filters::Filter;
+use crate::filters::{Filter, positive};
 use crate::kkl::{KklMap, KklSize};
 use crate::observer::{Observer, ObserverDimensions};
 use crate::pebo::{PebSize, Regression};
@@ -45,6 +50,30 @@ pub struct KklPebObserver<K, E, T> {
     /// theta_hat(0), the same for every parameter: xi(0) makes up for it.
     theta: T,
     wanted: Option<T>,
+    reset: Option<Reset<T>>,
+}
+
+/// When theta_hat is handed over to xi, and what becomes of the filters.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Reset<T> {
+    /// From one instant to the next.
+    pub period: T,
+    /// The instant passes without a reset unless an entry of xi that is only integrated is larger in magnitude; none
+    /// for a reset at every instant.
+    pub above: Option<T>,
+    /// The filters and the estimator.
+    pub memory: Memory,
+}
+
+/// What becomes of the filters and the estimator at a reset.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Memory {
+    /// They move to the new coordinates, `F[g]+ = F[g] + F[m] delta` with `delta = theta_hat - theta_0`. For
+    /// `missing` linear in theta and m independent of the entries of xi that are only integrated: there
+    /// `g(xi + missing(delta)) = g(xi) + m delta`, and the estimate is that without resets at all times.
+    Kept,
+    /// They begin again, as at the start: `w = s(y)`, the others 0. For any regression; the excitation so far is lost.
+    Restarted,
 }
 
 impl<K, E, T: RealField + Copy> KklPebObserver<K, E, T> {
@@ -66,7 +95,7 @@ impl<K, E, T: RealField + Copy> KklPebObserver<K, E, T> {
             let found = (estimator.parameters(), 1);
             return Err(PlantError::DimensionMismatch { what: "theta", expected, found }.into());
         }
-        Ok(Self { map, estimator, filter: Filter::new(alpha)?, theta: T::zero(), wanted: None })
+        Ok(Self { map, estimator, filter: Filter::new(alpha)?, theta: T::zero(), wanted: None, reset: None })
     }
 
     /// The same with every entry of theta_hat(0) equal to `theta`.
@@ -85,6 +114,23 @@ impl<K, E, T: RealField + Copy> KklPebObserver<K, E, T> {
     #[must_use]
     pub fn wanting_excitation(self, wanted: T) -> Self {
         Self { wanted: Some(wanted), ..self }
+    }
+
+    /// The same with resets; see the [module](self).
+    ///
+    /// # Errors
+    /// [`ObserverError::NotPositive`] for the period and the level.
+    pub fn resetting(self, reset: Reset<T>) -> Result<Self, ObserverError> {
+        positive("the period of the reset", reset.period)?;
+        if let Some(level) = reset.above {
+            positive("the level of the reset", level)?;
+        }
+        Ok(Self { reset: Some(reset), ..self })
+    }
+
+    /// The resets.
+    pub fn reset(&self) -> Option<&Reset<T>> {
+        self.reset.as_ref()
     }
 
     /// The maps.
@@ -186,6 +232,14 @@ where
         })
     }
 
+    /// theta_hat(0), inside of its domain.
+    fn first(&self) -> OVector<T, K::Parameters> {
+        let (_, q) = self.map.rows_and_parameters();
+        OVector::from_fn_generic(K::Parameters::from_usize(q), U1, |i, _| {
+            self.map.lower_bound(i).map_or(self.theta, |bound| self.theta.max(bound))
+        })
+    }
+
     /// The right-hand side of the estimator, before projection.
     fn estimator_rate(&self, t: T, state: &StateOf<K, E, T>, y: &OVector<T, K::Outputs>, rate: &mut [T]) {
         let (value, m) = self.regression(t, state, y);
@@ -258,14 +312,53 @@ where
         self.map.left_inverse(t, &complete, y)
     }
 
+    fn jump_period(&self) -> Option<T> {
+        self.reset.map(|reset| reset.period)
+    }
+
+    fn jump(&self, t: T, state: &Self::State, _u: &Self::Input, y: &Self::Output) -> Self::State {
+        let mut after = state.clone();
+        let Some(Reset { above, memory, .. }) = self.reset else { return after };
+        let parts = self.parts(state);
+        let is_above = |level: T| parts.xi.iter().enumerate().any(|(i, xi)| self.map.is_open(i) && xi.abs() > level);
+        if !above.is_none_or(is_above) {
+            return after;
+        }
+        let (held, first) = (self.held(&parts), self.first());
+        let (behind, ahead) = (self.map.missing(&held), self.map.missing(&first));
+        let (z, (r, q)) = (parts.xi.nrows(), self.map.rows_and_parameters());
+        for i in 0..z {
+            after[i] += behind[i] - ahead[i];
+        }
+        let filters = z + r * (q + 2);
+        match memory {
+            Memory::Kept => {
+                let delta = &held - &first;
+                for i in 0..r {
+                    for j in 0..q {
+                        after[z + r + i] += parts.regressor[(i, j)] * delta[j];
+                    }
+                }
+                self.estimator.shift(&mut after.as_mut_slice()[filters..], &delta);
+            }
+            Memory::Restarted => {
+                let signal = self.map.signal(t, y);
+                let rest = after.iter_mut().skip(z);
+                rest.enumerate().for_each(|(i, entry)| *entry = if i < r { signal[i] } else { T::zero() });
+            }
+        }
+        for j in 0..q {
+            after[filters + j] = first[j];
+        }
+        after
+    }
+
     /// xi such that the estimate is as wished with theta_hat(0), w at s(y), all other filters and the estimator's
     /// extension at 0.
     fn initial(&self, t: T, estimate: &Self::Estimate, _u: &Self::Input, y: &Self::Output) -> Self::State {
         let size = self.map.dimensions().state;
         let (r, q) = self.map.rows_and_parameters();
-        let theta = OVector::from_fn_generic(K::Parameters::from_usize(q), U1, |i, _| {
-            self.map.lower_bound(i).map_or(self.theta, |bound| self.theta.max(bound))
-        });
+        let theta = self.first();
         let xi = self.map.image(t, estimate, y) - self.map.missing(&theta);
         let signal = self.map.signal(t, y);
         let length = <DefaultAllocator as PebSize<K::Xi, K::Rows, K::Parameters, E::Length>>::Length::from_usize(

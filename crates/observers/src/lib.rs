@@ -17,6 +17,8 @@
 //! | [`cubic_sampled`] | the sampled-data cubic observer, stable at every step size |
 //! | [`lanes`] | observers over several lanes at once |
 //! | [`kalman`] | the continuous-discrete extended Kalman filter |
+//! | [`unscented`] | the unscented Kalman filter in square-root form |
+//! | [`covariance_filter`] | the trait of filters with a covariance, measurement update and prediction apart |
 //! | [`discrete_linear`] | the linear observer of a plant in discrete time |
 //! | [`stationary_kalman`] | the stationary Kalman filter in filter form: the estimate uses the measurement of its sample |
 //! | [`fixed_point`] | the linear observer in discrete time in fixed point, in integers |
@@ -49,6 +51,7 @@
 #![deny(missing_docs)]
 
 pub mod cascade;
+pub mod covariance_filter;
 pub mod cubic;
 pub mod cubic_sampled;
 mod dense;
@@ -90,9 +93,12 @@ pub mod sliding_mode;
 #[cfg(feature = "alloc")]
 pub mod static_size;
 pub mod stationary_kalman;
+mod triangular;
 pub mod unknown_input;
+pub mod unscented;
 pub mod varying_period;
 
+pub use covariance_filter::CovarianceFilter;
 pub use cubic::{CubicObserver, StaticCubicObserver};
 pub use cubic_sampled::{SampledCubicGains, SampledCubicObserver, StaticSampledCubicObserver};
 pub use deviation::DeviationObserver;
@@ -110,7 +116,7 @@ pub use inter_sample::InterSampleObserver;
 pub use interval::{Comparison, IntervalObserver, SampledIntervalGains, SampledIntervalObserver};
 pub use kalman::{ExtendedKalmanFilter, GaussianEstimate, Innovation, NoiseModel, StaticExtendedKalmanFilter};
 pub use kkl::{KklMap, KklObserver, LeftInverse, LinearKkl};
-pub use kkl_peb::KklPebObserver;
+pub use kkl_peb::{KklPebObserver, Memory, Reset};
 pub use lanes::LaneObserver;
 pub use linear::{LinearObserver, StaticLinearObserver};
 pub use luenberger_plants::{Differentiable, Dimensions, LinearPlant, Plant, Shape};
@@ -126,6 +132,7 @@ pub use sampled_copy::{SampledCopy, StaticSampledCopy};
 pub use sliding_mode::SlidingModeObserver;
 pub use stationary_kalman::{StaticStationaryKalmanFilter, StationaryKalmanFilter};
 pub use unknown_input::UnknownInputObserver;
+pub use unscented::{SigmaPoints, SquareRootEstimate, StaticUnscentedKalmanFilter, UnscentedKalmanFilter};
 pub use varying_period::VaryingPeriodObserver;
 
 /// The linear algebra of the columns and matrices here, in the version that fits.

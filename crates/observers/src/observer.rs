@@ -47,6 +47,18 @@ pub trait Observer<T> {
     /// at the start: filters of the output matched to `y`, covariances at their initial value.
     fn initial(&self, t: T, estimate: &Self::Estimate, u: &Self::Input, y: &Self::Output) -> Self::State;
 
+    /// The time from one jump of the state to the next, the first after the start of a run; none for an observer whose
+    /// state does not jump (default).
+    fn jump_period(&self) -> Option<T> {
+        None
+    }
+
+    /// The state after a jump at time `t`. A sampled form takes it at every sample.
+    fn jump(&self, t: T, state: &Self::State, u: &Self::Input, y: &Self::Output) -> Self::State {
+        let _ = (t, u, y);
+        state.clone()
+    }
+
     /// Whether g is affine in z, u and y and does not depend on t: simulation has exact solutions then. What is not known
     /// is false (default).
     fn is_affine(&self) -> bool {
@@ -187,6 +199,14 @@ impl<T, O: Observer<T> + ?Sized> Observer<T> for &O {
     type Input = O::Input;
     type Output = O::Output;
     type Estimate = O::Estimate;
+
+    fn jump_period(&self) -> Option<T> {
+        (**self).jump_period()
+    }
+
+    fn jump(&self, t: T, state: &Self::State, u: &Self::Input, y: &Self::Output) -> Self::State {
+        (**self).jump(t, state, u, y)
+    }
 
     fn dimensions(&self) -> ObserverDimensions {
         (**self).dimensions()

@@ -142,6 +142,11 @@ where
     /// part finds by itself; the logarithm where theta is an exponential.
     fn missing(&self, theta: &OVector<T, Self::Parameters>) -> OVector<T, Self::Xi>;
 
+    /// Whether entry i of xi is only integrated, so that a part of it is missing (default true).
+    fn is_open(&self, _entry: usize) -> bool {
+        true
+    }
+
     /// The least value that parameter i may have, when [`missing`](Self::missing) is not defined below it. The estimate
     /// is held there.
     fn lower_bound(&self, _parameter: usize) -> Option<T> {

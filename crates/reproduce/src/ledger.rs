@@ -4,10 +4,12 @@ use crate::claim::{CheckError, Class, Record};
 use crate::context::Context;
 use crate::evidence::Verdict;
 use crate::figure::{Figure, still};
-use crate::paper::{Dataset, Drawing, Paper, Plate};
+use crate::paper::{Dataset, Drawing, LiveExample, Paper, Plate};
 use crate::progress::Progress;
 use crate::report;
 use crate::table::Table;
+use luenberger_figures::colours;
+use luenberger_live::page;
 use std::collections::HashSet;
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -84,6 +86,13 @@ impl Summary {
     }
 }
 
+/// An example that the page runs itself.
+pub(crate) struct Live {
+    pub(crate) example: LiveExample,
+    /// Its block of the page.
+    pub(crate) html: String,
+}
+
 /// A figure that was drawn.
 pub(crate) struct Drawn {
     pub(crate) id: &'static str,
@@ -108,7 +117,7 @@ pub fn run_papers(papers: &[Paper], out: &Path) -> Result<Summary, ReproduceErro
     let mut progress = Progress::new(papers.iter().map(|p| p.claims.len() + p.figures.len() + p.datasets.len()).sum());
     let mut summary =
         Summary { records: Vec::new(), failures: Vec::new(), out: out.to_path_buf(), elapsed: Duration::ZERO };
-    let mut drawn = Vec::new();
+    let (mut drawn, mut live) = (Vec::new(), Vec::new());
     for paper in papers {
         for claim in &paper.claims {
             progress.begin(claim.id);
@@ -140,6 +149,13 @@ pub fn run_papers(papers: &[Paper], out: &Path) -> Result<Summary, ReproduceErro
                 summary.failures.push(Failure { id: dataset.id.to_owned(), error: error.to_string() });
             }
         }
+        for example in &paper.live {
+            let html = (example.experiment)().and_then(|it| Ok(page::block(example.id, &it, &colours())?));
+            match html {
+                Ok(html) => live.push(Live { example: example.clone(), html }),
+                Err(error) => summary.failures.push(Failure { id: example.id.to_owned(), error: error.to_string() }),
+            }
+        }
         for finding in &paper.findings {
             if let Some(error) = unsupported(finding.claims, &summary.records) {
                 summary.failures.push(Failure { id: finding.title.to_owned(), error });
@@ -151,7 +167,7 @@ pub fn run_papers(papers: &[Paper], out: &Path) -> Result<Summary, ReproduceErro
     ledger.push('\n');
     write(&out.join("claims.json"), ledger.as_bytes())?;
     summary.elapsed = began.elapsed();
-    write(&out.join("report.html"), report::html(papers, &summary, &drawn)?.as_bytes())?;
+    write(&out.join("report.html"), report::html(papers, &summary, &drawn, &live)?.as_bytes())?;
     summary.elapsed = began.elapsed();
     Ok(summary)
 }

@@ -32,7 +32,7 @@ pub use context::Context;
 pub use evidence::{Counterexample, Evidence, Hypothesis, Tolerance, Verdict};
 pub use ledger::{ReproduceError, Summary, run_papers};
 pub use luenberger_figures::{Bar, Dash, Figure, Hue, Mark, Marker, Panel, Series, Table, figure, table};
-pub use paper::{Dataset, Drawing, Finding, Paper, Plate};
+pub use paper::{Dataset, Drawing, Finding, LiveExample, Paper, Plate};
 pub use value::{Printed, Value};
 
 use std::path::Path;

@@ -21,6 +21,8 @@
 //! decay(&Context::new(".")).unwrap().figure.check().unwrap();
 //! ```
 
+use luenberger_live::Experiment;
+
 use crate::claim::{CheckError, Claim};
 use crate::context::Context;
 use crate::figure::Figure;
@@ -43,8 +45,23 @@ pub struct Paper {
     pub figures: Vec<Drawing>,
     /// Numbers without a picture, in the order of the report.
     pub datasets: Vec<Dataset>,
+    /// Experiments that the page of the report runs itself.
+    pub live: Vec<LiveExample>,
     /// Errata: statements that are false as printed.
     pub findings: Vec<Finding>,
+}
+
+/// An experiment with sliders.
+#[derive(Debug, Clone)]
+pub struct LiveExample {
+    /// Its id in the page.
+    pub id: &'static str,
+    /// Its title.
+    pub title: &'static str,
+    /// What to try, in a sentence or two.
+    pub about: &'static str,
+    /// Designs the observers.
+    pub experiment: fn() -> Result<Experiment, CheckError>,
 }
 
 /// A figure to be drawn.

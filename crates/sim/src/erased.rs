@@ -41,6 +41,12 @@ pub(crate) trait AnyObserver {
     /// The estimate at a sample with its measurement, in place of the one before it.
     fn correct(&self, _state: &[f64], _u: &[f64], _y: &[f64], _estimate: &mut [f64]) {}
     fn initial(&self, t: f64, estimate: &[f64], u: &[f64], y: &[f64], state: &mut [f64]);
+    /// The time between two jumps of the state of an observer in continuous time.
+    fn jump_period(&self) -> Option<f64> {
+        None
+    }
+    /// The jump.
+    fn jump(&self, _t: f64, _state: &mut [f64], _u: &[f64], _y: &[f64]) {}
 }
 
 /// An observer in continuous time.
@@ -113,6 +119,15 @@ impl<O: Observer<f64>> AnyObserver for Continuous<O> {
     fn initial(&self, t: f64, estimate: &[f64], u: &[f64], y: &[f64], state: &mut [f64]) {
         let columns = triple::<O::Estimate, O::Input, O::Output>(estimate, u, y);
         put(columns.map(|(estimate, u, y)| self.0.initial(t, &estimate, &u, &y)), state);
+    }
+
+    fn jump_period(&self) -> Option<f64> {
+        self.0.jump_period()
+    }
+
+    fn jump(&self, t: f64, state: &mut [f64], u: &[f64], y: &[f64]) {
+        let columns = triple::<O::State, O::Input, O::Output>(state, u, y);
+        put(columns.map(|(z, u, y)| self.0.jump(t, &z, &u, &y)), state);
     }
 }
 

@@ -3,6 +3,7 @@
 //! The value in the k-th period depends on the seed and on k alone, not on how often or in which order it is asked for:
 //! two runs with one seed see the same noise, whatever their integrators do.
 
+use nalgebra::ComplexField;
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
@@ -72,9 +73,9 @@ impl Noise {
         let value = move |amplitude: &f64| match self.distribution {
             Distribution::Uniform => amplitude * (2.0 * unit() - 1.0),
             Distribution::Gaussian => {
-                // Box and Muller, 1958.
-                let radius = (-2.0 * unit().ln()).sqrt();
-                amplitude * radius * (std::f64::consts::TAU * unit()).cos()
+                // Box and Muller, 1958. The elementary functions of nalgebra are the same on every machine.
+                let radius = (-2.0 * ComplexField::ln(unit())).sqrt();
+                amplitude * radius * ComplexField::cos(std::f64::consts::TAU * unit())
             }
         };
         self.amplitude.iter().map(value)

@@ -70,6 +70,8 @@ pub(crate) struct Runner<'m, 'a> {
     /// The next state of a plant in discrete time.
     next: Vec<f64>,
     sample_clocks: Vec<Option<Periodic>>,
+    /// Those of observers in continuous time whose state jumps.
+    jump_clocks: Vec<Option<Periodic>>,
     /// How many changes of the plant there have been.
     changed: usize,
     /// Which outputs were measured at the last jump, and which observers were due.
@@ -205,6 +207,7 @@ impl<'m, 'a> Runner<'m, 'a> {
             plant_clock: model.step.map(clock),
             next: model.x0.clone(),
             sample_clocks: model.observers.iter().map(|fitted| fitted.period.map(clock)).collect(),
+            jump_clocks: model.observers.iter().map(|fitted| fitted.observer.jump_period().map(clock)).collect(),
             changed: 0,
             measured: Vec::new(),
             due: Vec::new(),
@@ -347,13 +350,37 @@ impl<'m, 'a> Runner<'m, 'a> {
             self.jump(t, hold, plant, &sample)?;
         }
         self.due = sample;
+        self.jump_observers(t)
+    }
+
+    /// The jumps of observers in continuous time, with what they measure at `t`.
+    fn jump_observers(&mut self, t: f64) -> Result<(), SimError> {
+        let model = self.model;
+        for (k, fitted) in model.observers.iter().enumerate() {
+            if !self.jump_clocks[k].as_mut().is_some_and(|clock| clock.happens(t)) {
+                continue;
+            }
+            let now = self.now.get_mut();
+            model.evaluate(t, &self.stacked, &self.still, now);
+            let (from, to) = (fitted.offset, fitted.offset + fitted.length);
+            let y = model.outputs_of(k, (t, &self.stacked[from..to]), &self.still, now, |j| {
+                self.still.readings.get(j) == Some(&Reading::Nothing)
+            });
+            let u = now.u.clone();
+            fitted.observer.jump(t, &mut self.stacked[from..to], &u, &y);
+            check_finite(
+                &format!("the state of observer {:?} after t = {t}", model.names[k]),
+                &self.stacked[from..to],
+            )?;
+        }
         Ok(())
     }
 
     /// When something jumps next after `t`, `end` at the latest.
     fn next_jump(&self, t: f64, end: f64) -> f64 {
         let own = [&self.noise_clock, &self.process_clock, &self.channel_clock, &self.hold_clock, &self.plant_clock];
-        let clocks = own.into_iter().chain(&self.sample_clocks).chain(&self.sensor_clocks).flatten();
+        let observers = self.sample_clocks.iter().chain(&self.jump_clocks);
+        let clocks = own.into_iter().chain(observers).chain(&self.sensor_clocks).flatten();
         // They are sorted, and a table of samples has many.
         let breakpoints = &self.model.breakpoints;
         let breakpoint = breakpoints.get(breakpoints.partition_point(|&breakpoint| breakpoint <= t)).copied();

@@ -50,7 +50,7 @@ impl<'a> Signal<'a> {
         let amplitude = amplitude.to_vec();
         Self::function(move |t, u| {
             for (u, amplitude) in u.iter_mut().zip(&amplitude) {
-                *u = amplitude * (omega * t).sin();
+                *u = amplitude * nalgebra::ComplexField::sin(omega * t);
             }
         })
     }

@@ -34,7 +34,7 @@ pub fn gain<'a>(study: &'a Study, observer: &ObserverSpec) -> Result<&'a DMatrix
         cause: None,
     };
     let has_bounds = matches!(observer.kind, ObserverKind::Interval(_));
-    if has_bounds || observer.kind.estimated_disturbances() > 0 {
+    if has_bounds || !observer.kind.estimated_disturbances().is_empty() {
         let hypothesis = if has_bounds {
             "an interval observer has no export with its feedback"
         } else {

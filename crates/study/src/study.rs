@@ -315,6 +315,17 @@ pub struct LinearSpec {
     pub is_filter: bool,
 }
 
+/// Specification of an H-infinity or H2 filter.
+#[derive(Debug, Clone, PartialEq)]
+pub struct NormFilterSpec {
+    /// The norm.
+    pub norm: luenberger_design::Norm,
+    /// What acts on the plant, and the errors that count.
+    pub performance: luenberger_design::Performance,
+    /// The least norm, a bound, or a given gain.
+    pub goal: luenberger_design::Goal,
+}
+
 /// How the gain of a linear observer is computed.
 #[derive(Debug, Clone, PartialEq)]
 pub enum GainSpec {
@@ -366,7 +377,9 @@ pub enum ObserverKind {
     ProportionalIntegral {
         /// E, n x q.
         e: DMatrix<f64>,
-        /// Bounds of the derivative of the disturbance, one for each.
+        /// The number k of integrators in the model `d^(k) = 0` of each disturbance; none for the kind that has one.
+        chain: Option<usize>,
+        /// Bounds of the k-th derivative of the disturbance, one for each.
         rate: Vec<f64>,
         /// Its linear part, for the plant with the disturbance among its states.
         linear: LinearSpec,
@@ -382,6 +395,10 @@ pub enum ObserverKind {
         /// theta, p x p, and gamma of a cubic term.
         cubic: Option<(DMatrix<f64>, f64)>,
     },
+    /// Reduced-order observer with these poles.
+    ReducedOrder(Vec<Complex<f64>>),
+    /// H-infinity or H2 filter.
+    NormFilter(Box<NormFilterSpec>),
     /// Sampled cubic observer.
     SampledCubic {
         /// Its linear part.
@@ -537,11 +554,13 @@ impl ObserverKind {
                 spec.gain.as_ref().is_none_or(|linear| matches!(linear.gain, GainSpec::DecayRate(_) | GainSpec::Lmi))
             }
             Self::SampledCubic { varying: Some(_), .. }
+            | Self::NormFilter(_)
             | Self::Lpv { .. }
             | Self::Lipschitz { .. }
             | Self::MeanValue { .. } => true,
             Self::HighGain { .. }
             | Self::SlidingMode(_)
+            | Self::ReducedOrder(_)
             | Self::ExtendedKalman { .. }
             | Self::Kkl(_)
             | Self::Pebo(_)
@@ -557,10 +576,16 @@ impl ObserverKind {
             Self::Luenberger(_) => "luenberger",
             Self::Kalman(_) => "kalman",
             Self::Cubic { .. } => "cubic",
-            Self::ProportionalIntegral { .. } => "proportional-integral",
+            Self::ProportionalIntegral { chain: None, .. } => "proportional-integral",
+            Self::ProportionalIntegral { chain: Some(_), .. } => "extended-state",
             Self::UnknownInput { .. } => "unknown-input",
             Self::Interval(_) => "interval",
             Self::SlidingMode(_) => "sliding-mode",
+            Self::ReducedOrder(_) => "reduced-order",
+            Self::NormFilter(spec) => match spec.norm {
+                luenberger_design::Norm::HInfinity => "h-infinity",
+                luenberger_design::Norm::H2 => "h2",
+            },
             Self::SampledCubic { .. } => "sampled-cubic",
             Self::Lpv { .. } => "lpv",
             Self::Lipschitz { .. } => "lipschitz",
@@ -584,9 +609,17 @@ impl ObserverKind {
         }
     }
 
-    /// The number of disturbances that are estimated with the state.
-    pub fn estimated_disturbances(&self) -> usize {
-        if let Self::ProportionalIntegral { e, .. } = self { e.ncols() } else { 0 }
+    /// The names of the disturbances that are estimated with the state, and of their derivatives: `d1`, `d1_rate`,
+    /// `d1_rate2`.
+    pub fn estimated_disturbances(&self) -> Vec<String> {
+        let Self::ProportionalIntegral { e, chain, .. } = self else { return Vec::new() };
+        let suffix = |derivative: usize| match derivative {
+            0 => String::new(),
+            1 => "_rate".to_owned(),
+            k => format!("_rate{k}"),
+        };
+        let of = |k: usize| (1..=e.ncols()).map(move |j| format!("d{j}{}", suffix(k)));
+        (0..chain.unwrap_or(1)).flat_map(of).collect()
     }
 
     /// The region of the design, if it is bounded somewhere.
@@ -630,6 +663,7 @@ impl ObserverKind {
             Self::Lpv { rate: RateSpec::Rate(rate) | RateSpec::Fastest(rate), .. }
             | Self::Lipschitz { rate, .. }
             | Self::MeanValue { rate, .. } => *rate *= factor,
+            Self::ReducedOrder(poles) => poles.iter_mut().for_each(|pole| *pole *= factor),
             Self::HighGain { r, .. } => *r /= factor,
             // Gains as for a bound that is factor^n times as large: time in units of 1/factor.
             Self::SlidingMode(spec) => {
@@ -646,6 +680,7 @@ impl ObserverKind {
             }
             Self::KklNumerical(KklSpec { cutoff: Some(cutoff), .. }) => *cutoff *= factor,
             Self::Lpv { .. }
+            | Self::NormFilter(_)
             | Self::ExtendedKalman { .. }
             | Self::KklNumerical(_)
             | Self::Kkl(_)

@@ -12,6 +12,7 @@ use super::deployed;
 use super::disturbed;
 use super::document::{binary64, float_matrix, is_single, matrix, matrix_with_columns, number, symmetric};
 use super::exact::Exact;
+use super::filters;
 use super::intervals;
 use super::kkl;
 use super::programs;
@@ -37,6 +38,9 @@ pub(super) const ADVERSARIES: &[(&str, Adversary)] = &[
     ("interval-observer", intervals::continuous),
     ("sampled-interval-observer", intervals::sampled),
     ("super-twisting-observer", super_twisting),
+    ("reduced-order-observer", reduced_order),
+    ("h-infinity-filter", filters::gain_contradicted),
+    ("h2-filter", filters::variance_contradicted),
     ("sampled-cubic-observer-semi-implicit", beyond::semi_implicit),
     ("sampled-observer-at-varying-periods", beyond::varying_periods),
     ("deployed-observer", deployed::contradicted),
@@ -445,6 +449,26 @@ fn super_twisting(document: &Value, random: &mut Random) -> Found {
     }
     let seen = Exact::from_f64(2, 2, &[1.0, 0.0, 0.0, 0.0]);
     margin_of(document, 2, &p.scaled(&c.times(&c)).minus(&seen))
+}
+
+/// `M T + N C = I` and `T A = F T + G C` with rational numbers, and F stable.
+fn reduced_order(document: &Value, random: &mut Random) -> Found {
+    let plant = &document["plant"];
+    let (a, c) = (matrix(&plant["A"], random), matrix(&plant["C"], random));
+    let (t, p) = (matrix(&document["observer"]["T"], random), matrix(&document["lyapunov"]["P"], random));
+    let gram = c.transposed().times(&c).plus(&t.transposed().times(&t));
+    ensure(gram.is_positive(), said("C'C + T'T > 0"))?;
+    margin_of(document, 0, &gram)?;
+    let inverse = |m: &Exact| gram.solve(&m.transposed()).ok_or("C'C + T'T is singular");
+    let (n, m) = (inverse(&c)?, inverse(&t)?);
+    ensure(m.times(&t).plus(&n.times(&c)).minus(&Exact::identity(a.rows)).is_zero(), said("MT + NC = I"))?;
+    let image = t.times(&a);
+    let f = image.times(&m);
+    let rest = image.minus(&f.times(&t)).minus(&image.times(&n).times(&c));
+    ensure(rest.is_zero(), said("TA = FT + GC"))?;
+    ensure(p.is_positive(), said("P > 0"))?;
+    margin_of(document, 1, &p)?;
+    margin_of(document, 2, &decays(&f, &p, &rate(document))?)
 }
 
 fn feedback(document: &Value, random: &mut Random) -> Found {

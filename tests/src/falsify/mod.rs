@@ -13,6 +13,7 @@ mod deployed;
 mod disturbed;
 mod document;
 mod exact;
+mod filters;
 mod intervals;
 mod kkl;
 mod mutate;

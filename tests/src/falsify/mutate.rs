@@ -17,6 +17,7 @@ const WORDS: &[&[&str]] = &[
     &["joined", "innovation", "accumulated", "cubic"],
     &["everywhere", "0x1p0", "0x1p10", "0x1p-10", "0x1p40", "0x1p80"],
     &["bounds", "primal infeasible", "dual infeasible"],
+    &["continuous", "discrete"],
 ];
 
 /// Positions in a document, as JSON pointers.

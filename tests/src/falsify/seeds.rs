@@ -6,10 +6,7 @@ use luenberger_design::lipschitz::{LipschitzPlant, Sector};
 use luenberger_design::mean_value::ContractingCoordinates;
 use luenberger_design::robust::PolytopicDesign;
 use luenberger_design::{
-    Certified, CubicDesign, CubicGain, DecoupledPlant, DiscreteDesign, Disturbances, ErrorBound, ErrorCoordinates,
-    FeedbackDesign, IntervalDesign, Kept, LinearDesign, LipschitzDesign, Periods, SampledCubicDesign,
-    SampledIntervalDesign, SuperTwistingDesign, Theorem1, UnknownInputDesign, VaryingPeriodDesign, at_varying_periods,
-    deployed_linear, joint_design, lyapunov_certificate_file, stein_certificate_file,
+    Certified, CubicDesign, CubicGain, DecoupledPlant, DiscreteDesign, Disturbances, ErrorBound, ErrorCoordinates, FeedbackDesign, IntervalDesign, Kept, LinearDesign, LipschitzDesign, Periods, ReducedOrderDesign, SampledCubicDesign, SampledIntervalDesign, SuperTwistingDesign, Theorem1, UnknownInputDesign, VaryingPeriodDesign, at_varying_periods, deployed_linear, joint_design, lyapunov_certificate_file, stein_certificate_file,
 };
 use luenberger_linalg::{lqr, lyapunov, stein};
 use luenberger_lmi::{Problem, he, sdpa};
@@ -41,6 +38,9 @@ pub(super) const GENERATORS: &[(&str, Generator)] = &[
     ("interval-observer", interval),
     ("sampled-interval-observer", sampled_interval),
     ("super-twisting-observer", super_twisting),
+    ("reduced-order-observer", reduced_order),
+    ("h-infinity-filter", super::filters::h_infinity),
+    ("h2-filter", super::filters::h2),
     ("sampled-cubic-observer-semi-implicit", semi_implicit),
     ("sampled-observer-at-varying-periods", varying_periods),
     ("deployed-observer", deployed),
@@ -69,7 +69,7 @@ fn proof_matrix(m: &DMatrix<f64>) -> Matrix<f64> {
 
 /// Observable by construction: chains of integrators behind the outputs, injection, and an orthogonal change of
 /// coordinates.
-fn plant(random: &mut Random, largest: usize) -> Option<StateSpace> {
+pub(super) fn plant(random: &mut Random, largest: usize) -> Option<StateSpace> {
     let n = 1 + random.below(largest);
     let p = 1 + random.below(n.min(2));
     let chain = DMatrix::from_fn(n, n, |i, j| if j == i + p { 1.0 } else { 0.0 });
@@ -347,6 +347,14 @@ fn unknown_input(random: &mut Random) -> Option<CertificateFile> {
     let gain = CubicGain::General(accretive(p, random));
     let cubic = CubicDesign::new(&design, &weight(p, random), &gain).ok()?;
     written(UnknownInputDesign::cubic(&decoupled, &cubic).ok()?.certificate_file("cubic"))
+}
+
+fn reduced_order(random: &mut Random) -> Option<CertificateFile> {
+    let plant = plant(random, 4)?;
+    let (n, p) = (plant.a.nrows(), plant.c.nrows());
+    let first = random.between(0.3, 2.0);
+    let poles: Vec<f64> = (0..n.checked_sub(p)?).map(|k| -first - 0.4 * k as f64).collect();
+    written(ReducedOrderDesign::with_poles(&plant, &poles).ok()?.certificate_file("reduced order"))
 }
 
 fn deployed(random: &mut Random) -> Option<CertificateFile> {

@@ -12,6 +12,7 @@ mod second_checker;
 mod stiff_starts;
 mod study_converter;
 mod theorems_cubic;
+mod theorems_filters;
 mod theorems_input_to_state;
 mod theorems_interval;
 mod theorems_kkl;

@@ -12,11 +12,7 @@ use luenberger_design::lipschitz::{LipschitzPlant, Sector};
 use luenberger_design::mean_value::{ContractingCoordinates, MeanValueDesign};
 use luenberger_design::robust::{PolytopicDesign, certify_gain};
 use luenberger_design::{
-    Certified, CubicDesign, CubicGain, DecoupledPlant, DiscreteDesign, DiscreteLpvDesign, Disturbances, ErrorBound,
-    ErrorCoordinates, FeedbackDesign, GainOptions, IntervalDesign, Kept, LinearDesign, LipschitzDesign, LpvDesign,
-    LyapunovWeight, Periods, Region, SampledCubicDesign, SampledIntervalDesign, SuperTwistingDesign, Theorem1,
-    UnknownInputDesign, VaryingPeriodDesign, at_varying_periods, deployed_linear, joint_design,
-    lyapunov_certificate_file, stein_certificate_file, theta_from_importance,
+    Certified, CubicDesign, CubicGain, DecoupledPlant, DiscreteDesign, DiscreteLpvDesign, Disturbances, ErrorBound, ErrorCoordinates, FeedbackDesign, GainOptions, Goal, IntervalDesign, Kept, LinearDesign, LipschitzDesign, LpvDesign, LyapunovWeight, Norm, NormFilterDesign, Performance, Periods, ReducedOrderDesign, Region, SampledCubicDesign, SampledIntervalDesign, SuperTwistingDesign, Theorem1, Time, UnknownInputDesign, VaryingPeriodDesign, at_varying_periods, deployed_linear, joint_design, lyapunov_certificate_file, stein_certificate_file, theta_from_importance,
 };
 use luenberger_linalg::lqr;
 use luenberger_lmi::{Problem, he, sdpa};
@@ -126,6 +122,18 @@ fn of_linear_plants() -> Vec<CertificateFile> {
     ]
     .map(|design| design.certificate_file("a design").unwrap())
     .into();
+    let of = Performance { e: dmatrix![0.0, 0.0; 1.0, 0.0], d: dmatrix![0.0, 0.1], h: dmatrix![1.0, 0.5] };
+    for (time, norm) in [
+        (Time::Continuous, Norm::HInfinity),
+        (Time::Discrete, Norm::HInfinity),
+        (Time::Continuous, Norm::H2),
+        (Time::Discrete, Norm::H2),
+    ] {
+        let found = NormFilterDesign::new(&plant, time, norm, &of, &Goal::Below(3.0), &GainOptions::default());
+        files.push(found.unwrap().certificate_file("a filter").unwrap());
+    }
+    let reduced = ReducedOrderDesign::with_poles(&third, &[-1.0, -2.0]).unwrap();
+    files.push(reduced.certificate_file("a reduced-order observer").unwrap());
     let periods = Periods { shortest: 0.08, longest: 0.13, misses: 1 };
     for correction in [CubicGain::Radial(10.0), CubicGain::Gamma(3.0)] {
         let varying = VaryingPeriodDesign::new(&example1, &dmatrix![1.0], &correction, 0.1, &periods).unwrap();

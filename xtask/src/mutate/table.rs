@@ -72,6 +72,7 @@ const DESIGNS: Suite = Suite { package: MODULES, binaries: &["--test", "designs"
 const DESIGN_UNITS: Suite = Suite { package: "luenberger-design", binaries: &["--lib"], only: &["positive_real::"] };
 const CUBIC: Suite = Suite { package: MODULES, binaries: &["--test", "cubic"], only: &[] };
 const INPUT_TO_STATE: Suite = Suite { package: MODULES, binaries: &["--test", "input_to_state"], only: &[] };
+const FILTERS: Suite = Suite { package: MODULES, binaries: &["--test", "filters"], only: &[] };
 const INTERVAL: Suite = Suite { package: MODULES, binaries: &["--test", "interval"], only: &[] };
 const SLIDING: Suite = Suite { package: MODULES, binaries: &["--test", "sliding_mode"], only: &[] };
 const SAMPLED: Suite = Suite { package: MODULES, binaries: &["--test", "sampled"], only: &[] };
@@ -779,6 +780,55 @@ pub(super) const SOURCES: &[Source] = &[
         ],
     },
     Source {
+        file: "crates/proof/src/statement/system_norm.rs",
+        suites: &[FILTERS],
+        mutants: &[
+            mutant("norms: F = A + LC", Sign, "\"A\")?.difference(", "\"A\")?.sum("),
+            mutant("norms: G = E + LD", Sign, "\"E\")?.difference(", "\"E\")?.sum("),
+            mutant("norms: no H'H", Dropped, "let first = first.sum(&seen)?;", ""),
+            mutant("H-infinity: gamma", Dropped, "g.cols(), &gamma.mul(&gamma))", "g.cols(), &gamma)"),
+            mutant(
+                "H-infinity: no corner",
+                Dropped,
+                "first.bordered(&corner,",
+                "first.bordered(&corner.difference(&corner)?,",
+            ),
+            mutant("discrete H-infinity: PG for F'PG", Dropped, "f.transpose().product(&driven)?, g", "driven, g"),
+            mutant("discrete H-infinity: no G'PG", Dropped, "g.congruence(&p)?)", "Matrix::zeros(g.cols(), g.cols()))"),
+            mutant("discrete: F'PF without P", Dropped, "f.congruence(&p)?.difference(&p)?", "f.congruence(&p)?"),
+            mutant("H2: gamma", Dropped, "fold(gamma.mul(&gamma)", "fold(gamma.clone()"),
+            mutant("H2: gamma^2 + tr", Sign, "room.sub(&spent", "room.add(&spent"),
+        ],
+    },
+    Source {
+        file: "crates/proof/src/statement/reduced_order.rs",
+        suites: &[FILTERS],
+        mutants: &[
+            mutant(
+                "reduced order: F = TA (C'C + T'T)^-1",
+                Dropped,
+                ".product(&a)?.product(&inverse)?.product(",
+                ".product(&a)?.product(",
+            ),
+            mutant("reduced order: no rate", Dropped, "flow.sum(&Matrix::scalar(order, &rate))?", "flow"),
+            mutant(
+                "reduced order: T'T alone",
+                Dropped,
+                "square(self.c, \"C\")?.sum(&square(self.t, \"T\")?)",
+                "square(self.t, \"T\")",
+            ),
+        ],
+    },
+    Source {
+        file: "crates/design/src/norm_filter/programs.rs",
+        suites: &[FILTERS],
+        mutants: &[
+            mutant("filters: YC", Sign, "&p * &plant.a - &y * &plant.c", "&p * &plant.a + &y * &plant.c"),
+            mutant("filters: YD", Sign, "&p * &of.e - &y * &of.d", "&p * &of.e + &y * &of.d"),
+            mutant("H-infinity design: no H'H", Dropped, "block![[he(flow) + seen, driven", "block![[he(flow), driven"),
+        ],
+    },
+    Source {
         file: "crates/proof/src/statement/interval_observer.rs",
         suites: &[INTERVAL],
         mutants: &[
@@ -930,9 +980,15 @@ pub(super) const SOURCES: &[Source] = &[
     },
     Source {
         file: "crates/design/src/proportional_integral.rs",
-        suites: &[INPUT_TO_STATE],
+        suites: &[INPUT_TO_STATE, DESIGNS],
         mutants: &[
-            mutant("proportional-integral: d' = x", Constant, "(false, _) => 0.0", "(false, _) => 1.0"),
+            mutant(
+                "proportional-integral: x' = Ax + Bu - Ed",
+                Sign,
+                "n + q => e[(i, j - n)]",
+                "n + q => -e[(i, j - n)]",
+            ),
+            mutant("extended state: d' = -d_rate", Sign, "if j == i + q => 1.0", "if j == i + q => -1.0"),
             mutant(
                 "proportional-integral: no rank condition",
                 Hypothesis,
@@ -945,7 +1001,8 @@ pub(super) const SOURCES: &[Source] = &[
         file: "crates/design/src/error_bound/mod.rs",
         suites: &[INPUT_TO_STATE],
         mutants: &[
-            mutant("error bound: S for S' in mu", Transpose, "s.transpose() * &self.d;", "&s * &self.d;"),
+            mutant("error bound: S for S' in mu", Transpose, "s.transpose() * &self.d;", "&s * &self.d;")
+                .equivalent("S'S_s^-1 S = S S_s^-1 S' for S = S_s + K, S_s = S_s', K = -K': both are S_s - K S_s^-1 K"),
             mutant("error bound: 27/256", Constant, "27.0 / 128.0 * kappa", "27.0 / 256.0 * kappa"),
             mutant("error bound: G = E + LD", Sign, "(e - &self.l * &self.d)", "(e + &self.l * &self.d)"),
             mutant(

@@ -609,6 +609,10 @@ fn the_observers_of_every_template_agree_with_their_designs() {
         ("measured-log", "fast", "fast", &["f32"]),
         // Two states and the disturbance.
         ("load-torque", "proportional-integral", "proportional_integral", &["f64"]),
+        ("load-torque", "reduced-order", "reduced_order", &["f64"]),
+        ("load-torque", "extended-state", "extended_state", &["f64"]),
+        ("resonance", "H2", "H2", &["f32"]),
+        ("resonance", "H-infinity", "H_infinity", &["f64"]),
     ] {
         let folder = folder(&format!("export-{plant}-{name}"));
         let file = folder.join("study.toml").to_str().unwrap().to_owned();

@@ -28,7 +28,7 @@ use nalgebra::{DMatrix, DVector, Dyn};
 
 use crate::certificate::certified;
 use crate::check;
-use crate::cubic::CubicDesign;
+use crate::cubic::{CubicDesign, radial_s};
 use crate::error::DesignError;
 use reached::{Reached, golden};
 
@@ -297,8 +297,8 @@ impl ErrorSystem {
         let (n, outputs) = (p.nrows(), self.c.nrows());
         check::matrix("N", n_gain, (n, outputs))?;
         let theta = check::positive_semidefinite("theta", theta, outputs)?;
-        let gram = symmetric_part(&(&self.c * check::solve_definite("P", p, &self.c.transpose())?));
-        let x = symmetric_part(&check::solve_definite("C P^-1 C'", &gram, &DMatrix::identity(outputs, outputs))?);
+        let p_inverse_ct = check::solve_definite("P", p, &self.c.transpose())?;
+        let x = symmetric_part(&radial_s(&self.c, &p_inverse_ct, 1.0)?);
         let s = -(&x * (&self.c * n_gain));
         let accretive = symmetric_part(&s);
         let Some(root) = accretive.clone().cholesky() else {

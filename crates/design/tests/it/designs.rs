@@ -358,3 +358,28 @@ fn designs_are_displayed_with_gains_poles_and_verdicts() {
     assert!(poles == "poles -2, -5" || poles == "poles -5, -2", "{poles}");
     assert!(cubic.to_string().contains("\ntheta = [10]\n"), "{cubic}");
 }
+
+/// The extended-state observer of `y = 1/(s(s + 1)) (u + d)` is the disturbance observer `dhat = Q (s(s + 1) y - u)` with
+/// `Q = w^3/(s + w)^3` (Ohnishi, Shibata and Murakami, IEEE/ASME Transactions on Mechatronics 1, 1996).
+#[test]
+fn an_extended_state_observer_is_a_disturbance_observer() {
+    use luenberger_design::{bandwidth_poles, with_disturbance_chain};
+    use nalgebra::Complex;
+    let plant = StateSpace::new(dmatrix![0.0, 1.0; 0.0, -1.0], dmatrix![0.0; 1.0], dmatrix![1.0, 0.0]).unwrap();
+    let w = 7.0;
+    let extended = with_disturbance_chain(&plant, &plant.b, 1).unwrap();
+    let ramp = with_disturbance_chain(&plant, &plant.b, 2).unwrap();
+    let expected = dmatrix![0.0, 1.0, 0.0, 0.0; 0.0, -1.0, 1.0, 0.0; 0.0, 0.0, 0.0, 1.0; 0.0, 0.0, 0.0, 0.0];
+    assert_eq!((&ramp.a, ramp.c.ncols(), ramp.b[1]), (&expected, 4, 1.0));
+    let design = LinearDesign::with_poles(&extended, &bandwidth_poles(3, 1, w)).unwrap();
+    let complex = |m: &nalgebra::DMatrix<f64>| m.map(Complex::from);
+    for s in [Complex::new(0.0, 0.3), Complex::new(0.0, 20.0), Complex::new(1.0, -2.0)] {
+        // (sI - F) xi = B u + L y; dhat is the last entry.
+        let shifted = complex(&nalgebra::DMatrix::identity(3, 3)) * s - complex(&design.error_matrix());
+        let lu = shifted.lu();
+        let of_u = lu.solve(&complex(&extended.b)).unwrap()[2];
+        let of_y = lu.solve(&complex(&design.observer.l)).unwrap()[2];
+        let q = (Complex::from(w) / (s + w)).powi(3);
+        assert!((of_u + q).norm() < 1e-12 && (of_y - q * s * (s + 1.0)).norm() < 1e-10 * (1.0 + of_y.norm()));
+    }
+}

@@ -14,6 +14,7 @@ mod lpv;
 mod lpv_discrete;
 mod mean_value;
 mod nonlinear_observability;
+mod norm_filter;
 mod numerical_kkl;
 mod numerical_kkl_choice;
 mod operating_point;

@@ -7,6 +7,7 @@ use super::{feedback, lengths, scalar};
 use crate::Export;
 use crate::extension::{ExtensionMaps, SampledExtension};
 use crate::program::Maps;
+use luenberger_expression::Routine;
 use luenberger_observers::Observer;
 
 /// States of the observer.
@@ -25,6 +26,15 @@ pub(super) fn functions(text: &mut String, export: &Export, maps: &ExtensionMaps
     ];
     for (name, what, routine) in all {
         plant::function(text, export, (name, what), routine, &dialect);
+    }
+    if let Some(jump) = &maps.jump {
+        plant::function(
+            text,
+            export,
+            ("jump", "The state after the jump at a sample; its inputs are (u, y)"),
+            jump,
+            &dialect,
+        );
     }
 }
 
@@ -87,7 +97,9 @@ pub(super) fn step(
     let (in_slope, at_end) = (own.rate.uses_inputs() || own.estimate.uses_inputs(), own.estimate.uses_inputs());
     let of_plant = maps.motion.uses_inputs() || maps.measurement.uses_inputs();
     let inputs = (of_plant || (in_slope && size.inputs > 0)).then_some("u");
-    let arguments = Arguments { time: export.program.uses_time(), inputs };
+    let reads_time = [&maps.motion, &maps.measurement, &own.rate, &own.estimate].into_iter().any(Routine::uses_time);
+    let arguments = Arguments { time: reads_time, inputs };
+    let at_jump = own.jump.as_ref().is_some_and(Routine::uses_inputs);
     let gather = |is_used: bool| {
         if !is_used {
             return String::new();
@@ -157,10 +169,14 @@ static void slope({parameters}const {number} *z, {number} *dz)
     }}
 ",
         head = feedback::head(export),
-        array = array(at_end),
+        array = array(at_end || at_jump),
         time = super::source::time(export),
-        unused = if inputs.is_some() || (at_end && size.inputs > 0) { "" } else { "    (void)u;\n" },
+        unused = if inputs.is_some() || ((at_end || at_jump) && size.inputs > 0) { "" } else { "    (void)u;\n" },
     );
+    if let Some(jump) = &own.jump {
+        let call = plant::call_with("jump", jump, ("t", "state->z", "known", "z"));
+        _ = writeln!(text, "{}    {call}", gather(at_jump));
+    }
     plant::advance(text, export, arguments, observer.substeps(), "");
     _ = write!(
         text,

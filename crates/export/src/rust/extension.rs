@@ -67,13 +67,14 @@ impl luenberger_observers::Observer<{scalar}> for Extension {{
         SVector::from(out)
     }}
 
-    fn initial(&self, t: {scalar}, xhat: &Self::Estimate, _u: &Self::Input, y: &Self::Output) -> Self::State {{
+{jump}    fn initial(&self, t: {scalar}, xhat: &Self::Estimate, _u: &Self::Input, y: &Self::Output) -> Self::State {{
         let mut out = [{zero}; {z}];
         start(t, &xhat.data.0[0], y.as_slice(), &mut out);
         SVector::from(out)
     }}
 }}
-"
+",
+        jump = if maps.jump.is_some() { jump(scalar, z, &zero) } else { String::new() }
     );
     let dialect = plant::dialect(export.scalar);
     let all = [
@@ -81,7 +82,21 @@ impl luenberger_observers::Observer<{scalar}> for Extension {{
         ("estimate", "k(t, z, y)", &maps.estimate, (z, known)),
         ("start", "z for an estimate and the output that it predicts", &maps.start, (n, p)),
     ];
-    for (name, what, routine, sizes) in all {
+    let jump = maps.jump.iter().map(|jump| ("after", "The state after the jump at a sample", jump, (z, known)));
+    for (name, what, routine, sizes) in all.into_iter().chain(jump) {
         plant::function(text, (name, what), routine, &dialect, sizes);
     }
+}
+
+/// The jump of the state at a sample.
+fn jump(scalar: &str, z: usize, zero: &str) -> String {
+    format!(
+        "    fn jump(&self, t: {scalar}, z: &Self::State, u: &Self::Input, y: &Self::Output) -> Self::State {{
+        let mut out = [{zero}; {z}];
+        after(t, &z.data.0[0], &known(u, y), &mut out);
+        SVector::from(out)
+    }}
+
+"
+    )
 }

@@ -5,6 +5,7 @@ use std::fmt::Write;
 use luenberger_expression::{Dialect, Language, Routine, Routines};
 
 use super::named;
+use crate::extension::ExtensionMaps;
 use crate::program::{Scalar, tables};
 use crate::{Export, number};
 
@@ -135,7 +136,7 @@ impl Differentiable<{scalar}, Const<{n}>, Const<{m}>, Const<{p}>> for Model {{
         function(text, (name, what), routine, &dialect, (n, m));
     }
     let own = export.program.extension();
-    let own = own.iter().flat_map(|own| [&own.rate, &own.estimate, &own.start]);
+    let own = own.iter().flat_map(ExtensionMaps::all);
     for (number, table, used) in tables(&all.map(|(_, _, routine)| routine).into_iter().chain(own).collect::<Vec<_>>())
     {
         _ = write!(text, "\n{}", table.source(number, &dialect, used));

@@ -1,9 +1,10 @@
 //! Interactive figure for the report: the `data` and `layout` objects of plotly's JavaScript.
 //!
-//! Numbers have seven digits, enough for a screen; the CSV file of the figure has all digits. The colours of text and
-//! grid are set by the page, depending on the light or dark mode.
+//! Numbers have five digits and curves the points that a screen shows; the CSV file of the figure has all. The colours of
+//! text and grid are set by the page, depending on the light or dark mode.
 
 use super::style::{OPACITY, Resolved, hex, resolve};
+use super::thinned;
 use super::ticks::Axis;
 use super::{Area, Figure, FigureError, Mark, MarkKind, Marker, Panel, Scale};
 use serde_json::{Map, Value as Json, json};
@@ -65,12 +66,15 @@ pub fn plotly(figure: &Figure) -> Result<Json, FigureError> {
             }
             data.push(shaded(area, &n, is_new));
         }
-        for (series, look) in panel.series.iter().zip(&looks[i]) {
+        let lines: Vec<bool> = looks[i].iter().map(|look| look.line && look.marker.is_none()).collect();
+        let y = if panel.bars.is_empty() { Axis::vertical(panel, &x)? } else { x };
+        let kept = thinned::kept(panel, &lines, (&x, &y));
+        for ((series, look), kept) in panel.series.iter().zip(&looks[i]).zip(&kept) {
             let is_new = !series.name.is_empty() && !named.contains(&series.name.as_str());
             if is_new {
                 named.push(&series.name);
             }
-            data.push(trace(series, look, &n, is_new));
+            data.push(trace(series, look, kept, &n, is_new));
         }
         bars(panel, &x, &n, &mut data);
         for mark in &panel.marks {
@@ -129,10 +133,11 @@ fn axis(label: &str, scale: Scale, range: Option<(f64, f64)>, domain: &[f64; 2],
     axis
 }
 
-fn trace(series: &super::Series, look: &Resolved, n: &str, in_legend: bool) -> Json {
+fn trace(series: &super::Series, look: &Resolved, kept: &[usize], n: &str, in_legend: bool) -> Json {
     if let Some(Marker::Cell { width, height }) = look.marker {
         return cells(series, look, (width, height), n, in_legend);
     }
+    let of = |values: &[f64]| kept.iter().map(|&k| digits(values[k])).collect::<Vec<_>>();
     let mode = match (look.line, look.marker) {
         (true, None) => "lines",
         (true, Some(_)) => "lines+markers",
@@ -141,8 +146,8 @@ fn trace(series: &super::Series, look: &Resolved, n: &str, in_legend: bool) -> J
     json!({
         "type": "scatter", "mode": mode, "name": series.name, "legendgroup": series.name, "showlegend": in_legend,
         "xaxis": format!("x{n}"), "yaxis": format!("y{n}"),
-        "x": series.x.iter().map(|&x| digits(x)).collect::<Vec<_>>(),
-        "y": series.y.iter().map(|&y| digits(y)).collect::<Vec<_>>(),
+        "x": of(&series.x),
+        "y": of(&series.y),
         "line": { "color": hex(look.rgb), "width": 1.6 * look.width, "dash": look.dash.plotly() },
         "marker": { "color": hex(look.rgb), "size": 6, "symbol": look.marker.map_or("circle", Marker::plotly) },
         "hovertemplate": if series.name.is_empty() { "(%{x:.6g}, %{y:.6g})<extra></extra>" } else { "%{y:.6g}" },
@@ -244,8 +249,8 @@ fn wrapped(name: &str) -> String {
     }
 }
 
-/// Seven significant digits.
+/// Five significant digits, for a screen.
 fn digits(x: f64) -> f64 {
     // What is printed in this form always reads back.
-    format!("{x:.6e}").parse().unwrap_or(x)
+    format!("{x:.4e}").parse().unwrap_or(x)
 }

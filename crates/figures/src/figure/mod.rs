@@ -25,7 +25,10 @@ pub mod interactive;
 pub mod still;
 mod stroke;
 pub(crate) mod style;
+mod thinned;
 pub(crate) mod ticks;
+
+pub use style::colours;
 
 /// One figure: panels in a grid under one legend.
 #[derive(Debug, Clone, PartialEq)]

@@ -49,6 +49,9 @@ where
     /// Phi (q x q) and Z (q) with `Z = Phi theta`.
     fn square(&self, state: &[T], y: &OVector<T, R>, m: &OMatrix<T, R, Q>) -> (OMatrix<T, Q, Q>, OVector<T, Q>);
 
+    /// Moves the state to the coordinates `theta - delta`: `Y - M delta` in the place of Y.
+    fn shift(&self, state: &mut [T], delta: &OVector<T, Q>);
+
     /// Phi alone, for the excitation.
     fn regressor(&self, state: &[T], m: &OMatrix<T, R, Q>) -> OMatrix<T, Q, Q> {
         let zero = OVector::zeros_generic(m.shape_generic().0, U1);
@@ -92,6 +95,17 @@ where
         let (right, gram) = (m.tr_mul(y), m.tr_mul(m));
         for ((rate, &state), &source) in rate.iter_mut().zip(state).zip(right.iter().chain(gram.iter())) {
             *rate = standing(source - state * self.a);
+        }
+    }
+
+    /// `Z - Phi delta`.
+    fn shift(&self, state: &mut [T], delta: &OVector<T, Q>) {
+        let q = delta.nrows();
+        for i in 0..q {
+            for j in 0..q {
+                let moved = state[q + i + q * j] * delta[j];
+                state[i] -= moved;
+            }
         }
     }
 
@@ -164,6 +178,21 @@ where
             for (position, source) in y.iter().chain(m.iter()).enumerate() {
                 let at = k * block + position;
                 rate[at] = standing((*source - state[at]) * beta);
+            }
+        }
+    }
+
+    /// `Y_k - M_k delta` in each block.
+    fn shift(&self, state: &mut [T], delta: &OVector<T, Q>) {
+        let (filters, columns) = (self.beta.nrows(), delta.nrows() + 1);
+        let rows = state.len() / (filters * columns);
+        for k in 0..filters {
+            let block = k * rows * columns;
+            for i in 0..rows {
+                for j in 1..columns {
+                    let moved = state[block + j * rows + i] * delta[j - 1];
+                    state[block + i] -= moved;
+                }
             }
         }
     }
@@ -263,6 +292,12 @@ where
         for (i, (rate, &theta)) in theta_rate.iter_mut().zip(theta).enumerate() {
             *rate = standing(self.gain[i] * mixed.determinant * (v[i] - mixed.determinant * theta));
         }
+    }
+
+    fn shift(&self, state: &mut [T], delta: &OVector<T, Q>) {
+        let (theta, extended) = state.split_at_mut(self.gain.nrows());
+        theta.iter_mut().zip(delta.iter()).for_each(|(theta, &delta)| *theta -= delta);
+        self.extension.shift(extended, delta);
     }
 
     /// `|Delta|`, at this instant.

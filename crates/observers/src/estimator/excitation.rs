@@ -68,6 +68,10 @@ where
         }
     }
 
+    fn shift(&self, state: &mut [T], delta: &OVector<T, Q>) {
+        self.estimator.shift(state, delta);
+    }
+
     fn excitation(&self, state: &[T], m: &OMatrix<T, R, Q>) -> Option<T> {
         let own = self.estimator.state_len(m.nrows());
         let order = m.shape_generic().1;

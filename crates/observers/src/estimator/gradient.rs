@@ -75,6 +75,10 @@ where
     }
 
     /// Unknown: what M has been is forgotten. [`Monitored`](super::excitation::Monitored) remembers it.
+    fn shift(&self, state: &mut [T], delta: &OVector<T, Q>) {
+        state.iter_mut().zip(delta.iter()).for_each(|(theta, &delta)| *theta -= delta);
+    }
+
     fn excitation(&self, _state: &[T], _m: &OMatrix<T, R, Q>) -> Option<T> {
         None
     }

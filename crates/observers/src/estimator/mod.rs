@@ -55,6 +55,10 @@ where
     /// How exciting the regression has been, as a number that is 0 if and only if some direction of theta has not been
     /// seen: what it is exactly, the estimator says. `None` when the estimator does not know.
     fn excitation(&self, state: &[T], m: &OMatrix<T, R, Q>) -> Option<T>;
+
+    /// Moves the state to the coordinates `theta - delta`, in which the regression is `Y - M delta = M (theta - delta)`:
+    /// theta_hat decreases by delta, and what the estimator keeps of Y changes with it. The error stays the same.
+    fn shift(&self, state: &mut [T], delta: &OVector<T, Q>);
 }
 
 /// The first entries of a slice as a column as long as `like` has columns.

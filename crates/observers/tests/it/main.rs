@@ -17,3 +17,4 @@ mod sampled_copy;
 mod serialization;
 #[cfg(feature = "alloc")]
 mod static_size;
+mod unscented;

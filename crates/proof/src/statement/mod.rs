@@ -18,10 +18,12 @@ mod input_to_state;
 mod interval_observer;
 mod kkl;
 mod lyapunov;
+mod reduced_order;
 mod sector;
 mod semi_implicit;
 mod spectrum;
 mod super_twisting;
+mod system_norm;
 mod unknown_input;
 mod varying_periods;
 
@@ -44,10 +46,12 @@ pub use lyapunov::{
     contraction_within, decay_rate, decay_rate_within, hurwitz, lyapunov_decrease, overshoot_bound, positive,
     stein_decrease,
 };
+pub use reduced_order::{ReducedOrder, reduced_order};
 pub use sector::{SectorTerm, sector_decrease};
 pub use semi_implicit::{semi_implicit_decrease, semi_implicit_room};
 pub use spectrum::{schur_stable, spectral_abscissa, spectral_radius};
 pub use super_twisting::super_twisting;
+pub use system_norm::{ErrorSystem, Time, bounded_real, bounded_variance};
 pub use unknown_input::{Decoupled, UnknownInput, unknown_input};
 pub use varying_periods::decrease_over_times;
 

@@ -3,16 +3,18 @@
 use std::sync::Arc;
 
 use luenberger_design::{CubicDesign, CubicGain, LinearDesign, LyapunovWeight};
+use luenberger_live::{self as live, Experiment, Kind};
 use luenberger_observers::CubicObserver;
 use luenberger_plants::{StateSpace, double_integrator};
 use luenberger_sim::{Scenario, Signal, Trajectory, metrics};
 use nalgebra::{DMatrix, Dyn};
 
+use super::certified;
 use crate::claim::{CheckError, Claim, Class, Outcome, Quote};
 use crate::context::Context;
 use crate::evidence::{Evidence, Tolerance};
 use crate::figure::{Figure, Hue, Mark, Panel, Series};
-use crate::paper::{Drawing, Plate};
+use crate::paper::{Drawing, LiveExample, Plate};
 use crate::table::Table;
 use crate::value::{Printed, short};
 
@@ -226,6 +228,32 @@ pub(super) fn linear() -> Result<LinearDesign, CheckError> {
 /// The cubic observer of Example 1.
 pub(super) fn cubic() -> Result<CubicDesign, CheckError> {
     with_gamma(2.0)
+}
+
+/// The example in the page of the report.
+pub(super) fn live() -> LiveExample {
+    LiveExample {
+        id: "live-example-1",
+        title: "Example 1",
+        about: "The double integrator from e(0) = (-3, -3), the linear observer and the cubic one with gamma = 2. The cubic term pays while the error is large: move the first error.",
+        experiment: || {
+            let mut experiment = Experiment::new(live::Plant::linear(&plant()), &E0, 4.0, 401)
+                .observer(certified(
+                    "linear",
+                    Kind::Linear(Box::new(linear()?.observer.clone())),
+                    &linear()?.certificate,
+                    2,
+                )?)
+                .observer(certified(
+                    "cubic",
+                    Kind::Cubic(Box::new(cubic()?.observer.clone())),
+                    &cubic()?.certificate,
+                    2,
+                )?);
+            experiment.input = vec!["sin(t)".to_owned()];
+            Ok(experiment)
+        },
+    }
 }
 
 fn with_gamma(gamma: f64) -> Result<CubicDesign, CheckError> {

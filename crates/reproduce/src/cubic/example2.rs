@@ -5,16 +5,17 @@ use std::sync::Arc;
 use luenberger_design::robust::{fixed_gain_margin, positive_real_margin, redesigned_margin, theorem5_bound};
 use luenberger_design::{CubicDesign, CubicGain, LinearDesign, LyapunovWeight};
 use luenberger_linalg::{eigenvalues, lambda_max};
+use luenberger_live::{self as live, Experiment, Kind};
 use luenberger_plants::{StateSpace, third_order};
 use luenberger_sim::{Integrand, Scenario, Trajectory};
 use nalgebra::{DMatrix, dmatrix};
 
-use super::FORCING;
+use super::{FORCING, certified};
 use crate::claim::{CheckError, Claim, Class, Outcome, Quote};
 use crate::context::Context;
 use crate::evidence::{Evidence, Tolerance};
 use crate::figure::{Bar, Figure, Hue, Panel, Series};
-use crate::paper::{Drawing, Plate};
+use crate::paper::{Drawing, LiveExample, Plate};
 use crate::table::Table;
 use crate::value::{Printed, Value, short};
 
@@ -201,6 +202,22 @@ pub(super) fn linear() -> Result<LinearDesign, CheckError> {
 
 fn cubic(gamma: f64) -> Result<CubicDesign, CheckError> {
     Ok(CubicDesign::new(&linear()?, &dmatrix![1.0], &CubicGain::Gamma(gamma))?)
+}
+
+/// The example in the page of the report.
+pub(super) fn live() -> LiveExample {
+    LiveExample {
+        id: "live-example-2",
+        title: "Example 2",
+        about: "Poles at -30, -10 and -5 from e(0) = (1, 1, 1), the linear observer and the cubic one with gamma = 1.",
+        experiment: || {
+            let (linear, cubic) = (linear()?, cubic(1.0)?);
+            let experiment = Experiment::new(live::Plant::linear(&plant()), &[1.0; 3], 1.0, 401)
+                .observer(certified("linear", Kind::Linear(Box::new(linear.observer.clone())), &linear.certificate, 3)?)
+                .observer(certified("cubic", Kind::Cubic(Box::new(cubic.observer.clone())), &cubic.certificate, 3)?);
+            Ok(experiment)
+        },
+    }
 }
 
 fn gain(_: &Context) -> Result<Outcome, CheckError> {

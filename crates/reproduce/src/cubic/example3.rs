@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use luenberger_design::{DesignError, InfeasibilityReason, robust};
 use luenberger_linalg::{kalman_gain, lqr};
+use luenberger_live::{self as live, Experiment, Kind};
 use luenberger_observers::{CubicObserver, LinearObserver, Observer};
 use luenberger_plants::{StateSpace, third_order};
 use luenberger_sim::{Integrand, Scenario, Signal, SimError, Trajectory};
@@ -14,7 +15,7 @@ use crate::context::Context;
 use crate::evidence::{Counterexample, Evidence, Hypothesis, Tolerance};
 use crate::figure::{Figure, Panel, Series};
 use crate::hypotheses;
-use crate::paper::{Drawing, Plate};
+use crate::paper::{Drawing, LiveExample, Plate};
 use crate::table::Table;
 use crate::value::{Printed, Value, short};
 
@@ -118,6 +119,23 @@ fn close<'a>(observer: impl Observer<f64> + 'a, k: DMatrix<f64>) -> Result<Traje
         .integral("cost", Integrand::quadratic_cost(DMatrix::identity(3, 3), DMatrix::identity(2, 2)))
         .until(END, 1201)
         .run()
+}
+
+/// The example in the page of the report.
+pub(super) fn live() -> LiveExample {
+    LiveExample {
+        id: "live-example-3",
+        title: "Example 3",
+        about: "The loop around each observer, u = -K xhat, with K and L as printed and N = -10 L.",
+        experiment: || {
+            let linear = LinearObserver::of(plant(), observer_gain())?;
+            let mut experiment = Experiment::new(live::Plant::linear(&plant()), &[1.0; 3], END, 401)
+                .observer(live::Observer::new("linear", Kind::Linear(Box::new(linear)), &[0.0; 3]))
+                .observer(live::Observer::new("cubic", Kind::Cubic(Box::new(observer(-10.0)?)), &[0.0; 3]));
+            experiment.feedback = Some(feedback_gain().row_iter().map(|row| row.iter().copied().collect()).collect());
+            Ok(experiment)
+        },
+    }
 }
 
 struct Loops {

@@ -13,6 +13,10 @@ mod remarks;
 mod robustness;
 mod theorems;
 
+use luenberger_design::Certificate;
+use luenberger_live::{Kind, Observer};
+
+use crate::claim::CheckError;
 use crate::paper::Paper;
 
 /// The limitation of every robust margin of this paper; printed wherever one is reported.
@@ -39,6 +43,14 @@ pub(crate) fn paper() -> Paper {
         .concat(),
         figures: [example1::figures(), example2::figures(), example3::figures(), noise::figures()].concat(),
         datasets: Vec::new(),
+        live: vec![example1::live(), example2::live(), example3::live()],
         findings: findings::findings(),
     }
+}
+
+/// An observer of the page with its certificate files, from the estimate 0.
+fn certified(name: &str, kind: Kind, certificate: &Certificate, states: usize) -> Result<Observer, CheckError> {
+    let files = certificate.theorems().iter().map(|theorem| Ok(theorem.file(name)?.to_json()));
+    let certificates = files.collect::<Result<_, CheckError>>()?;
+    Ok(Observer { certificates, ..Observer::new(name, kind, &vec![0.0; states]) })
 }

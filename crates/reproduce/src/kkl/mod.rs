@@ -37,6 +37,7 @@ pub(crate) fn paper() -> Paper {
         .concat(),
         figures: [prop6::figures(), prop7::figures(), converter::figures(), duffing::figures()].concat(),
         datasets: Vec::new(),
+        live: Vec::new(),
         findings: findings::findings(),
     }
 }

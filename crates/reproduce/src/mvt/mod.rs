@@ -31,6 +31,7 @@ pub(crate) fn paper() -> Paper {
         .concat(),
         figures: [example1::figures(), example2::figures(), eta::figures(), peers::figures()].concat(),
         datasets: runs::datasets(),
+        live: Vec::new(),
         findings: findings::findings(),
     }
 }

@@ -2,16 +2,17 @@
 
 use crate::claim::{Class, Record};
 use crate::evidence::Verdict;
-use crate::ledger::{Drawn, Summary};
+use crate::ledger::{Drawn, Live, Summary};
 use crate::paper::{Finding, Paper};
 use crate::terminal::{counts, word};
 use crate::value::{Value, short};
 use luenberger_figures::report::ReportError;
 use luenberger_figures::{Report, Section, escape};
+use luenberger_live::page::{MODULE, SCRIPT, STYLE};
 use std::fmt::Write;
 
 /// The page.
-pub(crate) fn html(papers: &[Paper], summary: &Summary, drawn: &[Drawn]) -> Result<String, ReportError> {
+pub(crate) fn html(papers: &[Paper], summary: &Summary, drawn: &[Drawn], live: &[Live]) -> Result<String, ReportError> {
     let datasets = papers.iter().flat_map(|paper| &paper.datasets);
     let datasets = datasets.map(|dataset| (format!("data/{}.csv", dataset.id), String::new()));
     let files = [("claims.json".to_owned(), "every claim".to_owned())].into_iter().chain(datasets);
@@ -19,6 +20,11 @@ pub(crate) fn html(papers: &[Paper], summary: &Summary, drawn: &[Drawn]) -> Resu
         .lead("Every claim below is computed anew; the verdict follows from what is printed, what is computed and the tolerance.")
         .head(head(papers, summary))
         .with(include_str!("page.css"), include_str!("page.js"));
+    if !live.is_empty() {
+        let style = [include_str!("page.css"), STYLE].concat();
+        let script = [include_str!("page.js"), SCRIPT].concat();
+        report = report.with(style, script).tail(MODULE).section(examples(live));
+    }
     if let Some(findings) = findings(papers, &summary.records) {
         report = report.section(Section::new("Findings").html(findings));
     }
@@ -30,6 +36,18 @@ pub(crate) fn html(papers: &[Paper], summary: &Summary, drawn: &[Drawn]) -> Resu
             report.section(of_paper.fold(section, |section, drawn| section.figure(drawn.id, drawn.figure.clone())));
     }
     report.section(Section::new("Data").links(files)).html()
+}
+
+/// The examples that the page runs itself.
+fn examples(live: &[Live]) -> Section {
+    let section = Section::new("Live").prose(
+        "These examples run in this page: the simulation, the observers and the verification of the certificates, \
+         compiled to WebAssembly. Each slider is a factor of the value in the paper. With other gains the inequalities \
+         are evaluated again, with the same P: not certified means that this P proves no convergence.",
+    );
+    live.iter().fold(section, |section, live| {
+        section.heading(live.example.title).prose(live.example.about).html(live.html.as_str())
+    })
 }
 
 // Writing into a String cannot fail, hence `let _ =` below.

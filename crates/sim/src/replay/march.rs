@@ -143,6 +143,7 @@ impl<'r> March<'r> {
         let mut state = self.start(observer)?;
         self.arrive(observer, times[0], Some(0), &state)?;
         let sizes = (self.u.len(), self.y.len(), observer.dimensions().estimate);
+        let mut jumps = Jumps::new(times[0], observer.jump_period());
         for (k, pair) in times.windows(2).enumerate() {
             for hold in &mut holds {
                 hold.arrive(recording, k);
@@ -150,6 +151,7 @@ impl<'r> March<'r> {
             let held: Vec<f64> = holds.iter().map(|hold| hold.until(pair[0], pair[1])).collect();
             let mut ends: Vec<f64> = held.iter().copied().filter(|t| *t > pair[0] && *t < pair[1]).collect();
             ends.push(pair[1]);
+            ends.extend(jumps.within(pair[0], pair[1]));
             ends.sort_by(f64::total_cmp);
             ends.dedup();
             let mut from = pair[0];
@@ -157,7 +159,7 @@ impl<'r> March<'r> {
                 let sources: Vec<Source> =
                     holds.iter().zip(&held).map(|(hold, until)| hold.source(to, *until)).collect();
                 let (plant, last, whole) = (self.plant, &self.y, self.entry.whole);
-                let right_hand_side = |t: f64, state: &[f64], slope: &mut [f64]| {
+                let known = |t: f64, state: &[f64]| {
                     let (mut u, mut y) = (vec![0.0; sizes.0], last.clone());
                     recording.inputs().on(k, t, &mut u);
                     for (y, source) in y.iter_mut().zip(&sources) {
@@ -171,13 +173,24 @@ impl<'r> March<'r> {
                             *y = if *source == Source::Predicted { *h } else { *y };
                         }
                     }
+                    (u, y)
+                };
+                let right_hand_side = |t: f64, state: &[f64], slope: &mut [f64]| {
+                    let (u, y) = known(t, state);
                     observer.derivative(t, state, &u, &y, slope);
                 };
                 stepper.advance(&right_hand_side, from, to, &mut state, &mut |_| Ok(()))?;
+                if to < pair[1] && jumps.happens(to) {
+                    let (u, y) = known(to, &state);
+                    observer.jump(to, &mut state, &u, &y);
+                }
                 from = to;
             }
             self.read(k + 1);
             self.arrive(observer, pair[1], Some(k + 1), &state)?;
+            if jumps.happens(pair[1]) {
+                observer.jump(pair[1], &mut state, &self.u, &self.y);
+            }
         }
         self.steps = stepper.steps();
         Ok(())
@@ -304,6 +317,40 @@ fn on_line(recording: &Recording, k: usize, j: usize, t: f64, reach: f64) -> Opt
     let from = (0..=k).rev().find_map(point)?;
     let to = (k + 1..times.len()).find_map(point)?;
     if to.0 - from.0 <= reach { Source::Line(from, to).at(t) } else { None }
+}
+
+/// When the state of an observer jumps.
+struct Jumps {
+    start: f64,
+    period: Option<f64>,
+    count: u64,
+}
+
+impl Jumps {
+    fn new(start: f64, period: Option<f64>) -> Self {
+        Self { start, period, count: 0 }
+    }
+
+    fn instant(&self, period: f64, count: u64) -> f64 {
+        self.start + count as f64 * period
+    }
+
+    /// The instants between two times.
+    fn within(&self, from: f64, to: f64) -> Vec<f64> {
+        let Some(period) = self.period else { return Vec::new() };
+        let all = (self.count + 1..).map(|count| self.instant(period, count));
+        all.skip_while(|t| *t <= from).take_while(|t| *t < to).collect()
+    }
+
+    /// Whether an instant has come since the last one.
+    fn happens(&mut self, t: f64) -> bool {
+        let Some(period) = self.period else { return false };
+        let due = self.instant(period, self.count + 1) <= t;
+        while self.instant(period, self.count + 1) <= t {
+            self.count += 1;
+        }
+        due
+    }
 }
 
 /// The samples of an observer in discrete time, and the rows that lie on them.

@@ -4,7 +4,6 @@ use luenberger_export::kkl::Kkl;
 use luenberger_export::{Export, ExportError, Names, Program, Scalar, names};
 
 use super::{KklStep, SampledDesign};
-use crate::design::disturbance_names;
 use crate::study::{ObserverSpec, Study};
 
 /// The export of a sampled design, from the estimate of its study or another one.
@@ -19,7 +18,7 @@ pub fn exported(
     initial: Option<&[f64]>,
 ) -> Result<Export, ExportError> {
     let mut initial = initial.map_or_else(|| design.initial(observer), <[f64]>::to_vec);
-    let mut more = disturbance_names(observer.kind.estimated_disturbances());
+    let mut more = observer.kind.estimated_disturbances();
     if let SampledDesign::Interval(interval) = &design {
         initial = interval.start(scalar, &initial);
         more = interval.names(&study.plant.states);

@@ -1,7 +1,7 @@
 //! What is proved of an observer of a linear plant with its numbers as stored, and of its steps as the target computes
 //! them.
 
-use luenberger_design::{Certificate, deployed_linear};
+use luenberger_design::{Certificate, Goal, deployed_linear};
 use luenberger_proof::certificate::{CertificateFile, DeployedObserver, Theorem};
 use luenberger_proof::statement::{Deployed, Format, Formats, Operation, Running, Step};
 use luenberger_proof::wording::at_most;
@@ -11,7 +11,7 @@ use nalgebra::DMatrix;
 use super::{Evidence, SampledDesign};
 use crate::closed_loop;
 use crate::execute;
-use crate::study::{ObserverSpec, Study};
+use crate::study::{ObserverKind, ObserverSpec, Study};
 
 pub(super) fn evidence(
     study: &Study,
@@ -65,6 +65,15 @@ pub(super) fn evidence(
             "The estimate is that of the filter form, xhat(k|k) = xhat(k|k-1) + K (y(k) - C xhat(k|k-1)); what is proved is about the error of the prediction xhat(k|k-1)."
                 .to_owned(),
         );
+    }
+    if let ObserverKind::NormFilter(spec) = &observer.kind
+        && study.plant.dt.is_none()
+        && !matches!(spec.goal, Goal::Of(_))
+    {
+        sentences.push(format!(
+            "The gain is that of the {} filter of the sampled plant, disturbances and noise held over the period. The bound of the norm is not in the certificate.",
+            spec.norm.name()
+        ));
     }
     if file.is_none() {
         sentences.push("No stability certificate.".to_owned());

@@ -84,7 +84,7 @@ impl SampledDesign {
             _ => observer.initial.clone(),
         };
         // Disturbances are estimated to be 0 at the start.
-        initial.extend(std::iter::repeat_n(0.0, observer.kind.estimated_disturbances()));
+        initial.extend(std::iter::repeat_n(0.0, observer.kind.estimated_disturbances().len()));
         initial
     }
 
@@ -179,7 +179,7 @@ pub(crate) fn stored(matrix: &DMatrix<f64>, format: Format) -> Option<DMatrix<f6
 ///
 /// An observer of a linear plant gets the plant with its input held over the period, and a gain for that: observers in
 /// continuous time keep their poles, `exp(h s)`; a Kalman filter becomes the stationary predictor for the sampled noises;
-/// a cubic observer keeps theta and the strength of its cubic term. The copy of a nonlinear plant keeps its gain and gets
+/// an H-infinity or H2 filter becomes that of the sampled plant; a cubic observer keeps theta and the strength of its cubic term. The copy of a nonlinear plant keeps its gain and gets
 /// Runge-Kutta steps, `substeps` of them or as many as its error needs; an extended Kalman filter stays as it is. A
 /// mean-value observer is exported as `z = xhat + e`, a copy with the constant gain L, of which its certificate speaks.
 ///
@@ -228,9 +228,10 @@ pub fn sampled(
         let design = design.map_err(|why| failure(why, &[]))?;
         return Ok(Sampled { design, period, of_the_study: None });
     }
-    if let (ObserverKind::ProportionalIntegral { e, linear: gain, .. }, Some(plant)) = (&observer.kind, &linear) {
+    if let (ObserverKind::ProportionalIntegral { e, chain, linear: gain, .. }, Some(plant)) = (&observer.kind, &linear)
+    {
         let design = names.with(|| {
-            let both = luenberger_design::with_disturbance(plant, e)?;
+            let both = luenberger_design::with_disturbance_chain(plant, e, chain.unwrap_or(1))?;
             held(study, observer, &both, gain, period)
         });
         let design = design.map_err(|error| failure(error.to_string(), &[]))?;
@@ -255,6 +256,24 @@ pub fn sampled(
         });
         let design = design.map_err(|why| failure(why, &[]))?;
         return Ok(Sampled { design: SampledDesign::Interval(Box::new(design)), period, of_the_study: None });
+    }
+    if let ObserverKind::NormFilter(spec) = &observer.kind {
+        let options = observer.limits.options(study.solver, None);
+        let design = names.with(|| match (&linear, study.plant.dt, &study.operating_point) {
+            (Some(plant), Some(dt), _) => {
+                let design = design::norm_filter::discrete(plant, spec, dt, &options);
+                design.map(|design| SampledDesign::Linear(Box::new(design))).map_err(|error| error.to_string())
+            }
+            (Some(plant), None, _) => {
+                let design = design::norm_filter::sampled(plant, spec, period, &options);
+                design.map(|design| SampledDesign::Linear(Box::new(design))).map_err(|error| error.to_string())
+            }
+            (None, None, Some(point)) => {
+                around(design::norm_filter::sampled(&point.linear, spec, period, &options), point, period)
+            }
+            (None, ..) => Err(format!("the kind {} needs a linear plant", observer.kind.name())),
+        });
+        return Ok(Sampled { design: design.map_err(|why| failure(why, &[]))?, period, of_the_study: None });
     }
     if let ObserverKind::UnknownInput { .. } = observer.kind {
         let hypothesis = "the kind unknown-input has no step for a sample: its error is independent of the disturbance in continuous time only".to_owned();
@@ -306,9 +325,18 @@ fn at_point(
     point: &OperatingPoint,
     period: f64,
 ) -> Result<SampledDesign, String> {
-    let words = |error: &dyn std::fmt::Display| error.to_string();
     let linear = design::linear_design(&point.linear, gain, &observer.limits.options(study.solver, None));
-    let sampled = linear.and_then(|linear| sampled_linear(&linear, gain, period)).map_err(|error| words(&error))?;
+    around(linear.and_then(|linear| sampled_linear(&linear, gain, period)), point, period)
+}
+
+/// A sampled linear design in deviations from an operating point.
+fn around(
+    sampled: Result<DiscreteDesign, DesignError>,
+    point: &OperatingPoint,
+    period: f64,
+) -> Result<SampledDesign, String> {
+    let words = |error: &dyn std::fmt::Display| error.to_string();
+    let sampled = sampled.map_err(|error| words(&error))?;
     let plant = expressions::around(sampled.observer.plant(), point).map_err(|error| words(&error))?;
     let copied = DiscreteNonlinearObserver::new(plant, sampled.observer.l().clone(), period);
     Ok(SampledDesign::LinearAt(Box::new(DiscreteCopyDesign {

@@ -125,9 +125,9 @@ fn extension(
     plant: ExpressionPlant,
     (period, substeps): (f64, Option<usize>),
 ) -> Result<ExtensionDesign, Refusal> {
-    let written = match &observer.kind {
-        ObserverKind::Kkl(spec) => whole::kkl(&study.plant, &spec.maps),
-        ObserverKind::Pebo(spec) | ObserverKind::KklPeb(spec) => whole::peb(&study.plant, spec),
+    let written = match (&observer.kind, &designed.runnable) {
+        (_, Runnable::KklMaps(observer)) => whole::kkl(&study.plant, observer.map()),
+        (ObserverKind::Pebo(spec) | ObserverKind::KklPeb(spec), _) => whole::peb(&study.plant, spec, period),
         _ => Err("the observer has no given maps".to_owned()),
     };
     let written = written.map_err(|why| (format!("the observer has no source code: {why}"), Vec::new()))?;

@@ -19,7 +19,7 @@ use crate::results::{DesignReport, FailureReport};
 use crate::study::{GainSpec, LinearSpec, ObserverKind, ObserverSpec, RateSpec, Study};
 
 /// The kinds that there are.
-const KINDS: &str = "luenberger, kalman, interval, sampled-cubic, lpv and extended-kalman";
+const KINDS: &str = "luenberger, kalman, interval, h-infinity, h2, sampled-cubic, lpv and extended-kalman";
 
 pub(super) fn design(study: &Study, wish: &ObserverSpec, dt: f64, end: Option<Instant>) -> Result<Designed, NoDesign> {
     let kind = wish.kind.name();
@@ -34,7 +34,14 @@ pub(super) fn design(study: &Study, wish: &ObserverSpec, dt: f64, end: Option<In
     };
     Ok(match &wish.kind {
         ObserverKind::Luenberger(gain) | ObserverKind::Kalman(gain) => {
-            self::linear(&linear()?, gain, dt, wish)?.map_err(explained)?
+            let plant = linear()?;
+            in_loop(study, wish, &plant, self::linear(&plant, gain, dt, wish)?.map_err(explained)?)
+        }
+        ObserverKind::NormFilter(spec) => {
+            let options = wish.limits.options(study.solver, end);
+            let plant = linear()?;
+            let designed = super::norm_filter::norm_filter(study, &plant, spec, Some(dt), &options);
+            in_loop(study, wish, &plant, designed.map_err(explained)?)
         }
         ObserverKind::SampledCubic { linear: gain, theta, correction, period, varying } => {
             if varying.is_some() {
@@ -82,6 +89,17 @@ pub(super) fn design(study: &Study, wish: &ObserverSpec, dt: f64, end: Option<In
             );
         }
     })
+}
+
+/// With what is proved of the loop, where the estimate fed back is the prediction.
+fn in_loop(study: &Study, wish: &ObserverSpec, plant: &StateSpace, designed: Designed) -> Designed {
+    match &designed.runnable {
+        Runnable::DiscreteLinear(observer) => {
+            let l = observer.l().clone();
+            super::feedback::linear(study, wish, plant, &l, designed)
+        }
+        _ => designed,
+    }
 }
 
 /// The gain; a failure for a specification that is of continuous time.

@@ -3,7 +3,7 @@
 
 use luenberger_design::{
     CubicDesign, CubicGain, DecoupledPlant, Disturbances, ErrorBound, GainOptions, LinearDesign, UnknownInputDesign,
-    disturbances_with_rate, proportional_integral as handed_out, with_disturbance,
+    disturbances_with_rate, proportional_integral as handed_out, with_disturbance_chain,
 };
 use luenberger_plants::StateSpace;
 use luenberger_proof::wording::{at_least, at_most, significant};
@@ -68,14 +68,14 @@ fn cubic_of(linear: &LinearDesign, cubic: Option<&(DMatrix<f64>, f64)>) -> Resul
 
 pub(super) fn proportional_integral(
     (plant, states): (&StateSpace, &[String]),
-    e: &DMatrix<f64>,
+    (e, chain): (&DMatrix<f64>, Option<usize>),
     gain: &LinearSpec,
     cubic: Option<&(DMatrix<f64>, f64)>,
-    (bounds, rate): (Option<&ActingBounds>, &[f64]),
+    (bounds, rate, names): (Option<&ActingBounds>, &[f64], &[String]),
     options: &GainOptions,
 ) -> Result<Designed, Misfit> {
-    let n = plant.a.nrows();
-    let both = with_disturbance(plant, e)?;
+    let (n, order) = (plant.a.nrows(), chain.unwrap_or(1));
+    let both = with_disturbance_chain(plant, e, order)?;
     let linear = of(&both, gain, options)?;
     let cubic = cubic_of(&linear, cubic)?;
     let certificate = cubic.as_ref().map_or(&linear.certificate, |cubic| &cubic.certificate).clone();
@@ -84,9 +84,14 @@ pub(super) fn proportional_integral(
         Some(cubic) => Runnable::ProportionalIntegralCubic(Box::new(handed_out(cubic.observer.clone(), n)?)),
     };
     let speed = -linear.spectral_abscissa();
+    let model = match order {
+        1 => "a constant disturbance d".to_owned(),
+        2 => "a disturbance d that is linear in t".to_owned(),
+        k => format!("a disturbance d that is a polynomial in t of degree {}", k - 1),
+    };
     let report = DesignReport {
         statement: format!(
-            "For a constant disturbance d the errors of x and of d tend to 0, for all x(0), xhat(0) and d; asymptotic rate exp(-{} t).{}",
+            "For {model} the errors of x and of d tend to 0, for all x(0), xhat(0) and d; asymptotic rate exp(-{} t).{}",
             significant(speed, 5),
             measurement(plant)
         ),
@@ -100,18 +105,13 @@ pub(super) fn proportional_integral(
     };
     let designed = Designed { runnable, report, certificate: Some(certificate) };
     let Some(bounds) = bounds else { return Ok(designed) };
-    let acting = disturbances_with_rate(&acting(bounds), rate);
+    let acting = disturbances_with_rate(&acting(bounds), rate, order);
     let bound = match &cubic {
         None => ErrorBound::linear(&linear.observer, &acting)?,
         Some(cubic) => ErrorBound::cubic(cubic, &acting)?,
     };
-    let names: Vec<String> = states.iter().cloned().chain(names(e.ncols())).collect();
+    let names: Vec<String> = states.iter().chain(names).cloned().collect();
     Ok(bounded(designed, &bound, &names, bounds))
-}
-
-/// `d1`, `d2`.
-pub(crate) fn names(count: usize) -> Vec<String> {
-    (1..=count).map(|k| format!("d{k}")).collect()
 }
 
 pub(super) fn unknown_input(

@@ -28,6 +28,7 @@ pub(super) enum Misfit {
     Rank { needed: usize, smallest: f64, point: Vec<f64> },
     NotRegression { worst: Worst, inputs: usize },
     Silent { delta: f64, window: f64, from: f64, direction: Vec<f64> },
+    UnnamedMaps,
     NonlinearOutput { output: usize, state: usize, low: f64, high: f64 },
 }
 
@@ -153,6 +154,16 @@ pub(super) fn misfit(study: &Study, wish: &ObserverSpec, misfit: &Misfit) -> Fai
                 DesignError::UnseenDisturbance { .. } => {
                     vec!["fewer columns of `e`, or an output that depends on this state".to_owned()]
                 }
+                DesignError::NormTooSmall { least, is_limited, .. } => {
+                    let mut ways = vec![format!("`gamma` above {}", at_most(*least, 5))];
+                    if *is_limited {
+                        ways.push("a larger `max_gain`".to_owned());
+                    }
+                    ways
+                }
+                DesignError::NoiselessOutput { .. } => {
+                    vec!["`gamma` or `max_gain`, which bound the gain; or a row of `d` for each output".to_owned()]
+                }
                 DesignError::FixedPoles { .. } => {
                     vec!["`poles` with these zeros among them".to_owned(), "`lmi` or `kalman`".to_owned()]
                 }
@@ -273,6 +284,11 @@ pub(super) fn misfit(study: &Study, wish: &ObserverSpec, misfit: &Misfit) -> Fai
             ];
             (hypothesis, remedies.map(str::to_owned).to_vec())
         }
+        Misfit::UnnamedMaps => (
+            "a state, an input or an output has a name that no expression can have, or that of another variable"
+                .to_owned(),
+            vec!["other names in [plant]; xi1, xi2, .. are those of the observer".to_owned()],
+        ),
         Misfit::NonlinearOutput { output, state, low, high } => {
             let hypothesis = format!(
                 "the kind {kind} needs outputs that are linear in the state, and the derivative of {} by {} is between {} and {}",

@@ -3,6 +3,7 @@
 mod discrete;
 mod disturbance;
 mod explain;
+mod feedback;
 mod immersion;
 mod interval;
 mod kkl;
@@ -10,13 +11,14 @@ mod kkl_maps;
 mod linear;
 mod noise_gain;
 mod nonlinear;
+pub(crate) mod norm_filter;
 mod operating_point;
 mod peb;
 mod printed_mean_value;
+mod reduced_order;
 mod runnable;
 mod sliding_mode;
 
-pub(crate) use disturbance::names as disturbance_names;
 pub(crate) use interval::{Sampling, sampled_design as sampled_interval, sampled_statement};
 pub use kkl::Kkl;
 pub use kkl_maps::candidate;
@@ -29,7 +31,9 @@ use std::sync::atomic::AtomicBool;
 use std::time::Instant;
 
 use luenberger_design::numerical_kkl::NumericalKklError;
-use luenberger_design::{Certificate, DesignError, DiscreteDesign, Fact, GainOptions, LinearDesign, ProvedTheorem};
+use luenberger_design::{
+    Certificate, CubicDesign, DesignError, DiscreteDesign, Fact, GainOptions, LinearDesign, ProvedTheorem,
+};
 use luenberger_plants::StateSpace;
 use luenberger_proof::Verdict;
 use luenberger_proof::certificate::Theorem;
@@ -118,6 +122,13 @@ fn in_words(
             None => Ok(design),
         })
     };
+    let in_loop = |plant: &StateSpace, designed: Designed| match &designed.runnable {
+        Runnable::Linear(observer) => {
+            let l = observer.l.clone();
+            feedback::linear(study, wish, plant, &l, designed)
+        }
+        _ => designed,
+    };
     let explained = |misfit| match misfit {
         Misfit::NumericalKkl(NumericalKklError::Stopped { .. }) => NoDesign::Interrupted,
         misfit => explain::misfit(study, wish, &misfit).into(),
@@ -134,16 +145,27 @@ fn in_words(
     }
     match &wish.kind {
         ObserverKind::Luenberger(gain) | ObserverKind::Kalman(gain) => {
-            shifted(linear::luenberger(study, &linear()?, gain, (&options, wish.bounds.as_ref()))).map_err(explained)
+            let plant = linear()?;
+            let designed = linear::luenberger(study, &plant, gain, (&options, wish.bounds.as_ref()));
+            shifted(designed.map(|designed| in_loop(&plant, designed))).map_err(explained)
         }
         ObserverKind::Cubic { linear: gain, theta, correction } => {
             let options = (&options, wish.bounds.as_ref());
-            shifted(linear::cubic(study, &linear()?, gain, theta, correction, options)).map_err(explained)
+            let plant = linear()?;
+            let designed = linear::cubic(study, &plant, gain, theta, correction, options).and_then(|designed| {
+                if feedback::gain(study, &wish.name).is_none() {
+                    return Ok(designed);
+                }
+                let cubic = CubicDesign::new(&linear::of(&plant, gain, options.0)?, theta, correction)?;
+                Ok(feedback::cubic(study, &wish.name, &plant, &cubic, designed))
+            });
+            shifted(designed).map_err(explained)
         }
-        ObserverKind::ProportionalIntegral { e, rate, linear: gain, cubic } => {
+        ObserverKind::ProportionalIntegral { e, chain, rate, linear: gain, cubic } => {
             let plant = model.linear().ok_or_else(|| explain::not_linear(study, wish))?;
-            let acting = (wish.bounds.as_ref(), rate.as_slice());
-            let plant = (&plant, study.plant.states.as_slice());
+            let names = wish.kind.estimated_disturbances();
+            let acting = (wish.bounds.as_ref(), rate.as_slice(), names.as_slice());
+            let (plant, e) = ((&plant, study.plant.states.as_slice()), (e, *chain));
             disturbance::proportional_integral(plant, e, gain, cubic.as_ref(), acting, &options).map_err(explained)
         }
         ObserverKind::UnknownInput { e, linear: gain, cubic } => {
@@ -155,6 +177,16 @@ fn in_words(
             let plant = model.linear().ok_or_else(|| explain::not_linear(study, wish))?;
             let plant = (&plant, study.plant.states.as_slice());
             interval::continuous(plant, spec, wish.bounds.as_ref(), &options).map_err(explained)
+        }
+        ObserverKind::ReducedOrder(poles) => {
+            explain::output_of_the_state(study, wish)?;
+            let plant = model.linear().ok_or_else(|| explain::not_linear(study, wish))?;
+            reduced_order::reduced_order(study, &plant, poles).map_err(explained)
+        }
+        ObserverKind::NormFilter(spec) => {
+            let plant = linear()?;
+            let designed = norm_filter::norm_filter(study, &plant, spec, None, &options);
+            shifted(designed.map(|designed| in_loop(&plant, designed))).map_err(explained)
         }
         ObserverKind::SampledCubic { linear: gain, theta, correction, period, varying } => {
             shifted(linear::sampled(&linear()?, gain, theta, (correction, *period, varying.as_ref()), &options))

@@ -9,7 +9,7 @@ use luenberger_design::kkl::{KklSettings, Residual};
 use luenberger_design::kkl_peb::{Excitation, Excite, excitation};
 use luenberger_design::{KklCandidate, KklError, Region};
 use luenberger_observers::kkl::KklMap;
-use luenberger_observers::{KklPebObserver, ObserverDimensions, Regression};
+use luenberger_observers::{KklPebObserver, Memory, ObserverDimensions, Regression, Reset};
 use luenberger_plants::{Dimensions, Plant, Shape};
 use luenberger_proof::Verdict;
 use luenberger_proof::wording::{at_most, counted, significant};
@@ -20,7 +20,7 @@ use super::kkl_maps::{self, candidate, is_left_inverse, proved, undecided_inject
 use super::runnable::Runnable;
 use super::{Designed, matrix, number};
 use crate::execute::{self, Member};
-use crate::maps::{PebSpec, RegressionMaps};
+use crate::maps::{PebSpec, RegressionMaps, ResetSpec};
 use crate::model::Model;
 use crate::results::DesignReport;
 use crate::signal::Input;
@@ -47,7 +47,11 @@ pub(super) fn peb(study: &Study, wish: &ObserverSpec, spec: &PebSpec) -> Result<
     }
     is_left_inverse(model, &maps.kkl, &spec.region, &report, settings.tolerance)?;
     let regression = regression(model, spec, &settings)?;
-    let observer = KklPebObserver::new(maps.clone(), spec.estimator.clone(), spec.alpha)?.starting_at(spec.start)?;
+    let mut observer =
+        KklPebObserver::new(maps.clone(), spec.estimator.clone(), spec.alpha)?.starting_at(spec.start)?;
+    if let Some(ResetSpec { period, above }) = spec.reset {
+        observer = observer.resetting(Reset { period, above, memory: maps.memory() })?;
+    }
 
     let mut facts = kkl_maps::all_facts(&report, &report.stability.certificate);
     if maps.open.len() == maps.kkl.order() {
@@ -121,9 +125,23 @@ fn statement(spec: &PebSpec) -> String {
         ""
     };
     format!(
-        "As long as x(t) and u(t) stay in the region ({region}), {rest}. The {} converges as far as the run excites the regression.{leakage}",
-        spec.estimator.words()
+        "As long as x(t) and u(t) stay in the region ({region}), {rest}. The {} converges as far as the run excites the regression.{leakage}{}",
+        spec.estimator.words(),
+        reset(spec)
     )
+}
+
+/// What resets do to the estimate.
+fn reset(spec: &PebSpec) -> &'static str {
+    match (&spec.reset, spec.maps.memory()) {
+        (None, _) => "",
+        (Some(_), Memory::Kept) => {
+            " A reset moves theta_hat into xi and the filters with it: the estimates are those without resets."
+        }
+        (Some(_), Memory::Restarted) => {
+            " A reset moves theta_hat into xi: the estimate is continuous, and the filters begin again, so that the excitation since the last reset is lost."
+        }
+    }
 }
 
 /// `error` of the row that exceeds its bound most, unless the residual is proved small.

@@ -6,6 +6,7 @@ mod excursion;
 mod filter;
 mod folder;
 mod limits;
+mod live;
 mod log;
 mod observe;
 mod options;
@@ -368,7 +369,9 @@ fn stages(
             options.tell("figures", id, count + 1, figures.len());
         }
         if all {
-            folder.write("report.html", report::html(study, results, figures, &folder.written())?.as_bytes())?;
+            let live = live::experiment(study, &members);
+            let page = report::html(study, results, figures, live.as_ref(), &folder.written())?;
+            folder.write("report.html", page.as_bytes())?;
         }
         save(folder, results)?;
     }
@@ -454,7 +457,8 @@ fn certificate(folder: &Folder, name: &str, designed: &Designed) -> Result<Optio
     match designed.certificate.as_ref().map(|certificate| certificate.file(name)) {
         Some(Ok(file)) => {
             folder.write(&format!("certificates/{}.json", file_name(name)), file.to_json().as_bytes())?;
-            bounds(folder, name, designed).map(|()| None)
+            bounds(folder, name, designed)?;
+            closed_loop(folder, name, designed).map(|()| None)
         }
         Some(Err(error)) => Ok(Some(format!("{name} has no certificate file: {error}"))),
         None => Ok(None),
@@ -467,6 +471,20 @@ fn bounds(folder: &Folder, name: &str, designed: &Designed) -> Result<(), StudyE
     for proved in theorems.filter(|proved| matches!(proved.theorem(), Theorem::InputToStateStability(_))) {
         if let Ok(file) = proved.file(&format!("{name}: bound of the error")) {
             folder.write(&format!("certificates/{}.bounds.json", file_name(name)), file.to_json().as_bytes())?;
+        }
+    }
+    Ok(())
+}
+
+/// What is proved of the loop with the feedback of the study, in a file of its own.
+fn closed_loop(folder: &Folder, name: &str, designed: &Designed) -> Result<(), StudyError> {
+    let behind = designed.certificate.iter().flat_map(|certificate| certificate.theorems().iter().skip(1));
+    let is_loop = |theorem: &Theorem| {
+        matches!(theorem, Theorem::LinearConvergence(_) | Theorem::DiscreteConvergence(_) | Theorem::FeedbackLoop(_))
+    };
+    for proved in behind.filter(|proved| is_loop(proved.theorem())) {
+        if let Ok(file) = proved.file(&format!("{name}: the loop, with (x, xhat) as its error")) {
+            folder.write(&format!("certificates/{}.feedback.json", file_name(name)), file.to_json().as_bytes())?;
         }
     }
     Ok(())

@@ -6,7 +6,6 @@ use nalgebra::{DMatrix, DVector};
 
 use super::Member;
 use super::simulate::Run;
-use crate::design::disturbance_names;
 use crate::results::report::with_unit;
 use crate::results::{SweepReport, SweepRow};
 use crate::study::{Quantity, Study};
@@ -119,18 +118,20 @@ pub(super) fn figures(runs: &Runs<'_>) -> Vec<(String, Figure)> {
 
 /// The estimates of disturbances, of the observers that have some.
 fn disturbances(runs: &Runs<'_>) -> Named {
-    let count = runs.shown().filter_map(|(_, run)| Some(run.disturbance.as_ref()?.ncols())).max()?;
-    let panel = |(j, name): (usize, String)| {
-        let mut panel = Panel::new(runs.time(), name);
+    let estimated = runs.shown().filter_map(|(_, run)| run.disturbance.as_ref());
+    let names = estimated.map(|(names, _)| names).max_by_key(|names| names.len())?;
+    let panel = |name: &String| {
+        let mut panel = Panel::new(runs.time(), name.clone());
         for (number, (member, run)) in runs.shown().enumerate() {
-            let Some(found) = run.disturbance.as_ref().filter(|found| j < found.ncols()) else { continue };
+            let Some((own, found)) = &run.disturbance else { continue };
+            let Some(j) = own.iter().position(|own| own == name) else { continue };
             for curve in lines(&member.wish.name, run, &runs.rows(run), |k| found[(k, j)]) {
                 panel = panel.series(curve.hue(Hue::Palette(number)));
             }
         }
         panel
     };
-    let panels = disturbance_names(count).into_iter().enumerate().map(panel).collect();
+    let panels = names.iter().map(panel).collect();
     figure("disturbances", "Disturbances", "The estimates of the disturbances d of x' = A x + B u + E d.", panels)
 }
 
@@ -403,7 +404,7 @@ pub(super) fn table(study: &Study, run: &Run) -> Table {
         add(&plant.states, "_upper", &(estimate + half));
     }
     if let Some(disturbance) = &run.disturbance {
-        add(&disturbance_names(disturbance.ncols()), "_hat", disturbance);
+        add(&disturbance.0, "_hat", &disturbance.1);
     }
     table
 }

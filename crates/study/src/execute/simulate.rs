@@ -7,7 +7,7 @@
 
 use std::time::Instant;
 
-use luenberger_sim::{Change, Scenario, Settings, SimError, Trajectory};
+use luenberger_sim::{Change, Scenario, Settings, SimError, Trajectory, row_times};
 use nalgebra::DMatrix;
 use rayon::prelude::*;
 
@@ -48,8 +48,8 @@ pub(super) struct Run {
     pub(super) deviation: Option<DMatrix<f64>>,
     /// The half-widths of the bounds, of an interval observer.
     pub(super) half_width: Option<DMatrix<f64>>,
-    /// The estimates of a disturbance, of an observer that has some; none on a log.
-    pub(super) disturbance: Option<DMatrix<f64>>,
+    /// The estimates of disturbances with their names, of an observer that has some; none on a log.
+    pub(super) disturbance: Option<(Vec<String>, DMatrix<f64>)>,
 }
 
 impl Run {
@@ -73,25 +73,9 @@ pub(super) fn fed(study: &Study) -> Option<&str> {
     }
 }
 
-/// The times of a run that are rows of its table, and the end of the run if that is no row: the samples of a sampled
-/// observer, evenly thinned.
+/// The rows of a run, and its end if that is no row.
 fn times(simulation: &Simulation, period: Option<f64>) -> (Vec<f64>, Option<f64>) {
-    let (end, rows) = (simulation.duration, simulation.samples);
-    let Some(period) = period else {
-        let step = end / (rows - 1) as f64;
-        let time = |k: usize| if k + 1 == rows { end } else { step * k as f64 };
-        return ((0..rows).map(time).collect(), None);
-    };
-    let samples = (end / period + 1e-9).floor() as usize;
-    let every = samples.div_ceil(rows - 1).max(1);
-    let mut times: Vec<f64> = (0..=samples / every).map(|k| (k * every) as f64 * period).collect();
-    match times.last_mut() {
-        Some(last) if *last >= end - 1e-9 * period => {
-            *last = end;
-            (times, None)
-        }
-        _ => (times, Some(end)),
-    }
+    row_times(simulation.duration, simulation.samples, period)
 }
 
 /// One run, with the observer `member` and the one in the feedback loop, until the instant `until` at most.
@@ -183,7 +167,8 @@ pub(super) fn samples(simulation: &Simulation, trajectory: &Trajectory, member: 
     }
     let disturbance = member.and_then(|member| {
         let states = &trajectory.observer(&member.wish.name).ok()?.state;
-        member.designed.runnable.disturbance(states).map(|found| of(&found))
+        let found = member.designed.runnable.disturbance(states)?;
+        Some((member.wish.kind.estimated_disturbances(), of(&found)))
     });
     let half_width = member.and_then(|member| {
         let states = &trajectory.observer(&member.wish.name).ok()?.state;

@@ -24,4 +24,4 @@ pub(crate) use bound::kkl_error_bound;
 pub use immersion::{ImmersionMaps, ImmersionSpec};
 pub use kkl::{KklMaps, KklMapsSpec};
 pub(crate) use names::MapNames;
-pub use regression::{Estimator, PebSpec, RegressionMaps};
+pub use regression::{Estimator, PebSpec, RegressionMaps, ResetSpec};

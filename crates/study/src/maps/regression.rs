@@ -7,7 +7,7 @@ use luenberger_observers::estimator::ParameterEstimator;
 use luenberger_observers::estimator::drem::{Drem, Kreisselmeier, LtiFilters};
 use luenberger_observers::estimator::gradient::Gradient;
 use luenberger_observers::kkl::KklMap;
-use luenberger_observers::{ObserverDimensions, ObserverError, Regression};
+use luenberger_observers::{Memory, ObserverDimensions, ObserverError, Regression};
 use nalgebra::{DMatrix, DVector, Dyn, RealField, convert};
 
 use super::kkl::KklMaps;
@@ -38,6 +38,20 @@ pub struct RegressionMaps {
 }
 
 impl RegressionMaps {
+    /// What a reset leaves of the filters: theta stands in the rows of zeros as it is, and m does not read them.
+    pub(crate) fn memory(&self) -> Memory {
+        let is_plain = |row: &Expression| {
+            let text = row.text().trim();
+            text.parse::<f64>() == Ok(0.0) || (1..=self.parameters).any(|k| text == format!("theta{k}"))
+        };
+        let reads = |entry: &Expression| self.open.iter().any(|k| entry.depends_on_state(*k));
+        if self.missing.iter().all(is_plain) && !self.regressor.iter().any(reads) {
+            Memory::Kept
+        } else {
+            Memory::Restarted
+        }
+    }
+
     /// The missing part of xi.
     pub(crate) fn completion<T: RealField + Copy>(&self, theta: &[T]) -> DVector<T> {
         KklMaps::column(&self.missing, T::zero(), theta, &[])
@@ -101,6 +115,10 @@ impl<T: RealField + Copy> Regression<T> for RegressionMaps {
         self.completion(theta.as_slice())
     }
 
+    fn is_open(&self, entry: usize) -> bool {
+        self.open.contains(&entry)
+    }
+
     fn lower_bound(&self, parameter: usize) -> Option<T> {
         self.lowest.as_ref().map(|lowest| convert(lowest[parameter]))
     }
@@ -146,6 +164,10 @@ impl ParameterEstimator<f64, Dyn, Dyn> for Estimator {
     fn excitation(&self, state: &[f64], m: &DMatrix<f64>) -> Option<f64> {
         each!(self, one => one.excitation(state, m))
     }
+
+    fn shift(&self, state: &mut [f64], delta: &DVector<f64>) {
+        each!(self, one => ParameterEstimator::<f64, Dyn, Dyn>::shift(one, state, delta));
+    }
 }
 
 impl Estimator {
@@ -184,6 +206,15 @@ impl Estimator {
     }
 }
 
+/// When xi takes over theta_hat.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ResetSpec {
+    /// From one reset to the next.
+    pub period: f64,
+    /// A reset is left out unless a row of zeros of xi is larger than this.
+    pub above: Option<f64>,
+}
+
 /// A PEBO or a [KKL+PEB]O.
 #[derive(Debug, Clone, PartialEq)]
 pub struct PebSpec {
@@ -199,6 +230,8 @@ pub struct PebSpec {
     pub estimator: Estimator,
     /// theta_hat(0), the same for all parameters.
     pub start: f64,
+    /// When xi takes over theta_hat.
+    pub reset: Option<ResetSpec>,
     /// Length of the windows in which the run of the study has to excite the regression; none for the whole run.
     pub window: Option<f64>,
 }

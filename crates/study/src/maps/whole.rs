@@ -9,6 +9,7 @@ use super::{Estimator, KklMaps, PebSpec};
 use crate::model::PlantModel;
 use luenberger_export::extension::ExpressionObserver;
 use luenberger_expression::{Expression, ExpressionPlant, Scope};
+use luenberger_observers::Memory;
 use luenberger_observers::estimator::drem::Drem;
 
 /// A KKL observer.
@@ -23,11 +24,12 @@ pub(crate) fn kkl(plant: &PlantModel, maps: &KklMaps) -> Result<ExpressionObserv
     writer.observer(&rate, &estimate, &start)
 }
 
-/// A PEBO or a [KKL+PEB]O. Its state is (xi, w, F[g], F[m] by columns, theta, state of the extension).
+/// A PEBO or a [KKL+PEB]O. Its state is (xi, w, F[g], F[m] by columns, theta, state of the extension), and with resets
+/// the number of samples since the last instant of one.
 ///
 /// # Errors
 /// Why there are no such expressions.
-pub(crate) fn peb(plant: &PlantModel, spec: &PebSpec) -> Result<ExpressionObserver, String> {
+pub(crate) fn peb(plant: &PlantModel, spec: &PebSpec, period: f64) -> Result<ExpressionObserver, String> {
     let PebSpec { maps, alpha, .. } = spec;
     let writer = Writer { plant, maps: &maps.kkl };
     let (order, r, q) = (maps.kkl.order(), maps.signal.len(), maps.parameters);
@@ -44,7 +46,7 @@ pub(crate) fn peb(plant: &PlantModel, spec: &PebSpec) -> Result<ExpressionObserv
     let filter = |source: &str, state: &str| format!("{}*({source} - {state})", number(*alpha));
     let leak = |i: usize| if maps.open.contains(&i) { maps.leakage } else { 0.0 };
     let mut rate: Vec<String> = (0..order).map(|i| writer.rate(i, leak(i))).collect();
-    let signal: Vec<String> = maps.signal.iter().map(|row| format!("({})", writer.of_outputs(row, |_| None))).collect();
+    let signal: Vec<String> = maps.signal.iter().map(|row| signal_of(&writer, row)).collect();
     rate.extend((0..r).map(|i| filter(&signal[i], &w(i))));
     rate.extend((0..r).map(|i| filter(&format!("({})", maps.known[i].text()), &known(i))));
     for j in 0..q {
@@ -114,11 +116,9 @@ pub(crate) fn peb(plant: &PlantModel, spec: &PebSpec) -> Result<ExpressionObserv
     }
 
     // phi^L(xi + missing(theta_hat), y).
-    let missing =
-        |row: &Expression| renamed(row.text(), |word| (0..q).find(|j| word == format!("theta{}", j + 1)).map(held));
     let complete = |word: &str| {
         let i = (0..order).find(|i| word == format!("xi{}", i + 1))?;
-        Some(format!("({word} + ({}))", missing(&maps.missing[i])))
+        Some(format!("({word} + ({}))", missing_of(&maps.missing[i], q, held)))
     };
     let estimate: Vec<String> = maps.kkl.left_inverse.iter().map(|row| writer.of_outputs(row, complete)).collect();
     let first: Vec<f64> =
@@ -131,7 +131,68 @@ pub(crate) fn peb(plant: &PlantModel, spec: &PebSpec) -> Result<ExpressionObserv
         .chain(first.iter().map(|theta| number(*theta)))
         .collect();
     start.resize(rate.len(), "0".to_owned());
-    writer.observer(&rate, &estimate, &start)
+    let Some(reset) = &spec.reset else { return writer.observer(&rate, &estimate, &start) };
+
+    // The samples are counted in one more state, which stands still between them.
+    let count = state(rate.len());
+    let every = samples_between(reset.period, period)?;
+    let above = reset.above.map(|level| {
+        let one = |i: &usize| format!("abs({}) > {}", state(*i), number(level));
+        maps.open.iter().map(one).collect::<Vec<_>>().join(" || ")
+    });
+    let is_due = format!("{count} >= {}", number(every));
+    let resets = above.map_or(is_due.clone(), |above| format!("{is_due} && ({above})"));
+    let delta = |j: usize| format!("({} - {})", held(j), number(first[j]));
+    let moved = |from: String, by: &dyn Fn(usize) -> String| {
+        let terms: Vec<String> = (0..q).map(|j| format!("{}*{}", by(j), delta(j))).collect();
+        format!("{from} + {}", terms.join(" + "))
+    };
+    let back = |from: String, by: &dyn Fn(usize) -> String| moved(from, &|j| format!("(-{})", by(j)));
+    let kept = maps.memory() == Memory::Kept;
+    let mut after: Vec<String> = (0..order)
+        .map(|i| format!("{} + ({} - {})", state(i), missing_of(&maps.missing[i], q, held), number(behind[i])))
+        .collect();
+    let restarted = |k: usize| if k < r { signal_of(&writer, &maps.signal[k]) } else { "0".to_owned() };
+    let filters = order..order + r * (q + 2);
+    after.extend(filters.clone().map(|k| match k - order {
+        k if !kept => restarted(k),
+        k if k >= r && k < 2 * r => moved(known(k - r), &|j| regressor(k - r, j)),
+        k => state(order + k),
+    }));
+    after.extend(first.iter().map(|theta| number(*theta)));
+    let rest = rate.len() - after.len();
+    after.extend((0..rest).map(|k| match &spec.estimator {
+        _ if !kept => "0".to_owned(),
+        Estimator::Kreisselmeier(_) if k < q => back(extension(k), &|j| extension(q + k + q * j)),
+        Estimator::Filters(_) if k % (r * (q + 1)) < r => back(extension(k), &|j| extension(k + (1 + j) * r)),
+        _ => extension(k),
+    }));
+    let mut jump: Vec<String> =
+        after.iter().enumerate().map(|(k, after)| format!("if({resets}, {after}, {})", state(k))).collect();
+    jump.push(format!("if({is_due}, 1, {count} + 1)"));
+    rate.push("0".to_owned());
+    start.push("0".to_owned());
+    writer.jumping(&rate, &estimate, &start, &jump)
+}
+
+/// The samples from one reset to the next.
+fn samples_between(reset: f64, period: f64) -> Result<f64, String> {
+    let count = (reset / period).round();
+    if count >= 1.0 && (count * period - reset).abs() <= 1e-9 * reset {
+        Ok(count)
+    } else {
+        Err(format!("the period of its resets, {reset}, is not a multiple of the sampling period {period}"))
+    }
+}
+
+/// The missing part with theta held in its domain.
+fn missing_of(row: &Expression, q: usize, held: impl Fn(usize) -> String) -> String {
+    renamed(row.text(), |word| (0..q).find(|j| word == format!("theta{}", j + 1)).map(&held))
+}
+
+/// A row of s.
+fn signal_of(writer: &Writer<'_>, row: &Expression) -> String {
+    format!("({})", writer.of_outputs(row, |_| None))
 }
 
 fn gains<X>(drem: &Drem<f64, nalgebra::Dyn, X>) -> &[f64] {
@@ -243,6 +304,27 @@ impl Writer<'_> {
 
     /// The observer of these rows.
     fn observer(&self, rate: &[String], estimate: &[String], start: &[String]) -> Result<ExpressionObserver, String> {
+        self.built(rate, estimate, start, None)
+    }
+
+    /// The same whose state jumps at samples.
+    fn jumping(
+        &self,
+        rate: &[String],
+        estimate: &[String],
+        start: &[String],
+        jump: &[String],
+    ) -> Result<ExpressionObserver, String> {
+        self.built(rate, estimate, start, Some(jump))
+    }
+
+    fn built(
+        &self,
+        rate: &[String],
+        estimate: &[String],
+        start: &[String],
+        jump: Option<&[String]>,
+    ) -> Result<ExpressionObserver, String> {
         let names = MapNames::new(self.plant, self.maps.order());
         let words = |error: &dyn std::fmt::Display| error.to_string();
         let within = |f: &[String], h: &[String], scope: Result<Scope, luenberger_expression::ParameterError>| {
@@ -253,6 +335,9 @@ impl Writer<'_> {
         let flow = within(rate, estimate, names.whole(rate.len()))?;
         let start = within(&still, start, names.start())?;
         let sizes = (self.plant.inputs.len(), self.plant.outputs.len());
-        ExpressionObserver::new(flow, start, sizes).map_err(|error| words(&error))
+        let observer = ExpressionObserver::new(flow, start, sizes).map_err(|error| words(&error))?;
+        let Some(jump) = jump else { return Ok(observer) };
+        let rest: Vec<String> = rate.iter().map(|_| "0".to_owned()).collect();
+        observer.jumping(within(&rest, jump, names.whole(rate.len()))?).map_err(|error| words(&error))
     }
 }

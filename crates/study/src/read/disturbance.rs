@@ -9,6 +9,9 @@ use super::tree::{Entry, Node};
 use super::{Reader, check, observer};
 use crate::study::{ActingBounds, ObserverKind};
 
+/// The most integrators in the model of a disturbance.
+const LONGEST_CHAIN: usize = 16;
+
 /// A mistake has been noted.
 pub(super) struct Noted;
 
@@ -152,9 +155,21 @@ fn cubic(node: &Node, size: Dimensions, reader: &mut Reader) -> Result<Option<(D
 pub(super) fn proportional_integral(node: &Node, size: Dimensions, reader: &mut Reader) -> Option<ObserverKind> {
     let e = unknown(node, size, reader)?;
     let q = e.ncols();
-    let both = Dimensions { states: size.states + q, ..size };
-    let of_states =
-        format!("the plant has {} and {} to be estimated", counted(size.states, "state"), counted(q, "disturbance"));
+    let is_extended = node.get("kind").and_then(Node::text) == Some("extended-state");
+    let order = node.get("order").map_or(Some(1), Node::count)?;
+    let chain = is_extended.then_some(order);
+    if order > LONGEST_CHAIN {
+        let message = format!("`order` is {order}: {order} derivatives of each disturbance would be estimated");
+        reader.wrong(node.get("order")?.span.clone(), message, format!("expected at most {LONGEST_CHAIN}"));
+        return None;
+    }
+    let both = Dimensions { states: size.states + order * q, ..size };
+    let disturbances = if order == 1 {
+        counted(q, "disturbance")
+    } else {
+        format!("{} with {}", counted(q, "disturbance"), counted(order - 1, "derivative"))
+    };
+    let of_states = format!("the plant has {} and {disturbances} to be estimated", counted(size.states, "state"));
     let linear = observer::linear_of(node, both, &of_states, reader);
     let cubic = cubic(node, size, reader);
     let rate = match node.get("rate") {
@@ -175,7 +190,7 @@ pub(super) fn proportional_integral(node: &Node, size: Dimensions, reader: &mut 
         reader.wrong(node.entry("rate")?.span.clone(), message, "expected `bounds` with it");
         return None;
     }
-    Some(ObserverKind::ProportionalIntegral { e, rate, linear: linear?, cubic: cubic.ok()? })
+    Some(ObserverKind::ProportionalIntegral { e, chain, rate, linear: linear?, cubic: cubic.ok()? })
 }
 
 pub(super) fn unknown_input(node: &Node, size: Dimensions, reader: &mut Reader) -> Option<ObserverKind> {

@@ -2,6 +2,7 @@
 
 use luenberger_design::Region;
 use luenberger_expression::{Expression, ExpressionPlant, ParameterError, Scope};
+use luenberger_observers::Memory;
 use luenberger_plants::Differentiable;
 use luenberger_proof::wording::counted;
 use nalgebra::{DMatrix, DVector};
@@ -9,7 +10,9 @@ use nalgebra::{DMatrix, DVector};
 use super::plant::expression;
 use super::tree::Node;
 use super::{Reader, check, observer};
-use crate::maps::{Estimator, ImmersionMaps, ImmersionSpec, KklMaps, KklMapsSpec, MapNames, PebSpec, RegressionMaps};
+use crate::maps::{
+    Estimator, ImmersionMaps, ImmersionSpec, KklMaps, KklMapsSpec, MapNames, PebSpec, RegressionMaps, ResetSpec,
+};
 use crate::model::PlantModel;
 use crate::study::ObserverKind;
 
@@ -150,8 +153,35 @@ pub(super) fn peb(node: &Node, plant: &PlantModel, reader: &mut Reader) -> Optio
         estimator: estimator?,
         start: node.get("theta_start").map_or(Some(0.0), Node::number)?,
         window: node.get("window").and_then(Node::number),
+        reset: reset(node, &maps, reader)?,
         maps,
     })
+}
+
+/// When xi takes over theta_hat; none without the key.
+#[expect(clippy::option_option, reason = "the outer one is of a mistake")]
+fn reset(node: &Node, maps: &RegressionMaps, reader: &mut Reader) -> Option<Option<ResetSpec>> {
+    let Some(entry) = node.entry("reset") else { return Some(None) };
+    if node.entry("leakage").is_some() {
+        let message = "`reset` conflicts with `leakage`: with leakage theta is not constant";
+        reader.wrong(entry.span.clone(), message, "expected one of them");
+        return None;
+    }
+    if maps.open.is_empty() {
+        let message = "`reset` is given, and Lambda has no row of zeros";
+        reader.wrong(entry.span.clone(), message, "expected it with a row that is only integrated");
+        return None;
+    }
+    if maps.lowest.is_some() && maps.memory() == Memory::Kept {
+        let message = "`reset` conflicts with `theta_min`: what is missing in xi after a reset may have either sign";
+        reader.wrong(entry.span.clone(), message, "expected one of them");
+        return None;
+    }
+    let above = match entry.node.get("above") {
+        Some(above) => Some(above.number()?),
+        None => None,
+    };
+    Some(Some(ResetSpec { period: entry.node.get("period")?.number()?, above }))
 }
 
 /// s, g, m and what theta adds to xi.

@@ -10,6 +10,7 @@ mod disturbance;
 mod interval;
 mod json;
 mod maps;
+mod norm_filter;
 mod observer;
 mod operating_point;
 mod other_plant;

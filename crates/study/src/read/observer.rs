@@ -1,13 +1,13 @@
 //! The tables [[observer]].
 
-use luenberger_design::{CubicGain, LyapunovWeight, Periods, Region, Sector};
+use luenberger_design::{CubicGain, LyapunovWeight, Norm, Periods, Region, Sector, bandwidth_poles};
 use luenberger_plants::Dimensions;
 use luenberger_proof::certificate::MOST_MISSES;
 use luenberger_proof::wording::counted;
 use nalgebra::{Complex, DMatrix};
 
 use super::tree::Node;
-use super::{Reader, check, disturbance, interval, maps};
+use super::{Reader, check, disturbance, interval, maps, norm_filter};
 use crate::design::PrintedMean;
 use crate::diagnostic::Source;
 use crate::model::PlantModel;
@@ -114,7 +114,7 @@ fn observer(
 /// `max_gain` and `noise`, which apply to gains that an inequality chooses.
 fn limits(node: &Node, size: Dimensions, reader: &mut Reader) -> Option<GainLimits> {
     let given = ["max_gain", "noise"].iter().find_map(|key| node.entry(key));
-    let fixed = ["poles", "kalman", "gain"].iter().find_map(|key| node.entry(key));
+    let fixed = ["bandwidth", "poles", "kalman", "gain"].iter().find_map(|key| node.entry(key));
     if let (Some(limit), Some(fixed)) = (given, fixed) {
         let message = format!("`{}` conflicts with `{}`, which determines the gain", limit.key, fixed.key);
         reader.wrong(limit.span.clone(), message, "expected `decay_rate`, `lmi` or `fastest` with it");
@@ -161,7 +161,10 @@ fn kind(node: &Node, name: &str, size: Dimensions, reader: &mut Reader) -> Optio
             };
             ObserverKind::SampledCubic { linear: linear?, theta: theta?, correction: correction?, period, varying }
         }
-        "proportional-integral" => disturbance::proportional_integral(node, size, reader)?,
+        "proportional-integral" | "extended-state" => disturbance::proportional_integral(node, size, reader)?,
+        "reduced-order" => reduced_order(node, size, reader)?,
+        "h-infinity" => norm_filter::norm_filter(Norm::HInfinity, node, size, reader)?,
+        "h2" => norm_filter::norm_filter(Norm::H2, node, size, reader)?,
         "unknown-input" => disturbance::unknown_input(node, size, reader)?,
         "interval" => interval::interval(node, size, reader)?,
         "sliding-mode" => sliding_mode(node, size, reader)?,
@@ -273,7 +276,7 @@ fn printed_mean(node: &Node, printed: &Node, reader: &mut Reader) -> Option<Prin
 }
 
 /// At most one of these keys, or exactly one; an error names those that are present.
-fn alternatives(node: &Node, keys: &[&str], needed: bool, reader: &mut Reader) -> Option<()> {
+pub(super) fn alternatives(node: &Node, keys: &[&str], needed: bool, reader: &mut Reader) -> Option<()> {
     let there: Vec<_> = node.entries().iter().filter(|entry| keys.contains(&entry.key.as_str())).collect();
     match &there[..] {
         [first, second, ..] => {
@@ -314,8 +317,13 @@ pub(super) fn linear_of(node: &Node, size: Dimensions, of_states: &str, reader: 
             );
             return None;
         }
-        alternatives(node, &["poles", "decay_rate", "lmi", "kalman", "gain"], true, reader)?;
-        if let Some(poles) = node.get("poles") {
+        let ways = ["bandwidth", "poles", "decay_rate", "lmi", "kalman", "gain"];
+        let has_bandwidth = node.get("kind").and_then(Node::text) == Some("extended-state");
+        alternatives(node, if has_bandwidth { &ways } else { &ways[1..] }, true, reader)?;
+        if let Some(omega) = node.get("bandwidth") {
+            let poles = bandwidth_poles(n, p, omega.number()?);
+            Some(GainSpec::Poles(poles.into_iter().map(Complex::from).collect()))
+        } else if let Some(poles) = node.get("poles") {
             self::poles(poles, n, of_states, reader)
         } else if let Some(rate) = node.get("decay_rate") {
             Some(GainSpec::DecayRate(rate.number()?))
@@ -347,7 +355,27 @@ pub(super) fn linear_of(node: &Node, size: Dimensions, of_states: &str, reader: 
     Some(LinearSpec { gain, weight, is_filter })
 }
 
-fn poles(node: &Node, n: usize, of_states: &str, reader: &mut Reader) -> Option<GainSpec> {
+/// The poles of a reduced-order observer.
+fn reduced_order(node: &Node, size: Dimensions, reader: &mut Reader) -> Option<ObserverKind> {
+    let (n, p) = (size.states, size.outputs);
+    if reader.dt.is_some() {
+        reader.wrong(check::head(node), "this kind is for plants in continuous time", "expected another kind");
+        return None;
+    }
+    if p >= n {
+        let message =
+            format!("the plant has {} and {}: no state is left to estimate", counted(n, "state"), counted(p, "output"));
+        reader.wrong(check::head(node), message, "expected a plant with fewer outputs than states");
+        return None;
+    }
+    let left = format!("of {} the outputs leave {}", counted(n, "state"), n - p);
+    match poles(node.get("poles")?, n - p, &left, reader)? {
+        GainSpec::Poles(poles) => Some(ObserverKind::ReducedOrder(poles)),
+        _ => None,
+    }
+}
+
+pub(super) fn poles(node: &Node, n: usize, of_states: &str, reader: &mut Reader) -> Option<GainSpec> {
     let pole = |node: &Node| match node.list() {
         Some([re, im]) => Some(Complex::new(re.number()?, im.number()?)),
         Some(_) => None,
@@ -385,7 +413,7 @@ fn shown(pole: Complex<f64>) -> String {
     if pole.im == 0.0 { pole.re.to_string() } else { format!("[{}, {}]", pole.re, pole.im) }
 }
 
-fn this_gain(node: &Node, size: Dimensions, reader: &mut Reader) -> Option<DMatrix<f64>> {
+pub(super) fn this_gain(node: &Node, size: Dimensions, reader: &mut Reader) -> Option<DMatrix<f64>> {
     let (n, p) = (size.states, size.outputs);
     let why = format!("the plant has {} and {}", counted(n, "state"), counted(p, "output"));
     reader.matrix(node, "gain", (Some(n), Some(p)), &why)

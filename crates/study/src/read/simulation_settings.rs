@@ -1,16 +1,17 @@
 //! The tables around plant and observers: [input], [simulation], [log], [plot], [sweep].
 
 use luenberger_expression::Scope;
+use luenberger_linalg::{dlqr, lqr, place};
 use luenberger_proof::wording::counted;
 use luenberger_sim::{Integrator, ScoreGrid, Settings, SimError};
 use nalgebra::DMatrix;
 
 use super::tree::Node;
-use super::{Reader, Reported, check, plant};
+use super::{Reader, Reported, check, observer, plant};
 use crate::model::{Model, PlantModel};
 use crate::schema::QUANTITIES;
 use crate::signal::{Input, Program};
-use crate::study::{Log, NoiseSpec, ObserverSpec, Plot, Quantity, Simulation};
+use crate::study::{GainSpec, Log, NoiseSpec, ObserverSpec, Plot, Quantity, Simulation};
 
 pub(super) fn input(
     node: Option<&Node>,
@@ -88,14 +89,55 @@ fn feedback(
     observers: Option<&[ObserverSpec]>,
     reader: &mut Reader,
 ) -> Option<(DMatrix<f64>, String)> {
-    let (n, m) = (plant.states.len(), plant.inputs.len());
-    let why = format!("the plant has {} and {}", counted(m, "input"), counted(n, "state"));
-    let k = reader.matrix(node.get("k")?, "k", (Some(m), Some(n)), &why);
+    let k = feedback_gain(node, plant, reader);
     let name = node.get("observer")?;
     // Observers with mistakes are reported elsewhere; references to their names are not reported again.
     let names: Vec<String> = observers?.iter().map(|observer| observer.name.clone()).collect();
     reader.position(name, "observer", &names)?;
     Some((k?, name.text()?.to_owned()))
+}
+
+/// K as given, by poles, or by a quadratic cost.
+fn feedback_gain(node: &Node, plant: &PlantModel, reader: &mut Reader) -> Option<DMatrix<f64>> {
+    let (n, m) = (plant.states.len(), plant.inputs.len());
+    let why = format!("the plant has {} and {}", counted(m, "input"), counted(n, "state"));
+    let there: Vec<&str> = ["k", "poles", "lqr"].into_iter().filter(|key| node.get(key).is_some()).collect();
+    let &[way] = there.as_slice() else {
+        let message = match there.as_slice() {
+            [first, second, ..] => format!("`{second}` conflicts with `{first}`"),
+            _ => "the feedback has no gain".to_owned(),
+        };
+        reader.wrong(check::head(node), message, "expected one of k, poles, lqr");
+        return None;
+    };
+    let entry = node.entry(way)?;
+    if way == "k" {
+        return reader.matrix(&entry.node, "k", (Some(m), Some(n)), &why);
+    }
+    let Some(linear) = plant.model.linear() else {
+        let message = format!("`{way}` is for linear plants, and this one is not");
+        reader.wrong(entry.span.clone(), message, "expected `k`");
+        return None;
+    };
+    let found = if way == "poles" {
+        let of_states = format!("the plant has {}", counted(n, "state"));
+        let GainSpec::Poles(poles) = observer::poles(&entry.node, n, &of_states, reader)? else { return None };
+        place(&linear.a, &linear.b, &poles).map(|placed| placed.gain)
+    } else {
+        let q = reader.weight(entry.node.get("q")?, "q", n, &why);
+        let r = reader.weight(entry.node.get("r")?, "r", m, &why);
+        let (q, r) = (q?, r?);
+        if plant.dt.is_some() {
+            dlqr(&linear.a, &linear.b, &q, &r).map(|found| found.k)
+        } else {
+            lqr(&linear.a, &linear.b, &q, &r).map(|found| found.k)
+        }
+    };
+    found
+        .map_err(|error| {
+            reader.wrong(entry.span.clone(), error.to_string(), "expected a gain that exists, or `k`");
+        })
+        .ok()
 }
 
 pub(super) fn simulation(node: &Node, plant: &PlantModel, reader: &mut Reader) -> Option<Simulation> {

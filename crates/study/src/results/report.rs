@@ -2,6 +2,7 @@
 
 mod diagram;
 mod experiment;
+mod live;
 mod log_section;
 mod summary;
 
@@ -9,6 +10,8 @@ pub use log_section::data as log_data;
 
 use luenberger_expression::Formula as Typeset;
 use luenberger_figures::{Cell, Figure, Formula, Grid, Report, Section, Tone};
+use luenberger_live::Experiment;
+use luenberger_live::page::{MODULE, SCRIPT, STYLE};
 use luenberger_proof::wording::{complex, significant};
 
 use super::{
@@ -23,6 +26,7 @@ pub(crate) fn html(
     study: &Study,
     results: &Results,
     figures: Vec<(String, Figure)>,
+    live: Option<&(Experiment, Vec<String>)>,
     files: &[String],
 ) -> Result<String, StudyError> {
     let mut report = Report::new(&results.title).lead(&results.about).numbers_as(&[]);
@@ -46,6 +50,9 @@ pub(crate) fn html(
     }
     if results.simulation.is_some() || results.log.is_some() {
         report = report.section(comparison(results));
+    }
+    if let Some((experiment, omitted)) = live {
+        report = report.section(live::section(experiment, omitted)?).with(STYLE, SCRIPT).tail(MODULE);
     }
     if !figures.is_empty() {
         let section =

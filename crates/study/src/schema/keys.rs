@@ -172,12 +172,32 @@ const INPUT: Table = Table {
     ],
 };
 
+const LQR: Table = Table {
+    name: "lqr",
+    about: "Weights of the cost int x'Q x + u'R u dt, or of its sum in discrete time.",
+    variants: None,
+    keys: &[
+        required("q", Kind::Weight, "Q, n x n, positive semidefinite."),
+        required("r", Kind::Weight, "R, m x m, positive definite."),
+    ],
+};
+
 const FEEDBACK: Table = Table {
     name: "feedback",
     about: "State feedback u = -K xhat with the estimate of one of the observers; with an [operating_point] of the deviations from it, u = u0 - K (xhat - x0).",
     variants: None,
     keys: &[
-        required("k", Kind::Rows, "The gain K, m x n."),
+        optional("k", Kind::Rows, "The gain K, m x n. Give one of k, poles and lqr."),
+        optional(
+            "poles",
+            Kind::Poles,
+            "Eigenvalues of A - B K: n numbers, complex ones as [re, im] with their conjugates; for linear plants.",
+        ),
+        optional(
+            "lqr",
+            Kind::Table(&LQR),
+            "Weights of the cost int x'Q x + u'R u dt (its sum in discrete time), which K makes least; for linear plants.",
+        ),
         required("observer", Kind::Text, "The name of the observer whose estimate is fed back."),
     ],
 };

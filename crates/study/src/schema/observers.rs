@@ -40,7 +40,7 @@ const LMI: Key =
 const MAX_GAIN: Key = optional(
     "max_gain",
     Kind::Number(Range::Positive),
-    "With decay_rate, lmi or fastest: upper bound of the spectral norm of L (default: none).",
+    "Where an inequality gives L (decay_rate, lmi, fastest, or a norm): upper bound of the spectral norm of L (default: none).",
 );
 const NOISE: Key = optional(
     "noise",
@@ -214,6 +214,24 @@ const LEAKAGE: Key = optional(
     Kind::Number(Range::NotNegative),
     "Leakage of the rows of zeros, xi' = B - leakage xi: xi stays bounded, and theta is no longer constant (default 0).",
 );
+const RESET: Key = optional(
+    "reset",
+    Kind::Table(&RESETS),
+    "Resets of the rows of zeros: xi takes over theta_hat, which begins again at theta_start; the estimate is continuous (default: none).",
+);
+const RESETS: Table = Table {
+    name: "reset",
+    about: "Resets of the open integration.",
+    variants: None,
+    keys: &[
+        required("period", Kind::Number(Range::Positive), "Time from one reset to the next."),
+        optional(
+            "above",
+            Kind::Number(Range::Positive),
+            "At these instants xi is reset only if one of its rows of zeros is larger than this in magnitude (default: always).",
+        ),
+    ],
+};
 const WINDOW: Key = optional(
     "window",
     Kind::Number(Range::Positive),
@@ -253,6 +271,21 @@ const ESTIMATORS: Table = Table {
         ],
     }),
 };
+
+const ENTERING: Key = required(
+    "e",
+    Kind::Rows,
+    "E, n x q: disturbances and noises w enter as x' = A x + B u + E w (x+ in discrete time).",
+);
+const MEASURED_NOISE: Key = required("d", Kind::Rows, "D, p x q: the same w enters the outputs, y = C x + D w.");
+const COUNTED: Key =
+    optional("h", Kind::Rows, "H, r x n: the errors z = H e that count (default: those of all states).");
+const BOUND_OF_NORM: Key = optional(
+    "gamma",
+    Kind::Number(Range::Positive),
+    "Bound of the norm from w to z (default: the least; for h-infinity 1 % above it).",
+);
+const THIS_GAIN: Key = optional("gain", Kind::Rows, "In place of a design: the norm of a given gain L, n x p.");
 
 const KINDS: &[Variant] = &[
     Variant {
@@ -327,6 +360,38 @@ const KINDS: &[Variant] = &[
         ],
     },
     Variant {
+        name: "extended-state",
+        about: "Extended-state observer (disturbance observer): the state and a disturbance d with some derivatives, x' = A x + B u + E d, for linear plants. Poles and gains are those of the plant with n + q order states.",
+        keys: &[
+            UNKNOWN,
+            optional(
+                "order",
+                Kind::Count(1),
+                "Number of integrators in the model of each disturbance: 1 for constant ones, 2 for ramps (default 1).",
+            ),
+            optional(
+                "bandwidth",
+                Kind::Number(Range::Positive),
+                "omega_o: all poles at -omega_o; with p outputs from -0.8 to -1.25 omega_o, p of them equal.",
+            ),
+            optional(
+                "rate",
+                Kind::Numbers(Range::NotNegative),
+                "Bounds of the derivative of this order of d, q numbers, for the bound of the error (default 0).",
+            ),
+            POLES,
+            DECAY,
+            LMI,
+            KALMAN,
+            GAIN,
+            RHO,
+            Q,
+            MAX_GAIN,
+            NOISE,
+            ERROR_BOUNDS,
+        ],
+    },
+    Variant {
         name: "unknown-input",
         about: "Observer whose error does not depend on a disturbance d of any form, x' = A x + B u + E d, for linear plants with rank(C E) = q and stable invariant zeros of (A, E, C).",
         keys: &[UNKNOWN, POLES, DECAY, LMI, KALMAN, GAIN, RHO, Q, MAX_GAIN, NOISE, THETA, GAMMA],
@@ -389,6 +454,25 @@ const KINDS: &[Variant] = &[
                 "How the sign is discretised (default implicit).",
             ),
         ],
+    },
+    Variant {
+        name: "reduced-order",
+        about: "Reduced-order observer (Luenberger, Gopinath): n - p states, the outputs enter the estimate directly; for linear plants whose outputs do not depend on the input.",
+        keys: &[required(
+            "poles",
+            Kind::Poles,
+            "Eigenvalues of F: n - p numbers, complex ones as [re, im] with their conjugates.",
+        )],
+    },
+    Variant {
+        name: "h-infinity",
+        about: "H-infinity filter: the energy of the errors z = H e is below gamma^2 times that of disturbances and noise, for linear plants.",
+        keys: &[ENTERING, MEASURED_NOISE, COUNTED, BOUND_OF_NORM, THIS_GAIN, MAX_GAIN],
+    },
+    Variant {
+        name: "h2",
+        about: "H2 filter: the variance of the errors z = H e under white noise is below gamma^2, for linear plants.",
+        keys: &[ENTERING, MEASURED_NOISE, COUNTED, BOUND_OF_NORM, THIS_GAIN, MAX_GAIN],
     },
     Variant {
         name: "sampled-cubic",
@@ -546,6 +630,7 @@ const KINDS: &[Variant] = &[
             ALPHA,
             ESTIMATOR,
             LEAKAGE,
+            RESET,
             WINDOW,
         ],
     },
@@ -568,6 +653,7 @@ const KINDS: &[Variant] = &[
             ALPHA,
             ESTIMATOR,
             LEAKAGE,
+            RESET,
             WINDOW,
         ],
     },
@@ -645,6 +731,10 @@ const SOURCES: &[(&str, &str)] = &[
     ),
     ("interval", "Gouze, Rapaport and Hadj-Sadok 2000; Mazenc and Bernard 2011; the least width after Briat 2013"),
     ("proportional-integral", "asked for by Share Pasand, Luenberger-type cubic observers; Wojciechowski 1978"),
+    ("reduced-order", "Luenberger 1964, Gopinath 1971"),
+    ("h-infinity", "Nagpal and Khargonekar 1991; as an inequality Boyd et al. 1994"),
+    ("h2", "Kalman and Bucy 1961; as an inequality Scherer, Gahinet and Chilali 1997"),
+    ("extended-state", "Han 2009; Gao 2003; as a disturbance observer Ohnishi, Shibata and Murakami 1996"),
     ("lpv", "Boyd et al., Linear Matrix Inequalities in System and Control Theory, 1994"),
     ("lipschitz", "Thau 1973, Rajamani 1998, Arcak and Kokotovic 2001"),
     ("mean-value", "Ben Messaoud and Hajji 2018, eq. (3)"),

@@ -86,6 +86,12 @@ pub const TEMPLATES: &[Template] = &[
         files: &[],
     },
     Template {
+        name: "resonance",
+        about: "a structure with little damping: Kalman, H2 and H-infinity filters",
+        text: include_str!("../../templates/resonance.toml"),
+        files: &[],
+    },
+    Template {
         name: "measured-log",
         about: "a motor on the bench: observers on measured data",
         text: include_str!("../../templates/measured-log.toml"),

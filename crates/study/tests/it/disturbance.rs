@@ -208,3 +208,94 @@ fn mistakes_in_the_deviations_are_found_where_they_are() {
         assert!(found.line == line && found.message.contains(message), "{to}: {found:?}");
     }
 }
+
+/// A servo `x1' = x2`, `x2' = -x2 + u + d` with d = 1 + 2 t, of which nobody knows.
+const SERVO: &str = r#"[plant]
+a = [[0, 1], [0, -1]]
+b = [[0], [1]]
+c = [[1, 0]]
+[simulation]
+x0 = [1, 0]
+duration = 6
+hold = 0.01
+[truth]
+f = ["x2", "-x2 + u1 + 1 + 2*t"]
+h = ["x1"]
+"#;
+
+#[test]
+fn a_ramp_is_estimated_by_a_chain_of_two_integrators() {
+    let observer = |order: usize, rest: &str| {
+        format!(
+            "[[observer]]\nname = \"e{order}\"\nkind = \"extended-state\"\ne = [[0], [1]]\norder = {order}\n{rest}\n"
+        )
+    };
+    let text = format!(
+        "{SERVO}{}{}",
+        observer(1, "bandwidth = 8\nrate = [2]\nbounds = { noise = [1e-6] }"),
+        observer(2, "bandwidth = 8")
+    );
+    let study = read(&text).unwrap();
+    for (name, gain) in [("e1", vec![23.0, 169.0, 512.0]), ("e2", vec![31.0, 353.0, 2048.0, 4096.0])] {
+        let found = designed(&study, name).unwrap();
+        assert_eq!(found.report.verdict, "proved");
+        // By hand: (s + 8)^n against the chain with the pole of the servo.
+        let l = &found.report.matrices.iter().find(|m| m.name == "L").unwrap().rows;
+        for (row, expected) in l.iter().zip(gain) {
+            assert!((row[0] - expected).abs() < 1e-6 * expected, "{l:?}");
+        }
+    }
+    // t, x1, x2, u1, y1, estimates of x1 and x2, then those of d and its derivative.
+    let row = last_row(&text, "e1");
+    assert_eq!(row.len(), 8);
+    // The lag of an integrator behind a ramp of slope 2: 2 (l2 + l1 a22)/l3 with L above.
+    let bound = designed(&study, "e1").unwrap().report.number("bound of the error of d1").unwrap();
+    let lag = 13.0 - row[7];
+    assert!(lag > 0.5 && lag < bound && bound < 1.0, "{lag} and {bound}");
+    let row = last_row(&text, "e2");
+    assert_eq!(row.len(), 9);
+    assert!((row[7] - 13.0).abs() < 1e-6 && (row[8] - 2.0).abs() < 1e-6, "{row:?}");
+    assert!((row[1] - row[5]).abs() < 1e-8 && (row[2] - row[6]).abs() < 1e-8, "{row:?}");
+}
+
+#[test]
+fn the_columns_of_an_extended_state_are_named() {
+    let text = format!(
+        "{SERVO}[[observer]]\nname = \"e3\"\nkind = \"extended-state\"\ne = [[0], [1]]\norder = 3\nbandwidth = 5\n"
+    );
+    let names = read(&text).unwrap().observers[0].kind.estimated_disturbances();
+    assert_eq!(names, ["d1", "d1_rate", "d1_rate2"]);
+    let two = "[plant]\na = [[0, 0], [0, 0]]\nc = [[1, 0], [0, 1]]\n[[observer]]\nkind = \"extended-state\"\ne = [[1, 0], [0, 1]]\norder = 2\nbandwidth = 5\n";
+    let study = read(two).unwrap();
+    assert_eq!(study.observers[0].kind.estimated_disturbances(), ["d1", "d2", "d1_rate", "d2_rate"]);
+    // Two outputs: six poles, two and two of them equal, with the geometric mean 5.
+    let found = designed(&study, "extended-state").unwrap();
+    let product: f64 = found.report.poles.iter().map(|pole| pole[0].hypot(pole[1])).product();
+    assert_eq!(found.report.poles.len(), 6);
+    assert!((product / 5f64.powi(6) - 1.0).abs() < 1e-6 && found.report.verdict == "proved");
+}
+
+#[test]
+fn an_extended_state_that_no_output_sees_is_named() {
+    // The zero at 0 from d to y: y = x2 is the derivative of x1, on which a constant force leaves no trace.
+    let text = "[plant]\na = [[0, 1], [-4, -1]]\nc = [[0, 1]]\n[[observer]]\nname = \"o\"\nkind = \"extended-state\"\ne = [[0], [1]]\nbandwidth = 5\n";
+    match designed(&read(text).unwrap(), "o") {
+        Err(NoDesign::Misfit(failure)) => {
+            let said = &failure.hypothesis;
+            assert!(said.contains("d = (1)") && said.contains("x = (0.25, 0)"), "{said}");
+            assert!(said.contains("an invariant zero of (A, E, C) at 0"), "{said}");
+        }
+        other => panic!("{other:?}"),
+    }
+    let wrong = |rest: &str| {
+        let text = format!("{SERVO}[[observer]]\nkind = \"extended-state\"\ne = [[0], [1]]\n{rest}\n");
+        read(&text).unwrap_err().to_string()
+    };
+    assert!(wrong("bandwidth = 0").contains("bandwidth"), "{}", wrong("bandwidth = 0"));
+    assert!(wrong("order = 0\nbandwidth = 5").contains("order"));
+    assert!(wrong("order = 17\nbandwidth = 5").contains("expected at most 16"));
+    assert!(wrong("order = 2").contains("expected one of bandwidth, poles"), "{}", wrong("order = 2"));
+    assert!(wrong("bandwidth = 5\npoles = [-1, -2, -3]").contains("conflicts"));
+    let few = wrong("order = 2\npoles = [-1, -2, -3]");
+    assert!(few.contains("2 states and 1 disturbance with 1 derivative to be estimated"), "{few}");
+}

@@ -179,7 +179,7 @@ fn a_period_that_does_not_fit_the_log_is_named() {
     let log = lines.log.as_ref().unwrap();
     assert_eq!((log.interpolation, log.rows[0].interpolated), ("linear", 594));
     assert!(lines.warnings.iter().any(|warning| warning.contains("linear interpolation")), "{:?}", lines.warnings);
-    let page = std::fs::read_to_string(folder.join("out/report.html")).unwrap();
+    let page = crate::page::read(&folder.join("out/report.html"));
     assert!(page.contains("Between the rows outputs are interpolated linearly, as asked for"));
 }
 
@@ -217,7 +217,7 @@ fn true_states_in_a_log_give_errors() {
     assert!((nis.region[0] - 0.7422192747).abs() < 1e-9 && (nis.region[1] - 1.295611971858).abs() < 1e-9, "{nis:?}");
     assert!((nees.region[0] - 0.647147).abs() < 1e-5 && (nees.region[1] - 1.428404).abs() < 1e-5, "{nees:?}");
     assert_eq!(nis.accepted, (nis.region[0]..=nis.region[1]).contains(&nis.mean));
-    let page = std::fs::read_to_string(folder.join("out/report.html")).unwrap();
+    let page = crate::page::read(&folder.join("out/report.html"));
     for said in
         ["RMSE", "NIS (innovations)", "NEES (errors)", "whiteness test p-value (Ljung-Box)", "filter \u{b1} 2 sigma"]
     {

@@ -107,7 +107,7 @@ pub(crate) fn keys() {
                 "poles = [-2, -5]\ngamma = 3\n[[",
                 16,
                 "`gamma` is not a key",
-                "kinds cubic, proportional-integral, unknown-input, sampled-cubic",
+                "kinds cubic, proportional-integral, unknown-input, h-infinity, h2, sampled-cubic",
             ),
             ("duration = 2\n", "", 8, "[simulation] has no `duration`", "a positive finite number"),
             ("kind = \"luenberger\"\n", "", 12, "[[observer]] has no `kind`", "\"luenberger\""),

@@ -1,7 +1,7 @@
 //! InterSampleObserver of 2 states, 1 inputs and 1 outputs, one step per sample.
 //!
 //!
-//! SHA-256 of the numbers: b2254821e82d12cad9a65eac890c308697fd4307685dc251cf040f19d4a210b7
+//! SHA-256 of the numbers: 4a995a783f5114de160f8be1e3055032d2d3c0ced320bd1d9d9aac93dd5543ce
 pub use luenberger_observers;
 
 use luenberger_observers::nalgebra::{Const, SMatrix, SVector};
@@ -57,6 +57,12 @@ impl luenberger_observers::Observer<f32> for Extension {
         SVector::from(out)
     }
 
+    fn jump(&self, t: f32, z: &Self::State, u: &Self::Input, y: &Self::Output) -> Self::State {
+        let mut out = [0.0; 1];
+        after(t, &z.data.0[0], &known(u, y), &mut out);
+        SVector::from(out)
+    }
+
     fn initial(&self, t: f32, xhat: &Self::Estimate, _u: &Self::Input, y: &Self::Output) -> Self::State {
         let mut out = [0.0; 1];
         start(t, &xhat.data.0[0], y.as_slice(), &mut out);
@@ -109,6 +115,18 @@ fn start(_t: f32, x: &[f32; 2], u: &[f32], out: &mut [f32; 1]) {
     let v9 = u[0] * 2.0;
     let v10 = v7 - v9;
     out[0] = v10;
+}
+
+/// The state after the jump at a sample.
+#[allow(unused_parens, clippy::all, clippy::pedantic)]
+fn after(_t: f32, x: &[f32; 1], u: &[f32], out: &mut [f32; 1]) {
+    let Some(u) = u.first_chunk::<2>() else { return };
+    let v2 = x[0] > 0.75;
+    let v4 = x[0] * 0.5;
+    let v7 = 0.125 * u[1];
+    let v8 = v4 + v7;
+    let v9 = if v2 { v8 } else { x[0] };
+    out[0] = v9;
 }
 
 /// The plant x' = f(t, x, u), y = h(t, x, u), or x+ = f(t, x, u) in discrete time.

@@ -11,6 +11,9 @@ mod deployed;
 mod discrete;
 mod discrete_polytope;
 mod feedback;
+mod filter_problem;
+mod h2;
+mod h_infinity;
 mod hurwitz;
 mod inequality;
 mod inequality_holds;
@@ -22,6 +25,7 @@ mod kkl_injectivity;
 mod linear;
 mod plant;
 mod polytope;
+mod reduced_order;
 mod sampled;
 mod sampled_interval;
 mod schur;
@@ -53,6 +57,9 @@ pub use deployed::{ClaimedBall, DeployedObserver, LARGEST_DEPLOYED};
 pub use discrete::DiscreteConvergence;
 pub use discrete_polytope::DiscreteJacobianPolytope;
 pub use feedback::FeedbackLoop;
+pub use filter_problem::FilterProblem;
+pub use h_infinity::HInfinityFilter;
+pub use h2::H2Filter;
 pub use hurwitz::HurwitzStability;
 pub use inequality::{Coefficient, Constraint, MatrixInequality};
 pub use inequality_holds::InequalityHolds;
@@ -64,6 +71,7 @@ pub use kkl_injectivity::KklInjectivity;
 pub use linear::LinearConvergence;
 pub use plant::{PlantMatrices, PlantWithin};
 pub use polytope::{JacobianPolytope, PlantPolytope, Vertex};
+pub use reduced_order::ReducedOrderConvergence;
 pub use sampled::SampledCubicConvergence;
 pub use sampled_interval::SampledIntervalEnclosure;
 pub use schur::SchurStability;
@@ -173,6 +181,8 @@ theorems! {
     SampledCubicConvergence,
     /// The unknown-input observer.
     UnknownInputConvergence,
+    /// The reduced-order observer.
+    ReducedOrderConvergence,
     /// A bound of the error under bounded disturbances and noise.
     InputToStateStability,
     /// The interval observer in continuous time.
@@ -181,6 +191,10 @@ theorems! {
     SampledIntervalEnclosure,
     /// The super-twisting observer in continuous time.
     SuperTwistingConvergence,
+    /// A bound of the H-infinity norm of the error.
+    HInfinityFilter,
+    /// A bound of the H2 norm of the error.
+    H2Filter,
     /// The sampled cubic observer with a semi-implicit cubic step.
     SemiImplicitCubicConvergence,
     /// The sampled observer at periods that vary, with missed samples.

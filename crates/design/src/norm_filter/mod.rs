@@ -1,0 +1,345 @@
+//! H-infinity and H2 filters: linear observers whose error is small in a norm from disturbances and noise.
+//!
+//! `x' = A x + B u + E w`, `y = C x + D w`; of the error e of the observer with the gain L, the part `z = H e` counts.
+//! With `F = A - LC`, `G = E - LD` the transfer function from w to z is `T(s) = H(sI - F)^-1 G`.
+//!
+//! | norm | what it bounds | optimum |
+//! |---|---|---|
+//! | H-infinity | the energy of z by `gamma^2` times that of w, whatever w is | by inequality |
+//! | H2 | the variance of z for white noise w of unit intensity | the Kalman filter, `W = EE'`, `V = DD'` if `ED' = 0` |
+//!
+//! Both are linear matrix inequalities in P and Y = P L, in discrete time as well:
+//! ```text
+//! H-infinity   [he(PA - YC) + H'H, PE - YD; *, -gamma^2 I] < 0
+//!              [P - H'H, 0, (PA - YC)'; *, gamma^2 I, (PE - YD)'; *, *, P] > 0                       discrete time
+//! H2           [he(PA - YC), PE - YD; *, -I] < 0,    [Z, H; H', P] > 0,    tr Z < gamma^2
+//!              [P, PA - YC, PE - YD; *, P, 0; *, *, I] > 0,    likewise                              discrete time
+//! ```
+//! The least H-infinity norm is often approached by gains without bound only; the design for it takes a gamma that is
+//! larger by [`ABOVE_LEAST`]. The certificate of an H2 filter has the P of the observability Gramian, a little
+//! enlarged, so that its gamma can be as close to the norm as one likes.
+//!
+//! Source: S. Boyd, L. El Ghaoui, E. Feron, V. Balakrishnan, Linear Matrix Inequalities in System and Control Theory,
+//! SIAM 1994, sections 2.7 and 6.3; C. Scherer, P. Gahinet, M. Chilali, IEEE Transactions on Automatic Control 42,
+//! 1997.
+
+mod programs;
+
+use luenberger_linalg::{
+    LinalgError, discrete_detectability, discrete_h_infinity_norm, discrete_h2_norm, eigenvalues, h_infinity_norm,
+    h2_norm, lyapunov, stein, symmetric_part,
+};
+use luenberger_lmi::proof_matrix;
+use luenberger_observers::{DiscreteLinearObserver, LinearObserver};
+use luenberger_plants::StateSpace;
+use luenberger_proof::certificate::{Certificate, FilterProblem, H2Filter, HInfinityFilter};
+pub use luenberger_proof::statement::Time;
+use nalgebra::{Complex, DMatrix, Dyn};
+
+use crate::certificate::{certified, plant as matrices};
+use crate::check;
+use crate::error::DesignError;
+use crate::gain_options::GainOptions;
+
+/// By how much the gamma of the design for the least H-infinity norm exceeds it, relative.
+pub const ABOVE_LEAST: f64 = 0.01;
+/// By how much the certified bound exceeds the norm of a given gain, and of an H2 filter, relative.
+pub const ABOVE_NORM: f64 = 1e-4;
+
+/// The norm of an error.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Norm {
+    /// The largest gain in L2, the peak of the largest singular value over all frequencies.
+    HInfinity,
+    /// The root of the variance of z for white noise of unit intensity.
+    H2,
+}
+
+impl Norm {
+    /// `H-infinity` or `H2`.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::HInfinity => "H-infinity",
+            Self::H2 => "H2",
+        }
+    }
+}
+
+/// What acts on a plant besides its input, `x' = A x + B u + E w`, `y = C x + D w`, and the errors `z = H e` that
+/// count.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Performance {
+    /// E, n x q.
+    pub e: DMatrix<f64>,
+    /// D, p x q.
+    pub d: DMatrix<f64>,
+    /// H, r x n.
+    pub h: DMatrix<f64>,
+}
+
+/// What is asked for.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Goal {
+    /// The least norm; for H-infinity larger by [`ABOVE_LEAST`].
+    Least,
+    /// A norm below this bound.
+    Below(f64),
+    /// The norm of this gain L, n x p.
+    Of(DMatrix<f64>),
+}
+
+certified!(NormFilterDesign);
+
+/// A linear observer with a bound of a norm of its error.
+#[readonly::make]
+#[derive(Debug, Clone)]
+pub struct NormFilterDesign {
+    /// The plant.
+    pub plant: StateSpace,
+    /// The gain L, n x p.
+    pub l: DMatrix<f64>,
+    /// Eigenvalues of `A - L C`.
+    pub poles: Vec<Complex<f64>>,
+    /// P of the certificate.
+    pub p: DMatrix<f64>,
+    /// The norm, to rounding.
+    pub norm: f64,
+    /// The frequency at which the H-infinity norm is attained.
+    pub frequency: Option<f64>,
+    /// The certified bound: the norm is below gamma.
+    pub gamma: f64,
+    /// The least norm of any gain within the bound of the gain, as a semidefinite program finds it; where it was
+    /// computed.
+    pub least: Option<f64>,
+    /// The certificate.
+    pub certificate: Certificate,
+}
+
+/// A plant in its time with what acts on it.
+pub(crate) struct Task<'a> {
+    pub(crate) time: Time,
+    pub(crate) norm: Norm,
+    pub(crate) plant: &'a StateSpace,
+    pub(crate) of: &'a Performance,
+}
+
+impl NormFilterDesign {
+    /// The filter of this norm for a plant in continuous or in discrete time.
+    ///
+    /// `options` can bound the spectral norm of L ([`GainOptions::max_gain`]); its noise has no effect.
+    ///
+    /// ```
+    /// use luenberger_design::{Certified, GainOptions, Goal, Norm, NormFilterDesign, Performance, Time};
+    /// use luenberger_plants::StateSpace;
+    /// use nalgebra::{dmatrix, DMatrix};
+    /// // x' = -x + w1, y = x + w2: F = -(1 + L), and the norm sqrt(1 + L^2)/(1 + L) is least, sqrt(1/2), at L = 1.
+    /// let plant = StateSpace::new(dmatrix![-1.0], DMatrix::zeros(1, 0), dmatrix![1.0])?;
+    /// let of = Performance { e: dmatrix![1.0, 0.0], d: dmatrix![0.0, 1.0], h: dmatrix![1.0] };
+    /// let options = GainOptions::default();
+    /// let filter = NormFilterDesign::new(&plant, Time::Continuous, Norm::HInfinity, &of, &Goal::Least, &options)?;
+    /// assert!((filter.least.unwrap() - 0.5f64.sqrt()).abs() < 1e-5);
+    /// assert!(filter.certificate.is_proved() && filter.norm < filter.gamma && filter.gamma < 0.715);
+    /// # Ok::<(), luenberger_design::DesignError>(())
+    /// ```
+    ///
+    /// # Errors
+    /// [`DesignError::NormTooSmall`] for a gamma below the least; [`DesignError::NoiselessOutput`] for
+    /// [`Goal::Least`] where D has no full row rank and no bound of the gain is given; a plant that is not detectable;
+    /// shapes that do not fit; a given gain that does not stabilise.
+    pub fn new(
+        plant: &StateSpace,
+        time: Time,
+        norm: Norm,
+        of: &Performance,
+        goal: &Goal,
+        options: &GainOptions,
+    ) -> Result<Self, DesignError> {
+        check::plant(plant)?;
+        let (n, p, q) = (plant.a.nrows(), plant.c.nrows(), of.e.ncols());
+        check::matrix("E", &of.e, (n, q))?;
+        check::matrix("D", &of.d, (p, q))?;
+        check::matrix("H", &of.h, (of.h.nrows(), n))?;
+        let task = Task { time, norm, plant, of };
+        match goal {
+            Goal::Of(l) => {
+                check::matrix("L", l, (n, p))?;
+                let found = task.measured(l)?;
+                let gamma = found.norm * (1.0 + ABOVE_NORM);
+                check::positive("the norm of the error", gamma)?;
+                task.certified(l.clone(), None, found, gamma, None)
+            }
+            Goal::Below(gamma) => {
+                check::positive("gamma", *gamma)?;
+                task.detectable()?;
+                task.below(*gamma, None, options)
+            }
+            Goal::Least => {
+                task.detectable()?;
+                if options.max_gain.is_none() {
+                    task.every_output_is_noisy()?;
+                }
+                let (least, gain) = task.least(options)?;
+                match norm {
+                    Norm::HInfinity => task.below(least * (1.0 + ABOVE_LEAST), Some(least), options),
+                    Norm::H2 => {
+                        let found = task.measured(&gain)?;
+                        let gamma = found.norm * (1.0 + ABOVE_NORM);
+                        task.certified(gain, None, found, gamma, Some(least))
+                    }
+                }
+            }
+        }
+    }
+
+    /// The observer of a plant in continuous time.
+    ///
+    /// # Errors
+    /// [`DesignError::Observer`].
+    pub fn observer(&self) -> Result<LinearObserver<f64, Dyn, Dyn, Dyn>, DesignError> {
+        Ok(LinearObserver::of(self.plant.clone(), self.l.clone())?)
+    }
+
+    /// The observer of a plant in discrete time with this period.
+    ///
+    /// # Errors
+    /// [`DesignError::Observer`].
+    pub fn discrete_observer(&self, period: f64) -> Result<DiscreteLinearObserver<f64, Dyn, Dyn, Dyn>, DesignError> {
+        Ok(DiscreteLinearObserver::new(self.plant.clone(), self.l.clone(), period)?)
+    }
+}
+
+/// The norm of a gain, with its peak.
+#[derive(Clone, Copy)]
+struct Measured {
+    norm: f64,
+    frequency: Option<f64>,
+}
+
+impl Task<'_> {
+    fn flow(&self, l: &DMatrix<f64>) -> (DMatrix<f64>, DMatrix<f64>) {
+        (&self.plant.a - l * &self.plant.c, &self.of.e - l * &self.of.d)
+    }
+
+    fn detectable(&self) -> Result<(), DesignError> {
+        let (a, c) = (&self.plant.a, &self.plant.c);
+        match self.time {
+            Time::Continuous => check::detectable(a, c, 0.0).map(|_| ()),
+            Time::Discrete => match discrete_detectability(a, c)?.offending.first() {
+                None => Ok(()),
+                Some(mode) => {
+                    Err(LinalgError::NotDetectable { eigenvalue: mode.eigenvalue, margin: mode.margin }.into())
+                }
+            },
+        }
+    }
+
+    /// D has full row rank: else the least norm is approached by gains without bound.
+    fn every_output_is_noisy(&self) -> Result<(), DesignError> {
+        let d = &self.of.d;
+        let sigma_min = if d.ncols() < d.nrows() { 0.0 } else { d.clone().svd(false, false).singular_values.min() };
+        if sigma_min > d.ncols() as f64 * f64::EPSILON * d.norm() {
+            return Ok(());
+        }
+        Err(DesignError::NoiselessOutput { outputs: d.nrows(), sigma_min })
+    }
+
+    /// The norm of a gain that stabilises.
+    fn measured(&self, l: &DMatrix<f64>) -> Result<Measured, DesignError> {
+        let (f, g) = self.flow(l);
+        let (h, none) = (&self.of.h, DMatrix::zeros(self.of.h.nrows(), g.ncols()));
+        let moduli = || eigenvalues(&f).map(|poles| poles.iter().map(|pole| pole.norm()).fold(0.0, f64::max));
+        match self.time {
+            Time::Continuous => {
+                check::hurwitz("A - L C", (&self.plant.a, l, &self.plant.c))?;
+            }
+            Time::Discrete => {
+                let radius = moduli()?;
+                if radius >= 1.0 {
+                    return Err(DesignError::NotSchur { what: "A - L C", radius });
+                }
+            }
+        }
+        Ok(match (self.norm, self.time) {
+            (Norm::H2, Time::Continuous) => Measured { norm: h2_norm(&f, &g, h)?, frequency: None },
+            (Norm::H2, Time::Discrete) => Measured { norm: discrete_h2_norm(&f, &g, h)?, frequency: None },
+            (Norm::HInfinity, time) => {
+                let found = match time {
+                    Time::Continuous => h_infinity_norm(&f, &g, h, &none)?,
+                    Time::Discrete => discrete_h_infinity_norm(&f, &g, h, &none)?,
+                };
+                Measured { norm: found.norm, frequency: Some(found.frequency) }
+            }
+        })
+    }
+
+    /// The design for a bound; the least norm, where the bound is not attainable.
+    fn below(&self, gamma: f64, least: Option<f64>, options: &GainOptions) -> Result<NormFilterDesign, DesignError> {
+        let (l, p) = match self.gain_below(gamma, options) {
+            Ok(found) => found,
+            Err(error) => {
+                let least = match least {
+                    Some(least) => least,
+                    None => self.least(options).map_or(f64::NAN, |(least, _)| least),
+                };
+                if gamma <= least {
+                    let (norm, is_limited) = (self.norm.name(), options.max_gain.is_some());
+                    return Err(DesignError::NormTooSmall { norm, gamma, least, is_limited });
+                }
+                return Err(error);
+            }
+        };
+        let found = self.measured(&l)?;
+        self.certified(l, Some(p), found, gamma, least)
+    }
+
+    fn certified(
+        &self,
+        l: DMatrix<f64>,
+        p: Option<DMatrix<f64>>,
+        found: Measured,
+        gamma: f64,
+        least: Option<f64>,
+    ) -> Result<NormFilterDesign, DesignError> {
+        let (f, _) = self.flow(&l);
+        let p = match (self.norm, p) {
+            (Norm::H2, _) => self.enlarged_gramian(&l, gamma)?,
+            (Norm::HInfinity, Some(p)) => p,
+            (Norm::HInfinity, None) => self.storage(&l, gamma)?,
+        };
+        let StateSpace { a, b, c, .. } = self.plant;
+        let problem = FilterProblem {
+            time: self.time,
+            plant: matrices((a, b, c)),
+            e: proof_matrix(&self.of.e),
+            d: proof_matrix(&self.of.d),
+            h: proof_matrix(&self.of.h),
+            l: proof_matrix(&l),
+            p: proof_matrix(&p),
+            gamma,
+        };
+        let certificate = match self.norm {
+            Norm::HInfinity => Certificate::of([HInfinityFilter(problem)])?,
+            Norm::H2 => Certificate::of([H2Filter(problem)])?,
+        };
+        let Measured { norm, frequency } = found;
+        let poles = eigenvalues(&f)?;
+        Ok(NormFilterDesign { plant: self.plant.clone(), l, poles, p, norm, frequency, gamma, least, certificate })
+    }
+
+    /// `P = W + s V` with the Gramians of H and of the identity, and s for half of the room that gamma leaves.
+    fn enlarged_gramian(&self, l: &DMatrix<f64>, gamma: f64) -> Result<DMatrix<f64>, DesignError> {
+        let (f, g) = self.flow(l);
+        let gramian = |h: &DMatrix<f64>| {
+            let seen = symmetric_part(&(h.transpose() * h));
+            match self.time {
+                Time::Continuous => lyapunov(&f, &seen).map(|found| found.p),
+                Time::Discrete => stein(&f, &seen).map(|found| found.p),
+            }
+        };
+        let (of_h, of_all) = (gramian(&self.of.h)?, gramian(&DMatrix::identity(f.nrows(), f.nrows()))?);
+        let spent = |w: &DMatrix<f64>| (g.transpose() * w * &g).trace();
+        let room = (gamma * gamma - spent(&of_h)).max(0.0);
+        let share = 0.5 * room / spent(&of_all).max(f64::MIN_POSITIVE);
+        Ok(symmetric_part(&(of_h + of_all * share)))
+    }
+}

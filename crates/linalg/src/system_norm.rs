@@ -1,0 +1,169 @@
+//! The H2 and the H-infinity norm of `x' = A x + B w`, `z = C x + D w` (D = 0 for H2), or of `x+ = A x + B w`.
+//!
+//! **H2**: `tr B'QB` with `A'Q + Q A + C'C = 0` (in discrete time `A'QA - Q + C'C = 0`) is its square.
+//!
+//! **H-infinity**: the largest of the largest singular values of `C(jw I - A)^-1 B + D`. For gamma above the norm of D
+//! some singular value at w is gamma iff `jw` is an eigenvalue of the Hamiltonian matrix
+//! ```text
+//! [A + B R^-1 D'C           B R^-1 B'            ]
+//! [-C'(I + D R^-1 D')C      -(A + B R^-1 D'C)'   ],    R = gamma^2 I - D'D.
+//! ```
+//! The two-step method of N. A. Bruinsma and M. Steinbuch, Systems & Control Letters 14, 1990: from the largest value
+//! found so far, a little more is tried; imaginary eigenvalues bound the frequencies with larger values, and the
+//! middles of these intervals are tried next. In discrete time the bilinear transformation `z = (1 + s)/(1 - s)` comes
+//! first, which keeps the norm.
+
+use nalgebra::{Complex, DMatrix};
+
+use crate::argument::symmetric_part;
+use crate::{LinalgError, Result, eigenvalues, lyapunov, stein};
+
+/// How far beyond the largest value found the norm may be, relative.
+const CLOSENESS: f64 = 1e-9;
+const ITERATIONS: usize = 40;
+
+/// The H-infinity norm of a system.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct HInfinityNorm {
+    /// The largest singular value found, which is attained; the norm is larger by a part in 10^9 at most, up to
+    /// rounding.
+    pub norm: f64,
+    /// The frequency at which it is attained, in radians per unit of time; infinite for the norm of D. In discrete time
+    /// an angle from 0 to pi.
+    pub frequency: f64,
+}
+
+/// The H2 norm of `C(sI - A)^-1 B` for a Hurwitz A.
+///
+/// ```
+/// use luenberger_linalg::h2_norm;
+/// use nalgebra::dmatrix;
+/// // 1/(s + 2): the integral of exp(-4 t) is 1/4.
+/// assert!((h2_norm(&dmatrix![-2.0], &dmatrix![1.0], &dmatrix![1.0])? - 0.5).abs() < 1e-15);
+/// # Ok::<(), luenberger_linalg::LinalgError>(())
+/// ```
+///
+/// # Errors
+/// Those of [`lyapunov`].
+pub fn h2_norm(a: &DMatrix<f64>, b: &DMatrix<f64>, c: &DMatrix<f64>) -> Result<f64> {
+    let q = lyapunov(a, &symmetric_part(&(c.transpose() * c)))?.p;
+    Ok((b.transpose() * q * b).trace().max(0.0).sqrt())
+}
+
+/// The H2 norm of `C(zI - A)^-1 B` for A with all eigenvalues inside the unit circle.
+///
+/// # Errors
+/// Those of [`stein`].
+pub fn discrete_h2_norm(a: &DMatrix<f64>, b: &DMatrix<f64>, c: &DMatrix<f64>) -> Result<f64> {
+    let q = stein(a, &symmetric_part(&(c.transpose() * c)))?.p;
+    Ok((b.transpose() * q * b).trace().max(0.0).sqrt())
+}
+
+/// The H-infinity norm of `C(sI - A)^-1 B + D` for a Hurwitz A.
+///
+/// ```
+/// use luenberger_linalg::h_infinity_norm;
+/// use nalgebra::dmatrix;
+/// // 1/(s^2 + 0.2 s + 1): the peak is 1/(2 zeta sqrt(1 - zeta^2)) for zeta = 0.1.
+/// let (a, b, c) = (dmatrix![0.0, 1.0; -1.0, -0.2], dmatrix![0.0; 1.0], dmatrix![1.0, 0.0]);
+/// let found = h_infinity_norm(&a, &b, &c, &dmatrix![0.0])?;
+/// assert!((found.norm - 1.0 / (0.2 * 0.99f64.sqrt())).abs() < 1e-8);
+/// assert!((found.frequency - 0.98f64.sqrt()).abs() < 1e-4);
+/// # Ok::<(), luenberger_linalg::LinalgError>(())
+/// ```
+///
+/// # Errors
+/// Those of [`eigenvalues`]; [`LinalgError::NotConverged`] after 40 steps.
+pub fn h_infinity_norm(
+    a: &DMatrix<f64>,
+    b: &DMatrix<f64>,
+    c: &DMatrix<f64>,
+    d: &DMatrix<f64>,
+) -> Result<HInfinityNorm> {
+    let n = a.nrows();
+    let at = |frequency: f64| {
+        let s = Complex::new(0.0, frequency);
+        let shifted = DMatrix::from_fn(n, n, |i, j| {
+            let entry = Complex::from(-a[(i, j)]);
+            if i == j { s + entry } else { entry }
+        });
+        let response =
+            shifted.lu().solve(&b.map(Complex::from)).map(|x| c.map(Complex::from) * x + d.map(Complex::from));
+        response.map_or(0.0, |m| largest(&m))
+    };
+    let mut best = HInfinityNorm { norm: largest(&d.map(Complex::from)), frequency: f64::INFINITY };
+    let attempt = |frequency: f64, best: &mut HInfinityNorm| {
+        let value = at(frequency);
+        if value > best.norm {
+            *best = HInfinityNorm { norm: value, frequency };
+        }
+    };
+    attempt(0.0, &mut best);
+    for pole in eigenvalues(a)? {
+        attempt(pole.norm(), &mut best);
+        attempt(pole.im.abs(), &mut best);
+    }
+    let scale = a.norm() + 1.0;
+    for _ in 0..ITERATIONS {
+        if best.norm == 0.0 {
+            return Ok(best);
+        }
+        let gamma = best.norm * (1.0 + CLOSENESS);
+        let r = DMatrix::identity(d.ncols(), d.ncols()) * (gamma * gamma) - d.transpose() * d;
+        let Some(r) = r.cholesky() else { return Ok(best) };
+        let fed = r.solve(&(d.transpose() * c));
+        let first = a + b * &fed;
+        let corner = b * r.solve(&b.transpose());
+        let lower = -(c.transpose() * (c + d * &fed));
+        let mut hamiltonian = DMatrix::zeros(2 * n, 2 * n);
+        hamiltonian.view_mut((0, 0), (n, n)).copy_from(&first);
+        hamiltonian.view_mut((0, n), (n, n)).copy_from(&corner);
+        hamiltonian.view_mut((n, 0), (n, n)).copy_from(&lower);
+        hamiltonian.view_mut((n, n), (n, n)).copy_from(&-first.transpose());
+        // Near the maximum two eigenvalues meet at the axis, and rounding moves them by its root.
+        let near = 1e-7 * scale.max(hamiltonian.norm() * 1e-3);
+        let mut crossings: Vec<f64> =
+            eigenvalues(&hamiltonian)?.iter().filter(|z| z.re.abs() <= near && z.im >= 0.0).map(|z| z.im).collect();
+        crossings.sort_by(f64::total_cmp);
+        let before = best.norm;
+        crossings.first().copied().into_iter().for_each(|first| attempt(0.5 * first, &mut best));
+        for pair in crossings.windows(2) {
+            attempt(0.5 * (pair[0] + pair[1]), &mut best);
+        }
+        crossings.iter().for_each(|crossing| attempt(*crossing, &mut best));
+        if best.norm <= before * (1.0 + CLOSENESS) {
+            return Ok(best);
+        }
+    }
+    Err(LinalgError::NotConverged {
+        method: "the bisection of the H-infinity norm",
+        iterations: ITERATIONS,
+        remaining: best.norm,
+        allowed: CLOSENESS * best.norm,
+    })
+}
+
+/// The H-infinity norm of `C(zI - A)^-1 B + D` for A with all eigenvalues inside the unit circle.
+///
+/// # Errors
+/// As [`h_infinity_norm`].
+pub fn discrete_h_infinity_norm(
+    a: &DMatrix<f64>,
+    b: &DMatrix<f64>,
+    c: &DMatrix<f64>,
+    d: &DMatrix<f64>,
+) -> Result<HInfinityNorm> {
+    let n = a.nrows();
+    let identity = DMatrix::identity(n, n);
+    let plus = (a + &identity).lu();
+    let singular = LinalgError::NotFinite { what: "(A + I)^-1", row: 0, col: 0, value: f64::INFINITY };
+    let inverse = plus.solve(&identity).ok_or(singular)?;
+    let shifted = &inverse * (a - &identity);
+    let (half, root) = (&inverse * b, std::f64::consts::SQRT_2);
+    let found = h_infinity_norm(&shifted, &(&half * root), &(c * &inverse * root), &(d - c * &half))?;
+    Ok(HInfinityNorm { frequency: 2.0 * found.frequency.atan(), ..found })
+}
+
+fn largest(m: &DMatrix<Complex<f64>>) -> f64 {
+    if m.is_empty() { 0.0 } else { m.clone().svd(false, false).singular_values.max() }
+}

@@ -1,0 +1,36 @@
+//! Filters with a covariance, measurement update and prediction apart: what logs, consistency tests and smoothers need.
+
+use nalgebra::RealField;
+
+use crate::observer::SampledObserver;
+
+/// A filter that computes a covariance of its error, and can be updated and predicted apart.
+///
+/// [`step`](SampledObserver::step) is [`measure`](Self::measure) and then [`advance`](Self::advance) over one period.
+pub trait CovarianceFilter<T: RealField + Copy>: SampledObserver<T> {
+    /// Whether it is predicted from sample to sample only, as of a plant in discrete time.
+    fn is_discrete(&self) -> bool;
+
+    /// The covariance of the error that a state holds, n x n by columns. Returns whether the length fits.
+    fn covariance_into(&self, state: &Self::State, p: &mut [T]) -> bool;
+
+    /// The measurement update at time t by the outputs that are true in `measured`, one entry for each output; the other
+    /// entries of y are not read. `y~' S^-1 y~`, or `None`, and the state as it was, if S is not positive definite in
+    /// floating point.
+    fn measure(&self, t: T, state: &mut Self::State, u: &Self::Input, y: &Self::Output, measured: &[bool])
+    -> Option<T>;
+
+    /// The prediction from t to `t + duration`, the input held; in discrete time to the next sample. False if it has no
+    /// result in floating point.
+    fn advance(&self, t: T, state: &mut Self::State, u: &Self::Input, duration: T) -> bool;
+
+    /// [`advance`](Self::advance), and the covariance of the errors before and after it, `E e(t) e(t + duration)'`, n x n
+    /// by columns: the gain of a smoother is that times the inverse of the covariance after it.
+    fn advance_across(&self, t: T, state: &mut Self::State, u: &Self::Input, duration: T, cross: &mut [T]) -> bool;
+
+    /// Whether a gate rejects an output of the measurement y; default false.
+    fn rejects_output(&self, t: T, state: &Self::State, u: &Self::Input, y: &Self::Output, output: usize) -> bool {
+        let _ = (t, state, u, y, output);
+        false
+    }
+}

@@ -1,0 +1,586 @@
+//! The unscented Kalman filter in square-root form.
+//!
+//! `x' = f(x, u) + w`, `y_k = h(x(t_k), u(t_k)) + v_k` with w white of intensity W per unit of time, or in discrete time
+//! `x+ = f(x, u) + w` with w of covariance W per sample; v_k of covariance V. Means and covariances come from the images
+//! of [sigma points](SigmaPoints), `2 n + 1` evaluations of h at a sample and of f, or of its integral, between two;
+//! no Jacobian is needed. What is stored is the factor S of the covariance, `P = S S'`, which cannot lose symmetry or
+//! definiteness to rounding.
+//!
+//! At a sample the points are those of (xhat, S), and the columns of the images under h form, with those of S, the factor
+//! of the covariance of measurement and state together:
+//!
+//! ```text
+//! [V^(1/2), D, E, e0; 0, S, 0, 0]  ->  [G, 0; M, S+]                rotations from the right
+//! xhat <- xhat + M G^-1 (y - yhat),  S <- S+                        innovation covariance G G'
+//! ```
+//!
+//! with the half differences D, half sums E and the centre e0. Between two samples the points are those of (xhat, S) in
+//! discrete time, and their images, with `W^(1/2)`, are rotated into the next S. In continuous time each point moves by
+//! so many steps of the classical Runge-Kutta method, and half of the noise `W h` is added before and half after: the
+//! trapezoidal rule of the integral that the Kalman filter has there, with an error of order h^3.
+//!
+//! For a linear plant in discrete time this is the Kalman filter to rounding. For a nonlinear one it is right to second
+//! order in the error, where the extended filter is right to first order; there is no theorem of stability for either.
+//!
+//! A factorisation can fail: where the centre's weight is negative (small alpha) its column is taken away, and what is
+//! left need not be positive definite; or f or h is not finite at a sigma point. [`update`](UnscentedKalmanFilter::update)
+//! and [`predict`](UnscentedKalmanFilter::predict) say so and leave the belief as it was; a
+//! [`step`](SampledObserver::step) whose prediction fails leaves an estimate that is NaN.
+//!
+//! Source: R. van der Merwe and E. A. Wan, The square-root unscented Kalman filter for state and parameter-estimation,
+//! ICASSP 2001; the joint factor in place of their downdates by `K S_y`, which can fail for any weights: S. J. Julier and
+//! J. K. Uhlmann, Unscented filtering and nonlinear estimation, Proc. IEEE 92, 2004, for the joint covariance.
+
+mod sigma;
+
+use core::marker::PhantomData;
+
+use luenberger_plants::error::check_matrix;
+use luenberger_plants::{Column, Plant, Size};
+use nalgebra::allocator::Allocator;
+use nalgebra::{ComplexField, Const, DefaultAllocator, Dim, DimAdd, DimSum, OMatrix, OVector, RealField, U1, convert};
+
+use crate::covariance_filter::CovarianceFilter;
+use crate::dense::times_transpose;
+use crate::error::ObserverError;
+use crate::kalman::{GaussianEstimate, Innovation, NoiseModel, covariance};
+use crate::observer::{ObserverDimensions, SampledObserver, put_slice};
+use crate::runge_kutta;
+use crate::triangular::{Joint, add, semidefinite_factor, subtract};
+
+use sigma::Images;
+pub use sigma::{SigmaPoints, Weights};
+
+/// The state of the filter: the estimate, and the factor S of its covariance `S S'`.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SquareRootEstimate<T: RealField + Copy, N: DimAdd<U1>>(GaussianEstimate<T, N>)
+where
+    DefaultAllocator: Allocator<N, DimSum<N, U1>>;
+
+impl<T: RealField + Copy, N: DimAdd<U1>> SquareRootEstimate<T, N>
+where
+    DefaultAllocator: Allocator<N, DimSum<N, U1>> + Allocator<N> + Allocator<N, N>,
+{
+    /// The belief with estimate xhat (length n) and covariance `S S'` (S n x n, lower triangular).
+    pub fn new(xhat: &OVector<T, N>, s: &OMatrix<T, N, N>) -> Self {
+        Self(GaussianEstimate::new(xhat, s))
+    }
+
+    /// The estimate xhat.
+    pub fn estimate(&self) -> OVector<T, N> {
+        self.0.estimate()
+    }
+
+    /// The lower triangular factor S.
+    pub fn factor(&self) -> OMatrix<T, N, N> {
+        self.0.covariance()
+    }
+
+    /// The covariance `P = S S'`.
+    pub fn covariance(&self) -> OMatrix<T, N, N> {
+        let s = self.factor();
+        times_transpose(&s, &s)
+    }
+}
+
+impl<T: RealField + Copy, N: DimAdd<U1>> Column<T> for SquareRootEstimate<T, N>
+where
+    DefaultAllocator: Allocator<N, DimSum<N, U1>> + Allocator<N> + Allocator<N, N>,
+{
+    fn try_from_slice(entries: &[T]) -> Option<Self> {
+        GaussianEstimate::try_from_slice(entries).map(Self)
+    }
+
+    fn as_slice(&self) -> &[T] {
+        self.0.as_slice()
+    }
+
+    fn fixed_len() -> Option<usize> {
+        GaussianEstimate::<T, N>::fixed_len()
+    }
+}
+
+/// The square-root unscented Kalman filter of a plant `S`; see the [module](self).
+#[derive(Clone, Debug, PartialEq)]
+pub struct UnscentedKalmanFilter<S, T: RealField + Copy, N: Dim, M: Dim, P: Dim>
+where
+    DefaultAllocator: Size<N, M, P>,
+{
+    plant: S,
+    factors: NoiseModel<T, N, P>,
+    sigma: SigmaPoints,
+    weights: Weights<T>,
+    h: T,
+    /// Runge-Kutta steps between two samples; none for a plant in discrete time.
+    substeps: Option<usize>,
+    gate: Option<T>,
+    inputs: PhantomData<M>,
+}
+
+/// An unscented Kalman filter whose sizes are known at compile time.
+pub type StaticUnscentedKalmanFilter<S, T, const N: usize, const M: usize, const P: usize> =
+    UnscentedKalmanFilter<S, T, Const<N>, Const<M>, Const<P>>;
+
+impl<S, T: RealField + Copy, N: Dim, M: Dim, P: Dim> UnscentedKalmanFilter<S, T, N, M, P>
+where
+    S: Plant<T, State = OVector<T, N>, Input = OVector<T, M>, Output = OVector<T, P>>,
+    DefaultAllocator: Size<N, M, P>,
+{
+    /// The filter of `plant`, sampled with period `h`, with so many Runge-Kutta steps between samples.
+    ///
+    /// A step costs `2 n + 1` evaluations of h and `4 substeps (2 n + 1)` of f, `15 n^3 + 3 n (n + p)^2` flops of
+    /// rotations, and `(3 n + 2)(n + p)` roots.
+    ///
+    /// ```
+    /// use luenberger_observers::kalman::NoiseModel;
+    /// use luenberger_observers::unscented::{SigmaPoints, UnscentedKalmanFilter};
+    /// use luenberger_observers::SampledObserver;
+    /// use luenberger_plants::flexible_joint;
+    /// use nalgebra::{Matrix2, Matrix4, Vector1, Vector2, Vector4};
+    ///
+    /// let noises = NoiseModel { w: Matrix4::identity() * 0.1, v: Matrix2::identity() * 1e-4, p0: Matrix4::identity() };
+    /// let plant = flexible_joint::classical();
+    /// let filter = UnscentedKalmanFilter::new(plant, noises, SigmaPoints::default(), 0.01, 2)?;
+    /// let (u, y) = (Vector1::new(0.0), Vector2::new(1.0, 0.0));
+    /// let mut belief = filter.initial(0.0, &Vector4::zeros(), &u, &y);
+    /// filter.step(0.0, &mut belief, &u, &y);
+    /// assert!(belief.covariance()[(0, 0)] < 0.01);
+    /// # Ok::<(), luenberger_observers::ObserverError>(())
+    /// ```
+    /// # Errors
+    /// [`ObserverError::Matrix`] for shapes and entries, [`ObserverError::NotSymmetric`],
+    /// [`ObserverError::NotDefinite`] when V is not positive definite or W or P(0) not semidefinite,
+    /// [`ObserverError::NotPositive`] and [`ObserverError::NotFinite`] for the sigma points, [`ObserverError::Period`],
+    /// [`ObserverError::Substeps`].
+    pub fn new(
+        plant: S,
+        noises: NoiseModel<T, N, P>,
+        sigma: SigmaPoints,
+        h: T,
+        substeps: usize,
+    ) -> Result<Self, ObserverError> {
+        let size = plant.dimensions();
+        let factors = NoiseModel {
+            w: semidefinite_factor(&covariance("W", noises.w, size.states, false)?),
+            v: semidefinite_factor(&covariance("V", noises.v, size.outputs, true)?),
+            p0: semidefinite_factor(&covariance("P(0)", noises.p0, size.states, false)?),
+        };
+        Self::from_factors(plant, factors, sigma, h, Some(substeps))
+    }
+
+    /// The filter of a plant in discrete time, `x+ = f(t, x, u) + w`, whose `derivative` is the next state; W is a
+    /// covariance per sample.
+    ///
+    /// # Errors
+    /// As [`new`](Self::new).
+    pub fn discrete(plant: S, noises: NoiseModel<T, N, P>, sigma: SigmaPoints, h: T) -> Result<Self, ObserverError> {
+        Ok(Self { substeps: None, ..Self::new(plant, noises, sigma, h, 1)? })
+    }
+
+    /// The filter with lower triangular factors in place of the covariances W, V and P(0), as [`factors`](Self::factors)
+    /// has them; without `substeps` of a plant in discrete time.
+    ///
+    /// # Errors
+    /// As [`new`](Self::new); [`ObserverError::NotDefinite`] for a diagonal entry that is negative, or of V zero.
+    pub fn from_factors(
+        plant: S,
+        factors: NoiseModel<T, N, P>,
+        sigma: SigmaPoints,
+        h: T,
+        substeps: Option<usize>,
+    ) -> Result<Self, ObserverError> {
+        let size = plant.dimensions();
+        let NoiseModel { w, v, p0 } = factors;
+        let factors = NoiseModel {
+            w: triangle("W^(1/2)", w, size.states, false)?,
+            v: triangle("V^(1/2)", v, size.outputs, true)?,
+            p0: triangle("P(0)^(1/2)", p0, size.states, false)?,
+        };
+        let weights = sigma.weights(size.states)?;
+        if !(h.is_finite() && h > T::zero()) {
+            return Err(ObserverError::Period { period: h.to_subset_unchecked() });
+        }
+        if substeps == Some(0) {
+            return Err(ObserverError::Substeps);
+        }
+        Ok(Self { plant, factors, sigma, weights, h, substeps, gate: None, inputs: PhantomData })
+    }
+
+    /// The filter that rejects outliers: an output whose innovation is beyond `gate` standard deviations is treated as
+    /// not measured, as of the [extended filter](crate::ExtendedKalmanFilter::with_gate).
+    ///
+    /// # Errors
+    /// [`ObserverError::NotPositive`].
+    pub fn with_gate(self, gate: T) -> Result<Self, ObserverError> {
+        if gate.is_finite() && gate > T::zero() {
+            return Ok(Self { gate: Some(gate), ..self });
+        }
+        Err(ObserverError::NotPositive { what: "the gate", value: gate.to_subset_unchecked() })
+    }
+
+    /// Runge-Kutta steps between two samples; none for a plant in [discrete time](Self::discrete).
+    pub fn substeps(&self) -> Option<usize> {
+        self.substeps
+    }
+
+    /// The [gate](Self::with_gate), in standard deviations.
+    pub fn gate(&self) -> Option<T> {
+        self.gate
+    }
+
+    /// The plant.
+    pub fn plant(&self) -> &S {
+        &self.plant
+    }
+
+    /// The parameters of the sigma points.
+    pub fn sigma_points(&self) -> SigmaPoints {
+        self.sigma
+    }
+
+    /// The numbers of the sigma points in the format of the filter.
+    pub fn weights(&self) -> &Weights<T> {
+        &self.weights
+    }
+
+    /// The lower triangular factors of W, V and P(0).
+    pub fn factors(&self) -> &NoiseModel<T, N, P> {
+        &self.factors
+    }
+
+    /// The root of half of a duration, by which the factor of W enters before and after a motion in continuous time.
+    pub fn half_noise(duration: T) -> T {
+        (duration * convert::<f64, T>(0.5)).sqrt()
+    }
+
+    /// The point x at t + duration, by the classical Runge-Kutta method; in discrete time the next state.
+    fn moved(&self, t: T, x: &OVector<T, N>, u: &OVector<T, M>, duration: T) -> OVector<T, N> {
+        let Some(substeps) = self.substeps else { return self.plant.derivative(t, x, u) };
+        let tau = duration / convert::<f64, T>(substeps as f64);
+        let mut x = x.clone();
+        for k in 0..substeps {
+            let now = t + tau * convert::<f64, T>(k as f64);
+            runge_kutta::step_one(now, tau, &mut x, |t, x| self.plant.derivative(t, x, u));
+        }
+        x
+    }
+
+    /// The measurement that (xhat, S) predicts, and the factor of its joint covariance with the state.
+    fn joint(
+        &self,
+        t: T,
+        (xhat, s): (&OVector<T, N>, &OMatrix<T, N, N>),
+        u: &OVector<T, M>,
+        measured: impl Fn(usize) -> bool,
+    ) -> Option<(OVector<T, P>, Joint<T, N, P>)> {
+        let mut images = Images::of(xhat, s, self.weights.distance, |x| self.plant.output(t, x, u));
+        let expected = images.reduce(&self.weights);
+        let (states, outputs) = (xhat.shape_generic().0, expected.shape_generic().0);
+        let mut joint = Joint {
+            measured: self.factors.v.clone(),
+            cross: OMatrix::zeros_generic(states, outputs),
+            state: OMatrix::zeros_generic(states, states),
+        };
+        let mut column = OVector::<T, P>::zeros_generic(outputs, U1);
+        for i in 0..expected.nrows() {
+            if measured(i) {
+                continue;
+            }
+            images.centre[i] = T::zero();
+            images.plus.row_mut(i).fill(T::zero());
+            images.minus.row_mut(i).fill(T::zero());
+            joint.measured.row_mut(i).fill(T::zero());
+            column.fill(T::zero());
+            column[i] = T::one();
+            add(&mut joint.measured, &mut column);
+        }
+        for k in 0..xhat.nrows() {
+            column.copy_from(&images.minus.column(k));
+            add(&mut joint.measured, &mut column);
+        }
+        let mut rest = OVector::<T, N>::zeros_generic(states, U1);
+        for k in 0..xhat.nrows() {
+            column.copy_from(&images.plus.column(k));
+            rest.copy_from(&s.column(k));
+            joint.add(&mut column, &mut rest);
+        }
+        rest.fill(T::zero());
+        let is_factor = if self.weights.is_negative {
+            joint.subtract(&mut images.centre, &mut rest)
+        } else {
+            joint.add(&mut images.centre, &mut rest);
+            true
+        };
+        let diagonal = |i: usize| joint.measured[(i, i)] > T::zero();
+        let is_finite = |entries: &[T]| entries.iter().all(ComplexField::is_finite);
+        let is_right = is_factor
+            && (0..expected.nrows()).all(diagonal)
+            && is_finite(joint.measured.as_slice())
+            && is_finite(joint.cross.as_slice())
+            && is_finite(joint.state.as_slice());
+        is_right.then_some((expected, joint))
+    }
+}
+
+/// A lower triangular factor, after a check of its shape and its entries.
+fn triangle<T: RealField + Copy, D: Dim>(
+    what: &'static str,
+    s: OMatrix<T, D, D>,
+    order: usize,
+    is_definite: bool,
+) -> Result<OMatrix<T, D, D>, ObserverError>
+where
+    DefaultAllocator: Allocator<D, D>,
+{
+    check_matrix(what, &s, (order, order))?;
+    for row in 0..order {
+        for column in row + 1..order {
+            if s[(row, column)] != T::zero() {
+                let entry = s[(row, column)].to_subset_unchecked();
+                return Err(ObserverError::NotTriangular { what, row, column, entry });
+            }
+        }
+        let pivot = s[(row, row)];
+        if pivot < T::zero() || is_definite && pivot == T::zero() {
+            return Err(ObserverError::NotDefinite { what, row, pivot: pivot.to_subset_unchecked() });
+        }
+    }
+    Ok(s)
+}
+
+impl<S, T: RealField + Copy, N: DimAdd<U1>, M: Dim, P: Dim> UnscentedKalmanFilter<S, T, N, M, P>
+where
+    S: Plant<T, State = OVector<T, N>, Input = OVector<T, M>, Output = OVector<T, P>>,
+    DefaultAllocator: Size<N, M, P> + Allocator<N, DimSum<N, U1>>,
+{
+    /// From time t to `t + duration`, the input held; for a plant in [discrete time](Self::discrete) to the next sample,
+    /// whatever the duration, which is nonnegative. So many Runge-Kutta steps are taken as between two samples: cut a
+    /// long one.
+    ///
+    /// False, and the belief as it was, if the covariance has no factor in floating point: f is not finite at a sigma
+    /// point, or taking the centre away leaves no positive definite matrix.
+    #[must_use = "without a factor the belief has not moved"]
+    pub fn predict(&self, t: T, belief: &mut SquareRootEstimate<T, N>, u: &OVector<T, M>, duration: T) -> bool {
+        self.predicted(t, belief, u, duration).is_some_and(|(next, _)| {
+            *belief = next;
+            true
+        })
+    }
+
+    /// The belief after the prediction, and the covariance of the states before and after it.
+    fn predicted(
+        &self,
+        t: T,
+        belief: &SquareRootEstimate<T, N>,
+        u: &OVector<T, M>,
+        duration: T,
+    ) -> Option<(SquareRootEstimate<T, N>, impl FnOnce() -> Option<OMatrix<T, N, N>> + use<S, T, N, M, P>)> {
+        let (xhat, before) = (belief.estimate(), belief.factor());
+        let (mut s, mut next) = (before.clone(), self.factors.w.clone());
+        if self.substeps.is_some() {
+            next *= Self::half_noise(duration);
+            for k in 0..xhat.nrows() {
+                add(&mut s, &mut next.column(k).into_owned());
+            }
+        }
+        let mut images = Images::of(&xhat, &s, self.weights.distance, |x| self.moved(t, x, u, duration));
+        let xhat = images.reduce(&self.weights);
+        for columns in [&images.minus, &images.plus] {
+            for k in 0..xhat.nrows() {
+                add(&mut next, &mut columns.column(k).into_owned());
+            }
+        }
+        let is_factor = if self.weights.is_negative {
+            subtract(&mut next, &mut images.centre)
+        } else {
+            add(&mut next, &mut images.centre);
+            true
+        };
+        let is_finite = xhat.iter().chain(next.iter()).all(ComplexField::is_finite);
+        let across = move || {
+            // P s^-T D', with s = S in discrete time.
+            let mut gain = times_transpose(&before, &before);
+            s.solve_lower_triangular_mut(&mut gain).then(|| times_transpose(&gain.transpose(), &images.plus))
+        };
+        (is_factor && is_finite).then(|| (SquareRootEstimate::new(&xhat, &next), across))
+    }
+
+    /// The belief after the measurement y (length p) at time t under the input u, and what was new in it.
+    ///
+    /// `None`, and the belief as it was, if the joint covariance has no factor in floating point: h is not finite at a
+    /// sigma point, or taking the centre away leaves no positive definite matrix.
+    pub fn update(
+        &self,
+        t: T,
+        belief: &mut SquareRootEstimate<T, N>,
+        u: &OVector<T, M>,
+        y: &OVector<T, P>,
+    ) -> Option<Innovation<T, P>> {
+        self.update_partial(t, belief, u, y, |_| true)
+    }
+
+    /// [`update`](Self::update) with those outputs alone for which `measured` is true; the other entries of y are not
+    /// read. What the [gate](Self::with_gate) rejects counts as not measured.
+    pub fn update_partial(
+        &self,
+        t: T,
+        belief: &mut SquareRootEstimate<T, N>,
+        u: &OVector<T, M>,
+        y: &OVector<T, P>,
+        measured: impl Fn(usize) -> bool,
+    ) -> Option<Innovation<T, P>> {
+        let (xhat, s) = (belief.estimate(), belief.factor());
+        let mut kept = OVector::<bool, P>::from_fn_generic(self.factors.v.shape_generic().0, U1, |i, _| measured(i));
+        let (expected, mut joint) = self.joint(t, (&xhat, &s), u, |i| self.gate.is_some() || kept[i])?;
+        let mut value = y - expected;
+        if let Some(gate) = self.gate {
+            for i in 0..value.nrows() {
+                kept[i] = kept[i] && !beyond(gate, value[i], &joint.measured, i);
+            }
+            joint = self.joint(t, (&xhat, &s), u, |i| kept[i])?.1;
+        }
+        (0..value.nrows()).filter(|&i| !kept[i]).for_each(|i| value[i] = T::zero());
+        // G^-1 y~.
+        let mut whitened = value.clone();
+        for i in 0..whitened.nrows() {
+            let entry = (0..i).fold(whitened[i], |entry, k| entry - joint.measured[(i, k)] * whitened[k]);
+            whitened[i] = entry / joint.measured[(i, i)];
+        }
+        let mut next = xhat;
+        for i in 0..next.nrows() {
+            for k in 0..whitened.nrows() {
+                next[i] += joint.cross[(i, k)] * whitened[k];
+            }
+        }
+        *belief = SquareRootEstimate::new(&next, &joint.state);
+        let covariance = times_transpose(&joint.measured, &joint.measured);
+        Some(Innovation { value, covariance, normalized_square: whitened.dot(&whitened) })
+    }
+
+    /// Whether the gate rejects output `output` of the measurement y at time t under the input u; never without a
+    /// [gate](Self::with_gate).
+    pub fn rejects(
+        &self,
+        t: T,
+        belief: &SquareRootEstimate<T, N>,
+        u: &OVector<T, M>,
+        y: &OVector<T, P>,
+        output: usize,
+    ) -> bool {
+        let Some(gate) = self.gate else { return false };
+        let joint = self.joint(t, (&belief.estimate(), &belief.factor()), u, |_| true);
+        joint.is_some_and(|(expected, joint)| beyond(gate, y[output] - expected[output], &joint.measured, output))
+    }
+
+    /// [`step`](SampledObserver::step) without the update.
+    fn finish(&self, t: T, state: &mut SquareRootEstimate<T, N>, u: &OVector<T, M>) {
+        if !self.predict(t, state, u, self.h) {
+            let lost = state.estimate().map(|_| convert::<f64, T>(f64::NAN));
+            *state = SquareRootEstimate::new(&lost, &state.factor());
+        }
+    }
+}
+
+/// Whether entry `i` of an innovation with the covariance `G G'` is beyond so many standard deviations.
+fn beyond<T: RealField + Copy, P: Dim>(gate: T, value: T, g: &OMatrix<T, P, P>, i: usize) -> bool
+where
+    DefaultAllocator: Allocator<P, P>,
+{
+    let mut variance = T::zero();
+    for k in 0..=i {
+        variance += g[(i, k)] * g[(i, k)];
+    }
+    value * value > gate * gate * variance
+}
+
+impl<S, T: RealField + Copy, N: DimAdd<U1>, M: Dim, P: Dim> SampledObserver<T> for UnscentedKalmanFilter<S, T, N, M, P>
+where
+    S: Plant<T, State = OVector<T, N>, Input = OVector<T, M>, Output = OVector<T, P>>,
+    DefaultAllocator: Size<N, M, P> + Allocator<N, DimSum<N, U1>>,
+{
+    type State = SquareRootEstimate<T, N>;
+    type Input = OVector<T, M>;
+    type Output = OVector<T, P>;
+    type Estimate = OVector<T, N>;
+
+    fn dimensions(&self) -> ObserverDimensions {
+        let size = self.plant.dimensions();
+        ObserverDimensions {
+            state: size.states * (size.states + 1),
+            inputs: size.inputs,
+            outputs: size.outputs,
+            estimate: size.states,
+        }
+    }
+
+    fn period(&self) -> T {
+        self.h
+    }
+
+    /// Update and prediction. A sample whose update has no factor is passed over; a prediction without one makes the
+    /// estimate NaN.
+    fn step(&self, t: T, state: &mut Self::State, u: &Self::Input, y: &Self::Output) {
+        self.update(t, state, u, y);
+        self.finish(t, state, u);
+    }
+
+    fn step_partial(&self, t: T, state: &mut Self::State, u: &Self::Input, y: &Self::Output, measured: &[bool]) {
+        if measured.contains(&true) {
+            self.update_partial(t, state, u, y, |output| measured.get(output).copied().unwrap_or(true));
+        }
+        self.finish(t, state, u);
+    }
+
+    fn estimate(&self, state: &Self::State) -> Self::Estimate {
+        state.estimate()
+    }
+
+    fn estimate_into(&self, state: &[T], estimate: &mut [T]) -> bool {
+        // Before the factor.
+        state.get(..estimate.len()).is_some_and(|xhat| put_slice(xhat, estimate))
+    }
+
+    fn initial(&self, _t: T, estimate: &Self::Estimate, _u: &Self::Input, _y: &Self::Output) -> Self::State {
+        SquareRootEstimate::new(estimate, &self.factors.p0)
+    }
+}
+
+impl<S, T: RealField + Copy, N: DimAdd<U1>, M: Dim, P: Dim> CovarianceFilter<T> for UnscentedKalmanFilter<S, T, N, M, P>
+where
+    S: Plant<T, State = OVector<T, N>, Input = OVector<T, M>, Output = OVector<T, P>>,
+    DefaultAllocator: Size<N, M, P> + Allocator<N, DimSum<N, U1>>,
+{
+    fn is_discrete(&self) -> bool {
+        self.substeps.is_none()
+    }
+
+    fn covariance_into(&self, state: &Self::State, p: &mut [T]) -> bool {
+        put_slice(state.covariance().as_slice(), p)
+    }
+
+    fn measure(
+        &self,
+        t: T,
+        state: &mut Self::State,
+        u: &Self::Input,
+        y: &Self::Output,
+        measured: &[bool],
+    ) -> Option<T> {
+        let measured = |output: usize| measured.get(output).copied().unwrap_or(true);
+        self.update_partial(t, state, u, y, measured).map(|innovation| innovation.normalized_square)
+    }
+
+    fn advance(&self, t: T, state: &mut Self::State, u: &Self::Input, duration: T) -> bool {
+        self.predict(t, state, u, duration)
+    }
+
+    fn advance_across(&self, t: T, state: &mut Self::State, u: &Self::Input, duration: T, cross: &mut [T]) -> bool {
+        let Some((next, across)) = self.predicted(t, state, u, duration) else { return false };
+        *state = next;
+        across().is_some_and(|across| put_slice(across.as_slice(), cross))
+    }
+
+    fn rejects_output(&self, t: T, state: &Self::State, u: &Self::Input, y: &Self::Output, output: usize) -> bool {
+        self.rejects(t, state, u, y, output)
+    }
+}

@@ -1,0 +1,54 @@
+//! The H2 filter: a bound of the variance that white noise leaves in the errors that count.
+//!
+//! **Hypotheses.** `P > 0`, `F'P + PF + H'H < 0` and `tr G'PG < gamma^2` for `F = A - LC`, `G = E - LD`; in discrete
+//! time
+//! `F'PF - P + H'H < 0` in place of the second.
+//!
+//! **Theorem.** The error of `xhat' = A xhat + Bu + L(y - C xhat)` tends to 0 exponentially without w, and the transfer
+//! function from w to `z = He` has an H2 norm below gamma.
+//!
+//! **Proof.** In the head of `statement/system_norm.rs`.
+
+use super::super::fields::Fields;
+use super::super::write::Out;
+use super::{Fact, FileError, FilterProblem, Statement};
+use crate::error::ProofError;
+use crate::statement::{Time, bounded_variance, positive};
+
+/// The data of the theorem; the head of the file has statement and proof.
+#[derive(Debug, Clone, PartialEq)]
+pub struct H2Filter(pub FilterProblem);
+
+impl Statement for H2Filter {
+    const NAME: &'static str = "h2-filter";
+
+    fn facts(&self) -> Result<Vec<Fact>, ProofError> {
+        let Self(of) = self;
+        let system = of.system()?;
+        let [decrease, room] = bounded_variance(&system, &of.p, of.gamma)?;
+        Ok(vec![
+            Fact::new("P > 0", positive(&of.p)?),
+            Fact::new(format!("{} < 0", of.decrease()), decrease),
+            Fact::new("tr (E - LD)'P(E - LD) < gamma^2", room),
+        ])
+    }
+
+    fn words(&self) -> String {
+        let noise = match self.0.time {
+            Time::Continuous => "intensity",
+            Time::Discrete => "covariance",
+        };
+        format!(
+            "{}: under white noise w of unit {noise} the sum of the variances of the entries of z is below gamma^2 in the end.",
+            self.0.bounded("H2")
+        )
+    }
+
+    fn read(file: &mut Fields<'_>) -> Result<Self, FileError> {
+        FilterProblem::read(file).map(Self)
+    }
+
+    fn write(&self) -> Vec<(&'static str, Out)> {
+        self.0.write()
+    }
+}

@@ -1,0 +1,55 @@
+//! The H-infinity filter: a bound of the gain in L2 from disturbances and noise to the errors that count.
+//!
+//! **Hypotheses.** `P > 0` and `[F'P + PF + H'H, PG; *, -gamma^2 I] < 0` for `F = A - LC`, `G = E - LD`; in discrete
+//! time
+//! `[F'PF - P + H'H, F'PG; *, G'PG - gamma^2 I] < 0`.
+//!
+//! **Theorem.** The error of `xhat' = A xhat + Bu + L(y - C xhat)` tends to 0 exponentially without w, and the transfer
+//! function from w to `z = He` has an H-infinity norm below gamma.
+//!
+//! **Proof.** In the head of `statement/system_norm.rs` (bounded real lemma).
+
+use super::super::fields::Fields;
+use super::super::write::Out;
+use super::{Fact, FileError, FilterProblem, Statement};
+use crate::error::ProofError;
+use crate::statement::{Time, bounded_real, positive};
+
+/// The data of the theorem; the head of the file has statement and proof.
+#[derive(Debug, Clone, PartialEq)]
+pub struct HInfinityFilter(pub FilterProblem);
+
+impl Statement for HInfinityFilter {
+    const NAME: &'static str = "h-infinity-filter";
+
+    fn facts(&self) -> Result<Vec<Fact>, ProofError> {
+        let Self(of) = self;
+        let system = of.system()?;
+        let inequality = match of.time {
+            Time::Continuous => format!("[{}, P(E - LD); *, -gamma^2 I] < 0", of.decrease()),
+            Time::Discrete => {
+                format!("[{}, (A - LC)'P(E - LD); *, (E - LD)'P(E - LD) - gamma^2 I] < 0", of.decrease())
+            }
+        };
+        Ok(vec![Fact::new("P > 0", positive(&of.p)?), Fact::new(inequality, bounded_real(&system, &of.p, of.gamma)?)])
+    }
+
+    fn words(&self) -> String {
+        let energy = match self.0.time {
+            Time::Continuous => "the integral of |z|^2 from 0 to any T",
+            Time::Discrete => "the sum of |z|^2 from the first sample to any other",
+        };
+        format!(
+            "{}: {energy} is at most e(0)'Pe(0) plus gamma^2 times that of |w|^2, for every w and e(0).",
+            self.0.bounded("H-infinity")
+        )
+    }
+
+    fn read(file: &mut Fields<'_>) -> Result<Self, FileError> {
+        FilterProblem::read(file).map(Self)
+    }
+
+    fn write(&self) -> Vec<(&'static str, Out)> {
+        self.0.write()
+    }
+}

@@ -1,0 +1,76 @@
+//! The reduced-order observer: convergence with the T as stored.
+//!
+//! **Hypotheses.** `C'C + T'T > 0`; with the real matrices `M = (C'C + T'T)^-1 T'` and `F = TAM`, `P > 0` and
+//! `F'P + PF + 2 rate P < 0`.
+//!
+//! **Theorem.** With `N = (C'C + T'T)^-1 C'` the error of `w' = Fw + TAN y + TBu`, `xhat = Mw + Ny` tends to 0
+//! exponentially from every w(0).
+//!
+//! **Proof.** In the head of `statement/reduced_order.rs`.
+
+use super::super::fields::Fields;
+use super::super::write::Out;
+use super::{Fact, Fault, FileError, PlantMatrices, Statement, check_rate, counted, decay, rate_term};
+use crate::error::ProofError;
+use crate::matrix::Matrix;
+use crate::statement::reduced_order;
+
+/// The data of the theorem; the head of the file has statement and proof.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ReducedOrderConvergence {
+    /// The plant.
+    pub plant: PlantMatrices,
+    /// T, q x n, as stored.
+    pub t: Matrix<f64>,
+    /// P, q x q.
+    pub p: Matrix<f64>,
+    /// The rate, 0 or more.
+    pub rate: f64,
+}
+
+impl Statement for ReducedOrderConvergence {
+    const NAME: &'static str = "reduced-order-observer";
+
+    fn facts(&self) -> Result<Vec<Fact>, ProofError> {
+        check_rate(self.rate)?;
+        let found = reduced_order((&self.plant.a, &self.plant.c), &self.t, &self.p, self.rate)?;
+        Ok(vec![
+            Fact::new("C'C + T'T > 0", found.rank),
+            Fact::new("P > 0", found.positive),
+            Fact::new(format!("F'P + PF{} < 0", rate_term(self.rate, "P")), found.decrease),
+        ])
+    }
+
+    fn words(&self) -> String {
+        format!(
+            "For the plant x' = Ax + Bu, y = Cx with {} and the observer w' = Fw + TAN y + TBu, xhat = Mw + Ny with {}, T exactly as stored and the real matrices N = (C'C + T'T)^-1 C', M = (C'C + T'T)^-1 T' and F = TAM: v = w - Tx obeys v' = Fv, the error is xhat - x = Mv, and {}, from every v(0). Nothing is said of a rounding of the other matrices.",
+            self.plant.size(),
+            counted(self.t.rows(), "state"),
+            decay("v'Pv", "v", self.rate)
+        )
+    }
+
+    fn read(file: &mut Fields<'_>) -> Result<Self, FileError> {
+        let plant = PlantMatrices::read(file)?;
+        let mut observer = file.object("observer")?;
+        let field = observer.take("T")?;
+        let t = field.matrix_with_columns(plant.a.rows())?;
+        if t.rows() == 0 {
+            return Err(field.error(Fault::Empty));
+        }
+        observer.finish()?;
+        let mut lyapunov = file.object("lyapunov")?;
+        let p = lyapunov.take("P")?.symmetric(t.rows())?;
+        let rate = lyapunov.rate()?;
+        lyapunov.finish()?;
+        Ok(Self { plant, t, p, rate })
+    }
+
+    fn write(&self) -> Vec<(&'static str, Out)> {
+        vec![
+            self.plant.write(),
+            ("observer", Out::Object(vec![("T", Out::matrix(&self.t))])),
+            ("lyapunov", Out::Object(vec![("P", Out::matrix(&self.p)), ("rate", Out::number(self.rate))])),
+        ]
+    }
+}

@@ -1,0 +1,88 @@
+//! Convergence of the reduced-order observer.
+//!
+//! Plant `x' = A x + B u`, `y = C x`, and a matrix T, q x n, for which `S = [C; T]` has full column rank. With
+//! `S'S = C'C + T'T`, `N = (S'S)^-1 C'` and `M = (S'S)^-1 T'` have `N C + M T = I`. The observer
+//! ```text
+//! w' = F w + G y + TB u,    xhat = M w + N y,    F = TAM,    G = TAN
+//! ```
+//! has `w - Tx = v` with `v' = F w + TAN Cx + TBu - TAx - TBu = F w - TAM Tx = F v`, since `TAN C = TA - TAM T`, and
+//! `xhat - x = M w + N C x - x = M v`. All of it is exact for the real matrices M, N, F and G, which are rational
+//! functions of A, C and T. Their entries are enclosed here, and `F'P + PF + 2 rate P < 0` with `P > 0` is decided.
+
+use super::deployed_cubic::inverse_of_gram;
+use super::{Expression, embed, embed_symmetric};
+use crate::definite::{self, Direction, Sense};
+use crate::error::ProofError;
+use crate::interval::Interval;
+use crate::matrix::Matrix;
+use crate::ring::Ring;
+use crate::verdict::{UndecidedReason, Verdict};
+
+/// What is proved of a reduced-order observer.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ReducedOrder {
+    /// `C'C + T'T > 0`.
+    pub rank: Verdict<Direction>,
+    /// `P > 0`.
+    pub positive: Verdict<Direction>,
+    /// `F'P + PF + 2 rate P < 0`.
+    pub decrease: Verdict<Direction>,
+}
+
+/// Convergence of the reduced-order observer with the stored T at a rate; P is q x q.
+///
+/// ```
+/// use luenberger_proof::{Matrix, statement::reduced_order};
+/// # fn main() -> Result<(), luenberger_proof::ProofError> {
+/// // The double integrator, T = [-4 1]: F = -4.
+/// let (a, c) = (Matrix::from_rows([[0.0, 1.0], [0.0, 0.0]]), Matrix::from_rows([[1.0, 0.0]]));
+/// let (t, p) = (Matrix::from_rows([[-4.0, 1.0]]), Matrix::from_rows([[1.0]]));
+/// let found = reduced_order((&a, &c), &t, &p, 3.9)?;
+/// assert!(found.rank.is_proved() && found.decrease.is_proved());
+/// assert!(reduced_order((&a, &c), &t, &p, 4.1)?.decrease.is_refuted());
+/// # Ok(())
+/// # }
+/// ```
+/// # Errors
+/// [`ProofError`] for shapes that do not fit, entries that are not finite, a P that is not symmetric.
+pub fn reduced_order(
+    (a, c): (&Matrix<f64>, &Matrix<f64>),
+    t: &Matrix<f64>,
+    p: &Matrix<f64>,
+    rate: f64,
+) -> Result<ReducedOrder, ProofError> {
+    let (n, outputs, order) = (a.rows(), c.rows(), t.rows());
+    let a = embed::<Interval>(a, "A", (n, n))?;
+    embed::<Interval>(c, "C", (outputs, n))?;
+    let t_enclosed = embed::<Interval>(t, "T", (order, n))?;
+    let p_enclosed = embed_symmetric::<Interval>(p, "P", order)?;
+    let rate = super::number::<Interval>(rate, "the rate")?;
+    let rank = Rank { c, t }.decide(Sense::PositiveDefinite)?;
+    let positive = definite::decide(p, Sense::PositiveDefinite)?;
+    let inverse = if rank.is_proved() { inverse_of_gram(&Rank { c, t }.evaluate()?)? } else { None };
+    let decrease = match inverse {
+        Some(inverse) => {
+            let flow = t_enclosed.product(&a)?.product(&inverse)?.product(&t_enclosed.transpose())?;
+            let shifted = flow.sum(&Matrix::scalar(order, &rate))?;
+            definite::decide(&p_enclosed.product(&shifted)?.plus_transpose()?, Sense::NegativeDefinite)?
+        }
+        None => Verdict::Undecided { why: UndecidedReason::NotByThisMatrix { name: "P" }, best: f64::NAN },
+    };
+    Ok(ReducedOrder { rank, positive, decrease })
+}
+
+/// `C'C + T'T`.
+struct Rank<'a> {
+    c: &'a Matrix<f64>,
+    t: &'a Matrix<f64>,
+}
+
+impl Expression for Rank<'_> {
+    fn evaluate<R: Ring>(&self) -> Result<Matrix<R>, ProofError> {
+        let square = |m: &Matrix<f64>, what| {
+            let m = Matrix::<R>::embed(m, what)?;
+            m.congruence(&Matrix::scalar(m.rows(), &super::number(1.0, "1")?))
+        };
+        square(self.c, "C")?.sum(&square(self.t, "T")?)
+    }
+}

@@ -1,0 +1,121 @@
+//! Designs of H-infinity and H2 filters, for the plant and for its sampled form.
+
+use luenberger_design::{
+    DesignError, DiscreteDesign, GainOptions, Goal, LinearDesign, Norm, NormFilterDesign, Performance, Time,
+};
+use luenberger_linalg::zero_order_hold;
+use luenberger_plants::StateSpace;
+use luenberger_proof::wording::{at_most, significant};
+
+use super::explain::Misfit;
+use super::linear::measurement;
+use super::noise_gain::NoiseGain;
+use super::runnable::Runnable;
+use super::{Designed, facts, matrix, number, poles, verdict};
+use crate::results::DesignReport;
+use crate::study::{NormFilterSpec, Study};
+
+/// The filter of a plant in continuous time, or in discrete time with this period.
+pub(super) fn norm_filter(
+    study: &Study,
+    plant: &StateSpace,
+    spec: &NormFilterSpec,
+    dt: Option<f64>,
+    options: &GainOptions,
+) -> Result<Designed, Misfit> {
+    let time = if dt.is_some() { Time::Discrete } else { Time::Continuous };
+    let design = NormFilterDesign::new(plant, time, spec.norm, &spec.performance, &spec.goal, options)?;
+    let name = spec.norm.name();
+    let largest = |f: fn(f64, f64) -> f64| {
+        let each = design.poles.iter().map(|pole| f(pole.re, pole.im));
+        each.fold(f64::NEG_INFINITY, f64::max)
+    };
+    let (runnable, decay, speed) = match dt {
+        None => {
+            let rate = -largest(|re, _| re);
+            let words = format!("asymptotic rate exp(-{} t)", significant(rate, 5));
+            (Runnable::Linear(Box::new(design.observer()?)), words, number("decay rate", rate))
+        }
+        Some(dt) => {
+            let radius = largest(f64::hypot);
+            let words = format!("asymptotically by the factor {} at each sample", significant(radius, 5));
+            let runnable = Runnable::DiscreteLinear(Box::new(design.discrete_observer(dt)?));
+            (runnable, words, number("largest modulus of a pole", radius))
+        }
+    };
+    let gamma = at_most(design.gamma, 5);
+    let bound = match (spec.norm, time) {
+        (Norm::HInfinity, Time::Continuous) => format!(
+            "For every w the integral of |H e|^2 is at most gamma^2 times that of |w|^2 plus e(0)'P e(0), gamma = {gamma}"
+        ),
+        (Norm::HInfinity, Time::Discrete) => format!(
+            "For every w the sum of |H e|^2 is at most gamma^2 times that of |w|^2 plus e(0)'P e(0), gamma = {gamma}"
+        ),
+        (Norm::H2, Time::Continuous) => format!(
+            "White noise w of unit intensity leaves H e with variances whose sum is below gamma^2 in the end, gamma = {gamma}"
+        ),
+        (Norm::H2, Time::Discrete) => format!(
+            "White noise w of unit covariance leaves H e with variances whose sum is below gamma^2 in the end, gamma = {gamma}"
+        ),
+    };
+    let mut numbers = vec![speed, number("gamma", design.gamma), number(&format!("{name} norm"), design.norm)];
+    numbers.extend(design.least.map(|least| number(&format!("least {name} norm"), least)));
+    numbers.extend(design.frequency.map(|frequency| number("frequency of the peak", frequency)));
+    let mut noise = NoiseGain::default();
+    if dt.is_none() {
+        noise = NoiseGain::of(study, [(&plant.a, &plant.c)], &design.l);
+        numbers.extend(noise.numbers());
+    }
+    let report = DesignReport {
+        statement: format!(
+            "{bound}. Without w the error tends to 0, for all x(0) and xhat(0); {decay}.{}",
+            measurement(plant)
+        ),
+        matrices: vec![matrix("L", &design.l), matrix("P", &design.p)],
+        poles: poles(&design.poles),
+        numbers,
+        facts: facts(&design.certificate, &[]),
+        verdict: verdict(&design.certificate),
+        evidence: None,
+        noise_deviation: noise.deviation,
+    };
+    Ok(Designed { runnable, report, certificate: Some(design.certificate.clone()) })
+}
+
+/// The filter of the sampled plant, its input and w held over the period h. For H2, w has the covariance `I/h`, which
+/// approaches white noise of unit intensity. A given gain keeps its poles, `exp(h s)`.
+pub(crate) fn sampled(
+    plant: &StateSpace,
+    spec: &NormFilterSpec,
+    h: f64,
+    options: &GainOptions,
+) -> Result<DiscreteDesign, DesignError> {
+    if let Goal::Of(l) = &spec.goal {
+        return DiscreteDesign::sampled(&LinearDesign::with_gain(plant, l.clone())?, h);
+    }
+    let of = &spec.performance;
+    let input = zero_order_hold(&plant.a, &plant.b, h)?;
+    let acting = zero_order_hold(&plant.a, &of.e, h)?;
+    let mut held = StateSpace::new(input.ad, input.bd, plant.c.clone())?;
+    if let Some(d) = &plant.d {
+        held = held.with_feedthrough(d.clone())?;
+    }
+    let size = match spec.norm {
+        Norm::HInfinity => 1.0,
+        Norm::H2 => 1.0 / h.sqrt(),
+    };
+    let of = Performance { e: acting.bd * size, d: &of.d * size, h: of.h.clone() };
+    let design = NormFilterDesign::new(&held, Time::Discrete, spec.norm, &of, &spec.goal, options)?;
+    DiscreteDesign::with_gain(&held, h, design.l.clone())
+}
+
+/// The filter of a plant in discrete time, as the exported observer.
+pub(crate) fn discrete(
+    plant: &StateSpace,
+    spec: &NormFilterSpec,
+    dt: f64,
+    options: &GainOptions,
+) -> Result<DiscreteDesign, DesignError> {
+    let design = NormFilterDesign::new(plant, Time::Discrete, spec.norm, &spec.performance, &spec.goal, options)?;
+    DiscreteDesign::with_gain(plant, dt, design.l.clone())
+}

@@ -1,0 +1,132 @@
+//! The experiment of a study as the page of its report runs it.
+
+use luenberger_live::{Experiment, Kind, Noise, Observer, OperatingPoint, Plant, Rows};
+use luenberger_observers::{DeviationObserver, SampledCubicObserver, SampledObserver};
+use luenberger_plants::StateSpace;
+use luenberger_sim::Integrator;
+use nalgebra::{DMatrix, Dyn};
+
+use super::{Member, scores};
+use crate::design::Runnable;
+use crate::model::{Builtin, Model};
+use crate::signal::{Input, Program};
+use crate::study::Study;
+
+/// The most times that the page shows.
+const SHOWN: usize = 401;
+
+/// The most states: a slider should move without delay.
+const STATES: usize = 12;
+
+/// The most bytes of the certificates of one observer: what a browser verifies while a slider is moved.
+const CERTIFICATES: usize = 200_000;
+
+/// The experiment, and the observers that are not in it; none where the page has no code for the plant, its input or its
+/// measurements.
+pub(crate) fn experiment(study: &Study, members: &[Member<'_>]) -> Option<(Experiment, Vec<String>)> {
+    let simulation = study.simulation.as_ref()?;
+    let plain = study.plant.dt.is_none()
+        && study.truth.is_none()
+        && simulation.sensors.is_empty()
+        && simulation.settings.integrator == Integrator::Auto;
+    if !plain {
+        return None;
+    }
+    let input = match &study.input {
+        Input::Zero => Vec::new(),
+        Input::Program(Program::Expressions(rows)) => rows.iter().map(|row| row.text().to_owned()).collect(),
+        Input::Program(Program::Table(_)) | Input::Feedback { .. } | Input::StateFeedback { .. } => return None,
+    };
+    let mut omitted: Vec<String> = Vec::new();
+    let mut observers = Vec::new();
+    for member in members {
+        match observer(study, member) {
+            Some(observer) => observers.push(observer),
+            None => omitted.push(member.wish.name.clone()),
+        }
+    }
+    let names = &study.plant;
+    let noise = simulation.noise.as_ref().map(|noise| Noise {
+        gaussian: noise.gaussian,
+        amplitude: noise.amplitude.clone(),
+        period: noise.period,
+        seed: noise.seed,
+    });
+    let experiment = Experiment {
+        states: names.states.clone(),
+        units: names.units.clone(),
+        time_unit: names.time_unit.clone(),
+        input,
+        parameters: names.parameters.clone(),
+        hold: simulation.hold,
+        tolerances: [simulation.settings.rtol, simulation.settings.atol],
+        noise,
+        scale: scores::scale(study, simulation),
+        band: simulation.band,
+        score_period: simulation.score_period,
+        observers,
+        ..Experiment::new(plant(study)?, &simulation.x0, simulation.duration, simulation.samples.min(SHOWN))
+    };
+    // An expression with a lookup table has no text that stands alone.
+    let runs = names.states.len() <= STATES && !experiment.observers.is_empty() && experiment.check().is_ok();
+    runs.then_some((experiment, omitted))
+}
+
+fn plant(study: &Study) -> Option<Plant> {
+    match &study.plant.model {
+        Model::Linear(plant) | Model::Builtin(Builtin::DoubleIntegrator(plant) | Builtin::ThirdOrder(plant)) => {
+            Some(Plant::linear(plant))
+        }
+        Model::Expressions(plant) => {
+            let texts =
+                |rows: &[luenberger_expression::Expression]| rows.iter().map(|row| row.text().to_owned()).collect();
+            Some(Plant::Expressions {
+                states: study.plant.states.clone(),
+                inputs: study.plant.inputs.clone(),
+                f: texts(plant.f()),
+                h: texts(plant.h()),
+            })
+        }
+        Model::Builtin(_) => None,
+    }
+}
+
+fn rows(m: &DMatrix<f64>) -> Rows {
+    m.row_iter().map(|row| row.iter().copied().collect()).collect()
+}
+
+fn observer(study: &Study, member: &Member<'_>) -> Option<Observer> {
+    let (kind, point) = match &member.designed.runnable {
+        Runnable::Linear(linear) => (Kind::Linear(linear.clone()), None),
+        Runnable::Cubic(cubic) => (Kind::Cubic(cubic.clone()), None),
+        Runnable::LinearAt(at) => (Kind::Linear(Box::new(at.inner().clone())), Some(point(at))),
+        Runnable::CubicAt(at) => (Kind::Cubic(Box::new(at.inner().clone())), Some(point(at))),
+        Runnable::SampledCubic(sampled) => (sampled_cubic(sampled, &study.plant.model.linear()?), None),
+        Runnable::SampledCubicAt(at) => {
+            (sampled_cubic(at.inner(), &study.operating_point.as_ref()?.linear), Some(point(at)))
+        }
+        Runnable::NonlinearLuenberger(copy) => (Kind::Copy { l: rows(copy.l()) }, None),
+        Runnable::ExtendedKalman(filter) if filter.gate().is_none() => {
+            let noises = filter.noise_model();
+            let period = SampledObserver::<f64>::period(filter.as_ref());
+            let [w, v, p0] = [&noises.w, &noises.v, &noises.p0].map(rows);
+            (Kind::Kalman { w, v, p0, period, substeps: filter.substeps()? }, None)
+        }
+        _ => return None,
+    };
+    let theorems = member.designed.certificate.iter().flat_map(luenberger_design::Certificate::theorems);
+    let files: Option<Vec<String>> =
+        theorems.map(|theorem| Some(theorem.file(&member.wish.name).ok()?.to_json())).collect();
+    let certificates = files.filter(|files| files.iter().map(String::len).sum::<usize>() <= CERTIFICATES);
+    let certificates = certificates.unwrap_or_default();
+    Some(Observer { point, certificates, ..Observer::new(&member.wish.name, kind, &member.wish.initial) })
+}
+
+fn sampled_cubic(observer: &SampledCubicObserver<f64, Dyn, Dyn, Dyn>, plant: &StateSpace) -> Kind {
+    Kind::SampledCubic { observer: Box::new(observer.clone()), a: rows(&plant.a), b: rows(&plant.b) }
+}
+
+fn point<O>(at: &DeviationObserver<O, f64, Dyn, Dyn, Dyn>) -> OperatingPoint {
+    let [x, u, y] = [at.x0(), at.u0(), at.y0()].map(|entries| entries.as_slice().to_vec());
+    OperatingPoint { x, u, y }
+}

@@ -1,0 +1,23 @@
+//! The section in which the page runs the experiment itself.
+
+use luenberger_figures::{Section, colours};
+use luenberger_live::{Experiment, page};
+
+use crate::error::StudyError;
+
+/// Sliders, figures, scores and verdicts, and which observers are not among them.
+pub(super) fn section(experiment: &Experiment, omitted: &[String]) -> Result<Section, StudyError> {
+    let block = page::block("live", experiment, &colours())
+        .map_err(|why| StudyError::Output { what: "report.html".to_owned(), why: why.to_string() })?;
+    let section = Section::new("Live simulation").prose(
+        "This page contains the simulation, the observers and the verification of their certificates, compiled to \
+         WebAssembly. Each slider is a factor of the value in the study. With other gains the inequalities of the \
+         certificate are evaluated again, with the same P: not certified means that this P does not prove \
+         convergence, not that the observer diverges.",
+    );
+    let section = section.html(block);
+    if omitted.is_empty() {
+        return Ok(section);
+    }
+    Ok(section.prose(format!("Not simulated in this page: {}.", omitted.join(", "))))
+}

@@ -1,0 +1,102 @@
+//! H-infinity and H2 filters in studies.
+
+use std::path::Path;
+use std::sync::atomic::AtomicBool;
+
+use luenberger_proof::certificate::Theorem;
+use luenberger_study::deployment::{SampledDesign, sampled};
+use luenberger_study::design::{Designed, NoDesign, design};
+use luenberger_study::{Format, Study, StudyError};
+
+fn read(text: &str) -> Result<Study, StudyError> {
+    Study::from_text("study.toml", text, Format::Toml, Path::new("."))
+}
+
+fn designed(study: &Study) -> Result<Designed, NoDesign> {
+    design(study, &study.observers[0], &AtomicBool::new(false))
+}
+
+/// `x' = -x + w1`, `y = x + w2`: the least norms are sqrt(1/2), and sqrt(sqrt(2) - 1) by the Riccati equation.
+fn scalar(kind: &str, rest: &str) -> String {
+    format!("[plant]\na = [[-1]]\nc = [[1]]\n[[observer]]\nname = \"o\"\nkind = \"{kind}\"\ne = [[1, 0]]\n{rest}\n")
+}
+
+#[test]
+fn the_norms_of_a_scalar_plant_are_those_by_hand() {
+    let least = |kind: &str, name: &str, expected: f64| {
+        let found = designed(&read(&scalar(kind, "d = [[0, 1]]")).unwrap()).unwrap();
+        assert_eq!(found.report.verdict, "proved");
+        let number = |name: &str| found.report.number(name).unwrap();
+        assert!((number(&format!("least {name} norm")) - expected).abs() < 1e-5, "{:?}", found.report.numbers);
+        assert!(number("gamma") < 1.011 * expected && number(&format!("{name} norm")) < number("gamma"));
+        found
+    };
+    let found = least("h-infinity", "H-infinity", 0.5f64.sqrt());
+    let certificate = found.certificate.unwrap();
+    assert!(matches!(certificate.theorems()[0].theorem(), Theorem::HInfinityFilter(_)));
+    assert!(found.report.statement.contains("at most gamma^2 times that of |w|^2"), "{}", found.report.statement);
+    let found = least("h2", "H2", (2f64.sqrt() - 1.0).sqrt());
+    assert!(matches!(found.certificate.unwrap().theorems()[0].theorem(), Theorem::H2Filter(_)));
+    // Only the error of a combination counts, with a unit of its own.
+    let found = designed(&read(&scalar("h2", "d = [[0, 1]]\nh = [[10]]")).unwrap()).unwrap();
+    let expected = 10.0 * (2f64.sqrt() - 1.0).sqrt();
+    assert!((found.report.number("H2 norm").unwrap() - expected).abs() < 1e-4);
+    // L = 2: sqrt(1 + 4)/3.
+    let found = designed(&read(&scalar("h-infinity", "d = [[0, 1]]\ngain = [[2]]")).unwrap()).unwrap();
+    assert!((found.report.number("H-infinity norm").unwrap() - 5f64.sqrt() / 3.0).abs() < 1e-9);
+}
+
+#[test]
+fn a_plant_in_discrete_time_has_its_own_filter() {
+    // x+ = x/2 + w1, y = x + w2: the prediction error has P^2 - P/4 - 1 = 0 at the optimum, P = (1 + sqrt(65))/8.
+    let text = "[plant]\na = [[0.5]]\nc = [[1]]\ndt = 0.1\n[[observer]]\nkind = \"h2\"\ne = [[1, 0]]\nd = [[0, 1]]\n";
+    let study = read(text).unwrap();
+    let found = designed(&study).unwrap();
+    let variance = (1.0 + 65f64.sqrt()) / 8.0;
+    assert!((found.report.number("H2 norm").unwrap() - variance.sqrt()).abs() < 1e-5, "{:?}", found.report.numbers);
+    assert_eq!(found.report.verdict, "proved");
+    let step = sampled(&study, &study.observers[0], None, None).unwrap();
+    let SampledDesign::Linear(step) = step.design else { panic!() };
+    assert_eq!(step.observer.l(), &nalgebra::DMatrix::from_element(1, 1, found.report.matrices[0].rows[0][0]));
+}
+
+#[test]
+fn the_exported_filter_is_that_of_the_sampled_plant() {
+    for (kind, rest) in [("h2", ""), ("h-infinity", "gamma = 0.9")] {
+        let study = read(&scalar(kind, &format!("d = [[0, 1]]\n{rest}"))).unwrap();
+        let continuous = designed(&study).unwrap();
+        let period = 1e-4;
+        let step = sampled(&study, &study.observers[0], Some(period), None).unwrap();
+        let SampledDesign::Linear(step) = step.design else { panic!() };
+        // A small step of the observer in continuous time: L_d/h tends to L.
+        let l = continuous.report.matrices[0].rows[0][0];
+        let found = step.observer.l()[(0, 0)] / period;
+        let tolerance = if kind == "h2" { 1e-2 } else { 0.5 };
+        assert!((found / l - 1.0).abs() < tolerance, "{kind}: {found} and {l}");
+        assert!(step.certificate.is_proved());
+    }
+}
+
+#[test]
+fn what_fails_is_named() {
+    let why = |kind: &str, rest: &str| match designed(&read(&scalar(kind, rest)).unwrap()) {
+        Err(NoDesign::Misfit(failure)) => (failure.hypothesis, failure.alternatives.join("; ")),
+        other => panic!("{other:?}"),
+    };
+    let (why_not, instead) = why("h-infinity", "d = [[0, 1]]\ngamma = 0.5");
+    assert!(why_not.contains("less than 0.7071") && why_not.contains("0.5 is not attainable"), "{why_not}");
+    assert!(instead.contains("`gamma` above 0.7071"), "{instead}");
+    let (why_not, instead) = why("h2", "d = [[0, 0]]");
+    assert!(why_not.contains("D does not have full row rank"), "{why_not}");
+    assert!(instead.contains("max_gain"), "{instead}");
+    assert!(designed(&read(&scalar("h2", "d = [[0, 0]]\nmax_gain = 5")).unwrap()).is_ok());
+    let (why_not, _) = why("h2", "d = [[0, 1]]\ngain = [[-2]]");
+    assert!(why_not.contains("A - L C is not Hurwitz"), "{why_not}");
+    let wrong = |kind: &str, rest: &str| read(&scalar(kind, rest)).unwrap_err().to_string();
+    assert!(wrong("h2", "d = [[0, 1, 0]]").contains("expected 1 x 2"), "{}", wrong("h2", "d = [[0, 1, 0]]"));
+    assert!(wrong("h2", "").contains("`d`"), "{}", wrong("h2", ""));
+    assert!(wrong("h2", "d = [[0, 1]]\nh = [[1, 0]]").contains("`h` is 1 x 2"));
+    assert!(wrong("h2", "d = [[0, 1]]\ngamma = 1\ngain = [[1]]").contains("conflicts"));
+    assert!(wrong("h2", "d = [[0, 1]]\ngain = [[1]]\nmax_gain = 2").contains("conflicts"));
+    assert!(wrong("h2", "d = [[0, 1]]\ngamma = 0").contains("gamma"));
+}

@@ -1,0 +1,93 @@
+//! Reduced-order observers in studies.
+
+use std::path::Path;
+use std::sync::atomic::AtomicBool;
+
+use luenberger_proof::certificate::Theorem;
+use luenberger_study::deployment::{SampledDesign, sampled};
+use luenberger_study::design::{Designed, NoDesign, design};
+use luenberger_study::execute::Step;
+use luenberger_study::{Format, RunOptions, Study, StudyError, execute};
+
+fn read(text: &str) -> Result<Study, StudyError> {
+    Study::from_text("study.toml", text, Format::Toml, Path::new("."))
+}
+
+fn designed(study: &Study) -> Result<Designed, NoDesign> {
+    design(study, &study.observers[0], &AtomicBool::new(false))
+}
+
+/// MATLAB's example of a minimum-order observer, Ogata, Modern Control Engineering, 5th ed., example 10-8: `x1' = x2`,
+/// `x2' = x3`, `x3' = -6 x1 - 11 x2 - 6 x3 + u`, `y = x1`, poles -2 +- j 2 sqrt 3, for which Ke = [-2; 17].
+const OGATA: &str = r#"[plant]
+a = [[0, 1, 0], [0, 0, 1], [-6, -11, -6]]
+b = [[0], [0], [1]]
+c = [[1, 0, 0]]
+[input]
+expressions = ["sin(t)"]
+[simulation]
+x0 = [1, -1, 2]
+duration = 8
+hold = 0.01
+[[observer]]
+name = "o"
+kind = "reduced-order"
+poles = [[-2, 3.4641016151377544], [-2, -3.4641016151377544]]
+"#;
+
+#[test]
+fn the_gain_is_that_of_the_textbook() {
+    let study = read(OGATA).unwrap();
+    let found = designed(&study).unwrap();
+    assert_eq!(found.report.verdict, "proved");
+    let certificate = found.certificate.unwrap();
+    let Theorem::ReducedOrderConvergence(theorem) = certificate.theorems()[0].theorem() else { panic!() };
+    // T = [-Ke I] up to a change of the coordinates of w: the rows of Ke follow from its right block.
+    let t = nalgebra::DMatrix::from_fn(2, 3, |i, j| theorem.t[(i, j)]);
+    let ke = -t.columns(1, 2).into_owned().try_inverse().unwrap() * t.column(0);
+    assert!((ke[0] + 2.0).abs() < 1e-9 && (ke[1] - 17.0).abs() < 1e-9, "{ke}");
+    let mut poles = found.report.poles;
+    poles.sort_by(|a, b| a[1].total_cmp(&b[1]));
+    assert!((poles[1][0] + 2.0).abs() < 1e-9 && (poles[1][1] - 12f64.sqrt()).abs() < 1e-9, "{poles:?}");
+}
+
+#[test]
+fn it_runs_and_its_step_follows() {
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("reduced-order");
+    let _ = std::fs::remove_dir_all(&folder);
+    let study = read(OGATA).unwrap();
+    execute(&study, Step::Run, &RunOptions { output: Some(folder.clone()), ..RunOptions::default() }).unwrap();
+    let csv = std::fs::read_to_string(folder.join("trajectories/o.csv")).unwrap();
+    let row = |line: &str| -> Vec<f64> { line.split(',').map(|x| x.parse().unwrap()).collect() };
+    let (first, last) = (row(csv.lines().nth(1).unwrap()), row(csv.lines().last().unwrap()));
+    // t, three states, u, y, three estimates: that of the output is exact from the start.
+    assert!(first.len() == 9 && (first[1] - first[6]).abs() < 1e-12, "{first:?}");
+    for k in 1..=3 {
+        assert!((last[k] - last[k + 5]).abs() < 1e-5, "{last:?}");
+    }
+    luenberger_proof::certificate::verify(&std::fs::read(folder.join("certificates/o.json")).unwrap()).unwrap();
+    let step = sampled(&study, &study.observers[0], Some(0.01), None).unwrap();
+    assert!(matches!(step.design, SampledDesign::Extension(_)));
+}
+
+#[test]
+fn what_fails_is_named() {
+    let text = |a: &str, c: &str, poles: &str| {
+        format!("[plant]\na = {a}\nc = {c}\n[[observer]]\nkind = \"reduced-order\"\npoles = {poles}\n")
+    };
+    let wrong = |a: &str, c: &str, poles: &str| read(&text(a, c, poles)).unwrap_err().to_string();
+    let pair = "[[0, 1], [0, 0]]";
+    let said = wrong(pair, "[[1, 0]]", "[-1, -2]");
+    assert!(said.contains("of 2 states the outputs leave 1"), "{said}");
+    assert!(wrong(pair, "[[1, 0]]", "[1]").contains("left half plane"));
+    assert!(
+        wrong(pair, "[[1, 0], [0, 1]]", "[]").contains("no state is left")
+            || wrong(pair, "[[1, 0], [0, 1]]", "[]").contains("poles")
+    );
+    match designed(&read(&text(pair, "[[0, 1]]", "[-1]")).unwrap()) {
+        Err(NoDesign::Misfit(failure)) => {
+            assert!(failure.hypothesis.contains("not observable"), "{}", failure.hypothesis)
+        }
+        other => panic!("{other:?}"),
+    }
+}

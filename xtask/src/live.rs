@@ -1,0 +1,228 @@
+//! The WebAssembly module of reports: built, packed, and compared in a browser with the results of this machine.
+
+use std::fs;
+use std::io::Write;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Stdio};
+
+use base64::Engine;
+use base64::engine::general_purpose::STANDARD;
+use flate2::Compression;
+use flate2::write::GzEncoder;
+use serde_json::{Value, json};
+use sha2::{Digest, Sha256};
+
+use crate::step::{Failure, cargo, is_installed, program, root, target};
+
+const TARGET: &str = "wasm32-unknown-unknown";
+const ASSET: &str = "crates/live/assets/luenberger-live.wasm.gz.base64";
+const README: &str = "crates/live/assets/README.md";
+const BROWSERS: [&str; 4] = ["chromium", "chromium-browser", "google-chrome", "chrome"];
+
+/// Templates whose reports are opened, and the positions of the sliders that are tried in each: gain, cubic, noise,
+/// error, period.
+const REPORTS: [&str; 4] = ["double-integrator", "duffing", "chaotic", "cuk"];
+const POSITIONS: [[f64; 5]; 5] = [
+    [1.0, 1.0, 1.0, 1.0, 1.0],
+    [2.0, 1.0, 1.0, 1.0, 1.0],
+    [0.5, 0.0, 2.0, 3.0, 1.0],
+    [1.0, 4.0, 0.0, 0.25, 2.0],
+    [8.0, 16.0, 5.0, 5.0, 0.125],
+];
+
+/// Builds the module. With `check` the committed one stays, and both have to give the results of this machine.
+pub(crate) fn run(check: bool) -> Result<(), Failure> {
+    let Some(module) = build()? else {
+        eprintln!("── NOT RUN: the module of reports (rustup target add {TARGET})");
+        return Ok(());
+    };
+    let packed = pack(&module)?;
+    let at = root().join(ASSET);
+    let committed = fs::read_to_string(&at).unwrap_or_default();
+    if !check && packed != committed {
+        fs::write(&at, &packed).map_err(|source| Failure::io(&at, source))?;
+        digest(&module)?;
+        eprintln!("── {ASSET}: {} bytes, {} packed", module.len(), packed.len());
+    }
+    let Some(browser) = BROWSERS.into_iter().find(|name| is_installed(name)) else {
+        eprintln!("── NOT RUN: the module in a browser (one of {} is needed)", BROWSERS.join(", "));
+        return Ok(());
+    };
+    cargo(&["build", "--package", "luenberger-cli"]).step("command")?;
+    cargo(&["build", "--package", "luenberger-live", "--example", "native"]).step("results of this machine")?;
+    let both = [("built", packed.as_str()), ("committed", committed.as_str())];
+    let modules = if check { &both[..] } else { &both[..1] };
+    for name in REPORTS {
+        compare(browser, name, &of_template(name)?, modules)?;
+    }
+    let papers = target().join("live/papers");
+    cargo(&["run", "--quiet", "--package", "luenberger-reproduce", "--"]).argument(&papers).quiet_output("papers")?;
+    compare(browser, "papers", &papers.join("report.html"), modules)
+}
+
+/// The module; none without the target.
+fn build() -> Result<Option<Vec<u8>>, Failure> {
+    let library = program("rustc").arguments(&["--print", "target-libdir", "--target", TARGET]);
+    let library = library.quiet_output("rustc")?;
+    if !Path::new(library.trim()).is_dir() {
+        return Ok(None);
+    }
+    // Panics name the files of the source: without the folders of this machine.
+    let mut flags = vec![format!("--remap-path-prefix={}=luenberger", root().display())];
+    let home = std::env::var_os("CARGO_HOME").map(PathBuf::from);
+    let home = home.or_else(|| std::env::var_os("HOME").map(|home| PathBuf::from(home).join(".cargo")));
+    for registry in home.iter().filter_map(|home| fs::read_dir(home.join("registry/src")).ok()).flatten().flatten() {
+        flags.push(format!("--remap-path-prefix={}=crates", registry.path().display()));
+    }
+    let arguments = [
+        "rustc",
+        "--package",
+        "luenberger-live",
+        "--lib",
+        "--no-default-features",
+        "--crate-type",
+        "cdylib",
+        "--profile",
+        "live",
+        "--target",
+        TARGET,
+    ];
+    cargo(&arguments).variable("CARGO_ENCODED_RUSTFLAGS", &flags.join("\u{1f}")).step("module")?;
+    let file = target().join(TARGET).join("live/luenberger_live.wasm");
+    fs::read(&file).map(Some).map_err(|source| Failure::io(file, source))
+}
+
+/// gzip in base64, in lines of 120 letters.
+fn pack(module: &[u8]) -> Result<String, Failure> {
+    let mut encoder = GzEncoder::new(Vec::new(), Compression::best());
+    let packed = encoder.write_all(module).and_then(|()| encoder.finish());
+    let letters = STANDARD.encode(packed.map_err(|source| Failure::io(ASSET, source))?);
+    let lines: Vec<&str> =
+        (0..letters.len()).step_by(120).map(|at| &letters[at..letters.len().min(at + 120)]).collect();
+    Ok(lines.join("\n") + "\n")
+}
+
+/// Writes the digest into the page beside the module.
+fn digest(module: &[u8]) -> Result<(), Failure> {
+    let at = root().join(README);
+    let text = fs::read_to_string(&at).map_err(|source| Failure::io(&at, source))?;
+    let new = format!("{:x}", Sha256::digest(module));
+    let is_digest = |word: &&str| word.len() == 64 && word.bytes().all(|byte| byte.is_ascii_hexdigit());
+    let old = text.split(|c: char| !c.is_ascii_alphanumeric()).find(is_digest).unwrap_or_default();
+    let text = if old.is_empty() { text } else { text.replace(old, &new) };
+    fs::write(&at, text).map_err(|source| Failure::io(at, source))
+}
+
+/// The report of a template.
+fn of_template(name: &str) -> Result<PathBuf, Failure> {
+    let folder = target().join("live").join(name);
+    fs::create_dir_all(&folder).map_err(|source| Failure::io(&folder, source))?;
+    let command = target().join("debug/luenberger");
+    let (study, results) = (folder.join("study.toml"), folder.join("results"));
+    program(&command).arguments(&["new", "--force", "--plant", name, "-o"]).argument(&study).quiet_output("new")?;
+    let run = program(&command).argument("run").argument(&study).arguments(&["--force", "-o"]).argument(&results);
+    run.quiet_output("run")?;
+    Ok(results.join("report.html"))
+}
+
+/// Opens a report with each module and compares what its page computes with this machine's results.
+fn compare(browser: &str, name: &str, page: &Path, modules: &[(&str, &str)]) -> Result<(), Failure> {
+    let failed = |what: String| Failure::Live(format!("{name}: {what}"));
+    let html = fs::read_to_string(page).map_err(|source| Failure::io(page, source))?;
+    let mut expected: Vec<Vec<Value>> = Vec::new();
+    // The experiments of the page, in its order.
+    for part in html.split("<script type=\"application/json\" id=\"live").skip(1) {
+        let data = part.split_once("-data\">").and_then(|(_, rest)| rest.split_once("</script>"));
+        let (data, _) = data.ok_or_else(|| failed("a block without data".to_owned()))?;
+        let data: Value = serde_json::from_str(data).map_err(|error| failed(error.to_string()))?;
+        expected.push(native(&data["experiment"])?);
+    }
+    let embedded = html.split_once("id=\"live-module\">").and_then(|(_, rest)| rest.split_once("</script>"));
+    let (embedded, _) = embedded.ok_or_else(|| failed("no module".to_owned()))?;
+    let script = format!("<script>{}</script></body>", SCRIPT.replace("POSITIONS", &json!(POSITIONS).to_string()));
+    for (which, module) in modules {
+        let page = page.with_file_name(format!("test-{which}.html"));
+        let test = html.replace(embedded, module).replace("</body>", &script);
+        fs::write(&page, test).map_err(|source| Failure::io(&page, source))?;
+        for (width, dark) in [(800, false), (1400, true)] {
+            let found = browse(browser, &page, width, dark)?;
+            let found: Value = serde_json::from_str(&found).map_err(|_| failed(format!("the page says: {found}")))?;
+            for (what, wanted) in
+                [("errors", json!([])), ("wide", json!([])), ("dark", json!(dark)), ("moved", json!(true))]
+            {
+                if found[what] != wanted {
+                    return Err(failed(format!("{which} module, {width} px, {what}: {}", found[what])));
+                }
+            }
+            let results = found["results"].as_array().map_or(&[][..], Vec::as_slice);
+            if results.len() != expected.len() {
+                return Err(failed(format!("{} of {} blocks ran", results.len(), expected.len())));
+            }
+            for (k, (found, expected)) in results.iter().zip(&expected).enumerate() {
+                let found = found.as_array().map_or(&[][..], Vec::as_slice);
+                let other = POSITIONS.iter().enumerate().find(|(i, _)| found.get(*i) != expected.get(*i));
+                if let Some((_, position)) = other {
+                    let what = format!("block {}: other results at {position:?}, {which} module", k + 1);
+                    return Err(failed(what));
+                }
+            }
+        }
+    }
+    let pdf = page.with_extension("pdf");
+    let to = format!("--print-to-pdf={}", pdf.display());
+    chromium(browser, &[&to], page)?;
+    let printed = fs::metadata(&pdf).map_or(0, |file| file.len());
+    if printed < 20_000 {
+        return Err(failed(format!("printed, the report has {printed} bytes")));
+    }
+    eprintln!(
+        "── {name}: {} x {} positions of the sliders, the same bits; page of {} bytes",
+        expected.len(),
+        POSITIONS.len(),
+        html.len()
+    );
+    Ok(())
+}
+
+/// What this machine computes.
+fn native(experiment: &Value) -> Result<Vec<Value>, Failure> {
+    let sliders: Vec<Value> = POSITIONS
+        .iter()
+        .map(|[gain, cubic, noise, error, period]| {
+            json!({ "gain": gain, "cubic": cubic, "noise": noise, "error": error, "period": period })
+        })
+        .collect();
+    let at = target().join("debug/examples/native");
+    let io = |source| Failure::io(&at, source);
+    let mut child = Command::new(&at).stdin(Stdio::piped()).stdout(Stdio::piped()).spawn().map_err(io)?;
+    let request = json!({ "experiment": experiment, "sliders": sliders }).to_string();
+    if let Some(mut input) = child.stdin.take() {
+        input.write_all(request.as_bytes()).map_err(io)?;
+    }
+    let output = child.wait_with_output().map_err(io)?;
+    serde_json::from_slice(&output.stdout).map_err(|error| Failure::Live(format!("results of this machine: {error}")))
+}
+
+/// The page with its scripts run, as the browser has it.
+fn chromium(browser: &str, arguments: &[&str], page: &Path) -> Result<String, Failure> {
+    let url = format!("file://{}", page.display());
+    let quiet = ["--headless=new", "--no-sandbox", "--disable-gpu", "--virtual-time-budget=120000", "--timeout=120000"];
+    let mut command = Command::new(browser);
+    let output = command.args(quiet).args(arguments).arg(url).stderr(Stdio::null()).output();
+    let output = output.map_err(|source| Failure::io(browser, source))?;
+    Ok(String::from_utf8_lossy(&output.stdout).into_owned())
+}
+
+/// What the script of the test left in the page.
+fn browse(browser: &str, page: &Path, width: u32, dark: bool) -> Result<String, Failure> {
+    let size = format!("--window-size={width},1000");
+    // 0 is dark.
+    let scheme = format!("--blink-settings=preferredColorScheme={}", u8::from(!dark));
+    let dom = chromium(browser, &["--dump-dom", &size, &scheme], page)?;
+    let found = dom.split_once("id=\"test-result\">").and_then(|(_, rest)| rest.split_once("</pre>"));
+    let found = found.map_or("nothing", |(found, _)| found);
+    Ok(found.replace("&lt;", "<").replace("&gt;", ">").replace("&amp;", "&"))
+}
+
+/// Runs the positions of the sliders in the page and writes what it found into it.
+const SCRIPT: &str = include_str!("live.js");
