@@ -94,6 +94,11 @@ class Observer:
         with file.object("operation") as operation:
             lists = (("x", n), ("u", inputs), ("v", outputs), ("e(0)", n))
             self.x, self.u, self.v, self.first = (read_bounds(operation.take(name), length) for name, length in lists)
+            deviation = operation.optional("dA")
+            self.deviates = bool(deviation)
+            if self.deviates:
+                self.da = read_bound_matrix(deviation, n, n)
+                self.db = read_bound_matrix(operation.take("dB"), n, inputs)
         with file.object("lyapunov") as proof:
             self.p = proof.take("P").symmetric(n)
         running = file.optional("running")
@@ -128,6 +133,13 @@ def read_bound(field):
 
 def read_bounds(field, length):
     return Matrix.of([[read_bound(item)] for item in field.items(length)], 1)
+
+
+def read_bound_matrix(field, rows, columns):
+    found = field.matrix(rows, columns)
+    if any(x < 0 for x in found.entries()):
+        field.fail("has a negative bound")
+    return found
 
 
 class Step:
@@ -177,6 +189,9 @@ class Step:
             stages.append(("a stored number", self.same(1, most), largest))
         inputs = abs(o.sb) @ u
         added = abs(o.b - o.sb) @ u
+        if o.deviates:
+            # The plant moves by (A + dA) x + (B + dB) u, the observer by what it has stored.
+            added += o.da @ x + o.db @ u
         bend = Matrix.zeros(n, n + 1)
         products = n + o.inputs + o.outputs
         if o.step == "joined":
@@ -415,7 +430,13 @@ def deployed_observer(file):
             facts.append((f"limsup |e_{i + 1}| <= running.limsup[{i}]", without_margin(lambda i=i: entry(i))))
     return (
         words.deployed_observer(
-            o.n, o.inputs, o.outputs, o.step, o.stored_in.name, o.running_in.name if o.claims else None
+            o.n,
+            o.inputs,
+            o.outputs,
+            o.step,
+            o.stored_in.name,
+            o.running_in.name if o.claims else None,
+            o.deviates,
         ),
         facts,
     )

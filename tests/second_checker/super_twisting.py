@@ -11,7 +11,8 @@ def super_twisting_observer(file):
 
     with file.object("observer") as observer:
         k1, k2 = taken(observer, "k1"), taken(observer, "k2")
-    bound = taken(file, "bound")
+    with file.object("bounds") as bounds:
+        bound = taken(bounds, "F")
     with file.object("lyapunov") as proof:
         p = proof.take("P").symmetric(2)
         alpha, c = taken(proof, "alpha"), taken(proof, "c")

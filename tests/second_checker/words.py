@@ -397,11 +397,12 @@ def unknown_input_observer(states, inputs, unknown, outputs, has_cubic, rate):
 
 
 def reduced_order_observer(states, inputs, outputs, order, rate):
+    decay_of_v = decay(rate, "v'Pv", "v")
     return (
         f"For the plant x' = Ax + Bu, y = Cx with {sizes(states, inputs, outputs)} and the observer w' = Fw + TAN y + "
         f"TBu, xhat = Mw + Ny with {counted(order, 'state')}, T exactly as stored and the real matrices "
         "N = (C'C + T'T)^-1 C', M = (C'C + T'T)^-1 T' and F = TAM: v = w - Tx obeys v' = Fv, the error is "
-        f"xhat - x = Mv, and {decay(rate, "v'Pv", 'v')}, from every v(0). Nothing is said of a rounding of the other "
+        f"xhat - x = Mv, and {decay_of_v}, from every v(0). Nothing is said of a rounding of the other "
         "matrices."
     )
 
@@ -524,7 +525,13 @@ STEPS = {
 STEPS["accumulated"] = STEPS["innovation"]
 
 
-def running_claim(step, stored, running):
+def running_claim(step, stored, running, deviates):
+    plant = "on the real plant"
+    if deviates:
+        plant = (
+            "on every plant x+ = (A + dA)x + (B + dB)u whose |dA| and |dB| are at most operation.dA and operation.dB, "
+            "entry by entry and perhaps differently in every step,"
+        )
     flow, operands = "", "" if stored == running else "the stored numbers entering as they are, "
     if step == "cubic":
         flow = (
@@ -540,16 +547,16 @@ def running_claim(step, stored, running):
         rounded = "each operation rounded to nearest, with or without fused multiply-adds"
     return (
         f"As it runs in {running},{flow} {rounded}, {operands}sums in any order, y rounded to nearest, u and xhat(0) "
-        f"being numbers of {running}, on the real plant and while |x|, |u|, |v| and |e(0)| keep the bounds of "
+        f"being numbers of {running}, {plant} and while |x|, |u|, |v| and |e(0)| keep the bounds of "
         "operation: the error e never makes sqrt(e'Pe) larger than running.start, limsup |e_i| is at most "
         "running.limsup[i] (counted from 0), and no result of any of these operations leaves the range of "
         f"{running}."
     )
 
 
-def deployed_observer(states, inputs, outputs, step, stored, running):
+def deployed_observer(states, inputs, outputs, step, stored, running, deviates):
     observer, error = STEPS[step]
-    claim = running_claim(step, stored, running) if running else "Nothing is said of the rounding of its steps."
+    claim = running_claim(step, stored, running, deviates) if running else "Nothing is said of the rounding of its steps."
     return (
         f"For the sampled plant x+ = Ax + Bu, y = Cx + v with {sizes(states, inputs, outputs)}, and {observer}, "
         f"with all its matrices stored in {stored}, to nearest, ties to even: with the numbers exactly as stored and "

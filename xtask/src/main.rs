@@ -1,6 +1,6 @@
 //! The workspace's own commands: `cargo xtask reproduce`, `cargo xtask test`, `cargo xtask docs`,
 //! `cargo xtask bench linalg`, `cargo xtask bench lmi`, `cargo xtask bench proof`, `cargo xtask bench sim`,
-//! `cargo xtask bench step`, `cargo xtask bench sweep`,
+//! `cargo xtask bench observers`, `cargo xtask bench step`, `cargo xtask bench sweep`,
 //! `cargo xtask stress proof`, `cargo xtask stress theorems`, `cargo xtask mutate`, `cargo xtask firmware`,
 //! `cargo xtask deploy`, `cargo xtask cluster`, `cargo xtask live`, `cargo xtask python`.
 //!
@@ -46,13 +46,13 @@ enum Command {
     },
     /// Build the book of docs/ with mdbook: target/book/index.html
     Docs,
-    /// Measure beside other tools (needs python3 and the network, for the other tools)
+    /// Measure beside other tools (needs python3 and the network, for the other tools), or observers beside each other
     Bench {
         what: Subject,
         /// Only plants or matrices of at most this order (lmi, linalg), or sweeps of at most so many runs (sweep)
         #[arg(long)]
         largest: Option<usize>,
-        /// Put the table into its page in docs as well (linalg, lmi, sim, step, sweep)
+        /// Put the table into its page in docs as well (linalg, lmi, observers, sim, step, sweep)
         #[arg(long)]
         document: bool,
         /// The folder of `.dat-s` files, from the root of the workspace (proof)
@@ -132,6 +132,8 @@ enum Subject {
     Linalg,
     /// The joint design of the cubic observer, beside cvxpy with Clarabel and with SCS
     Lmi,
+    /// All kinds of observers on a dozen plants, tuned by `luenberger advise`; some minutes, without other tools
+    Observers,
     /// Proved bounds of semidefinite programs, beside the published optima
     Proof,
     /// Trajectories, beside scipy and Rust crates
@@ -149,6 +151,7 @@ fn main() -> ExitCode {
         Command::Docs => docs(),
         Command::Bench { what: Subject::Linalg, largest, document, .. } => bench::linalg::run(largest, document),
         Command::Bench { what: Subject::Lmi, largest, document, .. } => bench::lmi::run(largest, document),
+        Command::Bench { what: Subject::Observers, document, .. } => bench::observers::run(document),
         Command::Bench { what: Subject::Proof, instances, .. } => bench::proof::run(&instances),
         Command::Bench { what: Subject::Sim, document, .. } => bench::sim::run(document),
         Command::Bench { what: Subject::Step, document, .. } => bench::sim::steps(document),

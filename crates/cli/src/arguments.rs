@@ -2,12 +2,13 @@
 
 use crate::exit::WRONG;
 use crate::input::Source;
-use crate::limit::Limit;
+use crate::limit::{Limit, time};
 use crate::output;
 use clap::error::ErrorKind;
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use luenberger_export::FixedPointFormat;
 use luenberger_lmi::Solver;
+use luenberger_study::advise::Criteria;
 use luenberger_study::execute::Shard;
 use serde_json::json;
 use std::path::PathBuf;
@@ -66,6 +67,15 @@ pub(crate) enum Command {
     /// Compare the observers: settling time, peak, root mean square of the error
     #[command(after_help = COMPARE)]
     Compare(StudyInput),
+    /// Which observer should I use? Try every kind that applies, tuned from the same information, and rank them
+    ///
+    /// Every kind of observer whose hypotheses hold for the plant is tuned by its rule from the same information (noise
+    /// level, region, settling time), which the study gives in [advise] or which is derived, and run on the same noises.
+    /// The kinds that do not apply are listed with the hypothesis that fails. The study needs a [simulation] with noise.
+    /// With -o: figures of error against cost and peak, the scores of all runs, and the study with the recommended
+    /// observers. The exit code is 1 if no observer is ranked.
+    #[command(after_help = ADVISE)]
+    Advise(AdviseInput),
     /// Parameter sweep over gamma, poles, noise or initial errors, with ensembles, in parallel
     ///
     /// Runs are computed in blocks, files in the folder `blocks` of the results folder. A sweep that was interrupted or
@@ -224,6 +234,28 @@ pub(crate) struct StudyInput {
     #[arg(long, value_name = "LIMIT", value_delimiter = ',')]
     pub(crate) limit: Vec<Limit>,
     /// Number of threads; it does not affect the results [default: number of processors]
+    #[arg(long, value_name = "N", value_parser = threads)]
+    pub(crate) threads: Option<usize>,
+}
+
+#[derive(Args)]
+pub(crate) struct AdviseInput {
+    /// Study file, TOML or JSON (.json), or - for standard input; file names in it are relative to its folder
+    #[arg(value_name = "STUDY")]
+    pub(crate) study: Source,
+    /// Criterion, or several with weights: error, noise, peak, settling, cost, proved; error=2,cost=1
+    #[arg(long, value_name = "CRITERIA", default_value = "error")]
+    pub(crate) by: Criteria,
+    /// Time budget, such as 30s or 5min; what it does not reach is listed
+    #[arg(long, value_name = "TIME", value_parser = time, default_value = "1min", allow_hyphen_values = true)]
+    pub(crate) budget: f64,
+    /// Results folder [default: none]
+    #[arg(short, long, value_name = "FOLDER")]
+    pub(crate) output: Option<PathBuf>,
+    /// Write into a results folder that has files and no manifest; other files are kept
+    #[arg(long)]
+    pub(crate) force: bool,
+    /// Number of threads [default: number of processors]
     #[arg(long, value_name = "N", value_parser = threads)]
     pub(crate) threads: Option<usize>,
 }
@@ -601,6 +633,7 @@ const DESIGN: &str = "Example:\n  $ luenberger new\n  $ luenberger design study.
 const CERTIFY: &str = "Example:\n  $ luenberger new\n  $ luenberger certify study.toml -o results";
 const SIMULATE: &str = "Example:\n  $ luenberger new\n  $ luenberger simulate study.toml -o results";
 const COMPARE: &str = "Example:\n  $ luenberger new\n  $ luenberger compare study.toml";
+const ADVISE: &str = "Example:\n  $ luenberger new --plant flexible-joint\n  $ luenberger advise study.toml --by error=2,cost=1 -o advice";
 const SWEEP: &str = "Examples:\n  $ luenberger new\n  $ luenberger sweep study.toml -o results\nOn several machines with one file system:\n  $ luenberger sweep study.toml -o results --shard 1/2     (and --shard 2/2 on another machine)\n  $ luenberger sweep status results\n  $ luenberger sweep reduce results";
 
 const EXPORT: &str =

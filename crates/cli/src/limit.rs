@@ -50,6 +50,12 @@ fn amount(word: &str, units: &[(&str, f64)]) -> Option<f64> {
     units.iter().find_map(with_unit).filter(|amount| *amount > 0.0 && amount.is_finite())
 }
 
+/// A positive time in seconds, with its unit.
+pub(crate) fn time(word: &str) -> Result<f64, String> {
+    let found = amount(word, TIMES).filter(|seconds| seconds.is_finite());
+    found.ok_or_else(|| "a positive time with its unit is expected, such as 30s or 5min".to_owned())
+}
+
 /// The limits, of which the later options replace the earlier ones and the defaults.
 pub(crate) fn limits(given: &[Limit]) -> Limits {
     let mut limits = Limits::default();

@@ -49,7 +49,8 @@ pub struct DeployedLinear {
 /// let h = 0.01;
 /// let (a, b) = (dmatrix![1.0, h; 0.0, 1.0], dmatrix![h * h / 2.0; h]);
 /// let plant = luenberger_plants::StateSpace::new(a, b, dmatrix![1.0, 0.0])?;
-/// let meets = Operation { state: vec![1.0, 2.0], input: vec![5.0], noise: vec![0.0], error: vec![1.0, 2.0] };
+/// let (state, error) = (vec![1.0, 2.0], vec![1.0, 2.0]);
+/// let meets = Operation { state, input: vec![5.0], noise: vec![0.0], error, deviation: None };
 /// let found = deployed_linear(&plant, &dmatrix![0.3; 2.0], Step::Innovation, Format::Binary32.into(), &meets)?;
 /// let ball = found.deployed.ball().expect("proved");
 /// println!("the error settles within {:?}", ball.entries);
@@ -159,7 +160,8 @@ impl SampledCubicDesign {
     /// let plant = luenberger_plants::double_integrator().to_dynamic();
     /// let linear = LinearDesign::with_poles(&plant, &[-2.0, -5.0])?.lyapunov_weight(LyapunovWeight::Identity(10.0))?;
     /// let design = SampledCubicDesign::new(&linear, &dmatrix![1.0], 10.0, 0.1)?;
-    /// let meets = Operation { state: vec![1.0, 2.0], input: vec![5.0], noise: vec![0.0], error: vec![100.0, 100.0] };
+    /// let (state, error) = (vec![1.0, 2.0], vec![100.0, 100.0]);
+    /// let meets = Operation { state, input: vec![5.0], noise: vec![0.0], error, deviation: None };
     /// let deployed = design.deployed(Format::Binary32.into(), &meets)?;
     /// assert!(deployed.is_stable(), "as stored in f32, from every error");
     /// assert!(deployed.ball().expect("proved").entries[0] < 1e-5);
@@ -202,7 +204,8 @@ impl SampledCubicDesign {
     /// let plant = luenberger_plants::double_integrator().to_dynamic();
     /// let linear = LinearDesign::with_poles(&plant, &[-2.0, -5.0])?.lyapunov_weight(LyapunovWeight::Identity(10.0))?;
     /// let design = SampledCubicDesign::new(&linear, &dmatrix![1.0], 10.0, 0.1)?;
-    /// let meets = Operation { state: vec![1.0, 2.0], input: vec![5.0], noise: vec![0.0], error: vec![10.0, 10.0] };
+    /// let (state, error) = (vec![1.0, 2.0], vec![10.0, 10.0]);
+    /// let meets = Operation { state, input: vec![5.0], noise: vec![0.0], error, deviation: None };
     /// let file = design.deployed_certificate_file("in f32", Format::Binary32.into(), &meets)?.to_json();
     /// assert!(verify(file.as_bytes())?.statement.contains("stored in binary32"));
     /// # Ok::<(), Box<dyn std::error::Error>>(())

@@ -343,7 +343,7 @@ pub enum DesignError {
         quiet: Option<usize>,
     },
     /// A sliding-mode observer of an order without known gains.
-    #[error("gains of sliding-mode observers are known for 1 to 6 states, not for {order}")]
+    #[error("gains of sliding-mode observers are for 1 to 5 states, not for {order}")]
     SlidingOrder {
         /// The number of states.
         order: usize,

@@ -49,6 +49,7 @@ pub mod norm_filter;
 pub mod number;
 pub mod numerical_kkl;
 pub mod operating_point;
+pub mod optimal_cubic;
 pub mod proportional_integral;
 mod real_field;
 mod reduced_order;
@@ -88,6 +89,7 @@ pub use nonlinear_observability::{LieObservability, lie_observability};
 pub use norm_filter::{Goal, Norm, NormFilterDesign, Performance, Time};
 pub use numerical_kkl::{NumericalKklDesign, NumericalKklError};
 pub use operating_point::{OperatingPoint, OperatingPointError, operating_point};
+pub use optimal_cubic::{EstimationProblem, OptimalCubicDesign};
 pub use proportional_integral::{
     bandwidth_poles, disturbances_with_rate, proportional_integral, with_disturbance, with_disturbance_chain,
 };

@@ -136,6 +136,24 @@ impl SampledCubicDesign {
         Self::new(linear, &o.theta, luenberger_observers::cubic::rate(&o.c, &o.n), h)
     }
 
+    /// As [`from_cubic`](Self::from_cubic), with the P of the same Q, `Fd'P Fd - P = -h Q`, which approaches that of the
+    /// continuous design as h -> 0, and with its S: the direction of N is kept. In closed form for one output, else with
+    /// a semi-implicit step.
+    ///
+    /// # Errors
+    /// As [`with_correction`](Self::with_correction).
+    pub fn from_cubic_with_weight(linear: &LinearDesign, cubic: &CubicDesign, h: f64) -> Result<Self, DesignError> {
+        let o = &cubic.observer;
+        let one = Self::from_cubic(linear, cubic, h)?;
+        let f = one.observer.ad() - one.observer.ld() * &o.c;
+        let p = SteinEquation::new(&f)?.solve(&(&cubic.q * h))?.p;
+        let correction = match o.c.nrows() {
+            1 => CubicGain::Radial(luenberger_observers::cubic::rate(&o.c, &o.n)),
+            _ => CubicGain::General(cubic.s.clone()),
+        };
+        one.with_lyapunov(&p, &correction)
+    }
+
     /// The observer of a plant in discrete time with the gain of `linear`, weight `theta` and strength `w`.
     ///
     /// ```

@@ -18,8 +18,8 @@ use crate::certificate::certified;
 use crate::check;
 use crate::error::DesignError;
 
-/// The largest order.
-pub const LARGEST_ORDER: usize = 6;
+/// The largest order: with the gains of Levant for 6 states the implicit step does not always end its switching.
+pub const LARGEST_ORDER: usize = 5;
 
 /// The gains for a chain of `order` integrators and the bound D: 1.1 D for n = 1, `2.1 D^(1/2), 1.1 D` for n = 2, which
 /// are certified, and those of Levant above.
@@ -33,13 +33,14 @@ pub const LARGEST_ORDER: usize = 6;
 /// # Ok::<(), luenberger_design::DesignError>(())
 /// ```
 /// # Errors
-/// [`DesignError::NotPositive`] for D, [`DesignError::SlidingOrder`] for orders above 6.
+/// [`DesignError::NotPositive`] for D, [`DesignError::SlidingOrder`] for orders above 5.
 pub fn sliding_mode_gains(order: usize, bound: f64) -> Result<Vec<f64>, DesignError> {
     check::positive("the bound of the disturbance", bound)?;
     if order == 2 {
         return Ok(vec![2.1 * bound.sqrt(), 1.1 * bound]);
     }
-    let gains = levant_gains::<f64, Dyn>(Dyn(order), bound).ok_or(DesignError::SlidingOrder { order })?;
+    let gains = if order <= LARGEST_ORDER { levant_gains::<f64, Dyn>(Dyn(order), bound) } else { None };
+    let gains = gains.ok_or(DesignError::SlidingOrder { order })?;
     Ok(gains.as_slice().to_vec())
 }
 

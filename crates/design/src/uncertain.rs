@@ -19,8 +19,8 @@
 //! minimised, and the rate found by a search. Every output needs noise: without noise the bound falls as L grows
 //! without end.
 
-use luenberger_linalg::symmetric_part;
-use luenberger_lmi::{Problem, block, he, identity, trace};
+use luenberger_linalg::{symmetric_part, zero_order_hold};
+use luenberger_lmi::{Problem, block, he, identity, proof_matrix, trace};
 use luenberger_observers::LinearObserver;
 use luenberger_plants::StateSpace;
 use nalgebra::{DMatrix, DVector};
@@ -32,6 +32,7 @@ use crate::error::DesignError;
 use crate::error_bound::{Disturbances, ErrorBound};
 use crate::linear::LinearDesign;
 use luenberger_proof::certificate::Certificate;
+use luenberger_proof::statement::Deviation;
 
 /// How the state matrix of the plant deviates from the nominal one.
 #[derive(Debug, Clone, PartialEq)]
@@ -46,6 +47,62 @@ pub enum Uncertainty {
         /// H, r x n.
         h: DMatrix<f64>,
     },
+}
+
+impl Uncertainty {
+    /// Bounds of `|A(t) - A|`, entry by entry (n x n): of the vertices the largest, of `M G H` the norm of a row of M
+    /// times that of a column of H.
+    fn entries(&self, n: usize) -> Result<DMatrix<f64>, DesignError> {
+        match self {
+            Self::Polytope(deviations) => {
+                let mut most = DMatrix::zeros(n, n);
+                for deviation in deviations {
+                    check::matrix("a deviation of A", deviation, (n, n))?;
+                    most = most.zip_map(deviation, |most: f64, entry| most.max(entry.abs()));
+                }
+                Ok(most)
+            }
+            Self::NormBounded { m, h } => {
+                check::matrix("M", m, (n, m.ncols()))?;
+                check::matrix("H", h, (h.nrows(), n))?;
+                let above = 1.0 + 4.0 * (n + m.ncols() + h.nrows()) as f64 * f64::EPSILON;
+                Ok(DMatrix::from_fn(n, n, |i, j| m.row(i).norm() * h.column(j).norm() * above))
+            }
+        }
+    }
+
+    /// How far the plant may be from its sampled form: `x+ = (Ad + dA) x + (Bd + dB) u` for any A(t) within the
+    /// uncertainty over each period h, with u held.
+    ///
+    /// Each term of the series of Peano and Baker of the transition that is not one of `exp(Ah)` has a deviation among
+    /// its factors. So `|dA| <= exp((|A| + D)h) - exp(|A|h)`, D the bounds of `|A(t) - A|`, and `|dB|` is at most the
+    /// integral of that over the period times |B|.
+    ///
+    /// ```
+    /// use luenberger_design::Uncertainty;
+    /// use luenberger_plants::StateSpace;
+    /// use nalgebra::dmatrix;
+    /// // x' = -(1 + d) x + u, |d| <= 0.1, every 0.1: exp(-0.11) - exp(-0.1) and more.
+    /// let plant = StateSpace::new(dmatrix![-1.0], dmatrix![1.0], dmatrix![1.0])?;
+    /// let found = Uncertainty::Polytope(vec![dmatrix![0.1], dmatrix![-0.1]]).sampled(&plant, 0.1)?;
+    /// assert!(found.a[(0, 0)] > 0.0091 && found.a[(0, 0)] < 0.0112);
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    /// # Errors
+    /// Shapes that do not fit, a period that is not positive, a plant that grows beyond all numbers within a period.
+    pub fn sampled(&self, plant: &StateSpace, h: f64) -> Result<Deviation, DesignError> {
+        check::plant(plant)?;
+        let n = plant.a.nrows();
+        let (a, b) = (plant.a.abs(), plant.b.abs());
+        let without = zero_order_hold(&a, &b, h)?;
+        let with = zero_order_hold(&(&a + self.entries(n)?), &b, h)?;
+        // The differences of numbers that agree in most digits, with the rounding of the two exponentials.
+        let bound = |with: &DMatrix<f64>, without: &DMatrix<f64>| {
+            let rounding = 64.0 * (n + 1) as f64 * f64::EPSILON * with.norm();
+            proof_matrix(&with.zip_map(without, |with, without| (with - without).max(0.0) + rounding))
+        };
+        Ok(Deviation { a: bound(&with.ad, &without.ad), b: bound(&with.bd, &without.bd) })
+    }
 }
 
 /// A bound of the error of an observer of an uncertain plant, with its certificate.

@@ -4,7 +4,7 @@ use luenberger_expression::{ExpressionPlant, Lookups, Routine, Routines, Table};
 use luenberger_observers::{
     DiscreteLinearObserver, DiscreteNonlinearObserver, ExtendedKalmanFilter, GaussianEstimate, InterSampleObserver,
     NoiseModel, Observer, ObserverDimensions, ObserverError, SampledCopy, SampledCubicGains, SampledCubicObserver,
-    SampledObserver,
+    SampledObserver, SquareRootEstimate, UnscentedKalmanFilter,
 };
 use luenberger_plants::{Column, LinearPlant};
 use nalgebra::{DMatrix, DVector, Dyn, RealField};
@@ -66,6 +66,8 @@ pub enum Program {
     Cubic(SampledCubicObserver<f64, Dyn, Dyn, Dyn>),
     /// The extended Kalman filter.
     Kalman(ExtendedKalmanFilter<ExpressionPlant, f64, Dyn, Dyn, Dyn>),
+    /// The unscented Kalman filter in square-root form.
+    Unscented(UnscentedKalmanFilter<ExpressionPlant, f64, Dyn, Dyn, Dyn>),
     /// The copy of a nonlinear plant with a constant gain.
     Copy(SampledCopy<ExpressionPlant, f64, Dyn, Dyn, Dyn>),
     /// The copy of a plant in discrete time with a constant gain.
@@ -127,6 +129,7 @@ impl Program {
             Self::Linear(observer) => observer.dimensions(),
             Self::Cubic(observer) => observer.dimensions(),
             Self::Kalman(observer) => observer.dimensions(),
+            Self::Unscented(observer) => observer.dimensions(),
             Self::Copy(observer) => observer.dimensions(),
             Self::Discrete(observer) => observer.dimensions(),
             Self::Kkl(observer) => observer.dimensions(),
@@ -146,6 +149,7 @@ impl Program {
         match self {
             Self::Linear(_) | Self::Cubic(_) => None,
             Self::Kalman(filter) => Some(filter.plant().routines()),
+            Self::Unscented(filter) => Some(filter.plant().routines()),
             Self::Copy(observer) => Some(observer.plant().routines()),
             Self::Discrete(observer) => Some(observer.plant().routines()),
             Self::Kkl(observer) => Some(observer.plant().routines()),
@@ -159,7 +163,7 @@ impl Program {
         let all = self.routines()?;
         let (motion, measurement) = match self {
             Self::Kalman(_) => (all.motion, all.measurement),
-            Self::Discrete(_) | Self::Kkl(_) | Self::Step(_) => (all.f, all.h),
+            Self::Discrete(_) | Self::Kkl(_) | Self::Unscented(_) | Self::Step(_) => (all.f, all.h),
             _ => (all.f, all.measurement),
         };
         Some(Maps { motion, measurement, extension: self.extension() })
@@ -194,6 +198,7 @@ impl Program {
             Self::Linear(_) | Self::Cubic(_) | Self::Discrete(_) | Self::Step(_) => None,
             Self::Kkl(observer) => Some(observer.substeps()),
             Self::Kalman(filter) => filter.substeps(),
+            Self::Unscented(filter) => filter.substeps(),
             Self::Copy(observer) => Some(observer.substeps()),
             Self::Extension(observer) => Some(observer.substeps()),
         }
@@ -205,11 +210,21 @@ impl Program {
             Self::Linear(observer) => observer.period(),
             Self::Cubic(observer) => observer.period(),
             Self::Kalman(filter) => filter.period(),
+            Self::Unscented(filter) => filter.period(),
             Self::Copy(observer) => observer.period(),
             Self::Discrete(observer) => observer.period(),
             Self::Kkl(observer) => observer.period(),
             Self::Extension(observer) => observer.period(),
             Self::Step(observer) => observer.period(),
+        }
+    }
+
+    /// The factor of the process noise that enters before and after a motion in continuous time, as it is computed in
+    /// the format; of an unscented filter.
+    pub(crate) fn half_noise(&self, scalar: Scalar) -> f64 {
+        match scalar {
+            Scalar::Binary32 => f64::from((self.period() as f32 * 0.5).sqrt()),
+            Scalar::Binary64 => (self.period() * 0.5).sqrt(),
         }
     }
 
@@ -235,6 +250,10 @@ impl Program {
                 let NoiseModel { w, v, p0 } = filter.noise_model();
                 vec![("W", w), ("V", v), ("P0", p0)]
             }
+            Self::Unscented(filter) => {
+                let NoiseModel { w, v, p0 } = filter.factors();
+                vec![("ROOT_W", w), ("ROOT_V", v), ("ROOT_P0", p0)]
+            }
             Self::Copy(observer) => vec![("L", observer.l())],
             Self::Discrete(observer) => vec![("L", observer.l())],
             Self::Kkl(observer) => return observer.matrices(),
@@ -249,9 +268,13 @@ impl Program {
         Some(match self {
             Self::Linear(observer) => (&observer.plant().a, &observer.plant().b, &observer.plant().c),
             Self::Cubic(observer) => (observer.ad(), observer.bd(), observer.c()),
-            Self::Kalman(_) | Self::Copy(_) | Self::Discrete(_) | Self::Kkl(_) | Self::Extension(_) | Self::Step(_) => {
-                return None;
-            }
+            Self::Kalman(_)
+            | Self::Unscented(_)
+            | Self::Copy(_)
+            | Self::Discrete(_)
+            | Self::Kkl(_)
+            | Self::Extension(_)
+            | Self::Step(_) => return None,
         })
     }
 
@@ -260,9 +283,13 @@ impl Program {
         match self {
             Self::Linear(observer) => observer.plant().d.as_ref(),
             Self::Cubic(observer) => observer.d(),
-            Self::Kalman(_) | Self::Copy(_) | Self::Discrete(_) | Self::Kkl(_) | Self::Extension(_) | Self::Step(_) => {
-                None
-            }
+            Self::Kalman(_)
+            | Self::Unscented(_)
+            | Self::Copy(_)
+            | Self::Discrete(_)
+            | Self::Kkl(_)
+            | Self::Extension(_)
+            | Self::Step(_) => None,
         }
     }
 
@@ -275,6 +302,17 @@ impl Program {
             Self::Kalman(filter) => {
                 let gate = filter.gate().map(|gate| ("GATE", gate));
                 [("PERIOD", filter.period())].into_iter().chain(gate).collect()
+            }
+            Self::Unscented(filter) => {
+                let weights = filter.weights();
+                let numbers = [
+                    ("PERIOD", filter.period()),
+                    ("DISTANCE", weights.distance),
+                    ("OUTER", weights.outer),
+                    ("HALF", weights.half),
+                    ("CENTRE", weights.centre),
+                ];
+                numbers.into_iter().chain(filter.gate().map(|gate| ("GATE", gate))).collect()
             }
             Self::Copy(observer) => vec![("PERIOD", observer.period())],
             Self::Discrete(observer) => vec![("PERIOD", observer.period())],
@@ -384,6 +422,17 @@ impl Program {
                     None => same,
                 })
             }
+            Self::Unscented(filter) => {
+                let (plant, NoiseModel { w, v, p0 }) = (filter.plant().clone(), filter.factors());
+                let factors = NoiseModel { w: cast(w), v: cast(v), p0: cast(p0) };
+                let period = nalgebra::convert(filter.period());
+                let (sigma, substeps) = (filter.sigma_points(), filter.substeps());
+                let same = UnscentedKalmanFilter::from_factors(plant, factors, sigma, period, substeps)?;
+                Cast::Unscented(match filter.gate() {
+                    Some(gate) => same.with_gate(nalgebra::convert(gate))?,
+                    None => same,
+                })
+            }
             Self::Copy(observer) => {
                 let (plant, l) = (observer.plant().clone(), cast(observer.l()));
                 let period = nalgebra::convert(observer.period());
@@ -435,6 +484,28 @@ impl Program {
                         Some(count) => count * (4 * (motion + square + 2 * n * n) + combined(n + n * n) + symmetry),
                         None => motion + 2 * square + n * n + symmetry,
                     }
+            }
+            Self::Unscented(filter) => {
+                // A column added to a factor of this order, and its rotations below the diagonal.
+                let column = |order: usize| 6 * order + 3 * order * (order - 1);
+                let joint = column(n + p);
+                let points = |rows: usize| rows * (8 * n + 5);
+                let drawn = 4 * n * n;
+                let moved = match filter.substeps() {
+                    Some(count) => count * (4 * motion + combined(n)),
+                    None => motion,
+                };
+                let noise = filter.substeps().map_or(0, |_| n * n + n * column(n));
+                let update = (2 * n + 1) * measurement
+                    + drawn
+                    + points(p)
+                    + n * column(p)
+                    + (n + 1) * joint
+                    + p
+                    + p * p
+                    + 2 * n * p;
+                let predicted = (2 * n + 1) * (moved + column(n)) + drawn + points(n) + noise;
+                if filter.gate().is_some() { 2 * update + predicted } else { update + predicted }
             }
             Self::Copy(observer) => {
                 let slope = motion + measurement + product(p, n) + p + product(n, p) + n;
@@ -497,6 +568,7 @@ pub(crate) enum Cast<T: RealField + Copy> {
     Linear(DiscreteLinearObserver<T, Dyn, Dyn, Dyn>),
     Cubic(SampledCubicObserver<T, Dyn, Dyn, Dyn>),
     Kalman(ExtendedKalmanFilter<ExpressionPlant, T, Dyn, Dyn, Dyn>),
+    Unscented(UnscentedKalmanFilter<ExpressionPlant, T, Dyn, Dyn, Dyn>),
     Copy(SampledCopy<ExpressionPlant, T, Dyn, Dyn, Dyn>),
     Discrete(DiscreteNonlinearObserver<ExpressionPlant, T, Dyn, Dyn, Dyn>),
     Kkl(Kkl<T>),
@@ -521,6 +593,7 @@ impl<T: RealField + Copy> Cast<T> {
                 State::Joined { joined, order: Observer::<T>::dimensions(observer.observer()).state }
             }
             Self::Kalman(filter) => State::Belief(GaussianEstimate::new(&estimate, &filter.noise_model().p0)),
+            Self::Unscented(filter) => State::Root(SquareRootEstimate::new(&estimate, &filter.factors().p0)),
         }
     }
 
@@ -541,6 +614,7 @@ impl<T: RealField + Copy> Cast<T> {
                 observer.step(t(observer.period()), joined, u, y);
             }
             (Self::Kalman(filter), State::Belief(belief)) => filter.step(t(filter.period()), belief, u, y),
+            (Self::Unscented(filter), State::Root(belief)) => filter.step(t(filter.period()), belief, u, y),
             // `start` made the state.
             _ => {}
         }
@@ -556,6 +630,7 @@ impl<T: RealField + Copy> Cast<T> {
                 return Some(observer.output(t, &state.estimate()));
             }
             Self::Kalman(filter) => (filter.plant(), filter.period()),
+            Self::Unscented(filter) => (filter.plant(), filter.period()),
             Self::Copy(observer) => (observer.plant(), observer.period()),
             Self::Discrete(observer) => (observer.plant(), observer.period()),
             Self::Kkl(observer) => (observer.plant_in_format(), observer.period_in_format()),
@@ -571,6 +646,7 @@ impl<T: RealField + Copy> Cast<T> {
 pub(crate) enum State<T: RealField + Copy> {
     Estimate(DVector<T>),
     Belief(GaussianEstimate<T, Dyn>),
+    Root(SquareRootEstimate<T, Dyn>),
     /// Of a KKL observer, with its estimate.
     Target {
         z: DVector<T>,
@@ -588,6 +664,7 @@ impl<T: RealField + Copy> State<T> {
         match self {
             Self::Estimate(xhat) | Self::Target { xhat, .. } => xhat.clone(),
             Self::Belief(belief) => belief.estimate(),
+            Self::Root(belief) => belief.estimate(),
             Self::Joined { joined, order } => joined.rows(*order, joined.len() - order).into_owned(),
         }
     }
@@ -597,6 +674,7 @@ impl<T: RealField + Copy> State<T> {
         match self {
             Self::Estimate(xhat) => xhat.as_slice(),
             Self::Belief(belief) => belief.as_slice(),
+            Self::Root(belief) => belief.as_slice(),
             Self::Target { z, .. } => z.as_slice(),
             Self::Joined { joined, .. } => joined.as_slice(),
         }

@@ -150,14 +150,16 @@ class Live {
       why.className = "why";
       if (!verdict) {
         [badge.className, badge.textContent] = ["badge open", "no certificate"];
+      } else if (verdict === "elsewhere") {
+        [badge.className, badge.textContent] = ["badge open", "see the report"];
       } else if (stale) {
         [badge.className, badge.textContent] = ["badge open", "checking"];
-      } else if (verdict.proved) {
+      } else if ("proved" in verdict) {
         [badge.className, badge.textContent] = ["badge good", "proved"];
-        if (verdict.margin !== null) why.textContent = ` margin ${short(verdict.margin, 4)}`;
+        if (verdict.proved !== null) why.textContent = ` margin ${short(verdict.proved, 4)}`;
       } else {
         [badge.className, badge.textContent] = ["badge bad", "not certified"];
-        why.textContent = ` ${verdict.fails}`;
+        why.textContent = ` ${verdict.open}`;
       }
       cell("").append(badge, why);
       return row;

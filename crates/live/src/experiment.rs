@@ -124,14 +124,14 @@ pub struct Observer {
     pub kind: Kind,
     /// The operating point of an observer of deviations.
     pub point: Option<OperatingPoint>,
-    /// Its certificate files; empty without a certificate.
-    pub certificates: Vec<String>,
+    /// Its certificate files; empty without a certificate, none if a page does not verify them.
+    pub certificates: Option<Vec<String>>,
 }
 
 impl Observer {
     /// An observer without certificate.
     pub fn new(name: &str, kind: Kind, initial: &[f64]) -> Self {
-        Self { name: name.to_owned(), initial: initial.to_vec(), kind, point: None, certificates: Vec::new() }
+        Self { name: name.to_owned(), initial: initial.to_vec(), kind, point: None, certificates: Some(Vec::new()) }
     }
 }
 

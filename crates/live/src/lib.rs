@@ -28,7 +28,7 @@ mod run;
 #[cfg(target_arch = "wasm32")]
 pub mod wasm;
 
-pub use certificate::{Certified, verify};
+pub use certificate::{Certified, verifies, verify};
 pub use experiment::{Experiment, Kind, Noise, Observer, OperatingPoint, Plant, Rows, Sliders};
 pub use run::{Outcome, Run, Scores, run};
 

@@ -1,8 +1,8 @@
 //! The super-twisting observer: exact after a finite time, and without chattering by its implicit step.
 
 use luenberger::design::{SuperTwistingDesign, sliding_mode_gains};
-use luenberger::observers::sliding_mode::{Discretisation, SlidingModeObserver};
 use luenberger::observers::SampledObserver;
+use luenberger::observers::sliding_mode::{Discretisation, SlidingModeObserver};
 use nalgebra::{U1, U2, Vector1, Vector2};
 
 pub(crate) fn main() -> Result<(), Box<dyn std::error::Error>> {

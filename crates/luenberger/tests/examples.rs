@@ -36,10 +36,12 @@ examples! {
     "../examples/lpv.rs" lpv
     "../examples/mean_value.rs" mean_value
     "../examples/measured_data.rs" measured_data
+    "../examples/moving_horizon.rs" moving_horizon
     "../examples/numerical_kkl.rs" numerical_kkl
     "../examples/on_the_target.rs" on_the_target
     "../examples/pebo.rs" pebo
     "../examples/sliding_mode.rs" sliding_mode
+    "../examples/unscented_kalman.rs" unscented_kalman
 }
 
 /// The tables of `docs/numerical-kkl.md` take minutes without optimisation; `numerical_kkl` runs the same calls on a

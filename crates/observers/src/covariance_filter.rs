@@ -14,9 +14,9 @@ pub trait CovarianceFilter<T: RealField + Copy>: SampledObserver<T> {
     /// The covariance of the error that a state holds, n x n by columns. Returns whether the length fits.
     fn covariance_into(&self, state: &Self::State, p: &mut [T]) -> bool;
 
-    /// The measurement update at time t by the outputs that are true in `measured`, one entry for each output; the other
-    /// entries of y are not read. `y~' S^-1 y~`, or `None`, and the state as it was, if S is not positive definite in
-    /// floating point.
+    /// The measurement update at time t by the outputs that are true in `measured`, one entry for each output; the
+    /// other entries of y are not read. `y~' S^-1 y~`, or `None`, and the state as it was, if S is not positive
+    /// definite in floating point.
     fn measure(&self, t: T, state: &mut Self::State, u: &Self::Input, y: &Self::Output, measured: &[bool])
     -> Option<T>;
 
@@ -24,8 +24,8 @@ pub trait CovarianceFilter<T: RealField + Copy>: SampledObserver<T> {
     /// result in floating point.
     fn advance(&self, t: T, state: &mut Self::State, u: &Self::Input, duration: T) -> bool;
 
-    /// [`advance`](Self::advance), and the covariance of the errors before and after it, `E e(t) e(t + duration)'`, n x n
-    /// by columns: the gain of a smoother is that times the inverse of the covariance after it.
+    /// [`advance`](Self::advance), and the covariance of the errors before and after it, `E e(t) e(t + duration)'`, n x
+    /// n by columns: the gain of a smoother is that times the inverse of the covariance after it.
     fn advance_across(&self, t: T, state: &mut Self::State, u: &Self::Input, duration: T, cross: &mut [T]) -> bool;
 
     /// Whether a gate rejects an output of the measurement y; default false.

@@ -103,6 +103,21 @@ where
         Some(Self(g))
     }
 
+    /// `G^-1 B`.
+    pub(crate) fn half_solve<C: Dim>(&self, b: &OMatrix<T, D, C>) -> OMatrix<T, D, C>
+    where
+        DefaultAllocator: Allocator<D, C>,
+    {
+        let (g, mut x) = (&self.0, b.clone());
+        for j in 0..x.ncols() {
+            for i in 0..g.nrows() {
+                let entry = (0..i).fold(x[(i, j)], |entry, k| entry - g[(i, k)] * x[(k, j)]);
+                x[(i, j)] = entry / g[(i, i)];
+            }
+        }
+        x
+    }
+
     /// `S^-1 B`.
     pub(crate) fn solve<C: Dim>(&self, b: &OMatrix<T, D, C>) -> OMatrix<T, D, C>
     where

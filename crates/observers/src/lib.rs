@@ -18,6 +18,7 @@
 //! | [`lanes`] | observers over several lanes at once |
 //! | [`kalman`] | the continuous-discrete extended Kalman filter |
 //! | [`unscented`] | the unscented Kalman filter in square-root form |
+//! | [`moving_horizon`] | the moving-horizon estimator, with bounds of the states |
 //! | [`covariance_filter`] | the trait of filters with a covariance, measurement update and prediction apart |
 //! | [`discrete_linear`] | the linear observer of a plant in discrete time |
 //! | [`stationary_kalman`] | the stationary Kalman filter in filter form: the estimate uses the measurement of its sample |
@@ -76,6 +77,7 @@ pub mod kkl_peb;
 pub mod lanes;
 pub mod linear;
 pub mod mean_value;
+pub mod moving_horizon;
 pub mod nonlinear_luenberger;
 pub mod numerical_kkl;
 pub mod observer;
@@ -123,6 +125,7 @@ pub use luenberger_plants::{Differentiable, Dimensions, LinearPlant, Plant, Shap
 pub use mean_value::{
     Beta, EstimateAndError, Integral, MappedObserver, Mean, MeanJacobian, MeanValueObserver, StaticMeanValueObserver,
 };
+pub use moving_horizon::{Horizon, MovingHorizonEstimator};
 pub use nonlinear_luenberger::{NonlinearLuenbergerObserver, StaticNonlinearLuenbergerObserver};
 pub use observer::{Observer, ObserverDimensions, SampledObserver};
 pub use output_feedback::OutputFeedback;

@@ -14,10 +14,12 @@
 //! |sigma|^(1/n)`, and s in the set-valued sign of sigma,
 //! ```text
 //! sigma + s (h k_1 r^(n-1) + .. + h^(n-1) k_(n-1) r + h^n k_n) = z,
-//! xhat_i <- xhat_i + s (h k_i r^(n-i) + h^2 k_(i+1) r^(n-i-1) + .. + h^(n-i+1) k_n).
+//! xhat_i <- xhat_i + s (h k_i r^(n-i) + h^2 k_(i+1) r^(n-i-1) + .. + beta_i h^(n-i+1) k_n).
 //! ```
 //! For `|z| <= h^n k_n` this is sigma = 0 with `s = z/(h^n k_n)`: the estimate of x1 is exact, and s is what it has to be
-//! instead of a sign that changes at every sample. Otherwise r is the positive root of a polynomial with a single change
+//! instead of a sign that changes at every sample; with the weights beta of [the deadbeat observer](SlidingModeObserver),
+//! all 1 for n up to 2, what is left of an error is gone after n samples (with 1 for all of them, the sign keeps switching
+//! for n above 3). Otherwise r is the positive root of a polynomial with a single change
 //! of sign: in closed form for n up to 2, else by [`NEWTON`] steps of Newton's method from above, which converges
 //! monotonically. The explicit method, which evaluates the sign of z, is there for comparison; it chatters with an
 //! amplitude that its period determines.
@@ -80,6 +82,7 @@ where
 {
     plant: S,
     gains: OVector<T, N>,
+    direction: OVector<T, N>,
     h: T,
     discretisation: Discretisation,
     sizes: core::marker::PhantomData<(M, P)>,
@@ -110,7 +113,8 @@ where
         if !(h.is_finite() && h > T::zero()) {
             return Err(ObserverError::Period { period: h.to_subset_unchecked() });
         }
-        Ok(Self { plant, gains, h, discretisation, sizes: core::marker::PhantomData })
+        let direction = deadbeat(&gains);
+        Ok(Self { plant, gains, direction, h, discretisation, sizes: core::marker::PhantomData })
     }
 
     /// The plant.
@@ -196,11 +200,40 @@ where
         }
         let (mut sum, mut power) = (T::zero(), self.h);
         for j in i..n {
-            sum += power * self.gain(j) * (j + 1..n).fold(T::one(), |power, _| power * r);
+            let weight = if j + 1 == n { self.direction.get(i).copied().unwrap_or_else(T::zero) } else { T::one() };
+            sum += weight * power * self.gain(j) * (j + 1..n).fold(T::one(), |power, _| power * r);
             power *= self.h;
         }
         xhat + sum * s
     }
+}
+
+/// `beta_i = p^(i-1)(0)` of the polynomial p of degree n - 1 with p(0) = 1 and the zeros -1, .., -(n-1): a correction in
+/// this direction is that of the deadbeat observer.
+fn deadbeat<T: RealField + Copy, N: Dim>(gains: &OVector<T, N>) -> OVector<T, N>
+where
+    DefaultAllocator: nalgebra::allocator::Allocator<N>,
+{
+    let n = gains.len();
+    let mut direction = OVector::<T, N>::zeros_generic(gains.shape_generic().0, Const);
+    let entries = direction.as_mut_slice();
+    if let Some(first) = entries.first_mut() {
+        *first = T::one();
+    }
+    for zero in 1..n {
+        for i in (1..n).rev() {
+            let before = entries.get(i - 1).copied().unwrap_or_else(T::zero);
+            if let Some(entry) = entries.get_mut(i) {
+                *entry += before / crate::cubic::count(zero);
+            }
+        }
+    }
+    let mut factorial = T::one();
+    for (i, entry) in entries.iter_mut().enumerate().skip(1) {
+        factorial *= crate::cubic::count(i);
+        *entry *= factorial;
+    }
+    direction
 }
 
 /// The root of a number of 0 or more.

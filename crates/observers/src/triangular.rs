@@ -1,7 +1,7 @@
 //! Lower triangular factors of covariances, `P = S S'`, changed by one column at a time.
 //!
-//! A column v that is added, `P + v v'`, is rotated into the factor (Givens); one column after the other, this is the QR
-//! factorisation of the matrix of all columns, without the memory for that matrix. A column that is taken away,
+//! A column v that is added, `P + v v'`, is rotated into the factor (Givens); one column after the other, this is the
+//! QR factorisation of the matrix of all columns, without the memory for that matrix. A column that is taken away,
 //! `P - v v'`, takes hyperbolic rotations, which exist as long as the result is positive definite. Each costs `3 n^2`
 //! flops and n roots.
 //!
@@ -120,13 +120,13 @@ fn rotation<T: RealField + Copy>(pivot: &mut T, entry: T) -> Option<(T, T)> {
 /// pivot. None unless `r^2` is a positive number.
 fn hyperbolic<T: RealField + Copy>(pivot: &mut T, entry: T) -> Option<(T, T)> {
     let square = (*pivot - entry) * (*pivot + entry);
-    if !(square > T::zero()) {
-        return None;
+    if square > T::zero() {
+        let r = square.sqrt();
+        let pair = (r / *pivot, entry / *pivot);
+        *pivot = r;
+        return Some(pair);
     }
-    let r = square.sqrt();
-    let pair = (r / *pivot, entry / *pivot);
-    *pivot = r;
-    Some(pair)
+    None
 }
 
 /// The lower triangular factor of a positive semidefinite matrix. A pivot that rounding explains is 0, and so is its
@@ -141,14 +141,14 @@ where
     s.fill_upper_triangle(T::zero(), 1);
     for j in 0..order {
         let pivot = (0..j).fold(s[(j, j)], |pivot, k| pivot - s[(j, k)] * s[(j, k)]);
-        if !(pivot > rounding * p[(j, j)]) {
+        if pivot > rounding * p[(j, j)] {
+            s[(j, j)] = pivot.sqrt();
+            for i in j + 1..order {
+                let entry = (0..j).fold(s[(i, j)], |entry, k| entry - s[(i, k)] * s[(j, k)]);
+                s[(i, j)] = entry / s[(j, j)];
+            }
+        } else {
             (j..order).for_each(|i| s[(i, j)] = T::zero());
-            continue;
-        }
-        s[(j, j)] = pivot.sqrt();
-        for i in j + 1..order {
-            let entry = (0..j).fold(s[(i, j)], |entry, k| entry - s[(i, k)] * s[(j, k)]);
-            s[(i, j)] = entry / s[(j, j)];
         }
     }
     s

@@ -121,20 +121,38 @@ pub struct Outcome {
     pub evidence: Evidence,
     /// A note for the reader.
     pub note: String,
+    /// Numbers for the reader, too many for sentences.
+    pub table: Option<NoteTable>,
     /// The hypotheses of the statement, evaluated where it was tested; counterexamples have their own.
     pub hypotheses: Vec<Hypothesis>,
+}
+
+/// A table that belongs to a note: a head, and rows with as many cells.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct NoteTable {
+    /// The head.
+    pub head: Vec<String>,
+    /// The rows.
+    pub rows: Vec<Vec<String>>,
 }
 
 impl Outcome {
     /// An outcome without a note.
     pub fn new(evidence: Evidence) -> Self {
-        Self { evidence, note: String::new(), hypotheses: Vec::new() }
+        Self { evidence, note: String::new(), table: None, hypotheses: Vec::new() }
     }
 
     /// The same outcome with a note: full sentences, with the numbers that explain it.
     #[must_use]
     pub fn note(mut self, note: impl Into<String>) -> Self {
         self.note = note.into();
+        self
+    }
+
+    /// The same outcome with a table.
+    #[must_use]
+    pub fn table(mut self, head: Vec<String>, rows: Vec<Vec<String>>) -> Self {
+        self.table = Some(NoteTable { head, rows });
         self
     }
 
@@ -182,6 +200,12 @@ pub struct Record {
     pub hypotheses: Vec<Hypothesis>,
     /// The note of the check, with what its evidence adds.
     pub note: String,
+    /// Numbers that belong to the note.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub table: Option<NoteTable>,
+    /// The parts of the note: what the check says, and each counterexample or reading.
+    #[serde(skip)]
+    pub parts: Vec<String>,
     /// Why the check failed, if it did.
     #[serde(skip)]
     pub error: Option<String>,
@@ -250,6 +274,8 @@ impl Claim {
             quote: self.quote,
             hypotheses: Vec::new(),
             note: String::new(),
+            table: None,
+            parts: Vec::new(),
             error: None,
         };
         let judged = (self.check)(context).and_then(|outcome| {
@@ -268,6 +294,8 @@ impl Claim {
                 }
                 sentences.retain(|s| !s.is_empty());
                 record.note = sentences.join(" ");
+                record.parts = sentences;
+                record.table = outcome.table;
                 record.printed = Some(judgement.printed);
                 record.computed = Some(judgement.computed);
                 record.tolerance = judgement.tolerance;
@@ -276,6 +304,7 @@ impl Claim {
             Err(error) => {
                 record.printed = self.printed.value().ok();
                 record.note = format!("The check failed: {error}.");
+                record.parts = vec![record.note.clone()];
                 record.error = Some(error.to_string());
             }
         }

@@ -27,7 +27,7 @@ pub mod report;
 pub mod terminal;
 pub mod value;
 
-pub use claim::{CheckError, Claim, Class, Outcome, Quote, Record};
+pub use claim::{CheckError, Claim, Class, NoteTable, Outcome, Quote, Record};
 pub use context::Context;
 pub use evidence::{Counterexample, Evidence, Hypothesis, Tolerance, Verdict};
 pub use ledger::{ReproduceError, Summary, run_papers};

@@ -48,6 +48,15 @@ impl Noise {
         self.period
     }
 
+    /// The variance of each entry; that of a uniform distribution on `[-a, a]` is `a^2/3`.
+    pub fn variances(&self) -> Vec<f64> {
+        let share = match self.distribution {
+            Distribution::Uniform => 1.0 / 3.0,
+            Distribution::Gaussian => 1.0,
+        };
+        self.amplitude.iter().map(|amplitude| share * amplitude * amplitude).collect()
+    }
+
     /// The seed.
     pub fn seed(&self) -> u64 {
         self.seed

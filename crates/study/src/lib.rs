@@ -15,10 +15,12 @@
 //! | [`deployment`] | observers of a study as they run on a target |
 //! | [`closed_loop`] | the feedback of a study on a target |
 //! | [`execute`](mod@execute), [`results`] | the steps; their results |
+//! | [`advise`](mod@advise) | every kind of observer that applies, tuned from the same information and ranked |
 //! | [`template`], [`import`](mod@import) | commented example studies; plants from MATLAB, numpy and JSON files |
 
 #![deny(missing_docs)]
 
+pub mod advise;
 pub mod closed_loop;
 pub mod deployment;
 pub mod design;

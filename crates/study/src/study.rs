@@ -41,6 +41,8 @@ pub struct Study {
     pub observers: Vec<ObserverSpec>,
     /// The solver for matrix inequalities of the designs.
     pub solver: Solver,
+    /// What every kind of observer is told by `luenberger advise`, if specified.
+    pub advise: Option<AdviseSpec>,
     /// The plots.
     pub plot: Plot,
     /// The sweep.
@@ -245,6 +247,34 @@ pub struct Event {
     pub jump: Vec<f64>,
 }
 
+/// What every kind of observer is told by `luenberger advise`; what is none is derived.
+#[derive(Debug, Clone, PartialEq)]
+pub struct AdviseSpec {
+    /// The settling time.
+    pub settling: Option<f64>,
+    /// The region.
+    pub region: Option<luenberger_design::Region>,
+    /// The first estimate.
+    pub initial: Option<Vec<f64>>,
+    /// The intensity of the process noise, n x n.
+    pub w: Option<DMatrix<f64>>,
+    /// E of an unknown disturbance, n x q.
+    pub e: Option<DMatrix<f64>>,
+    /// The sampling period.
+    pub period: Option<f64>,
+    /// Runs of each observer.
+    pub ensemble: usize,
+    /// The seed of the first estimates.
+    pub seed: u64,
+}
+
+impl Default for AdviseSpec {
+    fn default() -> Self {
+        let (settling, region, initial, w, e, period) = (None, None, None, None, None, None);
+        Self { settling, region, initial, w, e, period, ensemble: 20, seed: 0 }
+    }
+}
+
 /// A measured log.
 #[derive(Debug, Clone)]
 pub struct Log {
@@ -373,6 +403,8 @@ pub enum ObserverKind {
         /// N.
         correction: luenberger_design::CubicGain,
     },
+    /// Cubic observer of least cost.
+    OptimalCubic(Box<luenberger_design::EstimationProblem>),
     /// Observer of the state and of a slowly varying disturbance, linear or cubic.
     ProportionalIntegral {
         /// E, n x q.
@@ -470,7 +502,13 @@ pub enum ObserverKind {
         substeps: usize,
         /// How many standard deviations an innovation may have; none for no limit.
         gate: Option<f64>,
+        /// Whether estimates on a log are smoothed.
+        smooth: bool,
     },
+    /// The unscented Kalman filter.
+    Unscented(Box<UnscentedSpec>),
+    /// The moving-horizon estimator.
+    MovingHorizon(Box<MovingHorizonSpec>),
     /// KKL observer with given maps.
     Kkl(Box<crate::maps::KklMapsSpec>),
     /// Parameter-estimation-based observer: Lambda is zero.
@@ -505,6 +543,46 @@ pub struct IntervalSpec {
     pub coordinates: luenberger_design::ErrorCoordinates,
     /// Bounds of |x(0) - xhat(0)|, n numbers.
     pub first: Vec<f64>,
+}
+
+/// Specification of an unscented Kalman filter.
+#[derive(Debug, Clone, PartialEq)]
+pub struct UnscentedSpec {
+    /// W, n x n.
+    pub w: DMatrix<f64>,
+    /// V, p x p.
+    pub v: DMatrix<f64>,
+    /// P(0), n x n.
+    pub p0: DMatrix<f64>,
+    /// The sigma points.
+    pub sigma: luenberger_observers::SigmaPoints,
+    /// The sampling period.
+    pub period: f64,
+    /// Runge-Kutta steps per sampling period.
+    pub substeps: usize,
+    /// How many standard deviations an innovation may have; none for no limit.
+    pub gate: Option<f64>,
+    /// Whether estimates on a log are smoothed.
+    pub smooth: bool,
+}
+
+/// Specification of a moving-horizon estimator.
+#[derive(Debug, Clone, PartialEq)]
+pub struct MovingHorizonSpec {
+    /// W, n x n.
+    pub w: DMatrix<f64>,
+    /// V, p x p.
+    pub v: DMatrix<f64>,
+    /// P(0), n x n.
+    pub p0: DMatrix<f64>,
+    /// The sampling period.
+    pub period: f64,
+    /// Runge-Kutta steps per sampling period.
+    pub substeps: usize,
+    /// Samples in the window, and Gauss-Newton steps at each.
+    pub horizon: luenberger_observers::Horizon,
+    /// Bounds of the states, if there are some; infinite ones are none.
+    pub bounds: Option<Vec<(f64, f64)>>,
 }
 
 /// Specification of a numerical KKL observer.
@@ -558,10 +636,13 @@ impl ObserverKind {
             | Self::Lpv { .. }
             | Self::Lipschitz { .. }
             | Self::MeanValue { .. } => true,
-            Self::HighGain { .. }
+            Self::OptimalCubic(_)
+            | Self::HighGain { .. }
             | Self::SlidingMode(_)
             | Self::ReducedOrder(_)
             | Self::ExtendedKalman { .. }
+            | Self::Unscented(_)
+            | Self::MovingHorizon(_)
             | Self::Kkl(_)
             | Self::Pebo(_)
             | Self::KklPeb(_)
@@ -576,6 +657,7 @@ impl ObserverKind {
             Self::Luenberger(_) => "luenberger",
             Self::Kalman(_) => "kalman",
             Self::Cubic { .. } => "cubic",
+            Self::OptimalCubic(_) => "optimal-cubic",
             Self::ProportionalIntegral { chain: None, .. } => "proportional-integral",
             Self::ProportionalIntegral { chain: Some(_), .. } => "extended-state",
             Self::UnknownInput { .. } => "unknown-input",
@@ -592,6 +674,8 @@ impl ObserverKind {
             Self::MeanValue { .. } => "mean-value",
             Self::HighGain { .. } => "high-gain",
             Self::ExtendedKalman { .. } => "extended-kalman",
+            Self::Unscented(_) => "ukf",
+            Self::MovingHorizon(_) => "mhe",
             Self::Kkl(_) => "kkl",
             Self::Pebo(_) => "pebo",
             Self::KklPeb(_) => "kkl-peb",
@@ -605,7 +689,18 @@ impl ObserverKind {
         match self {
             Self::SampledCubic { period, .. } | Self::ExtendedKalman { period, .. } => Some(*period),
             Self::SlidingMode(spec) => Some(spec.period),
+            Self::Unscented(spec) => Some(spec.period),
+            Self::MovingHorizon(spec) => Some(spec.period),
             _ => None,
+        }
+    }
+
+    /// Whether estimates on a log are smoothed.
+    pub fn smooths(&self) -> bool {
+        match self {
+            Self::ExtendedKalman { smooth, .. } => *smooth,
+            Self::Unscented(spec) => spec.smooth,
+            _ => false,
         }
     }
 
@@ -679,9 +774,12 @@ impl ObserverKind {
                 }
             }
             Self::KklNumerical(KklSpec { cutoff: Some(cutoff), .. }) => *cutoff *= factor,
-            Self::Lpv { .. }
+            Self::OptimalCubic(_)
+            | Self::Lpv { .. }
             | Self::NormFilter(_)
             | Self::ExtendedKalman { .. }
+            | Self::Unscented(_)
+            | Self::MovingHorizon(_)
             | Self::KklNumerical(_)
             | Self::Kkl(_)
             | Self::Pebo(_)

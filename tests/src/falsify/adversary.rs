@@ -420,7 +420,7 @@ fn unknown_input(document: &Value, random: &mut Random) -> Found {
 /// `V' <= -alpha V/|z1|` for the worst F at every z, and `|z1| <= c V^(1/2)`.
 fn super_twisting(document: &Value, random: &mut Random) -> Found {
     let (observer, lyapunov) = (&document["observer"], &document["lyapunov"]);
-    let (k1, k2, bound) = (single(&observer["k1"]), single(&observer["k2"]), single(&document["bound"]));
+    let (k1, k2, bound) = (single(&observer["k1"]), single(&observer["k2"]), single(&document["bounds"]["F"]));
     let (p, alpha, c) = (matrix(&lyapunov["P"], random), single(&lyapunov["alpha"]), single(&lyapunov["c"]));
     for (what, x) in [("k1", &k1), ("k2", &k2), ("bound", &bound), ("alpha", &alpha), ("c", &c)] {
         ensure(x.sign() > 0, || format!("false: {what} > 0"))?;

@@ -1,5 +1,5 @@
 //! Falsification of the deployed observer: the step is executed bit by bit, in binary32, binary64 or two's complement,
-//! on a plant with twice the digits of binary64.
+//! on a plant with twice the digits of binary64, which deviates from A and B at the bounds of the deviation.
 //!
 //! Inputs, noise, states and initial errors lie within their bounds, most often on them; the noise is the one that
 //! increases the error most. The sums are computed forwards, backwards and with fused operations. Compared with the
@@ -353,6 +353,10 @@ pub(super) fn contradicted(document: &Value, random: &mut Random) -> Found {
     }
     let float_p = float_matrix(&document["lyapunov"]["P"]);
     let float_f = if step == "joined" { read("F") } else { read("A") - read("L") * read("C") };
+    let deviations = operation.get("dA").map(|da| {
+        let db = if inputs == 0 { DMatrix::zeros(n, 0) } else { float_matrix(&operation["dB"]) };
+        (float_matrix(da), db)
+    });
     let mut transient = DMatrix::<f64>::identity(n, n);
     for k in 0..STEPS {
         let e: Vec<f64> = x.iter().zip(&xhat).map(|(x, xhat)| x.plus(Double(-xhat, 0.0)).0).collect();
@@ -391,6 +395,13 @@ pub(super) fn contradicted(document: &Value, random: &mut Random) -> Found {
                     if rounded.abs() <= *bound { rounded } else { 0.0 }
                 })
                 .collect();
+            // The plant deviates from A and B, each step in its own way.
+            let mut deviates = |m: &DMatrix<f64>, bound: Option<&DMatrix<f64>>| match bound {
+                Some(bound) => m + bound.map(|bound| bound * (1.0 - 1e-12) * random.sign()),
+                None => m.clone(),
+            };
+            let a = deviates(&a, deviations.as_ref().map(|(a, _)| a));
+            let b = deviates(&b, deviations.as_ref().map(|(_, b)| b));
             let moved = applied(&b, &u.iter().map(|u| Double(*u, 0.0)).collect::<Vec<_>>());
             let following: Vec<Double> = applied(&a, &x).into_iter().zip(moved).map(|(ax, bu)| ax.plus(bu)).collect();
             if following.iter().zip(states).all(|(x, bound)| x.0.abs() <= *bound) {

@@ -6,7 +6,10 @@ use luenberger_design::lipschitz::{LipschitzPlant, Sector};
 use luenberger_design::mean_value::ContractingCoordinates;
 use luenberger_design::robust::PolytopicDesign;
 use luenberger_design::{
-    Certified, CubicDesign, CubicGain, DecoupledPlant, DiscreteDesign, Disturbances, ErrorBound, ErrorCoordinates, FeedbackDesign, IntervalDesign, Kept, LinearDesign, LipschitzDesign, Periods, ReducedOrderDesign, SampledCubicDesign, SampledIntervalDesign, SuperTwistingDesign, Theorem1, UnknownInputDesign, VaryingPeriodDesign, at_varying_periods, deployed_linear, joint_design, lyapunov_certificate_file, stein_certificate_file,
+    Certified, CubicDesign, CubicGain, DecoupledPlant, DiscreteDesign, Disturbances, ErrorBound, ErrorCoordinates,
+    FeedbackDesign, IntervalDesign, Kept, LinearDesign, LipschitzDesign, Periods, ReducedOrderDesign,
+    SampledCubicDesign, SampledIntervalDesign, SuperTwistingDesign, Theorem1, UnknownInputDesign, VaryingPeriodDesign,
+    at_varying_periods, deployed_linear, joint_design, lyapunov_certificate_file, stein_certificate_file,
 };
 use luenberger_linalg::{lqr, lyapunov, stein};
 use luenberger_lmi::{Problem, he, sdpa};
@@ -15,7 +18,7 @@ use luenberger_proof::certificate::{
     CertificateFile, CubicConvergence, Definiteness, DiscreteJacobianPolytope, HurwitzStability, Region,
     SchurStability, Sign, StructuredCubicConvergence, Theorem, Vertex,
 };
-use luenberger_proof::statement::{Format, Formats, Operation, Step};
+use luenberger_proof::statement::{Deviation, Format, Formats, Operation, Step};
 use luenberger_proof::{Interval, Matrix};
 use nalgebra::DMatrix;
 
@@ -363,7 +366,13 @@ fn deployed(random: &mut Random) -> Option<CertificateFile> {
     let plant = StateSpace::new(o.ad().clone(), o.bd().clone(), o.c().clone()).ok()?;
     let (n, p) = (plant.a.nrows(), plant.c.nrows());
     let size = 2.0_f64.powi(random.integer(-3, 3));
+    let bounded = |random: &mut Random, rows: usize, columns: usize| {
+        Matrix::from_fn(rows, columns, |_, _| if random.once_in(2) { 0.0 } else { random.between(0.0, 1e-3) })
+    };
+    let deviation =
+        random.once_in(2).then(|| Deviation { a: bounded(random, n, n), b: bounded(random, n, plant.b.ncols()) });
     let meets = Operation {
+        deviation,
         state: (0..n).map(|_| size * random.between(0.5, 2.0)).collect(),
         input: (0..plant.b.ncols()).map(|_| random.between(0.0, 1.0)).collect(),
         noise: (0..p).map(|_| if random.once_in(2) { 0.0 } else { random.between(0.0, 1e-2) }).collect(),

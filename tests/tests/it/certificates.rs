@@ -255,6 +255,7 @@ fn deployed_observers_go_into_files() {
             input: vec![1.0; plant.b.ncols()],
             noise: vec![1e-3],
             error: vec![2.0; n],
+            deviation: None,
         };
         let fixed = Format::Fixed { integer_bits: 14, fraction_bits: 30 };
         for format in [Format::Binary32, Format::Binary64, fixed] {

@@ -12,7 +12,12 @@ use luenberger_design::lipschitz::{LipschitzPlant, Sector};
 use luenberger_design::mean_value::{ContractingCoordinates, MeanValueDesign};
 use luenberger_design::robust::{PolytopicDesign, certify_gain};
 use luenberger_design::{
-    Certified, CubicDesign, CubicGain, DecoupledPlant, DiscreteDesign, DiscreteLpvDesign, Disturbances, ErrorBound, ErrorCoordinates, FeedbackDesign, GainOptions, Goal, IntervalDesign, Kept, LinearDesign, LipschitzDesign, LpvDesign, LyapunovWeight, Norm, NormFilterDesign, Performance, Periods, ReducedOrderDesign, Region, SampledCubicDesign, SampledIntervalDesign, SuperTwistingDesign, Theorem1, Time, UnknownInputDesign, VaryingPeriodDesign, at_varying_periods, deployed_linear, joint_design, lyapunov_certificate_file, stein_certificate_file, theta_from_importance,
+    Certified, CubicDesign, CubicGain, DecoupledPlant, DiscreteDesign, DiscreteLpvDesign, Disturbances, ErrorBound,
+    ErrorCoordinates, FeedbackDesign, GainOptions, Goal, IntervalDesign, Kept, LinearDesign, LipschitzDesign,
+    LpvDesign, LyapunovWeight, Norm, NormFilterDesign, Performance, Periods, ReducedOrderDesign, Region,
+    SampledCubicDesign, SampledIntervalDesign, SuperTwistingDesign, Theorem1, Time, Uncertainty, UnknownInputDesign,
+    VaryingPeriodDesign, at_varying_periods, deployed_linear, joint_design, lyapunov_certificate_file,
+    stein_certificate_file, theta_from_importance,
 };
 use luenberger_linalg::lqr;
 use luenberger_lmi::{Problem, he, sdpa};
@@ -253,9 +258,19 @@ fn of_targets() -> Vec<CertificateFile> {
     let o = &design.observer;
     let sampled = StateSpace::new(o.ad().clone(), o.bd().clone(), o.c().clone()).unwrap();
     let (state, input) = (vec![2.0; 3], vec![1.0; plant.b.ncols()]);
-    let meets = Operation { state, input, noise: vec![1e-3], error: vec![2.0; 3] };
+    let meets = Operation { state, input, noise: vec![1e-3], error: vec![2.0; 3], deviation: None };
     let fixed = Format::Fixed { integer_bits: 14, fraction_bits: 30 };
     let mut files = vec![];
+    // A plant that deviates from its A and B.
+    let stiffness = Uncertainty::Polytope(vec![dmatrix![0.0, 0.0, 0.0; 0.01, 0.0, 0.0; 0.0, 0.02, 0.0]]);
+    let deviation = Some(stiffness.sampled(&plant, 0.1).unwrap());
+    let uncertain = Operation { deviation, ..meets.clone() };
+    for step in [Step::Innovation, Step::Joined] {
+        let found = deployed_linear(&sampled, o.ld(), step, Format::Binary32.into(), &uncertain).unwrap();
+        assert!(found.deployed.ball().is_some(), "{:?}", found.deployed.running);
+        files.push(found.certificate_file("deployed").unwrap());
+    }
+    files.push(design.deployed_certificate_file("deployed", Format::Binary32.into(), &uncertain).unwrap());
     for format in [Format::Binary32, Format::Binary64, fixed] {
         for step in [Step::Innovation, Step::Joined] {
             let found = deployed_linear(&sampled, o.ld(), step, format.into(), &meets).unwrap();

@@ -1,6 +1,7 @@
 //! Observers of uncertain plants with the forcing, as properties of random systems: docs/theory-cubic.md.
 
 use luenberger_design::{CubicDesign, CubicGain, Disturbances, LinearDesign, UncertainBound, Uncertainty};
+use luenberger_linalg::zero_order_hold;
 use luenberger_observers::Observer;
 use nalgebra::{DMatrix, DVector};
 use proptest::prelude::*;
@@ -26,6 +27,46 @@ fn worst(f: &DMatrix<f64>, g: &DMatrix<f64>, bounds: &[f64]) -> Vec<f64> {
         response = next;
     }
     sums.into_iter().map(|sum| 0.999 * sum).collect()
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 30, ..ProptestConfig::default() })]
+
+    /// Every plant within the uncertainty, also one that changes within a period, has a sampled form within the bounds.
+    #[test]
+    fn the_sampled_plant_is_within_its_deviation(
+        plant in observable_plant(2..=3), first in matrix(3, 3), second in matrix(3, 3), h in 0.01..0.3_f64,
+        shares in (-1.0..1.0, -1.0..1.0), change in 0.0..1.0_f64, bounded in any::<bool>(),
+    ) {
+        let n = plant.a.nrows();
+        let [first, second] = [first, second].map(|d| d.view((0, 0), (n, n)) * 0.3);
+        let (uncertainty, [before, after]) = if bounded {
+            let all = [first.clone(), second.clone(), -&first];
+            let hull = |share: f64| &first * share + &second * (0.5 * (1.0 - share.abs()));
+            (Uncertainty::Polytope(all.to_vec()), [shares.0, shares.1].map(hull))
+        } else {
+            // M G H with |G| <= 1: a multiple of an orthogonal matrix.
+            let turn = second.clone().qr().q();
+            let of = |share: f64| &first * (&turn * share) * &second;
+            (Uncertainty::NormBounded { m: first.clone(), h: second.clone() }, [shares.0, shares.1].map(of))
+        };
+        let found = uncertainty.sampled(&plant, h).unwrap();
+        let nominal = zero_order_hold(&plant.a, &plant.b, h).unwrap();
+        let part = (change * h).max(1e-6 * h);
+        let one = zero_order_hold(&(&plant.a + before), &plant.b, part).unwrap();
+        let other = zero_order_hold(&(&plant.a + after), &plant.b, h - part + 1e-9 * h).unwrap();
+        let (a, b) = (&other.ad * &one.ad, &other.ad * &one.bd + &other.bd);
+        // The last part of the period is a billionth too long.
+        let slack = 1e-8 * (1.0 + plant.a.norm()) * h;
+        for i in 0..n {
+            for j in 0..n {
+                prop_assert!((a[(i, j)] - nominal.ad[(i, j)]).abs() <= found.a[(i, j)] + slack);
+            }
+            for j in 0..plant.b.ncols() {
+                prop_assert!((b[(i, j)] - nominal.bd[(i, j)]).abs() <= found.b[(i, j)] + slack * plant.b.norm());
+            }
+        }
+    }
 }
 
 proptest! {

@@ -1,7 +1,8 @@
-//! Benchmarks against other tools or published results.
+//! Benchmarks against other tools or published results, and of observers against each other.
 
 pub(crate) mod linalg;
 pub(crate) mod lmi;
+pub(crate) mod observers;
 pub(crate) mod proof;
 pub(crate) mod sim;
 pub(crate) mod sweep;

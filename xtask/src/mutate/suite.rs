@@ -37,6 +37,8 @@ const BINARIES: [(&str, &[&str]); 9] = [
     ("sliding_mode", &["tests/tests/it/theorems_sliding_mode.rs"]),
     ("filters", &["tests/tests/it/generators.rs", "tests/tests/it/theorems_filters.rs"]),
     ("sampled", &["tests/tests/it/generators.rs", "tests/tests/it/theorems_sampled.rs"]),
+    ("uncertain", &["tests/tests/it/generators.rs", "tests/tests/it/theorems_uncertain.rs"]),
+    ("optimal_cubic", &["crates/design/tests/it/optimal_cubic.rs"]),
     ("mean_value", &["tests/tests/it/generators.rs", "tests/tests/it/theorems_mvt.rs"]),
     (
         "kkl",

@@ -76,9 +76,17 @@ const FILTERS: Suite = Suite { package: MODULES, binaries: &["--test", "filters"
 const INTERVAL: Suite = Suite { package: MODULES, binaries: &["--test", "interval"], only: &[] };
 const SLIDING: Suite = Suite { package: MODULES, binaries: &["--test", "sliding_mode"], only: &[] };
 const SAMPLED: Suite = Suite { package: MODULES, binaries: &["--test", "sampled"], only: &[] };
+const UNCERTAIN: Suite = Suite { package: MODULES, binaries: &["--test", "uncertain"], only: &[] };
+const OPTIMAL: Suite = Suite { package: MODULES, binaries: &["--test", "optimal_cubic"], only: &[] };
 const MEAN_VALUE: Suite = Suite { package: MODULES, binaries: &["--test", "mean_value"], only: &[] };
 const KKL: Suite = Suite { package: MODULES, binaries: &["--test", "kkl"], only: &[] };
 
+const DEPLOYED: Suite = Suite { package: "luenberger-proof", binaries: &["--test", "it"], only: &["deployed::"] };
+const TIMES: Suite = Suite {
+    package: "luenberger-proof",
+    binaries: &["--lib", "--test", "it"],
+    only: &["varying_periods::", "exponential::"],
+};
 const KKL_BOUND: Suite = Suite { package: "luenberger-proof", binaries: &["--test", "it"], only: &["kkl::"] };
 
 /// All of them.
@@ -307,6 +315,87 @@ pub(super) const SOURCES: &[Source] = &[
             ),
             mutant("stored N: C'S'", Transpose, "c.transpose().product(&s)?", "c.transpose().product(&s.transpose())?"),
             mutant("stored N: N N' for N'PN", WrongOperand, "&n.congruence(p)?", "&n.congruence(p)?.negative()"),
+        ],
+    },
+    Source {
+        file: "crates/proof/src/statement/varying_periods.rs",
+        suites: &[TIMES],
+        mutants: &[
+            mutant("decrease over times: + X'PX", Sign, "self.level.difference(&x", "self.level.sum(&x"),
+            mutant("decrease over times: factor P", Dropped, "p.scaled(&factor.mul(&factor))", "p.scaled(&factor)"),
+            mutant(
+                "decrease over times: the middles of the cells",
+                Dropped,
+                "&self.form(x)?.sum(&slope)?",
+                "&self.form(x)?",
+            ),
+            mutant("decrease over times: no map", Dropped, "exponential.product(self.map)?", "exponential"),
+        ],
+    },
+    Source {
+        file: "crates/proof/src/statement/exponential.rs",
+        suites: &[TIMES],
+        mutants: &[
+            mutant(
+                "exponential: no factorial",
+                Dropped,
+                "let inverse = 1.0 / f64::from(degree);",
+                "let inverse = 1.0;",
+            ),
+            mutant("exponential: doubled, not squared", WrongOperand, "power.product(&power)?", "power.sum(&power)?"),
+            mutant(
+                "exponential: the remainder of another degree",
+                Constant,
+                "const DEGREE: u32 = 20;",
+                "const DEGREE: u32 = 5;",
+            ),
+        ],
+    },
+    Source {
+        file: "crates/proof/src/statement/deployed/disturbance.rs",
+        suites: &[DEPLOYED],
+        mutants: &[mutant("deployed: the plant does not deviate", Dropped, ".sum(&self.deviation(&x, &u)?)?", "")],
+    },
+    Source {
+        file: "crates/design/src/uncertain.rs",
+        suites: &[UNCERTAIN],
+        mutants: &[
+            mutant(
+                "sampled deviation: rounding only",
+                Dropped,
+                "(with - without).max(0.0) + rounding",
+                "with.min(without).min(0.0) + rounding",
+            ),
+            mutant("sampled deviation: signs of the vertices", Dropped, "most.max(entry.abs())", "most.max(*entry)"),
+            mutant(
+                "sampled deviation: A for |A|",
+                WrongOperand,
+                "(plant.a.abs(), plant.b.abs())",
+                "(-plant.a.abs(), plant.b.abs())",
+            ),
+            mutant("norm-bounded: signs of H", Dropped, "(h.abs() * DVector", "(h * DVector"),
+        ],
+    },
+    Source {
+        file: "crates/design/src/optimal_cubic/cost.rs",
+        suites: &[OPTIMAL],
+        mutants: &[
+            mutant("cost: the sum over the first errors", Dropped, ".p.trace() / n as f64", ".p.trace()"),
+            mutant("cost: process noise of intensity W", Dropped, "(&self.process / self.period)", "(&self.process)"),
+            mutant("linear optimum: no mean", Dropped, "shares / (n as f64 * self.horizon)", "shares / self.horizon"),
+        ],
+    },
+    Source {
+        file: "crates/design/src/optimal_cubic/flow.rs",
+        suites: &[OPTIMAL],
+        mutants: &[
+            mutant("error flow: linear in r", Dropped, "q * row_times(&self.gain", "row_times(&self.gain"),
+            mutant(
+                "error flow: no rest",
+                Dropped,
+                "(sum + rest).is_finite().then_some(sum + rest)",
+                "(sum + rest).is_finite().then_some(sum)",
+            ),
         ],
     },
     Source {
@@ -908,7 +997,12 @@ pub(super) const SOURCES: &[Source] = &[
         file: "crates/observers/src/sliding_mode.rs",
         suites: &[SLIDING],
         mutants: &[
-            mutant("sliding mode: the sign in the layer", Hypothesis, "return (zero, z / layer);", "return (zero, sign);"),
+            mutant(
+                "sliding mode: the sign in the layer",
+                Hypothesis,
+                "return (zero, z / layer);",
+                "return (zero, sign);",
+            ),
             mutant("sliding mode: layer h^n", Dropped, "|layer, _| layer * self.h)", "|layer, _| layer)"),
             mutant("sliding mode: half the root", Constant, "(rest + rest) / (a +", "rest / (a +"),
             mutant("sliding mode: correction to the explicit power", Constant, "for j in i..n {", "for j in i..=i {"),
@@ -927,7 +1021,12 @@ pub(super) const SOURCES: &[Source] = &[
         suites: &[SLIDING],
         mutants: &[
             mutant("super-twisting: k2 for 2 k2", Dropped, "k2.add(&k2).neg()", "k2.neg()"),
-            mutant("super-twisting: bound for its square", Dropped, "let square = bound.mul(&bound);", "let square = bound.clone();"),
+            mutant(
+                "super-twisting: bound for its square",
+                Dropped,
+                "let square = bound.mul(&bound);",
+                "let square = bound.clone();",
+            ),
             mutant("super-twisting: c for its square", Dropped, "scaled(&c.mul(&c))", "scaled(&c)"),
         ],
     },
@@ -937,7 +1036,12 @@ pub(super) const SOURCES: &[Source] = &[
         mutants: &[
             mutant("super-twisting: alpha unscaled", Dropped, "(alpha * root, c *", "(alpha, c *"),
             mutant("super-twisting: half the time", Constant, "2.0 * self.c / self.alpha", "self.c / self.alpha"),
-            mutant("reaching time: a quarter turn", Constant, "k1 / (4.0 * square.sqrt())", "k1 / (8.0 * square.sqrt())"),
+            mutant(
+                "reaching time: a quarter turn",
+                Constant,
+                "k1 / (4.0 * square.sqrt())",
+                "k1 / (8.0 * square.sqrt())",
+            ),
             mutant("reaching time: against d", Sign, "(k - d * e.signum())", "(k + d * e.signum())"),
         ],
     },

@@ -1,6 +1,7 @@
 //! The commands on study files: `new`, and the steps `run`, `observe`, `design`, `certify`, `simulate`, `compare`,
-//! `sweep`.
+//! `sweep`; and `advise`.
 
+mod advise;
 mod columns;
 mod cost;
 mod export;
@@ -15,6 +16,7 @@ mod sweep_script;
 mod text_log;
 mod text_report;
 
+pub(crate) use advise::advise;
 pub(crate) use export::export;
 pub(crate) use new::new;
 pub(crate) use step::step;

@@ -4,7 +4,7 @@ use super::columns::table;
 use crate::numbers::{number, size};
 use luenberger_proof::wording::significant;
 use luenberger_study::Results;
-use luenberger_study::results::{ConsistencyReport, FilterReport, LogReport, PlantSummary, log_data};
+use luenberger_study::results::{ConsistencyReport, FilterReport, InnovationReport, LogReport, PlantSummary, log_data};
 use std::fmt::Write;
 
 fn test(report: Option<&ConsistencyReport>) -> String {
@@ -68,27 +68,35 @@ pub(super) fn log(text: &mut String, report: &LogReport, plant: &PlantSummary) {
         }
     }
     table(text, &rows);
-    let filters: Vec<_> = report.rows.iter().filter(|row| row.nis.is_some()).collect();
+    let filters: Vec<_> = report.rows.iter().flat_map(InnovationReport::all_tests).collect();
     if !filters.is_empty() {
         _ = writeln!(
             text,
             "\nconsistency of the filters over the second half of the log, mean with its 95 % acceptance region"
         );
-        consistency(text, filters.into_iter().map(|row| (row.observer.as_str(), &row.nis, &row.nees)));
+        consistency(text, filters.iter().map(|row| (row.observer.as_str(), &row.nis, &row.nees)));
     }
     if report.rows.iter().any(|row| !row.errors.is_empty()) {
         _ = writeln!(text, "\nerrors over the whole log, where it has the true state");
         let mut rows = header(&["observer", "state", "samples", "RMSE", "peak", "last"]);
+        for (name, error) in report.rows.iter().flat_map(InnovationReport::all_errors) {
+            rows.push(vec![
+                name,
+                error.state.clone(),
+                error.samples.to_string(),
+                number(error.rmse),
+                number(error.peak),
+                size(error.last),
+            ]);
+        }
+        table(text, &rows);
+    }
+    if report.rows.iter().any(|row| row.smoothed.is_some()) {
+        _ = writeln!(text, "\nstandard deviations that the filters compute, root mean square over the log");
+        let mut rows = header(&["observer", "state", "filtered", "smoothed"]);
         for row in &report.rows {
-            for error in &row.errors {
-                rows.push(vec![
-                    row.observer.clone(),
-                    error.state.clone(),
-                    error.samples.to_string(),
-                    number(error.rmse),
-                    number(error.peak),
-                    size(error.last),
-                ]);
+            for of in row.smoothed.iter().flat_map(|smoothed| &smoothed.deviations) {
+                rows.push(vec![row.observer.clone(), of.state.clone(), size(of.filtered), size(of.smoothed)]);
             }
         }
         table(text, &rows);

@@ -607,6 +607,8 @@ fn the_observers_of_every_template_agree_with_their_designs() {
         ("mimo", "cubic", "cubic", &["f32"]),
         ("measured-log", "stationary filter", "stationary_filter", &["f64", "q12.20"]),
         ("measured-log", "fast", "fast", &["f32"]),
+        // The optimum of a search.
+        ("optimal-cubic", "optimal", "optimal", &["f32"]),
         // Two states and the disturbance.
         ("load-torque", "proportional-integral", "proportional_integral", &["f64"]),
         ("load-torque", "reduced-order", "reduced_order", &["f64"]),

@@ -28,10 +28,15 @@ impl ErrorSystem {
                 f64::INFINITY
             }
         };
-        let start = [0.25, 0.5, 0.75, 1.0, 1.3].map(|share| share * rate);
-        let costs = start.map(&mut cost);
-        let at = (0..start.len()).min_by(|a, b| costs[*a].total_cmp(&costs[*b])).unwrap_or(0);
-        golden(0.8 * start[at], 1.2 * start[at], 8, &mut cost);
+        // Where N restricts P much, only slow rates have a solution.
+        for shares in [&[0.25, 0.5, 0.75, 1.0, 1.3][..], &[0.12, 0.06, 0.03, 0.015, 0.007, 0.003]] {
+            let costs: Vec<f64> = shares.iter().map(|share| cost(share * rate)).collect();
+            let at = (0..costs.len()).min_by(|a, b| costs[*a].total_cmp(&costs[*b])).unwrap_or(0);
+            if costs[at].is_finite() {
+                golden(0.8 * shares[at] * rate, 1.2 * shares[at] * rate, 8, &mut cost);
+                break;
+            }
+        }
         match (best, last) {
             (Some((_, candidate)), _) => Ok(candidate),
             (None, Some(error)) => Err(error),

@@ -18,4 +18,5 @@ mod norm_filter;
 mod numerical_kkl;
 mod numerical_kkl_choice;
 mod operating_point;
+mod optimal_cubic;
 mod stored;

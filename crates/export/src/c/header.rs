@@ -51,6 +51,13 @@ pub(crate) fn header(export: &Export) -> String {
     if matches!(export.program, Program::Kalman(_)) {
         _ = writeln!(fields, "    {number} P[{upper}_STATES][{upper}_STATES]; /**< Covariance of its error. */");
     }
+    if matches!(export.program, Program::Unscented(_)) {
+        let size = format!("[{upper}_STATES][{upper}_STATES]");
+        _ = writeln!(
+            fields,
+            "    {number} S{size}; /**< Lower triangular factor of the covariance S S' of its error. */"
+        );
+    }
     if export.is_filter() {
         _ = writeln!(fields, "    {number} prediction[{upper}_STATES]; /**< Prediction for the next sample. */");
     }
@@ -136,6 +143,9 @@ fn not_finite(export: &Export) -> String {
         }
         Program::Kalman(filter) if filter.gate().is_some() => format!(
             " * An infinite value of y is rejected by the gate. NaN in y, and a value of {known} that is not finite, make the\n * estimate not finite, for good, unless the plant does not depend on it or limits it:"
+        ),
+        Program::Unscented(_) => format!(
+            " * A value of {known} or y that is not finite, and a prediction whose covariance has no factor, make the estimate\n * not finite, for good, unless the plant does not depend on it or limits it:"
         ),
         Program::Copy(_)
         | Program::Discrete(_)

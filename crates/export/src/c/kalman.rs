@@ -80,8 +80,14 @@ fn arguments_of_measurement(maps: &Maps) -> Arguments {
     Arguments { time: maps.measurement.uses_time(), inputs: maps.measurement.uses_inputs().then_some("u") }
 }
 
+/// Parameters after others.
+pub(super) fn trailing_parameters(arguments: Arguments, number: &str) -> String {
+    let list = arguments.parameters(number);
+    if list.is_empty() { list } else { format!(", {}", list.trim_end_matches(", ")) }
+}
+
 /// Arguments after others.
-fn trailing(arguments: Arguments, t: &str) -> String {
+pub(super) fn trailing(arguments: Arguments, t: &str) -> String {
     let list = arguments.arguments(t);
     if list.is_empty() { list } else { format!(", {}", list.trim_end_matches(", ")) }
 }
@@ -314,8 +320,7 @@ static void slope({parameters}const {number} *z, {number} *dz)
 /// `xhat+ = f`, `P+ = Df P Df' + W`.
 fn discrete(text: &mut String, export: &Export, maps: &Maps, arguments: Arguments, n: &str) {
     let (name, number) = (&export.identifier, scalar(export));
-    let given = arguments.parameters(number);
-    let given = if given.is_empty() { given } else { format!(", {}", given.trim_end_matches(", ")) };
+    let given = trailing_parameters(arguments, number);
     _ = write!(
         text,
         "

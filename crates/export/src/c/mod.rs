@@ -14,6 +14,7 @@
 //! | `extension` | the step of an observer of expressions |
 //! | `copy` | the step of its copy with a constant gain |
 //! | `kalman` | the step of the extended Kalman filter |
+//! | `unscented` | the step of the unscented Kalman filter |
 //! | `feedback` | the feedback around the step |
 //! | `kkl` | the step of the numerical KKL observer |
 //! | `table` | its left inverse by a table of splines and a search |
@@ -35,6 +36,7 @@ pub(crate) mod source;
 mod step;
 mod table;
 mod test;
+mod unscented;
 
 pub(crate) use fixed::fixed_files;
 pub(crate) use header::header;
@@ -110,6 +112,7 @@ pub(crate) fn kind(export: &Export) -> String {
         Program::Linear(_) => "Sampled linear observer",
         Program::Cubic(_) => "Sampled cubic observer",
         Program::Kalman(_) => "Extended Kalman filter",
+        Program::Unscented(_) => "Unscented Kalman filter",
         Program::Kkl(_) => "Numerical KKL observer",
         Program::Extension(_) | Program::Step(_) => "Observer of expressions",
         Program::Copy(_) | Program::Discrete(_) => "Copy of the plant with a constant gain",

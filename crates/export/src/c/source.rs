@@ -2,7 +2,7 @@
 
 use std::fmt::Write;
 
-use super::{copy, cubic, extension, feedback, kalman, kkl, lengths, linear, matrix, plant, scalar};
+use super::{copy, cubic, extension, feedback, kalman, kkl, lengths, linear, matrix, plant, scalar, unscented};
 use crate::program::{Maps, Program};
 use crate::{Export, number};
 
@@ -85,6 +85,7 @@ void {name}_reset({name}_state *state)
         (Program::Kalman(filter), Some(maps)) => {
             kalman::step(&mut text, export, maps, (filter.substeps(), filter.gate().is_some()));
         }
+        (Program::Unscented(filter), Some(maps)) => unscented::step(&mut text, export, maps, filter),
         (Program::Kkl(observer), Some(maps)) => kkl::step(&mut text, export, observer, maps),
         (Program::Extension(observer), Some(maps)) => {
             extension::step(&mut text, export, observer, (maps, &observer.observer().routines()));
@@ -127,13 +128,18 @@ fn start(export: &Export) -> String {
 "
         );
     }
-    if matches!(export.program, Program::Kalman(_)) {
+    let covariance = match export.program {
+        Program::Kalman(_) => Some(("P", "P0")),
+        Program::Unscented(_) => Some(("S", "ROOT_P0")),
+        _ => None,
+    };
+    if let Some((field, first)) = covariance {
         _ = write!(
             text,
             "    for (i = 0; i < {n}; ++i) {{
         int j;
         for (j = 0; j < {n}; ++j) {{
-            state->P[i][j] = P0[i][j];
+            state->{field}[i][j] = {first}[i][j];
         }}
     }}
 "

@@ -3,6 +3,7 @@
 use std::fmt::Write;
 
 use luenberger_expression::{Dialect, Language, Routine, Routines};
+use luenberger_observers::SigmaPoints;
 
 use super::named;
 use crate::extension::ExtensionMaps;
@@ -45,6 +46,27 @@ pub(super) fn kalman(text: &mut String, export: &Export) {
     let p0 = {p0};
     let noises = NoiseModel {{ w, v, p0 }};
     {new}{gate}"
+    );
+}
+
+/// The body of `observer()` for the unscented Kalman filter.
+pub(super) fn unscented(text: &mut String, export: &Export, sigma: SigmaPoints) {
+    let of = |name: &str| named(export, name).unwrap_or_default();
+    let (w, v, p0) = (of("ROOT_W"), of("ROOT_V"), of("ROOT_P0"));
+    let SigmaPoints { alpha, beta, kappa } = sigma;
+    let substeps = export.program.substeps();
+    let gate = export.scalars().into_iter().find(|(name, _)| *name == "GATE");
+    let gate = gate.map_or_else(String::new, |(_, gate)| format!("?.with_gate({})", number::rust(gate, export.scalar)));
+    _ = writeln!(
+        text,
+        "    // The lower triangular factors of W, V and P(0).
+    let w = {w};
+    let v = {v};
+    let p0 = {p0};
+    let factors = NoiseModel {{ w, v, p0 }};
+    let sigma = SigmaPoints {{ alpha: {alpha:?}, beta: {beta:?}, kappa: {kappa:?} }};
+    UnscentedKalmanFilter::from_factors(Model, factors, sigma, {}, {substeps:?}){gate}",
+        period(export)
     );
 }
 

@@ -93,6 +93,17 @@ fn library(export: &Export) -> String {
             ),
             "        self.xhat = z.estimate().into();\n        self.p = z.covariance().transpose().into();\n",
         )
+    } else if matches!(export.program, Program::Unscented(_)) {
+        imports = ["SquareRootEstimate, ", "{Const, SMatrix, SVector}"];
+        _ = writeln!(fields, "    s: [[{number}; {n}]; {n}],");
+        _ = writeln!(start, "            s: [[{zero}; {n}]; {n}],");
+        (
+            format!("SquareRootEstimate<{number}, Const<{n}>>"),
+            format!(
+                "SquareRootEstimate::new(&SVector::from(self.xhat), &SMatrix::<{number}, {n}, {n}>::from(self.s).transpose())"
+            ),
+            "        self.xhat = z.estimate().into();\n        self.s = z.factor().transpose().into();\n",
+        )
     } else if export.is_filter() {
         _ = writeln!(fields, "    prediction: [{number}; {n}],");
         _ = writeln!(start, "            prediction: [{zero}; {n}],");

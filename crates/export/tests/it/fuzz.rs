@@ -16,7 +16,8 @@ use luenberger_observers::numerical_kkl::{
     Branch, Coordinates, Node, PolynomialInverse, PolynomialTree, SampledFilter, Search, TensorSpline,
 };
 use luenberger_observers::{
-    DiscreteNonlinearObserver, ExtendedKalmanFilter, InterSampleObserver, NoiseModel, SampledCopy,
+    DiscreteNonlinearObserver, ExtendedKalmanFilter, InterSampleObserver, NoiseModel, SampledCopy, SigmaPoints,
+    UnscentedKalmanFilter,
 };
 use nalgebra::{DMatrix, SMatrix, SVector};
 
@@ -235,7 +236,7 @@ pub(crate) fn nonlinear(random: &mut Random) -> Program {
     let (n, m, p) = (1 + random.below(4), random.below(3), 1 + random.below(2));
     let plant = plant(random, (n, m, p));
     let (period, substeps) = (0.02 + 0.01 * random.below(5) as f64, 1 + random.below(3));
-    let kind = random.below(5);
+    let kind = random.below(6);
     if kind < 2 {
         let l = DMatrix::from_fn(n, p, |_, _| random.number(0.5));
         return Program::Copy(SampledCopy::new(plant, l, period, substeps).unwrap());
@@ -249,6 +250,16 @@ pub(crate) fn nonlinear(random: &mut Random) -> Program {
         DMatrix::from_fn(order, order, |i, j| if i == j { size * (1.0 + random.number(0.5)) } else { 0.0 })
     };
     let noises = NoiseModel { w: diagonal(n, 0.1), v: diagonal(p, 0.05), p0: diagonal(n, 1.0) };
+    if kind == 3 {
+        // The second has a centre with a negative weight.
+        let sigma = [SigmaPoints::default(), SigmaPoints { alpha: 0.5, ..SigmaPoints::default() }][random.below(2)];
+        let filter = match random.below(3) {
+            0 => UnscentedKalmanFilter::discrete(plant, noises, sigma, period),
+            _ => UnscentedKalmanFilter::new(plant, noises, sigma, period, substeps),
+        };
+        let filter = filter.unwrap();
+        return Program::Unscented(if random.below(3) == 0 { filter.with_gate(2.0).unwrap() } else { filter });
+    }
     let filter = match random.below(4) {
         0 => ExtendedKalmanFilter::discrete(plant, noises, period),
         _ => ExtendedKalmanFilter::new(plant, noises, period, substeps),

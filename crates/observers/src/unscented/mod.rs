@@ -1,13 +1,14 @@
 //! The unscented Kalman filter in square-root form.
 //!
-//! `x' = f(x, u) + w`, `y_k = h(x(t_k), u(t_k)) + v_k` with w white of intensity W per unit of time, or in discrete time
-//! `x+ = f(x, u) + w` with w of covariance W per sample; v_k of covariance V. Means and covariances come from the images
-//! of [sigma points](SigmaPoints), `2 n + 1` evaluations of h at a sample and of f, or of its integral, between two;
-//! no Jacobian is needed. What is stored is the factor S of the covariance, `P = S S'`, which cannot lose symmetry or
-//! definiteness to rounding.
+//! `x' = f(x, u) + w`, `y_k = h(x(t_k), u(t_k)) + v_k` with w white of intensity W per unit of time, or in discrete
+//! time
+//! `x+ = f(x, u) + w` with w of covariance W per sample; v_k of covariance V. Means and covariances come from the
+//! images of [sigma points](SigmaPoints), `2 n + 1` evaluations of h at a sample and of f, or of its integral, between
+//! two; no Jacobian is needed. What is stored is the factor S of the covariance, `P = S S'`, which cannot lose symmetry
+//! or definiteness to rounding.
 //!
-//! At a sample the points are those of (xhat, S), and the columns of the images under h form, with those of S, the factor
-//! of the covariance of measurement and state together:
+//! At a sample the points are those of (xhat, S), and the columns of the images under h form, with those of S, the
+//! factor of the covariance of measurement and state together:
 //!
 //! ```text
 //! [V^(1/2), D, E, e0; 0, S, 0, 0]  ->  [G, 0; M, S+]                rotations from the right
@@ -23,13 +24,13 @@
 //! order in the error, where the extended filter is right to first order; there is no theorem of stability for either.
 //!
 //! A factorisation can fail: where the centre's weight is negative (small alpha) its column is taken away, and what is
-//! left need not be positive definite; or f or h is not finite at a sigma point. [`update`](UnscentedKalmanFilter::update)
-//! and [`predict`](UnscentedKalmanFilter::predict) say so and leave the belief as it was; a
-//! [`step`](SampledObserver::step) whose prediction fails leaves an estimate that is NaN.
+//! left need not be positive definite; or f or h is not finite at a sigma point.
+//! [`update`](UnscentedKalmanFilter::update) and [`predict`](UnscentedKalmanFilter::predict) say so and leave the
+//! belief as it was; a [`step`](SampledObserver::step) whose prediction fails leaves an estimate that is NaN.
 //!
 //! Source: R. van der Merwe and E. A. Wan, The square-root unscented Kalman filter for state and parameter-estimation,
-//! ICASSP 2001; the joint factor in place of their downdates by `K S_y`, which can fail for any weights: S. J. Julier and
-//! J. K. Uhlmann, Unscented filtering and nonlinear estimation, Proc. IEEE 92, 2004, for the joint covariance.
+//! ICASSP 2001; the joint factor in place of their downdates by `K S_y`, which can fail for any weights: S. J. Julier
+//! and J. K. Uhlmann, Unscented filtering and nonlinear estimation, Proc. IEEE 92, 2004, for the joint covariance.
 
 mod sigma;
 
@@ -138,12 +139,10 @@ where
     /// use luenberger_plants::flexible_joint;
     /// use nalgebra::{Matrix2, Matrix4, Vector1, Vector2, Vector4};
     ///
-    /// let noises = NoiseModel { w: Matrix4::identity() * 0.1, v: Matrix2::identity() * 1e-4, p0: Matrix4::identity() };
-    /// let plant = flexible_joint::classical();
-    /// let filter = UnscentedKalmanFilter::new(plant, noises, SigmaPoints::default(), 0.01, 2)?;
-    /// let (u, y) = (Vector1::new(0.0), Vector2::new(1.0, 0.0));
-    /// let mut belief = filter.initial(0.0, &Vector4::zeros(), &u, &y);
-    /// filter.step(0.0, &mut belief, &u, &y);
+    /// let noises = NoiseModel { w: Matrix4::identity() * 0.1, v: Matrix2::identity() * 1e-4, p0: Matrix4::identity()
+    /// }; let plant = flexible_joint::classical(); let filter = UnscentedKalmanFilter::new(plant, noises,
+    /// SigmaPoints::default(), 0.01, 2)?; let (u, y) = (Vector1::new(0.0), Vector2::new(1.0, 0.0)); let mut belief =
+    /// filter.initial(0.0, &Vector4::zeros(), &u, &y); filter.step(0.0, &mut belief, &u, &y);
     /// assert!(belief.covariance()[(0, 0)] < 0.01);
     /// # Ok::<(), luenberger_observers::ObserverError>(())
     /// ```
@@ -177,8 +176,8 @@ where
         Ok(Self { substeps: None, ..Self::new(plant, noises, sigma, h, 1)? })
     }
 
-    /// The filter with lower triangular factors in place of the covariances W, V and P(0), as [`factors`](Self::factors)
-    /// has them; without `substeps` of a plant in discrete time.
+    /// The filter with lower triangular factors in place of the covariances W, V and P(0), as
+    /// [`factors`](Self::factors) has them; without `substeps` of a plant in discrete time.
     ///
     /// # Errors
     /// As [`new`](Self::new); [`ObserverError::NotDefinite`] for a diagonal entry that is negative, or of V zero.
@@ -266,6 +265,7 @@ where
     }
 
     /// The measurement that (xhat, S) predicts, and the factor of its joint covariance with the state.
+    #[allow(clippy::type_complexity, reason = "expected measurement, factor")]
     fn joint(
         &self,
         t: T,
@@ -353,9 +353,9 @@ where
     S: Plant<T, State = OVector<T, N>, Input = OVector<T, M>, Output = OVector<T, P>>,
     DefaultAllocator: Size<N, M, P> + Allocator<N, DimSum<N, U1>>,
 {
-    /// From time t to `t + duration`, the input held; for a plant in [discrete time](Self::discrete) to the next sample,
-    /// whatever the duration, which is nonnegative. So many Runge-Kutta steps are taken as between two samples: cut a
-    /// long one.
+    /// From time t to `t + duration`, the input held; for a plant in [discrete time](Self::discrete) to the next
+    /// sample, whatever the duration, which is nonnegative. So many Runge-Kutta steps are taken as between two samples:
+    /// cut a long one.
     ///
     /// False, and the belief as it was, if the covariance has no factor in floating point: f is not finite at a sigma
     /// point, or taking the centre away leaves no positive definite matrix.
@@ -368,6 +368,7 @@ where
     }
 
     /// The belief after the prediction, and the covariance of the states before and after it.
+    #[allow(clippy::type_complexity, reason = "belief, and how to get the cross covariance")]
     fn predicted(
         &self,
         t: T,

@@ -9,8 +9,8 @@
 //!
 //! The images y0, y_k+, y_k- have the mean `y0 + w sum (y_k+ + y_k- - 2 y0)`, which is the weighted mean without the
 //! cancellation of large weights. The pairs enter the covariance by their half differences and sums,
-//! `(y_k+ - y_k-)/(2 gamma)` and `(y_k+ + y_k- - 2 mean)/(2 gamma)`: of a linear map the first are `A s_k` and the second
-//! are 0.
+//! `(y_k+ - y_k-)/(2 gamma)` and `(y_k+ + y_k- - 2 mean)/(2 gamma)`: of a linear map the first are `A s_k` and the
+//! second are 0.
 //!
 //! Source: R. van der Merwe, Sigma-Point Kalman Filters for Probabilistic Inference in Dynamic State-Space Models,
 //! dissertation, Oregon Health & Science University 2004, chapter 3.
@@ -22,9 +22,10 @@ use crate::error::ObserverError;
 
 /// The parameters of the sigma points.
 ///
-/// The default is `alpha = 1`, `beta = 2`, `kappa = 0`: no weight is negative and nothing cancels, so that f32 suffices.
-/// beta = 2 makes the variance of a quadratic function of one Gaussian variable exact for every alpha. A small alpha
-/// keeps the points close to the estimate, for functions that are defined near it only; the usual `1e-3` costs
+/// The default is `alpha = 1`, `beta = 2`, `kappa = 0`: no weight is negative and nothing cancels, so that f32
+/// suffices. beta = 2 makes the variance of a quadratic function of one Gaussian variable exact for every alpha. A
+/// small alpha keeps the points close to the estimate, for functions that are defined near it only; the usual `1e-3`
+/// costs
 /// `-2 log10(alpha)`, that is 6 of the 16 digits, and in f32 all of them.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SigmaPoints {
@@ -32,7 +33,8 @@ pub struct SigmaPoints {
     pub alpha: f64,
     /// What is known of the distribution: 2 for a Gaussian one.
     pub beta: f64,
-    /// A second parameter of the distance, above -n; `n + kappa = 3` matches the fourth moment of a Gaussian with alpha = 1.
+    /// A second parameter of the distance, above -n; `n + kappa = 3` matches the fourth moment of a Gaussian with alpha
+    /// = 1.
     pub kappa: f64,
 }
 

@@ -10,6 +10,7 @@ mod immersion_invariance;
 mod kalman;
 mod kkl;
 mod mean_value;
+mod moving_horizon;
 mod numerical_kkl;
 mod sampled;
 mod sampled_copy;

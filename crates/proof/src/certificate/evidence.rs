@@ -158,11 +158,11 @@ impl Certificate {
     pub fn converges_from_everywhere(&self) -> bool {
         self.proved.iter().any(|proved| match &proved.theorem {
             Theorem::CubicConvergence(observer) => observer.region == Region::Everywhere,
+            #[cfg(feature = "all-theorems")]
             Theorem::FeedbackLoop(theorem) => theorem.observer.region == Region::Everywhere,
-            Theorem::CubicTheorem1(_)
-            | Theorem::SampledCubicConvergence(_)
-            | Theorem::SemiImplicitCubicConvergence(_)
-            | Theorem::VaryingPeriodConvergence(_) => true,
+            Theorem::SampledCubicConvergence(_) | Theorem::SemiImplicitCubicConvergence(_) => true,
+            #[cfg(feature = "all-theorems")]
+            Theorem::CubicTheorem1(_) | Theorem::VaryingPeriodConvergence(_) => true,
             _ => false,
         })
     }

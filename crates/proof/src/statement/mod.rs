@@ -30,7 +30,7 @@ mod varying_periods;
 pub use contracting::cascade_decrease;
 pub use cubic::{accretive, cubic_dissipation, cubic_dissipation_structured};
 pub use deployed::{
-    CubicGains, Deployed, ErrorBall, Format, Formats, Intermediate, NoErrorBallReason, Operation, Running,
+    CubicGains, Deployed, Deviation, ErrorBall, Format, Formats, Intermediate, NoErrorBallReason, Operation, Running,
     SampledPlant, Step, Stored, deployed_linear, deployed_sampled_cubic, saturated_decrease,
 };
 pub use deployed_cubic::{DeployedCubic, Ellipsoid, Reach, deployed_cubic};

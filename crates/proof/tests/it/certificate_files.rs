@@ -101,7 +101,8 @@ fn deployed(step: Step, format: Format) -> DeployedObserver {
     };
     // Poles at 0.5 and 0.6, and a P that decreases there.
     let (l, p) = (Matrix::from_rows([[0.9], [2.0]]), Matrix::from_rows([[11.0, -2.25], [-2.25, 0.5625]]));
-    let operation = Operation { state: vec![1.0; 2], input: vec![1.0], noise: vec![0.0], error: vec![1.0; 2] };
+    let operation =
+        Operation { state: vec![1.0; 2], input: vec![1.0], noise: vec![0.0], error: vec![1.0; 2], deviation: None };
     let found = deployed_linear(&plant, &l, &p, step, format.into(), &operation).expect("it fits");
     let ball = found.ball().map(ClaimedBall::from);
     DeployedObserver { plant, stored: found.stored, step, formats: format.into(), operation, p, ball }
@@ -987,7 +988,7 @@ fn the_file_of_the_documentation_is_proved() {
 fn weights_and_words_are_those_of_the_formula() {
     let number = |x: f64| Matrix::from_rows([[x]]);
     let none = || Matrix::from_fn(1, 0, |_, _| 0.0);
-    let operation = Operation { state: vec![1.0], input: vec![], noise: vec![0.1], error: vec![1.0] };
+    let operation = Operation { state: vec![1.0], input: vec![], noise: vec![0.1], error: vec![1.0], deviation: None };
     let formats = Format::Binary32.into();
     let plant = SampledPlant { a: number(0.5), b: none(), c: number(1.0) };
     let gains = CubicGains { n: number(-2.0), theta: number(-1.0), w: 2.0, h: 0.125 };

@@ -2,8 +2,8 @@
 //! that stop stabilising.
 
 use luenberger_proof::statement::{
-    CubicGains, Deployed, Format, Formats, NoErrorBallReason, Operation, Running, SampledPlant, Step, deployed_linear,
-    deployed_sampled_cubic, saturated_decrease,
+    CubicGains, Deployed, Deviation, Format, Formats, NoErrorBallReason, Operation, Running, SampledPlant, Step,
+    deployed_linear, deployed_sampled_cubic, saturated_decrease,
 };
 use luenberger_proof::{Exact, Matrix, ProofError, Ring};
 use proptest::prelude::*;
@@ -95,6 +95,7 @@ fn promise(plant: &SampledPlant, bound: f64) -> Operation {
         input: vec![bound; plant.b.cols()],
         noise: vec![0.0; plant.c.rows()],
         error: vec![bound; plant.a.rows()],
+        deviation: None,
     }
 }
 
@@ -135,7 +136,13 @@ fn run(
             operation.input.iter().map(|bound| running.round(bound * noise.next()).expect("in range")).collect();
         let y: Vec<f64> = apply(&plant.c, &x).iter().map(|y| running.round(*y).expect("in range")).collect();
         xhat = step(&xhat, &u, &y);
-        x = apply(&plant.a, &x).iter().zip(apply(&plant.b, &u)).map(|(ax, bu)| ax + bu).collect();
+        let mut moved = |m: &Matrix<f64>, bound: Option<&Matrix<f64>>| match bound {
+            Some(bound) => Matrix::from_fn(m.rows(), m.cols(), |i, j| m[(i, j)] + bound[(i, j)] * noise.next()),
+            None => m.clone(),
+        };
+        let a = moved(&plant.a, operation.deviation.as_ref().map(|deviation| &deviation.a));
+        let b = moved(&plant.b, operation.deviation.as_ref().map(|deviation| &deviation.b));
+        x = apply(&a, &x).iter().zip(apply(&b, &u)).map(|(ax, bu)| ax + bu).collect();
     }
     Ok(share)
 }
@@ -177,6 +184,30 @@ proptest! {
         for order in ORDERS {
             run(&plant, &deployed, &operation, Format::Binary32, seed, &|xhat, u, y| single(&deployed, step, order, xhat, u, y))?;
         }
+    }
+
+    /// The same while the plant deviates from its A and B in every step, at the bounds of the deviations most of the
+    /// time; and without these bounds the ball is too small for it.
+    #[test]
+    fn the_error_is_within_its_ball_while_the_plant_deviates((plant, l, bound, seed) in system(), joined in any::<bool>(), size in 1e-3..0.1_f64) {
+        let step = if joined { Step::Joined } else { Step::Innovation };
+        let plant = SampledPlant { a: plant.a.map(|x| 0.8 * x), b: plant.b.map(|x| 0.8 * x), c: plant.c };
+        let (n, m) = (plant.a.rows(), plant.b.cols());
+        let deviation = Deviation {
+            a: Matrix::from_fn(n, n, |_, _| size / n as f64),
+            b: Matrix::from_fn(n, m, |_, _| 0.5 * size / m as f64),
+        };
+        let exactly = promise(&plant, bound);
+        let operation = Operation { deviation: Some(deviation), ..exactly.clone() };
+        let judged = |operation: &Operation| {
+            deployed_linear(&plant, &l, &identity(n), step, Format::Binary32.into(), operation).expect("fits")
+        };
+        let deployed = judged(&operation);
+        let share = run(&plant, &deployed, &operation, Format::Binary32, seed, &|xhat, u, y| single(&deployed, step, Order::Forward, xhat, u, y))?;
+        let (with, without) = (deployed.ball().expect("proved"), judged(&exactly).ball().expect("proved").clone());
+        // One step alone makes an error of a part of |dA| |x|, a hundred times the rounding at least.
+        prop_assert!(with.entries.iter().zip(&without.entries).all(|(with, without)| *with > 10.0 * without));
+        prop_assert!(share > 1e-3, "{share}");
     }
 
     /// Fixed point with 4 to 19 bits after the point, products rounded one by one or in a wide sum.
@@ -468,7 +499,7 @@ fn bad_data_are_errors_with_their_numbers() {
     assert!(judged(0.1, 1.0, Format::Binary64, &vast).expect("fits").ball().is_none());
     let empty = Matrix::from_fn(0, 0, |_, _| 0.0);
     let nothing = SampledPlant { a: empty.clone(), b: empty.clone(), c: empty.clone() };
-    let none = Operation { state: vec![], input: vec![], noise: vec![], error: vec![] };
+    let none = Operation { state: vec![], input: vec![], noise: vec![], error: vec![], deviation: None };
     assert!(deployed_linear(&nothing, &empty, &empty, Step::Joined, byte.into(), &none).expect("fits").is_stable());
 }
 

@@ -11,3 +11,4 @@ mod kkl;
 mod sectors;
 mod statements;
 mod stress;
+mod varying_periods;

@@ -52,5 +52,5 @@ pub(crate) fn paper() -> Paper {
 fn certified(name: &str, kind: Kind, certificate: &Certificate, states: usize) -> Result<Observer, CheckError> {
     let files = certificate.theorems().iter().map(|theorem| Ok(theorem.file(name)?.to_json()));
     let certificates = files.collect::<Result<_, CheckError>>()?;
-    Ok(Observer { certificates, ..Observer::new(name, kind, &vec![0.0; states]) })
+    Ok(Observer { certificates: Some(certificates), ..Observer::new(name, kind, &vec![0.0; states]) })
 }

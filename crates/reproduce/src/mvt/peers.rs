@@ -109,36 +109,35 @@ pub(super) fn claims() -> Vec<Claim> {
 }
 
 fn same_information(context: &Context) -> Result<Outcome, CheckError> {
-    let mut words = Vec::new();
     let mut decided = [-1.0; 2];
+    let mut head = vec!["observer".to_owned(), "told besides".to_owned()];
+    // A row for each observer: its name, what it is told, and its times.
+    let mut rows: Vec<Vec<String>> = Vec::new();
     for system in System::JOINTS {
         let runs = joint(context, system)?;
         for (k, (table, noise)) in [(&runs.clean, "without noise"), (&runs.noisy, "with noise")].into_iter().enumerate()
         {
-            let mut rows = Vec::new();
+            head.push(format!("{}, {noise}", system.name()));
             for row in &table.rows {
                 let settled = row.outcome.as_ref().ok().and_then(|merits| merits.settling_last);
                 if row.name == BLIND && system == System::Corrected {
                     decided[k] = settled.unwrap_or(-1.0);
                 }
-                let given = if row.given.is_empty() {
-                    String::new()
-                } else {
-                    format!(" [given more: {}]", row.given.join("; "))
-                };
-                rows.push(format!(
-                    "{} {}{given}",
-                    row.name,
-                    settled.map_or("never".to_owned(), |t| format!("{} s", short(t)))
-                ));
+                let known = rows.iter().position(|cells| cells[0] == row.name).unwrap_or_else(|| {
+                    rows.push(vec![row.name.clone(), row.given.join("; ")]);
+                    rows.len() - 1
+                });
+                // An observer that took no part before has empty cells there.
+                rows[known].resize(head.len() - 1, String::new());
+                rows[known].push(settled.map_or("never".to_owned(), |t| format!("{} s", short(t))));
             }
-            words.push(format!("{}, {noise}: {}.", system.name(), rows.join(", ")));
         }
     }
-    Ok(Outcome::new(Evidence::holds_by(decided.iter().all(|t| *t >= 0.0), decided)).note(format!(
-        "Time from which |x - x̂| stays below 5 %. {} On both variants it never settles. The filter's estimate is held for {PERIOD} s between its samples, which \
-         costs it the band where x is fast. Noise: uniform, ± {NOISE}, held {PERIOD} s, seed {SEED}.",
-        words.join(" ")
+    rows.iter_mut().for_each(|cells| cells.resize(head.len(), String::new()));
+    let outcome = Outcome::new(Evidence::holds_by(decided.iter().all(|t| *t >= 0.0), decided)).table(head, rows);
+    Ok(outcome.note(format!(
+        "Time from which |x - x̂| stays below 5 %. On both variants it never settles. The filter's estimate is held for {PERIOD} s between its samples, which costs it the \
+         band where x is fast. Noise: uniform, ± {NOISE}, held {PERIOD} s, seed {SEED}.",
     )))
 }
 

@@ -9,6 +9,7 @@ use crate::value::{Value, short};
 use luenberger_figures::report::ReportError;
 use luenberger_figures::{Report, Section, escape};
 use luenberger_live::page::{MODULE, SCRIPT, STYLE};
+use luenberger_proof::wording::counted;
 use std::fmt::Write;
 
 /// The page.
@@ -20,13 +21,13 @@ pub(crate) fn html(papers: &[Paper], summary: &Summary, drawn: &[Drawn], live: &
         .lead("Every claim below is computed anew; the verdict follows from what is printed, what is computed and the tolerance.")
         .head(head(papers, summary))
         .with(include_str!("page.css"), include_str!("page.js"));
+    if let Some(findings) = findings(papers, &summary.records) {
+        report = report.section(Section::new("Findings").html(findings));
+    }
     if !live.is_empty() {
         let style = [include_str!("page.css"), STYLE].concat();
         let script = [include_str!("page.js"), SCRIPT].concat();
         report = report.with(style, script).tail(MODULE).section(examples(live));
-    }
-    if let Some(findings) = findings(papers, &summary.records) {
-        report = report.section(Section::new("Findings").html(findings));
     }
     report = report.section(Section::new("Claims").html(claims(papers, &summary.records)));
     for paper in papers {
@@ -104,7 +105,7 @@ fn findings(papers: &[Paper], records: &[Record]) -> Option<String> {
                 "<li>{} <a href=\"#{id}\"><code>{id}</code></a>{}<div class=\"note\">{}</div></li>",
                 badge(record),
                 numbers(record),
-                escape(&record.note),
+                note(record),
                 id = escape(&record.id)
             );
         }
@@ -202,9 +203,34 @@ fn claim(page: &mut String, record: &Record) {
         }
     }
     if !record.note.is_empty() {
-        let _ = write!(page, "<dt>Note</dt><dd>{}</dd>", escape(&record.note));
+        let _ = write!(page, "<dt>Note</dt><dd>{}</dd>", note(record));
     }
     let _ = write!(page, "</dl></td></tr></tbody>");
+}
+
+/// The note, as a paragraph or a list of its parts, with its table behind a line that opens it.
+fn note(record: &Record) -> String {
+    let mut page = match record.parts.as_slice() {
+        [one] => escape(one),
+        parts => {
+            let items: String = parts.iter().map(|part| format!("<li>{}</li>", escape(part))).collect();
+            format!("<ul class=\"parts\">{items}</ul>")
+        }
+    };
+    if let Some(table) = &record.table {
+        let row = |cells: &[String], tag: &str| {
+            let cells: String = cells.iter().map(|cell| format!("<{tag}>{}</{tag}>", escape(cell))).collect();
+            format!("<tr>{cells}</tr>")
+        };
+        let rows: String = table.rows.iter().map(|cells| row(cells, "td")).collect();
+        let _ = write!(
+            page,
+            "<details class=\"numbers\"><summary>{}</summary><div class=\"wide\"><table class=\"rows\"><thead>{}</thead><tbody>{rows}</tbody></table></div></details>",
+            counted(table.rows.len(), "row"),
+            row(&table.head, "th")
+        );
+    }
+    page
 }
 
 /// The hypotheses as evaluated, a row each.

@@ -6,6 +6,7 @@ use super::filter::AnyFilter;
 use super::hold::{Hold, Source, reach};
 use super::innovation::NormalisedSquare;
 use super::replayed::{Belief, ReplayedObserver};
+use super::smoother::Record;
 use super::{Entry, Recording};
 use crate::erased::{AnyObserver, AnyPlant};
 use crate::error::{SimError, check_finite, check_positive};
@@ -17,6 +18,9 @@ const ON_A_SAMPLE: f64 = 0.01;
 
 /// Most steps of an observer in discrete time, and of a prediction.
 const MOST_STEPS: f64 = 2e7;
+
+/// Most numbers that are kept for a smoother.
+const MOST_NUMBERS: f64 = 1.5e8;
 
 /// What is done on the way.
 pub(super) struct March<'r> {
@@ -33,6 +37,7 @@ pub(super) struct March<'r> {
     estimates: Vec<f64>,
     innovations: Vec<Option<f64>>,
     belief: Option<Belief>,
+    record: Option<Record>,
     interpolated: usize,
     steps: usize,
 }
@@ -58,6 +63,7 @@ impl<'r> March<'r> {
             estimates: Vec::new(),
             innovations: Vec::new(),
             belief: None,
+            record: entry.is_smoothed.then(Record::default),
             interpolated: 0,
             steps: 0,
         }
@@ -230,13 +236,14 @@ impl<'r> March<'r> {
     /// A Kalman filter: updated at rows, predicted in between.
     pub(super) fn filter(&mut self, filter: &dyn AnyFilter) -> Result<(), SimError> {
         let own = filter.dimensions();
-        let n = own.estimate;
         let times = self.recording.times();
-        self.belief = Some(Belief { nis: Vec::new(), rejected: Vec::new(), covariances: Vec::new(), order: n });
+        let belief = Belief { nis: Vec::new(), rejected: Vec::new(), covariances: Vec::new(), order: own.estimate };
+        self.belief = Some(belief);
         let mut state = vec![0.0; own.state];
-        filter.initial(times[0], &self.entry.initial, &mut state);
+        filter.initial(times[0], &self.entry.initial, &self.u, &self.y, &mut state);
         if let Some(period) = filter.grid() {
             let mut grid = Grid::new(&self.entry.name, self.recording, period)?;
+            self.check_record(grid.samples as f64, own.estimate)?;
             while let Some((t, row)) = grid.next() {
                 if let Some(row) = row {
                     self.read(row);
@@ -244,25 +251,43 @@ impl<'r> March<'r> {
                     self.recording.inputs().on(grid.last, t, &mut self.u);
                     self.measured.fill(false);
                 }
-                self.correct(filter, t, row, &mut state, n)?;
-                filter.predict(t, &mut state, &self.u, period);
+                self.correct(filter, t, row, &mut state)?;
+                if !grid.is_done() {
+                    self.predict(filter, t, &mut state, period);
+                }
             }
             return Ok(());
         }
         let pieces: f64 = times.windows(2).map(|pair| filter.pieces(pair[1] - pair[0])).sum();
         if pieces > MOST_STEPS {
-            let period = (times[times.len() - 1] - times[0]) / pieces;
-            let name = self.entry.name.clone();
-            return Err(SimError::TooManySamples { name, period, steps: pieces, limit: MOST_STEPS });
+            return Err(self.too_many(pieces, MOST_STEPS));
         }
+        self.check_record(pieces, own.estimate)?;
         for (k, t) in times.iter().enumerate() {
             self.read(k);
-            self.correct(filter, *t, Some(k), &mut state, n)?;
+            self.correct(filter, *t, Some(k), &mut state)?;
             if let Some(next) = times.get(k + 1) {
-                filter.predict(*t, &mut state, &self.u, next - t);
+                self.predict(filter, *t, &mut state, next - t);
             }
         }
         Ok(())
+    }
+
+    /// Whether what a smoother needs fits into memory.
+    fn check_record(&self, steps: f64, n: usize) -> Result<(), SimError> {
+        let limit = (MOST_NUMBERS / (3 * n * n + 2 * n) as f64).floor();
+        if self.record.is_some() && steps > limit { Err(self.too_many(steps, limit)) } else { Ok(()) }
+    }
+
+    fn too_many(&self, steps: f64, limit: f64) -> SimError {
+        let times = self.recording.times();
+        let period = (times[times.len() - 1] - times[0]) / steps;
+        SimError::TooManySamples { name: self.entry.name.clone(), period, steps, limit }
+    }
+
+    fn predict(&mut self, filter: &dyn AnyFilter, t: f64, state: &mut [f64], duration: f64) {
+        let passages = self.record.as_mut().map(|record| &mut record.passages);
+        filter.predict(t, state, &self.u, duration, passages);
     }
 
     /// The update at `t` by what was measured.
@@ -272,10 +297,9 @@ impl<'r> March<'r> {
         t: f64,
         row: Option<usize>,
         state: &mut [f64],
-        n: usize,
     ) -> Result<(), SimError> {
         check_finite(&format!("the state of filter {:?} at t = {t}", self.entry.name), state)?;
-        self.predict_outputs(t, &state[..n])?;
+        self.predict_outputs(t, &filter.estimate(state))?;
         let rejected: Vec<usize> =
             (0..self.y.len()).filter(|&j| self.measured[j] && filter.rejects(t, state, &self.u, &self.y, j)).collect();
         for &j in &rejected {
@@ -286,11 +310,16 @@ impl<'r> March<'r> {
         } else {
             None
         };
-        self.note(t, row, &state[..n])?;
+        let (estimate, covariance) = (filter.estimate(state), filter.covariance(state));
+        self.note(t, row, &estimate)?;
         if let Some(belief) = &mut self.belief {
             belief.rejected.extend(rejected.into_iter().map(|output| (belief.nis.len(), output)));
             belief.nis.push(nis);
-            belief.covariances.extend_from_slice(&state[n..]);
+            belief.covariances.extend_from_slice(&covariance);
+        }
+        if let Some(record) = &mut self.record {
+            record.places.push(record.passages.len());
+            record.last = (estimate, covariance);
         }
         Ok(())
     }
@@ -302,6 +331,7 @@ impl<'r> March<'r> {
             estimate: DMatrix::from_row_slice(rows, estimate, &self.estimates),
             innovation: self.entry.whole.then(|| DMatrix::from_row_slice(rows, outputs, &self.innovations)),
             belief: self.belief,
+            smoothed: self.record.map(Record::smooth),
             interpolated: self.interpolated,
             steps: self.steps,
             row: self.row,
@@ -383,6 +413,11 @@ impl<'r> Grid<'r> {
             return Err(SimError::PeriodDoesNotFit { name: name.to_owned(), period, rows, median });
         }
         Ok(grid)
+    }
+
+    /// Whether the last sample has passed.
+    fn is_done(&self) -> bool {
+        self.next == self.samples
     }
 
     /// The next sample, with the row on it.

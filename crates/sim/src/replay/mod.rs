@@ -23,9 +23,10 @@ mod innovation;
 mod march;
 mod recording;
 mod replayed;
+mod smoother;
 
 use luenberger_observers::kalman::ExtendedKalmanFilter;
-use luenberger_observers::{KalmanFilter, Observer, ObserverDimensions, SampledObserver};
+use luenberger_observers::{CovarianceFilter, KalmanFilter, Observer, ObserverDimensions, SampledObserver};
 use luenberger_plants::{Differentiable, Plant, Size};
 use nalgebra::allocator::Allocator;
 use nalgebra::{DefaultAllocator, DimAdd, DimSum, U1};
@@ -33,12 +34,13 @@ use nalgebra::{DefaultAllocator, DimAdd, DimSum, U1};
 use crate::erased::{AnyObserver, AnyPlant, Continuous, Erased, Sampled};
 use crate::error::{SimError, check};
 use crate::integrate::Settings;
-use filter::{AnyFilter, Discrete, Extended};
+use filter::{Any, AnyFilter};
 use march::March;
 
 pub use innovation::{Consistency, InnovationStatistics, NormalisedSquare, Whiteness};
 pub use recording::Recording;
 pub use replayed::{Belief, Replayed, ReplayedObserver};
+pub use smoother::Smoothed;
 
 /// Observers, and the data they are to run on.
 ///
@@ -80,6 +82,8 @@ struct Entry<'a> {
     initial: Vec<f64>,
     /// Whether the estimate is the whole state, so that h can be evaluated at it.
     whole: bool,
+    /// Whether the estimates of a filter are smoothed.
+    is_smoothed: bool,
 }
 
 impl<'a> Replay<'a> {
@@ -118,8 +122,8 @@ impl<'a> Replay<'a> {
         self.entry(name, Kind::Observer(Box::new(Sampled(observer))), initial, false)
     }
 
-    /// An extended Kalman filter: updated at the rows of the log, and predicted in between over the time that has passed,
-    /// in steps no longer than its period. Of a plant in discrete time it is stepped at its period, as
+    /// An extended Kalman filter: updated at the rows of the log, and predicted in between over the time that has
+    /// passed, in steps no longer than its period. Of a plant in discrete time it is stepped at its period, as
     /// [`discrete_filter`](Self::discrete_filter). Its [`Belief`] is recorded.
     #[must_use]
     pub fn filter<S, N, M, P>(self, name: &str, filter: ExtendedKalmanFilter<S, f64, N, M, P>, initial: &[f64]) -> Self
@@ -130,7 +134,7 @@ impl<'a> Replay<'a> {
         P: nalgebra::Dim,
         DefaultAllocator: Size<N, M, P> + Allocator<N, DimSum<N, U1>>,
     {
-        self.entry(name, Kind::Filter(Box::new(Extended(filter))), initial, true)
+        self.covariance_filter(name, filter, initial)
     }
 
     /// A Kalman filter in discrete time, stepped at its own period from the first row on: updated at samples on which a
@@ -144,7 +148,48 @@ impl<'a> Replay<'a> {
         DefaultAllocator: Size<N, M, P> + Allocator<N, DimSum<N, U1>>,
         KalmanFilter<f64, N, M, P>: 'a,
     {
-        self.entry(name, Kind::Filter(Box::new(Discrete(filter))), initial, true)
+        self.covariance_filter(name, filter, initial)
+    }
+
+    /// A filter with a covariance of any kind: in discrete time as [`discrete_filter`](Self::discrete_filter),
+    /// otherwise as [`filter`](Self::filter).
+    #[must_use]
+    pub fn covariance_filter(self, name: &str, filter: impl CovarianceFilter<f64> + 'a, initial: &[f64]) -> Self {
+        self.entry(name, Kind::Filter(Box::new(Any(filter))), initial, true)
+    }
+
+    /// The same, and its estimates smoothed: besides the estimates from the measurements up to their time there are
+    /// those from the whole log ([`ReplayedObserver::smoothed`]).
+    ///
+    /// Keeps `3 n^2 + 2 n` numbers for each step of the prediction.
+    ///
+    /// ```
+    /// use luenberger_observers::{KalmanFilter, KalmanModel};
+    /// use luenberger_sim::replay::{Recording, Replay};
+    /// use nalgebra::{DMatrix, Matrix1, SMatrix};
+    /// // A constant, measured three times with the variance 1, from the variance 1/2 around 0.
+    /// let one = Matrix1::new(1.0);
+    /// let (w, p0, bd) = (Matrix1::zeros(), one * 0.5, SMatrix::<f64, 1, 0>::zeros());
+    /// let filter = KalmanFilter::new(KalmanModel { ad: one, bd, c: one, w, v: one, p0, period: 1.0 })?;
+    /// let y = DMatrix::from_column_slice(3, 1, &[1.0, 2.0, 3.0]);
+    /// let recording = Recording::new(vec![0.0, 1.0, 2.0], DMatrix::zeros(3, 0), y)?;
+    /// let plant = luenberger_plants::StaticPlant::new(one, bd, one)?;
+    /// let replayed = Replay::new(plant, recording).smoothed_filter("constant", filter, &[0.0]).run()?;
+    /// let constant = replayed.observer("constant")?;
+    /// // The filter learns: (1)/3, (1 + 2)/4, (1 + 2 + 3)/5. The smoother knows the last from the start.
+    /// let smoothed = constant.smoothed.as_ref().ok_or("smoothed")?;
+    /// assert!((constant.estimate[(0, 0)] - 1.0 / 3.0).abs() < 1e-15);
+    /// assert!(smoothed.estimate.iter().all(|x| (x - 6.0 / 5.0).abs() < 1e-14));
+    /// assert!((smoothed.deviation()[(0, 0)] - 0.2f64.sqrt()).abs() < 1e-14);
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    #[must_use]
+    pub fn smoothed_filter(self, name: &str, filter: impl CovarianceFilter<f64> + 'a, initial: &[f64]) -> Self {
+        let mut replay = self.covariance_filter(name, filter, initial);
+        if let Some(entry) = replay.observers.last_mut() {
+            entry.is_smoothed = true;
+        }
+        replay
     }
 
     /// Method, tolerances and caps for observers in continuous time (default rtol 1e-9 and atol 1e-12), far below what
@@ -156,7 +201,8 @@ impl<'a> Replay<'a> {
     }
 
     fn entry(mut self, name: &str, kind: Kind<'a>, initial: &[f64], whole: bool) -> Self {
-        self.observers.push(Entry { name: name.to_owned(), kind, initial: initial.to_vec(), whole });
+        let (name, initial) = (name.to_owned(), initial.to_vec());
+        self.observers.push(Entry { name, kind, initial, whole, is_smoothed: false });
         self
     }
 

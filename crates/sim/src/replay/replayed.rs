@@ -2,6 +2,7 @@
 
 use nalgebra::{DMatrix, DVector};
 
+use super::Smoothed;
 use super::innovation::{self, Consistency, InnovationStatistics, NormalisedSquare};
 use crate::error::SimError;
 use crate::samples::Samples;
@@ -30,6 +31,8 @@ pub struct ReplayedObserver {
     pub innovation: Option<DMatrix<Option<f64>>>,
     /// Covariance and normalised innovations, of a filter.
     pub belief: Option<Belief>,
+    /// The estimates from the whole log, of a [smoothed filter](super::Replay::smoothed_filter).
+    pub smoothed: Option<Smoothed>,
     /// How many samples of a sampled-data observer were interpolated between rows, where that was asked for.
     pub interpolated: usize,
     /// Steps the integrator attempted.
@@ -116,6 +119,18 @@ impl ReplayedObserver {
         }
         let error = |k: usize, i: usize| Some(truth.value(self.row[k]?, i)? - self.estimate[(k, i)]);
         Ok(DMatrix::from_fn(self.t.len(), expected, error))
+    }
+
+    /// The same with the smoothed estimates in place of those of the filter; none if they were not asked for.
+    #[must_use]
+    pub fn in_hindsight(&self) -> Option<Self> {
+        let smoothed = self.smoothed.as_ref()?;
+        let covariances = (0..self.t.len()).filter_map(|k| smoothed.covariance(k));
+        let belief = self.belief.as_ref().map(|belief| Belief {
+            covariances: covariances.flat_map(|p| p.iter().copied()).collect(),
+            ..belief.clone()
+        });
+        Some(Self { estimate: smoothed.estimate.clone(), belief, ..self.clone() })
     }
 
     /// Whether the errors of a filter have, from the time `from` on, the covariance that it computes (NEES); none

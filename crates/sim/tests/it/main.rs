@@ -12,3 +12,4 @@ mod replay_missing;
 mod runs;
 mod scores;
 mod sensors;
+mod smoother;

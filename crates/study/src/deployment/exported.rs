@@ -30,6 +30,7 @@ pub fn exported(
         SampledDesign::LinearAt(design) | SampledDesign::DiscreteCopy(design) => Program::Discrete(design.observer),
         SampledDesign::Copy(design) => Program::Copy(design.observer),
         SampledDesign::Filter(design) => Program::Kalman(design.filter),
+        SampledDesign::Unscented(design) => Program::Unscented(design.filter),
         SampledDesign::Extension(design) => Program::Extension(design.observer),
         SampledDesign::Interval(design) => Program::Step(design.program(scalar)?),
         SampledDesign::SlidingMode(design) => Program::Step(design.observer),

@@ -114,7 +114,13 @@ fn deployed(
 fn stored(title: &str, design: &SampledDesign, formats: Formats) -> Option<CertificateFile> {
     let m = design.matrices()?;
     let (n, m, p) = (m.a.nrows(), m.b.ncols(), m.c.nrows());
-    let nothing = Operation { state: vec![0.0; n], input: vec![0.0; m], noise: vec![0.0; p], error: vec![0.0; n] };
+    let nothing = Operation {
+        state: vec![0.0; n],
+        input: vec![0.0; m],
+        noise: vec![0.0; p],
+        error: vec![0.0; n],
+        deviation: None,
+    };
     let (_, file) = deployed(title, design, formats, &nothing)?;
     let Theorem::DeployedObserver(theorem) = file.theorem().clone() else { return None };
     CertificateFile::prove(title, DeployedObserver { ball: None, ..theorem }).ok()
@@ -156,7 +162,8 @@ fn rounding(study: &Study, deployed: &Deployed, operation: &Operation, format: F
     let bounds: Vec<String> = bounds.into_iter().map(|(what, list)| format!("{what} ({list})")).collect();
     vec![
         format!(
-            "Rounding and noise: while the magnitudes of {} stay within these bounds, the error in the end is at most {}, and no operation leaves the range of {format}{}.",
+            "Rounding and noise{}: while the magnitudes of {} stay within these bounds, the error in the end is at most {}, and no operation leaves the range of {format}{}.",
+            if operation.deviation.is_some() { ", and every deviation of A within `bounds`" } else { "" },
             bounds.join(", "),
             listed(&plant.states, &ball.entries, &plant.units),
             if is_fixed(format) { ": nothing saturates" } else { "" }
@@ -185,6 +192,16 @@ fn operation(study: &Study, observer: &ObserverSpec, design: &SampledDesign) -> 
         noise.map_or(0.0, |noise| MARGIN * if noise.gaussian { 4.0 } else { 1.0 } * noise.amplitude)
     });
     let noise = noise.collect();
+    // The plant of the study may be uncertain: then its states are bounded by what it says of them as well.
+    let uncertain = observer.bounds.as_ref().and_then(|bounds| bounds.uncertain.as_ref());
+    let deviation = match (uncertain, study.plant.model.linear(), design.matrices()) {
+        (Some((_, uncertainty)), Some(plant), Some(m)) => Some(uncertainty.sampled(&plant, m.period).ok()?),
+        _ => None,
+    };
+    let state = match uncertain {
+        Some((bounds, _)) => state.iter().zip(bounds).map(|(run, bound): (&f64, &f64)| run.max(*bound)).collect(),
+        None => state,
+    };
     let error = simulation.x0.iter().zip(&observer.initial).map(|(x, xhat)| MARGIN * (x - xhat).abs()).collect();
-    Some(Operation { state, input, noise, error })
+    Some(Operation { state, input, noise, error, deviation })
 }

@@ -22,7 +22,9 @@ mod sliding_mode;
 pub use exported::exported;
 pub use interval::IntervalDeployment;
 pub(crate) use linear::MARGIN;
-pub use nonlinear::{CopyDesign, DiscreteCopyDesign, ExtensionDesign, FilterDesign, KklDesign, KklStep};
+pub use nonlinear::{
+    CopyDesign, DiscreteCopyDesign, ExtensionDesign, FilterDesign, KklDesign, KklStep, UnscentedDesign,
+};
 pub use record::{Difference, Record, record};
 pub use sliding_mode::SlidingModeDeployment;
 
@@ -56,6 +58,8 @@ pub enum SampledDesign {
     DiscreteCopy(Box<DiscreteCopyDesign>),
     /// The extended Kalman filter.
     Filter(Box<FilterDesign>),
+    /// The unscented Kalman filter.
+    Unscented(Box<UnscentedDesign>),
     /// The numerical KKL observer.
     Kkl(Box<KklDesign>),
     /// An observer with given maps.
@@ -93,6 +97,7 @@ impl SampledDesign {
         match self {
             Self::Copy(design) => Some(design.observer.substeps()),
             Self::Filter(design) => design.filter.substeps(),
+            Self::Unscented(design) => design.filter.substeps(),
             Self::Kkl(design) => Some(design.observer.substeps()),
             Self::Extension(design) => Some(design.observer.substeps()),
             _ => None,
@@ -194,6 +199,17 @@ pub fn sampled(
     period: Option<f64>,
     substeps: Option<usize>,
 ) -> Result<Sampled, FailureReport> {
+    sampled_of(study, observer, None, period, substeps)
+}
+
+/// As [`sampled`], of an observer that has been designed for its study, if `designed` is given.
+pub(crate) fn sampled_of(
+    study: &Study,
+    observer: &ObserverSpec,
+    designed: Option<&Designed>,
+    period: Option<f64>,
+    substeps: Option<usize>,
+) -> Result<Sampled, FailureReport> {
     let failure = |hypothesis: String, alternatives: &[&str]| FailureReport {
         hypothesis,
         alternatives: alternatives.iter().map(|&text| text.to_owned()).collect(),
@@ -257,6 +273,20 @@ pub fn sampled(
         let design = design.map_err(|why| failure(why, &[]))?;
         return Ok(Sampled { design: SampledDesign::Interval(Box::new(design)), period, of_the_study: None });
     }
+    if let (ObserverKind::OptimalCubic(problem), Some(plant)) = (&observer.kind, &linear) {
+        let design = names.with(|| {
+            let found = luenberger_design::OptimalCubicDesign::new(plant, problem, None)?;
+            Ok::<_, DesignError>(match &found.cubic {
+                Some(cubic) => {
+                    let design = SampledCubicDesign::from_cubic_with_weight(&found.linear, cubic, period)?;
+                    SampledDesign::Cubic(Box::new(design))
+                }
+                None => SampledDesign::Linear(Box::new(DiscreteDesign::sampled(&found.linear, period)?)),
+            })
+        });
+        let design = design.map_err(|error| failure(error.to_string(), &[]))?;
+        return Ok(Sampled { design, period, of_the_study: None });
+    }
     if let ObserverKind::NormFilter(spec) = &observer.kind {
         let options = observer.limits.options(study.solver, None);
         let design = names.with(|| match (&linear, study.plant.dt, &study.operating_point) {
@@ -281,10 +311,13 @@ pub fn sampled(
     }
     let in_words =
         |(hypothesis, alternatives)| FailureReport { hypothesis, alternatives, line: observer.place.line, cause: None };
-    let designed = design::design(study, observer, &AtomicBool::new(false)).map_err(|none| match none {
-        NoDesign::Misfit(failure) => failure,
-        NoDesign::Interrupted => failure("interrupted".to_owned(), &[]),
-    })?;
+    let designed = match designed {
+        Some(designed) => designed.clone(),
+        None => design::design(study, observer, &AtomicBool::new(false)).map_err(|none| match none {
+            NoDesign::Misfit(failure) => failure,
+            NoDesign::Interrupted => failure("interrupted".to_owned(), &[]),
+        })?,
+    };
     if let (ObserverKind::Luenberger(gain) | ObserverKind::Kalman(gain), Runnable::LinearAt(_), Some(point)) =
         (&observer.kind, &designed.runnable, &study.operating_point)
     {
@@ -483,6 +516,10 @@ pub fn evidence(study: &Study, observer: &ObserverSpec, design: &SampledDesign, 
                     "the embedded one, a tree of polynomials"
                 }
             )],
+            file: None,
+        },
+        SampledDesign::Unscented(_) => Evidence {
+            sentences: vec!["No stability certificate: there is no theorem for an unscented Kalman filter.".to_owned()],
             file: None,
         },
         SampledDesign::Filter(_) => Evidence {

@@ -9,7 +9,7 @@ use luenberger_observers::kkl::{LeftInverse, LinearKkl};
 use luenberger_observers::numerical_kkl::SampledFilter;
 use luenberger_observers::{
     DiscreteNonlinearObserver, ExtendedKalmanFilter, InterSampleObserver, Observer, Regression, SampledCopy,
-    SampledObserver,
+    SampledObserver, UnscentedKalmanFilter,
 };
 use luenberger_plants::{Differentiable, Plant};
 use luenberger_proof::wording::significant;
@@ -56,6 +56,13 @@ pub struct DiscreteCopyDesign {
 pub struct FilterDesign {
     /// The filter.
     pub filter: ExtendedKalmanFilter<ExpressionPlant, f64, Dyn, Dyn, Dyn>,
+}
+
+/// The unscented Kalman filter.
+#[derive(Debug, Clone)]
+pub struct UnscentedDesign {
+    /// The filter.
+    pub filter: UnscentedKalmanFilter<ExpressionPlant, f64, Dyn, Dyn, Dyn>,
 }
 
 /// The numerical KKL observer.
@@ -233,6 +240,24 @@ pub(super) fn sampled(
             let filter = same.map_err(|error| plain(error.to_string()))?;
             Ok(SampledDesign::Filter(Box::new(FilterDesign { filter })))
         }
+        Runnable::Unscented(filter) => {
+            let (factors, sigma) = (filter.factors().clone(), filter.sigma_points());
+            let substeps = filter.substeps().map(|own| substeps.unwrap_or(own));
+            let same = UnscentedKalmanFilter::from_factors(plant, factors, sigma, filter.period(), substeps);
+            let same = same.and_then(|same| match filter.gate() {
+                Some(gate) => same.with_gate(gate),
+                None => Ok(same),
+            });
+            let filter = same.map_err(|error| plain(error.to_string()))?;
+            Ok(SampledDesign::Unscented(Box::new(UnscentedDesign { filter })))
+        }
+        Runnable::MovingHorizon(_) => Err((
+            "a moving-horizon estimator has no export: the number of its steps at a sample depends on whether bounds are active".to_owned(),
+            vec![
+                "in Rust observers::MovingHorizonEstimator runs on the target, with no allocation".to_owned(),
+                "kind = \"extended-kalman\" or \"ukf\" with the same w and v has one".to_owned(),
+            ],
+        )),
         Runnable::DiscreteNonlinear(copied) => {
             let observer = DiscreteNonlinearObserver::new(plant, copied.l().clone(), period);
             let observer = observer.map_err(|error| plain(error.to_string()))?;

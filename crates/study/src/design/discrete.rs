@@ -19,7 +19,7 @@ use crate::results::{DesignReport, FailureReport};
 use crate::study::{GainSpec, LinearSpec, ObserverKind, ObserverSpec, RateSpec, Study};
 
 /// The kinds that there are.
-const KINDS: &str = "luenberger, kalman, interval, h-infinity, h2, sampled-cubic, lpv and extended-kalman";
+const KINDS: &str = "luenberger, kalman, interval, h-infinity, h2, sampled-cubic, lpv, extended-kalman, ukf and mhe";
 
 pub(super) fn design(study: &Study, wish: &ObserverSpec, dt: f64, end: Option<Instant>) -> Result<Designed, NoDesign> {
     let kind = wish.kind.name();
@@ -77,6 +77,14 @@ pub(super) fn design(study: &Study, wish: &ObserverSpec, dt: f64, end: Option<In
         ObserverKind::ExtendedKalman { w, v, p0, period, gate, .. } => {
             same(*period)?;
             extended(study, (w, v, p0), dt, *gate).map_err(explained)?
+        }
+        ObserverKind::Unscented(spec) => {
+            same(spec.period)?;
+            super::unscented::design(&study.plant.model, spec, None).map_err(explained)?
+        }
+        ObserverKind::MovingHorizon(spec) => {
+            same(spec.period)?;
+            super::moving_horizon::design(&study.plant.model, spec, None).map_err(explained)?
         }
         ObserverKind::Lpv { region, rate } => {
             let options = wish.limits.options(study.solver, end);

@@ -117,7 +117,12 @@ pub(super) fn not_linear(study: &Study, wish: &ObserverSpec) -> FailureReport {
     let hypothesis = format!("the kind {kind} needs a linear plant, x' = A x + B u and y = C x + D u, and {what}");
     let mut instead = for_nonlinear(study, kind);
     if study.plant.model.explicit_time().is_none() {
-        instead.push(format!("{kind} with an [operating_point]: of the linearisation there, in deviations from it"));
+        let at_point = match kind {
+            "optimal-cubic" | "proportional-integral" | "unknown-input" => "luenberger",
+            kind => kind,
+        };
+        instead
+            .push(format!("{at_point} with an [operating_point]: of the linearisation there, in deviations from it"));
     }
     failure(wish, hypothesis, instead)
 }

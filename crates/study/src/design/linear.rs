@@ -43,11 +43,22 @@ pub(super) fn luenberger(
     (options, bounds): (&GainOptions, Option<&ActingBounds>),
 ) -> Result<Designed, Misfit> {
     let design = of(plant, wish, options)?;
-    let rate = -design.spectral_abscissa();
     let promised = match wish.gain {
         GainSpec::DecayRate(rate) => format!(" Every error decays at least as fast as {}.", decay(rate)),
         _ => String::new(),
     };
+    linear_report(study, plant, &design, &promised, bounds)
+}
+
+/// A linear observer in numbers and words, with the bound of its error if that is asked for.
+pub(super) fn linear_report(
+    study: &Study,
+    plant: &StateSpace,
+    design: &LinearDesign,
+    promised: &str,
+    bounds: Option<&ActingBounds>,
+) -> Result<Designed, Misfit> {
+    let rate = -design.spectral_abscissa();
     let noise = NoiseGain::of(study, [(&plant.a, &plant.c)], &design.observer.l);
     let mut numbers = vec![number("decay rate", rate)];
     numbers.extend(noise.numbers());
@@ -86,7 +97,7 @@ pub(super) fn luenberger(
             let acting = acting(bounds);
             let bound = match &bounds.uncertain {
                 Some((states, deviation)) => {
-                    UncertainBound::linear(&design, deviation, states, Some(&acting))?.bound.clone()
+                    UncertainBound::linear(design, deviation, states, Some(&acting))?.bound.clone()
                 }
                 None => ErrorBound::linear(&design.observer, &acting)?,
             };
@@ -106,6 +117,16 @@ pub(super) fn cubic(
 ) -> Result<Designed, Misfit> {
     let linear = of(plant, wish, options)?;
     let design = CubicDesign::new(&linear, theta, correction)?;
+    cubic_report(study, plant, (&linear, &design), bounds)
+}
+
+/// A cubic observer in numbers and words, with the bound of its error if that is asked for.
+pub(super) fn cubic_report(
+    study: &Study,
+    plant: &StateSpace,
+    (linear, design): (&LinearDesign, &CubicDesign),
+    bounds: Option<&ActingBounds>,
+) -> Result<Designed, Misfit> {
     let reach = reach(&design.certificate);
     let noise = NoiseGain::of(study, [(&plant.a, &plant.c)], &design.observer.l);
     let mut numbers = vec![number("decay rate of small errors", -linear.spectral_abscissa())];
@@ -140,9 +161,9 @@ pub(super) fn cubic(
             let acting = acting(bounds);
             let bound = match &bounds.uncertain {
                 Some((states, deviation)) => {
-                    UncertainBound::cubic(&design, deviation, states, Some(&acting))?.bound.clone()
+                    UncertainBound::cubic(design, deviation, states, Some(&acting))?.bound.clone()
                 }
-                None => ErrorBound::cubic(&design, &acting)?,
+                None => ErrorBound::cubic(design, &acting)?,
             };
             Ok(disturbance::bounded(designed, &bound, &study.plant.states, bounds))
         }

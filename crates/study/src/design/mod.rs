@@ -9,19 +9,23 @@ mod interval;
 mod kkl;
 mod kkl_maps;
 mod linear;
+mod moving_horizon;
 mod noise_gain;
 mod nonlinear;
 pub(crate) mod norm_filter;
 mod operating_point;
+mod optimal;
 mod peb;
 mod printed_mean_value;
 mod reduced_order;
 mod runnable;
 mod sliding_mode;
+mod unscented;
 
 pub(crate) use interval::{Sampling, sampled_design as sampled_interval, sampled_statement};
 pub use kkl::Kkl;
 pub use kkl_maps::candidate;
+pub use moving_horizon::MOST_SAMPLES;
 pub(crate) use noise_gain::SPEED_RATIO;
 pub use printed_mean_value::PrintedMean;
 pub use runnable::{At, Chains, Runnable, WithDisturbance, WithoutDisturbance};
@@ -161,6 +165,10 @@ fn in_words(
             });
             shifted(designed).map_err(explained)
         }
+        ObserverKind::OptimalCubic(problem) => {
+            let plant = model.linear().ok_or_else(|| explain::not_linear(study, wish))?;
+            optimal::design(study, &plant, problem, (wish.bounds.as_ref(), end)).map_err(explained)
+        }
         ObserverKind::ProportionalIntegral { e, chain, rate, linear: gain, cubic } => {
             let plant = model.linear().ok_or_else(|| explain::not_linear(study, wish))?;
             let names = wish.kind.estimated_disturbances();
@@ -207,8 +215,12 @@ fn in_words(
         ObserverKind::HighGain { r, chains, alpha } => {
             nonlinear::high_gain(explain::chains(study, wish, chains)?, alpha, *r).map_err(explained)
         }
-        ObserverKind::ExtendedKalman { w, v, p0, period, substeps, gate } => {
+        ObserverKind::ExtendedKalman { w, v, p0, period, substeps, gate, .. } => {
             nonlinear::extended_kalman(model, (w, v, p0), *period, *substeps, *gate).map_err(explained)
+        }
+        ObserverKind::Unscented(spec) => unscented::design(model, spec, Some(spec.substeps)).map_err(explained),
+        ObserverKind::MovingHorizon(spec) => {
+            moving_horizon::design(model, spec, Some(spec.substeps)).map_err(explained)
         }
         ObserverKind::Kkl(spec) => kkl_maps::kkl(model, spec, &study.plant.states).map_err(explained),
         ObserverKind::ImmersionInvariance(spec) => immersion::immersion(model, spec).map_err(explained),

@@ -4,15 +4,16 @@ use luenberger_observers::high_gain::{HighGainMap, Place};
 use luenberger_observers::{
     CubicObserver, DeviationObserver, DiscreteLinearObserver, DiscreteNonlinearObserver, ExtendedKalmanFilter,
     HighGainObserver, ImmersionInvarianceObserver, Integral, IntervalObserver, KklObserver, KklPebObserver,
-    LinearObserver, MeanValueObserver, NonlinearLuenbergerObserver, Observer, ObserverDimensions,
-    ProportionalIntegralObserver, SampledCubicObserver, SampledIntervalObserver, SampledObserver, SlidingModeObserver,
-    StationaryKalmanFilter, UnknownInputObserver,
+    LinearObserver, MeanValueObserver, MovingHorizonEstimator, NonlinearLuenbergerObserver, Observer,
+    ObserverDimensions, ProportionalIntegralObserver, SampledCubicObserver, SampledIntervalObserver, SampledObserver,
+    SlidingModeObserver, StationaryKalmanFilter, UnknownInputObserver, UnscentedKalmanFilter,
 };
 use luenberger_plants::{Column, Plant, state_jacobian};
 use luenberger_sim::{Replay, Scenario};
 use nalgebra::{DVector, Dyn};
 
 use super::kkl::Kkl;
+use super::moving_horizon::MOST_SAMPLES;
 use super::printed_mean_value::PrintedMean;
 use crate::maps::{Estimator, ImmersionMaps, KklMaps, RegressionMaps};
 use crate::model::Model;
@@ -71,6 +72,10 @@ pub enum Runnable {
     HighGain(Box<HighGainObserver<Chains, f64, Dyn>>),
     /// Extended Kalman filter.
     ExtendedKalman(Box<ExtendedKalmanFilter<Model, f64, Dyn, Dyn, Dyn>>),
+    /// Unscented Kalman filter.
+    Unscented(Box<UnscentedKalmanFilter<Model, f64, Dyn, Dyn, Dyn>>),
+    /// Moving-horizon estimator.
+    MovingHorizon(Box<MovingHorizonEstimator<Model, f64, Dyn, Dyn, Dyn, Dyn, MOST_SAMPLES>>),
     /// KKL observer with given maps.
     KklMaps(Box<KklObserver<KklMaps>>),
     /// PEBO or [KKL+PEB] observer with given maps.
@@ -115,6 +120,8 @@ macro_rules! each {
             Runnable::StationaryKalman($sampled) => $step,
             Runnable::DiscreteNonlinear($sampled) => $step,
             Runnable::ExtendedKalman($sampled) => $step,
+            Runnable::Unscented($sampled) => $step,
+            Runnable::MovingHorizon($sampled) => $step,
         }
     };
 }
@@ -135,15 +142,27 @@ impl Runnable {
 
     /// The replay of a log with this observer added.
     pub fn replay<'a>(&'a self, replay: Replay<'a>, name: &str, initial: &[f64]) -> Replay<'a> {
-        if let Self::ExtendedKalman(filter) = self {
-            // `filter` also records the innovation covariance.
-            return replay.filter(name, filter.as_ref().clone(), initial);
+        match self {
+            // As filters they also record their covariances.
+            Self::ExtendedKalman(filter) => return replay.covariance_filter(name, filter.as_ref().clone(), initial),
+            Self::Unscented(filter) => return replay.covariance_filter(name, filter.as_ref().clone(), initial),
+            Self::MovingHorizon(filter) => return replay.covariance_filter(name, filter.as_ref().clone(), initial),
+            _ => {}
         }
         each!(
             self,
             observer => replay.observer(name, observer.as_ref(), initial),
             sampled => replay.sampled_observer(name, sampled.as_ref(), initial)
         )
+    }
+
+    /// The same, with smoothed estimates of an extended or unscented Kalman filter as well.
+    pub fn replay_smoothed<'a>(&'a self, replay: Replay<'a>, name: &str, initial: &[f64]) -> Replay<'a> {
+        match self {
+            Self::ExtendedKalman(filter) => replay.smoothed_filter(name, filter.as_ref().clone(), initial),
+            Self::Unscented(filter) => replay.smoothed_filter(name, filter.as_ref().clone(), initial),
+            _ => self.replay(replay, name, initial),
+        }
     }
 
     /// The sampling period; none in continuous time.

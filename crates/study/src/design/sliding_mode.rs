@@ -22,7 +22,7 @@ fn not_a_chain(study: &Study, wish: &ObserverSpec) -> Option<String> {
     }
     let input = DVector::zeros(size.inputs);
     let first = DVector::from_column_slice(&wish.initial);
-    let moved = first.map(|x| 0.3 + 1.7 * x);
+    let moved = DVector::from_fn(first.len(), |i, _| 0.3 + 0.17 * i as f64 + 1.7 * first[i]);
     for x in [&first, &moved] {
         let y = model.output(0.0, x, &input);
         if y.iter().zip(x.iter()).any(|(y, x)| (y - x).abs() > 1e-9 * (1.0 + x.abs())) {

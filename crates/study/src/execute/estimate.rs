@@ -106,6 +106,8 @@ fn seconds_of_design(study: &Study, kind: &ObserverKind) -> f64 {
             let tables: f64 = kkl.tables(n as usize).into_iter().map(|points| (points as f64).powf(n) + BESIDES).sum();
             tables * ONE_T + kkl.samples as f64 * 1e-5
         }
+        // Evaluations of the cost, each of up to 20000 periods of the noise.
+        ObserverKind::OptimalCubic(_) => 1e-3 * n * n * 300.0 * unknowns(study),
         // The factorisations of the Schur complement.
         kind if kind.poses_inequality() => 1e-9 * unknowns(study).powi(3),
         ObserverKind::Luenberger(linear)
@@ -194,6 +196,17 @@ fn one_run(study: &Study, simulation: &Simulation) -> f64 {
         ObserverKind::ExtendedKalman { period, substeps, w, .. } => {
             let n = w.nrows() as f64;
             simulation.duration / period * *substeps as f64 * 4.0 * n * n * n * 4e-9
+        }
+        ObserverKind::Unscented(spec) => {
+            let n = spec.w.nrows() as f64;
+            simulation.duration / spec.period * (spec.substeps as f64 * 8.0 * n * n + 15.0 * n * n * n) * 8e-9
+        }
+        ObserverKind::MovingHorizon(spec) => {
+            let (n, horizon) = (spec.w.nrows() as f64, spec.horizon);
+            // With active bounds the interior-point method adds steps.
+            let passes = horizon.iterations as f64 + spec.bounds.as_ref().map_or(0.0, |_| 30.0);
+            let stage = spec.substeps as f64 * 16.0 * n * n * n + 8.0 * n * n * n;
+            simulation.duration / spec.period * passes * horizon.window as f64 * stage * 8e-9
         }
         _ => 0.0,
     };

@@ -1,38 +1,49 @@
 //! Filters in the simulation, where the truth is known: standard deviations, NIS and NEES.
 
-use luenberger_observers::kalman::GaussianEstimate;
-use luenberger_observers::{ExtendedKalmanFilter, SampledObserver};
+use luenberger_observers::CovarianceFilter;
 use luenberger_plants::Column;
 use luenberger_sim::replay::{Consistency, NormalisedSquare};
 use luenberger_sim::{SimError, Trajectory};
-use nalgebra::{DMatrix, DVector, Dyn};
+use nalgebra::{DMatrix, DVector};
 
 use super::Member;
 use crate::design::Runnable;
-use crate::model::Model;
 use crate::results::FilterReport;
 use crate::study::Simulation;
 
-type Filter = ExtendedKalmanFilter<Model, f64, Dyn, Dyn, Dyn>;
-
-fn filter<'a>(member: &Member<'a>) -> Option<&'a Filter> {
-    match &member.designed.runnable {
-        Runnable::ExtendedKalman(filter) => Some(filter),
-        _ => None,
-    }
+/// The same expression for each kind of filter with a covariance; none for other observers.
+macro_rules! of_filter {
+    ($member:expr, $filter:ident => $result:expr) => {
+        match &$member.designed.runnable {
+            Runnable::ExtendedKalman($filter) => Some($result),
+            Runnable::Unscented($filter) => Some($result),
+            Runnable::MovingHorizon($filter) => Some($result),
+            _ => None,
+        }
+    };
 }
 
 /// Whether an observer is a filter with a covariance.
 pub(super) fn is_filter(member: &Member<'_>) -> bool {
-    filter(member).is_some()
+    of_filter!(member, _filter => ()).is_some()
 }
 
 /// The standard deviations that a filter states for its errors, at the times of the run: `sqrt(P_ii)`.
 pub(super) fn deviation(trajectory: &Trajectory, member: &Member<'_>) -> Option<DMatrix<f64>> {
-    filter(member)?;
     let state = &trajectory.observer(&member.wish.name).ok()?.state;
-    let n = member.wish.initial.len();
-    Some(DMatrix::from_fn(state.nrows(), n, |k, i| state[(k, n + i * n + i)].max(0.0).sqrt()))
+    of_filter!(member, filter => deviation_of(filter.as_ref(), state, member.wish.initial.len()))
+}
+
+fn deviation_of<F: CovarianceFilter<f64>>(filter: &F, states: &DMatrix<f64>, n: usize) -> DMatrix<f64> {
+    let mut deviation = DMatrix::from_element(states.nrows(), n, f64::NAN);
+    let mut p = vec![0.0; n * n];
+    for k in 0..states.nrows() {
+        let row: Vec<f64> = states.row(k).iter().copied().collect();
+        if F::State::try_from_slice(&row).is_some_and(|state| filter.covariance_into(&state, &mut p)) {
+            (0..n).for_each(|i| deviation[(k, i)] = p[i * n + i].max(0.0).sqrt());
+        }
+    }
+    deviation
 }
 
 /// NIS and NEES of a filter over all its samples in the run: of each innovation as it was computed, and of the error
@@ -42,8 +53,17 @@ pub(super) fn consistency(
     trajectory: &Trajectory,
     member: &Member<'_>,
 ) -> Result<Option<FilterReport>, SimError> {
-    let Some(filter) = filter(member) else { return Ok(None) };
-    let (n, name, period) = (member.wish.initial.len(), &member.wish.name, filter.period());
+    let (name, n) = (&member.wish.name, member.wish.initial.len());
+    of_filter!(member, filter => consistency_of(filter.as_ref(), (name, n), simulation, trajectory)).transpose()
+}
+
+fn consistency_of<F: CovarianceFilter<f64, Input = DVector<f64>, Output = DVector<f64>, Estimate = DVector<f64>>>(
+    filter: &F,
+    (name, n): (&str, usize),
+    simulation: &Simulation,
+    trajectory: &Trajectory,
+) -> Result<FilterReport, SimError> {
+    let period = filter.period();
     let (mut nis, mut nees) = (Vec::new(), Vec::new());
     let samples = (simulation.duration / period - 1e-9).ceil() as u64;
     for sample in 0..samples {
@@ -51,24 +71,26 @@ pub(super) fn consistency(
         let x = trajectory.state_at(t)?;
         // The belief before the sample stands from the sample to the next one.
         let held = trajectory.observer_state_at(name, f64::midpoint(t, (t + period).min(simulation.duration)))?;
-        let Some(mut belief) = GaussianEstimate::try_from_slice(&held) else { continue };
+        let Some(mut belief) = F::State::try_from_slice(&held) else { continue };
         // A held input is the one that stands from the sample on.
         let at = simulation.hold.map_or(t, |hold| (t + 0.5 * hold.min(period)).min(simulation.duration));
         let u = DVector::from_vec(trajectory.input_at(at)?);
         let y = DVector::from_vec(trajectory.measured_at(t)?);
         let measured: Vec<bool> = (0..y.len()).map(|output| trajectory.is_measured(output, t)).collect();
-        let degrees = (0..y.len()).filter(|&j| measured[j] && !filter.rejects(t, &belief, &u, &y, j)).count();
+        let degrees = (0..y.len()).filter(|&j| measured[j] && !filter.rejects_output(t, &belief, &u, &y, j)).count();
         if degrees > 0 {
-            let Some(innovation) = filter.update_partial(t, &mut belief, &u, &y, |output| measured[output]) else {
-                continue;
-            };
-            nis.push(NormalisedSquare { square: innovation.normalized_square, degrees });
+            let Some(square) = filter.measure(t, &mut belief, &u, &y, &measured) else { continue };
+            nis.push(NormalisedSquare { square, degrees });
         }
-        let e = DVector::from_column_slice(&x) - belief.estimate();
-        if let Some(factor) = belief.covariance().cholesky() {
+        let e = DVector::from_column_slice(&x) - filter.estimate(&belief);
+        let mut p = DMatrix::zeros(n, n);
+        if !filter.covariance_into(&belief, p.as_mut_slice()) {
+            continue;
+        }
+        if let Some(factor) = p.cholesky() {
             nees.push(NormalisedSquare { square: e.dot(&factor.solve(&e)), degrees: n });
         }
     }
     let test = |squares: Vec<NormalisedSquare>| Consistency::of(squares).map(Into::into);
-    Ok(Some(FilterReport { observer: name.clone(), nis: test(nis), nees: test(nees) }))
+    Ok(FilterReport { observer: name.to_owned(), nis: test(nis), nees: test(nees) })
 }

@@ -3,6 +3,7 @@
 use luenberger_live::{Experiment, Kind, Noise, Observer, OperatingPoint, Plant, Rows};
 use luenberger_observers::{DeviationObserver, SampledCubicObserver, SampledObserver};
 use luenberger_plants::StateSpace;
+use luenberger_proof::certificate::{ProvedTheorem, Theorem};
 use luenberger_sim::Integrator;
 use nalgebra::{DMatrix, Dyn};
 
@@ -115,10 +116,16 @@ fn observer(study: &Study, member: &Member<'_>) -> Option<Observer> {
         _ => return None,
     };
     let theorems = member.designed.certificate.iter().flat_map(luenberger_design::Certificate::theorems);
-    let files: Option<Vec<String>> =
-        theorems.map(|theorem| Some(theorem.file(&member.wish.name).ok()?.to_json())).collect();
-    let certificates = files.filter(|files| files.iter().map(String::len).sum::<usize>() <= CERTIFICATES);
-    let certificates = certificates.unwrap_or_default();
+    // A bound of the error under disturbances is beside the theorem of convergence.
+    let theorems = theorems.filter(|of| !matches!(of.theorem(), Theorem::InputToStateStability(_)));
+    let file = |of: &ProvedTheorem| {
+        luenberger_live::verifies(of.theorem())
+            .then(|| of.file(&member.wish.name).ok())
+            .flatten()
+            .map(|file| file.to_json())
+    };
+    let certificates: Option<Vec<String>> = theorems.map(file).collect();
+    let certificates = certificates.filter(|files| files.iter().map(String::len).sum::<usize>() <= CERTIFICATES);
     Some(Observer { point, certificates, ..Observer::new(&member.wish.name, kind, &member.wish.initial) })
 }
 

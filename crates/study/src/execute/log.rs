@@ -12,7 +12,10 @@ use rayon::prelude::*;
 use super::Member;
 use super::options::RunOptions;
 use super::simulate::Run;
-use crate::results::{ConsistencyReport, InnovationOf, InnovationReport, LogColumn, LogReport, StateScore};
+use crate::results::{
+    ConsistencyReport, InnovationOf, InnovationReport, LogColumn, LogReport, SmoothedDeviation, SmoothedReport,
+    StateScore,
+};
 use crate::study::{Log, Study};
 
 fn replay(study: &Study, log: &Log, member: &Member<'_>, until: Option<Instant>) -> Result<ReplayedObserver, SimError> {
@@ -20,7 +23,13 @@ fn replay(study: &Study, log: &Log, member: &Member<'_>, until: Option<Instant>)
         Settings { rtol: 1e-9, end: until, ..study.simulation.as_ref().map_or_else(Settings::default, |s| s.settings) };
     let replay = Replay::new(&study.plant.model, log.recording.clone()).settings(settings);
     let name = member.wish.name.as_str();
-    member.designed.runnable.replay(replay, name, &member.wish.initial).run()?.observer(name).cloned()
+    let (runnable, initial) = (&member.designed.runnable, &member.wish.initial);
+    let replay = if member.wish.kind.smooths() {
+        runnable.replay_smoothed(replay, name, initial)
+    } else {
+        runnable.replay(replay, name, initial)
+    };
+    replay.run()?.observer(name).cloned()
 }
 
 /// The run of one observer.
@@ -57,9 +66,36 @@ fn report(study: &Study, log: &Log, replayed: &ReplayedObserver) -> Result<Innov
         nis,
         nees: nees.map(ConsistencyReport::from),
         errors: errors(study, log, replayed)?,
+        smoothed: replayed.in_hindsight().map(|smoothed| in_hindsight(study, log, replayed, &smoothed)).transpose()?,
         rows_used: replayed.rows_used(),
         interpolated: replayed.interpolated,
         failure: None,
+    })
+}
+
+/// The smoothed estimates of a filter, beside its own.
+fn in_hindsight(
+    study: &Study,
+    log: &Log,
+    replayed: &ReplayedObserver,
+    smoothed: &ReplayedObserver,
+) -> Result<SmoothedReport, SimError> {
+    let middle = log.recording.times()[log.recording.times().len() / 2];
+    let nees = log.truth.as_ref().map(|truth| smoothed.nees(truth, middle)).transpose()?.flatten();
+    let rms = |of: &ReplayedObserver, i: usize| {
+        let deviation = of.belief.as_ref().map(luenberger_sim::replay::Belief::deviation);
+        deviation.map_or(0.0, |deviation| deviation.column(i).norm() / (deviation.nrows() as f64).sqrt())
+    };
+    let deviation = |(i, state): (usize, &String)| SmoothedDeviation {
+        state: state.clone(),
+        filtered: rms(replayed, i),
+        smoothed: rms(smoothed, i),
+    };
+    Ok(SmoothedReport {
+        estimate: smoothed.estimate.row(0).iter().copied().collect(),
+        deviations: study.plant.states.iter().enumerate().map(deviation).collect(),
+        nees: nees.map(ConsistencyReport::from),
+        errors: errors(study, log, smoothed)?,
     })
 }
 
@@ -149,6 +185,7 @@ pub(super) fn all<'a>(
             nis: None,
             nees: None,
             errors: Vec::new(),
+            smoothed: None,
             rows_used: 0,
             interpolated: 0,
             failure: Some(error.to_string()),
@@ -221,6 +258,7 @@ fn run(log: &Log, replayed: ReplayedObserver) -> Run {
         estimate: Some(replayed.estimate),
         half_width: None,
         disturbance: None,
+        smoothed: replayed.smoothed.map(|smoothed| (smoothed.estimate.clone(), smoothed.deviation())),
         t: replayed.t,
     }
 }

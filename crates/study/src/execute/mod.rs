@@ -16,12 +16,15 @@ mod scores;
 mod simulate;
 mod stopped;
 mod sweep;
+mod trial;
 mod warn;
 
 pub use estimate::{Estimate, Memory, estimate};
 pub use limits::{Excess, Limits, about, bytes, duration};
 pub(crate) use observe::in_words;
 pub use options::{Progress, RunOptions, RunsAsCsv, Step, SweepOptions};
+pub(crate) use trial::{Scored, Trial};
+
 pub use sweep::{
     BLOCKS, BlockSettings, Computed, Fault, FileDigest, Plan, Shard, SharedSweep, SweepError, SweepStatus,
     reduce_sweep, sweep_status,
@@ -122,7 +125,7 @@ pub fn execute_in_part(
 }
 
 /// The work within the time limit of the options, on their number of threads.
-fn within<T: Send>(
+pub(crate) fn within<T: Send>(
     options: &RunOptions<'_>,
     work: impl FnOnce(&RunOptions<'_>) -> Result<T, StudyError> + Send,
 ) -> Result<T, StudyError> {
@@ -490,7 +493,7 @@ fn closed_loop(folder: &Folder, name: &str, designed: &Designed) -> Result<(), S
     Ok(())
 }
 
-fn summary(study: &Study) -> PlantSummary {
+pub(crate) fn summary(study: &Study) -> PlantSummary {
     let plant = &study.plant;
     let (kind, mut equations) = match &plant.model {
         Model::Linear(_) => ("linear".to_owned(), Vec::new()),

@@ -165,6 +165,7 @@ fn states(runs: &Runs<'_>) -> Named {
                 panel = panel.series(curve.hue(Hue::Palette(number)));
             }
             panel = bands(panel, runs, (number, member, run), |k| estimate[(k, i)], i);
+            panel = smoothed(panel, runs, (number, member, run), |estimate, k| estimate[(k, i)]);
         }
         panel
     };
@@ -176,6 +177,19 @@ fn states(runs: &Runs<'_>) -> Named {
     .to_owned();
     caption.push_str(shaded(runs));
     figure("states", "States and estimates", &runs.caption(&caption), runs.states().into_iter().map(panel).collect())
+}
+
+/// The panel with a dashed curve of smoothed estimates, if the run has some.
+fn smoothed(
+    panel: Panel,
+    runs: &Runs<'_>,
+    (number, member, run): (usize, &Member<'_>, &Run),
+    of: impl Fn(&DMatrix<f64>, usize) -> f64,
+) -> Panel {
+    let Some((estimate, _)) = &run.smoothed else { return panel };
+    let name = format!("{}, smoothed", member.wish.name);
+    let curves = lines(&name, run, &runs.rows(run), |k| of(estimate, k));
+    curves.into_iter().fold(panel, |panel, curve| panel.series(curve.hue(Hue::Palette(number)).dash(Dash::Dashed)))
 }
 
 /// What the bands are, where there are some.
@@ -230,6 +244,7 @@ fn errors(runs: &Runs<'_>) -> Named {
                 panel = panel.series(curve.hue(Hue::Palette(number)));
             }
             panel = bands(panel, runs, (number, member, run), |_| 0.0, i);
+            panel = smoothed(panel, runs, (number, member, run), |estimate, k| run.x[(k, i)] - estimate[(k, i)]);
         }
         panel
     };
@@ -371,8 +386,9 @@ fn parameter(name: &str) -> &str {
 }
 
 /// A run as a table: t, states (on a log those whose truth is known), inputs, measured outputs, estimates `NAME_hat`,
-/// of a filter two standard deviations `NAME_2sigma`, of an interval observer the bounds `NAME_lower` and `NAME_upper`,
-/// and estimates of disturbances `d1_hat`. A value that is not known is an empty cell.
+/// of a filter two standard deviations `NAME_2sigma`, smoothed estimates `NAME_smoothed` with `NAME_smoothed_2sigma`, of an
+/// interval observer the bounds `NAME_lower` and `NAME_upper`, and estimates of disturbances `d1_hat`. A value that is not
+/// known is an empty cell.
 pub(super) fn table(study: &Study, run: &Run) -> Table {
     let mut table = Table::new().column("t", run.t.clone());
     let mut add = |names: &[String], suffix: &str, of: &DMatrix<f64>| {
@@ -402,6 +418,10 @@ pub(super) fn table(study: &Study, run: &Run) -> Table {
     if let (Some(half), Some(estimate)) = (&run.half_width, &run.estimate) {
         add(&plant.states, "_lower", &(estimate - half));
         add(&plant.states, "_upper", &(estimate + half));
+    }
+    if let Some((estimate, deviation)) = &run.smoothed {
+        add(&plant.states, "_smoothed", estimate);
+        add(&plant.states, "_smoothed_2sigma", &(deviation * 2.0));
     }
     if let Some(disturbance) = &run.disturbance {
         add(&disturbance.0, "_hat", &disturbance.1);

@@ -48,6 +48,8 @@ pub(super) struct Run {
     pub(super) deviation: Option<DMatrix<f64>>,
     /// The half-widths of the bounds, of an interval observer.
     pub(super) half_width: Option<DMatrix<f64>>,
+    /// The smoothed estimates with their standard deviations, of a filter on a log.
+    pub(super) smoothed: Option<(DMatrix<f64>, DMatrix<f64>)>,
     /// The estimates of disturbances with their names, of an observer that has some; none on a log.
     pub(super) disturbance: Option<(Vec<String>, DMatrix<f64>)>,
 }
@@ -174,7 +176,7 @@ pub(super) fn samples(simulation: &Simulation, trajectory: &Trajectory, member: 
         let states = &trajectory.observer(&member.wish.name).ok()?.state;
         member.designed.runnable.half_widths(states).map(|found| of(&found))
     });
-    Run { t: wanted, x, u, y, estimate, innovation: None, deviation, half_width, disturbance }
+    Run { t: wanted, x, u, y, estimate, innovation: None, deviation, half_width, disturbance, smoothed: None }
 }
 
 /// A run with its observer, or why it ended.

@@ -4,6 +4,7 @@
 //! conditions on several keys: dimensions, alternatives, names. A later pass skips what an earlier one has reported, so
 //! that each mistake is reported once.
 
+mod advise;
 mod check;
 mod csv;
 mod disturbance;
@@ -13,6 +14,7 @@ mod maps;
 mod norm_filter;
 mod observer;
 mod operating_point;
+mod optimal;
 mod other_plant;
 mod plant;
 mod sensor;
@@ -116,6 +118,7 @@ fn assemble(root: &Node, source: &Arc<Source>, reader: &mut Reader) -> Option<St
         reader.wrong(entry.span.clone(), "[truth] without a [simulation]", "expected a [simulation] of that plant");
     }
     let log = root.get("log").and_then(|node| simulation_settings::log(node, &plant, reader));
+    let advise = root.get("advise").and_then(|node| advise::advise(node, &plant, simulation.as_ref(), reader));
     let plot = simulation_settings::plot(root.get("plot"), &plant, observers.as_deref(), reader);
     let sweep = root.get("sweep").and_then(|node| {
         if let (None, Some(entry)) = (root.get("simulation"), root.entry("sweep")) {
@@ -141,6 +144,7 @@ fn assemble(root: &Node, source: &Arc<Source>, reader: &mut Reader) -> Option<St
             Some("clarabel") => Solver::Clarabel,
             _ => Solver::Interior,
         },
+        advise: sound(root, "advise", advise).ok()?,
         plot: plot?,
         sweep: sound(root, "sweep", sweep).ok()?,
         folder: reader.folder.clone(),

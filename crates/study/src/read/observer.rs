@@ -1,17 +1,21 @@
 //! The tables [[observer]].
 
 use luenberger_design::{CubicGain, LyapunovWeight, Norm, Periods, Region, Sector, bandwidth_poles};
+use luenberger_observers::{Horizon, SigmaPoints};
 use luenberger_plants::Dimensions;
 use luenberger_proof::certificate::MOST_MISSES;
 use luenberger_proof::wording::counted;
 use nalgebra::{Complex, DMatrix};
 
 use super::tree::Node;
-use super::{Reader, check, disturbance, interval, maps, norm_filter};
-use crate::design::PrintedMean;
+use super::{Reader, check, disturbance, interval, maps, norm_filter, optimal};
+use crate::design::{MOST_SAMPLES, PrintedMean};
 use crate::diagnostic::Source;
 use crate::model::PlantModel;
-use crate::study::{GainLimits, GainSpec, KklSpec, LinearSpec, ObserverKind, ObserverSpec, RateSpec, SlidingModeSpec};
+use crate::study::{
+    GainLimits, GainSpec, KklSpec, LinearSpec, MovingHorizonSpec, ObserverKind, ObserverSpec, RateSpec,
+    SlidingModeSpec, UnscentedSpec,
+};
 
 /// The observers; none if one has mistakes.
 pub(super) fn observers(
@@ -102,11 +106,13 @@ fn observer(
         "kkl" => maps::kkl(node, plant, reader),
         "immersion-invariance" => maps::immersion(node, plant, reader),
         "pebo" => maps::peb(node, plant, reader).map(|peb| ObserverKind::Pebo(Box::new(peb))),
+        "optimal-cubic" => optimal::problem(node, size, root, reader),
         "kkl-peb" => maps::peb(node, plant, reader).map(|peb| ObserverKind::KklPeb(Box::new(peb))),
         _ => kind(node, kind_name, size, reader),
     };
     let limits = limits(node, size, reader);
     let bounds = disturbance::bounds(node, size, root, reader);
+    smooth(node, root, reader)?;
     let place = source.place(check::head(node).start);
     Some(ObserverSpec { name, initial: initial?, kind: kind?, limits: limits?, bounds: bounds.ok()?, place })
 }
@@ -140,7 +146,6 @@ fn kind(node: &Node, name: &str, size: Dimensions, reader: &mut Reader) -> Optio
         None => Some(otherwise),
     };
     let of_states = format!("the plant has {}", counted(n, "state"));
-    let of_outputs = format!("the plant has {}", counted(p, "output"));
     Some(match name {
         "luenberger" => ObserverKind::Luenberger(linear(node, size, reader)?),
         "kalman" => ObserverKind::Kalman(linear(node, size, reader)?),
@@ -220,19 +225,38 @@ fn kind(node: &Node, name: &str, size: Dimensions, reader: &mut Reader) -> Optio
         }
         "high-gain" => high_gain(node, size, reader)?,
         "extended-kalman" => {
-            let w = reader.weight(node.get("w")?, "w", n, &of_states);
-            let v = reader.weight(node.get("v")?, "v", p, &of_outputs);
-            let p0 = match node.get("p0") {
-                Some(p0) => reader.weight(p0, "p0", n, &of_states),
-                None => Some(DMatrix::identity(n, n)),
-            };
-            let substeps = node.get("substeps").map_or(Some(4), Node::count)?;
-            let gate = match node.get("gate") {
-                Some(gate) => Some(gate.number()?),
-                None => None,
-            };
-            ObserverKind::ExtendedKalman { w: w?, v: v?, p0: p0?, period: number("period")?, substeps, gate }
+            let Filter { w, v, p0, period, substeps, gate, smooth } = filter(node, size, reader)?;
+            ObserverKind::ExtendedKalman { w, v, p0, period, substeps, gate, smooth }
         }
+        "ukf" => {
+            let filter = filter(node, size, reader);
+            let standard = SigmaPoints::default();
+            let number = |key: &str, otherwise: f64| node.get(key).map_or(Some(otherwise), Node::number);
+            let sigma = SigmaPoints {
+                alpha: number("alpha", standard.alpha)?,
+                beta: number("beta", standard.beta)?,
+                kappa: number("kappa", standard.kappa)?,
+            };
+            if sigma.weights::<f64>(n).is_err() {
+                let key = node.entry("kappa").or_else(|| node.entry("alpha"))?;
+                let message = format!(
+                    "`{}` leaves no sigma points: alpha = {}, kappa = {}, and the plant has {}",
+                    key.key,
+                    sigma.alpha,
+                    sigma.kappa,
+                    counted(n, "state")
+                );
+                reader.wrong(
+                    key.span.clone(),
+                    message,
+                    format!("expected kappa > -{n} and an alpha of about 1e-3 to 1"),
+                );
+                return None;
+            }
+            let Filter { w, v, p0, period, substeps, gate, smooth } = filter?;
+            ObserverKind::Unscented(Box::new(UnscentedSpec { w, v, p0, sigma, period, substeps, gate, smooth }))
+        }
+        "mhe" => moving_horizon(node, size, reader)?,
         "kkl-numerical" => {
             let domain = bounds(node.get("domain")?, "domain", n, "state", reader)?;
             if let Some(k) = domain.iter().position(|(low, high)| !(low.is_finite() && high.is_finite() && low < high))
@@ -259,6 +283,73 @@ fn kind(node: &Node, name: &str, size: Dimensions, reader: &mut Reader) -> Optio
         // The description of the kinds has no other.
         _ => return None,
     })
+}
+
+/// The keys that the filters have in common.
+struct Filter {
+    w: DMatrix<f64>,
+    v: DMatrix<f64>,
+    p0: DMatrix<f64>,
+    period: f64,
+    substeps: usize,
+    gate: Option<f64>,
+    smooth: bool,
+}
+
+fn filter(node: &Node, size: Dimensions, reader: &mut Reader) -> Option<Filter> {
+    let (n, p) = (size.states, size.outputs);
+    let (of_states, of_outputs) =
+        (format!("the plant has {}", counted(n, "state")), format!("the plant has {}", counted(p, "output")));
+    let w = reader.weight(node.get("w")?, "w", n, &of_states);
+    let v = reader.weight(node.get("v")?, "v", p, &of_outputs);
+    let p0 = match node.get("p0") {
+        Some(p0) => reader.weight(p0, "p0", n, &of_states),
+        None => Some(DMatrix::identity(n, n)),
+    };
+    let substeps = node.get("substeps").map_or(Some(4), Node::count)?;
+    let gate = match node.get("gate") {
+        Some(gate) => Some(gate.number()?),
+        None => None,
+    };
+    let smooth = node.get("smooth").and_then(Node::truth).unwrap_or(false);
+    let period = node.get("period")?.number()?;
+    Some(Filter { w: w?, v: v?, p0: p0?, period, substeps, gate, smooth })
+}
+
+fn moving_horizon(node: &Node, size: Dimensions, reader: &mut Reader) -> Option<ObserverKind> {
+    let filter = filter(node, size, reader);
+    let count = |key: &str, otherwise: usize| node.get(key).map_or(Some(otherwise), Node::count);
+    let horizon = Horizon { window: count("window", 10)?, iterations: count("iterations", 2)? };
+    if let Some(entry) = node.entry("window").filter(|_| horizon.window > MOST_SAMPLES) {
+        let message = format!("`window` is {}", horizon.window);
+        reader.wrong(entry.node.span.clone(), message, format!("expected at most {MOST_SAMPLES} samples"));
+        return None;
+    }
+    let bounds = match node.entry("state_bounds") {
+        Some(entry) => {
+            let bounds = bounds(&entry.node, "state_bounds", size.states, "state", reader)?;
+            if let Some(k) = bounds.iter().position(|(low, high)| low >= high) {
+                let message = format!("pair {} of `state_bounds` is from {} to {}", k + 1, bounds[k].0, bounds[k].1);
+                reader.wrong(entry.node.span.clone(), message, "expected the lower bound below the upper one");
+                return None;
+            }
+            Some(bounds)
+        }
+        None => None,
+    };
+    let Filter { w, v, p0, period, substeps, .. } = filter?;
+    Some(ObserverKind::MovingHorizon(Box::new(MovingHorizonSpec { w, v, p0, period, substeps, horizon, bounds })))
+}
+
+/// Smoothed estimates are of logs.
+fn smooth(node: &Node, root: &Node, reader: &mut Reader) -> Option<()> {
+    let Some(entry) = node.entry("smooth").filter(|entry| entry.node.truth() == Some(true)) else { return Some(()) };
+    if root.get("log").is_some() {
+        return Some(());
+    }
+    let message = "`smooth` is for estimates on a log, and the study has none";
+    reader.wrong(entry.span.clone(), message, "expected a table [log], or no `smooth`");
+    None
 }
 
 /// The mean of the Jacobian of the observer as printed, which has no gain to be designed.

@@ -58,6 +58,9 @@ pub struct InnovationReport {
     /// The errors of the states whose true values are in the log.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub errors: Vec<StateScore>,
+    /// With `smooth`: the estimates from the whole log.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub smoothed: Option<SmoothedReport>,
     /// How many rows of the log the observer has used.
     pub rows_used: usize,
     /// Samples of a sampled-data observer that were interpolated between rows; 0 unless `interpolation` is `linear`.
@@ -65,6 +68,56 @@ pub struct InnovationReport {
     /// Why the run ended early.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub failure: Option<String>,
+}
+
+/// The smoothed estimates of a filter, over the whole log.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct SmoothedReport {
+    /// The estimate at the first time.
+    pub estimate: Vec<f64>,
+    /// One for each state.
+    pub deviations: Vec<SmoothedDeviation>,
+    /// On a log with true states: normalised estimation error squared, over the second half.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub nees: Option<ConsistencyReport>,
+    /// The errors of the states whose true values are in the log.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub errors: Vec<StateScore>,
+}
+
+/// The root mean square over the log of the standard deviations that a filter computes for the error of a state.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct SmoothedDeviation {
+    /// The state.
+    pub state: String,
+    /// Of the estimates from the measurements up to their time.
+    pub filtered: f64,
+    /// Of those from the whole log.
+    pub smoothed: f64,
+}
+
+impl InnovationReport {
+    /// The errors by the name of the estimates: the observer's own, and `NAME, smoothed`.
+    pub fn all_errors(&self) -> impl Iterator<Item = (String, &StateScore)> {
+        let own = self.errors.iter().map(|error| (self.observer.clone(), error));
+        let smoothed = self.smoothed.iter().flat_map(|smoothed| &smoothed.errors);
+        own.chain(smoothed.map(|error| (format!("{}, smoothed", self.observer), error)))
+    }
+
+    /// The tests of consistency likewise, of a filter; the smoothed estimates have no innovation.
+    pub fn all_tests(&self) -> impl Iterator<Item = FilterReport> {
+        let own = self.nis.as_ref().map(|nis| FilterReport {
+            observer: self.observer.clone(),
+            nis: Some(nis.clone()),
+            nees: self.nees.clone(),
+        });
+        let smoothed = self.smoothed.as_ref().and_then(|smoothed| smoothed.nees.as_ref()).map(|nees| FilterReport {
+            observer: format!("{}, smoothed", self.observer),
+            nis: None,
+            nees: Some(nees.clone()),
+        });
+        own.into_iter().chain(smoothed)
+    }
 }
 
 /// The innovation of one output.

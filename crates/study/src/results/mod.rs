@@ -10,7 +10,8 @@ mod score_tables;
 mod scores;
 
 pub use log::{
-    ConsistencyReport, FilterReport, InnovationOf, InnovationReport, IntervalReport, LogColumn, LogReport, StateScore,
+    ConsistencyReport, FilterReport, InnovationOf, InnovationReport, IntervalReport, LogColumn, LogReport,
+    SmoothedDeviation, SmoothedReport, StateScore,
 };
 pub use report::{leading, log_data};
 pub use score_tables::{ScoreCell, ScoreTable};

@@ -1,5 +1,6 @@
 //! The tables of a study file, except for those of the observers.
 
+use super::advise::ADVISE;
 use super::observers::OBSERVER;
 use super::truth::TRUTH;
 use super::{Key, Kind, Range, Table};
@@ -41,6 +42,7 @@ pub const STUDY: Table = Table {
         ),
         optional("log", Kind::Table(&LOG), "A measured log to run the observers on."),
         optional("observer", Kind::Tables(&OBSERVER), "The observers, each with its specification."),
+        optional("advise", Kind::Table(&ADVISE), "What `luenberger advise` tells every kind of observer."),
         optional("plot", Kind::Table(&PLOT), "The figures (default: all)."),
         optional("sweep", Kind::Table(&SWEEP), "A parameter sweep, with an ensemble of runs at each value."),
     ],

@@ -3,6 +3,7 @@
 //! The description has three uses: files are checked against it ([`crate::read`]), the JSON Schema for editors is
 //! generated from it ([`json_schema`]), and the guide can list it. Keys that are not in it are errors.
 
+mod advise;
 mod json;
 mod keys;
 mod observers;

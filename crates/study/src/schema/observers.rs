@@ -63,9 +63,22 @@ const W: Key = required("w", Kind::Weight, "Intensity W of the process noise, n 
 const V: Key = required(
     "v",
     Kind::Weight,
-    "Intensity V of the measurement noise, p x p; for extended-kalman its covariance at a sample.",
+    "Intensity V of the measurement noise, p x p; for extended-kalman, ukf and mhe its covariance at a sample.",
 );
 const PERIOD: Key = required("period", Kind::Number(Range::Positive), "Sampling period.");
+
+const P0: Key = optional("p0", Kind::Weight, "Covariance of the initial error, n x n (default: the identity).");
+const SUBSTEPS: Key = optional("substeps", Kind::Count(1), "Runge-Kutta steps per sampling period (default 4).");
+const GATE: Key = optional(
+    "gate",
+    Kind::Number(Range::Positive),
+    "An output whose innovation is beyond this many standard deviations is rejected as an outlier (default none; 5 is usual).",
+);
+const SMOOTH: Key = optional(
+    "smooth",
+    Kind::Switch,
+    "true: on a log also the estimates from the whole log, by the fixed-interval smoother of Rauch, Tung and Striebel (default false).",
+);
 
 const ERROR_BOUNDS: Key = optional(
     "bounds",
@@ -73,6 +86,11 @@ const ERROR_BOUNDS: Key = optional(
     "Bounds of noise and disturbances: the certificate states a bound of each error in the end, and how fast it is reached.",
 );
 const UNKNOWN: Key = required("e", Kind::Rows, "E, n x q: the disturbance d enters as x' = A x + B u + E d.");
+pub(super) const UNKNOWN_OF_ADVICE: Key = optional(
+    "e",
+    Kind::Rows,
+    "E, n x q, of an unknown disturbance d, x' = A x + B u + E d (default: that of the first observer of the study that has one, else no disturbance).",
+);
 const GAMMA: Key = optional(
     "gamma",
     Kind::Number(Range::Positive),
@@ -131,7 +149,7 @@ const NOISES: Table = Table {
     ],
 };
 
-const BOX: Table = Table {
+pub(super) const BOX: Table = Table {
     name: "region",
     about: "Bounds of the states, and of inputs and time if the equations depend on them.",
     variants: None,
@@ -332,6 +350,43 @@ const KINDS: &[Variant] = &[
             ),
             optional("radial", Kind::Number(Range::Positive), "w of N = -w P^-1 C'(C P^-1 C')^-1."),
             optional("s", Kind::Rows, "S of N = -P^-1 C'S, p x p, S + S' >= 0."),
+            ERROR_BOUNDS,
+        ],
+    },
+    Variant {
+        name: "optimal-cubic",
+        about: "Cubic observer whose gains L, N and theta have the least cost for given noise and first errors, found by a search from the linear optimum, for linear plants.",
+        keys: &[
+            required(
+                "first_errors",
+                Kind::Numbers(Range::Positive),
+                "Semi-axes of the ellipsoid of first errors x(0) - xhat(0), n numbers.",
+            ),
+            optional(
+                "horizon",
+                Kind::Number(Range::Positive),
+                "Time of operation that follows a first error: the factor of the error under noise in the cost (default: the duration of the simulation).",
+            ),
+            optional(
+                "noise_deviation",
+                Kind::Numbers(Range::Positive),
+                "Standard deviations of the measurement noise, p numbers, of a normal distribution (default: the noise of the simulation, with its distribution).",
+            ),
+            optional(
+                "noise_period",
+                Kind::Number(Range::Positive),
+                "Time for which each value of the noise is held (default: that of the simulation).",
+            ),
+            optional(
+                "process_noise",
+                Kind::Weight,
+                "Intensity of the process noise, n x n, per unit of time (default 0).",
+            ),
+            optional(
+                "weight",
+                Kind::Weight,
+                "T of e'Te in the cost, n x n (default: each error in units of its first error).",
+            ),
             ERROR_BOUNDS,
         ],
     },
@@ -594,16 +649,51 @@ const KINDS: &[Variant] = &[
     Variant {
         name: "extended-kalman",
         about: "Extended Kalman filter for a plant in continuous time with sampled measurements.",
+        keys: &[W, V, P0, PERIOD, SUBSTEPS, GATE, SMOOTH],
+    },
+    Variant {
+        name: "ukf",
+        about: "Unscented Kalman filter in square-root form, for a plant in continuous time with sampled measurements, or in discrete time.",
         keys: &[
             W,
             V,
-            optional("p0", Kind::Weight, "Covariance of the initial error, n x n (default: the identity)."),
+            P0,
             PERIOD,
-            optional("substeps", Kind::Count(1), "Runge-Kutta steps per sampling period (default 4)."),
+            SUBSTEPS,
+            GATE,
+            SMOOTH,
             optional(
-                "gate",
+                "alpha",
                 Kind::Number(Range::Positive),
-                "An output whose innovation is beyond this many standard deviations is rejected as an outlier (default none; 5 is usual).",
+                "Distance of the sigma points from the estimate, alpha sqrt(n + kappa) standard deviations (default 1).",
+            ),
+            optional(
+                "beta",
+                Kind::Number(Range::Any),
+                "Weight of the central point in covariances (default 2, for Gaussian errors).",
+            ),
+            optional("kappa", Kind::Number(Range::Any), "Second parameter of the distance, above -n (default 0)."),
+        ],
+    },
+    Variant {
+        name: "mhe",
+        about: "Moving-horizon estimator: the states of the last samples by least squares, with bounds, for a plant in continuous time with sampled measurements, or in discrete time.",
+        keys: &[
+            W,
+            V,
+            P0,
+            PERIOD,
+            SUBSTEPS,
+            optional("window", Kind::Count(1), "Samples in the window, at most 32 (default 10)."),
+            optional(
+                "iterations",
+                Kind::Count(1),
+                "Gauss-Newton steps at each sample (default 2; one is exact for a linear plant).",
+            ),
+            optional(
+                "state_bounds",
+                Kind::Bounds,
+                "Bounds of the states, n pairs [lower, upper]; they may be inf or -inf (default: none).",
             ),
         ],
     },
@@ -724,6 +814,7 @@ const SOURCES: &[(&str, &str)] = &[
     ("kalman", "Kalman and Bucy 1961; in discrete time Kalman 1960"),
     ("cubic", "Share Pasand, Luenberger-type cubic observers, eq. (5)"),
     ("sampled-cubic", "the same paper's observer, eq. (5), with a step in closed form: docs/theory-cubic.md"),
+    ("optimal-cubic", "asked for by Share Pasand, Luenberger-type cubic observers: docs/theory-cubic.md"),
     ("unknown-input", "asked for by Share Pasand, Luenberger-type cubic observers; Darouach, Zasadzinski and Xu 1994"),
     (
         "sliding-mode",
@@ -740,6 +831,8 @@ const SOURCES: &[(&str, &str)] = &[
     ("mean-value", "Ben Messaoud and Hajji 2018, eq. (3)"),
     ("high-gain", "Yi, Ortega and Zhang 2018, Table I; Khalil and Praly 2014"),
     ("extended-kalman", "Gelb, Applied Optimal Estimation, 1974, section 6.1"),
+    ("ukf", "Julier and Uhlmann 2004; Van der Merwe and Wan, ICASSP 2001"),
+    ("mhe", "Rao, Rawlings and Mayne 2003; Bell, Burke and Pillonetto 2009"),
     ("kkl", "Yi, Ortega and Zhang 2018, eq. (6), Proposition 1"),
     ("pebo", "Yi, Ortega and Zhang 2018, eq. (8) to (12), Proposition 2"),
     ("kkl-peb", "Yi, Ortega and Zhang 2018, eq. (15), Propositions 3, 6 and 7"),

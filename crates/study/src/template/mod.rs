@@ -86,6 +86,12 @@ pub const TEMPLATES: &[Template] = &[
         files: &[],
     },
     Template {
+        name: "optimal-cubic",
+        about: "a cart that is pushed: the cubic observer of least cost beside the linear optimum",
+        text: include_str!("../../templates/optimal-cubic.toml"),
+        files: &[],
+    },
+    Template {
         name: "resonance",
         about: "a structure with little damping: Kalman, H2 and H-infinity filters",
         text: include_str!("../../templates/resonance.toml"),

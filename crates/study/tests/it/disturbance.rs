@@ -3,8 +3,12 @@
 use std::path::Path;
 use std::sync::atomic::AtomicBool;
 
+use luenberger_proof::certificate::{DeployedObserver, Theorem};
+use luenberger_proof::statement::Format::Binary32 as Format32;
+use luenberger_study::deployment::{evidence, sampled};
 use luenberger_study::design::{Designed, NoDesign, design};
 use luenberger_study::execute::Step;
+use luenberger_study::study::ObserverSpec;
 use luenberger_study::{Format, RunOptions, Study, StudyError, execute};
 
 fn read(text: &str) -> Result<Study, StudyError> {
@@ -186,6 +190,36 @@ fn an_uncertain_plant_has_a_bound_while_its_states_have() {
         assert!((0.02..most).contains(&bound), "{name}: {bound}");
         let words = &found.report.statement;
         assert!(words.contains("for every deviation of A and while the states keep theirs"), "{words}");
+    }
+}
+
+/// With the deviations the exported step has a larger bound, for the same simulation; both are certificates.
+#[test]
+fn the_rounding_of_an_exported_step_is_bounded_for_an_uncertain_plant() {
+    let run = "[simulation]\nx0 = [0.5, 0]\nduration = 5\nhold = 0.01\n\
+        noise = { distribution = \"uniform\", amplitude = [0.001], period = 0.01 }\n";
+    let study = read(&format!("{PENDULUM}{run}")).unwrap();
+    for observer in &study.observers {
+        let exactly = ObserverSpec { bounds: None, ..observer.clone() };
+        let [with, without] = [observer, &exactly].map(|observer| {
+            let design = sampled(&study, observer, Some(0.01), None).unwrap().design;
+            let found = evidence(&study, observer, &design, Format32.into());
+            let Theorem::DeployedObserver(theorem) = found.file.unwrap().theorem().clone() else { panic!("theorem") };
+            (found.sentences.join(" "), theorem)
+        });
+        let said = "every deviation of A within `bounds`";
+        assert!(with.0.contains(said) && !without.0.contains(said), "{}", with.0);
+        // The states keep the larger of the bounds of the run and of the study.
+        assert!(with.1.operation.state[0] >= 1.0 && with.1.operation.state[1] >= 2.0);
+        assert!(with.1.operation.deviation.is_some() && without.1.operation.deviation.is_none());
+        let entry = |of: &(String, DeployedObserver)| of.1.ball.as_ref().unwrap().entries[0];
+        // A constant x1 = 1 leaves 0.4/20 of x1 in e1, sampled as well.
+        assert!(
+            entry(&with) > 0.02 && entry(&with) < 0.1 && entry(&without) < 0.01,
+            "{} {}",
+            entry(&with),
+            entry(&without)
+        );
     }
 }
 

@@ -1,5 +1,6 @@
 //! One test binary, a module a subject.
 
+mod advise;
 mod battery;
 mod blocks;
 mod choices;
@@ -7,6 +8,7 @@ mod closed_loop;
 mod discrete_time;
 mod disturbance;
 mod feedthrough;
+mod filters;
 mod folder;
 mod gain_limits;
 mod high_gain;
@@ -20,6 +22,7 @@ mod messages;
 mod mistakes;
 mod norm_filter;
 mod operating_point;
+mod optimal;
 mod page;
 mod plant;
 mod printed_mean_value;

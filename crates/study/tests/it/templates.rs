@@ -151,6 +151,7 @@ templates! {
     heat_rod "heat-rod";
     mimo "mimo";
     load_torque "load-torque";
+    optimal_cubic "optimal-cubic";
     resonance "resonance";
     measured_log "measured-log";
 }

@@ -286,6 +286,7 @@ fn meets(plant: &StateSpace, error: f64, noise: f64) -> Operation {
         input: vec![0.5; plant.b.ncols()],
         noise: vec![noise; plant.c.nrows()],
         error: vec![error; n],
+        deviation: None,
     }
 }
 
@@ -551,7 +552,8 @@ fn the_largest_rate_of_single_precision_runs() {
     for theta in [0.0, 1e-30] {
         let plant = statement::SampledPlant { a: number(0.5), b: Matrix::from_fn(1, 0, |_, _| 0.0), c: number(1.0) };
         let gains = statement::CubicGains { n: number(-1.0), theta: number(theta), w, h: 0.125 };
-        let operation = Operation { state: vec![1.0], input: vec![], noise: vec![0.0], error: vec![1.0] };
+        let operation =
+            Operation { state: vec![1.0], input: vec![], noise: vec![0.0], error: vec![1.0], deviation: None };
         let formats: statement::Formats = Format::Binary32.into();
         let l = number(2.0_f64.powi(-30));
         let found = statement::deployed_sampled_cubic(&plant, &l, &gains, &number(1.0), formats, &operation).unwrap();

@@ -124,7 +124,13 @@ fn every_operation_is_listed<T: Target>(is_cubic: bool, outputs: usize) {
             c: diagonal(gain),
         };
         let l = diagonal(0.25 / gain);
-        let meets = Operation { state: vec![size; n], input: vec![noise], noise: vec![noise; n], error: vec![size; n] };
+        let meets = Operation {
+            state: vec![size; n],
+            input: vec![noise],
+            noise: vec![noise; n],
+            error: vec![size; n],
+            deviation: None,
+        };
         let p = diagonal(1.0);
         let deployed = if is_cubic {
             // Semidefinite, so that the observer can be made; the largest w of all, and no weight at all.

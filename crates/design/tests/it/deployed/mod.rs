@@ -49,7 +49,13 @@ impl Trajectory {
             (0..list[0].len()).map(|i| list.iter().map(|v| v[i].abs()).fold(0.0, f64::max)).collect()
         };
         let state = largest(&self.x);
-        Operation { error: vec![error; state.len()], input: largest(&self.u), noise: vec![0.0; outputs], state }
+        Operation {
+            error: vec![error; state.len()],
+            input: largest(&self.u),
+            noise: vec![0.0; outputs],
+            state,
+            deviation: None,
+        }
     }
 
     /// The largest `|e_i|` of the last half as a share of its bound; the error never exceeds the ball of the start.
@@ -198,7 +204,8 @@ fn the_stored_cubic_gain_is_proved_where_the_structure_is_refuted() {
         .lyapunov_weight(LyapunovWeight::Identity(10.0))
         .unwrap();
     let design = SampledCubicDesign::new(&linear, &dmatrix![1.0], 10.0, 0.1).unwrap();
-    let operation = Operation { state: vec![1.0; 2], input: vec![1.0], noise: vec![0.0], error: vec![1.0; 2] };
+    let operation =
+        Operation { state: vec![1.0; 2], input: vec![1.0], noise: vec![0.0], error: vec![1.0; 2], deviation: None };
     let deployed = design.deployed(Format::Binary32.into(), &operation).unwrap();
     let n = deployed.stored.cubic.as_ref().expect("cubic").n.clone();
     let p = Matrix::from_column_major(2, 2, design.p.as_slice()).unwrap();
@@ -217,7 +224,8 @@ fn a_slow_gain_is_lost_in_a_byte_and_refuted() {
     let (_, plant, _, _) = zoo().remove(0);
     let poles: Vec<Complex<f64>> = [0.985, 0.98].map(Complex::from).to_vec();
     let l = place_observer(&plant.a, &plant.c, &poles).unwrap().gain;
-    let operation = Operation { state: vec![1.0; 2], input: vec![1.0], noise: vec![0.0], error: vec![1.0; 2] };
+    let operation =
+        Operation { state: vec![1.0; 2], input: vec![1.0], noise: vec![0.0], error: vec![1.0; 2], deviation: None };
     for step in [Step::Innovation, Step::Joined] {
         let judged =
             |format: Format| deployed_linear(&plant, &l, step, format.into(), &operation).unwrap().deployed.clone();

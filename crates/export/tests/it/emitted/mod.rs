@@ -17,6 +17,9 @@ mod filter;
 #[rustfmt::skip]
 #[allow(unreachable_pub, clippy::all, clippy::pedantic)]
 mod kkl;
+#[rustfmt::skip]
+#[allow(unreachable_pub, clippy::all, clippy::pedantic)]
+mod unscented;
 
 use std::path::Path;
 use std::sync::Arc;
@@ -30,6 +33,7 @@ use luenberger_observers::numerical_kkl::{
 };
 use luenberger_observers::{
     DiscreteNonlinearObserver, ExtendedKalmanFilter, InterSampleObserver, NoiseModel, SampledCopy, SampledObserver,
+    SigmaPoints, UnscentedKalmanFilter,
 };
 use nalgebra::{SMatrix, SVector, dmatrix};
 
@@ -120,6 +124,17 @@ fn the_extended_kalman_filter_is_emitted_as_rust() {
     let export = export(Program::Kalman(filter), Scalar::Binary32);
     unchanged(&export, "filter");
     agrees!(filter, &export, f32);
+}
+
+#[test]
+fn the_unscented_kalman_filter_is_emitted_as_rust() {
+    let plant = plant(&["x2", "-x1 - 0.5*x2*exp(-x1^2) + u1"], &["x1*sqrt(1 + x2^2)"], 1);
+    let noises = NoiseModel { w: dmatrix![0.5, 0.1; 0.1, 0.25], v: dmatrix![0.125], p0: dmatrix![1.0, 0.0; 0.0, 2.0] };
+    let sigma = SigmaPoints { alpha: 0.5, ..SigmaPoints::default() };
+    let filter = UnscentedKalmanFilter::new(plant, noises, sigma, 0.0625, 2).unwrap().with_gate(3.0).unwrap();
+    let export = export(Program::Unscented(filter), Scalar::Binary32);
+    unchanged(&export, "unscented");
+    agrees!(unscented, &export, f32);
 }
 
 #[test]

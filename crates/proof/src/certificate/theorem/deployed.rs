@@ -22,8 +22,8 @@ use crate::definite::Direction;
 use crate::error::ProofError;
 use crate::matrix::Matrix;
 use crate::statement::{
-    CubicGains, Deployed, ErrorBall, Format, Formats, Operation, Running, SampledPlant, Step, Stored, deployed_linear,
-    deployed_sampled_cubic,
+    CubicGains, Deployed, Deviation, ErrorBall, Format, Formats, Operation, Running, SampledPlant, Step, Stored,
+    deployed_linear, deployed_sampled_cubic,
 };
 use crate::verdict::{UndecidedReason, Verdict};
 
@@ -111,6 +111,17 @@ fn read_bound(field: &Field<'_>) -> Result<f64, FileError> {
     Err(field.error(Fault::Range { value, requirement: "a bound of an absolute value is 0 or more" }))
 }
 
+/// A matrix of bounds, of which none is negative.
+fn read_bound_matrix(field: &Field<'_>, shape: (usize, usize)) -> Result<Matrix<f64>, FileError> {
+    let matrix = field.matrix(shape)?;
+    match matrix.as_slice().iter().find(|x| **x < 0.0) {
+        None => Ok(matrix),
+        Some(&value) => {
+            Err(field.error(Fault::Range { value, requirement: "a bound of an absolute value is 0 or more" }))
+        }
+    }
+}
+
 fn read_positive(field: &Field<'_>, requirement: &'static str) -> Result<f64, FileError> {
     let value = field.binary64()?;
     if value > 0.0 { Ok(value) } else { Err(field.error(Fault::Range { value, requirement })) }
@@ -178,9 +189,14 @@ impl DeployedObserver {
             Format::Fixed { .. } => "each product rounded to nearest or each sum of products as a whole",
             _ => "each operation rounded to nearest, with or without fused multiply-adds",
         };
+        let plant = if self.operation.deviation.is_some() {
+            "on every plant x+ = (A + dA)x + (B + dB)u whose |dA| and |dB| are at most operation.dA and operation.dB, entry by entry and perhaps differently in every step,"
+        } else {
+            "on the real plant"
+        };
         let operands = if stored == running { "" } else { "the stored numbers entering as they are, " };
         format!(
-            "As it runs in {running},{flow} {rounded}, {operands}sums in any order, y rounded to nearest, u and xhat(0) being numbers of {running}, on the real plant and while |x|, |u|, |v| and |e(0)| keep the bounds of operation: the error e never makes sqrt(e'Pe) larger than running.start, limsup |e_i| is at most running.limsup[i] (counted from 0), and no result of any of these operations leaves the range of {running}."
+            "As it runs in {running},{flow} {rounded}, {operands}sums in any order, y rounded to nearest, u and xhat(0) being numbers of {running}, {plant} and while |x|, |u|, |v| and |e(0)| keep the bounds of operation: the error e never makes sqrt(e'Pe) larger than running.start, limsup |e_i| is at most running.limsup[i] (counted from 0), and no result of any of these operations leaves the range of {running}."
         )
     }
 
@@ -335,11 +351,19 @@ impl Statement for DeployedObserver {
         };
         fields.finish()?;
         let mut fields = file.object("operation")?;
+        let deviation = match fields.optional("dA") {
+            Some(a) => Some(Deviation {
+                a: read_bound_matrix(&a, (order, order))?,
+                b: read_bound_matrix(&fields.take("dB")?, (order, inputs))?,
+            }),
+            None => None,
+        };
         let operation = Operation {
             state: read_bounds(&fields.take("x")?, order)?,
             input: read_bounds(&fields.take("u")?, inputs)?,
             noise: read_bounds(&fields.take("v")?, outputs)?,
             error: read_bounds(&fields.take("e(0)")?, order)?,
+            deviation,
         };
         fields.finish()?;
         let mut fields = file.object("lyapunov")?;
@@ -368,13 +392,16 @@ impl Statement for DeployedObserver {
         if let Some(cubic) = &self.stored.cubic {
             stored.extend([("w", Out::number(cubic.w)), ("period", Out::number(cubic.h))]);
         }
-        let Operation { state, input, noise, error } = &self.operation;
-        let operation = vec![
+        let Operation { state, input, noise, error, deviation } = &self.operation;
+        let mut operation = vec![
             ("x", Out::numbers(state)),
             ("u", Out::numbers(input)),
             ("v", Out::numbers(noise)),
             ("e(0)", Out::numbers(error)),
         ];
+        if let Some(Deviation { a, b }) = deviation {
+            operation.extend([("dA", Out::matrix(a)), ("dB", Out::matrix(b))]);
+        }
         let mut members = vec![
             ("plant", Out::Object(plant)),
             ("formats", Out::Object(formats)),

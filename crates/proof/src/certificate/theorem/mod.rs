@@ -2,7 +2,8 @@
 //!
 //! Each file has, in this order: the mathematical statement with its proof, in the head; the data; the hypotheses as
 //! conditions, each verified from the data; the text, which claims no more than the conditions imply; reading and
-//! writing. A new theorem needs a file here and a line in the list below.
+//! writing. A new theorem needs a file here and a line in the list below: in its second part, which the feature
+//! `all-theorems` compiles, unless the pages of reports verify it.
 
 mod contracting;
 mod cubic;
@@ -100,12 +101,13 @@ trait Statement: Sized {
 }
 
 macro_rules! theorems {
-    ($($(#[$doc:meta])* $name:ident),* $(,)?) => {
+    ({ $($(#[$doc:meta])* $name:ident),* $(,)? } { $($(#[$more_doc:meta])* $more:ident),* $(,)? }) => {
         /// What a certificate states, with all the data that it takes.
         #[derive(Debug, Clone, PartialEq)]
         #[non_exhaustive]
         pub enum Theorem {
             $($(#[$doc])* $name($name),)*
+            $(#[cfg(feature = "all-theorems")] $(#[$more_doc])* $more($more),)*
         }
 
         $(impl From<$name> for Theorem {
@@ -114,21 +116,35 @@ macro_rules! theorems {
             }
         })*
 
+        $(#[cfg(feature = "all-theorems")]
+        impl From<$more> for Theorem {
+            fn from(theorem: $more) -> Self {
+                Self::$more(theorem)
+            }
+        })*
+
         impl Theorem {
             /// The name of the theorem in files.
             pub fn name(&self) -> &'static str {
                 match self {
                     $(Self::$name(_) => <$name as Statement>::NAME,)*
+                    $(#[cfg(feature = "all-theorems")]
+                    Self::$more(_) => <$more as Statement>::NAME,)*
                 }
             }
 
             /// The names of all theorems.
-            pub const NAMES: &[&'static str] = &[$(<$name as Statement>::NAME),*];
+            pub const NAMES: &[&'static str] = &[
+                $(<$name as Statement>::NAME,)*
+                $(#[cfg(feature = "all-theorems")] <$more as Statement>::NAME,)*
+            ];
 
             pub(super) fn read(file: &mut Fields<'_>) -> Result<Self, FileError> {
                 let name = file.take("theorem")?;
                 match name.text()? {
                     $(<$name as Statement>::NAME => Ok(Self::$name(Statement::read(file)?)),)*
+                    $(#[cfg(feature = "all-theorems")]
+                    <$more as Statement>::NAME => Ok(Self::$more(Statement::read(file)?)),)*
                     found => Err(unknown_word(&name, found, Self::NAMES)),
                 }
             }
@@ -137,6 +153,8 @@ macro_rules! theorems {
                 let mut members = vec![("theorem", Out::Text(self.name().to_owned()))];
                 members.extend(match self {
                     $(Self::$name(theorem) => Statement::write(theorem),)*
+                    $(#[cfg(feature = "all-theorems")]
+                    Self::$more(theorem) => Statement::write(theorem),)*
                 });
                 members
             }
@@ -145,6 +163,8 @@ macro_rules! theorems {
             pub fn words(&self) -> String {
                 match self {
                     $(Self::$name(theorem) => Statement::words(theorem),)*
+                    $(#[cfg(feature = "all-theorems")]
+                    Self::$more(theorem) => Statement::words(theorem),)*
                 }
             }
 
@@ -156,6 +176,8 @@ macro_rules! theorems {
             pub fn facts(&self) -> Result<Vec<Fact>, ProofError> {
                 of_one_certificate(|| match self {
                     $(Self::$name(theorem) => Statement::facts(theorem),)*
+                    $(#[cfg(feature = "all-theorems")]
+                    Self::$more(theorem) => Statement::facts(theorem),)*
                 })
             }
         }
@@ -163,68 +185,72 @@ macro_rules! theorems {
 }
 
 theorems! {
-    /// The linear observer (12), perhaps with a rate.
-    LinearConvergence,
-    /// The linear observer in discrete time.
-    DiscreteConvergence,
-    /// All eigenvalues in the open left half plane.
-    HurwitzStability,
-    /// All eigenvalues inside the unit circle.
-    SchurStability,
-    /// The cubic observer with its gains as stored.
-    CubicConvergence,
-    /// The cubic observer with the real gain `N = -P^-1 C'S`.
-    StructuredCubicConvergence,
-    /// Theorem 1 for gains of any origin.
-    CubicTheorem1,
-    /// The sampled cubic observer.
-    SampledCubicConvergence,
-    /// The unknown-input observer.
-    UnknownInputConvergence,
-    /// The reduced-order observer.
-    ReducedOrderConvergence,
-    /// A bound of the error under bounded disturbances and noise.
-    InputToStateStability,
-    /// The interval observer in continuous time.
-    IntervalEnclosure,
-    /// The sampled interval observer, with the rounding of its steps.
-    SampledIntervalEnclosure,
-    /// The super-twisting observer in continuous time.
-    SuperTwistingConvergence,
-    /// A bound of the H-infinity norm of the error.
-    HInfinityFilter,
-    /// A bound of the H2 norm of the error.
-    H2Filter,
-    /// The sampled cubic observer with a semi-implicit cubic step.
-    SemiImplicitCubicConvergence,
-    /// The sampled observer at periods that vary, with missed samples.
-    VaryingPeriodConvergence,
-    /// An observer in the numbers of its target, with the rounding of its steps.
-    DeployedObserver,
-    /// The loop `u = -K xhat` around the cubic observer (25).
-    FeedbackLoop,
-    /// One gain for a polytope of linear plants.
-    PlantPolytope,
-    /// One gain for a polytope of mean Jacobians.
-    JacobianPolytope,
-    /// One gain for a polytope of mean Jacobians in discrete time.
-    DiscreteJacobianPolytope,
-    /// The observer of a plant with nonlinearities in sectors.
-    SectorConvergence,
-    /// Coordinates in which the unmeasured states contract.
-    ContractionInCoordinates,
-    /// A bound of the estimation error of a KKL observer over a box.
-    KklErrorBound,
-    /// A matrix is definite.
-    Definiteness,
-    /// The solution of a Lyapunov or Stein equation lies within.
-    SolutionWithin,
-    /// A point satisfies linear matrix inequalities.
-    InequalityHolds,
-    /// No point satisfies them.
-    InequalityRefuted,
-    /// The optimum of a semidefinite program is bounded, or there is none.
-    SemidefiniteProgram,
+    {
+        /// The linear observer (12), perhaps with a rate.
+        LinearConvergence,
+        /// The cubic observer with its gains as stored.
+        CubicConvergence,
+        /// The cubic observer with the real gain `N = -P^-1 C'S`.
+        StructuredCubicConvergence,
+        /// The sampled cubic observer.
+        SampledCubicConvergence,
+        /// The sampled cubic observer with a semi-implicit cubic step.
+        SemiImplicitCubicConvergence,
+        /// One gain for a polytope of linear plants.
+        PlantPolytope,
+        /// One gain for a polytope of mean Jacobians.
+        JacobianPolytope,
+        /// The observer of a plant with nonlinearities in sectors.
+        SectorConvergence,
+    }
+    {
+        /// The linear observer in discrete time.
+        DiscreteConvergence,
+        /// All eigenvalues in the open left half plane.
+        HurwitzStability,
+        /// All eigenvalues inside the unit circle.
+        SchurStability,
+        /// Theorem 1 for gains of any origin.
+        CubicTheorem1,
+        /// The unknown-input observer.
+        UnknownInputConvergence,
+        /// The reduced-order observer.
+        ReducedOrderConvergence,
+        /// A bound of the error under bounded disturbances and noise.
+        InputToStateStability,
+        /// The interval observer in continuous time.
+        IntervalEnclosure,
+        /// The sampled interval observer, with the rounding of its steps.
+        SampledIntervalEnclosure,
+        /// The super-twisting observer in continuous time.
+        SuperTwistingConvergence,
+        /// A bound of the H-infinity norm of the error.
+        HInfinityFilter,
+        /// A bound of the H2 norm of the error.
+        H2Filter,
+        /// The sampled observer at periods that vary, with missed samples.
+        VaryingPeriodConvergence,
+        /// An observer in the numbers of its target, with the rounding of its steps.
+        DeployedObserver,
+        /// The loop `u = -K xhat` around the cubic observer (25).
+        FeedbackLoop,
+        /// One gain for a polytope of mean Jacobians in discrete time.
+        DiscreteJacobianPolytope,
+        /// Coordinates in which the unmeasured states contract.
+        ContractionInCoordinates,
+        /// A bound of the estimation error of a KKL observer over a box.
+        KklErrorBound,
+        /// A matrix is definite.
+        Definiteness,
+        /// The solution of a Lyapunov or Stein equation lies within.
+        SolutionWithin,
+        /// A point satisfies linear matrix inequalities.
+        InequalityHolds,
+        /// No point satisfies them.
+        InequalityRefuted,
+        /// The optimum of a semidefinite program is bounded, or there is none.
+        SemidefiniteProgram,
+    }
 }
 
 fn unknown_word(field: &Field<'_>, found: &str, known: &[&str]) -> FileError {

@@ -88,7 +88,9 @@ impl Statement for SuperTwistingConvergence {
         let mut observer = file.object("observer")?;
         let (k1, k2) = (positive(&mut observer, "k1")?, positive(&mut observer, "k2")?);
         observer.finish()?;
-        let bound = positive(file, "bound")?;
+        let mut bounds = file.object("bounds")?;
+        let bound = positive(&mut bounds, "F")?;
+        bounds.finish()?;
         let mut lyapunov = file.object("lyapunov")?;
         let p = lyapunov.take("P")?.symmetric(2)?;
         let (alpha, c) = (positive(&mut lyapunov, "alpha")?, positive(&mut lyapunov, "c")?);
@@ -102,7 +104,7 @@ impl Statement for SuperTwistingConvergence {
             vec![("P", Out::matrix(&self.p)), ("alpha", Out::number(self.alpha)), ("c", Out::number(self.c))];
         vec![
             ("observer", Out::Object(observer)),
-            ("bound", Out::number(self.bound)),
+            ("bounds", Out::Object(vec![("F", Out::number(self.bound))])),
             ("lyapunov", Out::Object(lyapunov)),
         ]
     }

@@ -1,7 +1,7 @@
 //! Disturbance of the error in one step of a deployed observer: deviation of stored matrices from the plant's, noise,
 //! and all rounding errors.
 
-use super::{CubicGains, Format, Operation, SampledPlant, Step, Stored};
+use super::{CubicGains, Deviation, Format, Operation, SampledPlant, Step, Stored};
 use crate::error::ProofError;
 use crate::exact::Exact;
 use crate::interval::Interval;
@@ -97,6 +97,14 @@ impl Disturbance<'_> {
         terms.scaled(&gamma).sum(&self.constant(&Matrix::from_fn(terms.rows(), 1, |_, _| absolute)))
     }
 
+    /// `|dA| |x| + |dB| |u|`: by how much the plant may differ from the one that the observer has.
+    fn deviation(&self, x: &Bound, u: &Bound) -> Result<Bound, ProofError> {
+        match &self.operation.deviation {
+            Some(Deviation { a, b }) => points(a, "dA")?.product(x)?.sum(&points(b, "dB")?.product(u)?),
+            None => Ok(Matrix::zeros(self.order(), self.order() + 1)),
+        }
+    }
+
     /// `B - B~` and the like, entry by entry.
     fn mismatch(real: &Matrix<f64>, stored: &Matrix<f64>) -> Result<Matrix<Interval>, ProofError> {
         Ok(sizes(&points(real, "the plant")?.difference(&points(stored, "what is stored")?)?))
@@ -145,7 +153,7 @@ impl Disturbance<'_> {
             stages.push(stage("a stored number", &self.same(1, self.stored.largest())));
         }
         let input = b_size.product(&u)?;
-        let input_mismatch = Self::mismatch(&self.plant.b, b)?.product(&u)?;
+        let input_mismatch = Self::mismatch(&self.plant.b, b)?.product(&u)?.sum(&self.deviation(&x, &u)?)?;
 
         if self.step == Step::Joined {
             let terms = a_size.product(&xhat)?.sum(&input)?.sum(&l_size.product(&measured)?)?;

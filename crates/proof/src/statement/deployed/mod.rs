@@ -102,6 +102,11 @@
 //! test records the operations of the observers' code and finds each one among them. The bounds hold for errors that
 //! start in the ball.
 //!
+//! *A plant that is not known exactly.* If the plant is `x+ = (A + dA) x + (B + dB) u` with `|dA|`, `|dB|` bounded entry
+//! by entry ([`Deviation`]), perhaps differently in every step, then e+ has the further terms `dA x + dB u`, for each of
+//! the observers: D grows by `|dA| |x| + |dB| |u|` in its first column. Nothing else changes, since neither the maps M
+//! nor the numbers of a step depend on the plant's A and B: y is that of x, and x keeps its bounds.
+//!
 //! # What is not covered
 //! Truncation; flushing of *operands* that are subnormal (none arise where results are flushed; a stored subnormal
 //! entry might); a flow computed otherwise than in `observers::cubic::flow`; the cubic observer in fixed point, whose
@@ -146,6 +151,17 @@ pub struct Operation {
     pub noise: Vec<f64>,
     /// `|e_i|` at the start, n numbers.
     pub error: Vec<f64>,
+    /// How far the plant may be from A and B, perhaps differently in every step; none where they are exact.
+    pub deviation: Option<Deviation>,
+}
+
+/// `x+ = (A + dA) x + (B + dB) u` with `|dA| <= a` and `|dB| <= b`, entry by entry.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Deviation {
+    /// Bounds of `|dA|`, n x n.
+    pub a: Matrix<f64>,
+    /// Bounds of `|dB|`, n x m.
+    pub b: Matrix<f64>,
 }
 
 /// How a linear observer computes its step.
@@ -245,7 +261,7 @@ impl Deployed {
 /// // x+ = 0.9 x, observed with l = 0.4: e+ = 0.5 e, in f32 and in a byte.
 /// let number = |x: f64| Matrix::from_rows([[x]]);
 /// let plant = SampledPlant { a: number(0.9), b: Matrix::from_fn(1, 0, |_, _| 0.0), c: number(1.0) };
-/// let meets = Operation { state: vec![1.0], input: vec![], noise: vec![0.0], error: vec![1.0] };
+/// let meets = Operation { state: vec![1.0], input: vec![], noise: vec![0.0], error: vec![1.0], deviation: None };
 /// let single = deployed_linear(&plant, &number(0.4), &number(1.0), Step::Innovation, Format::Binary32.into(), &meets)?;
 /// assert!(single.is_stable() && single.ball().expect("proved").entries[0] < 1e-6);
 /// let byte = Format::Fixed { integer_bits: 4, fraction_bits: 4 };
@@ -436,6 +452,14 @@ fn check(
         }
         if let Some(&value) = list.iter().find(|x| !(x.is_finite() && **x >= 0.0)) {
             return Err(ProofError::Sign { what: sign, value });
+        }
+    }
+    if let Some(Deviation { a, b }) = &operation.deviation {
+        a.expect_shape("the bound of the deviation of A", (n, n))?;
+        b.expect_shape("the bound of the deviation of B", (n, m))?;
+        let what = "a bound of a deviation, which should not be negative,";
+        if let Some(&value) = a.as_slice().iter().chain(b.as_slice()).find(|x| !(x.is_finite() && **x >= 0.0)) {
+            return Err(ProofError::Sign { what, value });
         }
     }
     Ok(())

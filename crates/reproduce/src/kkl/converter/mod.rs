@@ -356,16 +356,14 @@ fn beats(ensemble: &noise::Ensemble, merit: fn(&RmsErrors) -> f64, a: usize, b: 
     mean > 3.0 * error
 }
 
-/// The mean spreads of all observers, for the note.
-fn table(ensemble: &noise::Ensemble) -> String {
+/// The mean root mean squares of all observers: the head and a row for each merit.
+fn table(ensemble: &noise::Ensemble) -> (Vec<String>, Vec<Vec<String>>) {
+    let head = std::iter::once("rms in A, V").chain(OBSERVERS.iter().map(|(_, label)| *label)).map(str::to_owned);
     let row = |(what, merit): &Merit| {
-        let entries = OBSERVERS.iter().enumerate().map(|(k, (_, label))| {
-            let (mean, _) = statistics(ensemble.iter().map(|row| merit(&row[k])));
-            format!("{label} {mean:.3e}")
-        });
-        format!("{what}: {}.", entries.collect::<Vec<_>>().join(", "))
+        let mean = |k: usize| format!("{:.3e}", statistics(ensemble.iter().map(|row| merit(&row[k]))).0);
+        std::iter::once((*what).to_owned()).chain((0..OBSERVERS.len()).map(mean)).collect()
     };
-    MERITS.iter().map(row).collect::<Vec<_>>().join(" ")
+    (head.collect(), MERITS.iter().map(row).collect())
 }
 
 fn noise_ranking(context: &Context) -> Result<Outcome, CheckError> {
@@ -386,10 +384,10 @@ fn noise_ranking(context: &Context) -> Result<Outcome, CheckError> {
     let exact = OBSERVERS.len() - 1;
     let lost: Vec<&str> =
         MERITS.iter().filter(|(_, merit)| beats(&ensemble, *merit, exact, 0)).map(|(what, _)| *what).collect();
-    Ok(Outcome::new(Evidence::Readings(MERITS.into_iter().map(best).collect())).note(format!(
-        "Root mean squares in A and V, means over {SEEDS} seeds. {} Not to be told from the KKLO (within three standard errors) are: {}. The exact high-gain \
+    let (head, rows) = table(&ensemble);
+    Ok(Outcome::new(Evidence::Readings(MERITS.into_iter().map(best).collect())).table(head, rows).note(format!(
+        "Root mean squares in A and V, means over {SEEDS} seeds. Not to be told from the KKLO (within three standard errors) are: {}. The exact high-gain \
          observer is better than the KKLO in: {}.",
-        table(&ensemble),
         if ties.is_empty() { "none".to_owned() } else { ties.join("; ") },
         if lost.is_empty() { "none".to_owned() } else { lost.join("; ") },
     )))

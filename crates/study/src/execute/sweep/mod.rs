@@ -40,6 +40,7 @@ use crate::study::{Simulation, Study, Sweep};
 use compute::{Designs, Work};
 use folder::BlockFolder;
 use reduce::Reduced;
+pub(super) use rows::initial as ensemble_initial;
 pub(super) use store::Blocks;
 
 pub use block::Fault;

@@ -55,7 +55,7 @@ fn varied(wish: &ObserverSpec, simulation: &Simulation, parameter: &Swept, value
 
 /// The initial estimate of an ensemble member: member 0 uses the study's own, the others an initial error of the same
 /// norm in a random direction, in units of the scale. Without a scale the unit of each state is its initial error.
-pub(super) fn initial(
+pub(in crate::execute) fn initial(
     wish: &ObserverSpec,
     simulation: &Simulation,
     scale: Option<&[f64]>,

@@ -6,7 +6,7 @@ use luenberger_figures::{Cell, Grid, Section};
 use luenberger_proof::wording::{counted, significant};
 
 use super::{number, with_unit};
-use crate::results::{ConsistencyReport, FilterReport, IntervalReport, LogReport, PlantSummary};
+use crate::results::{ConsistencyReport, FilterReport, InnovationReport, IntervalReport, LogReport, PlantSummary};
 
 /// What the regions of NIS and NEES are.
 const REGION: &str = "Means of the normalised squares, with their acceptance region (chi-squared, two-sided, 95 %). Above it a filter is overconfident, below it conservative. Errors of successive samples are correlated: NEES of one run leaves its region more often.";
@@ -68,28 +68,35 @@ pub(super) fn log(mut section: Section, log: &LogReport, plant: &PlantSummary) -
         ended.extend(row.failure.as_ref().map(|why| format!("{}: {why}", row.observer)));
     }
     section = section.grid(grid);
-    let filters: Vec<FilterReport> = log
-        .rows
-        .iter()
-        .filter(|row| row.nis.is_some())
-        .map(|row| FilterReport { observer: row.observer.clone(), nis: row.nis.clone(), nees: row.nees.clone() })
-        .collect();
+    let filters: Vec<FilterReport> = log.rows.iter().flat_map(InnovationReport::all_tests).collect();
     if !filters.is_empty() {
         section = self::consistency(section, &filters, "over the second half of the log");
     }
     if log.rows.iter().any(|row| !row.errors.is_empty()) {
         let head = ["observer", "state", "samples", "RMSE", "peak", "last"];
         let mut grid = Grid::new(&head).caption("Errors x - xhat over the whole log, where it has the true state.");
+        for (name, error) in log.rows.iter().flat_map(InnovationReport::all_errors) {
+            grid = grid.row([
+                Cell::from(name.as_str()),
+                Cell::from(with_unit(&error.state, unit_of(plant, &error.state)).as_str()),
+                Cell::from(error.samples.to_string().as_str()),
+                number(error.rmse),
+                number(error.peak),
+                number(error.last),
+            ]);
+        }
+        section = section.grid(grid);
+    }
+    if log.rows.iter().any(|row| row.smoothed.is_some()) {
+        let head = ["observer", "state", "filtered", "smoothed"];
+        let mut grid = Grid::new(&head).caption("Standard deviations that the filters compute for their errors, root mean square over the log: from the measurements up to each time, and from the whole log.");
         for row in &log.rows {
-            for error in &row.errors {
-                let unit = plant.states.iter().position(|state| *state == error.state).and_then(|i| plant.units.get(i));
+            for of in row.smoothed.iter().flat_map(|smoothed| &smoothed.deviations) {
                 grid = grid.row([
                     Cell::from(row.observer.as_str()),
-                    Cell::from(with_unit(&error.state, unit).as_str()),
-                    Cell::from(error.samples.to_string().as_str()),
-                    number(error.rmse),
-                    number(error.peak),
-                    number(error.last),
+                    Cell::from(with_unit(&of.state, unit_of(plant, &of.state)).as_str()),
+                    number(of.filtered),
+                    number(of.smoothed),
                 ]);
             }
         }
@@ -99,6 +106,10 @@ pub(super) fn log(mut section: Section, log: &LogReport, plant: &PlantSummary) -
         section = section.prose("Ended early:").list(ended);
     }
     section
+}
+
+fn unit_of<'p>(plant: &'p PlantSummary, state: &str) -> Option<&'p String> {
+    plant.states.iter().position(|other| other == state).and_then(|i| plant.units.get(i))
 }
 
 /// What a log consists of, in sentences: rows, periods, outputs that are not always measured, interpolation.

@@ -1,0 +1,267 @@
+//! The cost J of an observer: its closed form for a linear one, its evaluation for a cubic one.
+//!
+//! Everything is in units of the problem: states in units of the first errors, outputs in units of the standard
+//! deviation of their noise, so that the first errors are the unit sphere and the noise has covariance I.
+
+use luenberger_linalg::{
+    LinalgError, LyapunovEquation, ZeroOrderHold, eigenvalues, kalman_gain, stein, symmetric_part, zero_order_hold,
+};
+use nalgebra::{DMatrix, DVector, DVectorView, SymmetricEigen};
+
+use super::flow::{ErrorFlow, Work};
+
+/// The two parts of the cost J of an observer.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Cost {
+    /// The mean of `int_0^inf e'Te dt` over the first errors, without noise.
+    pub transient: f64,
+    /// The stationary mean of `e'Te` under noise, at the ends of its periods.
+    pub mean_square: f64,
+    /// `transient + horizon mean_square`.
+    pub total: f64,
+}
+
+/// A problem in its own units.
+pub(super) struct Scaled {
+    pub(super) a: DMatrix<f64>,
+    pub(super) c: DMatrix<f64>,
+    pub(super) weight: DMatrix<f64>,
+    pub(super) process: DMatrix<f64>,
+    pub(super) horizon: f64,
+    pub(super) period: f64,
+    pub(super) uniform: bool,
+}
+
+/// A cubic observer in the units of the problem.
+pub(super) struct Gains {
+    pub(super) l: DMatrix<f64>,
+    pub(super) n: DMatrix<f64>,
+    pub(super) theta: DMatrix<f64>,
+}
+
+/// Values of the noise, one row after the other: process noise, then measurement noise.
+pub(super) struct Noise {
+    values: Vec<f64>,
+    width: usize,
+    /// Periods that are not counted.
+    settling: usize,
+}
+
+impl Noise {
+    /// As many periods as the slowest mode of this rate needs for its mean squares, between 1000 and 4000, times
+    /// `factor`.
+    pub(super) fn new(problem: &Scaled, slowest: f64, factor: f64, seed: u64) -> Self {
+        let (n, p) = (problem.a.nrows(), problem.c.nrows());
+        let periods = (factor * 400.0 / (slowest * problem.period)).clamp(1000.0 * factor, 4000.0 * factor) as usize;
+        let settling = ((7.0 / (slowest * problem.period)) as usize).min(periods / 4);
+        let root = square_root(&problem.process) / problem.period.sqrt();
+        let mut generator = Generator { state: seed, kept: None };
+        let width = n + p;
+        let mut values = Vec::with_capacity((periods + settling) * width);
+        for _ in 0..periods + settling {
+            let w: Vec<f64> = (0..n).map(|_| generator.normal()).collect();
+            values.extend((0..n).map(|i| (0..n).map(|j| root[(i, j)] * w[j]).sum::<f64>()));
+            values.extend((0..p).map(|_| if problem.uniform { generator.uniform() } else { generator.normal() }));
+        }
+        Self { values, width, settling }
+    }
+
+    /// The mean of what `square` gives after each period, for the noise in it.
+    fn mean(&self, mut square: impl FnMut(&[f64]) -> Option<f64>) -> Option<f64> {
+        let mut sum = 0.0;
+        for (k, values) in self.values.chunks_exact(self.width).enumerate() {
+            let now = square(values)?;
+            if k >= self.settling {
+                sum += now;
+            }
+        }
+        let mean = sum / self.periods() as f64;
+        mean.is_finite().then_some(mean)
+    }
+
+    fn periods(&self) -> usize {
+        self.values.len() / self.width - self.settling
+    }
+}
+
+impl Scaled {
+    /// The closed form for a linear observer; none if `A - L C` is not Hurwitz.
+    ///
+    /// `F'M + M F + T = 0`, the transient is `trace(M)/n`; `X = Phi X Phi' + G diag(W/h, I) G'` with `Phi = exp(Fh)`, `G
+    /// = int_0^h exp(Fs) ds [I, -L]`, the mean square is `trace(T X)`.
+    pub(super) fn linear(&self, l: &DMatrix<f64>) -> Option<Cost> {
+        let n = self.a.nrows();
+        let f = &self.a - l * &self.c;
+        let mut equation = LyapunovEquation::new(&f).ok()?;
+        if equation.eigenvalues().iter().any(|z| z.re >= 0.0) {
+            return None;
+        }
+        let transient = equation.solve(&self.weight).ok()?.p.trace() / n as f64;
+        let p = self.c.nrows();
+        let held = self.held(&f, l)?;
+        let of_process = held.bd.columns(0, n);
+        let of_outputs = held.bd.columns(n, p);
+        let q =
+            of_process * (&self.process / self.period) * of_process.transpose() + of_outputs * of_outputs.transpose();
+        let x = stein(&held.ad.transpose(), &symmetric_part(&q)).ok()?.p;
+        Some(self.sum(transient, (&self.weight * x).trace()))
+    }
+
+    /// Kalman's gain for process noise `W + shares/(n tau)` and measurement noise of intensity h I.
+    pub(super) fn kalman(&self, shares: &DMatrix<f64>) -> Result<DMatrix<f64>, LinalgError> {
+        let (n, p) = (self.a.nrows(), self.c.nrows());
+        let w = symmetric_part(&(&self.process + shares / (n as f64 * self.horizon)));
+        Ok(kalman_gain(&self.a, &self.c, &w, &(DMatrix::identity(p, p) * self.period))?.l)
+    }
+
+    /// The linear error over a period, `e+ = ad e + bd (w, v)`.
+    fn held(&self, f: &DMatrix<f64>, l: &DMatrix<f64>) -> Option<ZeroOrderHold> {
+        let n = f.nrows();
+        let entry = |i: usize, j: usize| match j.checked_sub(n) {
+            Some(output) => -l[(i, output)],
+            None => f64::from(u8::from(i == j)),
+        };
+        zero_order_hold(f, &DMatrix::from_fn(n, n + l.ncols(), entry), self.period).ok()
+    }
+
+    fn sum(&self, transient: f64, mean_square: f64) -> Cost {
+        Cost { transient, mean_square, total: transient + self.horizon * mean_square }
+    }
+
+    /// The cost of a cubic observer; none if `A - L C` is not Hurwitz, or where the error changes too fast for the
+    /// steps of the integration.
+    ///
+    /// The mean square is that along the noise, or that of the linear observer with the same L in closed form plus the
+    /// difference of the two along the noise, whichever is larger: either alone is too small for some slow observers.
+    pub(super) fn cubic(&self, gains: &Gains, first_errors: &[Vec<f64>], noise: &Noise) -> Option<Cost> {
+        let linear = self.linear(&gains.l)?;
+        let f = &self.a - &gains.l * &self.c;
+        let poles = eigenvalues(&f).ok()?;
+        let fastest = poles.iter().map(|z| z.norm()).fold(0.0, f64::max);
+        let slowest = -poles.iter().map(|z| z.re).fold(f64::NEG_INFINITY, f64::max);
+        let tail = LyapunovEquation::new(&f).ok()?.solve(&self.weight).ok()?.p;
+        let cubic = ErrorFlow::new(&f, &self.c, gains, &self.weight, fastest);
+        let mut work = Work::new(self.a.nrows(), self.c.nrows());
+        let mut transient = 0.0;
+        for e in first_errors {
+            transient += cubic.transient(e, slowest, &tail, &mut work)?;
+        }
+        transient /= first_errors.len() as f64;
+        let mut with = vec![0.0; self.a.nrows()];
+        let with = noise.mean(|values| {
+            let (w, v) = values.split_at(self.a.nrows());
+            cubic.held(&mut with, w, v, self.period, &mut work)?;
+            Some(cubic.square(&with))
+        })?;
+        let held = self.held(&f, &gains.l)?;
+        let mut without = DVector::zeros(self.a.nrows());
+        let without = noise.mean(|values| {
+            without = &held.ad * &without + &held.bd * DVectorView::from_slice(values, values.len());
+            Some(without.dot(&(&self.weight * &without)))
+        })?;
+        let mean_square = with.max(linear.mean_square + with - without);
+        Some(self.sum(transient, mean_square))
+    }
+}
+
+/// Directions of length one whose second moments are those of the sphere, `I/n`, exactly; one of each pair (e, -e).
+pub(super) fn directions(n: usize) -> Vec<Vec<f64>> {
+    if n == 1 {
+        return vec![vec![1.0]];
+    }
+    if n == 2 {
+        let angle = |k: usize| core::f64::consts::PI * (k as f64 + 0.5) / 8.0;
+        return (0..8).map(|k| vec![libm_cos(angle(k)), libm_sin(angle(k))]).collect();
+    }
+    // Columns of orthogonal matrices, the first of which is the identity.
+    let mut generator = Generator { state: 0x5eed, kept: None };
+    let mut found = Vec::new();
+    for basis in 0..(16usize.div_ceil(n)).max(3) {
+        let q = if basis == 0 {
+            DMatrix::identity(n, n)
+        } else {
+            DMatrix::from_fn(n, n, |_, _| generator.normal()).qr().q()
+        };
+        found.extend(q.column_iter().map(|column| column.iter().copied().collect()));
+    }
+    found
+}
+
+fn libm_cos(x: f64) -> f64 {
+    nalgebra::ComplexField::cos(x)
+}
+
+fn libm_sin(x: f64) -> f64 {
+    nalgebra::ComplexField::sin(x)
+}
+
+/// The positive semidefinite square root.
+pub(super) fn square_root(m: &DMatrix<f64>) -> DMatrix<f64> {
+    let eigen = SymmetricEigen::new(symmetric_part(m));
+    let roots = eigen.eigenvalues.map(|value| value.max(0.0).sqrt());
+    &eigen.eigenvectors * DMatrix::from_diagonal(&roots) * eigen.eigenvectors.transpose()
+}
+
+/// SplitMix64 (Steele, Lea, Flood 2014), with Box and Muller's transform.
+struct Generator {
+    state: u64,
+    kept: Option<f64>,
+}
+
+impl Generator {
+    /// Above 0, at most 1.
+    fn unit(&mut self) -> f64 {
+        self.state = self.state.wrapping_add(0x9e37_79b9_7f4a_7c15);
+        let mut bits = self.state;
+        bits = (bits ^ (bits >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        bits = (bits ^ (bits >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+        (((bits ^ (bits >> 31)) >> 11) + 1) as f64 / (1u64 << 53) as f64
+    }
+
+    /// Uniform of variance 1.
+    fn uniform(&mut self) -> f64 {
+        3.0_f64.sqrt() * (2.0 * self.unit() - 1.0)
+    }
+
+    /// Standard normal.
+    fn normal(&mut self) -> f64 {
+        if let Some(kept) = self.kept.take() {
+            return kept;
+        }
+        let radius = (-2.0 * nalgebra::ComplexField::ln(self.unit())).sqrt();
+        let angle = core::f64::consts::TAU * self.unit();
+        self.kept = Some(radius * libm_sin(angle));
+        radius * libm_cos(angle)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_directions_have_the_second_moments_of_the_sphere() {
+        for n in 1..=5 {
+            let found = directions(n);
+            for i in 0..n {
+                for j in 0..n {
+                    let moment: f64 = found.iter().map(|e| e[i] * e[j]).sum::<f64>() / found.len() as f64;
+                    let expected = if i == j { 1.0 / n as f64 } else { 0.0 };
+                    assert!((moment - expected).abs() < 1e-14, "{n} {i} {j}: {moment}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn the_noise_has_variance_one() {
+        let mut generator = Generator { state: 3, kept: None };
+        for uniform in [false, true] {
+            let draw = |g: &mut Generator| if uniform { g.uniform() } else { g.normal() };
+            let values: Vec<f64> = (0..40_000).map(|_| draw(&mut generator)).collect();
+            let variance = values.iter().map(|x| x * x).sum::<f64>() / values.len() as f64;
+            // Three standard deviations of the mean of squares, sqrt(2/40000) for the normal ones.
+            assert!((variance - 1.0).abs() < 0.022, "{variance}");
+        }
+    }
+}

@@ -1,0 +1,723 @@
+//! The moving-horizon estimator, linear and nonlinear, with bounds of the states.
+//!
+//! At each sample the states of the last L samples are those that minimise
+//!
+//! ```text
+//! |x_0 - a|^2_(Pi^-1) + sum |y_i - h(x_i)|^2_(V^-1) + sum |x_(i+1) - F(x_i)|^2_(W^-1),    lower <= x_i <= upper
+//! ```
+//!
+//! with F the plant from one sample to the next. Each step linearises F and h along the trajectory of the step before
+//! and solves the linear problem exactly, by a Kalman filter forward and its adjoint backward (`pass`): a
+//! Gauss-Newton step of `O(L n^3)`. There is a fixed number of them. If bounds are violated after them, a fixed number
+//! of steps of a primal-dual interior-point method follows, each of the same cost: a bound is a measurement of its
+//! state there, with the variance s/z of its slack and multiplier.
+//!
+//! **Arrival cost.** (a, Pi) is what the samples *before* the window say of its first state, and no sample of the
+//! window is in it. When the window moves on, its first sample goes into (a, Pi) by the update and the prediction of
+//! the extended Kalman filter, linearised at the smoothed estimate x_0 and corrected for the difference, `y - h(x_0) -
+//! C (a - x_0)`: the smoothed estimate is where it is linearised, and not its mean, which would count the samples of
+//! the window twice. Without active bounds the estimate of a linear plant is therefore that of the Kalman filter, for
+//! every L. The bounds themselves are not in the arrival cost.
+//!
+//! The state is one column of numbers of the length [`state_length`]: nothing is allocated with static sizes. There is
+//! no theorem of stability here.
+//!
+//! Sources: C. V. Rao, J. B. Rawlings and D. Q. Mayne, Constrained state estimation for nonlinear discrete-time
+//! systems, IEEE Transactions on Automatic Control 48, 2003 (arrival cost); B. M. Bell, J. V. Burke and G. Pillonetto,
+//! An inequality constrained nonlinear Kalman-Bucy smoother by interior point likelihood maximization, Automatica 45,
+//! 2009.
+
+mod pass;
+mod window;
+
+use core::marker::PhantomData;
+
+use luenberger_plants::{Differentiable, Size};
+use nalgebra::allocator::Allocator;
+use nalgebra::{ComplexField, DefaultAllocator, Dim, OMatrix, OVector, RealField, U1, convert};
+
+use crate::covariance_filter::CovarianceFilter;
+use crate::dense::{Factor, times, times_transpose};
+use crate::error::ObserverError;
+use crate::kalman::{NoiseModel, covariance, spread, symmetrise};
+use crate::observer::{ObserverDimensions, SampledObserver, put_slice};
+use crate::runge_kutta;
+
+use pass::Stage;
+pub use window::state_length;
+use window::{Layout, Part};
+
+/// Steps of the interior-point method.
+const INTERIOR: usize = 30;
+
+/// The share of the way to a bound that a step takes.
+const SHARE: f64 = 0.995;
+
+/// How much a problem is to be solved.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Horizon {
+    /// Samples in the window, at least 1.
+    pub window: usize,
+    /// Gauss-Newton steps at each sample, at least 1; one is exact for a linear plant.
+    pub iterations: usize,
+}
+
+/// The moving-horizon estimator of a plant `S`, with a state of dimension D and a window of at most L samples; see the
+/// [module](self).
+#[derive(Clone, Debug, PartialEq)]
+pub struct MovingHorizonEstimator<S, T: RealField + Copy, N: Dim, M: Dim, P: Dim, D: Dim, const L: usize>
+where
+    DefaultAllocator: Size<N, M, P>,
+{
+    plant: S,
+    noises: NoiseModel<T, N, P>,
+    bounds: Option<(OVector<T, N>, OVector<T, N>)>,
+    h: T,
+    substeps: Option<usize>,
+    horizon: Horizon,
+    layout: Layout,
+    sizes: PhantomData<(M, D)>,
+}
+
+/// A trajectory over the window; the stages behind the last one in use repeat it.
+type Trajectory<T, N, const L: usize> = [OVector<T, N>; L];
+
+/// Slacks and multipliers of the bounds of one stage: `(s, z)` of the lower ones, then of the upper ones.
+#[derive(Clone, Debug)]
+struct Barrier<T: RealField + Copy, N: Dim>
+where
+    DefaultAllocator: Allocator<N>,
+{
+    lower: (OVector<T, N>, OVector<T, N>),
+    upper: (OVector<T, N>, OVector<T, N>),
+}
+
+impl<S, T: RealField + Copy, N: Dim, M: Dim, P: Dim, D: Dim, const L: usize> MovingHorizonEstimator<S, T, N, M, P, D, L>
+where
+    S: Differentiable<T, N, M, P>,
+    DefaultAllocator: Size<N, M, P> + Allocator<D>,
+{
+    /// The estimator of `plant`, sampled with period `h`, with so many Runge-Kutta steps between samples.
+    ///
+    /// A step costs `iterations` times `window` times that of an extended Kalman filter of order n with `2 n^3` flops
+    /// for each output; with active bounds 30 times more of these, and `6 n^3` for each bounded state.
+    ///
+    /// ```
+    /// use luenberger_observers::moving_horizon::{Horizon, MovingHorizonEstimator, state_length};
+    /// use luenberger_observers::{NoiseModel, SampledObserver};
+    /// use nalgebra::{Const, Matrix1, Matrix2, Vector1, Vector2};
+    /// const STATE: usize = state_length(2, 1, 1, 4);
+    /// type Estimator<S> = MovingHorizonEstimator<S, f64, Const<2>, Const<1>, Const<1>, Const<STATE>, 4>;
+    /// let noises = NoiseModel { w: Matrix2::identity() * 0.1, v: Matrix1::new(1e-2), p0: Matrix2::identity() };
+    /// let horizon = Horizon { window: 4, iterations: 1 };
+    /// let plant = luenberger_plants::double_integrator();
+    /// let estimator: Estimator<_> = MovingHorizonEstimator::new(plant, noises, horizon, 0.1, 1)?;
+    /// // The speed is known to be nonnegative.
+    /// let (lower, upper) = (Vector2::new(f64::NEG_INFINITY, 0.0), Vector2::repeat(f64::INFINITY));
+    /// let estimator = estimator.with_bounds(lower, upper)?;
+    /// let (u, y) = (Vector1::new(0.0), Vector1::new(-1.0));
+    /// let mut state = estimator.initial(0.0, &Vector2::zeros(), &u, &y);
+    /// for k in 0..10 {
+    ///     estimator.step(0.1 * f64::from(k), &mut state, &u, &(y * f64::from(k)));
+    ///     assert!(estimator.estimate(&state)[1] >= 0.0);
+    /// }
+    /// # Ok::<(), luenberger_observers::ObserverError>(())
+    /// ```
+    /// # Errors
+    /// [`ObserverError::Matrix`] for shapes and entries, [`ObserverError::NotSymmetric`],
+    /// [`ObserverError::NotDefinite`] when V is not positive definite or W or P(0) not semidefinite,
+    /// [`ObserverError::Period`], [`ObserverError::Substeps`]; [`ObserverError::Table`] for a window of no sample or of
+    /// more than L, no iteration, and a dimension D that is not [`state_length`] of the sizes and the window.
+    pub fn new(
+        plant: S,
+        noises: NoiseModel<T, N, P>,
+        horizon: Horizon,
+        h: T,
+        substeps: usize,
+    ) -> Result<Self, ObserverError> {
+        let size = plant.dimensions();
+        let noises = NoiseModel {
+            w: covariance("W", noises.w, size.states, false)?,
+            v: covariance("V", noises.v, size.outputs, true)?,
+            p0: covariance("P(0)", noises.p0, size.states, false)?,
+        };
+        if !(h.is_finite() && h > T::zero()) {
+            return Err(ObserverError::Period { period: h.to_subset_unchecked() });
+        }
+        if substeps == 0 {
+            return Err(ObserverError::Substeps);
+        }
+        let Horizon { window, iterations } = horizon;
+        if window == 0 || window > L {
+            return Err(ObserverError::Table { what: "samples in the window", expected: L, found: window });
+        }
+        if iterations == 0 {
+            return Err(ObserverError::Table { what: "Gauss-Newton steps", expected: 1, found: 0 });
+        }
+        let layout = Layout { n: size.states, m: size.inputs, p: size.outputs, stages: window };
+        if let Some(found) = D::try_to_usize().filter(|found| *found != layout.len()) {
+            let what = "the dimension of the state of the estimator";
+            return Err(ObserverError::Table { what, expected: layout.len(), found });
+        }
+        let substeps = Some(substeps);
+        Ok(Self { plant, noises, bounds: None, h, substeps, horizon, layout, sizes: PhantomData })
+    }
+
+    /// The estimator of a plant in discrete time, `x+ = f(t, x, u) + w`, whose `derivative` is the next state; W is a
+    /// covariance per sample.
+    ///
+    /// # Errors
+    /// As [`new`](Self::new).
+    pub fn discrete(plant: S, noises: NoiseModel<T, N, P>, horizon: Horizon, h: T) -> Result<Self, ObserverError> {
+        Ok(Self { substeps: None, ..Self::new(plant, noises, horizon, h, 1)? })
+    }
+
+    /// The estimator with bounds of the states at the samples; an infinite one is none. They bound the estimates after
+    /// the measurements, not the prediction for the next sample.
+    ///
+    /// # Errors
+    /// [`ObserverError::Box`] for a state whose lower bound is not below its upper one.
+    pub fn with_bounds(self, lower: OVector<T, N>, upper: OVector<T, N>) -> Result<Self, ObserverError> {
+        if lower.nrows() != self.layout.n || upper.nrows() != self.layout.n {
+            let found = if lower.nrows() == self.layout.n { upper.nrows() } else { lower.nrows() };
+            return Err(ObserverError::Table { what: "bounds of the states", expected: self.layout.n, found });
+        }
+        for axis in 0..lower.nrows() {
+            let is_interval = lower[axis] < upper[axis];
+            if !is_interval {
+                let (lower, upper) = (lower[axis].to_subset_unchecked(), upper[axis].to_subset_unchecked());
+                return Err(ObserverError::Box { axis, lower, upper });
+            }
+        }
+        Ok(Self { bounds: Some((lower, upper)), ..self })
+    }
+
+    /// Window and iterations.
+    pub fn horizon(&self) -> Horizon {
+        self.horizon
+    }
+
+    /// The plant.
+    pub fn plant(&self) -> &S {
+        &self.plant
+    }
+
+    /// The noise the estimator is designed for.
+    pub fn noise_model(&self) -> &NoiseModel<T, N, P> {
+        &self.noises
+    }
+
+    /// The [bounds](Self::with_bounds), lower and upper.
+    #[allow(clippy::type_complexity, reason = "lower and upper bounds")]
+    pub fn bounds(&self) -> Option<(&OVector<T, N>, &OVector<T, N>)> {
+        self.bounds.as_ref().map(|(lower, upper)| (lower, upper))
+    }
+
+    /// The covariance P of the error that a state holds, without regard to bounds: that of the linear problem along its
+    /// trajectory.
+    pub fn covariance(&self, state: &OVector<T, D>) -> OMatrix<T, N, N> {
+        let order = self.noises.w.shape_generic().0;
+        let stored = &state.as_slice()[self.layout.covariance()];
+        OMatrix::from_fn_generic(order, order, |i, j| stored[i + j * self.layout.n])
+    }
+
+    /// `F(x)`, its Jacobian A and the covariance Q of the noise, over a duration from t on.
+    #[allow(clippy::type_complexity, reason = "next state, Jacobian, covariance")]
+    fn linearised(
+        &self,
+        t: T,
+        x: &OVector<T, N>,
+        u: &OVector<T, M>,
+        duration: T,
+    ) -> (OVector<T, N>, OMatrix<T, N, N>, OMatrix<T, N, N>) {
+        let Some(substeps) = self.substeps else {
+            let forward = self.plant.state_jacobian(t, x, u);
+            return (self.plant.derivative(t, x, u), forward, self.noises.w.clone());
+        };
+        let tau = duration / convert::<f64, T>(substeps as f64);
+        let order = x.shape_generic().0;
+        let mut next = x.clone();
+        let mut forward = OMatrix::<T, N, N>::identity_generic(order, order);
+        let mut noise = OMatrix::<T, N, N>::zeros_generic(order, order);
+        for k in 0..substeps {
+            let now = t + tau * convert::<f64, T>(k as f64);
+            let mut along = next.clone();
+            runge_kutta::step(now, tau, (&mut along, &mut noise), |t, x, q| {
+                (self.plant.derivative(t, x, u), spread(&self.plant.state_jacobian(t, x, u), q, &self.noises.w))
+            });
+            runge_kutta::step(now, tau, (&mut next, &mut forward), |t, x, phi| {
+                (self.plant.derivative(t, x, u), times(&self.plant.state_jacobian(t, x, u), phi))
+            });
+            symmetrise(&mut noise);
+        }
+        (next, forward, noise)
+    }
+
+    /// A column of a stage.
+    fn column<R: Dim>(&self, rows: R, state: &[T], stage: usize, part: Part) -> OVector<T, R>
+    where
+        DefaultAllocator: Allocator<R>,
+    {
+        let entries = &state[self.layout.part(stage, part)];
+        OVector::from_fn_generic(rows, U1, |i, _| entries[i])
+    }
+
+    fn input(&self, state: &[T], stage: usize) -> OVector<T, M> {
+        self.column(M::from_usize(self.layout.m), state, stage, Part::Input)
+    }
+
+    fn number(&self, state: &[T], stage: usize, part: Part) -> T {
+        state[self.layout.part(stage, part).start]
+    }
+
+    /// The update of a stage by its measurements, linearised at x. None if a covariance is no covariance.
+    fn measured(&self, state: &[T], stage: usize, x: &OVector<T, N>, at: &mut Stage<T, N>) -> Option<()> {
+        let flags = &state[self.layout.part(stage, Part::Measured)];
+        if flags.iter().all(|flag| *flag == T::zero()) {
+            return Some(());
+        }
+        let (t, u) = (self.number(state, stage, Part::Time), self.input(state, stage));
+        let (mut c, expected) = (self.plant.output_jacobian(t, x, &u), self.plant.output(t, x, &u));
+        let y = &state[self.layout.part(stage, Part::Output)];
+        let mut residual = expected.clone();
+        let mut v = self.noises.v.clone();
+        for i in 0..residual.nrows() {
+            if flags[i] == T::zero() {
+                residual[i] = T::zero();
+                c.row_mut(i).fill(T::zero());
+                v.row_mut(i).fill(T::zero());
+                v.column_mut(i).fill(T::zero());
+                v[(i, i)] = T::one();
+            } else {
+                residual[i] = y[i] - expected[i];
+            }
+        }
+        // With V = G G', the entries of G^-1 y are independent, with variance 1.
+        let factor = Factor::new(&v)?;
+        let (c, residual) = (factor.half_solve(&c), factor.half_solve(&residual));
+        for i in 0..residual.nrows() {
+            let row = c.row(i).transpose();
+            let mut innovation = residual[i];
+            for k in 0..x.nrows() {
+                innovation -= row[k] * (at.mean[k] - x[k]);
+            }
+            if !at.update(&row, innovation, T::one()) {
+                return None;
+            }
+        }
+        Some(())
+    }
+
+    /// One Gauss-Newton step: the solution of the problem linearised along x, and the covariance of the last stage.
+    #[allow(clippy::type_complexity, reason = "trajectory, covariance")]
+    fn pass(
+        &self,
+        state: &[T],
+        count: usize,
+        x: &Trajectory<T, N, L>,
+        barrier: Option<(&[Barrier<T, N>; L], T)>,
+    ) -> Option<(Trajectory<T, N, L>, OMatrix<T, N, N>)> {
+        let order = self.noises.w.shape_generic().0;
+        let (n, layout) = (self.layout.n, self.layout);
+        let prior = &state[layout.prior_covariance()];
+        let mean = &state[layout.prior_mean()];
+        let first = Stage::new(
+            OVector::from_fn_generic(order, U1, |i, _| mean[i]),
+            OMatrix::from_fn_generic(order, order, |i, j| prior[i + j * n]),
+        );
+        let mut stages: [Stage<T, N>; L] = core::array::from_fn(|_| first.clone());
+        for i in 0..count {
+            self.measured(state, i, &x[i], &mut stages[i])?;
+            if let Some((barrier, mu)) = barrier {
+                self.bounded(&barrier[i], mu, &mut stages[i])?;
+            }
+            if i + 1 < count {
+                let (u, t) = (self.input(state, i), self.number(state, i, Part::Time));
+                let (next, forward, noise) = self.linearised(t, &x[i], &u, self.number(state, i, Part::Duration));
+                let mean = next + times(&forward, &(&stages[i].mean - &x[i]));
+                let mut p = times_transpose(&times(&forward, &stages[i].covariance), &forward) + noise;
+                symmetrise(&mut p);
+                stages[i].forward = forward;
+                stages[i + 1] = Stage::new(mean, p);
+            }
+        }
+        let mut solution = x.clone();
+        let mut lambda = OVector::<T, N>::zeros_generic(order, U1);
+        for i in (0..count).rev() {
+            if i + 1 < count {
+                lambda = stages[i].backward(&stages[i + 1], &lambda);
+            }
+            solution[i] = stages[i].smoothed(&lambda);
+            if !solution[i].iter().all(ComplexField::is_finite) {
+                return None;
+            }
+        }
+        Some((solution, stages[count - 1].covariance.clone()))
+    }
+
+    /// The bounds of a stage as measurements of its states: `lower + s + mu/z` with the variance s/z, and likewise
+    /// above.
+    fn bounded(&self, barrier: &Barrier<T, N>, mu: T, at: &mut Stage<T, N>) -> Option<()> {
+        let (lower, upper) = self.bounds.as_ref()?;
+        for j in 0..lower.nrows() {
+            let mut row = lower.map(|_| T::zero());
+            row[j] = T::one();
+            let sides = [
+                (lower[j], barrier.lower.0[j], barrier.lower.1[j], T::one()),
+                (upper[j], barrier.upper.0[j], barrier.upper.1[j], -T::one()),
+            ];
+            for (bound, s, z, sign) in sides {
+                if !ComplexField::is_finite(&bound) {
+                    continue;
+                }
+                let value = bound + sign * (s + mu / z);
+                let innovation = value - at.mean[j];
+                if !at.update(&row, innovation, s / z) {
+                    return None;
+                }
+            }
+        }
+        Some(())
+    }
+
+    /// Whether all states of a trajectory lie within the bounds.
+    fn is_within(&self, count: usize, x: &Trajectory<T, N, L>) -> bool {
+        let Some((lower, upper)) = &self.bounds else { return true };
+        (0..count).all(|i| (0..lower.nrows()).all(|j| lower[j] <= x[i][j] && x[i][j] <= upper[j]))
+    }
+
+    /// The trajectory that solves the window's problem, and the covariance of its last state.
+    #[allow(clippy::type_complexity, reason = "trajectory, covariance")]
+    fn solve(&self, state: &[T]) -> Option<(Trajectory<T, N, L>, OMatrix<T, N, N>)> {
+        let (count, order) = (self.layout.count(state), self.noises.w.shape_generic().0);
+        let stored = |i: usize| self.column(order, state, i.min(count - 1), Part::State);
+        let guess: Trajectory<T, N, L> = core::array::from_fn(stored);
+        let mut solution = Some((guess.clone(), self.noises.w.clone()));
+        for _ in 0..self.horizon.iterations {
+            solution = solution.and_then(|(x, _)| self.pass(state, count, &x, None));
+        }
+        match solution {
+            Some((x, p)) if self.is_within(count, &x) => Some((x, p)),
+            Some((x, p)) => self.interior(state, count, x).map(|(x, _)| (x, p)),
+            None if self.bounds.is_some() => self.interior(state, count, guess),
+            None => None,
+        }
+    }
+
+    /// The primal-dual interior-point method from x on.
+    #[allow(clippy::type_complexity, reason = "trajectory, covariance")]
+    fn interior(
+        &self,
+        state: &[T],
+        count: usize,
+        mut x: Trajectory<T, N, L>,
+    ) -> Option<(Trajectory<T, N, L>, OMatrix<T, N, N>)> {
+        let (lower, upper) = self.bounds.as_ref()?;
+        let n = lower.nrows();
+        let (share, tenth): (T, T) = (convert(SHARE), convert(0.1));
+        let least = T::default_epsilon() * convert::<f64, T>(1e3);
+        let p = &state[self.layout.covariance()];
+        // Slacks of one standard deviation at least, and products of 1, the size of one normalised square.
+        let deviation = |j: usize| p[j + j * n].max(least * least).sqrt();
+        let clamped = |x: &OVector<T, N>| {
+            let mut inside = x.clone();
+            (0..n).for_each(|j| inside[j] = inside[j].max(lower[j]).min(upper[j]));
+            inside
+        };
+        for stage in &mut x {
+            *stage = clamped(stage);
+        }
+        let slack = |gap: T, j: usize| if ComplexField::is_finite(&gap) { gap.max(deviation(j)) } else { T::one() };
+        let side = |gap: &dyn Fn(usize) -> T| {
+            let mut s = lower.clone();
+            (0..n).for_each(|j| s[j] = slack(gap(j), j));
+            let z = s.map(|s| T::one() / s);
+            (s, z)
+        };
+        let mut barrier: [Barrier<T, N>; L] = core::array::from_fn(|i| Barrier {
+            lower: side(&|j| x[i][j] - lower[j]),
+            upper: side(&|j| upper[j] - x[i][j]),
+        });
+        let (mut mu, mut covariance) = (T::one(), None);
+        for _ in 0..INTERIOR {
+            let (solution, p) = self.pass(state, count, &x, Some((&barrier, mu)))?;
+            covariance = Some(p);
+            // The steps of all slacks and multipliers, and how far they may go.
+            let mut alpha = T::one();
+            let visit = |apply: Option<T>, barrier: &mut [Barrier<T, N>; L], alpha: &mut T| {
+                let (mut sum, mut number) = (T::zero(), T::zero());
+                for i in 0..count {
+                    let Barrier { lower: below, upper: above } = &mut barrier[i];
+                    for j in 0..n {
+                        for (bound, (s, z), sign) in
+                            [(lower[j], &mut *below, T::one()), (upper[j], &mut *above, -T::one())]
+                        {
+                            if !ComplexField::is_finite(&bound) {
+                                continue;
+                            }
+                            let ds = sign * (solution[i][j] - bound) - s[j];
+                            let dz = mu / s[j] - z[j] - z[j] / s[j] * ds;
+                            match apply {
+                                None => {
+                                    for (value, step) in [(s[j], ds), (z[j], dz)] {
+                                        if value + *alpha * step < (T::one() - share) * value {
+                                            *alpha = -share * value / step;
+                                        }
+                                    }
+                                }
+                                Some(alpha) => {
+                                    s[j] += alpha * ds;
+                                    z[j] += alpha * dz;
+                                    sum += s[j] * z[j];
+                                    number += T::one();
+                                }
+                            }
+                        }
+                    }
+                }
+                if number > T::zero() { sum / number } else { sum }
+            };
+            visit(None, &mut barrier, &mut alpha);
+            let mean = visit(Some(alpha), &mut barrier, &mut alpha);
+            for i in 0..count {
+                for j in 0..n {
+                    let step = solution[i][j] - x[i][j];
+                    x[i][j] += alpha * step;
+                }
+            }
+            // After a short step the centre is aimed at again.
+            let half = convert::<f64, T>(0.5);
+            let reduced = if alpha > half { tenth * mean } else { half * mean };
+            mu = reduced.max(least);
+        }
+        let inside: Trajectory<T, N, L> = core::array::from_fn(|i| clamped(&x[i]));
+        covariance.map(|p| (inside, p))
+    }
+
+    /// The first sample of the window goes into the arrival cost.
+    fn forget(&self, state: &mut [T]) -> Option<()> {
+        let (order, n, layout) = (self.noises.w.shape_generic().0, self.layout.n, self.layout);
+        let (mean, prior) = (&state[layout.prior_mean()], &state[layout.prior_covariance()]);
+        let mut first = Stage::new(
+            OVector::from_fn_generic(order, U1, |i, _| mean[i]),
+            OMatrix::from_fn_generic(order, order, |i, j| prior[i + j * n]),
+        );
+        let x = self.column(order, state, 0, Part::State);
+        self.measured(state, 0, &x, &mut first)?;
+        let (u, t) = (self.input(state, 0), self.number(state, 0, Part::Time));
+        let (next, forward, noise) = self.linearised(t, &x, &u, self.number(state, 0, Part::Duration));
+        let mean = next + times(&forward, &(&first.mean - &x));
+        let mut p = times_transpose(&times(&forward, &first.covariance), &forward) + noise;
+        symmetrise(&mut p);
+        state[layout.prior_mean()].copy_from_slice(mean.as_slice());
+        state[layout.prior_covariance()].copy_from_slice(p.as_slice());
+        layout.shift(state);
+        Some(())
+    }
+
+    /// The measurement y (length p) at time t under the input u, of which the outputs are used for which `measured` is
+    /// true: the window's problem is solved with it. `nu' S^-1 nu` of its innovation, or `None`, and the state as it
+    /// was, if the problem has no solution in floating point: f or h is not finite, a covariance is none.
+    pub fn update(
+        &self,
+        t: T,
+        state: &mut OVector<T, D>,
+        u: &OVector<T, M>,
+        y: &OVector<T, P>,
+        measured: impl Fn(usize) -> bool,
+    ) -> Option<T> {
+        let layout = self.layout;
+        let mut next = state.clone();
+        let entries = next.as_mut_slice();
+        let last = layout.count(entries) - 1;
+        entries[layout.part(last, Part::Input)].copy_from_slice(u.as_slice());
+        entries[layout.part(last, Part::Time)].fill(t);
+        for i in 0..layout.p {
+            let (y, flag) = if measured(i) { (y[i], T::one()) } else { (T::zero(), T::zero()) };
+            entries[layout.part(last, Part::Output).start + i] = y;
+            entries[layout.part(last, Part::Measured).start + i] = flag;
+        }
+        let square = self.normalized_square(entries, last)?;
+        let (x, p) = self.solve(entries)?;
+        for (i, x) in x.iter().enumerate().take(last + 1) {
+            entries[layout.part(i, Part::State)].copy_from_slice(x.as_slice());
+        }
+        entries[layout.estimate()].copy_from_slice(x[last].as_slice());
+        entries[layout.covariance()].copy_from_slice(p.as_slice());
+        *state = next;
+        Some(square)
+    }
+
+    /// `nu' S^-1 nu` of the last stage, by the estimate and the covariance before its measurement.
+    fn normalized_square(&self, state: &[T], last: usize) -> Option<T> {
+        let (order, n) = (self.noises.w.shape_generic().0, self.layout.n);
+        let (xhat, p) = (&state[self.layout.estimate()], &state[self.layout.covariance()]);
+        let x = OVector::<T, N>::from_fn_generic(order, U1, |i, _| xhat[i]);
+        let p = OMatrix::<T, N, N>::from_fn_generic(order, order, |i, j| p[i + j * n]);
+        let (t, u) = (self.number(state, last, Part::Time), self.input(state, last));
+        let (c, expected) = (self.plant.output_jacobian(t, &x, &u), self.plant.output(t, &x, &u));
+        let mut s = times_transpose(&times(&c, &p), &c) + &self.noises.v;
+        let (y, flags) = (&state[self.layout.part(last, Part::Output)], &state[self.layout.part(last, Part::Measured)]);
+        let mut innovation = expected.clone();
+        for i in 0..innovation.nrows() {
+            innovation[i] = y[i] - expected[i];
+            if flags[i] == T::zero() {
+                innovation[i] = T::zero();
+                s.row_mut(i).fill(T::zero());
+                s.column_mut(i).fill(T::zero());
+                s[(i, i)] = T::one();
+            }
+        }
+        let solved = Factor::new(&s)?.solve(&innovation);
+        let mut square = T::zero();
+        for i in 0..innovation.nrows() {
+            square += innovation[i] * solved[i];
+        }
+        Some(square)
+    }
+
+    /// From t to `t + duration`, the input held; in [discrete time](Self::discrete) to the next sample, whatever the
+    /// duration. False, and the state as it was, if it has no result in floating point.
+    #[must_use = "without a result the state has not moved"]
+    pub fn predict(&self, t: T, state: &mut OVector<T, D>, u: &OVector<T, M>, duration: T) -> bool {
+        self.predicted(t, state, u, duration).is_some_and(|next| {
+            *state = next;
+            true
+        })
+    }
+
+    fn predicted(&self, t: T, state: &OVector<T, D>, u: &OVector<T, M>, duration: T) -> Option<OVector<T, D>> {
+        let (layout, mut moved) = (self.layout, state.clone());
+        let entries = moved.as_mut_slice();
+        let mut count = layout.count(entries);
+        let last = count - 1;
+        entries[layout.part(last, Part::Input)].copy_from_slice(u.as_slice());
+        entries[layout.part(last, Part::Time)].fill(t);
+        entries[layout.part(last, Part::Duration)].fill(duration);
+        let x = self.column(self.noises.w.shape_generic().0, entries, last, Part::State);
+        let (next, forward, noise) = self.linearised(t, &x, u, duration);
+        let mut p = times_transpose(&times(&forward, &self.covariance(state)), &forward) + noise;
+        symmetrise(&mut p);
+        if !next.iter().chain(p.iter()).all(ComplexField::is_finite) {
+            return None;
+        }
+        if count == layout.stages {
+            self.forget(entries)?;
+            count -= 1;
+        }
+        entries[layout.estimate()].copy_from_slice(next.as_slice());
+        entries[layout.covariance()].copy_from_slice(p.as_slice());
+        entries[layout.part(count, Part::State)].copy_from_slice(next.as_slice());
+        entries[layout.part(count, Part::Measured)].fill(T::zero());
+        entries[layout.part(count, Part::Output)].fill(T::zero());
+        layout.set_count(entries, count + 1);
+        Some(moved)
+    }
+
+    fn finish(&self, t: T, state: &mut OVector<T, D>, u: &OVector<T, M>) {
+        if !self.predict(t, state, u, self.h) {
+            state.as_mut_slice()[self.layout.estimate()].fill(convert(f64::NAN));
+        }
+    }
+}
+
+impl<S, T: RealField + Copy, N: Dim, M: Dim, P: Dim, D: Dim, const L: usize> SampledObserver<T>
+    for MovingHorizonEstimator<S, T, N, M, P, D, L>
+where
+    S: Differentiable<T, N, M, P>,
+    DefaultAllocator: Size<N, M, P> + Allocator<D>,
+{
+    type State = OVector<T, D>;
+    type Input = OVector<T, M>;
+    type Output = OVector<T, P>;
+    type Estimate = OVector<T, N>;
+
+    fn dimensions(&self) -> ObserverDimensions {
+        let Layout { n, m, p, .. } = self.layout;
+        ObserverDimensions { state: self.layout.len(), inputs: m, outputs: p, estimate: n }
+    }
+
+    fn period(&self) -> T {
+        self.h
+    }
+
+    /// Update and prediction. A sample whose problem has no solution is passed over; a prediction without a result
+    /// makes the estimate NaN.
+    fn step(&self, t: T, state: &mut Self::State, u: &Self::Input, y: &Self::Output) {
+        self.update(t, state, u, y, |_| true);
+        self.finish(t, state, u);
+    }
+
+    fn step_partial(&self, t: T, state: &mut Self::State, u: &Self::Input, y: &Self::Output, measured: &[bool]) {
+        if measured.contains(&true) {
+            self.update(t, state, u, y, |output| measured.get(output).copied().unwrap_or(true));
+        }
+        self.finish(t, state, u);
+    }
+
+    fn estimate(&self, state: &Self::State) -> Self::Estimate {
+        let entries = &state.as_slice()[self.layout.estimate()];
+        OVector::from_fn_generic(self.noises.w.shape_generic().0, U1, |i, _| entries[i])
+    }
+
+    fn estimate_into(&self, state: &[T], estimate: &mut [T]) -> bool {
+        state.get(..estimate.len()).is_some_and(|xhat| put_slice(xhat, estimate))
+    }
+
+    fn initial(&self, t: T, estimate: &Self::Estimate, _u: &Self::Input, _y: &Self::Output) -> Self::State {
+        let layout = self.layout;
+        let mut state = OVector::<T, D>::zeros_generic(D::from_usize(layout.len()), U1);
+        let entries = state.as_mut_slice();
+        for range in [layout.estimate(), layout.prior_mean(), layout.part(0, Part::State)] {
+            entries[range].copy_from_slice(estimate.as_slice());
+        }
+        for range in [layout.covariance(), layout.prior_covariance()] {
+            entries[range].copy_from_slice(self.noises.p0.as_slice());
+        }
+        entries[layout.part(0, Part::Time)].fill(t);
+        layout.set_count(entries, 1);
+        state
+    }
+}
+
+impl<S, T: RealField + Copy, N: Dim, M: Dim, P: Dim, D: Dim, const L: usize> CovarianceFilter<T>
+    for MovingHorizonEstimator<S, T, N, M, P, D, L>
+where
+    S: Differentiable<T, N, M, P>,
+    DefaultAllocator: Size<N, M, P> + Allocator<D>,
+{
+    fn is_discrete(&self) -> bool {
+        self.substeps.is_none()
+    }
+
+    fn covariance_into(&self, state: &Self::State, p: &mut [T]) -> bool {
+        put_slice(&state.as_slice()[self.layout.covariance()], p)
+    }
+
+    fn measure(
+        &self,
+        t: T,
+        state: &mut Self::State,
+        u: &Self::Input,
+        y: &Self::Output,
+        measured: &[bool],
+    ) -> Option<T> {
+        self.update(t, state, u, y, |output| measured.get(output).copied().unwrap_or(true))
+    }
+
+    fn advance(&self, t: T, state: &mut Self::State, u: &Self::Input, duration: T) -> bool {
+        self.predict(t, state, u, duration)
+    }
+
+    /// The estimate is that of a window, which has no such covariance: false.
+    fn advance_across(
+        &self,
+        _t: T,
+        _state: &mut Self::State,
+        _u: &Self::Input,
+        _duration: T,
+        _cross: &mut [T],
+    ) -> bool {
+        false
+    }
+}

@@ -1,0 +1,174 @@
+//! An `[[observer]]` as text, and a study with further observers.
+
+use luenberger_proof::wording::shortest;
+use nalgebra::DMatrix;
+
+use crate::error::StudyError;
+use crate::read::Format;
+use crate::study::Study;
+
+/// The value of a key.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) enum Value {
+    Number(f64),
+    List(Vec<Value>),
+    Table(Keys),
+}
+
+/// Keys with their values.
+pub(super) type Keys = Vec<(&'static str, Value)>;
+
+impl Value {
+    pub(super) fn numbers(numbers: impl IntoIterator<Item = f64>) -> Self {
+        Self::List(numbers.into_iter().map(Self::Number).collect())
+    }
+
+    pub(super) fn pairs(pairs: &[(f64, f64)]) -> Self {
+        Self::List(pairs.iter().map(|(low, high)| Self::numbers([*low, *high])).collect())
+    }
+
+    pub(super) fn rows(matrix: &DMatrix<f64>) -> Self {
+        Self::List(matrix.row_iter().map(|row| Self::numbers(row.iter().copied())).collect())
+    }
+
+    /// A weight: the list of the diagonal of a diagonal matrix, else its rows.
+    pub(super) fn weight(matrix: &DMatrix<f64>) -> Self {
+        let is_diagonal = (0..matrix.nrows()).all(|i| (0..matrix.ncols()).all(|j| i == j || matrix[(i, j)] == 0.0));
+        if is_diagonal { Self::numbers(matrix.diagonal().iter().copied()) } else { Self::rows(matrix) }
+    }
+
+    fn toml(&self) -> String {
+        match self {
+            Self::Number(x) => shortest(*x),
+            Self::List(list) => format!("[{}]", list.iter().map(Self::toml).collect::<Vec<_>>().join(", ")),
+            Self::Table(keys) => inline(keys),
+        }
+    }
+
+    fn json(&self) -> serde_json::Value {
+        match self {
+            Self::Number(x) if x.is_finite() => (*x).into(),
+            Self::Number(x) => shortest(*x).into(),
+            Self::List(list) => list.iter().map(Self::json).collect(),
+            Self::Table(keys) => object(keys).into(),
+        }
+    }
+}
+
+/// A basic string of TOML, which is one of JSON too.
+fn quoted(text: &str) -> String {
+    serde_json::Value::from(text).to_string()
+}
+
+fn inline(keys: &Keys) -> String {
+    let entries: Vec<String> = keys.iter().map(|(key, value)| format!("{key} = {}", value.toml())).collect();
+    format!("{{ {} }}", entries.join(", "))
+}
+
+fn object(keys: &Keys) -> serde_json::Map<String, serde_json::Value> {
+    keys.iter().map(|(key, value)| ((*key).to_owned(), value.json())).collect()
+}
+
+/// An observer to be added to a study.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Block {
+    pub(super) name: String,
+    pub(super) kind: &'static str,
+    /// The specification but for name, kind and first estimate.
+    pub(super) keys: Keys,
+    pub(super) initial: Vec<f64>,
+    /// Written above it in TOML.
+    pub(super) comment: String,
+}
+
+impl Block {
+    fn toml(&self) -> String {
+        let comment = if self.comment.is_empty() { String::new() } else { format!("# {}\n", self.comment) };
+        let head = format!("{comment}[[observer]]\nname = {}\nkind = {}\n", quoted(&self.name), quoted(self.kind));
+        let keys = self.keys.iter().map(|(key, value)| format!("{key} = {}\n", value.toml()));
+        let initial = format!("initial = {}\n", Value::numbers(self.initial.iter().copied()).toml());
+        head + &keys.collect::<String>() + &initial
+    }
+
+    fn inline(&self) -> String {
+        let keys: Vec<String> = self.keys.iter().map(|(key, value)| format!("{key} = {}", value.toml())).collect();
+        let initial = Value::numbers(self.initial.iter().copied()).toml();
+        let (name, kind) = (quoted(&self.name), quoted(self.kind));
+        format!("{{ name = {name}, kind = {kind}, {}, initial = {initial} }}", keys.join(", "))
+    }
+
+    fn json(&self) -> serde_json::Value {
+        let mut all = object(&self.keys);
+        all.insert("name".to_owned(), self.name.clone().into());
+        all.insert("kind".to_owned(), self.kind.into());
+        all.insert("initial".to_owned(), self.initial.iter().copied().collect());
+        all.into()
+    }
+}
+
+/// The text of a study with these observers behind its own; comments and order of a TOML file are kept.
+pub(super) fn text_with(study: &Study, blocks: &[Block]) -> Result<String, StudyError> {
+    let text = study.source.text();
+    if study.format == Format::Json {
+        let mut root: serde_json::Value = serde_json::from_str(text)?;
+        if let Some(root) = root.as_object_mut() {
+            let list = root.entry("observer").or_insert_with(|| serde_json::Value::Array(Vec::new()));
+            if let Some(list) = list.as_array_mut() {
+                list.extend(blocks.iter().map(Block::json));
+            }
+        }
+        return Ok(serde_json::to_string_pretty(&root)? + "\n");
+    }
+    // `observer = [..]` takes no `[[observer]]` after it; a comment may be the last in it.
+    if let Some(start) = start_of_inline_list(text) {
+        let added = blocks.iter().map(|block| block.inline() + ", ").collect::<String>();
+        return Ok(format!("{}{added}{}", &text[..start], &text[start..]));
+    }
+    let blocks = blocks.iter().map(|block| format!("\n{}", block.toml())).collect::<String>();
+    Ok(format!("{}\n{blocks}", text.trim_end()))
+}
+
+/// The position after the opening bracket of `observer = [..]`, if the study is written so.
+fn start_of_inline_list(text: &str) -> Option<usize> {
+    let table = toml::de::DeTable::parse(text).ok()?;
+    let span = table.get_ref().get("observer")?.span();
+    let is_inline = text[..span.start].trim_end().ends_with('=') && text[span.start..].starts_with('[');
+    is_inline.then_some(span.start + 1)
+}
+
+/// The study with these observers.
+pub(super) fn study_with(study: &Study, blocks: &[Block]) -> Result<Study, StudyError> {
+    Study::from_text(study.source.name(), &text_with(study, blocks)?, study.format, &study.folder)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn block() -> Block {
+        let keys = vec![("poles", Value::List(vec![Value::numbers([-1.0, 2.0]), Value::numbers([-1.0, -2.0])]))];
+        let comment = "with a comment".to_owned();
+        Block { name: "added \"one\"".to_owned(), kind: "luenberger", keys, initial: vec![0.5, 0.0], comment }
+    }
+
+    #[test]
+    fn observers_are_added_to_every_form_of_study() {
+        let plant = "[plant]\na = [[0, 1], [0, 0]]\nc = [[1, 0]]\n";
+        let own = "kind = \"luenberger\", poles = [-1, -2]";
+        let json = r#"{"plant": {"a": [[0, 1], [0, 0]], "c": [[1, 0]]}}"#;
+        let studies = [
+            (plant.to_owned(), Format::Toml, 1),
+            (format!("{plant}\n[[observer]]\n{}\n", own.replace(", poles", "\npoles")), Format::Toml, 2),
+            (format!("observer = [ {{ {own} }}, # the first\n]\n{plant}"), Format::Toml, 2),
+            (format!("observer = [{{ {own} }}]\n{plant}"), Format::Toml, 2),
+            (json.to_owned(), Format::Json, 1),
+        ];
+        for (text, format, count) in studies {
+            let study = Study::from_text("s", &text, format, ".".as_ref()).unwrap();
+            let more = study_with(&study, &[block()]).unwrap_or_else(|error| panic!("{text}\n{error}"));
+            assert_eq!(more.observers.len(), count, "{text}");
+            let added = more.observer("added \"one\"").unwrap();
+            assert_eq!((added.kind.name(), added.initial.as_slice()), ("luenberger", [0.5, 0.0].as_slice()));
+        }
+    }
+}

@@ -1,0 +1,244 @@
+//! An observer of the comparison: its tuning, its design, its runs, and their scores.
+
+use std::sync::atomic::AtomicBool;
+use std::time::Instant;
+
+use luenberger_export::Scalar;
+use serde::Serialize;
+
+use super::block::{Block, study_with};
+use super::information::{Information, Item};
+use super::ranking::{Criterion, Ranked, UNPROVED};
+use super::rules::{Context, Rule};
+use crate::deployment;
+use crate::design::{Designed, NoDesign, design_until};
+use crate::execute::Scored;
+use crate::study::{ObserverSpec, Study};
+
+/// An observer that has a design.
+pub(super) struct Candidate {
+    pub(super) spec: ObserverSpec,
+    pub(super) designed: Designed,
+    /// What is written into a study; none for an observer of the study itself.
+    pub(super) block: Option<Block>,
+    pub(super) rule: &'static str,
+    pub(super) source: &'static str,
+    pub(super) character: &'static str,
+    pub(super) told: Vec<Item>,
+    /// Operations of a step of the exported program, or why there is none.
+    pub(super) cost: Result<usize, String>,
+    /// The runs, in their order, or why they ended early.
+    pub(super) runs: Vec<Result<Scored, String>>,
+}
+
+/// What has become of a kind.
+pub(super) enum Outcome {
+    Designed(Box<Candidate>),
+    /// The hypothesis that does not hold.
+    Unfit(String),
+    /// The time was over.
+    Open,
+}
+
+/// Designs a kind by its rule: the first of its specifications that has a design.
+pub(super) fn by_rule(
+    study: &Study,
+    told: &Information,
+    rule: &'static Rule,
+    (cancel, end): (&AtomicBool, Option<Instant>),
+) -> Outcome {
+    let keys = match (rule.keys)(&Context { study, told }) {
+        Ok(keys) => keys,
+        Err(why) => return Outcome::Unfit(why),
+    };
+    let mut why = None;
+    for keys in keys {
+        let block = Block {
+            name: free_name(study, rule.name),
+            kind: rule.kind,
+            keys,
+            initial: told.initial.clone(),
+            comment: format!("luenberger advise: {}.", rule.rule),
+        };
+        let with = match study_with(study, std::slice::from_ref(&block)) {
+            Ok(with) => with,
+            Err(error) => {
+                why.get_or_insert(format!("its specification is not accepted: {error}"));
+                continue;
+            }
+        };
+        let Some(spec) = with.observer(&block.name).cloned() else { continue };
+        match design_until(&with, &spec, cancel, end) {
+            Ok(designed) => {
+                let cost = cost(&with, &spec, &designed, told.period);
+                let (runs, told) = (Vec::new(), rule.told.to_vec());
+                let Rule { rule, source, character, .. } = *rule;
+                let block = Some(block);
+                let found = Candidate { spec, designed, block, rule, source, character, told, cost, runs };
+                return Outcome::Designed(Box::new(found));
+            }
+            Err(NoDesign::Interrupted) => return Outcome::Open,
+            Err(NoDesign::Misfit(failure)) => {
+                why.get_or_insert(failure.hypothesis);
+            }
+        }
+    }
+    Outcome::Unfit(why.unwrap_or_else(|| "the rule has no specification for it".to_owned()))
+}
+
+/// Designs an observer of the study as the study has it.
+pub(super) fn of_study(
+    study: &Study,
+    told: &Information,
+    spec: &ObserverSpec,
+    (cancel, end): (&AtomicBool, Option<Instant>),
+) -> Outcome {
+    // All start from one estimate.
+    let spec = ObserverSpec { initial: told.initial.clone(), ..spec.clone() };
+    match design_until(study, &spec, cancel, end) {
+        Ok(designed) => {
+            let cost = cost(study, &spec, &designed, told.period);
+            Outcome::Designed(Box::new(Candidate {
+                spec,
+                designed,
+                block: None,
+                rule: "as the study specifies it",
+                source: "the study",
+                character: "it is tuned in the study, not by a rule",
+                told: vec![Item::Study],
+                cost,
+                runs: Vec::new(),
+            }))
+        }
+        Err(NoDesign::Interrupted) => Outcome::Open,
+        Err(NoDesign::Misfit(failure)) => Outcome::Unfit(failure.hypothesis),
+    }
+}
+
+/// A name that no observer of the study has.
+fn free_name(study: &Study, name: &str) -> String {
+    let is_taken = |name: &str| {
+        study.observers.iter().any(|observer| crate::read::file_name(&observer.name).eq_ignore_ascii_case(name))
+    };
+    let mut free = name.to_owned();
+    while is_taken(&free) {
+        free += "-advised";
+    }
+    free
+}
+
+/// Operations of a step of the exported program.
+fn cost(study: &Study, spec: &ObserverSpec, designed: &Designed, period: f64) -> Result<usize, String> {
+    let period = spec.kind.period().is_none().then_some(period);
+    let sampled = deployment::sampled_of(study, spec, Some(designed), period, None).map_err(|why| why.hypothesis)?;
+    let export = deployment::exported(study, spec, sampled.design, Scalar::Binary64, None);
+    export.map(|export| export.operations()).map_err(|error| error.to_string())
+}
+
+/// The scores of an observer: medians over the runs, in which a run that ended early is infinite.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Medians {
+    /// Root mean square of |e|.
+    pub rms: Option<f64>,
+    /// Its 5th and 95th percentile.
+    pub rms_range: [Option<f64>; 2],
+    /// Settling time; none if most runs do not settle.
+    pub settling: Option<f64>,
+    /// The largest |e|, relative to |e(0)|.
+    pub peak: Option<f64>,
+    /// Root mean square of |e| over the second half of the run.
+    pub steady_rms: Option<f64>,
+    /// Root mean square of the error of each state.
+    pub states: Vec<Option<f64>>,
+}
+
+/// The percentile of the scores by nearest rank.
+fn percentile(mut values: Vec<f64>, percent: f64) -> f64 {
+    values.sort_by(f64::total_cmp);
+    let rank = (percent / 100.0 * values.len() as f64).ceil() as usize;
+    values.get(rank.saturating_sub(1)).copied().unwrap_or(f64::INFINITY)
+}
+
+impl Candidate {
+    pub(super) fn finished(&self) -> usize {
+        self.runs.iter().filter(|run| run.is_ok()).count()
+    }
+
+    /// A score of each run.
+    pub(super) fn scores(&self, of: impl Fn(&Scored) -> Option<f64>) -> Vec<f64> {
+        let one = |run: &Result<Scored, String>| run.as_ref().ok().and_then(&of).unwrap_or(f64::INFINITY);
+        self.runs.iter().map(one).collect()
+    }
+
+    pub(super) fn rms(&self) -> Vec<f64> {
+        self.scores(|run| Some(run.merits.norm.as_ref()?.rms))
+    }
+
+    pub(super) fn settling(&self) -> Vec<f64> {
+        self.scores(|run| run.merits.norm.as_ref()?.settling_last)
+    }
+
+    pub(super) fn peak(&self) -> Vec<f64> {
+        self.scores(|run| {
+            run.merits.norm.as_ref().map(|norm| if norm.initial > 0.0 { norm.peak / norm.initial } else { norm.peak })
+        })
+    }
+
+    pub(super) fn steady(&self) -> Vec<f64> {
+        self.scores(|run| Some(run.merits.norm.as_ref()?.steady_rms))
+    }
+
+    pub(super) fn is_proved(&self) -> bool {
+        self.designed.report.verdict == "proved"
+    }
+
+    pub(super) fn medians(&self) -> Medians {
+        let known = |x: f64| x.is_finite().then_some(x);
+        let median = |values: Vec<f64>| known(percentile(values, 50.0));
+        let states =
+            (0..self.spec.initial.len()).map(|i| median(self.scores(|run| Some(run.merits.states.get(i)?.rmse))));
+        Medians {
+            rms: median(self.rms()),
+            rms_range: [known(percentile(self.rms(), 5.0)), known(percentile(self.rms(), 95.0))],
+            settling: median(self.settling()),
+            peak: median(self.peak()),
+            steady_rms: median(self.steady()),
+            states: states.collect(),
+        }
+    }
+}
+
+impl Ranked for Candidate {
+    fn value(&self, criterion: Criterion) -> f64 {
+        match criterion {
+            Criterion::Error => percentile(self.rms(), 50.0),
+            Criterion::Noise => percentile(self.steady(), 50.0),
+            Criterion::Peak => percentile(self.peak(), 50.0),
+            Criterion::Settling => percentile(self.settling(), 50.0),
+            Criterion::Cost => self.cost.as_ref().map_or(f64::INFINITY, |cost| *cost as f64),
+            Criterion::Proved => {
+                if self.is_proved() {
+                    1.0
+                } else {
+                    UNPROVED
+                }
+            }
+        }
+    }
+
+    fn is_complete(&self) -> bool {
+        self.finished() == self.runs.len()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::percentile;
+
+    #[test]
+    fn percentiles_are_scores_of_runs() {
+        let values = vec![4.0, 1.0, 3.0, f64::INFINITY, 2.0];
+        assert_eq!([5.0, 50.0, 95.0].map(|p| percentile(values.clone(), p)), [1.0, 3.0, f64::INFINITY]);
+        assert_eq!(percentile(vec![1.0, 2.0], 50.0), 1.0);
+    }
+}

@@ -1,0 +1,471 @@
+//! Which observer should I use? Every kind of observer whose hypotheses hold for the plant of a study is tuned by its
+//! rule from the same information, run on the same noises, and ranked.
+//!
+//! | file | subject |
+//! |---|---|
+//! | `information` | what every kind is told: given in the study, or derived |
+//! | `rules`, `tuning` | **the table of kinds**; the numbers of their rules |
+//! | `block` | an observer as text; a study with further observers |
+//! | `candidate` | design, cost and scores of one observer |
+//! | `ranking` | criteria and order |
+//! | `words`, `figure`, `report` | the ranking in words, as a figure, as data |
+//!
+//! A kind of observer is added by one row in `rules`.
+
+mod block;
+mod candidate;
+mod figure;
+mod information;
+mod ranking;
+mod report;
+mod rules;
+mod tuning;
+mod words;
+
+pub use candidate::Medians;
+pub use information::{Item, Told};
+pub use ranking::{Criteria, Criterion, UNPROVED};
+pub use report::{Advice, NotApplicable, RankedObserver};
+
+use std::fmt::Write;
+use std::sync::atomic::{AtomicUsize, Ordering};
+use std::time::{Duration, Instant};
+
+use luenberger_linalg::{detectability, discrete_detectability, observability};
+use luenberger_proof::wording::{counted, shortest, significant};
+use rayon::prelude::*;
+
+use self::block::{Block, text_with};
+use self::candidate::{Candidate, Outcome};
+use self::information::Information;
+use self::ranking::{Ranked, front, rank};
+use self::rules::{RULES, Rule, without_rule};
+use crate::error::StudyError;
+use crate::execute::{self, Limits, Trial, within};
+use crate::read::Format;
+use crate::study::{AdviseSpec, ObserverKind, ObserverSpec, Simulation, Study};
+use crate::{RunOptions, design, write_folder};
+
+/// Default time budget in seconds.
+pub const BUDGET: f64 = 60.0;
+
+/// Options of the comparison.
+pub struct AdviseOptions<'a> {
+    /// Output folder, progress, interruption and threads; its limits do not apply.
+    pub run: RunOptions<'a>,
+    /// What the observers are ranked by.
+    pub criteria: Criteria,
+    /// Time budget in seconds. What is not reached within it is listed.
+    pub budget: f64,
+    /// Whether observers of the study that a rule could tune are ranked too, with the tuning of the study (default true).
+    pub own_tuning: bool,
+}
+
+impl Default for AdviseOptions<'_> {
+    fn default() -> Self {
+        Self { run: RunOptions::default(), criteria: Criteria::default(), budget: BUDGET, own_tuning: true }
+    }
+}
+
+/// Tries every kind of observer on the study, and ranks them. Beside the result is the interruption by the user, if there
+/// was one.
+///
+/// ```
+/// use luenberger_study::advise::{AdviseOptions, advise};
+/// use luenberger_study::{Format, Study};
+/// let text = "
+/// [plant]
+/// a = [[0, 1], [0, 0]]
+/// c = [[1, 0]]
+/// [simulation]
+/// x0 = [1, 0]
+/// duration = 10
+/// noise = { distribution = \"gaussian\", amplitude = [0.01], period = 0.1 }
+/// [advise]
+/// ensemble = 2
+/// ";
+/// let study = Study::from_text("study.toml", text, Format::Toml, ".".as_ref())?;
+/// let (advice, _) = advise(&study, &AdviseOptions::default())?;
+/// assert!(advice.ranking.iter().any(|observer| observer.kind == "kalman"));
+/// assert!(advice.not_applicable.iter().any(|kind| kind.name == "lpv"));
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+/// # Errors
+/// [`StudyError::Missing`] without a simulation or without measurement noise; [`StudyError::Sim`] for a plant that
+/// cannot be simulated; errors of the results folder.
+pub fn advise(study: &Study, options: &AdviseOptions<'_>) -> Result<(Advice, Option<StudyError>), StudyError> {
+    let missing = |needs| StudyError::Missing { step: "advise", needs };
+    let simulation = study.simulation.as_ref().ok_or_else(|| {
+        missing("a [simulation]: a log has no true state with noise of a known level to compare with")
+    })?;
+    if !simulation.is_noisy() {
+        return Err(missing(
+            "measurement noise (simulation.noise, or sensors with an amplitude), without which the fastest observer is the best",
+        ));
+    }
+    let end = Duration::try_from_secs_f64(options.budget).ok().and_then(|budget| Instant::now().checked_add(budget));
+    let run =
+        RunOptions { output: None, limits: Limits::NONE, sweep: options.run.sweep.clone(), until: end, ..options.run };
+    let mut advice = within(&run, |run| compare(study, simulation, options, run))?;
+    if let Some(root) = &options.run.output {
+        let mut files = std::mem::take(&mut advice.1);
+        files.push(("advice.json".to_owned(), (serde_json::to_string_pretty(&advice.0)? + "\n").into_bytes()));
+        advice.0.renamed = write_folder(root, options.run.force, "advise", study, &files)?;
+    }
+    let interrupted = options.run.cancel.load(Ordering::Relaxed).then_some(StudyError::Interrupted);
+    Ok((advice.0, interrupted))
+}
+
+/// Files by their names in the results folder.
+type Files = Vec<(String, Vec<u8>)>;
+
+fn compare(
+    study: &Study,
+    simulation: &Simulation,
+    options: &AdviseOptions<'_>,
+    run: &RunOptions<'_>,
+) -> Result<(Advice, Files), StudyError> {
+    let default = AdviseSpec::default();
+    let spec = study.advise.as_ref().unwrap_or(&default);
+    let mut advice = Advice {
+        title: study.title.clone(),
+        plant: execute::summary(study),
+        observability: None,
+        told: Vec::new(),
+        criteria: options.criteria.clone(),
+        runs: 0,
+        ensemble: spec.ensemble,
+        scoring: None,
+        ranking: Vec::new(),
+        pareto_cost: Vec::new(),
+        pareto_peak: Vec::new(),
+        explanation: Vec::new(),
+        not_applicable: Vec::new(),
+        not_reached: Vec::new(),
+        recommended: Vec::new(),
+        files: Vec::new(),
+        renamed: Vec::new(),
+        study: String::new(),
+    };
+    if let Some(why) = undetectable(study)? {
+        advice.observability = Some(why);
+        return Ok((advice, Files::new()));
+    }
+    let fed = fed(study, run)?;
+    let fed = fed.as_ref().map(|(wish, designed)| (*wish, designed));
+    let period = information::period(study, simulation, spec).0;
+    let longest = study.observers.iter().filter_map(|observer| observer.kind.period()).fold(period, f64::max);
+    let score_period = Some(simulation.score_period.unwrap_or(longest));
+    // Any scale will do for the run of the plant alone.
+    let rough = Simulation { scale: Some(vec![1.0; simulation.x0.len()]), score_period, ..simulation.clone() };
+    let plant = match Trial::new(study, &rough, fed, 0)?.plant(run.until) {
+        Err(luenberger_sim::SimError::TimeLimit { .. }) => {
+            advice.not_reached.push("everything: the run of the plant alone takes longer than the budget".to_owned());
+            return Ok((advice, Files::new()));
+        }
+        plant => plant?,
+    };
+    let told = Information::of(study, simulation, spec, &plant)?;
+    advice.observability = hidden(study, &told)?;
+    advice.told.clone_from(&told.lines);
+    let scored = Simulation { scale: Some(told.scale.clone()), ..rough.clone() };
+    let trial = Trial::new(study, &scored, fed, spec.seed)?;
+    advice.scoring = Some(trial.scoring());
+
+    let mut candidates = designs(study, &told, options, run, &mut advice)?;
+    advice.runs = runs(&trial, &mut candidates, &told, spec.ensemble, run, &mut advice.not_reached)?;
+    let (scores, order) = rank(&candidates, &options.criteria);
+    let ordered: Vec<&Candidate> = order.iter().map(|&i| &candidates[i]).collect();
+    advice.ranking = order.iter().map(|&i| ranked(&candidates[i], scores[i])).collect();
+    for (criterion, names) in [(Criterion::Cost, &mut advice.pareto_cost), (Criterion::Peak, &mut advice.pareto_peak)] {
+        let complete: Vec<&&Candidate> = ordered.iter().filter(|one| one.is_complete()).collect();
+        let points: Vec<_> = complete.iter().map(|one| (one.value(criterion), one.value(Criterion::Error))).collect();
+        *names = front(&points).into_iter().map(|i| complete[i].spec.name.clone()).collect();
+    }
+    let scored = order.iter().map(|&i| (&candidates[i], scores[i])).collect();
+    let words = words::Ranking { study, criteria: &options.criteria, ordered: scored, runs: advice.runs };
+    advice.explanation = words.sentences();
+    let chosen = recommended(&ordered);
+    advice.recommended = chosen.iter().map(|one| one.spec.name.clone()).collect();
+    let blocks: Vec<Block> = chosen.iter().filter_map(|one| one.block.clone()).collect();
+    advice.study = text_with(study, &blocks)?;
+    let files = if options.run.output.is_some() { files(study, &advice, &ordered)? } else { Files::new() };
+    advice.files = files.iter().map(|(name, _)| name.clone()).chain(["advice.json".to_owned()]).collect();
+    Ok((advice, files))
+}
+
+/// Why no observer of a linear plant exists, if none does.
+fn undetectable(study: &Study) -> Result<Option<String>, StudyError> {
+    let Some(plant) = study.plant.model.linear() else { return Ok(None) };
+    let found = match study.plant.dt {
+        Some(_) => discrete_detectability(&plant.a, &plant.c)?,
+        None => detectability(&plant.a, &plant.c)?,
+    };
+    if found.is_detectable() {
+        return Ok(None);
+    }
+    Ok(Some(format!(
+        "{}: the plant is not detectable, no observer exists. Add an output that depends on these directions.",
+        modes(study, &plant.a, &plant.c)?
+    )))
+}
+
+/// What no observer can speed up, at the first estimate.
+fn hidden(study: &Study, told: &Information) -> Result<Option<String>, StudyError> {
+    let (a, c) = &told.linearised;
+    if a.iter().chain(c.iter()).any(|entry| !entry.is_finite()) {
+        return Ok(Some("The derivatives at the first estimate are not finite.".to_owned()));
+    }
+    if observability(a, c)?.is_observable() {
+        return Ok(None);
+    }
+    let of = if study.plant.model.linear().is_some() { "" } else { " Of the linearisation at the first estimate:" };
+    let rest = "their errors decay as the plant itself does, whatever the observer";
+    Ok(Some(format!(
+        "{}{}: {rest}.",
+        of.trim_start().to_owned() + if of.is_empty() { "" } else { " " },
+        modes(study, a, c)?
+    )))
+}
+
+fn modes(study: &Study, a: &nalgebra::DMatrix<f64>, c: &nalgebra::DMatrix<f64>) -> Result<String, StudyError> {
+    let found = observability(a, c)?;
+    let mut text = format!("rank {} of {}, unobservable", found.rank, a.nrows());
+    for (k, mode) in found.unobservable.iter().enumerate() {
+        let direction: Vec<f64> = mode.direction.iter().map(|x| x.re).collect();
+        let comma = if k > 0 { "," } else { "" };
+        let (re, im) = (significant(mode.eigenvalue.re, 3), mode.eigenvalue.im);
+        let value = if im == 0.0 { re } else { format!("{re} + {}i", significant(im, 3)) };
+        _ = write!(text, "{comma} {value} along {}", execute::in_words(study, &direction));
+    }
+    Ok(text)
+}
+
+/// The observer in the feedback loop of the study, designed.
+fn fed<'a>(study: &'a Study, run: &RunOptions<'_>) -> Result<Option<(&'a ObserverSpec, design::Designed)>, StudyError> {
+    let Some(spec) = study.observers.iter().find(|observer| execute::is_fed(study, &observer.name)) else {
+        return Ok(None);
+    };
+    match design::design_until(study, spec, run.cancel, run.until) {
+        Ok(designed) => Ok(Some((spec, designed))),
+        Err(design::NoDesign::Interrupted) => Err(StudyError::Interrupted),
+        Err(design::NoDesign::Misfit(_)) => {
+            Err(StudyError::Missing { step: "advise", needs: "a design of the observer in the feedback loop" })
+        }
+    }
+}
+
+/// What is to be designed: a rule, or an observer of the study.
+#[derive(Clone, Copy)]
+enum Task<'a> {
+    Rule(&'static Rule),
+    Own(&'a ObserverSpec),
+}
+
+impl Task<'_> {
+    fn name(&self) -> &str {
+        match self {
+            Self::Rule(rule) => rule.name,
+            Self::Own(spec) => &spec.name,
+        }
+    }
+
+    fn takes_long(&self) -> bool {
+        match self {
+            Self::Rule(rule) => rule.kind == "kkl-numerical",
+            Self::Own(spec) => matches!(spec.kind, ObserverKind::KklNumerical(_)),
+        }
+    }
+}
+
+/// The designs, within half of the budget, the long ones last.
+fn designs(
+    study: &Study,
+    told: &Information,
+    options: &AdviseOptions<'_>,
+    run: &RunOptions<'_>,
+    advice: &mut Advice,
+) -> Result<Vec<Candidate>, StudyError> {
+    let ranked = |spec: &&ObserverSpec| options.own_tuning || without_rule().any(|(kind, _)| kind == spec.kind.name());
+    let own = study.observers.iter().filter(ranked).map(Task::Own);
+    let tasks: Vec<Task<'_>> = RULES.iter().map(Task::Rule).chain(own).collect();
+    let half = Duration::try_from_secs_f64(0.5 * options.budget).ok().and_then(|half| Instant::now().checked_add(half));
+    let until = half.into_iter().chain(run.until).min();
+    let part = RunOptions { sweep: run.sweep.clone(), output: None, until, threads: None, ..*run };
+    let done = AtomicUsize::new(0);
+    let outcomes = within(&part, |part| {
+        let one = |(number, task): (usize, &Task<'_>)| {
+            if part.interrupted() {
+                return (number, Outcome::Open);
+            }
+            let stop = (part.cancel, part.until);
+            let outcome = match task {
+                Task::Rule(rule) => candidate::by_rule(study, told, rule, stop),
+                Task::Own(spec) => candidate::of_study(study, told, spec, stop),
+            };
+            let count = done.fetch_add(1, Ordering::Relaxed) + 1;
+            part.tell("design", task.name(), count, tasks.len());
+            (number, outcome)
+        };
+        let mut outcomes = Vec::new();
+        for long in [false, true] {
+            let of = tasks.par_iter().enumerate().filter(|(_, task)| task.takes_long() == long);
+            outcomes.extend(of.map(one).collect::<Vec<_>>());
+        }
+        outcomes.sort_by_key(|(number, _)| *number);
+        Ok(outcomes)
+    })?;
+    let mut candidates = Vec::new();
+    for (number, outcome) in outcomes {
+        let name = tasks[number].name().to_owned();
+        match outcome {
+            Outcome::Designed(candidate) => candidates.push(*candidate),
+            Outcome::Unfit(hypothesis) => advice.not_applicable.push(NotApplicable { name, hypothesis }),
+            Outcome::Open => advice.not_reached.push(format!("the design of {name}, within half of the budget")),
+        }
+    }
+    for (kind, why) in without_rule() {
+        if !study.observers.iter().any(|observer| observer.kind.name() == kind) {
+            advice.not_applicable.push(NotApplicable { name: kind.to_owned(), hypothesis: why.to_owned() });
+        }
+    }
+    Ok(candidates)
+}
+
+/// The share of the remaining budget that one run may take.
+const RUN_SHARE: f64 = 0.1;
+
+/// The runs, all observers on one noise before the next; returns how many noises all of them have.
+fn runs(
+    trial: &Trial<'_>,
+    candidates: &mut Vec<Candidate>,
+    told: &Information,
+    ensemble: usize,
+    run: &RunOptions<'_>,
+    open: &mut Vec<String>,
+) -> Result<usize, StudyError> {
+    let mut finished = 0;
+    for number in 0..ensemble {
+        let until = run.until.map(|end| {
+            let rest = end.saturating_duration_since(Instant::now());
+            Instant::now() + rest.mul_f64(RUN_SHARE)
+        });
+        let one = |candidate: &Candidate| {
+            if run.interrupted() {
+                return Ok(None);
+            }
+            let spec = &candidate.spec;
+            let initial = trial.initial(spec, told.region.states(), number as u64);
+            match trial.run((spec, &candidate.designed), initial, number as u64, until) {
+                Ok(outcome) => Ok(Some(outcome)),
+                Err(StudyError::Interrupted) => Ok(None),
+                Err(error) => Err(error),
+            }
+        };
+        let outcomes = candidates.par_iter().map(one).collect::<Result<Vec<_>, StudyError>>()?;
+        let is_over = run.interrupted();
+        if is_over && number > 0 {
+            open.push(format!(
+                "runs {} to {ensemble} of {ensemble}: the ranking is of the first {}",
+                number + 1,
+                counted(number, "run")
+            ));
+            return Ok(finished);
+        }
+        let mut kept = Vec::new();
+        for (mut candidate, outcome) in std::mem::take(candidates).into_iter().zip(outcomes) {
+            let name = &candidate.spec.name;
+            match outcome {
+                Some(outcome) => {
+                    candidate.runs.push(outcome);
+                    kept.push(candidate);
+                }
+                None if is_over => open.push(format!("the first run of {name}")),
+                None => {
+                    let share = shortest(100.0 * RUN_SHARE);
+                    open.push(format!(
+                        "run {} of {name}, which takes more than {share} % of the rest of the budget",
+                        number + 1
+                    ));
+                }
+            }
+        }
+        *candidates = kept;
+        finished = number + 1;
+        run.tell("simulate", &format!("run {finished}"), finished, ensemble);
+        if is_over {
+            open.push(format!("runs 2 to {ensemble} of {ensemble}: the ranking is of one run"));
+            break;
+        }
+    }
+    Ok(finished)
+}
+
+fn ranked(one: &Candidate, score: f64) -> RankedObserver {
+    let report = &one.designed.report;
+    RankedObserver {
+        name: one.spec.name.clone(),
+        kind: one.spec.kind.name().to_owned(),
+        score: score.is_finite().then_some(score),
+        finished: one.finished(),
+        ended: one.runs.iter().find_map(|run| run.as_ref().err().cloned()),
+        left_region: one.runs.iter().flatten().filter(|run| run.left).count(),
+        medians: one.medians(),
+        operations: one.cost.as_ref().ok().copied(),
+        not_exported: one.cost.as_ref().err().cloned(),
+        noise_gain: report.number("noise gain"),
+        verdict: report.verdict.clone(),
+        statement: report.statement.clone(),
+        rule: one.rule.to_owned(),
+        source: one.source.to_owned(),
+        told: one.told.clone(),
+    }
+}
+
+/// The best observer, and the best one with a proof.
+fn recommended<'a>(ordered: &[&'a Candidate]) -> Vec<&'a Candidate> {
+    let complete = || ordered.iter().copied().filter(|one| one.is_complete());
+    let mut chosen: Vec<&Candidate> = complete().next().into_iter().collect();
+    if let Some(proved) = complete().find(|one| one.is_proved())
+        && chosen.iter().all(|one| one.spec.name != proved.spec.name)
+    {
+        chosen.push(proved);
+    }
+    chosen
+}
+
+/// The study with the recommended observers and its data, the scores of all runs, and the figure.
+fn files(study: &Study, advice: &Advice, ordered: &[&Candidate]) -> Result<Files, StudyError> {
+    let mut files = figure::files(ordered)?;
+    let extension = if study.format == Format::Json { "json" } else { "toml" };
+    files.push((format!("study.{extension}"), advice.study.clone().into_bytes()));
+    for file in &study.files {
+        let is_inside =
+            std::path::Path::new(&file.name).components().all(|part| matches!(part, std::path::Component::Normal(_)));
+        if is_inside {
+            let path = study.folder.join(&file.name);
+            let bytes = std::fs::read(&path).map_err(|error| StudyError::io(&path, error))?;
+            files.push((file.name.clone(), bytes));
+        }
+    }
+    files.push(("runs.csv".to_owned(), table(ordered).into_bytes()));
+    Ok(files)
+}
+
+/// The scores of each run.
+fn table(ordered: &[&Candidate]) -> String {
+    let mut text = "observer,run,rms,settling,peak,steady_rms,failure\n".to_owned();
+    for one in ordered {
+        let columns = [one.rms(), one.settling(), one.peak(), one.steady()];
+        for (number, run) in one.runs.iter().enumerate() {
+            let cell = |column: &Vec<f64>| {
+                let x = column[number];
+                if x.is_finite() { shortest(x) } else { String::new() }
+            };
+            let cells = columns.iter().map(cell).collect::<Vec<_>>().join(",");
+            let failure = run.as_ref().err().map(|why| format!("\"{}\"", why.replace('"', "\"\""))).unwrap_or_default();
+            _ = writeln!(text, "\"{}\",{number},{cells},{failure}", one.spec.name.replace('"', "\"\""));
+        }
+    }
+    text
+}

@@ -1,0 +1,205 @@
+//! Criteria, and the order that they give.
+//!
+//! The score of an observer is the weighted geometric mean of its values relative to the best ones: 1 is the best in all
+//! that is asked for. It does not depend on units, and can be recomputed from the table.
+
+use std::fmt;
+use std::str::FromStr;
+
+use serde::Serialize;
+
+/// What observers are ranked by.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Criterion {
+    /// The root mean square of |e|.
+    Error,
+    /// What noise leaves: the root mean square of |e| over the second half of the run.
+    Noise,
+    /// The largest |e| relative to |e(0)|.
+    Peak,
+    /// The settling time.
+    Settling,
+    /// Floating-point operations of a step of the exported program.
+    Cost,
+    /// Whether convergence is proved.
+    Proved,
+}
+
+impl Criterion {
+    /// All of them.
+    pub const ALL: [Self; 6] = [Self::Error, Self::Noise, Self::Peak, Self::Settling, Self::Cost, Self::Proved];
+
+    /// Its name in options.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Error => "error",
+            Self::Noise => "noise",
+            Self::Peak => "peak",
+            Self::Settling => "settling",
+            Self::Cost => "cost",
+            Self::Proved => "proved",
+        }
+    }
+
+    /// The quantity, in sentences.
+    pub fn quantity(self) -> &'static str {
+        match self {
+            Self::Error => "rms |e|",
+            Self::Noise => "rms |e| in the second half",
+            Self::Peak => "peak |e|",
+            Self::Settling => "settling time",
+            Self::Cost => "operations per step",
+            Self::Proved => "proof",
+        }
+    }
+}
+
+/// The factor of an observer without a proof, where a proof counts.
+pub const UNPROVED: f64 = 10.0;
+
+/// Criteria with their weights.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Criteria(pub Vec<(Criterion, f64)>);
+
+impl Default for Criteria {
+    fn default() -> Self {
+        Self(vec![(Criterion::Error, 1.0)])
+    }
+}
+
+impl FromStr for Criteria {
+    type Err = String;
+
+    /// One criterion, or several with weights: `error=2,cost=1`.
+    fn from_str(text: &str) -> Result<Self, String> {
+        let names = || Criterion::ALL.map(Criterion::name).join(", ");
+        let mut all: Vec<(Criterion, f64)> = Vec::new();
+        for part in text.split(',') {
+            let (name, weight) = part.split_once('=').unwrap_or((part, "1"));
+            let found = Criterion::ALL.into_iter().find(|criterion| criterion.name() == name.trim());
+            let criterion = found.ok_or_else(|| format!("there is no criterion {name:?}; there are {}", names()))?;
+            let weight = match weight.trim().parse::<f64>() {
+                Ok(weight) if weight > 0.0 && weight.is_finite() => weight,
+                _ => return Err(format!("the weight of {name} is {weight:?}; a positive number is expected")),
+            };
+            if all.iter().any(|(other, _)| *other == criterion) {
+                return Err(format!("{name} is named twice"));
+            }
+            all.push((criterion, weight));
+        }
+        Ok(Self(all))
+    }
+}
+
+impl fmt::Display for Criteria {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let one = |(criterion, weight): &(Criterion, f64)| match self.0.len() {
+            1 => criterion.name().to_owned(),
+            _ => format!("{}={weight}", criterion.name()),
+        };
+        f.write_str(&self.0.iter().map(one).collect::<Vec<_>>().join(","))
+    }
+}
+
+/// What a ranking reads of an observer; what it does not have is infinite.
+pub(super) trait Ranked {
+    /// The value of a criterion, of which less is better.
+    fn value(&self, criterion: Criterion) -> f64;
+    /// Whether all its runs finished.
+    fn is_complete(&self) -> bool;
+}
+
+/// The score of each, and the indices in the order of the ranking: those whose runs all finished first, by score, then by
+/// error.
+pub(super) fn rank<T: Ranked>(all: &[T], criteria: &Criteria) -> (Vec<f64>, Vec<usize>) {
+    let best = |criterion: Criterion| {
+        let values = |complete: bool| {
+            let of = all.iter().filter(move |one| one.is_complete() || !complete);
+            of.map(move |one| one.value(criterion)).fold(f64::INFINITY, f64::min)
+        };
+        let complete = values(true);
+        if complete.is_finite() { complete } else { values(false) }
+    };
+    let total: f64 = criteria.0.iter().map(|(_, weight)| weight).sum();
+    let score = |one: &T| {
+        let logarithm =
+            |(criterion, weight): &(Criterion, f64)| weight * ratio(one.value(*criterion), best(*criterion)).ln();
+        (criteria.0.iter().map(logarithm).sum::<f64>() / total).exp()
+    };
+    let scores: Vec<f64> = all.iter().map(score).collect();
+    let mut order: Vec<usize> = (0..all.len()).collect();
+    // Scores that differ by rounding errors are equal.
+    let key = |i: usize| (scores[i] * 1e9).round();
+    order.sort_by(|&i, &j| {
+        let complete = all[j].is_complete().cmp(&all[i].is_complete());
+        let error = |i: usize| all[i].value(Criterion::Error);
+        complete.then(key(i).total_cmp(&key(j))).then(error(i).total_cmp(&error(j)))
+    });
+    (scores, order)
+}
+
+/// A value relative to the best one.
+pub(super) fn ratio(value: f64, best: f64) -> f64 {
+    match (value, best) {
+        (value, best) if value == best => 1.0,
+        (_, 0.0) => f64::INFINITY,
+        (value, best) => value / best,
+    }
+}
+
+/// The indices of those that no other is better than in both.
+pub(super) fn front(points: &[(f64, f64)]) -> Vec<usize> {
+    let is_known = |(x, y): &(f64, f64)| x.is_finite() && y.is_finite();
+    let beats = |(x, y): &(f64, f64), (other_x, other_y): &(f64, f64)| {
+        x <= other_x && y <= other_y && (x < other_x || y < other_y)
+    };
+    (0..points.len())
+        .filter(|&i| is_known(&points[i]) && !points.iter().any(|other| beats(other, &points[i])))
+        .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    struct One(f64, f64, bool);
+
+    impl Ranked for One {
+        fn value(&self, criterion: Criterion) -> f64 {
+            if criterion == Criterion::Cost { self.1 } else { self.0 }
+        }
+        fn is_complete(&self) -> bool {
+            self.2
+        }
+    }
+
+    #[test]
+    fn scores_are_geometric_means_of_ratios() {
+        let all = [One(1.0, 400.0, true), One(2.0, 100.0, true), One(0.1, 1.0, false), One(9.0, f64::INFINITY, true)];
+        let (scores, order) = rank(&all, &Criteria::default());
+        assert_eq!(order, [0, 1, 3, 2], "a run that ended early comes last");
+        assert!((scores[1] - 2.0).abs() < 1e-12);
+        let criteria: Criteria = "error=1,cost=3".parse().unwrap();
+        let (scores, order) = rank(&all, &criteria);
+        // (1/1)(400/100)^3 and (2/1)(1)^3, to the power 1/4.
+        assert!((scores[0] - 64f64.powf(0.25)).abs() < 1e-12 && (scores[1] - 2f64.powf(0.25)).abs() < 1e-12);
+        assert_eq!((order[0], scores[3]), (1, f64::INFINITY));
+    }
+
+    #[test]
+    fn criteria_are_read_and_written() {
+        for text in ["error", "error=2,cost=1", "proved", "peak=0.5,noise=1,settling=3"] {
+            assert_eq!(text.parse::<Criteria>().unwrap().to_string(), text);
+        }
+        for wrong in ["", "speed", "error=0", "error=-1", "error=x", "error,error", "error=inf"] {
+            assert!(wrong.parse::<Criteria>().is_err(), "{wrong}");
+        }
+    }
+
+    #[test]
+    fn the_front_has_what_nothing_dominates() {
+        let points = [(1.0, 5.0), (2.0, 2.0), (3.0, 3.0), (0.5, f64::INFINITY), (2.0, 1.0)];
+        assert_eq!(front(&points), [0, 4]);
+    }
+}

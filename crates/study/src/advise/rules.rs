@@ -1,0 +1,226 @@
+//! The table of the kinds of observers: what each is told, its tuning rule, where the rule is from.
+//!
+//! A rule tests hypotheses that the design does not name by itself and gives the keys of an `[[observer]]`; the design
+//! then decides. Several sets of keys are tried in their order. **A new kind is one row.**
+
+use super::block::{Keys, Value};
+use super::information::{Information, Item};
+use super::tuning;
+use crate::study::Study;
+
+/// What a rule may use.
+pub(super) struct Context<'a> {
+    pub(super) study: &'a Study,
+    pub(super) told: &'a Information,
+}
+
+/// A kind of observer with a tuning rule.
+pub(super) struct Rule {
+    /// The name of its row.
+    pub(super) name: &'static str,
+    /// The kind in study files.
+    pub(super) kind: &'static str,
+    /// The rule, as a sentence.
+    pub(super) rule: &'static str,
+    /// Where the rule is from.
+    pub(super) source: &'static str,
+    /// What makes it good or bad, as an engineer would explain a result.
+    pub(super) character: &'static str,
+    /// What it uses of the information.
+    pub(super) told: &'static [Item],
+    /// The keys to try, or the hypothesis that does not hold.
+    pub(super) keys: fn(&Context<'_>) -> Result<Vec<Keys>, String>,
+}
+
+use Item::{Disturbance, FirstError, Noise, ProcessNoise, Region, Settling};
+
+/// All of them, the quick designs first.
+pub(super) const RULES: &[Rule] = &[
+    Rule {
+        name: "luenberger",
+        kind: "luenberger",
+        rule: "modes of the plant that are slower than the decay rate, or than twice the slowest one, become the poles of a Bessel filter of that rate",
+        source: "luenberger poles --pattern bessel",
+        character: "its poles are placed without regard to the noise",
+        told: &[Settling],
+        keys: |context| Ok(vec![tuning::poles(context, 0)?]),
+    },
+    Rule {
+        name: "luenberger-lmi",
+        kind: "luenberger",
+        rule: "the least noise gain among the gains with the decay rate, or twice that of the plant, by a matrix inequality",
+        source: "Boyd et al. 1994, sections 2.6 and 7.2",
+        character: "its gain is the least noisy one that the matrix inequality finds for the decay rate",
+        told: &[Settling, Noise],
+        keys: tuning::least_noise,
+    },
+    Rule {
+        name: "kalman",
+        kind: "kalman",
+        rule: "stationary Kalman gain for the intensities of process and measurement noise",
+        source: "Kalman and Bucy 1961",
+        character: "its gain is that of the steady state: optimal once the first error is forgotten, not before",
+        told: &[Noise, ProcessNoise],
+        keys: tuning::kalman,
+    },
+    Rule {
+        name: "h2",
+        kind: "h2",
+        rule: "the least variance of the errors in units of the scale, for the intensities of process and measurement noise",
+        source: "docs/disturbances.md",
+        character: "without a bound on its gain it is the Kalman filter of the same intensities, with a proved variance",
+        told: &[Noise, ProcessNoise],
+        keys: tuning::norm,
+    },
+    Rule {
+        name: "h-infinity",
+        kind: "h-infinity",
+        rule: "the least norm from process and measurement noise, in units of their intensities, to the errors in units of the scale",
+        source: "docs/disturbances.md",
+        character: "it bounds the errors under the worst noise of the same energy, and is no optimum under white noise",
+        told: &[Noise, ProcessNoise],
+        keys: tuning::norm,
+    },
+    Rule {
+        name: "reduced-order",
+        kind: "reduced-order",
+        rule: "poles of a Bessel filter of order n - p at the rate of luenberger",
+        source: "luenberger poles --pattern bessel",
+        character: "the measured states are taken from the outputs, with all of their noise",
+        told: &[Settling],
+        keys: tuning::reduced_order,
+    },
+    Rule {
+        name: "cubic",
+        kind: "cubic",
+        rule: "the poles of luenberger, and the gamma at which an output error of one standard deviation adds an eighth to L",
+        source: "docs/cubic-or-linear.md, rule 1",
+        character: "the cubic term acts on large output errors only and leaves the linear part to small ones",
+        told: &[Settling, Noise],
+        keys: |context| Ok(vec![tuning::cubic(context)?]),
+    },
+    Rule {
+        name: "sampled-cubic",
+        kind: "sampled-cubic",
+        rule: "the poles of luenberger, and the strength at which an output error of one standard deviation adds an eighth to L",
+        source: "docs/cubic-or-linear.md, rule 1",
+        character: "the cubic term acts on large output errors only and leaves the linear part to small ones",
+        told: &[Settling, Noise],
+        keys: |context| Ok(vec![tuning::sampled_cubic(context)?]),
+    },
+    Rule {
+        name: "proportional-integral",
+        kind: "proportional-integral",
+        rule: "as luenberger, with the disturbance among the modes that become Bessel poles",
+        source: "luenberger poles --pattern bessel",
+        character: "it estimates the disturbance with the state, which costs noise where there is no disturbance",
+        told: &[Settling, Disturbance],
+        keys: tuning::proportional_integral,
+    },
+    Rule {
+        name: "extended-state",
+        kind: "extended-state",
+        rule: "the bandwidth with which a chain of the order of plant and disturbance settles in the settling time",
+        source: "Gao 2003",
+        character: "it estimates the disturbance with the state, which costs noise where there is no disturbance",
+        told: &[Settling, Disturbance],
+        keys: tuning::extended_state,
+    },
+    Rule {
+        name: "unknown-input",
+        kind: "unknown-input",
+        rule: "the decay rate, or half of it as often as needed, by a matrix inequality",
+        source: "Darouach, Zasadzinski and Xu 1994",
+        character: "the disturbance does not reach its error, and the noise of the outputs does unfiltered",
+        told: &[Settling, Disturbance],
+        keys: tuning::unknown_input,
+    },
+    Rule {
+        name: "lpv",
+        kind: "lpv",
+        rule: "the largest decay rate up to that of the settling time for all Jacobians over the region, and the least noise gain with it",
+        source: "Boyd et al. 1994, section 7.2",
+        character: "one constant gain serves all Jacobians of the region",
+        told: &[Settling, Region, Noise],
+        keys: |context| tuning::nonlinear(context).and_then(|()| tuning::over_region(context, "fastest")),
+    },
+    Rule {
+        name: "lipschitz",
+        kind: "lipschitz",
+        rule: "the decay rate, or half of it as often as needed, for all slopes over the region, and the least noise gain with it",
+        source: "Arcak and Kokotovic 2001",
+        character: "one constant gain serves all slopes within the sectors of the region",
+        told: &[Settling, Region, Noise],
+        keys: |context| tuning::nonlinear(context).and_then(|()| tuning::over_region(context, "decay_rate")),
+    },
+    Rule {
+        name: "mean-value",
+        kind: "mean-value",
+        rule: "the decay rate, or half of it as often as needed, for the mean Jacobians over the region; eta = 1",
+        source: "docs/theory-mvt.md",
+        character: "an internal model of the error corrects the estimate",
+        told: &[Settling, Region, Noise],
+        keys: |context| tuning::over_region(context, "decay_rate"),
+    },
+    Rule {
+        name: "high-gain",
+        kind: "high-gain",
+        rule: "the r with which chains of integrators, with all poles at -1/r, settle in the settling time",
+        source: "Khalil and Praly 2014",
+        character: "its gain grows as r^-i along the chain, without regard to the noise",
+        told: &[Settling],
+        keys: tuning::high_gain,
+    },
+    Rule {
+        name: "extended-kalman",
+        kind: "extended-kalman",
+        rule: "covariances of process noise, of a sample and of the first error",
+        source: "Gelb 1974, section 6.1",
+        character: "its gain is large while its covariance is, after the start, and small later: a constant gain is one for both",
+        told: &[Noise, ProcessNoise, FirstError],
+        keys: |context| Ok(vec![tuning::filter(context)?]),
+    },
+    Rule {
+        name: "kkl-numerical",
+        kind: "kkl-numerical",
+        rule: "cutoff and table by the search of the design, over the region",
+        source: "docs/numerical-kkl.md",
+        character: "its filter has the cutoff for which the map is accurate over the region, whatever settling is asked for",
+        told: &[Region],
+        keys: |context| Ok(vec![vec![("domain", Value::pairs(context.told.region.states()))]]),
+    },
+];
+
+/// Kinds whose maps are derived by hand: they are tried if the study has one.
+pub(super) const BY_HAND: &[&str] = &["kkl", "pebo", "kkl-peb", "immersion-invariance"];
+
+/// The kinds without a rule, and why: they are ranked where the study has one.
+pub(super) fn without_rule() -> impl Iterator<Item = (&'static str, &'static str)> {
+    let kinds = crate::schema::observer_sources().map(|source| source.kind);
+    kinds.filter(|kind| RULES.iter().all(|rule| rule.kind != *kind)).map(|kind| {
+        let why = if BY_HAND.contains(&kind) {
+            "its maps are derived by hand, and the study has 0 observers of this kind: see docs/kkl-studies.md"
+        } else {
+            "it has no tuning rule, and the study has 0 observers of this kind"
+        };
+        (kind, why)
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn rules_are_for_kinds_of_studies_and_say_what_they_use() {
+        for rule in RULES {
+            assert!(crate::schema::observer_sources().any(|source| source.kind == rule.kind), "{}", rule.name);
+            assert!(!rule.told.is_empty() && !rule.source.is_empty(), "{}", rule.name);
+        }
+        let mut names: Vec<&str> = RULES.iter().map(|rule| rule.name).collect();
+        names.sort_unstable();
+        names.dedup();
+        assert_eq!(names.len(), RULES.len());
+        assert!(without_rule().any(|(kind, _)| kind == "kkl"));
+    }
+}

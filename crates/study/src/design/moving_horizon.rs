@@ -1,0 +1,50 @@
+//! Moving-horizon estimators.
+
+use luenberger_observers::{MovingHorizonEstimator, NoiseModel};
+use luenberger_proof::wording::counted;
+use nalgebra::DVector;
+
+use super::explain::Misfit;
+use super::runnable::Runnable;
+use super::{Designed, matrix, number};
+use crate::model::Model;
+use crate::results::DesignReport;
+use crate::study::MovingHorizonSpec;
+
+/// The most samples in a window.
+pub const MOST_SAMPLES: usize = 32;
+
+/// The estimator of a plant in continuous time, or without `substeps` in discrete time.
+pub(super) fn design(model: &Model, spec: &MovingHorizonSpec, substeps: Option<usize>) -> Result<Designed, Misfit> {
+    let MovingHorizonSpec { w, v, p0, period, horizon, bounds, .. } = spec;
+    let noises = NoiseModel { w: w.clone(), v: v.clone(), p0: p0.clone() };
+    let mut estimator = match substeps {
+        Some(substeps) => MovingHorizonEstimator::new(model.clone(), noises, *horizon, *period, substeps)?,
+        None => MovingHorizonEstimator::discrete(model.clone(), noises, *horizon, *period)?,
+    };
+    let mut bounded = String::new();
+    if let Some(bounds) = bounds {
+        let (lower, upper): (Vec<f64>, Vec<f64>) = bounds.iter().copied().unzip();
+        estimator = estimator.with_bounds(DVector::from_vec(lower), DVector::from_vec(upper))?;
+        bounded = " The estimates at the samples stay within the bounds of the states.".to_owned();
+    }
+    let report = DesignReport {
+        statement: format!(
+            "One measurement every {period}; the states of the last {} by least squares, {} at each.{bounded}",
+            counted(horizon.window, "sample"),
+            counted(horizon.iterations, "Gauss-Newton step")
+        ),
+        matrices: vec![matrix("W", w), matrix("V", v), matrix("P(0)", p0)],
+        poles: Vec::new(),
+        numbers: vec![
+            number("period", *period),
+            number("window", horizon.window as f64),
+            number("iterations", horizon.iterations as f64),
+        ],
+        facts: Vec::new(),
+        verdict: "none".to_owned(),
+        evidence: Some("no certificate: no theorem of stability".to_owned()),
+        noise_deviation: Vec::new(),
+    };
+    Ok(Designed { runnable: Runnable::MovingHorizon(Box::new(estimator)), report, certificate: None })
+}

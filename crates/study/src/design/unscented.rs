@@ -1,0 +1,44 @@
+//! Unscented Kalman filters.
+
+use luenberger_observers::{NoiseModel, UnscentedKalmanFilter};
+
+use super::explain::Misfit;
+use super::runnable::Runnable;
+use super::{Designed, matrix, number};
+use crate::model::Model;
+use crate::results::DesignReport;
+use crate::study::UnscentedSpec;
+
+/// The filter of a plant in continuous time, or without `substeps` in discrete time.
+pub(super) fn design(model: &Model, spec: &UnscentedSpec, substeps: Option<usize>) -> Result<Designed, Misfit> {
+    let UnscentedSpec { w, v, p0, sigma, period, gate, .. } = spec;
+    let noises = NoiseModel { w: w.clone(), v: v.clone(), p0: p0.clone() };
+    let mut filter = match substeps {
+        Some(substeps) => UnscentedKalmanFilter::new(model.clone(), noises, *sigma, *period, substeps)?,
+        None => UnscentedKalmanFilter::discrete(model.clone(), noises, *sigma, *period)?,
+    };
+    let mut gated = String::new();
+    if let Some(gate) = gate {
+        filter = filter.with_gate(*gate)?;
+        gated = format!(" Innovations beyond {gate} standard deviations are rejected.");
+    }
+    let points = 2 * w.nrows() + 1;
+    let report = DesignReport {
+        statement: format!(
+            "One measurement every {period}; mean and covariance from {points} sigma points, the covariance by its factor.{gated}"
+        ),
+        matrices: vec![matrix("W", w), matrix("V", v), matrix("P(0)", p0)],
+        poles: Vec::new(),
+        numbers: vec![
+            number("period", *period),
+            number("alpha", sigma.alpha),
+            number("beta", sigma.beta),
+            number("kappa", sigma.kappa),
+        ],
+        facts: Vec::new(),
+        verdict: "none".to_owned(),
+        evidence: Some("no certificate: no theorem of stability".to_owned()),
+        noise_deviation: Vec::new(),
+    };
+    Ok(Designed { runnable: Runnable::Unscented(Box::new(filter)), report, certificate: None })
+}

@@ -1,0 +1,45 @@
+//! The table [advise]: what every kind of observer is told when `luenberger advise` tunes it.
+
+use super::keys::optional;
+use super::observers::{BOX, UNKNOWN_OF_ADVICE};
+use super::{Kind, Range, Table};
+
+pub(super) const ADVISE: Table = Table {
+    name: "[advise]",
+    about: "What every kind of observer is told when `luenberger advise` tunes it. What is not given is derived, and the output says from what.",
+    variants: None,
+    keys: &[
+        optional(
+            "settling",
+            Kind::Number(Range::Positive),
+            "Settling time that the observers are tuned for, to the band of the simulation (default: a quarter of its duration).",
+        ),
+        optional(
+            "region",
+            Kind::Table(&BOX),
+            "Region of states, inputs and time (default: that of the first observer that has one, else the box around the run of the plant and the first estimate, widened by half its width on each side).",
+        ),
+        optional(
+            "initial",
+            Kind::Numbers(Range::Any),
+            "First estimate of all observers, n numbers (default: that of the first observer of the study, else the operating point, else 0).",
+        ),
+        optional(
+            "w",
+            Kind::Weight,
+            "Intensity W of the process noise, n x n, per unit of time (default: that of the process noise of [truth], else a multiple of the squared widths of the region for which the stationary Kalman filter settles in the settling time).",
+        ),
+        UNKNOWN_OF_ADVICE,
+        optional(
+            "period",
+            Kind::Number(Range::Positive),
+            "Sampling period of sampled observers and of exported code (default: that of the first sampled observer of the study, else of the noise).",
+        ),
+        optional(
+            "ensemble",
+            Kind::Count(1),
+            "Runs of each observer, each with other noise and another first estimate (default 20).",
+        ),
+        optional("seed", Kind::Count(0), "Seed of the first estimates (default 0)."),
+    ],
+};

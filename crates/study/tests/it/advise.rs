@@ -1,0 +1,205 @@
+//! `luenberger advise`: which kinds run, with what tuning, and in which order.
+
+use luenberger_study::advise::{Advice, AdviseOptions, Criteria, advise};
+use luenberger_study::{Format, RunOptions, Step, Study, StudyError, execute};
+
+/// The tanks of the guide, without observers.
+const TANKS: &str = r#"
+[plant]
+states = ["upper", "lower"]
+inputs = ["pump"]
+outputs = ["level"]
+f = ["(pump - k1*sqrt(upper + d))/A", "(k1*sqrt(upper + d) - k2*sqrt(lower + d))/A"]
+h = ["lower"]
+parameters = { A = 0.5, k1 = 0.2, k2 = 0.15, d = 0.05 }
+
+[input]
+expressions = ["0.15 + 0.03*sin(0.3*t)"]
+
+[simulation]
+x0 = [0.2, 0.6]
+duration = 30
+hold = 0.1
+noise = { distribution = "gaussian", amplitude = [0.005], period = 0.1, seed = 1 }
+
+[advise]
+initial = [1, 0.6]
+region = { states = [[0, 2], [0, 2]] }
+settling = 20
+ensemble = 3
+"#;
+
+const INTEGRATOR: &str = "
+[plant]
+a = [[0, 1], [0, 0]]
+b = [[0], [1]]
+c = [[1, 0]]
+[simulation]
+x0 = [1, -1]
+duration = 10
+noise = { distribution = \"gaussian\", amplitude = [0.01], period = 0.1 }
+[advise]
+ensemble = 3
+settling = 3
+w = [0, 0.01]
+";
+
+fn study(text: &str) -> Study {
+    Study::from_text("study.toml", text, Format::Toml, ".".as_ref()).unwrap()
+}
+
+#[track_caller]
+fn advice(text: &str, options: &AdviseOptions<'_>) -> Advice {
+    advise(&study(text), options).unwrap().0
+}
+
+fn by(criteria: &str) -> AdviseOptions<'static> {
+    AdviseOptions { criteria: criteria.parse().unwrap(), budget: 600.0, ..AdviseOptions::default() }
+}
+
+fn names(advice: &Advice) -> Vec<&str> {
+    advice.ranking.iter().map(|one| one.name.as_str()).collect()
+}
+
+#[test]
+fn what_applies_to_a_nonlinear_plant_is_run_and_the_rest_has_its_hypothesis() {
+    let advice = advice(TANKS, &by("error"));
+    for name in ["lpv", "lipschitz", "extended-kalman"] {
+        assert!(names(&advice).contains(&name), "{name} in {:?}", names(&advice));
+    }
+    let why = |name: &str| {
+        let found = advice.not_applicable.iter().find(|kind| kind.name == name);
+        found.unwrap_or_else(|| panic!("{name}")).hypothesis.as_str()
+    };
+    assert!(why("kalman").contains("d(lower')/d(upper) alone goes from 0.143 to 0.516"), "{}", why("kalman"));
+    assert!(why("mean-value").contains("level measures lower, not upper"));
+    assert!(why("kkl-numerical").contains("this plant has 1 input"));
+    assert!(why("unknown-input").contains("0 columns of E"));
+    assert_eq!((advice.runs, advice.ensemble, advice.not_reached.len()), (3, 3, 0));
+    // Every number of the information says where it is from.
+    assert!(advice.told.iter().all(|told| !told.from.is_empty() && !told.value.is_empty()));
+    let settling = advice.told.iter().find(|told| told.what == "settling time").unwrap();
+    assert_eq!((settling.value.as_str(), settling.from.as_str()), ("20 to 5 %, decay rate 0.1498", "advise.settling"));
+}
+
+/// The study that is written is the one that was run: its scores in run 0 are those of `compare`.
+#[test]
+fn the_written_study_has_the_observers_that_were_run() {
+    let folder = std::path::Path::new(env!("CARGO_TARGET_TMPDIR")).join("advise-written");
+    _ = std::fs::remove_dir_all(&folder);
+    let run = RunOptions { output: Some(folder.clone()), ..RunOptions::default() };
+    let advice = advice(TANKS, &AdviseOptions { run, ..by("error") });
+    assert!(!advice.recommended.is_empty());
+    let written = Study::from_path(&folder.join("study.toml")).unwrap();
+    let results = execute(&written, Step::Compare, &RunOptions::default()).unwrap();
+    let runs = std::fs::read_to_string(folder.join("runs.csv")).unwrap();
+    for name in &advice.recommended {
+        let row = results.simulation.as_ref().unwrap().rows.iter().find(|row| row.observer == *name).unwrap();
+        // The norm of `compare` is in units of the region too, where a design has one.
+        let states = &row.merits.as_ref().unwrap().states;
+        let rms = states.iter().map(|state| (state.rmse / 2.0).powi(2)).sum::<f64>().sqrt();
+        let line = runs.lines().find(|line| line.starts_with(&format!("\"{name}\",0,"))).unwrap();
+        let own: f64 = line.split(',').nth(2).unwrap().parse().unwrap();
+        assert!((own - rms).abs() <= 1e-9 * rms, "{name}: {own}, {rms}");
+    }
+    for file in ["advice.json", "runs.csv", "study.toml", "figures/advise-pareto.svg", "manifest.json"] {
+        assert!(folder.join(file).is_file(), "{file}");
+    }
+}
+
+/// scipy 1.17: the Kalman gain of the double integrator with W = diag(0, 0.01) and the intensity V = 0.01^2 0.1 = 1e-5 of
+/// the held noise is [7.952707, 31.622777] (`solve_continuous_are`), and the noise gain sqrt(trace X) of
+/// F X + X F' + L L' = 0 is 8.2967585 (`solve_continuous_lyapunov`).
+#[test]
+fn a_linear_plant_gets_the_gains_of_the_textbook() {
+    let advice = advice(INTEGRATOR, &by("error"));
+    for name in ["luenberger", "luenberger-lmi", "kalman", "cubic", "sampled-cubic", "high-gain", "extended-kalman"] {
+        assert!(names(&advice).contains(&name), "{name} in {:?}", names(&advice));
+    }
+    let kalman = advice.ranking.iter().find(|one| one.name == "kalman").unwrap();
+    let gain = kalman.noise_gain.unwrap();
+    assert!((gain - 8.296_758_5).abs() < 1e-6, "{gain}");
+    assert_eq!(advice.observability, None);
+}
+
+#[test]
+fn the_order_is_that_of_the_criterion() {
+    for (criterion, of) in [
+        ("error", (|one| one.medians.rms) as fn(&luenberger_study::advise::RankedObserver) -> Option<f64>),
+        ("noise", |one| one.medians.steady_rms),
+        ("cost", |one| one.operations.map(|count| count as f64)),
+        ("peak", |one| one.medians.peak),
+    ] {
+        let advice = advice(INTEGRATOR, &by(criterion));
+        let values: Vec<f64> = advice.ranking.iter().map(|one| of(one).unwrap_or(f64::INFINITY)).collect();
+        assert!(values.windows(2).all(|pair| pair[0] <= pair[1] * (1.0 + 1e-9)), "{criterion}: {values:?}");
+        assert!(advice.explanation[0].starts_with(&format!("1. {}", advice.ranking[0].name)));
+    }
+    let advice = advice(INTEGRATOR, &by("proved"));
+    let verdicts: Vec<bool> = advice.ranking.iter().map(|one| one.verdict == "proved").collect();
+    assert!(verdicts[0] && verdicts.windows(2).all(|pair| pair[0] >= pair[1]), "{verdicts:?}");
+}
+
+/// Results depend neither on the number of threads nor on the machine's load.
+#[test]
+fn the_same_study_gives_the_same_ranking() {
+    let with = |threads| {
+        let run = RunOptions { threads: Some(threads), ..RunOptions::default() };
+        advice(INTEGRATOR, &AdviseOptions { run, ..by("error=2,cost=1") })
+    };
+    assert_eq!(with(1), with(3));
+}
+
+#[test]
+fn what_the_budget_does_not_reach_is_listed() {
+    let advice = advice(TANKS, &AdviseOptions { budget: 1e-9, ..by("error") });
+    assert!(advice.ranking.is_empty() && advice.explanation.is_empty());
+    assert!(!advice.not_reached.is_empty());
+}
+
+#[test]
+fn without_noise_or_simulation_there_is_no_comparison() {
+    let needs = |text: &str| match advise(&study(text), &AdviseOptions::default()).unwrap_err() {
+        StudyError::Missing { step, needs } => (step, needs),
+        other => panic!("{other}"),
+    };
+    let quiet: String =
+        TANKS.lines().filter(|line| !line.starts_with("noise")).map(|line| format!("{line}\n")).collect();
+    assert!(needs(&quiet).1.starts_with("measurement noise"));
+    let (step, why) = needs("[plant]\na = [[-1]]\nc = [[1]]\n");
+    assert!(step == "advise" && why.starts_with("a [simulation]"), "{why}");
+}
+
+#[test]
+fn no_observer_of_an_undetectable_plant_is_tried() {
+    let advice = advice(&INTEGRATOR.replace("c = [[1, 0]]", "c = [[0, 1]]"), &by("error"));
+    assert!(advice.ranking.is_empty());
+    let why = advice.observability.unwrap();
+    assert!(why.starts_with("rank 1 of 2, unobservable 0 along x1") && why.contains("not detectable"), "{why}");
+}
+
+#[test]
+fn a_hidden_mode_that_decays_is_named() {
+    let above = TANKS.replace("h = [\"lower\"]", "h = [\"upper\"]");
+    let advice = advice(&above, &by("error"));
+    let why = advice.observability.unwrap();
+    assert!(why.contains("along lower") && why.contains("whatever the observer"), "{why}");
+    assert!(!advice.ranking.is_empty());
+}
+
+#[test]
+fn bad_values_of_the_table_are_reported_at_their_lines() {
+    let wrong = |line: &str, message: &str| {
+        let text = format!("{INTEGRATOR}{line}\n");
+        let error = Study::from_text("study.toml", &text, Format::Toml, ".".as_ref()).unwrap_err().to_string();
+        assert!(error.contains(message), "{line}: {error}");
+    };
+    wrong("initial = [1]", "`initial` has length 1");
+    wrong("period = 0", "`period` is 0");
+    wrong("e = [[1]]", "`e` is 1 x 1");
+    wrong("region = { states = [[0, 1]] }", "`states` has 1 pair");
+    wrong("region = { states = [[2, 3], [-2, 2]] }", "x0 is 1");
+    wrong("region = { states = [[-inf, 3], [-2, 2]] }", "x1 from -inf to 3");
+    wrong("setling = 3", "the nearest key is `settling`");
+    assert!("error,speed".parse::<Criteria>().unwrap_err().contains("\"speed\""));
+}

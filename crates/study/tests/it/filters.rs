@@ -1,0 +1,245 @@
+//! Unscented Kalman filters in studies, and smoothed estimates on logs.
+
+use std::fmt::Write as _;
+use std::path::{Path, PathBuf};
+
+use luenberger_export::Scalar;
+use luenberger_study::deployment::{exported, sampled};
+use luenberger_study::{Format, Results, RunOptions, Step, Study, execute};
+
+fn study(text: &str, folder: &Path) -> Study {
+    Study::from_text("study.toml", text, Format::Toml, folder).unwrap_or_else(|error| panic!("{error}"))
+}
+
+fn run(text: &str, folder: &Path, output: Option<PathBuf>) -> Results {
+    let options = RunOptions { output, threads: Some(1), ..RunOptions::default() };
+    execute(&study(text, folder), Step::Run, &options).unwrap_or_else(|error| panic!("{error}"))
+}
+
+/// The error at the end of the simulation.
+fn last(results: &Results, observer: &str) -> Vec<f64> {
+    let rows = &results.simulation.as_ref().unwrap().rows;
+    let row = rows.iter().find(|row| row.observer == observer).unwrap();
+    row.merits.as_ref().unwrap_or_else(|| panic!("{row:?}")).states.iter().map(|state| state.last).collect()
+}
+
+const MAP: &str = r#"[plant]
+f = ["x1 + 0.1*x2", "x2 - 0.981*sin(x1) + 0.1*u1"]
+h = ["sin(x1)"]
+dt = 0.1
+[input]
+expressions = ["cos(3*t)"]
+[simulation]
+x0 = [0.3, 0.1]
+duration = 2.5
+[[observer]]
+kind = "ukf"
+w = [1e-3, 1e-2]
+v = 0.01
+period = 0.1
+alpha = 0.5
+"#;
+
+/// filterpy 2.0.0: `UnscentedKalmanFilter` with `MerweScaledSigmaPoints(2, 0.5, 2, 0)`, sigma points drawn again before
+/// each update.
+#[test]
+fn an_unscented_filter_of_a_map_is_that_of_filterpy() {
+    let results = run(MAP, ".".as_ref(), None);
+    assert_eq!(results.failures(), Vec::<String>::new());
+    for (found, expected) in last(&results, "ukf").iter().zip([-0.006392627217642666, -0.008556905206280607]) {
+        assert!((found.abs() - f64::abs(expected)).abs() < 1e-12, "{found}, expected {expected}");
+    }
+    let design = results.observers[0].design.as_ref().unwrap();
+    assert_eq!(
+        (design.verdict.as_str(), design.evidence.as_deref()),
+        ("none", Some("no certificate: no theorem of stability"))
+    );
+    // NIS and NEES as of other filters.
+    let [filter] = &results.filters[..] else { panic!("one filter") };
+    assert!(filter.nis.is_some() && filter.nees.is_some());
+}
+
+/// A pendulum in continuous time: unscented and extended filter agree to the order of their difference, and the export
+/// says that there is no certificate.
+#[test]
+fn an_unscented_filter_of_a_pendulum() {
+    let filter = |kind: &str| {
+        format!(
+            "[[observer]]\nname = \"{kind}\"\nkind = \"{kind}\"\nw = [0, 1e-3]\nv = 1e-4\np0 = 1e-2\nperiod = 0.05\ninitial = [0.1, 0]\n"
+        )
+    };
+    let text = format!(
+        "[plant]\nf = [\"x2\", \"-9.81*sin(x1) + u1\"]\nh = [\"x1\"]\n[input]\nexpressions = [\"0.5*sin(t)\"]\n\
+         [simulation]\nx0 = [0.2, 0]\nduration = 5\nhold = 0.05\n{}{}",
+        filter("ukf"),
+        filter("extended-kalman")
+    );
+    let results = run(&text, ".".as_ref(), None);
+    assert_eq!(results.failures(), Vec::<String>::new());
+    for (one, other) in last(&results, "ukf").iter().zip(&last(&results, "extended-kalman")) {
+        assert!((one - other).abs() < 1e-4, "{one} {other}");
+    }
+    let study = study(&text, ".".as_ref());
+    let observer = &study.observers[0];
+    let design = sampled(&study, observer, None, None).unwrap();
+    let export = exported(&study, observer, design.design.clone(), Scalar::Binary32, None).unwrap();
+    let header = export.c().unwrap().into_iter().find(|file| file.name == "ukf.h").unwrap().text;
+    assert!(header.contains("float S[UKF_STATES][UKF_STATES];"), "{header}");
+}
+
+/// The position of a cart every second with a gap of 30 s.
+fn log() -> String {
+    let mut csv = "t,position,true speed\n".to_owned();
+    for k in (0..40).chain(70..110) {
+        let t = f64::from(k);
+        _ = writeln!(csv, "{t},{},{}", 10.0 * (0.1 * t).sin() + 0.1 * (7.0 * t).sin(), (0.1 * t).cos());
+    }
+    csv
+}
+
+fn smoothed(kind: &str) -> String {
+    format!(
+        "[plant]\nf = [\"speed\", \"0\"]\nh = [\"position\"]\nstates = [\"position\", \"speed\"]\noutputs = [\"position\"]\n\
+         units = [\"m\", \"m/s\"]\ntime_unit = \"s\"\n[log]\nfile = \"log.csv\"\nstates = [\"-\", \"true speed\"]\n\
+         [[observer]]\nname = \"filter\"\nkind = \"{kind}\"\nw = [0, 0.01]\nv = 0.01\nperiod = 1\ninitial = [0, 1]\nsmooth = true\n"
+    )
+}
+
+/// Beside the filter's estimates stand those from the whole log: in the table of the trajectory, the tables of errors,
+/// consistency and deviations, and the figures.
+#[test]
+fn estimates_on_a_log_are_smoothed() {
+    for kind in ["extended-kalman", "ukf"] {
+        let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join(format!("smoothed-{kind}"));
+        let _ = std::fs::remove_dir_all(&folder);
+        std::fs::create_dir_all(&folder).unwrap();
+        std::fs::write(folder.join("log.csv"), log()).unwrap();
+        let results = run(&smoothed(kind), &folder, Some(folder.join("out")));
+        assert_eq!(results.failures(), Vec::<String>::new());
+        let row = &results.log.as_ref().unwrap().rows[0];
+        let found = row.smoothed.as_ref().unwrap();
+        let (filter, whole) = (&row.errors[0], &found.errors[0]);
+        assert_eq!((filter.samples, whole.samples, whole.state.as_str()), (80, 80, "speed"));
+        assert!(whole.rmse < 0.7 * filter.rmse, "{whole:?} {filter:?}");
+        // At the last row the filter knows the whole log.
+        assert!((whole.last - filter.last).abs() < 1e-12);
+        assert!(found.nees.is_some() && found.estimate.len() == 2);
+        assert!(found.deviations.iter().all(|of| of.smoothed < of.filtered), "{:?}", found.deviations);
+
+        let table = std::fs::read_to_string(folder.join("out/trajectories/log-filter.csv")).unwrap();
+        let head: Vec<&str> = table.lines().next().unwrap().split(',').collect();
+        let at =
+            |name: &str| head.iter().position(|title| *title == name).unwrap_or_else(|| panic!("{name}: {head:?}"));
+        let (hat, after) = (at("speed_hat"), at("speed_smoothed"));
+        let (before_gap, last) = (table.lines().nth(40).unwrap(), table.lines().last().unwrap());
+        let cell = |row: &str, column: usize| row.split(',').nth(column).unwrap().parse::<f64>().unwrap();
+        assert!((cell(last, hat) - cell(last, after)).abs() < 1e-12);
+        assert!(cell(before_gap, at("speed_smoothed_2sigma")) < cell(before_gap, at("speed_2sigma")));
+        let page = std::fs::read_to_string(folder.join("out/report.html")).unwrap();
+        for said in ["filter, smoothed", "Standard deviations that the filters compute"] {
+            assert!(page.contains(said), "{said}");
+        }
+        assert!(std::fs::read_to_string(folder.join("out/figures/log-states.svg")).unwrap().contains("smoothed"));
+    }
+}
+
+#[test]
+fn mistakes_in_filters_are_named() {
+    for (old, new, message, expected) in [
+        ("alpha = 0.5", "kappa = -2", "`kappa` leaves no sigma points: alpha = 1, kappa = -2", "kappa > -2"),
+        ("alpha = 0.5", "alpha = 0", "`alpha` is 0", "positive"),
+        ("alpha = 0.5", "smooth = true", "`smooth` is for estimates on a log", "[log]"),
+        ("alpha = 0.5", "substeps = 0", "`substeps` is 0", "1"),
+        ("v = 0.01\n", "v = [1, 2]\n", "the diagonal `v` has length 2", "expected length 1"),
+        ("period = 0.1\n", "", "has no `period`", "positive"),
+    ] {
+        let text = MAP.replace(old, new);
+        let error = Study::from_text("study.toml", &text, Format::Toml, ".".as_ref()).unwrap_err().to_string();
+        assert!(error.contains(message) && error.contains(expected), "{error}");
+    }
+    // A covariance that is none, and a period that is not that of the plant, are found by the design.
+    for (old, new, message) in
+        [("w = [1e-3, 1e-2]", "w = [-1, 1]", "W"), ("period = 0.1\nalpha", "period = 0.2\nalpha", "period = 0.2")]
+    {
+        let text = MAP.replace(old, new);
+        let results = match Study::from_text("study.toml", &text, Format::Toml, ".".as_ref()) {
+            Ok(study) => execute(&study, Step::Design, &RunOptions::default()).unwrap(),
+            Err(error) => {
+                assert!(error.to_string().contains("w"), "{error}");
+                continue;
+            }
+        };
+        let failure = results.observers[0].failure.as_ref().unwrap();
+        assert!(failure.hypothesis.contains(message), "{failure:?}");
+    }
+}
+
+/// Without active bounds the estimator of a linear plant is the filter, in a simulation and on a log; with bounds it
+/// keeps them; and it has no export.
+#[test]
+fn a_moving_horizon_estimator() {
+    let plant = "[plant]\na = [[1, 0.1], [-0.2, 0.9]]\nb = [[0], [0.1]]\nc = [[1, 0]]\ndt = 0.1\nstates = [\"x\", \"v\"]\noutputs = [\"y\"]\ninputs = [\"u\"]\n";
+    let noise = "w = [1e-3, 1e-2]\nv = 0.01\nperiod = 0.1\n";
+    let observers = format!(
+        "[[observer]]\nkind = \"mhe\"\nwindow = 4\n{noise}[[observer]]\nkind = \"extended-kalman\"\n{noise}\
+         [[observer]]\nname = \"bounded\"\nkind = \"mhe\"\nstate_bounds = [[-inf, inf], [0, inf]]\n{noise}"
+    );
+    let simulated = format!(
+        "{plant}[input]\nexpressions = [\"cos(3*t)\"]\n[simulation]\nx0 = [0.3, 0.1]\nduration = 3\nnoise = {{ amplitude = [0.05], period = 0.1, seed = 3 }}\n{observers}"
+    );
+    let results = run(&simulated, ".".as_ref(), None);
+    assert_eq!(results.failures(), Vec::<String>::new());
+    for (one, other) in last(&results, "mhe").iter().zip(&last(&results, "extended-kalman")) {
+        assert!((one - other).abs() < 1e-12, "{one} {other}");
+    }
+    let [own, filter, _] = &results.filters[..] else { panic!("three") };
+    let mean = |of: &Option<luenberger_study::results::ConsistencyReport>| of.as_ref().unwrap().mean;
+    assert!((mean(&own.nis) - mean(&filter.nis)).abs() < 1e-9 && (mean(&own.nees) - mean(&filter.nees)).abs() < 1e-9);
+
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("moving-horizon");
+    let _ = std::fs::remove_dir_all(&folder);
+    std::fs::create_dir_all(&folder).unwrap();
+    let mut csv = "t,u,y\n".to_owned();
+    for k in 0..60 {
+        let t = 0.1 * f64::from(k);
+        let y = if k % 5 == 3 { String::new() } else { format!("{}", (3.0 * t).sin()) };
+        _ = writeln!(csv, "{t},{},{y}", (2.0 * t).cos());
+    }
+    std::fs::write(folder.join("log.csv"), csv).unwrap();
+    let logged = format!("{plant}[log]\nfile = \"log.csv\"\n{observers}");
+    let results = run(&logged, &folder, Some(folder.join("out")));
+    assert_eq!(results.failures(), Vec::<String>::new());
+    let rows = &results.log.as_ref().unwrap().rows;
+    for (one, other) in rows[0].estimate.iter().zip(&rows[1].estimate) {
+        assert!((one - other).abs() < 1e-11, "{one} {other}");
+    }
+    let table = std::fs::read_to_string(folder.join("out/trajectories/log-bounded.csv")).unwrap();
+    let head: Vec<&str> = table.lines().next().unwrap().split(',').collect();
+    let at = head.iter().position(|title| *title == "v_hat").unwrap();
+    let speeds: Vec<f64> =
+        table.lines().skip(1).map(|line| line.split(',').nth(at).unwrap().parse().unwrap()).collect();
+    // The prediction where nothing is measured is not bounded.
+    let measured = speeds.iter().enumerate().filter(|(k, _)| k % 5 != 3);
+    assert!(measured.clone().all(|(_, v)| *v >= 0.0) && measured.filter(|(_, v)| **v < 1e-9).count() > 5, "{speeds:?}");
+
+    let study = study(&simulated, ".".as_ref());
+    let refused = sampled(&study, &study.observers[0], None, None).unwrap_err();
+    assert!(refused.hypothesis.contains("has no export") && refused.alternatives.len() == 2, "{refused:?}");
+}
+
+#[test]
+fn mistakes_in_moving_horizon_estimators_are_named() {
+    let mhe = MAP.replace("ukf", "mhe");
+    for (new, message, expected) in [
+        ("window = 0", "`window` is 0", "1"),
+        ("window = 33", "`window` is 33", "at most 32"),
+        ("iterations = 0", "`iterations` is 0", "1"),
+        ("state_bounds = [[0, 1]]", "`state_bounds` has 1 pair", "expected 2 pairs"),
+        ("state_bounds = [[0, 1], [1, 1]]", "pair 2 of `state_bounds` is from 1 to 1", "below the upper"),
+        ("gate = 5", "`gate`", "window"),
+    ] {
+        let text = mhe.replace("alpha = 0.5", new);
+        let error = Study::from_text("study.toml", &text, Format::Toml, ".".as_ref()).unwrap_err().to_string();
+        assert!(error.contains(message) && error.contains(expected), "{error}");
+    }
+}
