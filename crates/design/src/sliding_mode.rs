@@ -1,13 +1,13 @@
 //! Gains of sliding-mode observers, and the certificate of the super-twisting one.
 //!
-//! A chain of n integrators, `|d| <= D` in the last: see `luenberger_observers::sliding_mode`. The gains scale as `k_i =
-//! c_i D^(i/n)`. For n = 2 the theorem is at the head of `proof/src/certificate/theorem/super_twisting.rs`; its P is
+//! A chain of n integrators, `|d| <= D` in the last: see `luenberger_observers::sliding_mode`. The gains scale as `k_i
+//! = c_i D^(i/n)`. For n = 2 the theorem is at the head of `proof/src/certificate/theorem/super_twisting.rs`; its P is
 //! computed for D = 1 and scaled: with `e1 = D e1'`, `e2 = D e2'` the matrix is `[D^1.5 p11, D p12; *, D^0.5 p22]`, and
 //! alpha is `D^0.5` times that for D = 1.
 //!
-//! The inequality can be satisfied iff the gain of `1/(2 s^2 + k1 s + k2)` is below 1/D at all frequencies (bounded real
-//! lemma), for `k1 >= 2 sqrt(k2)` iff `k2 > D`. The gains 1.5 and 1.1 that are usual for simulations, from which Levant
-//! shows convergence by other means, miss that by 4 %; the default has 2.1 in place of 1.5.
+//! The inequality can be satisfied iff the gain of `1/(2 s^2 + k1 s + k2)` is below 1/D at all frequencies (bounded
+//! real lemma), for `k1 >= 2 sqrt(k2)` iff `k2 > D`. The gains 1.5 and 1.1 that are usual for simulations, from which
+//! Levant shows convergence by other means, miss that by 4 %; the default has 2.1 in place of 1.5.
 
 use luenberger_lmi::{Problem, block, he, proof_matrix, trace};
 use luenberger_observers::sliding_mode::levant_gains;
@@ -141,8 +141,9 @@ pub mod reaching_time {
     /// Of the super-twisting error `e1' = e2 - k1 |e1|^(1/2) sign(e1)`, `e2' = -k2 sign(e1)` from (0, e2).
     ///
     /// On a half turn, `u = |e1|^(1/2)` in the time `ds = dt/u` obeys a linear equation with the eigenvalues `-k1/4 +-
-    /// i w`, `w^2 = k2/2 - k1^2/16`: e2 is multiplied by -q, `q = exp(-pi k1/(4 w))`, while it changes at the rate k2. So
-    /// the times are a geometric series, `|e2| (1 + q)/((1 - q) k2)`. For `k1^2 >= 8 k2` there is no turn, and q = 0.
+    /// i w`, `w^2 = k2/2 - k1^2/16`: e2 is multiplied by -q, `q = exp(-pi k1/(4 w))`, while it changes at the rate k2.
+    /// So the times are a geometric series, `|e2| (1 + q)/((1 - q) k2)`. For `k1^2 >= 8 k2` there is no turn, and q =
+    /// 0.
     pub fn super_twisting(e2: f64, k1: f64, k2: f64) -> f64 {
         let square = k2 / 2.0 - k1 * k1 / 16.0;
         let q = if square > 0.0 { (-core::f64::consts::PI * k1 / (4.0 * square.sqrt())).exp() } else { 0.0 };

@@ -17,8 +17,8 @@ pub struct ExpressionStep<T> {
 }
 
 impl<T: RealField + Copy> ExpressionStep<T> {
-    /// The step g as the rows f of `flow`, whose states are z and whose inputs are (u, y), u of this length. The rows h are
-    /// the outputs that z predicts; they depend on no input.
+    /// The step g as the rows f of `flow`, whose states are z and whose inputs are (u, y), u of this length. The rows h
+    /// are the outputs that z predicts; they depend on no input.
     ///
     /// # Errors
     /// [`ObserverError::Matrix`] for sizes that do not fit, [`ObserverError::Period`].

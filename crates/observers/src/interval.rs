@@ -6,9 +6,9 @@
 //! continuous   rho' = K rho + g                          |x_i - xhat_i| <= (H rho)_i
 //! sampled      rho+ = N rho + g + Q|xhat| + U|u|         |x_i - xhat_i| <= (H rho)_i + outward |xhat_i|
 //! ```
-//! K is Metzler; Q, U and outward cover the rounding of the sampled step. Where these entries come from, and the proof of
-//! the enclosure, are in the design and the proof crates (`IntervalDesign`, `statement::BlockCoordinates`). The lower and
-//! the upper bound are `xhat - r` and `xhat + r` with the half-widths r.
+//! K is Metzler; Q, U and outward cover the rounding of the sampled step. Where these entries come from, and the proof
+//! of the enclosure, are in the design and the proof crates (`IntervalDesign`, `statement::BlockCoordinates`). The
+//! lower and the upper bound are `xhat - r` and `xhat + r` with the half-widths r.
 
 use core::marker::PhantomData;
 
@@ -37,7 +37,8 @@ where
     pub start: OVector<T, Q>,
 }
 
-/// The observer `O` of N states with the comparison system of its error; the state is (xhat, rho), of length `S = N + Q`.
+/// The observer `O` of N states with the comparison system of its error; the state is (xhat, rho), of length `S = N +
+/// Q`.
 ///
 /// ```
 /// use luenberger_observers::{Comparison, IntervalObserver, LinearObserver, Observer};

@@ -1,38 +1,38 @@
-//! Sliding-mode observers of a chain of integrators, stepped once per sample without chattering: super-twisting, and the
-//! robust exact differentiator of any order.
+//! Sliding-mode observers of a chain of integrators, stepped once per sample without chattering: super-twisting, and
+//! the robust exact differentiator of any order.
 //!
 //! Plant `x1' = x2, .., x_n' = f(t, x, u) + d`, `y = x1`, with f and d known up to a bound D of what f leaves open. In
 //! continuous time, with `e = y - xhat1`,
 //! ```text
 //! xhat_i' = xhat_(i+1) + k_i |e|^((n-i)/n) sign(e),    xhat_n' = f(t, xhat, u) + k_n sign(e).
 //! ```
-//! n = 1 is the first-order sliding mode, n = 2 the super-twisting observer; with f = 0 it is the differentiator of order
-//! n - 1. The usual gains are `k_i = c_i D^(i/n)`.
+//! n = 1 is the first-order sliding mode, n = 2 the super-twisting observer; with f = 0 it is the differentiator of
+//! order n - 1. The usual gains are `k_i = c_i D^(i/n)`.
 //!
-//! **Step.** Between samples the chain moves exactly for a constant f. At a sample with the innovation z = y - xhat1 the
-//! correction is that of the implicit Euler method: with `sigma`, what is left of the innovation after it, `r =
+//! **Step.** Between samples the chain moves exactly for a constant f. At a sample with the innovation z = y - xhat1
+//! the correction is that of the implicit Euler method: with `sigma`, what is left of the innovation after it, `r =
 //! |sigma|^(1/n)`, and s in the set-valued sign of sigma,
 //! ```text
 //! sigma + s (h k_1 r^(n-1) + .. + h^(n-1) k_(n-1) r + h^n k_n) = z,
 //! xhat_i <- xhat_i + s (h k_i r^(n-i) + h^2 k_(i+1) r^(n-i-1) + .. + beta_i h^(n-i+1) k_n).
 //! ```
-//! For `|z| <= h^n k_n` this is sigma = 0 with `s = z/(h^n k_n)`: the estimate of x1 is exact, and s is what it has to be
-//! instead of a sign that changes at every sample; with the weights beta of [the deadbeat observer](SlidingModeObserver),
-//! all 1 for n up to 2, what is left of an error is gone after n samples (with 1 for all of them, the sign keeps switching
-//! for n above 3). Otherwise r is the positive root of a polynomial with a single change
-//! of sign: in closed form for n up to 2, else by [`NEWTON`] steps of Newton's method from above, which converges
-//! monotonically. The explicit method, which evaluates the sign of z, is there for comparison; it chatters with an
-//! amplitude that its period determines.
+//! For `|z| <= h^n k_n` this is sigma = 0 with `s = z/(h^n k_n)`: the estimate of x1 is exact, and s is what it has to
+//! be instead of a sign that changes at every sample; with the weights beta of [the deadbeat
+//! observer](SlidingModeObserver), all 1 for n up to 2, what is left of an error is gone after n samples (with 1 for
+//! all of them, the sign keeps switching for n above 3). Otherwise r is the positive root of a polynomial with a single
+//! change of sign: in closed form for n up to 2, else by [`NEWTON`] steps of Newton's method from above, which
+//! converges monotonically. The explicit method, which evaluates the sign of z, is there for comparison; it chatters
+//! with an amplitude that its period determines.
 //!
-//! Once sigma = 0 at two samples in a row and `k_2 >= D`, the super-twisting observer stays there without noise: the error
-//! of x1 is 0 at all samples, and that of x2 is at most h D/2 (proof: docs/sliding-mode.md).
+//! Once sigma = 0 at two samples in a row and `k_2 >= D`, the super-twisting observer stays there without noise: the
+//! error of x1 is 0 at all samples, and that of x2 is at most h D/2 (proof: docs/sliding-mode.md).
 //!
-//! Sources: A. Levant, Higher-order sliding modes, differentiation and output-feedback control, International Journal of
-//! Control 76, 2003; J. Davila, L. Fridman, A. Levant, Second-order sliding-mode observer for mechanical systems, IEEE
-//! TAC 50, 2005; V. Acary, B. Brogliato, Implicit Euler numerical scheme and chattering-free implementation of sliding
-//! mode systems, Systems and Control Letters 59, 2010; M. R. Mojallizadeh, B. Brogliato, V. Acary, Time-discretizations
-//! of differentiators: design of implicit algorithms and comparative analysis, International Journal of Robust and
-//! Nonlinear Control 31, 2021.
+//! Sources: A. Levant, Higher-order sliding modes, differentiation and output-feedback control, International Journal
+//! of Control 76, 2003; J. Davila, L. Fridman, A. Levant, Second-order sliding-mode observer for mechanical systems,
+//! IEEE TAC 50, 2005; V. Acary, B. Brogliato, Implicit Euler numerical scheme and chattering-free implementation of
+//! sliding mode systems, Systems and Control Letters 59, 2010; M. R. Mojallizadeh, B. Brogliato, V. Acary,
+//! Time-discretizations of differentiators: design of implicit algorithms and comparative analysis, International
+//! Journal of Robust and Nonlinear Control 31, 2021.
 
 use luenberger_plants::error::check_matrix;
 use luenberger_plants::{Plant, PlantError, Size};
@@ -152,7 +152,8 @@ where
         }
         let layer = self.layer();
         let rest = z.abs() - layer;
-        if !(rest > zero) {
+        let is_outside = rest > zero;
+        if !is_outside {
             return (zero, z / layer);
         }
         let r = match n {
@@ -208,8 +209,8 @@ where
     }
 }
 
-/// `beta_i = p^(i-1)(0)` of the polynomial p of degree n - 1 with p(0) = 1 and the zeros -1, .., -(n-1): a correction in
-/// this direction is that of the deadbeat observer.
+/// `beta_i = p^(i-1)(0)` of the polynomial p of degree n - 1 with p(0) = 1 and the zeros -1, .., -(n-1): a correction
+/// in this direction is that of the deadbeat observer.
 fn deadbeat<T: RealField + Copy, N: Dim>(gains: &OVector<T, N>) -> OVector<T, N>
 where
     DefaultAllocator: nalgebra::allocator::Allocator<N>,
@@ -298,8 +299,8 @@ where
     }
 }
 
-/// The gains of Levant for the bound D, `k_i = c_i D^(i/n)`, in the form in which every correction has the innovation as
-/// its argument: of the recursive form with 1.1, 1.5, 2, 3, 5, 8 from the last.
+/// The gains of Levant for the bound D, `k_i = c_i D^(i/n)`, in the form in which every correction has the innovation
+/// as its argument: of the recursive form with 1.1, 1.5, 2, 3, 5, 8 from the last.
 ///
 /// `None` for orders above 6 and for a bound that is not positive.
 pub fn levant_gains<T: RealField + Copy, N: Dim>(order: N, bound: T) -> Option<OVector<T, N>>

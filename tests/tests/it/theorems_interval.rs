@@ -34,8 +34,8 @@ fn designed(plant: &StateSpace, oscillates: bool) -> LinearDesign {
 proptest! {
     #![proptest_config(ProptestConfig { cases: 32, ..ProptestConfig::default() })]
 
-    /// `|x_i - xhat_i| <= (H rho)_i` for disturbances that switch between corners, each held for a random share of a time
-    /// constant, or at the corner that raises one error most; the solutions between switches are exact.
+    /// `|x_i - xhat_i| <= (H rho)_i` for disturbances that switch between corners, each held for a random share of a
+    /// time constant, or at the corner that raises one error most; the solutions between switches are exact.
     #[test]
     fn the_state_stays_within_its_bounds(
         plant in observable_plant(1..=4), e in matrix(4, 2), w in 0.0..2.0_f64, v in 0.01..1.0_f64, seed in any::<u64>(),
@@ -92,8 +92,8 @@ proptest! {
         }
     }
 
-    /// The step in binary32 and in binary64: thousands of samples, the plant at the corners of w, v and x(0), the computed
-    /// bounds compared without mercy for rounding.
+    /// The step in binary32 and in binary64: thousands of samples, the plant at the corners of w, v and x(0), the
+    /// computed bounds compared without mercy for rounding.
     #[test]
     fn the_computed_bounds_enclose_the_state(
         plant in observable_plant(1..=3), e in matrix(3, 1), seed in any::<u64>(), oscillates in any::<bool>(),
@@ -233,8 +233,8 @@ impl SampledRun {
     }
 }
 
-/// A scalar plant by hand: `x' = -x + w`, `y = x + v`, L = 1: e' = -2e + w - v, and the bound is (W + V)/2, reached by the
-/// disturbance that pushes.
+/// A scalar plant by hand: `x' = -x + w`, `y = x + v`, L = 1: e' = -2e + w - v, and the bound is (W + V)/2, reached by
+/// the disturbance that pushes.
 #[test]
 fn the_bound_of_a_scalar_plant_is_reached() {
     let plant = StateSpace::new(dmatrix![-1.0], dmatrix![1.0], dmatrix![1.0]).unwrap();

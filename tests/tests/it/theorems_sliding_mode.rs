@@ -1,5 +1,5 @@
-//! Sliding-mode observers: exact reaching times, the strict Lyapunov function of the super-twisting observer, the implicit
-//! step and its chattering beside that of the explicit one. Statements and proofs: docs/sliding-mode.md.
+//! Sliding-mode observers: exact reaching times, the strict Lyapunov function of the super-twisting observer, the
+//! implicit step and its chattering beside that of the explicit one. Statements and proofs: docs/sliding-mode.md.
 
 use luenberger_design::sliding_mode::reaching_time;
 use luenberger_design::{SuperTwistingDesign, sliding_mode_gains};
@@ -66,8 +66,8 @@ fn the_first_order_mode_reaches_in_its_exact_time() {
     }
 }
 
-/// The geometric series of half turns. For k1 = 1.5, k2 = 1.1: w = sqrt(0.55 - 0.140625) = 0.639824, q = exp(-pi 0.375/w)
-/// = 0.158614, T = 1.158614/(0.841386 1.1) = 1.251846, by hand.
+/// The geometric series of half turns. For k1 = 1.5, k2 = 1.1: w = sqrt(0.55 - 0.140625) = 0.639824, q = exp(-pi
+/// 0.375/w) = 0.158614, T = 1.158614/(0.841386 1.1) = 1.251846, by hand.
 #[test]
 fn the_super_twisting_error_reaches_in_its_exact_time() {
     let exact = reaching_time::super_twisting(1.0, 1.5, 1.1);
@@ -136,8 +136,8 @@ proptest! {
         }
     }
 
-    /// Once two innovations in a row are within the layer, they stay there for every disturbance up to k2 and the estimate
-    /// after each correction is exact in x1 and within h D/2 in x2: to rounding.
+    /// Once two innovations in a row are within the layer, they stay there for every disturbance up to k2 and the
+    /// estimate after each correction is exact in x1 and within h D/2 in x2: to rounding.
     #[test]
     fn the_sliding_set_is_invariant_in_discrete_time(
         h in 1e-3..0.1_f64, bound in 0.1..10.0_f64, ratio in 1.0..3.0_f64, first in -1.0..1.0_f64, seed in any::<u64>(),
@@ -184,8 +184,8 @@ proptest! {
     }
 }
 
-/// Total variation of the correction of the last state per second, and the largest error of each state, in the second half
-/// of a run against a constant disturbance.
+/// Total variation of the correction of the last state per second, and the largest error of each state, in the second
+/// half of a run against a constant disturbance.
 fn chattering(rule: Discretisation, h: f64) -> (f64, [f64; 2]) {
     let of = observer(&[2.1, 1.1], h, rule);
     let steps = (20.0 / h) as usize;
@@ -215,9 +215,10 @@ fn the_implicit_step_does_not_chatter() {
     }
 }
 
-/// Levant's differentiator of orders 1 to 4 of a polynomial whose last derivative is constant and unknown: all derivatives
-/// after the reaching phase, up to powers of h with the constants of the deadbeat observer, and a sign that rests. For n = 3
-/// and d = 0.7 these are 0.7 (1, 11/6, 2), from a simulation in Python of the formulas of the head of the observer's file.
+/// Levant's differentiator of orders 1 to 4 of a polynomial whose last derivative is constant and unknown: all
+/// derivatives after the reaching phase, up to powers of h with the constants of the deadbeat observer, and a sign that
+/// rests. For n = 3 and d = 0.7 these are 0.7 (1, 11/6, 2), from a simulation in Python of the formulas of the head of
+/// the observer's file.
 #[test]
 fn derivatives_are_exact_up_to_powers_of_the_period() {
     let constants: [&[f64]; 4] =

@@ -1,9 +1,9 @@
 //! The gain of the least width in the coordinates of the plant, by a linear program.
 //!
-//! The half-widths in the end are `r = -K^-1 g` with `K_ij = |F_ij|` off the diagonal of `F = A - LC`, `K_ii = F_ii` and
-//! `g = |E - LD| W`. Their sum is the least `p'g` under `p'K <= -1'`, p > 0, since `p' = -1'K^-1` is the least such p.
-//! With `Y = diag(p) L` all of it is linear: `K~ = diag(p) K` bounds the entries of `diag(p) A - Y C`, and t those of
-//! `diag(p) E - Y D`:
+//! The half-widths in the end are `r = -K^-1 g` with `K_ij = |F_ij|` off the diagonal of `F = A - LC`, `K_ii = F_ii`
+//! and `g = |E - LD| W`. Their sum is the least `p'g` under `p'K <= -1'`, p > 0, since `p' = -1'K^-1` is the least such
+//! p. With `Y = diag(p) L` all of it is linear: `K~ = diag(p) K` bounds the entries of `diag(p) A - Y C`, and t those
+//! of `diag(p) E - Y D`:
 //! ```text
 //! min sum t_ij W_j,    sum_i K~_ij <= -1,    |p_i E_ij - (Y D)_ij| <= t_ij,
 //! ```

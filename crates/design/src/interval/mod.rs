@@ -1,7 +1,7 @@
 //! Interval observers: bounds that enclose the state of a linear plant under bounded disturbances and noise.
 //!
-//! `x' = A x + B u + E w`, `y = C x + D w`, `|w_j| <= W_j`, and x(0) in a box. The estimate is that of a linear observer;
-//! the bounds are those of its error in coordinates `z = T e`: the theorem is at the head of
+//! `x' = A x + B u + E w`, `y = C x + D w`, `|w_j| <= W_j`, and x(0) in a box. The estimate is that of a linear
+//! observer; the bounds are those of its error in coordinates `z = T e`: the theorem is at the head of
 //! `proof/src/statement/interval_observer.rs`, and here its numbers are chosen.
 //!
 //! | coordinates | T | blocks |
@@ -9,8 +9,8 @@
 //! | modal | the inverse of the real eigenvectors of A - LC | one entry for a real pole, two for a complex pair |
 //! | of the plant | the identity | one entry each: K is A - LC where that is Metzler, else the matrix above it |
 //!
-//! Modal coordinates exist for distinct poles, and then K is diagonal up to rounding. In those of the plant the gain can
-//! be chosen for the least width, by a linear program: see [`least_width_gain`].
+//! Modal coordinates exist for distinct poles, and then K is diagonal up to rounding. In those of the plant the gain
+//! can be chosen for the least width, by a linear program: see [`least_width_gain`].
 
 mod gain;
 mod modal;
@@ -62,8 +62,8 @@ pub struct IntervalDesign {
 }
 
 impl IntervalDesign {
-    /// The interval observer with the gain of `observer`, for disturbances within their bounds and `|x_i(0) - xhat_i(0)|
-    /// <= first_i`.
+    /// The interval observer with the gain of `observer`, for disturbances within their bounds and `|x_i(0) -
+    /// xhat_i(0)| <= first_i`.
     ///
     /// ```
     /// use luenberger_design::{Certified, Disturbances, ErrorCoordinates, IntervalDesign, LinearDesign};

@@ -26,8 +26,8 @@ pub struct SampledIntervalDesign {
     pub t: DMatrix<f64>,
     /// The numbers of entries of its blocks.
     pub blocks: Vec<usize>,
-    /// Upper bounds of the norms of the columns of T, block by block: rho covers a box of half-widths w if it is at least
-    /// this times w, and at least the constant of the step.
+    /// Upper bounds of the norms of the columns of T, block by block: rho covers a box of half-widths w if it is at
+    /// least this times w, and at least the constant of the step.
     pub of_states: DMatrix<f64>,
     /// The factor by which rho approaches its limit at each step.
     pub factor: f64,
@@ -61,8 +61,8 @@ struct Plant {
 }
 
 impl SampledIntervalDesign {
-    /// For `x' = A x + B u + E w`, `y = C x + v` with u held over `period` and any w(t) and v within their bounds, with the
-    /// gain `l` of the sampled plant.
+    /// For `x' = A x + B u + E w`, `y = C x + v` with u held over `period` and any w(t) and v within their bounds, with
+    /// the gain `l` of the sampled plant.
     ///
     /// # Errors
     /// As [`of_discrete`](Self::of_discrete), and [`DesignError::Exponential`] where `exp(A period)` is too large to be
@@ -117,8 +117,8 @@ impl SampledIntervalDesign {
     /// # Ok::<(), luenberger_design::DesignError>(())
     /// ```
     /// # Errors
-    /// [`DesignError::NoModalCoordinates`], [`DesignError::WidthGrows`], [`DesignError::NotStored`] for entries of C that
-    /// the format has not, errors of shapes.
+    /// [`DesignError::NoModalCoordinates`], [`DesignError::WidthGrows`], [`DesignError::NotStored`] for entries of C
+    /// that the format has not, errors of shapes.
     pub fn of_discrete(
         plant: &StateSpace,
         (e, disturbances, noise): (&DMatrix<f64>, &[f64], &[f64]),
@@ -147,9 +147,9 @@ impl SampledIntervalDesign {
         kept: &Kept,
     ) -> Result<Self, DesignError> {
         let format = kept.format;
-        let middle = |m: &Matrix<Interval>| rounded("A or B", &dynamic_matrix(&m.map(Interval::midpoint)), format);
+        let middle = |m: &Matrix<Interval>| rounded(&dynamic_matrix(&m.map(Interval::midpoint)), format);
         let (f, g) = (middle(&plant.a)?, middle(&plant.b)?);
-        let l = rounded("L", l, format)?;
+        let l = rounded(l, format)?;
         if let Some(x) = plant.c.iter().find(|x| format.round(**x) != Some(**x)) {
             return Err(DesignError::NotStored { value: *x, format });
         }
@@ -246,7 +246,7 @@ impl SampledIntervalDesign {
 }
 
 /// The numbers of the format nearest to these.
-fn rounded(_what: &'static str, m: &DMatrix<f64>, format: Format) -> Result<DMatrix<f64>, DesignError> {
+fn rounded(m: &DMatrix<f64>, format: Format) -> Result<DMatrix<f64>, DesignError> {
     match m.iter().find(|x| format.round(**x).is_none()) {
         Some(x) => Err(DesignError::NotStored { value: *x, format }),
         None => Ok(m.map(|x| format.round(x).unwrap_or(x))),

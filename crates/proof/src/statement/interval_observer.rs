@@ -59,8 +59,8 @@ impl BlockCoordinates {
     /// let block = BlockCoordinates::new(&identity, &[2])?.ok_or(luenberger_proof::ProofError::Empty { what: "T" })?;
     /// assert_eq!(block.comparison(&f)?[(0, 0)], -1.0);
     /// // Entry by entry it is not stable.
-    /// let entries = BlockCoordinates::new(&identity, &[1, 1])?.ok_or(luenberger_proof::ProofError::Empty { what: "T" })?;
-    /// assert_eq!(entries.comparison(&f)?, Matrix::from_rows([[-1.0, 3.0], [3.0, -1.0]]));
+    /// let entries = BlockCoordinates::new(&identity, &[1, 1])?.ok_or(luenberger_proof::ProofError::Empty { what: "T"
+    /// })?; assert_eq!(entries.comparison(&f)?, Matrix::from_rows([[-1.0, 3.0], [3.0, -1.0]]));
     /// # Ok(())
     /// # }
     /// ```
@@ -153,8 +153,8 @@ impl BlockCoordinates {
 
 /// An enclosure of `T^-1`; none where it is not found.
 ///
-/// With X near it and `E = I - X T`, `h = |E|_inf < 1`: `T^-1 - X = E (I - E)^-1 X`, whose entry (i, j) is at most the sum
-/// of row i of |E| times the largest entry of column j of X, divided by 1 - h.
+/// With X near it and `E = I - X T`, `h = |E|_inf < 1`: `T^-1 - X = E (I - E)^-1 X`, whose entry (i, j) is at most the
+/// sum of row i of |E| times the largest entry of column j of X, divided by 1 - h.
 fn inverse(t: &Matrix<f64>, enclosed: &Matrix<Interval>) -> Result<Option<Matrix<Interval>>, ProofError> {
     let n = t.rows();
     let Some(x) = eliminated(t) else { return Ok(None) };
@@ -162,8 +162,7 @@ fn inverse(t: &Matrix<f64>, enclosed: &Matrix<Interval>) -> Result<Option<Matrix
     let defect = Matrix::scalar(n, &Interval::point(1.0)).difference(&near.product(enclosed)?)?;
     let sums: Vec<f64> = (0..n).map(|i| sum_up(defect.row(i).iter().map(Interval::magnitude))).collect();
     let h = sums.iter().fold(0.0, |h: f64, sum| h.max(*sum));
-    // NaN is no bound either.
-    if !(h < 0.5) {
+    if h.is_nan() || h >= 0.5 {
         return Ok(None);
     }
     let left = (1.0 - h).next_down();
@@ -376,7 +375,7 @@ pub(crate) fn entries_at_least(
         for column in 0..stored.cols() {
             let (claimed, proved) = (stored[(row, column)], least[(row, column)]);
             let kept = if factor == 1.0 { claimed } else { Interval::of(claimed).mul(&Interval::of(factor)).lo() };
-            if !(kept >= proved) {
+            if kept < proved || kept.is_nan() || proved.is_nan() {
                 let why = UndecidedReason::TighterThanProved { row, column, claimed, proved };
                 return Ok(Verdict::Undecided { why, best: kept - proved });
             }
@@ -394,8 +393,8 @@ pub(crate) fn product_up(a: &Matrix<f64>, b: &Matrix<f64>) -> Result<Matrix<f64>
 /// An enclosure of the plant between samples, `x+ = A_d x + B_d u + E_d w_d` for `x' = A x + B u + E w` with u held for
 /// `period` and any `|w(t)| <= W`.
 ///
-/// E_d has the columns `h X E` with X near `exp(A h/2)`, with the bounds W, and those of the identity, with bounds of the
-/// rest: `integral |exp(A s) E - X E| W ds`, over eight parts of the period.
+/// E_d has the columns `h X E` with X near `exp(A h/2)`, with the bounds W, and those of the identity, with bounds of
+/// the rest: `integral |exp(A s) E - X E| W ds`, over eight parts of the period.
 #[derive(Debug, Clone, PartialEq)]
 pub struct HeldPlant {
     /// A_d, n x n.

@@ -63,7 +63,7 @@ fn the_exported_step_is_that_of_the_study() {
         let wish = study.observer("o").unwrap();
         let found = sampled(&study, wish, None, None).unwrap();
         let said = evidence(&study, wish, &found.design, Number::Binary64.into());
-        assert_eq!(said.is_proved(), true, "{:?}", said.sentences);
+        assert!(said.is_proved(), "{:?}", said.sentences);
         let export = exported(&study, wish, found.design.clone(), Scalar::Binary64, None).unwrap();
         let record = luenberger_study::deployment::record(&study, wish, &found).unwrap();
         let mut stepper = Stepper::new(&export).unwrap();

@@ -1,9 +1,9 @@
 //! The interval observer in continuous time: bounds of the state that hold at all times, and the width of them.
 //!
 //! **Hypotheses.** T is invertible, and z = T(x - xhat) has blocks of one or two entries. K is a Metzler matrix whose
-//! entries are at least the norms of the blocks of `T(A - LC)T^-1`, on the diagonal the logarithmic norms; g is at least
-//! the norms of the blocks of `T(E - LD)w`, H at least those of the rows of T^-1. `s > 0` with `Ks + rate s <= 0`, and
-//! `K limit + g <= 0`.
+//! entries are at least the norms of the blocks of `T(A - LC)T^-1`, on the diagonal the logarithmic norms; g is at
+//! least the norms of the blocks of `T(E - LD)w`, H at least those of the rows of T^-1. `s > 0` with `Ks + rate s <=
+//! 0`, and `K limit + g <= 0`.
 //!
 //! **Theorem.** If `|z_k| <= rho_k` for all blocks at the start, this holds at all times, so that `|x_i - xhat_i| <= (H
 //! rho)_i`. `rho(t) <= limit + c exp(-rate t) s` for some c, and `limsup (H rho)_i <= widths_i`.
@@ -83,7 +83,8 @@ pub(super) fn regular(coordinates: Option<&BlockCoordinates>) -> Fact {
 /// Whether every entry is at least, or if `strict` above, a number.
 fn all_above(entries: impl IntoIterator<Item = f64>, least: f64, strict: bool) -> Verdict<Direction> {
     for (column, claimed) in entries.into_iter().enumerate() {
-        if !(claimed > least || (!strict && claimed == least)) {
+        let holds = if strict { claimed > least } else { claimed >= least };
+        if !holds {
             let why = UndecidedReason::TighterThanProved { row: 0, column, claimed, proved: least };
             return Verdict::Undecided { why, best: claimed };
         }
@@ -105,7 +106,7 @@ pub(super) fn check_numbers(
         }
     }
     for (what, entries) in positive {
-        if let Some(&value) = entries.iter().find(|x| !(**x >= 0.0)) {
+        if let Some(&value) = entries.iter().find(|x| x.is_nan() || **x < 0.0) {
             return Err(ProofError::Sign { what, value });
         }
     }

@@ -1,11 +1,11 @@
 //! The sampled interval observer as it runs on a target, the rounding of every operation included.
 //!
-//! **Hypotheses.** T is invertible, and z = T(x - xhat) has blocks of one or two entries. The entries of N, g, Q, U and H
-//! are those of the step or larger that the head of `statement/interval_observer.rs` derives, for every A and B between
-//! their bounds, with `eps = 4 c u`, u the unit roundoff of the format and `c = 2(n + m + p) + q + 8`, and `outward >=
-//! eps`. The products of small numbers do not vanish in H rho: `eps H g >= 2 c eta`, eta the smallest number of the
-//! format. `s > 0` with `(1 + eps) N s <= factor s`, factor < 1, and `(1 + eps)(N limit + g + Q x + U u) + least <=
-//! limit`, least a number far above eta.
+//! **Hypotheses.** T is invertible, and z = T(x - xhat) has blocks of one or two entries. The entries of N, g, Q, U and
+//! H are those of the step or larger that the head of `statement/interval_observer.rs` derives, for every A and B
+//! between their bounds, with `eps = 4 c u`, u the unit roundoff of the format and `c = 2(n + m + p) + q + 8`, and
+//! `outward >= eps`. The products of small numbers do not vanish in H rho: `eps H g >= 2 c eta`, eta the smallest
+//! number of the format. `s > 0` with `(1 + eps) N s <= factor s`, factor < 1, and `(1 + eps)(N limit + g + Q x + U u)
+//! + least <= limit`, least a number far above eta.
 //!
 //! **Theorem.** If `rho >= g` and `|z_k| <= rho_k` for all blocks at the start, then at every step, and the state is
 //! between the computed numbers `xhat - r` and `xhat + r`, `r = H rho + outward |xhat|`. While xhat and u keep their
@@ -220,7 +220,7 @@ impl Statement for SampledIntervalEnclosure {
         let s = embed(&column(&self.s), "s")?;
         let grown = Interval::of(1.0).add(&Interval::of(eps));
         let next = embed(&self.n, "N")?.product(&s)?.map(|x| x.mul(&grown).hi());
-        let positive = match self.s.iter().position(|x| !(*x > 0.0)) {
+        let positive = match self.s.iter().position(|x| x.is_nan() || *x <= 0.0) {
             None => Verdict::Proved { margin: 0.0 },
             Some(row) => {
                 let why = UndecidedReason::TighterThanProved { row, column: 0, claimed: self.s[row], proved: 0.0 };

@@ -6,8 +6,8 @@
 //! **Theorem.** Let `e1' = e2 - k1 |e1|^(1/2) sign(e1)`, `e2' = F - k2 sign(e1)` with `|F(t)| <= bound`. Then e1 and e2
 //! are 0 from a time of at most `(2c/alpha) V(0)^(1/2)` on, `V = z'Pz`, `z = (|e1|^(1/2) sign(e1), e2)`.
 //!
-//! **Proof.** Where e1 is not 0, `z' = (A z/2 + B w)/|z1|` with `w = |z1| F`, so that `w^2 <= bound^2 z1^2` and `|z1| V' =
-//! z'(A'P + PA)z/2 + 2 z'PB w <= -alpha V - bound^2 z1^2 + w^2 <= -alpha V`. By the last inequality `|z1| <= c
+//! **Proof.** Where e1 is not 0, `z' = (A z/2 + B w)/|z1|` with `w = |z1| F`, so that `w^2 <= bound^2 z1^2` and `|z1|
+//! V' = z'(A'P + PA)z/2 + 2 z'PB w <= -alpha V - bound^2 z1^2 + w^2 <= -alpha V`. By the last inequality `|z1| <= c
 //! V^(1/2)`, hence `V' <= -(alpha/c) V^(1/2)`. e1 = 0 with e2 not 0 holds at isolated times only, since e1' = e2 there,
 //! and V is absolutely continuous along solutions in the sense of Filippov (Moreno and Osorio); so `V^(1/2)` falls at
 //! least at the rate alpha/(2c) until it is 0, and stays 0.
