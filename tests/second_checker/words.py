@@ -397,12 +397,12 @@ def unknown_input_observer(states, inputs, unknown, outputs, has_cubic, rate):
 
 
 def reduced_order_observer(states, inputs, outputs, order, rate):
-    decay_of_v = decay(rate, "v'Pv", "v")
+    decreases = decay(rate, "v'Pv", "v")
     return (
         f"For the plant x' = Ax + Bu, y = Cx with {sizes(states, inputs, outputs)} and the observer w' = Fw + TAN y + "
         f"TBu, xhat = Mw + Ny with {counted(order, 'state')}, T exactly as stored and the real matrices "
         "N = (C'C + T'T)^-1 C', M = (C'C + T'T)^-1 T' and F = TAM: v = w - Tx obeys v' = Fv, the error is "
-        f"xhat - x = Mv, and {decay_of_v}, from every v(0). Nothing is said of a rounding of the other "
+        f"xhat - x = Mv, and {decreases}, from every v(0). Nothing is said of a rounding of the other "
         "matrices."
     )
 

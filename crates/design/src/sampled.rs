@@ -136,9 +136,9 @@ impl SampledCubicDesign {
         Self::new(linear, &o.theta, luenberger_observers::cubic::rate(&o.c, &o.n), h)
     }
 
-    /// As [`from_cubic`](Self::from_cubic), with the P of the same Q, `Fd'P Fd - P = -h Q`, which approaches that of the
-    /// continuous design as h -> 0, and with its S: the direction of N is kept. In closed form for one output, else with
-    /// a semi-implicit step.
+    /// As [`from_cubic`](Self::from_cubic), with the P of the same Q, `Fd'P Fd - P = -h Q`, which approaches that of
+    /// the continuous design as h -> 0, and with its S: the direction of N is kept. In closed form for one output, else
+    /// with a semi-implicit step.
     ///
     /// # Errors
     /// As [`with_correction`](Self::with_correction).

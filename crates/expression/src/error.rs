@@ -200,10 +200,12 @@ pub enum ExpressionErrorKind {
         part: String,
     },
     /// A text longer than the limit.
-    #[error("the expression has {length} bytes; at most {} are read", LIMITS.length)]
+    #[error("the expression has {length} bytes; at most {longest} are read")]
     TooLong {
         /// Its length in bytes.
         length: usize,
+        /// The limit.
+        longest: usize,
     },
     /// Parentheses, powers, signs or pending operations within each other beyond the bound.
     #[error("the expression is nested too deeply: more than {} operations wait for their operands", LIMITS.depth)]

@@ -73,6 +73,7 @@
 //! | `graph` | a plant over numbers: subexpressions once, symbolic derivatives, source code |
 //! | `derived` | parameters that depend on other parameters |
 //! | `expression`, `affine`, `undefined` | values and derivatives; affine expressions; undefined values |
+//! | `partial` | partial derivatives as text |
 //! | `plant` | plants whose rows are expressions |
 //! | `typeset` | expressions as MathML and LaTeX |
 //! | `error`, `nearest` | errors of a text, with positions; the nearest name |
@@ -87,6 +88,7 @@ mod function;
 mod graph;
 mod nearest;
 mod parse;
+mod partial;
 mod plant;
 mod rewritten;
 mod scope;

@@ -2,7 +2,9 @@
 //! cos, exp, ln, sqrt, tanh, atan.
 //!
 //! `tan`, `sinh`, `cosh`, `log10` and powers with other exponents are written by these where that is exact in real
-//! arithmetic; branches, absolute values, tables and the time have no such form.
+//! arithmetic; branches, absolute values, tables and the time have no such form. A maximum is written as its argument
+//! that varies, in a form that is defined only where this is the larger one: `max(a, 1)` is `1 + sqrt(a - 1)^2`. Whoever
+//! proves that the text is defined over a set has proved that it is the maximum there. The same for a minimum.
 
 use crate::expression::Expression;
 use crate::function::{Binary, Unary};
@@ -29,6 +31,8 @@ impl Expression {
     /// assert_eq!(expression.elementary(number, name), Err("u1".to_owned()));
     /// let expression = Expression::parse("-x1^2 + cosh(x1)", &Scope::plant(1, 0))?;
     /// assert_eq!(expression.elementary(number, name).unwrap(), "-z1^2 + (exp(z1) + exp(-(z1)))/2");
+    /// let expression = Expression::parse("ln(max(x1, 0.5))", &Scope::plant(1, 0))?;
+    /// assert_eq!(expression.elementary(number, name).unwrap(), "ln(0.5 + sqrt(z1 - 0.5)^2)");
     /// # Ok::<(), Box<dyn std::error::Error>>(())
     /// ```
     /// # Errors
@@ -80,6 +84,13 @@ impl Expression {
                 }
                 Node::Binary(operation @ (Binary::Multiply | Binary::Divide), x, y) => {
                     (format!("{}{}{}", held(x, PRODUCT), operation.name(), held(y, SIGN)), PRODUCT)
+                }
+                Node::Binary(extreme @ (Binary::Max | Binary::Min), x, y) => {
+                    let (taken, other) = if self.constant_of(*x).is_some() { (y, x) } else { (x, y) };
+                    let (greater, less, sign) =
+                        if *extreme == Binary::Max { (taken, other, '+') } else { (other, taken, '-') };
+                    let difference = format!("{} - {}", held(greater, SUM), held(less, PRODUCT));
+                    (format!("{} {sign} sqrt({difference})^2", held(other, SUM)), SUM)
                 }
                 Node::Binary(Binary::Power, x, y) => {
                     let exponent = self.constant_of(*y).ok_or_else(part)?;

@@ -15,7 +15,7 @@ pub(crate) fn main() -> Result<(), Box<dyn std::error::Error>> {
         let plant = luenberger::plants::double_integrator();
         let gains = Vector2::new(gains[0], gains[1]);
         let observer = SlidingModeObserver::<_, f64, U2, U1, U1>::new(plant, gains, h, rule)?;
-        let (mut x, mut xhat) = (Vector2::new(0.5, -0.5), Vector2::zeros());
+        let (mut x, mut xhat): (Vector2<f64>, Vector2<f64>) = (Vector2::new(0.5, -0.5), Vector2::zeros());
         let (mut largest, mut switched, mut last) = (0.0_f64, 0.0, 0.0);
         for k in 0..2000 {
             let s = observer.resolved(x[0] - xhat[0]).1;

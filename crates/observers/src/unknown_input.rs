@@ -72,6 +72,11 @@ where
         &self.h
     }
 
+    /// D, p x m, if there is one.
+    pub fn d(&self) -> Option<&OMatrix<T, P, M>> {
+        self.d.as_ref()
+    }
+
     /// Adds `factor H (y - D u)` to `state`.
     fn add_measured(&self, u: &[T], y: &[T], factor: T, state: &mut [T]) {
         with_column(self.h.shape_generic().1, |measured| {

@@ -173,6 +173,13 @@ pub enum Input {
         /// r, 0 if there is none.
         reference: Option<Program>,
     },
+    /// A law of time and the true state, `u = k(t, x)`, for comparison.
+    Law {
+        /// One expression of t and the states for each input.
+        law: Vec<Expression>,
+        /// Where it jumps in time.
+        jumps: Vec<f64>,
+    },
     /// `u = r(t) - K x` with the true state, for comparison.
     StateFeedback {
         /// K, m x n.
@@ -211,6 +218,14 @@ impl Input {
             Self::Program(program) => program.signal(),
             Self::Feedback { observer, gain, reference } => led(Signal::feedback(observer, gain.clone()), reference),
             Self::StateFeedback { gain, reference } => led(Signal::state_feedback(gain.clone()), reference),
+            Self::Law { law, .. } => {
+                let law = law.clone();
+                Signal::law(move |view, u| {
+                    for (u, row) in u.iter_mut().zip(&law) {
+                        *u = row.evaluate(view.t, view.x, &[]);
+                    }
+                })
+            }
         }
     }
 
@@ -230,7 +245,7 @@ impl Input {
     /// Its function of time, if any.
     pub fn program(&self) -> Option<&Program> {
         match self {
-            Self::Zero => None,
+            Self::Zero | Self::Law { .. } => None,
             Self::Program(program) => Some(program),
             Self::Feedback { reference, .. } | Self::StateFeedback { reference, .. } => reference.as_ref(),
         }
@@ -245,8 +260,11 @@ impl Input {
         self.program().map_or(Ok(()), |program| program.check(inputs, start, end))
     }
 
-    /// As [`Program::breakpoints`].
+    /// As [`Program::breakpoints`]; of a law its jumps.
     pub fn breakpoints(&self, start: f64, end: f64) -> Vec<f64> {
-        self.program().map_or_else(Vec::new, |program| program.breakpoints(start, end))
+        match self {
+            Self::Law { jumps, .. } => jumps.iter().copied().filter(|t| (start..end).contains(t)).collect(),
+            _ => self.program().map_or_else(Vec::new, |program| program.breakpoints(start, end)),
+        }
     }
 }

@@ -483,6 +483,8 @@ pub enum ObserverKind {
         chains: Vec<usize>,
         /// The coefficients.
         alpha: Vec<f64>,
+        /// Given maps; none for the copy of a plant in triangular form.
+        maps: Option<Box<crate::maps::HighGainMaps>>,
     },
     /// Interval observer.
     Interval(Box<IntervalSpec>),

@@ -2,6 +2,7 @@
 
 mod bad_input;
 mod certificates;
+mod cuk_table_1;
 mod falsify;
 mod generators;
 mod golden_trajectories;

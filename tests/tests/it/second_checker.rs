@@ -460,10 +460,13 @@ fn places(value: &Value, at: &str, numbers: &mut Vec<String>, matrices: &mut Vec
 
 /// Puts a number in its place, and in the mirrored one where the matrix was symmetric.
 fn put(file: &mut Value, at: &str, x: f64) {
-    let mut parts: Vec<&str> = at.rsplitn(3, '/').collect();
-    parts.reverse();
-    let mirrored = format!("{}/{}/{}", parts[0], parts[2], parts[1]);
-    let is_symmetric = file.pointer(&mirrored).is_some_and(|other| Some(other) == file.pointer(at));
+    let parts: Vec<&str> = at.rsplitn(3, '/').collect();
+    // A number of the document itself has no row and column.
+    let mirrored = match parts[..] {
+        [column, row, matrix] => format!("{matrix}/{column}/{row}"),
+        _ => at.to_owned(),
+    };
+    let is_symmetric = mirrored != at && file.pointer(&mirrored).is_some_and(|other| Some(other) == file.pointer(at));
     for at in [Some(at), is_symmetric.then_some(mirrored.as_str())].into_iter().flatten() {
         *file.pointer_mut(at).unwrap() = written(if x.is_finite() { x } else { f64::MAX });
     }

@@ -533,6 +533,11 @@ fn observers_of_templates_and_examples_become_c_that_agrees_with_their_designs()
                 arguments.extend(["--period", "0.01"]);
                 ran = luenberger(&arguments, "");
             }
+            if ran.stderr.contains("is long for the fastest mode") && arguments.contains(&"--period") {
+                arguments.truncate(arguments.len() - 2);
+                arguments.extend(["--period", "1e-5"]);
+                ran = luenberger(&arguments, "");
+            }
             if ran.code == Some(0) {
                 golden(&out, &header(&out));
                 exported += 1;
@@ -542,10 +547,6 @@ fn observers_of_templates_and_examples_become_c_that_agrees_with_their_designs()
             }
         }
     }
-    // Two kinds have no export, and say so.
-    let reasons =
-        ["an immersion-and-invariance observer has no export", "the kind unknown-input has no step for a sample"];
-    refused.retain(|why| !reasons.iter().any(|reason| why.contains(reason)));
     assert!(exported >= 40 && refused.is_empty(), "{exported} exported; {refused:?}");
 }
 
@@ -613,8 +614,8 @@ fn the_observers_of_every_template_agree_with_their_designs() {
         ("load-torque", "proportional-integral", "proportional_integral", &["f64"]),
         ("load-torque", "reduced-order", "reduced_order", &["f64"]),
         ("load-torque", "extended-state", "extended_state", &["f64"]),
-        ("resonance", "H2", "H2", &["f32"]),
-        ("resonance", "H-infinity", "H_infinity", &["f64"]),
+        ("resonance", "H2", "h2", &["f32"]),
+        ("resonance", "H-infinity", "h_infinity", &["f64"]),
     ] {
         let folder = folder(&format!("export-{plant}-{name}"));
         let file = folder.join("study.toml").to_str().unwrap().to_owned();

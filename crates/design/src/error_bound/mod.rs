@@ -13,7 +13,9 @@
 //! **Cubic observer, or a polytope of plants.** A semidefinite program for each rate. The stored N restricts P to `P =
 //! C'XC + T'YT`, `TN = 0`, where X is taken as a multiple of that of the design (for one output: any X). Then kappa is
 //! inversely proportional to X, mu is proportional, and the cubic part `27/128 kappa (sum mu_i W_i^2)^2` is linear in
-//! X.
+//! X. Where no program is solved, as for an N that leaves P little freedom, the P of the design is taken at half the
+//! rate at which its V decays, with `lambda_i = m (PG_i)'M^-1 PG_i` for `M = -(F'P + PF + 2 alpha P)`: each of the m
+//! disturbances has an equal part of M.
 
 mod programs;
 mod reached;
@@ -191,6 +193,8 @@ struct CubicPart {
     x: DMatrix<f64>,
     kappa: f64,
     mu: Vec<f64>,
+    /// P of the design.
+    p: DMatrix<f64>,
     /// `27/128 kappa (sum mu_i W_i^2)^2`.
     cost: f64,
 }
@@ -320,7 +324,7 @@ impl ErrorSystem {
         let mu: Vec<f64> = mu.into_iter().map(|mu| mu * slack).collect();
         let square: f64 = mu.iter().zip(&self.bounds).map(|(mu, w)| mu * w * w).sum();
         let cost = 27.0 / 128.0 * kappa * square * square;
-        Ok(CubicPart { n: n_gain.clone(), theta, x, kappa, mu, cost })
+        Ok(CubicPart { n: n_gain.clone(), theta, x, kappa, mu, p: p.clone(), cost })
     }
 }
 

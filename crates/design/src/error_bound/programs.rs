@@ -39,9 +39,44 @@ impl ErrorSystem {
         }
         match (best, last) {
             (Some((_, candidate)), _) => Ok(candidate),
-            (None, Some(error)) => Err(error),
+            (None, Some(error)) => self.of_design().ok_or(error),
             (None, None) => Err(DesignError::NoVertices),
         }
+    }
+
+    /// The P of the design, at half the rate at which its V decays; none where it does not decay at a vertex.
+    fn of_design(&self) -> Option<Candidate> {
+        let part = self.cubic.as_ref()?;
+        let (p, n) = (&part.p, part.p.nrows());
+        let root = p.clone().cholesky()?.l();
+        let decrease = |f: DMatrix<f64>| {
+            let half = p * f;
+            -(&half + half.transpose())
+        };
+        let decreases: Vec<_> = self.flows().into_iter().map(|(f, g)| (decrease(f), p * g)).collect();
+        let mut rate = f64::INFINITY;
+        for (q, _) in &decreases {
+            let half = root.solve_lower_triangular(q)?;
+            let scaled = root.solve_lower_triangular(&half.transpose())?;
+            rate = rate.min(0.25 * symmetric_part(&scaled).symmetric_eigenvalues().min());
+        }
+        if rate.is_nan() || rate <= 0.0 {
+            return None;
+        }
+        let mut lambda = vec![0.0_f64; self.bounds.len()];
+        for (q, corner) in &decreases {
+            let left = symmetric_part(&(q - p * (2.0 * rate))).cholesky()?;
+            for (lambda, column) in lambda.iter_mut().zip(corner.column_iter()) {
+                let needed = column.dot(&left.solve(&column.into_owned()));
+                *lambda = lambda.max(1.001 * self.bounds.len() as f64 * needed);
+            }
+        }
+        // A disturbance that does not act on the error has a multiplier all the same.
+        let largest = lambda.iter().fold(0.0_f64, |most, lambda| most.max(*lambda));
+        let lambda = lambda.iter().zip(&self.bounds).map(|(x, w)| x.max(1e-9 * largest) / (w * w)).collect();
+        let z = p.clone().cholesky()?.inverse();
+        let limsup = (0..n).map(|k| z[(k, k)].sqrt()).collect();
+        Some(Candidate { p: p.clone(), rate: rate * (1.0 - 1e-9), lambda, x: 1.0, limsup })
     }
 
     /// The least sum of squares of the bounds, in the units of `scale`, at a rate.

@@ -87,8 +87,8 @@ impl Noise {
 impl Scaled {
     /// The closed form for a linear observer; none if `A - L C` is not Hurwitz.
     ///
-    /// `F'M + M F + T = 0`, the transient is `trace(M)/n`; `X = Phi X Phi' + G diag(W/h, I) G'` with `Phi = exp(Fh)`, `G
-    /// = int_0^h exp(Fs) ds [I, -L]`, the mean square is `trace(T X)`.
+    /// `F'M + M F + T = 0`, the transient is `trace(M)/n`; `X = Phi X Phi' + G diag(W/h, I) G'` with `Phi = exp(Fh)`,
+    /// `G = int_0^h exp(Fs) ds [I, -L]`, the mean square is `trace(T X)`.
     pub(super) fn linear(&self, l: &DMatrix<f64>) -> Option<Cost> {
         let n = self.a.nrows();
         let f = &self.a - l * &self.c;

@@ -1,5 +1,5 @@
-//! The error `e' = F e + w - L v + (r'theta r) N r`, `r = C e + v`, integrated by Runge and Kutta's method with steps as
-//! short as the cubic term is stiff, without allocation.
+//! The error `e' = F e + w - L v + (r'theta r) N r`, `r = C e + v`, integrated by Runge and Kutta's method with steps
+//! as short as the cubic term is stiff, without allocation.
 
 use nalgebra::DMatrix;
 

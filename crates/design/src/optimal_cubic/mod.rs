@@ -215,8 +215,8 @@ pub struct OptimalCubicDesign {
 impl OptimalCubicDesign {
     /// The optimum of `problem`. Stops at the instant `end`, with an error.
     ///
-    /// Cost: some hundred evaluations of J for n = 2, each along up to 4000 periods of the noise; at most 100 for each entry
-    /// of L, Q, S and theta and each of two starts.
+    /// Cost: some hundred evaluations of J for n = 2, each along up to 4000 periods of the noise; at most 100 for each
+    /// entry of L, Q, S and theta and each of two starts.
     ///
     /// ```
     /// use luenberger_design::{EstimationProblem, OptimalCubicDesign};
@@ -232,7 +232,8 @@ impl OptimalCubicDesign {
     /// ```
     /// # Errors
     /// Numbers and shapes that do not fit; those of [`LinearDesign::kalman`] for a plant that is not detectable;
-    /// [`DesignError::DependentOutputs`]; [`DesignError::Undecided`] where J could not be evaluated, or the time is over.
+    /// [`DesignError::DependentOutputs`]; [`DesignError::Undecided`] where J could not be evaluated, or the time is
+    /// over.
     pub fn new(plant: &StateSpace, problem: &EstimationProblem, end: Option<Instant>) -> Result<Self, DesignError> {
         let scaled = problem.scaled(plant)?;
         check::independent_outputs(&plant.c)?;

@@ -131,8 +131,8 @@ impl Budget {
     }
 }
 
-/// Descends from z until every step is the share of the first one that the budget says; returns the best point with its cost, and counts the
-/// evaluations.
+/// Descends from z until every step is the share of the first one that the budget says; returns the best point with its
+/// cost, and counts the evaluations.
 pub(super) fn descend(
     mut cost: impl FnMut(&[f64]) -> f64,
     z: Vec<f64>,

@@ -2,7 +2,8 @@
 //! and the matrix inequality, the search against grids.
 
 use luenberger_design::{
-    CubicDesign, CubicGain, DesignError, EstimationProblem, LinearDesign, LyapunovWeight, OptimalCubicDesign,
+    CubicDesign, CubicGain, DesignError, Disturbances, ErrorBound, EstimationProblem, LinearDesign, LyapunovWeight,
+    OptimalCubicDesign,
 };
 use luenberger_lmi::{Problem, block, he, identity, trace};
 use luenberger_plants::StateSpace;
@@ -40,8 +41,8 @@ fn the_cost_of_a_linear_observer_is_that_of_scipy() {
     assert!((cost.total / 1.115_718_492_590_162_9 - 1.0).abs() < 1e-12, "{cost:?}");
 }
 
-/// scipy 1.16: solve_continuous_are, and minimize (Nelder-Mead) of the cost above. In the limit of short periods J is tau
-/// trace(T Sigma), the optimum of a matrix inequality too.
+/// scipy 1.16: solve_continuous_are, and minimize (Nelder-Mead) of the cost above. In the limit of short periods J is
+/// tau trace(T Sigma), the optimum of a matrix inequality too.
 #[test]
 fn the_linear_optimum_is_that_of_scipy_and_of_the_matrix_inequality() {
     let found = OptimalCubicDesign::new(&cart(), &problem(), None).unwrap();
@@ -74,8 +75,8 @@ fn the_linear_optimum_is_that_of_scipy_and_of_the_matrix_inequality() {
     assert!((least / 0.555_828_500_180_468_5 - 1.0).abs() < 1e-4, "{least}");
 }
 
-/// `e' = -l e - gamma e^3` from d: `int e^2 dt = ln(1 + gamma d^2/l)/(2 gamma)`. For the cart: scipy's solve_ivp (DOP853,
-/// rtol 1e-11) from the same eight directions.
+/// `e' = -l e - gamma e^3` from d: `int e^2 dt = ln(1 + gamma d^2/l)/(2 gamma)`. For the cart: scipy's solve_ivp
+/// (DOP853, rtol 1e-11) from the same eight directions.
 #[test]
 fn the_transient_of_a_cubic_observer_is_that_of_closed_forms() {
     for (l, gamma, d) in [(3.0, 0.5, 1.0), (1.0, 40.0, 2.0), (0.2, 2000.0, 1.0)] {
@@ -142,6 +143,20 @@ fn no_gain_of_a_grid_is_better_for_a_cart() {
     assert!(best < 1.01 * least, "{best} {least}");
     assert!(found.cost.total < found.linear_cost.total && found.saving() > 0.0);
     assert!(found.certificate.converges_from_everywhere());
+}
+
+/// N acts on the position almost alone, so that V decays slowly and P has little freedom: a bound of the error all the
+/// same.
+#[test]
+fn the_optimum_has_a_bound_of_the_error() {
+    let linear = LinearDesign::with_gain(&cart(), dmatrix![7.23399; 16.7102]).unwrap();
+    let q = dmatrix![1.0, 0.000_244_141; 0.000_244_141, 0.000_103_317];
+    let linear = linear.lyapunov_weight(LyapunovWeight::Matrix(q)).unwrap();
+    let design = CubicDesign::new(&linear, &dmatrix![100.0], &CubicGain::General(dmatrix![0.231_762])).unwrap();
+    let bound = ErrorBound::cubic(&design, &Disturbances::of_outputs(2, &[0.1])).unwrap();
+    assert!(bound.certificate.is_proved() && bound.rate > 0.0, "{bound:?}");
+    // A noise of 0.1 that stays makes an error of that size.
+    assert!(bound.limsup[0] >= 0.1 && bound.limsup[0] < 40.0, "{bound:?}");
 }
 
 #[test]

@@ -13,7 +13,7 @@ use crate::error::ObserverError;
 use crate::mean_value::{Mean, MeanJacobian, segment};
 
 /// Nodes and weights on [0, 1], to the last digit of f64.
-pub(super) const EIGHT: [(f64, f64); 8] = [
+pub const EIGHT: [(f64, f64); 8] = [
     (0.019855071751231884, 0.05061426814518813),
     (0.10166676129318664, 0.11119051722668724),
     (0.2372337950418355, 0.15685332293894363),

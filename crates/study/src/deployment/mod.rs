@@ -305,10 +305,6 @@ pub(crate) fn sampled_of(
         });
         return Ok(Sampled { design: design.map_err(|why| failure(why, &[]))?, period, of_the_study: None });
     }
-    if let ObserverKind::UnknownInput { .. } = observer.kind {
-        let hypothesis = "the kind unknown-input has no step for a sample: its error is independent of the disturbance in continuous time only".to_owned();
-        return Err(failure(hypothesis, &["kind = \"proportional-integral\", which estimates slow disturbances"]));
-    }
     let in_words =
         |(hypothesis, alternatives)| FailureReport { hypothesis, alternatives, line: observer.place.line, cause: None };
     let designed = match designed {

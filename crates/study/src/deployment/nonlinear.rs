@@ -16,8 +16,8 @@ use luenberger_proof::wording::significant;
 use nalgebra::{Const, DMatrix, DVector, Dyn};
 
 use super::{SampledDesign, SlidingModeDeployment};
-use crate::design::{Designed, Kkl, Runnable};
-use crate::maps::whole;
+use crate::design::{Designed, Kkl, PrintedMean, Runnable};
+use crate::maps::{composed, whole};
 use crate::study::{ObserverKind, ObserverSpec, Study};
 
 /// A step of the Runge-Kutta method is at most this share of the time constant of the fastest mode of the error: its own
@@ -135,6 +135,19 @@ fn extension(
     let written = match (&observer.kind, &designed.runnable) {
         (_, Runnable::KklMaps(observer)) => whole::kkl(&study.plant, observer.map()),
         (ObserverKind::Pebo(spec) | ObserverKind::KklPeb(spec), _) => whole::peb(&study.plant, spec, period),
+        (ObserverKind::ImmersionInvariance(spec), _) => composed::immersion(&study.plant, &spec.maps),
+        (ObserverKind::MeanValue { eta, internal_error, printed: Some(_), .. }, _) => {
+            composed::printed_mean_value(&study.plant, *eta, internal_error)
+        }
+        (_, Runnable::HighGainMaps(given)) => composed::high_gain(&study.plant, given.map(), given.gain().as_slice()),
+        (_, Runnable::UnknownInput(decoupled)) => {
+            let inner = composed::Decoupled::Linear(decoupled.inner());
+            composed::unknown_input(&inner, decoupled.h(), decoupled.d(), study.plant.model.size())
+        }
+        (_, Runnable::UnknownInputCubic(decoupled)) => {
+            let inner = composed::Decoupled::Cubic(decoupled.inner());
+            composed::unknown_input(&inner, decoupled.h(), decoupled.d(), study.plant.model.size())
+        }
         _ => Err("the observer has no given maps".to_owned()),
     };
     let written = written.map_err(|why| (format!("the observer has no source code: {why}"), Vec::new()))?;
@@ -146,8 +159,18 @@ fn extension(
     Ok(ExtensionDesign {
         observer: sampled.map_err(|error| (error.to_string(), Vec::new()))?,
         certificate: designed.certificate.clone(),
-        statement: designed.report.statement.clone(),
+        statement: format!("{}{}", preface(&designed.runnable), designed.report.statement),
     })
+}
+
+/// What the sampled form of an observer has in addition.
+fn preface(runnable: &Runnable) -> &'static str {
+    match runnable {
+        Runnable::UnknownInput(_) | Runnable::UnknownInputCubic(_) => {
+            "The statement is that of the observer in continuous time. Between two samples the disturbance is not seen: it adds an error of the order of the period times the disturbance. "
+        }
+        _ => "",
+    }
 }
 
 /// Runge-Kutta steps per period that resolve the fastest mode of the observer at its start. A regressor is filtered from
@@ -181,6 +204,11 @@ fn substeps_of(
     }
     let fastest = jacobian.complex_eigenvalues().iter().map(|pole| pole.norm()).fold(0.0, f64::max);
     steps_for(period, fastest)
+}
+
+/// Whether the mean of the Jacobian is the integral.
+fn is_integral(observer: &ObserverSpec) -> bool {
+    matches!(observer.kind, ObserverKind::MeanValue { printed: Some(PrintedMean::Integral), .. })
 }
 
 /// Why there is no step, and what would have one.
@@ -289,8 +317,6 @@ pub(super) fn sampled(
             let statement = report.statement.clone();
             Ok(SampledDesign::Kkl(Box::new(KklDesign { observer, statement })))
         }
-        Runnable::KklMaps(_) | Runnable::Peb(_) => extension(study, observer, designed, plant, (period, substeps))
-            .map(|design| SampledDesign::Extension(Box::new(design))),
         Runnable::SlidingMode(_) => {
             let ObserverKind::SlidingMode(spec) = &observer.kind else {
                 return Err(plain("the observer has another kind".to_owned()));
@@ -300,17 +326,22 @@ pub(super) fn sampled(
             let certificate = certificate.clone();
             Ok(SampledDesign::SlidingMode(Box::new(SlidingModeDeployment { observer, certificate, statement })))
         }
-        Runnable::PrintedMeanValue(_) => Err((
-            "the mean-value observer as printed has no export: its gain is a function of the mean Jacobian".to_owned(),
-            vec!["kind = \"mean-value\" without `as_printed`, the corrected observer, has one".to_owned()],
-        )),
-        Runnable::Immersion(_) => Err((
-            "an immersion-and-invariance observer has no export: its right-hand side has a pseudo-inverse".to_owned(),
+        Runnable::PrintedMeanValue(_) if !is_integral(observer) => Err((
+            "the mean-value observer as printed has no export with beta by an iteration: its number of steps depends on the data"
+                .to_owned(),
             vec![
-                "kind = \"kkl\" with the same phi: with beta = chi + k(y), xi = chi has Lambda and B in closed form"
-                    .to_owned(),
+                "as_printed = \"integral\", the mean of the Jacobian without an iteration".to_owned(),
+                "kind = \"mean-value\" without `as_printed`, the corrected observer".to_owned(),
             ],
         )),
+        Runnable::KklMaps(_)
+        | Runnable::Peb(_)
+        | Runnable::PrintedMeanValue(_)
+        | Runnable::Immersion(_)
+        | Runnable::HighGainMaps(_)
+        | Runnable::UnknownInput(_)
+        | Runnable::UnknownInputCubic(_) => extension(study, observer, designed, plant, (period, substeps))
+            .map(|design| SampledDesign::Extension(Box::new(design))),
         Runnable::CubicAt(_) | Runnable::SampledCubicAt(_) => Err((
             "a cubic observer in deviations from an operating point has no export".to_owned(),
             vec!["kind = \"luenberger\" at the same operating point has one".to_owned()],
@@ -319,8 +350,6 @@ pub(super) fn sampled(
         | Runnable::Cubic(_)
         | Runnable::ProportionalIntegral(_)
         | Runnable::ProportionalIntegralCubic(_)
-        | Runnable::UnknownInput(_)
-        | Runnable::UnknownInputCubic(_)
         | Runnable::Interval(_)
         | Runnable::SampledInterval(_)
         | Runnable::SampledCubic(_)

@@ -212,7 +212,10 @@ fn in_words(
             explain::first_states_measured(study, wish)?;
             nonlinear::mean_value(study, region, *rate, *eta, internal_error, &options).map_err(explained)
         }
-        ObserverKind::HighGain { r, chains, alpha } => {
+        ObserverKind::HighGain { r, alpha, maps: Some(maps), .. } => {
+            nonlinear::high_gain_maps(study, wish, maps, alpha, *r).map_err(explained)
+        }
+        ObserverKind::HighGain { r, chains, alpha, maps: None } => {
             nonlinear::high_gain(explain::chains(study, wish, chains)?, alpha, *r).map_err(explained)
         }
         ObserverKind::ExtendedKalman { w, v, p0, period, substeps, gate, .. } => {

@@ -6,7 +6,8 @@ use luenberger_design::number::decay;
 use luenberger_design::{
     DesignError, GainOptions, LipschitzDesign, LipschitzPlant, LpvDesign, LpvError, MeanValueDesign, Region, Sector,
 };
-use luenberger_observers::{ExtendedKalmanFilter, HighGainObserver, Integral, NoiseModel};
+use luenberger_observers::{ExtendedKalmanFilter, HighGainObserver, Integral, NoiseModel, Observer};
+use luenberger_plants::Plant;
 use luenberger_proof::wording::at_most;
 use luenberger_proof::wording::significant;
 use nalgebra::{DMatrix, DVector};
@@ -15,9 +16,10 @@ use super::explain::Misfit;
 use super::noise_gain::NoiseGain;
 use super::runnable::{Chains, Runnable};
 use super::{Designed, facts, matrix, number, verdict};
+use crate::maps::{HighGainMaps, composed};
 use crate::model::Model;
 use crate::results::DesignReport;
-use crate::study::{RateSpec, Study};
+use crate::study::{ObserverSpec, RateSpec, Study};
 
 pub(super) fn lpv(study: &Study, region: &Region, rate: &RateSpec, options: &GainOptions) -> Result<Designed, Misfit> {
     let model = &study.plant.model;
@@ -261,6 +263,46 @@ pub(super) fn high_gain(chains: Chains, alpha: &[f64], r: f64) -> Result<Designe
         noise_deviation: Vec::new(),
     };
     Ok(Designed { runnable: Runnable::HighGain(Box::new(observer)), report, certificate: None })
+}
+
+/// A high-gain observer with given maps; the poles are those at the first estimate.
+pub(super) fn high_gain_maps(
+    study: &Study,
+    wish: &ObserverSpec,
+    maps: &HighGainMaps,
+    alpha: &[f64],
+    r: f64,
+) -> Result<Designed, Misfit> {
+    let observer = HighGainObserver::new(maps.clone(), DVector::from_column_slice(alpha), r)?;
+    let gain = observer.gain();
+    let poles = composed::high_gain(&study.plant, maps, gain.as_slice())
+        .ok()
+        .and_then(|written| {
+            let mut u = DVector::zeros(study.plant.inputs.len());
+            if let Some(program) = study.input.program() {
+                program.at(0.0, u.as_mut_slice());
+            }
+            let x = DVector::from_column_slice(&wish.initial);
+            let y: DVector<f64> = study.plant.model.output(0.0, &x, &u);
+            let z = Observer::initial(&observer, 0.0, &x, &u, &y);
+            let jacobian = written.jacobian(0.0, &z, &u, &y);
+            let finite = jacobian.iter().all(|entry| entry.is_finite());
+            finite.then(|| super::poles(jacobian.complex_eigenvalues().as_slice()))
+        })
+        .unwrap_or_default();
+    let report = DesignReport {
+        statement: format!(
+            "xi' = drift + shape (alpha_i / r^i) (y - head) with the head of each chain, r = {r}. The poles are those of the observer at the first estimate."
+        ),
+        matrices: vec![matrix("alpha_i / r^i", &DMatrix::from_column_slice(gain.len(), 1, gain.as_slice()))],
+        poles,
+        numbers: vec![number("r", r)],
+        facts: Vec::new(),
+        verdict: "none".to_owned(),
+        evidence: Some("no certificate: the maps are not checked; look at the error in a simulation".to_owned()),
+        noise_deviation: Vec::new(),
+    };
+    Ok(Designed { runnable: Runnable::HighGainMaps(Box::new(observer)), report, certificate: None })
 }
 
 pub(super) fn extended_kalman(

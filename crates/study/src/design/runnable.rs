@@ -15,7 +15,8 @@ use nalgebra::{DVector, Dyn};
 use super::kkl::Kkl;
 use super::moving_horizon::MOST_SAMPLES;
 use super::printed_mean_value::PrintedMean;
-use crate::maps::{Estimator, ImmersionMaps, KklMaps, RegressionMaps};
+use crate::maps::high_gain::place;
+use crate::maps::{Estimator, HighGainMaps, ImmersionMaps, KklMaps, RegressionMaps};
 use crate::model::Model;
 
 /// An observer of the deviations from an operating point.
@@ -70,6 +71,8 @@ pub enum Runnable {
     PrintedMeanValue(Box<MeanValueObserver<Model, PrintedMean, f64, Dyn, Dyn, Dyn>>),
     /// High-gain observer for a plant of integrator chains.
     HighGain(Box<HighGainObserver<Chains, f64, Dyn>>),
+    /// High-gain observer with given maps.
+    HighGainMaps(Box<HighGainObserver<HighGainMaps, f64, Dyn>>),
     /// Extended Kalman filter.
     ExtendedKalman(Box<ExtendedKalmanFilter<Model, f64, Dyn, Dyn, Dyn>>),
     /// Unscented Kalman filter.
@@ -103,6 +106,7 @@ macro_rules! each {
             Runnable::MeanValue($continuous) => $flow,
             Runnable::PrintedMeanValue($continuous) => $flow,
             Runnable::HighGain($continuous) => $flow,
+            Runnable::HighGainMaps($continuous) => $flow,
             Runnable::KklMaps($continuous) => $flow,
             Runnable::Peb($continuous) => $flow,
             Runnable::Immersion($continuous) => $flow,
@@ -324,15 +328,7 @@ impl HighGainMap<f64> for Chains {
     }
 
     fn place(&self, i: usize) -> Place {
-        let mut head = 0;
-        for (output, length) in self.lengths.iter().enumerate() {
-            if i < head + length {
-                return Place { output, position: i - head + 1 };
-            }
-            head += length;
-        }
-        // Beyond the last chain there is no position, and the constructor returns an error.
-        Place { output: self.lengths.len(), position: 0 }
+        place(&self.lengths, i)
     }
 
     fn drift(&self, t: f64, xi: &DVector<f64>, u: &DVector<f64>, _y: &DVector<f64>) -> DVector<f64> {

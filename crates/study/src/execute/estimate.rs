@@ -183,7 +183,11 @@ fn one_run(study: &Study, simulation: &Simulation) -> f64 {
     let mut short = simulation.clone();
     short.duration *= SHARE;
     short.samples = 2;
-    let plant = Study { input: study.input.program().cloned().map_or(Input::Zero, Input::Program), ..study.clone() };
+    let input = match &study.input {
+        law @ Input::Law { .. } => law.clone(),
+        other => other.program().cloned().map_or(Input::Zero, Input::Program),
+    };
+    let plant = Study { input, ..study.clone() };
     let once = || {
         let began = Instant::now();
         // A plant that cannot be simulated is estimated as zero; the run itself reports the error.

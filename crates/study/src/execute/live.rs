@@ -36,7 +36,10 @@ pub(crate) fn experiment(study: &Study, members: &[Member<'_>]) -> Option<(Exper
     let input = match &study.input {
         Input::Zero => Vec::new(),
         Input::Program(Program::Expressions(rows)) => rows.iter().map(|row| row.text().to_owned()).collect(),
-        Input::Program(Program::Table(_)) | Input::Feedback { .. } | Input::StateFeedback { .. } => return None,
+        Input::Program(Program::Table(_))
+        | Input::Feedback { .. }
+        | Input::StateFeedback { .. }
+        | Input::Law { .. } => return None,
     };
     let mut omitted: Vec<String> = Vec::new();
     let mut observers = Vec::new();

@@ -16,6 +16,7 @@ use crate::error::StudyError;
 use crate::results::{
     LieRank, ModeReport, NonlinearObservability, ObservabilityAt, ObservabilityReport, OperatingPointReport,
 };
+use crate::signal::Input;
 use crate::study::Study;
 
 /// Number of points along the trajectory at which a nonlinear plant is linearized.
@@ -92,7 +93,8 @@ fn nonlinear(
     };
     // With feedback the input depends on an observer; the Gramian is computed with the input as a given function of
     // time.
-    if let (Some(simulation), None) = (&study.simulation, simulate::fed(study)) {
+    let open = simulate::fed(study).is_none() && !matches!(study.input, Input::Law { .. });
+    if let Some(simulation) = study.simulation.as_ref().filter(|_| open) {
         let input = |t: f64, u: &mut [f64]| match study.input.program() {
             Some(program) => program.at(t, u),
             None => u.fill(0.0),

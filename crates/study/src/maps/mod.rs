@@ -6,14 +6,18 @@
 //!
 //! | file | subject |
 //! |---|---|
+//! | `high_gain` | a high-gain observer with given maps |
 //! | `immersion` | beta, phi and phi^L of an immersion-and-invariance observer |
 //! | `names` | what the variables of each map are called |
 //! | `kkl` | phi, Lambda, B and phi^L |
 //! | `bound` | the guaranteed bound of the estimation error |
 //! | `whole` | an observer as one set of expressions, for export |
+//! | `composed` | the same for observers that contain the plant |
 //! | `regression` | s, g and m, and what theta adds to xi; estimators |
 
 mod bound;
+pub(crate) mod composed;
+pub(crate) mod high_gain;
 mod immersion;
 mod kkl;
 mod names;
@@ -21,6 +25,7 @@ mod regression;
 pub(crate) mod whole;
 
 pub(crate) use bound::kkl_error_bound;
+pub use high_gain::HighGainMaps;
 pub use immersion::{ImmersionMaps, ImmersionSpec};
 pub use kkl::{KklMaps, KklMapsSpec};
 pub(crate) use names::MapNames;

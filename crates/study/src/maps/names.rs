@@ -73,7 +73,8 @@ impl<'a> MapNames<'a> {
         let before = self.plant.inputs.len();
         let all = (0..states).map(|k| (format!("_{}", k + 1), Variable::State(k)));
         let names = self.own().chain(self.inputs()).chain(self.outputs()).chain(all);
-        self.scope((states, before + self.plant.outputs.len()), names.chain(self.plain_outputs(before)))
+        let whole = self.scope((states, before + self.plant.outputs.len()), names.chain(self.plain_outputs(before)));
+        whole.map(Scope::generated)
     }
 
     /// The estimate of an observer as the states of the plant, and the outputs `_y1, ..`: the states are `_1, ..` as well.
@@ -91,7 +92,7 @@ impl<'a> MapNames<'a> {
         let states = self.family(&self.plant.states, 'x', Variable::State);
         let outputs = self.family(&self.plant.outputs, 'y', Variable::Input);
         let names = states.chain(outputs).chain(self.plain_outputs(0));
-        self.scope((self.plant.states.len(), self.plant.outputs.len()), names)
+        self.scope((self.plant.states.len(), self.plant.outputs.len()), names).map(Scope::generated)
     }
 
     fn plain_outputs(&self, before: usize) -> impl Iterator<Item = (String, Variable)> + use<> {

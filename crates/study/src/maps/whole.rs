@@ -21,7 +21,7 @@ pub(crate) fn kkl(plant: &PlantModel, maps: &KklMaps) -> Result<ExpressionObserv
     let rate: Vec<String> = (0..maps.order()).map(|i| writer.rate(i, 0.0)).collect();
     let estimate: Vec<String> = maps.left_inverse.iter().map(|row| writer.of_outputs(row, |_| None)).collect();
     let start: Vec<String> = maps.phi.iter().map(|row| row.text().to_owned()).collect();
-    writer.observer(&rate, &estimate, &start)
+    built(plant, maps.order(), (&rate, &estimate, &start), None)
 }
 
 /// A PEBO or a [KKL+PEB]O. Its state is (xi, w, F[g], F[m] by columns, theta, state of the extension), and with resets
@@ -131,7 +131,7 @@ pub(crate) fn peb(plant: &PlantModel, spec: &PebSpec, period: f64) -> Result<Exp
         .chain(first.iter().map(|theta| number(*theta)))
         .collect();
     start.resize(rate.len(), "0".to_owned());
-    let Some(reset) = &spec.reset else { return writer.observer(&rate, &estimate, &start) };
+    let Some(reset) = &spec.reset else { return built(plant, order, (&rate, &estimate, &start), None) };
 
     // The samples are counted in one more state, which stands still between them.
     let count = state(rate.len());
@@ -172,7 +172,7 @@ pub(crate) fn peb(plant: &PlantModel, spec: &PebSpec, period: f64) -> Result<Exp
     jump.push(format!("if({is_due}, 1, {count} + 1)"));
     rate.push("0".to_owned());
     start.push("0".to_owned());
-    writer.jumping(&rate, &estimate, &start, &jump)
+    built(plant, order, (&rate, &estimate, &start), Some(&jump))
 }
 
 /// The samples from one reset to the next.
@@ -231,12 +231,12 @@ fn mixed(
 }
 
 /// The rows without one of them and without one column.
-fn without(entries: &[Vec<String>], row: usize, column: usize) -> Vec<Vec<String>> {
+pub(super) fn without(entries: &[Vec<String>], row: usize, column: usize) -> Vec<Vec<String>> {
     let kept = |row: &Vec<String>| (0..row.len()).filter(|j| *j != column).map(|j| row[j].clone()).collect();
     entries.iter().enumerate().filter(|(i, _)| *i != row).map(|(_, row)| kept(row)).collect()
 }
 
-fn determinant(entries: &[Vec<String>]) -> String {
+pub(super) fn determinant(entries: &[Vec<String>]) -> String {
     let Some(first) = entries.first() else { return "1".to_owned() };
     let term = |j: usize| {
         let minor = determinant(&without(entries, 0, j));
@@ -247,12 +247,12 @@ fn determinant(entries: &[Vec<String>]) -> String {
 }
 
 /// A number as an operand.
-fn number(x: f64) -> String {
+pub(super) fn number(x: f64) -> String {
     format!("({x:?})")
 }
 
 /// The text with some of its names replaced.
-fn renamed(text: &str, name: impl Fn(&str) -> Option<String>) -> String {
+pub(super) fn renamed(text: &str, name: impl Fn(&str) -> Option<String>) -> String {
     let is_part = |c: char| c.is_alphanumeric() || c == '_' || c == '.';
     let mut result = String::new();
     let mut rest = text;
@@ -301,43 +301,27 @@ impl Writer<'_> {
             other(word).or_else(|| output().map(|k| format!("_y{}", k + 1)))
         })
     }
+}
 
-    /// The observer of these rows.
-    fn observer(&self, rate: &[String], estimate: &[String], start: &[String]) -> Result<ExpressionObserver, String> {
-        self.built(rate, estimate, start, None)
-    }
-
-    /// The same whose state jumps at samples.
-    fn jumping(
-        &self,
-        rate: &[String],
-        estimate: &[String],
-        start: &[String],
-        jump: &[String],
-    ) -> Result<ExpressionObserver, String> {
-        self.built(rate, estimate, start, Some(jump))
-    }
-
-    fn built(
-        &self,
-        rate: &[String],
-        estimate: &[String],
-        start: &[String],
-        jump: Option<&[String]>,
-    ) -> Result<ExpressionObserver, String> {
-        let names = MapNames::new(self.plant, self.maps.order());
-        let words = |error: &dyn std::fmt::Display| error.to_string();
-        let within = |f: &[String], h: &[String], scope: Result<Scope, luenberger_expression::ParameterError>| {
-            let scope = scope.map_err(|error| words(&error))?;
-            ExpressionPlant::within(f, h, &scope).map_err(|error| words(&error))
-        };
-        let still: Vec<String> = self.plant.states.iter().map(|_| "0".to_owned()).collect();
-        let flow = within(rate, estimate, names.whole(rate.len()))?;
-        let start = within(&still, start, names.start())?;
-        let sizes = (self.plant.inputs.len(), self.plant.outputs.len());
-        let observer = ExpressionObserver::new(flow, start, sizes).map_err(|error| words(&error))?;
-        let Some(jump) = jump else { return Ok(observer) };
-        let rest: Vec<String> = rate.iter().map(|_| "0".to_owned()).collect();
-        observer.jumping(within(&rest, jump, names.whole(rate.len()))?).map_err(|error| words(&error))
-    }
+/// The observer of these rows: its right-hand side, its estimate and its start; the state after a jump at a sample.
+pub(super) fn built(
+    plant: &PlantModel,
+    order: usize,
+    (rate, estimate, start): (&[String], &[String], &[String]),
+    jump: Option<&[String]>,
+) -> Result<ExpressionObserver, String> {
+    let names = MapNames::new(plant, order);
+    let words = |error: &dyn std::fmt::Display| error.to_string();
+    let within = |f: &[String], h: &[String], scope: Result<Scope, luenberger_expression::ParameterError>| {
+        let scope = scope.map_err(|error| words(&error))?;
+        ExpressionPlant::within(f, h, &scope).map_err(|error| words(&error))
+    };
+    let still: Vec<String> = plant.states.iter().map(|_| "0".to_owned()).collect();
+    let flow = within(rate, estimate, names.whole(rate.len()))?;
+    let start = within(&still, start, names.start())?;
+    let sizes = (plant.inputs.len(), plant.outputs.len());
+    let observer = ExpressionObserver::new(flow, start, sizes).map_err(|error| words(&error))?;
+    let Some(jump) = jump else { return Ok(observer) };
+    let rest: Vec<String> = rate.iter().map(|_| "0".to_owned()).collect();
+    observer.jumping(within(&rest, jump, names.whole(rate.len()))?).map_err(|error| words(&error))
 }

@@ -11,7 +11,8 @@ use super::plant::expression;
 use super::tree::Node;
 use super::{Reader, check, observer};
 use crate::maps::{
-    Estimator, ImmersionMaps, ImmersionSpec, KklMaps, KklMapsSpec, MapNames, PebSpec, RegressionMaps, ResetSpec,
+    Estimator, HighGainMaps, ImmersionMaps, ImmersionSpec, KklMaps, KklMapsSpec, MapNames, PebSpec, RegressionMaps,
+    ResetSpec,
 };
 use crate::model::PlantModel;
 use crate::study::ObserverKind;
@@ -304,6 +305,49 @@ fn estimator(node: &Node, (rows, q): (usize, usize), reader: &mut Reader) -> Opt
         }
     };
     made.map_err(|error| reader.wrong(gain_node.span.clone(), error.to_string(), "expected a positive gain")).ok()
+}
+
+/// The maps of a high-gain observer with chains of these lengths.
+pub(super) fn high_gain(
+    node: &Node,
+    plant: &PlantModel,
+    chains: &[usize],
+    reader: &mut Reader,
+) -> Option<HighGainMaps> {
+    let size = plant.model.size();
+    let order = chains.iter().sum();
+    let names = MapNames::new(plant, order);
+    let of_drift = format!("`drift` has {}", counted(order, "row"));
+    let of_states = format!("the plant has {}", counted(size.states, "state"));
+    if order != size.states
+        && let Some(key) = ["estimate", "start"].iter().find(|key| node.get(key).is_none())
+    {
+        let message = format!("{of_drift}, {of_states}, and `{key}` is not given");
+        reader.wrong(node.get("drift")?.span.clone(), message, format!("expected `{key}`"));
+        return None;
+    }
+    // By default xi are the states.
+    let numbered = |letters: &str, count: usize, scope: Result<Scope, ParameterError>| -> Option<Vec<Expression>> {
+        let scope = scope.ok()?;
+        (1..=count).map(|k| Expression::parse(&format!("{letters}{k}"), &scope).ok()).collect()
+    };
+    let ones =
+        || -> Option<Vec<Expression>> { (0..order).map(|_| Expression::parse("1", &Scope::constant()).ok()).collect() };
+    let drift = list(node, "drift", (order, &of_drift), names.injection(), reader);
+    let shape = match node.get("shape") {
+        Some(_) => list(node, "shape", (order, &of_drift), names.dynamics(), reader),
+        None => ones(),
+    };
+    let estimate = match node.get("estimate") {
+        Some(_) => list(node, "estimate", (size.states, &of_states), names.injection(), reader),
+        None => numbered("xi", order, names.injection()),
+    };
+    let start = match node.get("start") {
+        Some(_) => list(node, "start", (order, &of_drift), names.image(), reader),
+        None => numbered("x", order, names.image()),
+    };
+    let lengths = chains.to_vec();
+    Some(HighGainMaps { plant: size, lengths, drift: drift?, shape: shape?, estimate: estimate?, start: start? })
 }
 
 /// beta, phi, phi^L of an immersion-and-invariance observer.

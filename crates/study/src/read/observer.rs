@@ -108,6 +108,7 @@ fn observer(
         "pebo" => maps::peb(node, plant, reader).map(|peb| ObserverKind::Pebo(Box::new(peb))),
         "optimal-cubic" => optimal::problem(node, size, root, reader),
         "kkl-peb" => maps::peb(node, plant, reader).map(|peb| ObserverKind::KklPeb(Box::new(peb))),
+        "high-gain" => high_gain(node, plant, reader),
         _ => kind(node, kind_name, size, reader),
     };
     let limits = limits(node, size, reader);
@@ -223,7 +224,6 @@ fn kind(node: &Node, name: &str, size: Dimensions, reader: &mut Reader) -> Optio
                 printed,
             }
         }
-        "high-gain" => high_gain(node, size, reader)?,
         "extended-kalman" => {
             let Filter { w, v, p0, period, substeps, gate, smooth } = filter(node, size, reader)?;
             ObserverKind::ExtendedKalman { w, v, p0, period, substeps, gate, smooth }
@@ -642,13 +642,26 @@ fn sliding_mode(node: &Node, size: Dimensions, reader: &mut Reader) -> Option<Ob
     Some(ObserverKind::SlidingMode(spec))
 }
 
-fn high_gain(node: &Node, size: Dimensions, reader: &mut Reader) -> Option<ObserverKind> {
-    let (n, p) = (size.states, size.outputs);
+fn high_gain(node: &Node, plant: &PlantModel, reader: &mut Reader) -> Option<ObserverKind> {
+    let size = plant.model.size();
+    let p = size.outputs;
+    let given = node.get("drift").map(|drift| drift.list().map_or(0, <[Node]>::len));
+    if given.is_none()
+        && let Some(entry) = ["shape", "estimate", "start"].iter().find_map(|key| node.entry(key))
+    {
+        let message = format!("`{}` is given, and `drift` is not", entry.key);
+        reader.wrong(entry.span.clone(), message, "expected `drift`, the right-hand side without corrections");
+        return None;
+    }
+    let (n, whose) = match given {
+        Some(order) => (order, format!("`drift` has {}", counted(order, "row"))),
+        None => (size.states, format!("the plant has {}", counted(size.states, "state"))),
+    };
     let chains = match node.entry("chains") {
         Some(entry) => {
             let lengths = reader.numbers(&entry.node, "chains", p, "output")?;
             if lengths.iter().any(|length| length.fract() != 0.0) || lengths.iter().sum::<f64>() != n as f64 {
-                let message = format!("`chains` is {}, and the plant has {}", listed(&lengths), counted(n, "state"));
+                let message = format!("`chains` is {}, and {whose}", listed(&lengths));
                 reader.wrong(entry.node.span.clone(), message, format!("expected whole numbers that add to {n}"));
                 return None;
             }
@@ -663,10 +676,23 @@ fn high_gain(node: &Node, size: Dimensions, reader: &mut Reader) -> Option<Obser
         }
     };
     let alpha = match node.get("alpha") {
+        Some(alpha) if given.is_some() => {
+            let alpha_i = alpha.numbers()?;
+            if alpha_i.len() != n {
+                let message = format!("`alpha` has length {}, and {whose}", alpha_i.len());
+                reader.wrong(alpha.span.clone(), message, format!("expected length {n}"));
+                return None;
+            }
+            alpha_i
+        }
         Some(alpha) => reader.numbers(alpha, "alpha", n, "state")?,
         None => chains.iter().flat_map(|length| binomials(*length)).collect(),
     };
-    Some(ObserverKind::HighGain { r: node.get("r")?.number()?, chains, alpha })
+    let maps = match given {
+        Some(_) => Some(Box::new(maps::high_gain(node, plant, &chains, reader)?)),
+        None => None,
+    };
+    Some(ObserverKind::HighGain { r: node.get("r")?.number()?, chains, alpha, maps })
 }
 
 /// `[1, 2.5]`.

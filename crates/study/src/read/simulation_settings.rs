@@ -7,7 +7,8 @@ use luenberger_sim::{Integrator, ScoreGrid, Settings, SimError};
 use nalgebra::DMatrix;
 
 use super::tree::Node;
-use super::{Reader, Reported, check, observer, plant};
+use super::{Reader, Reported, check, maps, observer, plant};
+use crate::maps::MapNames;
 use crate::model::{Model, PlantModel};
 use crate::schema::QUANTITIES;
 use crate::signal::{Input, Program};
@@ -26,8 +27,15 @@ pub(super) fn input(
         return None;
     }
     if node.entries().is_empty() {
-        let expected = "expected `expressions`, `table` or `feedback`";
+        let expected = "expected `expressions`, `table`, `feedback` or `law`";
         reader.absent(node.span.clone(), "[input] is empty", expected);
+        return None;
+    }
+    if let Some(entry) = node.entry("law") {
+        return law(node, &entry.node, plant, reader);
+    }
+    if let Some(entry) = node.entry("jumps") {
+        reader.wrong(entry.span.clone(), "`jumps` without a `law`", "expected a `law` that jumps then");
         return None;
     }
     let signal = match (node.entry("expressions"), node.entry("table")) {
@@ -72,6 +80,24 @@ pub(super) fn input(
         (Some(program), None) => Input::Program(program),
         (reference, Some((gain, observer))) => Input::Feedback { observer, gain, reference },
     })
+}
+
+/// A control law with the true states.
+fn law(node: &Node, law: &Node, plant: &PlantModel, reader: &mut Reader) -> Option<Input> {
+    if let Some(other) = ["expressions", "table", "feedback"].iter().find_map(|key| node.entry(key)) {
+        let message = format!("`{}` conflicts with `law`", other.key);
+        reader.wrong(other.span.clone(), message, "expected one of them");
+        return None;
+    }
+    if plant.dt.is_some() {
+        reader.wrong(law.span.clone(), "`law` is for plants in continuous time", "expected `feedback`");
+        return None;
+    }
+    let why = format!("the plant has {}", counted(plant.inputs.len(), "input"));
+    let rows = maps::list(node, "law", (plant.inputs.len(), &why), MapNames::new(plant, 0).states(), reader)?;
+    let mut jumps = node.get("jumps").map_or(Some(Vec::new()), Node::numbers)?;
+    jumps.sort_by(f64::total_cmp);
+    Some(Input::Law { law: rows, jumps })
 }
 
 /// Checks that the input is finite over the run, and that a table covers it.

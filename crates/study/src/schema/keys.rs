@@ -152,7 +152,7 @@ const OPERATING_POINT: Table = Table {
 
 const INPUT: Table = Table {
     name: "[input]",
-    about: "The input of the plant: expressions of t, a table in a CSV file, or state feedback from an observer, to which expressions are added.",
+    about: "The input of the plant: expressions of t, a table in a CSV file, state feedback from an observer, to which expressions are added, or a control law with the true states.",
     variants: None,
     keys: &[
         optional("expressions", Kind::Texts, "One expression of t for each input; added to the feedback, if any."),
@@ -170,6 +170,16 @@ const INPUT: Table = Table {
             "feedback",
             Kind::Table(&FEEDBACK),
             "State feedback u = -K xhat; with an [operating_point] u = u0 - K (xhat - x0).",
+        ),
+        optional(
+            "law",
+            Kind::Texts,
+            "A control law with the true states: one expression of t and the states for each input, in place of the others.",
+        ),
+        optional(
+            "jumps",
+            Kind::Numbers(Range::NotNegative),
+            "With `law`: the times at which it jumps, so that no step of the integration crosses them (default: none).",
         ),
     ],
 };

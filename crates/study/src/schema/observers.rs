@@ -631,18 +631,38 @@ const KINDS: &[Variant] = &[
     },
     Variant {
         name: "high-gain",
-        about: "Copy of a plant in triangular form with the gains alpha_i / r^i along chains of integrators that begin at the outputs.",
+        about: "Copy of a plant in triangular form, or given maps, with the gains alpha_i / r^i along chains of integrators that begin at the outputs.",
         keys: &[
             required("r", Kind::Number(Range::Positive), "High-gain parameter: a small positive number."),
             optional(
                 "chains",
                 Kind::Numbers(Range::Positive),
-                "Length of the chain of each output; they add to n (default with one output: n).",
+                "Length of the chain of each output; they add to n, or to the number of rows of `drift` (default with one output: all).",
             ),
             optional(
                 "alpha",
                 Kind::Numbers(Range::Positive),
-                "Coefficients alpha_i, n numbers (default: those of (s + 1)^length for each chain).",
+                "Coefficients alpha_i, one number for each state of the chains (default: those of (s + 1)^length for each chain).",
+            ),
+            optional(
+                "drift",
+                Kind::Expressions,
+                "Right-hand side without corrections, one expression of xi1, .., inputs and outputs for each state of the chains (default: the plant at the estimate).",
+            ),
+            optional(
+                "shape",
+                Kind::Expressions,
+                "With `drift`: factors of the corrections, expressions of inputs and outputs (default 1).",
+            ),
+            optional(
+                "estimate",
+                Kind::Expressions,
+                "With `drift`: the estimate, one expression of xi1, .., inputs and outputs for each state of the plant (default: xi).",
+            ),
+            optional(
+                "start",
+                Kind::Expressions,
+                "With `drift`: xi at the start, expressions of the states at the first estimate and the outputs (default: the first estimate).",
             ),
         ],
     },

@@ -44,6 +44,12 @@ pub const TEMPLATES: &[Template] = &[
         files: &[],
     },
     Template {
+        name: "cuk-table-1",
+        about: "the six observers of Table I of Yi, Ortega and Zhang in the run of their figure, beside a controller",
+        text: include_str!("../../templates/cuk-table-1.toml"),
+        files: &[],
+    },
+    Template {
         name: "exponential-cascade",
         about: "a cascade with an exponential: an unknown constant is estimated, or a KKL observer with a varying Lambda",
         text: include_str!("../../templates/exponential-cascade.toml"),

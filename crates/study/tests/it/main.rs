@@ -5,6 +5,7 @@ mod battery;
 mod blocks;
 mod choices;
 mod closed_loop;
+mod composed;
 mod discrete_time;
 mod disturbance;
 mod feedthrough;

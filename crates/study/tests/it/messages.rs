@@ -16,7 +16,7 @@ use luenberger_study::results::FailureReport;
 use luenberger_study::table::Table;
 use luenberger_study::{Excess, Format, RunOptions, Step, Study, StudyError, execute};
 
-use crate::{maps, mistakes, resets};
+use crate::{composed, maps, mistakes, resets};
 
 thread_local! {
     static MISTAKES: RefCell<BTreeSet<String>> = const { RefCell::new(BTreeSet::new()) };
@@ -315,6 +315,7 @@ fn every_message_stands_in_the_reviewed_file() {
         mistakes::an_observer_that_does_not_fit_says_which_hypothesis_fails_and_what_would_fit,
         maps::mistakes_in_maps_are_reported_at_their_place,
         resets::mistakes_in_resets_are_reported_at_their_place,
+        composed::mistakes_in_given_chains_are_reported_at_their_place,
         maps::maps_that_are_wrong_are_refused_with_the_place,
     ] {
         test();

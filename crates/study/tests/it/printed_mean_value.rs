@@ -66,11 +66,11 @@ fn what_the_internal_error_is_told_decides_the_printed_observer() {
 }
 
 #[test]
-fn the_observer_as_printed_has_no_export() {
+fn beta_by_an_iteration_has_no_export() {
     let study = study("as_printed = \"root\"");
     let refused = deployment::sampled(&study, &study.observers[0], Some(0.01), None).unwrap_err();
     assert!(refused.hypothesis.contains("as printed has no export"), "{refused:?}");
-    assert!(refused.alternatives[0].contains("without `as_printed`"));
+    assert!(refused.alternatives[1].contains("without `as_printed`"));
     let small = Study::from_text(
         "study.toml",
         "[plant]\nbuiltin = \"chaotic\"\n[[observer]]\nkind = \"mean-value\"\neta = 0.5\nas_printed = \"root\"\n",

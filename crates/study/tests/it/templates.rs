@@ -144,6 +144,7 @@ templates! {
     flexible_joint "flexible-joint";
     cuk "cuk";
     cuk_observers "cuk-observers";
+    cuk_table_1 "cuk-table-1";
     exponential_cascade "exponential-cascade";
     van_der_pol "van-der-pol";
     chaotic "chaotic";

@@ -102,10 +102,10 @@
 //! test records the operations of the observers' code and finds each one among them. The bounds hold for errors that
 //! start in the ball.
 //!
-//! *A plant that is not known exactly.* If the plant is `x+ = (A + dA) x + (B + dB) u` with `|dA|`, `|dB|` bounded entry
-//! by entry ([`Deviation`]), perhaps differently in every step, then e+ has the further terms `dA x + dB u`, for each of
-//! the observers: D grows by `|dA| |x| + |dB| |u|` in its first column. Nothing else changes, since neither the maps M
-//! nor the numbers of a step depend on the plant's A and B: y is that of x, and x keeps its bounds.
+//! *A plant that is not known exactly.* If the plant is `x+ = (A + dA) x + (B + dB) u` with `|dA|`, `|dB|` bounded
+//! entry by entry ([`Deviation`]), perhaps differently in every step, then e+ has the further terms `dA x + dB u`, for
+//! each of the observers: D grows by `|dA| |x| + |dB| |u|` in its first column. Nothing else changes, since neither the
+//! maps M nor the numbers of a step depend on the plant's A and B: y is that of x, and x keeps its bounds.
 //!
 //! # What is not covered
 //! Truncation; flushing of *operands* that are subnormal (none arise where results are flushed; a stored subnormal

@@ -53,6 +53,7 @@ fn input(study: &Study) -> String {
         Input::Feedback { observer, reference: r, .. } => {
             format!("{}- K xhat, with the estimate of {observer}", reference(r))
         }
+        Input::Law { .. } => "a law with the true states, as below".to_owned(),
         Input::StateFeedback { reference: r, .. } => format!("{}- K x, with the true state", reference(r)),
     }
 }
@@ -60,7 +61,7 @@ fn input(study: &Study) -> String {
 /// The expressions of the input.
 fn programs(input: &Input) -> Option<Vec<Typeset>> {
     match input {
-        Input::Program(Program::Expressions(rows)) => {
+        Input::Program(Program::Expressions(rows)) | Input::Law { law: rows, .. } => {
             Some(rows.iter().map(luenberger_expression::Expression::formula).collect())
         }
         _ => None,
