@@ -13,14 +13,22 @@ import sys
 import time
 
 import document
+import intervals
 import sampled
+import super_twisting
 import theorems
 from deployed import deployed_observer
 from document import Field, Malformed, Unreadable
 from kkl import kkl_error_bound
 from rational import Refuted, NotShown
 
-KINDS = theorems.KINDS | sampled.KINDS | {"deployed-observer": deployed_observer, "kkl-error-bound": kkl_error_bound}
+KINDS = (
+    theorems.KINDS
+    | sampled.KINDS
+    | intervals.KINDS
+    | super_twisting.KINDS
+    | {"deployed-observer": deployed_observer, "kkl-error-bound": kkl_error_bound}
+)
 FORMAT, VERSION = "luenberger-certificate", 2
 
 

@@ -334,6 +334,53 @@ def input_to_state_stability(states, outputs, vertices, has_cubic, rate, disturb
     )
 
 
+def magnitudes(bounds, name):
+    return ", ".join(f"|{name}_{i + 1}| <= {at_least(x, 6)}" for i, x in enumerate(bounds))
+
+
+def limits(bounds, name):
+    return ", ".join(f"limsup {name}_{i + 1} <= {at_most(x, 4)}" for i, x in enumerate(bounds))
+
+
+def interval_observer(states, outputs, w, blocks, rate, widths):
+    return (
+        f"For the plant x' = Ax + Bu + Ew, y = Cx + Dw with {counted(states, 'state')}, "
+        f"{counted(len(w), 'disturbance')} and {counted(outputs, 'output')}, any B and u, all disturbances w with "
+        f"{magnitudes(w, 'w')}, and the interval observer xhat' = A xhat + Bu + L(y - C xhat), rho' = K rho + g, with "
+        "all matrices exactly as stored, in exact arithmetic: if at the start every block z_k of z = T(x - xhat), of "
+        f"{', '.join(map(str, blocks))} entries, has |z_k| <= rho_k, this holds at all times, and "
+        "|x_i - xhat_i| <= (H rho)_i; K is Metzler and Hurwitz, rho(t) <= limit + c exp(-rate t) s for some c, with "
+        f"rate = {at_least(rate, 4)}; and {limits(widths, '(H rho)')}."
+    )
+
+
+def sampled_interval_observer(size, number, w, v, blocks, xhat, inputs, factor, widths, is_single):
+    states, columns, disturbances, outputs = size
+    disturbed = ", ".join(filter(None, (magnitudes(w, "w"), magnitudes(v, "v"))))
+    kept = ", ".join(filter(None, (magnitudes(xhat, "xhat"), magnitudes(inputs, "u"))))
+    return (
+        f"For the sampled plant x+ = Ax + Bu + Ew, y = Cx + v with {counted(states, 'state')}, "
+        f"{counted(columns, 'input')}, {counted(disturbances, 'disturbance')} and {counted(outputs, 'output')}, all w "
+        f"and v with {disturbed}, y and u being numbers of {number}, and the interval observer xhat+ = F xhat + Gu + "
+        "L(y - C xhat), rho+ = N rho + g + Q|xhat| + U|u|, r = H rho + outward |xhat|, its numbers exactly as stored, "
+        f"each operation rounded to nearest in {number}, sums in any order, with or without fused multiply-adds, and no "
+        "result beyond its range: if at the start rho >= g and every block z_k of z = T(x - xhat), of "
+        f"{', '.join(map(str, blocks))} entries, has |z_k| <= rho_k, the latter holds at each step, and every x_i lies "
+        f"between the computed xhat_i - r_i and xhat_i + r_i. While {kept}, rho(k) <= limit + c factor^k s for some c, "
+        f"with factor = {exact(factor)}, and {limits(widths, 'r')}.{enclosed(is_single)}"
+    )
+
+
+def super_twisting_observer(k1, k2, bound, alpha, c):
+    return (
+        "For the error e1' = e2 - k1 |e1|^(1/2) sign(e1), e2' = F - k2 sign(e1) of a super-twisting observer in "
+        f"continuous time with k1 = {exact(k1)}, k2 = {exact(k2)} and every F with |F(t)| <= {exact(bound)}: V = z'Pz, "
+        "z = (|e1|^(1/2) sign(e1), e2), satisfies V' <= -(alpha/c) V^(1/2) almost everywhere with "
+        f"alpha = {exact(alpha)} and c = {exact(c)}, so that e1 and e2 are 0 from a time of at most "
+        "(2 c/alpha) V(0)^(1/2) on, from every initial error. Nothing is said of a sampled observer."
+    )
+
+
 def unknown_input_observer(states, inputs, unknown, outputs, has_cubic, rate):
     term, gains, flow, metric, function = "", "gain L", "", "", "e'Pe"
     if has_cubic:

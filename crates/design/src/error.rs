@@ -313,6 +313,55 @@ pub enum DesignError {
         /// The zeros.
         zeros: Vec<Complex<f64>>,
     },
+    /// Poles that are not distinct have no modal coordinates.
+    #[error(
+        "the poles of A - LC are not distinct enough for modal coordinates: two of them are {} apart",
+        short(*.separation)
+    )]
+    NoModalCoordinates {
+        /// The least distance of two poles.
+        separation: f64,
+    },
+    /// The comparison system of an interval observer is not stable.
+    #[error(
+        "the width of the interval would grow: the comparison system of the error has the {} {}, which is not below {limit}",
+        if *.limit == 0.0 { "spectral abscissa" } else { "spectral radius" },
+        short(*.size)
+    )]
+    WidthGrows {
+        /// Its spectral abscissa, or its spectral radius in discrete time.
+        size: f64,
+        /// 0, or 1 in discrete time.
+        limit: f64,
+        /// Whether its coordinates are those of the plant.
+        plant: bool,
+    },
+    /// No gain of least width.
+    #[error("{}", no_least_width(*.quiet))]
+    NoLeastWidth {
+        /// An output without noise, from 0; none where no gain makes the comparison system stable.
+        quiet: Option<usize>,
+    },
+    /// A sliding-mode observer of an order without known gains.
+    #[error("gains of sliding-mode observers are for 1 to 5 states, not for {order}")]
+    SlidingOrder {
+        /// The number of states.
+        order: usize,
+    },
+    /// A number that the format of the target has not.
+    #[error("{format} has no number {}", short(*.value))]
+    NotStored {
+        /// The number.
+        value: f64,
+        /// The format.
+        format: luenberger_proof::statement::Format,
+    },
+    /// An exponential that is too large to be enclosed.
+    #[error("exp(A h) is too large to be enclosed for the period {}", short(*.period))]
+    Exponential {
+        /// The period.
+        period: f64,
+    },
     /// Floating point finds an unstable eigenvalue, and exact arithmetic does not confirm it.
     #[error(
         "whether {what} is Hurwitz is undecided: its spectral abscissa is {abscissa}, up to rounding",
@@ -324,6 +373,17 @@ pub enum DesignError {
         /// Its spectral abscissa in floating point.
         abscissa: f64,
     },
+}
+
+/// Why there is no gain of least width.
+fn no_least_width(quiet: Option<usize>) -> String {
+    match quiet {
+        Some(output) => format!(
+            "the gain of the least width needs a bound of the noise of every output above 0, and y{} has none: no gain is too large for it",
+            output + 1
+        ),
+        None => "no gain makes the comparison system of the error stable in the coordinates of the plant".to_owned(),
+    }
 }
 
 /// `1, 0.5`.

@@ -48,6 +48,7 @@ pub mod names;
 mod number;
 pub mod program;
 mod rust;
+pub mod step;
 
 pub use error::ExportError;
 pub use fixed_point::FixedPointExport;

@@ -12,6 +12,7 @@ use nalgebra::{DMatrix, DVector, Dyn, RealField};
 use crate::error::ExportError;
 use crate::extension::{ExtensionMaps, SampledExtension};
 use crate::kkl::Kkl;
+use crate::step::ExpressionStep;
 
 /// The format of numbers on the target.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -75,6 +76,8 @@ pub enum Program {
     Kkl(Kkl<f64>),
     /// An observer of expressions.
     Extension(SampledExtension<f64>),
+    /// An observer whose step is given by expressions.
+    Step(ExpressionStep<f64>),
 }
 
 /// The right-hand sides of a nonlinear plant in the form in which a program needs them.
@@ -131,6 +134,7 @@ impl Program {
             Self::Discrete(observer) => observer.dimensions(),
             Self::Kkl(observer) => observer.dimensions(),
             Self::Extension(observer) => observer.dimensions(),
+            Self::Step(observer) => observer.dimensions(),
         }
     }
 
@@ -150,6 +154,7 @@ impl Program {
             Self::Discrete(observer) => Some(observer.plant().routines()),
             Self::Kkl(observer) => Some(observer.plant().routines()),
             Self::Extension(observer) => Some(observer.plant().routines()),
+            Self::Step(observer) => Some(observer.flow().routines()),
         }
     }
 
@@ -158,7 +163,7 @@ impl Program {
         let all = self.routines()?;
         let (motion, measurement) = match self {
             Self::Kalman(_) => (all.motion, all.measurement),
-            Self::Discrete(_) | Self::Kkl(_) | Self::Unscented(_) => (all.f, all.h),
+            Self::Discrete(_) | Self::Kkl(_) | Self::Unscented(_) | Self::Step(_) => (all.f, all.h),
             _ => (all.f, all.measurement),
         };
         Some(Maps { motion, measurement, extension: self.extension() })
@@ -190,7 +195,7 @@ impl Program {
     /// Runge-Kutta steps between two samples, if there are any.
     pub(crate) fn substeps(&self) -> Option<usize> {
         match self {
-            Self::Linear(_) | Self::Cubic(_) | Self::Discrete(_) => None,
+            Self::Linear(_) | Self::Cubic(_) | Self::Discrete(_) | Self::Step(_) => None,
             Self::Kkl(observer) => Some(observer.substeps()),
             Self::Kalman(filter) => filter.substeps(),
             Self::Unscented(filter) => filter.substeps(),
@@ -210,6 +215,7 @@ impl Program {
             Self::Discrete(observer) => observer.period(),
             Self::Kkl(observer) => observer.period(),
             Self::Extension(observer) => observer.period(),
+            Self::Step(observer) => observer.period(),
         }
     }
 
@@ -251,7 +257,7 @@ impl Program {
             Self::Copy(observer) => vec![("L", observer.l())],
             Self::Discrete(observer) => vec![("L", observer.l())],
             Self::Kkl(observer) => return observer.matrices(),
-            Self::Extension(_) => Vec::new(),
+            Self::Extension(_) | Self::Step(_) => Vec::new(),
         };
         all.extend(self.feedthrough().map(|d| ("D", d)));
         all.into_iter().map(|(name, matrix)| (name, matrix.clone())).collect()
@@ -267,7 +273,8 @@ impl Program {
             | Self::Copy(_)
             | Self::Discrete(_)
             | Self::Kkl(_)
-            | Self::Extension(_) => return None,
+            | Self::Extension(_)
+            | Self::Step(_) => return None,
         })
     }
 
@@ -281,7 +288,8 @@ impl Program {
             | Self::Copy(_)
             | Self::Discrete(_)
             | Self::Kkl(_)
-            | Self::Extension(_) => None,
+            | Self::Extension(_)
+            | Self::Step(_) => None,
         }
     }
 
@@ -310,6 +318,7 @@ impl Program {
             Self::Discrete(observer) => vec![("PERIOD", observer.period())],
             Self::Kkl(observer) => vec![("PERIOD", observer.period())],
             Self::Extension(observer) => vec![("PERIOD", observer.period())],
+            Self::Step(observer) => vec![("PERIOD", observer.period())],
         }
     }
 
@@ -435,6 +444,7 @@ impl Program {
                 let period = nalgebra::convert(observer.period());
                 Cast::Extension(InterSampleObserver::new(plant, own, period, observer.substeps())?)
             }
+            Self::Step(observer) => Cast::Step(observer.cast(nalgebra::convert(observer.period()))?),
             Self::Discrete(observer) => {
                 let (plant, l) = (observer.plant().clone(), cast(observer.l()));
                 Cast::Discrete(DiscreteNonlinearObserver::new(plant, l, nalgebra::convert(observer.period()))?)
@@ -514,6 +524,7 @@ impl Program {
                 observer.substeps() * (4 * slope + combined(z + p)) + estimate + jump
             }
             Self::Discrete(_) => motion + measurement + p + product(n, p) + n,
+            Self::Step(_) => motion,
             Self::Kkl(observer) => {
                 let z = observer.dimensions().state;
                 let [(_, inverse), _] = observer.trees();
@@ -562,13 +573,16 @@ pub(crate) enum Cast<T: RealField + Copy> {
     Discrete(DiscreteNonlinearObserver<ExpressionPlant, T, Dyn, Dyn, Dyn>),
     Kkl(Kkl<T>),
     Extension(SampledExtension<T>),
+    Step(ExpressionStep<T>),
 }
 
 impl<T: RealField + Copy> Cast<T> {
     /// The state with this estimate.
     pub(crate) fn start(&self, estimate: DVector<T>) -> State<T> {
         match self {
-            Self::Linear(_) | Self::Cubic(_) | Self::Copy(_) | Self::Discrete(_) => State::Estimate(estimate),
+            Self::Linear(_) | Self::Cubic(_) | Self::Copy(_) | Self::Discrete(_) | Self::Step(_) => {
+                State::Estimate(estimate)
+            }
             Self::Kkl(observer) => {
                 let z = observer.start(&estimate);
                 State::Target { xhat: observer.estimate(&z), z }
@@ -591,6 +605,7 @@ impl<T: RealField + Copy> Cast<T> {
             (Self::Cubic(observer), State::Estimate(xhat)) => observer.step(T::zero(), xhat, u, y),
             (Self::Copy(observer), State::Estimate(xhat)) => observer.step(t(observer.period()), xhat, u, y),
             (Self::Discrete(observer), State::Estimate(xhat)) => observer.step(t(observer.period()), xhat, u, y),
+            (Self::Step(observer), State::Estimate(z)) => observer.step(t(observer.period()), z, u, y),
             (Self::Kkl(observer), State::Target { z, xhat }) => {
                 observer.step(t(observer.period_in_format()), z, y);
                 *xhat = observer.estimate(z);
@@ -610,6 +625,10 @@ impl<T: RealField + Copy> Cast<T> {
         use luenberger_plants::Plant;
         let (plant, period) = match self {
             Self::Linear(_) | Self::Cubic(_) => return None,
+            Self::Step(observer) => {
+                let t = nalgebra::convert::<f64, T>(sample as f64) * observer.period();
+                return Some(observer.output(t, &state.estimate()));
+            }
             Self::Kalman(filter) => (filter.plant(), filter.period()),
             Self::Unscented(filter) => (filter.plant(), filter.period()),
             Self::Copy(observer) => (observer.plant(), observer.period()),

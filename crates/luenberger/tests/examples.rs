@@ -28,6 +28,7 @@ examples! {
     "../examples/extended_kalman.rs" extended_kalman
     "../examples/high_gain.rs" high_gain
     "../examples/immersion_invariance.rs" immersion_invariance
+    "../examples/interval.rs" interval
     "../examples/kkl.rs" kkl
     "../examples/kkl_peb.rs" kkl_peb
     "../examples/linear.rs" linear
@@ -39,6 +40,7 @@ examples! {
     "../examples/numerical_kkl.rs" numerical_kkl
     "../examples/on_the_target.rs" on_the_target
     "../examples/pebo.rs" pebo
+    "../examples/sliding_mode.rs" sliding_mode
     "../examples/unscented_kalman.rs" unscented_kalman
 }
 

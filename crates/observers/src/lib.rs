@@ -37,6 +37,8 @@
 //! | [`deviation`] | a linear observer of a nonlinear plant, in deviations from an operating point |
 //! | [`proportional_integral`] | a disturbance estimated with the state |
 //! | [`unknown_input`] | an estimate that does not depend on an unknown disturbance |
+//! | [`interval`] | bounds that enclose the state |
+//! | [`sliding_mode`] | super-twisting observer and robust exact differentiator, with an implicit step |
 //! | [`output_feedback`] | an observer with the feedback `u = r - K xhat` as one block |
 //! | `static_size` (feature `alloc`) | designed observers with the sizes and the scalar of the target |
 //! | `serialization` (feature `serde`) | linear observers in files: matrices by rows, read through the constructors |
@@ -67,6 +69,7 @@ pub mod fixed_point;
 pub mod high_gain;
 pub mod immersion_invariance;
 pub mod inter_sample;
+pub mod interval;
 pub mod kalman;
 mod kalman_on_slices;
 pub mod kkl;
@@ -88,6 +91,7 @@ pub mod semi_implicit;
 mod semidefinite;
 #[cfg(feature = "serde")]
 mod serialization;
+pub mod sliding_mode;
 #[cfg(feature = "alloc")]
 pub mod static_size;
 pub mod stationary_kalman;
@@ -111,6 +115,7 @@ pub use fixed_point::{
 pub use high_gain::{HighGainMap, HighGainObserver, StaticHighGainObserver};
 pub use immersion_invariance::{Immersion, ImmersionInvarianceObserver};
 pub use inter_sample::InterSampleObserver;
+pub use interval::{Comparison, IntervalObserver, SampledIntervalGains, SampledIntervalObserver};
 pub use kalman::{ExtendedKalmanFilter, GaussianEstimate, Innovation, NoiseModel, StaticExtendedKalmanFilter};
 pub use kkl::{KklMap, KklObserver, LeftInverse, LinearKkl};
 pub use kkl_peb::{KklPebObserver, Memory, Reset};
@@ -127,6 +132,7 @@ pub use output_feedback::OutputFeedback;
 pub use pebo::{PeboObserver, Regression};
 pub use proportional_integral::ProportionalIntegralObserver;
 pub use sampled_copy::{SampledCopy, StaticSampledCopy};
+pub use sliding_mode::SlidingModeObserver;
 pub use stationary_kalman::{StaticStationaryKalmanFilter, StationaryKalmanFilter};
 pub use unknown_input::UnknownInputObserver;
 pub use unscented::{SigmaPoints, SquareRootEstimate, StaticUnscentedKalmanFilter, UnscentedKalmanFilter};

@@ -20,7 +20,7 @@ use nalgebra::{DMatrix, DVector};
 use crate::deployment::{Evidence, MARGIN, Matrices, SampledDesign, stored};
 use crate::results::FailureReport;
 use crate::signal::Input;
-use crate::study::{ObserverSpec, Simulation, Study};
+use crate::study::{ObserverKind, ObserverSpec, Simulation, Study};
 
 /// The gain K with which the study feeds back the estimate of an observer.
 ///
@@ -33,8 +33,13 @@ pub fn gain<'a>(study: &'a Study, observer: &ObserverSpec) -> Result<&'a DMatrix
         line: observer.place.line,
         cause: None,
     };
-    if !observer.kind.estimated_disturbances().is_empty() {
-        let hypothesis = "an observer that estimates disturbances too has no export with its feedback";
+    let has_bounds = matches!(observer.kind, ObserverKind::Interval(_));
+    if has_bounds || !observer.kind.estimated_disturbances().is_empty() {
+        let hypothesis = if has_bounds {
+            "an interval observer has no export with its feedback"
+        } else {
+            "an observer that estimates disturbances too has no export with its feedback"
+        };
         let instead = "without --feedback: the first states of the exported observer are xhat of u = r - K xhat";
         return Err(FailureReport { alternatives: vec![instead.to_owned()], ..failure(hypothesis.to_owned()) });
     }

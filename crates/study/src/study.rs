@@ -486,6 +486,10 @@ pub enum ObserverKind {
         /// Given maps; none for the copy of a plant in triangular form.
         maps: Option<Box<crate::maps::HighGainMaps>>,
     },
+    /// Interval observer.
+    Interval(Box<IntervalSpec>),
+    /// Sliding-mode observer.
+    SlidingMode(SlidingModeSpec),
     /// The extended Kalman filter.
     ExtendedKalman {
         /// W, n x n.
@@ -517,6 +521,30 @@ pub enum ObserverKind {
     ImmersionInvariance(Box<crate::maps::ImmersionSpec>),
     /// Numerical KKL observer.
     KklNumerical(KklSpec),
+}
+
+/// Specification of a sliding-mode observer.
+#[derive(Debug, Clone, PartialEq)]
+pub struct SlidingModeSpec {
+    /// The bound of what the model leaves open in the last derivative.
+    pub bound: f64,
+    /// The gains, n of them; none for those that follow from the bound.
+    pub gains: Option<Vec<f64>>,
+    /// The sampling period.
+    pub period: f64,
+    /// Whether the explicit Euler method is used, for comparison.
+    pub explicit: bool,
+}
+
+/// Specification of an interval observer.
+#[derive(Debug, Clone, PartialEq)]
+pub struct IntervalSpec {
+    /// The gain; none for the one of the least width.
+    pub gain: Option<LinearSpec>,
+    /// The coordinates in which the error is bounded.
+    pub coordinates: luenberger_design::ErrorCoordinates,
+    /// Bounds of |x(0) - xhat(0)|, n numbers.
+    pub first: Vec<f64>,
 }
 
 /// Specification of an unscented Kalman filter.
@@ -602,6 +630,9 @@ impl ObserverKind {
             | Self::SampledCubic { linear, varying: None, .. } => {
                 matches!(linear.gain, GainSpec::DecayRate(_) | GainSpec::Lmi)
             }
+            Self::Interval(spec) => {
+                spec.gain.as_ref().is_none_or(|linear| matches!(linear.gain, GainSpec::DecayRate(_) | GainSpec::Lmi))
+            }
             Self::SampledCubic { varying: Some(_), .. }
             | Self::NormFilter(_)
             | Self::Lpv { .. }
@@ -609,6 +640,7 @@ impl ObserverKind {
             | Self::MeanValue { .. } => true,
             Self::OptimalCubic(_)
             | Self::HighGain { .. }
+            | Self::SlidingMode(_)
             | Self::ReducedOrder(_)
             | Self::ExtendedKalman { .. }
             | Self::Unscented(_)
@@ -631,6 +663,8 @@ impl ObserverKind {
             Self::ProportionalIntegral { chain: None, .. } => "proportional-integral",
             Self::ProportionalIntegral { chain: Some(_), .. } => "extended-state",
             Self::UnknownInput { .. } => "unknown-input",
+            Self::Interval(_) => "interval",
+            Self::SlidingMode(_) => "sliding-mode",
             Self::ReducedOrder(_) => "reduced-order",
             Self::NormFilter(spec) => match spec.norm {
                 luenberger_design::Norm::HInfinity => "h-infinity",
@@ -656,6 +690,7 @@ impl ObserverKind {
     pub fn period(&self) -> Option<f64> {
         match self {
             Self::SampledCubic { period, .. } | Self::ExtendedKalman { period, .. } => Some(*period),
+            Self::SlidingMode(spec) => Some(spec.period),
             Self::Unscented(spec) => Some(spec.period),
             Self::MovingHorizon(spec) => Some(spec.period),
             _ => None,
@@ -727,6 +762,19 @@ impl ObserverKind {
             | Self::MeanValue { rate, .. } => *rate *= factor,
             Self::ReducedOrder(poles) => poles.iter_mut().for_each(|pole| *pole *= factor),
             Self::HighGain { r, .. } => *r /= factor,
+            // Gains as for a bound that is factor^n times as large: time in units of 1/factor.
+            Self::SlidingMode(spec) => {
+                if let Some(gains) = &mut spec.gains {
+                    for (i, gain) in gains.iter_mut().enumerate() {
+                        *gain *= factor.powi(i32::try_from(i + 1).unwrap_or(i32::MAX));
+                    }
+                }
+            }
+            Self::Interval(spec) => {
+                if let Some(gain) = &mut spec.gain {
+                    *gain = linear(gain);
+                }
+            }
             Self::KklNumerical(KklSpec { cutoff: Some(cutoff), .. }) => *cutoff *= factor,
             Self::OptimalCubic(_)
             | Self::Lpv { .. }

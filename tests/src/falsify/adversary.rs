@@ -13,6 +13,7 @@ use super::disturbed;
 use super::document::{binary64, float_matrix, is_single, matrix, matrix_with_columns, number, symmetric};
 use super::exact::Exact;
 use super::filters;
+use super::intervals;
 use super::kkl;
 use super::programs;
 use super::random::Random;
@@ -34,6 +35,9 @@ pub(super) const ADVERSARIES: &[(&str, Adversary)] = &[
     ("sampled-cubic-observer", sampled),
     ("unknown-input-observer", unknown_input),
     ("input-to-state-stability", disturbed::contradicted),
+    ("interval-observer", intervals::continuous),
+    ("sampled-interval-observer", intervals::sampled),
+    ("super-twisting-observer", super_twisting),
     ("reduced-order-observer", reduced_order),
     ("h-infinity-filter", filters::gain_contradicted),
     ("h2-filter", filters::variance_contradicted),
@@ -411,6 +415,40 @@ fn unknown_input(document: &Value, random: &mut Random) -> Found {
     let at = directions(&forms, p.rows, random);
     let h = p.times(&n).times(&c).he();
     falls_along_cubic(&m.negative(), &c.congruent(&theta), &h, &at, random)
+}
+
+/// `V' <= -alpha V/|z1|` for the worst F at every z, and `|z1| <= c V^(1/2)`.
+fn super_twisting(document: &Value, random: &mut Random) -> Found {
+    let (observer, lyapunov) = (&document["observer"], &document["lyapunov"]);
+    let (k1, k2, bound) = (single(&observer["k1"]), single(&observer["k2"]), single(&document["bounds"]["F"]));
+    let (p, alpha, c) = (matrix(&lyapunov["P"], random), single(&lyapunov["alpha"]), single(&lyapunov["c"]));
+    for (what, x) in [("k1", &k1), ("k2", &k2), ("bound", &bound), ("alpha", &alpha), ("c", &c)] {
+        ensure(x.sign() > 0, || format!("false: {what} > 0"))?;
+    }
+    ensure(p.is_positive(), said("P > 0"))?;
+    margin_of(document, 0, &p)?;
+    let number = Exact::number;
+    for step in -16..=16_i32 {
+        // z1 > 0 by symmetry; z2 in units in which both parts of V are alike.
+        let (p11, p22) = (p.at(0, 0).near(), p.at(1, 1).near());
+        let scale = (p11 / p22).sqrt();
+        let (z1, z2) = if step == 16 { (0.0, 1.0) } else { (1.0, f64::from(step) * 0.25 * scale) };
+        let z = Exact::from_f64(2, 1, &[z1, z2]);
+        let value = z.congruent(&p);
+        ensure(c.times(&c).times(&value).minus(&number(z1 * z1)).sign() >= 0, said("|z1| <= c V^(1/2)"))?;
+        for sign in [-1.0, 1.0] {
+            // |z1| z' = (-k1 z1 + z2, -2 k2 z1)/2 + (0, |z1| F).
+            let pushed = bound.times(&number(sign * z1));
+            let first = z.at(1, 0).minus(&k1.times(&number(z1))).scaled(&Exact::dyadic(1, 1));
+            let second = pushed.minus(&k2.times(&number(z1)));
+            let motion = Exact::from_numbers(2, 1, &[first, second]);
+            let slope = z.transposed().times(&p).times(&motion);
+            let rise = slope.plus(&slope).plus(&alpha.times(&value));
+            ensure(rise.sign() <= 0, said("V' <= -alpha V/|z1|"))?;
+        }
+    }
+    let seen = Exact::from_f64(2, 2, &[1.0, 0.0, 0.0, 0.0]);
+    margin_of(document, 2, &p.scaled(&c.times(&c)).minus(&seen))
 }
 
 /// `M T + N C = I` and `T A = F T + G C` with rational numbers, and F stable.

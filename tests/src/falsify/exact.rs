@@ -6,6 +6,7 @@
 //! whether all lie inside the unit circle. The polynomials are those of Faddeev and Le Verrier. Nothing here is shared
 //! with `luenberger-proof`.
 
+use dashu_int::ops::BitTest;
 use dashu_int::{IBig, Sign};
 
 /// A matrix of rational numbers.
@@ -103,6 +104,21 @@ impl Exact {
 
     pub(super) fn at(&self, i: usize, j: usize) -> Self {
         Self::rational(self.entries[i * self.cols + j].clone(), self.exponent, self.denominator.clone())
+    }
+
+    /// A float near the only entry.
+    pub(super) fn near(&self) -> f64 {
+        assert_eq!(self.entries.len(), 1);
+        let leading = |x: &IBig| {
+            let shift = x.bit_len().saturating_sub(64);
+            ((x >> shift).to_f64().value(), i32::try_from(shift).unwrap_or(i32::MAX))
+        };
+        let ((above, up), (below, down)) = (leading(&self.entries[0]), leading(&self.denominator));
+        let exponent = self.exponent + i64::from(up) - i64::from(down);
+        // In two steps, of which neither overflows where the result does not.
+        let half = i32::try_from(exponent / 2).unwrap_or(0);
+        let rest = i32::try_from(exponent - exponent / 2).unwrap_or(0);
+        above / below * 2.0_f64.powi(half) * 2.0_f64.powi(rest)
     }
 
     /// The sign of the only entry.

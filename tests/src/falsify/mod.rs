@@ -14,6 +14,7 @@ mod disturbed;
 mod document;
 mod exact;
 mod filters;
+mod intervals;
 mod kkl;
 mod mutate;
 mod programs;

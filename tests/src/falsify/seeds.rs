@@ -6,10 +6,10 @@ use luenberger_design::lipschitz::{LipschitzPlant, Sector};
 use luenberger_design::mean_value::ContractingCoordinates;
 use luenberger_design::robust::PolytopicDesign;
 use luenberger_design::{
-    Certified, CubicDesign, CubicGain, DecoupledPlant, Disturbances, ErrorBound, FeedbackDesign, LinearDesign,
-    LipschitzDesign, Periods, ReducedOrderDesign, SampledCubicDesign, Theorem1, UnknownInputDesign,
-    VaryingPeriodDesign, at_varying_periods, deployed_linear, joint_design, lyapunov_certificate_file,
-    stein_certificate_file,
+    Certified, CubicDesign, CubicGain, DecoupledPlant, DiscreteDesign, Disturbances, ErrorBound, ErrorCoordinates,
+    FeedbackDesign, IntervalDesign, Kept, LinearDesign, LipschitzDesign, Periods, ReducedOrderDesign,
+    SampledCubicDesign, SampledIntervalDesign, SuperTwistingDesign, Theorem1, UnknownInputDesign, VaryingPeriodDesign,
+    at_varying_periods, deployed_linear, joint_design, lyapunov_certificate_file, stein_certificate_file,
 };
 use luenberger_linalg::{lqr, lyapunov, stein};
 use luenberger_lmi::{Problem, he, sdpa};
@@ -38,6 +38,9 @@ pub(super) const GENERATORS: &[(&str, Generator)] = &[
     ("sampled-cubic-observer", sampled),
     ("unknown-input-observer", unknown_input),
     ("input-to-state-stability", input_to_state),
+    ("interval-observer", interval),
+    ("sampled-interval-observer", sampled_interval),
+    ("super-twisting-observer", super_twisting),
     ("reduced-order-observer", reduced_order),
     ("h-infinity-filter", super::filters::h_infinity),
     ("h2-filter", super::filters::h2),
@@ -280,6 +283,55 @@ fn input_to_state(random: &mut Random) -> Option<CertificateFile> {
         return written(bound.certificate_file("uncertain"));
     }
     written(ErrorBound::cubic(&design, &acting).ok()?.certificate_file("cubic"))
+}
+
+fn super_twisting(random: &mut Random) -> Option<CertificateFile> {
+    let bound = 2.0_f64.powi(random.integer(-6, 6)) * random.between(1.0, 2.0);
+    let (k1, k2) = (random.between(2.1, 4.0) * bound.sqrt(), random.between(1.1, 4.0) * bound);
+    written(SuperTwistingDesign::new([k1, k2], bound).ok()??.certificate_file("super-twisting"))
+}
+
+fn coordinates(random: &mut Random) -> ErrorCoordinates {
+    if random.once_in(3) { ErrorCoordinates::Plant } else { ErrorCoordinates::Modal }
+}
+
+fn interval(random: &mut Random) -> Option<CertificateFile> {
+    let plant = plant(random, 4)?;
+    let (n, p) = (plant.a.nrows(), plant.c.nrows());
+    let acting = disturbances(n, p, random);
+    let first = vec![1.0; n];
+    if random.once_in(4) {
+        return written(IntervalDesign::least_width(&plant, &acting, &first).ok()?.certificate_file("least width"));
+    }
+    let design = linear(&plant, random)?;
+    let found = IntervalDesign::new(&design.observer, &acting, coordinates(random), &first);
+    written(found.ok()?.certificate_file("interval"))
+}
+
+fn sampled_interval(random: &mut Random) -> Option<CertificateFile> {
+    let plant = plant(random, 3)?;
+    let (n, m, p) = (plant.a.nrows(), plant.b.ncols(), plant.c.nrows());
+    let design = linear(&plant, random)?;
+    let h = random.between(0.02, 0.3);
+    let discrete = DiscreteDesign::sampled(&design, h).ok()?;
+    let size = |random: &mut Random| 2.0_f64.powi(random.integer(-6, 2));
+    let q = random.below(3);
+    let w: Vec<f64> = (0..q).map(|_| size(random)).collect();
+    let v: Vec<f64> = (0..p).map(|_| size(random)).collect();
+    let kept = Kept {
+        first: vec![1.0; n],
+        estimates: (0..n).map(|_| size(random)).collect(),
+        inputs: (0..m).map(|_| size(random)).collect(),
+        format: if random.once_in(2) { Format::Binary32 } else { Format::Binary64 },
+    };
+    let e = random.matrix(n, q);
+    let (acting, gain) = ((&e, w.as_slice(), v.as_slice()), (discrete.observer.l(), coordinates(random)));
+    let found = if random.once_in(2) {
+        SampledIntervalDesign::sampled(&plant, acting, gain, h, &kept)
+    } else {
+        SampledIntervalDesign::of_discrete(discrete.observer.plant(), acting, gain, h, &kept)
+    };
+    written(found.ok()?.certificate_file("sampled interval"))
 }
 
 /// The unknown input acts on the derivatives of some outputs: E = C'(CC')^-1 R with a regular R, so that C E = R.

@@ -12,9 +12,10 @@ use luenberger_design::lipschitz::{LipschitzPlant, Sector};
 use luenberger_design::mean_value::{ContractingCoordinates, MeanValueDesign};
 use luenberger_design::robust::{PolytopicDesign, certify_gain};
 use luenberger_design::{
-    Certified, CubicDesign, CubicGain, DecoupledPlant, DiscreteLpvDesign, Disturbances, ErrorBound, FeedbackDesign,
-    GainOptions, Goal, LinearDesign, LipschitzDesign, LpvDesign, LyapunovWeight, Norm, NormFilterDesign, Performance,
-    Periods, ReducedOrderDesign, Region, SampledCubicDesign, Theorem1, Time, Uncertainty, UnknownInputDesign,
+    Certified, CubicDesign, CubicGain, DecoupledPlant, DiscreteDesign, DiscreteLpvDesign, Disturbances, ErrorBound,
+    ErrorCoordinates, FeedbackDesign, GainOptions, Goal, IntervalDesign, Kept, LinearDesign, LipschitzDesign,
+    LpvDesign, LyapunovWeight, Norm, NormFilterDesign, Performance, Periods, ReducedOrderDesign, Region,
+    SampledCubicDesign, SampledIntervalDesign, SuperTwistingDesign, Theorem1, Time, Uncertainty, UnknownInputDesign,
     VaryingPeriodDesign, at_varying_periods, deployed_linear, joint_design, lyapunov_certificate_file,
     stein_certificate_file, theta_from_importance,
 };
@@ -153,7 +154,33 @@ fn of_linear_plants() -> Vec<CertificateFile> {
     files.push(CertificateFile::prove("the real gain", structured).unwrap());
     files.extend(under_disturbances(&example1, &cubic));
     files.extend(without_disturbance());
+    files.extend(enclosing());
+    for (k, bound) in [([2.1, 1.1], 1.0), ([7.0, 9.0], 5.0)] {
+        files.push(SuperTwistingDesign::new(k, bound).unwrap().unwrap().certificate_file("super-twisting").unwrap());
+    }
     files.push(sampled.linear_certificate_file("sampled, linear").unwrap());
+    files
+}
+
+/// Interval observers: modal coordinates with a complex pair, the plant's coordinates, and sampled in both formats.
+fn enclosing() -> Vec<CertificateFile> {
+    let plant = StateSpace::new(dmatrix![-1.0, 2.0; -4.0, -2.0], dmatrix![0.0; 5.0], dmatrix![1.0, 0.0]).unwrap();
+    let acting = Disturbances::of_states_and_outputs(&dmatrix![1.0; 0.0], &[0.3], &[0.05]);
+    let first = [1.0, 1.0];
+    let poles = [nalgebra::Complex::new(-4.0, 3.0), nalgebra::Complex::new(-4.0, -3.0)];
+    let linear = LinearDesign::with_poles(&plant, &poles).unwrap();
+    let modal = IntervalDesign::new(&linear.observer, &acting, ErrorCoordinates::Modal, &first).unwrap();
+    let least = IntervalDesign::least_width(&plant, &acting, &first).unwrap();
+    let mut files = vec![modal.certificate_file("modal").unwrap(), least.certificate_file("least width").unwrap()];
+    let discrete = DiscreteDesign::sampled(&linear, 0.05).unwrap();
+    for format in [Format::Binary32, Format::Binary64] {
+        let kept = Kept { first: first.to_vec(), estimates: vec![3.0; 2], inputs: vec![1.0], format };
+        let gain = (discrete.observer.l(), ErrorCoordinates::Modal);
+        let acting = (&dmatrix![1.0; 0.0], &[0.3][..], &[0.05][..]);
+        let held = SampledIntervalDesign::sampled(&plant, acting, gain, 0.05, &kept).unwrap();
+        let exact = SampledIntervalDesign::of_discrete(discrete.observer.plant(), acting, gain, 0.05, &kept).unwrap();
+        files.extend([held.certificate_file("held").unwrap(), exact.certificate_file("discrete").unwrap()]);
+    }
     files
 }
 
@@ -433,10 +460,13 @@ fn places(value: &Value, at: &str, numbers: &mut Vec<String>, matrices: &mut Vec
 
 /// Puts a number in its place, and in the mirrored one where the matrix was symmetric.
 fn put(file: &mut Value, at: &str, x: f64) {
-    let mut parts: Vec<&str> = at.rsplitn(3, '/').collect();
-    parts.reverse();
-    let mirrored = format!("{}/{}/{}", parts[0], parts[2], parts[1]);
-    let is_symmetric = file.pointer(&mirrored).is_some_and(|other| Some(other) == file.pointer(at));
+    let parts: Vec<&str> = at.rsplitn(3, '/').collect();
+    // A number of the document itself has no row and column.
+    let mirrored = match parts[..] {
+        [column, row, matrix] => format!("{matrix}/{column}/{row}"),
+        _ => at.to_owned(),
+    };
+    let is_symmetric = mirrored != at && file.pointer(&mirrored).is_some_and(|other| Some(other) == file.pointer(at));
     for at in [Some(at), is_symmetric.then_some(mirrored.as_str())].into_iter().flatten() {
         *file.pointer_mut(at).unwrap() = written(if x.is_finite() { x } else { f64::MAX });
     }

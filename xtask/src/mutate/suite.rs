@@ -33,6 +33,8 @@ const BINARIES: [(&str, &[&str]); 9] = [
     ("designs", &["crates/design/tests/it/designs.rs", "crates/design/tests/it/bad_input.rs"]),
     ("cubic", &["tests/tests/it/generators.rs", "tests/tests/it/theorems_cubic.rs"]),
     ("input_to_state", &["tests/tests/it/generators.rs", "tests/tests/it/theorems_input_to_state.rs"]),
+    ("interval", &["tests/tests/it/generators.rs", "tests/tests/it/theorems_interval.rs"]),
+    ("sliding_mode", &["tests/tests/it/theorems_sliding_mode.rs"]),
     ("filters", &["tests/tests/it/generators.rs", "tests/tests/it/theorems_filters.rs"]),
     ("sampled", &["tests/tests/it/generators.rs", "tests/tests/it/theorems_sampled.rs"]),
     ("uncertain", &["tests/tests/it/generators.rs", "tests/tests/it/theorems_uncertain.rs"]),

@@ -73,6 +73,8 @@ const DESIGN_UNITS: Suite = Suite { package: "luenberger-design", binaries: &["-
 const CUBIC: Suite = Suite { package: MODULES, binaries: &["--test", "cubic"], only: &[] };
 const INPUT_TO_STATE: Suite = Suite { package: MODULES, binaries: &["--test", "input_to_state"], only: &[] };
 const FILTERS: Suite = Suite { package: MODULES, binaries: &["--test", "filters"], only: &[] };
+const INTERVAL: Suite = Suite { package: MODULES, binaries: &["--test", "interval"], only: &[] };
+const SLIDING: Suite = Suite { package: MODULES, binaries: &["--test", "sliding_mode"], only: &[] };
 const SAMPLED: Suite = Suite { package: MODULES, binaries: &["--test", "sampled"], only: &[] };
 const UNCERTAIN: Suite = Suite { package: MODULES, binaries: &["--test", "uncertain"], only: &[] };
 const OPTIMAL: Suite = Suite { package: MODULES, binaries: &["--test", "optimal_cubic"], only: &[] };
@@ -913,6 +915,134 @@ pub(super) const SOURCES: &[Source] = &[
             mutant("filters: YC", Sign, "&p * &plant.a - &y * &plant.c", "&p * &plant.a + &y * &plant.c"),
             mutant("filters: YD", Sign, "&p * &of.e - &y * &of.d", "&p * &of.e + &y * &of.d"),
             mutant("H-infinity design: no H'H", Dropped, "block![[he(flow) + seen, driven", "block![[he(flow), driven"),
+        ],
+    },
+    Source {
+        file: "crates/proof/src/statement/interval_observer.rs",
+        suites: &[INTERVAL],
+        mutants: &[
+            mutant(
+                "interval: half of the spectral norm",
+                Dropped,
+                "Interval::of(turned).add(&Interval::of(mirrored)).hi() / 2.0",
+                "turned / 2.0",
+            ),
+            mutant(
+                "interval: mu without the spread",
+                Dropped,
+                "a.add(d).add(&Interval::of(spread)).hi() / 2.0",
+                "a.add(d).hi() / 2.0",
+            ),
+            mutant(
+                "interval: the norm in place of mu",
+                WrongOperand,
+                "if k == j { logarithmic_norm(",
+                "if k == j && k > m.rows() { logarithmic_norm(",
+            ),
+            mutant(
+                "interval: no noise in g",
+                Dropped,
+                ".sum(&forced(&l, &v)?)?.sum(&rounded_noise)?",
+                ".sum(&rounded_noise)?",
+            ),
+            mutant(
+                "interval: no disturbance in g",
+                Dropped,
+                "forced(&e, &w)?.sum(&forced(&l, &v)?)?",
+                "forced(&l, &v)?",
+            ),
+            mutant(
+                "interval: T F in place of T F T^-1",
+                Dropped,
+                "self.t.product(f)?.product(&self.inverse)",
+                "self.t.product(f)?.product(&Matrix::scalar(self.order(), &Interval::point(1.0)))",
+            ),
+            mutant(
+                "interval: H of T",
+                WrongOperand,
+                "norm(&self.inverse, (i, 1), self.blocks[k])",
+                "norm(&self.t, (i, 1), self.blocks[k])",
+            ),
+            mutant(
+                "interval: a disturbance held over the period",
+                Dropped,
+                "chain(rest.as_slice().iter().copied())",
+                "chain(rest.as_slice().iter().map(|_| 0.0))",
+            ),
+        ],
+    },
+    Source {
+        file: "crates/design/src/interval/gain.rs",
+        suites: &[INTERVAL],
+        mutants: &[
+            mutant("least width: no bounds W", Dropped, "let term = bounds[j] * &bound;", "let term = 1.0 * &bound;"),
+            mutant("least width: E + LD", Sign, "&weight * e - &y * d", "&weight * e + &y * d"),
+        ],
+    },
+    Source {
+        file: "crates/observers/src/interval.rs",
+        suites: &[INTERVAL],
+        mutants: &[
+            mutant("interval observer: no g", Dropped, "entry(k, i, rho) + g[i]", "entry(k, i, rho)"),
+            mutant("interval step: y + C xhat", Sign, "*y - entry(&g.c, i, xhat)", "*y + entry(&g.c, i, xhat)"),
+            mutant(
+                "interval step: no constant",
+                Dropped,
+                "entry(&g.blocks, k, rho) + g.constant.get(k).copied().unwrap_or_else(T::zero)",
+                "entry(&g.blocks, k, rho)",
+            ),
+        ],
+    },
+    Source {
+        file: "crates/observers/src/sliding_mode.rs",
+        suites: &[SLIDING],
+        mutants: &[
+            mutant(
+                "sliding mode: the sign in the layer",
+                Hypothesis,
+                "return (zero, z / layer);",
+                "return (zero, sign);",
+            ),
+            mutant("sliding mode: layer h^n", Dropped, "|layer, _| layer * self.h)", "|layer, _| layer)"),
+            mutant("sliding mode: half the root", Constant, "(rest + rest) / (a +", "rest / (a +"),
+            mutant("sliding mode: correction to the explicit power", Constant, "for j in i..n {", "for j in i..=i {"),
+            mutant("sliding mode: no Newton step", Dropped, "for _ in 0..NEWTON {", "for _ in 0..0 * NEWTON {"),
+            mutant("sliding mode: weight without 1/degree!", Dropped, "weight * self.h / degree;", "weight * self.h;"),
+            mutant(
+                "Levant: gains of the recursive form",
+                Dropped,
+                "convert::<f64, T>(RECURSIVE[n - 1 - i]) * c.powf(exponent)",
+                "convert::<f64, T>(RECURSIVE[n - 1 - i]) + (c - c).powf(exponent)",
+            ),
+        ],
+    },
+    Source {
+        file: "crates/proof/src/statement/super_twisting.rs",
+        suites: &[SLIDING],
+        mutants: &[
+            mutant("super-twisting: k2 for 2 k2", Dropped, "k2.add(&k2).neg()", "k2.neg()"),
+            mutant(
+                "super-twisting: bound for its square",
+                Dropped,
+                "let square = bound.mul(&bound);",
+                "let square = bound.clone();",
+            ),
+            mutant("super-twisting: c for its square", Dropped, "scaled(&c.mul(&c))", "scaled(&c)"),
+        ],
+    },
+    Source {
+        file: "crates/design/src/sliding_mode.rs",
+        suites: &[SLIDING],
+        mutants: &[
+            mutant("super-twisting: alpha unscaled", Dropped, "(alpha * root, c *", "(alpha, c *"),
+            mutant("super-twisting: half the time", Constant, "2.0 * self.c / self.alpha", "self.c / self.alpha"),
+            mutant(
+                "reaching time: a quarter turn",
+                Constant,
+                "k1 / (4.0 * square.sqrt())",
+                "k1 / (8.0 * square.sqrt())",
+            ),
+            mutant("reaching time: against d", Sign, "(k - d * e.signum())", "(k + d * e.signum())"),
         ],
     },
     Source {

@@ -2,6 +2,8 @@
 
 use super::columns::table;
 use crate::numbers::{number, size};
+use luenberger_proof::wording::significant;
+use luenberger_study::Results;
 use luenberger_study::results::{ConsistencyReport, FilterReport, InnovationReport, LogReport, PlantSummary, log_data};
 use std::fmt::Write;
 
@@ -11,6 +13,20 @@ fn test(report: Option<&ConsistencyReport>) -> String {
 
 fn header(names: &[&str]) -> Vec<Vec<String>> {
     vec![names.iter().map(|name| (*name).to_owned()).collect()]
+}
+
+/// The interval observers of a simulation.
+pub(super) fn intervals(text: &mut String, results: &Results) {
+    _ = writeln!(text, "\nbounds of interval observers");
+    let mut rows = header(&["observer", "enclosed", "state", "mean width", "width at the end"]);
+    for report in &results.intervals {
+        for ((state, mean), end) in results.plant.states.iter().zip(&report.mean_width).zip(&report.final_width) {
+            let numbers = [significant(*mean, 4), significant(*end, 4)];
+            let names = [report.observer.clone(), report.coverage_in_words(), state.clone()];
+            rows.push(names.into_iter().chain(numbers).collect());
+        }
+    }
+    table(text, &rows);
 }
 
 /// The filters of a simulation.

@@ -73,6 +73,9 @@ fn results(step: Step, results: &Results, failures: &[String], folder: Option<&P
     if let Some(report) = &results.simulation {
         simulation(&mut text, results, report);
     }
+    if !results.intervals.is_empty() {
+        text_log::intervals(&mut text, results);
+    }
     if !results.filters.is_empty() {
         text_log::filters(&mut text, &results.filters);
     }

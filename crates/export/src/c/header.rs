@@ -147,7 +147,11 @@ fn not_finite(export: &Export) -> String {
         Program::Unscented(_) => format!(
             " * A value of {known} or y that is not finite, and a prediction whose covariance has no factor, make the estimate\n * not finite, for good, unless the plant does not depend on it or limits it:"
         ),
-        Program::Copy(_) | Program::Discrete(_) | Program::Kalman(_) | Program::Extension(_) => format!(
+        Program::Copy(_)
+        | Program::Discrete(_)
+        | Program::Kalman(_)
+        | Program::Extension(_)
+        | Program::Step(_) => format!(
             " * A value of {known} or y that is not finite makes the estimate not finite, for good, unless the plant does not\n * depend on it or limits it:"
         ),
     }

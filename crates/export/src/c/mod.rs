@@ -33,6 +33,7 @@ mod linear;
 pub(crate) mod plant;
 mod project;
 pub(crate) mod source;
+mod step;
 mod table;
 mod test;
 mod unscented;
@@ -113,7 +114,7 @@ pub(crate) fn kind(export: &Export) -> String {
         Program::Kalman(_) => "Extended Kalman filter",
         Program::Unscented(_) => "Unscented Kalman filter",
         Program::Kkl(_) => "Numerical KKL observer",
-        Program::Extension(_) => "Observer of expressions",
+        Program::Extension(_) | Program::Step(_) => "Observer of expressions",
         Program::Copy(_) | Program::Discrete(_) => "Copy of the plant with a constant gain",
     };
     let feedback = if export.feedback.is_some() { " with the feedback u = r - K xhat" } else { "" };

@@ -91,6 +91,7 @@ void {name}_reset({name}_state *state)
             extension::step(&mut text, export, observer, (maps, &observer.observer().routines()));
         }
         (Program::Discrete(_), Some(maps)) => copy::discrete_step(&mut text, export, maps),
+        (Program::Step(_), Some(maps)) => super::step::step(&mut text, export, maps),
         (Program::Copy(observer), Some(maps)) => copy::step(&mut text, export, maps, observer.substeps()),
         _ => linear::step(&mut text, export),
     }

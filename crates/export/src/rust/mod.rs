@@ -11,6 +11,7 @@ mod extension;
 mod kkl;
 mod plant;
 mod staticlib;
+mod step;
 mod test;
 
 use std::fmt::Write;
@@ -111,14 +112,20 @@ fn library(export: &Export) -> String {
         Program::Discrete(_) => ("DiscreteNonlinearObserver", ""),
         Program::Kkl(_) => ("SampledKkl", ""),
         Program::Extension(_) => ("InterSampleObserver", "ObserverDimensions"),
+        Program::Step(_) => ("Step", "ObserverDimensions"),
     };
     let fed = export.feedback.is_some();
-    let model = if export.program.maps().is_some() { "Model, " } else { "" };
+    let is_step = matches!(export.program, Program::Step(_));
+    let model = if export.program.maps().is_some() && !is_step { "Model, " } else { "" };
     let lengths = match export.program {
         Program::Discrete(_) => format!("Const<{n}>, Const<{m}>, Const<{p}>"),
         _ => format!("{n}, {m}, {p}"),
     };
-    let sizes = if model.is_empty() && !fed { "SMatrix, SVector" } else { "Const, SMatrix, SVector" };
+    let sizes = match (model.is_empty() && !fed, is_step) {
+        (true, true) => "SVector",
+        (true, false) => "SMatrix, SVector",
+        _ => "Const, SMatrix, SVector",
+    };
     let mut text = format!(
         "//! {} of {n} states, {m} inputs and {p} outputs, one step per sample.\n//!\n",
         kind.trim_start_matches("Static")
@@ -138,12 +145,13 @@ fn library(export: &Export) -> String {
         Program::Kkl(observer) => format!("{traits}\n{}", kkl::imports(observer)),
         _ => traits.to_owned(),
     };
-    let kind = if matches!(export.program, Program::Kkl(_)) { "" } else { kind };
+    let kind = if matches!(export.program, Program::Kkl(_)) || is_step { "" } else { kind };
     let types = [if fed { "OutputFeedback" } else { "" }, data, kind, "ObserverError"];
     let types = types.into_iter().filter(|name| !name.is_empty()).collect::<Vec<_>>().join(", ");
     let inner = match &export.program {
         Program::Kkl(observer) => kkl::kind(export, observer),
         Program::Extension(observer) => extension::kind(export, observer),
+        Program::Step(_) => "Step".to_owned(),
         _ => format!("{kind}<{model}{scalar}, {lengths}>"),
     };
     let observer = if fed {
@@ -196,6 +204,7 @@ pub fn observer() -> Result<Observer, ObserverError> {{
         Program::Discrete(_) => plant::discrete(&mut text, export),
         Program::Kkl(observer) => kkl::observer(&mut text, export, observer),
         Program::Extension(observer) => extension::observer(&mut text, export, observer),
+        Program::Step(_) => text.push_str("    Ok(Step)\n"),
     }
     text.push_str("}\n");
     if let Program::Kkl(observer) = &export.program {
@@ -204,7 +213,9 @@ pub fn observer() -> Result<Observer, ObserverError> {{
     if let Program::Extension(observer) = &export.program {
         extension::model(&mut text, export, observer);
     }
-    if let Some(routines) = export.program.routines() {
+    if let Program::Step(observer) = &export.program {
+        step::model(&mut text, export, observer);
+    } else if let Some(routines) = export.program.routines() {
         plant::model(&mut text, export, &routines);
     }
     text

@@ -8,6 +8,7 @@ use std::sync::Arc;
 
 use luenberger_export::extension::ExpressionObserver;
 use luenberger_export::kkl::{Interpolated, Inverse, Kkl};
+use luenberger_export::step::ExpressionStep;
 use luenberger_export::{Export, File, Names, Program, Scalar, golden};
 use luenberger_expression::{ExpressionPlant, Extrapolation, Interpolation, Parameters, Scope, Table, Tables};
 use luenberger_observers::numerical_kkl::polynomial_tree::monomial_count;
@@ -206,10 +207,31 @@ fn extension(random: &mut Random) -> Program {
     Program::Extension(InterSampleObserver::new(plant(random, (n, m, p)), observer, period, substeps).unwrap())
 }
 
+/// An observer whose step is given by expressions, with the outputs that its first states predict.
+fn step(random: &mut Random) -> Program {
+    let (n, m, p) = (2 + random.below(3), random.below(3), 1 + random.below(2));
+    let parameters = Parameters::from([("k".to_owned(), 0.7), ("J".to_owned(), -1.3)]);
+    let scope = Scope::plant(n, m + p).with(&parameters).unwrap();
+    let f: Vec<String> = (1..=n)
+        .map(|i| {
+            let depth = 1 + random.below(3);
+            let rest = expression(random, depth, (n, m + p));
+            let rest = rest.replace("line(", "sin(").replace("cubic(", "cos(");
+            format!("0.5*x{i} + 0.1*abs(u{}) + 0.3*tanh({rest})", m + 1)
+        })
+        .collect();
+    let h: Vec<String> = (1..=p).map(|i| format!("x{i}")).collect();
+    let flow = ExpressionPlant::within(&f, &h, &scope).unwrap_or_else(|error| panic!("{f:?}: {error}"));
+    Program::Step(ExpressionStep::new(flow, m, 0.02 + 0.01 * random.below(5) as f64).unwrap())
+}
+
 /// An observer of a nonlinear plant.
 pub(crate) fn nonlinear(random: &mut Random) -> Program {
     if random.below(6) == 0 {
         return Program::Kkl(kkl(random));
+    }
+    if random.below(6) == 0 {
+        return step(random);
     }
     let (n, m, p) = (1 + random.below(4), random.below(3), 1 + random.below(2));
     let plant = plant(random, (n, m, p));
@@ -435,7 +457,7 @@ fn what_is_not_finite_comes_out_the_same() {
         }
         let after = run[STEPS / 2..].iter().filter(|step| is_spoiled(step)).count();
         // An observer of expressions may not read what is not finite.
-        if k % 4 != 3 && !matches!(export.program(), Program::Extension(_)) {
+        if k % 4 != 3 && !matches!(export.program(), Program::Extension(_) | Program::Step(_)) {
             assert_eq!(after, if filter { 0 } else { STEPS / 2 }, "p{k}, {bad}");
         }
         spoiled += usize::from(after > 0);

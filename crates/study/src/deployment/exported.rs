@@ -17,7 +17,12 @@ pub fn exported(
     scalar: Scalar,
     initial: Option<&[f64]>,
 ) -> Result<Export, ExportError> {
-    let initial = initial.map_or_else(|| design.initial(observer), <[f64]>::to_vec);
+    let mut initial = initial.map_or_else(|| design.initial(observer), <[f64]>::to_vec);
+    let mut more = observer.kind.estimated_disturbances();
+    if let SampledDesign::Interval(interval) = &design {
+        initial = interval.start(scalar, &initial);
+        more = interval.names(&study.plant.states);
+    }
     let update = design.update_gain(observer).cloned();
     let program = match design {
         SampledDesign::Linear(design) => Program::Linear(design.observer.clone()),
@@ -27,6 +32,8 @@ pub fn exported(
         SampledDesign::Filter(design) => Program::Kalman(design.filter),
         SampledDesign::Unscented(design) => Program::Unscented(design.filter),
         SampledDesign::Extension(design) => Program::Extension(design.observer),
+        SampledDesign::Interval(design) => Program::Step(design.program(scalar)?),
+        SampledDesign::SlidingMode(design) => Program::Step(design.observer),
         SampledDesign::Kkl(design) => Program::Kkl(
             match design.observer {
                 KklStep::Two(plant, filter, inverse) => Kkl::two(&plant, filter, inverse),
@@ -39,7 +46,7 @@ pub fn exported(
     };
     let plant = &study.plant;
     let (mut states, mut units) = (plant.states.clone(), plant.units.clone());
-    states.extend(observer.kind.estimated_disturbances());
+    states.extend(more);
     if !units.is_empty() {
         units.resize(states.len(), String::new());
     }

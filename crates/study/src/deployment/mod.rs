@@ -6,21 +6,27 @@
 //! | `linear` | what is proved of an observer of a linear plant on its target |
 //! | `nonlinear` | observers of nonlinear plants with a step for each sample |
 //! | `exported` | the program that an export prints, under the names of the study |
+//! | `interval` | the interval observer |
+//! | `sliding_mode` | the sliding-mode observer |
 //! | `expressions` | the plant as expressions, which can be printed as source code |
 //! | `record` | the run of the study at the samples: what the exported step is compared with |
 
 mod exported;
 mod expressions;
+mod interval;
 mod linear;
 mod nonlinear;
 mod record;
+mod sliding_mode;
 
 pub use exported::exported;
+pub use interval::IntervalDeployment;
 pub(crate) use linear::MARGIN;
 pub use nonlinear::{
     CopyDesign, DiscreteCopyDesign, ExtensionDesign, FilterDesign, KklDesign, KklStep, UnscentedDesign,
 };
 pub use record::{Difference, Record, record};
+pub use sliding_mode::SlidingModeDeployment;
 
 use std::sync::atomic::AtomicBool;
 
@@ -58,6 +64,10 @@ pub enum SampledDesign {
     Kkl(Box<KklDesign>),
     /// An observer with given maps.
     Extension(Box<ExtensionDesign>),
+    /// The interval observer.
+    Interval(Box<IntervalDeployment>),
+    /// The sliding-mode observer.
+    SlidingMode(Box<SlidingModeDeployment>),
 }
 
 /// A sampled design, and the design of the study itself where it was needed.
@@ -243,6 +253,26 @@ pub(crate) fn sampled_of(
         let design = design.map_err(|error| failure(error.to_string(), &[]))?;
         return Ok(Sampled { design, period, of_the_study: None });
     }
+    if let (ObserverKind::Interval(spec), Some(plant)) = (&observer.kind, &linear) {
+        let design = names.with(|| {
+            let gain = match (&spec.gain, study.plant.dt) {
+                (None, _) => None,
+                (Some(gain), Some(dt)) => {
+                    Some(design::discrete_design(study, plant, gain, dt, observer)?.observer.l().clone())
+                }
+                (Some(gain), None) => {
+                    let options = observer.limits.options(study.solver, None);
+                    let found = design::linear_design(plant, gain, &options)
+                        .and_then(|linear| sampled_linear(&linear, gain, period))
+                        .map_err(|error| error.to_string())?;
+                    Some(found.observer.l().clone())
+                }
+            };
+            IntervalDeployment::new(study, observer, spec, (plant, gain), period)
+        });
+        let design = design.map_err(|why| failure(why, &[]))?;
+        return Ok(Sampled { design: SampledDesign::Interval(Box::new(design)), period, of_the_study: None });
+    }
     if let (ObserverKind::OptimalCubic(problem), Some(plant)) = (&observer.kind, &linear) {
         let design = names.with(|| {
             let found = luenberger_design::OptimalCubicDesign::new(plant, problem, None)?;
@@ -298,6 +328,22 @@ pub(crate) fn sampled_of(
     }
     let design = names.with(|| nonlinear::sampled(study, observer, &designed, period, substeps)).map_err(in_words)?;
     Ok(Sampled { design, period, of_the_study: Some(designed) })
+}
+
+/// Bounds of |x| and |u| in operation, for the widths that an interval observer states: 1.2 times those of the study's
+/// simulation; without one, those of the box of the first state, and 1.
+pub(crate) fn kept(study: &Study, observer: &ObserverSpec) -> (Vec<f64>, Vec<f64>) {
+    let first = match &observer.kind {
+        ObserverKind::Interval(spec) => spec.first.iter().zip(&observer.initial).map(|(w, x)| x.abs() + w).collect(),
+        _ => observer.initial.clone(),
+    };
+    let inputs = vec![1.0; study.plant.inputs.len()];
+    let Some(run) = study.simulation.as_ref().and_then(|simulation| crate::execute::plant_run(study, simulation))
+    else {
+        return (first, inputs);
+    };
+    let largest = |m: &DMatrix<f64>| m.column_iter().map(|column| MARGIN * column.amax()).collect::<Vec<_>>();
+    (largest(&run.x).into_iter().zip(first).map(|(x, first): (f64, f64)| x.max(first)).collect(), largest(&run.u))
 }
 
 /// The sampled linear design at an operating point.
@@ -440,6 +486,19 @@ pub fn evidence(study: &Study, observer: &ObserverSpec, design: &SampledDesign, 
                 extended.certificate.as_ref(),
                 "for the observer in continuous time",
                 &extended.statement,
+                &rest,
+            )
+        }
+        SampledDesign::Interval(interval) => interval.evidence(study, observer, format),
+        SampledDesign::SlidingMode(step) => {
+            let rest = format!(
+                "The step in this code solves the implicit equation in closed form; rounding to {format} is not covered."
+            );
+            of_statement(
+                title,
+                step.certificate.as_ref(),
+                "for the observer in continuous time",
+                &step.statement,
                 &rest,
             )
         }

@@ -15,7 +15,7 @@ use luenberger_plants::{Differentiable, Plant};
 use luenberger_proof::wording::significant;
 use nalgebra::{Const, DMatrix, DVector, Dyn};
 
-use super::SampledDesign;
+use super::{SampledDesign, SlidingModeDeployment};
 use crate::design::{Designed, Kkl, PrintedMean, Runnable};
 use crate::maps::{composed, whole};
 use crate::study::{ObserverKind, ObserverSpec, Study};
@@ -317,6 +317,15 @@ pub(super) fn sampled(
             let statement = report.statement.clone();
             Ok(SampledDesign::Kkl(Box::new(KklDesign { observer, statement })))
         }
+        Runnable::SlidingMode(_) => {
+            let ObserverKind::SlidingMode(spec) = &observer.kind else {
+                return Err(plain("the observer has another kind".to_owned()));
+            };
+            let observer = super::sliding_mode::step(study, spec)?;
+            let statement = report.statement.clone();
+            let certificate = certificate.clone();
+            Ok(SampledDesign::SlidingMode(Box::new(SlidingModeDeployment { observer, certificate, statement })))
+        }
         Runnable::PrintedMeanValue(_) if !is_integral(observer) => Err((
             "the mean-value observer as printed has no export with beta by an iteration: its number of steps depends on the data"
                 .to_owned(),
@@ -341,6 +350,8 @@ pub(super) fn sampled(
         | Runnable::Cubic(_)
         | Runnable::ProportionalIntegral(_)
         | Runnable::ProportionalIntegralCubic(_)
+        | Runnable::Interval(_)
+        | Runnable::SampledInterval(_)
         | Runnable::SampledCubic(_)
         | Runnable::DiscreteLinear(_)
         | Runnable::StationaryKalman(_)

@@ -7,17 +7,19 @@ use luenberger_design::{
 };
 use luenberger_observers::kalman::{ExtendedKalmanFilter, NoiseModel};
 use luenberger_plants::StateSpace;
+use luenberger_proof::statement::Format;
 use luenberger_proof::wording::significant;
 use nalgebra::DMatrix;
 
 use super::explain::{self, Misfit};
+use super::interval::{self, Sampling};
 use super::runnable::Runnable;
 use super::{Designed, NoDesign, facts, matrix, number, poles, verdict};
 use crate::results::{DesignReport, FailureReport};
 use crate::study::{GainSpec, LinearSpec, ObserverKind, ObserverSpec, RateSpec, Study};
 
 /// The kinds that there are.
-const KINDS: &str = "luenberger, kalman, h-infinity, h2, sampled-cubic, lpv, extended-kalman, ukf and mhe";
+const KINDS: &str = "luenberger, kalman, interval, h-infinity, h2, sampled-cubic, lpv, extended-kalman, ukf and mhe";
 
 pub(super) fn design(study: &Study, wish: &ObserverSpec, dt: f64, end: Option<Instant>) -> Result<Designed, NoDesign> {
     let kind = wish.kind.name();
@@ -50,6 +52,27 @@ pub(super) fn design(study: &Study, wish: &ObserverSpec, dt: f64, end: Option<In
             same(*period)?;
             let gain = gain_of(&linear()?, gain, dt, wish)?.map_err(explained)?;
             cubic(&gain, theta, correction, dt).map_err(explained)?
+        }
+        ObserverKind::Interval(spec) => {
+            let plant = linear()?;
+            if plant.d.is_some() {
+                let hypothesis = "the kind interval has no step for outputs with feedthrough D".to_owned();
+                return Err(explain::failure(wish, hypothesis, vec!["y - D u as the output".to_owned()]).into());
+            }
+            let gain = match &spec.gain {
+                Some(gain) => Some(gain_of(&plant, gain, dt, wish)?.map_err(explained)?.observer.l().clone()),
+                None => None,
+            };
+            let sampling = Sampling {
+                plant: &plant,
+                gain,
+                period: dt,
+                held: false,
+                operation: crate::deployment::kept(study, wish),
+                format: Format::Binary64,
+            };
+            let states = (&plant, study.plant.states.as_slice());
+            interval::discrete(states, &sampling, spec, wish.bounds.as_ref()).map_err(explained)?
         }
         ObserverKind::ExtendedKalman { w, v, p0, period, gate, .. } => {
             same(*period)?;

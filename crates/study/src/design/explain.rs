@@ -172,6 +172,18 @@ pub(super) fn misfit(study: &Study, wish: &ObserverSpec, misfit: &Misfit) -> Fai
                 DesignError::FixedPoles { .. } => {
                     vec!["`poles` with these zeros among them".to_owned(), "`lmi` or `kalman`".to_owned()]
                 }
+                DesignError::NoModalCoordinates { .. } => {
+                    vec!["distinct `poles`, or coordinates = \"plant\"".to_owned()]
+                }
+                DesignError::WidthGrows { plant: true, .. } => vec![
+                    "coordinates = \"modal\"".to_owned(),
+                    "least_width = true, which looks for a gain with a stable width".to_owned(),
+                ],
+                DesignError::WidthGrows { plant: false, .. } => vec!["faster or more separate `poles`".to_owned()],
+                DesignError::NoLeastWidth { quiet: None } => vec!["`poles`, with modal coordinates".to_owned()],
+                DesignError::NoLeastWidth { quiet: Some(_) } => {
+                    vec!["`noise` in `bounds` with a bound above 0 for each output, or `poles`".to_owned()]
+                }
                 DesignError::UnmatchedDisturbance { .. } | DesignError::UnstableZero { .. } => {
                     vec!["proportional-integral: for a disturbance that is constant or varies slowly".to_owned()]
                 }

@@ -5,6 +5,7 @@ mod disturbance;
 mod explain;
 mod feedback;
 mod immersion;
+mod interval;
 mod kkl;
 mod kkl_maps;
 mod linear;
@@ -18,14 +19,17 @@ mod peb;
 mod printed_mean_value;
 mod reduced_order;
 mod runnable;
+mod sliding_mode;
 mod unscented;
 
+pub(crate) use interval::{Sampling, sampled_design as sampled_interval, sampled_statement};
 pub use kkl::Kkl;
 pub use kkl_maps::candidate;
 pub use moving_horizon::MOST_SAMPLES;
 pub(crate) use noise_gain::SPEED_RATIO;
 pub use printed_mean_value::PrintedMean;
 pub use runnable::{At, Chains, Runnable, WithDisturbance, WithoutDisturbance};
+pub(crate) use sliding_mode::gains as sliding_mode_gains_of;
 
 use std::sync::atomic::AtomicBool;
 use std::time::Instant;
@@ -175,6 +179,12 @@ fn in_words(
         ObserverKind::UnknownInput { e, linear: gain, cubic } => {
             let plant = model.linear().ok_or_else(|| explain::not_linear(study, wish))?;
             disturbance::unknown_input(&plant, e, gain, cubic.as_ref(), &options).map_err(explained)
+        }
+        ObserverKind::SlidingMode(spec) => sliding_mode::design(study, wish, spec),
+        ObserverKind::Interval(spec) => {
+            let plant = model.linear().ok_or_else(|| explain::not_linear(study, wish))?;
+            let plant = (&plant, study.plant.states.as_slice());
+            interval::continuous(plant, spec, wish.bounds.as_ref(), &options).map_err(explained)
         }
         ObserverKind::ReducedOrder(poles) => {
             explain::output_of_the_state(study, wish)?;

@@ -3,10 +3,10 @@
 use luenberger_observers::high_gain::{HighGainMap, Place};
 use luenberger_observers::{
     CubicObserver, DeviationObserver, DiscreteLinearObserver, DiscreteNonlinearObserver, ExtendedKalmanFilter,
-    HighGainObserver, ImmersionInvarianceObserver, Integral, KklObserver, KklPebObserver, LinearObserver,
-    MeanValueObserver, MovingHorizonEstimator, NonlinearLuenbergerObserver, Observer, ObserverDimensions,
-    ProportionalIntegralObserver, SampledCubicObserver, SampledObserver, StationaryKalmanFilter, UnknownInputObserver,
-    UnscentedKalmanFilter,
+    HighGainObserver, ImmersionInvarianceObserver, Integral, IntervalObserver, KklObserver, KklPebObserver,
+    LinearObserver, MeanValueObserver, MovingHorizonEstimator, NonlinearLuenbergerObserver, Observer,
+    ObserverDimensions, ProportionalIntegralObserver, SampledCubicObserver, SampledIntervalObserver, SampledObserver,
+    SlidingModeObserver, StationaryKalmanFilter, UnknownInputObserver, UnscentedKalmanFilter,
 };
 use luenberger_plants::{Column, Plant, state_jacobian};
 use luenberger_sim::{Replay, Scenario};
@@ -43,6 +43,12 @@ pub enum Runnable {
     UnknownInput(Box<WithoutDisturbance<LinearObserver<f64, Dyn, Dyn, Dyn>>>),
     /// The same with a cubic term.
     UnknownInputCubic(Box<WithoutDisturbance<CubicObserver<f64, Dyn, Dyn, Dyn>>>),
+    /// Interval observer.
+    Interval(Box<IntervalObserver<LinearObserver<f64, Dyn, Dyn, Dyn>, f64, Dyn, Dyn, Dyn>>),
+    /// The same for samples.
+    SampledInterval(Box<SampledIntervalObserver<f64, Dyn, Dyn, Dyn, Dyn, Dyn>>),
+    /// Sliding-mode observer.
+    SlidingMode(Box<SlidingModeObserver<Model, f64, Dyn, Dyn, Dyn>>),
     /// Sampled cubic observer.
     SampledCubic(Box<SampledCubicObserver<f64, Dyn, Dyn, Dyn>>),
     /// Luenberger observer, or stationary Kalman predictor, in discrete time.
@@ -93,6 +99,7 @@ macro_rules! each {
             Runnable::ProportionalIntegralCubic($continuous) => $flow,
             Runnable::UnknownInput($continuous) => $flow,
             Runnable::UnknownInputCubic($continuous) => $flow,
+            Runnable::Interval($continuous) => $flow,
             Runnable::LinearAt($continuous) => $flow,
             Runnable::CubicAt($continuous) => $flow,
             Runnable::NonlinearLuenberger($continuous) => $flow,
@@ -109,6 +116,8 @@ macro_rules! each {
                 Kkl::Three($continuous) => $flow,
                 Kkl::ThreeEmbedded($continuous) => $flow,
             },
+            Runnable::SampledInterval($sampled) => $step,
+            Runnable::SlidingMode($sampled) => $step,
             Runnable::SampledCubic($sampled) => $step,
             Runnable::SampledCubicAt($sampled) => $step,
             Runnable::DiscreteLinear($sampled) => $step,
@@ -225,6 +234,21 @@ impl Runnable {
             }
             _ => None,
         }
+    }
+
+    /// The half-widths of the bounds of an interval observer, from its states (a row for each time).
+    pub fn half_widths(&self, states: &nalgebra::DMatrix<f64>) -> Option<nalgebra::DMatrix<f64>> {
+        let widths = |row: &[f64]| match self {
+            Self::Interval(observer) => Some(observer.half_widths(row)),
+            Self::SampledInterval(observer) => Some(observer.half_widths(row)),
+            _ => None,
+        };
+        let rows: Option<Vec<_>> = states
+            .row_iter()
+            .map(|row| widths(&row.iter().copied().collect::<Vec<_>>()).map(|widths| widths.transpose()))
+            .collect();
+        let rows = rows?;
+        if rows.is_empty() { None } else { Some(nalgebra::DMatrix::from_rows(&rows)) }
     }
 
     /// Whether inputs and outputs have its lengths.

@@ -256,6 +256,7 @@ fn run(log: &Log, replayed: ReplayedObserver) -> Run {
         innovation: replayed.innovation.map(|innovation| innovation.map(|nu| nu.unwrap_or(f64::NAN))),
         deviation: replayed.belief.as_ref().map(luenberger_sim::replay::Belief::deviation),
         estimate: Some(replayed.estimate),
+        half_width: None,
         disturbance: None,
         smoothed: replayed.smoothed.map(|smoothed| (smoothed.estimate.clone(), smoothed.deviation())),
         t: replayed.t,

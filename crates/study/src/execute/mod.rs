@@ -101,6 +101,7 @@ pub fn execute_in_part(
         observers: Vec::new(),
         simulation: None,
         filters: Vec::new(),
+        intervals: Vec::new(),
         log: None,
         sweep: None,
         warnings: Vec::new(),
@@ -293,6 +294,7 @@ fn stages(
         let simulated = simulate::all(study, simulation, &members, options, &finished)?;
         results.simulation = Some(simulated.report);
         results.filters = simulated.filters;
+        results.intervals = simulated.intervals;
         if let Some(error) = failed.into_inner().unwrap_or_else(std::sync::PoisonError::into_inner) {
             return Err(error);
         }

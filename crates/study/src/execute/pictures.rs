@@ -194,11 +194,19 @@ fn smoothed(
 
 /// What the bands are, where there are some.
 fn shaded(runs: &Runs<'_>) -> &'static str {
-    let any = runs.shown().any(|(_, run)| run.deviation.is_some());
-    if any { " Shaded: two standard deviations of a filter to either side." } else { "" }
+    let filters = runs.shown().any(|(_, run)| run.deviation.is_some());
+    let intervals = runs.shown().any(|(_, run)| run.half_width.is_some());
+    match (filters, intervals) {
+        (true, false) => " Shaded: two standard deviations of a filter to either side.",
+        (false, true) => " Shaded: from the lower to the upper bound of an interval observer.",
+        (true, true) => {
+            " Shaded: two standard deviations of a filter to either side, and the bounds of an interval observer."
+        }
+        (false, false) => "",
+    }
 }
 
-/// The panel with the band `of` +- 2 sigma of state i of a filter.
+/// The panel with the band `of` +- 2 sigma of state i of a filter, or +- r of an interval observer.
 fn bands(
     mut panel: Panel,
     runs: &Runs<'_>,
@@ -206,12 +214,15 @@ fn bands(
     of: impl Fn(usize) -> f64,
     i: usize,
 ) -> Panel {
-    let Some(deviation) = &run.deviation else { return panel };
+    let (name, half) = match (&run.deviation, &run.half_width) {
+        (Some(deviation), _) => (format!("{} \u{b1} 2 sigma", member.wish.name), deviation * 2.0),
+        (None, Some(half)) => (format!("{} bounds", member.wish.name), half.clone()),
+        (None, None) => return panel,
+    };
     let rows = runs.rows(run);
-    let name = format!("{} \u{b1} 2 sigma", member.wish.name);
-    let side = |side: f64| lines(&name, run, &rows, |k| of(k) + side * deviation[(k, i)]);
+    let side = |side: f64| lines(&name, run, &rows, |k| of(k) + side * half[(k, i)]);
     // Both sides are known at the same rows.
-    for (low, high) in side(-2.0).into_iter().zip(side(2.0)) {
+    for (low, high) in side(-1.0).into_iter().zip(side(1.0)) {
         panel = panel.area(Area::between(&name, &low.x, &low.y, &high.y).hue(Hue::Palette(number)));
     }
     panel
@@ -375,8 +386,9 @@ fn parameter(name: &str) -> &str {
 }
 
 /// A run as a table: t, states (on a log those whose truth is known), inputs, measured outputs, estimates `NAME_hat`,
-/// of a filter two standard deviations `NAME_2sigma`, smoothed estimates `NAME_smoothed` with `NAME_smoothed_2sigma`, and
-/// estimates of disturbances `d1_hat`. A value that is not known is an empty cell.
+/// of a filter two standard deviations `NAME_2sigma`, smoothed estimates `NAME_smoothed` with `NAME_smoothed_2sigma`, of an
+/// interval observer the bounds `NAME_lower` and `NAME_upper`, and estimates of disturbances `d1_hat`. A value that is not
+/// known is an empty cell.
 pub(super) fn table(study: &Study, run: &Run) -> Table {
     let mut table = Table::new().column("t", run.t.clone());
     let mut add = |names: &[String], suffix: &str, of: &DMatrix<f64>| {
@@ -402,6 +414,10 @@ pub(super) fn table(study: &Study, run: &Run) -> Table {
     }
     if let Some(deviation) = &run.deviation {
         add(&plant.states, "_2sigma", &(deviation * 2.0));
+    }
+    if let (Some(half), Some(estimate)) = (&run.half_width, &run.estimate) {
+        add(&plant.states, "_lower", &(estimate - half));
+        add(&plant.states, "_upper", &(estimate + half));
     }
     if let Some((estimate, deviation)) = &run.smoothed {
         add(&plant.states, "_smoothed", estimate);

@@ -16,7 +16,7 @@ use super::scores::Scoring;
 use super::stopped::why;
 use super::{Member, excursion, filter};
 use crate::error::StudyError;
-use crate::results::{FilterReport, ObserverRun, RunReport, SimulationReport};
+use crate::results::{FilterReport, IntervalReport, ObserverRun, RunReport, SimulationReport};
 use crate::signal::Input;
 use crate::study::{Simulation, Study};
 
@@ -46,6 +46,8 @@ pub(super) struct Run {
     pub(super) innovation: Option<DMatrix<f64>>,
     /// The standard deviations of the estimates, of a filter.
     pub(super) deviation: Option<DMatrix<f64>>,
+    /// The half-widths of the bounds, of an interval observer.
+    pub(super) half_width: Option<DMatrix<f64>>,
     /// The smoothed estimates with their standard deviations, of a filter on a log.
     pub(super) smoothed: Option<(DMatrix<f64>, DMatrix<f64>)>,
     /// The estimates of disturbances with their names, of an observer that has some; none on a log.
@@ -170,7 +172,11 @@ pub(super) fn samples(simulation: &Simulation, trajectory: &Trajectory, member: 
         let found = member.designed.runnable.disturbance(states)?;
         Some((member.wish.kind.estimated_disturbances(), of(&found)))
     });
-    Run { t: wanted, x, u, y, estimate, innovation: None, deviation, disturbance, smoothed: None }
+    let half_width = member.and_then(|member| {
+        let states = &trajectory.observer(&member.wish.name).ok()?.state;
+        member.designed.runnable.half_widths(states).map(|found| of(&found))
+    });
+    Run { t: wanted, x, u, y, estimate, innovation: None, deviation, half_width, disturbance, smoothed: None }
 }
 
 /// A run with its observer, or why it ended.
@@ -181,6 +187,7 @@ pub(super) struct Simulated<'a> {
     pub(super) report: SimulationReport,
     pub(super) runs: Vec<Outcome<'a>>,
     pub(super) filters: Vec<FilterReport>,
+    pub(super) intervals: Vec<IntervalReport>,
     /// How runs left the regions of the designs.
     pub(super) warnings: Vec<String>,
 }
@@ -252,7 +259,13 @@ pub(super) fn all<'a>(
         scoring: scoring.report(study),
         rows,
     };
-    Ok(Simulated { report, runs, filters, warnings })
+    let intervals = runs.iter().filter_map(|(member, run)| {
+        let run = run.as_ref()?;
+        let (estimate, half) = (run.estimate.as_ref()?, run.half_width.as_ref()?);
+        IntervalReport::of(&member.wish.name, (&run.x, estimate), half)
+    });
+    let intervals = intervals.collect();
+    Ok(Simulated { report, runs, filters, intervals, warnings })
 }
 
 /// When outputs are measured, and what observers make of those that are not; none if all are read at all times.

@@ -31,7 +31,8 @@ pub(super) fn bounds(
 /// Of the observer `node`.
 fn acting((node, entry): (&Node, &Entry), size: Dimensions, root: &Node, reader: &mut Reader) -> Option<ActingBounds> {
     let (table, n, p) = (&entry.node, size.states, size.outputs);
-    if reader.dt.is_some() {
+    let is_interval = node.get("kind").and_then(Node::text) == Some("interval");
+    if reader.dt.is_some() && !is_interval {
         let message = "`bounds` is for plants in continuous time, and `dt` makes this one discrete";
         reader.wrong(entry.span.clone(), message, "expected no `bounds`");
         return None;
@@ -71,7 +72,7 @@ fn acting((node, entry): (&Node, &Entry), size: Dimensions, root: &Node, reader:
         }
         None => None,
     };
-    if uncertain.is_none() && noise.iter().chain(&disturbance).all(|bound| *bound == 0.0) {
+    if !is_interval && uncertain.is_none() && noise.iter().chain(&disturbance).all(|bound| *bound == 0.0) {
         let message = "all bounds are 0: without noise and disturbances the error tends to 0";
         reader.wrong(entry.span.clone(), message, "expected `noise` or `disturbance` with a bound above 0");
         return None;

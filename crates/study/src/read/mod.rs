@@ -8,6 +8,7 @@ mod advise;
 mod check;
 mod csv;
 mod disturbance;
+mod interval;
 mod json;
 mod maps;
 mod norm_filter;

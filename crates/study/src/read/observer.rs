@@ -8,12 +8,13 @@ use luenberger_proof::wording::counted;
 use nalgebra::{Complex, DMatrix};
 
 use super::tree::Node;
-use super::{Reader, check, disturbance, maps, norm_filter, optimal};
+use super::{Reader, check, disturbance, interval, maps, norm_filter, optimal};
 use crate::design::{MOST_SAMPLES, PrintedMean};
 use crate::diagnostic::Source;
 use crate::model::PlantModel;
 use crate::study::{
-    GainLimits, GainSpec, KklSpec, LinearSpec, MovingHorizonSpec, ObserverKind, ObserverSpec, RateSpec, UnscentedSpec,
+    GainLimits, GainSpec, KklSpec, LinearSpec, MovingHorizonSpec, ObserverKind, ObserverSpec, RateSpec,
+    SlidingModeSpec, UnscentedSpec,
 };
 
 /// The observers; none if one has mistakes.
@@ -171,6 +172,8 @@ fn kind(node: &Node, name: &str, size: Dimensions, reader: &mut Reader) -> Optio
         "h-infinity" => norm_filter::norm_filter(Norm::HInfinity, node, size, reader)?,
         "h2" => norm_filter::norm_filter(Norm::H2, node, size, reader)?,
         "unknown-input" => disturbance::unknown_input(node, size, reader)?,
+        "interval" => interval::interval(node, size, reader)?,
+        "sliding-mode" => sliding_mode(node, size, reader)?,
         "lpv" => {
             let region = region(node, size, reader);
             alternatives(node, &["decay_rate", "fastest", "gain"], false, reader)?;
@@ -619,6 +622,24 @@ fn sector(node: &Node, n: usize, reader: &mut Reader) -> Option<Sector> {
         return None;
     }
     Some(Sector::slope(g?, h?, low, high))
+}
+
+fn sliding_mode(node: &Node, size: Dimensions, reader: &mut Reader) -> Option<ObserverKind> {
+    let gains = match node.get("k") {
+        Some(gains) => Some(reader.numbers(gains, "k", size.states, "state")?),
+        None => None,
+    };
+    let spec = SlidingModeSpec {
+        bound: node.get("bound")?.number()?,
+        gains,
+        period: node.get("period")?.number()?,
+        explicit: node.get("discretisation").and_then(Node::text) == Some("explicit"),
+    };
+    if reader.dt.is_some() {
+        reader.wrong(check::head(node), "this kind is for plants in continuous time", "expected another kind");
+        return None;
+    }
+    Some(ObserverKind::SlidingMode(spec))
 }
 
 fn high_gain(node: &Node, plant: &PlantModel, reader: &mut Reader) -> Option<ObserverKind> {

@@ -189,6 +189,46 @@ pub struct FilterReport {
     pub nees: Option<ConsistencyReport>,
 }
 
+/// How an interval observer enclosed the state in the simulation.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct IntervalReport {
+    /// The observer.
+    pub observer: String,
+    /// The share of the rows at which every state was within its bounds, from 0 to 1.
+    pub coverage: f64,
+    /// The mean width of the bounds of each state, upper minus lower.
+    pub mean_width: Vec<f64>,
+    /// The width at the end of the run.
+    pub final_width: Vec<f64>,
+}
+
+impl IntervalReport {
+    /// The widths of a run, by rows of x, xhat and the half-widths.
+    pub(crate) fn of(
+        observer: &str,
+        (x, xhat): (&nalgebra::DMatrix<f64>, &nalgebra::DMatrix<f64>),
+        half: &nalgebra::DMatrix<f64>,
+    ) -> Option<Self> {
+        let rows = x.nrows();
+        if rows == 0 || xhat.shape() != x.shape() || half.shape() != x.shape() {
+            return None;
+        }
+        let within = |k: &usize| (0..x.ncols()).all(|i| (x[(*k, i)] - xhat[(*k, i)]).abs() <= half[(*k, i)]);
+        let enclosed = (0..rows).filter(within).count();
+        Some(Self {
+            observer: observer.to_owned(),
+            coverage: enclosed as f64 / rows as f64,
+            mean_width: half.column_iter().map(|column| 2.0 * column.mean()).collect(),
+            final_width: half.row(rows - 1).iter().map(|half| 2.0 * half).collect(),
+        })
+    }
+
+    /// `100 %`, rounded down: 100 only if every row is enclosed.
+    pub fn coverage_in_words(&self) -> String {
+        format!("{} %", luenberger_proof::wording::at_least(100.0 * self.coverage, 4))
+    }
+}
+
 impl From<Consistency> for ConsistencyReport {
     fn from(test: Consistency) -> Self {
         let (low, high) = test.bounds;

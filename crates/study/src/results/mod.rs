@@ -10,8 +10,8 @@ mod score_tables;
 mod scores;
 
 pub use log::{
-    ConsistencyReport, FilterReport, InnovationOf, InnovationReport, LogColumn, LogReport, SmoothedDeviation,
-    SmoothedReport, StateScore,
+    ConsistencyReport, FilterReport, InnovationOf, InnovationReport, IntervalReport, LogColumn, LogReport,
+    SmoothedDeviation, SmoothedReport, StateScore,
 };
 pub use report::{leading, log_data};
 pub use score_tables::{ScoreCell, ScoreTable};
@@ -45,6 +45,9 @@ pub struct Results {
     /// The runs.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub simulation: Option<SimulationReport>,
+    /// The interval observers of the simulation: how they enclosed the state.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub intervals: Vec<IntervalReport>,
     /// The filters of the simulation: whether their covariances agree with their errors.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub filters: Vec<FilterReport>,

@@ -403,6 +403,9 @@ fn comparison(results: &Results) -> Section {
             section = section.prose("Ended early, or not run:").list(ended);
         }
     }
+    if !results.intervals.is_empty() {
+        section = log_section::intervals(section, &results.intervals, &results.plant);
+    }
     if !results.filters.is_empty() {
         section = log_section::filters(section, &results.filters);
     }

@@ -452,6 +452,65 @@ const KINDS: &[Variant] = &[
         keys: &[UNKNOWN, POLES, DECAY, LMI, KALMAN, GAIN, RHO, Q, MAX_GAIN, NOISE, THETA, GAMMA],
     },
     Variant {
+        name: "interval",
+        about: "Interval observer, for linear plants: a lower and an upper bound of each state under bounded noise and disturbances, proved to enclose it.",
+        keys: &[
+            required(
+                "initial_bounds",
+                Kind::Numbers(Range::NotNegative),
+                "Bounds of |x(0) - initial|, n numbers: the box in which the first state lies.",
+            ),
+            POLES,
+            DECAY,
+            LMI,
+            KALMAN,
+            GAIN,
+            optional(
+                "least_width",
+                Kind::Switch,
+                "true: the gain for which the sum of the half-widths in the end is least, in the coordinates of the plant, by a linear program.",
+            ),
+            RHO,
+            Q,
+            MAX_GAIN,
+            NOISE,
+            optional(
+                "coordinates",
+                Kind::Choice(&[
+                    ("modal", "Those of the eigenvectors of A - L C; the poles have to be distinct."),
+                    ("plant", "The states themselves: for A - L C that are Metzler, or nearly so."),
+                ]),
+                "Coordinates in which the error is bounded (default modal; with least_width plant).",
+            ),
+            ERROR_BOUNDS,
+        ],
+    },
+    Variant {
+        name: "sliding-mode",
+        about: "Super-twisting observer and robust exact differentiator, for chains of integrators x1' = x2, .., x_n' = f(x, u) + d with the output x1: exact after a finite time in continuous time, stepped at samples without chattering.",
+        keys: &[
+            required(
+                "bound",
+                Kind::Number(Range::Positive),
+                "Bound of |d|: of what the plant's own f leaves open in the last derivative, model errors included.",
+            ),
+            optional(
+                "k",
+                Kind::Numbers(Range::Positive),
+                "Gains k_i of |e|^((n-i)/n) sign(e), n numbers (default: from the bound D, for n = 2 2.1 D^(1/2) and 1.1 D).",
+            ),
+            PERIOD,
+            optional(
+                "discretisation",
+                Kind::Choice(&[
+                    ("implicit", "The implicit Euler method, which does not chatter."),
+                    ("explicit", "The explicit Euler method, for comparison."),
+                ]),
+                "How the sign is discretised (default implicit).",
+            ),
+        ],
+    },
+    Variant {
         name: "reduced-order",
         about: "Reduced-order observer (Luenberger, Gopinath): n - p states, the outputs enter the estimate directly; for linear plants whose outputs do not depend on the input.",
         keys: &[required(
@@ -777,6 +836,11 @@ const SOURCES: &[(&str, &str)] = &[
     ("sampled-cubic", "the same paper's observer, eq. (5), with a step in closed form: docs/theory-cubic.md"),
     ("optimal-cubic", "asked for by Share Pasand, Luenberger-type cubic observers: docs/theory-cubic.md"),
     ("unknown-input", "asked for by Share Pasand, Luenberger-type cubic observers; Darouach, Zasadzinski and Xu 1994"),
+    (
+        "sliding-mode",
+        "Levant 2003; Davila, Fridman and Levant 2005; implicit step: Acary and Brogliato 2010, Mojallizadeh, Brogliato and Acary 2021",
+    ),
+    ("interval", "Gouze, Rapaport and Hadj-Sadok 2000; Mazenc and Bernard 2011; the least width after Briat 2013"),
     ("proportional-integral", "asked for by Share Pasand, Luenberger-type cubic observers; Wojciechowski 1978"),
     ("reduced-order", "Luenberger 1964, Gopinath 1971"),
     ("h-infinity", "Nagpal and Khargonekar 1991; as an inequality Boyd et al. 1994"),

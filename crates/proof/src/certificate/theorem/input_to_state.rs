@@ -312,7 +312,7 @@ fn read_vertices(plant: &mut Fields<'_>) -> Result<Vec<DisturbedPlant>, FileErro
     if vertices.is_empty() { Err(list.error(Fault::Empty)) } else { Ok(vertices) }
 }
 
-fn read_numbers<'a>(
+pub(super) fn read_numbers<'a>(
     field: &Field<'a>,
     length: usize,
     read: impl Fn(&Field<'a>) -> Result<f64, FileError>,
@@ -324,7 +324,7 @@ fn read_numbers<'a>(
     items.iter().map(read).collect()
 }
 
-fn read_bound(field: &Field<'_>, least: f64, requirement: &'static str) -> Result<f64, FileError> {
+pub(super) fn read_bound(field: &Field<'_>, least: f64, requirement: &'static str) -> Result<f64, FileError> {
     let value = field.binary64()?;
     if value >= least { Ok(value) } else { Err(field.error(Fault::Range { value, requirement })) }
 }

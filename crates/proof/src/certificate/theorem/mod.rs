@@ -20,6 +20,7 @@ mod inequality;
 mod inequality_holds;
 mod inequality_refuted;
 mod input_to_state;
+mod interval_observer;
 mod kkl;
 mod kkl_injectivity;
 mod linear;
@@ -27,12 +28,14 @@ mod plant;
 mod polytope;
 mod reduced_order;
 mod sampled;
+mod sampled_interval;
 mod schur;
 mod sector;
 mod semi_implicit;
 mod semidefinite;
 mod solution;
 mod structured;
+mod super_twisting;
 mod theorem1;
 mod unknown_input;
 mod varying_periods;
@@ -63,6 +66,7 @@ pub use inequality::{Coefficient, Constraint, MatrixInequality};
 pub use inequality_holds::InequalityHolds;
 pub use inequality_refuted::InequalityRefuted;
 pub use input_to_state::{DisturbedPlant, InputToStateStability};
+pub use interval_observer::{IntervalCoordinates, IntervalEnclosure};
 pub use kkl::{KklBox, KklClaims, KklErrorBound, KklMapError, KklMapName, KklMaps, KklTexts, LARGEST_KKL};
 pub use kkl_injectivity::KklInjectivity;
 pub use linear::LinearConvergence;
@@ -70,12 +74,14 @@ pub use plant::{PlantMatrices, PlantWithin};
 pub use polytope::{JacobianPolytope, PlantPolytope, Vertex};
 pub use reduced_order::ReducedOrderConvergence;
 pub use sampled::SampledCubicConvergence;
+pub use sampled_interval::SampledIntervalEnclosure;
 pub use schur::SchurStability;
 pub use sector::SectorConvergence;
 pub use semi_implicit::SemiImplicitCubicConvergence;
 pub use semidefinite::{SemidefiniteEvidence, SemidefiniteProgram};
 pub use solution::{Equation, SolutionWithin};
 pub use structured::StructuredCubicConvergence;
+pub use super_twisting::SuperTwistingConvergence;
 pub use theorem1::CubicTheorem1;
 pub use unknown_input::{StoredCubicTerm, UnknownInputConvergence};
 pub use varying_periods::{CubicStep, MOST_MISSES, VaryingPeriodConvergence};
@@ -212,6 +218,12 @@ theorems! {
         ReducedOrderConvergence,
         /// A bound of the error under bounded disturbances and noise.
         InputToStateStability,
+        /// The interval observer in continuous time.
+        IntervalEnclosure,
+        /// The sampled interval observer, with the rounding of its steps.
+        SampledIntervalEnclosure,
+        /// The super-twisting observer in continuous time.
+        SuperTwistingConvergence,
         /// A bound of the H-infinity norm of the error.
         HInfinityFilter,
         /// A bound of the H2 norm of the error.

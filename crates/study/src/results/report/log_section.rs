@@ -6,7 +6,7 @@ use luenberger_figures::{Cell, Grid, Section};
 use luenberger_proof::wording::{counted, significant};
 
 use super::{number, with_unit};
-use crate::results::{ConsistencyReport, FilterReport, InnovationReport, LogReport, PlantSummary};
+use crate::results::{ConsistencyReport, FilterReport, InnovationReport, IntervalReport, LogReport, PlantSummary};
 
 /// What the regions of NIS and NEES are.
 const REGION: &str = "Means of the normalised squares, with their acceptance region (chi-squared, two-sided, 95 %). Above it a filter is overconfident, below it conservative. Errors of successive samples are correlated: NEES of one run leaves its region more often.";
@@ -18,6 +18,24 @@ fn test(report: Option<&ConsistencyReport>) -> Cell {
 /// The filters of a simulation.
 pub(super) fn filters(section: Section, filters: &[FilterReport]) -> Section {
     consistency(section, filters, "over all their samples")
+}
+
+/// The interval observers of a simulation.
+pub(super) fn intervals(section: Section, intervals: &[IntervalReport], plant: &PlantSummary) -> Section {
+    let caption = "Interval observers: share of the samples at which all states were within their bounds, and the widths of the bounds. Below 100 % noise, disturbances or the first state were beyond `bounds` and `initial_bounds`.";
+    let mut grid = Grid::new(&["observer", "enclosed", "state", "mean width", "width at the end"]).caption(caption);
+    for report in intervals {
+        for ((state, mean), end) in plant.states.iter().zip(&report.mean_width).zip(&report.final_width) {
+            grid = grid.row([
+                Cell::from(report.observer.as_str()),
+                Cell::from(report.coverage_in_words().as_str()),
+                Cell::from(state.as_str()),
+                number(*mean),
+                number(*end),
+            ]);
+        }
+    }
+    section.grid(grid)
 }
 
 fn consistency(section: Section, filters: &[FilterReport], over: &str) -> Section {

@@ -1,0 +1,111 @@
+//! The super-twisting observer: its error is 0 after a finite time, for every bounded disturbance.
+//!
+//! **Hypotheses.** With `A = [-k1 1; -2 k2 0]`, `B = (0, 1)`, `C = (1, 0)`: `P > 0`, `[A'P + PA + 2 alpha P + 2 bound^2
+//! C'C, 2PB; *, -2] < 0`, and `c^2 P - C'C >= 0`, with positive k1, k2, bound, alpha and c.
+//!
+//! **Theorem.** Let `e1' = e2 - k1 |e1|^(1/2) sign(e1)`, `e2' = F - k2 sign(e1)` with `|F(t)| <= bound`. Then e1 and e2
+//! are 0 from a time of at most `(2c/alpha) V(0)^(1/2)` on, `V = z'Pz`, `z = (|e1|^(1/2) sign(e1), e2)`.
+//!
+//! **Proof.** Where e1 is not 0, `z' = (A z/2 + B w)/|z1|` with `w = |z1| F`, so that `w^2 <= bound^2 z1^2` and `|z1|
+//! V' = z'(A'P + PA)z/2 + 2 z'PB w <= -alpha V - bound^2 z1^2 + w^2 <= -alpha V`. By the last inequality `|z1| <= c
+//! V^(1/2)`, hence `V' <= -(alpha/c) V^(1/2)`. e1 = 0 with e2 not 0 holds at isolated times only, since e1' = e2 there,
+//! and V is absolutely continuous along solutions in the sense of Filippov (Moreno and Osorio); so `V^(1/2)` falls at
+//! least at the rate alpha/(2c) until it is 0, and stays 0.
+//!
+//! Source: J. A. Moreno, M. Osorio, Strict Lyapunov functions for the super-twisting algorithm, IEEE TAC 57, 2012.
+
+use super::super::Fault;
+use super::super::fields::Fields;
+use super::super::write::Out;
+use super::{Fact, FileError, Statement};
+use crate::error::ProofError;
+use crate::matrix::Matrix;
+use crate::statement::super_twisting;
+use crate::wording::exact;
+
+/// The data of the theorem; the head of the file has statement and proof.
+#[derive(Debug, Clone, PartialEq)]
+pub struct SuperTwistingConvergence {
+    /// k1, positive.
+    pub k1: f64,
+    /// k2, positive.
+    pub k2: f64,
+    /// The bound of |F|, positive.
+    pub bound: f64,
+    /// P, 2 x 2.
+    pub p: Matrix<f64>,
+    /// alpha, positive.
+    pub alpha: f64,
+    /// c, positive.
+    pub c: f64,
+}
+
+impl Statement for SuperTwistingConvergence {
+    const NAME: &'static str = "super-twisting-observer";
+
+    fn facts(&self) -> Result<Vec<Fact>, ProofError> {
+        for (what, value) in [
+            ("k1, which should be positive,", self.k1),
+            ("k2, which should be positive,", self.k2),
+            ("the bound, which should be positive,", self.bound),
+            ("alpha, which should be positive,", self.alpha),
+            ("c, which should be positive,", self.c),
+        ] {
+            if !(value > 0.0 && value.is_finite()) {
+                return Err(ProofError::Sign { what, value });
+            }
+        }
+        let [positive, decrease, reach] =
+            super_twisting((self.k1, self.k2, self.bound), &self.p, (self.alpha, self.c))?;
+        Ok(vec![
+            Fact::new("P > 0", positive),
+            Fact::new("[A'P + PA + 2 alpha P + 2 bound^2 C'C, 2PB; *, -2] < 0", decrease),
+            Fact::new("c^2 P - C'C >= 0", reach),
+        ])
+    }
+
+    fn words(&self) -> String {
+        format!(
+            "For the error e1' = e2 - k1 |e1|^(1/2) sign(e1), e2' = F - k2 sign(e1) of a super-twisting observer in continuous time with k1 = {}, k2 = {} and every F with |F(t)| <= {}: V = z'Pz, z = (|e1|^(1/2) sign(e1), e2), satisfies V' <= -(alpha/c) V^(1/2) almost everywhere with alpha = {} and c = {}, so that e1 and e2 are 0 from a time of at most (2 c/alpha) V(0)^(1/2) on, from every initial error. Nothing is said of a sampled observer.",
+            exact(self.k1),
+            exact(self.k2),
+            exact(self.bound),
+            exact(self.alpha),
+            exact(self.c)
+        )
+    }
+
+    fn read(file: &mut Fields<'_>) -> Result<Self, FileError> {
+        let positive = |fields: &mut Fields<'_>, name| {
+            let field = fields.take(name)?;
+            let value = field.binary64()?;
+            if value > 0.0 {
+                return Ok(value);
+            }
+            let requirement = "gains, bounds and constants of a super-twisting observer are positive";
+            Err(field.error(Fault::Range { value, requirement }))
+        };
+        let mut observer = file.object("observer")?;
+        let (k1, k2) = (positive(&mut observer, "k1")?, positive(&mut observer, "k2")?);
+        observer.finish()?;
+        let mut bounds = file.object("bounds")?;
+        let bound = positive(&mut bounds, "F")?;
+        bounds.finish()?;
+        let mut lyapunov = file.object("lyapunov")?;
+        let p = lyapunov.take("P")?.symmetric(2)?;
+        let (alpha, c) = (positive(&mut lyapunov, "alpha")?, positive(&mut lyapunov, "c")?);
+        lyapunov.finish()?;
+        Ok(Self { k1, k2, bound, p, alpha, c })
+    }
+
+    fn write(&self) -> Vec<(&'static str, Out)> {
+        let observer = vec![("k1", Out::number(self.k1)), ("k2", Out::number(self.k2))];
+        let lyapunov =
+            vec![("P", Out::matrix(&self.p)), ("alpha", Out::number(self.alpha)), ("c", Out::number(self.c))];
+        vec![
+            ("observer", Out::Object(observer)),
+            ("bounds", Out::Object(vec![("F", Out::number(self.bound))])),
+            ("lyapunov", Out::Object(lyapunov)),
+        ]
+    }
+}

@@ -1,0 +1,190 @@
+//! The interval observer: bounds that enclose the state, in continuous time and for samples.
+
+use luenberger_design::{
+    Disturbances, ErrorCoordinates, GainOptions, IntervalDesign, Kept, SampledIntervalDesign, least_width_gain,
+};
+use luenberger_plants::StateSpace;
+use luenberger_proof::statement::Format;
+use luenberger_proof::wording::{at_least, at_most, exact};
+use nalgebra::DMatrix;
+
+use super::disturbance::acting;
+use super::explain::Misfit;
+use super::linear::{measurement, of};
+use super::runnable::Runnable;
+use super::{Designed, facts, matrix, number, poles, verdict};
+use crate::results::{DesignReport, NamedNumber};
+use crate::study::{ActingBounds, IntervalSpec};
+
+/// The bounds of a specification; the reader asks for them.
+fn bounds(given: Option<&ActingBounds>, plant: &StateSpace) -> ActingBounds {
+    given.cloned().unwrap_or_else(|| ActingBounds {
+        noise: vec![0.0; plant.c.nrows()],
+        disturbance: Vec::new(),
+        e: DMatrix::zeros(plant.a.nrows(), 0),
+        uncertain: None,
+    })
+}
+
+/// `x1 0.5, x2 2`.
+fn listed(names: &[String], widths: &[f64]) -> String {
+    names
+        .iter()
+        .zip(widths)
+        .map(|(name, width)| format!("{name} {}", at_most(*width, 4)))
+        .collect::<Vec<_>>()
+        .join(", ")
+}
+
+fn numbers(names: &[String], widths: &[f64]) -> Vec<NamedNumber> {
+    names.iter().zip(widths).map(|(name, width)| number(&format!("half-width of {name} in the end"), *width)).collect()
+}
+
+pub(super) fn continuous(
+    (plant, states): (&StateSpace, &[String]),
+    spec: &IntervalSpec,
+    given: Option<&ActingBounds>,
+    options: &GainOptions,
+) -> Result<Designed, Misfit> {
+    let acting: Disturbances = acting(&bounds(given, plant));
+    let design = match &spec.gain {
+        Some(gain) => {
+            let linear = of(plant, gain, options)?;
+            IntervalDesign::new(&linear.observer, &acting, spec.coordinates, &spec.first)?
+        }
+        None => IntervalDesign::least_width(plant, &acting, &spec.first)?,
+    };
+    let inner = design.observer.inner();
+    let flow = &inner.a - &inner.l * &inner.c;
+    let comparison = design.observer.comparison();
+    let metzler = match spec.coordinates {
+        ErrorCoordinates::Plant if comparison.k == flow => " A - L C is Metzler.",
+        ErrorCoordinates::Plant => " A - L C is not Metzler: K is the Metzler matrix above it.",
+        ErrorCoordinates::Modal => "",
+    };
+    let report = DesignReport {
+        statement: format!(
+            "Under all noise and disturbances within `bounds`, and for x(0) within `initial_bounds` of the first estimate, the state is between xhat - r and xhat + r at all times. The half-widths r approach {}, or less, like exp(-{} t).{metzler}{}",
+            listed(states, &design.widths),
+            at_least(design.rate, 4),
+            measurement(plant)
+        ),
+        matrices: vec![
+            matrix("L", &inner.l),
+            matrix("T", &design.t),
+            matrix("K", &comparison.k),
+            matrix("g", &DMatrix::from_column_slice(comparison.g.len(), 1, comparison.g.as_slice())),
+            matrix("H", &comparison.h),
+        ],
+        poles: poles(&luenberger_linalg::eigenvalues(&flow).map_err(luenberger_design::DesignError::from)?),
+        numbers: std::iter::once(number("rate of the width", design.rate))
+            .chain(numbers(states, &design.widths))
+            .collect(),
+        facts: facts(&design.certificate, &[]),
+        verdict: verdict(&design.certificate),
+        evidence: None,
+        noise_deviation: Vec::new(),
+    };
+    let runnable = Runnable::Interval(Box::new(design.observer.clone()));
+    Ok(Designed { runnable, report, certificate: Some(design.certificate.clone()) })
+}
+
+/// What the sampled observer is designed for: a plant in discrete time, or one in continuous time whose input is held.
+pub(crate) struct Sampling<'a> {
+    /// The plant as it is given.
+    pub(crate) plant: &'a StateSpace,
+    /// The gain for samples; none for the one of the least width.
+    pub(crate) gain: Option<DMatrix<f64>>,
+    pub(crate) period: f64,
+    /// Whether the plant is in continuous time.
+    pub(crate) held: bool,
+    /// Bounds of |x| and |u| in operation.
+    pub(crate) operation: (Vec<f64>, Vec<f64>),
+    pub(crate) format: Format,
+}
+
+pub(crate) fn sampled_design(
+    sampling: &Sampling<'_>,
+    spec: &IntervalSpec,
+    given: Option<&ActingBounds>,
+) -> Result<SampledIntervalDesign, luenberger_design::DesignError> {
+    let Sampling { plant, gain, period, held, operation, format } = sampling;
+    let bounds = bounds(given, plant);
+    let kept = Kept {
+        first: spec.first.clone(),
+        estimates: operation.0.clone(),
+        inputs: operation.1.clone(),
+        format: *format,
+    };
+    let gain = match gain {
+        Some(gain) => gain.clone(),
+        None => {
+            // Of the plant between samples, its disturbance held as well.
+            let (a, e) = if *held {
+                let sampled = luenberger_linalg::zero_order_hold(&plant.a, &bounds.e, *period)?;
+                (sampled.ad, sampled.bd)
+            } else {
+                (plant.a.clone(), bounds.e.clone())
+            };
+            let acting = Disturbances::of_states_and_outputs(&e, &bounds.disturbance, &bounds.noise);
+            least_width_gain((&a, &plant.c), &acting, luenberger_design::interval::Time::Discrete)?
+        }
+    };
+    let acting = (&bounds.e, bounds.disturbance.as_slice(), bounds.noise.as_slice());
+    if *held {
+        SampledIntervalDesign::sampled(plant, acting, (&gain, spec.coordinates), *period, &kept)
+    } else {
+        SampledIntervalDesign::of_discrete(plant, acting, (&gain, spec.coordinates), *period, &kept)
+    }
+}
+
+/// What the sampled observer claims.
+pub(crate) fn sampled_statement(design: &SampledIntervalDesign, states: &[String], kept: (&[f64], &[f64])) -> String {
+    let within = |names: &str, bounds: &[f64]| {
+        let listed: Vec<String> = bounds.iter().map(|bound| at_least(*bound, 4)).collect();
+        if listed.is_empty() { String::new() } else { format!("|{names}| <= ({})", listed.join(", ")) }
+    };
+    let kept: Vec<String> =
+        [within("xhat", kept.0), within("u", kept.1)].into_iter().filter(|text| !text.is_empty()).collect();
+    format!(
+        "Under all noise and disturbances within `bounds`, and for x(0) within `initial_bounds` of the first estimate, the state is between xhat - r and xhat + r at every sample, the rounding of every operation included. While {}, the half-widths r approach {}, or less, by the factor {} at each sample.",
+        kept.join(" and "),
+        listed(states, &design.widths),
+        exact(design.factor)
+    )
+}
+
+pub(super) fn discrete(
+    (plant, states): (&StateSpace, &[String]),
+    sampling: &Sampling<'_>,
+    spec: &IntervalSpec,
+    given: Option<&ActingBounds>,
+) -> Result<Designed, Misfit> {
+    let design = sampled_design(sampling, spec, given)?;
+    let gains = design.observer.gains();
+    let flow = &gains.f - &gains.l * &gains.c;
+    let report = DesignReport {
+        statement: format!(
+            "{}{}",
+            sampled_statement(&design, states, (&sampling.operation.0, &sampling.operation.1)),
+            measurement(plant)
+        ),
+        matrices: vec![
+            matrix("L", &gains.l),
+            matrix("T", &design.t),
+            matrix("N", &gains.blocks),
+            matrix("g", &DMatrix::from_column_slice(gains.constant.len(), 1, gains.constant.as_slice())),
+            matrix("H", &gains.h),
+        ],
+        poles: poles(&luenberger_linalg::eigenvalues(&flow).map_err(luenberger_design::DesignError::from)?),
+        numbers: std::iter::once(number("factor of the width", design.factor))
+            .chain(numbers(states, &design.widths))
+            .collect(),
+        facts: facts(&design.certificate, &[]),
+        verdict: verdict(&design.certificate),
+        evidence: None,
+        noise_deviation: Vec::new(),
+    };
+    let runnable = Runnable::SampledInterval(Box::new(design.observer.clone()));
+    Ok(Designed { runnable, report, certificate: Some(design.certificate.clone()) })
+}

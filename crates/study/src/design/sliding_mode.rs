@@ -1,0 +1,136 @@
+//! The sliding-mode observer of a chain of integrators.
+
+use luenberger_design::{SuperTwistingDesign, sliding_mode_gains};
+use luenberger_observers::sliding_mode::{Discretisation, SlidingModeObserver};
+use luenberger_plants::{Plant, state_jacobian};
+use luenberger_proof::wording::{at_most, significant};
+use nalgebra::{DMatrix, DVector};
+
+use super::explain::{self, Misfit};
+use super::runnable::Runnable;
+use super::{Designed, NoDesign, facts, matrix, number, verdict};
+use crate::model::Model;
+use crate::results::{DesignReport, FailureReport};
+use crate::study::{ObserverSpec, SlidingModeSpec, Study};
+
+/// Why the plant is not a chain `x1' = x2, .., x_n' = f` with the output x1, at the first estimate.
+fn not_a_chain(study: &Study, wish: &ObserverSpec) -> Option<String> {
+    let (model, states) = (&study.plant.model, &study.plant.states);
+    let size = model.size();
+    if size.outputs != 1 {
+        return Some(format!("the plant has {} outputs", size.outputs));
+    }
+    let input = DVector::zeros(size.inputs);
+    let first = DVector::from_column_slice(&wish.initial);
+    let moved = DVector::from_fn(first.len(), |i, _| 0.3 + 0.17 * i as f64 + 1.7 * first[i]);
+    for x in [&first, &moved] {
+        let y = model.output(0.0, x, &input);
+        if y.iter().zip(x.iter()).any(|(y, x)| (y - x).abs() > 1e-9 * (1.0 + x.abs())) {
+            return Some(format!("{} is not {}", study.plant.outputs[0], states[0]));
+        }
+        let slope = model.derivative(0.0, x, &input);
+        let jacobian = state_jacobian(model, 0.0, x, &input);
+        for i in 0..size.states.saturating_sub(1) {
+            let other = (0..size.states).any(|j| jacobian[(i, j)] != f64::from(u8::from(j == i + 1)));
+            if other || (slope[i] - x[i + 1]).abs() > 1e-9 * (1.0 + x[i + 1].abs()) {
+                return Some(format!("{}' is not {}", states[i], states[i + 1]));
+            }
+        }
+    }
+    if size.inputs > 0 {
+        let x = &first;
+        let pushed = model.derivative(0.0, x, &DVector::repeat(size.inputs, 1.0)) - model.derivative(0.0, x, &input);
+        if let Some(i) = (0..size.states.saturating_sub(1)).find(|i| pushed[*i] != 0.0) {
+            return Some(format!("{}' depends on an input", states[i]));
+        }
+    }
+    None
+}
+
+pub(super) fn chain(study: &Study, wish: &ObserverSpec) -> Result<(), FailureReport> {
+    let Some(why) = not_a_chain(study, wish) else { return Ok(()) };
+    let hypothesis = format!(
+        "the kind sliding-mode is for a chain of integrators, x1' = x2, .., with the output x1 and the input in the last: {why}"
+    );
+    let alternatives = vec![
+        "states that are the output and its derivatives".to_owned(),
+        "high-gain, for triangular plants".to_owned(),
+    ];
+    Err(explain::failure(wish, hypothesis, alternatives))
+}
+
+/// The gains of a specification.
+pub(crate) fn gains(spec: &SlidingModeSpec, order: usize) -> Result<Vec<f64>, luenberger_design::DesignError> {
+    match &spec.gains {
+        Some(gains) => Ok(gains.clone()),
+        None => sliding_mode_gains(order, spec.bound),
+    }
+}
+
+pub(super) fn design(study: &Study, wish: &ObserverSpec, spec: &SlidingModeSpec) -> Result<Designed, NoDesign> {
+    chain(study, wish)?;
+    designed(&study.plant.model, &study.plant.states, spec)
+        .map_err(|misfit| explain::misfit(study, wish, &misfit).into())
+}
+
+fn designed(model: &Model, states: &[String], spec: &SlidingModeSpec) -> Result<Designed, Misfit> {
+    let n = model.size().states;
+    let gains = gains(spec, n)?;
+    let rule = if spec.explicit { Discretisation::Explicit } else { Discretisation::Implicit };
+    let observer = SlidingModeObserver::new(model.clone(), DVector::from_column_slice(&gains), spec.period, rule)?;
+    let certified = match gains.as_slice() {
+        [k1, k2] => SuperTwistingDesign::new([*k1, *k2], spec.bound)?,
+        _ => None,
+    };
+    let (h, bound) = (spec.period, spec.bound);
+    let mut statement = match (&certified, n) {
+        (Some(_), _) => format!(
+            "In continuous time the error is 0 after a finite time, for every disturbance up to {} in {}' (model errors included) and without noise.",
+            significant(bound, 5),
+            states[n - 1]
+        ),
+        (None, 2) => "No stability certificate: the quadratic Lyapunov function does not exist for these gains and this bound, which does not mean that the observer fails.".to_owned(),
+        (None, _) => format!("No stability certificate for {n} states: convergence in continuous time is a theorem of Levant's, for gains that are large enough."),
+    };
+    statement.push_str(match (spec.explicit, n) {
+        (true, _) => " The step evaluates the sign at the old estimate (explicit Euler): it chatters, and is meant for comparison.",
+        (false, _) => " The step solves for the sign (implicit Euler): it does not chatter.",
+    });
+    if !spec.explicit && n == 2 && gains[1] >= bound {
+        statement.push_str(&format!(
+            " Of the sampled observer: once two innovations in a row are at most h^2 k2 = {}, and without noise, {} is exact at every sample after its correction, and {} up to h {}/2 = {}.",
+            significant(h * h * gains[1], 4),
+            states[0],
+            states[1],
+            significant(bound, 5),
+            at_most(h * bound / 2.0, 4)
+        ));
+    }
+    let mut numbers = vec![number("period", h), number("innovation that is corrected to 0", observer.layer())];
+    let mut matrices = vec![matrix("k", &DMatrix::from_column_slice(n, 1, &gains))];
+    let (found, word, evidence) = match &certified {
+        Some(design) => {
+            numbers.push(number("alpha", design.alpha));
+            numbers.push(number("c", design.c));
+            numbers.push(number(
+                "bound of the reaching time from an error of 1 in the last state",
+                design.reaching_time(0.0, 1.0),
+            ));
+            matrices.push(matrix("P", &design.p));
+            (facts(&design.certificate, &[]), verdict(&design.certificate), None)
+        }
+        None => (Vec::new(), "none".to_owned(), Some("no certificate: check these gains by simulation".to_owned())),
+    };
+    let report = DesignReport {
+        statement,
+        matrices,
+        poles: Vec::new(),
+        numbers,
+        facts: found,
+        verdict: word,
+        evidence,
+        noise_deviation: Vec::new(),
+    };
+    let certificate = certified.map(|design| design.certificate.clone());
+    Ok(Designed { runnable: Runnable::SlidingMode(Box::new(observer)), report, certificate })
+}
