@@ -29,7 +29,7 @@ pub(super) struct Suite {
 pub(super) const MODULES: &str = "luenberger-mutants";
 
 /// Its test binaries, each with the modules that it consists of.
-const BINARIES: [(&str, &[&str]); 9] = [
+const BINARIES: [(&str, &[&str]); 11] = [
     ("designs", &["crates/design/tests/it/designs.rs", "crates/design/tests/it/bad_input.rs"]),
     ("cubic", &["tests/tests/it/generators.rs", "tests/tests/it/theorems_cubic.rs"]),
     ("input_to_state", &["tests/tests/it/generators.rs", "tests/tests/it/theorems_input_to_state.rs"]),
