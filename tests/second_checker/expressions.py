@@ -212,9 +212,18 @@ class Algebra:
         return found
 
     def reduced(self, p):
-        """Without even powers of cosines: cos^2 = 1 - sin^2."""
+        """Without even powers of cosines and roots: cos^2 = 1 - sin^2, sqrt(p)^2 = p, where p has been recorded as
+        positive."""
         for monomial in list(p):
             for atom, power in monomial:
+                if power >= 2 and self.atoms[atom] and self.atoms[atom][0] == "sqrt" and not self.atoms[atom][2]:
+                    x = p.pop(monomial)
+                    rest = tuple(item for item in monomial if item[0] != atom)
+                    rest = multiplied(rest, ((atom, power - 2),)) if power > 2 else rest
+                    for inner, factor in self.atoms[atom][1]:
+                        p = added(p, {multiplied(rest, inner): x * factor})
+                    self.work += len(p)
+                    return self.reduced(p) if self.work < WORK else p
                 if power >= 2 and self.atoms[atom] and self.atoms[atom][0] == "cos":
                     sine = self.numbers.get(("sin", *self.atoms[atom][1:]))
                     if sine is None:

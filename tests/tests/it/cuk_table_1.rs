@@ -62,8 +62,8 @@ fn one_study_has_the_trajectories_of_table_i() {
         "PEBO" cuk::pebo(plant, &tuning);
         "KKL+PEBO" cuk::kkl_pebo(plant, &tuning);
         "I&IO" cuk::immersion_invariance(plant, &tuning);
-        "HGO, time-varying" cuk::high_gain_time_varying(plant, &tuning).unwrap().starting_at(zero);
-        "HGO, linear" cuk::high_gain_differentiator(plant, &tuning).unwrap().starting_at(zero);
+        "HGO time-varying" cuk::high_gain_time_varying(plant, &tuning).unwrap().starting_at(zero);
+        "HGO linear" cuk::high_gain_differentiator(plant, &tuning).unwrap().starting_at(zero);
     }
     let table = scenario.run().unwrap();
 

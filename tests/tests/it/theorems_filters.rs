@@ -205,6 +205,8 @@ proptest! {
     #[test]
     fn a_reduced_order_observer_is_not_faster_than_its_poles(plant in observable_plant(2..=4), scale in 0.5..2.0_f64) {
         let (n, p) = (plant.a.nrows(), plant.c.nrows());
+        // With as many outputs as states nothing is left to be estimated.
+        prop_assume!(p < n);
         let poles: Vec<f64> = (0..n - p.min(n)).map(|k| -1.0 - 0.5 * k as f64).collect();
         let Ok(design) = ReducedOrderDesign::with_poles(&plant, &poles) else { return Ok(()) };
         let Theorem::ReducedOrderConvergence(theorem) = design.certificate.theorems()[0].theorem() else { panic!() };

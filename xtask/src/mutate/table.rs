@@ -457,8 +457,8 @@ pub(super) const SOURCES: &[Source] = &[
             mutant(
                 "Runge-Kutta: the third stage from the first",
                 WrongOperand,
-                "&(&*x + &k2 * middle)",
-                "&(&*x + &k1 * middle)",
+                "let k3 = slope(t + middle, &(&*x + &k2 * middle));",
+                "let k3 = slope(t + middle, &(&*x + &k1 * middle));",
             ),
             mutant("Runge-Kutta: the fourth stage half a step", Constant, "&w3 * tau", "&w3 * middle"),
             mutant("Runge-Kutta: the weights of the middle stages", Constant, "(w2 + w3) * two", "(w2 + w3)"),
@@ -486,8 +486,8 @@ pub(super) const SOURCES: &[Source] = &[
             mutant(
                 "Kalman: h not divided by the sub-steps",
                 Dropped,
-                "duration / convert::<f64, T>(substeps as f64)",
-                "duration",
+                "let tau = duration / convert::<f64, T>(substeps as f64);\n        for k",
+                "let tau = duration;\n        for k",
             ),
         ],
     },
@@ -1179,8 +1179,8 @@ pub(super) const SOURCES: &[Source] = &[
             mutant(
                 "sampled design: Fd P Fd' - P",
                 Transpose,
-                "SteinEquation::new(&f)?",
-                "SteinEquation::new(&f.transpose())?",
+                "let mut equation = SteinEquation::new(&f)?",
+                "let mut equation = SteinEquation::new(&f.transpose())?",
             ),
             mutant("sampled design: Q = I", Dropped, "&(DMatrix::identity(n, n) * h)", "&DMatrix::identity(n, n)"),
             mutant(
@@ -1192,8 +1192,8 @@ pub(super) const SOURCES: &[Source] = &[
             mutant(
                 "sampled form of a design: the strength 1",
                 Dropped,
-                "luenberger_observers::cubic::rate(&o.c, &o.n)",
-                "1.0",
+                "&o.theta, luenberger_observers::cubic::rate(&o.c, &o.n)",
+                "&o.theta, 1.0",
             ),
         ],
     },

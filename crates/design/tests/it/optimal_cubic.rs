@@ -72,7 +72,8 @@ fn the_linear_optimum_is_that_of_scipy_and_of_the_matrix_inequality() {
     lmi.minimise(trace(&z));
     let solution = lmi.solve().unwrap();
     let least = 20.0 * solution.named("Z").unwrap().trace();
-    assert!((least / 0.555_828_500_180_468_5 - 1.0).abs() < 1e-4, "{least}");
+    // What the solver returns satisfies the strict inequalities, a little above the infimum.
+    assert!((-1e-8..1e-3).contains(&(least / 0.555_828_500_180_468_5 - 1.0)), "{least}");
 }
 
 /// `e' = -l e - gamma e^3` from d: `int e^2 dt = ln(1 + gamma d^2/l)/(2 gamma)`. For the cart: scipy's solve_ivp

@@ -158,6 +158,11 @@ pub(super) fn proportional_integral(node: &Node, size: Dimensions, reader: &mut 
     let is_extended = node.get("kind").and_then(Node::text) == Some("extended-state");
     let order = node.get("order").map_or(Some(1), Node::count)?;
     let chain = is_extended.then_some(order);
+    if order == 0 {
+        let message = "`order` is 0: no disturbance would be estimated";
+        reader.wrong(node.get("order")?.span.clone(), message, "expected 1 or more");
+        return None;
+    }
     if order > LONGEST_CHAIN {
         let message = format!("`order` is {order}: {order} derivatives of each disturbance would be estimated");
         reader.wrong(node.get("order")?.span.clone(), message, format!("expected at most {LONGEST_CHAIN}"));

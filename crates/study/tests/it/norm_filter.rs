@@ -71,8 +71,10 @@ fn the_exported_filter_is_that_of_the_sampled_plant() {
         // A small step of the observer in continuous time: L_d/h tends to L.
         let l = continuous.report.matrices[0].rows[0][0];
         let found = step.observer.l()[(0, 0)] / period;
-        let tolerance = if kind == "h2" { 1e-2 } else { 0.5 };
-        assert!((found / l - 1.0).abs() < tolerance, "{kind}: {found} and {l}");
+        // Many gains keep a norm below gamma; that of the least H2 norm is one.
+        if kind == "h2" {
+            assert!((found / l - 1.0).abs() < 1e-2, "{found} and {l}");
+        }
         assert!(step.certificate.is_proved());
     }
 }
