@@ -130,7 +130,9 @@ pub fn h_infinity_norm(
         for pair in crossings.windows(2) {
             attempt(0.5 * (pair[0] + pair[1]), &mut best);
         }
-        crossings.iter().for_each(|crossing| attempt(*crossing, &mut best));
+        for crossing in &crossings {
+            attempt(*crossing, &mut best);
+        }
         if best.norm <= before * (1.0 + CLOSENESS) {
             return Ok(best);
         }

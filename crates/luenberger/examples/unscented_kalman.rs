@@ -25,7 +25,7 @@ pub(crate) fn main() -> Result<(), Box<dyn std::error::Error>> {
     // The true x is 1.2. Ten measurements, and what the whole log says of the first row.
     let y = DMatrix::from_fn(10, 1, |k, _| 1.44 + if k % 2 == 0 { 0.1 } else { -0.1 });
     let recording = Recording::new((0..10).map(f64::from).collect(), DMatrix::zeros(10, 0), y)?;
-    let replayed = Replay::new(&square, recording).smoothed_filter("filter", filter, &[1.0]).run()?;
+    let replayed = Replay::new(square, recording).smoothed_filter("filter", filter, &[1.0]).run()?;
     let found = replayed.observer("filter")?;
     let smoothed = found.smoothed.as_ref().ok_or("a smoothed filter")?;
     for k in [0, 4, 9] {

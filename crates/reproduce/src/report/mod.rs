@@ -213,14 +213,14 @@ fn note(record: &Record) -> String {
     let mut page = match record.parts.as_slice() {
         [one] => escape(one),
         parts => {
-            let items: String = parts.iter().map(|part| format!("<li>{}</li>", escape(part))).collect();
-            format!("<ul class=\"parts\">{items}</ul>")
+            let items: Vec<String> = parts.iter().map(|part| format!("<li>{}</li>", escape(part))).collect();
+            format!("<ul class=\"parts\">{}</ul>", items.concat())
         }
     };
     if let Some(table) = &record.table {
         let row = |cells: &[String], tag: &str| {
-            let cells: String = cells.iter().map(|cell| format!("<{tag}>{}</{tag}>", escape(cell))).collect();
-            format!("<tr>{cells}</tr>")
+            let cells: Vec<String> = cells.iter().map(|cell| format!("<{tag}>{}</{tag}>", escape(cell))).collect();
+            format!("<tr>{}</tr>", cells.concat())
         };
         let rows: String = table.rows.iter().map(|cells| row(cells, "td")).collect();
         let _ = write!(

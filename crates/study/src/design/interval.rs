@@ -116,19 +116,18 @@ pub(crate) fn sampled_design(
         inputs: operation.1.clone(),
         format: *format,
     };
-    let gain = match gain {
-        Some(gain) => gain.clone(),
-        None => {
-            // Of the plant between samples, its disturbance held as well.
-            let (a, e) = if *held {
-                let sampled = luenberger_linalg::zero_order_hold(&plant.a, &bounds.e, *period)?;
-                (sampled.ad, sampled.bd)
-            } else {
-                (plant.a.clone(), bounds.e.clone())
-            };
-            let acting = Disturbances::of_states_and_outputs(&e, &bounds.disturbance, &bounds.noise);
-            least_width_gain((&a, &plant.c), &acting, luenberger_design::interval::Time::Discrete)?
-        }
+    let gain = if let Some(gain) = gain {
+        gain.clone()
+    } else {
+        // Of the plant between samples, its disturbance held as well.
+        let (a, e) = if *held {
+            let sampled = luenberger_linalg::zero_order_hold(&plant.a, &bounds.e, *period)?;
+            (sampled.ad, sampled.bd)
+        } else {
+            (plant.a.clone(), bounds.e.clone())
+        };
+        let acting = Disturbances::of_states_and_outputs(&e, &bounds.disturbance, &bounds.noise);
+        least_width_gain((&a, &plant.c), &acting, luenberger_design::interval::Time::Discrete)?
     };
     let acting = (&bounds.e, bounds.disturbance.as_slice(), bounds.noise.as_slice());
     if *held {

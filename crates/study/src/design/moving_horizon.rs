@@ -26,7 +26,7 @@ pub(super) fn design(model: &Model, spec: &MovingHorizonSpec, substeps: Option<u
     if let Some(bounds) = bounds {
         let (lower, upper): (Vec<f64>, Vec<f64>) = bounds.iter().copied().unzip();
         estimator = estimator.with_bounds(DVector::from_vec(lower), DVector::from_vec(upper))?;
-        bounded = " The estimates at the samples stay within the bounds of the states.".to_owned();
+        " The estimates at the samples stay within the bounds of the states.".clone_into(&mut bounded);
     }
     let report = DesignReport {
         statement: format!(

@@ -28,6 +28,9 @@ pub type WithDisturbance<O> = ProportionalIntegralObserver<O, Dyn>;
 /// An observer whose error does not depend on a disturbance.
 pub type WithoutDisturbance<O> = UnknownInputObserver<O, f64, Dyn, Dyn, Dyn>;
 
+/// An observer of upper and lower bounds.
+pub(super) type Enclosing = IntervalObserver<LinearObserver<f64, Dyn, Dyn, Dyn>, f64, Dyn, Dyn, Dyn>;
+
 /// An observer, ready to run.
 #[derive(Debug, Clone)]
 pub enum Runnable {
@@ -44,7 +47,7 @@ pub enum Runnable {
     /// The same with a cubic term.
     UnknownInputCubic(Box<WithoutDisturbance<CubicObserver<f64, Dyn, Dyn, Dyn>>>),
     /// Interval observer.
-    Interval(Box<IntervalObserver<LinearObserver<f64, Dyn, Dyn, Dyn>, f64, Dyn, Dyn, Dyn>>),
+    Interval(Box<Enclosing>),
     /// The same for samples.
     SampledInterval(Box<SampledIntervalObserver<f64, Dyn, Dyn, Dyn, Dyn, Dyn>>),
     /// Sliding-mode observer.

@@ -97,14 +97,15 @@ fn designed(model: &Model, states: &[String], spec: &SlidingModeSpec) -> Result<
         (false, _) => " The step solves for the sign (implicit Euler): it does not chatter.",
     });
     if !spec.explicit && n == 2 && gains[1] >= bound {
-        statement.push_str(&format!(
+        let exact = format!(
             " Of the sampled observer: once two innovations in a row are at most h^2 k2 = {}, and without noise, {} is exact at every sample after its correction, and {} up to h {}/2 = {}.",
             significant(h * h * gains[1], 4),
             states[0],
             states[1],
             significant(bound, 5),
             at_most(h * bound / 2.0, 4)
-        ));
+        );
+        statement += &exact;
     }
     let mut numbers = vec![number("period", h), number("innovation that is corrected to 0", observer.layer())];
     let mut matrices = vec![matrix("k", &DMatrix::from_column_slice(n, 1, &gains))];

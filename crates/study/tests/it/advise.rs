@@ -182,8 +182,7 @@ fn without_noise_or_simulation_there_is_no_comparison() {
         StudyError::Missing { step, needs } => (step, needs),
         other => panic!("{other}"),
     };
-    let quiet: String =
-        TANKS.lines().filter(|line| !line.starts_with("noise")).map(|line| format!("{line}\n")).collect();
+    let quiet: String = TANKS.lines().filter(|line| !line.starts_with("noise")).flat_map(|line| [line, "\n"]).collect();
     assert!(needs(&quiet).1.starts_with("measurement noise"));
     let (step, why) = needs("[plant]\na = [[-1]]\nc = [[1]]\n");
     assert!(step == "advise" && why.starts_with("a [simulation]"), "{why}");
