@@ -233,9 +233,9 @@ fn derivatives_are_exact_up_to_powers_of_the_period() {
             let late = steps * 3 / 4;
             for i in 0..n {
                 let largest = errors[late..].iter().map(|e| e[i].abs()).fold(0.0, f64::max);
-                let expected = constants[n - 2][i] * h.powi((n - i) as i32);
+                let expected = constants[n - 2][i] * h.powi(i32::try_from(n - i).unwrap());
                 // The trajectory is long: rounding of x1 is divided by powers of the period.
-                let rounding = 1e-9 / h.powi(i as i32);
+                let rounding = 1e-9 / h.powi(i32::try_from(i).unwrap());
                 assert!(
                     (largest - expected).abs() < 2e-3 * expected + rounding,
                     "n = {n}, h = {h}, {i}: {largest} {expected}"

@@ -165,7 +165,7 @@ fn mistakes_in_filters_are_named() {
         let results = match Study::from_text("study.toml", &text, Format::Toml, ".".as_ref()) {
             Ok(study) => execute(&study, Step::Design, &RunOptions::default()).unwrap(),
             Err(error) => {
-                assert!(error.to_string().contains("w"), "{error}");
+                assert!(error.to_string().contains('w'), "{error}");
                 continue;
             }
         };

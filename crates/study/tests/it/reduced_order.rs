@@ -86,7 +86,7 @@ fn what_fails_is_named() {
     );
     match designed(&read(&text(pair, "[[0, 1]]", "[-1]")).unwrap()) {
         Err(NoDesign::Misfit(failure)) => {
-            assert!(failure.hypothesis.contains("not observable"), "{}", failure.hypothesis)
+            assert!(failure.hypothesis.contains("not observable"), "{}", failure.hypothesis);
         }
         other => panic!("{other:?}"),
     }
