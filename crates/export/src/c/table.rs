@@ -375,7 +375,10 @@ static void search(const {number} *w, {number} *x)
                 }}
             }}
         }}
-        for (place = 0; (place < filled) && (distance > {tolerance}); ++place) {{
+        for (place = 0; place < filled; ++place) {{
+            if (distance <= {tolerance}) {{
+                break;
+            }}
             const {number} found = nearest(w, seeds[place]);
             if (found < distance) {{
                 distance = found;
