@@ -44,7 +44,7 @@ pub struct HInfinityNorm {
 /// ```
 ///
 /// # Errors
-/// Those of [`lyapunov`].
+/// Those of [`lyapunov()`].
 pub fn h2_norm(a: &DMatrix<f64>, b: &DMatrix<f64>, c: &DMatrix<f64>) -> Result<f64> {
     let q = lyapunov(a, &symmetric_part(&(c.transpose() * c)))?.p;
     Ok((b.transpose() * q * b).trace().max(0.0).sqrt())
@@ -53,7 +53,7 @@ pub fn h2_norm(a: &DMatrix<f64>, b: &DMatrix<f64>, c: &DMatrix<f64>) -> Result<f
 /// The H2 norm of `C(zI - A)^-1 B` for A with all eigenvalues inside the unit circle.
 ///
 /// # Errors
-/// Those of [`stein`].
+/// Those of [`stein()`].
 pub fn discrete_h2_norm(a: &DMatrix<f64>, b: &DMatrix<f64>, c: &DMatrix<f64>) -> Result<f64> {
     let q = stein(a, &symmetric_part(&(c.transpose() * c)))?.p;
     Ok((b.transpose() * q * b).trace().max(0.0).sqrt())
