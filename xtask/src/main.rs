@@ -107,7 +107,7 @@ enum Command {
     Python,
     /// Change the formulas of the papers one by one, in a copy, and show which tests notice (half an hour or more)
     ///
-    /// Fails if a change that no test notices is not listed as equivalent in xtask/src/mutate/table.rs.
+    /// Fails if a change that no test notices is not listed as equivalent in xtask/src/mutate/table.
     Mutate {
         /// Only mutants with this in their names or in the paths of their files; may be repeated
         #[arg(long)]

@@ -74,7 +74,7 @@ pub use error_bound::{Disturbances, ErrorBound};
 pub use exact_solution::{enclosed_lyapunov, enclosed_stein, lyapunov_certificate_file, stein_certificate_file};
 pub use feedback::FeedbackDesign;
 pub use gain_options::GainOptions;
-pub use interval::{ErrorCoordinates, IntervalDesign, Kept, SampledIntervalDesign, least_width_gain};
+pub use interval::{ErrorCoordinates, IntervalDesign, IntervalRequirements, SampledIntervalDesign, least_width_gain};
 pub use joint::joint_design;
 pub use kkl::{KklCandidate, KklDesign, KklError};
 pub use kkl_peb::KklPebDesign;
@@ -86,7 +86,7 @@ pub use mean_value::{ContractingCoordinates, LeastSquares, MeanValueDesign, Outp
 pub use nalgebra;
 pub use names::Names;
 pub use nonlinear_observability::{LieObservability, lie_observability};
-pub use norm_filter::{Goal, Norm, NormFilterDesign, Performance, Time};
+pub use norm_filter::{NormFilterDesign, NormTarget, Performance, SystemNorm, TimeDomain};
 pub use numerical_kkl::{NumericalKklDesign, NumericalKklError};
 pub use operating_point::{OperatingPoint, OperatingPointError, operating_point};
 pub use optimal_cubic::{EstimationProblem, OptimalCubicDesign};

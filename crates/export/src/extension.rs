@@ -53,7 +53,7 @@ impl ExpressionObserver {
     ///
     /// # Errors
     /// [`PlantError::DimensionMismatch`] for sizes that are not those of the observer.
-    pub fn jumping(self, jump: ExpressionPlant) -> Result<Self, PlantError> {
+    pub fn with_jump(self, jump: ExpressionPlant) -> Result<Self, PlantError> {
         let (size, own) = (jump.dimensions(), self.flow.dimensions());
         for (what, expected, found) in [
             ("z of the jump", own.states, size.states),

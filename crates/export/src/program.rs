@@ -221,7 +221,7 @@ impl Program {
 
     /// The factor of the process noise that enters before and after a motion in continuous time, as it is computed in
     /// the format; of an unscented filter.
-    pub(crate) fn half_noise(&self, scalar: Scalar) -> f64 {
+    pub(crate) fn half_step_factor(&self, scalar: Scalar) -> f64 {
         match scalar {
             Scalar::Binary32 => f64::from((self.period() as f32 * 0.5).sqrt()),
             Scalar::Binary64 => (self.period() * 0.5).sqrt(),

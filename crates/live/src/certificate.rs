@@ -10,7 +10,7 @@ use crate::experiment::{Experiment, Observer, Sliders};
 /// What is proved with the gains as they are now.
 #[derive(Debug, Clone, PartialEq, serde::Serialize)]
 #[serde(rename_all = "kebab-case")]
-pub enum Certified {
+pub enum GainVerdict {
     /// Every inequality, with the smallest positive margin if one has a margin.
     Proved(Option<f64>),
     /// This is not proved.
@@ -26,25 +26,25 @@ pub fn verifies(theorem: &Theorem) -> bool {
 
 /// The verdicts on the observers of an experiment for the gains as the sliders have them; `None` for an observer without
 /// certificate.
-pub fn verify(experiment: &Experiment, sliders: &Sliders) -> Vec<Option<Certified>> {
+pub fn verify(experiment: &Experiment, sliders: &Sliders) -> Vec<Option<GainVerdict>> {
     experiment.observers.iter().map(|observer| certified(observer, sliders)).collect()
 }
 
-fn certified(observer: &Observer, sliders: &Sliders) -> Option<Certified> {
+fn certified(observer: &Observer, sliders: &Sliders) -> Option<GainVerdict> {
     let Some(files) = &observer.certificates else {
-        return Some(Certified::Elsewhere);
+        return Some(GainVerdict::Elsewhere);
     };
     let mut least: Option<f64> = None;
     for file in files {
         match theorem(file, sliders) {
-            Certified::Proved(margin) => least = [least, margin].into_iter().flatten().reduce(f64::min),
+            GainVerdict::Proved(margin) => least = [least, margin].into_iter().flatten().reduce(f64::min),
             other => return Some(other),
         }
     }
-    (!files.is_empty()).then_some(Certified::Proved(least))
+    (!files.is_empty()).then_some(GainVerdict::Proved(least))
 }
 
-fn theorem(file: &str, sliders: &Sliders) -> Certified {
+fn theorem(file: &str, sliders: &Sliders) -> GainVerdict {
     let Ok(file) = CertificateFile::read(file.as_bytes()) else {
         return open("the certificate file cannot be read");
     };
@@ -63,13 +63,13 @@ fn theorem(file: &str, sliders: &Sliders) -> Certified {
         _ => None,
     });
     match facts.iter().find(|fact| !fact.verdict.is_proved()) {
-        None => Certified::Proved(margins.reduce(f64::min)),
-        Some(fact) => Certified::Open(fact.inequality.clone()),
+        None => GainVerdict::Proved(margins.reduce(f64::min)),
+        Some(fact) => GainVerdict::Open(fact.inequality.clone()),
     }
 }
 
-fn open(what: &str) -> Certified {
-    Certified::Open(what.to_owned())
+fn open(what: &str) -> GainVerdict {
+    GainVerdict::Open(what.to_owned())
 }
 
 /// Whether the sampling period does not occur in the theorem.

@@ -121,7 +121,7 @@ pub struct Observer {
     /// The initial estimate.
     pub initial: Vec<f64>,
     /// What runs.
-    pub kind: Kind,
+    pub kind: ObserverKind,
     /// The operating point of an observer of deviations.
     pub point: Option<OperatingPoint>,
     /// Its certificate files; empty without a certificate, none if a page does not verify them.
@@ -130,7 +130,7 @@ pub struct Observer {
 
 impl Observer {
     /// An observer without certificate.
-    pub fn new(name: &str, kind: Kind, initial: &[f64]) -> Self {
+    pub fn new(name: &str, kind: ObserverKind, initial: &[f64]) -> Self {
         Self { name: name.to_owned(), initial: initial.to_vec(), kind, point: None, certificates: Some(Vec::new()) }
     }
 }
@@ -150,7 +150,7 @@ pub struct OperatingPoint {
 /// What runs as an observer.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case", deny_unknown_fields)]
-pub enum Kind {
+pub enum ObserverKind {
     /// Luenberger's observer of a linear plant.
     Linear(Box<LinearObserver<f64, Dyn, Dyn, Dyn>>),
     /// The cubic observer.

@@ -6,11 +6,11 @@
 //! and compares the module's results in a browser with those of this machine, bit by bit.
 //!
 //! ```
-//! use luenberger_live::{Experiment, Kind, Observer, Plant, Sliders, run};
+//! use luenberger_live::{Experiment, ObserverKind, Observer, Plant, Sliders, run};
 //! use luenberger_observers::LinearObserver;
 //! let plant = luenberger_plants::double_integrator().to_dynamic();
 //! let linear = LinearObserver::of(plant.clone(), nalgebra::dmatrix![7.0; 10.0])?;
-//! let observer = Observer::new("linear", Kind::Linear(Box::new(linear)), &[0.0, 0.0]);
+//! let observer = Observer::new("linear", ObserverKind::Linear(Box::new(linear)), &[0.0, 0.0]);
 //! let experiment = Experiment::new(Plant::linear(&plant), &[1.0, 0.0], 8.0, 81).observer(observer);
 //! let outcome = run(&experiment, &Sliders::NEUTRAL);
 //! assert!(outcome.runs[0].scores.as_ref().is_some_and(|scores| scores.last < 1e-5));
@@ -28,8 +28,8 @@ mod run;
 #[cfg(target_arch = "wasm32")]
 pub mod wasm;
 
-pub use certificate::{Certified, verifies, verify};
-pub use experiment::{Experiment, Kind, Noise, Observer, OperatingPoint, Plant, Rows, Sliders};
+pub use certificate::{GainVerdict, verifies, verify};
+pub use experiment::{Experiment, Noise, Observer, ObserverKind, OperatingPoint, Plant, Rows, Sliders};
 pub use run::{Outcome, Run, Scores, run};
 
 /// The example of `README.md`, compiled and run with the documentation's tests.

@@ -3,7 +3,7 @@
 //! A page has [`block`]s, [`MODULE`] once behind them, [`STYLE`] and [`SCRIPT`]. The script uses what every page of
 //! `luenberger-figures` has: the plotting library, `themed` and `unpack`.
 
-use crate::experiment::{Experiment, Kind};
+use crate::experiment::{Experiment, ObserverKind};
 
 /// The style sheet of the blocks.
 pub const STYLE: &str = include_str!("../assets/live.css");
@@ -38,11 +38,12 @@ const SLIDERS: [Slider; 5] = [
 
 /// Whether a slider changes anything in the experiment.
 fn matters(name: &str, experiment: &Experiment) -> bool {
-    let any = |choose: &dyn Fn(&Kind) -> bool| experiment.observers.iter().any(|observer| choose(&observer.kind));
+    let any =
+        |choose: &dyn Fn(&ObserverKind) -> bool| experiment.observers.iter().any(|observer| choose(&observer.kind));
     match name {
-        "cubic" => any(&|kind| matches!(kind, Kind::Cubic(_) | Kind::SampledCubic { .. })),
+        "cubic" => any(&|kind| matches!(kind, ObserverKind::Cubic(_) | ObserverKind::SampledCubic { .. })),
         "noise" => experiment.noise.is_some(),
-        "period" => any(&|kind| matches!(kind, Kind::SampledCubic { .. } | Kind::Kalman { .. })),
+        "period" => any(&|kind| matches!(kind, ObserverKind::SampledCubic { .. } | ObserverKind::Kalman { .. })),
         _ => true,
     }
 }
@@ -52,10 +53,10 @@ fn matters(name: &str, experiment: &Experiment) -> bool {
 ///
 /// # Errors
 /// Numbers that JSON does not have: NaN and infinities.
-pub fn block(id: &str, experiment: &Experiment, colours: &[String]) -> Result<String, serde_json::Error> {
+pub fn html_block(id: &str, experiment: &Experiment, colours: &[String]) -> Result<String, serde_json::Error> {
     let sliders = SLIDERS.iter().filter(|slider| matters(slider.name, experiment)).map(|slider| {
         let Slider { name, mut label, is_logarithmic, range: [least, most], step } = *slider;
-        let filters = experiment.observers.iter().any(|observer| matches!(observer.kind, Kind::Kalman { .. }));
+        let filters = experiment.observers.iter().any(|observer| matches!(observer.kind, ObserverKind::Kalman { .. }));
         if name == "gain" && filters {
             label = "gain L, W of filters";
         }

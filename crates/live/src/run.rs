@@ -9,7 +9,7 @@ use luenberger_plants::{Differentiable, StateSpace};
 use luenberger_sim::{Errors, Noise, Scenario, ScoreGrid, Signal, row_times};
 use nalgebra::{DMatrix, DVector, Dyn};
 
-use crate::experiment::{Experiment, Kind, Observer, OperatingPoint, Plant, Rows, Sliders};
+use crate::experiment::{Experiment, Observer, ObserverKind, OperatingPoint, Plant, Rows, Sliders};
 
 type Result<T> = core::result::Result<T, String>;
 
@@ -134,7 +134,7 @@ where
     }
     let scaled = sliders.gain != 1.0;
     let (scenario, period) = match &observer.kind {
-        Kind::Linear(linear) => {
+        ObserverKind::Linear(linear) => {
             let mut linear = linear.as_ref().clone();
             if scaled {
                 linear = LinearObserver::of(linear.plant(), linear.l() * sliders.gain).map_err(text)?;
@@ -145,7 +145,7 @@ where
             };
             (scenario, None)
         }
-        Kind::Cubic(cubic) => {
+        ObserverKind::Cubic(cubic) => {
             let mut cubic = cubic.as_ref().clone();
             if scaled || sliders.cubic != 1.0 {
                 let (l, n) = (cubic.l() * sliders.gain, &cubic.n * sliders.cubic);
@@ -157,7 +157,7 @@ where
             };
             (scenario, None)
         }
-        Kind::SampledCubic { observer: sampled, a, b } => {
+        ObserverKind::SampledCubic { observer: sampled, a, b } => {
             let sampled = sampled_cubic(sampled, (a, b), sliders)?;
             let period = SampledObserver::<f64>::period(&sampled);
             let scenario = match &observer.point {
@@ -166,13 +166,13 @@ where
             };
             (scenario, Some(period))
         }
-        Kind::Copy { l } => {
+        ObserverKind::Copy { l } => {
             let l = matrix(l);
             let l = if scaled { l * sliders.gain } else { l };
             let copy = NonlinearLuenbergerObserver::new(plant, l).map_err(text)?;
             (scenario.observer(name, copy, &start), None)
         }
-        Kind::Kalman { w, v, p0, period, substeps } => {
+        ObserverKind::Kalman { w, v, p0, period, substeps } => {
             let w = if scaled { matrix(w) * sliders.gain } else { matrix(w) };
             let noises = NoiseModel { w, v: matrix(v), p0: matrix(p0) };
             let period = sliders.period * period;
@@ -267,9 +267,11 @@ fn grid(experiment: &Experiment, sliders: &Sliders) -> Result<ScoreGrid> {
         return Ok(ScoreGrid::Samples { period });
     }
     let period = |observer: &Observer| match &observer.kind {
-        Kind::SampledCubic { observer, .. } => Some(SampledObserver::<f64>::period(observer.as_ref()) * sliders.period),
-        Kind::Kalman { period, .. } => Some(period * sliders.period),
-        Kind::Linear(_) | Kind::Cubic(_) | Kind::Copy { .. } => None,
+        ObserverKind::SampledCubic { observer, .. } => {
+            Some(SampledObserver::<f64>::period(observer.as_ref()) * sliders.period)
+        }
+        ObserverKind::Kalman { period, .. } => Some(period * sliders.period),
+        ObserverKind::Linear(_) | ObserverKind::Cubic(_) | ObserverKind::Copy { .. } => None,
     };
     let periods: Vec<Option<f64>> = experiment.observers.iter().map(period).collect();
     ScoreGrid::common(&periods, experiment.duration).map_err(text)

@@ -40,7 +40,7 @@ pub extern "C" fn luenberger_run(gain: f64, cubic: f64, noise: f64, error: f64, 
 }
 
 /// Verifies the certificates for these gains; the length of the answer, a list with a
-/// [`Certified`](crate::Certified) or null for each observer, as JSON. 0 if no experiment is loaded.
+/// [`GainVerdict`](crate::GainVerdict) or null for each observer, as JSON. 0 if no experiment is loaded.
 #[unsafe(no_mangle)]
 pub extern "C" fn luenberger_verify(gain: f64, cubic: f64, period: f64) -> usize {
     let sliders = Sliders { gain, cubic, period, ..Sliders::NEUTRAL };

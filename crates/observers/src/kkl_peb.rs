@@ -20,8 +20,8 @@
 //!
 //! **Reset.** Integrators integrate every offset of y: xi drifts, and theta_hat drifts the other way. A [`Reset`] hands
 //! theta_hat over to xi from time to time, `xi+ = xi + missing(theta_hat) - missing(theta_0)`, `theta_hat+ = theta_0`,
-//! so that the estimate is continuous and what is missing is small again. With [`Memory::Kept`] the filters move to the
-//! new coordinates; with [`Memory::Restarted`] they begin again, and the regression is exact from there.
+//! so that the estimate is continuous and what is missing is small again. With [`FilterMemory::Transformed`] the filters move to the
+//! new coordinates; with [`FilterMemory::Restarted`] they begin again, and the regression is exact from there.
 //!
 //! **A domain.** Where [`Regression::lower_bound`] bounds a parameter from below, theta_hat is projected: at the bound
 //! it does not fall further, and the estimate uses no value below it. [`Diagnose`] reports a parameter that is at its
@@ -62,16 +62,16 @@ pub struct Reset<T> {
     /// for a reset at every instant.
     pub above: Option<T>,
     /// The filters and the estimator.
-    pub memory: Memory,
+    pub memory: FilterMemory,
 }
 
 /// What becomes of the filters and the estimator at a reset.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Memory {
+pub enum FilterMemory {
     /// They move to the new coordinates, `F[g]+ = F[g] + F[m] delta` with `delta = theta_hat - theta_0`. For
     /// `missing` linear in theta and m independent of the entries of xi that are only integrated: there
     /// `g(xi + missing(delta)) = g(xi) + m delta`, and the estimate is that without resets at all times.
-    Kept,
+    Transformed,
     /// They begin again, as at the start: `w = s(y)`, the others 0. For any regression; the excitation so far is lost.
     Restarted,
 }
@@ -332,7 +332,7 @@ where
         }
         let filters = z + r * (q + 2);
         match memory {
-            Memory::Kept => {
+            FilterMemory::Transformed => {
                 let delta = &held - &first;
                 for i in 0..r {
                     for j in 0..q {
@@ -341,7 +341,7 @@ where
                 }
                 self.estimator.shift(&mut after.as_mut_slice()[filters..], &delta);
             }
-            Memory::Restarted => {
+            FilterMemory::Restarted => {
                 let signal = self.map.signal(t, y);
                 let rest = after.iter_mut().skip(z);
                 rest.enumerate().for_each(|(i, entry)| *entry = if i < r { signal[i] } else { T::zero() });

@@ -118,7 +118,7 @@ pub use inter_sample::InterSampleObserver;
 pub use interval::{Comparison, IntervalObserver, SampledIntervalGains, SampledIntervalObserver};
 pub use kalman::{ExtendedKalmanFilter, GaussianEstimate, Innovation, NoiseModel, StaticExtendedKalmanFilter};
 pub use kkl::{KklMap, KklObserver, LeftInverse, LinearKkl};
-pub use kkl_peb::{KklPebObserver, Memory, Reset};
+pub use kkl_peb::{FilterMemory, KklPebObserver, Reset};
 pub use lanes::LaneObserver;
 pub use linear::{LinearObserver, StaticLinearObserver};
 pub use luenberger_plants::{Differentiable, Dimensions, LinearPlant, Plant, Shape};

@@ -132,7 +132,7 @@ where
     }
 
     /// `h^n k_n`: innovations up to this are corrected to 0.
-    pub fn layer(&self) -> T {
+    pub fn boundary_layer(&self) -> T {
         let n = self.gains.len();
         (0..n).fold(self.gain(n.saturating_sub(1)), |layer, _| layer * self.h)
     }
@@ -150,7 +150,7 @@ where
         if self.discretisation == Discretisation::Explicit {
             return (root(z.abs(), n), sign);
         }
-        let layer = self.layer();
+        let layer = self.boundary_layer();
         let rest = z.abs() - layer;
         let is_outside = rest > zero;
         if !is_outside {

@@ -150,7 +150,7 @@ pub fn run_papers(papers: &[Paper], out: &Path) -> Result<Summary, ReproduceErro
             }
         }
         for example in &paper.live {
-            let html = (example.experiment)().and_then(|it| Ok(page::block(example.id, &it, &colours())?));
+            let html = (example.experiment)().and_then(|it| Ok(page::html_block(example.id, &it, &colours())?));
             match html {
                 Ok(html) => live.push(Live { example: example.clone(), html }),
                 Err(error) => summary.failures.push(Failure { id: example.id.to_owned(), error: error.to_string() }),

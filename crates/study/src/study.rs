@@ -349,11 +349,11 @@ pub struct LinearSpec {
 #[derive(Debug, Clone, PartialEq)]
 pub struct NormFilterSpec {
     /// The norm.
-    pub norm: luenberger_design::Norm,
+    pub norm: luenberger_design::SystemNorm,
     /// What acts on the plant, and the errors that count.
     pub performance: luenberger_design::Performance,
     /// The least norm, a bound, or a given gain.
-    pub goal: luenberger_design::Goal,
+    pub goal: luenberger_design::NormTarget,
 }
 
 /// How the gain of a linear observer is computed.
@@ -667,8 +667,8 @@ impl ObserverKind {
             Self::SlidingMode(_) => "sliding-mode",
             Self::ReducedOrder(_) => "reduced-order",
             Self::NormFilter(spec) => match spec.norm {
-                luenberger_design::Norm::HInfinity => "h-infinity",
-                luenberger_design::Norm::H2 => "h2",
+                luenberger_design::SystemNorm::HInfinity => "h-infinity",
+                luenberger_design::SystemNorm::H2 => "h2",
             },
             Self::SampledCubic { .. } => "sampled-cubic",
             Self::Lpv { .. } => "lpv",

@@ -1,7 +1,7 @@
 //! Certificates of H-infinity and H2 filters of random plants, and attempts to contradict them: the transfer function
 //! at frequencies, and the variance from the exact Gramian, both in rational arithmetic.
 
-use luenberger_design::{Certified, GainOptions, Goal, Norm, NormFilterDesign, Performance, Time};
+use luenberger_design::{Certified, GainOptions, NormFilterDesign, NormTarget, Performance, SystemNorm, TimeDomain};
 use luenberger_linalg::{discrete_h_infinity_norm, h_infinity_norm};
 use luenberger_proof::certificate::CertificateFile;
 use nalgebra::DMatrix;
@@ -14,14 +14,14 @@ use super::random::Random;
 use super::seeds::plant;
 
 pub(super) fn h_infinity(random: &mut Random) -> Option<CertificateFile> {
-    generate(Norm::HInfinity, random)
+    generate(SystemNorm::HInfinity, random)
 }
 
 pub(super) fn h2(random: &mut Random) -> Option<CertificateFile> {
-    generate(Norm::H2, random)
+    generate(SystemNorm::H2, random)
 }
 
-fn generate(norm: Norm, random: &mut Random) -> Option<CertificateFile> {
+fn generate(norm: SystemNorm, random: &mut Random) -> Option<CertificateFile> {
     let plant = plant(random, 3)?;
     let (n, p) = (plant.a.nrows(), plant.c.nrows());
     let q = 1 + random.below(2);
@@ -31,13 +31,13 @@ fn generate(norm: Norm, random: &mut Random) -> Option<CertificateFile> {
     e.columns_mut(q, p).fill(0.0);
     let h = if random.once_in(2) { DMatrix::identity(n, n) } else { random.matrix(1, n) };
     let of = Performance { e, d: noise + mixed, h };
-    let time = if random.once_in(2) { Time::Discrete } else { Time::Continuous };
+    let time = if random.once_in(2) { TimeDomain::Discrete } else { TimeDomain::Continuous };
     let options = GainOptions::default();
-    let found = NormFilterDesign::new(&plant, time, norm, &of, &Goal::Least, &options).ok()?;
+    let found = NormFilterDesign::new(&plant, time, norm, &of, &NormTarget::Least, &options).ok()?;
     let goal = match random.below(3) {
-        0 => Goal::Least,
-        1 => Goal::Below(found.gamma * random.between(1.05, 2.0)),
-        _ => Goal::Of(found.l.clone()),
+        0 => NormTarget::Least,
+        1 => NormTarget::Below(found.gamma * random.between(1.05, 2.0)),
+        _ => NormTarget::OfGain(found.l.clone()),
     };
     NormFilterDesign::new(&plant, time, norm, &of, &goal, &options).ok()?.certificate_file("a filter").ok()
 }

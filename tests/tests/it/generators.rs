@@ -24,9 +24,13 @@ pub(crate) fn vector4(size: f64) -> impl Strategy<Value = Vector4<f64>> {
 }
 
 /// An observable pair (A, C) by construction: in these coordinates each output is followed by a chain of integrators,
-/// plus injection and an orthogonal change of coordinates that observability does not notice.
-fn observable_pair(orders: RangeInclusive<usize>) -> impl Strategy<Value = (DMatrix<f64>, DMatrix<f64>)> {
-    orders.prop_flat_map(|n| (Just(n), 1..=n)).prop_flat_map(|(n, p)| {
+/// plus injection and an orthogonal change of coordinates that observability does not notice. At least so many states
+/// are `unmeasured`.
+fn observable_pair(
+    orders: RangeInclusive<usize>,
+    unmeasured: usize,
+) -> impl Strategy<Value = (DMatrix<f64>, DMatrix<f64>)> {
+    orders.prop_flat_map(move |n| (Just(n), 1..=n - unmeasured)).prop_flat_map(|(n, p)| {
         (matrix(n, p), matrix(n, n)).prop_map(move |(injection, turn)| {
             // x_1 .. x_p are measured, and x_k' = x_(k+p): every state is some derivative of some output.
             let chain = DMatrix::from_fn(n, n, |i, j| if j == i + p { 1.0 } else { 0.0 });
@@ -40,7 +44,16 @@ fn observable_pair(orders: RangeInclusive<usize>) -> impl Strategy<Value = (DMat
 
 /// An observable plant with one input.
 pub(crate) fn observable_plant(orders: RangeInclusive<usize>) -> impl Strategy<Value = StateSpace> {
-    observable_pair(orders).prop_flat_map(|(a, c)| {
+    with_one_input(observable_pair(orders, 0))
+}
+
+/// The same with fewer outputs than states; orders of at least 2.
+pub(crate) fn partly_measured_plant(orders: RangeInclusive<usize>) -> impl Strategy<Value = StateSpace> {
+    with_one_input(observable_pair(orders, 1))
+}
+
+fn with_one_input(pairs: impl Strategy<Value = (DMatrix<f64>, DMatrix<f64>)>) -> impl Strategy<Value = StateSpace> {
+    pairs.prop_flat_map(|(a, c)| {
         let n = a.nrows();
         (Just((a, c)), matrix(n, 1)).prop_map(|((a, c), b)| StateSpace::new(a, b, c).unwrap())
     })
@@ -48,7 +61,7 @@ pub(crate) fn observable_plant(orders: RangeInclusive<usize>) -> impl Strategy<V
 
 /// An observable plant with an input for every state, so that it is stabilisable by construction.
 pub(crate) fn stabilisable_plant(orders: RangeInclusive<usize>) -> impl Strategy<Value = StateSpace> {
-    observable_pair(orders).prop_flat_map(|(a, c)| {
+    observable_pair(orders, 0).prop_flat_map(|(a, c)| {
         let n = a.nrows();
         (Just((a, c)), matrix(n, n))
             .prop_map(move |((a, c), b)| StateSpace::new(a, b + DMatrix::identity(n, n) * 3.0, c).unwrap())

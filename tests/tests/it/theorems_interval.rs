@@ -2,7 +2,7 @@
 //! their corners, in continuous time and in the arithmetic of the target. Statement and proof: docs/theory-cubic.md.
 
 use luenberger_design::{
-    DesignError, DiscreteDesign, Disturbances, ErrorCoordinates, IntervalDesign, Kept, LinearDesign,
+    DesignError, DiscreteDesign, Disturbances, ErrorCoordinates, IntervalDesign, IntervalRequirements, LinearDesign,
     SampledIntervalDesign,
 };
 use luenberger_observers::{Observer, SampledObserver};
@@ -108,7 +108,7 @@ proptest! {
         let e = e.rows(0, n).into_owned();
         // Without disturbances only rounding is left.
         let (w, v) = if quiet { (0.0, if single { 4e-7 } else { 1e-15 }) } else { (0.05, 0.02) };
-        let kept = Kept {
+        let kept = IntervalRequirements {
             first: vec![1.0; n],
             estimates: vec![50.0; n],
             inputs: vec![1.0; m],
@@ -278,7 +278,12 @@ fn a_disturbance_that_switches_between_samples_is_enclosed() {
     let linear = LinearDesign::with_poles(&plant, &[-2.0, -3.5]).unwrap();
     let (h, parts, e) = (0.2, 16_usize, dmatrix![0.3; 1.0]);
     let discrete = DiscreteDesign::sampled(&linear, h).unwrap();
-    let kept = Kept { first: vec![0.0; 2], estimates: vec![5.0; 2], inputs: vec![0.0], format: Format::Binary64 };
+    let kept = IntervalRequirements {
+        first: vec![0.0; 2],
+        estimates: vec![5.0; 2],
+        inputs: vec![0.0],
+        format: Format::Binary64,
+    };
     let gain = (discrete.observer.l(), ErrorCoordinates::Modal);
     let design = SampledIntervalDesign::sampled(&plant, (&e, &[0.7], &[1e-9]), gain, h, &kept).unwrap();
     assert!(design.certificate.is_proved(), "{}", design.certificate);

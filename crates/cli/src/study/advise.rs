@@ -166,7 +166,7 @@ fn scores(text: &mut String, advice: &Advice) {
         text.push_str(" The score is the weighted geometric mean of the values relative to the best ones.");
     }
     if marked(Criterion::Proved) {
-        _ = write!(text, " A missing proof counts as a factor of {}.", luenberger_study::advise::UNPROVED);
+        _ = write!(text, " A missing proof counts as a factor of {}.", luenberger_study::advise::UNPROVED_FACTOR);
     }
     text.push('\n');
 }

@@ -43,11 +43,11 @@ fn sentence(cost: &Estimate, threads: usize) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use luenberger_study::execute::Memory;
+    use luenberger_study::execute::MemoryEstimate;
 
     #[test]
     fn the_estimate_is_one_line() {
-        let memory = Memory { bytes: 2e9, mostly: "" };
+        let memory = MemoryEstimate { bytes: 2e9, mostly: "" };
         let cost = Estimate { runs: 12000, seconds: 9000.0, mostly: "simulations".to_owned(), memory };
         assert_eq!(
             sentence(&cost, 1),

@@ -68,7 +68,7 @@ pub(super) fn log(text: &mut String, report: &LogReport, plant: &PlantSummary) {
         }
     }
     table(text, &rows);
-    let filters: Vec<_> = report.rows.iter().flat_map(InnovationReport::all_tests).collect();
+    let filters: Vec<_> = report.rows.iter().flat_map(InnovationReport::tests_of_estimates).collect();
     if !filters.is_empty() {
         _ = writeln!(
             text,
@@ -79,7 +79,7 @@ pub(super) fn log(text: &mut String, report: &LogReport, plant: &PlantSummary) {
     if report.rows.iter().any(|row| !row.errors.is_empty()) {
         _ = writeln!(text, "\nerrors over the whole log, where it has the true state");
         let mut rows = header(&["observer", "state", "samples", "RMSE", "peak", "last"]);
-        for (name, error) in report.rows.iter().flat_map(InnovationReport::all_errors) {
+        for (name, error) in report.rows.iter().flat_map(InnovationReport::errors_of_estimates) {
             rows.push(vec![
                 name,
                 error.state.clone(),

@@ -14,20 +14,12 @@
 //! integral linear constraints, International Journal of Robust and Nonlinear Control 23, 2013.
 
 use luenberger_lmi::{Expression, Problem};
+use luenberger_proof::statement::TimeDomain;
 use nalgebra::DMatrix;
 
 use crate::check;
 use crate::error::DesignError;
 use crate::error_bound::Disturbances;
-
-/// Continuous or discrete time.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Time {
-    /// `x' = A x + ..`
-    Continuous,
-    /// `x+ = A x + ..`
-    Discrete,
-}
 
 /// The gain L, n x p, for which the sum of the half-widths in the end is least, in the coordinates of the plant.
 ///
@@ -39,7 +31,7 @@ pub enum Time {
 pub fn least_width_gain(
     (a, c): (&DMatrix<f64>, &DMatrix<f64>),
     disturbances: &Disturbances,
-    time: Time,
+    time: TimeDomain,
 ) -> Result<DMatrix<f64>, DesignError> {
     let (n, p, m) = (a.nrows(), c.nrows(), disturbances.bounds.len());
     let Disturbances { e, d, bounds } = disturbances;
@@ -71,7 +63,7 @@ pub fn least_width_gain(
     for j in 0..n {
         for i in 0..n {
             let value = entry(&flow, (n, i), (n, j));
-            if i == j && time == Time::Continuous {
+            if i == j && time == TimeDomain::Continuous {
                 add(j, value);
                 continue;
             }
@@ -85,8 +77,8 @@ pub fn least_width_gain(
     for (j, sum) in sums.into_iter().enumerate() {
         let Some(sum) = sum else { continue };
         let sum = match time {
-            Time::Continuous => sum,
-            Time::Discrete => sum - entry(&Expression::from(&weight), (n, j), (n, j)),
+            TimeDomain::Continuous => sum,
+            TimeDomain::Discrete => sum - entry(&Expression::from(&weight), (n, j), (n, j)),
         };
         lp.constrain(&format!("column {j}"), sum << -1.0);
     }

@@ -16,8 +16,8 @@ mod gain;
 mod modal;
 mod sampled;
 
-pub use gain::{Time, least_width_gain};
-pub use sampled::{Kept, SampledIntervalDesign};
+pub use gain::least_width_gain;
+pub use sampled::{IntervalRequirements, SampledIntervalDesign};
 
 use luenberger_linalg::spectral_abscissa;
 use luenberger_lmi::{dynamic_matrix, proof_matrix};
@@ -100,7 +100,7 @@ impl IntervalDesign {
         let f = enclosed(&observer.a).difference(&l.product(&c)?)?;
         let forcing = enclosed(&disturbances.e).difference(&l.product(&enclosed(&disturbances.d))?)?;
         let k = dynamic_matrix(&known.comparison(&f)?);
-        let g = times_up(&dynamic_matrix(&known.of_columns(&forcing)?), &disturbances.bounds);
+        let g = times_up(&dynamic_matrix(&known.column_norms(&forcing)?), &disturbances.bounds);
         let h = dynamic_matrix(&known.widths());
         let abscissa = spectral_abscissa(&k)?;
         if abscissa >= 0.0 {
@@ -114,7 +114,7 @@ impl IntervalDesign {
         let s = positive_solution(&-(&k + DMatrix::identity(k.nrows(), k.nrows()) * rate))?;
         let limit = limit_of(&-&k, &g, &s)?;
         let widths = times_up(&h, &limit);
-        let start = times_up(&dynamic_matrix(&known.of_states()), first);
+        let start = times_up(&dynamic_matrix(&known.state_norms()), first);
         let column = |entries: &[f64]| DVector::from_column_slice(entries);
         let theorem = IntervalEnclosure {
             a: proof_matrix(&observer.a),
@@ -146,7 +146,7 @@ impl IntervalDesign {
         disturbances: &Disturbances,
         first: &[f64],
     ) -> Result<Self, DesignError> {
-        let l = least_width_gain((&plant.a, &plant.c), disturbances, Time::Continuous)?;
+        let l = least_width_gain((&plant.a, &plant.c), disturbances, TimeDomain::Continuous)?;
         Self::new(&LinearObserver::of(plant.clone(), l)?, disturbances, ErrorCoordinates::Plant, first)
     }
 }

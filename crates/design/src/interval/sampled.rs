@@ -28,7 +28,7 @@ pub struct SampledIntervalDesign {
     pub blocks: Vec<usize>,
     /// Upper bounds of the norms of the columns of T, block by block: rho covers a box of half-widths w if it is at
     /// least this times w, and at least the constant of the step.
-    pub of_states: DMatrix<f64>,
+    pub state_norms: DMatrix<f64>,
     /// The factor by which rho approaches its limit at each step.
     pub factor: f64,
     /// The half-widths in the end, while estimates and inputs keep the bounds for which they were computed.
@@ -39,7 +39,7 @@ pub struct SampledIntervalDesign {
 
 /// What the sampled observer is designed for, besides the plant and its disturbances.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Kept {
+pub struct IntervalRequirements {
     /// `|x_i(0) - xhat_i(0)|` is at most this.
     pub first: Vec<f64>,
     /// Bounds of |xhat| for the widths in the end.
@@ -72,7 +72,7 @@ impl SampledIntervalDesign {
         (e, disturbances, noise): (&DMatrix<f64>, &[f64], &[f64]),
         (l, coordinates): (&DMatrix<f64>, ErrorCoordinates),
         period: f64,
-        kept: &Kept,
+        required: &IntervalRequirements,
     ) -> Result<Self, DesignError> {
         check::positive("the sampling period h", period)?;
         check::matrix("E", e, (plant.a.nrows(), disturbances.len()))?;
@@ -88,23 +88,23 @@ impl SampledIntervalDesign {
             disturbances: held.disturbances,
             noise: noise.to_vec(),
         };
-        Self::of(&plant, l, coordinates, period, kept)
+        Self::of(&plant, l, coordinates, period, required)
     }
 
     /// For `x+ = A x + B u + E w`, `y = C x + v` with these matrices.
     ///
     /// ```
-    /// use luenberger_design::{Certified, ErrorCoordinates, Kept, SampledIntervalDesign};
+    /// use luenberger_design::{Certified, ErrorCoordinates, IntervalRequirements, SampledIntervalDesign};
     /// use luenberger_observers::SampledObserver;
     /// use luenberger_plants::StateSpace;
     /// use luenberger_proof::statement::Format;
     /// use nalgebra::{DVector, dmatrix};
     /// // Every 0.1 s a position with noise up to 0.01, an unknown change of velocity up to 0.002.
     /// let plant = StateSpace::new(dmatrix![1.0, 0.1; 0.0, 1.0], dmatrix![0.005; 0.1], dmatrix![1.0, 0.0])?;
-    /// let kept = Kept { first: vec![1.0; 2], estimates: vec![10.0; 2], inputs: vec![1.0], format: Format::Binary32 };
+    /// let required = IntervalRequirements { first: vec![1.0; 2], estimates: vec![10.0; 2], inputs: vec![1.0], format: Format::Binary32 };
     /// let acting = (&dmatrix![0.0; 1.0], &[0.002][..], &[0.01][..]);
     /// let design = SampledIntervalDesign::of_discrete(
-    ///     &plant, acting, (&dmatrix![0.9; 2.0], ErrorCoordinates::Modal), 0.1, &kept,
+    ///     &plant, acting, (&dmatrix![0.9; 2.0], ErrorCoordinates::Modal), 0.1, &required,
     /// )?;
     /// assert!(design.certificate.is_proved(), "{}", design.certificate);
     /// let mut state = design.observer.initial(0.0, &DVector::zeros(2), &DVector::zeros(1), &DVector::zeros(1));
@@ -124,7 +124,7 @@ impl SampledIntervalDesign {
         (e, disturbances, noise): (&DMatrix<f64>, &[f64], &[f64]),
         (l, coordinates): (&DMatrix<f64>, ErrorCoordinates),
         period: f64,
-        kept: &Kept,
+        required: &IntervalRequirements,
     ) -> Result<Self, DesignError> {
         check::matrix("E", e, (plant.a.nrows(), disturbances.len()))?;
         let points = |m: &DMatrix<f64>| proof_matrix(m).map(|x| Interval::of(*x));
@@ -136,7 +136,7 @@ impl SampledIntervalDesign {
             disturbances: disturbances.to_vec(),
             noise: noise.to_vec(),
         };
-        Self::of(&plant, l, coordinates, period, kept)
+        Self::of(&plant, l, coordinates, period, required)
     }
 
     fn of(
@@ -144,9 +144,9 @@ impl SampledIntervalDesign {
         l: &DMatrix<f64>,
         coordinates: ErrorCoordinates,
         period: f64,
-        kept: &Kept,
+        required: &IntervalRequirements,
     ) -> Result<Self, DesignError> {
-        let format = kept.format;
+        let format = required.format;
         let middle = |m: &Matrix<Interval>| rounded(&dynamic_matrix(&m.map(Interval::midpoint)), format);
         let (f, g) = (middle(&plant.a)?, middle(&plant.b)?);
         let l = rounded(l, format)?;
@@ -189,15 +189,16 @@ impl SampledIntervalDesign {
         }
         let factor = 1.0 - 0.99 * (1.0 - radius * (1.0 + 4.0 * eps));
         let s = positive_solution(&(DMatrix::identity(n.nrows(), n.nrows()) * factor - &n * (1.0 + 2.0 * eps)))?;
-        let forced = times_up(&q, &kept.estimates).into_iter().zip(times_up(&u, &kept.inputs)).zip(constant.iter());
+        let forced =
+            times_up(&q, &required.estimates).into_iter().zip(times_up(&u, &required.inputs)).zip(constant.iter());
         let tiny = 2.0 * least_number(format);
         let forced: Vec<f64> = forced.map(|((x, u), g)| (x + u + g) * (1.0 + 2.0 * eps) + tiny).collect();
         let limit = limit_of(&grown, &forced, &s)?;
         let outward = raised_number(eps, eps, format).unwrap_or(eps);
-        let widths = times_up(&h, &limit).into_iter().zip(&kept.estimates);
+        let widths = times_up(&h, &limit).into_iter().zip(&required.estimates);
         let widths: Vec<f64> = widths.map(|(w, x)| (w + 2.0 * outward * x) * (1.0 + 2.0 * eps) + tiny).collect();
-        let of_states = dynamic_matrix(&known.of_states());
-        let start = times_up(&of_states, &kept.first).into_iter().zip(constant.iter());
+        let state_norms = dynamic_matrix(&known.state_norms());
+        let start = times_up(&state_norms, &required.first).into_iter().zip(constant.iter());
         let start: Option<Vec<f64>> = start.map(|(rho, g)| raised_number(rho.max(*g), eps, format)).collect();
         let start = start.ok_or(DesignError::NotStored { value: f64::INFINITY, format })?;
         let (a, b) = SampledIntervalEnclosure::plant(&plant.a, &plant.b)?;
@@ -221,8 +222,8 @@ impl SampledIntervalDesign {
             factor,
             disturbances: plant.disturbances.clone(),
             noise: plant.noise.clone(),
-            estimates: kept.estimates.clone(),
-            inputs: kept.inputs.clone(),
+            estimates: required.estimates.clone(),
+            inputs: required.inputs.clone(),
             limit,
             widths: widths.clone(),
         };
@@ -241,7 +242,7 @@ impl SampledIntervalDesign {
             period,
         };
         let observer = SampledIntervalObserver::new(gains)?;
-        Ok(Self { observer, t, blocks, of_states, factor, widths, certificate: Certificate::of([theorem])? })
+        Ok(Self { observer, t, blocks, state_norms, factor, widths, certificate: Certificate::of([theorem])? })
     }
 }
 

@@ -30,13 +30,13 @@
 //! | `residual` | (4) over the box |
 //! | `stability` | Lambda over the box |
 //! | `coupling` | B as a function of xi |
-//! | `attraction` | Jacobians of the distance of an immersion-and-invariance observer from its manifold |
+//! | `attractivity` | Jacobians of the distance of an immersion-and-invariance observer from its manifold |
 //! | `injectivity`, `images`, `common_image` | (phi, h) over the box; two states with one image |
 //! | `witness`, `error` | witnesses of failed checks; errors |
 //!
 //! Source: B. Yi, R. Ortega and W. Zhang, IEEE Transactions on Automatic Control, 2018, Propositions 1 and 3.
 
-mod attraction;
+mod attractivity;
 mod bound;
 mod candidate;
 mod common_image;
@@ -62,7 +62,7 @@ use crate::golden_sequence::GoldenSequence;
 use crate::symbolic_polynomial::{SymbolicPolynomial, collect, evaluate};
 use candidate::still;
 
-pub use attraction::{Attraction, attraction};
+pub use attractivity::{Attractivity, attractivity};
 pub use bound::error_bound;
 pub use candidate::{KklCandidate, Pieces};
 pub use coupling::Coupling;

@@ -16,7 +16,7 @@
 //!              [P, PA - YC, PE - YD; *, P, 0; *, *, I] > 0,    likewise                              discrete time
 //! ```
 //! The least H-infinity norm is often approached by gains without bound only; the design for it takes a gamma that is
-//! larger by [`ABOVE_LEAST`]. The certificate of an H2 filter has the P of the observability Gramian, a little
+//! larger by [`LEAST_NORM_EXCESS`]. The certificate of an H2 filter has the P of the observability Gramian, a little
 //! enlarged, so that its gamma can be as close to the norm as one likes.
 //!
 //! Source: S. Boyd, L. El Ghaoui, E. Feron, V. Balakrishnan, Linear Matrix Inequalities in System and Control Theory,
@@ -33,7 +33,7 @@ use luenberger_lmi::proof_matrix;
 use luenberger_observers::{DiscreteLinearObserver, LinearObserver};
 use luenberger_plants::StateSpace;
 use luenberger_proof::certificate::{Certificate, FilterProblem, H2Filter, HInfinityFilter};
-pub use luenberger_proof::statement::Time;
+pub use luenberger_proof::statement::TimeDomain;
 use nalgebra::{Complex, DMatrix, Dyn};
 
 use crate::certificate::{certified, plant as matrices};
@@ -42,20 +42,20 @@ use crate::error::DesignError;
 use crate::gain_options::GainOptions;
 
 /// By how much the gamma of the design for the least H-infinity norm exceeds it, relative.
-pub const ABOVE_LEAST: f64 = 0.01;
+pub const LEAST_NORM_EXCESS: f64 = 0.01;
 /// By how much the certified bound exceeds the norm of a given gain, and of an H2 filter, relative.
-pub const ABOVE_NORM: f64 = 1e-4;
+pub const NORM_BOUND_EXCESS: f64 = 1e-4;
 
 /// The norm of an error.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Norm {
+pub enum SystemNorm {
     /// The largest gain in L2, the peak of the largest singular value over all frequencies.
     HInfinity,
     /// The root of the variance of z for white noise of unit intensity.
     H2,
 }
 
-impl Norm {
+impl SystemNorm {
     /// `H-infinity` or `H2`.
     pub fn name(self) -> &'static str {
         match self {
@@ -79,13 +79,13 @@ pub struct Performance {
 
 /// What is asked for.
 #[derive(Debug, Clone, PartialEq)]
-pub enum Goal {
-    /// The least norm; for H-infinity larger by [`ABOVE_LEAST`].
+pub enum NormTarget {
+    /// The least norm; for H-infinity larger by [`LEAST_NORM_EXCESS`].
     Least,
     /// A norm below this bound.
     Below(f64),
     /// The norm of this gain L, n x p.
-    Of(DMatrix<f64>),
+    OfGain(DMatrix<f64>),
 }
 
 certified!(NormFilterDesign);
@@ -117,8 +117,8 @@ pub struct NormFilterDesign {
 
 /// A plant in its time with what acts on it.
 pub(crate) struct Task<'a> {
-    pub(crate) time: Time,
-    pub(crate) norm: Norm,
+    pub(crate) time: TimeDomain,
+    pub(crate) norm: SystemNorm,
     pub(crate) plant: &'a StateSpace,
     pub(crate) of: &'a Performance,
 }
@@ -129,14 +129,14 @@ impl NormFilterDesign {
     /// `options` can bound the spectral norm of L ([`GainOptions::max_gain`]); its noise has no effect.
     ///
     /// ```
-    /// use luenberger_design::{Certified, GainOptions, Goal, Norm, NormFilterDesign, Performance, Time};
+    /// use luenberger_design::{Certified, GainOptions, NormTarget, SystemNorm, NormFilterDesign, Performance, TimeDomain};
     /// use luenberger_plants::StateSpace;
     /// use nalgebra::{dmatrix, DMatrix};
     /// // x' = -x + w1, y = x + w2: F = -(1 + L), and the norm sqrt(1 + L^2)/(1 + L) is least, sqrt(1/2), at L = 1.
     /// let plant = StateSpace::new(dmatrix![-1.0], DMatrix::zeros(1, 0), dmatrix![1.0])?;
     /// let of = Performance { e: dmatrix![1.0, 0.0], d: dmatrix![0.0, 1.0], h: dmatrix![1.0] };
     /// let options = GainOptions::default();
-    /// let filter = NormFilterDesign::new(&plant, Time::Continuous, Norm::HInfinity, &of, &Goal::Least, &options)?;
+    /// let filter = NormFilterDesign::new(&plant, TimeDomain::Continuous, SystemNorm::HInfinity, &of, &NormTarget::Least, &options)?;
     /// assert!((filter.least.unwrap() - 0.5f64.sqrt()).abs() < 1e-5);
     /// assert!(filter.certificate.is_proved() && filter.norm < filter.gamma && filter.gamma < 0.715);
     /// # Ok::<(), luenberger_design::DesignError>(())
@@ -144,14 +144,14 @@ impl NormFilterDesign {
     ///
     /// # Errors
     /// [`DesignError::NormTooSmall`] for a gamma below the least; [`DesignError::NoiselessOutput`] for
-    /// [`Goal::Least`] where D has no full row rank and no bound of the gain is given; a plant that is not detectable;
+    /// [`NormTarget::Least`] where D has no full row rank and no bound of the gain is given; a plant that is not detectable;
     /// shapes that do not fit; a given gain that does not stabilise.
     pub fn new(
         plant: &StateSpace,
-        time: Time,
-        norm: Norm,
+        time: TimeDomain,
+        norm: SystemNorm,
         of: &Performance,
-        goal: &Goal,
+        goal: &NormTarget,
         options: &GainOptions,
     ) -> Result<Self, DesignError> {
         check::plant(plant)?;
@@ -161,29 +161,29 @@ impl NormFilterDesign {
         check::matrix("H", &of.h, (of.h.nrows(), n))?;
         let task = Task { time, norm, plant, of };
         match goal {
-            Goal::Of(l) => {
+            NormTarget::OfGain(l) => {
                 check::matrix("L", l, (n, p))?;
                 let found = task.measured(l)?;
-                let gamma = found.norm * (1.0 + ABOVE_NORM);
+                let gamma = found.norm * (1.0 + NORM_BOUND_EXCESS);
                 check::positive("the norm of the error", gamma)?;
                 task.certified(l.clone(), None, found, gamma, None)
             }
-            Goal::Below(gamma) => {
+            NormTarget::Below(gamma) => {
                 check::positive("gamma", *gamma)?;
                 task.detectable()?;
                 task.below(*gamma, None, options)
             }
-            Goal::Least => {
+            NormTarget::Least => {
                 task.detectable()?;
                 if options.max_gain.is_none() {
                     task.every_output_is_noisy()?;
                 }
                 let (least, gain) = task.least(options)?;
                 match norm {
-                    Norm::HInfinity => task.below(least * (1.0 + ABOVE_LEAST), Some(least), options),
-                    Norm::H2 => {
+                    SystemNorm::HInfinity => task.below(least * (1.0 + LEAST_NORM_EXCESS), Some(least), options),
+                    SystemNorm::H2 => {
                         let found = task.measured(&gain)?;
-                        let gamma = found.norm * (1.0 + ABOVE_NORM);
+                        let gamma = found.norm * (1.0 + NORM_BOUND_EXCESS);
                         task.certified(gain, None, found, gamma, Some(least))
                     }
                 }
@@ -223,8 +223,8 @@ impl Task<'_> {
     fn detectable(&self) -> Result<(), DesignError> {
         let (a, c) = (&self.plant.a, &self.plant.c);
         match self.time {
-            Time::Continuous => check::detectable(a, c, 0.0).map(|_| ()),
-            Time::Discrete => match discrete_detectability(a, c)?.offending.first() {
+            TimeDomain::Continuous => check::detectable(a, c, 0.0).map(|_| ()),
+            TimeDomain::Discrete => match discrete_detectability(a, c)?.offending.first() {
                 None => Ok(()),
                 Some(mode) => {
                     Err(LinalgError::NotDetectable { eigenvalue: mode.eigenvalue, margin: mode.margin }.into())
@@ -249,10 +249,10 @@ impl Task<'_> {
         let (h, none) = (&self.of.h, DMatrix::zeros(self.of.h.nrows(), g.ncols()));
         let moduli = || eigenvalues(&f).map(|poles| poles.iter().map(|pole| pole.norm()).fold(0.0, f64::max));
         match self.time {
-            Time::Continuous => {
+            TimeDomain::Continuous => {
                 check::hurwitz("A - L C", (&self.plant.a, l, &self.plant.c))?;
             }
-            Time::Discrete => {
+            TimeDomain::Discrete => {
                 let radius = moduli()?;
                 if radius >= 1.0 {
                     return Err(DesignError::NotSchur { what: "A - L C", radius });
@@ -260,12 +260,12 @@ impl Task<'_> {
             }
         }
         Ok(match (self.norm, self.time) {
-            (Norm::H2, Time::Continuous) => Measured { norm: h2_norm(&f, &g, h)?, frequency: None },
-            (Norm::H2, Time::Discrete) => Measured { norm: discrete_h2_norm(&f, &g, h)?, frequency: None },
-            (Norm::HInfinity, time) => {
+            (SystemNorm::H2, TimeDomain::Continuous) => Measured { norm: h2_norm(&f, &g, h)?, frequency: None },
+            (SystemNorm::H2, TimeDomain::Discrete) => Measured { norm: discrete_h2_norm(&f, &g, h)?, frequency: None },
+            (SystemNorm::HInfinity, time) => {
                 let found = match time {
-                    Time::Continuous => h_infinity_norm(&f, &g, h, &none)?,
-                    Time::Discrete => discrete_h_infinity_norm(&f, &g, h, &none)?,
+                    TimeDomain::Continuous => h_infinity_norm(&f, &g, h, &none)?,
+                    TimeDomain::Discrete => discrete_h_infinity_norm(&f, &g, h, &none)?,
                 };
                 Measured { norm: found.norm, frequency: Some(found.frequency) }
             }
@@ -302,9 +302,9 @@ impl Task<'_> {
     ) -> Result<NormFilterDesign, DesignError> {
         let (f, _) = self.flow(&l);
         let p = match (self.norm, p) {
-            (Norm::H2, _) => self.enlarged_gramian(&l, gamma)?,
-            (Norm::HInfinity, Some(p)) => p,
-            (Norm::HInfinity, None) => self.storage(&l, gamma)?,
+            (SystemNorm::H2, _) => self.enlarged_gramian(&l, gamma)?,
+            (SystemNorm::HInfinity, Some(p)) => p,
+            (SystemNorm::HInfinity, None) => self.storage(&l, gamma)?,
         };
         let StateSpace { a, b, c, .. } = self.plant;
         let problem = FilterProblem {
@@ -318,8 +318,8 @@ impl Task<'_> {
             gamma,
         };
         let certificate = match self.norm {
-            Norm::HInfinity => Certificate::of([HInfinityFilter(problem)])?,
-            Norm::H2 => Certificate::of([H2Filter(problem)])?,
+            SystemNorm::HInfinity => Certificate::of([HInfinityFilter(problem)])?,
+            SystemNorm::H2 => Certificate::of([H2Filter(problem)])?,
         };
         let Measured { norm, frequency } = found;
         let poles = eigenvalues(&f)?;
@@ -332,8 +332,8 @@ impl Task<'_> {
         let gramian = |h: &DMatrix<f64>| {
             let seen = symmetric_part(&(h.transpose() * h));
             match self.time {
-                Time::Continuous => lyapunov(&f, &seen).map(|found| found.p),
-                Time::Discrete => stein(&f, &seen).map(|found| found.p),
+                TimeDomain::Continuous => lyapunov(&f, &seen).map(|found| found.p),
+                TimeDomain::Discrete => stein(&f, &seen).map(|found| found.p),
             }
         };
         let (of_h, of_all) = (gramian(&self.of.h)?, gramian(&DMatrix::identity(f.nrows(), f.nrows()))?);

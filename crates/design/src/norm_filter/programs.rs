@@ -3,7 +3,7 @@
 use luenberger_lmi::{Expression, Problem, Variable, block, he, identity, trace};
 use nalgebra::DMatrix;
 
-use super::{Norm, Task, Time};
+use super::{SystemNorm, Task, TimeDomain};
 use crate::check;
 use crate::error::DesignError;
 use crate::gain_options::GainOptions;
@@ -59,15 +59,15 @@ impl Task<'_> {
         let flow = &p * &plant.a - &y * &plant.c;
         let driven = &p * &of.e - &y * &of.d;
         match self.norm {
-            Norm::HInfinity => self.bounded_real(lmi, &p, (flow, driven), square),
-            Norm::H2 => {
+            SystemNorm::HInfinity => self.bounded_real(lmi, &p, (flow, driven), square),
+            SystemNorm::H2 => {
                 let (q, r) = (of.e.ncols(), of.h.nrows());
                 match self.time {
-                    Time::Continuous => lmi.constrain(
+                    TimeDomain::Continuous => lmi.constrain(
                         "variance",
                         block![[he(flow), driven.clone()], [driven.transpose(), -identity(q)]] << 0.0,
                     ),
-                    Time::Discrete => lmi.constrain(
+                    TimeDomain::Discrete => lmi.constrain(
                         "variance",
                         block![
                             [&p, flow.clone(), driven.clone()],
@@ -95,11 +95,11 @@ impl Task<'_> {
         let seen = self.of.h.transpose() * &self.of.h;
         let last = square.clone() * DMatrix::<f64>::identity(q, q);
         match self.time {
-            Time::Continuous => lmi.constrain(
+            TimeDomain::Continuous => lmi.constrain(
                 "bounded real",
                 block![[he(flow) + seen, driven.clone()], [driven.transpose(), -last]] << 0.0,
             ),
-            Time::Discrete => lmi.constrain(
+            TimeDomain::Discrete => lmi.constrain(
                 "bounded real",
                 block![
                     [p - seen, zeros(n, q), flow.transpose()],

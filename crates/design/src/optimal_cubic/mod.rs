@@ -302,7 +302,7 @@ impl OptimalCubicDesign {
     }
 
     /// The share of the cost of the linear optimum that the cubic term saves; 0 where there is none.
-    pub fn saving(&self) -> f64 {
+    pub fn cost_reduction(&self) -> f64 {
         1.0 - self.cost.total / self.linear_cost.total
     }
 }

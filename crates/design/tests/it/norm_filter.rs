@@ -5,7 +5,7 @@
 //! `solve_discrete_are`; the least gamma by bisection of the H-infinity Riccati equation) and of python-control 0.10.2
 //! with slycot 0.7.1 (`hinfsyn`, `linfnorm`).
 
-use luenberger_design::{DesignError, GainOptions, Goal, Norm, NormFilterDesign, Performance, Time};
+use luenberger_design::{DesignError, GainOptions, NormFilterDesign, NormTarget, Performance, SystemNorm, TimeDomain};
 use luenberger_linalg::{LinalgError, discrete_h_infinity_norm, expm, h_infinity_norm};
 use luenberger_plants::StateSpace;
 use nalgebra::{DMatrix, dmatrix};
@@ -31,8 +31,13 @@ fn sampled() -> (StateSpace, Performance) {
     (StateSpace::new(a, plant.b, plant.c).unwrap(), Performance { e, ..performance() })
 }
 
-fn design(time: Time, norm: Norm, of: &Performance, goal: &Goal) -> Result<NormFilterDesign, DesignError> {
-    let plant = if time == Time::Discrete { sampled().0 } else { plant() };
+fn design(
+    time: TimeDomain,
+    norm: SystemNorm,
+    of: &Performance,
+    goal: &NormTarget,
+) -> Result<NormFilterDesign, DesignError> {
+    let plant = if time == TimeDomain::Discrete { sampled().0 } else { plant() };
     NormFilterDesign::new(&plant, time, norm, of, goal, &GainOptions::default())
 }
 
@@ -42,7 +47,7 @@ fn close(found: f64, expected: f64, digits: f64) {
 
 #[test]
 fn the_least_h2_norm_is_that_of_the_kalman_filter() {
-    let found = design(Time::Continuous, Norm::H2, &performance(), &Goal::Least).unwrap();
+    let found = design(TimeDomain::Continuous, SystemNorm::H2, &performance(), &NormTarget::Least).unwrap();
     close(found.norm, 0.789_713_301_716_867_6, 1e-5);
     assert!(
         (&found.l - dmatrix![1.415_930_308_594_014_7; 1.002_429_319_397_570_6; 1.674_770_333_439_932_9]).norm() < 1e-2
@@ -50,86 +55,96 @@ fn the_least_h2_norm_is_that_of_the_kalman_filter() {
     assert!(found.certificate.is_proved() && found.gamma < 0.7899, "{}", found.certificate);
     // Of the second state alone: the optimum has the same gain.
     let second = Performance { h: dmatrix![0.0, 1.0, 0.0], ..performance() };
-    let found = design(Time::Continuous, Norm::H2, &second, &Goal::Least).unwrap();
+    let found = design(TimeDomain::Continuous, SystemNorm::H2, &second, &NormTarget::Least).unwrap();
     close(found.norm, 0.350_866_071_258_259_4, 1e-5);
     let (_, of) = sampled();
-    let found = design(Time::Discrete, Norm::H2, &of, &Goal::Least).unwrap();
+    let found = design(TimeDomain::Discrete, SystemNorm::H2, &of, &NormTarget::Least).unwrap();
     close(found.norm, 0.262_106_431_759_265_1, 1e-5);
     assert!(found.certificate.is_proved(), "{}", found.certificate);
 }
 
 #[test]
 fn the_least_h_infinity_norm_is_that_of_the_riccati_equation() {
-    let found = design(Time::Continuous, Norm::HInfinity, &performance(), &Goal::Least).unwrap();
+    let found = design(TimeDomain::Continuous, SystemNorm::HInfinity, &performance(), &NormTarget::Least).unwrap();
     let least = 0.565_957_153_875_344_5;
     close(found.least.unwrap(), least, 1e-5);
     close(found.gamma, 1.01 * least, 1e-5);
     assert!(found.norm < found.gamma && found.norm >= least, "{}", found.norm);
     assert!(found.certificate.is_proved(), "{}", found.certificate);
     let second = Performance { h: dmatrix![0.0, 1.0, 0.0], ..performance() };
-    let found = design(Time::Continuous, Norm::HInfinity, &second, &Goal::Least).unwrap();
+    let found = design(TimeDomain::Continuous, SystemNorm::HInfinity, &second, &NormTarget::Least).unwrap();
     close(found.least.unwrap(), 0.318_757_260_946_132_27, 1e-5);
 }
 
 #[test]
 fn the_norm_of_a_gain_is_that_of_slycot() {
     let l = dmatrix![1.415_930_308_594_014_7; 1.002_429_319_397_570_6; 1.674_770_333_439_932_9];
-    let found = design(Time::Continuous, Norm::HInfinity, &performance(), &Goal::Of(l.clone())).unwrap();
+    let found =
+        design(TimeDomain::Continuous, SystemNorm::HInfinity, &performance(), &NormTarget::OfGain(l.clone())).unwrap();
     close(found.norm, 0.778_756_672_700_167_4, 1e-9);
     close(found.frequency.unwrap(), 1.565_817_536_084_412_9, 1e-4);
     assert!(found.certificate.is_proved() && found.gamma < 0.7789, "{}", found.certificate);
     assert_eq!(found.l, l);
     let l = dmatrix![0.140_530_577_679_346_4; 0.076_503_943_371_376_81; 0.141_014_821_815_728_4];
     let (_, of) = sampled();
-    let found = design(Time::Discrete, Norm::HInfinity, &of, &Goal::Of(l.clone())).unwrap();
+    let found = design(TimeDomain::Discrete, SystemNorm::HInfinity, &of, &NormTarget::OfGain(l.clone())).unwrap();
     close(found.norm, 0.833_548_554_443_239_7, 1e-9);
     assert!(found.certificate.is_proved(), "{}", found.certificate);
-    let least = design(Time::Discrete, Norm::HInfinity, &of, &Goal::Least).unwrap();
+    let least = design(TimeDomain::Discrete, SystemNorm::HInfinity, &of, &NormTarget::Least).unwrap();
     assert!(least.certificate.is_proved() && least.gamma < found.gamma, "{}", least.certificate);
-    assert!(design(Time::Discrete, Norm::H2, &of, &Goal::Of(l)).unwrap().certificate.is_proved());
+    assert!(design(TimeDomain::Discrete, SystemNorm::H2, &of, &NormTarget::OfGain(l)).unwrap().certificate.is_proved());
 }
 
 #[test]
 fn bounds_are_kept_and_those_below_the_least_named() {
-    for (norm, least) in [(Norm::HInfinity, 0.565_957), (Norm::H2, 0.789_713)] {
+    for (norm, least) in [(SystemNorm::HInfinity, 0.565_957), (SystemNorm::H2, 0.789_713)] {
         for factor in [1.001, 1.2, 3.0] {
             let gamma = factor * least;
-            let found = design(Time::Continuous, norm, &performance(), &Goal::Below(gamma)).unwrap();
+            let found = design(TimeDomain::Continuous, norm, &performance(), &NormTarget::Below(gamma)).unwrap();
             assert!(found.certificate.is_proved() && found.norm < gamma && found.gamma == gamma, "{}", found.norm);
         }
-        match design(Time::Continuous, norm, &performance(), &Goal::Below(0.9 * least)) {
+        match design(TimeDomain::Continuous, norm, &performance(), &NormTarget::Below(0.9 * least)) {
             Err(DesignError::NormTooSmall { least: found, is_limited: false, .. }) => close(found, least, 1e-4),
             other => panic!("{other:?}"),
         }
     }
     // Within a bound of the gain the least norm is larger.
     let options = GainOptions::default().max_gain(1.0);
-    let new =
-        |goal| NormFilterDesign::new(&plant(), Time::Continuous, Norm::HInfinity, &performance(), &goal, &options);
-    let bounded = new(Goal::Least).unwrap();
+    let new = |goal| {
+        NormFilterDesign::new(&plant(), TimeDomain::Continuous, SystemNorm::HInfinity, &performance(), &goal, &options)
+    };
+    let bounded = new(NormTarget::Least).unwrap();
     assert!(bounded.l.norm() < 1.0 && bounded.least.unwrap() > 0.57 && bounded.certificate.is_proved());
-    let message = new(Goal::Below(0.5)).unwrap_err().to_string();
+    let message = new(NormTarget::Below(0.5)).unwrap_err().to_string();
     assert!(message.starts_with("no gain within `max_gain` makes the H-infinity norm"), "{message}");
 }
 
 #[test]
 fn what_is_wrong_is_named() {
-    let with = |of: &Performance, goal: &Goal| design(Time::Continuous, Norm::H2, of, goal).unwrap_err();
+    let with =
+        |of: &Performance, goal: &NormTarget| design(TimeDomain::Continuous, SystemNorm::H2, of, goal).unwrap_err();
     let silent = Performance { d: dmatrix![0.0, 0.0], ..performance() };
-    assert!(matches!(with(&silent, &Goal::Least), DesignError::NoiselessOutput { outputs: 1, sigma_min: 0.0 }));
+    assert!(matches!(with(&silent, &NormTarget::Least), DesignError::NoiselessOutput { outputs: 1, sigma_min: 0.0 }));
     let long = Performance { d: dmatrix![0.0, 0.0, 1.0], ..performance() };
-    assert!(with(&long, &Goal::Least).to_string().contains('D'));
-    let wrong = Goal::Of(dmatrix![-9.0; 0.0; 0.0]);
+    assert!(with(&long, &NormTarget::Least).to_string().contains('D'));
+    let wrong = NormTarget::OfGain(dmatrix![-9.0; 0.0; 0.0]);
     assert!(matches!(with(&performance(), &wrong), DesignError::NotHurwitz { .. }));
-    assert!(matches!(with(&performance(), &Goal::Below(-1.0)), DesignError::NotPositive { what: "gamma", .. }));
+    assert!(matches!(with(&performance(), &NormTarget::Below(-1.0)), DesignError::NotPositive { what: "gamma", .. }));
     let hidden = StateSpace::new(dmatrix![0.0, 1.0; 0.0, 0.0], DMatrix::zeros(2, 0), dmatrix![0.0, 1.0]).unwrap();
     let of = Performance { e: dmatrix![0.0, 0.0; 1.0, 0.0], d: dmatrix![0.0, 1.0], h: DMatrix::identity(2, 2) };
-    for time in [Time::Continuous, Time::Discrete] {
-        let found = NormFilterDesign::new(&hidden, time, Norm::HInfinity, &of, &Goal::Least, &GainOptions::default());
+    for time in [TimeDomain::Continuous, TimeDomain::Discrete] {
+        let found = NormFilterDesign::new(
+            &hidden,
+            time,
+            SystemNorm::HInfinity,
+            &of,
+            &NormTarget::Least,
+            &GainOptions::default(),
+        );
         match (time, found) {
-            (Time::Continuous, Err(DesignError::Linalg(LinalgError::NotDetectable { .. }))) => {}
+            (TimeDomain::Continuous, Err(DesignError::Linalg(LinalgError::NotDetectable { .. }))) => {}
             // In discrete time the mode 0 is stable.
-            (Time::Discrete, Ok(found)) => assert!(found.certificate.is_proved()),
+            (TimeDomain::Discrete, Ok(found)) => assert!(found.certificate.is_proved()),
             (_, other) => panic!("{other:?}"),
         }
     }

@@ -142,7 +142,7 @@ fn no_gain_of_a_grid_is_better_for_a_cart() {
         }
     }
     assert!(best < 1.01 * least, "{best} {least}");
-    assert!(found.cost.total < found.linear_cost.total && found.saving() > 0.0);
+    assert!(found.cost.total < found.linear_cost.total && found.cost_reduction() > 0.0);
     assert!(found.certificate.converges_from_everywhere());
 }
 
@@ -164,7 +164,7 @@ fn the_optimum_has_a_bound_of_the_error() {
 fn where_the_noise_is_as_large_as_the_first_error_the_linear_optimum_is_the_answer() {
     let problem = EstimationProblem::new(&[1.0], &[1.0], 0.1, 20.0);
     let found = OptimalCubicDesign::new(&scalar(), &problem, None).unwrap();
-    assert!(found.cubic.is_none() && found.saving() == 0.0 && found.cost == found.linear_cost);
+    assert!(found.cubic.is_none() && found.cost_reduction() == 0.0 && found.cost == found.linear_cost);
     assert_eq!(found.linear.observer.l, found.linear_gain);
     assert!(found.certificate.is_proved());
 }
@@ -176,7 +176,7 @@ fn two_outputs_share_the_cubic_term() {
     let problem = EstimationProblem::new(&[1.0, 1.0, 1.0], &[0.02, 0.05], 0.02, 20.0);
     let found = OptimalCubicDesign::new(&plant, &problem, None).unwrap();
     let cubic = found.cubic.as_ref().unwrap();
-    assert!(found.certificate.is_proved() && found.saving() > 0.01, "{}", found.saving());
+    assert!(found.certificate.is_proved() && found.cost_reduction() > 0.01, "{}", found.cost_reduction());
     let s = &cubic.s + cubic.s.transpose();
     assert!(s.symmetric_eigenvalues().min() > 0.0 && cubic.observer.theta.symmetric_eigenvalues().min() > 0.0);
 }

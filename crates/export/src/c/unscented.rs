@@ -522,7 +522,7 @@ static void move({parameters}{number} *z)
             );
             plant::advance(text, export, arguments, substeps, "");
             text.push_str("}\n");
-            let half = self.literal(export.program.half_noise(export.scalar));
+            let half = self.literal(export.program.half_step_factor(export.scalar));
             format!(
                 "    for (i = 0; i < {n}; ++i) {{
         for (k = 0; k < {n}; ++k) {{

@@ -202,7 +202,7 @@ fn extension(random: &mut Random) -> Program {
     let (flow, start) = (own((z, m + p, n)), own((n, p, z)));
     let jump = own((z, m + p, z));
     let observer = ExpressionObserver::new(flow, start, (m, p)).unwrap();
-    let observer = if random.below(2) == 0 { observer.jumping(jump).unwrap() } else { observer };
+    let observer = if random.below(2) == 0 { observer.with_jump(jump).unwrap() } else { observer };
     let (period, substeps) = (0.02 + 0.01 * random.below(5) as f64, 1 + random.below(3));
     Program::Extension(InterSampleObserver::new(plant(random, (n, m, p)), observer, period, substeps).unwrap())
 }

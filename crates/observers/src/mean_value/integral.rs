@@ -13,7 +13,7 @@ use crate::error::ObserverError;
 use crate::mean_value::{Mean, MeanJacobian, segment};
 
 /// Nodes and weights on [0, 1], to the last digit of f64.
-pub const EIGHT: [(f64, f64); 8] = [
+pub const GAUSS_LEGENDRE_8: [(f64, f64); 8] = [
     (0.019855071751231884, 0.05061426814518813),
     (0.10166676129318664, 0.11119051722668724),
     (0.2372337950418355, 0.15685332293894363),
@@ -24,7 +24,7 @@ pub const EIGHT: [(f64, f64); 8] = [
     (0.9801449282487681, 0.05061426814518813),
 ];
 
-const FIVE: [(f64, f64); 5] = [
+const GAUSS_LEGENDRE_5: [(f64, f64); 5] = [
     (0.046910077030668004, 0.11846344252809454),
     (0.23076534494715845, 0.23931433524968324),
     (0.5, 0.28444444444444444),
@@ -103,11 +103,11 @@ where
     P: Dim,
     DefaultAllocator: Size<N, M, P>,
 {
-    for (s, _) in EIGHT.into_iter().chain(FIVE) {
+    for (s, _) in GAUSS_LEGENDRE_8.into_iter().chain(GAUSS_LEGENDRE_5) {
         segment::jacobian_at(plant, t, xhat, u, e, s)?;
     }
     let jacobian = gauss_legendre(plant, t, xhat, u, e);
-    let difference = (&jacobian - rule(&FIVE, plant, t, xhat, u, e)).amax();
+    let difference = (&jacobian - rule(&GAUSS_LEGENDRE_5, plant, t, xhat, u, e)).amax();
     let forward = plant.derivative(t, &(xhat + e), u) - plant.derivative(t, xhat, u);
     let residual = (&jacobian * e - forward).amax();
     Ok(IntegralMean { jacobian, difference, residual })
@@ -129,7 +129,7 @@ where
     P: Dim,
     DefaultAllocator: Size<N, M, P>,
 {
-    rule(&EIGHT, plant, t, xhat, u, e)
+    rule(&GAUSS_LEGENDRE_8, plant, t, xhat, u, e)
 }
 
 fn rule<S, T, N, M, P>(
@@ -159,12 +159,12 @@ where
 
 #[cfg(test)]
 mod tests {
-    use super::{EIGHT, FIVE};
+    use super::{GAUSS_LEGENDRE_5, GAUSS_LEGENDRE_8};
 
     /// The rules integrate s^k exactly up to twice the number of points less one, and not beyond.
     #[test]
     fn the_rules_have_their_degree() {
-        for (rule, degree) in [(&EIGHT[..], 15), (&FIVE[..], 9)] {
+        for (rule, degree) in [(&GAUSS_LEGENDRE_8[..], 15), (&GAUSS_LEGENDRE_5[..], 9)] {
             let defect = |k: i32| {
                 let sum: f64 = rule.iter().map(|(s, w)| w * (0..k).fold(1.0, |power, _| power * s)).sum();
                 (sum - 1.0 / f64::from(k + 1)).abs()

@@ -7,7 +7,7 @@ use luenberger_plants::{Differentiable, Size};
 use nalgebra::{DefaultAllocator, Dim, OMatrix, OVector, RealField, convert};
 
 use crate::error::{ObserverError, Point};
-use crate::mean_value::integral::EIGHT;
+use crate::mean_value::integral::GAUSS_LEGENDRE_8;
 
 /// f at both ends, and Df there and at the eight points of the quadrature between.
 ///
@@ -44,7 +44,7 @@ where
             return Err(ObserverError::SlopeNotFinite { s, row, point: point(&at) });
         }
     }
-    for s in [0.0].into_iter().chain(EIGHT.map(|(s, _)| s)).chain([1.0]) {
+    for s in [0.0].into_iter().chain(GAUSS_LEGENDRE_8.map(|(s, _)| s)).chain([1.0]) {
         jacobian_at(plant, t, xhat, u, e, s)?;
     }
     Ok(())

@@ -248,7 +248,7 @@ where
     }
 
     /// The root of half of a duration, by which the factor of W enters before and after a motion in continuous time.
-    pub fn half_noise(duration: T) -> T {
+    pub fn half_step_factor(duration: T) -> T {
         (duration * convert::<f64, T>(0.5)).sqrt()
     }
 
@@ -379,7 +379,7 @@ where
         let (xhat, before) = (belief.estimate(), belief.factor());
         let (mut s, mut next) = (before.clone(), self.factors.w.clone());
         if self.substeps.is_some() {
-            next *= Self::half_noise(duration);
+            next *= Self::half_step_factor(duration);
             for k in 0..xhat.nrows() {
                 add(&mut s, &mut next.column(k).into_owned());
             }

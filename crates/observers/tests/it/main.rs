@@ -12,6 +12,7 @@ mod kkl;
 mod mean_value;
 mod moving_horizon;
 mod numerical_kkl;
+mod pendulum;
 mod sampled;
 mod sampled_copy;
 #[cfg(feature = "serde")]

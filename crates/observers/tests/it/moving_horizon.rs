@@ -14,6 +14,8 @@ use nalgebra::{
 };
 use proptest::prelude::*;
 
+use crate::pendulum::{Pendulum, noises};
+
 /// With sizes known at compile time and a window of W samples, the state of length D.
 type Fixed<S, const N: usize, const M: usize, const P: usize, const D: usize, const W: usize> =
     MovingHorizonEstimator<S, f64, Const<N>, Const<M>, Const<P>, Const<D>, W>;
@@ -134,41 +136,6 @@ fn bounds_as_by_a_dense_quadratic_program() {
         assert!((found - Vector2::from(expected)).amax() < 1e-8, "{found} where {expected:?} was expected");
         assert!(found[1] >= 0.0 && found[0] <= 1.2);
         assert!(estimator.predict(0.0, &mut state, &u, 0.5));
-    }
-}
-
-/// x1+ = x1 + x2/10, x2+ = 0.98 x2 - sin(x1)/10, y = (sin x1, x1 x2).
-#[derive(Clone, Debug)]
-struct Pendulum;
-
-impl Shape for Pendulum {
-    fn dimensions(&self) -> Dimensions {
-        Dimensions { states: 2, inputs: 0, outputs: 2 }
-    }
-}
-
-impl<T: RealField + Copy> Plant<T> for Pendulum {
-    type State = Vector2<T>;
-    type Input = SVector<T, 0>;
-    type Output = Vector2<T>;
-
-    fn derivative(&self, _t: T, x: &Vector2<T>, _u: &Self::Input) -> Vector2<T> {
-        let of = |x: f64| nalgebra::convert::<f64, T>(x);
-        Vector2::new(x[0] + of(0.1) * x[1], x[1] - of(0.1) * x[0].sin() - of(0.02) * x[1])
-    }
-
-    fn output(&self, _t: T, x: &Vector2<T>, _u: &Self::Input) -> Vector2<T> {
-        Vector2::new(x[0].sin(), x[0] * x[1])
-    }
-}
-
-impl ByDual for Pendulum {}
-
-fn noises() -> NoiseModel<f64, Const<2>, Const<2>> {
-    NoiseModel {
-        w: Matrix2::new(0.01, 0.002, 0.002, 0.02),
-        v: Matrix2::new(0.04, 0.01, 0.01, 0.09),
-        p0: Matrix2::new(0.5, 0.1, 0.1, 0.3),
     }
 }
 

@@ -11,38 +11,7 @@ use luenberger_plants::{Column, Dimensions, LinearPlant, Plant, Shape, StaticPla
 use nalgebra::{Const, DMatrix, DVector, Matrix1, Matrix2, Matrix3, RealField, SMatrix, SVector, Vector1, Vector2};
 use proptest::prelude::*;
 
-/// x1+ = x1 + x2/10, x2+ = 0.98 x2 - sin(x1)/10, y = (sin x1, x1 x2).
-#[derive(Clone, Debug)]
-struct Pendulum;
-
-impl Shape for Pendulum {
-    fn dimensions(&self) -> Dimensions {
-        Dimensions { states: 2, inputs: 0, outputs: 2 }
-    }
-}
-
-impl<T: RealField + Copy> Plant<T> for Pendulum {
-    type State = Vector2<T>;
-    type Input = SVector<T, 0>;
-    type Output = Vector2<T>;
-
-    fn derivative(&self, _t: T, x: &Vector2<T>, _u: &Self::Input) -> Vector2<T> {
-        let of = |x: f64| nalgebra::convert::<f64, T>(x);
-        Vector2::new(x[0] + of(0.1) * x[1], x[1] - of(0.1) * x[0].sin() - of(0.02) * x[1])
-    }
-
-    fn output(&self, _t: T, x: &Vector2<T>, _u: &Self::Input) -> Vector2<T> {
-        Vector2::new(x[0].sin(), x[0] * x[1])
-    }
-}
-
-fn noises() -> NoiseModel<f64, Const<2>, Const<2>> {
-    NoiseModel {
-        w: Matrix2::new(0.01, 0.002, 0.002, 0.02),
-        v: Matrix2::new(0.04, 0.01, 0.01, 0.09),
-        p0: Matrix2::new(0.5, 0.1, 0.1, 0.3),
-    }
-}
+use crate::pendulum::{Pendulum, noises};
 
 /// filterpy 2.0.0, `UnscentedKalmanFilter` with `MerweScaledSigmaPoints(2, alpha, beta, kappa)`: five times
 /// `update(z)`, `predict()` and a sixth update, sigma points drawn before each. alpha = 1, beta = 0, kappa = 1 has a

@@ -129,13 +129,13 @@ impl BlockCoordinates {
     ///
     /// # Errors
     /// [`ProofError::DimensionMismatch`].
-    pub fn of_columns(&self, g: &Matrix<Interval>) -> Result<Matrix<f64>, ProofError> {
+    pub fn column_norms(&self, g: &Matrix<Interval>) -> Result<Matrix<f64>, ProofError> {
         let m = self.t.product(g)?;
         Ok(Matrix::from_fn(self.count(), g.cols(), |k, j| norm(&m, self.blocks[k], (j, 1))))
     }
 
-    /// Upper bounds of the norms of the columns of T, block by block, q x n: `|T_k v| <= sum_i of_states(k, i) |v_i|`.
-    pub fn of_states(&self) -> Matrix<f64> {
+    /// Upper bounds of the norms of the columns of T, block by block, q x n: `|T_k v| <= sum_i state_norms(k, i) |v_i|`.
+    pub fn state_norms(&self) -> Matrix<f64> {
         Matrix::from_fn(self.count(), self.order(), |k, i| norm(&self.t, self.blocks[k], (i, 1)))
     }
 
@@ -332,7 +332,7 @@ impl SampledIntervals<'_> {
         let eps_of = |m: &Matrix<Interval>| m.scaled(&Interval::of(eps));
         let magnitudes = |m: &Matrix<Interval>| m.map(|x| Interval::of(x.magnitude()));
         let upper = |m: &Matrix<Interval>| m.map(Interval::hi);
-        let states = coordinates.of_states().map(|x| Interval::of(*x));
+        let states = coordinates.state_norms().map(|x| Interval::of(*x));
         let fed = magnitudes(&l).product(&magnitudes(&c))?;
         let widths = coordinates.widths();
         let h = widths.map(|x| Interval::of(*x));
@@ -344,7 +344,7 @@ impl SampledIntervals<'_> {
         let column = |entries: &[f64]| Matrix::from_fn(entries.len(), 1, |i, _| Interval::of(entries[i]));
         let (w, v) = (column(self.disturbances), column(self.noise));
         let forced = |m: &Matrix<Interval>, bounds: &Matrix<Interval>| {
-            coordinates.of_columns(m)?.map(|x| Interval::of(*x)).product(bounds)
+            coordinates.column_norms(m)?.map(|x| Interval::of(*x)).product(bounds)
         };
         let ones = |rows: usize| Matrix::from_fn(rows, 1, |_, _| Interval::point(1.0));
         let rounded_noise = states.product(&eps_of(&magnitudes(&l).product(&v)?))?;

@@ -51,7 +51,7 @@ pub use sector::{SectorTerm, sector_decrease};
 pub use semi_implicit::{semi_implicit_decrease, semi_implicit_room};
 pub use spectrum::{schur_stable, spectral_abscissa, spectral_radius};
 pub use super_twisting::super_twisting;
-pub use system_norm::{ErrorSystem, Time, bounded_real, bounded_variance};
+pub use system_norm::{ErrorSystem, TimeDomain, bounded_real, bounded_variance};
 pub use unknown_input::{Decoupled, UnknownInput, unknown_input};
 pub use varying_periods::decrease_over_times;
 

@@ -26,7 +26,7 @@ use crate::verdict::Verdict;
 
 /// Whether a system moves in continuous or in discrete time.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Time {
+pub enum TimeDomain {
     /// `e' = F e + G w`.
     Continuous,
     /// `e+ = F e + G w`.
@@ -37,7 +37,7 @@ pub enum Time {
 #[derive(Debug, Clone, Copy)]
 pub struct ErrorSystem<'a> {
     /// Continuous or discrete.
-    pub time: Time,
+    pub time: TimeDomain,
     /// A, n x n.
     pub a: &'a Matrix<f64>,
     /// C, p x n.
@@ -77,11 +77,11 @@ impl ErrorSystem<'_> {
 /// `[F'P + PF + H'H, PG; *, -gamma^2 I] < 0`, or the inequality in discrete time.
 ///
 /// ```
-/// use luenberger_proof::{Matrix, statement::{ErrorSystem, Time, bounded_real}};
+/// use luenberger_proof::{Matrix, statement::{ErrorSystem, TimeDomain, bounded_real}};
 /// # fn main() -> Result<(), luenberger_proof::ProofError> {
 /// // e' = -2 e + w: the norm of 1/(s + 2) is 1/2.
 /// let (one, two, zero) = (Matrix::from_rows([[1.0]]), Matrix::from_rows([[2.0]]), Matrix::from_rows([[0.0]]));
-/// let system = ErrorSystem { time: Time::Continuous, a: &zero, c: &one, e: &one, d: &zero, h: &one, l: &two };
+/// let system = ErrorSystem { time: TimeDomain::Continuous, a: &zero, c: &one, e: &one, d: &zero, h: &one, l: &two };
 /// assert!(bounded_real(&system, &Matrix::from_rows([[0.5]]), 0.501)?.is_proved());
 /// assert!(bounded_real(&system, &Matrix::from_rows([[0.5]]), 0.499)?.is_refuted());
 /// # Ok(())
@@ -125,8 +125,10 @@ impl Expression for Decrease<'_> {
         let seen = h.congruence(&Matrix::scalar(h.rows(), &number(1.0, "1")?))?;
         let driven = p.product(&g)?;
         let (first, corner, last) = match self.system.time {
-            Time::Continuous => (p.product(&f)?.plus_transpose()?, driven, Matrix::zeros(g.cols(), g.cols())),
-            Time::Discrete => (f.congruence(&p)?.difference(&p)?, f.transpose().product(&driven)?, g.congruence(&p)?),
+            TimeDomain::Continuous => (p.product(&f)?.plus_transpose()?, driven, Matrix::zeros(g.cols(), g.cols())),
+            TimeDomain::Discrete => {
+                (f.congruence(&p)?.difference(&p)?, f.transpose().product(&driven)?, g.congruence(&p)?)
+            }
         };
         let first = first.sum(&seen)?;
         let Some(gamma) = self.gamma else { return Ok(first) };

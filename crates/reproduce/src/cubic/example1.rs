@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use luenberger_design::{CubicDesign, CubicGain, LinearDesign, LyapunovWeight};
-use luenberger_live::{self as live, Experiment, Kind};
+use luenberger_live::{self as live, Experiment, ObserverKind};
 use luenberger_observers::CubicObserver;
 use luenberger_plants::{StateSpace, double_integrator};
 use luenberger_sim::{Scenario, Signal, Trajectory, metrics};
@@ -240,13 +240,13 @@ pub(super) fn live() -> LiveExample {
             let mut experiment = Experiment::new(live::Plant::linear(&plant()), &E0, 4.0, 401)
                 .observer(certified(
                     "linear",
-                    Kind::Linear(Box::new(linear()?.observer.clone())),
+                    ObserverKind::Linear(Box::new(linear()?.observer.clone())),
                     &linear()?.certificate,
                     2,
                 )?)
                 .observer(certified(
                     "cubic",
-                    Kind::Cubic(Box::new(cubic()?.observer.clone())),
+                    ObserverKind::Cubic(Box::new(cubic()?.observer.clone())),
                     &cubic()?.certificate,
                     2,
                 )?);

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use luenberger_design::robust::{fixed_gain_margin, positive_real_margin, redesigned_margin, theorem5_bound};
 use luenberger_design::{CubicDesign, CubicGain, LinearDesign, LyapunovWeight};
 use luenberger_linalg::{eigenvalues, lambda_max};
-use luenberger_live::{self as live, Experiment, Kind};
+use luenberger_live::{self as live, Experiment, ObserverKind};
 use luenberger_plants::{StateSpace, third_order};
 use luenberger_sim::{Integrand, Scenario, Trajectory};
 use nalgebra::{DMatrix, dmatrix};
@@ -213,8 +213,18 @@ pub(super) fn live() -> LiveExample {
         experiment: || {
             let (linear, cubic) = (linear()?, cubic(1.0)?);
             let experiment = Experiment::new(live::Plant::linear(&plant()), &[1.0; 3], 1.0, 401)
-                .observer(certified("linear", Kind::Linear(Box::new(linear.observer.clone())), &linear.certificate, 3)?)
-                .observer(certified("cubic", Kind::Cubic(Box::new(cubic.observer.clone())), &cubic.certificate, 3)?);
+                .observer(certified(
+                    "linear",
+                    ObserverKind::Linear(Box::new(linear.observer.clone())),
+                    &linear.certificate,
+                    3,
+                )?)
+                .observer(certified(
+                    "cubic",
+                    ObserverKind::Cubic(Box::new(cubic.observer.clone())),
+                    &cubic.certificate,
+                    3,
+                )?);
             Ok(experiment)
         },
     }

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use luenberger_design::{DesignError, InfeasibilityReason, robust};
 use luenberger_linalg::{kalman_gain, lqr};
-use luenberger_live::{self as live, Experiment, Kind};
+use luenberger_live::{self as live, Experiment, ObserverKind};
 use luenberger_observers::{CubicObserver, LinearObserver, Observer};
 use luenberger_plants::{StateSpace, third_order};
 use luenberger_sim::{Integrand, Scenario, Signal, SimError, Trajectory};
@@ -130,8 +130,8 @@ pub(super) fn live() -> LiveExample {
         experiment: || {
             let linear = LinearObserver::of(plant(), observer_gain())?;
             let mut experiment = Experiment::new(live::Plant::linear(&plant()), &[1.0; 3], END, 401)
-                .observer(live::Observer::new("linear", Kind::Linear(Box::new(linear)), &[0.0; 3]))
-                .observer(live::Observer::new("cubic", Kind::Cubic(Box::new(observer(-10.0)?)), &[0.0; 3]));
+                .observer(live::Observer::new("linear", ObserverKind::Linear(Box::new(linear)), &[0.0; 3]))
+                .observer(live::Observer::new("cubic", ObserverKind::Cubic(Box::new(observer(-10.0)?)), &[0.0; 3]));
             experiment.feedback = Some(feedback_gain().row_iter().map(|row| row.iter().copied().collect()).collect());
             Ok(experiment)
         },

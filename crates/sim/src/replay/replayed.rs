@@ -123,7 +123,7 @@ impl ReplayedObserver {
 
     /// The same with the smoothed estimates in place of those of the filter; none if they were not asked for.
     #[must_use]
-    pub fn in_hindsight(&self) -> Option<Self> {
+    pub fn with_smoothed_estimates(&self) -> Option<Self> {
         let smoothed = self.smoothed.as_ref()?;
         let covariances = (0..self.t.len()).filter_map(|k| smoothed.covariance(k));
         let belief = self.belief.as_ref().map(|belief| Belief {

@@ -64,7 +64,7 @@ fn a_linear_plant_as_by_filterpy() {
         assert!((smoothed.covariance(k).unwrap() - expected).amax() < 1e-13, "{k}");
     }
     // Errors and NEES of the smoothed estimates are those of a replay with them.
-    let hindsight = found.in_hindsight().unwrap();
+    let hindsight = found.with_smoothed_estimates().unwrap();
     assert_eq!(
         (&hindsight.estimate, hindsight.belief.unwrap().deviation()),
         (&smoothed.estimate, smoothed.deviation())
@@ -254,5 +254,5 @@ fn nothing_is_smoothed_unasked() {
     let filter = ExtendedKalmanFilter::new(double_integrator(), noises, 1.0, 1).unwrap();
     let replay = Replay::new(double_integrator(), log(1.0, &[0.0; 2], &[Some(1.0), None]));
     let found = one(replay.filter("f", filter, &[0.0, 0.0]));
-    assert!(found.smoothed.is_none() && found.in_hindsight().is_none());
+    assert!(found.smoothed.is_none() && found.with_smoothed_estimates().is_none());
 }

@@ -7,8 +7,8 @@ use luenberger_export::Scalar;
 use serde::Serialize;
 
 use super::block::{Block, study_with};
-use super::information::{Information, Item};
-use super::ranking::{Criterion, Ranked, UNPROVED};
+use super::information::{Information, InformationKind};
+use super::ranking::{Criterion, Ranked, UNPROVED_FACTOR};
 use super::rules::{Context, Rule};
 use crate::deployment;
 use crate::design::{Designed, NoDesign, design_until};
@@ -24,7 +24,7 @@ pub(super) struct Candidate {
     pub(super) rule: &'static str,
     pub(super) source: &'static str,
     pub(super) character: &'static str,
-    pub(super) told: Vec<Item>,
+    pub(super) told: Vec<InformationKind>,
     /// Operations of a step of the exported program, or why there is none.
     pub(super) cost: Result<usize, String>,
     /// The runs, in their order, or why they ended early.
@@ -105,7 +105,7 @@ pub(super) fn of_study(
                 rule: "as the study specifies it",
                 source: "the study",
                 character: "it is tuned in the study, not by a rule",
-                told: vec![Item::Study],
+                told: vec![InformationKind::Study],
                 cost,
                 runs: Vec::new(),
             }))
@@ -220,7 +220,7 @@ impl Ranked for Candidate {
                 if self.is_proved() {
                     1.0
                 } else {
-                    UNPROVED
+                    UNPROVED_FACTOR
                 }
             }
         }

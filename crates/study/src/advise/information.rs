@@ -12,7 +12,7 @@ use crate::study::{AdviseSpec, ObserverKind, Simulation, Study};
 
 /// One item of the information, as text.
 #[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct Told {
+pub struct PriorInformation {
     /// What it is.
     pub what: &'static str,
     /// Its value.
@@ -25,7 +25,7 @@ pub struct Told {
 /// are known to all.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize)]
 #[serde(rename_all = "kebab-case")]
-pub enum Item {
+pub enum InformationKind {
     /// The settling time.
     Settling,
     /// The level of the measurement noise.
@@ -42,7 +42,7 @@ pub enum Item {
     Study,
 }
 
-impl Item {
+impl InformationKind {
     /// Its name in tables.
     pub fn name(self) -> &'static str {
         match self {
@@ -82,7 +82,7 @@ pub(super) struct Information {
     /// A and C at the first estimate.
     pub(super) linearised: (DMatrix<f64>, DMatrix<f64>),
     /// The same in words.
-    pub(super) lines: Vec<Told>,
+    pub(super) lines: Vec<PriorInformation>,
 }
 
 /// Half of the widths of the run that the derived region adds on each side.
@@ -167,25 +167,25 @@ impl Information {
         let mut bounds: Vec<String> = plant.states.iter().zip(region.states()).map(boxed).collect();
         bounds.extend(plant.inputs.iter().zip(region.input_bounds().unwrap_or_default()).map(boxed));
         let mut lines = Vec::new();
-        let mut tell = |what, value: String, from: String| lines.push(Told { what, value, from });
+        let mut tell = |what, value: String, from: String| lines.push(PriorInformation { what, value, from });
         let every = noises.iter().flatten().map(|noise| noise.period).fold(f64::INFINITY, f64::min);
         tell(
-            Item::Noise.name(),
+            InformationKind::Noise.name(),
             format!("standard deviation {}, held {}{unit}", each(&plant.outputs, &noise), shortest(every)),
             "simulation".to_owned(),
         );
         tell("sampling period", format!("{}{unit}", shortest(period)), period_from);
         tell("first estimate", each(&plant.states, &initial), initial_from);
-        tell(Item::Region.name(), bounds.join(", "), region_from);
+        tell(InformationKind::Region.name(), bounds.join(", "), region_from);
         tell(
-            Item::FirstError.name(),
+            InformationKind::FirstError.name(),
             format!("standard deviation {}", each(&plant.states, &first_error)),
             "a quarter of the width of the region".to_owned(),
         );
         let percent = shortest(100.0 * band);
         let per = if unit.is_empty() { String::new() } else { format!(" per{unit}") };
         tell(
-            Item::Settling.name(),
+            InformationKind::Settling.name(),
             format!("{}{unit} to {percent} %, decay rate {}{per}", significant(settling, 4), significant(rate, 4)),
             settling_from,
         );
@@ -193,10 +193,10 @@ impl Information {
             Ok(w) => format!("intensity {}", each(&plant.states, w.diagonal().as_slice())),
             Err(why) => format!("none: {why}"),
         };
-        tell(Item::ProcessNoise.name(), intensity_words, w_from);
+        tell(InformationKind::ProcessNoise.name(), intensity_words, w_from);
         if let Some(e) = &e {
             let columns = if e.ncols() == 1 { "column" } else { "columns" };
-            tell(Item::Disturbance.name(), format!("E with {} {columns}", e.ncols()), e_from);
+            tell(InformationKind::Disturbance.name(), format!("E with {} {columns}", e.ncols()), e_from);
         }
         Self {
             noise,

@@ -23,8 +23,8 @@ mod tuning;
 mod words;
 
 pub use candidate::Medians;
-pub use information::{Item, Told};
-pub use ranking::{Criteria, Criterion, UNPROVED};
+pub use information::{InformationKind, PriorInformation};
+pub use ranking::{Criteria, Criterion, UNPROVED_FACTOR};
 pub use report::{Advice, NotApplicable, RankedObserver};
 
 use std::fmt::Write;

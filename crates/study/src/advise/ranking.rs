@@ -56,7 +56,7 @@ impl Criterion {
 }
 
 /// The factor of an observer without a proof, where a proof counts.
-pub const UNPROVED: f64 = 10.0;
+pub const UNPROVED_FACTOR: f64 = 10.0;
 
 /// Criteria with their weights.
 #[derive(Debug, Clone, PartialEq, Serialize)]

@@ -3,7 +3,7 @@
 use serde::Serialize;
 
 use super::candidate::Medians;
-use super::information::{Item, Told};
+use super::information::{InformationKind, PriorInformation};
 use super::ranking::Criteria;
 use crate::results::{PlantSummary, ScoringReport};
 
@@ -18,7 +18,7 @@ pub struct Advice {
     #[serde(skip_serializing_if = "Option::is_none")]
     pub observability: Option<String>,
     /// What every kind is told.
-    pub told: Vec<Told>,
+    pub told: Vec<PriorInformation>,
     /// The criteria.
     pub criteria: Criteria,
     /// Runs of each observer.
@@ -88,7 +88,7 @@ pub struct RankedObserver {
     /// Where the rule is from.
     pub source: String,
     /// What it uses of the information.
-    pub told: Vec<Item>,
+    pub told: Vec<InformationKind>,
 }
 
 /// A kind that does not apply.

@@ -4,7 +4,7 @@
 //! then decides. Several sets of keys are tried in their order. **A new kind is one row.**
 
 use super::block::{Keys, Value};
-use super::information::{Information, Item};
+use super::information::{Information, InformationKind};
 use super::tuning;
 use crate::study::Study;
 
@@ -27,12 +27,12 @@ pub(super) struct Rule {
     /// What makes it good or bad, as an engineer would explain a result.
     pub(super) character: &'static str,
     /// What it uses of the information.
-    pub(super) told: &'static [Item],
+    pub(super) told: &'static [InformationKind],
     /// The keys to try, or the hypothesis that does not hold.
     pub(super) keys: fn(&Context<'_>) -> Result<Vec<Keys>, String>,
 }
 
-use Item::{Disturbance, FirstError, Noise, ProcessNoise, Region, Settling};
+use InformationKind::{Disturbance, FirstError, Noise, ProcessNoise, Region, Settling};
 
 /// All of them, the quick designs first.
 pub(super) const RULES: &[Rule] = &[

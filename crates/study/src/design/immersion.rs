@@ -7,7 +7,7 @@
 //! so that `d' = M d` with M a mean of `d K(phi^L(z, y))/dz`. If one P proves every matrix of the enclosure of these
 //! derivatives over the region to be Hurwitz, d decays exponentially as long as x and xhat stay there: (A5).
 
-use luenberger_design::kkl::{Attraction, KklSettings, attraction};
+use luenberger_design::kkl::{Attractivity, KklSettings, attractivity};
 use luenberger_design::{IntervalDual, KklError, Region};
 use luenberger_observers::{Immersion, ImmersionInvarianceObserver};
 use luenberger_plants::{Differentiable, Plant};
@@ -58,7 +58,7 @@ pub(super) fn immersion(model: &Model, spec: &ImmersionSpec) -> Result<Designed,
     }
     let mut certificate = None;
     let (mut poles, mut matrices) = (Vec::new(), Vec::new());
-    match attraction_over(model, maps, region)? {
+    match attractivity_over(model, maps, region)? {
         Ok(found) if matches!(rank, Rank::Proved) => {
             poles = found.eigenvalues.iter().map(|z| [z.re, z.im]).collect();
             if found.certificate.is_proved() {
@@ -77,7 +77,7 @@ pub(super) fn immersion(model: &Model, spec: &ImmersionSpec) -> Result<Designed,
             "As long as x(t), xhat(t) and u(t) stay in the region ({region}), the distance beta(y, chi) - phi(x) decays exponentially, and xhat = phi^L(beta(y, chi), y) is continuous in it: the estimation error tends to 0."
         )
     } else {
-        "The manifold beta(y, chi) = phi(x) is invariant, and xhat = x on it. Nothing is proved of its attraction: check it by simulation.".to_owned()
+        "The manifold beta(y, chi) = phi(x) is invariant, and xhat = x on it. Nothing is proved of its attractivity: check it by simulation.".to_owned()
     };
     let is_proved = evidence.is_empty();
     let numbers = vec![
@@ -164,7 +164,11 @@ fn corners(region: &Region) -> Vec<DVector<f64>> {
 }
 
 /// The enclosure of `d K(phi^L(z, y))/dz` over the region and what is proved of it, or why there is none.
-fn attraction_over(model: &Model, maps: &ImmersionMaps, region: &Region) -> Result<Result<Attraction, String>, Misfit> {
+fn attractivity_over(
+    model: &Model,
+    maps: &ImmersionMaps,
+    region: &Region,
+) -> Result<Result<Attractivity, String>, Misfit> {
     if maps.rho.is_some() {
         return Ok(Err("rho moves beta beside phi(xhat)".to_owned()));
     }
@@ -192,6 +196,6 @@ fn attraction_over(model: &Model, maps: &ImmersionMaps, region: &Region) -> Resu
         let measured = plant.output_jacobian(t, &estimate, &u) * &f;
         (maps.phi_jacobian(&estimate) * &f - by_output * measured).as_slice().to_vec()
     };
-    let found = attraction(maps.rows(), column)?;
+    let found = attractivity(maps.rows(), column)?;
     Ok(found.map_err(|operation| format!("over the region there are no bounds of {operation}")))
 }

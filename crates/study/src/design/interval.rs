@@ -1,7 +1,8 @@
 //! The interval observer: bounds that enclose the state, in continuous time and for samples.
 
 use luenberger_design::{
-    Disturbances, ErrorCoordinates, GainOptions, IntervalDesign, Kept, SampledIntervalDesign, least_width_gain,
+    Disturbances, ErrorCoordinates, GainOptions, IntervalDesign, IntervalRequirements, SampledIntervalDesign,
+    least_width_gain,
 };
 use luenberger_plants::StateSpace;
 use luenberger_proof::statement::Format;
@@ -110,7 +111,7 @@ pub(crate) fn sampled_design(
 ) -> Result<SampledIntervalDesign, luenberger_design::DesignError> {
     let Sampling { plant, gain, period, held, operation, format } = sampling;
     let bounds = bounds(given, plant);
-    let kept = Kept {
+    let kept = IntervalRequirements {
         first: spec.first.clone(),
         estimates: operation.0.clone(),
         inputs: operation.1.clone(),
@@ -127,7 +128,7 @@ pub(crate) fn sampled_design(
             (plant.a.clone(), bounds.e.clone())
         };
         let acting = Disturbances::of_states_and_outputs(&e, &bounds.disturbance, &bounds.noise);
-        least_width_gain((&a, &plant.c), &acting, luenberger_design::interval::Time::Discrete)?
+        least_width_gain((&a, &plant.c), &acting, TimeDomain::Discrete)?
     };
     let acting = (&bounds.e, bounds.disturbance.as_slice(), bounds.noise.as_slice());
     if *held {

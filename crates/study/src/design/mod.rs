@@ -25,7 +25,7 @@ mod unscented;
 pub(crate) use interval::{Sampling, sampled_design as sampled_interval, sampled_statement};
 pub use kkl::Kkl;
 pub use kkl_maps::candidate;
-pub use moving_horizon::MOST_SAMPLES;
+pub use moving_horizon::LONGEST_WINDOW;
 pub(crate) use noise_gain::SPEED_RATIO;
 pub use printed_mean_value::PrintedMean;
 pub use runnable::{At, Chains, Runnable, WithDisturbance, WithoutDisturbance};

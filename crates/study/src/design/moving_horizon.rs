@@ -12,7 +12,7 @@ use crate::results::DesignReport;
 use crate::study::MovingHorizonSpec;
 
 /// The most samples in a window.
-pub const MOST_SAMPLES: usize = 32;
+pub const LONGEST_WINDOW: usize = 32;
 
 /// The estimator of a plant in continuous time, or without `substeps` in discrete time.
 pub(super) fn design(model: &Model, spec: &MovingHorizonSpec, substeps: Option<usize>) -> Result<Designed, Misfit> {

@@ -1,7 +1,8 @@
 //! Designs of H-infinity and H2 filters, for the plant and for its sampled form.
 
 use luenberger_design::{
-    DesignError, DiscreteDesign, GainOptions, Goal, LinearDesign, Norm, NormFilterDesign, Performance, Time,
+    DesignError, DiscreteDesign, GainOptions, LinearDesign, NormFilterDesign, NormTarget, Performance, SystemNorm,
+    TimeDomain,
 };
 use luenberger_linalg::zero_order_hold;
 use luenberger_plants::StateSpace;
@@ -23,7 +24,7 @@ pub(super) fn norm_filter(
     dt: Option<f64>,
     options: &GainOptions,
 ) -> Result<Designed, Misfit> {
-    let time = if dt.is_some() { Time::Discrete } else { Time::Continuous };
+    let time = if dt.is_some() { TimeDomain::Discrete } else { TimeDomain::Continuous };
     let design = NormFilterDesign::new(plant, time, spec.norm, &spec.performance, &spec.goal, options)?;
     let name = spec.norm.name();
     let largest = |f: fn(f64, f64) -> f64| {
@@ -45,16 +46,16 @@ pub(super) fn norm_filter(
     };
     let gamma = at_most(design.gamma, 5);
     let bound = match (spec.norm, time) {
-        (Norm::HInfinity, Time::Continuous) => format!(
+        (SystemNorm::HInfinity, TimeDomain::Continuous) => format!(
             "For every w the integral of |H e|^2 is at most gamma^2 times that of |w|^2 plus e(0)'P e(0), gamma = {gamma}"
         ),
-        (Norm::HInfinity, Time::Discrete) => format!(
+        (SystemNorm::HInfinity, TimeDomain::Discrete) => format!(
             "For every w the sum of |H e|^2 is at most gamma^2 times that of |w|^2 plus e(0)'P e(0), gamma = {gamma}"
         ),
-        (Norm::H2, Time::Continuous) => format!(
+        (SystemNorm::H2, TimeDomain::Continuous) => format!(
             "White noise w of unit intensity leaves H e with variances whose sum is below gamma^2 in the end, gamma = {gamma}"
         ),
-        (Norm::H2, Time::Discrete) => format!(
+        (SystemNorm::H2, TimeDomain::Discrete) => format!(
             "White noise w of unit covariance leaves H e with variances whose sum is below gamma^2 in the end, gamma = {gamma}"
         ),
     };
@@ -90,7 +91,7 @@ pub(crate) fn sampled(
     h: f64,
     options: &GainOptions,
 ) -> Result<DiscreteDesign, DesignError> {
-    if let Goal::Of(l) = &spec.goal {
+    if let NormTarget::OfGain(l) = &spec.goal {
         return DiscreteDesign::sampled(&LinearDesign::with_gain(plant, l.clone())?, h);
     }
     let of = &spec.performance;
@@ -101,11 +102,11 @@ pub(crate) fn sampled(
         held = held.with_feedthrough(d.clone())?;
     }
     let size = match spec.norm {
-        Norm::HInfinity => 1.0,
-        Norm::H2 => 1.0 / h.sqrt(),
+        SystemNorm::HInfinity => 1.0,
+        SystemNorm::H2 => 1.0 / h.sqrt(),
     };
     let of = Performance { e: acting.bd * size, d: &of.d * size, h: of.h.clone() };
-    let design = NormFilterDesign::new(&held, Time::Discrete, spec.norm, &of, &spec.goal, options)?;
+    let design = NormFilterDesign::new(&held, TimeDomain::Discrete, spec.norm, &of, &spec.goal, options)?;
     DiscreteDesign::with_gain(&held, h, design.l.clone())
 }
 
@@ -116,6 +117,6 @@ pub(crate) fn discrete(
     dt: f64,
     options: &GainOptions,
 ) -> Result<DiscreteDesign, DesignError> {
-    let design = NormFilterDesign::new(plant, Time::Discrete, spec.norm, &spec.performance, &spec.goal, options)?;
+    let design = NormFilterDesign::new(plant, TimeDomain::Discrete, spec.norm, &spec.performance, &spec.goal, options)?;
     DiscreteDesign::with_gain(plant, dt, design.l.clone())
 }

@@ -28,7 +28,7 @@ pub(super) fn design(
             "Its cost J is {}, that of the linear optimum {}: {} % less.",
             significant(cost.total, 4),
             significant(linear.total, 4),
-            significant(100.0 * found.saving(), 3)
+            significant(100.0 * found.cost_reduction(), 3)
         ),
         None => format!(
             "The cubic term does not pay: no cubic observer was found whose cost J is less than that of the linear optimum, {}, by a thousandth. This is the linear optimum.",

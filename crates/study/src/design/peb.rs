@@ -9,7 +9,7 @@ use luenberger_design::kkl::{KklSettings, Residual};
 use luenberger_design::kkl_peb::{Excitation, Excite, excitation};
 use luenberger_design::{KklCandidate, KklError, Region};
 use luenberger_observers::kkl::KklMap;
-use luenberger_observers::{KklPebObserver, Memory, ObserverDimensions, Regression, Reset};
+use luenberger_observers::{FilterMemory, KklPebObserver, ObserverDimensions, Regression, Reset};
 use luenberger_plants::{Dimensions, Plant, Shape};
 use luenberger_proof::Verdict;
 use luenberger_proof::wording::{at_most, counted, significant};
@@ -135,10 +135,10 @@ fn statement(spec: &PebSpec) -> String {
 fn reset(spec: &PebSpec) -> &'static str {
     match (&spec.reset, spec.maps.memory()) {
         (None, _) => "",
-        (Some(_), Memory::Kept) => {
+        (Some(_), FilterMemory::Transformed) => {
             " A reset moves theta_hat into xi and the filters with it: the estimates are those without resets."
         }
-        (Some(_), Memory::Restarted) => {
+        (Some(_), FilterMemory::Restarted) => {
             " A reset moves theta_hat into xi: the estimate is continuous, and the filters begin again, so that the excitation since the last reset is lost."
         }
     }

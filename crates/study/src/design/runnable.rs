@@ -13,7 +13,7 @@ use luenberger_sim::{Replay, Scenario};
 use nalgebra::{DVector, Dyn};
 
 use super::kkl::Kkl;
-use super::moving_horizon::MOST_SAMPLES;
+use super::moving_horizon::LONGEST_WINDOW;
 use super::printed_mean_value::PrintedMean;
 use crate::maps::high_gain::place;
 use crate::maps::{Estimator, HighGainMaps, ImmersionMaps, KklMaps, RegressionMaps};
@@ -81,7 +81,7 @@ pub enum Runnable {
     /// Unscented Kalman filter.
     Unscented(Box<UnscentedKalmanFilter<Model, f64, Dyn, Dyn, Dyn>>),
     /// Moving-horizon estimator.
-    MovingHorizon(Box<MovingHorizonEstimator<Model, f64, Dyn, Dyn, Dyn, Dyn, MOST_SAMPLES>>),
+    MovingHorizon(Box<MovingHorizonEstimator<Model, f64, Dyn, Dyn, Dyn, Dyn, LONGEST_WINDOW>>),
     /// KKL observer with given maps.
     KklMaps(Box<KklObserver<KklMaps>>),
     /// PEBO or [KKL+PEB] observer with given maps.

@@ -107,7 +107,7 @@ fn designed(model: &Model, states: &[String], spec: &SlidingModeSpec) -> Result<
         );
         statement += &exact;
     }
-    let mut numbers = vec![number("period", h), number("innovation that is corrected to 0", observer.layer())];
+    let mut numbers = vec![number("period", h), number("innovation that is corrected to 0", observer.boundary_layer())];
     let mut matrices = vec![matrix("k", &DMatrix::from_column_slice(n, 1, &gains))];
     let (found, word, evidence) = match &certified {
         Some(design) => {

@@ -19,12 +19,12 @@ pub struct Estimate {
     /// The step that takes most of the time.
     pub mostly: String,
     /// The largest amount of memory in use.
-    pub memory: Memory,
+    pub memory: MemoryEstimate,
 }
 
 /// Estimated memory of an execution.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Memory {
+pub struct MemoryEstimate {
     /// Bytes.
     pub bytes: f64,
     /// What takes most of it, and how to reduce it.
@@ -45,7 +45,7 @@ impl Estimate {
     }
 }
 
-impl Memory {
+impl MemoryEstimate {
     pub(super) fn within(self, limits: &Limits) -> Result<(), crate::StudyError> {
         if self.bytes > limits.memory {
             let excess = Excess::Memory { needed: self.bytes, limit: limits.memory, mostly: self.mostly };
@@ -130,7 +130,7 @@ fn unknowns(study: &Study) -> f64 {
 }
 
 /// Estimated memory of a step.
-pub(super) fn memory(study: &Study, step: Step, threads: usize) -> Memory {
+pub(super) fn memory(study: &Study, step: Step, threads: usize) -> MemoryEstimate {
     // Matrices of the order of the plant, in all steps.
     const MATRICES: f64 = 60.0;
     let n = study.plant.states.len() as f64;
@@ -170,7 +170,7 @@ pub(super) fn memory(study: &Study, step: Step, threads: usize) -> Memory {
     }
     let bytes = parts.iter().map(|part| part.0).sum();
     let mostly = parts.into_iter().max_by(|x, y| x.0.total_cmp(&y.0)).map_or("", |part| part.1);
-    Memory { bytes, mostly }
+    MemoryEstimate { bytes, mostly }
 }
 
 /// Seconds of one run with an observer.

@@ -1,6 +1,6 @@
 //! The experiment of a study as the page of its report runs it.
 
-use luenberger_live::{Experiment, Kind, Noise, Observer, OperatingPoint, Plant, Rows};
+use luenberger_live::{Experiment, Noise, Observer, ObserverKind, OperatingPoint, Plant, Rows};
 use luenberger_observers::{DeviationObserver, SampledCubicObserver, SampledObserver};
 use luenberger_plants::StateSpace;
 use luenberger_proof::certificate::{ProvedTheorem, Theorem};
@@ -101,20 +101,20 @@ fn rows(m: &DMatrix<f64>) -> Rows {
 
 fn observer(study: &Study, member: &Member<'_>) -> Option<Observer> {
     let (kind, point) = match &member.designed.runnable {
-        Runnable::Linear(linear) => (Kind::Linear(linear.clone()), None),
-        Runnable::Cubic(cubic) => (Kind::Cubic(cubic.clone()), None),
-        Runnable::LinearAt(at) => (Kind::Linear(Box::new(at.inner().clone())), Some(point(at))),
-        Runnable::CubicAt(at) => (Kind::Cubic(Box::new(at.inner().clone())), Some(point(at))),
+        Runnable::Linear(linear) => (ObserverKind::Linear(linear.clone()), None),
+        Runnable::Cubic(cubic) => (ObserverKind::Cubic(cubic.clone()), None),
+        Runnable::LinearAt(at) => (ObserverKind::Linear(Box::new(at.inner().clone())), Some(point(at))),
+        Runnable::CubicAt(at) => (ObserverKind::Cubic(Box::new(at.inner().clone())), Some(point(at))),
         Runnable::SampledCubic(sampled) => (sampled_cubic(sampled, &study.plant.model.linear()?), None),
         Runnable::SampledCubicAt(at) => {
             (sampled_cubic(at.inner(), &study.operating_point.as_ref()?.linear), Some(point(at)))
         }
-        Runnable::NonlinearLuenberger(copy) => (Kind::Copy { l: rows(copy.l()) }, None),
+        Runnable::NonlinearLuenberger(copy) => (ObserverKind::Copy { l: rows(copy.l()) }, None),
         Runnable::ExtendedKalman(filter) if filter.gate().is_none() => {
             let noises = filter.noise_model();
             let period = SampledObserver::<f64>::period(filter.as_ref());
             let [w, v, p0] = [&noises.w, &noises.v, &noises.p0].map(rows);
-            (Kind::Kalman { w, v, p0, period, substeps: filter.substeps()? }, None)
+            (ObserverKind::Kalman { w, v, p0, period, substeps: filter.substeps()? }, None)
         }
         _ => return None,
     };
@@ -132,8 +132,8 @@ fn observer(study: &Study, member: &Member<'_>) -> Option<Observer> {
     Some(Observer { point, certificates, ..Observer::new(&member.wish.name, kind, &member.wish.initial) })
 }
 
-fn sampled_cubic(observer: &SampledCubicObserver<f64, Dyn, Dyn, Dyn>, plant: &StateSpace) -> Kind {
-    Kind::SampledCubic { observer: Box::new(observer.clone()), a: rows(&plant.a), b: rows(&plant.b) }
+fn sampled_cubic(observer: &SampledCubicObserver<f64, Dyn, Dyn, Dyn>, plant: &StateSpace) -> ObserverKind {
+    ObserverKind::SampledCubic { observer: Box::new(observer.clone()), a: rows(&plant.a), b: rows(&plant.b) }
 }
 
 fn point<O>(at: &DeviationObserver<O, f64, Dyn, Dyn, Dyn>) -> OperatingPoint {

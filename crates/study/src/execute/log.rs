@@ -66,7 +66,10 @@ fn report(study: &Study, log: &Log, replayed: &ReplayedObserver) -> Result<Innov
         nis,
         nees: nees.map(ConsistencyReport::from),
         errors: errors(study, log, replayed)?,
-        smoothed: replayed.in_hindsight().map(|smoothed| in_hindsight(study, log, replayed, &smoothed)).transpose()?,
+        smoothed: replayed
+            .with_smoothed_estimates()
+            .map(|smoothed| smoothed_report(study, log, replayed, &smoothed))
+            .transpose()?,
         rows_used: replayed.rows_used(),
         interpolated: replayed.interpolated,
         failure: None,
@@ -74,7 +77,7 @@ fn report(study: &Study, log: &Log, replayed: &ReplayedObserver) -> Result<Innov
 }
 
 /// The smoothed estimates of a filter, beside its own.
-fn in_hindsight(
+fn smoothed_report(
     study: &Study,
     log: &Log,
     replayed: &ReplayedObserver,

@@ -19,7 +19,7 @@ mod sweep;
 mod trial;
 mod warn;
 
-pub use estimate::{Estimate, Memory, estimate};
+pub use estimate::{Estimate, MemoryEstimate, estimate};
 pub use limits::{Excess, Limits, about, bytes, duration};
 pub(crate) use observe::in_words;
 pub use options::{Progress, RunOptions, RunsAsCsv, Step, SweepOptions};

@@ -7,7 +7,7 @@
 
 use luenberger_export::extension::ExpressionObserver;
 use luenberger_expression::{Expression, ExpressionPlant, Scope, Variable};
-use luenberger_observers::mean_value::integral::EIGHT;
+use luenberger_observers::mean_value::integral::GAUSS_LEGENDRE_8;
 use luenberger_observers::{CubicObserver, LinearObserver};
 use luenberger_plants::Dimensions;
 use nalgebra::{DMatrix, Dyn};
@@ -253,7 +253,7 @@ pub(crate) fn printed_mean_value(
                 let point = |k: usize| format!("({} + {}*{})", state(k), state(n + k), number(*share));
                 format!("{}*{}", at(&slope, &point), number(*weight))
             };
-            *entry = format!("({})", sum(&EIGHT.iter().map(node).collect::<Vec<_>>()));
+            *entry = format!("({})", sum(&GAUSS_LEGENDRE_8.iter().map(node).collect::<Vec<_>>()));
         }
     }
     let gain = |k: usize| {

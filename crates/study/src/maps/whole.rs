@@ -323,5 +323,5 @@ pub(super) fn built(
     let observer = ExpressionObserver::new(flow, start, sizes).map_err(|error| words(&error))?;
     let Some(jump) = jump else { return Ok(observer) };
     let rest: Vec<String> = rate.iter().map(|_| "0".to_owned()).collect();
-    observer.jumping(within(&rest, jump, names.whole(rate.len()))?).map_err(|error| words(&error))
+    observer.with_jump(within(&rest, jump, names.whole(rate.len()))?).map_err(|error| words(&error))
 }

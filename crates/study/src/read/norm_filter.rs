@@ -1,6 +1,6 @@
 //! The kinds h-infinity and h2.
 
-use luenberger_design::{Goal, Norm, Performance};
+use luenberger_design::{NormTarget, Performance, SystemNorm};
 use luenberger_plants::Dimensions;
 use luenberger_proof::wording::counted;
 use nalgebra::DMatrix;
@@ -10,7 +10,12 @@ use super::observer::{alternatives, this_gain};
 use super::tree::Node;
 use crate::study::{NormFilterSpec, ObserverKind};
 
-pub(super) fn norm_filter(norm: Norm, node: &Node, size: Dimensions, reader: &mut Reader) -> Option<ObserverKind> {
+pub(super) fn norm_filter(
+    norm: SystemNorm,
+    node: &Node,
+    size: Dimensions,
+    reader: &mut Reader,
+) -> Option<ObserverKind> {
     let (n, p) = (size.states, size.outputs);
     let of_states = format!("the plant has {}", counted(n, "state"));
     let e = reader.matrix(node.get("e")?, "e", (Some(n), None), &of_states);
@@ -24,9 +29,9 @@ pub(super) fn norm_filter(norm: Norm, node: &Node, size: Dimensions, reader: &mu
     };
     alternatives(node, &["gamma", "gain"], false, reader)?;
     let goal = match (node.get("gamma"), node.get("gain")) {
-        (Some(gamma), _) => Some(Goal::Below(gamma.number()?)),
-        (None, Some(gain)) => this_gain(gain, size, reader).map(Goal::Of),
-        (None, None) => Some(Goal::Least),
+        (Some(gamma), _) => Some(NormTarget::Below(gamma.number()?)),
+        (None, Some(gain)) => this_gain(gain, size, reader).map(NormTarget::OfGain),
+        (None, None) => Some(NormTarget::Least),
     };
     let performance = Performance { e: e?, d: d?, h: h? };
     Some(ObserverKind::NormFilter(Box::new(NormFilterSpec { norm, performance, goal: goal? })))

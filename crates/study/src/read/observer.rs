@@ -1,6 +1,6 @@
 //! The tables [[observer]].
 
-use luenberger_design::{CubicGain, LyapunovWeight, Norm, Periods, Region, Sector, bandwidth_poles};
+use luenberger_design::{CubicGain, LyapunovWeight, Periods, Region, Sector, SystemNorm, bandwidth_poles};
 use luenberger_observers::{Horizon, SigmaPoints};
 use luenberger_plants::Dimensions;
 use luenberger_proof::certificate::MOST_MISSES;
@@ -9,7 +9,7 @@ use nalgebra::{Complex, DMatrix};
 
 use super::tree::Node;
 use super::{Reader, check, disturbance, interval, maps, norm_filter, optimal};
-use crate::design::{MOST_SAMPLES, PrintedMean};
+use crate::design::{LONGEST_WINDOW, PrintedMean};
 use crate::diagnostic::Source;
 use crate::model::PlantModel;
 use crate::study::{
@@ -169,8 +169,8 @@ fn kind(node: &Node, name: &str, size: Dimensions, reader: &mut Reader) -> Optio
         }
         "proportional-integral" | "extended-state" => disturbance::proportional_integral(node, size, reader)?,
         "reduced-order" => reduced_order(node, size, reader)?,
-        "h-infinity" => norm_filter::norm_filter(Norm::HInfinity, node, size, reader)?,
-        "h2" => norm_filter::norm_filter(Norm::H2, node, size, reader)?,
+        "h-infinity" => norm_filter::norm_filter(SystemNorm::HInfinity, node, size, reader)?,
+        "h2" => norm_filter::norm_filter(SystemNorm::H2, node, size, reader)?,
         "unknown-input" => disturbance::unknown_input(node, size, reader)?,
         "interval" => interval::interval(node, size, reader)?,
         "sliding-mode" => sliding_mode(node, size, reader)?,
@@ -320,9 +320,9 @@ fn moving_horizon(node: &Node, size: Dimensions, reader: &mut Reader) -> Option<
     let filter = filter(node, size, reader);
     let count = |key: &str, otherwise: usize| node.get(key).map_or(Some(otherwise), Node::count);
     let horizon = Horizon { window: count("window", 10)?, iterations: count("iterations", 2)? };
-    if let Some(entry) = node.entry("window").filter(|_| horizon.window > MOST_SAMPLES) {
+    if let Some(entry) = node.entry("window").filter(|_| horizon.window > LONGEST_WINDOW) {
         let message = format!("`window` is {}", horizon.window);
-        reader.wrong(entry.node.span.clone(), message, format!("expected at most {MOST_SAMPLES} samples"));
+        reader.wrong(entry.node.span.clone(), message, format!("expected at most {LONGEST_WINDOW} samples"));
         return None;
     }
     let bounds = match node.entry("state_bounds") {

@@ -98,14 +98,14 @@ pub struct SmoothedDeviation {
 
 impl InnovationReport {
     /// The errors by the name of the estimates: the observer's own, and `NAME, smoothed`.
-    pub fn all_errors(&self) -> impl Iterator<Item = (String, &StateScore)> {
+    pub fn errors_of_estimates(&self) -> impl Iterator<Item = (String, &StateScore)> {
         let own = self.errors.iter().map(|error| (self.observer.clone(), error));
         let smoothed = self.smoothed.iter().flat_map(|smoothed| &smoothed.errors);
         own.chain(smoothed.map(|error| (format!("{}, smoothed", self.observer), error)))
     }
 
     /// The tests of consistency likewise, of a filter; the smoothed estimates have no innovation.
-    pub fn all_tests(&self) -> impl Iterator<Item = FilterReport> {
+    pub fn tests_of_estimates(&self) -> impl Iterator<Item = FilterReport> {
         let own = self.nis.as_ref().map(|nis| FilterReport {
             observer: self.observer.clone(),
             nis: Some(nis.clone()),

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use luenberger_live::{Certified, Experiment, Sliders, verify};
+use luenberger_live::{Experiment, GainVerdict, Sliders, verify};
 use luenberger_study::{RunOptions, Study, run};
 
 /// The experiment in the page of a template, and the report.
@@ -42,7 +42,7 @@ fn neutral_sliders_give_the_scores_of_the_study() {
             }
             let design = results.observers.iter().find(|observer| observer.name == run.name).unwrap();
             let said = design.design.as_ref().unwrap().verdict == "proved";
-            assert_eq!(matches!(verdict, Some(Certified::Proved(_))), said, "{template}: {}", run.name);
+            assert_eq!(matches!(verdict, Some(GainVerdict::Proved(_))), said, "{template}: {}", run.name);
         }
     }
 }
@@ -54,13 +54,13 @@ fn a_gain_that_is_too_small_is_not_certified() {
     let experiment = experiment.unwrap();
     let weak = Sliders { gain: 0.0, cubic: 0.0, ..Sliders::NEUTRAL };
     let linear = &verify(&experiment, &weak)[0];
-    assert!(matches!(linear, Some(Certified::Open(_))), "{linear:?}");
+    assert!(matches!(linear, Some(GainVerdict::Open(_))), "{linear:?}");
     let rms = |sliders: &Sliders| luenberger_live::run(&experiment, sliders).runs[0].scores.unwrap().rms;
     assert!(rms(&weak) > 3.0 * rms(&Sliders::NEUTRAL));
     // Another period: the sampled observer's certificate is for its own.
     let slow = Sliders { period: 2.0, ..Sliders::NEUTRAL };
     let sampled = verify(&experiment, &slow).pop().unwrap();
-    assert!(matches!(&sampled, Some(Certified::Open(why)) if why.contains("sampling period")), "{sampled:?}");
+    assert!(matches!(&sampled, Some(GainVerdict::Open(why)) if why.contains("sampling period")), "{sampled:?}");
 }
 
 /// A study with feedback, or on a log, has no live section.

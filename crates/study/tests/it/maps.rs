@@ -230,7 +230,7 @@ fn the_manifold_of_an_immersion_attracts_over_the_region() {
     let first = -50.0 * (w * (chi[0] + 22.0e-6 * 50.0 * y[0]) + u[0] * y[1]) + (12.0 - w * y[0]) / 0.01;
     let second = (y[1] - 0.0447 * v4) / 22.9e-6 - (u[0] * y[0] + v4);
     assert!((motion[0] - first).abs() < 1e-9 * first.abs() && (motion[1] - second).abs() < 1e-9 * second.abs());
-    // With gains that repel nothing is proved of the attraction, and said so.
+    // With gains that repel nothing is proved of the attractivity, and said so.
     let repelling = self::designed(&study(&IMMERSION.replace("C2*50*v2", "-C2*50*v2")));
     assert!(repelling.certificate.is_none() && repelling.report.verdict == "measured");
     assert!(repelling.report.evidence.unwrap().contains("attracts (A5) is not proved"));

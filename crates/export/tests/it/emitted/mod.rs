@@ -96,7 +96,7 @@ fn an_observer_of_expressions_is_emitted_as_rust() {
     let flow = plant(&["-2*x1 - 5*u2 - 2*(u2 - u2^3/3) + u1*cos(t)"], &["u2", "x1 + 3*u2 - u2^3/3"], 2);
     let start = plant(&["0", "0"], &["x2 - (u1 - u1^3/3) - 2*u1"], 1);
     let jump = plant(&["0"], &["if(x1 > 0.75, 0.5*x1 + 0.125*u2, x1)"], 2);
-    let observer = ExpressionObserver::new(flow, start, (1, 1)).unwrap().jumping(jump).unwrap();
+    let observer = ExpressionObserver::new(flow, start, (1, 1)).unwrap().with_jump(jump).unwrap();
     let sampled = InterSampleObserver::new(model, observer, 0.125, 2).unwrap();
     let export = export(Program::Extension(sampled), Scalar::Binary32);
     unchanged(&export, "extension");

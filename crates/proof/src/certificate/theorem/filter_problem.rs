@@ -6,14 +6,14 @@ use super::super::write::Out;
 use super::{FileError, PlantMatrices, counted, exact, unknown_word};
 use crate::error::ProofError;
 use crate::matrix::Matrix;
-use crate::statement::{ErrorSystem, Time};
+use crate::statement::{ErrorSystem, TimeDomain};
 
 /// A plant `x' = Ax + Bu + Ew`, `y = Cx + Dw` (or `x+`), the gain of an observer, P, and the bound gamma of a norm of
 /// the errors `z = He`, e = x - xhat.
 #[derive(Debug, Clone, PartialEq)]
 pub struct FilterProblem {
     /// Continuous or discrete.
-    pub time: Time,
+    pub time: TimeDomain,
     /// The plant.
     pub plant: PlantMatrices,
     /// E, n x q.
@@ -44,8 +44,8 @@ impl FilterProblem {
     /// `F'P + PF + H'H` or `F'PF - P + H'H` in words.
     pub(super) fn decrease(&self) -> &'static str {
         match self.time {
-            Time::Continuous => "(A - LC)'P + P(A - LC) + H'H",
-            Time::Discrete => "(A - LC)'P(A - LC) - P + H'H",
+            TimeDomain::Continuous => "(A - LC)'P + P(A - LC) + H'H",
+            TimeDomain::Discrete => "(A - LC)'P(A - LC) - P + H'H",
         }
     }
 
@@ -59,8 +59,8 @@ impl FilterProblem {
             counted(self.plant.c.rows(), "output")
         );
         let (kind, next) = match self.time {
-            Time::Continuous => ("plant", "'"),
-            Time::Discrete => ("discrete-time plant", "+"),
+            TimeDomain::Continuous => ("plant", "'"),
+            TimeDomain::Discrete => ("discrete-time plant", "+"),
         };
         format!(
             "For the {kind} x{next} = Ax + Bu + Ew, y = Cx + Dw with {sizes}, any u, and the observer xhat{next} = A xhat + Bu + L(y - C xhat) with the gain exactly as stored, the error e = x - xhat obeys e{next} = (A - LC)e + (E - LD)w. Without w, e tends to 0 exponentially from every e(0)"
@@ -80,8 +80,8 @@ impl FilterProblem {
     pub(super) fn read(file: &mut Fields<'_>) -> Result<Self, FileError> {
         let field = file.take("time")?;
         let time = match field.text()? {
-            "continuous" => Time::Continuous,
-            "discrete" => Time::Discrete,
+            "continuous" => TimeDomain::Continuous,
+            "discrete" => TimeDomain::Discrete,
             found => return Err(unknown_word(&field, found, &TIMES)),
         };
         let plant = PlantMatrices::read(file)?;
@@ -113,8 +113,8 @@ impl FilterProblem {
 
     pub(super) fn write(&self) -> Vec<(&'static str, Out)> {
         let time = match self.time {
-            Time::Continuous => TIMES[0],
-            Time::Discrete => TIMES[1],
+            TimeDomain::Continuous => TIMES[0],
+            TimeDomain::Discrete => TIMES[1],
         };
         vec![
             ("time", Out::Text(time.to_owned())),

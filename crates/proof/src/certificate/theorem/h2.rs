@@ -13,7 +13,7 @@ use super::super::fields::Fields;
 use super::super::write::Out;
 use super::{Fact, FileError, FilterProblem, Statement};
 use crate::error::ProofError;
-use crate::statement::{Time, bounded_variance, positive};
+use crate::statement::{TimeDomain, bounded_variance, positive};
 
 /// The data of the theorem; the head of the file has statement and proof.
 #[derive(Debug, Clone, PartialEq)]
@@ -35,8 +35,8 @@ impl Statement for H2Filter {
 
     fn words(&self) -> String {
         let noise = match self.0.time {
-            Time::Continuous => "intensity",
-            Time::Discrete => "covariance",
+            TimeDomain::Continuous => "intensity",
+            TimeDomain::Discrete => "covariance",
         };
         format!(
             "{}: under white noise w of unit {noise} the sum of the variances of the entries of z is below gamma^2 in the end.",

@@ -13,7 +13,7 @@ use super::super::fields::Fields;
 use super::super::write::Out;
 use super::{Fact, FileError, FilterProblem, Statement};
 use crate::error::ProofError;
-use crate::statement::{Time, bounded_real, positive};
+use crate::statement::{TimeDomain, bounded_real, positive};
 
 /// The data of the theorem; the head of the file has statement and proof.
 #[derive(Debug, Clone, PartialEq)]
@@ -26,8 +26,8 @@ impl Statement for HInfinityFilter {
         let Self(of) = self;
         let system = of.system()?;
         let inequality = match of.time {
-            Time::Continuous => format!("[{}, P(E - LD); *, -gamma^2 I] < 0", of.decrease()),
-            Time::Discrete => {
+            TimeDomain::Continuous => format!("[{}, P(E - LD); *, -gamma^2 I] < 0", of.decrease()),
+            TimeDomain::Discrete => {
                 format!("[{}, (A - LC)'P(E - LD); *, (E - LD)'P(E - LD) - gamma^2 I] < 0", of.decrease())
             }
         };
@@ -36,8 +36,8 @@ impl Statement for HInfinityFilter {
 
     fn words(&self) -> String {
         let energy = match self.0.time {
-            Time::Continuous => "the integral of |z|^2 from 0 to any T",
-            Time::Discrete => "the sum of |z|^2 from the first sample to any other",
+            TimeDomain::Continuous => "the integral of |z|^2 from 0 to any T",
+            TimeDomain::Discrete => "the sum of |z|^2 from the first sample to any other",
         };
         format!(
             "{}: {energy} is at most e(0)'Pe(0) plus gamma^2 times that of |w|^2, for every w and e(0).",

@@ -158,7 +158,7 @@ impl Statement for IntervalEnclosure {
                 entries_at_least(
                     &column(&self.g),
                     1.0,
-                    &product_up(&coordinates.of_columns(&forcing)?, &column(&self.disturbances))?,
+                    &product_up(&coordinates.column_norms(&forcing)?, &column(&self.disturbances))?,
                 )?,
                 entries_at_least(&self.h, 1.0, &coordinates.widths())?,
             ],

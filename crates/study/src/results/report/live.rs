@@ -7,7 +7,7 @@ use crate::error::StudyError;
 
 /// Sliders, figures, scores and verdicts, and which observers are not among them.
 pub(super) fn section(experiment: &Experiment, omitted: &[String]) -> Result<Section, StudyError> {
-    let block = page::block("live", experiment, &colours())
+    let block = page::html_block("live", experiment, &colours())
         .map_err(|why| StudyError::Output { what: "report.html".to_owned(), why: why.to_string() })?;
     let section = Section::new("Live simulation").prose(
         "This page contains the simulation, the observers and the verification of their certificates, compiled to \

@@ -68,14 +68,14 @@ pub(super) fn log(mut section: Section, log: &LogReport, plant: &PlantSummary) -
         ended.extend(row.failure.as_ref().map(|why| format!("{}: {why}", row.observer)));
     }
     section = section.grid(grid);
-    let filters: Vec<FilterReport> = log.rows.iter().flat_map(InnovationReport::all_tests).collect();
+    let filters: Vec<FilterReport> = log.rows.iter().flat_map(InnovationReport::tests_of_estimates).collect();
     if !filters.is_empty() {
         section = self::consistency(section, &filters, "over the second half of the log");
     }
     if log.rows.iter().any(|row| !row.errors.is_empty()) {
         let head = ["observer", "state", "samples", "RMSE", "peak", "last"];
         let mut grid = Grid::new(&head).caption("Errors x - xhat over the whole log, where it has the true state.");
-        for (name, error) in log.rows.iter().flat_map(InnovationReport::all_errors) {
+        for (name, error) in log.rows.iter().flat_map(InnovationReport::errors_of_estimates) {
             grid = grid.row([
                 Cell::from(name.as_str()),
                 Cell::from(with_unit(&error.state, unit_of(plant, &error.state)).as_str()),

@@ -1,4 +1,4 @@
-//! Attraction of the manifold of an immersion-and-invariance observer: `d' = M d`, with M a mean of Jacobians that are
+//! Attractivity of the manifold of an immersion-and-invariance observer: `d' = M d`, with M a mean of Jacobians that are
 //! enclosed over a box. One P that proves every matrix of the enclosure Hurwitz proves that d decays exponentially.
 
 use luenberger_proof::certificate::{Certificate, Certified};
@@ -12,7 +12,7 @@ use crate::enclosure::paths::{Undefined, explore};
 
 /// The enclosed Jacobian, and what is proved of it.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Attraction {
+pub struct Attractivity {
     /// The Jacobian over the box.
     pub jacobian: Matrix<Interval>,
     /// Eigenvalues of its middle, the largest real part first.
@@ -23,7 +23,7 @@ pub struct Attraction {
     pub certificate: Certificate,
 }
 
-impl Certified for Attraction {
+impl Certified for Attractivity {
     fn certificate(&self) -> &Certificate {
         &self.certificate
     }
@@ -35,22 +35,22 @@ impl Certified for Attraction {
 /// `-(1 + u^2/2)` for u in [-1, 1]; the product u u is enclosed by [-1, 1]:
 /// ```
 /// use luenberger_design::IntervalDual;
-/// use luenberger_design::kkl::attraction;
+/// use luenberger_design::kkl::attractivity;
 /// use luenberger_proof::Interval;
 /// let u = IntervalDual::new(Interval::of(-1.0).hull(&Interval::of(1.0)), Interval::of(0.0));
 /// let d = IntervalDual::new(Interval::of(0.0), Interval::of(1.0));
 /// let half = IntervalDual::new(Interval::of(0.5), Interval::of(0.0));
-/// let found = attraction(1, |_| vec![-d - half * u * u * d])?.map_err(|why| why.to_owned()).expect("bounds");
+/// let found = attractivity(1, |_| vec![-d - half * u * u * d])?.map_err(|why| why.to_owned()).expect("bounds");
 /// assert!(found.certificate.is_proved());
 /// assert!(found.jacobian[(0, 0)].hi() < -0.49 && found.jacobian[(0, 0)].lo() > -1.51);
 /// # Ok::<(), luenberger_design::KklError>(())
 /// ```
 /// # Errors
 /// Those of the Lyapunov equation.
-pub fn attraction(
+pub fn attractivity(
     order: usize,
     column: impl Fn(usize) -> Vec<IntervalDual>,
-) -> Result<Result<Attraction, &'static str>, KklError> {
+) -> Result<Result<Attractivity, &'static str>, KklError> {
     let mut columns: Vec<Vec<Interval>> = Vec::with_capacity(order);
     for j in 0..order {
         let ways = match explore(|| column(j)) {
@@ -67,5 +67,5 @@ pub fn attraction(
     }
     let jacobian = Matrix::from_fn(order, order, |i, j| columns[j][i]);
     let Forgetting { spectrum: eigenvalues, p, certificate } = hurwitz(&jacobian)?;
-    Ok(Ok(Attraction { jacobian, eigenvalues, p, certificate }))
+    Ok(Ok(Attractivity { jacobian, eigenvalues, p, certificate }))
 }

@@ -1,0 +1,597 @@
+//! Mutants of the observers.
+
+use super::Kind::{Constant, Dropped, Hypothesis, OffDiagonal, Sign, Transpose, WrongOperand};
+use super::{CUBIC, INPUT_TO_STATE, INTERVAL, KKL, MEAN_VALUE, OBSERVERS, SAMPLED, SLIDING, Source, mutant};
+
+pub(super) const SOURCES: &[Source] = &[
+    Source {
+        file: "crates/observers/src/linear.rs",
+        suites: &[OBSERVERS, CUBIC],
+        mutants: &[
+            mutant("linear observer: - B u", Sign, "+ entry(&self.b, i, u)", "- entry(&self.b, i, u)"),
+            mutant(
+                "linear observer: - L y~",
+                Sign,
+                "+ entry(&self.l, i, innovation)",
+                "- entry(&self.l, i, innovation)",
+            ),
+        ],
+    },
+    Source {
+        file: "crates/observers/src/cubic.rs",
+        suites: &[OBSERVERS, CUBIC],
+        mutants: &[
+            mutant(
+                "cubic observer: + N y~ (y~'theta y~)",
+                Sign,
+                "- entry(&self.n, i, cubic)",
+                "+ entry(&self.n, i, cubic)",
+            ),
+            mutant(
+                "cubic observer: - L y~",
+                Sign,
+                "+ entry(&self.l, i, innovation)",
+                "- entry(&self.l, i, innovation)",
+            ),
+            mutant("cubic observer: no B u", Dropped, " + entry(&self.b, i, u)", ""),
+            mutant(
+                "cubic observer: theta = I",
+                Dropped,
+                "weight_of(&self.theta, innovation)",
+                "sum(innovation.len(), |i| innovation[i] * innovation[i])",
+            ),
+            mutant(
+                "saturated weight: one factor of the bound",
+                Dropped,
+                "quadratic(theta, shortened) * bound * bound",
+                "quadratic(theta, shortened) * bound",
+            ),
+            mutant("cubic flow: w t y'theta y without the 2", Constant, "two * q * t", "q * t"),
+            mutant("cubic flow: no w", Dropped, "(w * drive).sqrt()", "drive.sqrt()"),
+            mutant("cubic flow: 1 + reach", Dropped, "(one + reach * reach).sqrt()", "(one + reach).sqrt()"),
+            mutant("cubic flow: impulse of Euler's step", Dropped, "size / (one + hypot)", "size / two"),
+            mutant(
+                "cubic flow: impulse of a far start doubled",
+                Constant,
+                "(one / root, one / root)",
+                "(one / root, two / root)",
+            ),
+            mutant(
+                "cubic flow: a negative weight flows back",
+                Hypothesis,
+                "quadratic(theta, direction).max(zero)",
+                "quadratic(theta, direction)",
+            ),
+            mutant(
+                "sampled observer: Ld y~ without r",
+                Dropped,
+                "*innovation = *direction * left",
+                "*innovation = *direction * size",
+            ),
+            mutant("rate of a radial gain: + trace(C N)/p", Sign, "-trace / count", "trace / count"),
+            mutant("rate of a radial gain: - trace(C N)", Dropped, "-trace / count(c.nrows())", "-trace"),
+        ],
+    },
+    Source {
+        file: "crates/observers/src/cubic_sampled.rs",
+        suites: &[OBSERVERS, CUBIC],
+        mutants: &[
+            mutant("sampled observer: + N impulse", Sign, "*xhat -= entry(n", "*xhat += entry(n"),
+            mutant(
+                "sampled observer: no cubic step",
+                Dropped,
+                "*xhat -= entry(n, i, impulse)",
+                "let _ = (xhat, entry(n, i, impulse))",
+            ),
+            mutant(
+                "sampled observer: y~ = y + C xhat",
+                Sign,
+                "(c, self.d.as_ref(), (xhat, u, y)",
+                "(&(-c), self.d.as_ref(), (xhat, u, y)",
+            ),
+            mutant(
+                "sampled observer: the flow of two periods",
+                Constant,
+                "self.flow(*period, innovation",
+                "self.flow(*period + *period, innovation",
+            ),
+            mutant(
+                "radial gain: C N off its diagonal is not looked at",
+                OffDiagonal,
+                "for j in 0..c.nrows()",
+                "for j in i..=i",
+            ),
+            mutant("radial gain: C N - w I", Sign, "if i == j { w }", "if i == j { -w }"),
+        ],
+    },
+    Source {
+        file: "crates/observers/src/semi_implicit.rs",
+        suites: &[SAMPLED],
+        mutants: &[
+            mutant("semi-implicit step: G = C N", Sign, "|i, j| -entry_of_product", "|i, j| entry_of_product"),
+            mutant("semi-implicit step: no h", Dropped, ".max(zero) * t * size * size", ".max(zero) * size * size"),
+            mutant("semi-implicit step: s of |y~|", Dropped, "* t * size * size", "* t * size"),
+            mutant("semi-implicit step: I - s G", Sign, "{ one + entry } else", "{ one - entry } else"),
+            mutant("semi-implicit step: impulse r", Dropped, "*impulse *= s;", "let _ = s;"),
+            mutant(
+                "semi-implicit step: the diagonal of G",
+                OffDiagonal,
+                "{ one + entry } else { entry }",
+                "{ one + entry } else { zero }",
+            ),
+            mutant(
+                "semi-implicit step: explicit innovation",
+                Dropped,
+                "*innovation = *impulse;",
+                "let _ = innovation;",
+            ),
+        ],
+    },
+    Source {
+        file: "crates/observers/src/varying_period.rs",
+        suites: &[SAMPLED],
+        mutants: &[
+            mutant("prediction: no input", Dropped, "slope + entry(&self.b, i, u.as_slice())", "slope"),
+            mutant("prediction: no factorial", Dropped, "slope * tau / degree", "slope * tau"),
+            mutant("correction: - K r", Sign, "+ entry(&self.k, i, innovation)", "- entry(&self.k, i, innovation)"),
+            mutant("correction: + N i", Sign, "- entry(n, i, impulse)", "+ entry(n, i, impulse)"),
+        ],
+    },
+    Source {
+        file: "crates/observers/src/semidefinite.rs",
+        suites: &[OBSERVERS],
+        mutants: &[
+            mutant(
+                "theta >= 0 asked of theta, not of its symmetric part",
+                Transpose,
+                "(rest[(i, j)] + rest[(j, i)]) * half",
+                "(rest[(i, j)] + rest[(i, j)]) * half",
+            ),
+            mutant(
+                "semidefinite: the rest plus its pivot's part",
+                Sign,
+                "- factor * at(&rest, k, j)",
+                "+ factor * at(&rest, k, j)",
+            ),
+            mutant(
+                "semidefinite: the rest off the diagonal is not looked at",
+                OffDiagonal,
+                "(0..order).all(|j| j == i ||",
+                "(0..i).all(|j| j <= i ||",
+            ),
+        ],
+    },
+    Source {
+        file: "crates/observers/src/discrete_linear.rs",
+        suites: &[OBSERVERS, CUBIC],
+        mutants: &[
+            mutant("sampled observer: no Bd u", Dropped, "entry(b, i, u) + ", ""),
+            mutant("sampled observer: - L y~", Sign, "+ entry(l, i, z)", "- entry(l, i, z)"),
+        ],
+    },
+    Source {
+        file: "crates/observers/src/runge_kutta.rs",
+        suites: &[OBSERVERS],
+        mutants: &[
+            mutant(
+                "Runge-Kutta: the third stage from the first",
+                WrongOperand,
+                "let k3 = slope(t + middle, &(&*x + &k2 * middle));",
+                "let k3 = slope(t + middle, &(&*x + &k1 * middle));",
+            ),
+            mutant("Runge-Kutta: the fourth stage half a step", Constant, "&w3 * tau", "&w3 * middle"),
+            mutant("Runge-Kutta: the weights of the middle stages", Constant, "(w2 + w3) * two", "(w2 + w3)"),
+        ],
+    },
+    Source {
+        file: "crates/observers/src/kalman.rs",
+        suites: &[OBSERVERS],
+        mutants: &[
+            mutant("Kalman: S = H P H'", Dropped, "times_transpose(&hp, &h) + &v", "times_transpose(&hp, &h)"),
+            mutant("Kalman: xhat - K y~", Sign, "xhat += times(&gain", "xhat -= times(&gain"),
+            mutant("Kalman: I + K H", Sign, "order) - times(&gain, &h)", "order) + times(&gain, &h)"),
+            mutant("Kalman: no K V K'", Dropped, " + times_transpose(&times(&gain, &v), &gain)", ""),
+            mutant(
+                "Kalman: (I - K H) P + K V K'",
+                Dropped,
+                "times_transpose(&times(&keep, p), &keep)",
+                "times(&keep, p)",
+            ),
+            mutant("Kalman: a gate of variances", Dropped, "gate * gate * self", "gate * self"),
+            mutant("Kalman: V of a silent output", Dropped, "v[(i, i)] = T::one();", ""),
+            mutant("Kalman: V correlated with a silent output", OffDiagonal, "v.row_mut(i).fill(T::zero());", ""),
+            mutant("Kalman: P' = F P + P F'", Dropped, "fp.transpose() + fp + w", "fp.transpose() + fp"),
+            mutant("Kalman: P' = 2 F P + W", Transpose, "fp.transpose() + fp", "&fp + &fp"),
+            mutant(
+                "Kalman: h not divided by the sub-steps",
+                Dropped,
+                "let tau = duration / convert::<f64, T>(substeps as f64);\n        for k",
+                "let tau = duration;\n        for k",
+            ),
+        ],
+    },
+    Source {
+        file: "crates/observers/src/discrete_kalman.rs",
+        suites: &[OBSERVERS],
+        mutants: &[
+            mutant("discrete Kalman: no W", Dropped, ", ad) + w;", ", ad);"),
+            mutant(
+                "discrete Kalman: Ad' P Ad",
+                Transpose,
+                "times_transpose(&times(ad, &belief.covariance()), ad)",
+                "times(&ad.transpose(), &times(&belief.covariance(), ad))",
+            ),
+            mutant("discrete Kalman: no Bd u", Dropped, " + bd * u;", ";"),
+            mutant("discrete Kalman: y + C xhat", Sign, "y - c * belief.estimate()", "y + c * belief.estimate()"),
+        ],
+    },
+    Source {
+        file: "crates/observers/src/mean_value/mod.rs",
+        suites: &[OBSERVERS, MEAN_VALUE],
+        mutants: &[
+            mutant(
+                "mean value: alpha_k without its column",
+                Dropped,
+                "sum + d[(k, j)].abs() + d[(j, k)].abs()",
+                "sum + d[(k, j)].abs()",
+            ),
+            mutant(
+                "mean value: alpha_k without its row",
+                Dropped,
+                "sum + d[(k, j)].abs() + d[(j, k)].abs()",
+                "sum + d[(j, k)].abs()",
+            ),
+            mutant(
+                "mean value: alpha_k with signs",
+                Sign,
+                "d[(k, j)].abs() + d[(j, k)].abs()",
+                "d[(k, j)] + d[(j, k)]",
+            ),
+            mutant("mean value: no eta", Dropped, "self.eta * gain(&d, k)", "gain(&d, k)"),
+            mutant("mean value: xhat' = f - G e", Sign, "slope[k] += g * e1", "slope[k] -= g * e1"),
+            mutant("mean value: e' = D e + G e", Sign, "error_slope[k] -= g * e[k]", "error_slope[k] += g * e[k]"),
+            mutant("mean value: e1 = xhat - y", Sign, "{ y[k] - xhat[k] } else", "{ xhat[k] - y[k] } else"),
+            mutant("mean value: unmeasured rows not corrected", Dropped, "else { e[k] };", "else { T::zero() };"),
+            mutant(
+                "mean value: measured rows corrected by e",
+                WrongOperand,
+                "if k < y.nrows() { y[k] - xhat[k] } else { e[k] }",
+                "e[k]",
+            ),
+            mutant(
+                "repair: G_m left in the error",
+                Sign,
+                "error_slope[k] -= g * (e1 - e[k])",
+                "error_slope[k] += g * (e1 - e[k])",
+            ),
+            mutant("repair: - L surprise", Sign, "error_slope += l * surprise", "error_slope -= l * surprise"),
+            mutant("repair: surprise y - C xhat", Dropped, "y[k] - xhat[k] - e[k]", "y[k] - xhat[k]"),
+            mutant(
+                "mean value: z = xhat - e",
+                Sign,
+                "self.estimate() + self.error()",
+                "self.estimate() - self.error()",
+            ),
+            mutant("mean value: eta > 1", Hypothesis, "eta + eta > T::one()", "eta > T::one()"),
+        ],
+    },
+    Source {
+        file: "crates/observers/src/mean_value/integral.rs",
+        suites: &[OBSERVERS, MEAN_VALUE],
+        mutants: &[
+            mutant(
+                "integral mean: from xhat to xhat - e",
+                Sign,
+                "let at = xhat + e * convert",
+                "let at = xhat - e * convert",
+            ),
+            mutant("integral mean: weights 1", Dropped, "u) * convert::<f64, T>(weight)", "u)"),
+            mutant(
+                "integral mean: D e = f(xhat) - f(xhat + e)",
+                Sign,
+                "plant.derivative(t, &(xhat + e), u) - plant.derivative(t, xhat, u),",
+                "plant.derivative(t, xhat, u) - plant.derivative(t, &(xhat + e), u),",
+            ),
+        ],
+    },
+    Source {
+        file: "crates/observers/src/mean_value/beta.rs",
+        suites: &[OBSERVERS, MEAN_VALUE],
+        mutants: &[
+            mutant(
+                "mean value theorem: beta = 1/2 in every row",
+                Constant,
+                "_ => plant.state_jacobian(t, &(xhat + e * beta[i]), u)",
+                "_ => plant.state_jacobian(t, &(xhat + e * half), u)",
+            ),
+            mutant("mean value theorem: D'e", Transpose, "&jacobian * e", "jacobian.transpose() * e"),
+            mutant(
+                "mean value theorem: 1/2 where X(1/2) is not 0",
+                Hypothesis,
+                "middle[i].abs() <= negligible[i] || ",
+                "middle[i].abs() <= negligible[i] + T::one() || ",
+            ),
+        ],
+    },
+    Source {
+        file: "crates/observers/src/mean_value/mapped.rs",
+        suites: &[OBSERVERS, MEAN_VALUE],
+        mutants: &[
+            mutant(
+                "mapped observer: xhat = T^-1 zhat",
+                WrongOperand,
+                "&self.matrix * self.observer",
+                "&self.inverse * self.observer",
+            ),
+            mutant(
+                "mapped observer: zhat(0) = T xhat(0)",
+                WrongOperand,
+                "&self.inverse * estimate",
+                "&self.matrix * estimate",
+            ),
+        ],
+    },
+    Source {
+        file: "crates/observers/src/kkl.rs",
+        suites: &[OBSERVERS, KKL],
+        mutants: &[
+            mutant(
+                "KKL: - Lambda xi + B",
+                Sign,
+                "self.lambda(t, u, y) * xi + self",
+                "-self.lambda(t, u, y) * xi + self",
+            ),
+            mutant(
+                "KKL: Lambda'xi + B",
+                Transpose,
+                "self.lambda(t, u, y) * xi",
+                "self.lambda(t, u, y).transpose() * xi",
+            ),
+            mutant("KKL: Lambda xi - B", Sign, "* xi + self.injection", "* xi - self.injection"),
+            mutant("linear KKL: no E u", Dropped, "&self.b * y + &self.e * u", "&self.b * y"),
+            mutant("linear KKL: E u - B y", Sign, "&self.b * y + &self.e * u", "&self.e * u - &self.b * y"),
+        ],
+    },
+    Source {
+        file: "crates/observers/src/kkl_peb.rs",
+        suites: &[OBSERVERS, KKL],
+        mutants: &[
+            mutant("[KKL+PEB]: phi^L(xi - missing)", Sign, "&parts.xi + self.map", "&parts.xi - self.map"),
+            mutant(
+                "[KKL+PEB]: xi(0) = phi + missing",
+                Sign,
+                "estimate, y) - self.map.missing",
+                "estimate, y) + self.map.missing",
+            ),
+            mutant(
+                "[KKL+PEB]: Y = W[s] + F[g]",
+                Sign,
+                "&self.map.signal(t, y)) - parts.known",
+                "&self.map.signal(t, y)) + parts.known",
+            ),
+            mutant("[KKL+PEB]: w(0) = 0", Dropped, "xi.iter().chain(signal.iter())", "xi.iter()"),
+            mutant("[KKL+PEB]: F[g] filters s", WrongOperand, "&self.map.known(t, xi, u, y)", "&self.map.signal(t, y)"),
+            mutant(
+                "[KKL+PEB]: theta_hat not held in its domain",
+                Hypothesis,
+                ".map_or(theta, |bound| theta.max(bound))",
+                ".map_or(theta, |_| theta)",
+            ),
+            mutant(
+                "[KKL+PEB]: projected when it rises",
+                Sign,
+                "&& slope[offset + i] < T::zero()",
+                "&& slope[offset + i] > T::zero()",
+            ),
+            mutant(
+                "[KKL+PEB]: leaves its domain in 1/alpha, other sign",
+                Sign,
+                "(bound - value) >= rate / self",
+                "(bound - value) <= rate / self",
+            ),
+        ],
+    },
+    Source {
+        file: "crates/observers/src/filters.rs",
+        suites: &[OBSERVERS, KKL],
+        mutants: &[
+            mutant(
+                "filters: f' = alpha (f - g)",
+                Sign,
+                "(signal - state) * self.alpha",
+                "(state - signal) * self.alpha",
+            ),
+            mutant("filters: f' = g - f", Dropped, "(signal - state) * self.alpha", "signal - state"),
+            mutant("filters: W without alpha", Dropped, "self.rate(state, signal)", "signal - state"),
+        ],
+    },
+    Source {
+        file: "crates/observers/src/high_gain.rs",
+        suites: &[OBSERVERS, KKL],
+        mutants: &[
+            mutant(
+                "high gain: alpha_i/r^(j - 1)",
+                Constant,
+                "(0..map.place(i).position)",
+                "(1..map.place(i).position)",
+            ),
+            mutant("high gain: y + head", Sign, "error[output] -= xi[i]", "error[output] += xi[i]"),
+            mutant("high gain: b - s alpha/r^j (y - head)", Sign, "slope[i] += shape", "slope[i] -= shape"),
+            mutant("high gain: no shape", Dropped, "shape[i] * self.gain[i]", "self.gain[i]"),
+        ],
+    },
+    Source {
+        file: "crates/observers/src/immersion_invariance.rs",
+        suites: &[OBSERVERS, KKL],
+        mutants: &[
+            mutant(
+                "I&I: Dphi f + D_y beta Dh f",
+                Sign,
+                "&f) - self.map.beta_directional",
+                "&f) + self.map.beta_directional",
+            ),
+            mutant(
+                "I&I: no D_y beta Dh f",
+                Dropped,
+                "self.map.beta_directional(y, chi, &output_rate, &still)",
+                "self.map.beta_directional(y, chi, &output_rate, &still) * T::zero()",
+            ),
+            mutant("I&I: - rho", Sign, "wanted += rho", "wanted -= rho"),
+            mutant("I&I: Q not projected", Dropped, "(wanted - seen)", "wanted"),
+            mutant("I&I: I + projector", Sign, "(wanted - seen)", "(wanted + seen)"),
+            mutant("I&I: no Q in the kernel", Dropped, "free + pseudo_inverse", "pseudo_inverse"),
+            mutant(
+                "I&I: f at the output's rate 0",
+                WrongOperand,
+                "output_directional(t, &xhat, u, &f).1",
+                "output_directional(t, &xhat, u, &f).0",
+            ),
+        ],
+    },
+    Source {
+        file: "crates/observers/src/estimator/gradient.rs",
+        suites: &[OBSERVERS],
+        mutants: &[
+            mutant("gradient: Y + M theta_hat", Sign, "y - m * leading", "y + m * leading"),
+            mutant("gradient: no Gamma", Dropped, "&self.gain * m.tr_mul(&residual)", "m.tr_mul(&residual)"),
+            mutant(
+                "gradient: the diagonal of Gamma alone",
+                OffDiagonal,
+                "&self.gain * m.tr_mul(&residual)",
+                "OMatrix::from_diagonal(&self.gain.diagonal()) * m.tr_mul(&residual)",
+            ),
+        ],
+    },
+    Source {
+        file: "crates/observers/src/estimator/drem.rs",
+        suites: &[OBSERVERS, KKL],
+        mutants: &[
+            mutant(
+                "DREM: no Delta in front",
+                Dropped,
+                "self.gain[i] * mixed.determinant * (v[i]",
+                "self.gain[i] * (v[i]",
+            ),
+            mutant("DREM: v - theta_hat", Dropped, "v[i] - mixed.determinant * theta", "v[i] - theta"),
+            mutant("DREM: v + Delta theta_hat", Sign, "v[i] - mixed.determinant", "v[i] + mixed.determinant"),
+            mutant("DREM: adj(Phi)'Z", Transpose, "&mixed.adjugate * z", "mixed.adjugate.transpose() * z"),
+            mutant("DREM: one gamma for all", OffDiagonal, "self.gain[i] * mixed", "self.gain[0] * mixed"),
+            mutant("Kreisselmeier: + a Phi", Sign, "source - state * self.a", "source + state * self.a"),
+            mutant("Kreisselmeier: a = 1", Dropped, "source - state * self.a", "source - state"),
+            mutant(
+                "Kreisselmeier: Z' = a (M'Y - Z), Phi as before",
+                Dropped,
+                "let (right, gram) = (m.tr_mul(y), m.tr_mul(m))",
+                "let (right, gram) = (m.tr_mul(y) * self.a, m.tr_mul(m))",
+            ),
+            mutant("filters of DREM: no beta", Dropped, "(*source - state[at]) * beta", "*source - state[at]"),
+            mutant(
+                "filters of DREM: the normal equations of the present alone",
+                Dropped,
+                "(0..rows).fold(T::zero(), |sum, row|",
+                "(0..r).fold(T::zero(), |sum, row|",
+            ),
+        ],
+    },
+    Source {
+        file: "crates/observers/src/estimator/excitation.rs",
+        suites: &[OBSERVERS, KKL],
+        mutants: &[
+            mutant("excitation: + mu E", Sign, "seen - gram * self.mu", "seen + gram * self.mu"),
+            mutant("excitation: det E/trace E^(q-1)", Dropped, "product * count", "product"),
+            mutant(
+                "excitation: q in the place of q - 1",
+                Constant,
+                "nalgebra::convert(others as f64)",
+                "nalgebra::convert(gram.nrows() as f64)",
+            ),
+        ],
+    },
+    Source {
+        file: "crates/observers/src/estimator/adjugate.rs",
+        suites: &[OBSERVERS],
+        mutants: &[
+            mutant(
+                "adjugate: no sign of the permutation of columns",
+                Sign,
+                "columns.swap_rows(k, column);\n            sign = -sign;",
+                "columns.swap_rows(k, column);",
+            ),
+            mutant("adjugate: + sum/u", Sign, "middle[(i, j)] = -sum", "middle[(i, j)] = sum"),
+        ],
+    },
+    Source {
+        file: "crates/observers/src/interval.rs",
+        suites: &[INTERVAL],
+        mutants: &[
+            mutant("interval observer: no g", Dropped, "entry(k, i, rho) + g[i]", "entry(k, i, rho)"),
+            mutant("interval step: y + C xhat", Sign, "*y - entry(&g.c, i, xhat)", "*y + entry(&g.c, i, xhat)"),
+            mutant(
+                "interval step: no constant",
+                Dropped,
+                "entry(&g.blocks, k, rho) + g.constant.get(k).copied().unwrap_or_else(T::zero)",
+                "entry(&g.blocks, k, rho)",
+            ),
+        ],
+    },
+    Source {
+        file: "crates/observers/src/sliding_mode.rs",
+        suites: &[SLIDING],
+        mutants: &[
+            mutant(
+                "sliding mode: the sign in the layer",
+                Hypothesis,
+                "return (zero, z / layer);",
+                "return (zero, sign);",
+            ),
+            mutant("sliding mode: layer h^n", Dropped, "|layer, _| layer * self.h)", "|layer, _| layer)"),
+            mutant("sliding mode: half the root", Constant, "(rest + rest) / (a +", "rest / (a +"),
+            mutant("sliding mode: correction to the explicit power", Constant, "for j in i..n {", "for j in i..=i {"),
+            mutant("sliding mode: no Newton step", Dropped, "for _ in 0..NEWTON {", "for _ in 0..0 * NEWTON {"),
+            mutant("sliding mode: weight without 1/degree!", Dropped, "weight * self.h / degree;", "weight * self.h;"),
+            mutant(
+                "Levant: gains of the recursive form",
+                Dropped,
+                "convert::<f64, T>(RECURSIVE[n - 1 - i]) * c.powf(exponent)",
+                "convert::<f64, T>(RECURSIVE[n - 1 - i]) + (c - c).powf(exponent)",
+            ),
+        ],
+    },
+    Source {
+        file: "crates/observers/src/unknown_input.rs",
+        suites: &[INPUT_TO_STATE],
+        mutants: &[
+            mutant(
+                "unknown input: xhat = z",
+                Dropped,
+                "T::one(), estimate.as_mut_slice()",
+                "T::zero(), estimate.as_mut_slice()",
+            ),
+            mutant(
+                "unknown input: the flow at z",
+                WrongOperand,
+                "derivative(t, &estimate, u, y)",
+                "derivative(t, state, u, y)",
+            ),
+        ],
+    },
+    // General theta >= 0 is a hypothesis of every theorem: the properties of the theorems themselves have to notice.
+    Source {
+        file: "crates/observers/src/cubic.rs",
+        suites: &[CUBIC],
+        mutants: &[
+            mutant(
+                "cubic observer: the diagonal of theta alone",
+                OffDiagonal,
+                "*left * entry(theta, i, v)",
+                "*left * theta[(i, i)] * v[i]",
+            ),
+            mutant(
+                "cubic observer: theta11 I",
+                OffDiagonal,
+                "*left * entry(theta, i, v)",
+                "*left * theta[(0, 0)] * v[i]",
+            ),
+        ],
+    },
+];
