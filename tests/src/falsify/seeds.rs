@@ -7,7 +7,7 @@ use luenberger_design::mean_value::ContractingCoordinates;
 use luenberger_design::robust::PolytopicDesign;
 use luenberger_design::{
     Certified, CubicDesign, CubicGain, DecoupledPlant, DiscreteDesign, Disturbances, ErrorBound, ErrorCoordinates,
-    FeedbackDesign, IntervalDesign, Kept, LinearDesign, LipschitzDesign, Periods, ReducedOrderDesign,
+    FeedbackDesign, IntervalDesign, IntervalRequirements, LinearDesign, LipschitzDesign, Periods, ReducedOrderDesign,
     SampledCubicDesign, SampledIntervalDesign, SuperTwistingDesign, Theorem1, UnknownInputDesign, VaryingPeriodDesign,
     at_varying_periods, deployed_linear, joint_design, lyapunov_certificate_file, stein_certificate_file,
 };
@@ -318,7 +318,7 @@ fn sampled_interval(random: &mut Random) -> Option<CertificateFile> {
     let q = random.below(3);
     let w: Vec<f64> = (0..q).map(|_| size(random)).collect();
     let v: Vec<f64> = (0..p).map(|_| size(random)).collect();
-    let kept = Kept {
+    let kept = IntervalRequirements {
         first: vec![1.0; n],
         estimates: (0..n).map(|_| size(random)).collect(),
         inputs: (0..m).map(|_| size(random)).collect(),

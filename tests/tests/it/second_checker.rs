@@ -13,11 +13,11 @@ use luenberger_design::mean_value::{ContractingCoordinates, MeanValueDesign};
 use luenberger_design::robust::{PolytopicDesign, certify_gain};
 use luenberger_design::{
     Certified, CubicDesign, CubicGain, DecoupledPlant, DiscreteDesign, DiscreteLpvDesign, Disturbances, ErrorBound,
-    ErrorCoordinates, FeedbackDesign, GainOptions, Goal, IntervalDesign, Kept, LinearDesign, LipschitzDesign,
-    LpvDesign, LyapunovWeight, Norm, NormFilterDesign, Performance, Periods, ReducedOrderDesign, Region,
-    SampledCubicDesign, SampledIntervalDesign, SuperTwistingDesign, Theorem1, Time, Uncertainty, UnknownInputDesign,
-    VaryingPeriodDesign, at_varying_periods, deployed_linear, joint_design, lyapunov_certificate_file,
-    stein_certificate_file, theta_from_importance,
+    ErrorCoordinates, FeedbackDesign, GainOptions, IntervalDesign, IntervalRequirements, LinearDesign, LipschitzDesign,
+    LpvDesign, LyapunovWeight, NormFilterDesign, NormTarget, Performance, Periods, ReducedOrderDesign, Region,
+    SampledCubicDesign, SampledIntervalDesign, SuperTwistingDesign, SystemNorm, Theorem1, TimeDomain, Uncertainty,
+    UnknownInputDesign, VaryingPeriodDesign, at_varying_periods, deployed_linear, joint_design,
+    lyapunov_certificate_file, stein_certificate_file, theta_from_importance,
 };
 use luenberger_linalg::lqr;
 use luenberger_lmi::{Problem, he, sdpa};
@@ -129,12 +129,12 @@ fn of_linear_plants() -> Vec<CertificateFile> {
     .into();
     let of = Performance { e: dmatrix![0.0, 0.0; 1.0, 0.0], d: dmatrix![0.0, 0.1], h: dmatrix![1.0, 0.5] };
     for (time, norm) in [
-        (Time::Continuous, Norm::HInfinity),
-        (Time::Discrete, Norm::HInfinity),
-        (Time::Continuous, Norm::H2),
-        (Time::Discrete, Norm::H2),
+        (TimeDomain::Continuous, SystemNorm::HInfinity),
+        (TimeDomain::Discrete, SystemNorm::HInfinity),
+        (TimeDomain::Continuous, SystemNorm::H2),
+        (TimeDomain::Discrete, SystemNorm::H2),
     ] {
-        let found = NormFilterDesign::new(&plant, time, norm, &of, &Goal::Below(3.0), &GainOptions::default());
+        let found = NormFilterDesign::new(&plant, time, norm, &of, &NormTarget::Below(3.0), &GainOptions::default());
         files.push(found.unwrap().certificate_file("a filter").unwrap());
     }
     let reduced = ReducedOrderDesign::with_poles(&third, &[-1.0, -2.0]).unwrap();
@@ -174,7 +174,7 @@ fn enclosing() -> Vec<CertificateFile> {
     let mut files = vec![modal.certificate_file("modal").unwrap(), least.certificate_file("least width").unwrap()];
     let discrete = DiscreteDesign::sampled(&linear, 0.05).unwrap();
     for format in [Format::Binary32, Format::Binary64] {
-        let kept = Kept { first: first.to_vec(), estimates: vec![3.0; 2], inputs: vec![1.0], format };
+        let kept = IntervalRequirements { first: first.to_vec(), estimates: vec![3.0; 2], inputs: vec![1.0], format };
         let gain = (discrete.observer.l(), ErrorCoordinates::Modal);
         let acting = (&dmatrix![1.0; 0.0], &[0.3][..], &[0.05][..]);
         let held = SampledIntervalDesign::sampled(&plant, acting, gain, 0.05, &kept).unwrap();

@@ -180,7 +180,7 @@ proptest! {
         if r > 0.0 {
             prop_assert!((sigma + s * sum - z).abs() <= 1e-12 * z.abs(), "{} for {z}", sigma + s * sum);
         } else {
-            prop_assert!((s * of.layer() - z).abs() <= 1e-12 * z.abs());
+            prop_assert!((s * of.boundary_layer() - z).abs() <= 1e-12 * z.abs());
         }
     }
 }

@@ -23,7 +23,7 @@ use luenberger_linalg::spectral_abscissa;
 use luenberger_lmi::{dynamic_matrix, proof_matrix};
 use luenberger_observers::{Comparison, IntervalObserver, LinearObserver};
 use luenberger_proof::certificate::{Certificate, IntervalCoordinates, IntervalEnclosure};
-use luenberger_proof::statement::BlockCoordinates;
+use luenberger_proof::statement::{BlockCoordinates, TimeDomain};
 use luenberger_proof::{Interval, Matrix, Ring};
 use nalgebra::{DMatrix, DVector, Dyn};
 

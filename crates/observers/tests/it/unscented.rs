@@ -8,7 +8,7 @@ use luenberger_observers::{
     CovarianceFilter, ExtendedKalmanFilter, KalmanFilter, KalmanModel, NoiseModel, ObserverError, SampledObserver,
 };
 use luenberger_plants::{Column, Dimensions, LinearPlant, Plant, Shape, StaticPlant, double_integrator};
-use nalgebra::{Const, DMatrix, DVector, Matrix1, Matrix2, Matrix3, RealField, SMatrix, SVector, Vector1, Vector2};
+use nalgebra::{Const, DMatrix, DVector, Matrix1, Matrix2, Matrix3, SMatrix, SVector, Vector1, Vector2};
 use proptest::prelude::*;
 
 use crate::pendulum::{Pendulum, noises};

@@ -1,7 +1,7 @@
 //! What is proved of an observer of a linear plant with its numbers as stored, and of its steps as the target computes
 //! them.
 
-use luenberger_design::{Certificate, Goal, deployed_linear};
+use luenberger_design::{Certificate, NormTarget, deployed_linear};
 use luenberger_proof::certificate::{CertificateFile, DeployedObserver, Theorem};
 use luenberger_proof::statement::{Deployed, Format, Formats, Operation, Running, Step};
 use luenberger_proof::wording::at_most;
@@ -68,7 +68,7 @@ pub(super) fn evidence(
     }
     if let ObserverKind::NormFilter(spec) = &observer.kind
         && study.plant.dt.is_none()
-        && !matches!(spec.goal, Goal::Of(_))
+        && !matches!(spec.goal, NormTarget::OfGain(_))
     {
         sentences.push(format!(
             "The gain is that of the {} filter of the sampled plant, disturbances and noise held over the period. The bound of the norm is not in the certificate.",

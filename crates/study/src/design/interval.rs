@@ -2,7 +2,7 @@
 
 use luenberger_design::{
     Disturbances, ErrorCoordinates, GainOptions, IntervalDesign, IntervalRequirements, SampledIntervalDesign,
-    least_width_gain,
+    TimeDomain, least_width_gain,
 };
 use luenberger_plants::StateSpace;
 use luenberger_proof::statement::Format;

@@ -7,7 +7,7 @@ use luenberger_observers::estimator::ParameterEstimator;
 use luenberger_observers::estimator::drem::{Drem, Kreisselmeier, LtiFilters};
 use luenberger_observers::estimator::gradient::Gradient;
 use luenberger_observers::kkl::KklMap;
-use luenberger_observers::{Memory, ObserverDimensions, ObserverError, Regression};
+use luenberger_observers::{FilterMemory, ObserverDimensions, ObserverError, Regression};
 use nalgebra::{DMatrix, DVector, Dyn, RealField, convert};
 
 use super::kkl::KklMaps;
@@ -39,16 +39,16 @@ pub struct RegressionMaps {
 
 impl RegressionMaps {
     /// What a reset leaves of the filters: theta stands in the rows of zeros as it is, and m does not read them.
-    pub(crate) fn memory(&self) -> Memory {
+    pub(crate) fn memory(&self) -> FilterMemory {
         let is_plain = |row: &Expression| {
             let text = row.text().trim();
             text.parse::<f64>() == Ok(0.0) || (1..=self.parameters).any(|k| text == format!("theta{k}"))
         };
         let reads = |entry: &Expression| self.open.iter().any(|k| entry.depends_on_state(*k));
         if self.missing.iter().all(is_plain) && !self.regressor.iter().any(reads) {
-            Memory::Kept
+            FilterMemory::Transformed
         } else {
-            Memory::Restarted
+            FilterMemory::Restarted
         }
     }
 

@@ -9,7 +9,7 @@ use super::{Estimator, KklMaps, PebSpec};
 use crate::model::PlantModel;
 use luenberger_export::extension::ExpressionObserver;
 use luenberger_expression::{Expression, ExpressionPlant, Scope};
-use luenberger_observers::Memory;
+use luenberger_observers::FilterMemory;
 use luenberger_observers::estimator::drem::Drem;
 
 /// A KKL observer.
@@ -148,7 +148,7 @@ pub(crate) fn peb(plant: &PlantModel, spec: &PebSpec, period: f64) -> Result<Exp
         format!("{from} + {}", terms.join(" + "))
     };
     let back = |from: String, by: &dyn Fn(usize) -> String| moved(from, &|j| format!("(-{})", by(j)));
-    let kept = maps.memory() == Memory::Kept;
+    let kept = maps.memory() == FilterMemory::Transformed;
     let mut after: Vec<String> = (0..order)
         .map(|i| format!("{} + ({} - {})", state(i), missing_of(&maps.missing[i], q, held), number(behind[i])))
         .collect();

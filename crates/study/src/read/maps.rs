@@ -2,7 +2,7 @@
 
 use luenberger_design::Region;
 use luenberger_expression::{Expression, ExpressionPlant, ParameterError, Scope};
-use luenberger_observers::Memory;
+use luenberger_observers::FilterMemory;
 use luenberger_plants::Differentiable;
 use luenberger_proof::wording::counted;
 use nalgebra::{DMatrix, DVector};
@@ -173,7 +173,7 @@ fn reset(node: &Node, maps: &RegressionMaps, reader: &mut Reader) -> Option<Opti
         reader.wrong(entry.span.clone(), message, "expected it with a row that is only integrated");
         return None;
     }
-    if maps.lowest.is_some() && maps.memory() == Memory::Kept {
+    if maps.lowest.is_some() && maps.memory() == FilterMemory::Transformed {
         let message = "`reset` conflicts with `theta_min`: what is missing in xi after a reset may have either sign";
         reader.wrong(entry.span.clone(), message, "expected one of them");
         return None;
