@@ -1,14 +1,7 @@
 //! The kinds of observers of a study, with their specifications.
 
+use super::keys::{optional, required};
 use super::{Key, Kind, Range, Table, Variant, Variants};
-
-const fn optional(name: &'static str, kind: Kind, about: &'static str) -> Key {
-    Key { name, kind, required: false, about }
-}
-
-const fn required(name: &'static str, kind: Kind, about: &'static str) -> Key {
-    Key { name, kind, required: true, about }
-}
 
 /// `[[observer]]`.
 pub(crate) const OBSERVER: Table = Table {
