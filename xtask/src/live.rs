@@ -14,6 +14,11 @@ use sha2::{Digest, Sha256};
 
 use crate::step::{Failure, cargo, is_installed, program, root, target};
 
+// The file needs no other, and the crate would be a long build.
+#[path = "../../crates/figures/src/base85.rs"]
+#[allow(dead_code, unreachable_pub, reason = "it is the module of another crate")]
+mod base85;
+
 const TARGET: &str = "wasm32-unknown-unknown";
 const ASSET: &str = "crates/live/assets/luenberger-live.wasm.gz.base64";
 const README: &str = "crates/live/assets/README.md";
@@ -29,6 +34,9 @@ const POSITIONS: [[f64; 5]; 5] = [
     [1.0, 4.0, 0.0, 0.25, 2.0],
     [8.0, 16.0, 5.0, 5.0, 0.125],
 ];
+
+/// The most bytes of a report.
+const LARGEST: usize = 1_500_000;
 
 /// Builds the module. With `check` the committed one stays, and both have to give the results of this machine.
 pub(crate) fn run(check: bool) -> Result<(), Failure> {
@@ -137,12 +145,14 @@ fn compare(browser: &str, name: &str, page: &Path, modules: &[(&str, &str)]) -> 
         let data: Value = serde_json::from_str(data).map_err(|error| failed(error.to_string()))?;
         expected.push(native(&data["experiment"])?);
     }
+    // The letters that a page has are in base 85.
     let embedded = html.split_once("id=\"live-module\">").and_then(|(_, rest)| rest.split_once("</script>"));
     let (embedded, _) = embedded.ok_or_else(|| failed("no module".to_owned()))?;
     let script = format!("<script>{}</script></body>", SCRIPT.replace("POSITIONS", &json!(POSITIONS).to_string()));
     for (which, module) in modules {
         let page = page.with_file_name(format!("test-{which}.html"));
-        let test = html.replace(embedded, module).replace("</body>", &script);
+        let module = STANDARD.decode(module.replace('\n', "")).map_err(|error| failed(error.to_string()))?;
+        let test = html.replace(embedded, &base85::encode(&module)).replace("</body>", &script);
         fs::write(&page, test).map_err(|source| Failure::io(&page, source))?;
         for (width, dark) in [(800, false), (1400, true)] {
             let found = browse(browser, &page, width, dark)?;
@@ -174,6 +184,9 @@ fn compare(browser: &str, name: &str, page: &Path, modules: &[(&str, &str)]) -> 
     let printed = fs::metadata(&pdf).map_or(0, |file| file.len());
     if printed < 20_000 {
         return Err(failed(format!("printed, the report has {printed} bytes")));
+    }
+    if html.len() > LARGEST {
+        return Err(failed(format!("the report has {} bytes, more than {LARGEST}", html.len())));
     }
     eprintln!(
         "── {name}: {} x {} positions of the sliders, the same bits; page of {} bytes",

@@ -8,6 +8,7 @@
 
 #![deny(missing_docs)]
 
+pub mod base85;
 pub mod figure;
 pub mod formula;
 pub mod npz;
@@ -17,7 +18,7 @@ pub mod table;
 
 pub use figure::{Area, Bar, Dash, Figure, Hue, Mark, Marker, Panel, Series, colours};
 pub use formula::Formula;
-pub use page::escape;
+pub use page::{escape, unpacked};
 pub use report::{Cell, Grid, Report, Section, Tone};
 pub use table::Table;
 

@@ -1,22 +1,26 @@
 //! A self-contained HTML file, which loads no external resource.
 //!
 //! The plotting library, the style sheet, the script and the data of the figures are embedded in the page; what is long is
-//! compressed, and the browser unpacks it. The linked SVG, PNG and CSV files are in the folders beside the page.
+//! compressed by gzip, in base 85, and the browser unpacks it. The linked SVG, PNG and CSV files are in the folders beside the page.
 //!
 //! The plotting library is plotly.js 3.7.0 in its basic bundle (scatter, bar, pie), MIT, as npm has it in
 //! plotly.js-basic-dist-min: `assets`, with its licence. Its SHA-256 is tested in `tests/it/report.rs`.
 
+use crate::base85;
 use crate::figure::{Figure, FigureError, interactive};
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
 use flate2::Compression;
+use flate2::read::GzDecoder;
 use flate2::write::GzEncoder;
 use serde_json::{Map, Value as Json};
 use std::fmt;
-use std::io::Write;
+use std::io::{Read, Write};
+use std::sync::LazyLock;
 
 /// plotly.js with scatter and bar plots, compressed; see the README beside it.
-const PLOTTING_LIBRARY: &str = include_str!("../assets/plotly-basic-3.7.0.min.js.gz.base64");
+static PLOTTING_LIBRARY: LazyLock<String> =
+    LazyLock::new(|| in_base85(include_str!("../assets/plotly-basic-3.7.0.min.js.gz.base64")));
 
 /// Draws every element with a `data-picture`, in the colours of the page, and redraws when the light or dark mode
 /// changes.
@@ -26,16 +30,34 @@ const DRAW_PICTURES: &str = include_str!("pictures.js");
 /// of a `badge`.
 const STYLE: &str = include_str!("page.css");
 
+/// The letters in base 85 of the bytes that `letters` has in base64, which may be broken into lines. An asset whose
+/// letters are not base64 becomes an element without text, which the page reports.
+pub(crate) fn in_base85(letters: &str) -> String {
+    let letters: String = letters.split_whitespace().collect();
+    STANDARD.decode(letters).map(|bytes| base85::encode(&bytes)).unwrap_or_default()
+}
+
+/// The bytes that the element `id` of a page holds compressed: `pictures` has the data of its figures, `plotting-library`
+/// the plotting library.
+pub fn unpacked(page: &str, id: &str) -> Option<Vec<u8>> {
+    let (_, rest) = page.split_once(&format!("<script type=\"text/plain\" id=\"{id}\">"))?;
+    let (letters, _) = rest.split_once("</script>")?;
+    let packed = base85::decode(letters)?;
+    let mut bytes = Vec::new();
+    GzDecoder::new(packed.as_slice()).read_to_end(&mut bytes).ok().map(|_| bytes)
+}
+
 /// The page; additional `style` and `script` are placed after the default ones.
 pub(crate) fn page(title: &str, body: &str, pictures: &Pictures, style: &str, script: &str) -> String {
     let title = escape(title);
+    let library = PLOTTING_LIBRARY.as_str();
     format!(
         "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n\
          <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n\
          <title>{title}</title>\n<link rel=\"icon\" href=\"data:,\">\n\
          <style>\n{STYLE}{style}</style>\n</head>\n<body>\n{body}\n\
          <script type=\"text/plain\" id=\"pictures\">{pictures}</script>\n\
-         <script type=\"text/plain\" id=\"plotting-library\">{PLOTTING_LIBRARY}</script>\n<script>\n\"use strict\";\n{DRAW_PICTURES}{script}</script>\n</body>\n</html>\n"
+         <script type=\"text/plain\" id=\"plotting-library\">{library}</script>\n<script>\n\"use strict\";\n{DRAW_PICTURES}{script}</script>\n</body>\n</html>\n"
     )
 }
 
@@ -74,13 +96,13 @@ impl Pictures {
     }
 }
 
-/// The JSON, compressed by gzip, in base64.
+/// The JSON, compressed by gzip, in base 85.
 impl fmt::Display for Pictures {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let json = serde_json::to_vec(&self.pictures).map_err(|_| fmt::Error)?;
-        let mut encoder = GzEncoder::new(Vec::new(), Compression::default());
+        let mut encoder = GzEncoder::new(Vec::new(), Compression::best());
         let packed = encoder.write_all(&json).and_then(|()| encoder.finish()).map_err(|_| fmt::Error)?;
-        f.write_str(&STANDARD.encode(packed))
+        f.write_str(&base85::encode(&packed))
     }
 }
 

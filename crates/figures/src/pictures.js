@@ -26,10 +26,36 @@ function draw() {
   }
 }
 
-// The response with the bytes of an element that holds gzip in base64.
+// The values of the letters in base 85: five letters are four bytes.
+const digits = new Uint8Array(128);
+for (let code = 33, digit = 0; code < 127; code++) {
+  if (!"\"&'<>\\`,;".includes(String.fromCharCode(code))) digits[code] = digit++;
+}
+
+// The response with the bytes of an element that holds gzip in base 85.
 async function unpack(id) {
-  const bytes = Uint8Array.from(atob(document.getElementById(id).textContent), (letter) => letter.charCodeAt(0));
+  const text = document.getElementById(id).textContent;
+  const bytes = new Uint8Array(Math.floor(text.length * 4 / 5));
+  for (let from = 0, to = 0; from < text.length; from += 5) {
+    let word = 0;
+    for (let place = from; place < from + 5; place++) {
+      word = word * 85 + (place < text.length ? digits[text.charCodeAt(place)] : 84);
+    }
+    for (let shift = 24; shift >= 0 && to < bytes.length; shift -= 8) bytes[to++] = word / 2 ** shift;
+  }
   return new Response(new Blob([bytes]).stream().pipeThrough(new DecompressionStream("gzip")));
+}
+
+// The numbers of a curve from the differences of their counts, or those of an earlier curve.
+function restored(packed, earlier) {
+  if (typeof packed === "number") return earlier[packed].x;
+  if (!packed?.by) return packed;
+  let count = 0;
+  return packed.by.map((by) => {
+    if (by === null) return null;
+    count += by;
+    return packed.log ? 10 ** (count * packed.of) : count * packed.of;
+  });
 }
 
 // The plotting library, once it is there.
@@ -38,6 +64,9 @@ const plotting = (async () => {
   script.textContent = await (await unpack("plotting-library")).text();
   document.head.append(script);
   pictures = await (await unpack("pictures")).json();
+  for (const { data } of Object.values(pictures)) {
+    for (const trace of data) [trace.x, trace.y] = [restored(trace.x, data), restored(trace.y, data)];
+  }
   draw();
   dark.addEventListener("change", draw);
 })();

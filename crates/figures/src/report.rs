@@ -28,7 +28,7 @@
 
 use crate::figure::{Figure, FigureError};
 use crate::formula::Formula;
-use crate::page::{Pictures, escape, page};
+use crate::page::{Pictures, escape, in_base85, page};
 use std::collections::HashSet;
 use std::fmt::Write;
 
@@ -42,7 +42,7 @@ pub struct Report {
     head: String,
     style: String,
     script: String,
-    tail: String,
+    packed: Vec<(String, String)>,
     numbers: Vec<String>,
     sections: Vec<Section>,
 }
@@ -140,9 +140,10 @@ pub enum ReportError {
 impl Report {
     /// A report without sections.
     pub fn new(title: impl Into<String>) -> Self {
-        let [lead, head, style, script, tail] = [const { String::new() }; 5];
+        let [lead, head, style, script] = [const { String::new() }; 4];
         let numbers = vec!["csv".to_owned()];
-        Self { title: title.into(), lead, head, style, script, tail, numbers, sections: Vec::new() }
+        let (packed, sections) = (Vec::new(), Vec::new());
+        Self { title: title.into(), lead, head, style, script, packed, numbers, sections }
     }
 
     /// HTML below the lead, before the links to the sections; user text in it must be [`escape`]d.
@@ -159,10 +160,11 @@ impl Report {
         self
     }
 
-    /// HTML behind the last section: data that a script of [`with`](Self::with) reads.
+    /// Bytes that a script of [`with`](Self::with) reads: `await unpack(id)` is a response with them. They are given as
+    /// gzip in base64, and `id` is an attribute of the page's HTML.
     #[must_use]
-    pub fn tail(mut self, html: impl Into<String>) -> Self {
-        self.tail = html.into();
+    pub fn packed(mut self, id: &str, gzip_in_base64: &str) -> Self {
+        self.packed.push((escape(id), in_base85(gzip_in_base64)));
         self
     }
 
@@ -225,7 +227,9 @@ impl Report {
             }
             body.push_str("</section>");
         }
-        body.push_str(&self.tail);
+        for (id, letters) in &self.packed {
+            let _ = write!(body, "<script type=\"text/plain\" id=\"{id}\">{letters}</script>");
+        }
         let style = [OWN_STYLE, &self.style].concat();
         Ok(page(&self.title, &body, &pictures, &style, &self.script))
     }

@@ -156,7 +156,7 @@ class Live {
         [badge.className, badge.textContent] = ["badge open", "checking"];
       } else if ("proved" in verdict) {
         [badge.className, badge.textContent] = ["badge good", "proved"];
-        if (verdict.proved !== null) why.textContent = ` margin ${short(verdict.proved, 4)}`;
+        if (verdict.proved !== null) why.textContent = ` margin >= ${below(verdict.proved, 4)}`;
       } else {
         [badge.className, badge.textContent] = ["badge bad", "not certified"];
         why.textContent = ` ${verdict.open}`;
@@ -170,6 +170,13 @@ class Live {
 
 function short(x, digits) {
   return x === null ? "\u2013" : String(Number(x.toPrecision(digits)));
+}
+
+// A lower bound is rounded down.
+function below(x, digits) {
+  const near = Number(x.toPrecision(digits));
+  const unit = 10 ** (Math.floor(Math.log10(x)) + 1 - digits);
+  return String(near > x ? Number((near - unit).toPrecision(digits)) : near);
 }
 
 // Every block has a module of its own, which holds its experiment.

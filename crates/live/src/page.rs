@@ -1,7 +1,7 @@
 //! The part of a page in which an experiment is run: sliders, figures, scores and verdicts.
 //!
-//! A page has [`block`]s, [`MODULE`] once behind them, [`STYLE`] and [`SCRIPT`]. The script uses what every page of
-//! `luenberger-figures` has: the plotting library, `themed` and `unpack`.
+//! A page has blocks ([`html_block`]), [`MODULE`] as the packed element `live-module`, [`STYLE`] and [`SCRIPT`]. The script
+//! uses what every page of `luenberger-figures` has: the plotting library, `themed` and `unpack`.
 
 use crate::experiment::{Experiment, ObserverKind};
 
@@ -11,12 +11,8 @@ pub const STYLE: &str = include_str!("../assets/live.css");
 /// The script that starts every block of the page.
 pub const SCRIPT: &str = include_str!("../assets/live.js");
 
-/// The module, compressed, as an element of the page.
-pub const MODULE: &str = concat!(
-    "<script type=\"text/plain\" id=\"live-module\">",
-    include_str!("../assets/luenberger-live.wasm.gz.base64"),
-    "</script>"
-);
+/// The module, compressed by gzip, in base64.
+pub const MODULE: &str = include_str!("../assets/luenberger-live.wasm.gz.base64");
 
 /// A slider: its name, its label, what it is for, and its positions.
 struct Slider {

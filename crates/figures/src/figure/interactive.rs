@@ -1,15 +1,19 @@
 //! Interactive figure for the report: the `data` and `layout` objects of plotly's JavaScript.
 //!
-//! Numbers have five digits and curves the points that a screen shows; the CSV file of the figure has all. The colours of
-//! text and grid are set by the page, depending on the light or dark mode.
+//! Curves have the points and the resolution that a screen shows; the CSV file of the figure has all. Their numbers are
+//! stored as in `packed.rs`, and the script of the page, `pictures.js`, restores them. The colours of text and grid are set
+//! by the page, depending on the light or dark mode.
 
+use super::packed::{digits, numbers};
 use super::style::{OPACITY, Resolved, hex, resolve};
 use super::thinned;
 use super::ticks::Axis;
 use super::{Area, Figure, FigureError, Mark, MarkKind, Marker, Panel, Scale};
 use serde_json::{Map, Value as Json, json};
 
-/// `{ data, layout }` for `Plotly.newPlot`, with `height` in the layout.
+/// `{ data, layout }` for `Plotly.newPlot`, with `height` in the layout. The numbers x and y of a curve are
+/// `{ of, by, log }`, multiples of the step `of` with the differences `by` of their counts, decimal logarithms if `log`, or
+/// an array; instead of an x there may be the index of the first curve that has the same.
 /// # Errors
 /// [`FigureError`] names the part of the figure that cannot be drawn.
 pub fn plotly(figure: &Figure) -> Result<Json, FigureError> {
@@ -59,22 +63,22 @@ pub fn plotly(figure: &Figure) -> Result<Json, FigureError> {
         };
         layout.insert(format!("xaxis{n}"), x_axis);
         layout.insert(format!("yaxis{n}"), y_axis);
+        let y = if panel.bars.is_empty() { Axis::vertical(panel, &x)? } else { x };
         for area in &panel.areas {
             let is_new = !area.name.is_empty() && !named.contains(&area.name.as_str());
             if is_new {
                 named.push(&area.name);
             }
-            data.push(shaded(area, &n, is_new));
+            data.push(shaded(area, (&x, &y), &n, is_new));
         }
         let lines: Vec<bool> = looks[i].iter().map(|look| look.line && look.marker.is_none()).collect();
-        let y = if panel.bars.is_empty() { Axis::vertical(panel, &x)? } else { x };
         let kept = thinned::kept(panel, &lines, (&x, &y));
         for ((series, look), kept) in panel.series.iter().zip(&looks[i]).zip(&kept) {
             let is_new = !series.name.is_empty() && !named.contains(&series.name.as_str());
             if is_new {
                 named.push(&series.name);
             }
-            data.push(trace(series, look, kept, &n, is_new));
+            data.push(trace(series, look, kept, (&x, &y), &n, is_new));
         }
         bars(panel, &x, &n, &mut data);
         for mark in &panel.marks {
@@ -88,6 +92,7 @@ pub fn plotly(figure: &Figure) -> Result<Json, FigureError> {
             }));
         }
     }
+    share_abscissas(&mut data);
     let many = figure.panels.iter().any(|p| p.series.len() > 8 || !p.bars.is_empty());
     layout.insert("height".to_owned(), json!(inner + above + below));
     layout.insert("shapes".to_owned(), json!(shapes));
@@ -100,6 +105,17 @@ pub fn plotly(figure: &Figure) -> Result<Json, FigureError> {
     );
     layout.insert("margin".to_owned(), json!({ "l": 72, "r": 20, "t": above, "b": below }));
     Ok(json!({ "data": data, "layout": layout }))
+}
+
+/// Replaces abscissas that an earlier curve has by its index.
+fn share_abscissas(data: &mut [Json]) {
+    for i in 1..data.len() {
+        let (before, rest) = data.split_at_mut(i);
+        let x = &mut rest[0]["x"];
+        if let Some(first) = before.iter().position(|other| other["x"].is_object() && other["x"] == *x) {
+            *x = json!(first);
+        }
+    }
 }
 
 /// The `k`-th of `count` equal parts of [0, 1] with `gap` between them.
@@ -133,11 +149,21 @@ fn axis(label: &str, scale: Scale, range: Option<(f64, f64)>, domain: &[f64; 2],
     axis
 }
 
-fn trace(series: &super::Series, look: &Resolved, kept: &[usize], n: &str, in_legend: bool) -> Json {
+fn trace(
+    series: &super::Series,
+    look: &Resolved,
+    kept: &[usize],
+    (x, y): (&Axis, &Axis),
+    n: &str,
+    in_legend: bool,
+) -> Json {
     if let Some(Marker::Cell { width, height }) = look.marker {
-        return cells(series, look, (width, height), n, in_legend);
+        return cells(series, look, (width, height), (x, y), n, in_legend);
     }
-    let of = |values: &[f64]| kept.iter().map(|&k| digits(values[k])).collect::<Vec<_>>();
+    let of = |values: &[f64], axis: &Axis| numbers(kept.iter().map(|&k| Some(values[k])), axis);
+    // As many digits as the resolution of the page has.
+    let shown = |axis: &Axis| if axis.scale == Scale::Log { ".3g" } else { ".6g" };
+    let (x_shown, y_shown) = (shown(x), shown(y));
     let mode = match (look.line, look.marker) {
         (true, None) => "lines",
         (true, Some(_)) => "lines+markers",
@@ -146,33 +172,45 @@ fn trace(series: &super::Series, look: &Resolved, kept: &[usize], n: &str, in_le
     json!({
         "type": "scatter", "mode": mode, "name": series.name, "legendgroup": series.name, "showlegend": in_legend,
         "xaxis": format!("x{n}"), "yaxis": format!("y{n}"),
-        "x": of(&series.x),
-        "y": of(&series.y),
+        "x": of(&series.x, x),
+        "y": of(&series.y, y),
         "line": { "color": hex(look.rgb), "width": 1.6 * look.width, "dash": look.dash.plotly() },
         "marker": { "color": hex(look.rgb), "size": 6, "symbol": look.marker.map_or("circle", Marker::plotly) },
-        "hovertemplate": if series.name.is_empty() { "(%{x:.6g}, %{y:.6g})<extra></extra>" } else { "%{y:.6g}" },
+        "hovertemplate": match series.name.as_str() {
+            "" => format!("(%{{x:{x_shown}}}, %{{y:{y_shown}}})<extra></extra>"),
+            _ => format!("%{{y:{y_shown}}}"),
+        },
     })
 }
 
 /// The cells of a series as closed outlines of one filled path.
-fn cells(series: &super::Series, look: &Resolved, (width, height): (f64, f64), n: &str, in_legend: bool) -> Json {
+fn cells(
+    series: &super::Series,
+    look: &Resolved,
+    (width, height): (f64, f64),
+    (x, y): (&Axis, &Axis),
+    n: &str,
+    in_legend: bool,
+) -> Json {
     let corners = [(-0.5, -0.5), (0.5, -0.5), (0.5, 0.5), (-0.5, 0.5), (-0.5, -0.5)];
-    let outline = |values: &[f64], size: f64, side: fn(&(f64, f64)) -> f64| -> Vec<Json> {
-        let around = |&value: &f64| corners.iter().map(move |corner| json!(digits(value + size * side(corner))));
-        values.iter().flat_map(|value| around(value).chain([Json::Null])).collect()
+    let outline = |values: &[f64], size: f64, side: fn(&(f64, f64)) -> f64, axis: &Axis| {
+        let around = |&value: &f64| corners.iter().map(move |corner| Some(value + size * side(corner)));
+        numbers(values.iter().flat_map(|value| around(value).chain([None])), axis)
     };
     json!({
         "type": "scatter", "mode": "lines", "name": series.name, "legendgroup": series.name, "showlegend": in_legend,
         "xaxis": format!("x{n}"), "yaxis": format!("y{n}"),
-        "x": outline(&series.x, width, |corner| corner.0), "y": outline(&series.y, height, |corner| corner.1),
+        "x": outline(&series.x, width, |corner| corner.0, x),
+        "y": outline(&series.y, height, |corner| corner.1, y),
         "line": { "color": hex(look.rgb), "width": 0 }, "fill": "toself", "fillcolor": hex(look.rgb),
         "hoverinfo": "skip",
     })
 }
 
-fn shaded(area: &Area, n: &str, in_legend: bool) -> Json {
+fn shaded(area: &Area, (x, y): (&Axis, &Axis), n: &str, in_legend: bool) -> Json {
     let [r, g, b] = area.hue.rgb();
-    let (x, y): (Vec<f64>, Vec<f64>) = area.corners().map(|(x, y)| (digits(x), digits(y))).unzip();
+    let x = numbers(area.corners().map(|corner| Some(corner.0)), x);
+    let y = numbers(area.corners().map(|corner| Some(corner.1)), y);
     json!({
         "type": "scatter", "mode": "lines", "name": area.name, "legendgroup": area.name, "showlegend": in_legend,
         "xaxis": format!("x{n}"), "yaxis": format!("y{n}"), "x": x, "y": y, "hoverinfo": "skip",
@@ -247,10 +285,4 @@ fn wrapped(name: &str) -> String {
         Some(i) if name.chars().count() > 24 => format!("{}<br>{}", &name[..i], &name[i + 1..]),
         _ => name.to_owned(),
     }
-}
-
-/// Five significant digits, for a screen.
-fn digits(x: f64) -> f64 {
-    // What is printed in this form always reads back.
-    format!("{x:.4e}").parse().unwrap_or(x)
 }

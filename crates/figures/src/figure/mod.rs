@@ -22,6 +22,7 @@
 
 mod canvas;
 pub mod interactive;
+mod packed;
 pub mod still;
 mod stroke;
 pub(crate) mod style;

@@ -112,7 +112,9 @@ fn areas_are_translucent_and_enclosed_by_the_axes() {
     assert!(svg.contains(">filter \u{b1} 2 sigma</text>"));
     let json = interactive::plotly(&figure(panel())).unwrap();
     assert_eq!(json["data"][0]["fill"], "toself");
-    assert_eq!(json["data"][0]["y"], serde_json::json!([9.0, 2.0, 1.0, -1.0, -2.0, -9.0]));
+    // 9, 2, 1, -1, -2, -9 in steps of 0.001, each as the difference from the one before.
+    let y = serde_json::json!({ "of": 0.001, "by": [9000, -7000, -1000, -2000, -1000, -7000] });
+    assert_eq!(json["data"][0]["y"], y);
     assert!(json["layout"]["yaxis"]["range"][1].as_f64().unwrap() > 9.0);
     // Beyond a given range it is cut off.
     let heights = |svg: &str| -> Vec<f64> {
@@ -121,4 +123,16 @@ fn areas_are_translucent_and_enclosed_by_the_axes() {
     let cut = heights(&still::svg(&figure(panel().y_range(-2.0, 2.0))).unwrap());
     assert!(cut[0] == cut[1] && cut[0] < cut[2] && cut[4] == cut[5], "{cut:?}");
     still::png(&figure(panel())).unwrap();
+}
+
+/// Curves over the same abscissas have them once.
+#[test]
+fn abscissas_are_stored_once() {
+    let [x, other] = [[0.0, 1.0, 2.0], [0.0, 1.5, 2.0]];
+    let panel = [("a", x), ("b", other), ("c", x)]
+        .into_iter()
+        .fold(Panel::new("t", "y"), |panel, (name, x)| panel.series(Series::points(name, &x, &[0.0, 1.0, 0.5])));
+    let data = interactive::plotly(&Figure::new("").panel(panel)).unwrap()["data"].take();
+    assert!(data[0]["x"].is_object() && data[1]["x"].is_object());
+    assert_eq!(data[2]["x"], 0);
 }

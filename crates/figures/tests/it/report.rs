@@ -6,7 +6,7 @@ use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
 use flate2::read::GzDecoder;
 use luenberger_figures::report::ReportError;
-use luenberger_figures::{Cell, Figure, Formula, Grid, Panel, Report, Section, Series, Tone};
+use luenberger_figures::{Cell, Figure, Formula, Grid, Panel, Report, Section, Series, Tone, unpacked};
 use sha2::{Digest, Sha256};
 
 fn errors(name: &str) -> Figure {
@@ -83,8 +83,7 @@ fn the_page_is_the_same_every_time_and_loads_nothing() {
     for address in ["http:", "https:", "//cdn", "@import", "url("] {
         assert!(!own.contains(address), "{address}");
     }
-    let packed = html.split_once("id=\"pictures\">").unwrap().1.split_once("</script>").unwrap().0;
-    let pictures: serde_json::Value = serde_json::from_slice(&unpacked(packed)).unwrap();
+    let pictures: serde_json::Value = serde_json::from_slice(&unpacked(&html, "pictures").unwrap()).unwrap();
     assert_eq!(pictures["errors"]["data"][0]["name"], "e </script>");
 }
 
@@ -140,19 +139,18 @@ fn formulas_folded_contents_and_links() {
     assert!(html.contains("aria-label=\"Link to Gain &lt;L&gt;\""));
 }
 
-/// What an element of the page holds, gzip in base64.
-fn unpacked(letters: &str) -> Vec<u8> {
-    let packed = STANDARD.decode(letters.replace('\n', "")).unwrap();
-    let mut bytes = Vec::new();
-    GzDecoder::new(packed.as_slice()).read_to_end(&mut bytes).unwrap();
-    bytes
-}
-
-/// The embedded library is the file named in its README.
+/// The embedded library is the file named in its README, and what a report gives its script comes back as it was.
 #[test]
 fn the_plotting_library_is_the_one_that_is_named() {
-    let script = unpacked(include_str!("../../assets/plotly-basic-3.7.0.min.js.gz.base64"));
-    let digest = Sha256::digest(&script);
-    let digits = format!("{digest:x}");
+    let module = include_str!("../../assets/plotly-basic-3.7.0.min.js.gz.base64");
+    let html = report().packed("module", module).html().unwrap();
+    let script = unpacked(&html, "plotting-library").unwrap();
+    let digits = format!("{:x}", Sha256::digest(&script));
     assert!(include_str!("../../assets/README.md").contains(&digits), "{digits}");
+    let mut bytes = Vec::new();
+    let packed = STANDARD.decode(module.split_whitespace().collect::<String>()).unwrap();
+    GzDecoder::new(packed.as_slice()).read_to_end(&mut bytes).unwrap();
+    assert_eq!(bytes, script);
+    assert_eq!(unpacked(&html, "module"), Some(bytes));
+    assert_eq!(unpacked(&html, "absent"), None);
 }

@@ -27,7 +27,7 @@ pub(crate) fn html(papers: &[Paper], summary: &Summary, drawn: &[Drawn], live: &
     if !live.is_empty() {
         let style = [include_str!("page.css"), STYLE].concat();
         let script = [include_str!("page.js"), SCRIPT].concat();
-        report = report.with(style, script).tail(MODULE).section(examples(live));
+        report = report.with(style, script).packed("live-module", MODULE).section(examples(live));
     }
     report = report.section(Section::new("Claims").html(claims(papers, &summary.records)));
     for paper in papers {

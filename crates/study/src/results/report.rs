@@ -52,7 +52,7 @@ pub(crate) fn html(
         report = report.section(comparison(results));
     }
     if let Some((experiment, omitted)) = live {
-        report = report.section(live::section(experiment, omitted)?).with(STYLE, SCRIPT).tail(MODULE);
+        report = report.section(live::section(experiment, omitted)?).with(STYLE, SCRIPT).packed("live-module", MODULE);
     }
     if !figures.is_empty() {
         let section =

@@ -1,19 +1,13 @@
 //! The page of a report as tests read it.
 
-use std::io::Read;
 use std::path::Path;
-
-use base64::Engine;
-use base64::engine::general_purpose::STANDARD;
-use flate2::read::GzDecoder;
 
 /// The page with the data of its figures unpacked.
 pub(crate) fn read(path: &Path) -> String {
     let page = std::fs::read_to_string(path).unwrap();
     let packed = page.split_once("id=\"pictures\">").unwrap().1.split_once("</script>").unwrap().0;
-    let mut pictures = String::new();
-    GzDecoder::new(STANDARD.decode(packed).unwrap().as_slice()).read_to_string(&mut pictures).unwrap();
-    page.replace(packed, &pictures)
+    let pictures = luenberger_figures::unpacked(&page, "pictures").unwrap();
+    page.replace(packed, &String::from_utf8(pictures).unwrap())
 }
 
 /// The visible text of a page.

@@ -91,7 +91,7 @@ fn errors(run: &Trajectory, entry: usize, floor: f64, top: f64) -> Result<Panel,
 
 fn noise_free(context: &Context) -> Result<Plate, CheckError> {
     let run = runs::corrected(context)?;
-    let figure = Figure::new("Fig. 2, without noise: the observers of the Ćuk converter")
+    let figure = Figure::new("The observers of the Ćuk converter without noise, as in Fig. 2")
         .caption(
             "Table I as it works, and an exact high-gain observer; |Vd| jumps at the thin lines. Errors below 10⁻¹⁰ are rounding. Only the linear high-gain observer, \
              which differentiates, is disturbed by the jumps.",
@@ -108,7 +108,7 @@ fn noise_free(context: &Context) -> Result<Plate, CheckError> {
 
 fn noisy(context: &Context) -> Result<Plate, CheckError> {
     let run = noise::shown(context)?;
-    let figure = Figure::new("Fig. 2, with noise: the observers of the Ćuk converter")
+    let figure = Figure::new("The observers of the Ćuk converter with noise, as in Fig. 2")
         .caption(
             "As without noise, with uniform noise of ±0.02 V on v₂ and ±0.2 mA on i₃, held for 0.1 ms and seen by the observers only; seed 1.",
         )
