@@ -57,8 +57,8 @@ pub enum KklError {
     NotASolution(Worst),
     /// It was not decided whether phi solves the equation (4).
     #[error(
-        "it is undecided whether phi solves row {row} of D phi f = Lambda phi + B: its residual is proved below {bound} only, where {allowed} is allowed",
-        bound = short(*.bound), allowed = short(*.allowed)
+        "it is undecided whether phi solves row {} of D phi f = Lambda phi + B: its residual is proved below {bound} only, where {allowed} is allowed",
+        .row + 1, bound = short(*.bound), allowed = short(*.allowed)
     )]
     ResidualUndecided {
         /// Row, from 0.
