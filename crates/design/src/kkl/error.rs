@@ -43,7 +43,10 @@ pub enum KklError {
         states: usize,
     },
     /// f, h, phi, Lambda or B has no value at a point of the box.
-    #[error("{operation} has no value at the state {state:?} and the input {input:?}")]
+    #[error(
+        "{operation} has no value at the state {state:?}{}",
+        if input.is_empty() { String::new() } else { format!(" and the input {input:?}") }
+    )]
     Undefined {
         /// What.
         operation: &'static str,
