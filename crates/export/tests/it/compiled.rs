@@ -130,10 +130,14 @@ pub(crate) fn with_feedback(export: Export) -> Export {
     export.with_feedback(&k).unwrap()
 }
 
+const OPTIONS: [&[&str]; 4] = [&["-O0"], &["-Os"], &["-O2"], &["-O3", "-march=haswell"]];
+
+/// With every option for the first export; the others are built with one of them in turn, and with the sanitizers.
 #[track_caller]
-fn every_option(export: &Export, folder: &Path, compiler: &str, sanitised: bool) {
-    for flags in [&["-O0"][..], &["-Os"], &["-O2"], &["-O3", "-march=haswell"]] {
-        if has_haswell() || !flags.contains(&"-march=haswell") {
+fn with_options(export: &Export, turn: usize, folder: &Path, compiler: &str, sanitised: bool) {
+    let options = &OPTIONS[..if has_haswell() { 4 } else { 3 }];
+    for (k, flags) in options.iter().enumerate() {
+        if turn == 0 || turn % options.len() == k {
             agrees(export, folder, compiler, flags);
         }
     }
@@ -154,12 +158,17 @@ fn optimised_and_sanitised_builds_give_the_same_bits() {
         if !sanitised {
             eprintln!("SKIPPED: {compiler} has no sanitizers here");
         }
+        let mut turns = 0..;
+        let mut built = |export: &Export| {
+            let turn = turns.next().unwrap_or(0);
+            with_options(export, turn, &folder, compiler, sanitised);
+        };
         for (sizes, is_cubic, fed) in
             [((2, 1, 1), false, false), ((3, 2, 2), true, true), ((2, 0, 1), true, false), ((1, 1, 1), true, false)]
         {
             for scalar in [Scalar::Binary32, Scalar::Binary64] {
                 let export = export(program(7, sizes, is_cubic, fed), scalar);
-                every_option(&export, &folder, compiler, sanitised);
+                built(&export);
                 // The step of the observer is the same function in the block.
                 if sizes.1 > 0 {
                     agrees(&with_feedback(export), &folder, compiler, if sanitised { &SANITISERS } else { &["-O2"] });
@@ -169,13 +178,13 @@ fn optimised_and_sanitised_builds_give_the_same_bits() {
         for sizes in [(1, 1, 1), (3, 2, 2), (6, 1, 4)] {
             for scalar in [Scalar::Binary32, Scalar::Binary64] {
                 let export = export(semi_implicit(11, sizes, sizes.1 == 2), scalar);
-                every_option(&export, &folder, compiler, sanitised);
+                built(&export);
             }
         }
         for seed in 0..3 {
             let program = crate::fuzz::nonlinear(&mut crate::fuzz::Random(seed));
             let export = crate::fuzz::export("plant", program, Scalar::Binary64);
-            every_option(&export, &folder, compiler, sanitised);
+            built(&export);
             if export.program().dimensions().inputs > 0 {
                 agrees(&with_feedback(export), &folder, compiler, &["-O2"]);
             }
@@ -222,9 +231,10 @@ fn the_filter_form_returns_the_estimate_with_the_measurement_of_its_sample() {
     let folder = folder("filter-form");
     for compiler in compilers() {
         let sanitised = can_sanitise(&folder, compiler);
+        let mut turns = 0..;
         for sizes in [(2, 1, 1), (3, 2, 2), (1, 0, 1), (6, 1, 3)] {
             for scalar in [Scalar::Binary32, Scalar::Binary64] {
-                every_option(&filter(11, sizes, scalar), &folder, compiler, sanitised);
+                with_options(&filter(11, sizes, scalar), turns.next().unwrap_or(0), &folder, compiler, sanitised);
             }
         }
     }

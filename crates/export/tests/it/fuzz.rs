@@ -403,7 +403,7 @@ fn random_observers_agree_with_the_design_over_a_thousand_steps() {
         flags.push(&SANITISERS);
     }
     let mut count = 0;
-    for batch in 0..20usize {
+    for batch in 0..8usize {
         let (exports, runs) = stable(batch as u64, 12);
         write(&folder, &exports, &runs);
         // All options for the first batch; the others take turns.
@@ -418,7 +418,7 @@ fn random_observers_agree_with_the_design_over_a_thousand_steps() {
         }
         count += exports.len();
     }
-    assert!(count >= 220, "only {count} of 240 observers are stable");
+    assert!(count >= 88, "only {count} of 120 observers are stable");
 }
 
 /// NaN and infinities in u and y come out of C as of Rust. In y they make the estimate not finite, for good, unless the
@@ -479,7 +479,7 @@ fn misra_rules_hold_but_for_the_documented_deviations() {
     let of_libm = ["9.3", "10.1", "10.3", "10.6", "10.8", "12.1", "12.2", "14.4", "15.5", "21.15"];
     let mut random = Random(3);
     let mut checked = 0;
-    for k in 0..8 {
+    for k in 0..4 {
         let export =
             export("plant", nonlinear(&mut random), if k % 2 == 0 { Scalar::Binary32 } else { Scalar::Binary64 });
         let Ok(files) = export.c() else { continue };
@@ -506,5 +506,5 @@ fn misra_rules_hold_but_for_the_documented_deviations() {
         }
         checked += 1;
     }
-    assert!(checked >= 6, "{checked}");
+    assert!(checked >= 3, "{checked}");
 }

@@ -1,14 +1,7 @@
 //! The kinds of observers of a study, with their specifications.
 
+use super::keys::{optional, required};
 use super::{Key, Kind, Range, Table, Variant, Variants};
-
-const fn optional(name: &'static str, kind: Kind, about: &'static str) -> Key {
-    Key { name, kind, required: false, about }
-}
-
-const fn required(name: &'static str, kind: Kind, about: &'static str) -> Key {
-    Key { name, kind, required: true, about }
-}
 
 /// `[[observer]]`.
 pub(crate) const OBSERVER: Table = Table {
@@ -834,14 +827,17 @@ const SOURCES: &[(&str, &str)] = &[
     ("kalman", "Kalman and Bucy 1961; in discrete time Kalman 1960"),
     ("cubic", "Share Pasand, Luenberger-type cubic observers, eq. (5)"),
     ("sampled-cubic", "the same paper's observer, eq. (5), with a step in closed form: docs/theory-cubic.md"),
-    ("optimal-cubic", "asked for by Share Pasand, Luenberger-type cubic observers: docs/theory-cubic.md"),
-    ("unknown-input", "asked for by Share Pasand, Luenberger-type cubic observers; Darouach, Zasadzinski and Xu 1994"),
+    ("optimal-cubic", "open problem of Share Pasand, Luenberger-type cubic observers: docs/theory-cubic.md"),
+    (
+        "unknown-input",
+        "open problem of Share Pasand, Luenberger-type cubic observers; Darouach, Zasadzinski and Xu 1994",
+    ),
     (
         "sliding-mode",
         "Levant 2003; Davila, Fridman and Levant 2005; implicit step: Acary and Brogliato 2010, Mojallizadeh, Brogliato and Acary 2021",
     ),
     ("interval", "Gouze, Rapaport and Hadj-Sadok 2000; Mazenc and Bernard 2011; the least width after Briat 2013"),
-    ("proportional-integral", "asked for by Share Pasand, Luenberger-type cubic observers; Wojciechowski 1978"),
+    ("proportional-integral", "open problem of Share Pasand, Luenberger-type cubic observers; Wojciechowski 1978"),
     ("reduced-order", "Luenberger 1964, Gopinath 1971"),
     ("h-infinity", "Nagpal and Khargonekar 1991; as an inequality Boyd et al. 1994"),
     ("h2", "Kalman and Bucy 1961; as an inequality Scherer, Gahinet and Chilali 1997"),
