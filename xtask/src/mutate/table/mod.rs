@@ -89,6 +89,8 @@ const TIMES: Suite = Suite {
     binaries: &["--lib", "--test", "it"],
     only: &["varying_periods::", "exponential::"],
 };
+const EXPORTED: Suite =
+    Suite { package: "luenberger-study", binaries: &["--test", "it"], only: &["composed::", "resets::"] };
 const KKL_BOUND: Suite = Suite { package: "luenberger-proof", binaries: &["--test", "it"], only: &["kkl::"] };
 
 /// All of them.

@@ -1,7 +1,7 @@
 //! Mutants of the observers.
 
 use super::Kind::{Constant, Dropped, Hypothesis, OffDiagonal, Sign, Transpose, WrongOperand};
-use super::{CUBIC, INPUT_TO_STATE, INTERVAL, KKL, MEAN_VALUE, OBSERVERS, SAMPLED, SLIDING, Source, mutant};
+use super::{CUBIC, EXPORTED, INPUT_TO_STATE, INTERVAL, KKL, MEAN_VALUE, OBSERVERS, SAMPLED, SLIDING, Source, mutant};
 
 pub(super) const SOURCES: &[Source] = &[
     Source {
@@ -453,6 +453,47 @@ pub(super) const SOURCES: &[Source] = &[
             mutant("high gain: y + head", Sign, "error[output] -= xi[i]", "error[output] += xi[i]"),
             mutant("high gain: b - s alpha/r^j (y - head)", Sign, "slope[i] += shape", "slope[i] -= shape"),
             mutant("high gain: no shape", Dropped, "shape[i] * self.gain[i]", "self.gain[i]"),
+        ],
+    },
+    Source {
+        file: "crates/study/src/maps/composed.rs",
+        suites: &[EXPORTED],
+        mutants: &[
+            mutant(
+                "exported high gain: drift - shape alpha/r^j (y - head)",
+                Sign,
+                "\"({}) + ({})*{}*({} - {})\"",
+                "\"({}) - ({})*{}*({} - {})\"",
+            ),
+            mutant("exported I&I: Dphi f + D_y beta Dh f", Sign, "(-{})*({rate})", "({})*({rate})"),
+            mutant("exported I&I: no Q in the kernel", Dropped, "format!(\"{} + {back}\", free[j])", "back"),
+            mutant("exported unknown-input observer: + N", Sign, "{linear} - {strength}", "{linear} + {strength}"),
+            mutant("exported mean value: - |D| y~", Sign, "({}) + {}*{measured}", "({}) - {}*{measured}"),
+        ],
+    },
+    Source {
+        file: "crates/study/src/maps/whole.rs",
+        suites: &[EXPORTED],
+        mutants: &[
+            mutant(
+                "exported reset: xi - missing(theta_hat)",
+                Sign,
+                "\"{} + ({} - {})\", state(i)",
+                "\"{} - ({} - {})\", state(i)",
+            ),
+            mutant("exported reset: Z + Phi delta", Sign, "format!(\"(-{})\", by(j))", "by(j)"),
+            mutant(
+                "exported reset: counts from 0",
+                Constant,
+                "if({is_due}, 1, {count} + 1)",
+                "if({is_due}, 0, {count} + 1)",
+            ),
+            mutant(
+                "exported reset: F[g] stays",
+                Dropped,
+                "moved(known(k - r), &|j| regressor(k - r, j))",
+                "moved(known(k - r), &|j| format!(\"0*{}\", regressor(k - r, j)))",
+            ),
         ],
     },
     Source {
