@@ -261,6 +261,7 @@ fn run(log: &Log, replayed: ReplayedObserver) -> Run {
         estimate: Some(replayed.estimate),
         half_width: None,
         disturbance: None,
+        samples: Vec::new(),
         smoothed: replayed.smoothed.map(|smoothed| (smoothed.estimate.clone(), smoothed.deviation())),
         t: replayed.t,
     }
