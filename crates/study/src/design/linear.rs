@@ -14,7 +14,7 @@ use super::explain::Misfit;
 use super::noise_gain::NoiseGain;
 use super::runnable::Runnable;
 use super::{Designed, facts, matrix, number, poles, reach, varying_periods, verdict};
-use crate::results::DesignReport;
+use crate::results::{DesignReport, STATIONARY_COVARIANCES};
 use crate::study::{ActingBounds, GainSpec, LinearSpec, Study};
 
 pub(super) fn of(plant: &StateSpace, wish: &LinearSpec, options: &GainOptions) -> Result<LinearDesign, DesignError> {
@@ -67,7 +67,7 @@ pub(super) fn linear_report(
     let matrices = match design.covariance() {
         Some(covariance) => vec![
             l,
-            matrix("P (stationary error covariance)", covariance),
+            matrix(STATIONARY_COVARIANCES[2], covariance),
             matrix("Lyapunov matrix", &design.p),
             matrix("Lyapunov right-hand side", &design.q),
         ],

@@ -102,6 +102,7 @@ pub fn execute_in_part(
         observers: Vec::new(),
         simulation: None,
         filters: Vec::new(),
+        coverage: Vec::new(),
         intervals: Vec::new(),
         log: None,
         sweep: None,
@@ -302,6 +303,7 @@ fn stages(
             return Err(error);
         }
         let of: Vec<_> = simulated.runs.iter().filter_map(|(member, run)| Some((member, run.as_ref()?))).collect();
+        results.coverage = filter::coverage(study, &of, false);
         results.warnings.extend(simulated.warnings);
         let reached: Vec<&str> = simulated.runs.iter().map(|(member, _)| member.wish.name.as_str()).collect();
         results.warnings.extend(unfinished("simulation", names(&members, &reached)));
@@ -345,6 +347,7 @@ fn stages(
         results.warnings.extend(unfinished("run on the log", names(&members, &reached)));
         results.log = Some(report);
         let of: Vec<_> = outcomes.iter().filter_map(|(member, run)| Some((member, run.as_ref()?))).collect();
+        results.coverage.extend(filter::coverage(study, &of, true));
         results.warnings.extend(excursion::warnings(study, &of));
         for (member, run) in &of {
             let name = format!("trajectories/log-{}", file_name(&member.wish.name));

@@ -6,6 +6,7 @@ use luenberger_sim::SampleTime;
 use nalgebra::{DMatrix, DVector};
 
 use super::Member;
+use super::filter::is_filter;
 use super::simulate::Run;
 use crate::results::report::with_unit;
 use crate::results::{SweepReport, SweepRow};
@@ -198,7 +199,7 @@ fn states(runs: &Runs<'_>) -> Named {
         (false, _) => "The states of the plant, and their estimates.",
     }
     .to_owned();
-    caption.push_str(shaded(runs));
+    caption.push_str(&shaded(runs));
     figure("states", "States and estimates", &runs.caption(&caption), runs.states().into_iter().map(panel).collect())
 }
 
@@ -216,17 +217,19 @@ fn smoothed(
 }
 
 /// What the bands are, where there are some.
-fn shaded(runs: &Runs<'_>) -> &'static str {
-    let filters = runs.shown().any(|(_, run)| run.deviation.is_some());
-    let intervals = runs.shown().any(|(_, run)| run.half_width.is_some());
-    match (filters, intervals) {
-        (true, false) => " Shaded: two standard deviations of a filter to either side.",
-        (false, true) => " Shaded: from the lower to the upper bound of an interval observer.",
-        (true, true) => {
-            " Shaded: two standard deviations of a filter to either side, and the bounds of an interval observer."
-        }
-        (false, false) => "",
+fn shaded(runs: &Runs<'_>) -> String {
+    let any = |choose: &dyn Fn(&(&Member<'_>, &Run)) -> bool| runs.shown().any(choose);
+    let mut bands = Vec::new();
+    if any(&|(member, run)| run.deviation.is_some() && is_filter(member)) {
+        bands.push("two standard deviations of a filter to either side, by its covariance P");
     }
+    if any(&|(member, run)| run.deviation.is_some() && !is_filter(member)) {
+        bands.push("two standard deviations of a stationary Kalman filter to either side, after its initial transient");
+    }
+    if any(&|(_, run)| run.half_width.is_some()) {
+        bands.push("from the lower to the upper bound of an interval observer");
+    }
+    if bands.is_empty() { String::new() } else { format!(" Shaded: {}.", bands.join("; ")) }
 }
 
 /// The panel with the band `of` +- 2 sigma of state i of a filter, or +- r of an interval observer.

@@ -44,7 +44,7 @@ pub(super) struct Run {
     pub(super) estimate: Option<DMatrix<f64>>,
     /// `y - h(xhat)` as the observer had it, on a log; NaN where nothing was measured.
     pub(super) innovation: Option<DMatrix<f64>>,
-    /// The standard deviations of the estimates, of a filter.
+    /// The standard deviations of the estimates, of a filter; those of a stationary one are constant.
     pub(super) deviation: Option<DMatrix<f64>>,
     /// The half-widths of the bounds, of an interval observer.
     pub(super) half_width: Option<DMatrix<f64>>,
@@ -160,7 +160,12 @@ pub(super) fn samples(simulation: &Simulation, trajectory: &Trajectory, member: 
     let rows = wanted.len();
     let of = |matrix: &DMatrix<f64>| matrix.rows(0, rows).into_owned();
     let estimate = member.and_then(|member| trajectory.observer(&member.wish.name).ok()).map(|o| of(&o.estimate));
-    let deviation = member.and_then(|member| filter::deviation(trajectory, member)).map(|deviation| of(&deviation));
+    let deviation = member.and_then(|member| match filter::deviation(trajectory, member) {
+        Some(deviation) => Some(of(&deviation)),
+        // The stationary covariance is that of a measurement at every sample.
+        None if simulation.sensors.is_empty() => filter::stationary_deviation(member, rows),
+        None => None,
+    });
     let (x, u, mut y) = (of(&trajectory.x), of(&trajectory.u), of(&trajectory.measured));
     if member.is_some_and(|member| member.designed.runnable.period().is_some()) {
         // What a sensor holds between its measurements is no measurement at a sample.
