@@ -125,6 +125,19 @@ pub struct Simulation {
     pub noise: Option<NoiseSpec>,
     /// Sensors with sampling periods of their own, which have the noise of their outputs.
     pub sensors: Vec<SensorSpec>,
+    /// How the samples of observers at varying periods are drawn.
+    pub sampling: SamplingSpec,
+}
+
+/// The samples of observers at varying periods, as a simulation draws them.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct SamplingSpec {
+    /// The shortest and the longest period; none for those that each observer is designed for.
+    pub jitter: Option<(f64, f64)>,
+    /// The largest number of samples missed in a row; none for that of each observer.
+    pub misses: Option<usize>,
+    /// The seed.
+    pub seed: u64,
 }
 
 impl Simulation {
@@ -703,6 +716,20 @@ impl ObserverKind {
             Self::SlidingMode(spec) => Some(spec.period),
             Self::Unscented(spec) => Some(spec.period),
             Self::MovingHorizon(spec) => Some(spec.period),
+            _ => None,
+        }
+    }
+
+    /// The period between two multiples of which the estimate stands still in a simulation; none where the observer
+    /// predicts between its samples.
+    pub fn held_period(&self) -> Option<f64> {
+        if self.varying_periods().is_some() { None } else { self.period() }
+    }
+
+    /// The periods for which convergence is proved, of an observer at varying periods.
+    pub fn varying_periods(&self) -> Option<&luenberger_design::Periods> {
+        match self {
+            Self::SampledCubic { varying, .. } => varying.as_ref(),
             _ => None,
         }
     }

@@ -359,7 +359,7 @@ pub(super) fn sampled(
         | Runnable::UnknownInput(_)
         | Runnable::UnknownInputCubic(_) => extension(study, observer, designed, plant, (period, substeps))
             .map(|design| SampledDesign::Extension(Box::new(design))),
-        Runnable::CubicAt(_) | Runnable::SampledCubicAt(_) => Err((
+        Runnable::CubicAt(_) | Runnable::SampledCubicAt(_) | Runnable::VaryingPeriods(_) => Err((
             "a cubic observer in deviations from an operating point has no export".to_owned(),
             vec!["kind = \"luenberger\" at the same operating point has one".to_owned()],
         )),

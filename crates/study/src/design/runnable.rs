@@ -15,9 +15,11 @@ use nalgebra::{DVector, Dyn};
 use super::kkl::Kkl;
 use super::moving_horizon::LONGEST_WINDOW;
 use super::printed_mean_value::PrintedMean;
+use super::varying_periods::VaryingPeriods;
 use crate::maps::high_gain::place;
 use crate::maps::{Estimator, HighGainMaps, ImmersionMaps, KklMaps, RegressionMaps};
 use crate::model::Model;
+use crate::study::SamplingSpec;
 
 /// An observer of the deviations from an operating point.
 pub type At<O> = DeviationObserver<O, f64, Dyn, Dyn, Dyn>;
@@ -54,6 +56,8 @@ pub enum Runnable {
     SlidingMode(Box<SlidingModeObserver<Model, f64, Dyn, Dyn, Dyn>>),
     /// Sampled cubic observer.
     SampledCubic(Box<SampledCubicObserver<f64, Dyn, Dyn, Dyn>>),
+    /// Sampled cubic observer at varying periods.
+    VaryingPeriods(Box<VaryingPeriods>),
     /// Luenberger observer, or stationary Kalman predictor, in discrete time.
     DiscreteLinear(Box<DiscreteLinearObserver<f64, Dyn, Dyn, Dyn>>),
     /// Stationary Kalman filter in discrete time, in filter form.
@@ -125,6 +129,10 @@ macro_rules! each {
                 Kkl::ThreeHeld($continuous) => $flow,
                 Kkl::ThreeHeldTwo($continuous) => $flow,
             },
+            Runnable::VaryingPeriods(varying) => {
+                let $continuous = &varying.observer;
+                $flow
+            }
             Runnable::SampledInterval($sampled) => $step,
             Runnable::SlidingMode($sampled) => $step,
             Runnable::SampledCubic($sampled) => $step,
@@ -144,8 +152,24 @@ fn column<C: Column<f64>>(entries: &[f64]) -> Option<C> {
 }
 
 impl Runnable {
-    /// The scenario with this observer added.
+    /// The scenario with this observer added; the samples of one at varying periods are those of its design, with the
+    /// seed 0.
     pub fn join<'a>(&'a self, scenario: Scenario<'a>, name: &str, initial: &[f64]) -> Scenario<'a> {
+        self.join_sampled(scenario, name, initial, &SamplingSpec { jitter: None, misses: None, seed: 0 })
+    }
+
+    /// The same; an observer at varying periods has the samples of `sampling`.
+    pub fn join_sampled<'a>(
+        &'a self,
+        scenario: Scenario<'a>,
+        name: &str,
+        initial: &[f64],
+        sampling: &SamplingSpec,
+    ) -> Scenario<'a> {
+        if let Self::VaryingPeriods(varying) = self {
+            let times = varying.sample_times(sampling);
+            return scenario.continuous_discrete_observer(name, varying.observer.as_ref(), times, initial);
+        }
         each!(
             self,
             observer => scenario.observer(name, observer.as_ref(), initial),
@@ -153,13 +177,14 @@ impl Runnable {
         )
     }
 
-    /// The replay of a log with this observer added.
+    /// The replay of a log with this observer added, one at varying periods at its nominal period.
     pub fn replay<'a>(&'a self, replay: Replay<'a>, name: &str, initial: &[f64]) -> Replay<'a> {
         match self {
             // As filters they also record their covariances.
             Self::ExtendedKalman(filter) => return replay.covariance_filter(name, filter.as_ref().clone(), initial),
             Self::Unscented(filter) => return replay.covariance_filter(name, filter.as_ref().clone(), initial),
             Self::MovingHorizon(filter) => return replay.covariance_filter(name, filter.as_ref().clone(), initial),
+            Self::VaryingPeriods(varying) => return replay.sampled_observer(name, varying.nominal.as_ref(), initial),
             _ => {}
         }
         each!(
@@ -178,7 +203,7 @@ impl Runnable {
         }
     }
 
-    /// The sampling period; none in continuous time.
+    /// The sampling period; none in continuous time, and for an observer that predicts between its samples.
     pub fn period(&self) -> Option<f64> {
         each!(self, _observer => None, sampled => Some(sampled.period()))
     }

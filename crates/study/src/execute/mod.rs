@@ -12,6 +12,7 @@ mod observe;
 mod options;
 mod pareto;
 mod pictures;
+mod sampling;
 mod scores;
 mod simulate;
 mod stopped;
@@ -288,7 +289,9 @@ fn stages(
         let failed = std::sync::Mutex::new(None);
         let finished = |member: &Member<'_>, run: &simulate::Run| {
             let name = format!("trajectories/{}", file_name(&member.wish.name));
-            if let Err(error) = folder.table(&name, &pictures::table(study, run)) {
+            let samples = format!("trajectories/samples-{}", file_name(&member.wish.name));
+            let samples = || pictures::samples_table(run).map_or(Ok(()), |table| folder.table(&samples, &table));
+            if let Err(error) = folder.table(&name, &pictures::table(study, run)).and_then(|()| samples()) {
                 failed.lock().unwrap_or_else(std::sync::PoisonError::into_inner).get_or_insert(error);
             }
         };

@@ -2,6 +2,7 @@
 
 use luenberger_figures::{Area, Dash, Figure, Hue, Mark, Panel, Series, Table};
 use luenberger_plants::Plant;
+use luenberger_sim::SampleTime;
 use nalgebra::{DMatrix, DVector};
 
 use super::Member;
@@ -114,7 +115,29 @@ pub(super) fn figures(runs: &Runs<'_>) -> Vec<(String, Figure)> {
         figures.extend(figure);
     }
     figures.extend(disturbances(runs));
+    figures.extend(samples(runs));
     figures
+}
+
+/// The samples of observers at varying periods.
+fn samples(runs: &Runs<'_>) -> Named {
+    let mut panel = Panel::new(runs.time(), "time since the last sample that arrived");
+    let mut marks: Vec<f64> = Vec::new();
+    for (number, (member, run)) in runs.shown().enumerate() {
+        let Some(periods) = member.wish.kind.varying_periods() else { continue };
+        let arrived = run.samples.iter().filter(|sample| sample.arrives);
+        let (t, elapsed): (Vec<f64>, Vec<f64>) = arrived.map(|sample| (sample.time, sample.elapsed)).unzip();
+        if t.is_empty() {
+            continue;
+        }
+        panel = panel.series(Series::points(member.wish.name.as_str(), &t, &elapsed).hue(Hue::Palette(number)));
+        marks.extend([periods.shortest, (periods.misses + 1) as f64 * periods.longest]);
+    }
+    marks.sort_by(f64::total_cmp);
+    marks.dedup();
+    let panel = marks.into_iter().fold(panel, |panel, mark| panel.mark(Mark::horizontal(mark)));
+    let caption = "The samples that arrive. Lines: the shortest and the longest time between two of them for which the observer is designed.";
+    figure("samples", "Samples", caption, vec![panel])
 }
 
 /// The estimates of disturbances, of the observers that have some.
@@ -386,6 +409,15 @@ fn parameter(name: &str) -> &str {
         "initial" => "factor of the initial error",
         name => name,
     }
+}
+
+/// The samples of an observer at varying periods as a table; none for other observers.
+pub(super) fn samples_table(run: &Run) -> Option<Table> {
+    let of = |value: &dyn Fn(&SampleTime) -> f64| run.samples.iter().map(value).collect::<Vec<f64>>();
+    let table = Table::new().column("t", of(&|sample| sample.time));
+    let table = table.column("arrives", of(&|sample| f64::from(u8::from(sample.arrives))));
+    let table = table.column("elapsed", of(&|sample| sample.elapsed));
+    (!run.samples.is_empty()).then_some(table)
 }
 
 /// A run as a table: t, states (on a log those whose truth is known), inputs, measured outputs, estimates `NAME_hat`,

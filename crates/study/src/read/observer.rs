@@ -598,7 +598,7 @@ pub(super) fn region(node: &Node, size: Dimensions, reader: &mut Reader) -> Opti
     Some(region)
 }
 
-fn bound(node: &Node) -> Option<(f64, f64)> {
+pub(super) fn bound(node: &Node) -> Option<(f64, f64)> {
     match node.list()? {
         [lower, upper] => Some((lower.number()?, upper.number()?)),
         _ => None,

@@ -18,8 +18,8 @@ pub use log::{
 pub use report::{leading, log_data};
 pub use score_tables::{ScoreCell, ScoreTable};
 pub use scores::{
-    MeritsReport, NormReport, PercentileReport, RunReport, ScoreStatistics, ScoringReport, SimulationReport,
-    StateReport, SweepReport, SweepRow,
+    MeritsReport, NormReport, PercentileReport, RunReport, SamplingReport, ScoreStatistics, ScoringReport,
+    SimulationReport, StateReport, SweepReport, SweepRow,
 };
 
 use luenberger_design::DesignError;

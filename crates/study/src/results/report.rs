@@ -385,6 +385,7 @@ fn comparison(results: &Results) -> Section {
                 .truth
                 .iter()
                 .chain(&simulation.measurements)
+                .chain(simulation.sampling.iter().map(|sampling| &sampling.words))
                 .chain(&simulation.scoring.words)
                 .cloned()
                 .collect::<Vec<_>>()

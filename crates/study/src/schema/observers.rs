@@ -555,12 +555,12 @@ const KINDS: &[Variant] = &[
             optional(
                 "jitter",
                 Kind::Bound,
-                "Bounds [shortest, longest] of the real period: convergence is proved for all between (default: the period only).",
+                "Bounds [shortest, longest] of the real period: convergence is proved for all between, and a simulation draws the periods between them (default: the period only).",
             ),
             optional(
                 "misses",
                 Kind::Count(0),
-                "Number of samples that may be missed in a row, for which convergence is proved (default 0).",
+                "Number of samples that may be missed in a row, for which convergence is proved; a simulation misses as many (default 0).",
             ),
         ],
     },

@@ -41,3 +41,4 @@ mod table;
 mod templates;
 mod trajectories;
 mod truth;
+mod varying_periods;

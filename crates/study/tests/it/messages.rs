@@ -16,7 +16,7 @@ use luenberger_study::results::FailureReport;
 use luenberger_study::table::Table;
 use luenberger_study::{Excess, Format, RunOptions, Step, Study, StudyError, execute};
 
-use crate::{composed, kkl_numerical, maps, mistakes, resets};
+use crate::{composed, kkl_numerical, maps, mistakes, resets, varying_periods};
 
 thread_local! {
     static MISTAKES: RefCell<BTreeSet<String>> = const { RefCell::new(BTreeSet::new()) };
@@ -322,6 +322,7 @@ fn every_message_stands_in_the_reviewed_file() {
         resets::mistakes_in_resets_are_reported_at_their_place,
         kkl_numerical::bad_ranges_of_inputs_are_reported_at_their_place,
         composed::mistakes_in_given_chains_are_reported_at_their_place,
+        varying_periods::mistakes_in_the_sampling,
         maps::maps_that_are_wrong_are_refused_with_the_place,
     ] {
         test();
