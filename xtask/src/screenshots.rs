@@ -13,7 +13,7 @@ const TEMPLATE: &str = "double-integrator";
 const SECTION: &str = "live-simulation";
 
 /// The size of the picture in pixels.
-const SIZE: &str = "--window-size=1000,800";
+const SIZE: &str = "--window-size=1000,880";
 
 /// The most bytes of a picture: they are in every clone of the repository.
 const LARGEST: u64 = 200_000;
@@ -30,9 +30,11 @@ pub(crate) fn run() -> Result<(), Failure> {
     cargo(&["build", "--package", "luenberger-cli"]).step("command")?;
     let report = of_template(TEMPLATE)?;
     let html = fs::read_to_string(&report).map_err(|source| Failure::io(&report, source))?;
-    // Only the section, without the time that its simulation took.
+    // Only the section, without the time that its simulation took. The plotting library measures text in an element of
+    // its own, which has to be displayed.
     let style = format!(
-        "<style>body > :not(#{SECTION}), .live-note, .anchor {{ display: none; }} h2 {{ margin-top: 0; }} body {{ padding: 1.2rem; }}</style></head>"
+        "<style>header, nav, section:not(#{SECTION}), .live-note, .anchor {{ display: none; }} \
+         h2 {{ margin-top: 0; }} body {{ padding: 1.2rem; }}</style></head>"
     );
     let page = report.with_file_name("screenshot.html");
     fs::write(&page, html.replacen("</head>", &style, 1)).map_err(|source| Failure::io(&page, source))?;

@@ -619,6 +619,10 @@ pub struct KklSpec {
     pub samples: usize,
     /// Whether the embedded form is simulated.
     pub embedded: bool,
+    /// Bounds of the inputs, which are held at constant values; empty for a plant without inputs.
+    pub inputs: Vec<(f64, f64)>,
+    /// Values of each input for which there is a table.
+    pub nodes: usize,
 }
 
 impl KklSpec {
@@ -626,8 +630,14 @@ impl KklSpec {
     /// search included.
     pub fn tables(&self, states: usize) -> Vec<usize> {
         let mut tables = luenberger_design::numerical_kkl::searched_tables(self.cutoff, self.points, states);
-        tables.extend(tables.iter().copied().max().or(self.points));
+        let last = tables.iter().copied().max().or(self.points);
+        tables.extend(last.into_iter().flat_map(|points| core::iter::repeat_n(points, self.family())));
         tables
+    }
+
+    /// Values of the inputs for which there are tables; one without inputs.
+    pub fn family(&self) -> usize {
+        self.nodes.pow(self.inputs.len() as u32)
     }
 }
 
@@ -755,7 +765,7 @@ impl ObserverKind {
             Self::Kkl(kkl) => kkl.region.clone(),
             Self::Pebo(peb) | Self::KklPeb(peb) => peb.region.clone(),
             Self::ImmersionInvariance(spec) => spec.region.clone(),
-            Self::KklNumerical(kkl) => luenberger_design::Region::new(&kkl.domain),
+            Self::KklNumerical(kkl) => luenberger_design::Region::new(&kkl.domain).inputs(&kkl.inputs),
             _ => return None,
         };
         let bounded = |bounds: &(f64, f64)| bounds.0.is_finite() || bounds.1.is_finite();

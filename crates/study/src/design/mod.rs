@@ -232,7 +232,7 @@ fn in_words(
         ObserverKind::ImmersionInvariance(spec) => immersion::immersion(model, spec).map_err(explained),
         ObserverKind::Pebo(spec) | ObserverKind::KklPeb(spec) => peb::peb(study, wish, spec).map_err(explained),
         ObserverKind::KklNumerical(kkl) => {
-            explain::small_and_autonomous(study, wish)?;
+            explain::tabulated(study, wish, kkl)?;
             kkl::design(model, kkl, cancel).map_err(explained)
         }
     }

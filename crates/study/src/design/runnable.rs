@@ -122,6 +122,12 @@ macro_rules! each {
                 Kkl::TwoEmbedded($continuous) => $flow,
                 Kkl::Three($continuous) => $flow,
                 Kkl::ThreeEmbedded($continuous) => $flow,
+                Kkl::Four($continuous) => $flow,
+                Kkl::FourEmbedded($continuous) => $flow,
+                Kkl::TwoHeld($continuous) => $flow,
+                Kkl::TwoHeldTwo($continuous) => $flow,
+                Kkl::ThreeHeld($continuous) => $flow,
+                Kkl::ThreeHeldTwo($continuous) => $flow,
             },
             Runnable::VaryingPeriods(varying) => {
                 let $continuous = &varying.observer;

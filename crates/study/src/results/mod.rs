@@ -277,7 +277,7 @@ impl DesignReport {
     /// The standard deviations of the error of a stationary Kalman filter; none for other designs.
     pub fn stationary_deviation(&self) -> Option<Vec<f64>> {
         let named = |name: &&str| self.matrices.iter().find(|matrix| matrix.name == **name);
-        let covariance = STATIONARY_COVARIANCES.iter().find_map(|name| named(&name))?;
+        let covariance = STATIONARY_COVARIANCES.iter().find_map(named)?;
         let variance = |(i, row): (usize, &Vec<f64>)| row.get(i).copied().unwrap_or(f64::NAN);
         Some(covariance.rows.iter().enumerate().map(variance).map(|variance| variance.max(0.0).sqrt()).collect())
     }
