@@ -106,6 +106,8 @@ pub(super) fn declarations(export: &Export) -> String {
     let upper = name.to_uppercase();
     let unread = if export.names.inputs.is_empty() { "; not read, may be a null pointer" } else { "" };
     let longest = export.program.scalars().iter().find(|(name, _)| *name == "LONGEST").map_or(0.0, |(_, x)| *x);
+    // Six digits: a product of bounds has rounding in the others.
+    let longest = format!("{longest:.5e}").parse().unwrap_or(longest);
     format!(
         "
 /**

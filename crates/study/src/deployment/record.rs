@@ -134,6 +134,9 @@ impl Difference {
         }
         let far = self.late.iter().zip(&self.own).any(|(late, own)| late > own || late.is_nan());
         let advice = match observer.kind.period().or(plant.dt) {
+            Some(_) if far && observer.kind.varying_periods().is_some() && !plant.inputs.is_empty() => {
+                " In this comparison the input of the last sample is held until the next; a prediction (NAME_predict) at each change of the input removes that difference."
+            }
             None if far => " That is more than its own error: a shorter period brings the exported step nearer to it.",
             _ => "",
         };
