@@ -260,6 +260,8 @@ pub struct AdviseSpec {
     pub w: Option<DMatrix<f64>>,
     /// E of an unknown disturbance, n x q.
     pub e: Option<DMatrix<f64>>,
+    /// Bounds of its components, q numbers.
+    pub disturbance: Option<Vec<f64>>,
     /// The sampling period.
     pub period: Option<f64>,
     /// Runs of each observer.
@@ -270,8 +272,8 @@ pub struct AdviseSpec {
 
 impl Default for AdviseSpec {
     fn default() -> Self {
-        let (settling, region, initial, w, e, period) = (None, None, None, None, None, None);
-        Self { settling, region, initial, w, e, period, ensemble: 20, seed: 0 }
+        let (settling, region, initial, w, e, disturbance, period) = (None, None, None, None, None, None, None);
+        Self { settling, region, initial, w, e, disturbance, period, ensemble: 20, seed: 0 }
     }
 }
 
@@ -760,7 +762,9 @@ impl ObserverKind {
             Self::Lpv { rate: RateSpec::Rate(rate) | RateSpec::Fastest(rate), .. }
             | Self::Lipschitz { rate, .. }
             | Self::MeanValue { rate, .. } => *rate *= factor,
-            Self::ReducedOrder(poles) => poles.iter_mut().for_each(|pole| *pole *= factor),
+            Self::ReducedOrder(poles) => {
+                poles.iter_mut().for_each(|pole| *pole *= factor)
+            }
             Self::HighGain { r, .. } => *r /= factor,
             // Gains as for a bound that is factor^n times as large: time in units of 1/factor.
             Self::SlidingMode(spec) => {
