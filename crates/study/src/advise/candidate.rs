@@ -4,6 +4,7 @@ use std::sync::atomic::AtomicBool;
 use std::time::Instant;
 
 use luenberger_export::Scalar;
+use luenberger_proof::wording::counted;
 use serde::Serialize;
 
 use super::block::{Block, study_with};
@@ -93,6 +94,12 @@ pub(super) fn of_study(
     spec: &ObserverSpec,
     (cancel, end): (&AtomicBool, Option<Instant>),
 ) -> Outcome {
+    if let Some((k, _)) = spec.kind.functions() {
+        let functions = counted(k.nrows(), "function");
+        return Outcome::Unfit(format!(
+            "it estimates {functions} of the state, and the others are compared by the state"
+        ));
+    }
     // All start from one estimate.
     let spec = ObserverSpec { initial: told.initial.clone(), ..spec.clone() };
     match design_until(study, &spec, cancel, end) {

@@ -245,6 +245,8 @@ pub(super) fn without_rule() -> impl Iterator<Item = (&'static str, &'static str
     kinds.filter(|kind| RULES.iter().all(|rule| rule.kind != *kind)).map(|kind| {
         let why = if BY_HAND.contains(&kind) {
             "its maps are derived by hand, and the study has 0 observers of this kind: see docs/kkl-studies.md"
+        } else if kind == "functional" {
+            "it estimates functions of the state, and the others are compared by the state"
         } else {
             "it has no tuning rule, and the study has 0 observers of this kind"
         };

@@ -260,6 +260,7 @@ fn run(log: &Log, replayed: ReplayedObserver) -> Run {
         deviation: replayed.belief.as_ref().map(luenberger_sim::replay::Belief::deviation),
         estimate: Some(replayed.estimate),
         half_width: None,
+        functions: None,
         disturbance: None,
         smoothed: replayed.smoothed.map(|smoothed| (smoothed.estimate.clone(), smoothed.deviation())),
         t: replayed.t,
