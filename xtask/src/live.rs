@@ -26,7 +26,7 @@ const BROWSERS: [&str; 4] = ["chromium", "chromium-browser", "google-chrome", "c
 
 /// Templates whose reports are opened, and the positions of the sliders that are tried in each: gain, cubic, noise,
 /// error, period.
-const REPORTS: [&str; 4] = ["double-integrator", "duffing", "chaotic", "cuk"];
+const REPORTS: [&str; 5] = ["double-integrator", "duffing", "chaotic", "cuk", "mimo"];
 const POSITIONS: [[f64; 5]; 5] = [
     [1.0, 1.0, 1.0, 1.0, 1.0],
     [2.0, 1.0, 1.0, 1.0, 1.0],
@@ -52,10 +52,7 @@ pub(crate) fn run(check: bool) -> Result<(), Failure> {
         digest(&module)?;
         eprintln!("── {ASSET}: {} bytes, {} packed", module.len(), packed.len());
     }
-    let Some(browser) = BROWSERS.into_iter().find(|name| is_installed(name)) else {
-        eprintln!("── NOT RUN: the module in a browser (one of {} is needed)", BROWSERS.join(", "));
-        return Ok(());
-    };
+    let Some(browser) = browser("the module in a browser") else { return Ok(()) };
     cargo(&["build", "--package", "luenberger-cli"]).step("command")?;
     cargo(&["build", "--package", "luenberger-live", "--example", "native"]).step("results of this machine")?;
     let both = [("built", packed.as_str()), ("committed", committed.as_str())];
@@ -66,6 +63,15 @@ pub(crate) fn run(check: bool) -> Result<(), Failure> {
     let papers = target().join("live/papers");
     cargo(&["run", "--quiet", "--package", "luenberger-reproduce", "--"]).argument(&papers).quiet_output("papers")?;
     compare(browser, "papers", &papers.join("report.html"), modules)
+}
+
+/// A browser, if one is installed; otherwise says `what` is not run.
+pub(crate) fn browser(what: &str) -> Option<&'static str> {
+    let found = BROWSERS.into_iter().find(|name| is_installed(name));
+    if found.is_none() {
+        eprintln!("── NOT RUN: {what} (one of {} is needed)", BROWSERS.join(", "));
+    }
+    found
 }
 
 /// The module; none without the target.
@@ -122,7 +128,7 @@ fn digest(module: &[u8]) -> Result<(), Failure> {
 }
 
 /// The report of a template.
-fn of_template(name: &str) -> Result<PathBuf, Failure> {
+pub(crate) fn of_template(name: &str) -> Result<PathBuf, Failure> {
     let folder = target().join("live").join(name);
     fs::create_dir_all(&folder).map_err(|source| Failure::io(&folder, source))?;
     let command = target().join("debug/luenberger");
@@ -217,7 +223,7 @@ fn native(experiment: &Value) -> Result<Vec<Value>, Failure> {
 }
 
 /// The page with its scripts run, as the browser has it.
-fn chromium(browser: &str, arguments: &[&str], page: &Path) -> Result<String, Failure> {
+pub(crate) fn chromium(browser: &str, arguments: &[&str], page: &Path) -> Result<String, Failure> {
     let url = format!("file://{}", page.display());
     let quiet = ["--headless=new", "--no-sandbox", "--disable-gpu", "--virtual-time-budget=120000", "--timeout=120000"];
     let mut command = Command::new(browser);

@@ -2,7 +2,8 @@
 //! `cargo xtask bench linalg`, `cargo xtask bench lmi`, `cargo xtask bench proof`, `cargo xtask bench sim`,
 //! `cargo xtask bench observers`, `cargo xtask bench step`, `cargo xtask bench sweep`,
 //! `cargo xtask stress proof`, `cargo xtask stress theorems`, `cargo xtask mutate`, `cargo xtask firmware`,
-//! `cargo xtask deploy`, `cargo xtask cluster`, `cargo xtask live`, `cargo xtask python`.
+//! `cargo xtask deploy`, `cargo xtask cluster`, `cargo xtask live`, `cargo xtask screenshots`,
+//! `cargo xtask python`.
 //!
 //! Each is a sequence of cargo commands with their times; the first failure ends the sequence with its exit code.
 
@@ -14,6 +15,7 @@ mod firmware;
 mod live;
 mod mutate;
 mod python;
+mod screenshots;
 mod step;
 mod stress;
 
@@ -100,6 +102,10 @@ enum Command {
         #[arg(long)]
         check: bool,
     },
+    /// Write the pictures of README into docs/images from the program's own reports
+    ///
+    /// Says what it leaves out if no browser (chromium) is installed.
+    Screenshots,
     /// Build the Python wheel and test it: pytest beside scipy, python-control, slycot and filterpy, notebooks, doctests,
     /// mypy and stubtest
     ///
@@ -163,6 +169,7 @@ fn main() -> ExitCode {
         Command::Cluster => cluster::run(),
         Command::Deploy => deploy::run(),
         Command::Live { check } => live::run(check),
+        Command::Screenshots => screenshots::run(),
         Command::Firmware { document } => firmware::run(document),
         Command::Python => python::run(),
         Command::Mutate { only, list } => mutate::run(&only, list),

@@ -240,9 +240,9 @@ pub enum DesignError {
     },
     /// A constant disturbance that a state at rest hides: `rank [A E; C 0] < n + q`, decided exactly.
     #[error(
-        "no output sees the constant disturbance d = ({}): with x = ({}) both A x + E d = 0 and C x = 0, so that [A E; C 0] has no full column rank (smallest singular value {}; {} for {}{})",
-        listed(.d), listed(.x), short(*.sigma_min), counted(.d.len(), "disturbance"), counted(*.outputs, "output"),
-        if .d.len() <= *.outputs { "; an invariant zero of (A, E, C) at 0" } else { "" }
+        "{}, so that [A E; C 0] has no full column rank (smallest singular value {}; {} for {}{})",
+        unseen(.d, .x), short(*.sigma_min), counted(.d.len(), "disturbance"), counted(*.outputs, "output"),
+        if is_zero_at_rest(.d, .x, *.outputs) { "; an invariant zero of (A, E, C) at 0" } else { "" }
     )]
     UnseenDisturbance {
         /// The disturbance.
@@ -384,6 +384,30 @@ fn no_least_width(quiet: Option<usize>) -> String {
         ),
         None => "no gain makes the comparison system of the error stable in the coordinates of the plant".to_owned(),
     }
+}
+
+/// What the outputs do not see: a disturbance at a state at rest, a disturbance that does not act, or a state alone.
+fn unseen(d: &[f64], x: &[f64]) -> String {
+    match (vanishes(d, x), vanishes(x, d)) {
+        (true, _) => format!("no output sees the state x = ({}) at rest: A x = 0 and C x = 0", listed(x)),
+        (false, true) => format!("the disturbance d = ({}) does not act: E d = 0", listed(d)),
+        (false, false) => format!(
+            "no output sees the constant disturbance d = ({}): with x = ({}) both A x + E d = 0 and C x = 0",
+            listed(d),
+            listed(x)
+        ),
+    }
+}
+
+/// Whether it is a zero of the plant from d to y.
+fn is_zero_at_rest(d: &[f64], x: &[f64], outputs: usize) -> bool {
+    d.len() <= outputs && !vanishes(d, x) && !vanishes(x, d)
+}
+
+/// Whether these entries of a singular vector are zero but for rounding, beside the others.
+fn vanishes(entries: &[f64], others: &[f64]) -> bool {
+    let largest = |entries: &[f64]| entries.iter().fold(0.0, |most: f64, entry| most.max(entry.abs()));
+    largest(entries) <= 1e3 * f64::EPSILON * largest(others)
 }
 
 /// `1, 0.5`.

@@ -20,9 +20,10 @@ use core::fmt;
 
 use luenberger_linalg::{expm, spectral_radius};
 use luenberger_lmi::{Problem, greatest_parameter, proof_matrix};
+use luenberger_observers::VaryingPeriodObserver;
 use luenberger_proof::certificate::{Certificate, CubicStep, MOST_MISSES, VaryingPeriodConvergence};
 use luenberger_proof::wording::{counted, significant};
-use nalgebra::DMatrix;
+use nalgebra::{DMatrix, Dyn};
 
 use crate::certificate::{certified, plant as matrices};
 use crate::check;
@@ -94,6 +95,8 @@ impl fmt::Display for GrowingTimes {
 #[readonly::make]
 #[derive(Debug, Clone)]
 pub struct VaryingPeriodDesign {
+    /// The observer that corrects at the samples that arrive, and predicts over the time that passes.
+    pub observer: VaryingPeriodObserver<f64, Dyn, Dyn, Dyn>,
     /// The observer at its nominal period, with the cubic gain made for the common P.
     pub nominal: SampledCubicDesign,
     /// The gain K of the correction, n x p: `Ld = Ad K` at the nominal period.
@@ -124,7 +127,8 @@ impl VaryingPeriodDesign {
     /// # Errors
     /// As [`SampledCubicDesign::with_correction`]; [`DesignError::Setting`] for periods that are not in order, or do
     /// not contain h; [`DesignError::VaryingPeriods`] if nothing is proved, with times for which the error grows, if
-    /// some were found, and smaller bounds for which convergence is proved.
+    /// some were found, and smaller bounds for which convergence is proved; [`DesignError::Observer`] for a plant too
+    /// fast to be predicted over the longest time.
     pub fn new(
         linear: &LinearDesign,
         theta: &DMatrix<f64>,
@@ -150,6 +154,9 @@ impl VaryingPeriodDesign {
             }
         };
         let plant = &linear.observer;
+        let longest = (periods.misses + 1) as f64 * periods.longest;
+        let (a, b) = (plant.a.clone(), plant.b.clone());
+        let observer = VaryingPeriodObserver::new(nominal.observer.clone(), a, b, k.clone(), longest)?;
         let theorem = VaryingPeriodConvergence {
             plant: matrices((&plant.a, &plant.b, &plant.c)),
             k: proof_matrix(&k),
@@ -163,7 +170,7 @@ impl VaryingPeriodDesign {
         let mut theorems: Vec<luenberger_proof::certificate::Theorem> = vec![theorem.into()];
         theorems.extend(nominal.certificate.theorems().iter().map(|proved| proved.theorem().clone()));
         theorems.extend(nominal.certificate.unproved().iter().map(|unproved| unproved.theorem().clone()));
-        Ok(Self { certificate: Certificate::of(theorems)?, nominal, k, periods: *periods, factor })
+        Ok(Self { certificate: Certificate::of(theorems)?, observer, nominal, k, periods: *periods, factor })
     }
 }
 

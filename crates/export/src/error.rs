@@ -61,6 +61,12 @@ pub enum ExportError {
         /// What it does not have.
         what: String,
     },
+    /// An observer at varying periods in a form with a fixed period.
+    #[error("an observer at varying periods is exported as C or Rust without a feedback, not {what}")]
+    VaryingPeriods {
+        /// What it is not exported as.
+        what: &'static str,
+    },
     /// Numbers that a fixed-point format cannot store, or whose sums could overflow.
     #[error("in {format}: {error}")]
     FixedPoint {

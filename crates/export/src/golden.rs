@@ -191,7 +191,12 @@ fn run<T: RealField + Copy>(export: &Export, count: usize) -> Result<Vec<Step>, 
             (u, y)
         } else {
             let magnitude = if step % 16 == 7 { 1e3 } else { 1.0 };
-            (column(size.inputs, magnitude), column(size.outputs, magnitude))
+            let (mut u, y) = (column(size.inputs, magnitude), column(size.outputs, magnitude));
+            if let (Program::Varying(step), Some(time)) = (&export.program, u.last_mut()) {
+                // From a quarter of the longest time to the longest.
+                *time = scalar.round(step.observer().longest() * (0.625 + 0.1875 * noise.next()));
+            }
+            (u, y)
         };
         let (known, input, applied) = match &gain {
             Some(k) => {

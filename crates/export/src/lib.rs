@@ -121,7 +121,7 @@ impl Export {
         };
         fits("the first estimate", size.estimate, initial.len())?;
         fits("the list of states", size.estimate, names.states.len())?;
-        fits("the list of inputs", size.inputs, names.inputs.len())?;
+        fits("the list of inputs", program.plant_inputs(), names.inputs.len())?;
         fits("the list of outputs", size.outputs, names.outputs.len())?;
         program.check(scalar)?;
         let initial: Vec<f64> = initial.iter().map(|x| scalar.round(*x)).collect();
@@ -167,6 +167,9 @@ impl Export {
     pub fn with_feedback(mut self, k: &DMatrix<f64>) -> Result<Self, ExportError> {
         if self.update.is_some() {
             return Err(ExportError::FilterForm { what: "feedback".to_owned() });
+        }
+        if self.program.takes_time() {
+            return Err(ExportError::VaryingPeriods { what: "with one, which takes the estimate for the next sample" });
         }
         let size = self.program.dimensions();
         let (expected, found) = ((size.inputs, size.estimate), k.shape());

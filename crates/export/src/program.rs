@@ -1,10 +1,11 @@
 //! The observers that can be exported, and their steps in the format of the target.
 
 use luenberger_expression::{ExpressionPlant, Lookups, Routine, Routines, Table};
+use luenberger_observers::varying_period::DEGREE;
 use luenberger_observers::{
     DiscreteLinearObserver, DiscreteNonlinearObserver, ExtendedKalmanFilter, GaussianEstimate, InterSampleObserver,
     NoiseModel, Observer, ObserverDimensions, ObserverError, SampledCopy, SampledCubicGains, SampledCubicObserver,
-    SampledObserver, SquareRootEstimate, UnscentedKalmanFilter,
+    SampledObserver, SquareRootEstimate, UnscentedKalmanFilter, VaryingPeriodObserver, VaryingPeriodStep,
 };
 use luenberger_plants::{Column, LinearPlant};
 use nalgebra::{DMatrix, DVector, Dyn, RealField};
@@ -64,6 +65,8 @@ pub enum Program {
     Linear(DiscreteLinearObserver<f64, Dyn, Dyn, Dyn>),
     /// The sampled cubic observer.
     Cubic(SampledCubicObserver<f64, Dyn, Dyn, Dyn>),
+    /// The sampled cubic observer at varying periods; the last input is the time since the last step.
+    Varying(VaryingPeriodStep<f64, Dyn, Dyn, Dyn>),
     /// The extended Kalman filter.
     Kalman(ExtendedKalmanFilter<ExpressionPlant, f64, Dyn, Dyn, Dyn>),
     /// The unscented Kalman filter in square-root form.
@@ -128,6 +131,7 @@ impl Program {
         match self {
             Self::Linear(observer) => observer.dimensions(),
             Self::Cubic(observer) => observer.dimensions(),
+            Self::Varying(step) => step.dimensions(),
             Self::Kalman(observer) => observer.dimensions(),
             Self::Unscented(observer) => observer.dimensions(),
             Self::Copy(observer) => observer.dimensions(),
@@ -147,7 +151,7 @@ impl Program {
     /// [`matrices`](Self::matrices).
     pub(crate) fn routines(&self) -> Option<Routines> {
         match self {
-            Self::Linear(_) | Self::Cubic(_) => None,
+            Self::Linear(_) | Self::Cubic(_) | Self::Varying(_) => None,
             Self::Kalman(filter) => Some(filter.plant().routines()),
             Self::Unscented(filter) => Some(filter.plant().routines()),
             Self::Copy(observer) => Some(observer.plant().routines()),
@@ -195,7 +199,7 @@ impl Program {
     /// Runge-Kutta steps between two samples, if there are any.
     pub(crate) fn substeps(&self) -> Option<usize> {
         match self {
-            Self::Linear(_) | Self::Cubic(_) | Self::Discrete(_) | Self::Step(_) => None,
+            Self::Linear(_) | Self::Cubic(_) | Self::Varying(_) | Self::Discrete(_) | Self::Step(_) => None,
             Self::Kkl(observer) => Some(observer.substeps()),
             Self::Kalman(filter) => filter.substeps(),
             Self::Unscented(filter) => filter.substeps(),
@@ -209,6 +213,7 @@ impl Program {
         match self {
             Self::Linear(observer) => observer.period(),
             Self::Cubic(observer) => observer.period(),
+            Self::Varying(step) => step.period(),
             Self::Kalman(filter) => filter.period(),
             Self::Unscented(filter) => filter.period(),
             Self::Copy(observer) => observer.period(),
@@ -246,6 +251,15 @@ impl Program {
             .into_iter()
             .chain(observer.coupling().map(|coupling| ("G", coupling)))
             .collect(),
+            Self::Varying(step) => {
+                let (observer, nominal) = (step.observer(), step.observer().nominal());
+                let gains = [("GAIN", observer.k()), ("N", nominal.n()), ("THETA", nominal.theta())];
+                [("A", observer.a()), ("B", observer.b()), ("C", nominal.c())]
+                    .into_iter()
+                    .chain(gains)
+                    .chain(nominal.coupling().map(|coupling| ("G", coupling)))
+                    .collect()
+            }
             Self::Kalman(filter) => {
                 let NoiseModel { w, v, p0 } = filter.noise_model();
                 vec![("W", w), ("V", v), ("P0", p0)]
@@ -268,7 +282,8 @@ impl Program {
         Some(match self {
             Self::Linear(observer) => (&observer.plant().a, &observer.plant().b, &observer.plant().c),
             Self::Cubic(observer) => (observer.ad(), observer.bd(), observer.c()),
-            Self::Kalman(_)
+            Self::Varying(_)
+            | Self::Kalman(_)
             | Self::Unscented(_)
             | Self::Copy(_)
             | Self::Discrete(_)
@@ -283,6 +298,7 @@ impl Program {
         match self {
             Self::Linear(observer) => observer.plant().d.as_ref(),
             Self::Cubic(observer) => observer.d(),
+            Self::Varying(step) => step.observer().nominal().d(),
             Self::Kalman(_)
             | Self::Unscented(_)
             | Self::Copy(_)
@@ -299,6 +315,11 @@ impl Program {
             Self::Linear(observer) => vec![("PERIOD", observer.period())],
             Self::Cubic(observer) if observer.coupling().is_some() => vec![("PERIOD", observer.period())],
             Self::Cubic(observer) => vec![("PERIOD", observer.period()), ("W", observer.w())],
+            Self::Varying(step) => {
+                let nominal = step.observer().nominal();
+                let w = nominal.coupling().is_none().then(|| ("W", nominal.w()));
+                [("PERIOD", step.period()), ("LONGEST", step.observer().longest())].into_iter().chain(w).collect()
+            }
             Self::Kalman(filter) => {
                 let gate = filter.gate().map(|gate| ("GATE", gate));
                 [("PERIOD", filter.period())].into_iter().chain(gate).collect()
@@ -320,6 +341,56 @@ impl Program {
             Self::Extension(observer) => vec![("PERIOD", observer.period())],
             Self::Step(observer) => vec![("PERIOD", observer.period())],
         }
+    }
+
+    /// The step of an observer at varying periods, with the time as a further input.
+    ///
+    /// # Errors
+    /// [`ObserverError`] is not expected of an observer that was made.
+    pub fn varying(observer: &VaryingPeriodObserver<f64, Dyn, Dyn, Dyn>) -> Result<Self, ObserverError> {
+        let nominal = observer.nominal();
+        let with_time = |m: &DMatrix<f64>| m.clone().insert_column(m.ncols(), 0.0);
+        let gains = SampledCubicGains {
+            ad: nominal.ad().clone(),
+            bd: with_time(nominal.bd()),
+            c: nominal.c().clone(),
+            ld: nominal.ld().clone(),
+            n: nominal.n().clone(),
+            theta: nominal.theta().clone(),
+            w: nominal.w(),
+            period: nominal.period(),
+        };
+        let same = match nominal.coupling() {
+            Some(coupling) => SampledCubicObserver::semi_implicit(gains, coupling.clone())?,
+            None => SampledCubicObserver::new(gains)?,
+        };
+        let same = match nominal.d() {
+            Some(d) => same.with_feedthrough(with_time(d))?,
+            None => same,
+        };
+        let (a, b, k) = (observer.a().clone(), with_time(observer.b()), observer.k().clone());
+        let observer = VaryingPeriodObserver::new(same, a, b, k, observer.longest())?;
+        Ok(Self::Varying(VaryingPeriodStep::new(observer)?))
+    }
+
+    /// Whether the time since the last step is the last input.
+    pub fn takes_time(&self) -> bool {
+        matches!(self, Self::Varying(_))
+    }
+
+    /// The number of inputs of the plant.
+    pub fn plant_inputs(&self) -> usize {
+        self.dimensions().inputs - usize::from(self.takes_time())
+    }
+
+    /// Substeps of the prediction over a varying time, as the format computes them.
+    pub(crate) fn prediction_substeps(&self, scalar: Scalar) -> usize {
+        let substeps = match scalar {
+            Scalar::Binary32 => self.cast::<f32>().map(|cast| cast.substeps()),
+            Scalar::Binary64 => self.cast::<f64>().map(|cast| cast.substeps()),
+        };
+        // The cast has been checked.
+        substeps.ok().flatten().unwrap_or(1)
     }
 
     /// Checks that the format can store every number, and that the rounded ones still make an observer.
@@ -389,25 +460,12 @@ impl Program {
                 let period = nalgebra::convert(observer.period());
                 Cast::Linear(DiscreteLinearObserver::new(plant, cast(observer.l()), period)?)
             }
-            Self::Cubic(observer) => {
-                let gains = SampledCubicGains {
-                    ad: cast(observer.ad()),
-                    bd: cast(observer.bd()),
-                    c: cast(observer.c()),
-                    ld: cast(observer.ld()),
-                    n: cast(observer.n()),
-                    theta: cast(observer.theta()),
-                    w: nalgebra::convert(observer.w()),
-                    period: nalgebra::convert(observer.period()),
-                };
-                let same = match observer.coupling() {
-                    Some(coupling) => SampledCubicObserver::semi_implicit(gains, cast(coupling))?,
-                    None => SampledCubicObserver::new(gains)?,
-                };
-                Cast::Cubic(match observer.d() {
-                    Some(d) => same.with_feedthrough(cast(d))?,
-                    None => same,
-                })
+            Self::Cubic(observer) => Cast::Cubic(cast_cubic(observer)?),
+            Self::Varying(step) => {
+                let observer = step.observer();
+                let (nominal, longest) = (cast_cubic(observer.nominal())?, nalgebra::convert(observer.longest()));
+                let (a, b, k) = (cast(observer.a()), cast(observer.b()), cast(observer.k()));
+                Cast::Varying(VaryingPeriodStep::new(VaryingPeriodObserver::new(nominal, a, b, k, longest)?)?)
             }
             Self::Kalman(filter) => {
                 let (plant, NoiseModel { w, v, p0 }) = (filter.plant().clone(), filter.noise_model());
@@ -462,16 +520,24 @@ impl Program {
             self.maps().map_or((0, 0), |maps| (maps.motion.operations(), maps.measurement.operations()));
         // One step of the Runge-Kutta method for so many entries, without the slopes.
         let combined = |entries: usize| 4 * entries * 2 + 3 * entries;
+        let flow = |observer: &SampledCubicObserver<f64, Dyn, Dyn, Dyn>| match observer.coupling() {
+            // Direction, quadratic form, the matrix and its elimination.
+            Some(_) => {
+                let elimination = p * (p - 1) / 2 + p * (p - 1) * (2 * p - 1) / 3 + 2 * p * (p - 1) + p;
+                3 * p + product(p, p) + product(1, p) + 4 + p * p + p + elimination
+            }
+            // Direction, quadratic form, two roots, three divisions.
+            None => 3 * p + product(p, p) + product(1, p) + 15,
+        };
         match self {
             Self::Linear(_) => innovation + linear,
-            // Direction, quadratic form, the matrix and its elimination; then the impulse.
-            Self::Cubic(observer) if observer.coupling().is_some() => {
-                let elimination = p * (p - 1) / 2 + p * (p - 1) * (2 * p - 1) / 3 + 2 * p * (p - 1) + p;
-                let step = 3 * p + product(p, p) + product(1, p) + 4 + p * p + p + elimination;
-                innovation + linear + step + product(n, p) + n
+            Self::Cubic(observer) => innovation + linear + flow(observer) + product(n, p) + n,
+            Self::Varying(step) => {
+                let term = product(n, n) + 3 * n;
+                let substep = DEGREE * term + product(n, m) + n;
+                let corrected = innovation + flow(step.observer().nominal()) + 2 * product(n, p) + 2 * n;
+                step.observer().substeps() * substep + 1 + corrected
             }
-            // The flow: direction, quadratic form, two roots, three divisions; then the impulse.
-            Self::Cubic(_) => innovation + linear + 3 * p + product(p, p) + product(1, p) + 15 + product(n, p) + n,
             Self::Kalman(filter) => {
                 let square = n * product(n, n);
                 let factor = p * (p * p + 3 * p + 2) / 3 + n * 2 * p * p;
@@ -562,11 +628,37 @@ impl Program {
     }
 }
 
+/// A sampled cubic observer over the scalar `T`.
+fn cast_cubic<T: RealField + Copy>(
+    observer: &SampledCubicObserver<f64, Dyn, Dyn, Dyn>,
+) -> Result<SampledCubicObserver<T, Dyn, Dyn, Dyn>, ObserverError> {
+    let cast = |m: &DMatrix<f64>| m.map(nalgebra::convert::<f64, T>);
+    let gains = SampledCubicGains {
+        ad: cast(observer.ad()),
+        bd: cast(observer.bd()),
+        c: cast(observer.c()),
+        ld: cast(observer.ld()),
+        n: cast(observer.n()),
+        theta: cast(observer.theta()),
+        w: nalgebra::convert(observer.w()),
+        period: nalgebra::convert(observer.period()),
+    };
+    let same = match observer.coupling() {
+        Some(coupling) => SampledCubicObserver::semi_implicit(gains, cast(coupling))?,
+        None => SampledCubicObserver::new(gains)?,
+    };
+    match observer.d() {
+        Some(d) => same.with_feedthrough(cast(d)),
+        None => Ok(same),
+    }
+}
+
 /// An observer over the scalar of the target.
 #[derive(Debug, Clone)]
 pub(crate) enum Cast<T: RealField + Copy> {
     Linear(DiscreteLinearObserver<T, Dyn, Dyn, Dyn>),
     Cubic(SampledCubicObserver<T, Dyn, Dyn, Dyn>),
+    Varying(VaryingPeriodStep<T, Dyn, Dyn, Dyn>),
     Kalman(ExtendedKalmanFilter<ExpressionPlant, T, Dyn, Dyn, Dyn>),
     Unscented(UnscentedKalmanFilter<ExpressionPlant, T, Dyn, Dyn, Dyn>),
     Copy(SampledCopy<ExpressionPlant, T, Dyn, Dyn, Dyn>),
@@ -577,10 +669,15 @@ pub(crate) enum Cast<T: RealField + Copy> {
 }
 
 impl<T: RealField + Copy> Cast<T> {
+    /// Substeps of the prediction over a varying time.
+    pub(crate) fn substeps(&self) -> Option<usize> {
+        if let Self::Varying(step) = self { Some(step.observer().substeps()) } else { None }
+    }
+
     /// The state with this estimate.
     pub(crate) fn start(&self, estimate: DVector<T>) -> State<T> {
         match self {
-            Self::Linear(_) | Self::Cubic(_) | Self::Copy(_) | Self::Discrete(_) | Self::Step(_) => {
+            Self::Linear(_) | Self::Cubic(_) | Self::Varying(_) | Self::Copy(_) | Self::Discrete(_) | Self::Step(_) => {
                 State::Estimate(estimate)
             }
             Self::Kkl(observer) => {
@@ -603,6 +700,7 @@ impl<T: RealField + Copy> Cast<T> {
         match (self, state) {
             (Self::Linear(observer), State::Estimate(xhat)) => observer.step(T::zero(), xhat, u, y),
             (Self::Cubic(observer), State::Estimate(xhat)) => observer.step(T::zero(), xhat, u, y),
+            (Self::Varying(step), State::Estimate(xhat)) => step.step(T::zero(), xhat, u, y),
             (Self::Copy(observer), State::Estimate(xhat)) => observer.step(t(observer.period()), xhat, u, y),
             (Self::Discrete(observer), State::Estimate(xhat)) => observer.step(t(observer.period()), xhat, u, y),
             (Self::Step(observer), State::Estimate(z)) => observer.step(t(observer.period()), z, u, y),
@@ -624,7 +722,7 @@ impl<T: RealField + Copy> Cast<T> {
     pub(crate) fn output(&self, sample: usize, state: &State<T>, u: &DVector<T>) -> Option<DVector<T>> {
         use luenberger_plants::Plant;
         let (plant, period) = match self {
-            Self::Linear(_) | Self::Cubic(_) => return None,
+            Self::Linear(_) | Self::Cubic(_) | Self::Varying(_) => return None,
             Self::Step(observer) => {
                 let t = nalgebra::convert::<f64, T>(sample as f64) * observer.period();
                 return Some(observer.output(t, &state.estimate()));

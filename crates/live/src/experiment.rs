@@ -26,10 +26,12 @@ pub struct Experiment {
     pub units: Vec<String>,
     /// The unit of the time, if it is known.
     pub time_unit: Option<String>,
-    /// An expression of t for each input; empty for u = 0.
+    /// An expression of t for each input; empty for u = 0, or with a table.
     pub input: Vec<String>,
-    /// K of the feedback `u = -K xhat`, of each observer in its own run; none for an input that is a function of time.
-    pub feedback: Option<Rows>,
+    /// The inputs as samples, in the place of expressions.
+    pub table: Option<Table>,
+    /// What is subtracted from the input; none for an input that is a function of time.
+    pub feedback: Option<Feedback>,
     /// The parameters that the expressions use by name.
     pub parameters: BTreeMap<String, f64>,
     /// The hold period of the input.
@@ -44,6 +46,8 @@ pub struct Experiment {
     pub tolerances: [f64; 2],
     /// The noise of the outputs.
     pub noise: Option<Noise>,
+    /// Sensors with sampling periods of their own, which have the noise of their outputs.
+    pub sensors: Vec<Sensor>,
     /// The unit of each state in the norm of the error; none for the Euclidean norm.
     pub scale: Option<Vec<f64>>,
     /// Settled is within this share of the error at the start.
@@ -96,6 +100,67 @@ impl Plant {
             Self::Linear { b, .. } => b.first().map_or(0, Vec::len),
         }
     }
+}
+
+/// A function of time as samples.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Table {
+    /// The times, increasing.
+    pub t: Vec<f64>,
+    /// The values, a row for each time.
+    pub rows: Rows,
+    /// Whether the values between two times are on the line from one to the next; otherwise the earlier one is held.
+    pub line: bool,
+}
+
+/// Feedback `-K z`.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Feedback {
+    /// K.
+    pub gain: Rows,
+    /// Which z.
+    pub of: FeedbackOf,
+    /// Added to the input: `u0 + K x0` of an operating point. Empty for nothing.
+    pub shift: Vec<f64>,
+}
+
+impl Feedback {
+    /// `-K xhat` with the estimate of each observer in its own run.
+    pub fn of_each(gain: &DMatrix<f64>) -> Self {
+        Self { gain: rows(gain), of: FeedbackOf::EachEstimate, shift: Vec::new() }
+    }
+}
+
+/// What is fed back.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case", deny_unknown_fields)]
+pub enum FeedbackOf {
+    /// The estimate of the observer whose run it is.
+    EachEstimate,
+    /// The estimate of this observer, which takes part in every run.
+    Estimate(String),
+    /// The state.
+    State,
+}
+
+/// A sensor that measures an output at instants of its own.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Sensor {
+    /// The output, from 0.
+    pub output: usize,
+    /// Time between two measurements.
+    pub period: f64,
+    /// Time of the first one.
+    pub offset: f64,
+    /// Gaussian if true, otherwise uniform.
+    pub gaussian: bool,
+    /// Standard deviation or amplitude of the noise.
+    pub amplitude: f64,
+    /// The seed.
+    pub seed: u64,
 }
 
 /// Noise of the outputs.
@@ -218,6 +283,7 @@ impl Experiment {
             units: Vec::new(),
             time_unit: None,
             input: Vec::new(),
+            table: None,
             feedback: None,
             parameters: BTreeMap::new(),
             hold: None,
@@ -226,6 +292,7 @@ impl Experiment {
             samples,
             tolerances: [1e-9, 1e-9],
             noise: None,
+            sensors: Vec::new(),
             scale: None,
             band: 0.05,
             score_period: None,

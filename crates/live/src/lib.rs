@@ -20,6 +20,7 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
+mod any_plant;
 mod certificate;
 mod experiment;
 #[cfg(feature = "page")]
@@ -29,7 +30,10 @@ mod run;
 pub mod wasm;
 
 pub use certificate::{GainVerdict, verifies, verify};
-pub use experiment::{Experiment, Noise, Observer, ObserverKind, OperatingPoint, Plant, Rows, Sliders};
+pub use experiment::{
+    Experiment, Feedback, FeedbackOf, Noise, Observer, ObserverKind, OperatingPoint, Plant, Rows, Sensor, Sliders,
+    Table,
+};
 pub use run::{Outcome, Run, Scores, run};
 
 /// The example of `README.md`, compiled and run with the documentation's tests.

@@ -38,7 +38,7 @@ fn matters(name: &str, experiment: &Experiment) -> bool {
         |choose: &dyn Fn(&ObserverKind) -> bool| experiment.observers.iter().any(|observer| choose(&observer.kind));
     match name {
         "cubic" => any(&|kind| matches!(kind, ObserverKind::Cubic(_) | ObserverKind::SampledCubic { .. })),
-        "noise" => experiment.noise.is_some(),
+        "noise" => experiment.noise.is_some() || experiment.sensors.iter().any(|sensor| sensor.amplitude > 0.0),
         "period" => any(&|kind| matches!(kind, ObserverKind::SampledCubic { .. } | ObserverKind::Kalman { .. })),
         _ => true,
     }
@@ -74,8 +74,9 @@ pub fn html_block(id: &str, experiment: &Experiment, colours: &[String]) -> Resu
          <div class=\"live-plots\"><div class=\"plot\" data-live=\"norm\" role=\"img\" \
          aria-label=\"Norm of the errors\"></div><div class=\"plot\" data-live=\"state\" role=\"img\" \
          aria-label=\"A state and its estimates\"></div></div>\
-         <div class=\"wide\"><table class=\"rows\"><thead><tr><th>observer</th><th>rms</th><th>peak</th><th>settled</th>\
-         <th>at the end</th><th>certificate</th></tr></thead><tbody></tbody></table></div>\
+         <div class=\"wide\"><table class=\"rows\"><thead><tr><th>observer</th><th class=\"number\">rms</th>\
+         <th class=\"number\">peak</th><th class=\"number\">settled</th><th class=\"number\">at the end</th>\
+         <th>certificate</th></tr></thead><tbody></tbody></table></div>\
          <noscript><p>This part needs JavaScript.</p></noscript></div>\
          <script type=\"application/json\" id=\"{id}-data\">{data}</script>"
     ))

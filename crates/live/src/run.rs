@@ -5,11 +5,14 @@ use luenberger_observers::{
     DeviationObserver, ExtendedKalmanFilter, LinearObserver, NoiseModel, NonlinearLuenbergerObserver,
     SampledCubicGains, SampledCubicObserver, SampledObserver,
 };
-use luenberger_plants::{Differentiable, StateSpace};
-use luenberger_sim::{Errors, Noise, Scenario, ScoreGrid, Signal, row_times};
+use luenberger_plants::StateSpace;
+use luenberger_sim::{Between, Errors, Noise, Samples, Scenario, ScoreGrid, Sensor, Signal, row_times};
 use nalgebra::{DMatrix, DVector, Dyn};
 
-use crate::experiment::{Experiment, Observer, ObserverKind, OperatingPoint, Plant, Rows, Sliders};
+use crate::any_plant::AnyPlant;
+use crate::experiment::{
+    Experiment, Feedback, FeedbackOf, Observer, ObserverKind, OperatingPoint, Plant, Rows, Sliders,
+};
 
 type Result<T> = core::result::Result<T, String>;
 
@@ -102,38 +105,106 @@ impl Experiment {
         }
     }
 
-    /// The expressions of the inputs; none for u = 0.
-    fn inputs(&self) -> Result<Vec<Expression>> {
+    /// The inputs as a function of time.
+    fn inputs(&self) -> Result<Inputs> {
+        if let Some(table) = &self.table {
+            let between = if table.line { Between::Line } else { Between::Hold };
+            let samples = Samples::new(table.t.clone(), matrix(&table.rows), between).map_err(text)?;
+            return self.as_many(samples.values().ncols()).map(|()| Inputs::Table(samples));
+        }
         let scope = Scope::time().with(&self.parameters).map_err(text)?;
         let parsed = self.input.iter().map(|row| Expression::parse(row, &scope));
         let rows: Vec<Expression> = parsed.collect::<core::result::Result<_, _>>().map_err(text)?;
-        if !rows.is_empty() && rows.len() != self.plant.inputs() {
-            return Err(format!("{} expressions for {} inputs", rows.len(), self.plant.inputs()));
+        if rows.is_empty() {
+            return Ok(Inputs::Zero);
         }
-        Ok(rows)
+        self.as_many(rows.len()).map(|()| Inputs::Expressions(rows))
     }
+
+    fn as_many(&self, signals: usize) -> Result<()> {
+        let inputs = self.plant.inputs();
+        if signals == inputs { Ok(()) } else { Err(format!("{signals} signals for {inputs} inputs")) }
+    }
+}
+
+/// The inputs as a function of time.
+enum Inputs {
+    Zero,
+    Expressions(Vec<Expression>),
+    Table(Samples),
+}
+
+impl Inputs {
+    fn at(&self, t: f64, u: &mut [f64]) {
+        match self {
+            Self::Zero => u.fill(0.0),
+            Self::Expressions(rows) => {
+                for (u, row) in u.iter_mut().zip(rows) {
+                    *u = row.evaluate(t, &[], &[]);
+                }
+            }
+            Self::Table(samples) => samples.at(t, u),
+        }
+    }
+}
+
+/// The input of a run, with the feedback if there is one.
+fn signal(experiment: &Experiment, name: &str, inputs: Inputs) -> Signal<'static> {
+    let is_zero = matches!(inputs, Inputs::Zero);
+    let Some(feedback) = &experiment.feedback else {
+        return if is_zero { Signal::zero() } else { Signal::function(move |t, u| inputs.at(t, u)) };
+    };
+    let gain = matrix(&feedback.gain);
+    let mut signal = match &feedback.of {
+        FeedbackOf::EachEstimate => Signal::feedback(name, gain),
+        FeedbackOf::Estimate(observer) => Signal::feedback(observer, gain),
+        FeedbackOf::State => Signal::state_feedback(gain),
+    };
+    if !is_zero {
+        signal = signal.plus(move |t, r| inputs.at(t, r));
+    }
+    if !feedback.shift.is_empty() {
+        let shift = feedback.shift.clone();
+        signal = signal.plus(move |_, u| u.copy_from_slice(&shift));
+    }
+    signal
 }
 
 fn one(experiment: &Experiment, observer: &Observer, sliders: &Sliders) -> Result<Run> {
     match &experiment.plant {
-        Plant::Expressions { .. } => with_plant(experiment, observer, sliders, experiment.expression_plant()?),
+        Plant::Expressions { .. } => {
+            with_plant(experiment, observer, sliders, AnyPlant(&experiment.expression_plant()?))
+        }
         Plant::Linear { a, b, c, d } => {
-            with_plant(experiment, observer, sliders, Experiment::linear_plant(a, b, c, d.as_ref())?)
+            with_plant(experiment, observer, sliders, AnyPlant(&Experiment::linear_plant(a, b, c, d.as_ref())?))
         }
     }
 }
 
-fn with_plant<P>(experiment: &Experiment, observer: &Observer, sliders: &Sliders, plant: P) -> Result<Run>
-where
-    P: Differentiable<f64, Dyn, Dyn, Dyn> + Clone,
-{
-    let (name, start) = (observer.name.as_str(), start(experiment, observer, sliders));
-    let mut scenario = scenario(experiment, sliders, plant.clone())?;
-    if let Some(gain) = &experiment.feedback {
-        scenario = scenario.input(Signal::feedback(name, matrix(gain)));
+fn with_plant(experiment: &Experiment, observer: &Observer, sliders: &Sliders, plant: AnyPlant<'_>) -> Result<Run> {
+    let mut scenario = scenario(experiment, sliders, plant, &observer.name)?;
+    if let Some(Feedback { of: FeedbackOf::Estimate(name), .. }) = &experiment.feedback
+        && *name != observer.name
+    {
+        let fed = experiment.observers.iter().find(|fed| fed.name == *name);
+        let fed = fed.ok_or_else(|| format!("the observer {name} in the feedback loop is not in the page"))?;
+        (scenario, _) = join(scenario, experiment, fed, sliders, plant)?;
     }
+    let (scenario, period) = join(scenario, experiment, observer, sliders, plant)?;
+    finished(experiment, observer, sliders, scenario, period)
+}
+
+/// The scenario with one more observer, and the period of a sampled one.
+fn join<'a>(
+    scenario: Scenario<'a>,
+    experiment: &Experiment,
+    observer: &Observer,
+    sliders: &Sliders,
+    plant: AnyPlant<'a>,
+) -> Result<(Scenario<'a>, Option<f64>)> {
+    let (name, start) = (observer.name.as_str(), start(experiment, observer, sliders));
     let scaled = sliders.gain != 1.0;
-    let (scenario, period) = match &observer.kind {
+    Ok(match &observer.kind {
         ObserverKind::Linear(linear) => {
             let mut linear = linear.as_ref().clone();
             if scaled {
@@ -179,8 +250,7 @@ where
             let filter = ExtendedKalmanFilter::new(plant, noises, period, *substeps).map_err(text)?;
             (scenario.sampled_observer(name, filter, &start), Some(period))
         }
-    };
-    finished(experiment, observer, sliders, scenario, period)
+    })
 }
 
 fn deviation<O>(observer: O, point: &OperatingPoint) -> Result<DeviationObserver<O, f64, Dyn, Dyn, Dyn>> {
@@ -236,20 +306,21 @@ fn start(experiment: &Experiment, observer: &Observer, sliders: &Sliders) -> Vec
     experiment.x0.iter().zip(&observer.initial).map(moved).collect()
 }
 
-fn scenario<'a, P>(experiment: &Experiment, sliders: &Sliders, plant: P) -> Result<Scenario<'a>>
-where
-    P: luenberger_plants::Plant<f64> + 'a,
-{
+fn scenario<'a>(
+    experiment: &Experiment,
+    sliders: &Sliders,
+    plant: AnyPlant<'a>,
+    observer: &str,
+) -> Result<Scenario<'a>> {
     let [rtol, atol] = experiment.tolerances;
+    let inputs = experiment.inputs()?;
     let mut scenario = Scenario::new(plant).initial_state(&experiment.x0).tolerances(rtol, atol);
-    let rows = experiment.inputs()?;
-    if !rows.is_empty() {
-        scenario = scenario.input(Signal::function(move |t, u| {
-            for (u, row) in u.iter_mut().zip(&rows) {
-                *u = row.evaluate(t, &[], &[]);
-            }
-        }));
+    if let Inputs::Table(samples) = &inputs {
+        let within = |t: &f64| (0.0..experiment.duration).contains(t);
+        let breakpoints: Vec<f64> = samples.times().iter().copied().filter(within).collect();
+        scenario = scenario.breakpoints(&breakpoints);
     }
+    scenario = scenario.input(signal(experiment, observer, inputs));
     if let Some(hold) = experiment.hold {
         scenario = scenario.hold_input(hold);
     }
@@ -257,6 +328,12 @@ where
         let amplitude: Vec<f64> = noise.amplitude.iter().map(|amplitude| sliders.noise * amplitude).collect();
         let with = if noise.gaussian { Noise::gaussian } else { Noise::uniform };
         scenario = scenario.noise(with(&amplitude, noise.period, noise.seed));
+    }
+    for of in &experiment.sensors {
+        let sensor = Sensor::new(of.output, of.period).offset(of.offset);
+        let amplitude = sliders.noise * of.amplitude;
+        let sensor = if of.gaussian { sensor.gaussian(amplitude, of.seed) } else { sensor.uniform(amplitude, of.seed) };
+        scenario = scenario.sensor(sensor);
     }
     Ok(scenario)
 }

@@ -9,7 +9,7 @@ use nalgebra::allocator::Allocator;
 use nalgebra::{DefaultAllocator, Dim, OVector, RealField};
 
 use crate::error::ObserverError;
-use crate::observer::{Observer, ObserverDimensions, SampledObserver};
+use crate::observer::{ContinuousDiscreteObserver, Observer, ObserverDimensions, SampledObserver};
 
 /// The observer `O` of the deviations from the point (x_0, u_0, y_0).
 ///
@@ -103,6 +103,16 @@ where
 
     fn initial(&self, t: T, estimate: &Self::Estimate, u: &Self::Input, y: &Self::Output) -> Self::State {
         self.observer.initial(t, &(estimate - &self.x0), &(u - &self.u0), &(y - &self.y0))
+    }
+}
+
+impl<O, T: RealField + Copy, N: Dim, M: Dim, P: Dim> ContinuousDiscreteObserver<T> for DeviationObserver<O, T, N, M, P>
+where
+    O: ContinuousDiscreteObserver<T, Input = OVector<T, M>, Output = OVector<T, P>, Estimate = OVector<T, N>>,
+    DefaultAllocator: Allocator<N> + Allocator<M> + Allocator<P>,
+{
+    fn correct(&self, state: &mut Self::State, u: &Self::Input, y: &Self::Output, elapsed: T) {
+        self.observer.correct(state, &(u - &self.u0), &(y - &self.y0), elapsed);
     }
 }
 

@@ -52,6 +52,25 @@ pub enum ObserverError {
         /// The period given.
         period: f64,
     },
+    /// A prediction over a time that is long for the plant.
+    #[error(
+        "|A| times the longest time between samples is {needed:.0}: the prediction has {most} substeps at most, one for \
+         each 1"
+    )]
+    PredictionTime {
+        /// `|A|`, the largest row sum, times the longest time.
+        needed: f64,
+        /// The most substeps.
+        most: usize,
+    },
+    /// A time among the inputs that has an effect on the plant.
+    #[error(
+        "the last input is the time that passes; its columns of B and D must be 0, and one has the entry {effect:e}"
+    )]
+    TimeInput {
+        /// The entry.
+        effect: f64,
+    },
     /// A weight theta for which `y~' theta y~` can be negative.
     #[error("theta is not positive semidefinite: pivot {pivot:e} in row {row} of its symmetric part")]
     ThetaIndefinite {

@@ -130,7 +130,7 @@ pub use mean_value::{
 };
 pub use moving_horizon::{Horizon, MovingHorizonEstimator};
 pub use nonlinear_luenberger::{NonlinearLuenbergerObserver, StaticNonlinearLuenbergerObserver};
-pub use observer::{Observer, ObserverDimensions, SampledObserver};
+pub use observer::{ContinuousDiscreteObserver, Observer, ObserverDimensions, SampledObserver};
 pub use output_feedback::OutputFeedback;
 pub use pebo::{PeboObserver, Regression};
 pub use proportional_integral::ProportionalIntegralObserver;
@@ -139,7 +139,7 @@ pub use sliding_mode::SlidingModeObserver;
 pub use stationary_kalman::{StaticStationaryKalmanFilter, StationaryKalmanFilter};
 pub use unknown_input::UnknownInputObserver;
 pub use unscented::{SigmaPoints, SquareRootEstimate, StaticUnscentedKalmanFilter, UnscentedKalmanFilter};
-pub use varying_period::VaryingPeriodObserver;
+pub use varying_period::{StaticVaryingPeriodStep, VaryingPeriodObserver, VaryingPeriodStep};
 
 /// The linear algebra of the columns and matrices here, in the version that fits.
 pub use nalgebra;

@@ -1,4 +1,4 @@
-//! The two traits of run-time observers.
+//! The traits of run-time observers.
 //!
 //! An observer has a state of its own, which need not be the estimate: a Kalman filter carries a covariance, a
 //! parameter-estimation-based observer carries filters and parameters. The estimate is read from the state, and may use
@@ -102,6 +102,21 @@ pub(crate) fn put_slice<T: Copy>(entries: &[T], target: &mut [T]) -> bool {
         target.copy_from_slice(entries);
     }
     fits
+}
+
+/// An observer that predicts in continuous time, and is corrected at samples that arrive at any times.
+///
+/// As an [`Observer`] it is the prediction: its derivative does not read y. What comes between two samples is up to the
+/// samples, and need not be a period.
+pub trait ContinuousDiscreteObserver<T>: Observer<T> {
+    /// The correction by the sample `y`, in place; `elapsed` is the time since the last sample that arrived.
+    fn correct(&self, state: &mut Self::State, u: &Self::Input, y: &Self::Output, elapsed: T);
+}
+
+impl<T, O: ContinuousDiscreteObserver<T> + ?Sized> ContinuousDiscreteObserver<T> for &O {
+    fn correct(&self, state: &mut Self::State, u: &Self::Input, y: &Self::Output, elapsed: T) {
+        (**self).correct(state, u, y, elapsed);
+    }
 }
 
 /// An observer stepped once per sample: `z+ = g(t, z, u, y)`.

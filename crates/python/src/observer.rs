@@ -72,13 +72,13 @@ impl Design {
 
     /// Matrices that the report does not have.
     fn matrices<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
-        match &self.designed.runnable {
-            Runnable::SampledCubic(observer) => {
-                let [l, n, theta] = [observer.ld(), observer.n(), observer.theta()].map(|matrix| array(py, matrix));
-                Ok(dictionary!(py; L = l, N = n, theta))
-            }
-            _ => Ok(PyDict::new(py)),
-        }
+        let observer = match &self.designed.runnable {
+            Runnable::SampledCubic(observer) => observer.as_ref(),
+            Runnable::VaryingPeriods(varying) => varying.observer.inner().nominal(),
+            _ => return Ok(PyDict::new(py)),
+        };
+        let [l, n, theta] = [observer.ld(), observer.n(), observer.theta()].map(|matrix| array(py, matrix));
+        Ok(dictionary!(py; L = l, N = n, theta))
     }
 
     /// Kind, name, names of the columns, numbers of states, inputs and outputs, sampling period.
@@ -170,10 +170,9 @@ impl Design {
             let observer = &study.observers[0];
             let found = sampled(&study, observer, period, substeps).map_err(export::Refusal::from)?;
             let export = export::prepared(&study, observer, found.design, is_single, xhat.as_deref())?;
-            Ok((golden::Stepper::new(&export)?, found.period))
+            Ok((golden::Stepper::new(&export)?, found.period, export.program().dimensions()))
         })?;
-        let (stepper, period) = built.map_err(|why: export::Refusal| why.raised(py))?;
-        let size = self.designed.runnable.dimensions();
+        let (stepper, period, size) = built.map_err(|why: export::Refusal| why.raised(py))?;
         Ok(Stepper { inner: Mutex::new(stepper), period, inputs: size.inputs, outputs: size.outputs })
     }
 

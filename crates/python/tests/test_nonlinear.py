@@ -161,6 +161,11 @@ def test_a_numerical_kkl_observer_is_measured_and_control_c_ends_its_design():
     assert np.isfinite(observer.simulate([0.5, 0.2], 5).xhat).all()
     with pytest.raises(lg.InvalidArgument, match="domain"):
         lg.kkl_observer(plant, 3.0)
+    forced = lg.plant(["x2^3", "u1 - x1"], ["x1"])
+    held = lg.kkl_observer(forced, 3.0, [(-1, 1), (-1, 1)], points=9, samples=400, inputs=[(-0.2, 0.2)], nodes=2)
+    assert held.verdict == "measured"
+    with pytest.raises(lg.LuenbergerError, match="inputs"):
+        lg.kkl_observer(forced, 3.0, [(-1, 1), (-1, 1)], points=9, samples=400)
     timer = threading.Timer(0.7, os.kill, (os.getpid(), signal.SIGINT))
     timer.start()
     start = time.monotonic()

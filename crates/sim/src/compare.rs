@@ -140,7 +140,7 @@ impl<'a> Comparison<'a> {
     /// An observer in continuous time, of the whole state.
     #[must_use]
     pub fn observer(mut self, name: &str, observer: &'a impl Observer<f64>) -> Self {
-        self.entries.push(Entry { name: name.to_owned(), observer: Rc::new(Continuous(observer)) });
+        self.entries.push(Entry { name: name.to_owned(), observer: Rc::new(Continuous::new(observer)) });
         self
     }
 

@@ -3,10 +3,11 @@
 //! A run mixes a static plant with dynamic observers and the other way round. These traits convert at the border and
 //! call the very objects that run on the target; there is no second definition of any right-hand side.
 
-use luenberger_observers::{Observer, ObserverDimensions, SampledObserver};
+use luenberger_observers::{ContinuousDiscreteObserver, Observer, ObserverDimensions, SampledObserver};
 use luenberger_plants::{Column, Dimensions, Plant};
 
 use crate::error::SimError;
+use crate::sample_times::SampleTimes;
 
 /// An owner of a plant or observer, erased behind the traits of this file.
 pub(crate) struct Erased<O>(pub(crate) O);
@@ -47,10 +48,44 @@ pub(crate) trait AnyObserver {
     }
     /// The jump.
     fn jump(&self, _t: f64, _state: &mut [f64], _u: &[f64], _y: &[f64]) {}
+    /// The samples that correct an observer in continuous time.
+    fn sample_times(&self) -> Option<SampleTimes> {
+        None
+    }
+    /// The correction by a sample, so long after the last one.
+    fn correct_at(&self, _state: &mut [f64], _u: &[f64], _y: &[f64], _elapsed: f64) {}
 }
 
 /// An observer in continuous time.
-pub(crate) struct Continuous<O>(pub(crate) O);
+pub(crate) struct Continuous<O> {
+    observer: O,
+    samples: Option<(SampleTimes, Correction<O>)>,
+}
+
+/// The correction by a sample: observer, state, input, output, time since the last sample.
+type Correction<O> = fn(&O, &mut [f64], &[f64], &[f64], f64);
+
+impl<O> Continuous<O> {
+    pub(crate) fn new(observer: O) -> Self {
+        Self { observer, samples: None }
+    }
+
+    /// With corrections at samples.
+    pub(crate) fn sampled_at(observer: O, times: SampleTimes) -> Self
+    where
+        O: ContinuousDiscreteObserver<f64>,
+    {
+        let correct: Correction<O> = |observer, state, u, y, elapsed| {
+            let columns = triple::<O::State, O::Input, O::Output>(state, u, y);
+            let corrected = columns.map(|(mut z, u, y)| {
+                observer.correct(&mut z, &u, &y, elapsed);
+                z
+            });
+            put(corrected, state);
+        };
+        Self { observer, samples: Some((times, correct)) }
+    }
+}
 
 /// A sampled-data observer.
 pub(crate) struct Sampled<O>(pub(crate) O);
@@ -89,11 +124,11 @@ impl<P: Plant<f64>> AnyPlant for Erased<P> {
 
 impl<O: Observer<f64>> AnyObserver for Continuous<O> {
     fn dimensions(&self) -> ObserverDimensions {
-        self.0.dimensions()
+        self.observer.dimensions()
     }
 
     fn check(&self) -> Result<(), SimError> {
-        sized::<O::State, O::Input, O::Output, O::Estimate>(self.0.dimensions())
+        sized::<O::State, O::Input, O::Output, O::Estimate>(self.observer.dimensions())
     }
 
     fn period(&self) -> Option<f64> {
@@ -101,33 +136,43 @@ impl<O: Observer<f64>> AnyObserver for Continuous<O> {
     }
 
     fn is_affine(&self) -> bool {
-        self.0.is_affine()
+        self.observer.is_affine()
     }
 
     fn derivative(&self, t: f64, state: &[f64], u: &[f64], y: &[f64], slope: &mut [f64]) {
-        let fits = self.0.derivative_into(t, state, u, y, slope);
+        let fits = self.observer.derivative_into(t, state, u, y, slope);
         expect(fits, slope);
     }
 
     fn step(&self, _t: f64, _state: &mut [f64], _u: &[f64], _y: &[f64], _measured: &[bool]) {}
 
     fn estimate(&self, t: f64, state: &[f64], u: &[f64], y: &[f64], estimate: &mut [f64]) {
-        let fits = self.0.estimate_into(t, state, u, y, estimate);
+        let fits = self.observer.estimate_into(t, state, u, y, estimate);
         expect(fits, estimate);
     }
 
     fn initial(&self, t: f64, estimate: &[f64], u: &[f64], y: &[f64], state: &mut [f64]) {
         let columns = triple::<O::Estimate, O::Input, O::Output>(estimate, u, y);
-        put(columns.map(|(estimate, u, y)| self.0.initial(t, &estimate, &u, &y)), state);
+        put(columns.map(|(estimate, u, y)| self.observer.initial(t, &estimate, &u, &y)), state);
     }
 
     fn jump_period(&self) -> Option<f64> {
-        self.0.jump_period()
+        self.observer.jump_period()
     }
 
     fn jump(&self, t: f64, state: &mut [f64], u: &[f64], y: &[f64]) {
         let columns = triple::<O::State, O::Input, O::Output>(state, u, y);
-        put(columns.map(|(z, u, y)| self.0.jump(t, &z, &u, &y)), state);
+        put(columns.map(|(z, u, y)| self.observer.jump(t, &z, &u, &y)), state);
+    }
+
+    fn sample_times(&self) -> Option<SampleTimes> {
+        self.samples.map(|(times, _)| times)
+    }
+
+    fn correct_at(&self, state: &mut [f64], u: &[f64], y: &[f64], elapsed: f64) {
+        if let Some((_, correct)) = self.samples {
+            correct(&self.observer, state, u, y, elapsed);
+        }
     }
 }
 

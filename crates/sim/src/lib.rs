@@ -38,6 +38,7 @@
 //! | [`disturbance`] | what the observers do not know: process noise, delays, faults, quantisation, dropouts, outliers |
 //! | [`change`] | other equations of the plant from a time on, jumps of its state |
 //! | [`sensor`] | sensors with sampling periods of their own; what observers make of an output that is not measured |
+//! | [`sample_times`] | samples at varying periods, some of them missed |
 //! | [`replay`], [`samples`] | observers on recorded data; quantities known at samples |
 //! | [`integral`] | integrals along a run, as extra states |
 //! | [`integrate`], [`dense`] | the integrators and their dense output; between jumps of a linear run its exponential |
@@ -69,6 +70,7 @@ mod radau;
 pub mod replay;
 mod rows;
 mod run;
+pub mod sample_times;
 pub mod samples;
 pub mod scenario;
 pub mod scores;
@@ -91,6 +93,7 @@ pub use nalgebra;
 pub use noise::Noise;
 pub use replay::{Recording, Replay, Replayed, ReplayedObserver};
 pub use rows::row_times;
+pub use sample_times::{SampleTime, SampleTimes};
 pub use samples::{Between, Samples};
 pub use scenario::Scenario;
 pub use scores::{Errors, Merits, ScoreGrid, StateScores};

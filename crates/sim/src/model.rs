@@ -163,6 +163,9 @@ impl<'a> Model<'a> {
                 None if scenario.step.is_some() => return Err(SimError::ContinuousObserver { name }),
                 None => {}
             }
+            if let Some(times) = observer.sample_times() {
+                times.check()?;
+            }
             let length = own.state;
             observers.push(ObserverSlot { observer, initial, states, k, whole, length, period, offset });
             offset += if period.is_none() { length } else { 0 };
@@ -455,9 +458,10 @@ impl<'a> Model<'a> {
         self.size.states + integrated + self.integrals.len()
     }
 
-    /// Whether the stacked equation is affine with constant inputs from one jump to the next, which are periodic.
+    /// Whether the stacked equation is affine with constant inputs from one jump to the next, and there are jumps.
     pub(crate) fn is_affine(&self) -> bool {
-        let sampled = self.observers.iter().any(|observer| observer.period.is_some());
+        let is_sampled = |slot: &ObserverSlot<'_>| slot.period.is_some() || slot.observer.sample_times().is_some();
+        let sampled = self.observers.iter().any(is_sampled);
         let process = self.disturbances.process_noise.is_some();
         (self.hold.is_some() || self.noise.is_some() || process || sampled)
             && self.step.is_none()

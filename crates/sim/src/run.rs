@@ -13,6 +13,7 @@ use crate::error::{SimError, check_finite};
 use crate::exponential::Exponential;
 use crate::integrate::{Accepted, Stepper};
 use crate::model::{HeldValues, Instant, Model};
+use crate::sample_times::{SampleClock, SampleTime};
 use crate::sensor::Reading;
 use crate::trajectory::Trajectory;
 
@@ -72,6 +73,9 @@ pub(crate) struct Runner<'m, 'a> {
     sample_clocks: Vec<Option<Periodic>>,
     /// Those of observers in continuous time whose state jumps.
     jump_clocks: Vec<Option<Periodic>>,
+    /// Those of observers that samples at varying periods correct, with the samples so far.
+    varying_clocks: Vec<Option<SampleClock>>,
+    samples: Vec<Vec<SampleTime>>,
     /// How many changes of the plant there have been.
     changed: usize,
     /// Which outputs were measured at the last jump, and which observers were due.
@@ -209,6 +213,12 @@ impl<'m, 'a> Runner<'m, 'a> {
             next: model.x0.clone(),
             sample_clocks: model.observers.iter().map(|fitted| fitted.period.map(clock)).collect(),
             jump_clocks: model.observers.iter().map(|fitted| fitted.observer.jump_period().map(clock)).collect(),
+            varying_clocks: model
+                .observers
+                .iter()
+                .map(|fitted| Some(SampleClock::new(fitted.observer.sample_times()?, t)))
+                .collect(),
+            samples: vec![Vec::new(); model.observers.len()],
             changed: 0,
             measured: Vec::new(),
             due: Vec::new(),
@@ -351,7 +361,34 @@ impl<'m, 'a> Runner<'m, 'a> {
             self.jump(t, hold, plant, &sample)?;
         }
         self.due = sample;
-        self.jump_observers(t)
+        self.jump_observers(t)?;
+        self.correct_observers(t)
+    }
+
+    /// The samples at varying periods that are due at `t`.
+    fn correct_observers(&mut self, t: f64) -> Result<(), SimError> {
+        let model = self.model;
+        for (k, fitted) in model.observers.iter().enumerate() {
+            let Some(clock) = self.varying_clocks[k].as_mut().filter(|clock| clock.next <= t) else { continue };
+            let (is_sent, elapsed) = (clock.arrives(), t - clock.last);
+            let now = self.now.get_mut();
+            model.evaluate(t, &self.stacked, &self.still, now);
+            let is_absent = |j: usize| self.still.readings.get(j) == Some(&Reading::Nothing);
+            let arrives = is_sent && !(model.size.outputs > 0 && (0..model.size.outputs).all(is_absent));
+            self.samples[k].push(SampleTime { time: t, arrives, elapsed });
+            if !arrives {
+                continue;
+            }
+            clock.last = t;
+            let state = &mut self.stacked[fitted.offset..fitted.offset + fitted.length];
+            let y = model.outputs_of(k, (t, state), &self.still, now, is_absent);
+            fitted.observer.correct_at(state, &now.u, &y, elapsed);
+            if let Some(index) = state.iter().position(|entry| !entry.is_finite()) {
+                let (observer, value) = (model.names[k].clone(), state[index]);
+                return Err(SimError::ObserverNotFinite { observer, time: t, index, value });
+            }
+        }
+        Ok(())
     }
 
     /// The jumps of observers in continuous time, with what they measure at `t`.
@@ -385,7 +422,8 @@ impl<'m, 'a> Runner<'m, 'a> {
         // They are sorted, and a table of samples has many.
         let breakpoints = &self.model.breakpoints;
         let breakpoint = breakpoints.get(breakpoints.partition_point(|&breakpoint| breakpoint <= t)).copied();
-        clocks.map(Periodic::next).chain(breakpoint).fold(end, f64::min)
+        let samples = self.varying_clocks.iter().flatten().map(|clock| clock.next);
+        clocks.map(Periodic::next).chain(breakpoint).chain(samples).fold(end, f64::min)
     }
 
     /// The stacked equation of a model that is affine.
@@ -483,7 +521,7 @@ impl<'m, 'a> Runner<'m, 'a> {
         }
         let lengths: Vec<usize> = model.observers.iter().map(|fitted| fitted.length).collect();
         let integrals = model.integrals.iter().map(|(name, _)| name.clone()).collect();
-        let run = (dense.take(), march.steps(), model.sampling.clone());
+        let run = (dense.take(), march.steps(), model.sampling.clone(), self.samples);
         Ok(Trajectory::new(&model.times, &lengths, integrals, layout, &samples, run))
     }
 }

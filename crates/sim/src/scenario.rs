@@ -2,7 +2,7 @@
 
 use std::rc::Rc;
 
-use luenberger_observers::{Observer, SampledObserver};
+use luenberger_observers::{ContinuousDiscreteObserver, Observer, SampledObserver};
 use luenberger_plants::Plant;
 use nalgebra::DMatrix;
 
@@ -15,6 +15,7 @@ use crate::integrate::{Integrator, Settings};
 use crate::model::Model;
 use crate::noise::Noise;
 use crate::run::Runner;
+use crate::sample_times::SampleTimes;
 use crate::sensor::Sensor;
 use crate::signal::Signal;
 use crate::trajectory::Trajectory;
@@ -204,7 +205,7 @@ impl<'a> Scenario<'a> {
     /// An observer in continuous time, and its estimate at the start.
     #[must_use]
     pub fn observer(self, name: &str, observer: impl Observer<f64> + 'a, initial: &[f64]) -> Self {
-        self.entry(name, Rc::new(Continuous(observer)), initial, Estimated::State)
+        self.entry(name, Rc::new(Continuous::new(observer)), initial, Estimated::State)
     }
 
     /// An observer of some states of the plant: entry i of its estimate is for the state `states[i]`, from 0.
@@ -216,7 +217,7 @@ impl<'a> Scenario<'a> {
         initial: &[f64],
         states: &[usize],
     ) -> Self {
-        self.entry(name, Rc::new(Continuous(observer)), initial, Estimated::States(states.to_vec()))
+        self.entry(name, Rc::new(Continuous::new(observer)), initial, Estimated::States(states.to_vec()))
     }
 
     /// An observer of the functions `z = K x`, with their first estimate. Its errors are `K x - zhat`.
@@ -242,7 +243,45 @@ impl<'a> Scenario<'a> {
         initial: &[f64],
         k: &DMatrix<f64>,
     ) -> Self {
-        self.entry(name, Rc::new(Continuous(observer)), initial, Estimated::Functions(k.clone()))
+        self.entry(name, Rc::new(Continuous::new(observer)), initial, Estimated::Functions(k.clone()))
+    }
+
+    /// An observer that is corrected at samples of varying periods, some of them missed, and its estimate at the start.
+    /// The trajectory has the [`samples`](crate::ObserverTrajectory::samples).
+    ///
+    /// ```
+    /// use luenberger_observers::{SampledCubicGains, SampledCubicObserver, VaryingPeriodObserver};
+    /// use luenberger_sim::{SampleTimes, Scenario};
+    /// use nalgebra::{Matrix1, Matrix2, RowVector2, Vector2};
+    /// let (h, c) = (0.1, RowVector2::new(1.0, 0.0));
+    /// let (ad, bd) = (Matrix2::new(1.0, h, 0.0, 1.0), Vector2::new(h * h / 2.0, h));
+    /// let (ld, n) = (Vector2::new(0.9, 2.0), Vector2::new(-1.0, -1.5));
+    /// let gains = SampledCubicGains { ad, bd, c, ld, n, theta: Matrix1::new(10.0), w: 1.0, period: h };
+    /// let nominal = SampledCubicObserver::new(gains)?;
+    /// let (a, b, k) = (Matrix2::new(0.0, 1.0, 0.0, 0.0), Vector2::new(0.0, 1.0), Vector2::new(0.7, 2.0));
+    /// let observer = VaryingPeriodObserver::new(nominal, a, b, k, 0.26)?;
+    /// let times = SampleTimes { shortest: 0.08, longest: 0.13, misses: 1, seed: 1 };
+    /// let run = Scenario::new(luenberger_plants::double_integrator())
+    ///     .initial_state(&[1.0, -1.0])
+    ///     .continuous_discrete_observer("jitter", observer, times, &[0.0, 0.0])
+    ///     .until(20.0, 2)
+    ///     .run()?;
+    /// let observer = &run.observers[0];
+    /// assert!(observer.error.row(1).norm() < 1e-6);
+    /// // One sample in a row may be missed.
+    /// assert!(observer.samples.iter().any(|sample| !sample.arrives));
+    /// assert!(observer.samples.iter().all(|sample| sample.elapsed < 0.26 + 1e-9));
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    #[must_use]
+    pub fn continuous_discrete_observer(
+        self,
+        name: &str,
+        observer: impl ContinuousDiscreteObserver<f64> + 'a,
+        times: SampleTimes,
+        initial: &[f64],
+    ) -> Self {
+        self.entry(name, Rc::new(Continuous::sampled_at(observer, times)), initial, Estimated::State)
     }
 
     /// A sampled-data observer, and its estimate at the start, which is its first sample.

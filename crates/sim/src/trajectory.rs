@@ -6,6 +6,7 @@ use nalgebra::DMatrix;
 use crate::dense::Dense;
 use crate::error::{SimError, check_positive};
 use crate::events::{Difference, Trace};
+use crate::sample_times::SampleTime;
 use crate::scores::{Merits, ScoreGrid};
 use crate::sensor::Sampling;
 use crate::view::View;
@@ -111,6 +112,8 @@ pub struct ObserverTrajectory {
     pub states: Vec<usize>,
     /// Its sampling period, between two multiples of which the estimate stands still; none in continuous time.
     pub period: Option<f64>,
+    /// Its samples, of an observer that is corrected at varying periods; otherwise none.
+    pub samples: Vec<SampleTime>,
 }
 
 /// One integral.
@@ -130,7 +133,7 @@ impl Trajectory {
         integrals: Vec<String>,
         layout: Layout,
         samples: &[f64],
-        (dense, steps, sampling): (Dense, usize, Sampling),
+        (dense, steps, sampling, due): (Dense, usize, Sampling, Vec<Vec<SampleTime>>),
     ) -> Self {
         let rows = times.len();
         let block = |offset: usize, columns: usize| {
@@ -138,14 +141,15 @@ impl Trajectory {
         };
         let Dimensions { states: n, inputs: m, outputs: p } = layout.size;
         let x = block(0, n);
-        let observers = layout.observers.iter().zip(lengths).zip(&layout.names).map(|((place, &length), name)| {
+        let places = layout.observers.iter().zip(lengths).zip(&layout.names).zip(due);
+        let observers = places.map(|(((place, &length), name), due)| {
             let estimate = block(place.estimate, place.of.len());
             let of = |i: usize, j: usize| samples[i * layout.width + place.of[j]];
             let error = DMatrix::from_fn(rows, place.of.len(), |i, j| of(i, j) - estimate[(i, j)]);
             let state = block(place.estimate - length, length);
             let states = place.of.iter().copied().filter(|&of| of < n).collect();
             let period = place.period;
-            ObserverTrajectory { name: name.clone(), estimate, error, state, states, period }
+            ObserverTrajectory { name: name.clone(), estimate, error, state, states, period, samples: due }
         });
         let observers = observers.collect();
         let value = |k: usize| block(layout.integrals + k, 1).as_slice().to_vec();

@@ -125,6 +125,19 @@ pub struct Simulation {
     pub noise: Option<NoiseSpec>,
     /// Sensors with sampling periods of their own, which have the noise of their outputs.
     pub sensors: Vec<SensorSpec>,
+    /// How the samples of observers at varying periods are drawn.
+    pub sampling: SamplingSpec,
+}
+
+/// The samples of observers at varying periods, as a simulation draws them.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct SamplingSpec {
+    /// The shortest and the longest period; none for those that each observer is designed for.
+    pub jitter: Option<(f64, f64)>,
+    /// The largest number of samples missed in a row; none for that of each observer.
+    pub misses: Option<usize>,
+    /// The seed.
+    pub seed: u64,
 }
 
 impl Simulation {
@@ -615,6 +628,10 @@ pub struct KklSpec {
     pub samples: usize,
     /// Whether the embedded form is simulated.
     pub embedded: bool,
+    /// Bounds of the inputs, which are held at constant values; empty for a plant without inputs.
+    pub inputs: Vec<(f64, f64)>,
+    /// Values of each input for which there is a table.
+    pub nodes: usize,
 }
 
 impl KklSpec {
@@ -622,8 +639,14 @@ impl KklSpec {
     /// search included.
     pub fn tables(&self, states: usize) -> Vec<usize> {
         let mut tables = luenberger_design::numerical_kkl::searched_tables(self.cutoff, self.points, states);
-        tables.extend(tables.iter().copied().max().or(self.points));
+        let last = tables.iter().copied().max().or(self.points);
+        tables.extend(last.into_iter().flat_map(|points| core::iter::repeat_n(points, self.family())));
         tables
+    }
+
+    /// Values of the inputs for which there are tables; one without inputs.
+    pub fn family(&self) -> usize {
+        self.nodes.pow(self.inputs.len() as u32)
     }
 }
 
@@ -708,6 +731,20 @@ impl ObserverKind {
         }
     }
 
+    /// The period between two multiples of which the estimate stands still in a simulation; none where the observer
+    /// predicts between its samples.
+    pub fn held_period(&self) -> Option<f64> {
+        if self.varying_periods().is_some() { None } else { self.period() }
+    }
+
+    /// The periods for which convergence is proved, of an observer at varying periods.
+    pub fn varying_periods(&self) -> Option<&luenberger_design::Periods> {
+        match self {
+            Self::SampledCubic { varying, .. } => varying.as_ref(),
+            _ => None,
+        }
+    }
+
     /// Whether estimates on a log are smoothed.
     pub fn smooths(&self) -> bool {
         match self {
@@ -745,7 +782,7 @@ impl ObserverKind {
             Self::Kkl(kkl) => kkl.region.clone(),
             Self::Pebo(peb) | Self::KklPeb(peb) => peb.region.clone(),
             Self::ImmersionInvariance(spec) => spec.region.clone(),
-            Self::KklNumerical(kkl) => luenberger_design::Region::new(&kkl.domain),
+            Self::KklNumerical(kkl) => luenberger_design::Region::new(&kkl.domain).inputs(&kkl.inputs),
             _ => return None,
         };
         let bounded = |bounds: &(f64, f64)| bounds.0.is_finite() || bounds.1.is_finite();

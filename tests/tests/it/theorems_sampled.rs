@@ -1,9 +1,12 @@
 //! The theorems of sampled observers beyond the closed form, as properties of random systems. Statements and proofs:
 //! docs/theory-cubic.md.
 
-use luenberger_design::{CubicDesign, CubicGain, DesignError, Periods, SampledCubicDesign, VaryingPeriodDesign};
-use luenberger_observers::{Observer, SampledObserver, VaryingPeriodObserver};
+use luenberger_design::{
+    CubicDesign, CubicGain, DesignError, Periods, SampledCubicDesign, VaryingPeriodDesign, at_varying_periods,
+};
+use luenberger_observers::{Observer, SampledCubicGains, SampledCubicObserver, SampledObserver, VaryingPeriodObserver};
 use luenberger_proof::certificate::Theorem;
+use luenberger_sim::{SampleTimes, Scenario, Signal};
 use nalgebra::{DMatrix, DVector};
 use proptest::prelude::*;
 
@@ -240,4 +243,79 @@ fn the_prediction_is_the_zero_order_hold() {
     observer.correct(&mut other, &u, &y, 0.1);
     observer.predict(&mut other, &u, 0.1);
     assert!((&one - &other).norm() <= 1e-13 * one.norm(), "{one} {other}");
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 12, ..ProptestConfig::default() })]
+
+    /// Theorem F in simulations, the plant in motion under an input: at the samples that are drawn, of which some are
+    /// missed, V falls from correction to correction by the factor that is proved; for the linear correction, radial and
+    /// semi-implicit.
+    #[test]
+    fn v_falls_by_the_factor_at_the_samples_of_a_simulation(
+        plant in observable_plant(1..=3), d in matrix(3, 3), k in matrix(3, 3), e0 in matrix(3, 1), x0 in matrix(3, 1),
+        exponent in -1..3, h in 0.02..0.2, shorter in 0.75..1.0, longer in 1.0..1.3, misses in 0..3_usize, kind in 0..3,
+        seed: u64,
+    ) {
+        let (n, p) = (plant.a.nrows(), plant.c.nrows());
+        let correction = if kind == 2 { CubicGain::General(accretive(p, &d, &k)) } else { CubicGain::Radial(2.0) };
+        let periods = Periods { shortest: shorter * h, longest: longer * h, misses };
+        let linear = linear(&plant, 1.0);
+        let Ok(design) = VaryingPeriodDesign::new(&linear, &DMatrix::identity(p, p), &correction, h, &periods) else {
+            return Err(TestCaseError::reject("periods that are not proved"));
+        };
+        prop_assert!(design.certificate.is_proved(), "{}", design.certificate);
+        let square = design.factor * design.factor;
+        let (observer, lyapunov, factor) = match kind {
+            0 => {
+                // The linear correction has a P of its own.
+                let theorem = at_varying_periods(&plant, &design.k, &periods).unwrap();
+                let o = &design.nominal.observer;
+                let gains = SampledCubicGains {
+                    ad: o.ad().clone(), bd: o.bd().clone(), c: o.c().clone(), ld: o.ld().clone(),
+                    n: DMatrix::zeros(n, p), theta: o.theta().clone(), w: 0.0, period: h,
+                };
+                let nominal = SampledCubicObserver::new(gains).unwrap();
+                let (a, b, most) = (plant.a.clone(), plant.b.clone(), (misses + 1) as f64 * periods.longest);
+                let observer = VaryingPeriodObserver::new(nominal, a, b, design.k.clone(), most).unwrap();
+                let lyapunov = DMatrix::from_fn(n, n, |i, j| theorem.p[(i, j)]);
+                (observer, lyapunov, theorem.factor * theorem.factor)
+            }
+            1 => (design.observer.clone(), design.nominal.p.clone(), square),
+            _ => (design.observer.clone(), design.nominal.p.clone(), 2.0 * square / (1.0 + square)),
+        };
+        let times = SampleTimes { shortest: periods.shortest, longest: periods.longest, misses, seed };
+        let x0: Vec<f64> = (0..n).map(|i| x0[(i, 0)]).collect();
+        let initial: Vec<f64> = (0..n).map(|i| x0[i] + e0[(i, 0)] * 10.0_f64.powi(exponent)).collect();
+        let run = |rows: &[f64]| {
+            Scenario::new(plant.clone())
+                .initial_state(&x0)
+                .input(Signal::constant(&vec![0.5; plant.b.ncols()]))
+                .continuous_discrete_observer("jitter", observer.clone(), times, &initial)
+                .times(rows)
+                .run()
+                .unwrap()
+        };
+        let end = 30.0 * h;
+        // Just before the samples that correct: by a time in which nothing moves.
+        let before = |t: f64| t - 1e-9 * h;
+        let samples = run(&[0.0, end]).observers[0].samples.clone();
+        let mut rows: Vec<f64> = samples.iter().filter(|sample| sample.arrives).map(|sample| before(sample.time)).collect();
+        rows.push(end + h);
+        let trajectory = run(&rows);
+        let (error, size) = (&trajectory.observers[0].error, trajectory.x.amax().max(1.0));
+        let v = |row: usize| {
+            let e = error.row(row).transpose();
+            e.dot(&(&lyapunov * &e))
+        };
+        // What the integration of x and xhat leaves of their difference.
+        let rounding = lyapunov.norm() * (1e-8 * size).powi(2);
+        for row in 1..rows.len() - 1 {
+            prop_assert!(
+                v(row).sqrt() <= (factor * v(row - 1)).sqrt() * (1.0 + 1e-6) + rounding.sqrt(),
+                "V from {} to {} at sample {row}, factor {factor}", v(row - 1), v(row)
+            );
+        }
+        prop_assert!(rows.len() > 5);
+    }
 }

@@ -165,7 +165,8 @@ pub(crate) fn export(input: &ExportInput) -> Result<Answer, Failure> {
     let unit = study.plant.time_unit.as_ref().map(|unit| format!(" {unit}")).unwrap_or_default();
     _ = writeln!(
         text,
-        "one step every {}{unit}{}: {} {}, {} bytes of constants and state ({})",
+        "{} {}{unit}{}: {} {}, {} bytes of constants and state ({})",
+        if export.program().takes_time() { "one step for each sample, nominally every" } else { "one step every" },
         written.period,
         substeps.map(|count| format!(" with {}", counted(count, "Runge-Kutta step"))).unwrap_or_default(),
         written.operations,

@@ -254,7 +254,8 @@ fn simulation(text: &mut String, results: &Results, report: &SimulationReport) {
     let plant = &results.plant;
     let unit = plant.time_unit.as_ref().map(|unit| format!(" {unit}")).unwrap_or_default();
     _ = writeln!(text, "\nsimulation to t = {}{unit}", number(report.duration));
-    for sentence in report.truth.iter().chain(&report.measurements).chain(&report.scoring.words) {
+    let sampling = report.sampling.iter().map(|sampling| &sampling.words);
+    for sentence in report.truth.iter().chain(&report.measurements).chain(sampling).chain(&report.scoring.words) {
         text.extend(["  ", sentence, "\n"]);
     }
     if report.rows.len() > 1 {

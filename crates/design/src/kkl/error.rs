@@ -43,7 +43,10 @@ pub enum KklError {
         states: usize,
     },
     /// f, h, phi, Lambda or B has no value at a point of the box.
-    #[error("{operation} has no value at the state {state:?} and the input {input:?}")]
+    #[error(
+        "{operation} has no value at the state {state:?}{}",
+        if input.is_empty() { String::new() } else { format!(" and the input {input:?}") }
+    )]
     Undefined {
         /// What.
         operation: &'static str,
@@ -57,8 +60,8 @@ pub enum KklError {
     NotASolution(Worst),
     /// It was not decided whether phi solves the equation (4).
     #[error(
-        "it is undecided whether phi solves row {row} of D phi f = Lambda phi + B: its residual is proved below {bound} only, where {allowed} is allowed",
-        bound = short(*.bound), allowed = short(*.allowed)
+        "it is undecided whether phi solves row {} of D phi f = Lambda phi + B: its residual is proved below {bound} only, where {allowed} is allowed",
+        .row + 1, bound = short(*.bound), allowed = short(*.allowed)
     )]
     ResidualUndecided {
         /// Row, from 0.

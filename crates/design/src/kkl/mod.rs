@@ -103,8 +103,8 @@ pub struct KklReport {
     /// Of (phi, h).
     pub injectivity: Injectivity,
     /// The largest difference between `phi^L(phi(x), h(x))` and the estimated states over the samples, in half-widths
-    /// of the box, and where; None where phi^L has no enclosure.
-    pub left_inverse: Option<(f64, Place)>,
+    /// of the box, and where; an error with the first sample at which phi^L has no finite value.
+    pub left_inverse: Result<(f64, Place), Place>,
 }
 
 impl<S, K> KklCandidate<'_, S, K> {
@@ -249,28 +249,42 @@ impl<S, K> KklCandidate<'_, S, K> {
         Matrix::from_fn(order, order, |i, j| entries[j * order + i])
     }
 
-    fn left_inverse_over(&self, points: &[Vec<Interval>], axes: &[Interval], size: Dimensions) -> Option<(f64, Place)>
+    fn left_inverse_over(
+        &self,
+        points: &[Vec<Interval>],
+        axes: &[Interval],
+        size: Dimensions,
+    ) -> Result<(f64, Place), Place>
     where
         Self: Pieces<IntervalDual>,
     {
-        let mut worst: Option<(f64, Place)> = None;
+        let mut worst = (0.0, &points[0]);
         for point in points {
-            let (x, _, t) = still(point, size);
-            let ways = explore(|| {
-                let y = self.output(t, &x);
-                self.left_inverse(t, &self.image(t, &x, &y), &y)
-            });
-            let estimate = ways.ok()?.into_iter().next()?;
-            for (k, found) in self.estimated.iter().zip(&estimate) {
-                let (middle, _) = found.value().midpoint_radius()?;
-                let half = 0.5 * axes[*k].width();
-                let missed = (middle - point[*k].lo()).abs() / if half > 0.0 { half } else { 1.0 };
-                if worst.as_ref().is_none_or(|(most, _)| missed > *most) {
-                    worst = Some((missed, Place::of(point, size)));
-                }
+            match self.missed(point, axes, size) {
+                Some(missed) if missed > worst.0 => worst = (missed, point),
+                Some(_) => {}
+                None => return Err(Place::of(point, size)),
             }
         }
-        worst
+        Ok((worst.0, Place::of(worst.1, size)))
+    }
+
+    /// The largest error of `phi^L(phi(x), h(x))` at a point, in half-widths; none where it has no finite value.
+    fn missed(&self, point: &[Interval], axes: &[Interval], size: Dimensions) -> Option<f64>
+    where
+        Self: Pieces<IntervalDual>,
+    {
+        let (x, _, t) = still(point, size);
+        let ways = explore(|| {
+            let y = self.output(t, &x);
+            self.left_inverse(t, &self.image(t, &x, &y), &y)
+        });
+        let estimate = ways.ok()?.into_iter().next()?;
+        self.estimated.iter().zip(&estimate).try_fold(0.0f64, |most, (k, found)| {
+            let (middle, _) = found.value().midpoint_radius()?;
+            let half = 0.5 * axes[*k].width();
+            Some(most.max((middle - point[*k].lo()).abs() / if half > 0.0 { half } else { 1.0 }))
+        })
     }
 }
 
@@ -364,11 +378,11 @@ impl fmt::Display for KklReport {
             writeln!(f, "           not to eight digits: {pair}")?;
         }
         match left_inverse {
-            Some((missed, place)) if *missed > 0.0 => {
+            Ok((missed, place)) if *missed > 0.0 => {
                 writeln!(f, "measured   phi^L(phi(x), h(x)) = x up to {missed:.1e} half-widths, at {place}")
             }
-            Some(_) => writeln!(f, "measured   phi^L(phi(x), h(x)) = x at every sample"),
-            None => writeln!(f, "           phi^L could not be evaluated"),
+            Ok(_) => writeln!(f, "measured   phi^L(phi(x), h(x)) = x at every sample"),
+            Err(place) => writeln!(f, "           phi^L(phi(x), h(x)) has no finite value at {place}"),
         }
     }
 }

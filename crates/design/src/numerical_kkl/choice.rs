@@ -79,7 +79,11 @@ const MARGIN: f64 = 1.0;
 
 /// Grid points per axis at each stage.
 fn grids(states: usize) -> [usize; 3] {
-    if states > 2 { [17, 25, 33] } else { [33, 65, 97] }
+    match states {
+        ..=2 => [33, 65, 97],
+        3 => [17, 25, 33],
+        _ => [9, 13, 17],
+    }
 }
 
 /// Grid points per axis of the designs that [`choose`] tries at most, for an estimate of the time it takes.

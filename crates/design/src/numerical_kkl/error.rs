@@ -63,13 +63,38 @@ pub enum NumericalKklError {
         /// Where it ends.
         upper: f64,
     },
-    /// A grid larger than is computed.
-    #[error("a grid of {points} points (limit {most})")]
+    /// Tables larger than are computed.
+    #[error(
+        "the table of T would have {} coefficients, {} MB (limit {} coefficients, which is {per_axis} points per axis)",
+        significant(*points, 3), significant(*megabytes, 3), significant(*most as f64, 3)
+    )]
     GridTooLarge {
-        /// The requested number of points.
+        /// Coefficients of all tables, each of n_z numbers: two more than grid points on each axis.
         points: f64,
-        /// The cap.
+        /// The most that is computed.
         most: usize,
+        /// Memory of all tables.
+        megabytes: f64,
+        /// The most points per axis with so many states and tables.
+        per_axis: usize,
+    },
+    /// A family of inputs without interior, or with a bound that is not finite.
+    #[error("the family of input {} goes from {lower} to {upper}", input + 1)]
+    Family {
+        /// The input, from 0.
+        input: usize,
+        /// Its lower end.
+        lower: f64,
+        /// Its upper end.
+        upper: f64,
+    },
+    /// What fails at one input of a family.
+    #[error("at the held input u = {input:?}: {error}")]
+    AtInput {
+        /// The input.
+        input: Vec<f64>,
+        /// What fails there.
+        error: Box<NumericalKklError>,
     },
     /// T varies more than the grid can show: it is rough (D too slow for the backward expansion of the plant), or the
     /// grid coarse.

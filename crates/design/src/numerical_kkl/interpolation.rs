@@ -13,20 +13,30 @@ use nalgebra::{DMatrix, SVector};
 use crate::check::within;
 use crate::numerical_kkl::error::NumericalKklError;
 
-/// Largest number of grid points.
+/// Largest number of coefficients, each of n_z numbers, of all tables of a design.
 pub(crate) const MOST_POINTS: usize = 1 << 22;
 
-/// Checks that a grid can be interpolated, and returns its number of points.
-pub(crate) fn check_grid(points: &[usize]) -> Result<usize, NumericalKklError> {
+/// Checks that `tables` tables of `numbers` numbers on this grid can be made.
+pub(crate) fn check_grid(points: &[usize], tables: usize, numbers: usize) -> Result<(), NumericalKklError> {
     for &count in points {
         // Not-a-knot at both ends takes four points.
         within("the number of grid points on an axis", count as f64, 4.0, 1024.0)?;
     }
-    let product: f64 = points.iter().map(|&count| (count + 2) as f64).product();
+    let product = tables as f64 * points.iter().map(|&count| (count + 2) as f64).product::<f64>();
     if product > MOST_POINTS as f64 {
-        return Err(NumericalKklError::GridTooLarge { points: product, most: MOST_POINTS });
+        return Err(NumericalKklError::GridTooLarge {
+            points: product,
+            most: MOST_POINTS,
+            megabytes: product * (numbers * size_of::<f64>()) as f64 / 1e6,
+            per_axis: (2..=1024).take_while(|count| holds(*count, points.len(), tables)).last().unwrap_or(0),
+        });
     }
-    Ok(points.iter().product())
+    Ok(())
+}
+
+/// Whether a grid of so many points on each axis is small enough.
+fn holds(points: usize, axes: usize, tables: usize) -> bool {
+    tables as f64 * ((points + 2) as f64).powf(axes as f64) <= MOST_POINTS as f64
 }
 
 /// The spline through `values`: Z numbers for each grid point, the last axis running fastest.
@@ -113,7 +123,17 @@ mod tests {
 
     #[test]
     fn grids_that_cannot_be_are_named() {
-        assert!(check_grid(&[3, 8]).is_err() && check_grid(&[8, 2000]).is_err());
-        assert!(matches!(check_grid(&[1000, 1000, 1000]), Err(NumericalKklError::GridTooLarge { .. })));
+        assert!(check_grid(&[3, 8], 1, 3).is_err() && check_grid(&[8, 2000], 1, 3).is_err());
+        assert!(matches!(check_grid(&[1000, 1000, 1000], 1, 4), Err(NumericalKklError::GridTooLarge { .. })));
+        // 45^4 = 4100625 is below 2^22 = 4194304, 46^4 is not; five numbers of eight bytes each.
+        assert!(check_grid(&[43; 4], 1, 5).is_ok());
+        let too_large = NumericalKklError::GridTooLarge {
+            points: 46.0f64.powi(4),
+            most: 1 << 22,
+            megabytes: 46.0f64.powi(4) * 40.0 / 1e6,
+            per_axis: 43,
+        };
+        assert_eq!(check_grid(&[44; 4], 1, 5), Err(too_large));
+        assert!(check_grid(&[43; 4], 2, 5).is_err());
     }
 }

@@ -16,10 +16,12 @@
 //! | `transform` | T and DT by simulation |
 //! | `interpolation`, `regression` | splines through a grid; polynomials on a tree |
 //! | `injectivity` | injectivity of T |
+//! | `held_inputs` | the design for a family of held inputs |
 //! | `progress` | progress of a design, and its cancellation |
 //! | `report` | errors at validation points, and costs |
 //!
-//! The plant has no input, or a constant one; T is then specific to that input.
+//! The plant has no input, or a constant one; T is then specific to that input. [`HeldInputDesign`] has T for a family
+//! of constant inputs.
 //!
 //! There is no proof: every number in [`Report`] is measured, at validation points not used in the fit.
 
@@ -27,6 +29,7 @@ mod choice;
 mod domain;
 mod error;
 mod extrapolation;
+mod held_inputs;
 mod injectivity;
 mod interpolation;
 mod progress;
@@ -53,6 +56,7 @@ use regression::{Budget, Samples};
 pub use choice::{Candidate, Choice, Wanted, choose, searched_tables};
 pub use domain::{Domain, Escape};
 pub use error::NumericalKklError;
+pub use held_inputs::{HeldInputDesign, HeldInputReport, HeldInputs, MOST_NODES};
 pub use injectivity::Injectivity;
 pub use progress::Progress;
 pub use report::{Errors, Footprint, HeldOut, Report, Trial, held_out};
@@ -163,7 +167,7 @@ impl<const N: usize, const M: usize, const P: usize, const Z: usize> NumericalKk
     where
         S: Differentiable<f64, Const<N>, Const<M>, Const<P>>,
     {
-        check(settings)?;
+        check::<N, Z>(settings, 1)?;
         let transform = Transform::new(plant, target, domain, input, settings.tolerance)?;
         let (coordinates, spline) = tabulate(&transform, settings.points, progress)?;
 
@@ -219,8 +223,8 @@ impl<const N: usize, const M: usize, const P: usize, const Z: usize> NumericalKk
     }
 }
 
-fn check<const N: usize>(settings: &Settings<N>) -> Result<(), NumericalKklError> {
-    interpolation::check_grid(&settings.points)?;
+fn check<const N: usize, const Z: usize>(settings: &Settings<N>, tables: usize) -> Result<(), NumericalKklError> {
+    interpolation::check_grid(&settings.points, tables, Z)?;
     within("the degree", settings.degree as f64, 1.0, 12.0)?;
     within("the number of leaves", settings.leaves as f64, 1.0, 4096.0)?;
     within("the number of samples", settings.samples as f64, 100.0, 1e6)?;
@@ -247,8 +251,24 @@ fn tabulate<S, const N: usize, const M: usize, const P: usize, const Z: usize>(
 where
     S: Differentiable<f64, Const<N>, Const<M>, Const<P>>,
 {
+    let values = on_grid(transform, points, (0, 1), progress)?;
+    let coordinates = white_coordinates(&values, transform.output_scale())?;
+    let spline = spline_of(transform.domain(), points, &coordinates, &values)?;
+    Ok((coordinates, spline))
+}
+
+/// T on the grid, of table `table` of so many.
+fn on_grid<S, const N: usize, const M: usize, const P: usize, const Z: usize>(
+    transform: &Transform<'_, S, N, M, P, Z>,
+    points: [usize; N],
+    (table, tables): (usize, usize),
+    progress: &mut Listener<'_>,
+) -> Result<Vec<SVector<f64, Z>>, NumericalKklError>
+where
+    S: Differentiable<f64, Const<N>, Const<M>, Const<P>>,
+{
     let domain = transform.domain();
-    let count = interpolation::check_grid(&points)?;
+    let count = points.iter().product();
     let mut values = Vec::with_capacity(count);
     for index in 0..count {
         let mut rest = index;
@@ -259,12 +279,21 @@ where
             rest /= points[axis];
         }
         values.push(transform.at(&domain.point(|i| share[i]))?);
-        Progress { stage: "T on the grid", done: index + 1, total: count }.tell(progress)?;
+        let (done, total) = (table * count + index + 1, tables * count);
+        Progress { stage: "T on the grid", done, total }.tell(progress)?;
     }
-    let coordinates = white_coordinates(&values, transform.output_scale())?;
+    Ok(values)
+}
+
+/// The spline of these values on the grid.
+fn spline_of<const N: usize, const Z: usize>(
+    domain: &Domain<N>,
+    points: [usize; N],
+    coordinates: &Coordinates<f64, Z>,
+    values: &[SVector<f64, Z>],
+) -> Result<Spline<N, Z>, NumericalKklError> {
     let table = values.iter().flat_map(|z| coordinates.white(z).data.0[0]).collect();
-    let spline = interpolation::interpolate(*domain.lower(), *domain.upper(), points, table)?;
-    Ok((coordinates, spline))
+    interpolation::interpolate(*domain.lower(), *domain.upper(), points, table)
 }
 
 /// Coordinates in which these values have mean 0 and covariance I, up to directions of no extent.
@@ -337,10 +366,10 @@ where
     Ok(KklObserver::new(LinearKkl::new(*target.d(), *target.b(), SMatrix::zeros(), inverse)?))
 }
 
-fn inversion_errors<const N: usize, const Z: usize>(
-    inverse: impl Fn(&SVector<f64, Z>) -> SVector<f64, N>,
+fn inversion_errors<const N: usize, I>(
+    inverse: impl Fn(&I) -> SVector<f64, N>,
     probes: &[SVector<f64, N>],
-    images: &[SVector<f64, Z>],
+    images: &[I],
     stage: &'static str,
     progress: &mut Listener<'_>,
 ) -> Result<Errors<N>, NumericalKklError> {

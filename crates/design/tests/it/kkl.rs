@@ -248,6 +248,8 @@ fn without_a_polynomial_intervals_decide_what_they_can() {
     assert!(matches!(fine.residual.verdict, Verdict::Undecided { .. }));
     let refused = KklDesign::new(&plant, plant, &[0], &Region::new(&[(0.5, 1.0)]).inputs(&[(0.0, 0.0)]), &settings());
     assert!(matches!(refused, Err(KklError::ResidualUndecided { row: 0, bound, allowed }) if bound > allowed));
+    // In sentences rows count from 1.
+    assert!(refused.is_err_and(|error| error.to_string().contains("solves row 1 of D phi f")));
 }
 
 #[test]

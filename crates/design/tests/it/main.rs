@@ -17,6 +17,7 @@ mod nonlinear_observability;
 mod norm_filter;
 mod numerical_kkl;
 mod numerical_kkl_choice;
+mod numerical_kkl_held;
 mod operating_point;
 mod optimal_cubic;
 mod stored;

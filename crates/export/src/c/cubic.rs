@@ -2,6 +2,7 @@
 
 use std::fmt::Write;
 
+use luenberger_observers::SampledCubicObserver;
 use luenberger_observers::semi_implicit::reach;
 use nalgebra::DMatrix;
 
@@ -12,13 +13,25 @@ use crate::{Export, number};
 /// The flow of the cubic part over one period, exact or in a semi-implicit step: the innovation after it, and the
 /// impulse on the estimate.
 pub(super) fn flow(text: &mut String, export: &Export) {
-    if let Program::Cubic(observer) = &export.program
-        && let Some(coupling) = observer.coupling()
-    {
+    let observer = match &export.program {
+        Program::Cubic(observer) => Some(observer),
+        Program::Varying(step) => Some(step.observer().nominal()),
+        _ => None,
+    };
+    if let Some(coupling) = observer.and_then(SampledCubicObserver::coupling) {
         semi_implicit(text, export, coupling);
     } else {
         closed_form(text, export);
     }
+}
+
+/// The parameter of the flow for its time, and that time: the period, unless it varies.
+fn time(export: &Export) -> (String, String) {
+    if export.program.takes_time() {
+        return (format!(", {} dt", scalar(export)), "dt".to_owned());
+    }
+    let period = export.scalar.round(export.program.period());
+    (String::new(), number::c(period, export.scalar))
 }
 
 /// One semi-implicit step, with the operations of `luenberger_observers::semi_implicit` in their order.
@@ -29,13 +42,14 @@ fn semi_implicit(text: &mut String, export: &Export, coupling: &DMatrix<f64>) {
         Scalar::Binary32 => ("f", "fabsf", f64::from(reach(&coupling.map(|x| x as f32)))),
         Scalar::Binary64 => ("", "fabs", reach(coupling)),
     };
-    let (largest, period) = (number::c(largest, export.scalar), number::c(export.program.period(), export.scalar));
+    let largest = number::c(largest, export.scalar);
+    let (time, period) = time(export);
     _ = write!(
         text,
         "
 /* The cubic part for one period in a semi-implicit step: (I + s G) r = y~ with s = h y~'theta y~ and G = -C N, by
  * elimination with row exchanges; y~ becomes r, the impulse is s r. s is bounded, so that nothing overflows. */
-static void flow({number} *innovation, {number} *impulse)
+static void flow({number} *innovation, {number} *impulse{time})
 {{
     {number} matrix[{p}][{p}];
     {number} weighted[{p}];
@@ -132,14 +146,15 @@ fn closed_form(text: &mut String, export: &Export) {
     };
     let literal = |x: f64| number::c(x, export.scalar);
     let value = |wanted: &str| export.scalars().iter().find(|(name, _)| *name == wanted).map_or(0.0, |(_, x)| *x);
-    let (w, period) = (literal(value("W")), literal(value("PERIOD")));
+    let w = literal(value("W"));
+    let (time, period) = time(export);
     let (large, bound) = (literal(1.0 / epsilon), literal(largest));
     _ = write!(
         text,
         "
 /* The cubic part for one period in closed form: y~ becomes y~/sqrt(1 + 2 w h y~'theta y~). Squares are not formed, so
  * that nothing overflows. */
-static void flow({number} *innovation, {number} *impulse)
+static void flow({number} *innovation, {number} *impulse{time})
 {{
     {number} size = 0.0{suffix};
     int i;

@@ -2,7 +2,7 @@
 
 use std::fmt::Write;
 
-use super::{columns, feedback, harmless, kind, lengths, scalar, wrapped};
+use super::{columns, feedback, harmless, kind, lengths, scalar, varying, wrapped};
 use crate::Export;
 use crate::program::Program;
 
@@ -12,7 +12,9 @@ pub(crate) fn header(export: &Export) -> String {
     let mut text = format!("/**\n * @file {name}.h\n * @brief {}, one step per sample.\n *\n", kind(export));
     let period = export.program.period();
     let unit = if names.time_unit.is_empty() { String::new() } else { format!(" {}", harmless(&names.time_unit)) };
-    _ = writeln!(text, " * Period:  {period}{unit}");
+    let nominally =
+        if export.program.takes_time() { ", nominally: the step takes the time that has passed" } else { "" };
+    _ = writeln!(text, " * Period:  {period}{unit}{nominally}");
     _ = writeln!(text, " * States:  {}", columns(&names.states, &names.units));
     let fed = if export.feedback.is_some() { ", u = r - K xhat with a reference r for each" } else { "" };
     _ = writeln!(text, " * Inputs:  {}{fed}", columns(&names.inputs, &[]));
@@ -73,9 +75,15 @@ pub(crate) fn header(export: &Export) -> String {
         );
     }
     let is_fed = export.feedback.is_some();
-    let (known, more) = if is_fed { ("r", format!("{number} *u, ")) } else { ("u", String::new()) };
-    let step = if is_fed { feedback::declarations(export) } else { observer_step(export, &upper) };
-    let estimate = if export.is_filter() {
+    let is_varying = export.program.takes_time();
+    let (known, more, step) = match (is_fed, is_varying) {
+        (true, _) => ("r", format!("{number} *u, "), feedback::declarations(export)),
+        (false, true) => ("u", format!("{number} dt, "), varying::declarations(export)),
+        (false, false) => ("u", String::new(), observer_step(export, &upper)),
+    };
+    let estimate = if is_varying {
+        "Estimate at the last sample, or prediction."
+    } else if export.is_filter() {
         "Estimate at the last sample, with its measurement."
     } else {
         "Estimate for the next sample."
@@ -135,6 +143,9 @@ fn observer_step(export: &Export, upper: &str) -> String {
 fn not_finite(export: &Export) -> String {
     let known = if export.feedback.is_some() { "r" } else { "u" };
     match &export.program {
+        Program::Varying(_) => {
+            format!(" * A value of {known}, y or dt that is not finite makes the estimate not finite, for good:")
+        }
         Program::Linear(_) | Program::Cubic(_) => {
             format!(" * A value of {known} or y that is not finite makes the estimate not finite, for good:")
         }

@@ -9,6 +9,7 @@
 //! | `source` | the source: constants, start, step |
 //! | `linear` | the step of an observer of a linear plant |
 //! | `cubic` | the flow of the cubic part |
+//! | `varying` | the step of an observer at varying periods: prediction and correction |
 //! | `fixed` | all files of a linear observer in fixed point |
 //! | `plant` | the right-hand sides of a nonlinear plant; Runge-Kutta steps |
 //! | `extension` | the step of an observer of expressions |
@@ -37,6 +38,7 @@ mod step;
 mod table;
 mod test;
 mod unscented;
+mod varying;
 
 pub(crate) use fixed::fixed_files;
 pub(crate) use header::header;
@@ -102,7 +104,8 @@ fn columns(names: &[String], units: &[String]) -> String {
 
 fn lengths(export: &Export) -> (String, [(&'static str, usize); 3]) {
     let size = export.program.dimensions();
-    let all = [("STATES", size.estimate), ("INPUTS", size.inputs), ("OUTPUTS", size.outputs)];
+    let inputs = export.program.plant_inputs();
+    let all = [("STATES", size.estimate), ("INPUTS", inputs), ("OUTPUTS", size.outputs)];
     (export.identifier.to_uppercase(), all)
 }
 
@@ -111,6 +114,7 @@ pub(crate) fn kind(export: &Export) -> String {
         Program::Linear(_) if export.is_filter() => "Stationary Kalman filter",
         Program::Linear(_) => "Sampled linear observer",
         Program::Cubic(_) => "Sampled cubic observer",
+        Program::Varying(_) => "Sampled cubic observer at varying periods",
         Program::Kalman(_) => "Extended Kalman filter",
         Program::Unscented(_) => "Unscented Kalman filter",
         Program::Kkl(_) => "Numerical KKL observer",

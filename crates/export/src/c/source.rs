@@ -2,7 +2,9 @@
 
 use std::fmt::Write;
 
-use super::{copy, cubic, extension, feedback, kalman, kkl, lengths, linear, matrix, plant, scalar, unscented};
+use super::{
+    copy, cubic, extension, feedback, kalman, kkl, lengths, linear, matrix, plant, scalar, unscented, varying,
+};
 use crate::program::{Maps, Program};
 use crate::{Export, number};
 
@@ -12,7 +14,7 @@ pub(super) fn source(export: &Export) -> String {
     let n = format!("{upper}_STATES");
     let mut text = format!("/** @file {name}.c\n * See {name}.h. */\n#include \"{name}.h\"\n\n#include <float.h>\n");
     let maps = export.program.maps();
-    if maps.is_some() || matches!(export.program, Program::Cubic(_)) {
+    if maps.is_some() || matches!(export.program, Program::Cubic(_) | Program::Varying(_)) {
         text.push_str("#include <math.h>\n");
     }
     if maps.is_some() {
@@ -42,7 +44,7 @@ pub(super) fn source(export: &Export) -> String {
     let initial: Vec<String> = export.initial.iter().map(|x| number::c(*x, export.scalar)).collect();
     let start = start(export);
     _ = writeln!(text, "static const {number} INITIAL[{n}] = {{ {} }};", initial.join(", "));
-    if matches!(export.program, Program::Cubic(_)) {
+    if matches!(export.program, Program::Cubic(_) | Program::Varying(_)) {
         cubic::flow(&mut text, export);
     }
     match (&export.program, &maps) {
@@ -92,6 +94,7 @@ void {name}_reset({name}_state *state)
         }
         (Program::Discrete(_), Some(maps)) => copy::discrete_step(&mut text, export, maps),
         (Program::Step(_), Some(maps)) => super::step::step(&mut text, export, maps),
+        (Program::Varying(_), _) => varying::step(&mut text, export),
         (Program::Copy(observer), Some(maps)) => copy::step(&mut text, export, maps, observer.substeps()),
         _ => linear::step(&mut text, export),
     }

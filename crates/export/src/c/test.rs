@@ -13,7 +13,7 @@ pub(crate) fn test(export: &Export, steps: &[Step]) -> String {
         "/* Golden vectors: {} steps of the design, compared bit by bit. Exit code 0 if all agree. */\n#include \"{name}.h\"\n\n#include <stdio.h>\n#include <string.h>\n\n",
         steps.len()
     );
-    let mut table = |what: &str, of: fn(&Step) -> &Vec<f64>| {
+    let mut table = |what: &str, of: &dyn Fn(&Step) -> Vec<f64>| {
         let width = steps.first().map_or(0, |step| of(step).len());
         if width == 0 {
             return;
@@ -26,10 +26,12 @@ pub(crate) fn test(export: &Export, steps: &[Step]) -> String {
         text.push_str("};\n");
     };
     let fed = export.feedback.is_some();
-    table(if fed { "r" } else { "u" }, |step| &step.u);
-    table("y", |step| &step.y);
-    table("expected", |step| &step.estimate);
-    table("applied", |step| &step.applied);
+    let (is_varying, inputs) = (export.program.takes_time(), export.program.plant_inputs());
+    table(if fed { "r" } else { "u" }, &|step| step.u[..inputs].to_vec());
+    table("y", &|step| step.y.clone());
+    table("dt", &|step| step.u[inputs..].to_vec());
+    table("expected", &|step| step.estimate.clone());
+    table("applied", &|step| step.applied.clone());
     let known = match (fed, export.names.inputs.is_empty()) {
         (true, _) => "r[k]",
         (false, true) => "0",
@@ -39,7 +41,7 @@ pub(crate) fn test(export: &Export, steps: &[Step]) -> String {
         let compared = " || (memcmp(u, applied[k], sizeof u) != 0)";
         (format!("    {number} u[{upper}_INPUTS];\n"), "u, ", compared)
     } else {
-        (String::new(), "", "")
+        (String::new(), if is_varying { "dt[k][0], " } else { "" }, "")
     };
     _ = write!(
         text,

@@ -73,8 +73,11 @@ impl Export {
     ///
     /// # Errors
     /// As [`c`](Self::c); [`ExportError::Duplicate`] for two columns of one name, [`ExportError::TimeUnit`] for a time
-    /// unit that is not a known multiple of the second.
+    /// unit that is not a known multiple of the second; [`ExportError::VaryingPeriods`].
     pub fn fmu(&self, version: Version) -> Result<Fmu, ExportError> {
+        if self.program.takes_time() {
+            return Err(ExportError::VaryingPeriods { what: "as an FMU, whose step has a fixed period" });
+        }
         let period = self.period_in_seconds()?;
         let name = &self.identifier;
         let sources = vec![version.source().name, "model.c".to_owned(), format!("{name}.c")];

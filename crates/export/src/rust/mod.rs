@@ -13,6 +13,7 @@ mod plant;
 mod staticlib;
 mod step;
 mod test;
+mod varying;
 
 use std::fmt::Write;
 
@@ -100,12 +101,16 @@ fn library(export: &Export) -> String {
     let scalar = export.scalar.name();
     let size = export.program.dimensions();
     let (n, m, p) = (size.estimate, size.inputs, size.outputs);
+    let last = if export.program.takes_time() { ", the last of which is the time since the last step," } else { "" };
     let (kind, data) = match export.program {
         Program::Linear(_) if export.is_filter() => {
             ("StaticStationaryKalmanFilter", "LinearPlant, StaticDiscreteLinearObserver")
         }
         Program::Linear(_) => ("StaticDiscreteLinearObserver", "LinearPlant"),
         Program::Cubic(_) => ("StaticSampledCubicObserver", "SampledCubicGains"),
+        Program::Varying(_) => {
+            ("StaticVaryingPeriodStep", "SampledCubicGains, StaticSampledCubicObserver, VaryingPeriodObserver")
+        }
         Program::Kalman(_) => ("StaticExtendedKalmanFilter", "ExtendedKalmanFilter, NoiseModel"),
         Program::Unscented(_) => ("StaticUnscentedKalmanFilter", "NoiseModel, SigmaPoints, UnscentedKalmanFilter"),
         Program::Copy(_) => ("StaticSampledCopy", "SampledCopy"),
@@ -127,7 +132,7 @@ fn library(export: &Export) -> String {
         _ => "Const, SMatrix, SVector",
     };
     let mut text = format!(
-        "//! {} of {n} states, {m} inputs and {p} outputs, one step per sample.\n//!\n",
+        "//! {} of {n} states, {m} inputs{last} and {p} outputs, one step per sample.\n//!\n",
         kind.trim_start_matches("Static")
     );
     for line in export.statement.iter().flat_map(|sentence| wrapped(sentence, 100)) {
@@ -198,6 +203,7 @@ pub fn observer() -> Result<Observer, ObserverError> {{
     match &export.program {
         Program::Linear(_) => linear(&mut text, export, kind),
         Program::Cubic(_) => cubic(&mut text, export, kind),
+        Program::Varying(step) => varying::observer(&mut text, export, step),
         Program::Kalman(_) => plant::kalman(&mut text, export),
         Program::Unscented(filter) => plant::unscented(&mut text, export, filter.sigma_points()),
         Program::Copy(_) => plant::copy(&mut text, export),

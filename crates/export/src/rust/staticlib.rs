@@ -145,7 +145,7 @@ pub unsafe extern \"C\" fn {name}_input(state: *const State, r: *const {number},
         let estimate = "block.estimate_at(&z, &SVector::from(column(u)), &SVector::from(column(y)))";
         let corrected = format!("        (*state).xhat = {estimate}.into();\n");
         let step = if export.is_filter() { format!("{corrected}{step}") } else { step };
-        ("u", String::new(), step, String::new())
+        if export.program.takes_time() { varying(export) } else { ("u", String::new(), step, String::new()) }
     };
     format!(
         "//! The functions of `{name}.h` for programs in C: the observer of the crate above, as a static library.
@@ -243,4 +243,44 @@ pub unsafe extern \"C\" fn {name}_step(
 ",
         imports[1], imports[0]
     )
+}
+
+/// The inputs, further parameters and body of the step of an observer at varying periods, and its prediction.
+fn varying(export: &Export) -> (&'static str, String, String, String) {
+    let (name, number) = (&export.identifier, export.scalar.name());
+    let (inputs, estimate) = (export.program.plant_inputs(), export.program.dimensions().estimate);
+    let known = format!("known::<{inputs}, {}>(u, dt)", inputs + 1);
+    let step = format!(
+        "        block.step({}, &mut z, &{known}, &SVector::from(column(y)));\n",
+        number::rust(0.0, export.scalar)
+    );
+    let prediction = format!(
+        "
+/// (u, dt), the time being the last input.
+///
+/// # Safety
+/// `u` points to M numbers, or M is 0.
+unsafe fn known<const M: usize, const ALL: usize>(u: *const {number}, dt: {number}) -> SVector<{number}, ALL> {{
+    // SAFETY: as the caller promises.
+    let u: [{number}; M] = unsafe {{ column(u) }};
+    SVector::from_fn(|i, _| u.get(i).copied().unwrap_or(dt))
+}}
+
+/// A prediction alone.
+///
+/// # Safety
+/// The pointers are those of the header.
+#[unsafe(no_mangle)]
+pub unsafe extern \"C\" fn {name}_predict(state: *mut State, u: *const {number}, dt: {number}) {{
+    let Ok(block) = design::observer() else {{ return }};
+    // SAFETY: as the caller promises.
+    unsafe {{
+        let mut z: SVector<{number}, {estimate}> = (*state).load();
+        block.observer().predict(&mut z, &{known}, dt);
+        (*state).store(&z);
+    }}
+}}
+"
+    );
+    ("u", format!("dt: {number}, "), step, prediction)
 }

@@ -4,10 +4,10 @@
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-use luenberger_export::{Export, Names, Program, Scalar, golden};
+use luenberger_export::{Export, ExportError, Names, Program, Scalar, golden};
 use luenberger_observers::{
     DiscreteLinearObserver, OutputFeedback, SampledCubicGains, SampledCubicObserver, SampledObserver,
-    StationaryKalmanFilter, cubic,
+    StationaryKalmanFilter, VaryingPeriodObserver, cubic,
 };
 use luenberger_plants::StateSpace;
 use nalgebra::{DMatrix, DVector, SMatrix, SVector, dmatrix};
@@ -116,10 +116,83 @@ fn semi_implicit(seed: u64, sizes: (usize, usize, usize), fed: bool) -> Program 
     })
 }
 
+/// The cubic observer of another program at varying periods, whose prediction takes several substeps.
+fn varying(nominal: &Program) -> Program {
+    let Program::Cubic(nominal) = nominal else { unreachable!("a cubic observer") };
+    let n = nominal.ad().nrows();
+    let a = nominal.ad() * 5.0 - DMatrix::identity(n, n) * 6.0;
+    let (b, k) = (nominal.bd().clone(), nominal.ld().clone());
+    let observer = VaryingPeriodObserver::new(nominal.clone(), a, b, k, 0.3).unwrap();
+    assert!(observer.substeps() > 1);
+    Program::varying(&observer).unwrap()
+}
+
+/// Golden vectors at varying times, and a prediction that is split.
+#[test]
+fn the_step_at_varying_periods_gives_the_same_bits() {
+    let compilers = compilers();
+    if compilers.is_empty() {
+        eprintln!("SKIPPED: no C compiler");
+    }
+    let programs = [
+        program(7, (2, 1, 1), true, false),
+        program(7, (3, 2, 2), true, true),
+        program(7, (2, 0, 1), true, false),
+        semi_implicit(11, (3, 2, 2), true),
+    ];
+    let folder = folder("varying");
+    for scalar in [Scalar::Binary32, Scalar::Binary64] {
+        for (turn, program) in programs.iter().enumerate() {
+            let export = export(varying(program), scalar);
+            let steps = golden::steps(&export, 64).unwrap();
+            let times: Vec<f64> = steps.iter().map(|step| step.u[export.program().plant_inputs()]).collect();
+            assert!(times.iter().all(|dt| (0.074..0.301).contains(dt)) && times[0] != times[1], "{times:?}");
+            for compiler in &compilers {
+                let sanitised = can_sanitise(&folder, compiler);
+                with_options(&export, turn, &folder, compiler, sanitised);
+            }
+        }
+    }
+    let export = export(varying(&programs[0]), Scalar::Binary32);
+    let header = export.c().unwrap().remove(0).text;
+    assert!(header.contains("#define PLANT_INPUTS 1\n"), "{header}");
+    let step = "void plant_step(plant_state *state, const float *u, const float *y, float dt, float *xhat);";
+    assert!(header.contains(step), "{header}");
+    assert!(header.contains("void plant_predict(plant_state *state, const float *u, float dt);"), "{header}");
+    assert!(matches!(export.fmu(luenberger_export::fmu::Version::Two), Err(ExportError::VaryingPeriods { .. })));
+    assert!(matches!(export.with_feedback(&dmatrix![0.1, 0.1]), Err(ExportError::VaryingPeriods { .. })));
+}
+
+/// With one piece of time the series is the zero-order hold: `exp(A t)` and its integral, as scipy 1.17.1
+/// `scipy.signal.cont2discrete` gives them for `A = [0 1; -2 -3]`, `B = (0, 1)` and 0.25.
+#[test]
+fn the_exported_prediction_is_the_zero_order_hold() {
+    let gains = SampledCubicGains {
+        ad: dmatrix![1.0, 0.0; 0.0, 1.0],
+        bd: dmatrix![0.0; 1.0],
+        c: dmatrix![1.0, 0.0],
+        ld: dmatrix![0.0; 0.0],
+        n: dmatrix![0.0; 0.0],
+        theta: dmatrix![1.0],
+        w: 0.0,
+        period: 0.25,
+    };
+    let nominal = SampledCubicObserver::new(gains).unwrap();
+    let (a, b, k) = (dmatrix![0.0, 1.0; -2.0, -3.0], dmatrix![0.0; 1.0], dmatrix![0.0; 0.0]);
+    let observer = VaryingPeriodObserver::new(nominal, a, b, k, 0.5).unwrap();
+    let program = Program::varying(&observer).unwrap();
+    let names = Names::numbered(2, 1, 1);
+    let export = Export::new("plant", program, Scalar::Binary64, &[1.0, 0.0], names).unwrap();
+    let mut stepper = golden::Stepper::new(&export).unwrap();
+    let found = stepper.step(&[0.5, 0.25], &[7.0]);
+    let expected = [0.963_303_179_822_632_2, -0.258_405_185_038_157_2];
+    assert!((found[0] - expected[0]).abs() < 1e-14 && (found[1] - expected[1]).abs() < 1e-14, "{found:?}");
+}
+
 pub(crate) fn export(program: Program, scalar: Scalar) -> Export {
     let size = program.dimensions();
     let initial: Vec<f64> = (0..size.state).map(|i| 0.1 * i as f64 - 0.3).collect();
-    let names = Names::numbered(size.state, size.inputs, size.outputs);
+    let names = Names::numbered(size.state, program.plant_inputs(), size.outputs);
     Export::new("plant", program, scalar, &initial, names).unwrap()
 }
 

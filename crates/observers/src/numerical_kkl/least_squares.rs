@@ -31,6 +31,25 @@ pub struct LeastSquares<T, const N: usize> {
     pub converged: bool,
 }
 
+/// A differentiable map on a box: T as it is tabulated.
+pub trait BoxMap<T: RealField + Copy, const N: usize, const Z: usize> {
+    /// The box.
+    fn bounds(&self) -> (&SVector<T, N>, &SVector<T, N>);
+
+    /// The value at x and the Jacobian there (Z x N); outside the box, at its nearest point.
+    fn with_gradient(&self, x: &SVector<T, N>) -> (SVector<T, Z>, SMatrix<T, Z, N>);
+}
+
+impl<T: RealField + Copy, V: AsRef<[T]>, const N: usize, const Z: usize> BoxMap<T, N, Z> for TensorSpline<T, V, N, Z> {
+    fn bounds(&self) -> (&SVector<T, N>, &SVector<T, N>) {
+        self.bounds()
+    }
+
+    fn with_gradient(&self, x: &SVector<T, N>) -> (SVector<T, Z>, SMatrix<T, Z, N>) {
+        self.with_gradient(x)
+    }
+}
+
 /// The interpolated form: T by splines, the state by least squares.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct InterpolatedInverse<T, K, V, const N: usize, const Z: usize> {
@@ -51,12 +70,87 @@ type Seeds<T, const N: usize> = [Option<(T, SVector<T, N>)>; RESTARTS];
 /// How the interpolated form searches.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Search<T> {
-    /// Cap on the evaluations of the spline per iteration, at least 1.
+    /// Cap on the evaluations of the map per iteration, at least 1.
     pub max_evaluations: usize,
     /// The residual `|W (T(x) - z)|` that the accuracy of the spline explains.
     pub tolerance: T,
     /// Points per axis of the grid on which other starts are sought when the residual is larger; 0 for none.
     pub fallback: usize,
+}
+
+impl<T: RealField + Copy> Search<T> {
+    /// # Errors
+    /// [`ObserverError::Table`] for a cap of zero evaluations and for a coarse grid of more than a million points in N
+    /// dimensions, [`ObserverError::TableNotFinite`] for the tolerance.
+    pub(super) fn check<const N: usize>(&self) -> Result<(), ObserverError> {
+        if self.max_evaluations == 0 {
+            return Err(ObserverError::Table { what: "the cap on evaluations", expected: 1, found: 0 });
+        }
+        let grid = (0..N).try_fold(1, |count: usize, _| count.checked_mul(self.fallback));
+        if grid.is_none_or(|count| count > MOST_SEEDS) {
+            let (expected, found) = (MOST_SEEDS, self.fallback);
+            return Err(ObserverError::Table { what: "the points per axis of the coarse grid", expected, found });
+        }
+        finite("the tolerance of the search", &[self.tolerance])
+    }
+
+    /// The point of the box where `map` is nearest to w, from `guess` on.
+    pub fn solve<const N: usize, const Z: usize>(
+        &self,
+        map: &impl BoxMap<T, N, Z>,
+        w: &SVector<T, Z>,
+        guess: &SVector<T, N>,
+    ) -> LeastSquares<T, N> {
+        let first = nearest(map, w, guess, self.max_evaluations);
+        if first.residual <= self.tolerance || self.fallback == 0 {
+            return first;
+        }
+        let (seeds, looked) = self.best_of_grid(map, w);
+        let mut best = first;
+        let mut evaluations = first.evaluations + looked;
+        for (_, seed) in seeds.into_iter().flatten() {
+            let other = nearest(map, w, &seed, self.max_evaluations);
+            evaluations += other.evaluations;
+            if other.residual < best.residual {
+                best = other;
+            }
+            if best.residual <= self.tolerance {
+                break;
+            }
+        }
+        LeastSquares { evaluations, ..best }
+    }
+
+    /// The centres of the cells of a coarse grid whose images are nearest to w, nearest first, and how many were looked
+    /// at.
+    fn best_of_grid<const N: usize, const Z: usize>(
+        &self,
+        map: &impl BoxMap<T, N, Z>,
+        w: &SVector<T, Z>,
+    ) -> (Seeds<T, N>, usize) {
+        let (lower, upper) = map.bounds();
+        let count = self.fallback.pow(N as u32);
+        let mut best = [None; RESTARTS];
+        for index in 0..count {
+            let mut rest = index;
+            let x = SVector::from_fn(|i, _| {
+                let share = convert::<f64, T>(((rest % self.fallback) as f64 + 0.5) / self.fallback as f64);
+                rest /= self.fallback;
+                lower[i] + (upper[i] - lower[i]) * share
+            });
+            let mut candidate = Some((squared(&(map.with_gradient(&x).0 - w)), x));
+            for place in &mut best {
+                let nearer = match (&candidate, &*place) {
+                    (Some((cost, _)), Some((least, _))) => cost < least,
+                    (found, _) => found.is_some(),
+                };
+                if nearer {
+                    core::mem::swap(place, &mut candidate);
+                }
+            }
+        }
+        (best, count)
+    }
 }
 
 impl<T, K, V, const N: usize, const Z: usize> InterpolatedInverse<T, K, V, N, Z>
@@ -75,15 +169,7 @@ where
         start: PolynomialInverse<T, K, V, N, Z>,
         search: Search<T>,
     ) -> Result<Self, ObserverError> {
-        if search.max_evaluations == 0 {
-            return Err(ObserverError::Table { what: "the cap on evaluations", expected: 1, found: 0 });
-        }
-        let grid = (0..N).try_fold(1, |count: usize, _| count.checked_mul(search.fallback));
-        if grid.is_none_or(|count| count > MOST_SEEDS) {
-            let (expected, found) = (MOST_SEEDS, search.fallback);
-            return Err(ObserverError::Table { what: "the points per axis of the coarse grid", expected, found });
-        }
-        finite("the tolerance of the search", &[search.tolerance])?;
+        search.check::<N>()?;
         Ok(Self { spline, start, search })
     }
 
@@ -114,53 +200,7 @@ where
 
     /// The state whose image is nearest to z, from `guess` on: the last estimate, say.
     pub fn solve(&self, z: &SVector<T, Z>, guess: &SVector<T, N>) -> LeastSquares<T, N> {
-        let w = self.start.coordinates().white(z);
-        let first = nearest(&self.spline, &w, guess, self.search.max_evaluations);
-        if first.residual <= self.search.tolerance || self.search.fallback == 0 {
-            return first;
-        }
-        let (seeds, looked) = self.best_of_grid(&w);
-        let mut best = first;
-        let mut evaluations = first.evaluations + looked;
-        for (_, seed) in seeds.into_iter().flatten() {
-            let other = nearest(&self.spline, &w, &seed, self.search.max_evaluations);
-            evaluations += other.evaluations;
-            if other.residual < best.residual {
-                best = other;
-            }
-            if best.residual <= self.search.tolerance {
-                break;
-            }
-        }
-        LeastSquares { evaluations, ..best }
-    }
-
-    /// The centres of the cells of a coarse grid whose images are nearest to w, nearest first, and how many were looked
-    /// at.
-    fn best_of_grid(&self, w: &SVector<T, Z>) -> (Seeds<T, N>, usize) {
-        let (lower, upper) = self.spline.bounds();
-        let count = self.search.fallback.pow(N as u32);
-        let mut best = [None; RESTARTS];
-        for index in 0..count {
-            let mut rest = index;
-            let x = SVector::from_fn(|i, _| {
-                let share =
-                    convert::<f64, T>(((rest % self.search.fallback) as f64 + 0.5) / self.search.fallback as f64);
-                rest /= self.search.fallback;
-                lower[i] + (upper[i] - lower[i]) * share
-            });
-            let mut candidate = Some((squared(&(self.spline.at(&x) - w)), x));
-            for place in &mut best {
-                let nearer = match (&candidate, &*place) {
-                    (Some((cost, _)), Some((least, _))) => cost < least,
-                    (found, _) => found.is_some(),
-                };
-                if nearer {
-                    core::mem::swap(place, &mut candidate);
-                }
-            }
-        }
-        (best, count)
+        self.search.solve(&self.spline, &self.start.coordinates().white(z), guess)
     }
 
     /// The same over another scalar, on the heap.
@@ -203,25 +243,21 @@ where
     }
 }
 
-/// The point x of the spline's box whose value is nearest to w, from `guess` on, by projected Levenberg-Marquardt
+/// The point x of the map's box whose value is nearest to w, from `guess` on, by projected Levenberg-Marquardt
 /// steps.
 ///
-/// A local minimum; bounded by `max_evaluations` evaluations of the spline, `4^N Z (N + 1)` multiply-adds each.
-pub fn nearest<T, V, const N: usize, const Z: usize>(
-    spline: &TensorSpline<T, V, N, Z>,
+/// A local minimum; bounded by `max_evaluations` evaluations of the map, of a spline `4^N Z (N + 1)` multiply-adds each.
+pub fn nearest<T: RealField + Copy, const N: usize, const Z: usize>(
+    map: &impl BoxMap<T, N, Z>,
     w: &SVector<T, Z>,
     guess: &SVector<T, N>,
     max_evaluations: usize,
-) -> LeastSquares<T, N>
-where
-    T: RealField + Copy,
-    V: AsRef<[T]>,
-{
-    let (&lower, &upper) = spline.bounds();
+) -> LeastSquares<T, N> {
+    let (&lower, &upper) = map.bounds();
     let width = upper - lower;
     let inside = |x: &SVector<T, N>| clamped(&x.map(|e| if e.is_finite() { e } else { T::zero() }), &lower, &upper);
     let mut x = inside(guess);
-    let (value, mut jacobian) = spline.with_gradient(&x);
+    let (value, mut jacobian) = map.with_gradient(&x);
     let mut residual = w - value;
     let mut cost = squared(&residual);
     let mut evaluations = 1;
@@ -244,7 +280,7 @@ where
             converged = true;
             break;
         }
-        let (candidate, slope) = spline.with_gradient(&next);
+        let (candidate, slope) = map.with_gradient(&next);
         evaluations += 1;
         let trial = w - candidate;
         let trial_cost = squared(&trial);

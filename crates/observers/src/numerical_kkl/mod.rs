@@ -9,6 +9,7 @@
 //! | file | subject |
 //! |---|---|
 //! | [`coordinates`] | z in coordinates in which every direction of T(box) counts |
+//! | [`held_inputs`] | the observer for inputs that are held: T as a function of state and input |
 //! | [`polynomial_tree`] | the embedded form: a tree of small polynomials, from z straight to xhat |
 //! | [`sampled`] | the observer stepped once per sample |
 //! | [`spline`] | T itself, interpolated by tensor cubic splines |
@@ -22,6 +23,7 @@
 //! Control and Optimization 45, 2006.
 
 pub mod coordinates;
+pub mod held_inputs;
 pub mod least_squares;
 pub mod polynomial_tree;
 pub mod sampled;
@@ -32,7 +34,8 @@ use nalgebra::Const;
 use crate::kkl::{KklObserver, LinearKkl};
 
 pub use coordinates::Coordinates;
-pub use least_squares::{InterpolatedInverse, LeastSquares, Search};
+pub use held_inputs::{HeldInputInverse, HeldInputObserver, HeldInputTables};
+pub use least_squares::{BoxMap, InterpolatedInverse, LeastSquares, Search};
 pub use polynomial_tree::{Branch, Node, PolynomialInverse, PolynomialTree};
 pub use sampled::{SampledFilter, SampledKkl, StateInverse};
 pub use spline::TensorSpline;
@@ -40,7 +43,8 @@ pub use spline::TensorSpline;
 /// `z' = D z + B y`, `xhat = T^-L(z)` for a plant of N states, M inputs, P outputs, with Z target states and the left
 /// inverse `I` ([`PolynomialInverse`] or [`InterpolatedInverse`]).
 ///
-/// The input is not used: T belongs to the plant at one constant input u0. With another, `e = z - T(x)` obeys
+/// The input is not used: T belongs to the plant at one constant input u0 ([`HeldInputObserver`] takes others). With
+/// another, `e = z - T(x)` obeys
 /// `e' = D e - DT(x) (f(x, u) - f(x, u0))`, and does not tend to zero.
 pub type NumericalKklObserver<I, T, const N: usize, const M: usize, const P: usize, const Z: usize> =
     KklObserver<LinearKkl<T, Const<Z>, Const<M>, Const<P>, Const<N>, I>>;

@@ -13,6 +13,7 @@ mod mean_value;
 mod moving_horizon;
 mod numerical_kkl;
 mod pendulum;
+mod reset;
 mod sampled;
 mod sampled_copy;
 #[cfg(feature = "serde")]

@@ -804,13 +804,16 @@ def kkl_observer(
     degree: int | None = None,
     samples: int | None = None,
     form: str | None = None,
+    inputs: npt.ArrayLike | None = None,
+    nodes: int | None = None,
     xhat0: npt.ArrayLike | None = None,
     name: str | None = None,
 ) -> Observer:
-    """Numerical Kazantzis-Kravaris-Luenberger observer, for plants of 2 or 3 states with one output and no input.
+    """Numerical Kazantzis-Kravaris-Luenberger observer, for plants with one output.
 
-    The transformation is computed by simulation, which takes minutes for three states; Ctrl-C ends it. Its errors are
-    measured, not proved.
+    The plant has 2 to 4 states, or 2 or 3 states and inputs that are held at constant values. The transformation is
+    computed by simulation, which takes minutes for three and four states; Ctrl-C ends it. Its errors are measured, not
+    proved.
 
     Parameters
     ----------
@@ -828,6 +831,10 @@ def kkl_observer(
         Grid points per axis; leaves and degree of the tree of polynomials; samples of the fit.
     form : {'interpolated', 'embedded'}, optional
         The left inverse to run.
+    inputs : array_like, optional
+        Range of each input, pairs (lower, upper): needed for a plant with inputs.
+    nodes : int, optional
+        Values of each input for which there is a table (default 5).
     xhat0, name : optional
         As for `place_observer`.
 
@@ -856,7 +863,10 @@ def kkl_observer(
         spec["cutoff"] = number("cutoff", cutoff, positive=True)
     if escape is not None:
         spec["escape"] = number("escape", escape, positive=True)
-    for key, value in (("points", points), ("leaves", leaves), ("degree", degree), ("samples", samples)):
+    if inputs is not None:
+        spec["inputs"] = rows(inputs)
+    counts = (("points", points), ("leaves", leaves), ("degree", degree), ("samples", samples), ("nodes", nodes))
+    for key, value in counts:
         if value is not None:
             spec[key] = int(value)
     return Observer(plant, spec, xhat0=xhat0, name=name)

@@ -96,13 +96,13 @@ impl<'a> Replay<'a> {
     /// An observer in continuous time, with its estimate at the first time of the log.
     #[must_use]
     pub fn observer(self, name: &str, observer: impl Observer<f64> + 'a, initial: &[f64]) -> Self {
-        self.entry(name, Kind::Observer(Box::new(Continuous(observer))), initial, true)
+        self.entry(name, Kind::Observer(Box::new(Continuous::new(observer))), initial, true)
     }
 
     /// An observer of some states; it has no innovation.
     #[must_use]
     pub fn partial_observer(self, name: &str, observer: impl Observer<f64> + 'a, initial: &[f64]) -> Self {
-        self.entry(name, Kind::Observer(Box::new(Continuous(observer))), initial, false)
+        self.entry(name, Kind::Observer(Box::new(Continuous::new(observer))), initial, false)
     }
 
     /// A sampled-data observer, with its estimate at the first time of the log, which is its first sample.

@@ -10,6 +10,7 @@ mod on_slices;
 mod replay;
 mod replay_missing;
 mod runs;
+mod sample_times;
 mod scores;
 mod sensors;
 mod smoother;

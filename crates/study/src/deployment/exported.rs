@@ -27,6 +27,9 @@ pub fn exported(
     let program = match design {
         SampledDesign::Linear(design) => Program::Linear(design.observer.clone()),
         SampledDesign::Cubic(design) => Program::Cubic(design.observer.clone()),
+        SampledDesign::Varying(design) => {
+            Program::varying(&design.observer).map_err(|error| ExportError::Rounded { format: scalar.name(), error })?
+        }
         SampledDesign::LinearAt(design) | SampledDesign::DiscreteCopy(design) => Program::Discrete(design.observer),
         SampledDesign::Copy(design) => Program::Copy(design.observer),
         SampledDesign::Filter(design) => Program::Kalman(design.filter),

@@ -33,6 +33,7 @@ use std::time::Instant;
 
 use luenberger_design::{
     Certificate, DesignError, DiscreteDesign, GainOptions, LinearDesign, OperatingPoint, SampledCubicDesign,
+    VaryingPeriodDesign,
 };
 use luenberger_linalg::spectral_radius;
 use luenberger_observers::{DiscreteNonlinearObserver, SampledObserver};
@@ -53,6 +54,8 @@ pub enum SampledDesign {
     Linear(Box<DiscreteDesign>),
     /// Cubic.
     Cubic(Box<SampledCubicDesign>),
+    /// Cubic, at varying periods.
+    Varying(Box<VaryingPeriodDesign>),
     /// Linear, in deviations from an operating point of a nonlinear plant: a copy of the linearisation.
     LinearAt(Box<DiscreteCopyDesign>),
     /// The copy of a nonlinear plant with a constant gain.
@@ -410,8 +413,8 @@ fn held(
             SampledCubicDesign::from_cubic(&linear, &continuous, period).map(cubic)
         }
         ObserverKind::SampledCubic { theta, correction, varying: Some(periods), .. } => {
-            let varying = luenberger_design::VaryingPeriodDesign::new(&linear, theta, correction, period, periods)?;
-            Ok(cubic(varying.nominal.clone()))
+            let varying = VaryingPeriodDesign::new(&linear, theta, correction, period, periods)?;
+            Ok(SampledDesign::Varying(Box::new(varying)))
         }
         ObserverKind::SampledCubic { theta, correction, .. } => {
             SampledCubicDesign::with_correction(&linear, theta, correction, period).map(cubic)
@@ -458,6 +461,13 @@ pub fn evidence(study: &Study, observer: &ObserverSpec, design: &SampledDesign, 
     match design {
         SampledDesign::Linear(found) => linear::evidence(study, observer, design, &found.certificate, formats),
         SampledDesign::Cubic(cubic) => linear::evidence(study, observer, design, &cubic.certificate, formats),
+        SampledDesign::Varying(varying) => {
+            let rest = format!(
+                "The step predicts with the inputs of its call, held over the time dt; rounding to {format} on the target is not covered."
+            );
+            let statement = design::varying_statement(varying);
+            of_statement(title, Some(&varying.certificate), "with the gains as designed", &statement, &rest)
+        }
         SampledDesign::LinearAt(copied) | SampledDesign::DiscreteCopy(copied) => {
             let rounding = format!("Rounding to {format} on the target is not covered.");
             of_statement(title, Some(&copied.certificate), "with the gains as designed", &copied.statement, &rounding)

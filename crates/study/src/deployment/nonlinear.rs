@@ -313,6 +313,23 @@ pub(super) fn sampled(
                 Kkl::ThreeEmbedded(observer) => {
                     KklStep::Three(plant, filter(observer.map(), step), observer.map().inverse().clone())
                 }
+                Kkl::Four(_) | Kkl::FourEmbedded(_) => {
+                    return Err((
+                        "a numerical KKL observer of four states has no export; those of two and three states have"
+                            .to_owned(),
+                        vec!["kind = \"extended-kalman\" has one".to_owned()],
+                    ));
+                }
+                Kkl::TwoHeld(_) | Kkl::TwoHeldTwo(_) | Kkl::ThreeHeld(_) | Kkl::ThreeHeldTwo(_) => {
+                    return Err((
+                        "a numerical KKL observer for held inputs has no export; that of a plant without inputs has"
+                            .to_owned(),
+                        vec![
+                            "one constant input, as a number in `f`".to_owned(),
+                            "kind = \"extended-kalman\" has one".to_owned(),
+                        ],
+                    ));
+                }
             };
             let statement = report.statement.clone();
             Ok(SampledDesign::Kkl(Box::new(KklDesign { observer, statement })))
@@ -347,7 +364,7 @@ pub(super) fn sampled(
         | Runnable::UnknownInput(_)
         | Runnable::UnknownInputCubic(_) => extension(study, observer, designed, plant, (period, substeps))
             .map(|design| SampledDesign::Extension(Box::new(design))),
-        Runnable::CubicAt(_) | Runnable::SampledCubicAt(_) => Err((
+        Runnable::CubicAt(_) | Runnable::SampledCubicAt(_) | Runnable::VaryingPeriods(_) => Err((
             "a cubic observer in deviations from an operating point has no export".to_owned(),
             vec!["kind = \"luenberger\" at the same operating point has one".to_owned()],
         )),

@@ -3,6 +3,7 @@
 use std::sync::atomic::AtomicBool;
 
 use luenberger_proof::wording::at_most;
+use luenberger_sim::Trajectory;
 
 use super::Sampled;
 use crate::design::{Designed, design};
@@ -15,9 +16,10 @@ const MOST: usize = 20_000;
 /// Inputs, measured outputs and estimates of a run, sample by sample.
 #[derive(Debug, Clone, Default)]
 pub struct Record {
-    /// Inputs and measured outputs of each sample.
+    /// Inputs and measured outputs of each sample; at varying periods the time since the last one is behind the inputs.
     pub samples: Vec<(Vec<f64>, Vec<f64>)>,
-    /// The estimate of the study's observer for the end of each period; in filter form for its beginning, at the sample.
+    /// The estimate of the study's observer for the end of each period; in filter form and at varying periods at the
+    /// sample.
     pub estimates: Vec<Vec<f64>>,
     /// The state of the plant at the same instant.
     pub states: Vec<Vec<f64>>,
@@ -38,11 +40,16 @@ pub fn record(study: &Study, observer: &ObserverSpec, sampled: &Sampled) -> Opti
     let designed: Vec<(&ObserverSpec, Designed)> =
         others.filter_map(|other| Some((other, of_the_study(other)?))).collect();
     let period = sampled.period;
+    let is_varying = observer.kind.varying_periods().is_some();
     let members: Vec<Member<'_>> = designed.iter().map(|(wish, designed)| Member { wish, designed }).collect();
     let member = members.iter().find(|member| member.wish.name == observer.name)?;
     let count = ((simulation.duration / period + 1e-9).floor() as usize).min(MOST);
     let times: Vec<f64> = (0..=count).map(|k| (k as f64 * period).min(simulation.duration)).collect();
-    let run = execute::run_at(study, simulation, &members, member, &times)?;
+    let run_at = |times: &[f64]| execute::run_at(study, simulation, &members, member, times);
+    if is_varying {
+        return at_samples(simulation.duration, &observer.name, &run_at);
+    }
+    let run = run_at(&times)?;
     let row = |m: &nalgebra::DMatrix<f64>, k: usize| m.row(k).iter().copied().collect::<Vec<_>>();
     let estimate = &run.observer(&observer.name).ok()?.estimate;
     let first = usize::from(sampled.design.update_gain(observer).is_none());
@@ -50,6 +57,28 @@ pub fn record(study: &Study, observer: &ObserverSpec, sampled: &Sampled) -> Opti
         samples: (0..count).map(|k| (row(&run.u, k), row(&run.measured, k))).collect(),
         estimates: (first..first + count).map(|k| row(estimate, k)).collect(),
         states: (first..first + count).map(|k| row(&run.x, k)).collect(),
+    })
+}
+
+/// The run of an observer at varying periods, at the samples that arrive: its step takes the inputs held since the last
+/// one, with the time since then behind them.
+fn at_samples(end: f64, name: &str, run_at: &dyn Fn(&[f64]) -> Option<Trajectory>) -> Option<Record> {
+    let drawn = run_at(&[0.0, end])?;
+    let arrived = drawn.observer(name).ok()?.samples.iter().filter(|sample| sample.arrives);
+    let times: Vec<f64> = std::iter::once(0.0).chain(arrived.map(|sample| sample.time).take(MOST)).collect();
+    let ended = times.last().is_some_and(|last| *last >= end);
+    let run = run_at(&times.iter().copied().chain((!ended).then_some(end)).collect::<Vec<_>>())?;
+    let row = |m: &nalgebra::DMatrix<f64>, k: usize| m.row(k).iter().copied().collect::<Vec<_>>();
+    let estimate = &run.observer(name).ok()?.estimate;
+    let sample = |k: usize| {
+        let mut u = row(&run.u, k - 1);
+        u.push(times[k] - times[k - 1]);
+        (u, row(&run.measured, k))
+    };
+    Some(Record {
+        samples: (1..times.len()).map(sample).collect(),
+        estimates: (1..times.len()).map(|k| row(estimate, k)).collect(),
+        states: (1..times.len()).map(|k| row(&run.x, k)).collect(),
     })
 }
 

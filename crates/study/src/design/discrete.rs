@@ -15,7 +15,7 @@ use super::explain::{self, Misfit};
 use super::interval::{self, Sampling};
 use super::runnable::Runnable;
 use super::{Designed, NoDesign, facts, matrix, number, poles, verdict};
-use crate::results::{DesignReport, FailureReport};
+use crate::results::{DesignReport, FailureReport, STATIONARY_COVARIANCES};
 use crate::study::{GainSpec, LinearSpec, ObserverKind, ObserverSpec, RateSpec, Study};
 
 /// The kinds that there are.
@@ -146,14 +146,14 @@ fn linear(
         let mut matrices = vec![matrix("L", design.observer.l())];
         match design.covariance() {
             Some(covariance) => {
-                matrices.push(matrix("P (stationary covariance of the prediction error)", covariance));
+                matrices.push(matrix(STATIONARY_COVARIANCES[1], covariance));
                 matrices.push(matrix("Lyapunov matrix", &design.p));
             }
             None => matrices.push(matrix("P", &design.p)),
         }
         if let (Some(filter), Some(covariance)) = (&filter, design.filter_covariance()) {
             matrices.insert(1, matrix("K (gain of the measurement update, L = A K)", filter.k()));
-            matrices.insert(2, matrix("(I - K C) P (stationary covariance of the estimation error)", &covariance));
+            matrices.insert(2, matrix(STATIONARY_COVARIANCES[0], &covariance));
         }
         let form = match &filter {
             Some(_) => " The estimate is xhat(k|k) = xhat(k|k-1) + K (y(k) - C xhat(k|k-1)); e is the error of the prediction xhat(k|k-1).",

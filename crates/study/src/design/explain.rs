@@ -5,7 +5,7 @@ use luenberger_design::kkl::Worst;
 use luenberger_design::{DesignError, EnclosureError, KklError, LpvError, NumericalKklError};
 use luenberger_linalg::{LinalgError, detectability, observability};
 use luenberger_observers::ObserverError;
-use luenberger_plants::{Plant, PlantError};
+use luenberger_plants::{Dimensions, Plant, PlantError};
 use luenberger_proof::wording::{at_least, at_most, counted, shortest, significant};
 use nalgebra::DVector;
 
@@ -15,7 +15,7 @@ use crate::execute::in_words;
 use crate::model::{Builtin, Model, generic_points};
 use crate::results::FailureReport;
 use crate::results::report::eigenvalue;
-use crate::study::{ObserverSpec, Study};
+use crate::study::{KklSpec, ObserverKind, ObserverSpec, Study};
 
 /// Error of a design, or a hypothesis that is checked here.
 pub(super) enum Misfit {
@@ -25,7 +25,7 @@ pub(super) enum Misfit {
     NumericalKkl(NumericalKklError),
     Kkl(KklError),
     NotLeftInverse { state: usize, found: f64, point: Vec<f64>, missed: f64 },
-    UndefinedLeftInverse,
+    UndefinedLeftInverse { point: Vec<f64> },
     Rank { needed: usize, smallest: f64, point: Vec<f64> },
     NotRegression { worst: Worst, inputs: usize },
     Silent { delta: f64, window: f64, from: f64, direction: Vec<f64> },
@@ -99,8 +99,13 @@ fn for_nonlinear(study: &Study, but: &str) -> Vec<String> {
         if measured_first(&study.plant.model).is_ok() && size.outputs < size.states {
             kinds.push(("mean-value", "for a plant that measures its first states, with a proof"));
         }
-        if size.inputs == 0 && size.outputs == 1 && (2..=3).contains(&size.states) {
-            kinds.push(("kkl-numerical", "by simulation, without assumptions on f; its errors are measured"));
+        if has_table(size) {
+            let why = if size.inputs == 0 {
+                "by simulation, without assumptions on f; its errors are measured"
+            } else {
+                "by simulation, without assumptions on f, for inputs that are held; its errors are measured"
+            };
+            kinds.push(("kkl-numerical", why));
         }
     }
     kinds.push(("extended-kalman", "without a proof; it converges from small initial errors"));
@@ -212,13 +217,23 @@ pub(super) fn misfit(study: &Study, wish: &ObserverSpec, misfit: &Misfit) -> Fai
             (error.to_string(), alternatives)
         }
         Misfit::NumericalKkl(error) => {
-            let remedy = match error {
+            let is_held = matches!(&wish.kind, ObserverKind::KklNumerical(spec) if !spec.inputs.is_empty());
+            // What fails at one input has the remedies of what fails without.
+            let failing = match error {
+                NumericalKklError::AtInput { error, .. } => error.as_ref(),
+                error => error,
+            };
+            let remedy = match failing {
+                NumericalKklError::Unresolved { .. } if is_held => Some(
+                    "increase `points`, `nodes` or `cutoff`, or choose a smaller `domain` or smaller ranges of `inputs`",
+                ),
                 NumericalKklError::Unresolved { .. } => {
                     Some("increase `points` or `cutoff`, or choose a smaller `domain`")
                 }
                 NumericalKklError::NoneFits { .. } => {
                     Some("a smaller `domain`, or `cutoff` and `points` of your choice")
                 }
+                NumericalKklError::GridTooLarge { .. } if is_held => Some("fewer `points` or `nodes`"),
                 NumericalKklError::GridTooLarge { .. } => Some("fewer `points`"),
                 NumericalKklError::Escapes { .. } => {
                     Some("give `escape`, the margin around `domain` outside of which the plant is slowed down")
@@ -235,29 +250,24 @@ pub(super) fn misfit(study: &Study, wish: &ObserverSpec, misfit: &Misfit) -> Fai
         Misfit::Kkl(error) => (error.to_string(), another_map(error)),
         Misfit::NotLeftInverse { state, found, point, missed } => {
             let states = &study.plant.states;
-            let at: Vec<String> =
-                states.iter().zip(point).map(|(name, x)| format!("{name} = {}", significant(*x, 4))).collect();
             let hypothesis = format!(
                 "`left_inverse` does not take phi back: at {} it gives {} = {}, which is off by {} half-widths of the region, the most of all sampled states",
-                at.join(", "),
+                at_state(study, point),
                 states[*state],
                 significant(*found, 6),
                 significant(*missed, 3)
             );
             (hypothesis, vec!["a `left_inverse` with phi^L(phi(x), h(x)) = x on the whole region".to_owned()])
         }
-        Misfit::UndefinedLeftInverse => (
-            "`left_inverse` has no finite value at a state of the region".to_owned(),
+        Misfit::UndefinedLeftInverse { point } => (
+            format!("`left_inverse` has no finite value at {}, in the region", at_state(study, point)),
             vec!["a smaller `region`, in which phi^L(phi(x), h(x)) is defined".to_owned()],
         ),
         Misfit::Rank { needed, smallest, point } => {
-            let states = &study.plant.states;
-            let at: Vec<String> =
-                states.iter().zip(point).map(|(name, x)| format!("{name} = {}", significant(*x, 4))).collect();
             let hypothesis = format!(
                 "D_chi beta does not have the rank {needed} (A4): its least singular value is {} at {}, with chi of the start",
                 significant(*smallest, 3),
-                at.join(", ")
+                at_state(study, point)
             );
             (
                 hypothesis,
@@ -308,6 +318,12 @@ pub(super) fn misfit(study: &Study, wish: &ObserverSpec, misfit: &Misfit) -> Fai
         }
     };
     failure(wish, hypothesis, alternatives).caused_by(misfit)
+}
+
+/// A state with the names of the study.
+fn at_state(study: &Study, point: &[f64]) -> String {
+    let entries = study.plant.states.iter().zip(point);
+    entries.map(|(name, x)| format!("{name} = {}", significant(*x, 4))).collect::<Vec<_>>().join(", ")
 }
 
 impl FailureReport {
@@ -490,21 +506,66 @@ pub(super) fn chains(study: &Study, wish: &ObserverSpec, lengths: &[usize]) -> R
     })
 }
 
-pub(super) fn small_and_autonomous(study: &Study, wish: &ObserverSpec) -> Result<(), FailureReport> {
+/// The most states of a table without inputs, and with.
+const MOST_STATES: (usize, usize) = (4, 3);
+
+/// The most held inputs.
+const MOST_INPUTS: usize = 2;
+
+/// Whether there is a numerical KKL observer for a plant of this size.
+fn has_table(size: Dimensions) -> bool {
+    let most = if size.inputs == 0 { MOST_STATES.0 } else { MOST_STATES.1 };
+    size.outputs == 1 && (2..=most).contains(&size.states) && size.inputs <= MOST_INPUTS
+}
+
+pub(super) fn tabulated(study: &Study, wish: &ObserverSpec, spec: &KklSpec) -> Result<(), FailureReport> {
     let size = study.plant.model.size();
     let kind = wish.kind.name();
-    let what = if size.inputs > 0 {
-        format!("this plant has {}", counted(size.inputs, "input"))
-    } else if size.outputs != 1 {
-        format!("this plant has {}", counted(size.outputs, "output"))
-    } else if !(2..=3).contains(&size.states) {
-        format!("this plant has {}", counted(size.states, "state"))
+    let sizes = format!(
+        "the kind {kind} takes plants with one output, of 2 to {} states, or of 2 or {} states with at most \
+         {MOST_INPUTS} inputs",
+        MOST_STATES.0, MOST_STATES.1
+    );
+    let hypothesis = if !has_table(size) {
+        let what = if size.outputs != 1 {
+            counted(size.outputs, "output")
+        } else if (2..=MOST_STATES.0).contains(&size.states) && size.inputs > 0 {
+            format!("{} and {}", counted(size.states, "state"), counted(size.inputs, "input"))
+        } else {
+            counted(size.states, "state")
+        };
+        let memory = if size.states > MOST_STATES.0 {
+            // Two coefficients more than points per axis, of n + 1 numbers in binary64.
+            let coefficients = 19_f64.powf(size.states as f64);
+            let megabytes = coefficients * (size.states + 1) as f64 * 8.0 / 1e6;
+            format!(
+                ": a table with 17 points per axis would have {} coefficients and take {} MB",
+                significant(coefficients, 2),
+                significant(megabytes, 2)
+            )
+        } else {
+            String::new()
+        };
+        format!("{sizes}; this plant has {what}{memory}")
+    } else if size.inputs > 0 && spec.inputs.is_empty() {
+        format!(
+            "the kind {kind} takes inputs that are held at constant values, and needs their range, `inputs`; this \
+             plant has {}",
+            counted(size.inputs, "input")
+        )
     } else {
         return Ok(());
     };
-    let hypothesis = format!("the kind {kind} takes plants of 2 or 3 states with one output and no input; {what}");
     let linear = matches!(study.plant.model, Model::Linear(_) | Model::Builtin(Builtin::DoubleIntegrator(_)));
-    let alternatives =
-        if linear { vec!["luenberger or cubic: the plant is linear".to_owned()] } else { for_nonlinear(study, kind) };
+    let mut alternatives = Vec::new();
+    if has_table(size) {
+        let range = vec!["[lower, upper]"; size.inputs].join(", ");
+        alternatives.push(format!("inputs = [{range}], if the input is held at constant values"));
+    }
+    if linear {
+        alternatives.push("luenberger or cubic: the plant is linear".to_owned());
+    } else {
+        alternatives.extend(for_nonlinear(study, kind));
+    }
     Err(failure(wish, hypothesis, alternatives))
 }

@@ -77,7 +77,16 @@ pub(super) fn immersion(model: &Model, spec: &ImmersionSpec) -> Result<Designed,
             "As long as x(t), xhat(t) and u(t) stay in the region ({region}), the distance beta(y, chi) - phi(x) decays exponentially, and xhat = phi^L(beta(y, chi), y) is continuous in it: the estimation error tends to 0."
         )
     } else {
-        "The manifold beta(y, chi) = phi(x) is invariant, and xhat = x on it. Nothing is proved of its attractivity: check it by simulation.".to_owned()
+        let slowest = poles.iter().map(|[re, _]| *re).fold(f64::NEG_INFINITY, f64::max);
+        let known = if slowest > 0.0 {
+            format!(
+                "It is not to be expected that it attracts: the middle of the Jacobians of the distance over the region has an eigenvalue with the real part {}.",
+                significant(slowest, 3)
+            )
+        } else {
+            "Nothing is proved of its attractivity: check it by simulation.".to_owned()
+        };
+        format!("The manifold beta(y, chi) = phi(x) is invariant, and xhat = x on it. {known}")
     };
     let is_proved = evidence.is_empty();
     let numbers = vec![

@@ -1,12 +1,12 @@
 //! Numerical KKL observers of the plants of a study: run-time sizes are converted to const generics here.
 
-use std::ops::ControlFlow::{Break, Continue};
+use std::ops::ControlFlow::{self, Break, Continue};
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use luenberger_design::enclosure::Axis;
 use luenberger_design::numerical_kkl::{
-    Choice, Domain, Embedded, Escape, Interpolated, NumericalKklDesign, NumericalKklError, Settings, Target, Wanted,
-    choose,
+    Choice, Domain, Embedded, Errors, Escape, HeldInputDesign, HeldInputs, Interpolated, NumericalKklDesign,
+    NumericalKklError, Progress, Settings, Target, Wanted, choose,
 };
 use luenberger_observers::numerical_kkl::NumericalKklObserver;
 use luenberger_plants::{Dimensions, Plant, Shape};
@@ -17,10 +17,10 @@ use super::explain::Misfit;
 use super::runnable::Runnable;
 use super::{Designed, number};
 use crate::model::Model;
-use crate::results::DesignReport;
+use crate::results::{DesignReport, NamedNumber};
 use crate::study::KklSpec;
 
-/// The observer, for two and for three states.
+/// The observer, for two to four states.
 #[derive(Debug, Clone)]
 pub enum Kkl {
     /// Two states, the accurate form.
@@ -31,54 +31,129 @@ pub enum Kkl {
     Three(Box<NumericalKklObserver<Interpolated<3, 4>, f64, 3, 0, 1, 4>>),
     /// Three states, the form for a microcontroller.
     ThreeEmbedded(Box<NumericalKklObserver<Embedded<3, 4>, f64, 3, 0, 1, 4>>),
+    /// Four states, the accurate form.
+    Four(Box<NumericalKklObserver<Interpolated<4, 5>, f64, 4, 0, 1, 5>>),
+    /// Four states, the tree of polynomials.
+    FourEmbedded(Box<NumericalKklObserver<Embedded<4, 5>, f64, 4, 0, 1, 5>>),
+    /// Two states and one held input, in both forms.
+    TwoHeld(Box<HeldInputs<2, 1, 1, 3, 4>>),
+    /// Two states and two held inputs.
+    TwoHeldTwo(Box<HeldInputs<2, 2, 1, 3, 5>>),
+    /// Three states and one held input.
+    ThreeHeld(Box<HeldInputs<3, 1, 1, 4, 5>>),
+    /// Three states and two held inputs.
+    ThreeHeldTwo(Box<HeldInputs<3, 2, 1, 4, 6>>),
 }
 
-/// A model without inputs and with one output; the number of states is a const generic.
+/// A model with one output; the numbers of states and inputs are const generics.
 #[derive(Debug, Clone)]
-struct Sized<const N: usize>(Model);
+struct Sized<const N: usize, const M: usize>(Model);
 
-impl<const N: usize> luenberger_plants::ByDual for Sized<N> {}
+impl<const N: usize, const M: usize> luenberger_plants::ByDual for Sized<N, M> {}
 
-impl<const N: usize> Shape for Sized<N> {
+impl<const N: usize, const M: usize> Shape for Sized<N, M> {
     fn dimensions(&self) -> Dimensions {
-        Dimensions { states: N, inputs: 0, outputs: 1 }
+        Dimensions { states: N, inputs: M, outputs: 1 }
     }
 }
 
-impl<T: RealField + Copy, const N: usize> Plant<T> for Sized<N> {
+impl<T: RealField + Copy, const N: usize, const M: usize> Plant<T> for Sized<N, M> {
     type State = SVector<T, N>;
-    type Input = SVector<T, 0>;
+    type Input = SVector<T, M>;
     type Output = Vector1<T>;
 
-    fn derivative(&self, t: T, x: &SVector<T, N>, _u: &SVector<T, 0>) -> SVector<T, N> {
-        let slope = self.0.derivative(t, &DVector::from_column_slice(x.as_slice()), &DVector::zeros(0));
+    fn derivative(&self, t: T, x: &SVector<T, N>, u: &SVector<T, M>) -> SVector<T, N> {
+        let slope = self.0.derivative(t, &column(x), &column(u));
         SVector::from_fn(|i, _| slope[i])
     }
 
-    fn output(&self, t: T, x: &SVector<T, N>, _u: &Self::Input) -> Vector1<T> {
-        Vector1::new(self.0.output(t, &DVector::from_column_slice(x.as_slice()), &DVector::zeros(0))[0])
+    fn output(&self, t: T, x: &SVector<T, N>, u: &Self::Input) -> Vector1<T> {
+        Vector1::new(self.0.output(t, &column(x), &column(u))[0])
     }
 }
 
-/// The design for a model whose sizes have been checked: 2 or 3 states, no input, one output. It stops once `cancel` is
-/// true.
+fn column<T: RealField + Copy, const N: usize>(entries: &SVector<T, N>) -> DVector<T> {
+    DVector::from_column_slice(entries.as_slice())
+}
+
+/// The design for a model whose sizes have been checked: 2 to 4 states, or 2 to 3 with held inputs, and one output. It
+/// stops once `cancel` is true.
 pub(super) fn design(model: &Model, wish: &KklSpec, cancel: &AtomicBool) -> Result<Designed, Misfit> {
-    if model.size().states == 2 {
-        let (design, report) = of_size::<2, 3>(model, wish, cancel)?;
-        let kkl = if wish.embedded {
-            Kkl::TwoEmbedded(Box::new(design.embedded))
-        } else {
-            Kkl::Two(Box::new(design.interpolated))
-        };
-        return Ok(Designed { runnable: Runnable::Kkl(Box::new(kkl)), report, certificate: None });
-    }
-    let (design, report) = of_size::<3, 4>(model, wish, cancel)?;
-    let kkl = if wish.embedded {
-        Kkl::ThreeEmbedded(Box::new(design.embedded))
-    } else {
-        Kkl::Three(Box::new(design.interpolated))
+    let size = model.size();
+    let (kkl, report) = match (size.states, size.inputs) {
+        (2, 0) => {
+            let (design, report) = of_size::<2, 3>(model, wish, cancel)?;
+            let (accurate, small) = (Box::new(design.interpolated), Box::new(design.embedded));
+            (if wish.embedded { Kkl::TwoEmbedded(small) } else { Kkl::Two(accurate) }, report)
+        }
+        (3, 0) => {
+            let (design, report) = of_size::<3, 4>(model, wish, cancel)?;
+            let (accurate, small) = (Box::new(design.interpolated), Box::new(design.embedded));
+            (if wish.embedded { Kkl::ThreeEmbedded(small) } else { Kkl::Three(accurate) }, report)
+        }
+        (_, 0) => {
+            let (design, report) = of_size::<4, 5>(model, wish, cancel)?;
+            let (accurate, small) = (Box::new(design.interpolated), Box::new(design.embedded));
+            (if wish.embedded { Kkl::FourEmbedded(small) } else { Kkl::Four(accurate) }, report)
+        }
+        (2, 1) => {
+            let (observer, report) = held::<2, 1, 3, 4>(model, wish, cancel)?;
+            (Kkl::TwoHeld(observer), report)
+        }
+        (2, _) => {
+            let (observer, report) = held::<2, 2, 3, 5>(model, wish, cancel)?;
+            (Kkl::TwoHeldTwo(observer), report)
+        }
+        (_, 1) => {
+            let (observer, report) = held::<3, 1, 4, 5>(model, wish, cancel)?;
+            (Kkl::ThreeHeld(observer), report)
+        }
+        _ => {
+            let (observer, report) = held::<3, 2, 4, 6>(model, wish, cancel)?;
+            (Kkl::ThreeHeldTwo(observer), report)
+        }
     };
     Ok(Designed { runnable: Runnable::Kkl(Box::new(kkl)), report, certificate: None })
+}
+
+/// With what a design is made.
+struct Chosen<const N: usize, const Z: usize> {
+    settings: Settings<N>,
+    wanted: Wanted,
+    choice: Choice,
+    domain: Domain<N>,
+    target: Target<1, Z>,
+}
+
+/// The choices for the plant at a constant input.
+fn chosen<const N: usize, const M: usize, const Z: usize>(
+    plant: &Sized<N, M>,
+    input: SVector<f64, M>,
+    wish: &KklSpec,
+    progress: &mut dyn FnMut(Progress) -> ControlFlow<()>,
+) -> Result<Chosen<N, Z>, NumericalKklError> {
+    let ends = |f: fn(&(f64, f64)) -> f64| std::array::from_fn(|i| wish.domain.get(i).map_or(f64::NAN, f));
+    let (lower, upper) = (ends(|end| end.0), ends(|end| end.1));
+    let mut settings = Settings {
+        leaves: wish.leaves,
+        degree: wish.degree,
+        samples: wish.samples,
+        // All pairs of this grid are compared.
+        injectivity_points: [17, 17, 17, 9, 6][N.min(4)],
+        fallback: if N > 3 { 5 } else { Settings::<N>::default().fallback },
+        ..Settings::default()
+    };
+    let wanted = Wanted {
+        cutoff: wish.cutoff,
+        points: wish.points,
+        escape: wish.escape.map(|margin| Escape::Slowed { margin }),
+        ..Wanted::default()
+    };
+    let choice = choose::<_, N, M, Z>(plant, (lower, upper), input, &wanted, &settings, progress)?;
+    settings.points = [choice.points; N];
+    let domain = Domain::new(lower, upper, choice.escape)?;
+    let target = Target::<1, Z>::bessel(choice.cutoff)?;
+    Ok(Chosen { settings, wanted, choice, domain, target })
 }
 
 type Design<const N: usize, const Z: usize> = NumericalKklDesign<N, 0, 1, Z>;
@@ -88,56 +163,108 @@ fn of_size<const N: usize, const Z: usize>(
     wish: &KklSpec,
     cancel: &AtomicBool,
 ) -> Result<(Design<N, Z>, DesignReport), NumericalKklError> {
-    let ends = |f: fn(&(f64, f64)) -> f64| std::array::from_fn(|i| wish.domain.get(i).map_or(f64::NAN, f));
-    let (lower, upper) = (ends(|end| end.0), ends(|end| end.1));
-    let mut settings = Settings {
-        leaves: wish.leaves,
-        degree: wish.degree,
-        samples: wish.samples,
-        // A grid of 17 points on three axes is too large for the comparison of all pairs.
-        injectivity_points: if N > 2 { 9 } else { 17 },
-        ..Settings::default()
-    };
-    let plant = Sized::<N>(model.clone());
+    let plant = Sized::<N, 0>(model.clone());
     let mut on = |_| if cancel.load(Ordering::Relaxed) { Break(()) } else { Continue(()) };
-    let wanted = Wanted {
-        cutoff: wish.cutoff,
-        points: wish.points,
-        escape: wish.escape.map(|margin| Escape::Slowed { margin }),
-        ..Wanted::default()
-    };
-    let choice = choose::<_, N, 0, Z>(&plant, (lower, upper), SVector::zeros(), &wanted, &settings, &mut on)?;
-    settings.points = [choice.points; N];
-    let domain = Domain::new(lower, upper, choice.escape)?;
-    let target = Target::<1, Z>::bessel(choice.cutoff)?;
-    let design = NumericalKklDesign::new(&plant, &target, &domain, SVector::zeros(), &settings, &mut on)?;
+    let made = chosen::<N, 0, Z>(&plant, SVector::zeros(), wish, &mut on)?;
+    let Chosen { settings, wanted, choice, domain, target } = &made;
+    let design = NumericalKklDesign::new(&plant, target, domain, SVector::zeros(), settings, &mut on)?;
     let measured = &design.report;
     let form = if wish.embedded { &measured.embedded } else { &measured.interpolated };
-    let mut numbers = vec![
+    let mut numbers = numbers(choice, (measured.horizon, measured.spline.1, measured.residual.1));
+    numbers.extend(errors(form));
+    let report = report(
+        "z' = D z + B y is stable; while x(t) stays in the region, the estimation error tends to that of the left inverse.",
+        target,
+        numbers,
+        format!(
+            "errors measured at {} points that were not used in the fit{}",
+            form.samples,
+            explained(choice, wanted)
+        ),
+    );
+    Ok((design, report))
+}
+
+/// An observer for held inputs, with its report.
+type Held<const N: usize, const M: usize, const Z: usize, const ZM: usize> =
+    (Box<HeldInputs<N, M, 1, Z, ZM>>, DesignReport);
+
+fn held<const N: usize, const M: usize, const Z: usize, const ZM: usize>(
+    model: &Model,
+    wish: &KklSpec,
+    cancel: &AtomicBool,
+) -> Result<Held<N, M, Z, ZM>, NumericalKklError> {
+    let plant = Sized::<N, M>(model.clone());
+    let mut on = |_| if cancel.load(Ordering::Relaxed) { Break(()) } else { Continue(()) };
+    let family: [(f64, f64); M] = std::array::from_fn(|i| wish.inputs.get(i).copied().unwrap_or((f64::NAN, f64::NAN)));
+    let middle = SVector::from_fn(|i, _| 0.5 * (family[i].0 + family[i].1));
+    let mut made = chosen::<N, M, Z>(&plant, middle, wish, &mut on)?;
+    let mut attempt = |made: &Chosen<N, Z>| {
+        let Chosen { settings, domain, target, .. } = made;
+        HeldInputDesign::<N, M, 1, Z, ZM>::new(&plant, target, domain, (&family, wish.nodes), settings, &mut on)
+    };
+    let mut design = attempt(&made);
+    // A trajectory that is bounded at the middle input may be unbounded at another.
+    if let Err(NumericalKklError::AtInput { error, .. }) = &design
+        && matches!(**error, NumericalKklError::Escapes { .. })
+        && wish.escape.is_none()
+        && made.choice.escape == Escape::Free
+    {
+        let escape = Escape::Slowed { margin: 1.0 };
+        made.domain = Domain::new((*made.domain.lower()).into(), (*made.domain.upper()).into(), escape)?;
+        made.choice.escape = escape;
+        design = attempt(&made);
+    }
+    let HeldInputDesign { observer, report: measured } = design?;
+    let Chosen { wanted, choice, target, .. } = &made;
+    let form = if wish.embedded { &measured.embedded } else { &measured.interpolated };
+    let mut numbers = numbers(choice, (measured.horizon, measured.spline.1, measured.residual.1));
+    numbers.push(number("inputs with a table", measured.tables as f64));
+    numbers.extend(errors(form));
+    let report = report(
+        "z' = D z + B y is stable; while x(t) stays in the region and the input is held at a value of its range, the estimation error tends to that of the left inverse. After a jump of the input z - T(x, u) begins anew; while the input varies, the derivative of T by u times u' drives it; an input outside of its range is taken at the nearest end.",
+        target,
+        numbers,
+        format!(
+            "errors measured at {} pairs of state and input that were not used in the fit{}",
+            form.samples,
+            explained(choice, wanted)
+        ),
+    );
+    Ok((Box::new(if wish.embedded { observer.embedded() } else { observer }), report))
+}
+
+/// The numbers of every design.
+fn numbers(choice: &Choice, (horizon, table, residual): (f64, f64, f64)) -> Vec<NamedNumber> {
+    vec![
         number("cutoff", choice.cutoff),
         number("grid points per axis", choice.points as f64),
-        number("memory", measured.horizon),
-        number("largest error of the table", measured.spline.1),
-        number("largest residual of dT/dx f = D T + B y", measured.residual.1),
-    ];
-    for i in 0..N {
-        numbers.push(number(&format!("largest error of the left inverse, {}", Axis::State(i)), form.max[i]));
-    }
-    let report = DesignReport {
-        statement: "z' = D z + B y is stable; while x(t) stays in the region, the estimation error tends to that of the left inverse.".to_owned(),
+        number("memory", horizon),
+        number("largest error of the table", table),
+        number("largest residual of dT/dx f = D T + B y", residual),
+    ]
+}
+
+fn errors<const N: usize>(form: &Errors<N>) -> Vec<NamedNumber> {
+    (0..N).map(|i| number(&format!("largest error of the left inverse, {}", Axis::State(i)), form.max[i])).collect()
+}
+
+fn report<const Z: usize>(
+    statement: &str,
+    target: &Target<1, Z>,
+    numbers: Vec<NamedNumber>,
+    evidence: String,
+) -> DesignReport {
+    DesignReport {
+        statement: statement.to_owned(),
         matrices: Vec::new(),
         poles: target.dynamics().complex_eigenvalues().iter().map(|pole| [pole.re, pole.im]).collect(),
         numbers,
         facts: Vec::new(),
         verdict: "measured".to_owned(),
         noise_deviation: Vec::new(),
-        evidence: Some(format!(
-            "errors measured at {} points that were not used in the fit{}",
-            form.samples,
-            explained(&choice, &wanted)
-        )),
-    };
-    Ok((design, report))
+        evidence: Some(evidence),
+    }
 }
 
 /// What was chosen, why, and what the other candidates gave; nothing where the keys left nothing to choose.

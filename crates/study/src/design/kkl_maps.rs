@@ -127,8 +127,8 @@ pub(super) fn is_left_inverse(
     tolerance: f64,
 ) -> Result<(), Misfit> {
     match &report.left_inverse {
-        Some((missed, _)) if *missed <= tolerance => Ok(()),
-        Some((missed, place)) => {
+        Ok((missed, _)) if *missed <= tolerance => Ok(()),
+        Ok((missed, place)) => {
             let (x, t) = (DVector::from_column_slice(&place.state), place.time);
             let y = model.output(t, &x, &DVector::zeros(maps.plant.inputs));
             let back = maps.left_inverse(t, &maps.image(t, &x, &y), &y);
@@ -140,7 +140,7 @@ pub(super) fn is_left_inverse(
             let state = (0..x.len()).max_by(|i, j| share(*i).total_cmp(&share(*j))).unwrap_or(0);
             Err(Misfit::NotLeftInverse { state, found: back[state], point: place.state.clone(), missed: *missed })
         }
-        None => Err(Misfit::UndefinedLeftInverse),
+        Err(place) => Err(Misfit::UndefinedLeftInverse { point: place.state.clone() }),
     }
 }
 
@@ -165,7 +165,7 @@ pub(super) fn numbers(report: &KklReport) -> Vec<NamedNumber> {
         number("smallest singular value of D(phi, h)", injectivity.smallest_singular_value),
         number("sampled states", injectivity.points as f64),
     ];
-    if let Some((missed, _)) = left_inverse {
+    if let Ok((missed, _)) = left_inverse {
         numbers.push(number("largest error of phi^L(phi(x), h(x)) in half-widths of the region", *missed));
     }
     numbers

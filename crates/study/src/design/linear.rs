@@ -13,8 +13,8 @@ use super::disturbance::{self, acting};
 use super::explain::Misfit;
 use super::noise_gain::NoiseGain;
 use super::runnable::Runnable;
-use super::{Designed, facts, matrix, number, poles, reach, verdict};
-use crate::results::DesignReport;
+use super::{Designed, facts, matrix, number, poles, reach, varying_periods, verdict};
+use crate::results::{DesignReport, STATIONARY_COVARIANCES};
 use crate::study::{ActingBounds, GainSpec, LinearSpec, Study};
 
 pub(super) fn of(plant: &StateSpace, wish: &LinearSpec, options: &GainOptions) -> Result<LinearDesign, DesignError> {
@@ -67,7 +67,7 @@ pub(super) fn linear_report(
     let matrices = match design.covariance() {
         Some(covariance) => vec![
             l,
-            matrix("P (stationary error covariance)", covariance),
+            matrix(STATIONARY_COVARIANCES[2], covariance),
             matrix("Lyapunov matrix", &design.p),
             matrix("Lyapunov right-hand side", &design.q),
         ],
@@ -181,32 +181,10 @@ pub(super) fn sampled(
     let linear = of(plant, wish, options)?;
     if let Some(periods) = varying {
         let design = VaryingPeriodDesign::new(&linear, theta, correction, period, periods)?;
-        return Ok(varying_report(&design, plant, period));
+        return varying_periods::report(&design, plant, period);
     }
     let design = SampledCubicDesign::with_correction(&linear, theta, correction, period)?;
     Ok(sampled_report(&design, plant, period))
-}
-
-/// A sampled cubic observer at varying periods in numbers and words.
-fn varying_report(design: &VaryingPeriodDesign, plant: &StateSpace, period: f64) -> Designed {
-    let Designed { runnable, mut report, .. } = sampled_report(&design.nominal, plant, period);
-    let step = if design.nominal.observer.coupling().is_some() {
-        let share = design.factor * design.factor;
-        2.0 * share / (1.0 + share)
-    } else {
-        design.factor * design.factor
-    };
-    report.statement = format!(
-        "For {}, with the correction gain K and a prediction over the time that passes: V = e'Pe decreases from correction to correction by the factor {} or less, for every error. {}",
-        design.periods,
-        significant(step, 4),
-        report.statement
-    );
-    report.matrices.insert(0, matrix("K", &design.k));
-    report.numbers.push(number("factor of V from correction to correction", step));
-    report.facts = facts(&design.certificate, &[]);
-    report.verdict = verdict(&design.certificate);
-    Designed { runnable, report, certificate: Some(design.certificate.clone()) }
 }
 
 /// A sampled cubic observer in numbers and words.

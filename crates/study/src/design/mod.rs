@@ -22,6 +22,7 @@ mod reduced_order;
 mod runnable;
 mod sliding_mode;
 mod unscented;
+mod varying_periods;
 
 pub(crate) use interval::{Sampling, sampled_design as sampled_interval, sampled_statement};
 pub use kkl::Kkl;
@@ -31,6 +32,8 @@ pub(crate) use noise_gain::SPEED_RATIO;
 pub use printed_mean_value::PrintedMean;
 pub use runnable::{At, Chains, Runnable, WithDisturbance, WithoutDisturbance};
 pub(crate) use sliding_mode::gains as sliding_mode_gains_of;
+pub use varying_periods::VaryingPeriods;
+pub(crate) use varying_periods::statement as varying_statement;
 
 use std::sync::atomic::AtomicBool;
 use std::time::Instant;
@@ -235,7 +238,7 @@ fn in_words(
         ObserverKind::ImmersionInvariance(spec) => immersion::immersion(model, spec).map_err(explained),
         ObserverKind::Pebo(spec) | ObserverKind::KklPeb(spec) => peb::peb(study, wish, spec).map_err(explained),
         ObserverKind::KklNumerical(kkl) => {
-            explain::small_and_autonomous(study, wish)?;
+            explain::tabulated(study, wish, kkl)?;
             kkl::design(model, kkl, cancel).map_err(explained)
         }
     }

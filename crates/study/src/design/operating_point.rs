@@ -17,6 +17,7 @@ pub(super) fn shifted(study: &Study, design: Designed, point: &OperatingPoint) -
         Runnable::Linear(observer) => Runnable::LinearAt(Box::new(at(*observer, point)?)),
         Runnable::Cubic(observer) => Runnable::CubicAt(Box::new(at(*observer, point)?)),
         Runnable::SampledCubic(observer) => Runnable::SampledCubicAt(Box::new(at(*observer, point)?)),
+        Runnable::VaryingPeriods(varying) => Runnable::VaryingPeriods(Box::new(varying.at(point)?)),
         other => other,
     };
     let named = |names: &[String], values: &[f64]| {

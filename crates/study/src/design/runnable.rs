@@ -15,9 +15,11 @@ use nalgebra::{DMatrix, DVector, Dyn};
 use super::kkl::Kkl;
 use super::moving_horizon::LONGEST_WINDOW;
 use super::printed_mean_value::PrintedMean;
+use super::varying_periods::VaryingPeriods;
 use crate::maps::high_gain::place;
 use crate::maps::{Estimator, HighGainMaps, ImmersionMaps, KklMaps, RegressionMaps};
 use crate::model::Model;
+use crate::study::SamplingSpec;
 
 /// An observer of the deviations from an operating point.
 pub type At<O> = DeviationObserver<O, f64, Dyn, Dyn, Dyn>;
@@ -54,6 +56,8 @@ pub enum Runnable {
     SlidingMode(Box<SlidingModeObserver<Model, f64, Dyn, Dyn, Dyn>>),
     /// Sampled cubic observer.
     SampledCubic(Box<SampledCubicObserver<f64, Dyn, Dyn, Dyn>>),
+    /// Sampled cubic observer at varying periods.
+    VaryingPeriods(Box<VaryingPeriods>),
     /// Luenberger observer, or stationary Kalman predictor, in discrete time.
     DiscreteLinear(Box<DiscreteLinearObserver<f64, Dyn, Dyn, Dyn>>),
     /// Stationary Kalman filter in discrete time, in filter form.
@@ -121,7 +125,17 @@ macro_rules! each {
                 Kkl::TwoEmbedded($continuous) => $flow,
                 Kkl::Three($continuous) => $flow,
                 Kkl::ThreeEmbedded($continuous) => $flow,
+                Kkl::Four($continuous) => $flow,
+                Kkl::FourEmbedded($continuous) => $flow,
+                Kkl::TwoHeld($continuous) => $flow,
+                Kkl::TwoHeldTwo($continuous) => $flow,
+                Kkl::ThreeHeld($continuous) => $flow,
+                Kkl::ThreeHeldTwo($continuous) => $flow,
             },
+            Runnable::VaryingPeriods(varying) => {
+                let $continuous = &varying.observer;
+                $flow
+            }
             Runnable::SampledInterval($sampled) => $step,
             Runnable::SlidingMode($sampled) => $step,
             Runnable::SampledCubic($sampled) => $step,
@@ -141,11 +155,27 @@ fn column<C: Column<f64>>(entries: &[f64]) -> Option<C> {
 }
 
 impl Runnable {
-    /// The scenario with this observer added, with its first estimate of the state.
+    /// The scenario with this observer added; the samples of one at varying periods are those of its design, with the
+    /// seed 0.
     pub fn join<'a>(&'a self, scenario: Scenario<'a>, name: &str, initial: &[f64]) -> Scenario<'a> {
+        self.join_sampled(scenario, name, initial, &SamplingSpec { jitter: None, misses: None, seed: 0 })
+    }
+
+    /// The same; an observer at varying periods has the samples of `sampling`.
+    pub fn join_sampled<'a>(
+        &'a self,
+        scenario: Scenario<'a>,
+        name: &str,
+        initial: &[f64],
+        sampling: &SamplingSpec,
+    ) -> Scenario<'a> {
         if let Self::Functional(observer, k) = self {
             let first = k * DVector::from_column_slice(initial);
             return scenario.functional_observer(name, observer.as_ref(), first.as_slice(), k);
+        }
+        if let Self::VaryingPeriods(varying) = self {
+            let times = varying.sample_times(sampling);
+            return scenario.continuous_discrete_observer(name, varying.observer.as_ref(), times, initial);
         }
         each!(
             self,
@@ -154,13 +184,14 @@ impl Runnable {
         )
     }
 
-    /// The replay of a log with this observer added.
+    /// The replay of a log with this observer added, one at varying periods at its nominal period.
     pub fn replay<'a>(&'a self, replay: Replay<'a>, name: &str, initial: &[f64]) -> Replay<'a> {
         match self {
             // As filters they also record their covariances.
             Self::ExtendedKalman(filter) => return replay.covariance_filter(name, filter.as_ref().clone(), initial),
             Self::Unscented(filter) => return replay.covariance_filter(name, filter.as_ref().clone(), initial),
             Self::MovingHorizon(filter) => return replay.covariance_filter(name, filter.as_ref().clone(), initial),
+            Self::VaryingPeriods(varying) => return replay.sampled_observer(name, varying.nominal.as_ref(), initial),
             _ => {}
         }
         each!(
@@ -179,7 +210,7 @@ impl Runnable {
         }
     }
 
-    /// The sampling period; none in continuous time.
+    /// The sampling period; none in continuous time, and for an observer that predicts between its samples.
     pub fn period(&self) -> Option<f64> {
         each!(self, _observer => None, sampled => Some(sampled.period()))
     }

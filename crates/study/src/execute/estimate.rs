@@ -141,8 +141,9 @@ pub(super) fn memory(study: &Study, step: Step, threads: usize) -> MemoryEstimat
                 // The table of the inverse, its derivatives, and a copy.
                 let states = study.plant.states.len();
                 let points = kkl.tables(states).into_iter().max().unwrap_or(0);
-                let table = (points as f64).powf(states as f64);
-                (table * 10.0 * NUMBER, "the table of a numerical KKL observer (reduce its points)")
+                let table = kkl.family() as f64 * (points as f64).powf(states as f64);
+                let numbers = 3.0 * (states + 1) as f64;
+                (table * numbers * NUMBER, "the table of a numerical KKL observer (reduce its points)")
             }
             kind if kind.poses_inequality() => {
                 let what = "the matrix inequality of an observer (for a linear plant, use poles or kalman)";

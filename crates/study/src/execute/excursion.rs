@@ -7,8 +7,8 @@ use luenberger_proof::wording::{counted, significant};
 use luenberger_sim::{SimError, Trajectory};
 use serde::{Deserialize, Serialize};
 
-use super::Member;
 use super::simulate::Run;
+use super::{Member, sampling};
 use crate::study::{ObserverKind, ObserverSpec, Study};
 
 /// How much of a run is outside.
@@ -16,6 +16,8 @@ use crate::study::{ObserverKind, ObserverSpec, Study};
 enum Extent {
     /// So many rows, of all.
     Rows(usize, usize),
+    /// So many samples, of all.
+    Samples(usize, usize),
     /// This share of the time.
     Time(f64),
 }
@@ -40,6 +42,7 @@ impl Excursion {
     pub(super) fn in_run(&self, observer: &str) -> String {
         let outside = match self.extent {
             Extent::Rows(outside, all) => format!("at {outside} of {}", counted(all, "row")),
+            Extent::Samples(outside, all) => format!("at {outside} of {}", counted(all, "sample")),
             Extent::Time(share) => format!("for {} % of the run", significant(100.0 * share, 2)),
         };
         format!("{}: {observer}: outside {outside}, first {}", self.what, self.first())
@@ -118,12 +121,25 @@ impl<'a> Watch<'a> {
     }
 }
 
-/// Whether state, estimate, input or time of a simulation leave the region of the observer's design.
+/// Whether state, estimate, input or time of a simulation leave the region of the observer's design, or its samples the
+/// periods and misses.
 pub(super) fn of_simulation(
     study: &Study,
     wish: &ObserverSpec,
     trajectory: &Trajectory,
 ) -> Result<Option<Excursion>, SimError> {
+    if let Some(periods) = wish.kind.varying_periods() {
+        let samples = &trajectory.observer(&wish.name)?.samples;
+        let outside = sampling::outside(samples, periods);
+        return Ok(outside.first().map(|first| Excursion {
+            what: "Guarantee not valid outside the periods of the design",
+            extent: Extent::Samples(outside.len(), samples.len()),
+            t: first.t,
+            name: first.name.to_owned(),
+            value: first.value,
+            bounds: first.bounds,
+        }));
+    }
     let Some(mut watch) = Watch::of(study, wish) else { return Ok(None) };
     // Half of the time between two points counts as the one does, and half as the other.
     let (start, end) = trajectory.span();

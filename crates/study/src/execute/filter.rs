@@ -1,4 +1,4 @@
-//! Filters in the simulation, where the truth is known: standard deviations, NIS and NEES.
+//! Filters where the truth is known: standard deviations, NIS and NEES, and how often errors are within their bands.
 
 use luenberger_observers::CovarianceFilter;
 use luenberger_plants::Column;
@@ -7,9 +7,10 @@ use luenberger_sim::{SimError, Trajectory};
 use nalgebra::{DMatrix, DVector};
 
 use super::Member;
+use super::simulate::Run;
 use crate::design::Runnable;
-use crate::results::FilterReport;
-use crate::study::Simulation;
+use crate::results::{CoverageReport, FilterReport};
+use crate::study::{Simulation, Study};
 
 /// The same expression for each kind of filter with a covariance; none for other observers.
 macro_rules! of_filter {
@@ -32,6 +33,28 @@ pub(super) fn is_filter(member: &Member<'_>) -> bool {
 pub(super) fn deviation(trajectory: &Trajectory, member: &Member<'_>) -> Option<DMatrix<f64>> {
     let state = &trajectory.observer(&member.wish.name).ok()?.state;
     of_filter!(member, filter => deviation_of(filter.as_ref(), state, member.wish.initial.len()))
+}
+
+/// Those of a stationary Kalman filter, in every row.
+pub(super) fn stationary_deviation(member: &Member<'_>, rows: usize) -> Option<DMatrix<f64>> {
+    let deviation = member.designed.report.stationary_deviation()?;
+    Some(DMatrix::from_fn(rows, deviation.len(), |_, i| deviation[i]))
+}
+
+/// How often the errors of each filter were within two standard deviations: over all rows of a simulation, over the
+/// second half of a log.
+pub(super) fn coverage(study: &Study, runs: &[(&Member<'_>, &Run)], on_log: bool) -> Vec<CoverageReport> {
+    let of = |(member, run): &(&Member<'_>, &Run)| {
+        let (estimate, deviation) = (run.estimate.as_ref()?, run.deviation.as_ref()?);
+        let middle = match &study.log {
+            Some(log) if on_log => log.recording.times()[log.recording.times().len() / 2],
+            _ => f64::NEG_INFINITY,
+        };
+        let first = run.t.iter().position(|t| *t >= middle)?;
+        let run_of = (member.wish.name.as_str(), on_log, !is_filter(member));
+        CoverageReport::of(run_of, &study.plant.states, (&run.x, estimate), deviation, first)
+    };
+    runs.iter().filter_map(of).collect()
 }
 
 fn deviation_of<F: CovarianceFilter<f64>>(filter: &F, states: &DMatrix<f64>, n: usize) -> DMatrix<f64> {

@@ -1,17 +1,19 @@
 //! The experiment of a study as the page of its report runs it.
 
-use luenberger_live::{Experiment, Noise, Observer, ObserverKind, OperatingPoint, Plant, Rows};
+use luenberger_live::{
+    Experiment, Feedback, FeedbackOf, Noise, Observer, ObserverKind, OperatingPoint, Plant, Rows, Sensor, Table,
+};
 use luenberger_observers::{DeviationObserver, SampledCubicObserver, SampledObserver};
 use luenberger_plants::StateSpace;
 use luenberger_proof::certificate::{ProvedTheorem, Theorem};
-use luenberger_sim::Integrator;
+use luenberger_sim::{Between, Integrator};
 use nalgebra::{DMatrix, Dyn};
 
 use super::{Member, scores};
 use crate::design::Runnable;
 use crate::model::{Builtin, Model};
 use crate::signal::{Input, Program};
-use crate::study::Study;
+use crate::study::{SensorSpec, Simulation, Study};
 
 /// The most times that the page shows.
 const SHOWN: usize = 401;
@@ -22,25 +24,26 @@ const STATES: usize = 12;
 /// The most bytes of the certificates of one observer: what a browser verifies while a slider is moved.
 const CERTIFICATES: usize = 200_000;
 
-/// The experiment, and the observers that are not in it; none where the page has no code for the plant, its input or its
-/// measurements.
-pub(crate) fn experiment(study: &Study, members: &[Member<'_>]) -> Option<(Experiment, Vec<String>)> {
-    let simulation = study.simulation.as_ref()?;
-    let plain = study.plant.dt.is_none()
-        && study.truth.is_none()
-        && simulation.sensors.is_empty()
-        && simulation.settings.integrator == Integrator::Auto;
-    if !plain {
-        return None;
+/// The most numbers of an input table.
+const TABLE: usize = 20_000;
+
+/// The experiment and the observers that are not in it, or in a sentence why the page does not simulate the study; none
+/// for a study without a simulation.
+pub(crate) fn experiment(study: &Study, members: &[Member<'_>]) -> Option<Result<(Experiment, Vec<String>), String>> {
+    study.simulation.as_ref().map(|simulation| of(study, simulation, members))
+}
+
+fn of(study: &Study, simulation: &Simulation, members: &[Member<'_>]) -> Result<(Experiment, Vec<String>), String> {
+    let names = &study.plant;
+    let refused = [
+        (names.dt.is_some(), "its plant is in discrete time"),
+        (study.truth.is_some(), "its plant is simulated with disturbances, changes or other parameters (`[truth]`)"),
+        (simulation.settings.integrator != Integrator::Auto, "it chooses an integrator"),
+        (names.states.len() > STATES, "its plant has more than 12 states"),
+    ];
+    if let Some((_, why)) = refused.into_iter().find(|(refused, _)| *refused) {
+        return Err(why.to_owned());
     }
-    let input = match &study.input {
-        Input::Zero => Vec::new(),
-        Input::Program(Program::Expressions(rows)) => rows.iter().map(|row| row.text().to_owned()).collect(),
-        Input::Program(Program::Table(_))
-        | Input::Feedback { .. }
-        | Input::StateFeedback { .. }
-        | Input::Law { .. } => return None,
-    };
     let mut omitted: Vec<String> = Vec::new();
     let mut observers = Vec::new();
     for member in members {
@@ -49,31 +52,81 @@ pub(crate) fn experiment(study: &Study, members: &[Member<'_>]) -> Option<(Exper
             None => omitted.push(member.wish.name.clone()),
         }
     }
-    let names = &study.plant;
+    if observers.is_empty() {
+        return Err("the page has no code for its observers".to_owned());
+    }
+    let (input, table) = program(&study.input)?;
+    let feedback = feedback(study)?;
+    if let Some(Feedback { of: FeedbackOf::Estimate(name), .. }) = &feedback
+        && !observers.iter().any(|observer| observer.name == *name)
+    {
+        return Err(format!("the page has no code for the observer {name} in the feedback loop"));
+    }
     let noise = simulation.noise.as_ref().map(|noise| Noise {
         gaussian: noise.gaussian,
         amplitude: noise.amplitude.clone(),
         period: noise.period,
         seed: noise.seed,
     });
+    let sensor = |of: &SensorSpec| Sensor {
+        output: of.output,
+        period: of.period,
+        offset: of.offset,
+        gaussian: of.gaussian,
+        amplitude: of.amplitude,
+        seed: of.seed,
+    };
+    let plant = plant(study).ok_or("the page has no code for its plant, which is one of the library")?;
     let experiment = Experiment {
         states: names.states.clone(),
         units: names.units.clone(),
         time_unit: names.time_unit.clone(),
         input,
+        table,
+        feedback,
         parameters: names.parameters.clone(),
         hold: simulation.hold,
         tolerances: [simulation.settings.rtol, simulation.settings.atol],
         noise,
+        sensors: simulation.sensors.iter().map(sensor).collect(),
         scale: scores::scale(study, simulation),
         band: simulation.band,
         score_period: simulation.score_period,
         observers,
-        ..Experiment::new(plant(study)?, &simulation.x0, simulation.duration, simulation.samples.min(SHOWN))
+        ..Experiment::new(plant, &simulation.x0, simulation.duration, simulation.samples.min(SHOWN))
     };
     // An expression with a lookup table has no text that stands alone.
-    let runs = names.states.len() <= STATES && !experiment.observers.is_empty() && experiment.check().is_ok();
-    runs.then_some((experiment, omitted))
+    match experiment.check() {
+        Ok(()) => Ok((experiment, omitted)),
+        Err(_) => Err("its expressions use lookup tables".to_owned()),
+    }
+}
+
+/// The input as expressions or as a table.
+fn program(input: &Input) -> Result<(Vec<String>, Option<Table>), String> {
+    match input.program() {
+        Some(Program::Expressions(rows)) => Ok((rows.iter().map(|row| row.text().to_owned()).collect(), None)),
+        Some(Program::Table(samples)) if samples.values().len() > TABLE => {
+            Err(format!("the table of its input has more than {TABLE} numbers"))
+        }
+        Some(Program::Table(samples)) => {
+            let line = samples.between() == Between::Line;
+            Ok((Vec::new(), Some(Table { t: samples.times().to_vec(), rows: rows(samples.values()), line })))
+        }
+        None => Ok((Vec::new(), None)),
+    }
+}
+
+fn feedback(study: &Study) -> Result<Option<Feedback>, String> {
+    let (gain, of) = match &study.input {
+        Input::Zero | Input::Program(_) => return Ok(None),
+        Input::Law { .. } => return Err("its input is a law with the true state".to_owned()),
+        Input::Feedback { observer, gain, .. } => (gain, FeedbackOf::Estimate(observer.clone())),
+        Input::StateFeedback { gain, .. } => (gain, FeedbackOf::State),
+    };
+    let point = study.operating_point.as_ref();
+    let shift = point.map_or_else(Vec::new, |point| (&point.u + gain * &point.x).as_slice().to_vec());
+    Ok(Some(Feedback { gain: rows(gain), of, shift }))
 }
 
 fn plant(study: &Study) -> Option<Plant> {

@@ -10,6 +10,7 @@ use nalgebra::DMatrix;
 use rayon::prelude::*;
 
 use super::Member;
+use super::filter::stationary_deviation;
 use super::options::RunOptions;
 use super::simulate::Run;
 use crate::results::{
@@ -34,7 +35,7 @@ fn replay(study: &Study, log: &Log, member: &Member<'_>, until: Option<Instant>)
 
 /// The run of one observer.
 pub(super) fn one(study: &Study, log: &Log, member: &Member<'_>, until: Option<Instant>) -> Result<Run, SimError> {
-    replay(study, log, member, until).map(|replayed| run(log, replayed))
+    replay(study, log, member, until).map(|replayed| run(log, member, replayed))
 }
 
 fn report(study: &Study, log: &Log, replayed: &ReplayedObserver) -> Result<InnovationReport, SimError> {
@@ -177,7 +178,7 @@ pub(super) fn all<'a>(
             let report = report(study, log, &replayed)?;
             let mut warnings = locked_out(study, log, &replayed);
             warnings.extend(warning(study, log, &replayed, member.designed.runnable.period()));
-            Ok((report, run(log, replayed), warnings))
+            Ok((report, run(log, member, replayed), warnings))
         });
         options.tell("log", &member.wish.name, 1, 1);
         let failed = |error: SimError| InnovationReport {
@@ -239,8 +240,13 @@ fn summary(study: &Study, log: &Log, rows: Vec<InnovationReport>) -> LogReport {
     }
 }
 
+/// Whether every output is measured in every row.
+fn is_complete(outputs: &luenberger_sim::Samples) -> bool {
+    (0..outputs.values().ncols()).all(|output| outputs.count(output) == outputs.times().len())
+}
+
 /// The rows of a table; what is not known is NaN.
-fn run(log: &Log, replayed: ReplayedObserver) -> Run {
+fn run(log: &Log, member: &Member<'_>, replayed: ReplayedObserver) -> Run {
     let (recording, rows) = (&log.recording, replayed.t.len());
     let mut u = DMatrix::zeros(rows, recording.inputs().values().ncols());
     let mut row = vec![0.0; u.ncols()];
@@ -257,11 +263,17 @@ fn run(log: &Log, replayed: ReplayedObserver) -> Run {
         y: of(recording.outputs()),
         u,
         innovation: replayed.innovation.map(|innovation| innovation.map(|nu| nu.unwrap_or(f64::NAN))),
-        deviation: replayed.belief.as_ref().map(luenberger_sim::replay::Belief::deviation),
+        deviation: match &replayed.belief {
+            Some(belief) => Some(belief.deviation()),
+            // The stationary covariance is that of a measurement at every sample.
+            None if is_complete(recording.outputs()) => stationary_deviation(member, rows),
+            None => None,
+        },
         estimate: Some(replayed.estimate),
         half_width: None,
         functions: None,
         disturbance: None,
+        samples: Vec::new(),
         smoothed: replayed.smoothed.map(|smoothed| (smoothed.estimate.clone(), smoothed.deviation())),
         t: replayed.t,
     }

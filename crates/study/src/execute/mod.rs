@@ -12,6 +12,7 @@ mod observe;
 mod options;
 mod pareto;
 mod pictures;
+mod sampling;
 mod scores;
 mod simulate;
 mod stopped;
@@ -101,6 +102,7 @@ pub fn execute_in_part(
         observers: Vec::new(),
         simulation: None,
         filters: Vec::new(),
+        coverage: Vec::new(),
         intervals: Vec::new(),
         log: None,
         sweep: None,
@@ -287,7 +289,9 @@ fn stages(
         let failed = std::sync::Mutex::new(None);
         let finished = |member: &Member<'_>, run: &simulate::Run| {
             let name = format!("trajectories/{}", file_name(&member.wish.name));
-            if let Err(error) = folder.table(&name, &pictures::table(study, run)) {
+            let samples = format!("trajectories/samples-{}", file_name(&member.wish.name));
+            let samples = || pictures::samples_table(run).map_or(Ok(()), |table| folder.table(&samples, &table));
+            if let Err(error) = folder.table(&name, &pictures::table(study, run)).and_then(|()| samples()) {
                 failed.lock().unwrap_or_else(std::sync::PoisonError::into_inner).get_or_insert(error);
             }
         };
@@ -299,6 +303,7 @@ fn stages(
             return Err(error);
         }
         let of: Vec<_> = simulated.runs.iter().filter_map(|(member, run)| Some((member, run.as_ref()?))).collect();
+        results.coverage = filter::coverage(study, &of, false);
         results.warnings.extend(simulated.warnings);
         let reached: Vec<&str> = simulated.runs.iter().map(|(member, _)| member.wish.name.as_str()).collect();
         results.warnings.extend(unfinished("simulation", names(&members, &reached)));
@@ -342,6 +347,7 @@ fn stages(
         results.warnings.extend(unfinished("run on the log", names(&members, &reached)));
         results.log = Some(report);
         let of: Vec<_> = outcomes.iter().filter_map(|(member, run)| Some((member, run.as_ref()?))).collect();
+        results.coverage.extend(filter::coverage(study, &of, true));
         results.warnings.extend(excursion::warnings(study, &of));
         for (member, run) in &of {
             let name = format!("trajectories/log-{}", file_name(&member.wish.name));

@@ -2,9 +2,11 @@
 
 use luenberger_figures::{Area, Dash, Figure, Hue, Mark, Panel, Series, Table};
 use luenberger_plants::Plant;
+use luenberger_sim::SampleTime;
 use nalgebra::{DMatrix, DVector};
 
 use super::Member;
+use super::filter::is_filter;
 use super::simulate::Run;
 use crate::results::report::with_unit;
 use crate::results::{SweepReport, SweepRow};
@@ -114,6 +116,7 @@ pub(super) fn figures(runs: &Runs<'_>) -> Vec<(String, Figure)> {
     }
     figures.extend(functions(runs));
     figures.extend(disturbances(runs));
+    figures.extend(samples(runs));
     figures
 }
 
@@ -132,6 +135,27 @@ fn functions(runs: &Runs<'_>) -> Named {
         }
     }
     figure("functions", "Functions of the state", "Functions z = K x of the state, and their estimates.", panels)
+}
+
+/// The samples of observers at varying periods.
+fn samples(runs: &Runs<'_>) -> Named {
+    let mut panel = Panel::new(runs.time(), "time since the last sample that arrived");
+    let mut marks: Vec<f64> = Vec::new();
+    for (number, (member, run)) in runs.shown().enumerate() {
+        let Some(periods) = member.wish.kind.varying_periods() else { continue };
+        let arrived = run.samples.iter().filter(|sample| sample.arrives);
+        let (t, elapsed): (Vec<f64>, Vec<f64>) = arrived.map(|sample| (sample.time, sample.elapsed)).unzip();
+        if t.is_empty() {
+            continue;
+        }
+        panel = panel.series(Series::points(member.wish.name.as_str(), &t, &elapsed).hue(Hue::Palette(number)));
+        marks.extend([periods.shortest, (periods.misses + 1) as f64 * periods.longest]);
+    }
+    marks.sort_by(f64::total_cmp);
+    marks.dedup();
+    let panel = marks.into_iter().fold(panel, |panel, mark| panel.mark(Mark::horizontal(mark)));
+    let caption = "The samples that arrive. Lines: the shortest and the longest time between two of them for which the observer is designed.";
+    figure("samples", "Samples", caption, vec![panel])
 }
 
 /// The estimates of disturbances, of the observers that have some.
@@ -193,7 +217,7 @@ fn states(runs: &Runs<'_>) -> Named {
         (false, _) => "The states of the plant, and their estimates.",
     }
     .to_owned();
-    caption.push_str(shaded(runs));
+    caption.push_str(&shaded(runs));
     figure("states", "States and estimates", &runs.caption(&caption), runs.states().into_iter().map(panel).collect())
 }
 
@@ -211,17 +235,19 @@ fn smoothed(
 }
 
 /// What the bands are, where there are some.
-fn shaded(runs: &Runs<'_>) -> &'static str {
-    let filters = runs.shown().any(|(_, run)| run.deviation.is_some());
-    let intervals = runs.shown().any(|(_, run)| run.half_width.is_some());
-    match (filters, intervals) {
-        (true, false) => " Shaded: two standard deviations of a filter to either side.",
-        (false, true) => " Shaded: from the lower to the upper bound of an interval observer.",
-        (true, true) => {
-            " Shaded: two standard deviations of a filter to either side, and the bounds of an interval observer."
-        }
-        (false, false) => "",
+fn shaded(runs: &Runs<'_>) -> String {
+    let any = |choose: &dyn Fn(&(&Member<'_>, &Run)) -> bool| runs.shown().any(choose);
+    let mut bands = Vec::new();
+    if any(&|(member, run)| run.deviation.is_some() && is_filter(member)) {
+        bands.push("two standard deviations of a filter to either side, by its covariance P");
     }
+    if any(&|(member, run)| run.deviation.is_some() && !is_filter(member)) {
+        bands.push("two standard deviations of a stationary Kalman filter to either side, after its initial transient");
+    }
+    if any(&|(_, run)| run.half_width.is_some()) {
+        bands.push("from the lower to the upper bound of an interval observer");
+    }
+    if bands.is_empty() { String::new() } else { format!(" Shaded: {}.", bands.join("; ")) }
 }
 
 /// The panel with the band `of` +- 2 sigma of state i of a filter, or +- r of an interval observer.
@@ -401,6 +427,15 @@ fn parameter(name: &str) -> &str {
         "initial" => "factor of the initial error",
         name => name,
     }
+}
+
+/// The samples of an observer at varying periods as a table; none for other observers.
+pub(super) fn samples_table(run: &Run) -> Option<Table> {
+    let of = |value: &dyn Fn(&SampleTime) -> f64| run.samples.iter().map(value).collect::<Vec<f64>>();
+    let table = Table::new().column("t", of(&|sample| sample.time));
+    let table = table.column("arrives", of(&|sample| f64::from(u8::from(sample.arrives))));
+    let table = table.column("elapsed", of(&|sample| sample.elapsed));
+    (!run.samples.is_empty()).then_some(table)
 }
 
 /// A run as a table: t, states (on a log those whose truth is known), inputs, measured outputs, estimates `NAME_hat`,

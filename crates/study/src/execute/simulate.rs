@@ -7,18 +7,18 @@
 
 use std::time::Instant;
 
-use luenberger_sim::{Change, Scenario, Settings, SimError, Trajectory, row_times};
+use luenberger_sim::{Change, SampleTime, Scenario, Settings, SimError, Trajectory, row_times};
 use nalgebra::DMatrix;
 use rayon::prelude::*;
 
 use super::options::RunOptions;
 use super::scores::Scoring;
 use super::stopped::why;
-use super::{Member, excursion, filter};
+use super::{Member, excursion, filter, sampling};
 use crate::error::StudyError;
-use crate::results::{FilterReport, IntervalReport, ObserverRun, RunReport, SimulationReport};
+use crate::results::{FilterReport, IntervalReport, ObserverRun, RunReport, SamplingReport, SimulationReport};
 use crate::signal::Input;
-use crate::study::{Simulation, Study};
+use crate::study::{SamplingSpec, Simulation, Study};
 
 /// Deviation from the study's own run.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -44,7 +44,7 @@ pub(super) struct Run {
     pub(super) estimate: Option<DMatrix<f64>>,
     /// `y - h(xhat)` as the observer had it, on a log; NaN where nothing was measured.
     pub(super) innovation: Option<DMatrix<f64>>,
-    /// The standard deviations of the estimates, of a filter.
+    /// The standard deviations of the estimates, of a filter; those of a stationary one are constant.
     pub(super) deviation: Option<DMatrix<f64>>,
     /// The half-widths of the bounds, of an interval observer.
     pub(super) half_width: Option<DMatrix<f64>>,
@@ -54,6 +54,8 @@ pub(super) struct Run {
     pub(super) functions: Option<(Vec<String>, DMatrix<f64>, DMatrix<f64>)>,
     /// The estimates of disturbances with their names, of an observer that has some; none on a log.
     pub(super) disturbance: Option<(Vec<String>, DMatrix<f64>)>,
+    /// The samples of an observer at varying periods; none on a log.
+    pub(super) samples: Vec<SampleTime>,
 }
 
 impl Run {
@@ -141,15 +143,16 @@ pub(super) fn trajectory_at(
     for sensor in &simulation.sensors {
         scenario = scenario.sensor(sensor.sensor(variation.noise, variation.seed));
     }
+    let sampling = SamplingSpec { seed: simulation.sampling.seed.wrapping_add(variation.seed), ..simulation.sampling };
     let name = member.map(|member| member.wish.name.as_str());
     if let Some(observer) = fed(study).filter(|observer| Some(*observer) != name)
         && let Some(fed) = members.iter().find(|fed| fed.wish.name == observer)
     {
-        scenario = fed.designed.runnable.join(scenario, &fed.wish.name, &fed.wish.initial);
+        scenario = fed.designed.runnable.join_sampled(scenario, &fed.wish.name, &fed.wish.initial, &sampling);
     }
     if let Some(member) = member {
         let name = &member.wish.name;
-        scenario = member.designed.runnable.join(scenario, name, &member.wish.initial);
+        scenario = member.designed.runnable.join_sampled(scenario, name, &member.wish.initial, &sampling);
     }
     scenario.run()
 }
@@ -160,7 +163,12 @@ pub(super) fn samples(simulation: &Simulation, trajectory: &Trajectory, member: 
     let rows = wanted.len();
     let of = |matrix: &DMatrix<f64>| matrix.rows(0, rows).into_owned();
     let mut estimate = member.and_then(|member| trajectory.observer(&member.wish.name).ok()).map(|o| of(&o.estimate));
-    let deviation = member.and_then(|member| filter::deviation(trajectory, member)).map(|deviation| of(&deviation));
+    let deviation = member.and_then(|member| match filter::deviation(trajectory, member) {
+        Some(deviation) => Some(of(&deviation)),
+        // The stationary covariance is that of a measurement at every sample.
+        None if simulation.sensors.is_empty() => filter::stationary_deviation(member, rows),
+        None => None,
+    });
     let (x, u, mut y) = (of(&trajectory.x), of(&trajectory.u), of(&trajectory.measured));
     if member.is_some_and(|member| member.designed.runnable.period().is_some()) {
         // What a sensor holds between its measurements is no measurement at a sample.
@@ -184,7 +192,9 @@ pub(super) fn samples(simulation: &Simulation, trajectory: &Trajectory, member: 
         Some((names, &x * k.transpose(), estimate.take()?))
     });
     let (innovation, smoothed) = (None, None);
-    Run { t: wanted, x, u, y, estimate, innovation, deviation, half_width, functions, disturbance, smoothed }
+    let samples = member.and_then(|member| trajectory.observer(&member.wish.name).ok());
+    let samples = samples.map(|observer| observer.samples.clone()).unwrap_or_default();
+    Run { t: wanted, x, u, y, estimate, innovation, deviation, half_width, functions, disturbance, smoothed, samples }
 }
 
 /// A run with its observer, or why it ended.
@@ -239,12 +249,14 @@ pub(super) fn all<'a>(
     let mut runs = Vec::new();
     let mut x_end = Vec::new();
     let (mut filters, mut warnings) = (Vec::new(), Vec::new());
+    let mut sampled: Vec<SamplingReport> = Vec::new();
     for (member, outcome) in outcomes {
         let observer = member.wish.name.clone();
         match outcome {
             Ok((run, merits, filter, left, end)) => {
                 filters.extend(filter);
                 warnings.extend(left.map(|left| left.in_run(&observer)));
+                sampled.extend(sampling::report(study, simulation, &member, &run.samples));
                 if x_end.is_empty() {
                     x_end = end;
                 }
@@ -264,6 +276,7 @@ pub(super) fn all<'a>(
         seed: simulation.noise.as_ref().map(|noise| noise.seed),
         truth: study.truth.as_ref().map(|truth| truth.words.clone()),
         measurements: measurements(study, simulation, members),
+        sampling: sampled,
         scoring: scoring.report(study),
         rows,
     };
@@ -288,8 +301,12 @@ fn measurements(study: &Study, simulation: &Simulation, members: &[Member<'_>]) 
         let from = if sensor.offset > 0.0 { format!(" from t = {}{unit} on", sensor.offset) } else { String::new() };
         words.push(format!("{} is measured every {}{unit}{from}.", study.plant.outputs[sensor.output], sensor.period));
     }
-    let (mut filters, mut sampled, mut continuous) = (false, false, false);
+    let (mut filters, mut sampled, mut continuous, mut varying) = (false, false, false, false);
     for member in members {
+        if member.wish.kind.varying_periods().is_some() {
+            varying = true;
+            continue;
+        }
         match member.designed.runnable.period() {
             Some(_) if filter::is_filter(member) => filters = true,
             Some(_) => sampled = true,
@@ -309,6 +326,12 @@ fn measurements(study: &Study, simulation: &Simulation, members: &[Member<'_>]) 
     if continuous {
         words.push(
             "Observers in continuous time hold a measurement until the next one is due, and take the output that they predict where none arrives.".to_owned(),
+        );
+    }
+    if varying {
+        words.push(
+            "An observer at varying periods takes the last measurement of a sensor at each of its samples; one at which no measurement arrives is missed."
+                .to_owned(),
         );
     }
     Some(words.join(" "))

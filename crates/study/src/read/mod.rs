@@ -109,6 +109,7 @@ fn assemble(root: &Node, source: &Arc<Source>, reader: &mut Reader) -> Option<St
     }
     if let (Some(node), Some(simulation), Some(observers)) = (root.get("simulation"), &simulation, &observers) {
         simulation_settings::score_grid(node, simulation, observers, reader);
+        simulation_settings::sampling_used(node, observers, reader);
     }
     let truth = match (root.get("truth"), &simulation) {
         (Some(node), Some(simulation)) => truth::truth((root, node), &plant, simulation, reader),

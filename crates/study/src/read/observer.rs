@@ -1,5 +1,6 @@
 //! The tables [[observer]].
 
+use luenberger_design::numerical_kkl::MOST_NODES;
 use luenberger_design::{CubicGain, LyapunovWeight, Periods, Region, Sector, SystemNorm, bandwidth_poles};
 use luenberger_observers::{Horizon, SigmaPoints};
 use luenberger_plants::Dimensions;
@@ -259,15 +260,28 @@ fn kind(node: &Node, name: &str, size: Dimensions, reader: &mut Reader) -> Optio
         }
         "mhe" => moving_horizon(node, size, reader)?,
         "kkl-numerical" => {
-            let domain = bounds(node.get("domain")?, "domain", n, "state", reader)?;
-            if let Some(k) = domain.iter().position(|(low, high)| !(low.is_finite() && high.is_finite() && low < high))
+            let domain = finite_bounds(node.get("domain")?, "domain", (n, "state"), reader)?;
+            let inputs = match node.get("inputs") {
+                Some(inputs) => finite_bounds(inputs, "inputs", (size.inputs, "input"), reader)?,
+                None => Vec::new(),
+            };
+            if inputs.is_empty()
+                && let Some(nodes) = node.entry("nodes")
             {
-                let message = format!("pair {} of `domain` is from {} to {}", k + 1, domain[k].0, domain[k].1);
-                reader.wrong(node.get("domain")?.span.clone(), message, "expected finite ends, the lower one less");
+                let message = "`nodes` without `inputs`";
+                reader.wrong(nodes.span.clone(), message, "expected `inputs`, the range of each input");
                 return None;
             }
             let count = |key: &str, otherwise: usize| node.get(key).map_or(Some(otherwise), Node::count);
+            let nodes = count("nodes", 5)?;
+            if nodes > MOST_NODES {
+                let message = format!("`nodes` is {nodes}");
+                reader.wrong(node.get("nodes")?.span.clone(), message, format!("expected at most {MOST_NODES}"));
+                return None;
+            }
             ObserverKind::KklNumerical(KklSpec {
+                inputs,
+                nodes,
                 domain,
                 cutoff: number("cutoff"),
                 escape: number("escape"),
@@ -617,7 +631,7 @@ pub(super) fn region(node: &Node, size: Dimensions, reader: &mut Reader) -> Opti
     Some(region)
 }
 
-fn bound(node: &Node) -> Option<(f64, f64)> {
+pub(super) fn bound(node: &Node) -> Option<(f64, f64)> {
     match node.list()? {
         [lower, upper] => Some((lower.number()?, upper.number()?)),
         _ => None,
@@ -626,6 +640,17 @@ fn bound(node: &Node) -> Option<(f64, f64)> {
 
 fn bounds(node: &Node, name: &str, length: usize, of: &str, reader: &mut Reader) -> Option<Vec<(f64, f64)>> {
     pairs(node, name, (length, of, "the plant"), reader)
+}
+
+/// The same with finite ends, the lower one less.
+fn finite_bounds(node: &Node, name: &str, (length, of): (usize, &str), reader: &mut Reader) -> Option<Vec<(f64, f64)>> {
+    let pairs = bounds(node, name, length, of, reader)?;
+    if let Some(k) = pairs.iter().position(|(low, high)| !(low.is_finite() && high.is_finite() && low < high)) {
+        let message = format!("pair {} of `{name}` is from {} to {}", k + 1, pairs[k].0, pairs[k].1);
+        reader.wrong(node.span.clone(), message, "expected finite ends, the lower one less");
+        return None;
+    }
+    Some(pairs)
 }
 
 /// As many pairs as `whose` has of `of`.

@@ -2,6 +2,7 @@
 
 use luenberger_expression::Scope;
 use luenberger_linalg::{dlqr, lqr, place};
+use luenberger_proof::certificate::MOST_MISSES;
 use luenberger_proof::wording::counted;
 use luenberger_sim::{Integrator, ScoreGrid, Settings, SimError};
 use nalgebra::DMatrix;
@@ -12,7 +13,7 @@ use crate::maps::MapNames;
 use crate::model::{Model, PlantModel};
 use crate::schema::QUANTITIES;
 use crate::signal::{Input, Program};
-use crate::study::{GainSpec, Log, NoiseSpec, ObserverSpec, Plot, Quantity, Simulation};
+use crate::study::{GainSpec, Log, NoiseSpec, ObserverSpec, Plot, Quantity, SamplingSpec, Simulation};
 
 pub(super) fn input(
     node: Option<&Node>,
@@ -203,8 +204,10 @@ pub(super) fn simulation(node: &Node, plant: &PlantModel, reader: &mut Reader) -
         }),
     };
     let sensors = super::sensor::sensors(node.get("sensor"), plant, noise.as_ref(), reader)?;
+    let sampling = sampling(node.get("sampling"), noise.as_ref().map_or(0, |noise| noise.seed), reader)?;
     Some(Simulation {
         sensors,
+        sampling,
         x0,
         duration,
         samples: node.get("samples").map_or(Some(501), Node::count)?,
@@ -226,9 +229,50 @@ pub(super) fn simulation(node: &Node, plant: &PlantModel, reader: &mut Reader) -
     })
 }
 
+/// `[simulation.sampling]`, with the seed of the noise unless it has its own.
+fn sampling(node: Option<&Node>, seed: u64, reader: &mut Reader) -> Option<SamplingSpec> {
+    let Some(node) = node else { return Some(SamplingSpec { jitter: None, misses: None, seed }) };
+    let jitter = match node.get("jitter") {
+        None => None,
+        Some(jitter) => {
+            let (shortest, longest) = observer::bound(jitter)?;
+            if !(shortest > 0.0 && longest.is_finite()) {
+                let message = format!("`jitter` is from {shortest} to {longest}");
+                reader.wrong(jitter.span.clone(), message, "expected positive, finite bounds");
+                return None;
+            }
+            Some((shortest, longest))
+        }
+    };
+    let misses = match node.get("misses") {
+        None => None,
+        Some(misses) => Some(misses.count()?),
+    };
+    if let (Some(misses), Some(entry)) = (misses.filter(|misses| *misses > MOST_MISSES), node.entry("misses")) {
+        reader.wrong(
+            entry.node.span.clone(),
+            format!("`misses` is {misses}"),
+            format!("expected at most {MOST_MISSES}"),
+        );
+        return None;
+    }
+    let seed = node.get("seed").map_or(Some(seed as usize), Node::count)? as u64;
+    Some(SamplingSpec { jitter, misses, seed })
+}
+
+/// Checks that `[simulation.sampling]` concerns an observer.
+pub(super) fn sampling_used(node: &Node, observers: &[ObserverSpec], reader: &mut Reader) {
+    if let (Some(entry), false) =
+        (node.entry("sampling"), observers.iter().any(|observer| observer.kind.varying_periods().is_some()))
+    {
+        let message = "[simulation.sampling], but no observer has `jitter` or `misses`";
+        reader.wrong(entry.span.clone(), message, "expected an observer of the kind sampled-cubic with one of them");
+    }
+}
+
 /// Checks that there are instants at which all observers can be scored.
 pub(super) fn score_grid(node: &Node, simulation: &Simulation, observers: &[ObserverSpec], reader: &mut Reader) {
-    let periods: Vec<Option<f64>> = observers.iter().map(|observer| observer.kind.period()).collect();
+    let periods: Vec<Option<f64>> = observers.iter().map(|observer| observer.kind.held_period()).collect();
     let Some(period) = simulation.score_period else {
         // A period that is not positive is reported at its own key.
         if let Err(error @ SimError::NoCommonGrid { .. }) = ScoreGrid::common(&periods, simulation.duration) {

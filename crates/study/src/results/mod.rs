@@ -4,11 +4,13 @@
 //! Nothing in here depends on the time, the machine's paths or the computing time, so that the same study gives
 //! identical bytes.
 
+mod coverage;
 mod log;
 pub(crate) mod report;
 mod score_tables;
 mod scores;
 
+pub use coverage::{CoverageReport, StateCoverage};
 pub use log::{
     ConsistencyReport, FilterReport, InnovationOf, InnovationReport, IntervalReport, LogColumn, LogReport,
     SmoothedDeviation, SmoothedReport, StateScore,
@@ -16,8 +18,8 @@ pub use log::{
 pub use report::{leading, log_data};
 pub use score_tables::{ScoreCell, ScoreTable};
 pub use scores::{
-    MeritsReport, NormReport, PercentileReport, RunReport, ScoreStatistics, ScoringReport, SimulationReport,
-    StateReport, SweepReport, SweepRow,
+    MeritsReport, NormReport, PercentileReport, RunReport, SamplingReport, ScoreStatistics, ScoringReport,
+    SimulationReport, StateReport, SweepReport, SweepRow,
 };
 
 use luenberger_design::DesignError;
@@ -51,6 +53,9 @@ pub struct Results {
     /// The filters of the simulation: whether their covariances agree with their errors.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub filters: Vec<FilterReport>,
+    /// The filters of the simulation and of the log: how often their errors were within two standard deviations.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub coverage: Vec<CoverageReport>,
     /// Observers on the log.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub log: Option<LogReport>,
@@ -260,7 +265,23 @@ pub struct DesignReport {
     pub noise_deviation: Vec<f64>,
 }
 
+/// The names of the matrices that are stationary covariances of a Kalman filter: that of the error of its estimate is
+/// the first of them that it has.
+pub(crate) const STATIONARY_COVARIANCES: [&str; 3] = [
+    "(I - K C) P (stationary covariance of the estimation error)",
+    "P (stationary covariance of the prediction error)",
+    "P (stationary error covariance)",
+];
+
 impl DesignReport {
+    /// The standard deviations of the error of a stationary Kalman filter; none for other designs.
+    pub fn stationary_deviation(&self) -> Option<Vec<f64>> {
+        let named = |name: &&str| self.matrices.iter().find(|matrix| matrix.name == **name);
+        let covariance = STATIONARY_COVARIANCES.iter().find_map(named)?;
+        let variance = |(i, row): (usize, &Vec<f64>)| row.get(i).copied().unwrap_or(f64::NAN);
+        Some(covariance.rows.iter().enumerate().map(variance).map(|variance| variance.max(0.0).sqrt()).collect())
+    }
+
     /// The number of that name, if it is finite.
     pub fn number(&self, name: &str) -> Option<f64> {
         self.numbers.iter().find(|number| number.name == name).and_then(|number| number.value)

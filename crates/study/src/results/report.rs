@@ -5,6 +5,7 @@ mod experiment;
 mod live;
 mod log_section;
 mod summary;
+mod terms;
 
 pub use log_section::data as log_data;
 
@@ -26,7 +27,7 @@ pub(crate) fn html(
     study: &Study,
     results: &Results,
     figures: Vec<(String, Figure)>,
-    live: Option<&(Experiment, Vec<String>)>,
+    live: Option<&Result<(Experiment, Vec<String>), String>>,
     files: &[String],
 ) -> Result<String, StudyError> {
     let mut report = Report::new(&results.title).lead(&results.about).numbers_as(&[]);
@@ -46,13 +47,18 @@ pub(crate) fn html(
     }
     let section = results.observers.iter().fold(Section::new("Observers"), observer);
     if !results.observers.is_empty() {
-        report = report.section(section);
+        report = report.section(terms::section(section, results));
     }
     if results.simulation.is_some() || results.log.is_some() {
         report = report.section(comparison(results));
     }
-    if let Some((experiment, omitted)) = live {
-        report = report.section(live::section(experiment, omitted)?).with(STYLE, SCRIPT).packed("live-module", MODULE);
+    match live {
+        Some(Ok((experiment, omitted))) => {
+            let section = live::section(experiment, omitted)?;
+            report = report.section(section).with(STYLE, SCRIPT).packed("live-module", MODULE);
+        }
+        Some(Err(why)) => report = report.section(live::absent(why)),
+        None => {}
     }
     if !figures.is_empty() {
         let section =
@@ -379,6 +385,7 @@ fn comparison(results: &Results) -> Section {
                 .truth
                 .iter()
                 .chain(&simulation.measurements)
+                .chain(simulation.sampling.iter().map(|sampling| &sampling.words))
                 .chain(&simulation.scoring.words)
                 .cloned()
                 .collect::<Vec<_>>()
@@ -411,6 +418,9 @@ fn comparison(results: &Results) -> Section {
     }
     if let Some(log) = &results.log {
         section = log_section::log(section, log, &results.plant);
+    }
+    if !results.coverage.is_empty() {
+        section = log_section::coverage(section, &results.coverage, &results.plant);
     }
     section
 }

@@ -20,10 +20,36 @@ pub struct SimulationReport {
     /// When outputs are measured, and what observers make of those that are not; none if all are read at all times.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub measurements: Option<String>,
+    /// The samples of observers at varying periods.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub sampling: Vec<SamplingReport>,
     /// Where errors are scored, and in which units.
     pub scoring: ScoringReport,
     /// One row for each designed observer.
     pub rows: Vec<RunReport>,
+}
+
+/// The samples of an observer at varying periods in a simulation.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct SamplingReport {
+    /// Its name.
+    pub observer: String,
+    /// How many samples were due.
+    pub samples: usize,
+    /// How many of them were missed.
+    pub missed: usize,
+    /// The largest number missed in a row.
+    pub missed_in_a_row: usize,
+    /// The shortest period.
+    pub shortest: f64,
+    /// The longest period.
+    pub longest: f64,
+    /// The seed of the samples.
+    pub seed: u64,
+    /// Whether all are within the periods and misses of the design.
+    pub within_design: bool,
+    /// The same as a sentence, with what is proved of it.
+    pub words: String,
 }
 
 /// Where errors are scored, the same for all observers, and in which units their norm is.

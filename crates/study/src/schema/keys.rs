@@ -263,6 +263,30 @@ const SIMULATION: Table = Table {
             Kind::Tables(&SENSOR),
             "Sensors with sampling periods of their own (default: outputs are read at all times).",
         ),
+        optional(
+            "sampling",
+            Kind::Table(&SAMPLING),
+            "How the samples of observers with `jitter` or `misses` are drawn (default: within the bounds of each observer).",
+        ),
+    ],
+};
+
+const SAMPLING: Table = Table {
+    name: "[simulation.sampling]",
+    about: "The samples of observers with `jitter` or `misses`, from a seeded generator: each period is uniform between the bounds, and a sample is missed with probability 1/2 until as many as allowed have been missed in a row. Periods and misses beyond those of an observer show what happens outside of what is proved.",
+    variants: None,
+    keys: &[
+        optional(
+            "jitter",
+            Kind::Bound,
+            "Bounds [shortest, longest] of the periods that are drawn (default: those of each observer).",
+        ),
+        optional(
+            "misses",
+            Kind::Count(0),
+            "The largest number of samples missed in a row (default: that of each observer).",
+        ),
+        optional("seed", Kind::Count(0), "Seed of the generator (default that of simulation.noise, or 0)."),
     ],
 };
 

@@ -567,12 +567,12 @@ const KINDS: &[Variant] = &[
             optional(
                 "jitter",
                 Kind::Bound,
-                "Bounds [shortest, longest] of the real period: convergence is proved for all between (default: the period only).",
+                "Bounds [shortest, longest] of the real period: convergence is proved for all between, and a simulation draws the periods between them (default: the period only).",
             ),
             optional(
                 "misses",
                 Kind::Count(0),
-                "Number of samples that may be missed in a row, for which convergence is proved (default 0).",
+                "Number of samples that may be missed in a row, for which convergence is proved; a simulation misses as many (default 0).",
             ),
         ],
     },
@@ -800,9 +800,19 @@ const KINDS: &[Variant] = &[
     },
     Variant {
         name: "kkl-numerical",
-        about: "Numerical KKL observer: z' = D z + B y with a left inverse of T computed by simulation, for plants with 2 or 3 states, one output and no input.",
+        about: "Numerical KKL observer: z' = D z + B y with a left inverse of T computed by simulation, for plants with one output: of 2 to 4 states, or of 2 or 3 states with inputs that are held at constant values.",
         keys: &[
             required("domain", Kind::Bounds, "Region of the states, n finite pairs [lower, upper]."),
+            optional(
+                "inputs",
+                Kind::Bounds,
+                "Range of each input, m finite pairs [lower, upper]: the inputs are held at constant values of it (required for a plant with inputs).",
+            ),
+            optional(
+                "nodes",
+                Kind::Count(2),
+                "Values of each input for which there is a table, up to 33; between them T is interpolated (default 5).",
+            ),
             optional(
                 "cutoff",
                 Kind::Number(Range::Positive),
@@ -816,7 +826,7 @@ const KINDS: &[Variant] = &[
             optional(
                 "points",
                 Kind::Count(5),
-                "Grid points of the table per axis (default: 33 to 97, three states 17 to 33, until the table is accurate).",
+                "Grid points of the table per axis (default: 33 to 97, three states 17 to 33, four states 9 to 17, until the table is accurate).",
             ),
             optional("leaves", Kind::Count(1), "Largest number of leaves of the tree of polynomials (default 32)."),
             optional("degree", Kind::Count(1), "Degree of the polynomials (default 4)."),

@@ -146,7 +146,7 @@ fn a_kalman_filter_in_filter_form_uses_the_measurement_of_its_sample() {
     execute(&study(&fed), Step::Simulate, &options).unwrap_or_else(|error| panic!("{error}"));
     let text = std::fs::read_to_string(folder.join("trajectories/filter-form.csv")).unwrap();
     let rows: Vec<Vec<&str>> = text.lines().map(|line| line.split(',').collect()).collect();
-    assert_eq!(rows[0], ["t", "x1", "x2", "u1", "y1", "x1_hat", "x2_hat"]);
+    assert_eq!(rows[0], ["t", "x1", "x2", "u1", "y1", "x1_hat", "x2_hat", "x1_2sigma", "x2_2sigma"]);
     let row: Vec<f64> = rows.last().unwrap().iter().map(|cell| cell.parse().unwrap()).collect();
     near(&[row[1], row[2], row[5], row[6], row[3]], &FED);
 }

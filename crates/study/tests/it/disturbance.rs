@@ -124,6 +124,15 @@ fn conditions_that_fail_are_named() {
     let (why_not, instead) = why("proportional-integral", "[[1], [0]]", "lmi = true");
     assert!(why_not.starts_with("no output sees the constant disturbance d = ("), "{why_not}");
     assert!(instead.contains("an output that depends on this state"), "{instead}");
+    let (why_not, _) = why("proportional-integral", "[[0], [0]]", "lmi = true");
+    assert!(why_not.starts_with("the disturbance d = (1) does not act: E d = 0, so that [A E; C 0]"), "{why_not}");
+    assert!(!why_not.contains("invariant zero"), "{why_not}");
+    // A state at rest that no output sees, whatever the disturbance.
+    let hidden = "[plant]\na = [[-1, 0], [0, 0]]\nc = [[1, 0]]\n[[observer]]\nname = \"o\"\nkind = \"proportional-integral\"\ne = [[1], [0]]\nlmi = true\n";
+    let Err(NoDesign::Misfit(failure)) = designed(&read(hidden).unwrap(), "o") else { panic!("a hidden state") };
+    let why_not = failure.hypothesis;
+    assert!(why_not.contains("no output sees the state x = (0, "), "{why_not}");
+    assert!(why_not.contains("at rest: A x = 0 and C x = 0"), "{why_not}");
     let (why_not, instead) = why("unknown-input", "[[0], [1]]", "lmi = true");
     assert!(why_not.contains("|E d| = 1 and |C E d| = 0"), "{why_not}");
     assert!(instead.contains("proportional-integral"), "{instead}");

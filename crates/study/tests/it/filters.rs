@@ -243,3 +243,78 @@ fn mistakes_in_moving_horizon_estimators_are_named() {
         assert!(error.contains(message) && error.contains(expected), "{error}");
     }
 }
+
+/// A carriage in discrete time with the noise that its filters are designed for.
+const MATCHED: &str = r#"[plant]
+a = [[1, 0.1], [0, 1]]
+c = [[1, 0]]
+dt = 0.1
+states = ["place", "speed"]
+[truth]
+process_noise = { distribution = "gaussian", amplitude = [0.01, 0.1], period = 0.1, seed = 5 }
+[simulation]
+x0 = [0, 0]
+duration = 400
+samples = 4001
+noise = { distribution = "gaussian", amplitude = [0.2], period = 0.1, seed = 6 }
+[[observer]]
+name = "predictor"
+kind = "kalman"
+w = [1e-4, 1e-2]
+v = 0.04
+[[observer]]
+name = "filter form"
+kind = "kalman"
+w = [1e-4, 1e-2]
+v = 0.04
+form = "filter"
+[[observer]]
+name = "extended"
+kind = "extended-kalman"
+w = [1e-4, 1e-2]
+v = 0.04
+period = 0.1
+[[observer]]
+name = "unscented"
+kind = "ukf"
+w = [1e-4, 1e-2]
+v = 0.04
+period = 0.1
+"#;
+
+/// Two standard deviations by scipy, `2 sqrt(diag(solve_discrete_are(A', C', W, V)))`, and with the measurement of the
+/// sample, `2 sqrt(diag((I - K C) P))`; 95.45 % of the errors are within them.
+#[test]
+fn every_kalman_filter_has_a_band_that_holds_its_errors() {
+    let (predicted, filtered) = ([0.245_995_28, 0.545_646_84], [0.209_540_99, 0.507_671_62]);
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("bands");
+    let _ = std::fs::remove_dir_all(&folder);
+    let results = run(MATCHED, ".".as_ref(), Some(folder.clone()));
+    assert_eq!(results.failures(), Vec::<String>::new());
+    assert_eq!(results.coverage.len(), 4);
+    for (name, expected, report) in [
+        ("predictor", predicted, &results.coverage[0]),
+        ("filter-form", filtered, &results.coverage[1]),
+        ("extended", predicted, &results.coverage[2]),
+        ("unscented", predicted, &results.coverage[3]),
+    ] {
+        let text = std::fs::read_to_string(folder.join(format!("trajectories/{name}.csv"))).unwrap();
+        let rows: Vec<Vec<&str>> = text.lines().map(|line| line.split(',').collect()).collect();
+        let column = |title: &str| rows[0].iter().position(|name| *name == title).unwrap();
+        let at = |row: &[&str], title: &str| row[column(title)].parse::<f64>().unwrap();
+        for (k, state) in ["place", "speed"].into_iter().enumerate() {
+            let band = at(rows.last().unwrap(), &format!("{state}_2sigma"));
+            assert!((band - expected[k]).abs() < 1e-7, "{name}: {band}, expected {}", expected[k]);
+            let within = rows[1..].iter().filter(|row| {
+                let error = at(row, state) - at(row, &format!("{state}_hat"));
+                error.abs() <= at(row, &format!("{state}_2sigma"))
+            });
+            let share = within.count() as f64 / 4001.0;
+            assert!((share - 0.9545).abs() < 0.02, "{name}, {state}: {share}");
+            assert_eq!((report.states[k].within, report.states[k].samples), (share, 4001));
+        }
+        assert_eq!(report.stationary, matches!(name, "predictor" | "filter-form"));
+    }
+    let html = std::fs::read_to_string(folder.join("report.html")).unwrap();
+    assert!(html.contains("within ± 2 sigma") && html.contains("of a stationary Kalman filter to either side"));
+}

@@ -1,11 +1,15 @@
-//! A numerical KKL observer of which only the domain is given: the report says what was chosen, why, and what the other
-//! candidates gave.
+//! Numerical KKL observers in studies: what is chosen where only the domain is given, inputs that are held, four
+//! states, and what is refused.
 
 use std::path::Path;
 use std::sync::atomic::AtomicBool;
 
-use luenberger_study::design::design;
-use luenberger_study::{Format, Study};
+use luenberger_study::deployment;
+use luenberger_study::design::{Designed, NoDesign, design};
+use luenberger_study::results::{DesignReport, Results};
+use luenberger_study::{Format, RunOptions, Step, Study, StudyError, execute};
+
+use crate::messages;
 
 const VAN_DER_POL: &str = r#"
 [plant]
@@ -39,4 +43,185 @@ fn what_was_chosen_is_reported_with_the_other_candidates() {
     }
     // The points are given: there is nothing to say of them.
     assert!(!evidence.contains("points = "), "{evidence}");
+}
+
+fn read(text: &str) -> Study {
+    Study::from_text("study.toml", text, Format::Toml, Path::new(".")).unwrap_or_else(|error| panic!("{error}"))
+}
+
+fn designed(study: &Study) -> Designed {
+    design(study, &study.observers[0], &AtomicBool::new(false)).unwrap_or_else(|why| panic!("{why:?}"))
+}
+
+/// The results of a run, and the largest error that its design has measured, over the states.
+fn simulated(text: &str) -> (Results, f64) {
+    let results = execute(&read(text), Step::Simulate, &RunOptions::default()).unwrap();
+    assert_eq!(results.failures(), Vec::<String>::new());
+    let measured = results.observers[0].design.as_ref().map(largest_error);
+    (results, measured.unwrap_or(f64::NAN))
+}
+
+/// The largest measured error of the left inverse, over the states.
+fn largest_error(report: &DesignReport) -> f64 {
+    let errors = report.numbers.iter().filter(|number| number.name.starts_with("largest error of the left inverse, x"));
+    errors.filter_map(|number| number.value).fold(0.0, f64::max)
+}
+
+/// The largest error of the estimate between two times.
+fn error_of_run(results: &Results, (from, to): (f64, f64)) -> f64 {
+    let run = &results.runs[0];
+    let estimate = run.estimate.as_ref().unwrap();
+    let rows = (0..run.t.len()).filter(|&k| run.t[k] >= from && run.t[k] <= to);
+    rows.map(|k| (estimate.row(k) - run.x.row(k)).amax()).fold(0.0, f64::max)
+}
+
+/// Duffing's oscillator with a held force u: x'' = -x - x^3/2 + u, on orbits around its equilibrium for u.
+const FORCED: &str = r#"
+[plant]
+f = ["x2", "-x1 - 0.5*x1^3 + u1"]
+h = ["x1"]
+[input]
+law = ["if(t < 15, 0.4, if(t < 30, -0.3, 0.9))"]
+jumps = [15, 30]
+[simulation]
+x0 = [0.5, 0.1]
+duration = 45
+samples = 451
+[[observer]]
+kind = "kkl-numerical"
+domain = [[-1.5, 1.5], [-1.5, 1.5]]
+inputs = [[-0.5, 0.5]]
+nodes = 4
+cutoff = 3
+points = 17
+leaves = 8
+samples = 1000
+"#;
+
+/// The inputs of the run, 0.4 and -0.3, are not among the nodes -0.5, -0.25, 0.25, 0.5. The estimate follows the truth
+/// within the largest error that the design has measured at other pairs of state and input; a jump of the input is a
+/// new transient, and outside of the family the error does not tend to zero.
+#[test]
+fn an_observer_for_held_inputs_follows_between_the_nodes() {
+    let (results, bound) = simulated(FORCED);
+    let tables = results.observers[0].design.as_ref().unwrap().number("inputs with a table");
+    assert_eq!(tables, Some(4.0));
+    assert!(bound < 0.02, "{bound}");
+    let error = |from, to| error_of_run(&results, (from, to));
+    let (first, jump, second, outside) = (error(8.0, 14.9), error(15.1, 17.0), error(23.0, 29.9), error(38.0, 45.0));
+    assert!(first < bound && second < bound, "{first:e} {second:e} {bound:e}");
+    assert!(jump > 5.0 * second && outside > 5.0 * bound, "{jump:e} {second:e} {outside:e} {bound:e}");
+    let warning = "where u1 = 0.9 is not in [-0.5, 0.5]";
+    assert!(results.warnings.iter().any(|said| said.contains(warning)), "{:?}", results.warnings);
+}
+
+/// More nodes: a smaller error between them. The embedded form is measured, too.
+#[test]
+fn the_error_between_the_nodes_falls_with_their_number() {
+    let error = |nodes: usize| {
+        let text = FORCED.replace("nodes = 4", &format!("nodes = {nodes}\nform = \"embedded\""));
+        let study = read(&text.replace("points = 17", "points = 13"));
+        designed(&study).report.number("largest error of the table").unwrap()
+    };
+    let (two, three) = (error(2), error(3));
+    assert!(three < 0.5 * two, "{two:e} {three:e}");
+}
+
+/// Two oscillators with cubic springs, coupled; only the first position is measured.
+const COUPLED: &str = r#"
+[plant]
+f = ["x2", "-1.5*x1 - 0.2*x1^3 + 0.5*x3", "x4", "-2.5*x3 - 0.2*x3^3 + 0.5*x1"]
+h = ["x1"]
+[simulation]
+x0 = [0.4, 0, -0.3, 0.2]
+duration = 30
+samples = 301
+[[observer]]
+kind = "kkl-numerical"
+domain = [[-0.6, 0.6], [-0.8, 0.8], [-0.6, 0.6], [-0.8, 0.8]]
+cutoff = 3
+points = 6
+leaves = 2
+degree = 3
+samples = 1000
+"#;
+
+#[test]
+fn four_states_are_followed_within_the_measured_error() {
+    let (results, bound) = simulated(COUPLED);
+    let error = error_of_run(&results, (15.0, 30.0));
+    assert!(error < bound && bound < 0.2, "{error:e} {bound:e}");
+}
+
+#[test]
+fn what_has_no_table_is_refused_with_its_memory() {
+    let refused = |text: &str| {
+        let study = read(text);
+        match design(&study, &study.observers[0], &AtomicBool::new(false)) {
+            Err(NoDesign::Misfit(failure)) => (failure.hypothesis, failure.alternatives.join("; ")),
+            other => panic!("{other:?}"),
+        }
+    };
+    let (hypothesis, alternative) = refused(&FORCED.replace("inputs = [[-0.5, 0.5]]\nnodes = 4\n", ""));
+    assert!(hypothesis.contains("needs their range, `inputs`; this plant has 1 input"), "{hypothesis}");
+    assert!(alternative.starts_with("inputs = [[lower, upper]], if"), "{alternative}");
+
+    // 19^5 = 2476099 coefficients of 6 numbers of 8 bytes.
+    let five = "[plant]\nf = [\"x2\", \"x3\", \"x4\", \"x5\", \"-x1^3\"]\nh = [\"x1\"]\n[[observer]]\nkind = \"kkl-numerical\"\n\
+                domain = [[-1, 1], [-1, 1], [-1, 1], [-1, 1], [-1, 1]]\n";
+    let (hypothesis, _) = refused(five);
+    assert!(hypothesis.contains("would have 2500000 coefficients and take 120 MB"), "{hypothesis}");
+
+    // 52^4 = 7311616 coefficients of 5 numbers; 45^4 < 2^22 < 46^4.
+    let (hypothesis, alternative) = refused(&COUPLED.replace("points = 6", "points = 50"));
+    assert!(hypothesis.contains("7310000 coefficients, 292 MB"), "{hypothesis}");
+    assert!(hypothesis.contains("which is 43 points per axis"), "{hypothesis}");
+    assert!(alternative.contains("fewer `points`"), "{alternative}");
+
+    // All tables of a family count: 33 of 402^2 coefficients.
+    let (hypothesis, alternative) =
+        refused(&FORCED.replace("points = 17", "points = 400").replace("nodes = 4", "nodes = 33"));
+    assert!(hypothesis.contains("5330000 coefficients"), "{hypothesis}");
+    assert!(alternative.contains("fewer `points` or `nodes`"), "{alternative}");
+
+    // y = x1^2 does not tell (x1, x2) from (-x1, -x2) without a force: the first node is named.
+    let folded = FORCED.replace("h = [\"x1\"]", "h = [\"x1^2\"]").replace(" + u1", " + 0*u1");
+    let (hypothesis, _) = refused(&folded);
+    assert!(hypothesis.contains("at the held input u = [-0.5]: T is not injective"), "{hypothesis}");
+}
+
+#[test]
+pub(crate) fn bad_ranges_of_inputs_are_reported_at_their_place() {
+    for (to, message, expected) in [
+        ("inputs = [[0.2, -0.2]]", "pair 1 of `inputs` goes from 0.2 to -0.2", "lower <= upper"),
+        ("inputs = [[-1, inf]]", "pair 1 of `inputs` is from -1 to inf", "finite ends"),
+        ("inputs = [[1, 1]]", "pair 1 of `inputs` is from 1 to 1", "the lower one less"),
+        ("inputs = [[-1, 1], [0, 1]]", "`inputs` has 2 pairs, and the plant has 1 input", "1 pair"),
+        ("inputs = [[-1, 1]]\nnodes = 1", "`nodes` is 1", "at least 2"),
+        ("inputs = [[-1, 1]]\nnodes = 100", "`nodes` is 100", "at most 33"),
+        ("nodes = 5", "`nodes` without `inputs`", "the range of each input"),
+    ] {
+        let text = FORCED.replace("inputs = [[-0.5, 0.5]]\nnodes = 4", to);
+        let found = match Study::from_text("study.toml", &text, Format::Toml, Path::new(".")) {
+            Err(StudyError::File(diagnostics)) => diagnostics.located(),
+            other => panic!("{text}: {other:?}"),
+        };
+        found.iter().for_each(messages::mistake);
+        assert!(found[0].message.contains(message), "{message}: {found:?}");
+        assert!(format!("{} {:?}", found[0].expected, found[0].help).contains(expected), "{found:?}");
+    }
+}
+
+#[test]
+fn what_has_no_export_names_what_has() {
+    let small = FORCED.replace("points = 17", "points = 9").replace("nodes = 4", "nodes = 2");
+    for (text, hypothesis) in [
+        (small, "for held inputs has no export"),
+        (COUPLED.replace("points = 6", "points = 5"), "of four states has no export"),
+    ] {
+        let study = read(&text);
+        let refused = deployment::sampled(&study, &study.observers[0], Some(0.01), None).unwrap_err();
+        assert!(refused.hypothesis.contains(hypothesis), "{}", refused.hypothesis);
+        assert!(refused.alternatives.iter().any(|alternative| alternative.contains("extended-kalman")));
+    }
 }

@@ -42,3 +42,4 @@ mod table;
 mod templates;
 mod trajectories;
 mod truth;
+mod varying_periods;

@@ -233,6 +233,8 @@ fn the_manifold_of_an_immersion_attracts_over_the_region() {
     // With gains that repel nothing is proved of the attractivity, and said so.
     let repelling = self::designed(&study(&IMMERSION.replace("C2*50*v2", "-C2*50*v2")));
     assert!(repelling.certificate.is_none() && repelling.report.verdict == "measured");
+    let statement = &repelling.report.statement;
+    assert!(statement.contains("It is not to be expected that it attracts"), "{statement}");
     assert!(repelling.report.evidence.unwrap().contains("attracts (A5) is not proved"));
 }
 
@@ -246,6 +248,12 @@ pub(crate) fn maps_that_are_wrong_are_refused_with_the_place() {
         // A slip of the hand: the residual is C2/L1 w v2.
         (with("(1 + C2/L1)*", "", KKL), "phi does not solve D phi f = Lambda phi + B: the residual of row 2", "differ"),
         (with("(xi2 + C2*v2)/L1", "xi2/L1", KKL), "`left_inverse` does not take phi back: at i1 = ", "phi^L"),
+        // v2 is between 0 and 60.
+        (
+            with("(xi2 + C2*v2)/L1", "(xi2 + C2*v2)/L1 + 0*ln(v2 - 5)", KKL),
+            "`left_inverse` has no finite value at i1 = ",
+            "a smaller `region`",
+        ),
         (
             with("lambda = [\"-G/C4\", \"-(1 - duty)/L1\"]", "lambda = [0, \"-(1 - duty)/L1\"]", KKL)
                 .replace("\"i3/C4\"", "\"i3/C4 - G/C4*xi1\""),
@@ -279,6 +287,10 @@ pub(crate) fn maps_that_are_wrong_are_refused_with_the_place() {
         found.contains("D_chi beta does not have the rank 2 (A4): its least singular value is 0 at i1 = "),
         "{found}"
     );
+    // No input, and none is named.
+    let text = "[plant]\nf = [\"-x1\"]\nh = [\"x1\"]\n[[observer]]\nkind = \"kkl\"\nphi = [\"ln(x1)\"]\nlambda = [-2]\nb = [0]\nleft_inverse = [\"y1\"]\nregion = { states = [[-1, 1]] }\n";
+    let (found, _) = refused(text);
+    assert!(found.contains("has no value at the state [") && !found.contains("input"), "{found}");
     // Two states with one image.
     let folded = "[plant]\nf = [\"-x1\", \"-x2\"]\nh = [\"x1\"]\n[[observer]]\nkind = \"kkl\"\nphi = [\"x2^2\"]\nlambda = [-2]\nb = [0]\nleft_inverse = [\"y1\", \"sqrt(abs(xi1))\"]\nregion = { states = [[-1, 1], [-1, 1]] }\n";
     let (found, _) = refused(folded);

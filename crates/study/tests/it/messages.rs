@@ -16,7 +16,7 @@ use luenberger_study::results::FailureReport;
 use luenberger_study::table::Table;
 use luenberger_study::{Excess, Format, RunOptions, Step, Study, StudyError, execute};
 
-use crate::{composed, maps, mistakes, resets};
+use crate::{composed, kkl_numerical, maps, mistakes, resets, varying_periods};
 
 thread_local! {
     static MISTAKES: RefCell<BTreeSet<String>> = const { RefCell::new(BTreeSet::new()) };
@@ -269,7 +269,12 @@ fn errors() -> Vec<String> {
     let fits = [
         NumericalKklError::Unresolved { error: 1.42, most: 0.2 },
         NumericalKklError::Uncontrollable { ratio: 1.2345e-20 },
-        NumericalKklError::GridTooLarge { points: 1e9, most: 1_000_000 },
+        NumericalKklError::GridTooLarge { points: 1e9, most: 1_000_000, megabytes: 4e4, per_axis: 98 },
+        NumericalKklError::Family { input: 0, lower: 1.0, upper: -1.0 },
+        NumericalKklError::AtInput {
+            input: vec![0.5],
+            error: Box::new(NumericalKklError::Unresolved { error: 0.5, most: 0.2 }),
+        },
         NumericalKklError::NotFinite { from: vec![1.0, 2.0], time: 0.5 },
     ];
     studies.iter().map(ToString::to_string).chain(fits.iter().map(ToString::to_string)).collect()
@@ -315,7 +320,9 @@ fn every_message_stands_in_the_reviewed_file() {
         mistakes::an_observer_that_does_not_fit_says_which_hypothesis_fails_and_what_would_fit,
         maps::mistakes_in_maps_are_reported_at_their_place,
         resets::mistakes_in_resets_are_reported_at_their_place,
+        kkl_numerical::bad_ranges_of_inputs_are_reported_at_their_place,
         composed::mistakes_in_given_chains_are_reported_at_their_place,
+        varying_periods::mistakes_in_the_sampling,
         maps::maps_that_are_wrong_are_refused_with_the_place,
     ] {
         test();

@@ -21,3 +21,8 @@ pub(super) fn section(experiment: &Experiment, omitted: &[String]) -> Result<Sec
     }
     Ok(section.prose(format!("Not simulated in this page: {}.", omitted.join(", "))))
 }
+
+/// Why there is nothing to try.
+pub(super) fn absent(why: &str) -> Section {
+    Section::new("Live simulation").prose(format!("The page of this report does not simulate this study: {why}."))
+}

@@ -6,7 +6,9 @@ use luenberger_figures::{Cell, Grid, Section};
 use luenberger_proof::wording::{counted, significant};
 
 use super::{number, with_unit};
-use crate::results::{ConsistencyReport, FilterReport, InnovationReport, IntervalReport, LogReport, PlantSummary};
+use crate::results::{
+    ConsistencyReport, CoverageReport, FilterReport, InnovationReport, IntervalReport, LogReport, PlantSummary,
+};
 
 /// What the regions of NIS and NEES are.
 const REGION: &str = "Means of the normalised squares, with their acceptance region (chi-squared, two-sided, 95 %). Above it a filter is overconfident, below it conservative. Errors of successive samples are correlated: NEES of one run leaves its region more often.";
@@ -36,6 +38,33 @@ pub(super) fn intervals(section: Section, intervals: &[IntervalReport], plant: &
         }
     }
     section.grid(grid)
+}
+
+/// How often errors were within the bands of the figures.
+pub(super) fn coverage(section: Section, reports: &[CoverageReport], plant: &PlantSummary) -> Section {
+    let expected = significant(100.0 * CoverageReport::EXPECTED, 3);
+    let mut caption = format!(
+        "Share of the errors x - xhat within two standard deviations of the filter, the bands of the figures: {expected} % \
+         if its model of the noise is right and the errors are Gaussian. Above it a filter is conservative, below it \
+         overconfident; errors of successive samples are correlated, so that one run is only near it."
+    );
+    if reports.iter().any(|report| report.on_log) {
+        caption.push_str(" On a log over its second half.");
+    }
+    if reports.iter().any(|report| report.stationary) {
+        caption.push_str(" The band of a stationary filter does not include the initial error.");
+    }
+    let grid = Grid::new(&["filter", "state", "samples", "within ± 2 sigma"]).caption(caption);
+    let rows = reports.iter().flat_map(|report| report.states.iter().map(move |state| (report, state)));
+    section.grid(rows.fold(grid, |grid, (report, of)| {
+        let name = if report.on_log { format!("{}, on the log", report.observer) } else { report.observer.clone() };
+        grid.row([
+            Cell::from(name.as_str()),
+            Cell::from(with_unit(&of.state, unit_of(plant, &of.state)).as_str()),
+            Cell::number(of.samples.to_string()),
+            Cell::number(format!("{} %", significant(100.0 * of.within, 3))),
+        ])
+    }))
 }
 
 fn consistency(section: Section, filters: &[FilterReport], over: &str) -> Section {

@@ -1,0 +1,81 @@
+//! Samples at varying periods, of which some are missed.
+//!
+//! Each period is uniform between two bounds, the first from the start of the run. A sample is missed with probability
+//! one half, unless as many as are allowed in a row were missed before it. The instants depend on the seed alone.
+
+use rand::{Rng, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+
+use crate::error::{SimError, check_positive};
+
+/// Between which bounds sampling periods vary, and how many samples in a row may be missed.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct SampleTimes {
+    /// The shortest period.
+    pub shortest: f64,
+    /// The longest period.
+    pub longest: f64,
+    /// The largest number of samples missed in a row.
+    pub misses: usize,
+    /// The seed.
+    pub seed: u64,
+}
+
+/// One sample of a run.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct SampleTime {
+    /// When it is due.
+    pub time: f64,
+    /// Whether it arrives.
+    pub arrives: bool,
+    /// The time since the last sample that arrived, or since the start.
+    pub elapsed: f64,
+}
+
+impl SampleTimes {
+    pub(crate) fn check(&self) -> Result<(), SimError> {
+        check_positive("the shortest sampling period of an observer", self.shortest)?;
+        check_positive("the longest sampling period of an observer", self.longest)
+    }
+}
+
+/// The samples of a run, one after the other.
+pub(crate) struct SampleClock {
+    times: SampleTimes,
+    generator: ChaCha8Rng,
+    /// When the next sample is due.
+    pub(crate) next: f64,
+    /// How many were missed since the last one that arrived.
+    missed: usize,
+    /// When the last one arrived.
+    pub(crate) last: f64,
+}
+
+impl SampleClock {
+    pub(crate) fn new(times: SampleTimes, start: f64) -> Self {
+        let mut generator = ChaCha8Rng::seed_from_u64(times.seed);
+        // The streams of the noise have the numbers of its periods.
+        generator.set_stream(u64::MAX);
+        let mut clock = Self { times, generator, next: start, missed: 0, last: start };
+        clock.advance();
+        clock
+    }
+
+    /// Uniform in [0, 1).
+    fn unit(&mut self) -> f64 {
+        (self.generator.next_u64() >> 11) as f64 * 2f64.powi(-53)
+    }
+
+    fn advance(&mut self) {
+        let SampleTimes { shortest, longest, .. } = self.times;
+        self.next += shortest + (longest - shortest) * self.unit();
+    }
+
+    /// Whether the sample that is due arrives; the next one is due then.
+    pub(crate) fn arrives(&mut self) -> bool {
+        let is_lost = self.unit() < 0.5 && self.missed < self.times.misses;
+        self.missed = if is_lost { self.missed + 1 } else { 0 };
+        self.advance();
+        !is_lost
+    }
+}

@@ -1,0 +1,88 @@
+//! The samples of observers at varying periods: what a run drew, and whether convergence is proved for it.
+
+use luenberger_design::Periods;
+use luenberger_proof::wording::{counted, significant};
+use luenberger_sim::SampleTime;
+
+use super::Member;
+use crate::results::SamplingReport;
+use crate::study::{Simulation, Study};
+
+/// Periods are differences of times, with their rounding.
+const ROUNDING: f64 = 1e-9;
+
+/// A sample outside of the periods and misses for which convergence is proved.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Outside {
+    pub(super) t: f64,
+    /// The quantity, with its value and the bounds.
+    pub(super) name: &'static str,
+    pub(super) value: f64,
+    pub(super) bounds: (f64, f64),
+}
+
+/// The period before each sample, and how many were missed in a row up to it and with it.
+fn drawn(samples: &[SampleTime]) -> impl Iterator<Item = (f64, f64, usize)> {
+    samples.iter().scan((0.0, 0), |(before, missed), sample| {
+        let period = sample.time - *before;
+        *before = sample.time;
+        *missed = if sample.arrives { 0 } else { *missed + 1 };
+        Some((sample.time, period, *missed))
+    })
+}
+
+/// The samples of a run from t = 0 that are outside.
+pub(super) fn outside(samples: &[SampleTime], periods: &Periods) -> Vec<Outside> {
+    let Periods { shortest, longest, misses } = *periods;
+    let slack = ROUNDING * longest;
+    let of = |(t, period, missed): (f64, f64, usize)| {
+        if period < shortest - slack || period > longest + slack {
+            return Some(Outside { t, name: "the sampling period", value: period, bounds: (shortest, longest) });
+        }
+        let (name, value) = ("the number of samples missed in a row", missed as f64);
+        (missed > misses).then_some(Outside { t, name, value, bounds: (0.0, misses as f64) })
+    };
+    drawn(samples).filter_map(of).collect()
+}
+
+/// The samples of a run in numbers and words; none for other observers, and without a sample.
+pub(super) fn report(
+    study: &Study,
+    simulation: &Simulation,
+    member: &Member<'_>,
+    samples: &[SampleTime],
+) -> Option<SamplingReport> {
+    let periods = member.wish.kind.varying_periods()?;
+    let all: Vec<_> = drawn(samples).collect();
+    let lengths = || all.iter().map(|(_, period, _)| *period);
+    let (shortest, longest) = (lengths().fold(f64::INFINITY, f64::min), lengths().fold(0.0, f64::max));
+    let missed = samples.iter().filter(|sample| !sample.arrives).count();
+    let in_a_row = all.iter().map(|(_, _, missed)| *missed).max()?;
+    let seed = simulation.sampling.seed;
+    let is_within = outside(samples, periods).is_empty();
+    let unit = study.plant.time_unit.as_ref().map(|unit| format!(" {unit}")).unwrap_or_default();
+    let verdict = match (is_within, member.designed.report.verdict == "proved") {
+        (true, true) => format!("Convergence is proved for them: {periods}."),
+        (true, false) => format!("They are within those of the design, {periods}, for which nothing is proved."),
+        (false, true) => format!("They are not within those for which convergence is proved: {periods}."),
+        (false, false) => format!("They are not within those of the design, {periods}, for which nothing is proved."),
+    };
+    let words = format!(
+        "{}: {} at periods from {} to {}{unit}, {missed} missed, at most {in_a_row} in a row (seed {seed}). {verdict}",
+        member.wish.name,
+        counted(samples.len(), "sample"),
+        significant(shortest, 4),
+        significant(longest, 4),
+    );
+    Some(SamplingReport {
+        observer: member.wish.name.clone(),
+        samples: samples.len(),
+        missed,
+        missed_in_a_row: in_a_row,
+        shortest,
+        longest,
+        seed,
+        within_design: is_within,
+        words,
+    })
+}

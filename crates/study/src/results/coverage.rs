@@ -1,0 +1,74 @@
+//! How often the errors of a filter were within the band that its covariance gives.
+
+use nalgebra::DMatrix;
+use serde::Serialize;
+
+/// A filter and the share of its errors within two standard deviations.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct CoverageReport {
+    /// The observer.
+    pub observer: String,
+    /// Whether its run is that on the log; there the second half is counted, as for NIS and NEES.
+    pub on_log: bool,
+    /// Whether its band is that of the stationary covariance, which does not include the initial error.
+    pub stationary: bool,
+    /// One for each state whose true value is known.
+    pub states: Vec<StateCoverage>,
+}
+
+/// The share of the errors of one state within two standard deviations.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct StateCoverage {
+    /// The state.
+    pub state: String,
+    /// From 0 to 1; 0.954 for Gaussian errors of this standard deviation.
+    pub within: f64,
+    /// Over how many rows of the run.
+    pub samples: usize,
+}
+
+impl CoverageReport {
+    /// The probability that a Gaussian error is within two standard deviations: `erf(sqrt(2))`.
+    pub const EXPECTED: f64 = 0.954_499_736_103_641_6;
+
+    /// Over the rows of a run from the row `first` on, with NaN where the state is not known; none if it never is.
+    pub(crate) fn of(
+        (observer, on_log, stationary): (&str, bool, bool),
+        states: &[String],
+        (x, xhat): (&DMatrix<f64>, &DMatrix<f64>),
+        deviation: &DMatrix<f64>,
+        first: usize,
+    ) -> Option<Self> {
+        let of = |(i, state): (usize, &String)| {
+            let error = |k: usize| (x[(k, i)] - xhat[(k, i)]).abs() / deviation[(k, i)];
+            let ratios: Vec<f64> = (first..x.nrows()).map(error).filter(|ratio| !ratio.is_nan()).collect();
+            let within = ratios.iter().filter(|ratio| **ratio <= 2.0).count();
+            let samples = ratios.len();
+            (samples > 0).then(|| StateCoverage {
+                state: state.clone(),
+                within: within as f64 / samples as f64,
+                samples,
+            })
+        };
+        let states: Vec<StateCoverage> = states.iter().take(x.ncols()).enumerate().filter_map(of).collect();
+        (!states.is_empty()).then(|| Self { observer: observer.to_owned(), on_log, stationary, states })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use nalgebra::dmatrix;
+
+    #[test]
+    fn errors_are_counted_where_they_are_known() {
+        let names = ["a".to_owned(), "b".to_owned(), "c".to_owned()];
+        let x = dmatrix![9.0, 0.0, f64::NAN; 2.0, 1.0, f64::NAN; -2.0, f64::NAN, f64::NAN; 2.1, 3.0, f64::NAN];
+        let (xhat, deviation) = (DMatrix::zeros(4, 3), DMatrix::from_element(4, 3, 1.0));
+        let report = CoverageReport::of(("filter", true, false), &names, (&x, &xhat), &deviation, 1).unwrap();
+        let shares: Vec<_> = report.states.iter().map(|of| (of.state.as_str(), of.within, of.samples)).collect();
+        assert_eq!(shares, [("a", 2.0 / 3.0, 3), ("b", 0.5, 2)]);
+        let unknown = DMatrix::from_element(4, 3, f64::NAN);
+        assert_eq!(CoverageReport::of(("filter", true, false), &names, (&unknown, &xhat), &deviation, 0), None);
+    }
+}

@@ -1,0 +1,192 @@
+//! Observers at varying periods in studies: what a simulation draws, and what is said of it.
+
+use std::path::Path;
+
+use luenberger_export::{Scalar, golden};
+use luenberger_study::deployment;
+use luenberger_study::diagnostic::Located;
+use luenberger_study::{Format, Results, RunOptions, Step, Study, StudyError, execute};
+
+use crate::messages;
+
+const STUDY: &str = r#"[plant]
+a = [[0, 1], [0, 0]]
+b = [[0], [1]]
+c = [[1, 0]]
+time_unit = "s"
+[input]
+expressions = ["sin(t)"]
+[simulation]
+x0 = [3, -1]
+duration = 8
+samples = 81
+scale = [1, 1]
+[[observer]]
+name = "radial"
+kind = "sampled-cubic"
+poles = [-2, -5]
+gamma = 10
+period = 0.1
+jitter = [0.07, 0.14]
+misses = 2
+[[observer]]
+name = "weighted"
+kind = "sampled-cubic"
+poles = [-2, -5]
+weighted = 10
+period = 0.1
+jitter = [0.09, 0.12]
+"#;
+
+fn results(text: &str, step: Step, options: &RunOptions<'_>) -> Results {
+    let study = Study::from_text("study.toml", text, Format::Toml, Path::new(".")).unwrap_or_else(|e| panic!("{e}"));
+    execute(&study, step, options).unwrap_or_else(|error| panic!("{error}"))
+}
+
+fn mistake(text: &str) -> Located {
+    match Study::from_text("study.toml", text, Format::Toml, Path::new(".")) {
+        Err(StudyError::File(diagnostics)) => {
+            let located = diagnostics.located()[0].clone();
+            messages::mistake(&located);
+            located
+        }
+        Err(error) => panic!("{error}"),
+        Ok(_) => panic!("the mistake was not found in\n{text}"),
+    }
+}
+
+/// Within the periods of the design: no warning, also not of the input, which need not be held. The scores are in
+/// continuous time, from the error at the start.
+#[test]
+fn a_run_within_the_periods_of_the_design() {
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("varying-periods");
+    let _ = std::fs::remove_dir_all(&folder);
+    let options = RunOptions { output: Some(folder.clone()), ..RunOptions::default() };
+    let results = results(STUDY, Step::Run, &options);
+    assert!(results.warnings.is_empty(), "{:?}", results.warnings);
+    let simulation = results.simulation.unwrap();
+    assert_eq!(simulation.scoring.period, None);
+    for (row, sampling) in simulation.rows.iter().zip(&simulation.sampling) {
+        let norm = row.merits.as_ref().unwrap().norm.as_ref().unwrap();
+        assert!((norm.initial - 10f64.sqrt()).abs() < 1e-12 && norm.last < 1e-3, "{}: {norm:?}", row.observer);
+        assert!(sampling.within_design && sampling.observer == row.observer, "{sampling:?}");
+    }
+    let [radial, weighted] = simulation.sampling.as_slice() else { panic!("{:?}", simulation.sampling) };
+    assert!(radial.missed > 0 && radial.missed_in_a_row == 2 && radial.shortest >= 0.0699 && radial.longest <= 0.1401);
+    assert!(weighted.missed == 0 && weighted.shortest >= 0.0899 && weighted.longest <= 0.1201);
+    let end = format!(
+        "{} missed, at most 2 in a row (seed 0). Convergence is proved for them: periods from 0.07 to 0.14 with at most 2 \
+         missed samples in a row.",
+        radial.missed
+    );
+    assert!(radial.words.starts_with("radial: ") && radial.words.ends_with(&end), "{}", radial.words);
+    let table = std::fs::read_to_string(folder.join("trajectories/samples-radial.csv")).unwrap();
+    assert!(table.starts_with("t,arrives,elapsed\n") && table.lines().count() == radial.samples + 1, "{table}");
+    assert!(folder.join("figures/samples.svg").exists());
+    let report = std::fs::read_to_string(folder.join("report.html")).unwrap();
+    assert!(report.contains("Convergence is proved for them"));
+}
+
+/// Wider bounds of the simulation, with a seed of their own: the run is said to be outside, with the first sample.
+#[test]
+fn a_run_outside_the_periods_of_the_design_is_said_to_be() {
+    let wider = format!("{STUDY}[simulation.sampling]\njitter = [0.05, 0.2]\nmisses = 5\nseed = 7\n");
+    let outside = results(&wider, Step::Simulate, &RunOptions::default());
+    let simulation = outside.simulation.unwrap();
+    assert!(simulation.sampling.iter().all(|sampling| !sampling.within_design && sampling.seed == 7));
+    let words = &simulation.sampling[0].words;
+    assert!(
+        words.contains("(seed 7). They are not within those for which convergence is proved: periods from"),
+        "{words}"
+    );
+    let [radial, weighted] = outside.warnings.as_slice() else { panic!("{:?}", outside.warnings) };
+    let start = "Guarantee not valid outside the periods of the design: radial: outside at ";
+    assert!(radial.starts_with(start) && radial.contains("where the "), "{radial}");
+    assert!(weighted.contains("weighted: outside at "), "{weighted}");
+    // Misses alone.
+    let missed = format!("{STUDY}[simulation.sampling]\nmisses = 6\n");
+    let missed = results(&missed, Step::Simulate, &RunOptions::default());
+    let warning = &missed.warnings[0];
+    assert!(warning.contains("where the number of samples missed in a row = 3 is not in [0, 2]"), "{warning}");
+}
+
+/// The seed of the noise is that of the samples, unless they have their own.
+#[test]
+fn the_samples_have_the_seed_of_the_noise() {
+    let noise = "scale = [1, 1]\nnoise = { amplitude = [1e-3], period = 0.01, seed = 5 }";
+    let noisy = STUDY.replace("scale = [1, 1]", noise);
+    let seeds = |text: &str| {
+        let simulation = results(text, Step::Simulate, &RunOptions::default()).simulation.unwrap();
+        (simulation.sampling[0].seed, simulation.sampling[0].samples, simulation.sampling[0].shortest)
+    };
+    let (seed, samples, shortest) = seeds(&noisy);
+    assert_eq!(seed, 5);
+    let own = seeds(&format!("{noisy}[simulation.sampling]\nseed = 6\n"));
+    assert!(own.0 == 6 && (own.1, own.2) != (samples, shortest), "{own:?}");
+}
+
+/// In deviations from an operating point.
+#[test]
+fn an_operating_point_shifts_the_observer() {
+    let text = r#"[plant]
+f = ["v", "9.81*sin(x) - v + u"]
+h = ["x"]
+states = ["x", "v"]
+inputs = ["u"]
+[operating_point]
+x = [3.2, 0]
+u = [0.57]
+[input]
+expressions = ["0.57"]
+[simulation]
+x0 = [3.3, 0.1]
+duration = 6
+[[observer]]
+kind = "sampled-cubic"
+poles = [-3, -4]
+gamma = 1
+period = 0.1
+jitter = [0.08, 0.13]
+misses = 1
+initial = [3.0, 0]
+"#;
+    let results = results(text, Step::Simulate, &RunOptions::default());
+    let simulation = results.simulation.unwrap();
+    let states = &simulation.rows[0].merits.as_ref().unwrap().states;
+    assert!(
+        (states[0].initial - 0.3).abs() < 1e-12 && states.iter().all(|state| state.last.abs() < 1e-3),
+        "{states:?}"
+    );
+    assert_eq!(simulation.sampling.len(), 1);
+}
+
+/// The exported step at the samples of the run, with the time that passed: without an input the estimates are those of the
+/// simulation, up to the rounding of its integration.
+#[test]
+fn the_exported_step_follows_the_run_at_its_samples() {
+    let text = STUDY.replace("[input]\nexpressions = [\"sin(t)\"]\n", "");
+    let study = Study::from_text("study.toml", &text, Format::Toml, Path::new(".")).unwrap();
+    for observer in &study.observers {
+        let sampled = deployment::sampled(&study, observer, None, None).unwrap();
+        let record = deployment::record(&study, observer, &sampled).unwrap();
+        let periods = observer.kind.varying_periods().unwrap();
+        let longest = (periods.misses + 1) as f64 * periods.longest;
+        for (u, y) in &record.samples {
+            assert!(u.len() == 2 && y.len() == 1 && u[1] > periods.shortest - 1e-9 && u[1] < longest + 1e-9, "{u:?}");
+        }
+        let export = deployment::exported(&study, observer, sampled.design, Scalar::Binary64, None).unwrap();
+        let difference = record.difference(&golden::replay(&export, &record.samples).unwrap()).unwrap();
+        assert!(record.samples.len() > 20 && difference.largest.iter().all(|x| *x < 1e-8), "{difference:?}");
+    }
+}
+
+#[test]
+pub(crate) fn mistakes_in_the_sampling() {
+    let fixed = STUDY.replace("jitter = [0.07, 0.14]\nmisses = 2\n", "").replace("jitter = [0.09, 0.12]\n", "");
+    let unused = mistake(&format!("{fixed}[simulation.sampling]\nmisses = 1\n"));
+    assert!(unused.message.contains("no observer has `jitter` or `misses`"), "{unused:?}");
+    let zero = mistake(&format!("{STUDY}[simulation.sampling]\njitter = [0, 0.2]\n"));
+    assert!(zero.message.contains("`jitter` is from 0 to 0.2") && zero.line == 29, "{zero:?}");
+    let many = mistake(&format!("{STUDY}[simulation.sampling]\nmisses = 65\n"));
+    assert!(many.message.contains("`misses` is 65") && many.expected.contains("at most 64"), "{many:?}");
+}
