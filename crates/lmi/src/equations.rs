@@ -112,13 +112,16 @@ impl Row {
     }
 }
 
-/// Integers z, proportional to a point near `start`, on which every row vanishes. None if only zero is found nearby, or
-/// if the integers grow beyond the limit.
-pub(crate) fn solve_near(rows: Vec<Row>, start: &[f64]) -> Option<Vec<IBig>> {
+/// Integers z, proportional to a point near `start`, on which every row vanishes. None if only zero is found nearby, if
+/// the integers grow beyond the limit, or if `is_over` says that the time is.
+pub(crate) fn solve_near(rows: Vec<Row>, start: &[f64], is_over: impl Fn() -> bool) -> Option<Vec<IBig>> {
     // Each solved row is free of the pivots of all others.
     let mut solved: Vec<(usize, Row)> = Vec::new();
     for mut row in rows {
         for (place, other) in &solved {
+            if is_over() {
+                return None;
+            }
             row = row.eliminate(*place, other);
         }
         let Some(place) = row.pivot() else { continue };
@@ -126,6 +129,9 @@ pub(crate) fn solve_near(rows: Vec<Row>, start: &[f64]) -> Option<Vec<IBig>> {
             return None;
         }
         for (_, other) in &mut solved {
+            if is_over() {
+                return None;
+            }
             *other = other.eliminate(place, &row);
         }
         solved.push((place, row));
@@ -191,7 +197,7 @@ mod tests {
         let equations: [&[(usize, f64)]; 3] =
             [&[(0, 0.1), (1, -0.3)], &[(1, 1.0), (2, 0.7), (3, -1e-3)], &[(0, 0.2), (1, -0.6)]];
         let start = [3.0, 1.0 + 1e-9, -1.0, 300.0];
-        let z = solve_near(equations.iter().map(|terms| row(terms)).collect(), &start).unwrap();
+        let z = solve_near(equations.iter().map(|terms| row(terms)).collect(), &start, || false).unwrap();
         for terms in equations {
             assert!(value(terms, &z).is_zero());
         }
@@ -204,8 +210,15 @@ mod tests {
     }
 
     #[test]
+    fn nothing_is_eliminated_after_the_end() {
+        let rows = || vec![row(&[(0, 1.0), (1, 2.0)]), row(&[(1, 1.0), (2, 3.0)])];
+        assert!(solve_near(rows(), &[1.0; 3], || false).is_some());
+        assert!(solve_near(rows(), &[1.0; 3], || true).is_none());
+    }
+
+    #[test]
     fn a_repeated_unknown_is_one_unknown() {
-        let z = solve_near(vec![row(&[(0, 1.0), (1, 1.0), (0, -1.0)])], &[1.0, 1e-9]).unwrap();
+        let z = solve_near(vec![row(&[(0, 1.0), (1, 1.0), (0, -1.0)])], &[1.0, 1e-9], || false).unwrap();
         assert!(z[1].is_zero() && !z[0].is_zero());
     }
 }

@@ -88,6 +88,9 @@ pub(crate) fn refute(
             continue;
         }
         for with_kernel in [false, true] {
+            if settings.is_over() {
+                return None;
+            }
             let kernel = if with_kernel { kernels(multipliers, &active, guess.sqrt()) } else { Vec::new() };
             if with_kernel && kernel.is_empty() {
                 continue;
@@ -220,7 +223,7 @@ fn repair(
         return None;
     }
     let start: Vec<f64> = places.iter().map(|&(k, i, j)| multipliers[k][(i, j)]).collect();
-    let solution = solve_near(equations, &start)?;
+    let solution = solve_near(equations, &start, || settings.is_over())?;
     // Back to the unscaled multipliers Z = D Z~ D of the user's constraints.
     let unscaled = |k: usize, n: usize| {
         Matrix::from_fn(n, n, |i, j| match number[k][i * n + j] {

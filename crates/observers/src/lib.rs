@@ -37,6 +37,7 @@
 //! | [`deviation`] | a linear observer of a nonlinear plant, in deviations from an operating point |
 //! | [`proportional_integral`] | a disturbance estimated with the state |
 //! | [`unknown_input`] | an estimate that does not depend on an unknown disturbance |
+//! | [`functional`] | functions of the state alone, by fewer states |
 //! | [`interval`] | bounds that enclose the state |
 //! | [`sliding_mode`] | super-twisting observer and robust exact differentiator, with an implicit step |
 //! | [`output_feedback`] | an observer with the feedback `u = r - K xhat` as one block |
@@ -66,6 +67,7 @@ pub mod estimator;
 mod feedthrough;
 pub mod filters;
 pub mod fixed_point;
+pub mod functional;
 pub mod high_gain;
 pub mod immersion_invariance;
 pub mod inter_sample;
@@ -112,6 +114,7 @@ pub use error::{ObserverError, Point};
 pub use fixed_point::{
     FixedPointFormat, FixedPointFormats, FixedPointGains, FixedPointObserver, FixedPointState, StaticFixedPointObserver,
 };
+pub use functional::FunctionalObserver;
 pub use high_gain::{HighGainMap, HighGainObserver, StaticHighGainObserver};
 pub use immersion_invariance::{Immersion, ImmersionInvarianceObserver};
 pub use inter_sample::InterSampleObserver;

@@ -23,7 +23,7 @@ use crate::erased::{AnyObserver, Continuous, Sampled};
 use crate::error::{SimError, check, check_positive};
 use crate::integrate::Settings;
 use crate::noise::Noise;
-use crate::scenario::Scenario;
+use crate::scenario::{Estimated, Scenario};
 use crate::scores::{Band, Errors, Merits, ScoreGrid, StateScores, check_scale};
 use crate::sensor::Sensor;
 use crate::signal::Signal;
@@ -232,7 +232,7 @@ impl<'a> Comparison<'a> {
         size: Dimensions,
     ) -> Result<Row, SimError> {
         let Entry { name, observer } = entry;
-        let scenario = self.scenario.clone().entry(name, Rc::clone(observer), &self.xhat0, None);
+        let scenario = self.scenario.clone().entry(name, Rc::clone(observer), &self.xhat0, Estimated::State);
         let trajectory = match scenario.run() {
             Ok(trajectory) => Ok(trajectory),
             Err(error) if error.ends_run() => Err(error),

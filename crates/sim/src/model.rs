@@ -5,15 +5,16 @@
 use std::rc::Rc;
 
 use luenberger_plants::Dimensions;
+use nalgebra::DMatrix;
 
 use crate::change::Change;
 use crate::disturbance::{Disturbances, History};
 use crate::erased::{AnyObserver, AnyPlant};
-use crate::error::{SimError, check, check_positive};
+use crate::error::{SimError, check, check_finite, check_positive};
 use crate::integral::Integrand;
 use crate::integrate::Settings;
 use crate::noise::Noise;
-use crate::scenario::{Entry, Scenario};
+use crate::scenario::{Entry, Estimated, Scenario};
 use crate::sensor::{Reading, Sampling};
 use crate::signal::Signal;
 use crate::trajectory::{Layout, ObserverLayout};
@@ -53,7 +54,10 @@ pub(crate) struct Model<'a> {
 pub(crate) struct ObserverSlot<'a> {
     pub(crate) observer: Rc<dyn AnyObserver + 'a>,
     pub(crate) initial: Vec<f64>,
+    /// The states that it estimates; none if it estimates functions of the state.
     pub(crate) states: Vec<usize>,
+    /// K of the functions `K x` that it estimates; without rows if it estimates states.
+    pub(crate) k: DMatrix<f64>,
     /// Whether it estimates the whole state, so that it predicts outputs.
     pub(crate) whole: bool,
     /// Length of its state.
@@ -64,6 +68,17 @@ pub(crate) struct ObserverSlot<'a> {
 }
 
 impl ObserverSlot<'_> {
+    /// Length of its estimate.
+    pub(crate) fn width(&self) -> usize {
+        self.states.len() + self.k.nrows()
+    }
+
+    /// What it estimates, at the state x of the plant.
+    pub(crate) fn estimated<'x>(&'x self, x: &'x [f64]) -> impl Iterator<Item = f64> + 'x {
+        let functions = self.k.row_iter().map(move |row| row.iter().zip(x).map(|(k, x)| k * x).sum());
+        self.states.iter().map(|&i| x[i]).chain(functions)
+    }
+
     /// Whether the estimate stands still between samples. That of a filter has the measurement, which may vary.
     fn stands(&self) -> bool {
         self.period.is_some() && !self.observer.is_filter()
@@ -119,7 +134,7 @@ impl<'a> Model<'a> {
         let mut names: Vec<String> = Vec::new();
         let mut observers = Vec::new();
         let mut offset = size.states;
-        for Entry { name, observer, initial, states } in scenario.observers {
+        for Entry { name, observer, initial, of } in scenario.observers {
             observer.check()?;
             let own = observer.dimensions();
             let expect = |what: &str, expected: usize, found: usize| {
@@ -129,9 +144,16 @@ impl<'a> Model<'a> {
             expect("the input", size.inputs, own.inputs)?;
             expect("the output", size.outputs, own.outputs)?;
             check(&format!("the initial estimate of observer {name:?}"), &initial, own.estimate)?;
-            let states = states.unwrap_or_else(|| (0..size.states).collect());
+            let no_functions = DMatrix::zeros(0, size.states);
+            let (states, k) = match of {
+                Estimated::State => ((0..size.states).collect(), no_functions),
+                Estimated::States(states) => (states, no_functions),
+                Estimated::Functions(k) => (Vec::new(), k),
+            };
             let whole = states.iter().copied().eq(0..size.states);
-            expect("the estimate", states.len(), own.estimate)?;
+            expect("the estimate", states.len() + k.nrows(), own.estimate)?;
+            expect("a row of K", size.states, k.ncols())?;
+            check_finite(&format!("K of observer {name:?}"), k.as_slice())?;
             if let Some(&index) = states.iter().find(|&&index| index >= size.states) {
                 return Err(SimError::Index { what: "plant state", index, count: size.states });
             }
@@ -145,11 +167,11 @@ impl<'a> Model<'a> {
                 times.check()?;
             }
             let length = own.state;
-            observers.push(ObserverSlot { observer, initial, states, whole, length, period, offset });
+            observers.push(ObserverSlot { observer, initial, states, k, whole, length, period, offset });
             offset += if period.is_none() { length } else { 0 };
             names.push(name);
         }
-        let estimates: Vec<_> = names.iter().cloned().zip(observers.iter().map(|o| o.states.len())).collect();
+        let estimates: Vec<_> = names.iter().cloned().zip(observers.iter().map(ObserverSlot::width)).collect();
         scenario.input.check(size.states, size.inputs, &estimates)?;
         for (_, integrand) in &scenario.integrals {
             integrand.check(size.states, size.inputs, &estimates)?;
@@ -215,7 +237,7 @@ impl<'a> Model<'a> {
     }
 
     pub(crate) fn instant(&self) -> Instant {
-        let estimates: Vec<Vec<f64>> = self.observers.iter().map(|o| vec![0.0; o.states.len()]).collect();
+        let estimates: Vec<Vec<f64>> = self.observers.iter().map(|o| vec![0.0; o.width()]).collect();
         Instant {
             u: vec![0.0; self.size.inputs],
             applied: vec![0.0; self.size.inputs],
@@ -282,14 +304,16 @@ impl<'a> Model<'a> {
     }
 
     fn estimate(&self, k: usize, t: f64, stacked: &[f64], still: &HeldValues, now: &mut Instant) {
-        let ObserverSlot { observer, states, .. } = &self.observers[k];
+        let slot = &self.observers[k];
+        let observer = &slot.observer;
         let predicted = self.predicted_of(k, t, stacked, still, now);
         let seen = predicted.as_ref().unwrap_or(&now.seen);
         let state = self.state(k, stacked, still);
         observer.estimate(t, state, &now.u, seen, &mut now.estimates[k]);
         observer.correct(state, &now.u, seen, &mut now.estimates[k]);
-        for ((error, estimate), &i) in now.errors[k].iter_mut().zip(&now.estimates[k]).zip(states) {
-            *error = stacked[i] - estimate;
+        let estimated = slot.estimated(&stacked[..self.size.states]);
+        for ((error, estimate), x) in now.errors[k].iter_mut().zip(&now.estimates[k]).zip(estimated) {
+            *error = x - estimate;
         }
     }
 
@@ -463,10 +487,14 @@ impl<'a> Model<'a> {
         still[states..states + inputs].fill(self.input_stands());
         for fitted in &self.observers {
             let estimate = width + fitted.length;
-            observers.push(ObserverLayout { estimate, states: fitted.states.clone(), period: fitted.period });
-            width = estimate + fitted.states.len();
+            // Functions of the state follow the estimate.
+            let (functions, after) = (fitted.k.nrows(), estimate + fitted.width());
+            let of = fitted.states.iter().copied().chain(after..after + functions).collect();
+            observers.push(ObserverLayout { estimate, of, period: fitted.period });
+            width = after + functions;
             still.resize(estimate, fitted.period.is_some());
-            still.resize(width, fitted.stands());
+            still.resize(after, fitted.stands());
+            still.resize(width, self.step.is_some());
         }
         still.resize(width + self.integrals.len(), false);
         Layout {
@@ -489,6 +517,7 @@ impl<'a> Model<'a> {
         for k in 0..self.observers.len() {
             row.extend_from_slice(self.state(k, stacked, still));
             row.extend_from_slice(&now.estimates[k]);
+            self.functions(k, stacked, row);
         }
         row.extend_from_slice(&stacked[stacked.len() - self.integrals.len()..]);
     }
@@ -519,8 +548,17 @@ impl<'a> Model<'a> {
                 self.estimate(k, t, stacked, still, now);
                 row.extend_from_slice(&now.estimates[k]);
             }
+            if self.step.is_none() {
+                self.functions(k, stacked, row);
+            }
         }
         row.extend_from_slice(&stacked[stacked.len() - self.integrals.len()..]);
+    }
+
+    /// The functions that an observer estimates.
+    fn functions(&self, k: usize, stacked: &[f64], row: &mut Vec<f64>) {
+        let slot = &self.observers[k];
+        row.extend(slot.estimated(&stacked[..self.size.states]).skip(slot.states.len()));
     }
 
     /// The others, at any time of a step, after [`varying`](Self::varying).
@@ -538,6 +576,9 @@ impl<'a> Model<'a> {
             if observer.stands() {
                 self.estimate(k, t, stacked, still, now);
                 row.extend_from_slice(&now.estimates[k]);
+            }
+            if self.step.is_some() {
+                self.functions(k, stacked, row);
             }
         }
     }

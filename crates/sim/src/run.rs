@@ -142,8 +142,9 @@ impl<'m, 'a> Runner<'m, 'a> {
         // The input at the start follows from the estimates that are wished for the start.
         for (k, fitted) in model.observers.iter().enumerate() {
             now.estimates[k].copy_from_slice(&fitted.initial);
-            for ((error, estimate), &i) in now.errors[k].iter_mut().zip(&fitted.initial).zip(&fitted.states) {
-                *error = model.x0[i] - estimate;
+            let estimated = fitted.estimated(&model.x0);
+            for ((error, estimate), x) in now.errors[k].iter_mut().zip(&fitted.initial).zip(estimated) {
+                *error = x - estimate;
             }
         }
         model.law(t, &model.x0, &mut now);

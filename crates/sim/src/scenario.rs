@@ -4,6 +4,7 @@ use std::rc::Rc;
 
 use luenberger_observers::{ContinuousDiscreteObserver, Observer, SampledObserver};
 use luenberger_plants::Plant;
+use nalgebra::DMatrix;
 
 use crate::change::Change;
 use crate::disturbance::Disturbances;
@@ -50,8 +51,18 @@ pub(crate) struct Entry<'a> {
     pub(crate) name: String,
     pub(crate) observer: Rc<dyn AnyObserver + 'a>,
     pub(crate) initial: Vec<f64>,
-    /// Which plant states are estimated (default the first ones).
-    pub(crate) states: Option<Vec<usize>>,
+    pub(crate) of: Estimated,
+}
+
+/// What an observer estimates.
+#[derive(Clone)]
+pub(crate) enum Estimated {
+    /// The whole state.
+    State,
+    /// Some states, from 0.
+    States(Vec<usize>),
+    /// K x.
+    Functions(DMatrix<f64>),
 }
 
 impl<'a> Scenario<'a> {
@@ -194,7 +205,7 @@ impl<'a> Scenario<'a> {
     /// An observer in continuous time, and its estimate at the start.
     #[must_use]
     pub fn observer(self, name: &str, observer: impl Observer<f64> + 'a, initial: &[f64]) -> Self {
-        self.entry(name, Rc::new(Continuous::new(observer)), initial, None)
+        self.entry(name, Rc::new(Continuous::new(observer)), initial, Estimated::State)
     }
 
     /// An observer of some states of the plant: entry i of its estimate is for the state `states[i]`, from 0.
@@ -206,7 +217,33 @@ impl<'a> Scenario<'a> {
         initial: &[f64],
         states: &[usize],
     ) -> Self {
-        self.entry(name, Rc::new(Continuous::new(observer)), initial, Some(states.to_vec()))
+        self.entry(name, Rc::new(Continuous::new(observer)), initial, Estimated::States(states.to_vec()))
+    }
+
+    /// An observer of the functions `z = K x`, with their first estimate. Its errors are `K x - zhat`.
+    ///
+    /// ```
+    /// use luenberger_observers::FunctionalObserver;
+    /// use nalgebra::{dmatrix, matrix};
+    /// // The double integrator: the speed alone, by one state.
+    /// let speed = FunctionalObserver::new(matrix![-4.0], matrix![-16.0], matrix![1.0], matrix![4.0])?;
+    /// let run = luenberger_sim::Scenario::new(luenberger_plants::double_integrator())
+    ///     .initial_state(&[0.0, 2.0])
+    ///     .functional_observer("speed", speed, &[1.0], &dmatrix![0.0, 1.0])
+    ///     .until(1.0, 2)
+    ///     .run()?;
+    /// assert!((run.observers[0].error[(1, 0)] - (-4.0f64).exp()).abs() < 1e-9);
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    #[must_use]
+    pub fn functional_observer(
+        self,
+        name: &str,
+        observer: impl Observer<f64> + 'a,
+        initial: &[f64],
+        k: &DMatrix<f64>,
+    ) -> Self {
+        self.entry(name, Rc::new(Continuous::new(observer)), initial, Estimated::Functions(k.clone()))
     }
 
     /// An observer that is corrected at samples of varying periods, some of them missed, and its estimate at the start.
@@ -244,7 +281,7 @@ impl<'a> Scenario<'a> {
         times: SampleTimes,
         initial: &[f64],
     ) -> Self {
-        self.entry(name, Rc::new(Continuous::sampled_at(observer, times)), initial, None)
+        self.entry(name, Rc::new(Continuous::sampled_at(observer, times)), initial, Estimated::State)
     }
 
     /// A sampled-data observer, and its estimate at the start, which is its first sample.
@@ -252,7 +289,7 @@ impl<'a> Scenario<'a> {
     /// It assumes an input that is held between its samples; make it so with [`hold_input`](Self::hold_input).
     #[must_use]
     pub fn sampled_observer(self, name: &str, observer: impl SampledObserver<f64> + 'a, initial: &[f64]) -> Self {
-        self.entry(name, Rc::new(Sampled(observer)), initial, None)
+        self.entry(name, Rc::new(Sampled(observer)), initial, Estimated::State)
     }
 
     /// A sampled-data observer of some states of the plant.
@@ -264,7 +301,7 @@ impl<'a> Scenario<'a> {
         initial: &[f64],
         states: &[usize],
     ) -> Self {
-        self.entry(name, Rc::new(Sampled(observer)), initial, Some(states.to_vec()))
+        self.entry(name, Rc::new(Sampled(observer)), initial, Estimated::States(states.to_vec()))
     }
 
     pub(crate) fn entry(
@@ -272,9 +309,9 @@ impl<'a> Scenario<'a> {
         name: &str,
         observer: Rc<dyn AnyObserver + 'a>,
         initial: &[f64],
-        states: Option<Vec<usize>>,
+        of: Estimated,
     ) -> Self {
-        self.observers.push(Entry { name: name.to_owned(), observer, initial: initial.to_vec(), states });
+        self.observers.push(Entry { name: name.to_owned(), observer, initial: initial.to_vec(), of });
         self
     }
 

@@ -226,7 +226,7 @@ impl<'t> Errors<'t> {
     /// [`SimError::UnknownName`]; [`SimError::ScorePeriod`] for a grid finer than the samples of the observer.
     pub fn of(trajectory: &'t Trajectory, observer: &'t str, grid: ScoreGrid) -> Result<Self, SimError> {
         let own = trajectory.observer(observer)?;
-        let (count, continuous) = (own.states.len(), own.period.is_none());
+        let (count, continuous) = (own.estimate.ncols(), own.period.is_none());
         let samples = match grid {
             ScoreGrid::Continuous => None,
             ScoreGrid::Samples { period } => Some(trajectory.errors_at_samples(observer, period)?),
@@ -234,7 +234,7 @@ impl<'t> Errors<'t> {
         Ok(Self { trajectory, observer, samples, count, continuous })
     }
 
-    /// Number of components: the states that the observer estimates.
+    /// Number of components: the states, or functions of the state, that the observer estimates.
     pub fn len(&self) -> usize {
         self.count
     }

@@ -29,8 +29,8 @@ pub(crate) struct Layout {
 pub(crate) struct ObserverLayout {
     /// Where the estimate begins; its state ends there.
     pub(crate) estimate: usize,
-    /// Which states of the plant it estimates.
-    pub(crate) states: Vec<usize>,
+    /// Where in a row there is what it estimates: states of the plant, or functions of them behind the estimate.
+    pub(crate) of: Vec<usize>,
     /// Its sampling period; none in continuous time.
     pub(crate) period: Option<f64>,
 }
@@ -45,8 +45,14 @@ impl Layout {
     pub(crate) fn name(&self, entry: usize) -> String {
         let Dimensions { states: n, inputs: m, outputs: p } = self.size;
         for (observer, name) in self.observers.iter().zip(&self.names) {
-            if (observer.estimate..observer.estimate + observer.states.len()).contains(&entry) {
-                return format!("xhat{} of {name:?}", observer.states[entry - observer.estimate] + 1);
+            if let Some(&of) = entry.checked_sub(observer.estimate).and_then(|k| observer.of.get(k)) {
+                return match of.checked_sub(observer.estimate + observer.of.len()) {
+                    Some(function) => format!("zhat{} of {name:?}", function + 1),
+                    None => format!("xhat{} of {name:?}", of + 1),
+                };
+            }
+            if let Some(function) = observer.of.iter().position(|&of| of == entry && of >= observer.estimate) {
+                return format!("z{} of {name:?}", function + 1);
             }
         }
         match entry {
@@ -98,11 +104,11 @@ pub struct ObserverTrajectory {
     pub name: String,
     /// Estimates.
     pub estimate: DMatrix<f64>,
-    /// Errors, `x - xhat` in the states it estimates.
+    /// Errors, `x - xhat` in the states it estimates, or `K x - zhat`.
     pub error: DMatrix<f64>,
     /// Its own states.
     pub state: DMatrix<f64>,
-    /// Which states of the plant it estimates, from 0.
+    /// Which states of the plant it estimates, from 0; none if it estimates functions of the state.
     pub states: Vec<usize>,
     /// Its sampling period, between two multiples of which the estimate stands still; none in continuous time.
     pub period: Option<f64>,
@@ -136,12 +142,14 @@ impl Trajectory {
         let Dimensions { states: n, inputs: m, outputs: p } = layout.size;
         let x = block(0, n);
         let places = layout.observers.iter().zip(lengths).zip(&layout.names).zip(due);
-        let observers = places.map(|(((place, &length), name), samples)| {
-            let estimate = block(place.estimate, place.states.len());
-            let error = DMatrix::from_fn(rows, place.states.len(), |i, j| x[(i, place.states[j])] - estimate[(i, j)]);
+        let observers = places.map(|(((place, &length), name), due)| {
+            let estimate = block(place.estimate, place.of.len());
+            let of = |i: usize, j: usize| samples[i * layout.width + place.of[j]];
+            let error = DMatrix::from_fn(rows, place.of.len(), |i, j| of(i, j) - estimate[(i, j)]);
             let state = block(place.estimate - length, length);
-            let (states, period) = (place.states.clone(), place.period);
-            ObserverTrajectory { name: name.clone(), estimate, error, state, states, period, samples }
+            let states = place.of.iter().copied().filter(|&of| of < n).collect();
+            let period = place.period;
+            ObserverTrajectory { name: name.clone(), estimate, error, state, states, period, samples: due }
         });
         let observers = observers.collect();
         let value = |k: usize| block(layout.integrals + k, 1).as_slice().to_vec();
@@ -233,9 +241,9 @@ impl Trajectory {
     /// # Errors
     /// [`SimError::UnknownName`].
     pub fn visit(&self, observer: &str, mut visit: impl FnMut(f64, &[f64], &[f64], &[f64])) -> Result<(), SimError> {
-        let ObserverLayout { estimate, states, .. } = self.place(observer)?;
+        let ObserverLayout { estimate, of, .. } = self.place(observer)?;
         let (n, m) = (self.layout.size.states, self.layout.size.inputs);
-        let components: Vec<usize> = (0..n + m).chain(*estimate..estimate + states.len()).collect();
+        let components: Vec<usize> = (0..n + m).chain(*estimate..estimate + of.len()).collect();
         self.dense.visit(&components, |t, row| visit(t, &row[..n], &row[n..n + m], &row[n + m..]));
         Ok(())
     }
@@ -254,9 +262,9 @@ impl Trajectory {
         let Dimensions { states: n, inputs: m, outputs: p } = layout.size;
         Trace::new(&self.dense, move |t, row| {
             let estimates: Vec<Vec<f64>> =
-                layout.observers.iter().map(|o| row[o.estimate..o.estimate + o.states.len()].to_vec()).collect();
+                layout.observers.iter().map(|o| row[o.estimate..o.estimate + o.of.len()].to_vec()).collect();
             let error = |(o, estimate): (&ObserverLayout, &Vec<f64>)| {
-                o.states.iter().zip(estimate).map(|(&i, estimate)| row[i] - estimate).collect()
+                o.of.iter().zip(estimate).map(|(&i, estimate)| row[i] - estimate).collect()
             };
             let errors: Vec<Vec<f64>> = layout.observers.iter().zip(&estimates).map(error).collect();
             quantity(&View {
@@ -277,9 +285,9 @@ impl Trajectory {
     /// # Errors
     /// [`SimError::UnknownName`], [`SimError::Index`].
     pub fn error_trace(&self, observer: &str, component: usize) -> Result<Trace<'_>, SimError> {
-        let ObserverLayout { estimate, states, .. } = self.place(observer)?;
-        let count = states.len();
-        let Some(&state) = states.get(component) else {
+        let ObserverLayout { estimate, of, .. } = self.place(observer)?;
+        let count = of.len();
+        let Some(&state) = of.get(component) else {
             return Err(SimError::Index { what: "component of the error", index: component, count });
         };
         Ok(Trace::difference(&self.dense, Difference { of: state, from: estimate + component, scale: 1.0 }))
@@ -291,13 +299,13 @@ impl Trajectory {
     /// # Errors
     /// [`SimError::UnknownName`].
     pub fn error_norm(&self, observer: &str) -> Result<Trace<'_>, SimError> {
-        self.scaled_norm(observer, &vec![1.0; self.place(observer)?.states.len()])
+        self.scaled_norm(observer, &vec![1.0; self.place(observer)?.of.len()])
     }
 
     /// `sqrt(sum_i (e_i / scale_i)^2)` as a function of time.
     pub(crate) fn scaled_norm(&self, observer: &str, scale: &[f64]) -> Result<Trace<'_>, SimError> {
-        let ObserverLayout { estimate, states, .. } = self.place(observer)?;
-        let pairs = states.iter().zip(*estimate..).zip(scale);
+        let ObserverLayout { estimate, of, .. } = self.place(observer)?;
+        let pairs = of.iter().zip(*estimate..).zip(scale);
         let differences = pairs.map(|((&of, from), &scale)| Difference { of, from, scale }).collect();
         Ok(Trace::norm(&self.dense, differences))
     }
@@ -323,7 +331,7 @@ impl Trajectory {
     /// sampled observer at its last sample up to each.
     pub(crate) fn errors_at_samples(&self, observer: &str, period: f64) -> Result<(Vec<f64>, DMatrix<f64>), SimError> {
         check_positive("the period of scoring", period)?;
-        let ObserverLayout { estimate, states, period: own } = self.place(observer)?;
+        let ObserverLayout { estimate, of: places, period: own } = self.place(observer)?;
         if let Some(own) = *own
             && period < own * (1.0 - 1e-9)
         {
@@ -333,17 +341,17 @@ impl Trajectory {
         let last = |period: f64, t: f64| start + ((t - start) / period + 1e-9).floor() * period;
         let count = ((end - start) / period + 1e-9).floor() as usize;
         let times: Vec<f64> = (0..=count).map(|k| start + k as f64 * period).collect();
-        let mut errors = DMatrix::zeros(times.len(), states.len());
+        let mut errors = DMatrix::zeros(times.len(), places.len());
         for (k, t) in times.iter().enumerate() {
             let t = own.map_or(*t, |own| last(own, *t));
             if t >= end {
-                for (j, state) in states.iter().enumerate() {
+                for (j, state) in places.iter().enumerate() {
                     errors[(k, j)] = self.last[*state] - self.last[estimate + j];
                 }
                 continue;
             }
             let step = self.dense.step_at(t)?;
-            for (j, state) in states.iter().enumerate() {
+            for (j, state) in places.iter().enumerate() {
                 let of = |component: usize| self.dense.component(step, t, component);
                 errors[(k, j)] = of(*state) - of(estimate + j);
             }
@@ -391,6 +399,8 @@ impl Trajectory {
         names.extend(blocks.into_iter().flat_map(|(prefix, count)| numbered(prefix, count)));
         for observer in &self.observers {
             names.extend(observer.states.iter().map(|state| format!("{}.xhat{}", observer.name, state + 1)));
+            let functions = observer.estimate.ncols() - observer.states.len();
+            names.extend((1..=functions).map(|k| format!("{}.zhat{k}", observer.name)));
         }
         names.extend(self.integrals.iter().map(|integral| integral.name.clone()));
         let mut text = names.iter().map(|name| quoted(name)).collect::<Vec<_>>().join(",") + "\n";

@@ -273,6 +273,8 @@ pub struct AdviseSpec {
     pub w: Option<DMatrix<f64>>,
     /// E of an unknown disturbance, n x q.
     pub e: Option<DMatrix<f64>>,
+    /// Bounds of its components, q numbers.
+    pub disturbance: Option<Vec<f64>>,
     /// The sampling period.
     pub period: Option<f64>,
     /// Runs of each observer.
@@ -283,8 +285,8 @@ pub struct AdviseSpec {
 
 impl Default for AdviseSpec {
     fn default() -> Self {
-        let (settling, region, initial, w, e, period) = (None, None, None, None, None, None);
-        Self { settling, region, initial, w, e, period, ensemble: 20, seed: 0 }
+        let (settling, region, initial, w, e, disturbance, period) = (None, None, None, None, None, None, None);
+        Self { settling, region, initial, w, e, disturbance, period, ensemble: 20, seed: 0 }
     }
 }
 
@@ -442,6 +444,13 @@ pub enum ObserverKind {
     },
     /// Reduced-order observer with these poles.
     ReducedOrder(Vec<Complex<f64>>),
+    /// Functional observer of z = K x.
+    Functional {
+        /// K, r x n.
+        k: DMatrix<f64>,
+        /// The eigenvalues of F.
+        poles: Vec<Complex<f64>>,
+    },
     /// H-infinity or H2 filter.
     NormFilter(Box<NormFilterSpec>),
     /// Sampled cubic observer.
@@ -665,6 +674,7 @@ impl ObserverKind {
             | Self::HighGain { .. }
             | Self::SlidingMode(_)
             | Self::ReducedOrder(_)
+            | Self::Functional { .. }
             | Self::ExtendedKalman { .. }
             | Self::Unscented(_)
             | Self::MovingHorizon(_)
@@ -689,6 +699,7 @@ impl ObserverKind {
             Self::Interval(_) => "interval",
             Self::SlidingMode(_) => "sliding-mode",
             Self::ReducedOrder(_) => "reduced-order",
+            Self::Functional { .. } => "functional",
             Self::NormFilter(spec) => match spec.norm {
                 luenberger_design::SystemNorm::HInfinity => "h-infinity",
                 luenberger_design::SystemNorm::H2 => "h2",
@@ -756,6 +767,12 @@ impl ObserverKind {
         (0..chain.unwrap_or(1)).flat_map(of).collect()
     }
 
+    /// K of the functions `z = K x` that are estimated in place of the state, and their names `z1`, `z2`, ..
+    pub fn functions(&self) -> Option<(&DMatrix<f64>, Vec<String>)> {
+        let Self::Functional { k, .. } = self else { return None };
+        Some((k, (1..=k.nrows()).map(|i| format!("z{i}")).collect()))
+    }
+
     /// The region of the design, if it is bounded somewhere.
     pub fn region(&self) -> Option<luenberger_design::Region> {
         let region = match self {
@@ -797,7 +814,9 @@ impl ObserverKind {
             Self::Lpv { rate: RateSpec::Rate(rate) | RateSpec::Fastest(rate), .. }
             | Self::Lipschitz { rate, .. }
             | Self::MeanValue { rate, .. } => *rate *= factor,
-            Self::ReducedOrder(poles) => poles.iter_mut().for_each(|pole| *pole *= factor),
+            Self::ReducedOrder(poles) | Self::Functional { poles, .. } => {
+                poles.iter_mut().for_each(|pole| *pole *= factor)
+            }
             Self::HighGain { r, .. } => *r /= factor,
             // Gains as for a bound that is factor^n times as large: time in units of 1/factor.
             Self::SlidingMode(spec) => {

@@ -614,6 +614,10 @@ fn the_observers_of_every_template_agree_with_their_designs() {
         ("load-torque", "proportional-integral", "proportional_integral", &["f64"]),
         ("load-torque", "reduced-order", "reduced_order", &["f64"]),
         ("load-torque", "extended-state", "extended_state", &["f64"]),
+        ("two-tanks", "plant coordinates", "plant_coordinates", &["f32"]),
+        ("two-tanks", "modal coordinates", "modal_coordinates", &["f64"]),
+        ("servo", "super-twisting", "super_twisting", &["f32", "f64"]),
+        ("servo", "extended-state", "extended_state", &["f64"]),
         ("resonance", "H2", "h2", &["f32"]),
         ("resonance", "H-infinity", "h_infinity", &["f64"]),
     ] {
@@ -631,7 +635,8 @@ fn the_observers_of_every_template_agree_with_their_designs() {
                 "--to",
                 "c",
                 "--period",
-                "0.01",
+                // A sampled observer has a period of its own.
+                if plant == "servo" { "0.001" } else { "0.01" },
                 "--format",
                 format,
                 "-o",

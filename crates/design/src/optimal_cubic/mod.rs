@@ -243,7 +243,11 @@ impl OptimalCubicDesign {
         let kalman_cost = scaled.linear(&start).ok_or_else(too_fast)?;
         let (mut used, mut ignored) = (0, 0);
         let budget = Budget { last_step: 1e-4, evaluations: 400 * n * p, end };
+        let is_late = || end.is_some_and(|end| Instant::now() >= end);
         let of_linear = |z: &[f64]| {
+            if is_late() {
+                return f64::INFINITY;
+            }
             let l = DMatrix::from_column_slice(n, p, z);
             scaled.linear(&l).map_or(f64::INFINITY, |cost| cost.total)
         };
@@ -256,6 +260,9 @@ impl OptimalCubicDesign {
         let noise = Noise::new(&scaled, slowest, 1.0, SEEDS[0]);
         let first_errors = directions(n);
         let of_cubic = |z: &[f64]| {
+            if is_late() {
+                return f64::INFINITY;
+            }
             let found = search::point(&scaled, z).and_then(|at| scaled.cubic(&at.gains, &first_errors, &noise));
             found.map_or(f64::INFINITY, |cost| cost.total)
         };
@@ -269,7 +276,7 @@ impl OptimalCubicDesign {
                 best = Some((value, z));
             }
         }
-        if end.is_some_and(|end| Instant::now() >= end) {
+        if is_late() {
             return Err(too_fast());
         }
         let cubic = best.and_then(|(_, z)| search::point(&scaled, &z)).map(|at| certify(plant, problem, &at));

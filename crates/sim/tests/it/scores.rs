@@ -253,3 +253,42 @@ fn a_peak_between_the_samples_of_another_observer_is_a_peak() {
     let norm = Errors::of(&run, "open", grid).unwrap().norm(Some(&[1.0, 1e9]), 0.05).unwrap();
     assert!((norm.peak - 1.0).abs() < 1e-9 && norm.rms < 1e-6);
 }
+
+/// The speed of the double integrator alone: `w' = -4 w - 16 y + u`, `zhat = w + 4 y`, whose error is exp(-4 t) e(0). It
+/// stands between two observers of the state, one of them sampled.
+#[test]
+fn errors_of_a_function_of_the_state_are_those_of_the_function() {
+    use luenberger_observers::FunctionalObserver;
+    use nalgebra::matrix;
+    let plant = double_integrator();
+    let speed = FunctionalObserver::new(matrix![-4.0], matrix![-16.0], matrix![1.0], matrix![4.0]).unwrap();
+    let linear = LinearObserver::of(plant.clone(), Vector2::new(7.0, 10.0)).unwrap();
+    let scenario = Scenario::new(plant)
+        .initial_state(&[0.5, 2.0])
+        .observer("linear", linear, &[0.5, 1.0])
+        .functional_observer("speed", speed, &[1.0], &dmatrix![0.0, 1.0])
+        .sampled_observer("deadbeat", Deadbeat { period: 0.5 }, &[0.0, 0.0])
+        .until(2.0, 5);
+    let run = scenario.clone().run().unwrap();
+    let error = |t: f64| (-4.0 * t).exp();
+    let of = run.observer("speed").unwrap();
+    for (k, t) in run.t.iter().enumerate() {
+        assert_abs_diff_eq!(of.error[(k, 0)], error(*t), epsilon = 1e-9);
+        assert_abs_diff_eq!(of.estimate[(k, 0)], run.x[(k, 1)] - error(*t), epsilon = 1e-9);
+    }
+    assert!(of.states.is_empty());
+    assert_abs_diff_eq!(run.error_trace("speed", 0).unwrap().at(0.3).unwrap(), error(0.3), epsilon = 1e-9);
+    assert_abs_diff_eq!(run.error_norm("speed").unwrap().at(0.7).unwrap(), error(0.7), epsilon = 1e-9);
+    let continuous = Errors::of(&run, "speed", ScoreGrid::Continuous).unwrap().state(0).unwrap();
+    assert_abs_diff_eq!(continuous.rmse, ((1.0 - (-16f64).exp()) / 16.0).sqrt(), epsilon = 1e-9);
+    let sampled = Errors::of(&run, "speed", ScoreGrid::Samples { period: 0.5 }).unwrap().state(0).unwrap();
+    let mean = (0..5).map(|k| error(0.5 * f64::from(k)).powi(2)).sum::<f64>() / 5.0;
+    assert_abs_diff_eq!(sampled.rmse, mean.sqrt(), epsilon = 1e-9);
+    // The deadbeat observer is exact from its second sample on, whatever stands before it in a row.
+    assert_abs_diff_eq!(run.observer("deadbeat").unwrap().error.row(3).amax(), 0.0, epsilon = 1e-9);
+    let head = run.to_csv().lines().next().unwrap().to_owned();
+    assert_eq!(head, "t,x1,x2,u1,y1,linear.xhat1,linear.xhat2,speed.zhat1,deadbeat.xhat1,deadbeat.xhat2");
+    let wide = FunctionalObserver::new(matrix![-4.0], matrix![-16.0], matrix![1.0], matrix![4.0]).unwrap();
+    let wrong = scenario.functional_observer("wide", wide, &[1.0], &dmatrix![0.0, 1.0, 0.0]).run().unwrap_err();
+    assert!(matches!(wrong, SimError::Length { expected: 2, found: 3, .. }), "{wrong}");
+}

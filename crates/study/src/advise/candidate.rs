@@ -4,6 +4,7 @@ use std::sync::atomic::AtomicBool;
 use std::time::Instant;
 
 use luenberger_export::Scalar;
+use luenberger_proof::wording::counted;
 use serde::Serialize;
 
 use super::block::{Block, study_with};
@@ -70,7 +71,7 @@ pub(super) fn by_rule(
         let Some(spec) = with.observer(&block.name).cloned() else { continue };
         match design_until(&with, &spec, cancel, end) {
             Ok(designed) => {
-                let cost = cost(&with, &spec, &designed, told.period);
+                let cost = cost(&with, &spec, &designed, (told.period, end));
                 let (runs, told) = (Vec::new(), rule.told.to_vec());
                 let Rule { tuning, source, character, .. } = *rule;
                 let block = Some(block);
@@ -93,11 +94,17 @@ pub(super) fn of_study(
     spec: &ObserverSpec,
     (cancel, end): (&AtomicBool, Option<Instant>),
 ) -> Outcome {
+    if let Some((k, _)) = spec.kind.functions() {
+        let functions = counted(k.nrows(), "function");
+        return Outcome::Unfit(format!(
+            "it estimates {functions} of the state, and the others are compared by the state"
+        ));
+    }
     // All start from one estimate.
     let spec = ObserverSpec { initial: told.initial.clone(), ..spec.clone() };
     match design_until(study, &spec, cancel, end) {
         Ok(designed) => {
-            let cost = cost(study, &spec, &designed, told.period);
+            let cost = cost(study, &spec, &designed, (told.period, end));
             Outcome::Designed(Box::new(Candidate {
                 spec,
                 designed,
@@ -127,10 +134,21 @@ fn free_name(study: &Study, name: &str) -> String {
     free
 }
 
-/// Operations of a step of the exported program.
-fn cost(study: &Study, spec: &ObserverSpec, designed: &Designed, period: f64) -> Result<usize, String> {
+/// Operations of a step of the exported program; its design begins before the instant `end`, if there is one.
+fn cost(
+    study: &Study,
+    spec: &ObserverSpec,
+    designed: &Designed,
+    (period, end): (f64, Option<Instant>),
+) -> Result<usize, String> {
+    const LATE: &str = "the design of its step was not reached within half of the budget";
+    let is_over = || end.is_some_and(|end| Instant::now() >= end);
+    if is_over() {
+        return Err(LATE.to_owned());
+    }
     let period = spec.kind.period().is_none().then_some(period);
-    let sampled = deployment::sampled_of(study, spec, Some(designed), period, None).map_err(|why| why.hypothesis)?;
+    let sampled = deployment::sampled_of((study, spec, Some(designed)), period, None, end)
+        .map_err(|why| if is_over() { LATE.to_owned() } else { why.hypothesis })?;
     let export = deployment::exported(study, spec, sampled.design, Scalar::Binary64, None);
     export.map(|export| export.operations()).map_err(|error| error.to_string())
 }

@@ -8,7 +8,7 @@ use luenberger_sim::Trajectory;
 use nalgebra::{Complex, DMatrix, DVector};
 use serde::Serialize;
 
-use crate::study::{AdviseSpec, ObserverKind, Simulation, Study};
+use crate::study::{AdviseSpec, ObserverKind, OutputNoise, Simulation, Study};
 
 /// One item of the information, as text.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -38,6 +38,8 @@ pub enum InformationKind {
     Region,
     /// E of an unknown disturbance.
     Disturbance,
+    /// Bounds of a disturbance.
+    Bounds,
     /// What the study says of this observer: maps, or a whole specification.
     Study,
 }
@@ -52,6 +54,7 @@ impl InformationKind {
             Self::FirstError => "size of the first error",
             Self::Region => "region",
             Self::Disturbance => "disturbance matrix",
+            Self::Bounds => "bounds of the disturbance",
             Self::Study => "its specification in the study",
         }
     }
@@ -64,6 +67,10 @@ pub(super) struct Information {
     pub(super) noise: Vec<f64>,
     /// Intensity of the noise of each output: variance times hold period.
     pub(super) intensity: Vec<f64>,
+    /// Bound of a sample of each output.
+    pub(super) largest: Vec<f64>,
+    /// The shortest time for which a value of the noise is held.
+    pub(super) held: f64,
     pub(super) period: f64,
     pub(super) settling: f64,
     pub(super) band: f64,
@@ -77,6 +84,8 @@ pub(super) struct Information {
     /// Per unit of time, in continuous and in discrete time; none if no filter exists for it, with the reason.
     pub(super) w: Result<DMatrix<f64>, String>,
     pub(super) e: Option<DMatrix<f64>>,
+    /// Bounds of |w|, and E of E w.
+    pub(super) acting: Option<(Vec<f64>, DMatrix<f64>)>,
     /// Units of the states in norms.
     pub(super) scale: Vec<f64>,
     /// A and C at the first estimate.
@@ -90,6 +99,9 @@ const MARGIN: f64 = 0.5;
 
 /// Standard deviations of the first error that fit into the width of the region.
 const DEVIATIONS: f64 = 4.0;
+
+/// Standard deviations of Gaussian noise that count as its bound.
+const LARGEST: f64 = 4.0;
 
 /// The range of the intensity of the process noise relative to rate times squared scale: in one time constant 1/rate the
 /// process noise moves a state by a thousandth of its scale, or by all of it.
@@ -140,6 +152,8 @@ impl Information {
         let noise: Vec<f64> = noises.iter().map(|noise| noise.map_or(0.0, |noise| noise.variance().sqrt())).collect();
         let intensity: Vec<f64> =
             noises.iter().map(|noise| noise.map_or(0.0, |noise| noise.variance() * noise.period)).collect();
+        let bound = |noise: &OutputNoise| noise.amplitude * if noise.gaussian { LARGEST } else { 1.0 };
+        let largest: Vec<f64> = noises.iter().map(|noise| noise.as_ref().map_or(0.0, bound)).collect();
         let (initial, initial_from) = initial(study, spec);
         let (period, period_from) = period(study, simulation, spec);
         let (region, region_from) = region(study, spec, run, &initial);
@@ -156,6 +170,7 @@ impl Information {
         let first_error: Vec<f64> = widths.iter().map(|width| width / DEVIATIONS).collect();
         let (w, w_from) = process_noise(study, spec, &linearised, (&intensity, &noise), (&scale, rate, period));
         let (e, e_from) = disturbance(study, spec);
+        let acting = acting(study, spec);
 
         let each = |names: &[String], values: &[f64]| {
             let one = |(name, x): (&String, &f64)| format!("{name} {}", significant(*x, 4));
@@ -168,10 +183,10 @@ impl Information {
         bounds.extend(plant.inputs.iter().zip(region.input_bounds().unwrap_or_default()).map(boxed));
         let mut lines = Vec::new();
         let mut tell = |what, value: String, from: String| lines.push(PriorInformation { what, value, from });
-        let every = noises.iter().flatten().map(|noise| noise.period).fold(f64::INFINITY, f64::min);
+        let held = noises.iter().flatten().map(|noise| noise.period).fold(f64::INFINITY, f64::min);
         tell(
             InformationKind::Noise.name(),
-            format!("standard deviation {}, held {}{unit}", each(&plant.outputs, &noise), shortest(every)),
+            format!("standard deviation {}, held {}{unit}", each(&plant.outputs, &noise), shortest(held)),
             "simulation".to_owned(),
         );
         tell("sampling period", format!("{}{unit}", shortest(period)), period_from);
@@ -198,9 +213,15 @@ impl Information {
             let columns = if e.ncols() == 1 { "column" } else { "columns" };
             tell(InformationKind::Disturbance.name(), format!("E with {} {columns}", e.ncols()), e_from);
         }
+        if let Some((bounds, _, from)) = &acting {
+            let bounds: Vec<String> = bounds.iter().map(|bound| shortest(*bound)).collect();
+            tell(InformationKind::Bounds.name(), format!("|w| <= ({})", bounds.join(", ")), from.clone());
+        }
         Self {
             noise,
             intensity,
+            largest,
+            held,
             period,
             settling,
             band,
@@ -211,6 +232,7 @@ impl Information {
             first_error,
             w,
             e,
+            acting: acting.map(|(bounds, e, _)| (bounds, e)),
             scale,
             linearised,
             lines,
@@ -300,6 +322,18 @@ fn disturbance(study: &Study, spec: &AdviseSpec) -> (Option<DMatrix<f64>>, Strin
         _ => None,
     });
     own.unwrap_or((None, String::new()))
+}
+
+/// Bounds of a disturbance, its E, and their source.
+fn acting(study: &Study, spec: &AdviseSpec) -> Option<(Vec<f64>, DMatrix<f64>, String)> {
+    if let (Some(bounds), Some(e)) = (&spec.disturbance, &spec.e) {
+        return Some((bounds.clone(), e.clone(), "advise.disturbance".to_owned()));
+    }
+    study.observers.iter().find_map(|observer| {
+        let bounds = observer.bounds.as_ref().filter(|bounds| !bounds.disturbance.is_empty())?;
+        let from = format!("bounds of the observer {:?}", observer.name);
+        Some((bounds.disturbance.clone(), bounds.e.clone(), from))
+    })
 }
 
 /// The intensity of the process noise and its source.

@@ -271,8 +271,8 @@ impl Task<'_> {
 
     fn takes_long(&self) -> bool {
         match self {
-            Self::Rule(rule) => rule.kind == "kkl-numerical",
-            Self::Own(spec) => matches!(spec.kind, ObserverKind::KklNumerical(_)),
+            Self::Rule(rule) => matches!(rule.kind, "kkl-numerical" | "optimal-cubic"),
+            Self::Own(spec) => matches!(spec.kind, ObserverKind::KklNumerical(_) | ObserverKind::OptimalCubic(_)),
         }
     }
 }

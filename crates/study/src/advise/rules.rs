@@ -32,7 +32,7 @@ pub(super) struct Rule {
     pub(super) keys: fn(&Context<'_>) -> Result<Vec<Keys>, String>,
 }
 
-use InformationKind::{Disturbance, FirstError, Noise, ProcessNoise, Region, Settling};
+use InformationKind::{Bounds, Disturbance, FirstError, Noise, ProcessNoise, Region, Settling};
 
 /// All of them, the quick designs first.
 pub(super) const RULES: &[Rule] = &[
@@ -109,6 +109,24 @@ pub(super) const RULES: &[Rule] = &[
         keys: |context| Ok(vec![tuning::sampled_cubic(context)?]),
     },
     Rule {
+        name: "optimal-cubic",
+        kind: "optimal-cubic",
+        tuning: "the least cost for the intensities of process and measurement noise and first errors of the given size, each error in units of its scale, over the duration of the simulation",
+        source: "docs/theory-cubic.md",
+        character: "its gains L and N have the least cost that a search finds, and it is linear where no cubic term pays",
+        told: &[Noise, ProcessNoise, FirstError],
+        keys: tuning::optimal_cubic,
+    },
+    Rule {
+        name: "interval",
+        kind: "interval",
+        tuning: "the poles of luenberger; its bounds are for noise up to its amplitude, or to four standard deviations if it is Gaussian, and for x(0) anywhere in the region",
+        source: "docs/disturbances.md",
+        character: "its estimate is that of its gain alone, and the bounds that enclose the state come with it",
+        told: &[Settling, Noise, Region, Bounds],
+        keys: tuning::interval,
+    },
+    Rule {
         name: "proportional-integral",
         kind: "proportional-integral",
         tuning: "as luenberger, with the disturbance among the modes that become Bessel poles",
@@ -172,6 +190,15 @@ pub(super) const RULES: &[Rule] = &[
         keys: tuning::high_gain,
     },
     Rule {
+        name: "sliding-mode",
+        kind: "sliding-mode",
+        tuning: "the larger of two bounds D: that of the disturbance and of what f differs by within the region, and the first error of the last state over the settling time",
+        source: "docs/sliding-mode.md",
+        character: "it rejects a bounded disturbance exactly in the limit of fast sampling, and does not average the noise",
+        told: &[Settling, Region, FirstError, Bounds],
+        keys: tuning::sliding_mode,
+    },
+    Rule {
         name: "extended-kalman",
         kind: "extended-kalman",
         tuning: "covariances of process noise, of a sample and of the first error",
@@ -218,6 +245,8 @@ pub(super) fn without_rule() -> impl Iterator<Item = (&'static str, &'static str
     kinds.filter(|kind| RULES.iter().all(|rule| rule.kind != *kind)).map(|kind| {
         let why = if BY_HAND.contains(&kind) {
             "its maps are derived by hand, and the study has 0 observers of this kind: see docs/kkl-studies.md"
+        } else if kind == "functional" {
+            "it estimates functions of the state, and the others are compared by the state"
         } else {
             "it has no tuning rule, and the study has 0 observers of this kind"
         };

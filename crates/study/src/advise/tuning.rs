@@ -3,7 +3,7 @@
 use std::sync::atomic::AtomicBool;
 
 use luenberger_linalg::{PolePattern, eigenvalues, poles_from};
-use luenberger_plants::Differentiable;
+use luenberger_plants::{Differentiable, Plant};
 use luenberger_proof::wording::{counted, significant};
 use nalgebra::{Complex, DMatrix, DVector};
 
@@ -217,10 +217,16 @@ fn unit_strength(context: &Context<'_>, poles: &Keys, normalised: bool) -> Resul
     Ok((theta.clone(), theta.len() as f64 * direction.norm() / l.norm()))
 }
 
-pub(super) fn cubic(context: &Context<'_>) -> Result<Keys, String> {
-    if let Some(dt) = context.study.plant.dt {
-        return Err(format!("it is for plants in continuous time, and this one has dt = {dt}"));
+/// A plant in continuous time.
+fn continuous(context: &Context<'_>) -> Result<(), String> {
+    match context.study.plant.dt {
+        Some(dt) => Err(format!("it is for plants in continuous time, and this one has dt = {dt}")),
+        None => Ok(()),
     }
+}
+
+pub(super) fn cubic(context: &Context<'_>) -> Result<Keys, String> {
+    continuous(context)?;
     let mut keys = poles(context, 0)?;
     let (theta, unit) = unit_strength(context, &keys, false)?;
     keys.push(("theta", Value::numbers(theta)));
@@ -235,6 +241,80 @@ pub(super) fn sampled_cubic(context: &Context<'_>) -> Result<Keys, String> {
     keys.push(("gamma", Value::Number(short(CUBIC_SHARE / unit))));
     keys.push(("period", Value::Number(context.told.period)));
     Ok(keys)
+}
+
+/// Semi-axes of the ellipsoid whose points have the standard deviations of the first error, `sqrt(n)` of them.
+pub(super) fn optimal_cubic(context: &Context<'_>) -> Result<Vec<Keys>, String> {
+    continuous(context)?;
+    linear(context)?;
+    noisy(context)?;
+    let told = context.told;
+    let axes = (told.first_error.len() as f64).sqrt();
+    // Outputs whose noise is held for a longer time have the same intensity here.
+    let deviations = told.intensity.iter().map(|intensity| short((intensity / told.held).sqrt()));
+    let weight = told.scale.iter().map(|scale| short(1.0 / (scale * scale)));
+    Ok(vec![vec![
+        ("first_errors", Value::numbers(told.first_error.iter().map(|deviation| short(axes * deviation)))),
+        ("noise_deviation", Value::numbers(deviations)),
+        ("noise_period", Value::Number(told.held)),
+        ("process_noise", Value::weight(&process_noise(context)?)),
+        ("weight", Value::numbers(weight)),
+    ]])
+}
+
+pub(super) fn interval(context: &Context<'_>) -> Result<Vec<Keys>, String> {
+    let mut keys = poles(context, 0)?;
+    let told = context.told;
+    let first = told.initial.iter().zip(told.region.states()).map(|(x, (low, high))| (high - x).max(x - low).max(0.0));
+    let mut bounds = vec![("noise", Value::numbers(told.largest.iter().copied()))];
+    if let Some((disturbance, e)) = &told.acting {
+        bounds.push(("disturbance", Value::numbers(disturbance.iter().copied())));
+        bounds.push(("e", Value::rows(e)));
+    }
+    keys.push(("initial_bounds", Value::numbers(first)));
+    keys.push(("bounds", Value::Table(bounds)));
+    Ok(vec![keys])
+}
+
+/// D of the reaching time: from an error e2 without a disturbance the default gains for two states reach 0 after the
+/// time 0.99 e2/D.
+pub(super) fn sliding_mode(context: &Context<'_>) -> Result<Vec<Keys>, String> {
+    continuous(context)?;
+    let (plant, told) = (&context.study.plant, context.told);
+    let last = plant.states.len() - 1;
+    let open =
+        spread(context, last).ok_or_else(|| format!("{}' is not finite anywhere in the region", plant.states[last]))?;
+    let acting = told.acting.as_ref().map_or(0.0, |(bounds, e)| {
+        bounds.iter().zip(e.row(last).iter()).map(|(bound, e)| (bound * e).abs()).sum::<f64>()
+    });
+    let reaching = told.first_error[last] / told.settling;
+    let bound = (open + acting).max(reaching);
+    Ok(vec![vec![("bound", Value::Number(short(bound))), ("period", Value::Number(told.period))]])
+}
+
+/// By how much the derivative of a state differs at most between points of a grid over the region, under one input.
+fn spread(context: &Context<'_>, state: usize) -> Option<f64> {
+    let (plant, region) = (&context.study.plant, &context.told.region);
+    let (n, inputs) = (plant.states.len(), region.input_bounds().unwrap_or_default());
+    // At least the corners, the middle and the quarters of each axis, and a few thousand points.
+    let steps = (4000f64.powf(1.0 / n as f64) as usize).clamp(2, 64);
+    let points = (steps + 1).pow(n.min(2 * MANY) as u32);
+    let derivative = |k: usize, u: &DVector<f64>| {
+        let x = region.states().iter().enumerate().map(|(i, (low, high))| {
+            let share = k / (steps + 1).pow(i.min(2 * MANY) as u32) % (steps + 1);
+            low + share as f64 / steps as f64 * (high - low)
+        });
+        plant.model.derivative(0.0, &DVector::from_iterator(n, x), u)[state]
+    };
+    let corners = 0..1usize << inputs.len().min(MANY);
+    let widths = corners.filter_map(|corner| {
+        let at = |(j, (low, high)): (usize, &(f64, f64))| if corner >> j & 1 == 0 { *low } else { *high };
+        let u = DVector::from_iterator(inputs.len(), inputs.iter().enumerate().map(at));
+        let values = (0..points).map(|k| derivative(k, &u)).filter(|value| value.is_finite());
+        let (low, high) = values.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), x| (low.min(x), high.max(x)));
+        (low <= high).then_some(high - low)
+    });
+    widths.reduce(f64::max)
 }
 
 /// E of the disturbance.

@@ -29,9 +29,11 @@ pub use record::{Difference, Record, record};
 pub use sliding_mode::SlidingModeDeployment;
 
 use std::sync::atomic::AtomicBool;
+use std::time::Instant;
 
 use luenberger_design::{
-    Certificate, DesignError, DiscreteDesign, LinearDesign, OperatingPoint, SampledCubicDesign, VaryingPeriodDesign,
+    Certificate, DesignError, DiscreteDesign, GainOptions, LinearDesign, OperatingPoint, SampledCubicDesign,
+    VaryingPeriodDesign,
 };
 use luenberger_linalg::spectral_radius;
 use luenberger_observers::{DiscreteNonlinearObserver, SampledObserver};
@@ -203,16 +205,16 @@ pub fn sampled(
     period: Option<f64>,
     substeps: Option<usize>,
 ) -> Result<Sampled, FailureReport> {
-    sampled_of(study, observer, None, period, substeps)
+    sampled_of((study, observer, None), period, substeps, None)
 }
 
-/// As [`sampled`], of an observer that has been designed for its study, if `designed` is given.
+/// As [`sampled`], of an observer that has been designed for its study, if `designed` is given. No iteration of a design
+/// starts after the instant `end`, if there is one; what is not designed then is an error.
 pub(crate) fn sampled_of(
-    study: &Study,
-    observer: &ObserverSpec,
-    designed: Option<&Designed>,
+    (study, observer, designed): (&Study, &ObserverSpec, Option<&Designed>),
     period: Option<f64>,
     substeps: Option<usize>,
+    end: Option<Instant>,
 ) -> Result<Sampled, FailureReport> {
     let failure = |hypothesis: String, alternatives: &[&str]| FailureReport {
         hypothesis,
@@ -233,6 +235,7 @@ pub(crate) fn sampled_of(
     };
     let linear = study.plant.model.linear();
     let names = study.plant.names();
+    let options = observer.limits.options(study.solver, end);
     if let (
         ObserverKind::Luenberger(gain)
         | ObserverKind::Kalman(gain)
@@ -243,7 +246,7 @@ pub(crate) fn sampled_of(
     {
         let design = names.with(|| match study.plant.dt {
             Some(dt) => in_discrete_time(study, observer, plant, gain, dt),
-            None => held(study, observer, plant, gain, period).map_err(|error| error.to_string()),
+            None => held(observer, (plant, gain), period, &options).map_err(|error| error.to_string()),
         });
         let design = design.map_err(|why| failure(why, &[]))?;
         return Ok(Sampled { design, period, of_the_study: None });
@@ -252,7 +255,7 @@ pub(crate) fn sampled_of(
     {
         let design = names.with(|| {
             let both = luenberger_design::with_disturbance_chain(plant, e, chain.unwrap_or(1))?;
-            held(study, observer, &both, gain, period)
+            held(observer, (&both, gain), period, &options)
         });
         let design = design.map_err(|error| failure(error.to_string(), &[]))?;
         return Ok(Sampled { design, period, of_the_study: None });
@@ -265,7 +268,6 @@ pub(crate) fn sampled_of(
                     Some(design::discrete_design(study, plant, gain, dt, observer)?.observer.l().clone())
                 }
                 (Some(gain), None) => {
-                    let options = observer.limits.options(study.solver, None);
                     let found = design::linear_design(plant, gain, &options)
                         .and_then(|linear| sampled_linear(&linear, gain, period))
                         .map_err(|error| error.to_string())?;
@@ -279,7 +281,7 @@ pub(crate) fn sampled_of(
     }
     if let (ObserverKind::OptimalCubic(problem), Some(plant)) = (&observer.kind, &linear) {
         let design = names.with(|| {
-            let found = luenberger_design::OptimalCubicDesign::new(plant, problem, None)?;
+            let found = luenberger_design::OptimalCubicDesign::new(plant, problem, end)?;
             Ok::<_, DesignError>(match &found.cubic {
                 Some(cubic) => {
                     let design = SampledCubicDesign::from_cubic_with_weight(&found.linear, cubic, period)?;
@@ -292,7 +294,6 @@ pub(crate) fn sampled_of(
         return Ok(Sampled { design, period, of_the_study: None });
     }
     if let ObserverKind::NormFilter(spec) = &observer.kind {
-        let options = observer.limits.options(study.solver, None);
         let design = names.with(|| match (&linear, study.plant.dt, &study.operating_point) {
             (Some(plant), Some(dt), _) => {
                 let design = design::norm_filter::discrete(plant, spec, dt, &options);
@@ -327,7 +328,7 @@ pub(crate) fn sampled_of(
                 &["form = \"predictor\""],
             ));
         }
-        let design = names.with(|| at_point(study, observer, gain, point, period)).map_err(|why| failure(why, &[]))?;
+        let design = names.with(|| at_point(gain, point, period, &options)).map_err(|why| failure(why, &[]))?;
         return Ok(Sampled { design, period, of_the_study: Some(designed) });
     }
     let design = names.with(|| nonlinear::sampled(study, observer, &designed, period, substeps)).map_err(in_words)?;
@@ -352,13 +353,12 @@ pub(crate) fn kept(study: &Study, observer: &ObserverSpec) -> (Vec<f64>, Vec<f64
 
 /// The sampled linear design at an operating point.
 fn at_point(
-    study: &Study,
-    observer: &ObserverSpec,
     gain: &LinearSpec,
     point: &OperatingPoint,
     period: f64,
+    options: &GainOptions,
 ) -> Result<SampledDesign, String> {
-    let linear = design::linear_design(&point.linear, gain, &observer.limits.options(study.solver, None));
+    let linear = design::linear_design(&point.linear, gain, options);
     around(linear.and_then(|linear| sampled_linear(&linear, gain, period)), point, period)
 }
 
@@ -400,13 +400,12 @@ fn in_discrete_time(
 
 /// The design for a plant whose input is held over the period.
 fn held(
-    study: &Study,
     observer: &ObserverSpec,
-    plant: &StateSpace,
-    gain: &LinearSpec,
+    (plant, gain): (&StateSpace, &LinearSpec),
     period: f64,
+    options: &GainOptions,
 ) -> Result<SampledDesign, DesignError> {
-    let linear = design::linear_design(plant, gain, &observer.limits.options(study.solver, None))?;
+    let linear = design::linear_design(plant, gain, options)?;
     let cubic = |design| SampledDesign::Cubic(Box::new(design));
     match &observer.kind {
         ObserverKind::Cubic { theta, correction, .. } => {

@@ -351,6 +351,11 @@ pub(super) fn sampled(
                 "kind = \"mean-value\" without `as_printed`, the corrected observer".to_owned(),
             ],
         )),
+        Runnable::Functional(..) => Err((
+            "a functional observer has no export: it estimates z = K x alone, and has no prediction of the output between two samples"
+                .to_owned(),
+            vec!["reduced-order, or luenberger, with K times its estimate".to_owned()],
+        )),
         Runnable::KklMaps(_)
         | Runnable::Peb(_)
         | Runnable::PrintedMeanValue(_)

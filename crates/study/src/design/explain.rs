@@ -9,6 +9,7 @@ use luenberger_plants::{Dimensions, Plant, PlantError};
 use luenberger_proof::wording::{at_least, at_most, counted, shortest, significant};
 use nalgebra::DVector;
 
+use super::functional;
 use super::runnable::Chains;
 use crate::execute::in_words;
 use crate::model::{Builtin, Model, generic_points};
@@ -143,6 +144,7 @@ pub(super) fn misfit(study: &Study, wish: &ObserverSpec, misfit: &Misfit) -> Fai
                     | LinalgError::NotDetectable { .. }
                     | LinalgError::PoleMultiplicity { .. },
                 ) => return hidden(study, wish, error.to_string()).caused_by(misfit),
+                DesignError::Linalg(error) => functional::alternatives(error).unwrap_or_default(),
                 DesignError::Infeasible { .. } => with_smaller_rate(study, kind),
                 DesignError::VaryingPeriods { largest: Some(periods), .. } => {
                     vec![format!(

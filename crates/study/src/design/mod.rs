@@ -4,6 +4,7 @@ mod discrete;
 mod disturbance;
 mod explain;
 mod feedback;
+mod functional;
 mod immersion;
 mod interval;
 mod kkl;
@@ -193,6 +194,11 @@ fn in_words(
             explain::output_of_the_state(study, wish)?;
             let plant = model.linear().ok_or_else(|| explain::not_linear(study, wish))?;
             reduced_order::reduced_order(study, &plant, poles).map_err(explained)
+        }
+        ObserverKind::Functional { k, poles } => {
+            explain::output_of_the_state(study, wish)?;
+            let plant = model.linear().ok_or_else(|| explain::not_linear(study, wish))?;
+            functional::functional(&plant, k, poles).map_err(explained)
         }
         ObserverKind::NormFilter(spec) => {
             let plant = linear()?;

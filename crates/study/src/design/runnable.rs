@@ -3,14 +3,14 @@
 use luenberger_observers::high_gain::{HighGainMap, Place};
 use luenberger_observers::{
     CubicObserver, DeviationObserver, DiscreteLinearObserver, DiscreteNonlinearObserver, ExtendedKalmanFilter,
-    HighGainObserver, ImmersionInvarianceObserver, Integral, IntervalObserver, KklObserver, KklPebObserver,
-    LinearObserver, MeanValueObserver, MovingHorizonEstimator, NonlinearLuenbergerObserver, Observer,
+    FunctionalObserver, HighGainObserver, ImmersionInvarianceObserver, Integral, IntervalObserver, KklObserver,
+    KklPebObserver, LinearObserver, MeanValueObserver, MovingHorizonEstimator, NonlinearLuenbergerObserver, Observer,
     ObserverDimensions, ProportionalIntegralObserver, SampledCubicObserver, SampledIntervalObserver, SampledObserver,
     SlidingModeObserver, StationaryKalmanFilter, UnknownInputObserver, UnscentedKalmanFilter,
 };
 use luenberger_plants::{Column, Plant, state_jacobian};
 use luenberger_sim::{Replay, Scenario};
-use nalgebra::{DVector, Dyn};
+use nalgebra::{DMatrix, DVector, Dyn};
 
 use super::kkl::Kkl;
 use super::moving_horizon::LONGEST_WINDOW;
@@ -86,6 +86,8 @@ pub enum Runnable {
     Unscented(Box<UnscentedKalmanFilter<Model, f64, Dyn, Dyn, Dyn>>),
     /// Moving-horizon estimator.
     MovingHorizon(Box<MovingHorizonEstimator<Model, f64, Dyn, Dyn, Dyn, Dyn, LONGEST_WINDOW>>),
+    /// Functional observer, with K of z = K x.
+    Functional(Box<FunctionalObserver<f64, Dyn, Dyn, Dyn>>, DMatrix<f64>),
     /// KKL observer with given maps.
     KklMaps(Box<KklObserver<KklMaps>>),
     /// PEBO or [KKL+PEB] observer with given maps.
@@ -114,6 +116,7 @@ macro_rules! each {
             Runnable::PrintedMeanValue($continuous) => $flow,
             Runnable::HighGain($continuous) => $flow,
             Runnable::HighGainMaps($continuous) => $flow,
+            Runnable::Functional($continuous, _) => $flow,
             Runnable::KklMaps($continuous) => $flow,
             Runnable::Peb($continuous) => $flow,
             Runnable::Immersion($continuous) => $flow,
@@ -166,6 +169,10 @@ impl Runnable {
         initial: &[f64],
         sampling: &SamplingSpec,
     ) -> Scenario<'a> {
+        if let Self::Functional(observer, k) = self {
+            let first = k * DVector::from_column_slice(initial);
+            return scenario.functional_observer(name, observer.as_ref(), first.as_slice(), k);
+        }
         if let Self::VaryingPeriods(varying) = self {
             let times = varying.sample_times(sampling);
             return scenario.continuous_discrete_observer(name, varying.observer.as_ref(), times, initial);
@@ -260,7 +267,7 @@ impl Runnable {
     }
 
     /// The estimates of the disturbance, of an observer that has some, from its states (a row for each time).
-    pub fn disturbance(&self, states: &nalgebra::DMatrix<f64>) -> Option<nalgebra::DMatrix<f64>> {
+    pub fn disturbance(&self, states: &DMatrix<f64>) -> Option<DMatrix<f64>> {
         match self {
             Self::ProportionalIntegral(_) | Self::ProportionalIntegralCubic(_) => {
                 let first = self.dimensions().estimate;
@@ -271,7 +278,7 @@ impl Runnable {
     }
 
     /// The half-widths of the bounds of an interval observer, from its states (a row for each time).
-    pub fn half_widths(&self, states: &nalgebra::DMatrix<f64>) -> Option<nalgebra::DMatrix<f64>> {
+    pub fn half_widths(&self, states: &DMatrix<f64>) -> Option<DMatrix<f64>> {
         let widths = |row: &[f64]| match self {
             Self::Interval(observer) => Some(observer.half_widths(row)),
             Self::SampledInterval(observer) => Some(observer.half_widths(row)),
@@ -282,7 +289,7 @@ impl Runnable {
             .map(|row| widths(&row.iter().copied().collect::<Vec<_>>()).map(|widths| widths.transpose()))
             .collect();
         let rows = rows?;
-        if rows.is_empty() { None } else { Some(nalgebra::DMatrix::from_rows(&rows)) }
+        if rows.is_empty() { None } else { Some(DMatrix::from_rows(&rows)) }
     }
 
     /// Whether inputs and outputs have its lengths.

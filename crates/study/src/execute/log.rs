@@ -271,6 +271,7 @@ fn run(log: &Log, member: &Member<'_>, replayed: ReplayedObserver) -> Run {
         },
         estimate: Some(replayed.estimate),
         half_width: None,
+        functions: None,
         disturbance: None,
         samples: Vec::new(),
         smoothed: replayed.smoothed.map(|smoothed| (smoothed.estimate.clone(), smoothed.deviation())),

@@ -114,9 +114,27 @@ pub(super) fn figures(runs: &Runs<'_>) -> Vec<(String, Figure)> {
         };
         figures.extend(figure);
     }
+    figures.extend(functions(runs));
     figures.extend(disturbances(runs));
     figures.extend(samples(runs));
     figures
+}
+
+/// Functions of the state and their estimates, of the observers of functions.
+fn functions(runs: &Runs<'_>) -> Named {
+    let mut panels = Vec::new();
+    for (number, (member, run)) in runs.shown().enumerate() {
+        let Some((names, functions, estimate)) = &run.functions else { continue };
+        let (name, rows) = (&member.wish.name, runs.rows(run));
+        for (i, function) in names.iter().enumerate() {
+            let truth = lines("plant", run, &rows, |k| functions[(k, i)]).into_iter();
+            let truth = truth.map(|curve| curve.hue(Hue::Grey).dash(Dash::Solid).width(2.5));
+            let estimated = lines(name, run, &rows, |k| estimate[(k, i)]).into_iter();
+            let curves = truth.chain(estimated.map(|curve| curve.hue(Hue::Palette(number))));
+            panels.push(curves.fold(Panel::new(runs.time(), format!("{function} of {name}")), Panel::series));
+        }
+    }
+    figure("functions", "Functions of the state", "Functions z = K x of the state, and their estimates.", panels)
 }
 
 /// The samples of observers at varying periods.
@@ -422,8 +440,8 @@ pub(super) fn samples_table(run: &Run) -> Option<Table> {
 
 /// A run as a table: t, states (on a log those whose truth is known), inputs, measured outputs, estimates `NAME_hat`,
 /// of a filter two standard deviations `NAME_2sigma`, smoothed estimates `NAME_smoothed` with `NAME_smoothed_2sigma`, of an
-/// interval observer the bounds `NAME_lower` and `NAME_upper`, and estimates of disturbances `d1_hat`. A value that is not
-/// known is an empty cell.
+/// interval observer the bounds `NAME_lower` and `NAME_upper`, functions of the state `z1` with `z1_hat`, and estimates of
+/// disturbances `d1_hat`. A value that is not known is an empty cell.
 pub(super) fn table(study: &Study, run: &Run) -> Table {
     let mut table = Table::new().column("t", run.t.clone());
     let mut add = |names: &[String], suffix: &str, of: &DMatrix<f64>| {
@@ -457,6 +475,10 @@ pub(super) fn table(study: &Study, run: &Run) -> Table {
     if let Some((estimate, deviation)) = &run.smoothed {
         add(&plant.states, "_smoothed", estimate);
         add(&plant.states, "_smoothed_2sigma", &(deviation * 2.0));
+    }
+    if let Some((names, functions, estimate)) = &run.functions {
+        add(names, "", functions);
+        add(names, "_hat", estimate);
     }
     if let Some(disturbance) = &run.disturbance {
         add(&disturbance.0, "_hat", &disturbance.1);

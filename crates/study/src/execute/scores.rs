@@ -6,7 +6,7 @@ use luenberger_sim::{Errors, ScoreGrid, SimError, Trajectory};
 use super::Member;
 use super::simulate;
 use crate::results::{MeritsReport, NormReport, ScoringReport, StateReport};
-use crate::study::{Simulation, Study};
+use crate::study::{ObserverSpec, Simulation, Study};
 
 /// How all observers of a comparison are scored.
 #[derive(Debug, Clone, PartialEq)]
@@ -47,11 +47,16 @@ impl Scoring {
         &self,
         study: &Study,
         trajectory: &Trajectory,
-        observer: &str,
+        observer: &ObserverSpec,
     ) -> Result<MeritsReport, SimError> {
-        let errors = Errors::of(trajectory, observer, self.grid)?;
+        let errors = Errors::of(trajectory, &observer.name, self.grid)?;
         let states = errors.states()?;
-        let norm = match &self.scale {
+        let functions = observer
+            .kind
+            .functions()
+            .map(|(_, names)| names.into_iter().map(|name| format!("{name} of {}", observer.name)).collect::<Vec<_>>());
+        // Functions of the state have no scale, and no norm that others could be compared with.
+        let norm = match self.scale.as_ref().filter(|_| functions.is_none()) {
             None => None,
             Some(scale) => {
                 let norm = errors.norm(Some(scale), self.band)?;
@@ -68,9 +73,11 @@ impl Scoring {
             }
         };
         let plant = &study.plant;
-        let named = states.iter().zip(&plant.states).enumerate().map(|(i, (scores, name))| StateReport {
+        let names = functions.as_ref().unwrap_or(&plant.states);
+        let unit = |i: usize| plant.units.get(i).filter(|_| functions.is_none()).cloned();
+        let named = states.iter().zip(names).enumerate().map(|(i, (scores, name))| StateReport {
             state: name.clone(),
-            unit: plant.units.get(i).cloned(),
+            unit: unit(i),
             initial: scores.initial,
             rmse: scores.rmse,
             peak: scores.peak,

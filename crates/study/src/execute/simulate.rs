@@ -50,6 +50,8 @@ pub(super) struct Run {
     pub(super) half_width: Option<DMatrix<f64>>,
     /// The smoothed estimates with their standard deviations, of a filter on a log.
     pub(super) smoothed: Option<(DMatrix<f64>, DMatrix<f64>)>,
+    /// Functions of the state and their estimates with their names, of an observer of functions.
+    pub(super) functions: Option<(Vec<String>, DMatrix<f64>, DMatrix<f64>)>,
     /// The estimates of disturbances with their names, of an observer that has some; none on a log.
     pub(super) disturbance: Option<(Vec<String>, DMatrix<f64>)>,
     /// The samples of an observer at varying periods; none on a log.
@@ -59,7 +61,8 @@ pub(super) struct Run {
 impl Run {
     /// As the results have it.
     pub(super) fn named(self, observer: &str, on_log: bool) -> ObserverRun {
-        let Self { t, x, u, y, estimate, deviation, .. } = self;
+        let Self { t, x, u, y, estimate, deviation, functions, .. } = self;
+        let estimate = estimate.or(functions.map(|(_, _, estimate)| estimate));
         ObserverRun { observer: observer.to_owned(), on_log, t, x, u, y, estimate, deviation }
     }
 }
@@ -159,7 +162,7 @@ pub(super) fn samples(simulation: &Simulation, trajectory: &Trajectory, member: 
     let (wanted, _) = times(simulation, member.and_then(|member| member.designed.runnable.period()));
     let rows = wanted.len();
     let of = |matrix: &DMatrix<f64>| matrix.rows(0, rows).into_owned();
-    let estimate = member.and_then(|member| trajectory.observer(&member.wish.name).ok()).map(|o| of(&o.estimate));
+    let mut estimate = member.and_then(|member| trajectory.observer(&member.wish.name).ok()).map(|o| of(&o.estimate));
     let deviation = member.and_then(|member| match filter::deviation(trajectory, member) {
         Some(deviation) => Some(of(&deviation)),
         // The stationary covariance is that of a measurement at every sample.
@@ -184,9 +187,14 @@ pub(super) fn samples(simulation: &Simulation, trajectory: &Trajectory, member: 
         let states = &trajectory.observer(&member.wish.name).ok()?.state;
         member.designed.runnable.half_widths(states).map(|found| of(&found))
     });
+    let functions = member.and_then(|member| {
+        let (k, names) = member.wish.kind.functions()?;
+        Some((names, &x * k.transpose(), estimate.take()?))
+    });
+    let (innovation, smoothed) = (None, None);
     let samples = member.and_then(|member| trajectory.observer(&member.wish.name).ok());
     let samples = samples.map(|observer| observer.samples.clone()).unwrap_or_default();
-    Run { t: wanted, x, u, y, estimate, innovation: None, deviation, half_width, disturbance, smoothed: None, samples }
+    Run { t: wanted, x, u, y, estimate, innovation, deviation, half_width, functions, disturbance, smoothed, samples }
 }
 
 /// A run with its observer, or why it ended.
@@ -220,7 +228,7 @@ pub(super) fn all<'a>(
         let outcome = fed_back(study, members).and_then(|()| {
             trajectory(study, simulation, members, Some(member), Variation::NONE, options.until)
                 .and_then(|trajectory| {
-                    let merits = scoring.merits(study, &trajectory, &member.wish.name)?;
+                    let merits = scoring.merits(study, &trajectory, member.wish)?;
                     let filter = filter::consistency(simulation, &trajectory, member)?;
                     let last = trajectory.x.nrows() - 1;
                     let end: Vec<f64> = trajectory.x.row(last).iter().copied().collect();

@@ -85,7 +85,7 @@ impl<'a> Trial<'a> {
         let variation = Variation { noise: 1.0, seed: number };
         let outcome = simulate::trajectory(self.study, self.simulation, &fed, Some(&member), variation, until)
             .and_then(|trajectory| {
-                let merits = self.scoring.merits(self.study, &trajectory, &wish.name)?;
+                let merits = self.scoring.merits(self.study, &trajectory, &wish)?;
                 let left = excursion::of_simulation(self.study, &wish, &trajectory)?.is_some();
                 Ok(Scored { merits, left })
             });

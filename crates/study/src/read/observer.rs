@@ -110,6 +110,7 @@ fn observer(
         "optimal-cubic" => optimal::problem(node, size, root, reader),
         "kkl-peb" => maps::peb(node, plant, reader).map(|peb| ObserverKind::KklPeb(Box::new(peb))),
         "high-gain" => high_gain(node, plant, reader),
+        "functional" => functional(node, (&name, size), root, reader),
         _ => kind(node, kind_name, size, reader),
     };
     let limits = limits(node, size, reader);
@@ -476,6 +477,38 @@ fn reduced_order(node: &Node, size: Dimensions, reader: &mut Reader) -> Option<O
     let left = format!("of {} the outputs leave {}", counted(n, "state"), n - p);
     match poles(node.get("poles")?, n - p, &left, reader)? {
         GainSpec::Poles(poles) => Some(ObserverKind::ReducedOrder(poles)),
+        _ => None,
+    }
+}
+
+/// K and the poles of a functional observer.
+fn functional(node: &Node, (name, size): (&str, Dimensions), root: &Node, reader: &mut Reader) -> Option<ObserverKind> {
+    if reader.dt.is_some() {
+        reader.wrong(check::head(node), "this kind is for plants in continuous time", "expected another kind");
+        return None;
+    }
+    let table = ["log", "sweep"].into_iter().find(|table| root.get(table).is_some());
+    if let Some(table) = table {
+        let message =
+            format!("this kind estimates functions of the state, and [{table}] compares estimates of the state");
+        reader.wrong(
+            check::head(node),
+            message,
+            format!("expected no [{table}], or another kind such as reduced-order"),
+        );
+        return None;
+    }
+    let fed = root.get("input").and_then(|input| input.get("feedback")?.get("observer")?.text());
+    if fed == Some(name) {
+        let message = "the feedback u = r - K xhat has the estimate of the whole state";
+        reader.wrong(check::head(node), message, "expected the feedback of another observer");
+        return None;
+    }
+    let why = format!("the plant has {}", counted(size.states, "state"));
+    let k = reader.matrix(node.get("k")?, "k", (None, Some(size.states)), &why)?;
+    let rows = format!("`k` has {}", counted(k.nrows(), "row"));
+    match poles(node.get("poles")?, k.nrows(), &rows, reader)? {
+        GainSpec::Poles(poles) => Some(ObserverKind::Functional { k, poles }),
         _ => None,
     }
 }

@@ -93,7 +93,7 @@ pub struct ObserverRun {
     pub u: DMatrix<f64>,
     /// The measured outputs, with noise.
     pub y: DMatrix<f64>,
-    /// The estimates.
+    /// The estimates: of the states, or of the functions of an observer of functions.
     pub estimate: Option<DMatrix<f64>>,
     /// The standard deviations of the estimates, of a filter.
     pub deviation: Option<DMatrix<f64>>,

@@ -148,10 +148,21 @@ impl SimulationReport {
 
     /// The scores of the first `most` states, the observers compared state by state; none if no run finished.
     pub fn state_table(&self, plant: &PlantSummary, most: usize) -> Option<ScoreTable> {
-        let count = self.finished().next()?.1.states.len();
+        // States, and functions of the state that some observers estimate in their place.
+        let mut names: Vec<&str> = Vec::new();
+        for state in self.finished().flat_map(|(_, merits)| &merits.states) {
+            if !names.contains(&state.state.as_str()) {
+                names.push(&state.state);
+            }
+        }
+        let count = names.len();
+        if count == 0 {
+            return None;
+        }
         let mut rows = Vec::new();
-        for i in 0..count.min(most) {
-            let of = self.finished().filter_map(|(row, merits)| Some((row, merits.states.get(i)?)));
+        for name in names.into_iter().take(most) {
+            let named = |state: &&StateReport| state.state == name;
+            let of = self.finished().filter_map(|(row, merits)| Some((row, merits.states.iter().find(named)?)));
             rows.extend(with_best(
                 of.map(|(row, state)| (vec![labelled(state), ScoreCell::name(&row.observer)], of_state(state)))
                     .collect(),

@@ -31,6 +31,11 @@ pub(super) const ADVISE: Table = Table {
         ),
         UNKNOWN_OF_ADVICE,
         optional(
+            "disturbance",
+            Kind::Numbers(Range::NotNegative),
+            "Bounds of |w| of this disturbance, x' = A x + B u + E w, q numbers (default: those of the first observer with `bounds` that has some, with its E).",
+        ),
+        optional(
             "period",
             Kind::Number(Range::Positive),
             "Sampling period of sampled observers and of exported code (default: that of the first sampled observer of the study, else of the noise).",

@@ -504,6 +504,18 @@ const KINDS: &[Variant] = &[
         ],
     },
     Variant {
+        name: "functional",
+        about: "Functional observer (Darouach): an estimate of z = K x alone, with as many states as K has rows; for linear plants whose outputs do not depend on the input. Its errors are K x - zhat, its first estimate is K initial.",
+        keys: &[
+            required("k", Kind::Rows, "K of z = K x, a row for each function."),
+            required(
+                "poles",
+                Kind::Poles,
+                "Eigenvalues of F: as many numbers as `k` has rows, complex ones as [re, im] with their conjugates.",
+            ),
+        ],
+    },
+    Variant {
         name: "reduced-order",
         about: "Reduced-order observer (Luenberger, Gopinath): n - p states, the outputs enter the estimate directly; for linear plants whose outputs do not depend on the input.",
         keys: &[required(
@@ -849,6 +861,7 @@ const SOURCES: &[(&str, &str)] = &[
     ("interval", "Gouze, Rapaport and Hadj-Sadok 2000; Mazenc and Bernard 2011; the least width after Briat 2013"),
     ("proportional-integral", "open problem of Share Pasand, Luenberger-type cubic observers; Wojciechowski 1978"),
     ("reduced-order", "Luenberger 1964, Gopinath 1971"),
+    ("functional", "Luenberger 1966, Darouach 2000"),
     ("h-infinity", "Nagpal and Khargonekar 1991; as an inequality Boyd et al. 1994"),
     ("h2", "Kalman and Bucy 1961; as an inequality Scherer, Gahinet and Chilali 1997"),
     ("extended-state", "Han 2009; Gao 2003; as a disturbance observer Ohnishi, Shibata and Murakami 1996"),

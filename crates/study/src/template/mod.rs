@@ -92,6 +92,18 @@ pub const TEMPLATES: &[Template] = &[
         files: &[],
     },
     Template {
+        name: "two-tanks",
+        about: "two tanks with an inflow of which a bound is known: interval observers, which enclose the levels",
+        text: include_str!("../../templates/two-tanks.toml"),
+        files: &[],
+    },
+    Template {
+        name: "servo",
+        about: "a motor with an encoder and a load of which a bound is known: super-twisting and extended-state observers",
+        text: include_str!("../../templates/servo.toml"),
+        files: &[],
+    },
+    Template {
         name: "optimal-cubic",
         about: "a cart that is pushed: the cubic observer of least cost beside the linear optimum",
         text: include_str!("../../templates/optimal-cubic.toml"),

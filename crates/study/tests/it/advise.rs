@@ -74,6 +74,13 @@ fn what_applies_to_a_nonlinear_plant_is_run_and_the_rest_has_its_hypothesis() {
     assert!(why("kalman").contains("d(lower')/d(upper) alone goes from 0.143 to 0.516"), "{}", why("kalman"));
     assert!(why("mean-value").contains("level measures lower, not upper"));
     assert!(why("kkl-numerical").contains("this plant has 1 input"));
+    assert!(
+        why("sliding-mode").contains("for a chain of integrators")
+            && why("sliding-mode").contains("level is not upper")
+    );
+    for name in ["interval", "optimal-cubic"] {
+        assert_eq!(why(name), why("kalman"));
+    }
     assert!(why("unknown-input").contains("0 columns of E"));
     assert_eq!((advice.runs, advice.ensemble, advice.not_reached.len()), (3, 3, 0));
     // Every number of the information says where it is from.
@@ -131,8 +138,19 @@ fn the_scores_of_a_filter_are_those_of_scipy() {
 /// F X + X F' + L L' = 0 is 8.2967585 (`solve_continuous_lyapunov`).
 #[test]
 fn a_linear_plant_gets_the_gains_of_the_textbook() {
-    let advice = advice(INTEGRATOR, &by("error"));
-    for name in ["luenberger", "luenberger-lmi", "kalman", "cubic", "sampled-cubic", "high-gain", "extended-kalman"] {
+    // The search of optimal-cubic may not end within it.
+    let advice = advice(INTEGRATOR, &AdviseOptions { budget: 60.0, ..by("error") });
+    for name in [
+        "luenberger",
+        "luenberger-lmi",
+        "kalman",
+        "cubic",
+        "interval",
+        "sliding-mode",
+        "sampled-cubic",
+        "high-gain",
+        "extended-kalman",
+    ] {
         assert!(names(&advice).contains(&name), "{name} in {:?}", names(&advice));
     }
     let kalman = advice.ranking.iter().find(|one| one.name == "kalman").unwrap();
@@ -149,14 +167,76 @@ fn the_order_is_that_of_the_criterion() {
         ("cost", |one| one.operations.map(|count| count as f64)),
         ("peak", |one| one.medians.peak),
     ] {
-        let advice = advice(INTEGRATOR, &by(criterion));
+        let advice = advice(PENDULUM, &by(criterion));
         let values: Vec<f64> = advice.ranking.iter().map(|one| of(one).unwrap_or(f64::INFINITY)).collect();
         assert!(values.windows(2).all(|pair| pair[0] <= pair[1] * (1.0 + 1e-9)), "{criterion}: {values:?}");
         assert!(advice.explanation[0].starts_with(&format!("1. {}", advice.ranking[0].name)));
     }
-    let advice = advice(INTEGRATOR, &by("proved"));
+    let advice = advice(PENDULUM, &by("proved"));
     let verdicts: Vec<bool> = advice.ranking.iter().map(|one| one.verdict == "proved").collect();
     assert!(verdicts[0] && verdicts.windows(2).all(|pair| pair[0] >= pair[1]), "{verdicts:?}");
+}
+
+/// A pendulum whose acceleration differs by at most 2 9.81 + 0.2 24 = 24.42 over its region, under one torque.
+const PENDULUM: &str = r#"
+[plant]
+f = ["x2", "-9.81*sin(x1) - 0.2*x2 + u1"]
+h = ["x1"]
+inputs = ["u1"]
+[input]
+expressions = ["2*sin(0.7*t)"]
+[simulation]
+x0 = [1, 0]
+duration = 3
+noise = { amplitude = [0.001], period = 0.01 }
+[advise]
+region = { states = [[-4, 4], [-12, 12]] }
+ensemble = 1
+"#;
+
+/// The bound D of a sliding-mode observer, as its statement has it.
+fn bound(text: &str) -> f64 {
+    let advice = advice(text, &by("error"));
+    let statement = &advice.ranking.iter().find(|one| one.kind == "sliding-mode").unwrap().statement;
+    statement.split_once("for every disturbance up to ").unwrap().1.split(' ').next().unwrap().parse().unwrap()
+}
+
+/// What f differs by over the region, what a disturbance adds, or what the settling time asks for.
+#[test]
+fn the_bound_of_a_sliding_mode_is_that_of_region_disturbance_and_settling_time() {
+    let of_region = bound(PENDULUM);
+    assert!((24.3..=24.42).contains(&of_region), "{of_region}");
+    let with = bound(&format!("{PENDULUM}e = [[0], [2]]\ndisturbance = [1.5]\n"));
+    assert!((with - of_region - 3.0).abs() < 1e-3, "{with}");
+    // The standard deviation 24/4 of the first speed, in a tenth of a second.
+    assert!((bound(&format!("{PENDULUM}settling = 0.1\n")) - 60.0).abs() < 1e-9);
+}
+
+/// Half-widths in the end under noise of four standard deviations and a bounded inflow, numpy 2.4: the poles are those of
+/// the Bessel filter of order 2 that settles in 2.5, -1.311 +- 0.757i, and with the eigenvectors V of F = A - L C the
+/// half-widths are |V| (-diag(Re lambda))^-1 (|V^-1 E| 0.01 + |V^-1 L| 0.02) = (0.27201, 0.040456).
+#[test]
+fn an_interval_observer_is_told_the_bounds() {
+    let text = "
+[plant]
+a = [[-0.2, 0], [0.2, -0.2]]
+c = [[0, 1]]
+[simulation]
+x0 = [0.1, 0]
+duration = 10
+noise = { distribution = \"gaussian\", amplitude = [0.005], period = 0.1 }
+[advise]
+ensemble = 1
+e = [[2], [0]]
+disturbance = [0.01]
+";
+    let advice = advice(text, &by("error"));
+    let told = advice.told.iter().find(|told| told.what == "bounds of the disturbance").unwrap();
+    assert_eq!((told.value.as_str(), told.from.as_str()), ("|w| <= (0.01)", "advise.disturbance"));
+    let interval = advice.ranking.iter().find(|one| one.kind == "interval").unwrap();
+    assert_eq!(interval.verdict, "proved");
+    assert!(names(&advice).contains(&"optimal-cubic"), "{:?}", names(&advice));
+    assert!(interval.statement.contains("approach x1 0.272, x2 0.04046,"), "{}", interval.statement);
 }
 
 /// Results depend neither on the number of threads nor on the machine's load.
@@ -164,7 +244,7 @@ fn the_order_is_that_of_the_criterion() {
 fn the_same_study_gives_the_same_ranking() {
     let with = |threads| {
         let run = RunOptions { threads: Some(threads), ..RunOptions::default() };
-        advice(INTEGRATOR, &AdviseOptions { run, ..by("error=2,cost=1") })
+        advice(PENDULUM, &AdviseOptions { run, ..by("error=2,cost=1") })
     };
     assert_eq!(with(1), with(3));
 }
@@ -174,6 +254,18 @@ fn what_the_budget_does_not_reach_is_listed() {
     let advice = advice(TANKS, &AdviseOptions { budget: 1e-9, ..by("error") });
     assert!(advice.ranking.is_empty() && advice.explanation.is_empty());
     assert!(!advice.not_reached.is_empty());
+}
+
+/// A single design of twenty states takes minutes: it is stopped, and so is the design of a sampled step.
+#[test]
+fn a_single_design_stops_at_the_budget() {
+    let rod = luenberger_study::template::text("heat-rod").unwrap();
+    let start = std::time::Instant::now();
+    let advice = advice(rod, &AdviseOptions { budget: 5.0, ..by("error") });
+    let seconds = start.elapsed().as_secs_f64();
+    assert!(seconds < 60.0, "{seconds} s");
+    let late: Vec<&str> = advice.not_reached.iter().map(String::as_str).collect();
+    assert!(late.iter().any(|open| open.ends_with("within half of the budget")), "{late:?}");
 }
 
 #[test]
@@ -215,6 +307,9 @@ fn bad_values_of_the_table_are_reported_at_their_lines() {
     wrong("initial = [1]", "`initial` has length 1");
     wrong("period = 0", "`period` is 0");
     wrong("e = [[1]]", "`e` is 1 x 1");
+    wrong("disturbance = [1]", "`disturbance` without `e`");
+    wrong("e = [[0], [1]]\ndisturbance = [1, 2]", "`disturbance` has length 2, and `e` has 1 column");
+    wrong("e = [[0], [1]]\ndisturbance = [-1]", "`disturbance` ");
     wrong("region = { states = [[0, 1]] }", "`states` has 1 pair");
     wrong("region = { states = [[2, 3], [-2, 2]] }", "x0 is 1");
     wrong("region = { states = [[-inf, 3], [-2, 2]] }", "x1 from -inf to 3");

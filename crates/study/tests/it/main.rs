@@ -11,6 +11,7 @@ mod disturbance;
 mod feedthrough;
 mod filters;
 mod folder;
+mod functional;
 mod gain_limits;
 mod high_gain;
 mod interval;

@@ -152,6 +152,8 @@ templates! {
     heat_rod "heat-rod";
     mimo "mimo";
     load_torque "load-torque";
+    two_tanks "two-tanks";
+    servo "servo";
     optimal_cubic "optimal-cubic";
     resonance "resonance";
     measured_log "measured-log";

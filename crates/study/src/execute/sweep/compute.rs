@@ -220,7 +220,7 @@ impl<'a> Work<'a> {
         let variation = Variation { noise: factor, seed: number };
         let outcome = simulate::trajectory(study, simulation, others, Some(&member), variation, options.until)
             .and_then(|trajectory| {
-                let merits = self.scoring.merits(study, &trajectory, &wish.name)?;
+                let merits = self.scoring.merits(study, &trajectory, &wish)?;
                 let left = excursion::of_simulation(study, &wish, &trajectory)?;
                 Ok(Ran { scores: runs::scores(&merits), left: left.map(|left| left.left()) })
             });

@@ -1,0 +1,93 @@
+//! Functional observer: an estimate of `z = K x` alone, by fewer states than the plant has.
+//!
+//! ```text
+//! w' = F w + G y + H u,    zhat = w + N y                  y = C x
+//! ```
+//! With T such that `T A - F T = G C`, `H = T B` and `T + N C = K` the error `z - zhat = T x - w` has the derivative
+//! `F (T x - w)`. The matrices are those of `luenberger_linalg::functional_observer`.
+
+use luenberger_plants::error::check_matrix;
+use nalgebra::allocator::Allocator;
+use nalgebra::{DefaultAllocator, Dim, OMatrix, OVector, RealField};
+
+use crate::error::ObserverError;
+use crate::observer::{Observer, ObserverDimensions};
+
+/// An observer of order r for r functions of the state.
+///
+/// ```
+/// use luenberger_observers::{FunctionalObserver, Observer};
+/// use nalgebra::{Vector1, matrix, vector};
+/// // The double integrator, z = x2: w' = -4 w - 16 y + u, zhat = w + 4 y.
+/// let observer = FunctionalObserver::new(matrix![-4.0], matrix![-16.0], matrix![1.0], matrix![4.0])?;
+/// let (u, y) = (Vector1::new(0.5), vector![2.0]);
+/// let w = observer.initial(0.0, &vector![1.0], &u, &y);
+/// assert_eq!(w, vector![-7.0]);
+/// assert_eq!(observer.derivative(0.0, &w, &u, &y), vector![-3.5]);
+/// assert_eq!(observer.estimate(0.0, &w, &u, &y), vector![1.0]);
+/// # Ok::<(), luenberger_observers::ObserverError>(())
+/// ```
+#[derive(Clone, Debug, PartialEq)]
+pub struct FunctionalObserver<T: RealField + Copy, R: Dim, M: Dim, P: Dim>
+where
+    DefaultAllocator: Allocator<R, R> + Allocator<R, M> + Allocator<R, P>,
+{
+    f: OMatrix<T, R, R>,
+    g: OMatrix<T, R, P>,
+    h: OMatrix<T, R, M>,
+    n: OMatrix<T, R, P>,
+}
+
+impl<T: RealField + Copy, R: Dim, M: Dim, P: Dim> FunctionalObserver<T, R, M, P>
+where
+    DefaultAllocator: Allocator<R, R> + Allocator<R, M> + Allocator<R, P>,
+{
+    /// From F (r x r), G (r x p), H (r x m) and N (r x p).
+    ///
+    /// # Errors
+    /// [`ObserverError::Matrix`]: shapes that do not fit, entries that are not finite.
+    pub fn new(
+        f: OMatrix<T, R, R>,
+        g: OMatrix<T, R, P>,
+        h: OMatrix<T, R, M>,
+        n: OMatrix<T, R, P>,
+    ) -> Result<Self, ObserverError> {
+        let (order, outputs) = (f.nrows(), g.ncols());
+        check_matrix("F", &f, (order, order))?;
+        check_matrix("G", &g, (order, outputs))?;
+        check_matrix("H", &h, (order, h.ncols()))?;
+        check_matrix("N", &n, (order, outputs))?;
+        Ok(Self { f, g, h, n })
+    }
+}
+
+impl<T: RealField + Copy, R: Dim, M: Dim, P: Dim> Observer<T> for FunctionalObserver<T, R, M, P>
+where
+    DefaultAllocator: Allocator<R, R> + Allocator<R, M> + Allocator<R, P> + Allocator<R> + Allocator<M> + Allocator<P>,
+{
+    type State = OVector<T, R>;
+    type Input = OVector<T, M>;
+    type Output = OVector<T, P>;
+    type Estimate = OVector<T, R>;
+
+    fn dimensions(&self) -> ObserverDimensions {
+        let (order, inputs, outputs) = (self.f.nrows(), self.h.ncols(), self.g.ncols());
+        ObserverDimensions { state: order, inputs, outputs, estimate: order }
+    }
+
+    fn derivative(&self, _t: T, state: &Self::State, u: &Self::Input, y: &Self::Output) -> Self::State {
+        &self.f * state + &self.g * y + &self.h * u
+    }
+
+    fn estimate(&self, _t: T, state: &Self::State, _u: &Self::Input, y: &Self::Output) -> Self::Estimate {
+        state + &self.n * y
+    }
+
+    fn initial(&self, _t: T, estimate: &Self::Estimate, _u: &Self::Input, y: &Self::Output) -> Self::State {
+        estimate - &self.n * y
+    }
+
+    fn is_affine(&self) -> bool {
+        true
+    }
+}

@@ -1,0 +1,56 @@
+//! The functional observer: an estimate of z = K x alone.
+
+use luenberger_design::DesignError;
+use luenberger_linalg::{LinalgError, eigenvalues, functional_observer};
+use luenberger_observers::FunctionalObserver;
+use luenberger_plants::StateSpace;
+use luenberger_proof::wording::{counted, significant};
+use nalgebra::{Complex, DMatrix};
+
+use super::explain::Misfit;
+use super::runnable::Runnable;
+use super::{Designed, matrix, number, poles};
+use crate::results::DesignReport;
+
+pub(super) fn functional(plant: &StateSpace, k: &DMatrix<f64>, wished: &[Complex<f64>]) -> Result<Designed, Misfit> {
+    let o = functional_observer(&plant.a, &plant.b, &plant.c, k, wished).map_err(DesignError::from)?;
+    let found = eigenvalues(&o.f).map_err(DesignError::from)?;
+    let slowest = -found.iter().map(|pole| pole.re).fold(f64::NEG_INFINITY, f64::max);
+    let observer =
+        FunctionalObserver::new(o.f.clone(), o.g.clone(), o.h.clone(), o.n.clone()).map_err(DesignError::from)?;
+    let named = [("K", k), ("T", &o.t), ("F", &o.f), ("G", &o.g), ("H", &o.h), ("N", &o.n)];
+    let report = DesignReport {
+        statement: format!(
+            "No stability certificate: T A = F T + G C holds up to rounding, with the relative residual {}. With equality the error of z = K x, {}, is e' = F e, for all x(0) and w(0): asymptotic rate exp(-{} t).",
+            significant(o.residual, 2),
+            counted(k.nrows(), "function"),
+            significant(slowest, 5)
+        ),
+        matrices: named.into_iter().filter(|(_, m)| !m.is_empty()).map(|(name, m)| matrix(name, m)).collect(),
+        poles: poles(&found),
+        numbers: vec![
+            number("decay rate", slowest),
+            number("noise passed to the estimate, norm of N", o.n.clone().svd(false, false).singular_values.max()),
+            number("relative residual of T A = F T + G C and K = T + N C", o.residual),
+        ],
+        facts: Vec::new(),
+        verdict: "none".to_owned(),
+        evidence: Some("no certificate: the equations hold up to rounding".to_owned()),
+        noise_deviation: Vec::new(),
+    };
+    Ok(Designed { runnable: Runnable::Functional(Box::new(observer), k.clone()), report, certificate: None })
+}
+
+/// What to do where Darouach's conditions do not hold; none for other errors.
+pub(super) fn alternatives(error: &LinalgError) -> Option<Vec<String>> {
+    match error {
+        LinalgError::NotFunctional { row, .. } => Some(vec![
+            format!("row {row} of K A as a further row of `k`, and a further pole"),
+            "reduced-order, for the whole state".to_owned(),
+        ]),
+        LinalgError::FixedObserverMode { .. } => {
+            Some(vec!["this eigenvalue among `poles`, if it is stable; other rows of `k`".to_owned()])
+        }
+        _ => None,
+    }
+}

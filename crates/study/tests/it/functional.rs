@@ -1,0 +1,123 @@
+//! Functional observers in studies.
+
+use std::path::Path;
+use std::sync::atomic::AtomicBool;
+
+use luenberger_study::deployment::sampled;
+use luenberger_study::design::{Designed, NoDesign, design};
+use luenberger_study::execute::Step;
+use luenberger_study::{Format, RunOptions, Study, StudyError, execute};
+
+fn read(text: &str) -> Result<Study, StudyError> {
+    Study::from_text("study.toml", text, Format::Toml, Path::new("."))
+}
+
+fn designed(study: &Study) -> Result<Designed, NoDesign> {
+    design(study, &study.observers[0], &AtomicBool::new(false))
+}
+
+/// K A = 2 C and C A = K: with the pole -3, N = 3, T = K - 3 C, G = 2 - 9 and H = T B = 1.
+const PLANT: &str = r#"[plant]
+a = [[0, 1, 1], [1, -2, 1], [1, 2, -1]]
+b = [[0], [0], [1]]
+c = [[1, 0, 0]]
+[input]
+expressions = ["sin(t)"]
+[simulation]
+x0 = [1, -1, 2]
+duration = 2
+samples = 5
+scale = [1, 1, 1]
+"#;
+
+const OBSERVER: &str = r#"[[observer]]
+name = "sum"
+kind = "functional"
+k = [[0, 1, 1]]
+poles = [-3]
+"#;
+
+#[test]
+fn the_matrices_are_those_of_the_equations() {
+    let found = designed(&read(&format!("{PLANT}{OBSERVER}")).unwrap()).unwrap();
+    let matrix = |name: &str| found.report.matrices.iter().find(|matrix| matrix.name == name).unwrap().rows.clone();
+    for (name, expected) in
+        [("F", vec![-3.0]), ("G", vec![-7.0]), ("H", vec![1.0]), ("N", vec![3.0]), ("T", vec![-3.0, 1.0, 1.0])]
+    {
+        let rows = matrix(name);
+        assert!(rows.len() == 1 && rows[0].len() == expected.len(), "{name}");
+        assert!(rows[0].iter().zip(expected).all(|(x, expected)| (x - expected).abs() < 1e-12), "{name}: {rows:?}");
+    }
+    assert!(found.certificate.is_none() && found.report.verdict == "none");
+    assert!(found.report.statement.starts_with("No stability certificate"), "{}", found.report.statement);
+}
+
+/// The error starts at K x(0) = 1 and is exp(-3 t), whose root mean square over 2 is ((1 - exp(-12))/12)^(1/2). z and zhat
+/// at the end are those of scipy 1.17, `solve_ivp` of plant and observer with DOP853, rtol 1e-11.
+#[test]
+fn it_runs_and_its_errors_are_those_of_the_functions() {
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("functional");
+    let _ = std::fs::remove_dir_all(&folder);
+    // The mode -3 is hidden: no poles can be placed, and a Kalman filter exists.
+    let beside = "[[observer]]\nname = \"whole\"\nkind = \"kalman\"\nw = 1\nv = 1\n";
+    let study = read(&format!("{PLANT}{OBSERVER}{beside}")).unwrap();
+    let results =
+        execute(&study, Step::Run, &RunOptions { output: Some(folder.clone()), ..RunOptions::default() }).unwrap();
+    let rows = &results.simulation.as_ref().unwrap().rows;
+    let merits = rows[0].merits.as_ref().unwrap();
+    assert!(merits.norm.is_none() && merits.states.len() == 1);
+    assert_eq!(merits.states[0].state, "z1 of sum");
+    let rms = ((1.0 - (-12f64).exp()) / 12.0).sqrt();
+    assert!((merits.states[0].rmse - rms).abs() < 1e-8 && (merits.states[0].initial - 1.0).abs() < 1e-15);
+    // The table has the states of the other observer, and the function of this one.
+    let table = results.simulation.as_ref().unwrap().state_table(&results.plant, 9).unwrap();
+    let quantities: Vec<&str> = table.rows.iter().map(|row| row[0].text.as_str()).collect();
+    assert_eq!(quantities, ["z1 of sum", "x1", "x2", "x3"]);
+    let csv = std::fs::read_to_string(folder.join("trajectories/sum.csv")).unwrap();
+    assert_eq!(csv.lines().next(), Some("t,x1,x2,x3,u1,y1,z1,z1_hat"));
+    let last: Vec<f64> = csv.lines().last().unwrap().split(',').map(|cell| cell.parse().unwrap()).collect();
+    for (found, expected) in last[6..].iter().zip([23.378_962_976_386, 23.376_484_224_207]) {
+        assert!((found - expected).abs() < 1e-7 * expected, "{found}, expected {expected}");
+    }
+    assert!(folder.join("figures/functions.svg").is_file());
+    let Err(refusal) = sampled(&study, &study.observers[0], Some(0.01), None) else { panic!("no export") };
+    assert!(refusal.hypothesis.contains("no prediction of the output"), "{}", refusal.hypothesis);
+    assert!(refusal.alternatives[0].contains("reduced-order"));
+}
+
+#[test]
+fn the_condition_that_fails_is_named() {
+    let why = |text: &str| match designed(&read(text).unwrap()) {
+        Err(NoDesign::Misfit(failure)) => (failure.hypothesis, failure.alternatives),
+        other => panic!("{other:?}"),
+    };
+    // K A = [1 -2 1] = C + C A - 3 K, and no other combination gives it.
+    let (said, ways) = why(&format!("{PLANT}{}", OBSERVER.replace("[[0, 1, 1]]", "[[0, 1, 0]]").replace("-3", "-1")));
+    assert!(said.contains("has the eigenvalue -3") && said.contains("second condition"), "{said}");
+    assert!(ways[0].contains("among `poles`"), "{ways:?}");
+    let chain = "[plant]\na = [[0, 1, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1], [0, 0, 0, 0]]\nc = [[1, 0, 0, 0]]\n";
+    let (said, ways) = why(&format!("{chain}{}", OBSERVER.replace("[[0, 1, 1]]", "[[0, 0, 1, 0]]")));
+    assert!(
+        said.contains("row 0 of K A") && said.contains("residual 1 ") && said.contains("first condition"),
+        "{said}"
+    );
+    assert!(ways[0].contains("further row of `k`"), "{ways:?}");
+}
+
+#[test]
+fn bad_values_are_reported() {
+    let wrong = |text: String, message: &str| {
+        let said = read(&text).unwrap_err().to_string();
+        assert!(said.contains(message), "{said}");
+    };
+    wrong(format!("{PLANT}{}", OBSERVER.replace("[[0, 1, 1]]", "[[0, 1]]")), "`k` is 1 x 2");
+    wrong(format!("{PLANT}{}", OBSERVER.replace("[-3]", "[-3, -4]")), "`poles` has length 2, and `k` has 1 row");
+    wrong(format!("{PLANT}{}", OBSERVER.replace("[-3]", "[3]")), "left half plane");
+    wrong(format!("{PLANT}{}", OBSERVER.replace("poles = [-3]\n", "")), "`poles`");
+    let fed = PLANT.replace("[simulation]", "feedback = { gain = [[1, 1, 1]], observer = \"sum\" }\n[simulation]");
+    wrong(format!("{fed}{OBSERVER}"), "the estimate of the whole state");
+    let sweep = "[sweep]\nparameter = \"noise\"\nvalues = [1]\n";
+    wrong(format!("{PLANT}{OBSERVER}{sweep}"), "[sweep] compares estimates of the state");
+    let discrete = "[plant]\na = [[0.5]]\nc = [[1]]\ndt = 0.1\n";
+    wrong(format!("{discrete}{}", OBSERVER.replace("[[0, 1, 1]]", "[[1]]")), "plants in continuous time");
+}
