@@ -815,7 +815,9 @@ impl ObserverKind {
             | Self::Lipschitz { rate, .. }
             | Self::MeanValue { rate, .. } => *rate *= factor,
             Self::ReducedOrder(poles) | Self::Functional { poles, .. } => {
-                poles.iter_mut().for_each(|pole| *pole *= factor)
+                for pole in poles.iter_mut() {
+                    *pole *= factor;
+                }
             }
             Self::HighGain { r, .. } => *r /= factor,
             // Gains as for a bound that is factor^n times as large: time in units of 1/factor.

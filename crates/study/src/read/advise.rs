@@ -24,21 +24,19 @@ pub(super) fn advise(
     let why = "as many as the plant has states";
     let w = node.get("w").and_then(|w| reader.weight(w, "w", size.states, why));
     let e = node.get("e").and_then(|e| reader.matrix(e, "e", (Some(size.states), None), why));
-    let disturbance = node.entry("disturbance").and_then(|entry| match &e {
-        Some(e) => {
-            let bounds = entry.node.numbers()?;
-            if bounds.len() != e.ncols() {
-                let columns = counted(e.ncols(), "column");
-                let message = format!("`disturbance` has length {}, and `e` has {columns}", bounds.len());
-                reader.wrong(entry.node.span.clone(), message, format!("expected length {}", e.ncols()));
-            }
-            Some(bounds)
-        }
-        None => {
+    let disturbance = node.entry("disturbance").and_then(|entry| {
+        let Some(e) = &e else {
             let message = "`disturbance` without `e`, the matrix E of E w";
             reader.wrong(entry.span.clone(), message, "expected `e` with it");
-            None
+            return None;
+        };
+        let bounds = entry.node.numbers()?;
+        if bounds.len() != e.ncols() {
+            let columns = counted(e.ncols(), "column");
+            let message = format!("`disturbance` has length {}, and `e` has {columns}", bounds.len());
+            reader.wrong(entry.node.span.clone(), message, format!("expected length {}", e.ncols()));
         }
+        Some(bounds)
     });
     let period = node.get("period").and_then(Node::number);
     if let (Some(period), Some(dt), Some(entry)) = (period, plant.dt, node.get("period"))
