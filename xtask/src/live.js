@@ -24,7 +24,7 @@ console.error = (...words) => { errors.push(words.join(" ")); consoleError(...wo
       slider.dispatchEvent(new Event("change"));
       const expected = JSON.parse(results[1][0]).runs.filter((run) => run.t.length).map((run) => run.norm);
       let after = before;
-      for (let wait = 0; wait < 50 && after !== JSON.stringify(expected); wait++) {
+      for (let wait = 0; wait < 600 && after !== JSON.stringify(expected); wait++) {
         await new Promise((done) => setTimeout(done, 100));
         after = JSON.stringify(curves().map((trace) => trace.y));
       }
