@@ -59,7 +59,7 @@ fn text(advice: &Advice, budget: f64, folder: Option<&Path>) -> String {
         text.extend(["\nobservability: ", observability, "\n"]);
     }
     if !advice.told.is_empty() {
-        text.push_str("\ntold to all\n");
+        text.push_str("\ngiven to all observers\n");
         for told in &advice.told {
             _ = writeln!(text, "  {}: {} ({})", told.what, told.value, told.from);
         }
@@ -97,7 +97,7 @@ fn text(advice: &Advice, budget: f64, folder: Option<&Path>) -> String {
 }
 
 fn ranking(text: &mut String, advice: &Advice) {
-    text.push_str("\nused of it\n");
+    text.push_str("\nused by each\n");
     let mut rows = vec![["observer", "uses", "rule"].map(str::to_owned).to_vec()];
     for one in &advice.ranking {
         let uses: Vec<&str> = one.told.iter().map(|item| item.name()).collect();
