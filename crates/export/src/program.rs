@@ -348,27 +348,12 @@ impl Program {
     /// # Errors
     /// [`ObserverError`] is not expected of an observer that was made.
     pub fn varying(observer: &VaryingPeriodObserver<f64, Dyn, Dyn, Dyn>) -> Result<Self, ObserverError> {
-        let nominal = observer.nominal();
-        let with_time = |m: &DMatrix<f64>| m.clone().insert_column(m.ncols(), 0.0);
-        let gains = SampledCubicGains {
-            ad: nominal.ad().clone(),
-            bd: with_time(nominal.bd()),
-            c: nominal.c().clone(),
-            ld: nominal.ld().clone(),
-            n: nominal.n().clone(),
-            theta: nominal.theta().clone(),
-            w: nominal.w(),
-            period: nominal.period(),
+        let with_time = |m: DMatrix<f64>| {
+            let columns = m.ncols();
+            m.insert_column(columns, 0.0)
         };
-        let same = match nominal.coupling() {
-            Some(coupling) => SampledCubicObserver::semi_implicit(gains, coupling.clone())?,
-            None => SampledCubicObserver::new(gains)?,
-        };
-        let same = match nominal.d() {
-            Some(d) => same.with_feedthrough(with_time(d))?,
-            None => same,
-        };
-        let (a, b, k) = (observer.a().clone(), with_time(observer.b()), observer.k().clone());
+        let same = cast_cubic(observer.nominal(), with_time)?;
+        let (a, b, k) = (observer.a().clone(), with_time(observer.b().clone()), observer.k().clone());
         let observer = VaryingPeriodObserver::new(same, a, b, k, observer.longest())?;
         Ok(Self::Varying(VaryingPeriodStep::new(observer)?))
     }
@@ -460,10 +445,11 @@ impl Program {
                 let period = nalgebra::convert(observer.period());
                 Cast::Linear(DiscreteLinearObserver::new(plant, cast(observer.l()), period)?)
             }
-            Self::Cubic(observer) => Cast::Cubic(cast_cubic(observer)?),
+            Self::Cubic(observer) => Cast::Cubic(cast_cubic(observer, |m| m)?),
             Self::Varying(step) => {
                 let observer = step.observer();
-                let (nominal, longest) = (cast_cubic(observer.nominal())?, nalgebra::convert(observer.longest()));
+                let (nominal, longest) =
+                    (cast_cubic(observer.nominal(), |m| m)?, nalgebra::convert(observer.longest()));
                 let (a, b, k) = (cast(observer.a()), cast(observer.b()), cast(observer.k()));
                 Cast::Varying(VaryingPeriodStep::new(VaryingPeriodObserver::new(nominal, a, b, k, longest)?)?)
             }
@@ -628,14 +614,15 @@ impl Program {
     }
 }
 
-/// A sampled cubic observer over the scalar `T`.
+/// A sampled cubic observer over the scalar `T`, with other columns for the inputs.
 fn cast_cubic<T: RealField + Copy>(
     observer: &SampledCubicObserver<f64, Dyn, Dyn, Dyn>,
+    of_inputs: impl Fn(DMatrix<T>) -> DMatrix<T>,
 ) -> Result<SampledCubicObserver<T, Dyn, Dyn, Dyn>, ObserverError> {
     let cast = |m: &DMatrix<f64>| m.map(nalgebra::convert::<f64, T>);
     let gains = SampledCubicGains {
         ad: cast(observer.ad()),
-        bd: cast(observer.bd()),
+        bd: of_inputs(cast(observer.bd())),
         c: cast(observer.c()),
         ld: cast(observer.ld()),
         n: cast(observer.n()),
@@ -648,7 +635,7 @@ fn cast_cubic<T: RealField + Copy>(
         None => SampledCubicObserver::new(gains)?,
     };
     match observer.d() {
-        Some(d) => same.with_feedthrough(cast(d)),
+        Some(d) => same.with_feedthrough(of_inputs(cast(d))),
         None => Ok(same),
     }
 }
