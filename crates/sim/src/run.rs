@@ -374,8 +374,9 @@ impl<'m, 'a> Runner<'m, 'a> {
             let now = self.now.get_mut();
             model.evaluate(t, &self.stacked, &self.still, now);
             let is_absent = |j: usize| self.still.readings.get(j) == Some(&Reading::Nothing);
-            let arrives = is_sent && !(model.size.outputs > 0 && (0..model.size.outputs).all(is_absent));
-            self.samples[k].push(SampleTime { time: t, arrives, elapsed });
+            let absent = (0..model.size.outputs).filter(|&j| is_absent(j)).count();
+            let arrives = is_sent && (model.size.outputs == 0 || absent < model.size.outputs);
+            self.samples[k].push(SampleTime { time: t, arrives, elapsed, absent });
             if !arrives {
                 continue;
             }

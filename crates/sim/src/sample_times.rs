@@ -30,6 +30,8 @@ pub struct SampleTime {
     pub arrives: bool,
     /// The time since the last sample that arrived, or since the start.
     pub elapsed: f64,
+    /// The number of outputs that were not measured at it.
+    pub absent: usize,
 }
 
 impl SampleTimes {

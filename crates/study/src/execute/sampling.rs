@@ -42,7 +42,15 @@ pub(super) fn outside(samples: &[SampleTime], periods: &Periods) -> Vec<Outside>
         let (name, value) = ("the number of samples missed in a row", missed as f64);
         (missed > misses).then_some(Outside { t, name, value, bounds: (0.0, misses as f64) })
     };
-    drawn(samples).filter_map(of).collect()
+    let partly = samples.iter().filter(|sample| sample.arrives && sample.absent > 0).map(|sample| Outside {
+        t: sample.time,
+        name: "the number of outputs missing from a sample",
+        value: sample.absent as f64,
+        bounds: (0.0, 0.0),
+    });
+    let mut all: Vec<Outside> = drawn(samples).filter_map(of).chain(partly).collect();
+    all.sort_by(|a, b| a.t.total_cmp(&b.t));
+    all
 }
 
 /// The samples of a run in numbers and words; none for other observers, and without a sample.
