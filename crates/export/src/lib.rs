@@ -28,6 +28,7 @@
 //! | [`kkl`] | numerical KKL observers with their sizes erased |
 //! | [`golden`] | test vectors |
 //! | [`names`] | names as identifiers |
+//! | `operations` | operations and stored numbers of a step |
 //! | `number` | floating-point numbers as literals of C and Rust |
 //! | `c`, `rust` | the files |
 //! | `fixed_point` | linear observers in fixed point |
@@ -46,6 +47,7 @@ pub mod golden;
 pub mod kkl;
 pub mod names;
 mod number;
+mod operations;
 pub mod program;
 mod rust;
 pub mod step;
