@@ -1,11 +1,13 @@
 //! What a step costs on the target: floating-point operations, and the numbers that are stored.
 
 use luenberger_expression::Routine;
+use luenberger_observers::moving_horizon::INTERIOR;
 use luenberger_observers::varying_period::DEGREE;
-use luenberger_observers::{ObserverDimensions, SampledCubicObserver, SampledObserver};
+use luenberger_observers::{Horizon, ObserverDimensions, SampledCubicObserver, SampledObserver};
 use nalgebra::Dyn;
 
-use crate::program::{Program, Scalar};
+use crate::moving_horizon::{MovingHorizon, bounds};
+use crate::program::{Maps, Program, Scalar};
 
 impl Program {
     /// Floating-point operations of one step, calls of functions counted as one each.
@@ -71,6 +73,7 @@ impl Program {
                 let predicted = (2 * n + 1) * (moved + column(n)) + drawn + points(n) + noise;
                 if filter.gate().is_some() { 2 * update + predicted } else { update + predicted }
             }
+            Self::MovingHorizon(estimator) => Window::new(self, estimator).most(),
             Self::Copy(observer) => {
                 let slope = motion + measurement + product(p, n) + p + product(n, p) + n;
                 observer.substeps() * (4 * slope + combined(n + p))
@@ -114,6 +117,11 @@ impl Program {
         match self {
             Self::Kkl(observer) => observer.dimensions().state + observer.dimensions().estimate,
             Self::Extension(observer) => observer.dimensions().state,
+            Self::MovingHorizon(estimator) => {
+                let ObserverDimensions { estimate: n, inputs: m, outputs: p, .. } = self.dimensions();
+                let sample = n + m + p + usize::from(self.uses_time());
+                2 * (n + n * n) + estimator.horizon().window * sample
+            }
             _ => self.dimensions().state,
         }
     }
@@ -124,4 +132,112 @@ impl Program {
         let table = observer.table(Scalar::Binary64).map_or(0, |table| table.coefficients.len());
         table + observer.trees().iter().map(|(_, tree)| 4 * tree.nodes.len() + tree.leaves.len()).sum::<usize>()
     }
+
+    /// Integers of the state and the constants, of a moving-horizon estimator.
+    pub(crate) fn integers(&self) -> usize {
+        let Self::MovingHorizon(estimator) = self else { return 0 };
+        1 + estimator.horizon().window + bounds(estimator).len()
+    }
+
+    /// The most operations of a step in which no bound is active, where there are bounds.
+    pub(crate) fn operations_within_bounds(&self) -> Option<usize> {
+        let Self::MovingHorizon(estimator) = self else { return None };
+        let window = Window::new(self, estimator);
+        (window.bounds > 0).then(|| window.within())
+    }
+
+    /// Numbers of the arrays over the window that a step of a moving-horizon estimator has on the stack at once.
+    pub(crate) fn numbers_of_window(&self) -> Option<usize> {
+        let Self::MovingHorizon(estimator) = self else { return None };
+        let window = Window::new(self, estimator);
+        let (n, interior) = (window.n, if window.bounds > 0 { 2 * window.bounds + window.n } else { 0 });
+        // Stages of the filter, trajectory, solutions, slacks and multipliers.
+        Some(window.window * (3 * n * n + 2 * n + 2 * n + interior))
+    }
+}
+
+/// The operations of a moving-horizon estimator with a full window.
+struct Window {
+    n: usize,
+    p: usize,
+    window: usize,
+    iterations: usize,
+    bounds: usize,
+    measurement: usize,
+    /// Of the plant over a period with its Jacobian and noise.
+    linearised: usize,
+}
+
+impl Window {
+    fn new(program: &Program, estimator: &MovingHorizon<f64>) -> Self {
+        let ObserverDimensions { estimate: n, outputs: p, .. } = program.dimensions();
+        let maps = program.maps();
+        let of = |routine: fn(&Maps) -> &Routine| maps.as_ref().map_or(0, |maps| routine(maps).operations());
+        let (motion, measurement) = (of(|maps| &maps.motion), of(|maps| &maps.measurement));
+        let entries = n + 2 * n * n;
+        let slope = motion + 2 * square(n) + 2 * n * n;
+        let linearised = match estimator.substeps() {
+            Some(substeps) => substeps * (4 * slope + 11 * entries + n * (n - 1)),
+            None => motion,
+        };
+        let Horizon { window, iterations } = estimator.horizon();
+        Self { n, p, window, iterations, bounds: bounds(estimator).len(), measurement, linearised }
+    }
+
+    /// The update by one measurement: gain, news, mean, T, and P in Joseph's form.
+    fn correction(&self) -> usize {
+        let n = self.n;
+        11 * n * n + 7 * n + 1 + 2 * square(n) + n * (n - 1)
+    }
+
+    /// The outputs of a sample, decoupled by the factor of V.
+    fn measured(&self) -> usize {
+        let (n, p) = (self.n, self.p);
+        let decoupled = p * (p - 1) * (n + 1) + p * (n + 1);
+        self.measurement + p + decoupled + p * (3 * n + self.correction())
+    }
+
+    /// `A P A' + Q`.
+    fn spread(&self) -> usize {
+        2 * square(self.n) + self.n * self.n + self.n * (self.n - 1)
+    }
+
+    /// The mean of the next sample.
+    fn drift(&self) -> usize {
+        2 * self.n * self.n + self.n
+    }
+
+    fn pass(&self) -> usize {
+        let n = self.n;
+        let moved = self.linearised + self.drift() + self.spread() + 4 * n * n + n;
+        self.window * (self.measured() + 2 * n * n) + (self.window - 1) * moved
+    }
+
+    /// A step without active bounds: the check of the innovation, the Gauss-Newton steps, the prediction, and the
+    /// arrival cost.
+    fn within(&self) -> usize {
+        let (n, p) = (self.n, self.p);
+        let factor: usize = (0..p).map(|j| (p - j) * (2 * j + 1)).sum();
+        let definite = self.measurement + (p * n + p * p) * (2 * n - 1) + p * p + factor;
+        let forgotten = self.measured() + self.linearised + self.drift() + self.spread();
+        definite + self.iterations * self.pass() + self.linearised + self.spread() + forgotten
+    }
+
+    /// With the interior-point method.
+    fn most(&self) -> usize {
+        if self.bounds == 0 {
+            return self.within();
+        }
+        let pairs = self.window * self.bounds;
+        // Value, innovation and variance of a bound; the steps of its slack and multiplier, twice, how far they may go,
+        // and the new ones.
+        let of_bounds = pairs * (6 + self.correction() + 2 * 8 + 2 * 5 + 6);
+        let step = self.pass() + of_bounds + 3 * self.window * self.n + 2;
+        self.within() + 4 * pairs + INTERIOR * step
+    }
+}
+
+/// The product of two square matrices.
+fn square(n: usize) -> usize {
+    n * n * (2 * n - 1)
 }

@@ -12,6 +12,7 @@ use nalgebra::{DMatrix, DVector, Dyn, RealField};
 use crate::error::ExportError;
 use crate::extension::{ExtensionMaps, SampledExtension};
 use crate::kkl::Kkl;
+use crate::moving_horizon::{self, MovingHorizon, bounds};
 use crate::step::ExpressionStep;
 
 /// The format of numbers on the target.
@@ -70,6 +71,8 @@ pub enum Program {
     Kalman(ExtendedKalmanFilter<ExpressionPlant, f64, Dyn, Dyn, Dyn>),
     /// The unscented Kalman filter in square-root form.
     Unscented(UnscentedKalmanFilter<ExpressionPlant, f64, Dyn, Dyn, Dyn>),
+    /// The moving-horizon estimator.
+    MovingHorizon(MovingHorizon<f64>),
     /// The copy of a nonlinear plant with a constant gain.
     Copy(SampledCopy<ExpressionPlant, f64, Dyn, Dyn, Dyn>),
     /// The copy of a plant in discrete time with a constant gain.
@@ -133,6 +136,7 @@ impl Program {
             Self::Varying(step) => step.dimensions(),
             Self::Kalman(observer) => observer.dimensions(),
             Self::Unscented(observer) => observer.dimensions(),
+            Self::MovingHorizon(estimator) => estimator.dimensions(),
             Self::Copy(observer) => observer.dimensions(),
             Self::Discrete(observer) => observer.dimensions(),
             Self::Kkl(observer) => observer.dimensions(),
@@ -153,6 +157,7 @@ impl Program {
             Self::Linear(_) | Self::Cubic(_) | Self::Varying(_) => None,
             Self::Kalman(filter) => Some(filter.plant().routines()),
             Self::Unscented(filter) => Some(filter.plant().routines()),
+            Self::MovingHorizon(estimator) => Some(estimator.plant().routines()),
             Self::Copy(observer) => Some(observer.plant().routines()),
             Self::Discrete(observer) => Some(observer.plant().routines()),
             Self::Kkl(observer) => Some(observer.plant().routines()),
@@ -165,7 +170,7 @@ impl Program {
     pub(crate) fn maps(&self) -> Option<Maps> {
         let all = self.routines()?;
         let (motion, measurement) = match self {
-            Self::Kalman(_) => (all.motion, all.measurement),
+            Self::Kalman(_) | Self::MovingHorizon(_) => (all.motion, all.measurement),
             Self::Discrete(_) | Self::Kkl(_) | Self::Unscented(_) | Self::Step(_) => (all.f, all.h),
             _ => (all.f, all.measurement),
         };
@@ -202,6 +207,7 @@ impl Program {
             Self::Kkl(observer) => Some(observer.substeps()),
             Self::Kalman(filter) => filter.substeps(),
             Self::Unscented(filter) => filter.substeps(),
+            Self::MovingHorizon(estimator) => estimator.substeps(),
             Self::Copy(observer) => Some(observer.substeps()),
             Self::Extension(observer) => Some(observer.substeps()),
         }
@@ -215,12 +221,18 @@ impl Program {
             Self::Varying(step) => step.period(),
             Self::Kalman(filter) => filter.period(),
             Self::Unscented(filter) => filter.period(),
+            Self::MovingHorizon(estimator) => estimator.period(),
             Self::Copy(observer) => observer.period(),
             Self::Discrete(observer) => observer.period(),
             Self::Kkl(observer) => observer.period(),
             Self::Extension(observer) => observer.period(),
             Self::Step(observer) => observer.period(),
         }
+    }
+
+    /// Samples in the window of a moving-horizon estimator; 0 of the others.
+    pub(crate) fn window(&self) -> usize {
+        if let Self::MovingHorizon(estimator) = self { estimator.horizon().window } else { 0 }
     }
 
     /// The factor of the process noise that enters before and after a motion in continuous time, as it is computed in
@@ -230,6 +242,17 @@ impl Program {
             Scalar::Binary32 => f64::from((self.period() as f32 * 0.5).sqrt()),
             Scalar::Binary64 => (self.period() * 0.5).sqrt(),
         }
+    }
+
+    /// The lower triangular factor of V, as it is computed in the format; of a moving-horizon estimator.
+    pub(crate) fn root_of_v(&self, scalar: Scalar) -> DMatrix<f64> {
+        let Self::MovingHorizon(estimator) = self else { return DMatrix::zeros(0, 0) };
+        let root = match scalar {
+            Scalar::Binary32 => moving_horizon::cast::<f32>(estimator).map(|same| same.root().map(f64::from)),
+            Scalar::Binary64 => Ok(estimator.root().clone()),
+        };
+        // The cast has been checked.
+        root.map(|root| root.lower_triangle()).unwrap_or_default()
     }
 
     /// The matrices that the step uses, by the names they have in the emitted code.
@@ -267,6 +290,13 @@ impl Program {
                 let NoiseModel { w, v, p0 } = filter.factors();
                 vec![("ROOT_W", w), ("ROOT_V", v), ("ROOT_P0", p0)]
             }
+            Self::MovingHorizon(estimator) => {
+                let NoiseModel { w, v, p0 } = estimator.noise_model();
+                let bounds = bounds(estimator);
+                let list = DMatrix::from_fn(1, bounds.len(), |_, k| bounds[k].value);
+                let all = [("W", w.clone()), ("V", v.clone()), ("P0", p0.clone())];
+                return all.into_iter().chain((!bounds.is_empty()).then_some(("BOUNDS", list))).collect();
+            }
             Self::Copy(observer) => vec![("L", observer.l())],
             Self::Discrete(observer) => vec![("L", observer.l())],
             Self::Kkl(observer) => return observer.matrices(),
@@ -284,6 +314,7 @@ impl Program {
             Self::Varying(_)
             | Self::Kalman(_)
             | Self::Unscented(_)
+            | Self::MovingHorizon(_)
             | Self::Copy(_)
             | Self::Discrete(_)
             | Self::Kkl(_)
@@ -300,6 +331,7 @@ impl Program {
             Self::Varying(step) => step.observer().nominal().d(),
             Self::Kalman(_)
             | Self::Unscented(_)
+            | Self::MovingHorizon(_)
             | Self::Copy(_)
             | Self::Discrete(_)
             | Self::Kkl(_)
@@ -334,6 +366,7 @@ impl Program {
                 ];
                 numbers.into_iter().chain(filter.gate().map(|gate| ("GATE", gate))).collect()
             }
+            Self::MovingHorizon(estimator) => vec![("PERIOD", estimator.period())],
             Self::Copy(observer) => vec![("PERIOD", observer.period())],
             Self::Discrete(observer) => vec![("PERIOD", observer.period())],
             Self::Kkl(observer) => vec![("PERIOD", observer.period())],
@@ -476,6 +509,7 @@ impl Program {
                     None => same,
                 })
             }
+            Self::MovingHorizon(estimator) => Cast::MovingHorizon(moving_horizon::cast(estimator)?),
             Self::Copy(observer) => {
                 let (plant, l) = (observer.plant().clone(), cast(observer.l()));
                 let period = nalgebra::convert(observer.period());
@@ -530,6 +564,7 @@ pub(crate) enum Cast<T: RealField + Copy> {
     Varying(VaryingPeriodStep<T, Dyn, Dyn, Dyn>),
     Kalman(ExtendedKalmanFilter<ExpressionPlant, T, Dyn, Dyn, Dyn>),
     Unscented(UnscentedKalmanFilter<ExpressionPlant, T, Dyn, Dyn, Dyn>),
+    MovingHorizon(MovingHorizon<T>),
     Copy(SampledCopy<ExpressionPlant, T, Dyn, Dyn, Dyn>),
     Discrete(DiscreteNonlinearObserver<ExpressionPlant, T, Dyn, Dyn, Dyn>),
     Kkl(Kkl<T>),
@@ -560,6 +595,11 @@ impl<T: RealField + Copy> Cast<T> {
             }
             Self::Kalman(filter) => State::Belief(GaussianEstimate::new(&estimate, &filter.noise_model().p0)),
             Self::Unscented(filter) => State::Root(SquareRootEstimate::new(&estimate, &filter.factors().p0)),
+            Self::MovingHorizon(estimator) => {
+                let size = estimator.dimensions();
+                let (u, y) = (DVector::zeros(size.inputs), DVector::zeros(size.outputs));
+                State::Window { column: estimator.initial(T::zero(), &estimate, &u, &y), order: size.estimate }
+            }
         }
     }
 
@@ -582,6 +622,9 @@ impl<T: RealField + Copy> Cast<T> {
             }
             (Self::Kalman(filter), State::Belief(belief)) => filter.step(t(filter.period()), belief, u, y),
             (Self::Unscented(filter), State::Root(belief)) => filter.step(t(filter.period()), belief, u, y),
+            (Self::MovingHorizon(estimator), State::Window { column, .. }) => {
+                estimator.step(t(estimator.period()), column, u, y);
+            }
             // `start` made the state.
             _ => {}
         }
@@ -598,6 +641,7 @@ impl<T: RealField + Copy> Cast<T> {
             }
             Self::Kalman(filter) => (filter.plant(), filter.period()),
             Self::Unscented(filter) => (filter.plant(), filter.period()),
+            Self::MovingHorizon(estimator) => (estimator.plant(), estimator.period()),
             Self::Copy(observer) => (observer.plant(), observer.period()),
             Self::Discrete(observer) => (observer.plant(), observer.period()),
             Self::Kkl(observer) => (observer.plant_in_format(), observer.period_in_format()),
@@ -619,6 +663,11 @@ pub(crate) enum State<T: RealField + Copy> {
         z: DVector<T>,
         xhat: DVector<T>,
     },
+    /// Of a moving-horizon estimator: its estimate of this length, and the window.
+    Window {
+        column: DVector<T>,
+        order: usize,
+    },
     /// Of an observer of expressions: its own state of this length, with its estimate behind it.
     Joined {
         joined: DVector<T>,
@@ -632,6 +681,7 @@ impl<T: RealField + Copy> State<T> {
             Self::Estimate(xhat) | Self::Target { xhat, .. } => xhat.clone(),
             Self::Belief(belief) => belief.estimate(),
             Self::Root(belief) => belief.estimate(),
+            Self::Window { column, order } => column.rows(0, *order).into_owned(),
             Self::Joined { joined, order } => joined.rows(*order, joined.len() - order).into_owned(),
         }
     }
@@ -643,6 +693,7 @@ impl<T: RealField + Copy> State<T> {
             Self::Belief(belief) => belief.as_slice(),
             Self::Root(belief) => belief.as_slice(),
             Self::Target { z, .. } => z.as_slice(),
+            Self::Window { column, .. } => column.as_slice(),
             Self::Joined { joined, .. } => joined.as_slice(),
         }
     }
