@@ -121,7 +121,8 @@ w = [0, 1e-2]
 v = 1e-3
 period = 0.05
 substeps = 1
-window = 5
+window = 3
+iterations = 1
 state_bounds = [[-inf, inf], [-0.2, 0.2]]
 "#;
 

@@ -361,8 +361,8 @@ impl Export {
         let scalars = self.program.scalars().len() + self.program.constants_of_maps();
         let tables = self.program.numbers_of_trees();
         let prediction = self.update.as_ref().map_or(0, DMatrix::nrows);
-        let numbers = matrices + scalars + tables + self.initial.len() + self.program.state_entries() + prediction;
-        numbers * self.scalar.bytes() + self.program.integers() * 4
+        let numbers = matrices + scalars + tables + self.initial.len() + prediction;
+        numbers * self.scalar.bytes() + self.program.state_bytes(self.scalar) + self.program.integers() * 4
     }
 
     /// The files of a C99 project: header, source, test with golden vectors, `CMakeLists.txt` and `README.md`.

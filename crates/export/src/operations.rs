@@ -112,16 +112,23 @@ impl Program {
         self.maps().map_or(0, |maps| maps.routines().flat_map(Routine::constants).count())
     }
 
+    /// Bytes of the state.
+    pub(crate) fn state_bytes(&self, scalar: Scalar) -> usize {
+        let Self::MovingHorizon(estimator) = self else { return self.state_entries() * scalar.bytes() };
+        let ObserverDimensions { estimate: n, inputs: m, outputs: p, .. } = self.dimensions();
+        let (bytes, timed) = (scalar.bytes(), usize::from(self.uses_time()));
+        // The integer behind the numbers of a sample is padded to their length, and so is the number of samples; that of
+        // the next sample has 8 bytes.
+        let samples = estimator.horizon().window * (n + m + p + timed + 1);
+        let end = (2 * (n + n * n) + samples) * bytes + 4;
+        if timed == 1 { end.next_multiple_of(8) + 8 } else { end.next_multiple_of(bytes) }
+    }
+
     /// Numbers that the state holds.
-    pub(crate) fn state_entries(&self) -> usize {
+    fn state_entries(&self) -> usize {
         match self {
             Self::Kkl(observer) => observer.dimensions().state + observer.dimensions().estimate,
             Self::Extension(observer) => observer.dimensions().state,
-            Self::MovingHorizon(estimator) => {
-                let ObserverDimensions { estimate: n, inputs: m, outputs: p, .. } = self.dimensions();
-                let sample = n + m + p + usize::from(self.uses_time());
-                2 * (n + n * n) + estimator.horizon().window * sample
-            }
             _ => self.dimensions().state,
         }
     }
@@ -133,10 +140,10 @@ impl Program {
         table + observer.trees().iter().map(|(_, tree)| 4 * tree.nodes.len() + tree.leaves.len()).sum::<usize>()
     }
 
-    /// Integers of the state and the constants, of a moving-horizon estimator.
+    /// Integers among the constants, of a moving-horizon estimator.
     pub(crate) fn integers(&self) -> usize {
         let Self::MovingHorizon(estimator) = self else { return 0 };
-        1 + estimator.horizon().window + bounds(estimator).len()
+        bounds(estimator).len()
     }
 
     /// The most operations of a step in which no bound is active, where there are bounds.

@@ -126,7 +126,7 @@ fn cost(export: &Export) -> String {
     let within = within.map_or_else(String::new, |within| format!(", {within} without active bounds"));
     format!(
         "One step takes at most {operations} floating-point operations{within}.\n * The state has {} bytes; the arrays of the window take {stack} bytes of the stack during a step.",
-        export.program.state_entries() * export.scalar.bytes() + 4 * (export.program.window() + 1)
+        export.program.state_bytes(export.scalar)
     )
 }
 
@@ -203,7 +203,7 @@ fn not_finite(export: &Export) -> String {
             " * A value of {known} or y that is not finite, and a prediction whose covariance has no factor, make the estimate\n * not finite, for good, unless the plant does not depend on it or limits it:"
         ),
         Program::MovingHorizon(_) => format!(
-            " * A measurement that is not finite is passed over. A value of {known} that is not finite makes the estimate not finite\n * until the next sample, which then replaces this one in the window, unless the plant does not depend on it or\n * limits it. To start anew,"
+            " * A measurement that is not finite is passed over. A value of {known} that is not finite makes the estimate not finite\n * until the next sample, which then takes its place in the window, unless the plant does not depend on it or\n * limits it. To start anew,"
         ),
         Program::Copy(_)
         | Program::Discrete(_)

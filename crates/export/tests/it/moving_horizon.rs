@@ -114,13 +114,15 @@ fn what_is_not_finite_is_passed_over() {
     fuzz::compare(&folder, &exports, &runs, compiler, &["-O2"]);
 }
 
-/// `sizeof` of the state is what the header says, and its operations are those that are counted in the C.
+/// `sizeof` of the state is what the header says, in both formats and with the time; the operations without active bounds
+/// are those of the estimator without bounds.
 #[test]
 fn cost_and_memory_are_in_the_header() {
-    let plant = plant(&["x1 + 0.1*x2", "0.9*x2 + 0.1*u1"], &["x1"], 1);
     let noises = NoiseModel { w: dmatrix![0.1, 0.0; 0.0, 0.2], v: dmatrix![0.05], p0: dmatrix![1.0, 0.0; 0.0, 1.0] };
-    let free = MovingHorizon::discrete(plant, noises, Horizon { window: 5, iterations: 1 }, 0.1).unwrap();
-    let bounded = free.clone().with_bounds(dvector![f64::NEG_INFINITY, 0.0], dvector![1.0, 2.0]).unwrap();
+    let free = |last: &str| {
+        let plant = plant(&["x1 + 0.1*x2", last], &["x1"], 1);
+        MovingHorizon::discrete(plant, noises.clone(), Horizon { window: 5, iterations: 1 }, 0.1).unwrap()
+    };
     let export = |estimator: MovingHorizon<f64>, scalar| {
         let names = Names::numbered(2, 1, 1);
         Export::new("cart", Program::MovingHorizon(estimator), scalar, &[0.0, 0.5], names).unwrap()
@@ -129,26 +131,30 @@ fn cost_and_memory_are_in_the_header() {
         let files = export.c().unwrap();
         files.into_iter().find(|file| file.name == "cart.h").unwrap().text
     };
-    let (free, bounded) = (export(free, Scalar::Binary64), export(bounded, Scalar::Binary32));
-    assert_eq!(free.operations_within_bounds(), None);
-    assert_eq!(bounded.operations_within_bounds(), Some(free.operations()));
-    assert!(bounded.operations() > 30 * free.operations());
-    let text = header(&bounded);
-    let told = format!(
-        "One step takes at most {} floating-point operations, {} without active bounds.",
-        bounded.operations(),
-        free.operations()
-    );
-    assert!(text.contains(&told), "{text}");
-    // xhat, P, prior and its covariance; x, u, y of five samples; the flags and the count.
-    let bytes = 4 * (2 + 4 + 2 + 4 + 5 * 4) + 4 * 6;
-    assert!(text.contains(&format!("The state has {bytes} bytes;")), "{text}");
-    assert!(header(&free).contains(&format!("at most {} floating-point operations.", free.operations())));
-    let Some(compiler) = compilers().into_iter().next() else { return };
     let folder = compiled::folder("moving-horizon-size");
-    std::fs::write(folder.join("cart.h"), &text).unwrap();
-    let size = format!("#include \"cart.h\"\ntypedef char right[(sizeof(cart_state) == {bytes}) ? 1 : -1];\n");
-    std::fs::write(folder.join("size.c"), size).unwrap();
-    let built = std::process::Command::new(compiler).current_dir(&folder).args(["-c", "size.c"]).output().unwrap();
-    assert!(built.status.success(), "{}", String::from_utf8_lossy(&built.stderr));
+    for last in ["0.9*x2 + 0.1*u1", "0.9*x2 + 0.1*u1 + 0.01*cos(t)"] {
+        for scalar in [Scalar::Binary32, Scalar::Binary64] {
+            let bounded = free(last).with_bounds(dvector![f64::NEG_INFINITY, 0.0], dvector![1.0, 2.0]).unwrap();
+            let (free, bounded) = (export(free(last), scalar), export(bounded, scalar));
+            assert_eq!(free.operations_within_bounds(), None);
+            assert_eq!(bounded.operations_within_bounds(), Some(free.operations()));
+            assert!(bounded.operations() > 30 * free.operations());
+            assert!(header(&free).contains(&format!("at most {} floating-point operations.", free.operations())));
+            let text = header(&bounded);
+            let told = format!(
+                "One step takes at most {} floating-point operations, {} without active bounds.",
+                bounded.operations(),
+                free.operations()
+            );
+            assert!(text.contains(&told), "{text}");
+            let bytes = text.split("The state has ").nth(1).and_then(|rest| rest.split(' ').next()).unwrap();
+            let Some(compiler) = compilers().into_iter().next() else { continue };
+            std::fs::write(folder.join("cart.h"), &text).unwrap();
+            let size = format!("#include \"cart.h\"\ntypedef char right[(sizeof(cart_state) == {bytes}) ? 1 : -1];\n");
+            std::fs::write(folder.join("size.c"), size).unwrap();
+            let built =
+                std::process::Command::new(compiler).current_dir(&folder).args(["-c", "size.c"]).output().unwrap();
+            assert!(built.status.success(), "{scalar:?}, {bytes}: {}", String::from_utf8_lossy(&built.stderr));
+        }
+    }
 }
