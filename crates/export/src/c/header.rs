@@ -17,8 +17,8 @@ pub(crate) fn header(export: &Export) -> String {
     _ = writeln!(text, " * Period:  {period}{unit}{nominally}");
     _ = writeln!(text, " * States:  {}", columns(&names.states, &names.units));
     let fed = if export.feedback.is_some() { ", u = r - K xhat with a reference r for each" } else { "" };
-    _ = writeln!(text, " * Inputs:  {}{fed}", columns(&names.inputs, &[]));
-    _ = writeln!(text, " * Outputs: {}", columns(&names.outputs, &[]));
+    _ = writeln!(text, " * Inputs:  {}{fed}", columns(&names.inputs, &names.input_units));
+    _ = writeln!(text, " * Outputs: {}", columns(&names.outputs, &names.output_units));
     _ = writeln!(text, " *\n * Numbers: {number} ({}). {}", export.scalar.name(), cost(export));
     text.push_str(" *\n");
     for sentence in &export.statement {

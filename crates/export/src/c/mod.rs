@@ -98,8 +98,8 @@ fn columns(names: &[String], units: &[String]) -> String {
         return "none".to_owned();
     }
     let one = |(i, name): (usize, &String)| match units.get(i) {
-        Some(unit) => format!("{name} ({unit})"),
-        None => name.clone(),
+        Some(unit) if !unit.is_empty() => format!("{name} ({unit})"),
+        _ => name.clone(),
     };
     harmless(&names.iter().enumerate().map(one).collect::<Vec<_>>().join(", "))
 }

@@ -285,7 +285,10 @@ pub(crate) fn sampled_of(
     }
     if let (ObserverKind::OptimalCubic(problem), Some(plant)) = (&observer.kind, &linear) {
         let design = names.with(|| {
-            let found = luenberger_design::OptimalCubicDesign::new(plant, problem, end)?;
+            let found = match designed.and_then(|designed| designed.optimal.as_deref()) {
+                Some(found) => found,
+                None => &luenberger_design::OptimalCubicDesign::new(plant, problem, end)?,
+            };
             Ok::<_, DesignError>(match &found.cubic {
                 Some(cubic) => {
                     let design = SampledCubicDesign::from_cubic_with_weight(&found.linear, cubic, period)?;

@@ -232,7 +232,7 @@ pub(super) fn sampled(
 ) -> Result<SampledDesign, Refusal> {
     let plain = |why: String| (why, Vec::new());
     let plant = study.plant.model.expressions().map_err(|error| plain(error.to_string()))?;
-    let Designed { runnable, report, certificate } = designed;
+    let Designed { runnable, report, certificate, .. } = designed;
     let copy = |l: DMatrix<f64>, initial: Vec<f64>, preface: &str| {
         let substeps = match substeps {
             Some(substeps) => substeps,

@@ -87,7 +87,7 @@ pub(super) fn continuous(
         noise_deviation: Vec::new(),
     };
     let runnable = Runnable::Interval(Box::new(design.observer.clone()));
-    Ok(Designed { runnable, report, certificate: Some(design.certificate.clone()) })
+    Ok(Designed::new(runnable, report, Some(design.certificate.clone())))
 }
 
 /// What the sampled observer is designed for: a plant in discrete time, or one in continuous time whose input is held.
@@ -186,5 +186,5 @@ pub(super) fn discrete(
         noise_deviation: Vec::new(),
     };
     let runnable = Runnable::SampledInterval(Box::new(design.observer.clone()));
-    Ok(Designed { runnable, report, certificate: Some(design.certificate.clone()) })
+    Ok(Designed::new(runnable, report, Some(design.certificate.clone())))
 }

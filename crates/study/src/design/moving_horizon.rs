@@ -46,5 +46,5 @@ pub(super) fn design(model: &Model, spec: &MovingHorizonSpec, substeps: Option<u
         evidence: Some("no certificate: no theorem of stability".to_owned()),
         noise_deviation: Vec::new(),
     };
-    Ok(Designed { runnable: Runnable::MovingHorizon(Box::new(estimator)), report, certificate: None })
+    Ok(Designed::new(Runnable::MovingHorizon(Box::new(estimator)), report, None))
 }

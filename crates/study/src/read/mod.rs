@@ -23,6 +23,7 @@ mod sweep;
 mod toml;
 mod tree;
 mod truth;
+mod units;
 
 use std::collections::BTreeMap;
 use std::ops::Range;

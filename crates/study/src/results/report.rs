@@ -97,12 +97,13 @@ fn typeset(formula: Typeset) -> Formula {
 
 fn plant(study: &Study, results: &Results) -> Section {
     let plant = &results.plant;
-    let states: Vec<String> =
-        plant.states.iter().enumerate().map(|(i, name)| with_unit(name, plant.units.get(i))).collect();
-    let list = |names: &[String]| if names.is_empty() { "none".to_owned() } else { names.join(", ") };
+    let list = |names: &[String]| match names {
+        [] => "none".to_owned(),
+        names => names.iter().map(|name| plant.labelled(name)).collect::<Vec<_>>().join(", "),
+    };
     let mut facts = vec![
         ("kind", plant.kind.clone()),
-        ("states", list(&states)),
+        ("states", list(&plant.states)),
         ("inputs", list(&plant.inputs)),
         ("outputs", list(&plant.outputs)),
     ];
@@ -115,8 +116,12 @@ fn plant(study: &Study, results: &Results) -> Section {
         None => section.verbatim(plant.equations.join("\n")),
     };
     if !plant.parameters.is_empty() {
-        let grid = plant.parameters.iter().fold(Grid::new(&["parameter", "value"]), |grid, parameter| {
-            grid.row([Cell::from(parameter.name.as_str()), maybe(parameter.value)])
+        let united = plant.parameters.iter().any(|parameter| parameter.unit.is_some());
+        let columns = ["parameter", "value", "unit"];
+        let grid = Grid::new(if united { &columns } else { &columns[..2] });
+        let grid = plant.parameters.iter().fold(grid, |grid, parameter| {
+            let unit = united.then(|| Cell::from(parameter.unit.as_deref().unwrap_or("–")));
+            grid.row([Cell::from(parameter.name.as_str()), number(parameter.value)].into_iter().chain(unit))
         });
         section = section.grid(grid);
     }
@@ -124,11 +129,8 @@ fn plant(study: &Study, results: &Results) -> Section {
 }
 
 fn operating_point(results: &Results, point: &OperatingPointReport) -> Section {
-    let named = |names: &[String], values: &[f64]| {
-        let one = |(name, value): (&String, &f64)| format!("{name} = {}", short(*value));
-        names.iter().zip(values).map(one).collect::<Vec<_>>().join(", ")
-    };
     let plant = &results.plant;
+    let named = |names: &[String], values: &[f64]| plant.listed(names, values.iter().map(|value| short(*value)));
     let poles: Vec<String> = point.poles.iter().map(|pole| eigenvalue(*pole)).collect();
     let mut facts = vec![("states", named(&plant.states, &point.x))];
     if !point.u.is_empty() {
