@@ -76,7 +76,7 @@ where
 }
 
 /// The Cholesky factor of a symmetric positive definite matrix, `S = G G'`, of which the lower triangle is read.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Factor<T: RealField + Copy, D: Dim>(OMatrix<T, D, D>)
 where
     DefaultAllocator: Allocator<D, D>;
@@ -101,6 +101,11 @@ where
             }
         }
         Some(Self(g))
+    }
+
+    /// G, whose entries above the diagonal are those of S.
+    pub(crate) fn lower(&self) -> &OMatrix<T, D, D> {
+        &self.0
     }
 
     /// `G^-1 B`.

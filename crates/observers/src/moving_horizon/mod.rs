@@ -48,10 +48,10 @@ pub use window::state_length;
 use window::{Layout, Part};
 
 /// Steps of the interior-point method.
-const INTERIOR: usize = 30;
+pub const INTERIOR: usize = 30;
 
-/// The share of the way to a bound that a step takes.
-const SHARE: f64 = 0.995;
+/// The share of the way to a bound that a step of the interior-point method takes.
+pub const SHARE: f64 = 0.995;
 
 /// How much a problem is to be solved.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -71,12 +71,20 @@ where
 {
     plant: S,
     noises: NoiseModel<T, N, P>,
+    /// Of V.
+    root: Factor<T, P>,
     bounds: Option<(OVector<T, N>, OVector<T, N>)>,
     h: T,
     substeps: Option<usize>,
     horizon: Horizon,
     layout: Layout,
     sizes: PhantomData<(M, D)>,
+}
+
+/// The larger of two numbers, the second where they are equal or the first is none: that of zeros with different signs
+/// is not the same on all processors with `max`.
+fn larger<T: RealField + Copy>(x: T, y: T) -> T {
+    if x > y { x } else { y }
 }
 
 /// A trajectory over the window; the stages behind the last one in use repeat it.
@@ -160,8 +168,10 @@ where
             let what = "the dimension of the state of the estimator";
             return Err(ObserverError::Table { what, expected: layout.len(), found });
         }
+        let not_definite = || ObserverError::NotDefinite { what: "V", row: size.outputs.saturating_sub(1), pivot: 0.0 };
+        let root = Factor::new(&noises.v).ok_or_else(not_definite)?;
         let substeps = Some(substeps);
-        Ok(Self { plant, noises, bounds: None, h, substeps, horizon, layout, sizes: PhantomData })
+        Ok(Self { plant, noises, root, bounds: None, h, substeps, horizon, layout, sizes: PhantomData })
     }
 
     /// The estimator of a plant in discrete time, `x+ = f(t, x, u) + w`, whose `derivative` is the next state; W is a
@@ -206,6 +216,16 @@ where
     /// The noise the estimator is designed for.
     pub fn noise_model(&self) -> &NoiseModel<T, N, P> {
         &self.noises
+    }
+
+    /// The lower triangle of G, with V = G G'.
+    pub fn root(&self) -> &OMatrix<T, P, P> {
+        self.root.lower()
+    }
+
+    /// Runge-Kutta steps between samples; none in [discrete time](Self::discrete).
+    pub fn substeps(&self) -> Option<usize> {
+        self.substeps
     }
 
     /// The [bounds](Self::with_bounds), lower and upper.
@@ -281,11 +301,12 @@ where
         let (mut c, expected) = (self.plant.output_jacobian(t, x, &u), self.plant.output(t, x, &u));
         let y = &state[self.layout.part(stage, Part::Output)];
         let mut residual = expected.clone();
-        let mut v = self.noises.v.clone();
+        let mut others = None;
         for i in 0..residual.nrows() {
             if flags[i] == T::zero() {
                 residual[i] = T::zero();
                 c.row_mut(i).fill(T::zero());
+                let v = others.get_or_insert_with(|| self.noises.v.clone());
                 v.row_mut(i).fill(T::zero());
                 v.column_mut(i).fill(T::zero());
                 v[(i, i)] = T::one();
@@ -294,7 +315,11 @@ where
             }
         }
         // With V = G G', the entries of G^-1 y are independent, with variance 1.
-        let factor = Factor::new(&v)?;
+        let others = match others {
+            Some(v) => Some(Factor::new(&v)?),
+            None => None,
+        };
+        let factor = others.as_ref().unwrap_or(&self.root);
         let (c, residual) = (factor.half_solve(&c), factor.half_solve(&residual));
         for i in 0..residual.nrows() {
             let row = c.row(i).transpose();
@@ -419,16 +444,19 @@ where
         let least = T::default_epsilon() * convert::<f64, T>(1e3);
         let p = &state[self.layout.covariance()];
         // Slacks of one standard deviation at least, and products of 1, the size of one normalised square.
-        let deviation = |j: usize| p[j + j * n].max(least * least).sqrt();
+        let deviation = |j: usize| larger(p[j + j * n], least * least).sqrt();
         let clamped = |x: &OVector<T, N>| {
             let mut inside = x.clone();
-            (0..n).for_each(|j| inside[j] = inside[j].max(lower[j]).min(upper[j]));
+            for j in 0..n {
+                let above = larger(inside[j], lower[j]);
+                inside[j] = if above < upper[j] { above } else { upper[j] };
+            }
             inside
         };
         for stage in &mut x {
             *stage = clamped(stage);
         }
-        let slack = |gap: T, j: usize| if ComplexField::is_finite(&gap) { gap.max(deviation(j)) } else { T::one() };
+        let slack = |gap: T, j: usize| if ComplexField::is_finite(&gap) { larger(gap, deviation(j)) } else { T::one() };
         let side = |gap: &dyn Fn(usize) -> T| {
             let mut s = lower.clone();
             (0..n).for_each(|j| s[j] = slack(gap(j), j));
@@ -489,7 +517,7 @@ where
             // After a short step the centre is aimed at again.
             let half = convert::<f64, T>(0.5);
             let reduced = if alpha > half { tenth * mean } else { half * mean };
-            mu = reduced.max(least);
+            mu = larger(reduced, least);
         }
         let inside: Trajectory<T, N, L> = core::array::from_fn(|i| clamped(&x[i]));
         covariance.map(|p| (inside, p))
