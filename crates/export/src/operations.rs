@@ -159,7 +159,7 @@ impl Program {
         let window = FullWindow::new(self, estimator);
         let (n, interior) = (window.n, if window.bounds > 0 { 2 * window.bounds + window.n } else { 0 });
         // Stages of the filter, trajectory, solutions, slacks and multipliers.
-        Some(window.window * (3 * n * n + 2 * n + 2 * n + interior))
+        Some(window.stages * (3 * n * n + 2 * n + 2 * n + interior))
     }
 }
 
@@ -167,7 +167,7 @@ impl Program {
 struct FullWindow {
     n: usize,
     p: usize,
-    window: usize,
+    stages: usize,
     iterations: usize,
     bounds: usize,
     measurement: usize,
@@ -188,7 +188,7 @@ impl FullWindow {
             None => motion,
         };
         let Horizon { window, iterations } = estimator.horizon();
-        Self { n, p, window, iterations, bounds: bounds(estimator).len(), measurement, linearised }
+        Self { n, p, stages: window, iterations, bounds: bounds(estimator).len(), measurement, linearised }
     }
 
     /// The update by one measurement: gain, news, mean, T, and P in Joseph's form.
@@ -217,7 +217,7 @@ impl FullWindow {
     fn pass(&self) -> usize {
         let n = self.n;
         let moved = self.linearised + self.drift() + self.spread() + 4 * n * n + n;
-        self.window * (self.measured() + 2 * n * n) + (self.window - 1) * moved
+        self.stages * (self.measured() + 2 * n * n) + (self.stages - 1) * moved
     }
 
     /// A step without active bounds: the check of the innovation, the Gauss-Newton steps, the prediction, and the
@@ -235,11 +235,11 @@ impl FullWindow {
         if self.bounds == 0 {
             return self.within();
         }
-        let pairs = self.window * self.bounds;
+        let pairs = self.stages * self.bounds;
         // Value, innovation and variance of a bound; the steps of its slack and multiplier, twice, how far they may go,
         // and the new ones.
         let of_bounds = pairs * (6 + self.correction() + 2 * 8 + 2 * 5 + 6);
-        let step = self.pass() + of_bounds + 3 * self.window * self.n + 2;
+        let step = self.pass() + of_bounds + 3 * self.stages * self.n + 2;
         self.within() + 4 * pairs + INTERIOR * step
     }
 }
