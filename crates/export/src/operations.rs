@@ -181,10 +181,12 @@ impl FullWindow {
         let maps = program.maps();
         let of = |routine: fn(&Maps) -> &Routine| maps.as_ref().map_or(0, |maps| routine(maps).operations());
         let (motion, measurement) = (of(|maps| &maps.motion), of(|maps| &maps.measurement));
+        let is_timed = maps.as_ref().is_some_and(|maps| maps.motion.uses_time());
         let entries = n + 2 * n * n;
         let slope = motion + 2 * square(n) + 2 * n * n;
         let linearised = match estimator.substeps() {
-            Some(substeps) => substeps * (4 * slope + 11 * entries + n * (n - 1)),
+            // The time of the four slopes, and of the start of each step.
+            Some(substeps) => substeps * (4 * slope + 12 * entries + n * (n - 1) + if is_timed { 5 } else { 0 }),
             None => motion,
         };
         let Horizon { window, iterations } = estimator.horizon();
@@ -220,14 +222,14 @@ impl FullWindow {
         self.stages * (self.measured() + 2 * n * n) + (self.stages - 1) * moved
     }
 
-    /// A step without active bounds: the check of the innovation, the Gauss-Newton steps, the prediction, and the
+    /// A step without active bounds: the time, the check of the innovation, the Gauss-Newton steps, the prediction, and the
     /// arrival cost.
     fn within(&self) -> usize {
         let (n, p) = (self.n, self.p);
         let factor: usize = (0..p).map(|j| (p - j) * (2 * j + 1)).sum();
         let definite = self.measurement + (p * n + p * p) * (2 * n - 1) + p * p + factor;
         let forgotten = self.measured() + self.linearised + self.drift() + self.spread();
-        definite + self.iterations * self.pass() + self.linearised + self.spread() + forgotten
+        1 + definite + self.iterations * self.pass() + self.linearised + self.spread() + forgotten
     }
 
     /// With the interior-point method.
