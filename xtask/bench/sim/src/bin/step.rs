@@ -3,16 +3,23 @@
 //!
 //! Each time is the least of many batches, all observers taking turns, so that a busy machine slows all alike.
 
+use luenberger_export::moving_horizon::MovingHorizon;
 use luenberger_export::{Export, Names, Program, Scalar};
 use luenberger_expression::{ExpressionPlant, Parameters};
 use luenberger_observers::kalman::{ExtendedKalmanFilter, NoiseModel};
+use luenberger_observers::moving_horizon::state_length;
+use luenberger_observers::sliding_mode::Discretisation;
 use luenberger_observers::{
-    DiscreteLinearObserver, KalmanFilter, KalmanModel, SampledCopy, SampledCubicGains, SampledCubicObserver,
-    SampledObserver, cubic,
+    DiscreteLinearObserver, Horizon, KalmanFilter, KalmanModel, MovingHorizonEstimator, SampledCopy, SampledCubicGains,
+    SampledCubicObserver, SampledIntervalGains, SampledIntervalObserver, SampledObserver, SigmaPoints,
+    SlidingModeObserver, UnscentedKalmanFilter, VaryingPeriodObserver, cubic,
 };
-use luenberger_plants::{Column, StateSpace};
+use luenberger_plants::{Column, StateSpace, StaticPlant, double_integrator};
 use multicalc::linear_algebra::{Matrix, Vector};
-use nalgebra::{Complex, Const, DMatrix, Dyn, Matrix1, SMatrix, SVector, U1, dmatrix};
+use nalgebra::{
+    Complex, Const, DMatrix, DVector, Dyn, Matrix1, Matrix2, RowVector2, SMatrix, SVector, U1, Vector2, dmatrix,
+    dvector,
+};
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::cell::Cell;
 use std::hint::black_box;
@@ -43,6 +50,10 @@ static ALLOCATOR: Counting = Counting;
 
 const PERIOD: f64 = 0.1;
 const BATCH: usize = 10_000;
+/// Of the moving-horizon estimator.
+const SHORT_BATCH: usize = 5;
+/// Samples in its window.
+const WINDOW: usize = 10;
 const BATCHES: usize = 60;
 
 /// A line of the table: what runs a batch of steps.
@@ -50,14 +61,22 @@ struct Line {
     name: String,
     sizes: &'static str,
     operations: Option<usize>,
-    run: Box<dyn FnMut()>,
+    /// Steps of a batch.
+    batch: usize,
+    run: Box<dyn FnMut(usize)>,
     best: f64,
     allocations: usize,
 }
 
 impl Line {
-    fn new(name: &str, sizes: &'static str, operations: Option<usize>, run: impl FnMut() + 'static) -> Self {
-        Self { name: name.to_owned(), sizes, operations, run: Box::new(run), best: f64::INFINITY, allocations: 0 }
+    fn new(name: &str, sizes: &'static str, operations: Option<usize>, run: impl FnMut(usize) + 'static) -> Self {
+        let (name, run) = (name.to_owned(), Box::new(run));
+        Self { name, sizes, operations, batch: BATCH, run, best: f64::INFINITY, allocations: 0 }
+    }
+
+    /// With batches of as many steps.
+    fn batches(self, batch: usize) -> Self {
+        Self { batch, ..self }
     }
 
     /// Batches of steps of an observer, each from the state that the one before left.
@@ -78,8 +97,12 @@ impl Line {
         let y = O::Output::try_from_slice(&vec![0.3; size.outputs]).expect("the length that the observer says");
         let start = O::Estimate::try_from_slice(estimate).expect("the length that the observer says");
         let mut state = observer.initial(0.0, &start, &u, &y);
-        Self::new(name, sizes, operations, move || {
-            for k in 0..BATCH {
+        // The window of a moving-horizon estimator is full.
+        for k in 0..2 * WINDOW {
+            observer.step(k as f64 * PERIOD, &mut state, &u, &y);
+        }
+        Self::new(name, sizes, operations, move |batch| {
+            for k in 0..batch {
                 observer.step(k as f64 * PERIOD, black_box(&mut state), black_box(&u), black_box(&y));
             }
         })
@@ -88,15 +111,16 @@ impl Line {
     fn measure(&mut self) {
         let before = COUNT.with(Cell::get);
         let start = Instant::now();
-        (self.run)();
-        self.best = self.best.min(start.elapsed().as_secs_f64() * 1e9 / BATCH as f64);
-        self.allocations = (COUNT.with(Cell::get) - before) / BATCH;
+        (self.run)(self.batch);
+        self.best = self.best.min(start.elapsed().as_secs_f64() * 1e9 / self.batch as f64);
+        self.allocations = (COUNT.with(Cell::get) - before) / self.batch;
     }
 }
 
 /// Floating-point operations of the exported step.
 fn operations(program: Program, states: usize) -> Option<usize> {
-    let export = Export::new("bench", program, Scalar::Binary64, &vec![0.1; states], Names::numbered(states, 1, 1));
+    let names = Names::numbered(states, program.plant_inputs(), 1);
+    let export = Export::new("bench", program, Scalar::Binary64, &vec![0.1; states], names);
     Some(export.expect("it can be exported").operations())
 }
 
@@ -179,8 +203,8 @@ impl Chain {
         };
         let (start, doubt) = (Vector::new([0.1; N]), matrix(&DMatrix::identity(N, N)));
         let mut filter = multicalc::estimation::KalmanFilter::new(start, doubt, model);
-        lines.push(Line::new(&format!("Kalman filter of multicalc, n = {N}"), "static", None, move || {
-            for _ in 0..BATCH {
+        lines.push(Line::new(&format!("Kalman filter of multicalc, n = {N}"), "static", None, move |batch| {
+            for _ in 0..batch {
                 let filter = black_box(&mut filter);
                 filter.update(black_box(Vector::new([0.3]))).expect("S > 0");
                 filter.predict();
@@ -203,6 +227,73 @@ fn nonlinear(lines: &mut Vec<Line>) {
     let filter = ExtendedKalmanFilter::new(pendulum(), NoiseModel { w, v, p0 }, 0.01, 1).expect("shapes fit");
     let count = operations(Program::Kalman(filter.clone()), 2);
     lines.push(Line::of("extended Kalman filter of a pendulum", "dynamic", count, filter, &start));
+    let (w, v, p0) = (DMatrix::identity(2, 2) * 0.01, dmatrix![0.1], DMatrix::identity(2, 2));
+    let noises = NoiseModel { w, v, p0 };
+    let filter = UnscentedKalmanFilter::new(pendulum(), noises, SigmaPoints::default(), 0.01, 1).expect("shapes fit");
+    let count = operations(Program::Unscented(filter.clone()), 2);
+    lines.push(Line::of("unscented Kalman filter of a pendulum", "dynamic", count, filter, &start));
+}
+
+/// The moving-horizon estimator of a pendulum in expressions, and of a double integrator, with a bound of the first
+/// state that the measurements violate and without.
+fn moving_horizon(lines: &mut Vec<Line>) {
+    const STATE: usize = state_length(2, 1, 1, WINDOW);
+    type Fixed = MovingHorizonEstimator<StaticPlant<f64, 2, 1, 1>, f64, Const<2>, U1, U1, Const<STATE>, WINDOW>;
+    let horizon = Horizon { window: WINDOW, iterations: 1 };
+    let noises = NoiseModel { w: DMatrix::identity(2, 2) * 0.01, v: dmatrix![0.1], p0: DMatrix::identity(2, 2) };
+    let free = MovingHorizon::new(pendulum(), noises, horizon, 0.01, 1).expect("shapes fit");
+    let far = DVector::from_element(2, f64::INFINITY);
+    let bounded = free.clone().with_bounds(-&far, dvector![-0.1, f64::INFINITY]).expect("below");
+    let noises = NoiseModel { w: Matrix2::identity() * 0.01, v: Matrix1::new(0.1), p0: Matrix2::identity() };
+    let fixed = Fixed::new(double_integrator(), noises, horizon, 0.01, 1).expect("shapes fit");
+    let far = Vector2::repeat(f64::INFINITY);
+    let fixed_bounded = fixed.clone().with_bounds(-far, Vector2::new(-0.1, f64::INFINITY)).expect("below");
+    let start = [0.05, 0.0];
+    for (what, estimator, fixed) in [("no bound", free, fixed), ("an active bound", bounded, fixed_bounded)] {
+        let count = operations(Program::MovingHorizon(estimator.clone()), 2);
+        let name = format!("moving-horizon estimator of a pendulum, {WINDOW} samples, {what}");
+        lines.push(Line::of(&name, "dynamic", count, estimator, &start).batches(SHORT_BATCH));
+        let name = format!("moving-horizon estimator of a double integrator, {WINDOW} samples, {what}");
+        lines.push(Line::of(&name, "static", None, fixed, &start).batches(SHORT_BATCH));
+    }
+}
+
+/// The sampled observers of a double integrator with a step of their own: sliding-mode, interval, varying periods.
+fn of_a_double_integrator(chain: &Chain, lines: &mut Vec<Line>) {
+    let start = [0.1, 0.0];
+    let sliding = SlidingModeObserver::<_, f64, Const<2>, U1, U1>::new(
+        double_integrator(),
+        Vector2::new(2.1, 1.1),
+        PERIOD,
+        Discretisation::Implicit,
+    );
+    lines.push(Line::of("sliding-mode observer, n = 2", "static", None, sliding.expect("shapes fit"), &start));
+    let l = Vector2::from_fn(|i, _| chain.ld[i]);
+    let c = RowVector2::from_fn(|_, j| chain.c[j]);
+    let f = Matrix2::from_fn(|i, j| chain.ad[(i, j)]) - l * c;
+    let gains = SampledIntervalGains {
+        f,
+        g: Vector2::from_fn(|i, _| chain.bd[i]),
+        c,
+        l,
+        blocks: f.abs(),
+        constant: Vector2::repeat(1e-3),
+        of_estimate: Matrix2::repeat(1e-15),
+        of_input: Vector2::repeat(1e-15),
+        h: Matrix2::identity(),
+        outward: 1e-15,
+        start: Vector2::repeat(1.0),
+        period: PERIOD,
+    };
+    let interval = SampledIntervalObserver::<f64, Const<2>, U1, U1, Const<2>, Const<4>>::new(gains);
+    lines.push(Line::of("interval observer, n = 2", "static", None, interval.expect("shapes fit"), &start));
+    let (a, b) = (dmatrix![0.0, 1.0; 0.0, 0.0], dmatrix![0.0; 1.0]);
+    let varying = VaryingPeriodObserver::new(chain.cubic(), a, b, &chain.ld / PERIOD, 3.0 * PERIOD);
+    let program = Program::varying(&varying.expect("shapes fit")).expect("a step");
+    let count = operations(program.clone(), 2);
+    if let Program::Varying(step) = program {
+        lines.push(Line::of("sampled cubic at varying periods, n = 2", "dynamic", count, step, &start));
+    }
 }
 
 fn main() {
@@ -214,7 +305,9 @@ fn main() {
     chains[0].filter::<2>(&mut lines);
     chains[1].filter::<3>(&mut lines);
     chains[2].filter::<6>(&mut lines);
+    of_a_double_integrator(&chains[0], &mut lines);
     nonlinear(&mut lines);
+    moving_horizon(&mut lines);
     for _ in 0..BATCHES {
         lines.iter_mut().for_each(Line::measure);
     }
