@@ -22,6 +22,8 @@ function draw() {
     // Black curves take the colour of the text, so that they are seen on a dark page.
     const traces = data.map((trace) => trace.line?.color === "#000000"
       ? { ...trace, line: { ...trace.line, color: ink }, marker: { ...trace.marker, color: ink } } : trace);
+    // When the window changes its size, a figure takes that of its element.
+    place.style.height = `${layout.height}px`;
     Plotly.react(place, traces, themed(layout), config);
   }
 }

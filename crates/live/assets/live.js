@@ -117,6 +117,7 @@ class Live {
     const unit = units[k] ? ` (${units[k]})` : "";
     const config = { responsive: true, displayModeBar: false };
     const [left, right] = ["norm", "state"].map((name) => this.root.querySelector(`[data-live="${name}"]`));
+    for (const plot of [left, right]) plot.style.height = "300px";
     Plotly.react(left, norm, layout("|e|", "log"), config);
     Plotly.react(right, state, layout(states[k] + unit, "linear"), config);
   }

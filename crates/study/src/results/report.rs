@@ -330,20 +330,54 @@ fn designed(section: Section, design: &DesignReport, solver: Option<&str>) -> Se
 /// The maximal number of rows and columns of a matrix shown entry by entry.
 const LARGEST: usize = 12;
 
+/// An entry that rounding errors can account for.
+const ABOUT_ZERO: &str = "≈0";
+
+/// The entries of a matrix with six digits; [`ABOUT_ZERO`] for one that is below the rounding errors of its row and of
+/// its column, whatever the units of both are. Of a vector, below those of its largest entry.
+fn entries(rows: &[Vec<f64>]) -> Vec<Vec<String>> {
+    let columns = rows.first().map_or(0, Vec::len);
+    let largest = |entries: &mut dyn Iterator<Item = f64>| entries.fold(0.0, |largest: f64, x| largest.max(x.abs()));
+    let of_column: Vec<f64> =
+        (0..columns).map(|j| largest(&mut rows.iter().filter_map(|row| row.get(j).copied()))).collect();
+    let one = |row: &Vec<f64>| {
+        let of_row = largest(&mut row.iter().copied());
+        let entry = |(x, of_column): (&f64, &f64)| {
+            let beside = match (rows.len(), columns) {
+                (1, _) => of_row,
+                (_, 1) => *of_column,
+                _ => of_row.min(*of_column),
+            };
+            let is_noise = *x != 0.0 && x.abs() <= 8.0 * f64::EPSILON * beside;
+            if is_noise { ABOUT_ZERO.to_owned() } else { short(*x) }
+        };
+        row.iter().zip(&of_column).map(entry).collect()
+    };
+    rows.iter().map(one).collect()
+}
+
 /// Small matrices entry by entry; larger ones by their sizes.
 fn matrices<'a>(section: Section, matrices: impl Iterator<Item = &'a NamedMatrix>) -> Section {
     let (mut formulas, mut large) = (Vec::new(), Vec::new());
+    let mut about = false;
     for matrix in matrices {
         let (rows, columns) = (matrix.rows.len(), matrix.rows.first().map_or(0, Vec::len));
         if rows.max(columns) > LARGEST {
             large.push(format!("{} is {rows} x {columns}: see `study.json`.", matrix.name));
         } else {
-            let rows: Vec<Vec<String>> =
-                matrix.rows.iter().map(|row| row.iter().map(|x| short(*x)).collect()).collect();
+            let rows = entries(&matrix.rows);
+            about |= rows.iter().flatten().any(|entry| entry == ABOUT_ZERO);
             formulas.push(Formula::matrix(&matrix.name, &rows));
         }
     }
     let section = if formulas.is_empty() { section } else { section.formulas(formulas) };
+    let section = match about {
+        true => section.prose(
+            "≈ 0: not more than the rounding errors of the other entries of its row and its column; `study.json` has the \
+             digits.",
+        ),
+        false => section,
+    };
     if large.is_empty() { section } else { section.prose(large.join(" ")) }
 }
 
@@ -430,6 +464,16 @@ fn comparison(results: &Results) -> Section {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// A small entry beside large ones is rounding; one in a row or a column of small units is not.
+    #[test]
+    fn rounding_errors_are_not_shown_as_digits() {
+        let shown = |rows: &[&[f64]]| entries(&rows.iter().map(|row| row.to_vec()).collect::<Vec<_>>());
+        assert_eq!(shown(&[&[2.0, 3e-16], &[0.0, 1.0]]), [["2", "≈0"], ["0", "1"]]);
+        assert_eq!(shown(&[&[1e6, 1e-10], &[1e-10, 1e-24]]), [["1000000", "1e-10"], ["1e-10", "1e-24"]]);
+        assert_eq!(shown(&[&[1e-16], &[5.0]]), [["≈0"], ["5"]]);
+        assert_eq!(shown(&[&[1e-16]]), [["1e-16"]]);
+    }
 
     #[test]
     fn a_direction_of_many_states_is_told_by_its_leading_terms() {
