@@ -346,6 +346,21 @@ fn the_linear_program_finds_the_least_width() {
     assert!(total <= least * (1.0 + 1e-4) && total >= 0.9 * least, "{total} {least}");
 }
 
+/// A scalar plant whose output has the disturbances of the state: `|E - L D| W/(1 + L)` is least where one of its two
+/// terms vanishes, at L = 2 or L = -1/2, and which of them depends on the bounds W.
+#[test]
+fn the_least_width_depends_on_the_bounds_of_common_disturbances() {
+    let plant = StateSpace::new(dmatrix![-1.0], DMatrix::zeros(1, 0), dmatrix![1.0]).unwrap();
+    for (bounds, gain, width) in [([1.0, 0.3], 2.0, 0.25), ([0.1, 2.0], -0.5, 0.25)] {
+        let acting = Disturbances { e: dmatrix![1.0, 0.5], d: dmatrix![0.5, -1.0], bounds: bounds.to_vec() };
+        let best = IntervalDesign::least_width(&plant, &acting, &[1.0]).unwrap();
+        assert!(best.certificate.is_proved());
+        let l = best.observer.inner().l[0];
+        assert!((l - gain).abs() < 1e-4, "{l} for W = {bounds:?}");
+        assert!((best.widths[0] - width).abs() < 1e-4, "{:?} for W = {bounds:?}", best.widths);
+    }
+}
+
 /// What is not possible is named.
 #[test]
 fn refusals_carry_numbers() {

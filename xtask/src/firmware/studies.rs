@@ -130,6 +130,7 @@ fn cases(folder: &Path) -> Result<Vec<Case>, Failure> {
     let own = [
         ("loop.toml", deploy::LOOP, true),
         ("timed.toml", deploy::TIMED, true),
+        ("bounded.toml", deploy::BOUNDED, false),
         ("filtered.toml", deploy::FILTERED, false),
         ("interpolated.toml", deploy::INTERPOLATED, false),
     ];

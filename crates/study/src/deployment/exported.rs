@@ -34,6 +34,7 @@ pub fn exported(
         SampledDesign::Copy(design) => Program::Copy(design.observer),
         SampledDesign::Filter(design) => Program::Kalman(design.filter),
         SampledDesign::Unscented(design) => Program::Unscented(design.filter),
+        SampledDesign::MovingHorizon(design) => Program::MovingHorizon(design.estimator),
         SampledDesign::Extension(design) => Program::Extension(design.observer),
         SampledDesign::Interval(design) => Program::Step(design.program(scalar)?),
         SampledDesign::SlidingMode(design) => Program::Step(design.observer),

@@ -3,6 +3,7 @@
 use luenberger_design::Certificate;
 use luenberger_design::numerical_kkl::{Embedded, Interpolated};
 use luenberger_export::extension::{ExpressionObserver, SampledExtension};
+use luenberger_export::moving_horizon::MovingHorizon;
 use luenberger_expression::ExpressionPlant;
 use luenberger_observers::high_gain::HighGainMap;
 use luenberger_observers::kkl::{LeftInverse, LinearKkl};
@@ -63,6 +64,13 @@ pub struct FilterDesign {
 pub struct UnscentedDesign {
     /// The filter.
     pub filter: UnscentedKalmanFilter<ExpressionPlant, f64, Dyn, Dyn, Dyn>,
+}
+
+/// The moving-horizon estimator.
+#[derive(Debug, Clone)]
+pub struct MovingHorizonDesign {
+    /// The estimator.
+    pub estimator: MovingHorizon<f64>,
 }
 
 /// The numerical KKL observer.
@@ -279,13 +287,20 @@ pub(super) fn sampled(
             let filter = same.map_err(|error| plain(error.to_string()))?;
             Ok(SampledDesign::Unscented(Box::new(UnscentedDesign { filter })))
         }
-        Runnable::MovingHorizon(_) => Err((
-            "a moving-horizon estimator has no export: the number of its steps at a sample depends on whether bounds are active".to_owned(),
-            vec![
-                "in Rust observers::MovingHorizonEstimator runs on the target, with no allocation".to_owned(),
-                "kind = \"extended-kalman\" or \"ukf\" with the same w and v has one".to_owned(),
-            ],
-        )),
+        Runnable::MovingHorizon(estimator) => {
+            let (noises, horizon, period) =
+                (estimator.noise_model().clone(), estimator.horizon(), estimator.period());
+            let same = match estimator.substeps() {
+                Some(own) => MovingHorizon::new(plant, noises, horizon, period, substeps.unwrap_or(own)),
+                None => MovingHorizon::discrete(plant, noises, horizon, period),
+            };
+            let same = same.and_then(|same| match estimator.bounds() {
+                Some((lower, upper)) => same.with_bounds(lower.clone(), upper.clone()),
+                None => Ok(same),
+            });
+            let estimator = same.map_err(|error| plain(error.to_string()))?;
+            Ok(SampledDesign::MovingHorizon(Box::new(MovingHorizonDesign { estimator })))
+        }
         Runnable::DiscreteNonlinear(copied) => {
             let observer = DiscreteNonlinearObserver::new(plant, copied.l().clone(), period);
             let observer = observer.map_err(|error| plain(error.to_string()))?;

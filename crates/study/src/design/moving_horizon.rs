@@ -12,7 +12,7 @@ use crate::results::DesignReport;
 use crate::study::MovingHorizonSpec;
 
 /// The most samples in a window.
-pub const LONGEST_WINDOW: usize = 32;
+pub use luenberger_export::moving_horizon::LONGEST_WINDOW;
 
 /// The estimator of a plant in continuous time, or without `substeps` in discrete time.
 pub(super) fn design(model: &Model, spec: &MovingHorizonSpec, substeps: Option<usize>) -> Result<Designed, Misfit> {

@@ -6,13 +6,15 @@
 mod advise;
 mod json;
 mod keys;
+mod observer_keys;
 mod observers;
+mod sources;
 mod truth;
 
 pub use json::{SCHEMA, json_schema};
 pub use keys::STUDY;
 pub(crate) use keys::{QUANTITIES, SWEPT};
-pub use observers::{ObserverSource, observer_sources};
+pub use sources::{ObserverSource, observer_sources};
 
 /// A table: its description and its keys.
 #[derive(Debug, Clone, Copy)]
