@@ -5,13 +5,16 @@ addEventListener("unhandledrejection", (event) => errors.push(String(event.reaso
 const consoleError = console.error;
 console.error = (...words) => { errors.push(words.join(" ")); consoleError(...words); };
 
-// The elements that are wider than the page, but for those that scroll by themselves.
+// The elements that are wider than the page, but for those within an element that scrolls.
 function wide(page) {
-  const width = page.documentElement.clientWidth;
-  const found = page.documentElement.scrollWidth > width ? [`the page, ${page.documentElement.scrollWidth} of ${width} px`] : [];
+  const { clientWidth, scrollWidth } = page.documentElement;
+  const found = scrollWidth > clientWidth ? [`the page, ${scrollWidth} of ${clientWidth} px`] : [];
+  const scrolls = (element) => element && element !== page.body
+    && (page.defaultView.getComputedStyle(element).overflowX !== "visible" || scrolls(element.parentElement));
   for (const element of page.querySelectorAll("body *")) {
-    if (element.closest(".wide, .formulas, pre, nav, svg, math") || !element.getClientRects().length) continue;
-    if (element.getBoundingClientRect().right > width + 1) found.push(`${element.tagName} ${element.id} ${element.className}`);
+    if (element.closest("svg, math") || !element.getClientRects().length) continue;
+    const over = element.getBoundingClientRect().right > clientWidth + 1;
+    if (over && !scrolls(element.parentElement)) found.push(`${element.tagName} ${element.id} ${element.className}`);
   }
   return found;
 }

@@ -111,7 +111,7 @@ class Live {
     const axis = { zeroline: false, showline: true, ticks: "outside", ticklen: 4, exponentformat: "power", automargin: true };
     const layout = (title, type) => themed({
       margin: { l: 60, r: 12, t: 30, b: 44 }, height: 300, hovermode: "x unified", uirevision: "kept",
-      legend: { orientation: "h", y: 1.14 }, xaxis: { ...axis, title: { text: time } },
+      legend: { orientation: "h", y: 1.03, yanchor: "bottom" }, xaxis: { ...axis, title: { text: time } },
       yaxis: { ...axis, title: { text: title }, type, ...(type === "log" && decades > 1 ? { dtick: Math.ceil(decades / 6) } : {}) },
     });
     const unit = units[k] ? ` (${units[k]})` : "";

@@ -371,12 +371,13 @@ fn matrices<'a>(section: Section, matrices: impl Iterator<Item = &'a NamedMatrix
         }
     }
     let section = if formulas.is_empty() { section } else { section.formulas(formulas) };
-    let section = match about {
-        true => section.prose(
+    let section = if about {
+        section.prose(
             "≈ 0: not more than the rounding errors of the other entries of its row and its column; `study.json` has the \
              digits.",
-        ),
-        false => section,
+        )
+    } else {
+        section
     };
     if large.is_empty() { section } else { section.prose(large.join(" ")) }
 }
