@@ -73,7 +73,7 @@ impl Program {
                 let predicted = (2 * n + 1) * (moved + column(n)) + drawn + points(n) + noise;
                 if filter.gate().is_some() { 2 * update + predicted } else { update + predicted }
             }
-            Self::MovingHorizon(estimator) => Window::new(self, estimator).most(),
+            Self::MovingHorizon(estimator) => FullWindow::new(self, estimator).most(),
             Self::Copy(observer) => {
                 let slope = motion + measurement + product(p, n) + p + product(n, p) + n;
                 observer.substeps() * (4 * slope + combined(n + p))
@@ -149,14 +149,14 @@ impl Program {
     /// The most operations of a step in which no bound is active, where there are bounds.
     pub(crate) fn operations_within_bounds(&self) -> Option<usize> {
         let Self::MovingHorizon(estimator) = self else { return None };
-        let window = Window::new(self, estimator);
+        let window = FullWindow::new(self, estimator);
         (window.bounds > 0).then(|| window.within())
     }
 
     /// Numbers of the arrays over the window that a step of a moving-horizon estimator has on the stack at once.
     pub(crate) fn numbers_of_window(&self) -> Option<usize> {
         let Self::MovingHorizon(estimator) = self else { return None };
-        let window = Window::new(self, estimator);
+        let window = FullWindow::new(self, estimator);
         let (n, interior) = (window.n, if window.bounds > 0 { 2 * window.bounds + window.n } else { 0 });
         // Stages of the filter, trajectory, solutions, slacks and multipliers.
         Some(window.stages * (3 * n * n + 2 * n + 2 * n + interior))
@@ -164,7 +164,7 @@ impl Program {
 }
 
 /// The operations of a moving-horizon estimator with a full window.
-struct Window {
+struct FullWindow {
     n: usize,
     p: usize,
     stages: usize,
@@ -175,7 +175,7 @@ struct Window {
     linearised: usize,
 }
 
-impl Window {
+impl FullWindow {
     fn new(program: &Program, estimator: &MovingHorizon<f64>) -> Self {
         let ObserverDimensions { estimate: n, outputs: p, .. } = program.dimensions();
         let maps = program.maps();

@@ -19,7 +19,7 @@ use clarabel::solver::{DefaultSettings, DefaultSolver, IPSolver, SolverStatus};
 use luenberger_observers::moving_horizon::{Horizon, MovingHorizonEstimator};
 use luenberger_observers::{NoiseModel, SampledObserver};
 use luenberger_plants::{LinearPlant, StateSpace};
-use nalgebra::{DMatrix, DVector, Dyn};
+use nalgebra::{DMatrix, DVector, Dyn, dmatrix, dvector};
 use proptest::prelude::*;
 
 use crate::generators::{matrix, partly_measured_plant};
@@ -226,8 +226,19 @@ proptest! {
                 y: DVector::from_fn(p, |i, _| signals[(k, 2 + i % 2)]),
             })
             .collect();
-        let (active, _) = beside(&plant, &noises, (&lower, &upper), &samples)?;
-        // Two bounds at most half a unit apart: the noise of the samples is above that.
-        prop_assert!(active > 0);
+        beside(&plant, &noises, (&lower, &upper), &samples)?;
     }
+}
+
+/// A cart whose position is measured beyond its bound in every other half of the run: estimates at the bound and within.
+#[test]
+fn bounds_are_active_and_not() {
+    let plant = StateSpace::new(dmatrix![1.0, 0.5; 0.0, 0.9], dmatrix![0.0; 0.1], dmatrix![1.0, 0.0]).unwrap();
+    let noises =
+        NoiseModel { w: dmatrix![0.02, 0.01; 0.01, 0.04], v: dmatrix![0.09], p0: dmatrix![1.0, 0.2; 0.2, 0.5] };
+    let sample = |k: usize| Sample { u: dvector![0.1], y: dvector![if k % 10 < 5 { 0.0 } else { 2.0 }] };
+    let samples: Vec<Sample> = (0..20).map(sample).collect();
+    let (lower, upper) = (dvector![-1.0, -0.6], dvector![1.0, 0.6]);
+    let (active, within) = beside(&plant, &noises, (&lower, &upper), &samples).unwrap();
+    assert!(active >= 4 && within >= 4, "{active} at a bound, {within} within");
 }

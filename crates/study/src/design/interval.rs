@@ -58,8 +58,9 @@ pub(super) fn continuous(
     let inner = design.observer.inner();
     let flow = &inner.a - &inner.l * &inner.c;
     let comparison = design.observer.comparison();
+    let is_metzler = (0..flow.nrows()).all(|i| (0..flow.nrows()).all(|j| i == j || flow[(i, j)] >= 0.0));
     let metzler = match spec.coordinates {
-        ErrorCoordinates::Plant if comparison.k == flow => " A - L C is Metzler.",
+        ErrorCoordinates::Plant if is_metzler => " A - L C is Metzler.",
         ErrorCoordinates::Plant => " A - L C is not Metzler: K is the Metzler matrix above it.",
         ErrorCoordinates::Modal => "",
     };

@@ -187,7 +187,7 @@ pub(super) const KINDS: &[Variant] = &[
             optional(
                 "least_width",
                 Kind::Switch,
-                "true: the gain for which the sum of the half-widths in the end is least, in the coordinates of the plant, by a linear program.",
+                "true: the gain for which the sum of the half-widths in the end is least, in the coordinates of the plant, by a linear program (a sum up to one per cent larger is allowed for a smaller gain).",
             ),
             RHO,
             Q,
