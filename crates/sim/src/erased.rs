@@ -52,6 +52,10 @@ pub(crate) trait AnyObserver {
     fn sample_times(&self) -> Option<SampleTimes> {
         None
     }
+    /// Whether samples correct an observer in continuous time.
+    fn is_corrected(&self) -> bool {
+        false
+    }
     /// The correction by a sample, so long after the last one.
     fn correct_at(&self, _state: &mut [f64], _u: &[f64], _y: &[f64], _elapsed: f64) {}
 }
@@ -59,7 +63,8 @@ pub(crate) trait AnyObserver {
 /// An observer in continuous time.
 pub(crate) struct Continuous<O> {
     observer: O,
-    samples: Option<(SampleTimes, Correction<O>)>,
+    samples: Option<SampleTimes>,
+    correction: Option<Correction<O>>,
 }
 
 /// The correction by a sample: observer, state, input, output, time since the last sample.
@@ -67,11 +72,19 @@ type Correction<O> = fn(&O, &mut [f64], &[f64], &[f64], f64);
 
 impl<O> Continuous<O> {
     pub(crate) fn new(observer: O) -> Self {
-        Self { observer, samples: None }
+        Self { observer, samples: None, correction: None }
     }
 
-    /// With corrections at samples.
+    /// With corrections at samples that are drawn.
     pub(crate) fn sampled_at(observer: O, times: SampleTimes) -> Self
+    where
+        O: ContinuousDiscreteObserver<f64>,
+    {
+        Self { samples: Some(times), ..Self::corrected(observer) }
+    }
+
+    /// With corrections at given samples.
+    pub(crate) fn corrected(observer: O) -> Self
     where
         O: ContinuousDiscreteObserver<f64>,
     {
@@ -83,7 +96,7 @@ impl<O> Continuous<O> {
             });
             put(corrected, state);
         };
-        Self { observer, samples: Some((times, correct)) }
+        Self { observer, samples: None, correction: Some(correct) }
     }
 }
 
@@ -166,11 +179,15 @@ impl<O: Observer<f64>> AnyObserver for Continuous<O> {
     }
 
     fn sample_times(&self) -> Option<SampleTimes> {
-        self.samples.map(|(times, _)| times)
+        self.samples
+    }
+
+    fn is_corrected(&self) -> bool {
+        self.correction.is_some()
     }
 
     fn correct_at(&self, state: &mut [f64], u: &[f64], y: &[f64], elapsed: f64) {
-        if let Some((_, correct)) = self.samples {
+        if let Some(correct) = self.correction {
             correct(&self.observer, state, u, y, elapsed);
         }
     }

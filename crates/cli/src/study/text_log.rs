@@ -68,6 +68,9 @@ pub(super) fn log(text: &mut String, report: &LogReport, plant: &PlantSummary) {
         }
     }
     table(text, &rows);
+    for sampling in report.rows.iter().filter_map(|row| row.sampling.as_ref()) {
+        _ = writeln!(text, "{}", sampling.words);
+    }
     let filters: Vec<_> = report.rows.iter().flat_map(InnovationReport::tests_of_estimates).collect();
     if !filters.is_empty() {
         _ = writeln!(

@@ -202,6 +202,39 @@ impl<'r> March<'r> {
         Ok(())
     }
 
+    /// An observer that samples correct: at the rows that measured something, over whatever time has passed.
+    pub(super) fn correct_at_rows(&mut self, observer: &dyn AnyObserver) -> Result<(), SimError> {
+        let recording = self.recording;
+        let times = recording.times();
+        let most = self.settings.max_steps.saturating_add(16 * times.len());
+        let mut stepper = Stepper::new(Settings { max_steps: most, ..self.settings });
+        let mut state = self.start(observer)?;
+        let (inputs, mut estimate) = (self.u.len(), vec![0.0; observer.dimensions().estimate]);
+        let mut last = times[0];
+        for (k, &t) in times.iter().enumerate() {
+            if let Some(before) = k.checked_sub(1) {
+                let y = &self.y;
+                let predicted = |t: f64, state: &[f64], slope: &mut [f64]| {
+                    let mut u = vec![0.0; inputs];
+                    recording.inputs().on(before, t, &mut u);
+                    observer.derivative(t, state, &u, y, slope);
+                };
+                stepper.advance(&predicted, times[before], t, &mut state, &mut |_| Ok(()))?;
+            }
+            self.read(k);
+            observer.estimate(t, &state, &self.u, &self.y, &mut estimate);
+            self.predict_outputs(t, &estimate)?;
+            if self.measured.contains(&true) {
+                observer.correct_at(&mut state, &self.u, &self.y, t - last);
+                last = t;
+            }
+            observer.estimate(t, &state, &self.u, &self.y, &mut estimate);
+            self.note(t, Some(k), &estimate)?;
+        }
+        self.steps = stepper.steps();
+        Ok(())
+    }
+
     /// A sampled-data observer at its own period: rows on its samples correct it, and at other samples it predicts.
     pub(super) fn sample(&mut self, observer: &dyn AnyObserver, period: f64) -> Result<(), SimError> {
         let mut grid = Grid::new(&self.entry.name, self.recording, period)?;

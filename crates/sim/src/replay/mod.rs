@@ -9,7 +9,9 @@
 //! - A sampled-data observer of a fixed period is stepped at this period, from the first row on. A row that lies on one
 //!   of its samples (to 1 % of the period) corrects it. At another sample, and for a missing value, it predicts: its
 //!   innovation is zero, y := h(xhat).
-//! - An observer in continuous time is integrated from row to row. An output is held from the row that measured it for
+//! - An observer that samples at varying periods correct predicts from row to row over the time that has passed, and is
+//!   corrected at every row that measured something. A missing output is the one that it predicts.
+//! - Any other observer in continuous time is integrated from row to row. An output is held from the row that measured it for
 //!   its own median period, or until the next row that measures it. In a gap, and from a missing value on, it predicts.
 //!
 //! Straight lines between the rows, for those two, are on request ([`Recording::between`]); none crosses a gap or a
@@ -26,7 +28,9 @@ mod replayed;
 mod smoother;
 
 use luenberger_observers::kalman::ExtendedKalmanFilter;
-use luenberger_observers::{CovarianceFilter, KalmanFilter, Observer, ObserverDimensions, SampledObserver};
+use luenberger_observers::{
+    ContinuousDiscreteObserver, CovarianceFilter, KalmanFilter, Observer, ObserverDimensions, SampledObserver,
+};
 use luenberger_plants::{Differentiable, Plant, Size};
 use nalgebra::allocator::Allocator;
 use nalgebra::{DefaultAllocator, DimAdd, DimSum, U1};
@@ -97,6 +101,40 @@ impl<'a> Replay<'a> {
     #[must_use]
     pub fn observer(self, name: &str, observer: impl Observer<f64> + 'a, initial: &[f64]) -> Self {
         self.entry(name, Kind::Observer(Box::new(Continuous::new(observer))), initial, true)
+    }
+
+    /// An observer that is corrected at samples of any distance, here at the rows of the log, with its estimate at the
+    /// first time of the log.
+    ///
+    /// ```
+    /// use luenberger_observers::{SampledCubicGains, SampledCubicObserver, VaryingPeriodObserver};
+    /// use luenberger_sim::replay::{Recording, Replay};
+    /// use nalgebra::{DMatrix, Matrix1, Matrix2, RowVector2, SMatrix, Vector2};
+    /// // A mass at constant speed, measured at times that are not equally spaced.
+    /// let t: Vec<f64> = (0..60).map(|k| 0.1 * f64::from(k) + 0.03 * f64::from(k % 3)).collect();
+    /// let y = DMatrix::from_fn(60, 1, |k, _| 0.5 * t[k]);
+    /// let recording = Recording::new(t, DMatrix::zeros(60, 0), y)?;
+    /// let (a, none) = (Matrix2::new(0.0, 1.0, 0.0, 0.0), SMatrix::<f64, 2, 0>::zeros());
+    /// let (c, h) = (RowVector2::new(1.0, 0.0), 0.1);
+    /// let (ad, ld) = (Matrix2::new(1.0, h, 0.0, 1.0), Vector2::new(0.9, 2.0));
+    /// let gains =
+    ///     SampledCubicGains { ad, bd: none, c, ld, n: Vector2::zeros(), theta: Matrix1::new(0.0), w: 1.0, period: h };
+    /// let nominal = SampledCubicObserver::new(gains)?;
+    /// let observer = VaryingPeriodObserver::new(nominal, a, none, Vector2::new(0.7, 2.0), 0.2)?;
+    /// let plant = luenberger_plants::StaticPlant::new(a, none, c)?;
+    /// let replayed = Replay::new(plant, recording).corrected_observer("varying", observer, &[1.0, 0.0]).run()?;
+    /// let last = replayed.observer("varying")?.estimate.row(59).clone_owned();
+    /// assert!((last[1] - 0.5).abs() < 1e-8);
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    #[must_use]
+    pub fn corrected_observer(
+        self,
+        name: &str,
+        observer: impl ContinuousDiscreteObserver<f64> + 'a,
+        initial: &[f64],
+    ) -> Self {
+        self.entry(name, Kind::Observer(Box::new(Continuous::corrected(observer))), initial, true)
     }
 
     /// An observer of some states; it has no innovation.
@@ -245,6 +283,7 @@ impl<'a> Replay<'a> {
             Kind::Filter(filter) => march.filter(filter.as_ref())?,
             Kind::Observer(observer) => match observer.period() {
                 Some(period) => march.sample(observer.as_ref(), period)?,
+                None if observer.is_corrected() => march.correct_at_rows(observer.as_ref())?,
                 None => march.integrate(observer.as_ref())?,
             },
         }

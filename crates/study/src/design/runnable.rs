@@ -184,14 +184,16 @@ impl Runnable {
         )
     }
 
-    /// The replay of a log with this observer added, one at varying periods at its nominal period.
+    /// The replay of a log with this observer added, one at varying periods at the times of its rows.
     pub fn replay<'a>(&'a self, replay: Replay<'a>, name: &str, initial: &[f64]) -> Replay<'a> {
         match self {
             // As filters they also record their covariances.
             Self::ExtendedKalman(filter) => return replay.covariance_filter(name, filter.as_ref().clone(), initial),
             Self::Unscented(filter) => return replay.covariance_filter(name, filter.as_ref().clone(), initial),
             Self::MovingHorizon(filter) => return replay.covariance_filter(name, filter.as_ref().clone(), initial),
-            Self::VaryingPeriods(varying) => return replay.sampled_observer(name, varying.nominal.as_ref(), initial),
+            Self::VaryingPeriods(varying) => {
+                return replay.corrected_observer(name, varying.observer.as_ref(), initial);
+            }
             _ => {}
         }
         each!(

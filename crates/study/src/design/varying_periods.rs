@@ -1,7 +1,7 @@
 //! Sampled cubic observers at varying periods.
 
 use luenberger_design::{DesignError, OperatingPoint, Periods, VaryingPeriodDesign};
-use luenberger_observers::{DeviationObserver, SampledCubicObserver, VaryingPeriodObserver};
+use luenberger_observers::{DeviationObserver, VaryingPeriodObserver};
 use luenberger_plants::StateSpace;
 use luenberger_proof::wording::significant;
 use luenberger_sim::SampleTimes;
@@ -15,10 +15,8 @@ use crate::study::SamplingSpec;
 /// An observer at varying periods, ready to run; in deviations from an operating point, which is 0 for a linear plant.
 #[derive(Debug, Clone)]
 pub struct VaryingPeriods {
-    /// The observer, which a simulation corrects at the samples that it draws.
+    /// The observer, which a simulation corrects at the samples that it draws, and a log at its rows.
     pub observer: Box<At<VaryingPeriodObserver<f64, Dyn, Dyn, Dyn>>>,
-    /// The one at the nominal period, which runs on logs.
-    pub nominal: Box<At<SampledCubicObserver<f64, Dyn, Dyn, Dyn>>>,
     /// The periods for which convergence is proved.
     pub periods: Periods,
 }
@@ -30,9 +28,8 @@ impl VaryingPeriods {
         point: [&DVector<f64>; 3],
     ) -> Result<Self, DesignError> {
         let [x, u, y] = point.map(DVector::clone);
-        let nominal = DeviationObserver::new(observer.nominal().clone(), x.clone(), u.clone(), y.clone())?;
         let observer = DeviationObserver::new(observer, x, u, y)?;
-        Ok(Self { observer: Box::new(observer), nominal: Box::new(nominal), periods })
+        Ok(Self { observer: Box::new(observer), periods })
     }
 
     /// The same observer in deviations from an operating point.

@@ -9,10 +9,10 @@ use luenberger_sim::{Between, Settings, SimError};
 use nalgebra::DMatrix;
 use rayon::prelude::*;
 
-use super::Member;
 use super::filter::stationary_deviation;
 use super::options::RunOptions;
 use super::simulate::Run;
+use super::{Member, sampling};
 use crate::results::{
     ConsistencyReport, InnovationOf, InnovationReport, LogColumn, LogReport, SmoothedDeviation, SmoothedReport,
     StateScore,
@@ -71,6 +71,7 @@ fn report(study: &Study, log: &Log, replayed: &ReplayedObserver) -> Result<Innov
             .with_smoothed_estimates()
             .map(|smoothed| smoothed_report(study, log, replayed, &smoothed))
             .transpose()?,
+        sampling: None,
         rows_used: replayed.rows_used(),
         interpolated: replayed.interpolated,
         failure: None,
@@ -175,8 +176,12 @@ pub(super) fn all<'a>(
             return None;
         }
         let outcome = replay(study, log, member, options.until).and_then(|replayed| {
-            let report = report(study, log, &replayed)?;
+            let report = InnovationReport {
+                sampling: sampling::on_log(study, member, log.recording.outputs()),
+                ..report(study, log, &replayed)?
+            };
             let mut warnings = locked_out(study, log, &replayed);
+            warnings.extend(report.sampling.iter().filter(|found| found.outside > 0).map(|found| found.words.clone()));
             warnings.extend(warning(study, log, &replayed, member.designed.runnable.period()));
             Ok((report, run(log, member, replayed), warnings))
         });
@@ -190,6 +195,7 @@ pub(super) fn all<'a>(
             nees: None,
             errors: Vec::new(),
             smoothed: None,
+            sampling: None,
             rows_used: 0,
             interpolated: 0,
             failure: Some(error.to_string()),

@@ -121,6 +121,13 @@ fn collect(node: &Node, path: &str, steps: Vec<Step>, found: &mut Vec<(String, V
                 collect(&entry.node, &format!("{path}.{}", entry.key), inner, found);
             }
         }
+        // The bounds of sampling periods.
+        Value::List(bounds) if path.ends_with(".jitter") && bounds.len() == 2 => {
+            for (k, (name, bound)) in ["shortest", "longest"].into_iter().zip(bounds).enumerate() {
+                let inner = steps.iter().cloned().chain([Step::Entry(k)]).collect();
+                collect(bound, &format!("{path}.{name}"), inner, found);
+            }
+        }
         _ => {}
     }
 }

@@ -61,6 +61,9 @@ pub struct InnovationReport {
     /// With `smooth`: the estimates from the whole log.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub smoothed: Option<SmoothedReport>,
+    /// For an observer at varying periods: the rows as its samples.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub sampling: Option<LogSampling>,
     /// How many rows of the log the observer has used.
     pub rows_used: usize,
     /// Samples of a sampled-data observer that were interpolated between rows; 0 unless `interpolation` is `linear`.
@@ -68,6 +71,25 @@ pub struct InnovationReport {
     /// Why the run ended early.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub failure: Option<String>,
+}
+
+/// The rows of a log as the samples of an observer at varying periods.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct LogSampling {
+    /// Rows that corrected its estimate.
+    pub corrections: usize,
+    /// The shortest time between two corrections.
+    pub shortest: f64,
+    /// The longest time between two corrections.
+    pub longest: f64,
+    /// The fewest samples that were missed at the longest period of the design.
+    pub missed: usize,
+    /// The largest number of them in a row.
+    pub missed_in_a_row: usize,
+    /// Corrections that are not within the periods and misses of the design, or of which an output is missing.
+    pub outside: usize,
+    /// The same as a sentence, with what is proved of it.
+    pub words: String,
 }
 
 /// The smoothed estimates of a filter, over the whole log.

@@ -12,7 +12,7 @@ mod scores;
 
 pub use coverage::{CoverageReport, StateCoverage};
 pub use log::{
-    ConsistencyReport, FilterReport, InnovationOf, InnovationReport, IntervalReport, LogColumn, LogReport,
+    ConsistencyReport, FilterReport, InnovationOf, InnovationReport, IntervalReport, LogColumn, LogReport, LogSampling,
     SmoothedDeviation, SmoothedReport, StateScore,
 };
 pub use report::{leading, log_data};

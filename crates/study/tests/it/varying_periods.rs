@@ -181,6 +181,136 @@ initial = [3.0, 0]
     assert_eq!(simulation.sampling.len(), 1);
 }
 
+/// The observer `radial` on a log.
+const LOGGED: &str = r#"[plant]
+a = [[0, 1], [0, 0]]
+b = [[0], [1]]
+c = [[1, 0]]
+time_unit = "s"
+[log]
+file = "log.csv"
+states = ["x1", "x2"]
+[[observer]]
+name = "radial"
+kind = "sampled-cubic"
+poles = [-2, -5]
+gamma = 10
+period = 0.1
+jitter = [0.07, 0.14]
+misses = 2
+"#;
+
+/// A mass at the constant speed -1, measured at periods from 0.08 to 0.125 but for a gap after row 50. Rows 20 and 21 are
+/// not in the log, and row 30 has no measurement.
+fn on_uneven_log(name: &str, gap: f64, observer: &str) -> Results {
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("uneven-log").join(name);
+    std::fs::create_dir_all(&folder).unwrap();
+    let (mut csv, mut t) = ("t,u1,y1,x1,x2\n".to_owned(), 0.0);
+    for k in 0..100 {
+        let x = 3.0 - t;
+        match k {
+            20 | 21 => {}
+            30 => csv.push_str(&format!("{t},0,,{x},-1\n")),
+            _ => csv.push_str(&format!("{t},0,{x},{x},-1\n")),
+        }
+        t += 0.08 + 0.005 * f64::from((7 * k) % 10) + if k == 50 { gap } else { 0.0 };
+    }
+    std::fs::write(folder.join("log.csv"), csv).unwrap();
+    let study =
+        Study::from_text("study.toml", observer, Format::Toml, &folder).unwrap_or_else(|error| panic!("{error}"));
+    execute(&study, Step::Run, &RunOptions::default()).unwrap_or_else(|error| panic!("{error}"))
+}
+
+/// The times of the rows are those of the samples: the errors tend to 0, which they do not where the observer of the
+/// nominal period takes rows beside its samples for measurements at them.
+#[test]
+fn on_a_log_the_rows_are_the_samples() {
+    let results = on_uneven_log("within", 0.0, LOGGED);
+    let row = &results.log.as_ref().unwrap().rows[0];
+    let last = row.errors.iter().map(|error| error.last.abs()).fold(0.0, f64::max);
+    assert!(row.errors.len() == 2 && last < 1e-6, "{:?}", row.errors);
+    let sampling = row.sampling.as_ref().unwrap();
+    // Rows 20, 21 and 30 are missed: 97 corrections, 0.29 and 0.21 apart there.
+    assert_eq!((sampling.corrections, sampling.missed_in_a_row, sampling.outside), (97, 2, 0), "{sampling:?}");
+    assert!(sampling.missed == 3 && (sampling.longest - 0.29).abs() < 1e-9, "{sampling:?}");
+    assert!(
+        sampling
+            .words
+            .starts_with("radial: 97 corrections at the rows of the log, 0.08 to 0.29 s apart: at least 3 missed")
+            && sampling.words.contains("Convergence is proved for them: periods from 0.07 to 0.14"),
+        "{}",
+        sampling.words
+    );
+    assert_eq!(results.warnings, Vec::<String>::new());
+}
+
+#[test]
+fn a_log_outside_the_periods_of_the_design_is_said_to_be() {
+    // More than three periods of 0.14; and between two periods of 0.14 and three of 0.1.
+    let narrow = LOGGED.replace("[0.07, 0.14]", "[0.1, 0.14]");
+    for (name, gap, text, of, why) in [
+        ("gap", 0.5, LOGGED, 1, "t = 5.705 s the last correction is 0.58 s ago."),
+        ("narrow", 0.0, &narrow, 37, "s ago; the same holds for 36 more."),
+    ] {
+        let results = on_uneven_log(name, gap, text);
+        let sampling = results.log.as_ref().unwrap().rows[0].sampling.as_ref().unwrap();
+        assert_eq!(sampling.outside, of, "{sampling:?}");
+        let words = &sampling.words;
+        assert!(
+            words.contains("Not all are within those for which convergence is proved") && words.ends_with(why),
+            "{words}"
+        );
+        assert!(results.warnings.contains(words), "{:?}", results.warnings);
+    }
+}
+
+/// A row with one of two outputs corrects, with the other as predicted; the theorem has no such sample.
+#[test]
+fn a_row_without_one_of_two_outputs_is_outside() {
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("uneven-log").join("partly");
+    std::fs::create_dir_all(&folder).unwrap();
+    let mut csv = "t,u1,y1,y2,x1,x2\n".to_owned();
+    for k in 0..80 {
+        let (t, missing) = (0.1 * f64::from(k), k == 40);
+        let y2 = if missing { String::new() } else { "-1".to_owned() };
+        csv.push_str(&format!("{t},0,{},{y2},{},-1\n", 3.0 - t, 3.0 - t));
+    }
+    std::fs::write(folder.join("log.csv"), csv).unwrap();
+    let text = LOGGED.replace("c = [[1, 0]]", "c = [[1, 0], [0, 1]]");
+    let study = Study::from_text("study.toml", &text, Format::Toml, &folder).unwrap_or_else(|error| panic!("{error}"));
+    let results = execute(&study, Step::Run, &RunOptions::default()).unwrap();
+    let row = &results.log.as_ref().unwrap().rows[0];
+    let sampling = row.sampling.as_ref().unwrap();
+    assert!(sampling.outside == 1 && sampling.corrections == 80, "{sampling:?}");
+    assert!(sampling.words.ends_with("at t = 4 s 1 output missing."), "{}", sampling.words);
+    assert!(row.errors.iter().all(|error| error.last.abs() < 1e-6), "{:?}", row.errors);
+}
+
+/// Numbers of `[simulation.sampling]` and both ends of `jitter` can be varied; a pair is no number.
+#[test]
+fn sampling_can_be_swept() {
+    let sampling = "[simulation.sampling]\njitter = [0.07, 0.14]\nmisses = 2\n";
+    let sweep = |parameter: &str, values: &str| {
+        format!("{STUDY}{sampling}[sweep]\nparameter = \"{parameter}\"\nvalues = {values}\nobservers = [\"radial\"]\n")
+    };
+    for (parameter, values) in [
+        ("simulation.sampling.misses", "[0, 3]"),
+        ("simulation.sampling.jitter.longest", "[0.08, 0.5]"),
+        ("observer.radial.jitter.shortest", "[0.07, 0.09]"),
+    ] {
+        let swept = results(&sweep(parameter, values), Step::Sweep, &RunOptions::default()).sweep.unwrap();
+        let rms: Vec<f64> = swept.rows.iter().map(|row| row.rms.unwrap()).collect();
+        assert!(rms.len() == 2 && (rms[0] - rms[1]).abs() > 1e-6, "{parameter}: {rms:?}");
+    }
+    let found = mistake(&sweep("simulation.sampling.jitter", "[1, 2]"));
+    assert!(found.message.contains("\"simulation.sampling.jitter\", which is no number of the study"), "{found:?}");
+    assert!(found.expected.contains("simulation.sampling.jitter.longest"), "{found:?}");
+    let found = mistake(&sweep("simulation.sampling.misses", "[1, 1.5]"));
+    assert!(found.message.contains("with simulation.sampling.misses = 1.5"), "{found:?}");
+    let found = mistake(&sweep("simulation.sampling.jitter.longest", "[0.01]"));
+    assert!(found.message.contains("with simulation.sampling.jitter.longest = 0.01"), "{found:?}");
+}
+
 /// The exported step at the samples of the run, with the time that passed: without an input the estimates are those of the
 /// simulation, up to the rounding of its integration.
 #[test]

@@ -97,6 +97,10 @@ pub(super) fn log(mut section: Section, log: &LogReport, plant: &PlantSummary) -
         ended.extend(row.failure.as_ref().map(|why| format!("{}: {why}", row.observer)));
     }
     section = section.grid(grid);
+    let sampled: Vec<String> = log.rows.iter().filter_map(|row| Some(row.sampling.as_ref()?.words.clone())).collect();
+    if !sampled.is_empty() {
+        section = section.list(sampled);
+    }
     let filters: Vec<FilterReport> = log.rows.iter().flat_map(InnovationReport::tests_of_estimates).collect();
     if !filters.is_empty() {
         section = self::consistency(section, &filters, "over the second half of the log");
