@@ -171,6 +171,9 @@ fn plants_that_are_not_the_model_give_the_scores_of_the_study() {
     }
 }
 
+/// Takes a part of the truth away.
+type Without = fn(&mut luenberger_live::Truth);
+
 /// Every disturbance, other parameters, events, a lookup table and a chosen integrator.
 #[test]
 fn every_disturbance_is_in_the_page() {
@@ -221,7 +224,6 @@ initial = [2]
     assert!(html.contains("The simulated plant is that of <code>[truth]</code>."), "the page says whose plant it is");
     // Each part of it counts: without one the scores are others.
     let with = luenberger_live::run(&experiment, &Sliders::NEUTRAL);
-    type Without = fn(&mut luenberger_live::Truth);
     let parts: [(&str, Without); 9] = [
         ("parameters", |truth| truth.plant = None),
         ("events", |truth| truth.events.clear()),
