@@ -7,8 +7,6 @@ use std::process::{Command, Stdio};
 
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
-use flate2::Compression;
-use flate2::write::GzEncoder;
 use serde_json::{Value, json};
 use sha2::{Digest, Sha256};
 
@@ -26,7 +24,7 @@ const BROWSERS: [&str; 4] = ["chromium", "chromium-browser", "google-chrome", "c
 
 /// Templates whose reports are opened, and the positions of the sliders that are tried in each: gain, cubic, noise,
 /// error, period.
-const REPORTS: [&str; 5] = ["double-integrator", "duffing", "chaotic", "cuk", "mimo"];
+const REPORTS: [&str; 7] = ["double-integrator", "duffing", "chaotic", "cuk", "mimo", "servo", "two-tanks"];
 const POSITIONS: [[f64; 5]; 5] = [
     [1.0, 1.0, 1.0, 1.0, 1.0],
     [2.0, 1.0, 1.0, 1.0, 1.0],
@@ -34,6 +32,51 @@ const POSITIONS: [[f64; 5]; 5] = [
     [1.0, 4.0, 0.0, 0.25, 2.0],
     [8.0, 16.0, 5.0, 5.0, 0.125],
 ];
+
+/// A plant in discrete time that is not the model, with dropouts, a change and a law of a filter's estimate.
+const DISCRETE: &str = r#"
+title = "A drive in discrete time"
+[plant]
+states = ["angle", "speed"]
+inputs = ["voltage"]
+outputs = ["encoder"]
+a = [[1, 0.0906], [0, 0.8187]]
+b = [[0.0234], [0.4532]]
+c = [[1, 0]]
+dt = 0.1
+units = { angle = "rad", speed = "rad/s", voltage = "V", encoder = "rad" }
+time_unit = "s"
+[input]
+expressions = ["0.5"]
+feedback = { k = [[0.5, 0.2]], observer = "filter" }
+[simulation]
+x0 = [1, -1]
+duration = 20
+scale = [1, 1]
+noise = { amplitude = [0.02], period = 0.1, seed = 2 }
+[truth]
+a = [[1, 0.09], [0, 0.8]]
+dropout = 0.1
+[[truth.event]]
+at = 10
+jump = [0.5, 0]
+[[observer]]
+name = "Luenberger"
+kind = "luenberger"
+poles = [0.4, 0.6]
+[[observer]]
+name = "filter"
+kind = "kalman"
+form = "filter"
+w = 0.001
+v = 0.0004
+[[observer]]
+name = "EKF"
+kind = "extended-kalman"
+w = 0.001
+v = 0.0004
+period = 0.1
+"#;
 
 /// The most bytes of a report.
 const LARGEST: usize = 1_500_000;
@@ -60,6 +103,7 @@ pub(crate) fn run(check: bool) -> Result<(), Failure> {
     for name in REPORTS {
         compare(browser, name, &of_template(name)?, modules)?;
     }
+    compare(browser, "discrete", &of_text("discrete", DISCRETE)?, modules)?;
     let papers = target().join("live/papers");
     cargo(&["run", "--quiet", "--package", "luenberger-reproduce", "--"]).argument(&papers).quiet_output("papers")?;
     compare(browser, "papers", &papers.join("report.html"), modules)
@@ -108,9 +152,10 @@ fn build() -> Result<Option<Vec<u8>>, Failure> {
 
 /// gzip in base64, in lines of 120 letters.
 fn pack(module: &[u8]) -> Result<String, Failure> {
-    let mut encoder = GzEncoder::new(Vec::new(), Compression::best());
-    let packed = encoder.write_all(module).and_then(|()| encoder.finish());
-    let letters = STANDARD.encode(packed.map_err(|source| Failure::io(ASSET, source))?);
+    let mut packed = Vec::new();
+    let packing = zopfli::compress(zopfli::Options::default(), zopfli::Format::Gzip, module, &mut packed);
+    packing.map_err(|source| Failure::io(ASSET, source))?;
+    let letters = STANDARD.encode(packed);
     let lines: Vec<&str> =
         (0..letters.len()).step_by(120).map(|at| &letters[at..letters.len().min(at + 120)]).collect();
     Ok(lines.join("\n") + "\n")
@@ -129,13 +174,31 @@ fn digest(module: &[u8]) -> Result<(), Failure> {
 
 /// The report of a template.
 pub(crate) fn of_template(name: &str) -> Result<PathBuf, Failure> {
+    let folder = folder(name)?;
+    let new = program(target().join("debug/luenberger")).arguments(&["new", "--force", "--plant", name, "-o"]);
+    new.argument(folder.join("study.toml")).quiet_output("new")?;
+    report(&folder)
+}
+
+/// The report of a study in text.
+fn of_text(name: &str, text: &str) -> Result<PathBuf, Failure> {
+    let folder = folder(name)?;
+    let study = folder.join("study.toml");
+    fs::write(&study, text).map_err(|source| Failure::io(&study, source))?;
+    report(&folder)
+}
+
+fn folder(name: &str) -> Result<PathBuf, Failure> {
     let folder = target().join("live").join(name);
     fs::create_dir_all(&folder).map_err(|source| Failure::io(&folder, source))?;
-    let command = target().join("debug/luenberger");
-    let (study, results) = (folder.join("study.toml"), folder.join("results"));
-    program(&command).arguments(&["new", "--force", "--plant", name, "-o"]).argument(&study).quiet_output("new")?;
-    let run = program(&command).argument("run").argument(&study).arguments(&["--force", "-o"]).argument(&results);
-    run.quiet_output("run")?;
+    Ok(folder)
+}
+
+/// The report of the study in a folder.
+fn report(folder: &Path) -> Result<PathBuf, Failure> {
+    let results = folder.join("results");
+    let run = program(target().join("debug/luenberger")).argument("run").argument(folder.join("study.toml"));
+    run.arguments(&["--force", "-o"]).argument(&results).quiet_output("run")?;
     Ok(results.join("report.html"))
 }
 

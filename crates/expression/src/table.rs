@@ -144,7 +144,8 @@ impl Table {
         (&self.x, &self.y, self.slopes.as_deref())
     }
 
-    pub(crate) fn extrapolation(&self) -> Extrapolation {
+    /// Its values outside of the points.
+    pub fn extrapolation(&self) -> Extrapolation {
         self.extrapolation
     }
 

@@ -27,12 +27,15 @@ pub fn verifies(theorem: &Theorem) -> bool {
 /// The verdicts on the observers of an experiment for the gains as the sliders have them; `None` for an observer without
 /// certificate.
 pub fn verify(experiment: &Experiment, sliders: &Sliders) -> Vec<Option<GainVerdict>> {
-    experiment.observers.iter().map(|observer| certified(observer, sliders)).collect()
+    let sliders = experiment.fitted(sliders);
+    experiment.observers.iter().map(|observer| certified(observer, &sliders)).collect()
 }
 
 fn certified(observer: &Observer, sliders: &Sliders) -> Option<GainVerdict> {
     let Some(files) = &observer.certificates else {
-        return Some(GainVerdict::Elsewhere);
+        // The report's verdict is on the gains of the report.
+        let moved = (sliders.gain, sliders.cubic, sliders.period) != (1.0, 1.0, 1.0);
+        return Some(if moved { open(OF_DESIGN) } else { GainVerdict::Elsewhere });
     };
     let mut least: Option<f64> = None;
     for file in files {
@@ -53,7 +56,7 @@ fn theorem(file: &str, sliders: &Sliders) -> GainVerdict {
         return open("the certificate is for the sampling period of the design");
     }
     if (sliders.gain, sliders.cubic) != (1.0, 1.0) && !scale(&mut theorem, sliders) {
-        return open("the certificate is for the gains of the design");
+        return open(OF_DESIGN);
     }
     let Ok(facts) = theorem.facts() else {
         return open("the theorem does not accept these gains");
@@ -67,6 +70,9 @@ fn theorem(file: &str, sliders: &Sliders) -> GainVerdict {
         Some(fact) => GainVerdict::Open(fact.inequality.clone()),
     }
 }
+
+/// Why nothing is proved for other gains, where the page has no theorem for them.
+const OF_DESIGN: &str = "the certificate is for the gains of the design";
 
 fn open(what: &str) -> GainVerdict {
     GainVerdict::Open(what.to_owned())
@@ -83,6 +89,8 @@ fn scale(theorem: &mut Theorem, sliders: &Sliders) -> bool {
     let times = |m: &mut Matrix<f64>, factor: f64| *m = m.map(|entry| factor * entry);
     match theorem {
         Theorem::LinearConvergence(data) => times(&mut data.l, sliders.gain),
+        Theorem::DiscreteConvergence(data) => times(&mut data.l, sliders.gain),
+        Theorem::DiscreteJacobianPolytope(data) => times(&mut data.l, sliders.gain),
         Theorem::JacobianPolytope(data) => times(&mut data.l, sliders.gain),
         Theorem::PlantPolytope(data) => times(&mut data.l, sliders.gain),
         Theorem::SectorConvergence(data) => times(&mut data.l, sliders.gain),

@@ -2,10 +2,15 @@
 
 use std::collections::BTreeMap;
 
-use luenberger_observers::{CubicObserver, LinearObserver, SampledCubicObserver};
+use luenberger_observers::{
+    CubicObserver, DiscreteLinearObserver, LinearObserver, SampledCubicObserver, SampledObserver,
+    StationaryKalmanFilter,
+};
 use luenberger_plants::StateSpace;
 use nalgebra::{DMatrix, Dyn};
 use serde::{Deserialize, Serialize};
+
+use crate::truth::Truth;
 
 /// A matrix as an array of its rows.
 pub type Rows = Vec<Vec<f64>>;
@@ -30,10 +35,22 @@ pub struct Experiment {
     pub input: Vec<String>,
     /// The inputs as samples, in the place of expressions.
     pub table: Option<Table>,
+    /// A law of the time and the true state, in the place of expressions.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub law: Option<Law>,
     /// What is subtracted from the input; none for an input that is a function of time.
     pub feedback: Option<Feedback>,
     /// The parameters that the expressions use by name.
     pub parameters: BTreeMap<String, f64>,
+    /// The lookup tables that the expressions of plants use as functions.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub tables: BTreeMap<String, Lookup>,
+    /// The period of a plant in discrete time, `x+ = f(x, u)`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub dt: Option<f64>,
+    /// The plant as it is simulated, where it differs from the one that the observers are designed for.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub truth: Option<Box<Truth>>,
     /// The hold period of the input.
     pub hold: Option<f64>,
     /// x(0).
@@ -44,6 +61,9 @@ pub struct Experiment {
     pub samples: usize,
     /// The relative and the absolute tolerance of the integrator.
     pub tolerances: [f64; 2],
+    /// The method of integration.
+    #[serde(default)]
+    pub integrator: Method,
     /// The noise of the outputs.
     pub noise: Option<Noise>,
     /// Sensors with sampling periods of their own, which have the noise of their outputs.
@@ -72,6 +92,9 @@ pub enum Plant {
         f: Vec<String>,
         /// The outputs.
         h: Vec<String>,
+        /// Its parameters, if they are not those of the experiment.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        parameters: Option<BTreeMap<String, f64>>,
     },
     /// `x' = A x + B u`, `y = C x + D u`.
     Linear {
@@ -100,6 +123,52 @@ impl Plant {
             Self::Linear { b, .. } => b.first().map_or(0, Vec::len),
         }
     }
+}
+
+/// How a run is integrated.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Method {
+    /// Explicit, implicit once the equations turn out to be stiff.
+    #[default]
+    Auto,
+    /// DOP853.
+    Explicit,
+    /// Radau IIA.
+    Implicit,
+}
+
+/// A lookup table.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Lookup {
+    /// Breakpoints.
+    pub x: Vec<f64>,
+    /// Values.
+    pub y: Vec<f64>,
+    /// Whether it is a monotone cubic; otherwise lines join the points.
+    pub cubic: bool,
+    /// Whether it goes on along the slopes at the ends; otherwise it holds their values.
+    pub extrapolates: bool,
+}
+
+impl Lookup {
+    /// The table with these points.
+    pub fn of(table: &luenberger_expression::Table) -> Self {
+        let (x, y, slopes) = table.points();
+        let extrapolates = table.extrapolation() == luenberger_expression::Extrapolation::Linear;
+        Self { x: x.to_vec(), y: y.to_vec(), cubic: slopes.is_some(), extrapolates }
+    }
+}
+
+/// A law of the time and the true state.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Law {
+    /// An expression for each input.
+    pub rows: Vec<String>,
+    /// The times at which it jumps.
+    pub jumps: Vec<f64>,
 }
 
 /// A function of time as samples.
@@ -177,6 +246,25 @@ pub struct Noise {
     pub seed: u64,
 }
 
+impl Noise {
+    /// The noise of a simulation.
+    pub fn of(noise: &luenberger_sim::Noise) -> Self {
+        Self {
+            gaussian: noise.is_gaussian(),
+            amplitude: noise.amplitude().to_vec(),
+            period: noise.period(),
+            seed: noise.seed(),
+        }
+    }
+
+    /// The noise with its amplitude times a factor.
+    pub(crate) fn scaled(&self, factor: f64) -> luenberger_sim::Noise {
+        let amplitude: Vec<f64> = self.amplitude.iter().map(|amplitude| factor * amplitude).collect();
+        let with = if self.gaussian { luenberger_sim::Noise::gaussian } else { luenberger_sim::Noise::uniform };
+        with(&amplitude, self.period, self.seed)
+    }
+}
+
 /// An observer as designed.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -229,6 +317,67 @@ pub enum ObserverKind {
         /// B.
         b: Rows,
     },
+    /// The observer of the state and of a disturbance, linear: of the plant with both as its state.
+    ProportionalIntegral {
+        /// The observer.
+        observer: Box<LinearObserver<f64, Dyn, Dyn, Dyn>>,
+    },
+    /// The same with a cubic term.
+    ProportionalIntegralCubic {
+        /// The observer.
+        observer: Box<CubicObserver<f64, Dyn, Dyn, Dyn>>,
+    },
+    /// The unknown-input observer, linear.
+    UnknownInput {
+        /// The observer of the plant (TA, TB, C).
+        observer: Box<LinearObserver<f64, Dyn, Dyn, Dyn>>,
+        /// H.
+        h: Rows,
+        /// D, if it is not 0.
+        d: Option<Rows>,
+    },
+    /// The same with a cubic term.
+    UnknownInputCubic {
+        /// The observer of the plant (TA, TB, C).
+        observer: Box<CubicObserver<f64, Dyn, Dyn, Dyn>>,
+        /// H.
+        h: Rows,
+        /// D, if it is not 0.
+        d: Option<Rows>,
+    },
+    /// The interval observer.
+    Interval {
+        /// The observer of the state.
+        observer: Box<LinearObserver<f64, Dyn, Dyn, Dyn>>,
+        /// K of the comparison system `rho' = K rho + g`, `|x - xhat| <= H rho`.
+        k: Rows,
+        /// g.
+        g: Vec<f64>,
+        /// H.
+        h: Rows,
+        /// rho at the start.
+        start: Vec<f64>,
+    },
+    /// The sliding-mode observer of a chain of integrators.
+    SlidingMode {
+        /// The gains k.
+        gains: Vec<f64>,
+        /// The sampling period.
+        period: f64,
+        /// Whether the correction is discretised by the explicit Euler method.
+        explicit: bool,
+    },
+    /// Luenberger's observer of a linear plant in discrete time.
+    DiscreteLinear(Box<DiscreteLinearObserver<f64, Dyn, Dyn, Dyn>>),
+    /// The stationary Kalman filter in discrete time, in filter form.
+    StationaryKalman(Box<StationaryKalmanFilter<f64, Dyn, Dyn, Dyn>>),
+    /// The copy of a plant in discrete time with the gain L.
+    DiscreteCopy {
+        /// L.
+        l: Rows,
+        /// The sampling period.
+        period: f64,
+    },
     /// The copy of the plant with the gain L.
     Copy {
         /// L.
@@ -244,9 +393,34 @@ pub enum ObserverKind {
         p0: Rows,
         /// The sampling period.
         period: f64,
-        /// Runge-Kutta steps in a period.
-        substeps: usize,
+        /// Runge-Kutta steps in a period; none for a plant in discrete time.
+        substeps: Option<usize>,
+        /// Outputs whose innovation is beyond so many standard deviations are rejected.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        gate: Option<f64>,
     },
+}
+
+impl ObserverKind {
+    /// The sampling period of one that is stepped at samples.
+    pub(crate) fn period(&self) -> Option<f64> {
+        match self {
+            Self::SampledCubic { observer, .. } => Some(SampledObserver::<f64>::period(observer.as_ref())),
+            Self::DiscreteLinear(observer) => Some(SampledObserver::<f64>::period(observer.as_ref())),
+            Self::StationaryKalman(filter) => Some(SampledObserver::<f64>::period(filter.as_ref())),
+            Self::SlidingMode { period, .. } | Self::DiscreteCopy { period, .. } | Self::Kalman { period, .. } => {
+                Some(*period)
+            }
+            Self::Linear(_)
+            | Self::Cubic(_)
+            | Self::ProportionalIntegral { .. }
+            | Self::ProportionalIntegralCubic { .. }
+            | Self::UnknownInput { .. }
+            | Self::UnknownInputCubic { .. }
+            | Self::Interval { .. }
+            | Self::Copy { .. } => None,
+        }
+    }
 }
 
 /// The positions of the sliders, as factors of what the report has.
@@ -284,13 +458,18 @@ impl Experiment {
             time_unit: None,
             input: Vec::new(),
             table: None,
+            law: None,
             feedback: None,
             parameters: BTreeMap::new(),
+            tables: BTreeMap::new(),
+            dt: None,
+            truth: None,
             hold: None,
             x0: x0.to_vec(),
             duration,
             samples,
             tolerances: [1e-9, 1e-9],
+            integrator: Method::Auto,
             noise: None,
             sensors: Vec::new(),
             scale: None,
@@ -298,6 +477,12 @@ impl Experiment {
             score_period: None,
             observers: Vec::new(),
         }
+    }
+
+    /// The sliders as the experiment has them: a plant in discrete time has its period.
+    pub(crate) fn fitted(&self, sliders: &Sliders) -> Sliders {
+        let period = if self.dt.is_some() { 1.0 } else { sliders.period };
+        Sliders { period, ..*sliders }
     }
 
     /// The same with one more observer.

@@ -23,18 +23,23 @@
 mod any_plant;
 mod certificate;
 mod experiment;
+mod input;
+mod join;
 #[cfg(feature = "page")]
 pub mod page;
+mod plants;
 mod run;
+mod truth;
 #[cfg(target_arch = "wasm32")]
 pub mod wasm;
 
 pub use certificate::{GainVerdict, verifies, verify};
 pub use experiment::{
-    Experiment, Feedback, FeedbackOf, Noise, Observer, ObserverKind, OperatingPoint, Plant, Rows, Sensor, Sliders,
-    Table,
+    Experiment, Feedback, FeedbackOf, Law, Lookup, Method, Noise, Observer, ObserverKind, OperatingPoint, Plant, Rows,
+    Sensor, Sliders, Table,
 };
 pub use run::{Outcome, Run, Scores, run};
+pub use truth::{Channel, Event, Fault, Truth};
 
 /// The example of `README.md`, compiled and run with the documentation's tests.
 #[cfg(doctest)]

@@ -37,11 +37,32 @@ fn matters(name: &str, experiment: &Experiment) -> bool {
     let any =
         |choose: &dyn Fn(&ObserverKind) -> bool| experiment.observers.iter().any(|observer| choose(&observer.kind));
     match name {
-        "cubic" => any(&|kind| matches!(kind, ObserverKind::Cubic(_) | ObserverKind::SampledCubic { .. })),
+        "cubic" => any(&|kind| {
+            matches!(
+                kind,
+                ObserverKind::Cubic(_)
+                    | ObserverKind::SampledCubic { .. }
+                    | ObserverKind::ProportionalIntegralCubic { .. }
+                    | ObserverKind::UnknownInputCubic { .. }
+            )
+        }),
         "noise" => experiment.noise.is_some() || experiment.sensors.iter().any(|sensor| sensor.amplitude > 0.0),
-        "period" => any(&|kind| matches!(kind, ObserverKind::SampledCubic { .. } | ObserverKind::Kalman { .. })),
+        // A plant in discrete time has its period.
+        "period" => experiment.dt.is_none() && any(&|kind| kind.period().is_some()),
         _ => true,
     }
+}
+
+/// What the slider of the gains scales.
+fn gains(experiment: &Experiment) -> String {
+    let of = |kind: &ObserverKind| match kind {
+        ObserverKind::Kalman { .. } => "W of filters",
+        ObserverKind::SlidingMode { .. } => "sliding-mode gains",
+        _ => "gain L",
+    };
+    let kinds: Vec<&str> = experiment.observers.iter().map(|observer| of(&observer.kind)).collect();
+    let named = ["gain L", "sliding-mode gains", "W of filters"].into_iter().filter(|name| kinds.contains(name));
+    named.collect::<Vec<_>>().join(", ")
 }
 
 /// The block of an experiment, as HTML; `id` is unique in the page, made of letters, digits and hyphens, and `colours`
@@ -51,11 +72,8 @@ fn matters(name: &str, experiment: &Experiment) -> bool {
 /// Numbers that JSON does not have: NaN and infinities.
 pub fn html_block(id: &str, experiment: &Experiment, colours: &[String]) -> Result<String, serde_json::Error> {
     let sliders = SLIDERS.iter().filter(|slider| matters(slider.name, experiment)).map(|slider| {
-        let Slider { name, mut label, is_logarithmic, range: [least, most], step } = *slider;
-        let filters = experiment.observers.iter().any(|observer| matches!(observer.kind, ObserverKind::Kalman { .. }));
-        if name == "gain" && filters {
-            label = "gain L, W of filters";
-        }
+        let Slider { name, label, is_logarithmic, range: [least, most], step } = *slider;
+        let label = if name == "gain" { gains(experiment) } else { label.to_owned() };
         let (value, scale) = if is_logarithmic { (0, "log") } else { (1, "linear") };
         format!(
             "<label for=\"{id}-{name}\">{label}</label><input type=\"range\" id=\"{id}-{name}\" data-slider=\"{name}\" \

@@ -127,6 +127,11 @@ where
         &self.gains
     }
 
+    /// How the correction is discretised.
+    pub fn discretisation(&self) -> Discretisation {
+        self.discretisation
+    }
+
     fn gain(&self, i: usize) -> T {
         self.gains.get(i).copied().unwrap_or_else(T::zero)
     }

@@ -48,6 +48,16 @@ impl Noise {
         self.period
     }
 
+    /// The amplitudes, or the standard deviations.
+    pub fn amplitude(&self) -> &[f64] {
+        &self.amplitude
+    }
+
+    /// Whether it is Gaussian; otherwise it is uniform.
+    pub fn is_gaussian(&self) -> bool {
+        self.distribution == Distribution::Gaussian
+    }
+
     /// The variance of each entry; that of a uniform distribution on `[-a, a]` is `a^2/3`.
     pub fn variances(&self) -> Vec<f64> {
         let share = match self.distribution {

@@ -4,7 +4,7 @@
 use std::collections::BTreeMap;
 
 use luenberger_design::Names;
-use luenberger_expression::{AffinePlant, Expression, ExpressionPlant, Parameters};
+use luenberger_expression::{AffinePlant, Expression, ExpressionPlant, Parameters, Tables};
 use luenberger_plants::{
     Chaotic, Column, CukConverter, Differentiable, Dimensions, Dual64, ExponentialCascade, FlexibleJoint, Plant,
     ReverseDuffing, Shape, StateSpace, VanDerPol, double_integrator, flexible_joint, jacobian, state_jacobian,
@@ -27,6 +27,8 @@ pub struct PlantModel {
     pub units: BTreeMap<String, String>,
     /// The parameters that expressions use by name.
     pub parameters: Parameters,
+    /// The lookup tables that expressions use as functions.
+    pub tables: Tables,
     /// Unit of the time, if the study names one.
     pub time_unit: Option<String>,
     /// The period of a plant in discrete time, `x+ = f(x, u)`; none in continuous time.

@@ -247,7 +247,7 @@ impl NoiseSpec {
 #[derive(Debug, Clone)]
 pub struct Truth {
     /// The plant with its own parameters or equations; none if they are those of the model.
-    pub model: Option<crate::model::Model>,
+    pub plant: Option<OtherPlant>,
     /// Changes of the plant, in the order of the study.
     pub events: Vec<Event>,
     /// Process noise, delays, faults, quantisation, dropouts, outliers.
@@ -256,13 +256,22 @@ pub struct Truth {
     pub words: String,
 }
 
+/// The plant with other parameters, matrices or equations.
+#[derive(Debug, Clone)]
+pub struct OtherPlant {
+    /// The plant.
+    pub model: crate::model::Model,
+    /// The parameters of its equations.
+    pub parameters: luenberger_expression::Parameters,
+}
+
 /// A change of the simulated plant.
 #[derive(Debug, Clone)]
 pub struct Event {
     /// When.
     pub at: f64,
     /// The plant from then on, if it changes.
-    pub model: Option<crate::model::Model>,
+    pub plant: Option<OtherPlant>,
     /// Added to the state; empty for nothing.
     pub jump: Vec<f64>,
 }

@@ -1,19 +1,23 @@
 //! The experiment of a study as the page of its report runs it.
 
+use luenberger_expression::{Expression, Parameters};
 use luenberger_live::{
-    Experiment, Feedback, FeedbackOf, Noise, Observer, ObserverKind, OperatingPoint, Plant, Rows, Sensor, Table,
+    Event, Experiment, Feedback, FeedbackOf, Law, Lookup, Method, Noise, Observer, ObserverKind, OperatingPoint, Plant,
+    Rows, Sensor, Table, Truth,
 };
-use luenberger_observers::{DeviationObserver, SampledCubicObserver, SampledObserver};
+use luenberger_observers::sliding_mode::Discretisation;
+use luenberger_observers::{Comparison, DeviationObserver, SampledCubicObserver, SampledObserver};
 use luenberger_plants::StateSpace;
 use luenberger_proof::certificate::{ProvedTheorem, Theorem};
 use luenberger_sim::{Between, Integrator};
 use nalgebra::{DMatrix, Dyn};
 
+use super::scores::Scoring;
 use super::{Member, scores};
 use crate::design::Runnable;
 use crate::model::{Builtin, Model};
 use crate::signal::{Input, Program};
-use crate::study::{SensorSpec, Simulation, Study};
+use crate::study::{self, OtherPlant, SensorSpec, Simulation, Study};
 
 /// The most times that the page shows.
 const SHOWN: usize = 401;
@@ -35,14 +39,8 @@ pub(crate) fn experiment(study: &Study, members: &[Member<'_>]) -> Option<Result
 
 fn of(study: &Study, simulation: &Simulation, members: &[Member<'_>]) -> Result<(Experiment, Vec<String>), String> {
     let names = &study.plant;
-    let refused = [
-        (names.dt.is_some(), "its plant is in discrete time"),
-        (study.truth.is_some(), "its plant is simulated with disturbances, changes or other parameters (`[truth]`)"),
-        (simulation.settings.integrator != Integrator::Auto, "it chooses an integrator"),
-        (names.states.len() > STATES, "its plant has more than 12 states"),
-    ];
-    if let Some((_, why)) = refused.into_iter().find(|(refused, _)| *refused) {
-        return Err(why.to_owned());
+    if names.states.len() > STATES {
+        return Err(format!("its plant has more than {STATES} states"));
     }
     let mut omitted: Vec<String> = Vec::new();
     let mut observers = Vec::new();
@@ -55,8 +53,8 @@ fn of(study: &Study, simulation: &Simulation, members: &[Member<'_>]) -> Result<
     if observers.is_empty() {
         return Err("the page has no code for its observers".to_owned());
     }
-    let (input, table) = program(&study.input)?;
-    let feedback = feedback(study)?;
+    let (input, table, law) = program(&study.input)?;
+    let feedback = feedback(study);
     if let Some(Feedback { of: FeedbackOf::Estimate(name), .. }) = &feedback
         && !observers.iter().any(|observer| observer.name == *name)
     {
@@ -76,72 +74,118 @@ fn of(study: &Study, simulation: &Simulation, members: &[Member<'_>]) -> Result<
         amplitude: of.amplitude,
         seed: of.seed,
     };
-    let plant = plant(study).ok_or("the page has no code for its plant, which is one of the library")?;
+    // Observers that are not in the page count for the instants of the scores all the same.
+    let score_period = match (simulation.score_period, omitted.is_empty()) {
+        (None, false) => Scoring::of(study, simulation, members.iter(), members).ok().and_then(|of| of.period()),
+        (given, _) => given,
+    };
+    let no_plant = "the page has no code for its plant, which is one of the library";
     let experiment = Experiment {
         states: names.states.clone(),
         units: names.units_of(&names.states),
         time_unit: names.time_unit.clone(),
         input,
         table,
+        law,
         feedback,
         parameters: names.parameters.clone(),
+        tables: names.tables.iter().map(|(name, table)| (name.clone(), Lookup::of(table))).collect(),
+        dt: names.dt,
+        truth: match &study.truth {
+            Some(of) => Some(Box::new(truth(study, of, simulation).ok_or(no_plant)?)),
+            None => None,
+        },
         hold: simulation.hold,
         tolerances: [simulation.settings.rtol, simulation.settings.atol],
+        integrator: match simulation.settings.integrator {
+            Integrator::Auto => Method::Auto,
+            Integrator::Explicit => Method::Explicit,
+            Integrator::Implicit => Method::Implicit,
+        },
         noise,
         sensors: simulation.sensors.iter().map(sensor).collect(),
         scale: scores::scale(study, simulation),
         band: simulation.band,
-        score_period: simulation.score_period,
+        score_period,
         observers,
-        ..Experiment::new(plant, &simulation.x0, simulation.duration, simulation.samples.min(SHOWN))
+        ..Experiment::new(
+            plant(study, &names.model, None).ok_or(no_plant)?,
+            &simulation.x0,
+            simulation.duration,
+            simulation.samples.min(SHOWN),
+        )
     };
-    // An expression with a lookup table has no text that stands alone.
     match experiment.check() {
         Ok(()) => Ok((experiment, omitted)),
-        Err(_) => Err("its expressions use lookup tables".to_owned()),
+        Err(why) => Err(format!("its expressions do not stand alone ({why})")),
     }
 }
 
-/// The input as expressions or as a table.
-fn program(input: &Input) -> Result<(Vec<String>, Option<Table>), String> {
+/// The plant as it is simulated; none for one that the page has no code for.
+fn truth(study: &Study, of: &study::Truth, simulation: &Simulation) -> Option<Truth> {
+    let other = |other: &OtherPlant| plant(study, &other.model, Some(&other.parameters));
+    let within = of.events.iter().filter(|event| event.at <= simulation.duration);
+    let events = within.map(|event| {
+        let plant = match &event.plant {
+            Some(plant) => Some(other(plant)?),
+            None => None,
+        };
+        Some(Event { at: event.at, plant, jump: event.jump.clone() })
+    });
+    let plant = match &of.plant {
+        Some(plant) => Some(other(plant)?),
+        None => None,
+    };
+    Some(Truth { plant, events: events.collect::<Option<_>>()?, ..Truth::of(&of.disturbances) })
+}
+
+/// The input as expressions of time, as a table, or as a law with the true state.
+type Inputs = (Vec<String>, Option<Table>, Option<Law>);
+
+fn program(input: &Input) -> Result<Inputs, String> {
+    let texts = |rows: &[Expression]| rows.iter().map(|row| row.text().to_owned()).collect();
+    if let Input::Law { law, jumps } = input {
+        return Ok((Vec::new(), None, Some(Law { rows: texts(law), jumps: jumps.clone() })));
+    }
     match input.program() {
-        Some(Program::Expressions(rows)) => Ok((rows.iter().map(|row| row.text().to_owned()).collect(), None)),
+        Some(Program::Expressions(rows)) => Ok((texts(rows), None, None)),
         Some(Program::Table(samples)) if samples.values().len() > TABLE => {
             Err(format!("the table of its input has more than {TABLE} numbers"))
         }
         Some(Program::Table(samples)) => {
             let line = samples.between() == Between::Line;
-            Ok((Vec::new(), Some(Table { t: samples.times().to_vec(), rows: rows(samples.values()), line })))
+            let table = Table { t: samples.times().to_vec(), rows: rows(samples.values()), line };
+            Ok((Vec::new(), Some(table), None))
         }
-        None => Ok((Vec::new(), None)),
+        None => Ok((Vec::new(), None, None)),
     }
 }
 
-fn feedback(study: &Study) -> Result<Option<Feedback>, String> {
+fn feedback(study: &Study) -> Option<Feedback> {
     let (gain, of) = match &study.input {
-        Input::Zero | Input::Program(_) => return Ok(None),
-        Input::Law { .. } => return Err("its input is a law with the true state".to_owned()),
+        Input::Zero | Input::Program(_) | Input::Law { .. } => return None,
         Input::Feedback { observer, gain, .. } => (gain, FeedbackOf::Estimate(observer.clone())),
         Input::StateFeedback { gain, .. } => (gain, FeedbackOf::State),
     };
     let point = study.operating_point.as_ref();
     let shift = point.map_or_else(Vec::new, |point| (&point.u + gain * &point.x).as_slice().to_vec());
-    Ok(Some(Feedback { gain: rows(gain), of, shift }))
+    Some(Feedback { gain: rows(gain), of, shift })
 }
 
-fn plant(study: &Study) -> Option<Plant> {
-    match &study.plant.model {
+/// A plant with the names of the study, and its parameters if they are not those of the model.
+fn plant(study: &Study, model: &Model, parameters: Option<&Parameters>) -> Option<Plant> {
+    match model {
         Model::Linear(plant) | Model::Builtin(Builtin::DoubleIntegrator(plant) | Builtin::ThirdOrder(plant)) => {
             Some(Plant::linear(plant))
         }
         Model::Expressions(plant) => {
-            let texts =
-                |rows: &[luenberger_expression::Expression]| rows.iter().map(|row| row.text().to_owned()).collect();
+            let texts = |rows: &[Expression]| rows.iter().map(|row| row.text().to_owned()).collect();
             Some(Plant::Expressions {
                 states: study.plant.states.clone(),
                 inputs: study.plant.inputs.clone(),
                 f: texts(plant.f()),
                 h: texts(plant.h()),
+                parameters: parameters.filter(|own| **own != study.plant.parameters).cloned(),
             })
         }
         Model::Builtin(_) => None,
@@ -158,16 +202,49 @@ fn observer(study: &Study, member: &Member<'_>) -> Option<Observer> {
         Runnable::Cubic(cubic) => (ObserverKind::Cubic(cubic.clone()), None),
         Runnable::LinearAt(at) => (ObserverKind::Linear(Box::new(at.inner().clone())), Some(point(at))),
         Runnable::CubicAt(at) => (ObserverKind::Cubic(Box::new(at.inner().clone())), Some(point(at))),
+        // In discrete time the matrices of the plant are not used: its period does not change.
         Runnable::SampledCubic(sampled) => (sampled_cubic(sampled, &study.plant.model.linear()?), None),
         Runnable::SampledCubicAt(at) => {
             (sampled_cubic(at.inner(), &study.operating_point.as_ref()?.linear), Some(point(at)))
         }
+        Runnable::ProportionalIntegral(with) => {
+            (ObserverKind::ProportionalIntegral { observer: Box::new(with.inner().clone()) }, None)
+        }
+        Runnable::ProportionalIntegralCubic(with) => {
+            (ObserverKind::ProportionalIntegralCubic { observer: Box::new(with.inner().clone()) }, None)
+        }
+        Runnable::UnknownInput(without) => {
+            let (h, d) = (rows(without.h()), without.d().map(rows));
+            (ObserverKind::UnknownInput { observer: Box::new(without.inner().clone()), h, d }, None)
+        }
+        Runnable::UnknownInputCubic(without) => {
+            let (h, d) = (rows(without.h()), without.d().map(rows));
+            (ObserverKind::UnknownInputCubic { observer: Box::new(without.inner().clone()), h, d }, None)
+        }
+        Runnable::Interval(interval) => {
+            let Comparison { k, g, h, start } = interval.comparison();
+            let (k, h) = (rows(k), rows(h));
+            let [g, start] = [g, start].map(|entries| entries.as_slice().to_vec());
+            (ObserverKind::Interval { observer: Box::new(interval.inner().clone()), k, g, h, start }, None)
+        }
+        Runnable::SlidingMode(sliding) => {
+            let (gains, period) = (sliding.gains().as_slice().to_vec(), SampledObserver::<f64>::period(&**sliding));
+            let explicit = sliding.discretisation() == Discretisation::Explicit;
+            (ObserverKind::SlidingMode { gains, period, explicit }, None)
+        }
+        Runnable::DiscreteLinear(linear) => (ObserverKind::DiscreteLinear(linear.clone()), None),
+        Runnable::StationaryKalman(filter) => (ObserverKind::StationaryKalman(filter.clone()), None),
+        Runnable::DiscreteNonlinear(copy) => {
+            let period = SampledObserver::<f64>::period(copy.as_ref());
+            (ObserverKind::DiscreteCopy { l: rows(copy.l()), period }, None)
+        }
         Runnable::NonlinearLuenberger(copy) => (ObserverKind::Copy { l: rows(copy.l()) }, None),
-        Runnable::ExtendedKalman(filter) if filter.gate().is_none() => {
+        Runnable::ExtendedKalman(filter) => {
             let noises = filter.noise_model();
             let period = SampledObserver::<f64>::period(filter.as_ref());
             let [w, v, p0] = [&noises.w, &noises.v, &noises.p0].map(rows);
-            (ObserverKind::Kalman { w, v, p0, period, substeps: filter.substeps()? }, None)
+            let (substeps, gate) = (filter.substeps(), filter.gate());
+            (ObserverKind::Kalman { w, v, p0, period, substeps, gate }, None)
         }
         _ => return None,
     };

@@ -37,6 +37,11 @@ impl Scoring {
         Ok(Self { grid, scale: scale(study, simulation), given: simulation.scale.is_some(), band: simulation.band })
     }
 
+    /// The period at whose multiples errors are scored; none in continuous time.
+    pub(super) fn period(&self) -> Option<f64> {
+        self.grid.period()
+    }
+
     /// The scale of the states, if there is one.
     pub(super) fn scale(&self) -> Option<&[f64]> {
         self.scale.as_deref()

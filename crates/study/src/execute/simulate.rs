@@ -110,7 +110,8 @@ pub(super) fn trajectory_at(
     times: &[f64],
 ) -> Result<Trajectory, SimError> {
     let truth = study.truth.as_ref();
-    let mut scenario = Scenario::new(truth.and_then(|truth| truth.model.as_ref()).unwrap_or(&study.plant.model))
+    let simulated = truth.and_then(|truth| truth.plant.as_ref()).map_or(&study.plant.model, |other| &other.model);
+    let mut scenario = Scenario::new(simulated)
         .model(&study.plant.model)
         .initial_state(&simulation.x0)
         .times(times)
@@ -125,8 +126,8 @@ pub(super) fn trajectory_at(
         // One after the end of the run is not reached.
         for event in truth.events.iter().filter(|event| event.at <= simulation.duration) {
             let mut change = Change::at(event.at);
-            if let Some(model) = &event.model {
-                change = change.plant(model);
+            if let Some(other) = &event.plant {
+                change = change.plant(&other.model);
             }
             if !event.jump.is_empty() {
                 change = change.jump(&event.jump);

@@ -110,7 +110,7 @@ fn value(node: &Node, key: &Key, mistakes: &mut Vec<Diagnostic>) {
             Some(text) => named(node, &format!("`{name}`"), text, mistakes),
             None => wrong(node, other(node), expected()),
         },
-        Kind::Units if !node.entries().is_empty() => {
+        Kind::Units if matches!(node.value, Value::Table(_)) => {
             for entry in node.entries() {
                 a_name(&entry.node, &format!("the unit of `{}`", entry.key), mistakes);
             }

@@ -5,7 +5,8 @@ use luenberger_proof::wording::counted;
 
 use super::tree::{Entry, Node, Value};
 use super::{Reader, Reported, plant};
-use crate::model::{Model, PlantModel};
+use crate::model::PlantModel;
+use crate::study::OtherPlant;
 
 /// The keys of a plant of matrices.
 const MATRICES: [&str; 4] = ["a", "b", "c", "d"];
@@ -20,7 +21,7 @@ pub(super) fn changed(
     change: &Node,
     known: &PlantModel,
     reader: &mut Reader,
-) -> Result<Option<Model>, Reported> {
+) -> Result<Option<OtherPlant>, Reported> {
     let said = |keys: &[&str]| keys.iter().copied().find_map(|key| change.entry(key));
     let (matrix, equation) = (said(&MATRICES), said(&EQUATIONS));
     let Some(first) = matrix.or(equation).or(change.entry("parameters")) else { return Ok(None) };
@@ -71,7 +72,9 @@ pub(super) fn changed(
     let read = plant::plant(tree, &mut inner);
     let size = known.model.size();
     match read {
-        Some(other) if other.model.size() == size => Ok(Some(other.model)),
+        Some(other) if other.model.size() == size => {
+            Ok(Some(OtherPlant { model: other.model, parameters: other.parameters }))
+        }
         Some(other) => {
             let of = |size: Dimensions| {
                 let (n, m) = (counted(size.states, "state"), counted(size.inputs, "input"));

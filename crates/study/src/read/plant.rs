@@ -44,7 +44,7 @@ pub(super) fn plant(node: &Node, reader: &mut Reader) -> Option<PlantModel> {
     if mixed {
         return None;
     }
-    let (model, names, parameters) = match way {
+    let (model, names, parameters, tables) = match way {
         0 => named(matrices(node, reader)?, node, reader)?,
         1 => expressions(node, reader)?,
         _ => named(builtin(node)?, node, reader)?,
@@ -62,7 +62,7 @@ pub(super) fn plant(node: &Node, reader: &mut Reader) -> Option<PlantModel> {
     }
     reader.dt = dt;
     let units = units::units(node.get("units"), [&states, &inputs, &outputs], &parameters, reader)?;
-    Some(PlantModel { model, states, inputs, outputs, units, parameters, time_unit, dt })
+    Some(PlantModel { model, states, inputs, outputs, units, parameters, tables, time_unit, dt })
 }
 
 /// Names of states, inputs and outputs.
@@ -72,13 +72,13 @@ struct Names {
     outputs: Vec<String>,
 }
 
-/// A plant, its names and its parameters.
-type Said = (Model, Names, Parameters);
+/// A plant, its names, its parameters and its lookup tables.
+type Said = (Model, Names, Parameters, Tables);
 
 /// A plant whose sizes are known, with the names that the table gives.
 fn named(model: Model, node: &Node, reader: &mut Reader) -> Option<Said> {
     let names = names(node, model.size(), reader)?;
-    Some((model, names, Parameters::new()))
+    Some((model, names, Parameters::new(), Tables::new()))
 }
 
 fn names(node: &Node, size: Dimensions, reader: &mut Reader) -> Option<Names> {
@@ -186,11 +186,11 @@ fn expressions(node: &Node, reader: &mut Reader) -> Option<Said> {
     };
     let parameters = parameters(node.get("parameters"), &scope, reader)?;
     // Each was checked when it was read.
-    let scope = tables(node.get("tables"), scope.with(&parameters).ok()?, reader)?;
+    let (scope, tables) = tables(node.get("tables"), scope.with(&parameters).ok()?, reader)?;
     let (rows, measured) = (list(f, &scope, reader), list(h, &scope, reader));
     rows.and(measured)?;
     match ExpressionPlant::within(&f.texts()?, &h.texts()?, &scope) {
-        Ok(plant) => Some((Model::Expressions(plant), names, parameters)),
+        Ok(plant) => Some((Model::Expressions(plant), names, parameters, tables)),
         Err(error) => {
             reader.absent(check::head(node), error.to_string(), "expected a plant");
             None
@@ -244,21 +244,28 @@ fn parameters(node: Option<&Node>, scope: &Scope, reader: &mut Reader) -> Option
 }
 
 /// The scope with the lookup tables.
-fn tables(node: Option<&Node>, mut scope: Scope, reader: &mut Reader) -> Option<Scope> {
+fn tables(node: Option<&Node>, mut scope: Scope, reader: &mut Reader) -> Option<(Scope, Tables)> {
     let mut sound = true;
+    let mut all = Tables::new();
     for entry in node.map(Node::entries).unwrap_or_default() {
         match table(&entry.node, reader) {
-            Some(table) => match scope.clone().tables(&Tables::from([(entry.key.clone(), Arc::new(table))])) {
-                Ok(more) => scope = more,
-                Err(error) => {
-                    reader.wrong(entry.span.clone(), error.to_string(), "expected another name");
-                    sound = false;
+            Some(table) => {
+                let named = Tables::from([(entry.key.clone(), Arc::new(table))]);
+                match scope.clone().tables(&named) {
+                    Ok(more) => {
+                        scope = more;
+                        all.extend(named);
+                    }
+                    Err(error) => {
+                        reader.wrong(entry.span.clone(), error.to_string(), "expected another name");
+                        sound = false;
+                    }
                 }
-            },
+            }
             None => sound = false,
         }
     }
-    sound.then_some(scope)
+    sound.then_some((scope, all))
 }
 
 fn table(node: &Node, reader: &mut Reader) -> Option<Table> {

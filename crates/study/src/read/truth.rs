@@ -15,7 +15,7 @@ pub(super) fn truth(
 ) -> Option<Truth> {
     let (n, m, p) = (plant.states.len(), plant.inputs.len(), plant.outputs.len());
     let mut tree = root.get("plant")?.clone();
-    let model = other_plant::changed(&mut tree, node, plant, reader).ok()?;
+    let other = other_plant::changed(&mut tree, node, plant, reader).ok()?;
     let events = match node.get("event") {
         None => Vec::new(),
         Some(list) => events(list, &mut tree, plant, reader)?,
@@ -46,7 +46,7 @@ pub(super) fn truth(
         channel: channel(node, p, simulation, reader).ok()?,
     };
     let words = words(node);
-    Some(Truth { model, events, disturbances, words })
+    Some(Truth { plant: other, events, disturbances, words })
 }
 
 /// The events, in the order of the file; each changes the plant that the ones before it have left.
@@ -63,13 +63,13 @@ fn events(list: &Node, tree: &mut Node, plant: &PlantModel, reader: &mut Reader)
             None => Vec::new(),
             Some(jump) => reader.numbers(jump, "jump", plant.states.len(), "state")?,
         };
-        let model = other_plant::changed(tree, node, plant, reader).ok()?;
-        if model.is_none() && jump.is_empty() {
+        let other = other_plant::changed(tree, node, plant, reader).ok()?;
+        if other.is_none() && jump.is_empty() {
             let expected = "expected `jump`, or another plant: `parameters`, `a`, `b`, `c`, `d`, `f` or `h`";
             reader.wrong(check::head(node), "the event changes nothing", expected);
             return None;
         }
-        events.push(Event { at, model, jump });
+        events.push(Event { at, plant: other, jump });
     }
     Some(events)
 }

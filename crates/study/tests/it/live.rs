@@ -139,16 +139,209 @@ fn feedback_tables_and_sensors_give_the_scores_of_the_study() {
     }
 }
 
+/// Every observer of the page has the scores of the study, also where others of the study are not in the page.
+fn scores_of_those_in_the_page(name: &str, experiment: &Experiment, results: &Results) {
+    let rows = &results.simulation.as_ref().unwrap().rows;
+    let outcome = luenberger_live::run(experiment, &Sliders::NEUTRAL);
+    assert!(!outcome.runs.is_empty());
+    for run in &outcome.runs {
+        let row = rows.iter().find(|row| row.observer == run.name).unwrap();
+        let scores = run.scores.unwrap_or_else(|| panic!("{name}, {}: {:?}", run.name, run.failure));
+        let norm = row.merits.as_ref().unwrap().norm.as_ref().unwrap();
+        let found = (scores.rms, scores.peak, scores.settled);
+        assert_eq!(found, (norm.rms, norm.peak, norm.settling_last), "{name}, {}", run.name);
+    }
+}
+
+fn of_text(name: &str, text: &str) -> (Experiment, Results, String) {
+    let study = Study::from_text("study.toml", text, Format::Toml, ".".as_ref()).unwrap_or_else(|e| panic!("{e}"));
+    let (experiment, results, html) = page_of(&study, &scratch(name));
+    (experiment.unwrap_or_else(|| panic!("{name}")), results, html)
+}
+
+/// The templates whose plant is not the model: observers of disturbances, interval and sliding-mode observers.
+#[test]
+fn plants_that_are_not_the_model_give_the_scores_of_the_study() {
+    for (template, observers) in [("servo", 3), ("two-tanks", 3), ("load-torque", 5)] {
+        let (experiment, results) = page(template, "truth");
+        let experiment = experiment.unwrap_or_else(|| panic!("{template}"));
+        assert!(experiment.truth.is_some());
+        assert_eq!(experiment.observers.len(), observers, "{template}");
+        scores_of_those_in_the_page(template, &experiment, &results);
+    }
+}
+
+/// Takes a part of the truth away.
+type Without = fn(&mut luenberger_live::Truth);
+
+/// Every disturbance, other parameters, events, a lookup table and a chosen integrator.
+#[test]
+fn every_disturbance_is_in_the_page() {
+    let text = r#"
+[plant]
+states = ["level"]
+inputs = ["pump"]
+f = ["pump - k*drain(level)"]
+h = ["level"]
+parameters = { k = 1.0, unused = 2 }
+tables.drain = { x = [0, 1, 4], y = [0, 1, 2], method = "monotone-cubic", extrapolation = "linear" }
+[input]
+expressions = ["1 + 0.2*sin(t)"]
+[simulation]
+x0 = [1]
+duration = 5
+samples = 101
+scale = [1]
+integrator = "explicit"
+noise = { amplitude = [0.01], period = 0.05, seed = 3 }
+[truth]
+parameters = { k = 1.1 }
+input_delay = 0.03
+measurement_delay = 0.04
+actuator = { gain = [0.9], bias = [0.1], from = 1 }
+sensor = { bias = [0.02], from = 2 }
+quantisation = [0.005]
+dropout = 0.1
+outliers = { probability = 0.02, size = [1] }
+process_noise = { amplitude = [0.05], period = 0.1, seed = 8 }
+[[truth.event]]
+at = 2.5
+parameters = { k = 0.8 }
+[[truth.event]]
+at = 4
+jump = [0.3]
+[[observer]]
+name = "filter"
+kind = "extended-kalman"
+w = 0.01
+v = 0.01
+period = 0.05
+gate = 4
+initial = [2]
+"#;
+    let (experiment, results, html) = of_text("disturbances", text);
+    same_scores("disturbances", &experiment, &results);
+    assert!(html.contains("The simulated plant is that of <code>[truth]</code>."), "the page says whose plant it is");
+    // Each part of it counts: without one the scores are others.
+    let with = luenberger_live::run(&experiment, &Sliders::NEUTRAL);
+    let parts: [(&str, Without); 9] = [
+        ("parameters", |truth| truth.plant = None),
+        ("events", |truth| truth.events.clear()),
+        ("process noise", |truth| truth.process_noise = None),
+        ("input delay", |truth| truth.input_delay = 0.0),
+        ("output delay", |truth| truth.output_delay = 0.0),
+        ("actuator", |truth| truth.actuator = None),
+        ("sensor", |truth| truth.sensor = None),
+        ("quantisation", |truth| truth.quantisation.clear()),
+        ("channel", |truth| truth.channel = None),
+    ];
+    for (part, without) in parts {
+        let mut other = experiment.clone();
+        without(other.truth.as_mut().unwrap());
+        assert_ne!(luenberger_live::run(&other, &Sliders::NEUTRAL), with, "{part}");
+    }
+}
+
+/// A plant in discrete time with every kind of observer that the page has for it.
+const DISCRETE: &str = r#"
+[plant]
+a = [[1, 0.1], [-0.05, 0.95]]
+b = [[0], [0.1]]
+c = [[1, 0]]
+dt = 0.1
+[input]
+expressions = ["sin(t)"]
+[simulation]
+x0 = [1, -1]
+duration = 6
+scale = [1, 1]
+noise = { amplitude = [0.02], period = 0.1, seed = 2 }
+[[observer]]
+name = "Luenberger"
+kind = "luenberger"
+poles = [0.4, 0.6]
+[[observer]]
+name = "Kalman"
+kind = "kalman"
+w = 0.001
+v = 0.0004
+[[observer]]
+name = "filter form"
+kind = "kalman"
+w = 0.001
+v = 0.0004
+form = "filter"
+[[observer]]
+name = "EKF"
+kind = "extended-kalman"
+w = 0.001
+v = 0.0004
+period = 0.1
+[[observer]]
+name = "LPV"
+kind = "lpv"
+region = { states = [[-2, 2], [-2, 2]] }
+decay_rate = 1
+"#;
+
+/// In discrete time the page gives the scores and the verdicts of the study; the period is that of the plant.
+#[test]
+fn a_plant_in_discrete_time_gives_the_scores_of_the_study() {
+    let (experiment, results, html) = of_text("discrete", DISCRETE);
+    same_scores("discrete", &experiment, &results);
+    assert!(!html.contains("data-slider=\"period\""));
+    let slow = Sliders { period: 2.0, ..Sliders::NEUTRAL };
+    assert_eq!(luenberger_live::run(&experiment, &slow), luenberger_live::run(&experiment, &Sliders::NEUTRAL));
+    for (observer, verdict) in experiment.observers.iter().zip(verify(&experiment, &Sliders::NEUTRAL)) {
+        let design = results.observers.iter().find(|of| of.name == observer.name).unwrap();
+        let said = design.design.as_ref().unwrap().verdict == "proved";
+        assert_eq!(matches!(verdict, Some(GainVerdict::Proved(_))), said, "{}: {verdict:?}", observer.name);
+    }
+    // x+ = A x with A = 1 in its first entry: without correction nothing converges.
+    let without = verify(&experiment, &Sliders { gain: 1e-3, ..Sliders::NEUTRAL });
+    assert!(matches!(&without[0], Some(GainVerdict::Open(_))), "{:?}", without[0]);
+}
+
+/// A law with the true state, with jumps.
+#[test]
+fn a_law_with_the_true_state_gives_the_scores_of_the_study() {
+    let text = CARRIAGE.replace("INPUT", "law = [\"-x1 - step(t - 1.5)*x2 + force_of\"]\njumps = [1.5]");
+    let text = text.replace(
+        "a = [[0, 1], [0, -0.5]]\nb = [[0], [1]]\nc = [[1, 0], [0, 1]]",
+        "f = [\"x2\", \"force - 0.5*x2\"]\nh = [\"x1\", \"x2\"]\nparameters = { force_of = 0.3 }",
+    );
+    let (experiment, results, _) = of_text("law", &text);
+    same_scores("law", &experiment, &results);
+    let mut other = experiment.clone();
+    other.law.as_mut().unwrap().rows = vec!["-x1".to_owned()];
+    let outcomes = [&experiment, &other].map(|of| luenberger_live::run(of, &Sliders::NEUTRAL));
+    assert_ne!(outcomes[0], outcomes[1]);
+}
+
+/// The verdict of the report is on the gains of the report.
+#[test]
+fn a_verdict_that_the_page_does_not_verify_is_for_the_gains_of_the_report() {
+    let (experiment, _) = page("two-tanks", "elsewhere");
+    let experiment = experiment.unwrap();
+    let interval = |sliders: &Sliders| verify(&experiment, sliders).swap_remove(0);
+    assert_eq!(interval(&Sliders::NEUTRAL), Some(GainVerdict::Elsewhere));
+    let moved = interval(&Sliders { gain: 1.5, ..Sliders::NEUTRAL });
+    assert!(matches!(&moved, Some(GainVerdict::Open(why)) if why.contains("gains of the design")), "{moved:?}");
+}
+
 /// What the page cannot run has a sentence in its place; a study on a log has no such section.
 #[test]
 fn what_the_page_cannot_run_is_said() {
     assert!(page("measured-log", "without").0.is_none());
-    for (input, more, why) in [
-        ("expressions = [\"0\"]", "[truth]\ninput_delay = 0.1\n", "its plant is simulated with disturbances"),
-        ("law = [\"-x1\"]", "", "its input is a law with the true state"),
+    let library = "[plant]\nbuiltin = \"cuk\"\n[simulation]\nx0 = [0.5, 24, -0.5, -12]\nduration = 0.001\n\
+                   [[observer]]\nkind = \"extended-kalman\"\nw = 1\nv = 1\nperiod = 5e-5\n";
+    let unscented = CARRIAGE.replace("INPUT", "expressions = [\"0\"]").replace("extended-kalman", "ukf");
+    let (alone, _) = unscented.split_once("[[observer]]\nname = \"fixed\"").unwrap();
+    for (text, why) in [
+        (library, "the page has no code for its plant, which is one of the library"),
+        (alone, "the page has no code for its observers"),
     ] {
-        let text = CARRIAGE.replace("INPUT", input) + more;
-        let study = Study::from_text("study.toml", &text, Format::Toml, ".".as_ref()).unwrap_or_else(|e| panic!("{e}"));
+        let study = Study::from_text("study.toml", text, Format::Toml, ".".as_ref()).unwrap_or_else(|e| panic!("{e}"));
         let (experiment, _, html) = page_of(&study, &scratch("refused"));
         assert!(experiment.is_none() && html.contains(why) && !html.contains("live-module"), "{why}");
     }

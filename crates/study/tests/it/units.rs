@@ -84,6 +84,7 @@ fn a_list_is_of_the_states() {
     assert_eq!(listed["units"], serde_json::json!(["m"]));
     assert!(listed.get("input_units").is_none() && listed.get("output_units").is_none());
     assert_eq!(plant("")["units"], serde_json::json!([]));
+    assert_eq!(plant("units = {}")["units"], serde_json::json!([]));
     // Of the inputs only: the states have none.
     let table = plant("units = { pump = \"m3/s\" }");
     assert_eq!((&table["units"], &table["input_units"]), (&serde_json::json!([]), &serde_json::json!(["m3/s"])));

@@ -188,6 +188,8 @@ theorems! {
     {
         /// The linear observer (12), perhaps with a rate.
         LinearConvergence,
+        /// The linear observer in discrete time.
+        DiscreteConvergence,
         /// The cubic observer with its gains as stored.
         CubicConvergence,
         /// The cubic observer with the real gain `N = -P^-1 C'S`.
@@ -200,12 +202,12 @@ theorems! {
         PlantPolytope,
         /// One gain for a polytope of mean Jacobians.
         JacobianPolytope,
+        /// One gain for a polytope of mean Jacobians in discrete time.
+        DiscreteJacobianPolytope,
         /// The observer of a plant with nonlinearities in sectors.
         SectorConvergence,
     }
     {
-        /// The linear observer in discrete time.
-        DiscreteConvergence,
         /// All eigenvalues in the open left half plane.
         HurwitzStability,
         /// All eigenvalues inside the unit circle.
@@ -234,8 +236,6 @@ theorems! {
         DeployedObserver,
         /// The loop `u = -K xhat` around the cubic observer (25).
         FeedbackLoop,
-        /// One gain for a polytope of mean Jacobians in discrete time.
-        DiscreteJacobianPolytope,
         /// Coordinates in which the unmeasured states contract.
         ContractionInCoordinates,
         /// A bound of the estimation error of a KKL observer over a box.

@@ -15,6 +15,13 @@ pub(super) fn section(experiment: &Experiment, omitted: &[String]) -> Result<Sec
          certificate are evaluated again, with the same P: not certified means that this P does not prove \
          convergence, not that the observer diverges.",
     );
+    let section = match &experiment.truth {
+        Some(_) => section.prose(
+            "The simulated plant is that of `[truth]`. The certificates are about the plant that the observers are \
+             designed for.",
+        ),
+        None => section,
+    };
     let section = section.html(block);
     if omitted.is_empty() {
         return Ok(section);
