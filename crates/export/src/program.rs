@@ -579,14 +579,14 @@ impl Program {
             Self::Step(_) => motion,
             Self::Kkl(observer) => {
                 let z = observer.dimensions().state;
-                let [(_, inverse), _] = observer.trees();
+                let inverse = observer.trees().first().map_or(0, |(_, inverse)| inverse.operations());
                 let slope = motion + measurement + p + product(z, z) + product(z, p) + z;
                 // At most: every evaluation that the search may take.
                 let search = observer.table(Scalar::Binary64).map_or(0, |table| {
                     let solve = z * (3 + 2 * n + 2 * n * n) + n * n * n + 12 * n + 10;
-                    table.evaluations() * (table.operations() + solve)
+                    table.weighing() + table.evaluations() * (table.operations() + solve)
                 });
-                let estimate = z + product(z, z) + z + inverse.operations() + 2 * n + search;
+                let estimate = z + product(z, z) + z + 2 * observer.held_inputs() + inverse + 2 * n + search;
                 measurement + p + observer.substeps() * (4 * slope + combined(z + n)) + estimate
             }
         }
@@ -609,7 +609,9 @@ impl Program {
     /// Numbers of the trees of a KKL observer, and the entries of their comparisons.
     pub(crate) fn numbers_of_trees(&self) -> usize {
         let Self::Kkl(observer) = self else { return 0 };
-        let table = observer.table(Scalar::Binary64).map_or(0, |table| table.coefficients.len());
+        let table = observer
+            .table(Scalar::Binary64)
+            .map_or(0, |table| table.coefficients.len() + table.nodes.iter().map(Vec::len).sum::<usize>());
         table + observer.trees().iter().map(|(_, tree)| 4 * tree.nodes.len() + tree.leaves.len()).sum::<usize>()
     }
 }
@@ -668,8 +670,8 @@ impl<T: RealField + Copy> Cast<T> {
                 State::Estimate(estimate)
             }
             Self::Kkl(observer) => {
-                let z = observer.start(&estimate);
-                State::Target { xhat: observer.estimate(&z), z }
+                let (z, xhat) = observer.start(&estimate);
+                State::Target { z, xhat }
             }
             Self::Extension(observer) => {
                 let (u, y) = (DVector::zeros(observer.dimensions().inputs), DVector::zeros(0));
@@ -692,8 +694,7 @@ impl<T: RealField + Copy> Cast<T> {
             (Self::Discrete(observer), State::Estimate(xhat)) => observer.step(t(observer.period()), xhat, u, y),
             (Self::Step(observer), State::Estimate(z)) => observer.step(t(observer.period()), z, u, y),
             (Self::Kkl(observer), State::Target { z, xhat }) => {
-                observer.step(t(observer.period_in_format()), z, y);
-                *xhat = observer.estimate(z);
+                observer.step(t(observer.period_in_format()), (z, xhat), u, y);
             }
             (Self::Extension(observer), State::Joined { joined, .. }) => {
                 observer.step(t(observer.period()), joined, u, y);

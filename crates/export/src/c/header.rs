@@ -25,6 +25,9 @@ pub(crate) fn header(export: &Export) -> String {
         export.scalar.name(),
         export.operations()
     );
+    if let Program::Kkl(observer) = &export.program {
+        _ = writeln!(text, " * {}", super::kkl::sizes(export, observer));
+    }
     text.push_str(" *\n");
     for sentence in &export.statement {
         for line in wrapped(&harmless(sentence), 100) {
@@ -96,7 +99,7 @@ typedef struct {{
     {number} xhat[{upper}_STATES]; /**< {estimate} */
 {fields}}} {name}_state;
 
-/** Starts from a given estimate. */
+/** Starts from a given estimate{at}. */
 void {name}_init({name}_state *state, const {number} *xhat);
 
 /** Starts from the first estimate of the design. */
@@ -113,6 +116,10 @@ void {name}_step({name}_state *state, const {number} *{known}, const {number} *y
 #endif
 ",
         not_finite = not_finite(export),
+        at = match &export.program {
+            Program::Kkl(observer) if observer.held_inputs() > 0 => ", with z as it is at the first input of the study",
+            _ => "",
+        },
     );
     text
 }
@@ -148,6 +155,9 @@ fn not_finite(export: &Export) -> String {
         }
         Program::Linear(_) | Program::Cubic(_) => {
             format!(" * A value of {known} or y that is not finite makes the estimate not finite, for good:")
+        }
+        Program::Kkl(observer) if observer.held_inputs() > 0 => {
+            format!(" * A value of {known} or y that is not finite makes the target states not finite, for good, and the estimate\n * meaningless, although it stays in its box; one of {known} only if the plant depends on it:")
         }
         Program::Kkl(_) => {
             " * A value of y that is not finite makes the target states not finite, for good, and the estimate meaningless,\n * although it stays in its box:".to_owned()

@@ -6,3 +6,4 @@ mod emitted;
 mod fixed_point;
 mod fmu;
 mod fuzz;
+mod kkl;
