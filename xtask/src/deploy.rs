@@ -94,6 +94,38 @@ v = [0.001, 0.01]
 form = "filter"
 "#;
 
+/// A moving-horizon estimator of a plant that depends on the time; the bound of the speed is active in the run.
+pub(crate) const BOUNDED: &str = r#"
+[plant]
+states = ["angle", "speed"]
+inputs = ["torque"]
+outputs = ["measured"]
+f = ["speed", "-sin(angle) - 0.1*speed + torque + 0.1*sin(t)"]
+h = ["angle"]
+time_unit = "s"
+
+[input]
+expressions = ["0.1*cos(t)"]
+
+[simulation]
+x0 = [0.3, 0]
+duration = 10
+samples = 101
+hold = 0.05
+noise = { amplitude = [0.05], period = 0.05, seed = 4 }
+
+[[observer]]
+name = "bounded"
+kind = "mhe"
+w = [0, 1e-2]
+v = 1e-3
+period = 0.05
+substeps = 1
+window = 3
+iterations = 1
+state_bounds = [[-inf, inf], [-0.2, 0.2]]
+"#;
+
 /// A numerical KKL observer with its interpolated left inverse.
 pub(crate) const INTERPOLATED: &str = r#"
 [plant]
@@ -202,6 +234,7 @@ pub(crate) fn run() -> Result<(), Failure> {
     let (looped, timed) = (write("loop.toml", LOOP)?, write("timed.toml", TIMED)?);
     let (filtered, interpolated) = (write("filtered.toml", FILTERED)?, write("interpolated.toml", INTERPOLATED)?);
     let (varying, held) = (write("varying.toml", VARYING)?, write("held.toml", HELD)?);
+    let bounded = write("bounded.toml", BOUNDED)?;
     let tanks = write("tanks.toml", &of_the_page()?)?;
     let case = |study: &PathBuf, observer, name, options| {
         let study = study.clone();
@@ -218,6 +251,7 @@ pub(crate) fn run() -> Result<(), Failure> {
         of_cart("sampled", &[]),
         case(&looped, "block", "block", &["--feedback"]),
         case(&timed, "timed", "timed", &["--feedback", "--unproved"]),
+        case(&bounded, "bounded", "bounded", &["--unproved"]),
         case(&filtered, "filtered", "filtered", &[]),
         case(&interpolated, "interpolated", "interpolated", &["--unproved", "--period", "0.01"]),
         at_varying("radial", &["--format", "f32"]),

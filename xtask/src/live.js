@@ -4,6 +4,37 @@ addEventListener("error", (event) => errors.push(String(event.message)));
 addEventListener("unhandledrejection", (event) => errors.push(String(event.reason)));
 const consoleError = console.error;
 console.error = (...words) => { errors.push(words.join(" ")); consoleError(...words); };
+
+// The elements that are wider than the page, but for those within an element that scrolls.
+function wide(page) {
+  const { clientWidth, scrollWidth } = page.documentElement;
+  const found = scrollWidth > clientWidth ? [`the page, ${scrollWidth} of ${clientWidth} px`] : [];
+  const scrolls = (element) => element && element !== page.body
+    && (page.defaultView.getComputedStyle(element).overflowX !== "visible" || scrolls(element.parentElement));
+  for (const element of page.querySelectorAll("body *")) {
+    if (element.closest("svg, math") || !element.getClientRects().length) continue;
+    const over = element.getBoundingClientRect().right > clientWidth + 1;
+    if (over && !scrolls(element.parentElement)) found.push(`${element.tagName} ${element.id} ${element.className}`);
+  }
+  return found;
+}
+
+// The same at 400 px, less than the least width of a window: the page within a frame, without its figures.
+async function onPhone() {
+  const copy = document.documentElement.cloneNode(true);
+  for (const script of copy.querySelectorAll("script, iframe")) script.remove();
+  for (const plot of copy.querySelectorAll(".plot")) plot.replaceChildren();
+  const frame = document.createElement("iframe");
+  frame.style.cssText = "width: 400px; height: 800px; border: 0";
+  const loaded = new Promise((done) => frame.addEventListener("load", done));
+  frame.srcdoc = `<!DOCTYPE html>${copy.outerHTML}`;
+  document.body.append(frame);
+  await loaded;
+  const found = wide(frame.contentDocument).map((what) => `at 400 px: ${what}`);
+  frame.remove();
+  return found;
+}
+
 (async () => {
   const found = { errors, wide: [], results: [], moved: true, dark: matchMedia("(prefers-color-scheme: dark)").matches };
   try {
@@ -30,12 +61,7 @@ console.error = (...words) => { errors.push(words.join(" ")); consoleError(...wo
       }
       found.moved &&= after !== before && after === JSON.stringify(expected);
     }
-    const width = document.documentElement.clientWidth;
-    for (const element of document.querySelectorAll("body *")) {
-      if (element.closest(".wide, .formulas, pre, nav, svg, math") || !element.getClientRects().length) continue;
-      if (element.getBoundingClientRect().right > width + 1) found.wide.push(`${element.tagName} ${element.id} ${element.className}`);
-    }
-    if (document.documentElement.scrollWidth > width) found.wide.push("the page");
+    found.wide = [...wide(document), ...await onPhone()];
   } catch (error) {
     errors.push(String(error));
   }

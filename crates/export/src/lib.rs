@@ -26,8 +26,10 @@
 //! |---|---|
 //! | [`program`] | the observers that can be exported, and their steps in the target's format |
 //! | [`kkl`] | numerical KKL observers with their sizes erased |
+//! | [`moving_horizon`] | moving-horizon estimators with their sizes erased |
 //! | [`golden`] | test vectors |
 //! | [`names`] | names as identifiers |
+//! | `operations` | operations and stored numbers of a step |
 //! | `number` | floating-point numbers as literals of C and Rust |
 //! | `c`, `rust` | the files |
 //! | `fixed_point` | linear observers in fixed point |
@@ -44,8 +46,10 @@ mod fixed_point;
 pub mod fmu;
 pub mod golden;
 pub mod kkl;
+pub mod moving_horizon;
 pub mod names;
 mod number;
+mod operations;
 pub mod program;
 mod rust;
 pub mod step;
@@ -279,6 +283,13 @@ impl Export {
                 }
             }
         }
+        if let Program::MovingHorizon(estimator) = &self.program {
+            let horizon = estimator.horizon();
+            hash.update(format!("window {} iterations {}", horizon.window, horizon.iterations).as_bytes());
+            for bound in moving_horizon::bounds(estimator) {
+                hash.update(format!("{} {}", bound.axis, bound.is_lower).as_bytes());
+            }
+        }
         if let Some(maps) = self.program.maps() {
             hash.update(format!("substeps {:?}", self.program.substeps()).as_bytes());
             let dialect = c::plant::dialect(self.scalar, "");
@@ -327,10 +338,24 @@ impl Export {
         self.scalar
     }
 
-    /// Floating-point operations of one step, square roots and divisions included.
+    /// Floating-point operations of one step, square roots and divisions included; the most that a step takes.
     pub fn operations(&self) -> usize {
-        let gains = self.feedback.iter().chain(&self.update);
-        self.program.operations() + gains.map(|k| 2 * k.len()).sum::<usize>()
+        self.program.operations() + self.operations_of_gains()
+    }
+
+    /// The most operations of a step in which no bound is active, of a moving-horizon estimator with bounds.
+    pub fn operations_within_bounds(&self) -> Option<usize> {
+        self.program.operations_within_bounds().map(|operations| operations + self.operations_of_gains())
+    }
+
+    fn operations_of_gains(&self) -> usize {
+        self.feedback.iter().chain(&self.update).map(|k| 2 * k.len()).sum()
+    }
+
+    /// Bytes of the stack that the arrays of the window take during a step, of a moving-horizon estimator: the largest
+    /// part of its memory.
+    pub fn stack_of_window(&self) -> Option<usize> {
+        self.program.numbers_of_window().map(|numbers| numbers * self.scalar.bytes())
     }
 
     /// Bytes of the constants and of the state.
@@ -339,8 +364,8 @@ impl Export {
         let scalars = self.program.scalars().len() + self.program.constants_of_maps();
         let tables = self.program.numbers_of_trees();
         let prediction = self.update.as_ref().map_or(0, DMatrix::nrows);
-        (matrices + scalars + tables + self.initial.len() + self.program.state_entries() + prediction)
-            * self.scalar.bytes()
+        let numbers = matrices + scalars + tables + self.initial.len() + prediction;
+        numbers * self.scalar.bytes() + self.program.state_bytes(self.scalar) + self.program.integers() * 4
     }
 
     /// The files of a C99 project: header, source, test with golden vectors, `CMakeLists.txt` and `README.md`.

@@ -11,8 +11,12 @@ pub struct Names {
     pub inputs: Vec<String>,
     /// Names of the outputs.
     pub outputs: Vec<String>,
-    /// Units of the states; empty if unknown.
+    /// Units of the states, an empty text for one without; empty if unknown.
     pub units: Vec<String>,
+    /// Units of the inputs, likewise.
+    pub input_units: Vec<String>,
+    /// Units of the outputs, likewise.
+    pub output_units: Vec<String>,
     /// The unit of the time; empty if unknown.
     pub time_unit: String,
 }
@@ -22,7 +26,7 @@ impl Names {
     pub fn numbered(states: usize, inputs: usize, outputs: usize) -> Self {
         let list = |letter: &str, count: usize| (1..=count).map(|i| format!("{letter}{i}")).collect();
         let (states, inputs, outputs) = (list("x", states), list("u", inputs), list("y", outputs));
-        Self { states, inputs, outputs, units: Vec::new(), time_unit: String::new() }
+        Self { states, inputs, outputs, ..Self::default() }
     }
 }
 

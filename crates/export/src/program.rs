@@ -1,7 +1,6 @@
 //! The observers that can be exported, and their steps in the format of the target.
 
 use luenberger_expression::{ExpressionPlant, Lookups, Routine, Routines, Table};
-use luenberger_observers::varying_period::DEGREE;
 use luenberger_observers::{
     DiscreteLinearObserver, DiscreteNonlinearObserver, ExtendedKalmanFilter, GaussianEstimate, InterSampleObserver,
     NoiseModel, Observer, ObserverDimensions, ObserverError, SampledCopy, SampledCubicGains, SampledCubicObserver,
@@ -13,6 +12,7 @@ use nalgebra::{DMatrix, DVector, Dyn, RealField};
 use crate::error::ExportError;
 use crate::extension::{ExtensionMaps, SampledExtension};
 use crate::kkl::Kkl;
+use crate::moving_horizon::{self, MovingHorizon, bounds};
 use crate::step::ExpressionStep;
 
 /// The format of numbers on the target.
@@ -71,6 +71,8 @@ pub enum Program {
     Kalman(ExtendedKalmanFilter<ExpressionPlant, f64, Dyn, Dyn, Dyn>),
     /// The unscented Kalman filter in square-root form.
     Unscented(UnscentedKalmanFilter<ExpressionPlant, f64, Dyn, Dyn, Dyn>),
+    /// The moving-horizon estimator.
+    MovingHorizon(MovingHorizon<f64>),
     /// The copy of a nonlinear plant with a constant gain.
     Copy(SampledCopy<ExpressionPlant, f64, Dyn, Dyn, Dyn>),
     /// The copy of a plant in discrete time with a constant gain.
@@ -134,6 +136,7 @@ impl Program {
             Self::Varying(step) => step.dimensions(),
             Self::Kalman(observer) => observer.dimensions(),
             Self::Unscented(observer) => observer.dimensions(),
+            Self::MovingHorizon(estimator) => estimator.dimensions(),
             Self::Copy(observer) => observer.dimensions(),
             Self::Discrete(observer) => observer.dimensions(),
             Self::Kkl(observer) => observer.dimensions(),
@@ -154,6 +157,7 @@ impl Program {
             Self::Linear(_) | Self::Cubic(_) | Self::Varying(_) => None,
             Self::Kalman(filter) => Some(filter.plant().routines()),
             Self::Unscented(filter) => Some(filter.plant().routines()),
+            Self::MovingHorizon(estimator) => Some(estimator.plant().routines()),
             Self::Copy(observer) => Some(observer.plant().routines()),
             Self::Discrete(observer) => Some(observer.plant().routines()),
             Self::Kkl(observer) => Some(observer.plant().routines()),
@@ -166,7 +170,7 @@ impl Program {
     pub(crate) fn maps(&self) -> Option<Maps> {
         let all = self.routines()?;
         let (motion, measurement) = match self {
-            Self::Kalman(_) => (all.motion, all.measurement),
+            Self::Kalman(_) | Self::MovingHorizon(_) => (all.motion, all.measurement),
             Self::Discrete(_) | Self::Kkl(_) | Self::Unscented(_) | Self::Step(_) => (all.f, all.h),
             _ => (all.f, all.measurement),
         };
@@ -203,6 +207,7 @@ impl Program {
             Self::Kkl(observer) => Some(observer.substeps()),
             Self::Kalman(filter) => filter.substeps(),
             Self::Unscented(filter) => filter.substeps(),
+            Self::MovingHorizon(estimator) => estimator.substeps(),
             Self::Copy(observer) => Some(observer.substeps()),
             Self::Extension(observer) => Some(observer.substeps()),
         }
@@ -216,12 +221,18 @@ impl Program {
             Self::Varying(step) => step.period(),
             Self::Kalman(filter) => filter.period(),
             Self::Unscented(filter) => filter.period(),
+            Self::MovingHorizon(estimator) => estimator.period(),
             Self::Copy(observer) => observer.period(),
             Self::Discrete(observer) => observer.period(),
             Self::Kkl(observer) => observer.period(),
             Self::Extension(observer) => observer.period(),
             Self::Step(observer) => observer.period(),
         }
+    }
+
+    /// Samples in the window of a moving-horizon estimator; 0 of the others.
+    pub(crate) fn window(&self) -> usize {
+        if let Self::MovingHorizon(estimator) = self { estimator.horizon().window } else { 0 }
     }
 
     /// The factor of the process noise that enters before and after a motion in continuous time, as it is computed in
@@ -231,6 +242,17 @@ impl Program {
             Scalar::Binary32 => f64::from((self.period() as f32 * 0.5).sqrt()),
             Scalar::Binary64 => (self.period() * 0.5).sqrt(),
         }
+    }
+
+    /// The lower triangular factor of V, as it is computed in the format; of a moving-horizon estimator.
+    pub(crate) fn root_of_v(&self, scalar: Scalar) -> DMatrix<f64> {
+        let Self::MovingHorizon(estimator) = self else { return DMatrix::zeros(0, 0) };
+        let root = match scalar {
+            Scalar::Binary32 => moving_horizon::cast::<f32>(estimator).map(|same| same.root().map(f64::from)),
+            Scalar::Binary64 => Ok(estimator.root().clone()),
+        };
+        // The cast has been checked.
+        root.map(|root| root.lower_triangle()).unwrap_or_default()
     }
 
     /// The matrices that the step uses, by the names they have in the emitted code.
@@ -268,6 +290,13 @@ impl Program {
                 let NoiseModel { w, v, p0 } = filter.factors();
                 vec![("ROOT_W", w), ("ROOT_V", v), ("ROOT_P0", p0)]
             }
+            Self::MovingHorizon(estimator) => {
+                let NoiseModel { w, v, p0 } = estimator.noise_model();
+                let bounds = bounds(estimator);
+                let list = DMatrix::from_fn(1, bounds.len(), |_, k| bounds[k].value);
+                let all = [("W", w.clone()), ("V", v.clone()), ("P0", p0.clone())];
+                return all.into_iter().chain((!bounds.is_empty()).then_some(("BOUNDS", list))).collect();
+            }
             Self::Copy(observer) => vec![("L", observer.l())],
             Self::Discrete(observer) => vec![("L", observer.l())],
             Self::Kkl(observer) => return observer.matrices(),
@@ -285,6 +314,7 @@ impl Program {
             Self::Varying(_)
             | Self::Kalman(_)
             | Self::Unscented(_)
+            | Self::MovingHorizon(_)
             | Self::Copy(_)
             | Self::Discrete(_)
             | Self::Kkl(_)
@@ -301,6 +331,7 @@ impl Program {
             Self::Varying(step) => step.observer().nominal().d(),
             Self::Kalman(_)
             | Self::Unscented(_)
+            | Self::MovingHorizon(_)
             | Self::Copy(_)
             | Self::Discrete(_)
             | Self::Kkl(_)
@@ -335,6 +366,7 @@ impl Program {
                 ];
                 numbers.into_iter().chain(filter.gate().map(|gate| ("GATE", gate))).collect()
             }
+            Self::MovingHorizon(estimator) => vec![("PERIOD", estimator.period())],
             Self::Copy(observer) => vec![("PERIOD", observer.period())],
             Self::Discrete(observer) => vec![("PERIOD", observer.period())],
             Self::Kkl(observer) => vec![("PERIOD", observer.period())],
@@ -477,6 +509,7 @@ impl Program {
                     None => same,
                 })
             }
+            Self::MovingHorizon(estimator) => Cast::MovingHorizon(moving_horizon::cast(estimator)?),
             Self::Copy(observer) => {
                 let (plant, l) = (observer.plant().clone(), cast(observer.l()));
                 let period = nalgebra::convert(observer.period());
@@ -494,125 +527,6 @@ impl Program {
                 Cast::Discrete(DiscreteNonlinearObserver::new(plant, l, nalgebra::convert(observer.period()))?)
             }
         })
-    }
-
-    /// Floating-point operations of one step, calls of functions counted as one each.
-    pub(crate) fn operations(&self) -> usize {
-        let ObserverDimensions { estimate: n, inputs: m, outputs: p, .. } = self.dimensions();
-        let product = |rows: usize, columns: usize| if columns == 0 { 0 } else { rows * (2 * columns - 1) };
-        let innovation = product(p, n) + p + self.feedthrough().map_or(0, |_| product(p, m) + p);
-        let linear = product(n, n) + product(n, m) + product(n, p) + 2 * n;
-        let (motion, measurement) =
-            self.maps().map_or((0, 0), |maps| (maps.motion.operations(), maps.measurement.operations()));
-        // One step of the Runge-Kutta method for so many entries, without the slopes.
-        let combined = |entries: usize| 4 * entries * 2 + 3 * entries;
-        let flow = |observer: &SampledCubicObserver<f64, Dyn, Dyn, Dyn>| match observer.coupling() {
-            // Direction, quadratic form, the matrix and its elimination.
-            Some(_) => {
-                let elimination = p * (p - 1) / 2 + p * (p - 1) * (2 * p - 1) / 3 + 2 * p * (p - 1) + p;
-                3 * p + product(p, p) + product(1, p) + 4 + p * p + p + elimination
-            }
-            // Direction, quadratic form, two roots, three divisions.
-            None => 3 * p + product(p, p) + product(1, p) + 15,
-        };
-        match self {
-            Self::Linear(_) => innovation + linear,
-            Self::Cubic(observer) => innovation + linear + flow(observer) + product(n, p) + n,
-            Self::Varying(step) => {
-                let term = product(n, n) + 3 * n;
-                let substep = DEGREE * term + product(n, m) + n;
-                let corrected = innovation + flow(step.observer().nominal()) + 2 * product(n, p) + 2 * n;
-                step.observer().substeps() * substep + 1 + corrected
-            }
-            Self::Kalman(filter) => {
-                let square = n * product(n, n);
-                let factor = p * (p * p + 3 * p + 2) / 3 + n * 2 * p * p;
-                let joined = p * product(n, n) + p * product(p, n) + p * p + factor + n * product(n, p) + n * n;
-                let update =
-                    measurement + p + joined + 2 * product(n, p) + 2 * square + (n + p) * product(n, p) + n * n;
-                let symmetry = n * (n - 1);
-                update
-                    + match filter.substeps() {
-                        Some(count) => count * (4 * (motion + square + 2 * n * n) + combined(n + n * n) + symmetry),
-                        None => motion + 2 * square + n * n + symmetry,
-                    }
-            }
-            Self::Unscented(filter) => {
-                // A column added to a factor of this order, and its rotations below the diagonal.
-                let column = |order: usize| 6 * order + 3 * order * (order - 1);
-                let joint = column(n + p);
-                let points = |rows: usize| rows * (8 * n + 5);
-                let drawn = 4 * n * n;
-                let moved = match filter.substeps() {
-                    Some(count) => count * (4 * motion + combined(n)),
-                    None => motion,
-                };
-                let noise = filter.substeps().map_or(0, |_| n * n + n * column(n));
-                let update = (2 * n + 1) * measurement
-                    + drawn
-                    + points(p)
-                    + n * column(p)
-                    + (n + 1) * joint
-                    + p
-                    + p * p
-                    + 2 * n * p;
-                let predicted = (2 * n + 1) * (moved + column(n)) + drawn + points(n) + noise;
-                if filter.gate().is_some() { 2 * update + predicted } else { update + predicted }
-            }
-            Self::Copy(observer) => {
-                let slope = motion + measurement + product(p, n) + p + product(n, p) + n;
-                observer.substeps() * (4 * slope + combined(n + p))
-            }
-            Self::Extension(observer) => {
-                let z = observer.dimensions().state - n;
-                let own = self.extension();
-                let of = |routine: Option<&Routine>| routine.map_or(0, Routine::operations);
-                let [rate, estimate, jump] = [
-                    of(own.as_ref().map(|own| &own.rate)),
-                    of(own.as_ref().map(|own| &own.estimate)),
-                    of(own.as_ref().and_then(|own| own.jump.as_ref())),
-                ];
-                let slope = motion + measurement + rate + estimate + product(p, n);
-                observer.substeps() * (4 * slope + combined(z + p)) + estimate + jump
-            }
-            Self::Discrete(_) => motion + measurement + p + product(n, p) + n,
-            Self::Step(_) => motion,
-            Self::Kkl(observer) => {
-                let z = observer.dimensions().state;
-                let inverse = observer.trees().first().map_or(0, |(_, inverse)| inverse.operations());
-                let slope = motion + measurement + p + product(z, z) + product(z, p) + z;
-                // At most: every evaluation that the search may take.
-                let search = observer.table(Scalar::Binary64).map_or(0, |table| {
-                    let solve = z * (3 + 2 * n + 2 * n * n) + n * n * n + 12 * n + 10;
-                    table.weighing() + table.evaluations() * (table.operations() + solve)
-                });
-                let estimate = z + product(z, z) + z + 2 * observer.held_inputs() + inverse + 2 * n + search;
-                measurement + p + observer.substeps() * (4 * slope + combined(z + n)) + estimate
-            }
-        }
-    }
-
-    /// Constants and numbers of tables in the right-hand sides of a nonlinear plant.
-    pub(crate) fn constants_of_maps(&self) -> usize {
-        self.maps().map_or(0, |maps| maps.routines().flat_map(Routine::constants).count())
-    }
-
-    /// Numbers that the state holds.
-    pub(crate) fn state_entries(&self) -> usize {
-        match self {
-            Self::Kkl(observer) => observer.dimensions().state + observer.dimensions().estimate,
-            Self::Extension(observer) => observer.dimensions().state,
-            _ => self.dimensions().state,
-        }
-    }
-
-    /// Numbers of the trees of a KKL observer, and the entries of their comparisons.
-    pub(crate) fn numbers_of_trees(&self) -> usize {
-        let Self::Kkl(observer) = self else { return 0 };
-        let table = observer
-            .table(Scalar::Binary64)
-            .map_or(0, |table| table.coefficients.len() + table.nodes.iter().map(Vec::len).sum::<usize>());
-        table + observer.trees().iter().map(|(_, tree)| 4 * tree.nodes.len() + tree.leaves.len()).sum::<usize>()
     }
 }
 
@@ -650,6 +564,7 @@ pub(crate) enum Cast<T: RealField + Copy> {
     Varying(VaryingPeriodStep<T, Dyn, Dyn, Dyn>),
     Kalman(ExtendedKalmanFilter<ExpressionPlant, T, Dyn, Dyn, Dyn>),
     Unscented(UnscentedKalmanFilter<ExpressionPlant, T, Dyn, Dyn, Dyn>),
+    MovingHorizon(MovingHorizon<T>),
     Copy(SampledCopy<ExpressionPlant, T, Dyn, Dyn, Dyn>),
     Discrete(DiscreteNonlinearObserver<ExpressionPlant, T, Dyn, Dyn, Dyn>),
     Kkl(Kkl<T>),
@@ -680,6 +595,11 @@ impl<T: RealField + Copy> Cast<T> {
             }
             Self::Kalman(filter) => State::Belief(GaussianEstimate::new(&estimate, &filter.noise_model().p0)),
             Self::Unscented(filter) => State::Root(SquareRootEstimate::new(&estimate, &filter.factors().p0)),
+            Self::MovingHorizon(estimator) => {
+                let size = estimator.dimensions();
+                let (u, y) = (DVector::zeros(size.inputs), DVector::zeros(size.outputs));
+                State::Window { column: estimator.initial(T::zero(), &estimate, &u, &y), order: size.estimate }
+            }
         }
     }
 
@@ -701,6 +621,9 @@ impl<T: RealField + Copy> Cast<T> {
             }
             (Self::Kalman(filter), State::Belief(belief)) => filter.step(t(filter.period()), belief, u, y),
             (Self::Unscented(filter), State::Root(belief)) => filter.step(t(filter.period()), belief, u, y),
+            (Self::MovingHorizon(estimator), State::Window { column, .. }) => {
+                estimator.step(t(estimator.period()), column, u, y);
+            }
             // `start` made the state.
             _ => {}
         }
@@ -717,6 +640,7 @@ impl<T: RealField + Copy> Cast<T> {
             }
             Self::Kalman(filter) => (filter.plant(), filter.period()),
             Self::Unscented(filter) => (filter.plant(), filter.period()),
+            Self::MovingHorizon(estimator) => (estimator.plant(), estimator.period()),
             Self::Copy(observer) => (observer.plant(), observer.period()),
             Self::Discrete(observer) => (observer.plant(), observer.period()),
             Self::Kkl(observer) => (observer.plant_in_format(), observer.period_in_format()),
@@ -738,6 +662,11 @@ pub(crate) enum State<T: RealField + Copy> {
         z: DVector<T>,
         xhat: DVector<T>,
     },
+    /// Of a moving-horizon estimator: its estimate of this length, and the window.
+    Window {
+        column: DVector<T>,
+        order: usize,
+    },
     /// Of an observer of expressions: its own state of this length, with its estimate behind it.
     Joined {
         joined: DVector<T>,
@@ -751,6 +680,7 @@ impl<T: RealField + Copy> State<T> {
             Self::Estimate(xhat) | Self::Target { xhat, .. } => xhat.clone(),
             Self::Belief(belief) => belief.estimate(),
             Self::Root(belief) => belief.estimate(),
+            Self::Window { column, order } => column.rows(0, *order).into_owned(),
             Self::Joined { joined, order } => joined.rows(*order, joined.len() - order).into_owned(),
         }
     }
@@ -762,6 +692,7 @@ impl<T: RealField + Copy> State<T> {
             Self::Belief(belief) => belief.as_slice(),
             Self::Root(belief) => belief.as_slice(),
             Self::Target { z, .. } => z.as_slice(),
+            Self::Window { column, .. } => column.as_slice(),
             Self::Joined { joined, .. } => joined.as_slice(),
         }
     }

@@ -19,6 +19,9 @@ impl Formula {
     /// use luenberger_figures::Formula;
     /// let l = Formula::matrix("L", &[vec!["0.5".to_owned()], vec!["-2".to_owned()]]);
     /// assert_eq!(l.latex, "L = \\begin{bmatrix} 0.5 \\\\ -2 \\end{bmatrix}");
+    /// // An entry may be approximate.
+    /// let l = Formula::matrix("L", &[vec!["≈0".to_owned()]]);
+    /// assert_eq!(l.latex, "L = \\begin{bmatrix} \\approx 0 \\end{bmatrix}");
     /// ```
     pub fn matrix(name: &str, rows: &[Vec<String>]) -> Self {
         let (mut mathml, mut latex) = (String::new(), String::new());
@@ -31,12 +34,16 @@ impl Formula {
         for row in rows {
             mathml.push_str("<mtr>");
             for entry in row {
-                let _ = write!(mathml, "<mtd><mn>{}</mn></mtd>", escape(&entry.replace('-', "−")));
+                let (about, number) = match entry.strip_prefix('≈') {
+                    Some(number) => ("<mo>≈</mo>", number),
+                    None => ("", entry.as_str()),
+                };
+                let _ = write!(mathml, "<mtd>{about}<mn>{}</mn></mtd>", escape(&number.replace('-', "−")));
             }
             mathml.push_str("</mtr>");
         }
         mathml.push_str("</mtable><mo>]</mo></mrow>");
-        let lines: Vec<String> = rows.iter().map(|row| row.join(" & ")).collect();
+        let lines: Vec<String> = rows.iter().map(|row| row.join(" & ").replace('≈', "\\approx ")).collect();
         let _ = write!(latex, "\\begin{{bmatrix}} {} \\end{{bmatrix}}", lines.join(" \\\\ "));
         Self { mathml, latex }
     }

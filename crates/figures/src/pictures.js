@@ -14,14 +14,38 @@ function themed(layout) {
   return copy;
 }
 
+// Panels side by side are stacked where the page is narrow.
+const narrow = matchMedia("(max-width: 40rem)");
+function stacked(layout) {
+  const numbers = Object.keys(layout).filter((key) => key.startsWith("xaxis")).map((key) => key.slice(5));
+  if (!narrow.matches || numbers.every((n) => layout[`xaxis${n}`].domain[0] === 0)) return layout;
+  const { t, b } = layout.margin, gap = 95;
+  const before = layout.height - t - b;
+  const heights = numbers.map((n) => layout[`yaxis${n}`].domain).map(([from, to]) => (to - from) * before);
+  const inner = heights.reduce((sum, height) => sum + height, gap * (numbers.length - 1));
+  const copy = { ...layout, height: inner + t + b, legend: { ...layout.legend, y: 1 + (t - 34) / inner } };
+  let top = 1;
+  for (const [i, n] of numbers.entries()) {
+    const bottom = Math.max(0, top - heights[i] / inner);
+    copy[`xaxis${n}`] = { ...layout[`xaxis${n}`], domain: [0, 1] };
+    copy[`yaxis${n}`] = { ...layout[`yaxis${n}`], domain: [bottom, top] };
+    top = bottom - gap / inner;
+  }
+  return copy;
+}
+
 function draw() {
   const config = { responsive: true, displaylogo: false, modeBarButtonsToRemove: ["lasso2d", "select2d"] };
+  if (narrow.matches) config.displayModeBar = false;
   const ink = getComputedStyle(document.documentElement).getPropertyValue("--ink").trim();
   for (const place of document.querySelectorAll("[data-picture]")) {
-    const { data, layout } = pictures[place.dataset.picture];
+    const { data, layout: wide } = pictures[place.dataset.picture];
+    const layout = stacked(wide);
     // Black curves take the colour of the text, so that they are seen on a dark page.
     const traces = data.map((trace) => trace.line?.color === "#000000"
       ? { ...trace, line: { ...trace.line, color: ink }, marker: { ...trace.marker, color: ink } } : trace);
+    // When the window changes its size, a figure takes that of its element.
+    place.style.height = `${layout.height}px`;
     Plotly.react(place, traces, themed(layout), config);
   }
 }
@@ -68,7 +92,7 @@ const plotting = (async () => {
     for (const trace of data) [trace.x, trace.y] = [restored(trace.x, data), restored(trace.y, data)];
   }
   draw();
-  dark.addEventListener("change", draw);
+  for (const query of [dark, narrow]) query.addEventListener("change", draw);
 })();
 
 // Formulas are copied as LaTeX.

@@ -111,12 +111,13 @@ class Live {
     const axis = { zeroline: false, showline: true, ticks: "outside", ticklen: 4, exponentformat: "power", automargin: true };
     const layout = (title, type) => themed({
       margin: { l: 60, r: 12, t: 30, b: 44 }, height: 300, hovermode: "x unified", uirevision: "kept",
-      legend: { orientation: "h", y: 1.14 }, xaxis: { ...axis, title: { text: time } },
+      legend: { orientation: "h", y: 1.03, yanchor: "bottom" }, xaxis: { ...axis, title: { text: time } },
       yaxis: { ...axis, title: { text: title }, type, ...(type === "log" && decades > 1 ? { dtick: Math.ceil(decades / 6) } : {}) },
     });
     const unit = units[k] ? ` (${units[k]})` : "";
     const config = { responsive: true, displayModeBar: false };
     const [left, right] = ["norm", "state"].map((name) => this.root.querySelector(`[data-live="${name}"]`));
+    for (const plot of [left, right]) plot.style.height = "300px";
     Plotly.react(left, norm, layout("|e|", "log"), config);
     Plotly.react(right, state, layout(states[k] + unit, "linear"), config);
   }

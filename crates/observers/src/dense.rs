@@ -15,6 +15,12 @@ pub(crate) fn sum<T: RealField + Copy>(count: usize, term: impl Fn(usize) -> T) 
     (0..count).map(term).reduce(|sum, term| sum + term).unwrap_or_else(T::zero)
 }
 
+/// The larger of two numbers, the second where they are equal or the first is none: that of zeros with different signs
+/// is not the same on all processors with `max`.
+pub(crate) fn larger<T: RealField + Copy>(x: T, y: T) -> T {
+    if x > y { x } else { y }
+}
+
 /// Columns up to this length live on the stack where their size is not known at compile time.
 const SMALL: usize = 16;
 
@@ -76,7 +82,7 @@ where
 }
 
 /// The Cholesky factor of a symmetric positive definite matrix, `S = G G'`, of which the lower triangle is read.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Factor<T: RealField + Copy, D: Dim>(OMatrix<T, D, D>)
 where
     DefaultAllocator: Allocator<D, D>;
@@ -101,6 +107,11 @@ where
             }
         }
         Some(Self(g))
+    }
+
+    /// G, whose entries above the diagonal are those of S.
+    pub(crate) fn lower(&self) -> &OMatrix<T, D, D> {
+        &self.0
     }
 
     /// `G^-1 B`.

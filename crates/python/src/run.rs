@@ -152,7 +152,7 @@ impl StudyFile {
         let (study, plant) = (&self.study, &self.study.plant);
         let observers: Vec<&str> = study.observers.iter().map(|observer| observer.name.as_str()).collect();
         Ok(dictionary!(py; title = study.title.as_str(), about = study.about.as_str(), states = &plant.states,
-            units = &plant.units, inputs = &plant.inputs, outputs = &plant.outputs, observers))
+            units = plant.units_of(&plant.states), inputs = &plant.inputs, outputs = &plant.outputs, observers))
     }
 
     /// Executes a step: the results as JSON, the trajectories, and why it ended early, if it did.

@@ -1,6 +1,8 @@
 //! The plant of a study, from matrices, expressions or the library: one type over every scalar, so that all designs
 //! accept it.
 
+use std::collections::BTreeMap;
+
 use luenberger_design::Names;
 use luenberger_expression::{AffinePlant, Expression, ExpressionPlant, Parameters};
 use luenberger_plants::{
@@ -21,8 +23,8 @@ pub struct PlantModel {
     pub inputs: Vec<String>,
     /// Names of the outputs.
     pub outputs: Vec<String>,
-    /// Units of the states; empty if unknown.
-    pub units: Vec<String>,
+    /// Units of states, inputs, outputs and parameters, by their names, as far as the study gives them.
+    pub units: BTreeMap<String, String>,
     /// The parameters that expressions use by name.
     pub parameters: Parameters,
     /// Unit of the time, if the study names one.
@@ -32,6 +34,25 @@ pub struct PlantModel {
 }
 
 impl PlantModel {
+    /// The unit of a state, an input, an output or a parameter, if the study gives it.
+    pub fn unit(&self, name: &str) -> Option<&String> {
+        self.units.get(name)
+    }
+
+    /// The units of columns, an empty text for one without; empty if none of them has a unit.
+    pub fn units_of(&self, names: &[String]) -> Vec<String> {
+        let units: Vec<String> = names.iter().map(|name| self.unit(name).cloned().unwrap_or_default()).collect();
+        if units.iter().all(String::is_empty) { Vec::new() } else { units }
+    }
+
+    /// A number with the unit of `name`, `0.5 m`.
+    pub(crate) fn measured(&self, name: &str, number: String) -> String {
+        match self.unit(name) {
+            Some(unit) => format!("{number} {unit}"),
+            None => number,
+        }
+    }
+
     /// The names for messages.
     pub fn names(&self) -> Names {
         Names { states: self.states.clone(), inputs: self.inputs.clone(), outputs: self.outputs.clone() }

@@ -1,5 +1,6 @@
 /* Runs the golden test of an export on a board, unchanged: the linker calls the functions __wrap_ below in place of
- * main and of the step (--wrap). NAME is the identifier of the observer. */
+ * main and of the step (--wrap). NAME is the identifier of the observer, and DT the type of the time that the step of an
+ * observer at varying periods takes. */
 #define DEPTH 65536u
 #include "board.h"
 
@@ -12,8 +13,18 @@
 #define JOIN(a, b, c) a##b##c
 #define STEP(prefix, name) JOIN(prefix, name, _step)
 
-/* A step without feedback has four arguments; the fifth is on the stack, where nothing looks at it. */
-typedef void step_function(void *state, const void *known, const void *y, void *first, void *second);
+/* A step without feedback has four arguments; the fifth is on the stack, where nothing looks at it. That at varying
+ * periods has a number among them. */
+#ifdef DT
+#define PARAMETERS void *state, const void *known, const void *y, DT dt, void *first
+#define ARGUMENTS state, known, y, dt, first
+#define LAST dt
+#else
+#define PARAMETERS void *state, const void *known, const void *y, void *first, void *second
+#define ARGUMENTS state, known, y, first, second
+#define LAST second
+#endif
+typedef void step_function(PARAMETERS);
 
 step_function STEP(__real_, NAME);
 step_function STEP(__wrap_, NAME);
@@ -36,16 +47,16 @@ static uint64_t total;
 static uint32_t stack;
 static uint32_t steps;
 
-static void idle(void *state, const void *known, const void *y, void *first, void *second)
+static void idle(PARAMETERS)
 {
     (void)state;
     (void)known;
     (void)y;
     (void)first;
-    (void)second;
+    (void)LAST;
 }
 
-void STEP(__wrap_, NAME)(void *state, const void *known, const void *y, void *first, void *second)
+void STEP(__wrap_, NAME)(PARAMETERS)
 {
     /* Called through pointers that the optimiser does not see through. */
     step_function *volatile pointers[2] = { idle, STEP(__real_, NAME) };
@@ -53,14 +64,14 @@ void STEP(__wrap_, NAME)(void *state, const void *known, const void *y, void *fi
     step_function *step = pointers[1];
     uint32_t before = COUNT();
     uint32_t count;
-    empty(state, known, y, first, second);
+    empty(ARGUMENTS);
     count = instructions(before, COUNT());
     overhead = (count < overhead) ? count : overhead;
     if (steps < PAINTED_STEPS) {
         PAINT_STACK();
     }
     before = COUNT();
-    step(state, known, y, first, second);
+    step(ARGUMENTS);
     count = instructions(before, COUNT());
     if (steps < PAINTED_STEPS) {
         uint32_t depth;

@@ -9,10 +9,12 @@
 //! rejection, the boundary is found by bisection, down to neighbouring numbers.
 
 mod adversary;
+mod cubic;
 mod deployed;
 mod disturbed;
 mod document;
 mod exact;
+mod families;
 mod filters;
 mod intervals;
 mod kkl;

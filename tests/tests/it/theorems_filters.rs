@@ -10,11 +10,14 @@ use proptest::prelude::*;
 
 use crate::generators::{matrix, observable_plant, partly_measured_plant};
 
-/// E with the columns of w that act on the states, and unit noise of each output.
+/// E with the columns of w that act on the states, and noise of each output, which acts on the states as well.
 fn performance(n: usize, p: usize, e: &DMatrix<f64>, h: &DMatrix<f64>, all: bool) -> Performance {
     let acting = e.view((0, 0), (n, 2)).into_owned();
     Performance {
-        e: DMatrix::from_fn(n, 2 + p, |i, j| if j < 2 { acting[(i, j)] + f64::from(i == j) } else { 0.0 }),
+        e: DMatrix::from_fn(n, 2 + p, |i, j| match j {
+            0 | 1 => acting[(i, j)] + f64::from(i == j),
+            _ => 0.2 * acting[(i, j % 2)],
+        }),
         d: DMatrix::from_fn(p, 2 + p, |i, j| if j == 2 + i { 0.5 } else { 0.0 }),
         h: if all { DMatrix::identity(n, n) } else { h.view((0, 0), (1, n)).into_owned() + DMatrix::repeat(1, n, 0.1) },
     }

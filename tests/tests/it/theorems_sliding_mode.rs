@@ -115,6 +115,27 @@ proptest! {
         prop_assert!(found <= proved + 20.0 * h, "{found} s, {proved} s are proved");
     }
 
+    /// The bound of the reaching time is when V of its differential inequality `V' = -(alpha/c) V^(1/2)` is 0, which is
+    /// integrated here.
+    #[test]
+    fn the_certified_time_is_that_of_its_differential_inequality(
+        bound in 0.1..10.0_f64, e1 in -10.0..10.0_f64, e2 in -10.0..10.0_f64,
+    ) {
+        let design = SuperTwistingDesign::new([2.1 * bound.sqrt(), 1.1 * bound], bound).unwrap().unwrap();
+        let (e1, e2) = (e1 * bound, e2 * bound);
+        let z = DVector::from_vec(vec![e1.abs().sqrt() * e1.signum(), e2]);
+        let mut v = z.dot(&(&design.p * &z));
+        let proved = design.reaching_time(e1, e2);
+        let steps = 20_000;
+        let h = 1.1 * proved / f64::from(steps);
+        let mut time = 0.0;
+        while v > 0.0 && time < 2.0 * proved {
+            v -= h * design.alpha / design.c * v.sqrt();
+            time += h;
+        }
+        prop_assert!((time / proved - 1.0).abs() < 1e-2, "{time} s, {proved} s are proved");
+    }
+
     /// V falls where the inequality says so: at random errors, the worst disturbance, with the slope written out here.
     #[test]
     fn the_lyapunov_function_falls_at_its_rate(

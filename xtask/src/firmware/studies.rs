@@ -33,6 +33,35 @@ const STATIC_LIBRARIES: [(&str, &str); 8] = [
     ("filtered", "filtered"),
 ];
 
+/// Exports of which libgcc does not give the bits on a Cortex-M4F: its addition of doubles for Thumb-2 loses a bit where
+/// exponents differ by 33, see `docs/deploy.md`.
+const MISROUNDED: [(&str, &str, &str); 1] = [("bounded", "bounded", "f64")];
+
+/// An observer at varying periods.
+const VARYING: &str = r#"
+[plant]
+a = [[0, 1], [0, 0]]
+b = [[0], [1]]
+c = [[1, 0]]
+time_unit = "s"
+
+[input]
+expressions = ["sin(t)"]
+
+[simulation]
+x0 = [3, -1]
+duration = 8
+
+[[observer]]
+name = "varying"
+kind = "sampled-cubic"
+poles = [-2, -5]
+gamma = 10
+period = 0.1
+jitter = [0.07, 0.14]
+misses = 2
+"#;
+
 /// An observer of a study.
 pub(super) struct Case {
     file: PathBuf,
@@ -127,9 +156,14 @@ fn cases(folder: &Path) -> Result<Vec<Case>, Failure> {
         }
         files.push((file, false));
     }
+    // The filter in the loop, once more with the other kind.
+    let unscented = deploy::TIMED.replace("extended-kalman", "ukf").replace("timed", "unscented");
     let own = [
+        ("unscented.toml", unscented.as_str(), true),
+        ("varying.toml", VARYING, false),
         ("loop.toml", deploy::LOOP, true),
         ("timed.toml", deploy::TIMED, true),
+        ("bounded.toml", deploy::BOUNDED, false),
         ("filtered.toml", deploy::FILTERED, false),
         ("interpolated.toml", deploy::INTERPOLATED, false),
     ];
@@ -194,6 +228,11 @@ fn export(case: &Case, to: &str, format: &str, out: &Path) -> Result<Result<Stri
 fn c_of(board: &Board, folder: &Path, place: usize, case: Case) -> Result<Row, Failure> {
     let mut c = Vec::new();
     for format in FORMATS {
+        if MISROUNDED.contains(&(&case.study, &case.observer, format)) {
+            eprintln!("── {}, {}: not in {format}, of which libgcc does not round all sums", case.study, case.observer);
+            c.push(None);
+            continue;
+        }
         let out = folder.join(format!("{place}-{format}"));
         c.push(match export(&case, "c", format, &out)? {
             Err(why) if format == "f64" => {
@@ -254,9 +293,16 @@ fn rust_of(board: &Board, folder: &Path, case: &Case, format: &str) -> Result<Op
 fn golden(board: &Board, folder: &Path, name: &str, observer: &str) -> Result<Cost, Failure> {
     let firmware = root().join("firmware");
     let (test, image) = (format!("test_{name}.c"), folder.join("board.elf"));
+    let header = folder.join(format!("{name}.h"));
+    let header = fs::read_to_string(&header).map_err(|source| Failure::io(&header, source))?;
+    let time = ["float", "double"].into_iter().find(|number| {
+        header.contains(&format!("_step({name}_state *state, const {number} *u, const {number} *y, {number} dt,"))
+    });
+    let time = time.map(|number| format!("-DDT={number}"));
     board
         .c_compiler(folder)
         .arguments(&["-O1", "-nostartfiles", &format!("-DNAME={name}")])
+        .arguments(&time.iter().map(String::as_str).collect::<Vec<_>>())
         .argument(format!("-Wl,--gc-sections,-z,noexecstack,--wrap=main,--wrap={name}_step"))
         .argument(format!("-T{}", firmware.join("board/start/arm.ld").display()))
         .argument(firmware.join("board/start/arm.S"))

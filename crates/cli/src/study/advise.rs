@@ -135,13 +135,14 @@ fn scores(text: &mut String, advice: &Advice) {
     let best = |of: &dyn Fn(&RankedObserver) -> Option<f64>| complete().filter_map(of).fold(f64::INFINITY, f64::min);
     let mut rows = vec![head];
     let row = |one: &RankedObserver| {
+        let mark = |of: &dyn Fn(&RankedObserver) -> Option<f64>, x: f64| {
+            if x == best(of) && one.finished == advice.runs { "*" } else { "" }
+        };
         let cell = |of: &dyn Fn(&RankedObserver) -> Option<f64>, missing: &str| match of(one) {
-            Some(x) => {
-                let mark = if x == best(of) && one.finished == advice.runs { "*" } else { "" };
-                format!("{}{mark}", significant(x, 4))
-            }
+            Some(x) => format!("{}{}", significant(x, 4), mark(of, x)),
             None => missing.to_owned(),
         };
+        let operations = |one: &RankedObserver| one.operations.map(|count| count as f64);
         let mut cells = vec![one.name.clone()];
         if several {
             cells.push(cell(&|one| one.score, "-"));
@@ -151,7 +152,8 @@ fn scores(text: &mut String, advice: &Advice) {
         cells.push(cell(&|one| one.medians.peak, "-"));
         cells.push(cell(&|one| one.medians.steady_rms, "-"));
         cells.push(one.noise_gain.map_or_else(|| "-".to_owned(), |gain| significant(gain, 4)));
-        cells.push(cell(&|one| one.operations.map(|count| count as f64), "-"));
+        let count = one.operations.map(|count| format!("{count}{}", mark(&operations, count as f64)));
+        cells.push(count.unwrap_or_else(|| "-".to_owned()));
         cells.push(one.verdict.clone());
         cells.push(format!("{} of {}", one.finished, advice.runs));
         cells

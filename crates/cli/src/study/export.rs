@@ -27,6 +27,9 @@ struct Written {
     binaries: Vec<String>,
     period: f64,
     operations: usize,
+    /// The most operations of a step without active bounds, of a moving-horizon estimator with bounds.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    operations_within_bounds: Option<usize>,
     bytes: usize,
     #[serde(skip_serializing_if = "Option::is_none")]
     substeps: Option<usize>,
@@ -151,6 +154,7 @@ pub(crate) fn export(input: &ExportInput) -> Result<Answer, Failure> {
         binaries,
         period: export.program().period(),
         operations: cost.operations,
+        operations_within_bounds: export.operations_within_bounds(),
         bytes: cost.bytes,
         substeps,
         difference: difference.map(|Difference { largest, late, own }| Distance {
@@ -165,12 +169,14 @@ pub(crate) fn export(input: &ExportInput) -> Result<Answer, Failure> {
     let unit = study.plant.time_unit.as_ref().map(|unit| format!(" {unit}")).unwrap_or_default();
     _ = writeln!(
         text,
-        "{} {}{unit}{}: {} {}, {} bytes of constants and state ({})",
+        "{} {}{unit}{}: {}{} {}{}, {} bytes of constants and state ({})",
         if export.program().takes_time() { "one step for each sample, nominally every" } else { "one step every" },
         written.period,
         substeps.map(|count| format!(" with {}", counted(count, "Runge-Kutta step"))).unwrap_or_default(),
+        if export.stack_of_window().is_some() { "at most " } else { "" },
         written.operations,
         cost.of,
+        written.operations_within_bounds.map(|count| format!(" ({count} without active bounds)")).unwrap_or_default(),
         written.bytes,
         format_name
     );

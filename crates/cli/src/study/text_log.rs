@@ -22,7 +22,7 @@ pub(super) fn intervals(text: &mut String, results: &Results) {
     for report in &results.intervals {
         for ((state, mean), end) in results.plant.states.iter().zip(&report.mean_width).zip(&report.final_width) {
             let numbers = [significant(*mean, 4), significant(*end, 4)];
-            let names = [report.observer.clone(), report.coverage_in_words(), state.clone()];
+            let names = [report.observer.clone(), report.coverage_in_words(), results.plant.labelled(state)];
             rows.push(names.into_iter().chain(numbers).collect());
         }
     }
@@ -58,7 +58,7 @@ pub(super) fn log(text: &mut String, report: &LogReport, plant: &PlantSummary) {
         for of in &row.outputs {
             rows.push(vec![
                 row.observer.clone(),
-                of.output.clone(),
+                plant.labelled(&of.output),
                 of.samples_in_words(),
                 size(of.mean),
                 size(of.rms),
@@ -85,7 +85,7 @@ pub(super) fn log(text: &mut String, report: &LogReport, plant: &PlantSummary) {
         for (name, error) in report.rows.iter().flat_map(InnovationReport::errors_of_estimates) {
             rows.push(vec![
                 name,
-                error.state.clone(),
+                plant.labelled(&error.state),
                 error.samples.to_string(),
                 number(error.rmse),
                 number(error.peak),
@@ -99,7 +99,7 @@ pub(super) fn log(text: &mut String, report: &LogReport, plant: &PlantSummary) {
         let mut rows = header(&["observer", "state", "filtered", "smoothed"]);
         for row in &report.rows {
             for of in row.smoothed.iter().flat_map(|smoothed| &smoothed.deviations) {
-                rows.push(vec![row.observer.clone(), of.state.clone(), size(of.filtered), size(of.smoothed)]);
+                rows.push(vec![row.observer.clone(), plant.labelled(&of.state), size(of.filtered), size(of.smoothed)]);
             }
         }
         table(text, &rows);

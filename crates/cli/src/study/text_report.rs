@@ -114,11 +114,8 @@ fn poles(all: &[[f64; 2]]) -> String {
 
 /// The operating point with A, B, C and D.
 fn operating_point(text: &mut String, results: &Results, point: &OperatingPointReport) {
-    let named = |names: &[String], values: &[f64]| {
-        let one = |(name, value): (&String, &f64)| format!("{name} = {}", number(*value));
-        names.iter().zip(values).map(one).collect::<Vec<_>>().join(", ")
-    };
     let plant = &results.plant;
+    let named = |names: &[String], values: &[f64]| plant.listed(names, values.iter().map(|value| number(*value)));
     _ = writeln!(text, "\noperating point: {}", named(&plant.states, &point.x));
     if !point.u.is_empty() {
         _ = writeln!(text, "  under {}", named(&plant.inputs, &point.u));

@@ -267,6 +267,47 @@ fn an_observer_with_its_feedback_is_one_block() {
     refused(&open, "sampled", "the study has no feedback");
 }
 
+/// A moving-horizon estimator with a bound, of a linear and of a nonlinear plant, in each language.
+#[test]
+fn a_moving_horizon_estimator_is_exported() {
+    let observer = "[[observer]]\nname = \"window\"\nkind = \"mhe\"\nw = [0, 0.1]\nv = 0.01\nperiod = 0.05\nwindow = 4\nstate_bounds = [[-inf, inf], [-0.5, 1]]\ninitial = [0.5, 0]\n";
+    let start = "[simulation]\nx0 = [1, 0]\nduration = 5\nsamples = 101\nhold = 0.05\nnoise = { amplitude = [0.1], period = 0.05, seed = 2 }\n";
+    let input = "[input]\nexpressions = [\"sin(t)\"]\n";
+    let linear = "[plant]\na = [[0, 1], [-1, -0.5]]\nb = [[0], [1]]\nc = [[1, 0]]\nstates = [\"x\", \"v\"]\n";
+    let nonlinear = "[plant]\nf = [\"v\", \"-sin(x) - 0.5*v + u + 0.1*cos(t)\"]\nh = [\"x\"]\nstates = [\"x\", \"v\"]\ninputs = [\"u\"]\n";
+    for (name, plant) in [("linear", linear), ("nonlinear", nonlinear)] {
+        let (folder, file) = study(&format!("export-mhe-{name}"), Some(&format!("{plant}{input}{start}{observer}")));
+        let export = |to: &str, more: &[&str]| {
+            let out = folder.join(to);
+            let arguments = [&["export", &file, "--to", to, "-o", out.to_str().unwrap()], more].concat();
+            (luenberger(&arguments, ""), out)
+        };
+        let (ran, _) = export("c", &[]);
+        assert_eq!(ran.code, Some(1), "{}{}", ran.stdout, ran.stderr);
+        assert!(ran.stderr.contains("--unproved"), "{}", ran.stderr);
+        let (ran, c) = export("c", &["--unproved"]);
+        assert_eq!((ran.code, ran.stderr.as_str()), (Some(0), ""), "{name}");
+        assert!(
+            ran.stdout.contains(": at most ") && ran.stdout.contains(" without active bounds), "),
+            "{}",
+            ran.stdout
+        );
+        assert!(ran.stdout.contains("No stability certificate: there is no theorem"), "{}", ran.stdout);
+        golden(&c, "window");
+        let (ran, _) = export("c", &["--unproved", "--force", "--json"]);
+        let written = ran.json();
+        assert!(written["operations"].as_u64() > written["operations_within_bounds"].as_u64(), "{written}");
+        let (ran, rust) = export("rust", &["--unproved", "--format", "f32"]);
+        assert_eq!(ran.code, Some(0), "{}", ran.stderr);
+        let library = std::fs::read_to_string(rust.join("src/lib.rs")).unwrap();
+        let kind = "MovingHorizonEstimator<Model, f32, Const<2>, Const<1>, Const<1>, Const<41>, 4>";
+        assert!(library.contains(kind) && library.contains("f32::NEG_INFINITY"), "{library}");
+        let (ran, fmu) = export("fmu", &["--unproved"]);
+        assert_eq!(ran.code, Some(0), "{}", ran.stderr);
+        assert!(fmu.join("window.fmu").exists());
+    }
+}
+
 /// A Kalman filter in filter form, in each language, of a plant in continuous and in discrete time.
 #[test]
 fn a_kalman_filter_in_filter_form_is_exported() {

@@ -47,8 +47,8 @@ fn header(export: &FixedPointExport<'_>) -> String {
     let unit = if names.time_unit.is_empty() { String::new() } else { format!(" {}", harmless(&names.time_unit)) };
     _ = writeln!(text, " * Period:  {}{unit}", design.program.period());
     _ = writeln!(text, " * States:  {}", columns(&names.states, &names.units));
-    _ = writeln!(text, " * Inputs:  {}", columns(&names.inputs, &[]));
-    _ = writeln!(text, " * Outputs: {}", columns(&names.outputs, &[]));
+    _ = writeln!(text, " * Inputs:  {}", columns(&names.inputs, &names.input_units));
+    _ = writeln!(text, " * Outputs: {}", columns(&names.outputs, &names.output_units));
     let sentences = [arithmetic(export)].into_iter().chain(design.statement.iter().cloned());
     for sentence in sentences {
         text.push_str(" *\n");

@@ -17,14 +17,9 @@ pub(crate) fn header(export: &Export) -> String {
     _ = writeln!(text, " * Period:  {period}{unit}{nominally}");
     _ = writeln!(text, " * States:  {}", columns(&names.states, &names.units));
     let fed = if export.feedback.is_some() { ", u = r - K xhat with a reference r for each" } else { "" };
-    _ = writeln!(text, " * Inputs:  {}{fed}", columns(&names.inputs, &[]));
-    _ = writeln!(text, " * Outputs: {}", columns(&names.outputs, &[]));
-    _ = writeln!(
-        text,
-        " *\n * Numbers: {number} ({}). One step takes {} floating-point operations.",
-        export.scalar.name(),
-        export.operations()
-    );
+    _ = writeln!(text, " * Inputs:  {}{fed}", columns(&names.inputs, &names.input_units));
+    _ = writeln!(text, " * Outputs: {}", columns(&names.outputs, &names.output_units));
+    _ = writeln!(text, " *\n * Numbers: {number} ({}). {}", export.scalar.name(), cost(export));
     if let Program::Kkl(observer) = &export.program {
         _ = writeln!(text, " * {}", super::kkl::sizes(export, observer));
     }
@@ -52,7 +47,11 @@ pub(crate) fn header(export: &Export) -> String {
     for (what, length) in lengths {
         _ = writeln!(text, "#define {upper}_{what} {length}");
     }
-    let mut fields = String::new();
+    let (mut fields, mut sample) = (String::new(), String::new());
+    if let Program::MovingHorizon(estimator) = &export.program {
+        _ = writeln!(text, "#define {upper}_WINDOW {}", estimator.horizon().window);
+        (sample, fields) = window(export);
+    }
     if matches!(export.program, Program::Kalman(_)) {
         _ = writeln!(fields, "    {number} P[{upper}_STATES][{upper}_STATES]; /**< Covariance of its error. */");
     }
@@ -93,7 +92,7 @@ pub(crate) fn header(export: &Export) -> String {
     };
     _ = write!(
         text,
-        "
+        "{sample}
 /** State of the observer. */
 typedef struct {{
     {number} xhat[{upper}_STATES]; /**< {estimate} */
@@ -122,6 +121,51 @@ void {name}_step({name}_state *state, const {number} *{known}, const {number} *y
         },
     );
     text
+}
+
+/// What a step costs.
+fn cost(export: &Export) -> String {
+    let operations = export.operations();
+    let Some(stack) = export.stack_of_window() else {
+        return format!("One step takes {operations} floating-point operations.");
+    };
+    let within = export.operations_within_bounds();
+    let within = within.map_or_else(String::new, |within| format!(", {within} without active bounds"));
+    format!(
+        "One step takes at most {operations} floating-point operations{within}.\n * The state has {} bytes; the arrays of the window take {stack} bytes of the stack during a step.",
+        export.program.state_bytes(export.scalar)
+    )
+}
+
+/// The type of a sample of the window, and the fields of the state of a moving-horizon estimator.
+fn window(export: &Export) -> (String, String) {
+    let (name, number) = (&export.identifier, scalar(export));
+    let upper = name.to_uppercase();
+    let inputs = if export.names.inputs.is_empty() {
+        String::new()
+    } else {
+        format!("    {number} u[{upper}_INPUTS]; /**< Inputs from it to the next. */\n")
+    };
+    let time = if export.program.uses_time() { format!("    {number} t; /**< Its time. */\n") } else { String::new() };
+    let sample = format!(
+        "
+/** A sample of the window. */
+typedef struct {{
+    {number} x[{upper}_STATES]; /**< Estimate. */
+{inputs}    {number} y[{upper}_OUTPUTS]; /**< Measured outputs. */
+{time}    int measured; /**< 1 if the outputs count. */
+}} {name}_sample;
+"
+    );
+    let fields = format!(
+        "    {number} P[{upper}_STATES][{upper}_STATES]; /**< Covariance of its error, without regard to bounds. */
+    {number} prior[{upper}_STATES]; /**< First state of the window by the samples before it. */
+    {number} prior_P[{upper}_STATES][{upper}_STATES]; /**< Covariance of its error. */
+    {name}_sample samples[{upper}_WINDOW]; /**< The window, the oldest sample first. */
+    int count; /**< Samples in the window. */
+"
+    );
+    (sample, fields)
 }
 
 /// The comment of the step.
@@ -167,6 +211,9 @@ fn not_finite(export: &Export) -> String {
         ),
         Program::Unscented(_) => format!(
             " * A value of {known} or y that is not finite, and a prediction whose covariance has no factor, make the estimate\n * not finite, for good, unless the plant does not depend on it or limits it:"
+        ),
+        Program::MovingHorizon(_) => format!(
+            " * A measurement that is not finite is passed over. A value of {known} that is not finite makes the estimate not finite\n * until the next sample, which then takes its place in the window, unless the plant does not depend on it or\n * limits it. To start anew,"
         ),
         Program::Copy(_)
         | Program::Discrete(_)

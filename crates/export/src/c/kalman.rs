@@ -92,7 +92,7 @@ pub(super) fn trailing(arguments: Arguments, t: &str) -> String {
     if list.is_empty() { list } else { format!(", {}", list.trim_end_matches(", ")) }
 }
 
-fn symmetrise(text: &mut String, export: &Export, n: &str) {
+pub(super) fn symmetrise(text: &mut String, export: &Export, n: &str) {
     let number = scalar(export);
     let half = number::c(0.5, export.scalar);
     _ = write!(

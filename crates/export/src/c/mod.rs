@@ -16,6 +16,7 @@
 //! | `copy` | the step of its copy with a constant gain |
 //! | `kalman` | the step of the extended Kalman filter |
 //! | `unscented` | the step of the unscented Kalman filter |
+//! | `moving_horizon` | the step of the moving-horizon estimator |
 //! | `feedback` | the feedback around the step |
 //! | `kkl` | the step of the numerical KKL observer |
 //! | `table` | its left inverse by a table of splines and a search |
@@ -31,6 +32,7 @@ mod header;
 mod kalman;
 mod kkl;
 mod linear;
+mod moving_horizon;
 pub(crate) mod plant;
 mod project;
 pub(crate) mod source;
@@ -96,8 +98,8 @@ fn columns(names: &[String], units: &[String]) -> String {
         return "none".to_owned();
     }
     let one = |(i, name): (usize, &String)| match units.get(i) {
-        Some(unit) => format!("{name} ({unit})"),
-        None => name.clone(),
+        Some(unit) if !unit.is_empty() => format!("{name} ({unit})"),
+        _ => name.clone(),
     };
     harmless(&names.iter().enumerate().map(one).collect::<Vec<_>>().join(", "))
 }
@@ -117,6 +119,7 @@ pub(crate) fn kind(export: &Export) -> String {
         Program::Varying(_) => "Sampled cubic observer at varying periods",
         Program::Kalman(_) => "Extended Kalman filter",
         Program::Unscented(_) => "Unscented Kalman filter",
+        Program::MovingHorizon(_) => "Moving-horizon estimator",
         Program::Kkl(_) => "Numerical KKL observer",
         Program::Extension(_) | Program::Step(_) => "Observer of expressions",
         Program::Copy(_) | Program::Discrete(_) => "Copy of the plant with a constant gain",

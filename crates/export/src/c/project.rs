@@ -45,7 +45,7 @@ pub(super) fn readme(export: &Export, count: usize) -> String {
     format!(
         "# {name}
 
-{}, one step per sample; {} operations, {} bytes of constants and state, no allocation, no global state.
+{}, one step per sample; {most}{} operations, {} bytes of constants and state, no allocation, no global state.
 
 {statement}
 
@@ -70,6 +70,7 @@ Compilers must not contract or reorder floating-point operations: `-std=c99` or 
         kind(export),
         export.operations(),
         export.bytes(),
+        most = if export.stack_of_window().is_some() { "at most " } else { "" },
         period = export.program.period(),
         unit = if export.names.time_unit.is_empty() { "time units" } else { &export.names.time_unit },
         upper = name.to_uppercase(),

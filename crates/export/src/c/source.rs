@@ -3,7 +3,8 @@
 use std::fmt::Write;
 
 use super::{
-    copy, cubic, extension, feedback, kalman, kkl, lengths, linear, matrix, plant, scalar, unscented, varying,
+    copy, cubic, extension, feedback, kalman, kkl, lengths, linear, matrix, moving_horizon, plant, scalar, unscented,
+    varying,
 };
 use crate::program::{Maps, Program};
 use crate::{Export, number};
@@ -88,6 +89,7 @@ void {name}_reset({name}_state *state)
             kalman::step(&mut text, export, maps, (filter.substeps(), filter.gate().is_some()));
         }
         (Program::Unscented(filter), Some(maps)) => unscented::step(&mut text, export, maps, filter),
+        (Program::MovingHorizon(estimator), Some(maps)) => moving_horizon::step(&mut text, export, maps, estimator),
         (Program::Kkl(observer), Some(maps)) => kkl::step(&mut text, export, observer, maps),
         (Program::Extension(observer), Some(maps)) => {
             extension::step(&mut text, export, observer, (maps, &observer.observer().routines()));
@@ -147,6 +149,9 @@ fn start(export: &Export) -> String {
     }}
 "
         );
+    }
+    if matches!(export.program, Program::MovingHorizon(_)) {
+        text.push_str(&moving_horizon::start(export));
     }
     if export.program.uses_time() {
         text.push_str("    state->sample = 0;\n");

@@ -65,16 +65,16 @@ fn variables(export: &Export) -> Vec<Variable> {
     } else {
         ("input held until the next sample:", Role::Input)
     };
-    group("u", &names.inputs, &[], u, &|_| role);
-    group("y", &names.outputs, &[], "measured output:", &|_| Role::Input);
+    group("u", &names.inputs, &names.input_units, u, &|_| role);
+    group("y", &names.outputs, &names.output_units, "measured output:", &|_| Role::Input);
     group("xhat", &names.states, &names.units, "estimate of the state", &|_| Role::Derived);
     let innovation = "innovation of the last step, measured minus expected output:";
-    group("innovation", &names.outputs, &[], innovation, &|_| Role::Output);
+    group("innovation", &names.outputs, &names.output_units, innovation, &|_| Role::Output);
     group("initial", &names.states, &names.units, "first estimate of the state", &|i| {
         Role::Parameter(export.initial[i])
     });
     if fed {
-        group("r", &names.inputs, &[], "reference, added to -K xhat:", &|_| Role::Input);
+        group("r", &names.inputs, &names.input_units, "reference, added to -K xhat:", &|_| Role::Input);
     }
     all
 }

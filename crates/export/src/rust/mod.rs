@@ -113,6 +113,7 @@ fn library(export: &Export) -> String {
         }
         Program::Kalman(_) => ("StaticExtendedKalmanFilter", "ExtendedKalmanFilter, NoiseModel"),
         Program::Unscented(_) => ("StaticUnscentedKalmanFilter", "NoiseModel, SigmaPoints, UnscentedKalmanFilter"),
+        Program::MovingHorizon(_) => ("MovingHorizonEstimator", "Horizon, NoiseModel"),
         Program::Copy(_) => ("StaticSampledCopy", "SampledCopy"),
         Program::Discrete(_) => ("DiscreteNonlinearObserver", ""),
         Program::Kkl(observer) if observer.held_inputs() > 0 => ("SampledHeldKkl", ""),
@@ -125,6 +126,10 @@ fn library(export: &Export) -> String {
     let model = if export.program.maps().is_some() && !is_step { "Model, " } else { "" };
     let lengths = match export.program {
         Program::Discrete(_) => format!("Const<{n}>, Const<{m}>, Const<{p}>"),
+        Program::MovingHorizon(_) => {
+            let (state, window) = (export.program.dimensions().state, export.program.window());
+            format!("Const<{n}>, Const<{m}>, Const<{p}>, Const<{state}>, {window}")
+        }
         _ => format!("{n}, {m}, {p}"),
     };
     let sizes = match (model.is_empty() && !fed, is_step) {
@@ -207,6 +212,7 @@ pub fn observer() -> Result<Observer, ObserverError> {{
         Program::Varying(step) => varying::observer(&mut text, export, step),
         Program::Kalman(_) => plant::kalman(&mut text, export),
         Program::Unscented(filter) => plant::unscented(&mut text, export, filter.sigma_points()),
+        Program::MovingHorizon(estimator) => plant::moving_horizon(&mut text, export, estimator),
         Program::Copy(_) => plant::copy(&mut text, export),
         Program::Discrete(_) => plant::discrete(&mut text, export),
         Program::Kkl(observer) => kkl::observer(&mut text, export, observer),

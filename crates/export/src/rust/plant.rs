@@ -3,10 +3,11 @@
 use std::fmt::Write;
 
 use luenberger_expression::{Dialect, Language, Routine, Routines};
-use luenberger_observers::SigmaPoints;
+use luenberger_observers::{Horizon, SigmaPoints};
 
 use super::named;
 use crate::extension::ExtensionMaps;
+use crate::moving_horizon::{MovingHorizon, bounds};
 use crate::program::{Scalar, tables};
 use crate::{Export, number};
 
@@ -67,6 +68,42 @@ pub(super) fn unscented(text: &mut String, export: &Export, sigma: SigmaPoints) 
     let sigma = SigmaPoints {{ alpha: {alpha:?}, beta: {beta:?}, kappa: {kappa:?} }};
     UnscentedKalmanFilter::from_factors(Model, factors, sigma, {}, {substeps:?}){gate}",
         period(export)
+    );
+}
+
+/// The body of `observer()` for the moving-horizon estimator.
+pub(super) fn moving_horizon(text: &mut String, export: &Export, estimator: &MovingHorizon<f64>) {
+    let of = |name: &str| named(export, name).unwrap_or_default();
+    let (w, v, p0) = (of("W"), of("V"), of("P0"));
+    let Horizon { window, iterations } = estimator.horizon();
+    let new = match export.program.substeps() {
+        Some(substeps) => format!("new(Model, noises, horizon, {}, {substeps})", period(export)),
+        None => format!("discrete(Model, noises, horizon, {})", period(export)),
+    };
+    let limits = |is_lower: bool| {
+        let found = bounds(estimator);
+        let one = |axis| {
+            let bound = found.iter().find(|bound| bound.axis == axis && bound.is_lower == is_lower);
+            match bound {
+                Some(bound) => number::rust(export.scalar.round(bound.value), export.scalar),
+                None => format!("{}::{}INFINITY", export.scalar.name(), if is_lower { "NEG_" } else { "" }),
+            }
+        };
+        (0..export.program.dimensions().estimate).map(one).collect::<Vec<_>>().join(", ")
+    };
+    let bounded = if bounds(estimator).is_empty() {
+        String::new()
+    } else {
+        format!("?\n        .with_bounds(SVector::from([{}]), SVector::from([{}]))", limits(true), limits(false))
+    };
+    _ = writeln!(
+        text,
+        "    let w = {w};
+    let v = {v};
+    let p0 = {p0};
+    let noises = NoiseModel {{ w, v, p0 }};
+    let horizon = Horizon {{ window: {window}, iterations: {iterations} }};
+    MovingHorizonEstimator::{new}{bounded}"
     );
 }
 

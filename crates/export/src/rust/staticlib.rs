@@ -2,6 +2,8 @@
 
 use std::fmt::Write;
 
+use luenberger_observers::ObserverDimensions;
+
 use crate::golden::Step;
 use crate::program::Program;
 use crate::{Export, File, c, number};
@@ -64,6 +66,7 @@ fn library(export: &Export) -> String {
     let inner = if is_fed { "block.observer()" } else { "block" };
     let mut estimate = String::new();
     let stored: String;
+    let mut sample = String::new();
     let input_at_start = super::input_at_start(export, "design");
     let joined = |order: usize| {
         (
@@ -119,6 +122,13 @@ fn library(export: &Export) -> String {
             ),
             "        self.xhat = z.estimate().into();\n        self.s = z.factor().transpose().into();\n",
         )
+    } else if let Program::MovingHorizon(_) = &export.program {
+        let window = Window::new(export);
+        _ = writeln!(fields, "{}", window.fields);
+        _ = writeln!(start, "{}", window.start);
+        sample = window.sample;
+        stored = window.store;
+        (format!("SVector<{number}, {}>", size.state), window.load, stored.as_str())
     } else if export.is_filter() {
         _ = writeln!(fields, "    prediction: [{number}; {n}],");
         _ = writeln!(start, "            prediction: [{zero}; {n}],");
@@ -169,7 +179,7 @@ pub unsafe extern \"C\" fn {name}_input(state: *const State, r: *const {number},
 use design::luenberger_observers::nalgebra::{};
 use design::luenberger_observers::{{{}SampledObserver}};
 
-/// State of the observer, as in the header.
+{sample}/// State of the observer, as in the header.
 #[repr(C)]
 pub struct State {{
     xhat: [{number}; {n}],
@@ -258,6 +268,94 @@ pub unsafe extern \"C\" fn {name}_step(
 ",
         imports[1], imports[0]
     )
+}
+
+/// The state of a moving-horizon estimator in C and as the column of numbers that the Rust one has.
+struct Window {
+    sample: String,
+    fields: String,
+    start: String,
+    load: String,
+    store: String,
+}
+
+impl Window {
+    fn new(export: &Export) -> Self {
+        let number = export.scalar.name();
+        let ObserverDimensions { estimate: n, inputs: m, outputs: p, .. } = export.program.dimensions();
+        let (window, zero) = (export.program.window(), number::rust(0.0, export.scalar));
+        let (one, half) = (number::rust(1.0, export.scalar), number::rust(0.5, export.scalar));
+        let period = number::rust(export.scalar.round(export.program.period()), export.scalar);
+        let timed = export.program.uses_time();
+        let only = |has: bool, text: String| if has { text } else { String::new() };
+        let sample = format!(
+            "/// A sample of the window, as in the header.
+#[derive(Clone, Copy)]
+#[repr(C)]
+pub struct Sample {{
+    x: [{number}; {n}],
+{}    y: [{number}; {p}],
+{}    measured: i32,
+}}
+
+",
+            only(m > 0, format!("    u: [{number}; {m}],\n")),
+            only(timed, format!("    t: {number},\n")),
+        );
+        let zeros = format!(
+            "Sample {{ x: [{zero}; {n}], {}y: [{zero}; {p}], {}measured: 0 }}",
+            only(m > 0, format!("u: [{zero}; {m}], ")),
+            only(timed, format!("t: {zero}, ")),
+        );
+        let fields = format!(
+            "    p: [[{number}; {n}]; {n}],
+    prior: [{number}; {n}],
+    prior_p: [[{number}; {n}]; {n}],
+    samples: [Sample; {window}],
+    count: i32,"
+        );
+        let start = format!(
+            "            p: [[{zero}; {n}]; {n}],
+            prior: [{zero}; {n}],
+            prior_p: [[{zero}; {n}]; {n}],
+            samples: [{zeros}; {window}],
+            count: 1,"
+        );
+        // The covariances are symmetric, so that rows are columns.
+        let load = format!(
+            "let head = self.xhat.iter().chain(self.p.iter().flatten()).copied().chain([self.count as {number}]);
+        let prior = self.prior.iter().chain(self.prior_p.iter().flatten()).copied();
+        let samples = self.samples.iter().flat_map(|at| {{
+            let flag = if at.measured == 0 {{ {zero} }} else {{ {one} }};
+            at.x.into_iter(){}.chain(at.y).chain([flag; {p}]).chain([{}, {period}])
+        }});
+        let mut all = head.chain(prior).chain(samples);
+        SVector::from_fn(|_, _| all.next().unwrap_or({zero}))",
+            only(m > 0, ".chain(at.u)".to_owned()),
+            if timed { "at.t" } else { &zero },
+        );
+        let store = format!(
+            "        let mut all = z.iter().copied();
+        let mut next = || all.next().unwrap_or({zero});
+        self.xhat = core::array::from_fn(|_| next());
+        self.p = core::array::from_fn(|_| core::array::from_fn(|_| next()));
+        self.count = next() as i32;
+        self.prior = core::array::from_fn(|_| next());
+        self.prior_p = core::array::from_fn(|_| core::array::from_fn(|_| next()));
+        for at in &mut self.samples {{
+            at.x = core::array::from_fn(|_| next());
+{}            at.y = core::array::from_fn(|_| next());
+            let flags: [{number}; {p}] = core::array::from_fn(|_| next());
+            at.measured = i32::from(flags.iter().any(|flag| *flag > {half}));
+            {}next();
+            next();
+        }}
+",
+            only(m > 0, "            at.u = core::array::from_fn(|_| next());\n".to_owned()),
+            only(timed, "at.t = ".to_owned()),
+        );
+        Self { sample, fields, start, load, store }
+    }
 }
 
 /// The inputs, further parameters and body of the step of an observer at varying periods, and its prediction.

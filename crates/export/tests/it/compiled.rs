@@ -425,12 +425,18 @@ fn what_is_not_finite_stays() {
 fn names_cannot_end_a_comment() {
     let mut names = Names::numbered(2, 1, 1);
     names.states = vec!["a */ int x; /*".to_owned(), "b\n#error".to_owned()];
-    names.units = vec!["m".to_owned(), "m/s".to_owned()];
+    names.units = vec!["m".to_owned(), String::new()];
+    names.input_units = vec!["N".to_owned()];
+    names.output_units = vec!["V */".to_owned()];
     let sentences = ["proved */ or not".to_owned()];
     let export = Export::new("plant", program(9, (2, 1, 1), true, false), Scalar::Binary32, &[0.0, 0.0], names);
     let export = export.unwrap().statement(&sentences).source("a */ study", "0123");
     let header = &export.c().unwrap()[0];
     assert!(!header.text.contains("a */") && !header.text.contains("proved */"), "{}", header.text);
+    let columns: Vec<&str> = header.text.lines().filter(|line| line.contains("s: ")).collect();
+    assert!(columns.iter().any(|line| line.contains("Inputs:  u1 (N)")), "{columns:?}");
+    assert!(columns.iter().any(|line| line.contains("Outputs: y1 (V")), "{columns:?}");
+    assert!(!header.text.contains("()"), "{}", header.text);
     if let Some(compiler) = compilers().into_iter().next() {
         agrees(&export, &folder("comments"), compiler, &["-O2"]);
     }

@@ -149,6 +149,8 @@ fn the_description_has_names_units_and_start_values() {
     let mut names = Names::numbered(2, 1, 1);
     names.states = vec!["position".to_owned(), "a < \"b\" & \u{3c9}".to_owned()];
     names.units = vec!["m".to_owned(), "m/s".to_owned()];
+    names.input_units = vec!["N".to_owned()];
+    names.output_units = vec!["V".to_owned()];
     names.time_unit = "ms".to_owned();
     let program = program(3, (2, 1, 1), false, false);
     let export = Export::new("plant", program.clone(), Scalar::Binary64, &[0.1, -0.5], names.clone()).unwrap();
@@ -159,11 +161,16 @@ fn the_description_has_names_units_and_start_values() {
             "name=\"initial.a &lt; &quot;b&quot; &amp; \u{3c9}\"",
             "unit=\"m/s\" start=\"-0.5\"",
             "<Unit name=\"m\"/>",
+            "<Unit name=\"N\"/>",
             "variableNamingConvention=\"flat\"",
             // 0.05 ms.
             "stepSize=\"5e-5\"",
         ] {
             assert!(text.contains(part), "{part} is not in\n{text}");
+        }
+        for (name, unit) in [("u.u1", "N"), ("y.y1", "V"), ("innovation.y1", "V")] {
+            let line = text.lines().find(|line| line.contains(&format!("name=\"{name}\""))).unwrap();
+            assert!(line.contains(&format!("unit=\"{unit}\"")), "{line}");
         }
         let other = Export::new("plant", program.clone(), Scalar::Binary64, &[0.2, -0.5], names.clone()).unwrap();
         let other = read(&other.fmu(version).unwrap().archive().unwrap(), "modelDescription.xml");

@@ -7,3 +7,4 @@ mod fixed_point;
 mod fmu;
 mod fuzz;
 mod kkl;
+mod moving_horizon;

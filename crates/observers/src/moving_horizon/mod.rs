@@ -27,7 +27,9 @@
 //! An inequality constrained nonlinear Kalman-Bucy smoother by interior point likelihood maximization, Automatica 45,
 //! 2009.
 
+mod interior;
 mod pass;
+mod traits;
 mod window;
 
 use core::marker::PhantomData;
@@ -36,22 +38,16 @@ use luenberger_plants::{Differentiable, Size};
 use nalgebra::allocator::Allocator;
 use nalgebra::{ComplexField, DefaultAllocator, Dim, OMatrix, OVector, RealField, U1, convert};
 
-use crate::covariance_filter::CovarianceFilter;
 use crate::dense::{Factor, times, times_transpose};
 use crate::error::ObserverError;
 use crate::kalman::{NoiseModel, covariance, spread, symmetrise};
-use crate::observer::{ObserverDimensions, SampledObserver, put_slice};
 use crate::runge_kutta;
 
+use interior::Barrier;
+pub use interior::{INTERIOR, SHARE};
 use pass::Stage;
 pub use window::state_length;
 use window::{Layout, Part};
-
-/// Steps of the interior-point method.
-const INTERIOR: usize = 30;
-
-/// The share of the way to a bound that a step takes.
-const SHARE: f64 = 0.995;
 
 /// How much a problem is to be solved.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -71,6 +67,8 @@ where
 {
     plant: S,
     noises: NoiseModel<T, N, P>,
+    /// Of V.
+    root: Factor<T, P>,
     bounds: Option<(OVector<T, N>, OVector<T, N>)>,
     h: T,
     substeps: Option<usize>,
@@ -81,16 +79,6 @@ where
 
 /// A trajectory over the window; the stages behind the last one in use repeat it.
 type Trajectory<T, N, const L: usize> = [OVector<T, N>; L];
-
-/// Slacks and multipliers of the bounds of one stage: `(s, z)` of the lower ones, then of the upper ones.
-#[derive(Clone, Debug)]
-struct Barrier<T: RealField + Copy, N: Dim>
-where
-    DefaultAllocator: Allocator<N>,
-{
-    lower: (OVector<T, N>, OVector<T, N>),
-    upper: (OVector<T, N>, OVector<T, N>),
-}
 
 impl<S, T: RealField + Copy, N: Dim, M: Dim, P: Dim, D: Dim, const L: usize> MovingHorizonEstimator<S, T, N, M, P, D, L>
 where
@@ -160,8 +148,10 @@ where
             let what = "the dimension of the state of the estimator";
             return Err(ObserverError::Table { what, expected: layout.len(), found });
         }
+        let not_definite = || ObserverError::NotDefinite { what: "V", row: size.outputs.saturating_sub(1), pivot: 0.0 };
+        let root = Factor::new(&noises.v).ok_or_else(not_definite)?;
         let substeps = Some(substeps);
-        Ok(Self { plant, noises, bounds: None, h, substeps, horizon, layout, sizes: PhantomData })
+        Ok(Self { plant, noises, root, bounds: None, h, substeps, horizon, layout, sizes: PhantomData })
     }
 
     /// The estimator of a plant in discrete time, `x+ = f(t, x, u) + w`, whose `derivative` is the next state; W is a
@@ -206,6 +196,16 @@ where
     /// The noise the estimator is designed for.
     pub fn noise_model(&self) -> &NoiseModel<T, N, P> {
         &self.noises
+    }
+
+    /// The lower triangle of G, with V = G G'.
+    pub fn root(&self) -> &OMatrix<T, P, P> {
+        self.root.lower()
+    }
+
+    /// Runge-Kutta steps between samples; none in [discrete time](Self::discrete).
+    pub fn substeps(&self) -> Option<usize> {
+        self.substeps
     }
 
     /// The [bounds](Self::with_bounds), lower and upper.
@@ -281,11 +281,12 @@ where
         let (mut c, expected) = (self.plant.output_jacobian(t, x, &u), self.plant.output(t, x, &u));
         let y = &state[self.layout.part(stage, Part::Output)];
         let mut residual = expected.clone();
-        let mut v = self.noises.v.clone();
+        let mut others = None;
         for i in 0..residual.nrows() {
             if flags[i] == T::zero() {
                 residual[i] = T::zero();
                 c.row_mut(i).fill(T::zero());
+                let v = others.get_or_insert_with(|| self.noises.v.clone());
                 v.row_mut(i).fill(T::zero());
                 v.column_mut(i).fill(T::zero());
                 v[(i, i)] = T::one();
@@ -294,7 +295,11 @@ where
             }
         }
         // With V = G G', the entries of G^-1 y are independent, with variance 1.
-        let factor = Factor::new(&v)?;
+        let others = match others {
+            Some(v) => Some(Factor::new(&v)?),
+            None => None,
+        };
+        let factor = others.as_ref().unwrap_or(&self.root);
         let (c, residual) = (factor.half_solve(&c), factor.half_solve(&residual));
         for i in 0..residual.nrows() {
             let row = c.row(i).transpose();
@@ -356,37 +361,6 @@ where
         Some((solution, stages[count - 1].covariance.clone()))
     }
 
-    /// The bounds of a stage as measurements of its states: `lower + s + mu/z` with the variance s/z, and likewise
-    /// above.
-    fn bounded(&self, barrier: &Barrier<T, N>, mu: T, at: &mut Stage<T, N>) -> Option<()> {
-        let (lower, upper) = self.bounds.as_ref()?;
-        for j in 0..lower.nrows() {
-            let mut row = lower.map(|_| T::zero());
-            row[j] = T::one();
-            let sides = [
-                (lower[j], barrier.lower.0[j], barrier.lower.1[j], T::one()),
-                (upper[j], barrier.upper.0[j], barrier.upper.1[j], -T::one()),
-            ];
-            for (bound, s, z, sign) in sides {
-                if !ComplexField::is_finite(&bound) {
-                    continue;
-                }
-                let value = bound + sign * (s + mu / z);
-                let innovation = value - at.mean[j];
-                if !at.update(&row, innovation, s / z) {
-                    return None;
-                }
-            }
-        }
-        Some(())
-    }
-
-    /// Whether all states of a trajectory lie within the bounds.
-    fn is_within(&self, count: usize, x: &Trajectory<T, N, L>) -> bool {
-        let Some((lower, upper)) = &self.bounds else { return true };
-        (0..count).all(|i| (0..lower.nrows()).all(|j| lower[j] <= x[i][j] && x[i][j] <= upper[j]))
-    }
-
     /// The trajectory that solves the window's problem, and the covariance of its last state.
     #[allow(clippy::type_complexity, reason = "trajectory, covariance")]
     fn solve(&self, state: &[T]) -> Option<(Trajectory<T, N, L>, OMatrix<T, N, N>)> {
@@ -403,96 +377,6 @@ where
             None if self.bounds.is_some() => self.interior(state, count, guess),
             None => None,
         }
-    }
-
-    /// The primal-dual interior-point method from x on.
-    #[allow(clippy::type_complexity, reason = "trajectory, covariance")]
-    fn interior(
-        &self,
-        state: &[T],
-        count: usize,
-        mut x: Trajectory<T, N, L>,
-    ) -> Option<(Trajectory<T, N, L>, OMatrix<T, N, N>)> {
-        let (lower, upper) = self.bounds.as_ref()?;
-        let n = lower.nrows();
-        let (share, tenth): (T, T) = (convert(SHARE), convert(0.1));
-        let least = T::default_epsilon() * convert::<f64, T>(1e3);
-        let p = &state[self.layout.covariance()];
-        // Slacks of one standard deviation at least, and products of 1, the size of one normalised square.
-        let deviation = |j: usize| p[j + j * n].max(least * least).sqrt();
-        let clamped = |x: &OVector<T, N>| {
-            let mut inside = x.clone();
-            (0..n).for_each(|j| inside[j] = inside[j].max(lower[j]).min(upper[j]));
-            inside
-        };
-        for stage in &mut x {
-            *stage = clamped(stage);
-        }
-        let slack = |gap: T, j: usize| if ComplexField::is_finite(&gap) { gap.max(deviation(j)) } else { T::one() };
-        let side = |gap: &dyn Fn(usize) -> T| {
-            let mut s = lower.clone();
-            (0..n).for_each(|j| s[j] = slack(gap(j), j));
-            let z = s.map(|s| T::one() / s);
-            (s, z)
-        };
-        let mut barrier: [Barrier<T, N>; L] = core::array::from_fn(|i| Barrier {
-            lower: side(&|j| x[i][j] - lower[j]),
-            upper: side(&|j| upper[j] - x[i][j]),
-        });
-        let (mut mu, mut covariance) = (T::one(), None);
-        for _ in 0..INTERIOR {
-            let (solution, p) = self.pass(state, count, &x, Some((&barrier, mu)))?;
-            covariance = Some(p);
-            // The steps of all slacks and multipliers, and how far they may go.
-            let mut alpha = T::one();
-            let visit = |apply: Option<T>, barrier: &mut [Barrier<T, N>; L], alpha: &mut T| {
-                let (mut sum, mut number) = (T::zero(), T::zero());
-                for i in 0..count {
-                    let Barrier { lower: below, upper: above } = &mut barrier[i];
-                    for j in 0..n {
-                        for (bound, (s, z), sign) in
-                            [(lower[j], &mut *below, T::one()), (upper[j], &mut *above, -T::one())]
-                        {
-                            if !ComplexField::is_finite(&bound) {
-                                continue;
-                            }
-                            let ds = sign * (solution[i][j] - bound) - s[j];
-                            let dz = mu / s[j] - z[j] - z[j] / s[j] * ds;
-                            match apply {
-                                None => {
-                                    for (value, step) in [(s[j], ds), (z[j], dz)] {
-                                        if value + *alpha * step < (T::one() - share) * value {
-                                            *alpha = -share * value / step;
-                                        }
-                                    }
-                                }
-                                Some(alpha) => {
-                                    s[j] += alpha * ds;
-                                    z[j] += alpha * dz;
-                                    sum += s[j] * z[j];
-                                    number += T::one();
-                                }
-                            }
-                        }
-                    }
-                }
-                if number > T::zero() { sum / number } else { sum }
-            };
-            visit(None, &mut barrier, &mut alpha);
-            let mean = visit(Some(alpha), &mut barrier, &mut alpha);
-            for i in 0..count {
-                for j in 0..n {
-                    let step = solution[i][j] - x[i][j];
-                    x[i][j] += alpha * step;
-                }
-            }
-            // After a short step the centre is aimed at again.
-            let half = convert::<f64, T>(0.5);
-            let reduced = if alpha > half { tenth * mean } else { half * mean };
-            mu = reduced.max(least);
-        }
-        let inside: Trajectory<T, N, L> = core::array::from_fn(|i| clamped(&x[i]));
-        covariance.map(|p| (inside, p))
     }
 
     /// The first sample of the window goes into the arrival cost.
@@ -619,106 +503,5 @@ where
         if !self.predict(t, state, u, self.h) {
             state.as_mut_slice()[self.layout.estimate()].fill(convert(f64::NAN));
         }
-    }
-}
-
-impl<S, T: RealField + Copy, N: Dim, M: Dim, P: Dim, D: Dim, const L: usize> SampledObserver<T>
-    for MovingHorizonEstimator<S, T, N, M, P, D, L>
-where
-    S: Differentiable<T, N, M, P>,
-    DefaultAllocator: Size<N, M, P> + Allocator<D>,
-{
-    type State = OVector<T, D>;
-    type Input = OVector<T, M>;
-    type Output = OVector<T, P>;
-    type Estimate = OVector<T, N>;
-
-    fn dimensions(&self) -> ObserverDimensions {
-        let Layout { n, m, p, .. } = self.layout;
-        ObserverDimensions { state: self.layout.len(), inputs: m, outputs: p, estimate: n }
-    }
-
-    fn period(&self) -> T {
-        self.h
-    }
-
-    /// Update and prediction. A sample whose problem has no solution is passed over; a prediction without a result
-    /// makes the estimate NaN.
-    fn step(&self, t: T, state: &mut Self::State, u: &Self::Input, y: &Self::Output) {
-        self.update(t, state, u, y, |_| true);
-        self.finish(t, state, u);
-    }
-
-    fn step_partial(&self, t: T, state: &mut Self::State, u: &Self::Input, y: &Self::Output, measured: &[bool]) {
-        if measured.contains(&true) {
-            self.update(t, state, u, y, |output| measured.get(output).copied().unwrap_or(true));
-        }
-        self.finish(t, state, u);
-    }
-
-    fn estimate(&self, state: &Self::State) -> Self::Estimate {
-        let entries = &state.as_slice()[self.layout.estimate()];
-        OVector::from_fn_generic(self.noises.w.shape_generic().0, U1, |i, _| entries[i])
-    }
-
-    fn estimate_into(&self, state: &[T], estimate: &mut [T]) -> bool {
-        state.get(..estimate.len()).is_some_and(|xhat| put_slice(xhat, estimate))
-    }
-
-    fn initial(&self, t: T, estimate: &Self::Estimate, _u: &Self::Input, _y: &Self::Output) -> Self::State {
-        let layout = self.layout;
-        let mut state = OVector::<T, D>::zeros_generic(D::from_usize(layout.len()), U1);
-        let entries = state.as_mut_slice();
-        for range in [layout.estimate(), layout.prior_mean(), layout.part(0, Part::State)] {
-            entries[range].copy_from_slice(estimate.as_slice());
-        }
-        for range in [layout.covariance(), layout.prior_covariance()] {
-            entries[range].copy_from_slice(self.noises.p0.as_slice());
-        }
-        entries[layout.part(0, Part::Time)].fill(t);
-        layout.set_count(entries, 1);
-        state
-    }
-}
-
-impl<S, T: RealField + Copy, N: Dim, M: Dim, P: Dim, D: Dim, const L: usize> CovarianceFilter<T>
-    for MovingHorizonEstimator<S, T, N, M, P, D, L>
-where
-    S: Differentiable<T, N, M, P>,
-    DefaultAllocator: Size<N, M, P> + Allocator<D>,
-{
-    fn is_discrete(&self) -> bool {
-        self.substeps.is_none()
-    }
-
-    fn covariance_into(&self, state: &Self::State, p: &mut [T]) -> bool {
-        put_slice(&state.as_slice()[self.layout.covariance()], p)
-    }
-
-    fn measure(
-        &self,
-        t: T,
-        state: &mut Self::State,
-        u: &Self::Input,
-        y: &Self::Output,
-        measured: &[bool],
-    ) -> Option<T> {
-        self.update(t, state, u, y, |output| measured.get(output).copied().unwrap_or(true))
-    }
-
-    fn advance(&self, t: T, state: &mut Self::State, u: &Self::Input, duration: T) -> bool {
-        self.predict(t, state, u, duration)
-    }
-
-    /// The estimate is that of a window, which has no such covariance: false.
-    fn advance_across(
-        &self,
-        _t: T,
-        _state: &mut Self::State,
-        _u: &Self::Input,
-        _duration: T,
-        _cross: &mut [T],
-    ) -> bool {
-        false
     }
 }

@@ -68,23 +68,17 @@ where
         if !(s > T::zero() && ComplexField::is_finite(&s)) {
             return false;
         }
-        // w + T' c nu/s, before T.
+        // T' c, before T changes: w + T' c nu/s.
+        let mut row = OVector::<T, N>::zeros_generic(c.shape_generic().0, U1);
         let scale = innovation / s;
         for i in 0..n {
-            let mut along = T::zero();
             for k in 0..n {
-                along += self.keep[(k, i)] * c[k];
+                row[i] += self.keep[(k, i)] * c[k];
             }
-            self.news[i] += along * scale;
+            self.news[i] += row[i] * scale;
         }
         // K = P c/s; T <- T - K (c' T), P in Joseph's form.
         let gain = pc.map(|entry| entry / s);
-        let mut row = OVector::<T, N>::zeros_generic(c.shape_generic().0, U1);
-        for j in 0..n {
-            for k in 0..n {
-                row[j] += c[k] * self.keep[(k, j)];
-            }
-        }
         let order = c.shape_generic().0;
         let mut once = OMatrix::<T, N, N>::identity_generic(order, order);
         for i in 0..n {

@@ -12,7 +12,7 @@ extern crate alloc;
 
 use nalgebra::{Const, RealField, SMatrix, SVector, convert};
 
-use crate::dense::{Factor, sum};
+use crate::dense::{Factor, larger, sum};
 use crate::error::ObserverError;
 use crate::kkl::LeftInverse;
 use crate::numerical_kkl::polynomial_tree::{PolynomialInverse, clamped, finite};
@@ -322,9 +322,4 @@ fn damped_step<T: RealField + Copy, const N: usize>(
 /// The sum of the squares, from the first to the last.
 fn squared<T: RealField + Copy, const Z: usize>(v: &SVector<T, Z>) -> T {
     sum(Z, |k| v[k] * v[k])
-}
-
-/// The larger of two numbers, and `b` where `a` is not a number.
-fn larger<T: RealField + Copy>(a: T, b: T) -> T {
-    if a > b { a } else { b }
 }

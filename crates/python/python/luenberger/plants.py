@@ -190,7 +190,7 @@ def plant(
     region: Region | None = None,
     dt: float | None = None,
     tables: Mapping[str, Any] | None = None,
-    units: Sequence[str] | None = None,
+    units: Sequence[str] | Mapping[str, str] | None = None,
     time_unit: str | None = None,
 ) -> Plant:
     """A nonlinear plant from its equations.
@@ -212,8 +212,11 @@ def plant(
         Sampling period of a plant in discrete time.
     tables : dict, optional
         Lookup tables, used as functions: a dictionary with `x` and `y`, and `method` and `extrapolation`.
-    units, time_unit : optional
-        For axes and tables.
+    units : dict or sequence of str, optional
+        Units of states, inputs, outputs and parameters by their names, or of the states as a list, for axes and
+        tables.
+    time_unit : str, optional
+        Unit of the time.
 
     Returns
     -------
@@ -231,7 +234,7 @@ def plant(
     <Plant: x1' = x2; x2' = -x1 + (1 - x1^2)*x2; y1 = x1>
     """
     table: dict[str, Any] = {"f": _texts("f", f), "h": _texts("h", h)}
-    for key, names in (("states", states), ("inputs", inputs), ("outputs", outputs), ("units", units)):
+    for key, names in (("states", states), ("inputs", inputs), ("outputs", outputs)):
         if names is not None:
             table[key] = _texts(key, names)
     if parameters:
@@ -247,6 +250,8 @@ def plant(
     step = period(dt)
     if step is not None:
         table["dt"] = step
+    if units is not None:
+        table["units"] = dict(units) if isinstance(units, Mapping) else _texts("units", units)
     if time_unit is not None:
         table["time_unit"] = time_unit
     return Plant(table, region)

@@ -6,7 +6,7 @@ use luenberger_proof::wording::{counted, significant};
 
 use super::candidate::Candidate;
 use super::ranking::{Criteria, Criterion, Ranked, ratio};
-use crate::study::Study;
+use crate::study::{ObserverKind, Study};
 
 /// Observers after this rank are in the table only.
 const EXPLAINED: usize = 6;
@@ -238,7 +238,9 @@ impl Ranking<'_> {
         };
         Some(match &first.cost {
             Ok(cost) => {
-                format!("A step of {} takes {cost} floating-point operations on the target{rest}.", first.spec.name)
+                let most = if matches!(first.spec.kind, ObserverKind::MovingHorizon(_)) { "at most " } else { "" };
+                let name = &first.spec.name;
+                format!("A step of {name} takes {most}{cost} floating-point operations on the target{rest}.")
             }
             Err(why) => format!(
                 "{} has no step on a target: {why}{}.",

@@ -33,22 +33,22 @@ pub fn exported(
         SampledDesign::Copy(design) => Program::Copy(design.observer),
         SampledDesign::Filter(design) => Program::Kalman(design.filter),
         SampledDesign::Unscented(design) => Program::Unscented(design.filter),
+        SampledDesign::MovingHorizon(design) => Program::MovingHorizon(design.estimator),
         SampledDesign::Extension(design) => Program::Extension(design.observer),
         SampledDesign::Interval(design) => Program::Step(design.program(scalar)?),
         SampledDesign::SlidingMode(design) => Program::Step(design.observer),
         SampledDesign::Kkl(design) => Program::Kkl(design.observer),
     };
     let plant = &study.plant;
-    let (mut states, mut units) = (plant.states.clone(), plant.units.clone());
+    let mut states = plant.states.clone();
     states.extend(more);
-    if !units.is_empty() {
-        units.resize(states.len(), String::new());
-    }
     let columns = Names {
+        units: plant.units_of(&states),
+        input_units: plant.units_of(&plant.inputs),
+        output_units: plant.units_of(&plant.outputs),
         states,
         inputs: plant.inputs.clone(),
         outputs: plant.outputs.clone(),
-        units,
         time_unit: plant.time_unit.clone().unwrap_or_default(),
     };
     let export = Export::new(&names::identifier(&observer.name), program, scalar, &initial, columns)?;

@@ -11,6 +11,7 @@ use nalgebra::DMatrix;
 use super::{Evidence, SampledDesign};
 use crate::closed_loop;
 use crate::execute;
+use crate::model::PlantModel;
 use crate::study::{ObserverKind, ObserverSpec, Study};
 
 pub(super) fn evidence(
@@ -129,16 +130,13 @@ fn stored(title: &str, design: &SampledDesign, formats: Formats) -> Option<Certi
 /// How much of the bound is due to rounding.
 fn without_noise(study: &Study, entries: &[f64]) -> String {
     let plant = &study.plant;
-    format!("Without measurement noise it is at most {}.", listed(&plant.states, entries, &plant.units))
+    format!("Without measurement noise it is at most {}.", listed(plant, &plant.states, entries))
 }
 
 /// `position 0.1 m, velocity 0.2 m/s`, each rounded upwards.
-fn listed(names: &[String], values: &[f64], units: &[String]) -> String {
-    let one = |(i, (name, value)): (usize, (&String, &f64))| {
-        let unit = units.get(i).map(|unit| format!(" {unit}")).unwrap_or_default();
-        format!("{name} {}{unit}", at_most(*value, 3))
-    };
-    names.iter().zip(values).enumerate().map(one).collect::<Vec<_>>().join(", ")
+pub(super) fn listed(plant: &PlantModel, names: &[String], values: &[f64]) -> String {
+    let one = |(name, value): (&String, &f64)| format!("{name} {}", plant.measured(name, at_most(*value, 3)));
+    names.iter().zip(values).map(one).collect::<Vec<_>>().join(", ")
 }
 
 /// The bound of the error with all rounding counted, under its bounds of operation.
@@ -153,19 +151,19 @@ fn rounding(study: &Study, deployed: &Deployed, operation: &Operation, format: F
         Running::Unproved(_) => return vec![format!("Rounding to {format} on the target: no bound is proved.")],
     };
     let plant = &study.plant;
-    let mut bounds = vec![("states", listed(&plant.states, &operation.state, &plant.units))];
+    let mut bounds = vec![("states", listed(plant, &plant.states, &operation.state))];
     if !plant.inputs.is_empty() {
-        bounds.push(("inputs", listed(&plant.inputs, &operation.input, &[])));
+        bounds.push(("inputs", listed(plant, &plant.inputs, &operation.input)));
     }
-    bounds.push(("measurement noise", listed(&plant.outputs, &operation.noise, &[])));
-    bounds.push(("first error", listed(&plant.states, &operation.error, &plant.units)));
+    bounds.push(("measurement noise", listed(plant, &plant.outputs, &operation.noise)));
+    bounds.push(("first error", listed(plant, &plant.states, &operation.error)));
     let bounds: Vec<String> = bounds.into_iter().map(|(what, list)| format!("{what} ({list})")).collect();
     vec![
         format!(
             "Rounding and noise{}: while the magnitudes of {} stay within these bounds, the error in the end is at most {}, and no operation leaves the range of {format}{}.",
             if operation.deviation.is_some() { ", and every deviation of A within `bounds`" } else { "" },
             bounds.join(", "),
-            listed(&plant.states, &ball.entries, &plant.units),
+            listed(plant, &plant.states, &ball.entries),
             if is_fixed(format) { ": nothing saturates" } else { "" }
         ),
         "The bounds are 1.2 times the magnitudes in the study's simulation, with four standard deviations for Gaussian noise."

@@ -25,7 +25,9 @@ pub use exported::exported;
 pub use interval::IntervalDeployment;
 pub use kkl::KklDesign;
 pub(crate) use linear::MARGIN;
-pub use nonlinear::{CopyDesign, DiscreteCopyDesign, ExtensionDesign, FilterDesign, UnscentedDesign};
+pub use nonlinear::{
+    CopyDesign, DiscreteCopyDesign, ExtensionDesign, FilterDesign, MovingHorizonDesign, UnscentedDesign,
+};
 pub use record::{Difference, Record, record};
 pub use sliding_mode::SlidingModeDeployment;
 
@@ -67,6 +69,8 @@ pub enum SampledDesign {
     Filter(Box<FilterDesign>),
     /// The unscented Kalman filter.
     Unscented(Box<UnscentedDesign>),
+    /// The moving-horizon estimator.
+    MovingHorizon(Box<MovingHorizonDesign>),
     /// The numerical KKL observer.
     Kkl(Box<KklDesign>),
     /// An observer with given maps.
@@ -105,6 +109,7 @@ impl SampledDesign {
             Self::Copy(design) => Some(design.observer.substeps()),
             Self::Filter(design) => design.filter.substeps(),
             Self::Unscented(design) => design.filter.substeps(),
+            Self::MovingHorizon(design) => design.estimator.substeps(),
             Self::Kkl(design) => Some(design.observer.substeps()),
             Self::Extension(design) => Some(design.observer.substeps()),
             _ => None,
@@ -282,7 +287,10 @@ pub(crate) fn sampled_of(
     }
     if let (ObserverKind::OptimalCubic(problem), Some(plant)) = (&observer.kind, &linear) {
         let design = names.with(|| {
-            let found = luenberger_design::OptimalCubicDesign::new(plant, problem, end)?;
+            let found = match designed.and_then(|designed| designed.optimal.as_deref()) {
+                Some(found) => found,
+                None => &luenberger_design::OptimalCubicDesign::new(plant, problem, end)?,
+            };
             Ok::<_, DesignError>(match &found.cubic {
                 Some(cubic) => {
                     let design = SampledCubicDesign::from_cubic_with_weight(&found.linear, cubic, period)?;
@@ -529,6 +537,16 @@ pub fn evidence(study: &Study, observer: &ObserverSpec, design: &SampledDesign, 
             sentences: vec!["No stability certificate: there is no theorem for an unscented Kalman filter.".to_owned()],
             file: None,
         },
+        SampledDesign::MovingHorizon(design) => {
+            let mut sentences =
+                vec!["No stability certificate: there is no theorem for this moving-horizon estimator.".to_owned()];
+            if design.estimator.bounds().is_some() {
+                sentences.push(
+                    "The bounds hold for the estimates after a measurement; the exported estimate is the prediction for the next sample, which may violate them.".to_owned(),
+                );
+            }
+            Evidence { sentences, file: None }
+        }
         SampledDesign::Filter(_) => Evidence {
             sentences: vec![
                 "No stability certificate: an extended Kalman filter converges from small errors.".to_owned(),

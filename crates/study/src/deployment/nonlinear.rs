@@ -2,6 +2,7 @@
 
 use luenberger_design::Certificate;
 use luenberger_export::extension::{ExpressionObserver, SampledExtension};
+use luenberger_export::moving_horizon::MovingHorizon;
 use luenberger_expression::ExpressionPlant;
 use luenberger_observers::high_gain::HighGainMap;
 use luenberger_observers::{
@@ -60,6 +61,13 @@ pub struct FilterDesign {
 pub struct UnscentedDesign {
     /// The filter.
     pub filter: UnscentedKalmanFilter<ExpressionPlant, f64, Dyn, Dyn, Dyn>,
+}
+
+/// The moving-horizon estimator.
+#[derive(Debug, Clone)]
+pub struct MovingHorizonDesign {
+    /// The estimator.
+    pub estimator: MovingHorizon<f64>,
 }
 
 /// An observer with given maps, stepped once per sample.
@@ -173,7 +181,7 @@ pub(super) fn sampled(
 ) -> Result<SampledDesign, Refusal> {
     let plain = |why: String| (why, Vec::new());
     let plant = study.plant.model.expressions().map_err(|error| plain(error.to_string()))?;
-    let Designed { runnable, report, certificate } = designed;
+    let Designed { runnable, report, certificate, .. } = designed;
     let copy = |l: DMatrix<f64>, initial: Vec<f64>, preface: &str| {
         let substeps = match substeps {
             Some(substeps) => substeps,
@@ -228,13 +236,20 @@ pub(super) fn sampled(
             let filter = same.map_err(|error| plain(error.to_string()))?;
             Ok(SampledDesign::Unscented(Box::new(UnscentedDesign { filter })))
         }
-        Runnable::MovingHorizon(_) => Err((
-            "a moving-horizon estimator has no export: the number of its steps at a sample depends on whether bounds are active".to_owned(),
-            vec![
-                "in Rust observers::MovingHorizonEstimator runs on the target, with no allocation".to_owned(),
-                "kind = \"extended-kalman\" or \"ukf\" with the same w and v has one".to_owned(),
-            ],
-        )),
+        Runnable::MovingHorizon(estimator) => {
+            let (noises, horizon, period) =
+                (estimator.noise_model().clone(), estimator.horizon(), estimator.period());
+            let same = match estimator.substeps() {
+                Some(own) => MovingHorizon::new(plant, noises, horizon, period, substeps.unwrap_or(own)),
+                None => MovingHorizon::discrete(plant, noises, horizon, period),
+            };
+            let same = same.and_then(|same| match estimator.bounds() {
+                Some((lower, upper)) => same.with_bounds(lower.clone(), upper.clone()),
+                None => Ok(same),
+            });
+            let estimator = same.map_err(|error| plain(error.to_string()))?;
+            Ok(SampledDesign::MovingHorizon(Box::new(MovingHorizonDesign { estimator })))
+        }
         Runnable::DiscreteNonlinear(copied) => {
             let observer = DiscreteNonlinearObserver::new(plant, copied.l().clone(), period);
             let observer = observer.map_err(|error| plain(error.to_string()))?;

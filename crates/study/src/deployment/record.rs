@@ -2,10 +2,10 @@
 
 use std::sync::atomic::AtomicBool;
 
-use luenberger_proof::wording::at_most;
 use luenberger_sim::Trajectory;
 
 use super::Sampled;
+use super::linear::listed;
 use crate::design::{Designed, design};
 use crate::execute::{self, Member};
 use crate::study::{ObserverSpec, Study};
@@ -116,13 +116,7 @@ impl Difference {
     /// As a sentence, with the names and units of the states.
     pub fn words(&self, study: &Study, observer: &ObserverSpec, format: &str) -> String {
         let plant = &study.plant;
-        let list = |values: &[f64]| {
-            let one = |(i, (name, value)): (usize, (&String, &f64))| {
-                let unit = plant.units.get(i).map(|unit| format!(" {unit}")).unwrap_or_default();
-                format!("{name} {}{unit}", at_most(*value, 3))
-            };
-            plant.states.iter().zip(values).enumerate().map(one).collect::<Vec<_>>().join(", ")
-        };
+        let list = |values: &[f64]| listed(plant, &plant.states, values);
         let whose = match observer.kind.period().or(plant.dt) {
             Some(_) => "the observer of the study in binary64",
             None => "the observer in continuous time",

@@ -173,14 +173,10 @@ fn linear(
             evidence: None,
             noise_deviation: Vec::new(),
         };
-        Designed {
-            runnable: match filter {
+        Designed::new(match filter {
                 Some(filter) => Runnable::StationaryKalman(Box::new(filter)),
                 None => Runnable::DiscreteLinear(Box::new(design.observer.clone())),
-            },
-            report,
-            certificate: Some(design.certificate.clone()),
-        }
+            }, report, Some(design.certificate.clone()))
     }))
 }
 
@@ -219,7 +215,7 @@ fn lpv(study: &Study, region: &Region, rate: &RateSpec, dt: f64, options: &GainO
         noise_deviation: Vec::new(),
     };
     let runnable = Runnable::DiscreteNonlinear(Box::new(design.observer.clone()));
-    Ok(Designed { runnable, report, certificate: Some(design.certificate.clone()) })
+    Ok(Designed::new(runnable, report, Some(design.certificate.clone())))
 }
 
 fn extended(

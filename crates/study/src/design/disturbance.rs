@@ -24,7 +24,7 @@ pub(super) fn acting(bounds: &ActingBounds) -> Disturbances {
 
 /// The design with a bound of the error, if that is proved; `names` are those of the components of the error.
 pub(super) fn bounded(designed: Designed, bound: &ErrorBound, names: &[String], bounds: &ActingBounds) -> Designed {
-    let Designed { runnable, mut report, certificate } = designed;
+    let Designed { runnable, mut report, certificate, .. } = designed;
     let certificate = certificate.unwrap_or_default().and(bound.certificate.clone());
     if bound.certificate.is_proved() {
         let limits: Vec<String> =
@@ -49,7 +49,7 @@ pub(super) fn bounded(designed: Designed, bound: &ErrorBound, names: &[String], 
     }
     report.facts = facts(&certificate, &[]);
     report.verdict = verdict(&certificate);
-    Designed { runnable, report, certificate: Some(certificate) }
+    Designed::new(runnable, report, Some(certificate))
 }
 
 /// The numbers of a linear and perhaps a cubic design.
@@ -103,7 +103,7 @@ pub(super) fn proportional_integral(
         evidence: None,
         noise_deviation: Vec::new(),
     };
-    let designed = Designed { runnable, report, certificate: Some(certificate) };
+    let designed = Designed::new(runnable, report, Some(certificate));
     let Some(bounds) = bounds else { return Ok(designed) };
     let acting = disturbances_with_rate(&acting(bounds), rate, order);
     let bound = match &cubic {
@@ -160,5 +160,5 @@ pub(super) fn unknown_input(
         evidence: None,
         noise_deviation: Vec::new(),
     };
-    Ok(Designed { runnable, report, certificate: Some(certificate) })
+    Ok(Designed::new(runnable, report, Some(certificate)))
 }

@@ -81,7 +81,7 @@ fn described(
     proved: Option<Certificate>,
     designed: Designed,
 ) -> Designed {
-    let Designed { runnable, report, certificate } = designed;
+    let Designed { runnable, report, certificate, .. } = designed;
     let DesignReport { mut statement, mut matrices, mut numbers, .. } = report.clone();
     matrices.push(matrix("K", k));
     let poles = eigenvalues(&(&plant.a - &plant.b * k)).unwrap_or_default();
@@ -109,5 +109,5 @@ fn described(
         "{statement} In the loop u = r - K xhat, with the poles {} of A - B K besides those of the observer, and r = 0: {said}.",
         list.join(", ")
     );
-    Designed { runnable, report: DesignReport { statement, matrices, numbers, ..report }, certificate }
+    Designed::new(runnable, DesignReport { statement, matrices, numbers, ..report }, certificate)
 }

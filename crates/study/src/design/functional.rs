@@ -38,7 +38,7 @@ pub(super) fn functional(plant: &StateSpace, k: &DMatrix<f64>, wished: &[Complex
         evidence: Some("no certificate: the equations hold up to rounding".to_owned()),
         noise_deviation: Vec::new(),
     };
-    Ok(Designed { runnable: Runnable::Functional(Box::new(observer), k.clone()), report, certificate: None })
+    Ok(Designed::new(Runnable::Functional(Box::new(observer), k.clone()), report, None))
 }
 
 /// What to do where Darouach's conditions do not hold; none for other errors.

@@ -105,7 +105,7 @@ pub(super) fn immersion(model: &Model, spec: &ImmersionSpec) -> Result<Designed,
         noise_deviation: Vec::new(),
     };
     let observer = ImmersionInvarianceObserver::new(model.clone(), maps.clone());
-    Ok(Designed { runnable: Runnable::Immersion(Box::new(observer)), report, certificate })
+    Ok(Designed::new(Runnable::Immersion(Box::new(observer)), report, certificate))
 }
 
 /// What is known of the rank of D_chi beta.

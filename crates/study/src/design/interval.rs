@@ -58,8 +58,9 @@ pub(super) fn continuous(
     let inner = design.observer.inner();
     let flow = &inner.a - &inner.l * &inner.c;
     let comparison = design.observer.comparison();
+    let is_metzler = (0..flow.nrows()).all(|i| (0..flow.nrows()).all(|j| i == j || flow[(i, j)] >= 0.0));
     let metzler = match spec.coordinates {
-        ErrorCoordinates::Plant if comparison.k == flow => " A - L C is Metzler.",
+        ErrorCoordinates::Plant if is_metzler => " A - L C is Metzler.",
         ErrorCoordinates::Plant => " A - L C is not Metzler: K is the Metzler matrix above it.",
         ErrorCoordinates::Modal => "",
     };
@@ -87,7 +88,7 @@ pub(super) fn continuous(
         noise_deviation: Vec::new(),
     };
     let runnable = Runnable::Interval(Box::new(design.observer.clone()));
-    Ok(Designed { runnable, report, certificate: Some(design.certificate.clone()) })
+    Ok(Designed::new(runnable, report, Some(design.certificate.clone())))
 }
 
 /// What the sampled observer is designed for: a plant in discrete time, or one in continuous time whose input is held.
@@ -186,5 +187,5 @@ pub(super) fn discrete(
         noise_deviation: Vec::new(),
     };
     let runnable = Runnable::SampledInterval(Box::new(design.observer.clone()));
-    Ok(Designed { runnable, report, certificate: Some(design.certificate.clone()) })
+    Ok(Designed::new(runnable, report, Some(design.certificate.clone())))
 }

@@ -113,7 +113,7 @@ pub(super) fn design(model: &Model, wish: &KklSpec, cancel: &AtomicBool) -> Resu
             (Kkl::ThreeHeldTwo(observer), report)
         }
     };
-    Ok(Designed { runnable: Runnable::Kkl(Box::new(kkl)), report, certificate: None })
+    Ok(Designed::new(Runnable::Kkl(Box::new(kkl)), report, None))
 }
 
 /// With what a design is made.

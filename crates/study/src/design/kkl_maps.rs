@@ -73,7 +73,7 @@ pub(super) fn kkl(model: &Model, spec: &KklMapsSpec, names: &[String]) -> Result
         }
     }
     let runnable = Runnable::KklMaps(Box::new(design.observer));
-    Ok(Designed { runnable, report: design_report, certificate: Some(certificate) })
+    Ok(Designed::new(runnable, design_report, Some(certificate)))
 }
 
 /// The bound in words.

@@ -87,11 +87,8 @@ pub(super) fn linear_report(
         evidence: None,
         noise_deviation: noise.deviation,
     };
-    let designed = Designed {
-        runnable: Runnable::Linear(Box::new(design.observer.clone())),
-        report,
-        certificate: Some(design.certificate.clone()),
-    };
+    let designed =
+        Designed::new(Runnable::Linear(Box::new(design.observer.clone())), report, Some(design.certificate.clone()));
     match bounds {
         Some(bounds) => {
             let acting = acting(bounds);
@@ -151,11 +148,8 @@ pub(super) fn cubic_report(
         evidence: None,
         noise_deviation: noise.deviation,
     };
-    let designed = Designed {
-        runnable: Runnable::Cubic(Box::new(design.observer.clone())),
-        report,
-        certificate: Some(design.certificate.clone()),
-    };
+    let designed =
+        Designed::new(Runnable::Cubic(Box::new(design.observer.clone())), report, Some(design.certificate.clone()));
     match bounds {
         Some(bounds) => {
             let acting = acting(bounds);
@@ -209,9 +203,5 @@ pub(super) fn sampled_report(design: &SampledCubicDesign, plant: &StateSpace, pe
         evidence: None,
         noise_deviation: Vec::new(),
     };
-    Designed {
-        runnable: Runnable::SampledCubic(Box::new(design.observer.clone())),
-        report,
-        certificate: Some(design.certificate.clone()),
-    }
+    Designed::new(Runnable::SampledCubic(Box::new(design.observer.clone())), report, Some(design.certificate.clone()))
 }

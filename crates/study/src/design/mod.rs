@@ -40,7 +40,8 @@ use std::time::Instant;
 
 use luenberger_design::numerical_kkl::NumericalKklError;
 use luenberger_design::{
-    Certificate, CubicDesign, DesignError, DiscreteDesign, Fact, GainOptions, LinearDesign, ProvedTheorem,
+    Certificate, CubicDesign, DesignError, DiscreteDesign, Fact, GainOptions, LinearDesign, OptimalCubicDesign,
+    ProvedTheorem,
 };
 use luenberger_plants::StateSpace;
 use luenberger_proof::Verdict;
@@ -62,6 +63,14 @@ pub struct Designed {
     pub report: DesignReport,
     /// The certificate of the design; none for observers with measured evidence or without evidence.
     pub certificate: Option<Certificate>,
+    /// The result of the search of an optimal cubic observer, of which a sampled form is made without a second one.
+    pub(crate) optimal: Option<Box<OptimalCubicDesign>>,
+}
+
+impl Designed {
+    fn new(runnable: Runnable, report: DesignReport, certificate: Option<Certificate>) -> Self {
+        Self { runnable, report, certificate, optimal: None }
+    }
 }
 
 /// Why an observer has no design.

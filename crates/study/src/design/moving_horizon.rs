@@ -12,7 +12,7 @@ use crate::results::DesignReport;
 use crate::study::MovingHorizonSpec;
 
 /// The most samples in a window.
-pub const LONGEST_WINDOW: usize = 32;
+pub use luenberger_export::moving_horizon::LONGEST_WINDOW;
 
 /// The estimator of a plant in continuous time, or without `substeps` in discrete time.
 pub(super) fn design(model: &Model, spec: &MovingHorizonSpec, substeps: Option<usize>) -> Result<Designed, Misfit> {
@@ -46,5 +46,5 @@ pub(super) fn design(model: &Model, spec: &MovingHorizonSpec, substeps: Option<u
         evidence: Some("no certificate: no theorem of stability".to_owned()),
         noise_deviation: Vec::new(),
     };
-    Ok(Designed { runnable: Runnable::MovingHorizon(Box::new(estimator)), report, certificate: None })
+    Ok(Designed::new(Runnable::MovingHorizon(Box::new(estimator)), report, None))
 }

@@ -55,7 +55,7 @@ pub(super) fn lpv(study: &Study, region: &Region, rate: &RateSpec, options: &Gai
         noise_deviation: noise.deviation,
     };
     let runnable = Runnable::NonlinearLuenberger(Box::new(design.observer.clone()));
-    Ok(Designed { runnable, report, certificate: Some(design.certificate.clone()) })
+    Ok(Designed::new(runnable, report, Some(design.certificate.clone())))
 }
 
 /// Where the vertices are too many: the norm-bounded form, with a sector for each entry that varies and one inequality
@@ -182,11 +182,7 @@ fn by_sectors(study: &Study, design: &LipschitzDesign, region: &Region, whose: &
         noise_deviation: noise.deviation,
     };
     let observer = design.observer(study.plant.model.clone())?;
-    Ok(Designed {
-        runnable: Runnable::NonlinearLuenberger(Box::new(observer)),
-        report,
-        certificate: Some(design.certificate.clone()),
-    })
+    Ok(Designed::new(Runnable::NonlinearLuenberger(Box::new(observer)), report, Some(design.certificate.clone())))
 }
 
 pub(super) fn mean_value(
@@ -234,7 +230,7 @@ pub(super) fn mean_value(
         noise_deviation: noise.deviation,
     };
     let runnable = Runnable::MeanValue(Box::new(observer));
-    Ok(Designed { runnable, report, certificate: Some(design.certificate.clone()) })
+    Ok(Designed::new(runnable, report, Some(design.certificate.clone())))
 }
 
 pub(super) fn high_gain(chains: Chains, alpha: &[f64], r: f64) -> Result<Designed, Misfit> {
@@ -262,7 +258,7 @@ pub(super) fn high_gain(chains: Chains, alpha: &[f64], r: f64) -> Result<Designe
         ),
         noise_deviation: Vec::new(),
     };
-    Ok(Designed { runnable: Runnable::HighGain(Box::new(observer)), report, certificate: None })
+    Ok(Designed::new(Runnable::HighGain(Box::new(observer)), report, None))
 }
 
 /// A high-gain observer with given maps; the poles are those at the first estimate.
@@ -302,7 +298,7 @@ pub(super) fn high_gain_maps(
         evidence: Some("no certificate: the maps are not checked; look at the error in a simulation".to_owned()),
         noise_deviation: Vec::new(),
     };
-    Ok(Designed { runnable: Runnable::HighGainMaps(Box::new(observer)), report, certificate: None })
+    Ok(Designed::new(Runnable::HighGainMaps(Box::new(observer)), report, None))
 }
 
 pub(super) fn extended_kalman(
@@ -340,5 +336,5 @@ pub(super) fn extended_report(
         evidence: Some("no certificate: local convergence only".to_owned()),
         noise_deviation: Vec::new(),
     };
-    Ok(Designed { runnable: Runnable::ExtendedKalman(Box::new(filter)), report, certificate: None })
+    Ok(Designed::new(Runnable::ExtendedKalman(Box::new(filter)), report, None))
 }

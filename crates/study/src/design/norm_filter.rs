@@ -80,7 +80,7 @@ pub(super) fn norm_filter(
         evidence: None,
         noise_deviation: noise.deviation,
     };
-    Ok(Designed { runnable, report, certificate: Some(design.certificate.clone()) })
+    Ok(Designed::new(runnable, report, Some(design.certificate.clone())))
 }
 
 /// The filter of the sampled plant, its input and w held over the period h. For H2, w has the covariance `I/h`, which

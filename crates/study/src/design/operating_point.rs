@@ -12,7 +12,7 @@ use crate::study::Study;
 
 /// The observer of the linearisation, run in deviations from the operating point, with what its certificate speaks of.
 pub(super) fn shifted(study: &Study, design: Designed, point: &OperatingPoint) -> Result<Designed, Misfit> {
-    let Designed { runnable, mut report, certificate } = design;
+    let Designed { runnable, mut report, certificate, .. } = design;
     let runnable = match runnable {
         Runnable::Linear(observer) => Runnable::LinearAt(Box::new(at(*observer, point)?)),
         Runnable::Cubic(observer) => Runnable::CubicAt(Box::new(at(*observer, point)?)),
@@ -35,7 +35,7 @@ pub(super) fn shifted(study: &Study, design: Designed, point: &OperatingPoint) -
     };
     report.statement =
         format!("Linearised at the operating point {place}; in deviations from it: {} {truth}", report.statement);
-    Ok(Designed { runnable, report, certificate })
+    Ok(Designed::new(runnable, report, certificate))
 }
 
 fn at<O>(observer: O, point: &OperatingPoint) -> Result<At<O>, Misfit> {

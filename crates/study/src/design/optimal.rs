@@ -50,5 +50,6 @@ pub(super) fn design(
         number("cost J of the Kalman gain", found.kalman_cost.total),
         number("cubic observers evaluated", found.evaluations as f64),
     ]);
+    designed.optimal = Some(Box::new(found));
     Ok(designed)
 }

@@ -76,9 +76,9 @@ pub(super) fn peb(study: &Study, wish: &ObserverSpec, spec: &PebSpec) -> Result<
         ));
     }
     let certificate = (maps.open.len() < maps.kkl.order()).then(|| report.stability.certificate.clone());
-    let mut designed = Designed {
-        runnable: Runnable::Peb(Box::new(observer)),
-        report: DesignReport {
+    let mut designed = Designed::new(
+        Runnable::Peb(Box::new(observer)),
+        DesignReport {
             statement: statement(spec),
             matrices: report.stability.p.iter().map(|p| matrix("P", p)).collect(),
             poles: report.stability.eigenvalues.iter().map(|z| [z.re, z.im]).collect(),
@@ -89,7 +89,7 @@ pub(super) fn peb(study: &Study, wish: &ObserverSpec, spec: &PebSpec) -> Result<
             noise_deviation: Vec::new(),
         },
         certificate,
-    };
+    );
     if !report.injectivity.verdict.is_proved() {
         evidence.push(undecided_injectivity(&report));
     }

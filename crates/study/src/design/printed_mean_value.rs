@@ -85,5 +85,5 @@ pub(super) fn design(model: &Model, mean: PrintedMean, eta: f64, internal_error:
         ),
         noise_deviation: Vec::new(),
     };
-    Ok(Designed { runnable: Runnable::PrintedMeanValue(Box::new(observer)), report, certificate: None })
+    Ok(Designed::new(Runnable::PrintedMeanValue(Box::new(observer)), report, None))
 }

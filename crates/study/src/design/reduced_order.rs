@@ -39,7 +39,7 @@ pub(super) fn reduced_order(study: &Study, plant: &StateSpace, wished: &[Complex
         noise_deviation: Vec::new(),
     };
     let runnable = Runnable::KklMaps(Box::new(KklObserver::new(maps)));
-    Ok(Designed { runnable, report, certificate: Some(design.certificate.clone()) })
+    Ok(Designed::new(runnable, report, Some(design.certificate.clone())))
 }
 
 fn norm(m: &DMatrix<f64>) -> f64 {

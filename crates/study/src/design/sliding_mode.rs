@@ -133,5 +133,5 @@ fn designed(model: &Model, states: &[String], spec: &SlidingModeSpec) -> Result<
         noise_deviation: Vec::new(),
     };
     let certificate = certified.map(|design| design.certificate.clone());
-    Ok(Designed { runnable: Runnable::SlidingMode(Box::new(observer)), report, certificate })
+    Ok(Designed::new(Runnable::SlidingMode(Box::new(observer)), report, certificate))
 }

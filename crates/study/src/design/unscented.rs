@@ -40,5 +40,5 @@ pub(super) fn design(model: &Model, spec: &UnscentedSpec, substeps: Option<usize
         evidence: Some("no certificate: no theorem of stability".to_owned()),
         noise_deviation: Vec::new(),
     };
-    Ok(Designed { runnable: Runnable::Unscented(Box::new(filter)), report, certificate: None })
+    Ok(Designed::new(Runnable::Unscented(Box::new(filter)), report, None))
 }

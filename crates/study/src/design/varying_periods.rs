@@ -69,9 +69,5 @@ pub(super) fn report(design: &VaryingPeriodDesign, plant: &StateSpace, period: f
     report.verdict = verdict(&design.certificate);
     let zero = [plant.a.nrows(), plant.b.ncols(), plant.c.nrows()].map(DVector::zeros);
     let varying = VaryingPeriods::new(design.observer.clone(), design.periods, zero.each_ref())?;
-    Ok(Designed {
-        runnable: Runnable::VaryingPeriods(Box::new(varying)),
-        report,
-        certificate: Some(design.certificate.clone()),
-    })
+    Ok(Designed::new(Runnable::VaryingPeriods(Box::new(varying)), report, Some(design.certificate.clone())))
 }

@@ -79,7 +79,7 @@ fn of(study: &Study, simulation: &Simulation, members: &[Member<'_>]) -> Result<
     let plant = plant(study).ok_or("the page has no code for its plant, which is one of the library")?;
     let experiment = Experiment {
         states: names.states.clone(),
-        units: names.units.clone(),
+        units: names.units_of(&names.states),
         time_unit: names.time_unit.clone(),
         input,
         table,

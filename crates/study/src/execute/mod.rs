@@ -35,11 +35,13 @@ use luenberger_figures::Figure;
 use luenberger_plants::StateSpace;
 use luenberger_proof::certificate::Theorem;
 
-use crate::design::{Designed, NoDesign, design_until, matrix, number};
+use crate::design::{Designed, NoDesign, design_until, matrix};
 use crate::error::StudyError;
 use crate::model::Model;
 use crate::read::file_name;
-use crate::results::{FailureReport, NamedMatrix, ObserverReport, ObserverRun, PlantSummary, Results, report};
+use crate::results::{
+    FailureReport, NamedMatrix, ObserverReport, ObserverRun, ParameterReport, PlantSummary, Results, report,
+};
 use crate::study::{ObserverKind, ObserverSpec, Study};
 use folder::Folder;
 
@@ -527,10 +529,16 @@ pub(crate) fn summary(study: &Study) -> PlantSummary {
     PlantSummary {
         kind,
         states: plant.states.clone(),
-        units: plant.units.clone(),
+        units: plant.units_of(&plant.states),
+        input_units: plant.units_of(&plant.inputs),
+        output_units: plant.units_of(&plant.outputs),
         time_unit: plant.time_unit.clone(),
         dt: plant.dt,
-        parameters: plant.parameters.iter().map(|(name, value)| number(name, *value)).collect(),
+        parameters: plant
+            .parameters
+            .iter()
+            .map(|(name, value)| ParameterReport { name: name.clone(), value: *value, unit: plant.unit(name).cloned() })
+            .collect(),
         inputs: plant.inputs.clone(),
         outputs: plant.outputs.clone(),
         equations,

@@ -66,7 +66,7 @@ fn panels(study: &Study, scoring: &ScoringReport, points: &[Point<'_>]) -> Vec<P
     let all: Vec<usize> = (0..study.plant.states.len()).collect();
     let of = |i: &usize| {
         let name = &study.plant.states[*i];
-        let error = with_unit(&format!("steady-state RMSE of {name}"), study.plant.units.get(*i));
+        let error = with_unit(&format!("steady-state RMSE of {name}"), study.plant.unit(name));
         let states = points.iter().filter_map(|point| Some((point.observer, *point.states.get(*i)?)));
         panel(&time(&format!("settling time of {name}")), &error, &states.collect::<Vec<_>>())
     };

@@ -60,8 +60,13 @@ impl Runs<'_> {
         with_unit("time t", self.study.plant.time_unit.as_ref())
     }
 
-    fn label(&self, i: usize) -> String {
-        with_unit(&self.study.plant.states[i], self.study.plant.units.get(i))
+    /// The label of a state, an input or an output.
+    fn label(&self, name: &str) -> String {
+        with_unit(name, self.study.plant.unit(name))
+    }
+
+    fn state(&self, i: usize) -> String {
+        self.label(&self.study.plant.states[i])
     }
 }
 
@@ -193,7 +198,7 @@ pub(super) fn figure(id: &str, title: &str, caption: &str, panels: Vec<Panel>) -
 fn states(runs: &Runs<'_>) -> Named {
     let rows = runs.rows(runs.first);
     let panel = |i: usize| {
-        let mut panel = Panel::new(runs.time(), runs.label(i));
+        let mut panel = Panel::new(runs.time(), runs.state(i));
         let truth = if runs.measured { "truth" } else { "plant" };
         // A log without true states has none of their columns.
         let known = i < runs.first.x.ncols();
@@ -277,7 +282,7 @@ fn errors(runs: &Runs<'_>) -> Named {
         return None;
     }
     let panel = |i: usize| {
-        let mut panel = Panel::new(runs.time(), format!("error of {}", runs.label(i)));
+        let mut panel = Panel::new(runs.time(), format!("error of {}", runs.state(i)));
         // A log may know the truth of some states only.
         if runs.first.x.column(i).iter().all(|x| x.is_nan()) {
             return panel;
@@ -333,7 +338,7 @@ fn columns(runs: &Runs<'_>, id: &str, title: &str, names: &[String], of: &DMatri
     let rows = runs.rows(runs.first);
     let panel = |(j, name): (usize, &String)| {
         let curves = lines(name, runs.first, &rows, |k| of[(k, j)]);
-        curves.into_iter().fold(Panel::new(runs.time(), name.clone()), Panel::series)
+        curves.into_iter().fold(Panel::new(runs.time(), runs.label(name)), Panel::series)
     };
     let noise = runs.study.simulation.as_ref().and_then(|simulation| simulation.noise.as_ref());
     let caption = match (id, noise) {
@@ -366,7 +371,8 @@ fn innovations(runs: &Runs<'_>) -> Named {
     let all: Vec<_> =
         runs.shown().filter_map(|(member, run)| Some((member, run, innovation(runs.study, run)?))).collect();
     let panel = |(j, name): (usize, &String)| {
-        let mut panel = Panel::new(runs.time(), format!("innovation of {name}")).mark(Mark::horizontal(0.0));
+        let mut panel =
+            Panel::new(runs.time(), format!("innovation of {}", runs.label(name))).mark(Mark::horizontal(0.0));
         for (number, (member, run, innovation)) in all.iter().enumerate() {
             for curve in lines(&member.wish.name, run, &runs.rows(run), |k| innovation[(k, j)]) {
                 panel = panel.series(curve.hue(Hue::Palette(number)));
@@ -394,7 +400,8 @@ pub(super) fn sweep(study: &Study, report: &SweepReport) -> Named {
     } else {
         let all: Vec<usize> = (0..study.plant.states.len()).collect();
         for &i in study.plot.states.as_ref().unwrap_or(&all) {
-            let label = with_unit(&format!("RMSE of {}", study.plant.states[i]), study.plant.units.get(i));
+            let label =
+                with_unit(&format!("RMSE of {}", study.plant.states[i]), study.plant.unit(&study.plant.states[i]));
             scores.push((label, Box::new(move |row| Some(row.states.get(i)?.rmse))));
         }
     }

@@ -74,10 +74,9 @@ impl Scoring {
         };
         let plant = &study.plant;
         let names = functions.as_ref().unwrap_or(&plant.states);
-        let unit = |i: usize| plant.units.get(i).filter(|_| functions.is_none()).cloned();
-        let named = states.iter().zip(names).enumerate().map(|(i, (scores, name))| StateReport {
+        let named = states.iter().zip(names).map(|(scores, name)| StateReport {
             state: name.clone(),
-            unit: unit(i),
+            unit: plant.unit(name).filter(|_| functions.is_none()).cloned(),
             initial: scores.initial,
             rmse: scores.rmse,
             peak: scores.peak,
@@ -102,11 +101,9 @@ impl Scoring {
         let percent = shortest(100.0 * self.band);
         match &self.scale {
             Some(scale) => {
-                let entry = |(i, x): (usize, &f64)| match study.plant.units.get(i) {
-                    Some(unit) => format!("{} {unit}", shortest(*x)),
-                    None => shortest(*x),
-                };
-                let entries: Vec<String> = scale.iter().enumerate().map(entry).collect();
+                let plant = &study.plant;
+                let entry = |(name, x): (&String, &f64)| plant.measured(name, shortest(*x));
+                let entries: Vec<String> = plant.states.iter().zip(scale).map(entry).collect();
                 // One number is said once.
                 let alike = entries.iter().all(|entry| *entry == entries[0]) && entries.len() > 6;
                 let list = if alike { format!("[{}, ..]", entries[0]) } else { format!("[{}]", entries.join(", ")) };

@@ -4,7 +4,7 @@ use luenberger_design::Region;
 use luenberger_proof::wording::counted;
 
 use super::tree::Node;
-use super::{Reader, observer};
+use super::{Reader, region};
 use crate::model::PlantModel;
 use crate::study::{AdviseSpec, Simulation};
 
@@ -16,7 +16,7 @@ pub(super) fn advise(
 ) -> Option<AdviseSpec> {
     let size = plant.model.size();
     let before = reader.mistakes.len();
-    let region = node.get("region").and_then(|_| observer::region(node, size, reader));
+    let region = node.get("region").and_then(|_| region::region(node, size, reader));
     if let (Some(region), Some(span)) = (&region, node.get("region").map(|node| node.span.clone())) {
         bounded(region, plant, simulation, span, reader);
     }

@@ -110,14 +110,13 @@ fn value(node: &Node, key: &Key, mistakes: &mut Vec<Diagnostic>) {
             Some(text) => named(node, &format!("`{name}`"), text, mistakes),
             None => wrong(node, other(node), expected()),
         },
-        Kind::Names => list(node, name, &expected(), mistakes, |(i, x), mistakes| {
-            let what = format!("entry {} of `{name}`", i + 1);
-            if let Some(text) = x.text() {
-                named(x, &what, text, mistakes);
-            } else {
-                let message = format!("{what} is {}", shown(x));
-                mistakes.push(Diagnostic::new(x.span.clone(), message, "expected a text"));
+        Kind::Units if !node.entries().is_empty() => {
+            for entry in node.entries() {
+                a_name(&entry.node, &format!("the unit of `{}`", entry.key), mistakes);
             }
+        }
+        Kind::Names | Kind::Units => list(node, name, &expected(), mistakes, |(i, x), mistakes| {
+            a_name(x, &format!("entry {} of `{name}`", i + 1), mistakes);
         }),
         Kind::Choice(choices) => choice(node, name, choices, mistakes),
         Kind::Switch => {
@@ -218,6 +217,15 @@ fn value(node: &Node, key: &Key, mistakes: &mut Vec<Diagnostic>) {
 
 /// The largest number of characters of a name: it becomes part of file names, columns and labels.
 const LONGEST: usize = 100;
+
+/// A text that is a name.
+fn a_name(node: &Node, what: &str, mistakes: &mut Vec<Diagnostic>) {
+    if let Some(text) = node.text() {
+        named(node, what, text, mistakes);
+    } else {
+        mistakes.push(Diagnostic::new(node.span.clone(), format!("{what} is {}", shown(node)), "expected a text"));
+    }
+}
 
 /// A name: not empty, not too long, without line breaks and other control characters.
 fn named(node: &Node, what: &str, text: &str, mistakes: &mut Vec<Diagnostic>) {

@@ -6,7 +6,7 @@ use luenberger_proof::wording::counted;
 use nalgebra::DMatrix;
 
 use super::tree::{Entry, Node};
-use super::{Reader, check, observer};
+use super::{Reader, check, gain};
 use crate::study::{ActingBounds, ObserverKind};
 
 /// The most integrators in the model of a disturbance.
@@ -140,7 +140,7 @@ fn unknown(node: &Node, size: Dimensions, reader: &mut Reader) -> Option<DMatrix
 fn cubic(node: &Node, size: Dimensions, reader: &mut Reader) -> Result<Option<(DMatrix<f64>, f64)>, Noted> {
     match (node.get("gamma"), node.entry("theta")) {
         (Some(gamma), _) => {
-            let theta = observer::theta(node, size.outputs, reader).ok_or(Noted)?;
+            let theta = gain::theta(node, size.outputs, reader).ok_or(Noted)?;
             Ok(Some((theta, gamma.number().ok_or(Noted)?)))
         }
         (None, Some(theta)) => {
@@ -175,7 +175,7 @@ pub(super) fn proportional_integral(node: &Node, size: Dimensions, reader: &mut 
         format!("{} with {}", counted(q, "disturbance"), counted(order - 1, "derivative"))
     };
     let of_states = format!("the plant has {} and {disturbances} to be estimated", counted(size.states, "state"));
-    let linear = observer::linear_of(node, both, &of_states, reader);
+    let linear = gain::linear_of(node, both, &of_states, reader);
     let cubic = cubic(node, size, reader);
     let rate = match node.get("rate") {
         None => Some(vec![0.0; q]),
@@ -201,7 +201,7 @@ pub(super) fn proportional_integral(node: &Node, size: Dimensions, reader: &mut 
 pub(super) fn unknown_input(node: &Node, size: Dimensions, reader: &mut Reader) -> Option<ObserverKind> {
     let e = unknown(node, size, reader);
     let of_states = format!("the plant has {}", counted(size.states, "state"));
-    let linear = observer::linear_of(node, size, &of_states, reader);
+    let linear = gain::linear_of(node, size, &of_states, reader);
     let cubic = cubic(node, size, reader);
     let kind = ObserverKind::UnknownInput { e: e?, linear: linear?, cubic: cubic.ok()? };
     if reader.dt.is_some() {

@@ -4,7 +4,7 @@ use luenberger_design::ErrorCoordinates;
 use luenberger_plants::Dimensions;
 
 use super::tree::Node;
-use super::{Reader, check, observer};
+use super::{Reader, check, gain};
 use crate::study::{IntervalSpec, ObserverKind};
 
 pub(super) fn interval(node: &Node, size: Dimensions, reader: &mut Reader) -> Option<ObserverKind> {
@@ -39,7 +39,7 @@ pub(super) fn interval(node: &Node, size: Dimensions, reader: &mut Reader) -> Op
         return Some(ObserverKind::Interval(Box::new(spec)));
     }
     let of_states = format!("the plant has {}", luenberger_proof::wording::counted(size.states, "state"));
-    let gain = observer::linear_of(node, size, &of_states, reader)?;
+    let gain = gain::linear_of(node, size, &of_states, reader)?;
     let coordinates = given.unwrap_or(ErrorCoordinates::Modal);
     Some(ObserverKind::Interval(Box::new(IntervalSpec { gain: Some(gain), coordinates, first: first? })))
 }

@@ -9,7 +9,7 @@ use nalgebra::{DMatrix, DVector};
 
 use super::plant::expression;
 use super::tree::Node;
-use super::{Reader, check, observer};
+use super::{Reader, check, region};
 use crate::maps::{
     Estimator, HighGainMaps, ImmersionMaps, ImmersionSpec, KklMaps, KklMapsSpec, MapNames, PebSpec, RegressionMaps,
     ResetSpec,
@@ -48,7 +48,7 @@ fn list_of_zeros(count: usize) -> Option<Vec<Expression>> {
 
 /// A region with bounds of every state and every input.
 pub(super) fn bounded(node: &Node, plant: &PlantModel, reader: &mut Reader) -> Option<Region> {
-    let region = observer::region(node, plant.model.size(), reader)?;
+    let region = region::region(node, plant.model.size(), reader)?;
     let inputs = region.input_bounds().map(<[_]>::to_vec).unwrap_or_default();
     let finite = |bounds: &(f64, f64)| bounds.0.is_finite() && bounds.1.is_finite();
     let open = |bounds: &[(f64, f64)], names: &[String]| {
@@ -136,7 +136,7 @@ pub(super) fn peb(node: &Node, plant: &PlantModel, reader: &mut Reader) -> Optio
     let maps = regression(node, plant, kkl, reader)?;
     let q = maps.parameters;
     let theta = match (node.get("theta"), &maps.lowest) {
-        (Some(theta), _) => observer::pairs(theta, "theta", (q, "parameter", "the regression"), reader),
+        (Some(theta), _) => region::pairs(theta, "theta", (q, "parameter", "the regression"), reader),
         (None, Some(lowest)) => Some(lowest.iter().map(|least| (*least, least + 1.0)).collect()),
         (None, None) => Some(vec![(-1.0, 1.0); q]),
     };

@@ -6,7 +6,7 @@ use luenberger_proof::wording::counted;
 use nalgebra::DMatrix;
 
 use super::Reader;
-use super::observer::{alternatives, this_gain};
+use super::gain::{alternatives, this_gain};
 use super::tree::Node;
 use crate::study::{NormFilterSpec, ObserverKind};
 

@@ -13,7 +13,7 @@ use luenberger_proof::wording::counted;
 use nalgebra::DMatrix;
 
 use super::tree::{Node, Value};
-use super::{Reader, check};
+use super::{Reader, check, units};
 use crate::diagnostic::Diagnostic;
 use crate::model::{Builtin, Model, PlantModel};
 
@@ -49,19 +49,6 @@ pub(super) fn plant(node: &Node, reader: &mut Reader) -> Option<PlantModel> {
         1 => expressions(node, reader)?,
         _ => named(builtin(node)?, node, reader)?,
     };
-    let size = model.size();
-    let units = match node.get("units") {
-        None => Some(Vec::new()),
-        Some(list) => {
-            let units: Option<Vec<String>> = list.texts().map(|units| units.into_iter().map(str::to_owned).collect());
-            if let Some(units) = units.as_ref().filter(|units| units.len() != size.states) {
-                let message =
-                    format!("`units` has length {}, and the plant has {}", units.len(), counted(size.states, "state"));
-                reader.wrong(list.span.clone(), message, format!("expected length {}", size.states));
-            }
-            units
-        }
-    };
     let time_unit = node.get("time_unit").and_then(Node::text).map(str::to_owned);
     let Names { states, inputs, outputs } = names;
     let dt = match node.entry("dt") {
@@ -74,7 +61,8 @@ pub(super) fn plant(node: &Node, reader: &mut Reader) -> Option<PlantModel> {
         return None;
     }
     reader.dt = dt;
-    Some(PlantModel { model, states, inputs, outputs, units: units?, parameters, time_unit, dt })
+    let units = units::units(node.get("units"), [&states, &inputs, &outputs], &parameters, reader)?;
+    Some(PlantModel { model, states, inputs, outputs, units, parameters, time_unit, dt })
 }
 
 /// Names of states, inputs and outputs.

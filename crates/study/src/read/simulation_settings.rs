@@ -8,7 +8,7 @@ use luenberger_sim::{Integrator, ScoreGrid, Settings, SimError};
 use nalgebra::DMatrix;
 
 use super::tree::Node;
-use super::{Reader, Reported, check, maps, observer, plant};
+use super::{Reader, Reported, check, gain, maps, plant, region};
 use crate::maps::MapNames;
 use crate::model::{Model, PlantModel};
 use crate::schema::QUANTITIES;
@@ -148,7 +148,7 @@ fn feedback_gain(node: &Node, plant: &PlantModel, reader: &mut Reader) -> Option
     };
     let found = if way == "poles" {
         let of_states = format!("the plant has {}", counted(n, "state"));
-        let GainSpec::Poles(poles) = observer::poles(&entry.node, n, &of_states, reader)? else { return None };
+        let GainSpec::Poles(poles) = gain::poles(&entry.node, n, &of_states, reader)? else { return None };
         place(&linear.a, &linear.b, &poles).map(|placed| placed.gain)
     } else {
         let q = reader.weight(entry.node.get("q")?, "q", n, &why);
@@ -235,7 +235,7 @@ fn sampling(node: Option<&Node>, seed: u64, reader: &mut Reader) -> Option<Sampl
     let jitter = match node.get("jitter") {
         None => None,
         Some(jitter) => {
-            let (shortest, longest) = observer::bound(jitter)?;
+            let (shortest, longest) = region::bound(jitter)?;
             if !(shortest > 0.0 && longest.is_finite()) {
                 let message = format!("`jitter` is from {shortest} to {longest}");
                 reader.wrong(jitter.span.clone(), message, "expected positive, finite bounds");

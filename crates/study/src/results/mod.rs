@@ -106,8 +106,14 @@ pub struct PlantSummary {
     pub kind: String,
     /// Names of the states.
     pub states: Vec<String>,
-    /// Units of the states; empty if the file gives none.
+    /// Units of the states, an empty text for one without; empty if the file gives none.
     pub units: Vec<String>,
+    /// Units of the inputs, likewise.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub input_units: Vec<String>,
+    /// Units of the outputs, likewise.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub output_units: Vec<String>,
     /// Unit of the time, if the file gives one.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub time_unit: Option<String>,
@@ -120,12 +126,48 @@ pub struct PlantSummary {
     pub outputs: Vec<String>,
     /// The parameters of the equations.
     #[serde(skip_serializing_if = "Vec::is_empty")]
-    pub parameters: Vec<NamedNumber>,
+    pub parameters: Vec<ParameterReport>,
     /// The equations, one per line.
     pub equations: Vec<String>,
     /// A, B and C of a linear plant; B only if there are inputs.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub matrices: Vec<NamedMatrix>,
+}
+
+impl PlantSummary {
+    /// The unit of a state, an input or an output, if the file gives it.
+    pub fn unit(&self, name: &str) -> Option<&String> {
+        let columns =
+            [(&self.states, &self.units), (&self.inputs, &self.input_units), (&self.outputs, &self.output_units)];
+        let mut named = columns.into_iter().flat_map(|(names, units)| names.iter().zip(units));
+        named.find(|(other, unit)| *other == name && !unit.is_empty()).map(|(_, unit)| unit)
+    }
+
+    /// A name with its unit, `speed (rad/s)`.
+    pub fn labelled(&self, name: &str) -> String {
+        report::with_unit(name, self.unit(name))
+    }
+
+    /// Values by names, `speed = 2 rad/s, current = 0.1 A`.
+    pub fn listed(&self, names: &[String], values: impl IntoIterator<Item = String>) -> String {
+        let one = |(name, value): (&String, String)| match self.unit(name) {
+            Some(unit) => format!("{name} = {value} {unit}"),
+            None => format!("{name} = {value}"),
+        };
+        names.iter().zip(values).map(one).collect::<Vec<_>>().join(", ")
+    }
+}
+
+/// A parameter of the equations of a plant.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct ParameterReport {
+    /// The name.
+    pub name: String,
+    /// The value.
+    pub value: f64,
+    /// Its unit, if the file gives one.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub unit: Option<String>,
 }
 
 /// An operating point, and the linearisation there.

@@ -97,12 +97,13 @@ fn typeset(formula: Typeset) -> Formula {
 
 fn plant(study: &Study, results: &Results) -> Section {
     let plant = &results.plant;
-    let states: Vec<String> =
-        plant.states.iter().enumerate().map(|(i, name)| with_unit(name, plant.units.get(i))).collect();
-    let list = |names: &[String]| if names.is_empty() { "none".to_owned() } else { names.join(", ") };
+    let list = |names: &[String]| match names {
+        [] => "none".to_owned(),
+        names => names.iter().map(|name| plant.labelled(name)).collect::<Vec<_>>().join(", "),
+    };
     let mut facts = vec![
         ("kind", plant.kind.clone()),
-        ("states", list(&states)),
+        ("states", list(&plant.states)),
         ("inputs", list(&plant.inputs)),
         ("outputs", list(&plant.outputs)),
     ];
@@ -115,8 +116,12 @@ fn plant(study: &Study, results: &Results) -> Section {
         None => section.verbatim(plant.equations.join("\n")),
     };
     if !plant.parameters.is_empty() {
-        let grid = plant.parameters.iter().fold(Grid::new(&["parameter", "value"]), |grid, parameter| {
-            grid.row([Cell::from(parameter.name.as_str()), maybe(parameter.value)])
+        let united = plant.parameters.iter().any(|parameter| parameter.unit.is_some());
+        let columns = ["parameter", "value", "unit"];
+        let grid = Grid::new(if united { &columns } else { &columns[..2] });
+        let grid = plant.parameters.iter().fold(grid, |grid, parameter| {
+            let unit = united.then(|| Cell::from(parameter.unit.as_deref().unwrap_or("–")));
+            grid.row([Cell::from(parameter.name.as_str()), number(parameter.value)].into_iter().chain(unit))
         });
         section = section.grid(grid);
     }
@@ -124,11 +129,8 @@ fn plant(study: &Study, results: &Results) -> Section {
 }
 
 fn operating_point(results: &Results, point: &OperatingPointReport) -> Section {
-    let named = |names: &[String], values: &[f64]| {
-        let one = |(name, value): (&String, &f64)| format!("{name} = {}", short(*value));
-        names.iter().zip(values).map(one).collect::<Vec<_>>().join(", ")
-    };
     let plant = &results.plant;
+    let named = |names: &[String], values: &[f64]| plant.listed(names, values.iter().map(|value| short(*value)));
     let poles: Vec<String> = point.poles.iter().map(|pole| eigenvalue(*pole)).collect();
     let mut facts = vec![("states", named(&plant.states, &point.x))];
     if !point.u.is_empty() {
@@ -328,20 +330,55 @@ fn designed(section: Section, design: &DesignReport, solver: Option<&str>) -> Se
 /// The maximal number of rows and columns of a matrix shown entry by entry.
 const LARGEST: usize = 12;
 
+/// An entry that rounding errors can account for.
+const ABOUT_ZERO: &str = "≈0";
+
+/// The entries of a matrix with six digits; [`ABOUT_ZERO`] for one that is below the rounding errors of its row and of
+/// its column, whatever the units of both are. Of a vector, below those of its largest entry.
+fn entries(rows: &[Vec<f64>]) -> Vec<Vec<String>> {
+    let columns = rows.first().map_or(0, Vec::len);
+    let largest = |entries: &mut dyn Iterator<Item = f64>| entries.fold(0.0, |largest: f64, x| largest.max(x.abs()));
+    let of_column: Vec<f64> =
+        (0..columns).map(|j| largest(&mut rows.iter().filter_map(|row| row.get(j).copied()))).collect();
+    let one = |row: &Vec<f64>| {
+        let of_row = largest(&mut row.iter().copied());
+        let entry = |(x, of_column): (&f64, &f64)| {
+            let beside = match (rows.len(), columns) {
+                (1, _) => of_row,
+                (_, 1) => *of_column,
+                _ => of_row.min(*of_column),
+            };
+            let is_noise = *x != 0.0 && x.abs() <= 8.0 * f64::EPSILON * beside;
+            if is_noise { ABOUT_ZERO.to_owned() } else { short(*x) }
+        };
+        row.iter().zip(&of_column).map(entry).collect()
+    };
+    rows.iter().map(one).collect()
+}
+
 /// Small matrices entry by entry; larger ones by their sizes.
 fn matrices<'a>(section: Section, matrices: impl Iterator<Item = &'a NamedMatrix>) -> Section {
     let (mut formulas, mut large) = (Vec::new(), Vec::new());
+    let mut about = false;
     for matrix in matrices {
         let (rows, columns) = (matrix.rows.len(), matrix.rows.first().map_or(0, Vec::len));
         if rows.max(columns) > LARGEST {
             large.push(format!("{} is {rows} x {columns}: see `study.json`.", matrix.name));
         } else {
-            let rows: Vec<Vec<String>> =
-                matrix.rows.iter().map(|row| row.iter().map(|x| short(*x)).collect()).collect();
+            let rows = entries(&matrix.rows);
+            about |= rows.iter().flatten().any(|entry| entry == ABOUT_ZERO);
             formulas.push(Formula::matrix(&matrix.name, &rows));
         }
     }
     let section = if formulas.is_empty() { section } else { section.formulas(formulas) };
+    let section = if about {
+        section.prose(
+            "≈ 0: not more than the rounding errors of the other entries of its row and its column; `study.json` has the \
+             digits.",
+        )
+    } else {
+        section
+    };
     if large.is_empty() { section } else { section.prose(large.join(" ")) }
 }
 
@@ -428,6 +465,16 @@ fn comparison(results: &Results) -> Section {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// A small entry beside large ones is rounding; one in a row or a column of small units is not.
+    #[test]
+    fn rounding_errors_are_not_shown_as_digits() {
+        let shown = |rows: &[&[f64]]| entries(&rows.iter().map(|row| row.to_vec()).collect::<Vec<_>>());
+        assert_eq!(shown(&[&[2.0, 3e-16], &[0.0, 1.0]]), [["2", "≈0"], ["0", "1"]]);
+        assert_eq!(shown(&[&[1e6, 1e-10], &[1e-10, 1e-24]]), [["1000000", "1e-10"], ["1e-10", "1e-24"]]);
+        assert_eq!(shown(&[&[1e-16], &[5.0]]), [["≈0"], ["5"]]);
+        assert_eq!(shown(&[&[1e-16]]), [["1e-16"]]);
+    }
 
     #[test]
     fn a_direction_of_many_states_is_told_by_its_leading_terms() {

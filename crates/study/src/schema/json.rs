@@ -100,6 +100,10 @@ fn kind(kind: &Kind) -> Value {
         Kind::Bounds => list(&pair()),
         Kind::Bound => pair(),
         Kind::Named => json!({ "type": "object", "additionalProperties": { "type": ["number", "string"] } }),
+        Kind::Units => {
+            let table = json!({ "type": "object", "additionalProperties": { "type": "string" } });
+            json!({ "anyOf": [table, list(&json!({ "type": "string" }))] })
+        }
         Kind::NamedTables(inner) => json!({ "type": "object", "additionalProperties": table(inner) }),
         Kind::Table(inner) => Value::Object(table(inner)),
         Kind::Tables(inner) => list(&Value::Object(table(inner))),

@@ -105,7 +105,11 @@ const PLANT: Table = Table {
         ),
         optional("inputs", Kind::Names, "Names of the inputs, likewise (default u1, u2, ..., as many as f and h use)."),
         optional("outputs", Kind::Names, "Names of the outputs (default y1, y2, ...)."),
-        optional("units", Kind::Names, "Units of the states, for axes and tables."),
+        optional(
+            "units",
+            Kind::Units,
+            "Units for axes and tables: a table such as { speed = \"rad/s\", J = \"kg m2\" } for any of the states, inputs, outputs and parameters, or the list of the units of the states. No computation uses them.",
+        ),
         optional(
             "time_unit",
             Kind::Name,

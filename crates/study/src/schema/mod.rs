@@ -6,13 +6,15 @@
 mod advise;
 mod json;
 mod keys;
+mod observer_keys;
 mod observers;
+mod sources;
 mod truth;
 
 pub use json::{SCHEMA, json_schema};
 pub use keys::STUDY;
 pub(crate) use keys::{QUANTITIES, SWEPT};
-pub use observers::{ObserverSource, observer_sources};
+pub use sources::{ObserverSource, observer_sources};
 
 /// A table: its description and its keys.
 #[derive(Debug, Clone, Copy)]
@@ -99,6 +101,8 @@ pub enum Kind {
     Bound,
     /// A table from names to finite numbers, or to texts with expressions of them.
     Named,
+    /// A table from names to units, or the list of the units of the states.
+    Units,
     /// A table from names to tables.
     NamedTables(&'static Table),
     /// A table.
@@ -165,6 +169,7 @@ impl Kind {
             Self::Bounds => "a list of pairs [lower, upper]".to_owned(),
             Self::Bound => "a pair [lower, upper]".to_owned(),
             Self::Named => "a table from names to numbers, or expressions of others".to_owned(),
+            Self::Units => "a table from names to units, or the list of the units of the states".to_owned(),
             Self::NamedTables(table) => format!("a table from names to {}", table.name),
             Self::Table(table) => format!("{}, a table", table.name),
             Self::Tables(table) => format!("a list of tables, {}", table.name),

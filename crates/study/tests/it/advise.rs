@@ -138,13 +138,13 @@ fn the_scores_of_a_filter_are_those_of_scipy() {
 /// F X + X F' + L L' = 0 is 8.2967585 (`solve_continuous_lyapunov`).
 #[test]
 fn a_linear_plant_gets_the_gains_of_the_textbook() {
-    // The search of optimal-cubic may not end within it.
-    let advice = advice(INTEGRATOR, &AdviseOptions { budget: 60.0, ..by("error") });
+    let advice = advice(INTEGRATOR, &by("error"));
     for name in [
         "luenberger",
         "luenberger-lmi",
         "kalman",
         "cubic",
+        "optimal-cubic",
         "interval",
         "sliding-mode",
         "sampled-cubic",

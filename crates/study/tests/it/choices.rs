@@ -55,7 +55,7 @@ fn mistakes(text: &str) -> Vec<Located> {
 fn a_motor_with_a_torque_curve() {
     let results = results(MOTOR, Step::Run);
     assert_eq!(results.failures(), Vec::<String>::new());
-    let parameter = |name: &str| results.plant.parameters.iter().find(|p| p.name == name).and_then(|p| p.value);
+    let parameter = |name: &str| results.plant.parameters.iter().find(|p| p.name == name).map(|p| p.value);
     assert_eq!((parameter("J"), parameter("friction")), (Some(0.010000000000000002), Some(0.05)));
     let lpv = results.observers[0].design.as_ref().unwrap();
     assert_eq!(lpv.verdict, "proved");

@@ -1,10 +1,10 @@
-//! Unscented Kalman filters in studies, and smoothed estimates on logs.
+//! Unscented Kalman filters and moving-horizon estimators in studies, and smoothed estimates on logs.
 
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 
-use luenberger_export::Scalar;
-use luenberger_study::deployment::{exported, sampled};
+use luenberger_export::{Scalar, golden};
+use luenberger_study::deployment::{exported, record, sampled};
 use luenberger_study::{Format, Results, RunOptions, Step, Study, execute};
 
 fn study(text: &str, folder: &Path) -> Study {
@@ -222,9 +222,20 @@ fn a_moving_horizon_estimator() {
     let measured = speeds.iter().enumerate().filter(|(k, _)| k % 5 != 3);
     assert!(measured.clone().all(|(_, v)| *v >= 0.0) && measured.filter(|(_, v)| **v < 1e-9).count() > 5, "{speeds:?}");
 
+    // The exported step, with the matrices of the plant as expressions: its own run, and the header of its C.
     let study = study(&simulated, ".".as_ref());
-    let refused = sampled(&study, &study.observers[0], None, None).unwrap_err();
-    assert!(refused.hypothesis.contains("has no export") && refused.alternatives.len() == 2, "{refused:?}");
+    for (k, most) in [(0, 1e-9), (2, 1e-6)] {
+        let observer = &study.observers[k];
+        let design = sampled(&study, observer, None, None).unwrap();
+        let record = record(&study, observer, &design).unwrap();
+        let export = exported(&study, observer, design.design, Scalar::Binary64, None).unwrap();
+        let difference = record.difference(&golden::replay(&export, &record.samples).unwrap()).unwrap();
+        assert!(difference.largest.iter().all(|x| *x < most), "{difference:?}");
+        let files = export.c().unwrap();
+        let header = &files.iter().find(|file| file.name == format!("{}.h", observer.name)).unwrap().text;
+        let told = header.contains("floating-point operations, ") && header.contains("without active bounds");
+        assert!(told == (k == 2) && header.contains(&format!("_WINDOW {}", if k == 2 { 10 } else { 4 })), "{header}");
+    }
 }
 
 #[test]

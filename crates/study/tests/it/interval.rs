@@ -56,6 +56,18 @@ fn the_state_is_enclosed_in_a_run() {
     assert!(total(2) < total(0) && total(2) < total(1), "{} {} {}", total(0), total(1), total(2));
 }
 
+/// A - L C of the tanks is [-0.2, -l1; 0.2, -0.2 - l2].
+#[test]
+fn the_sign_of_the_entries_is_told() {
+    let text = luenberger_study::template::text("two-tanks").unwrap();
+    for (gain, words) in [("[[0], [0.8]]", " A - L C is Metzler."), ("[[0.1], [0.8]]", " A - L C is not Metzler:")] {
+        let study = read(&text.replace("gain = [[0], [0.8]]", &format!("gain = {gain}"))).unwrap();
+        let results = execute(&study, Step::Design, &RunOptions::default()).unwrap();
+        let statement = &results.observers[0].design.as_ref().unwrap().statement;
+        assert!(statement.contains(words), "{gain}: {statement}");
+    }
+}
+
 #[test]
 fn noise_beyond_its_bound_shows_in_the_report() {
     let quiet = observer("poles = [-6, -9]\nbounds = { noise = [0.001] }");

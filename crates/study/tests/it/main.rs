@@ -42,4 +42,5 @@ mod table;
 mod templates;
 mod trajectories;
 mod truth;
+mod units;
 mod varying_periods;

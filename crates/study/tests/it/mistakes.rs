@@ -214,6 +214,24 @@ pub(crate) fn dimensions() {
                 "`units` has length 1, and the plant has 2 states",
                 "expected length 2",
             ),
+            (
+                "c = [[1, 0]]",
+                "c = [[1, 0]]\nstates = [\"angle\", \"speed\"]\nunits = { sped = \"rad/s\" }",
+                7,
+                "the plant has no state, input, output or parameter `sped`",
+                "expected one of angle, speed, u1, y1",
+            ),
+            (
+                "c = [[1, 0]]",
+                "c = [[1, 0]]\nunits = { x3 = \"m\" }",
+                6,
+                "the plant has no state, input, output or parameter `x3`",
+                "the nearest is `x1`",
+            ),
+            ("c = [[1, 0]]", "c = [[1, 0]]\n[plant.units]\nt = \"s\"", 7, "parameter `t`", "`time_unit` in [plant]"),
+            ("c = [[1, 0]]", "c = [[1, 0]]\nunits = { x1 = 1 }", 6, "the unit of `x1` is 1", "expected a text"),
+            ("c = [[1, 0]]", "c = [[1, 0]]\nunits = { x1 = \" \" }", 6, "the unit of `x1` is empty", "expected a text"),
+            ("c = [[1, 0]]", "c = [[1, 0]]\nunits = 1", 6, "`units` is 1", "a table from names to units"),
         ],
     );
 }

@@ -111,6 +111,27 @@ fn a_run_outside_the_periods_of_the_design_is_said_to_be() {
     assert!(warning.contains("where the number of samples missed in a row = 3 is not in [0, 2]"), "{warning}");
 }
 
+/// The theorem corrects by all outputs: a sample with a part of them is outside of what is proved, and one with none of
+/// them is a missed one.
+#[test]
+fn a_sample_with_missing_outputs_is_outside_of_what_is_proved() {
+    let of = |outputs: &str| {
+        let (one, _) = STUDY.split_once("[[observer]]\nname = \"weighted\"").unwrap();
+        let losing = "[simulation.sampling]\nmisses = 0\n[truth]\ndropout = 0.1\nperiod = 0.01\nseed = 1\n";
+        let text = format!("{}{losing}", one.replace("c = [[1, 0]]", outputs));
+        results(&text, Step::Simulate, &RunOptions::default())
+    };
+    let partly = of("c = [[1, 0], [1, 1]]");
+    let sampling = &partly.simulation.as_ref().unwrap().sampling[0];
+    assert!(!sampling.within_design, "{}", sampling.words);
+    let warning = partly.warnings.iter().find(|warning| warning.contains("radial: outside at ")).unwrap();
+    assert!(warning.contains("where the number of outputs missing from a sample = 1 is not in [0, 0]"), "{warning}");
+    // The same losses with one output are missed samples, and the design has room for them.
+    let missed = of("c = [[1, 0]]");
+    let sampling = &missed.simulation.as_ref().unwrap().sampling[0];
+    assert!(sampling.missed > 0 && sampling.within_design, "{} {:?}", sampling.words, missed.warnings);
+}
+
 /// The seed of the noise is that of the samples, unless they have their own.
 #[test]
 fn the_samples_have_the_seed_of_the_noise() {

@@ -17,7 +17,7 @@ pub(super) const SOURCES: &[Source] = &[
                 "(with - without).max(0.0) + rounding",
                 "with.min(without).min(0.0) + rounding",
             ),
-            mutant("sampled deviation: signs of the vertices", Dropped, "most.max(entry.abs())", "most.max(*entry)"),
+            mutant("sampled deviation: signs of the vertices", Dropped, "most.max(entry.abs())", "most.max(entry)"),
             mutant(
                 "sampled deviation: A for |A|",
                 WrongOperand,

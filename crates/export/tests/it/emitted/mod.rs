@@ -25,6 +25,9 @@ mod kkl_held;
 mod kkl_held_table;
 #[rustfmt::skip]
 #[allow(unreachable_pub, clippy::all, clippy::pedantic)]
+mod moving_horizon;
+#[rustfmt::skip]
+#[allow(unreachable_pub, clippy::all, clippy::pedantic)]
 mod unscented;
 
 use std::path::Path;
@@ -32,6 +35,7 @@ use std::sync::Arc;
 
 use luenberger_export::extension::ExpressionObserver;
 use luenberger_export::kkl::Kkl;
+use luenberger_export::moving_horizon::MovingHorizon;
 use luenberger_export::{Export, Names, Program, Scalar, golden};
 use luenberger_expression::{ExpressionPlant, Extrapolation, Interpolation, Parameters, Scope, Table, Tables};
 use luenberger_observers::numerical_kkl::{
@@ -39,10 +43,10 @@ use luenberger_observers::numerical_kkl::{
     SampledFilter, Search, TensorSpline,
 };
 use luenberger_observers::{
-    DiscreteNonlinearObserver, ExtendedKalmanFilter, InterSampleObserver, NoiseModel, SampledCopy, SampledObserver,
-    SigmaPoints, UnscentedKalmanFilter,
+    DiscreteNonlinearObserver, ExtendedKalmanFilter, Horizon, InterSampleObserver, NoiseModel, SampledCopy,
+    SampledObserver, SigmaPoints, UnscentedKalmanFilter,
 };
-use nalgebra::{SMatrix, SVector, dmatrix};
+use nalgebra::{SMatrix, SVector, dmatrix, dvector};
 
 fn plant(f: &[&str], h: &[&str], inputs: usize) -> ExpressionPlant {
     let table = Table::new(&[-1.0, 0.0, 2.0], &[0.5, 0.0, 1.5], Interpolation::MonotoneCubic, Extrapolation::Linear);
@@ -155,6 +159,18 @@ fn leaf(centre: f64, inputs: usize, outputs: usize) -> Vec<f64> {
     leaf.extend(vec![1.25; outputs]);
     leaf.extend((0..outputs * (inputs + 1)).map(|k| 0.25 * (k % 5) as f64 - 0.5));
     leaf
+}
+
+#[test]
+fn the_moving_horizon_estimator_is_emitted_as_rust() {
+    let plant = plant(&["x2", "-x1 - 0.5*x2*exp(-x1^2) + u1*cos(t)"], &["x1*sqrt(1 + x2^2)"], 1);
+    let noises = NoiseModel { w: dmatrix![0.5, 0.1; 0.1, 0.25], v: dmatrix![0.125], p0: dmatrix![1.0, 0.0; 0.0, 2.0] };
+    let horizon = Horizon { window: 3, iterations: 2 };
+    let estimator = MovingHorizon::new(plant, noises, horizon, 0.0625, 2).unwrap();
+    let (lower, upper) = (dvector![-0.125, f64::NEG_INFINITY], dvector![0.125, 0.25]);
+    let export = export(Program::MovingHorizon(estimator.with_bounds(lower, upper).unwrap()), Scalar::Binary32);
+    unchanged(&export, "moving_horizon");
+    agrees!(moving_horizon, &export, f32);
 }
 
 #[test]

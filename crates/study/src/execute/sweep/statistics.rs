@@ -100,7 +100,7 @@ fn percentile(study: &Study, scores: &[Summary], k: usize) -> PercentileReport {
         let of = |score: usize| scores[score].percentiles[k];
         StateReport {
             state: study.plant.states[i].clone(),
-            unit: study.plant.units.get(i).cloned(),
+            unit: study.plant.unit(&study.plant.states[i]).cloned(),
             initial: of(0),
             rmse: of(1),
             peak: of(2),

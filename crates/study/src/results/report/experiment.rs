@@ -73,7 +73,8 @@ fn noise(study: &Study, simulation: &Simulation, unit: &str) -> Option<String> {
     let of = |(output, name): (usize, &String)| {
         let noise = simulation.noise_of(output)?;
         let form = if noise.gaussian { "Gaussian, standard deviation" } else { "uniform, at most" };
-        Some(format!("{name}: {form} {}, a new value every {}{unit}", short(noise.amplitude), short(noise.period)))
+        let amplitude = study.plant.measured(name, short(noise.amplitude));
+        Some(format!("{name}: {form} {amplitude}, a new value every {}{unit}", short(noise.period)))
     };
     let words: Vec<String> = study.plant.outputs.iter().enumerate().filter_map(of).collect();
     let seed = simulation.noise.as_ref().map_or_else(String::new, |noise| format!("; seed {}", noise.seed));
@@ -86,8 +87,8 @@ const SHOWN: usize = 12;
 /// x(0) and the initial estimates, a row each.
 fn starts(study: &Study, simulation: &Simulation) -> Grid {
     let states = study.plant.states.len().min(SHOWN);
-    let names = study.plant.states.iter().take(states).enumerate();
-    let head: Vec<String> = names.map(|(i, name)| with_unit(name, study.plant.units.get(i))).collect();
+    let names = study.plant.states.iter().take(states);
+    let head: Vec<String> = names.map(|name| with_unit(name, study.plant.unit(name))).collect();
     let head: Vec<&str> = std::iter::once("at t = 0").chain(head.iter().map(String::as_str)).collect();
     let row = |name: &str, values: &[f64]| -> Vec<Cell> {
         std::iter::once(Cell::from(name)).chain(values.iter().take(states).map(|x| number(*x))).collect()

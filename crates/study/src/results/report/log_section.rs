@@ -5,7 +5,7 @@ use std::fmt::Write as _;
 use luenberger_figures::{Cell, Grid, Section};
 use luenberger_proof::wording::{counted, significant};
 
-use super::{number, with_unit};
+use super::number;
 use crate::results::{
     ConsistencyReport, CoverageReport, FilterReport, InnovationReport, IntervalReport, LogReport, PlantSummary,
 };
@@ -31,7 +31,7 @@ pub(super) fn intervals(section: Section, intervals: &[IntervalReport], plant: &
             grid = grid.row([
                 Cell::from(report.observer.as_str()),
                 Cell::from(report.coverage_in_words().as_str()),
-                Cell::from(state.as_str()),
+                Cell::from(plant.labelled(state).as_str()),
                 number(*mean),
                 number(*end),
             ]);
@@ -60,7 +60,7 @@ pub(super) fn coverage(section: Section, reports: &[CoverageReport], plant: &Pla
         let name = if report.on_log { format!("{}, on the log", report.observer) } else { report.observer.clone() };
         grid.row([
             Cell::from(name.as_str()),
-            Cell::from(with_unit(&of.state, unit_of(plant, &of.state)).as_str()),
+            Cell::from(plant.labelled(&of.state).as_str()),
             Cell::number(of.samples.to_string()),
             Cell::number(format!("{} %", significant(100.0 * of.within, 3))),
         ])
@@ -86,7 +86,7 @@ pub(super) fn log(mut section: Section, log: &LogReport, plant: &PlantSummary) -
         for output in &row.outputs {
             grid = grid.row([
                 Cell::from(row.observer.as_str()),
-                Cell::from(output.output.as_str()),
+                Cell::from(plant.labelled(&output.output).as_str()),
                 Cell::from(output.samples_in_words().as_str()),
                 number(output.mean),
                 number(output.rms),
@@ -111,7 +111,7 @@ pub(super) fn log(mut section: Section, log: &LogReport, plant: &PlantSummary) -
         for (name, error) in log.rows.iter().flat_map(InnovationReport::errors_of_estimates) {
             grid = grid.row([
                 Cell::from(name.as_str()),
-                Cell::from(with_unit(&error.state, unit_of(plant, &error.state)).as_str()),
+                Cell::from(plant.labelled(&error.state).as_str()),
                 Cell::from(error.samples.to_string().as_str()),
                 number(error.rmse),
                 number(error.peak),
@@ -127,7 +127,7 @@ pub(super) fn log(mut section: Section, log: &LogReport, plant: &PlantSummary) -
             for of in row.smoothed.iter().flat_map(|smoothed| &smoothed.deviations) {
                 grid = grid.row([
                     Cell::from(row.observer.as_str()),
-                    Cell::from(with_unit(&of.state, unit_of(plant, &of.state)).as_str()),
+                    Cell::from(plant.labelled(&of.state).as_str()),
                     number(of.filtered),
                     number(of.smoothed),
                 ]);
@@ -139,10 +139,6 @@ pub(super) fn log(mut section: Section, log: &LogReport, plant: &PlantSummary) -
         section = section.prose("Ended early:").list(ended);
     }
     section
-}
-
-fn unit_of<'p>(plant: &'p PlantSummary, state: &str) -> Option<&'p String> {
-    plant.states.iter().position(|other| other == state).and_then(|i| plant.units.get(i))
 }
 
 /// What a log consists of, in sentences: rows, periods, outputs that are not always measured, interpolation.

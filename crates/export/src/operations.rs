@@ -1,0 +1,252 @@
+//! What a step costs on the target: floating-point operations, and the numbers that are stored.
+
+use luenberger_expression::Routine;
+use luenberger_observers::moving_horizon::INTERIOR;
+use luenberger_observers::varying_period::DEGREE;
+use luenberger_observers::{Horizon, ObserverDimensions, SampledCubicObserver, SampledObserver};
+use nalgebra::Dyn;
+
+use crate::moving_horizon::{MovingHorizon, bounds};
+use crate::program::{Maps, Program, Scalar};
+
+impl Program {
+    /// Floating-point operations of one step, calls of functions counted as one each.
+    pub(crate) fn operations(&self) -> usize {
+        let ObserverDimensions { estimate: n, inputs: m, outputs: p, .. } = self.dimensions();
+        let product = |rows: usize, columns: usize| if columns == 0 { 0 } else { rows * (2 * columns - 1) };
+        let innovation = product(p, n) + p + self.feedthrough().map_or(0, |_| product(p, m) + p);
+        let linear = product(n, n) + product(n, m) + product(n, p) + 2 * n;
+        let (motion, measurement) =
+            self.maps().map_or((0, 0), |maps| (maps.motion.operations(), maps.measurement.operations()));
+        // One step of the Runge-Kutta method for so many entries, without the slopes.
+        let combined = |entries: usize| 4 * entries * 2 + 3 * entries;
+        let flow = |observer: &SampledCubicObserver<f64, Dyn, Dyn, Dyn>| match observer.coupling() {
+            // Direction, quadratic form, the matrix and its elimination.
+            Some(_) => {
+                let elimination = p * (p - 1) / 2 + p * (p - 1) * (2 * p - 1) / 3 + 2 * p * (p - 1) + p;
+                3 * p + product(p, p) + product(1, p) + 4 + p * p + p + elimination
+            }
+            // Direction, quadratic form, two roots, three divisions.
+            None => 3 * p + product(p, p) + product(1, p) + 15,
+        };
+        match self {
+            Self::Linear(_) => innovation + linear,
+            Self::Cubic(observer) => innovation + linear + flow(observer) + product(n, p) + n,
+            Self::Varying(step) => {
+                let term = product(n, n) + 3 * n;
+                let substep = DEGREE * term + product(n, m) + n;
+                let corrected = innovation + flow(step.observer().nominal()) + 2 * product(n, p) + 2 * n;
+                step.observer().substeps() * substep + 1 + corrected
+            }
+            Self::Kalman(filter) => {
+                let square = n * product(n, n);
+                let factor = p * (p * p + 3 * p + 2) / 3 + n * 2 * p * p;
+                let joined = p * product(n, n) + p * product(p, n) + p * p + factor + n * product(n, p) + n * n;
+                let update =
+                    measurement + p + joined + 2 * product(n, p) + 2 * square + (n + p) * product(n, p) + n * n;
+                let symmetry = n * (n - 1);
+                update
+                    + match filter.substeps() {
+                        Some(count) => count * (4 * (motion + square + 2 * n * n) + combined(n + n * n) + symmetry),
+                        None => motion + 2 * square + n * n + symmetry,
+                    }
+            }
+            Self::Unscented(filter) => {
+                // A column added to a factor of this order, and its rotations below the diagonal.
+                let column = |order: usize| 6 * order + 3 * order * (order - 1);
+                let joint = column(n + p);
+                let points = |rows: usize| rows * (8 * n + 5);
+                let drawn = 4 * n * n;
+                let moved = match filter.substeps() {
+                    Some(count) => count * (4 * motion + combined(n)),
+                    None => motion,
+                };
+                let noise = filter.substeps().map_or(0, |_| n * n + n * column(n));
+                let update = (2 * n + 1) * measurement
+                    + drawn
+                    + points(p)
+                    + n * column(p)
+                    + (n + 1) * joint
+                    + p
+                    + p * p
+                    + 2 * n * p;
+                let predicted = (2 * n + 1) * (moved + column(n)) + drawn + points(n) + noise;
+                if filter.gate().is_some() { 2 * update + predicted } else { update + predicted }
+            }
+            Self::MovingHorizon(estimator) => FullWindow::new(self, estimator).most(),
+            Self::Copy(observer) => {
+                let slope = motion + measurement + product(p, n) + p + product(n, p) + n;
+                observer.substeps() * (4 * slope + combined(n + p))
+            }
+            Self::Extension(observer) => {
+                let z = observer.dimensions().state - n;
+                let own = self.extension();
+                let of = |routine: Option<&Routine>| routine.map_or(0, Routine::operations);
+                let [rate, estimate, jump] = [
+                    of(own.as_ref().map(|own| &own.rate)),
+                    of(own.as_ref().map(|own| &own.estimate)),
+                    of(own.as_ref().and_then(|own| own.jump.as_ref())),
+                ];
+                let slope = motion + measurement + rate + estimate + product(p, n);
+                observer.substeps() * (4 * slope + combined(z + p)) + estimate + jump
+            }
+            Self::Discrete(_) => motion + measurement + p + product(n, p) + n,
+            Self::Step(_) => motion,
+            Self::Kkl(observer) => {
+                let z = observer.dimensions().state;
+                let inverse = observer.trees().first().map_or(0, |(_, inverse)| inverse.operations());
+                let slope = motion + measurement + p + product(z, z) + product(z, p) + z;
+                // At most: every evaluation that the search may take.
+                let search = observer.table(Scalar::Binary64).map_or(0, |table| {
+                    let solve = z * (3 + 2 * n + 2 * n * n) + n * n * n + 12 * n + 10;
+                    table.weighing() + table.evaluations() * (table.operations() + solve)
+                });
+                let estimate = z + product(z, z) + z + 2 * observer.held_inputs() + inverse + 2 * n + search;
+                measurement + p + observer.substeps() * (4 * slope + combined(z + n)) + estimate
+            }
+        }
+    }
+
+    /// Constants and numbers of tables in the right-hand sides of a nonlinear plant.
+    pub(crate) fn constants_of_maps(&self) -> usize {
+        self.maps().map_or(0, |maps| maps.routines().flat_map(Routine::constants).count())
+    }
+
+    /// Bytes of the state.
+    pub(crate) fn state_bytes(&self, scalar: Scalar) -> usize {
+        let Self::MovingHorizon(estimator) = self else { return self.state_entries() * scalar.bytes() };
+        let ObserverDimensions { estimate: n, inputs: m, outputs: p, .. } = self.dimensions();
+        let (bytes, timed) = (scalar.bytes(), usize::from(self.uses_time()));
+        // The integer behind the numbers of a sample is padded to their length, and so is the number of samples; that of
+        // the next sample has 8 bytes.
+        let samples = estimator.horizon().window * (n + m + p + timed + 1);
+        let end = (2 * (n + n * n) + samples) * bytes + 4;
+        if timed == 1 { end.next_multiple_of(8) + 8 } else { end.next_multiple_of(bytes) }
+    }
+
+    /// Numbers that the state holds.
+    fn state_entries(&self) -> usize {
+        match self {
+            Self::Kkl(observer) => observer.dimensions().state + observer.dimensions().estimate,
+            Self::Extension(observer) => observer.dimensions().state,
+            _ => self.dimensions().state,
+        }
+    }
+
+    /// Numbers of the trees of a KKL observer, and the entries of their comparisons.
+    pub(crate) fn numbers_of_trees(&self) -> usize {
+        let Self::Kkl(observer) = self else { return 0 };
+        let table = observer
+            .table(Scalar::Binary64)
+            .map_or(0, |table| table.coefficients.len() + table.nodes.iter().map(Vec::len).sum::<usize>());
+        table + observer.trees().iter().map(|(_, tree)| 4 * tree.nodes.len() + tree.leaves.len()).sum::<usize>()
+    }
+
+    /// Integers among the constants, of a moving-horizon estimator.
+    pub(crate) fn integers(&self) -> usize {
+        let Self::MovingHorizon(estimator) = self else { return 0 };
+        bounds(estimator).len()
+    }
+
+    /// The most operations of a step in which no bound is active, where there are bounds.
+    pub(crate) fn operations_within_bounds(&self) -> Option<usize> {
+        let Self::MovingHorizon(estimator) = self else { return None };
+        let window = FullWindow::new(self, estimator);
+        (window.bounds > 0).then(|| window.within())
+    }
+
+    /// Numbers of the arrays over the window that a step of a moving-horizon estimator has on the stack at once.
+    pub(crate) fn numbers_of_window(&self) -> Option<usize> {
+        let Self::MovingHorizon(estimator) = self else { return None };
+        let window = FullWindow::new(self, estimator);
+        let (n, interior) = (window.n, if window.bounds > 0 { 2 * window.bounds + window.n } else { 0 });
+        // Stages of the filter, trajectory, solutions, slacks and multipliers.
+        Some(window.stages * (3 * n * n + 2 * n + 2 * n + interior))
+    }
+}
+
+/// The operations of a moving-horizon estimator with a full window.
+struct FullWindow {
+    n: usize,
+    p: usize,
+    stages: usize,
+    iterations: usize,
+    bounds: usize,
+    measurement: usize,
+    /// Of the plant over a period with its Jacobian and noise.
+    linearised: usize,
+}
+
+impl FullWindow {
+    fn new(program: &Program, estimator: &MovingHorizon<f64>) -> Self {
+        let ObserverDimensions { estimate: n, outputs: p, .. } = program.dimensions();
+        let maps = program.maps();
+        let of = |routine: fn(&Maps) -> &Routine| maps.as_ref().map_or(0, |maps| routine(maps).operations());
+        let (motion, measurement) = (of(|maps| &maps.motion), of(|maps| &maps.measurement));
+        let entries = n + 2 * n * n;
+        let slope = motion + 2 * square(n) + 2 * n * n;
+        let linearised = match estimator.substeps() {
+            Some(substeps) => substeps * (4 * slope + 11 * entries + n * (n - 1)),
+            None => motion,
+        };
+        let Horizon { window, iterations } = estimator.horizon();
+        Self { n, p, stages: window, iterations, bounds: bounds(estimator).len(), measurement, linearised }
+    }
+
+    /// The update by one measurement: gain, news, mean, T, and P in Joseph's form.
+    fn correction(&self) -> usize {
+        let n = self.n;
+        11 * n * n + 7 * n + 1 + 2 * square(n) + n * (n - 1)
+    }
+
+    /// The outputs of a sample, decoupled by the factor of V.
+    fn measured(&self) -> usize {
+        let (n, p) = (self.n, self.p);
+        let decoupled = p * (p - 1) * (n + 1) + p * (n + 1);
+        self.measurement + p + decoupled + p * (3 * n + self.correction())
+    }
+
+    /// `A P A' + Q`.
+    fn spread(&self) -> usize {
+        2 * square(self.n) + self.n * self.n + self.n * (self.n - 1)
+    }
+
+    /// The mean of the next sample.
+    fn drift(&self) -> usize {
+        2 * self.n * self.n + self.n
+    }
+
+    fn pass(&self) -> usize {
+        let n = self.n;
+        let moved = self.linearised + self.drift() + self.spread() + 4 * n * n + n;
+        self.stages * (self.measured() + 2 * n * n) + (self.stages - 1) * moved
+    }
+
+    /// A step without active bounds: the check of the innovation, the Gauss-Newton steps, the prediction, and the
+    /// arrival cost.
+    fn within(&self) -> usize {
+        let (n, p) = (self.n, self.p);
+        let factor: usize = (0..p).map(|j| (p - j) * (2 * j + 1)).sum();
+        let definite = self.measurement + (p * n + p * p) * (2 * n - 1) + p * p + factor;
+        let forgotten = self.measured() + self.linearised + self.drift() + self.spread();
+        definite + self.iterations * self.pass() + self.linearised + self.spread() + forgotten
+    }
+
+    /// With the interior-point method.
+    fn most(&self) -> usize {
+        if self.bounds == 0 {
+            return self.within();
+        }
+        let pairs = self.stages * self.bounds;
+        // Value, innovation and variance of a bound; the steps of its slack and multiplier, twice, how far they may go,
+        // and the new ones.
+        let of_bounds = pairs * (6 + self.correction() + 2 * 8 + 2 * 5 + 6);
+        let step = self.pass() + of_bounds + 3 * self.stages * self.n + 2;
+        self.within() + 4 * pairs + INTERIOR * step
+    }
+}
+
+/// The product of two square matrices.
+fn square(n: usize) -> usize {
+    n * n * (2 * n - 1)
+}

@@ -1,0 +1,155 @@
+//! Bounds of the states: a primal-dual interior-point method of a fixed number of steps.
+
+use luenberger_plants::{Differentiable, Size};
+use nalgebra::allocator::Allocator;
+use nalgebra::{ComplexField, DefaultAllocator, Dim, OMatrix, OVector, RealField, convert};
+
+use super::pass::Stage;
+use super::{MovingHorizonEstimator, Trajectory};
+use crate::dense::larger;
+
+/// Steps of the interior-point method.
+pub const INTERIOR: usize = 30;
+
+/// The share of the way to a bound that a step of the interior-point method takes.
+pub const SHARE: f64 = 0.995;
+
+/// Slacks and multipliers of the bounds of one stage: `(s, z)` of the lower ones, then of the upper ones.
+#[derive(Clone, Debug)]
+pub(super) struct Barrier<T: RealField + Copy, N: Dim>
+where
+    DefaultAllocator: Allocator<N>,
+{
+    lower: (OVector<T, N>, OVector<T, N>),
+    upper: (OVector<T, N>, OVector<T, N>),
+}
+
+impl<S, T: RealField + Copy, N: Dim, M: Dim, P: Dim, D: Dim, const L: usize> MovingHorizonEstimator<S, T, N, M, P, D, L>
+where
+    S: Differentiable<T, N, M, P>,
+    DefaultAllocator: Size<N, M, P> + Allocator<D>,
+{
+    /// The bounds of a stage as measurements of its states: `lower + s + mu/z` with the variance s/z, and likewise
+    /// above.
+    pub(super) fn bounded(&self, barrier: &Barrier<T, N>, mu: T, at: &mut Stage<T, N>) -> Option<()> {
+        let (lower, upper) = self.bounds.as_ref()?;
+        for j in 0..lower.nrows() {
+            let mut row = lower.map(|_| T::zero());
+            row[j] = T::one();
+            let sides = [
+                (lower[j], barrier.lower.0[j], barrier.lower.1[j], T::one()),
+                (upper[j], barrier.upper.0[j], barrier.upper.1[j], -T::one()),
+            ];
+            for (bound, s, z, sign) in sides {
+                if !ComplexField::is_finite(&bound) {
+                    continue;
+                }
+                let value = bound + sign * (s + mu / z);
+                let innovation = value - at.mean[j];
+                if !at.update(&row, innovation, s / z) {
+                    return None;
+                }
+            }
+        }
+        Some(())
+    }
+
+    /// Whether all states of a trajectory lie within the bounds.
+    pub(super) fn is_within(&self, count: usize, x: &Trajectory<T, N, L>) -> bool {
+        let Some((lower, upper)) = &self.bounds else { return true };
+        (0..count).all(|i| (0..lower.nrows()).all(|j| lower[j] <= x[i][j] && x[i][j] <= upper[j]))
+    }
+
+    /// The primal-dual interior-point method from x on.
+    #[allow(clippy::type_complexity, reason = "trajectory, covariance")]
+    pub(super) fn interior(
+        &self,
+        state: &[T],
+        count: usize,
+        mut x: Trajectory<T, N, L>,
+    ) -> Option<(Trajectory<T, N, L>, OMatrix<T, N, N>)> {
+        let (lower, upper) = self.bounds.as_ref()?;
+        let n = lower.nrows();
+        let (share, tenth): (T, T) = (convert(SHARE), convert(0.1));
+        let least = T::default_epsilon() * convert::<f64, T>(1e3);
+        let p = &state[self.layout.covariance()];
+        // Slacks of one standard deviation at least, and products of 1, the size of one normalised square.
+        let deviation = |j: usize| larger(p[j + j * n], least * least).sqrt();
+        let clamped = |x: &OVector<T, N>| {
+            let mut inside = x.clone();
+            for j in 0..n {
+                let above = larger(inside[j], lower[j]);
+                inside[j] = if above < upper[j] { above } else { upper[j] };
+            }
+            inside
+        };
+        for stage in &mut x {
+            *stage = clamped(stage);
+        }
+        let slack = |gap: T, j: usize| if ComplexField::is_finite(&gap) { larger(gap, deviation(j)) } else { T::one() };
+        let side = |gap: &dyn Fn(usize) -> T| {
+            let mut s = lower.clone();
+            (0..n).for_each(|j| s[j] = slack(gap(j), j));
+            let z = s.map(|s| T::one() / s);
+            (s, z)
+        };
+        let mut barrier: [Barrier<T, N>; L] = core::array::from_fn(|i| Barrier {
+            lower: side(&|j| x[i][j] - lower[j]),
+            upper: side(&|j| upper[j] - x[i][j]),
+        });
+        let (mut mu, mut covariance) = (T::one(), None);
+        for _ in 0..INTERIOR {
+            let (solution, p) = self.pass(state, count, &x, Some((&barrier, mu)))?;
+            covariance = Some(p);
+            // The steps of all slacks and multipliers, and how far they may go.
+            let mut alpha = T::one();
+            let visit = |apply: Option<T>, barrier: &mut [Barrier<T, N>; L], alpha: &mut T| {
+                let (mut sum, mut number) = (T::zero(), T::zero());
+                for i in 0..count {
+                    let Barrier { lower: below, upper: above } = &mut barrier[i];
+                    for j in 0..n {
+                        for (bound, (s, z), sign) in
+                            [(lower[j], &mut *below, T::one()), (upper[j], &mut *above, -T::one())]
+                        {
+                            if !ComplexField::is_finite(&bound) {
+                                continue;
+                            }
+                            let ds = sign * (solution[i][j] - bound) - s[j];
+                            let dz = mu / s[j] - z[j] - z[j] / s[j] * ds;
+                            match apply {
+                                None => {
+                                    for (value, step) in [(s[j], ds), (z[j], dz)] {
+                                        if value + *alpha * step < (T::one() - share) * value {
+                                            *alpha = -share * value / step;
+                                        }
+                                    }
+                                }
+                                Some(alpha) => {
+                                    s[j] += alpha * ds;
+                                    z[j] += alpha * dz;
+                                    sum += s[j] * z[j];
+                                    number += T::one();
+                                }
+                            }
+                        }
+                    }
+                }
+                if number > T::zero() { sum / number } else { sum }
+            };
+            visit(None, &mut barrier, &mut alpha);
+            let mean = visit(Some(alpha), &mut barrier, &mut alpha);
+            for i in 0..count {
+                for j in 0..n {
+                    let step = solution[i][j] - x[i][j];
+                    x[i][j] += alpha * step;
+                }
+            }
+            // After a short step the centre is aimed at again.
+            let half = convert::<f64, T>(0.5);
+            let reduced = if alpha > half { tenth * mean } else { half * mean };
+            mu = larger(reduced, least);
+        }
+        let inside: Trajectory<T, N, L> = core::array::from_fn(|i| clamped(&x[i]));
+        covariance.map(|p| (inside, p))
+    }
+}

@@ -1,0 +1,80 @@
+//! Regions, bounds and sectors.
+
+use luenberger_design::{Region, Sector};
+use luenberger_plants::Dimensions;
+use luenberger_proof::wording::counted;
+
+use super::tree::Node;
+use super::{Reader, check};
+
+pub(super) fn region(node: &Node, size: Dimensions, reader: &mut Reader) -> Option<Region> {
+    let Some(table) = node.get("region") else { return Some(Region::everywhere(size.states)) };
+    let mut region = match table.get("states") {
+        Some(states) => Region::new(&bounds(states, "states", size.states, "state", reader)?),
+        None => Region::everywhere(size.states),
+    };
+    if let Some(inputs) = table.get("inputs") {
+        region = region.inputs(&bounds(inputs, "inputs", size.inputs, "input", reader)?);
+    }
+    if let Some(time) = table.get("time") {
+        let (from, to) = bound(time)?;
+        region = region.time(from, to);
+    }
+    Some(region)
+}
+
+pub(super) fn bound(node: &Node) -> Option<(f64, f64)> {
+    match node.list()? {
+        [lower, upper] => Some((lower.number()?, upper.number()?)),
+        _ => None,
+    }
+}
+
+pub(super) fn bounds(node: &Node, name: &str, length: usize, of: &str, reader: &mut Reader) -> Option<Vec<(f64, f64)>> {
+    pairs(node, name, (length, of, "the plant"), reader)
+}
+
+/// The same with finite ends, the lower one less.
+pub(super) fn finite_bounds(
+    node: &Node,
+    name: &str,
+    (length, of): (usize, &str),
+    reader: &mut Reader,
+) -> Option<Vec<(f64, f64)>> {
+    let pairs = bounds(node, name, length, of, reader)?;
+    if let Some(k) = pairs.iter().position(|(low, high)| !(low.is_finite() && high.is_finite() && low < high)) {
+        let message = format!("pair {} of `{name}` is from {} to {}", k + 1, pairs[k].0, pairs[k].1);
+        reader.wrong(node.span.clone(), message, "expected finite ends, the lower one less");
+        return None;
+    }
+    Some(pairs)
+}
+
+/// As many pairs as `whose` has of `of`.
+pub(super) fn pairs(
+    node: &Node,
+    name: &str,
+    (length, of, whose): (usize, &str, &str),
+    reader: &mut Reader,
+) -> Option<Vec<(f64, f64)>> {
+    let bounds: Vec<(f64, f64)> = node.list()?.iter().map(bound).collect::<Option<_>>()?;
+    if bounds.len() != length {
+        let message =
+            format!("`{name}` has {}, and {whose} has {}", counted(bounds.len(), "pair"), counted(length, of));
+        reader.wrong(node.span.clone(), message, format!("expected {}", counted(length, "pair")));
+        return None;
+    }
+    Some(bounds)
+}
+
+pub(super) fn sector(node: &Node, n: usize, reader: &mut Reader) -> Option<Sector> {
+    let why = format!("the plant has {}", counted(n, "state"));
+    let g = reader.matrix(node.get("g")?, "g", (Some(n), None), &why);
+    let h = reader.matrix(node.get("h")?, "h", (None, Some(n)), &why);
+    let (low, high) = (node.get("low")?.number()?, node.get("high")?.number()?);
+    if low > high {
+        reader.absent(check::head(node), format!("the sector goes from {low} to {high}"), "expected low <= high");
+        return None;
+    }
+    Some(Sector::slope(g?, h?, low, high))
+}
