@@ -150,6 +150,65 @@ samples = 4000
 form = "interpolated"
 "#;
 
+/// Cubic observers at varying periods, with the closed form and with the semi-implicit step.
+const VARYING: &str = r#"
+[plant]
+a = [[0, 1], [0, 0]]
+b = [[0], [1]]
+c = [[1, 0]]
+
+[input]
+expressions = ["sin(t)"]
+
+[simulation]
+x0 = [3, -1]
+duration = 8
+samples = 81
+
+[[observer]]
+name = "radial"
+kind = "sampled-cubic"
+poles = [-2, -5]
+gamma = 10
+period = 0.1
+jitter = [0.07, 0.14]
+misses = 2
+
+[[observer]]
+name = "weighted"
+kind = "sampled-cubic"
+poles = [-2, -5]
+weighted = 10
+period = 0.1
+jitter = [0.09, 0.12]
+"#;
+
+/// A numerical KKL observer for an input that is held, with tables.
+const HELD: &str = r#"
+[plant]
+f = ["x2", "-x1 - 0.5*x1^3 + u1"]
+h = ["x1"]
+
+[input]
+expressions = ["0.4"]
+
+[simulation]
+x0 = [0.5, 0.1]
+duration = 10
+samples = 201
+
+[[observer]]
+name = "held"
+kind = "kkl-numerical"
+domain = [[-1.5, 1.5], [-1.5, 1.5]]
+inputs = [[-0.5, 0.5]]
+nodes = 3
+cutoff = 3
+points = 13
+leaves = 8
+samples = 1000
+"#;
+
 /// An observer of a study and how it is exported.
 struct Case {
     study: PathBuf,
@@ -157,6 +216,8 @@ struct Case {
     /// The name of its files.
     name: &'static str,
     options: &'static [&'static str],
+    /// Whether it has an FMU.
+    has_fmu: bool,
 }
 
 pub(crate) fn run() -> Result<(), Failure> {
@@ -172,25 +233,30 @@ pub(crate) fn run() -> Result<(), Failure> {
     };
     let (looped, timed) = (write("loop.toml", LOOP)?, write("timed.toml", TIMED)?);
     let (filtered, interpolated) = (write("filtered.toml", FILTERED)?, write("interpolated.toml", INTERPOLATED)?);
+    let (varying, held) = (write("varying.toml", VARYING)?, write("held.toml", HELD)?);
     let bounded = write("bounded.toml", BOUNDED)?;
     let tanks = write("tanks.toml", &of_the_page()?)?;
-    let case = |name, options| Case { study: cart.clone(), observer: name, name, options };
+    let case = |study: &PathBuf, observer, name, options| {
+        let study = study.clone();
+        Case { study, observer, name, options, has_fmu: true }
+    };
+    let of_cart = |name, options| case(&cart, name, name, options);
+    // Its step takes the time, an FMU has a fixed one.
+    let at_varying = |name, options| Case { has_fmu: false, ..case(&varying, name, name, options) };
     let cases = [
-        Case { study: tanks, observer: "one gain", name: "one_gain", options: &[] },
-        Case { study: converter, observer: "filter", name: "filter", options: &["--unproved"] },
-        case("linear", &[]),
-        case("cubic", &["--format", "f32"]),
-        case("sampled", &[]),
-        Case { study: looped, observer: "block", name: "block", options: &["--feedback"] },
-        Case { study: timed, observer: "timed", name: "timed", options: &["--feedback", "--unproved"] },
-        Case { study: bounded, observer: "bounded", name: "bounded", options: &["--unproved"] },
-        Case { study: filtered, observer: "filtered", name: "filtered", options: &[] },
-        Case {
-            study: interpolated,
-            observer: "interpolated",
-            name: "interpolated",
-            options: &["--unproved", "--period", "0.01"],
-        },
+        case(&tanks, "one gain", "one_gain", &[]),
+        case(&converter, "filter", "filter", &["--unproved"]),
+        of_cart("linear", &[]),
+        of_cart("cubic", &["--format", "f32"]),
+        of_cart("sampled", &[]),
+        case(&looped, "block", "block", &["--feedback"]),
+        case(&timed, "timed", "timed", &["--feedback", "--unproved"]),
+        case(&bounded, "bounded", "bounded", &["--unproved"]),
+        case(&filtered, "filtered", "filtered", &[]),
+        case(&interpolated, "interpolated", "interpolated", &["--unproved", "--period", "0.01"]),
+        at_varying("radial", &["--format", "f32"]),
+        at_varying("weighted", &[]),
+        case(&held, "held", "held", &["--unproved", "--period", "0.01"]),
     ];
     let mut skipped = Vec::new();
     let compiler = ["cc", "gcc", "clang"].into_iter().find(|name| is_installed(name));
@@ -204,7 +270,7 @@ pub(crate) fn run() -> Result<(), Failure> {
         if let Some(compiler) = compiler {
             c(&folder, case, compiler)?;
         }
-        if let Some(python) = &python {
+        if let Some(python) = python.as_ref().filter(|_| case.has_fmu) {
             for version in ["2", "3"] {
                 let out = case.export(&folder, "fmu", &["--fmi", version])?;
                 let name = format!("{}, FMI {version}", case.observer);

@@ -1,9 +1,12 @@
-//! The numerical KKL observer with its sizes erased: two states with three target states, three with four.
+//! Numerical KKL observers with their sizes erased: two to four states with one target state more, and two or three
+//! states with one or two held inputs.
 
 use luenberger_expression::{ExpressionPlant, ExpressionPlantError, Fixed};
+use luenberger_observers::numerical_kkl::held_inputs::InverseOnHeap;
+use luenberger_observers::numerical_kkl::held_trees::TreesOnHeap;
 use luenberger_observers::numerical_kkl::{
-    Branch, InterpolatedInverse, Node, PolynomialInverse, PolynomialTree, SampledFilter, SampledKkl, Search,
-    StateInverse,
+    Branch, Coordinates, HeldStateInverse, InterpolatedInverse, Node, PolynomialInverse, PolynomialTree, SampledFilter,
+    SampledHeldKkl, SampledKkl, Search, StateInverse,
 };
 use luenberger_observers::{ObserverDimensions, ObserverError, SampledObserver};
 use nalgebra::{DMatrix, DVector, RealField, SMatrix, SVector};
@@ -16,264 +19,483 @@ pub type Inverse<T, const N: usize, const Z: usize> = PolynomialInverse<T, Vec<N
 /// The interpolated left inverse, on the heap.
 pub type Interpolated<T, const N: usize, const Z: usize> = InterpolatedInverse<T, Vec<Node<T>>, Vec<T>, N, Z>;
 
-type Sized<T, I, const N: usize, const Z: usize> = SampledKkl<Fixed<N, 0, 1>, T, I, N, 0, 1, Z>;
+/// A sampled observer of a plant without inputs.
+pub type Plain<T, I, const N: usize, const Z: usize> = SampledKkl<Fixed<N, 0, 1>, T, I, N, 0, 1, Z>;
 
-/// A sampled numerical KKL observer of a plant without inputs and with one output.
+/// A sampled observer for held inputs, with the input at which it starts.
 #[derive(Debug, Clone, PartialEq)]
-pub enum Kkl<T: RealField + Copy> {
-    /// Two states, the embedded left inverse.
-    Two(Box<Sized<T, Inverse<T, 2, 3>, 2, 3>>),
-    /// Three states.
-    Three(Box<Sized<T, Inverse<T, 3, 4>, 3, 4>>),
-    /// Two states, the interpolated left inverse.
-    TwoInterpolated(Box<Sized<T, Interpolated<T, 2, 3>, 2, 3>>),
-    /// Three states.
-    ThreeInterpolated(Box<Sized<T, Interpolated<T, 3, 4>, 3, 4>>),
+pub struct Held<T, I, const N: usize, const M: usize, const Z: usize, const ZN: usize> {
+    observer: SampledHeldKkl<Fixed<N, M, 1>, T, I, N, M, 1, Z, ZN>,
+    first: SVector<T, M>,
 }
 
-/// The same expression for each size and form.
-macro_rules! each {
-    ($kkl:expr, $observer:ident => $expression:expr) => {
-        match $kkl {
-            Kkl::Two($observer) => $expression,
-            Kkl::Three($observer) => $expression,
-            Kkl::TwoInterpolated($observer) => $expression,
-            Kkl::ThreeInterpolated($observer) => $expression,
+/// The sizes that are offered.
+macro_rules! sizes {
+    ($($name:ident: $what:literal, $observer:ident<$inverse:ident<$($of:literal),*>, $($size:literal),*>;)*) => {
+        /// A sampled numerical KKL observer of a plant with one output.
+        #[derive(Debug, Clone, PartialEq)]
+        pub enum Kkl<T: RealField + Copy> {
+            $(#[doc = $what] $name(Box<$observer<T, $inverse<T, $($of),*>, $($size),*>>),)*
         }
+
+        impl<T: RealField + Copy> Kkl<T> {
+            fn any(&self) -> &dyn Erased<T> {
+                match self { $(Self::$name(observer) => observer.as_ref(),)* }
+            }
+        }
+
+        impl Kkl<f64> {
+            /// The same over another scalar.
+            pub(crate) fn cast<T: RealField + Copy>(&self) -> Result<Kkl<T>, ObserverError> {
+                Ok(match self { $(Self::$name(observer) => Kkl::$name(Box::new(observer.over()?)),)* })
+            }
+        }
+
+        $(impl From<$observer<f64, $inverse<f64, $($of),*>, $($size),*>> for Kkl<f64> {
+            fn from(observer: $observer<f64, $inverse<f64, $($of),*>, $($size),*>) -> Self {
+                Self::$name(Box::new(observer))
+            }
+        })*
     };
 }
 
-/// The parts of a left inverse of either form.
-trait Parts<T, const N: usize, const Z: usize>: StateInverse<T, N, Z> {
-    /// The same over another scalar.
+sizes! {
+    Two: "Two states, the embedded left inverse.", Plain<Inverse<2, 3>, 2, 3>;
+    Three: "Three states.", Plain<Inverse<3, 4>, 3, 4>;
+    Four: "Four states.", Plain<Inverse<4, 5>, 4, 5>;
+    TwoInterpolated: "Two states, the interpolated left inverse.", Plain<Interpolated<2, 3>, 2, 3>;
+    ThreeInterpolated: "Three states.", Plain<Interpolated<3, 4>, 3, 4>;
+    FourInterpolated: "Four states.", Plain<Interpolated<4, 5>, 4, 5>;
+    TwoHeld: "Two states and one held input, trees alone.", Held<TreesOnHeap<2, 1, 3, 4, 3>, 2, 1, 3, 5>;
+    TwoHeldTwo: "Two states and two held inputs.", Held<TreesOnHeap<2, 2, 3, 5, 4>, 2, 2, 3, 5>;
+    ThreeHeld: "Three states and one held input.", Held<TreesOnHeap<3, 1, 4, 5, 4>, 3, 1, 4, 7>;
+    ThreeHeldTwo: "Three states and two held inputs.", Held<TreesOnHeap<3, 2, 4, 6, 5>, 3, 2, 4, 7>;
+    TwoHeldTables: "Two states and one held input, with tables.", Held<InverseOnHeap<2, 1, 3, 4>, 2, 1, 3, 5>;
+    TwoHeldTwoTables: "Two states and two held inputs.", Held<InverseOnHeap<2, 2, 3, 5>, 2, 2, 3, 5>;
+    ThreeHeldTables: "Three states and one held input.", Held<InverseOnHeap<3, 1, 4, 5>, 3, 1, 4, 7>;
+    ThreeHeldTwoTables: "Three states and two held inputs.", Held<InverseOnHeap<3, 2, 4, 6>, 3, 2, 4, 7>;
+}
+
+/// The numbers of a left inverse.
+struct Parts {
+    /// Coordinates, box and family, with their names in emitted code.
+    matrices: Vec<(&'static str, DMatrix<f64>)>,
+    /// From (w, u) to the state, and from the state to w where there is such a tree.
+    trees: Vec<(&'static str, Tree)>,
+    table: Option<TableOf>,
+}
+
+/// A left inverse whose numbers can be written.
+trait Numbers {
+    fn parts(&self) -> Parts;
+}
+
+/// One without inputs, over another scalar.
+trait RecastPlain<const N: usize, const Z: usize> {
     type Over<U: RealField + Copy>: StateInverse<U, N, Z>;
 
-    fn over<U: RealField + Copy>(&self) -> Self::Over<U>;
-
-    /// The embedded form, from which the search of the interpolated one starts.
-    fn embedded(&self) -> &Inverse<T, N, Z>;
-
-    /// The table of the interpolated form.
-    fn table(&self) -> Option<TableOf>;
+    fn over<U: RealField + Copy>(&self) -> Result<Self::Over<U>, ObserverError>;
 }
 
-impl<T: RealField + Copy, const N: usize, const Z: usize> Parts<T, N, Z> for Inverse<T, N, Z> {
+/// One for held inputs, over another scalar.
+trait RecastHeld<const N: usize, const M: usize, const Z: usize> {
+    type Over<U: RealField + Copy>: HeldStateInverse<U, N, M, Z>;
+
+    fn over<U: RealField + Copy>(&self) -> Result<Self::Over<U>, ObserverError>;
+}
+
+/// Rounded or widened to `f64`.
+fn number<T: RealField + Copy>(x: &T) -> f64 {
+    x.to_subset_unchecked()
+}
+
+fn numbers<T: RealField + Copy, const R: usize, const C: usize>(m: &SMatrix<T, R, C>) -> DMatrix<f64> {
+    DMatrix::from_fn(R, C, |i, j| number(&m[(i, j)]))
+}
+
+/// Coordinates and box.
+fn frame<T: RealField + Copy, const N: usize, const Z: usize>(
+    coordinates: &Coordinates<T, Z>,
+    (lower, upper): (&SVector<T, N>, &SVector<T, N>),
+) -> Vec<(&'static str, DMatrix<f64>)> {
+    vec![
+        ("MEAN", numbers(coordinates.mean())),
+        ("WHITEN", numbers(coordinates.whiten())),
+        ("COLOUR", numbers(coordinates.colour())),
+        ("LOWER", numbers(lower)),
+        ("UPPER", numbers(upper)),
+    ]
+}
+
+/// Ends of the family of inputs.
+fn family<T: RealField + Copy, const M: usize>(
+    (least, most): &(SVector<T, M>, SVector<T, M>),
+) -> [(&'static str, DMatrix<f64>); 2] {
+    [("LEAST_INPUT", numbers(least)), ("MOST_INPUT", numbers(most))]
+}
+
+impl<const N: usize, const Z: usize> RecastPlain<N, Z> for Inverse<f64, N, Z> {
     type Over<U: RealField + Copy> = Inverse<U, N, Z>;
 
-    fn over<U: RealField + Copy>(&self) -> Inverse<U, N, Z> {
-        self.cast()
-    }
-
-    fn embedded(&self) -> &Inverse<T, N, Z> {
-        self
-    }
-
-    fn table(&self) -> Option<TableOf> {
-        None
+    fn over<U: RealField + Copy>(&self) -> Result<Inverse<U, N, Z>, ObserverError> {
+        Ok(self.cast())
     }
 }
 
-impl<T: RealField + Copy, const N: usize, const Z: usize> Parts<T, N, Z> for Interpolated<T, N, Z> {
+impl<T: RealField + Copy, const N: usize, const Z: usize> Numbers for Inverse<T, N, Z> {
+    fn parts(&self) -> Parts {
+        let trees = vec![("inverse", Tree::of(self.inverse())), ("forward", Tree::of(self.forward()))];
+        Parts { matrices: frame(self.coordinates(), self.bounds()), trees, table: None }
+    }
+}
+
+impl<const N: usize, const Z: usize> RecastPlain<N, Z> for Interpolated<f64, N, Z> {
     type Over<U: RealField + Copy> = Interpolated<U, N, Z>;
 
-    fn over<U: RealField + Copy>(&self) -> Interpolated<U, N, Z> {
+    fn over<U: RealField + Copy>(&self) -> Result<Interpolated<U, N, Z>, ObserverError> {
+        Ok(self.cast())
+    }
+}
+
+impl<T: RealField + Copy, const N: usize, const Z: usize> Numbers for Interpolated<T, N, Z> {
+    fn parts(&self) -> Parts {
+        let spline = self.spline();
+        let table = TableOf {
+            points: spline.points().to_vec(),
+            outputs: Z,
+            nodes: Vec::new(),
+            coefficients: spline.coefficients().iter().map(number).collect(),
+            search: Some(search(self.search())),
+            // Both forms clamp; emitted code has one box.
+            is_plain: spline.bounds() == self.start().bounds(),
+        };
+        Parts { table: Some(table), ..self.start().parts() }
+    }
+}
+
+impl<const N: usize, const M: usize, const Z: usize, const ZM: usize, const NM: usize> RecastHeld<N, M, Z>
+    for TreesOnHeap<f64, N, M, Z, ZM, NM>
+{
+    type Over<U: RealField + Copy> = TreesOnHeap<U, N, M, Z, ZM, NM>;
+
+    fn over<U: RealField + Copy>(&self) -> Result<TreesOnHeap<U, N, M, Z, ZM, NM>, ObserverError> {
         self.cast()
     }
+}
 
-    fn embedded(&self) -> &Inverse<T, N, Z> {
-        self.start()
+impl<T: RealField + Copy, const N: usize, const M: usize, const Z: usize, const ZM: usize, const NM: usize> Numbers
+    for TreesOnHeap<T, N, M, Z, ZM, NM>
+{
+    fn parts(&self) -> Parts {
+        let mut matrices = frame(self.coordinates(), self.bounds());
+        matrices.extend(family(&self.family()));
+        let trees = vec![("inverse", Tree::of(self.inverse())), ("forward", Tree::of(self.forward()))];
+        Parts { matrices, trees, table: None }
+    }
+}
+
+impl<const N: usize, const M: usize, const Z: usize, const ZM: usize> RecastHeld<N, M, Z>
+    for InverseOnHeap<f64, N, M, Z, ZM>
+{
+    type Over<U: RealField + Copy> = InverseOnHeap<U, N, M, Z, ZM>;
+
+    fn over<U: RealField + Copy>(&self) -> Result<InverseOnHeap<U, N, M, Z, ZM>, ObserverError> {
+        self.cast()
+    }
+}
+
+impl<T: RealField + Copy, const N: usize, const M: usize, const Z: usize, const ZM: usize> Numbers
+    for InverseOnHeap<T, N, M, Z, ZM>
+{
+    fn parts(&self) -> Parts {
+        let tables = self.tables();
+        // There are at least two tables, on one box.
+        let first = &tables.splines()[0];
+        let mut matrices = frame(tables.coordinates(), first.bounds());
+        matrices.extend(family(&tables.family()));
+        let table = TableOf {
+            points: first.points().to_vec(),
+            outputs: Z,
+            nodes: (0..M).map(|i| tables.nodes(i).iter().map(number).collect()).collect(),
+            coefficients: tables.splines().iter().flat_map(|table| table.coefficients().iter().map(number)).collect(),
+            search: self.search().map(search),
+            is_plain: tables.splines().iter().all(|table| table.points() == first.points()),
+        };
+        Parts { matrices, trees: vec![("inverse", Tree::of(self.start()))], table: Some(table) }
+    }
+}
+
+fn search<T: RealField + Copy>(given: &Search<T>) -> Search<f64> {
+    let Search { max_evaluations, tolerance, fallback } = given;
+    Search { max_evaluations: *max_evaluations, tolerance: number(tolerance), fallback: *fallback }
+}
+
+/// What an observer of any size does.
+trait Erased<T> {
+    fn plant(&self) -> &ExpressionPlant;
+
+    fn dimensions(&self) -> ObserverDimensions;
+
+    /// D, B, the period and the Runge-Kutta steps in it.
+    fn filter(&self) -> (DMatrix<f64>, DMatrix<f64>, T, usize);
+
+    fn parts(&self) -> Parts;
+
+    /// The input at the start, of an observer for held inputs.
+    fn first(&self) -> &[T];
+
+    /// z and its estimate at the start.
+    fn start(&self, estimate: &DVector<T>) -> (DVector<T>, DVector<T>);
+
+    fn step(&self, t: T, state: (&mut DVector<T>, &mut DVector<T>), u: &DVector<T>, y: &DVector<T>);
+}
+
+/// An observer over another scalar.
+trait Recast {
+    type Over<U: RealField + Copy>;
+
+    fn over<U: RealField + Copy>(&self) -> Result<Self::Over<U>, ObserverError>;
+}
+
+fn filter_over<U: RealField + Copy, const Z: usize>(filter: &SampledFilter<f64, 1, Z>) -> SampledFilter<U, 1, Z> {
+    let cast = nalgebra::convert::<f64, U>;
+    let SampledFilter { d, b, period, substeps } = filter;
+    SampledFilter { d: d.map(cast), b: b.map(cast), period: cast(*period), substeps: *substeps }
+}
+
+fn filter_of<T: RealField + Copy, const Z: usize>(
+    filter: &SampledFilter<T, 1, Z>,
+) -> (DMatrix<f64>, DMatrix<f64>, T, usize) {
+    (numbers(&filter.d), numbers(&filter.b), filter.period, filter.substeps)
+}
+
+fn fixed<T: RealField + Copy, const L: usize>(column: &DVector<T>) -> SVector<T, L> {
+    SVector::from_fn(|i, _| column[i])
+}
+
+fn dynamic<T: RealField + Copy, const L: usize>(column: &SVector<T, L>) -> DVector<T> {
+    DVector::from_column_slice(column.as_slice())
+}
+
+impl<I, const N: usize, const Z: usize> Recast for Plain<f64, I, N, Z>
+where
+    I: StateInverse<f64, N, Z> + RecastPlain<N, Z>,
+{
+    type Over<U: RealField + Copy> = Plain<U, I::Over<U>, N, Z>;
+
+    fn over<U: RealField + Copy>(&self) -> Result<Self::Over<U>, ObserverError> {
+        SampledKkl::new(self.plant().clone(), filter_over(self.filter()), self.inverse().over()?)
+    }
+}
+
+impl<T, I, const N: usize, const Z: usize> Erased<T> for Plain<T, I, N, Z>
+where
+    T: RealField + Copy,
+    I: StateInverse<T, N, Z> + Numbers,
+{
+    fn plant(&self) -> &ExpressionPlant {
+        self.plant().plant()
     }
 
-    fn table(&self) -> Option<TableOf> {
-        let number = |x: &T| x.to_subset_unchecked();
-        let Search { max_evaluations, tolerance, fallback } = self.search();
-        Some(TableOf {
-            points: self.spline().points().to_vec(),
-            outputs: Z,
-            coefficients: self.spline().coefficients().iter().map(number).collect(),
-            max_evaluations: *max_evaluations,
-            tolerance: number(tolerance),
-            fallback: *fallback,
-        })
+    fn dimensions(&self) -> ObserverDimensions {
+        SampledObserver::dimensions(self)
+    }
+
+    fn filter(&self) -> (DMatrix<f64>, DMatrix<f64>, T, usize) {
+        filter_of(self.filter())
+    }
+
+    fn parts(&self) -> Parts {
+        self.inverse().parts()
+    }
+
+    fn first(&self) -> &[T] {
+        &[]
+    }
+
+    fn start(&self, estimate: &DVector<T>) -> (DVector<T>, DVector<T>) {
+        let z = self.initial(T::zero(), &fixed(estimate), &SVector::zeros(), &SVector::zeros());
+        (dynamic(&z), dynamic(&self.estimate(&z)))
+    }
+
+    fn step(&self, t: T, (z, xhat): (&mut DVector<T>, &mut DVector<T>), _u: &DVector<T>, y: &DVector<T>) {
+        let mut next = fixed(z);
+        SampledObserver::step(self, t, &mut next, &SVector::zeros(), &fixed(y));
+        z.copy_from_slice(next.as_slice());
+        xhat.copy_from_slice(self.estimate(&next).as_slice());
+    }
+}
+
+impl<I, const N: usize, const M: usize, const Z: usize, const ZN: usize> Recast for Held<f64, I, N, M, Z, ZN>
+where
+    I: HeldStateInverse<f64, N, M, Z> + RecastHeld<N, M, Z>,
+{
+    type Over<U: RealField + Copy> = Held<U, I::Over<U>, N, M, Z, ZN>;
+
+    fn over<U: RealField + Copy>(&self) -> Result<Self::Over<U>, ObserverError> {
+        let Self { observer, first } = self;
+        let filter = filter_over(observer.filter());
+        let observer = SampledHeldKkl::new(observer.plant().clone(), filter, observer.inverse().over()?)?;
+        Ok(Held { observer, first: first.map(nalgebra::convert) })
+    }
+}
+
+impl<T, I, const N: usize, const M: usize, const Z: usize, const ZN: usize> Erased<T> for Held<T, I, N, M, Z, ZN>
+where
+    T: RealField + Copy,
+    I: HeldStateInverse<T, N, M, Z> + Numbers,
+{
+    fn plant(&self) -> &ExpressionPlant {
+        self.observer.plant().plant()
+    }
+
+    fn dimensions(&self) -> ObserverDimensions {
+        ObserverDimensions { state: Z, ..self.observer.dimensions() }
+    }
+
+    fn filter(&self) -> (DMatrix<f64>, DMatrix<f64>, T, usize) {
+        filter_of(self.observer.filter())
+    }
+
+    fn parts(&self) -> Parts {
+        let mut parts = self.observer.inverse().parts();
+        parts.matrices.push(("FIRST_INPUT", numbers(&self.first)));
+        parts
+    }
+
+    fn first(&self) -> &[T] {
+        self.first.as_slice()
+    }
+
+    fn start(&self, estimate: &DVector<T>) -> (DVector<T>, DVector<T>) {
+        let joined = self.observer.initial(T::zero(), &fixed(estimate), &self.first, &SVector::zeros());
+        (DVector::from_column_slice(&joined.as_slice()[..Z]), dynamic(&self.observer.estimate(&joined)))
+    }
+
+    fn step(&self, t: T, (z, xhat): (&mut DVector<T>, &mut DVector<T>), u: &DVector<T>, y: &DVector<T>) {
+        let mut joined = SVector::from_fn(|i, _| if i < Z { z[i] } else { xhat[i - Z] });
+        self.observer.step(t, &mut joined, &fixed(u), &fixed(y));
+        z.copy_from_slice(&joined.as_slice()[..Z]);
+        xhat.copy_from_slice(&joined.as_slice()[Z..]);
     }
 }
 
 impl Kkl<f64> {
-    /// The observer of a plant of two states; the filter has D (3 x 3) and B (3 x 1).
+    /// The observer of a plant of N = 2, 3 or 4 states without inputs; the filter has D (Z x Z) and B (Z x 1), Z = N + 1.
     ///
     /// # Errors
-    /// [`ExpressionPlantError::Sizes`] for a plant of other sizes; the errors of [`SampledKkl::new`].
-    pub fn two(
+    /// [`ExpressionPlantError::Sizes`] for a plant of other sizes; the errors of [`SampledKkl::new`];
+    /// [`KklError::Large`] for a table that is too large for source code.
+    pub fn new<I, const N: usize, const Z: usize>(
         plant: &ExpressionPlant,
-        filter: SampledFilter<f64, 1, 3>,
-        inverse: Inverse<f64, 2, 3>,
-    ) -> Result<Self, KklError> {
-        Ok(Self::Two(Box::new(SampledKkl::new(plant.fixed::<2, 0, 1>()?, filter, inverse)?)))
+        filter: SampledFilter<f64, 1, Z>,
+        inverse: I,
+    ) -> Result<Self, KklError>
+    where
+        I: StateInverse<f64, N, Z>,
+        SampledKkl<Fixed<N, 0, 1>, f64, I, N, 0, 1, Z>: Into<Self>,
+    {
+        SampledKkl::new(plant.fixed::<N, 0, 1>()?, filter, inverse)?.into().checked()
     }
 
-    /// The same of three states, with four target states.
+    /// The observer of a plant of N = 2 or 3 states with M = 1 or 2 held inputs, which starts at the input `first`.
+    /// Z = N + 1, ZN = Z + N.
     ///
     /// # Errors
-    /// As [`two`](Self::two).
-    pub fn three(
+    /// As [`new`](Self::new).
+    pub fn held<I, const N: usize, const M: usize, const Z: usize, const ZN: usize>(
         plant: &ExpressionPlant,
-        filter: SampledFilter<f64, 1, 4>,
-        inverse: Inverse<f64, 3, 4>,
-    ) -> Result<Self, KklError> {
-        Ok(Self::Three(Box::new(SampledKkl::new(plant.fixed::<3, 0, 1>()?, filter, inverse)?)))
+        filter: SampledFilter<f64, 1, Z>,
+        inverse: I,
+        first: SVector<f64, M>,
+    ) -> Result<Self, KklError>
+    where
+        I: HeldStateInverse<f64, N, M, Z>,
+        Held<f64, I, N, M, Z, ZN>: Into<Self>,
+    {
+        let observer = SampledHeldKkl::new(plant.fixed::<N, M, 1>()?, filter, inverse)?;
+        Held { observer, first }.into().checked()
     }
 
-    /// The observer of a plant of two states with the interpolated left inverse.
-    ///
-    /// # Errors
-    /// As [`two`](Self::two); [`KklError::Large`] for a table that is too large for source code.
-    pub fn two_interpolated(
-        plant: &ExpressionPlant,
-        filter: SampledFilter<f64, 1, 3>,
-        inverse: Interpolated<f64, 2, 3>,
-    ) -> Result<Self, KklError> {
-        let inverse = small(inverse)?;
-        Ok(Self::TwoInterpolated(Box::new(SampledKkl::new(plant.fixed::<2, 0, 1>()?, filter, inverse)?)))
-    }
-
-    /// The same of three states, with four target states.
-    ///
-    /// # Errors
-    /// As [`two_interpolated`](Self::two_interpolated).
-    pub fn three_interpolated(
-        plant: &ExpressionPlant,
-        filter: SampledFilter<f64, 1, 4>,
-        inverse: Interpolated<f64, 3, 4>,
-    ) -> Result<Self, KklError> {
-        let inverse = small(inverse)?;
-        Ok(Self::ThreeInterpolated(Box::new(SampledKkl::new(plant.fixed::<3, 0, 1>()?, filter, inverse)?)))
-    }
-
-    /// The same over another scalar.
-    pub(crate) fn cast<T: RealField + Copy>(&self) -> Result<Kkl<T>, ObserverError> {
-        Ok(match self {
-            Self::Two(observer) => Kkl::Two(Box::new(cast(observer)?)),
-            Self::Three(observer) => Kkl::Three(Box::new(cast(observer)?)),
-            Self::TwoInterpolated(observer) => Kkl::TwoInterpolated(Box::new(cast(observer)?)),
-            Self::ThreeInterpolated(observer) => Kkl::ThreeInterpolated(Box::new(cast(observer)?)),
-        })
+    /// With a table that source code can hold.
+    fn checked(self) -> Result<Self, KklError> {
+        let Some(table) = self.table(Scalar::Binary64) else { return Ok(self) };
+        let numbers = table.coefficients.len();
+        if numbers > MOST_NUMBERS {
+            return Err(KklError::Large { numbers, tables: table.tables() });
+        }
+        if table.is_plain { Ok(self) } else { Err(KklError::Boxes) }
     }
 
     pub(crate) fn plant(&self) -> &ExpressionPlant {
-        each!(self, observer => observer.plant().plant())
+        self.any().plant()
     }
 
-    /// Lengths of its columns.
+    /// Lengths of its columns; the state is z.
     pub(crate) fn dimensions(&self) -> ObserverDimensions {
-        each!(self, observer => observer.dimensions())
+        self.any().dimensions()
     }
 
     /// Runge-Kutta steps between two samples.
-    pub(crate) fn substeps(&self) -> usize {
-        each!(self, observer => observer.filter().substeps)
+    pub fn substeps(&self) -> usize {
+        self.any().filter().3
+    }
+
+    /// Whether the left inverse is a search in a table.
+    pub fn is_interpolated(&self) -> bool {
+        self.table(Scalar::Binary64).is_some_and(|table| table.search.is_some())
     }
 
     pub(crate) fn period(&self) -> f64 {
-        each!(self, observer => observer.period())
+        self.any().filter().2
     }
 
-    /// Matrices of the filter and of the coordinates, and the box of the estimates, with their names in emitted code.
+    /// Matrices of the filter and of the coordinates, the box of the estimates and the family of the inputs, with their
+    /// names in emitted code.
     pub(crate) fn matrices(&self) -> Vec<(&'static str, DMatrix<f64>)> {
-        fn dynamic<const R: usize, const C: usize>(m: &SMatrix<f64, R, C>) -> DMatrix<f64> {
-            DMatrix::from_fn(R, C, |i, j| m[(i, j)])
-        }
-        each!(self, observer => {
-            let (filter, inverse) = (observer.filter(), observer.inverse().embedded());
-            let (coordinates, (lower, upper)) = (inverse.coordinates(), inverse.bounds());
-            vec![
-                ("FILTER", dynamic(&filter.d)),
-                ("B", dynamic(&filter.b)),
-                ("MEAN", dynamic(coordinates.mean())),
-                ("WHITEN", dynamic(coordinates.whiten())),
-                ("COLOUR", dynamic(coordinates.colour())),
-                ("LOWER", dynamic(lower)),
-                ("UPPER", dynamic(upper)),
-            ]
-        })
+        let (d, b, ..) = self.any().filter();
+        [("FILTER", d), ("B", b)].into_iter().chain(self.any().parts().matrices).collect()
     }
 
-    /// The trees: from w to the state, and from the state to w.
-    pub(crate) fn trees(&self) -> [(&'static str, Tree); 2] {
-        each!(self, observer => {
-            let inverse = observer.inverse().embedded();
-            [("inverse", Tree::of(inverse.inverse())), ("forward", Tree::of(inverse.forward()))]
-        })
+    /// The trees: from (w, u) to the state, and from (x, u) to w where there is no table for that.
+    pub(crate) fn trees(&self) -> Vec<(&'static str, Tree)> {
+        self.any().parts().trees
     }
 
     /// The table of the interpolated form, as the format stores it.
     pub(crate) fn table(&self, scalar: Scalar) -> Option<TableOf> {
         let single = match scalar {
-            Scalar::Binary32 => {
-                self.cast::<f32>().ok().and_then(|kkl| each!(&kkl, observer => observer.inverse().table()))
-            }
+            Scalar::Binary32 => self.cast::<f32>().ok().and_then(|kkl| kkl.any().parts().table),
             Scalar::Binary64 => None,
         };
-        single.or_else(|| each!(self, observer => observer.inverse().table()))
+        single.or_else(|| self.any().parts().table)
+    }
+
+    /// The number of held inputs.
+    pub(crate) fn held_inputs(&self) -> usize {
+        self.any().first().len()
     }
 }
 
 /// Numbers of a table beyond which it is refused: 2 MiB in f64.
 const MOST_NUMBERS: usize = 1 << 18;
 
-/// The interpolated form with a table that source code can hold.
-fn small<const N: usize, const Z: usize>(
-    inverse: Interpolated<f64, N, Z>,
-) -> Result<Interpolated<f64, N, Z>, KklError> {
-    let numbers = inverse.spline().coefficients().len();
-    if numbers > MOST_NUMBERS {
-        return Err(KklError::Large { numbers });
-    }
-    // Both forms clamp; emitted code has one box.
-    let (spline, start) = (inverse.spline().bounds(), inverse.start().bounds());
-    if spline == start { Ok(inverse) } else { Err(KklError::Boxes) }
-}
-
-fn cast<T: RealField + Copy, I: Parts<f64, N, Z>, const N: usize, const Z: usize>(
-    observer: &Sized<f64, I, N, Z>,
-) -> Result<Sized<T, I::Over<T>, N, Z>, ObserverError> {
-    let convert = |x: f64| nalgebra::convert::<f64, T>(x);
-    let SampledFilter { d, b, period, substeps } = observer.filter();
-    let (d, b) = (d.map(convert), b.map(convert));
-    let filter = SampledFilter { d, b, period: convert(*period), substeps: *substeps };
-    SampledKkl::new(observer.plant().clone(), filter, observer.inverse().over())
-}
-
 impl<T: RealField + Copy> Kkl<T> {
-    /// z at the start.
-    pub(crate) fn start(&self, estimate: &DVector<T>) -> DVector<T> {
-        each!(self, observer => {
-            let xhat = SVector::from_fn(|i, _| estimate[i]);
-            let z = observer.initial(T::zero(), &xhat, &SVector::zeros(), &SVector::zeros());
-            DVector::from_column_slice(z.as_slice())
-        })
+    /// z and its estimate at the start.
+    pub(crate) fn start(&self, estimate: &DVector<T>) -> (DVector<T>, DVector<T>) {
+        self.any().start(estimate)
     }
 
-    pub(crate) fn estimate(&self, z: &DVector<T>) -> DVector<T> {
-        each!(self, observer => {
-            let z = SVector::from_fn(|i, _| z[i]);
-            DVector::from_column_slice(observer.estimate(&z).as_slice())
-        })
-    }
-
-    pub(crate) fn step(&self, t: T, z: &mut DVector<T>, y: &DVector<T>) {
-        each!(self, observer => {
-            let mut fixed = SVector::from_fn(|i, _| z[i]);
-            observer.step(t, &mut fixed, &SVector::zeros(), &SVector::from_fn(|i, _| y[i]));
-            z.copy_from_slice(fixed.as_slice());
-        });
+    pub(crate) fn step(&self, t: T, state: (&mut DVector<T>, &mut DVector<T>), u: &DVector<T>, y: &DVector<T>) {
+        self.any().step(t, state, u, y);
     }
 
     pub(crate) fn period_in_format(&self) -> T {
-        each!(self, observer => observer.period())
+        self.any().filter().2
     }
 
     pub(crate) fn plant_in_format(&self) -> &ExpressionPlant {
-        each!(self, observer => observer.plant().plant())
+        self.any().plant()
     }
 }
 
@@ -289,14 +511,22 @@ pub enum KklError {
     Observer(#[from] ObserverError),
     /// A table that is too large.
     #[error(
-        "the table of the interpolated left inverse has {numbers} numbers, more than {MOST_NUMBERS}: fewer `points`, or form = \"embedded\""
+        "{} has {numbers} numbers, {} bytes in f32 and {} in f64, more than the {MOST_NUMBERS} numbers that source code holds: fewer `points`{}, or form = \"embedded\"",
+        if *.tables > 1 { format!("the table of the left inverse for {tables} combinations of inputs") } else { "the table of the interpolated left inverse".to_owned() },
+        4 * .numbers,
+        8 * .numbers,
+        if *.tables > 1 { " or `nodes`" } else { "" }
     )]
     Large {
         /// Its numbers.
         numbers: usize,
+        /// Combinations of inputs, one without inputs.
+        tables: usize,
     },
-    /// Two forms of a left inverse for different boxes.
-    #[error("the table of the left inverse and the tree from which its search starts are for different boxes")]
+    /// Parts of a left inverse for different boxes or grids.
+    #[error(
+        "the tables of the left inverse and the tree from which its search starts are for different boxes or grids"
+    )]
     Boxes,
 }
 
@@ -305,26 +535,43 @@ pub enum KklError {
 pub(crate) struct TableOf {
     pub(crate) points: Vec<usize>,
     pub(crate) outputs: usize,
+    /// Of each held input, the values with a table.
+    pub(crate) nodes: Vec<Vec<f64>>,
+    /// Of all combinations of these values, the last input running fastest.
     pub(crate) coefficients: Vec<f64>,
-    pub(crate) max_evaluations: usize,
-    pub(crate) tolerance: f64,
-    pub(crate) fallback: usize,
+    pub(crate) search: Option<Search<f64>>,
+    /// Whether all parts have one box and one grid.
+    is_plain: bool,
 }
 
 impl TableOf {
+    /// Combinations of held inputs.
+    pub(crate) fn tables(&self) -> usize {
+        self.nodes.iter().map(Vec::len).product()
+    }
+
     /// Operations of one evaluation with its Jacobian.
     pub(crate) fn operations(&self) -> usize {
-        let n = self.points.len();
+        let (n, z) = (self.points.len(), self.outputs);
         let corners = 4_usize.pow(n as u32);
-        32 * n + corners * (n + 1) * (n + 2 * self.outputs)
+        let sum = if self.nodes.is_empty() { 0 } else { 2 * z * (n + 1) };
+        32 * n + self.tables() * (corners * (n + 1) * (n + 2 * z) + sum)
+    }
+
+    /// Operations of Lagrange's polynomials.
+    pub(crate) fn weighing(&self) -> usize {
+        4 * self.tables() * self.nodes.iter().map(|nodes| nodes.len() - 1).sum::<usize>()
     }
 
     /// Evaluations of a search at most: from the estimate of the tree, and from the best points of the coarse grid.
     pub(crate) fn evaluations(&self) -> usize {
         let restarts = luenberger_observers::numerical_kkl::least_squares::RESTARTS;
-        match self.fallback {
-            0 => self.max_evaluations,
-            count => self.max_evaluations * (1 + restarts) + count.pow(self.points.len() as u32),
+        match self.search {
+            None => 0,
+            Some(Search { max_evaluations, fallback: 0, .. }) => max_evaluations,
+            Some(Search { max_evaluations, fallback, .. }) => {
+                max_evaluations * (1 + restarts) + fallback.pow(self.points.len() as u32)
+            }
         }
     }
 }
@@ -340,8 +587,15 @@ pub(crate) struct Tree {
 }
 
 impl Tree {
-    fn of<const I: usize, const O: usize>(tree: &PolynomialTree<f64, Vec<Node<f64>>, Vec<f64>, I, O>) -> Self {
-        let (nodes, leaves) = (tree.nodes().to_vec(), tree.leaves().to_vec());
+    fn of<T, const I: usize, const O: usize>(tree: &PolynomialTree<T, Vec<Node<T>>, Vec<T>, I, O>) -> Self
+    where
+        T: RealField + Copy,
+    {
+        let node = |node: &Node<T>| {
+            let Node { axis, ref threshold, below, above } = *node;
+            Node { axis, threshold: number(threshold), below, above }
+        };
+        let (nodes, leaves) = (tree.nodes().iter().map(node).collect(), tree.leaves().iter().map(number).collect());
         Self { inputs: I, outputs: O, degree: tree.degree(), nodes, leaves }
     }
 

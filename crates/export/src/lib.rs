@@ -63,6 +63,7 @@ pub use program::{Program, Scalar};
 
 use std::fmt::Write;
 
+use luenberger_observers::numerical_kkl::Search;
 use nalgebra::DMatrix;
 use sha2::{Digest, Sha256};
 
@@ -273,9 +274,11 @@ impl Export {
                 }
             }
             if let Some(table) = observer.table(self.scalar) {
-                let kkl::TableOf { points, max_evaluations, fallback, .. } = &table;
-                hash.update(format!("table {points:?} {max_evaluations} {fallback}").as_bytes());
-                for x in table.coefficients.iter().chain([&table.tolerance]) {
+                let search = table.search.unwrap_or(Search { max_evaluations: 0, tolerance: 0.0, fallback: 0 });
+                let Search { max_evaluations, tolerance, fallback } = search;
+                hash.update(format!("table {:?} {max_evaluations} {fallback}", table.points).as_bytes());
+                let nodes = table.nodes.iter().flatten();
+                for x in nodes.chain(&table.coefficients).chain([&tolerance]) {
                     hash.update(x.to_bits().to_le_bytes());
                 }
             }

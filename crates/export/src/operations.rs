@@ -94,14 +94,14 @@ impl Program {
             Self::Step(_) => motion,
             Self::Kkl(observer) => {
                 let z = observer.dimensions().state;
-                let [(_, inverse), _] = observer.trees();
+                let inverse = observer.trees().first().map_or(0, |(_, inverse)| inverse.operations());
                 let slope = motion + measurement + p + product(z, z) + product(z, p) + z;
                 // At most: every evaluation that the search may take.
                 let search = observer.table(Scalar::Binary64).map_or(0, |table| {
                     let solve = z * (3 + 2 * n + 2 * n * n) + n * n * n + 12 * n + 10;
-                    table.evaluations() * (table.operations() + solve)
+                    table.weighing() + table.evaluations() * (table.operations() + solve)
                 });
-                let estimate = z + product(z, z) + z + inverse.operations() + 2 * n + search;
+                let estimate = z + product(z, z) + z + 2 * observer.held_inputs() + inverse + 2 * n + search;
                 measurement + p + observer.substeps() * (4 * slope + combined(z + n)) + estimate
             }
         }
@@ -136,7 +136,9 @@ impl Program {
     /// Numbers of the trees of a KKL observer, and the entries of their comparisons.
     pub(crate) fn numbers_of_trees(&self) -> usize {
         let Self::Kkl(observer) = self else { return 0 };
-        let table = observer.table(Scalar::Binary64).map_or(0, |table| table.coefficients.len());
+        let table = observer
+            .table(Scalar::Binary64)
+            .map_or(0, |table| table.coefficients.len() + table.nodes.iter().map(Vec::len).sum::<usize>());
         table + observer.trees().iter().map(|(_, tree)| 4 * tree.nodes.len() + tree.leaves.len()).sum::<usize>()
     }
 

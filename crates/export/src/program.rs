@@ -585,8 +585,8 @@ impl<T: RealField + Copy> Cast<T> {
                 State::Estimate(estimate)
             }
             Self::Kkl(observer) => {
-                let z = observer.start(&estimate);
-                State::Target { xhat: observer.estimate(&z), z }
+                let (z, xhat) = observer.start(&estimate);
+                State::Target { z, xhat }
             }
             Self::Extension(observer) => {
                 let (u, y) = (DVector::zeros(observer.dimensions().inputs), DVector::zeros(0));
@@ -614,8 +614,7 @@ impl<T: RealField + Copy> Cast<T> {
             (Self::Discrete(observer), State::Estimate(xhat)) => observer.step(t(observer.period()), xhat, u, y),
             (Self::Step(observer), State::Estimate(z)) => observer.step(t(observer.period()), z, u, y),
             (Self::Kkl(observer), State::Target { z, xhat }) => {
-                observer.step(t(observer.period_in_format()), z, y);
-                *xhat = observer.estimate(z);
+                observer.step(t(observer.period_in_format()), (z, xhat), u, y);
             }
             (Self::Extension(observer), State::Joined { joined, .. }) => {
                 observer.step(t(observer.period()), joined, u, y);

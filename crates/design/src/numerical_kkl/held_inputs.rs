@@ -8,9 +8,10 @@
 
 use std::ops::ControlFlow;
 
+use luenberger_observers::numerical_kkl::held_trees::TreesOnHeap;
 use luenberger_observers::numerical_kkl::least_squares::BoxMap;
 use luenberger_observers::numerical_kkl::{
-    HeldInputInverse, HeldInputObserver, HeldInputTables, Node, Search, TensorSpline,
+    HeldInputInverse, HeldInputObserver, HeldInputTables, HeldInputTrees, Node, Search, TensorSpline,
 };
 use luenberger_plants::Differentiable;
 use nalgebra::{Const, SVector};
@@ -144,6 +145,35 @@ impl<const N: usize, const M: usize, const P: usize, const Z: usize, const ZM: u
         };
         Ok(Self { observer: HeldInputObserver::new(*target.d(), *target.b(), inverse)?, report })
     }
+}
+
+/// The embedded form of a left inverse for held inputs without its tables: its tree from z and u to the state, and one
+/// from the state and u to z, fitted to samples of the tables, with which an observer starts.
+///
+/// # Errors
+/// [`NumericalKklError`] of the regression; sizes other than `NM = N + M`.
+pub fn without_tables<const N: usize, const M: usize, const Z: usize, const ZM: usize, const NM: usize>(
+    inverse: &Inverse<N, M, Z, ZM>,
+    settings: &Settings<N>,
+) -> Result<TreesOnHeap<f64, N, M, Z, ZM, NM>, NumericalKklError> {
+    let tables = inverse.tables();
+    let (&lower, &upper) = tables.splines()[0].bounds();
+    let (least, most) = tables.family();
+    let (mut arguments, mut images) = (Vec::new(), Vec::new());
+    for share in GoldenSequence::new(N + M, settings.seed).take(settings.samples) {
+        let x = SVector::<f64, N>::from_fn(|i, _| (1.0 - share[i]) * lower[i] + share[i] * upper[i]);
+        let u = SVector::<f64, M>::from_fn(|i, _| (1.0 - share[N + i]) * least[i] + share[N + i] * most[i]);
+        arguments.push(std::array::from_fn::<f64, NM, _>(|i| if i < N { x[i] } else { u[i - N] }));
+        images.push(<[f64; Z]>::from(tables.at(&u).with_gradient(&x).0));
+    }
+    let forward = regression::fit(
+        Samples { points: &arguments, values: &images, scale: [1.0; Z] },
+        // T is smooth where its inverse is not: a quarter of the leaves is plenty.
+        Budget { degree: settings.degree, leaves: settings.leaves.div_ceil(4), ridge: settings.ridge },
+        &mut |_| Ok(()),
+    )?;
+    let trees = (inverse.start().clone(), forward);
+    Ok(HeldInputTrees::new(*tables.coordinates(), (lower, upper), (least, most), trees)?)
 }
 
 /// Chebyshev-Lobatto nodes of an interval, `count` of them.

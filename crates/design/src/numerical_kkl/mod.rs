@@ -56,7 +56,7 @@ use regression::{Budget, Samples};
 pub use choice::{Candidate, Choice, Wanted, choose, searched_tables};
 pub use domain::{Domain, Escape};
 pub use error::NumericalKklError;
-pub use held_inputs::{HeldInputDesign, HeldInputReport, HeldInputs, MOST_NODES};
+pub use held_inputs::{HeldInputDesign, HeldInputReport, HeldInputs, MOST_NODES, without_tables};
 pub use injectivity::Injectivity;
 pub use progress::Progress;
 pub use report::{Errors, Footprint, HeldOut, Report, Trial, held_out};

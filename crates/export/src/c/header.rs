@@ -20,6 +20,9 @@ pub(crate) fn header(export: &Export) -> String {
     _ = writeln!(text, " * Inputs:  {}{fed}", columns(&names.inputs, &names.input_units));
     _ = writeln!(text, " * Outputs: {}", columns(&names.outputs, &names.output_units));
     _ = writeln!(text, " *\n * Numbers: {number} ({}). {}", export.scalar.name(), cost(export));
+    if let Program::Kkl(observer) = &export.program {
+        _ = writeln!(text, " * {}", super::kkl::sizes(export, observer));
+    }
     text.push_str(" *\n");
     for sentence in &export.statement {
         for line in wrapped(&harmless(sentence), 100) {
@@ -95,7 +98,7 @@ typedef struct {{
     {number} xhat[{upper}_STATES]; /**< {estimate} */
 {fields}}} {name}_state;
 
-/** Starts from a given estimate. */
+/** Starts from a given estimate{at}. */
 void {name}_init({name}_state *state, const {number} *xhat);
 
 /** Starts from the first estimate of the design. */
@@ -112,6 +115,10 @@ void {name}_step({name}_state *state, const {number} *{known}, const {number} *y
 #endif
 ",
         not_finite = not_finite(export),
+        at = match &export.program {
+            Program::Kkl(observer) if observer.held_inputs() > 0 => ", with z as it is at the first input of the study",
+            _ => "",
+        },
     );
     text
 }
@@ -192,6 +199,9 @@ fn not_finite(export: &Export) -> String {
         }
         Program::Linear(_) | Program::Cubic(_) => {
             format!(" * A value of {known} or y that is not finite makes the estimate not finite, for good:")
+        }
+        Program::Kkl(observer) if observer.held_inputs() > 0 => {
+            format!(" * A value of {known} or y that is not finite makes the target states not finite, for good, and the estimate\n * meaningless, although it stays in its box; one of {known} only if the plant depends on it:")
         }
         Program::Kkl(_) => {
             " * A value of y that is not finite makes the target states not finite, for good, and the estimate meaningless,\n * although it stays in its box:".to_owned()

@@ -4,13 +4,34 @@ use std::fmt::Write;
 
 use super::plant::{self, Arguments};
 use super::{feedback, lengths, product, scalar, table};
-use crate::kkl::{Kkl, Tree};
+use crate::kkl::{Kkl, TableOf, Tree};
 use crate::program::{Maps, Scalar};
 use crate::{Export, number};
 
 /// Target states.
 pub(super) fn targets(kkl: &Kkl<f64>) -> usize {
     kkl.dimensions().state
+}
+
+/// What the constants of the left inverse take, as a sentence.
+pub(super) fn sizes(export: &Export, kkl: &Kkl<f64>) -> String {
+    let bytes = |numbers: usize| format!("{numbers} numbers ({} bytes)", numbers * export.scalar.bytes());
+    let table = kkl.table(export.scalar);
+    let trees = kkl.trees().into_iter().filter(|(name, _)| is_emitted(name, table.as_ref()));
+    let leaves: usize = trees.map(|(_, tree)| tree.leaves.len() + tree.nodes.len()).sum();
+    let table = table.map_or_else(String::new, |table| {
+        let numbers = bytes(table.coefficients.len());
+        match table.tables() {
+            1 => format!("; its table, {numbers}"),
+            count => format!("; its {count} tables, one for each combination of inputs, {numbers}"),
+        }
+    });
+    format!("Constants: trees of the left inverse, {}{table}.", bytes(leaves))
+}
+
+/// Whether a tree is used: a table is T itself.
+fn is_emitted(tree: &str, table: Option<&TableOf>) -> bool {
+    table.is_none() || tree == "inverse"
 }
 
 /// The trees and the left inverse, which the start needs as well.
@@ -36,29 +57,34 @@ static {number} between({number} x, {number} low, {number} high)
     );
     let table = kkl.table(export.scalar);
     for (name, tree) in kkl.trees() {
-        // The table is T itself.
-        if table.is_none() || name == "inverse" {
+        if is_emitted(name, table.as_ref()) {
             self::tree(text, export, name, &tree);
         }
     }
     if let Some(table) = &table {
         table::functions(text, export, table);
     }
+    let (m, held) = (kkl.held_inputs(), kkl.held_inputs() > 0);
+    let searched = table.as_ref().filter(|table| table.search.is_some());
     _ = write!(
         text,
         "
-/* The estimate: the state whose image is z, in its box. */
-static void estimate(const {number} *z, {number} *xhat)
+/* The estimate: the state whose image {}is z, in its box. */
+static void estimate(const {number} *z, {}{number} *xhat)
 {{
     {number} shifted[{z}];
-    {number} w[{z}];
-    int i;
+    {number} w[{}];
+{}    int i;
     int j;
 
     for (i = 0; i < {z}; ++i) {{
         shifted[i] = z[i] - MEAN[i][0];
     }}
-"
+",
+        if held { "at the input u " } else { "" },
+        if held { format!("const {number} *u, ") } else { String::new() },
+        targets(kkl) + m,
+        searched.map_or_else(String::new, |table| table::shares(export, table)),
     );
     product(
         text,
@@ -67,6 +93,9 @@ static void estimate(const {number} *z, {number} *xhat)
         "shifted",
         &format!("w[i] = ({magnitude}(sum) <= {largest}) ? sum : {zero};"),
     );
+    if held {
+        text.push_str(&into_family(m, "u[i]", &format!("w[{z} + i]")));
+    }
     _ = write!(
         text,
         "    inverse(w, xhat);
@@ -75,8 +104,15 @@ static void estimate(const {number} *z, {number} *xhat)
     }}
 {}}}
 ",
-        table.as_ref().map_or("", table::call)
+        searched.map_or_else(String::new, |table| table::call(table, &format!("&w[{z}]")))
     );
+}
+
+/// The inputs `from` taken into their family, as `to`.
+fn into_family(m: usize, from: &str, to: &str) -> String {
+    format!(
+        "    for (i = 0; i < {m}; ++i) {{\n        {to} = between({from}, LEAST_INPUT[i][0], MOST_INPUT[i][0]);\n    }}\n"
+    )
 }
 
 /// A tree of polynomials as a function.
@@ -166,36 +202,46 @@ static void {name}(const {number} *point, {number} *out)
     );
 }
 
-/// The start: z from the first estimate.
+/// The start: z from the first estimate, at the first input.
 pub(super) fn start(text: &mut String, export: &Export, kkl: &Kkl<f64>) {
     let (name, number) = (&export.identifier, scalar(export));
     let (upper, _) = lengths(export);
     let (n, z) = (format!("{upper}_STATES"), targets(kkl).to_string());
-    let (forward, unused) = if kkl.table(export.scalar).is_some() {
-        let all = targets(kkl) * export.program.dimensions().estimate;
-        ("table(x, w, jacobian);", format!("    {number} jacobian[{all}];\n"))
-    } else {
-        ("forward(x, w);", String::new())
+    let (states, m) = (export.program.dimensions().estimate, kkl.held_inputs());
+    let (forward, variables) = match kkl.table(export.scalar) {
+        Some(table) => {
+            let all = targets(kkl) * states;
+            let inputs = if m > 0 { format!("    {number} u[{m}];\n") } else { String::new() };
+            let variables = format!("{inputs}    {number} jacobian[{all}];\n{}", table::shares(export, &table));
+            (table::start(&table), variables)
+        }
+        None => ("    forward(x, w);\n".to_owned(), String::new()),
+    };
+    let is_tree = kkl.table(export.scalar).is_none();
+    let (length, inputs) = match (m, is_tree) {
+        (0, _) => (n.clone(), String::new()),
+        (m, true) => (format!("{n} + {m}"), into_family(m, "FIRST_INPUT[i][0]", &format!("x[{n} + i]"))),
+        (m, false) => (n.clone(), into_family(m, "FIRST_INPUT[i][0]", "u[i]")),
     };
     _ = write!(
         text,
         "
 void {name}_init({name}_state *state, const {number} *xhat)
 {{
-    {number} x[{n}];
+    {number} x[{length}];
     {number} w[{z}];
-{unused}    int i;
+{variables}    int i;
     int j;
 
     for (i = 0; i < {n}; ++i) {{
         x[i] = between(xhat[i], LOWER[i][0], UPPER[i][0]);
     }}
-    {forward}
-"
+{inputs}{forward}"
     );
     product(text, number, ("COLOUR", &z, &z), "w", "state->z[i] = MEAN[i][0] + sum;");
     let first = if export.program.uses_time() { "    state->sample = 0;\n" } else { "" };
-    _ = write!(text, "    estimate(state->z, state->xhat);\n{first}}}\n");
+    let input = if m > 0 { "&FIRST_INPUT[0][0], " } else { "" };
+    _ = write!(text, "    estimate(state->z, {input}state->xhat);\n{first}}}\n");
 }
 
 pub(super) fn step(text: &mut String, export: &Export, kkl: &Kkl<f64>, maps: &Maps) {
@@ -203,10 +249,14 @@ pub(super) fn step(text: &mut String, export: &Export, kkl: &Kkl<f64>, maps: &Ma
     let (upper, _) = lengths(export);
     let ([n, p], z) = (["STATES", "OUTPUTS"].map(|what| format!("{upper}_{what}")), targets(kkl).to_string());
     let arguments = Arguments { inputs: Some("offset"), ..Arguments::of(maps, true) };
+    // Held inputs stand behind the offset.
+    let (m, size) = (kkl.held_inputs(), export.program.dimensions().outputs);
+    let (also, held) =
+        if m > 0 { ("; held inputs follow it", format!("&offset[{size}]")) } else { ("", "u".to_owned()) };
     _ = write!(
         text,
         "
-/* The slopes of the target states and of the copy of the plant, v = (z, x); offset + h(x) is the predicted output. */
+/* The slopes of the target states and of the copy of the plant, v = (z, x); offset + h(x) is the predicted output{also}. */
 static void slope({parameters}const {number} *v, {number} *dv)
 {{
     {number} w[{p}];
@@ -220,8 +270,8 @@ static void slope({parameters}const {number} *v, {number} *dv)
     }}
 ",
         parameters = arguments.parameters(number),
-        measurement = plant::call("measurement", &maps.measurement, ("t", &format!("&v[{z}]"), "w")),
-        motion = plant::call("motion", &maps.motion, ("t", &format!("&v[{z}]"), &format!("&dv[{z}]"))),
+        measurement = plant::call_with("measurement", &maps.measurement, ("t", &format!("&v[{z}]"), &held, "w")),
+        motion = plant::call_with("motion", &maps.motion, ("t", &format!("&v[{z}]"), &held, &format!("&dv[{z}]"))),
     );
     product(text, number, ("FILTER", &z, &z), "v", "dv[i] = sum;");
     product(text, number, ("B", &z, &p), "w", "dv[i] = dv[i] + sum;");
@@ -233,17 +283,16 @@ static void slope({parameters}const {number} *v, {number} *dv)
         "
 {head}
 {{
-    {number} offset[{p}];
+    {number} offset[{all}];
     {number} z[{length}];
 {time}    int i;
     int k;
 
-    (void)u;
-    {measurement}
+{unused}    {measurement}
     for (i = 0; i < {p}; ++i) {{
         offset[i] = y[i] - offset[i];
     }}
-    for (i = 0; i < {z}; ++i) {{
+{copied}    for (i = 0; i < {z}; ++i) {{
         z[i] = state->z[i];
     }}
     for (i = 0; i < {n}; ++i) {{
@@ -251,6 +300,13 @@ static void slope({parameters}const {number} *v, {number} *dv)
     }}
 ",
         head = feedback::head(export),
+        all = if m > 0 { format!("{p} + {m}") } else { p.clone() },
+        unused = if m > 0 { "" } else { "    (void)u;\n" },
+        copied = if m > 0 {
+            format!("    for (i = 0; i < {m}; ++i) {{\n        offset[{p} + i] = u[i];\n    }}\n")
+        } else {
+            String::new()
+        },
         time = super::source::time(export),
         measurement = plant::call("measurement", &maps.measurement, ("t", "state->xhat", "offset")),
     );
@@ -260,7 +316,7 @@ static void slope({parameters}const {number} *v, {number} *dv)
         "    for (i = 0; i < {z}; ++i) {{
         state->z[i] = z[i];
     }}
-    estimate(state->z, state->xhat);
+    estimate(state->z, {}state->xhat);
     if (xhat != NULL) {{
         for (i = 0; i < {n}; ++i) {{
             xhat[i] = state->xhat[i];
@@ -268,6 +324,7 @@ static void slope({parameters}const {number} *v, {number} *dv)
     }}
 {}}}
 ",
+        if m > 0 { "u, " } else { "" },
         super::source::tick(export)
     );
 }

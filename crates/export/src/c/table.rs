@@ -1,7 +1,9 @@
-//! The interpolated left inverse of a numerical KKL observer: T by splines, and the search of the state.
+//! The interpolated left inverse of a numerical KKL observer: T by splines, and the search of the state. With held
+//! inputs there is a table for each combination of their nodes; `share` has the weights of the tables at an input.
 
 use std::fmt::Write;
 
+use luenberger_observers::numerical_kkl::Search;
 use luenberger_observers::numerical_kkl::least_squares::RESTARTS;
 
 use super::scalar;
@@ -25,22 +27,96 @@ pub(super) fn functions(text: &mut String, export: &Export, table: &TableOf) {
     let n = table.points.len();
     _ = writeln!(text, "static const int CELLS[{n}] = {{ {} }};", list(&|count| count - 1));
     _ = writeln!(text, "static const int STRIDE[{n}] = {{ {} }};", list(&|count| count + 2));
-    if table.fallback > 0 {
-        let count = table.fallback;
+    if let Some(Search { fallback: count @ 1.., .. }) = table.search {
         let share = |k: usize| export.scalar.round((k as f64 + 0.5) / count as f64);
         let shares: Vec<String> = (0..count).map(|k| number::c(share(k), export.scalar)).collect();
         _ = writeln!(text, "static const {number} SHARE[{count}] = {{ {} }};", shares.join(", "));
     }
+    if !table.nodes.is_empty() {
+        shares_of_input(text, export, table);
+    }
     evaluation(text, export, table);
-    nearest(text, export, table);
-    if table.fallback > 0 {
-        restart(text, export, table);
+    if let Some(search) = &table.search {
+        nearest(text, export, (table, search));
+        if search.fallback > 0 {
+            restart(text, export, (table, search));
+        }
     }
 }
 
-/// The call of the search, for the target state `w` in its coordinates and the guess in `xhat`.
-pub(super) fn call(table: &TableOf) -> &'static str {
-    if table.fallback > 0 { "    search(w, xhat);\n" } else { "    (void)nearest(w, xhat);\n" }
+/// The variable with the weights of the tables, where there are several.
+pub(super) fn shares(export: &Export, table: &TableOf) -> String {
+    if table.nodes.is_empty() { String::new() } else { format!("    {} shares[{}];\n", scalar(export), table.tables()) }
+}
+
+/// Their weights as a parameter of a function, and as an argument of a call.
+fn passed(export: &Export, table: &TableOf) -> (String, &'static str) {
+    if table.nodes.is_empty() {
+        (String::new(), "")
+    } else {
+        (format!("const {} *shares, ", scalar(export)), "shares, ")
+    }
+}
+
+/// Lagrange's polynomials at an input.
+fn shares_of_input(text: &mut String, export: &Export, table: &TableOf) {
+    let (number, m, count) = (scalar(export), table.nodes.len(), table.nodes[0].len());
+    let one = number::c(1.0, export.scalar);
+    _ = writeln!(text, "\n/* The values of each input with a table. */");
+    _ = writeln!(text, "static const {number} NODES[{m}][{count}] = {{");
+    for nodes in &table.nodes {
+        let row: Vec<String> = nodes.iter().map(|x| number::c(export.scalar.round(*x), export.scalar)).collect();
+        _ = writeln!(text, "    {{ {} }},", row.join(", "));
+    }
+    text.push_str("};\n");
+    _ = write!(
+        text,
+        "
+/* The weights of the tables at an input of the family: products of Lagrange's polynomials. */
+static void share(const {number} *u, {number} *shares)
+{{
+    int of;
+    int i;
+    int j;
+
+    for (of = 0; of < {tables}; ++of) {{
+        int rest = of;
+        shares[of] = {one};
+        for (i = {last}; i >= 0; --i) {{
+            const int own = rest % {count};
+            rest = rest / {count};
+            for (j = 0; j < {count}; ++j) {{
+                if (j != own) {{
+                    shares[of] = shares[of] * ((u[i] - NODES[i][j]) / (NODES[i][own] - NODES[i][j]));
+                }}
+            }}
+        }}
+    }}
+}}
+",
+        tables = table.tables(),
+        last = m - 1,
+    );
+}
+
+/// The call of the search, for the target state `w` in its coordinates, the guess in `xhat` and the held inputs `u`.
+pub(super) fn call(table: &TableOf, u: &str) -> String {
+    let (weighed, shares) =
+        if table.nodes.is_empty() { (String::new(), "") } else { (format!("    share({u}, shares);\n"), "shares, ") };
+    match table.search {
+        None => String::new(),
+        Some(Search { fallback: 0, .. }) => format!("{weighed}    (void)nearest({shares}w, xhat);\n"),
+        Some(_) => format!("{weighed}    search({shares}w, xhat);\n"),
+    }
+}
+
+/// The value `w` at the state `x` and the held inputs `u`.
+pub(super) fn start(table: &TableOf) -> String {
+    if table.nodes.is_empty() {
+        "    table(x, w, jacobian);\n".to_owned()
+    } else {
+        "    share(u, shares);\n    table(shares, x, w, jacobian);\n".to_owned()
+    }
 }
 
 fn evaluation(text: &mut String, export: &Export, table: &TableOf) {
@@ -56,17 +132,20 @@ fn evaluation(text: &mut String, export: &Export, table: &TableOf) {
             format!("{left} * {}", factor(i))
         })
     };
-    let corners = 4_usize.pow(n as u32);
+    let (parameter, _) = passed(export, table);
+    let sum = sum_of_table(table, number, (&product(""), &product("j")));
+    let sum = if table.nodes.is_empty() { sum } else { sum_of_tables(table, number, &literal(0.0), &sum) };
+    let several = if table.nodes.is_empty() { "" } else { "    int of;\n" };
     _ = write!(
         text,
         "
 /* T in its coordinates at the point of the box nearest to x, and its Jacobian, row by row: cubic B-splines. */
-static void table(const {number} *x, {number} *value, {number} *jacobian)
+static void table({parameter}const {number} *x, {number} *value, {number} *jacobian)
 {{
     {number} weights[{n}][4];
     {number} slopes[{n}][4];
     int first[{n}];
-    int corner;
+{several}    int corner;
     int i;
     int j;
 
@@ -96,7 +175,25 @@ static void table(const {number} *x, {number} *value, {number} *jacobian)
             jacobian[(i * {n}) + j] = {zero};
         }}
     }}
-    for (corner = 0; corner < {corners}; ++corner) {{
+{sum}}}
+",
+        zero = literal(0.0),
+        one = literal(1.0),
+        two = literal(2.0),
+        half = literal(0.5),
+        more = literal(1.5),
+        sixth = literal(1.0 / 6.0),
+        thirds = literal(2.0 / 3.0),
+    );
+}
+
+/// The sum over the coefficients near a point, of one table: `value` and `jacobian` grow.
+fn sum_of_table(table: &TableOf, number: &str, (plain, sloped): (&str, &str)) -> String {
+    let (n, z) = (table.points.len(), table.outputs);
+    let corners = 4_usize.pow(n as u32);
+    let last = n - 1;
+    format!(
+        "    for (corner = 0; corner < {corners}; ++corner) {{
         const {number} *row;
         {number} weight;
         int k[{n}];
@@ -121,23 +218,45 @@ static void table(const {number} *x, {number} *value, {number} *jacobian)
             }}
         }}
     }}
-}}
+"
+    )
+}
+
+/// The sum over the tables, weighed; at a node all weights but one are zero.
+fn sum_of_tables(table: &TableOf, number: &str, zero: &str, one: &str) -> String {
+    let (n, z) = (table.points.len(), table.outputs);
+    let size: usize = table.points.iter().map(|count| count + 2).product::<usize>() * z;
+    let own = one.replace("TABLE[", "part[").replace("value[", "own[").replace("jacobian[", "slope[");
+    let own: String = own.lines().flat_map(|line| ["        ", line, "\n"]).collect();
+    format!(
+        "    for (of = 0; of < {tables}; ++of) {{
+        if (shares[of] != {zero}) {{
+            const {number} *part = &TABLE[of * {size}];
+            {number} own[{z}];
+            {number} slope[{all}];
+            for (i = 0; i < {z}; ++i) {{
+                own[i] = {zero};
+                for (j = 0; j < {n}; ++j) {{
+                    slope[(i * {n}) + j] = {zero};
+                }}
+            }}
+{own}            for (i = 0; i < {z}; ++i) {{
+                value[i] = value[i] + (own[i] * shares[of]);
+            }}
+            for (i = 0; i < {all}; ++i) {{
+                jacobian[i] = jacobian[i] + (slope[i] * shares[of]);
+            }}
+        }}
+    }}
 ",
-        zero = literal(0.0),
-        one = literal(1.0),
-        two = literal(2.0),
-        half = literal(0.5),
-        more = literal(1.5),
-        sixth = literal(1.0 / 6.0),
-        thirds = literal(2.0 / 3.0),
-        last = n - 1,
-        plain = product(""),
-        sloped = product("j"),
-    );
+        tables = table.tables(),
+        all = n * z,
+    )
 }
 
 /// The projected Levenberg-Marquardt iteration.
-fn nearest(text: &mut String, export: &Export, table: &TableOf) {
+fn nearest(text: &mut String, export: &Export, (table, search): (&TableOf, &Search<f64>)) {
+    let (parameter, argument) = passed(export, table);
     let (number, n, z) = (scalar(export), table.points.len(), table.outputs);
     let literal = |x: f64| number::c(export.scalar.round(x), export.scalar);
     let (root, magnitude, largest, epsilon) = match export.scalar {
@@ -157,12 +276,12 @@ static void inside({number} *x)
 }}
 
 /* The residual w - T(x) and the square of its length; the Jacobian of T is left in the last argument. */
-static {number} residual_at(const {number} *w, const {number} *x, {number} *residual, {number} *jacobian)
+static {number} residual_at({parameter}const {number} *w, const {number} *x, {number} *residual, {number} *jacobian)
 {{
     {number} sum;
     int i;
 
-    table(x, residual, jacobian);
+    table({argument}x, residual, jacobian);
     for (i = 0; i < {z}; ++i) {{
         residual[i] = w[i] - residual[i];
     }}
@@ -215,7 +334,7 @@ static void solve({number} g[{n}][{n}], {number} *right)
 }}
 
 /* Moves x to a point of the box whose image is nearest to w, and returns the distance. */
-static {number} nearest(const {number} *w, {number} *x)
+static {number} nearest({parameter}const {number} *w, {number} *x)
 {{
     {number} residual[{z}];
     {number} jacobian[{all}];
@@ -228,7 +347,7 @@ static {number} nearest(const {number} *w, {number} *x)
     int k;
 
     inside(x);
-    cost = residual_at(w, x, residual, jacobian);
+    cost = residual_at({argument}w, x, residual, jacobian);
     for (evaluations = 1; (evaluations < {most}) && (done == 0); ++evaluations) {{
         {number} trial[{z}];
         {number} slope[{all}];
@@ -279,7 +398,7 @@ static {number} nearest(const {number} *w, {number} *x)
         if (moved <= {resolution}) {{
             done = 1;
         }} else {{
-            trial_cost = residual_at(w, next, trial, slope);
+            trial_cost = residual_at({argument}w, next, trial, slope);
             if (trial_cost < cost) {{
                 if ((cost - trial_cost) <= ({resolution} * cost)) {{
                     done = 1;
@@ -309,7 +428,7 @@ static {number} nearest(const {number} *w, {number} *x)
 }}
 ",
         all = n * z,
-        most = table.max_evaluations,
+        most = search.max_evaluations,
         last = n - 1,
         zero = literal(0.0),
         one = literal(1.0),
@@ -323,17 +442,18 @@ static {number} nearest(const {number} *w, {number} *x)
 }
 
 /// The search from other starts where the first one ends with a residual that the table does not explain.
-fn restart(text: &mut String, export: &Export, table: &TableOf) {
-    let (number, n, z, count) = (scalar(export), table.points.len(), table.outputs, table.fallback);
+fn restart(text: &mut String, export: &Export, (table, search): (&TableOf, &Search<f64>)) {
+    let (parameter, argument) = passed(export, table);
+    let (number, n, z, count) = (scalar(export), table.points.len(), table.outputs, search.fallback);
     let literal = |x: f64| number::c(export.scalar.round(x), export.scalar);
     _ = write!(
         text,
         "
 /* Moves x to the point of the box whose image is nearest to w: from x, and if the accuracy of the table does not explain
  * the distance, from the best points of a coarse grid. */
-static void search(const {number} *w, {number} *x)
+static void search({parameter}const {number} *w, {number} *x)
 {{
-    {number} distance = nearest(w, x);
+    {number} distance = nearest({argument}w, x);
     if (distance > {tolerance}) {{
         {number} costs[{RESTARTS}];
         {number} seeds[{RESTARTS}][{n}];
@@ -352,7 +472,7 @@ static void search(const {number} *w, {number} *x)
                 seed[i] = LOWER[i][0] + ((UPPER[i][0] - LOWER[i][0]) * SHARE[rest % {count}]);
                 rest = rest / {count};
             }}
-            cost = residual_at(w, seed, residual, jacobian);
+            cost = residual_at({argument}w, seed, residual, jacobian);
             for (place = 0; (place < {RESTARTS}) && (waiting != 0); ++place) {{
                 if (place == filled) {{
                     ++filled;
@@ -379,7 +499,7 @@ static void search(const {number} *w, {number} *x)
             if (distance <= {tolerance}) {{
                 break;
             }}
-            const {number} found = nearest(w, seeds[place]);
+            const {number} found = nearest({argument}w, seeds[place]);
             if (found < distance) {{
                 distance = found;
                 for (i = 0; i < {n}; ++i) {{
@@ -392,6 +512,6 @@ static void search(const {number} *w, {number} *x)
 ",
         all = n * z,
         cells = count.pow(n as u32),
-        tolerance = literal(table.tolerance),
+        tolerance = literal(search.tolerance),
     );
 }

@@ -2,7 +2,7 @@
 
 use std::fmt::Write;
 
-use luenberger_observers::numerical_kkl::Branch;
+use luenberger_observers::numerical_kkl::{Branch, Search};
 
 use super::{named, number};
 use crate::Export;
@@ -11,30 +11,51 @@ use crate::program::Scalar;
 
 /// What the source uses of the observers.
 pub(super) fn imports(kkl: &Kkl<f64>) -> String {
-    let interpolated = if kkl.table(Scalar::Binary64).is_some() { "InterpolatedInverse, " } else { "" };
-    let more = if interpolated.is_empty() { "" } else { "Search, TensorSpline, " };
-    let list = format!(
-        "Branch, Coordinates, {interpolated}Node, PolynomialInverse, PolynomialTree, SampledFilter, SampledKkl, {more}"
-    );
-    format!("use luenberger_observers::numerical_kkl::{{\n    {},\n}};", list.trim_end_matches(", "))
+    let (left, sampled) = (inverse_name(kkl), if kkl.held_inputs() > 0 { "SampledHeldKkl" } else { "SampledKkl" });
+    let mut list = vec!["Coordinates", "Node", "PolynomialTree", "SampledFilter", left, sampled];
+    if kkl.table(Scalar::Binary64).is_some() {
+        list.extend(["Search", "TensorSpline"]);
+        list.extend((left == "InterpolatedInverse").then_some("PolynomialInverse"));
+        list.extend((left == "HeldInputInverse").then_some("HeldInputTables"));
+    }
+    list.extend(kkl.trees().iter().any(|(_, tree)| !tree.nodes.is_empty()).then_some("Branch"));
+    list.sort_unstable();
+    format!("use luenberger_observers::numerical_kkl::{{\n    {},\n}};", list.join(", "))
+}
+
+fn inverse_name(kkl: &Kkl<f64>) -> &'static str {
+    match (kkl.held_inputs(), kkl.table(Scalar::Binary64)) {
+        (0, None) => "PolynomialInverse",
+        (0, Some(_)) => "InterpolatedInverse",
+        (_, None) => "HeldInputTrees",
+        (_, Some(_)) => "HeldInputInverse",
+    }
 }
 
 /// The type of the observer.
 pub(super) fn kind(export: &Export, kkl: &Kkl<f64>) -> String {
     let (scalar, size) = (export.scalar.name(), kkl.dimensions());
-    let (n, z) = (size.estimate, size.state);
-    let inverse = if kkl.table(export.scalar).is_some() { "InterpolatedInverse" } else { "PolynomialInverse" };
-    format!(
-        "SampledKkl<Model, {scalar}, {inverse}<{scalar}, &'static [Node<{scalar}>], &'static [{scalar}], {n}, {z}>, {n}, {}, {}, {z}>",
-        size.inputs, size.outputs
-    )
+    let (n, m, p, z) = (size.estimate, size.inputs, size.outputs, size.state);
+    let lent = format!("{scalar}, &'static [Node<{scalar}>], &'static [{scalar}]");
+    let left = inverse_name(kkl);
+    if m == 0 {
+        return format!("SampledKkl<Model, {scalar}, {left}<{lent}, {n}, {z}>, {n}, {m}, {p}, {z}>");
+    }
+    let inverse = match kkl.table(export.scalar) {
+        Some(table) => format!(
+            "{left}<{lent}, [TensorSpline<{scalar}, &'static [{scalar}], {n}, {z}>; {}], {n}, {m}, {z}, {}>",
+            table.tables(),
+            z + m
+        ),
+        None => format!("{left}<{lent}, {n}, {m}, {z}, {}, {}>", z + m, n + m),
+    };
+    format!("SampledHeldKkl<Model, {scalar}, {inverse}, {n}, {m}, {p}, {z}, {}>", z + n)
 }
 
 /// The body of `observer()`.
 pub(super) fn observer(text: &mut String, export: &Export, kkl: &Kkl<f64>) {
     let of = |name: &str| named(export, name).unwrap_or_default();
     let literal = |x: f64| number::rust(export.scalar.round(x), export.scalar);
-    let [(_, inverse), (_, forward)] = kkl.trees();
     _ = write!(
         text,
         "    let filter = SampledFilter {{
@@ -49,9 +70,6 @@ pub(super) fn observer(text: &mut String, export: &Export, kkl: &Kkl<f64>) {
     let coordinates = Coordinates::new(mean, whiten, colour)?;
     let lower = {};
     let upper = {};
-    let inverse = PolynomialTree::new({}, INVERSE_NODES, INVERSE_LEAVES)?;
-    let forward = PolynomialTree::new({}, FORWARD_NODES, FORWARD_LEAVES)?;
-    let inverse = PolynomialInverse::new(coordinates, (lower, upper), inverse, forward)?;
 ",
         of("FILTER"),
         of("B"),
@@ -62,23 +80,84 @@ pub(super) fn observer(text: &mut String, export: &Export, kkl: &Kkl<f64>) {
         of("COLOUR"),
         of("LOWER"),
         of("UPPER"),
-        inverse.degree,
-        forward.degree,
     );
-    if let Some(table) = kkl.table(export.scalar) {
-        _ = write!(
-            text,
-            "    let spline = TensorSpline::new(lower, upper, {:?}, TABLE)?;
-    let search = Search {{ max_evaluations: {}, tolerance: {}, fallback: {} }};
+    for (name, tree) in kkl.trees() {
+        let upper = name.to_uppercase();
+        let degree = tree.degree;
+        _ = writeln!(text, "    let {name} = PolynomialTree::new({degree}, {upper}_NODES, {upper}_LEAVES)?;");
+    }
+    let is_held = kkl.held_inputs() > 0;
+    let table = kkl.table(export.scalar);
+    match (&table, is_held) {
+        (_, false) => {
+            text.push_str(
+                "    let inverse = PolynomialInverse::new(coordinates, (lower, upper), inverse, forward)?;\n",
+            );
+        }
+        (None, true) => {
+            _ = write!(
+                text,
+                "    let family = ({}, {});
+    let inverse = HeldInputTrees::new(coordinates, (lower, upper), family, (inverse, forward))?;
+",
+                of("LEAST_INPUT"),
+                of("MOST_INPUT")
+            );
+        }
+        (Some(table), true) => {
+            let spline = |k| format!("        TensorSpline::new(lower, upper, {:?}, TABLES[{k}])?,\n", table.points);
+            let splines = (0..table.tables()).map(spline).collect::<Vec<_>>().concat();
+            _ = write!(
+                text,
+                "    let splines = [\n{splines}    ];
+    let tables = HeldInputTables::new(coordinates, NODES, splines)?;
+"
+            );
+        }
+    }
+    if let Some(table) = &table {
+        let search = table.search.as_ref().map(|search| {
+            let Search { max_evaluations, tolerance, fallback } = search;
+            let tolerance = literal(*tolerance);
+            format!("Search {{ max_evaluations: {max_evaluations}, tolerance: {tolerance}, fallback: {fallback} }}")
+        });
+        if is_held {
+            let search = search.map_or_else(|| "None".to_owned(), |search| format!("Some({search})"));
+            _ = write!(
+                text,
+                "    let search = {search};
+    let inverse = HeldInputInverse::new(tables, inverse, search)?;
+"
+            );
+        } else {
+            _ = write!(
+                text,
+                "    let spline = TensorSpline::new(lower, upper, {:?}, TABLE)?;
+    let search = {};
     let inverse = InterpolatedInverse::new(spline, inverse, search)?;
 ",
-            table.points,
-            table.max_evaluations,
-            literal(table.tolerance),
-            table.fallback
-        );
+                table.points,
+                search.unwrap_or_default()
+            );
+        }
     }
-    text.push_str("    SampledKkl::new(Model, filter, inverse)\n");
+    _ = writeln!(text, "    {}::new(Model, filter, inverse)", if is_held { "SampledHeldKkl" } else { "SampledKkl" });
+}
+
+/// The input at the start, as a function.
+pub(super) fn first_input(text: &mut String, export: &Export, kkl: &Kkl<f64>) {
+    let Some(first) = named(export, "FIRST_INPUT") else { return };
+    _ = write!(
+        text,
+        "
+/// The input at which z starts.
+pub fn first_input() -> SVector<{}, {}> {{
+    {first}
+}}
+",
+        export.scalar.name(),
+        kkl.held_inputs()
+    );
 }
 
 /// The trees as constants.
@@ -104,12 +183,26 @@ pub(super) fn trees(text: &mut String, export: &Export, kkl: &Kkl<f64>) {
         }
         text.push_str("];\n");
     }
-    if let Some(table) = kkl.table(export.scalar) {
-        _ = writeln!(text, "\nconst TABLE: &[{scalar}] = &[");
-        for line in table.coefficients.chunks(6) {
+    let Some(table) = kkl.table(export.scalar) else { return };
+    let numbers = |text: &mut String, indent: &str, values: &[f64]| {
+        for line in values.chunks(6) {
             let line: Vec<String> = line.iter().map(|x| literal(*x)).collect();
-            _ = writeln!(text, "    {},", line.join(", "));
+            _ = writeln!(text, "{indent}{},", line.join(", "));
         }
+    };
+    if table.nodes.is_empty() {
+        _ = writeln!(text, "\nconst TABLE: &[{scalar}] = &[");
+        numbers(text, "    ", &table.coefficients);
         text.push_str("];\n");
+        return;
     }
+    _ = writeln!(text, "\nconst NODES: &[{scalar}] = &[");
+    numbers(text, "    ", &table.nodes.concat());
+    _ = writeln!(text, "];\n\nconst TABLES: [&[{scalar}]; {}] = [", table.tables());
+    for part in table.coefficients.chunks(table.coefficients.len() / table.tables()) {
+        text.push_str("    &[\n");
+        numbers(text, "        ", part);
+        text.push_str("    ],\n");
+    }
+    text.push_str("];\n");
 }

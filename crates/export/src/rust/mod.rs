@@ -102,7 +102,7 @@ fn library(export: &Export) -> String {
     let size = export.program.dimensions();
     let (n, m, p) = (size.estimate, size.inputs, size.outputs);
     let last = if export.program.takes_time() { ", the last of which is the time since the last step," } else { "" };
-    let (kind, data) = match export.program {
+    let (kind, data) = match &export.program {
         Program::Linear(_) if export.is_filter() => {
             ("StaticStationaryKalmanFilter", "LinearPlant, StaticDiscreteLinearObserver")
         }
@@ -116,6 +116,7 @@ fn library(export: &Export) -> String {
         Program::MovingHorizon(_) => ("MovingHorizonEstimator", "Horizon, NoiseModel"),
         Program::Copy(_) => ("StaticSampledCopy", "SampledCopy"),
         Program::Discrete(_) => ("DiscreteNonlinearObserver", ""),
+        Program::Kkl(observer) if observer.held_inputs() > 0 => ("SampledHeldKkl", ""),
         Program::Kkl(_) => ("SampledKkl", ""),
         Program::Extension(_) => ("InterSampleObserver", "ObserverDimensions"),
         Program::Step(_) => ("Step", "ObserverDimensions"),
@@ -220,6 +221,7 @@ pub fn observer() -> Result<Observer, ObserverError> {{
     }
     text.push_str("}\n");
     if let Program::Kkl(observer) = &export.program {
+        kkl::first_input(&mut text, export, observer);
         kkl::trees(&mut text, export, observer);
     }
     if let Program::Extension(observer) = &export.program {
@@ -231,6 +233,14 @@ pub fn observer() -> Result<Observer, ObserverError> {{
         plant::model(&mut text, export, &routines);
     }
     text
+}
+
+/// The input at the start, in the source of a test: `of` is the crate.
+fn input_at_start(export: &Export, of: &str) -> String {
+    match &export.program {
+        Program::Kkl(observer) if observer.held_inputs() > 0 => format!("{of}::first_input()"),
+        _ => "SVector::zeros()".to_owned(),
+    }
 }
 
 /// A matrix of the export by its name, as an expression of Rust.

@@ -67,7 +67,25 @@ fn library(export: &Export) -> String {
     let mut estimate = String::new();
     let stored: String;
     let mut sample = String::new();
-    let (state, load, store) = if let Program::Kkl(observer) = &export.program {
+    let input_at_start = super::input_at_start(export, "design");
+    let joined = |order: usize| {
+        (
+            format!("SVector::from_fn(|i, _| if i < {order} {{ self.z[i] }} else {{ self.xhat[i - {order}] }})"),
+            format!(
+                "        self.z = core::array::from_fn(|i| z[i]);\n        self.xhat = core::array::from_fn(|i| z[{order} + i]);\n"
+            ),
+        )
+    };
+    let (state, load, store) = if let Program::Kkl(observer) = &export.program
+        && observer.held_inputs() > 0
+    {
+        let targets = observer.dimensions().state;
+        _ = writeln!(fields, "    z: [{number}; {targets}],");
+        _ = writeln!(start, "            z: [{zero}; {targets}],");
+        let (load, store) = joined(targets);
+        stored = store;
+        (format!("SVector<{number}, {}>", targets + n), load, stored.as_str())
+    } else if let Program::Kkl(observer) = &export.program {
         let targets = observer.dimensions().state;
         _ = writeln!(fields, "    z: [{number}; {targets}],");
         _ = writeln!(start, "            z: [{zero}; {targets}],");
@@ -79,10 +97,7 @@ fn library(export: &Export) -> String {
         let order = all - n;
         _ = writeln!(fields, "    z: [{number}; {order}],");
         _ = writeln!(start, "            z: [{zero}; {order}],");
-        let load = format!("SVector::from_fn(|i, _| if i < {order} {{ self.z[i] }} else {{ self.xhat[i - {order}] }})");
-        let store = format!(
-            "        self.z = core::array::from_fn(|i| z[i]);\n        self.xhat = core::array::from_fn(|i| z[{order} + i]);\n"
-        );
+        let (load, store) = joined(order);
         stored = store;
         (format!("SVector<{number}, {all}>"), load, stored.as_str())
     } else if is_filter {
@@ -213,7 +228,7 @@ pub unsafe extern \"C\" fn {name}_init(state: *mut State, xhat: *const {number})
     // SAFETY: as the caller promises.
     unsafe {{
         let xhat = column(xhat);
-        let z = {inner}.initial({zero}, &SVector::from(xhat), &SVector::zeros(), &SVector::zeros());
+        let z = {inner}.initial({zero}, &SVector::from(xhat), &{input_at_start}, &SVector::zeros());
         state.write(State {{
             xhat,
 {start}        }});

@@ -28,7 +28,7 @@ pub(super) fn test(export: &Export, steps: &[Step]) -> String {
         table("APPLIED", size.inputs, |step| &step.applied);
         "    let block = {name}::observer().unwrap();
     let observer = block.observer();
-    let mut state = observer.initial(0.0, &{name}::initial(), &SVector::zeros(), &SVector::zeros());
+    let mut state = observer.initial(0.0, &{name}::initial(), &{input}, &SVector::zeros());
     for (k, (((r, y), expected), applied)) in R.iter().zip(&Y).zip(&EXPECTED).zip(&APPLIED).enumerate() {
         let t = k as {scalar} * observer.period();
         let u = block.step(t, &mut state, &SVector::from(*r), &SVector::from(*y));
@@ -37,7 +37,7 @@ pub(super) fn test(export: &Export, steps: &[Step]) -> String {
 "
     } else if export.is_filter() {
         "    let observer = {name}::observer().unwrap();
-    let mut state = observer.initial(0.0, &{name}::initial(), &SVector::zeros(), &SVector::zeros());
+    let mut state = observer.initial(0.0, &{name}::initial(), &{input}, &SVector::zeros());
     for ((u, y), expected) in U.iter().zip(&Y).zip(&EXPECTED) {
         let (u, y) = (SVector::from(*u), SVector::from(*y));
         let estimate = observer.estimate_at(&state, &u, &y);
@@ -46,14 +46,15 @@ pub(super) fn test(export: &Export, steps: &[Step]) -> String {
 "
     } else {
         "    let observer = {name}::observer().unwrap();
-    let mut state = observer.initial(0.0, &{name}::initial(), &SVector::zeros(), &SVector::zeros());
+    let mut state = observer.initial(0.0, &{name}::initial(), &{input}, &SVector::zeros());
     for (k, ((u, y), expected)) in U.iter().zip(&Y).zip(&EXPECTED).enumerate() {
         let t = k as {scalar} * observer.period();
         observer.step(t, &mut state, &SVector::from(*u), &SVector::from(*y));
         let bits = |x: &[{scalar}]| x.iter().map(|x| x.to_bits()).collect::<Vec<_>>();
 "
     };
-    let step = step.replace("{name}", name).replace("{scalar}", scalar);
+    let input = super::input_at_start(export, name);
+    let step = step.replace("{input}", &input).replace("{name}", name).replace("{scalar}", scalar);
     let estimate = if export.is_filter() { "estimate" } else { "observer.estimate(&state)" };
     _ = write!(
         text,

@@ -7,22 +7,18 @@ use std::process::Command;
 use std::sync::Arc;
 
 use luenberger_export::extension::ExpressionObserver;
-use luenberger_export::kkl::{Interpolated, Inverse, Kkl};
 use luenberger_export::moving_horizon::MovingHorizon;
 use luenberger_export::step::ExpressionStep;
 use luenberger_export::{Export, File, Names, Program, Scalar, golden};
 use luenberger_expression::{ExpressionPlant, Extrapolation, Interpolation, Parameters, Scope, Table, Tables};
-use luenberger_observers::numerical_kkl::polynomial_tree::monomial_count;
-use luenberger_observers::numerical_kkl::{
-    Branch, Coordinates, Node, PolynomialInverse, PolynomialTree, SampledFilter, Search, TensorSpline,
-};
 use luenberger_observers::{
     DiscreteNonlinearObserver, ExtendedKalmanFilter, Horizon, InterSampleObserver, NoiseModel, SampledCopy,
     SigmaPoints, UnscentedKalmanFilter,
 };
-use nalgebra::{DMatrix, DVector, SMatrix, SVector};
+use nalgebra::{DMatrix, DVector};
 
 use crate::compiled::{self, SANITISERS, can_sanitise, compilers, has_haswell};
+use crate::kkl;
 
 const STEPS: usize = 1000;
 
@@ -103,7 +99,7 @@ fn tables() -> Tables {
 }
 
 /// A damped nonlinear plant of n states, m inputs and p outputs.
-fn plant(random: &mut Random, (n, m, p): (usize, usize, usize)) -> ExpressionPlant {
+pub(crate) fn plant(random: &mut Random, (n, m, p): (usize, usize, usize)) -> ExpressionPlant {
     let parameters = Parameters::from([("k".to_owned(), 0.7), ("J".to_owned(), -1.3)]);
     let scope = Scope::plant(n, m).with(&parameters).unwrap().tables(&tables()).unwrap();
     let mut row = |linear: String| {
@@ -113,76 +109,6 @@ fn plant(random: &mut Random, (n, m, p): (usize, usize, usize)) -> ExpressionPla
     let f: Vec<String> = (1..=n).map(|i| row(format!("-0.5*x{i}"))).collect();
     let h: Vec<String> = (0..p).map(|i| row(format!("x{}", 1 + i % n))).collect();
     ExpressionPlant::within(&f, &h, &scope).unwrap_or_else(|error| panic!("{f:?} {h:?}: {error}"))
-}
-
-/// A tree of three comparisons with polynomials of degree two in `I` variables.
-fn tree<const I: usize, const O: usize>(random: &mut Random) -> PolynomialTree<f64, Vec<Node<f64>>, Vec<f64>, I, O> {
-    let mut nodes = Vec::new();
-    let branches =
-        [(Branch::Node(1), Branch::Node(2)), (Branch::Leaf(0), Branch::Leaf(1)), (Branch::Leaf(2), Branch::Leaf(3))];
-    // Every second tree is one polynomial.
-    let count = if random.below(2) == 0 { 1 } else { 4 };
-    if count == 4 {
-        for (below, above) in branches {
-            nodes.push(Node { axis: random.below(I) as u16, threshold: random.number(0.3), below, above });
-        }
-    }
-    let mut leaves = Vec::new();
-    for _ in 0..count {
-        leaves.extend((0..I).map(|_| random.number(0.2)));
-        leaves.extend((0..I).map(|_| 1.0 + random.number(0.5)));
-        leaves.extend([-1.5; O]);
-        leaves.extend([1.25; O]);
-        leaves.extend((0..O * monomial_count(I, 2)).map(|_| random.number(0.4)));
-    }
-    PolynomialTree::new(2, nodes, leaves).unwrap()
-}
-
-/// The filter and the left inverse of a numerical KKL observer.
-fn filter_and_inverse<const N: usize, const Z: usize>(
-    random: &mut Random,
-    period: f64,
-) -> (SampledFilter<f64, 1, Z>, Inverse<f64, N, Z>) {
-    let d = SMatrix::from_fn(|i, j| random.number(0.2) - if i == j { 1.0 } else { 0.0 });
-    let (b, substeps) = (SMatrix::from_fn(|_, _| random.number(0.4)), 1 + random.below(2));
-    let filter = SampledFilter { d, b, period, substeps };
-    let mean = SVector::from_fn(|_, _| random.number(0.1));
-    let square = |random: &mut Random| SMatrix::from_fn(|_, _| random.number(2.0));
-    let coordinates = Coordinates::new(mean, square(random), square(random)).unwrap();
-    let bounds = (SVector::repeat(-1.25), SVector::repeat(1.0));
-    (filter, PolynomialInverse::new(coordinates, bounds, tree(random), tree(random)).unwrap())
-}
-
-/// The interpolated form of a left inverse: a table that does not belong to the tree, so that searches end at faces of
-/// the box, at local minima and at the coarse grid.
-fn interpolated<const N: usize, const Z: usize>(
-    random: &mut Random,
-    start: Inverse<f64, N, Z>,
-) -> Interpolated<f64, N, Z> {
-    let points: [usize; N] = std::array::from_fn(|_| 2 + random.below(4));
-    let count = points.iter().map(|count| count + 2).product::<usize>() * Z;
-    let coefficients = (0..count).map(|_| random.number(1.0)).collect();
-    let spline = TensorSpline::new(*start.bounds().0, *start.bounds().1, points, coefficients).unwrap();
-    let search = Search { max_evaluations: 1 + random.below(12), tolerance: 0.1, fallback: random.below(5) };
-    Interpolated::new(spline, start, search).unwrap()
-}
-
-/// A numerical KKL observer of a plant of two or three states.
-fn kkl(random: &mut Random) -> Kkl<f64> {
-    let (n, period) = (2 + random.below(2), 0.05);
-    let plant = plant(random, (n, 0, 1));
-    if n == 2 {
-        let (filter, inverse) = filter_and_inverse(random, period);
-        if random.below(2) == 0 {
-            return Kkl::two_interpolated(&plant, filter, interpolated(random, inverse)).unwrap();
-        }
-        return Kkl::two(&plant, filter, inverse).unwrap();
-    }
-    let (filter, inverse) = filter_and_inverse(random, period);
-    if random.below(2) == 0 {
-        return Kkl::three_interpolated(&plant, filter, interpolated(random, inverse)).unwrap();
-    }
-    Kkl::three(&plant, filter, inverse).unwrap()
 }
 
 /// An observer of expressions, of a plant which may have lookup tables: it has none itself.
@@ -229,7 +155,7 @@ fn step(random: &mut Random) -> Program {
 /// An observer of a nonlinear plant.
 pub(crate) fn nonlinear(random: &mut Random) -> Program {
     if random.below(6) == 0 {
-        return Program::Kkl(kkl(random));
+        return Program::Kkl(kkl::plain(random));
     }
     if random.below(6) == 0 {
         return step(random);

@@ -6,4 +6,5 @@ mod emitted;
 mod fixed_point;
 mod fmu;
 mod fuzz;
+mod kkl;
 mod moving_horizon;

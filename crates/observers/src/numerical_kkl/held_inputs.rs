@@ -12,9 +12,16 @@
 //! Source: J.-P. Berrut and L. N. Trefethen, Barycentric Lagrange interpolation, SIAM Review 46, 2004, for the error
 //! at Chebyshev nodes.
 
+#[cfg(feature = "alloc")]
+extern crate alloc;
+
+#[cfg(feature = "alloc")]
+use alloc::vec::Vec;
 use core::marker::PhantomData;
 
 use luenberger_plants::error::check_matrix;
+#[cfg(feature = "alloc")]
+use nalgebra::convert;
 use nalgebra::{RealField, SMatrix, SVector};
 
 use crate::error::ObserverError;
@@ -22,6 +29,16 @@ use crate::numerical_kkl::least_squares::{BoxMap, Search};
 use crate::numerical_kkl::polynomial_tree::{clamped, finite};
 use crate::numerical_kkl::{Coordinates, Node, PolynomialTree, TensorSpline};
 use crate::observer::{Observer, ObserverDimensions};
+
+/// [`HeldInputTables`] on the heap.
+#[cfg(feature = "alloc")]
+pub type TablesOnHeap<T, const N: usize, const M: usize, const Z: usize> =
+    HeldInputTables<T, Vec<T>, Vec<TensorSpline<T, Vec<T>, N, Z>>, N, M, Z>;
+
+/// [`HeldInputInverse`] on the heap.
+#[cfg(feature = "alloc")]
+pub type InverseOnHeap<T, const N: usize, const M: usize, const Z: usize, const ZM: usize> =
+    HeldInputInverse<T, Vec<Node<T>>, Vec<T>, Vec<TensorSpline<T, Vec<T>, N, Z>>, N, M, Z, ZM>;
 
 /// `T(x, u)` for N states, M inputs and Z target states.
 #[derive(Clone, Debug, PartialEq)]
@@ -85,21 +102,28 @@ where
         &all[i * count..][..count]
     }
 
+    /// The ends of the family: the first and the last node of each input.
+    pub fn family(&self) -> (SVector<T, M>, SVector<T, M>) {
+        let end =
+            |of: fn(&[T]) -> Option<&T>| SVector::from_fn(|i, _| of(self.nodes(i)).copied().unwrap_or_else(T::zero));
+        (end(<[T]>::first), end(<[T]>::last))
+    }
+
     /// The tables at an input, which is taken into the family.
     pub fn at(&self, u: &SVector<T, M>) -> AtInput<'_, T, V, S, N, M, Z> {
-        let u = SVector::from_fn(|i, _| {
-            let nodes = self.nodes(i);
-            let (low, high) = (nodes[0], nodes[nodes.len() - 1]);
-            // NaN gives the lower end.
-            if u[i] > high {
-                high
-            } else if u[i] > low {
-                u[i]
-            } else {
-                low
-            }
-        });
-        AtInput { tables: self, u }
+        let (low, high) = self.family();
+        AtInput { tables: self, u: clamped(u, &low, &high) }
+    }
+
+    /// The same over another scalar, on the heap.
+    ///
+    /// # Errors
+    /// As [`new`](Self::new): nodes that are one number of the other scalar.
+    #[cfg(feature = "alloc")]
+    pub fn cast<U: RealField + Copy>(&self) -> Result<TablesOnHeap<U, N, M, Z>, ObserverError> {
+        let nodes = self.nodes.as_ref().iter().map(|x| convert::<f64, U>(x.to_subset_unchecked())).collect();
+        let splines = self.splines().iter().map(TensorSpline::cast).collect();
+        HeldInputTables::new(self.coordinates.cast(), nodes, splines)
     }
 
     /// `T(x, u)` for x in the box; outside, the value at the nearest point of the box.
@@ -204,6 +228,20 @@ where
         self.search.as_ref()
     }
 
+    /// The tree from which the search starts.
+    pub fn start(&self) -> &PolynomialTree<T, K, V, ZM, N> {
+        &self.start
+    }
+
+    /// The same over another scalar, on the heap.
+    ///
+    /// # Errors
+    /// As [`HeldInputTables::cast`].
+    #[cfg(feature = "alloc")]
+    pub fn cast<U: RealField + Copy>(&self) -> Result<InverseOnHeap<U, N, M, Z, ZM>, ObserverError> {
+        HeldInputInverse::new(self.tables.cast()?, self.start.cast(), self.search.map(|search| search.cast()))
+    }
+
     /// The embedded form.
     #[must_use]
     pub fn embedded(self) -> Self {
@@ -259,6 +297,16 @@ where
         check_matrix("D", &d, (Z, Z))?;
         check_matrix("B", &b, (Z, P))?;
         Ok(Self { d, b, inverse })
+    }
+
+    /// D.
+    pub fn d(&self) -> &SMatrix<T, Z, Z> {
+        &self.d
+    }
+
+    /// B.
+    pub fn b(&self) -> &SMatrix<T, Z, P> {
+        &self.b
     }
 
     /// The left inverse.

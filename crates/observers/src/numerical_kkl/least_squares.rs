@@ -94,6 +94,15 @@ impl<T: RealField + Copy> Search<T> {
         finite("the tolerance of the search", &[self.tolerance])
     }
 
+    /// The same over another scalar, with a tolerance that it can resolve.
+    #[cfg(feature = "alloc")]
+    pub(super) fn cast<U: RealField + Copy>(&self) -> Search<U> {
+        // Single precision cannot resolve what the spline can.
+        let rounding = convert::<f64, U>(256.0) * U::default_epsilon();
+        let tolerance = convert::<f64, U>(self.tolerance.to_subset_unchecked()).max(rounding);
+        Search { max_evaluations: self.max_evaluations, tolerance, fallback: self.fallback }
+    }
+
     /// The point of the box where `map` is nearest to w, from `guess` on.
     pub fn solve<const N: usize, const Z: usize>(
         &self,
@@ -208,18 +217,7 @@ where
     pub fn cast<U: RealField + Copy>(
         &self,
     ) -> InterpolatedInverse<U, alloc::vec::Vec<Node<U>>, alloc::vec::Vec<U>, N, Z> {
-        // Single precision cannot resolve what the spline can.
-        let rounding = convert::<f64, U>(256.0) * U::default_epsilon();
-        let tolerance = convert::<f64, U>(self.search.tolerance.to_subset_unchecked());
-        InterpolatedInverse {
-            spline: self.spline.cast(),
-            start: self.start.cast(),
-            search: Search {
-                max_evaluations: self.search.max_evaluations,
-                tolerance: tolerance.max(rounding),
-                fallback: self.search.fallback,
-            },
-        }
+        InterpolatedInverse { spline: self.spline.cast(), start: self.start.cast(), search: self.search.cast() }
     }
 }
 

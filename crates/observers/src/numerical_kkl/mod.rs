@@ -10,8 +10,9 @@
 //! |---|---|
 //! | [`coordinates`] | z in coordinates in which every direction of T(box) counts |
 //! | [`held_inputs`] | the observer for inputs that are held: T as a function of state and input |
+//! | [`held_trees`] | its embedded form, by trees alone |
 //! | [`polynomial_tree`] | the embedded form: a tree of small polynomials, from z straight to xhat |
-//! | [`sampled`] | the observer stepped once per sample |
+//! | [`sampled`], [`sampled_held`] | the observer stepped once per sample, without inputs and for held ones |
 //! | [`spline`] | T itself, interpolated by tensor cubic splines |
 //! | [`least_squares`] | the interpolated form: `min |T(x) - z|` over the box by damped Gauss-Newton steps |
 //!
@@ -24,9 +25,11 @@
 
 pub mod coordinates;
 pub mod held_inputs;
+pub mod held_trees;
 pub mod least_squares;
 pub mod polynomial_tree;
 pub mod sampled;
+pub mod sampled_held;
 pub mod spline;
 
 use nalgebra::Const;
@@ -35,9 +38,11 @@ use crate::kkl::{KklObserver, LinearKkl};
 
 pub use coordinates::Coordinates;
 pub use held_inputs::{HeldInputInverse, HeldInputObserver, HeldInputTables};
+pub use held_trees::HeldInputTrees;
 pub use least_squares::{BoxMap, InterpolatedInverse, LeastSquares, Search};
 pub use polynomial_tree::{Branch, Node, PolynomialInverse, PolynomialTree};
 pub use sampled::{SampledFilter, SampledKkl, StateInverse};
+pub use sampled_held::{HeldStateInverse, SampledHeldKkl};
 pub use spline::TensorSpline;
 
 /// `z' = D z + B y`, `xhat = T^-L(z)` for a plant of N states, M inputs, P outputs, with Z target states and the left

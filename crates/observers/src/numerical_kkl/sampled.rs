@@ -35,6 +35,40 @@ pub struct SampledFilter<T, const P: usize, const Z: usize> {
     pub substeps: usize,
 }
 
+impl<T: RealField + Copy, const P: usize, const Z: usize> SampledFilter<T, P, Z> {
+    /// # Errors
+    /// [`ObserverError::Matrix`] for entries that are not finite, [`ObserverError::Period`], [`ObserverError::Substeps`].
+    pub(super) fn check(&self) -> Result<(), ObserverError> {
+        check_matrix("D", &self.d, (Z, Z))?;
+        check_matrix("B", &self.b, (Z, P))?;
+        if !(self.period.is_finite() && self.period > T::zero()) {
+            return Err(ObserverError::Period { period: self.period.to_subset_unchecked() });
+        }
+        if self.substeps == 0 { Err(ObserverError::Substeps) } else { Ok(()) }
+    }
+
+    /// z one period after the sample at `t`, with the output that the plant predicts from its state x on.
+    pub(super) fn advance<S, const N: usize, const M: usize>(
+        &self,
+        plant: &S,
+        t: T,
+        (z, mut x): (&mut SVector<T, Z>, SVector<T, N>),
+        (u, y): (&SVector<T, M>, &SVector<T, P>),
+    ) where
+        S: Plant<T, State = SVector<T, N>, Input = SVector<T, M>, Output = SVector<T, P>>,
+    {
+        let tau = self.period / convert::<f64, T>(self.substeps as f64);
+        let offset = y - plant.output(t, &x, u);
+        for k in 0..self.substeps {
+            let now = t + tau * convert::<f64, T>(k as f64);
+            runge_kutta::step(now, tau, (z, &mut x), |t, z, x| {
+                let w = offset + plant.output(t, x, u);
+                (times(&self.d, z) + times(&self.b, &w), plant.derivative(t, x, u))
+            });
+        }
+    }
+}
+
 /// A left inverse for fixed sizes: the embedded or the interpolated form.
 pub trait StateInverse<T, const N: usize, const Z: usize> {
     /// `T^-L(z)`, in the box.
@@ -95,14 +129,7 @@ where
     /// # Errors
     /// [`ObserverError::Matrix`] for entries that are not finite, [`ObserverError::Period`], [`ObserverError::Substeps`].
     pub fn new(plant: S, filter: SampledFilter<T, P, Z>, inverse: I) -> Result<Self, ObserverError> {
-        check_matrix("D", &filter.d, (Z, Z))?;
-        check_matrix("B", &filter.b, (Z, P))?;
-        if !(filter.period.is_finite() && filter.period > T::zero()) {
-            return Err(ObserverError::Period { period: filter.period.to_subset_unchecked() });
-        }
-        if filter.substeps == 0 {
-            return Err(ObserverError::Substeps);
-        }
+        filter.check()?;
         Ok(Self { plant, filter, inverse })
     }
 
@@ -119,19 +146,6 @@ where
     /// The left inverse.
     pub fn inverse(&self) -> &I {
         &self.inverse
-    }
-
-    /// `z'` and `x'`, with the output `offset + h(x)`.
-    fn slope(
-        &self,
-        t: T,
-        z: &SVector<T, Z>,
-        x: &SVector<T, N>,
-        u: &SVector<T, M>,
-        offset: &SVector<T, P>,
-    ) -> (SVector<T, Z>, SVector<T, N>) {
-        let w = offset + self.plant.output(t, x, u);
-        (times(&self.filter.d, z) + times(&self.filter.b, &w), self.plant.derivative(t, x, u))
     }
 }
 
@@ -156,13 +170,8 @@ where
     }
 
     fn step(&self, t: T, z: &mut Self::State, u: &Self::Input, y: &Self::Output) {
-        let tau = self.filter.period / convert::<f64, T>(self.filter.substeps as f64);
-        let mut x = self.inverse.state(z);
-        let offset = y - self.plant.output(t, &x, u);
-        for k in 0..self.filter.substeps {
-            let now = t + tau * convert::<f64, T>(k as f64);
-            runge_kutta::step(now, tau, (z, &mut x), |t, z, x| self.slope(t, z, x, u, &offset));
-        }
+        let x = self.inverse.state(z);
+        self.filter.advance(&self.plant, t, (z, x), (u, y));
     }
 
     fn estimate(&self, z: &Self::State) -> Self::Estimate {

@@ -1,9 +1,8 @@
 //! The program that an export prints: the sampled design of an observer under the names of the study.
 
-use luenberger_export::kkl::Kkl;
 use luenberger_export::{Export, ExportError, Names, Program, Scalar, names};
 
-use super::{KklStep, SampledDesign};
+use super::SampledDesign;
 use crate::study::{ObserverSpec, Study};
 
 /// The export of a sampled design, from the estimate of its study or another one.
@@ -38,15 +37,7 @@ pub fn exported(
         SampledDesign::Extension(design) => Program::Extension(design.observer),
         SampledDesign::Interval(design) => Program::Step(design.program(scalar)?),
         SampledDesign::SlidingMode(design) => Program::Step(design.observer),
-        SampledDesign::Kkl(design) => Program::Kkl(
-            match design.observer {
-                KklStep::Two(plant, filter, inverse) => Kkl::two(&plant, filter, inverse),
-                KklStep::Three(plant, filter, inverse) => Kkl::three(&plant, filter, inverse),
-                KklStep::TwoInterpolated(plant, filter, inverse) => Kkl::two_interpolated(&plant, filter, *inverse),
-                KklStep::ThreeInterpolated(plant, filter, inverse) => Kkl::three_interpolated(&plant, filter, *inverse),
-            }
-            .map_err(ExportError::from)?,
-        ),
+        SampledDesign::Kkl(design) => Program::Kkl(design.observer),
     };
     let plant = &study.plant;
     let mut states = plant.states.clone();

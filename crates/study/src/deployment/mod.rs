@@ -6,6 +6,7 @@
 //! | `linear` | what is proved of an observer of a linear plant on its target |
 //! | `nonlinear` | observers of nonlinear plants with a step for each sample |
 //! | `exported` | the program that an export prints, under the names of the study |
+//! | `kkl` | the numerical KKL observer |
 //! | `interval` | the interval observer |
 //! | `sliding_mode` | the sliding-mode observer |
 //! | `expressions` | the plant as expressions, which can be printed as source code |
@@ -14,6 +15,7 @@
 mod exported;
 mod expressions;
 mod interval;
+mod kkl;
 mod linear;
 mod nonlinear;
 mod record;
@@ -21,10 +23,10 @@ mod sliding_mode;
 
 pub use exported::exported;
 pub use interval::IntervalDeployment;
+pub use kkl::KklDesign;
 pub(crate) use linear::MARGIN;
 pub use nonlinear::{
-    CopyDesign, DiscreteCopyDesign, ExtensionDesign, FilterDesign, KklDesign, KklStep, MovingHorizonDesign,
-    UnscentedDesign,
+    CopyDesign, DiscreteCopyDesign, ExtensionDesign, FilterDesign, MovingHorizonDesign, UnscentedDesign,
 };
 pub use record::{Difference, Record, record};
 pub use sliding_mode::SlidingModeDeployment;

@@ -1,23 +1,20 @@
 //! Observers of nonlinear plants with a step for each sample.
 
 use luenberger_design::Certificate;
-use luenberger_design::numerical_kkl::{Embedded, Interpolated};
 use luenberger_export::extension::{ExpressionObserver, SampledExtension};
 use luenberger_export::moving_horizon::MovingHorizon;
 use luenberger_expression::ExpressionPlant;
 use luenberger_observers::high_gain::HighGainMap;
-use luenberger_observers::kkl::{LeftInverse, LinearKkl};
-use luenberger_observers::numerical_kkl::SampledFilter;
 use luenberger_observers::{
     DiscreteNonlinearObserver, ExtendedKalmanFilter, InterSampleObserver, Observer, Regression, SampledCopy,
     SampledObserver, UnscentedKalmanFilter,
 };
 use luenberger_plants::{Differentiable, Plant};
 use luenberger_proof::wording::significant;
-use nalgebra::{Const, DMatrix, DVector, Dyn};
+use nalgebra::{DMatrix, DVector, Dyn};
 
-use super::{SampledDesign, SlidingModeDeployment};
-use crate::design::{Designed, Kkl, PrintedMean, Runnable};
+use super::{KklDesign, SampledDesign, SlidingModeDeployment};
+use crate::design::{Designed, PrintedMean, Runnable};
 use crate::maps::{composed, whole};
 use crate::study::{ObserverKind, ObserverSpec, Study};
 
@@ -71,54 +68,6 @@ pub struct UnscentedDesign {
 pub struct MovingHorizonDesign {
     /// The estimator.
     pub estimator: MovingHorizon<f64>,
-}
-
-/// The numerical KKL observer.
-#[derive(Debug, Clone)]
-pub struct KklDesign {
-    /// The observer.
-    pub observer: KklStep,
-    /// What the design says in continuous time.
-    pub statement: String,
-}
-
-/// The step of a numerical KKL observer, for two and for three states.
-#[derive(Debug, Clone)]
-pub enum KklStep {
-    /// Two states.
-    Two(ExpressionPlant, SampledFilter<f64, 1, 3>, Embedded<2, 3>),
-    /// Three states.
-    Three(ExpressionPlant, SampledFilter<f64, 1, 4>, Embedded<3, 4>),
-    /// Two states, the interpolated left inverse.
-    TwoInterpolated(ExpressionPlant, SampledFilter<f64, 1, 3>, Box<Interpolated<2, 3>>),
-    /// Three states, the interpolated left inverse.
-    ThreeInterpolated(ExpressionPlant, SampledFilter<f64, 1, 4>, Box<Interpolated<3, 4>>),
-}
-
-impl KklStep {
-    /// Runge-Kutta steps per period.
-    pub fn substeps(&self) -> usize {
-        match self {
-            Self::Two(_, filter, _) | Self::TwoInterpolated(_, filter, _) => filter.substeps,
-            Self::Three(_, filter, _) | Self::ThreeInterpolated(_, filter, _) => filter.substeps,
-        }
-    }
-
-    /// Whether the left inverse is the interpolated one.
-    pub fn is_interpolated(&self) -> bool {
-        matches!(self, Self::TwoInterpolated(..) | Self::ThreeInterpolated(..))
-    }
-}
-
-/// D and B with the step.
-fn filter<I, const N: usize, const Z: usize>(
-    map: &LinearKkl<f64, Const<Z>, Const<0>, Const<1>, Const<N>, I>,
-    (period, substeps): (f64, usize),
-) -> SampledFilter<f64, 1, Z>
-where
-    I: LeftInverse<f64, Const<Z>, Const<1>, Const<N>>,
-{
-    SampledFilter { d: *map.d(), b: *map.b(), period, substeps }
 }
 
 /// An observer with given maps, stepped once per sample.
@@ -313,39 +262,7 @@ pub(super) fn sampled(
             // The filter is slower than the plant has to be resolved: the poles of D are those of the cut-off.
             let fastest = report.poles.iter().map(|[re, im]| re.hypot(*im)).fold(0.0, f64::max);
             let step = (period, substeps.map_or_else(|| steps_for(period, fastest), Ok)?);
-            let observer = match kkl.as_ref() {
-                Kkl::Two(observer) => {
-                    let map = observer.map();
-                    KklStep::TwoInterpolated(plant, filter(map, step), Box::new(map.inverse().clone()))
-                }
-                Kkl::TwoEmbedded(observer) => {
-                    KklStep::Two(plant, filter(observer.map(), step), observer.map().inverse().clone())
-                }
-                Kkl::Three(observer) => {
-                    let map = observer.map();
-                    KklStep::ThreeInterpolated(plant, filter(map, step), Box::new(map.inverse().clone()))
-                }
-                Kkl::ThreeEmbedded(observer) => {
-                    KklStep::Three(plant, filter(observer.map(), step), observer.map().inverse().clone())
-                }
-                Kkl::Four(_) | Kkl::FourEmbedded(_) => {
-                    return Err((
-                        "a numerical KKL observer of four states has no export; those of two and three states have"
-                            .to_owned(),
-                        vec!["kind = \"extended-kalman\" has one".to_owned()],
-                    ));
-                }
-                Kkl::TwoHeld(_) | Kkl::TwoHeldTwo(_) | Kkl::ThreeHeld(_) | Kkl::ThreeHeldTwo(_) => {
-                    return Err((
-                        "a numerical KKL observer for held inputs has no export; that of a plant without inputs has"
-                            .to_owned(),
-                        vec![
-                            "one constant input, as a number in `f`".to_owned(),
-                            "kind = \"extended-kalman\" has one".to_owned(),
-                        ],
-                    ));
-                }
-            };
+            let observer = super::kkl::step((study, observer), kkl, &plant, step)?;
             let statement = report.statement.clone();
             Ok(SampledDesign::Kkl(Box::new(KklDesign { observer, statement })))
         }

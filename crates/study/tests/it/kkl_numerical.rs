@@ -1,9 +1,10 @@
 //! Numerical KKL observers in studies: what is chosen where only the domain is given, inputs that are held, four
-//! states, and what is refused.
+//! states, their exports, and what is refused.
 
 use std::path::Path;
 use std::sync::atomic::AtomicBool;
 
+use luenberger_export::{Scalar, golden};
 use luenberger_study::deployment;
 use luenberger_study::design::{Designed, NoDesign, design};
 use luenberger_study::results::{DesignReport, Results};
@@ -212,16 +213,43 @@ pub(crate) fn bad_ranges_of_inputs_are_reported_at_their_place() {
     }
 }
 
+/// Largest differences along the run of a study, of the exported step from the observer in continuous time and of that
+/// observer from the truth, over the samples of these shares of the run.
+fn exported(text: &str, scalar: Scalar, (from, to): (f64, f64)) -> (f64, f64) {
+    let study = read(text);
+    let observer = &study.observers[0];
+    let sampled = deployment::sampled(&study, observer, Some(0.02), None).unwrap_or_else(|why| panic!("{why:?}"));
+    let record = deployment::record(&study, observer, &sampled).unwrap();
+    let export = deployment::exported(&study, observer, sampled.design, scalar, None).unwrap();
+    let estimates = golden::replay(&export, &record.samples).unwrap();
+    let rows = |share: f64| (share * estimates.len() as f64) as usize;
+    let largest = |a: &[Vec<f64>], b: &[Vec<f64>]| {
+        let both = a.iter().flatten().zip(b.iter().flatten()).skip(rows(from) * a[0].len());
+        both.take((rows(to) - rows(from)) * a[0].len()).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max)
+    };
+    (largest(&estimates, &record.estimates), largest(&record.estimates, &record.states))
+}
+
+/// The step of the target follows the observer of the study, in both forms, at inputs between the nodes and after a jump.
 #[test]
-fn what_has_no_export_names_what_has() {
-    let small = FORCED.replace("points = 17", "points = 9").replace("nodes = 4", "nodes = 2");
-    for (text, hypothesis) in [
-        (small, "for held inputs has no export"),
-        (COUPLED.replace("points = 6", "points = 5"), "of four states has no export"),
-    ] {
-        let study = read(&text);
-        let refused = deployment::sampled(&study, &study.observers[0], Some(0.01), None).unwrap_err();
-        assert!(refused.hypothesis.contains(hypothesis), "{}", refused.hypothesis);
-        assert!(refused.alternatives.iter().any(|alternative| alternative.contains("extended-kalman")));
+fn held_inputs_are_exported_in_both_forms() {
+    for (form, scalar) in [("interpolated", Scalar::Binary64), ("embedded", Scalar::Binary32)] {
+        let text = FORCED.replace("nodes = 4", &format!("nodes = 4\nform = \"{form}\""));
+        let text = text.replace("duration = 45\nsamples = 451", "duration = 29\nsamples = 291");
+        let (first, own) = exported(&text, scalar, (0.3, 0.5));
+        assert!(first < 0.3 * own.max(1e-3), "{form}: {first:e} {own:e}");
+        // The input jumps at t = 15.
+        let (second, own) = exported(&text, scalar, (0.85, 1.0));
+        assert!(second < 0.3 * own.max(1e-3), "{form}: {second:e} {own:e}");
     }
+}
+
+#[test]
+fn four_states_are_exported() {
+    let study = read(&COUPLED.replace("points = 6", "points = 5\nform = \"embedded\""));
+    let observer = &study.observers[0];
+    let sampled = deployment::sampled(&study, observer, Some(0.02), None).unwrap_or_else(|why| panic!("{why:?}"));
+    let export = deployment::exported(&study, observer, sampled.design, Scalar::Binary32, None).unwrap();
+    let files = export.c().unwrap();
+    assert!(files.iter().any(|file| file.text.contains("float z[5]; /**< Target states.")));
 }

@@ -1,5 +1,6 @@
 //! Observers at varying periods in studies: what a simulation draws, and what is said of it.
 
+use std::fmt::Write as _;
 use std::path::Path;
 
 use luenberger_export::{Scalar, golden};
@@ -210,8 +211,8 @@ fn on_uneven_log(name: &str, gap: f64, observer: &str) -> Results {
         let x = 3.0 - t;
         match k {
             20 | 21 => {}
-            30 => csv.push_str(&format!("{t},0,,{x},-1\n")),
-            _ => csv.push_str(&format!("{t},0,{x},{x},-1\n")),
+            30 => _ = writeln!(csv, "{t},0,,{x},-1"),
+            _ => _ = writeln!(csv, "{t},0,{x},{x},-1"),
         }
         t += 0.08 + 0.005 * f64::from((7 * k) % 10) + if k == 50 { gap } else { 0.0 };
     }
@@ -273,7 +274,7 @@ fn a_row_without_one_of_two_outputs_is_outside() {
     for k in 0..80 {
         let (t, missing) = (0.1 * f64::from(k), k == 40);
         let y2 = if missing { String::new() } else { "-1".to_owned() };
-        csv.push_str(&format!("{t},0,{},{y2},{},-1\n", 3.0 - t, 3.0 - t));
+        _ = writeln!(csv, "{t},0,{},{y2},{},-1", 3.0 - t, 3.0 - t);
     }
     std::fs::write(folder.join("log.csv"), csv).unwrap();
     let text = LOGGED.replace("c = [[1, 0]]", "c = [[1, 0], [0, 1]]");

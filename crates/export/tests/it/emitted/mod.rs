@@ -19,6 +19,12 @@ mod filter;
 mod kkl;
 #[rustfmt::skip]
 #[allow(unreachable_pub, clippy::all, clippy::pedantic)]
+mod kkl_held;
+#[rustfmt::skip]
+#[allow(unreachable_pub, clippy::all, clippy::pedantic)]
+mod kkl_held_table;
+#[rustfmt::skip]
+#[allow(unreachable_pub, clippy::all, clippy::pedantic)]
 mod moving_horizon;
 #[rustfmt::skip]
 #[allow(unreachable_pub, clippy::all, clippy::pedantic)]
@@ -33,7 +39,8 @@ use luenberger_export::moving_horizon::MovingHorizon;
 use luenberger_export::{Export, Names, Program, Scalar, golden};
 use luenberger_expression::{ExpressionPlant, Extrapolation, Interpolation, Parameters, Scope, Table, Tables};
 use luenberger_observers::numerical_kkl::{
-    Branch, Coordinates, Node, PolynomialInverse, PolynomialTree, SampledFilter,
+    Branch, Coordinates, HeldInputInverse, HeldInputTables, HeldInputTrees, Node, PolynomialInverse, PolynomialTree,
+    SampledFilter, Search, TensorSpline,
 };
 use luenberger_observers::{
     DiscreteNonlinearObserver, ExtendedKalmanFilter, Horizon, InterSampleObserver, NoiseModel, SampledCopy,
@@ -70,8 +77,11 @@ fn unchanged(export: &Export, name: &str) {
 /// Steps an emitted observer over the golden vectors of its export.
 macro_rules! agrees {
     ($emitted:ident, $export:expr, $scalar:ty) => {
+        agrees!($emitted, $export, $scalar, SVector::zeros())
+    };
+    ($emitted:ident, $export:expr, $scalar:ty, $first:expr) => {
         let observer = $emitted::observer().unwrap();
-        let mut state = observer.initial(0.0, &$emitted::initial(), &SVector::zeros(), &SVector::zeros());
+        let mut state = observer.initial(0.0, &$emitted::initial(), &$first, &SVector::zeros());
         for (k, step) in golden::steps($export, 200).unwrap().iter().enumerate() {
             let t = k as $scalar * observer.period();
             let u = SVector::from_iterator(step.u.iter().map(|x| *x as $scalar));
@@ -141,6 +151,16 @@ fn the_unscented_kalman_filter_is_emitted_as_rust() {
     agrees!(unscented, &export, f32);
 }
 
+/// Centres, inverse half-widths, least and largest values and the coefficients of degree 1 of a leaf.
+fn leaf(centre: f64, inputs: usize, outputs: usize) -> Vec<f64> {
+    let mut leaf = vec![centre; inputs];
+    leaf.extend(vec![0.5; inputs]);
+    leaf.extend(vec![-1.5; outputs]);
+    leaf.extend(vec![1.25; outputs]);
+    leaf.extend((0..outputs * (inputs + 1)).map(|k| 0.25 * (k % 5) as f64 - 0.5));
+    leaf
+}
+
 #[test]
 fn the_moving_horizon_estimator_is_emitted_as_rust() {
     let plant = plant(&["x2", "-x1 - 0.5*x2*exp(-x1^2) + u1*cos(t)"], &["x1*sqrt(1 + x2^2)"], 1);
@@ -157,15 +177,6 @@ fn the_moving_horizon_estimator_is_emitted_as_rust() {
 fn the_numerical_kkl_observer_is_emitted_as_rust() {
     let plant = plant(&["x2^3", "-sin(x1)"], &["x1"], 0);
     let node = |axis, below, above| Node { axis, threshold: 0.125, below, above };
-    let leaf = |centre: f64, inputs: usize, outputs: usize| {
-        let monomials = if inputs == 2 { 3 } else { 4 };
-        let mut leaf = vec![centre; inputs];
-        leaf.extend(vec![0.5; inputs]);
-        leaf.extend(vec![-1.5; outputs]);
-        leaf.extend(vec![1.25; outputs]);
-        leaf.extend((0..outputs * monomials).map(|k| 0.25 * (k % 5) as f64 - 0.5));
-        leaf
-    };
     let split = vec![node(1, Branch::Leaf(1), Branch::Leaf(0))];
     let inverse = PolynomialTree::new(1, split, [leaf(0.25, 3, 2), leaf(-0.25, 3, 2)].concat()).unwrap();
     let forward = PolynomialTree::new(1, Vec::new(), leaf(0.0, 2, 3)).unwrap();
@@ -175,8 +186,39 @@ fn the_numerical_kkl_observer_is_emitted_as_rust() {
     let inverse = PolynomialInverse::new(coordinates, bounds, inverse, forward).unwrap();
     let d = SMatrix::from_diagonal(&SVector::from([-1.0, -2.0, -3.0]));
     let filter = SampledFilter { d, b: SVector::from([1.0, 0.5, -0.25]), period: 0.125, substeps: 2 };
-    let program = Program::Kkl(Kkl::two(&plant, filter, inverse).unwrap());
+    let program = Program::Kkl(Kkl::new(&plant, filter, inverse).unwrap());
     let export = export(program, Scalar::Binary32);
     unchanged(&export, "kkl");
     agrees!(kkl, &export, f32);
+}
+
+#[test]
+fn the_numerical_kkl_observer_for_held_inputs_is_emitted_as_rust() {
+    let plant = plant(&["x2^3 + u1", "-sin(x1)"], &["x1"], 1);
+    let whiten = SMatrix::<f64, 3, 3>::from_fn(|i, j| 1.0 / (1.0 + i as f64 + j as f64));
+    let coordinates = Coordinates::new(SVector::from([0.125, 0.25, 0.0]), whiten, whiten.transpose()).unwrap();
+    let (lower, upper) = (SVector::from([-1.0, -1.0]), SVector::from([1.0, 0.75]));
+    let d = SMatrix::from_diagonal(&SVector::from([-1.0, -2.0, -3.0]));
+    let filter = SampledFilter { d, b: SVector::from([1.0, 0.5, -0.25]), period: 0.125, substeps: 2 };
+    let inverse = PolynomialTree::<f64, _, _, 4, 2>::new(1, Vec::new(), leaf(0.25, 4, 2)).unwrap();
+    let forward = PolynomialTree::<f64, _, _, 3, 3>::new(1, Vec::new(), leaf(0.0, 3, 3)).unwrap();
+    let family = ([-0.0625].into(), [0.125].into());
+    let trees = HeldInputTrees::new(coordinates, (lower, upper), family, (inverse.clone(), forward)).unwrap();
+    let first = SVector::from([0.25]);
+    let embedded = Kkl::held::<_, 2, 1, 3, 5>(&plant, filter, trees, first).unwrap();
+    let embedded = export(Program::Kkl(embedded), Scalar::Binary64);
+    unchanged(&embedded, "kkl_held");
+    agrees!(kkl_held, &embedded, f64, kkl_held::first_input());
+
+    let spline = |scale: f64| {
+        let coefficients = (0..48).map(|k| scale * f64::from((k * k) % 7) - 0.5).collect();
+        TensorSpline::<f64, Vec<f64>, 2, 3>::new(lower, upper, [2, 2], coefficients).unwrap()
+    };
+    let tables = HeldInputTables::new(coordinates, vec![-0.0625, 0.125], vec![spline(0.25), spline(-0.125)]).unwrap();
+    let search = Search { max_evaluations: 6, tolerance: 0.125, fallback: 3 };
+    let inverse = HeldInputInverse::new(tables, inverse, Some(search)).unwrap();
+    let accurate = Kkl::held::<_, 2, 1, 3, 5>(&plant, filter, inverse, first).unwrap();
+    let accurate = export(Program::Kkl(accurate), Scalar::Binary32);
+    unchanged(&accurate, "kkl_held_table");
+    agrees!(kkl_held_table, &accurate, f32, kkl_held_table::first_input());
 }

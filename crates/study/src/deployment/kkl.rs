@@ -1,0 +1,117 @@
+//! The numerical KKL observer with a step for each sample.
+
+use luenberger_design::numerical_kkl::{HeldInputs, NumericalKklError, Settings, without_tables};
+use luenberger_export::kkl::{Kkl, KklError};
+use luenberger_expression::ExpressionPlant;
+use luenberger_observers::kkl::{LeftInverse, LinearKkl};
+use luenberger_observers::numerical_kkl::SampledFilter;
+use nalgebra::{Const, SVector};
+
+use super::nonlinear::Refusal;
+use crate::design;
+use crate::study::{KklSpec, ObserverKind, ObserverSpec, Study};
+
+/// The numerical KKL observer.
+#[derive(Debug, Clone)]
+pub struct KklDesign {
+    /// The observer.
+    pub observer: Kkl<f64>,
+    /// What the design says in continuous time.
+    pub statement: String,
+}
+
+/// D and B with the step.
+fn filter<I, const N: usize, const Z: usize>(
+    map: &LinearKkl<f64, Const<Z>, Const<0>, Const<1>, Const<N>, I>,
+    (period, substeps): (f64, usize),
+) -> SampledFilter<f64, 1, Z>
+where
+    I: LeftInverse<f64, Const<Z>, Const<1>, Const<N>>,
+{
+    SampledFilter { d: *map.d(), b: *map.b(), period, substeps }
+}
+
+/// The same of an observer for held inputs.
+fn filter_of_held<const N: usize, const M: usize, const Z: usize, const ZM: usize>(
+    observer: &HeldInputs<N, M, 1, Z, ZM>,
+    (period, substeps): (f64, usize),
+) -> SampledFilter<f64, 1, Z> {
+    SampledFilter { d: *observer.d(), b: *observer.b(), period, substeps }
+}
+
+/// Why an observer for held inputs has no step.
+enum NoStep {
+    Design(NumericalKklError),
+    Export(KklError),
+}
+
+impl From<NumericalKklError> for NoStep {
+    fn from(error: NumericalKklError) -> Self {
+        Self::Design(error)
+    }
+}
+
+impl From<KklError> for NoStep {
+    fn from(error: KklError) -> Self {
+        Self::Export(error)
+    }
+}
+
+/// The settings of the fit of a tree.
+fn settings<const N: usize>(spec: &KklSpec) -> Settings<N> {
+    Settings { leaves: spec.leaves, degree: spec.degree, samples: spec.samples, ..Settings::default() }
+}
+
+/// The step in the form of the study: with tables, or with trees alone.
+pub(super) fn step(
+    (study, observer): (&Study, &ObserverSpec),
+    kkl: &design::Kkl,
+    plant: &ExpressionPlant,
+    step: (f64, usize),
+) -> Result<Kkl<f64>, Refusal> {
+    let ObserverKind::KklNumerical(spec) = &observer.kind else {
+        return Err(("the observer has another kind".to_owned(), Vec::new()));
+    };
+    let mut first = vec![0.0; study.plant.inputs.len()];
+    if let Some(program) = study.input.program() {
+        program.at(0.0, &mut first);
+    }
+    // The sizes of a design are those of its plant.
+    macro_rules! held {
+        ($observer:expr, $n:literal, $m:literal, $z:literal, $zm:literal, $nm:literal, $zn:literal) => {{
+            let (inverse, filter) = ($observer.inverse(), filter_of_held($observer, step));
+            let first = SVector::<f64, $m>::from_column_slice(&first);
+            if inverse.search().is_some() {
+                Kkl::held::<_, $n, $m, $z, $zn>(plant, filter, inverse.clone(), first)?
+            } else {
+                let trees = without_tables::<$n, $m, $z, $zm, $nm>(inverse, &settings(spec))?;
+                Kkl::held::<_, $n, $m, $z, $zn>(plant, filter, trees, first)?
+            }
+        }};
+    }
+    let made = || -> Result<Kkl<f64>, NoStep> {
+        use design::Kkl as Of;
+        Ok(match kkl {
+            Of::Two(observer) => Kkl::new(plant, filter(observer.map(), step), observer.map().inverse().clone())?,
+            Of::TwoEmbedded(observer) => {
+                Kkl::new(plant, filter(observer.map(), step), observer.map().inverse().clone())?
+            }
+            Of::Three(observer) => Kkl::new(plant, filter(observer.map(), step), observer.map().inverse().clone())?,
+            Of::ThreeEmbedded(observer) => {
+                Kkl::new(plant, filter(observer.map(), step), observer.map().inverse().clone())?
+            }
+            Of::Four(observer) => Kkl::new(plant, filter(observer.map(), step), observer.map().inverse().clone())?,
+            Of::FourEmbedded(observer) => {
+                Kkl::new(plant, filter(observer.map(), step), observer.map().inverse().clone())?
+            }
+            Of::TwoHeld(observer) => held!(observer, 2, 1, 3, 4, 3, 5),
+            Of::TwoHeldTwo(observer) => held!(observer, 2, 2, 3, 5, 4, 5),
+            Of::ThreeHeld(observer) => held!(observer, 3, 1, 4, 5, 4, 7),
+            Of::ThreeHeldTwo(observer) => held!(observer, 3, 2, 4, 6, 5, 7),
+        })
+    };
+    made().map_err(|why| match why {
+        NoStep::Design(error) => (error.to_string(), Vec::new()),
+        NoStep::Export(error) => (error.to_string(), Vec::new()),
+    })
+}
