@@ -19,7 +19,7 @@ impl Program {
         let (motion, measurement) =
             self.maps().map_or((0, 0), |maps| (maps.motion.operations(), maps.measurement.operations()));
         // One step of the Runge-Kutta method for so many entries, without the slopes.
-        let combined = |entries: usize| 4 * entries * 2 + 3 * entries;
+        let combined = |entries: usize| 12 * entries;
         let flow = |observer: &SampledCubicObserver<f64, Dyn, Dyn, Dyn>| match observer.coupling() {
             // Direction, quadratic form, the matrix and its elimination.
             Some(_) => {

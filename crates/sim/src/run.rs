@@ -43,6 +43,11 @@ impl Periodic {
     }
 }
 
+/// What sums of periods and delays differ by where they are the same instant.
+fn rounding(t: f64) -> f64 {
+    8.0 * f64::EPSILON * t.abs()
+}
+
 /// What is known of an output from its value k on: it is read now, or does not arrive.
 fn read(model: &Model<'_>, still: &mut HeldValues, output: usize, k: u64) {
     let (arrives, outlier) = model.sampling.draw(k, output);
@@ -297,7 +302,7 @@ impl<'m, 'a> Runner<'m, 'a> {
 
     /// The changes of the plant that are due at `t`.
     fn change(&mut self, t: f64) {
-        while let Some(change) = self.model.changes.get(self.changed).filter(|change| change.time <= t) {
+        while let Some(change) = self.model.changes.get(self.changed).filter(|change| change.time <= t + rounding(t)) {
             if change.plant.is_some() {
                 self.still.plant = Some(self.changed);
             }
@@ -421,8 +426,8 @@ impl<'m, 'a> Runner<'m, 'a> {
         let observers = self.sample_clocks.iter().chain(&self.jump_clocks);
         let clocks = own.into_iter().chain(observers).chain(&self.sensor_clocks).flatten();
         // They are sorted, and a table of samples has many.
-        let breakpoints = &self.model.breakpoints;
-        let breakpoint = breakpoints.get(breakpoints.partition_point(|&breakpoint| breakpoint <= t)).copied();
+        let (breakpoints, now) = (&self.model.breakpoints, t + rounding(t));
+        let breakpoint = breakpoints.get(breakpoints.partition_point(|&breakpoint| breakpoint <= now)).copied();
         let samples = self.varying_clocks.iter().flatten().map(|clock| clock.next);
         clocks.map(Periodic::next).chain(breakpoint).chain(samples).fold(end, f64::min)
     }

@@ -94,7 +94,7 @@ pub(crate) fn program(seed: u64, (n, m, p): (usize, usize, usize), is_cubic: boo
 }
 
 /// The same plant as of [`program`], with a cubic gain that is not radial.
-fn semi_implicit(seed: u64, sizes: (usize, usize, usize), fed: bool) -> Program {
+pub(crate) fn semi_implicit(seed: u64, sizes: (usize, usize, usize), fed: bool) -> Program {
     let Program::Cubic(radial) = program(seed, sizes, true, fed) else { unreachable!("a cubic observer") };
     let p = sizes.2;
     let turn = DMatrix::from_fn(p, p, |i, j| if i == j { 1.5 } else { 0.4 * (i as f64 - j as f64) });

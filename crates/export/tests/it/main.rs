@@ -8,3 +8,4 @@ mod fmu;
 mod fuzz;
 mod kkl;
 mod moving_horizon;
+mod operations;

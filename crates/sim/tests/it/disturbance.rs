@@ -30,6 +30,24 @@ fn a_delayed_input_arrives_later() {
     assert_abs_diff_eq!(held.x[(1, 0)], 0.25 * 1.5 + 0.13, epsilon = 1e-9);
 }
 
+/// Jumps that are one instant, and a rounding error apart as sums of periods and delays: no step is taken between them.
+/// Of t held every 0.05, `0, 0.05, .., 9.9` have acted for 0.05 each at t = 10.
+#[test]
+fn delays_of_whole_periods_make_one_jump() {
+    let plant = integrator();
+    let observer = LinearObserver::of(plant.clone(), dmatrix![1.0]).unwrap();
+    let run = Scenario::new(plant)
+        .disturbances(Disturbances { input_delay: 0.05, output_delay: 0.02, ..Disturbances::default() })
+        .input(Signal::scalar(|t| t))
+        .hold_input(0.05)
+        .noise(Noise::gaussian(&[1e-3], 0.05, 1))
+        .observer("slow", observer, &[0.0])
+        .until(10.0, 2)
+        .run()
+        .unwrap();
+    assert_abs_diff_eq!(run.x[(1, 0)], 0.05 * 0.05 * f64::from(198 * 199 / 2), epsilon = 1e-7);
+}
+
 /// x' = -x(t - 1) with x = 1 before: 1 - t up to 1, then 1 - t + (t - 1)^2/2 up to 2, then - (t - 2)^3/6 more.
 #[test]
 fn feedback_through_a_delay_is_integrated_step_by_step() {

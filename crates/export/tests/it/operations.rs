@@ -1,0 +1,162 @@
+//! The operations of a step that an export states, held against those that its emitted source takes: compiled with a type
+//! of numbers that counts them.
+
+use std::fmt::Write as _;
+use std::path::Path;
+use std::process::Command;
+
+use luenberger_export::moving_horizon::MovingHorizon;
+use luenberger_export::{Export, Program, Scalar};
+use luenberger_expression::ExpressionPlant;
+use luenberger_observers::{
+    DiscreteNonlinearObserver, ExtendedKalmanFilter, Horizon, NoiseModel, SampledCopy, SigmaPoints,
+    UnscentedKalmanFilter,
+};
+use nalgebra::{DMatrix, dmatrix, dvector};
+
+use crate::moving_horizon::plant;
+use crate::{compiled, fuzz};
+
+/// Numbers that count the operations with them.
+const COUNTING: &str = "#pragma once
+#include <cfloat>
+#include <cmath>
+#include <cstddef>
+extern long operations;
+struct counted {
+    double v;
+    counted() = default;
+    template <typename T> counted(T x) : v(static_cast<double>(x)) {}
+};
+inline counted operator+(counted a, counted b) { ++operations; return a.v + b.v; }
+inline counted operator-(counted a, counted b) { ++operations; return a.v - b.v; }
+inline counted operator*(counted a, counted b) { ++operations; return a.v * b.v; }
+inline counted operator/(counted a, counted b) { ++operations; return a.v / b.v; }
+inline counted operator-(counted a) { return -a.v; }
+inline bool operator<(counted a, counted b) { return a.v < b.v; }
+inline bool operator>(counted a, counted b) { return a.v > b.v; }
+inline bool operator<=(counted a, counted b) { return a.v <= b.v; }
+inline counted sqrt(counted a) { ++operations; return std::sqrt(a.v); }
+inline counted fabs(counted a) { return std::fabs(a.v); }
+";
+
+/// Inputs and outputs of a run: the outputs jump in its middle.
+const STEPS: usize = 40;
+
+/// The operations of each step of each export, whose names are p0, p1, ..; none without a C++ compiler.
+fn counts(folder: &Path, exports: &[Export]) -> Option<Vec<Vec<usize>>> {
+    if Command::new("c++").arg("--version").output().is_err() {
+        eprintln!("SKIPPED: no C++ compiler");
+        return None;
+    }
+    std::fs::write(folder.join("counting.h"), COUNTING).unwrap();
+    let (mut heads, mut body, mut sources) = (String::new(), String::new(), Vec::new());
+    for (k, export) in exports.iter().enumerate() {
+        for file in export.c().unwrap() {
+            let text = file.text.replace("double", "counted").replace("#ifdef __cplusplus", "#if 0");
+            let text = text.replace("#include <math.h>", "").replace("#include <float.h>", "");
+            let name = file.name.replace(".c", ".cc");
+            if name == format!("p{k}.cc") {
+                sources.push(name.clone());
+            }
+            std::fs::write(folder.join(&name), format!("#include \"counting.h\"\n{text}")).unwrap();
+        }
+        let size = export.program().dimensions();
+        _ = writeln!(heads, "#include \"p{k}.h\"");
+        _ = write!(
+            body,
+            "    {{
+        p{k}_state state;
+        counted u[{}];
+        counted y[{}];
+        p{k}_reset(&state);
+        for (int k = 0; k < {STEPS}; ++k) {{
+            for (counted &x : u) {{ x = 0.01; }}
+            for (counted &x : y) {{ x = 0.1; }}
+            y[0] = (k < {STEPS} / 2) ? 0.05 : 3.0;
+            operations = 0;
+            p{k}_step(&state, u, y, nullptr);
+            std::printf(\"%ld\\n\", operations);
+        }}
+    }}
+",
+            size.inputs.max(1),
+            size.outputs
+        );
+    }
+    let main = format!("{heads}#include <cstdio>\nlong operations;\nint main()\n{{\n{body}    return 0;\n}}\n");
+    std::fs::write(folder.join("main.cc"), main).unwrap();
+    let built = Command::new("c++")
+        .current_dir(folder)
+        .args(["-w", "-fpermissive", "-O1"])
+        .args(&sources)
+        .args(["main.cc", "-o", "count"])
+        .output()
+        .unwrap();
+    assert!(built.status.success(), "{}", String::from_utf8_lossy(&built.stderr));
+    let ran = Command::new(folder.join("count")).output().unwrap();
+    let found: Vec<usize> = String::from_utf8_lossy(&ran.stdout).lines().map(|line| line.parse().unwrap()).collect();
+    Some(found.chunks(STEPS).map(<[usize]>::to_vec).collect())
+}
+
+fn three() -> ExpressionPlant {
+    plant(&["x2", "x3 - x1*x2 + t*u1", "-0.5*x3"], &["x1 + 0.1*x2*x3", "x2"], 1)
+}
+
+fn noises() -> NoiseModel<f64, nalgebra::Dyn, nalgebra::Dyn> {
+    let diagonal = |order: usize, entry: f64| DMatrix::from_diagonal_element(order, order, entry);
+    NoiseModel { w: diagonal(3, 0.1), v: dmatrix![0.05, 0.01; 0.01, 0.02], p0: diagonal(3, 1.0) }
+}
+
+/// Over a run at a bound and within, the counts are at most those of the header, and nearly as many.
+#[test]
+fn a_moving_horizon_takes_the_operations_that_are_stated() {
+    let free = MovingHorizon::new(three(), noises(), Horizon { window: 4, iterations: 2 }, 0.1, 2).unwrap();
+    let far = f64::INFINITY;
+    let bounded = free.with_bounds(dvector![-far, -0.5, -far], dvector![0.4, 0.5, far]).unwrap();
+    let export = fuzz::export("p0", Program::MovingHorizon(bounded), Scalar::Binary64);
+    let Some(counts) = counts(&compiled::folder("operations-moving-horizon"), std::slice::from_ref(&export)) else {
+        return;
+    };
+    let (within, most) = (export.operations_within_bounds().unwrap(), export.operations());
+    let [first, last] = [counts[0][STEPS / 2 - 1], counts[0][STEPS - 1]];
+    assert!(first <= within && 50 * first >= 49 * within, "{first} of {within}: {counts:?}");
+    assert!(last <= most && 50 * last >= 49 * most, "{last} of {most}: {counts:?}");
+}
+
+/// The same of the other kinds, of plants without elementary functions, whose calls are stated as one operation each.
+#[test]
+fn steps_take_the_operations_that_are_stated() {
+    let mut programs = Vec::new();
+    for (seed, sizes) in [(3, (4, 1, 1)), (5, (5, 2, 3)), (7, (1, 0, 1))] {
+        for is_cubic in [false, true] {
+            for is_fed in [false, true].into_iter().take(1 + sizes.1.min(1)) {
+                programs.push(compiled::program(seed, sizes, is_cubic, is_fed));
+            }
+        }
+    }
+    programs.push(compiled::semi_implicit(5, (5, 2, 3), false));
+    let l = || DMatrix::from_element(3, 2, 0.1);
+    programs.push(Program::Copy(SampledCopy::new(three(), l(), 0.1, 2).unwrap()));
+    programs.push(Program::Discrete(DiscreteNonlinearObserver::new(three(), l(), 0.1).unwrap()));
+    let kalman = ExtendedKalmanFilter::new(three(), noises(), 0.1, 2).unwrap();
+    programs.push(Program::Kalman(kalman.clone()));
+    programs.push(Program::Kalman(kalman.with_gate(1e6).unwrap()));
+    programs.push(Program::Kalman(ExtendedKalmanFilter::discrete(three(), noises(), 0.1).unwrap()));
+    let unscented = UnscentedKalmanFilter::new(three(), noises(), SigmaPoints::default(), 0.1, 2).unwrap();
+    programs.push(Program::Unscented(unscented.clone()));
+    programs.push(Program::Unscented(unscented.with_gate(1e6).unwrap()));
+    let discrete = UnscentedKalmanFilter::discrete(three(), noises(), SigmaPoints::default(), 0.1).unwrap();
+    programs.push(Program::Unscented(discrete));
+    let one = |(k, program): (usize, Program)| fuzz::export(&format!("p{k}"), program, Scalar::Binary64);
+    let exports: Vec<Export> = programs.into_iter().enumerate().map(one).collect();
+    let Some(counts) = counts(&compiled::folder("operations"), &exports) else { return };
+    let mut wrong = Vec::new();
+    for (k, (export, counts)) in exports.iter().zip(&counts).enumerate() {
+        let (most, stated) = (*counts.iter().max().unwrap(), export.operations());
+        if most > stated || 10 * most < 9 * stated {
+            wrong.push(format!("p{k}: {most} operations, {stated} are stated: {:?}", export.program()));
+        }
+    }
+    assert!(wrong.is_empty(), "{}", wrong.join("\n"));
+}
