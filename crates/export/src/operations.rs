@@ -15,7 +15,7 @@ impl Program {
         let ObserverDimensions { estimate: n, inputs: m, outputs: p, .. } = self.dimensions();
         let product = |rows: usize, columns: usize| if columns == 0 { 0 } else { rows * (2 * columns - 1) };
         let innovation = product(p, n) + p + self.feedthrough().map_or(0, |_| product(p, m) + p);
-        let linear = product(n, n) + product(n, m) + product(n, p) + 2 * n;
+        let linear = product(n, n) + product(n, m) + product(n, p) + if m == 0 { n } else { 2 * n };
         let (motion, measurement) =
             self.maps().map_or((0, 0), |maps| (maps.motion.operations(), maps.measurement.operations()));
         // One step of the Runge-Kutta method for so many entries, without the slopes.
@@ -41,7 +41,10 @@ impl Program {
             Self::Kalman(filter) => {
                 let square = n * product(n, n);
                 let factor = p * (p * p + 3 * p + 2) / 3 + n * 2 * p * p;
-                let joined = p * product(n, n) + p * product(p, n) + p * p + factor + n * product(n, p) + n * n;
+                let covariances = p * product(n, n) + p * product(p, n) + p * p;
+                // The gate has the covariance of the innovation before that of what passes it.
+                let gate = if filter.gate().is_some() { covariances + 2 * p } else { 0 };
+                let joined = gate + covariances + factor + n * product(n, p) + n * n;
                 let update =
                     measurement + p + joined + 2 * product(n, p) + 2 * square + (n + p) * product(n, p) + n * n;
                 let symmetry = n * (n - 1);

@@ -5,7 +5,7 @@ use luenberger_export::moving_horizon::MovingHorizon;
 use luenberger_export::{Export, Names, Program, Scalar, golden};
 use luenberger_expression::{ExpressionPlant, Parameters};
 use luenberger_observers::{Horizon, NoiseModel, SampledObserver};
-use nalgebra::{DMatrix, DVector, dmatrix, dvector};
+use nalgebra::{DVector, dmatrix, dvector};
 
 use crate::compiled::{self, SANITISERS, can_sanitise, compilers};
 use crate::fuzz::{self, Random};
