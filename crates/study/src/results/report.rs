@@ -71,9 +71,9 @@ pub(crate) fn html(
     let links = files
         .iter()
         .filter(|name| ["trajectories/", "certificates/", "sweep.csv"].iter().any(|folder| name.starts_with(folder)))
-        .map(|name| (name.clone(), name.clone()));
+        .map(|name| (name.clone(), String::new()));
     let links: Vec<(String, String)> =
-        std::iter::once(("study.json".to_owned(), "study.json, all numbers".to_owned())).chain(links).collect();
+        std::iter::once(("study.json".to_owned(), "all numbers".to_owned())).chain(links).collect();
     report = report.section(Section::new("Files").links(links)).section(experiment::reproduction(study));
     report.html().map_err(|why| StudyError::Output { what: "report.html".to_owned(), why: why.to_string() })
 }
