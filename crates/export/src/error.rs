@@ -83,9 +83,6 @@ pub enum ExportError {
         /// The format.
         format: &'static str,
     },
-    /// A numerical KKL observer that is refused.
-    #[error(transparent)]
-    Kkl(#[from] crate::kkl::KklError),
     /// Two columns of one name.
     #[error("two columns are named {name:?}")]
     Duplicate {

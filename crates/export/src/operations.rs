@@ -1,7 +1,7 @@
 //! What a step costs on the target: floating-point operations, and the numbers that are stored.
 
 use luenberger_expression::Routine;
-use luenberger_observers::moving_horizon::INTERIOR;
+use luenberger_observers::moving_horizon::INTERIOR_POINT_STEPS;
 use luenberger_observers::varying_period::DEGREE;
 use luenberger_observers::{Horizon, ObserverDimensions, SampledCubicObserver, SampledObserver};
 use nalgebra::Dyn;
@@ -247,7 +247,7 @@ impl FullWindow {
         // and the new ones.
         let of_bounds = pairs * (6 + self.correction() + 2 * 8 + 2 * 5 + 6);
         let step = self.pass() + of_bounds + 3 * self.stages * self.n + 2;
-        self.within() + 4 * pairs + INTERIOR * step
+        self.within() + 4 * pairs + INTERIOR_POINT_STEPS * step
     }
 }
 

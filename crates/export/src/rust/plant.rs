@@ -32,49 +32,37 @@ pub(super) fn discrete(text: &mut String, export: &Export) {
 
 /// The body of `observer()` for the extended Kalman filter.
 pub(super) fn kalman(text: &mut String, export: &Export) {
-    let of = |name: &str| named(export, name).unwrap_or_default();
-    let (w, v, p0) = (of("W"), of("V"), of("P0"));
     let new = match export.program.substeps() {
         Some(substeps) => format!("ExtendedKalmanFilter::new(Model, noises, {}, {substeps})", period(export)),
         None => format!("ExtendedKalmanFilter::discrete(Model, noises, {})", period(export)),
     };
-    let gate = export.scalars().into_iter().find(|(name, _)| *name == "GATE");
-    let gate = gate.map_or_else(String::new, |(_, gate)| format!("?.with_gate({})", number::rust(gate, export.scalar)));
+    let gate = gate(export);
     _ = writeln!(
         text,
-        "    let w = {w};
-    let v = {v};
-    let p0 = {p0};
-    let noises = NoiseModel {{ w, v, p0 }};
-    {new}{gate}"
+        "{}    let noises = NoiseModel {{ w, v, p0 }};
+    {new}{gate}",
+        noises(export, ["W", "V", "P0"])
     );
 }
 
 /// The body of `observer()` for the unscented Kalman filter.
 pub(super) fn unscented(text: &mut String, export: &Export, sigma: SigmaPoints) {
-    let of = |name: &str| named(export, name).unwrap_or_default();
-    let (w, v, p0) = (of("ROOT_W"), of("ROOT_V"), of("ROOT_P0"));
     let SigmaPoints { alpha, beta, kappa } = sigma;
     let substeps = export.program.substeps();
-    let gate = export.scalars().into_iter().find(|(name, _)| *name == "GATE");
-    let gate = gate.map_or_else(String::new, |(_, gate)| format!("?.with_gate({})", number::rust(gate, export.scalar)));
+    let gate = gate(export);
     _ = writeln!(
         text,
         "    // The lower triangular factors of W, V and P(0).
-    let w = {w};
-    let v = {v};
-    let p0 = {p0};
-    let factors = NoiseModel {{ w, v, p0 }};
+{}    let factors = NoiseModel {{ w, v, p0 }};
     let sigma = SigmaPoints {{ alpha: {alpha:?}, beta: {beta:?}, kappa: {kappa:?} }};
     UnscentedKalmanFilter::from_factors(Model, factors, sigma, {}, {substeps:?}){gate}",
+        noises(export, ["ROOT_W", "ROOT_V", "ROOT_P0"]),
         period(export)
     );
 }
 
 /// The body of `observer()` for the moving-horizon estimator.
 pub(super) fn moving_horizon(text: &mut String, export: &Export, estimator: &MovingHorizon<f64>) {
-    let of = |name: &str| named(export, name).unwrap_or_default();
-    let (w, v, p0) = (of("W"), of("V"), of("P0"));
     let Horizon { window, iterations } = estimator.horizon();
     let new = match export.program.substeps() {
         Some(substeps) => format!("new(Model, noises, horizon, {}, {substeps})", period(export)),
@@ -98,13 +86,23 @@ pub(super) fn moving_horizon(text: &mut String, export: &Export, estimator: &Mov
     };
     _ = writeln!(
         text,
-        "    let w = {w};
-    let v = {v};
-    let p0 = {p0};
-    let noises = NoiseModel {{ w, v, p0 }};
+        "{}    let noises = NoiseModel {{ w, v, p0 }};
     let horizon = Horizon {{ window: {window}, iterations: {iterations} }};
-    MovingHorizonEstimator::{new}{bounded}"
+    MovingHorizonEstimator::{new}{bounded}",
+        noises(export, ["W", "V", "P0"])
     );
+}
+
+/// The matrices of a noise model, as `w`, `v` and `p0`.
+fn noises(export: &Export, matrices: [&str; 3]) -> String {
+    let [w, v, p0] = matrices.map(|name| named(export, name).unwrap_or_default());
+    format!("    let w = {w};\n    let v = {v};\n    let p0 = {p0};\n")
+}
+
+/// The gate of a filter that has one.
+fn gate(export: &Export) -> String {
+    let gate = export.scalars().into_iter().find(|(name, _)| *name == "GATE");
+    gate.map_or_else(String::new, |(_, gate)| format!("?.with_gate({})", number::rust(gate, export.scalar)))
 }
 
 fn period(export: &Export) -> String {

@@ -9,10 +9,10 @@ use super::{MovingHorizonEstimator, Trajectory};
 use crate::dense::larger;
 
 /// Steps of the interior-point method.
-pub const INTERIOR: usize = 30;
+pub const INTERIOR_POINT_STEPS: usize = 30;
 
 /// The share of the way to a bound that a step of the interior-point method takes.
-pub const SHARE: f64 = 0.995;
+pub const FRACTION_TO_BOUNDARY: f64 = 0.995;
 
 /// Slacks and multipliers of the bounds of one stage: `(s, z)` of the lower ones, then of the upper ones.
 #[derive(Clone, Debug)]
@@ -70,7 +70,7 @@ where
     ) -> Option<(Trajectory<T, N, L>, OMatrix<T, N, N>)> {
         let (lower, upper) = self.bounds.as_ref()?;
         let n = lower.nrows();
-        let (share, tenth): (T, T) = (convert(SHARE), convert(0.1));
+        let (share, tenth): (T, T) = (convert(FRACTION_TO_BOUNDARY), convert(0.1));
         let least = T::default_epsilon() * convert::<f64, T>(1e3);
         let p = &state[self.layout.covariance()];
         // Slacks of one standard deviation at least, and products of 1, the size of one normalised square.
@@ -98,7 +98,7 @@ where
             upper: side(&|j| upper[j] - x[i][j]),
         });
         let (mut mu, mut covariance) = (T::one(), None);
-        for _ in 0..INTERIOR {
+        for _ in 0..INTERIOR_POINT_STEPS {
             let (solution, p) = self.pass(state, count, &x, Some((&barrier, mu)))?;
             covariance = Some(p);
             // The steps of all slacks and multipliers, and how far they may go.

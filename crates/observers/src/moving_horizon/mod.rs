@@ -44,7 +44,7 @@ use crate::kalman::{NoiseModel, covariance, spread, symmetrise};
 use crate::runge_kutta;
 
 use interior::Barrier;
-pub use interior::{INTERIOR, SHARE};
+pub use interior::{FRACTION_TO_BOUNDARY, INTERIOR_POINT_STEPS};
 use pass::Stage;
 pub use window::state_length;
 use window::{Layout, Part};

@@ -2,7 +2,7 @@
 
 use std::fmt::Write;
 
-use luenberger_observers::moving_horizon::{INTERIOR, SHARE};
+use luenberger_observers::moving_horizon::{FRACTION_TO_BOUNDARY, INTERIOR_POINT_STEPS};
 
 use super::Writer;
 use crate::program::Scalar;
@@ -13,12 +13,12 @@ impl Writer<'_> {
     fn numbers(&self) -> [String; 4] {
         let of = match self.export.scalar {
             Scalar::Binary32 => {
-                let (least, share) = (f32::EPSILON * 1e3, SHARE as f32);
+                let (least, share) = (f32::EPSILON * 1e3, FRACTION_TO_BOUNDARY as f32);
                 [least, least * least, share, 1.0 - share].map(f64::from)
             }
             Scalar::Binary64 => {
                 let least = f64::EPSILON * 1e3;
-                [least, least * least, SHARE, 1.0 - SHARE]
+                [least, least * least, FRACTION_TO_BOUNDARY, 1.0 - FRACTION_TO_BOUNDARY]
             }
         };
         of.map(|x| self.literal(x))
@@ -108,7 +108,7 @@ static int interior(const {name}_state *state, {number} *x, {number} *P)
             z[(i * {count}) + k] = {one} / s[(i * {count}) + k];
         }}
     }}
-    for (step = 0; (step < {INTERIOR}) && (is_right != 0); ++step) {{
+    for (step = 0; (step < {INTERIOR_POINT_STEPS}) && (is_right != 0); ++step) {{
         is_right = pass(state, x, s, z, mu, solution, P);
         if (is_right != 0) {{
             {number} alpha = {one};
