@@ -1,12 +1,12 @@
-//! Numerical KKL observers with their sizes erased: two to four states with one target state more, and two or three
+//! Numerical KKL observers with their sizes erased: two to six states with one target state more, and two or three
 //! states with one or two held inputs.
 
 use luenberger_expression::{ExpressionPlant, ExpressionPlantError, Fixed};
 use luenberger_observers::numerical_kkl::held_inputs::InverseOnHeap;
 use luenberger_observers::numerical_kkl::held_trees::TreesOnHeap;
 use luenberger_observers::numerical_kkl::{
-    Branch, Coordinates, HeldStateInverse, InterpolatedInverse, Node, PolynomialInverse, PolynomialTree, SampledFilter,
-    SampledHeldKkl, SampledKkl, Search, StateInverse,
+    BoxMap, Branch, Coordinates, HeldStateInverse, InterpolatedInverse, Node, PolynomialInverse, PolynomialTree,
+    SampledFilter, SampledHeldKkl, SampledKkl, Search, StateInverse, TensorTrain,
 };
 use luenberger_observers::{ObserverDimensions, ObserverError, SampledObserver};
 use nalgebra::{DMatrix, DVector, RealField, SMatrix, SVector};
@@ -18,6 +18,10 @@ pub type Inverse<T, const N: usize, const Z: usize> = PolynomialInverse<T, Vec<N
 
 /// The interpolated left inverse, on the heap.
 pub type Interpolated<T, const N: usize, const Z: usize> = InterpolatedInverse<T, Vec<Node<T>>, Vec<T>, N, Z>;
+
+/// The interpolated left inverse with a table of low rank, on the heap.
+pub type LowRank<T, const N: usize, const Z: usize> =
+    InterpolatedInverse<T, Vec<Node<T>>, Vec<T>, N, Z, TensorTrain<T, Vec<T>, N, Z>>;
 
 /// A sampled observer of a plant without inputs.
 pub type Plain<T, I, const N: usize, const Z: usize> = SampledKkl<Fixed<N, 0, 1>, T, I, N, 0, 1, Z>;
@@ -63,9 +67,13 @@ sizes! {
     Two: "Two states, the embedded left inverse.", Plain<Inverse<2, 3>, 2, 3>;
     Three: "Three states.", Plain<Inverse<3, 4>, 3, 4>;
     Four: "Four states.", Plain<Inverse<4, 5>, 4, 5>;
+    Five: "Five states.", Plain<Inverse<5, 6>, 5, 6>;
+    Six: "Six states.", Plain<Inverse<6, 7>, 6, 7>;
     TwoInterpolated: "Two states, the interpolated left inverse.", Plain<Interpolated<2, 3>, 2, 3>;
     ThreeInterpolated: "Three states.", Plain<Interpolated<3, 4>, 3, 4>;
     FourInterpolated: "Four states.", Plain<Interpolated<4, 5>, 4, 5>;
+    FiveInterpolated: "Five states, with a table of low rank.", Plain<LowRank<5, 6>, 5, 6>;
+    SixInterpolated: "Six states.", Plain<LowRank<6, 7>, 6, 7>;
     TwoHeld: "Two states and one held input, trees alone.", Held<TreesOnHeap<2, 1, 3, 4, 3>, 2, 1, 3, 5>;
     TwoHeldTwo: "Two states and two held inputs.", Held<TreesOnHeap<2, 2, 3, 5, 4>, 2, 2, 3, 5>;
     ThreeHeld: "Three states and one held input.", Held<TreesOnHeap<3, 1, 4, 5, 4>, 3, 1, 4, 7>;
@@ -163,11 +171,36 @@ impl<T: RealField + Copy, const N: usize, const Z: usize> Numbers for Interpolat
         let table = TableOf {
             points: spline.points().to_vec(),
             outputs: Z,
+            ranks: Vec::new(),
             nodes: Vec::new(),
             coefficients: spline.coefficients().iter().map(number).collect(),
             search: Some(search(self.search())),
             // Both forms clamp; emitted code has one box.
             is_plain: spline.bounds() == self.start().bounds(),
+        };
+        Parts { table: Some(table), ..self.start().parts() }
+    }
+}
+
+impl<const N: usize, const Z: usize> RecastPlain<N, Z> for LowRank<f64, N, Z> {
+    type Over<U: RealField + Copy> = LowRank<U, N, Z>;
+
+    fn over<U: RealField + Copy>(&self) -> Result<LowRank<U, N, Z>, ObserverError> {
+        Ok(self.cast())
+    }
+}
+
+impl<T: RealField + Copy, const N: usize, const Z: usize> Numbers for LowRank<T, N, Z> {
+    fn parts(&self) -> Parts {
+        let train = self.spline();
+        let table = TableOf {
+            points: train.points().to_vec(),
+            outputs: Z,
+            ranks: train.ranks().to_vec(),
+            nodes: Vec::new(),
+            coefficients: train.coefficients().iter().map(number).collect(),
+            search: Some(search(self.search())),
+            is_plain: train.bounds() == self.start().bounds(),
         };
         Parts { table: Some(table), ..self.start().parts() }
     }
@@ -216,6 +249,7 @@ impl<T: RealField + Copy, const N: usize, const M: usize, const Z: usize, const 
         let table = TableOf {
             points: first.points().to_vec(),
             outputs: Z,
+            ranks: Vec::new(),
             nodes: (0..M).map(|i| tables.nodes(i).iter().map(number).collect()).collect(),
             coefficients: tables.splines().iter().flat_map(|table| table.coefficients().iter().map(number)).collect(),
             search: self.search().map(search),
@@ -381,7 +415,7 @@ where
 }
 
 impl Kkl<f64> {
-    /// The observer of a plant of N = 2, 3 or 4 states without inputs; the filter has D (Z x Z) and B (Z x 1), Z = N + 1.
+    /// The observer of a plant of N = 2 to 6 states without inputs; the filter has D (Z x Z) and B (Z x 1), Z = N + 1.
     ///
     /// # Errors
     /// [`ExpressionPlantError::Sizes`] for a plant of other sizes; the errors of [`SampledKkl::new`];
@@ -535,6 +569,8 @@ pub enum KklError {
 pub(crate) struct TableOf {
     pub(crate) points: Vec<usize>,
     pub(crate) outputs: usize,
+    /// Of a table of low rank, the rows of the matrices of each axis.
+    pub(crate) ranks: Vec<usize>,
     /// Of each held input, the values with a table.
     pub(crate) nodes: Vec<Vec<f64>>,
     /// Of all combinations of these values, the last input running fastest.
@@ -550,9 +586,19 @@ impl TableOf {
         self.nodes.iter().map(Vec::len).product()
     }
 
+    /// Columns of the matrices of an axis of a table of low rank.
+    pub(crate) fn columns(&self, axis: usize) -> usize {
+        self.ranks.get(axis + 1).copied().unwrap_or(1)
+    }
+
     /// Operations of one evaluation with its Jacobian.
     pub(crate) fn operations(&self) -> usize {
         let (n, z) = (self.points.len(), self.outputs);
+        if !self.ranks.is_empty() {
+            // Of each entry value and slope, seven operations each, and two for the product and each derivative.
+            let entries = |axis: usize| self.ranks[axis] * self.columns(axis);
+            return 32 * n + (0..n).map(|axis| entries(axis) * (14 + 2 * (1 + n - axis))).sum::<usize>();
+        }
         let corners = 4_usize.pow(n as u32);
         let sum = if self.nodes.is_empty() { 0 } else { 2 * z * (n + 1) };
         32 * n + self.tables() * (corners * (n + 1) * (n + 2 * z) + sum)
@@ -626,6 +672,10 @@ impl Tree {
     pub(crate) fn operations(&self) -> usize {
         // A walk of half of the comparisons is longer than that of a balanced tree.
         let walk = self.nodes.len().div_ceil(2);
-        walk + 4 * self.inputs + self.outputs * (2 * self.coefficients() + 2)
+        // Nested Horner: the variables one after the other.
+        let of_output =
+            |variables| luenberger_observers::numerical_kkl::polynomial_tree::monomial_count(variables, self.degree);
+        let multiply_adds = (1..=self.inputs).map(of_output).sum::<usize>();
+        walk + 4 * self.inputs + self.outputs * (2 * multiply_adds + 2)
     }
 }

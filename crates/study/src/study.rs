@@ -20,6 +20,7 @@ use crate::read::{self, Format};
 use crate::signal::Input;
 use crate::table::Suspicion;
 
+pub(crate) use observers::MOST_STATES_OF_A_FULL_TABLE;
 pub use observers::{
     ActingBounds, GainLimits, GainSpec, IntervalSpec, KklSpec, LinearSpec, MovingHorizonSpec, NormFilterSpec,
     ObserverKind, ObserverSpec, RateSpec, SlidingModeSpec, UnscentedSpec,

@@ -13,9 +13,9 @@ use luenberger_design::numerical_kkl::{
 use luenberger_observers::Observer;
 use luenberger_observers::kkl::{KklObserver, LinearKkl};
 use luenberger_observers::numerical_kkl::{Node, PolynomialInverse, PolynomialTree};
-use luenberger_plants::{Plant, ReverseDuffing, VanDerPol};
+use luenberger_plants::{Plant, ReverseDuffing, StaticPlant, VanDerPol};
 use luenberger_sim::Scenario;
-use nalgebra::{SMatrix, SVector, Vector2};
+use nalgebra::{DMatrix, SMatrix, SVector, Vector2, matrix};
 
 type Design = NumericalKklDesign<2, 0, 1, 3>;
 
@@ -110,7 +110,7 @@ fn the_evidence_of_the_design_is_what_the_theory_says() {
     );
     // For a microcontroller.
     let cost = report.embedded_footprint;
-    assert!(cost.bytes_f32 < 32 * 1024 && cost.multiply_adds < 100 && cost.comparisons <= 16, "{cost:?}");
+    assert!(cost.bytes_f32 < 32 * 1024 && cost.multiply_adds < 128 && cost.comparisons <= 16, "{cost:?}");
 }
 
 /// In single precision: the same design, rounded, run on its own equations with steps of the classical Runge-Kutta
@@ -238,4 +238,86 @@ fn van_der_pol_is_estimated_along_its_limit_cycle() {
     let interpolated = held_out(&plant, &design.interpolated, &domain, &SVector::zeros(), &trials).unwrap().inside;
     println!("embedded {embedded:?}, interpolated {interpolated:?}");
     assert!(embedded.rmse.amax() < 1e-3 && interpolated.rmse.amax() < 1e-3, "{embedded:?} {interpolated:?}");
+}
+
+/// T of a linear plant is a matrix, `T A = D T + B C`, here from one linear system; the table of low rank knows nothing
+/// of that. Six states: an oscillator moved by two sines.
+#[test]
+fn a_table_of_low_rank_is_the_solution_of_sylvesters_equation() {
+    let a = matrix![
+        0.0, 1.0, 0.0, 0.0, 0.0, 0.0;
+        -1.0, -0.2, 1.0, 0.0, 1.0, 0.0;
+        0.0, 0.0, 0.0, 2.0, 0.0, 0.0;
+        0.0, 0.0, -2.0, 0.0, 0.0, 0.0;
+        0.0, 0.0, 0.0, 0.0, 0.0, 3.0;
+        0.0, 0.0, 0.0, 0.0, -3.0, 0.0
+    ];
+    let c = matrix![1.0, 0.0, 0.0, 0.0, 0.0, 0.0];
+    let plant = StaticPlant::new(a, SMatrix::<f64, 6, 0>::zeros(), c).unwrap();
+    let target = Target::<1, 7>::bessel(4.0).unwrap();
+    let domain =
+        Domain::new([-1.0, -2.0, -0.5, -0.5, -0.5, -0.5], [1.0, 2.0, 0.5, 0.5, 0.5, 0.5], Escape::Free).unwrap();
+    let settings = Settings {
+        points: [4; 6],
+        samples: 400,
+        leaves: 1,
+        degree: 1,
+        held_out: 50,
+        fallback: 0,
+        injectivity_points: 3,
+        ..Settings::default()
+    };
+    let design =
+        NumericalKklDesign::low_rank(&plant, &target, &domain, SVector::zeros(), &settings, &mut |_| Continue(()))
+            .unwrap();
+    let (d, b) = (target.d(), target.b());
+    // vec(T A - D T) = (A' x I - I x D) vec T.
+    let (one, six) = (DMatrix::<f64>::identity(7, 7), DMatrix::<f64>::identity(6, 6));
+    let dynamic = |rows, columns, entries: &[f64]| DMatrix::from_column_slice(rows, columns, entries);
+    let operator =
+        dynamic(6, 6, a.transpose().as_slice()).kronecker(&one) - six.kronecker(&dynamic(7, 7, d.as_slice()));
+    let right = dynamic(42, 1, (b * c).as_slice());
+    let exact = SMatrix::<f64, 7, 6>::from_column_slice(operator.lu().solve(&right).unwrap().as_slice());
+    let inverse = design.interpolated.map().inverse();
+    // The functions before a cut are the linear ones and 1, and so are those behind it.
+    assert!(inverse.spline().ranks()[1..].iter().all(|rank| *rank <= 7), "{:?}", inverse.spline().ranks());
+    assert!(design.report.trajectories < 4096 + 2000, "{}", design.report.trajectories);
+    for k in 0..40 {
+        let x = SVector::from_fn(|i, _| domain.upper()[i] * (1.0 + 2.3 * f64::from(k) + 1.7 * i as f64).sin());
+        let error = (inverse.target(&x) - exact * x).norm();
+        // Six coordinates, of which the thinnest is some 1e-5 wide, each to 1e-6 of its width, and simulations to 1e-11.
+        assert!(error < 1e-6 * (exact * x).norm().max(0.1), "{error:e}");
+        assert!((inverse.state(&inverse.target(&x)) - x).amax() < 1e-6, "{x}");
+    }
+    assert!(design.report.residual.1 < 1e-6 && design.report.interpolated.max.amax() < 1e-4, "{}", design.report);
+}
+
+/// The same grid in full and of low rank: T is the same up to the tolerance of the rank, in the units of T's widths.
+#[test]
+fn tables_in_full_and_of_low_rank_agree() {
+    let settings = Settings { points: [33; 2], samples: 1000, leaves: 2, rank_tolerance: 1e-7, ..Settings::default() };
+    let target = Target::<1, 3>::bessel(2.0).unwrap();
+    let full =
+        NumericalKklDesign::new(
+            &ReverseDuffing,
+            &target,
+            &square(),
+            SVector::zeros(),
+            &settings,
+            &mut |_| Continue(()),
+        )
+        .unwrap();
+    let few =
+        NumericalKklDesign::low_rank(&ReverseDuffing, &target, &square(), SVector::zeros(), &settings, &mut |_| {
+            Continue(())
+        })
+        .unwrap();
+    let (full, few) = (full.interpolated.map().inverse(), few.interpolated.map().inverse());
+    let coordinates = full.start().coordinates();
+    for k in 0..100 {
+        let x = Vector2::new((1.3 * f64::from(k)).sin(), (0.7 + 2.1 * f64::from(k)).sin());
+        let apart = (coordinates.white(&full.target(&x)) - coordinates.white(&few.target(&x))).amax();
+        // Ten times for the norm of the interpolation by splines and for points that were not judged.
+        assert!(apart < 1e-6, "{apart:e} at {x}");
+    }
 }

@@ -19,7 +19,7 @@ use luenberger_plants::Differentiable;
 use nalgebra::{Const, SVector};
 
 use super::progress::Listener;
-use super::{Domain, Escape, NumericalKklDesign, NumericalKklError, Settings, Target, Transform};
+use super::{Domain, Escape, NumericalKklDesign, NumericalKklError, Settings, Spline, Table, Target, Transform};
 
 /// What the user gives, and what is to be found.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -78,17 +78,19 @@ const KEPT: [usize; 3] = [MULTIPLES.len(), 3, 2];
 const MARGIN: f64 = 1.0;
 
 /// Grid points per axis at each stage.
-fn grids(states: usize) -> [usize; 3] {
+pub(super) fn grids(states: usize, is_low_rank: bool) -> [usize; 3] {
     match states {
+        _ if is_low_rank => [9, 13, 17],
         ..=2 => [33, 65, 97],
         3 => [17, 25, 33],
         _ => [9, 13, 17],
     }
 }
 
-/// Grid points per axis of the designs that [`choose`] tries at most, for an estimate of the time it takes.
+/// Grid points per axis of the designs that [`choose`] tries at most, for an estimate of the time it takes; none where
+/// cut-off and points are given.
 pub fn searched_tables(cutoff: Option<f64>, points: Option<usize>, states: usize) -> Vec<usize> {
-    let stages = points.map_or_else(|| grids(states).to_vec(), |points| vec![points]);
+    let stages = points.map_or_else(|| grids(states, false).to_vec(), |points| vec![points]);
     let count = |kept: usize| if cutoff.is_some() { 1 } else { kept };
     stages.into_iter().zip(KEPT).flat_map(|(points, kept)| core::iter::repeat_n(points, count(kept))).collect()
 }
@@ -100,8 +102,8 @@ pub fn searched_tables(cutoff: Option<f64>, points: Option<usize>, states: usize
 /// use luenberger_plants::VanDerPol;
 /// use nalgebra::SVector;
 /// use std::ops::ControlFlow::Continue;
-/// let (box_, settings) = (([-2.3, -3.0], [2.3, 3.0]), Settings::default());
-/// let wanted = Wanted { points: Some(33), ..Wanted::default() };
+/// let settings = Settings { samples: 300, leaves: 1, injectivity_points: 5, held_out: 40, ..Settings::default() };
+/// let (box_, wanted) = (([-2.3, -3.0], [2.3, 3.0]), Wanted { points: Some(17), ..Wanted::default() });
 /// let choice = choose::<_, 2, 0, 3>(&VanDerPol::default(), box_, SVector::zeros(), &wanted, &settings, &mut |_| Continue(()))?;
 /// // Its past is unbounded, and its cycle contracts at the rate 1.06: slow filters are refused.
 /// assert!(choice.cutoff > 4.0 && choice.candidates[0].outcome.is_err());
@@ -121,6 +123,25 @@ pub fn choose<S, const N: usize, const M: usize, const Z: usize>(
 where
     S: Differentiable<f64, Const<N>, Const<M>, Const<1>>,
 {
+    choose_with_table::<S, Spline<N, Z>, N, M, Z>(plant, (lower, upper), input, wanted, settings, progress)
+}
+
+/// As [`choose`], for designs with the table `W`.
+///
+/// # Errors
+/// As [`choose`].
+pub fn choose_with_table<S, W, const N: usize, const M: usize, const Z: usize>(
+    plant: &S,
+    (lower, upper): ([f64; N], [f64; N]),
+    input: SVector<f64, M>,
+    wanted: &Wanted,
+    settings: &Settings<N>,
+    progress: &mut Listener<'_>,
+) -> Result<Choice, NumericalKklError>
+where
+    S: Differentiable<f64, Const<N>, Const<M>, Const<1>>,
+    W: Table<N, Z>,
+{
     let domain = Domain::new(lower, upper, wanted.escape.unwrap_or(Escape::Free))?;
     let rate = if wanted.cutoff.is_none() { Some(rate(plant, &domain, &input)?) } else { None };
     let mut cutoffs: Vec<f64> = match (wanted.cutoff, rate) {
@@ -136,7 +157,7 @@ where
     if let (Some(cutoff), Some(points)) = (wanted.cutoff, wanted.points) {
         return Ok(Choice { cutoff, points, escape, rate, candidates: Vec::new(), is_reached: true });
     }
-    let stages: Vec<usize> = wanted.points.map_or_else(|| grids(N).to_vec(), |points| vec![points]);
+    let stages: Vec<usize> = wanted.points.map_or_else(|| W::grids().to_vec(), |points| vec![points]);
     let mut candidates: Vec<Candidate> = Vec::new();
     for (&points, kept) in stages.iter().zip(KEPT) {
         // The order of the errors so far; what has no design comes last, the fastest of it first.
@@ -152,7 +173,7 @@ where
         for &cutoff in &cutoffs {
             let mut attempt = |escape| {
                 let domain = Domain::new(lower, upper, escape)?;
-                error_of::<S, N, M, Z>(plant, &domain, (cutoff, points), input, settings, progress)
+                error_of::<S, W, N, M, Z>(plant, &domain, (cutoff, points), input, settings, progress)
             };
             let mut outcome = attempt(escape);
             if let (Err(NumericalKklError::Escapes { .. }), None, Escape::Free) = (&outcome, wanted.escape, escape) {
@@ -209,12 +230,12 @@ where
     Ok(grid(domain).iter().any(is_unbounded))
 }
 
-/// Five points per axis.
+/// Five points per axis, three for more than four states.
 fn grid<const N: usize>(domain: &Domain<N>) -> Vec<SVector<f64, N>> {
-    const PER_AXIS: usize = 5;
+    let per_axis: usize = if N > 4 { 3 } else { 5 };
     let share =
-        |index: usize, axis: usize| (index / PER_AXIS.pow(axis as u32) % PER_AXIS) as f64 / (PER_AXIS - 1) as f64;
-    (0..PER_AXIS.pow(N as u32)).map(|index| domain.point(|axis| share(index, axis))).collect()
+        |index: usize, axis: usize| (index / per_axis.pow(axis as u32) % per_axis) as f64 / (per_axis - 1) as f64;
+    (0..per_axis.pow(N as u32)).map(|index| domain.point(|axis| share(index, axis))).collect()
 }
 
 /// The error of the candidate that came furthest: the last one.
@@ -239,7 +260,7 @@ fn none_fits(mut candidates: Vec<Candidate>) -> NumericalKklError {
 }
 
 /// The error of a coarse design.
-fn error_of<S, const N: usize, const M: usize, const Z: usize>(
+fn error_of<S, W, const N: usize, const M: usize, const Z: usize>(
     plant: &S,
     domain: &Domain<N>,
     (cutoff, points): (f64, usize),
@@ -249,6 +270,7 @@ fn error_of<S, const N: usize, const M: usize, const Z: usize>(
 ) -> Result<f64, NumericalKklError>
 where
     S: Differentiable<f64, Const<N>, Const<M>, Const<1>>,
+    W: Table<N, Z>,
 {
     let coarse = Settings {
         points: [points; N],
@@ -259,7 +281,7 @@ where
         ..*settings
     };
     let target = Target::<1, Z>::bessel(cutoff)?;
-    let design = NumericalKklDesign::new(plant, &target, domain, input, &coarse, progress)?;
+    let design = NumericalKklDesign::<N, M, 1, Z, W>::with_table(plant, &target, domain, input, &coarse, progress)?;
     let error = design.report.interpolated.rmse.component_div(&domain.half_width()).max();
     if error.is_finite() { Ok(error) } else { Err(NumericalKklError::Unresolved { error, most: super::UNRESOLVED }) }
 }

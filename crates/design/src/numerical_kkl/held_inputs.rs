@@ -16,6 +16,7 @@ use luenberger_observers::numerical_kkl::{
 use luenberger_plants::Differentiable;
 use nalgebra::{Const, SVector};
 
+use super::interpolation::check_grid;
 use super::progress::{Listener, Progress};
 use super::regression::{self, Budget, Samples};
 use super::{
@@ -90,7 +91,8 @@ impl<const N: usize, const M: usize, const P: usize, const Z: usize, const ZM: u
                 return Err(NumericalKklError::Family { input, lower, upper });
             }
         }
-        check::<N, Z>(settings, nodes.pow(M as u32))?;
+        check::<N>(settings)?;
+        check_grid(&settings.points, nodes.pow(M as u32), Z)?;
         let transform = |input| Transform::new(plant, target, domain, input, settings.tolerance);
         let axes = family.map(|range| lobatto(range, nodes));
         let tables = tables(&transform, &axes, settings, progress)?;

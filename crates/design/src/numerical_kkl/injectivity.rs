@@ -6,7 +6,7 @@
 //! pairs, `T(x'') = T(x)` is solved for x'' beginning at x', first on the spline, then by Gauss-Newton steps on T
 //! itself.
 
-use luenberger_observers::numerical_kkl::TensorSpline;
+use luenberger_observers::numerical_kkl::BoxMap;
 use luenberger_observers::numerical_kkl::least_squares::nearest;
 use luenberger_plants::Differentiable;
 use nalgebra::{Const, DMatrix, SVector};
@@ -38,7 +38,7 @@ pub struct Injectivity<const N: usize> {
 /// The numbers over a grid of `per_axis` points per axis; `spline` is T in `coordinates`.
 pub(crate) fn injectivity<S, const N: usize, const M: usize, const P: usize, const Z: usize>(
     transform: &Transform<'_, S, N, M, P, Z>,
-    (spline, coordinates): (&TensorSpline<f64, Vec<f64>, N, Z>, &Coordinates<f64, Z>),
+    (spline, coordinates): (&impl BoxMap<f64, N, Z>, &Coordinates<f64, Z>),
     per_axis: usize,
     progress: &mut Listener<'_>,
 ) -> Result<Injectivity<N>, NumericalKklError>

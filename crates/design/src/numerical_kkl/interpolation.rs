@@ -72,7 +72,7 @@ pub(crate) fn interpolate<const N: usize, const Z: usize>(
 }
 
 /// From `count` values to `count + 2` coefficients.
-fn collocation_inverse(count: usize) -> DMatrix<f64> {
+pub(super) fn collocation_inverse(count: usize) -> DMatrix<f64> {
     let mut matrix = DMatrix::zeros(count + 2, count + 2);
     for (j, entry) in [1.0, -4.0, 6.0, -4.0, 1.0].into_iter().enumerate() {
         matrix[(0, j)] = entry;

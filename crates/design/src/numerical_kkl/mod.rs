@@ -17,6 +17,7 @@
 //! | `interpolation`, `regression` | splines through a grid; polynomials on a tree |
 //! | `injectivity` | injectivity of T |
 //! | `held_inputs` | the design for a family of held inputs |
+//! | `low_rank` | T of low rank, for more states than a grid can hold |
 //! | `progress` | progress of a design, and its cancellation |
 //! | `report` | errors at validation points, and costs |
 //!
@@ -32,6 +33,7 @@ mod extrapolation;
 mod held_inputs;
 mod injectivity;
 mod interpolation;
+mod low_rank;
 mod progress;
 mod regression;
 mod report;
@@ -43,7 +45,7 @@ use std::ops::ControlFlow;
 use luenberger_observers::kkl::{KklObserver, LeftInverse, LinearKkl};
 use luenberger_observers::numerical_kkl::least_squares::RESTARTS;
 use luenberger_observers::numerical_kkl::{
-    Coordinates, InterpolatedInverse, Node, NumericalKklObserver, PolynomialInverse, Search, TensorSpline,
+    BoxMap, Coordinates, InterpolatedInverse, Node, NumericalKklObserver, PolynomialInverse, Search, TensorSpline,
 };
 use luenberger_plants::Differentiable;
 use nalgebra::{Const, DMatrix, SMatrix, SVector};
@@ -53,11 +55,12 @@ use crate::golden_sequence::GoldenSequence;
 use progress::Listener;
 use regression::{Budget, Samples};
 
-pub use choice::{Candidate, Choice, Wanted, choose, searched_tables};
+pub use choice::{Candidate, Choice, Wanted, choose, choose_with_table, searched_tables};
 pub use domain::{Domain, Escape};
 pub use error::NumericalKklError;
 pub use held_inputs::{HeldInputDesign, HeldInputReport, HeldInputs, MOST_NODES, without_tables};
 pub use injectivity::Injectivity;
+pub use low_rank::{Train, low_rank_trajectories};
 pub use progress::Progress;
 pub use report::{Errors, Footprint, HeldOut, Report, Trial, held_out};
 pub use target::Target;
@@ -70,6 +73,11 @@ pub struct Settings<const N: usize> {
     pub tolerance: f64,
     /// Grid points per axis of the spline of T, 4 to 1024 (default 65).
     pub points: [usize; N],
+    /// Largest rank of a table of low rank, 1 to 32 (default 24).
+    pub rank: usize,
+    /// Largest error of a table of low rank at points of its grid, in the coordinates in which T(box) is about one wide,
+    /// 1e-12 to 0.1 (default 1e-6).
+    pub rank_tolerance: f64,
     /// Total degree of the polynomials of the embedded form, 1 to 12 (default 4).
     pub degree: usize,
     /// Leaves of its tree, 1 to 4096 (default 64). One leaf is the ordinary polynomial regression.
@@ -95,6 +103,8 @@ impl<const N: usize> Default for Settings<N> {
         Self {
             tolerance: 1e-11,
             points: [65; N],
+            rank: 24,
+            rank_tolerance: 1e-6,
             degree: 4,
             leaves: 64,
             samples: 20_000,
@@ -110,16 +120,23 @@ impl<const N: usize> Default for Settings<N> {
 
 /// The embedded form, as designed.
 pub type Embedded<const N: usize, const Z: usize> = PolynomialInverse<f64, Vec<Node<f64>>, Vec<f64>, N, Z>;
-/// The interpolated form, as designed.
-pub type Interpolated<const N: usize, const Z: usize> = InterpolatedInverse<f64, Vec<Node<f64>>, Vec<f64>, N, Z>;
+/// The interpolated form, as designed; `W` is its table, [`TensorSpline`] or [`Train`].
+pub type Interpolated<const N: usize, const Z: usize, W = TensorSpline<f64, Vec<f64>, N, Z>> =
+    InterpolatedInverse<f64, Vec<Node<f64>>, Vec<f64>, N, Z, W>;
 
-/// Both observers, with the measured accuracy.
+/// Both observers, with the measured accuracy; `W` is the table of the interpolated one.
 #[derive(Clone, Debug)]
-pub struct NumericalKklDesign<const N: usize, const M: usize, const P: usize, const Z: usize> {
+pub struct NumericalKklDesign<
+    const N: usize,
+    const M: usize,
+    const P: usize,
+    const Z: usize,
+    W = TensorSpline<f64, Vec<f64>, N, Z>,
+> {
     /// The observer for a microcontroller.
     pub embedded: NumericalKklObserver<Embedded<N, Z>, f64, N, M, P, Z>,
     /// The accurate one.
-    pub interpolated: NumericalKklObserver<Interpolated<N, Z>, f64, N, M, P, Z>,
+    pub interpolated: NumericalKklObserver<Interpolated<N, Z, W>, f64, N, M, P, Z>,
     /// The measured accuracy.
     pub report: Report<N>,
 }
@@ -167,10 +184,76 @@ impl<const N: usize, const M: usize, const P: usize, const Z: usize> NumericalKk
     where
         S: Differentiable<f64, Const<N>, Const<M>, Const<P>>,
     {
-        check::<N, Z>(settings, 1)?;
-        let transform = Transform::new(plant, target, domain, input, settings.tolerance)?;
-        let (coordinates, spline) = tabulate(&transform, settings.points, progress)?;
+        Self::with_table(plant, target, domain, input, settings, progress)
+    }
+}
 
+impl<const N: usize, const M: usize, const P: usize, const Z: usize> NumericalKklDesign<N, M, P, Z, Train<N, Z>> {
+    /// As [`new`](NumericalKklDesign::new), with a table of low rank: a [tensor train](Train) of splines, for more states than a
+    /// grid of `settings.points` can hold. Its rank is the smallest with which the error at points of the grid is below
+    /// `settings.rank_tolerance`, at most `settings.rank`. The time is about that of [`Report::trajectories`]
+    /// trajectories.
+    ///
+    /// A double integrator driven by an unknown constant force, whose position is measured:
+    /// ```
+    /// use luenberger_design::numerical_kkl::{Domain, Escape, NumericalKklDesign, Settings, Target};
+    /// use luenberger_observers::Observer;
+    /// use luenberger_plants::StaticPlant;
+    /// use nalgebra::{SMatrix, SVector, matrix, vector};
+    /// use std::ops::ControlFlow::Continue;
+    /// let a = matrix![0.0, 1.0, 0.0; 0.0, 0.0, 1.0; 0.0, 0.0, 0.0];
+    /// let plant = StaticPlant::new(a, SMatrix::<f64, 3, 0>::zeros(), matrix![1.0, 0.0, 0.0])?;
+    /// let domain = Domain::new([-1.0; 3], [1.0; 3], Escape::Free)?;
+    /// let settings = Settings { points: [5; 3], samples: 500, leaves: 4, injectivity_points: 5, ..Settings::default() };
+    /// let target = Target::<1, 4>::bessel(4.0)?;
+    /// let design = NumericalKklDesign::low_rank(&plant, &target, &domain, SVector::zeros(), &settings, &mut |_| Continue(()))?;
+    /// // T of a linear plant is linear: rank 2 at most between any two axes.
+    /// assert!(design.interpolated.map().inverse().spline().ranks()[1..].iter().all(|rank| *rank <= 4));
+    /// let (x, u, y) = (vector![0.5, -0.3, 0.2], SVector::zeros(), SVector::zeros());
+    /// let z = design.interpolated.initial(0.0, &x, &u, &y);
+    /// assert!((design.interpolated.estimate(0.0, &z, &u, &y) - x).norm() < 1e-6);
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    /// # Errors
+    /// As [`new`](NumericalKklDesign::new), without a limit for the grid as a whole.
+    pub fn low_rank<S>(
+        plant: &S,
+        target: &Target<P, Z>,
+        domain: &Domain<N>,
+        input: SVector<f64, M>,
+        settings: &Settings<N>,
+        progress: &mut dyn FnMut(Progress) -> ControlFlow<()>,
+    ) -> Result<Self, NumericalKklError>
+    where
+        S: Differentiable<f64, Const<N>, Const<M>, Const<P>>,
+    {
+        Self::with_table(plant, target, domain, input, settings, progress)
+    }
+}
+
+impl<const N: usize, const M: usize, const P: usize, const Z: usize, W> NumericalKklDesign<N, M, P, Z, W>
+where
+    W: Table<N, Z>,
+{
+    /// As [`new`](NumericalKklDesign::new), with the table `W`.
+    ///
+    /// # Errors
+    /// As [`new`](NumericalKklDesign::new); those of [`Table::check`].
+    pub fn with_table<S>(
+        plant: &S,
+        target: &Target<P, Z>,
+        domain: &Domain<N>,
+        input: SVector<f64, M>,
+        settings: &Settings<N>,
+        progress: &mut dyn FnMut(Progress) -> ControlFlow<()>,
+    ) -> Result<Self, NumericalKklError>
+    where
+        S: Differentiable<f64, Const<N>, Const<M>, Const<P>>,
+    {
+        check::<N>(settings)?;
+        W::check(settings)?;
+        let transform = Transform::new(plant, target, domain, input, settings.tolerance)?;
+        let Tabulated { coordinates, table: spline, trajectories } = W::compute(&transform, settings, progress)?;
         // Held out: the far end of another sequence than the samples'.
         let probes: Vec<SVector<f64, N>> = GoldenSequence::new(N, settings.seed ^ 0x5bd1_e995)
             .take(settings.held_out)
@@ -208,6 +291,7 @@ impl<const N: usize, const M: usize, const P: usize, const Z: usize> NumericalKk
         let interpolated = InterpolatedInverse::new(spline, embedded.clone(), search)?;
         let report = Report {
             horizon: transform.horizon(),
+            trajectories,
             spline: spline_error,
             residual,
             simulated_residual,
@@ -223,8 +307,7 @@ impl<const N: usize, const M: usize, const P: usize, const Z: usize> NumericalKk
     }
 }
 
-fn check<const N: usize, const Z: usize>(settings: &Settings<N>, tables: usize) -> Result<(), NumericalKklError> {
-    interpolation::check_grid(&settings.points, tables, Z)?;
+fn check<const N: usize>(settings: &Settings<N>) -> Result<(), NumericalKklError> {
     within("the degree", settings.degree as f64, 1.0, 12.0)?;
     within("the number of leaves", settings.leaves as f64, 1.0, 4096.0)?;
     within("the number of samples", settings.samples as f64, 100.0, 1e6)?;
@@ -239,22 +322,125 @@ fn check<const N: usize, const Z: usize>(settings: &Settings<N>, tables: usize) 
     Ok(within("the number of held-out points", settings.held_out as f64, 10.0, 1e5)?)
 }
 
-/// A spline on the heap.
-type Spline<const N: usize, const Z: usize> = TensorSpline<f64, Vec<f64>, N, Z>;
+/// A tensor-product spline on the heap.
+pub type Spline<const N: usize, const Z: usize> = TensorSpline<f64, Vec<f64>, N, Z>;
 
-/// T on the grid, white coordinates from its values, and its spline in them.
-fn tabulate<S, const N: usize, const M: usize, const P: usize, const Z: usize>(
-    transform: &Transform<'_, S, N, M, P, Z>,
-    points: [usize; N],
-    progress: &mut Listener<'_>,
-) -> Result<(Coordinates<f64, Z>, Spline<N, Z>), NumericalKklError>
-where
-    S: Differentiable<f64, Const<N>, Const<M>, Const<P>>,
-{
-    let values = on_grid(transform, points, (0, 1), progress)?;
-    let coordinates = white_coordinates(&values, transform.output_scale())?;
-    let spline = spline_of(transform.domain(), points, &coordinates, &values)?;
-    Ok((coordinates, spline))
+/// T as a table, with its coordinates.
+#[derive(Clone, Debug)]
+pub struct Tabulated<W, const Z: usize> {
+    /// Coordinates in which T(box) is about one wide.
+    pub coordinates: Coordinates<f64, Z>,
+    /// T in them.
+    pub table: W,
+    /// Trajectories backward in time that it took.
+    pub trajectories: usize,
+}
+
+/// A table of T: splines on a grid ([`TensorSpline`]), or of low rank ([`Train`]).
+pub trait Table<const N: usize, const Z: usize>: BoxMap<f64, N, Z> + Sized {
+    /// Whether the settings can be used.
+    ///
+    /// # Errors
+    /// [`DesignError::Setting`](crate::DesignError::Setting) for a setting out of its range;
+    /// [`NumericalKklError::GridTooLarge`] for more numbers than are computed.
+    fn check(settings: &Settings<N>) -> Result<(), NumericalKklError>;
+
+    /// The table by simulation.
+    ///
+    /// # Errors
+    /// As [`Transform::at`]; [`NumericalKklError::Stopped`].
+    fn compute<S, const M: usize, const P: usize>(
+        transform: &Transform<'_, S, N, M, P, Z>,
+        settings: &Settings<N>,
+        progress: &mut dyn FnMut(Progress) -> ControlFlow<()>,
+    ) -> Result<Tabulated<Self, Z>, NumericalKklError>
+    where
+        S: Differentiable<f64, Const<N>, Const<M>, Const<P>>;
+
+    /// Grid points per axis of the designs on which missing settings are searched, coarse to fine.
+    fn grids() -> [usize; 3];
+
+    /// Numbers that it stores.
+    fn numbers(&self) -> usize;
+
+    /// Multiply-adds of one evaluation with its Jacobian.
+    fn multiply_adds(&self) -> usize;
+
+    /// The largest number of terms of a sum of products of functions of fewer states; 0 where T is not such a sum.
+    fn rank(&self) -> usize {
+        0
+    }
+}
+
+impl<const N: usize, const Z: usize> Table<N, Z> for Spline<N, Z> {
+    fn check(settings: &Settings<N>) -> Result<(), NumericalKklError> {
+        interpolation::check_grid(&settings.points, 1, Z)
+    }
+
+    /// T on the grid, white coordinates from its values, and its spline in them.
+    fn compute<S, const M: usize, const P: usize>(
+        transform: &Transform<'_, S, N, M, P, Z>,
+        settings: &Settings<N>,
+        progress: &mut Listener<'_>,
+    ) -> Result<Tabulated<Self, Z>, NumericalKklError>
+    where
+        S: Differentiable<f64, Const<N>, Const<M>, Const<P>>,
+    {
+        let points = settings.points;
+        let values = on_grid(transform, points, (0, 1), progress)?;
+        let coordinates = white_coordinates(&values, transform.output_scale())?;
+        let table = spline_of(transform.domain(), points, &coordinates, &values)?;
+        Ok(Tabulated { coordinates, table, trajectories: values.len() })
+    }
+
+    fn grids() -> [usize; 3] {
+        choice::grids(N, false)
+    }
+
+    fn numbers(&self) -> usize {
+        self.coefficients().len()
+    }
+
+    /// For each of 4^N weights, N + 1 products of N factors, and N + 1 times Z multiply-adds.
+    fn multiply_adds(&self) -> usize {
+        4usize.pow(N as u32) * (N + 1) * (N + Z)
+    }
+}
+
+impl<const N: usize, const Z: usize> Table<N, Z> for Train<N, Z> {
+    fn check(settings: &Settings<N>) -> Result<(), NumericalKklError> {
+        low_rank::check(settings, Z)
+    }
+
+    fn compute<S, const M: usize, const P: usize>(
+        transform: &Transform<'_, S, N, M, P, Z>,
+        settings: &Settings<N>,
+        progress: &mut Listener<'_>,
+    ) -> Result<Tabulated<Self, Z>, NumericalKklError>
+    where
+        S: Differentiable<f64, Const<N>, Const<M>, Const<P>>,
+    {
+        low_rank::tabulate(transform, settings, progress)
+    }
+
+    fn grids() -> [usize; 3] {
+        choice::grids(N, true)
+    }
+
+    fn numbers(&self) -> usize {
+        self.coefficients().len()
+    }
+
+    fn rank(&self) -> usize {
+        self.ranks().into_iter().skip(1).max().unwrap_or(1)
+    }
+
+    /// For each entry of each matrix its value and slope, and its part in the product and in the derivatives so far.
+    fn multiply_adds(&self) -> usize {
+        let ranks = self.ranks();
+        let columns = |axis: usize| ranks.get(axis + 1).copied().unwrap_or(1);
+        (0..N).map(|axis| ranks[axis] * columns(axis) * (10 + N - 1 - axis)).sum()
+    }
 }
 
 /// T on the grid, of table `table` of so many.
@@ -328,7 +514,7 @@ const THIN: f64 = 1e-6;
 fn embed<const N: usize, const Z: usize>(
     domain: &Domain<N>,
     coordinates: &Coordinates<f64, Z>,
-    spline: &TensorSpline<f64, Vec<f64>, N, Z>,
+    spline: &impl BoxMap<f64, N, Z>,
     settings: &Settings<N>,
     progress: &mut Listener<'_>,
 ) -> Result<Embedded<N, Z>, NumericalKklError> {
@@ -336,7 +522,7 @@ fn embed<const N: usize, const Z: usize>(
     for share in GoldenSequence::new(N, settings.seed).take(settings.samples) {
         let x = domain.point(|i| share[i]);
         states.push(<[f64; N]>::from(x));
-        images.push(<[f64; Z]>::from(spline.at(&x)));
+        images.push(<[f64; Z]>::from(spline.with_gradient(&x).0));
     }
     let leaves = settings.leaves;
     let budget = Budget { degree: settings.degree, leaves, ridge: settings.ridge };
@@ -384,7 +570,7 @@ fn inversion_errors<const N: usize, I>(
 
 /// Evaluations of T per estimate, mean and largest.
 fn evaluations<const N: usize, const Z: usize>(
-    form: &Interpolated<N, Z>,
+    form: &Interpolated<N, Z, impl BoxMap<f64, N, Z>>,
     images: &[SVector<f64, Z>],
     progress: &mut Listener<'_>,
 ) -> Result<(f64, usize), NumericalKklError> {
@@ -409,15 +595,17 @@ fn embedded_footprint<const N: usize, const Z: usize>(form: &Embedded<N, Z>) -> 
     }
 }
 
-fn interpolated_footprint<const N: usize, const Z: usize>(form: &Interpolated<N, Z>) -> Footprint {
+fn interpolated_footprint<const N: usize, const Z: usize, W>(form: &Interpolated<N, Z, W>) -> Footprint
+where
+    W: Table<N, Z>,
+{
     let start = embedded_footprint(form.start());
-    let table = form.spline().coefficients().len();
-    // Value and gradient: for each of 4^N weights, N + 1 products of N factors and N + 1 times Z multiply-adds; then
-    // the normal equations.
+    let table = form.spline().numbers();
+    // Value and gradient, then the normal equations.
     let search = form.search();
     let restarts = if search.fallback == 0 { 0 } else { RESTARTS };
     let evaluations = (1 + restarts) * search.max_evaluations + search.fallback.pow(N as u32);
-    let once = 4usize.pow(N as u32) * (N + 1) * (N + Z) + N * (N + 1) * Z + N * N * N;
+    let once = form.spline().multiply_adds() + N * (N + 1) * Z + N * N * N;
     Footprint {
         numbers: start.numbers + table,
         bytes_f32: start.bytes_f32 + 4 * table,

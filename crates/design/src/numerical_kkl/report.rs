@@ -139,6 +139,8 @@ pub struct Footprint {
 pub struct Report<const N: usize> {
     /// How far back T looks.
     pub horizon: f64,
+    /// Trajectories backward in time that the table of T took.
+    pub trajectories: usize,
     /// Error of the interpolated T at the held-out points, in the coordinates in which T(box) is about one wide: root
     /// mean square and largest.
     pub spline: (f64, f64),
@@ -166,6 +168,7 @@ impl<const N: usize> fmt::Display for Report<N> {
         let list = |v: &SVector<f64, N>| v.iter().map(|x| format!("{x:.2e}")).collect::<Vec<_>>().join(", ");
         let i = &self.injectivity;
         writeln!(f, "memory                         {:.2}", self.horizon)?;
+        writeln!(f, "trajectories of the table      {}", self.trajectories)?;
         writeln!(f, "spline of T, rms and max       {:.2e}, {:.2e}", self.spline.0, self.spline.1)?;
         writeln!(f, "DT f - D T - B h, rms and max  {:.2e}, {:.2e}", self.residual.0, self.residual.1)?;
         writeln!(f, "  by simulation, max           {:.2e}", self.simulated_residual)?;

@@ -14,7 +14,8 @@ use crate::{Export, number};
 /// The table, its evaluation and the search, as functions. `between` is there already.
 pub(super) fn functions(text: &mut String, export: &Export, table: &TableOf) {
     let number = scalar(export);
-    _ = writeln!(text, "\n/* Coefficients of the splines, the last axis fastest. */");
+    let order = if table.ranks.is_empty() { "the last axis fastest" } else { "axis by axis, a matrix for each" };
+    _ = writeln!(text, "\n/* Coefficients of the splines, {order}. */");
     _ = writeln!(text, "static const {number} TABLE[{}] = {{", table.coefficients.len());
     for line in table.coefficients.chunks(6) {
         let line: Vec<String> = line.iter().map(|x| number::c(export.scalar.round(*x), export.scalar)).collect();
@@ -26,7 +27,19 @@ pub(super) fn functions(text: &mut String, export: &Export, table: &TableOf) {
     };
     let n = table.points.len();
     _ = writeln!(text, "static const int CELLS[{n}] = {{ {} }};", list(&|count| count - 1));
-    _ = writeln!(text, "static const int STRIDE[{n}] = {{ {} }};", list(&|count| count + 2));
+    if table.ranks.is_empty() {
+        _ = writeln!(text, "static const int STRIDE[{n}] = {{ {} }};", list(&|count| count + 2));
+    } else {
+        let ranks: Vec<String> = table.ranks.iter().chain([&1]).map(usize::to_string).collect();
+        _ = writeln!(text, "/* Rows of the matrices of each axis, and the columns of the last. */");
+        _ = writeln!(text, "static const int RANK[{}] = {{ {} }};", n + 1, ranks.join(", "));
+        let ends = (0..n).scan(0, |end, axis| {
+            *end += (table.points[axis] + 2) * table.ranks[axis] * table.columns(axis);
+            Some(end.to_string())
+        });
+        let starts: Vec<String> = [String::from("0")].into_iter().chain(ends).take(n).collect();
+        _ = writeln!(text, "static const int CORE[{n}] = {{ {} }};", starts.join(", "));
+    }
     if let Some(Search { fallback: count @ 1.., .. }) = table.search {
         let share = |k: usize| export.scalar.round((k as f64 + 0.5) / count as f64);
         let shares: Vec<String> = (0..count).map(|k| number::c(share(k), export.scalar)).collect();
@@ -133,9 +146,28 @@ fn evaluation(text: &mut String, export: &Export, table: &TableOf) {
         })
     };
     let (parameter, _) = passed(export, table);
-    let sum = sum_of_table(table, number, (&product(""), &product("j")));
+    let sum = if table.ranks.is_empty() {
+        sum_of_table(table, number, (&product(""), &product("j")))
+    } else {
+        product_of_train(table, number, &literal(0.0), &literal(1.0))
+    };
     let sum = if table.nodes.is_empty() { sum } else { sum_of_tables(table, number, &literal(0.0), &sum) };
     let several = if table.nodes.is_empty() { "" } else { "    int of;\n" };
+    let (corner, cleared) = if table.ranks.is_empty() {
+        let zero = literal(0.0);
+        let cleared = format!(
+            "    for (i = 0; i < {z}; ++i) {{
+        value[i] = {zero};
+        for (j = 0; j < {n}; ++j) {{
+            jacobian[(i * {n}) + j] = {zero};
+        }}
+    }}
+"
+        );
+        ("    int corner;\n", cleared)
+    } else {
+        ("", String::new())
+    };
     _ = write!(
         text,
         "
@@ -145,8 +177,7 @@ static void table({parameter}const {number} *x, {number} *value, {number} *jacob
     {number} weights[{n}][4];
     {number} slopes[{n}][4];
     int first[{n}];
-{several}    int corner;
-    int i;
+{several}{corner}    int i;
     int j;
 
     for (i = 0; i < {n}; ++i) {{
@@ -169,15 +200,8 @@ static void table({parameter}const {number} *x, {number} *value, {number} *jacob
         slopes[i][2] = (-r * (({more} * r) - {two})) * scale;
         slopes[i][3] = (({half} * s) * s) * scale;
     }}
-    for (i = 0; i < {z}; ++i) {{
-        value[i] = {zero};
-        for (j = 0; j < {n}; ++j) {{
-            jacobian[(i * {n}) + j] = {zero};
-        }}
-    }}
-{sum}}}
+{cleared}{sum}}}
 ",
-        zero = literal(0.0),
         one = literal(1.0),
         two = literal(2.0),
         half = literal(0.5),
@@ -219,6 +243,60 @@ fn sum_of_table(table: &TableOf, number: &str, (plain, sloped): (&str, &str)) ->
         }}
     }}
 "
+    )
+}
+
+/// The product of the matrices of a table of low rank, from the last axis to the first, with its derivatives by the axes
+/// that it has passed.
+fn product_of_train(table: &TableOf, number: &str, zero: &str, one: &str) -> String {
+    let (n, z) = (table.points.len(), table.outputs);
+    let most = table.ranks.iter().copied().max().unwrap_or(1);
+    format!(
+        "    {{
+        {number} product[{most}];
+        {number} next[{most}];
+        {number} gradient[{n}][{most}];
+        {number} turned[{n}][{most}];
+        int axis;
+        int passed;
+        product[0] = {one};
+        for (axis = {last}; axis >= 0; --axis) {{
+            const int size = RANK[axis] * RANK[axis + 1];
+            const {number} *near = &TABLE[CORE[axis] + (first[axis] * size)];
+            const {number} *w = weights[axis];
+            const {number} *v = slopes[axis];
+            for (i = 0; i < RANK[axis]; ++i) {{
+                next[i] = {zero};
+                for (passed = axis; passed < {n}; ++passed) {{
+                    turned[passed][i] = {zero};
+                }}
+                for (j = 0; j < RANK[axis + 1]; ++j) {{
+                    const {number} *c = &near[(i * RANK[axis + 1]) + j];
+                    const {number} entry = (((w[0] * c[0]) + (w[1] * c[size])) + (w[2] * c[2 * size])) + (w[3] * c[3 * size]);
+                    const {number} rate = (((v[0] * c[0]) + (v[1] * c[size])) + (v[2] * c[2 * size])) + (v[3] * c[3 * size]);
+                    next[i] = next[i] + (entry * product[j]);
+                    turned[axis][i] = turned[axis][i] + (rate * product[j]);
+                    for (passed = axis + 1; passed < {n}; ++passed) {{
+                        turned[passed][i] = turned[passed][i] + (entry * gradient[passed][j]);
+                    }}
+                }}
+            }}
+            for (i = 0; i < RANK[axis]; ++i) {{
+                product[i] = next[i];
+                for (passed = axis; passed < {n}; ++passed) {{
+                    gradient[passed][i] = turned[passed][i];
+                }}
+            }}
+        }}
+        for (i = 0; i < {z}; ++i) {{
+            value[i] = product[i];
+            for (j = 0; j < {n}; ++j) {{
+                jacobian[(i * {n}) + j] = gradient[j][i];
+            }}
+        }}
+    }}
+",
+        last = n - 1,
     )
 }
 

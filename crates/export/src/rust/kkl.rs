@@ -6,15 +6,15 @@ use luenberger_observers::numerical_kkl::{Branch, Search};
 
 use super::{named, number};
 use crate::Export;
-use crate::kkl::Kkl;
+use crate::kkl::{Kkl, TableOf};
 use crate::program::Scalar;
 
 /// What the source uses of the observers.
 pub(super) fn imports(kkl: &Kkl<f64>) -> String {
     let (left, sampled) = (inverse_name(kkl), if kkl.held_inputs() > 0 { "SampledHeldKkl" } else { "SampledKkl" });
     let mut list = vec!["Coordinates", "Node", "PolynomialTree", "SampledFilter", left, sampled];
-    if kkl.table(Scalar::Binary64).is_some() {
-        list.extend(["Search", "TensorSpline"]);
+    if let Some(table) = kkl.table(Scalar::Binary64) {
+        list.extend(["Search", table_name(&table)]);
         list.extend((left == "InterpolatedInverse").then_some("PolynomialInverse"));
         list.extend((left == "HeldInputInverse").then_some("HeldInputTables"));
     }
@@ -32,6 +32,11 @@ fn inverse_name(kkl: &Kkl<f64>) -> &'static str {
     }
 }
 
+/// The type of a table.
+fn table_name(table: &TableOf) -> &'static str {
+    if table.ranks.is_empty() { "TensorSpline" } else { "TensorTrain" }
+}
+
 /// The type of the observer.
 pub(super) fn kind(export: &Export, kkl: &Kkl<f64>) -> String {
     let (scalar, size) = (export.scalar.name(), kkl.dimensions());
@@ -39,7 +44,10 @@ pub(super) fn kind(export: &Export, kkl: &Kkl<f64>) -> String {
     let lent = format!("{scalar}, &'static [Node<{scalar}>], &'static [{scalar}]");
     let left = inverse_name(kkl);
     if m == 0 {
-        return format!("SampledKkl<Model, {scalar}, {left}<{lent}, {n}, {z}>, {n}, {m}, {p}, {z}>");
+        let low_rank = kkl.table(export.scalar).filter(|table| !table.ranks.is_empty());
+        let table =
+            low_rank.map_or_else(String::new, |_| format!(", TensorTrain<{scalar}, &'static [{scalar}], {n}, {z}>"));
+        return format!("SampledKkl<Model, {scalar}, {left}<{lent}, {n}, {z}{table}>, {n}, {m}, {p}, {z}>");
     }
     let inverse = match kkl.table(export.scalar) {
         Some(table) => format!(
@@ -132,11 +140,13 @@ pub(super) fn observer(text: &mut String, export: &Export, kkl: &Kkl<f64>) {
         } else {
             _ = write!(
                 text,
-                "    let spline = TensorSpline::new(lower, upper, {:?}, TABLE)?;
+                "    let spline = {}::new(lower, upper, {:?}, {}TABLE)?;
     let search = {};
     let inverse = InterpolatedInverse::new(spline, inverse, search)?;
 ",
+                table_name(table),
                 table.points,
+                if table.ranks.is_empty() { String::new() } else { format!("{:?}, ", table.ranks) },
                 search.unwrap_or_default()
             );
         }

@@ -1,13 +1,16 @@
 //! Random numerical KKL observers of every size and form, as C and as Rust.
 
-use luenberger_export::kkl::{Interpolated, Inverse, Kkl, KklError};
+use luenberger_export::kkl::{Interpolated, Inverse, Kkl, KklError, LowRank};
 use luenberger_export::{Program, Scalar, golden};
+use luenberger_expression::ExpressionPlant;
 use luenberger_observers::numerical_kkl::held_inputs::InverseOnHeap;
 use luenberger_observers::numerical_kkl::held_trees::TreesOnHeap;
 use luenberger_observers::numerical_kkl::polynomial_tree::monomial_count;
 use luenberger_observers::numerical_kkl::{
     Branch, Coordinates, HeldInputTables, Node, PolynomialInverse, PolynomialTree, SampledFilter, Search, TensorSpline,
+    TensorTrain,
 };
+use luenberger_plants::Shape;
 use nalgebra::{SMatrix, SVector};
 
 use crate::compiled::{self, SANITISERS, can_sanitise, compilers};
@@ -78,21 +81,41 @@ fn interpolated<const N: usize, const Z: usize>(random: &mut Random) -> Interpol
     Interpolated::new(table(random, points), inverse(random), search(random)).unwrap()
 }
 
+/// The same with a table of low rank, its ranks at random.
+fn low_rank<const N: usize, const Z: usize>(random: &mut Random) -> LowRank<f64, N, Z> {
+    let points: [usize; N] = std::array::from_fn(|_| 2 + random.below(4));
+    let ranks: [usize; N] = std::array::from_fn(|axis| if axis == 0 { Z } else { 1 + random.below(5) });
+    let size = |axis: usize| (points[axis] + 2) * ranks[axis] * ranks.get(axis + 1).unwrap_or(&1);
+    let coefficients = (0..(0..N).map(size).sum()).map(|_| random.number(1.0)).collect();
+    let (lower, upper) = bounds();
+    let train = TensorTrain::new(lower, upper, points, ranks, coefficients).unwrap();
+    LowRank::new(train, inverse(random), search(random)).unwrap()
+}
+
 /// A numerical KKL observer of a plant without inputs.
 pub(crate) fn plain(random: &mut Random) -> Kkl<f64> {
     let (form, size) = (random.below(2), random.below(2));
     of_plain(random, (2 + size, form))
 }
 
-fn of_plain(random: &mut Random, size_and_form: (usize, usize)) -> Kkl<f64> {
-    let plant = plant(random, (size_and_form.0, 0, 1));
-    match size_and_form {
-        (2, 0) => Kkl::new(&plant, filter(random), inverse::<2, 3>(random)),
-        (2, _) => Kkl::new(&plant, filter(random), interpolated::<2, 3>(random)),
-        (3, 0) => Kkl::new(&plant, filter(random), inverse::<3, 4>(random)),
-        (3, _) => Kkl::new(&plant, filter(random), interpolated::<3, 4>(random)),
-        (_, 0) => Kkl::new(&plant, filter(random), inverse::<4, 5>(random)),
-        _ => Kkl::new(&plant, filter(random), interpolated::<4, 5>(random)),
+fn of_plain(random: &mut Random, (states, form): (usize, usize)) -> Kkl<f64> {
+    let plant = plant(random, (states, 0, 1));
+    of_plant(random, &plant, form)
+}
+
+/// The embedded form (0) or the interpolated one, for a plant without inputs.
+pub(crate) fn of_plant(random: &mut Random, plant: &ExpressionPlant, form: usize) -> Kkl<f64> {
+    match (plant.dimensions().states, form) {
+        (2, 0) => Kkl::new(plant, filter(random), inverse::<2, 3>(random)),
+        (2, _) => Kkl::new(plant, filter(random), interpolated::<2, 3>(random)),
+        (3, 0) => Kkl::new(plant, filter(random), inverse::<3, 4>(random)),
+        (3, _) => Kkl::new(plant, filter(random), interpolated::<3, 4>(random)),
+        (4, 0) => Kkl::new(plant, filter(random), inverse::<4, 5>(random)),
+        (4, _) => Kkl::new(plant, filter(random), interpolated::<4, 5>(random)),
+        (5, 0) => Kkl::new(plant, filter(random), inverse::<5, 6>(random)),
+        (5, _) => Kkl::new(plant, filter(random), low_rank::<5, 6>(random)),
+        (_, 0) => Kkl::new(plant, filter(random), inverse::<6, 7>(random)),
+        _ => Kkl::new(plant, filter(random), low_rank::<6, 7>(random)),
     }
     .unwrap()
 }
@@ -153,7 +176,7 @@ fn held(random: &mut Random, (n, m): (usize, usize), is_tree: bool) -> Kkl<f64> 
 /// Every size and form that is offered.
 fn all(random: &mut Random) -> Vec<Kkl<f64>> {
     let mut all = Vec::new();
-    for n in 2..=4 {
+    for n in 2..=6 {
         all.extend((0..2).map(|form| of_plain(random, (n, form))));
     }
     for (n, m) in [(2, 1), (2, 2), (3, 1), (3, 2)] {
@@ -178,7 +201,7 @@ fn every_size_and_form_agrees_with_the_design_bit_by_bit() {
         runs.push(golden::steps(&export, STEPS).unwrap_or_else(|error| panic!("{k}: {error}")));
         exports.push(export);
     }
-    assert_eq!(exports.len(), 14);
+    assert_eq!(exports.len(), 18);
     write(&folder, &exports, &runs);
     for compiler in &compilers {
         compare(&folder, &exports, &runs, compiler, &["-O2"]);

@@ -14,8 +14,9 @@ use luenberger_observers::{
 };
 use nalgebra::{DMatrix, dmatrix, dvector};
 
+use crate::fuzz::Random;
 use crate::moving_horizon::plant;
-use crate::{compiled, fuzz};
+use crate::{compiled, fuzz, kkl};
 
 /// Numbers that count the operations with them.
 const COUNTING: &str = "#pragma once
@@ -27,6 +28,7 @@ struct counted {
     double v;
     counted() = default;
     template <typename T> counted(T x) : v(static_cast<double>(x)) {}
+    explicit operator int() const { return static_cast<int>(v); }
 };
 inline counted operator+(counted a, counted b) { ++operations; return a.v + b.v; }
 inline counted operator-(counted a, counted b) { ++operations; return a.v - b.v; }
@@ -164,6 +166,30 @@ fn steps_take_the_operations_that_are_stated() {
         let (most, stated) = (*counts.iter().max().unwrap(), export.operations());
         if most > stated || 10 * most < 9 * stated {
             wrong.push(format!("p{k}: {most} operations, {stated} are stated: {:?}", export.program()));
+        }
+    }
+    assert!(wrong.is_empty(), "{}", wrong.join("\n"));
+}
+
+/// The numerical KKL observers, whose searches end early at some samples.
+#[test]
+fn left_inverses_take_no_more_operations_than_are_stated() {
+    let mut random = Random(11);
+    let mut exports = Vec::new();
+    for states in 2..=6 {
+        let f: Vec<String> = (1..=states).map(|i| format!("x{} - 0.5*x{i} + 0.1*x1*x{i}", i % states + 1)).collect();
+        let f: Vec<&str> = f.iter().map(String::as_str).collect();
+        for form in 0..2 {
+            let observer = kkl::of_plant(&mut random, &plant(&f, &["x1"], 0), form);
+            exports.push(fuzz::export(&format!("p{}", exports.len()), Program::Kkl(observer), Scalar::Binary64));
+        }
+    }
+    let Some(counts) = counts(&compiled::folder("operations-kkl"), &exports) else { return };
+    let mut wrong = Vec::new();
+    for (k, (export, counts)) in exports.iter().zip(&counts).enumerate() {
+        let (most, stated) = (*counts.iter().max().unwrap(), export.operations());
+        if most > stated || 3 * most < stated {
+            wrong.push(format!("p{k}: {most} operations, {stated} are stated: {counts:?}"));
         }
     }
     assert!(wrong.is_empty(), "{}", wrong.join("\n"));

@@ -1,6 +1,6 @@
 //! The interpolated form of a left inverse: `min |W (T(x) - z)|` over the box.
 //!
-//! T is a [`TensorSpline`] in [`Coordinates`](crate::numerical_kkl::Coordinates); the minimum is sought by Gauss-Newton
+//! T is a [`TensorSpline`] or a [`TensorTrain`] in [`Coordinates`](crate::numerical_kkl::Coordinates); the minimum is sought by Gauss-Newton
 //! steps with Levenberg's damping where a step does not reduce the residual, projected on the box, and bounded in
 //! number. The start is the embedded form's estimate, a function of z alone, so that the estimate is one too; who steps
 //! it in a loop can start from the last estimate instead ([`InterpolatedInverse::solve`]). Where the iteration ends
@@ -16,7 +16,7 @@ use crate::dense::{Factor, larger, sum};
 use crate::error::ObserverError;
 use crate::kkl::LeftInverse;
 use crate::numerical_kkl::polynomial_tree::{PolynomialInverse, clamped, finite};
-use crate::numerical_kkl::{Node, TensorSpline};
+use crate::numerical_kkl::{Node, TensorSpline, TensorTrain};
 
 /// Where the iteration ended.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -50,10 +50,11 @@ impl<T: RealField + Copy, V: AsRef<[T]>, const N: usize, const Z: usize> BoxMap<
     }
 }
 
-/// The interpolated form: T by splines, the state by least squares.
+/// The interpolated form: T by splines, the state by least squares. `S` is the table, a [`TensorSpline`] or a
+/// [`TensorTrain`].
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct InterpolatedInverse<T, K, V, const N: usize, const Z: usize> {
-    spline: TensorSpline<T, V, N, Z>,
+pub struct InterpolatedInverse<T, K, V, const N: usize, const Z: usize, S = TensorSpline<T, V, N, Z>> {
+    spline: S,
     start: PolynomialInverse<T, K, V, N, Z>,
     search: Search<T>,
 }
@@ -162,28 +163,25 @@ impl<T: RealField + Copy> Search<T> {
     }
 }
 
-impl<T, K, V, const N: usize, const Z: usize> InterpolatedInverse<T, K, V, N, Z>
+impl<T, K, V, S, const N: usize, const Z: usize> InterpolatedInverse<T, K, V, N, Z, S>
 where
     T: RealField + Copy,
     K: AsRef<[Node<T>]>,
     V: AsRef<[T]>,
+    S: BoxMap<T, N, Z>,
 {
     /// `spline` is `W (T(x) - m)` in the coordinates of `start`.
     ///
     /// # Errors
     /// [`ObserverError::Table`] for a cap of zero evaluations and for a coarse grid of more than a million points,
     /// [`ObserverError::TableNotFinite`] for the tolerance.
-    pub fn new(
-        spline: TensorSpline<T, V, N, Z>,
-        start: PolynomialInverse<T, K, V, N, Z>,
-        search: Search<T>,
-    ) -> Result<Self, ObserverError> {
+    pub fn new(spline: S, start: PolynomialInverse<T, K, V, N, Z>, search: Search<T>) -> Result<Self, ObserverError> {
         search.check::<N>()?;
         Ok(Self { spline, start, search })
     }
 
     /// T in the coordinates of the start.
-    pub fn spline(&self) -> &TensorSpline<T, V, N, Z> {
+    pub fn spline(&self) -> &S {
         &self.spline
     }
 
@@ -204,29 +202,48 @@ where
 
     /// `T(x)` for x in the box; outside, the value at the nearest point of the box.
     pub fn target(&self, x: &SVector<T, N>) -> SVector<T, Z> {
-        self.start.coordinates().coloured(&self.spline.at(x))
+        self.start.coordinates().coloured(&self.spline.with_gradient(x).0)
     }
 
     /// The state whose image is nearest to z, from `guess` on: the last estimate, say.
     pub fn solve(&self, z: &SVector<T, Z>, guess: &SVector<T, N>) -> LeastSquares<T, N> {
         self.search.solve(&self.spline, &self.start.coordinates().white(z), guess)
     }
-
-    /// The same over another scalar, on the heap.
-    #[cfg(feature = "alloc")]
-    pub fn cast<U: RealField + Copy>(
-        &self,
-    ) -> InterpolatedInverse<U, alloc::vec::Vec<Node<U>>, alloc::vec::Vec<U>, N, Z> {
-        InterpolatedInverse { spline: self.spline.cast(), start: self.start.cast(), search: self.search.cast() }
-    }
 }
 
-impl<T, K, V, const N: usize, const P: usize, const Z: usize> LeftInverse<T, Const<Z>, Const<P>, Const<N>>
-    for InterpolatedInverse<T, K, V, N, Z>
+/// The interpolated form over another scalar.
+#[cfg(feature = "alloc")]
+macro_rules! cast {
+    ($($table:ident),*) => {
+        $(impl<T, K, V, const N: usize, const Z: usize> InterpolatedInverse<T, K, V, N, Z, $table<T, V, N, Z>>
+        where
+            T: RealField + Copy,
+            K: AsRef<[Node<T>]>,
+            V: AsRef<[T]>,
+        {
+            /// The same over another scalar, on the heap.
+            pub fn cast<U: RealField + Copy>(&self) -> OnHeap<U, N, Z, $table<U, alloc::vec::Vec<U>, N, Z>> {
+                InterpolatedInverse { spline: self.spline.cast(), start: self.start.cast(), search: self.search.cast() }
+            }
+        })*
+    };
+}
+
+/// An interpolated form on the heap.
+#[cfg(feature = "alloc")]
+type OnHeap<T, const N: usize, const Z: usize, S> =
+    InterpolatedInverse<T, alloc::vec::Vec<Node<T>>, alloc::vec::Vec<T>, N, Z, S>;
+
+#[cfg(feature = "alloc")]
+cast!(TensorSpline, TensorTrain);
+
+impl<T, K, V, S, const N: usize, const P: usize, const Z: usize> LeftInverse<T, Const<Z>, Const<P>, Const<N>>
+    for InterpolatedInverse<T, K, V, N, Z, S>
 where
     T: RealField + Copy,
     K: AsRef<[Node<T>]>,
     V: AsRef<[T]>,
+    S: BoxMap<T, N, Z>,
 {
     fn estimate_len(&self) -> usize {
         N

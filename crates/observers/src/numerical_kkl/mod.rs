@@ -14,6 +14,7 @@
 //! | [`polynomial_tree`] | the embedded form: a tree of small polynomials, from z straight to xhat |
 //! | [`sampled`], [`sampled_held`] | the observer stepped once per sample, without inputs and for held ones |
 //! | [`spline`] | T itself, interpolated by tensor cubic splines |
+//! | [`tensor_train`] | T of low rank, for more states than a grid of splines can hold |
 //! | [`least_squares`] | the interpolated form: `min |T(x) - z|` over the box by damped Gauss-Newton steps |
 //!
 //! Sizes are compile-time constants and coefficients are anything that lends a slice (`&'static [f32]` in flash, a
@@ -31,6 +32,7 @@ pub mod polynomial_tree;
 pub mod sampled;
 pub mod sampled_held;
 pub mod spline;
+pub mod tensor_train;
 
 use nalgebra::Const;
 
@@ -44,6 +46,7 @@ pub use polynomial_tree::{Branch, Node, PolynomialInverse, PolynomialTree};
 pub use sampled::{SampledFilter, SampledKkl, StateInverse};
 pub use sampled_held::{HeldStateInverse, SampledHeldKkl};
 pub use spline::TensorSpline;
+pub use tensor_train::TensorTrain;
 
 /// `z' = D z + B y`, `xhat = T^-L(z)` for a plant of N states, M inputs, P outputs, with Z target states and the left
 /// inverse `I` ([`PolynomialInverse`] or [`InterpolatedInverse`]).

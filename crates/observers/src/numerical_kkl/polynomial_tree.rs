@@ -1,8 +1,7 @@
 //! Piecewise polynomials on a tree of cells: the embedded form of a left inverse.
 //!
 //! A binary tree of comparisons of one coordinate with a threshold leads to a leaf; the leaf is a polynomial of small
-//! total degree in its own local coordinates, one per output, evaluated by nested Horner: one multiply-add per
-//! coefficient. Cells are small where the map bends (a cube root at an unobservable equilibrium) and large where it
+//! total degree in its own local coordinates, one per output, evaluated by nested Horner. Cells are small where the map bends (a cube root at an unobservable equilibrium) and large where it
 //! does not. A tree of one leaf is the ordinary polynomial regression.
 //!
 //! Between leaves the map jumps by as much as the two polynomials differ, which is of the size of the fit's error.
@@ -155,9 +154,10 @@ where
         self.leaves.as_ref().len() + self.nodes.as_ref().len()
     }
 
-    /// Multiply-adds per evaluation, comparisons apart.
+    /// Multiply-adds per evaluation, comparisons apart: of each output as many as it has coefficients, and as many as
+    /// polynomials of the same degree in fewer variables have.
     pub fn multiply_adds(&self) -> usize {
-        I + O * monomial_count(I, self.degree)
+        I + O * (1..=I).map(|variables| monomial_count(variables, self.degree)).sum::<usize>()
     }
 
     /// The longest walk from the root to a leaf, in comparisons.

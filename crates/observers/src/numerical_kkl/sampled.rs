@@ -18,7 +18,7 @@ use nalgebra::{RealField, SMatrix, SVector, convert};
 
 use crate::dense::times;
 use crate::error::ObserverError;
-use crate::numerical_kkl::{InterpolatedInverse, Node, PolynomialInverse};
+use crate::numerical_kkl::{BoxMap, InterpolatedInverse, Node, PolynomialInverse};
 use crate::observer::{ObserverDimensions, SampledObserver};
 use crate::runge_kutta;
 
@@ -93,11 +93,12 @@ where
     }
 }
 
-impl<T, K, V, const N: usize, const Z: usize> StateInverse<T, N, Z> for InterpolatedInverse<T, K, V, N, Z>
+impl<T, K, V, S, const N: usize, const Z: usize> StateInverse<T, N, Z> for InterpolatedInverse<T, K, V, N, Z, S>
 where
     T: RealField + Copy,
     K: AsRef<[Node<T>]>,
     V: AsRef<[T]>,
+    S: BoxMap<T, N, Z>,
 {
     fn state(&self, z: &SVector<T, Z>) -> SVector<T, N> {
         self.state(z)

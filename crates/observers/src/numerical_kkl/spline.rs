@@ -73,23 +73,7 @@ where
 
     /// The value at x and the Jacobian there (Z x N); outside the box, at its nearest point.
     pub fn with_gradient(&self, x: &SVector<T, N>) -> (SVector<T, Z>, SMatrix<T, Z, N>) {
-        let x = clamped(x, &self.lower, &self.upper);
-        let mut weights = [[T::zero(); 4]; N];
-        let mut slopes = [[T::zero(); 4]; N];
-        let mut first = [0usize; N];
-        for i in 0..N {
-            let cells = self.points[i] - 1;
-            let per_unit = convert::<f64, T>(cells as f64) / (self.upper[i] - self.lower[i]);
-            let position = (x[i] - self.lower[i]) * per_unit;
-            // NaN gives cell 0; the position is within the grid because x is within the box.
-            let floor: f64 = position.floor().to_subset_unchecked();
-            first[i] = (floor as usize).min(cells - 1);
-            let s = position - convert::<f64, T>(first[i] as f64);
-            (weights[i], slopes[i]) = basis(s);
-            for slope in &mut slopes[i] {
-                *slope *= per_unit;
-            }
-        }
+        let Local { first, weights, slopes } = local(x, (&self.lower, &self.upper), &self.points);
         let table = self.coefficients.as_ref();
         let (mut value, mut gradient) = (SVector::zeros(), SMatrix::zeros());
         let mut k = [0usize; N];
@@ -153,6 +137,40 @@ where
             scalar: PhantomData,
         }
     }
+}
+
+/// The B-splines that do not vanish at a point.
+pub(super) struct Local<T, const N: usize> {
+    /// On each axis, the first of the four.
+    pub(super) first: [usize; N],
+    /// Their values.
+    pub(super) weights: [[T; 4]; N],
+    /// Their derivatives.
+    pub(super) slopes: [[T; 4]; N],
+}
+
+/// The B-splines at the point of the box nearest to x.
+pub(super) fn local<T: RealField + Copy, const N: usize>(
+    x: &SVector<T, N>,
+    (lower, upper): (&SVector<T, N>, &SVector<T, N>),
+    points: &[usize; N],
+) -> Local<T, N> {
+    let x = clamped(x, lower, upper);
+    let mut at = Local { first: [0; N], weights: [[T::zero(); 4]; N], slopes: [[T::zero(); 4]; N] };
+    for i in 0..N {
+        let cells = points[i] - 1;
+        let per_unit = convert::<f64, T>(cells as f64) / (upper[i] - lower[i]);
+        let position = (x[i] - lower[i]) * per_unit;
+        // NaN gives cell 0; the position is within the grid because x is within the box.
+        let floor: f64 = position.floor().to_subset_unchecked();
+        at.first[i] = (floor as usize).min(cells - 1);
+        let s = position - convert::<f64, T>(at.first[i] as f64);
+        (at.weights[i], at.slopes[i]) = basis(s);
+        for slope in &mut at.slopes[i] {
+            *slope *= per_unit;
+        }
+    }
+    at
 }
 
 /// The four cubic B-splines that do not vanish at s of a cell, and their derivatives in s.

@@ -6,9 +6,10 @@ use luenberger_observers::ObserverError;
 use luenberger_observers::numerical_kkl::least_squares::nearest;
 use luenberger_observers::numerical_kkl::polynomial_tree::{monomial_count, monomials};
 use luenberger_observers::numerical_kkl::{
-    Branch, Coordinates, InterpolatedInverse, Node, PolynomialInverse, PolynomialTree, Search, TensorSpline,
+    BoxMap, Branch, Coordinates, InterpolatedInverse, Node, PolynomialInverse, PolynomialTree, Search, TensorSpline,
+    TensorTrain,
 };
-use nalgebra::{Matrix2, SVector, Vector1, Vector2};
+use nalgebra::{Matrix2, SVector, Vector1, Vector2, Vector3};
 use proptest::prelude::*;
 
 type Line = PolynomialTree<f64, Vec<Node<f64>>, Vec<f64>, 1, 1>;
@@ -134,4 +135,60 @@ fn a_start_that_fails_is_mended_by_the_coarse_grid_and_nothing_makes_nan() {
         let x = inverse.solve(&wild, &Vector2::new(f64::NAN, f64::INFINITY)).x;
         assert!(x.iter().all(|x| (-1.0..=1.0).contains(x)), "{wild}: {x}");
     }
+}
+
+/// The coefficients of a tensor train multiplied out are those of a tensor-product spline: the same map, the same slopes.
+#[test]
+fn a_tensor_train_is_the_spline_with_its_products() {
+    let (points, ranks) = ([3, 2, 4], [2, 3, 2]);
+    let sizes = [5 * 2 * 3, 4 * 3 * 2, 6 * 2];
+    let numbers: Vec<f64> = (0..sizes.iter().sum()).map(|k| (0.37 + 1.9 * k as f64).sin()).collect();
+    let (first, rest) = numbers.split_at(sizes[0]);
+    let (second, third) = rest.split_at(sizes[1]);
+    let mut products = Vec::new();
+    for i in 0..5 {
+        for j in 0..4 {
+            for k in 0..6 {
+                for z in 0..2 {
+                    let pairs = (0..3).flat_map(|a| (0..2).map(move |b| (a, b)));
+                    products.push(
+                        pairs
+                            .map(|(a, b)| first[6 * i + 3 * z + a] * second[6 * j + 2 * a + b] * third[2 * k + b])
+                            .sum(),
+                    );
+                }
+            }
+        }
+    }
+    let (lower, upper) = (Vector3::new(-1.0, 0.0, 2.0), Vector3::new(1.0, 3.0, 2.5));
+    let train = TensorTrain::<f64, _, 3, 2>::new(lower, upper, points, ranks, numbers.clone()).unwrap();
+    let spline = TensorSpline::<f64, Vec<f64>, 3, 2>::new(lower, upper, points, products).unwrap();
+    for k in 0..60 {
+        let share = |i: f64| (i * f64::from(k)).fract();
+        // The last points are outside: the value at the nearest point of the box.
+        let wide = if k > 50 { 3.0 } else { 1.0 };
+        let x = lower + (upper - lower).component_mul(&Vector3::new(share(0.618), share(0.755), share(0.57))) * wide;
+        let ((value, slope), (exact, exact_slope)) = (train.with_gradient(&x), spline.with_gradient(&x));
+        // Some hundred products of numbers below 1; slopes are divided by the spacing, 1/6.
+        assert!((value - exact).amax() < 1e-13 && (slope - exact_slope).amax() < 1e-12, "{x}");
+    }
+    assert!(train.with_gradient(&Vector3::repeat(f64::NAN)).0.iter().all(|entry| entry.is_finite()));
+    let single = train.cast::<f32>().with_gradient(&nalgebra::Vector3::new(0.0f32, 1.0, 2.25)).0;
+    let double = train.with_gradient(&Vector3::new(0.0, 1.0, 2.25)).0;
+    assert!((single.map(f64::from) - double).amax() < 1e-5);
+
+    let refused = |ranks, length: usize| {
+        TensorTrain::<f64, _, 3, 2>::new(lower, upper, points, ranks, vec![0.0; length]).unwrap_err().to_string()
+    };
+    for (said, ranks, length) in [
+        ("coefficients of the tensor train", ranks, 65),
+        ("the first rank", [3, 3, 2], 66),
+        ("the largest rank", [2, 33, 2], 66),
+        ("the smallest rank", [2, 0, 2], 66),
+    ] {
+        assert!(refused(ranks, length).contains(said), "{}", refused(ranks, length));
+    }
+    let mut broken = numbers;
+    broken[7] = f64::NAN;
+    assert!(TensorTrain::<f64, _, 3, 2>::new(lower, upper, points, ranks, broken).is_err());
 }

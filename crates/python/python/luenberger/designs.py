@@ -806,13 +806,14 @@ def kkl_observer(
     form: str | None = None,
     inputs: npt.ArrayLike | None = None,
     nodes: int | None = None,
+    rank: int | None = None,
     xhat0: npt.ArrayLike | None = None,
     name: str | None = None,
 ) -> Observer:
     """Numerical Kazantzis-Kravaris-Luenberger observer, for plants with one output.
 
-    The plant has 2 to 4 states, or 2 or 3 states and inputs that are held at constant values. The transformation is
-    computed by simulation, which takes minutes for three and four states; Ctrl-C ends it. Its errors are measured, not
+    The plant has 2 to 6 states, or 2 or 3 states and inputs that are held at constant values. The transformation is
+    computed by simulation, which takes minutes for three states or more; Ctrl-C ends it. Its errors are measured, not
     proved.
 
     Parameters
@@ -835,6 +836,8 @@ def kkl_observer(
         Range of each input, pairs (lower, upper): needed for a plant with inputs.
     nodes : int, optional
         Values of each input for which there is a table (default 5).
+    rank : int, optional
+        Largest rank of the table for five or six states, up to 32 (default 24).
     xhat0, name : optional
         As for `place_observer`.
 
@@ -865,8 +868,8 @@ def kkl_observer(
         spec["escape"] = number("escape", escape, positive=True)
     if inputs is not None:
         spec["inputs"] = rows(inputs)
-    counts = (("points", points), ("leaves", leaves), ("degree", degree), ("samples", samples), ("nodes", nodes))
-    for key, value in counts:
+    counts = {"points": points, "leaves": leaves, "degree": degree, "samples": samples, "nodes": nodes, "rank": rank}
+    for key, value in counts.items():
         if value is not None:
             spec[key] = int(value)
     return Observer(plant, spec, xhat0=xhat0, name=name)

@@ -104,6 +104,14 @@ pub(super) fn step(
             Of::FourEmbedded(observer) => {
                 Kkl::new(plant, filter(observer.map(), step), observer.map().inverse().clone())?
             }
+            Of::Five(observer) => Kkl::new(plant, filter(observer.map(), step), observer.map().inverse().clone())?,
+            Of::FiveEmbedded(observer) => {
+                Kkl::new(plant, filter(observer.map(), step), observer.map().inverse().clone())?
+            }
+            Of::Six(observer) => Kkl::new(plant, filter(observer.map(), step), observer.map().inverse().clone())?,
+            Of::SixEmbedded(observer) => {
+                Kkl::new(plant, filter(observer.map(), step), observer.map().inverse().clone())?
+            }
             Of::TwoHeld(observer) => held!(observer, 2, 1, 3, 4, 3, 5),
             Of::TwoHeldTwo(observer) => held!(observer, 2, 2, 3, 5, 4, 5),
             Of::ThreeHeld(observer) => held!(observer, 3, 1, 4, 5, 4, 7),

@@ -507,7 +507,7 @@ pub(super) fn chains(study: &Study, wish: &ObserverSpec, lengths: &[usize]) -> R
 }
 
 /// The most states of a table without inputs, and with.
-const MOST_STATES: (usize, usize) = (4, 3);
+const MOST_STATES: (usize, usize) = (6, 3);
 
 /// The most held inputs.
 const MOST_INPUTS: usize = 2;
@@ -534,19 +534,7 @@ pub(super) fn tabulated(study: &Study, wish: &ObserverSpec, spec: &KklSpec) -> R
         } else {
             counted(size.states, "state")
         };
-        let memory = if size.states > MOST_STATES.0 {
-            // Two coefficients more than points per axis, of n + 1 numbers in binary64.
-            let coefficients = 19_f64.powf(size.states as f64);
-            let megabytes = coefficients * (size.states + 1) as f64 * 8.0 / 1e6;
-            format!(
-                ": a table with 17 points per axis would have {} coefficients and take {} MB",
-                significant(coefficients, 2),
-                significant(megabytes, 2)
-            )
-        } else {
-            String::new()
-        };
-        format!("{sizes}; this plant has {what}{memory}")
+        format!("{sizes}; this plant has {what}")
     } else if size.inputs > 0 && spec.inputs.is_empty() {
         format!(
             "the kind {kind} takes inputs that are held at constant values, and needs their range, `inputs`; this \

@@ -6,7 +6,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use luenberger_design::enclosure::Axis;
 use luenberger_design::numerical_kkl::{
     Choice, Domain, Embedded, Errors, Escape, HeldInputDesign, HeldInputs, Interpolated, NumericalKklDesign,
-    NumericalKklError, Progress, Settings, Target, Wanted, choose,
+    NumericalKklError, Progress, Settings, Spline, Table, Target, Train, Wanted, choose_with_table,
 };
 use luenberger_observers::numerical_kkl::NumericalKklObserver;
 use luenberger_plants::{Dimensions, Plant, Shape};
@@ -18,9 +18,9 @@ use super::runnable::Runnable;
 use super::{Designed, number};
 use crate::model::Model;
 use crate::results::{DesignReport, NamedNumber};
-use crate::study::KklSpec;
+use crate::study::{KklSpec, MOST_STATES_OF_A_FULL_TABLE};
 
-/// The observer, for two to four states.
+/// The observer, for two to six states.
 #[derive(Debug, Clone)]
 pub enum Kkl {
     /// Two states, the accurate form.
@@ -35,6 +35,14 @@ pub enum Kkl {
     Four(Box<NumericalKklObserver<Interpolated<4, 5>, f64, 4, 0, 1, 5>>),
     /// Four states, the tree of polynomials.
     FourEmbedded(Box<NumericalKklObserver<Embedded<4, 5>, f64, 4, 0, 1, 5>>),
+    /// Five states, the accurate form, with a table of low rank.
+    Five(Box<NumericalKklObserver<Interpolated<5, 6, Train<5, 6>>, f64, 5, 0, 1, 6>>),
+    /// Five states, the tree of polynomials.
+    FiveEmbedded(Box<NumericalKklObserver<Embedded<5, 6>, f64, 5, 0, 1, 6>>),
+    /// Six states, the accurate form, with a table of low rank.
+    Six(Box<NumericalKklObserver<Interpolated<6, 7, Train<6, 7>>, f64, 6, 0, 1, 7>>),
+    /// Six states, the tree of polynomials.
+    SixEmbedded(Box<NumericalKklObserver<Embedded<6, 7>, f64, 6, 0, 1, 7>>),
     /// Two states and one held input, in both forms.
     TwoHeld(Box<HeldInputs<2, 1, 1, 3, 4>>),
     /// Two states and two held inputs.
@@ -76,26 +84,23 @@ fn column<T: RealField + Copy, const N: usize>(entries: &SVector<T, N>) -> DVect
     DVector::from_column_slice(entries.as_slice())
 }
 
-/// The design for a model whose sizes have been checked: 2 to 4 states, or 2 to 3 with held inputs, and one output. It
+/// The design for a model whose sizes have been checked: 2 to 6 states, or 2 to 3 with held inputs, and one output. It
 /// stops once `cancel` is true.
 pub(super) fn design(model: &Model, wish: &KklSpec, cancel: &AtomicBool) -> Result<Designed, Misfit> {
     let size = model.size();
+    macro_rules! plain {
+        ($n:literal, $z:literal, $table:ty, $accurate:ident, $embedded:ident) => {{
+            let (design, report) = of_size::<$table, $n, $z>(model, wish, cancel)?;
+            let (accurate, small) = (Box::new(design.interpolated), Box::new(design.embedded));
+            (if wish.embedded { Kkl::$embedded(small) } else { Kkl::$accurate(accurate) }, report)
+        }};
+    }
     let (kkl, report) = match (size.states, size.inputs) {
-        (2, 0) => {
-            let (design, report) = of_size::<2, 3>(model, wish, cancel)?;
-            let (accurate, small) = (Box::new(design.interpolated), Box::new(design.embedded));
-            (if wish.embedded { Kkl::TwoEmbedded(small) } else { Kkl::Two(accurate) }, report)
-        }
-        (3, 0) => {
-            let (design, report) = of_size::<3, 4>(model, wish, cancel)?;
-            let (accurate, small) = (Box::new(design.interpolated), Box::new(design.embedded));
-            (if wish.embedded { Kkl::ThreeEmbedded(small) } else { Kkl::Three(accurate) }, report)
-        }
-        (_, 0) => {
-            let (design, report) = of_size::<4, 5>(model, wish, cancel)?;
-            let (accurate, small) = (Box::new(design.interpolated), Box::new(design.embedded));
-            (if wish.embedded { Kkl::FourEmbedded(small) } else { Kkl::Four(accurate) }, report)
-        }
+        (2, 0) => plain!(2, 3, Spline<2, 3>, Two, TwoEmbedded),
+        (3, 0) => plain!(3, 4, Spline<3, 4>, Three, ThreeEmbedded),
+        (4, 0) => plain!(4, 5, Spline<4, 5>, Four, FourEmbedded),
+        (5, 0) => plain!(5, 6, Train<5, 6>, Five, FiveEmbedded),
+        (_, 0) => plain!(6, 7, Train<6, 7>, Six, SixEmbedded),
         (2, 1) => {
             let (observer, report) = held::<2, 1, 3, 4>(model, wish, cancel)?;
             (Kkl::TwoHeld(observer), report)
@@ -126,7 +131,7 @@ struct Chosen<const N: usize, const Z: usize> {
 }
 
 /// The choices for the plant at a constant input.
-fn chosen<const N: usize, const M: usize, const Z: usize>(
+fn chosen<W: Table<N, Z>, const N: usize, const M: usize, const Z: usize>(
     plant: &Sized<N, M>,
     input: SVector<f64, M>,
     wish: &KklSpec,
@@ -138,9 +143,11 @@ fn chosen<const N: usize, const M: usize, const Z: usize>(
         leaves: wish.leaves,
         degree: wish.degree,
         samples: wish.samples,
+        rank: wish.rank,
+        rank_tolerance: 1e-4,
         // All pairs of this grid are compared.
-        injectivity_points: [17, 17, 17, 9, 6][N.min(4)],
-        fallback: if N > 3 { 5 } else { Settings::<N>::default().fallback },
+        injectivity_points: [17, 17, 17, 9, 6, 4, 3][N.min(6)],
+        fallback: [9, 9, 9, 9, 5, 4, 3][N.min(6)],
         ..Settings::default()
     };
     let wanted = Wanted {
@@ -149,28 +156,33 @@ fn chosen<const N: usize, const M: usize, const Z: usize>(
         escape: wish.escape.map(|margin| Escape::Slowed { margin }),
         ..Wanted::default()
     };
-    let choice = choose::<_, N, M, Z>(plant, (lower, upper), input, &wanted, &settings, progress)?;
+    let choice = choose_with_table::<_, W, N, M, Z>(plant, (lower, upper), input, &wanted, &settings, progress)?;
     settings.points = [choice.points; N];
     let domain = Domain::new(lower, upper, choice.escape)?;
     let target = Target::<1, Z>::bessel(choice.cutoff)?;
     Ok(Chosen { settings, wanted, choice, domain, target })
 }
 
-type Design<const N: usize, const Z: usize> = NumericalKklDesign<N, 0, 1, Z>;
+type Design<W, const N: usize, const Z: usize> = NumericalKklDesign<N, 0, 1, Z, W>;
 
-fn of_size<const N: usize, const Z: usize>(
+fn of_size<W: Table<N, Z>, const N: usize, const Z: usize>(
     model: &Model,
     wish: &KklSpec,
     cancel: &AtomicBool,
-) -> Result<(Design<N, Z>, DesignReport), NumericalKklError> {
+) -> Result<(Design<W, N, Z>, DesignReport), NumericalKklError> {
     let plant = Sized::<N, 0>(model.clone());
     let mut on = |_| if cancel.load(Ordering::Relaxed) { Break(()) } else { Continue(()) };
-    let made = chosen::<N, 0, Z>(&plant, SVector::zeros(), wish, &mut on)?;
+    let made = chosen::<W, N, 0, Z>(&plant, SVector::zeros(), wish, &mut on)?;
     let Chosen { settings, wanted, choice, domain, target } = &made;
-    let design = NumericalKklDesign::new(&plant, target, domain, SVector::zeros(), settings, &mut on)?;
+    let design = Design::<W, N, Z>::with_table(&plant, target, domain, SVector::zeros(), settings, &mut on)?;
     let measured = &design.report;
     let form = if wish.embedded { &measured.embedded } else { &measured.interpolated };
     let mut numbers = numbers(choice, (measured.horizon, measured.spline.1, measured.residual.1));
+    if N > MOST_STATES_OF_A_FULL_TABLE {
+        numbers.push(number("largest rank of the table", design.interpolated.map().inverse().spline().rank() as f64));
+        numbers.push(number("numbers in the table", design.interpolated.map().inverse().spline().numbers() as f64));
+        numbers.push(number("trajectories of the table", measured.trajectories as f64));
+    }
     numbers.extend(errors(form));
     let report = report(
         "z' = D z + B y is stable; while x(t) stays in the region, the estimation error tends to that of the left inverse.",
@@ -198,7 +210,7 @@ fn held<const N: usize, const M: usize, const Z: usize, const ZM: usize>(
     let mut on = |_| if cancel.load(Ordering::Relaxed) { Break(()) } else { Continue(()) };
     let family: [(f64, f64); M] = std::array::from_fn(|i| wish.inputs.get(i).copied().unwrap_or((f64::NAN, f64::NAN)));
     let middle = SVector::from_fn(|i, _| 0.5 * (family[i].0 + family[i].1));
-    let mut made = chosen::<N, M, Z>(&plant, middle, wish, &mut on)?;
+    let mut made = chosen::<Spline<N, Z>, N, M, Z>(&plant, middle, wish, &mut on)?;
     let mut attempt = |made: &Chosen<N, Z>| {
         let Chosen { settings, domain, target, .. } = made;
         HeldInputDesign::<N, M, 1, Z, ZM>::new(&plant, target, domain, (&family, wish.nodes), settings, &mut on)

@@ -103,8 +103,9 @@ fn seconds_of_design(study: &Study, kind: &ObserverKind) -> f64 {
     let n = study.plant.states.len() as f64;
     match kind {
         ObserverKind::KklNumerical(kkl) => {
-            let tables: f64 = kkl.tables(n as usize).into_iter().map(|points| (points as f64).powf(n) + BESIDES).sum();
-            tables * ONE_T + kkl.samples as f64 * 1e-5
+            let states = study.plant.states.len();
+            let tables = kkl.tables(states).into_iter().map(|points| kkl.trajectories(states, points) + BESIDES);
+            tables.sum::<f64>() * ONE_T + kkl.samples as f64 * 1e-5
         }
         // Evaluations of the cost, each of up to 20000 periods of the noise.
         ObserverKind::OptimalCubic(_) => 1e-3 * n * n * 300.0 * unknowns(study),
@@ -141,7 +142,7 @@ pub(super) fn memory(study: &Study, step: Step, threads: usize) -> MemoryEstimat
                 // The table of the inverse, its derivatives, and a copy.
                 let states = study.plant.states.len();
                 let points = kkl.tables(states).into_iter().max().unwrap_or(0);
-                let table = kkl.family() as f64 * (points as f64).powf(states as f64);
+                let table = kkl.family() as f64 * kkl.trajectories(states, points);
                 let numbers = 3.0 * (states + 1) as f64;
                 (table * numbers * NUMBER, "the table of a numerical KKL observer (reduce its points)")
             }

@@ -3,6 +3,7 @@
 use luenberger_design::numerical_kkl::MOST_NODES;
 use luenberger_design::{Sector, SystemNorm};
 use luenberger_observers::SigmaPoints;
+use luenberger_observers::numerical_kkl::tensor_train::MOST_RANK;
 use luenberger_plants::Dimensions;
 use luenberger_proof::wording::counted;
 
@@ -15,7 +16,9 @@ use super::tree::Node;
 use super::{Reader, check, disturbance, interval, maps, norm_filter, optimal};
 use crate::diagnostic::Source;
 use crate::model::PlantModel;
-use crate::study::{GainLimits, KklSpec, ObserverKind, ObserverSpec, RateSpec, UnscentedSpec};
+use crate::study::{
+    GainLimits, KklSpec, MOST_STATES_OF_A_FULL_TABLE, ObserverKind, ObserverSpec, RateSpec, UnscentedSpec,
+};
 
 /// The observers; none if one has mistakes.
 pub(super) fn observers(
@@ -278,8 +281,23 @@ fn kind(node: &Node, name: &str, size: Dimensions, reader: &mut Reader) -> Optio
                 reader.wrong(node.get("nodes")?.span.clone(), message, format!("expected at most {MOST_NODES}"));
                 return None;
             }
+            let is_low_rank = n > MOST_STATES_OF_A_FULL_TABLE;
+            if !is_low_rank && let Some(rank) = node.entry("rank") {
+                let message = format!("`rank` for a plant with {}", counted(n, "state"));
+                let expected =
+                    format!("up to {MOST_STATES_OF_A_FULL_TABLE} states the table has all points of the grid");
+                reader.wrong(rank.span.clone(), message, expected);
+                return None;
+            }
+            let rank = count("rank", 24)?;
+            if rank > MOST_RANK {
+                let message = format!("`rank` is {rank}");
+                reader.wrong(node.get("rank")?.span.clone(), message, format!("expected at most {MOST_RANK}"));
+                return None;
+            }
             ObserverKind::KklNumerical(KklSpec {
                 inputs,
+                rank,
                 nodes,
                 domain,
                 cutoff: number("cutoff"),
@@ -289,7 +307,7 @@ fn kind(node: &Node, name: &str, size: Dimensions, reader: &mut Reader) -> Optio
                     None => None,
                 },
                 leaves: count("leaves", 32)?,
-                degree: count("degree", 4)?,
+                degree: count("degree", if is_low_rank { 3 } else { 4 })?,
                 samples: count("samples", 8000)?,
                 embedded: node.get("form").and_then(Node::text) == Some("embedded"),
             })

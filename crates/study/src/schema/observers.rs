@@ -526,7 +526,7 @@ pub(super) const KINDS: &[Variant] = &[
     },
     Variant {
         name: "kkl-numerical",
-        about: "Numerical KKL observer: z' = D z + B y with a left inverse of T computed by simulation, for plants with one output: of 2 to 4 states, or of 2 or 3 states with inputs that are held at constant values.",
+        about: "Numerical KKL observer: z' = D z + B y with a left inverse of T computed by simulation, for plants with one output: of 2 to 6 states, or of 2 or 3 states with inputs that are held at constant values.",
         keys: &[
             required("domain", Kind::Bounds, "Region of the states, n finite pairs [lower, upper]."),
             optional(
@@ -552,10 +552,15 @@ pub(super) const KINDS: &[Variant] = &[
             optional(
                 "points",
                 Kind::Count(5),
-                "Grid points of the table per axis (default: 33 to 97, three states 17 to 33, four states 9 to 17, until the table is accurate).",
+                "Grid points of the table per axis (default: 33 to 97, three states 17 to 33, more states 9 to 17, until the table is accurate).",
+            ),
+            optional(
+                "rank",
+                Kind::Count(1),
+                "Largest rank of the table for five or six states, up to 32; the table is a tensor train (default 24).",
             ),
             optional("leaves", Kind::Count(1), "Largest number of leaves of the tree of polynomials (default 32)."),
-            optional("degree", Kind::Count(1), "Degree of the polynomials (default 4)."),
+            optional("degree", Kind::Count(1), "Degree of the polynomials (default 4, five or six states 3)."),
             optional("samples", Kind::Count(100), "Number of samples of the fit (default 8000)."),
             optional(
                 "form",

@@ -3,6 +3,7 @@
 use std::time::Instant;
 
 use luenberger_design::GainOptions;
+use luenberger_design::numerical_kkl::{low_rank_trajectories, searched_tables};
 use luenberger_lmi::Solver;
 use nalgebra::{Complex, DMatrix};
 
@@ -316,6 +317,9 @@ pub struct MovingHorizonSpec {
     pub bounds: Option<Vec<(f64, f64)>>,
 }
 
+/// With more states the table of a numerical KKL observer is of low rank.
+pub(crate) const MOST_STATES_OF_A_FULL_TABLE: usize = 4;
+
 /// Specification of a numerical KKL observer.
 #[derive(Debug, Clone, PartialEq)]
 pub struct KklSpec {
@@ -333,6 +337,8 @@ pub struct KklSpec {
     pub degree: usize,
     /// Number of samples for the fit.
     pub samples: usize,
+    /// Largest rank of the table, for more states than a full table can have.
+    pub rank: usize,
     /// Whether the embedded form is simulated.
     pub embedded: bool,
     /// Bounds of the inputs, which are held at constant values; empty for a plant without inputs.
@@ -345,10 +351,19 @@ impl KklSpec {
     /// Grid points per axis of all tables that the design may compute for a plant with so many states, those of the
     /// search included.
     pub fn tables(&self, states: usize) -> Vec<usize> {
-        let mut tables = luenberger_design::numerical_kkl::searched_tables(self.cutoff, self.points, states);
+        let mut tables = searched_tables(self.cutoff, self.points, states);
         let last = tables.iter().copied().max().or(self.points);
         tables.extend(last.into_iter().flat_map(|points| core::iter::repeat_n(points, self.family())));
         tables
+    }
+
+    /// Trajectories backward in time that a table with so many points per axis takes.
+    pub fn trajectories(&self, states: usize, points: usize) -> f64 {
+        if states > MOST_STATES_OF_A_FULL_TABLE {
+            low_rank_trajectories(states, points, self.rank)
+        } else {
+            (points as f64).powf(states as f64)
+        }
     }
 
     /// Values of the inputs for which there are tables; one without inputs.

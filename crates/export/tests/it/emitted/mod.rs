@@ -25,6 +25,9 @@ mod kkl_held;
 mod kkl_held_table;
 #[rustfmt::skip]
 #[allow(unreachable_pub, clippy::all, clippy::pedantic)]
+mod kkl_low_rank;
+#[rustfmt::skip]
+#[allow(unreachable_pub, clippy::all, clippy::pedantic)]
 mod moving_horizon;
 #[rustfmt::skip]
 #[allow(unreachable_pub, clippy::all, clippy::pedantic)]
@@ -39,8 +42,8 @@ use luenberger_export::moving_horizon::MovingHorizon;
 use luenberger_export::{Export, Names, Program, Scalar, golden};
 use luenberger_expression::{ExpressionPlant, Extrapolation, Interpolation, Parameters, Scope, Table, Tables};
 use luenberger_observers::numerical_kkl::{
-    Branch, Coordinates, HeldInputInverse, HeldInputTables, HeldInputTrees, Node, PolynomialInverse, PolynomialTree,
-    SampledFilter, Search, TensorSpline,
+    Branch, Coordinates, HeldInputInverse, HeldInputTables, HeldInputTrees, InterpolatedInverse, Node,
+    PolynomialInverse, PolynomialTree, SampledFilter, Search, TensorSpline, TensorTrain,
 };
 use luenberger_observers::{
     DiscreteNonlinearObserver, ExtendedKalmanFilter, Horizon, InterSampleObserver, NoiseModel, SampledCopy,
@@ -190,6 +193,28 @@ fn the_numerical_kkl_observer_is_emitted_as_rust() {
     let export = export(program, Scalar::Binary32);
     unchanged(&export, "kkl");
     agrees!(kkl, &export, f32);
+}
+
+#[test]
+fn the_numerical_kkl_observer_with_a_table_of_low_rank_is_emitted_as_rust() {
+    let plant = plant(&["x2", "x3", "x4", "x5", "-sin(x1) - x5"], &["x1"], 0);
+    let inverse = PolynomialTree::new(1, Vec::new(), leaf(0.25, 6, 5)).unwrap();
+    let forward = PolynomialTree::new(1, Vec::new(), leaf(0.0, 5, 6)).unwrap();
+    let whiten = SMatrix::<f64, 6, 6>::from_fn(|i, j| 1.0 / (1.0 + i as f64 + j as f64));
+    let coordinates = Coordinates::new(SVector::repeat(0.125), whiten, whiten.transpose()).unwrap();
+    let (lower, upper) = (SVector::repeat(-1.0), SVector::from([1.0, 0.75, 1.0, 1.0, 0.5]));
+    let start = PolynomialInverse::new(coordinates, (lower, upper), inverse, forward).unwrap();
+    // 4 x 6 x 2 and 5 x 2 x 3, 4 x 3 x 2, 4 x 2 x 1, 4 x 1 x 1.
+    let coefficients = (0..114).map(|k| 0.25 * f64::from((k * k) % 7) - 0.5).collect();
+    let train = TensorTrain::<f64, Vec<f64>, 5, 6>::new(lower, upper, [2, 3, 2, 2, 2], [6, 2, 3, 2, 1], coefficients);
+    let search = Search { max_evaluations: 6, tolerance: 0.125, fallback: 2 };
+    let inverse = InterpolatedInverse::new(train.unwrap(), start, search).unwrap();
+    let d = SMatrix::from_diagonal(&SVector::from([-1.0, -2.0, -3.0, -1.5, -2.5, -0.5]));
+    let b = SVector::from([1.0, 0.5, -0.25, 1.0, 1.0, 0.25]);
+    let filter = SampledFilter { d, b, period: 0.125, substeps: 2 };
+    let export = export(Program::Kkl(Kkl::new(&plant, filter, inverse).unwrap()), Scalar::Binary64);
+    unchanged(&export, "kkl_low_rank");
+    agrees!(kkl_low_rank, &export, f64);
 }
 
 #[test]
