@@ -184,6 +184,8 @@ fn five_states_are_followed_with_a_table_of_low_rank() {
     assert!(of("largest rank of the table") <= 8.0 && of("trajectories of the table") < 5125.0, "{report:?}");
     let error = error_of_run(&results, (8.0, 12.0));
     assert!(error < bound && bound < 0.05, "{error:e} {bound:e}");
+    let (first, own) = exported(DISTURBED, Scalar::Binary64, (0.7, 1.0));
+    assert!(first < 0.3 * own.max(1e-3), "{first:e} {own:e}");
 }
 
 /// Two inputs, held at 0.2 and 0.05: the nodes are the ends of their ranges.
@@ -258,17 +260,21 @@ fn what_has_no_table_is_refused_with_its_memory() {
 }
 
 #[test]
-pub(crate) fn bad_ranges_of_inputs_are_reported_at_their_place() {
-    for (to, message, expected) in [
-        ("inputs = [[0.2, -0.2]]", "pair 1 of `inputs` goes from 0.2 to -0.2", "lower <= upper"),
-        ("inputs = [[-1, inf]]", "pair 1 of `inputs` is from -1 to inf", "finite ends"),
-        ("inputs = [[1, 1]]", "pair 1 of `inputs` is from 1 to 1", "the lower one less"),
-        ("inputs = [[-1, 1], [0, 1]]", "`inputs` has 2 pairs, and the plant has 1 input", "1 pair"),
-        ("inputs = [[-1, 1]]\nnodes = 1", "`nodes` is 1", "at least 2"),
-        ("inputs = [[-1, 1]]\nnodes = 100", "`nodes` is 100", "at most 33"),
-        ("nodes = 5", "`nodes` without `inputs`", "the range of each input"),
+pub(crate) fn bad_settings_are_reported_at_their_place() {
+    let ranges = "inputs = [[-0.5, 0.5]]\nnodes = 4";
+    for (text, from, to, message, expected) in [
+        (DISTURBED, "rank = 8", "rank = 33", "`rank` is 33", "at most 32"),
+        (DISTURBED, "rank = 8", "rank = 0", "`rank` is 0", "at least 1"),
+        (COUPLED, "leaves = 2", "rank = 8", "`rank` for a plant with 4 states", "all points of the grid"),
+        (FORCED, ranges, "inputs = [[0.2, -0.2]]", "pair 1 of `inputs` goes from 0.2 to -0.2", "lower <= upper"),
+        (FORCED, ranges, "inputs = [[-1, inf]]", "pair 1 of `inputs` is from -1 to inf", "finite ends"),
+        (FORCED, ranges, "inputs = [[1, 1]]", "pair 1 of `inputs` is from 1 to 1", "the lower one less"),
+        (FORCED, ranges, "inputs = [[-1, 1], [0, 1]]", "`inputs` has 2 pairs, and the plant has 1 input", "1 pair"),
+        (FORCED, ranges, "inputs = [[-1, 1]]\nnodes = 1", "`nodes` is 1", "at least 2"),
+        (FORCED, ranges, "inputs = [[-1, 1]]\nnodes = 100", "`nodes` is 100", "at most 33"),
+        (FORCED, ranges, "nodes = 5", "`nodes` without `inputs`", "the range of each input"),
     ] {
-        let text = FORCED.replace("inputs = [[-0.5, 0.5]]\nnodes = 4", to);
+        let text = text.replace(from, to);
         let found = match Study::from_text("study.toml", &text, Format::Toml, Path::new(".")) {
             Err(StudyError::File(diagnostics)) => diagnostics.located(),
             other => panic!("{text}: {other:?}"),

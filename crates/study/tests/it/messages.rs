@@ -320,7 +320,7 @@ fn every_message_stands_in_the_reviewed_file() {
         mistakes::an_observer_that_does_not_fit_says_which_hypothesis_fails_and_what_would_fit,
         maps::mistakes_in_maps_are_reported_at_their_place,
         resets::mistakes_in_resets_are_reported_at_their_place,
-        kkl_numerical::bad_ranges_of_inputs_are_reported_at_their_place,
+        kkl_numerical::bad_settings_are_reported_at_their_place,
         composed::mistakes_in_given_chains_are_reported_at_their_place,
         varying_periods::mistakes_in_the_sampling,
         maps::maps_that_are_wrong_are_refused_with_the_place,
