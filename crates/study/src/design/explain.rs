@@ -15,7 +15,7 @@ use crate::execute::in_words;
 use crate::model::{Builtin, Model, generic_points};
 use crate::results::FailureReport;
 use crate::results::report::eigenvalue;
-use crate::study::{KklSpec, ObserverKind, ObserverSpec, Study};
+use crate::study::{KklSpec, MOST_STATES_OF_A_FULL_TABLE, ObserverKind, ObserverSpec, Study};
 
 /// Error of a design, or a hypothesis that is checked here.
 pub(super) enum Misfit {
@@ -227,6 +227,9 @@ pub(super) fn misfit(study: &Study, wish: &ObserverSpec, misfit: &Misfit) -> Fai
                 NumericalKklError::Unresolved { .. } if is_held => Some(
                     "increase `points`, `nodes` or `cutoff`, or choose a smaller `domain` or smaller ranges of `inputs`",
                 ),
+                NumericalKklError::Unresolved { .. } if study.plant.states.len() > MOST_STATES_OF_A_FULL_TABLE => {
+                    Some("increase `points`, `rank` or `cutoff`, or choose a smaller `domain`")
+                }
                 NumericalKklError::Unresolved { .. } => {
                     Some("increase `points` or `cutoff`, or choose a smaller `domain`")
                 }

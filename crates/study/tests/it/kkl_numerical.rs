@@ -241,6 +241,9 @@ fn what_has_no_table_is_refused_with_its_memory() {
     let (hypothesis, _) = refused(&seven);
     assert!(hypothesis.contains("of 2 to 6 states") && hypothesis.ends_with("has 7 states"), "{hypothesis}");
 
+    let (hypothesis, alternative) = refused(&DISTURBED.replace("rank = 8", "rank = 1"));
+    assert!(hypothesis.contains("of the width of T") && alternative.contains("`rank`"), "{hypothesis} {alternative}");
+
     // 52^4 = 7311616 coefficients of 5 numbers; 45^4 < 2^22 < 46^4.
     let (hypothesis, alternative) = refused(&COUPLED.replace("points = 6", "points = 50"));
     assert!(hypothesis.contains("7310000 coefficients, 292 MB"), "{hypothesis}");
