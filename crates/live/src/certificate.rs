@@ -1,11 +1,17 @@
 //! The verdict on an observer whose gains were changed: the theorems of its certificate files, with the same P, for the
 //! gains as they are now.
+//!
+//! These theorems are about convergence without noise, for whatever first error. One that a page does not verify can
+//! suppose bounds of the noise and of the first error ([`Hypotheses`]): a slider above 1 that goes beyond them leaves
+//! the theorem.
 
 use luenberger_proof::Matrix;
 use luenberger_proof::Verdict;
 use luenberger_proof::certificate::{CertificateFile, Theorem};
+use luenberger_proof::wording::significant;
 
-use crate::experiment::{Experiment, Observer, Sliders};
+use crate::experiment::{Experiment, Hypotheses, Observer, Sliders};
+use crate::join::start;
 
 /// What is proved with the gains as they are now.
 #[derive(Debug, Clone, PartialEq, serde::Serialize)]
@@ -28,14 +34,19 @@ pub fn verifies(theorem: &Theorem) -> bool {
 /// certificate.
 pub fn verify(experiment: &Experiment, sliders: &Sliders) -> Vec<Option<GainVerdict>> {
     let sliders = experiment.fitted(sliders);
-    experiment.observers.iter().map(|observer| certified(observer, &sliders)).collect()
+    experiment.observers.iter().map(|observer| certified(experiment, observer, &sliders)).collect()
 }
 
-fn certified(observer: &Observer, sliders: &Sliders) -> Option<GainVerdict> {
+fn certified(experiment: &Experiment, observer: &Observer, sliders: &Sliders) -> Option<GainVerdict> {
     let Some(files) = &observer.certificates else {
         // The report's verdict is on the gains of the report.
-        let moved = (sliders.gain, sliders.cubic, sliders.period) != (1.0, 1.0, 1.0);
-        return Some(if moved { open(OF_DESIGN) } else { GainVerdict::Elsewhere });
+        let is_other_cubic = sliders.cubic != 1.0 && observer.kind.is_cubic();
+        let is_other_period = sliders.period != 1.0 && observer.kind.period().is_some();
+        if sliders.gain != 1.0 || is_other_cubic || is_other_period {
+            return Some(open(OF_DESIGN));
+        }
+        let left = observer.hypotheses.as_ref().and_then(|of| left(of, experiment, observer, sliders));
+        return Some(left.map_or(GainVerdict::Elsewhere, GainVerdict::Open));
     };
     let mut least: Option<f64> = None;
     for file in files {
@@ -69,6 +80,50 @@ fn theorem(file: &str, sliders: &Sliders) -> GainVerdict {
         None => GainVerdict::Proved(margins.reduce(f64::min)),
         Some(fact) => GainVerdict::Open(fact.inequality.clone()),
     }
+}
+
+/// Which hypothesis a slider above 1 leaves, if any. A smaller noise or first error than that of the report changes
+/// nothing of the report's verdict.
+fn left(of: &Hypotheses, experiment: &Experiment, observer: &Observer, sliders: &Sliders) -> Option<String> {
+    if sliders.noise > 1.0
+        && let Some(why) =
+            of.noise.iter().enumerate().find_map(|(i, bound)| louder(experiment, i, *bound, sliders.noise))
+    {
+        return Some(why);
+    }
+    let is_farther = sliders.error > 1.0 && is_beyond(of, experiment, &start(experiment, observer, sliders));
+    is_farther.then(|| "the first error is larger than those that the certificate is for".to_owned())
+}
+
+/// Why the noise of an output, from 0, is not within a bound.
+fn louder(experiment: &Experiment, output: usize, bound: f64, factor: f64) -> Option<String> {
+    let all = experiment.noise.iter().filter_map(|noise| Some((noise.gaussian, *noise.amplitude.get(output)?)));
+    let sensors = experiment.sensors.iter().filter(|sensor| sensor.output == output);
+    let sources = all.chain(sensors.map(|sensor| (sensor.gaussian, sensor.amplitude)));
+    let name = format!("the noise of output {}", output + 1);
+    sources.map(|(gaussian, amplitude)| (gaussian, factor * amplitude)).find_map(|(gaussian, amplitude)| {
+        if gaussian && amplitude > 0.0 {
+            return Some(format!("{name} is Gaussian, and the certificate is for a bounded one"));
+        }
+        let [found, allowed] = [amplitude, bound].map(|x| significant(x, 4));
+        (amplitude > bound).then(|| format!("{name} is up to {found}, and the certificate is for {allowed}"))
+    })
+}
+
+/// Whether a block of `z = T(x - xhat)` at the start is longer than its bound, by more than the rounding of its length:
+/// `4 n u` times the sum of the absolute values of its terms.
+fn is_beyond(of: &Hypotheses, experiment: &Experiment, start: &[f64]) -> bool {
+    let error: Vec<f64> = experiment.x0.iter().zip(start).map(|(x, xhat)| x - xhat).collect();
+    let mut rows = of.t.iter();
+    of.blocks.iter().zip(&of.start).any(|(&length, bound)| {
+        let (mut square, mut terms) = (0.0, 0.0);
+        for row in rows.by_ref().take(length) {
+            let products = || row.iter().zip(&error).map(|(t, e)| t * e);
+            square += products().sum::<f64>().powi(2);
+            terms += products().map(f64::abs).sum::<f64>();
+        }
+        square.sqrt() > bound + 4.0 * error.len() as f64 * f64::EPSILON * terms
+    })
 }
 
 /// Why nothing is proved for other gains, where the page has no theorem for them.

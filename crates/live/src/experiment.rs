@@ -279,13 +279,38 @@ pub struct Observer {
     pub point: Option<OperatingPoint>,
     /// Its certificate files; empty without a certificate, none if a page does not verify them.
     pub certificates: Option<Vec<String>>,
+    /// What such a certificate supposes of a run, if sliders change it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub hypotheses: Option<Hypotheses>,
 }
 
 impl Observer {
     /// An observer without certificate.
     pub fn new(name: &str, kind: ObserverKind, initial: &[f64]) -> Self {
-        Self { name: name.to_owned(), initial: initial.to_vec(), kind, point: None, certificates: Some(Vec::new()) }
+        Self {
+            name: name.to_owned(),
+            initial: initial.to_vec(),
+            kind,
+            point: None,
+            certificates: Some(Vec::new()),
+            hypotheses: None,
+        }
     }
+}
+
+/// The noise and the first errors that a certificate is for: `|v_i| <= noise_i`, and for the blocks z_k of `z = T(x -
+/// xhat)` at the start `|z_k| <= start_k`.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Hypotheses {
+    /// A bound of the noise of each output.
+    pub noise: Vec<f64>,
+    /// T.
+    pub t: Rows,
+    /// The numbers of entries of the blocks.
+    pub blocks: Vec<usize>,
+    /// A bound of the Euclidean norm of each block.
+    pub start: Vec<f64>,
 }
 
 /// The point of which an observer has the deviations.
@@ -402,6 +427,17 @@ pub enum ObserverKind {
 }
 
 impl ObserverKind {
+    /// Whether it has a cubic gain.
+    pub(crate) fn is_cubic(&self) -> bool {
+        matches!(
+            self,
+            Self::Cubic(_)
+                | Self::SampledCubic { .. }
+                | Self::ProportionalIntegralCubic { .. }
+                | Self::UnknownInputCubic { .. }
+        )
+    }
+
     /// The sampling period of one that is stepped at samples.
     pub(crate) fn period(&self) -> Option<f64> {
         match self {

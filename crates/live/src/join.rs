@@ -179,7 +179,7 @@ fn sampled_cubic(observer: &SampledCubic, (a, b): (&Rows, &Rows), sliders: &Slid
 }
 
 /// The initial estimate.
-fn start(experiment: &Experiment, observer: &Observer, sliders: &Sliders) -> Vec<f64> {
+pub(crate) fn start(experiment: &Experiment, observer: &Observer, sliders: &Sliders) -> Vec<f64> {
     let moved = |(x, xhat): (&f64, &f64)| if sliders.error == 1.0 { *xhat } else { x + sliders.error * (xhat - x) };
     experiment.x0.iter().zip(&observer.initial).map(moved).collect()
 }

@@ -35,8 +35,8 @@ pub mod wasm;
 
 pub use certificate::{GainVerdict, verifies, verify};
 pub use experiment::{
-    Experiment, Feedback, FeedbackOf, Law, Lookup, Method, Noise, Observer, ObserverKind, OperatingPoint, Plant, Rows,
-    Sensor, Sliders, Table,
+    Experiment, Feedback, FeedbackOf, Hypotheses, Law, Lookup, Method, Noise, Observer, ObserverKind, OperatingPoint,
+    Plant, Rows, Sensor, Sliders, Table,
 };
 pub use run::{Outcome, Run, Scores, run};
 pub use truth::{Channel, Event, Fault, Truth};

@@ -37,15 +37,7 @@ fn matters(name: &str, experiment: &Experiment) -> bool {
     let any =
         |choose: &dyn Fn(&ObserverKind) -> bool| experiment.observers.iter().any(|observer| choose(&observer.kind));
     match name {
-        "cubic" => any(&|kind| {
-            matches!(
-                kind,
-                ObserverKind::Cubic(_)
-                    | ObserverKind::SampledCubic { .. }
-                    | ObserverKind::ProportionalIntegralCubic { .. }
-                    | ObserverKind::UnknownInputCubic { .. }
-            )
-        }),
+        "cubic" => any(&ObserverKind::is_cubic),
         "noise" => experiment.noise.is_some() || experiment.sensors.iter().any(|sensor| sensor.amplitude > 0.0),
         // A plant in discrete time has its period.
         "period" => experiment.dt.is_none() && any(&|kind| kind.period().is_some()),

@@ -17,6 +17,7 @@ mod hidden;
 mod input_to_state;
 mod interval_observer;
 mod kkl;
+mod linear_system;
 mod lyapunov;
 mod reduced_order;
 mod sector;

@@ -8,6 +8,7 @@ mod elementary;
 mod equations;
 mod hostile_files;
 mod kkl;
+mod reduced_order;
 mod sectors;
 mod statements;
 mod stress;

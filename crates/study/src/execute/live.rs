@@ -2,8 +2,8 @@
 
 use luenberger_expression::{Expression, Parameters};
 use luenberger_live::{
-    Event, Experiment, Feedback, FeedbackOf, Law, Lookup, Method, Noise, Observer, ObserverKind, OperatingPoint, Plant,
-    Rows, Sensor, Table, Truth,
+    Event, Experiment, Feedback, FeedbackOf, Hypotheses, Law, Lookup, Method, Noise, Observer, ObserverKind,
+    OperatingPoint, Plant, Rows, Sensor, Table, Truth,
 };
 use luenberger_observers::sliding_mode::Discretisation;
 use luenberger_observers::{Comparison, DeviationObserver, SampledCubicObserver, SampledObserver};
@@ -259,7 +259,28 @@ fn observer(study: &Study, member: &Member<'_>) -> Option<Observer> {
     };
     let certificates: Option<Vec<String>> = theorems.map(file).collect();
     let certificates = certificates.filter(|files| files.iter().map(String::len).sum::<usize>() <= CERTIFICATES);
-    Some(Observer { point, certificates, ..Observer::new(&member.wish.name, kind, &member.wish.initial) })
+    let hypotheses = hypotheses(member);
+    Some(Observer { point, certificates, hypotheses, ..Observer::new(&member.wish.name, kind, &member.wish.initial) })
+}
+
+/// The noise and the first errors that a certificate is for. The interval observer is the only one in the page whose
+/// theorem has bounds of them: the others hold for every first error and say nothing of noise, or have no bound of it.
+fn hypotheses(member: &Member<'_>) -> Option<Hypotheses> {
+    let Runnable::Interval(interval) = &member.designed.runnable else { return None };
+    let theorems = member.designed.certificate.iter().flat_map(luenberger_design::Certificate::theorems);
+    let of = theorems.map(ProvedTheorem::theorem).find_map(|theorem| match theorem {
+        Theorem::IntervalEnclosure(of) => Some(of),
+        _ => None,
+    })?;
+    let rows = |m: &luenberger_proof::Matrix<f64>| (0..m.rows()).map(|i| m.row(i).to_vec()).collect::<Rows>();
+    // y = Cx + Dw with |w_j| <= W_j, an output having a noise of its own.
+    let bound = |row: &Vec<f64>| row.iter().zip(&of.disturbances).map(|(d, bound)| d.abs() * bound).sum();
+    Some(Hypotheses {
+        noise: rows(&of.d).iter().map(bound).collect(),
+        t: rows(&of.coordinates.t),
+        blocks: of.coordinates.blocks.clone(),
+        start: interval.comparison().start.as_slice().to_vec(),
+    })
 }
 
 fn sampled_cubic(observer: &SampledCubicObserver<f64, Dyn, Dyn, Dyn>, plant: &StateSpace) -> ObserverKind {

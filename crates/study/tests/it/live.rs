@@ -329,6 +329,82 @@ fn a_verdict_that_the_page_does_not_verify_is_for_the_gains_of_the_report() {
     assert!(matches!(&moved, Some(GainVerdict::Open(why)) if why.contains("gains of the design")), "{moved:?}");
 }
 
+/// The verdict on the observer of this name.
+fn verdict(experiment: &Experiment, name: &str, sliders: &Sliders) -> Option<GainVerdict> {
+    let at = experiment.observers.iter().position(|observer| observer.name == name).unwrap();
+    verify(experiment, sliders).swap_remove(at)
+}
+
+/// An interval observer is certified up to the noise and the first error of its certificate, and not beyond. The first
+/// error is (0.3, -0.1), and the certificate is for |e1| <= 0.4, |e2| <= 0.2.
+#[test]
+fn an_interval_observer_beyond_its_bounds_is_not_certified() {
+    let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("templates/two-tanks.toml");
+    let text = std::fs::read_to_string(file).unwrap();
+    let (experiment, _, html) = of_text("beyond", &text);
+    assert!(html.contains("Where a slider goes beyond"));
+    let loud = |factor: f64| Sliders { noise: factor, ..Sliders::NEUTRAL };
+    let far = |factor: f64| Sliders { error: factor, ..Sliders::NEUTRAL };
+    let is_within = |experiment: &Experiment, name: &str, sliders: &Sliders| match verdict(experiment, name, sliders) {
+        Some(GainVerdict::Elsewhere) => true,
+        Some(GainVerdict::Open(_)) => false,
+        other => panic!("{other:?}"),
+    };
+    let names = ["plant coordinates", "modal coordinates"];
+    for name in names {
+        for sliders in [Sliders::NEUTRAL, loud(0.0), loud(0.5), far(0.0), far(0.5), far(1.3)] {
+            assert!(is_within(&experiment, name, &sliders), "{name} at {sliders:?}");
+        }
+        // Neither has a cubic gain or a period.
+        assert!(is_within(&experiment, name, &Sliders { cubic: 2.0, period: 0.5, ..Sliders::NEUTRAL }));
+        let Some(GainVerdict::Open(why)) = verdict(&experiment, name, &loud(1.05)) else { panic!("{name}") };
+        assert_eq!(why, "the noise of output 1 is up to 0.00525, and the certificate is for 0.005");
+        let Some(GainVerdict::Open(why)) = verdict(&experiment, name, &far(1.55)) else { panic!("{name}") };
+        assert_eq!(why, "the first error is larger than those that the certificate is for");
+    }
+    // min(0.4/0.3, 0.2/0.1) in the coordinates of the plant. The left eigenvectors of A - L C for the poles -0.4 and
+    // -1.5 are (1, -1) and (1, -6.5): min(0.6/0.4, 1.7/0.95).
+    for (name, limit) in names.into_iter().zip([4.0 / 3.0, 1.5]) {
+        assert!(is_within(&experiment, name, &far(limit * (1.0 - 1e-9))));
+        assert!(!is_within(&experiment, name, &far(limit * (1.0 + 1e-9))));
+    }
+    // Convergence without noise is for every noise and first error: nothing is left by the linear observer.
+    for sliders in [loud(5.0), far(5.0)] {
+        assert!(matches!(verdict(&experiment, "Luenberger", &sliders), Some(GainVerdict::Proved(_))));
+    }
+    // The bound of the certificate counts, not the amplitude of the study.
+    let bounds = "bounds = { disturbance = [0.01]";
+    let wider = text.replace(bounds, "bounds = { noise = [0.0125], disturbance = [0.01]");
+    let (wider, _, _) = of_text("wider", &wider);
+    for name in names {
+        assert!(is_within(&wider, name, &loud(2.5)) && !is_within(&wider, name, &loud(2.55)));
+    }
+    // A sensor has noise as well.
+    let mut with_sensor = wider.clone();
+    let (period, offset, gaussian, seed) = (0.1, 0.0, false, 1);
+    with_sensor.sensors.push(luenberger_live::Sensor { output: 0, period, offset, gaussian, amplitude: 0.01, seed });
+    assert!(is_within(&with_sensor, names[0], &loud(1.25)) && !is_within(&with_sensor, names[0], &loud(1.3)));
+    // Gaussian noise has no bound.
+    let mut gaussian = wider;
+    gaussian.noise.as_mut().unwrap().gaussian = true;
+    assert!(is_within(&gaussian, names[0], &loud(1.0)) && is_within(&gaussian, names[0], &loud(0.5)));
+    let Some(GainVerdict::Open(why)) = verdict(&gaussian, names[0], &loud(1.05)) else { panic!() };
+    assert!(why.contains("Gaussian"), "{why}");
+}
+
+/// Theorems without a bound of noise and first errors are not left by these sliders.
+#[test]
+fn noise_and_first_errors_leave_no_other_certificate() {
+    for template in ["servo", "load-torque"] {
+        let (experiment, _) = page(template, "unbounded");
+        let experiment = experiment.unwrap();
+        let neutral = verify(&experiment, &Sliders::NEUTRAL);
+        assert!(neutral.contains(&Some(GainVerdict::Elsewhere)), "{template}: {neutral:?}");
+        let moved = Sliders { noise: 5.0, error: 5.0, ..Sliders::NEUTRAL };
+        assert_eq!(verify(&experiment, &moved), neutral, "{template}");
+    }
+}
+
 /// What the page cannot run has a sentence in its place; a study on a log has no such section.
 #[test]
 fn what_the_page_cannot_run_is_said() {

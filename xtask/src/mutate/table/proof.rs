@@ -1,7 +1,9 @@
 //! Mutants of the statements that certificates prove.
 
 use super::Kind::{Constant, Dropped, Hypothesis, OffDiagonal, Sign, Transpose, WrongOperand};
-use super::{DEPLOYED, FILTERS, INPUT_TO_STATE, INTERVAL, KKL_BOUND, SAMPLED, SLIDING, Source, TIMES, mutant};
+use super::{
+    DEPLOYED, FILTERS, INPUT_TO_STATE, INTERVAL, KKL_BOUND, REDUCED, SAMPLED, SLIDING, SYSTEMS, Source, TIMES, mutant,
+};
 
 pub(super) const SOURCES: &[Source] = &[
     Source {
@@ -178,14 +180,39 @@ pub(super) const SOURCES: &[Source] = &[
         ],
     },
     Source {
-        file: "crates/proof/src/statement/reduced_order.rs",
-        suites: &[FILTERS],
+        file: "crates/proof/src/statement/linear_system.rs",
+        suites: &[SYSTEMS],
         mutants: &[
+            mutant("linear system: I + GM", Sign, ".difference(&g.product(m)?)", ".sum(&g.product(m)?)"),
+            mutant("linear system: h", Hypothesis, "h.is_nan() || h >= 1.0", "h.is_nan() || h >= 0.0"),
             mutant(
-                "reduced order: F = TA (C'C + T'T)^-1",
+                "linear system: no |E| y",
                 Dropped,
-                ".product(&a)?.product(&inverse)?.product(",
-                ".product(&a)?.product(",
+                "x[(i, j)].add(&Interval::new(-bound, bound)",
+                "x[(i, j)].add(&Interval::new(0.0, 0.0)",
+            ),
+            mutant("linear system: y of x", Dropped, "self.weights.scaled(&reach)", "self.weights.clone()"),
+        ],
+    },
+    Source {
+        file: "crates/proof/src/statement/reduced_order.rs",
+        suites: &[REDUCED, FILTERS],
+        mutants: &[
+            mutant("reduced order: G", WrongOperand, "x[(outputs + j, i)]", "x[(j, i)]"),
+            mutant("reduced order: F'", Transpose, "x[(outputs + j, i)]", "x[(outputs + i, j)]"),
+            mutant("reduced order: D of TA", Dropped, "image[(j, i)].mul(&units[i])", "image[(j, i)].clone()"),
+            mutant("reduced order: D of S", Dropped, "entry.mul(&units[j])", "entry.clone()"),
+            mutant(
+                "reduced order: the error",
+                Dropped,
+                ".map(Exact::enclosure).sum(&error)?",
+                ".map(Exact::enclosure)",
+            ),
+            mutant(
+                "reduced order: the second part",
+                Dropped,
+                "near = near.sum(",
+                "near = Matrix::zeros(near.rows(), near.cols()).sum(",
             ),
             mutant("reduced order: no rate", Dropped, "flow.sum(&Matrix::scalar(order, &rate))?", "flow"),
             mutant(

@@ -1,5 +1,6 @@
 //! Error bound of an approximate solution, from the equation as a linear system with a verified inverse (Krawczyk).
 
+use super::super::linear_system::VerifiedInverse;
 use super::{Enclosure, Kind, Posed};
 use crate::error::ProofError;
 use crate::interval::Interval;
@@ -16,48 +17,18 @@ impl Posed<'_> {
         let operator = operator(self.kind, self.a);
         let undecided =
             |estimate: f64| Ok(Enclosure::Undecided { why: UndecidedReason::ProposalNotProved { estimate } });
-        let Some(inverse) = approximate_inverse(&operator.map(|x| x.lo() / 2.0 + x.hi() / 2.0)) else {
-            return undecided(0.0);
+        let inverse = match VerifiedInverse::of(&operator)? {
+            Ok(inverse) => inverse,
+            Err(estimate) => return undecided(estimate),
         };
-        let g = Matrix::<Interval>::embed(&inverse, "an approximate inverse")?;
-        let order = operator.rows();
-        let defect = Matrix::scalar(order, &Interval::ONE).difference(&g.product(&operator)?)?.map(size);
-        let upper = Matrix::from_fn(order, 1, |k, _| self.residual[pair(k, n)]);
-        let step = g.product(&upper)?.negative();
-        // The row sums of |G| know the units of the unknowns.
-        let weights: Vec<f64> = (0..order).map(|k| inverse.row(k).iter().map(|x| x.abs()).sum()).collect();
-        let v = Matrix::<Interval>::embed(
-            &Matrix::from_fn(order, 1, |k, _| weights[k].clamp(f64::MIN_POSITIVE, f64::MAX)),
-            "the weights of the unknowns",
-        )?;
-        let largest_ratio = |x: &Matrix<Interval>| {
-            (0..order).fold(0.0_f64, |largest, k| {
-                let ratio = size(&x[(k, 0)]).quotient(&v[(k, 0)]).map_or(f64::INFINITY, |ratio| ratio.hi());
-                largest.max(ratio)
-            })
+        let upper = Matrix::from_fn(operator.rows(), 1, |k, _| self.residual[pair(k, n)].neg());
+        let step = match inverse.times(&upper)? {
+            Ok(step) => step,
+            Err(estimate) => return undecided(estimate),
         };
-        let h = largest_ratio(&defect.product(&v)?);
-        if h.is_nan() || h >= 1.0 {
-            return undecided(1.0 - h);
-        }
-        let left = (1.0 - h).next_down();
-        let Some(reach) = (left > 0.0).then(|| (largest_ratio(&step) / left).next_up()).and_then(Interval::from_f64)
-        else {
-            return undecided(left);
-        };
-        let rest = defect.product(&v.scaled(&reach))?;
-        let x = Matrix::from_fn(n, n, |i, j| {
-            let k = place(i, j, n);
-            let bound = rest[(k, 0)].hi();
-            step[(k, 0)].add(&Interval::new(-bound, bound).unwrap_or(Interval::UNBOUNDED))
-        });
+        let x = Matrix::from_fn(n, n, |i, j| step[(place(i, j, n), 0)]);
         self.corrected(&x)
     }
-}
-
-/// `[0, |x|]` by its upper end, as a number.
-fn size(x: &Interval) -> Interval {
-    Interval::of(x.magnitude())
 }
 
 /// The place of the entry (i, j) in the upper triangle, row by row.
@@ -109,41 +80,4 @@ fn operator(kind: Kind, a: &Matrix<Interval>) -> Matrix<Interval> {
         }
     }
     m
-}
-
-/// The inverse by Gauss and Jordan with partial pivoting, in floating point: a proposal. `None` where a pivot vanishes
-/// or an entry overflows.
-fn approximate_inverse(m: &Matrix<f64>) -> Option<Matrix<f64>> {
-    let n = m.rows();
-    let mut work = Matrix::from_fn(n, 2 * n, |i, j| {
-        if j < n {
-            m[(i, j)]
-        } else if j - n == i {
-            1.0
-        } else {
-            0.0
-        }
-    });
-    for k in 0..n {
-        let pivot_row = (k..n).max_by(|&i, &j| work[(i, k)].abs().total_cmp(&work[(j, k)].abs()))?;
-        let pivot = work[(pivot_row, k)];
-        if pivot == 0.0 || !pivot.is_finite() {
-            return None;
-        }
-        let mut row: Vec<f64> = work.row(pivot_row).iter().map(|x| x / pivot).collect();
-        row[k] = 1.0;
-        let displaced = work.row(k).to_vec();
-        work.row_mut(pivot_row).copy_from_slice(&displaced);
-        for i in (0..n).filter(|&i| i != k) {
-            let factor = work[(i, k)];
-            if factor != 0.0 {
-                for (x, y) in work.row_mut(i).iter_mut().zip(&row).skip(k) {
-                    *x -= factor * y;
-                }
-            }
-        }
-        work.row_mut(k).copy_from_slice(&row);
-    }
-    let inverse = Matrix::from_fn(n, n, |i, j| work[(i, n + j)]);
-    inverse.as_slice().iter().all(|x| x.is_finite()).then_some(inverse)
 }

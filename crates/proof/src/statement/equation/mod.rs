@@ -22,13 +22,8 @@
 //! same holds with -W in place of W.
 //!
 //! **By elimination**, for any A of order up to [`ELIMINATION_ORDER`] (stable or not). On the upper triangle of X, T is
-//! a matrix M of order `n(n + 1)/2`. Let G be any matrix (here a floating-point inverse of the middle of M),
-//! `E = I - G M`, v > 0 a vector and `|E| v <= h v` with h < 1. Then M is nonsingular, and
-//! ```text
-//! X in -G R + [-1, 1] |E| y,    y = v max_k(|G R|_k / v_k) / (1 - h).
-//! ```
-//! *Proof.* `|E| v <= h v` bounds the spectral radius of E by h, so that `G M = I - E` is nonsingular. `M x = -R` gives
-//! `x = -G R + E x`, hence `|x| <= (I - |E|)^-1 |G R|`; and `|G R| + |E| y <= (1 - h) y + h y = y` gives `|x| <= y`. *qed.*
+//! a matrix M of order `n(n + 1)/2`, and the solution of `M x = -R` is enclosed with a verified inverse: theorem and
+//! proof stand at the head of `statement/linear_system.rs`.
 //! The eigenvalues of T on symmetric matrices are all the `lambda_i + lambda_j` (`lambda_i lambda_j - 1`), the same as
 //! on all matrices: a solution that is unique among the symmetric ones is unique.
 //!

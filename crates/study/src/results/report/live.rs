@@ -15,6 +15,14 @@ pub(super) fn section(experiment: &Experiment, omitted: &[String]) -> Result<Sec
          certificate are evaluated again, with the same P: not certified means that this P does not prove \
          convergence, not that the observer diverges.",
     );
+    let section = if experiment.observers.iter().any(|observer| observer.hypotheses.is_some()) {
+        section.prose(
+            "The certificate of an interval observer is for bounded noise and first errors. Where a slider goes beyond \
+             them it is not certified.",
+        )
+    } else {
+        section
+    };
     let section = match &experiment.truth {
         Some(_) => section.prose(
             "The simulated plant is that of `[truth]`. The certificates are about the plant that the observers are \
