@@ -207,11 +207,18 @@ fn test(seed: u64) -> Result<(), Failure> {
         .output("lock file of firmware")?;
     features::check()?;
     cargo(&["clippy", "--workspace", "--all-targets", "--", "-D", "warnings"]).step("clippy")?;
+    tests(&["test", "--workspace", "--tests"]).step("tests")?;
+    let names = examples()?.into_iter().flat_map(|name| ["--example".to_owned(), name]);
+    names.fold(cargo(&["build", "--workspace"]), step::Step::argument).step("examples that no test runs")?;
+    // Optimised like the crates: without it the examples of the designs take longer to run than to compile.
+    tests(&["test", "--workspace", "--doc"])
+        .variable("RUSTDOCFLAGS", "-C opt-level=1")
+        .step("examples in the documentation")?;
     // Other members turn on the feature `clarabel` of lmi: with the workspace it is tested on, by itself off. Nothing
     // but lmi is compiled for it, because the features of all that it stands on are those of the workspace.
-    tests(&["test", "--workspace"]).step("tests")?;
     tests(&["test", "--package", "luenberger-lmi"]).step("lmi without Clarabel")?;
-    cargo(&["doc", "--workspace", "--no-deps"]).variable("RUSTDOCFLAGS", "-D warnings").step("documentation")?;
+    let doc = cargo(&["doc", "--workspace", "--no-deps"]).variable("RUSTDOCFLAGS", "-D warnings");
+    lints()?.into_iter().flatten().fold(doc, |doc, (name, value)| doc.variable(name, &value)).step("documentation")?;
     // Without development dependencies, which bring the allocator and the standard library.
     cargo(&["check", "--package", "luenberger-observers", "--no-default-features"])
         .step("observers without allocator")?;
@@ -232,6 +239,30 @@ fn test(seed: u64) -> Result<(), Failure> {
         skipped("spelling", "typos-cli");
     }
     Ok(())
+}
+
+/// The examples that no test runs: those of `luenberger` are modules of its tests, all but one.
+fn examples() -> Result<Vec<String>, Failure> {
+    let metadata = cargo(&["metadata", "--format-version", "1", "--no-deps"]).quiet_output("the members")?;
+    let metadata: serde_json::Value =
+        serde_json::from_str(&metadata).map_err(|source| Failure::io("cargo metadata", source.into()))?;
+    let packages = metadata["packages"].as_array().into_iter().flatten();
+    let others = packages.filter(|package| package["name"] != "luenberger");
+    let targets = others.filter_map(|package| package["targets"].as_array()).flatten();
+    let examples = targets.filter(|target| target["kind"][0] == "example").filter_map(|target| target["name"].as_str());
+    Ok(examples.chain(["numerical_kkl_table"]).map(str::to_owned).collect())
+}
+
+/// What `cargo clippy -- -D warnings` sets in the environment, with which `cargo doc` takes the crates as clippy has
+/// checked them; nothing where clippy is not beside the compiler. Should clippy's own differ, the crates are checked
+/// again.
+fn lints() -> Result<Option<[(&'static str, String); 2]>, Failure> {
+    let compiler = std::env::var_os("RUSTC").unwrap_or_else(|| "rustc".into());
+    let sysroot = program(compiler).arguments(&["--print", "sysroot"]).quiet_output("sysroot")?;
+    let driver = Path::new(sysroot.trim()).join("bin").join(format!("clippy-driver{}", std::env::consts::EXE_SUFFIX));
+    let Some(path) = driver.to_str().filter(|_| driver.is_file()) else { return Ok(None) };
+    let mark = "__CLIPPY_HACKERY__";
+    Ok(Some([("RUSTC_WORKSPACE_WRAPPER", path.to_owned()), ("CLIPPY_ARGS", format!("-D{mark}warnings{mark}"))]))
 }
 
 fn docs() -> Result<(), Failure> {

@@ -57,15 +57,18 @@ impl<R: Ring> Matrix<R> {
     /// [`ProofError::DimensionMismatch`].
     pub fn product(&self, rhs: &Self) -> Result<Self, ProofError> {
         rhs.expect_shape("the right factor", (self.cols(), rhs.cols()))?;
-        Ok(Self::from_fn(self.rows(), rhs.cols(), |i, j| {
-            let mut sum = R::zero();
-            for (k, x) in self.row(i).iter().enumerate() {
-                if !x.is_zero() && !rhs[(k, j)].is_zero() {
-                    sum = sum.add(&x.mul(&rhs[(k, j)]));
+        let mut product = Self::zeros(self.rows(), rhs.cols());
+        // Row by row, so that both factors are read in the order of their storage; each sum is taken in the order of k.
+        for i in 0..self.rows() {
+            for (k, x) in self.row(i).iter().enumerate().filter(|(_, x)| !x.is_zero()) {
+                for (sum, y) in product.row_mut(i).iter_mut().zip(rhs.row(k)) {
+                    if !y.is_zero() {
+                        *sum = sum.add(&x.mul(y));
+                    }
                 }
             }
-            sum
-        }))
+        }
+        Ok(product)
     }
 
     /// `self + rhs`.

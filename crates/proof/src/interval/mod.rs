@@ -108,18 +108,34 @@ fn rounding_error(x: f64, y: f64, sum: f64) -> f64 {
     (x - (sum - from_y)) + (y - from_y)
 }
 
+/// The next float below x if `step` is 1, and x if it is 0: `f64::next_down` without branches on what changes from one
+/// number to the next, its sign and whether it is stepped at all.
+fn below(x: f64, step: u64) -> f64 {
+    if x == 0.0 || !x.is_finite() {
+        return if step == 0 { x } else { x.next_down() };
+    }
+    // Floats of one sign are ordered as their bits: 1 for x > 0, -1 for x < 0.
+    let towards_zero = 1_u64.wrapping_sub((x.to_bits() >> 63) << 1);
+    f64::from_bits(x.to_bits().wrapping_sub(towards_zero.wrapping_mul(step)))
+}
+
+/// The next float above x if `step` is 1, and x if it is 0.
+fn above(x: f64, step: u64) -> f64 {
+    -below(-x, step)
+}
+
 /// `x + y` rounded down.
 fn sum_below(x: f64, y: f64) -> f64 {
     let sum = x + y;
     let error = rounding_error(x, y, sum);
-    if error.is_finite() && error >= 0.0 { sum } else { sum.next_down() }
+    below(sum, 1 - u64::from(error.is_finite()) * u64::from(error >= 0.0))
 }
 
 /// `x + y` rounded up.
 fn sum_above(x: f64, y: f64) -> f64 {
     let sum = x + y;
     let error = rounding_error(x, y, sum);
-    if error.is_finite() && error <= 0.0 { sum } else { sum.next_up() }
+    above(sum, 1 - u64::from(error.is_finite()) * u64::from(error <= 0.0))
 }
 
 impl Ring for Interval {
@@ -151,14 +167,18 @@ impl Ring for Interval {
         if self.is_zero() || rhs.is_zero() {
             return Self::zero();
         }
-        let bounds = [(self.lo, rhs.lo), (self.lo, rhs.hi), (self.hi, rhs.lo), (self.hi, rhs.hi)];
-        let (mut lo, mut hi) = (f64::INFINITY, f64::NEG_INFINITY);
-        for (x, y) in bounds {
-            let xy = if x == 0.0 || y == 0.0 { 0.0 } else { x * y };
-            lo = lo.min(xy);
-            hi = hi.max(xy);
-        }
-        Self { lo: lo.next_down(), hi: hi.next_up() }
+        let products = if self.is_bounded() && rhs.is_bounded() {
+            [self.lo * rhs.lo, self.lo * rhs.hi, self.hi * rhs.lo, self.hi * rhs.hi]
+        } else {
+            let product = |x: f64, y: f64| if x == 0.0 || y == 0.0 { 0.0 } else { x * y };
+            [(self.lo, rhs.lo), (self.lo, rhs.hi), (self.hi, rhs.lo), (self.hi, rhs.hi)].map(|(x, y)| product(x, y))
+        };
+        // None of them is NaN.
+        let [a, b, c, d] = products;
+        let less = |x: f64, y: f64| if x < y { x } else { y };
+        let more = |x: f64, y: f64| if x > y { x } else { y };
+        let (lo, hi) = (less(less(a, b), less(c, d)), more(more(a, b), more(c, d)));
+        Self { lo: below(lo, 1), hi: above(hi, 1) }
     }
 
     fn neg(&self) -> Self {
@@ -167,5 +187,60 @@ impl Ring for Interval {
 
     fn is_zero(&self) -> bool {
         self.lo == 0.0 && self.hi == 0.0
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Both signs of zeros, of the smallest and largest subnormal and normal numbers, of powers of 2 with their
+    /// neighbours, of infinity; and numbers of all exponents.
+    fn numbers() -> Vec<f64> {
+        let mut all = vec![0.0, f64::INFINITY, f64::MAX, f64::MIN_POSITIVE, f64::from_bits(1), 1.0, 2.5e-310];
+        all.extend((-1074..=1023).map(|e| 2f64.powi(e)));
+        all.extend(all.clone().into_iter().flat_map(|x| [x.next_up(), x.next_down()]));
+        let mut state = 1u64;
+        all.extend((0..4000).filter_map(|_| {
+            state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+            Some(f64::from_bits(state ^ state >> 29)).filter(|x| !x.is_nan())
+        }));
+        all.iter().flat_map(|x| [*x, -x]).collect()
+    }
+
+    #[test]
+    fn neighbours_are_those_of_the_standard_library() {
+        for x in numbers() {
+            for (found, expected) in
+                [(below(x, 1), x.next_down()), (above(x, 1), x.next_up()), (below(x, 0), x), (above(x, 0), x)]
+            {
+                assert_eq!(found.to_bits(), expected.to_bits(), "{x:e}");
+            }
+        }
+        assert!(below(f64::NAN, 1).is_nan() && above(f64::NAN, 0).is_nan());
+    }
+
+    /// The bounds are the extreme products of the bounds, stepped outwards, where 0 times infinity is 0.
+    #[test]
+    fn products_are_the_extreme_ones() {
+        let numbers = numbers();
+        let bounds = [-f64::INFINITY, -f64::MAX, -3.0, -1e-320, -0.0, 0.0, 1e-320, 0.3, 7.0, f64::MAX, f64::INFINITY];
+        let special = bounds.iter().flat_map(|lo| bounds.iter().filter_map(|hi| Interval::new(*lo, *hi)));
+        let random = numbers.windows(2).step_by(97).filter_map(|ends| Interval::new(ends[0], ends[1]));
+        let intervals: Vec<Interval> = special.chain(random).collect();
+        assert!(intervals.len() > 80);
+        for x in &intervals {
+            for y in &intervals {
+                let product = |a: f64, b: f64| if a == 0.0 || b == 0.0 { 0.0 } else { a * b };
+                let all = [x.lo, x.hi].into_iter().flat_map(|a| [y.lo, y.hi].map(|b| product(a, b)));
+                let (lo, hi) = all.fold((f64::INFINITY, -f64::INFINITY), |(lo, hi), xy| (lo.min(xy), hi.max(xy)));
+                let found = x.mul(y);
+                if x.is_zero() || y.is_zero() {
+                    assert_eq!(found, Interval::zero());
+                } else {
+                    assert_eq!((found.lo, found.hi), (lo.next_down(), hi.next_up()), "{x:?} {y:?}");
+                }
+            }
+        }
     }
 }
