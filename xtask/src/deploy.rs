@@ -209,6 +209,29 @@ leaves = 8
 samples = 1000
 "#;
 
+/// A numerical KKL observer for five states, with a table of low rank.
+const LOW_RANK: &str = r#"
+[plant]
+f = ["x2", "-x1 - 0.1*x1^3 - 0.2*x2 + x3 + x5", "2*x4", "-2*x3", "-0.05*x5"]
+h = ["x1"]
+
+[simulation]
+x0 = [0.2, 0.1, 0.2, 0, 0.1]
+duration = 5
+samples = 51
+
+[[observer]]
+name = "low rank"
+kind = "kkl-numerical"
+domain = [[-0.5, 0.5], [-0.8, 0.8], [-0.3, 0.3], [-0.3, 0.3], [-0.2, 0.2]]
+cutoff = 4
+points = 5
+rank = 8
+leaves = 1
+degree = 2
+samples = 500
+"#;
+
 /// An observer of a study and how it is exported.
 struct Case {
     study: PathBuf,
@@ -234,7 +257,7 @@ pub(crate) fn run() -> Result<(), Failure> {
     let (looped, timed) = (write("loop.toml", LOOP)?, write("timed.toml", TIMED)?);
     let (filtered, interpolated) = (write("filtered.toml", FILTERED)?, write("interpolated.toml", INTERPOLATED)?);
     let (varying, held) = (write("varying.toml", VARYING)?, write("held.toml", HELD)?);
-    let bounded = write("bounded.toml", BOUNDED)?;
+    let (bounded, low_rank) = (write("bounded.toml", BOUNDED)?, write("low_rank.toml", LOW_RANK)?);
     let tanks = write("tanks.toml", &of_the_page()?)?;
     let case = |study: &PathBuf, observer, name, options| {
         let study = study.clone();
@@ -257,6 +280,7 @@ pub(crate) fn run() -> Result<(), Failure> {
         at_varying("radial", &["--format", "f32"]),
         at_varying("weighted", &[]),
         case(&held, "held", "held", &["--unproved", "--period", "0.01"]),
+        case(&low_rank, "low rank", "low_rank", &["--unproved", "--period", "0.02"]),
     ];
     let mut skipped = Vec::new();
     let compiler = ["cc", "gcc", "clang"].into_iter().find(|name| is_installed(name));

@@ -11,7 +11,7 @@ use nalgebra::Complex;
 use thiserror::Error;
 
 use crate::number::{complex, short};
-use crate::varying_periods::{GrowingTimes, Periods};
+use crate::periods::{GrowingTimes, Periods};
 
 /// Error of a design. Every variant names the quantity and its value.
 #[derive(Debug, Clone, PartialEq, Error)]

@@ -50,6 +50,7 @@ pub mod number;
 pub mod numerical_kkl;
 pub mod operating_point;
 pub mod optimal_cubic;
+mod periods;
 pub mod proportional_integral;
 mod real_field;
 mod reduced_order;
@@ -90,6 +91,7 @@ pub use norm_filter::{NormFilterDesign, NormTarget, Performance, SystemNorm, Tim
 pub use numerical_kkl::{NumericalKklDesign, NumericalKklError};
 pub use operating_point::{OperatingPoint, OperatingPointError, operating_point};
 pub use optimal_cubic::{EstimationProblem, OptimalCubicDesign};
+pub use periods::{GrowingTimes, Periods};
 pub use proportional_integral::{
     bandwidth_poles, disturbances_with_rate, proportional_integral, with_disturbance, with_disturbance_chain,
 };
@@ -100,7 +102,7 @@ pub use stored::{StoredDesign, StoredError, StoredObserver};
 pub use symbolic_polynomial::SymbolicPolynomial;
 pub use uncertain::{UncertainBound, Uncertainty};
 pub use unknown_input::{DecoupledPlant, UnknownInputDesign};
-pub use varying_periods::{GrowingTimes, Periods, VaryingPeriodDesign, at_varying_periods};
+pub use varying_periods::{VaryingPeriodDesign, at_varying_periods};
 pub use weights::{theta_from_cost_shares, theta_from_importance};
 
 /// The example of `README.md`, compiled and run with the documentation's tests.

@@ -16,13 +16,10 @@
 //! A common quadratic V is sufficient, and necessary only for single times: where none is found, products of the maps
 //! with a spectral radius above 1 are searched for, which refute the wish; and smaller spreads that are proved.
 
-use core::fmt;
-
 use luenberger_linalg::{expm, spectral_radius};
 use luenberger_lmi::{Problem, greatest_parameter, proof_matrix};
 use luenberger_observers::VaryingPeriodObserver;
 use luenberger_proof::certificate::{Certificate, CubicStep, MOST_MISSES, VaryingPeriodConvergence};
-use luenberger_proof::wording::{counted, significant};
 use nalgebra::{DMatrix, Dyn};
 
 use crate::certificate::{certified, plant as matrices};
@@ -30,6 +27,7 @@ use crate::check;
 use crate::cubic::CubicGain;
 use crate::error::DesignError;
 use crate::linear::LinearDesign;
+use crate::periods::{GrowingTimes, Periods};
 use crate::sampled::SampledCubicDesign;
 
 certified!(VaryingPeriodDesign);
@@ -39,57 +37,6 @@ const GRID: usize = 5;
 
 /// How often the interval of periods is halved in the search for the largest that is proved.
 const HALVINGS: usize = 6;
-
-/// Between which bounds the period varies, and how many samples in a row may be missed.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Periods {
-    /// The shortest period.
-    pub shortest: f64,
-    /// The longest period.
-    pub longest: f64,
-    /// How many samples in a row may be missed.
-    pub misses: usize,
-}
-
-impl Periods {
-    /// Whether every sample comes after the same period.
-    pub fn is_constant(&self) -> bool {
-        self.shortest >= self.longest && self.misses == 0
-    }
-}
-
-impl fmt::Display for Periods {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Self { shortest, longest, misses } = self;
-        write!(f, "periods from {} to {}", significant(*shortest, 6), significant(*longest, 6))?;
-        match misses {
-            0 => write!(f, " without missed samples"),
-            misses => write!(f, " with at most {} in a row", counted(*misses, "missed sample")),
-        }
-    }
-}
-
-/// Times between corrections for which the error grows, if they are repeated.
-#[derive(Debug, Clone, PartialEq)]
-pub struct GrowingTimes {
-    /// The times, in their order.
-    pub times: Vec<f64>,
-    /// The spectral radius of the product of their maps, computed in floating point: above 1.
-    pub radius: f64,
-}
-
-impl fmt::Display for GrowingTimes {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let times: Vec<String> = self.times.iter().map(|t| significant(*t, 6)).collect();
-        let radius = significant(self.radius, 6);
-        write!(
-            f,
-            "with the {} {} between corrections, repeated, the error grows: the product of exp(A t)(I - KC) has the spectral radius {radius}",
-            if times.len() == 1 { "time" } else { "times" },
-            times.join(", ")
-        )
-    }
-}
 
 /// A sampled cubic observer whose convergence is proved at varying periods, with its evidence.
 #[readonly::make]

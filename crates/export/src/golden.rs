@@ -5,7 +5,8 @@ use nalgebra::{DVector, Dyn, RealField};
 
 use crate::Export;
 use crate::error::ExportError;
-use crate::program::{Cast, Program, Scalar, State};
+use crate::program::{Cast, Program, State};
+use crate::scalar::Scalar;
 
 /// Steps of the golden vectors by default.
 pub const STEPS: usize = 64;

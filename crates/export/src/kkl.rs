@@ -11,7 +11,7 @@ use luenberger_observers::numerical_kkl::{
 use luenberger_observers::{ObserverDimensions, ObserverError, SampledObserver};
 use nalgebra::{DMatrix, DVector, RealField, SMatrix, SVector};
 
-use crate::program::Scalar;
+use crate::scalar::Scalar;
 
 /// The left inverse, on the heap.
 pub type Inverse<T, const N: usize, const Z: usize> = PolynomialInverse<T, Vec<Node<T>>, Vec<T>, N, Z>;

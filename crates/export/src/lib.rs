@@ -52,6 +52,7 @@ mod number;
 mod operations;
 pub mod program;
 mod rust;
+mod scalar;
 pub mod step;
 
 pub use error::ExportError;
@@ -59,7 +60,8 @@ pub use fixed_point::FixedPointExport;
 /// The formats of [`Export::fixed_point`].
 pub use luenberger_observers::{FixedPointFormat, FixedPointFormats};
 pub use names::Names;
-pub use program::{Program, Scalar};
+pub use program::Program;
+pub use scalar::Scalar;
 
 use std::fmt::Write;
 

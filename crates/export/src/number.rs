@@ -1,7 +1,7 @@
 //! Floating-point numbers as literals: hexadecimal in C, which is exact, and the shortest decimal in Rust, which is read
 //! back to the same bits.
 
-use crate::program::Scalar;
+use crate::scalar::Scalar;
 
 /// A literal of C99, of the number as the format stores it: `0x1.999999999999ap-4`, with `f` for binary32.
 pub(crate) fn c(x: f64, scalar: Scalar) -> String {

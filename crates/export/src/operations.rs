@@ -7,7 +7,8 @@ use luenberger_observers::{Horizon, ObserverDimensions, SampledCubicObserver, Sa
 use nalgebra::Dyn;
 
 use crate::moving_horizon::{MovingHorizon, bounds};
-use crate::program::{Maps, Program, Scalar};
+use crate::program::{Maps, Program};
+use crate::scalar::Scalar;
 
 impl Program {
     /// Floating-point operations of one step, calls of functions counted as one each.

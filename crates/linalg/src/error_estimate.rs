@@ -15,7 +15,7 @@
 
 use crate::LinalgError;
 use crate::exactly_singular::Regularity;
-use crate::separation::relative;
+use crate::forward_error::relative;
 use nalgebra::{Complex, DMatrix};
 
 /// A refinement that shrinks the error less is not believed.

@@ -14,8 +14,8 @@
 //! real by one QR factorisation, of its real above its imaginary part.
 
 use crate::argument::{finite, square, unit_scale};
+use crate::forward_error::relative;
 use crate::schur_operator::Kind;
-use crate::separation::relative;
 use crate::{LinalgError, Result, Schur, schur};
 use nalgebra::{Complex, DMatrix};
 

@@ -5,7 +5,8 @@
 //! `E^-1` costs digits by the condition of E: the answer carries it.
 
 use crate::argument::{shaped, square, symmetric, symmetric_part};
-use crate::separation::{norm, of_exact, relative};
+use crate::forward_error::{of_exact, relative};
+use crate::separation::norm;
 use crate::{LinalgError, Lyapunov, Result, Stein, lyapunov, stein};
 use nalgebra::DMatrix;
 

@@ -10,8 +10,8 @@
 
 use crate::Result;
 use crate::argument::{RealMatrixView, owned, shaped, square, symmetric};
+use crate::forward_error::{ErrorScale, forward_error};
 use crate::schur_operator::{Kind, SchurEquation};
-use crate::separation::of_exact;
 use nalgebra::{Complex, DMatrix};
 
 /// Solution of `A'P + P A + Q = 0` with its evidence.
@@ -59,29 +59,6 @@ impl Lyapunov {
     pub(crate) fn spread(&self) -> f64 {
         self.spread.norms * self.spread.units
     }
-}
-
-/// From an error in the norm of the separation to one of the solution in Frobenius' and the user's units.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct ErrorScale {
-    /// sqrt(n) for the spectral norm, n for the sum of the entries, of which the estimate may be three times too large.
-    pub(crate) norms: f64,
-    /// What the units of the state bring, where these were balanced.
-    pub(crate) units: f64,
-    /// The error as refinement measured it, relative to the solution in the units of the computation, where rounding
-    /// decides the separation.
-    pub(crate) refined: Option<f64>,
-}
-
-/// `X = P* - P` solves the equation for the defect: `||X|| <= ||defect|| / separation`, where
-/// `||defect|| <= residual * 2 weight ||P||`, and where the defect itself is known up to the rounding of n products. A
-/// bound beyond one says that rounding decides the separation too: then there is none.
-pub(crate) fn forward_error(residual: f64, condition: f64, n: usize, spread: ErrorScale) -> f64 {
-    if let Some(error) = spread.refined {
-        return of_exact(error * spread.units);
-    }
-    let bound = 2.0 * condition * (residual + n as f64 * f64::EPSILON) * spread.norms;
-    if bound < 1.0 { of_exact(bound * spread.units) } else { f64::INFINITY }
 }
 
 /// `A'P + P A + Q = 0` for one `A` and any number of `Q`.

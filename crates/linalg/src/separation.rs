@@ -151,17 +151,6 @@ pub(crate) fn norm(m: &DMatrix<f64>) -> f64 {
     (m * scale).norm() / scale
 }
 
-/// A bound of the error relative to the solution found, as one relative to the exact solution. From one on, not a digit
-/// is known: infinite.
-pub(crate) fn of_exact(bound: f64) -> f64 {
-    if bound < 1.0 { bound / (1.0 - bound) } else { f64::INFINITY }
-}
-
-/// `norm / scale`, and zero where both vanish: the residual of an equation whose terms all are zero.
-pub(crate) fn relative(norm: f64, scale: f64) -> f64 {
-    if norm == 0.0 { 0.0 } else { norm / scale }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;

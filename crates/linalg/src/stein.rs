@@ -9,7 +9,7 @@
 
 use crate::Result;
 use crate::argument::{RealMatrixView, owned, shaped, square, symmetric};
-use crate::lyapunov::{ErrorScale, forward_error};
+use crate::forward_error::{ErrorScale, forward_error};
 use crate::schur_operator::{Kind, SchurEquation};
 use nalgebra::{Complex, DMatrix};
 

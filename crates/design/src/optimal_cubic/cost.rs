@@ -8,7 +8,7 @@ use luenberger_linalg::{
 };
 use nalgebra::{DMatrix, DVector, DVectorView, SymmetricEigen};
 
-use super::flow::{ErrorFlow, Work};
+use super::flow::{ErrorFlow, Gains, Work};
 
 /// The two parts of the cost J of an observer.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -30,13 +30,6 @@ pub(super) struct Scaled {
     pub(super) horizon: f64,
     pub(super) period: f64,
     pub(super) uniform: bool,
-}
-
-/// A cubic observer in the units of the problem.
-pub(super) struct Gains {
-    pub(super) l: DMatrix<f64>,
-    pub(super) n: DMatrix<f64>,
-    pub(super) theta: DMatrix<f64>,
 }
 
 /// Values of the noise, one row after the other: process noise, then measurement noise.

@@ -3,14 +3,19 @@
 
 use nalgebra::DMatrix;
 
-use super::cost::Gains;
-
 /// Rates times steps: the error of a step of the fourth order is about their fifth power over 120.
 const STEP: f64 = 0.25;
 /// Longest integration of a first error.
 const MOST_STEPS: usize = 40_000;
 /// Longest integration of a period of the noise.
 const MOST_SUBSTEPS: f64 = 100.0;
+
+/// A cubic observer in the units of the problem.
+pub(super) struct Gains {
+    pub(super) l: DMatrix<f64>,
+    pub(super) n: DMatrix<f64>,
+    pub(super) theta: DMatrix<f64>,
+}
 
 pub(super) struct ErrorFlow {
     n: usize,

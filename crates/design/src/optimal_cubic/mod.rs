@@ -32,7 +32,8 @@ use luenberger_plants::StateSpace;
 use nalgebra::{DMatrix, DVector, Dyn};
 
 pub use self::cost::Cost;
-use self::cost::{Gains, Noise, Scaled, directions};
+use self::cost::{Noise, Scaled, directions};
+use self::flow::Gains;
 use self::search::{Budget, Point};
 use crate::certificate::certified;
 use crate::check;

@@ -11,7 +11,8 @@ use std::time::Instant;
 use luenberger_linalg::{LyapunovEquation, symmetric_part};
 use nalgebra::DMatrix;
 
-use super::cost::{Gains, Scaled, square_root};
+use super::cost::{Scaled, square_root};
+use super::flow::Gains;
 
 /// An observer with the matrices that certify it, in the units of the problem.
 pub(super) struct Point {

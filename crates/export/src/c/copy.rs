@@ -67,7 +67,7 @@ static void slope({parameters}const {number} *z, {number} *dz)
     }}
 ",
         head = feedback::head(export),
-        time = super::source::time(export),
+        time = super::time::time(export),
         unused = if arguments.inputs.is_some() { "" } else { "    (void)u;\n" },
     );
     plant::advance(text, export, arguments, substeps, "");
@@ -81,7 +81,7 @@ static void slope({parameters}const {number} *z, {number} *dz)
     }}
 {}}}
 ",
-        super::source::tick(export)
+        super::time::tick(export)
     );
 }
 
@@ -108,7 +108,7 @@ pub(super) fn discrete_step(text: &mut String, export: &Export, maps: &Maps) {
     }}
 ",
         head = feedback::head(export),
-        time = super::source::time(export),
+        time = super::time::time(export),
         unused = if Arguments::of(maps, true).inputs.is_some() { "" } else { "    (void)u;\n" },
         measurement = plant::call("measurement", &maps.measurement, ("t", "state->xhat", "innovation")),
         motion = plant::call("motion", &maps.motion, ("t", "state->xhat", "next")),
@@ -124,6 +124,6 @@ pub(super) fn discrete_step(text: &mut String, export: &Export, maps: &Maps) {
     }}
 {}}}
 ",
-        super::source::tick(export)
+        super::time::tick(export)
     );
 }

@@ -7,7 +7,8 @@ use luenberger_observers::semi_implicit::reach;
 use nalgebra::DMatrix;
 
 use super::{product, scalar};
-use crate::program::{Program, Scalar};
+use crate::program::Program;
+use crate::scalar::Scalar;
 use crate::{Export, number};
 
 /// The flow of the cubic part over one period, exact or in a semi-implicit step: the innovation after it, and the

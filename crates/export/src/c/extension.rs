@@ -170,7 +170,7 @@ static void slope({parameters}const {number} *z, {number} *dz)
 ",
         head = feedback::head(export),
         array = array(at_end || at_jump),
-        time = super::source::time(export),
+        time = super::time::time(export),
         unused = if inputs.is_some() || ((at_end || at_jump) && size.inputs > 0) { "" } else { "    (void)u;\n" },
     );
     if let Some(jump) = &own.jump {
@@ -193,6 +193,6 @@ static void slope({parameters}const {number} *z, {number} *dz)
 ",
         gather = gather(at_end),
         last = plant::call_with("estimate", &own.estimate, (&end, "z", "known", "state->xhat")),
-        tick = super::source::tick(export)
+        tick = super::time::tick(export)
     );
 }

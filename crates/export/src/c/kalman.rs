@@ -4,7 +4,8 @@ use std::fmt::Write;
 
 use super::plant::{self, Arguments, contraction, index};
 use super::{feedback, lengths, scalar};
-use crate::program::{Maps, Scalar};
+use crate::program::Maps;
+use crate::scalar::Scalar;
 use crate::{Export, number};
 
 pub(super) fn step(text: &mut String, export: &Export, maps: &Maps, (substeps, gated): (Option<usize>, bool)) {
@@ -34,7 +35,7 @@ pub(super) fn step(text: &mut String, export: &Export, maps: &Maps, (substeps, g
 ",
         measured.arguments("t"),
         head = feedback::head(export),
-        time = super::source::time(export),
+        time = super::time::time(export),
         loops = if substeps.is_some() { "    int j;\n    int k;\n" } else { "" },
         unused = if forward.inputs.or(measured.inputs).is_some() { "" } else { "    (void)u;\n" },
     );
@@ -72,7 +73,7 @@ pub(super) fn step(text: &mut String, export: &Export, maps: &Maps, (substeps, g
     }}
 {}}}
 ",
-        super::source::tick(export)
+        super::time::tick(export)
     );
 }
 

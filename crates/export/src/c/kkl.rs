@@ -5,7 +5,8 @@ use std::fmt::Write;
 use super::plant::{self, Arguments};
 use super::{feedback, lengths, product, scalar, table};
 use crate::kkl::{Kkl, TableOf, Tree};
-use crate::program::{Maps, Scalar};
+use crate::program::Maps;
+use crate::scalar::Scalar;
 use crate::{Export, number};
 
 /// Target states.
@@ -307,7 +308,7 @@ static void slope({parameters}const {number} *v, {number} *dv)
         } else {
             String::new()
         },
-        time = super::source::time(export),
+        time = super::time::time(export),
         measurement = plant::call("measurement", &maps.measurement, ("t", "state->xhat", "offset")),
     );
     plant::advance(text, export, arguments, kkl.substeps(), "");
@@ -325,6 +326,6 @@ static void slope({parameters}const {number} *v, {number} *dv)
 {}}}
 ",
         if m > 0 { "u, " } else { "" },
-        super::source::tick(export)
+        super::time::tick(export)
     );
 }

@@ -39,6 +39,7 @@ pub(crate) mod source;
 mod step;
 mod table;
 mod test;
+pub(crate) mod time;
 mod unscented;
 mod varying;
 
@@ -52,7 +53,8 @@ use nalgebra::DMatrix;
 
 use crate::error::ExportError;
 use crate::golden;
-use crate::program::{Program, Scalar};
+use crate::program::Program;
+use crate::scalar::Scalar;
 use crate::{Export, File, number};
 
 pub(crate) fn files(export: &Export) -> Result<Vec<File>, ExportError> {

@@ -6,7 +6,8 @@ use luenberger_expression::{Dialect, Language, Routine};
 
 use super::scalar;
 use crate::c_math;
-use crate::program::{Maps, Scalar, tables};
+use crate::program::{Maps, tables};
+use crate::scalar::Scalar;
 use crate::{Export, number};
 
 /// How the graphs of an export are written as C.

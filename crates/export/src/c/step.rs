@@ -53,8 +53,8 @@ pub(super) fn step(text: &mut String, export: &Export, maps: &Maps) {
 {tick}}}
 ",
         head = feedback::head(export),
-        time = super::source::time(export),
+        time = super::time::time(export),
         call = plant::call_with("motion", next, ("t", "state->xhat", "known", "next")),
-        tick = super::source::tick(export),
+        tick = super::time::tick(export),
     );
 }

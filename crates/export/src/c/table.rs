@@ -8,7 +8,7 @@ use luenberger_observers::numerical_kkl::least_squares::RESTARTS;
 
 use super::scalar;
 use crate::kkl::TableOf;
-use crate::program::Scalar;
+use crate::scalar::Scalar;
 use crate::{Export, number};
 
 /// The table, its evaluation and the search, as functions. `between` is there already.

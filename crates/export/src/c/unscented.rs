@@ -8,7 +8,8 @@ use nalgebra::Dyn;
 
 use super::plant::{self, Arguments};
 use super::{feedback, lengths, scalar};
-use crate::program::{Maps, Scalar};
+use crate::program::Maps;
+use crate::scalar::Scalar;
 use crate::{Export, number};
 
 type Filter = UnscentedKalmanFilter<ExpressionPlant, f64, Dyn, Dyn, Dyn>;
@@ -86,9 +87,9 @@ pub(super) fn step(text: &mut String, export: &Export, maps: &Maps, filter: &Fil
 ",
         measured.arguments("t"),
         super::kalman::trailing(forward, "t"),
-        super::source::tick(export),
+        super::time::tick(export),
         head = feedback::head(export),
-        time = super::source::time(export),
+        time = super::time::time(export),
         unused = if forward.inputs.or(measured.inputs).is_some() { "" } else { "    (void)u;\n" },
     );
 }

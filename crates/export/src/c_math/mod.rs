@@ -13,7 +13,7 @@ use std::collections::BTreeSet;
 
 use luenberger_expression::MathFunction;
 
-use crate::program::Scalar;
+use crate::scalar::Scalar;
 
 /// An elementary function.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]

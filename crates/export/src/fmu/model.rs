@@ -4,7 +4,7 @@ use std::fmt::Write;
 
 use crate::c;
 use crate::number;
-use crate::program::Scalar;
+use crate::scalar::Scalar;
 use crate::{Export, File};
 
 pub(super) fn files(export: &Export, token: &str, period: f64) -> Vec<File> {
@@ -72,7 +72,7 @@ void {name}_innovation(const {name}_state *state, const {number} *u, const {numb
             "#include <math.h>\n#include <stdbool.h>\n#include <stddef.h>\n#include <stdint.h>\n#include <string.h>\n",
         );
         c::plant::measurement(&mut text, export, &maps);
-        let time = if maps.measurement.uses_time() { c::source::time(export) } else { String::new() };
+        let time = if maps.measurement.uses_time() { c::time::time(export) } else { String::new() };
         _ = write!(
             text,
             "{head}    {number} all[{}];

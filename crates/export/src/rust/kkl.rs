@@ -7,7 +7,7 @@ use luenberger_observers::numerical_kkl::{Branch, Search};
 use super::{named, number};
 use crate::Export;
 use crate::kkl::{Kkl, TableOf};
-use crate::program::Scalar;
+use crate::scalar::Scalar;
 
 /// What the source uses of the observers.
 pub(super) fn imports(kkl: &Kkl<f64>) -> String {

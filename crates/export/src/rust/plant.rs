@@ -8,7 +8,8 @@ use luenberger_observers::{Horizon, SigmaPoints};
 use super::named;
 use crate::extension::ExtensionMaps;
 use crate::moving_horizon::{MovingHorizon, bounds};
-use crate::program::{Scalar, tables};
+use crate::program::tables;
+use crate::scalar::Scalar;
 use crate::{Export, number};
 
 /// How the graphs of an export are written as Rust.

@@ -19,8 +19,9 @@
 
 use super::coordinates::Frame;
 use super::scaled::Scaled;
+use crate::forward_error::relative;
 use crate::schur_operator::SchurEquation;
-use crate::separation::{norm, relative};
+use crate::separation::norm;
 use nalgebra::{Cholesky, DMatrix, Dyn};
 
 /// `(condition, forward error)`, both relative to the norm of `x`, in the units of `problem`; infinite where the closed

@@ -9,8 +9,9 @@
 use super::scaled::{Data, Weight};
 use super::{Riccati, continuous, discrete};
 use crate::argument::{RealMatrixView, owned, shaped, square, symmetric, symmetric_part};
+use crate::forward_error::{of_exact, relative};
 use crate::schur_operator::{Kind, SchurEquation};
-use crate::separation::{norm, of_exact, relative};
+use crate::separation::norm;
 use crate::{LinalgError, Result};
 use nalgebra::{Cholesky, Complex, DMatrix, Dyn};
 

@@ -30,7 +30,7 @@ mod popov;
 mod scaled;
 
 use crate::argument::{RealMatrixView, owned};
-use crate::separation::of_exact;
+use crate::forward_error::of_exact;
 use crate::{LinalgError, Result};
 use nalgebra::{Complex, DMatrix};
 use scaled::{Data, Scaled, Weight};

@@ -7,8 +7,8 @@
 
 use super::scaled::Scaled;
 use super::{Evidence, Outcome, condition, popov};
+use crate::forward_error::relative;
 use crate::schur_operator::{Kind, SchurEquation};
-use crate::separation::relative;
 use crate::{LinalgError, Result};
 use nalgebra::DMatrix;
 

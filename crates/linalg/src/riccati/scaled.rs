@@ -7,8 +7,8 @@
 
 use crate::argument::{shaped, square, symmetric, symmetric_part, unit_scale};
 use crate::balance::{Balance, sizes};
+use crate::forward_error::relative;
 use crate::product::{multiply, view, view_mut};
-use crate::separation::relative;
 use crate::spectrum::eigenvalues_of_symmetric;
 use crate::{LinalgError, Result};
 use faer::Accum;

@@ -5,7 +5,7 @@ use std::fmt::Write;
 use luenberger_observers::moving_horizon::{FRACTION_TO_BOUNDARY, INTERIOR_POINT_STEPS};
 
 use super::Writer;
-use crate::program::Scalar;
+use crate::scalar::Scalar;
 
 impl Writer<'_> {
     /// The constants of the method, as they are computed in the format: the least mu and the least variance, the share

@@ -20,7 +20,8 @@ use luenberger_expression::Routine;
 use super::plant;
 use super::{feedback, kalman, lengths, scalar};
 use crate::moving_horizon::{Bound, MovingHorizon, bounds};
-use crate::program::{Maps, Scalar};
+use crate::program::Maps;
+use crate::scalar::Scalar;
 use crate::{Export, number};
 
 /// What the pieces of the source share.
@@ -99,7 +100,7 @@ pub(super) fn step(text: &mut String, export: &Export, maps: &Maps, estimator: &
 {tick}}}
 ",
         head = feedback::head(export),
-        variable = super::source::time(export),
+        variable = super::time::time(export),
         unused = if inputs { "" } else { "    (void)u;\n" },
         given = arguments(inputs, time),
         trailing = if inputs || time {
@@ -107,7 +108,7 @@ pub(super) fn step(text: &mut String, export: &Export, maps: &Maps, estimator: &
         } else {
             String::new()
         },
-        tick = super::source::tick(export),
+        tick = super::time::tick(export),
     );
 }
 
