@@ -84,6 +84,7 @@ pub mod error;
 mod error_estimate;
 mod exactly_singular;
 pub mod factored;
+mod forward_error;
 pub mod functional_observer;
 pub mod generalized;
 mod kernel;
