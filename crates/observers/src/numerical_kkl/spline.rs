@@ -52,10 +52,7 @@ where
         points: [usize; N],
         coefficients: V,
     ) -> Result<Self, ObserverError> {
-        check_box(&lower, &upper)?;
-        if let Some(&found) = points.iter().find(|&&count| count < 2) {
-            return Err(ObserverError::Table { what: "the points on an axis", expected: 2, found });
-        }
+        check_grid((&lower, &upper), &points)?;
         // A grid that overflows is longer than any table.
         let expected = points.iter().fold(Z, |product, count| product.saturating_mul(count.saturating_add(2)));
         let found = coefficients.as_ref().len();
@@ -136,6 +133,18 @@ where
             coefficients: self.coefficients.as_ref().iter().map(|&x| cast(x)).collect(),
             scalar: PhantomData,
         }
+    }
+}
+
+/// Checks the box, and that there is a cell on each axis.
+pub(super) fn check_grid<T: RealField + Copy, const N: usize>(
+    (lower, upper): (&SVector<T, N>, &SVector<T, N>),
+    points: &[usize; N],
+) -> Result<(), ObserverError> {
+    check_box(lower, upper)?;
+    match points.iter().find(|&&count| count < 2) {
+        Some(&found) => Err(ObserverError::Table { what: "the points on an axis", expected: 2, found }),
+        None => Ok(()),
     }
 }
 

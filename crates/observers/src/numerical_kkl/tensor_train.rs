@@ -22,8 +22,8 @@ use nalgebra::{RealField, SMatrix, SVector, convert};
 
 use crate::error::ObserverError;
 use crate::numerical_kkl::least_squares::BoxMap;
-use crate::numerical_kkl::polynomial_tree::{check_box, finite};
-use crate::numerical_kkl::spline::{Local, local};
+use crate::numerical_kkl::polynomial_tree::finite;
+use crate::numerical_kkl::spline::{Local, check_grid, local};
 
 /// Largest rank: vectors of this length are on the stack.
 pub const MOST_RANK: usize = 32;
@@ -71,10 +71,7 @@ where
         ranks: [usize; N],
         coefficients: V,
     ) -> Result<Self, ObserverError> {
-        check_box(&lower, &upper)?;
-        if let Some(&found) = points.iter().find(|&&count| count < 2) {
-            return Err(ObserverError::Table { what: "the points on an axis", expected: 2, found });
-        }
+        check_grid((&lower, &upper), &points)?;
         if let Some(&found) = ranks.iter().find(|&&rank| rank > MOST_RANK) {
             return Err(ObserverError::Table { what: "the largest rank", expected: MOST_RANK, found });
         }
