@@ -281,7 +281,8 @@ fn a_table_of_low_rank_is_the_solution_of_sylvesters_equation() {
     let inverse = design.interpolated.map().inverse();
     // The functions before a cut are the linear ones and 1, and so are those behind it.
     assert!(inverse.spline().ranks()[1..].iter().all(|rank| *rank <= 7), "{:?}", inverse.spline().ranks());
-    assert!(design.report.trajectories < 4096 + 2000, "{}", design.report.trajectories);
+    // 2255; the full grid alone has 4096 points.
+    assert!(design.report.trajectories < 3000, "{}", design.report.trajectories);
     for k in 0..40 {
         let x = SVector::from_fn(|i, _| domain.upper()[i] * (1.0 + 2.3 * f64::from(k) + 1.7 * i as f64).sin());
         let error = (inverse.target(&x) - exact * x).norm();

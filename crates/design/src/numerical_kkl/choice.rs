@@ -78,9 +78,8 @@ const KEPT: [usize; 3] = [MULTIPLES.len(), 3, 2];
 const MARGIN: f64 = 1.0;
 
 /// Grid points per axis at each stage.
-pub(super) fn grids(states: usize, is_low_rank: bool) -> [usize; 3] {
+fn grids(states: usize) -> [usize; 3] {
     match states {
-        _ if is_low_rank => [9, 13, 17],
         ..=2 => [33, 65, 97],
         3 => [17, 25, 33],
         _ => [9, 13, 17],
@@ -90,7 +89,7 @@ pub(super) fn grids(states: usize, is_low_rank: bool) -> [usize; 3] {
 /// Grid points per axis of the designs that [`choose`] tries at most, for an estimate of the time it takes; none where
 /// cut-off and points are given.
 pub fn searched_tables(cutoff: Option<f64>, points: Option<usize>, states: usize) -> Vec<usize> {
-    let stages = points.map_or_else(|| grids(states, false).to_vec(), |points| vec![points]);
+    let stages = points.map_or_else(|| grids(states).to_vec(), |points| vec![points]);
     let count = |kept: usize| if cutoff.is_some() { 1 } else { kept };
     stages.into_iter().zip(KEPT).flat_map(|(points, kept)| core::iter::repeat_n(points, count(kept))).collect()
 }
@@ -157,7 +156,7 @@ where
     if let (Some(cutoff), Some(points)) = (wanted.cutoff, wanted.points) {
         return Ok(Choice { cutoff, points, escape, rate, candidates: Vec::new(), is_reached: true });
     }
-    let stages: Vec<usize> = wanted.points.map_or_else(|| W::grids().to_vec(), |points| vec![points]);
+    let stages: Vec<usize> = wanted.points.map_or_else(|| grids(N).to_vec(), |points| vec![points]);
     let mut candidates: Vec<Candidate> = Vec::new();
     for (&points, kept) in stages.iter().zip(KEPT) {
         // The order of the errors so far; what has no design comes last, the fastest of it first.

@@ -18,10 +18,7 @@ pub(crate) const MOST_POINTS: usize = 1 << 22;
 
 /// Checks that `tables` tables of `numbers` numbers on this grid can be made.
 pub(crate) fn check_grid(points: &[usize], tables: usize, numbers: usize) -> Result<(), NumericalKklError> {
-    for &count in points {
-        // Not-a-knot at both ends takes four points.
-        within("the number of grid points on an axis", count as f64, 4.0, 1024.0)?;
-    }
+    check_axes(points)?;
     let product = tables as f64 * points.iter().map(|&count| (count + 2) as f64).product::<f64>();
     if product > MOST_POINTS as f64 {
         return Err(NumericalKklError::GridTooLarge {
@@ -30,6 +27,15 @@ pub(crate) fn check_grid(points: &[usize], tables: usize, numbers: usize) -> Res
             megabytes: product * (numbers * size_of::<f64>()) as f64 / 1e6,
             per_axis: (2..=1024).take_while(|count| holds(*count, points.len(), tables)).last().unwrap_or(0),
         });
+    }
+    Ok(())
+}
+
+/// Checks the number of grid points on each axis.
+pub(super) fn check_axes(points: &[usize]) -> Result<(), NumericalKklError> {
+    for &count in points {
+        // Not-a-knot at both ends takes four points.
+        within("the number of grid points on an axis", count as f64, 4.0, 1024.0)?;
     }
     Ok(())
 }
@@ -49,30 +55,35 @@ pub(crate) fn interpolate<const N: usize, const Z: usize>(
     let mut table = values;
     for axis in 0..N {
         let count = points[axis];
-        let inverse = collocation_inverse(count);
         // Axes before have count + 2 rows already.
         let outer: usize = points[..axis].iter().map(|count| count + 2).product();
         let inner: usize = points[axis + 1..].iter().product::<usize>() * Z;
-        let mut next = vec![0.0; outer * (count + 2) * inner];
-        for o in 0..outer {
-            for row in 0..count + 2 {
-                let target = &mut next[(o * (count + 2) + row) * inner..][..inner];
-                for k in 0..count {
-                    let weight = inverse[(row, k)];
-                    let source = &table[(o * count + k) * inner..][..inner];
-                    for (sum, value) in target.iter_mut().zip(source) {
-                        *sum += weight * value;
-                    }
-                }
-            }
-        }
-        table = next;
+        table = along_axis(&table, (outer, count, inner));
     }
     Ok(TensorSpline::new(lower, upper, points, table)?)
 }
 
+/// The coefficients along the middle one of three axes, of which the last runs fastest.
+pub(super) fn along_axis(values: &[f64], (outer, count, inner): (usize, usize, usize)) -> Vec<f64> {
+    let inverse = collocation_inverse(count);
+    let mut coefficients = vec![0.0; outer * (count + 2) * inner];
+    for o in 0..outer {
+        for row in 0..count + 2 {
+            let target = &mut coefficients[(o * (count + 2) + row) * inner..][..inner];
+            for k in 0..count {
+                let weight = inverse[(row, k)];
+                let source = &values[(o * count + k) * inner..][..inner];
+                for (sum, value) in target.iter_mut().zip(source) {
+                    *sum += weight * value;
+                }
+            }
+        }
+    }
+    coefficients
+}
+
 /// From `count` values to `count + 2` coefficients.
-pub(super) fn collocation_inverse(count: usize) -> DMatrix<f64> {
+fn collocation_inverse(count: usize) -> DMatrix<f64> {
     let mut matrix = DMatrix::zeros(count + 2, count + 2);
     for (j, entry) in [1.0, -4.0, 6.0, -4.0, 1.0].into_iter().enumerate() {
         matrix[(0, j)] = entry;

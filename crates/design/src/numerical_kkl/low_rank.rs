@@ -10,7 +10,7 @@
 //! 3. of the r left singular vectors U, the rows with the largest volume are kept: no entry of `U U(R, :)^-1` is much
 //!    larger than 1. In the last sweep this matrix is the core of the axis.
 //!
-//! Sweeps end when the error at grid points that no sweep has chosen is below the tolerance, or falls no more. Each core
+//! Sweeps end when the error at grid points chosen beforehand is below the tolerance, or falls no more. Each core
 //! is then interpolated along its axis by cubic splines, which is the tensor-product spline of the approximated grid.
 //!
 //! Sources: I. V. Oseledets and E. E. Tyrtyshnikov, TT-cross approximation for multidimensional arrays, Linear Algebra
@@ -24,7 +24,7 @@ use luenberger_observers::numerical_kkl::tensor_train::MOST_RANK;
 use luenberger_plants::Differentiable;
 use nalgebra::{Const, DMatrix, SVector};
 
-use super::interpolation::collocation_inverse;
+use super::interpolation::{along_axis, check_axes};
 use super::progress::{Listener, Progress};
 use super::{Domain, NumericalKklError, Settings, Tabulated, Transform, white_coordinates};
 use crate::check::within;
@@ -46,9 +46,7 @@ const VOLUME: f64 = 1.05;
 
 /// Checks that a table of low rank can be made for so many target states.
 pub(super) fn check<const N: usize>(settings: &Settings<N>, targets: usize) -> Result<(), NumericalKklError> {
-    for count in settings.points {
-        within("the number of grid points on an axis", count as f64, 4.0, 1024.0)?;
-    }
+    check_axes(&settings.points)?;
     within("the number of target states of a low-rank table", targets as f64, 1.0, MOST_RANK as f64)?;
     within("the largest rank", settings.rank as f64, 1.0, MOST_RANK as f64)?;
     Ok(within("the tolerance of the rank", settings.rank_tolerance, 1e-12, 0.1)?)
@@ -366,26 +364,14 @@ fn spline<const N: usize, const Z: usize>(
     cores: &[Core],
 ) -> Result<Train<N, Z>, NumericalKklError> {
     let ranks = core::array::from_fn(|axis| cores[axis].rows);
-    let mut coefficients = Vec::new();
-    for core in cores {
-        let inverse = collocation_inverse(core.count);
-        let size = core.rows * core.columns;
-        for row in 0..core.count + 2 {
-            let mut matrix = vec![0.0; size];
-            for (k, values) in core.entries.chunks(size).enumerate() {
-                let weight = inverse[(row, k)];
-                for (sum, value) in matrix.iter_mut().zip(values) {
-                    *sum += weight * value;
-                }
-            }
-            coefficients.append(&mut matrix);
-        }
-    }
+    let along = |core: &Core| along_axis(&core.entries, (1, core.count, core.rows * core.columns));
+    let coefficients = cores.iter().flat_map(along).collect();
     Ok(TensorTrain::new(*domain.lower(), *domain.upper(), points, ranks, coefficients)?)
 }
 
 #[cfg(test)]
 mod tests {
+    use super::super::Escape;
     use super::*;
     use luenberger_observers::numerical_kkl::BoxMap;
     use std::ops::ControlFlow::Continue;
@@ -395,7 +381,7 @@ mod tests {
         settings: &Settings<N>,
         map: impl Fn(&[f64; N]) -> SVector<f64, Z>,
     ) -> (Train<N, Z>, usize) {
-        let domain = Domain::new([-1.0; N], [1.0; N], super::super::Escape::Free).unwrap();
+        let domain = Domain::new([-1.0; N], [1.0; N], Escape::Free).unwrap();
         let at = |index: &[usize; N]| -> [f64; N] {
             core::array::from_fn(|i| -1.0 + 2.0 * index[i] as f64 / (points[i] - 1) as f64)
         };

@@ -207,7 +207,7 @@ impl<const N: usize, const M: usize, const P: usize, const Z: usize> NumericalKk
     /// let settings = Settings { points: [5; 3], samples: 500, leaves: 4, injectivity_points: 5, ..Settings::default() };
     /// let target = Target::<1, 4>::bessel(4.0)?;
     /// let design = NumericalKklDesign::low_rank(&plant, &target, &domain, SVector::zeros(), &settings, &mut |_| Continue(()))?;
-    /// // T of a linear plant is linear: rank 2 at most between any two axes.
+    /// // T of a linear plant is linear: behind a cut there are the linear functions and 1.
     /// assert!(design.interpolated.map().inverse().spline().ranks()[1..].iter().all(|rank| *rank <= 4));
     /// let (x, u, y) = (vector![0.5, -0.3, 0.2], SVector::zeros(), SVector::zeros());
     /// let z = design.interpolated.initial(0.0, &x, &u, &y);
@@ -357,18 +357,15 @@ pub trait Table<const N: usize, const Z: usize>: BoxMap<f64, N, Z> + Sized {
     where
         S: Differentiable<f64, Const<N>, Const<M>, Const<P>>;
 
-    /// Grid points per axis of the designs on which missing settings are searched, coarse to fine.
-    fn grids() -> [usize; 3];
-
     /// Numbers that it stores.
     fn numbers(&self) -> usize;
 
     /// Multiply-adds of one evaluation with its Jacobian.
     fn multiply_adds(&self) -> usize;
 
-    /// The largest number of terms of a sum of products of functions of fewer states; 0 where T is not such a sum.
-    fn rank(&self) -> usize {
-        0
+    /// The largest rank, of a table of low rank.
+    fn rank(&self) -> Option<usize> {
+        None
     }
 }
 
@@ -391,10 +388,6 @@ impl<const N: usize, const Z: usize> Table<N, Z> for Spline<N, Z> {
         let coordinates = white_coordinates(&values, transform.output_scale())?;
         let table = spline_of(transform.domain(), points, &coordinates, &values)?;
         Ok(Tabulated { coordinates, table, trajectories: values.len() })
-    }
-
-    fn grids() -> [usize; 3] {
-        choice::grids(N, false)
     }
 
     fn numbers(&self) -> usize {
@@ -423,16 +416,12 @@ impl<const N: usize, const Z: usize> Table<N, Z> for Train<N, Z> {
         low_rank::tabulate(transform, settings, progress)
     }
 
-    fn grids() -> [usize; 3] {
-        choice::grids(N, true)
-    }
-
     fn numbers(&self) -> usize {
         self.coefficients().len()
     }
 
-    fn rank(&self) -> usize {
-        self.ranks().into_iter().skip(1).max().unwrap_or(1)
+    fn rank(&self) -> Option<usize> {
+        self.ranks().into_iter().skip(1).max().or(Some(1))
     }
 
     /// For each entry of each matrix its value and slope, and its part in the product and in the derivatives so far.

@@ -89,29 +89,24 @@ pub(super) fn step(
             }
         }};
     }
+    macro_rules! plain {
+        ($observer:expr) => {
+            Kkl::new(plant, filter($observer.map(), step), $observer.map().inverse().clone())?
+        };
+    }
     let made = || -> Result<Kkl<f64>, NoStep> {
         use design::Kkl as Of;
         Ok(match kkl {
-            Of::Two(observer) => Kkl::new(plant, filter(observer.map(), step), observer.map().inverse().clone())?,
-            Of::TwoEmbedded(observer) => {
-                Kkl::new(plant, filter(observer.map(), step), observer.map().inverse().clone())?
-            }
-            Of::Three(observer) => Kkl::new(plant, filter(observer.map(), step), observer.map().inverse().clone())?,
-            Of::ThreeEmbedded(observer) => {
-                Kkl::new(plant, filter(observer.map(), step), observer.map().inverse().clone())?
-            }
-            Of::Four(observer) => Kkl::new(plant, filter(observer.map(), step), observer.map().inverse().clone())?,
-            Of::FourEmbedded(observer) => {
-                Kkl::new(plant, filter(observer.map(), step), observer.map().inverse().clone())?
-            }
-            Of::Five(observer) => Kkl::new(plant, filter(observer.map(), step), observer.map().inverse().clone())?,
-            Of::FiveEmbedded(observer) => {
-                Kkl::new(plant, filter(observer.map(), step), observer.map().inverse().clone())?
-            }
-            Of::Six(observer) => Kkl::new(plant, filter(observer.map(), step), observer.map().inverse().clone())?,
-            Of::SixEmbedded(observer) => {
-                Kkl::new(plant, filter(observer.map(), step), observer.map().inverse().clone())?
-            }
+            Of::Two(observer) => plain!(observer),
+            Of::TwoEmbedded(observer) => plain!(observer),
+            Of::Three(observer) => plain!(observer),
+            Of::ThreeEmbedded(observer) => plain!(observer),
+            Of::Four(observer) => plain!(observer),
+            Of::FourEmbedded(observer) => plain!(observer),
+            Of::Five(observer) => plain!(observer),
+            Of::FiveEmbedded(observer) => plain!(observer),
+            Of::Six(observer) => plain!(observer),
+            Of::SixEmbedded(observer) => plain!(observer),
             Of::TwoHeld(observer) => held!(observer, 2, 1, 3, 4, 3, 5),
             Of::TwoHeldTwo(observer) => held!(observer, 2, 2, 3, 5, 4, 5),
             Of::ThreeHeld(observer) => held!(observer, 3, 1, 4, 5, 4, 7),

@@ -18,7 +18,7 @@ use super::runnable::Runnable;
 use super::{Designed, number};
 use crate::model::Model;
 use crate::results::{DesignReport, NamedNumber};
-use crate::study::{KklSpec, MOST_STATES_OF_A_FULL_TABLE};
+use crate::study::KklSpec;
 
 /// The observer, for two to six states.
 #[derive(Debug, Clone)]
@@ -178,9 +178,10 @@ fn of_size<W: Table<N, Z>, const N: usize, const Z: usize>(
     let measured = &design.report;
     let form = if wish.embedded { &measured.embedded } else { &measured.interpolated };
     let mut numbers = numbers(choice, (measured.horizon, measured.spline.1, measured.residual.1));
-    if N > MOST_STATES_OF_A_FULL_TABLE {
-        numbers.push(number("largest rank of the table", design.interpolated.map().inverse().spline().rank() as f64));
-        numbers.push(number("numbers in the table", design.interpolated.map().inverse().spline().numbers() as f64));
+    let table = design.interpolated.map().inverse().spline();
+    if let Some(rank) = table.rank() {
+        numbers.push(number("largest rank of the table", rank as f64));
+        numbers.push(number("numbers in the table", table.numbers() as f64));
         numbers.push(number("trajectories of the table", measured.trajectories as f64));
     }
     numbers.extend(errors(form));

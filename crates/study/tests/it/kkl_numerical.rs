@@ -181,7 +181,8 @@ fn five_states_are_followed_with_a_table_of_low_rank() {
     let (results, bound) = simulated(DISTURBED);
     let report = results.observers[0].design.as_ref().unwrap();
     let of = |name: &str| report.number(name).unwrap();
-    assert!(of("largest rank of the table") <= 8.0 && of("trajectories of the table") < 5125.0, "{report:?}");
+    // 3182, of which 1500 judge; the full grid has 3125 points.
+    assert!(of("largest rank of the table") <= 8.0 && of("trajectories of the table") < 4000.0, "{report:?}");
     let error = error_of_run(&results, (8.0, 12.0));
     assert!(error < bound && bound < 0.05, "{error:e} {bound:e}");
     let (first, own) = exported(DISTURBED, Scalar::Binary64, (0.7, 1.0));
@@ -215,7 +216,7 @@ samples = 300
 "#;
     let (results, bound) = simulated(text);
     assert_eq!(results.observers[0].design.as_ref().unwrap().number("inputs with a table"), Some(4.0));
-    // Several time constants of the filter later; with its inputs exchanged the error is ten times the bound.
+    // Several time constants of the filter later.
     let error = error_of_run(&results, (2.0, 3.0));
     assert!(error < bound && bound < 0.02, "{error:e} {bound:e}");
 }
