@@ -16,8 +16,8 @@
 //! Since `(I - T)N = 0`, `P~ N = C'X C N = -C'S~` **exactly**: the structure holds for `N` as stored, and `V~ = e'P~e`
 //! proves global exponential convergence if `P~ > 0`, `F'P~ + P~F < 0`, `S~ + S~' >= 0` and `theta >= 0`. With X near
 //! `(C P^-1 C')^-1`, `P~` differs from P and `S~` from S by rounding only, so that the strict inequalities survive.
-//! `P~` is not a matrix of floats: it is enclosed, and the inequalities are proved for all matrices within. This needs
-//! `N` of full column rank, hence S nonsingular, and `S + S' > 0` with room.
+//! `P~` is not a matrix of floats: it is enclosed, T as `left_inverse.rs` says, and the inequalities are proved for all
+//! matrices within. This needs `N` of full column rank, hence S nonsingular, and `S + S' > 0` with room.
 //!
 //! **An ellipsoid.** Let `S + S' >= mu I`, `theta <= t I`, `|R| <= rho`, `|C| <= kappa` (spectral norms). With s = |y|,
 //! (*) gives `V' <= -q |e|^2 + t s^2 max(0, 2 rho |e| s - mu s^2)`. Over s >= 0 the last term is at most
@@ -29,6 +29,7 @@
 //! and every error with `e'Pe < lambda_min(P) r^2` tends to 0. With rho = 1e-15 and the rest about 1, r is about 1e29
 //! by the first term, 1e7 by the second.
 
+use super::left_inverse::times_left_inverse;
 use super::lyapunov::{error_matrix, largest_eigenvalue_bound};
 use super::{Expression, accretive, embed, embed_symmetric, lyapunov_decrease, norm_bound, positive};
 use crate::definite::{self, Direction, Sense};
@@ -180,8 +181,8 @@ pub(super) fn structured_for(
     n: &Matrix<f64>,
 ) -> Result<Option<Matrix<Interval>>, ProofError> {
     let order = p.rows();
-    let Some(projector) = projector(n)? else { return Ok(None) };
-    let rest = Matrix::scalar(order, &ONE).difference(&projector)?;
+    let Some(projector) = times_left_inverse(n, n)? else { return Ok(None) };
+    let rest = Matrix::scalar(order, &Interval::ONE).difference(&projector)?;
     let output = Matrix::<Interval>::embed(c, "C")?;
     let metric = output.transpose().product(&Matrix::embed(x, "X")?)?.product(&output)?;
     let p_enclosed = Matrix::<Interval>::embed(p, "P")?;
@@ -196,8 +197,6 @@ pub(super) fn structured_for(
     }
     Ok(Some(enclosed))
 }
-
-const ONE: Interval = Interval::point(1.0);
 
 /// `S~ + S~'` with `S~ = -X C N`.
 pub(super) struct Dissipated<'a> {
@@ -224,56 +223,6 @@ fn output_metric(p: &Matrix<f64>, c: &Matrix<f64>) -> Option<Matrix<f64>> {
     let identity = Matrix::from_fn(outputs, outputs, |i, j| if i == j { 1.0 } else { 0.0 });
     let x = definite::solve_approximately(&gram, &identity)?;
     Some(Matrix::from_fn(outputs, outputs, |i, j| f64::midpoint(x[(i, j)], x[(j, i)])))
-}
-
-/// An enclosure of `N (N'N)^-1 N'`; `None` when N has not been shown to have full column rank.
-fn projector(n: &Matrix<f64>) -> Result<Option<Matrix<Interval>>, ProofError> {
-    let columns = n.cols();
-    // The projector does not change when columns are scaled; powers of two within range do that exactly.
-    let mut scale = Vec::with_capacity(columns);
-    for j in 0..columns {
-        let largest = (0..n.rows()).fold(0.0_f64, |m, i| m.max(n[(i, j)].abs()));
-        if !(1e-150..1e150).contains(&largest) {
-            return Ok(None);
-        }
-        scale.push(2.0_f64.powi(-(largest.log2() as i32)));
-    }
-    let scaled = Matrix::from_fn(n.rows(), columns, |i, j| n[(i, j)] * scale[j]);
-    let exact = scaled.as_slice().iter().enumerate().all(|(k, x)| x / scale[k % columns] == n.as_slice()[k]);
-    if !exact {
-        return Ok(None);
-    }
-    let n = Matrix::<Interval>::embed(&scaled, "N")?;
-    let Some(inverse) = inverse_of_gram(&n.transpose().product(&n)?)? else { return Ok(None) };
-    Ok(Some(n.product(&inverse)?.product(&n.transpose())?))
-}
-
-/// An enclosure of the inverse of a symmetric positive definite matrix; `None` when it has not been shown to be regular.
-///
-/// With K near the inverse of G and `E = I - K G`, `h = |E|_inf < 1`: `G^-1 = (I - E)^-1 K = K + E (I - E)^-1 K`, each
-/// entry of the second term at most `h/(1 - h) |K|_inf`.
-pub(super) fn inverse_of_gram(gram: &Matrix<Interval>) -> Result<Option<Matrix<Interval>>, ProofError> {
-    let columns = gram.rows();
-    let middle = gram.map(|x| f64::midpoint(x.lo(), x.hi()));
-    let identity = Matrix::from_fn(columns, columns, |i, j| if i == j { 1.0 } else { 0.0 });
-    let Some(k) = definite::solve_approximately(&middle, &identity) else { return Ok(None) };
-    let k = Matrix::<Interval>::embed(&k, "an approximate inverse")?;
-    let defect = row_sum_bound(&Matrix::scalar(columns, &ONE).difference(&k.product(gram)?)?);
-    if defect > 0.5 || defect.is_nan() {
-        return Ok(None);
-    }
-    let radius = ((defect / (1.0 - defect).next_down()).next_up() * row_sum_bound(&k)).next_up();
-    let Some(doubt) = Interval::new(-radius, radius) else { return Ok(None) };
-    Ok(Some(k.map(|x| x.add(&doubt))))
-}
-
-/// An upper bound of the largest sum of absolute values in a row.
-fn row_sum_bound(m: &Matrix<Interval>) -> f64 {
-    (0..m.rows())
-        .map(|i| {
-            m.row(i).iter().fold(0.0_f64, |sum, x| if x.is_zero() { sum } else { (sum + x.magnitude()).next_up() })
-        })
-        .fold(0.0, f64::max)
 }
 
 /// The ellipsoid of the head of this module. Every operation on these nonnegative numbers is rounded to the safe side.

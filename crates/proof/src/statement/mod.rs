@@ -17,6 +17,7 @@ mod hidden;
 mod input_to_state;
 mod interval_observer;
 mod kkl;
+mod left_inverse;
 mod linear_system;
 mod lyapunov;
 mod reduced_order;
@@ -67,11 +68,11 @@ use crate::verdict::Verdict;
 /// The order up to which an expression is evaluated exactly: a product costs n^3 exact multiplications, about 1 s here.
 const EXACT_ORDER: usize = 160;
 
-/// A symmetric matrix as an expression in the data, over any ring.
+/// A matrix as an expression in the data, over any ring.
 trait Expression {
     fn evaluate<R: Ring>(&self) -> Result<Matrix<R>, ProofError>;
 
-    /// The verdict on its definiteness.
+    /// The verdict on the definiteness of a symmetric one.
     fn decide(&self, sense: Sense) -> Result<Verdict<Direction>, ProofError> {
         let enclosed: Matrix<Interval> = self.evaluate()?;
         let verdict = definite::decide(&enclosed, sense)?;
@@ -79,6 +80,12 @@ trait Expression {
             return definite::decide(&self.evaluate::<Exact>()?, sense);
         }
         Ok(verdict)
+    }
+}
+
+impl Expression for Matrix<f64> {
+    fn evaluate<R: Ring>(&self) -> Result<Matrix<R>, ProofError> {
+        Matrix::embed(self, "the matrix")
     }
 }
 

@@ -7,13 +7,14 @@
 //! ```
 //! has `e = x - xhat = T x - z`, and `e' = T(Ax + Bu + Ed) - z' = (TA - LC) e + (r'theta r) N r`, `r = C e`: the error
 //! equation of the observer of (TA, C), whatever d is. H and T are rational functions of C and E; their entries are
-//! enclosed here, and `T E = 0` is an identity. For the stored L and N convergence is proved with P, or with a cubic
+//! enclosed here, H as `left_inverse.rs` says, and `T E = 0` is an identity. For the stored L and N convergence is proved with P, or with a cubic
 //! term with the P~ of [`deployed_cubic`](super::deployed_cubic), for which `P~ N = -C'S~` exactly, `S~ = -X C N`:
 //! ```text
 //! P~ > 0,    (TA - LC)'P~ + P~(TA - LC) + 2 rate P~ < 0,    theta >= 0,    S~ + S~' >= 0.
 //! ```
 
-use super::deployed_cubic::{Dissipated, inverse_of_gram, structured_for};
+use super::deployed_cubic::{Dissipated, structured_for};
+use super::left_inverse::{Product, times_left_inverse};
 use super::{Expression, embed, embed_symmetric};
 use crate::definite::{self, Direction, Sense};
 use crate::error::ProofError;
@@ -75,7 +76,7 @@ pub fn unknown_input(plant: &UnknownInput<'_>, p: &Matrix<f64>, rate: f64) -> Re
     let (n, outputs) = (a.rows(), c.rows());
     let a = embed::<Interval>(a, "A", (n, n))?;
     let c_enclosed = embed::<Interval>(c, "C", (outputs, n))?;
-    let e_enclosed = embed::<Interval>(e, "E", (n, e.cols()))?;
+    embed::<Interval>(e, "E", (n, e.cols()))?;
     let l = embed::<Interval>(l, "L", (n, outputs))?;
     let p_enclosed = embed_symmetric::<Interval>(p, "P", n)?;
     let rate = super::number::<Interval>(rate, "the rate")?;
@@ -93,7 +94,7 @@ pub fn unknown_input(plant: &UnknownInput<'_>, p: &Matrix<f64>, rate: f64) -> Re
         ]);
     }
     let unproved = || Verdict::Undecided { why: UndecidedReason::NotByThisMatrix { name: "P" }, best: f64::NAN };
-    let decoupler = if rank.is_proved() { decoupler(&c_enclosed, &e_enclosed)? } else { None };
+    let decoupler = if rank.is_proved() { decoupler(c, e)? } else { None };
     let positive = metric.as_ref().map(|m| definite::decide(m, Sense::PositiveDefinite)).transpose()?;
     let decrease = match (&metric, &decoupler) {
         (Some(metric), Some(t)) => {
@@ -119,10 +120,9 @@ impl Expression for Rank<'_> {
     }
 }
 
-/// An enclosure of `T = I - E ((CE)'CE)^-1 (CE)'C`.
-fn decoupler(c: &Matrix<Interval>, e: &Matrix<Interval>) -> Result<Option<Matrix<Interval>>, ProofError> {
-    let image = c.product(e)?;
-    let Some(inverse) = inverse_of_gram(&image.transpose().product(&image)?)? else { return Ok(None) };
-    let measured = e.product(&inverse)?.product(&image.transpose())?.product(c)?;
-    Ok(Some(Matrix::scalar(c.cols(), &Interval::of(1.0)).difference(&measured)?))
+/// An enclosure of `T = I - HC`; `None` where C E is too near to a loss of column rank.
+fn decoupler(c: &Matrix<f64>, e: &Matrix<f64>) -> Result<Option<Matrix<Interval>>, ProofError> {
+    let Some(h) = times_left_inverse(e, &Product(c, e))? else { return Ok(None) };
+    let measured = h.product(&Matrix::embed(c, "C")?)?;
+    Ok(Some(Matrix::scalar(c.cols(), &Interval::ONE).difference(&measured)?))
 }

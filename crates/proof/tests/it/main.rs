@@ -8,7 +8,7 @@ mod elementary;
 mod equations;
 mod hostile_files;
 mod kkl;
-mod reduced_order;
+mod left_inverses;
 mod sectors;
 mod statements;
 mod stress;

@@ -82,6 +82,7 @@ fn what_applies_to_a_nonlinear_plant_is_run_and_the_rest_has_its_hypothesis() {
         assert_eq!(why(name), why("kalman"));
     }
     assert!(why("unknown-input").contains("0 columns of E"));
+    assert!(why("kkl").contains("derived by hand"));
     assert_eq!((advice.runs, advice.ensemble, advice.not_reached.len()), (3, 3, 0));
     // Every number of the information says where it is from.
     assert!(advice.told.iter().all(|told| !told.from.is_empty() && !told.value.is_empty()));

@@ -84,9 +84,10 @@ const MEAN_VALUE: Suite = Suite { package: MODULES, binaries: &["--test", "mean_
 const KKL: Suite = Suite { package: MODULES, binaries: &["--test", "kkl"], only: &[] };
 
 const DEPLOYED: Suite = Suite { package: "luenberger-proof", binaries: &["--test", "it"], only: &["deployed::"] };
-const REDUCED: Suite = Suite { package: "luenberger-proof", binaries: &["--test", "it"], only: &["reduced_order::"] };
+const LEFT_INVERSES: Suite =
+    Suite { package: "luenberger-proof", binaries: &["--test", "it"], only: &["left_inverses::"] };
 const SYSTEMS: Suite =
-    Suite { package: "luenberger-proof", binaries: &["--test", "it"], only: &["reduced_order::", "equations::"] };
+    Suite { package: "luenberger-proof", binaries: &["--test", "it"], only: &["left_inverses::", "equations::"] };
 const TIMES: Suite = Suite {
     package: "luenberger-proof",
     binaries: &["--lib", "--test", "it"],

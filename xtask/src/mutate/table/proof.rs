@@ -2,7 +2,8 @@
 
 use super::Kind::{Constant, Dropped, Hypothesis, OffDiagonal, Sign, Transpose, WrongOperand};
 use super::{
-    DEPLOYED, FILTERS, INPUT_TO_STATE, INTERVAL, KKL_BOUND, REDUCED, SAMPLED, SLIDING, SYSTEMS, Source, TIMES, mutant,
+    DEPLOYED, FILTERS, INPUT_TO_STATE, INTERVAL, KKL_BOUND, LEFT_INVERSES, SAMPLED, SLIDING, SYSTEMS, Source, TIMES,
+    mutant,
 };
 
 pub(super) const SOURCES: &[Source] = &[
@@ -196,24 +197,10 @@ pub(super) const SOURCES: &[Source] = &[
     },
     Source {
         file: "crates/proof/src/statement/reduced_order.rs",
-        suites: &[REDUCED, FILTERS],
+        suites: &[LEFT_INVERSES, FILTERS],
         mutants: &[
-            mutant("reduced order: G", WrongOperand, "x[(outputs + j, i)]", "x[(j, i)]"),
-            mutant("reduced order: F'", Transpose, "x[(outputs + j, i)]", "x[(outputs + i, j)]"),
-            mutant("reduced order: D of TA", Dropped, "image[(j, i)].mul(&units[i])", "image[(j, i)].clone()"),
-            mutant("reduced order: D of S", Dropped, "entry.mul(&units[j])", "entry.clone()"),
-            mutant(
-                "reduced order: the error",
-                Dropped,
-                ".map(Exact::enclosure).sum(&error)?",
-                ".map(Exact::enclosure)",
-            ),
-            mutant(
-                "reduced order: the second part",
-                Dropped,
-                "near = near.sum(",
-                "near = Matrix::zeros(near.rows(), near.cols()).sum(",
-            ),
+            mutant("reduced order: G", WrongOperand, "x[(i, outputs + j)]", "x[(i, j)]"),
+            mutant("reduced order: F'", Transpose, "x[(i, outputs + j)]", "x[(j, outputs + i)]"),
             mutant("reduced order: no rate", Dropped, "flow.sum(&Matrix::scalar(order, &rate))?", "flow"),
             mutant(
                 "reduced order: T'T alone",
@@ -221,6 +208,34 @@ pub(super) const SOURCES: &[Source] = &[
                 "square(self.c, \"C\")?.sum(&square(self.t, \"T\")?)",
                 "square(self.t, \"T\")",
             ),
+        ],
+    },
+    Source {
+        file: "crates/proof/src/statement/left_inverse.rs",
+        suites: &[LEFT_INVERSES],
+        mutants: &[
+            mutant("left inverse: D of B", Dropped, "b[(j, i)].mul(&units[i])", "b[(j, i)].clone()"),
+            mutant("left inverse: D of S", Dropped, "s[(i, j)].mul(&units[j])", "s[(i, j)].clone()"),
+            mutant("left inverse: the error", Dropped, ".map(Exact::enclosure).sum(&error)?", ".map(Exact::enclosure)"),
+            mutant(
+                "left inverse: the second part",
+                Dropped,
+                "near = near.sum(",
+                "near = Matrix::zeros(near.rows(), near.cols()).sum(",
+            ),
+        ],
+    },
+    Source {
+        file: "crates/proof/src/statement/unknown_input.rs",
+        suites: &[LEFT_INVERSES],
+        mutants: &[
+            mutant(
+                "decoupling: T = I + HC",
+                Sign,
+                "Matrix::scalar(c.cols(), &Interval::ONE).difference(&measured)",
+                "Matrix::scalar(c.cols(), &Interval::ONE).sum(&measured)",
+            ),
+            mutant("decoupling: no rate", Dropped, "flow.sum(&Matrix::scalar(n, &rate))?", "flow"),
         ],
     },
     Source {

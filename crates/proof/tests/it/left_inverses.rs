@@ -1,11 +1,14 @@
-//! Reduced-order observers whose F is known, of matrices `S = [C; T]` that are nearly singular.
+//! Observers that need the left inverse of a matrix S, which is nearly singular and whose left inverse is known.
 //!
 //! With integer matrices K and R, `K'K = h I` and det R = 1, `S = K R` has the left inverse `(S'S)^-1 S' = R^-1 K'/h`.
-//! For `A = R^-1 A0 R` then `TAM = K_T A0 K_T'/h`, K_T being the rows of K that belong to T: F does not depend on R,
-//! whose condition number is what one likes, and A, C and T are integers.
+//! The condition number of R is what one likes, and no result depends on it:
+//!
+//! - Reduced-order observer, `S = [C; T]`: for `A = R^-1 A0 R`, `TAM = K_T A0 K_T'/h`, K_T being the rows of K that
+//!   belong to T. A, C and T are integers.
+//! - Unknown-input observer, `S = CE`: for `E = C^-1 K R`, `T = I - E (S'S)^-1 S' C = C^-1 (I - KK'/h) C`.
 
 use luenberger_proof::Matrix;
-use luenberger_proof::statement::reduced_order;
+use luenberger_proof::statement::{UnknownInput, reduced_order, unknown_input};
 use proptest::prelude::*;
 
 type Integers = Vec<Vec<i128>>;
@@ -130,6 +133,41 @@ fn a_t_that_repeats_the_outputs_defines_nothing() {
     let (a, c) = (Matrix::from_rows([[0.0, 1.0], [0.0, 0.0]]), Matrix::from_rows([[1.0, 0.0]]));
     let found = reduced_order((&a, &c), &Matrix::from_rows([[2.0, 0.0]]), &Matrix::from_rows([[1.0]]), 0.0).unwrap();
     assert!(found.rank.is_refuted() && !found.decrease.is_proved());
+}
+
+/// C of four outputs and its inverse; `T = C^-1 (I - KK'/4) C` for an E of three columns.
+#[test]
+fn the_decoupling_of_three_disturbances_is_not_squared() {
+    let k = hadamard();
+    let transposed: Integers = (0..3).map(|j| k.iter().map(|row| row[j]).collect()).collect();
+    let removed = product(&k, &transposed);
+    let (c, inverse) = unimodular(4, 1);
+    // A = C^-1 A0 C and L = C^-1 L0 with (I - KK'/4) A0 - L0 = -diag(1, 2, 3, 4); A0 is a multiple of 4.
+    let a0: Integers = vec![vec![4, -8, 0, 12], vec![0, 4, 16, -4], vec![8, 8, -4, 0], vec![-12, 0, 4, 8]];
+    let seen = product(&removed, &a0);
+    let l0 = |i: usize, j: usize| a0[i][j] - seen[i][j] / 4 + if i == j { i as i128 + 1 } else { 0 };
+    let l0: Integers = (0..4).map(|i| (0..4).map(|j| l0(i, j)).collect()).collect();
+    let none = [0; 4];
+    let plain = |x: &Integers| stored(x, &none, &none);
+    let (a, l) = (plain(&product(&product(&inverse, &a0), &c)), plain(&product(&inverse, &l0)));
+    // With P = C'C the decrease is C'(-2 diag(1, 2, 3, 4) + 2 rate I)C.
+    let c_transposed: Integers = (0..4).map(|j| c.iter().map(|row| row[j]).collect()).collect();
+    let p = plain(&product(&c_transposed, &c));
+    for (entry, least) in [(1, 1.0), (10, 1e6), (40, 1e9), (90, 1e11)] {
+        let r = unimodular(3, entry);
+        assert!(condition(&r.0, &r.1) >= least);
+        for units in [[0, 0, 0], [-200, 0, 170]] {
+            let e = stored(&product(&product(&inverse, &k), &r.0), &none, &units);
+            let plant = UnknownInput { a: &a, c: &plain(&c), e: &e, l: &l, cubic: None };
+            // T is rounded before it meets A and P, whose entries and inverses of eigenvalues multiply its 2^-53.
+            for (rate, expected) in [(1.0 - 2f64.powi(-28), true), (1.0 + 2f64.powi(-28), false)] {
+                let found = unknown_input(&plant, &p, rate).expect("shapes agree");
+                assert!(found.rank.is_proved());
+                let verdict = found.decrease;
+                assert_eq!((verdict.is_proved(), verdict.is_refuted()), (expected, !expected), "{verdict} at {rate}");
+            }
+        }
+    }
 }
 
 proptest! {
