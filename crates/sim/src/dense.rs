@@ -72,7 +72,7 @@ impl Dense {
 
     /// Appends a step, given the values that stand still, and the others at the nodes.
     pub(crate) fn push(&mut self, start: f64, end: f64, still: &[f64], values: &[f64]) {
-        debug_assert_eq!((still.len(), values.len()), (self.still, NODES * self.varying));
+        assert_eq!((still.len(), values.len()), (self.still, NODES * self.varying));
         self.pieces.push(Piece { start, end });
         self.values.extend_from_slice(still);
         self.values.extend_from_slice(values);

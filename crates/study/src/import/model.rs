@@ -200,6 +200,6 @@ fn descriptor(e: &DMatrix<f64>, n: usize) -> Result<(), ImportError> {
 
 /// Whether a variable may be skipped: its name is not one of a model.
 pub(super) fn unread(name: String) -> Variable {
-    debug_assert!(!is_known(&name));
+    assert!(!is_known(&name));
     Variable { name, value: Value::Other(UNREAD.to_owned()) }
 }

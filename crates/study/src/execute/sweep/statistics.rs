@@ -94,7 +94,7 @@ fn percentile(study: &Study, scores: &[Summary], k: usize) -> PercentileReport {
     let finite = |time: f64| time.is_finite().then_some(time);
     let of_states = study.plant.states.len() * STATE.len();
     let (norm, states) = scores.split_at(scores.len() - of_states);
-    debug_assert!(norm.is_empty() || norm.len() == NORM.len(), "{}", counted(norm.len(), "score"));
+    assert!(norm.is_empty() || norm.len() == NORM.len(), "{}", counted(norm.len(), "score"));
     let norm = |score: usize| norm.get(score).map(|score| score.percentiles[k]);
     let state = |(i, scores): (usize, &[Summary])| {
         let of = |score: usize| scores[score].percentiles[k];
