@@ -220,7 +220,7 @@ pub(super) fn misfit(study: &Study, wish: &ObserverSpec, misfit: &Misfit) -> Fai
             let is_held = matches!(&wish.kind, ObserverKind::KklNumerical(spec) if !spec.inputs.is_empty());
             // What fails at one input has the remedies of what fails without.
             let failing = match error {
-                NumericalKklError::AtInput { error, .. } => error.as_ref(),
+                NumericalKklError::HeldInput { error, .. } => error.as_ref(),
                 error => error,
             };
             let remedy = match failing {

@@ -218,7 +218,7 @@ fn held<const N: usize, const M: usize, const Z: usize, const ZM: usize>(
     };
     let mut design = attempt(&made);
     // A trajectory that is bounded at the middle input may be unbounded at another.
-    if let Err(NumericalKklError::AtInput { error, .. }) = &design
+    if let Err(NumericalKklError::HeldInput { error, .. }) = &design
         && matches!(**error, NumericalKklError::Escapes { .. })
         && wish.escape.is_none()
         && made.choice.escape == Escape::Free
