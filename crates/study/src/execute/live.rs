@@ -12,12 +12,13 @@ use luenberger_proof::certificate::{ProvedTheorem, Theorem};
 use luenberger_sim::{Between, Integrator};
 use nalgebra::{DMatrix, Dyn};
 
+use super::scores;
 use super::scores::Scoring;
-use super::{Member, scores};
 use crate::design::Runnable;
 use crate::model::{Builtin, Model};
 use crate::signal::{Input, Program};
 use crate::study::{self, OtherPlant, SensorSpec, Simulation, Study};
+use crate::trajectory::Member;
 
 /// The most times that the page shows.
 const SHOWN: usize = 401;
