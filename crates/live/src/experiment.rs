@@ -6,18 +6,13 @@ use luenberger_observers::{
     CubicObserver, DiscreteLinearObserver, LinearObserver, SampledCubicObserver, SampledObserver,
     StationaryKalmanFilter,
 };
-use luenberger_plants::StateSpace;
 use nalgebra::{DMatrix, Dyn};
 use serde::{Deserialize, Serialize};
 
+use crate::noise::Noise;
+use crate::plant::Plant;
+use crate::rows::{Rows, rows};
 use crate::truth::Truth;
-
-/// A matrix as an array of its rows.
-pub type Rows = Vec<Vec<f64>>;
-
-pub(crate) fn rows(m: &DMatrix<f64>) -> Rows {
-    m.row_iter().map(|row| row.iter().copied().collect()).collect()
-}
 
 /// A plant, an experiment with it, and observers as designed.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -76,53 +71,6 @@ pub struct Experiment {
     pub score_period: Option<f64>,
     /// The observers.
     pub observers: Vec<Observer>,
-}
-
-/// A plant.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[serde(rename_all = "lowercase", deny_unknown_fields)]
-pub enum Plant {
-    /// `x' = f`, `y = h` as expressions.
-    Expressions {
-        /// Names of the states.
-        states: Vec<String>,
-        /// Names of the inputs.
-        inputs: Vec<String>,
-        /// The right-hand sides.
-        f: Vec<String>,
-        /// The outputs.
-        h: Vec<String>,
-        /// Its parameters, if they are not those of the experiment.
-        #[serde(default, skip_serializing_if = "Option::is_none")]
-        parameters: Option<BTreeMap<String, f64>>,
-    },
-    /// `x' = A x + B u`, `y = C x + D u`.
-    Linear {
-        /// A.
-        a: Rows,
-        /// B.
-        b: Rows,
-        /// C.
-        c: Rows,
-        /// D, if it is not 0.
-        d: Option<Rows>,
-    },
-}
-
-impl Plant {
-    /// A linear plant.
-    pub fn linear(plant: &StateSpace) -> Self {
-        let [a, b, c] = [&plant.a, &plant.b, &plant.c].map(rows);
-        Self::Linear { a, b, c, d: plant.d.as_ref().map(rows) }
-    }
-
-    /// The number of inputs.
-    pub(crate) fn inputs(&self) -> usize {
-        match self {
-            Self::Expressions { inputs, .. } => inputs.len(),
-            Self::Linear { b, .. } => b.first().map_or(0, Vec::len),
-        }
-    }
 }
 
 /// How a run is integrated.
@@ -190,22 +138,22 @@ pub struct Feedback {
     /// K.
     pub gain: Rows,
     /// Which z.
-    pub of: FeedbackOf,
+    pub of: FeedbackSignal,
     /// Added to the input: `u0 + K x0` of an operating point. Empty for nothing.
     pub shift: Vec<f64>,
 }
 
 impl Feedback {
     /// `-K xhat` with the estimate of each observer in its own run.
-    pub fn of_each(gain: &DMatrix<f64>) -> Self {
-        Self { gain: rows(gain), of: FeedbackOf::EachEstimate, shift: Vec::new() }
+    pub fn of_each_estimate(gain: &DMatrix<f64>) -> Self {
+        Self { gain: rows(gain), of: FeedbackSignal::EachEstimate, shift: Vec::new() }
     }
 }
 
 /// What is fed back.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case", deny_unknown_fields)]
-pub enum FeedbackOf {
+pub enum FeedbackSignal {
     /// The estimate of the observer whose run it is.
     EachEstimate,
     /// The estimate of this observer, which takes part in every run.
@@ -230,39 +178,6 @@ pub struct Sensor {
     pub amplitude: f64,
     /// The seed.
     pub seed: u64,
-}
-
-/// Noise of the outputs.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct Noise {
-    /// Gaussian if true, otherwise uniform.
-    pub gaussian: bool,
-    /// Standard deviations or amplitudes, one for each output.
-    pub amplitude: Vec<f64>,
-    /// The hold time of each value.
-    pub period: f64,
-    /// The seed.
-    pub seed: u64,
-}
-
-impl Noise {
-    /// The noise of a simulation.
-    pub fn of(noise: &luenberger_sim::Noise) -> Self {
-        Self {
-            gaussian: noise.is_gaussian(),
-            amplitude: noise.amplitude().to_vec(),
-            period: noise.period(),
-            seed: noise.seed(),
-        }
-    }
-
-    /// The noise with its amplitude times a factor.
-    pub(crate) fn scaled(&self, factor: f64) -> luenberger_sim::Noise {
-        let amplitude: Vec<f64> = self.amplitude.iter().map(|amplitude| factor * amplitude).collect();
-        let with = if self.gaussian { luenberger_sim::Noise::gaussian } else { luenberger_sim::Noise::uniform };
-        with(&amplitude, self.period, self.seed)
-    }
 }
 
 /// An observer as designed.

@@ -3,8 +3,9 @@
 use luenberger_expression::{Expression, Scope};
 use luenberger_sim::{Between, Samples, Signal};
 
-use crate::experiment::{Experiment, FeedbackOf};
-use crate::plants::{self, Result, matrix, text};
+use crate::experiment::{Experiment, FeedbackSignal};
+use crate::plants::{self, Result, text};
+use crate::rows::matrix;
 
 /// The inputs as a function of time, or with the true state.
 pub(crate) enum Inputs {
@@ -72,9 +73,9 @@ impl Inputs {
         };
         let gain = matrix(&feedback.gain);
         let mut signal = match &feedback.of {
-            FeedbackOf::EachEstimate => Signal::feedback(name, gain),
-            FeedbackOf::Estimate(observer) => Signal::feedback(observer, gain),
-            FeedbackOf::State => Signal::state_feedback(gain),
+            FeedbackSignal::EachEstimate => Signal::feedback(name, gain),
+            FeedbackSignal::Estimate(observer) => Signal::feedback(observer, gain),
+            FeedbackSignal::State => Signal::state_feedback(gain),
         };
         if !is_zero {
             signal = signal.plus(move |t, r| self.at(t, &[], r));

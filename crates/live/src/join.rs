@@ -11,8 +11,9 @@ use luenberger_sim::Scenario;
 use nalgebra::{DMatrix, DVector, Dyn};
 
 use crate::any_plant::AnyPlant;
-use crate::experiment::{Experiment, Observer, ObserverKind, OperatingPoint, Rows, Sliders};
-use crate::plants::{Result, matrix, text};
+use crate::experiment::{Experiment, Observer, ObserverKind, OperatingPoint, Sliders};
+use crate::plants::{Result, text};
+use crate::rows::{Rows, matrix};
 
 type Linear = LinearObserver<f64, Dyn, Dyn, Dyn>;
 type Cubic = CubicObserver<f64, Dyn, Dyn, Dyn>;

@@ -25,9 +25,12 @@ mod certificate;
 mod experiment;
 mod input;
 mod join;
+mod noise;
 #[cfg(feature = "page")]
 pub mod page;
+mod plant;
 mod plants;
+mod rows;
 mod run;
 mod truth;
 #[cfg(target_arch = "wasm32")]
@@ -35,9 +38,12 @@ pub mod wasm;
 
 pub use certificate::{GainVerdict, verifies, verify};
 pub use experiment::{
-    Experiment, Feedback, FeedbackOf, Hypotheses, Law, Lookup, Method, Noise, Observer, ObserverKind, OperatingPoint,
-    Plant, Rows, Sensor, Sliders, Table,
+    Experiment, Feedback, FeedbackSignal, Hypotheses, Law, Lookup, Method, Observer, ObserverKind, OperatingPoint,
+    Sensor, Sliders, Table,
 };
+pub use noise::Noise;
+pub use plant::Plant;
+pub use rows::Rows;
 pub use run::{Outcome, Run, Scores, run};
 pub use truth::{Channel, Event, Fault, Truth};
 

@@ -6,17 +6,13 @@ use luenberger_expression::{
     Expression, ExpressionPlant, Extrapolation, Interpolation, Scope, Table, Tables, Variable,
 };
 use luenberger_plants::StateSpace;
-use nalgebra::DMatrix;
 
 use crate::any_plant::AnyPlant;
-use crate::experiment::{Experiment, Lookup, Plant, Rows};
+use crate::experiment::{Experiment, Lookup};
+use crate::plant::Plant;
+use crate::rows::matrix;
 
 pub(crate) type Result<T> = core::result::Result<T, String>;
-
-pub(crate) fn matrix(rows: &Rows) -> DMatrix<f64> {
-    let columns = rows.first().map_or(0, Vec::len);
-    DMatrix::from_fn(rows.len(), columns, |i, j| rows[i].get(j).copied().unwrap_or(f64::NAN))
-}
 
 pub(crate) fn text(error: impl core::fmt::Display) -> String {
     error.to_string()

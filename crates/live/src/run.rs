@@ -3,10 +3,11 @@
 use luenberger_sim::{Change, Errors, Integrator, Scenario, ScoreGrid, Sensor, row_times};
 use nalgebra::DMatrix;
 
-use crate::experiment::{Experiment, Feedback, FeedbackOf, Method, Observer, Rows, Sliders};
+use crate::experiment::{Experiment, Feedback, FeedbackSignal, Method, Observer, Sliders};
 use crate::input::Inputs;
 use crate::join::join;
 use crate::plants::{Plants, Result, text};
+use crate::rows::Rows;
 
 /// What the page draws.
 #[derive(Debug, Clone, PartialEq, serde::Serialize)]
@@ -75,7 +76,7 @@ fn one(experiment: &Experiment, observer: &Observer, sliders: &Sliders) -> Resul
     let plants = Plants::new(experiment)?;
     let model = plants.model.any();
     let mut scenario = scenario(experiment, sliders, &plants, &observer.name)?;
-    if let Some(Feedback { of: FeedbackOf::Estimate(name), .. }) = &experiment.feedback
+    if let Some(Feedback { of: FeedbackSignal::Estimate(name), .. }) = &experiment.feedback
         && *name != observer.name
     {
         let fed = experiment.observers.iter().find(|fed| fed.name == *name);

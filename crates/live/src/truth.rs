@@ -3,7 +3,8 @@
 use luenberger_sim as sim;
 use serde::{Deserialize, Serialize};
 
-use crate::experiment::{Noise, Plant};
+use crate::noise::Noise;
+use crate::plant::Plant;
 
 /// What the observers do not know of the plant.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]

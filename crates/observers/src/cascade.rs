@@ -31,7 +31,7 @@ use crate::error::ObserverError;
 use crate::estimator::RegressionSize;
 use crate::kkl::{KklMap, KklSize};
 use crate::observer::ObserverDimensions;
-use crate::pebo::Regression;
+use crate::regression::Regression;
 
 /// Every shape that the observer of a cascade with blocks of `N2`, `N3` and `N4` states forms can be stored. Never
 /// implement it yourself.

@@ -29,7 +29,7 @@ use crate::covariance_filter::CovarianceFilter;
 use crate::dense::{times, times_transpose};
 use crate::error::ObserverError;
 use crate::feedthrough;
-use crate::kalman::{GaussianEstimate, Innovation, correct, covariance, symmetrise};
+use crate::gaussian::{GaussianEstimate, Innovation, correct, covariance, symmetrise};
 use crate::observer::{ObserverDimensions, SampledObserver, put_slice};
 
 /// The data of a [`KalmanFilter`]: plant, noise and doubt at the start, each by its name.

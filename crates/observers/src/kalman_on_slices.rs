@@ -3,13 +3,13 @@
 //! Up to eight states and four outputs the step is compiled for these sizes and takes no memory. It is the same
 //! arithmetic in the same order as for any size, and gives the same bits.
 
-use nalgebra::allocator::Allocator;
-use nalgebra::{DefaultAllocator, Dim, DimAdd, DimSum, RealField, SMatrix, SVector, U1, convert};
+use core::marker::PhantomData;
 
 use luenberger_plants::{Differentiable, Size};
+use nalgebra::{DefaultAllocator, Dim, RealField, SMatrix, SVector, convert};
 
 use crate::dense::{times, times_transpose};
-use crate::kalman::{ExtendedKalmanFilter, corrected, spread, symmetrise};
+use crate::gaussian::{corrected, spread, symmetrise};
 use crate::runge_kutta;
 
 /// Where a step is: time, input, measurement, and which outputs were measured.
@@ -21,15 +21,27 @@ pub(crate) struct Sample<'s, T> {
     pub(crate) measured: &'s [bool],
 }
 
-impl<S, T: RealField + Copy, N: DimAdd<U1>, M: Dim, P: Dim> ExtendedKalmanFilter<S, T, N, M, P>
+/// The filter that steps: plant, noises W and V by columns, gate, period, and Runge-Kutta steps in a period (none in
+/// discrete time).
+pub(crate) struct StepOnSlices<'f, S, T, N, M, P> {
+    pub(crate) plant: &'f S,
+    pub(crate) w: &'f [T],
+    pub(crate) v: &'f [T],
+    pub(crate) gate: Option<T>,
+    pub(crate) h: T,
+    pub(crate) substeps: Option<usize>,
+    pub(crate) sizes: PhantomData<(N, M, P)>,
+}
+
+impl<S, T: RealField + Copy, N: Dim, M: Dim, P: Dim> StepOnSlices<'_, S, T, N, M, P>
 where
     S: Differentiable<T, N, M, P>,
-    DefaultAllocator: Size<N, M, P> + Allocator<N, DimSum<N, U1>>,
+    DefaultAllocator: Size<N, M, P>,
 {
     /// Update and prediction of the estimate and the covariance by columns in `belief`; false if the sizes have no step
     /// of their own, and nothing is done.
-    pub(crate) fn step_of_size(&self, belief: &mut [T], sample: Sample<'_, T>) -> bool {
-        let (n, p) = (self.noises.w.nrows(), self.noises.v.nrows());
+    pub(crate) fn step(&self, belief: &mut [T], sample: Sample<'_, T>) -> bool {
+        let (n, p) = (self.w.len().isqrt(), self.v.len().isqrt());
         if belief.len() != n * (n + 1) || sample.y.len() != p {
             return false;
         }
@@ -77,7 +89,7 @@ where
             value.fill(convert(f64::NAN));
         }
         let innovation = SVector::<T, Q>::from_column_slice(y) - value;
-        let v = SMatrix::<T, Q, Q>::from_iterator(self.noises.v.iter().copied());
+        let v = SMatrix::<T, Q, Q>::from_column_slice(self.v);
         let gate = self.gate.map(|gate| (gate * gate, times_transpose(&times(&h, p), &h) + v));
         let accepted = |i: usize| {
             let rejected = gate.as_ref().is_some_and(|(gate, s)| innovation[i] * innovation[i] > *gate * s[(i, i)]);
@@ -89,7 +101,7 @@ where
     }
 
     fn predict_of_size<const K: usize>(&self, t: T, xhat: &mut SVector<T, K>, p: &mut SMatrix<T, K, K>, u: &[T]) {
-        let w = SMatrix::<T, K, K>::from_iterator(self.noises.w.iter().copied());
+        let w = SMatrix::<T, K, K>::from_column_slice(self.w);
         let motion = |t: T, xhat: &SVector<T, K>| {
             let (mut f, mut df) = (SVector::<T, K>::zeros(), SMatrix::<T, K, K>::zeros());
             if !self.plant.motion_into(t, xhat.as_slice(), u, f.as_mut_slice(), df.as_mut_slice()) {

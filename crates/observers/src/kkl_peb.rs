@@ -37,7 +37,7 @@ use crate::estimator::{ParameterEstimator, standing};
 use crate::filters::{Filter, positive};
 use crate::kkl::{KklMap, KklSize};
 use crate::observer::{Observer, ObserverDimensions};
-use crate::pebo::{PebSize, Regression};
+use crate::regression::{PebSize, Regression};
 use luenberger_plants::PlantError;
 
 /// The observer with maps `K`, estimator `E` over the scalar `T`; see the [module](self).

@@ -34,11 +34,13 @@ pub mod error;
 pub mod exact;
 pub mod interval;
 pub mod matrix;
+mod number;
 mod polynomial;
 pub mod ring;
 pub mod semidefinite;
 pub mod statement;
 pub mod verdict;
+mod witness;
 pub mod wording;
 
 pub use definite::{

@@ -5,7 +5,6 @@
 
 use core::fmt;
 
-use crate::statement::NoErrorBallReason;
 use crate::wording::at_least;
 
 /// What is known of a mathematical statement. `W` is the witness that refutes it.
@@ -102,6 +101,47 @@ pub enum UndecidedReason {
         /// Why not.
         obstacle: NoErrorBallReason,
     },
+}
+
+/// Why no bound of the running error of a deployed observer is proved.
+#[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
+pub enum NoErrorBallReason {
+    /// The observer is not proved to converge as stored, in exact arithmetic.
+    NotStable,
+    /// Contraction and rounding together do not shorten the error: `contraction + relative` is 1 or more.
+    RoundingDominates {
+        /// The factor of the exact map, proved; infinite where outward rounding left none.
+        contraction: f64,
+        /// What rounding adds.
+        relative: f64,
+    },
+    /// An intermediate number may leave its range.
+    Range {
+        /// Which one.
+        what: &'static str,
+        /// The bound of its magnitude.
+        size: f64,
+        /// The magnitude that it may have.
+        limit: f64,
+    },
+    /// The cubic observer takes a root, and the fixed-point one is not specified.
+    RootInFixedPoint,
+}
+
+impl fmt::Display for NoErrorBallReason {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::NotStable => write!(f, "this P does not prove the stored observer stable"),
+            Self::RoundingDominates { contraction, relative } => {
+                write!(f, "a step shortens the error by the factor {contraction}, to which rounding adds {relative:e}")
+            }
+            Self::Range { what, size, limit } => {
+                write!(f, "{what} may be as large as {size:e}, and its range ends at {limit:e}")
+            }
+            Self::RootInFixedPoint => write!(f, "the root of the cubic observer is not specified in fixed point"),
+        }
+    }
 }
 
 impl fmt::Display for UndecidedReason {

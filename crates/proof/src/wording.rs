@@ -4,6 +4,8 @@
 //! [`at_least`] and [`at_most`] write a short decimal that is not above, or not below, the number: for a margin, and
 //! for a bound.
 
+use crate::number::Number;
+
 /// Significant digits that distinguish all binary64 numbers: the exact expansion of one has at most 767.
 const ALL_DIGITS: usize = 780;
 
@@ -70,7 +72,7 @@ pub fn counted(count: usize, noun: &str) -> String {
 /// ```
 pub fn exact(x: f64) -> String {
     let shortest = shortest(x);
-    match crate::certificate::Number::from_f64(x) {
+    match Number::from_f64(x) {
         Some(number) if digits(&format!("{x:e}")) != digits(&format!("{x:.ALL_DIGITS$e}")) => {
             format!("{number} (about {shortest})")
         }

@@ -37,8 +37,7 @@ use crate::value::{Printed, Value};
 use serde::Serialize;
 use std::fmt;
 
-/// Any error of a check. It marks the claim as failed and the run as unsuccessful.
-pub type CheckError = Box<dyn std::error::Error + Send + Sync>;
+pub use crate::context::CheckError;
 
 /// Origin and kind of a claim. [`Class::Theorem`] and [`Class::Example`] are the paper's own claims; the others are
 /// counted separately.

@@ -1,10 +1,12 @@
 //! Shared data of the checks and figures of one run: the output folder, and cached results.
 
-use crate::claim::CheckError;
 use std::any::Any;
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, PoisonError};
+
+/// Any error of a check. It marks the claim as failed and the run as unsuccessful.
+pub type CheckError = Box<dyn std::error::Error + Send + Sync>;
 
 /// Handed to every check and figure.
 #[derive(Debug)]

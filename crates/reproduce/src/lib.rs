@@ -24,6 +24,7 @@ mod mvt;
 pub mod paper;
 mod progress;
 pub mod report;
+mod summary;
 pub mod terminal;
 pub mod value;
 

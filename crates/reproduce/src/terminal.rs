@@ -2,7 +2,7 @@
 
 use crate::claim::{Class, Record};
 use crate::evidence::Verdict;
-use crate::ledger::Summary;
+use crate::summary::Summary;
 use crate::value::{Value, short};
 use comfy_table::{Cell, Color, ContentArrangement, Table, presets};
 

@@ -9,7 +9,7 @@
 //! sections II.5, II.6 (dense output), IV.2 of volume II (stiffness).
 
 use crate::dop853_tableau::{A, C, DENSE, ERROR5, THIRD};
-use crate::integrate::{Attempt, Tolerance};
+use crate::step::{Attempt, Tolerance};
 
 /// Stages with dense output.
 pub(crate) const STAGES: usize = 16;

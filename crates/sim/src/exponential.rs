@@ -10,7 +10,8 @@
 //! that this is within the tolerances.
 
 use crate::error::SimError;
-use crate::integrate::{Accepted, Settings, Tolerance};
+use crate::integrate::Settings;
+use crate::step::{Accepted, Interpolant, Tolerance};
 
 /// `(|F| h)^k/k!` that counts as nothing.
 const NOTHING: f64 = 1e-19;
@@ -43,9 +44,8 @@ pub(crate) struct Series {
     coefficients: Vec<f64>,
 }
 
-impl Series {
-    /// Writes the solution at `t`.
-    pub(crate) fn at(&self, t: f64, value: &mut [f64]) {
+impl Interpolant for Series {
+    fn interpolate(&self, t: f64, value: &mut [f64]) {
         let sigma = (t - self.start) / self.h;
         for (at, value) in value.chunks_mut(LANES).enumerate() {
             let mut lanes = [0.0; LANES];
@@ -138,7 +138,7 @@ impl Exponential {
             self.expand(t, to - t, s);
             steps += 1;
             let before = s.to_vec();
-            self.series.at(to, s);
+            self.series.interpolate(to, s);
             let largest = s.iter().fold(0.0, |largest: f64, entry| largest.max(entry.abs()));
             if largest > 1e100 || !s.iter().all(|entry| entry.is_finite()) {
                 return Some(Err(SimError::BlowUp { time: t, norm: largest }));
@@ -152,7 +152,7 @@ impl Exponential {
                 s.copy_from_slice(&before);
                 continue;
             }
-            if let Err(error) = on_step(&Accepted::series(t, to, &self.series)) {
+            if let Err(error) = on_step(&Accepted { start: t, end: to, solution: &self.series }) {
                 return Some(Err(error));
             }
             t = to;

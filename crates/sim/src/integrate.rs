@@ -17,8 +17,8 @@ use std::time::Instant;
 use crate::dense::{Dense, NODE, NODES};
 use crate::dop853::Dop853;
 use crate::error::{SimError, check_finite, check_positive};
-use crate::exponential::Series;
 use crate::radau::Radau;
+use crate::step::{Accepted, Attempt, Interpolant, Tolerance};
 
 /// The method that integrates.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -125,47 +125,6 @@ pub fn solve(
     Ok(dense)
 }
 
-/// What a step has to keep.
-#[derive(Clone, Copy)]
-pub(crate) struct Tolerance {
-    pub(crate) rtol: f64,
-    pub(crate) atol: f64,
-}
-
-/// Outcome of an attempted step.
-pub(crate) enum Attempt {
-    Accepted,
-    Rejected,
-}
-
-/// An accepted step.
-pub(crate) struct Accepted<'m> {
-    pub(crate) start: f64,
-    pub(crate) end: f64,
-    solution: Solution<'m>,
-}
-
-enum Solution<'m> {
-    Method(&'m Method),
-    Series(&'m Series),
-}
-
-impl<'m> Accepted<'m> {
-    /// A step of the series of an exponential.
-    pub(crate) fn series(start: f64, end: f64, series: &'m Series) -> Self {
-        Self { start, end, solution: Solution::Series(series) }
-    }
-
-    /// Writes the solution at `t` within the step.
-    #[inline]
-    pub(crate) fn at(&self, t: f64, value: &mut [f64]) {
-        match self.solution {
-            Solution::Method(method) => method.interpolate(t, value),
-            Solution::Series(series) => series.at(t, value),
-        }
-    }
-}
-
 enum Method {
     Explicit(Box<Dop853>),
     Implicit(Box<Radau>),
@@ -211,7 +170,9 @@ impl Method {
     fn stiff(&self) -> bool {
         matches!(self, Self::Explicit(method) if method.stiff())
     }
+}
 
+impl Interpolant for Method {
     fn interpolate(&self, t: f64, value: &mut [f64]) {
         match self {
             Self::Explicit(method) => method.interpolate(t, value),
@@ -312,7 +273,7 @@ impl Stepper {
                         return Err(SimError::BlowUp { time: t, norm });
                     }
                     let step_end = if last { end } else { method.t() };
-                    on_step(&Accepted { start: t, end: step_end, solution: Solution::Method(&method) })?;
+                    on_step(&Accepted { start: t, end: step_end, solution: &method })?;
                     if last {
                         y.copy_from_slice(method.y());
                         self.slope = slope;

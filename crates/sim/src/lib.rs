@@ -73,9 +73,11 @@ mod run;
 pub mod sample_times;
 pub mod samples;
 pub mod scenario;
+mod score_grid;
 pub mod scores;
 pub mod sensor;
 pub mod signal;
+mod step;
 pub mod trajectory;
 pub mod view;
 

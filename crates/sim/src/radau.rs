@@ -9,7 +9,7 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use crate::integrate::{Attempt, Tolerance};
+use crate::step::{Attempt, Tolerance};
 
 /// sqrt 6
 const R6: f64 = 2.449_489_742_783_178;

@@ -11,11 +11,28 @@ use crate::dense::{Dense, NODE};
 use crate::disturbance::History;
 use crate::error::{SimError, check_finite};
 use crate::exponential::Exponential;
-use crate::integrate::{Accepted, Stepper};
+use crate::integrate::Stepper;
 use crate::model::{HeldValues, Instant, Model};
 use crate::sample_times::{SampleClock, SampleTime};
+use crate::scenario::Scenario;
 use crate::sensor::Reading;
+use crate::step::Accepted;
 use crate::trajectory::Trajectory;
+
+impl Scenario<'_> {
+    /// Runs.
+    ///
+    /// # Errors
+    /// What does not fit: [`SimError::Length`], [`SimError::NotFinite`], [`SimError::NotPositive`],
+    /// [`SimError::TimeSpan`], [`SimError::TimesUnsorted`], [`SimError::DuplicateName`], [`SimError::UnknownName`],
+    /// [`SimError::Index`], [`SimError::SensorTwice`], [`SimError::ChangeTime`], [`SimError::AlgebraicLoop`]. What
+    /// happens on the way: the errors with [`SimError::ends_run`].
+    pub fn run(mut self) -> Result<Trajectory, SimError> {
+        let end = self.resolve_times()?;
+        let model = Model::new(self)?;
+        Runner::new(&model)?.run(end)
+    }
+}
 
 /// Something that happens every period from the start on.
 struct Periodic {

@@ -12,13 +12,10 @@ use crate::erased::{AnyObserver, AnyPlant, Continuous, Erased, Sampled};
 use crate::error::{SimError, check_finite, check_positive};
 use crate::integral::Integrand;
 use crate::integrate::{Integrator, Settings};
-use crate::model::Model;
 use crate::noise::Noise;
-use crate::run::Runner;
 use crate::sample_times::SampleTimes;
 use crate::sensor::Sensor;
 use crate::signal::Signal;
-use crate::trajectory::Trajectory;
 
 /// A plant, observers, an input and all else that a run needs.
 ///
@@ -350,30 +347,17 @@ impl<'a> Scenario<'a> {
         self
     }
 
-    /// Runs.
-    ///
-    /// # Errors
-    /// What does not fit: [`SimError::Length`], [`SimError::NotFinite`], [`SimError::NotPositive`],
-    /// [`SimError::TimeSpan`], [`SimError::TimesUnsorted`], [`SimError::DuplicateName`], [`SimError::UnknownName`],
-    /// [`SimError::Index`], [`SimError::SensorTwice`], [`SimError::ChangeTime`], [`SimError::AlgebraicLoop`]. What happens on the way: the errors with
-    /// [`SimError::ends_run`].
-    pub fn run(mut self) -> Result<Trajectory, SimError> {
-        if let Some((end, samples)) = self.span {
-            self.times = equally_spaced(self.start, end, samples)?;
-        }
-        let end = self.check_times()?;
-        let model = Model::new(self)?;
-        Runner::new(&model)?.run(end)
-    }
-
     /// The duration of the run.
     pub(crate) fn duration(&self) -> Result<f64, SimError> {
         let end = self.span.map(|(end, _)| end).or(self.times.last().copied()).unwrap_or(self.start);
         if end > self.start { Ok(end - self.start) } else { Err(SimError::TimeSpan { start: self.start, end }) }
     }
 
-    /// Checks everything about time, and returns the end.
-    fn check_times(&self) -> Result<f64, SimError> {
+    /// Sets the times of a span, checks everything about time, and returns the end.
+    pub(crate) fn resolve_times(&mut self) -> Result<f64, SimError> {
+        if let Some((end, samples)) = self.span {
+            self.times = equally_spaced(self.start, end, samples)?;
+        }
         self.settings.check()?;
         check_finite("the requested times", &self.times)?;
         check_finite("the breakpoints", &self.breakpoints)?;

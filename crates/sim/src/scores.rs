@@ -17,8 +17,6 @@
 //! Errors of different states have different units. Scores of single states are in the unit of the state; a norm takes a
 //! scale, one positive number per state, by which each error is divided.
 
-use std::fmt;
-
 use nalgebra::DMatrix;
 
 use crate::error::{SimError, check, check_positive};
@@ -26,85 +24,7 @@ use crate::events::Trace;
 use crate::metrics;
 use crate::trajectory::Trajectory;
 
-/// Largest number of periods that a common multiple is looked for in.
-const MULTIPLES: u32 = 1000;
-
-/// Fewest intervals of a common grid of several periods in a run.
-const INTERVALS: f64 = 10.0;
-
-/// The instants at which errors are scored.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum ScoreGrid {
-    /// All times of the run.
-    Continuous,
-    /// The start and every multiple of a period after it.
-    Samples {
-        /// The period.
-        period: f64,
-    },
-}
-
-impl ScoreGrid {
-    /// The instants common to observers with these periods (`None` for those in continuous time) in a run of this
-    /// duration: continuous time if none is sampled, otherwise the least common multiple of the periods.
-    ///
-    /// ```
-    /// use luenberger_sim::ScoreGrid;
-    /// assert_eq!(ScoreGrid::common(&[None, None], 10.0)?, ScoreGrid::Continuous);
-    /// assert_eq!(ScoreGrid::common(&[None, Some(0.02)], 10.0)?, ScoreGrid::Samples { period: 0.02 });
-    /// assert_eq!(ScoreGrid::common(&[Some(0.25), Some(0.1)], 10.0)?, ScoreGrid::Samples { period: 0.5 });
-    /// assert!(ScoreGrid::common(&[Some(0.1), Some(0.1 * 2f64.sqrt())], 10.0).is_err());
-    /// # Ok::<(), luenberger_sim::SimError>(())
-    /// ```
-    /// # Errors
-    /// [`SimError::NoCommonGrid`] for periods without a common multiple of which the run has at least ten.
-    pub fn common(periods: &[Option<f64>], duration: f64) -> Result<Self, SimError> {
-        let mut common: Option<f64> = None;
-        for &period in periods.iter().flatten() {
-            check_positive("the period of a sampled-data observer", period)?;
-            common = Some(match common {
-                None => period,
-                Some(other) if near(other, period) => other,
-                Some(other) => {
-                    let none = SimError::NoCommonGrid { first: other, second: period, duration };
-                    let found = multiple(other, period).filter(|common| INTERVALS * common <= duration * (1.0 + 1e-9));
-                    found.ok_or(none)?
-                }
-            });
-        }
-        Ok(common.map_or(Self::Continuous, |period| Self::Samples { period }))
-    }
-
-    /// The period; none in continuous time.
-    pub fn period(self) -> Option<f64> {
-        match self {
-            Self::Continuous => None,
-            Self::Samples { period } => Some(period),
-        }
-    }
-}
-
-impl fmt::Display for ScoreGrid {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Continuous => write!(f, "Scores in continuous time"),
-            Self::Samples { period } => write!(f, "Scores at the samples, every {period}"),
-        }
-    }
-}
-
-fn near(a: f64, b: f64) -> bool {
-    (a - b).abs() <= 1e-9 * a.abs().max(b.abs())
-}
-
-/// The least common multiple, up to rounding.
-fn multiple(a: f64, b: f64) -> Option<f64> {
-    let (short, long) = (a.min(b), a.max(b));
-    (1..=MULTIPLES).map(|k| f64::from(k) * long).find(|multiple| {
-        let count = multiple / short;
-        near(count, count.round())
-    })
-}
+pub use crate::score_grid::ScoreGrid;
 
 /// Scores of the error of one state, in its unit.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -330,6 +250,39 @@ impl<'t> Errors<'t> {
             last: curve.last(),
             steady_rms: curve.steady_rms(),
         })
+    }
+}
+
+impl Trajectory {
+    /// The root mean square of `|e|` of an observer: over the samples if any observer of the run is sampled, otherwise
+    /// `sqrt(1/T int |e|^2 dt)` (see the [module](crate::scores)).
+    ///
+    /// # Errors
+    /// [`SimError::UnknownName`], [`SimError::NoCommonGrid`].
+    pub fn rmse(&self, observer: &str) -> Result<f64, SimError> {
+        Ok(Merits::of(self, observer, 1.0)?.rms)
+    }
+
+    /// The time from which `|e|` stays within `band |e(0)|`, `e(0)` the error at the start; `None` if it does not. At
+    /// the samples, if any observer of the run is sampled.
+    ///
+    /// ```
+    /// use luenberger_observers::LinearObserver;
+    /// use nalgebra::Vector2;
+    /// let plant = luenberger_plants::double_integrator();
+    /// let run = luenberger_sim::Scenario::new(plant.clone())
+    ///     .observer("linear", LinearObserver::of(plant, Vector2::new(7.0, 10.0))?, &[1.0, 0.0])
+    ///     .until(8.0, 201)
+    ///     .run()?;
+    /// let settled = run.settling_time("linear", 0.05)?.ok_or("it settles")?;
+    /// assert!(settled < 3.0 && run.rmse("linear")? < 1.0);
+    /// assert_eq!(run.to_csv().lines().next(), Some("t,x1,x2,u1,y1,linear.xhat1,linear.xhat2"));
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    /// # Errors
+    /// [`SimError::UnknownName`], [`SimError::NoCommonGrid`].
+    pub fn settling_time(&self, observer: &str, band: f64) -> Result<Option<f64>, SimError> {
+        Ok(Merits::of(self, observer, band)?.settling_last)
     }
 }
 

@@ -7,7 +7,7 @@ use crate::dense::Dense;
 use crate::error::{SimError, check_positive};
 use crate::events::{Difference, Trace};
 use crate::sample_times::SampleTime;
-use crate::scores::{Merits, ScoreGrid};
+use crate::score_grid::ScoreGrid;
 use crate::sensor::Sampling;
 use crate::view::View;
 
@@ -357,37 +357,6 @@ impl Trajectory {
             }
         }
         Ok((times, errors))
-    }
-
-    /// The root mean square of `|e|` of an observer: over the samples if any observer of the run is sampled, otherwise
-    /// `sqrt(1/T int |e|^2 dt)` (see [`scores`](crate::scores)).
-    ///
-    /// # Errors
-    /// [`SimError::UnknownName`], [`SimError::NoCommonGrid`].
-    pub fn rmse(&self, observer: &str) -> Result<f64, SimError> {
-        Ok(Merits::of(self, observer, 1.0)?.rms)
-    }
-
-    /// The time from which `|e|` stays within `band |e(0)|`, `e(0)` the error at the start; `None` if it does not. At
-    /// the samples, if any observer of the run is sampled.
-    ///
-    /// ```
-    /// use luenberger_observers::LinearObserver;
-    /// use nalgebra::Vector2;
-    /// let plant = luenberger_plants::double_integrator();
-    /// let run = luenberger_sim::Scenario::new(plant.clone())
-    ///     .observer("linear", LinearObserver::of(plant, Vector2::new(7.0, 10.0))?, &[1.0, 0.0])
-    ///     .until(8.0, 201)
-    ///     .run()?;
-    /// let settled = run.settling_time("linear", 0.05)?.ok_or("it settles")?;
-    /// assert!(settled < 3.0 && run.rmse("linear")? < 1.0);
-    /// assert_eq!(run.to_csv().lines().next(), Some("t,x1,x2,u1,y1,linear.xhat1,linear.xhat2"));
-    /// # Ok::<(), Box<dyn std::error::Error>>(())
-    /// ```
-    /// # Errors
-    /// [`SimError::UnknownName`], [`SimError::NoCommonGrid`].
-    pub fn settling_time(&self, observer: &str, band: f64) -> Result<Option<f64>, SimError> {
-        Ok(Merits::of(self, observer, band)?.settling_last)
     }
 
     /// The samples as comma-separated values: a head of names, then one line per requested time with `t`, states,

@@ -1,4 +1,4 @@
-//! The feedback `u = r - K xhat` of a study on a target: its gain, what is proved of the loop, and the magnitudes in it.
+//! The feedback `u = r - K xhat` of a study on a target: its gain, and what is proved of the loop.
 //!
 //! The loop of the plant `x+ = A x + B u`, `y = C x + D u` with the stored observer `xhat+ = As xhat + Bs u + Ls (y - Cs
 //! xhat - D u)` and `u = -Ks xhat` has for `z = (x, xhat)` the matrix
@@ -15,40 +15,12 @@ use luenberger_design::DiscreteDesign;
 use luenberger_plants::StateSpace;
 use luenberger_proof::certificate::CertificateFile;
 use luenberger_proof::statement::Format;
-use nalgebra::{DMatrix, DVector};
+use nalgebra::DMatrix;
 
-use crate::deployment::{Evidence, MARGIN, Matrices, SampledDesign, stored};
-use crate::results::FailureReport;
-use crate::signal::Input;
-use crate::study::{ObserverKind, ObserverSpec, Simulation, Study};
+use crate::deployment::{Evidence, Matrices, SampledDesign, stored};
+use crate::study::ObserverSpec;
 
-/// The gain K with which the study feeds back the estimate of an observer.
-///
-/// # Errors
-/// [`FailureReport`] if the study feeds back another estimate or none.
-pub fn gain<'a>(study: &'a Study, observer: &ObserverSpec) -> Result<&'a DMatrix<f64>, FailureReport> {
-    let failure = |hypothesis: String| FailureReport {
-        hypothesis,
-        alternatives: vec![format!("feedback = {{ k = [[..]], observer = \"{}\" }} in [input]", observer.name)],
-        line: observer.place.line,
-        cause: None,
-    };
-    let has_bounds = matches!(observer.kind, ObserverKind::Interval(_));
-    if has_bounds || !observer.kind.estimated_disturbances().is_empty() {
-        let hypothesis = if has_bounds {
-            "an interval observer has no export with its feedback"
-        } else {
-            "an observer that estimates disturbances too has no export with its feedback"
-        };
-        let instead = "without --feedback: the first states of the exported observer are xhat of u = r - K xhat";
-        return Err(FailureReport { alternatives: vec![instead.to_owned()], ..failure(hypothesis.to_owned()) });
-    }
-    match &study.input {
-        Input::Feedback { observer: fed, gain, .. } if *fed == observer.name => Ok(gain),
-        Input::Feedback { observer: fed, .. } => Err(failure(format!("the study feeds back the estimate of {fed}"))),
-        _ => Err(failure("the study has no feedback".to_owned())),
-    }
-}
+pub use crate::deployment::feedback::gain;
 
 /// What is proved of the loop with the numbers as stored in `format`, in exact arithmetic.
 pub fn evidence(observer: &ObserverSpec, design: &SampledDesign, k: &DMatrix<f64>, format: Format) -> Evidence {
@@ -118,39 +90,4 @@ fn certificate(
     let design = DiscreteDesign::with_gain(&plant, m.period, loop_l).ok()?;
     let title = format!("{}: feedback", observer.name);
     Some((rounding, design.certificate.file(&title).ok()?))
-}
-
-/// The magnitudes of the loop at its samples in the study's simulation, without noise: states and inputs, with the
-/// margin of the bounds of operation. None if they are not finite.
-pub(crate) fn magnitudes(
-    study: &Study,
-    simulation: &Simulation,
-    observer: &ObserverSpec,
-    design: &SampledDesign,
-) -> Option<(Vec<f64>, Vec<f64>)> {
-    let k = gain(study, observer).ok()?;
-    let m = design.matrices()?;
-    let mut x = DVector::from_column_slice(&simulation.x0);
-    let mut xhat = DVector::from_column_slice(&observer.initial);
-    let (mut states, mut inputs) = (DVector::zeros(x.len()), DVector::zeros(k.nrows()));
-    let samples = (simulation.duration / m.period + 1e-9).floor().min(1e7) as usize;
-    for sample in 0..=samples {
-        let mut r = vec![0.0; k.nrows()];
-        if let Some(reference) = study.input.program() {
-            reference.at(sample as f64 * m.period, &mut r);
-        }
-        let fed = match design.update_gain(observer) {
-            Some(update) => &xhat + update * (m.c * (&x - &xhat)),
-            None => xhat.clone(),
-        };
-        let u = DVector::from_vec(r) - k * fed;
-        states = states.sup(&x.abs());
-        inputs = inputs.sup(&u.abs());
-        let y = m.c * &x + m.d.map_or_else(|| DVector::zeros(m.c.nrows()), |d| d * &u);
-        design.step(&mut xhat, &u, &y);
-        x = m.a * x + m.b * u;
-    }
-    let largest = |column: DVector<f64>| column.iter().map(|x| MARGIN * x).collect::<Vec<f64>>();
-    let (states, inputs) = (largest(states), largest(inputs));
-    states.iter().chain(&inputs).all(|x| x.is_finite()).then_some((states, inputs))
 }

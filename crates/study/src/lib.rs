@@ -10,7 +10,9 @@
 //! | [`model`] | the plant of a study: matrices, expressions (`luenberger-expression`), or from the library |
 //! | [`signal`] | inputs and references: expressions of time, tables, state feedback |
 //! | [`table`] | CSV: measured logs, tables of inputs |
+//! | `runnable`, `designed` | the observers as one type, ready to run; one with its evidence |
 //! | [`design`] | design of each observer, or why it is not applicable |
+//! | `trajectory`, `operation` | the plant with its observers in a simulation; bounds of its magnitudes |
 //! | [`maps`] | phi, Lambda, B and the other maps of observers as expressions |
 //! | [`deployment`] | observers of a study as they run on a target |
 //! | [`closed_loop`] | the feedback of a study on a target |
@@ -24,19 +26,25 @@ pub mod advise;
 pub mod closed_loop;
 pub mod deployment;
 pub mod design;
+mod designed;
 pub mod diagnostic;
+mod digest;
 pub mod error;
 pub mod execute;
 pub mod import;
+mod limits;
 pub mod maps;
 pub mod model;
+mod operation;
 pub mod read;
 pub mod results;
+mod runnable;
 pub mod schema;
 pub mod signal;
 pub mod study;
 pub mod table;
 pub mod template;
+mod trajectory;
 
 pub use diagnostic::{Diagnostic, Diagnostics};
 pub use error::StudyError;

@@ -55,6 +55,12 @@ impl PlantModel {
         }
     }
 
+    /// A direction in terms of the names of the states: `position - 0.5 velocity`.
+    pub(crate) fn direction_in_words(&self, direction: &[f64]) -> String {
+        let names: Vec<&str> = self.states.iter().map(String::as_str).collect();
+        luenberger_design::nonlinear_observability::direction_in_words(direction, &names)
+    }
+
     /// The names for messages.
     pub fn names(&self) -> Names {
         Names { states: self.states.clone(), inputs: self.inputs.clone(), outputs: self.outputs.clone() }

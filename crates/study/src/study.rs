@@ -3,7 +3,6 @@
 mod kinds;
 mod observers;
 
-use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
@@ -13,17 +12,15 @@ use luenberger_sim::{Recording, Samples};
 use nalgebra::DMatrix;
 
 use crate::diagnostic::Source;
-use crate::error::StudyError;
-use crate::execute::FileDigest;
+use crate::digest::FileDigest;
 use crate::model::PlantModel;
-use crate::read::{self, Format};
 use crate::signal::Input;
 use crate::table::Suspicion;
 
 pub(crate) use observers::MOST_STATES_OF_A_FULL_TABLE;
 pub use observers::{
     ActingBounds, GainLimits, GainSpec, IntervalSpec, KklSpec, LinearSpec, MovingHorizonSpec, NormFilterSpec,
-    ObserverKind, ObserverSpec, RateSpec, SlidingModeSpec, UnscentedSpec,
+    ObserverKind, ObserverSpec, PrintedMean, RateSpec, SlidingModeSpec, UnscentedSpec,
 };
 
 /// A study without mistakes: a plant, its observers and the experiments with them.
@@ -65,39 +62,16 @@ pub struct Study {
     pub source: Arc<Source>,
 }
 
+/// The format of the text of a study.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Format {
+    /// TOML.
+    Toml,
+    /// JSON.
+    Json,
+}
+
 impl Study {
-    /// Reads a study: JSON from `.json`, TOML from everything else.
-    ///
-    /// # Errors
-    /// [`StudyError::Io`] for a file that cannot be read, [`StudyError::File`] with every mistake in it, by line and
-    /// column.
-    pub fn from_path(path: &Path) -> Result<Self, StudyError> {
-        let text = std::fs::read_to_string(path).map_err(|error| StudyError::io(path, error))?;
-        let json = path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("json"));
-        let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
-        Self::from_text(&path.to_string_lossy(), &text, if json { Format::Json } else { Format::Toml }, folder)
-    }
-
-    /// Parses the study in `text`; `name` is used in messages, and file names in the study are relative to `folder`.
-    /// A study without a title is titled by its file name, or "study" if `name` is "standard input".
-    ///
-    /// ```
-    /// use luenberger_study::{Format, Study, template};
-    /// let text = template::text("double-integrator").ok_or("a template")?;
-    /// let study = Study::from_text("study.toml", text, Format::Toml, ".".as_ref())?;
-    /// assert_eq!(study.plant.states.len(), 2);
-    ///
-    /// let wrong = text.replace("poles =", "pols =");
-    /// let error = Study::from_text("study.toml", &wrong, Format::Toml, ".".as_ref()).unwrap_err();
-    /// assert!(error.to_string().contains("the nearest key is `poles`"));
-    /// # Ok::<(), Box<dyn std::error::Error>>(())
-    /// ```
-    /// # Errors
-    /// [`StudyError::File`] with every mistake.
-    pub fn from_text(name: &str, text: &str, format: Format, folder: &Path) -> Result<Self, StudyError> {
-        read::study(name, text, format, folder, BTreeMap::new())
-    }
-
     /// The name of its file, without folders: results do not depend on where the study is.
     pub(crate) fn file_name(&self) -> String {
         let name = self.source.name();

@@ -90,7 +90,7 @@ pub enum NumericalKklError {
     },
     /// What fails at one input of a family.
     #[error("at the held input u = {input:?}: {error}")]
-    AtInput {
+    HeldInput {
         /// The input.
         input: Vec<f64>,
         /// What fails there.

@@ -71,7 +71,7 @@ impl<const N: usize, const M: usize, const P: usize, const Z: usize, const ZM: u
     /// (2 to 33) for which T is tabulated. `ZM` is `Z + M`.
     ///
     /// # Errors
-    /// As [`NumericalKklDesign::new`](super::NumericalKklDesign::new), [`NumericalKklError::AtInput`] with the input
+    /// As [`NumericalKklDesign::new`](super::NumericalKklDesign::new), [`NumericalKklError::HeldInput`] with the input
     /// where T fails; [`NumericalKklError::Family`]. [`NumericalKklError::GridTooLarge`] counts the tables of all
     /// nodes.
     pub fn new<S>(
@@ -220,7 +220,7 @@ fn combinations<const M: usize>(axes: &[Vec<f64>; M]) -> Vec<SVector<f64, M>> {
 fn at_input<const M: usize>(input: &SVector<f64, M>, error: NumericalKklError) -> NumericalKklError {
     match error {
         error @ NumericalKklError::Stopped { .. } => error,
-        error => NumericalKklError::AtInput { input: input.iter().copied().collect(), error: Box::new(error) },
+        error => NumericalKklError::HeldInput { input: input.iter().copied().collect(), error: Box::new(error) },
     }
 }
 

@@ -12,7 +12,7 @@ use nalgebra::{DefaultAllocator, Dim, OMatrix, OVector, RealField};
 
 use super::{ParameterEstimator, RegressionSize, leading, standing};
 use crate::error::ObserverError;
-use crate::kalman::covariance;
+use crate::gaussian::covariance;
 
 /// `theta_hat' = Gamma M'(Y - M theta_hat)` for Q parameters.
 #[derive(Clone, Debug, PartialEq)]

@@ -7,7 +7,7 @@ use luenberger_plants::{Differentiable, Size};
 use nalgebra::{DefaultAllocator, Dim, OMatrix, OVector, RealField, convert};
 
 use crate::error::{ObserverError, Point};
-use crate::mean_value::integral::GAUSS_LEGENDRE_8;
+use crate::mean_value::quadrature::GAUSS_LEGENDRE_8;
 
 /// f at both ends, and Df there and at the eight points of the quadrature between.
 ///

@@ -40,7 +40,7 @@ use nalgebra::{ComplexField, DefaultAllocator, Dim, OMatrix, OVector, RealField,
 
 use crate::dense::{Factor, times, times_transpose};
 use crate::error::ObserverError;
-use crate::kalman::{NoiseModel, covariance, spread, symmetrise};
+use crate::gaussian::{NoiseModel, covariance, spread, symmetrise};
 use crate::runge_kutta;
 
 use interior::Barrier;

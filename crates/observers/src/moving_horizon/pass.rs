@@ -18,7 +18,7 @@ use nalgebra::allocator::Allocator;
 use nalgebra::{ComplexField, DefaultAllocator, Dim, OMatrix, OVector, RealField, U1};
 
 use crate::dense::{times, times_transpose};
-use crate::kalman::symmetrise;
+use crate::gaussian::symmetrise;
 
 /// What the way back needs of a stage.
 #[derive(Clone, Debug)]

@@ -110,9 +110,9 @@ where
     }
 
     /// The tables at an input, which is taken into the family.
-    pub fn at(&self, u: &SVector<T, M>) -> AtInput<'_, T, V, S, N, M, Z> {
+    pub fn at(&self, u: &SVector<T, M>) -> TablesAtInput<'_, T, V, S, N, M, Z> {
         let (low, high) = self.family();
-        AtInput { tables: self, u: clamped(u, &low, &high) }
+        TablesAtInput { tables: self, u: clamped(u, &low, &high) }
     }
 
     /// The same over another scalar, on the heap.
@@ -148,14 +148,14 @@ where
     }
 }
 
-/// `W (T(., u) - m)` at one input.
+/// The tables at one input, `W (T(., u) - m)`.
 #[derive(Debug)]
-pub struct AtInput<'a, T, V, S, const N: usize, const M: usize, const Z: usize> {
+pub struct TablesAtInput<'a, T, V, S, const N: usize, const M: usize, const Z: usize> {
     tables: &'a HeldInputTables<T, V, S, N, M, Z>,
     u: SVector<T, M>,
 }
 
-impl<T, V, S, const N: usize, const M: usize, const Z: usize> BoxMap<T, N, Z> for AtInput<'_, T, V, S, N, M, Z>
+impl<T, V, S, const N: usize, const M: usize, const Z: usize> BoxMap<T, N, Z> for TablesAtInput<'_, T, V, S, N, M, Z>
 where
     T: RealField + Copy,
     V: AsRef<[T]>,

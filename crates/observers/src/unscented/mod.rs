@@ -44,7 +44,7 @@ use nalgebra::{ComplexField, Const, DefaultAllocator, Dim, DimAdd, DimSum, OMatr
 use crate::covariance_filter::CovarianceFilter;
 use crate::dense::times_transpose;
 use crate::error::ObserverError;
-use crate::kalman::{GaussianEstimate, Innovation, NoiseModel, covariance};
+use crate::gaussian::{GaussianEstimate, Innovation, NoiseModel, covariance};
 use crate::observer::{ObserverDimensions, SampledObserver, put_slice};
 use crate::runge_kutta;
 use crate::triangular::{Joint, add, semidefinite_factor, subtract};

@@ -4,13 +4,13 @@ use core::fmt;
 
 use thiserror::Error;
 
-use super::Witness;
-use super::json::{DEEPEST, LARGEST_FILE, MOST_VALUES};
-use super::number::{Number, NumberError};
+use super::limits::{DEEPEST, LARGEST_FILE, MOST_VALUES};
 use crate::error::ProofError;
+use crate::number::{Number, NumberError};
 use crate::polynomial::ExpressionError;
 use crate::semidefinite::ProgramError;
 use crate::verdict::Verdict;
+use crate::witness::Witness;
 
 /// Why a text is not a certificate, before any verification.
 #[derive(Debug, Clone, PartialEq)]

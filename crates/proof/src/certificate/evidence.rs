@@ -2,9 +2,9 @@
 
 use core::fmt;
 
-use super::number::Number;
 use super::{CertificateFile, Claim, Fact, Region, Rejection, Theorem};
 use crate::error::ProofError;
+use crate::number::Number;
 
 /// A theorem with its data, all of whose inequalities are proved. There is no way to one but the proof, and none to
 /// change it.

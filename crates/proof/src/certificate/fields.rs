@@ -2,9 +2,9 @@
 
 use super::error::{Fault, FileError};
 use super::json::{Member, Node, Value};
-use super::number::{Datum, Number, decimal, quoted};
 use crate::interval::Interval;
 use crate::matrix::Matrix;
+use crate::number::{Datum, Number, decimal, quoted};
 
 /// The largest order of a matrix in a file: what the checker proves in seconds.
 pub const LARGEST_ORDER: usize = 512;
@@ -135,7 +135,7 @@ impl<'a> Field<'a> {
                 Ok(number)
             } else {
                 let text = quoted(&number.to_string());
-                Err(self.error(Fault::Number(super::number::NumberError::Overflow { text })))
+                Err(self.error(Fault::Number(crate::number::NumberError::Overflow { text })))
             }
         };
         if !matches!(self.node.value, Value::Array(_)) {

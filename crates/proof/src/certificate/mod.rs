@@ -27,7 +27,7 @@ mod error;
 mod evidence;
 mod fields;
 mod json;
-mod number;
+mod limits;
 mod theorem;
 mod write;
 
@@ -36,15 +36,17 @@ use core::fmt;
 use sha2::{Digest, Sha256};
 
 use crate::definite::Direction;
+use crate::number::quoted;
 use crate::verdict::Verdict;
 use crate::wording::at_least;
 
+pub use crate::number::{Datum, LONGEST_NUMBER, Number, NumberError};
 pub use crate::polynomial::{DEEPEST_EXPRESSION, ExpressionError, LONGEST_EXPRESSION};
+pub use crate::witness::Witness;
 pub use error::{Fault, FileError, Rejection};
 pub use evidence::{Certificate, Certified, ProvedTheorem, UnprovedTheorem};
 pub use fields::{LARGEST_ORDER, MOST_ENTRIES};
-pub use json::{DEEPEST, LARGEST_FILE, MOST_VALUES};
-pub use number::{Datum, LONGEST_NUMBER, Number, NumberError};
+pub use limits::{DEEPEST, LARGEST_FILE, MOST_VALUES};
 pub use theorem::*;
 
 use fields::Field;
@@ -111,64 +113,6 @@ impl fmt::Display for Fact {
             Verdict::Proved { .. } => f.write_str(&self.inequality),
             Verdict::Refuted { witness } => write!(f, "{} is false: {witness}", self.inequality),
             Verdict::Undecided { why, .. } => write!(f, "{} is not proved: {why}", self.inequality),
-        }
-    }
-}
-
-/// What refutes an inequality of a certificate.
-#[derive(Debug, Clone, PartialEq)]
-#[non_exhaustive]
-pub enum Witness {
-    /// A direction along which the quadratic form has the wrong sign.
-    Direction(Direction),
-    /// A linear equation of multipliers that is not satisfied.
-    Equation {
-        /// The unknown whose coefficient should vanish, from 1; 0 for the constant, which should have the right sign.
-        unknown: usize,
-        /// The coefficient, rounded.
-        value: f64,
-    },
-    /// Multipliers that are all zero.
-    Zero,
-    /// A point of the box at which a quantity exceeds its bound.
-    Point {
-        /// The entry of the quantity, from 0.
-        entry: usize,
-        /// The states and the inputs.
-        at: Vec<f64>,
-        /// The value there is at least this.
-        value: f64,
-        /// The bound.
-        bound: f64,
-    },
-    /// A number of a target that is not what rounding into its format gives.
-    Stored {
-        /// The matrix.
-        matrix: &'static str,
-        /// The row, from 0.
-        row: usize,
-        /// The column, from 0.
-        column: usize,
-        /// The value in the file.
-        stored: f64,
-        /// What rounding to nearest gives.
-        nearest: f64,
-    },
-}
-
-impl fmt::Display for Witness {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Direction(direction) => direction.fmt(f),
-            Self::Equation { unknown: 0, value } => write!(f, "the constant is {value:e}"),
-            Self::Equation { unknown, value } => write!(f, "the coefficient of x_{unknown} is {value:e}"),
-            Self::Zero => f.write_str("they are all zero"),
-            Self::Point { entry, at, value, bound } => {
-                write!(f, "entry {} is at least {value:e}, and {bound:e} is claimed, at {at:?}", entry + 1)
-            }
-            Self::Stored { matrix, row, column, stored, nearest } => {
-                write!(f, "stored.{matrix}[{row}][{column}] is {stored:e}, and to nearest it would be {nearest:e}")
-            }
         }
     }
 }
@@ -249,7 +193,7 @@ impl CertificateFile {
         let mut file = Field::root(&node).object()?;
         let format = file.take("format")?;
         if format.text()? != FORMAT {
-            let found = number::quoted(format.text()?);
+            let found = quoted(format.text()?);
             return Err(format.error(Fault::Word { found, known: format!("\"{FORMAT}\"") }));
         }
         let version = file.take("version")?;
@@ -329,7 +273,7 @@ impl CertificateFile {
     pub fn check(&self) -> Result<Proved, Rejection> {
         let Found { computed, digest_line, statement_line, claims_line, claim_lines } = &self.found;
         if self.digest != *computed {
-            let (found, computed) = (number::quoted(&self.digest), computed.clone());
+            let (found, computed) = (quoted(&self.digest), computed.clone());
             return Err(Rejection::Digest { line: *digest_line, found, computed });
         }
         let derived = self.theorem.words();

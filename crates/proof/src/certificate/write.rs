@@ -1,9 +1,9 @@
 //! Formatted output of a certificate: one member per line, one matrix row per line.
 
 use super::json::write_string;
-use super::number::{Datum, Number};
 use crate::interval::Interval;
 use crate::matrix::Matrix;
+use crate::number::{Datum, Number};
 
 /// What is to be written.
 #[derive(Debug, Clone)]

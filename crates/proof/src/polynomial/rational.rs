@@ -3,9 +3,9 @@
 use dashu_int::ops::{BitTest, Gcd};
 use dashu_int::{IBig, UBig};
 
-use crate::certificate::Number;
 use crate::exact::Exact;
 use crate::interval::Interval;
+use crate::number::Number;
 use crate::ring::Ring;
 
 /// `numerator / denominator` in lowest terms.

@@ -13,7 +13,7 @@ use dashu_int::{IBig, UBig};
 use thiserror::Error;
 
 use super::{Arena, Computed, Function, Polynomial, Rational};
-use crate::certificate::Number;
+use crate::number::Number;
 
 /// The longest expression, in characters.
 pub const LONGEST_EXPRESSION: usize = 16_384;

@@ -3,12 +3,12 @@
 //! Variables are x, u, and e, the error of xi. y = h(x) everywhere, and xi = phi(x) + e in the left inverse. Every
 //! function is a [`Polynomial`] in atoms; bounds over the box are by bisection (`polynomial`).
 
-use crate::certificate::Witness;
 use crate::interval::Interval;
 use crate::matrix::Matrix;
 use crate::polynomial::{Arena, Domain, Extremum, Obstacle, Polynomial, Rational, Scope, Tree};
 use crate::ring::Ring;
 use crate::verdict::{UndecidedReason, Verdict};
+use crate::witness::Witness;
 
 /// The expressions of plant and observer.
 pub(crate) struct Expressions<'a> {

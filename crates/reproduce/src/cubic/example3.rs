@@ -132,7 +132,7 @@ pub(super) fn live() -> LiveExample {
             let mut experiment = Experiment::new(live::Plant::linear(&plant()), &[1.0; 3], END, 401)
                 .observer(live::Observer::new("linear", ObserverKind::Linear(Box::new(linear)), &[0.0; 3]))
                 .observer(live::Observer::new("cubic", ObserverKind::Cubic(Box::new(observer(-10.0)?)), &[0.0; 3]));
-            experiment.feedback = Some(live::Feedback::of_each(&feedback_gain()));
+            experiment.feedback = Some(live::Feedback::of_each_estimate(&feedback_gain()));
             Ok(experiment)
         },
     }

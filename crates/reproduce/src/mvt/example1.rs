@@ -3,17 +3,17 @@
 
 use luenberger_observers::mean_value::beta::mean_value;
 use luenberger_plants::Chaotic;
-use luenberger_proof::wording::significant;
-use nalgebra::{DMatrix, SVector};
+use nalgebra::SVector;
 
+use super::figures::{entries, error_panels, residual_bars};
 use super::runs::{
-    Experiment, FINE, OBSERVER, System, Theorem, Told, beta_solves, column, internal, last, norms, real, residuals,
-    run, unit_interval, untold,
+    Experiment, FINE, OBSERVER, System, Theorem, Told, beta_solves, column, last, norms, real, residuals, run,
+    unit_interval, untold,
 };
 use crate::claim::{CheckError, Claim, Class, Outcome, Quote};
 use crate::context::Context;
 use crate::evidence::{Evidence, Tolerance};
-use crate::figure::{Bar, Dash, Figure, Hue, Mark, Panel, Series};
+use crate::figure::{Dash, Figure, Hue, Mark, Panel, Series};
 use crate::paper::{Drawing, Plate};
 use crate::table::Table;
 use crate::value::{Printed, short};
@@ -202,10 +202,6 @@ pub(super) fn figures() -> Vec<Drawing> {
     ]
 }
 
-pub(super) fn entries(m: &DMatrix<f64>, j: usize) -> Vec<f64> {
-    m.column(j).iter().copied().collect()
-}
-
 /// X(beta) at the start of Example 1, and where X_4 of Example 2 has two roots.
 fn fig1(context: &Context) -> Result<Plate, CheckError> {
     let betas = unit_interval(201);
@@ -278,62 +274,6 @@ fn fig2(context: &Context) -> Result<Plate, CheckError> {
 
 fn fig3(context: &Context) -> Result<Plate, CheckError> {
     Ok(residual_bars(&*run(context, SYSTEM, 1.0, Told::E0)?, "Fig. 3: X(β) of Example 1", "η = 1, e0."))
-}
-
-/// The largest |X| of each row along a run, which is rounding noise and has no shape to be drawn, beside the size of the
-/// terms of which it is the difference.
-pub(super) fn residual_bars(run: &super::runs::Run, title: &str, case: &str) -> Plate {
-    let (mut panel, mut data) =
-        (Panel::new("largest along the run", ""), Table::new().column("t", run.trajectory.t.clone()));
-    let unit = f64::EPSILON / 2.0;
-    let (floor, mut largest) = (unit / 100.0, unit);
-    for i in 0..run.residual.ncols() {
-        let row = ["₁", "₂", "₃", "₄"][i];
-        let (x, terms) = (run.residual.column(i).amax(), run.terms.column(i).amax());
-        let bars = [
-            (format!("|X{row}|, rounding noise"), x.max(floor), Hue::Palette(i)),
-            (format!("rounding unit of the terms of X{row}"), (unit * terms).max(floor), Hue::Grey),
-        ];
-        for (name, value, hue) in bars {
-            largest = largest.max(value);
-            let text = if value > floor { significant(value, 2) } else { "0".to_owned() };
-            panel = panel.bar(Bar::to(name, value, text).hue(hue));
-        }
-        data = data.column(format!("X{}", i + 1), entries(&run.residual, i));
-    }
-    let caption = format!(
-        "{case} What is left of X(β) at the β that was found is rounding noise, at most some tens of rounding units of its terms. The paper draws it over time; it has no shape."
-    );
-    Plate { figure: Figure::new(title).caption(caption).panel(panel.log_x().x_range(floor, 10.0 * largest)), data }
-}
-
-/// Errors of both runs in one panel per state, up to `end`.
-pub(super) fn error_panels(
-    context: &Context,
-    system: System,
-    end: f64,
-    title: &str,
-    caption: &str,
-) -> Result<Plate, CheckError> {
-    let [a, b] = [run(context, system, 1.0, Told::E0)?, run(context, system, 1.0, Told::E01)?];
-    let t = &a.trajectory.t;
-    let (told, partly, error) = (internal(&a.trajectory)?, internal(&b.trajectory)?, real(&b.trajectory)?);
-    let mut figure = Figure::new(title).caption(caption).columns(if system.states() == 4 { 2 } else { 1 });
-    let mut data = Table::new().column("t", t.clone());
-    for i in 0..system.states() {
-        let [e0, e01, truth] = [entries(&told, i), entries(&partly, i), entries(error, i)];
-        figure = figure.panel(
-            Panel::new("time t (s)", format!("error {}", i + 1))
-                .x_range(0.0, end)
-                .mark(Mark::horizontal(0.0))
-                .series(Series::line("e = x - x̂, from e0", t, &e0).hue(Hue::Palette(0)))
-                .series(Series::line("e, from e01", t, &e01).hue(Hue::Palette(1)))
-                .series(Series::line("x - x̂, from e01", t, &truth).hue(Hue::Palette(2))),
-        );
-        data = data.column(format!("e{}_e0", i + 1), e0);
-        data = data.column(format!("e{}_e01", i + 1), e01).column(format!("error{}_e01", i + 1), truth);
-    }
-    Ok(Plate { figure, data })
 }
 
 fn fig4(context: &Context) -> Result<Plate, CheckError> {

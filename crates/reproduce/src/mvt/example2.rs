@@ -1,4 +1,4 @@
-//! Example 2: the robot link with a flexible joint. Figures 6 to 9. The claims are decided on the plant with a44 = 0
+//! Example 2: the robot link with a flexible joint. Figures 6 to 8. The claims are decided on the plant with a44 = 0
 //! and the printed C; two variants are named separately.
 
 use luenberger_design::Region;
@@ -8,7 +8,7 @@ use luenberger_plants::flexible_joint::{self, FlexibleJoint};
 use luenberger_sim::{Scenario, Signal, Trajectory, View};
 use nalgebra::{DMatrix, SVector, Vector1, Vector4};
 
-use super::example1::{entries, error_panels, residual_bars};
+use super::figures::{entries, error_panels, residual_bars};
 use super::runs::{
     Experiment, OBSERVER, System, Theorem, Told, beta_solves, internal, last, norms, real, residuals, run, untold,
 };
@@ -338,7 +338,6 @@ pub(super) fn figures() -> Vec<Drawing> {
         Drawing { id: "mvt-fig6", draw: fig6 },
         Drawing { id: "mvt-fig7", draw: fig7 },
         Drawing { id: "mvt-fig8", draw: fig8 },
-        Drawing { id: "mvt-fig9", draw: super::peers::fig9 },
     ]
 }
 

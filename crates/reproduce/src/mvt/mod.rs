@@ -5,13 +5,14 @@
 mod eta;
 mod example1;
 mod example2;
+mod figures;
 mod findings;
 mod peers;
 mod repair;
 mod runs;
 mod theorem1;
 
-use crate::paper::Paper;
+use crate::paper::{Drawing, Paper};
 
 /// The paper.
 pub(crate) fn paper() -> Paper {
@@ -29,7 +30,14 @@ pub(crate) fn paper() -> Paper {
             repair::claims(),
         ]
         .concat(),
-        figures: [example1::figures(), example2::figures(), eta::figures(), peers::figures()].concat(),
+        figures: [
+            example1::figures(),
+            example2::figures(),
+            vec![Drawing { id: "mvt-fig9", draw: peers::fig9 }],
+            eta::figures(),
+            peers::figures(),
+        ]
+        .concat(),
         datasets: runs::datasets(),
         live: Vec::new(),
         findings: findings::findings(),

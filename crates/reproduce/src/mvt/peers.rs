@@ -14,8 +14,8 @@ use luenberger_plants::{Differentiable, flexible_joint};
 use luenberger_sim::{Compared, Comparison, Noise, Settings, Signal, Trajectory};
 use nalgebra::{Const, DMatrix, Matrix4, SMatrix, Vector4, dmatrix};
 
-use super::example1::entries;
 use super::example2::{PLANT, XHAT0};
+use super::figures::entries;
 use super::repair::{RATE, design, vertices};
 use super::runs::{System, fixed, norms};
 use crate::claim::{CheckError, Claim, Class, Outcome};

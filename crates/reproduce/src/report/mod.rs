@@ -2,8 +2,8 @@
 
 use crate::claim::{Class, Record};
 use crate::evidence::Verdict;
-use crate::ledger::{Drawn, Live, Summary};
 use crate::paper::{Finding, Paper};
+use crate::summary::{Drawn, Live, Summary};
 use crate::terminal::{counts, word};
 use crate::value::{Value, short};
 use luenberger_figures::report::ReportError;

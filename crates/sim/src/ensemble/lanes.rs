@@ -8,7 +8,7 @@
 
 use crate::dop853::{COEFFICIENTS, DEFECT, END, STAGES, eighth_root, polynomial};
 use crate::dop853_tableau::{A, C, DENSE, ERROR5, THIRD};
-use crate::integrate::Tolerance;
+use crate::step::Tolerance;
 
 /// As many doubles as two or four vector registers have.
 pub(super) const LANES: usize = 8;

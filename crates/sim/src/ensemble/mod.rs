@@ -19,10 +19,11 @@ use nalgebra::DMatrix;
 use self::lanes::{Attempted, Dop853Lanes, Field, LANES, Lanes};
 use crate::dop853::{BORDER, STIFF};
 use crate::error::SimError;
-use crate::integrate::{Integrator, Settings, Tolerance, first_step};
+use crate::integrate::{Integrator, Settings, first_step};
 use crate::noise::Noise;
 use crate::scenario::{Scenario, equally_spaced};
 use crate::signal::Signal;
+use crate::step::Tolerance;
 
 /// A function of time that writes the input.
 type Input<'a> = Arc<dyn Fn(f64, &mut [f64]) + Send + Sync + 'a>;

@@ -44,6 +44,7 @@ use crate::error::StudyError;
 use crate::execute::{self, Limits, Trial, within};
 use crate::read::Format;
 use crate::study::{AdviseSpec, ObserverKind, ObserverSpec, Simulation, Study};
+use crate::trajectory;
 use crate::{RunOptions, design, write_folder};
 
 /// Default time budget in seconds.
@@ -235,14 +236,14 @@ fn modes(study: &Study, a: &nalgebra::DMatrix<f64>, c: &nalgebra::DMatrix<f64>) 
         let direction: Vec<f64> = mode.direction.iter().map(|x| x.re).collect();
         let comma = if k > 0 { "," } else { "" };
         let value = complex([mode.eigenvalue.re, mode.eigenvalue.im], 3);
-        _ = write!(text, "{comma} {value} along {}", execute::in_words(study, &direction));
+        _ = write!(text, "{comma} {value} along {}", study.plant.direction_in_words(&direction));
     }
     Ok(text)
 }
 
 /// The observer in the feedback loop of the study, designed.
 fn fed<'a>(study: &'a Study, run: &RunOptions<'_>) -> Result<Option<(&'a ObserverSpec, design::Designed)>, StudyError> {
-    let Some(spec) = study.observers.iter().find(|observer| execute::is_fed(study, &observer.name)) else {
+    let Some(spec) = study.observers.iter().find(|observer| trajectory::is_fed(study, &observer.name)) else {
         return Ok(None);
     };
     match design::design_until(study, spec, run.cancel, run.until) {

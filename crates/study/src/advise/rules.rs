@@ -4,15 +4,8 @@
 //! then decides. Several sets of keys are tried in their order. **A new kind is one row.**
 
 use super::block::{Keys, Value};
-use super::information::{Information, InformationKind};
-use super::tuning;
-use crate::study::Study;
-
-/// What a rule may use.
-pub(super) struct Context<'a> {
-    pub(super) study: &'a Study,
-    pub(super) told: &'a Information,
-}
+use super::information::InformationKind;
+use super::tuning::{self, Context};
 
 /// A kind of observer with a tuning rule.
 pub(super) struct Rule {

@@ -8,9 +8,15 @@ use luenberger_proof::wording::{counted, significant};
 use nalgebra::{Complex, DMatrix, DVector};
 
 use super::block::{Block, Keys, Value, study_with};
-use super::information::speed;
-use super::rules::Context;
+use super::information::{Information, speed};
 use crate::design::{self, NoDesign};
+use crate::study::Study;
+
+/// What a rule may use.
+pub(super) struct Context<'a> {
+    pub(super) study: &'a Study,
+    pub(super) told: &'a Information,
+}
 
 /// What an output error of one standard deviation may add to L by a cubic term.
 const CUBIC_SHARE: f64 = 0.125;

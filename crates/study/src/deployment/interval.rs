@@ -10,6 +10,7 @@ use nalgebra::DMatrix;
 
 use super::Evidence;
 use crate::design::{Sampling, sampled_interval, sampled_statement};
+use crate::operation;
 use crate::study::{IntervalSpec, ObserverSpec, Study};
 
 /// The designs for both formats: the entries that cover rounding depend on it.
@@ -36,7 +37,7 @@ impl IntervalDeployment {
         if plant.d.is_some() {
             return Err("the kind interval has no step for outputs with feedthrough D".to_owned());
         }
-        let operation = super::kept(study, observer);
+        let operation = operation::largest(study, observer);
         let of = |format| {
             let sampling = Sampling {
                 plant,

@@ -7,7 +7,7 @@ use luenberger_observers::kkl::{LeftInverse, LinearKkl};
 use luenberger_observers::numerical_kkl::SampledFilter;
 use nalgebra::{Const, SVector};
 
-use super::nonlinear::Refusal;
+use super::Refusal;
 use crate::design;
 use crate::study::{KklSpec, ObserverKind, ObserverSpec, Study};
 

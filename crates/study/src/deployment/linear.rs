@@ -8,11 +8,12 @@ use luenberger_proof::wording::at_most;
 use luenberger_sim::Trajectory;
 use nalgebra::DMatrix;
 
+use super::feedback::magnitudes;
 use super::{Evidence, SampledDesign};
-use crate::closed_loop;
-use crate::execute;
 use crate::model::PlantModel;
+use crate::operation::MARGIN;
 use crate::study::{ObserverKind, ObserverSpec, Study};
+use crate::trajectory;
 
 pub(super) fn evidence(
     study: &Study,
@@ -171,17 +172,14 @@ fn rounding(study: &Study, deployed: &Deployed, operation: &Operation, format: F
     ]
 }
 
-/// Bounds of operation relative to the magnitudes in the simulation.
-pub(crate) const MARGIN: f64 = 1.2;
-
 /// The bounds of the study's simulation; none without a simulation, with feedback of another observer, or if the plant
 /// cannot be simulated.
 fn operation(study: &Study, observer: &ObserverSpec, design: &SampledDesign) -> Option<Operation> {
     let simulation = study.simulation.as_ref()?;
-    let (state, input) = if let Some(found) = closed_loop::magnitudes(study, simulation, observer, design) {
+    let (state, input) = if let Some(found) = magnitudes(study, simulation, observer, design) {
         found
     } else {
-        let run: Trajectory = execute::plant_run(study, simulation)?;
+        let run: Trajectory = trajectory::of_plant(study, simulation)?;
         let largest = |m: &DMatrix<f64>| m.column_iter().map(|column| MARGIN * column.amax()).collect();
         (largest(&run.x), largest(&run.u))
     };

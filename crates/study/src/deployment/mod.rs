@@ -14,6 +14,7 @@
 
 mod exported;
 mod expressions;
+pub(crate) mod feedback;
 mod interval;
 mod kkl;
 mod linear;
@@ -24,7 +25,6 @@ mod sliding_mode;
 pub use exported::exported;
 pub use interval::IntervalDeployment;
 pub use kkl::KklDesign;
-pub(crate) use linear::MARGIN;
 pub use nonlinear::{
     CopyDesign, DiscreteCopyDesign, ExtensionDesign, FilterDesign, MovingHorizonDesign, UnscentedDesign,
 };
@@ -49,6 +49,9 @@ use nalgebra::{DMatrix, DVector};
 use crate::design::{self, Designed, NoDesign, Runnable};
 use crate::results::FailureReport;
 use crate::study::{GainSpec, LinearSpec, ObserverKind, ObserverSpec, Study};
+
+/// Why there is no step, and what would have one.
+type Refusal = (String, Vec<String>);
 
 /// A sampled design with its certificate.
 #[derive(Debug, Clone)]
@@ -342,22 +345,6 @@ pub(crate) fn sampled_of(
     }
     let design = names.with(|| nonlinear::sampled(study, observer, &designed, period, substeps)).map_err(in_words)?;
     Ok(Sampled { design, period, of_the_study: Some(designed) })
-}
-
-/// Bounds of |x| and |u| in operation, for the widths that an interval observer states: 1.2 times those of the study's
-/// simulation; without one, those of the box of the first state, and 1.
-pub(crate) fn kept(study: &Study, observer: &ObserverSpec) -> (Vec<f64>, Vec<f64>) {
-    let first = match &observer.kind {
-        ObserverKind::Interval(spec) => spec.first.iter().zip(&observer.initial).map(|(w, x)| x.abs() + w).collect(),
-        _ => observer.initial.clone(),
-    };
-    let inputs = vec![1.0; study.plant.inputs.len()];
-    let Some(run) = study.simulation.as_ref().and_then(|simulation| crate::execute::plant_run(study, simulation))
-    else {
-        return (first, inputs);
-    };
-    let largest = |m: &DMatrix<f64>| m.column_iter().map(|column| MARGIN * column.amax()).collect::<Vec<_>>();
-    (largest(&run.x).into_iter().zip(first).map(|(x, first): (f64, f64)| x.max(first)).collect(), largest(&run.u))
 }
 
 /// The sampled linear design at an operating point.

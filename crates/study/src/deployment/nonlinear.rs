@@ -13,7 +13,7 @@ use luenberger_plants::{Differentiable, Plant};
 use luenberger_proof::wording::significant;
 use nalgebra::{DMatrix, DVector, Dyn};
 
-use super::{KklDesign, SampledDesign, SlidingModeDeployment};
+use super::{KklDesign, Refusal, SampledDesign, SlidingModeDeployment};
 use crate::design::{Designed, PrintedMean, Runnable};
 use crate::maps::{composed, whole};
 use crate::study::{ObserverKind, ObserverSpec, Study};
@@ -167,9 +167,6 @@ fn substeps_of(
 fn is_integral(observer: &ObserverSpec) -> bool {
     matches!(observer.kind, ObserverKind::MeanValue { printed: Some(PrintedMean::Integral), .. })
 }
-
-/// Why there is no step, and what would have one.
-pub(super) type Refusal = (String, Vec<String>);
 
 /// The sampled form of a design for a nonlinear plant.
 pub(super) fn sampled(

@@ -7,8 +7,8 @@ use luenberger_sim::Trajectory;
 use super::Sampled;
 use super::linear::listed;
 use crate::design::{Designed, design};
-use crate::execute::{self, Member};
 use crate::study::{ObserverSpec, Study};
+use crate::trajectory::{self, Member};
 
 /// Samples of a run that are compared at most.
 const MOST: usize = 20_000;
@@ -32,7 +32,7 @@ pub fn record(study: &Study, observer: &ObserverSpec, sampled: &Sampled) -> Opti
     let simulation = study.simulation.as_ref().filter(|simulation| simulation.sensors.is_empty())?;
     let cancel = AtomicBool::new(false);
     let others =
-        study.observers.iter().filter(|other| execute::is_fed(study, &other.name) || other.name == observer.name);
+        study.observers.iter().filter(|other| trajectory::is_fed(study, &other.name) || other.name == observer.name);
     let of_the_study = |other: &ObserverSpec| match &sampled.of_the_study {
         Some(designed) if other.name == observer.name => Some(designed.clone()),
         _ => design(study, other, &cancel).ok(),
@@ -45,7 +45,7 @@ pub fn record(study: &Study, observer: &ObserverSpec, sampled: &Sampled) -> Opti
     let member = members.iter().find(|member| member.wish.name == observer.name)?;
     let count = ((simulation.duration / period + 1e-9).floor() as usize).min(MOST);
     let times: Vec<f64> = (0..=count).map(|k| (k as f64 * period).min(simulation.duration)).collect();
-    let run_at = |times: &[f64]| execute::run_at(study, simulation, &members, member, times);
+    let run_at = |times: &[f64]| trajectory::of_observer_at(study, simulation, &members, member, times);
     if is_varying {
         return at_samples(simulation.duration, &observer.name, &run_at);
     }

@@ -13,9 +13,10 @@ use nalgebra::DMatrix;
 
 use super::explain::{self, Misfit};
 use super::interval::{self, Sampling};
-use super::runnable::Runnable;
 use super::{Designed, NoDesign, facts, matrix, number, poles, verdict};
+use crate::operation;
 use crate::results::{DesignReport, FailureReport, STATIONARY_COVARIANCES};
+use crate::runnable::Runnable;
 use crate::study::{GainSpec, LinearSpec, ObserverKind, ObserverSpec, RateSpec, Study};
 
 /// The kinds that there are.
@@ -68,7 +69,7 @@ pub(super) fn design(study: &Study, wish: &ObserverSpec, dt: f64, end: Option<In
                 gain,
                 period: dt,
                 held: false,
-                operation: crate::deployment::kept(study, wish),
+                operation: operation::largest(study, wish),
                 format: Format::Binary64,
             };
             let states = (&plant, study.plant.states.as_slice());

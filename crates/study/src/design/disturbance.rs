@@ -1,56 +1,22 @@
-//! Observers of plants with disturbances: a bound of the error under bounded ones, the estimate of a slowly varying one,
-//! and an estimate that does not depend on one.
+//! Observers of plants with disturbances: the estimate of a slowly varying one, and an estimate that does not depend on
+//! one.
 
 use luenberger_design::{
-    CubicDesign, CubicGain, DecoupledPlant, Disturbances, ErrorBound, GainOptions, LinearDesign, UnknownInputDesign,
+    CubicDesign, CubicGain, DecoupledPlant, ErrorBound, GainOptions, LinearDesign, UnknownInputDesign,
     disturbances_with_rate, proportional_integral as handed_out, with_disturbance_chain,
 };
 use luenberger_plants::StateSpace;
-use luenberger_proof::wording::{at_least, at_most, significant};
+use luenberger_proof::wording::significant;
 use nalgebra::DMatrix;
 
+use super::error_bound::{acting, bounded};
 use super::explain::Misfit;
 use super::linear::{measurement, of};
-use super::runnable::Runnable;
 use super::{Designed, facts, matrix, number, poles, verdict};
 use crate::results::DesignReport;
 use crate::results::report::eigenvalue;
+use crate::runnable::Runnable;
 use crate::study::{ActingBounds, GainSpec, LinearSpec};
-
-/// What acts on the plant, as the design takes it.
-pub(super) fn acting(bounds: &ActingBounds) -> Disturbances {
-    Disturbances::of_states_and_outputs(&bounds.e, &bounds.disturbance, &bounds.noise)
-}
-
-/// The design with a bound of the error, if that is proved; `names` are those of the components of the error.
-pub(super) fn bounded(designed: Designed, bound: &ErrorBound, names: &[String], bounds: &ActingBounds) -> Designed {
-    let Designed { runnable, mut report, certificate, .. } = designed;
-    let certificate = certificate.unwrap_or_default().and(bound.certificate.clone());
-    if bound.certificate.is_proved() {
-        let limits: Vec<String> =
-            names.iter().zip(&bound.limsup).map(|(name, limit)| format!("{name} {}", at_most(*limit, 4))).collect();
-        report.statement = format!(
-            "{} Under all noise and disturbances within `bounds`{} the error in the end is at most {}, approached like exp(-{} t).",
-            report.statement,
-            if bounds.uncertain.is_some() {
-                ", for every deviation of A and while the states keep theirs,"
-            } else {
-                ""
-            },
-            limits.join(", "),
-            at_least(bound.rate, 4)
-        );
-        for (name, limit) in names.iter().zip(&bound.limsup) {
-            report.numbers.push(number(&format!("bound of the error of {name}"), *limit));
-        }
-        if bound.cubic_share > 0.0 {
-            report.numbers.push(number("share of the cubic term in V", bound.cubic_share));
-        }
-    }
-    report.facts = facts(&certificate, &[]);
-    report.verdict = verdict(&certificate);
-    Designed::new(runnable, report, Some(certificate))
-}
 
 /// The numbers of a linear and perhaps a cubic design.
 fn matrices(linear: &LinearDesign, cubic: Option<&CubicDesign>) -> Vec<crate::results::NamedMatrix> {

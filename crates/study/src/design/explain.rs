@@ -9,12 +9,10 @@ use luenberger_plants::{Dimensions, Plant, PlantError};
 use luenberger_proof::wording::{at_least, at_most, counted, shortest, significant};
 use nalgebra::DVector;
 
-use super::functional;
-use super::runnable::Chains;
-use crate::execute::in_words;
 use crate::model::{Builtin, Model, generic_points};
 use crate::results::FailureReport;
 use crate::results::report::eigenvalue;
+use crate::runnable::Chains;
 use crate::study::{KklSpec, MOST_STATES_OF_A_FULL_TABLE, ObserverKind, ObserverSpec, Study};
 
 /// Error of a design, or a hypothesis that is checked here.
@@ -144,7 +142,7 @@ pub(super) fn misfit(study: &Study, wish: &ObserverSpec, misfit: &Misfit) -> Fai
                     | LinalgError::NotDetectable { .. }
                     | LinalgError::PoleMultiplicity { .. },
                 ) => return hidden(study, wish, error.to_string()).caused_by(misfit),
-                DesignError::Linalg(error) => functional::alternatives(error).unwrap_or_default(),
+                DesignError::Linalg(error) => of_functional(error).unwrap_or_default(),
                 DesignError::Infeasible { .. } => with_smaller_rate(study, kind),
                 DesignError::VaryingPeriods { largest: Some(periods), .. } => {
                     vec![format!(
@@ -220,7 +218,7 @@ pub(super) fn misfit(study: &Study, wish: &ObserverSpec, misfit: &Misfit) -> Fai
             let is_held = matches!(&wish.kind, ObserverKind::KklNumerical(spec) if !spec.inputs.is_empty());
             // What fails at one input has the remedies of what fails without.
             let failing = match error {
-                NumericalKklError::AtInput { error, .. } => error.as_ref(),
+                NumericalKklError::HeldInput { error, .. } => error.as_ref(),
                 error => error,
             };
             let remedy = match failing {
@@ -393,7 +391,7 @@ fn hidden(study: &Study, wish: &ObserverSpec, why: String) -> FailureReport {
             modes.push(format!(
                 "{} along {} (margin {})",
                 eigenvalue([mode.eigenvalue.re, mode.eigenvalue.im]),
-                in_words(study, &direction),
+                study.plant.direction_in_words(&direction),
                 significant(mode.margin, 2)
             ));
         }
@@ -559,4 +557,18 @@ pub(super) fn tabulated(study: &Study, wish: &ObserverSpec, spec: &KklSpec) -> R
         alternatives.extend(for_nonlinear(study, kind));
     }
     Err(failure(wish, hypothesis, alternatives))
+}
+
+/// What to do where Darouach's conditions of a functional observer do not hold; none for other errors.
+fn of_functional(error: &LinalgError) -> Option<Vec<String>> {
+    match error {
+        LinalgError::NotFunctional { row, .. } => Some(vec![
+            format!("row {row} of K A as a further row of `k`, and a further pole"),
+            "reduced-order, for the whole state".to_owned(),
+        ]),
+        LinalgError::FixedObserverMode { .. } => {
+            Some(vec!["this eigenvalue among `poles`, if it is stable; other rows of `k`".to_owned()])
+        }
+        _ => None,
+    }
 }

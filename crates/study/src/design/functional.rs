@@ -1,16 +1,16 @@
 //! The functional observer: an estimate of z = K x alone.
 
 use luenberger_design::DesignError;
-use luenberger_linalg::{LinalgError, eigenvalues, functional_observer};
+use luenberger_linalg::{eigenvalues, functional_observer};
 use luenberger_observers::FunctionalObserver;
 use luenberger_plants::StateSpace;
 use luenberger_proof::wording::{counted, significant};
 use nalgebra::{Complex, DMatrix};
 
 use super::explain::Misfit;
-use super::runnable::Runnable;
 use super::{Designed, matrix, number, poles};
 use crate::results::DesignReport;
+use crate::runnable::Runnable;
 
 pub(super) fn functional(plant: &StateSpace, k: &DMatrix<f64>, wished: &[Complex<f64>]) -> Result<Designed, Misfit> {
     let o = functional_observer(&plant.a, &plant.b, &plant.c, k, wished).map_err(DesignError::from)?;
@@ -39,18 +39,4 @@ pub(super) fn functional(plant: &StateSpace, k: &DMatrix<f64>, wished: &[Complex
         noise_deviation: Vec::new(),
     };
     Ok(Designed::new(Runnable::Functional(Box::new(observer), k.clone()), report, None))
-}
-
-/// What to do where Darouach's conditions do not hold; none for other errors.
-pub(super) fn alternatives(error: &LinalgError) -> Option<Vec<String>> {
-    match error {
-        LinalgError::NotFunctional { row, .. } => Some(vec![
-            format!("row {row} of K A as a further row of `k`, and a further pole"),
-            "reduced-order, for the whole state".to_owned(),
-        ]),
-        LinalgError::FixedObserverMode { .. } => {
-            Some(vec!["this eigenvalue among `poles`, if it is stable; other rows of `k`".to_owned()])
-        }
-        _ => None,
-    }
 }

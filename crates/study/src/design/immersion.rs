@@ -17,11 +17,11 @@ use nalgebra::DVector;
 
 use super::explain::Misfit;
 use super::kkl_maps::{candidate, is_left_inverse, proved, undecided_injectivity};
-use super::runnable::Runnable;
 use super::{Designed, facts, matrix, number};
 use crate::maps::{ImmersionMaps, ImmersionSpec};
 use crate::model::Model;
 use crate::results::DesignReport;
+use crate::runnable::Runnable;
 
 /// The observer, if phi^L takes phi(x) back, (phi, h) is not shown to lack injectivity, and D_chi beta has full row
 /// rank at the samples.

@@ -9,12 +9,12 @@ use luenberger_proof::statement::Format;
 use luenberger_proof::wording::{at_least, at_most, exact};
 use nalgebra::DMatrix;
 
-use super::disturbance::acting;
+use super::error_bound::acting;
 use super::explain::Misfit;
 use super::linear::{measurement, of};
-use super::runnable::Runnable;
 use super::{Designed, facts, matrix, number, poles, verdict};
 use crate::results::{DesignReport, NamedNumber};
+use crate::runnable::Runnable;
 use crate::study::{ActingBounds, IntervalSpec};
 
 /// The bounds of a specification; the reader asks for them.

@@ -5,53 +5,19 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use luenberger_design::enclosure::Axis;
 use luenberger_design::numerical_kkl::{
-    Choice, Domain, Embedded, Errors, Escape, HeldInputDesign, HeldInputs, Interpolated, NumericalKklDesign,
-    NumericalKklError, Progress, Settings, Spline, Table, Target, Train, Wanted, choose_with_table,
+    Choice, Domain, Errors, Escape, HeldInputDesign, HeldInputs, NumericalKklDesign, NumericalKklError, Progress,
+    Settings, Spline, Table, Target, Train, Wanted, choose_with_table,
 };
-use luenberger_observers::numerical_kkl::NumericalKklObserver;
 use luenberger_plants::{Dimensions, Plant, Shape};
 use luenberger_proof::wording::significant;
 use nalgebra::{DVector, RealField, SVector, Vector1};
 
 use super::explain::Misfit;
-use super::runnable::Runnable;
 use super::{Designed, number};
 use crate::model::Model;
 use crate::results::{DesignReport, NamedNumber};
+use crate::runnable::{Kkl, Runnable};
 use crate::study::KklSpec;
-
-/// The observer, for two to six states.
-#[derive(Debug, Clone)]
-pub enum Kkl {
-    /// Two states, the accurate form.
-    Two(Box<NumericalKklObserver<Interpolated<2, 3>, f64, 2, 0, 1, 3>>),
-    /// Two states, the form for a microcontroller.
-    TwoEmbedded(Box<NumericalKklObserver<Embedded<2, 3>, f64, 2, 0, 1, 3>>),
-    /// Three states, the accurate form.
-    Three(Box<NumericalKklObserver<Interpolated<3, 4>, f64, 3, 0, 1, 4>>),
-    /// Three states, the form for a microcontroller.
-    ThreeEmbedded(Box<NumericalKklObserver<Embedded<3, 4>, f64, 3, 0, 1, 4>>),
-    /// Four states, the accurate form.
-    Four(Box<NumericalKklObserver<Interpolated<4, 5>, f64, 4, 0, 1, 5>>),
-    /// Four states, the tree of polynomials.
-    FourEmbedded(Box<NumericalKklObserver<Embedded<4, 5>, f64, 4, 0, 1, 5>>),
-    /// Five states, the accurate form, with a table of low rank.
-    Five(Box<NumericalKklObserver<Interpolated<5, 6, Train<5, 6>>, f64, 5, 0, 1, 6>>),
-    /// Five states, the tree of polynomials.
-    FiveEmbedded(Box<NumericalKklObserver<Embedded<5, 6>, f64, 5, 0, 1, 6>>),
-    /// Six states, the accurate form, with a table of low rank.
-    Six(Box<NumericalKklObserver<Interpolated<6, 7, Train<6, 7>>, f64, 6, 0, 1, 7>>),
-    /// Six states, the tree of polynomials.
-    SixEmbedded(Box<NumericalKklObserver<Embedded<6, 7>, f64, 6, 0, 1, 7>>),
-    /// Two states and one held input, in both forms.
-    TwoHeld(Box<HeldInputs<2, 1, 1, 3, 4>>),
-    /// Two states and two held inputs.
-    TwoHeldTwo(Box<HeldInputs<2, 2, 1, 3, 5>>),
-    /// Three states and one held input.
-    ThreeHeld(Box<HeldInputs<3, 1, 1, 4, 5>>),
-    /// Three states and two held inputs.
-    ThreeHeldTwo(Box<HeldInputs<3, 2, 1, 4, 6>>),
-}
 
 /// A model with one output; the numbers of states and inputs are const generics.
 #[derive(Debug, Clone)]
@@ -218,7 +184,7 @@ fn held<const N: usize, const M: usize, const Z: usize, const ZM: usize>(
     };
     let mut design = attempt(&made);
     // A trajectory that is bounded at the middle input may be unbounded at another.
-    if let Err(NumericalKklError::AtInput { error, .. }) = &design
+    if let Err(NumericalKklError::HeldInput { error, .. }) = &design
         && matches!(**error, NumericalKklError::Escapes { .. })
         && wish.escape.is_none()
         && made.choice.escape == Escape::Free

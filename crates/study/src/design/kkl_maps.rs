@@ -10,11 +10,11 @@ use luenberger_proof::wording::{at_least, at_most, counted, significant};
 use nalgebra::{DMatrix, DVector};
 
 use super::explain::Misfit;
-use super::runnable::Runnable;
 use super::{Designed, facts, matrix, number};
 use crate::maps::{KklMaps, KklMapsSpec, kkl_error_bound};
 use crate::model::Model;
 use crate::results::{DesignReport, FactReport, NamedNumber};
+use crate::runnable::Runnable;
 
 /// The plant with the given maps, as the checks of `luenberger-design` take them. All states are estimated.
 ///

@@ -2,19 +2,18 @@
 
 use luenberger_design::number::decay;
 use luenberger_design::{
-    CubicDesign, CubicGain, DesignError, ErrorBound, GainOptions, LinearDesign, Periods, SampledCubicDesign,
-    UncertainBound, VaryingPeriodDesign,
+    CubicDesign, CubicGain, DesignError, ErrorBound, GainOptions, LinearDesign, SampledCubicDesign, UncertainBound,
 };
 use luenberger_plants::StateSpace;
 use luenberger_proof::wording::significant;
 use nalgebra::DMatrix;
 
-use super::disturbance::{self, acting};
+use super::error_bound::{acting, bounded};
 use super::explain::Misfit;
 use super::noise_gain::NoiseGain;
-use super::runnable::Runnable;
-use super::{Designed, facts, matrix, number, poles, reach, varying_periods, verdict};
+use super::{Designed, facts, matrix, number, poles, reach, verdict};
 use crate::results::{DesignReport, STATIONARY_COVARIANCES};
+use crate::runnable::Runnable;
 use crate::study::{ActingBounds, GainSpec, LinearSpec, Study};
 
 pub(super) fn of(plant: &StateSpace, wish: &LinearSpec, options: &GainOptions) -> Result<LinearDesign, DesignError> {
@@ -98,7 +97,7 @@ pub(super) fn linear_report(
                 }
                 None => ErrorBound::linear(&design.observer, &acting)?,
             };
-            Ok(disturbance::bounded(designed, &bound, &study.plant.states, bounds))
+            Ok(bounded(designed, &bound, &study.plant.states, bounds))
         }
         None => Ok(designed),
     }
@@ -159,7 +158,7 @@ pub(super) fn cubic_report(
                 }
                 None => ErrorBound::cubic(design, &acting)?,
             };
-            Ok(disturbance::bounded(designed, &bound, &study.plant.states, bounds))
+            Ok(bounded(designed, &bound, &study.plant.states, bounds))
         }
         None => Ok(designed),
     }
@@ -169,14 +168,10 @@ pub(super) fn sampled(
     plant: &StateSpace,
     wish: &LinearSpec,
     theta: &DMatrix<f64>,
-    (correction, period, varying): (&CubicGain, f64, Option<&Periods>),
+    (correction, period): (&CubicGain, f64),
     options: &GainOptions,
 ) -> Result<Designed, Misfit> {
     let linear = of(plant, wish, options)?;
-    if let Some(periods) = varying {
-        let design = VaryingPeriodDesign::new(&linear, theta, correction, period, periods)?;
-        return varying_periods::report(&design, plant, period);
-    }
     let design = SampledCubicDesign::with_correction(&linear, theta, correction, period)?;
     Ok(sampled_report(&design, plant, period))
 }

@@ -2,6 +2,7 @@
 
 mod discrete;
 mod disturbance;
+mod error_bound;
 mod explain;
 mod feedback;
 mod functional;
@@ -19,20 +20,18 @@ mod optimal;
 mod peb;
 mod printed_mean_value;
 mod reduced_order;
-mod runnable;
 mod sliding_mode;
 mod unscented;
 mod varying_periods;
 
+pub use crate::designed::Designed;
+pub use crate::runnable::{At, Chains, Kkl, Runnable, VaryingPeriods, WithDisturbance, WithoutDisturbance};
+pub use crate::study::PrintedMean;
 pub(crate) use interval::{Sampling, sampled_design as sampled_interval, sampled_statement};
-pub use kkl::Kkl;
 pub use kkl_maps::candidate;
-pub use moving_horizon::LONGEST_WINDOW;
+pub use luenberger_export::moving_horizon::LONGEST_WINDOW;
 pub(crate) use noise_gain::SPEED_RATIO;
-pub use printed_mean_value::PrintedMean;
-pub use runnable::{At, Chains, Runnable, WithDisturbance, WithoutDisturbance};
 pub(crate) use sliding_mode::gains as sliding_mode_gains_of;
-pub use varying_periods::VaryingPeriods;
 pub(crate) use varying_periods::statement as varying_statement;
 
 use std::sync::atomic::AtomicBool;
@@ -40,8 +39,7 @@ use std::time::Instant;
 
 use luenberger_design::numerical_kkl::NumericalKklError;
 use luenberger_design::{
-    Certificate, CubicDesign, DesignError, DiscreteDesign, Fact, GainOptions, LinearDesign, OptimalCubicDesign,
-    ProvedTheorem,
+    Certificate, CubicDesign, DesignError, DiscreteDesign, Fact, GainOptions, LinearDesign, ProvedTheorem,
 };
 use luenberger_plants::StateSpace;
 use luenberger_proof::Verdict;
@@ -51,27 +49,8 @@ use luenberger_proof::wording::significant;
 use nalgebra::{Complex, DMatrix};
 
 use self::explain::Misfit;
-use crate::results::{DesignReport, FactReport, FailureReport, NamedMatrix, NamedNumber};
+use crate::results::{FactReport, FailureReport, NamedMatrix, NamedNumber};
 use crate::study::{LinearSpec, ObserverKind, ObserverSpec, Study};
-
-/// An observer with its evidence.
-#[derive(Debug, Clone)]
-pub struct Designed {
-    /// The observer, ready to run.
-    pub runnable: Runnable,
-    /// Its design in numbers and words.
-    pub report: DesignReport,
-    /// The certificate of the design; none for observers with measured evidence or without evidence.
-    pub certificate: Option<Certificate>,
-    /// The result of the search of an optimal cubic observer, of which a sampled form is made without a second one.
-    pub(crate) optimal: Option<Box<OptimalCubicDesign>>,
-}
-
-impl Designed {
-    fn new(runnable: Runnable, report: DesignReport, certificate: Option<Certificate>) -> Self {
-        Self { runnable, report, certificate, optimal: None }
-    }
-}
 
 /// Why an observer has no design.
 #[derive(Debug, Clone, PartialEq)]
@@ -215,8 +194,12 @@ fn in_words(
             shifted(designed.map(|designed| in_loop(&plant, designed))).map_err(explained)
         }
         ObserverKind::SampledCubic { linear: gain, theta, correction, period, varying } => {
-            shifted(linear::sampled(&linear()?, gain, theta, (correction, *period, varying.as_ref()), &options))
-                .map_err(explained)
+            let plant = linear()?;
+            let designed = match varying {
+                Some(periods) => varying_periods::design(&plant, gain, theta, (correction, *period, periods), &options),
+                None => linear::sampled(&plant, gain, theta, (correction, *period), &options),
+            };
+            shifted(designed).map_err(explained)
         }
         ObserverKind::Lpv { region, rate } => nonlinear::lpv(study, region, rate, &options).map_err(explained),
         ObserverKind::Lipschitz { split, region, rate, gain } => {

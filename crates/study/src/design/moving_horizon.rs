@@ -5,14 +5,11 @@ use luenberger_proof::wording::counted;
 use nalgebra::DVector;
 
 use super::explain::Misfit;
-use super::runnable::Runnable;
 use super::{Designed, matrix, number};
 use crate::model::Model;
 use crate::results::DesignReport;
+use crate::runnable::Runnable;
 use crate::study::MovingHorizonSpec;
-
-/// The most samples in a window.
-pub use luenberger_export::moving_horizon::LONGEST_WINDOW;
 
 /// The estimator of a plant in continuous time, or without `substeps` in discrete time.
 pub(super) fn design(model: &Model, spec: &MovingHorizonSpec, substeps: Option<usize>) -> Result<Designed, Misfit> {

@@ -14,11 +14,11 @@ use nalgebra::{DMatrix, DVector};
 
 use super::explain::Misfit;
 use super::noise_gain::NoiseGain;
-use super::runnable::{Chains, Runnable};
 use super::{Designed, facts, matrix, number, verdict};
 use crate::maps::{HighGainMaps, composed};
 use crate::model::Model;
 use crate::results::DesignReport;
+use crate::runnable::{Chains, Runnable};
 use crate::study::{ObserverSpec, RateSpec, Study};
 
 pub(super) fn lpv(study: &Study, region: &Region, rate: &RateSpec, options: &GainOptions) -> Result<Designed, Misfit> {

@@ -11,9 +11,9 @@ use luenberger_proof::wording::{at_most, significant};
 use super::explain::Misfit;
 use super::linear::measurement;
 use super::noise_gain::NoiseGain;
-use super::runnable::Runnable;
 use super::{Designed, facts, matrix, number, poles, verdict};
 use crate::results::DesignReport;
+use crate::runnable::Runnable;
 use crate::study::{NormFilterSpec, Study};
 
 /// The filter of a plant in continuous time, or in discrete time with this period.

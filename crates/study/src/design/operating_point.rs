@@ -6,8 +6,8 @@ use luenberger_proof::wording::significant;
 
 use super::Designed;
 use super::explain::Misfit;
-use super::runnable::{At, Runnable};
 use crate::model::Model;
+use crate::runnable::{At, Runnable};
 use crate::study::Study;
 
 /// The observer of the linearisation, run in deviations from the operating point, with what its certificate speaks of.

@@ -17,14 +17,14 @@ use nalgebra::{DMatrix, DVector, Dyn, RealField};
 
 use super::explain::Misfit;
 use super::kkl_maps::{self, candidate, is_left_inverse, proved, undecided_injectivity};
-use super::runnable::Runnable;
 use super::{Designed, matrix, number};
-use crate::execute::{self, Member};
 use crate::maps::{PebSpec, RegressionMaps, ResetSpec};
 use crate::model::Model;
 use crate::results::DesignReport;
+use crate::runnable::Runnable;
 use crate::signal::Input;
 use crate::study::{ObserverSpec, Study};
+use crate::trajectory::{self, Member};
 
 /// The observer, if (4) is proved over the region, the regression is not refuted there, the rest of Lambda is Hurwitz,
 /// phi^L takes phi(x) back, and the run of the study, if there is one, excites the regression.
@@ -198,7 +198,7 @@ fn excited(
     let time = |k: usize| simulation.duration * k as f64 / (samples - 1) as f64;
     let times: Vec<f64> = (0..samples).map(time).collect();
     let members = [Member { wish, designed }];
-    let Some(run) = execute::run_at(study, &quiet, &members, &members[0], &times) else { return Ok(None) };
+    let Some(run) = trajectory::of_observer_at(study, &quiet, &members, &members[0], &times) else { return Ok(None) };
     let Ok(observer) = run.observer(&wish.name) else { return Ok(None) };
     let Runnable::Peb(runnable) = &designed.runnable else { return Ok(None) };
     let regressors: Vec<DMatrix<f64>> = (0..run.t.len().min(observer.state.nrows()))

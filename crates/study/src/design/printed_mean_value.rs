@@ -7,21 +7,11 @@ use luenberger_observers::{Beta, Integral, MeanValueObserver, ObserverError};
 use nalgebra::{DVector, Dyn};
 
 use super::explain::Misfit;
-use super::runnable::Runnable;
 use super::{Designed, number};
 use crate::model::Model;
 use crate::results::DesignReport;
-
-/// How the mean of the Jacobian over the segment from xhat to xhat + e is computed.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum PrintedMean {
-    /// beta by bounded nonlinear least squares, as in the paper.
-    LeastSquares,
-    /// beta by bracketing.
-    Root,
-    /// The integral.
-    Integral,
-}
+use crate::runnable::Runnable;
+use crate::study::PrintedMean;
 
 impl PrintedMean {
     fn words(self) -> &'static str {

@@ -9,11 +9,11 @@ use luenberger_proof::wording::significant;
 use nalgebra::{Complex, DMatrix};
 
 use super::explain::Misfit;
-use super::runnable::Runnable;
 use super::{Designed, facts, matrix, number, poles, verdict};
 use crate::maps::{KklMaps, MapNames};
 use crate::model::PlantModel;
 use crate::results::DesignReport;
+use crate::runnable::Runnable;
 use crate::study::Study;
 
 pub(super) fn reduced_order(study: &Study, plant: &StateSpace, wished: &[Complex<f64>]) -> Result<Designed, Misfit> {

@@ -7,10 +7,10 @@ use luenberger_proof::wording::{at_most, significant};
 use nalgebra::{DMatrix, DVector};
 
 use super::explain::{self, Misfit};
-use super::runnable::Runnable;
 use super::{Designed, NoDesign, facts, matrix, number, verdict};
 use crate::model::Model;
 use crate::results::{DesignReport, FailureReport};
+use crate::runnable::Runnable;
 use crate::study::{ObserverSpec, SlidingModeSpec, Study};
 
 /// Why the plant is not a chain `x1' = x2, .., x_n' = f` with the output x1, at the first estimate.

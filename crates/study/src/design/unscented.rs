@@ -3,10 +3,10 @@
 use luenberger_observers::{NoiseModel, UnscentedKalmanFilter};
 
 use super::explain::Misfit;
-use super::runnable::Runnable;
 use super::{Designed, matrix, number};
 use crate::model::Model;
 use crate::results::DesignReport;
+use crate::runnable::Runnable;
 use crate::study::UnscentedSpec;
 
 /// The filter of a plant in continuous time, or without `substeps` in discrete time.

@@ -3,11 +3,11 @@
 
 use std::time::Instant;
 
-use super::limits::{Excess, Limits};
-use super::simulate::{self, Variation};
 use super::{Step, sweep};
+use crate::limits::{Excess, Limits};
 use crate::signal::Input;
 use crate::study::{GainSpec, ObserverKind, Simulation, Study};
+use crate::trajectory::{self, Variation};
 
 /// Estimated cost of an execution.
 #[derive(Debug, Clone, PartialEq)]
@@ -193,7 +193,7 @@ fn one_run(study: &Study, simulation: &Simulation) -> f64 {
     let once = || {
         let began = Instant::now();
         // A plant that cannot be simulated is estimated as zero; the run itself reports the error.
-        let _ = simulate::trajectory(&plant, &short, &[], None, Variation::NONE, None);
+        let _ = trajectory::run(&plant, &short, &[], None, Variation::NONE, None);
         began.elapsed().as_secs_f64()
     };
     let least = (0..REPETITIONS).map(|_| once()).fold(f64::INFINITY, f64::min);

@@ -7,9 +7,10 @@ use luenberger_proof::wording::{counted, significant};
 use luenberger_sim::{SimError, Trajectory};
 use serde::{Deserialize, Serialize};
 
-use super::simulate::Run;
-use super::{Member, sampling};
+use super::rows::Run;
+use super::sampling;
 use crate::study::{ObserverKind, ObserverSpec, Study};
+use crate::trajectory::Member;
 
 /// How much of a run is outside.
 #[derive(Debug, Clone, Copy, PartialEq)]

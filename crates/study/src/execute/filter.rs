@@ -6,11 +6,11 @@ use luenberger_sim::replay::{Consistency, NormalisedSquare};
 use luenberger_sim::{SimError, Trajectory};
 use nalgebra::{DMatrix, DVector};
 
-use super::Member;
-use super::simulate::Run;
+use super::rows::Run;
 use crate::design::Runnable;
 use crate::results::{CoverageReport, FilterReport};
 use crate::study::{Simulation, Study};
+use crate::trajectory::Member;
 
 /// The same expression for each kind of filter with a covariance; none for other observers.
 macro_rules! of_filter {

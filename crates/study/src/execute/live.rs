@@ -2,7 +2,7 @@
 
 use luenberger_expression::{Expression, Parameters};
 use luenberger_live::{
-    Event, Experiment, Feedback, FeedbackOf, Hypotheses, Law, Lookup, Method, Noise, Observer, ObserverKind,
+    Event, Experiment, Feedback, FeedbackSignal, Hypotheses, Law, Lookup, Method, Noise, Observer, ObserverKind,
     OperatingPoint, Plant, Rows, Sensor, Table, Truth,
 };
 use luenberger_observers::sliding_mode::Discretisation;
@@ -12,12 +12,13 @@ use luenberger_proof::certificate::{ProvedTheorem, Theorem};
 use luenberger_sim::{Between, Integrator};
 use nalgebra::{DMatrix, Dyn};
 
+use super::scores;
 use super::scores::Scoring;
-use super::{Member, scores};
 use crate::design::Runnable;
 use crate::model::{Builtin, Model};
 use crate::signal::{Input, Program};
 use crate::study::{self, OtherPlant, SensorSpec, Simulation, Study};
+use crate::trajectory::Member;
 
 /// The most times that the page shows.
 const SHOWN: usize = 401;
@@ -55,7 +56,7 @@ fn of(study: &Study, simulation: &Simulation, members: &[Member<'_>]) -> Result<
     }
     let (input, table, law) = program(&study.input)?;
     let feedback = feedback(study);
-    if let Some(Feedback { of: FeedbackOf::Estimate(name), .. }) = &feedback
+    if let Some(Feedback { of: FeedbackSignal::Estimate(name), .. }) = &feedback
         && !observers.iter().any(|observer| observer.name == *name)
     {
         return Err(format!("the page has no code for the observer {name} in the feedback loop"));
@@ -164,8 +165,8 @@ fn program(input: &Input) -> Result<Inputs, String> {
 fn feedback(study: &Study) -> Option<Feedback> {
     let (gain, of) = match &study.input {
         Input::Zero | Input::Program(_) | Input::Law { .. } => return None,
-        Input::Feedback { observer, gain, .. } => (gain, FeedbackOf::Estimate(observer.clone())),
-        Input::StateFeedback { gain, .. } => (gain, FeedbackOf::State),
+        Input::Feedback { observer, gain, .. } => (gain, FeedbackSignal::Estimate(observer.clone())),
+        Input::StateFeedback { gain, .. } => (gain, FeedbackSignal::State),
     };
     let point = study.operating_point.as_ref();
     let shift = point.map_or_else(Vec::new, |point| (&point.u + gain * &point.x).as_slice().to_vec());

@@ -11,13 +11,14 @@ use rayon::prelude::*;
 
 use super::filter::stationary_deviation;
 use super::options::RunOptions;
-use super::simulate::Run;
-use super::{Member, sampling};
+use super::rows::Run;
+use super::sampling;
 use crate::results::{
     ConsistencyReport, InnovationOf, InnovationReport, LogColumn, LogReport, SmoothedDeviation, SmoothedReport,
     StateScore,
 };
 use crate::study::{Log, Study};
+use crate::trajectory::Member;
 
 fn replay(study: &Study, log: &Log, member: &Member<'_>, until: Option<Instant>) -> Result<ReplayedObserver, SimError> {
     let settings =

@@ -1,35 +1,33 @@
 //! The steps of a study: observability, designs, simulations, sweep, and the output folder.
 
-pub(crate) mod digest;
 mod estimate;
 mod excursion;
 mod filter;
 mod folder;
-mod limits;
 mod live;
 mod log;
 mod observe;
 mod options;
 mod pareto;
 mod pictures;
+mod rows;
 mod sampling;
 mod scores;
 mod simulate;
 mod stopped;
 mod sweep;
+mod time_limit;
 mod trial;
 mod warn;
 
+pub use crate::digest::FileDigest;
+pub use crate::error::sweep::{Fault, SweepError};
+pub use crate::limits::{Excess, Limits, about, bytes, duration};
 pub use estimate::{Estimate, MemoryEstimate, estimate};
-pub use limits::{Excess, Limits, about, bytes, duration};
-pub(crate) use observe::in_words;
 pub use options::{Progress, RunOptions, RunsAsCsv, Step, SweepOptions};
 pub(crate) use trial::{Scored, Trial};
 
-pub use sweep::{
-    BLOCKS, BlockSettings, Computed, Fault, FileDigest, Plan, Shard, SharedSweep, SweepError, SweepStatus,
-    reduce_sweep, sweep_status,
-};
+pub use sweep::{BLOCKS, BlockSettings, Computed, Plan, Shard, SharedSweep, SweepStatus, reduce_sweep, sweep_status};
 
 use luenberger_figures::Figure;
 use luenberger_plants::StateSpace;
@@ -43,18 +41,9 @@ use crate::results::{
     FailureReport, NamedMatrix, ObserverReport, ObserverRun, ParameterReport, PlantSummary, Results, report,
 };
 use crate::study::{ObserverKind, ObserverSpec, Study};
+use crate::trajectory::{self, Member, Variation};
 use folder::Folder;
-
-/// An observer that has been designed.
-#[derive(Clone, Copy)]
-pub(crate) struct Member<'a> {
-    pub(crate) wish: &'a ObserverSpec,
-    pub(crate) designed: &'a Designed,
-}
-
-fn member<'a, 'b>(members: &'b [Member<'a>], name: &str) -> Option<&'b Member<'a>> {
-    members.iter().find(|member| member.wish.name == name)
-}
+use rows::Run;
 
 /// Executes one step of a study, with what it needs of the steps before it, or all steps ([`Step::Run`]).
 ///
@@ -133,7 +122,7 @@ pub(crate) fn within<T: Send>(
     options: &RunOptions<'_>,
     work: impl FnOnce(&RunOptions<'_>) -> Result<T, StudyError> + Send,
 ) -> Result<T, StudyError> {
-    limits::timed(options, |options| match options.threads {
+    time_limit::timed(options, |options| match options.threads {
         None => work(options),
         Some(threads) => {
             let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
@@ -169,14 +158,6 @@ pub fn write_folder(
     folder.finish(command, (&study.file_name(), study.source.text()))
 }
 
-/// The run of the plant alone; none with feedback of an estimate, or if it cannot be simulated.
-pub(crate) fn plant_run(study: &Study, simulation: &crate::study::Simulation) -> Option<luenberger_sim::Trajectory> {
-    if simulate::fed(study).is_some() {
-        return None;
-    }
-    simulate::trajectory(study, simulation, &[], None, simulate::Variation::NONE, None).ok()
-}
-
 /// The run of a designed observer in the simulation of a study, at the rows that [`execute()`] has. The study may be
 /// another one than that of the design, of the same plant and observer.
 ///
@@ -191,8 +172,7 @@ pub fn simulate_designed(
     let missing = || StudyError::Missing { step: "simulate", needs: "a [simulation]" };
     let simulation = study.simulation.as_ref().ok_or_else(missing)?;
     let member = Member { wish: observer, designed };
-    let trajectory =
-        simulate::trajectory(study, simulation, &[member], Some(&member), simulate::Variation::NONE, until)?;
+    let trajectory = trajectory::run(study, simulation, &[member], Some(&member), Variation::NONE, until)?;
     Ok(simulate::samples(simulation, &trajectory, Some(&member)).named(&observer.name, false))
 }
 
@@ -208,22 +188,6 @@ pub fn replay_designed(
 ) -> Result<ObserverRun, StudyError> {
     let log = study.log.as_ref().ok_or(StudyError::Missing { step: "simulate", needs: "a [log]" })?;
     Ok(log::one(study, log, &Member { wish: observer, designed }, until)?.named(&observer.name, true))
-}
-
-/// Whether the input of the plant is a feedback of this observer's estimate.
-pub(crate) fn is_fed(study: &Study, observer: &str) -> bool {
-    simulate::fed(study) == Some(observer)
-}
-
-/// The run with an observer at given times; none if it cannot be simulated.
-pub(crate) fn run_at(
-    study: &Study,
-    simulation: &crate::study::Simulation,
-    members: &[Member<'_>],
-    member: &Member<'_>,
-    times: &[f64],
-) -> Option<luenberger_sim::Trajectory> {
-    simulate::trajectory_at(study, simulation, members, Some(member), simulate::Variation::NONE, times).ok()
 }
 
 /// All steps of a study: [`execute()`] with [`Step::Run`].
@@ -256,7 +220,7 @@ fn stages(
 ) -> Result<(), StudyError> {
     let all = step == Step::Run;
     // A nonlinear plant is linearized along its trajectory, which depends on the observers under feedback.
-    let designs = if step == Step::Observe && simulate::fed(study).is_none() {
+    let designs = if step == Step::Observe && trajectory::fed(study).is_none() {
         Vec::new()
     } else {
         designs(study, options, folder, all || step == Step::Certify)?
@@ -289,7 +253,7 @@ fn stages(
     if let (Some(simulation), true) = (&study.simulation, all || matches!(step, Step::Simulate | Step::Compare)) {
         options.check()?;
         let failed = std::sync::Mutex::new(None);
-        let finished = |member: &Member<'_>, run: &simulate::Run| {
+        let finished = |member: &Member<'_>, run: &Run| {
             let name = format!("trajectories/{}", file_name(&member.wish.name));
             let samples = format!("trajectories/samples-{}", file_name(&member.wish.name));
             let samples = || pictures::samples_table(run).map_or(Ok(()), |table| folder.table(&samples, &table));
@@ -317,8 +281,8 @@ fn stages(
         let first = match densest {
             Some((_, run)) => Some(*run),
             // No observer run finished: the plant alone, if it can be simulated.
-            None if simulate::fed(study).is_none() => {
-                match simulate::trajectory(study, simulation, &[], None, simulate::Variation::NONE, options.until) {
+            None if trajectory::fed(study).is_none() => {
+                match trajectory::run(study, simulation, &[], None, Variation::NONE, options.until) {
                     Ok(trajectory) => {
                         let run = alone.insert(simulate::samples(simulation, &trajectory, None));
                         folder.table("trajectories/plant", &pictures::table(study, run))?;

@@ -3,21 +3,20 @@
 use std::fmt::Write;
 
 use luenberger_design::OperatingPoint;
-use luenberger_design::nonlinear_observability::{Instant, LieSettings, direction_in_words, lie_observability};
+use luenberger_design::nonlinear_observability::{Instant, LieSettings, lie_observability};
 use luenberger_linalg::{Mode, detectability, discrete_detectability, observability as of_pair};
 use luenberger_plants::Differentiable;
 use luenberger_sim::{GramianSettings, Settings, SimError, empirical_gramian};
 use nalgebra::{DMatrix, DVector};
 
-use super::Member;
 use super::options::RunOptions;
-use super::simulate::{self, Variation};
 use crate::error::StudyError;
 use crate::results::{
     LieRank, ModeReport, NonlinearObservability, ObservabilityAt, ObservabilityReport, OperatingPointReport,
 };
 use crate::signal::Input;
 use crate::study::Study;
+use crate::trajectory::{self, Member, Variation};
 
 /// Number of points along the trajectory at which a nonlinear plant is linearized.
 const POINTS: usize = 5;
@@ -93,7 +92,7 @@ fn nonlinear(
     };
     // With feedback the input depends on an observer; the Gramian is computed with the input as a given function of
     // time.
-    let open = simulate::fed(study).is_none() && !matches!(study.input, Input::Law { .. });
+    let open = trajectory::fed(study).is_none() && !matches!(study.input, Input::Law { .. });
     if let Some(simulation) = study.simulation.as_ref().filter(|_| open) {
         let input = |t: f64, u: &mut [f64]| match study.input.program() {
             Some(program) => program.at(t, u),
@@ -109,7 +108,7 @@ fn nonlinear(
             let _ = write!(
                 report.words,
                 "\nempirical Gramian: rank {rank} of {order}, least observable direction {}",
-                in_words(study, &report.weakest)
+                study.plant.direction_in_words(&report.weakest)
             );
             // Two ranks that differ are no contradiction, but each has to be read rightly.
             let least = lie.points.iter().map(|point| point.rank).min().unwrap_or(rank);
@@ -139,7 +138,7 @@ fn along(study: &Study, members: &[Member<'_>], options: &RunOptions<'_>) -> Res
         let x = estimates.take(1).next().unwrap_or_else(|| DVector::zeros(size.states));
         return Ok(vec![(0.0, x, u)]);
     };
-    let run = match simulate::trajectory(study, simulation, members, None, Variation::NONE, options.until) {
+    let run = match trajectory::run(study, simulation, members, None, Variation::NONE, options.until) {
         Err(SimError::TimeLimit { .. }) => return Err(StudyError::Interrupted),
         run => run?,
     };
@@ -181,13 +180,7 @@ fn report(study: &Study, mode: &Mode) -> ModeReport {
     ModeReport {
         eigenvalue: [mode.eigenvalue.re, mode.eigenvalue.im],
         margin: mode.margin,
-        words: in_words(study, direction.as_slice()),
+        words: study.plant.direction_in_words(direction.as_slice()),
         direction: direction.as_slice().to_vec(),
     }
-}
-
-/// A direction in terms of the names of the states: `position - 0.5 velocity`.
-pub(crate) fn in_words(study: &Study, direction: &[f64]) -> String {
-    let names: Vec<&str> = study.plant.states.iter().map(String::as_str).collect();
-    direction_in_words(direction, &names)
 }

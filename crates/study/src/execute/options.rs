@@ -4,8 +4,8 @@ use std::path::PathBuf;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
 
-use super::limits::Limits;
 use crate::error::StudyError;
+use crate::limits::Limits;
 
 /// The steps of a study. Each includes what it needs of the steps before it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

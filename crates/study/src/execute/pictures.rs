@@ -5,12 +5,12 @@ use luenberger_plants::Plant;
 use luenberger_sim::SampleTime;
 use nalgebra::{DMatrix, DVector};
 
-use super::Member;
 use super::filter::is_filter;
-use super::simulate::Run;
+use super::rows::Run;
 use crate::results::report::with_unit;
 use crate::results::{SweepReport, SweepRow};
 use crate::study::{Quantity, Study};
+use crate::trajectory::Member;
 
 /// The number of states drawn if the study selects none: more make an image of hundreds of megabytes.
 const MOST_STATES: usize = 24;

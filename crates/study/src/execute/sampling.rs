@@ -4,9 +4,9 @@ use luenberger_design::Periods;
 use luenberger_proof::wording::{counted, significant};
 use luenberger_sim::{SampleTime, Samples};
 
-use super::Member;
 use crate::results::{LogSampling, SamplingReport};
 use crate::study::{Simulation, Study};
+use crate::trajectory::Member;
 
 /// Periods are differences of times, with their rounding.
 const ROUNDING: f64 = 1e-9;

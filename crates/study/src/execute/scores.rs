@@ -3,10 +3,9 @@
 use luenberger_proof::wording::shortest;
 use luenberger_sim::{Errors, ScoreGrid, SimError, Trajectory};
 
-use super::Member;
-use super::simulate;
 use crate::results::{MeritsReport, NormReport, ScoringReport, StateReport};
 use crate::study::{ObserverSpec, Simulation, Study};
+use crate::trajectory::{self, Member, member};
 
 /// How all observers of a comparison are scored.
 #[derive(Debug, Clone, PartialEq)]
@@ -29,7 +28,7 @@ impl Scoring {
         let grid = if let Some(period) = simulation.score_period {
             ScoreGrid::Samples { period }
         } else {
-            let fed = simulate::fed(study).and_then(|name| super::member(members, name));
+            let fed = trajectory::fed(study).and_then(|name| member(members, name));
             let fed = fed.and_then(|member| member.designed.runnable.period());
             let periods: Vec<_> = observers.map(|member| member.designed.runnable.period()).chain([fed]).collect();
             ScoreGrid::common(&periods, simulation.duration)?

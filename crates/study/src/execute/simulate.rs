@@ -1,161 +1,25 @@
 //! Simulations: each observer in its own run, so that a diverging one affects only its own row of the table.
 //!
-//! With feedback, the observer in the loop is part of every run, so that all see the same plant trajectory.
-//!
 //! The rows of a run are equally spaced times; those of a run with a sampled observer are at its samples, where its
 //! estimate is defined.
 
-use std::time::Instant;
-
-use luenberger_sim::{Change, SampleTime, Scenario, Settings, SimError, Trajectory, row_times};
+use luenberger_sim::Trajectory;
 use nalgebra::DMatrix;
 use rayon::prelude::*;
 
 use super::options::RunOptions;
+use super::rows::Run;
 use super::scores::Scoring;
 use super::stopped::why;
-use super::{Member, excursion, filter, sampling};
+use super::{excursion, filter, sampling};
 use crate::error::StudyError;
 use crate::results::{FilterReport, IntervalReport, ObserverRun, RunReport, SamplingReport, SimulationReport};
-use crate::signal::Input;
-use crate::study::{SamplingSpec, Simulation, Study};
-
-/// Deviation from the study's own run.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Variation {
-    /// Factor of the noise amplitude.
-    pub(super) noise: f64,
-    /// Number added to the seed.
-    pub(super) seed: u64,
-}
-
-impl Variation {
-    pub(super) const NONE: Self = Self { noise: 1.0, seed: 0 };
-}
-
-/// Result of a run: one row for each time.
-pub(super) struct Run {
-    pub(super) t: Vec<f64>,
-    pub(super) x: DMatrix<f64>,
-    pub(super) u: DMatrix<f64>,
-    /// The measured outputs, with noise.
-    pub(super) y: DMatrix<f64>,
-    /// The estimates of the observer; none for the plant alone.
-    pub(super) estimate: Option<DMatrix<f64>>,
-    /// `y - h(xhat)` as the observer had it, on a log; NaN where nothing was measured.
-    pub(super) innovation: Option<DMatrix<f64>>,
-    /// The standard deviations of the estimates, of a filter; those of a stationary one are constant.
-    pub(super) deviation: Option<DMatrix<f64>>,
-    /// The half-widths of the bounds, of an interval observer.
-    pub(super) half_width: Option<DMatrix<f64>>,
-    /// The smoothed estimates with their standard deviations, of a filter on a log.
-    pub(super) smoothed: Option<(DMatrix<f64>, DMatrix<f64>)>,
-    /// Functions of the state and their estimates with their names, of an observer of functions.
-    pub(super) functions: Option<(Vec<String>, DMatrix<f64>, DMatrix<f64>)>,
-    /// The estimates of disturbances with their names, of an observer that has some; none on a log.
-    pub(super) disturbance: Option<(Vec<String>, DMatrix<f64>)>,
-    /// The samples of an observer at varying periods; none on a log.
-    pub(super) samples: Vec<SampleTime>,
-}
-
-impl Run {
-    /// As the results have it.
-    pub(super) fn named(self, observer: &str, on_log: bool) -> ObserverRun {
-        let Self { t, x, u, y, estimate, deviation, functions, .. } = self;
-        let estimate = estimate.or(functions.map(|(_, _, estimate)| estimate));
-        ObserverRun { observer: observer.to_owned(), on_log, t, x, u, y, estimate, deviation }
-    }
-}
+use crate::study::{Simulation, Study};
+use crate::trajectory::{self, Member, Variation, fed, times};
 
 /// The runs that finished, as the results have them.
 pub(super) fn named(runs: Vec<Outcome<'_>>, on_log: bool) -> impl Iterator<Item = ObserverRun> + use<'_> {
     runs.into_iter().filter_map(move |(member, run)| Some(run?.named(&member.wish.name, on_log)))
-}
-
-/// The observer in the feedback loop.
-pub(super) fn fed(study: &Study) -> Option<&str> {
-    match &study.input {
-        Input::Feedback { observer, .. } => Some(observer),
-        _ => None,
-    }
-}
-
-/// The rows of a run, and its end if that is no row.
-fn times(simulation: &Simulation, period: Option<f64>) -> (Vec<f64>, Option<f64>) {
-    row_times(simulation.duration, simulation.samples, period)
-}
-
-/// One run, with the observer `member` and the one in the feedback loop, until the instant `until` at most.
-pub(super) fn trajectory(
-    study: &Study,
-    simulation: &Simulation,
-    members: &[Member<'_>],
-    member: Option<&Member<'_>>,
-    variation: Variation,
-    until: Option<Instant>,
-) -> Result<Trajectory, SimError> {
-    let (mut wanted, end) = times(simulation, member.and_then(|member| member.designed.runnable.period()));
-    wanted.extend(end);
-    let settings = Settings { end: until, ..simulation.settings };
-    trajectory_at(study, &Simulation { settings, ..simulation.clone() }, members, member, variation, &wanted)
-}
-
-/// The same with rows at the given times.
-pub(super) fn trajectory_at(
-    study: &Study,
-    simulation: &Simulation,
-    members: &[Member<'_>],
-    member: Option<&Member<'_>>,
-    variation: Variation,
-    times: &[f64],
-) -> Result<Trajectory, SimError> {
-    let truth = study.truth.as_ref();
-    let simulated = truth.and_then(|truth| truth.plant.as_ref()).map_or(&study.plant.model, |other| &other.model);
-    let mut scenario = Scenario::new(simulated)
-        .model(&study.plant.model)
-        .initial_state(&simulation.x0)
-        .times(times)
-        .settings(simulation.settings)
-        .input(study.input.signal_at(study.operating_point.as_ref()))
-        .breakpoints(&study.input.breakpoints(0.0, simulation.duration));
-    if let Some(period) = simulation.hold {
-        scenario = scenario.hold_input(period);
-    }
-    if let Some(truth) = truth {
-        scenario = scenario.disturbances(truth.disturbances.reseeded(variation.seed));
-        // One after the end of the run is not reached.
-        for event in truth.events.iter().filter(|event| event.at <= simulation.duration) {
-            let mut change = Change::at(event.at);
-            if let Some(other) = &event.plant {
-                change = change.plant(&other.model);
-            }
-            if !event.jump.is_empty() {
-                change = change.jump(&event.jump);
-            }
-            scenario = scenario.change(change);
-        }
-    }
-    if let Some(dt) = study.plant.dt {
-        scenario = scenario.discrete_time(dt);
-    }
-    if let Some(noise) = &simulation.noise {
-        scenario = scenario.noise(noise.noise(variation.noise, noise.seed.wrapping_add(variation.seed)));
-    }
-    for sensor in &simulation.sensors {
-        scenario = scenario.sensor(sensor.sensor(variation.noise, variation.seed));
-    }
-    let sampling = SamplingSpec { seed: simulation.sampling.seed.wrapping_add(variation.seed), ..simulation.sampling };
-    let name = member.map(|member| member.wish.name.as_str());
-    if let Some(observer) = fed(study).filter(|observer| Some(*observer) != name)
-        && let Some(fed) = members.iter().find(|fed| fed.wish.name == observer)
-    {
-        scenario = fed.designed.runnable.join_sampled(scenario, &fed.wish.name, &fed.wish.initial, &sampling);
-    }
-    if let Some(member) = member {
-        let name = &member.wish.name;
-        scenario = member.designed.runnable.join_sampled(scenario, name, &member.wish.initial, &sampling);
-    }
-    scenario.run()
 }
 
 /// The rows of a run, with the measured outputs.
@@ -227,7 +91,7 @@ pub(super) fn all<'a>(
             return None;
         }
         let outcome = fed_back(study, members).and_then(|()| {
-            trajectory(study, simulation, members, Some(member), Variation::NONE, options.until)
+            trajectory::run(study, simulation, members, Some(member), Variation::NONE, options.until)
                 .and_then(|trajectory| {
                     let merits = scoring.merits(study, &trajectory, member.wish)?;
                     let filter = filter::consistency(simulation, &trajectory, member)?;
@@ -345,33 +209,5 @@ fn fed_back(study: &Study, members: &[Member<'_>]) -> Result<(), String> {
             Err(format!("not simulated: the observer {observer:?} in the feedback loop has no design"))
         }
         _ => Ok(()),
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn rows_of_a_sampled_observer_are_samples() {
-        let study = crate::Study::from_text(
-            "t.toml",
-            "[plant]\na = [[-1]]\nc = [[1]]\n[simulation]\nx0 = [1]\nduration = 1\nsamples = 6\n",
-            crate::Format::Toml,
-            ".".as_ref(),
-        )
-        .unwrap();
-        let simulation = study.simulation.unwrap();
-        let near = |period, wished: &[f64], end| {
-            let (times, rest) = times(&simulation, period);
-            assert!(times.len() == wished.len() && times.iter().zip(wished).all(|(a, b)| (a - b).abs() < 1e-12));
-            assert_eq!(rest, end);
-        };
-        near(None, &[0.0, 0.2, 0.4, 0.6, 0.8, 1.0], None);
-        near(Some(0.1), &[0.0, 0.2, 0.4, 0.6, 0.8, 1.0], None);
-        // Eight samples, every second of them; the run goes on to its end.
-        near(Some(0.13), &[0.0, 0.26, 0.52, 0.78], Some(1.0));
-        near(Some(0.3), &[0.0, 0.3, 0.6, 0.9], Some(1.0));
-        near(Some(2.0), &[0.0], Some(1.0));
     }
 }

@@ -4,15 +4,15 @@ use std::time::Instant;
 
 use luenberger_sim::{SimError, Trajectory};
 
+use super::excursion;
 use super::scores::Scoring;
-use super::simulate::{self, Variation};
 use super::stopped::why;
 use super::sweep::ensemble_initial;
-use super::{Member, excursion};
 use crate::design::Designed;
 use crate::error::StudyError;
 use crate::results::{MeritsReport, ScoringReport};
 use crate::study::{ObserverSpec, Simulation, Study};
+use crate::trajectory::{self, Member, Variation};
 
 /// The plant, noise and scores that all runs have in common.
 pub(crate) struct Trial<'a> {
@@ -53,7 +53,7 @@ impl<'a> Trial<'a> {
     /// The plant without an observer to compare.
     pub(crate) fn plant(&self, until: Option<Instant>) -> Result<Trajectory, SimError> {
         let fed: Vec<Member<'_>> = self.fed.into_iter().collect();
-        simulate::trajectory(self.study, self.simulation, &fed, None, Variation::NONE, until)
+        trajectory::run(self.study, self.simulation, &fed, None, Variation::NONE, until)
     }
 
     /// The first estimate of a run: that of the study in run 0; in the others of an error of the same norm in a random
@@ -83,12 +83,13 @@ impl<'a> Trial<'a> {
         let member = Member { wish: &wish, designed };
         let fed: Vec<Member<'_>> = self.fed.into_iter().collect();
         let variation = Variation { noise: 1.0, seed: number };
-        let outcome = simulate::trajectory(self.study, self.simulation, &fed, Some(&member), variation, until)
-            .and_then(|trajectory| {
+        let outcome = trajectory::run(self.study, self.simulation, &fed, Some(&member), variation, until).and_then(
+            |trajectory| {
                 let merits = self.scoring.merits(self.study, &trajectory, &wish)?;
                 let left = excursion::of_simulation(self.study, &wish, &trajectory)?.is_some();
                 Ok(Scored { merits, left })
-            });
+            },
+        );
         match outcome {
             Ok(scored) => Ok(Ok(scored)),
             Err(SimError::TimeLimit { .. }) => Err(StudyError::Interrupted),

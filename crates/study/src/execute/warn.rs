@@ -34,7 +34,7 @@ pub(super) fn of_designs(study: &Study, results: &Results) -> Vec<String> {
     let driven = !matches!(study.input, Input::Zero);
     if let (Some(simulation), true) = (&study.simulation, driven) {
         for wish in &study.observers {
-            let Some(period) = wish.kind.held_period() else { continue };
+            let Some(period) = wish.kind.fixed_period() else { continue };
             if simulation.hold != Some(period) {
                 let hold = simulation.hold.map_or_else(|| "not set".to_owned(), |hold| hold.to_string());
                 let name = &wish.name;
@@ -52,7 +52,7 @@ fn unused(study: &Study, simulation: &Simulation) -> Vec<String> {
     let mut warnings = Vec::new();
     let unit = study.plant.time_unit.as_ref().map(|unit| format!(" {unit}")).unwrap_or_default();
     for (wish, period) in
-        study.observers.iter().filter_map(|wish| Some((wish, wish.kind.held_period().or(study.plant.dt)?)))
+        study.observers.iter().filter_map(|wish| Some((wish, wish.kind.fixed_period().or(study.plant.dt)?)))
     {
         for sensor in &simulation.sensors {
             let (used, all) = sensor.sensor(1.0, 0).on_samples(period, simulation.duration);

@@ -1,5 +1,6 @@
 //! Specifications of filters, sliding-mode and high-gain observers of nonlinear plants.
 
+use luenberger_export::moving_horizon::LONGEST_WINDOW;
 use luenberger_observers::Horizon;
 use luenberger_plants::Dimensions;
 use luenberger_proof::wording::counted;
@@ -8,9 +9,8 @@ use nalgebra::DMatrix;
 use super::region::bounds;
 use super::tree::Node;
 use super::{Reader, check, maps};
-use crate::design::{LONGEST_WINDOW, PrintedMean};
 use crate::model::PlantModel;
-use crate::study::{MovingHorizonSpec, ObserverKind, SlidingModeSpec};
+use crate::study::{MovingHorizonSpec, ObserverKind, PrintedMean, SlidingModeSpec};
 
 /// The keys that the filters have in common.
 pub(super) struct Filter {

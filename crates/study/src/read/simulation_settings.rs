@@ -272,7 +272,7 @@ pub(super) fn sampling_used(node: &Node, observers: &[ObserverSpec], reader: &mu
 
 /// Checks that there are instants at which all observers can be scored.
 pub(super) fn score_grid(node: &Node, simulation: &Simulation, observers: &[ObserverSpec], reader: &mut Reader) {
-    let periods: Vec<Option<f64>> = observers.iter().map(|observer| observer.kind.held_period()).collect();
+    let periods: Vec<Option<f64>> = observers.iter().map(|observer| observer.kind.fixed_period()).collect();
     let Some(period) = simulation.score_period else {
         // A period that is not positive is reported at its own key.
         if let Err(error @ SimError::NoCommonGrid { .. }) = ScoreGrid::common(&periods, simulation.duration) {

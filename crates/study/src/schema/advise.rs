@@ -1,8 +1,7 @@
 //! The table [advise]: what every kind of observer is told when `luenberger advise` tunes it.
 
-use super::keys::optional;
 use super::observer_keys::{BOX, UNKNOWN_OF_ADVICE};
-use super::{Kind, Range, Table};
+use super::table::{Kind, Range, Table, optional};
 
 pub(super) const ADVISE: Table = Table {
     name: "[advise]",

@@ -2,7 +2,8 @@
 
 use serde_json::{Map, Value, json};
 
-use super::{Key, Kind, Range, STUDY, Table, Variant};
+use super::keys::STUDY;
+use super::table::{Key, Kind, Range, Table, Variant};
 
 /// The schema file, referenced by `#:schema ./study.schema.json` at the top of a study.
 pub const SCHEMA: &str = include_str!("../../schema/study.schema.json");

@@ -2,16 +2,8 @@
 
 use super::advise::ADVISE;
 use super::observers::OBSERVER;
+use super::table::{Kind, Range, Table, optional, required};
 use super::truth::TRUTH;
-use super::{Key, Kind, Range, Table};
-
-pub(super) const fn optional(name: &'static str, kind: Kind, about: &'static str) -> Key {
-    Key { name, kind, required: false, about }
-}
-
-pub(super) const fn required(name: &'static str, kind: Kind, about: &'static str) -> Key {
-    Key { name, kind, required: true, about }
-}
 
 /// The whole file.
 pub const STUDY: Table = Table {

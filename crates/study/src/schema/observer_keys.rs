@@ -1,7 +1,6 @@
 //! Keys and tables that kinds of observers share.
 
-use super::keys::{optional, required};
-use super::{Key, Kind, Range, Table, Variant, Variants};
+use super::table::{Key, Kind, Range, Table, Variant, Variants, optional, required};
 
 pub(super) const POLES: Key = optional(
     "poles",

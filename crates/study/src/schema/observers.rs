@@ -1,13 +1,12 @@
 //! The kinds of observers of a study, with their specifications.
 
-use super::keys::{optional, required};
 use super::observer_keys::{
     ALPHA, B, BOUND_OF_NORM, BOUNDED, COUNTED, DECAY, ENTERING, ERROR_BOUNDS, ESTIMATOR, GAIN, GAMMA, GATE, KALMAN,
     KNOWN, LAMBDA, LEAKAGE, LEFT_INVERSE, LMI, MAX_GAIN, MEASURED_NOISE, MISSING, NOISE, P0, PERIOD, PHI, POLES, Q,
     REGION, REGRESSOR, RESET, RHO, SECTOR, SIGNAL, SMOOTH, SUBSTEPS, THETA, THETA_MIN, THETA_REGION, THETA_START,
     THIS_GAIN, UNKNOWN, V, W, WINDOW,
 };
-use super::{Kind, Range, Table, Variant, Variants};
+use super::table::{Kind, Range, Table, Variant, Variants, optional, required};
 
 /// `[[observer]]`.
 pub(crate) const OBSERVER: Table = Table {

@@ -1,7 +1,6 @@
 //! The table [truth] of a study file.
 
-use super::keys::{optional, required};
-use super::{Key, Kind, Range, Table};
+use super::table::{Key, Kind, Range, Table, optional, required};
 
 pub(super) const TRUTH: Table = Table {
     name: "[truth]",

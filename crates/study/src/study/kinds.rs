@@ -85,9 +85,9 @@ impl ObserverKind {
         }
     }
 
-    /// The period between two multiples of which the estimate stands still in a simulation; none where the observer
-    /// predicts between its samples.
-    pub fn held_period(&self) -> Option<f64> {
+    /// The period of an observer with equidistant samples, between which a simulation holds its estimate; none at
+    /// varying periods, where the observer predicts.
+    pub fn fixed_period(&self) -> Option<f64> {
         if self.varying_periods().is_some() { None } else { self.period() }
     }
 

@@ -203,7 +203,7 @@ pub enum ObserverKind {
         /// e(0).
         internal_error: Vec<f64>,
         /// The mean of the Jacobian of the observer as printed; none for the corrected one.
-        printed: Option<crate::design::PrintedMean>,
+        printed: Option<PrintedMean>,
     },
     /// High-gain observer for integrator chains.
     HighGain {
@@ -251,6 +251,17 @@ pub enum ObserverKind {
     ImmersionInvariance(Box<crate::maps::ImmersionSpec>),
     /// Numerical KKL observer.
     KklNumerical(KklSpec),
+}
+
+/// How the mean of the Jacobian over the segment from xhat to xhat + e is computed.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum PrintedMean {
+    /// beta by bounded nonlinear least squares, as in the paper.
+    LeastSquares,
+    /// beta by bracketing.
+    Root,
+    /// The integral.
+    Integral,
 }
 
 /// Specification of a sliding-mode observer.

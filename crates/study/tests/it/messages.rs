@@ -271,7 +271,7 @@ fn errors() -> Vec<String> {
         NumericalKklError::Uncontrollable { ratio: 1.2345e-20 },
         NumericalKklError::GridTooLarge { points: 1e9, most: 1_000_000, megabytes: 4e4, per_axis: 98 },
         NumericalKklError::Family { input: 0, lower: 1.0, upper: -1.0 },
-        NumericalKklError::AtInput {
+        NumericalKklError::HeldInput {
             input: vec![0.5],
             error: Box::new(NumericalKklError::Unresolved { error: 0.5, most: 0.2 }),
         },

@@ -184,7 +184,7 @@ pub(super) const SOURCES: &[Source] = &[
         ],
     },
     Source {
-        file: "crates/observers/src/kalman.rs",
+        file: "crates/observers/src/gaussian.rs",
         suites: &[OBSERVERS],
         mutants: &[
             mutant("Kalman: S = H P H'", Dropped, "times_transpose(&hp, &h) + &v", "times_transpose(&hp, &h)"),
@@ -197,11 +197,17 @@ pub(super) const SOURCES: &[Source] = &[
                 "times_transpose(&times(&keep, p), &keep)",
                 "times(&keep, p)",
             ),
-            mutant("Kalman: a gate of variances", Dropped, "gate * gate * self", "gate * self"),
             mutant("Kalman: V of a silent output", Dropped, "v[(i, i)] = T::one();", ""),
             mutant("Kalman: V correlated with a silent output", OffDiagonal, "v.row_mut(i).fill(T::zero());", ""),
             mutant("Kalman: P' = F P + P F'", Dropped, "fp.transpose() + fp + w", "fp.transpose() + fp"),
             mutant("Kalman: P' = 2 F P + W", Transpose, "fp.transpose() + fp", "&fp + &fp"),
+        ],
+    },
+    Source {
+        file: "crates/observers/src/kalman.rs",
+        suites: &[OBSERVERS],
+        mutants: &[
+            mutant("Kalman: a gate of variances", Dropped, "gate * gate * self", "gate * self"),
             mutant(
                 "Kalman: h not divided by the sub-steps",
                 Dropped,

@@ -13,12 +13,12 @@
 //! near P for which the stored N has the structure exactly, or from an ellipsoid in which `|PN + C'S|` is dominated.
 
 use super::super::fields::Fields;
-use super::super::number::Number;
 use super::super::write::Out;
 use super::super::{Certificate, Fault, Witness};
 use super::{Fact, FileError, PlantMatrices, Statement, StructuredCubicConvergence, check_rate, decay, decrease_label};
 use crate::error::ProofError;
 use crate::matrix::Matrix;
+use crate::number::Number;
 use crate::statement::{DeployedCubic, Reach, decay_rate, deployed_cubic, largest_eigenvalue_bound};
 use crate::verdict::{UndecidedReason, Verdict};
 use crate::wording::exact;

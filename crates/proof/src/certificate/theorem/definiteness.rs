@@ -5,7 +5,6 @@
 //! holds for every symmetric matrix within them.
 
 use super::super::fields::Fields;
-use super::super::number::Datum;
 use super::super::write::Out;
 use super::{Fact, FileError, Statement, enclosed, intervals, unknown_word};
 use crate::definite::{
@@ -13,6 +12,7 @@ use crate::definite::{
 };
 use crate::error::ProofError;
 use crate::matrix::Matrix;
+use crate::number::Datum;
 use crate::verdict::Verdict;
 
 /// Which definiteness.

@@ -11,12 +11,12 @@
 //! `m = q / (2p)`.
 
 use super::super::fields::Fields;
-use super::super::number::Datum;
 use super::super::write::Out;
 use super::{Fact, FileError, Statement, are_points, bounded, data, enclosed, intervals};
 use crate::error::ProofError;
 use crate::interval::Interval;
 use crate::matrix::Matrix;
+use crate::number::Datum;
 use crate::ring::Ring;
 use crate::statement::{decay_rate_within, hurwitz, positive};
 

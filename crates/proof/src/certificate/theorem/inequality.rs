@@ -4,9 +4,9 @@
 
 use super::super::Fault;
 use super::super::fields::{Fields, LARGEST_ORDER};
-use super::super::number::Number;
 use super::super::write::Out;
 use super::{FileError, combination, counted, unknown_word};
+use crate::number::Number;
 use crate::wording::quoted;
 
 /// One entry of the matrices of a constraint, and of its mirror image.

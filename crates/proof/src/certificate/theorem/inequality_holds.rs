@@ -5,7 +5,6 @@
 
 use super::super::Fault;
 use super::super::fields::Fields;
-use super::super::number::Number;
 use super::super::write::Out;
 use super::inequality::{Constraint, MatrixInequality};
 use super::{Fact, FileError, Statement};
@@ -14,6 +13,7 @@ use crate::error::ProofError;
 use crate::exact::Exact;
 use crate::interval::Interval;
 use crate::matrix::Matrix;
+use crate::number::Number;
 use crate::ring::Ring;
 use crate::verdict::Verdict;
 use crate::wording::quoted;

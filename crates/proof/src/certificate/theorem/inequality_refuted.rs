@@ -6,7 +6,6 @@
 //! **Proof.** `sum_k tr(F_k(x) Z_k)` would be positive (not negative), and is that constant whatever x is.
 
 use super::super::fields::Fields;
-use super::super::number::Number;
 use super::super::write::Out;
 use super::super::{Fault, Witness};
 use super::inequality::MatrixInequality;
@@ -15,6 +14,7 @@ use crate::definite::positive_semidefinite;
 use crate::error::ProofError;
 use crate::exact::Exact;
 use crate::matrix::Matrix;
+use crate::number::Number;
 use crate::ring::Ring;
 use crate::verdict::Verdict;
 use crate::wording::quoted;

@@ -12,12 +12,12 @@
 
 use super::super::Fault;
 use super::super::fields::{Field, Fields, LARGEST_ORDER};
-use super::super::number::Datum;
 use super::super::write::Out;
 use super::{Fact, FileError, Statement, bounded, counted, data, enclosed, intervals};
 use crate::error::ProofError;
 use crate::interval::Interval;
 use crate::matrix::Matrix;
+use crate::number::Datum;
 use crate::statement::{CubicTerm, DisturbedObserver, ErrorBound, input_to_state};
 use crate::wording::{at_least, at_most};
 

@@ -23,7 +23,6 @@
 
 use super::super::Fault;
 use super::super::fields::{Field, Fields};
-use super::super::number::Number;
 use super::super::write::Out;
 use super::{Fact, FileError, KklInjectivity, Statement, Witness};
 use crate::definite::positive_semidefinite;
@@ -31,6 +30,7 @@ use crate::error::ProofError;
 use crate::exact::Exact;
 use crate::interval::Interval;
 use crate::matrix::Matrix;
+use crate::number::Number;
 use crate::polynomial::{ExpressionError, Tree};
 use crate::ring::Ring;
 use crate::statement::{Axes, Composition, Expressions, decay_rate_within, positive};

@@ -42,13 +42,13 @@ mod varying_periods;
 
 use super::error::{Fault, FileError};
 use super::fields::{Field, Fields};
-use super::number::{Datum, quoted};
 use super::write::Out;
 use super::{Fact, Witness};
 use crate::definite::of_one_certificate;
 use crate::error::ProofError;
 use crate::interval::Interval;
 use crate::matrix::Matrix;
+use crate::number::{Datum, quoted};
 use crate::wording::{counted, exact};
 
 pub use contracting::ContractionInCoordinates;

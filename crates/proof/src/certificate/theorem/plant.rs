@@ -1,12 +1,12 @@
 //! The linear plant `x' = A x + B u`, `y = C x` of a certificate.
 
 use super::super::fields::Fields;
-use super::super::number::Datum;
 use super::super::write::Out;
 use super::{FileError, bounded, counted, data};
 use crate::error::ProofError;
 use crate::interval::Interval;
 use crate::matrix::Matrix;
+use crate::number::Datum;
 
 /// A plant known exactly: A n x n, B n x m (m may be 0), C p x n.
 #[derive(Debug, Clone, PartialEq)]

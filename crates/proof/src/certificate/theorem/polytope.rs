@@ -15,13 +15,13 @@
 //! certificate is about matrices only.
 
 use super::super::fields::Fields;
-use super::super::number::Datum;
 use super::super::write::Out;
 use super::Fault;
 use super::{Fact, FileError, Statement, are_points, bounded, check_rate, counted, data, decay, intervals, rate_term};
 use crate::error::ProofError;
 use crate::interval::Interval;
 use crate::matrix::Matrix;
+use crate::number::Datum;
 use crate::statement::{decay_rate_within, positive};
 
 /// A corner of the hull: one pair, or a box of pairs.

@@ -20,7 +20,6 @@
 
 use super::super::Fault;
 use super::super::fields::{Field, Fields};
-use super::super::number::Datum;
 use super::super::write::Out;
 use super::input_to_state::read_numbers;
 use super::interval_observer::{
@@ -32,6 +31,7 @@ use crate::definite::Direction;
 use crate::error::ProofError;
 use crate::interval::Interval;
 use crate::matrix::Matrix;
+use crate::number::Datum;
 use crate::ring::Ring;
 use crate::statement::{BlockCoordinates, Format, SampledIntervals, entries_at_least, rounding, units};
 use crate::verdict::{UndecidedReason, Verdict};

@@ -7,10 +7,10 @@
 
 use super::super::Fault;
 use super::super::fields::{Field, Fields, LARGEST_ORDER, MOST_ENTRIES};
-use super::super::number::Number;
 use super::super::write::Out;
 use super::{Fact, FileError, Statement, combination, counted, unknown_word};
 use crate::error::ProofError;
+use crate::number::Number;
 use crate::semidefinite::{Block, DualBlock, Entry, Program};
 use crate::verdict::{UndecidedReason, Verdict};
 use crate::wording::exact;

@@ -9,12 +9,12 @@
 
 use super::super::Rejection;
 use super::super::fields::Fields;
-use super::super::number::Datum;
 use super::super::write::Out;
 use super::{Fact, FileError, Statement, bounded, enclosed, intervals, unknown_word};
 use crate::error::ProofError;
 use crate::interval::Interval;
 use crate::matrix::Matrix;
+use crate::number::Datum;
 use crate::statement::{Enclosure, lyapunov_solution, stein_solution};
 use crate::verdict::{UndecidedReason, Verdict};
 

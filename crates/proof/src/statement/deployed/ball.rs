@@ -1,7 +1,5 @@
 //! Invariant ball and ultimate bound of the running observer's error, from a contraction and a bounded disturbance.
 
-use core::fmt;
-
 use super::disturbance::{Disturbance, Stage, StepBound};
 use crate::definite::{proved_eigenvalue_bound, solve_approximately};
 use crate::error::ProofError;
@@ -10,6 +8,7 @@ use crate::matrix::Matrix;
 use crate::ring::Ring;
 use crate::statement::embed_symmetric;
 use crate::statement::spectrum::contraction;
+use crate::verdict::NoErrorBallReason;
 
 /// What is proved of the running observer.
 #[derive(Debug, Clone, PartialEq)]
@@ -48,47 +47,6 @@ pub struct Intermediate {
     pub size: f64,
     /// What it must not exceed.
     pub limit: f64,
-}
-
-/// Why no ball is proved.
-#[derive(Debug, Clone, PartialEq)]
-#[non_exhaustive]
-pub enum NoErrorBallReason {
-    /// The observer is not proved to converge as stored, in exact arithmetic.
-    NotStable,
-    /// Contraction and rounding together do not shorten the error: `contraction + relative` is 1 or more.
-    RoundingDominates {
-        /// The factor of the exact map, proved; infinite where outward rounding left none.
-        contraction: f64,
-        /// What rounding adds.
-        relative: f64,
-    },
-    /// An intermediate number may leave its range.
-    Range {
-        /// Which one.
-        what: &'static str,
-        /// The bound of its magnitude.
-        size: f64,
-        /// The magnitude that it may have.
-        limit: f64,
-    },
-    /// The cubic observer takes a root, and the fixed-point one is not specified.
-    RootInFixedPoint,
-}
-
-impl fmt::Display for NoErrorBallReason {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::NotStable => write!(f, "this P does not prove the stored observer stable"),
-            Self::RoundingDominates { contraction, relative } => {
-                write!(f, "a step shortens the error by the factor {contraction}, to which rounding adds {relative:e}")
-            }
-            Self::Range { what, size, limit } => {
-                write!(f, "{what} may be as large as {size:e}, and its range ends at {limit:e}")
-            }
-            Self::RootInFixedPoint => write!(f, "the root of the cubic observer is not specified in fixed point"),
-        }
-    }
 }
 
 /// Turns in which the ball of start and the bounds that hold in it are brought to agree.

@@ -116,7 +116,8 @@ mod ball;
 mod disturbance;
 mod format;
 
-pub use ball::{ErrorBall, Intermediate, NoErrorBallReason, Running};
+pub use crate::verdict::NoErrorBallReason;
+pub use ball::{ErrorBall, Intermediate, Running};
 pub use format::{Format, Formats};
 
 use super::{Expression, embed, embed_symmetric, number, positive, stein_decrease};

@@ -15,8 +15,7 @@ use std::sync::{Mutex, MutexGuard, PoisonError};
 use luenberger_figures::figure::still;
 use luenberger_figures::{Figure, Table};
 
-use super::digest;
-use super::sweep::BLOCKS;
+use crate::digest;
 use crate::error::StudyError;
 pub(super) use manifest::is_absent;
 use manifest::{Entry, MANIFEST, Manifest};
@@ -27,6 +26,9 @@ const LOCK: &str = ".luenberger.lock";
 
 /// The temporary folder. One that is there at the start was left by a run that was killed.
 const ASIDE: &str = ".luenberger.partial";
+
+/// The folder of the blocks in the results folder of a sweep.
+pub const BLOCKS: &str = "blocks";
 
 /// A folder, or none if nothing is to be written.
 pub(super) struct Folder {

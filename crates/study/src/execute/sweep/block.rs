@@ -4,7 +4,6 @@
 //! end, as the comment of the archive, the SHA-256 of all bytes before it. `numpy.load` reads it as it is. A settling time
 //! of infinity is a run that does not settle; a run that ended early has no scores, which are NaN.
 
-use std::fmt;
 use std::io::{Cursor, Read};
 
 use luenberger_figures::npz;
@@ -12,7 +11,8 @@ use serde::{Deserialize, Serialize};
 use zip::ZipArchive;
 
 use super::plan::FORMAT;
-use crate::execute::digest;
+use crate::digest;
+use crate::error::sweep::Fault;
 use crate::execute::excursion::Left;
 
 /// The name of the header in the archive.
@@ -68,33 +68,6 @@ pub(super) struct Block {
     pub(super) left: Vec<bool>,
     /// For each score the values of the runs.
     pub(super) scores: Vec<Vec<f64>>,
-}
-
-/// Why a file is not the block it should be.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub enum Fault {
-    /// It does not end with a digest.
-    Truncated,
-    /// Its bytes have not the digest at its end.
-    Damaged,
-    /// It is a block of another study, or another version.
-    Foreign,
-    /// It is another block of the same sweep.
-    Other {
-        /// Its number.
-        block: u64,
-    },
-}
-
-impl fmt::Display for Fault {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Truncated => write!(f, "is cut short, or is no block of a sweep"),
-            Self::Damaged => write!(f, "is damaged (its checksum does not match)"),
-            Self::Foreign => write!(f, "is a block of another study, or of another version"),
-            Self::Other { block } => write!(f, "is a copy of block {block}"),
-        }
-    }
 }
 
 impl Block {

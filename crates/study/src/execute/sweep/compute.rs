@@ -8,11 +8,9 @@ use std::time::Duration;
 use luenberger_sim::SimError;
 use rayon::prelude::*;
 
-use super::super::Member;
 use super::super::excursion::{self, Left};
 use super::super::options::RunOptions;
 use super::super::scores::Scoring;
-use super::super::simulate::{self, Variation};
 use super::super::stopped::why;
 use super::block::{Block, Ended, Header};
 use super::folder::Claim;
@@ -23,6 +21,7 @@ use super::{Computed, runs};
 use crate::design::Designed;
 use crate::error::StudyError;
 use crate::study::{ObserverSpec, Simulation, Study, Sweep, Swept};
+use crate::trajectory::{self, Member, Variation};
 
 /// Runs that are started together, for each thread: enough that the threads end at about the same time.
 const PER_THREAD: usize = 16;
@@ -218,12 +217,13 @@ impl<'a> Work<'a> {
         let member = Member { wish: &wish, designed };
         let factor = if self.sweep.parameter == Swept::Noise { *value } else { 1.0 };
         let variation = Variation { noise: factor, seed: number };
-        let outcome = simulate::trajectory(study, simulation, others, Some(&member), variation, options.until)
-            .and_then(|trajectory| {
+        let outcome = trajectory::run(study, simulation, others, Some(&member), variation, options.until).and_then(
+            |trajectory| {
                 let merits = self.scoring.merits(study, &trajectory, &wish)?;
                 let left = excursion::of_simulation(study, &wish, &trajectory)?;
                 Ok(Ran { scores: runs::scores(&merits), left: left.map(|left| left.left()) })
-            });
+            },
+        );
         progress.told(&wish.name, 1);
         match outcome {
             Ok(finished) => Ok(Ok(finished)),

@@ -17,16 +17,13 @@ use std::fs::{File, TryLockError};
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
-use super::error::SweepError;
 use super::plan::Plan;
+use crate::digest;
 use crate::error::StudyError;
-use crate::execute::digest;
+use crate::error::sweep::{PLAN, SweepError};
 use crate::execute::folder::at;
 use crate::read::Format;
 use crate::study::Study;
-
-/// The plan of a sweep in its folder.
-pub(super) const PLAN: &str = "plan.json";
 
 /// The folder of the study in that of the blocks.
 const STUDY: &str = "study";

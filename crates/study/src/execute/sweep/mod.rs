@@ -15,7 +15,6 @@
 
 mod block;
 mod compute;
-mod error;
 mod folder;
 mod percentiles;
 mod plan;
@@ -33,24 +32,22 @@ use luenberger_proof::wording::counted;
 
 use super::folder::Folder;
 use super::options::{RunOptions, RunsAsCsv, Step};
-use super::{Member, scores};
+use super::scores;
 use crate::error::StudyError;
+use crate::error::sweep::{Fault, SweepError};
 use crate::results::SweepReport;
 use crate::study::{Simulation, Study, Sweep};
+use crate::trajectory::Member;
 use compute::{Designs, Work};
 use folder::BlockFolder;
 use reduce::Reduced;
 pub(super) use rows::initial as ensemble_initial;
 pub(super) use store::Blocks;
 
-pub use block::Fault;
-pub use error::SweepError;
-pub use plan::{FileDigest, Plan, Shard};
+pub use super::folder::BLOCKS;
+pub use plan::{Plan, Shard};
 pub use shared::{BlockSettings, SharedSweep, reduce_sweep};
 pub use status::{SweepStatus, sweep_status};
-
-/// The folder of the blocks in the results folder of a sweep.
-pub const BLOCKS: &str = "blocks";
 
 /// What has become of some blocks.
 #[derive(Debug, Default)]

@@ -10,11 +10,11 @@ use std::str::FromStr;
 
 use serde::{Deserialize, Serialize};
 
-use super::error::SweepError;
 use super::rows::rows;
+use crate::digest::{self, FileDigest};
 use crate::error::StudyError;
+use crate::error::sweep::SweepError;
 use crate::execute::Step;
-use crate::execute::digest;
 use crate::read::Format;
 use crate::study::Study;
 
@@ -31,15 +31,6 @@ const LARGEST_BLOCK: u64 = 1_000_000;
 const PARTS: u64 = 16;
 const SMALLEST: u64 = 32;
 const LARGEST: u64 = 1000;
-
-/// A file that a sweep depends on.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
-pub struct FileDigest {
-    /// Its name, that of a file of data as the study has it.
-    pub name: String,
-    /// SHA-256 of its content, in hexadecimal digits.
-    pub sha256: String,
-}
 
 /// The trajectories of a sweep, and their division into blocks: content of `plan.json`.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]

@@ -9,13 +9,13 @@ use rayon::prelude::*;
 use super::super::excursion::Left;
 use super::super::options::RunOptions;
 use super::block::Block;
-use super::error::SweepError;
 use super::percentiles::{self, Percentiles};
 use super::rows::Row;
 use super::runs;
 use super::statistics::{Moments, Summary, fill};
 use super::store::Blocks;
 use crate::error::StudyError;
+use crate::error::sweep::SweepError;
 use crate::results::SweepRow;
 
 /// Bytes for the percentiles of a row by default.

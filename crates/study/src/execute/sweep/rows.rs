@@ -3,10 +3,10 @@
 use luenberger_sim::Noise;
 
 use super::super::options::RunOptions;
-use super::super::{Member, member, simulate};
 use crate::design::{Designed, NoDesign, design_until};
 use crate::error::StudyError;
 use crate::study::{ObserverSpec, Simulation, Study, Sweep, Swept};
+use crate::trajectory::{self, Member, member};
 
 /// One observer at one value.
 pub(super) struct Row<'a> {
@@ -110,7 +110,7 @@ impl RowDesign {
             Err(why) => Own::None(why),
         };
         // The observer that is fed back is designed for the same study, unless it is the swept one.
-        let other = simulate::fed(study).filter(|fed| *fed != wish.name).and_then(|fed| study.observer(fed));
+        let other = trajectory::fed(study).filter(|fed| *fed != wish.name).and_then(|fed| study.observer(fed));
         if let (Swept::Number(_), Some(fed), Own::Anew(_)) = (parameter, other, &designs.own) {
             match design(fed)? {
                 Ok(designed) => designs.fed = Some((fed.clone(), designed)),

@@ -5,16 +5,17 @@ use std::sync::OnceLock;
 
 use super::super::folder::Folder;
 use super::super::options::{RunOptions, Step};
-use super::super::{Member, Outcome, check, designs, execute_in_part, folder, members, within};
+use super::super::{Outcome, check, designs, execute_in_part, folder, members, within};
 use super::compute::{Designs, Work};
-use super::error::SweepError;
 use super::folder::BlockFolder;
 use super::plan::Plan;
 use super::store::Blocks;
 use super::{BLOCKS, Computed, names};
 use crate::error::StudyError;
+use crate::error::sweep::SweepError;
 use crate::results::Results;
 use crate::study::Study;
+use crate::trajectory::Member;
 
 /// How the blocks of a folder are made.
 #[derive(Debug, Clone, Copy, Default)]

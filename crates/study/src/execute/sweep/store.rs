@@ -4,10 +4,11 @@ use std::collections::BTreeMap;
 use std::path::PathBuf;
 use std::sync::{Mutex, PoisonError};
 
-use super::block::{Block, Fault};
+use super::block::Block;
 use super::folder::{BlockFolder, Claim};
 use super::plan::Plan;
 use crate::error::StudyError;
+use crate::error::sweep::Fault;
 
 /// The blocks of a sweep.
 pub(in crate::execute) struct Blocks {

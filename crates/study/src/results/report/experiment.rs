@@ -4,7 +4,7 @@ use luenberger_expression::Formula as Typeset;
 use luenberger_figures::{Cell, Formula, Grid, Section};
 
 use super::{number, short, typeset, with_unit};
-use crate::execute::digest;
+use crate::digest;
 use crate::model::Model;
 use crate::signal::{Input, Program};
 use crate::study::{Simulation, Study};

@@ -1,9 +1,12 @@
 //! Errors of reading and executing a study.
 
+pub(crate) mod sweep;
+
 use std::path::{Path, PathBuf};
 
 use crate::diagnostic::Diagnostics;
-use crate::execute::{Excess, SweepError};
+use crate::limits::{Excess, duration};
+use sweep::SweepError;
 
 /// Error of reading or executing a study.
 ///
@@ -45,7 +48,7 @@ pub enum StudyError {
     #[error("{0}")]
     TooExpensive(Excess),
     /// The time limit was reached. Finished files are on disk.
-    #[error("stopped at the time limit ({}): finished results are kept; a longer limit: --limit time=48h", crate::execute::duration(*.limit))]
+    #[error("stopped at the time limit ({}): finished results are kept; a longer limit: --limit time=48h", duration(*.limit))]
     TimeLimit {
         /// The limit in seconds.
         limit: f64,

@@ -1,13 +1,8 @@
-//! Bounds on the cost of an execution.
+//! Bounds on the cost of an execution, and amounts of memory and time in words.
 
 use std::fmt;
-use std::sync::atomic::{AtomicBool, Ordering};
-use std::time::{Duration, Instant};
 
 use luenberger_proof::wording::significant;
-
-use super::options::{Progress, RunOptions};
-use crate::error::StudyError;
 
 /// Bounds on the cost of an execution.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -81,58 +76,6 @@ impl fmt::Display for Excess {
             }
         }
     }
-}
-
-/// How often the time is compared with its limit.
-const POLL: Duration = Duration::from_millis(20);
-
-/// The work with the time limit of its options.
-pub(super) fn timed<T>(
-    options: &RunOptions<'_>,
-    work: impl FnOnce(&RunOptions<'_>) -> Result<T, StudyError>,
-) -> Result<T, StudyError> {
-    let (start, limit) = (Instant::now(), options.limits.seconds);
-    let limited = Duration::try_from_secs_f64(limit).ok().and_then(|limit| start.checked_add(limit));
-    let Some(end) = limited.into_iter().chain(options.until).min() else { return work(options) };
-    let limit = if limited == Some(end) { limit } else { end.saturating_duration_since(start).as_secs_f64() };
-    let (stop, done) = (AtomicBool::new(false), AtomicBool::new(false));
-    let pass_on = || {
-        if options.cancel.load(Ordering::Relaxed) {
-            stop.store(true, Ordering::Relaxed);
-        }
-    };
-    let progress = |progress: Progress<'_>| {
-        (options.progress)(progress);
-        pass_on();
-    };
-    std::thread::scope(|scope| {
-        let watch = scope.spawn(|| {
-            while !done.load(Ordering::Relaxed) {
-                pass_on();
-                if Instant::now() >= end {
-                    stop.store(true, Ordering::Relaxed);
-                }
-                std::thread::park_timeout(POLL);
-            }
-        });
-        let inner = RunOptions {
-            output: options.output.clone(),
-            sweep: options.sweep.clone(),
-            progress: &progress,
-            cancel: &stop,
-            until: Some(end),
-            ..*options
-        };
-        let result = work(&inner);
-        done.store(true, Ordering::Relaxed);
-        watch.thread().unpark();
-        match result {
-            Err(StudyError::Interrupted) if !options.cancel.load(Ordering::Relaxed) => {
-                Err(StudyError::TimeLimit { limit })
-            }
-            result => result,
-        }
-    })
 }
 
 /// A size in binary units with two digits: `1.5 GiB`.

@@ -1,25 +1,26 @@
 //! The observers of a study as one type for simulation.
 
+mod kkl;
+
+use luenberger_design::{DesignError, OperatingPoint, Periods};
+use luenberger_export::moving_horizon::LONGEST_WINDOW;
 use luenberger_observers::high_gain::{HighGainMap, Place};
 use luenberger_observers::{
     CubicObserver, DeviationObserver, DiscreteLinearObserver, DiscreteNonlinearObserver, ExtendedKalmanFilter,
     FunctionalObserver, HighGainObserver, ImmersionInvarianceObserver, Integral, IntervalObserver, KklObserver,
     KklPebObserver, LinearObserver, MeanValueObserver, MovingHorizonEstimator, NonlinearLuenbergerObserver, Observer,
     ObserverDimensions, ProportionalIntegralObserver, SampledCubicObserver, SampledIntervalObserver, SampledObserver,
-    SlidingModeObserver, StationaryKalmanFilter, UnknownInputObserver, UnscentedKalmanFilter,
+    SlidingModeObserver, StationaryKalmanFilter, UnknownInputObserver, UnscentedKalmanFilter, VaryingPeriodObserver,
 };
 use luenberger_plants::{Column, Plant, state_jacobian};
-use luenberger_sim::{Replay, Scenario};
+use luenberger_sim::{Replay, SampleTimes, Scenario};
 use nalgebra::{DMatrix, DVector, Dyn};
 
-use super::kkl::Kkl;
-use super::moving_horizon::LONGEST_WINDOW;
-use super::printed_mean_value::PrintedMean;
-use super::varying_periods::VaryingPeriods;
 use crate::maps::high_gain::place;
 use crate::maps::{Estimator, HighGainMaps, ImmersionMaps, KklMaps, RegressionMaps};
 use crate::model::Model;
-use crate::study::SamplingSpec;
+use crate::study::{PrintedMean, SamplingSpec};
+pub use kkl::Kkl;
 
 /// An observer of the deviations from an operating point.
 pub type At<O> = DeviationObserver<O, f64, Dyn, Dyn, Dyn>;
@@ -31,7 +32,39 @@ pub type WithDisturbance<O> = ProportionalIntegralObserver<O, Dyn>;
 pub type WithoutDisturbance<O> = UnknownInputObserver<O, f64, Dyn, Dyn, Dyn>;
 
 /// An observer of upper and lower bounds.
-pub(super) type Enclosing = IntervalObserver<LinearObserver<f64, Dyn, Dyn, Dyn>, f64, Dyn, Dyn, Dyn>;
+pub(crate) type Enclosing = IntervalObserver<LinearObserver<f64, Dyn, Dyn, Dyn>, f64, Dyn, Dyn, Dyn>;
+
+/// An observer at varying periods, ready to run; in deviations from an operating point, which is 0 for a linear plant.
+#[derive(Debug, Clone)]
+pub struct VaryingPeriods {
+    /// The observer, which a simulation corrects at the samples that it draws, and a log at its rows.
+    pub observer: Box<At<VaryingPeriodObserver<f64, Dyn, Dyn, Dyn>>>,
+    /// The periods for which convergence is proved.
+    pub periods: Periods,
+}
+
+impl VaryingPeriods {
+    pub(crate) fn new(
+        observer: VaryingPeriodObserver<f64, Dyn, Dyn, Dyn>,
+        periods: Periods,
+        point: [&DVector<f64>; 3],
+    ) -> Result<Self, DesignError> {
+        let [x, u, y] = point.map(DVector::clone);
+        let observer = DeviationObserver::new(observer, x, u, y)?;
+        Ok(Self { observer: Box::new(observer), periods })
+    }
+
+    /// The same observer in deviations from an operating point.
+    pub(crate) fn at(&self, point: &OperatingPoint) -> Result<Self, DesignError> {
+        Self::new(self.observer.inner().clone(), self.periods, [&point.x, &point.u, &point.y])
+    }
+
+    /// How the samples of a simulation are drawn.
+    pub fn sample_times(&self, sampling: &SamplingSpec) -> SampleTimes {
+        let (shortest, longest) = sampling.jitter.unwrap_or((self.periods.shortest, self.periods.longest));
+        SampleTimes { shortest, longest, misses: sampling.misses.unwrap_or(self.periods.misses), seed: sampling.seed }
+    }
+}
 
 /// An observer, ready to run.
 #[derive(Debug, Clone)]
@@ -317,8 +350,8 @@ impl Runnable {
 /// divided by the product of the coefficients before it, so that the error has the poles of a pure chain there.
 #[derive(Debug, Clone)]
 pub struct Chains {
-    pub(super) model: Model,
-    pub(super) lengths: Vec<usize>,
+    pub(crate) model: Model,
+    pub(crate) lengths: Vec<usize>,
     /// `1 / (c_1 ... c_(i-1))` within each chain.
     shape: DVector<f64>,
 }
@@ -328,7 +361,7 @@ impl Chains {
     ///
     /// # Errors
     /// The state (from 0) whose coefficient is 0 or not finite there, with the coefficient.
-    pub(super) fn at(
+    pub(crate) fn at(
         model: &Model,
         lengths: &[usize],
         estimate: &[f64],
@@ -353,7 +386,7 @@ impl Chains {
     }
 
     /// Whether every coefficient is 1.
-    pub(super) fn are_pure(&self) -> bool {
+    pub(crate) fn are_pure(&self) -> bool {
         self.shape.iter().all(|entry| *entry == 1.0)
     }
 

@@ -4,7 +4,17 @@ use std::fs::File;
 use std::io::{self, Read};
 use std::path::Path;
 
+use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
+
+/// A file that a study depends on.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub struct FileDigest {
+    /// Its name, that of a file of data as the study has it.
+    pub name: String,
+    /// SHA-256 of its content, in hexadecimal digits.
+    pub sha256: String,
+}
 
 /// The digest of some bytes.
 pub(crate) fn of(bytes: &[u8]) -> String {
@@ -12,7 +22,7 @@ pub(crate) fn of(bytes: &[u8]) -> String {
 }
 
 /// The digest of the content of a file.
-pub(super) fn of_file(path: &Path) -> io::Result<String> {
+pub(crate) fn of_file(path: &Path) -> io::Result<String> {
     let mut file = File::open(path)?;
     let (mut digest, mut buffer) = (Running::default(), vec![0; 1 << 16]);
     loop {
@@ -25,14 +35,14 @@ pub(super) fn of_file(path: &Path) -> io::Result<String> {
 
 /// The digest of bytes that come one after the other.
 #[derive(Default)]
-pub(super) struct Running(Sha256);
+pub(crate) struct Running(Sha256);
 
 impl Running {
-    pub(super) fn add(&mut self, bytes: &[u8]) {
+    pub(crate) fn add(&mut self, bytes: &[u8]) {
         self.0.update(bytes);
     }
 
-    pub(super) fn finish(self) -> String {
+    pub(crate) fn finish(self) -> String {
         hex(&self.0.finalize())
     }
 }

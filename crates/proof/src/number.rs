@@ -1,4 +1,4 @@
-//! Exact numbers in certificate files: hexadecimal floats for binary64 numbers, fractions for others.
+//! Exact numbers as certificate files write them: hexadecimal floats for binary64 numbers, fractions for others.
 //!
 //! `"0x1.8p-3"` is 1.5 times 2 to the power -3. The digits are hexadecimal, the exponent of two is decimal, and the
 //! number must be exactly representable in binary64: reading does not round. `"7"` and `"42/85"` are integers and
@@ -95,7 +95,7 @@ pub enum NumberError {
 }
 
 /// As much of a text as an error quotes.
-pub(super) fn quoted(text: &str) -> String {
+pub(crate) fn quoted(text: &str) -> String {
     const LENGTH: usize = 80;
     if text.chars().count() <= LENGTH {
         text.to_owned()
@@ -191,7 +191,7 @@ impl FromStr for Number {
 }
 
 /// The error for a decimal, if the text is one.
-pub(super) fn decimal(text: &str) -> Option<NumberError> {
+pub(crate) fn decimal(text: &str) -> Option<NumberError> {
     let is_decimal = text.bytes().any(|b| b.is_ascii_digit())
         && text.bytes().all(|b| b.is_ascii_digit() || matches!(b, b'.' | b'e' | b'E' | b'+' | b'-'));
     let value: f64 = if is_decimal { text.parse().ok()? } else { return None };

@@ -1,17 +1,19 @@
 //! Errors of the blocks of a sweep.
 
+use std::fmt;
 use std::path::PathBuf;
 
 use luenberger_proof::wording::counted;
 
-use super::block::Fault;
+/// The plan of a sweep in its folder.
+pub(crate) const PLAN: &str = "plan.json";
 
 /// Error of the blocks of a sweep.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum SweepError {
     /// A folder without a sweep.
-    #[error("{} has no sweep: there is no {}", folder.display(), super::folder::PLAN)]
+    #[error("{} has no sweep: there is no {}", folder.display(), PLAN)]
     NoSweep {
         /// The folder.
         folder: PathBuf,
@@ -99,6 +101,33 @@ pub enum SweepError {
         /// The folder.
         folder: PathBuf,
     },
+}
+
+/// Why a file is not the block it should be.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum Fault {
+    /// It does not end with a digest.
+    Truncated,
+    /// Its bytes have not the digest at its end.
+    Damaged,
+    /// It is a block of another study, or another version.
+    Foreign,
+    /// It is another block of the same sweep.
+    Other {
+        /// Its number.
+        block: u64,
+    },
+}
+
+impl fmt::Display for Fault {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Truncated => write!(f, "is cut short, or is no block of a sweep"),
+            Self::Damaged => write!(f, "is damaged (its checksum does not match)"),
+            Self::Foreign => write!(f, "is a block of another study, or of another version"),
+            Self::Other { block } => write!(f, "is a copy of block {block}"),
+        }
+    }
 }
 
 /// The first ones of some numbers.

@@ -1,0 +1,207 @@
+//! Estimates with a covariance: their noises, what moves the covariance, and the measurement update that the Kalman
+//! filters share.
+
+use luenberger_plants::error::check_matrix;
+use luenberger_plants::{Column, Size};
+use nalgebra::allocator::Allocator;
+use nalgebra::{ComplexField, DefaultAllocator, Dim, DimAdd, DimSum, OMatrix, OVector, RealField, U1, convert};
+
+use crate::dense::{Factor, times, times_transpose};
+use crate::error::ObserverError;
+use crate::semidefinite::failing_pivot;
+
+/// The state of a Kalman filter: estimate and covariance, one beside the other.
+#[derive(Clone, Debug, PartialEq)]
+pub struct GaussianEstimate<T: RealField + Copy, N: DimAdd<U1>>(OMatrix<T, N, DimSum<N, U1>>)
+where
+    DefaultAllocator: Allocator<N, DimSum<N, U1>>;
+
+impl<T: RealField + Copy, N: DimAdd<U1>> GaussianEstimate<T, N>
+where
+    DefaultAllocator: Allocator<N, DimSum<N, U1>> + Allocator<N> + Allocator<N, N>,
+{
+    /// The belief with estimate xhat (length n) and covariance P (n x n).
+    pub fn new(xhat: &OVector<T, N>, p: &OMatrix<T, N, N>) -> Self {
+        let rows = xhat.shape_generic().0;
+        Self(OMatrix::from_fn_generic(rows, rows.add(U1), |i, j| if j == 0 { xhat[i] } else { p[(i, j - 1)] }))
+    }
+
+    /// The estimate xhat.
+    pub fn estimate(&self) -> OVector<T, N> {
+        self.0.column(0).into_owned()
+    }
+
+    /// The covariance P that the filter believes its error to have.
+    pub fn covariance(&self) -> OMatrix<T, N, N> {
+        let rows = self.0.shape_generic().0;
+        OMatrix::from_fn_generic(rows, rows, |i, j| self.0[(i, j + 1)])
+    }
+}
+
+impl<T: RealField + Copy, N: DimAdd<U1>> Column<T> for GaussianEstimate<T, N>
+where
+    DefaultAllocator: Allocator<N, DimSum<N, U1>>,
+{
+    fn try_from_slice(entries: &[T]) -> Option<Self> {
+        // n (n + 1) entries: n is the integer part of the root.
+        let n = entries.len().isqrt();
+        if n * (n + 1) != entries.len() || N::try_to_usize().is_some_and(|fixed| fixed != n) {
+            return None;
+        }
+        let rows = N::from_usize(n);
+        Some(Self(OMatrix::from_iterator_generic(rows, rows.add(U1), entries.iter().copied())))
+    }
+
+    fn as_slice(&self) -> &[T] {
+        self.0.as_slice()
+    }
+
+    fn fixed_len() -> Option<usize> {
+        N::try_to_usize().map(|n| n * (n + 1))
+    }
+}
+
+/// The noise a filter is designed for, and its doubt at the start.
+#[derive(Clone, Debug, PartialEq)]
+pub struct NoiseModel<T: RealField + Copy, N: Dim, P: Dim>
+where
+    DefaultAllocator: Allocator<N, N> + Allocator<P, P>,
+{
+    /// Intensity W of the process noise, n x n, symmetric positive semidefinite, per unit of time.
+    pub w: OMatrix<T, N, N>,
+    /// Covariance V of one measurement, p x p, symmetric positive definite.
+    pub v: OMatrix<T, P, P>,
+    /// Covariance of the error of the initial estimate, n x n, symmetric positive semidefinite.
+    pub p0: OMatrix<T, N, N>,
+}
+
+/// `F P + P F' + W`.
+pub(crate) fn spread<T: RealField + Copy, N: Dim>(
+    f: &OMatrix<T, N, N>,
+    p: &OMatrix<T, N, N>,
+    w: &OMatrix<T, N, N>,
+) -> OMatrix<T, N, N>
+where
+    DefaultAllocator: Allocator<N, N>,
+{
+    let fp = times(f, p);
+    fp.transpose() + fp + w
+}
+
+/// What was new in a sample, and how unlikely the filter holds it to be.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Innovation<T: RealField + Copy, P: Dim>
+where
+    DefaultAllocator: Allocator<P> + Allocator<P, P>,
+{
+    /// The innovation `y~ = y - h(xhat, u)` before the update, length p; zero for an output that was not measured.
+    pub value: OVector<T, P>,
+    /// Its covariance `S = H P H' + V`, p x p; the row and column of an output that was not measured are those of I.
+    pub covariance: OMatrix<T, P, P>,
+    /// `y~' S^-1 y~`: for the right noise and a linear plant chi-squared distributed, with as many degrees of freedom
+    /// as outputs were measured.
+    pub normalized_square: T,
+}
+
+/// The measurement update in Joseph's form, shared by the filters: H is `h` (p x n).
+///
+/// An output that is not measured gets a zero row of H, a zero innovation and a noise of its own, so that its column of
+/// K is zero: what is left is the update by the other rows.
+pub(crate) fn correct<T: RealField + Copy, N: DimAdd<U1>, M: Dim, P: Dim>(
+    belief: &mut GaussianEstimate<T, N>,
+    h: OMatrix<T, P, N>,
+    innovation: OVector<T, P>,
+    v: OMatrix<T, P, P>,
+    measured: impl Fn(usize) -> bool,
+) -> Option<Innovation<T, P>>
+where
+    DefaultAllocator: Size<N, M, P> + Allocator<N, DimSum<N, U1>>,
+{
+    let (xhat, p) = (belief.estimate(), belief.covariance());
+    let (xhat, p, innovation) = corrected(xhat, &p, (h, innovation, v), measured)?;
+    *belief = GaussianEstimate::new(&xhat, &p);
+    Some(innovation)
+}
+
+/// Estimate and covariance after the update by the measurement with H, innovation and V.
+#[allow(clippy::type_complexity, reason = "estimate, covariance, innovation")]
+pub(crate) fn corrected<T: RealField + Copy, N: Dim, P: Dim>(
+    mut xhat: OVector<T, N>,
+    p: &OMatrix<T, N, N>,
+    (mut h, mut innovation, mut v): (OMatrix<T, P, N>, OVector<T, P>, OMatrix<T, P, P>),
+    measured: impl Fn(usize) -> bool,
+) -> Option<(OVector<T, N>, OMatrix<T, N, N>, Innovation<T, P>)>
+where
+    DefaultAllocator:
+        Allocator<N> + Allocator<P> + Allocator<N, N> + Allocator<N, P> + Allocator<P, N> + Allocator<P, P>,
+{
+    for i in (0..innovation.nrows()).filter(|&i| !measured(i)) {
+        h.row_mut(i).fill(T::zero());
+        innovation[i] = T::zero();
+        v.row_mut(i).fill(T::zero());
+        v.column_mut(i).fill(T::zero());
+        v[(i, i)] = T::one();
+    }
+    let hp = times(&h, p);
+    let s = times_transpose(&hp, &h) + &v;
+    if !s.iter().all(ComplexField::is_finite) {
+        return None;
+    }
+    let factor = Factor::new(&s)?;
+    // K' = S^-1 (H P).
+    let gain = factor.solve(&hp).transpose();
+    let order = xhat.shape_generic().0;
+    let keep = OMatrix::<T, N, N>::identity_generic(order, order) - times(&gain, &h);
+    xhat += times(&gain, &innovation);
+    let mut p = times_transpose(&times(&keep, p), &keep) + times_transpose(&times(&gain, &v), &gain);
+    symmetrise(&mut p);
+    let normalized_square = innovation.dot(&factor.solve(&innovation));
+    Some((xhat, p, Innovation { value: innovation, covariance: s, normalized_square }))
+}
+
+/// Replaces a matrix by its symmetric part, exactly symmetric.
+pub(crate) fn symmetrise<T: RealField + Copy, N: Dim>(p: &mut OMatrix<T, N, N>)
+where
+    DefaultAllocator: Allocator<N, N>,
+{
+    let half: T = convert(0.5);
+    for i in 0..p.nrows() {
+        for j in 0..i {
+            let mean = (p[(i, j)] + p[(j, i)]) * half;
+            (p[(i, j)], p[(j, i)]) = (mean, mean);
+        }
+    }
+}
+
+/// The symmetric part of a covariance, after a check of shape, entries, symmetry and definiteness (or
+/// semidefiniteness).
+///
+/// Mirrored entries may differ by 8 n epsilon of the largest entry, as for the designs that these matrices come from:
+/// those of `C'WC` differ by `2 n epsilon` of `|C'| |W| |C|`.
+pub(crate) fn covariance<T: RealField + Copy, D: Dim>(
+    what: &'static str,
+    mut matrix: OMatrix<T, D, D>,
+    order: usize,
+    definite: bool,
+) -> Result<OMatrix<T, D, D>, ObserverError>
+where
+    DefaultAllocator: Allocator<D, D> + Allocator<D>,
+{
+    check_matrix(what, &matrix, (order, order))?;
+    let largest = matrix.iter().fold(T::zero(), |largest: T, entry| largest.max(entry.abs()));
+    let rounding = largest * T::default_epsilon() * convert::<f64, T>(8.0 * order as f64);
+    for row in 0..order {
+        for column in 0..row {
+            let difference = matrix[(row, column)] - matrix[(column, row)];
+            if difference.abs() > rounding {
+                let difference = difference.to_subset_unchecked();
+                return Err(ObserverError::NotSymmetric { what, row, column, difference });
+            }
+        }
+    }
+    symmetrise(&mut matrix);
+    match failing_pivot(&matrix, (!definite).then_some(8)) {
+        Some((row, pivot)) => Err(ObserverError::NotDefinite { what, row, pivot: pivot.to_subset_unchecked() }),
+        None => Ok(matrix),
+    }
+}

@@ -1,0 +1,24 @@
+//! Bounds of the magnitudes in operation, from the simulation of a study.
+
+use nalgebra::DMatrix;
+
+use crate::study::{ObserverKind, ObserverSpec, Study};
+use crate::trajectory;
+
+/// Bounds of operation relative to the magnitudes in the simulation.
+pub(crate) const MARGIN: f64 = 1.2;
+
+/// Bounds of |x| and |u| in operation, for the widths that an interval observer states: 1.2 times those of the study's
+/// simulation; without one, those of the box of the first state, and 1.
+pub(crate) fn largest(study: &Study, observer: &ObserverSpec) -> (Vec<f64>, Vec<f64>) {
+    let first = match &observer.kind {
+        ObserverKind::Interval(spec) => spec.first.iter().zip(&observer.initial).map(|(w, x)| x.abs() + w).collect(),
+        _ => observer.initial.clone(),
+    };
+    let inputs = vec![1.0; study.plant.inputs.len()];
+    let Some(run) = study.simulation.as_ref().and_then(|simulation| trajectory::of_plant(study, simulation)) else {
+        return (first, inputs);
+    };
+    let of = |m: &DMatrix<f64>| m.column_iter().map(|column| MARGIN * column.amax()).collect::<Vec<_>>();
+    (of(&run.x).into_iter().zip(first).map(|(x, first): (f64, f64)| x.max(first)).collect(), of(&run.u))
+}

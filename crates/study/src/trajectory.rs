@@ -1,0 +1,174 @@
+//! The trajectory of a study's plant with its observers, as the simulation of the study has it.
+//!
+//! With feedback, the observer in the loop is part of every run, so that all see the same plant trajectory.
+
+use std::time::Instant;
+
+use luenberger_sim::{Change, Scenario, Settings, SimError, Trajectory, row_times};
+
+use crate::designed::Designed;
+use crate::signal::Input;
+use crate::study::{ObserverSpec, SamplingSpec, Simulation, Study};
+
+/// An observer that has been designed.
+#[derive(Clone, Copy)]
+pub(crate) struct Member<'a> {
+    pub(crate) wish: &'a ObserverSpec,
+    pub(crate) designed: &'a Designed,
+}
+
+/// The designed observer of that name.
+pub(crate) fn member<'a, 'b>(members: &'b [Member<'a>], name: &str) -> Option<&'b Member<'a>> {
+    members.iter().find(|member| member.wish.name == name)
+}
+
+/// Deviation from the study's own run.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Variation {
+    /// Factor of the noise amplitude.
+    pub(crate) noise: f64,
+    /// Number added to the seed.
+    pub(crate) seed: u64,
+}
+
+impl Variation {
+    pub(crate) const NONE: Self = Self { noise: 1.0, seed: 0 };
+}
+
+/// The observer in the feedback loop.
+pub(crate) fn fed(study: &Study) -> Option<&str> {
+    match &study.input {
+        Input::Feedback { observer, .. } => Some(observer),
+        _ => None,
+    }
+}
+
+/// Whether the input of the plant is a feedback of this observer's estimate.
+pub(crate) fn is_fed(study: &Study, observer: &str) -> bool {
+    fed(study) == Some(observer)
+}
+
+/// The rows of a run, and its end if that is no row.
+pub(crate) fn times(simulation: &Simulation, period: Option<f64>) -> (Vec<f64>, Option<f64>) {
+    row_times(simulation.duration, simulation.samples, period)
+}
+
+/// One run, with the observer `member` and the one in the feedback loop, until the instant `until` at most.
+pub(crate) fn run(
+    study: &Study,
+    simulation: &Simulation,
+    members: &[Member<'_>],
+    member: Option<&Member<'_>>,
+    variation: Variation,
+    until: Option<Instant>,
+) -> Result<Trajectory, SimError> {
+    let (mut wanted, end) = times(simulation, member.and_then(|member| member.designed.runnable.period()));
+    wanted.extend(end);
+    let settings = Settings { end: until, ..simulation.settings };
+    run_at(study, &Simulation { settings, ..simulation.clone() }, members, member, variation, &wanted)
+}
+
+/// The same with rows at the given times.
+pub(crate) fn run_at(
+    study: &Study,
+    simulation: &Simulation,
+    members: &[Member<'_>],
+    member: Option<&Member<'_>>,
+    variation: Variation,
+    times: &[f64],
+) -> Result<Trajectory, SimError> {
+    let truth = study.truth.as_ref();
+    let simulated = truth.and_then(|truth| truth.plant.as_ref()).map_or(&study.plant.model, |other| &other.model);
+    let mut scenario = Scenario::new(simulated)
+        .model(&study.plant.model)
+        .initial_state(&simulation.x0)
+        .times(times)
+        .settings(simulation.settings)
+        .input(study.input.signal_at(study.operating_point.as_ref()))
+        .breakpoints(&study.input.breakpoints(0.0, simulation.duration));
+    if let Some(period) = simulation.hold {
+        scenario = scenario.hold_input(period);
+    }
+    if let Some(truth) = truth {
+        scenario = scenario.disturbances(truth.disturbances.reseeded(variation.seed));
+        // One after the end of the run is not reached.
+        for event in truth.events.iter().filter(|event| event.at <= simulation.duration) {
+            let mut change = Change::at(event.at);
+            if let Some(other) = &event.plant {
+                change = change.plant(&other.model);
+            }
+            if !event.jump.is_empty() {
+                change = change.jump(&event.jump);
+            }
+            scenario = scenario.change(change);
+        }
+    }
+    if let Some(dt) = study.plant.dt {
+        scenario = scenario.discrete_time(dt);
+    }
+    if let Some(noise) = &simulation.noise {
+        scenario = scenario.noise(noise.noise(variation.noise, noise.seed.wrapping_add(variation.seed)));
+    }
+    for sensor in &simulation.sensors {
+        scenario = scenario.sensor(sensor.sensor(variation.noise, variation.seed));
+    }
+    let sampling = SamplingSpec { seed: simulation.sampling.seed.wrapping_add(variation.seed), ..simulation.sampling };
+    let name = member.map(|member| member.wish.name.as_str());
+    if let Some(observer) = fed(study).filter(|observer| Some(*observer) != name)
+        && let Some(fed) = members.iter().find(|fed| fed.wish.name == observer)
+    {
+        scenario = fed.designed.runnable.join_sampled(scenario, &fed.wish.name, &fed.wish.initial, &sampling);
+    }
+    if let Some(member) = member {
+        let name = &member.wish.name;
+        scenario = member.designed.runnable.join_sampled(scenario, name, &member.wish.initial, &sampling);
+    }
+    scenario.run()
+}
+
+/// The run of the plant alone; none with feedback of an estimate, or if it cannot be simulated.
+pub(crate) fn of_plant(study: &Study, simulation: &Simulation) -> Option<Trajectory> {
+    if fed(study).is_some() {
+        return None;
+    }
+    run(study, simulation, &[], None, Variation::NONE, None).ok()
+}
+
+/// The run with an observer at given times; none if it cannot be simulated.
+pub(crate) fn of_observer_at(
+    study: &Study,
+    simulation: &Simulation,
+    members: &[Member<'_>],
+    member: &Member<'_>,
+    times: &[f64],
+) -> Option<Trajectory> {
+    run_at(study, simulation, members, Some(member), Variation::NONE, times).ok()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn rows_of_a_sampled_observer_are_samples() {
+        let study = crate::Study::from_text(
+            "t.toml",
+            "[plant]\na = [[-1]]\nc = [[1]]\n[simulation]\nx0 = [1]\nduration = 1\nsamples = 6\n",
+            crate::Format::Toml,
+            ".".as_ref(),
+        )
+        .unwrap();
+        let simulation = study.simulation.unwrap();
+        let near = |period, wished: &[f64], end| {
+            let (times, rest) = times(&simulation, period);
+            assert!(times.len() == wished.len() && times.iter().zip(wished).all(|(a, b)| (a - b).abs() < 1e-12));
+            assert_eq!(rest, end);
+        };
+        near(None, &[0.0, 0.2, 0.4, 0.6, 0.8, 1.0], None);
+        near(Some(0.1), &[0.0, 0.2, 0.4, 0.6, 0.8, 1.0], None);
+        // Eight samples, every second of them; the run goes on to its end.
+        near(Some(0.13), &[0.0, 0.26, 0.52, 0.78], Some(1.0));
+        near(Some(0.3), &[0.0, 0.3, 0.6, 0.9], Some(1.0));
+        near(Some(2.0), &[0.0], Some(1.0));
+    }
+}
