@@ -1,6 +1,9 @@
 //! The error `e' = F e + w - L v + (r'theta r) N r`, `r = C e + v`, integrated by Runge and Kutta's method with steps
 //! as short as the cubic term is stiff, without allocation.
 
+// At the optimisation of tests, adapters of iterators are calls: here they take as long as the arithmetic.
+#![allow(clippy::needless_range_loop)]
+
 use nalgebra::DMatrix;
 
 /// Rates times steps: the error of a step of the fourth order is about their fifth power over 120.
@@ -62,7 +65,12 @@ fn rows(m: &DMatrix<f64>) -> Vec<f64> {
 }
 
 fn row_times(m: &[f64], i: usize, x: &[f64]) -> f64 {
-    m[i * x.len()..(i + 1) * x.len()].iter().zip(x).map(|(a, b)| a * b).sum()
+    let row = &m[i * x.len()..(i + 1) * x.len()];
+    let mut sum = 0.0;
+    for k in 0..x.len() {
+        sum += row[k] * x[k];
+    }
+    sum
 }
 
 impl ErrorFlow {
@@ -83,7 +91,11 @@ impl ErrorFlow {
 
     /// `e'Te`.
     pub(super) fn square(&self, e: &[f64]) -> f64 {
-        (0..self.n).map(|i| e[i] * row_times(&self.weight, i, e)).sum()
+        let mut sum = 0.0;
+        for i in 0..self.n {
+            sum += e[i] * row_times(&self.weight, i, e);
+        }
+        sum
     }
 
     /// r and theta r; returns `r'theta r` and a bound of the eigenvalues of the Jacobian of the cubic term.
@@ -115,17 +127,18 @@ impl ErrorFlow {
     /// A step of length h; returns the integral of `e'Te` over it.
     fn step(&self, e: &mut [f64], h: f64, work: &mut Work) -> f64 {
         let mut cost = 0.0;
-        for (stage, (share, weight)) in [(0.0, 1.0), (0.5, 2.0), (0.5, 2.0), (1.0, 1.0)].into_iter().enumerate() {
+        for stage in 0..4 {
+            let (share, weight) = [(0.0, 1.0), (0.5, 2.0), (0.5, 2.0), (1.0, 1.0)][stage];
             let before = stage.saturating_sub(1);
-            for ((at, e), slope) in work.at.iter_mut().zip(e.iter()).zip(&work.slopes[before]) {
-                *at = if stage == 0 { *e } else { e + share * h * slope };
+            for i in 0..self.n {
+                work.at[i] = if stage == 0 { e[i] } else { e[i] + share * h * work.slopes[before][i] };
             }
             cost += weight * self.square(&work.at);
             self.slope(stage, work);
         }
         let [a, b, c, d] = &work.slopes;
-        for (i, e) in e.iter_mut().enumerate() {
-            *e += h / 6.0 * (a[i] + 2.0 * b[i] + 2.0 * c[i] + d[i]);
+        for i in 0..self.n {
+            e[i] += h / 6.0 * (a[i] + 2.0 * b[i] + 2.0 * c[i] + d[i]);
         }
         cost * h / 6.0
     }
