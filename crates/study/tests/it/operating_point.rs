@@ -5,43 +5,7 @@ use luenberger_study::Step;
 use crate::studies::{executed, mistake};
 
 /// The stirred reactor of Seborg, Edgar and Mellichamp, Process Dynamics and Control, 2nd ed. 2004, table 2.3.
-const REACTOR: &str = r#"[plant]
-f = ["1 - c - k0*exp(-8750/T)*c", "350 - T + (5e4*k0*exp(-8750/T)*c + 500*(Tc - T))/239"]
-h = ["T"]
-states = ["c", "T"]
-inputs = ["Tc"]
-parameters = { k0 = 7.2e10 }
-[operating_point]
-x = [0.5, 349]
-u = [300]
-[input]
-expressions = ["300 + 0.5*sin(t)"]
-[simulation]
-x0 = [0.51, 351]
-duration = 0.5
-[[observer]]
-name = "kalman"
-kind = "kalman"
-w = [[1e-3, 0], [0, 1]]
-v = 0.1
-[[observer]]
-name = "poles"
-kind = "luenberger"
-poles = [-3, -4]
-[[observer]]
-name = "cubic"
-kind = "cubic"
-poles = [-3, -4]
-gamma = 1
-theta = 1e-4
-[[observer]]
-name = "sampled"
-kind = "sampled-cubic"
-poles = [-3, -4]
-gamma = 1
-theta = 1e-4
-period = 0.01
-"#;
+const REACTOR: &str = include_str!("../studies/reactor.toml");
 
 #[test]
 fn linear_observers_of_a_reactor() {

@@ -8,34 +8,7 @@ use luenberger_study::{Results, RunOptions, Step, execute};
 
 use crate::studies::{executed, mistake, scratch, study, study_in};
 
-const STUDY: &str = r#"[plant]
-a = [[0, 1], [0, 0]]
-b = [[0], [1]]
-c = [[1, 0]]
-time_unit = "s"
-[input]
-expressions = ["sin(t)"]
-[simulation]
-x0 = [3, -1]
-duration = 8
-samples = 81
-scale = [1, 1]
-[[observer]]
-name = "radial"
-kind = "sampled-cubic"
-poles = [-2, -5]
-gamma = 10
-period = 0.1
-jitter = [0.07, 0.14]
-misses = 2
-[[observer]]
-name = "weighted"
-kind = "sampled-cubic"
-poles = [-2, -5]
-weighted = 10
-period = 0.1
-jitter = [0.09, 0.12]
-"#;
+const STUDY: &str = include_str!("../studies/varying_periods.toml");
 
 /// Within the periods of the design: no warning, also not of the input, which need not be held. The scores are in
 /// continuous time, from the error at the start.
