@@ -2,6 +2,10 @@
 //! run, or a run of an ensemble beyond what it returns.
 #![allow(unsafe_code, reason = "a counting allocator is an unsafe trait; it only passes on")]
 
+#[path = "../../crates/linalg/tests/counting_allocator/mod.rs"]
+mod counting_allocator;
+
+use counting_allocator::allocations;
 use luenberger_expression::{ExpressionPlant, Parameters};
 use luenberger_observers::{
     DiscreteLinearObserver, ExtendedKalmanFilter, LinearObserver, NoiseModel, NonlinearLuenbergerObserver,
@@ -10,38 +14,6 @@ use luenberger_observers::{
 use luenberger_plants::StateSpace;
 use luenberger_sim::{Ensemble, Integrator, Member, Noise, Scenario, Settings, Signal, solve};
 use nalgebra::{DMatrix, DVector, dmatrix};
-use std::alloc::{GlobalAlloc, Layout, System};
-use std::cell::Cell;
-use std::hint::black_box;
-
-struct Counting;
-
-thread_local! {
-    static COUNT: Cell<usize> = const { Cell::new(0) };
-}
-
-// SAFETY: every call is passed on to the system's allocator unchanged.
-unsafe impl GlobalAlloc for Counting {
-    unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
-        COUNT.with(|count| count.set(count.get() + 1));
-        // SAFETY: as required of the caller.
-        unsafe { System.alloc(layout) }
-    }
-
-    unsafe fn dealloc(&self, pointer: *mut u8, layout: Layout) {
-        // SAFETY: as required of the caller.
-        unsafe { System.dealloc(pointer, layout) }
-    }
-}
-
-#[global_allocator]
-static ALLOCATOR: Counting = Counting;
-
-fn allocations<R>(work: impl FnOnce() -> R) -> usize {
-    let before = COUNT.with(Cell::get);
-    black_box(work());
-    COUNT.with(Cell::get) - before
-}
 
 #[test]
 fn steps_of_sampled_observers_take_no_memory() {

@@ -151,37 +151,7 @@ form = "interpolated"
 "#;
 
 /// Cubic observers at varying periods, with the closed form and with the semi-implicit step.
-const VARYING: &str = r#"
-[plant]
-a = [[0, 1], [0, 0]]
-b = [[0], [1]]
-c = [[1, 0]]
-
-[input]
-expressions = ["sin(t)"]
-
-[simulation]
-x0 = [3, -1]
-duration = 8
-samples = 81
-
-[[observer]]
-name = "radial"
-kind = "sampled-cubic"
-poles = [-2, -5]
-gamma = 10
-period = 0.1
-jitter = [0.07, 0.14]
-misses = 2
-
-[[observer]]
-name = "weighted"
-kind = "sampled-cubic"
-poles = [-2, -5]
-weighted = 10
-period = 0.1
-jitter = [0.09, 0.12]
-"#;
+const VARYING: &str = include_str!("../../crates/study/tests/studies/varying_periods.toml");
 
 /// A numerical KKL observer for an input that is held, with tables.
 const HELD: &str = r#"

@@ -1,42 +1,14 @@
 //! The second solution, and the second Schur form, of the same size takes no memory.
 #![allow(unsafe_code, reason = "a counting allocator is an unsafe trait; it only passes on")]
 
+mod counting_allocator;
+
+use counting_allocator::allocations;
 use luenberger_linalg::{
     DiscreteSylvesterEquation, LyapunovEquation, Schur, SchurWorkspace, SteinEquation, SylvesterEquation, schur_into,
 };
 use nalgebra::DMatrix;
-use std::alloc::{GlobalAlloc, Layout, System};
-use std::cell::Cell;
 use std::hint::black_box;
-
-struct Counting;
-
-thread_local! {
-    static COUNT: Cell<usize> = const { Cell::new(0) };
-}
-
-// SAFETY: every call is passed on to the system's allocator unchanged.
-unsafe impl GlobalAlloc for Counting {
-    unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
-        COUNT.with(|count| count.set(count.get() + 1));
-        // SAFETY: as required of the caller.
-        unsafe { System.alloc(layout) }
-    }
-
-    unsafe fn dealloc(&self, pointer: *mut u8, layout: Layout) {
-        // SAFETY: as required of the caller.
-        unsafe { System.dealloc(pointer, layout) }
-    }
-}
-
-#[global_allocator]
-static ALLOCATOR: Counting = Counting;
-
-fn allocations(mut work: impl FnMut()) -> usize {
-    let before = COUNT.with(Cell::get);
-    work();
-    COUNT.with(Cell::get) - before
-}
 
 #[test]
 fn the_second_solution_takes_no_memory() {

@@ -5,9 +5,9 @@ use luenberger_design::lipschitz::{LipschitzPlant, Sector};
 use luenberger_design::mean_value::{ContractingCoordinates, MeanValueDesign};
 use luenberger_design::robust::{PolytopicDesign, certify_gain, fixed_gain_margin, theorem5_bound};
 use luenberger_design::{
-    Certified, CubicDesign, CubicGain, FeedbackDesign, LinearDesign, LipschitzDesign, LpvDesign, LyapunovWeight,
-    Region, SampledCubicDesign, Theorem1, deployed_linear, joint_design, lyapunov_certificate_file,
-    stein_certificate_file, theta_from_importance,
+    Certified, CubicDesign, CubicGain, FeedbackDesign, LinearDesign, LipschitzDesign, LpvDesign, Region,
+    SampledCubicDesign, Theorem1, deployed_linear, joint_design, lyapunov_certificate_file, stein_certificate_file,
+    theta_from_importance,
 };
 use luenberger_linalg::{lambda_min, lqr, lyapunov, stein};
 use luenberger_lmi::{Problem, dynamic_matrix, he};
@@ -22,18 +22,8 @@ use luenberger_proof::{Interval, Matrix, Verdict};
 use nalgebra::{DMatrix, dmatrix};
 use proptest::prelude::*;
 
+use crate::examples::example_1;
 use crate::generators::{accretive, linear, matrix, stabilisable_plant};
-
-/// Example 1 of the paper.
-fn example1() -> (StateSpace, LinearDesign, CubicDesign) {
-    let plant = double_integrator().to_dynamic();
-    let linear = LinearDesign::with_poles(&plant, &[-2.0, -5.0])
-        .unwrap()
-        .lyapunov_weight(LyapunovWeight::Identity(10.0))
-        .unwrap();
-    let cubic = CubicDesign::new(&linear, &dmatrix![10.0], &CubicGain::Gamma(2.0)).unwrap();
-    (plant, linear, cubic)
-}
 
 /// Written, read, compared, checked.
 fn goes_the_whole_way<E: std::fmt::Debug>(file: Result<CertificateFile, E>) -> Proved {
@@ -134,7 +124,7 @@ proptest! {
     /// written.
     #[test]
     fn tampering_never_panics(edits in prop::collection::vec((any::<prop::sample::Index>(), any::<u8>()), 1..3)) {
-        let mut bytes = example1().2.certificate_file("Example 1").unwrap().to_json().into_bytes();
+        let mut bytes = example_1().2.certificate_file("Example 1").unwrap().to_json().into_bytes();
         for (at, byte) in edits {
             let at = at.index(bytes.len());
             bytes[at] = byte;
@@ -151,7 +141,7 @@ proptest! {
 
 #[test]
 fn the_examples_of_the_paper_go_into_files() {
-    let (plant, linear, cubic) = example1();
+    let (plant, linear, cubic) = example_1();
     let proved = goes_the_whole_way(linear.certificate_file("Example 1, linear"));
     assert!(proved.statement.starts_with("For the plant x' = Ax + Bu, y = Cx with 2 states, 1 input and 1 output"));
     let proved = goes_the_whole_way(cubic.certificate_file("Example 1"));
@@ -404,7 +394,7 @@ fn with_number(text: &str, at: usize, value: f64) -> String {
 /// that happen to increase the margins.
 #[test]
 fn flipped_bits_are_rejected_or_leave_the_statement_true() {
-    let (_, linear, _) = example1();
+    let (_, linear, _) = example_1();
     let text = linear.certificate_file("Example 1").unwrap().to_json();
     let (mut rejected, mut accepted) = (0, 0);
     for (at, value) in numbers(&text) {
@@ -447,7 +437,7 @@ fn flipped_bits_are_rejected_or_leave_the_statement_true() {
 /// agree.
 #[test]
 fn false_statements_are_rejected_with_a_digest_that_agrees() {
-    let (_, _, cubic) = example1();
+    let (_, _, cubic) = example_1();
     let file = cubic.certificate_file("Example 1").unwrap();
     let text = file.to_json();
     assert!(verify(resealed(&text).as_bytes()).is_ok());

@@ -3,9 +3,11 @@
 use diffsol::{NalgebraMat, OdeBuilder, OdeSolverMethod};
 use luenberger_design::{CubicDesign, CubicGain, LinearDesign, LyapunovWeight};
 use luenberger_observers::CubicObserver;
-use luenberger_plants::{StateSpace, double_integrator, third_order};
+use luenberger_plants::{StateSpace, third_order};
 use luenberger_sim::{Scenario, Signal};
 use nalgebra::{DVector, Dyn, dmatrix};
+
+use crate::examples::example_1;
 
 type M = NalgebraMat<f64>;
 
@@ -60,12 +62,7 @@ fn agree(design: &CubicDesign, e0: &[f64], t: &[f64], tolerance: f64) {
 
 #[test]
 fn example_1_agrees_with_a_second_integrator() {
-    let plant = double_integrator().to_dynamic();
-    let linear = LinearDesign::with_poles(&plant, &[-2.0, -5.0])
-        .unwrap()
-        .lyapunov_weight(LyapunovWeight::Identity(10.0))
-        .unwrap();
-    let cubic = CubicDesign::new(&linear, &dmatrix![10.0], &CubicGain::Gamma(2.0)).unwrap();
+    let (_, _, cubic) = example_1();
     agree(&cubic, &[-3.0, -3.0], &[0.001, 0.01, 0.1, 0.5, 1.0, 2.0, 4.0], 1e-9);
 }
 
@@ -85,12 +82,7 @@ fn example_2_agrees_with_a_second_integrator() {
 #[test]
 fn example_1_has_its_golden_values() {
     use luenberger_sim::metrics;
-    let plant = double_integrator().to_dynamic();
-    let linear = LinearDesign::with_poles(&plant, &[-2.0, -5.0])
-        .unwrap()
-        .lyapunov_weight(LyapunovWeight::Identity(10.0))
-        .unwrap();
-    let cubic = CubicDesign::new(&linear, &dmatrix![10.0], &CubicGain::Gamma(2.0)).unwrap();
+    let (plant, linear, cubic) = example_1();
     let run = Scenario::new(plant)
         .initial_state(&[-3.0, -3.0])
         .input(Signal::scalar(f64::sin))

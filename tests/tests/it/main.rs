@@ -3,6 +3,7 @@
 mod bad_input;
 mod certificates;
 mod cuk_table_1;
+mod examples;
 mod falsify;
 mod generators;
 mod golden_trajectories;

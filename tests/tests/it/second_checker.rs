@@ -14,14 +14,14 @@ use luenberger_design::robust::{PolytopicDesign, certify_gain};
 use luenberger_design::{
     Certified, CubicDesign, CubicGain, DecoupledPlant, DiscreteDesign, DiscreteLpvDesign, Disturbances, ErrorBound,
     ErrorCoordinates, FeedbackDesign, GainOptions, IntervalDesign, IntervalRequirements, LinearDesign, LipschitzDesign,
-    LpvDesign, LyapunovWeight, NormFilterDesign, NormTarget, Performance, Periods, ReducedOrderDesign, Region,
-    SampledCubicDesign, SampledIntervalDesign, SuperTwistingDesign, SystemNorm, Theorem1, TimeDomain, Uncertainty,
-    UnknownInputDesign, VaryingPeriodDesign, at_varying_periods, deployed_linear, joint_design,
-    lyapunov_certificate_file, stein_certificate_file, theta_from_importance,
+    LpvDesign, NormFilterDesign, NormTarget, Performance, Periods, ReducedOrderDesign, Region, SampledCubicDesign,
+    SampledIntervalDesign, SuperTwistingDesign, SystemNorm, Theorem1, TimeDomain, Uncertainty, UnknownInputDesign,
+    VaryingPeriodDesign, at_varying_periods, deployed_linear, joint_design, lyapunov_certificate_file,
+    stein_certificate_file, theta_from_importance,
 };
 use luenberger_linalg::lqr;
 use luenberger_lmi::{Problem, he, sdpa};
-use luenberger_plants::{CukConverter, StateSpace, VanDerPol, double_integrator, flexible_joint, third_order};
+use luenberger_plants::{CukConverter, StateSpace, VanDerPol, flexible_joint, third_order};
 use luenberger_proof::certificate::{
     CertificateFile, CubicConvergence, Definiteness, HurwitzStability, LinearConvergence, PlantWithin, Rejection,
     SchurStability, Sign, StructuredCubicConvergence, Theorem, digest, verify,
@@ -32,6 +32,8 @@ use luenberger_study::{Study, TEMPLATES};
 use luenberger_tests::kkl_maps::{bound, converter, duffing, exponential_cascade, region, van_der_pol};
 use nalgebra::{DMatrix, dmatrix};
 use serde_json::Value;
+
+use crate::examples::example_1;
 
 /// A folder of its own, empty.
 fn scratch(name: &str) -> PathBuf {
@@ -82,12 +84,7 @@ fn linear(plant: &StateSpace) -> LinearDesign {
 
 /// The observers of the cubic paper, of the examples, and the theorems that they leave out.
 fn of_linear_plants() -> Vec<CertificateFile> {
-    let plant = double_integrator().to_dynamic();
-    let example1 = LinearDesign::with_poles(&plant, &[-2.0, -5.0])
-        .unwrap()
-        .lyapunov_weight(LyapunovWeight::Identity(10.0))
-        .unwrap();
-    let cubic = CubicDesign::new(&example1, &dmatrix![10.0], &CubicGain::Gamma(2.0)).unwrap();
+    let (plant, example1, cubic) = example_1();
     let joint = joint_design(&plant, &dmatrix![1.0], 0.7, 1.0).unwrap();
     let k = lqr(&plant.a, &plant.b, &DMatrix::identity(2, 2), &DMatrix::identity(1, 1)).unwrap().k;
     let feedback = FeedbackDesign::new(&cubic, &k).unwrap();

@@ -1,25 +1,17 @@
 //! Initial errors so large that the cubic term is stiff, in continuous and in sampled time.
 
-use luenberger_design::{CubicDesign, CubicGain, LinearDesign, LyapunovWeight, SampledCubicDesign};
+use luenberger_design::{CubicDesign, SampledCubicDesign};
 use luenberger_observers::Observer;
 use luenberger_plants::double_integrator;
 use luenberger_sim::{Integrator, Scenario};
-use nalgebra::{DVector, dmatrix};
+use nalgebra::DVector;
 
-fn example1() -> (LinearDesign, CubicDesign) {
-    let plant = double_integrator().to_dynamic();
-    let linear = LinearDesign::with_poles(&plant, &[-2.0, -5.0])
-        .unwrap()
-        .lyapunov_weight(LyapunovWeight::Identity(10.0))
-        .unwrap();
-    let cubic = CubicDesign::new(&linear, &dmatrix![10.0], &CubicGain::Gamma(2.0)).unwrap();
-    (linear, cubic)
-}
+use crate::examples::example_1;
 
 /// At e(0) = 1000 the cubic term has the rate 3 theta |C N| y^2 = 3e8 per second, the linear one 5.
 #[test]
 fn an_error_of_a_thousand_is_integrated_and_both_methods_agree() {
-    let (_, cubic) = example1();
+    let (_, _, cubic) = example_1();
     let at = |integrator| {
         Scenario::new(double_integrator())
             .observer("cubic", cubic_static(&cubic), &[1000.0, 1000.0])
@@ -49,7 +41,7 @@ fn cubic_static(design: &CubicDesign) -> luenberger_observers::cubic::StaticCubi
 /// At 1 kHz from (100, 100) explicit Euler on (5) diverges within a few steps; the sampled-data observer converges.
 #[test]
 fn the_sampled_observer_converges_where_euler_diverges() {
-    let (linear, cubic) = example1();
+    let (_, linear, cubic) = example_1();
     let h = 1e-3;
     let (mut xhat, u, y) = (DVector::from_vec(vec![-100.0, -100.0]), DVector::zeros(1), DVector::zeros(1));
     let diverged = (0..100).any(|k| {

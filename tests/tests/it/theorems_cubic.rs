@@ -17,6 +17,7 @@ use luenberger_sim::{Integrand, Scenario, Signal, SimError, metrics};
 use nalgebra::{DMatrix, DVector, dmatrix};
 use proptest::prelude::*;
 
+use crate::examples::example_1;
 use crate::generators::{accretive, linear, matrix, observable_plant};
 
 /// The first `n` entries, times `size`.
@@ -348,12 +349,7 @@ fn at_equality_of_theorem_5_a_singular_theta_leaves_an_error() {
 /// states.
 #[test]
 fn the_strict_condition_has_a_verified_counterexample() {
-    let plant = double_integrator().to_dynamic();
-    let linear = LinearDesign::with_poles(&plant, &[-2.0, -5.0])
-        .unwrap()
-        .lyapunov_weight(LyapunovWeight::Identity(10.0))
-        .unwrap();
-    let cubic = CubicDesign::new(&linear, &dmatrix![10.0], &CubicGain::Gamma(2.0)).unwrap();
+    let (plant, _, cubic) = example_1();
     let o = &cubic.observer;
     let conditions = Theorem1::examine(&plant, (&o.l, &o.n, &o.theta), &cubic.p).unwrap();
     assert!(matches!(conditions.strict, Verdict::Refuted { .. }), "{:?}", conditions.strict);
@@ -362,12 +358,7 @@ fn the_strict_condition_has_a_verified_counterexample() {
 /// "Faster": from e(0) = (-3, 3) the cubic observer of Example 1 settles 0.2 s later.
 #[test]
 fn the_cubic_observer_is_not_faster_from_everywhere() {
-    let plant = double_integrator().to_dynamic();
-    let linear = LinearDesign::with_poles(&plant, &[-2.0, -5.0])
-        .unwrap()
-        .lyapunov_weight(LyapunovWeight::Identity(10.0))
-        .unwrap();
-    let cubic = CubicDesign::new(&linear, &dmatrix![10.0], &CubicGain::Gamma(2.0)).unwrap();
+    let (_, linear, cubic) = example_1();
     let run = race(&cubic, &linear, &DVector::from_vec(vec![-3.0, 3.0]), 6.0);
     let settles = |name| metrics::settling_last(&run.error_trace(name, 1).unwrap(), 0.05).unwrap();
     assert!((settles("cubic") - 3.056).abs() < 2e-3, "{}", settles("cubic"));

@@ -2,8 +2,8 @@
 //! systems under the worst disturbances that a search finds. Statement and proof: docs/theory-cubic.md.
 
 use luenberger_design::{
-    CubicDesign, CubicGain, DecoupledPlant, DesignError, Disturbances, ErrorBound, LinearDesign, LyapunovWeight,
-    UnknownInputDesign, proportional_integral, with_disturbance,
+    CubicDesign, CubicGain, DecoupledPlant, DesignError, Disturbances, ErrorBound, LinearDesign, UnknownInputDesign,
+    proportional_integral, with_disturbance,
 };
 use luenberger_observers::Observer;
 use luenberger_plants::double_integrator;
@@ -11,6 +11,7 @@ use luenberger_proof::certificate::{InputToStateStability, Theorem};
 use nalgebra::{DMatrix, DVector, dmatrix};
 use proptest::prelude::*;
 
+use crate::examples::example_1;
 use crate::generators::{accretive, linear, matrix, observable_plant};
 
 /// The error system `e' = F e + G w + (r'theta r) N r`, `r = C e + D w`, written out here.
@@ -291,10 +292,7 @@ fn the_conditions_that_fail_are_named() {
 /// by the cubic one, where `P~N = -C's`.
 #[test]
 fn the_constant_of_the_cubic_part_is_that_of_the_paper() {
-    let plant = double_integrator().to_dynamic();
-    let linear = LinearDesign::with_poles(&plant, &[-2.0, -5.0]).unwrap();
-    let linear = linear.lyapunov_weight(LyapunovWeight::Identity(10.0)).unwrap();
-    let design = CubicDesign::new(&linear, &dmatrix![10.0], &CubicGain::Gamma(2.0)).unwrap();
+    let (_, _, design) = example_1();
     let bound = ErrorBound::cubic(&design, &Disturbances::of_outputs(2, &[0.5])).unwrap();
     assert!(bound.certificate.is_proved(), "{}", bound.certificate);
     let Theorem::InputToStateStability(theorem) = bound.certificate.theorems()[0].theorem() else { panic!() };

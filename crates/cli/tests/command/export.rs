@@ -592,31 +592,7 @@ fn observers_of_templates_and_examples_become_c_that_agrees_with_their_designs()
 }
 
 /// The stirred reactor of Seborg, Edgar and Mellichamp, Process Dynamics and Control, 2nd ed. 2004, table 2.3.
-const REACTOR: &str = r#"[plant]
-f = ["1 - c - k0*exp(-8750/T)*c", "350 - T + (5e4*k0*exp(-8750/T)*c + 500*(Tc - T))/239"]
-h = ["T"]
-states = ["c", "T"]
-inputs = ["Tc"]
-parameters = { k0 = 7.2e10 }
-[operating_point]
-x = [0.5, 349]
-u = [300]
-[input]
-expressions = ["300 + 0.5*sin(t)"]
-[simulation]
-x0 = [0.51, 351]
-duration = 0.5
-[[observer]]
-name = "poles"
-kind = "luenberger"
-poles = [-3, -4]
-[[observer]]
-name = "cubic"
-kind = "cubic"
-poles = [-3, -4]
-gamma = 1
-theta = 1e-4
-"#;
+const REACTOR: &str = include_str!("../../../study/tests/studies/reactor.toml");
 
 /// A linear observer at an operating point, in the coordinates of the plant. Its input and output are held: the distance
 /// from the observer in continuous time is proportional to the period.

@@ -30,10 +30,10 @@ use luenberger_linalg::{eigenvalues, lambda_max};
 use luenberger_lmi::{Problem, Settings, Solution, block, greatest_parameter_with, proof_matrix, zeros};
 use luenberger_observers::DiscreteNonlinearObserver;
 use luenberger_plants::{Plant, Size};
-use luenberger_proof::certificate::{Certificate, Certified, DiscreteJacobianPolytope, Vertex as Corner};
+use luenberger_proof::Verdict;
+use luenberger_proof::certificate::{Certificate, Certified, DiscreteJacobianPolytope};
 use luenberger_proof::statement::overshoot_bound;
 use luenberger_proof::wording::at_most;
-use luenberger_proof::{ProofError, Verdict};
 use nalgebra::{DMatrix, DefaultAllocator, Dim, OMatrix, OVector};
 
 use super::error::{Conflict, LpvError};
@@ -194,11 +194,7 @@ where
         for vertex in &polytope.vertices {
             vertex_factors.push(factor_at(&(&vertex.a - &l * &vertex.c), &p)?);
         }
-        let corners = (0..polytope.vertices.len()).map(|k| {
-            let (a, c) = polytope.around(k);
-            Corner::within(&a, &c)
-        });
-        let vertices = corners.collect::<Result<_, ProofError>>()?;
+        let vertices = polytope.corners()?;
         let theorem = DiscreteJacobianPolytope { vertices, l: proof_matrix(&l), p: proof_matrix(&p), factor };
         let certificate = Certificate::of([theorem])?;
         let overshoot = if certificate.is_proved() { overshoot_bound(&proof_matrix(&p))? } else { f64::INFINITY };
@@ -223,14 +219,7 @@ where
 
     /// The statement of a proved certificate, with its hypothesis.
     pub fn statement(&self) -> String {
-        let hypothesis = match self.region.to_string().as_str() {
-            "everywhere" => "From every x(0) and xhat(0)".to_owned(),
-            bounds => format!("As long as x(k) and xhat(k) stay in the box ({bounds})"),
-        };
-        let hypothesis = match &self.polytope.enclosure.branches {
-            Some(branches) => format!("{hypothesis}, and provided that {branches}"),
-            None => hypothesis,
-        };
+        let hypothesis = self.polytope.hypothesis(&self.region, "k");
         let overshoot = at_most(self.overshoot, 5);
         if self.factor == 1.0 {
             return format!(

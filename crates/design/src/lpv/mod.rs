@@ -36,10 +36,10 @@ use luenberger_linalg::lambda_max;
 use luenberger_lmi::{Infeasibility, Problem, Settings, Solution, greatest_parameter_with, he, proof_matrix};
 use luenberger_observers::NonlinearLuenbergerObserver;
 use luenberger_plants::{Plant, Size};
-use luenberger_proof::certificate::{Certificate, Certified, Fact, JacobianPolytope, Vertex as Corner};
+use luenberger_proof::Verdict;
+use luenberger_proof::certificate::{Certificate, Certified, Fact, JacobianPolytope};
 use luenberger_proof::statement::overshoot_bound;
 use luenberger_proof::wording::{at_least, at_most};
-use luenberger_proof::{ProofError, Verdict};
 use nalgebra::{DMatrix, DVector, DefaultAllocator, Dim, OMatrix, OVector};
 
 pub use discrete::DiscreteLpvDesign;
@@ -231,11 +231,7 @@ where
         for vertex in &polytope.vertices {
             vertex_rates.push(rate_at(&(&vertex.a - &l * &vertex.c), &p)?);
         }
-        let corners = (0..polytope.vertices.len()).map(|k| {
-            let (a, c) = polytope.around(k);
-            Corner::within(&a, &c)
-        });
-        let vertices = corners.collect::<Result<_, ProofError>>()?;
+        let vertices = polytope.corners()?;
         let theorem = JacobianPolytope { vertices, l: proof_matrix(&l), p: proof_matrix(&p), rate };
         let certificate = Certificate::of([theorem])?;
         let overshoot = if certificate.is_proved() { overshoot_bound(&proof_matrix(&p))? } else { f64::INFINITY };
@@ -275,14 +271,7 @@ where
 
     /// The statement of a proved certificate, with its hypothesis.
     pub fn statement(&self) -> String {
-        let hypothesis = match self.region.to_string().as_str() {
-            "everywhere" => "From every x(0) and xhat(0)".to_owned(),
-            bounds => format!("As long as x(t) and xhat(t) stay in the box ({bounds})"),
-        };
-        let hypothesis = match &self.polytope.enclosure.branches {
-            Some(branches) => format!("{hypothesis}, and provided that {branches}"),
-            None => hypothesis,
-        };
+        let hypothesis = self.polytope.hypothesis(&self.region, "t");
         let overshoot = at_most(self.overshoot, 5);
         format!("{hypothesis}, |x(t) - xhat(t)| <= {overshoot} |x(0) - xhat(0)| {}.", decay(self.rate))
     }

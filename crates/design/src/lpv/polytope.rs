@@ -3,11 +3,12 @@
 
 use core::fmt;
 
-use luenberger_proof::{Interval, Matrix};
+use luenberger_proof::certificate::Vertex as Corner;
+use luenberger_proof::{Interval, Matrix, ProofError};
 use nalgebra::DMatrix;
 
 use super::error::{LpvError, VaryingEntries};
-use crate::enclosure::{Entry, JacobianEnclosure};
+use crate::enclosure::{Entry, JacobianEnclosure, Region};
 use luenberger_proof::wording::significant;
 
 /// Maximal number of varying entries: 2^12 = 4096 vertices, each with its own proof.
@@ -88,13 +89,34 @@ impl Polytope {
 
     /// The pairs around vertex k: the varying entries at its ends, the others in their whole interval. The hull of
     /// these boxes over all k is the enclosure.
-    pub(crate) fn around(&self, k: usize) -> (Matrix<Interval>, Matrix<Interval>) {
+    fn around(&self, k: usize) -> (Matrix<Interval>, Matrix<Interval>) {
         let (mut a, mut c) = (self.enclosure.a.clone(), self.enclosure.c.clone());
         for (entry, end) in &self.vertices[k].at {
             let matrix = if entry.of_output { &mut c } else { &mut a };
             matrix[(entry.row, entry.column)] = Interval::of(*end);
         }
         (a, c)
+    }
+
+    /// The boxes [`around`](Self::around) all vertices, for a theorem.
+    pub(super) fn corners(&self) -> Result<Vec<Corner>, ProofError> {
+        let corner = |k| {
+            let (a, c) = self.around(k);
+            Corner::within(&a, &c)
+        };
+        (0..self.vertices.len()).map(corner).collect()
+    }
+
+    /// Where the Jacobians are those of the polytope, of states at `time`: the first half of a sentence.
+    pub(super) fn hypothesis(&self, region: &Region, time: &str) -> String {
+        let hypothesis = match region.to_string().as_str() {
+            "everywhere" => "From every x(0) and xhat(0)".to_owned(),
+            bounds => format!("As long as x({time}) and xhat({time}) stay in the box ({bounds})"),
+        };
+        match &self.enclosure.branches {
+            Some(branches) => format!("{hypothesis}, and provided that {branches}"),
+            None => hypothesis,
+        }
     }
 
     /// A pair in the enclosure: its middle, with 0 wherever a varying entry may vanish if asked so.

@@ -259,27 +259,7 @@ impl<T: RealField + Copy> Plant<T> for Elementary {
 /// Two states, `x1' = x2`, `x2' = f(x, t)`, `y = x1`.
 macro_rules! scalar_plant {
     ($name:ident, |$x:ident, $t:ident| $f:expr) => {
-        struct $name;
-
-        impl Shape for $name {
-            fn dimensions(&self) -> Dimensions {
-                Dimensions { states: 2, inputs: 0, outputs: 1 }
-            }
-        }
-
-        impl<T: RealField + Copy> Plant<T> for $name {
-            type State = Vector2<T>;
-            type Input = SVector<T, 0>;
-            type Output = Vector1<T>;
-
-            fn derivative(&self, $t: T, $x: &Vector2<T>, _u: &SVector<T, 0>) -> Vector2<T> {
-                Vector2::new($x[1], $f)
-            }
-
-            fn output(&self, _t: T, x: &Vector2<T>, _u: &Self::Input) -> Vector1<T> {
-                Vector1::new(x[0])
-            }
-        }
+        plant!($name, (2, 0, 1), |_plant, $t, $x, _u| [$x[1], $f], [$x[0]]);
     };
 }
 
@@ -518,36 +498,21 @@ scalar_plant!(CrossingKinks, |x, _t| {
     if a < b { b } else { a }
 });
 
-/// Four states and an input without bounds: kinks in three states and, where x4 is large as well, a jump.
-struct ManyKinks {
-    jump: f64,
-}
-
-impl Shape for ManyKinks {
-    fn dimensions(&self) -> Dimensions {
-        Dimensions { states: 4, inputs: 1, outputs: 1 }
-    }
-}
-
-impl<T: RealField + Copy> Plant<T> for ManyKinks {
-    type State = SVector<T, 4>;
-    type Input = Vector1<T>;
-    type Output = Vector1<T>;
-
-    fn derivative(&self, _t: T, x: &SVector<T, 4>, u: &Vector1<T>) -> SVector<T, 4> {
+plant!(
+    /// Four states and an input without bounds: kinks in three states and, where x4 is large as well, a jump.
+    ManyKinks { jump },
+    (4, 1, 1),
+    |plant, _t, x, u| {
         let kink = |x: T| if x > convert(-0.25) { x + convert(0.25) } else { T::zero() };
         let jump = if x[3] > convert(0.5) {
-            if x[0] > convert(0.125) { convert(self.jump) } else { T::zero() }
+            if x[0] > convert(0.125) { convert(plant.jump) } else { T::zero() }
         } else {
             T::zero()
         };
-        SVector::from([x[1], x[2], x[3] + u[0], kink(x[0]) + kink(x[1]) + kink(x[2]) + jump + u[0]])
-    }
-
-    fn output(&self, _t: T, x: &SVector<T, 4>, _u: &Self::Input) -> Vector1<T> {
-        Vector1::new(x[0])
-    }
-}
+        [x[1], x[2], x[3] + u[0], kink(x[0]) + kink(x[1]) + kink(x[2]) + jump + u[0]]
+    },
+    [x[0]]
+);
 
 /// All branches are searched, and not one way into them.
 #[test]

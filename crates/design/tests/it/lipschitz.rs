@@ -6,10 +6,10 @@ use luenberger_design::lipschitz::{LipschitzDesign, LipschitzPlant, Sector, Spli
 use luenberger_design::{DesignError, InfeasibilityReason};
 use luenberger_linalg::{lambda_min, place_observer};
 use luenberger_lmi::proof_matrix;
-use luenberger_plants::{Differentiable, Dimensions, Plant, Shape, flexible_joint};
+use luenberger_plants::{Differentiable, flexible_joint};
 use luenberger_proof::Matrix;
 use luenberger_proof::statement::{SectorTerm, sector_decrease};
-use nalgebra::{Complex, DMatrix, RealField, SVector, Vector1, Vector4, dmatrix};
+use nalgebra::{Complex, DMatrix, SVector, Vector1, Vector4, dmatrix};
 use proptest::prelude::*;
 
 const TOLERANCE: f64 = 1e-3;
@@ -216,27 +216,7 @@ fn with_structure_the_joint_bears_any_constant() {
 /// x' = x^2 has the slope 2x: the split at 3 has A = 6, and the slope of the rest at 5 is 4.
 #[test]
 fn a_plant_is_split_at_a_point() {
-    #[derive(Clone, Copy)]
-    struct Square;
-    impl luenberger_plants::ByDual for Square {}
-
-    impl Shape for Square {
-        fn dimensions(&self) -> Dimensions {
-            Dimensions { states: 1, inputs: 0, outputs: 1 }
-        }
-    }
-
-    impl<T: RealField + Copy> Plant<T> for Square {
-        type State = Vector1<T>;
-        type Input = SVector<T, 0>;
-        type Output = Vector1<T>;
-        fn derivative(&self, _t: T, x: &Vector1<T>, _u: &SVector<T, 0>) -> Vector1<T> {
-            Vector1::new(x[0] * x[0] + (x[0] - x[0]).sqrt() * T::zero())
-        }
-        fn output(&self, _t: T, x: &Vector1<T>, _u: &Self::Input) -> Vector1<T> {
-            *x
-        }
-    }
+    plant!(Square, 1, 1, |_plant, x| [x[0] * x[0] + (x[0] - x[0]).sqrt() * T::zero()], *x);
     fn differentiable<S: Differentiable<f64, nalgebra::U1, nalgebra::U0, nalgebra::U1>>(s: S) -> S {
         s
     }

@@ -12,37 +12,6 @@ fn number<T: RealField>(x: f64) -> T {
     convert(x)
 }
 
-macro_rules! plant {
-    ($name:ident { $($field:ident),* }, $n:literal, $p:literal, |$s:ident, $x:ident| $f:expr, $h:expr) => {
-        #[derive(Debug, Clone, Copy, Default)]
-        struct $name { $($field: f64),* }
-
-        impl luenberger_plants::ByDual for $name {}
-
-        impl Shape for $name {
-            fn dimensions(&self) -> Dimensions {
-                Dimensions { states: $n, inputs: 0, outputs: $p }
-            }
-        }
-
-        impl<T: RealField + Copy> Plant<T> for $name {
-            type State = SVector<T, $n>;
-            type Input = SVector<T, 0>;
-            type Output = SVector<T, $p>;
-
-            fn derivative(&self, _t: T, $x: &SVector<T, $n>, _u: &SVector<T, 0>) -> SVector<T, $n> {
-                let $s: &Self = self;
-                let _ = $s;
-                $f
-            }
-
-            fn output(&self, _t: T, $x: &SVector<T, $n>, _u: &Self::Input) -> SVector<T, $p> {
-                $h
-            }
-        }
-    };
-}
-
 // A pendulum with the speed in units of its own, and time too.
 plant!(
     Pendulum { unit, pace },

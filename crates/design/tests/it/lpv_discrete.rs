@@ -3,7 +3,7 @@
 use luenberger_design::{DesignError, DiscreteLpvDesign, GainOptions, LpvError, Region};
 use luenberger_lmi::Settings;
 use luenberger_observers::SampledObserver;
-use luenberger_plants::{Dimensions, Plant, Shape};
+use luenberger_plants::Plant;
 use nalgebra::{RealField, SVector, Vector1, Vector2, convert, dmatrix};
 
 fn number<T: RealField>(x: f64) -> T {

@@ -1,5 +1,8 @@
 //! One test binary, a module a subject.
 
+#[macro_use]
+mod plants;
+
 mod bad_input;
 mod deployed;
 mod designs;
@@ -9,7 +12,6 @@ mod gain_options;
 mod kkl;
 mod kkl_adversary;
 mod lipschitz;
-#[macro_use]
 mod lpv;
 mod lpv_discrete;
 mod mean_value;

@@ -7,60 +7,26 @@ use luenberger_observers::ObserverError;
 use luenberger_observers::mean_value::beta::mean_value;
 use luenberger_observers::mean_value::{Integral, MeanValueObserver};
 use luenberger_plants::counterexamples::Dimple;
-use luenberger_plants::{Chaotic, Differentiable, Dimensions, LinearPlant, Plant, Shape, StateSpace, flexible_joint};
-use nalgebra::{DMatrix, DVector, RealField, SMatrix, SVector, Vector1, Vector3, Vector4, dmatrix};
+use luenberger_plants::{Chaotic, Differentiable, LinearPlant, Plant, StateSpace, flexible_joint};
+use nalgebra::{DMatrix, DVector, SMatrix, SVector, Vector1, Vector3, Vector4, dmatrix};
 use proptest::prelude::*;
 
-/// `x' = sqrt x`.
-#[derive(Clone, Copy)]
-struct Root;
-
-impl luenberger_plants::ByDual for Root {}
-
-impl Shape for Root {
-    fn dimensions(&self) -> Dimensions {
-        Dimensions { states: 1, inputs: 0, outputs: 1 }
-    }
-}
-
-impl<T: RealField + Copy> Plant<T> for Root {
-    type State = Vector1<T>;
-    type Input = SVector<T, 0>;
-    type Output = Vector1<T>;
-
-    fn derivative(&self, _t: T, x: &Vector1<T>, _u: &SVector<T, 0>) -> Vector1<T> {
-        Vector1::new(x[0].sqrt())
-    }
-
-    fn output(&self, _t: T, x: &Vector1<T>, _u: &Self::Input) -> Vector1<T> {
-        *x
-    }
-}
-
-/// y = x^2.
-#[derive(Clone, Copy)]
-struct Quadratic;
-impl luenberger_plants::ByDual for Quadratic {}
-
-impl Shape for Quadratic {
-    fn dimensions(&self) -> Dimensions {
-        Dimensions { states: 1, inputs: 0, outputs: 1 }
-    }
-}
-
-impl<T: RealField + Copy> Plant<T> for Quadratic {
-    type State = Vector1<T>;
-    type Input = SVector<T, 0>;
-    type Output = Vector1<T>;
-
-    fn derivative(&self, _t: T, x: &Vector1<T>, _u: &SVector<T, 0>) -> Vector1<T> {
-        -x
-    }
-
-    fn output(&self, _t: T, x: &Vector1<T>, _u: &Self::Input) -> Vector1<T> {
-        Vector1::new(x[0] * x[0])
-    }
-}
+plant!(
+    /// `x' = sqrt x`.
+    Root,
+    1,
+    1,
+    |_plant, x| [x[0].sqrt()],
+    *x
+);
+plant!(
+    /// y = x^2.
+    Quadratic,
+    1,
+    1,
+    |_plant, x| -x,
+    [x[0] * x[0]]
+);
 
 proptest! {
     #![proptest_config(ProptestConfig { cases: 64, failure_persistence: None, ..ProptestConfig::default() })]

@@ -8,39 +8,14 @@ use luenberger_plants::{CukConverter, Dimensions, LinearPlant, Plant, ReverseDuf
 use nalgebra::{DMatrix, DVector, Dyn, RealField, SVector, Vector1, Vector2, convert};
 use proptest::prelude::*;
 
-/// A plant of two states, at most one input and one output, written for every scalar.
-macro_rules! plant {
-    ($name:ident, $inputs:literal, |$t:ident, $x:ident, $u:ident| $f:expr, $h:expr) => {
-        struct $name;
-        impl Shape for $name {
-            fn dimensions(&self) -> Dimensions {
-                Dimensions { states: 2, inputs: $inputs, outputs: 1 }
-            }
-        }
-
-        impl<T: RealField + Copy> Plant<T> for $name {
-            type State = Vector2<T>;
-            type Input = SVector<T, $inputs>;
-            type Output = Vector1<T>;
-            fn derivative(&self, $t: T, $x: &Vector2<T>, $u: &SVector<T, $inputs>) -> Vector2<T> {
-                let f: [T; 2] = $f;
-                Vector2::from(f)
-            }
-            fn output(&self, _: T, $x: &Vector2<T>, _u: &Self::Input) -> Vector1<T> {
-                Vector1::new($h)
-            }
-        }
-    };
-}
-
-plant!(PendulumByAngle, 0, |_t, x, _u| [x[1], -x[0].sin()], x[0]);
-plant!(PendulumBySpeed, 0, |_t, x, _u| [x[1], -x[0].sin()], x[1]);
-plant!(Relative, 0, |_t, x, _u| [(x[0] - x[1]).sin(), -(x[0] - x[1]).tanh()], x[0] - x[1]);
-plant!(Product, 0, |_t, x, _u| [x[0] * T::zero(), T::zero()], x[0] * x[1]);
-plant!(Cube, 0, |_t, x, _u| [T::zero(), -x[1]], x[0].powi(3) + x[1]);
-plant!(Steered, 1, |_t, x, u| [u[0] * x[1], T::zero()], x[0]);
-plant!(Timed, 0, |t, x, _u| [t * x[1], T::zero()], x[0]);
-plant!(Rooted, 0, |_t, x, _u| [x[1], x[0].sqrt()], x[0]);
+plant!(PendulumByAngle, 2, 1, |_plant, x| [x[1], -x[0].sin()], [x[0]]);
+plant!(PendulumBySpeed, 2, 1, |_plant, x| [x[1], -x[0].sin()], [x[1]]);
+plant!(Relative, 2, 1, |_plant, x| [(x[0] - x[1]).sin(), -(x[0] - x[1]).tanh()], [x[0] - x[1]]);
+plant!(Product, 2, 1, |_plant, x| [x[0] * T::zero(), T::zero()], [x[0] * x[1]]);
+plant!(Cube, 2, 1, |_plant, x| [T::zero(), -x[1]], [x[0].powi(3) + x[1]]);
+plant!(Steered, (2, 1, 1), |_plant, _t, x, u| [u[0] * x[1], T::zero()], [x[0]]);
+plant!(Timed, (2, 0, 1), |_plant, t, x, _u| [t * x[1], T::zero()], [x[0]]);
+plant!(Rooted, 2, 1, |_plant, x| [x[1], x[0].sqrt()], [x[0]]);
 
 fn at<S: Plant<luenberger_design::nonlinear_observability::Jet>>(
     plant: &S,

@@ -6,34 +6,17 @@ use std::ops::ControlFlow::{Break, Continue};
 use luenberger_design::numerical_kkl::{
     Choice, Domain, Escape, NumericalKklDesign, NumericalKklError, Settings, Target, Trial, Wanted, choose, held_out,
 };
-use luenberger_plants::{ByDual, Differentiable, Dimensions, Plant, ReverseDuffing, Shape, VanDerPol};
-use nalgebra::{Const, RealField, SVector, Vector1, Vector2};
+use luenberger_plants::{Differentiable, ReverseDuffing, VanDerPol};
+use nalgebra::{Const, SVector};
 
-/// Lotka and Volterra's prey and predators, of which the prey is counted: `x1' = x1 (1 - x2)`, `x2' = x2 (x1 - 1)`.
-#[derive(Clone, Copy, Debug)]
-struct Prey;
-
-impl ByDual for Prey {}
-
-impl Shape for Prey {
-    fn dimensions(&self) -> Dimensions {
-        Dimensions { states: 2, inputs: 0, outputs: 1 }
-    }
-}
-
-impl<T: RealField + Copy> Plant<T> for Prey {
-    type State = Vector2<T>;
-    type Input = SVector<T, 0>;
-    type Output = Vector1<T>;
-
-    fn derivative(&self, _t: T, x: &Vector2<T>, _u: &SVector<T, 0>) -> Vector2<T> {
-        Vector2::new(x[0] * (T::one() - x[1]), x[1] * (x[0] - T::one()))
-    }
-
-    fn output(&self, _t: T, x: &Vector2<T>, _u: &Self::Input) -> Vector1<T> {
-        Vector1::new(x[0])
-    }
-}
+plant!(
+    /// Lotka and Volterra's prey and predators, of which the prey is counted: `x1' = x1 (1 - x2)`, `x2' = x2 (x1 - 1)`.
+    Prey,
+    2,
+    1,
+    |_plant, x| [x[0] * (T::one() - x[1]), x[1] * (x[0] - T::one())],
+    [x[0]]
+);
 
 type Box2 = ([f64; 2], [f64; 2]);
 

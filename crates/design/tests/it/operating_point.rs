@@ -4,60 +4,36 @@ use luenberger_design::{OperatingPointError, operating_point};
 use luenberger_plants::{ByDual, Dimensions, Plant, Shape, StateSpace};
 use nalgebra::{DVector, RealField, Vector1, Vector2, convert, dmatrix, dvector};
 
-/// The stirred reactor of Seborg, Edgar and Mellichamp, Process Dynamics and Control, 2nd ed. 2004, table 2.3: c in
-/// mol/l, T in K, the coolant's temperature as input.
-struct Reactor;
-
-/// `x' = x^2 + u`: two operating points, one, or none.
-struct Fold;
-
-/// A pendulum on a cart: the position is nowhere in f.
-struct Cart;
-
-macro_rules! plant {
-    ($name:ident, $x:ident, $u:ident, $f:expr, $h:expr) => {
-        impl ByDual for $name {}
-
-        impl Shape for $name {
-            fn dimensions(&self) -> Dimensions {
-                Dimensions { states: 2, inputs: 1, outputs: 1 }
-            }
-        }
-
-        impl<T: RealField + Copy> Plant<T> for $name {
-            type State = Vector2<T>;
-            type Input = Vector1<T>;
-            type Output = Vector1<T>;
-
-            fn derivative(&self, _t: T, $x: &Vector2<T>, $u: &Vector1<T>) -> Vector2<T> {
-                $f
-            }
-
-            fn output(&self, _t: T, $x: &Vector2<T>, $u: &Vector1<T>) -> Vector1<T> {
-                let _ = $u;
-                Vector1::new($h)
-            }
-        }
-    };
-}
-
 fn number<T: RealField>(x: f64) -> T {
     convert(x)
 }
 
 plant!(
+    /// The stirred reactor of Seborg, Edgar and Mellichamp, Process Dynamics and Control, 2nd ed. 2004, table 2.3: c in
+    /// mol/l, T in K, the coolant's temperature as input.
     Reactor,
-    x,
-    u,
-    {
+    (2, 1, 1),
+    |_plant, _t, x, u| {
         let rate = number::<T>(7.2e10) * (-number::<T>(8750.0) / x[1]).exp() * x[0];
         let heat = number::<T>(5e4 / 239.0) * rate + number::<T>(5e4 / 239.0 / 100.0) * (u[0] - x[1]);
-        Vector2::new(number::<T>(1.0) - x[0] - rate, number::<T>(350.0) - x[1] + heat)
+        [number::<T>(1.0) - x[0] - rate, number::<T>(350.0) - x[1] + heat]
     },
-    x[1] + number::<T>(0.01) * u[0]
+    [x[1] + number::<T>(0.01) * u[0]]
 );
-plant!(Fold, x, u, Vector2::new(x[0] * x[0] + u[0], x[0] - x[1]), x[0]);
-plant!(Cart, x, u, Vector2::new(x[1], u[0] - x[1]), x[0]);
+plant!(
+    /// `x' = x^2 + u`: two operating points, one, or none.
+    Fold,
+    (2, 1, 1),
+    |_plant, _t, x, u| [x[0] * x[0] + u[0], x[0] - x[1]],
+    [x[0]]
+);
+plant!(
+    /// A pendulum on a cart: the position is nowhere in f.
+    Cart,
+    (2, 1, 1),
+    |_plant, _t, x, u| [x[1], u[0] - x[1]],
+    [x[0]]
+);
 
 #[test]
 fn a_reactor_at_its_unstable_point() {

@@ -6,7 +6,7 @@ use luenberger_observers::SampledCubicObserver;
 use luenberger_observers::semi_implicit::reach;
 use nalgebra::DMatrix;
 
-use super::{product, scalar};
+use super::{magnitude, product, root, scalar};
 use crate::program::Program;
 use crate::scalar::Scalar;
 use crate::{Export, number};
@@ -39,10 +39,11 @@ fn time(export: &Export) -> (String, String) {
 fn semi_implicit(text: &mut String, export: &Export, coupling: &DMatrix<f64>) {
     let (number, upper) = (scalar(export), export.identifier.to_uppercase());
     let p = format!("{upper}_OUTPUTS");
-    let (suffix, magnitude, largest) = match export.scalar {
-        Scalar::Binary32 => ("f", "fabsf", f64::from(reach(&coupling.map(|x| x as f32)))),
-        Scalar::Binary64 => ("", "fabs", reach(coupling)),
+    let (suffix, largest) = match export.scalar {
+        Scalar::Binary32 => ("f", f64::from(reach(&coupling.map(|x| x as f32)))),
+        Scalar::Binary64 => ("", reach(coupling)),
     };
+    let magnitude = magnitude(export);
     let largest = number::c(largest, export.scalar);
     let (time, period) = time(export);
     _ = write!(
@@ -141,10 +142,11 @@ static void flow({number} *innovation, {number} *impulse{time})
 fn closed_form(text: &mut String, export: &Export) {
     let (number, upper) = (scalar(export), export.identifier.to_uppercase());
     let p = format!("{upper}_OUTPUTS");
-    let (suffix, root, magnitude, epsilon, largest) = match export.scalar {
-        Scalar::Binary32 => ("f", "sqrtf", "fabsf", f64::from(f32::EPSILON), f64::from(f32::MAX.sqrt())),
-        Scalar::Binary64 => ("", "sqrt", "fabs", f64::EPSILON, f64::MAX.sqrt()),
+    let (suffix, epsilon, largest) = match export.scalar {
+        Scalar::Binary32 => ("f", f64::from(f32::EPSILON), f64::from(f32::MAX.sqrt())),
+        Scalar::Binary64 => ("", f64::EPSILON, f64::MAX.sqrt()),
     };
+    let (root, magnitude) = (root(export), magnitude(export));
     let literal = |x: f64| number::c(x, export.scalar);
     let value = |wanted: &str| export.scalars().iter().find(|(name, _)| *name == wanted).map_or(0.0, |(_, x)| *x);
     let w = literal(value("W"));

@@ -3,9 +3,8 @@
 use std::fmt::Write;
 
 use super::plant::{self, Arguments, contraction, index};
-use super::{feedback, lengths, scalar};
+use super::{feedback, is_finite, lengths, root, scalar};
 use crate::program::Maps;
-use crate::scalar::Scalar;
 use crate::{Export, number};
 
 pub(super) fn step(text: &mut String, export: &Export, maps: &Maps, (substeps, gated): (Option<usize>, bool)) {
@@ -120,10 +119,6 @@ fn update(text: &mut String, export: &Export, maps: &Maps, (n, p): (&str, &str),
     let (name, number) = (&export.identifier, scalar(export));
     let literal = |x: f64| number::c(x, export.scalar);
     let (zero, one) = (literal(0.0), literal(1.0));
-    let (root, magnitude, largest) = match export.scalar {
-        Scalar::Binary32 => ("sqrtf", "fabsf", "FLT_MAX"),
-        Scalar::Binary64 => ("sqrt", "fabs", "DBL_MAX"),
-    };
     let v = if gated { "noise" } else { "V" };
     let entry = |row: &str, column: &str| format!("all[{}]", index(p, (row, column), n));
     let mut covariances = String::new();
@@ -176,30 +171,17 @@ static void update({name}_state *state, {parameters}const {number} *y)
         text,
         "    for (i = 0; i < {p}; ++i) {{
         for (j = 0; j < {p}; ++j) {{
-            if (!({magnitude}(s[i][j]) <= {largest})) {{
+            if (!({finite})) {{
                 definite = 0;
             }}
         }}
     }}
     /* s = g g', the factor in place of the lower triangle. */
-    for (j = 0; (j < {p}) && (definite != 0); ++j) {{
-        for (i = j; (i < {p}) && (definite != 0); ++i) {{
-            {number} entry = s[i][j];
-            for (k = 0; k < j; ++k) {{
-                entry = entry - (s[i][k] * s[j][k]);
-            }}
-            if (i > j) {{
-                s[i][j] = entry / s[j][j];
-            }} else if (entry > {zero}) {{
-                s[j][j] = {root}(entry);
-            }} else {{
-                definite = 0;
-            }}
-        }}
-    }}
-    if (definite != 0) {{
-"
+",
+        finite = is_finite(export, "s[i][j]"),
     );
+    factor(text, export, p);
+    text.push_str("    if (definite != 0) {\n");
     let mut rest = String::new();
     _ = write!(
         rest,
@@ -248,6 +230,30 @@ static void update({name}_state *state, {parameters}const {number} *y)
         _ = writeln!(text, "    {line}");
     }
     text.push_str("    }\n}\n");
+}
+
+/// The factor of s in place of its lower triangle; `definite` becomes 0 where a pivot is not positive.
+pub(super) fn factor(text: &mut String, export: &Export, p: &str) {
+    let (number, root, zero) = (scalar(export), root(export), number::c(0.0, export.scalar));
+    _ = write!(
+        text,
+        "    for (j = 0; (j < {p}) && (definite != 0); ++j) {{
+        for (i = j; (i < {p}) && (definite != 0); ++i) {{
+            {number} entry = s[i][j];
+            for (k = 0; k < j; ++k) {{
+                entry = entry - (s[i][k] * s[j][k]);
+            }}
+            if (i > j) {{
+                s[i][j] = entry / s[j][j];
+            }} else if (entry > {zero}) {{
+                s[j][j] = {root}(entry);
+            }} else {{
+                definite = 0;
+            }}
+        }}
+    }}
+"
+    );
 }
 
 /// Outputs whose innovation is beyond the gate count as not measured.

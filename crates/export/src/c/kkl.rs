@@ -3,10 +3,9 @@
 use std::fmt::Write;
 
 use super::plant::{self, Arguments};
-use super::{feedback, lengths, product, scalar, table};
+use super::{feedback, is_finite, lengths, product, scalar, table};
 use crate::kkl::{Kkl, TableOf, Tree};
 use crate::program::Maps;
-use crate::scalar::Scalar;
 use crate::{Export, number};
 
 /// Target states.
@@ -40,10 +39,6 @@ pub(super) fn inverse(text: &mut String, export: &Export, kkl: &Kkl<f64>) {
     let number = scalar(export);
     let (upper, _) = lengths(export);
     let (n, z) = (format!("{upper}_STATES"), targets(kkl).to_string());
-    let (magnitude, largest) = match export.scalar {
-        Scalar::Binary32 => ("fabsf", "FLT_MAX"),
-        Scalar::Binary64 => ("fabs", "DBL_MAX"),
-    };
     let zero = number::c(0.0, export.scalar);
     _ = write!(
         text,
@@ -92,7 +87,7 @@ static void estimate(const {number} *z, {}{number} *xhat)
         number,
         ("WHITEN", &z, &z),
         "shifted",
-        &format!("w[i] = ({magnitude}(sum) <= {largest}) ? sum : {zero};"),
+        &format!("w[i] = ({}) ? sum : {zero};", is_finite(export, "sum")),
     );
     if held {
         text.push_str(&into_family(m, "u[i]", &format!("w[{z} + i]")));

@@ -77,6 +77,31 @@ pub(crate) fn scalar(export: &Export) -> &'static str {
     }
 }
 
+/// The square root, for numbers of the format.
+fn root(export: &Export) -> &'static str {
+    match export.scalar {
+        Scalar::Binary32 => "sqrtf",
+        Scalar::Binary64 => "sqrt",
+    }
+}
+
+/// The absolute value.
+fn magnitude(export: &Export) -> &'static str {
+    match export.scalar {
+        Scalar::Binary32 => "fabsf",
+        Scalar::Binary64 => "fabs",
+    }
+}
+
+/// Whether `x` is finite.
+fn is_finite(export: &Export, x: &str) -> String {
+    let largest = match export.scalar {
+        Scalar::Binary32 => "FLT_MAX",
+        Scalar::Binary64 => "DBL_MAX",
+    };
+    format!("{}({x}) <= {largest}", magnitude(export))
+}
+
 /// Text that cannot end a comment.
 fn harmless(text: &str) -> String {
     text.replace("*/", "* /").replace("/*", "/ *").replace(['\n', '\r'], " ")

@@ -6,7 +6,7 @@ use std::fmt::Write;
 use luenberger_observers::numerical_kkl::Search;
 use luenberger_observers::numerical_kkl::least_squares::RESTARTS;
 
-use super::scalar;
+use super::{is_finite, magnitude, root, scalar};
 use crate::kkl::TableOf;
 use crate::scalar::Scalar;
 use crate::{Export, number};
@@ -337,9 +337,10 @@ fn nearest(text: &mut String, export: &Export, (table, search): (&TableOf, &Sear
     let (parameter, argument) = passed(export, table);
     let (number, n, z) = (scalar(export), table.points.len(), table.outputs);
     let literal = |x: f64| number::c(export.scalar.round(x), export.scalar);
-    let (root, magnitude, largest, epsilon) = match export.scalar {
-        Scalar::Binary32 => ("sqrtf", "fabsf", "FLT_MAX", f64::from(f32::EPSILON)),
-        Scalar::Binary64 => ("sqrt", "fabs", "DBL_MAX", f64::EPSILON),
+    let (root, magnitude) = (root(export), magnitude(export));
+    let epsilon = match export.scalar {
+        Scalar::Binary32 => f64::from(f32::EPSILON),
+        Scalar::Binary64 => f64::EPSILON,
     };
     _ = write!(
         text,
@@ -349,7 +350,7 @@ static void inside({number} *x)
 {{
     int i;
     for (i = 0; i < {n}; ++i) {{
-        x[i] = between(({magnitude}(x[i]) <= {largest}) ? x[i] : {zero}, LOWER[i][0], UPPER[i][0]);
+        x[i] = between(({finite}) ? x[i] : {zero}, LOWER[i][0], UPPER[i][0]);
     }}
 }}
 
@@ -516,6 +517,7 @@ static {number} nearest({parameter}const {number} *w, {number} *x)
         start = literal(1e-4),
         epsilon = literal(epsilon),
         resolution = literal(4.0 * epsilon),
+        finite = is_finite(export, "x[i]"),
     );
 }
 

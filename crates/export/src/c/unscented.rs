@@ -7,9 +7,8 @@ use luenberger_observers::UnscentedKalmanFilter;
 use nalgebra::Dyn;
 
 use super::plant::{self, Arguments};
-use super::{feedback, lengths, scalar};
+use super::{feedback, is_finite, lengths, root, scalar};
 use crate::program::Maps;
-use crate::scalar::Scalar;
 use crate::{Export, number};
 
 type Filter = UnscentedKalmanFilter<ExpressionPlant, f64, Dyn, Dyn, Dyn>;
@@ -27,21 +26,6 @@ struct Writer<'a> {
 impl Writer<'_> {
     fn literal(&self, x: f64) -> String {
         number::c(x, self.export.scalar)
-    }
-
-    fn root(&self) -> &'static str {
-        match self.export.scalar {
-            Scalar::Binary32 => "sqrtf",
-            Scalar::Binary64 => "sqrt",
-        }
-    }
-
-    /// Whether a number is finite.
-    fn is_finite(&self, x: &str) -> String {
-        match self.export.scalar {
-            Scalar::Binary32 => format!("fabsf({x}) <= FLT_MAX"),
-            Scalar::Binary64 => format!("fabs({x}) <= DBL_MAX"),
-        }
     }
 
     fn is_negative(&self) -> bool {
@@ -98,7 +82,7 @@ impl Writer<'_> {
     /// Columns that are added to factors, and taken away.
     fn columns(&self, text: &mut String) {
         let Self { number, n, p, .. } = self;
-        let (zero, root) = (self.literal(0.0), self.root());
+        let (zero, root) = (self.literal(0.0), root(self.export));
         _ = write!(
             text,
             "
@@ -407,9 +391,9 @@ static int joint(const {name}_state *state, {parameters}{kept}{number} *expected
             parameters = arguments_of(&maps.measurement).parameters(number),
             first = call("state->xhat", "centre"),
             above = call("point", "image"),
-            finite_g = self.is_finite(&format!("g[(i * {p}) + k]")),
-            finite_m = self.is_finite(&format!("m[(i * {p}) + k]")),
-            finite_s = self.is_finite(&format!("s[(i * {n}) + k]")),
+            finite_g = is_finite(self.export, &format!("g[(i * {p}) + k]")),
+            finite_m = is_finite(self.export, &format!("m[(i * {p}) + k]")),
+            finite_s = is_finite(self.export, &format!("s[(i * {n}) + k]")),
         );
     }
 
@@ -635,8 +619,8 @@ static void predict({name}_state *state{trailing})
 }}
 ",
             name = export.identifier,
-            finite_mean = self.is_finite("mean[i]"),
-            finite_next = self.is_finite("next[i][k]"),
+            finite_mean = is_finite(self.export, "mean[i]"),
+            finite_next = is_finite(self.export, "next[i][k]"),
         );
     }
 }

@@ -259,10 +259,6 @@ fn add_mark(mark: &Mark, panel: &Panel, n: &str, shapes: &mut Vec<Json>, annotat
             Some(shape("rect", &x_span, &y_axis, [0.0, a, 1.0, b], &none, shade)),
             (json!(1.0), json!(f64::midpoint(on_y(a), on_y(b))), &x_span, &y_axis, "right", "middle"),
         ),
-        MarkKind::VerticalBand(a, b) => (
-            Some(shape("rect", &x_axis, &y_span, [a, 0.0, b, 1.0], &none, shade)),
-            (json!(f64::midpoint(on_x(a), on_x(b))), json!(1.0), &x_axis, &y_span, "center", "top"),
-        ),
         MarkKind::Point(x, y) => (None, (json!(on_x(x)), json!(on_y(y)), &x_axis, &y_axis, "left", "bottom")),
     };
     shapes.extend(shape);

@@ -204,8 +204,6 @@ pub enum MarkKind {
     Vertical(f64),
     /// A shaded band between two ordinates.
     HorizontalBand(f64, f64),
-    /// A shaded band between two abscissas.
-    VerticalBand(f64, f64),
     /// A point `(x, y)`.
     Point(f64, f64),
 }
@@ -444,7 +442,6 @@ impl Panel {
                 MarkKind::Horizontal(y) => (vec![], vec![y]),
                 MarkKind::Vertical(x) => (vec![x], vec![]),
                 MarkKind::HorizontalBand(a, b) => (vec![], vec![a, b]),
-                MarkKind::VerticalBand(a, b) => (vec![a, b], vec![]),
                 MarkKind::Point(x, y) => (vec![x], vec![y]),
             };
             check_numbers("abscissa of a mark", &x, self.x_scale)?;
@@ -566,11 +563,6 @@ impl Mark {
     /// A shaded band between two ordinates.
     pub fn horizontal_band(from: f64, to: f64) -> Self {
         Self::new(MarkKind::HorizontalBand(from, to))
-    }
-
-    /// A shaded band between two abscissas.
-    pub fn vertical_band(from: f64, to: f64) -> Self {
-        Self::new(MarkKind::VerticalBand(from, to))
     }
 
     /// A ring around a point.

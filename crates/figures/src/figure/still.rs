@@ -349,15 +349,10 @@ impl Page {
     }
 
     fn band(&mut self, mark: &Mark, frame: &Rect, at: impl Fn(f64, f64) -> Point) {
-        let (a, b) = match mark.kind {
-            MarkKind::HorizontalBand(a, b) => ((frame.left, at(0.0, a).1), (frame.right, at(0.0, b).1)),
-            MarkKind::VerticalBand(a, b) => ((at(a, 0.0).0, frame.top), (at(b, 0.0).0, frame.bottom)),
-            _ => return,
-        };
-        let x = |v: f64| v.clamp(frame.left, frame.right);
+        let MarkKind::HorizontalBand(a, b) = mark.kind else { return };
+        let (a, b) = (at(0.0, a).1, at(0.0, b).1);
         let y = |v: f64| v.clamp(frame.top, frame.bottom);
-        let (left, right, top, bottom) = (x(a.0.min(b.0)), x(a.0.max(b.0)), y(a.1.min(b.1)), y(a.1.max(b.1)));
-        self.rectangle(Rect { left, top, right, bottom }, BAND);
+        self.rectangle(Rect { top: y(a.min(b)), bottom: y(a.max(b)), ..*frame }, BAND);
     }
 
     fn reference(&mut self, mark: &Mark, frame: &Rect, at: impl Fn(f64, f64) -> Point) {
@@ -387,7 +382,6 @@ impl Page {
                 (frame.right - width - 6.0, f64::midpoint(at(0.0, a).1, at(0.0, b).1) + 5.5)
             }
             MarkKind::Vertical(x) => (at(x, 0.0).0 + 6.0, frame.top + 16.0),
-            MarkKind::VerticalBand(a, b) => (f64::midpoint(at(a, 0.0).0, at(b, 0.0).0) - width / 2.0, frame.top + 16.0),
             MarkKind::Point(x, y) => {
                 let (x, y) = at(x, y);
                 // Above the ring, or below it where the axes end.

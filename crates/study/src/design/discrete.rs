@@ -13,7 +13,7 @@ use nalgebra::DMatrix;
 
 use super::explain::{self, Misfit};
 use super::interval::{self, Sampling};
-use super::{Designed, NoDesign, facts, matrix, number, poles, verdict};
+use super::{Designed, NoDesign, certified, matrix, number, poles};
 use crate::operation;
 use crate::results::{DesignReport, FailureReport, STATIONARY_COVARIANCES};
 use crate::runnable::Runnable;
@@ -169,10 +169,7 @@ fn linear(
             matrices,
             poles: poles(&design.poles),
             numbers: vec![number("period", dt), number("largest modulus of a pole", radius)],
-            facts: facts(&design.certificate, &[]),
-            verdict: verdict(&design.certificate),
-            evidence: None,
-            noise_deviation: Vec::new(),
+            ..certified(&design.certificate, &[])
         };
         Designed::new(match filter {
                 Some(filter) => Runnable::StationaryKalman(Box::new(filter)),
@@ -202,7 +199,6 @@ fn lpv(study: &Study, region: &Region, rate: &RateSpec, dt: f64, options: &GainO
     let report = DesignReport {
         statement: design.statement(),
         matrices: vec![matrix("L", l), matrix("P", &design.p)],
-        poles: Vec::new(),
         numbers: vec![
             number("rate", design.rate),
             number("factor of a step", design.factor),
@@ -210,10 +206,8 @@ fn lpv(study: &Study, region: &Region, rate: &RateSpec, dt: f64, options: &GainO
             number("vertices", design.polytope.vertices.len() as f64),
             number("norm of L", l.clone().svd(false, false).singular_values.max()),
         ],
-        facts: facts(&design.certificate, &design.vertex_names()),
-        verdict: verdict(&design.certificate),
         evidence,
-        noise_deviation: Vec::new(),
+        ..certified(&design.certificate, &design.vertex_names())
     };
     let runnable = Runnable::DiscreteNonlinear(Box::new(design.observer.clone()));
     Ok(Designed::new(runnable, report, Some(design.certificate.clone())))

@@ -12,7 +12,7 @@ use nalgebra::DMatrix;
 use super::error_bound::{acting, bounded};
 use super::explain::Misfit;
 use super::linear::{measurement, of};
-use super::{Designed, facts, matrix, number, poles, verdict};
+use super::{Designed, certified, matrix, number, poles};
 use crate::results::DesignReport;
 use crate::results::report::eigenvalue;
 use crate::runnable::Runnable;
@@ -64,10 +64,7 @@ pub(super) fn proportional_integral(
         matrices: matrices(&linear, cubic.as_ref()),
         poles: poles(&linear.poles),
         numbers: vec![number("decay rate", speed)],
-        facts: facts(&certificate, &[]),
-        verdict: verdict(&certificate),
-        evidence: None,
-        noise_deviation: Vec::new(),
+        ..certified(&certificate, &[])
     };
     let designed = Designed::new(runnable, report, Some(certificate));
     let Some(bounds) = bounds else { return Ok(designed) };
@@ -121,10 +118,7 @@ pub(super) fn unknown_input(
         matrices: all.into_iter().filter(|m| m.rows.iter().any(|row| !row.is_empty())).collect(),
         poles: poles(&linear.poles),
         numbers: vec![number("decay rate", speed)],
-        facts: facts(&certificate, &[]),
-        verdict: verdict(&certificate),
-        evidence: None,
-        noise_deviation: Vec::new(),
+        ..certified(&certificate, &[])
     };
     Ok(Designed::new(runnable, report, Some(certificate)))
 }

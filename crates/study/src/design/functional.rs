@@ -8,7 +8,7 @@ use luenberger_proof::wording::{counted, significant};
 use nalgebra::{Complex, DMatrix};
 
 use super::explain::Misfit;
-use super::{Designed, matrix, number, poles};
+use super::{Designed, matrix, number, poles, uncertified};
 use crate::results::DesignReport;
 use crate::runnable::Runnable;
 
@@ -33,10 +33,7 @@ pub(super) fn functional(plant: &StateSpace, k: &DMatrix<f64>, wished: &[Complex
             number("noise passed to the estimate, norm of N", o.n.clone().svd(false, false).singular_values.max()),
             number("relative residual of T A = F T + G C and K = T + N C", o.residual),
         ],
-        facts: Vec::new(),
-        verdict: "none".to_owned(),
-        evidence: Some("no certificate: the equations hold up to rounding".to_owned()),
-        noise_deviation: Vec::new(),
+        ..uncertified("the equations hold up to rounding")
     };
     Ok(Designed::new(Runnable::Functional(Box::new(observer), k.clone()), report, None))
 }

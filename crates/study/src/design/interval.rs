@@ -12,7 +12,7 @@ use nalgebra::DMatrix;
 use super::error_bound::acting;
 use super::explain::Misfit;
 use super::linear::{measurement, of};
-use super::{Designed, facts, matrix, number, poles, verdict};
+use super::{Designed, certified, matrix, number, poles};
 use crate::results::{DesignReport, NamedNumber};
 use crate::runnable::Runnable;
 use crate::study::{ActingBounds, IntervalSpec};
@@ -82,10 +82,7 @@ pub(super) fn continuous(
         numbers: std::iter::once(number("rate of the width", design.rate))
             .chain(numbers(states, &design.widths))
             .collect(),
-        facts: facts(&design.certificate, &[]),
-        verdict: verdict(&design.certificate),
-        evidence: None,
-        noise_deviation: Vec::new(),
+        ..certified(&design.certificate, &[])
     };
     let runnable = Runnable::Interval(Box::new(design.observer.clone()));
     Ok(Designed::new(runnable, report, Some(design.certificate.clone())))
@@ -181,10 +178,7 @@ pub(super) fn discrete(
         numbers: std::iter::once(number("factor of the width", design.factor))
             .chain(numbers(states, &design.widths))
             .collect(),
-        facts: facts(&design.certificate, &[]),
-        verdict: verdict(&design.certificate),
-        evidence: None,
-        noise_deviation: Vec::new(),
+        ..certified(&design.certificate, &[])
     };
     let runnable = Runnable::SampledInterval(Box::new(design.observer.clone()));
     Ok(Designed::new(runnable, report, Some(design.certificate.clone())))

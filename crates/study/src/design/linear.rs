@@ -11,7 +11,7 @@ use nalgebra::DMatrix;
 use super::error_bound::{acting, bounded};
 use super::explain::Misfit;
 use super::noise_gain::NoiseGain;
-use super::{Designed, facts, matrix, number, poles, reach, verdict};
+use super::{Designed, certified, matrix, number, poles, reach};
 use crate::results::{DesignReport, STATIONARY_COVARIANCES};
 use crate::runnable::Runnable;
 use crate::study::{ActingBounds, GainSpec, LinearSpec, Study};
@@ -81,10 +81,8 @@ pub(super) fn linear_report(
         matrices,
         poles: poles(&design.poles),
         numbers,
-        facts: facts(&design.certificate, &[]),
-        verdict: verdict(&design.certificate),
-        evidence: None,
         noise_deviation: noise.deviation,
+        ..certified(&design.certificate, &[])
     };
     let designed =
         Designed::new(Runnable::Linear(Box::new(design.observer.clone())), report, Some(design.certificate.clone()));
@@ -142,10 +140,8 @@ pub(super) fn cubic_report(
         ],
         poles: poles(&linear.poles),
         numbers,
-        facts: facts(&design.certificate, &[]),
-        verdict: verdict(&design.certificate),
-        evidence: None,
         noise_deviation: noise.deviation,
+        ..certified(&design.certificate, &[])
     };
     let designed =
         Designed::new(Runnable::Cubic(Box::new(design.observer.clone())), report, Some(design.certificate.clone()));
@@ -193,10 +189,7 @@ pub(super) fn sampled_report(design: &SampledCubicDesign, plant: &StateSpace, pe
         matrices: vec![matrix("P", &design.p), matrix("S", &design.s)],
         poles: poles(&design.poles),
         numbers: vec![number("period", period), number("largest modulus of a pole", slowest)],
-        facts: facts(&design.certificate, &[]),
-        verdict: verdict(&design.certificate),
-        evidence: None,
-        noise_deviation: Vec::new(),
+        ..certified(&design.certificate, &[])
     };
     Designed::new(Runnable::SampledCubic(Box::new(design.observer.clone())), report, Some(design.certificate.clone()))
 }

@@ -49,7 +49,7 @@ use luenberger_proof::wording::significant;
 use nalgebra::{Complex, DMatrix};
 
 use self::explain::Misfit;
-use crate::results::{FactReport, FailureReport, NamedMatrix, NamedNumber};
+use crate::results::{DesignReport, FactReport, FailureReport, NamedMatrix, NamedNumber};
 use crate::study::{LinearSpec, ObserverKind, ObserverSpec, Study};
 
 /// Why an observer has no design.
@@ -315,6 +315,20 @@ fn verdict(certificate: &Certificate) -> String {
         "undecided"
     };
     word.to_owned()
+}
+
+/// The part of a report that is the certificate's; the rest is empty.
+fn certified(certificate: &Certificate, vertices: &[String]) -> DesignReport {
+    DesignReport { facts: facts(certificate, vertices), verdict: verdict(certificate), ..DesignReport::default() }
+}
+
+/// That of a design without a certificate, for this reason.
+fn uncertified(why: &str) -> DesignReport {
+    DesignReport {
+        verdict: "none".to_owned(),
+        evidence: Some(format!("no certificate: {why}")),
+        ..DesignReport::default()
+    }
 }
 
 /// The region of convergence of the cubic observer, with its gains as stored in floating point.

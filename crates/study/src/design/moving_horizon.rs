@@ -5,7 +5,7 @@ use luenberger_proof::wording::counted;
 use nalgebra::DVector;
 
 use super::explain::Misfit;
-use super::{Designed, matrix, number};
+use super::{Designed, matrix, number, uncertified};
 use crate::model::Model;
 use crate::results::DesignReport;
 use crate::runnable::Runnable;
@@ -32,16 +32,12 @@ pub(super) fn design(model: &Model, spec: &MovingHorizonSpec, substeps: Option<u
             counted(horizon.iterations, "Gauss-Newton step")
         ),
         matrices: vec![matrix("W", w), matrix("V", v), matrix("P(0)", p0)],
-        poles: Vec::new(),
         numbers: vec![
             number("period", *period),
             number("window", horizon.window as f64),
             number("iterations", horizon.iterations as f64),
         ],
-        facts: Vec::new(),
-        verdict: "none".to_owned(),
-        evidence: Some("no certificate: no theorem of stability".to_owned()),
-        noise_deviation: Vec::new(),
+        ..uncertified("no theorem of stability")
     };
     Ok(Designed::new(Runnable::MovingHorizon(Box::new(estimator)), report, None))
 }

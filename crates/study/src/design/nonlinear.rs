@@ -14,7 +14,7 @@ use nalgebra::{DMatrix, DVector};
 
 use super::explain::Misfit;
 use super::noise_gain::NoiseGain;
-use super::{Designed, facts, matrix, number, verdict};
+use super::{Designed, certified, matrix, number, uncertified};
 use crate::maps::{HighGainMaps, composed};
 use crate::model::Model;
 use crate::results::DesignReport;
@@ -47,12 +47,10 @@ pub(super) fn lpv(study: &Study, region: &Region, rate: &RateSpec, options: &Gai
     let report = DesignReport {
         statement: design.statement(),
         matrices: vec![matrix("L", l), matrix("P", &design.p)],
-        poles: Vec::new(),
         numbers,
-        facts: facts(&design.certificate, &design.vertex_names()),
-        verdict: verdict(&design.certificate),
         evidence,
         noise_deviation: noise.deviation,
+        ..certified(&design.certificate, &design.vertex_names())
     };
     let runnable = Runnable::NonlinearLuenberger(Box::new(design.observer.clone()));
     Ok(Designed::new(runnable, report, Some(design.certificate.clone())))
@@ -174,12 +172,9 @@ fn by_sectors(study: &Study, design: &LipschitzDesign, region: &Region, whose: &
     let report = DesignReport {
         statement: format!("{box_}, the error {decays}, for {who}. {whose}"),
         matrices: vec![matrix("L", &design.l), matrix("P", &design.p)],
-        poles: Vec::new(),
         numbers,
-        facts: facts(&design.certificate, &[]),
-        verdict: verdict(&design.certificate),
-        evidence: None,
         noise_deviation: noise.deviation,
+        ..certified(&design.certificate, &[])
     };
     let observer = design.observer(study.plant.model.clone())?;
     Ok(Designed::new(Runnable::NonlinearLuenberger(Box::new(observer)), report, Some(design.certificate.clone())))
@@ -222,12 +217,9 @@ pub(super) fn mean_value(
             decay(rate)
         ),
         matrices: vec![matrix("L", &design.l), matrix("P", &design.p)],
-        poles: Vec::new(),
         numbers,
-        facts: facts(&design.certificate, &names),
-        verdict: verdict(&design.certificate),
-        evidence: None,
         noise_deviation: noise.deviation,
+        ..certified(&design.certificate, &names)
     };
     let runnable = Runnable::MeanValue(Box::new(observer));
     Ok(Designed::new(runnable, report, Some(design.certificate.clone())))
@@ -248,15 +240,8 @@ pub(super) fn high_gain(chains: Chains, alpha: &[f64], r: f64) -> Result<Designe
             "A copy of the plant with {gains}, r = {r}. If the right-hand side is Lipschitz and r is small enough, the error decays like exp(-c t / r)."
         ),
         matrices,
-        poles: Vec::new(),
         numbers: vec![number("r", r)],
-        facts: Vec::new(),
-        verdict: "none".to_owned(),
-        evidence: Some(
-            "no certificate: the theorem holds for all r below a bound that is not computed; check this r by simulation"
-                .to_owned(),
-        ),
-        noise_deviation: Vec::new(),
+        ..uncertified("the theorem holds for all r below a bound that is not computed; check this r by simulation")
     };
     Ok(Designed::new(Runnable::HighGain(Box::new(observer)), report, None))
 }
@@ -293,10 +278,7 @@ pub(super) fn high_gain_maps(
         matrices: vec![matrix("alpha_i / r^i", &DMatrix::from_column_slice(gain.len(), 1, gain.as_slice()))],
         poles,
         numbers: vec![number("r", r)],
-        facts: Vec::new(),
-        verdict: "none".to_owned(),
-        evidence: Some("no certificate: the maps are not checked; look at the error in a simulation".to_owned()),
-        noise_deviation: Vec::new(),
+        ..uncertified("the maps are not checked; look at the error in a simulation")
     };
     Ok(Designed::new(Runnable::HighGainMaps(Box::new(observer)), report, None))
 }
@@ -329,12 +311,8 @@ pub(super) fn extended_report(
             "One measurement every {period}; the gain is computed from the covariance along the estimate.{gated}"
         ),
         matrices: vec![matrix("W", w), matrix("V", v), matrix("P(0)", p0)],
-        poles: Vec::new(),
         numbers: vec![number("period", period)],
-        facts: Vec::new(),
-        verdict: "none".to_owned(),
-        evidence: Some("no certificate: local convergence only".to_owned()),
-        noise_deviation: Vec::new(),
+        ..uncertified("local convergence only")
     };
     Ok(Designed::new(Runnable::ExtendedKalman(Box::new(filter)), report, None))
 }

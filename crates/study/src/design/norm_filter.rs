@@ -11,7 +11,7 @@ use luenberger_proof::wording::{at_most, significant};
 use super::explain::Misfit;
 use super::linear::measurement;
 use super::noise_gain::NoiseGain;
-use super::{Designed, facts, matrix, number, poles, verdict};
+use super::{Designed, certified, matrix, number, poles};
 use crate::results::DesignReport;
 use crate::runnable::Runnable;
 use crate::study::{NormFilterSpec, Study};
@@ -75,10 +75,8 @@ pub(super) fn norm_filter(
         matrices: vec![matrix("L", &design.l), matrix("P", &design.p)],
         poles: poles(&design.poles),
         numbers,
-        facts: facts(&design.certificate, &[]),
-        verdict: verdict(&design.certificate),
-        evidence: None,
         noise_deviation: noise.deviation,
+        ..certified(&design.certificate, &[])
     };
     Ok(Designed::new(runnable, report, Some(design.certificate.clone())))
 }

@@ -7,7 +7,7 @@ use luenberger_observers::{Beta, Integral, MeanValueObserver, ObserverError};
 use nalgebra::{DVector, Dyn};
 
 use super::explain::Misfit;
-use super::{Designed, number};
+use super::{Designed, number, uncertified};
 use crate::model::Model;
 use crate::results::DesignReport;
 use crate::runnable::Runnable;
@@ -64,16 +64,10 @@ pub(super) fn design(model: &Model, mean: PrintedMean, eta: f64, internal_error:
             "Eq. (3) as printed, with {}. The internal error e never grows, as eta > 1/2; x - xhat tends to 0 with it where e(0) = x(0) - xhat(0).",
             mean.words()
         ),
-        matrices: Vec::new(),
-        poles: Vec::new(),
         numbers: vec![number("eta", eta)],
-        facts: Vec::new(),
-        verdict: "none".to_owned(),
-        evidence: Some(
-            "no certificate: the theorem as printed is false, the estimation error need not tend to 0 from another e(0); without `as_printed` the corrected observer is designed"
-                .to_owned(),
-        ),
-        noise_deviation: Vec::new(),
+        ..uncertified(
+            "the theorem as printed is false, the estimation error need not tend to 0 from another e(0); without `as_printed` the corrected observer is designed",
+        )
     };
     Ok(Designed::new(Runnable::PrintedMeanValue(Box::new(observer)), report, None))
 }

@@ -9,7 +9,7 @@ use luenberger_proof::wording::significant;
 use nalgebra::{Complex, DMatrix};
 
 use super::explain::Misfit;
-use super::{Designed, facts, matrix, number, poles, verdict};
+use super::{Designed, certified, matrix, number, poles};
 use crate::maps::{KklMaps, MapNames};
 use crate::model::PlantModel;
 use crate::results::DesignReport;
@@ -33,10 +33,7 @@ pub(super) fn reduced_order(study: &Study, plant: &StateSpace, wished: &[Complex
         matrices,
         poles: poles(&design.poles),
         numbers: vec![number("decay rate", slowest), number("noise passed to the estimate, norm of N", norm(&o.n))],
-        facts: facts(&design.certificate, &[]),
-        verdict: verdict(&design.certificate),
-        evidence: None,
-        noise_deviation: Vec::new(),
+        ..certified(&design.certificate, &[])
     };
     let runnable = Runnable::KklMaps(Box::new(KklObserver::new(maps)));
     Ok(Designed::new(runnable, report, Some(design.certificate.clone())))

@@ -3,7 +3,7 @@
 use luenberger_observers::{NoiseModel, UnscentedKalmanFilter};
 
 use super::explain::Misfit;
-use super::{Designed, matrix, number};
+use super::{Designed, matrix, number, uncertified};
 use crate::model::Model;
 use crate::results::DesignReport;
 use crate::runnable::Runnable;
@@ -28,17 +28,13 @@ pub(super) fn design(model: &Model, spec: &UnscentedSpec, substeps: Option<usize
             "One measurement every {period}; mean and covariance from {points} sigma points, the covariance by its factor.{gated}"
         ),
         matrices: vec![matrix("W", w), matrix("V", v), matrix("P(0)", p0)],
-        poles: Vec::new(),
         numbers: vec![
             number("period", *period),
             number("alpha", sigma.alpha),
             number("beta", sigma.beta),
             number("kappa", sigma.kappa),
         ],
-        facts: Vec::new(),
-        verdict: "none".to_owned(),
-        evidence: Some("no certificate: no theorem of stability".to_owned()),
-        noise_deviation: Vec::new(),
+        ..uncertified("no theorem of stability")
     };
     Ok(Designed::new(Runnable::Unscented(Box::new(filter)), report, None))
 }

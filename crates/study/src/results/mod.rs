@@ -284,7 +284,7 @@ pub struct ObserverReport {
 }
 
 /// A design.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, Default, PartialEq, Serialize)]
 pub struct DesignReport {
     /// Its claim as a sentence.
     pub statement: String,

@@ -1,7 +1,9 @@
 //! `luenberger advise`: which kinds run, with what tuning, and in which order.
 
 use luenberger_study::advise::{Advice, AdviseOptions, Criteria, advise};
-use luenberger_study::{Format, RunOptions, Step, Study, StudyError, execute};
+use luenberger_study::{RunOptions, Step, Study, StudyError, execute};
+
+use crate::studies::{read, scratch, study};
 
 /// The tanks of the guide, without observers.
 const TANKS: &str = r#"
@@ -43,10 +45,6 @@ ensemble = 3
 settling = 3
 w = [0, 0.01]
 ";
-
-fn study(text: &str) -> Study {
-    Study::from_text("study.toml", text, Format::Toml, ".".as_ref()).unwrap()
-}
 
 #[track_caller]
 fn advice(text: &str, options: &AdviseOptions<'_>) -> Advice {
@@ -93,8 +91,7 @@ fn what_applies_to_a_nonlinear_plant_is_run_and_the_rest_has_its_hypothesis() {
 /// The study that is written is the one that was run: its scores in run 0 are those of `compare`.
 #[test]
 fn the_written_study_has_the_observers_that_were_run() {
-    let folder = std::path::Path::new(env!("CARGO_TARGET_TMPDIR")).join("advise-written");
-    _ = std::fs::remove_dir_all(&folder);
+    let folder = scratch("advise-written");
     let run = RunOptions { output: Some(folder.clone()), ..RunOptions::default() };
     let advice = advice(TANKS, &AdviseOptions { run, ..by("error") });
     assert!(!advice.recommended.is_empty());
@@ -121,8 +118,7 @@ fn the_written_study_has_the_observers_that_were_run() {
 /// four Runge-Kutta steps for each sample, which explains the tolerance.
 #[test]
 fn the_scores_of_a_filter_are_those_of_scipy() {
-    let folder = std::path::Path::new(env!("CARGO_TARGET_TMPDIR")).join("advise-scipy");
-    _ = std::fs::remove_dir_all(&folder);
+    let folder = scratch("advise-scipy");
     let run = RunOptions { output: Some(folder.clone()), ..RunOptions::default() };
     let text = format!("{}w = [8e-7, 8e-7]\n", TANKS.replace("ensemble = 3", "ensemble = 1"));
     advice(&text, &AdviseOptions { run, ..by("error") });
@@ -302,7 +298,7 @@ fn a_hidden_mode_that_decays_is_named() {
 fn bad_values_of_the_table_are_reported_at_their_lines() {
     let wrong = |line: &str, message: &str| {
         let text = format!("{INTEGRATOR}{line}\n");
-        let error = Study::from_text("study.toml", &text, Format::Toml, ".".as_ref()).unwrap_err().to_string();
+        let error = read(&text).unwrap_err().to_string();
         assert!(error.contains(message), "{line}: {error}");
     };
     wrong("initial = [1]", "`initial` has length 1");

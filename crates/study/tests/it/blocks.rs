@@ -8,7 +8,9 @@ use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use luenberger_study::execute::{
     BlockSettings, Computed, RunsAsCsv, Shard, SharedSweep, SweepOptions, reduce_sweep, sweep_status,
 };
-use luenberger_study::{Format, Results, RunOptions, Step, Study, StudyError, SweepError, execute};
+use luenberger_study::{Results, RunOptions, Step, Study, StudyError, SweepError, execute};
+
+use crate::studies::{self, study_in};
 
 /// Two rows of 50 runs, with noise and an input that is a file; with x(0) far off the plant escapes in finite time.
 const STUDY: &str = r#"
@@ -37,19 +39,13 @@ ensemble = 50
 "#;
 
 fn scratch(name: &str) -> PathBuf {
-    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("blocks").join(name);
-    let _ = std::fs::remove_dir_all(&folder);
-    std::fs::create_dir_all(&folder).unwrap();
+    let folder = studies::scratch(&format!("blocks/{name}"));
     std::fs::write(folder.join("input.csv"), "t,u1\n0,0\n1,0.2\n2,0\n").unwrap();
     folder
 }
 
-fn parsed(text: &str, folder: &Path) -> Study {
-    Study::from_text("study.toml", text, Format::Toml, folder).unwrap_or_else(|error| panic!("{error}"))
-}
-
 fn study(folder: &Path) -> Study {
-    parsed(STUDY, folder)
+    study_in(folder, STUDY)
 }
 
 const BLOCKS_OF_8: BlockSettings = BlockSettings { size: Some(8), restart: false, force: false };
@@ -157,7 +153,7 @@ fn shards_threads_and_interruptions_do_not_change_a_byte() {
 fn runs_that_end_early_are_in_the_results() {
     let folder = scratch("early");
     let text = STUDY.replace("values = [1, 4]", "values = [3, 40]").replace("0.1*level^3 - level", "level^3 - level");
-    let sweep = SharedSweep::open(parsed(&text, &folder), &folder.join("out"), BLOCKS_OF_8).unwrap();
+    let sweep = SharedSweep::open(study_in(&folder, &text), &folder.join("out"), BLOCKS_OF_8).unwrap();
     compute(&sweep, "1/1", 2);
     let results = reduced(&folder.join("out"));
     let rows = &results.sweep.as_ref().unwrap().rows;
@@ -221,7 +217,7 @@ fn percentiles_do_not_depend_on_the_memory() {
 
 #[track_caller]
 fn other(folder: &Path, text: &str, settings: BlockSettings) -> String {
-    match SharedSweep::open(parsed(text, folder), &folder.join("out"), settings) {
+    match SharedSweep::open(study_in(folder, text), &folder.join("out"), settings) {
         Err(StudyError::Sweep(error)) => error.to_string(),
         Err(error) => panic!("{error}"),
         Ok(_) => panic!("opened"),
@@ -286,7 +282,7 @@ fn damaged_blocks_are_computed_again() {
     std::fs::remove_file(file(2)).unwrap();
     // Of a sweep with another seed.
     let alien = SharedSweep::open(
-        parsed(&STUDY.replace("ensemble = 50", "ensemble = 50\nseed = 1"), &folder),
+        study_in(&folder, &STUDY.replace("ensemble = 50", "ensemble = 50\nseed = 1")),
         &folder.join("alien"),
         BLOCKS_OF_8,
     );

@@ -1,13 +1,13 @@
 //! Studies with conditions, lookup tables and derived parameters: values, certified designs, and mistakes.
 
-use std::path::Path;
 use std::sync::Arc;
 
 use luenberger_design::Region;
 use luenberger_design::enclosure::{EnclosureError, enclose};
 use luenberger_expression::{ExpressionPlant, Extrapolation, Interpolation, Scope, Table, Tables};
-use luenberger_study::diagnostic::Located;
-use luenberger_study::{Format, Results, RunOptions, Step, Study, StudyError, execute};
+use luenberger_study::Step;
+
+use crate::studies::{executed, mistakes};
 
 const MOTOR: &str = r#"
 [plant]
@@ -37,23 +37,10 @@ v = 0.01
 period = 0.05
 "#;
 
-fn results(text: &str, step: Step) -> Results {
-    let study = Study::from_text("study.toml", text, Format::Toml, Path::new(".")).unwrap_or_else(|e| panic!("{e}"));
-    execute(&study, step, &RunOptions::default()).unwrap_or_else(|error| panic!("{error}"))
-}
-
-fn mistakes(text: &str) -> Vec<Located> {
-    match Study::from_text("study.toml", text, Format::Toml, Path::new(".")) {
-        Err(StudyError::File(diagnostics)) => diagnostics.located(),
-        Err(error) => panic!("{error}"),
-        Ok(_) => panic!("the mistake was not found in\n{text}"),
-    }
-}
-
 /// A kink and a table are certified with both of their sides, and run.
 #[test]
 fn a_motor_with_a_torque_curve() {
-    let results = results(MOTOR, Step::Run);
+    let results = executed(MOTOR, Step::Run);
     assert_eq!(results.failures(), Vec::<String>::new());
     let parameter = |name: &str| results.plant.parameters.iter().find(|p| p.name == name).map(|p| p.value);
     assert_eq!((parameter("J"), parameter("friction")), (Some(0.010000000000000002), Some(0.05)));
@@ -120,7 +107,7 @@ fn jumps_are_refused_by_name() {
         // Away from it there is none.
         assert!(enclose(&plant(f, &[]), &Region::new(&[(0.6, 2.0)])).is_ok(), "{f}");
     }
-    let failure = results(
+    let failure = executed(
         &MOTOR.replace("if(w > 0, w, 2*w)", "sign(w)").replace("[[observer]]\nname = \"ekf\"", "[[observer]]"),
         Step::Design,
     );

@@ -1,20 +1,12 @@
 //! Feedback from the estimate of an observer: gains, what is proved of the loop, and the run.
 
 use std::path::Path;
-use std::sync::atomic::AtomicBool;
 
 use luenberger_proof::certificate::{Theorem, verify};
-use luenberger_study::design::{Designed, design};
 use luenberger_study::execute::Step;
-use luenberger_study::{Format, RunOptions, Study, StudyError, execute};
+use luenberger_study::{RunOptions, execute};
 
-fn read(text: &str) -> Result<Study, StudyError> {
-    Study::from_text("study.toml", text, Format::Toml, Path::new("."))
-}
-
-fn designed(study: &Study) -> Designed {
-    design(study, &study.observers[0], &AtomicBool::new(false)).unwrap()
-}
+use crate::studies::{designed, read};
 
 /// A cart, `x1' = x2`, `x2' = u`, with the position measured.
 fn cart(feedback: &str, observer: &str) -> String {
@@ -25,7 +17,7 @@ fn cart(feedback: &str, observer: &str) -> String {
 }
 
 fn gain(text: &str) -> Vec<f64> {
-    let found = designed(&read(text).unwrap());
+    let found = designed(&read(text).unwrap()).unwrap();
     found.report.matrices.iter().find(|m| m.name == "K").unwrap().rows.concat()
 }
 
@@ -61,7 +53,7 @@ fn the_loop_is_proved_and_runs() {
     ] {
         let text = cart("lqr = { q = 1, r = 1 }", kind);
         let study = read(&text).unwrap();
-        let found = designed(&study);
+        let found = designed(&study).unwrap();
         assert_eq!(found.report.verdict, "proved");
         let said = &found.report.statement;
         assert!(said.contains("r = 0: x and xhat tend to 0 exponentially, from every x(0) and xhat(0)"), "{said}");
@@ -84,7 +76,7 @@ fn the_loop_is_proved_and_runs() {
 
 #[test]
 fn an_unstable_loop_is_said_to_be_one() {
-    let found = designed(&read(&cart("k = [[-1, 2]]", "kind = \"luenberger\"\npoles = [-4, -5]")).unwrap());
+    let found = designed(&read(&cart("k = [[-1, 2]]", "kind = \"luenberger\"\npoles = [-4, -5]")).unwrap()).unwrap();
     // The observer is proved all the same; the loop has the pole sqrt(2) - 1.
     assert_eq!(found.report.verdict, "proved");
     let said = &found.report.statement;
@@ -96,7 +88,7 @@ fn an_unstable_loop_is_said_to_be_one() {
             "[plant]\na = [[1]]\nb = [[0.1]]\nc = [[1]]\ndt = 0.1\n[input]\nfeedback = {{ k = [[{k}]], observer = \"o\" }}\n\
              [[observer]]\nname = \"o\"\nkind = \"luenberger\"\npoles = [0.2]\n"
         );
-        designed(&read(&text).unwrap())
+        designed(&read(&text).unwrap()).unwrap()
     };
     assert!(discrete(5.0).report.statement.contains("tend to 0 exponentially, from every x(0) and xhat(0)"));
     assert_eq!(discrete(5.0).certificate.unwrap().theorems().len(), 2);

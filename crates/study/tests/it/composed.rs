@@ -1,17 +1,12 @@
 //! Observers that contain the plant, as one set of expressions for export: they are the observers that run.
 
-use std::path::Path;
-use std::sync::atomic::AtomicBool;
-
 use luenberger_export::Scalar;
 use luenberger_export::golden::Stepper;
 use luenberger_observers::Observer;
 use luenberger_study::deployment::{self, SampledDesign};
-use luenberger_study::design::{Designed, design};
-use luenberger_study::{Format, Study, StudyError};
 use nalgebra::DVector;
 
-use crate::messages;
+use crate::studies::{designed, mistakes, read};
 
 const CONVERTER: &str = r#"
 [plant]
@@ -96,14 +91,6 @@ e = [[0], [1], [0]]
 poles = [-1, -3, -4]
 "#;
 
-fn read(text: &str) -> Result<Study, StudyError> {
-    Study::from_text("study.toml", text, Format::Toml, Path::new("."))
-}
-
-fn designed(study: &Study) -> Designed {
-    design(study, &study.observers[0], &AtomicBool::new(false)).unwrap_or_else(|why| panic!("{why:?}"))
-}
-
 /// A sequence that looks random, in [0, 1).
 fn shares(count: usize, seed: f64) -> Vec<f64> {
     (0..count).map(|k| ((k as f64 + seed) * 0.618_033_988_749_895).fract()).collect()
@@ -125,7 +112,7 @@ fn exported_expressions_are_the_observer() {
     for text in texts() {
         let study = read(&text).unwrap_or_else(|error| panic!("{error}"));
         let observer = &study.observers[0];
-        let runnable = designed(&study).runnable;
+        let runnable = designed(&study).unwrap().runnable;
         let size = runnable.dimensions();
         let sampled =
             deployment::sampled(&study, observer, Some(1e-9), Some(1)).unwrap_or_else(|why| panic!("{why:?}"));
@@ -215,11 +202,7 @@ pub(crate) fn mistakes_in_given_chains_are_reported_at_their_place() {
         (input(expressions, &format!("{expressions}\nlaw = [\"v2\"]")), "`expressions` conflicts with `law`", "one of"),
         (input(expressions, &format!("{expressions}\njumps = [1]")), "`jumps` without a `law`", "a `law`"),
     ] {
-        let found = match read(&text) {
-            Err(StudyError::File(diagnostics)) => diagnostics.located(),
-            other => panic!("{text}: {other:?}"),
-        };
-        found.iter().for_each(messages::mistake);
+        let found = mistakes(&text);
         assert!(found[0].message.contains(message), "{message}: {found:?}");
         assert!(format!("{} {:?}", found[0].expected, found[0].help).contains(expected), "{found:?}");
     }

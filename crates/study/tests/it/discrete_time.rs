@@ -3,10 +3,9 @@
 //! Expected numbers: scipy 1.17.1 (`solve_discrete_are`), python-control 0.10.2 (`place`), filterpy 2.0.0
 //! (`ExtendedKalmanFilter`), and the recursions of plant and predictor written out in numpy.
 
-use std::path::Path;
+use luenberger_study::{RunOptions, Step, execute};
 
-use luenberger_study::diagnostic::Located;
-use luenberger_study::{Format, Results, RunOptions, Step, Study, StudyError, execute};
+use crate::studies::{executed, last_errors, mistake, scratch, study};
 
 const LINEAR: &str = r#"[plant]
 a = [[0.9, 0.2], [-0.1, 0.8]]
@@ -42,32 +41,9 @@ v = 0.05
 period = 0.1
 "#;
 
-fn study(text: &str) -> Study {
-    Study::from_text("study.toml", text, Format::Toml, Path::new(".")).unwrap_or_else(|error| panic!("{error}"))
-}
-
-fn results(text: &str, step: Step) -> Results {
-    execute(&study(text), step, &RunOptions::default()).unwrap_or_else(|error| panic!("{error}"))
-}
-
-fn mistake(text: &str) -> Located {
-    match Study::from_text("study.toml", text, Format::Toml, Path::new(".")) {
-        Err(StudyError::File(diagnostics)) => diagnostics.located()[0].clone(),
-        Err(error) => panic!("{error}"),
-        Ok(_) => panic!("the mistake was not found in\n{text}"),
-    }
-}
-
-/// Errors at the end of the run of an observer, one for each state.
-fn last(results: &Results, observer: &str) -> Vec<f64> {
-    let rows = &results.simulation.as_ref().unwrap().rows;
-    let row = rows.iter().find(|row| row.observer == observer).unwrap();
-    row.merits.as_ref().unwrap_or_else(|| panic!("{row:?}")).states.iter().map(|state| state.last).collect()
-}
-
 #[test]
 fn linear_kinds_in_discrete_time() {
-    let results = results(LINEAR, Step::Run);
+    let results = executed(LINEAR, Step::Run);
     assert_eq!(results.failures(), Vec::<String>::new());
     assert_eq!(results.plant.equations, ["x+ = A x + B u", "y = C x + D u"]);
     assert_eq!(results.observability.as_ref().unwrap().rank, 2);
@@ -83,12 +59,12 @@ fn linear_kinds_in_discrete_time() {
         }
     }
     for (name, expected) in [("kalman", KALMAN_LAST), ("poles", POLES_LAST)] {
-        for (found, expected) in last(&results, name).iter().zip(expected) {
+        for (found, expected) in last_errors(&results, name).iter().zip(expected) {
             assert!((found.abs() - expected.abs()).abs() < 1e-12, "{name}: {found}, expected {expected}");
         }
     }
-    assert!(last(&results, "cubic").iter().all(|error| error.abs() < 1e-6));
-    assert!(last(&results, "filter").iter().all(|error| error.abs() < 0.1));
+    assert!(last_errors(&results, "cubic").iter().all(|error| error.abs() < 1e-6));
+    assert!(last_errors(&results, "filter").iter().all(|error| error.abs() < 0.1));
     assert!(results.warnings.iter().all(|warning| !warning.contains("zero-order hold")), "{:?}", results.warnings);
 }
 
@@ -114,7 +90,7 @@ fn a_kalman_filter_in_filter_form_uses_the_measurement_of_its_sample() {
             assert!((found - expected).abs() < 1e-12, "{found}, expected {expected}");
         }
     };
-    let found = results(&format!("{LINEAR}{FILTER}"), Step::Run);
+    let found = executed(&format!("{LINEAR}{FILTER}"), Step::Run);
     assert_eq!(found.failures(), Vec::<String>::new());
     let design = |name: &str| {
         let observer = found.observers.iter().find(|observer| observer.name == name).unwrap();
@@ -127,7 +103,7 @@ fn a_kalman_filter_in_filter_form_uses_the_measurement_of_its_sample() {
     near(&matrix("K"), &[0.370_671_508_701_275_6, 0.138_104_608_893_547_28]);
     near(&matrix("L"), &KALMAN);
     near(&matrix("(I - K C) P"), &FILTER_COVARIANCE);
-    near(&last(&found, "filter form"), &[0.000_309_754_364_129_610_8, 0.001_043_312_931_132_911_5]);
+    near(&last_errors(&found, "filter form"), &[0.000_309_754_364_129_610_8, 0.001_043_312_931_132_911_5]);
     // The certificate is that of the predictor.
     assert_eq!(design("filter form").facts, design("kalman").facts);
     assert_eq!(design("filter form").verdict, "proved");
@@ -135,13 +111,15 @@ fn a_kalman_filter_in_filter_form_uses_the_measurement_of_its_sample() {
     // A measurement every other sample: the others are predicted.
     let sensor = "[[simulation.sensor]]\noutput = \"y1\"\nperiod = 0.2\n[[observer]]\nname = \"kalman\"";
     let slow = format!("{LINEAR}{FILTER}").replacen("[[observer]]\nname = \"kalman\"", sensor, 1);
-    near(&last(&results(&slow, Step::Run), "filter form"), &[0.003_392_604_783_030_273, 0.006_446_077_977_559_139]);
+    near(
+        &last_errors(&executed(&slow, Step::Run), "filter form"),
+        &[0.003_392_604_783_030_273, 0.006_446_077_977_559_139],
+    );
 
     // u = r - K xhat(k|k).
     let fed = format!("{LINEAR}{FILTER}")
         .replace("[simulation]", "feedback = { k = [[0.2, 0.4]], observer = \"filter form\" }\n[simulation]");
-    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("filter-form");
-    let _ = std::fs::remove_dir_all(&folder);
+    let folder = scratch("filter-form");
     let options = RunOptions { output: Some(folder.clone()), ..RunOptions::default() };
     execute(&study(&fed), Step::Simulate, &options).unwrap_or_else(|error| panic!("{error}"));
     let text = std::fs::read_to_string(folder.join("trajectories/filter-form.csv")).unwrap();
@@ -180,9 +158,9 @@ w = [1e-3, 1e-2]
 v = 0.01
 period = 0.1
 "#;
-    let results = results(text, Step::Run);
+    let results = executed(text, Step::Run);
     assert_eq!(results.plant.equations[0], "x1+ = x1 + 0.1*x2");
-    for (found, expected) in last(&results, "ekf").iter().zip(EKF_LAST) {
+    for (found, expected) in last_errors(&results, "ekf").iter().zip(EKF_LAST) {
         assert!((found.abs() - expected.abs()).abs() < 1e-12, "{found}, expected {expected}");
     }
 }
@@ -205,16 +183,16 @@ duration = 1
 fn one_gain_for_a_map() {
     let observer = "[[observer]]\nkind = \"lpv\"\n";
     let region = "region = { states = [[-0.5, 0.5], [-5, 5]], inputs = [[-1, 1]] }\n";
-    let given = results(&format!("{PENDULUM}{observer}{region}gain = [[1], [2]]\n"), Step::Run);
+    let given = executed(&format!("{PENDULUM}{observer}{region}gain = [[1], [2]]\n"), Step::Run);
     assert_eq!(given.failures(), Vec::<String>::new());
-    for (found, expected) in last(&given, "lpv").iter().zip(LPV_LAST) {
+    for (found, expected) in last_errors(&given, "lpv").iter().zip(LPV_LAST) {
         assert!((found.abs() - expected.abs()).abs() < 1e-15, "{found}, expected {expected}");
     }
-    let designed = results(&format!("{PENDULUM}{observer}{region}decay_rate = 10\n"), Step::Design);
+    let designed = executed(&format!("{PENDULUM}{observer}{region}decay_rate = 10\n"), Step::Design);
     let design = designed.observers[0].design.as_ref().unwrap();
     assert_eq!(design.verdict, "proved");
     assert!(design.statement.contains("q^k with q = 0.36788"), "{}", design.statement);
-    let fastest = results(&format!("{PENDULUM}{observer}{region}fastest = 60\n"), Step::Design);
+    let fastest = executed(&format!("{PENDULUM}{observer}{region}fastest = 60\n"), Step::Design);
     let design = fastest.observers[0].design.as_ref().unwrap();
     let rate = design.numbers.iter().find(|number| number.name == "rate").unwrap().value;
     assert!(design.verdict == "proved" && rate > Some(10.0) && design.evidence.is_some(), "{design:?}");
@@ -231,7 +209,7 @@ fn no_gain_for_a_map() {
         ("gain = [[0], [0]]\n", "an eigenvalue that is not inside the unit circle", "`decay_rate` or `fastest`"),
         ("decay_rate = 1e3\n", "LMI infeasible at decay rate 1000", "extended-kalman"),
     ] {
-        let failed = results(&format!("{PENDULUM}[[observer]]\nkind = \"lpv\"\n{region}{keys}"), Step::Design);
+        let failed = executed(&format!("{PENDULUM}[[observer]]\nkind = \"lpv\"\n{region}{keys}"), Step::Design);
         let failure = failed.observers[0].failure.as_ref().unwrap();
         assert!(failure.hypothesis.contains(words), "{failure:?}");
         assert!(failure.alternatives.iter().any(|way| way.contains(instead)), "{failure:?}");
@@ -250,7 +228,7 @@ fn other_kinds_say_so() {
         "kind = \"kkl-numerical\"\ndomain = [[-2, 2], [-2, 2]]\ncutoff = 1",
         "kind = \"cubic\"\ngain = [[0.5], [0.5]]\ngamma = 1",
     ] {
-        let results = results(&format!("{plant}[[observer]]\n{kind}\n"), Step::Design);
+        let results = executed(&format!("{plant}[[observer]]\n{kind}\n"), Step::Design);
         let failure = results.observers[0].failure.clone().unwrap_or_else(|| panic!("{kind} fits"));
         assert!(
             failure.hypothesis.contains("is for plants in continuous time, and this one has dt = 0.1"),
@@ -283,7 +261,7 @@ fn other_kinds_say_so() {
     ] {
         let text = LINEAR.replace(old, new);
         assert!(text != LINEAR, "{old}");
-        let results = results(&text, Step::Design);
+        let results = executed(&text, Step::Design);
         let failures: Vec<_> = results.observers.iter().filter_map(|observer| observer.failure.clone()).collect();
         assert!(failures.iter().any(|failure| failure.hypothesis.contains(words)), "{new}: {failures:?}");
     }

@@ -9,11 +9,9 @@ use luenberger_study::deployment::{evidence, sampled};
 use luenberger_study::design::{Designed, NoDesign, design};
 use luenberger_study::execute::Step;
 use luenberger_study::study::ObserverSpec;
-use luenberger_study::{Format, RunOptions, Study, StudyError, execute};
+use luenberger_study::{RunOptions, Study, StudyError, execute};
 
-fn read(text: &str) -> Result<Study, StudyError> {
-    Study::from_text("study.toml", text, Format::Toml, Path::new("."))
-}
+use crate::studies::{read, scratch};
 
 fn designed(study: &Study, name: &str) -> Result<Designed, NoDesign> {
     let observer = study.observer(name).expect("an observer of that name");
@@ -37,8 +35,7 @@ h = ["position"]
 /// The last row of the run of an observer, whose name is that of its folder too: time, states, inputs, outputs,
 /// estimates, and those of the disturbance behind them.
 fn last_row(text: &str, observer: &str) -> Vec<f64> {
-    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("disturbance").join(observer);
-    let _ = std::fs::remove_dir_all(&folder);
+    let folder = scratch(&format!("disturbance/{observer}"));
     let study = read(text).unwrap();
     execute(&study, Step::Run, &RunOptions { output: Some(folder.clone()), ..RunOptions::default() }).unwrap();
     let csv = std::fs::read_to_string(folder.join(format!("trajectories/{observer}.csv"))).unwrap();

@@ -1,17 +1,9 @@
 //! Studies of plants whose output depends on the input: `d` beside the matrices, inputs in `h`.
 
-use std::path::Path;
-
+use luenberger_study::Step;
 use luenberger_study::results::StateReport;
-use luenberger_study::{Format, Results, RunOptions, Step, Study, execute};
 
-fn study(text: &str) -> Study {
-    Study::from_text("study.toml", text, Format::Toml, Path::new(".")).unwrap_or_else(|error| panic!("{error}"))
-}
-
-fn run(text: &str, step: Step) -> Results {
-    execute(&study(text), step, &RunOptions::default()).unwrap_or_else(|error| panic!("{error}"))
-}
+use crate::studies::{executed, read};
 
 const MATRICES: &str = r"
 [plant]
@@ -71,7 +63,7 @@ decay_rate = 0.1
 #[test]
 fn every_kind_for_a_linear_plant_takes_d() {
     for plant in [MATRICES, EXPRESSIONS] {
-        let results = run(&format!("{plant}{OBSERVERS}"), Step::Run);
+        let results = executed(&format!("{plant}{OBSERVERS}"), Step::Run);
         assert_eq!(results.failures(), Vec::<String>::new());
         assert!(results.plant.equations.contains(&"y = C x + D u".to_owned()), "{:?}", results.plant.equations);
         let d = results.plant.matrices.iter().find(|matrix| matrix.name == "D").unwrap();
@@ -115,7 +107,7 @@ w = 0.01
 v = 0.01
 period = 0.02
 "#;
-    let results = run(text, Step::Run);
+    let results = executed(text, Step::Run);
     let merits = results.simulation.unwrap().rows[0].merits.clone().unwrap();
     let norm = |of: fn(&StateReport) -> f64| merits.states.iter().map(of).map(|x| x * x).sum::<f64>().sqrt();
     assert!(norm(|state| state.last) < 0.05 * norm(|state| state.initial), "{merits:?}");
@@ -136,7 +128,7 @@ kind = "lpv"
 decay_rate = 0.5
 region = { states = [[-2, 2]], inputs = [[-1, 1]] }
 "#;
-    let results = run(text, Step::Design);
+    let results = executed(text, Step::Design);
     let design = results.observers[0].design.as_ref().unwrap_or_else(|| panic!("{:?}", results.observers[0]));
     assert_eq!(design.verdict, "proved");
     let named =
@@ -156,7 +148,7 @@ fn kinds_without_feedthrough_refuse_it() {
             "[plant]\nf = [\"x2\", \"-sin(x1) + u1\"]\nh = [\"x1 + 0.1*u1\"]\noutputs = [\"angle\"]\n\
              [simulation]\nx0 = [1, 0]\nduration = 1\n[[observer]]\n{kind}\n"
         );
-        let results = run(&text, Step::Design);
+        let results = executed(&text, Step::Design);
         let failure = results.observers[0].failure.clone().unwrap_or_else(|| panic!("{kind} fits"));
         assert!(
             failure.hypothesis.contains("is for outputs of the state alone, y = h(t, x): angle depends on the input"),
@@ -170,6 +162,6 @@ fn kinds_without_feedthrough_refuse_it() {
 #[test]
 fn a_d_of_the_wrong_size_is_refused_where_it_stands() {
     let text = "[plant]\na = [[-1]]\nb = [[1]]\nc = [[1]]\nd = [[1, 2]]\n[simulation]\nx0 = [1]\nduration = 1\n";
-    let error = Study::from_text("study.toml", text, Format::Toml, Path::new(".")).unwrap_err().to_string();
+    let error = read(text).unwrap_err().to_string();
     assert!(error.contains("`d` is 1 x 2") && error.contains("5:5") || error.contains("line 5"), "{error}");
 }

@@ -5,22 +5,13 @@ use std::path::{Path, PathBuf};
 
 use luenberger_export::{Scalar, golden};
 use luenberger_study::deployment::{exported, record, sampled};
-use luenberger_study::{Format, Results, RunOptions, Step, Study, execute};
+use luenberger_study::{Results, RunOptions, Step, execute};
 
-fn study(text: &str, folder: &Path) -> Study {
-    Study::from_text("study.toml", text, Format::Toml, folder).unwrap_or_else(|error| panic!("{error}"))
-}
+use crate::studies::{self, last_errors, read, scratch, study_in};
 
 fn run(text: &str, folder: &Path, output: Option<PathBuf>) -> Results {
     let options = RunOptions { output, threads: Some(1), ..RunOptions::default() };
-    execute(&study(text, folder), Step::Run, &options).unwrap_or_else(|error| panic!("{error}"))
-}
-
-/// The error at the end of the simulation.
-fn last(results: &Results, observer: &str) -> Vec<f64> {
-    let rows = &results.simulation.as_ref().unwrap().rows;
-    let row = rows.iter().find(|row| row.observer == observer).unwrap();
-    row.merits.as_ref().unwrap_or_else(|| panic!("{row:?}")).states.iter().map(|state| state.last).collect()
+    execute(&study_in(folder, text), Step::Run, &options).unwrap_or_else(|error| panic!("{error}"))
 }
 
 const MAP: &str = r#"[plant]
@@ -46,7 +37,7 @@ alpha = 0.5
 fn an_unscented_filter_of_a_map_is_that_of_filterpy() {
     let results = run(MAP, ".".as_ref(), None);
     assert_eq!(results.failures(), Vec::<String>::new());
-    for (found, expected) in last(&results, "ukf").iter().zip([-0.006392627217642666, -0.008556905206280607]) {
+    for (found, expected) in last_errors(&results, "ukf").iter().zip([-0.006392627217642666, -0.008556905206280607]) {
         assert!((found.abs() - f64::abs(expected)).abs() < 1e-12, "{found}, expected {expected}");
     }
     let design = results.observers[0].design.as_ref().unwrap();
@@ -76,10 +67,10 @@ fn an_unscented_filter_of_a_pendulum() {
     );
     let results = run(&text, ".".as_ref(), None);
     assert_eq!(results.failures(), Vec::<String>::new());
-    for (one, other) in last(&results, "ukf").iter().zip(&last(&results, "extended-kalman")) {
+    for (one, other) in last_errors(&results, "ukf").iter().zip(&last_errors(&results, "extended-kalman")) {
         assert!((one - other).abs() < 1e-4, "{one} {other}");
     }
-    let study = study(&text, ".".as_ref());
+    let study = studies::study(&text);
     let observer = &study.observers[0];
     let design = sampled(&study, observer, None, None).unwrap();
     let export = exported(&study, observer, design.design.clone(), Scalar::Binary32, None).unwrap();
@@ -110,9 +101,7 @@ fn smoothed(kind: &str) -> String {
 #[test]
 fn estimates_on_a_log_are_smoothed() {
     for kind in ["extended-kalman", "ukf"] {
-        let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join(format!("smoothed-{kind}"));
-        let _ = std::fs::remove_dir_all(&folder);
-        std::fs::create_dir_all(&folder).unwrap();
+        let folder = scratch(&format!("smoothed-{kind}"));
         std::fs::write(folder.join("log.csv"), log()).unwrap();
         let results = run(&smoothed(kind), &folder, Some(folder.join("out")));
         assert_eq!(results.failures(), Vec::<String>::new());
@@ -154,7 +143,7 @@ fn mistakes_in_filters_are_named() {
         ("period = 0.1\n", "", "has no `period`", "positive"),
     ] {
         let text = MAP.replace(old, new);
-        let error = Study::from_text("study.toml", &text, Format::Toml, ".".as_ref()).unwrap_err().to_string();
+        let error = read(&text).unwrap_err().to_string();
         assert!(error.contains(message) && error.contains(expected), "{error}");
     }
     // A covariance that is none, and a period that is not that of the plant, are found by the design.
@@ -162,7 +151,7 @@ fn mistakes_in_filters_are_named() {
         [("w = [1e-3, 1e-2]", "w = [-1, 1]", "W"), ("period = 0.1\nalpha", "period = 0.2\nalpha", "period = 0.2")]
     {
         let text = MAP.replace(old, new);
-        let results = match Study::from_text("study.toml", &text, Format::Toml, ".".as_ref()) {
+        let results = match read(&text) {
             Ok(study) => execute(&study, Step::Design, &RunOptions::default()).unwrap(),
             Err(error) => {
                 assert!(error.to_string().contains('w'), "{error}");
@@ -189,16 +178,14 @@ fn a_moving_horizon_estimator() {
     );
     let results = run(&simulated, ".".as_ref(), None);
     assert_eq!(results.failures(), Vec::<String>::new());
-    for (one, other) in last(&results, "mhe").iter().zip(&last(&results, "extended-kalman")) {
+    for (one, other) in last_errors(&results, "mhe").iter().zip(&last_errors(&results, "extended-kalman")) {
         assert!((one - other).abs() < 1e-12, "{one} {other}");
     }
     let [own, filter, _] = &results.filters[..] else { panic!("three") };
     let mean = |of: &Option<luenberger_study::results::ConsistencyReport>| of.as_ref().unwrap().mean;
     assert!((mean(&own.nis) - mean(&filter.nis)).abs() < 1e-9 && (mean(&own.nees) - mean(&filter.nees)).abs() < 1e-9);
 
-    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("moving-horizon");
-    let _ = std::fs::remove_dir_all(&folder);
-    std::fs::create_dir_all(&folder).unwrap();
+    let folder = scratch("moving-horizon");
     let mut csv = "t,u,y\n".to_owned();
     for k in 0..60 {
         let t = 0.1 * f64::from(k);
@@ -223,7 +210,7 @@ fn a_moving_horizon_estimator() {
     assert!(measured.clone().all(|(_, v)| *v >= 0.0) && measured.filter(|(_, v)| **v < 1e-9).count() > 5, "{speeds:?}");
 
     // The exported step, with the matrices of the plant as expressions: its own run, and the header of its C.
-    let study = study(&simulated, ".".as_ref());
+    let study = studies::study(&simulated);
     for (k, most) in [(0, 1e-9), (2, 1e-6)] {
         let observer = &study.observers[k];
         let design = sampled(&study, observer, None, None).unwrap();
@@ -250,7 +237,7 @@ fn mistakes_in_moving_horizon_estimators_are_named() {
         ("gate = 5", "`gate`", "window"),
     ] {
         let text = mhe.replace("alpha = 0.5", new);
-        let error = Study::from_text("study.toml", &text, Format::Toml, ".".as_ref()).unwrap_err().to_string();
+        let error = read(&text).unwrap_err().to_string();
         assert!(error.contains(message) && error.contains(expected), "{error}");
     }
 }
@@ -298,8 +285,7 @@ period = 0.1
 #[test]
 fn every_kalman_filter_has_a_band_that_holds_its_errors() {
     let (predicted, filtered) = ([0.245_995_28, 0.545_646_84], [0.209_540_99, 0.507_671_62]);
-    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("bands");
-    let _ = std::fs::remove_dir_all(&folder);
+    let folder = scratch("bands");
     let results = run(MATCHED, ".".as_ref(), Some(folder.clone()));
     assert_eq!(results.failures(), Vec::<String>::new());
     assert_eq!(results.coverage.len(), 4);

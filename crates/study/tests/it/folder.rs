@@ -5,8 +5,10 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use luenberger_study::{Format, RunOptions, Step, Study, StudyError, execute};
+use luenberger_study::{RunOptions, Step, StudyError, execute};
 use serde_json::Value;
+
+use crate::studies::study;
 
 const STUDY: &str = r#"title = "t"
 [plant]
@@ -33,7 +35,7 @@ fn scratch(name: &str) -> PathBuf {
 }
 
 fn run_with(text: &str, folder: &Path, force: bool) -> Result<Vec<(String, String)>, StudyError> {
-    let study = Study::from_text("study.toml", text, Format::Toml, ".".as_ref()).unwrap();
+    let study = study(text);
     let options = RunOptions { output: Some(folder.to_owned()), force, ..RunOptions::default() };
     execute(&study, Step::Run, &options).map(|results| results.renamed)
 }
@@ -183,7 +185,7 @@ fn a_manifest_that_points_outside_is_no_manifest() {
 #[test]
 fn two_runs_do_not_write_into_one_folder() {
     let folder = scratch("locked");
-    let study = Study::from_text("study.toml", STUDY, Format::Toml, ".".as_ref()).unwrap();
+    let study = study(STUDY);
     let second = std::sync::Mutex::new(None);
     let progress = |_: luenberger_study::Progress<'_>| {
         second.lock().unwrap().get_or_insert_with(|| run_with(STUDY, &folder, false));
@@ -241,7 +243,7 @@ fn an_error_leaves_the_results_as_they_were() {
 fn an_interruption_replaces_the_earlier_results_by_the_finished_ones() {
     let folder = scratch("interruption");
     run(STUDY, &folder);
-    let study = Study::from_text("study.toml", &without_two(), Format::Toml, ".".as_ref()).unwrap();
+    let study = study(&without_two());
     let cancel = AtomicBool::new(false);
     let progress = |progress: luenberger_study::Progress<'_>| {
         if progress.stage == "design" {

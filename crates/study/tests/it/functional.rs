@@ -1,20 +1,11 @@
 //! Functional observers in studies.
 
-use std::path::Path;
-use std::sync::atomic::AtomicBool;
-
 use luenberger_study::deployment::sampled;
-use luenberger_study::design::{Designed, NoDesign, design};
+use luenberger_study::design::NoDesign;
 use luenberger_study::execute::Step;
-use luenberger_study::{Format, RunOptions, Study, StudyError, execute};
+use luenberger_study::{RunOptions, execute};
 
-fn read(text: &str) -> Result<Study, StudyError> {
-    Study::from_text("study.toml", text, Format::Toml, Path::new("."))
-}
-
-fn designed(study: &Study) -> Result<Designed, NoDesign> {
-    design(study, &study.observers[0], &AtomicBool::new(false))
-}
+use crate::studies::{designed, read, scratch};
 
 /// K A = 2 C and C A = K: with the pole -3, N = 3, T = K - 3 C, G = 2 - 9 and H = T B = 1.
 const PLANT: &str = r#"[plant]
@@ -56,8 +47,7 @@ fn the_matrices_are_those_of_the_equations() {
 /// at the end are those of scipy 1.17, `solve_ivp` of plant and observer with DOP853, rtol 1e-11.
 #[test]
 fn it_runs_and_its_errors_are_those_of_the_functions() {
-    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("functional");
-    let _ = std::fs::remove_dir_all(&folder);
+    let folder = scratch("functional");
     // The mode -3 is hidden: no poles can be placed, and a Kalman filter exists.
     let beside = "[[observer]]\nname = \"whole\"\nkind = \"kalman\"\nw = 1\nv = 1\n";
     let study = read(&format!("{PLANT}{OBSERVER}{beside}")).unwrap();

@@ -1,15 +1,12 @@
 //! Gains within limits, in studies: their keys, their warnings, and Jacobians with too many varying entries.
 
-use std::path::Path;
 use std::sync::atomic::AtomicBool;
 
 use luenberger_study::design::design;
 use luenberger_study::results::DesignReport;
-use luenberger_study::{Format, RunOptions, Step, Study, StudyError, execute};
+use luenberger_study::{RunOptions, Step, execute};
 
-fn read(text: &str) -> Result<Study, StudyError> {
-    Study::from_text("study.toml", text, Format::Toml, Path::new("."))
-}
+use crate::studies::read;
 
 fn designed(text: &str) -> Result<DesignReport, Box<dyn std::error::Error>> {
     let study = read(text)?;

@@ -1,10 +1,11 @@
 //! High-gain observers of plants whose chains have coefficients: the continuous stirred-tank reactor.
 
-use std::path::Path;
 use std::sync::atomic::AtomicBool;
 
 use luenberger_study::design::design;
-use luenberger_study::{Format, RunOptions, Study, StudyError, run};
+use luenberger_study::{RunOptions, run};
+
+use crate::studies::read;
 
 /// The exothermic reactor of Seborg, Edgar and Mellichamp, Process Dynamics and Control: time in minutes, the
 /// temperature T (K) measured, the concentration cA (mol/l) not; unstable at cA = 0.5, T = 350, Tc = 300. Near T = 0 the
@@ -29,10 +30,6 @@ kind = "high-gain"
 r = 0.1
 initial = [348, 0.4]
 "#;
-
-fn read(text: &str) -> Result<Study, StudyError> {
-    Study::from_text("study.toml", text, Format::Toml, Path::new("."))
-}
 
 #[test]
 fn a_coefficient_that_underflows_elsewhere_is_a_dependence() -> Result<(), Box<dyn std::error::Error>> {

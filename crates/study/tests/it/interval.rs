@@ -2,7 +2,9 @@
 
 use luenberger_proof::statement::Format as Number;
 use luenberger_study::deployment::{evidence, exported, sampled};
-use luenberger_study::{Format, RunOptions, Step, Study, StudyError, execute};
+use luenberger_study::{RunOptions, Step, execute};
+
+use crate::studies::read;
 
 const MOTOR: &str = r#"
 title = "motor"
@@ -21,10 +23,6 @@ noise = { distribution = "uniform", amplitude = [0.05], period = 0.05, seed = 1 
 [input]
 expressions = ["sin(t)"]
 "#;
-
-fn read(text: &str) -> Result<Study, StudyError> {
-    Study::from_text("motor.toml", text, Format::Toml, ".".as_ref())
-}
 
 fn observer(rest: &str) -> String {
     format!("[[observer]]\nkind = \"interval\"\ninitial_bounds = [2, 2]\n{rest}\n")

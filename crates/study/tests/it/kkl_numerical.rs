@@ -1,16 +1,15 @@
 //! Numerical KKL observers in studies: what is chosen where only the domain is given, inputs that are held, four and
 //! five states, their exports, and what is refused.
 
-use std::path::Path;
 use std::sync::atomic::AtomicBool;
 
 use luenberger_export::{Scalar, golden};
 use luenberger_study::deployment;
-use luenberger_study::design::{Designed, NoDesign, design};
+use luenberger_study::design::{NoDesign, design};
 use luenberger_study::results::{DesignReport, Results};
-use luenberger_study::{Format, RunOptions, Step, Study, StudyError, execute};
+use luenberger_study::{RunOptions, Step, execute};
 
-use crate::messages;
+use crate::studies::{designed, mistakes, study};
 
 const VAN_DER_POL: &str = r#"
 [plant]
@@ -27,7 +26,7 @@ samples = 2000
 
 #[test]
 fn what_was_chosen_is_reported_with_the_other_candidates() {
-    let study = Study::from_text("study.toml", VAN_DER_POL, Format::Toml, Path::new(".")).unwrap();
+    let study = study(VAN_DER_POL);
     let designed = design(&study, &study.observers[0], &AtomicBool::new(false)).unwrap();
     let cutoff = designed.report.number("cutoff").unwrap();
     assert!(cutoff > 4.0, "slower filters are refused: {cutoff}");
@@ -46,17 +45,9 @@ fn what_was_chosen_is_reported_with_the_other_candidates() {
     assert!(!evidence.contains("points = "), "{evidence}");
 }
 
-fn read(text: &str) -> Study {
-    Study::from_text("study.toml", text, Format::Toml, Path::new(".")).unwrap_or_else(|error| panic!("{error}"))
-}
-
-fn designed(study: &Study) -> Designed {
-    design(study, &study.observers[0], &AtomicBool::new(false)).unwrap_or_else(|why| panic!("{why:?}"))
-}
-
 /// The results of a run, and the largest error that its design has measured, over the states.
 fn simulated(text: &str) -> (Results, f64) {
-    let results = execute(&read(text), Step::Simulate, &RunOptions::default()).unwrap();
+    let results = execute(&study(text), Step::Simulate, &RunOptions::default()).unwrap();
     assert_eq!(results.failures(), Vec::<String>::new());
     let measured = results.observers[0].design.as_ref().map(largest_error);
     (results, measured.unwrap_or(f64::NAN))
@@ -121,8 +112,8 @@ fn an_observer_for_held_inputs_follows_between_the_nodes() {
 fn the_error_between_the_nodes_falls_with_their_number() {
     let error = |nodes: usize| {
         let text = FORCED.replace("nodes = 4", &format!("nodes = {nodes}\nform = \"embedded\""));
-        let study = read(&text.replace("points = 17", "points = 13"));
-        designed(&study).report.number("largest error of the table").unwrap()
+        let study = study(&text.replace("points = 17", "points = 13"));
+        designed(&study).unwrap().report.number("largest error of the table").unwrap()
     };
     let (two, three) = (error(2), error(3));
     assert!(three < 0.5 * two, "{two:e} {three:e}");
@@ -224,7 +215,7 @@ samples = 300
 #[test]
 fn what_has_no_table_is_refused_with_its_memory() {
     let refused = |text: &str| {
-        let study = read(text);
+        let study = study(text);
         match design(&study, &study.observers[0], &AtomicBool::new(false)) {
             Err(NoDesign::Misfit(failure)) => (failure.hypothesis, failure.alternatives.join("; ")),
             other => panic!("{other:?}"),
@@ -279,11 +270,7 @@ pub(crate) fn bad_settings_are_reported_at_their_place() {
         (FORCED, ranges, "nodes = 5", "`nodes` without `inputs`", "the range of each input"),
     ] {
         let text = text.replace(from, to);
-        let found = match Study::from_text("study.toml", &text, Format::Toml, Path::new(".")) {
-            Err(StudyError::File(diagnostics)) => diagnostics.located(),
-            other => panic!("{text}: {other:?}"),
-        };
-        found.iter().for_each(messages::mistake);
+        let found = mistakes(&text);
         assert!(found[0].message.contains(message), "{message}: {found:?}");
         assert!(format!("{} {:?}", found[0].expected, found[0].help).contains(expected), "{found:?}");
     }
@@ -292,7 +279,7 @@ pub(crate) fn bad_settings_are_reported_at_their_place() {
 /// Largest differences along the run of a study, of the exported step from the observer in continuous time and of that
 /// observer from the truth, over the samples of these shares of the run.
 fn exported(text: &str, scalar: Scalar, (from, to): (f64, f64)) -> (f64, f64) {
-    let study = read(text);
+    let study = study(text);
     let observer = &study.observers[0];
     let sampled = deployment::sampled(&study, observer, Some(0.02), None).unwrap_or_else(|why| panic!("{why:?}"));
     let record = deployment::record(&study, observer, &sampled).unwrap();
@@ -322,7 +309,7 @@ fn held_inputs_are_exported_in_both_forms() {
 
 #[test]
 fn four_states_are_exported() {
-    let study = read(&COUPLED.replace("points = 6", "points = 5\nform = \"embedded\""));
+    let study = study(&COUPLED.replace("points = 6", "points = 5\nform = \"embedded\""));
     let observer = &study.observers[0];
     let sampled = deployment::sampled(&study, observer, Some(0.02), None).unwrap_or_else(|why| panic!("{why:?}"));
     let export = deployment::exported(&study, observer, sampled.design, Scalar::Binary32, None).unwrap();

@@ -1,8 +1,8 @@
 //! Bounds on the cost of a study: estimates, refusals, and the end of a run at its time limit.
 
-use luenberger_study::{
-    Excess, Format, Limits, RunOptions, Step, Study, StudyError, estimate, execute, execute_in_part,
-};
+use luenberger_study::{Excess, Limits, RunOptions, Step, StudyError, estimate, execute, execute_in_part};
+
+use crate::studies::study;
 
 const STUDY: &str = r#"[plant]
 a = [[0, 1], [0, 0]]
@@ -15,10 +15,6 @@ x0 = [1, 1]
 duration = 1
 samples = SAMPLES
 "#;
-
-fn study(text: &str) -> Study {
-    Study::from_text("study.toml", text, Format::Toml, ".".as_ref()).unwrap_or_else(|error| panic!("{error}"))
-}
 
 fn excess(text: &str, step: Step, limits: Limits) -> Option<String> {
     match execute(&study(text), step, &RunOptions { limits, threads: Some(1), ..RunOptions::default() }) {

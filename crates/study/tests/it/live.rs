@@ -3,14 +3,13 @@
 use std::path::{Path, PathBuf};
 
 use luenberger_live::{Experiment, GainVerdict, Sliders, verify};
-use luenberger_study::{Format, Results, RunOptions, Study, run};
+use luenberger_study::{Results, RunOptions, Study, run};
+
+use crate::studies::{self, study, study_in};
 
 /// An empty folder.
 fn scratch(name: &str) -> PathBuf {
-    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("live").join(name);
-    let _ = std::fs::remove_dir_all(&folder);
-    std::fs::create_dir_all(&folder).unwrap();
-    folder
+    studies::scratch(&format!("live/{name}"))
 }
 
 /// The experiment in the page of a template, and the report.
@@ -129,7 +128,7 @@ fn feedback_tables_and_sensors_give_the_scores_of_the_study() {
         "expressions = [\"sin(t)\"]\nfeedback = { k = [[2, 1]], observer = \"fixed\" }",
     ] {
         let text = CARRIAGE.replace("INPUT", input);
-        let study = Study::from_text("study.toml", &text, Format::Toml, &folder).unwrap_or_else(|e| panic!("{e}"));
+        let study = study_in(&folder, &text);
         let (experiment, results, _) = page_of(&study, &scratch("inputs-out"));
         let experiment = experiment.unwrap_or_else(|| panic!("{input}"));
         same_scores(input, &experiment, &results);
@@ -154,7 +153,7 @@ fn scores_of_those_in_the_page(name: &str, experiment: &Experiment, results: &Re
 }
 
 fn of_text(name: &str, text: &str) -> (Experiment, Results, String) {
-    let study = Study::from_text("study.toml", text, Format::Toml, ".".as_ref()).unwrap_or_else(|e| panic!("{e}"));
+    let study = study(text);
     let (experiment, results, html) = page_of(&study, &scratch(name));
     (experiment.unwrap_or_else(|| panic!("{name}")), results, html)
 }
@@ -417,7 +416,7 @@ fn what_the_page_cannot_run_is_said() {
         (library, "the page has no code for its plant, which is one of the library"),
         (alone, "the page has no code for its observers"),
     ] {
-        let study = Study::from_text("study.toml", text, Format::Toml, ".".as_ref()).unwrap_or_else(|e| panic!("{e}"));
+        let study = study(text);
         let (experiment, _, html) = page_of(&study, &scratch("refused"));
         assert!(experiment.is_none() && html.contains(why) && !html.contains("live-module"), "{why}");
     }

@@ -5,17 +5,17 @@ use std::path::{Path, PathBuf};
 
 use luenberger_study::{Format, Results, RunOptions, Step, Study, execute};
 
+use crate::studies::{scratch, study_in};
+
 /// A folder of the test with the log in it.
 fn bench(name: &str, csv: &str) -> PathBuf {
-    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("log").join(name);
-    let _ = std::fs::remove_dir_all(&folder);
-    std::fs::create_dir_all(&folder).unwrap();
+    let folder = scratch(&format!("log/{name}"));
     std::fs::write(folder.join("log.csv"), csv).unwrap();
     folder
 }
 
 fn run(folder: &Path, text: &str) -> Results {
-    let study = Study::from_text("study.toml", text, Format::Toml, folder).unwrap_or_else(|error| panic!("{error}"));
+    let study = study_in(folder, text);
     let options = RunOptions { output: Some(folder.join("out")), threads: Some(1), ..RunOptions::default() };
     execute(&study, Step::Run, &options).unwrap_or_else(|error| panic!("{error}"))
 }

@@ -37,6 +37,7 @@ mod sensors;
 mod signal;
 mod sliding_mode;
 mod solver;
+mod studies;
 mod sweep;
 mod table;
 mod templates;

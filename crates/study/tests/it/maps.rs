@@ -1,18 +1,18 @@
 //! KKL, PEB and [KKL+PEB] observers with given maps: designs, what is refused and why, and the expressions that are
 //! exported beside the observers that run.
 
-use std::path::Path;
 use std::sync::atomic::AtomicBool;
 
 use luenberger_export::Scalar;
 use luenberger_export::golden::Stepper;
 use luenberger_observers::Observer;
 use luenberger_proof::certificate::verify;
+use luenberger_study::Study;
 use luenberger_study::deployment::{self, SampledDesign};
 use luenberger_study::design::{Designed, NoDesign, design};
-use luenberger_study::{Format, Study, StudyError};
 
 use crate::messages;
+use crate::studies::{designed, mistakes, read};
 
 const PLANT: &str = r#"
 [plant]
@@ -96,16 +96,8 @@ alpha = 1
 estimator = { kind = "gradient", gain = 5 }
 "#;
 
-fn read(text: &str) -> Result<Study, StudyError> {
-    Study::from_text("study.toml", text, Format::Toml, Path::new("."))
-}
-
 fn study(observer: &str) -> Study {
     read(&format!("{PLANT}{observer}")).unwrap_or_else(|error| panic!("{error}"))
-}
-
-fn designed(study: &Study) -> Designed {
-    design(study, &study.observers[0], &AtomicBool::new(false)).unwrap_or_else(|why| panic!("{why:?}"))
 }
 
 fn refused(text: &str) -> (String, String) {
@@ -133,7 +125,7 @@ fn facts(designed: &Designed) -> String {
 /// The KKL observer of the converter: poles -G/C4 and -w/L1 at w = 1/2, everything proved over the region.
 #[test]
 fn the_maps_of_a_kkl_observer_are_proved_over_the_region() {
-    let designed = designed(&study(KKL));
+    let designed = designed(&study(KKL)).unwrap();
     assert_eq!(designed.report.verdict, "proved");
     let mut poles: Vec<f64> = designed.report.poles.iter().map(|pole| pole[0]).collect();
     poles.sort_by(f64::total_cmp);
@@ -168,7 +160,7 @@ fn the_maps_of_a_kkl_observer_are_proved_over_the_region() {
 #[test]
 fn the_excitation_of_a_regression_is_that_of_its_regressor_in_closed_form() {
     let text = format!("{PLANT}{BOTH}").replace("0.5 + 0.1*sin(200*t)", "0.5");
-    let designed = designed(&read(&text).unwrap());
+    let designed = designed(&read(&text).unwrap()).unwrap();
     let (scale, alpha, end): (f64, f64, f64) = (0.5 / 22.0e-6, 0.5, 0.05);
     let integral = |a: f64| (1.0 - (-a * end).exp()) / a;
     let expected = scale * scale * (end - 2.0 * integral(alpha) + integral(2.0 * alpha));
@@ -179,7 +171,7 @@ fn the_excitation_of_a_regression_is_that_of_its_regressor_in_closed_form() {
 
 #[test]
 fn both_observers_of_the_converter_have_a_regression_and_only_one_a_certificate() {
-    let (pebo, both) = (designed(&study(PEBO)), designed(&study(BOTH)));
+    let (pebo, both) = (designed(&study(PEBO)).unwrap(), designed(&study(BOTH)).unwrap());
     assert!(pebo.certificate.is_none() && pebo.report.poles.is_empty());
     assert!(both.certificate.is_some() && (both.report.poles[0][0] + 0.0447 / 22.9e-6).abs() < 1e-9);
     assert!(pebo.report.statement.contains("phi(x) - xi is a constant"));
@@ -193,7 +185,7 @@ fn both_observers_of_the_converter_have_a_regression_and_only_one_a_certificate(
 }
 
 fn designed_of(text: &str) -> Designed {
-    designed(&read(text).unwrap_or_else(|error| panic!("{error}")))
+    designed(&read(text).unwrap_or_else(|error| panic!("{error}"))).unwrap()
 }
 
 /// Proposition 6: exp(x3) = exp(xi2) theta.
@@ -214,7 +206,7 @@ fn what_theta_adds_may_be_nonlinear() {
 /// region, with the eigenvalues of u = 1/2.
 #[test]
 fn the_manifold_of_an_immersion_attracts_over_the_region() {
-    let designed = designed(&study(IMMERSION));
+    let designed = designed(&study(IMMERSION)).unwrap();
     assert_eq!(designed.report.verdict, "proved", "{:?}", designed.report);
     let mut poles: Vec<f64> = designed.report.poles.iter().map(|pole| pole[0]).collect();
     poles.sort_by(f64::total_cmp);
@@ -231,7 +223,7 @@ fn the_manifold_of_an_immersion_attracts_over_the_region() {
     let second = (y[1] - 0.0447 * v4) / 22.9e-6 - (u[0] * y[0] + v4);
     assert!((motion[0] - first).abs() < 1e-9 * first.abs() && (motion[1] - second).abs() < 1e-9 * second.abs());
     // With gains that repel nothing is proved of the attractivity, and said so.
-    let repelling = self::designed(&study(&IMMERSION.replace("C2*50*v2", "-C2*50*v2")));
+    let repelling = self::designed(&study(&IMMERSION.replace("C2*50*v2", "-C2*50*v2"))).unwrap();
     assert!(repelling.certificate.is_none() && repelling.report.verdict == "measured");
     let statement = &repelling.report.statement;
     assert!(statement.contains("It is not to be expected that it attracts"), "{statement}");
@@ -368,11 +360,7 @@ pub(crate) fn mistakes_in_maps_are_reported_at_their_place() {
         ),
     ] {
         assert!(of.contains(from), "{from}");
-        let found = match read(&format!("{PLANT}{}", of.replace(from, to))) {
-            Err(StudyError::File(diagnostics)) => diagnostics.located(),
-            other => panic!("{from}: {other:?}"),
-        };
-        found.iter().for_each(messages::mistake);
+        let found = mistakes(&format!("{PLANT}{}", of.replace(from, to)));
         assert!(found[0].message.contains(message), "{found:?}");
         assert!(format!("{} {:?}", found[0].expected, found[0].help).contains(expected), "{found:?}");
         assert!(found[0].line > 15, "{found:?}");
@@ -409,7 +397,7 @@ fn exported_expressions_are_the_observer() {
     ] {
         let study = read(&text).unwrap_or_else(|error| panic!("{error}"));
         let observer = &study.observers[0];
-        let runnable = designed(&study).runnable;
+        let runnable = designed(&study).unwrap().runnable;
         let size = runnable.dimensions();
         assert_eq!(size.state, states, "{text}");
         let sampled = deployment::sampled(&study, observer, Some(1e-9), Some(1)).unwrap();

@@ -6,6 +6,7 @@ use luenberger_study::diagnostic::Located;
 use luenberger_study::{Format, RunOptions, Step, Study, StudyError, execute};
 
 use crate::messages;
+use crate::studies;
 
 const STUDY: &str = r#"title = "t"
 [plant]
@@ -51,16 +52,9 @@ fn read(text: &str, format: Format) -> Result<Study, StudyError> {
     Study::from_text("study.toml", text, format, &folder)
 }
 
+#[track_caller]
 fn mistakes(text: &str) -> Vec<Located> {
-    match read(text, Format::Toml) {
-        Err(StudyError::File(diagnostics)) => {
-            let located = diagnostics.located();
-            located.iter().for_each(messages::mistake);
-            located
-        }
-        Err(error) => panic!("{error}"),
-        Ok(_) => panic!("the mistake was not found in\n{text}"),
-    }
+    studies::mistakes_of(text, read(text, Format::Toml))
 }
 
 /// Each edit gives one mistake, on that line, whose message and expectation contain these words.

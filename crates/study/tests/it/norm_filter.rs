@@ -1,20 +1,10 @@
 //! H-infinity and H2 filters in studies.
 
-use std::path::Path;
-use std::sync::atomic::AtomicBool;
-
 use luenberger_proof::certificate::Theorem;
 use luenberger_study::deployment::{SampledDesign, sampled};
-use luenberger_study::design::{Designed, NoDesign, design};
-use luenberger_study::{Format, Study, StudyError};
+use luenberger_study::design::NoDesign;
 
-fn read(text: &str) -> Result<Study, StudyError> {
-    Study::from_text("study.toml", text, Format::Toml, Path::new("."))
-}
-
-fn designed(study: &Study) -> Result<Designed, NoDesign> {
-    design(study, &study.observers[0], &AtomicBool::new(false))
-}
+use crate::studies::{designed, read};
 
 /// `x' = -x + w1`, `y = x + w2`: the least norms are sqrt(1/2), and sqrt(sqrt(2) - 1) by the Riccati equation.
 fn scalar(kind: &str, rest: &str) -> String {

@@ -1,65 +1,15 @@
 //! Operating points in studies: linear observers of a nonlinear plant, in deviations.
 
-use std::path::Path;
+use luenberger_study::Step;
 
-use luenberger_study::diagnostic::Located;
-use luenberger_study::{Format, Results, RunOptions, Step, Study, StudyError, execute};
+use crate::studies::{executed, mistake};
 
 /// The stirred reactor of Seborg, Edgar and Mellichamp, Process Dynamics and Control, 2nd ed. 2004, table 2.3.
-const REACTOR: &str = r#"[plant]
-f = ["1 - c - k0*exp(-8750/T)*c", "350 - T + (5e4*k0*exp(-8750/T)*c + 500*(Tc - T))/239"]
-h = ["T"]
-states = ["c", "T"]
-inputs = ["Tc"]
-parameters = { k0 = 7.2e10 }
-[operating_point]
-x = [0.5, 349]
-u = [300]
-[input]
-expressions = ["300 + 0.5*sin(t)"]
-[simulation]
-x0 = [0.51, 351]
-duration = 0.5
-[[observer]]
-name = "kalman"
-kind = "kalman"
-w = [[1e-3, 0], [0, 1]]
-v = 0.1
-[[observer]]
-name = "poles"
-kind = "luenberger"
-poles = [-3, -4]
-[[observer]]
-name = "cubic"
-kind = "cubic"
-poles = [-3, -4]
-gamma = 1
-theta = 1e-4
-[[observer]]
-name = "sampled"
-kind = "sampled-cubic"
-poles = [-3, -4]
-gamma = 1
-theta = 1e-4
-period = 0.01
-"#;
-
-fn results(text: &str, step: Step) -> Results {
-    let study = Study::from_text("study.toml", text, Format::Toml, Path::new(".")).unwrap_or_else(|e| panic!("{e}"));
-    execute(&study, step, &RunOptions::default()).unwrap_or_else(|error| panic!("{error}"))
-}
-
-fn mistake(text: &str) -> Located {
-    match Study::from_text("study.toml", text, Format::Toml, Path::new(".")) {
-        Err(StudyError::File(diagnostics)) => diagnostics.located()[0].clone(),
-        Err(error) => panic!("{error}"),
-        Ok(_) => panic!("the mistake was not found in\n{text}"),
-    }
-}
+const REACTOR: &str = include_str!("../studies/reactor.toml");
 
 #[test]
 fn linear_observers_of_a_reactor() {
-    let results = results(REACTOR, Step::Run);
+    let results = executed(REACTOR, Step::Run);
     assert_eq!(results.failures(), Vec::<String>::new());
     let point = results.operating_point.as_ref().unwrap();
     // scipy 1.17.1, `fsolve`; numpy for A.
@@ -98,7 +48,7 @@ fn linear_observers_of_a_reactor() {
 #[test]
 fn the_table_is_what_linear_kinds_need() {
     let without = REACTOR.replace("[operating_point]\nx = [0.5, 349]\nu = [300]\n", "");
-    let failure = results(&without, Step::Design).observers[0].failure.clone().unwrap();
+    let failure = executed(&without, Step::Design).observers[0].failure.clone().unwrap();
     assert!(failure.alternatives.iter().any(|instead| instead.contains("[operating_point]")), "{failure:?}");
     let affine = r#"[plant]
 f = ["x2", "9.81 - 2*x1 - x2 + u1"]
@@ -115,7 +65,7 @@ kind = "luenberger"
 poles = [-2, -3]
 initial = [3, 3]
 "#;
-    let results = results(affine, Step::Run);
+    let results = executed(affine, Step::Run);
     let design = results.observers[0].design.as_ref().unwrap();
     assert!(design.statement.contains("The plant is affine"), "{}", design.statement);
     let point = results.operating_point.as_ref().unwrap();
@@ -170,7 +120,7 @@ kind = "luenberger"
 poles = [-4, -5]
 initial = [0.5, 0]
 "#;
-    let results = results(text, Step::Compare);
+    let results = executed(text, Step::Compare);
     let end = &results.simulation.unwrap().x_end;
     for (found, expected) in end.iter().zip([0.320_165_725_421_125_6, -0.067_803_574_915_426_24]) {
         assert!((found - expected).abs() < 1e-8, "{found} {expected}");

@@ -1,16 +1,13 @@
 //! The kind optimal-cubic: its numbers, its certificates, its export, its mistakes.
 
-use std::path::Path;
 use std::sync::atomic::AtomicBool;
 
 use luenberger_design::EstimationProblem;
+use luenberger_study::Study;
 use luenberger_study::deployment::{SampledDesign, sampled};
 use luenberger_study::design::{Designed, Runnable, design};
-use luenberger_study::{Format, Study, StudyError};
 
-fn read(text: &str) -> Result<Study, StudyError> {
-    Study::from_text("study.toml", text, Format::Toml, Path::new("."))
-}
+use crate::studies::read;
 
 const SCALAR: &str = "[plant]\na = [[0]]\nc = [[1]]\n[[observer]]\nname = \"o\"\nkind = \"optimal-cubic\"\n";
 

@@ -1,25 +1,20 @@
 //! The mean-value-theorem observer as printed in a study: the right-hand side of `luenberger-observers`, and no
 //! certificate.
 
-use std::path::Path;
-use std::sync::atomic::AtomicBool;
-
 use luenberger_design::LeastSquares;
 use luenberger_observers::{Beta, Integral, MeanValueObserver, Observer};
 use luenberger_plants::Chaotic;
-use luenberger_study::design::{Designed, NoDesign, design};
-use luenberger_study::{Format, RunOptions, Step, Study, deployment, execute};
+use luenberger_study::design::NoDesign;
+use luenberger_study::{RunOptions, Step, Study, deployment, execute};
 use nalgebra::{SVector, Vector2, Vector3};
+
+use crate::studies::{self, designed, read};
 
 fn study(more: &str) -> Study {
     let text = format!(
         "[plant]\nbuiltin = \"chaotic\"\n[simulation]\nx0 = [-1.5, -1, 0.5]\nduration = 3\n[[observer]]\nkind = \"mean-value\"\neta = 1.2\ninitial = [-1, -0.5, -1]\n{more}\n"
     );
-    Study::from_text("study.toml", &text, Format::Toml, Path::new(".")).unwrap_or_else(|error| panic!("{error}"))
-}
-
-fn designed(study: &Study) -> Result<Designed, NoDesign> {
-    design(study, &study.observers[0], &AtomicBool::new(false))
+    studies::study(&text)
 }
 
 #[test]
@@ -71,11 +66,7 @@ fn beta_by_an_iteration_has_no_export() {
     let refused = deployment::sampled(&study, &study.observers[0], Some(0.01), None).unwrap_err();
     assert!(refused.hypothesis.contains("as printed has no export"), "{refused:?}");
     assert!(refused.alternatives[1].contains("without `as_printed`"));
-    let small = Study::from_text(
-        "study.toml",
-        "[plant]\nbuiltin = \"chaotic\"\n[[observer]]\nkind = \"mean-value\"\neta = 0.5\nas_printed = \"root\"\n",
-        Format::Toml,
-        Path::new("."),
-    );
+    let small =
+        read("[plant]\nbuiltin = \"chaotic\"\n[[observer]]\nkind = \"mean-value\"\neta = 0.5\nas_printed = \"root\"\n");
     assert!(matches!(designed(&small.unwrap()), Err(NoDesign::Misfit(failure)) if failure.hypothesis.contains("0.5")));
 }

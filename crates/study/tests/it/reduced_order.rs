@@ -1,21 +1,12 @@
 //! Reduced-order observers in studies.
 
-use std::path::Path;
-use std::sync::atomic::AtomicBool;
-
 use luenberger_proof::certificate::Theorem;
 use luenberger_study::deployment::{SampledDesign, sampled};
-use luenberger_study::design::{Designed, NoDesign, design};
+use luenberger_study::design::NoDesign;
 use luenberger_study::execute::Step;
-use luenberger_study::{Format, RunOptions, Study, StudyError, execute};
+use luenberger_study::{RunOptions, execute};
 
-fn read(text: &str) -> Result<Study, StudyError> {
-    Study::from_text("study.toml", text, Format::Toml, Path::new("."))
-}
-
-fn designed(study: &Study) -> Result<Designed, NoDesign> {
-    design(study, &study.observers[0], &AtomicBool::new(false))
-}
+use crate::studies::{designed, read, scratch};
 
 /// MATLAB's example of a minimum-order observer, Ogata, Modern Control Engineering, 5th ed., example 10-8: `x1' = x2`,
 /// `x2' = x3`, `x3' = -6 x1 - 11 x2 - 6 x3 + u`, `y = x1`, poles -2 +- j 2 sqrt 3, for which Ke = [-2; 17].
@@ -53,8 +44,7 @@ fn the_gain_is_that_of_the_textbook() {
 
 #[test]
 fn it_runs_and_its_step_follows() {
-    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("reduced-order");
-    let _ = std::fs::remove_dir_all(&folder);
+    let folder = scratch("reduced-order");
     let study = read(OGATA).unwrap();
     execute(&study, Step::Run, &RunOptions { output: Some(folder.clone()), ..RunOptions::default() }).unwrap();
     let csv = std::fs::read_to_string(folder.join("trajectories/o.csv")).unwrap();

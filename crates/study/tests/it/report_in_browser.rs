@@ -5,6 +5,8 @@ use std::process::{Command, Stdio};
 
 use luenberger_study::{RunOptions, Study, run};
 
+use crate::studies::scratch;
+
 /// A headless Chromium, if there is one.
 fn browser() -> Option<&'static str> {
     let starts = |name: &&str| {
@@ -19,9 +21,7 @@ fn every_figure_is_drawn(template: &str) {
         println!("no Chromium is installed: the report of {template} was not opened in a browser");
         return;
     };
-    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("browser").join(template);
-    let _ = std::fs::remove_dir_all(&folder);
-    std::fs::create_dir_all(&folder).unwrap();
+    let folder = scratch(&format!("browser/{template}"));
     let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("templates").join(format!("{template}.toml"));
     let study = Study::from_path(&file).unwrap_or_else(|error| panic!("{error}"));
     run(&study, &RunOptions { output: Some(folder.clone()), ..RunOptions::default() }).unwrap();

@@ -1,19 +1,16 @@
 //! Resets of the open integration of PEB observers: what they leave as it is, and that they are events of a run and of
 //! an exported step.
 
-use std::path::Path;
-use std::sync::atomic::AtomicBool;
-
 use luenberger_export::Scalar;
 use luenberger_export::golden::Stepper;
 use luenberger_observers::Observer;
 use luenberger_sim::{Disturbances, Fault, Recording, Replay, Scenario, Settings, Trajectory};
+use luenberger_study::Study;
 use luenberger_study::deployment::{self, SampledDesign};
-use luenberger_study::design::{Designed, Runnable, design};
-use luenberger_study::{Format, Study, StudyError};
+use luenberger_study::design::{Designed, Runnable};
 use nalgebra::{DMatrix, DVector};
 
-use crate::messages;
+use crate::studies::{designed, mistakes, read};
 
 /// Van der Pol's oscillator: `z = x2 - x1 + x1^3/3` has `z' = -x1`, and `y' = z + y - y^3/3`.
 const STUDY: &str = r#"[plant]
@@ -36,16 +33,8 @@ region = { states = [[-3, 3], [-4, 4]] }
 initial = [2, 1]
 "#;
 
-fn read(text: &str) -> Result<Study, StudyError> {
-    Study::from_text("study.toml", text, Format::Toml, Path::new("."))
-}
-
 fn study(lines: &str) -> Study {
     read(&format!("{STUDY}{lines}\n")).unwrap_or_else(|error| panic!("{error}"))
-}
-
-fn designed(study: &Study) -> Designed {
-    design(study, &study.observers[0], &AtomicBool::new(false)).unwrap_or_else(|why| panic!("{why:?}"))
 }
 
 fn run(study: &Study, designed: &Designed, from: (f64, &[f64], &[f64]), to: f64, bias: f64) -> Trajectory {
@@ -70,16 +59,17 @@ fn largest(run: &Trajectory, entry: usize) -> f64 {
 fn resets_bound_the_integral_and_leave_the_estimate() {
     let drem =
         |extension: &str| STUDY.replace("kind = \"gradient\", gain", &format!("kind = \"drem\", {extension}, gain"));
-    let open = designed(&study(""));
+    let open = designed(&study("")).unwrap();
     let (bias, end, from) = (0.05, 100.0, (0.0, &[2.0, 0.0][..], &[2.0, 1.0][..]));
     let without = run(&study(""), &open, from, end, bias);
     assert!(largest(&without, 0) > 5.0, "{}", largest(&without, 0));
     for text in [STUDY.to_owned(), drem("forgetting = 1")] {
         let plain = read(&text).unwrap();
         let with = read(&format!("{text}reset = {{ period = 7 }}\n")).unwrap();
-        let resetting = designed(&with);
+        let resetting = designed(&with).unwrap();
         assert!(resetting.report.statement.contains("the estimates are those without resets"));
-        let (plain, with) = (run(&plain, &designed(&plain), from, end, bias), run(&with, &resetting, from, end, bias));
+        let (plain, with) =
+            (run(&plain, &designed(&plain).unwrap(), from, end, bias), run(&with, &resetting, from, end, bias));
         assert!(largest(&with, 0) < 2.5 + 7.0 * bias, "{}", largest(&with, 0));
         assert!(largest(&plain, 0) > 5.0);
         let estimate = |run: &Trajectory| run.observer("pebo").unwrap().estimate.clone();
@@ -88,7 +78,7 @@ fn resets_bound_the_integral_and_leave_the_estimate() {
     }
     // A level that is passed on the way: as many resets as are needed, and not at every instant.
     let with = study("reset = { period = 1, above = 4 }");
-    let run = run(&with, &designed(&with), from, end, bias);
+    let run = run(&with, &designed(&with).unwrap(), from, end, bias);
     assert!(largest(&run, 0) < 4.0 + bias + 3.0 && largest(&run, 0) > 3.0, "{}", largest(&run, 0));
     let drift = run.observer("pebo").unwrap().estimate.clone() - without.observer("pebo").unwrap().estimate.clone();
     assert!(drift.amax() < 1e-8, "{:e}", drift.amax());
@@ -100,7 +90,7 @@ fn resets_bound_the_integral_and_leave_the_estimate() {
 fn a_reset_that_restarts_the_filters_is_a_new_start() {
     let text = STUDY.replace("m = [1]", "m = [2]\nmissing = [\"2*theta1\"]");
     let (plain, with) = (read(&text).unwrap(), read(&format!("{text}reset = {{ period = 1.5 }}\n")).unwrap());
-    let (open, resetting) = (designed(&plain), designed(&with));
+    let (open, resetting) = (designed(&plain).unwrap(), designed(&with).unwrap());
     assert!(resetting.report.statement.contains("the excitation since the last reset is lost"));
     let whole = run(&with, &resetting, (0.0, &[2.0, 0.0], &[2.0, 1.0]), 6.0, 0.0);
     let (mut x, mut estimate) = (vec![2.0, 0.0], vec![2.0, 1.0]);
@@ -136,7 +126,7 @@ fn resets_on_a_log_leave_the_estimate() {
             atol: 1e-12,
             ..Settings::default()
         });
-        let run = designed(&study).runnable.replay(replay, "pebo", &[2.0, 1.0]).run().unwrap();
+        let run = designed(&study).unwrap().runnable.replay(replay, "pebo", &[2.0, 1.0]).run().unwrap();
         run.observers[0].estimate.clone()
     };
     let without = on_log("");
@@ -158,7 +148,7 @@ fn exported_jumps_are_those_of_the_observer() {
     for text in [gradient.clone(), with("forgetting = 1"), scaled(&gradient), scaled(&with("forgetting = 1"))] {
         for reset in ["reset = { period = 0.5 }", "reset = { period = 0.5, above = 0.6 }"] {
             let study = read(&format!("{text}theta_start = 0.25\n{reset}\n")).unwrap();
-            let designed = designed(&study);
+            let designed = designed(&study).unwrap();
             let Runnable::Peb(observer) = &designed.runnable else { unreachable!("a PEBO") };
             let sampled = deployment::sampled(&study, &study.observers[0], Some(0.1), Some(1)).unwrap();
             let SampledDesign::Extension(extended) = &sampled.design else { panic!("{text}") };
@@ -223,11 +213,7 @@ pub(crate) fn mistakes_in_resets_are_reported_at_their_place() {
         (text("leakage = 1\nreset = { period = 1 }"), "`reset` conflicts with `leakage`", "one of them"),
         (text("theta_min = [-1]\nreset = { period = 1 }"), "`reset` conflicts with `theta_min`", "one of them"),
     ] {
-        let found = match read(&text) {
-            Err(StudyError::File(diagnostics)) => diagnostics.located(),
-            other => panic!("{text}: {other:?}"),
-        };
-        found.iter().for_each(messages::mistake);
+        let found = mistakes(&text);
         assert!(found[0].message.contains(message), "{found:?}");
         assert!(format!("{} {:?}", found[0].expected, found[0].help).contains(expected), "{found:?}");
     }

@@ -1,10 +1,9 @@
 //! The kind `sampled-cubic` beyond the radial gain at one period: `s`, `weighted`, `jitter`, `misses`.
 
-use std::path::Path;
-
 use luenberger_proof::certificate::{Theorem, verify};
-use luenberger_study::diagnostic::Located;
-use luenberger_study::{Format, Results, RunOptions, Step, Study, StudyError, execute};
+use luenberger_study::Step;
+
+use crate::studies::{executed, mistake, read};
 
 const STUDY: &str = r#"[plant]
 a = [[0, 1, 0], [-4, -0.2, 1], [0, 0, -0.1]]
@@ -37,26 +36,9 @@ period = 0.1
 misses = 1
 "#;
 
-fn read(text: &str) -> Result<Study, StudyError> {
-    Study::from_text("study.toml", text, Format::Toml, Path::new("."))
-}
-
-fn results(text: &str, step: Step) -> Results {
-    let study = read(text).unwrap_or_else(|error| panic!("{error}"));
-    execute(&study, step, &RunOptions::default()).unwrap_or_else(|error| panic!("{error}"))
-}
-
-fn mistake(text: &str) -> Located {
-    match read(text) {
-        Err(StudyError::File(diagnostics)) => diagnostics.located()[0].clone(),
-        Err(error) => panic!("{error}"),
-        Ok(_) => panic!("the mistake was not found in\n{text}"),
-    }
-}
-
 #[test]
 fn every_form_is_proved_and_converges() {
-    let found = results(STUDY, Step::Run);
+    let found = executed(STUDY, Step::Run);
     for observer in &found.observers {
         let design = observer.design.as_ref().unwrap_or_else(|| panic!("{observer:?}"));
         assert_eq!(design.verdict.as_str(), "proved", "{}: {:?}", observer.name, design.facts);
@@ -75,13 +57,13 @@ fn every_form_is_proved_and_converges() {
 #[test]
 fn what_is_not_proved_says_what_is() {
     let wide = STUDY.replacen("[0.07, 0.14]", "[0.02, 3]", 1);
-    let found = results(&wide, Step::Design);
+    let found = executed(&wide, Step::Design);
     let failure = found.observers[0].failure.as_ref().unwrap();
     assert!(failure.hypothesis.contains("it is proved for periods from"), "{failure:?}");
     let alternative = &failure.alternatives[0];
     let proved = alternative.strip_prefix("jitter = ").unwrap().split(" and misses").next().unwrap();
     let narrower = STUDY.replacen("[0.07, 0.14]", proved, 1);
-    assert!(results(&narrower, Step::Design).observers[0].failure.is_none(), "{alternative}");
+    assert!(executed(&narrower, Step::Design).observers[0].failure.is_none(), "{alternative}");
 }
 
 #[test]
@@ -109,11 +91,11 @@ fn mistakes_are_found_where_they_are() {
         assert!(found.message.contains(message), "{to}: {found:?}");
         assert!(found.expected.contains(expected), "{to}: {found:?}");
     }
-    let indefinite = results(&STUDY.replacen("[[2, 1], [-1, 0.5]]", "[[2, 1], [-1, -0.5]]", 1), Step::Design);
+    let indefinite = executed(&STUDY.replacen("[[2, 1], [-1, 0.5]]", "[[2, 1], [-1, -0.5]]", 1), Step::Design);
     let failure = indefinite.observers[0].failure.as_ref().unwrap();
     assert!(failure.hypothesis.contains("S + S'"), "{failure:?}");
     let discrete = STUDY.replacen("c = [[1, 0, 0], [0, 1, 0]]\n", "c = [[1, 0, 0], [0, 1, 0]]\ndt = 0.1\n", 1);
-    let found = results(&discrete.replace("poles = [-2, -3, -4]", "poles = [0.5, 0.6, 0.7]"), Step::Design);
+    let found = executed(&discrete.replace("poles = [-2, -3, -4]", "poles = [0.5, 0.6, 0.7]"), Step::Design);
     let failure = found.observers[0].failure.as_ref().unwrap();
     assert!(failure.hypothesis.contains("`jitter` and `misses` are for plants in continuous time"), "{failure:?}");
     assert!(found.observers[1].failure.is_none(), "{:?}", found.observers[1].failure);

@@ -3,17 +3,12 @@
 use std::path::{Path, PathBuf};
 
 use luenberger_study::results::{NormReport, StateReport};
-use luenberger_study::{Format, Results, RunOptions, Step, Study, execute, template};
+use luenberger_study::{Results, RunOptions, Step, Study, execute, template};
 
-fn study(text: &str) -> Study {
-    Study::from_text("study.toml", text, Format::Toml, ".".as_ref()).unwrap_or_else(|error| panic!("{error}"))
-}
+use crate::studies::{self, study};
 
 fn scratch(name: &str) -> PathBuf {
-    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("scores").join(name);
-    let _ = std::fs::remove_dir_all(&folder);
-    std::fs::create_dir_all(&folder).unwrap();
-    folder
+    studies::scratch(&format!("scores/{name}"))
 }
 
 fn run(study: &Study, step: Step) -> Results {

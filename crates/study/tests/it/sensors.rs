@@ -1,22 +1,8 @@
 //! Sensors with sampling periods of their own, and measurements that do not arrive.
 
-use std::path::Path;
+use luenberger_study::{RunOptions, Step, execute};
 
-use luenberger_study::diagnostic::Located;
-use luenberger_study::{Format, Results, RunOptions, Step, Study, StudyError, execute};
-
-fn results(text: &str, step: Step, options: &RunOptions<'_>) -> Results {
-    let study = Study::from_text("study.toml", text, Format::Toml, ".".as_ref()).unwrap_or_else(|e| panic!("{e}"));
-    execute(&study, step, options).unwrap_or_else(|error| panic!("{error}"))
-}
-
-fn mistake(text: &str) -> Located {
-    match Study::from_text("study.toml", text, Format::Toml, Path::new(".")) {
-        Err(StudyError::File(diagnostics)) => diagnostics.located()[0].clone(),
-        Err(error) => panic!("{error}"),
-        Ok(_) => panic!("the mistake was not found in\n{text}"),
-    }
-}
+use crate::studies::{executed, mistake, scratch, study};
 
 /// A carriage: position every 0.3 s from 0.2 s on, speed every 0.2 s, a filter at 10 Hz.
 const CARRIAGE: &str = r#"
@@ -50,10 +36,9 @@ period = 0.1
 /// filterpy 1.4.5: `update` with the rows of H and R that are measured, then `predict`, 20 times.
 #[test]
 fn a_filter_is_updated_by_the_sensors_that_measured() {
-    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("sensors");
-    let _ = std::fs::remove_dir_all(&folder);
+    let folder = scratch("sensors");
     let options = RunOptions { output: Some(folder.clone()), ..RunOptions::default() };
-    let results = results(CARRIAGE, Step::Simulate, &options);
+    let results = execute(&study(CARRIAGE), Step::Simulate, &options).unwrap();
     let text = std::fs::read_to_string(folder.join("trajectories/filter.csv")).unwrap();
     let rows: Vec<Vec<&str>> = text.lines().map(|line| line.split(',').collect()).collect();
     assert_eq!(rows[0], ["t", "x", "v", "place", "speed", "x_hat", "v_hat", "x_2sigma", "v_2sigma"]);
@@ -80,7 +65,7 @@ fn a_filter_is_updated_by_the_sensors_that_measured() {
 #[test]
 fn a_dropped_measurement_is_none() {
     let text = CARRIAGE.replace("[[observer]]", "[truth]\ndropout = 1\n[[observer]]");
-    let filters = results(&text, Step::Compare, &RunOptions::default()).filters;
+    let filters = executed(&text, Step::Compare).filters;
     assert_eq!(filters[0].nis, None);
     let nees = filters[0].nees.as_ref().unwrap();
     assert_eq!(nees.samples, 20);
@@ -109,7 +94,7 @@ name = "slow"
 kind = "luenberger"
 poles = [-1]
 "#;
-    let results = results(text, Step::Compare, &RunOptions::default());
+    let results = executed(text, Step::Compare);
     let a = (-0.5f64).exp();
     let expected = 0.2 * (1.0 - a) / (1.0 - a * a).sqrt();
     let found = results.observers[0].design.as_ref().unwrap().noise_deviation[0];
@@ -119,7 +104,7 @@ poles = [-1]
     ));
     // Without an amplitude of its own a sensor has that of its output.
     let uniform = text.replace("amplitude = 0.2\ndistribution = \"gaussian\"\n", "");
-    let results = self::results(&uniform, Step::Design, &RunOptions::default());
+    let results = executed(&uniform, Step::Design);
     let found = results.observers[0].design.as_ref().unwrap().noise_deviation[0];
     assert!((found / (expected * 3f64.sqrt() / 0.2) - 1.0).abs() < 1e-12);
 }
@@ -144,7 +129,7 @@ v = 1
 p0 = 1
 period = 0.1
 "#;
-    let warnings = results(text, Step::Compare, &RunOptions::default()).warnings;
+    let warnings = executed(text, Step::Compare).warnings;
     let expected = "filter: Only 11 of 21 measurements of y1 (every 0.15) lie on the observer's samples (every 0.1); the others are not used";
     assert!(warnings.iter().any(|warning| warning == expected), "{warnings:?}");
 }

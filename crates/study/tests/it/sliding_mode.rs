@@ -3,7 +3,9 @@
 use luenberger_export::{Scalar, golden::Stepper};
 use luenberger_proof::statement::Format as Number;
 use luenberger_study::deployment::{evidence, exported, sampled};
-use luenberger_study::{Format, RunOptions, Step, Study, StudyError, execute};
+use luenberger_study::{RunOptions, Step, execute};
+
+use crate::studies::read;
 
 const PENDULUM: &str = r#"
 title = "pendulum"
@@ -20,10 +22,6 @@ hold = 0.01
 [input]
 expressions = ["sin(t)"]
 "#;
-
-fn read(text: &str) -> Result<Study, StudyError> {
-    Study::from_text("pendulum.toml", text, Format::Toml, ".".as_ref())
-}
 
 fn observer(rest: &str) -> String {
     format!("[[observer]]\nkind = \"sliding-mode\"\n{rest}\n")

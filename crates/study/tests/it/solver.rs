@@ -1,12 +1,13 @@
 //! The solver for matrix inequalities that a study selects, in every design that needs one.
 
-use std::path::Path;
 use std::sync::atomic::AtomicBool;
 
 use luenberger_lmi::Solver;
 use luenberger_study::design::design;
 use luenberger_study::results::DesignReport;
-use luenberger_study::{Format, Study, StudyError};
+use luenberger_study::{Study, StudyError};
+
+use crate::studies::read;
 
 const LINEAR: &str = r#"[plant]
 a = [[0, 1], [0, 0]]
@@ -55,10 +56,6 @@ gain = [[4], [6]]
 kind = "mean-value"
 decay_rate = 0.5
 "#;
-
-fn read(text: &str) -> Result<Study, StudyError> {
-    Study::from_text("study.toml", text, Format::Toml, Path::new("."))
-}
 
 fn designs(study: &Study) -> Vec<(String, DesignReport)> {
     let cancel = AtomicBool::new(false);

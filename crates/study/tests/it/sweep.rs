@@ -1,21 +1,11 @@
 //! Sweeps over numbers of the study, and what they leave.
 
-use std::path::{Path, PathBuf};
+use luenberger_study::{Results, RunOptions, Step, execute};
 
-use luenberger_study::{Format, Results, RunOptions, Step, Study, execute};
-
-fn study(text: &str) -> Study {
-    Study::from_text("study.toml", text, Format::Toml, ".".as_ref()).unwrap_or_else(|error| panic!("{error}"))
-}
+use crate::studies::{scratch, study};
 
 fn run(text: &str) -> Results {
     execute(&study(text), Step::Sweep, &RunOptions::default()).unwrap_or_else(|error| panic!("{error}"))
-}
-
-fn scratch(name: &str) -> PathBuf {
-    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("sweep").join(name);
-    let _ = std::fs::remove_dir_all(&folder);
-    folder
 }
 
 /// e' = -(k + L) e, of which the root mean square over [0, T] is e0 sqrt((1 - exp(-2 (k + L) T)) / (2 (k + L) T)).
@@ -73,7 +63,7 @@ fn a_number_of_an_observer_or_of_the_simulation_is_varied() {
 #[test]
 fn every_run_is_a_line() {
     let noisy = DECAY.replace("duration = 3\n", "duration = 3\nnoise = { amplitude = [0.2], period = 0.05 }\n");
-    let folder = scratch("lines");
+    let folder = scratch("sweep/lines");
     let options = RunOptions { output: Some(folder.clone()), ..RunOptions::default() };
     let text = format!("{noisy}[sweep]\nparameter = \"noise\"\nvalues = [1, 2]\nensemble = 21\n");
     let results = execute(&study(&text), Step::Sweep, &options).unwrap();

@@ -4,13 +4,11 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use crate::page::{body, read};
+use crate::studies;
 use luenberger_study::{RunOptions, Study, TEMPLATES, Template, execute::Step};
 
 fn scratch(name: &str) -> PathBuf {
-    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("study").join(name);
-    let _ = std::fs::remove_dir_all(&folder);
-    std::fs::create_dir_all(&folder).unwrap();
-    folder
+    studies::scratch(&format!("study/{name}"))
 }
 
 fn study(template: &Template) -> Study {

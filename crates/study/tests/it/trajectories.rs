@@ -5,7 +5,9 @@ use std::sync::atomic::AtomicBool;
 use luenberger_design::DesignError;
 use luenberger_linalg::LinalgError;
 use luenberger_study::design::{Designed, NoDesign, design};
-use luenberger_study::{Format, RunOptions, Step, Study, StudyError, execute, replay_designed, simulate_designed};
+use luenberger_study::{RunOptions, Step, Study, StudyError, execute, replay_designed, simulate_designed};
+
+use crate::studies::study_in;
 
 const PLANT: &str = "[plant]\na = [[0, 1], [-2, -3]]\nb = [[0], [1]]\nc = [[1, 0]]\n";
 const OBSERVERS: &str = "[[observer]]\nname = \"slow\"\nkind = \"luenberger\"\npoles = [-3, -4]\n\
@@ -14,7 +16,7 @@ const RUN: &str = "[simulation]\nx0 = [1, -1]\nduration = 2\nsamples = 21\n\
                    noise = { amplitude = [0.1], period = 0.1, seed = 5 }\n";
 
 fn study(parts: &[&str], folder: &std::path::Path) -> Study {
-    Study::from_text("study.toml", &parts.concat(), Format::Toml, folder).unwrap()
+    study_in(folder, &parts.concat())
 }
 
 fn designed(study: &Study, number: usize) -> Designed {

@@ -1,12 +1,8 @@
 //! Plants that are not the model: the table [truth].
 
-use luenberger_study::{Format, Results, RunOptions, Step, Study, execute};
+use luenberger_study::{Results, Step};
 
-fn run(text: &str, step: Step) -> Results {
-    let study =
-        Study::from_text("study.toml", text, Format::Toml, ".".as_ref()).unwrap_or_else(|error| panic!("{error}"));
-    execute(&study, step, &RunOptions::default()).unwrap_or_else(|error| panic!("{error}"))
-}
+use crate::studies::executed;
 
 /// level' = -k level + u with u = 1, observed with the gain 0.5 by one who takes k to be 1.
 const TANK: &str = r#"
@@ -34,7 +30,7 @@ fn last(results: &Results) -> f64 {
 /// In the end x = 1/k and xhat = (1 + L x)/(1 + L).
 #[test]
 fn other_parameters_leave_an_error() {
-    let results = run(&format!("{TANK}[truth]\nparameters = {{ k = 2 }}\n"), Step::Compare);
+    let results = executed(&format!("{TANK}[truth]\nparameters = {{ k = 2 }}\n"), Step::Compare);
     assert!((last(&results) - ((1.0 + 0.5 * 0.5) / 1.5 - 0.5)).abs() < 1e-8);
     let said = results.simulation.as_ref().unwrap().truth.as_ref().unwrap();
     assert_eq!(said, "The simulated plant is not the model that observers are designed for: k = 2.");
@@ -42,7 +38,7 @@ fn other_parameters_leave_an_error() {
     assert_eq!(results.observers[0].design.as_ref().unwrap().poles, [[-1.5, 0.0]]);
     // As a sweep over the truth; with k = 1 there is no error.
     let text = format!("{TANK}[truth]\nparameters = {{ k = 2 }}\n[sweep]\nparameter = \"truth.k\"\nvalues = [1, 4]\n");
-    let rows = run(&text, Step::Sweep).sweep.unwrap().rows;
+    let rows = executed(&text, Step::Sweep).sweep.unwrap().rows;
     assert!(rows[0].states[0].last < 1e-8);
     assert!((rows[1].states[0].last - ((1.0 + 0.5 * 0.25) / 1.5 - 0.25)).abs() < 1e-8);
 }
@@ -50,9 +46,9 @@ fn other_parameters_leave_an_error() {
 /// A bias b of the sensor leaves L b/(k + L), one of the actuator -b/(k + L).
 #[test]
 fn biases_leave_an_error() {
-    let sensor = run(&format!("{TANK}[truth]\nsensor = {{ bias = [0.3] }}\n"), Step::Compare);
+    let sensor = executed(&format!("{TANK}[truth]\nsensor = {{ bias = [0.3] }}\n"), Step::Compare);
     assert!((last(&sensor) - 0.5 * 0.3 / 1.5).abs() < 1e-8);
-    let actuator = run(&format!("{TANK}[truth]\nactuator = {{ bias = [0.3], from = 5 }}\n"), Step::Compare);
+    let actuator = executed(&format!("{TANK}[truth]\nactuator = {{ bias = [0.3], from = 5 }}\n"), Step::Compare);
     assert!((last(&actuator) - 0.3 / 1.5).abs() < 1e-8);
 }
 
@@ -61,7 +57,7 @@ fn biases_leave_an_error() {
 fn process_noise_leaves_its_variance() {
     let noise = "[truth]\nprocess_noise = { amplitude = [2], period = 0.01 }\n";
     let text = TANK.replace("duration = 40", "duration = 400\nsamples = 2") + noise;
-    let results = run(&text, Step::Compare);
+    let results = executed(&text, Step::Compare);
     let found = results.simulation.unwrap().rows[0].merits.as_ref().unwrap().states[0].steady_rmse;
     // W = 2^2 * 0.01. Over 200 of time the variance is an average of some 300 independent values: 10 %.
     let expected = (0.04f64 / 3.0).sqrt();
@@ -85,7 +81,7 @@ fn a_plant_of_any_form_may_be_another() {
             "other equations f; other equations h; r = 1 + 1",
         ),
     ] {
-        let results = run(&format!("{plant}[truth]\n{truth}\n"), Step::Compare);
+        let results = executed(&format!("{plant}[truth]\n{truth}\n"), Step::Compare);
         assert!((last(&results) - expected).abs() < 1e-8, "{truth}: {}", last(&results));
         let words = results.simulation.as_ref().unwrap().truth.as_ref().unwrap();
         assert!(words.ends_with(&format!("designed for: {said}.")), "{words}");
@@ -93,7 +89,7 @@ fn a_plant_of_any_form_may_be_another() {
     // A plant of the library, and its own equations; with another stiffness the states differ.
     let library = "[plant]\nbuiltin = \"van-der-pol\"\n[simulation]\nx0 = [1, 0]\nduration = 5\n[[observer]]\n\
                    kind = \"extended-kalman\"\nw = 1\nv = 1\nperiod = 0.1\n";
-    let end = |truth: &str| run(&format!("{library}{truth}"), Step::Compare).simulation.unwrap().x_end;
+    let end = |truth: &str| executed(&format!("{library}{truth}"), Step::Compare).simulation.unwrap().x_end;
     let own = end("[truth]\nf = [\"x2\", \"(1 - x1^2)*x2 - x1\"]\nh = [\"x1\"]\n");
     let stiffer = end("[truth]\nf = [\"x2\", \"(1 - x1^2)*x2 - 2*x1\"]\nh = [\"x1\"]\n");
     for ((library, own), stiffer) in end("").iter().zip(&own).zip(&stiffer) {
@@ -105,18 +101,18 @@ fn a_plant_of_any_form_may_be_another() {
 /// the last, 35 later.
 #[test]
 fn events_change_the_plant() {
-    let results = run(&format!("{TANK}[[truth.event]]\nat = 39\njump = [1]\n"), Step::Compare);
+    let results = executed(&format!("{TANK}[[truth.event]]\nat = 39\njump = [1]\n"), Step::Compare);
     assert!((last(&results) - (-1.5f64).exp()).abs() < 1e-7, "{}", last(&results));
     let words = results.simulation.as_ref().unwrap().truth.clone().unwrap();
     assert!(words.ends_with("designed for: events at t = 39."), "{words}");
     let events = "[[truth.event]]\nat = 4\nparameters = { k = 7 }\n[[truth.event]]\nat = 5\nparameters = { k = 2 }\n\
                   [[truth.event]]\nat = 50\njump = [9]\n";
-    let results = run(&format!("{TANK}{events}"), Step::Compare);
+    let results = executed(&format!("{TANK}{events}"), Step::Compare);
     assert!((last(&results) - ((1.0 + 0.5 * 0.5) / 1.5 - 0.5)).abs() < 1e-8);
     // In discrete time, x+ = x/2 + u: 2 in the end, 3/2 + 2 just after the jump of 2 at the last sample but one.
     let discrete = TANK.replace("-k*level + u1", "k*level/2 + u1").replace("parameters", "dt = 1\nparameters");
     let discrete = discrete.replace("gain = [[0.5]]\nrho = 3", "gain = [[0.25]]");
-    let results = run(&format!("{discrete}[[truth.event]]\nat = 38.5\njump = [2]\n"), Step::Compare);
+    let results = executed(&format!("{discrete}[[truth.event]]\nat = 38.5\njump = [2]\n"), Step::Compare);
     assert!((results.simulation.unwrap().x_end[0] - (0.5 * (2.0 + 2.0) + 1.0)).abs() < 1e-9);
 }
 
@@ -126,7 +122,7 @@ fn delays_quantisation_dropouts_and_outliers_are_read() {
         "{TANK}[truth]\ninput_delay = 0.2\nmeasurement_delay = 0.1\nquantisation = [0.25]\ndropout = 0.1\n\
          outliers = {{ probability = 0.1, size = [4] }}\nperiod = 0.1\nseed = 7\nsensor = {{ gain = [1] }}\n"
     );
-    let results = run(&text, Step::Compare);
+    let results = executed(&text, Step::Compare);
     assert!(last(&results) > 1e-3);
     let said = results.simulation.as_ref().unwrap().truth.clone().unwrap();
     assert!(

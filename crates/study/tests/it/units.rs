@@ -1,10 +1,9 @@
 //! Units of states, inputs, outputs and parameters: where a study gives them, and where they are shown.
 
-use std::path::Path;
-
-use luenberger_study::{Format, RunOptions, Step, Study, execute, run};
+use luenberger_study::{RunOptions, Step, Study, execute, run};
 
 use crate::page;
+use crate::studies::{self, scratch};
 
 const TANK: &str = r#"
 [plant]
@@ -38,13 +37,12 @@ const TABLE: &str = r#"units = { level = "m", pump = "m3/s", gauge = "V", A = "m
 
 fn study(units: &str) -> Study {
     let text = TANK.replace("UNITS", units);
-    Study::from_text("tank.toml", &text, Format::Toml, Path::new(".")).unwrap_or_else(|error| panic!("{error}"))
+    studies::study(&text)
 }
 
 #[test]
 fn units_are_in_the_report_and_in_the_results() {
-    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("units");
-    let _ = std::fs::remove_dir_all(&folder);
+    let folder = scratch("units");
     let options = RunOptions { output: Some(folder.clone()), ..RunOptions::default() };
     let results = run(&study(TABLE), &options).unwrap();
     let plant = serde_json::to_value(&results.plant).unwrap();
@@ -94,6 +92,6 @@ fn a_list_is_of_the_states() {
 #[test]
 fn a_name_has_one_unit() {
     let text = TANK.replace("UNITS", "units = [\"m\"]").replace("\"gauge\"", "\"level\"");
-    let study = Study::from_text("tank.toml", &text, Format::Toml, Path::new(".")).unwrap();
+    let study = studies::study(&text);
     assert_eq!(study.plant.units_of(&study.plant.outputs), ["m"]);
 }

@@ -1,69 +1,22 @@
 //! Observers at varying periods in studies: what a simulation draws, and what is said of it.
 
 use std::fmt::Write as _;
-use std::path::Path;
 
 use luenberger_export::{Scalar, golden};
 use luenberger_study::deployment;
-use luenberger_study::diagnostic::Located;
-use luenberger_study::{Format, Results, RunOptions, Step, Study, StudyError, execute};
+use luenberger_study::{Results, RunOptions, Step, execute};
 
-use crate::messages;
+use crate::studies::{executed, mistake, scratch, study, study_in};
 
-const STUDY: &str = r#"[plant]
-a = [[0, 1], [0, 0]]
-b = [[0], [1]]
-c = [[1, 0]]
-time_unit = "s"
-[input]
-expressions = ["sin(t)"]
-[simulation]
-x0 = [3, -1]
-duration = 8
-samples = 81
-scale = [1, 1]
-[[observer]]
-name = "radial"
-kind = "sampled-cubic"
-poles = [-2, -5]
-gamma = 10
-period = 0.1
-jitter = [0.07, 0.14]
-misses = 2
-[[observer]]
-name = "weighted"
-kind = "sampled-cubic"
-poles = [-2, -5]
-weighted = 10
-period = 0.1
-jitter = [0.09, 0.12]
-"#;
-
-fn results(text: &str, step: Step, options: &RunOptions<'_>) -> Results {
-    let study = Study::from_text("study.toml", text, Format::Toml, Path::new(".")).unwrap_or_else(|e| panic!("{e}"));
-    execute(&study, step, options).unwrap_or_else(|error| panic!("{error}"))
-}
-
-fn mistake(text: &str) -> Located {
-    match Study::from_text("study.toml", text, Format::Toml, Path::new(".")) {
-        Err(StudyError::File(diagnostics)) => {
-            let located = diagnostics.located()[0].clone();
-            messages::mistake(&located);
-            located
-        }
-        Err(error) => panic!("{error}"),
-        Ok(_) => panic!("the mistake was not found in\n{text}"),
-    }
-}
+const STUDY: &str = include_str!("../studies/varying_periods.toml");
 
 /// Within the periods of the design: no warning, also not of the input, which need not be held. The scores are in
 /// continuous time, from the error at the start.
 #[test]
 fn a_run_within_the_periods_of_the_design() {
-    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("varying-periods");
-    let _ = std::fs::remove_dir_all(&folder);
+    let folder = scratch("varying-periods");
     let options = RunOptions { output: Some(folder.clone()), ..RunOptions::default() };
-    let results = results(STUDY, Step::Run, &options);
+    let results = execute(&study(STUDY), Step::Run, &options).unwrap();
     assert!(results.warnings.is_empty(), "{:?}", results.warnings);
     let simulation = results.simulation.unwrap();
     assert_eq!(simulation.scoring.period, None);
@@ -92,7 +45,7 @@ fn a_run_within_the_periods_of_the_design() {
 #[test]
 fn a_run_outside_the_periods_of_the_design_is_said_to_be() {
     let wider = format!("{STUDY}[simulation.sampling]\njitter = [0.05, 0.2]\nmisses = 5\nseed = 7\n");
-    let outside = results(&wider, Step::Simulate, &RunOptions::default());
+    let outside = executed(&wider, Step::Simulate);
     let simulation = outside.simulation.unwrap();
     assert!(simulation.sampling.iter().all(|sampling| !sampling.within_design && sampling.seed == 7));
     let words = &simulation.sampling[0].words;
@@ -106,7 +59,7 @@ fn a_run_outside_the_periods_of_the_design_is_said_to_be() {
     assert!(weighted.contains("weighted: outside at "), "{weighted}");
     // Misses alone.
     let missed = format!("{STUDY}[simulation.sampling]\nmisses = 6\n");
-    let missed = results(&missed, Step::Simulate, &RunOptions::default());
+    let missed = executed(&missed, Step::Simulate);
     let warning = &missed.warnings[0];
     assert!(warning.contains("where the number of samples missed in a row = 3 is not in [0, 2]"), "{warning}");
 }
@@ -119,7 +72,7 @@ fn a_sample_with_missing_outputs_is_outside_of_what_is_proved() {
         let (one, _) = STUDY.split_once("[[observer]]\nname = \"weighted\"").unwrap();
         let losing = "[simulation.sampling]\nmisses = 0\n[truth]\ndropout = 0.1\nperiod = 0.01\nseed = 1\n";
         let text = format!("{}{losing}", one.replace("c = [[1, 0]]", outputs));
-        results(&text, Step::Simulate, &RunOptions::default())
+        executed(&text, Step::Simulate)
     };
     let partly = of("c = [[1, 0], [1, 1]]");
     let sampling = &partly.simulation.as_ref().unwrap().sampling[0];
@@ -138,7 +91,7 @@ fn the_samples_have_the_seed_of_the_noise() {
     let noise = "scale = [1, 1]\nnoise = { amplitude = [1e-3], period = 0.01, seed = 5 }";
     let noisy = STUDY.replace("scale = [1, 1]", noise);
     let seeds = |text: &str| {
-        let simulation = results(text, Step::Simulate, &RunOptions::default()).simulation.unwrap();
+        let simulation = executed(text, Step::Simulate).simulation.unwrap();
         (simulation.sampling[0].seed, simulation.sampling[0].samples, simulation.sampling[0].shortest)
     };
     let (seed, samples, shortest) = seeds(&noisy);
@@ -172,7 +125,7 @@ jitter = [0.08, 0.13]
 misses = 1
 initial = [3.0, 0]
 "#;
-    let results = results(text, Step::Simulate, &RunOptions::default());
+    let results = executed(text, Step::Simulate);
     let simulation = results.simulation.unwrap();
     let states = &simulation.rows[0].merits.as_ref().unwrap().states;
     assert!(
@@ -204,8 +157,7 @@ misses = 2
 /// A mass at the constant speed -1, measured at periods from 0.08 to 0.125 but for a gap after row 50. Rows 20 and 21 are
 /// not in the log, and row 30 has no measurement.
 fn on_uneven_log(name: &str, gap: f64, observer: &str) -> Results {
-    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("uneven-log").join(name);
-    std::fs::create_dir_all(&folder).unwrap();
+    let folder = scratch(&format!("uneven-log/{name}"));
     let (mut csv, mut t) = ("t,u1,y1,x1,x2\n".to_owned(), 0.0);
     for k in 0..100 {
         let x = 3.0 - t;
@@ -217,8 +169,7 @@ fn on_uneven_log(name: &str, gap: f64, observer: &str) -> Results {
         t += 0.08 + 0.005 * f64::from((7 * k) % 10) + if k == 50 { gap } else { 0.0 };
     }
     std::fs::write(folder.join("log.csv"), csv).unwrap();
-    let study =
-        Study::from_text("study.toml", observer, Format::Toml, &folder).unwrap_or_else(|error| panic!("{error}"));
+    let study = study_in(&folder, observer);
     execute(&study, Step::Run, &RunOptions::default()).unwrap_or_else(|error| panic!("{error}"))
 }
 
@@ -268,8 +219,7 @@ fn a_log_outside_the_periods_of_the_design_is_said_to_be() {
 /// A row with one of two outputs corrects, with the other as predicted; the theorem has no such sample.
 #[test]
 fn a_row_without_one_of_two_outputs_is_outside() {
-    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("uneven-log").join("partly");
-    std::fs::create_dir_all(&folder).unwrap();
+    let folder = scratch("uneven-log/partly");
     let mut csv = "t,u1,y1,y2,x1,x2\n".to_owned();
     for k in 0..80 {
         let (t, missing) = (0.1 * f64::from(k), k == 40);
@@ -278,7 +228,7 @@ fn a_row_without_one_of_two_outputs_is_outside() {
     }
     std::fs::write(folder.join("log.csv"), csv).unwrap();
     let text = LOGGED.replace("c = [[1, 0]]", "c = [[1, 0], [0, 1]]");
-    let study = Study::from_text("study.toml", &text, Format::Toml, &folder).unwrap_or_else(|error| panic!("{error}"));
+    let study = study_in(&folder, &text);
     let results = execute(&study, Step::Run, &RunOptions::default()).unwrap();
     let row = &results.log.as_ref().unwrap().rows[0];
     let sampling = row.sampling.as_ref().unwrap();
@@ -299,7 +249,7 @@ fn sampling_can_be_swept() {
         ("simulation.sampling.jitter.longest", "[0.08, 0.5]"),
         ("observer.radial.jitter.shortest", "[0.07, 0.09]"),
     ] {
-        let swept = results(&sweep(parameter, values), Step::Sweep, &RunOptions::default()).sweep.unwrap();
+        let swept = executed(&sweep(parameter, values), Step::Sweep).sweep.unwrap();
         let rms: Vec<f64> = swept.rows.iter().map(|row| row.rms.unwrap()).collect();
         assert!(rms.len() == 2 && (rms[0] - rms[1]).abs() > 1e-6, "{parameter}: {rms:?}");
     }
@@ -317,7 +267,7 @@ fn sampling_can_be_swept() {
 #[test]
 fn the_exported_step_follows_the_run_at_its_samples() {
     let text = STUDY.replace("[input]\nexpressions = [\"sin(t)\"]\n", "");
-    let study = Study::from_text("study.toml", &text, Format::Toml, Path::new(".")).unwrap();
+    let study = study(&text);
     for observer in &study.observers {
         let sampled = deployment::sampled(&study, observer, None, None).unwrap();
         let record = deployment::record(&study, observer, &sampled).unwrap();

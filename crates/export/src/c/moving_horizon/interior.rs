@@ -4,7 +4,7 @@ use std::fmt::Write;
 
 use luenberger_observers::moving_horizon::{FRACTION_TO_BOUNDARY, INTERIOR_POINT_STEPS};
 
-use super::Writer;
+use super::{Writer, is_finite, root};
 use crate::scalar::Scalar;
 
 impl Writer<'_> {
@@ -143,8 +143,8 @@ static int interior(const {name}_state *state, {number} *x, {number} *P)
 }}
 ",
             name = export.identifier,
-            root = self.root(),
-            finite = self.is_finite("gap"),
+            root = root(self.export),
+            finite = is_finite(self.export, "gap"),
         );
     }
 

@@ -18,10 +18,9 @@ use std::fmt::Write;
 use luenberger_expression::Routine;
 
 use super::plant;
-use super::{feedback, kalman, lengths, scalar};
+use super::{feedback, is_finite, kalman, lengths, root, scalar};
 use crate::moving_horizon::{Bound, MovingHorizon, bounds};
 use crate::program::Maps;
-use crate::scalar::Scalar;
 use crate::{Export, number};
 
 /// What the pieces of the source share.
@@ -39,21 +38,6 @@ struct Writer<'a> {
 impl Writer<'_> {
     fn literal(&self, x: f64) -> String {
         number::c(x, self.export.scalar)
-    }
-
-    fn root(&self) -> &'static str {
-        match self.export.scalar {
-            Scalar::Binary32 => "sqrtf",
-            Scalar::Binary64 => "sqrt",
-        }
-    }
-
-    /// Whether a number is finite.
-    fn is_finite(&self, x: &str) -> String {
-        match self.export.scalar {
-            Scalar::Binary32 => format!("fabsf({x}) <= FLT_MAX"),
-            Scalar::Binary64 => format!("fabs({x}) <= DBL_MAX"),
-        }
     }
 
     /// The sample of the window has no numbers that the plant does not have.
@@ -202,7 +186,7 @@ static const {number} SIDE[{count}] = {{ {} }};
 
     fn update(&self, text: &mut String) {
         let Self { export, maps, number, n, p, window, .. } = self;
-        let (name, zero) = (&export.identifier, self.literal(0.0));
+        let name = &export.identifier;
         let entry = |row: &str, column: &str| format!("all[{}]", plant::index(p, (row, column), n));
         _ = write!(
             text,
@@ -229,24 +213,10 @@ static int is_definite(const {name}_state *state, const {name}_sample *at)
         plant::contraction(text, number, (p, n, n), product, "cp[i][j] = sum;");
         let product = |k: &str| format!("cp[i][{k}] * {}", entry("j", k));
         plant::contraction(text, number, (p, p, n), product, "s[i][j] = sum + V[i][j];");
+        kalman::factor(text, self.export, p);
         _ = write!(
             text,
-            "    for (j = 0; (j < {p}) && (definite != 0); ++j) {{
-        for (i = j; (i < {p}) && (definite != 0); ++i) {{
-            {number} entry = s[i][j];
-            for (k = 0; k < j; ++k) {{
-                entry = entry - (s[i][k] * s[j][k]);
-            }}
-            if (i > j) {{
-                s[i][j] = entry / s[j][j];
-            }} else if (entry > {zero}) {{
-                s[j][j] = {root}(entry);
-            }} else {{
-                definite = 0;
-            }}
-        }}
-    }}
-    return definite;
+            "    return definite;
 }}
 
 /* The measurement: the problem of the window is solved with it. The state stays as it was where that has no result in
@@ -286,7 +256,6 @@ static void update({name}_state *state, {parameters}const {number} *y)
     }}
 }}
 ",
-            root = self.root(),
             parameters = self.parameters(),
             known = self.known(),
         );
@@ -372,8 +341,8 @@ static void predict({name}_state *state{trailing})
             known = self.known(),
             linearise_first = self.linearise("state->samples[0]", "state->samples[0].x", "z"),
             linearise = self.linearise("(*at)", "at->x", "z").replace("(*at).", "at->"),
-            finite_x = self.is_finite("z[i]"),
-            finite_p = self.is_finite("P[i][j]"),
+            finite_x = is_finite(self.export, "z[i]"),
+            finite_p = is_finite(self.export, "P[i][j]"),
         );
     }
 }

@@ -2,7 +2,7 @@
 
 use std::fmt::Write;
 
-use super::{Writer, measurement};
+use super::{Writer, is_finite, measurement};
 use crate::c::plant::{contraction, index};
 
 impl Writer<'_> {
@@ -93,7 +93,7 @@ static int correct(filtered *at, const {number} *c, {number} innovation, {number
             }}
         }}
 ",
-            finite = self.is_finite("s"),
+            finite = is_finite(self.export, "s"),
         );
         let mut rest = String::new();
         contraction(&mut rest, number, (n, n, n), |k| format!("once[i][{k}] * at->P[{k}][j]"), "product[i][j] = sum;");
@@ -335,7 +335,7 @@ static int pass(const {name}_state *state, const {number} *x, {parameters}{numbe
 }}
 ",
             name = export.identifier,
-            finite = self.is_finite("entry"),
+            finite = is_finite(self.export, "entry"),
         );
     }
 }

@@ -3,6 +3,10 @@
 //!
 //! Each time is the least of many batches, all observers taking turns, so that a busy machine slows all alike.
 
+#[path = "../../../../../crates/linalg/tests/counting_allocator/mod.rs"]
+mod counting_allocator;
+
+use counting_allocator::allocations;
 use luenberger_export::moving_horizon::MovingHorizon;
 use luenberger_export::{Export, Names, Program, Scalar};
 use luenberger_expression::{ExpressionPlant, Parameters};
@@ -20,33 +24,8 @@ use nalgebra::{
     Complex, Const, DMatrix, DVector, Dyn, Matrix1, Matrix2, RowVector2, SMatrix, SVector, U1, Vector2, dmatrix,
     dvector,
 };
-use std::alloc::{GlobalAlloc, Layout, System};
-use std::cell::Cell;
 use std::hint::black_box;
 use std::time::Instant;
-
-struct Counting;
-
-thread_local! {
-    static COUNT: Cell<usize> = const { Cell::new(0) };
-}
-
-// SAFETY: every call is passed on to the system's allocator unchanged.
-unsafe impl GlobalAlloc for Counting {
-    unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
-        COUNT.with(|count| count.set(count.get() + 1));
-        // SAFETY: as required of the caller.
-        unsafe { System.alloc(layout) }
-    }
-
-    unsafe fn dealloc(&self, pointer: *mut u8, layout: Layout) {
-        // SAFETY: as required of the caller.
-        unsafe { System.dealloc(pointer, layout) }
-    }
-}
-
-#[global_allocator]
-static ALLOCATOR: Counting = Counting;
 
 const PERIOD: f64 = 0.1;
 const BATCH: usize = 10_000;
@@ -109,11 +88,10 @@ impl Line {
     }
 
     fn measure(&mut self) {
-        let before = COUNT.with(Cell::get);
         let start = Instant::now();
-        (self.run)(self.batch);
+        let allocations = allocations(|| (self.run)(self.batch));
         self.best = self.best.min(start.elapsed().as_secs_f64() * 1e9 / self.batch as f64);
-        self.allocations = (COUNT.with(Cell::get) - before) / self.batch;
+        self.allocations = allocations / self.batch;
     }
 }
 
