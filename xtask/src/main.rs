@@ -220,7 +220,7 @@ fn test(seed: u64) -> Result<(), Failure> {
     let doc = cargo(&["doc", "--workspace", "--no-deps"]).variable("RUSTDOCFLAGS", "-D warnings");
     lints()?.into_iter().flatten().fold(doc, |doc, (name, value)| doc.variable(name, &value)).step("documentation")?;
     // Without development dependencies, which bring the allocator and the standard library.
-    cargo(&["check", "--package", "luenberger-observers", "--no-default-features"])
+    cargo(&["clippy", "--package", "luenberger-observers", "--no-default-features", "--", "-D", "warnings"])
         .step("observers without allocator")?;
     let bare = ["test", "--package", "luenberger-observers", "--no-default-features", "--test", "it"];
     tests(&bare).step("observers without dual numbers")?;

@@ -1,8 +1,8 @@
 //! The interpolated form of a left inverse: `min |W (T(x) - z)|` over the box.
 //!
-//! T is a [`TensorSpline`] or a [`TensorTrain`] in [`Coordinates`](crate::numerical_kkl::Coordinates); the minimum is sought by Gauss-Newton
-//! steps with Levenberg's damping where a step does not reduce the residual, projected on the box, and bounded in
-//! number. The start is the embedded form's estimate, a function of z alone, so that the estimate is one too; who steps
+//! T is a [`TensorSpline`] or a [`TensorTrain`](crate::numerical_kkl::TensorTrain) in
+//! [`Coordinates`](crate::numerical_kkl::Coordinates); the minimum is sought by Gauss-Newton steps with Levenberg's
+//! damping where a step does not reduce the residual, projected on the box, and bounded in number. The start is the embedded form's estimate, a function of z alone, so that the estimate is one too; who steps
 //! it in a loop can start from the last estimate instead ([`InterpolatedInverse::solve`]). Where the iteration ends
 //! with a residual that the accuracy of the spline does not explain, it begins again at the best points of a coarse
 //! grid, one after the other, and the best end is taken: the result is never farther from z, in T, than the start was.
@@ -15,8 +15,10 @@ use nalgebra::{Const, RealField, SMatrix, SVector, convert};
 use crate::dense::{Factor, larger, sum};
 use crate::error::ObserverError;
 use crate::kkl::LeftInverse;
+#[cfg(feature = "alloc")]
+use crate::numerical_kkl::TensorTrain;
 use crate::numerical_kkl::polynomial_tree::{PolynomialInverse, clamped, finite};
-use crate::numerical_kkl::{Node, TensorSpline, TensorTrain};
+use crate::numerical_kkl::{Node, TensorSpline};
 
 /// Where the iteration ended.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -51,7 +53,7 @@ impl<T: RealField + Copy, V: AsRef<[T]>, const N: usize, const Z: usize> BoxMap<
 }
 
 /// The interpolated form: T by splines, the state by least squares. `S` is the table, a [`TensorSpline`] or a
-/// [`TensorTrain`].
+/// [`TensorTrain`](crate::numerical_kkl::TensorTrain).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct InterpolatedInverse<T, K, V, const N: usize, const Z: usize, S = TensorSpline<T, V, N, Z>> {
     spline: S,

@@ -18,7 +18,7 @@ extern crate alloc;
 
 use core::marker::PhantomData;
 
-use nalgebra::{RealField, SMatrix, SVector, convert};
+use nalgebra::{RealField, SMatrix, SVector};
 
 use crate::error::ObserverError;
 use crate::numerical_kkl::least_squares::BoxMap;
@@ -110,7 +110,7 @@ where
     /// The same over another scalar, on the heap.
     #[cfg(feature = "alloc")]
     pub fn cast<U: RealField + Copy>(&self) -> TensorTrain<U, alloc::vec::Vec<U>, N, Z> {
-        let cast = |x: T| convert::<f64, U>(x.to_subset_unchecked());
+        let cast = |x: T| nalgebra::convert::<f64, U>(x.to_subset_unchecked());
         TensorTrain {
             lower: self.lower.map(cast),
             upper: self.upper.map(cast),

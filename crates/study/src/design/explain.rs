@@ -3,6 +3,7 @@
 
 use luenberger_design::kkl::Worst;
 use luenberger_design::{DesignError, EnclosureError, KklError, LpvError, NumericalKklError};
+use luenberger_expression::ExpressionPlantError;
 use luenberger_linalg::{LinalgError, detectability, observability};
 use luenberger_observers::ObserverError;
 use luenberger_plants::{Dimensions, Plant, PlantError};
@@ -21,6 +22,7 @@ pub(super) enum Misfit {
     Enclosure(EnclosureError),
     Lpv(LpvError),
     NumericalKkl(NumericalKklError),
+    Expressions(ExpressionPlantError),
     Kkl(KklError),
     NotLeftInverse { state: usize, found: f64, point: Vec<f64>, missed: f64 },
     UndefinedLeftInverse { point: Vec<f64> },
@@ -34,6 +36,12 @@ pub(super) enum Misfit {
 impl From<DesignError> for Misfit {
     fn from(error: DesignError) -> Self {
         Self::Design(error)
+    }
+}
+
+impl From<ExpressionPlantError> for Misfit {
+    fn from(error: ExpressionPlantError) -> Self {
+        Self::Expressions(error)
     }
 }
 
@@ -302,6 +310,7 @@ pub(super) fn misfit(study: &Study, wish: &ObserverSpec, misfit: &Misfit) -> Fai
             ];
             (hypothesis, remedies.map(str::to_owned).to_vec())
         }
+        Misfit::Expressions(error) => (error.to_string(), Vec::new()),
         Misfit::UnnamedMaps => (
             "a state, an input or an output has a name that no expression can have, or that of another variable"
                 .to_owned(),

@@ -8,9 +8,9 @@ use luenberger_design::numerical_kkl::{
     Choice, Domain, Errors, Escape, HeldInputDesign, HeldInputs, NumericalKklDesign, NumericalKklError, Progress,
     Settings, Spline, Table, Target, Train, Wanted, choose_with_table,
 };
-use luenberger_plants::{Dimensions, Plant, Shape};
+use luenberger_expression::Fixed;
 use luenberger_proof::wording::significant;
-use nalgebra::{DVector, RealField, SVector, Vector1};
+use nalgebra::SVector;
 
 use super::explain::Misfit;
 use super::{Designed, number};
@@ -19,44 +19,14 @@ use crate::results::{DesignReport, NamedNumber};
 use crate::runnable::{Kkl, Runnable};
 use crate::study::KklSpec;
 
-/// A model with one output; the numbers of states and inputs are const generics.
-#[derive(Debug, Clone)]
-struct Sized<const N: usize, const M: usize>(Model);
-
-impl<const N: usize, const M: usize> luenberger_plants::ByDual for Sized<N, M> {}
-
-impl<const N: usize, const M: usize> Shape for Sized<N, M> {
-    fn dimensions(&self) -> Dimensions {
-        Dimensions { states: N, inputs: M, outputs: 1 }
-    }
-}
-
-impl<T: RealField + Copy, const N: usize, const M: usize> Plant<T> for Sized<N, M> {
-    type State = SVector<T, N>;
-    type Input = SVector<T, M>;
-    type Output = Vector1<T>;
-
-    fn derivative(&self, t: T, x: &SVector<T, N>, u: &SVector<T, M>) -> SVector<T, N> {
-        let slope = self.0.derivative(t, &column(x), &column(u));
-        SVector::from_fn(|i, _| slope[i])
-    }
-
-    fn output(&self, t: T, x: &SVector<T, N>, u: &Self::Input) -> Vector1<T> {
-        Vector1::new(self.0.output(t, &column(x), &column(u))[0])
-    }
-}
-
-fn column<T: RealField + Copy, const N: usize>(entries: &SVector<T, N>) -> DVector<T> {
-    DVector::from_column_slice(entries.as_slice())
-}
-
 /// The design for a model whose sizes have been checked: 2 to 6 states, or 2 to 3 with held inputs, and one output. It
 /// stops once `cancel` is true.
 pub(super) fn design(model: &Model, wish: &KklSpec, cancel: &AtomicBool) -> Result<Designed, Misfit> {
     let size = model.size();
+    let plant = model.expressions()?;
     macro_rules! plain {
         ($n:literal, $z:literal, $table:ty, $accurate:ident, $embedded:ident) => {{
-            let (design, report) = of_size::<$table, $n, $z>(model, wish, cancel)?;
+            let (design, report) = of_size::<$table, $n, $z>(&plant.fixed()?, wish, cancel)?;
             let (accurate, small) = (Box::new(design.interpolated), Box::new(design.embedded));
             (if wish.embedded { Kkl::$embedded(small) } else { Kkl::$accurate(accurate) }, report)
         }};
@@ -68,19 +38,19 @@ pub(super) fn design(model: &Model, wish: &KklSpec, cancel: &AtomicBool) -> Resu
         (5, 0) => plain!(5, 6, Train<5, 6>, Five, FiveEmbedded),
         (_, 0) => plain!(6, 7, Train<6, 7>, Six, SixEmbedded),
         (2, 1) => {
-            let (observer, report) = held::<2, 1, 3, 4>(model, wish, cancel)?;
+            let (observer, report) = held::<2, 1, 3, 4>(&plant.fixed()?, wish, cancel)?;
             (Kkl::TwoHeld(observer), report)
         }
         (2, _) => {
-            let (observer, report) = held::<2, 2, 3, 5>(model, wish, cancel)?;
+            let (observer, report) = held::<2, 2, 3, 5>(&plant.fixed()?, wish, cancel)?;
             (Kkl::TwoHeldTwo(observer), report)
         }
         (_, 1) => {
-            let (observer, report) = held::<3, 1, 4, 5>(model, wish, cancel)?;
+            let (observer, report) = held::<3, 1, 4, 5>(&plant.fixed()?, wish, cancel)?;
             (Kkl::ThreeHeld(observer), report)
         }
         _ => {
-            let (observer, report) = held::<3, 2, 4, 6>(model, wish, cancel)?;
+            let (observer, report) = held::<3, 2, 4, 6>(&plant.fixed()?, wish, cancel)?;
             (Kkl::ThreeHeldTwo(observer), report)
         }
     };
@@ -98,7 +68,7 @@ struct Chosen<const N: usize, const Z: usize> {
 
 /// The choices for the plant at a constant input.
 fn chosen<W: Table<N, Z>, const N: usize, const M: usize, const Z: usize>(
-    plant: &Sized<N, M>,
+    plant: &Fixed<N, M, 1>,
     input: SVector<f64, M>,
     wish: &KklSpec,
     progress: &mut dyn FnMut(Progress) -> ControlFlow<()>,
@@ -132,15 +102,14 @@ fn chosen<W: Table<N, Z>, const N: usize, const M: usize, const Z: usize>(
 type Design<W, const N: usize, const Z: usize> = NumericalKklDesign<N, 0, 1, Z, W>;
 
 fn of_size<W: Table<N, Z>, const N: usize, const Z: usize>(
-    model: &Model,
+    plant: &Fixed<N, 0, 1>,
     wish: &KklSpec,
     cancel: &AtomicBool,
 ) -> Result<(Design<W, N, Z>, DesignReport), NumericalKklError> {
-    let plant = Sized::<N, 0>(model.clone());
     let mut on = |_| if cancel.load(Ordering::Relaxed) { Break(()) } else { Continue(()) };
-    let made = chosen::<W, N, 0, Z>(&plant, SVector::zeros(), wish, &mut on)?;
+    let made = chosen::<W, N, 0, Z>(plant, SVector::zeros(), wish, &mut on)?;
     let Chosen { settings, wanted, choice, domain, target } = &made;
-    let design = Design::<W, N, Z>::with_table(&plant, target, domain, SVector::zeros(), settings, &mut on)?;
+    let design = Design::<W, N, Z>::with_table(plant, target, domain, SVector::zeros(), settings, &mut on)?;
     let measured = &design.report;
     let form = if wish.embedded { &measured.embedded } else { &measured.interpolated };
     let mut numbers = numbers(choice, (measured.horizon, measured.spline.1, measured.residual.1));
@@ -169,18 +138,17 @@ type Held<const N: usize, const M: usize, const Z: usize, const ZM: usize> =
     (Box<HeldInputs<N, M, 1, Z, ZM>>, DesignReport);
 
 fn held<const N: usize, const M: usize, const Z: usize, const ZM: usize>(
-    model: &Model,
+    plant: &Fixed<N, M, 1>,
     wish: &KklSpec,
     cancel: &AtomicBool,
 ) -> Result<Held<N, M, Z, ZM>, NumericalKklError> {
-    let plant = Sized::<N, M>(model.clone());
     let mut on = |_| if cancel.load(Ordering::Relaxed) { Break(()) } else { Continue(()) };
     let family: [(f64, f64); M] = std::array::from_fn(|i| wish.inputs.get(i).copied().unwrap_or((f64::NAN, f64::NAN)));
     let middle = SVector::from_fn(|i, _| 0.5 * (family[i].0 + family[i].1));
-    let mut made = chosen::<Spline<N, Z>, N, M, Z>(&plant, middle, wish, &mut on)?;
+    let mut made = chosen::<Spline<N, Z>, N, M, Z>(plant, middle, wish, &mut on)?;
     let mut attempt = |made: &Chosen<N, Z>| {
         let Chosen { settings, domain, target, .. } = made;
-        HeldInputDesign::<N, M, 1, Z, ZM>::new(&plant, target, domain, (&family, wish.nodes), settings, &mut on)
+        HeldInputDesign::<N, M, 1, Z, ZM>::new(plant, target, domain, (&family, wish.nodes), settings, &mut on)
     };
     let mut design = attempt(&made);
     // A trajectory that is bounded at the middle input may be unbounded at another.
