@@ -138,7 +138,7 @@ enum Subject {
     Linalg,
     /// The joint design of the cubic observer, beside cvxpy with Clarabel and with SCS
     Lmi,
-    /// All kinds of observers on a dozen plants, tuned by `luenberger advise`; some minutes, without other tools
+    /// All kinds of observers on fifteen plants, tuned by `luenberger advise`; some minutes, without other tools
     Observers,
     /// Proved bounds of semidefinite programs, beside the published optima
     Proof,

@@ -1,4 +1,4 @@
-//! Benchmark of observers: `luenberger advise` on a dozen plants, as tables in Markdown.
+//! Benchmark of observers: `luenberger advise` on fifteen plants, as tables in Markdown.
 //!
 //! ```sh
 //! cargo run --release -p luenberger-study --example benchmark_of_observers -- target/bench/observers.md
@@ -239,9 +239,9 @@ fn favourites(text: &mut String, all: &[Advice]) {
     }
 }
 
-/// Who was told what.
+/// The prior information that each tuning rule uses.
 fn tuning(text: &mut String, all: &[Advice]) {
-    text.push_str("\n## Who was told what\n\nAll know the plant, its input, the first estimate and the sampling period. Beyond that:\n\n| observer | is told | rule | source |\n|---|---|---|---|\n");
+    text.push_str("\n## Prior information of each observer\n\nAll know the plant, its input, the first estimate and the sampling period. Beyond that:\n\n| observer | uses | rule | source |\n|---|---|---|---|\n");
     let mut known: Vec<String> = Vec::new();
     for one in all.iter().flat_map(|advice| &advice.ranking) {
         let name = one.name.trim_end_matches("-advised").to_owned();

@@ -46,7 +46,7 @@ pub struct Study {
     pub observers: Vec<ObserverSpec>,
     /// The solver for matrix inequalities of the designs.
     pub solver: Solver,
-    /// What every kind of observer is told by `luenberger advise`, if specified.
+    /// The prior information with which `luenberger advise` tunes, if specified.
     pub advise: Option<AdviseSpec>,
     /// The plots.
     pub plot: Plot,
@@ -251,7 +251,7 @@ pub struct Event {
     pub jump: Vec<f64>,
 }
 
-/// What every kind of observer is told by `luenberger advise`; what is none is derived.
+/// The prior information with which `luenberger advise` tunes; what is none is derived.
 #[derive(Debug, Clone, PartialEq)]
 pub struct AdviseSpec {
     /// The settling time.

@@ -1,4 +1,4 @@
-//! Benchmark of observers: `luenberger advise` on a dozen plants.
+//! Benchmark of observers: `luenberger advise` on fifteen plants.
 
 use crate::step::{Failure, cargo, root};
 use std::fs;

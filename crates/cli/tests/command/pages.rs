@@ -1,5 +1,5 @@
-//! The examples in the pages of `docs/commands`, in `docs/from-matlab.md`, `docs/guide.md`, `docs/log.md` and the READMEs are
-//! run, and their output is compared with the pages.
+//! The examples in the pages of `docs/commands`, in the other pages listed here and in the READMEs are run, and their
+//! output is compared with the pages.
 
 use crate::terminal::{folder, run, without_estimate};
 use std::path::{Path, PathBuf};

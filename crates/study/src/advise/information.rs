@@ -1,4 +1,4 @@
-//! What every kind of observer is told: given in the study, or derived from it by a rule that is printed.
+//! The prior information of every kind of observer: given in the study, or derived from it by a rule that is printed.
 
 use luenberger_design::Region;
 use luenberger_linalg::{discrete_kalman_gain, kalman_gain};

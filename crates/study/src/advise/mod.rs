@@ -3,7 +3,7 @@
 //!
 //! | file | subject |
 //! |---|---|
-//! | `information` | what every kind is told: given in the study, or derived |
+//! | `information` | the prior information of every kind: given in the study, or derived |
 //! | `rules`, `tuning` | **the table of kinds**; the numbers of their rules |
 //! | `block` | an observer as text; a study with further observers |
 //! | `candidate` | design, cost and scores of one observer |

@@ -17,7 +17,7 @@ pub struct Advice {
     /// Observability as a sentence, where it limits what any observer can do.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub observability: Option<String>,
-    /// What every kind is told.
+    /// The prior information of every kind.
     pub told: Vec<PriorInformation>,
     /// The criteria.
     pub criteria: Criteria,

@@ -1,4 +1,4 @@
-//! The table of the kinds of observers: what each is told, its tuning rule, where the rule is from.
+//! The table of the kinds of observers: the prior information that each uses, its tuning rule, where the rule is from.
 //!
 //! A rule tests hypotheses that the design does not name by itself and gives the keys of an `[[observer]]`; the design
 //! then decides. Several sets of keys are tried in their order. **A new kind is one row.**

@@ -1,11 +1,11 @@
-//! The table [advise]: what every kind of observer is told when `luenberger advise` tunes it.
+//! The table [advise]: the prior information with which `luenberger advise` tunes every kind of observer.
 
 use super::observer_keys::{BOX, UNKNOWN_OF_ADVICE};
 use super::table::{Kind, Range, Table, optional};
 
 pub(super) const ADVISE: Table = Table {
     name: "[advise]",
-    about: "What every kind of observer is told when `luenberger advise` tunes it. What is not given is derived, and the output says from what.",
+    about: "The prior information with which `luenberger advise` tunes every kind of observer. What is not given is derived, and the output says from what.",
     variants: None,
     keys: &[
         optional(
