@@ -1,4 +1,4 @@
-//! The numbers of a design in the form that the verification takes.
+//! Certificates of designs: the theorem of a design with the numbers that prove it.
 //!
 //! A design names its [`Theorem`](luenberger_proof::certificate::Theorem); conditions, text, margins and file come from
 //! it, computed once when the design is made and kept in its

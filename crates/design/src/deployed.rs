@@ -26,14 +26,14 @@ pub struct DeployedLinear {
     pub p: DMatrix<f64>,
     /// The numbers stored, the verdicts, and the ball of the running error.
     pub deployed: Deployed,
-    /// The certificate: of the stored numbers, and of the ball of the running error if there is one.
+    /// The certificate: convergence with the stored numbers, and the ball of the running error if there is one.
     pub certificate: Certificate,
 }
 
 /// The observer of the sampled plant `x+ = A x + B u`, `y = C x` with gain `l` (n x p), stored and run in `formats`.
 ///
-/// Of a plant with a feedthrough D the step proved here is given `y - D u` as its measurement: the target subtracts
-/// `D u` first, and what rounding does there belongs to the bounds of the measurement noise.
+/// For a plant with a feedthrough D the measurement of the analysed step is `y - D u`: the target subtracts `D u`
+/// first, and the rounding of that must be included in the bounds of the measurement noise.
 ///
 /// Tries a few Lyapunov matrices of the *stored* error matrix and returns the proof with the smallest ball: the
 /// solutions of `F'PF - s^2 P + s^2 Q = 0`, which contract at least by s, for s between the spectral radius of F and 1,
@@ -147,7 +147,7 @@ impl SampledCubicDesign {
         SampledPlant { a: proof_matrix(o.ad()), b: proof_matrix(o.bd()), c: proof_matrix(o.c()) }
     }
 
-    /// This observer, stored and run in `formats`: its stored N needs no structure to be proved, and no tolerance. With
+    /// Analysis of this observer, stored and run in `formats`: no structure of N is needed. With
     /// a feedthrough its measurement is `y - D u`, as for [`deployed_linear`].
     ///
     /// The design's own P proves it, since N was made for that P.

@@ -32,7 +32,7 @@ pub enum DesignError {
     /// A certificate file could not be written: an inequality of its theorem is not proved.
     #[error("no certificate file: {0}")]
     CertificateFile(Box<luenberger_proof::certificate::Rejection>),
-    /// A statement could not be passed to `luenberger-proof`.
+    /// The data of a statement are invalid for `luenberger-proof`.
     #[error(transparent)]
     Proof(#[from] ProofError),
     /// A scalar that must be positive is not.
@@ -153,7 +153,7 @@ pub enum DesignError {
     /// A polytope without vertices.
     #[error("a polytope of Jacobians needs at least one vertex")]
     NoVertices,
-    /// No output, or as many as states: there is no unmeasured block to contract.
+    /// No output, or as many outputs as states: there is no block of unmeasured states.
     #[error("{outputs} outputs of {states} states leave no measured or no unmeasured state")]
     NothingUnmeasured {
         /// Number of states.
@@ -284,7 +284,7 @@ pub enum DesignError {
         /// Whether the gain is bounded.
         is_limited: bool,
     },
-    /// An output, or a combination of outputs, without noise, where the least norm is asked for.
+    /// The least norm is requested, and an output or a combination of outputs has no noise.
     #[error(
         "D does not have full row rank for {} (smallest singular value {}): a measurement without noise makes the least norm that of gains without bound",
         counted(*.outputs, "output"), short(*.sigma_min)
@@ -348,7 +348,7 @@ pub enum DesignError {
         /// The number of states.
         order: usize,
     },
-    /// A number that the format of the target has not.
+    /// A number that is not representable in the format of the target.
     #[error("{format} has no number {}", short(*.value))]
     NotStored {
         /// The number.

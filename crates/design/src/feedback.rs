@@ -17,7 +17,7 @@ use crate::error::DesignError;
 
 certified!(FeedbackDesign);
 
-/// A feedback loop `u = -K xhat` around a cubic observer, with its evidence.
+/// A feedback loop `u = -K xhat` around a cubic observer, with its certificate.
 #[readonly::make]
 #[derive(Debug, Clone)]
 pub struct FeedbackDesign {

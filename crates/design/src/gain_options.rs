@@ -1,7 +1,7 @@
 //! Requirements on a gain designed by linear matrix inequality, beside the decay rate.
 //!
-//! An inequality that asks for a rate alone is often solved by gains far beyond use: they amplify noise and let the
-//! error overshoot. Two remedies, both linear in (P, Y = P L):
+//! An inequality for a decay rate alone often has solutions with impractically large gains, which amplify noise and
+//! let the error overshoot. Two remedies, both linear in (P, Y = P L):
 //! ```text
 //! |L| <= g                [ g^2 s I  Y' ]
 //!                         [ Y        P  ] > 0,   P > s I            as L'L < L'P L/s = Y'P^-1 Y/s < g^2 I     (1)
@@ -54,14 +54,14 @@ impl From<Settings> for GainOptions {
 }
 
 impl GainOptions {
-    /// With `|L| <= bound`.
+    /// Requires `|L| <= bound` (spectral norm), bound > 0.
     #[must_use]
     pub fn max_gain(mut self, bound: f64) -> Self {
         self.max_gain = Some(bound);
         self
     }
 
-    /// With the least noise gain for measurement noise of the intensity `v`, p x p, positive definite.
+    /// Minimises the noise gain for measurement noise of the intensity `v`, p x p, positive definite.
     #[must_use]
     pub fn noise(mut self, v: DMatrix<f64>) -> Self {
         self.noise = Some(v);

@@ -108,7 +108,7 @@ pub struct Excitation {
     pub windows: usize,
 }
 
-/// The checked and the unchecked hypotheses of Proposition 7.
+/// Results of the checks of the hypotheses of Proposition 7.
 #[derive(Clone, Debug, PartialEq)]
 pub struct KklPebReport {
     /// A2 and A3 by name, each proved Hurwitz; those that have states.

@@ -39,7 +39,7 @@ pub struct OperatingPoint {
     pub residual: f64,
     /// How many Newton steps were taken.
     pub steps: usize,
-    /// A, B, C and D at the point: the plant of the deviations, to first order.
+    /// The linearised plant of the deviations: A, B, C and D at the point.
     pub linear: StateSpace,
     /// The eigenvalues of A.
     pub poles: Vec<Complex<f64>>,
@@ -52,7 +52,7 @@ pub enum OperatingPointError {
     /// A vector of another length, or with an entry that is not finite; or A, B, C, D with such an entry.
     #[error(transparent)]
     Design(#[from] DesignError),
-    /// f has no value on the way.
+    /// f is not finite at an iterate.
     #[error("{}' = {value} at the state {}: the plant is not defined there", names::state(*row), short(x))]
     Undefined {
         /// Which entry of f, from 0.

@@ -1,17 +1,17 @@
-//! Sampling periods that vary, and times for which an error grows.
+//! Bounds of varying sampling periods, and sequences of periods for which the error grows.
 
 use core::fmt;
 
 use luenberger_proof::wording::{counted, significant};
 
-/// Between which bounds the period varies, and how many samples in a row may be missed.
+/// Bounds of the sampling period, and the largest number of consecutive missed samples.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Periods {
     /// The shortest period.
     pub shortest: f64,
     /// The longest period.
     pub longest: f64,
-    /// How many samples in a row may be missed.
+    /// Largest number of consecutive missed samples.
     pub misses: usize,
 }
 

@@ -137,7 +137,7 @@ pub fn disturbances_with_rate(of_plant: &Disturbances, rate: &[f64], order: usiz
     }
 }
 
-/// The observer that hands out the state of a plant of `states` states, from one of the state and the disturbance.
+/// The observer whose estimate is the state (the first `states` entries), from an observer of state and disturbance.
 ///
 /// # Errors
 /// [`DesignError::Observer`] if `inner` has fewer states.

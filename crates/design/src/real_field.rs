@@ -7,7 +7,7 @@
 //! signatures, the only ones of the workspace). Those lines stand here. What a type has of its own is:
 //!
 //! - Rust's `+ - * /` and the sign, `PartialEq`, `PartialOrd` and `Display`;
-//! - [`Real`]: how it is made from a number, its elementary functions, and what it cannot;
+//! - [`Real`]: conversion from a number, elementary functions, and unsupported operations;
 //! - `real_field!(Type)`, which writes the rest.
 //!
 //! A macro and not a generic wrapper, because the types are public and appear in the messages of users' compilers:

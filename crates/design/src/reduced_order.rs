@@ -1,4 +1,4 @@
-//! Reduced-order observers: what the outputs say is taken from them, and only the other states are estimated.
+//! Reduced-order observers: of order n - p, since the outputs determine p combinations of the states.
 //!
 //! `x' = A x + B u`, `y = C x` with rank(C) = p: an observer of order n - p,
 //! ```text

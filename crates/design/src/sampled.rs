@@ -32,7 +32,7 @@ use crate::linear::LinearDesign;
 
 certified!(SampledCubicDesign);
 
-/// A sampled-data cubic observer with its evidence.
+/// A sampled-data cubic observer with its certificate.
 #[readonly::make]
 #[derive(Debug, Clone)]
 pub struct SampledCubicDesign {
@@ -50,7 +50,7 @@ pub struct SampledCubicDesign {
 
 impl SampledCubicDesign {
     /// The observer with the poles of `linear`, sampled every `h`, with weight `theta` (p x p, positive semidefinite)
-    /// and strength w > 0: left to itself, the output error decays like `1/sqrt(1 + 2 w (y~'theta y~) t)`.
+    /// and strength w > 0: under the cubic part alone the output error decays like `1/sqrt(1 + 2 w (y~'theta y~) t)`.
     ///
     /// Exists whenever `(Ad, C)` is observable, which sampling can spoil only at special periods (Kalman, Ho and
     /// Narendra 1963). Cost: one matrix exponential, one placement, one Stein equation.
@@ -73,7 +73,7 @@ impl SampledCubicDesign {
         Self::with_correction(linear, theta, &CubicGain::Radial(w), h)
     }
 
-    /// The same with any admissible cubic gain: in closed form where it is [`CubicGain::Radial`], else with a
+    /// As [`new`](Self::new), with any admissible cubic gain: in closed form for [`CubicGain::Radial`], else with a
     /// semi-implicit step.
     ///
     /// ```

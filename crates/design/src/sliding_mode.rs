@@ -50,18 +50,18 @@ certified!(SuperTwistingDesign);
 #[readonly::make]
 #[derive(Debug, Clone, PartialEq)]
 pub struct SuperTwistingDesign {
-    /// P of V.
+    /// P of `V = z'Pz`, `z = (|e1|^(1/2) sign(e1), e2)`, 2 x 2.
     pub p: DMatrix<f64>,
     /// alpha of `V' <= -(alpha/c) V^(1/2)`.
     pub alpha: f64,
-    /// c.
+    /// c of the same inequality.
     pub c: f64,
     /// The certificate.
     pub certificate: Certificate,
 }
 
 impl SuperTwistingDesign {
-    /// P, alpha and c for the gains k1, k2 and `|F| <= bound`; none where the inequality is not solved.
+    /// P, alpha and c for the gains k1, k2 and `|F| <= bound`; `None` if no solution of the inequality is found.
     ///
     /// ```
     /// use luenberger_design::{Certified, SuperTwistingDesign};

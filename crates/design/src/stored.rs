@@ -1,4 +1,4 @@
-//! Designs from their certificate files, proved again when they are read.
+//! Designs read from certificate files, which are verified on reading.
 //!
 //! A design is stored as its certificate file: it contains plant, gains and Lyapunov matrix exactly. Reading verifies
 //! every inequality and every margin of the file, so that a file that was damaged or changed gives an error and not an
@@ -51,9 +51,9 @@ certified!(StoredDesign);
 #[derive(Debug, Clone, PartialEq)]
 #[non_exhaustive]
 pub enum StoredObserver {
-    /// Of `linear-observer`.
+    /// From the theorem `linear-observer`.
     Linear(LinearObserver<f64, Dyn, Dyn, Dyn>),
-    /// Of `discrete-observer`, whose file does not contain the sampling period: plant and gain of
+    /// From the theorem `discrete-observer`, whose file does not contain the sampling period: plant and gain of
     /// [`DiscreteLinearObserver`](luenberger_observers::DiscreteLinearObserver).
     Discrete {
         /// The plant `x+ = A x + B u`, `y = C x`.
@@ -61,17 +61,17 @@ pub enum StoredObserver {
         /// The gain, n x p.
         l: DMatrix<f64>,
     },
-    /// Of `cubic-observer` and `cubic-observer-theorem-1`.
+    /// From the theorems `cubic-observer` and `cubic-observer-theorem-1`.
     Cubic(CubicObserver<f64, Dyn, Dyn, Dyn>),
-    /// Of `sampled-cubic-observer`.
+    /// From the theorem `sampled-cubic-observer`.
     SampledCubic(SampledCubicObserver<f64, Dyn, Dyn, Dyn>),
 }
 
-/// Why a file gives no observer.
+/// Why no observer can be read from a file.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum StoredError {
-    /// The file is not a certificate, or not a true one.
+    /// The file is not a certificate, or its verification failed.
     #[error(transparent)]
     Rejected(#[from] Rejection),
     /// The theorem is proved, and has no observer that runs without further data: a nonlinear plant, for example, is
@@ -91,7 +91,7 @@ pub enum StoredError {
         /// Column of the entry, from 0.
         column: usize,
     },
-    /// The matrices are those of a theorem, and not of an observer.
+    /// The matrices satisfy the theorem but do not define an observer.
     #[error(transparent)]
     Observer(#[from] ObserverError),
 }

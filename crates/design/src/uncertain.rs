@@ -1,4 +1,4 @@
-//! Observers of uncertain plants: a proved bound of the error that the forcing leaves, and the gain with the least one.
+//! Observers of uncertain plants: a proved ultimate bound of the error, and the gain that minimises it.
 //!
 //! `x' = (A + Delta) x + B u + E w`, `y = C x + D w`, where the observer has the nominal A: the error obeys
 //! `e' = (A - LC) e + Delta x + ..`, so that it does not tend to 0 unless x does (docs/theory-cubic.md, Robustness).
@@ -151,7 +151,7 @@ impl UncertainBound {
         Self::of(&forced, (&o.a, &o.l, &o.c), None)
     }
 
-    /// The same of the cubic observer.
+    /// The bound of the cubic observer; otherwise as [`linear`](Self::linear).
     ///
     /// # Errors
     /// As [`linear`](Self::linear).

@@ -1,4 +1,4 @@
-//! Unknown-input observers: an estimate that does not depend on a disturbance of which nothing is known.
+//! Unknown-input observers: an estimate that does not depend on an unknown, arbitrary disturbance.
 //!
 //! `x' = A x + B u + E d`, `y = C x`. If `rank(CE) = rank(E) = q`, then `H = E((CE)'CE)^-1(CE)'` and `T = I - HC` give
 //! `TE = 0`, and a linear or a cubic observer of the pair (TA, C) has the error equation of

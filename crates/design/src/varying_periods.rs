@@ -1,4 +1,4 @@
-//! Sampled observers at periods that vary, with samples missed in a row: jitter and dropouts.
+//! Sampled observers at varying periods with consecutive missed samples: jitter and dropouts.
 //!
 //! The observer corrects with a fixed gain, `xhat+ = xhat + K (y - C xhat)`, at every sample that it gets, and predicts
 //! over the time that really passes. From one correction to the next the error obeys `e+ = exp(A t)(I - K C) e`, where
@@ -13,8 +13,8 @@
 //! them (`statement::decrease_over_times`). A cubic term made for the same P does not increase V: see
 //! [`sampled`](crate::sampled).
 //!
-//! A common quadratic V is sufficient, and necessary only for single times: where none is found, products of the maps
-//! with a spectral radius above 1 are searched for, which refute the wish; and smaller spreads that are proved.
+//! A common quadratic V is sufficient, and necessary only for single times: where none is found, a product of the maps
+//! with a spectral radius above 1 is sought, which refutes convergence; and smaller ranges of periods are tried.
 
 use luenberger_linalg::{expm, spectral_radius};
 use luenberger_lmi::{Problem, greatest_parameter, proof_matrix};
@@ -48,7 +48,7 @@ pub struct VaryingPeriodDesign {
     pub nominal: SampledCubicDesign,
     /// The gain K of the correction, n x p: `Ld = Ad K` at the nominal period.
     pub k: DMatrix<f64>,
-    /// The periods and the misses.
+    /// Bounds of the periods, and the largest number of consecutive missed samples.
     pub periods: Periods,
     /// `sqrt(e'Pe)` falls by this factor from correction to correction (without the semi-implicit step).
     pub factor: f64,

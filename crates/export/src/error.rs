@@ -1,6 +1,6 @@
 //! Errors of an export.
 
-/// Why an observer cannot be written as source code.
+/// Why an observer cannot be exported.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum ExportError {
@@ -46,7 +46,7 @@ pub enum ExportError {
         /// The error of the constructor.
         error: luenberger_observers::ObserverError,
     },
-    /// An observer of expressions with lookup tables of its own.
+    /// An observer of expressions with lookup tables, which cannot be exported.
     #[error("an observer of expressions has no source code with lookup tables; those of the plant are allowed")]
     Tables,
     /// An observer without a form in fixed point.
@@ -55,16 +55,16 @@ pub enum ExportError {
         /// The observer.
         kind: String,
     },
-    /// An observer in filter form with what that form does not have.
+    /// An observer in filter form with an option that filter form does not support.
     #[error("the filter form is for stationary Kalman filters in floating point without feedback, not with {what}")]
     FilterForm {
-        /// What it does not have.
+        /// The option.
         what: String,
     },
     /// An observer at varying periods in a form with a fixed period.
     #[error("an observer at varying periods is exported as C or Rust without a feedback, not {what}")]
     VaryingPeriods {
-        /// What it is not exported as.
+        /// The form in which it cannot be exported.
         what: &'static str,
     },
     /// Numbers that a fixed-point format cannot store, or whose sums could overflow.
@@ -100,7 +100,7 @@ pub enum ExportError {
     Compiler {
         /// The command.
         compiler: String,
-        /// What it says.
+        /// Its error message.
         why: String,
     },
     /// An archive that cannot be written.

@@ -152,21 +152,21 @@ impl Export {
         })
     }
 
-    /// With sentences that stand in the header: what is proved, or that nothing is.
+    /// Adds sentences to the header of the code, such as the statement that is proved.
     #[must_use]
     pub fn statement(mut self, sentences: &[String]) -> Self {
         self.statement = sentences.to_vec();
         self
     }
 
-    /// With the SHA-256 of what the observer comes from, such as `the study`, or is proved by, such as `certificate.json`.
+    /// Adds the SHA-256 of a source of the observer (`the study`) or of its proof (`certificate.json`) to the header.
     #[must_use]
     pub fn source(mut self, what: &str, digest: &str) -> Self {
         self.sources.push((what.to_owned(), digest.to_owned()));
         self
     }
 
-    /// With the feedback `u = r - K xhat`, K m x n: the step takes r and y, and returns u as well.
+    /// Adds the feedback `u = r - K xhat`, K m x n: the step takes r and y, and returns u as well.
     ///
     /// # Errors
     /// [`ExportError::Gain`] for another shape; [`ExportError::Format`] for an entry beyond the range of the format;
@@ -225,15 +225,15 @@ impl Export {
         self.feedback.is_some()
     }
 
-    /// With a record of inputs and outputs, one pair for each sample, as golden vectors of an observer of a nonlinear
-    /// plant, which may not be defined at arbitrary ones.
+    /// Sets recorded inputs and outputs, one pair for each sample, as golden vectors of an observer of a nonlinear
+    /// plant, which may not be defined at arbitrary values.
     #[must_use]
     pub fn samples(mut self, samples: Vec<(Vec<f64>, Vec<f64>)>) -> Self {
         self.samples = samples;
         self
     }
 
-    /// With as many steps in the golden test; [`golden::STEPS`] by default.
+    /// Sets the number of steps in the golden test (default [`golden::STEPS`]).
     #[must_use]
     pub fn test_steps(mut self, count: usize) -> Self {
         self.test_steps = count;

@@ -30,7 +30,7 @@ impl Names {
     }
 }
 
-/// An identifier made of a name: letters, digits and underscores, in lower case, not beginning with a digit.
+/// The identifier derived from a name: letters, digits and underscores, in lower case, not beginning with a digit.
 ///
 /// ```
 /// use luenberger_export::names::identifier;

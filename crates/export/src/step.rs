@@ -1,4 +1,4 @@
-//! An observer whose step is given by expressions: `z+ = g(t, z, u, y)`, and its whole state is what it estimates.
+//! An observer whose step is given by expressions, `z+ = g(t, z, u, y)`, and whose estimate is its whole state.
 //!
 //! The interval observer, whose state is the estimate with its bounds, and sliding-mode observers with an implicit step
 //! are exported in this form.

@@ -16,7 +16,7 @@ pub enum Definition {
     Text(String),
 }
 
-/// Why parameters have no values; each names the parameter.
+/// Error in the definitions of parameters; each variant names the parameter.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum DerivedError {
@@ -48,7 +48,7 @@ pub enum DerivedError {
 }
 
 impl DerivedError {
-    /// The parameter where it stands; of a circle the first one.
+    /// The parameter concerned; of a circle the first one.
     pub fn name(&self) -> &str {
         match self {
             Self::Parameter(error) => error.name(),

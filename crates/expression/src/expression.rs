@@ -41,7 +41,7 @@ impl Expression {
         Ok(Self { text: text.to_owned(), tree, tape })
     }
 
-    /// Its value at the time t, the states x and the inputs u, over any scalar. NaN where x or u is too short.
+    /// Its value at the time t, the states x and the inputs u, over any scalar; missing entries of x or u are NaN.
     pub fn evaluate<T: RealField + Copy>(&self, t: T, x: &[T], u: &[T]) -> T {
         self.tape.evaluate(t, x, u, |_| ())
     }
@@ -88,8 +88,8 @@ impl Expression {
 
     /// Whether it is affine in states and inputs with coefficients that do not depend on time: `a'x + b'u + c`.
     ///
-    /// Decided by its form: sums, products with constants, quotients by constants. What is affine only because terms
-    /// cancel, as `x1*x2 - x2*x1`, is not found out.
+    /// Decided by its form: sums, products with constants, quotients by constants. Affinity that needs
+    /// the cancellation of terms, as in `x1*x2 - x2*x1`, is not recognised.
     ///
     /// ```
     /// use luenberger_expression::{Expression, Scope};

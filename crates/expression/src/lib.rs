@@ -13,7 +13,7 @@
 //! | choice | `if(condition, x, y)`: the branch that is not taken is not evaluated, and may be undefined |
 //! | lookup tables | `name(x)`, by [`Scope::tables`]: linear or monotone cubic ([`Table`]) |
 //!
-//! What they mean over each scalar:
+//! Their evaluation over each scalar:
 //!
 //! | | numbers | dual numbers (Jacobians, observers) | intervals (certified designs) | symbolic polynomials (KKL residuals) |
 //! |---|---|---|---|---|

@@ -5,8 +5,8 @@ use core::cmp::Reverse;
 use strsim::damerau_levenshtein;
 
 /// The known name nearest to `name`, if Damerau and Levenshtein's distance is at most a third of the letters, rounded
-/// up, and not all of them. Case does not count, and `-` and a space are `_`; among equals, the one that begins alike
-/// for longest.
+/// up, and not all of them. Case does not count, and `-` and a space are `_`; ties are broken by the longest
+/// common prefix.
 ///
 /// ```
 /// use luenberger_expression::nearest;

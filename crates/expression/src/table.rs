@@ -64,14 +64,14 @@ pub enum TableError {
         /// The entry.
         value: f64,
     },
-    /// An x that is not larger than the one before.
+    /// An x that is not larger than its predecessor.
     #[error("x must increase: entry {index} is {value}, after {before}")]
     NotIncreasing {
         /// Which entry, from 0.
         index: usize,
         /// The entry.
         value: f64,
-        /// The one before.
+        /// Its predecessor.
         before: f64,
     },
     /// Points whose slopes are not finite numbers.

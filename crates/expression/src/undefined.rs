@@ -10,7 +10,7 @@ use crate::error::Family;
 use crate::scope::Symbol;
 use crate::tree::Node;
 
-/// A part of an expression that is not finite, although what it is made of is.
+/// A subexpression that is not finite, although its operands are.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Undefined {
     /// The part, as it is written.

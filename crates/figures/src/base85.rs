@@ -1,4 +1,4 @@
-//! Bytes as letters that can stand within an element of a page: five letters for four bytes.
+//! Base-85 encoding of bytes for HTML elements: five letters for four bytes.
 //!
 //! The letters are the printable ASCII characters without space, `"&'<>\`, the backtick, `,` and `;`, in their order. The
 //! most significant digit is first; the last 1 to 3 bytes have one letter more than bytes.

@@ -1,6 +1,6 @@
 //! numpy's npz archives: an uncompressed zip file with an `.npy` file for each array, as `numpy.savez` writes it.
 //!
-//! There are no times in it: the same arrays give the same bytes.
+//! The archive has no time stamps: the same arrays give the same bytes.
 
 use std::io::{Seek, Write};
 

@@ -160,7 +160,7 @@ impl Report {
         self
     }
 
-    /// Bytes that a script of [`with`](Self::with) reads: `await unpack(id)` is a response with them. They are given as
+    /// Data that a script of [`with`](Self::with) reads: `await unpack(id)` is a response with them. They are given as
     /// gzip in base64, and `id` is an attribute of the page's HTML.
     #[must_use]
     pub fn packed(mut self, id: &str, gzip_in_base64: &str) -> Self {

@@ -1,10 +1,10 @@
-//! What an argument has to satisfy before any arithmetic is done with it.
+//! Checks of arguments: shape, finite entries, symmetry.
 
 use crate::{LinalgError, Result};
 use nalgebra::{DMatrix, DMatrixView, Dyn};
 
-/// What the functions of this crate read a matrix through: a reference to any `nalgebra` matrix of doubles becomes one,
-/// of static or dynamic size, a matrix or a view with any strides.
+/// The argument type of the functions of this crate: a reference to any `nalgebra` matrix of doubles converts into
+/// it, of static or dynamic size, owned or a view with any strides.
 ///
 /// ```
 /// use luenberger_linalg::{eigenvalues, place_observer};
@@ -64,7 +64,7 @@ pub(crate) fn shaped(what: &'static str, m: &DMatrix<f64>, rows: usize, cols: us
 /// Square, finite and symmetric up to the rounding of the products that it may come from; returns the exactly symmetric
 /// mean of the matrix and its transpose.
 ///
-/// This is the one tolerance of symmetry: mirrored entries may differ by `8 n eps` of the largest entry. An entry of
+/// The tolerance of symmetry of this crate: mirrored entries may differ by `8 n eps` of the largest entry. An entry of
 /// `C'WC`, two products of n terms each, has an error of 2n roundings, `n eps`, of `(|C'| |W| |C|)_ij`; mirrored
 /// entries differ by twice that, and cancellation within an entry may make this sum four times the largest entry.
 ///

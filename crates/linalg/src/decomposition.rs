@@ -1,4 +1,4 @@
-//! Kalman's decomposition: the four parts of a plant, by what its inputs move and its outputs see.
+//! Kalman's decomposition: the four parts of a plant that are controllable or not, and observable or not.
 //!
 //! With `x = T w` the plant `x' = A x + B u, y = C x` becomes (Kalman, SIAM J. Control 1, 1963; Chen, Linear System
 //! Theory and Design, 6.4)
@@ -31,9 +31,9 @@ use crate::{LinalgError, Result};
 /// One of the four parts.
 #[derive(Debug, Clone, PartialEq)]
 pub struct KalmanPart {
-    /// Where its coordinates start in `w`.
+    /// Index of its first coordinate in `w`, from 0.
     pub start: usize,
-    /// How many they are.
+    /// Its order, the number of its coordinates.
     pub order: usize,
     /// The eigenvalues of its diagonal block.
     pub eigenvalues: Vec<Complex<f64>>,
@@ -46,17 +46,17 @@ pub struct KalmanDecomposition {
     pub transformation: DMatrix<f64>,
     /// `T^-1 A T`, its zero blocks exactly zero.
     pub a: DMatrix<f64>,
-    /// `T^-1 B`, likewise.
+    /// `T^-1 B`, its zero blocks exactly zero.
     pub b: DMatrix<f64>,
-    /// `C T`, likewise.
+    /// `C T`, its zero blocks exactly zero.
     pub c: DMatrix<f64>,
-    /// Moved and seen: the minimal realisation of the transfer function.
+    /// The controllable and observable part: the minimal realisation of the transfer function.
     pub controllable_observable: KalmanPart,
-    /// Moved, not seen.
+    /// The controllable, unobservable part.
     pub controllable_unobservable: KalmanPart,
-    /// Seen, not moved.
+    /// The observable, uncontrollable part.
     pub uncontrollable_observable: KalmanPart,
-    /// Neither.
+    /// The uncontrollable, unobservable part.
     pub uncontrollable_unobservable: KalmanPart,
     /// Norm of all that was set to zero, relative to `|[A B; C 0]|` (Frobenius), in the units chosen: rounding, times
     /// [`Self::condition`].

@@ -16,7 +16,7 @@ use crate::{LinalgError, Result};
 
 /// Matrix exponential `e^A`.
 ///
-/// `a` is n x n, finite. The answer exists always; it is an error if it does not fit a double.
+/// `a` is n x n, finite. The exponential always exists; it is an error if it overflows a double.
 ///
 /// The relative error in the 1-norm is of the order of the unit roundoff times the condition number of the exponential,
 /// which is about `|A|` for normal matrices and can be much larger for others (Higham, Functions of Matrices, 2008,

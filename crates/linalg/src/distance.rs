@@ -1,4 +1,4 @@
-//! How far a pair `(A, C)` is from one that is not observable.
+//! Distance of a pair `(A, C)` to the nearest unobservable pair.
 //!
 //! ```text
 //! d(A, C) = min { |[E; F]|_2 : (A + E, C + F) is not observable } = min over complex lambda of sigma_min([A - lambda I; C])
@@ -41,13 +41,13 @@ pub struct UnobservabilityDistance {
     /// [`Self::perturbation`] has this 2-norm and makes the pair unobservable: `sigma_min([A - lambda I; C])` at
     /// [`Self::at`].
     pub upper: f64,
-    /// The lambda that no output sees after the perturbation.
+    /// The eigenvalue lambda that is unobservable after the perturbation.
     pub at: Complex<f64>,
     /// The unit vector `v` with `(A + E) v = lambda v`, `(C + F) v = 0`.
     pub direction: DVector<Complex<f64>>,
     /// `[E; F]`, (n + p) x n, of rank one.
     pub perturbation: DMatrix<Complex<f64>>,
-    /// How many singular value decompositions were spent.
+    /// Number of singular value decompositions computed.
     pub evaluations: usize,
 }
 

@@ -1,10 +1,10 @@
-//! What can go wrong, each with the numbers that explain it.
+//! Errors of matrix computations, each with the relevant numbers.
 
 use crate::units::shift;
 use nalgebra::{Complex, DVector};
 use thiserror::Error;
 
-/// Why a matrix computation has no answer.
+/// Error of a matrix computation.
 #[derive(Debug, Clone, PartialEq, Error)]
 #[non_exhaustive]
 pub enum LinalgError {
@@ -23,12 +23,12 @@ pub enum LinalgError {
     DimensionMismatch {
         /// The matrix, by its name in the equation.
         what: &'static str,
-        /// The shape the other arguments ask for (rows, columns).
+        /// The shape required by the other arguments (rows, columns).
         expected: (usize, usize),
         /// The shape it has.
         found: (usize, usize),
     },
-    /// A matrix of order zero where the quantity asked for needs at least one row.
+    /// A matrix of order zero, where at least one row is required.
     #[error("{what} is empty")]
     Empty {
         /// The matrix, by its name in the equation.
@@ -60,7 +60,7 @@ pub enum LinalgError {
         col: usize,
         /// The difference.
         asymmetry: f64,
-        /// What the rounding of a matrix product of this order and size explains.
+        /// The tolerance: the rounding error of a matrix product of this order and size.
         allowed: f64,
     },
     /// A matrix that has to be positive definite is not.
@@ -95,9 +95,9 @@ pub enum LinalgError {
         method: &'static str,
         /// How many steps were taken.
         iterations: usize,
-        /// What is left of the quantity that should have vanished.
+        /// The remaining value of the quantity that should converge to zero.
         remaining: f64,
-        /// Below which it would have been taken as zero.
+        /// The tolerance below which it counts as zero.
         allowed: f64,
     },
     /// The linear equation has no unique solution, for the coefficients as stored: its determinant is zero, computed in
@@ -300,7 +300,7 @@ pub enum LinalgError {
     PoleMultiplicity {
         /// The pole.
         pole: Complex<f64>,
-        /// How often it is asked for.
+        /// Its requested multiplicity.
         multiplicity: usize,
         /// The rank of B (for an observer, of C).
         rank: usize,
@@ -323,9 +323,9 @@ pub enum LinalgError {
         residual = short(*.residual), allowed = short(*.allowed)
     )]
     NotFunctional {
-        /// The row of K A that misses most.
+        /// The row of K A with the largest relative residual, from 0.
         row: usize,
-        /// What no combination explains, relative to the row.
+        /// Its part outside of the row space of [C A; C; K], relative to the row.
         residual: f64,
         /// What rounding explains.
         allowed: f64,

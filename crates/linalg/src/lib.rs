@@ -16,7 +16,7 @@
 //! | `A'X + X A - X B R^-1 B'X + Q = 0` | [`care`], and by duality [`kalman_gain`] |
 //! | `A'X A - X - A'X B (R + B'X B)^-1 B'X A + Q = 0` | [`dare`], and by duality [`discrete_kalman_gain`] |
 //! | the same with a cross term S and for `E x' = A x + B u` | [`generalized_care`], [`generalized_dare`] |
-//! | `rank [A - lambda I; C]`, what the outputs see | [`observability()`], [`detectability`], [`discrete_detectability`] |
+//! | `rank [A - lambda I; C]`, observability | [`observability()`], [`detectability`], [`discrete_detectability`] |
 //! | `min sigma_min([A - lambda I; C])`, how far from unobservable | [`distance_to_unobservability`] |
 //! | `rank [A - lambda I, B; C, D]`, invariant zeros | [`invariant_zeros`] |
 //! | `T^-1 A T, T^-1 B, C T`, Kalman's four parts | [`kalman_decomposition`] |
@@ -31,7 +31,7 @@
 //!
 //! Three numbers come with a solution, and answer three questions.
 //!
-//! 1. *Does it solve the equation?* `residual`: what is left, relative to the terms. A multiple of `n eps` says that
+//! 1. *Does it solve the equation?* `residual`, relative to the terms of the equation. A multiple of `n eps` says that
 //!    the answer is exact for data that differ from yours in the last digits. No double-precision method promises more,
 //!    and a small residual says nothing about the error of the solution.
 //! 2. *What do errors of my data do to it?* `condition`, from the `separation` of the spectra (of a Riccati equation,
@@ -43,8 +43,8 @@
 //!    relative to the solution. It includes the rounding of the residual itself, and is typically ten to a thousand
 //!    times the error. For Hurwitz and Schur stable coefficients, and for Riccati equations, the separation behind it
 //!    is a bound; otherwise (and for Sylvester equations) it is Hager's and Higham's estimate, allowed to be wrong by a
-//!    factor of three. An infinite one says that nothing is known. Floating point computed it: a proof is another
-//!    matter.
+//!    factor of three. An infinite one says that nothing is known. It is itself computed in floating point and is
+//!    not a proof.
 //!
 //! Norms do not see small entries. If units of the state are decades apart, an error that is small beside `||P||` may
 //! be larger than an entry of interest: choose units in which what matters is about one.

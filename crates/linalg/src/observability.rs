@@ -1,4 +1,4 @@
-//! Observability and detectability of a pair `(A, C)`: the rank, the modes, and the directions that no output sees.
+//! Observability and detectability of a pair `(A, C)`: the rank, the modes, and the unobservable directions.
 //!
 //! `(A, C)` is observable iff `[A - lambda I; C]` has full column rank for every complex `lambda` (Popov, Belevitch,
 //! Hautus); it can fail only at eigenvalues of `A`, and a vector `v` with `A v = lambda v`, `C v = 0` is a motion
@@ -28,7 +28,7 @@ use crate::subspace_refinement;
 use crate::units::{Units, shift};
 use crate::{LinalgError, Result};
 
-/// One eigenvalue of `A`, and how well the outputs see it.
+/// One eigenvalue of `A` with its margin of observability.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Mode {
     /// The eigenvalue.
@@ -36,18 +36,18 @@ pub struct Mode {
     /// `sigma_min([A - lambda I; C]) / |[A; C]|` (Frobenius norm) in the units chosen: 0 if no output sees the mode. It
     /// bounds from above the relative distance of the pair to one with a hidden mode.
     pub margin: f64,
-    /// The direction that is seen least, where that minimum is taken, as a unit vector `v` in the units given: for a
+    /// The least observable direction, which attains that minimum, as a unit vector `v` in the units given: for a
     /// hidden mode `A v = lambda v`, `C v = 0`. The largest component is real and positive; for a real eigenvalue all
     /// are real.
     pub direction: DVector<Complex<f64>>,
 }
 
-/// What the outputs of a pair `(A, C)` see.
+/// Observability of a pair `(A, C)`: rank, modes with margins, unobservable subspace.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Observability {
     /// Number of states.
     pub order: usize,
-    /// Rank of the observability matrix, from the staircase: the order of the part that the outputs see.
+    /// Rank of the observability matrix, from the staircase: the order of the observable part.
     pub rank: usize,
     /// Every eigenvalue of `A` with its margin and its least visible direction.
     pub modes: Vec<Mode>,
@@ -62,7 +62,7 @@ pub struct Observability {
 }
 
 impl Observability {
-    /// Whether the outputs see every state.
+    /// Whether the pair is observable: the rank is n.
     pub fn is_observable(&self) -> bool {
         self.rank == self.order
     }
@@ -135,7 +135,7 @@ pub fn observability_within(a: &DMatrix<f64>, c: &DMatrix<f64>, tolerance: f64) 
     })
 }
 
-/// Which motions count as not decaying.
+/// Continuous or discrete time: which eigenvalues count as not decaying.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum TimeDomain {
     /// `x' = A x`: the closed right half plane, `Re lambda >= 0`.
@@ -144,14 +144,14 @@ pub enum TimeDomain {
     Discrete,
 }
 
-/// Whether every motion that the outputs do not see decays.
+/// Detectability of a pair `(A, C)`: whether every unobservable mode decays.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Detectability {
     /// The time domain of the question.
     pub domain: TimeDomain,
     /// Number of states.
     pub order: usize,
-    /// Order of the part that the outputs see.
+    /// Order of the observable part.
     pub rank: usize,
     /// All hidden modes.
     pub unobservable: Vec<Mode>,
@@ -164,7 +164,7 @@ pub struct Detectability {
 }
 
 impl Detectability {
-    /// Whether an observer exists: no hidden mode fails to decay.
+    /// Whether the pair is detectable, so that a convergent observer exists: every hidden mode decays.
     pub fn is_detectable(&self) -> bool {
         self.offending.is_empty()
     }

@@ -8,7 +8,7 @@
 //! | ITAE | least integral of `t |e|` of the step response (Graham and Lathrop, AIEE Trans. 72, 1953), up to order 6 |
 //!
 //! A prototype is scaled in time so that its step response settles at the time given: from there on it stays within the
-//! band. An observer with these poles forgets its initial error about as fast; how fast exactly depends on the error.
+//! band. The initial error of an observer with these poles decays about as fast, depending on its direction.
 
 use nalgebra::{Complex, DMatrix};
 
@@ -24,7 +24,7 @@ pub enum PolePattern {
     Dominant {
         /// The damping ratio of the pair.
         damping: f64,
-        /// The distance of the other poles, relative to the real part of the pair.
+        /// Real part of the first other pole, relative to that of the pair.
         ratio: f64,
     },
     /// Bessel's filter.

@@ -4,9 +4,9 @@ use thiserror::Error;
 
 use crate::{design, linalg, lmi, observers, plants, proof, sim};
 
-/// Any error of the crates behind this one: what `main` returns where `?` meets plants, designs and runs.
+/// Any error of the re-exported crates, for functions such as `main` that use `?` on several of them.
 ///
-/// Nothing is added: message and source are those of the error within.
+/// Message and source are those of the wrapped error.
 ///
 /// ```
 /// use luenberger::prelude::*;
@@ -25,49 +25,49 @@ use crate::{design, linalg, lmi, observers, plants, proof, sim};
 #[derive(Debug, Error)]
 #[non_exhaustive]
 pub enum Error {
-    /// Matrices that make no plant.
+    /// The matrices or parameters do not define a plant.
     #[error(transparent)]
     Plant(#[from] plants::PlantError),
-    /// Matrices that make no observer.
+    /// The matrices or parameters do not define an observer.
     #[error(transparent)]
     Observer(#[from] observers::ObserverError),
-    /// A matrix equation, a placement or a rank decision.
+    /// A matrix equation, a pole placement or a rank decision failed.
     #[error(transparent)]
     Linalg(#[from] linalg::LinalgError),
-    /// A matrix inequality.
+    /// A linear matrix inequality is ill-posed, or could not be solved.
     #[error(transparent)]
     Lmi(#[from] lmi::LmiError),
     /// A semidefinite program in SDPA's format that cannot be read.
     #[error(transparent)]
     Sdpa(#[from] lmi::sdpa::ReadError),
-    /// Data that make no statement to be proved.
+    /// Invalid data of a statement that is to be verified.
     #[error(transparent)]
     Proof(#[from] proof::ProofError),
-    /// A text that is no certificate.
+    /// A text is not a certificate file.
     #[error(transparent)]
     CertificateFile(#[from] proof::certificate::FileError),
-    /// A certificate that is not verified.
+    /// A certificate was rejected.
     #[error(transparent)]
     Rejection(#[from] proof::certificate::Rejection),
-    /// A design.
+    /// A design failed.
     #[error(transparent)]
     Design(#[from] design::DesignError),
-    /// An enclosure of a Jacobian over a region.
+    /// The Jacobian of a plant has no enclosure over a region.
     #[error(transparent)]
     Enclosure(#[from] design::EnclosureError),
-    /// A KKL observer from an explicit transformation.
+    /// The check of a user-supplied KKL observer failed.
     #[error(transparent)]
     Kkl(#[from] design::KklError),
-    /// A design on a polytope of Jacobians.
+    /// A design on a polytope of Jacobians failed.
     #[error(transparent)]
     Lpv(#[from] design::LpvError),
-    /// A numerical KKL observer.
+    /// The design of a numerical KKL observer failed.
     #[error(transparent)]
     NumericalKkl(#[from] design::NumericalKklError),
-    /// Nonlinear observability.
+    /// The observability test of a nonlinear plant failed.
     #[error(transparent)]
     Observability(#[from] design::nonlinear_observability::ObservabilityError),
-    /// A simulation.
+    /// A simulation could not be set up or finished.
     #[error(transparent)]
     Sim(#[from] sim::SimError),
 }

@@ -1,25 +1,24 @@
 //! Design, certify, simulate and deploy state observers.
 //!
-//! This crate is the whole of the project under one name. Each part is a crate of its own, for those who need only
-//! that:
+//! This crate re-exports the library crates of the project under one name. Each can also be used alone:
 //!
 //! | here | crate | for |
 //! |---|---|---|
-//! | [`plants`] | `luenberger-plants` | what is observed |
+//! | [`plants`] | `luenberger-plants` | plants: the traits, and benchmark plants |
 //! | [`observers`] | `luenberger-observers` | the observers as they run on the target: `no_std`, no allocation |
 //! | [`design`] | `luenberger-design` | from a plant to an observer with its certificate |
-//! | [`sim`] | `luenberger-sim` | plants and observers in one run |
+//! | [`sim`] | `luenberger-sim` | simulation of plants with observers, comparison, replay of logs |
 //! | [`linalg`] | `luenberger-linalg` | matrix equations, placement, observability |
 //! | [`lmi`] | `luenberger-lmi` | linear matrix inequalities, verified outside the solver |
-//! | [`proof`] | `luenberger-proof` | verdicts in arithmetic that cannot lie |
+//! | [`proof`] | `luenberger-proof` | rigorous verification in exact or interval arithmetic; certificates |
 //!
-//! Not here, because they bring what a program with an observer in it does not need (a parser, plotting libraries):
-//! `luenberger-study` reads plants and studies from text and writes reports, `luenberger-figures` draws, and the
-//! command `luenberger` (`luenberger-cli`) does both from a terminal.
+//! Not re-exported, because of their dependencies (a parser, plotting libraries): `luenberger-study` reads plants and
+//! studies from text and writes reports, `luenberger-figures` draws figures, and the command `luenberger`
+//! (`luenberger-cli`) does both from a terminal.
 //!
-//! Matrices are those of [`nalgebra`], which is part of the interface and re-exported, so that a program needs no
-//! version of its own: `use luenberger::nalgebra::{self, dmatrix};` (its macros want the crate by its name). [`Error`]
-//! collects the errors of all crates.
+//! Matrices are those of [`nalgebra`], which is part of the interface and re-exported in the matching version:
+//! `use luenberger::nalgebra::{self, dmatrix};` (its macros need the name `nalgebra` in scope). [`Error`] collects the
+//! errors of all crates.
 //!
 //! `examples/` has a program for each observer.
 //!

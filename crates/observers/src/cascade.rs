@@ -18,8 +18,8 @@
 //!
 //! [`CascadeMap`] makes a [`KklMap`] with a [`Regression`] of the pieces, so that
 //! [`KklPebObserver`](crate::kkl_peb::KklPebObserver) runs it, with the gradient estimator of the paper or with DREM.
-//! Its extension is (x2hat, x3hat, xi), Lambda = diag(A2, A3, 0), and its estimate (x2hat, x3hat, x4hat). What
-//! Proposition 7 assumes is for a design to check.
+//! Its extension is (x2hat, x3hat, xi), Lambda = diag(A2, A3, 0), and its estimate (x2hat, x3hat, x4hat). The
+//! hypotheses of Proposition 7 are checked by the design.
 //!
 //! The paper's proof ends with `theta~' = Gamma psi psi' theta~`; it is `-Gamma psi psi' theta~`.
 
@@ -44,7 +44,7 @@ pub trait CascadeSize<N2: Dim, N3: Dim, N4: Dim, M: Dim, P: Dim>:
     + RegressionSize<U1, N4>
     + KklSize<<Self as CascadeSize<N2, N3, N4, M, P>>::Length, M, P, <Self as CascadeSize<N2, N3, N4, M, P>>::Length>
 {
-    /// `n2 + n3 + n4`.
+    /// Length of the state (x2hat, x3hat, xi), `n2 + n3 + n4`.
     type Length: Dim;
 }
 
@@ -67,26 +67,26 @@ where
     type Length = DimSum<DimSum<N2, N3>, N4>;
 }
 
-/// The pieces of a plant of the class. Blocks of no states are allowed for x2 and x3.
+/// The functions and matrices of a plant of the class. x2 and x3 may be empty.
 pub trait Cascade<T: RealField + Copy>
 where
     DefaultAllocator: CascadeSize<Self::Second, Self::Third, Self::Fourth, Self::Inputs, Self::Outputs>,
 {
-    /// n2.
+    /// Length n2 of x2.
     type Second: Dim;
-    /// n3.
+    /// Length n3 of x3.
     type Third: Dim;
-    /// n4.
+    /// Length n4 of x4.
     type Fourth: Dim;
-    /// m.
+    /// Number of inputs, m.
     type Inputs: Dim;
-    /// n1, the number of outputs.
+    /// Number of outputs, n1.
     type Outputs: Dim;
 
-    /// n2, n3, n4.
+    /// The lengths n2, n3 and n4 of the blocks x2, x3 and x4.
     fn blocks(&self) -> [usize; 3];
 
-    /// m and n1.
+    /// The numbers m of inputs and n1 of outputs.
     fn inputs_and_outputs(&self) -> (usize, usize);
 
     /// A2, n2 x n2.
@@ -95,7 +95,7 @@ where
     /// A3, n3 x n3.
     fn a3(&self) -> OMatrix<T, Self::Third, Self::Third>;
 
-    /// The row k of x1' in which x4 is seen, from 0.
+    /// The row k of x1', from 0, whose term `b'x4` is used to estimate x4.
     fn k(&self) -> usize;
 
     /// `f_1k(y, x2, x3, u)`.
@@ -139,7 +139,7 @@ where
 
 /// The maps of the [KKL+PEB]O of a cascade; see the [module](self).
 ///
-/// The cascade is read through a method, because the constructor has checked it.
+/// The field is private, because the constructor checks it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CascadeMap<C> {
     cascade: C,

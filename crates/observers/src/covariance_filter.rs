@@ -1,14 +1,14 @@
-//! Filters with a covariance, measurement update and prediction apart: what logs, consistency tests and smoothers need.
+//! Filters with a covariance and separate measurement update and prediction, for logs, consistency tests and smoothers.
 
 use nalgebra::RealField;
 
 use crate::observer::SampledObserver;
 
-/// A filter that computes a covariance of its error, and can be updated and predicted apart.
+/// A filter that computes a covariance of its error, with separate update and prediction.
 ///
 /// [`step`](SampledObserver::step) is [`measure`](Self::measure) and then [`advance`](Self::advance) over one period.
 pub trait CovarianceFilter<T: RealField + Copy>: SampledObserver<T> {
-    /// Whether it is predicted from sample to sample only, as of a plant in discrete time.
+    /// Whether the filter is in discrete time: predictions then go from one sample to the next, whatever the duration.
     fn is_discrete(&self) -> bool;
 
     /// The covariance of the error that a state holds, n x n by columns. Returns whether the length fits.

@@ -1,7 +1,7 @@
-//! What an observer knows about its own trouble.
+//! Diagnosis of an observer at run time: domains left, missing excitation, loss of rank, overflow.
 //!
-//! A right-hand side returns no error; where something can leave its domain it is kept finite instead, and [`Diagnose`]
-//! says so, with numbers. On a target: call it beside the step, as often as there is time for. After a simulation: the
+//! A right-hand side returns no error: a value that leaves its domain is kept finite, and [`Diagnose`] reports it with
+//! numbers. On a target: call it beside the step, as often as there is time for. After a simulation: the
 //! trajectory has the observer's own states, and u and y of the same rows,
 //!
 //! ```text
@@ -45,14 +45,14 @@ pub enum Diagnosis<T> {
         /// The time that is left at the present rate.
         time: T,
     },
-    /// The regression has not shown all parameters: what is estimated of them is where they started.
+    /// The regression is not sufficiently exciting: some direction of theta is not yet estimated.
     NotExciting {
         /// The excitation: see [`ParameterEstimator::excitation`](crate::estimator::ParameterEstimator::excitation).
         excitation: T,
-        /// What was asked for.
+        /// The required excitation.
         wanted: T,
     },
-    /// A Jacobian that has to have full rank has not; the directions without rank are left alone.
+    /// A Jacobian lacks the full rank that is required; the deficient directions are not corrected.
     RankDeficient {
         /// The rank found.
         rank: usize,
@@ -63,22 +63,22 @@ pub enum Diagnosis<T> {
         /// The largest singular value.
         largest: T,
     },
-    /// Something that is divided by is too small; the bound is divided by instead.
+    /// A divisor is below its bound; the bound is used instead.
     Division {
         /// The divisor.
         divisor: T,
         /// The bound it is held at.
         bound: T,
     },
-    /// The right-hand side has overflown; the entry stands still.
+    /// An entry of the right-hand side is not finite; `KklPebObserver` replaces it by 0.
     Overflow {
         /// Index of the entry of the state, from 0.
         entry: usize,
     },
 }
 
-/// An observer that can say whether something is wrong.
+/// An observer that can diagnose its state at run time.
 pub trait Diagnose<T>: Observer<T> {
-    /// The first trouble there is at this instant, or [`Diagnosis::Sound`]. Costs about as much as a derivative.
+    /// The first problem found at this instant, or [`Diagnosis::Sound`]. Costs about as much as a derivative.
     fn diagnose(&self, t: T, state: &Self::State, u: &Self::Input, y: &Self::Output) -> Diagnosis<T>;
 }

@@ -32,7 +32,7 @@ use crate::feedthrough;
 use crate::gaussian::{GaussianEstimate, Innovation, correct, covariance, symmetrise};
 use crate::observer::{ObserverDimensions, SampledObserver, put_slice};
 
-/// The data of a [`KalmanFilter`]: plant, noise and doubt at the start, each by its name.
+/// The data of a [`KalmanFilter`]: plant, noise, and covariance of the initial error.
 #[derive(Clone, Debug, PartialEq)]
 pub struct KalmanModel<T: RealField + Copy, N: Dim, M: Dim, P: Dim>
 where
@@ -56,7 +56,7 @@ where
 
 /// The Kalman filter of a linear plant in discrete time; see the [module](self).
 ///
-/// The state is the belief *before* the sample. One period is [`update`](Self::update), then
+/// The state is the estimate with its covariance *before* the sample. One period is [`update`](Self::update), then
 /// [`predict`](Self::predict), which is what [`step`](SampledObserver::step) does. A sample that is missed is a
 /// `predict` without an `update`; a slower sensor is a [`partial update`](Self::update_partial) in the periods in which
 /// it is silent.
@@ -156,10 +156,10 @@ where
         *belief = GaussianEstimate::new(&xhat, &p);
     }
 
-    /// The belief after the measurement y (length p) taken under the input u, and what was new in it. Without a
+    /// Updates estimate and covariance by the measurement y (length p) under u; returns the innovation. Without a
     /// [feedthrough](Self::with_feedthrough) the input is not read.
     ///
-    /// `None`, and the belief as it was, if the innovation covariance S is not positive definite in floating point: an
+    /// `None`, with `belief` unchanged, if the innovation covariance S is not positive definite in floating point: an
     /// overflow, a NaN, a P that has lost its definiteness.
     pub fn update(
         &self,
@@ -170,7 +170,7 @@ where
         self.update_partial(belief, u, y, |_| true)
     }
 
-    /// [`update`](Self::update) with those outputs alone for which `measured` is true, for sensors of different rates;
+    /// [`update`](Self::update) with only those outputs for which `measured` is true, for sensors of different rates;
     /// the other entries of y are not read.
     ///
     /// ```

@@ -1,4 +1,4 @@
-//! What can be wrong with the data of an observer.
+//! Errors in the data of an observer.
 
 use core::fmt;
 
@@ -39,7 +39,7 @@ impl fmt::Display for Point {
     }
 }
 
-/// Why matrices do not make an observer.
+/// Error in the matrices or parameters of an observer.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum ObserverError {
@@ -79,7 +79,7 @@ pub enum ObserverError {
         /// The pivot: negative, or zero where the rest of its row is not.
         pivot: f64,
     },
-    /// A rate `w` with which the cubic flow would blow up, or do nothing in the output, in finite time.
+    /// A rate `w < 0`, for which the cubic flow escapes in finite time, or `w = 0` with a gain N that is not 0.
     #[error("C N = -w I with w = {w:e}: w must be positive (or zero together with N)")]
     Rate {
         /// The rate.
@@ -159,7 +159,7 @@ pub enum ObserverError {
         /// How much it differs from its mirror image.
         difference: f64,
     },
-    /// A covariance with a direction of negative variance, or of none where some is needed.
+    /// A covariance that is not positive semidefinite, or not positive definite where that is required.
     #[error("{what} is not a covariance: pivot {pivot:e} in row {row}")]
     NotDefinite {
         /// Name of the matrix.
@@ -169,7 +169,7 @@ pub enum ObserverError {
         /// The pivot of the elimination: negative, or zero.
         pivot: f64,
     },
-    /// A filter that is to take no step between samples.
+    /// Zero Runge-Kutta substeps between samples; at least 1 is required.
     #[error("a filter needs at least one step of integration between two samples")]
     Substeps,
     /// A gain, pole or rate that is not a positive number.

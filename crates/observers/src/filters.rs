@@ -41,7 +41,7 @@ impl<T: RealField + Copy> Filter<T> {
         positive("the filter's alpha", alpha).map(|alpha| Self { alpha })
     }
 
-    /// The pole is `-alpha`.
+    /// alpha, in 1/s; the pole is `-alpha`.
     pub fn alpha(&self) -> T {
         self.alpha
     }
@@ -54,7 +54,7 @@ impl<T: RealField + Copy> Filter<T> {
         (signal - state) * self.alpha
     }
 
-    /// `W[signal]`, with the filter's state. It equals the rate of that state.
+    /// `W[signal] = alpha (signal - state)`, equal to the rate of the state of W.
     pub fn washout<R: Dim, C: Dim>(&self, state: &OMatrix<T, R, C>, signal: &OMatrix<T, R, C>) -> OMatrix<T, R, C>
     where
         DefaultAllocator: Allocator<R, C>,

@@ -6,12 +6,12 @@
 //! - Each of the two sums is accumulated in 64 bits without rounding, and cannot overflow: [`FixedPointObserver::new`]
 //!   checks that for all integers of 32 bits.
 //! - The sum is then rounded once, to the nearest number of the format, ties upwards: an error of at most `2^-(n+1)`.
-//! - What lies beyond the range becomes the end of the range, and is counted in [`FixedPointState::saturations`].
+//! - Results beyond the range saturate, and are counted in [`FixedPointState::saturations`].
 //!
 //! `luenberger_proof::statement::deployed_linear` with `Step::Accumulated` bounds the estimation error of this step, and
 //! proves for given bounds of operation that nothing saturates.
 //!
-//! The matrices have a format of their own, which may have more bits after the point than the signals.
+//! The matrices have a separate format, which may have more fraction bits than that of the signals.
 
 use luenberger_plants::{LinearPlant, Size};
 use nalgebra::{Const, DefaultAllocator, Dim, OMatrix, OVector};
@@ -84,7 +84,7 @@ impl FixedPointFormat {
         fits.then_some(rounded as i32)
     }
 
-    /// The number of an integer.
+    /// The real number `integer 2^-n` that an integer of the format represents.
     pub fn value(self, integer: i32) -> f64 {
         f64::from(integer) / self.scale()
     }
@@ -96,9 +96,9 @@ const INTEGERS: f64 = 6_755_399_441_055_744.0;
 /// The formats of an observer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct FixedPointFormats {
-    /// Of A, B, C, D and L.
+    /// Format of A, B, C, D and L.
     pub gains: FixedPointFormat,
-    /// Of inputs, outputs and estimates.
+    /// Format of inputs, outputs and estimates.
     pub signals: FixedPointFormat,
 }
 
@@ -134,7 +134,7 @@ where
 {
     /// The estimate, as integers of the signals' format.
     pub xhat: OVector<i32, N>,
-    /// How many results were cut off at the ends of the range; it stays at its largest value.
+    /// Number of results that saturated; the counter itself saturates at its largest value.
     pub saturations: u32,
 }
 

@@ -20,7 +20,7 @@ impl<T: RealField + Copy, N: DimAdd<U1>> GaussianEstimate<T, N>
 where
     DefaultAllocator: Allocator<N, DimSum<N, U1>> + Allocator<N> + Allocator<N, N>,
 {
-    /// The belief with estimate xhat (length n) and covariance P (n x n).
+    /// The state with estimate xhat (length n) and covariance P (n x n).
     pub fn new(xhat: &OVector<T, N>, p: &OMatrix<T, N, N>) -> Self {
         let rows = xhat.shape_generic().0;
         Self(OMatrix::from_fn_generic(rows, rows.add(U1), |i, j| if j == 0 { xhat[i] } else { p[(i, j - 1)] }))
@@ -31,7 +31,7 @@ where
         self.0.column(0).into_owned()
     }
 
-    /// The covariance P that the filter believes its error to have.
+    /// The covariance P of the error, as computed by the filter.
     pub fn covariance(&self) -> OMatrix<T, N, N> {
         let rows = self.0.shape_generic().0;
         OMatrix::from_fn_generic(rows, rows, |i, j| self.0[(i, j + 1)])
@@ -61,7 +61,7 @@ where
     }
 }
 
-/// The noise a filter is designed for, and its doubt at the start.
+/// The noise a filter is designed for, and the covariance of its initial error.
 #[derive(Clone, Debug, PartialEq)]
 pub struct NoiseModel<T: RealField + Copy, N: Dim, P: Dim>
 where
@@ -88,7 +88,7 @@ where
     fp.transpose() + fp + w
 }
 
-/// What was new in a sample, and how unlikely the filter holds it to be.
+/// The innovation of a measurement update, with its covariance and normalised square.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Innovation<T: RealField + Copy, P: Dim>
 where

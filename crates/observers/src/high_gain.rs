@@ -35,7 +35,7 @@ impl<Z: Dim, M: Dim, P: Dim, E: Dim> HighGainSize<Z, M, P, E> for DefaultAllocat
 {
 }
 
-/// Where a state stands: in the chain of output `output` (from 0), at position `position` (from 1).
+/// Chain and position of a state of a high-gain observer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Place {
     /// Index of the output whose error corrects the state, from 0.
@@ -61,7 +61,7 @@ where
     /// Lengths of the columns.
     fn dimensions(&self) -> ObserverDimensions;
 
-    /// Where state `i` stands.
+    /// Chain and position of state `i`.
     fn place(&self, i: usize) -> Place;
 
     /// `b(t, xi, u, y)`: the right-hand side without correction.
@@ -78,7 +78,7 @@ where
         OVector::repeat_generic(Self::Xi::from_usize(self.dimensions().state), U1, T::one())
     }
 
-    /// The estimate.
+    /// The estimate xhat as a function of the state xi.
     fn estimate(
         &self,
         t: T,
@@ -87,12 +87,12 @@ where
         y: &OVector<T, Self::Outputs>,
     ) -> OVector<T, Self::Estimate>;
 
-    /// What is divided by, and the value below which it is held, where the maps divide.
+    /// The divisor of the maps and its lower bound, where they divide (default `None`); for [`Diagnose`].
     fn divisor(&self, _t: T, _u: &OVector<T, Self::Inputs>, _y: &OVector<T, Self::Outputs>) -> Option<(T, T)> {
         None
     }
 
-    /// A state with that estimate and with the heads of the chains at y.
+    /// The initial state for an estimate, with the heads of the chains at y.
     fn start(
         &self,
         t: T,
@@ -197,7 +197,7 @@ where
         Ok(Self { map, gain, fixed_start: None })
     }
 
-    /// The same, whose state starts at `xi` whatever estimate is asked for: at zero, say, as papers do.
+    /// The same observer, whose state always starts at `xi`, whatever the initial estimate (papers often take zero).
     ///
     /// # Errors
     /// [`ObserverError::Matrix`] for its length and its entries.

@@ -9,8 +9,8 @@
 //! `d = beta(y, chi) - phi(x)` from it moves with what x and xhat differ in, eq. (16), and xhat = x on it. Whether it
 //! attracts (A5) is the design of beta.
 //!
-//! Nobody types a Jacobian: beta and phi are written once for every scalar, and their derivatives along the directions
-//! that (18) needs come from dual numbers (feature `dual`), or by hand ([`DifferentiableImmersion`]). The
+//! No Jacobian is written by hand: beta and phi are defined once for every scalar, and the directional derivatives in
+//! (18) come from dual numbers (feature `dual`), or by hand ([`DifferentiableImmersion`]). The
 //! pseudo-inverse is that of [`pseudo_inverse`]: where D_chi beta loses rank the lost direction stands still, and
 //! [`Diagnose`] reports it with the singular values.
 //!
@@ -78,10 +78,10 @@ where
     /// `phi^L(z, y)`, with `phi^L(phi(x), h(x)) = x`: all n states.
     fn left_inverse(&self, z: &OVector<T, Self::Manifold>, y: &OVector<T, Self::Outputs>) -> OVector<T, Self::States>;
 
-    /// What of xhat is the estimate: all of it, or the states that are not measured.
+    /// The part of xhat that is the estimate: all states, or those that are not measured.
     fn estimate(&self, xhat: &OVector<T, Self::States>) -> OVector<T, Self::Estimate>;
 
-    /// A chi that makes the estimate what is wished.
+    /// An initial chi for which the estimate is the given one.
     fn start(
         &self,
         estimate: &OVector<T, Self::Estimate>,
@@ -149,7 +149,7 @@ where
 
 /// The observer (18), (19) of the plant `S` with the maps `I`; see the [module](self).
 ///
-/// The output must not depend on the input: the rate of y would have that of u in it, which nobody knows.
+/// The output must not depend on the input: y' would contain u', which is not known.
 ///
 /// For Van der Pol's oscillator, `x2' = mu (1 - y^2) x2 - y`, with `phi = x2` and `beta = chi + k y`: the error obeys
 /// `e' = (mu (1 - y^2) - k) e`. Only the maps are written down.

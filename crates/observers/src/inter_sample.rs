@@ -47,7 +47,7 @@ where
     O: Observer<T, State = OVector<T, Z>, Input = OVector<T, M>, Output = OVector<T, P>, Estimate = OVector<T, N>>,
     DefaultAllocator: Size<N, M, P> + Allocator<Z> + Allocator<D>,
 {
-    /// The sampled form of `observer` with period `h` and so many Runge-Kutta steps between samples.
+    /// The sampled form of `observer` with period `h` and `substeps` Runge-Kutta steps between samples.
     ///
     /// ```
     /// use luenberger_observers::{InterSampleObserver, LinearObserver, SampledObserver};

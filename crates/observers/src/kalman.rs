@@ -12,16 +12,16 @@
 //! and until the next one, with `F = Df(xhat)`:
 //!
 //! ```text
-//! xhat' = f(xhat, u),  P' = F P + P F' + W                          so many steps of the classical Runge-Kutta method
+//! xhat' = f(xhat, u),  P' = F P + P F' + W                          `substeps` classical Runge-Kutta steps
 //! ```
 //!
-//! F and H come from the plant ([`Differentiable`]); nobody types them. Joseph's form keeps P positive semidefinite
+//! F and H come from the plant ([`Differentiable`]). Joseph's form keeps P positive semidefinite
 //! whatever rounding does to K, and P is made exactly symmetric after both stages. Products and factorisation have one order
 //! of operations (`dense`), so that the filter gives the same bits with sizes of either kind. Runge-Kutta steps are not a
 //! congruence, so that sub-steps h/r with `|F| h/r` well above 1 may lose definiteness: choose r accordingly.
 //!
-//! What it is not: a proof. For a linear plant it is the Kalman filter, optimal and convergent when the plant is
-//! detectable; for a nonlinear one it converges from small errors, and nothing is promised from large ones.
+//! For a linear plant it is the Kalman filter, optimal and convergent when the plant is detectable; for a nonlinear
+//! plant there is no proof of convergence from large errors.
 //!
 //! Source: A. Gelb (ed.), Applied Optimal Estimation, MIT Press 1974, table 6.1-1; R. S. Bucy and P. D. Joseph,
 //! Filtering for Stochastic Processes, 1968, for the form of the update.
@@ -69,7 +69,7 @@ where
     S: Differentiable<T, N, M, P>,
     DefaultAllocator: Size<N, M, P>,
 {
-    /// The filter of `plant`, sampled with period `h`, with so many Runge-Kutta steps between samples.
+    /// The filter of `plant`, sampled with period `h`, with `substeps` Runge-Kutta steps between samples.
     ///
     /// A step costs about `4 substeps (n derivatives along a direction + 2 n^3)` and one Cholesky factorisation of
     /// order p.
@@ -119,11 +119,11 @@ where
     }
 
     /// The filter that rejects outliers: an output whose innovation is beyond `gate` standard deviations, by the
-    /// covariance that the filter computes, is treated as not measured. 4 or 5 are usual: of right measurements 6e-5
-    /// and 6e-7 are beyond.
+    /// covariance that the filter computes, is treated as not measured. 4 or 5 are usual: they reject 6e-5
+    /// and 6e-7 of the correct measurements.
     ///
-    /// A filter that is surer than it should be rejects right measurements, and may never recover: P(0) has to cover
-    /// the first error, and W what the model does not know.
+    /// An overconfident filter rejects correct measurements and may never recover: P(0) has to cover the initial error,
+    /// and W the model errors.
     ///
     /// Source: Y. Bar-Shalom, X. R. Li and T. Kirubarajan, Estimation with Applications to Tracking and Navigation,
     /// Wiley 2001, section 5.4 (validation of measurements).
@@ -176,8 +176,8 @@ where
         &self.noises
     }
 
-    /// The covariance `S = H P H' + V` that the innovation `y - h(xhat, u)` of a sample at time t has by this belief,
-    /// p x p.
+    /// The covariance `S = H P H' + V` that the innovation `y - h(xhat, u)` of a sample at time t has for this
+    /// estimate and covariance, p x p.
     pub fn innovation_covariance(&self, t: T, belief: &GaussianEstimate<T, N>, u: &OVector<T, M>) -> OMatrix<T, P, P>
     where
         N: DimAdd<U1>,
@@ -214,9 +214,9 @@ where
     /// From time t to `t + duration`, the input held: `xhat' = f(xhat, u)`, `P' = F P + P F' + W`. For a plant in
     /// [discrete time](Self::discrete) to the next sample, whatever the duration.
     ///
-    /// The duration is nonnegative and need not be the period: a sample that comes late is waited for, one that is
-    /// missed is passed. So many Runge-Kutta steps are taken as between two samples, whatever the duration: cut a long
-    /// one.
+    /// The duration is nonnegative and need not be the period: predict up to a late
+    /// sample, or past a missed one. The number of Runge-Kutta steps does not depend on the duration: divide a long
+    /// one into several calls.
     ///
     /// ```
     /// use luenberger_observers::{ExtendedKalmanFilter, NoiseModel, SampledObserver};
@@ -250,9 +250,10 @@ where
         *belief = GaussianEstimate::new(&xhat, &p);
     }
 
-    /// The belief after the measurement y (length p) at time t under the input u, and what was new in it.
+    /// Updates estimate and covariance by the measurement y (length p) at time t under the input u; returns the
+    /// innovation.
     ///
-    /// `None`, and the belief as it was, if the innovation covariance S is not positive definite in floating point: an
+    /// `None`, with `belief` unchanged, if the innovation covariance S is not positive definite in floating point: an
     /// overflow, a NaN, a P that has lost its definiteness.
     pub fn update(
         &self,
@@ -264,7 +265,7 @@ where
         self.update_partial(t, belief, u, y, |_| true)
     }
 
-    /// [`update`](Self::update) with those outputs alone for which `measured` is true, for sensors of different rates;
+    /// [`update`](Self::update) with only those outputs for which `measured` is true, for sensors of different rates;
     /// the other entries of y are not read. What the [gate](Self::with_gate) rejects counts as not measured.
     pub fn update_partial(
         &self,

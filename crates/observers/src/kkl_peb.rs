@@ -54,26 +54,26 @@ pub struct KklPebObserver<K, E, T> {
     reset: Option<Reset<T>>,
 }
 
-/// When theta_hat is handed over to xi, and what becomes of the filters.
+/// Periodic transfer of theta_hat to xi, and the treatment of the filters at it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Reset<T> {
-    /// From one instant to the next.
+    /// Period of the resets.
     pub period: T,
-    /// The instant passes without a reset unless an entry of xi that is only integrated is larger in magnitude; none
-    /// for a reset at every instant.
+    /// Reset only if an entry of xi that is only integrated exceeds this magnitude; `None` for a reset after every
+    /// period.
     pub above: Option<T>,
-    /// The filters and the estimator.
+    /// Treatment of the filters and the estimator.
     pub memory: FilterMemory,
 }
 
-/// What becomes of the filters and the estimator at a reset.
+/// Treatment of the filters and the estimator at a reset.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum FilterMemory {
     /// They move to the new coordinates, `F[g]+ = F[g] + F[m] delta` with `delta = theta_hat - theta_0`. For
     /// `missing` linear in theta and m independent of the entries of xi that are only integrated: there
     /// `g(xi + missing(delta)) = g(xi) + m delta`, and the estimate is that without resets at all times.
     Transformed,
-    /// They begin again, as at the start: `w = s(y)`, the others 0. For any regression; the excitation so far is lost.
+    /// They begin again, as at the start: `w = s(y)`, the others 0. For any regression; past excitation is lost.
     Restarted,
 }
 
@@ -111,7 +111,7 @@ impl<K, E, T: RealField + Copy> KklPebObserver<K, E, T> {
         Ok(Self { theta, ..self })
     }
 
-    /// The same, reporting [`Diagnosis::NotExciting`] while the estimator's excitation is below `wanted`.
+    /// Reports [`Diagnosis::NotExciting`] while the estimator's excitation is below `wanted`.
     #[must_use]
     pub fn wanting_excitation(self, wanted: T) -> Self {
         Self { wanted: Some(wanted), ..self }
@@ -214,7 +214,7 @@ where
         self.held(&parts)
     }
 
-    /// How exciting the regression has been, if the estimator knows.
+    /// The excitation of the regression, if the estimator computes it.
     pub fn excitation(&self, state: &StateOf<K, E, T>) -> Option<T> {
         let parts = self.parts(state);
         self.estimator.excitation(parts.estimator, &parts.regressor)

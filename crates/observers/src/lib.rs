@@ -12,8 +12,8 @@
 //! | [`observer`] | the traits [`Observer`] (continuous time) and [`SampledObserver`] (one step per sample) |
 //! | [`linear`] | Luenberger's observer `xhat' = A xhat + B u + L (y - C xhat)` |
 //! | [`cubic`] | the cubic observer, which adds `-(y~' theta y~) N y~`, and its flow in closed form |
-//! | [`semi_implicit`] | its cubic part for gains that are not radial |
-//! | [`varying_period`] | the same where samples arrive at varying periods, or not at all |
+//! | [`semi_implicit`] | the cubic part of the cubic observer as a semi-implicit step, for gains that are not radial |
+//! | [`varying_period`] | the sampled cubic observer at varying periods and with missed samples |
 //! | [`cubic_sampled`] | the sampled-data cubic observer, stable at every step size |
 //! | [`lanes`] | observers over several lanes at once |
 //! | [`kalman`] | the continuous-discrete extended Kalman filter |
@@ -25,15 +25,15 @@
 //! | [`fixed_point`] | the linear observer in discrete time in fixed point, in integers |
 //! | [`discrete_kalman`] | the Kalman filter of a plant in discrete time |
 //! | [`nonlinear_luenberger`] | the copy of a nonlinear plant with a constant gain: Thau's, Lipschitz and LPV designs run as this |
-//! | [`sampled_copy`] | the same stepped once per sample, with an output predicted between samples |
+//! | [`sampled_copy`] | the copy of a plant stepped once per sample, with an output predicted between samples |
 //! | [`mean_value`] | the mean-value-theorem observer, as printed and repaired |
 //! | [`kkl`] | Kazantzis-Kravaris-Luenberger observers: a stable linear extension and a left inverse |
 //! | [`pebo`], [`kkl_peb`] | parameter-estimation-based observers, and [KKL+PEB] observers, which are both |
-//! | [`filters`], [`estimator`] | their parts: filters; gradient, DREM, excitation |
+//! | [`filters`], [`estimator`] | parts of these two: filters; gradient, DREM, excitation |
 //! | [`immersion_invariance`], [`pseudo_inverse`] | immersion-and-invariance observers |
 //! | [`inter_sample`] | an observer in continuous time stepped once per sample, with an output predicted between samples |
 //! | [`high_gain`] | chains of integrators with corrections alpha/r^i |
-//! | [`cascade`] | [KKL+PEB] observers of a class of cascades, from the pieces of the plant |
+//! | [`cascade`] | [KKL+PEB] observers of a class of cascades |
 //! | [`deviation`] | a linear observer of a nonlinear plant, in deviations from an operating point |
 //! | [`proportional_integral`] | a disturbance estimated with the state |
 //! | [`unknown_input`] | an estimate that does not depend on an unknown disturbance |
@@ -43,7 +43,7 @@
 //! | [`output_feedback`] | an observer with the feedback `u = r - K xhat` as one block |
 //! | `static_size` (feature `alloc`) | designed observers with the sizes and the scalar of the target |
 //! | `serialization` (feature `serde`) | linear observers in files: matrices by rows, read through the constructors |
-//! | [`diagnosis`] | what an observer knows about its own trouble |
+//! | [`diagnosis`] | diagnosis of an observer at run time |
 //! | [`numerical_kkl`] | `z' = D z + B y` with a tabulated left inverse of T, embedded or interpolated |
 //!
 //! Where an observer has an innovation it is `y~ = y - C xhat`, and the error is `e = x - xhat`, so that `y~ = C e`;
@@ -143,7 +143,7 @@ pub use unknown_input::UnknownInputObserver;
 pub use unscented::{SigmaPoints, SquareRootEstimate, StaticUnscentedKalmanFilter, UnscentedKalmanFilter};
 pub use varying_period::{StaticVaryingPeriodStep, VaryingPeriodObserver, VaryingPeriodStep};
 
-/// The linear algebra of the columns and matrices here, in the version that fits.
+/// nalgebra, in the version of the columns and matrices of this crate.
 pub use nalgebra;
 
 /// The example of `README.md`, compiled and run with the documentation's tests.

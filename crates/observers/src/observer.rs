@@ -1,6 +1,6 @@
 //! The traits of run-time observers.
 //!
-//! An observer has a state of its own, which need not be the estimate: a Kalman filter carries a covariance, a
+//! The state of an observer need not be the estimate: a Kalman filter carries a covariance, a
 //! parameter-estimation-based observer carries filters and parameters. The estimate is read from the state, and may use
 //! the present input and output as well. It need not be the whole plant state either: an observer of the unmeasured
 //! states has a shorter estimate.
@@ -43,8 +43,8 @@ pub trait Observer<T> {
     /// `k(t, z, u, y)`, the estimate.
     fn estimate(&self, t: T, state: &Self::State, u: &Self::Input, y: &Self::Output) -> Self::Estimate;
 
-    /// The state that makes the estimate at time `t` what is wished, and everything else in the state what it should be
-    /// at the start: filters of the output matched to `y`, covariances at their initial value.
+    /// The initial state for which the estimate at time `t` is `estimate`; filters of the output start at `y`,
+    /// covariances at their initial value.
     fn initial(&self, t: T, estimate: &Self::Estimate, u: &Self::Input, y: &Self::Output) -> Self::State;
 
     /// The time from one jump of the state to the next, the first after the start of a run; none for an observer whose
@@ -59,8 +59,8 @@ pub trait Observer<T> {
         state.clone()
     }
 
-    /// Whether g is affine in z, u and y and does not depend on t: simulation has exact solutions then. What is not known
-    /// is false (default).
+    /// Whether g is affine in z, u and y and does not depend on t; simulation then uses the exact solution. Return
+    /// false (default) if this is not known.
     fn is_affine(&self) -> bool {
         false
     }
@@ -68,8 +68,7 @@ pub trait Observer<T> {
     /// [`derivative`](Self::derivative) on slices, with the same result to the last bit: what simulation calls. Returns
     /// whether the lengths fit; otherwise `slope` is not written.
     ///
-    /// By default the columns are made and copied; an observer with columns of dynamic length saves their allocation by
-    /// an implementation of its own.
+    /// The default makes columns and copies; override it for columns of dynamic length to avoid their allocation.
     fn derivative_into(&self, t: T, state: &[T], u: &[T], y: &[T], slope: &mut [T]) -> bool
     where
         T: Copy,
@@ -79,7 +78,7 @@ pub trait Observer<T> {
         put(&self.derivative(t, &state, &u, &y), slope)
     }
 
-    /// [`estimate`](Self::estimate) on slices, likewise.
+    /// [`estimate`](Self::estimate) on slices, as [`derivative_into`](Self::derivative_into).
     fn estimate_into(&self, t: T, state: &[T], u: &[T], y: &[T], estimate: &mut [T]) -> bool
     where
         T: Copy,
@@ -106,8 +105,7 @@ pub(crate) fn put_slice<T: Copy>(entries: &[T], target: &mut [T]) -> bool {
 
 /// An observer that predicts in continuous time, and is corrected at samples that arrive at any times.
 ///
-/// As an [`Observer`] it is the prediction: its derivative does not read y. What comes between two samples is up to the
-/// samples, and need not be a period.
+/// As an [`Observer`] it is the prediction: its derivative does not read y. The time between two samples may vary.
 pub trait ContinuousDiscreteObserver<T>: Observer<T> {
     /// The correction by the sample `y`, in place; `elapsed` is the time since the last sample that arrived.
     fn correct(&self, state: &mut Self::State, u: &Self::Input, y: &Self::Output, elapsed: T);
@@ -145,7 +143,7 @@ pub trait SampledObserver<T> {
     fn step(&self, t: T, state: &mut Self::State, u: &Self::Input, y: &Self::Output);
 
     /// As [`step`](Self::step), of a sample of which only the outputs with true in `measured` were measured. The caller
-    /// puts into `y` what the estimate predicts of the others.
+    /// sets the others to their predictions from the estimate.
     ///
     /// A filter with a covariance takes the outputs that were measured, and does not read the others. Without a
     /// covariance the predicted output takes the place of a missing one, so that its innovation is zero.
@@ -164,7 +162,7 @@ pub trait SampledObserver<T> {
         step_columns(self, t, state, (u, y), measured)
     }
 
-    /// [`estimate`](Self::estimate) on slices, likewise.
+    /// [`estimate`](Self::estimate) on slices, as [`step_into`](Self::step_into).
     fn estimate_into(&self, state: &[T], estimate: &mut [T]) -> bool
     where
         T: Copy,
@@ -187,7 +185,7 @@ pub trait SampledObserver<T> {
         false
     }
 
-    /// The state that makes the estimate at time `t` what is wished.
+    /// The initial state for which the estimate at time `t` is `estimate`.
     fn initial(&self, t: T, estimate: &Self::Estimate, u: &Self::Input, y: &Self::Output) -> Self::State;
 }
 

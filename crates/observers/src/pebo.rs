@@ -4,14 +4,14 @@
 //! phi takes the plant to pure integrators, `d phi(x)/dt = B(h(x), u)`, so that with `xi' = B(y, u)` what is missing is
 //! a constant, `phi(x(t)) = xi(t) + theta`. The constant is estimated, and `xhat = phi^L(xi + theta_hat, y)`.
 //!
-//! The paper's regression (11) uses y', which nobody measures. Where some function s of the outputs changes affinely in
+//! The paper's regression (11) uses y', which is not measured. Where some function s of the outputs changes affinely in
 //! theta,
 //!
 //! ```text
 //! d s(y)/dt = g(t, xi, u, y) + m(t, xi, u, y) theta
 //! ```
 //!
-//! filtering both sides gives one that uses nothing else than what is known:
+//! filtering both sides gives a regression in known signals only:
 //!
 //! ```text
 //! Y = M theta,  Y = W[s] - F[g],  M = F[m]          F = alpha/(p + alpha), W = alpha p/(p + alpha)

@@ -15,7 +15,7 @@ use nalgebra::{DefaultAllocator, Dim, OMatrix, OVector, RealField, U1, convert};
 /// More than twice what matrices of order 100 need.
 const SWEEPS: usize = 40;
 
-/// `A+` and the evidence for it.
+/// The pseudo-inverse `A+` with rank and extreme singular values.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PseudoInverse<T: RealField + Copy, R: Dim, C: Dim>
 where
@@ -23,7 +23,7 @@ where
 {
     /// `A+`, c x r for A r x c.
     pub inverse: OMatrix<T, C, R>,
-    /// How many singular values were not left out.
+    /// Rank: the number of singular values above the tolerance.
     pub rank: usize,
     /// The smallest of the r singular values (the rows beyond c count as 0).
     pub smallest: T,

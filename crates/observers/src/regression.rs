@@ -9,7 +9,7 @@ use nalgebra::{DefaultAllocator, Dim, DimAdd, DimMul, DimProd, DimSum, OMatrix, 
 use crate::estimator::RegressionSize;
 use crate::kkl::{KklMap, KklSize};
 
-/// `d s(y)/dt = g + m theta`, and the way from theta to what is missing in xi.
+/// `d s(y)/dt = g + m theta`, and the map from theta to the missing part of xi.
 pub trait Regression<T: RealField + Copy>: KklMap<T>
 where
     DefaultAllocator: KklSize<

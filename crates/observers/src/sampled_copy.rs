@@ -53,7 +53,7 @@ where
     S: Differentiable<T, N, M, P>,
     DefaultAllocator: Size<N, M, P>,
 {
-    /// The copy of `plant` with the gain L (n x p), sampled with period `h`, with so many Runge-Kutta steps between
+    /// The copy of `plant` with the gain L (n x p), sampled with period `h`, with `substeps` Runge-Kutta steps between
     /// samples.
     ///
     /// ```

@@ -16,8 +16,8 @@
 //! sigma + s (h k_1 r^(n-1) + .. + h^(n-1) k_(n-1) r + h^n k_n) = z,
 //! xhat_i <- xhat_i + s (h k_i r^(n-i) + h^2 k_(i+1) r^(n-i-1) + .. + beta_i h^(n-i+1) k_n).
 //! ```
-//! For `|z| <= h^n k_n` this is sigma = 0 with `s = z/(h^n k_n)`: the estimate of x1 is exact, and s is what it has to
-//! be instead of a sign that changes at every sample; with the weights beta of [the deadbeat
+//! For `|z| <= h^n k_n` this is sigma = 0 with `s = z/(h^n k_n)`: the estimate of x1 is exact, and s is continuous in z
+//! instead of a sign that changes at every sample; with the weights beta of [the deadbeat
 //! observer](SlidingModeObserver), all 1 for n up to 2, what is left of an error is gone after n samples (with 1 for
 //! all of them, the sign keeps switching for n above 3). Otherwise r is the positive root of a polynomial with a single
 //! change of sign: in closed form for n up to 2, else by [`NEWTON`] steps of Newton's method from above, which

@@ -1,4 +1,4 @@
-//! From the desk to the target: designed observers, whose sizes are known at run time, with sizes and scalar of the
+//! Conversion of designed observers, whose sizes are known at run time, to the static sizes and the scalar of the
 //! target.
 //!
 //! ```
@@ -13,8 +13,8 @@
 //! assert!(designed.to_static::<f32, 3, 1, 1>().is_err());
 //! # Ok::<(), luenberger_observers::ObserverError>(())
 //! ```
-//! Entries are rounded to the nearest number of the scalar. A certificate speaks of the gains as designed: what is true
-//! of the rounded ones is proved anew, by `deployed_linear` of the design crate for instance.
+//! Entries are rounded to the nearest number of the scalar. A certificate concerns the gains as designed; the rounded
+//! gains need a new proof, for instance by `deployed_linear` of the design crate.
 
 use luenberger_plants::error::check_matrix;
 use luenberger_plants::{StateSpace, StaticPlant};

@@ -114,12 +114,12 @@ where
         &self.nominal
     }
 
-    /// A of the plant.
+    /// State matrix A of the plant in continuous time, n x n.
     pub fn a(&self) -> &OMatrix<T, N, N> {
         &self.a
     }
 
-    /// B of the plant.
+    /// Input matrix B of the plant in continuous time, n x m.
     pub fn b(&self) -> &OMatrix<T, N, M> {
         &self.b
     }
@@ -129,7 +129,7 @@ where
         self.longest
     }
 
-    /// In how many substeps of the exponential series a time is predicted.
+    /// Number of substeps of the exponential series in a prediction.
     pub fn substeps(&self) -> usize {
         self.substeps
     }

@@ -4,7 +4,7 @@ use nalgebra::{RealField, SVector};
 
 use crate::plant::{Dimensions, Plant, Shape};
 
-/// The plant of two closures; see [`from_fn`].
+/// The plant that [`from_fn`] makes of two closures.
 #[derive(Clone, Copy, Debug)]
 pub struct FromFn<F, H, const N: usize, const M: usize, const P: usize> {
     f: F,
@@ -13,8 +13,9 @@ pub struct FromFn<F, H, const N: usize, const M: usize, const P: usize> {
 
 /// The plant `x' = f(t, x, u)`, `y = h(t, x, u)` of two closures, with N states, M inputs and P outputs.
 ///
-/// For a simulation or an observer without derivatives. A closure is of one scalar type, so that dual numbers do not
-/// apply: a plant whose Jacobians are asked for is a type of its own; see [`Plant`] and [`ByDual`](crate::ByDual).
+/// For simulation and for observers that need no derivatives: a closure is defined for one scalar type, so that dual
+/// numbers do not apply. A plant whose Jacobians are needed implements [`Plant`] for every scalar; see
+/// [`ByDual`](crate::ByDual).
 ///
 /// ```
 /// use luenberger_plants::{Plant, Shape, from_fn};

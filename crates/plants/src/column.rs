@@ -10,7 +10,7 @@ use nalgebra::{DefaultAllocator, Dim, OVector, Scalar, U1};
 ///
 /// Implemented for every nalgebra column: `SVector<T, N>` and, with the feature `alloc`, `DVector<T>`.
 pub trait Column<T>: Clone + Sized {
-    /// The column with these entries, or `None` when the type's length is fixed and another one.
+    /// The column with these entries, or `None` if the type has a fixed length other than `entries.len()`.
     fn try_from_slice(entries: &[T]) -> Option<Self>;
 
     /// The column with these entries.
@@ -23,7 +23,7 @@ pub trait Column<T>: Clone + Sized {
     /// ```
     ///
     /// # Panics
-    /// If the type's length is fixed and another one. Where the length is not known to fit, use
+    /// If the type has a fixed length other than `entries.len()`. Where the length may not fit, use
     /// [`try_from_slice`](Self::try_from_slice).
     fn from_slice(entries: &[T]) -> Self {
         match Self::try_from_slice(entries) {

@@ -1,7 +1,7 @@
 //! A plant in other linear coordinates: `x = T z`, hence `z' = T^-1 f(t, T z, u)`, `y = h(t, T z, u)`.
 //!
-//! Derivatives are those of the plant inside, by dual numbers or by hand, along `T v`: Jacobians come out in the new
-//! coordinates, `T^-1 Df T` and `Dh T`.
+//! Derivatives are taken from the original plant along `T v` (by dual numbers or by hand): the Jacobians in the new
+//! coordinates are `T^-1 Df T` and `Dh T`.
 //!
 //! Observers that ask for `y = (x_1, .., x_p)` run on any plant with a linear output in coordinates with `C T = [I 0]`;
 //! and a triangular T = [I 0; K I] changes which part of the Jacobian is the unmeasured block.
@@ -108,12 +108,12 @@ where
         &self.plant
     }
 
-    /// T.
+    /// The transformation T, n x n, `x = T z`.
     pub fn matrix(&self) -> &OMatrix<T, N, N> {
         &self.matrix
     }
 
-    /// `T^-1`.
+    /// `T^-1`, n x n.
     pub fn inverse(&self) -> &OMatrix<T, N, N> {
         &self.inverse
     }

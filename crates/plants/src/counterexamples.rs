@@ -3,12 +3,12 @@
 //! Theorem 1 of the paper says that the estimate converges whenever the measured states come first and f is
 //! continuously differentiable. Each of these plants satisfies that, and for each there are starts from which the
 //! estimate does not converge; `docs/theory-mvt.md` of the repository says why. Two more counterexamples are plants
-//! with files of their own: [`double_integrator`](crate::double_integrator()) and [`Chaotic`](crate::Chaotic).
+//! in other files: [`double_integrator`](crate::double_integrator()) and [`Chaotic`](crate::Chaotic).
 //!
-//! | plant | what it shows |
+//! | plant | reason of the failure |
 //! |---|---|
 //! | [`integrator`] | Df = 0 leaves a gain of 0 |
-//! | [`unstable`] | what the observer is not told grows |
+//! | [`unstable`] | an error in the unknown x2(0) grows |
 //! | [`stable`] | a gain in the measured row alone can destabilise |
 //! | [`Bistable`] | the gain vanishes before the estimate arrives |
 //! | [`Dimple`] | a least-squares solver for beta stops short of the root that exists |

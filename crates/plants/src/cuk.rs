@@ -42,17 +42,17 @@ impl Default for CukConverter {
     }
 }
 
-/// A duty cycle that no converter can have.
+/// A duty cycle outside of (0, 1).
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 #[error("the duty cycle is {u}, which is {beyond:e} outside of (0, 1): the averaged model means nothing there")]
 pub struct DutyCycleError {
     /// The duty cycle.
     pub u: f64,
-    /// How far it lies outside: 0 at an end of the interval; NaN for NaN.
+    /// Distance of u from the interval [0, 1]: 0 for u = 0 and u = 1; NaN for NaN.
     pub beyond: f64,
 }
 
-/// Checks that 0 < u < 1, where the averaged model is one of a converter.
+/// Checks that 0 < u < 1, the range in which the averaged model is valid.
 ///
 /// ```
 /// use luenberger_plants::cuk::check_duty_cycle;
@@ -71,7 +71,7 @@ pub fn check_duty_cycle(u: f64) -> Result<(), DutyCycleError> {
 }
 
 impl CukConverter {
-    /// The converter with these parameters, all of which must be positive and finite.
+    /// Checks that all parameters are positive and finite.
     ///
     /// # Errors
     /// [`PlantError::NotPositive`] names the first that is not.
@@ -126,7 +126,7 @@ impl CukConverter {
         self.equilibrium_input(vd) + lambda * bump
     }
 
-    /// Between which bounds [`control`](Self::control) stays for this set-point, whatever the state.
+    /// Lower and upper bound of [`control`](Self::control) over all states, for this set-point.
     ///
     /// # Errors
     /// [`DutyCycleError`] for the bound that lies outside of (0, 1), if one does: then some states lead to an input

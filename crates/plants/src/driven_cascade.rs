@@ -10,8 +10,8 @@ use crate::plant::{Dimensions, Plant, Shape};
 /// `x11' = -x11 + x3 + u'x4`, `x12' = -2 x12 + x2`, `x2' = -x2 + sin x12`, `x3' = -3 x3 + x2 x11`, `x4' = -u x11/2`,
 /// `y = (x11, x12)`.
 ///
-/// The state is (x11, x12, x2, x3, x4) with x4 of length 2, the length of u. x4 is seen as far as u excites:
-/// `u = (sin 2t, 1)` shows both of its entries, `u = (1, 0)` one.
+/// The state is (x11, x12, x2, x3, x4) with x4 of length 2, the length of u. x4 is observable as far as u is
+/// exciting: both entries under `u = (sin 2t, 1)`, one entry under `u = (1, 0)`.
 ///
 /// ```
 /// use luenberger_plants::{DrivenCascade, Plant};

@@ -1,9 +1,9 @@
-//! What can be wrong with the data of a plant.
+//! Errors in the data of a plant.
 
 use nalgebra::allocator::Allocator;
 use nalgebra::{DefaultAllocator, Dim, OMatrix, RealField};
 
-/// Why matrices do not describe a plant.
+/// Error in the matrices or parameters of a plant.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum PlantError {
@@ -12,9 +12,9 @@ pub enum PlantError {
     DimensionMismatch {
         /// Name of the matrix.
         what: &'static str,
-        /// Rows and columns that would fit.
+        /// Required rows and columns.
         expected: (usize, usize),
-        /// Rows and columns it has.
+        /// Actual rows and columns.
         found: (usize, usize),
     },
     /// An entry that is NaN or infinite.
@@ -29,15 +29,15 @@ pub enum PlantError {
         /// The entry.
         value: f64,
     },
-    /// A change of coordinates that cannot be undone in binary64.
+    /// A transformation without a finite inverse in binary64.
     #[error("{what} is singular to rounding: |{what}| |{what}^-1| = {condition:e}")]
     Singular {
         /// Name of the matrix.
         what: &'static str,
-        /// Its condition in the Frobenius norm; infinite where no inverse was found.
+        /// Its condition number in the Frobenius norm; infinite where no inverse was found.
         condition: f64,
     },
-    /// An output that is not the coordinate of the same number.
+    /// Output i is not coordinate i of the state.
     #[error("output {output} is {found} where coordinate {output} is {expected}")]
     OutputNotCoordinate {
         /// Index of the output, from 0.

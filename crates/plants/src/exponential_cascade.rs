@@ -1,4 +1,4 @@
-//! A plant that neither a KKL nor a parameter-estimation-based observer can observe, and the two together can.
+//! A plant that neither a KKL nor a parameter-estimation-based observer can observe, but their combination can.
 //!
 //! Source: B. Yi, R. Ortega and W. Zhang, IEEE Transactions on Automatic Control, 2018, Proposition 6.
 

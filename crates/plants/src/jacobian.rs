@@ -2,12 +2,11 @@
 //!
 //! A plant that is written once for every scalar, `impl<T: RealField + Copy> Plant<T> for ...`, is a plant over dual
 //! numbers too, and evaluating it at `x + v d` with `d^2 = 0` gives `f(x) + (Df(x) v) d`: the derivative along v, to
-//! rounding, at the cost of two or three evaluations of f (feature `dual`). Nobody types a derivative, and there is no
-//! step size to choose. A Jacobian is n such evaluations.
+//! rounding, at the cost of two or three evaluations of f (feature `dual`). There is no step
+//! size to choose. A Jacobian is n such evaluations.
 //!
-//! Observers ask for [`Differentiable`] and do not care where derivatives come from. The dual numbers are those of
-//! `num-dual`, which links `std`; a bare target builds without the feature and implements the trait for its plant by
-//! hand.
+//! Observers that need derivatives require [`Differentiable`]. The dual numbers are those of `num-dual`, which links
+//! `std`; a bare-metal target builds without the feature and implements the trait for its plant by hand.
 //!
 //! Source: A. Griewank and A. Walther, Evaluating Derivatives, 2nd ed., SIAM 2008, ch. 3 (the forward mode).
 
@@ -86,15 +85,15 @@ where
     /// [`derivative`](Plant::derivative) and [`state_jacobian`](Self::state_jacobian). Returns whether the lengths fit;
     /// otherwise nothing is written.
     ///
-    /// A plant whose derivatives share work with its right-hand side, or whose columns have dynamic length, saves it by
-    /// an implementation of its own.
+    /// Override this for a plant whose derivatives share work with its right-hand side, or whose columns have dynamic
+    /// length (to avoid allocation).
     fn motion_into(&self, t: T, x: &[T], u: &[T], f: &mut [T], df: &mut [T]) -> bool {
         let columns = (OVector::<T, N>::try_from_slice(x), OVector::<T, M>::try_from_slice(u));
         let (Some(x), Some(u)) = columns else { return false };
         put(&self.derivative(t, &x, &u), f) && put_matrix(&self.state_jacobian(t, &x, &u), df)
     }
 
-    /// `h(t, x, u)` and `Dh(t, x, u)`, by columns, on slices, likewise.
+    /// `h(t, x, u)` and `Dh(t, x, u)`, by columns, on slices, as [`motion_into`](Self::motion_into).
     fn measurement_into(&self, t: T, x: &[T], u: &[T], h: &mut [T], dh: &mut [T]) -> bool {
         let columns = (OVector::<T, N>::try_from_slice(x), OVector::<T, M>::try_from_slice(u));
         let (Some(x), Some(u)) = columns else { return false };
@@ -140,7 +139,7 @@ where
 }
 
 /// A plant that takes its derivatives from dual numbers: with the feature `dual` it is [`Differentiable`] if it is a
-/// plant over `T` and over dual numbers of `T` (f32 or f64). Without the feature this says nothing.
+/// plant over `T` and over dual numbers of `T` (f32 or f64). Without the feature it has no effect.
 ///
 /// ```
 /// use luenberger_plants::{ByDual, Dimensions, Plant, Shape, state_jacobian};
@@ -223,7 +222,7 @@ mod dual {
     use crate::plant::Plant;
     use crate::size::Size;
 
-    /// `x + v d`: what a map over dual numbers is given for its derivative along v.
+    /// `x + v d`: the argument of a map over dual numbers that gives its derivative along v.
     pub fn along<T: DualNumFloat + RealField, N: Dim>(x: &OVector<T, N>, v: &OVector<T, N>) -> OVector<Dual<T>, N>
     where
         DefaultAllocator: Allocator<N>,
@@ -231,7 +230,7 @@ mod dual {
         x.zip_map(v, Dual::new)
     }
 
-    /// `u` with the derivative 0.
+    /// `u` as dual numbers with the derivative 0.
     fn constant<T: DualNumFloat + RealField, M: Dim>(u: &OVector<T, M>) -> OVector<Dual<T>, M>
     where
         DefaultAllocator: Allocator<M>,
@@ -239,7 +238,7 @@ mod dual {
         u.map(Dual::from_re)
     }
 
-    /// The real parts and the derivatives: what such a map has answered.
+    /// The real parts and the derivatives of a vector of dual numbers.
     pub fn apart<T: DualNumFloat + RealField, N: Dim>(y: &OVector<Dual<T>, N>) -> (OVector<T, N>, OVector<T, N>)
     where
         DefaultAllocator: Allocator<N>,

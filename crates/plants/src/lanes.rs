@@ -16,7 +16,7 @@ use crate::size::Size;
 /// A plant whose right-hand side and output are evaluated over `L` lanes, with the results of
 /// [`Plant`](crate::Plant) to the last bit.
 ///
-/// Columns have one array per entry, `x[i][lane]`, and the lengths that [`dimensions`](Shape::dimensions) says.
+/// Columns have one array per entry, `x[i][lane]`, and the lengths of [`dimensions`](Shape::dimensions).
 ///
 /// ```
 /// use luenberger_plants::LanePlant;

@@ -1,13 +1,13 @@
 //! Plants: the traits a plant implements, and the benchmark plants of the observer literature.
 //!
-//! A plant is data and a right-hand side, `x' = f(t, x, u)`, `y = h(t, x, u)`; it knows nothing of observers. The crate is
+//! A plant is data and a right-hand side, `x' = f(t, x, u)`, `y = h(t, x, u)`; observers are separate. The crate is
 //! `no_std`; sizes are known at compile time ([`nalgebra::Const`]) on a target, or at run time ([`nalgebra::Dyn`],
-//! feature `alloc`) on a workstation, and it is the same code.
+//! feature `alloc`) on a workstation, with the same code.
 //!
 //! | file | subject |
 //! |---|---|
-//! | [`mod@column`] | what a vector of states, inputs or outputs must be able to do |
-//! | [`size`] | the one bound that hides nalgebra's allocators |
+//! | [`mod@column`] | the trait of vectors of states, inputs and outputs |
+//! | [`size`] | the trait bound that stands for nalgebra's allocators |
 //! | [`plant`] | the traits [`Plant`] and [`Shape`] |
 //! | [`closures`] | a plant from two closures |
 //! | [`linear`] | `x' = A x + B u`, `y = C x + D u` |
@@ -16,7 +16,7 @@
 //! | [`jacobian`] | `df/dx` and `dh/dx` by dual numbers (feature `dual`), linearisation at a point |
 //! | [`mod@double_integrator`], [`third_order`] | the plants of the cubic-observer paper |
 //! | [`chaotic`], [`flexible_joint`] | the plants of the mean-value-theorem paper |
-//! | [`counterexamples`] | small plants on which its observer fails |
+//! | [`counterexamples`] | small plants on which the mean-value-theorem observer fails |
 //! | [`cuk`], [`exponential_cascade`], [`driven_cascade`] | the plants of the [KKL+PEB]-observer paper: the Cuk converter with its controller, Proposition 6's, and one of Proposition 7's class |
 //! | [`oscillators`] | the reverse Duffing oscillator and Van der Pol's |
 
@@ -66,7 +66,7 @@ pub use oscillators::{ReverseDuffing, VanDerPol};
 pub use plant::{Dimensions, Plant, Shape};
 pub use size::Size;
 
-/// The linear algebra of the columns and matrices here, in the version that fits.
+/// nalgebra, in the version of the columns and matrices of this crate.
 pub use nalgebra;
 
 /// The example of `README.md`, compiled and run with the documentation's tests.

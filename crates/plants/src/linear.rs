@@ -1,8 +1,8 @@
 //! Linear time-invariant plants `x' = A x + B u`, `y = C x + D u`: eq. (1) of the cubic-observer paper, where D = 0.
 //!
 //! The direct feedthrough D is stored only where there is one: without it no operation is spent on it, and every result
-//! is to the last bit what it is for `y = C x`. D has no part in observability or in a gain, because u is known: an
-//! observer subtracts `D u` from y.
+//! is bitwise that for `y = C x`. D does not affect observability or gains, because u is known: an observer subtracts
+//! `D u` from y.
 
 use nalgebra::{Const, DefaultAllocator, Dim, OMatrix, OVector, RealField};
 
@@ -81,11 +81,11 @@ where
         Ok(Self { d: Some(d), ..self })
     }
 
-    /// The same plant, with its fields checked as [`new`](Self::new) and [`with_feedthrough`](Self::with_feedthrough)
-    /// check them: they are public.
+    /// The same plant, after the checks of [`new`](Self::new) and [`with_feedthrough`](Self::with_feedthrough): for
+    /// plants whose public fields were set directly.
     ///
     /// # Errors
-    /// As those.
+    /// Those of these two.
     pub fn checked(self) -> Result<Self, PlantError> {
         let plant = Self::new(self.a, self.b, self.c)?;
         match self.d {

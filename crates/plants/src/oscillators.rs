@@ -1,6 +1,6 @@
-//! Two oscillators measured in one coordinate: what numerical Kazantzis-Kravaris-Luenberger observers are tried on.
+//! Two oscillators with one measured coordinate: test plants of numerical Kazantzis-Kravaris-Luenberger observers.
 //!
-//! Neither has an input. Both leave a compact set invariant, which is what those observers ask of a plant.
+//! Neither has an input. Both have an invariant compact set, which those observers require.
 //!
 //! Sources: M. Buisson-Fenet, L. Bahr, V. Morgenthaler and F. Di Meglio, Towards gain tuning for numerical KKL
 //! observers, IFAC World Congress 2023, for the reverse Duffing oscillator; B. van der Pol, On relaxation-oscillations,
@@ -29,7 +29,7 @@ use crate::plant::{Dimensions, Plant, Shape};
 pub struct ReverseDuffing;
 
 impl ReverseDuffing {
-    /// `x1^2/2 + x2^4/4`, which no solution changes.
+    /// `x1^2/2 + x2^4/4`, constant along every solution.
     pub fn energy<T: RealField + Copy>(x: &Vector2<T>) -> T {
         let square = x[1] * x[1];
         x[0] * x[0] * convert(0.5) + square * square * convert(0.25)
@@ -60,7 +60,7 @@ impl<T: RealField + Copy> Plant<T> for ReverseDuffing {
 
 /// Van der Pol's oscillator: `x1' = x2`, `x2' = mu (1 - x1^2) x2 - x1`, `y = x1`; mu = 1 by default.
 ///
-/// For mu > 0 every solution but the one in the origin goes to one limit cycle.
+/// For mu > 0 every solution tends to one limit cycle, except the equilibrium at the origin.
 ///
 /// ```
 /// use luenberger_plants::{Plant, VanDerPol};

@@ -69,7 +69,7 @@ pub trait Shape {
 ///
 /// Where h depends on u, as in `y = C x + D u`, the output is that of the input at the same instant.
 ///
-/// Columns of dynamic length must have the lengths that [`dimensions`](Shape::dimensions) says; simulation checks that
+/// Columns of dynamic length must have the lengths that [`dimensions`](Shape::dimensions) gives; simulation checks that
 /// once, before the first call.
 #[diagnostic::on_unimplemented(
     message = "`{Self}` is not a plant over the scalar `{T}`",
@@ -89,8 +89,8 @@ pub trait Plant<T>: Shape {
     /// `h(t, x, u)`.
     fn output(&self, t: T, x: &Self::State, u: &Self::Input) -> Self::Output;
 
-    /// Whether f and h are affine in x and u and do not depend on t: simulation has exact solutions then. What is not
-    /// known is false (default).
+    /// Whether f and h are affine in x and u and do not depend on t; simulation then uses the exact solution. Return
+    /// false (default) if this is not known.
     fn is_affine(&self) -> bool {
         false
     }
@@ -98,8 +98,7 @@ pub trait Plant<T>: Shape {
     /// [`derivative`](Self::derivative) on slices, with the same result to the last bit: what simulation calls. Returns
     /// whether the lengths fit; otherwise `slope` is not written.
     ///
-    /// By default the columns are made and copied; a plant with columns of dynamic length saves their allocation by an
-    /// implementation of its own.
+    /// The default makes columns and copies; override it for columns of dynamic length to avoid their allocation.
     fn derivative_into(&self, t: T, x: &[T], u: &[T], slope: &mut [T]) -> bool
     where
         T: Copy,
@@ -108,7 +107,7 @@ pub trait Plant<T>: Shape {
         put(&self.derivative(t, &x, &u), slope)
     }
 
-    /// [`output`](Self::output) on slices, likewise.
+    /// [`output`](Self::output) on slices, as [`derivative_into`](Self::derivative_into).
     fn output_into(&self, t: T, x: &[T], u: &[T], y: &mut [T]) -> bool
     where
         T: Copy,

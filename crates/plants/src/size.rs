@@ -1,7 +1,7 @@
-//! The one bound that hides nalgebra's allocators.
+//! One trait bound in place of nalgebra's allocator bounds.
 //!
 //! Code generic over the numbers of states N, inputs M and outputs P needs an allocator for every shape it forms. This
-//! trait collects them: `where DefaultAllocator: Size<N, M, P>` is all that a signature says.
+//! trait collects them: a signature needs only `where DefaultAllocator: Size<N, M, P>`.
 
 use nalgebra::allocator::Allocator;
 use nalgebra::{DefaultAllocator, Dim};

@@ -36,7 +36,7 @@ pub enum Number {
     },
 }
 
-/// Why a text is no number of a certificate.
+/// Why a text is not a valid number of a certificate.
 #[derive(Debug, Clone, PartialEq, Eq, Error)]
 #[non_exhaustive]
 pub enum NumberError {

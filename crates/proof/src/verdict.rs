@@ -7,7 +7,7 @@ use core::fmt;
 
 use crate::wording::at_least;
 
-/// What is known of a mathematical statement. `W` is the witness that refutes it.
+/// Verdict on a mathematical statement. `W` is the type of the witness of a refutation.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Verdict<W> {
     /// The statement holds, by a computation that bounds or avoids every rounding error.
@@ -21,9 +21,9 @@ pub enum Verdict<W> {
         /// A witness that can be checked independently of this crate, for instance a direction `v` with `v'Mv <= 0`.
         witness: W,
     },
-    /// Neither was shown.
+    /// Neither proved nor refuted.
     Undecided {
-        /// What stood in the way.
+        /// The reason.
         why: UndecidedReason,
         /// The floating-point estimate of the margin, not rigorous.
         best: f64,
@@ -49,7 +49,7 @@ pub enum UndecidedReason {
     },
     /// The solver returned no approximate solution.
     NoProposal {
-        /// The solver's own word for how it ended.
+        /// The status reported by the solver.
         status: &'static str,
     },
     /// The solver returned an approximate solution for which an inequality could not be proved.
@@ -203,7 +203,7 @@ impl<W: fmt::Display> fmt::Display for Verdict<W> {
 }
 
 impl<W> Verdict<W> {
-    /// Whether the statement is proved. There is no `is_false` to go with it: not proved is not refuted.
+    /// Whether the statement is proved. A statement that is not proved need not be refuted.
     pub fn is_proved(&self) -> bool {
         matches!(self, Self::Proved { .. })
     }
@@ -230,7 +230,7 @@ impl<W> Verdict<W> {
         }
     }
 
-    /// One word for tables.
+    /// The verdict in one word, for tables.
     pub fn word(&self) -> &'static str {
         match self {
             Self::Proved { .. } => "Proved",

@@ -1,10 +1,10 @@
-//! What refutes an inequality of a certificate.
+//! Witnesses that refute an inequality of a certificate.
 
 use core::fmt;
 
 use crate::definite::Direction;
 
-/// What refutes an inequality of a certificate.
+/// The witness that refutes an inequality of a certificate.
 #[derive(Debug, Clone, PartialEq)]
 #[non_exhaustive]
 pub enum Witness {

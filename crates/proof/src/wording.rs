@@ -62,8 +62,8 @@ pub fn counted(count: usize, noun: &str) -> String {
     format!("{count} {noun}{}", if count == 1 { "" } else { "s" })
 }
 
-/// The number itself: a decimal where a short one is exactly the number, else hexadecimal digits and a power of two,
-/// with the shortest decimal that reads back as the number beside it.
+/// The exact value of `x`: a decimal if a short one is exact, else hexadecimal digits and a power of two, followed by
+/// the shortest decimal that reads back as `x`.
 ///
 /// ```
 /// use luenberger_proof::wording::exact;
@@ -86,8 +86,7 @@ fn digits(scientific: &str) -> &str {
     if mantissa.contains('.') { mantissa.trim_end_matches('0').trim_end_matches('.') } else { mantissa }
 }
 
-/// A decimal of so many significant digits that is at most `x`: for a margin, of which a statement may say less and not
-/// more.
+/// A decimal of so many significant digits that is at most `x`: for a margin, which may only be rounded down.
 ///
 /// ```
 /// use luenberger_proof::wording::at_least;

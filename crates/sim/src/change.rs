@@ -1,4 +1,4 @@
-//! Changes of the plant at a time: other parameters or equations from there on, and jumps of the state.
+//! Changes of the plant during a run: new parameters or equations from a given time on, and jumps of the state.
 //!
 //! The integration stops at the time and goes on with the new plant, so that no step spans it. A plant in discrete time
 //! changes at its first step at or after the time.
@@ -10,7 +10,7 @@ use luenberger_plants::Plant;
 use crate::erased::{AnyPlant, Erased};
 use crate::error::{SimError, check};
 
-/// A change of the plant at a time. The observers are not told of it.
+/// A change of the plant at a given time. The observers keep their model.
 ///
 /// ```
 /// use luenberger_plants::StateSpace;
@@ -42,14 +42,14 @@ impl<'a> Change<'a> {
         Self { time, plant: None, jump: None }
     }
 
-    /// The plant from there on; it has as many states, inputs and outputs as before.
+    /// The plant from this time on, with the same numbers of states, inputs and outputs.
     #[must_use]
     pub fn plant(mut self, plant: impl Plant<f64> + 'a) -> Self {
         self.plant = Some(Rc::new(Erased(plant)));
         self
     }
 
-    /// Added to the state of the plant.
+    /// Adds `by` (n entries) to the state of the plant at this time.
     #[must_use]
     pub fn jump(mut self, by: &[f64]) -> Self {
         self.jump = Some(by.to_vec());

@@ -1,15 +1,15 @@
 //! Observers side by side on one plant, from the same information.
 //!
-//! All see the same output with the same noise, and all start from the same wrong estimate. Each is run by itself, so
-//! that one that diverges is a row of the table and not the end of it. An input that feeds back estimates is refused:
+//! All see the same output with the same noise, and all start from the same wrong estimate. Each runs separately, so
+//! that a diverging observer fails in its own row only. An input that feeds back estimates is refused:
 //! under feedback from its own estimate each observer would see another plant.
 //!
 //! If any of the observers is sampled, all are scored at the samples, where its estimate is defined; otherwise in
 //! continuous time (see [`scores`](crate::scores)). The table says which.
 //!
-//! What an observer was *given more* than the others stands in its row: what the caller says, and what is found. An
-//! observer whose own state at the start contains x(0) - xhat(0) or x(0), entry for entry, has been told the answer,
-//! and its row cannot be compared with the rest.
+//! Prior information that only one observer has is listed in its row: as stated by the caller, or detected. An
+//! observer whose initial state contains x(0) or x(0) - xhat(0), entry for entry, knows the true state, and its row
+//! cannot be compared with the others.
 
 use std::fmt;
 use std::hint::black_box;
@@ -109,7 +109,7 @@ impl<'a> Comparison<'a> {
         self
     }
 
-    /// The input is held over this period, for all: sampled-data observers assume so.
+    /// Holds the input over this period for all observers, as sampled-data observers assume.
     #[must_use]
     pub fn hold_input(mut self, period: f64) -> Self {
         self.scenario = self.scenario.hold_input(period);
@@ -123,7 +123,7 @@ impl<'a> Comparison<'a> {
         self
     }
 
-    /// A sensor that measures one output at instants of its own, for all; see [`Scenario::sensor`].
+    /// A sensor that samples one output, for all observers; see [`Scenario::sensor`].
     #[must_use]
     pub fn sensor(mut self, sensor: Sensor) -> Self {
         self.scenario = self.scenario.sensor(sensor);
@@ -151,7 +151,7 @@ impl<'a> Comparison<'a> {
         self
     }
 
-    /// Something the observer of that name was given more than the others; stands in its row.
+    /// Records information that only the observer of that name has; it is listed in its row.
     #[must_use]
     pub fn prior_information(mut self, name: &str, what: &str) -> Self {
         self.told.push((name.to_owned(), what.to_owned()));
@@ -180,7 +180,7 @@ impl<'a> Comparison<'a> {
     /// # Ok::<(), Box<dyn std::error::Error>>(())
     /// ```
     /// # Errors
-    /// What does not fit, as [`Scenario::run`]; [`SimError::NoCommonGrid`] for sampling periods without a common
+    /// For invalid input, those of [`Scenario::run`]; [`SimError::NoCommonGrid`] for sampling periods without a common
     /// multiple, [`SimError::ScorePeriod`]. A run that ends early ([`SimError::ends_run`]) is no error: its row says so.
     pub fn run(self) -> Result<Compared, SimError> {
         let size = self.scenario.plant.dimensions();
@@ -301,7 +301,7 @@ fn cost(observer: &dyn AnyObserver, z: &[f64], u: &[f64], y: &[f64]) -> f64 {
     best
 }
 
-/// What came of a comparison.
+/// Result of a comparison.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Compared {
     /// `|x(0) - xhat(0)|`, the same for all.
@@ -323,13 +323,13 @@ pub struct Compared {
 pub struct Row {
     /// Its name.
     pub name: String,
-    /// What it was given more than the others: told by the caller, or found. Empty for a fair start.
+    /// Information that only this observer has, stated by the caller or detected; empty for a fair comparison.
     pub given: Vec<String>,
-    /// How it did, or where its run ended.
+    /// Its scores, or the error that ended its run.
     pub outcome: Result<Merits, SimError>,
     /// The scores of each state, in its unit; empty if the run failed.
     pub states: Vec<StateScores>,
-    /// What it costs. Measured, hence different from run to run.
+    /// Measured time per step or evaluation; it varies from run to run.
     pub cost: Cost,
     /// Its run; none if it failed.
     pub trajectory: Option<Trajectory>,
@@ -340,8 +340,8 @@ pub struct Row {
 pub struct Cost {
     /// Seconds.
     pub seconds: f64,
-    /// Of one step per sample; otherwise of one evaluation of the right-hand side, of which a step of an integrator
-    /// needs several.
+    /// Whether `seconds` is for one step per sample; otherwise it is for one evaluation of the right-hand side, of
+    /// which a step of an integrator needs several.
     pub per_sample: bool,
 }
 

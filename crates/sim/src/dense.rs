@@ -30,7 +30,7 @@ struct Piece {
 
 /// A vector-valued function of time, kept as one polynomial of degree 7 per step of the integrator.
 ///
-/// It may jump between steps (a sample, a new value of the noise); at a jump it takes the value after it.
+/// It may jump between steps (a sample, a new value of the noise); its value at a jump is the one after it.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Dense {
     /// Where each component is.

@@ -1,4 +1,4 @@
-//! What happens to the plant and its sensors that the observers do not know: process noise, delays, faults of actuators
+//! Disturbances that the observers do not know: process noise, delays, faults of actuators
 //! and sensors, quantisation, dropouts and outliers.
 //!
 //! The plant gets `gain u(t - d) + bias` and process noise in its derivative (in discrete time, in its next state); of its
@@ -21,11 +21,11 @@ use crate::noise::Noise;
 /// Gain and bias of an actuator or a sensor from a time on; before it they are 1 and 0.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Fault {
-    /// Factor of each entry.
+    /// Factor of each input or output.
     pub gain: Vec<f64>,
-    /// What is added to each entry.
+    /// Bias added to each input or output.
     pub bias: Vec<f64>,
-    /// When it begins.
+    /// Time at which the fault begins.
     pub from: f64,
 }
 
@@ -45,12 +45,12 @@ impl Fault {
     }
 }
 
-/// Measurements that do not arrive, and outliers; seeded. They are drawn for each measurement of an output with a
-/// [`Sensor`](crate::Sensor) of its own, and every period for the others.
+/// Dropouts and outliers of the measurements. They are drawn at each measurement for an output with a
+/// [`Sensor`](crate::Sensor), and every `period` for the others.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Channel {
-    /// The probability that a measurement does not arrive: of an output without a sensor of its own, that it is not
-    /// measured for this period.
+    /// The probability of a dropout: that a measurement does not arrive, or for an output without a sensor that it is
+    /// not measured during one period.
     pub dropout: f64,
     /// The probability of an outlier.
     pub outlier: f64,
@@ -62,28 +62,28 @@ pub struct Channel {
     pub seed: u64,
 }
 
-/// All that the observers do not know of the plant they observe.
+/// Disturbances of plant, actuators and sensors; the observers do not know them.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Disturbances {
     /// Added to the derivative of the plant, or to the next state of one in discrete time; one entry for each state, held
     /// over its period.
     pub process_noise: Option<Noise>,
-    /// The input reaches the plant this much later.
+    /// Delay from the commanded input to the plant, in units of time.
     pub input_delay: f64,
-    /// The output is read this much later.
+    /// Delay of the outputs that the observers read, in units of time.
     pub output_delay: f64,
-    /// Of the actuators.
+    /// Fault of the actuators; `None` for none.
     pub actuator: Option<Fault>,
-    /// Of the sensors.
+    /// Fault of the sensors; `None` for none.
     pub sensor: Option<Fault>,
-    /// Measurements are multiples of these steps, one for each output; 0 for none. Empty for none at all.
+    /// Quantisation steps, one for each output, 0 for an output without; empty for no quantisation.
     pub quantisation: Vec<f64>,
     /// Dropouts and outliers.
     pub channel: Option<Channel>,
 }
 
 impl Disturbances {
-    /// The same with another realisation of what is random: `by` is added to each seed.
+    /// The same disturbances with `by` added to each seed.
     #[must_use]
     pub fn reseeded(&self, by: u64) -> Self {
         let mut other = self.clone();

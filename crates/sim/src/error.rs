@@ -1,4 +1,4 @@
-//! What can go wrong in a simulation, with the numbers that explain it.
+//! Errors of a simulation, with the relevant numbers.
 
 /// Why a simulation could not be set up or finished.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -7,9 +7,9 @@ pub enum SimError {
     /// A column of the wrong length.
     #[error("{what} has {found} entries where {expected} are expected")]
     Length {
-        /// What has the wrong length.
+        /// Name of the column.
         what: String,
-        /// The length that fits.
+        /// Required length.
         expected: usize,
         /// The length found.
         found: usize,
@@ -17,7 +17,7 @@ pub enum SimError {
     /// A number that is NaN or infinite where none may be.
     #[error("entry {index} of {what} is {value}, not a finite number")]
     NotFinite {
-        /// Where it stands.
+        /// Name of the quantity.
         what: String,
         /// Its index, from 0.
         index: usize,
@@ -32,10 +32,10 @@ pub enum SimError {
         /// End.
         end: f64,
     },
-    /// Too few times to be a span.
+    /// Fewer than two requested times.
     #[error("{samples} equally spaced times do not span anything: at least 2 are needed, the start and the end")]
     Samples {
-        /// How many were asked for.
+        /// Number of times requested.
         samples: usize,
     },
     /// Requested times that do not increase.
@@ -73,7 +73,7 @@ pub enum SimError {
         /// The name.
         name: String,
     },
-    /// A name nobody has.
+    /// No observer, estimate or integral has this name.
     #[error("there is no observer or integral named {name:?}")]
     UnknownName {
         /// The name.
@@ -106,7 +106,7 @@ pub enum SimError {
         "the input depends on itself through an estimate or an output: evaluated again with the input found it moves by {change:e}"
     )]
     AlgebraicLoop {
-        /// How far the input moves.
+        /// Change of the input when it is evaluated again with the value found.
         change: f64,
     },
     /// Sampling periods without a common multiple in the run, so that there are no instants at which to score all.
@@ -134,7 +134,7 @@ pub enum SimError {
         /// Its sampling period.
         own: f64,
     },
-    /// The solution leaves every bound in finite time, or grows past 1e100.
+    /// The solution is unbounded in finite time, or grows past 1e100.
     #[error("stopped at t = {}: the solution blows up, its norm has reached {}", short(*time), short(*norm))]
     BlowUp {
         /// Time up to which it exists, located to the spacing of floating-point numbers there.
@@ -264,7 +264,7 @@ pub enum SimError {
     /// A change of the plant that is not after the start.
     #[error("the plant changes at t = {time}; expected a time after the start, t = {start}")]
     ChangeTime {
-        /// When it changes.
+        /// Time of the change.
         time: f64,
         /// The start of the run.
         start: f64,
@@ -272,7 +272,7 @@ pub enum SimError {
     /// The time limit of the settings.
     #[error("stopped at t = {} by the time limit", short(*time))]
     TimeLimit {
-        /// Where the run was stopped.
+        /// Time at which the run was stopped.
         time: f64,
     },
     /// A time outside the simulated span.
@@ -288,8 +288,8 @@ pub enum SimError {
 }
 
 impl SimError {
-    /// Whether this ended a run on its way, and not something that did not fit from the start: in a comparison such an
-    /// observer is a row, and the others are still compared.
+    /// Whether the error occurred during the run (and not when it was set up): a comparison then reports it in the row
+    /// of the observer and still compares the others.
     pub fn ends_run(&self) -> bool {
         matches!(
             self,

@@ -1,7 +1,6 @@
-//! The empirical observability Gramian: what the output says of the initial state, by simulation.
+//! The empirical observability Gramian: how strongly the output depends on the initial state, by simulation.
 //!
-//! From `x0` one walks a step `+-eps s_i` along each state, `s_i` the scale of the state, simulates, and compares
-//! outputs:
+//! Each state of `x0` is perturbed by `+-eps s_i`, `s_i` the scale of the state; the simulated outputs are compared:
 //! ```text
 //! W_ij = 1/(4 eps^2) int_{t0}^{t1} (y^{+i} - y^{-i})' R^-2 (y^{+j} - y^{-j}) dt,    R = diag(output scales).
 //! ```
@@ -25,12 +24,12 @@ use crate::error::{SimError, check, check_finite, check_positive};
 use crate::integrate::{Settings, solve};
 use luenberger_plants::Plant;
 
-/// What one knows better than the defaults.
+/// Scales, perturbation and integrator of an empirical Gramian.
 #[derive(Clone, Debug, PartialEq)]
 pub struct GramianSettings {
-    /// What counts as one of each state (default the magnitudes of the initial state), 1 for a state that starts at 0.
+    /// Scale of each state (default: the magnitude of its initial value, 1 for a state that starts at 0).
     pub scales: Option<Vec<f64>>,
-    /// What counts as one of each output (default 1).
+    /// Scale of each output (default 1).
     pub output_scales: Option<Vec<f64>>,
     /// Half the distance of the two starts, in scales (default 1e-3). The truncation error goes with its square, the
     /// error of the integration with its inverse.
@@ -61,7 +60,7 @@ pub struct EmpiricalGramian {
     /// The first is the error of the integrals, of which n make an eigenvalue; the second that of a difference of two
     /// simulations, squared.
     pub tolerance: f64,
-    /// What counts as one of each state.
+    /// Scale of each state.
     pub scales: Vec<f64>,
     /// Half the distance of the two starts, in scales.
     pub perturbation: f64,

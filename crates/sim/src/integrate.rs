@@ -1,4 +1,4 @@
-//! Integration of `x' = f(t, x)` with error control, dense output and honest failures.
+//! Integration of `x' = f(t, x)` with error control, dense output, and an error where the solution ends.
 //!
 //! Explicit: DOP853, order 8 (module `dop853`). Implicit: Radau IIA, order 5 (module `radau`). Automatic: explicit
 //! until stiffness shows or half the allowed steps are spent, implicit from there.

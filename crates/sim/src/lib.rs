@@ -1,4 +1,4 @@
-//! Plants and observers in one run: trajectories, events, noise, metrics and comparisons.
+//! Simulation of plants with observers: trajectories, events, noise, metrics and comparisons.
 //!
 //! A [`Scenario`] is a plant, any number of observers, an input and perhaps noise; running it integrates plant and
 //! observers as one stacked equation, through the very objects that run on the target, and gives a [`Trajectory`] with
@@ -30,19 +30,19 @@
 //!
 //! | file | subject |
 //! |---|---|
-//! | [`scenario`], [`trajectory`] | what is to be run; what a run leaves |
+//! | [`scenario`], [`trajectory`] | the setup of a run; its result |
 //! | [`ensemble`] | many runs at once, in lanes |
 //! | [`compare`] | observers side by side on one plant, from the same information |
 //! | [`scores`] | scores of errors, in continuous time or at the samples |
 //! | [`signal`], [`noise`] | inputs and feedback; measurement noise |
-//! | [`disturbance`] | what the observers do not know: process noise, delays, faults, quantisation, dropouts, outliers |
-//! | [`change`] | other equations of the plant from a time on, jumps of its state |
-//! | [`sensor`] | sensors with sampling periods of their own; what observers make of an output that is not measured |
+//! | [`disturbance`] | unknown to the observers: process noise, delays, faults, quantisation, dropouts, outliers |
+//! | [`change`] | changes of the plant during a run, jumps of its state |
+//! | [`sensor`] | sensors with different sampling periods; missing measurements |
 //! | [`sample_times`] | samples at varying periods, some of them missed |
-//! | [`replay`], [`samples`] | observers on recorded data; quantities known at samples |
+//! | [`replay`], [`samples`] | observers on recorded data; sampled quantities and their interpolation |
 //! | [`integral`] | integrals along a run, as extra states |
 //! | [`integrate`], [`dense`] | the integrators and their dense output; between jumps of a linear run its exponential |
-//! | [`gramian`] | the empirical observability Gramian: what the output says of the initial state |
+//! | [`gramian`] | the empirical observability Gramian |
 //! | [`events`], [`metrics`] | crossings and extrema of any quantity; peak, settling, Lyapunov value |
 
 #![deny(missing_docs)]

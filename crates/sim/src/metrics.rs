@@ -26,7 +26,7 @@ pub fn overshoot(error: &Trace<'_>) -> Option<Extremum> {
     error.largest_magnitude(error.first_sign_change()?).ok()
 }
 
-/// The first time with `|e| <= band`: the start if the error begins there, `None` if it never is.
+/// The first time with `|e| <= band`, which may be the start; `None` if there is none.
 pub fn settling_first(error: &Trace<'_>, band: f64) -> Option<f64> {
     let start = error.span().0;
     if error.at(start).ok()?.abs() <= band {

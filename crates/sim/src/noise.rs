@@ -1,7 +1,7 @@
 //! Measurement noise: seeded, held over a period, seen by the observers only.
 //!
-//! The value in the k-th period depends on the seed and on k alone, not on how often or in which order it is asked for:
-//! two runs with one seed see the same noise, whatever their integrators do.
+//! The value in the k-th period depends only on the seed and on k, not on the order of evaluation: two runs with the
+//! same seed have the same noise, whatever their integrators do.
 
 use nalgebra::ComplexField;
 use rand::{Rng, SeedableRng};

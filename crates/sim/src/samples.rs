@@ -1,20 +1,20 @@
-//! A quantity known at some times only, what it is taken to be in between, and which of its values are missing.
+//! Sampled quantities: their interpolation between the samples, and missing values.
 
 use nalgebra::DMatrix;
 
 use crate::error::{SimError, check_finite};
 
-/// What a sampled quantity is taken to be between its samples.
+/// Interpolation of a sampled quantity between its samples.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Between {
-    /// The last sample, as a digital-to-analogue converter holds it: causal.
+    /// The last sample is held (zero-order hold): causal.
     Hold,
-    /// The straight line from one sample to the next, which knows the future.
+    /// Linear interpolation to the next sample: not causal.
     Line,
 }
 
-/// Columns of numbers at increasing times, which need not be equally spaced. A value may be missing: it is marked as
-/// such ([`Samples::value`] is `None`), and no number stands for it.
+/// Columns of numbers at increasing times, which need not be equally spaced. [`Samples::value`] is `None`
+/// for a missing value.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Samples {
     t: Vec<f64>,
@@ -111,19 +111,19 @@ impl Samples {
         (0..self.t.len()).filter(|&row| self.value(row, column).is_some()).count()
     }
 
-    /// What it is taken to be between the samples.
+    /// The interpolation between the samples.
     pub fn between(&self) -> Between {
         self.between
     }
 
-    /// The same samples with another rule.
+    /// The same samples with another interpolation.
     #[must_use]
     pub fn with(self, between: Between) -> Self {
         Self { between, ..self }
     }
 
-    /// Writes the values at `t`, and beyond the ends those of the end. As many are written as there are columns and
-    /// room for. A missing value is what [`values`](Self::values) has in its place.
+    /// Writes the values at `t` into `value`, up to the smaller of its length and the number of columns. Outside of the
+    /// sampled times the first or last values are held. For missing values see [`values`](Self::values).
     ///
     /// Cost: the logarithm of the number of samples.
     pub fn at(&self, t: f64, value: &mut [f64]) {

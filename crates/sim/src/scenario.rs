@@ -1,4 +1,4 @@
-//! A scenario: one plant and any number of observers, an input, noise, and the times that are wanted.
+//! A scenario: one plant, any number of observers, an input, noise, and the requested times.
 
 use std::rc::Rc;
 
@@ -17,9 +17,9 @@ use crate::sample_times::SampleTimes;
 use crate::sensor::Sensor;
 use crate::signal::Signal;
 
-/// A plant, observers, an input and all else that a run needs.
+/// The setup of a run: a plant, observers, an input, noise, times and settings.
 ///
-/// Nothing is checked before [`run`](Self::run), which reports the first thing that does not fit.
+/// Nothing is checked before [`run`](Self::run), which reports the first error.
 #[derive(Clone)]
 pub struct Scenario<'a> {
     pub(crate) plant: Rc<dyn AnyPlant + 'a>,
@@ -107,7 +107,7 @@ impl<'a> Scenario<'a> {
         self
     }
 
-    /// From the start to `end`, at so many equally spaced times, both ends among them: at least 2.
+    /// Sets the end of the run, with `samples` equally spaced times from the start to `end`, both included: at least 2.
     #[must_use]
     pub fn until(mut self, end: f64, samples: usize) -> Self {
         self.span = Some((end, samples));
@@ -154,29 +154,29 @@ impl<'a> Scenario<'a> {
         self
     }
 
-    /// Noise on the outputs that the observers see, where they have no [`sensor`](Self::sensor) of their own.
+    /// Noise on the outputs that the observers read; not on outputs with a [`sensor`](Self::sensor).
     #[must_use]
     pub fn noise(mut self, noise: Noise) -> Self {
         self.noise = Some(noise);
         self
     }
 
-    /// A sensor that measures one output at instants of its own, with its own noise.
+    /// A sensor that samples one output with its own period and noise.
     #[must_use]
     pub fn sensor(mut self, sensor: Sensor) -> Self {
         self.sensors.push(sensor);
         self
     }
 
-    /// The plant as the observers take it, by whose h they predict an output that is not measured (default the plant
-    /// that is simulated).
+    /// The model of the plant from whose h an output that is not measured is predicted (default: the simulated
+    /// plant).
     #[must_use]
     pub fn model(mut self, model: impl Plant<f64> + 'a) -> Self {
         self.model = Some(Rc::new(Erased(model)));
         self
     }
 
-    /// What happens to plant and sensors that the observers do not know.
+    /// Disturbances of plant, actuators and sensors, which the observers do not know.
     ///
     /// ```
     /// use luenberger_observers::LinearObserver;
@@ -319,7 +319,7 @@ impl<'a> Scenario<'a> {
         self
     }
 
-    /// Changes the plant at a time. Of several at the same time the last plant counts, and the jumps add up.
+    /// Adds a change of the plant. Of several at the same time, the last plant is used and the jumps are added.
     #[must_use]
     pub fn change(mut self, change: Change<'a>) -> Self {
         self.changes.push(change);
@@ -333,14 +333,14 @@ impl<'a> Scenario<'a> {
         self
     }
 
-    /// The method alone.
+    /// The integration method; other settings are kept.
     #[must_use]
     pub fn integrator(mut self, integrator: Integrator) -> Self {
         self.settings.integrator = integrator;
         self
     }
 
-    /// The tolerances alone.
+    /// Relative and absolute tolerance; other settings are kept.
     #[must_use]
     pub fn tolerances(mut self, rtol: f64, atol: f64) -> Self {
         (self.settings.rtol, self.settings.atol) = (rtol, atol);

@@ -1,4 +1,4 @@
-//! Sensors that measure at instants of their own, and what observers make of an output that is not measured.
+//! Sensors with individual sampling periods, and how observers treat an output that is not measured.
 //!
 //! A [`Sensor`] measures one output every period, from an offset on; its noise is drawn anew at each measurement. An
 //! output without one is read at all times. A measurement that does not arrive ([`Channel::dropout`]) is no measurement.
@@ -19,7 +19,7 @@ use crate::noise::Noise;
 /// Share of the period by which a time and a measurement may differ and be the same.
 const SAME: f64 = 1e-6;
 
-/// A sensor that measures one output at instants of its own.
+/// A sensor that measures one output periodically.
 ///
 /// ```
 /// use luenberger_observers::{ExtendedKalmanFilter, NoiseModel};

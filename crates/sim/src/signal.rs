@@ -1,4 +1,4 @@
-//! Inputs: functions of time, or of what a controller knows.
+//! Inputs: functions of time, or feedback of estimates, outputs or states.
 
 use std::rc::Rc;
 
@@ -35,7 +35,7 @@ enum Kind<'a> {
 }
 
 impl<'a> Signal<'a> {
-    /// `u = 0`, of whatever length the plant wants.
+    /// `u = 0`, for any number of inputs.
     pub fn zero() -> Self {
         Self(Kind::Zero)
     }
@@ -55,14 +55,14 @@ impl<'a> Signal<'a> {
         })
     }
 
-    /// One input as a function of time: `Signal::scalar(f64::sin)`. Should the plant have more inputs, all get that
+    /// One input as a function of time: `Signal::scalar(f64::sin)`. All inputs of the plant get the same
     /// value.
     pub fn scalar(f: impl Fn(f64) -> f64 + 'a) -> Self {
         Self::function(move |t, u| u.fill(f(t)))
     }
 
-    /// `f(t, u)` writes the input at time t into `u`. Where it jumps, tell the scenario
-    /// ([`breakpoints`](crate::Scenario::breakpoints)).
+    /// `f(t, u)` writes the input at time t into `u`. Pass the times of its jumps to
+    /// [`breakpoints`](crate::Scenario::breakpoints).
     pub fn function(f: impl Fn(f64, &mut [f64]) + 'a) -> Self {
         Self(Kind::Function(Rc::new(f)))
     }
@@ -72,7 +72,7 @@ impl<'a> Signal<'a> {
         Self(Kind::Feedback { observer: observer.to_owned(), gain })
     }
 
-    /// `u = -K x` with the true state, which no controller has: the ideal to compare with.
+    /// `u = -K x` with the true state, for comparison with the feedback of an estimate; K is m x n.
     pub fn state_feedback(gain: DMatrix<f64>) -> Self {
         Self(Kind::StateFeedback { gain })
     }

@@ -1,4 +1,4 @@
-//! What a run leaves: samples at the requested times, and every quantity in between by dense output.
+//! Result of a run: samples at the requested times, and every quantity in between by dense output.
 
 use luenberger_plants::Dimensions;
 use nalgebra::DMatrix;
@@ -68,7 +68,7 @@ impl Layout {
     }
 }
 
-/// What a run leaves: samples at the requested times, and everything in between by dense output.
+/// Result of a run: samples at the requested times, and every quantity in between by dense output.
 ///
 /// Matrices have one row per requested time and one column per component.
 #[derive(Clone, Debug, PartialEq)]
@@ -81,8 +81,8 @@ pub struct Trajectory {
     pub u: DMatrix<f64>,
     /// Outputs, without noise.
     pub y: DMatrix<f64>,
-    /// Outputs as the observers read them, with noise and all else: the measurement of a sensor with a period of its
-    /// own until the next one is due, NaN where nothing is known.
+    /// Outputs as the observers read them, with noise and disturbances: the measurement of a periodic sensor is held
+    /// until the next one is due; NaN where there is no measurement.
     pub measured: DMatrix<f64>,
     /// The observers, in the order they were added.
     pub observers: Vec<ObserverTrajectory>,
@@ -97,7 +97,7 @@ pub struct Trajectory {
     sampling: Sampling,
 }
 
-/// What one observer did.
+/// Trajectory of one observer: one row per requested time.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ObserverTrajectory {
     /// Its name.
@@ -110,7 +110,7 @@ pub struct ObserverTrajectory {
     pub state: DMatrix<f64>,
     /// Which states of the plant it estimates, from 0; none if it estimates functions of the state.
     pub states: Vec<usize>,
-    /// Its sampling period, between two multiples of which the estimate stands still; none in continuous time.
+    /// Its sampling period, over which the estimate is constant; none in continuous time.
     pub period: Option<f64>,
     /// Its samples, of an observer that is corrected at varying periods; otherwise none.
     pub samples: Vec<SampleTime>,
@@ -206,8 +206,8 @@ impl Trajectory {
         Ok(self.dense.at(t)?[n + m + p..n + m + 2 * p].to_vec())
     }
 
-    /// Whether an output (from 0) is measured at t, and the measurement arrives: at the samples of a sensor with a period
-    /// of its own, otherwise at all times at which nothing is lost.
+    /// Whether an output (from 0) is measured at t, and the measurement arrives: at the samples of a periodic
+    /// sensor, otherwise at all times without a dropout.
     pub fn is_measured(&self, output: usize, t: f64) -> bool {
         self.sampling.is_measured(output, t)
     }

@@ -1,4 +1,4 @@
-//! What is known at one instant of a simulation.
+//! States, inputs, outputs and estimates at one instant of a simulation.
 
 /// Plant and observers at one instant, as integrands and control laws see them.
 #[derive(Clone, Copy, Debug)]

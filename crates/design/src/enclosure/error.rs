@@ -8,7 +8,7 @@ use super::place::{Axis, Entry, Place};
 #[derive(Debug, Clone, PartialEq, Error)]
 #[non_exhaustive]
 pub enum EnclosureError {
-    /// Bounds that hold no number: NaN, or the lower above the upper, or both infinite of one sign.
+    /// Bounds of an empty interval: NaN, or the lower above the upper, or both infinite of one sign.
     #[error("{axis} has the bounds [{lo}, {hi}], between which there is no number")]
     Bounds {
         /// Which coordinate.
@@ -18,7 +18,7 @@ pub enum EnclosureError {
         /// Its upper bound.
         hi: f64,
     },
-    /// The box has another number of coordinates than the plant, or the plant another than it says.
+    /// The box, or a column of the plant, does not have the declared number of entries.
     #[error("the plant says that it has {expected} {what}; the box, or what the plant itself works with, has {found}")]
     Dimension {
         /// Of what.
@@ -54,7 +54,7 @@ pub enum EnclosureError {
         /// Where.
         place: Place,
     },
-    /// The effort ended before every part of the box had a finite enclosure.
+    /// The limit of evaluated parts was reached before every part of the box had a finite enclosure.
     #[error("after {parts} bisections, parts of the box have no finite enclosure, such as that at {place}")]
     Effort {
         /// How many parts were examined.

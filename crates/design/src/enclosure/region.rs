@@ -54,8 +54,8 @@ impl Region {
         self
     }
 
-    /// How many bisections may be spent on a tighter enclosure (400 unless said otherwise; 0 evaluates the box as a
-    /// whole where that has a result). Fewer are spent where samples show that there is nothing to gain.
+    /// Largest number of bisections for a tighter enclosure (default 400; 0 evaluates the box as a whole where that has
+    /// a result). Fewer are made where samples show that bisection gains nothing.
     #[must_use]
     pub fn subdivisions(mut self, subdivisions: usize) -> Self {
         self.subdivisions = subdivisions;

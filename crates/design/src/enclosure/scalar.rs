@@ -19,7 +19,7 @@ use luenberger_proof::{Interval, Ring};
 use super::paths::{comparison, note_steered, note_undefined};
 use crate::real_field::{Real, real_field};
 
-/// An interval of values with an interval of derivatives along a direction that the evaluation has chosen.
+/// An interval of values with an interval of derivatives along a direction.
 ///
 /// Plants use it as their scalar `T` without knowing the type.
 #[derive(Debug, Clone, Copy)]

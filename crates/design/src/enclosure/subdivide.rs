@@ -89,10 +89,10 @@ pub struct JacobianEnclosure {
     pub a: Matrix<Interval>,
     /// Dh, p x n.
     pub c: Matrix<Interval>,
-    /// Of how many parts of the box it is the union.
+    /// Number of parts of the box whose enclosures were united.
     pub parts: usize,
-    /// By how much it exceeds what samples of the Jacobians show to be needed: the largest excess of an entry at one
-    /// end, relative to the size of that entry. Not a bound of the overestimation: samples need not hit the extremes.
+    /// Largest excess of an end of an entry over the range of sampled Jacobians, relative to the size of that
+    /// entry. Not a bound of the overestimation: samples need not hit the extremes.
     pub excess: f64,
     /// Where comparisons stay open, what is known of the jumps there. `None` where none does: then there is no such
     /// hypothesis.

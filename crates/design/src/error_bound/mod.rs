@@ -34,12 +34,12 @@ use crate::cubic::{CubicDesign, radial_s};
 use crate::error::DesignError;
 use reached::{Reached, golden};
 
-/// What acts on a plant besides its input: `x' = A x + B u + E w`, `y = C x + D w`, `|w_i(t)| <= W_i`.
+/// Disturbances and noise of a plant: `x' = A x + B u + E w`, `y = C x + D w`, `|w_i(t)| <= W_i`.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Disturbances {
-    /// How they enter the states, n x m.
+    /// E, n x m: how the disturbances enter the states.
     pub e: DMatrix<f64>,
-    /// How they enter the outputs, p x m.
+    /// D, p x m: how they enter the outputs.
     pub d: DMatrix<f64>,
     /// Their bounds W, m numbers, 0 or more.
     pub bounds: Vec<f64>,
@@ -73,15 +73,15 @@ certified!(ErrorBound);
 pub struct ErrorBound {
     /// P, n x n. For a cubic observer the theorem holds with a matrix P~ that differs from it by rounding.
     pub p: DMatrix<f64>,
-    /// The rate.
+    /// The decay rate of `sqrt V`.
     pub rate: f64,
-    /// The bound of V in the limit.
+    /// The bound of V for t to infinity.
     pub level: f64,
-    /// The bounds of the components of the error in the limit.
+    /// The bounds of `limsup |e_k|`, n entries.
     pub limsup: Vec<f64>,
     /// The share of the cubic term in `level`, from 0 to 1.
     pub cubic_share: f64,
-    /// The theorem, proved or not.
+    /// The certificate of the bound; check that it is proved.
     pub certificate: Certificate,
 }
 

@@ -55,7 +55,7 @@ pub struct IntervalDesign {
     pub blocks: Vec<usize>,
     /// The rate at which rho approaches its limit.
     pub rate: f64,
-    /// The half-widths in the end.
+    /// The half-widths of the bounds for t to infinity, n entries.
     pub widths: Vec<f64>,
     /// The certificate.
     pub certificate: Certificate,

@@ -31,20 +31,20 @@ pub struct SampledIntervalDesign {
     pub state_norms: DMatrix<f64>,
     /// The factor by which rho approaches its limit at each step.
     pub factor: f64,
-    /// The half-widths in the end, while estimates and inputs keep the bounds for which they were computed.
+    /// The half-widths for k to infinity, n entries, valid while |xhat| and |u| are within the given bounds.
     pub widths: Vec<f64>,
     /// The certificate.
     pub certificate: Certificate,
 }
 
-/// What the sampled observer is designed for, besides the plant and its disturbances.
+/// Initial error, ranges of estimates and inputs, and format of a sampled interval observer.
 #[derive(Debug, Clone, PartialEq)]
 pub struct IntervalRequirements {
-    /// `|x_i(0) - xhat_i(0)|` is at most this.
+    /// Bounds of the initial error `|x_i(0) - xhat_i(0)|`, n entries.
     pub first: Vec<f64>,
-    /// Bounds of |xhat| for the widths in the end.
+    /// Bounds of |xhat_i| that are assumed for [`widths`](SampledIntervalDesign::widths), n entries.
     pub estimates: Vec<f64>,
-    /// Bounds of |u| for them.
+    /// Bounds of |u_i| that are assumed for [`widths`](SampledIntervalDesign::widths), m entries.
     pub inputs: Vec<f64>,
     /// The format of the step, binary32 or binary64.
     pub format: Format,

@@ -99,7 +99,7 @@ pub enum KklError {
     /// Two states with one image.
     #[error("(phi, h) is not injective on the box: {0}")]
     NotInjective(CommonImage),
-    /// Two states that no left inverse in binary64 distinguishes; injectivity is undecided.
+    /// Two states whose images are too close for a left inverse in binary64; injectivity is undecided.
     #[error("it is undecided whether (phi, h) is injective on the box, and it is not to eight digits: {0}")]
     Indistinct(TwoStates),
     /// B reads an entry of xi that is not before its own.
@@ -128,7 +128,7 @@ pub enum KklError {
         /// Its time.
         after: f64,
     },
-    /// The run leaves everything.
+    /// A value of the run is not finite, or exceeds its bound.
     #[error("{what}{} is {value} at the time {time}: the run is not bounded", index + 1)]
     Unbounding {
         /// `x` or `u`.
@@ -140,7 +140,7 @@ pub enum KklError {
         /// When.
         time: f64,
     },
-    /// The pieces are not those of the plant.
+    /// The given parts do not agree with the equations of the plant.
     #[error("{equation} is {piece} by the pieces and {plant} by the plant, at the time {time} of the run")]
     Mismatch {
         /// Which equation, as in `x2'(1)`.

@@ -94,13 +94,13 @@ impl Default for KklSettings {
 /// Results of the checks of a candidate.
 #[derive(Clone, Debug, PartialEq)]
 pub struct KklReport {
-    /// Of (4).
+    /// The residual of (4).
     pub residual: Residual,
-    /// Of Lambda.
+    /// The stability of Lambda.
     pub stability: Stability,
     /// Of B as a function of xi: whether it leaves the decay of the error to Lambda.
     pub coupling: Coupling,
-    /// Of (phi, h).
+    /// The injectivity of (phi, h).
     pub injectivity: Injectivity,
     /// The largest difference between `phi^L(phi(x), h(x))` and the estimated states over the samples, in half-widths
     /// of the box, and where; an error with the first sample at which phi^L has no finite value.
@@ -403,7 +403,7 @@ impl<K> KklDesign<K> {
     /// Injectivity that is neither proved nor refuted is accepted, unless two states were found that eight digits do
     /// not tell apart: the report has the numbers.
     ///
-    /// `x1' = -x1 + u + y^2, x2' = -x2 + x1, y = x2`, with phi = x1, and a slip of the hand in Lambda:
+    /// `x1' = -x1 + u + y^2, x2' = -x2 + x1, y = x2`, with phi = x1, and a wrong entry of Lambda:
     /// ```
     /// use luenberger_design::kkl::{KklError, KklSettings};
     /// use luenberger_design::{KklDesign, Region};

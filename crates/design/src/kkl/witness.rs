@@ -61,7 +61,7 @@ pub struct Reading {
     pub row: usize,
     /// The entry of xi, from 0: not before it.
     pub entry: usize,
-    /// Encloses the derivative of the one by the other around the place: proved not to be 0.
+    /// Enclosure of the derivative of the entry of B by the entry of xi near the point: proved not to be 0.
     pub slope: Interval,
     /// x, u and t.
     pub place: Place,
@@ -77,14 +77,14 @@ impl fmt::Display for Reading {
     }
 }
 
-/// Why an entry of xi that is read is not known to leave the decay of the errors alone.
+/// The condition violated by an entry of xi on which B depends.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum CouplingObjection {
     /// It is not before the entry of B that reads it, or was not shown not to be read.
     NotEarlier,
     /// It is only integrated: its error does not decay.
     Integrated,
-    /// Lambda and B act back on it.
+    /// Lambda and B feed back to it: the entries form a loop.
     WayBack,
     /// No Lipschitz constant was shown.
     NotLipschitz,
@@ -118,7 +118,7 @@ impl fmt::Display for OpenCoupling {
 /// Two states that have one image, verified.
 #[derive(Clone, Debug, PartialEq)]
 pub struct CommonImage {
-    /// One.
+    /// The first state.
     pub first: Vec<f64>,
     /// The other is a state between these bounds: numbers where it is known exactly.
     pub second: Vec<Interval>,

@@ -12,7 +12,7 @@ use crate::check;
 use crate::error::DesignError;
 use crate::gain_options::Checked;
 
-/// Where the proof ends when the sectors are widened.
+/// The greatest factor by which sectors can be widened, with its design.
 #[derive(Debug, Clone)]
 pub struct AdmissibleFactor {
     /// The greatest factor proved.

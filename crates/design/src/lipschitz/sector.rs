@@ -12,7 +12,7 @@ use luenberger_lmi::proof_matrix;
 ///
 /// For a scalar phi that says: slope between `low` and `high`. For `low = -gamma`, `high = gamma` it says
 /// `|w| <= gamma |H e|`, for vectors too, and G and H may then have different widths. phi has to satisfy it where x *and*
-/// xhat are, which for a plant that is Lipschitz on a region only is for the user to see to.
+/// xhat are, which the user must ensure for a plant that is Lipschitz on a region only.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Sector {
     g: DMatrix<f64>,
@@ -55,12 +55,12 @@ impl Sector {
         Self::structured(diagonal(|s| s), diagonal(f64::recip), gamma)
     }
 
-    /// Where it acts, n x q.
+    /// G, n x q: where the nonlinearity acts.
     pub fn g(&self) -> &DMatrix<f64> {
         &self.g
     }
 
-    /// Matrix of its argument, r x n.
+    /// H, r x n: the argument of the nonlinearity is `H x`.
     pub fn h(&self) -> &DMatrix<f64> {
         &self.h
     }

@@ -25,7 +25,7 @@ use super::words::direction_in_words;
 /// ```
 #[derive(Debug, Clone, Copy)]
 pub struct InWords<'a> {
-    /// The answer of [`observability`](luenberger_linalg::observability()).
+    /// The result of [`observability`](luenberger_linalg::observability()).
     pub seen: &'a Observability,
     /// Names of the states; missing ones are `x1`, `x2`, ...
     pub names: &'a [&'a str],

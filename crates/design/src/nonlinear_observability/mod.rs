@@ -168,7 +168,7 @@ impl Instant {
     }
 }
 
-/// How the rank is decided; [`Default`] for all that one does not know better.
+/// Order, scales and tolerance of the rank decisions; [`Default`] chooses them from the trajectory.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct LieSettings {
     /// Highest order K of the derivatives (default `2 n - 1`, at most [`HIGHEST_ORDER`]).

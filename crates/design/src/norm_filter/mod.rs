@@ -65,8 +65,7 @@ impl SystemNorm {
     }
 }
 
-/// What acts on a plant besides its input, `x' = A x + B u + E w`, `y = C x + D w`, and the errors `z = H e` that
-/// count.
+/// Disturbances `x' = A x + B u + E w`, `y = C x + D w` and performance output `z = H e` of a filter design.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Performance {
     /// E, n x q.
@@ -77,7 +76,7 @@ pub struct Performance {
     pub h: DMatrix<f64>,
 }
 
-/// What is asked for.
+/// Objective of the design.
 #[derive(Debug, Clone, PartialEq)]
 pub enum NormTarget {
     /// The least norm; for H-infinity larger by [`LEAST_NORM_EXCESS`].
@@ -102,9 +101,9 @@ pub struct NormFilterDesign {
     pub poles: Vec<Complex<f64>>,
     /// P of the certificate.
     pub p: DMatrix<f64>,
-    /// The norm, to rounding.
+    /// The norm of the transfer function from w to z, in floating point.
     pub norm: f64,
-    /// The frequency at which the H-infinity norm is attained.
+    /// The frequency at which the H-infinity norm is attained, in radians per unit of time; none for H2.
     pub frequency: Option<f64>,
     /// The certified bound: the norm is below gamma.
     pub gamma: f64,

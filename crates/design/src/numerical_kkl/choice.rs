@@ -21,7 +21,7 @@ use nalgebra::{Const, SVector};
 use super::progress::Listener;
 use super::{Domain, Escape, NumericalKklDesign, NumericalKklError, Settings, Spline, Table, Target, Transform};
 
-/// What the user gives, and what is to be found.
+/// The given parameters of a design, and the target error for those to be found.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Wanted {
     /// The cut-off frequency of the Bessel filter; none to search it.
@@ -94,7 +94,7 @@ pub fn searched_tables(cutoff: Option<f64>, points: Option<usize>, states: usize
     stages.into_iter().zip(KEPT).flat_map(|(points, kept)| core::iter::repeat_n(points, count(kept))).collect()
 }
 
-/// Finds what is not given, for a plant with one output and a Bessel filter of order Z.
+/// Searches for the parameters that are not given, for a plant with one output and a Bessel filter of order Z.
 ///
 /// ```
 /// use luenberger_design::numerical_kkl::{Settings, Wanted, choose};

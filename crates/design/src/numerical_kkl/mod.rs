@@ -135,7 +135,7 @@ pub struct NumericalKklDesign<
 > {
     /// The observer for a microcontroller.
     pub embedded: NumericalKklObserver<Embedded<N, Z>, f64, N, M, P, Z>,
-    /// The accurate one.
+    /// The observer with the interpolated left inverse: more accurate, and more expensive.
     pub interpolated: NumericalKklObserver<Interpolated<N, Z, W>, f64, N, M, P, Z>,
     /// The measured accuracy.
     pub report: Report<N>,
@@ -330,7 +330,7 @@ pub type Spline<const N: usize, const Z: usize> = TensorSpline<f64, Vec<f64>, N,
 pub struct Tabulated<W, const Z: usize> {
     /// Coordinates in which T(box) is about one wide.
     pub coordinates: Coordinates<f64, Z>,
-    /// T in them.
+    /// The table of T in these coordinates.
     pub table: W,
     /// Trajectories backward in time that it took.
     pub trajectories: usize,
@@ -357,7 +357,7 @@ pub trait Table<const N: usize, const Z: usize>: BoxMap<f64, N, Z> + Sized {
     where
         S: Differentiable<f64, Const<N>, Const<M>, Const<P>>;
 
-    /// Numbers that it stores.
+    /// Number of stored coefficients.
     fn numbers(&self) -> usize;
 
     /// Multiply-adds of one evaluation with its Jacobian.

@@ -36,7 +36,7 @@ impl<const N: usize> Errors<N> {
     }
 }
 
-/// A trajectory that nothing was fitted on.
+/// A validation trajectory, not used in the fit.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Trial<const N: usize> {
     /// Where the plant begins. The observer begins at z = 0, whatever the plant.

@@ -42,7 +42,7 @@ use crate::error::DesignError;
 use crate::linear::{LinearDesign, LyapunovWeight};
 use luenberger_proof::certificate::Certificate;
 
-/// What an observer is to be optimal for.
+/// The estimation problem of an optimal observer: initial errors, noise, horizon and weight.
 #[derive(Debug, Clone, PartialEq)]
 pub struct EstimationProblem {
     /// d, the semi-axes of the ellipsoid of first errors, n positive numbers.
@@ -55,7 +55,7 @@ pub struct EstimationProblem {
     pub period: f64,
     /// W, intensity of the process noise, n x n.
     pub process: DMatrix<f64>,
-    /// tau, the time of operation that follows a first error.
+    /// tau, the time of operation after an initial error.
     pub horizon: f64,
     /// T, n x n, positive semidefinite and not 0.
     pub weight: DMatrix<f64>,

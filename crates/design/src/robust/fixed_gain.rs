@@ -43,7 +43,7 @@ pub struct GainCertificate {
     pub certificate: Certificate,
 }
 
-/// Where the proof of a cubic observer with given gains ends.
+/// The robustness margin of a cubic observer with given gains.
 ///
 /// The margin is one of the error dynamics `e' = (F + eps I) e + (y~'theta y~) N y~`. An observer that runs the nominal
 /// A on a plant with `A + eps I` has the forcing `eps x` besides: its error is input-to-state stable, and tends to zero

@@ -44,7 +44,7 @@ use polynomial::{constant, number};
 /// on its own.
 pub(crate) const ELSEWHERE: &str = "a value of another evaluation or of another thread";
 
-/// A value in an arena: a polynomial in atoms. Plants and maps use it as their scalar `T`.
+/// A value of a symbolic evaluation: a polynomial in atoms. Plants and maps use it as their scalar `T`.
 #[derive(Clone, Copy, Debug)]
 pub struct SymbolicPolynomial {
     /// The number of its arena; 0 for a value that was made where there is none.

@@ -241,7 +241,7 @@ fn ln_plus_exp(dialect: &Dialect, a: &str, z: &str) -> String {
     dialect.choice(&format!("{z} < {}", dialect.literal(1.0)), &small, &large)
 }
 
-/// What of a table is used.
+/// The functions of a table that are used: its value, its derivative.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Lookups {
     /// Its value.

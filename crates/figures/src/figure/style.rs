@@ -10,7 +10,7 @@ pub(crate) type Rgb = [u8; 3];
 
 const PALETTE: [Rgb; 7] =
     [[0, 114, 178], [213, 94, 0], [0, 158, 115], [204, 121, 167], [86, 180, 233], [230, 159, 0], [0, 0, 0]];
-/// The colours of series without one of their own, in CSS: `#0072b2`.
+/// The default colours of series, in CSS: `#0072b2`.
 pub fn colours() -> Vec<String> {
     PALETTE.iter().map(|colour| hex(*colour)).collect()
 }

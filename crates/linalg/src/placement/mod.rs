@@ -1,4 +1,4 @@
-//! Pole placement: the gain `K` that gives `A - B K`, or the gain `L` that gives `A - L C`, the eigenvalues asked for.
+//! Pole placement: the gain `K` that gives `A - B K`, or the gain `L` that gives `A - L C`, the requested eigenvalues.
 //!
 //! A gain for every set of n poles closed under conjugation exists iff the pair is controllable (for `L`: observable;
 //! Wonham 1967). With one independent input it is unique; with more, the freedom left is spent on well-conditioned
@@ -34,13 +34,13 @@ use poles::RequestedPoles;
 use sensitivity::conditions;
 pub use structured::{StructuredPlacement, place_observer_structured, place_structured};
 
-/// A gain, the poles it really gives, and how well-conditioned they are.
+/// A gain with the achieved poles, their errors and their condition.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Placement {
     /// `K`, m x n, for [`place`]; `L`, n x p, for [`place_observer`].
     pub gain: DMatrix<f64>,
-    /// The eigenvalues of the closed loop with this very gain, computed afresh; each beside the requested one it stands
-    /// for, in the order of the argument.
+    /// The eigenvalues of the closed loop with the returned gain, each matched to a requested pole, in the order of
+    /// the argument.
     pub poles: Vec<Complex<f64>>,
     /// The distance of each achieved pole from the requested one, in the units of the poles.
     pub errors: Vec<f64>,
@@ -73,7 +73,7 @@ pub struct Placement {
 /// An almost uncontrollable pair is no error: see [`Placement::deviation`] and [`Placement::condition`].
 ///
 /// # Cost
-/// One input: about `50 n^3` flops, half of them for the poles that the gain really gives. More: one QR of order n for
+/// One input: about `50 n^3` flops, half of them for the achieved poles. More: one QR of order n for
 /// each pole, n^4 in all.
 ///
 /// # Example

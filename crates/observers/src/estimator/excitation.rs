@@ -1,4 +1,4 @@
-//! How exciting a regression has been.
+//! Excitation of a regression: the Gramian of its regressor.
 //!
 //! `E(t) = int_0^t exp(-mu (t - s)) M(s)'M(s) ds` is the Gramian of the regressor with forgetting factor mu (mu = 0:
 //! all of the past). theta is determined by Y and M if and only if E is definite; what is reported is a bound below its

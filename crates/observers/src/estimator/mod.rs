@@ -1,8 +1,8 @@
 //! Estimators of constant parameters: from a regression `Y = M theta` to theta.
 //!
 //! Y has r rows, M is r x q, theta has q entries; both Y and M change with time and are known. An estimator is a part
-//! of an observer ([`kkl_peb`](crate::kkl_peb)) and has no inputs or outputs of its own; it works on the piece of the
-//! observer's state that belongs to it, whose **first q entries are theta_hat**.
+//! of an observer ([`kkl_peb`](crate::kkl_peb)) and has no separate inputs or outputs; it works on a part of the
+//! observer's state, whose **first q entries are theta_hat**.
 //!
 //! | file | estimator | converges when |
 //! |---|---|---|
@@ -52,8 +52,8 @@ where
     /// Writes the rate of the state, given `Y` and `M`.
     fn rate(&self, state: &[T], y: &OVector<T, R>, m: &OMatrix<T, R, Q>, rate: &mut [T]);
 
-    /// How exciting the regression has been, as a number that is 0 if and only if some direction of theta has not been
-    /// seen: what it is exactly, the estimator says. `None` when the estimator does not know.
+    /// A measure of the excitation of the regression that is 0 if and only if some direction of theta is not excited;
+    /// each estimator defines it. `None` if the estimator does not compute one.
     fn excitation(&self, state: &[T], m: &OMatrix<T, R, Q>) -> Option<T>;
 
     /// Moves the state to the coordinates `theta - delta`, in which the regression is `Y - M delta = M (theta - delta)`:

@@ -1,4 +1,4 @@
-//! An observer of a plant in other coordinates, whose estimate is given in the plant's own: `xhat = T zhat`.
+//! An observer of a plant in other coordinates, with the estimate in the plant's coordinates: `xhat = T zhat`.
 
 use nalgebra::allocator::Allocator;
 use nalgebra::{DefaultAllocator, Dim, OMatrix, OVector, RealField};

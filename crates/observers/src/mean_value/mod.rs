@@ -47,7 +47,7 @@ pub use self::beta::Beta;
 pub use self::integral::Integral;
 pub use self::mapped::MappedObserver;
 
-/// A mean of the Jacobian over a segment, and what it makes of e.
+/// A mean D of the Jacobian over a segment, and the product `D e`.
 #[derive(Clone, Debug, PartialEq)]
 pub struct MeanJacobian<T: RealField + Copy, N: Dim>
 where
@@ -144,7 +144,7 @@ where
         self.0.column(1).into_owned()
     }
 
-    /// `z = xhat + e`, where the observer believes the plant to be.
+    /// `z = xhat + e`, the second estimate of the plant's state.
     pub fn believed(&self) -> OVector<T, N> {
         self.estimate() + self.error()
     }

@@ -1,7 +1,7 @@
 //! Whether f and Df exist along the segment from xhat to xhat + e, and where they do not.
 //!
-//! The right-hand side of an observer returns no error; before a run, or after one that ended, this says which state
-//! was to blame.
+//! The right-hand side of an observer returns no error; before a run, or after one that ended, this names the state
+//! at which f or Df does not exist.
 
 use luenberger_plants::{Differentiable, Size};
 use nalgebra::{DefaultAllocator, Dim, OMatrix, OVector, RealField, convert};

@@ -49,7 +49,7 @@ use pass::Stage;
 pub use window::state_length;
 use window::{Layout, Part};
 
-/// How much a problem is to be solved.
+/// Length of the window and number of Gauss-Newton steps.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Horizon {
     /// Samples in the window, at least 1.
@@ -85,7 +85,7 @@ where
     S: Differentiable<T, N, M, P>,
     DefaultAllocator: Size<N, M, P> + Allocator<D>,
 {
-    /// The estimator of `plant`, sampled with period `h`, with so many Runge-Kutta steps between samples.
+    /// The estimator of `plant`, sampled with period `h`, with `substeps` Runge-Kutta steps between samples.
     ///
     /// A step costs `iterations` times `window` times that of an extended Kalman filter that integrates its prediction
     /// twice and takes `4 n^3` flops for each output; with active bounds 30 times `window` more of these, with `4 n^3`

@@ -93,7 +93,7 @@ impl Layout {
     }
 }
 
-/// The length of the state of an estimator with so many states, inputs, outputs and stages of its window:
+/// Length of the estimator's state for these numbers of states, inputs and outputs and this window length:
 /// `2 n (n + 1) + 1 + window (n + m + 2 p + 2)`.
 pub const fn state_length(states: usize, inputs: usize, outputs: usize, window: usize) -> usize {
     Layout { n: states, m: inputs, p: outputs, stages: window }.len()

@@ -30,7 +30,7 @@ impl<T: RealField + Copy, const Z: usize> Coordinates<T, Z> {
         Ok(Self { mean, whiten, colour })
     }
 
-    /// `w = 0, z = 0` correspond, and nothing is scaled.
+    /// The identity, `w = z`.
     pub fn identity() -> Self {
         Self { mean: SVector::zeros(), whiten: SMatrix::identity(), colour: SMatrix::identity() }
     }

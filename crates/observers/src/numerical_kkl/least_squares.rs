@@ -29,7 +29,7 @@ pub struct LeastSquares<T, const N: usize> {
     pub residual: T,
     /// Evaluations of T.
     pub evaluations: usize,
-    /// Whether the last step was below the resolution of the scalar, and not the cap the end.
+    /// Whether the last step was below the resolution of the scalar; else the cap on evaluations ended it.
     pub converged: bool,
 }
 

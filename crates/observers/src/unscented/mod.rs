@@ -62,7 +62,7 @@ impl<T: RealField + Copy, N: DimAdd<U1>> SquareRootEstimate<T, N>
 where
     DefaultAllocator: Allocator<N, DimSum<N, U1>> + Allocator<N> + Allocator<N, N>,
 {
-    /// The belief with estimate xhat (length n) and covariance `S S'` (S n x n, lower triangular).
+    /// The state with estimate xhat (length n) and covariance `S S'` (S n x n, lower triangular).
     pub fn new(xhat: &OVector<T, N>, s: &OMatrix<T, N, N>) -> Self {
         Self(GaussianEstimate::new(xhat, s))
     }
@@ -127,7 +127,7 @@ where
     S: Plant<T, State = OVector<T, N>, Input = OVector<T, M>, Output = OVector<T, P>>,
     DefaultAllocator: Size<N, M, P>,
 {
-    /// The filter of `plant`, sampled with period `h`, with so many Runge-Kutta steps between samples.
+    /// The filter of `plant`, sampled with period `h`, with `substeps` Runge-Kutta steps between samples.
     ///
     /// A step costs `2 n + 1` evaluations of h and `4 substeps (2 n + 1)` of f, to leading order
     /// `9 n^3 + 3 n (n + p)^2` flops of rotations, and about `4 n (n + p)` roots.
@@ -357,7 +357,7 @@ where
     /// sample, whatever the duration, which is nonnegative. So many Runge-Kutta steps are taken as between two samples:
     /// cut a long one.
     ///
-    /// False, and the belief as it was, if the covariance has no factor in floating point: f is not finite at a sigma
+    /// False, with `belief` unchanged, if the covariance has no factor in floating point: f is not finite at a sigma
     /// point, or taking the centre away leaves no positive definite matrix.
     #[must_use = "without a factor the belief has not moved"]
     pub fn predict(&self, t: T, belief: &mut SquareRootEstimate<T, N>, u: &OVector<T, M>, duration: T) -> bool {
@@ -406,9 +406,10 @@ where
         (is_factor && is_finite).then(|| (SquareRootEstimate::new(&xhat, &next), across))
     }
 
-    /// The belief after the measurement y (length p) at time t under the input u, and what was new in it.
+    /// Updates estimate and covariance by the measurement y (length p) at time t under the input u; returns the
+    /// innovation.
     ///
-    /// `None`, and the belief as it was, if the joint covariance has no factor in floating point: h is not finite at a
+    /// `None`, with `belief` unchanged, if the joint covariance has no factor in floating point: h is not finite at a
     /// sigma point, or taking the centre away leaves no positive definite matrix.
     pub fn update(
         &self,

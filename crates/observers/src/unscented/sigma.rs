@@ -31,7 +31,7 @@ use crate::error::ObserverError;
 pub struct SigmaPoints {
     /// How far the points are from the estimate, positive.
     pub alpha: f64,
-    /// What is known of the distribution: 2 for a Gaussian one.
+    /// Prior knowledge of the distribution: 2 for a Gaussian.
     pub beta: f64,
     /// A second parameter of the distance, above -n; `n + kappa = 3` matches the fourth moment of a Gaussian with alpha
     /// = 1.

@@ -6,31 +6,31 @@ use super::{CertificateFile, Claim, Fact, Region, Rejection, Theorem};
 use crate::error::ProofError;
 use crate::number::Number;
 
-/// A theorem with its data, all of whose inequalities are proved. There is no way to one but the proof, and none to
-/// change it.
+/// A theorem with its data, all of whose inequalities are proved. It can only be constructed by the proof, and is
+/// immutable.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ProvedTheorem {
     theorem: Theorem,
     facts: Vec<Fact>,
 }
 
-/// A theorem with its data, of whose inequalities at least one is not proved.
+/// A theorem with its data, at least one of whose inequalities is not proved.
 #[derive(Debug, Clone, PartialEq)]
 pub struct UnprovedTheorem {
     theorem: Theorem,
     facts: Vec<Fact>,
 }
 
-/// The theorems that a design claims, each decided.
+/// The theorems that a design claims, each verified as proved or not proved.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Certificate {
     proved: Vec<ProvedTheorem>,
     unproved: Vec<UnprovedTheorem>,
 }
 
-/// A design with evidence.
+/// A design with a certificate.
 pub trait Certified {
-    /// What is known of it.
+    /// The certificate: its proved and unproved theorems.
     fn certificate(&self) -> &Certificate;
 
     /// The theorems that are proved of it, the most comprehensive first; empty where none is.
@@ -87,7 +87,7 @@ impl UnprovedTheorem {
         &self.theorem
     }
 
-    /// Its inequalities, each with what is known of it.
+    /// Its inequalities, each with its verdict.
     pub fn facts(&self) -> &[Fact] {
         &self.facts
     }
@@ -104,7 +104,7 @@ impl UnprovedTheorem {
 }
 
 impl Certificate {
-    /// These theorems, each decided here.
+    /// Verifies these theorems.
     ///
     /// # Errors
     /// [`ProofError`] for shapes that do not fit and entries that are not finite.
@@ -139,7 +139,7 @@ impl Certificate {
         &self.proved
     }
 
-    /// The theorems that are not, with what is known of their inequalities.
+    /// The theorems that are not proved, with the verdicts of their inequalities.
     pub fn unproved(&self) -> &[UnprovedTheorem] {
         &self.unproved
     }

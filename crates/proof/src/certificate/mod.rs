@@ -68,7 +68,7 @@ pub struct Claim {
     pub margin: Number,
 }
 
-/// One inequality of a theorem, and what is known of it.
+/// One inequality of a theorem, with its verdict.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Fact {
     /// The inequality, as the theory writes it.
@@ -117,7 +117,7 @@ impl fmt::Display for Fact {
     }
 }
 
-/// What a file proves.
+/// Result of verifying a file: the statement and its inequalities.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Proved {
     /// The title of the file; it carries no claim.
@@ -136,7 +136,7 @@ impl fmt::Display for Proved {
     }
 }
 
-/// A certificate as a file has it.
+/// The contents of a certificate file: title, theorem with data, statement, margins, digest.
 ///
 /// # Canonical form
 /// The JSON document without white space between tokens, the members of each object in the order of their names,
@@ -162,7 +162,7 @@ struct Found {
     claim_lines: Vec<usize>,
 }
 
-/// What the bytes of a file prove: read, compared with its own words and digest, and checked.
+/// Reads and verifies a file: its digest, its statement, and every inequality with its margin.
 ///
 /// # Errors
 /// [`Rejection`] describes the error of the text, or the inequality that fails and by how much.
@@ -171,11 +171,10 @@ pub fn verify(bytes: &[u8]) -> Result<Proved, Rejection> {
 }
 
 impl CertificateFile {
-    /// The certificate of a theorem with these data, if it is one: every inequality is proved here, and claimed with
-    /// the margin that is.
+    /// Proves every inequality of the theorem for these data, and makes the certificate file with the proved margins.
     ///
     /// # Errors
-    /// [`Rejection::NotProved`] names the inequality that fails; [`Rejection::File`] what the data lack.
+    /// [`Rejection::NotProved`] names the inequality that fails; [`Rejection::File`] for invalid data.
     pub fn prove(title: &str, theorem: impl Into<Theorem>) -> Result<Self, Rejection> {
         Certificate::of([theorem])?.file(title)
     }
@@ -232,7 +231,7 @@ impl CertificateFile {
         })
     }
 
-    /// What the file calls itself.
+    /// The title of the file; it carries no claim.
     pub fn title(&self) -> &str {
         &self.title
     }
@@ -252,8 +251,8 @@ impl CertificateFile {
         &self.statement
     }
 
-    /// The same certificate with other claims, and a digest that agrees: smaller margins are true as well, larger ones
-    /// are not, and [`check`](Self::check) tells them apart.
+    /// The same certificate with other claimed margins and a matching digest. [`check`](Self::check) accepts margins
+    /// that are not larger than the proved ones, and rejects others.
     ///
     /// # Errors
     /// [`FileError`] for an inequality or margin that cannot be written.

@@ -1,11 +1,11 @@
 //! Ensembles: one plant and one observer from many initial states, with many realisations of the noise.
 //!
-//! Eight runs are integrated at once, each in a lane of its own with its own steps and error control, and a lane that is
-//! done takes the next run. A run is the one that a [`Scenario`] makes of the same plant, observer, input and noise, to
-//! the last bit: it depends neither on the runs beside it nor on their number. Members may be divided among threads as
-//! one likes.
+//! Eight runs are integrated at once, each in its own lane with its own steps and error control; a lane that has
+//! finished takes the next run. Every run is bitwise equal to that of a [`Scenario`] with the same plant, observer,
+//! input and noise: it depends neither on the other runs nor on their number. Members may be divided among threads
+//! in any way.
 //!
-//! What a lane does not do (a stiff run that is finished implicitly, a run that ends early) is done by the scenario.
+//! Runs that a lane cannot handle (stiff runs, runs that end early) are computed by a scenario instead.
 
 mod lanes;
 
@@ -118,7 +118,7 @@ where
         self
     }
 
-    /// From the start to `end`, at so many equally spaced times, both ends among them: at least 2.
+    /// Sets the end of the runs and `samples` equally spaced times from the start to `end`, both included: at least 2.
     #[must_use]
     pub fn until(mut self, end: f64, samples: usize) -> Self {
         self.times = equally_spaced(self.start, end, samples).unwrap_or_default();

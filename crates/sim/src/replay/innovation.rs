@@ -1,4 +1,4 @@
-//! What innovations `y - h(xhat)` say of an observer: their size, whether they are white, whether they
+//! Statistics of the innovations `y - h(xhat)` of an observer: their size, whether they are white, whether they
 //! have the covariance that a filter computes (NIS); and, where the truth is known, whether its errors have the covariance it says (NEES).
 //!
 //! Where plant, noise and filter agree, the innovations of a Kalman filter are white, of mean 0, and of the covariance
@@ -37,7 +37,7 @@ pub struct Whiteness {
     pub bound: f64,
     /// `Q = N (N + 2) sum r_k^2/(N - k)`.
     pub statistic: f64,
-    /// How probable a Q at least as large is for a white sequence: below 0.05 one says that it is not white.
+    /// Probability of a Q at least as large for a white sequence; below 0.05 whiteness is rejected.
     pub p_value: f64,
 }
 
@@ -56,9 +56,9 @@ pub struct Consistency {
     /// The mean of the normalised squares, `nu' S^-1 nu` for NIS and `e' P^-1 e` for NEES. Above the region, the filter
     /// is overconfident; below, conservative.
     pub mean: f64,
-    /// What it is on average where everything agrees: the degrees of freedom of one sample.
+    /// Its expected value for a consistent filter: the mean number of degrees of freedom per sample.
     pub expected: f64,
-    /// The acceptance region, two-sided, 95 %: where everything agrees, the sum of the squares is chi-squared with as
+    /// The acceptance region, two-sided, 95 %: for a consistent filter the sum of the squares is chi-squared with as
     /// many degrees as all samples have, and the mean lies in here with a probability of 95 %. Exact for NIS and a
     /// linear plant; errors of successive samples are correlated, so that NEES leaves its region more often.
     pub bounds: (f64, f64),

@@ -1,7 +1,7 @@
-//! Observers on recorded data: no plant is simulated, and what an observer is judged by is its innovation
-//! `y - h(xhat)`, or its error where the true state was recorded too.
+//! Observers on recorded data: no plant is simulated. An observer is assessed by its innovation
+//! `y - h(xhat)`, or by its error where the true state was recorded.
 //!
-//! What was measured corrects an estimate, and nothing else does. Nothing looks ahead. The times of a log need not be
+//! Estimates are corrected by measurements only, and by default causally. The times of a log need not be
 //! equally spaced, and any value may be missing ([`Recording::with_missing`]).
 //!
 //! - A Kalman filter is updated at the rows of the log by the outputs that were measured there, and predicted from row
@@ -10,7 +10,7 @@
 //!   of its samples (to 1 % of the period) corrects it. At another sample, and for a missing value, it predicts: its
 //!   innovation is zero, y := h(xhat).
 //! - An observer that samples at varying periods correct predicts from row to row over the time that has passed, and is
-//!   corrected at every row that measured something. A missing output is the one that it predicts.
+//!   corrected at every row that measured something. A missing output is replaced by its prediction.
 //! - Any other observer in continuous time is integrated from row to row. An output is held from the row that measured it for
 //!   its own median period, or until the next row that measures it. In a gap, and from a missing value on, it predicts.
 //!

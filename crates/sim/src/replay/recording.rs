@@ -1,4 +1,4 @@
-//! What was measured: inputs and outputs at the times of a log.
+//! Recorded inputs and outputs at the times of a log.
 
 use luenberger_plants::Dimensions;
 use nalgebra::DMatrix;
@@ -24,7 +24,7 @@ impl Recording {
     /// Between the rows inputs are held: an input is what a digital controller has sent, and it was held. An output is
     /// known at its rows. What an observer sees in between depends on its kind, and never on a later row: the
     /// [module](super) says what. The error of a held output is of the order of the period; straight lines, by
-    /// [`between`](Self::between), leave its square, and know the future.
+    /// [`between`](Self::between), leave its square, but are not causal.
     ///
     /// # Errors
     /// As [`Samples::new`].

@@ -1,4 +1,4 @@
-//! What observers made of a recording, and its scores: innovations, and errors where the truth is known.
+//! Result of a replay: estimates, innovations, and errors where the true state is known.
 
 use nalgebra::{DMatrix, DVector};
 
@@ -7,14 +7,14 @@ use super::innovation::{self, Consistency, InnovationStatistics, NormalisedSquar
 use crate::error::SimError;
 use crate::samples::Samples;
 
-/// What observers made of a recording.
+/// Result of a replay, for all observers.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Replayed {
     /// The observers, in the order they were added.
     pub observers: Vec<ReplayedObserver>,
 }
 
-/// What one observer made of a recording. Matrices have one row for each of its times.
+/// Result of a replay for one observer. Matrices have one row for each of its times.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ReplayedObserver {
     /// Its name.
@@ -78,8 +78,8 @@ impl Replayed {
 }
 
 impl ReplayedObserver {
-    /// The statistics of the innovation of each output from the time `from` on, which leaves out how the estimate came
-    /// in. Measurements that the gate of a filter rejected are not among them.
+    /// The statistics of the innovation of each output from the time `from` on, which excludes the initial
+    /// transient. Measurements that the gate of a filter rejected are not among them.
     ///
     /// Whiteness counts lags in measurements of that output; of a log that is not equally spaced it says little.
     ///

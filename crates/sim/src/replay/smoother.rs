@@ -27,7 +27,7 @@ pub(super) struct Passage {
     pub(super) cross: Vec<f64>,
 }
 
-/// What a smoother makes of the estimates of a filter.
+/// Smoothed estimates with their covariances.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Smoothed {
     /// The estimates from the whole log, one row for each time.

@@ -40,7 +40,7 @@ const STEPS: [&str; 4] = ["joined", "innovation", "accumulated", "cubic"];
 /// The bounds of the running error that a file claims.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ClaimedBall {
-    /// From the promised first errors, `sqrt(e'Pe)` never exceeds this.
+    /// From the assumed initial errors, `sqrt(e'Pe)` never exceeds this.
     pub start: f64,
     /// `limsup |e_i|` is at most this, entry by entry.
     pub entries: Vec<f64>,
@@ -61,9 +61,9 @@ pub struct DeployedObserver {
     pub stored: Stored,
     /// How a linear observer computes its step; [`Step::Innovation`] where there is a cubic part.
     pub step: Step,
-    /// Where the numbers are stored, and in what they are added and multiplied.
+    /// The formats of stored numbers and of arithmetic.
     pub formats: Formats,
-    /// What the observer meets while it runs.
+    /// Assumed bounds of inputs, states, noise and initial error during operation.
     pub operation: Operation,
     /// P, n x n.
     pub p: Matrix<f64>,

@@ -25,7 +25,7 @@ pub struct Coefficient {
 /// One constraint: a symmetric matrix that depends affinely on the unknowns and is to be positive.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Constraint {
-    /// What it is called.
+    /// Its name, for messages.
     pub name: String,
     /// The order of its matrices.
     pub order: usize,
