@@ -1,5 +1,5 @@
-//! A step of a sampled observer of unknown size takes no memory, and neither does a step of an integrator, a sample of a
-//! run, or a run of an ensemble beyond what it returns.
+//! A step of a sampled observer of unknown size takes no memory, and neither does a step of an integrator, a sample of
+//! a run, or a run of an ensemble beyond what it returns.
 #![allow(unsafe_code, reason = "a counting allocator is an unsafe trait; it only passes on")]
 
 #[path = "../../crates/linalg/tests/counting_allocator/mod.rs"]

@@ -1,5 +1,5 @@
-//! A sweep on a real SLURM with one node, started for it: the script of `luenberger sweep script`, a shard that is killed
-//! and requeued, and the same bytes as from one process.
+//! A sweep on a real SLURM with one node, started for it: the script of `luenberger sweep script`, a shard that is
+//! killed and requeued, and the same bytes as from one process.
 //!
 //! The daemons run in the foreground of this program with a configuration of their own, without control groups and
 //! without authentication, on ports of the loopback interface, and end with it.

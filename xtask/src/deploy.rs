@@ -2,8 +2,8 @@
 //! bit by bit. What is left out for lack of a tool is said.
 //!
 //! - C with CMake and with the C compiler alone.
-//! - FMUs 2.0 and 3.0 with fmpy, which validates and simulates them. It is installed, at the version below, into a virtual
-//!   environment under `target`.
+//! - FMUs 2.0 and 3.0 with fmpy, which validates and simulates them. It is installed, at the version below, into a
+//!   virtual environment under `target`.
 //! - The Rust crate with its own test, and its static library with the test in C.
 
 use crate::step::{Failure, cargo, is_installed, program, root};

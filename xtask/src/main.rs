@@ -106,8 +106,8 @@ enum Command {
     ///
     /// Says what it leaves out if no browser (chromium) is installed.
     Screenshots,
-    /// Build the Python wheel and test it: pytest beside scipy, python-control, slycot and filterpy, notebooks, doctests,
-    /// mypy and stubtest
+    /// Build the Python wheel and test it: pytest beside scipy, python-control, slycot and filterpy, notebooks,
+    /// doctests, mypy and stubtest
     ///
     /// Says so and does nothing without python3 or the network.
     Python,

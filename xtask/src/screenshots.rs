@@ -18,8 +18,8 @@ const SIZE: &str = "--window-size=1000,880";
 /// The most bytes of a picture: they are in every clone of the repository.
 const LARGEST: u64 = 200_000;
 
-/// Writes `docs/images/cubic-fig4.png`, a figure of the papers' report, and `docs/images/report-live.png`, the section of
-/// a study's report that the page simulates.
+/// Writes `docs/images/cubic-fig4.png`, a figure of the papers' report, and `docs/images/report-live.png`, the section
+/// of a study's report that the page simulates.
 pub(crate) fn run() -> Result<(), Failure> {
     let papers = target().join("screenshots/papers");
     cargo(&["run", "--quiet", "--package", "luenberger-reproduce", "--"]).argument(&papers).quiet_output("papers")?;

@@ -70,25 +70,25 @@ pub(crate) enum Command {
     /// Which observer should I use? Try every kind that applies, tuned from the same information, and rank them
     ///
     /// Every kind of observer whose hypotheses hold for the plant is tuned by its rule from the same information (noise
-    /// level, region, settling time), which the study gives in [advise] or which is derived, and run on the same noises.
-    /// The kinds that do not apply are listed with the hypothesis that fails. The study needs a [simulation] with noise.
-    /// With -o: figures of error against cost and peak, the scores of all runs, and the study with the recommended
-    /// observers. The exit code is 1 if no observer is ranked.
+    /// level, region, settling time), which the study gives in [advise] or which is derived, and run on the same
+    /// noises. The kinds that do not apply are listed with the hypothesis that fails. The study needs a [simulation]
+    /// with noise. With -o: figures of error against cost and peak, the scores of all runs, and the study with the
+    /// recommended observers. The exit code is 1 if no observer is ranked.
     #[command(after_help = ADVISE)]
     Advise(AdviseInput),
     /// Parameter sweep over gamma, poles, noise or initial errors, with ensembles, in parallel
     ///
     /// Runs are computed in blocks, files in the folder `blocks` of the results folder. A sweep that was interrupted or
-    /// killed is resumed: blocks that are there are not computed again. Several processes compute one sweep with --shard;
-    /// `sweep status` tells how far it is, `sweep reduce` forms the results, and `sweep script` submits it to SLURM. The
-    /// results are the same bytes in all cases, on one kind of processor.
+    /// killed is resumed: blocks that are there are not computed again. Several processes compute one sweep with
+    /// --shard; `sweep status` tells how far it is, `sweep reduce` forms the results, and `sweep script` submits it to
+    /// SLURM. The results are the same bytes in all cases, on one kind of processor.
     #[command(after_help = SWEEP, args_conflicts_with_subcommands = true, subcommand_negates_reqs = true)]
     Sweep(SweepInput),
     /// Write an observer as source code for the target: C99 or Rust, bit for bit what was designed
     ///
-    /// All kinds but functional; what has no export is refused with the reason and an alternative. A linear
-    /// observer in continuous time is designed for the plant sampled at --period. The folder contains the source, a test
-    /// with golden vectors, a build file, a README and the certificate. An observer without a certificate needs --unproved.
+    /// All kinds but functional; what has no export is refused with the reason and an alternative. A linear observer in
+    /// continuous time is designed for the plant sampled at --period. The folder contains the source, a test with
+    /// golden vectors, a build file, a README and the certificate. An observer without a certificate needs --unproved.
     /// Output {"observer", "folder", "files", "period", "operations", "bytes", "proved", "statement", "digest"}.
     #[command(after_help = EXPORT)]
     Export(ExportInput),
@@ -161,16 +161,16 @@ pub(crate) enum Command {
     C2d(ConversionInput),
     /// Discrete to continuous time: zoh, foh, tustin, impulse
     ///
-    /// Input and output as those of c2d. A pole at zero or on the negative real axis has no continuous-time model of the
-    /// same order, except by tustin.
+    /// Input and output as those of c2d. A pole at zero or on the negative real axis has no continuous-time model of
+    /// the same order, except by tustin.
     #[command(after_help = D2C)]
     D2c(ConversionInput),
     /// Noise: standard deviations of samples and intensities; process noise in continuous and discrete time
     ///
-    /// A Kalman filter in continuous time takes intensities: V = R h for the covariance R of a sample, or sigma^2 h. Input
-    /// {"r": p x p} or {"v": p x p}, and {"a", "w"} or {"a", "qd"}: process noise of intensity w in x' = A x + w, its
-    /// covariance qd in one period. Whichever is given is converted into the other. Output {"period", "r", "v", "sigma",
-    /// "w", "qd"}.
+    /// A Kalman filter in continuous time takes intensities: V = R h for the covariance R of a sample, or sigma^2 h.
+    /// Input {"r": p x p} or {"v": p x p}, and {"a", "w"} or {"a", "qd"}: process noise of intensity w in x' = A x + w,
+    /// its covariance qd in one period. Whichever is given is converted into the other. Output {"period", "r", "v",
+    /// "sigma", "w", "qd"}.
     #[command(after_help = NOISE)]
     Noise(NoiseInput),
     /// Observer poles from a settling time: dominant pair, Bessel, Butterworth, ITAE
@@ -285,8 +285,8 @@ pub(crate) enum SweepAction {
     /// How many blocks of a sweep are done, the rate and the remaining time
     ///
     /// Output {"study", "blocks", "runs", "block_size", "done", "done_runs", "missing", "running", "faults", "rate",
-    /// "remaining"}: runs per second over the latest hundred blocks, and seconds. The exit code is 1 if --verify finds a
-    /// faulty block.
+    /// "remaining"}: runs per second over the latest hundred blocks, and seconds. The exit code is 1 if --verify finds
+    /// a faulty block.
     Status(StatusInput),
     /// Form the results of a sweep from its blocks: tables, figures, study.json
     Reduce(ReduceInput),
@@ -411,8 +411,8 @@ pub(crate) struct ExportInput {
     /// Sampling period, in the time unit of the study [default: that of a sampled observer, or simulation.hold]
     #[arg(long, value_name = "PERIOD", value_parser = period, allow_negative_numbers = true)]
     pub(crate) period: Option<f64>,
-    /// Runge-Kutta steps per period of a nonlinear observer [default: a quarter of the fastest time constant of the error
-    /// each; those of an extended Kalman filter in the study]
+    /// Runge-Kutta steps per period of a nonlinear observer [default: a quarter of the fastest time constant of the
+    /// error each; those of an extended Kalman filter in the study]
     #[arg(long, value_name = "COUNT", value_parser = clap::value_parser!(u16).range(1..))]
     pub(crate) substeps: Option<u16>,
     /// Steps of the golden test

@@ -157,7 +157,8 @@ impl DiscreteDesign {
         self.covariance.as_ref()
     }
 
-    /// The gain `K = P C' (C P C' + V)^-1` of the measurement update, of a design by [`kalman`](Self::kalman): `L = A K`.
+    /// The gain `K = P C' (C P C' + V)^-1` of the measurement update, of a design by [`kalman`](Self::kalman):
+    /// `L = A K`.
     pub fn update_gain(&self) -> Option<&DMatrix<f64>> {
         self.update.as_ref()
     }

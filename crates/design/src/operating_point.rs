@@ -2,9 +2,9 @@
 //!
 //! Method: Newton's method with the exact Jacobian, damped by the natural monotonicity test: a step is shortened until
 //! the next correction, with the same Jacobian, is shorter. The test does not depend on the units of f, and lengths are
-//! relative to the units of the states, the largest magnitude that a state has had, or 1 where it was always zero. It has
-//! converged when the correction is below `sqrt(EPSILON)` of them; the next one, which is made, is of the order of its
-//! square. Whether the Jacobian is singular is decided with its columns and rows scaled to the length 1.
+//! relative to the units of the states, the largest magnitude that a state has had, or 1 where it was always zero. It
+//! has converged when the correction is below `sqrt(EPSILON)` of them; the next one, which is made, is of the order of
+//! its square. Whether the Jacobian is singular is decided with its columns and rows scaled to the length 1.
 //!
 //! Source: P. Deuflhard, Newton Methods for Nonlinear Problems, Springer 2004, section 3.3 (NLEQ-ERR).
 

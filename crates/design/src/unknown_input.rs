@@ -1,11 +1,10 @@
 //! Unknown-input observers: an estimate that does not depend on an unknown, arbitrary disturbance.
 //!
 //! `x' = A x + B u + E d`, `y = C x`. If `rank(CE) = rank(E) = q`, then `H = E((CE)'CE)^-1(CE)'` and `T = I - HC` give
-//! `TE = 0`, and a linear or a cubic observer of the pair (TA, C) has the error equation of
-//! [`UnknownInputObserver`]. The pair is detectable iff all invariant zeros of (A, E, C) are in the open left half plane
-//! (strong detectability; M. Darouach, M. Zasadzinski and S. J. Xu, IEEE Transactions on Automatic Control 39, 1994).
-//! The rank condition is decided without rounding, and convergence is proved for the real T:
-//! `proof/src/statement/unknown_input.rs`.
+//! `TE = 0`, and a linear or a cubic observer of the pair (TA, C) has the error equation of [`UnknownInputObserver`].
+//! The pair is detectable iff all invariant zeros of (A, E, C) are in the open left half plane (strong detectability;
+//! M. Darouach, M. Zasadzinski and S. J. Xu, IEEE Transactions on Automatic Control 39, 1994). The rank condition is
+//! decided without rounding, and convergence is proved for the real T: `proof/src/statement/unknown_input.rs`.
 
 use luenberger_linalg::{invariant_zeros, kalman_decomposition, place_observer, symmetric_part};
 use luenberger_lmi::proof_matrix;
@@ -41,8 +40,8 @@ impl DecoupledPlant {
     /// Decouples `d` of `x' = A x + B u + E d`.
     ///
     /// # Errors
-    /// [`DesignError::UnmatchedDisturbance`] where `rank(CE) < rank(E)`, or E has dependent columns, with the direction;
-    /// [`DesignError::UnstableZero`] where (A, E, C) is not strongly detectable.
+    /// [`DesignError::UnmatchedDisturbance`] where `rank(CE) < rank(E)`, or E has dependent columns, with the
+    /// direction; [`DesignError::UnstableZero`] where (A, E, C) is not strongly detectable.
     pub fn new(of: &StateSpace, e: &DMatrix<f64>) -> Result<Self, DesignError> {
         check::plant(of)?;
         let (n, p, q) = (of.a.nrows(), of.c.nrows(), e.ncols());

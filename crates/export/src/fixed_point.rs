@@ -36,8 +36,9 @@ impl Export {
     /// The observer in these formats.
     ///
     /// # Errors
-    /// [`ExportError::FixedPointKind`] for an observer that is not linear; [`ExportError::FilterForm`]; [`ExportError::FixedPoint`] for numbers
-    /// beyond the range of their format, and for sums of products that could overflow 64 bits.
+    /// [`ExportError::FixedPointKind`] for an observer that is not linear; [`ExportError::FilterForm`];
+    /// [`ExportError::FixedPoint`] for numbers beyond the range of their format, and for sums of products that could
+    /// overflow 64 bits.
     pub fn fixed_point(&self, formats: FixedPointFormats) -> Result<FixedPointExport<'_>, ExportError> {
         let Program::Linear(linear) = &self.program else {
             return Err(ExportError::FixedPointKind { kind: c::kind(self) });

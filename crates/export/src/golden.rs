@@ -26,10 +26,10 @@ pub struct Step {
 
 /// `count` steps from the first estimate, with inputs and outputs that are numbers of the format.
 ///
-/// Those of a linear plant have a magnitude up to 2, and a few are large. They are no motion of the plant: every operation
-/// gets numbers without pattern. Those of a nonlinear plant are the [samples](Export::samples) of the export, from the first
-/// to the last, back to the first, and so on; without samples, inputs up to 0.1, and the outputs that the estimate
-/// predicts with as much noise.
+/// Those of a linear plant have a magnitude up to 2, and a few are large. They are no motion of the plant: every
+/// operation gets numbers without pattern. Those of a nonlinear plant are the [samples](Export::samples) of the export,
+/// from the first to the last, back to the first, and so on; without samples, inputs up to 0.1, and the outputs that
+/// the estimate predicts with as much noise.
 ///
 /// With feedback the outputs of a linear plant are those of the loop plus such numbers, because an observer with its
 /// feedback may be unstable where the loop is stable. For a nonlinear plant r is such that u is that of the samples.

@@ -2,9 +2,9 @@
 //!
 //! An [`Export`] is a sampled observer with its names, units and the statement of its certificate. [`Export::c`] and
 //! [`Export::rust`] give the files of a small project: source, a test with golden vectors, a build file and a README.
-//! The emitted C performs the operations of `luenberger-observers` in the same order on the same stored numbers, so that
-//! a compiler that neither contracts nor reorders floating-point operations gives the same bits; the golden vectors are
-//! computed by the Rust observer and compared by the emitted test.
+//! The emitted C performs the operations of `luenberger-observers` in the same order on the same stored numbers, so
+//! that a compiler that neither contracts nor reorders floating-point operations gives the same bits; the golden
+//! vectors are computed by the Rust observer and compared by the emitted test.
 //!
 //! The emitted code belongs to the user; no licence of this project applies to it.
 //!

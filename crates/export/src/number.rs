@@ -1,5 +1,5 @@
-//! Floating-point numbers as literals: hexadecimal in C, which is exact, and the shortest decimal in Rust, which is read
-//! back to the same bits.
+//! Floating-point numbers as literals: hexadecimal in C, which is exact, and the shortest decimal in Rust, which is
+//! read back to the same bits.
 
 use crate::scalar::Scalar;
 

@@ -121,8 +121,8 @@ impl Program {
         let Self::MovingHorizon(estimator) = self else { return self.state_entries() * scalar.bytes() };
         let ObserverDimensions { estimate: n, inputs: m, outputs: p, .. } = self.dimensions();
         let (bytes, timed) = (scalar.bytes(), usize::from(self.uses_time()));
-        // The integer behind the numbers of a sample is padded to their length, and so is the number of samples; that of
-        // the next sample has 8 bytes.
+        // The integer behind the numbers of a sample is padded to their length, and so is the number of samples; that
+        // of the next sample has 8 bytes.
         let samples = estimator.horizon().window * (n + m + p + timed + 1);
         let end = (2 * (n + n * n) + samples) * bytes + 4;
         if timed == 1 { end.next_multiple_of(8) + 8 } else { end.next_multiple_of(bytes) }
@@ -228,8 +228,8 @@ impl FullWindow {
         self.stages * (self.measured() + 2 * n * n) + (self.stages - 1) * moved
     }
 
-    /// A step without active bounds: the time, the check of the innovation, the Gauss-Newton steps, the prediction, and the
-    /// arrival cost.
+    /// A step without active bounds: the time, the check of the innovation, the Gauss-Newton steps, the prediction, and
+    /// the arrival cost.
     fn within(&self) -> usize {
         let (n, p) = (self.n, self.p);
         let factor: usize = (0..p).map(|j| (p - j) * (2 * j + 1)).sum();

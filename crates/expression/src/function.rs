@@ -289,7 +289,8 @@ pub(crate) fn integer_power<T: RealField + Copy>(x: T, n: u32) -> T {
     if is_number::<T>() { square_and_multiply(x, n, T::one(), |a, b| a * b) } else { x.powi(n.cast_signed()) }
 }
 
-/// `x^n` by the binary digits of n from the lowest: the squares `x^2, x^4, ..` are multiplied to the power as they come.
+/// `x^n` by the binary digits of n from the lowest: the squares `x^2, x^4, ..` are multiplied to the power as they
+/// come.
 pub(crate) fn square_and_multiply<X: Copy>(x: X, mut n: u32, one: X, mut multiply: impl FnMut(X, X) -> X) -> X {
     let (mut square, mut power) = (x, None);
     while n > 0 {

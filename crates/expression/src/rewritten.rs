@@ -3,8 +3,8 @@
 //!
 //! `tan`, `sinh`, `cosh`, `log10` and powers with other exponents are written by these where that is exact in real
 //! arithmetic; branches, absolute values, tables and the time have no such form. A maximum is written as its argument
-//! that varies, in a form that is defined only where this is the larger one: `max(a, 1)` is `1 + sqrt(a - 1)^2`. Whoever
-//! proves that the text is defined over a set has proved that it is the maximum there. The same for a minimum.
+//! that varies, in a form that is defined only where this is the larger one: `max(a, 1)` is `1 + sqrt(a - 1)^2`.
+//! Whoever proves that the text is defined over a set has proved that it is the maximum there. The same for a minimum.
 
 use crate::expression::Expression;
 use crate::function::{Binary, Unary};
@@ -36,8 +36,8 @@ impl Expression {
     /// # Ok::<(), Box<dyn std::error::Error>>(())
     /// ```
     /// # Errors
-    /// The part of the text that has no such form: a function, a variable for which there is no name, or the whole where
-    /// it becomes too long.
+    /// The part of the text that has no such form: a function, a variable for which there is no name, or the whole
+    /// where it becomes too long.
     pub fn elementary(
         &self,
         number: impl Fn(f64) -> String,

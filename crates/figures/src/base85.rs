@@ -1,7 +1,7 @@
 //! Base-85 encoding of bytes for HTML elements: five letters for four bytes.
 //!
-//! The letters are the printable ASCII characters without space, `"&'<>\`, the backtick, `,` and `;`, in their order. The
-//! most significant digit is first; the last 1 to 3 bytes have one letter more than bytes.
+//! The letters are the printable ASCII characters without space, `"&'<>\`, the backtick, `,` and `;`, in their order.
+//! The most significant digit is first; the last 1 to 3 bytes have one letter more than bytes.
 
 /// The printable characters that are no digits.
 const EXCLUDED: &[u8] = b"\"&'<>\\`,;";

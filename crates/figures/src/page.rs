@@ -1,7 +1,8 @@
 //! A self-contained HTML file, which loads no external resource.
 //!
-//! The plotting library, the style sheet, the script and the data of the figures are embedded in the page; what is long is
-//! compressed by gzip, in base 85, and the browser unpacks it. The linked SVG, PNG and CSV files are in the folders beside the page.
+//! The plotting library, the style sheet, the script and the data of the figures are embedded in the page; what is long
+//! is compressed by gzip, in base 85, and the browser unpacks it. The linked SVG, PNG and CSV files are in the folders
+//! beside the page.
 //!
 //! The plotting library is plotly.js 3.7.0 in its basic bundle (scatter, bar, pie), MIT, as npm has it in
 //! plotly.js-basic-dist-min: `assets`, with its licence. Its SHA-256 is tested in `tests/it/report.rs`.
@@ -37,8 +38,8 @@ pub(crate) fn in_base85(letters: &str) -> String {
     STANDARD.decode(letters).map(|bytes| base85::encode(&bytes)).unwrap_or_default()
 }
 
-/// The bytes that the element `id` of a page holds compressed: `pictures` has the data of its figures, `plotting-library`
-/// the plotting library.
+/// The bytes that the element `id` of a page holds compressed: `pictures` has the data of its figures,
+/// `plotting-library` the plotting library.
 pub fn unpacked(page: &str, id: &str) -> Option<Vec<u8>> {
     let (_, rest) = page.split_once(&format!("<script type=\"text/plain\" id=\"{id}\">"))?;
     let (letters, _) = rest.split_once("</script>")?;

@@ -258,7 +258,8 @@ macro_rules! suite {
                     prop_assert!(factor.padding_survives() && factor.other_triangle_is_nan(uplo) && x.padding_survives());
                 }
 
-                /// diag(1, .., 1, -1 at k, ..) plus a strictly lower part keeps its first k leading minors: info is k + 1.
+                /// diag(1, .., 1, -1 at k, ..) plus a strictly lower part keeps its first k leading minors: info is k +
+                /// 1.
                 #[test]
                 fn potrf_of_an_indefinite_matrix_returns_its_order(seed: u64, n in 1usize..90, lower: bool, where_ in 0.0..1.0f64) {
                     let random = &mut Random(seed);

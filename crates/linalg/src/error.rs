@@ -196,8 +196,8 @@ pub enum LinalgError {
         /// The smallest singular value of `[A - lambda I, B]`.
         margin: f64,
     },
-    /// An eigenvalue on the stability boundary is not seen by the weight Q of a Riccati equation: a unit vector near its
-    /// mode costs nothing.
+    /// An eigenvalue on the stability boundary is not seen by the weight Q of a Riccati equation: a unit vector near
+    /// its mode costs nothing.
     #[error(
         "the weight q does not see the eigenvalue {eigenvalue} on the stability boundary, PBH margin of (A, Q) {margin}",
         margin = short(*.margin), eigenvalue = complex(*.eigenvalue)

@@ -1,10 +1,10 @@
 //! The direction that `[T - lambda I; C]` shortens most: its right singular vector at the smallest singular value, T
 //! quasi upper triangular.
 //!
-//! The rows of C and the subdiagonal of T are rotated into the triangle R, which costs `p n^2` instead of `n^3`. Inverse
-//! iteration with `R* R` then converges like the squared ratio of the two smallest singular values. Where these are
-//! near each other (a long chain of states seen at its ends), Lanczos' method on the inverse supplies a better vector:
-//! its error falls with the square root of the gap (Parlett, The Symmetric Eigenvalue Problem, section 12.4).
+//! The rows of C and the subdiagonal of T are rotated into the triangle R, which costs `p n^2` instead of `n^3`.
+//! Inverse iteration with `R* R` then converges like the squared ratio of the two smallest singular values. Where these
+//! are near each other (a long chain of states seen at its ends), Lanczos' method on the inverse supplies a better
+//! vector: its error falls with the square root of the gap (Parlett, The Symmetric Eigenvalue Problem, section 12.4).
 
 use nalgebra::{Complex, ComplexField, DMatrix, DVector, SymmetricEigen};
 

@@ -44,7 +44,8 @@ const LARGEST_DOMINANT: usize = 1000;
 const ITAE: [&[f64]; 5] =
     [&[1.4], &[1.75, 2.15], &[2.1, 3.4, 2.7], &[2.8, 5.0, 5.5, 3.4], &[3.25, 6.6, 8.6, 7.45, 3.95]];
 
-/// Damping ratio of a pair of poles whose step response overshoots by this fraction: `zeta = -ln o / sqrt(pi^2 + ln^2 o)`.
+/// Damping ratio of a pair of poles whose step response overshoots by this fraction:
+/// `zeta = -ln o / sqrt(pi^2 + ln^2 o)`.
 ///
 /// # Errors
 /// [`LinalgError::InvalidSpecification`] unless `0 < overshoot < 1`.

@@ -242,8 +242,8 @@ mod tests {
     use super::*;
     use nalgebra::Complex;
 
-    /// SLICOT AB01ND, example program: rank 2, `Q'F Q` reachable block similar to [-3 2.2361; 0 -1], `Q'G` = [0 -2.2361;
-    /// 1 0].
+    /// SLICOT AB01ND, example program: rank 2, `Q'F Q` reachable block similar to [-3 2.2361; 0 -1], `Q'G` = [0
+    /// -2.2361; 1 0].
     #[test]
     fn the_example_of_slicot_ab01nd() {
         let a = DMatrix::from_row_slice(3, 3, &[-1.0, 0.0, 0.0, -2.0, -2.0, -2.0, -1.0, 0.0, -3.0]);

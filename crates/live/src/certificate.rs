@@ -30,8 +30,8 @@ pub fn verifies(theorem: &Theorem) -> bool {
     scale(&mut theorem.clone(), &Sliders::NEUTRAL)
 }
 
-/// The verdicts on the observers of an experiment for the gains as the sliders have them; `None` for an observer without
-/// certificate.
+/// The verdicts on the observers of an experiment for the gains as the sliders have them; `None` for an observer
+/// without certificate.
 pub fn verify(experiment: &Experiment, sliders: &Sliders) -> Vec<Option<GainVerdict>> {
     let sliders = experiment.fitted(sliders);
     experiment.observers.iter().map(|observer| certified(experiment, observer, &sliders)).collect()

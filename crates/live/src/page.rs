@@ -1,7 +1,7 @@
 //! The part of a page in which an experiment is run: sliders, figures, scores and verdicts.
 //!
-//! A page has blocks ([`html_block`]), [`MODULE`] as the packed element `live-module`, [`STYLE`] and [`SCRIPT`]. The script
-//! uses what every page of `luenberger-figures` has: the plotting library, `themed` and `unpack`.
+//! A page has blocks ([`html_block`]), [`MODULE`] as the packed element `live-module`, [`STYLE`] and [`SCRIPT`]. The
+//! script uses what every page of `luenberger-figures` has: the plotting library, `themed` and `unpack`.
 
 use crate::experiment::{Experiment, ObserverKind};
 

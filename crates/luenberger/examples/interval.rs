@@ -22,8 +22,8 @@ pub(crate) fn main() -> Result<(), Box<dyn std::error::Error>> {
     println!("least sum, in the coordinates of the plant: {:.3} {:.3}", best.widths[0], best.widths[1]);
     println!("{}", best.certificate_file("a motor")?.statement());
 
-    // The bounds along a run with the load at a corner: Euler steps of 1 ms, of the plant and of the observer. The gain of
-    // least width is too fast for such steps.
+    // The bounds along a run with the load at a corner: Euler steps of 1 ms, of the plant and of the observer. The gain
+    // of least width is too fast for such steps.
     let linear = LinearDesign::with_poles(&plant, &[-6.0, -9.0])?;
     let best = IntervalDesign::new(&linear.observer, &acting, ErrorCoordinates::Modal, &first)?;
     let (mut x, u, h) = (DVector::from_vec(vec![1.0, -1.5]), DVector::from_element(1, 0.2), 1e-3);

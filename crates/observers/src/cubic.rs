@@ -293,8 +293,8 @@ where
     -trace / count(c.nrows())
 }
 
-/// `v' theta v`, summed in the order of the entries: the same bits with static and with dynamic sizes. Where the length is
-/// out of the compiler's sight, an index would keep a panic on a target.
+/// `v' theta v`, summed in the order of the entries: the same bits with static and with dynamic sizes. Where the length
+/// is out of the compiler's sight, an index would keep a panic on a target.
 pub(crate) fn quadratic<T: RealField + Copy, P: Dim>(theta: &OMatrix<T, P, P>, v: &[T]) -> T
 where
     DefaultAllocator: Allocator<P, P>,

@@ -1,9 +1,9 @@
 //! Products and the Cholesky factorisation of small matrices, with one order of operations for every size.
 //!
-//! nalgebra multiplies large matrices by blocks, with fused operations where the processor has them, and unrolls sums of
-//! fixed length, so that its last bits depend on the machine and on whether sizes are known at compile time. A filter
-//! that is simulated on a workstation, runs in Rust on a target and is exported as C needs the same bits in all three.
-//! Here a sum starts with its first term and adds the others in order.
+//! nalgebra multiplies large matrices by blocks, with fused operations where the processor has them, and unrolls sums
+//! of fixed length, so that its last bits depend on the machine and on whether sizes are known at compile time. A
+//! filter that is simulated on a workstation, runs in Rust on a target and is exported as C needs the same bits in all
+//! three. Here a sum starts with its first term and adds the others in order.
 
 #![allow(clippy::inline_always, reason = "loops over columns of fixed sizes unroll only where the sizes are seen")]
 

@@ -13,8 +13,8 @@ use nalgebra::{DefaultAllocator, Dim, OMatrix, OVector, RealField};
 use crate::error::ObserverError;
 use crate::observer::{ObserverDimensions, SampledObserver};
 
-/// `xhat+ = f(t, xhat, u) + L (y - h(t, xhat, u))` for a plant `S` in discrete time, whose `derivative` is the next state,
-/// with N states, M inputs and P outputs.
+/// `xhat+ = f(t, xhat, u) + L (y - h(t, xhat, u))` for a plant `S` in discrete time, whose `derivative` is the next
+/// state, with N states, M inputs and P outputs.
 ///
 /// Fields are read through methods, because the constructor has checked them.
 #[derive(Clone, Debug, PartialEq)]

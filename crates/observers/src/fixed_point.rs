@@ -8,8 +8,8 @@
 //! - The sum is then rounded once, to the nearest number of the format, ties upwards: an error of at most `2^-(n+1)`.
 //! - Results beyond the range saturate, and are counted in [`FixedPointState::saturations`].
 //!
-//! `luenberger_proof::statement::deployed_linear` with `Step::Accumulated` bounds the estimation error of this step, and
-//! proves for given bounds of operation that nothing saturates.
+//! `luenberger_proof::statement::deployed_linear` with `Step::Accumulated` bounds the estimation error of this step,
+//! and proves for given bounds of operation that nothing saturates.
 //!
 //! The matrices have a separate format, which may have more fraction bits than that of the signals.
 
@@ -296,8 +296,8 @@ where
     m.row(row).iter().map(|x| u64::from(x.unsigned_abs())).sum()
 }
 
-/// Whether every sum of products of numbers of 32 bits with coefficients of these magnitudes fits into 64 bits, with the
-/// half that rounding adds.
+/// Whether every sum of products of numbers of 32 bits with coefficients of these magnitudes fits into 64 bits, with
+/// the half that rounding adds.
 fn fits(what: &'static str, row: usize, magnitudes: u64) -> Result<(), ObserverError> {
     // (2^32 - 1) 2^31, and 2^30 for the half, are below 2^63.
     if magnitudes < 1 << 32 { Ok(()) } else { Err(ObserverError::FixedPointSum { what, row }) }

@@ -15,10 +15,10 @@
 //! xhat' = f(xhat, u),  P' = F P + P F' + W                          `substeps` classical Runge-Kutta steps
 //! ```
 //!
-//! F and H come from the plant ([`Differentiable`]). Joseph's form keeps P positive semidefinite
-//! whatever rounding does to K, and P is made exactly symmetric after both stages. Products and factorisation have one order
-//! of operations (`dense`), so that the filter gives the same bits with sizes of either kind. Runge-Kutta steps are not a
-//! congruence, so that sub-steps h/r with `|F| h/r` well above 1 may lose definiteness: choose r accordingly.
+//! F and H come from the plant ([`Differentiable`]). Joseph's form keeps P positive semidefinite whatever rounding does
+//! to K, and P is made exactly symmetric after both stages. Products and factorisation have one order of operations
+//! (`dense`), so that the filter gives the same bits with sizes of either kind. Runge-Kutta steps are not a congruence,
+//! so that sub-steps h/r with `|F| h/r` well above 1 may lose definiteness: choose r accordingly.
 //!
 //! For a linear plant it is the Kalman filter, optimal and convergent when the plant is detectable; for a nonlinear
 //! plant there is no proof of convergence from large errors.

@@ -20,9 +20,9 @@
 //!
 //! **Reset.** Integrators integrate every offset of y: xi drifts, and theta_hat drifts the other way. A [`Reset`] hands
 //! theta_hat over to xi from time to time, `xi+ = xi + missing(theta_hat) - missing(theta_0)`, `theta_hat+ = theta_0`,
-//! so that the estimate is continuous and what is missing is small again. With [`FilterMemory::Transformed`] the filters
-//! move to the new coordinates; with [`FilterMemory::Restarted`] they begin again, and the regression is exact from
-//! there.
+//! so that the estimate is continuous and what is missing is small again. With [`FilterMemory::Transformed`] the
+//! filters move to the new coordinates; with [`FilterMemory::Restarted`] they begin again, and the regression is exact
+//! from there.
 //!
 //! **A domain.** Where [`Regression::lower_bound`] bounds a parameter from below, theta_hat is projected: at the bound
 //! it does not fall further, and the estimate uses no value below it. [`Diagnose`] reports a parameter that is at its

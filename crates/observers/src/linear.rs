@@ -1,4 +1,5 @@
-//! Luenberger's observer `xhat' = (A - L C) xhat + B u + L (y - D u)`: eq. (2) of the cubic-observer paper, where D = 0.
+//! Luenberger's observer `xhat' = (A - L C) xhat + B u + L (y - D u)`: eq. (2) of the cubic-observer paper, where D =
+//! 0.
 //!
 //! Its error obeys `e' = (A - L C) e`, whatever the input.
 

@@ -1,9 +1,9 @@
 //! Proportional-integral observer: a constant or slowly varying disturbance is estimated with the state.
 //!
-//! The plant `x' = A x + B u + E d`, `y = C x + D u` with `d' = 0` is the plant with the state `(x, d)` and the matrices
-//! `[A E; 0 0]`, `[B; 0]`, `[C 0]`. A linear or a cubic observer of it has the estimates xhat and dhat: dhat is the
-//! integral of the output error, hence the name. Which observer it is, the type O says; this one hands out xhat as the
-//! estimate, and keeps dhat in its state.
+//! The plant `x' = A x + B u + E d`, `y = C x + D u` with `d' = 0` is the plant with the state `(x, d)` and the
+//! matrices `[A E; 0 0]`, `[B; 0]`, `[C 0]`. A linear or a cubic observer of it has the estimates xhat and dhat: dhat
+//! is the integral of the output error, hence the name. Which observer it is, the type O says; this one hands out xhat
+//! as the estimate, and keeps dhat in its state.
 
 use nalgebra::allocator::Allocator;
 use nalgebra::{Const, DefaultAllocator, Dim, OVector, RealField};

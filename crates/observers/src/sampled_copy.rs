@@ -1,16 +1,17 @@
-//! The copy of a nonlinear plant with a constant gain, stepped once per sample: `xhat' = f(t, xhat, u) + L (w - h(t, xhat,
-//! u))` between samples, with an output w that is predicted from the last measurement.
+//! The copy of a nonlinear plant with a constant gain, stepped once per sample:
+//! `xhat' = f(t, xhat, u) + L (w - h(t, xhat, u))` between samples, with an output w that is predicted from the last
+//! measurement.
 //!
 //! ```text
 //! xhat' = f(t, xhat, u) + L (w - h(t, xhat, u))
 //! w'    = Dh(t, xhat, u) f(t, xhat, u),   w(t_k) = y_k
 //! ```
 //!
-//! from one sample to the next by so many steps of the classical Runge-Kutta method, u held. With `xhat = x` at a sample
-//! it is w = y and `xhat = x` until the next one, as in continuous time; a measurement that is held instead makes an
-//! error of the order of `h y'` while the plant moves. With the error e small, w differs from y by `O(h |e|)`, so that
-//! the observer approaches the one in continuous time as h goes to 0, and keeps converging for h small enough: I.
-//! Karafyllis and C. Kravaris show it for globally Lipschitz plants. The bound of h is not computed here: check the
+//! from one sample to the next by so many steps of the classical Runge-Kutta method, u held. With `xhat = x` at a
+//! sample it is w = y and `xhat = x` until the next one, as in continuous time; a measurement that is held instead
+//! makes an error of the order of `h y'` while the plant moves. With the error e small, w differs from y by `O(h |e|)`,
+//! so that the observer approaches the one in continuous time as h goes to 0, and keeps converging for h small enough:
+//! I. Karafyllis and C. Kravaris show it for globally Lipschitz plants. The bound of h is not computed here: check the
 //! period by simulation. Where h depends on the time explicitly, that part of `y'` is left out.
 //!
 //! Lipschitz, LPV and high-gain designs run as this. Cost: 4 evaluations of f, h and Dh for each Runge-Kutta step.

@@ -1,6 +1,7 @@
 //! The two third-order plants of the cubic-observer paper.
 //!
-//! Source: M. M. Share Pasand, Luenberger-type cubic observers for state estimation of linear systems, Examples 2 and 3.
+//! Source: M. M. Share Pasand, Luenberger-type cubic observers for state estimation of linear systems, Examples 2 and
+//! 3.
 
 use nalgebra::{Matrix3, Matrix3x2, RowVector3, SMatrix};
 

@@ -1,8 +1,8 @@
 //! The extension module of the Python package `luenberger`: the library on numpy's arrays.
 //!
-//! Functions here take arrays that `python/luenberger/_arrays.py` has checked, and return dictionaries; the classes that
-//! users see are in Python. A design is that of a study with one observer, which Python writes as JSON: what a study can
-//! do, the package can, and it is written once.
+//! Functions here take arrays that `python/luenberger/_arrays.py` has checked, and return dictionaries; the classes
+//! that users see are in Python. A design is that of a study with one observer, which Python writes as JSON: what a
+//! study can do, the package can, and it is written once.
 //!
 //! | file | subject |
 //! |---|---|

@@ -176,8 +176,8 @@ impl Design {
         Ok(Stepper { inner: Mutex::new(stepper), period, inputs: size.inputs, outputs: size.outputs })
     }
 
-    /// The files of an export: names and bytes, what is proved, and its cost. With a study of the same plant and observer
-    /// the bounds of its simulation are those of the proof.
+    /// The files of an export: names and bytes, what is proved, and its cost. With a study of the same plant and
+    /// observer the bounds of its simulation are those of the proof.
     #[pyo3(signature = (study, folder, to, period, substeps, is_single, unproved, /))]
     #[expect(clippy::too_many_arguments, reason = "the options of an export")]
     fn export<'py>(

@@ -181,7 +181,8 @@ impl<'a> Comparison<'a> {
     /// ```
     /// # Errors
     /// For invalid input, those of [`Scenario::run`]; [`SimError::NoCommonGrid`] for sampling periods without a common
-    /// multiple, [`SimError::ScorePeriod`]. A run that ends early ([`SimError::ends_run`]) is no error: its row says so.
+    /// multiple, [`SimError::ScorePeriod`]. A run that ends early ([`SimError::ends_run`]) is no error: its row says
+    /// so.
     pub fn run(self) -> Result<Compared, SimError> {
         let size = self.scenario.plant.dimensions();
         check("the initial state", &self.x0, size.states)?;

@@ -225,8 +225,8 @@ impl Place {
     }
 }
 
-/// What encloses the polynomial with these values at the nodes, on its step: by the Lebesgue constant of eight Chebyshev
-/// points, which is below 3, about the middle of the values. `None` for values that are not finite.
+/// What encloses the polynomial with these values at the nodes, on its step: by the Lebesgue constant of eight
+/// Chebyshev points, which is below 3, about the middle of the values. `None` for values that are not finite.
 pub(crate) fn enclosure(nodes: &[f64; NODES]) -> Option<(f64, f64)> {
     let (low, high) = nodes.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), v| (l.min(*v), h.max(*v)));
     let (middle, radius) = (low + (high - low) / 2.0, 1.5 * (high - low));

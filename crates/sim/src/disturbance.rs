@@ -1,15 +1,14 @@
 //! Disturbances that the observers do not know: process noise, delays, faults of actuators
 //! and sensors, quantisation, dropouts and outliers.
 //!
-//! The plant gets `gain u(t - d) + bias` and process noise in its derivative (in discrete time, in its next state); of its
-//! output the observers read
-//! `gain y(t - d) + bias` with the measurement noise, rounded to the quantisation, with outliers; a value that does not
-//! arrive is no measurement ([`sensor`](crate::sensor)). The observers themselves are given the input u as it is
-//! commanded.
+//! The plant gets `gain u(t - d) + bias` and process noise in its derivative (in discrete time, in its next state); of
+//! its output the observers read `gain y(t - d) + bias` with the measurement noise, rounded to the quantisation, with
+//! outliers; a value that does not arrive is no measurement ([`sensor`](crate::sensor)). The observers themselves are
+//! given the input u as it is commanded.
 //!
 //! A delayed quantity is read from the dense output, and no step of the integrator is longer than a delay, so that
-//! feedback through a delay is integrated by the method of steps (Bellen and Zennaro, 2003, section 3). Before the start
-//! everything has the value of the start.
+//! feedback through a delay is integrated by the method of steps (Bellen and Zennaro, 2003, section 3). Before the
+//! start everything has the value of the start.
 
 use std::cell::{Cell, RefCell};
 use std::rc::Rc;
@@ -65,8 +64,8 @@ pub struct Channel {
 /// Disturbances of plant, actuators and sensors; the observers do not know them.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Disturbances {
-    /// Added to the derivative of the plant, or to the next state of one in discrete time; one entry for each state, held
-    /// over its period.
+    /// Added to the derivative of the plant, or to the next state of one in discrete time; one entry for each state,
+    /// held over its period.
     pub process_noise: Option<Noise>,
     /// Delay from the commanded input to the plant, in units of time.
     pub input_delay: f64,

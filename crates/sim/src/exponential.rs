@@ -1,9 +1,9 @@
-//! Intervals on which the stacked equation is linear with constant inputs, `s' = F s + g`: its solution is the series of
-//! the exponential, and nothing is integrated.
+//! Intervals on which the stacked equation is linear with constant inputs, `s' = F s + g`: its solution is the series
+//! of the exponential, and nothing is integrated.
 //!
 //! `s(t + sigma h) = sum_k c_k sigma^k` with `c_0 = s(t)`, `c_1 = h (F s(t) + g)`, `c_(k+1) = h F c_k/(k + 1)`. With
-//! `|F| h <= 2` the series ends at rounding after at most 28 terms; it is as much work as to apply stored exponentials for
-//! the eight points of dense output, and serves intervals of any length.
+//! `|F| h <= 2` the series ends at rounding after at most 28 terms; it is as much work as to apply stored exponentials
+//! for the eight points of dense output, and serves intervals of any length.
 //!
 //! The ends of steps are exact to rounding. Dense output keeps polynomials of degree 7 at eight Chebyshev points; they
 //! are off by `sum_(k >= 8) binomial(k, 8) 2^-14 |c_k|` at most, the remainder of interpolation, and steps are so short
@@ -109,8 +109,8 @@ impl Exponential {
         (n > 0 && norm.is_finite()).then_some(Self { f, norm, h: f64::INFINITY, g: offset, series })
     }
 
-    /// From `s` at `start` to `end`, under the inputs that `derivative` has now, leaving the result in `s`; `on_step` sees
-    /// every step. Returns the number of steps; `None`, and nothing is done, if the interval is to be integrated.
+    /// From `s` at `start` to `end`, under the inputs that `derivative` has now, leaving the result in `s`; `on_step`
+    /// sees every step. Returns the number of steps; `None`, and nothing is done, if the interval is to be integrated.
     pub(crate) fn advance(
         &mut self,
         settings: &Settings,

@@ -45,8 +45,8 @@ pub struct Settings {
     pub max_steps: usize,
     /// Longest step (default infinite).
     pub max_step: f64,
-    /// Time limit: no step starts after this instant (default none), [`SimError::TimeLimit`]. Without a limit the result
-    /// does not depend on the machine's speed.
+    /// Time limit: no step starts after this instant (default none), [`SimError::TimeLimit`]. Without a limit the
+    /// result does not depend on the machine's speed.
     pub end: Option<Instant>,
 }
 
@@ -98,8 +98,8 @@ impl Settings {
 /// ```
 /// # Errors
 /// [`SimError::TimeSpan`], [`SimError::NotFinite`] and [`SimError::NotPositive`] for bad input; [`SimError::BlowUp`],
-/// [`SimError::Singular`], [`SimError::StepSize`], [`SimError::TooManySteps`] or [`SimError::TimeLimit`] where the solution is
-/// not continued.
+/// [`SimError::Singular`], [`SimError::StepSize`], [`SimError::TooManySteps`] or [`SimError::TimeLimit`] where the
+/// solution is not continued.
 pub fn solve(
     f: impl Fn(f64, &[f64], &mut [f64]),
     start: f64,
@@ -312,8 +312,8 @@ fn largest(y: &[f64]) -> f64 {
 }
 
 /// Growth of the largest entry over its size at the start, 1 at least, that counts as a blow-up. At the spacing of
-/// floating-point numbers a solution of x' = x^p has grown by the factor 1e16^(1/(p - 1)), which is 1e4 for p = 5, while
-/// the logarithm that a simple pole of the right-hand side integrates to has reached 40.
+/// floating-point numbers a solution of x' = x^p has grown by the factor 1e16^(1/(p - 1)), which is 1e4 for p = 5,
+/// while the logarithm that a simple pole of the right-hand side integrates to has reached 40.
 const GROWTH: f64 = 1e3;
 
 /// A derivative is unbounded if it exceeds the largest one at the start, and the entries per unit of time, by this

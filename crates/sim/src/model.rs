@@ -507,7 +507,8 @@ impl<'a> Model<'a> {
         }
     }
 
-    /// Everything at `t` in one row: x, u, y and what is read of it, then state and estimate of each observer, then the integrals.
+    /// Everything at `t` in one row: x, u, y and what is read of it, then state and estimate of each observer, then the
+    /// integrals.
     pub(crate) fn row(&self, t: f64, stacked: &[f64], still: &HeldValues, now: &mut Instant, row: &mut Vec<f64>) {
         self.evaluate(t, stacked, still, now);
         row.extend_from_slice(&stacked[..self.size.states]);

@@ -1,7 +1,7 @@
 //! The times at which a run is tabulated.
 
-/// The times of a run from 0 to `end` that are rows of its table, and the end of the run if that is no row: `rows` equally
-/// spaced ones, at least two; with a sampled observer of this period its samples, evenly thinned.
+/// The times of a run from 0 to `end` that are rows of its table, and the end of the run if that is no row: `rows`
+/// equally spaced ones, at least two; with a sampled observer of this period its samples, evenly thinned.
 ///
 /// ```
 /// use luenberger_sim::row_times;

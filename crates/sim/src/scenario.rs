@@ -128,8 +128,8 @@ impl<'a> Scenario<'a> {
         self
     }
 
-    /// The plant is in discrete time with this period: its `derivative` is the next state, `x+ = f(t, x, u)`, the input is
-    /// evaluated at the samples and held, and observers are sampled ones.
+    /// The plant is in discrete time with this period: its `derivative` is the next state, `x+ = f(t, x, u)`, the input
+    /// is evaluated at the samples and held, and observers are sampled ones.
     ///
     /// ```
     /// use luenberger_plants::StaticPlant;

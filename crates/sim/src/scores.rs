@@ -1,9 +1,9 @@
 //! Scores of an observer's error, and the times at which errors are scored.
 //!
-//! The estimate of a sampled-data observer is defined at its samples only: at the sample k it is what is known of x(t_k)
-//! before the sample is used. Held until the next sample it lags behind the plant by up to a period, and that lag is no
-//! error of the observer. Hence one rule for all that is compared: if any of the observers is sampled, all of them are
-//! scored at the same instants, the samples; if none is, in continuous time.
+//! The estimate of a sampled-data observer is defined at its samples only: at the sample k it is what is known of
+//! x(t_k) before the sample is used. Held until the next sample it lags behind the plant by up to a period, and that
+//! lag is no error of the observer. Hence one rule for all that is compared: if any of the observers is sampled, all of
+//! them are scored at the same instants, the samples; if none is, in continuous time.
 //!
 //! | score | at the samples | in continuous time |
 //! |---|---|---|
@@ -14,8 +14,8 @@
 //! | at the end | at the last sample | at the end of the run |
 //! | steady state | RMSE over the samples of the second half | RMSE over the second half |
 //!
-//! Errors of different states have different units. Scores of single states are in the unit of the state; a norm takes a
-//! scale, one positive number per state, by which each error is divided.
+//! Errors of different states have different units. Scores of single states are in the unit of the state; a norm takes
+//! a scale, one positive number per state, by which each error is divided.
 
 use nalgebra::DMatrix;
 

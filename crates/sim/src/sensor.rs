@@ -1,7 +1,8 @@
 //! Sensors with individual sampling periods, and how observers treat an output that is not measured.
 //!
 //! A [`Sensor`] measures one output every period, from an offset on; its noise is drawn anew at each measurement. An
-//! output without one is read at all times. A measurement that does not arrive ([`Channel::dropout`]) is no measurement.
+//! output without one is read at all times. A measurement that does not arrive ([`Channel::dropout`]) is no
+//! measurement.
 //!
 //! | observer | at a measurement | otherwise |
 //! |---|---|---|

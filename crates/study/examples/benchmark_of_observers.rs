@@ -67,8 +67,8 @@ const PLANTS: &[Plant] = &[
     ),
 ];
 
-/// Seconds for each plant, unless others are given. What they do not reach is listed; with enough of them the tables do not
-/// depend on the machine.
+/// Seconds for each plant, unless others are given. What they do not reach is listed; with enough of them the tables do
+/// not depend on the machine.
 const BUDGET: f64 = 120.0;
 
 /// The observers that this project is about.

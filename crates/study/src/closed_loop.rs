@@ -1,15 +1,15 @@
 //! The feedback `u = r - K xhat` of a study on a target: its gain, and what is proved of the loop.
 //!
-//! The loop of the plant `x+ = A x + B u`, `y = C x + D u` with the stored observer `xhat+ = As xhat + Bs u + Ls (y - Cs
-//! xhat - D u)` and `u = -Ks xhat` has for `z = (x, xhat)` the matrix
+//! The loop of the plant `x+ = A x + B u`, `y = C x + D u` with the stored observer
+//! `xhat+ = As xhat + Bs u + Ls (y - Cs xhat - D u)` and `u = -Ks xhat` has for `z = (x, xhat)` the matrix
 //!
 //! ```text
 //! [A  0 ] - [B  0 ] [ 0  Ks]
 //! [0  As]   [Bs Ls] [-C  Cs]
 //! ```
 //!
-//! without a product that would have to be rounded: its certificate is that of a linear observer of twice the order, and
-//! the rounding of the stored numbers is in it.
+//! without a product that would have to be rounded: its certificate is that of a linear observer of twice the order,
+//! and the rounding of the stored numbers is in it.
 
 use luenberger_design::DiscreteDesign;
 use luenberger_plants::StateSpace;

@@ -229,8 +229,8 @@ impl Input {
         }
     }
 
-    /// The same, with a feedback of the deviations from an operating point, `u = r(t) + u0 - K (xhat - x0)`, if there is
-    /// one.
+    /// The same, with a feedback of the deviations from an operating point, `u = r(t) + u0 - K (xhat - x0)`, if there
+    /// is one.
     pub fn signal_at(&self, point: Option<&OperatingPoint>) -> Signal<'static> {
         let signal = self.signal();
         match (self, point) {

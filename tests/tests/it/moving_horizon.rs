@@ -6,9 +6,9 @@
 //! subject to lower <= x_i <= upper
 //! ```
 //!
-//! **How near they must be.** With the Hessian H, its least eigenvalue lambda, and for a point (x, z >= 0) of a solver the
-//! residual `r = H x + g + G'z`, the products `s'z` of slacks and multipliers and the largest violation v of a bound, the
-//! solution x* with multipliers z* has `lambda |x - x*|^2 <= |r| |x - x*| + s'z + v |z*|_1`, so that
+//! **How near they must be.** With the Hessian H, its least eigenvalue lambda, and for a point (x, z >= 0) of a solver
+//! the residual `r = H x + g + G'z`, the products `s'z` of slacks and multipliers and the largest violation v of a
+//! bound, the solution x* with multipliers z* has `lambda |x - x*|^2 <= |r| |x - x*| + s'z + v |z*|_1`, so that
 //! `|x - x*| <= |r|/lambda + sqrt((s'z + v |z*|_1)/lambda)`. These numbers are computed from the point of Clarabel. The
 //! estimator solves its equations exactly, with v = 0, and ends with a mean of s z of `1e3 epsilon` after a step with a
 //! tenth of the mean before it: at most ten times that is assumed.
@@ -230,7 +230,8 @@ proptest! {
     }
 }
 
-/// A cart whose position is measured beyond its bound in every other half of the run: estimates at the bound and within.
+/// A cart whose position is measured beyond its bound in every other half of the run: estimates at the bound and
+/// within.
 #[test]
 fn bounds_are_active_and_not() {
     let plant = StateSpace::new(dmatrix![1.0, 0.5; 0.0, 0.9], dmatrix![0.0; 0.1], dmatrix![1.0, 0.0]).unwrap();

@@ -286,7 +286,8 @@ fn a_table_of_low_rank_is_the_solution_of_sylvesters_equation() {
     for k in 0..40 {
         let x = SVector::from_fn(|i, _| domain.upper()[i] * (1.0 + 2.3 * f64::from(k) + 1.7 * i as f64).sin());
         let error = (inverse.target(&x) - exact * x).norm();
-        // Six coordinates, of which the thinnest is some 1e-5 wide, each to 1e-6 of its width, and simulations to 1e-11.
+        // Six coordinates, of which the thinnest is some 1e-5 wide, each to 1e-6 of its width, and simulations to
+        // 1e-11.
         assert!(error < 1e-6 * (exact * x).norm().max(0.1), "{error:e}");
         assert!((inverse.state(&inverse.target(&x)) - x).amax() < 1e-6, "{x}");
     }

@@ -1,6 +1,6 @@
 //! The observers of the template `cuk-observers`, given as expressions, beside those of Table I as
-//! `luenberger-reproduce` has them in Rust: along the run of section V.C of Yi, Ortega and Zhang, two set-points long, the estimates are the
-//! same.
+//! `luenberger-reproduce` has them in Rust: along the run of section V.C of Yi, Ortega and Zhang, two set-points long,
+//! the estimates are the same.
 
 use std::sync::atomic::AtomicBool;
 

@@ -333,8 +333,8 @@ fn at_equality_of_theorem_5_the_error_decays_like_a_root() {
     assert!((sizes(0.0)[3] - 1.0).abs() < 1e-6, "{:?}", sizes(0.0));
 }
 
-/// Within the printed hypotheses, theta >= 0 among them, equality is not enough: C = I, A - LC = -I, P = I, Q = 2 I, N = -I,
-/// theta = diag(1, 0).
+/// Within the printed hypotheses, theta >= 0 among them, equality is not enough: C = I, A - LC = -I, P = I, Q = 2 I, N
+/// = -I, theta = diag(1, 0).
 #[test]
 fn at_equality_of_theorem_5_a_singular_theta_leaves_an_error() {
     let (one, theta) = (DMatrix::identity(2, 2), dmatrix![1.0, 0.0; 0.0, 0.0]);

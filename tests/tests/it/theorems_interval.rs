@@ -360,8 +360,8 @@ fn the_least_width_depends_on_the_bounds_of_common_disturbances() {
     }
 }
 
-/// For the scalar plant `x' = w`, `y = x + v` the width `(W + L V)/L` falls with L towards V and has no least value. The
-/// gain is the smallest whose width is one per cent above: `L = 100 W/V`.
+/// For the scalar plant `x' = w`, `y = x + v` the width `(W + L V)/L` falls with L towards V and has no least value.
+/// The gain is the smallest whose width is one per cent above: `L = 100 W/V`.
 #[test]
 fn a_width_that_only_falls_has_a_moderate_gain() {
     let plant = StateSpace::new(dmatrix![0.0], DMatrix::zeros(1, 0), dmatrix![1.0]).unwrap();

@@ -262,8 +262,8 @@ fn all_seven_observers_of_the_converter_converge() {
         for state in 0..2 {
             let start = error[(0, state)].abs();
             assert!(start > 0.05, "{name} starts right, and nothing is tested");
-            // The slowest error is that of the time-varying HGO, exp(-20 t), then the I&IO's, exp(-g1 int w) with w >= 0.3:
-            // exp(-18) and less.
+            // The slowest error is that of the time-varying HGO, exp(-20 t), then the I&IO's, exp(-g1 int w) with w >=
+            // 0.3: exp(-18) and less.
             assert!(error[(1200, state)].abs() <= 1e-6, "{name}: {}", error[(1200, state)]);
         }
     }

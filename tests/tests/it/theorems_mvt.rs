@@ -220,8 +220,8 @@ fn the_repair_needs_not_be_told() {
     }
 }
 
-/// Counterexample 4, x' = x - x^3, y = x, e(0) = 0: G = 2 eta |1 - 3 xhat^2| vanishes at xhat = -1/sqrt 3. From xhat = -1
-/// the estimate of x = 1 stops before that, where 7 xhat^2 + xhat - 2 = 0 for eta = 1, although x itself is measured
+/// Counterexample 4, x' = x - x^3, y = x, e(0) = 0: G = 2 eta |1 - 3 xhat^2| vanishes at xhat = -1/sqrt 3. From xhat =
+/// -1 the estimate of x = 1 stops before that, where 7 xhat^2 + xhat - 2 = 0 for eta = 1, although x itself is measured
 /// and e = 0 throughout.
 #[test]
 fn a_measured_state_is_missed() {
@@ -234,8 +234,8 @@ fn a_measured_state_is_missed() {
     }
 }
 
-/// The repair of the flexible joint: one Lyapunov matrix for both vertices of the mean Jacobian, whose entry (4, 3) is -19.5 - 3.33
-/// c with c in [-1, 1], proved; hence convergence from every internal error.
+/// The repair of the flexible joint: one Lyapunov matrix for both vertices of the mean Jacobian, whose entry (4, 3) is
+/// -19.5 - 3.33 c with c in [-1, 1], proved; hence convergence from every internal error.
 #[test]
 fn the_repaired_joint_converges_with_a_proof() {
     let plant = flexible_joint::classical();
@@ -262,9 +262,9 @@ fn the_repaired_joint_converges_with_a_proof() {
 }
 
 /// Counterexample 5, a *stable* plant: x1' = -3 x1 + 2 x2, x2' = -2 x1 + x2, y = x1, observable, both poles at -1. A
-/// copy of it that looks at no measurement is right after a few seconds. alpha_1 = 10, so that d' = [-3 - 10 eta, 2; -2,
-/// 1] d, of determinant 1 - 10 eta < 0: for every eta that the theorem admits the error grows, at the rate -(1 + 5 eta) +
-/// sqrt(25 eta^2 + 20 eta), and the more gain the faster: the limit is the 1 of x2' = x2.
+/// copy of it that looks at no measurement is right after a few seconds. alpha_1 = 10, so that d' = [-3 - 10 eta, 2;
+/// -2, 1] d, of determinant 1 - 10 eta < 0: for every eta that the theorem admits the error grows, at the rate -(1 + 5
+/// eta) + sqrt(25 eta^2 + 20 eta), and the more gain the faster: the limit is the 1 of x2' = x2.
 #[test]
 fn more_gain_makes_the_error_on_a_stable_plant_grow_faster() {
     let plant = stable();

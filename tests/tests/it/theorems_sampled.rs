@@ -249,8 +249,8 @@ proptest! {
     #![proptest_config(ProptestConfig { cases: 12, ..ProptestConfig::default() })]
 
     /// Theorem F in simulations, the plant in motion under an input: at the samples that are drawn, of which some are
-    /// missed, V falls from correction to correction by the factor that is proved; for the linear correction, radial and
-    /// semi-implicit.
+    /// missed, V falls from correction to correction by the factor that is proved; for the linear correction, radial
+    /// and semi-implicit.
     #[test]
     fn v_falls_by_the_factor_at_the_samples_of_a_simulation(
         plant in observable_plant(1..=3), d in matrix(3, 3), k in matrix(3, 3), e0 in matrix(3, 1), x0 in matrix(3, 1),

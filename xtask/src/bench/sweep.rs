@@ -9,7 +9,8 @@ const PACKAGES: [&str; 2] = ["scipy==1.17.1", "numpy==2.4.6"];
 /// Runs of the largest sweep.
 const LARGEST: usize = 100_000;
 
-/// Writes `sweep.json` and `sweep.md` in `target/bench`, and puts the latter into its page in `docs` if that is asked for.
+/// Writes `sweep.json` and `sweep.md` in `target/bench`, and puts the latter into its page in `docs` if that is asked
+/// for.
 pub(crate) fn run(largest: Option<usize>, document: bool) -> Result<(), Failure> {
     let folder = root().join("target/bench");
     fs::create_dir_all(&folder).map_err(|source| Failure::io(&folder, source))?;

@@ -33,8 +33,8 @@ const STATIC_LIBRARIES: [(&str, &str); 8] = [
     ("filtered", "filtered"),
 ];
 
-/// Exports of which libgcc does not give the bits on a Cortex-M4F: its addition of doubles for Thumb-2 loses a bit where
-/// exponents differ by 33, see `docs/deploy.md`.
+/// Exports of which libgcc does not give the bits on a Cortex-M4F: its addition of doubles for Thumb-2 loses a bit
+/// where exponents differ by 33, see `docs/deploy.md`.
 const MISROUNDED: [(&str, &str, &str); 1] = [("bounded", "bounded", "f64")];
 
 /// An observer at varying periods.

@@ -10,8 +10,8 @@ use std::io::{IsTerminal, Write};
 const SECONDS: f64 = 10.0;
 const BYTES: f64 = 1e9;
 
-/// Reports the estimated cost of the step, or of one of so many shards of it, on standard error; an error if it takes too
-/// long.
+/// Reports the estimated cost of the step, or of one of so many shards of it, on standard error; an error if it takes
+/// too long.
 pub(super) fn announce(
     study: &Study,
     step: Step,

@@ -594,8 +594,8 @@ fn observers_of_templates_and_examples_become_c_that_agrees_with_their_designs()
 /// The stirred reactor of Seborg, Edgar and Mellichamp, Process Dynamics and Control, 2nd ed. 2004, table 2.3.
 const REACTOR: &str = include_str!("../../../study/tests/studies/reactor.toml");
 
-/// A linear observer at an operating point, in the coordinates of the plant. Its input and output are held: the distance
-/// from the observer in continuous time is proportional to the period.
+/// A linear observer at an operating point, in the coordinates of the plant. Its input and output are held: the
+/// distance from the observer in continuous time is proportional to the period.
 #[test]
 fn a_linear_observer_at_an_operating_point_becomes_c() {
     let (folder, file) = study("export-point-linear", Some(REACTOR));

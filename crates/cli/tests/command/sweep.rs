@@ -69,7 +69,8 @@ fn blocks(out: &Path) -> usize {
     files.unwrap_or(0)
 }
 
-/// A shard is killed twice in the middle, by SIGKILL. The finished blocks stay, and the results are those of one process.
+/// A shard is killed twice in the middle, by SIGKILL. The finished blocks stay, and the results are those of one
+/// process.
 #[cfg(unix)]
 #[test]
 fn a_killed_shard_is_resumed() {

@@ -145,8 +145,8 @@ impl ErrorSystem {
     }
 }
 
-/// Entries that are rounding, as those of a placed `A - LC` that is diagonal, are 0: the solver of the program would scale by
-/// them. What it proposes is proved for the numbers themselves.
+/// Entries that are rounding, as those of a placed `A - LC` that is diagonal, are 0: the solver of the program would
+/// scale by them. What it proposes is proved for the numbers themselves.
 fn without_rounding(m: &DMatrix<f64>) -> DMatrix<f64> {
     let least = 8.0 * f64::EPSILON * m.norm();
     m.map(|x| if x.abs() <= least { 0.0 } else { x })

@@ -1,5 +1,5 @@
-//! Attractivity of the manifold of an immersion-and-invariance observer: `d' = M d`, with M a mean of Jacobians that are
-//! enclosed over a box. One P that proves every matrix of the enclosure Hurwitz proves that d decays exponentially.
+//! Attractivity of the manifold of an immersion-and-invariance observer: `d' = M d`, with M a mean of Jacobians that
+//! are enclosed over a box. One P that proves every matrix of the enclosure Hurwitz proves that d decays exponentially.
 
 use luenberger_proof::certificate::{Certificate, Certified};
 use luenberger_proof::{Interval, Matrix};

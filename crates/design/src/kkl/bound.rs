@@ -1,11 +1,11 @@
 //! A guaranteed bound of the estimation error, for maps that are given as expressions.
 //!
 //! The theorem is [`KklErrorBound`]; here are the choices that it leaves. With the entries of xi in half-widths of
-//! phi(box), P is the identity for a diagonal Lambda, else the solution of a Lyapunov equation for the middle of Lambda,
-//! and W the inverse of P, a little enlarged. The rate is the largest, to 2 %, that P proves for all of Lambda. The
-//! bound of V from which the estimate is guaranteed, `start`, is the largest power of two, at most that of an error of
-//! two half-widths in every entry, for which phi^L is shown to be defined around phi(box). The modulus of injectivity is
-//! added where one M proves it.
+//! phi(box), P is the identity for a diagonal Lambda, else the solution of a Lyapunov equation for the middle of
+//! Lambda, and W the inverse of P, a little enlarged. The rate is the largest, to 2 %, that P proves for all of Lambda.
+//! The bound of V from which the estimate is guaranteed, `start`, is the largest power of two, at most that of an error
+//! of two half-widths in every entry, for which phi^L is shown to be defined around phi(box). The modulus of
+//! injectivity is added where one M proves it.
 
 use luenberger_linalg::{lyapunov, symmetric_part};
 use luenberger_proof::certificate::{KklBox, KklErrorBound, KklInjectivity, KklMaps, KklTexts, Theorem};

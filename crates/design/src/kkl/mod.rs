@@ -111,8 +111,8 @@ impl<S, K> KklCandidate<'_, S, K> {
     /// All checks of the candidate on `region`, whose states and inputs must be bounded. A candidate that fails a check
     /// gives a report, not an error.
     ///
-    /// Proposition 6's plant `x1' = -x1^3 + exp x3, x2' = -x2 + x1^2 + sin x1, x3' = 1/(x1^2 + 1) + x1 u`, and its phi =
-    /// (x2, x3):
+    /// Proposition 6's plant `x1' = -x1^3 + exp x3, x2' = -x2 + x1^2 + sin x1, x3' = 1/(x1^2 + 1) + x1 u`, and its phi
+    /// = (x2, x3):
     /// ```
     /// use luenberger_design::{KklCandidate, Region, kkl::KklSettings};
     /// use luenberger_observers::{KklMap, ObserverDimensions};

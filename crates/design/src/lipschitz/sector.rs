@@ -11,8 +11,8 @@ use luenberger_lmi::proof_matrix;
 /// inputs, `(w - low H e)'(high H e - w) >= 0` with `e = x - z`.
 ///
 /// For a scalar phi that says: slope between `low` and `high`. For `low = -gamma`, `high = gamma` it says
-/// `|w| <= gamma |H e|`, for vectors too, and G and H may then have different widths. phi has to satisfy it where x *and*
-/// xhat are, which the user must ensure for a plant that is Lipschitz on a region only.
+/// `|w| <= gamma |H e|`, for vectors too, and G and H may then have different widths. phi has to satisfy it where x
+/// *and* xhat are, which the user must ensure for a plant that is Lipschitz on a region only.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Sector {
     g: DMatrix<f64>,

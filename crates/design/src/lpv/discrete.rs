@@ -11,8 +11,8 @@
 //! ```text
 //!     |x(k) - xhat(k)| <= sqrt(cond P) |x(0) - xhat(0)| q^k.                                      (2)
 //! ```
-//! With `Y = P L` (1) is linear in (P, Y). The factor q belongs to a decay rate per unit of time, `q = exp(-rate h)` for
-//! the period h.
+//! With `Y = P L` (1) is linear in (P, Y). The factor q belongs to a decay rate per unit of time, `q = exp(-rate h)`
+//! for the period h.
 //!
 //! With measurement noise of covariance V per sample the least noise gain is asked for by
 //! ```text
@@ -107,8 +107,8 @@ where
     /// # Ok::<(), luenberger_design::LpvError>(())
     /// ```
     /// # Errors
-    /// [`LpvError::Enclosure`], [`LpvError::TooManyVertices`]; [`DesignError::BadRate`]; [`LpvError::Conflict`] names the
-    /// vertices that exclude each other, with verified multipliers; [`DesignError::Undecided`] with the best margin
+    /// [`LpvError::Enclosure`], [`LpvError::TooManyVertices`]; [`DesignError::BadRate`]; [`LpvError::Conflict`] names
+    /// the vertices that exclude each other, with verified multipliers; [`DesignError::Undecided`] with the best margin
     /// found.
     pub fn new(plant: S, period: f64, region: &Region, rate: f64, options: &GainOptions) -> Result<Self, LpvError> {
         check::rate(rate)?;

@@ -12,8 +12,9 @@
 //! - X is differenced once more, for the Jacobian of the least squares;
 //! - time: measured beside the other means in `docs/theory-mvt.md`.
 //!
-//! Method: the trust-region-reflective method of `lsqnonlin` (T. F. Coleman and Y. Li, SIAM Journal on Optimization 6, 1996),
-//! as the crate `basin` has it. Rows are scaled to size one; since they are independent that changes no minimiser.
+//! Method: the trust-region-reflective method of `lsqnonlin` (T. F. Coleman and Y. Li, SIAM Journal on Optimization 6,
+//! 1996), as the crate `basin` has it. Rows are scaled to size one; since they are independent that changes no
+//! minimiser.
 
 use std::convert::Infallible;
 

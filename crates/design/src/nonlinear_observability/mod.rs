@@ -325,8 +325,8 @@ impl fmt::Display for LieObservability {
 /// written for every scalar, `impl<T: RealField + Copy> Plant<T>`.
 ///
 /// # Errors
-/// [`ObservabilityError`]: columns that do not fit the plant, numbers that are not finite, an order beyond [`HIGHEST_ORDER`], a derivative that does
-/// not exist at a point.
+/// [`ObservabilityError`]: columns that do not fit the plant, numbers that are not finite, an order beyond
+/// [`HIGHEST_ORDER`], a derivative that does not exist at a point.
 ///
 /// # Cost
 /// For each point n K evaluations of f over series of 16 terms, and K singular value decompositions of p K x n.

@@ -143,8 +143,8 @@ impl NormFilterDesign {
     ///
     /// # Errors
     /// [`DesignError::NormTooSmall`] for a gamma below the least; [`DesignError::NoiselessOutput`] for
-    /// [`NormTarget::Least`] where D has no full row rank and no bound of the gain is given; a plant that is not detectable;
-    /// shapes that do not fit; a given gain that does not stabilise.
+    /// [`NormTarget::Least`] where D has no full row rank and no bound of the gain is given; a plant that is not
+    /// detectable; shapes that do not fit; a given gain that does not stabilise.
     pub fn new(
         plant: &StateSpace,
         time: TimeDomain,

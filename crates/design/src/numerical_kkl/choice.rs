@@ -1,7 +1,8 @@
 //! Cut-off frequency, grid and escape of a numerical KKL observer, found by trying designs on coarse grids.
 //!
-//! T is smooth enough for a table only if the filter is faster than the plant expands backward in time, and the error of
-//! the left inverse grows when it is much faster; where between is not known beforehand. The search is deterministic:
+//! T is smooth enough for a table only if the filter is faster than the plant expands backward in time, and the error
+//! of the left inverse grows when it is much faster; where between is not known beforehand. The search is
+//! deterministic:
 //!
 //! 1. *Escape.* The plant is not slowed, unless a trajectory from a grid of the box escapes backward in time within the
 //!    memory of the slowest candidate, or one of a later design does: then it is slowed over one half-width.

@@ -1,9 +1,9 @@
 //! T of low rank: a tensor train from a small part of the grid, by cross approximation.
 //!
-//! On the grid, T is a tensor of the indices (c, i_1, .., i_N), c the component, and for each k a matrix: rows
-//! (c, i_1, .., i_k), columns (i_(k+1), .., i_N). Of a matrix of rank r, r rows R and r columns C are enough: `A = A(:, C)
-//! A(R, C)^-1 A(R, :)`. A sweep from the first axis to the last chooses the rows of the next matrix among those that
-//! extend the rows of this one, and a sweep back chooses the columns in the same way:
+//! On the grid, T is a tensor of the indices (c, i_1, .., i_N), c the component, and for each k a matrix: rows (c, i_1,
+//! .., i_k), columns (i_(k+1), .., i_N). Of a matrix of rank r, r rows R and r columns C are enough:
+//! `A = A(:, C) A(R, C)^-1 A(R, :)`. A sweep from the first axis to the last chooses the rows of the next matrix among
+//! those that extend the rows of this one, and a sweep back chooses the columns in the same way:
 //!
 //! 1. the matrix A of these rows and columns, and of some more columns at random, is simulated (every grid point once);
 //! 2. its singular value decomposition is cut off where the rest is below the tolerance;

@@ -75,8 +75,8 @@ pub struct Settings<const N: usize> {
     pub points: [usize; N],
     /// Largest rank of a table of low rank, 1 to 32 (default 24).
     pub rank: usize,
-    /// Largest error of a table of low rank at points of its grid, in the coordinates in which T(box) is about one wide,
-    /// 1e-12 to 0.1 (default 1e-6).
+    /// Largest error of a table of low rank at points of its grid, in the coordinates in which T(box) is about one
+    /// wide, 1e-12 to 0.1 (default 1e-6).
     pub rank_tolerance: f64,
     /// Total degree of the polynomials of the embedded form, 1 to 12 (default 4).
     pub degree: usize,
@@ -88,7 +88,8 @@ pub struct Settings<const N: usize> {
     pub ridge: f64,
     /// Maximal number of evaluations of T per iteration of the interpolated form (default 40).
     pub max_evaluations: usize,
-    /// Points per axis on which the interpolated form seeks other starts when the first fails, 0 (none) to 64 (default 9).
+    /// Points per axis on which the interpolated form seeks other starts when the first fails, 0 (none) to 64 (default
+    /// 9).
     pub fallback: usize,
     /// Grid points per axis of the injectivity check, 3 to 64 (default 17).
     pub injectivity_points: usize,
@@ -189,10 +190,10 @@ impl<const N: usize, const M: usize, const P: usize, const Z: usize> NumericalKk
 }
 
 impl<const N: usize, const M: usize, const P: usize, const Z: usize> NumericalKklDesign<N, M, P, Z, Train<N, Z>> {
-    /// As [`new`](NumericalKklDesign::new), with a table of low rank: a [tensor train](Train) of splines, for more states than a
-    /// grid of `settings.points` can hold. Its rank is the smallest with which the error at points of the grid is below
-    /// `settings.rank_tolerance`, at most `settings.rank`. The time is about that of [`Report::trajectories`]
-    /// trajectories.
+    /// As [`new`](NumericalKklDesign::new), with a table of low rank: a [tensor train](Train) of splines, for more
+    /// states than a grid of `settings.points` can hold. Its rank is the smallest with which the error at points of the
+    /// grid is below `settings.rank_tolerance`, at most `settings.rank`. The time is about that of
+    /// [`Report::trajectories`] trajectories.
     ///
     /// A double integrator driven by an unknown constant force, whose position is measured:
     /// ```

@@ -98,8 +98,8 @@ pub(crate) fn fit<const I: usize, const O: usize>(
 
 /// Samples this far across a cut, in half-widths of the cell, count on both sides: polynomials are worst at the border
 /// of their samples, and so the border of the samples is not the border of the cell. Measured on the reverse Duffing
-/// oscillator (cut-off 1.5, 64 leaves): with less, 0.02, single estimates are off by 0.5 near the origin; with more, 0.1,
-/// all errors are three to ten times as large.
+/// oscillator (cut-off 1.5, 64 leaves): with less, 0.02, single estimates are off by 0.5 near the origin; with more,
+/// 0.1, all errors are three to ten times as large.
 const OVERLAP: f64 = 0.035;
 
 /// How far beyond the values of its samples a leaf may go, in parts of their range.

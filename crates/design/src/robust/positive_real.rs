@@ -3,8 +3,8 @@
 //! For p = 1, `P N = -C's` with `s > 0` and `(F + eps I)'P + P(F + eps I) < 0` have a solution `P > 0` iff
 //! `G(s) = -C (s I - F - eps I)^-1 N` is strictly positive real (Kalman-Yakubovich-Popov lemma, strict form: A.
 //! Rantzer, Systems & Control Letters 28, 1996). On the imaginary axis `Re G(i w) = q(w^2) / |d(i w)|^2` with d the
-//! characteristic polynomial and q a polynomial of degree at most n - 1, so that the condition is: F + eps I Hurwitz, q >
-//! 0 on `w^2 >= 0`, and a positive leading coefficient `C (F + eps I) N` of q.
+//! characteristic polynomial and q a polynomial of degree at most n - 1, so that the condition is: F + eps I Hurwitz, q
+//! > 0 on `w^2 >= 0`, and a positive leading coefficient `C (F + eps I) N` of q.
 
 use luenberger_linalg::{eigenvalues, spectral_abscissa};
 use luenberger_proof::UndecidedReason;

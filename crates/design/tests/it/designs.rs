@@ -168,8 +168,8 @@ fn shares_of_the_cost_add_up_and_an_unseen_error_has_none() {
     assert!(theta_from_cost_shares(&linear, Some(&dvector![0.0, 0.0]), 3.0).is_err());
 }
 
-/// F = [-1 1; 0 -2], C = I: e2 = exp(-2t) e2(0), and e1 gets exp(-t) - exp(-2t) of e2(0). From e(0) = (0, 1), J = (1/2 -
-/// 2/3 + 1/4, 1/4) = (1, 3)/12; over all directions trace M_1 = 1/2 + 1/12 and trace M_2 = 1/4.
+/// F = [-1 1; 0 -2], C = I: e2 = exp(-2t) e2(0), and e1 gets exp(-t) - exp(-2t) of e2(0). From e(0) = (0, 1), J = (1/2
+/// - 2/3 + 1/4, 1/4) = (1, 3)/12; over all directions trace M_1 = 1/2 + 1/12 and trace M_2 = 1/4.
 #[test]
 fn shares_of_coupled_errors_are_those_along_the_error_equation() {
     let plant = StateSpace::new(dmatrix![-1.0, 1.0; 0.0, -2.0], DMatrix::zeros(2, 0), DMatrix::identity(2, 2)).unwrap();
@@ -248,8 +248,8 @@ fn the_nominal_plant_is_a_vertex_of_its_polytope() {
     }
 }
 
-/// F = [0 1; -2 -3], C = [30 1], N = (0, -1): G(s) = (s + 30)/((s + 1)(s + 2)) is positive real only after a shift of -27,
-/// far to the left of the size of F.
+/// F = [0 1; -2 -3], C = [30 1], N = (0, -1): G(s) = (s + 30)/((s + 1)(s + 2)) is positive real only after a shift of
+/// -27, far to the left of the size of F.
 #[test]
 fn a_margin_far_to_the_left_is_found_by_both_methods() {
     let f = dmatrix![0.0, 1.0; -2.0, -3.0];
@@ -359,8 +359,8 @@ fn designs_are_displayed_with_gains_poles_and_verdicts() {
     assert!(cubic.to_string().contains("\ntheta = [10]\n"), "{cubic}");
 }
 
-/// The extended-state observer of `y = 1/(s(s + 1)) (u + d)` is the disturbance observer `dhat = Q (s(s + 1) y - u)` with
-/// `Q = w^3/(s + w)^3` (Ohnishi, Shibata and Murakami, IEEE/ASME Transactions on Mechatronics 1, 1996).
+/// The extended-state observer of `y = 1/(s(s + 1)) (u + d)` is the disturbance observer `dhat = Q (s(s + 1) y - u)`
+/// with `Q = w^3/(s + w)^3` (Ohnishi, Shibata and Murakami, IEEE/ASME Transactions on Mechatronics 1, 1996).
 #[test]
 fn an_extended_state_observer_is_a_disturbance_observer() {
     use luenberger_design::{bandwidth_poles, with_disturbance_chain};

@@ -350,7 +350,8 @@ fn jumps_are_found() {
     assert!(enclose(&SmallStep, &Region::new(&[(0.8, 4.0), (-1.0, 1.0)])).is_ok());
 }
 
-/// ln is taken only where it is defined: parts that leave the branch open near 0.5 are bisected until they do not reach 0.
+/// ln is taken only where it is defined: parts that leave the branch open near 0.5 are bisected until they do not reach
+/// 0.
 #[test]
 fn a_guarded_operation_is_no_error() {
     let jacobians = enclose(&Guarded, &Region::new(&[(-3.0, 4.0), (-1.0, 1.0)])).unwrap();

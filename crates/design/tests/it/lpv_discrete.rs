@@ -56,8 +56,8 @@ fn the_fastest_gain_of_a_scalar_plant() {
     assert!(design.certificate.is_proved() && design.stopped.is_some());
 }
 
-/// The least common factor of two vertices for a given gain: 0.554898674, by minimising the largest of the two norms over P
-/// with scipy 1.17.1 (Nelder-Mead from twenty starts).
+/// The least common factor of two vertices for a given gain: 0.554898674, by minimising the largest of the two norms
+/// over P with scipy 1.17.1 (Nelder-Mead from twenty starts).
 #[test]
 fn the_greatest_rate_of_a_given_gain() {
     let design = DiscreteLpvDesign::certify(Pendulum {}, 0.1, &half(), &dmatrix![1.0; 2.0], &Settings::default());

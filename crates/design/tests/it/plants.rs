@@ -1,8 +1,8 @@
 //! Plants of the tests, written for every scalar.
 
-/// `plant!(Name { parameters }, (states, inputs, outputs), |plant, t, x, u| f, h)` with f and h as arrays or vectors, and
-/// `plant!(Name { parameters }, states, outputs, |plant, x| f, h)` for one without time and inputs. The parameters are
-/// numbers; without braces the plant has none.
+/// `plant!(Name { parameters }, (states, inputs, outputs), |plant, t, x, u| f, h)` with f and h as arrays or vectors,
+/// and `plant!(Name { parameters }, states, outputs, |plant, x| f, h)` for one without time and inputs. The parameters
+/// are numbers; without braces the plant has none.
 macro_rules! plant {
     (@ $name:ident, $n:literal, $p:literal, |$s:ident, $x:ident| $f:expr, $h:expr) => {
         plant!(@ $name, ($n, 0, $p), |$s, _t, $x, _u| $f, $h);

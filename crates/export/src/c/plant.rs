@@ -121,8 +121,8 @@ impl Arguments {
     }
 }
 
-/// One classical Runge-Kutta step of `z' = slope(t, u, z)`, with `length` entries, as a function. The order of operations
-/// is `z + (k1 + (k2 + k3) 2 + k4) (tau/6)`.
+/// One classical Runge-Kutta step of `z' = slope(t, u, z)`, with `length` entries, as a function. The order of
+/// operations is `z + (k1 + (k2 + k3) 2 + k4) (tau/6)`.
 pub(super) fn runge_kutta(text: &mut String, export: &Export, arguments: Arguments, length: &str) {
     let number = scalar(export);
     let literal = |x: f64| number::c(x, export.scalar);

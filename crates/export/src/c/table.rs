@@ -246,8 +246,8 @@ fn sum_of_table(table: &TableOf, number: &str, (plain, sloped): (&str, &str)) ->
     )
 }
 
-/// The product of the matrices of a table of low rank, from the last axis to the first, with its derivatives by the axes
-/// that it has passed.
+/// The product of the matrices of a table of low rank, from the last axis to the first, with its derivatives by the
+/// axes that it has passed.
 fn product_of_train(table: &TableOf, number: &str, zero: &str, one: &str) -> String {
     let (n, z) = (table.points.len(), table.outputs);
     let most = table.ranks.iter().copied().max().unwrap_or(1);

@@ -1,13 +1,13 @@
 //! The elementary functions of the crate libm as C99.
 //!
-//! Observers take their elementary functions from libm on every machine (`nalgebra/libm-force`). A C library has its own,
-//! which differ in the last bits. Emitted C therefore carries libm's: each function of version 0.2.16, operation by
-//! operation, for binary64 and binary32. Tests compare them bit by bit on millions of arguments.
+//! Observers take their elementary functions from libm on every machine (`nalgebra/libm-force`). A C library has its
+//! own, which differ in the last bits. Emitted C therefore carries libm's: each function of version 0.2.16, operation
+//! by operation, for binary64 and binary32. Tests compare them bit by bit on millions of arguments.
 //!
-//! The files beside this one are C. Their paragraphs, separated by empty lines, define one object each; names begin with
-//! `lm_`, in whose place the emitted code has a prefix of its own. [`source`] takes the paragraphs that the wanted functions
-//! refer to. Constants are hexadecimal. From the C library they need the exact operations `sqrt`, `fabs` and `floor`, and
-//! `memcpy` for the bits of a number.
+//! The files beside this one are C. Their paragraphs, separated by empty lines, define one object each; names begin
+//! with `lm_`, in whose place the emitted code has a prefix of its own. [`source`] takes the paragraphs that the wanted
+//! functions refer to. Constants are hexadecimal. From the C library they need the exact operations `sqrt`, `fabs` and
+//! `floor`, and `memcpy` for the bits of a number.
 
 use std::collections::BTreeSet;
 
@@ -166,8 +166,8 @@ const FILES: [&str; 8] = [
     include_str!("hyperbolic.c"),
 ];
 
-/// C definitions of these functions and of all that they call, as static functions whose names begin with `prefix`, after
-/// the notice of their authors. Empty without functions. The file has to include [`INCLUDES`] before.
+/// C definitions of these functions and of all that they call, as static functions whose names begin with `prefix`,
+/// after the notice of their authors. Empty without functions. The file has to include [`INCLUDES`] before.
 ///
 /// ```
 /// use luenberger_export::{Scalar, c_math::{Function, source}};

@@ -12,7 +12,8 @@ pub(super) fn files(export: &Export, period: f64) -> Result<Vec<File>, ExportErr
     Ok(vec![file(format!("{name}_golden.csv"), table(export)?), file(format!("test_{name}.py"), script(name, period))])
 }
 
-/// A row for each step: what goes in at its beginning and the estimate at its end. Decimals are read back to the same bits.
+/// A row for each step: what goes in at its beginning and the estimate at its end. Decimals are read back to the same
+/// bits.
 fn table(export: &Export) -> Result<String, ExportError> {
     let names = &export.names;
     let columns = |prefix: &str, names: &[String]| names.iter().map(|name| format!("{prefix}.{name}")).collect();

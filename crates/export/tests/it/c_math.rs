@@ -93,8 +93,8 @@ impl Numbers {
 
 const RANDOM: usize = 15_000;
 
-/// Special values and their neighbours, multiples of pi/4 and of ln 2 with neighbours, and numbers without pattern: of all
-/// exponents, and of the sizes at which the functions have their branches.
+/// Special values and their neighbours, multiples of pi/4 and of ln 2 with neighbours, and numbers without pattern: of
+/// all exponents, and of the sizes at which the functions have their branches.
 fn arguments<T: Bits>() -> Vec<T> {
     let mut numbers = Numbers(0x1234_5678_9abc_def1);
     let mut near: Vec<f64> =

@@ -12,7 +12,8 @@ use crate::fuzz;
 
 const VERSIONS: [Version; 2] = [Version::Two, Version::Three];
 
-/// An importer: instantiates, sets, steps, gets; compares with the golden vectors; saves, serializes and restores states.
+/// An importer: instantiates, sets, steps, gets; compares with the golden vectors; saves, serializes and restores
+/// states.
 const IMPORTER_2: &str = include_str!("importer2.c");
 const IMPORTER_3: &str = include_str!("importer3.c");
 

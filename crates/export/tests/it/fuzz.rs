@@ -1,5 +1,5 @@
-//! Random observers as C, compared with the Rust observer bit by bit over 1000 steps, under several compilers and options.
-//! Without a C compiler these tests say so and pass.
+//! Random observers as C, compared with the Rust observer bit by bit over 1000 steps, under several compilers and
+//! options. Without a C compiler these tests say so and pass.
 
 use std::fmt::Write;
 use std::path::Path;
@@ -310,8 +310,8 @@ pub(crate) fn write(folder: &Path, exports: &[Export], runs: &[Vec<golden::Step>
     std::fs::write(folder.join("in.bin"), bytes).unwrap();
 }
 
-/// Observers of one seed with their runs: linear ones of up to eight states, copies and filters of nonlinear plants. Those
-/// that diverge are left out.
+/// Observers of one seed with their runs: linear ones of up to eight states, copies and filters of nonlinear plants.
+/// Those that diverge are left out.
 fn stable(seed: u64, count: usize) -> (Vec<Export>, Vec<Vec<golden::Step>>) {
     let mut random = Random(seed);
     let mut one = || {

@@ -1,5 +1,5 @@
-//! Moving-horizon estimators as C: the bits of the Rust estimator with and without active bounds, what is not finite, and
-//! what the header says of cost and memory. Without a C compiler the first two say so and pass.
+//! Moving-horizon estimators as C: the bits of the Rust estimator with and without active bounds, what is not finite,
+//! and what the header says of cost and memory. Without a C compiler the first two say so and pass.
 
 use luenberger_export::moving_horizon::MovingHorizon;
 use luenberger_export::{Export, Names, Program, Scalar, golden};
@@ -114,8 +114,8 @@ fn what_is_not_finite_is_passed_over() {
     fuzz::compare(&folder, &exports, &runs, compiler, &["-O2"]);
 }
 
-/// `sizeof` of the state is what the header says, in both formats and with the time; the operations without active bounds
-/// are those of the estimator without bounds.
+/// `sizeof` of the state is what the header says, in both formats and with the time; the operations without active
+/// bounds are those of the estimator without bounds.
 #[test]
 fn cost_and_memory_are_in_the_header() {
     let noises = NoiseModel { w: dmatrix![0.1, 0.0; 0.0, 0.2], v: dmatrix![0.05], p0: dmatrix![1.0, 0.0; 0.0, 1.0] };

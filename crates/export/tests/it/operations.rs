@@ -1,5 +1,5 @@
-//! The operations of a step that an export states, held against those that its emitted source takes: compiled with a type
-//! of numbers that counts them.
+//! The operations of a step that an export states, held against those that its emitted source takes: compiled with a
+//! type of numbers that counts them.
 
 use std::fmt::Write as _;
 use std::path::Path;

@@ -1,5 +1,5 @@
-//! The right-hand sides of a plant as one graph: each subexpression once, derivatives by symbols, one order of operations
-//! in Rust and in emitted C.
+//! The right-hand sides of a plant as one graph: each subexpression once, derivatives by symbols, one order of
+//! operations in Rust and in emitted C.
 //!
 //! A node is an operation whose operands are earlier nodes; a node that exists is not added again (value numbering).
 //! Powers with an integer exponent are products in the order of [`Graph::power`]. Both sides of a choice are evaluated,
@@ -16,8 +16,8 @@
 //! | `program` | a routine over binary64 in registers, over several lanes at once |
 //! | `source` | a routine as source code of C and Rust |
 //!
-//! Source: value numbering: J. Cocke and J. T. Schwartz, Programming Languages and their Compilers, 1970; derivatives by
-//! the chain rule over the graph: A. Griewank and A. Walther, Evaluating Derivatives, 2nd ed., SIAM 2008, ch. 3.
+//! Source: value numbering: J. Cocke and J. T. Schwartz, Programming Languages and their Compilers, 1970; derivatives
+//! by the chain rule over the graph: A. Griewank and A. Walther, Evaluating Derivatives, 2nd ed., SIAM 2008, ch. 3.
 
 mod derivative;
 mod program;

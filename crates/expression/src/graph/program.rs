@@ -3,8 +3,8 @@
 //!
 //! The operations and their order are those of the [`Routine`](super::Routine), so that the results are the same to the
 //! last bit. A product that is used once, by a sum or another product, is one instruction with it, rounded as two: what
-//! costs is to decode an instruction. A program runs over several lanes at once, each with its own time, states and inputs: one instruction is
-//! decoded for all of them.
+//! costs is to decode an instruction. A program runs over several lanes at once, each with its own time, states and
+//! inputs: one instruction is decoded for all of them.
 
 use std::sync::Arc;
 

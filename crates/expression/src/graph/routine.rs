@@ -70,8 +70,8 @@ impl Routine {
         }
     }
 
-    /// The results over `L` lanes, each with its own time, states and inputs: those of [`evaluate`](Self::evaluate) to the
-    /// last bit. States and inputs that are not there are NaN.
+    /// The results over `L` lanes, each with its own time, states and inputs: those of [`evaluate`](Self::evaluate) to
+    /// the last bit. States and inputs that are not there are NaN.
     pub fn evaluate_lanes<const L: usize>(
         &self,
         t: [f64; L],

@@ -1,7 +1,7 @@
 //! A routine as source code of C99 and Rust: one operation per line, in the order of its evaluation.
 //!
-//! Elementary functions are called as `PREFIX_sin(x)` in C and `libm::sin(x)` in Rust, which have to be the algorithms of
-//! the crate libm; `sqrt` and `fabs` are exact in every library.
+//! Elementary functions are called as `PREFIX_sin(x)` in C and `libm::sin(x)` in Rust, which have to be the algorithms
+//! of the crate libm; `sqrt` and `fabs` are exact in every library.
 
 use std::fmt::Write;
 

@@ -1,8 +1,8 @@
 //! Interactive figure for the report: the `data` and `layout` objects of plotly's JavaScript.
 //!
 //! Curves have the points and the resolution that a screen shows; the CSV file of the figure has all. Their numbers are
-//! stored as in `packed.rs`, and the script of the page, `pictures.js`, restores them. The colours of text and grid are set
-//! by the page, depending on the light or dark mode.
+//! stored as in `packed.rs`, and the script of the page, `pictures.js`, restores them. The colours of text and grid are
+//! set by the page, depending on the light or dark mode.
 
 use super::packed::{digits, numbers};
 use super::style::{OPACITY, Resolved, hex, resolve};
@@ -12,8 +12,8 @@ use super::{Area, Figure, FigureError, Mark, MarkKind, Marker, Panel, Scale};
 use serde_json::{Map, Value as Json, json};
 
 /// `{ data, layout }` for `Plotly.newPlot`, with `height` in the layout. The numbers x and y of a curve are
-/// `{ of, by, log }`, multiples of the step `of` with the differences `by` of their counts, decimal logarithms if `log`, or
-/// an array; instead of an x there may be the index of the first curve that has the same.
+/// `{ of, by, log }`, multiples of the step `of` with the differences `by` of their counts, decimal logarithms if
+/// `log`, or an array; instead of an x there may be the index of the first curve that has the same.
 /// # Errors
 /// [`FigureError`] names the part of the figure that cannot be drawn.
 pub fn plotly(figure: &Figure) -> Result<Json, FigureError> {

@@ -1,5 +1,5 @@
-//! The numbers of a curve as a page stores them: multiples of a step that a screen does not show, each as the difference
-//! of its count from the one before.
+//! The numbers of a curve as a page stores them: multiples of a step that a screen does not show, each as the
+//! difference of its count from the one before.
 
 use super::Scale;
 use super::ticks::Axis;

@@ -9,8 +9,8 @@ use super::{Panel, Series};
 /// The largest distance between a curve and its thinned polygon, in parts of the axes: a fifth of a pixel.
 const TOLERANCE: f64 = 2e-4;
 
-/// The points of each series of a panel that are drawn. Curves over the same abscissas keep the same points, so that all
-/// their values can be read at each of them; points with markers stay.
+/// The points of each series of a panel that are drawn. Curves over the same abscissas keep the same points, so that
+/// all their values can be read at each of them; points with markers stay.
 pub(super) fn kept(panel: &Panel, lines: &[bool], (x, y): (&Axis, &Axis)) -> Vec<Vec<usize>> {
     let mut kept: Vec<Vec<bool>> = panel.series.iter().map(|series| vec![false; series.x.len()]).collect();
     for (series, (keep, line)) in panel.series.iter().zip(kept.iter_mut().zip(lines)) {

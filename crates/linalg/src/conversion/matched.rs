@@ -61,7 +61,8 @@ pub fn c2d_matched(system: &Realization, h: f64) -> Result<ZerosPolesGain> {
     let size = poles.iter().chain(&zeros).map(|s| s.norm()).fold(0.0, f64::max);
     let is_zero = |s: &Complex<f64>| s.norm() <= 1e3 * f64::EPSILON * size;
     let image = |s: &Complex<f64>| if is_zero(s) { Complex::from(1.0) } else { (s * h).exp() };
-    // What each factor contributes at frequency zero: -s before, 1 - e^{sh} after; at zero s before, (z - 1) = s h after.
+    // What each factor contributes at frequency zero: -s before, 1 - e^{sh} after; at zero s before, (z - 1) = s h
+    // after.
     let ratio = |s: &Complex<f64>| if is_zero(s) { Complex::from(1.0 / h) } else { -s / (1.0 - image(s)) };
     let product = |list: &[Complex<f64>]| list.iter().map(ratio).product::<Complex<f64>>();
     let gain = (product(&zeros) / product(&poles) * gain).re;

@@ -94,8 +94,8 @@ pub enum Discretization {
     Impulse,
     /// `tustin`: `s = (2/h) (z - 1)/(z + 1)`, the trapezoidal rule.
     Tustin,
-    /// `tustin` prewarped: the frequency response is exact at this frequency, in radians per unit of time, between 0 and
-    /// `pi/h`.
+    /// `tustin` prewarped: the frequency response is exact at this frequency, in radians per unit of time, between 0
+    /// and `pi/h`.
     TustinPrewarped(f64),
 }
 

@@ -21,7 +21,8 @@ use crate::{LinalgError, Result};
 /// times that of time.
 ///
 /// # Errors
-/// [`LinalgError::InvalidPeriod`], [`LinalgError::NotSquare`], [`LinalgError::NotFinite`], [`LinalgError::NotSymmetric`].
+/// [`LinalgError::InvalidPeriod`], [`LinalgError::NotSquare`], [`LinalgError::NotFinite`],
+/// [`LinalgError::NotSymmetric`].
 ///
 /// # Example
 /// ```
@@ -53,14 +54,14 @@ pub fn sampled_measurement_covariance<'a>(v: impl Into<RealMatrixView<'a>>, h: f
     Ok(v / period(h)?)
 }
 
-/// Covariance `Qd = int_0^h e^{As} W e^{A's} ds` that process noise of intensity `W` in `x' = A x + w` adds to the state
-/// within one period.
+/// Covariance `Qd = int_0^h e^{As} W e^{A's} ds` that process noise of intensity `W` in `x' = A x + w` adds to the
+/// state within one period.
 ///
 /// `a` is n x n, `w` n x n, symmetric (for noise that enters through G, `G W G'`), `h > 0`.
 ///
-/// Method: Van Loan's exponential `exp([-A W; 0 A'] h) = [.. F2; 0 F3]`, `Qd = F3' F2`, in steps of at most `|A| h = 1`,
-/// doubled by `Q(2s) = Q(s) + e^{As} Q(s) e^{A's}`: one exponential of a long period would lose the digits of Qd in the
-/// growth of `e^{-Ah}`.
+/// Method: Van Loan's exponential `exp([-A W; 0 A'] h) = [.. F2; 0 F3]`, `Qd = F3' F2`, in steps of at most
+/// `|A| h = 1`, doubled by `Q(2s) = Q(s) + e^{As} Q(s) e^{A's}`: one exponential of a long period would lose the digits
+/// of Qd in the growth of `e^{-Ah}`.
 ///
 /// # Errors
 /// [`LinalgError::InvalidPeriod`], [`LinalgError::NotSquare`], [`LinalgError::DimensionMismatch`],

@@ -48,8 +48,8 @@ pub struct Placement {
     /// given: a small change E of the closed loop moves it by this times `|E|` at most. 1 is best; beyond `1e8` the
     /// pole is defective to working precision.
     pub sensitivities: Vec<f64>,
-    /// The largest distance between a requested and an achieved pole, relative to the largest requested pole or, if that
-    /// is smaller, to the norm of `A` in units that suit it. An ill-conditioned placement shows here.
+    /// The largest distance between a requested and an achieved pole, relative to the largest requested pole or, if
+    /// that is smaller, to the norm of `A` in units that suit it. An ill-conditioned placement shows here.
     pub deviation: f64,
     /// `cond_2(X)`, X the eigenvectors (columns of norm one) of the closed loop that was aimed at, in the units given.
     /// Infinite if that loop is defective: a pole repeated with one input.

@@ -8,8 +8,9 @@
 //! continuous   F'H0 + H0 F + I = 0        F'H2 + H2 F + X^2 = 0
 //! discrete     F'H0 F - H0 + I = 0        F'H2 F - H2 + F'X^2 F = 0
 //! ```
-//! a change of Q, A and `G = B R^-1 B'` moves X by at most `||H0|| ||dQ|| + 2 sqrt(||H0|| ||H2||) ||dA|| + ||H2|| ||dG||`
-//! to first order, in the spectral norm, and the first and the last are attained.
+//! a change of Q, A and `G = B R^-1 B'` moves X by at most
+//! `||H0|| ||dQ|| + 2 sqrt(||H0|| ||H2||) ||dA|| + ||H2|| ||dG||` to first order, in the spectral norm, and the first
+//! and the last are attained.
 //!
 //! **Error.** A defect D with `-c I <= D <= c I` is that of an X off by E, `-2c H0 <= E <= 2c H0`, if
 //! `4 c ||H0|| tr(H0 G) <= 1`: the quadratic term `E G E` of such an E is at most

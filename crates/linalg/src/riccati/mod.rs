@@ -48,9 +48,9 @@ pub struct Riccati {
     /// The feedback gain, m x n, of `u = -K x`. It is not computed from the rounded `x`, and stabilizes as it is
     /// stored.
     pub k: DMatrix<f64>,
-    /// Eigenvalues of `A - B K` (of the pencil with E, if there is one), all stable. Where K is so large that `A - B K`,
-    /// formed entry by entry, loses A, they are those of the loop in which the input is computed from the state, and
-    /// those of the matrix formed in double precision may not be stable.
+    /// Eigenvalues of `A - B K` (of the pencil with E, if there is one), all stable. Where K is so large that
+    /// `A - B K`, formed entry by entry, loses A, they are those of the loop in which the input is computed from the
+    /// state, and those of the matrix formed in double precision may not be stable.
     pub poles: Vec<Complex<f64>>,
     /// The Frobenius norm of what is left of the equation, relative to the sum of the norms of its terms, in units of
     /// the state (powers of two) that balance the plant and its weights.
@@ -68,10 +68,10 @@ pub struct Riccati {
 /// Continuous algebraic Riccati equation `A'X + X A - X B R^-1 B'X + Q = 0`: the stabilizing solution.
 ///
 /// `a` is n x n, `b` n x m, `q` n x n symmetric, `r` m x m symmetric positive definite. For `q >= 0` the input
-/// `u = -K x`, `K = R^-1 B'X`, minimises the integral of `x'Q x + u'R u` along `x' = A x + B u` ([`lqr`] insists on it).
-/// It does not depend on a common factor of `q` and `r`. About 300 n^3 flops with the condition, up to 50 n^3 for each
-/// Newton step (three at most), and as much again for each change of coordinates (six at most) where the solution is so
-/// unequal that one is needed.
+/// `u = -K x`, `K = R^-1 B'X`, minimises the integral of `x'Q x + u'R u` along `x' = A x + B u` ([`lqr`] insists on
+/// it). It does not depend on a common factor of `q` and `r`. About 300 n^3 flops with the condition, up to 50 n^3 for
+/// each Newton step (three at most), and as much again for each change of coordinates (six at most) where the solution
+/// is so unequal that one is needed.
 ///
 /// # Errors
 /// [`LinalgError::NotPositiveDefinite`] (`r`, with its smallest eigenvalue); [`LinalgError::NotStabilizable`] names an

@@ -264,8 +264,8 @@ mod tests {
     use crate::product::{view, view_mut};
     use nalgebra::DMatrix;
 
-    /// Upper quasi-triangular, about half of the diagonal in 2 x 2 blocks of standard form, eigenvalues between 0.2 and 0.9
-    /// in modulus.
+    /// Upper quasi-triangular, about half of the diagonal in 2 x 2 blocks of standard form, eigenvalues between 0.2 and
+    /// 0.9 in modulus.
     fn quasi_triangular(n: usize, seed: usize) -> DMatrix<f64> {
         let entry = |i: usize, j: usize| (((seed + 1) * (1 + 31 * i + 17 * j * j + i * i * j)) as f64).sin();
         let mut t = DMatrix::from_fn(n, n, |i, j| if i < j { 0.3 * entry(i, j) / (n as f64).sqrt() } else { 0.0 });

@@ -167,9 +167,9 @@ mod tests {
     }
 
     proptest! {
-        /// Two ways to one answer, which agree to the rounding of both. The real parts of the eigenvalues are below -0.2,
-        /// and their moduli below 1.2, so that the divisors of Sylvester's equation are at least 0.4; Stein's may come
-        /// close to singular, and are compared by what they leave.
+        /// Two ways to one answer, which agree to the rounding of both. The real parts of the eigenvalues are below
+        /// -0.2, and their moduli below 1.2, so that the divisors of Sylvester's equation are at least 0.4; Stein's may
+        /// come close to singular, and are compared by what they leave.
         #[test]
         fn divisions_do_what_elimination_does(l in block(), r in block(), rhs in prop::array::uniform4(-1.0..1.0_f64)) {
             let rhs = [[rhs[0], rhs[1]], [rhs[2], rhs[3]]];

@@ -132,8 +132,8 @@ fn matched_as_python_control() {
     near(&model.c, &dmatrix![-0.0077395085764449464, 0.010447243818224225, 0.0]);
 }
 
-/// The double integrator with a zero, `(s + 2)/s^2`: the gain of `s^2 H` at 0 is kept, with `(z - 1)/h` for s. A feedthrough gives as
-/// many zeros as poles.
+/// The double integrator with a zero, `(s + 2)/s^2`: the gain of `s^2 H` at 0 is kept, with `(z - 1)/h` for s. A
+/// feedthrough gives as many zeros as poles.
 #[test]
 fn matched_with_poles_at_zero_and_a_feedthrough() {
     let h: f64 = 0.25;

@@ -242,7 +242,8 @@ proptest! {
             }
             (Ok((bound, _)), None) => prop_assert!(bound == f64::INFINITY, "singular, and bounded by {bound:e}"),
             (Err(LinalgError::SingularEquation { .. }), None) => {}
-            // A regular one only where it is within rounding of a singular one, norms being below 10 and orders below 7.
+            // A regular one only where it is within rounding of a singular one, norms being below 10 and orders below
+            // 7.
             (Err(LinalgError::UndecidedEquation { regular: true, separation, .. }), Some(_)) => prop_assert!(separation <= 1e-13, "{separation:e}"),
             (Err(error), _) => prop_assert!(false, "{error}"),
         }

@@ -77,8 +77,8 @@ fn tridiagonal(n: usize) -> Integers {
     })
 }
 
-/// CTLEX 4.1 (eigenvalues -1, -r, .., -r^(n-1)) and 4.2 (a Jordan block at -1/r); DTLEX 4.1 (eigenvalues 1 - 1/r^i) and 4.2
-/// (a Jordan block at 1 - 1/r).
+/// CTLEX 4.1 (eigenvalues -1, -r, .., -r^(n-1)) and 4.2 (a Jordan block at -1/r); DTLEX 4.1 (eigenvalues 1 - 1/r^i) and
+/// 4.2 (a Jordan block at 1 - 1/r).
 fn families(discrete: bool) -> Vec<Known> {
     let mut found = Vec::new();
     for (n, s, r) in [2_usize, 4, 8]

@@ -58,8 +58,8 @@ fn every_order_is_stable() {
     }
 }
 
-/// The envelope of the pair meets the band at the settling time; Franklin, Powell, Emami-Naeini: 4.6/sigma for 1 %, with
-/// the square root neglected.
+/// The envelope of the pair meets the band at the settling time; Franklin, Powell, Emami-Naeini: 4.6/sigma for 1 %,
+/// with the square root neglected.
 #[test]
 fn a_dominant_pair_has_the_damping_and_the_envelope() {
     let poles = poles_from(PolePattern::Dominant { damping: 0.6, ratio: 5.0 }, 4, 3.0, 0.01).unwrap();

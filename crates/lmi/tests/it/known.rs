@@ -7,9 +7,9 @@ use luenberger_lmi::{Fault, LmiError, Problem, Settings, block, greatest_paramet
 use luenberger_proof::Verdict;
 use nalgebra::{DMatrix, dmatrix};
 
-/// Boyd, El Ghaoui, Feron and Balakrishnan, Linear Matrix Inequalities in System and Control Theory (1994), section 2.5:
-/// the least trace of P with A'P + PA + I <= 0 is attained by the Lyapunov solution. For A = -diag(1, 2), P = diag(1/2,
-/// 1/4), trace 3/4.
+/// Boyd, El Ghaoui, Feron and Balakrishnan, Linear Matrix Inequalities in System and Control Theory (1994), section
+/// 2.5: the least trace of P with A'P + PA + I <= 0 is attained by the Lyapunov solution. For A = -diag(1, 2), P =
+/// diag(1/2, 1/4), trace 3/4.
 #[test]
 fn the_least_trace_is_that_of_the_lyapunov_solution() {
     let a = dmatrix![-1.0, 0.0; 0.0, -2.0];
@@ -40,8 +40,8 @@ fn the_largest_eigenvalue_as_an_optimum() {
     assert!(solution.verdict.is_proved() && 3.0 < t && t < 3.0 + 1e-4, "{t}");
 }
 
-/// The largest singular value of X as a Schur complement: maximise the trace of the 2x2 X under |X| < 1, optimum 2 at X =
-/// I.
+/// The largest singular value of X as a Schur complement: maximise the trace of the 2x2 X under |X| < 1, optimum 2 at X
+/// = I.
 #[test]
 fn the_nuclear_norm_is_dual_to_the_spectral_norm() {
     let mut lmi = Problem::new();

@@ -56,8 +56,9 @@ where
     /// each estimator defines it. `None` if the estimator does not compute one.
     fn excitation(&self, state: &[T], m: &OMatrix<T, R, Q>) -> Option<T>;
 
-    /// Moves the state to the coordinates `theta - delta`, in which the regression is `Y - M delta = M (theta - delta)`:
-    /// theta_hat decreases by delta, and what the estimator keeps of Y changes with it. The error stays the same.
+    /// Moves the state to the coordinates `theta - delta`, in which the regression is
+    /// `Y - M delta = M (theta - delta)`: theta_hat decreases by delta, and what the estimator keeps of Y changes with
+    /// it. The error stays the same.
     fn shift(&self, state: &mut [T], delta: &OVector<T, Q>);
 }
 

@@ -63,8 +63,8 @@ where
 /// steps. Where no change of sign is found (two roots in one cell, or an f that is not finite) beta_i is the grid point
 /// of least `|X_i|`, the ends 0 and 1 among them, and the residual says so.
 ///
-/// `X_i(1/2)` counts as zero below the rounding of f at a rounded point, `|Df| |x|` times a few epsilon: so close to e =
-/// 0 the sign of X_i is noise.
+/// `X_i(1/2)` counts as zero below the rounding of f at a rounded point, `|Df| |x|` times a few epsilon: so close to e
+/// = 0 the sign of X_i is noise.
 ///
 /// Costs 17 derivatives along e for the grid at most, about 10 per row for its root, and n for the Jacobian at 1/2 and
 /// at each other beta.

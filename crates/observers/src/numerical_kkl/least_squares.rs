@@ -1,11 +1,12 @@
 //! The interpolated form of a left inverse: `min |W (T(x) - z)|` over the box.
 //!
-//! T is a [`TensorSpline`] or a [`TensorTrain`](crate::numerical_kkl::TensorTrain) in
-//! [`Coordinates`](crate::numerical_kkl::Coordinates); the minimum is sought by Gauss-Newton steps with Levenberg's
-//! damping where a step does not reduce the residual, projected on the box, and bounded in number. The start is the embedded form's estimate, a function of z alone, so that the estimate is one too; who steps
-//! it in a loop can start from the last estimate instead ([`InterpolatedInverse::solve`]). Where the iteration ends
-//! with a residual that the accuracy of the spline does not explain, it begins again at the best points of a coarse
-//! grid, one after the other, and the best end is taken: the result is never farther from z, in T, than the start was.
+//! T is a [`TensorSpline`] or a [`TensorTrain`] in [`Coordinates`](crate::numerical_kkl::Coordinates); the minimum is
+//! sought by Gauss-Newton steps with Levenberg's damping where a step does not reduce the residual, projected on the
+//! box, and bounded in number. The start is the embedded form's estimate, a function of z alone, so that the estimate
+//! is one too; who steps it in a loop can start from the last estimate instead ([`InterpolatedInverse::solve`]). Where
+//! the iteration ends with a residual that the accuracy of the spline does not explain, it begins again at the best
+//! points of a coarse grid, one after the other, and the best end is taken: the result is never farther from z, in T,
+//! than the start was.
 
 #[cfg(feature = "alloc")]
 extern crate alloc;
@@ -53,7 +54,7 @@ impl<T: RealField + Copy, V: AsRef<[T]>, const N: usize, const Z: usize> BoxMap<
 }
 
 /// The interpolated form: T by splines, the state by least squares. `S` is the table, a [`TensorSpline`] or a
-/// [`TensorTrain`](crate::numerical_kkl::TensorTrain).
+/// [`TensorTrain`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct InterpolatedInverse<T, K, V, const N: usize, const Z: usize, S = TensorSpline<T, V, N, Z>> {
     spline: S,
@@ -263,7 +264,8 @@ where
 /// The point x of the map's box whose value is nearest to w, from `guess` on, by projected Levenberg-Marquardt
 /// steps.
 ///
-/// A local minimum; bounded by `max_evaluations` evaluations of the map, of a spline `4^N Z (N + 1)` multiply-adds each.
+/// A local minimum; bounded by `max_evaluations` evaluations of the map, of a spline `4^N Z (N + 1)` multiply-adds
+/// each.
 pub fn nearest<T: RealField + Copy, const N: usize, const Z: usize>(
     map: &impl BoxMap<T, N, Z>,
     w: &SVector<T, Z>,

@@ -1,8 +1,9 @@
 //! Piecewise polynomials on a tree of cells: the embedded form of a left inverse.
 //!
 //! A binary tree of comparisons of one coordinate with a threshold leads to a leaf; the leaf is a polynomial of small
-//! total degree in its own local coordinates, one per output, evaluated by nested Horner. Cells are small where the map bends (a cube root at an unobservable equilibrium) and large where it
-//! does not. A tree of one leaf is the ordinary polynomial regression.
+//! total degree in its own local coordinates, one per output, evaluated by nested Horner. Cells are small where the map
+//! bends (a cube root at an unobservable equilibrium) and large where it does not. A tree of one leaf is the ordinary
+//! polynomial regression.
 //!
 //! Between leaves the map jumps by as much as the two polynomials differ, which is of the size of the fit's error.
 //! Beyond the samples of a leaf its polynomial is held at the border, and its values at about those of the samples:
@@ -358,8 +359,8 @@ where
     }
 }
 
-/// The number of `[low, high]` nearest to x, and `low` for NaN. Comparisons, because `max` and `min` leave open which zero
-/// they return.
+/// The number of `[low, high]` nearest to x, and `low` for NaN. Comparisons, because `max` and `min` leave open which
+/// zero they return.
 fn between<T: RealField + Copy>(x: T, low: T, high: T) -> T {
     let x = if x > low { x } else { low };
     if x < high { x } else { high }

@@ -37,7 +37,8 @@ pub struct SampledFilter<T, const P: usize, const Z: usize> {
 
 impl<T: RealField + Copy, const P: usize, const Z: usize> SampledFilter<T, P, Z> {
     /// # Errors
-    /// [`ObserverError::Matrix`] for entries that are not finite, [`ObserverError::Period`], [`ObserverError::Substeps`].
+    /// [`ObserverError::Matrix`] for entries that are not finite, [`ObserverError::Period`],
+    /// [`ObserverError::Substeps`].
     pub(super) fn check(&self) -> Result<(), ObserverError> {
         check_matrix("D", &self.d, (Z, Z))?;
         check_matrix("B", &self.b, (Z, P))?;
@@ -128,7 +129,8 @@ where
     /// The observer with this filter and this left inverse.
     ///
     /// # Errors
-    /// [`ObserverError::Matrix`] for entries that are not finite, [`ObserverError::Period`], [`ObserverError::Substeps`].
+    /// [`ObserverError::Matrix`] for entries that are not finite, [`ObserverError::Period`],
+    /// [`ObserverError::Substeps`].
     pub fn new(plant: S, filter: SampledFilter<T, P, Z>, inverse: I) -> Result<Self, ObserverError> {
         filter.check()?;
         Ok(Self { plant, filter, inverse })

@@ -1,5 +1,5 @@
-//! The numerical KKL observer for held inputs stepped once per sample: `z' = D z + B w` between samples, with an output w
-//! that a copy of the plant predicts from the last measurement.
+//! The numerical KKL observer for held inputs stepped once per sample: `z' = D z + B w` between samples, with an output
+//! w that a copy of the plant predicts from the last measurement.
 //!
 //! ```text
 //! x' = f(x, u_k),                 x(t_k) = xhat_k
@@ -82,8 +82,8 @@ where
     /// The observer with this filter and this left inverse.
     ///
     /// # Errors
-    /// [`ObserverError::Matrix`] for entries that are not finite, [`ObserverError::Period`], [`ObserverError::Substeps`];
-    /// [`ObserverError::Table`] unless `ZN = Z + N`.
+    /// [`ObserverError::Matrix`] for entries that are not finite, [`ObserverError::Period`],
+    /// [`ObserverError::Substeps`]; [`ObserverError::Table`] unless `ZN = Z + N`.
     pub fn new(plant: S, filter: SampledFilter<T, P, Z>, inverse: I) -> Result<Self, ObserverError> {
         filter.check()?;
         if ZN != Z + N {

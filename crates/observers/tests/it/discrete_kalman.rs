@@ -1,4 +1,5 @@
-//! The Kalman filter in discrete time: against the information form, against the Riccati equation, with samples missing.
+//! The Kalman filter in discrete time: against the information form, against the Riccati equation, with samples
+//! missing.
 
 use luenberger_observers::{
     GaussianEstimate, KalmanFilter, KalmanModel, ObserverError, SampledObserver, StaticKalmanFilter,

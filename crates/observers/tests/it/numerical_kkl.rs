@@ -137,7 +137,8 @@ fn a_start_that_fails_is_mended_by_the_coarse_grid_and_nothing_makes_nan() {
     }
 }
 
-/// The coefficients of a tensor train multiplied out are those of a tensor-product spline: the same map, the same slopes.
+/// The coefficients of a tensor train multiplied out are those of a tensor-product spline: the same map, the same
+/// slopes.
 #[test]
 fn a_tensor_train_is_the_spline_with_its_products() {
     let (points, ranks) = ([3, 2, 4], [2, 3, 2]);

@@ -5,8 +5,8 @@
 //! an equation cancel exactly before anything is enclosed: an identity leaves the polynomial 0. The relations
 //! `cos^2 = 1 - sin^2`, `sqrt(p)^2 = p` and `(1/p) p = 1` are used to reduce products.
 //!
-//! `bound` has the bounds: natural interval extension and mean-value form on the parts of a bisection, the part with the
-//! largest bound first.
+//! `bound` has the bounds: natural interval extension and mean-value form on the parts of a bisection, the part with
+//! the largest bound first.
 
 mod bound;
 mod rational;

@@ -134,7 +134,8 @@ impl BlockCoordinates {
         Ok(Matrix::from_fn(self.count(), g.cols(), |k, j| norm(&m, self.blocks[k], (j, 1))))
     }
 
-    /// Upper bounds of the norms of the columns of T, block by block, q x n: `|T_k v| <= sum_i state_norms(k, i) |v_i|`.
+    /// Upper bounds of the norms of the columns of T, block by block, q x n:
+    /// `|T_k v| <= sum_i state_norms(k, i) |v_i|`.
     pub fn state_norms(&self) -> Matrix<f64> {
         Matrix::from_fn(self.count(), self.order(), |k, i| norm(&self.t, self.blocks[k], (i, 1)))
     }

@@ -1,16 +1,16 @@
 //! The H-infinity and the H2 norm of the error of a linear observer, bounded.
 //!
-//! Plant `x' = A x + B u + E w`, `y = C x + D w`, observer `xhat' = A xhat + B u + L(y - C xhat)`. With `F = A - LC` and
-//! `G = E - LD` the error `e = x - xhat` obeys `e' = F e + G w`; `z = H e`. In discrete time `e+ = F e + G w`.
+//! Plant `x' = A x + B u + E w`, `y = C x + D w`, observer `xhat' = A xhat + B u + L(y - C xhat)`. With `F = A - LC`
+//! and `G = E - LD` the error `e = x - xhat` obeys `e' = F e + G w`; `z = H e`. In discrete time `e+ = F e + G w`.
 //!
 //! **H-infinity** (bounded real lemma). Let `P > 0` and, with `V = e'Pe`,
 //! ```text
 //! [F'P + PF + H'H, PG; *, -gamma^2 I] < 0,    in discrete time    [F'PF - P + H'H, F'PG; *, G'PG - gamma^2 I] < 0.
 //! ```
 //! The quadratic form at (e, w) is `V' + |z|^2 - gamma^2 |w|^2` (`V(e+) - V(e)` in place of V'), hence at most
-//! `-q (|w|^2 + |e|^2)` for some q > 0. At w = 0, V falls, and F is stable. Integrated from 0 to T with `V(T) >= 0`, the
-//! integral of `|z|^2` is at most V(0) and `gamma^2 - q` times that of `|w|^2`; from e(0) = 0 the gain from w to z in L2
-//! is below gamma.
+//! `-q (|w|^2 + |e|^2)` for some q > 0. At w = 0, V falls, and F is stable. Integrated from 0 to T with `V(T) >= 0`,
+//! the integral of `|z|^2` is at most V(0) and `gamma^2 - q` times that of `|w|^2`; from e(0) = 0 the gain from w to z
+//! in L2 is below gamma.
 //!
 //! **H2.** Let `P > 0`, `F'P + PF + H'H < 0` (`F'PF - P + H'H < 0`) and `tr G'PG < gamma^2`. Then F is stable, and P is
 //! above the observability Gramian W, which solves the equation: `|T|_2^2 = tr G'WG <= tr G'PG`. It is the variance of

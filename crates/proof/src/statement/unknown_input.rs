@@ -1,14 +1,15 @@
 //! Decoupling and convergence of the unknown-input observer, linear or cubic.
 //!
-//! Plant `x' = A x + B u + E d`, `y = C x`, d arbitrary. If C E has full column rank, `H = E ((CE)'CE)^-1 (CE)'` has `H C
-//! E = E`, so that `T = I - HC` has `T E = 0`. The observer
+//! Plant `x' = A x + B u + E d`, `y = C x`, d arbitrary. If C E has full column rank, `H = E ((CE)'CE)^-1 (CE)'` has
+//! `H C E = E`, so that `T = I - HC` has `T E = 0`. The observer
 //! ```text
 //! z' = T A xhat + T B u + L r - (r'theta r) N r,    r = y - C xhat,    xhat = z + H y
 //! ```
 //! has `e = x - xhat = T x - z`, and `e' = T(Ax + Bu + Ed) - z' = (TA - LC) e + (r'theta r) N r`, `r = C e`: the error
 //! equation of the observer of (TA, C), whatever d is. H and T are rational functions of C and E; their entries are
-//! enclosed here, H as `left_inverse.rs` says, and `T E = 0` is an identity. For the stored L and N convergence is proved with P, or with a cubic
-//! term with the P~ of [`deployed_cubic`](super::deployed_cubic), for which `P~ N = -C'S~` exactly, `S~ = -X C N`:
+//! enclosed here, H as `left_inverse.rs` says, and `T E = 0` is an identity. For the stored L and N convergence is
+//! proved with P, or with a cubic term with the P~ of [`deployed_cubic`](super::deployed_cubic), for which
+//! `P~ N = -C'S~` exactly, `S~ = -X C N`:
 //! ```text
 //! P~ > 0,    (TA - LC)'P~ + P~(TA - LC) + 2 rate P~ < 0,    theta >= 0,    S~ + S~' >= 0.
 //! ```

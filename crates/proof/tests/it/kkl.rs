@@ -79,7 +79,8 @@ fn a_closed_form_is_proved_exactly() {
     assert!(proved.statement.ends_with("From every xi(0), limsup |z1 - zhat1| <= 0."), "{}", proved.statement);
 }
 
-/// sin, exp, a quotient and a logarithm: `1/(x1^2 + 1)` and the rest cancel, and the logarithm is defined up to V = 0.3.
+/// sin, exp, a quotient and a logarithm: `1/(x1^2 + 1)` and the rest cancel, and the logarithm is defined up to V =
+/// 0.3.
 #[test]
 fn the_exponential_cascade_is_proved() {
     let (maps, region) = exponential_cascade();

@@ -40,8 +40,8 @@ fn same(one: &Verdict<Direction>, other: &Verdict<Direction>) -> bool {
 proptest! {
     #![proptest_config(ProptestConfig { cases: 256, failure_persistence: None, ..ProptestConfig::default() })]
 
-    /// A slope in [low, high] says the same as one in [-r, r] about A + m G H: the two matrices are congruent by w = w' +
-    /// m H e.
+    /// A slope in [low, high] says the same as one in [-r, r] about A + m G H: the two matrices are congruent by w = w'
+    /// + m H e.
     #[test]
     fn a_sector_may_be_moved_into_a(
         a in damped(3), l in integers(3, 1), c in integers(1, 3), p in symmetric(3), g in integers(3, 1), h in integers(1, 3),

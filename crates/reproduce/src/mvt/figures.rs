@@ -15,8 +15,8 @@ pub(super) fn entries(m: &DMatrix<f64>, j: usize) -> Vec<f64> {
     m.column(j).iter().copied().collect()
 }
 
-/// The largest |X| of each row along a run, which is rounding noise and has no shape to be drawn, beside the size of the
-/// terms of which it is the difference.
+/// The largest |X| of each row along a run, which is rounding noise and has no shape to be drawn, beside the size of
+/// the terms of which it is the difference.
 pub(super) fn residual_bars(run: &Run, title: &str, case: &str) -> Plate {
     let (mut panel, mut data) =
         (Panel::new("largest along the run", ""), Table::new().column("t", run.trajectory.t.clone()));

@@ -1,5 +1,6 @@
-//! Statistics of the innovations `y - h(xhat)` of an observer: their size, whether they are white, whether they
-//! have the covariance that a filter computes (NIS); and, where the truth is known, whether its errors have the covariance it says (NEES).
+//! Statistics of the innovations `y - h(xhat)` of an observer: their size, whether they are white, whether they have
+//! the covariance that a filter computes (NIS); and, where the truth is known, whether its errors have the covariance
+//! it says (NEES).
 //!
 //! Where plant, noise and filter agree, the innovations of a Kalman filter are white, of mean 0, and of the covariance
 //! S that the filter computes. An observer with a constant gain has white innovations only by luck; their spectrum then

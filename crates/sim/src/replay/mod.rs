@@ -11,8 +11,9 @@
 //!   innovation is zero, y := h(xhat).
 //! - An observer that samples at varying periods correct predicts from row to row over the time that has passed, and is
 //!   corrected at every row that measured something. A missing output is replaced by its prediction.
-//! - Any other observer in continuous time is integrated from row to row. An output is held from the row that measured it for
-//!   its own median period, or until the next row that measures it. In a gap, and from a missing value on, it predicts.
+//! - Any other observer in continuous time is integrated from row to row. An output is held from the row that measured
+//!   it for its own median period, or until the next row that measures it. In a gap, and from a missing value on, it
+//!   predicts.
 //!
 //! Straight lines between the rows, for those two, are on request ([`Recording::between`]); none crosses a gap or a
 //! missing value. Inputs are held from row to row for all.

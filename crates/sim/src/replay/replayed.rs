@@ -23,8 +23,8 @@ pub struct ReplayedObserver {
     pub t: Vec<f64>,
     /// The row of the log at each time; none for a sample of an observer in discrete time that no row lies on.
     pub row: Vec<Option<usize>>,
-    /// The estimates: of a filter, and of an observer that is corrected at the rows, what is known after the measurements
-    /// of that time, of a sampled-data observer of a fixed period what is known before them.
+    /// The estimates: of a filter, and of an observer that is corrected at the rows, what is known after the
+    /// measurements of that time, of a sampled-data observer of a fixed period what is known before them.
     pub estimate: DMatrix<f64>,
     /// `y - h(xhat)` before the measurements of that time; none for an observer of some states only. An entry is none
     /// where that output was not measured.

@@ -24,8 +24,8 @@ fn largest_difference(a: &DMatrix<f64>, b: &DMatrix<f64>) -> f64 {
     (a - b).amax()
 }
 
-/// Computed with scipy 1.17.1: `scipy.linalg.expm` of the plant, the observer `xhat' = A xhat + B u + L (y - C xhat)` and
-/// the input held over 0.1 as one matrix of order 7, applied 23 times and once over 0.04, and 50 times.
+/// Computed with scipy 1.17.1: `scipy.linalg.expm` of the plant, the observer `xhat' = A xhat + B u + L (y - C xhat)`
+/// and the input held over 0.1 as one matrix of order 7, applied 23 times and once over 0.04, and 50 times.
 const AT_2_34: [f64; 6] = [
     -0.20030311886133986,
     1.5056092417482805,

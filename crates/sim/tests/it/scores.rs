@@ -254,8 +254,8 @@ fn a_peak_between_the_samples_of_another_observer_is_a_peak() {
     assert!((norm.peak - 1.0).abs() < 1e-9 && norm.rms < 1e-6);
 }
 
-/// The speed of the double integrator alone: `w' = -4 w - 16 y + u`, `zhat = w + 4 y`, whose error is exp(-4 t) e(0). It
-/// stands between two observers of the state, one of them sampled.
+/// The speed of the double integrator alone: `w' = -4 w - 16 y + u`, `zhat = w + 4 y`, whose error is exp(-4 t) e(0).
+/// It stands between two observers of the state, one of them sampled.
 #[test]
 fn errors_of_a_function_of_the_state_are_those_of_the_function() {
     use luenberger_observers::FunctionalObserver;

@@ -103,8 +103,8 @@ const DEVIATIONS: f64 = 4.0;
 /// Standard deviations of Gaussian noise that count as its bound.
 const LARGEST: f64 = 4.0;
 
-/// The range of the intensity of the process noise relative to rate times squared scale: in one time constant 1/rate the
-/// process noise moves a state by a thousandth of its scale, or by all of it.
+/// The range of the intensity of the process noise relative to rate times squared scale: in one time constant 1/rate
+/// the process noise moves a state by a thousandth of its scale, or by all of it.
 const LEAST: f64 = 1e-6;
 const MOST: f64 = 1.0;
 

@@ -58,7 +58,8 @@ pub struct AdviseOptions<'a> {
     pub criteria: Criteria,
     /// Time budget in seconds. What is not reached within it is listed.
     pub budget: f64,
-    /// Whether observers of the study that a rule could tune are ranked too, with the tuning of the study (default true).
+    /// Whether observers of the study that a rule could tune are ranked too, with the tuning of the study (default
+    /// true).
     pub own_tuning: bool,
 }
 
@@ -68,8 +69,8 @@ impl Default for AdviseOptions<'_> {
     }
 }
 
-/// Tries every kind of observer on the study, and ranks them. Beside the result is the interruption by the user, if there
-/// was one.
+/// Tries every kind of observer on the study, and ranks them. Beside the result is the interruption by the user, if
+/// there was one.
 ///
 /// ```
 /// use luenberger_study::advise::{AdviseOptions, advise};

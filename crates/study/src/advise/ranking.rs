@@ -1,7 +1,7 @@
 //! Criteria, and the order that they give.
 //!
-//! The score of an observer is the weighted geometric mean of its values relative to the best ones: 1 is the best in all
-//! that is asked for. It does not depend on units, and can be recomputed from the table.
+//! The score of an observer is the weighted geometric mean of its values relative to the best ones: 1 is the best in
+//! all that is asked for. It does not depend on units, and can be recomputed from the table.
 
 use std::fmt;
 use std::str::FromStr;
@@ -110,8 +110,8 @@ pub(super) trait Ranked {
     fn is_complete(&self) -> bool;
 }
 
-/// The score of each, and the indices in the order of the ranking: those whose runs all finished first, by score, then by
-/// error.
+/// The score of each, and the indices in the order of the ranking: those whose runs all finished first, by score, then
+/// by error.
 pub(super) fn rank<T: Ranked>(all: &[T], criteria: &Criteria) -> (Vec<f64>, Vec<usize>) {
     let best = |criterion: Criterion| {
         let values = |complete: bool| {

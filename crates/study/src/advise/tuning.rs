@@ -53,7 +53,8 @@ fn variation(context: &Context<'_>) -> Option<(String, f64, f64)> {
     let n = plant.states.len();
     let inputs: Vec<f64> =
         region.input_bounds().unwrap_or_default().iter().map(|(l, h)| f64::midpoint(*l, *h)).collect();
-    // Inside of the region, where the derivatives are finite: the lower part, the middle and the upper part of each axis.
+    // Inside of the region, where the derivatives are finite: the lower part, the middle and the upper part of each
+    // axis.
     let shares: &[f64] = if n <= MANY { &[0.05, 0.5, 0.95] } else { &[0.05, 0.95] };
     let points = shares.len().pow(n.min(2 * MANY) as u32);
     let at = |k: usize| {

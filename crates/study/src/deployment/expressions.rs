@@ -65,8 +65,8 @@ fn linear(plant: &StateSpace) -> Result<ExpressionPlant, ExpressionPlantError> {
     in_deviations(plant, (&zero(n), &zero(m)), (&zero(n), &zero(p)))
 }
 
-/// The linearisation at an operating point in discrete time, as a plant of the states themselves: `x+ = x0 + A (x - x0) +
-/// B (u - u0)`, `y = y0 + C (x - x0) + D (u - u0)`.
+/// The linearisation at an operating point in discrete time, as a plant of the states themselves:
+/// `x+ = x0 + A (x - x0) + B (u - u0)`, `y = y0 + C (x - x0) + D (u - u0)`.
 pub(super) fn around(plant: &StateSpace, point: &OperatingPoint) -> Result<ExpressionPlant, ExpressionPlantError> {
     in_deviations(plant, (&point.x, &point.u), (&point.x, &point.y))
 }

@@ -147,8 +147,8 @@ impl SampledDesign {
     /// Checks that the gain, as stored in `format`, still makes the observer stable.
     ///
     /// # Errors
-    /// [`FailureReport`] with the spectral radius of `A - L C`; none for a number that the format cannot store, which is
-    /// an error of the export.
+    /// [`FailureReport`] with the spectral radius of `A - L C`; none for a number that the format cannot store, which
+    /// is an error of the export.
     pub fn stored_in(&self, observer: &ObserverSpec, format: Format) -> Result<(), FailureReport> {
         let Some(m) = self.matrices() else { return Ok(()) };
         let (Some(a), Some(c), Some(l)) = (stored(m.a, format), stored(m.c, format), stored(m.l, format)) else {
@@ -198,10 +198,11 @@ pub(crate) fn stored(matrix: &DMatrix<f64>, format: Format) -> Option<DMatrix<f6
 /// The step of an observer for each sample.
 ///
 /// An observer of a linear plant gets the plant with its input held over the period, and a gain for that: observers in
-/// continuous time keep their poles, `exp(h s)`; a Kalman filter becomes the stationary predictor for the sampled noises;
-/// an H-infinity or H2 filter becomes that of the sampled plant; a cubic observer keeps theta and the strength of its cubic term. The copy of a nonlinear plant keeps its gain and gets
-/// Runge-Kutta steps, `substeps` of them or as many as its error needs; an extended Kalman filter stays as it is. A
-/// mean-value observer is exported as `z = xhat + e`, a copy with the constant gain L, of which its certificate speaks.
+/// continuous time keep their poles, `exp(h s)`; a Kalman filter becomes the stationary predictor for the sampled
+/// noises; an H-infinity or H2 filter becomes that of the sampled plant; a cubic observer keeps theta and the strength
+/// of its cubic term. The copy of a nonlinear plant keeps its gain and gets Runge-Kutta steps, `substeps` of them or as
+/// many as its error needs; an extended Kalman filter stays as it is. A mean-value observer is exported as
+/// `z = xhat + e`, a copy with the constant gain L, of which its certificate speaks.
 ///
 /// `period` is required for observers in continuous time, and that of a sampled observer cannot be changed.
 ///
@@ -217,8 +218,8 @@ pub fn sampled(
     sampled_of((study, observer, None), period, substeps, None)
 }
 
-/// As [`sampled`], of an observer that has been designed for its study, if `designed` is given. No iteration of a design
-/// starts after the instant `end`, if there is one; what is not designed then is an error.
+/// As [`sampled`], of an observer that has been designed for its study, if `designed` is given. No iteration of a
+/// design starts after the instant `end`, if there is one; what is not designed then is an error.
 pub(crate) fn sampled_of(
     (study, observer, designed): (&Study, &ObserverSpec, Option<&Designed>),
     period: Option<f64>,

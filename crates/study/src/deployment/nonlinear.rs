@@ -18,8 +18,8 @@ use crate::design::{Designed, PrintedMean, Runnable};
 use crate::maps::{composed, whole};
 use crate::study::{ObserverKind, ObserverSpec, Study};
 
-/// A step of the Runge-Kutta method is at most this share of the time constant of the fastest mode of the error: its own
-/// error is then below 1e-5 of the change.
+/// A step of the Runge-Kutta method is at most this share of the time constant of the fastest mode of the error: its
+/// own error is then below 1e-5 of the change.
 const SHARE: f64 = 0.25;
 
 /// Runge-Kutta steps per period beyond which a design is refused.
@@ -130,8 +130,8 @@ fn preface(runnable: &Runnable) -> &'static str {
     }
 }
 
-/// Runge-Kutta steps per period that resolve the fastest mode of the observer at its start. A regressor is filtered from
-/// zero; what it tends to at the start counts.
+/// Runge-Kutta steps per period that resolve the fastest mode of the observer at its start. A regressor is filtered
+/// from zero; what it tends to at the start counts.
 fn substeps_of(
     study: &Study,
     observer: &ObserverSpec,

@@ -2,9 +2,9 @@
 //!
 //! With `F = A - L C` the error obeys `e' = F e - L v`. White noise v of intensity V leaves it with the covariance X of
 //! `F X + X F' + L V L' = 0`; the noise gain is `sqrt(trace X)` for V = I. The noise of a study is held over its period
-//! h: with variance S it leaves the covariance of `Phi X Phi' - X + G S G' = 0`, `Phi = exp(F h)`, `G = int_0^h exp(F s)
-//! ds L`, at the end of each period; outputs are independent, and their covariances add. Of several Jacobians (vertices)
-//! the largest counts.
+//! h: with variance S it leaves the covariance of `Phi X Phi' - X + G S G' = 0`, `Phi = exp(F h)`,
+//! `G = int_0^h exp(F s) ds L`, at the end of each period; outputs are independent, and their covariances add. Of
+//! several Jacobians (vertices) the largest counts.
 
 use luenberger_linalg::{eigenvalues, lyapunov, stein, symmetric_part, zero_order_hold};
 use nalgebra::{DMatrix, DVector};

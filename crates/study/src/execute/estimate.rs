@@ -32,7 +32,8 @@ pub struct MemoryEstimate {
 }
 
 impl Estimate {
-    /// An error if the time on `threads` threads exceeds its limit; the memory is checked by [`execute`](super::execute).
+    /// An error if the time on `threads` threads exceeds its limit; the memory is checked by
+    /// [`execute`](super::execute).
     ///
     /// # Errors
     /// [`Excess::Time`].

@@ -61,10 +61,10 @@ use rows::Run;
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 /// # Errors
-/// [`StudyError::Missing`] if the study has no table for the step, [`StudyError::TooExpensive`] if its memory exceeds the
-/// limit, [`StudyError::Interrupted`] and [`StudyError::TimeLimit`] if it was stopped, [`StudyError::Io`] and similar for
-/// files that cannot be written. An observer that is not applicable, or a simulation that diverges, is not an error: see
-/// [`Results::failures`].
+/// [`StudyError::Missing`] if the study has no table for the step, [`StudyError::TooExpensive`] if its memory exceeds
+/// the limit, [`StudyError::Interrupted`] and [`StudyError::TimeLimit`] if it was stopped, [`StudyError::Io`] and
+/// similar for files that cannot be written. An observer that is not applicable, or a simulation that diverges, is not
+/// an error: see [`Results::failures`].
 pub fn execute(study: &Study, step: Step, options: &RunOptions<'_>) -> Result<Results, StudyError> {
     match execute_in_part(study, step, options)? {
         (results, None) => Ok(results),

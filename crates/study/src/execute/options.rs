@@ -59,15 +59,15 @@ pub struct Progress<'a> {
 pub struct SweepOptions {
     /// Runs of a block (default: a sixteenth of the ensemble, from 32 to 1000).
     pub block_size: Option<u64>,
-    /// Whether blocks that an earlier sweep has left in the results folder are deleted. Otherwise those of the same study
-    /// are used, and those of another one are an error.
+    /// Whether blocks that an earlier sweep has left in the results folder are deleted. Otherwise those of the same
+    /// study are used, and those of another one are an error.
     pub restart: bool,
     /// Whether missing and damaged blocks are an error, and not computed.
     pub complete: bool,
     /// Where the scores of each run are written as comma-separated values.
     pub csv: RunsAsCsv,
-    /// Bytes for the percentiles of a row (default 256 MiB). They are exact in any case; where the values do not fit, the
-    /// blocks are read several times.
+    /// Bytes for the percentiles of a row (default 256 MiB). They are exact in any case; where the values do not fit,
+    /// the blocks are read several times.
     pub percentile_memory: Option<usize>,
 }
 

@@ -55,8 +55,8 @@ pub(super) fn outside(samples: &[SampleTime], periods: &Periods) -> Vec<Outside>
 
 /// What the rows of a log are as samples; none for other observers, and with fewer than two corrections.
 ///
-/// A sample that is missed leaves no trace but a longer time between two corrections: g is within the design if `(m + 1)
-/// shortest <= g <= (m + 1) longest` for some number m of misses that is allowed.
+/// A sample that is missed leaves no trace but a longer time between two corrections: g is within the design if
+/// `(m + 1) shortest <= g <= (m + 1) longest` for some number m of misses that is allowed.
 pub(super) fn on_log(study: &Study, member: &Member<'_>, outputs: &Samples) -> Option<LogSampling> {
     let periods = member.wish.kind.varying_periods()?;
     let Periods { shortest, longest, misses } = *periods;

@@ -135,7 +135,8 @@ impl Take {
         Ok(Some(m))
     }
 
-    /// The names of these columns: as many as there are, distinct, and fit for a study. Others stay among the variables.
+    /// The names of these columns: as many as there are, distinct, and fit for a study. Others stay among the
+    /// variables.
     fn names(&mut self, columns: Columns, count: usize) -> Option<Vec<String>> {
         let usable = |names: &Vec<String>| {
             let fits = |(k, name): (usize, &String)| {

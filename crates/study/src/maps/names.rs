@@ -77,7 +77,8 @@ impl<'a> MapNames<'a> {
         whole.map(Scope::generated)
     }
 
-    /// The estimate of an observer as the states of the plant, and the outputs `_y1, ..`: the states are `_1, ..` as well.
+    /// The estimate of an observer as the states of the plant, and the outputs `_y1, ..`: the states are `_1, ..` as
+    /// well.
     pub(crate) fn corrected(&self) -> Result<Scope, ParameterError> {
         let count = self.plant.states.len();
         let states = self.family(&self.plant.states, 'x', Variable::State);

@@ -14,8 +14,8 @@ const MATRICES: [&str; 4] = ["a", "b", "c", "d"];
 /// The keys of a plant of expressions.
 const EQUATIONS: [&str; 2] = ["f", "h"];
 
-/// The plant of `tree`, the table [plant] or what an earlier change has made of it, with what `change` says of it; none if
-/// it says nothing.
+/// The plant of `tree`, the table [plant] or what an earlier change has made of it, with what `change` says of it; none
+/// if it says nothing.
 pub(super) fn changed(
     tree: &mut Node,
     change: &Node,

@@ -1,10 +1,10 @@
 //! Tables of numbers from CSV text: measured logs, inputs and references.
 //!
 //! The first line has the names of the columns, the others numbers. The separator is a tab, semicolon or comma, as in
-//! the first line; lines that begin with `#` are comments. The decimal sign is a point, or a comma between semicolons or
-//! tabs. A cell that is blank, `NaN`, `NA` or `null` is a missing value. A name may have a unit in brackets, which is
-//! left out when the column is looked for: `voltage [V]` is `voltage`. Text in a column that is not used is no mistake;
-//! every other one is reported with line and column.
+//! the first line; lines that begin with `#` are comments. The decimal sign is a point, or a comma between semicolons
+//! or tabs. A cell that is blank, `NaN`, `NA` or `null` is a missing value. A name may have a unit in brackets, which
+//! is left out when the column is looked for: `voltage [V]` is `voltage`. Text in a column that is not used is no
+//! mistake; every other one is reported with line and column.
 
 mod cell;
 mod error;

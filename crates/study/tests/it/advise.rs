@@ -130,9 +130,9 @@ fn the_scores_of_a_filter_are_those_of_scipy() {
     }
 }
 
-/// scipy 1.17: the Kalman gain of the double integrator with W = diag(0, 0.01) and the intensity V = 0.01^2 0.1 = 1e-5 of
-/// the held noise is [7.952707, 31.622777] (`solve_continuous_are`), and the noise gain sqrt(trace X) of
-/// F X + X F' + L L' = 0 is 8.2967585 (`solve_continuous_lyapunov`).
+/// scipy 1.17: the Kalman gain of the double integrator with W = diag(0, 0.01) and the intensity V = 0.01^2 0.1 = 1e-5
+/// of the held noise is [7.952707, 31.622777] (`solve_continuous_are`), and the noise gain sqrt(trace X) of F X + X F'
+/// + L L' = 0 is 8.2967585 (`solve_continuous_lyapunov`).
 #[test]
 fn a_linear_plant_gets_the_gains_of_the_textbook() {
     let advice = advice(INTEGRATOR, &by("error"));
@@ -209,9 +209,9 @@ fn the_bound_of_a_sliding_mode_is_that_of_region_disturbance_and_settling_time()
     assert!((bound(&format!("{PENDULUM}settling = 0.1\n")) - 60.0).abs() < 1e-9);
 }
 
-/// Half-widths in the end under noise of four standard deviations and a bounded inflow, numpy 2.4: the poles are those of
-/// the Bessel filter of order 2 that settles in 2.5, -1.311 +- 0.757i, and with the eigenvectors V of F = A - L C the
-/// half-widths are |V| (-diag(Re lambda))^-1 (|V^-1 E| 0.01 + |V^-1 L| 0.02) = (0.27201, 0.040456).
+/// Half-widths in the end under noise of four standard deviations and a bounded inflow, numpy 2.4: the poles are those
+/// of the Bessel filter of order 2 that settles in 2.5, -1.311 +- 0.757i, and with the eigenvectors V of F = A - L C
+/// the half-widths are |V| (-diag(Re lambda))^-1 (|V^-1 E| 0.01 + |V^-1 L| 0.02) = (0.27201, 0.040456).
 #[test]
 fn an_interval_observer_is_told_the_bounds() {
     let text = "

@@ -183,8 +183,8 @@ gamma = 2
 bounds = { states = [1, 2], m = [[0], [0.4]], h = [[1, 0]] }
 "#;
 
-/// The stiffness is known to 10 %. A constant x1 = 1 leaves 0.4/20 of x1 in e1, as the steady state of e' = Fe + Delta x
-/// says: no bound is below that.
+/// The stiffness is known to 10 %. A constant x1 = 1 leaves 0.4/20 of x1 in e1, as the steady state of e' = Fe + Delta
+/// x says: no bound is below that.
 #[test]
 fn an_uncertain_plant_has_a_bound_while_its_states_have() {
     let study = read(PENDULUM).unwrap();

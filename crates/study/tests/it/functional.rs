@@ -43,8 +43,8 @@ fn the_matrices_are_those_of_the_equations() {
     assert!(found.report.statement.starts_with("No stability certificate"), "{}", found.report.statement);
 }
 
-/// The error starts at K x(0) = 1 and is exp(-3 t), whose root mean square over 2 is ((1 - exp(-12))/12)^(1/2). z and zhat
-/// at the end are those of scipy 1.17, `solve_ivp` of plant and observer with DOP853, rtol 1e-11.
+/// The error starts at K x(0) = 1 and is exp(-3 t), whose root mean square over 2 is ((1 - exp(-12))/12)^(1/2). z and
+/// zhat at the end are those of scipy 1.17, `solve_ivp` of plant and observer with DOP853, rtol 1e-11.
 #[test]
 fn it_runs_and_its_errors_are_those_of_the_functions() {
     let folder = scratch("functional");

@@ -8,8 +8,8 @@ use luenberger_study::{RunOptions, run};
 use crate::studies::read;
 
 /// The exothermic reactor of Seborg, Edgar and Mellichamp, Process Dynamics and Control: time in minutes, the
-/// temperature T (K) measured, the concentration cA (mol/l) not; unstable at cA = 0.5, T = 350, Tc = 300. Near T = 0 the
-/// rate exp(-8750/T) underflows.
+/// temperature T (K) measured, the concentration cA (mol/l) not; unstable at cA = 0.5, T = 350, Tc = 300. Near T = 0
+/// the rate exp(-8750/T) underflows.
 const REACTOR: &str = r#"[plant]
 f = ["Tf - T + 209.205*k0*exp(-8750/T)*cA + 2.092*(Tc - T)", "1 - cA - k0*exp(-8750/T)*cA"]
 h = ["T"]

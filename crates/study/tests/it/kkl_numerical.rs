@@ -293,7 +293,8 @@ fn exported(text: &str, scalar: Scalar, (from, to): (f64, f64)) -> (f64, f64) {
     (largest(&estimates, &record.estimates), largest(&record.estimates, &record.states))
 }
 
-/// The step of the target follows the observer of the study, in both forms, at inputs between the nodes and after a jump.
+/// The step of the target follows the observer of the study, in both forms, at inputs between the nodes and after a
+/// jump.
 #[test]
 fn held_inputs_are_exported_in_both_forms() {
     for (form, scalar) in [("interpolated", Scalar::Binary64), ("embedded", Scalar::Binary32)] {

@@ -97,8 +97,8 @@ fn a_plant_of_any_form_may_be_another() {
     }
 }
 
-/// Changes at a time. With the rate 1.5 of the error: a jump of 1 leaves exp(-1.5) of it after 1; two changes of k are as
-/// the last, 35 later.
+/// Changes at a time. With the rate 1.5 of the error: a jump of 1 leaves exp(-1.5) of it after 1; two changes of k are
+/// as the last, 35 later.
 #[test]
 fn events_change_the_plant() {
     let results = executed(&format!("{TANK}[[truth.event]]\nat = 39\njump = [1]\n"), Step::Compare);

@@ -154,8 +154,8 @@ jitter = [0.07, 0.14]
 misses = 2
 "#;
 
-/// A mass at the constant speed -1, measured at periods from 0.08 to 0.125 but for a gap after row 50. Rows 20 and 21 are
-/// not in the log, and row 30 has no measurement.
+/// A mass at the constant speed -1, measured at periods from 0.08 to 0.125 but for a gap after row 50. Rows 20 and 21
+/// are not in the log, and row 30 has no measurement.
 fn on_uneven_log(name: &str, gap: f64, observer: &str) -> Results {
     let folder = scratch(&format!("uneven-log/{name}"));
     let (mut csv, mut t) = ("t,u1,y1,x1,x2\n".to_owned(), 0.0);
@@ -262,8 +262,8 @@ fn sampling_can_be_swept() {
     assert!(found.message.contains("with simulation.sampling.jitter.longest = 0.01"), "{found:?}");
 }
 
-/// The exported step at the samples of the run, with the time that passed: without an input the estimates are those of the
-/// simulation, up to the rounding of its integration.
+/// The exported step at the samples of the run, with the time that passed: without an input the estimates are those of
+/// the simulation, up to the rounding of its integration.
 #[test]
 fn the_exported_step_follows_the_run_at_its_samples() {
     let text = STUDY.replace("[input]\nexpressions = [\"sin(t)\"]\n", "");

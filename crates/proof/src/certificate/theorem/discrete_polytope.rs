@@ -6,16 +6,16 @@
 //! [ P F_k         P     ] > 0,     F_k = A_k - L C_k.
 //! ```
 //!
-//! **Theorem.** `V = e'Pe` falls at each step by more than the factor `factor^2` along `e+ = (A(k) - L C(k))e` for every
-//! pair (A(k), C(k)) in the convex hull of the vertices, fixed or varying from step to step; e tends to 0
+//! **Theorem.** `V = e'Pe` falls at each step by more than the factor `factor^2` along `e+ = (A(k) - L C(k))e` for
+//! every pair (A(k), C(k)) in the convex hull of the vertices, fixed or varying from step to step; e tends to 0
 //! exponentially.
 //!
 //! **Proof.** The inequality is linear in (A, C), so that it holds on the hull. There, by the Schur complement,
 //! `F'PF < factor^2 P`. The hull is compact, so that some smaller factor serves all of it, also where factor = 1.
 //!
 //! For `x+ = f(k, x, u)`, `y = h(k, x)` and the copy with the gain L, `e+ = (Fbar - L Hbar)e` with the mean Jacobians
-//! over the segment from xhat to x. *That* they lie in the hull must be shown separately, as `design::enclosure` does: a
-//! certificate is about matrices only.
+//! over the segment from xhat to x. *That* they lie in the hull must be shown separately, as `design::enclosure` does:
+//! a certificate is about matrices only.
 
 use super::super::fields::Fields;
 use super::super::write::Out;

@@ -11,8 +11,8 @@
 //! rate^2 limit^2 >= residual'|P| residual,  limit < start,  eventual_k >= lipschitz_k limit + defect_k
 //! ```
 //!
-//! **Theorem.** Let x, u remain in the box, `xi' = Lambda(u, y) xi + B(u, y)`, `e = xi - phi(x)`, `V = sqrt(e'Pe)`. Then
-//! `V(t) <= exp(-rate t) V(0) + (1 - exp(-rate t)) limit` from every xi(0); where `V(t) <= start`,
+//! **Theorem.** Let x, u remain in the box, `xi' = Lambda(u, y) xi + B(u, y)`, `e = xi - phi(x)`, `V = sqrt(e'Pe)`.
+//! Then `V(t) <= exp(-rate t) V(0) + (1 - exp(-rate t)) limit` from every xi(0); where `V(t) <= start`,
 //! `|z_k - phi^L_k(xi, y, u)| <= lipschitz_k V(t) + defect_k`; and `limsup |z_k - zhat_k| <= eventual_k`.
 //!
 //! **Proof.** `e' = Lambda e - R` with `R = Dphi f - Lambda phi - B`, so that `V V' <= -rate V^2 + |e|_P |R|_P`, with

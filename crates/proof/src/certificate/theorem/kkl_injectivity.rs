@@ -1,8 +1,8 @@
 //! The modulus of injectivity of (phi, h) over the box of a [`KklErrorBound`](super::KklErrorBound): a bound of the
 //! distance of x from any point of the box, for observers without a left inverse in closed form.
 //!
-//! **Hypotheses.** The Jacobian J of Phi = (phi, h) lies between bounds over the box, `M J + J'M' - 2 modulus I > 0` for
-//! every matrix between them, and `spread^2 P - M_phi'M_phi >= 0`, M_phi being the columns of M for phi.
+//! **Hypotheses.** The Jacobian J of Phi = (phi, h) lies between bounds over the box, `M J + J'M' - 2 modulus I > 0`
+//! for every matrix between them, and `spread^2 P - M_phi'M_phi >= 0`, M_phi being the columns of M for phi.
 //!
 //! **Theorem.** For all x and z in the box `|M (Phi(x) - Phi(z))| >= modulus |x - z|`, and along the solutions of the
 //! theorem `|x - z| <= (spread V(t) + |M (xi - phi(z), y - h(z))|)/modulus`.

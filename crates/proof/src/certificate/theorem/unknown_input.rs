@@ -1,7 +1,7 @@
 //! The unknown-input observer, linear or cubic: convergence that does not depend on a disturbance.
 //!
-//! **Hypotheses.** C E has full column rank; with `H = E((CE)'CE)^-1(CE)'` and `T = I - HC`, `P~ > 0` and `(TA - LC)'P~ +
-//! P~(TA - LC) + 2 rate P~ < 0` for the stored L; with a cubic term `theta >= 0` and `S~ + S~' >= 0`.
+//! **Hypotheses.** C E has full column rank; with `H = E((CE)'CE)^-1(CE)'` and `T = I - HC`, `P~ > 0` and
+//! `(TA - LC)'P~ + P~(TA - LC) + 2 rate P~ < 0` for the stored L; with a cubic term `theta >= 0` and `S~ + S~' >= 0`.
 //!
 //! **Theorem.** The error of `z' = TA xhat + TBu + L r - (r'theta r) N r`, `r = y - C xhat`, `xhat = z + Hy`, with the
 //! real matrices H and T, tends to 0 exponentially from every e(0), for every d.

@@ -66,10 +66,10 @@
 //! p = p' = 1/b                                       if c > 1/epsilon,
 //! j = p d,   i = (((k p) p') s) d,                   and i = j = z if s = 0.
 //! ```
-//! (`observers::SampledCubicConvergence` takes 0 for w where N = 0, so that c = 0: the linear observer, which is g = 0.)
-//! Let `r = 1/sqrt(1 + c^2)` *with the computed c*. So r is in (0, 1] whatever happened before: the errors of d, q, k
-//! and of the roots move g along `[0, 1/w)` and are no disturbance. What remains is that i and j belong to this r, that
-//! is to `j = r z` and `w i = (1 - r) z = (c^2/(w s^2)) (s/a) (s/(1 + a)) w z`. Count the factors `1 + delta`,
+//! (`observers::SampledCubicConvergence` takes 0 for w where N = 0, so that c = 0: the linear observer, which is g =
+//! 0.) Let `r = 1/sqrt(1 + c^2)` *with the computed c*. So r is in (0, 1] whatever happened before: the errors of d, q,
+//! k and of the roots move g along `[0, 1/w)` and are no disturbance. What remains is that i and j belong to this r,
+//! that is to `j = r z` and `w i = (1 - r) z = (c^2/(w s^2)) (s/a) (s/(1 + a)) w z`. Count the factors `1 + delta`,
 //! `|delta| <= u`, in numerators or denominators: a has 2 (the sum and its square, both under the root, then the root:
 //! a half, a half and 1), so that p has 3 and p' 4; d has 1, and j, one product more, has **5**. Where c > 1/epsilon,
 //! `b s = c` has 1, 1/b another, and p and p' differ from 1/b by `sqrt(1 + c^-2)` and `c^-1 + sqrt(1 + c^-2)`, which

@@ -1,8 +1,8 @@
 //! The runs of a block, and their form on disk.
 //!
 //! A block is an npz archive: the file `block.json` with the [`Header`], an array for each column of scores, and at the
-//! end, as the comment of the archive, the SHA-256 of all bytes before it. `numpy.load` reads it as it is. A settling time
-//! of infinity is a run that does not settle; a run that ended early has no scores, which are NaN.
+//! end, as the comment of the archive, the SHA-256 of all bytes before it. `numpy.load` reads it as it is. A settling
+//! time of infinity is a run that does not settle; a run that ended early has no scores, which are NaN.
 
 use std::io::{Cursor, Read};
 

@@ -1,4 +1,5 @@
-//! Computes blocks: trajectories in parallel, each depending on the study, the value and its number in the ensemble only.
+//! Computes blocks: trajectories in parallel, each depending on the study, the value and its number in the ensemble
+//! only.
 
 use std::collections::{BTreeMap, VecDeque};
 use std::sync::atomic::{AtomicUsize, Ordering};

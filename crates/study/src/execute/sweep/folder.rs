@@ -1,9 +1,9 @@
 //! Blocks in a folder that several processes, on several machines, write at the same time.
 //!
 //! A block is written aside, flushed to the disk and renamed: a file with the name of a block is complete. Its content
-//! depends on the plan alone, so that two writers of one block would only waste time; a lock keeps the second one off. The
-//! lock is one of the operating system, which releases it when its process ends in whatever way. On file systems without
-//! locks there are none, and each writer has an own temporary name.
+//! depends on the plan alone, so that two writers of one block would only waste time; a lock keeps the second one off.
+//! The lock is one of the operating system, which releases it when its process ends in whatever way. On file systems
+//! without locks there are none, and each writer has an own temporary name.
 //!
 //! | file | content |
 //! |---|---|

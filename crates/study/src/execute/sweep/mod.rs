@@ -1,8 +1,9 @@
 //! Parameter sweep: every observer at every value, with an ensemble of noise seeds and initial errors.
 //!
-//! A sweep is computed in blocks of runs ([`plan`]) that are written to a folder, by one process or by several, and then
-//! reduced to its results ([`reduce`]). Each run depends only on the study, the value and its number in the ensemble, and
-//! statistics are merged in the order of the blocks: the results do not depend on threads, processes and interruptions.
+//! A sweep is computed in blocks of runs ([`plan`]) that are written to a folder, by one process or by several, and
+//! then reduced to its results ([`reduce`]). Each run depends only on the study, the value and its number in the
+//! ensemble, and statistics are merged in the order of the blocks: the results do not depend on threads, processes and
+//! interruptions.
 //!
 //! | file | subject |
 //! |---|---|

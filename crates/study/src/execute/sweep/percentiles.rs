@@ -1,7 +1,7 @@
 //! Exact percentiles by nearest rank: each is one of the values.
 //!
-//! Few values are kept. Of many, the bits of the percentiles are found from the highest on, 16 at a time, by counting the
-//! values that begin with the bits known so far: four passes over the values in 1.5 MiB, however many they are.
+//! Few values are kept. Of many, the bits of the percentiles are found from the highest on, 16 at a time, by counting
+//! the values that begin with the bits known so far: four passes over the values in 1.5 MiB, however many they are.
 
 /// The percentiles of a score: the median, and of an ensemble the other two as well.
 pub(super) const PERCENT: [u8; 3] = [50, 5, 95];

@@ -1,8 +1,8 @@
 //! What the trajectories of a sweep are, and how they are divided into blocks and shards.
 //!
 //! The rows of a sweep are its observers at its values. Each row has an ensemble of trajectories, and a block is a part
-//! of one row: block b of a sweep with k blocks per row has the trajectories (b mod k) B, (b mod k) B + 1, .. of row b / k,
-//! B of them, or what is left of the row.
+//! of one row: block b of a sweep with k blocks per row has the trajectories (b mod k) B, (b mod k) B + 1, .. of row b
+//! / k, B of them, or what is left of the row.
 
 use std::fmt;
 use std::ops::Range;

@@ -70,8 +70,8 @@ impl SharedSweep {
     /// The sweep of a study in a results folder, which is created if it is missing.
     ///
     /// # Errors
-    /// [`StudyError::Missing`] for a study without a sweep, [`StudyError::Sweep`] for a folder with the blocks of another
-    /// study, and errors of files.
+    /// [`StudyError::Missing`] for a study without a sweep, [`StudyError::Sweep`] for a folder with the blocks of
+    /// another study, and errors of files.
     pub fn open(study: Study, folder: &Path, settings: BlockSettings) -> Result<Self, StudyError> {
         check(&study, Step::Sweep)?;
         folder::admit(folder, settings.force)?;
@@ -119,8 +119,8 @@ impl SharedSweep {
     }
 }
 
-/// Reduces the blocks in a results folder to the results of the sweep, and writes these beside them. Missing and damaged
-/// blocks are errors. The output folder of the options is not used.
+/// Reduces the blocks in a results folder to the results of the sweep, and writes these beside them. Missing and
+/// damaged blocks are errors. The output folder of the options is not used.
 ///
 /// # Errors
 /// [`StudyError::Sweep`] for a folder without a sweep, of another version, or with blocks that are missing or damaged;

@@ -37,8 +37,8 @@ impl Moments {
         moments
     }
 
-    /// Those of both, by the update of Chan, Golub and LeVeque, The American Statistician 37, 1983. The last bits depend
-    /// on the order.
+    /// Those of both, by the update of Chan, Golub and LeVeque, The American Statistician 37, 1983. The last bits
+    /// depend on the order.
     #[must_use]
     pub(super) fn merge(self, other: Self) -> Self {
         if self.count == 0 || other.count == 0 {

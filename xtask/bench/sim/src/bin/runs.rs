@@ -4,8 +4,8 @@
 //! runs ekf 100 20       {"us": least time of a run in 20 rounds of 100, "end": [state and estimate at the end]}
 //! ```
 //! - `ekf`, `lpv`: the example study `cart-pole` with its extended Kalman filter in the loop, and its LPV observer.
-//! - `held`: Example 1's plant and linear observer with the input held and noise at 100 Hz, which is exact; `integrated`:
-//!   the same with an integral, so that it is integrated.
+//! - `held`: Example 1's plant and linear observer with the input held and noise at 100 Hz, which is exact;
+//!   `integrated`: the same with an integral, so that it is integrated.
 //! - `noise`: the noise of those, one row per sample.
 //! - `cubic`, `linear`, with `-noise`: runs of an ensemble, Example 1 of the cubic-observer paper at 41 times; what is
 //!   returned is the end of the first one.
