@@ -188,7 +188,7 @@ pub(crate) fn rate(rate: f64) -> Result<(), DesignError> {
 pub(crate) fn detectable(a: &DMatrix<f64>, c: &DMatrix<f64>, rate: f64) -> Result<Option<NearlyHidden>, DesignError> {
     let n = a.nrows();
     let pair = detectability(&(a + DMatrix::identity(n, n) * rate), c)?;
-    let Some(mode) = pair.offending.first() else { return Ok(None) };
+    let Some(mode) = pair.undetectable_modes.first() else { return Ok(None) };
     let (eigenvalue, margin) = (mode.eigenvalue - Complex::new(rate, 0.0), mode.margin);
     let hidden = hidden_motion(&proof_matrix(a), &proof_matrix(c))?;
     if hidden.and_then(|hidden| hidden.decays_at(rate)) == Some(false) {

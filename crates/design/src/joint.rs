@@ -22,11 +22,11 @@ use crate::linear::LinearDesign;
 /// `gamma` is the strength of the cubic term: `N = -P^-1 C'S`. Cost: one SDP of `n(n+1)/2 + np + p^2` unknowns.
 ///
 /// ```
-/// use luenberger_design::joint_design;
+/// use luenberger_design::cubic_lmi_design;
 /// use nalgebra::dmatrix;
 ///
 /// let plant = luenberger_plants::double_integrator().to_dynamic();
-/// let design = joint_design(&plant, &dmatrix![1.0], 0.5, 1.0)?;
+/// let design = cubic_lmi_design(&plant, &dmatrix![1.0], 0.5, 1.0)?;
 /// assert!(design.certificate.is_proved());
 /// # Ok::<(), luenberger_design::DesignError>(())
 /// ```
@@ -34,7 +34,7 @@ use crate::linear::LinearDesign;
 /// # Errors
 /// `NotDetectable` (in [`DesignError::Linalg`]) names the unobservable mode that does not decay fast enough;
 /// [`DesignError::Undecided`] if the inequality could not be decided.
-pub fn joint_design(
+pub fn cubic_lmi_design(
     plant: &StateSpace,
     theta: &DMatrix<f64>,
     rate: f64,

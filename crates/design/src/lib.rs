@@ -2,7 +2,7 @@
 //!
 //! [`LinearDesign`] computes from a plant and poles, noise intensities, a decay rate, an LMI or a given gain the linear
 //! observer with its Lyapunov pair (P, Q). [`CubicDesign`] adds the cubic term that P admits, and
-//! [`SampledCubicDesign`] does so for a sampling period. [`joint_design`] computes both in one inequality.
+//! [`SampledCubicDesign`] does so for a sampling period. [`cubic_lmi_design`] computes both in one inequality.
 //! [`FeedbackDesign`] puts the observer in the feedback loop. [`robust`] computes robustness margins. [`mean_value`]
 //! has the corrected mean-value-theorem observer, and the coordinates in which the printed one converges.
 //! [`LipschitzDesign`] computes the gain of the copy of a nonlinear plant whose nonlinearities lie in known sectors.
@@ -76,7 +76,7 @@ pub use exact_solution::{enclosed_lyapunov, enclosed_stein, lyapunov_certificate
 pub use feedback::FeedbackDesign;
 pub use gain_options::GainOptions;
 pub use interval::{ErrorCoordinates, IntervalDesign, IntervalRequirements, SampledIntervalDesign, least_width_gain};
-pub use joint::joint_design;
+pub use joint::cubic_lmi_design;
 pub use kkl::{KklCandidate, KklDesign, KklError};
 pub use kkl_peb::KklPebDesign;
 pub use linear::{LinearDesign, LyapunovWeight};
@@ -87,7 +87,7 @@ pub use mean_value::{ContractingCoordinates, LeastSquares, MeanValueDesign, Outp
 pub use nalgebra;
 pub use names::Names;
 pub use nonlinear_observability::{LieObservability, lie_observability};
-pub use norm_filter::{NormFilterDesign, NormTarget, Performance, SystemNorm, TimeDomain};
+pub use norm_filter::{GeneralizedPlant, NormFilterDesign, NormTarget, SystemNorm, TimeDomain};
 pub use numerical_kkl::{NumericalKklDesign, NumericalKklError};
 pub use operating_point::{OperatingPoint, OperatingPointError, operating_point};
 pub use optimal_cubic::{EstimationProblem, OptimalCubicDesign};

@@ -3,8 +3,9 @@
 use luenberger_expression::{ExpressionPlant, Lookups, Routine, Routines, Table};
 use luenberger_observers::{
     DiscreteLinearObserver, DiscreteNonlinearObserver, ExtendedKalmanFilter, GaussianEstimate, InterSampleObserver,
-    NoiseModel, Observer, ObserverDimensions, ObserverError, SampledCopy, SampledCubicGains, SampledCubicObserver,
-    SampledObserver, SquareRootEstimate, UnscentedKalmanFilter, VaryingPeriodObserver, VaryingPeriodStep,
+    NoiseModel, Observer, ObserverDimensions, ObserverError, SampledCubicGains, SampledCubicObserver,
+    SampledNonlinearObserver, SampledObserver, SquareRootEstimate, UnscentedKalmanFilter, VaryingPeriodObserver,
+    VaryingPeriodStep,
 };
 use luenberger_plants::{Column, LinearPlant};
 use nalgebra::{DMatrix, DVector, Dyn, RealField};
@@ -32,7 +33,7 @@ pub enum Program {
     /// The moving-horizon estimator.
     MovingHorizon(MovingHorizon<f64>),
     /// The copy of a nonlinear plant with a constant gain.
-    Copy(SampledCopy<ExpressionPlant, f64, Dyn, Dyn, Dyn>),
+    Copy(SampledNonlinearObserver<ExpressionPlant, f64, Dyn, Dyn, Dyn>),
     /// The copy of a plant in discrete time with a constant gain.
     Discrete(DiscreteNonlinearObserver<ExpressionPlant, f64, Dyn, Dyn, Dyn>),
     /// The numerical KKL observer.
@@ -471,7 +472,7 @@ impl Program {
             Self::Copy(observer) => {
                 let (plant, l) = (observer.plant().clone(), cast(observer.l()));
                 let period = nalgebra::convert(observer.period());
-                Cast::Copy(SampledCopy::new(plant, l, period, observer.substeps())?)
+                Cast::Copy(SampledNonlinearObserver::new(plant, l, period, observer.substeps())?)
             }
             Self::Kkl(observer) => Cast::Kkl(observer.cast()?),
             Self::Extension(observer) => {
@@ -523,7 +524,7 @@ pub(crate) enum Cast<T: RealField + Copy> {
     Kalman(ExtendedKalmanFilter<ExpressionPlant, T, Dyn, Dyn, Dyn>),
     Unscented(UnscentedKalmanFilter<ExpressionPlant, T, Dyn, Dyn, Dyn>),
     MovingHorizon(MovingHorizon<T>),
-    Copy(SampledCopy<ExpressionPlant, T, Dyn, Dyn, Dyn>),
+    Copy(SampledNonlinearObserver<ExpressionPlant, T, Dyn, Dyn, Dyn>),
     Discrete(DiscreteNonlinearObserver<ExpressionPlant, T, Dyn, Dyn, Dyn>),
     Kkl(Kkl<T>),
     Extension(SampledExtension<T>),

@@ -105,7 +105,7 @@ fn held(a: &DMatrix<f64>, b: &DMatrix<f64>, h: f64) -> Result<ZeroOrderHold> {
 
 /// A linear observer discretised with `u` and `y` held over each period: `xhat+ = Fd xhat + Bd u + Ld y`.
 #[derive(Debug, Clone, PartialEq)]
-pub struct ZeroOrderHoldInjection {
+pub struct ZeroOrderHoldObserver {
     /// `e^{(A - LC)h}`, n x n.
     pub fd: DMatrix<f64>,
     /// `int_0^h e^{(A-LC)s} ds B`, n x m.
@@ -132,24 +132,24 @@ pub struct ZeroOrderHoldInjection {
 /// An observer at rest in an equilibrium of the plant stays there: `xhat = Fd xhat + Bd u + Ld C xhat` if
 /// `A xhat + B u = 0`.
 /// ```
-/// use luenberger_linalg::zero_order_hold_injection;
+/// use luenberger_linalg::zero_order_hold_observer;
 /// use nalgebra::{dmatrix, dvector};
 ///
 /// let (a, b, c) = (dmatrix![0.0, 1.0; -2.0, -3.0], dmatrix![0.0; 1.0], dmatrix![1.0, 0.0]);
-/// let observer = zero_order_hold_injection(&a, &b, &dmatrix![7.0; 10.0], &c, 0.05)?;
+/// let observer = zero_order_hold_observer(&a, &b, &dmatrix![7.0; 10.0], &c, 0.05)?;
 /// let (x, u) = (dvector![1.0, 0.0], dvector![2.0]);
 /// let residual = (&observer.fd * &x + &observer.bd * u + &observer.ld * (c * &x) - x).norm();
 /// println!("residual {residual:e}");
 /// assert!(residual < 1e-15);
 /// # Ok::<(), luenberger_linalg::LinalgError>(())
 /// ```
-pub fn zero_order_hold_injection(
+pub fn zero_order_hold_observer(
     a: &DMatrix<f64>,
     b: &DMatrix<f64>,
     l: &DMatrix<f64>,
     c: &DMatrix<f64>,
     h: f64,
-) -> Result<ZeroOrderHoldInjection> {
+) -> Result<ZeroOrderHoldObserver> {
     square("A", a)?;
     let n = a.nrows();
     shaped("B", b, n, b.ncols())?;
@@ -162,7 +162,7 @@ pub fn zero_order_hold_injection(
     let (m, p) = (b.ncols(), l.ncols());
     let inputs = DMatrix::from_fn(n, m + p, |i, j| if j < m { b[(i, j)] } else { l[(i, j - m)] });
     let (fd, both) = hold(&f, &inputs, h)?;
-    Ok(ZeroOrderHoldInjection { fd, bd: both.columns(0, m).into_owned(), ld: both.columns(m, p).into_owned() })
+    Ok(ZeroOrderHoldObserver { fd, bd: both.columns(0, m).into_owned(), ld: both.columns(m, p).into_owned() })
 }
 
 /// `e^{Ah}` and `int_0^h e^{As} ds B` for shapes that fit.

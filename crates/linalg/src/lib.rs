@@ -22,7 +22,7 @@
 //! | `T^-1 A T, T^-1 B, C T`, Kalman's four parts | [`kalman_decomposition`] |
 //! | `eig(A - B K)`, `eig(A - L C)` | [`place`], [`place_observer`], with zeros in the gain [`place_structured`], [`place_observer_structured`] |
 //! | `T A - F T = G C`, `M T + N C = K`, observers of lower order | [`reduced_order_observer`], [`functional_observer()`] |
-//! | `e^A`, `x+ = Ad x + Bd u`, `xhat+ = Fd xhat + Bd u + Ld y` | [`expm`], [`zero_order_hold`], [`zero_order_hold_injection`] |
+//! | `e^A`, `x+ = Ad x + Bd u`, `xhat+ = Fd xhat + Bd u + Ld y` | [`expm`], [`zero_order_hold`], [`zero_order_hold_observer`] |
 //! | `x' = A x + B u` to `x+ = Ad x + Bd u` and back: zero- and first-order hold, Tustin, impulse, matched | [`c2d`], [`d2c`], [`c2d_matched`], [`logm`] |
 //! | `V = R h`, `Qd = int_0^h e^{As} W e^{A's} ds`: noise in continuous and discrete time | [`measurement_intensity`], [`discrete_process_noise`] and their inverses |
 //! | poles from settling time and damping, of prototype filters | [`poles_from`] |
@@ -117,7 +117,7 @@ pub use conversion::{
     discrete_process_noise, logm, measurement_intensity, sampled_measurement_covariance,
 };
 pub use decomposition::{KalmanDecomposition, KalmanPart, kalman_decomposition};
-pub use discretize::{ZeroOrderHold, ZeroOrderHoldInjection, expm, zero_order_hold, zero_order_hold_injection};
+pub use discretize::{ZeroOrderHold, ZeroOrderHoldObserver, expm, zero_order_hold, zero_order_hold_observer};
 pub use distance::{UnobservabilityDistance, distance_to_unobservability};
 pub use error::LinalgError;
 pub use factored::{Factored, lyapunov_factor, stein_factor};

@@ -156,7 +156,7 @@ pub struct Detectability {
     /// All hidden modes.
     pub unobservable: Vec<Mode>,
     /// The hidden modes that do not decay: those in the closed right half plane, or with `|lambda| >= 1`.
-    pub offending: Vec<Mode>,
+    pub undetectable_modes: Vec<Mode>,
     /// The relative tolerance of the rank decisions.
     pub tolerance: f64,
     /// A hidden mode this near to the boundary of stability counts as lying on it.
@@ -166,7 +166,7 @@ pub struct Detectability {
 impl Detectability {
     /// Whether the pair is detectable, so that a convergent observer exists: every hidden mode decays.
     pub fn is_detectable(&self) -> bool {
-        self.offending.is_empty()
+        self.undetectable_modes.is_empty()
     }
 }
 
@@ -191,7 +191,7 @@ impl Detectability {
 /// // The hidden state decays with -2, whatever the visible one does.
 /// assert!(detectability(&dmatrix![1.0, 0.0; 3.0, -2.0], &dmatrix![1.0, 0.0])?.is_detectable());
 /// let drifting = detectability(&dmatrix![-1.0, 0.0; 3.0, 0.0], &dmatrix![1.0, 0.0])?;
-/// assert_eq!(drifting.offending[0].eigenvalue.re, 0.0);
+/// assert_eq!(drifting.undetectable_modes[0].eigenvalue.re, 0.0);
 /// # Ok::<(), luenberger_linalg::LinalgError>(())
 /// ```
 ///
@@ -235,13 +235,13 @@ fn detectability_in(domain: TimeDomain, a: &DMatrix<f64>, c: &DMatrix<f64>) -> R
         TimeDomain::Continuous => lambda.re >= -boundary,
         TimeDomain::Discrete => lambda.norm() >= 1.0 - boundary,
     };
-    let offending = unobservable.iter().filter(|mode| fails(mode.eigenvalue)).cloned().collect();
+    let undetectable_modes = unobservable.iter().filter(|mode| fails(mode.eigenvalue)).cloned().collect();
     Ok(Detectability {
         domain,
         order: a.nrows(),
         rank: judged.staircase.rank,
         unobservable,
-        offending,
+        undetectable_modes,
         tolerance,
         boundary,
     })

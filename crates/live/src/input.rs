@@ -1,7 +1,7 @@
 //! The input of an experiment: a function of time, feedback, or a law with the true state.
 
 use luenberger_expression::{Expression, Scope};
-use luenberger_sim::{Between, Samples, Signal};
+use luenberger_sim::{SampleInterpolation, Samples, Signal};
 
 use crate::experiment::{Experiment, FeedbackSignal};
 use crate::plants::{self, Result, text};
@@ -22,7 +22,7 @@ impl Inputs {
             if signals == inputs { Ok(()) } else { Err(format!("{signals} signals for {inputs} inputs")) }
         };
         if let Some(table) = &experiment.table {
-            let between = if table.line { Between::Line } else { Between::Hold };
+            let between = if table.line { SampleInterpolation::Linear } else { SampleInterpolation::ZeroOrderHold };
             let samples = Samples::new(table.t.clone(), matrix(&table.rows), between).map_err(text)?;
             return as_many(samples.values().ncols()).map(|()| Self::Table(samples));
         }

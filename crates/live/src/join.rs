@@ -2,7 +2,7 @@
 
 use luenberger_observers::sliding_mode::Discretisation;
 use luenberger_observers::{
-    Comparison, CubicObserver, DeviationObserver, DiscreteLinearObserver, DiscreteNonlinearObserver,
+    ComparisonSystem, CubicObserver, DeviationObserver, DiscreteLinearObserver, DiscreteNonlinearObserver,
     ExtendedKalmanFilter, IntervalObserver, LinearObserver, NoiseModel, NonlinearLuenbergerObserver,
     ProportionalIntegralObserver, SampledCubicGains, SampledCubicObserver, SampledObserver, SlidingModeObserver,
     StationaryKalmanFilter, UnknownInputObserver,
@@ -65,7 +65,7 @@ pub(crate) fn join<'a>(
             scenario.observer(name, without, &start)
         }
         ObserverKind::Interval { observer: inner, k, g, h, start: rho } => {
-            let comparison = Comparison { k: matrix(k), g: vector(g), h: matrix(h), start: vector(rho) };
+            let comparison = ComparisonSystem { k: matrix(k), g: vector(g), h: matrix(h), start: vector(rho) };
             let interval = Interval::new(linear(inner, sliders)?, comparison).map_err(text)?;
             scenario.observer(name, interval, &start)
         }

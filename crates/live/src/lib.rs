@@ -45,7 +45,7 @@ pub use noise::Noise;
 pub use plant::Plant;
 pub use rows::Rows;
 pub use run::{Outcome, Run, Scores, run};
-pub use truth::{Channel, Event, Fault, Truth};
+pub use truth::{Event, Fault, MeasurementLoss, Truth};
 
 /// The example of `README.md`, compiled and run with the documentation's tests.
 #[cfg(doctest)]

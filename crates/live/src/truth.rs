@@ -34,7 +34,7 @@ pub struct Truth {
     pub quantisation: Vec<f64>,
     /// Dropouts and outliers.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub channel: Option<Channel>,
+    pub channel: Option<MeasurementLoss>,
 }
 
 /// A change of the plant at a time.
@@ -64,7 +64,7 @@ pub struct Fault {
 /// Measurements that do not arrive, and outliers.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct Channel {
+pub struct MeasurementLoss {
     /// The probability that a measurement does not arrive.
     pub dropout: f64,
     /// The probability of an outlier.
@@ -84,9 +84,9 @@ impl Truth {
             let sim::Fault { gain, bias, from } = fault.clone();
             Fault { gain, bias, from }
         };
-        let channel = |channel: &sim::Channel| {
-            let sim::Channel { dropout, outlier, outlier_size, period, seed } = channel.clone();
-            Channel { dropout, outlier, outlier_size, period, seed }
+        let channel = |channel: &sim::MeasurementLoss| {
+            let sim::MeasurementLoss { dropout, outlier, outlier_size, period, seed } = channel.clone();
+            MeasurementLoss { dropout, outlier, outlier_size, period, seed }
         };
         Self {
             plant: None,
@@ -106,9 +106,9 @@ impl Truth {
             let Fault { gain, bias, from } = fault.clone();
             sim::Fault { gain, bias, from }
         };
-        let channel = |channel: &Channel| {
-            let Channel { dropout, outlier, outlier_size, period, seed } = channel.clone();
-            sim::Channel { dropout, outlier, outlier_size, period, seed }
+        let channel = |channel: &MeasurementLoss| {
+            let MeasurementLoss { dropout, outlier, outlier_size, period, seed } = channel.clone();
+            sim::MeasurementLoss { dropout, outlier, outlier_size, period, seed }
         };
         sim::Disturbances {
             process_noise: self.process_noise.as_ref().map(|noise| noise.scaled(1.0)),

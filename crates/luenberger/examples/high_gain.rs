@@ -1,6 +1,6 @@
 //! A high-gain observer: fast as one likes, at the price of peaking and of noise.
 
-use luenberger::observers::high_gain::Place;
+use luenberger::observers::high_gain::ChainPosition;
 use luenberger::prelude::*;
 use nalgebra::{U1, U2, Vector1, Vector2};
 
@@ -28,7 +28,7 @@ impl Plant<f64> for Cart {
 impl HighGainMap<f64> for Cart {
     type Xi = U2; type Inputs = U1; type Outputs = U1; type Estimate = U2;
     fn dimensions(&self) -> ObserverDimensions { ObserverDimensions { state: 2, inputs: 1, outputs: 1, estimate: 2 } }
-    fn place(&self, i: usize) -> Place { Place { output: 0, position: i + 1 } }
+    fn place(&self, i: usize) -> ChainPosition { ChainPosition { output: 0, position: i + 1 } }
     fn drift(&self, t: f64, xi: &Vector2<f64>, u: &V1, _y: &V1) -> Vector2<f64> { self.derivative(t, xi, u) }
     fn estimate(&self, _t: f64, xi: &Vector2<f64>, _u: &V1, _y: &V1) -> Vector2<f64> { *xi }
     fn start(&self, _t: f64, estimate: &Vector2<f64>, _u: &V1, _y: &V1) -> Vector2<f64> { *estimate }

@@ -3,7 +3,7 @@
 //!
 //! The table here is small, to be quick. `numerical_kkl_table` has those of `docs/numerical-kkl.md`.
 
-use luenberger::design::numerical_kkl::{Domain, Escape, Settings, Target, Trial, held_out};
+use luenberger::design::numerical_kkl::{Domain, Escape, Settings, TargetSystem, Trial, held_out};
 use luenberger::plants::ReverseDuffing;
 use luenberger::prelude::*;
 use nalgebra::SVector;
@@ -13,7 +13,7 @@ pub(crate) fn main() -> Result<(), luenberger::Error> {
     // x1' = x2^3, x2' = -x1, y = x1, on a box; z' = D z + B y with the poles of a Bessel filter, and z = T(x) from the
     // plant's simulated past.
     let domain = Domain::new([-1.0; 2], [1.0; 2], Escape::Free)?;
-    let target = Target::<1, 3>::bessel(1.5)?;
+    let target = TargetSystem::<1, 3>::bessel(1.5)?;
     let settings = Settings { points: [17; 2], leaves: 8, samples: 2000, ..Settings::default() };
     let none = SVector::zeros();
     let design = NumericalKklDesign::new(&ReverseDuffing, &target, &domain, none, &settings, &mut |_| Continue(()))?;

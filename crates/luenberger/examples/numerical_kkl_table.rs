@@ -9,7 +9,7 @@ use std::time::Instant;
 
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use luenberger::design::numerical_kkl::{
-    Domain, Escape, NumericalKklDesign, Progress, Settings, Target, Trial, held_out,
+    Domain, Escape, NumericalKklDesign, Progress, Settings, TargetSystem, Trial, held_out,
 };
 use luenberger::plants::{Differentiable, ReverseDuffing, VanDerPol};
 use nalgebra::{Const, SVector};
@@ -41,7 +41,7 @@ fn table<S: Differentiable<f64, Const<2>, Const<0>, Const<1>>>(
     settings: Settings<2>,
     starts: &[[f64; 2]],
 ) -> Result<(), Box<dyn std::error::Error>> {
-    let target = Target::<1, 3>::bessel(cutoff)?;
+    let target = TargetSystem::<1, 3>::bessel(cutoff)?;
     let bar = bar()?;
     let began = Instant::now();
     let mut progress = |progress: Progress| {

@@ -60,7 +60,7 @@ pub mod prelude {
         Certificate, Certified, CubicDesign, CubicGain, DesignError, DiscreteLpvDesign, EnclosureError, FeedbackDesign,
         KklCandidate, KklDesign, KklError, KklPebDesign, LinearDesign, LipschitzDesign, LipschitzPlant, LpvDesign,
         LpvError, LyapunovWeight, NumericalKklDesign, NumericalKklError, Region, SampledCubicDesign, Sector,
-        joint_design,
+        cubic_lmi_design,
     };
     pub use luenberger_linalg::LinalgError;
     pub use luenberger_lmi::LmiError;

@@ -37,7 +37,7 @@ impl<Z: Dim, M: Dim, P: Dim, E: Dim> HighGainSize<Z, M, P, E> for DefaultAllocat
 
 /// Chain and position of a state of a high-gain observer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Place {
+pub struct ChainPosition {
     /// Index of the output whose error corrects the state, from 0.
     pub output: usize,
     /// Position in the chain, from 1: the power of 1/r.
@@ -62,7 +62,7 @@ where
     fn dimensions(&self) -> ObserverDimensions;
 
     /// Chain and position of state `i`.
-    fn place(&self, i: usize) -> Place;
+    fn place(&self, i: usize) -> ChainPosition;
 
     /// `b(t, xi, u, y)`: the right-hand side without correction.
     fn drift(
@@ -106,7 +106,7 @@ where
 ///
 /// The velocity of a cart from its position, `x1' = x2`, `x2' = u - x2|x2|`:
 /// ```
-/// use luenberger_observers::high_gain::{HighGainMap, HighGainObserver, Place};
+/// use luenberger_observers::high_gain::{HighGainMap, HighGainObserver, ChainPosition};
 /// use luenberger_observers::{Observer, ObserverDimensions, ObserverError};
 /// use nalgebra::{U1, U2, Vector1, Vector2};
 ///
@@ -121,8 +121,8 @@ where
 ///     fn dimensions(&self) -> ObserverDimensions {
 ///         ObserverDimensions { state: 2, inputs: 1, outputs: 1, estimate: 1 }
 ///     }
-///     fn place(&self, i: usize) -> Place {
-///         Place { output: 0, position: i + 1 }
+///     fn place(&self, i: usize) -> ChainPosition {
+///         ChainPosition { output: 0, position: i + 1 }
 ///     }
 ///     fn drift(&self, _t: f64, xi: &Vector2<f64>, u: &Vector1<f64>, _y: &Vector1<f64>) -> Vector2<f64> {
 ///         Vector2::new(xi[1], u[0] - xi[1] * xi[1].abs())
@@ -183,8 +183,8 @@ where
         all_positive("a coefficient alpha", &alpha)?;
         positive("r", r)?;
         for state in 0..size.state {
-            let Place { output, position } = map.place(state);
-            let heads = (0..size.state).filter(|&i| map.place(i) == Place { output, position: 1 }).count();
+            let ChainPosition { output, position } = map.place(state);
+            let heads = (0..size.state).filter(|&i| map.place(i) == ChainPosition { output, position: 1 }).count();
             if output >= size.outputs || position == 0 || heads != 1 {
                 return Err(ObserverError::Chain { state, output, position, heads });
             }
@@ -235,7 +235,7 @@ where
         // y_k - head_k.
         let mut error = y.clone();
         for i in 0..xi.nrows() {
-            let Place { output, position } = self.map.place(i);
+            let ChainPosition { output, position } = self.map.place(i);
             if position == 1 {
                 error[output] -= xi[i];
             }

@@ -14,7 +14,8 @@
 //! observer has to estimate all states of the plant. Its state here is z with the estimate behind it. Cost: 4
 //! evaluations of g, k, f, h and Dh for each Runge-Kutta step.
 //!
-//! [`SampledCopy`](crate::SampledCopy) is the same for the copy of a plant with a constant gain.
+//! [`SampledNonlinearObserver`](crate::SampledNonlinearObserver) is the same for the copy of a plant with a constant
+//! gain.
 //!
 //! Source: I. Karafyllis and C. Kravaris, From continuous-time design to sampled-data design of observers, IEEE
 //! Transactions on Automatic Control 54, 2009, eq. (1.3).

@@ -23,7 +23,7 @@ use crate::observer::{Observer, ObserverDimensions, SampledObserver};
 
 /// The comparison system of an [`IntervalObserver`] with Q blocks.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Comparison<T: RealField + Copy, N: Dim, Q: Dim>
+pub struct ComparisonSystem<T: RealField + Copy, N: Dim, Q: Dim>
 where
     DefaultAllocator: Allocator<Q, Q> + Allocator<Q> + Allocator<N, Q>,
 {
@@ -41,12 +41,12 @@ where
 /// Q`.
 ///
 /// ```
-/// use luenberger_observers::{Comparison, IntervalObserver, LinearObserver, Observer};
+/// use luenberger_observers::{ComparisonSystem, IntervalObserver, LinearObserver, Observer};
 /// use nalgebra::{Matrix1, U1, U2, Vector1, Vector2};
 /// // x' = -x + w, |w| <= 3, y = x, L = 1: e' = -2e + w, and the width is 3/2 in the end.
 /// let one = Matrix1::new(1.0);
 /// let inner = LinearObserver::new(-one, one, one, one)?;
-/// let comparison = Comparison { k: Matrix1::new(-2.0), g: Vector1::new(3.0), h: one, start: Vector1::new(0.5) };
+/// let comparison = ComparisonSystem { k: Matrix1::new(-2.0), g: Vector1::new(3.0), h: one, start: Vector1::new(0.5) };
 /// let observer = IntervalObserver::<_, f64, U1, U1, U2>::new(inner, comparison)?;
 /// let state = observer.initial(0.0, &Vector1::new(7.0), &one, &one);
 /// assert_eq!(state, Vector2::new(7.0, 0.5));
@@ -60,7 +60,7 @@ where
     DefaultAllocator: Allocator<Q, Q> + Allocator<Q> + Allocator<N, Q>,
 {
     inner: O,
-    comparison: Comparison<T, N, Q>,
+    comparison: ComparisonSystem<T, N, Q>,
     joined: PhantomData<S>,
 }
 
@@ -72,7 +72,7 @@ where
     ///
     /// # Errors
     /// [`ObserverError::Matrix`]: shapes that do not fit, entries that are not finite.
-    pub fn new(inner: O, comparison: Comparison<T, N, Q>) -> Result<Self, ObserverError>
+    pub fn new(inner: O, comparison: ComparisonSystem<T, N, Q>) -> Result<Self, ObserverError>
     where
         O: Observer<T>,
     {
@@ -97,7 +97,7 @@ where
     }
 
     /// The comparison system.
-    pub fn comparison(&self) -> &Comparison<T, N, Q> {
+    pub fn comparison(&self) -> &ComparisonSystem<T, N, Q> {
         &self.comparison
     }
 
@@ -132,7 +132,7 @@ where
     }
 
     fn derivative(&self, t: T, state: &Self::State, u: &Self::Input, y: &Self::Output) -> Self::State {
-        let Comparison { k, g, .. } = &self.comparison;
+        let ComparisonSystem { k, g, .. } = &self.comparison;
         let n = self.comparison.h.nrows();
         let (xhat, rho) = state.as_slice().split_at(n);
         let slope = self.inner.derivative(t, &<OVector<T, N> as Column<T>>::from_slice(xhat), u, y);

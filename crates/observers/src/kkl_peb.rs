@@ -33,7 +33,7 @@ use nalgebra::{DefaultAllocator, Dim, OMatrix, OVector, RealField, U1};
 
 use crate::diagnosis::{Diagnose, Diagnosis};
 use crate::error::ObserverError;
-use crate::estimator::{ParameterEstimator, standing};
+use crate::estimator::{ParameterEstimator, finite_or_zero};
 use crate::filters::{Filter, positive};
 use crate::kkl::{KklMap, KklSize};
 use crate::observer::{Observer, ObserverDimensions};
@@ -293,7 +293,7 @@ where
     }
 
     fn derivative(&self, t: T, state: &Self::State, u: &Self::Input, y: &Self::Output) -> Self::State {
-        let mut slope = self.unprojected(t, state, u, y).map(standing);
+        let mut slope = self.unprojected(t, state, u, y).map(finite_or_zero);
         let (r, q) = self.map.rows_and_parameters();
         let offset = self.map.dimensions().state + r * (q + 2);
         for i in 0..q {

@@ -25,7 +25,7 @@
 //! | [`fixed_point`] | the linear observer in discrete time in fixed point, in integers |
 //! | [`discrete_kalman`] | the Kalman filter of a plant in discrete time |
 //! | [`nonlinear_luenberger`] | the copy of a nonlinear plant with a constant gain: Thau's, Lipschitz and LPV designs run as this |
-//! | [`sampled_copy`] | the copy of a plant stepped once per sample, with an output predicted between samples |
+//! | [`sampled_nonlinear`] | the copy of a plant stepped once per sample, with an output predicted between samples |
 //! | [`mean_value`] | the mean-value-theorem observer, as printed and repaired |
 //! | [`kkl`] | Kazantzis-Kravaris-Luenberger observers: a stable linear extension and a left inverse |
 //! | [`pebo`], [`kkl_peb`] | parameter-estimation-based observers, and [KKL+PEB] observers, which are both |
@@ -90,7 +90,7 @@ pub mod proportional_integral;
 pub mod pseudo_inverse;
 mod regression;
 mod runge_kutta;
-pub mod sampled_copy;
+pub mod sampled_nonlinear;
 pub mod semi_implicit;
 mod semidefinite;
 #[cfg(feature = "serde")]
@@ -120,7 +120,7 @@ pub use functional::FunctionalObserver;
 pub use high_gain::{HighGainMap, HighGainObserver, StaticHighGainObserver};
 pub use immersion_invariance::{Immersion, ImmersionInvarianceObserver};
 pub use inter_sample::InterSampleObserver;
-pub use interval::{Comparison, IntervalObserver, SampledIntervalGains, SampledIntervalObserver};
+pub use interval::{ComparisonSystem, IntervalObserver, SampledIntervalGains, SampledIntervalObserver};
 pub use kalman::{ExtendedKalmanFilter, GaussianEstimate, Innovation, NoiseModel, StaticExtendedKalmanFilter};
 pub use kkl::{KklMap, KklObserver, LeftInverse, LinearKkl};
 pub use kkl_peb::{FilterMemory, KklPebObserver, Reset};
@@ -136,7 +136,7 @@ pub use observer::{ContinuousDiscreteObserver, Observer, ObserverDimensions, Sam
 pub use output_feedback::OutputFeedback;
 pub use pebo::{PeboObserver, Regression};
 pub use proportional_integral::ProportionalIntegralObserver;
-pub use sampled_copy::{SampledCopy, StaticSampledCopy};
+pub use sampled_nonlinear::{SampledNonlinearObserver, StaticSampledNonlinearObserver};
 pub use sliding_mode::SlidingModeObserver;
 pub use stationary_kalman::{StaticStationaryKalmanFilter, StationaryKalmanFilter};
 pub use unknown_input::UnknownInputObserver;

@@ -24,7 +24,7 @@ use crate::error::{SimError, check, check_positive};
 use crate::integrate::Settings;
 use crate::noise::Noise;
 use crate::scenario::{Estimated, Scenario};
-use crate::scores::{Band, Errors, Merits, ScoreGrid, StateScores, check_scale};
+use crate::scores::{Band, ErrorMetrics, Errors, ScoreGrid, StateScores, check_scale};
 use crate::sensor::Sensor;
 use crate::signal::Signal;
 use crate::trajectory::Trajectory;
@@ -249,12 +249,12 @@ impl<'a> Comparison<'a> {
         self.scenario.plant.output(0.0, &self.x0, &u0, &mut y0);
         let mut z0 = vec![0.0; own.state];
         observer.initial(0.0, &self.xhat0, &u0, &y0, &mut z0);
-        let mut given: Vec<String> =
+        let mut prior_information: Vec<String> =
             self.told.iter().filter(|(told, _)| told == name).map(|(_, what)| what.clone()).collect();
         // The two are one when the estimate starts at 0.
         let answers = [(e0, "x(0) - xhat(0)"), (&self.x0[..], "x(0)")];
         if let Some((_, what)) = answers.into_iter().find(|(answer, _)| contains(&z0, answer)) {
-            given.push(format!("its state at the start contains {what}"));
+            prior_information.push(format!("its state at the start contains {what}"));
         }
 
         let cost = cost(observer.as_ref(), &z0, &u0, &y0);
@@ -267,7 +267,7 @@ impl<'a> Comparison<'a> {
             }
             Err(error) => (Err(error), Vec::new(), None),
         };
-        Ok(Row { name: name.clone(), given, outcome, states, cost, trajectory })
+        Ok(Row { name: name.clone(), prior_information, outcome, states, cost, trajectory })
     }
 }
 
@@ -325,9 +325,9 @@ pub struct Row {
     /// Its name.
     pub name: String,
     /// Information that only this observer has, stated by the caller or detected; empty for a fair comparison.
-    pub given: Vec<String>,
+    pub prior_information: Vec<String>,
     /// Its scores, or the error that ended its run.
-    pub outcome: Result<Merits, SimError>,
+    pub outcome: Result<ErrorMetrics, SimError>,
     /// The scores of each state, in its unit; empty if the run failed.
     pub states: Vec<StateScores>,
     /// Measured time per step or evaluation; it varies from run to run.
@@ -384,7 +384,7 @@ impl fmt::Display for Compared {
                 }
                 Err(error) => write!(f, "{:width$} {error} {cost:>16}", row.name)?,
             }
-            for what in &row.given {
+            for what in &row.prior_information {
                 write!(f, "  [given more: {what}]")?;
             }
             writeln!(f)?;

@@ -47,7 +47,7 @@ impl Fault {
 /// Dropouts and outliers of the measurements. They are drawn at each measurement for an output with a
 /// [`Sensor`](crate::Sensor), and every `period` for the others.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Channel {
+pub struct MeasurementLoss {
     /// The probability of a dropout: that a measurement does not arrive, or for an output without a sensor that it is
     /// not measured during one period.
     pub dropout: f64,
@@ -78,7 +78,7 @@ pub struct Disturbances {
     /// Quantisation steps, one for each output, 0 for an output without; empty for no quantisation.
     pub quantisation: Vec<f64>,
     /// Dropouts and outliers.
-    pub channel: Option<Channel>,
+    pub channel: Option<MeasurementLoss>,
 }
 
 impl Disturbances {
@@ -184,7 +184,7 @@ impl Disturbances {
     }
 }
 
-impl Channel {
+impl MeasurementLoss {
     /// For each output whether the value of period `k` arrives, and its outlier.
     pub(crate) fn draw(&self, k: u64) -> Vec<(bool, f64)> {
         let outputs = self.outlier_size.len();

@@ -6,11 +6,11 @@ use crate::error::{SimError, check_finite};
 
 /// Interpolation of a sampled quantity between its samples.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Between {
+pub enum SampleInterpolation {
     /// The last sample is held (zero-order hold): causal.
-    Hold,
+    ZeroOrderHold,
     /// Linear interpolation to the next sample: not causal.
-    Line,
+    Linear,
 }
 
 /// Columns of numbers at increasing times, which need not be equally spaced. [`Samples::value`] is `None`
@@ -22,16 +22,16 @@ pub struct Samples {
     values: DMatrix<f64>,
     /// Which values are missing; `None` if none is.
     missing: Option<DMatrix<bool>>,
-    between: Between,
+    between: SampleInterpolation,
 }
 
 impl Samples {
     /// The samples `values` (one row for each time) at the times `t`, at least 2.
     ///
     /// ```
-    /// use luenberger_sim::samples::{Between, Samples};
+    /// use luenberger_sim::samples::{SampleInterpolation, Samples};
     /// use nalgebra::dmatrix;
-    /// let ramp = Samples::new(vec![0.0, 1.0, 3.0], dmatrix![0.0; 2.0; 6.0], Between::Line)?;
+    /// let ramp = Samples::new(vec![0.0, 1.0, 3.0], dmatrix![0.0; 2.0; 6.0], SampleInterpolation::Linear)?;
     /// let mut value = [0.0];
     /// ramp.at(2.0, &mut value);
     /// assert_eq!(value, [4.0]);
@@ -43,7 +43,7 @@ impl Samples {
     /// # Errors
     /// [`SimError::Samples`], [`SimError::Length`], [`SimError::NotFinite`] with the index counted row by row,
     /// [`SimError::TimesUnsorted`].
-    pub fn new(t: Vec<f64>, values: DMatrix<f64>, between: Between) -> Result<Self, SimError> {
+    pub fn new(t: Vec<f64>, values: DMatrix<f64>, between: SampleInterpolation) -> Result<Self, SimError> {
         if t.len() < 2 {
             return Err(SimError::Samples { samples: t.len() });
         }
@@ -65,17 +65,22 @@ impl Samples {
     /// As [`new`](Self::new), with `None` for each value that is missing.
     ///
     /// ```
-    /// use luenberger_sim::samples::{Between, Samples};
+    /// use luenberger_sim::samples::{SampleInterpolation, Samples};
     /// use nalgebra::dmatrix;
     /// let t = vec![0.0, 1.0, 2.0];
-    /// let samples = Samples::with_missing(t, &dmatrix![Some(5.0); None; Some(7.0)], Between::Hold)?;
+    /// let values = dmatrix![Some(5.0); None; Some(7.0)];
+    /// let samples = Samples::with_missing(t, &values, SampleInterpolation::ZeroOrderHold)?;
     /// assert_eq!((samples.value(0, 0), samples.value(1, 0)), (Some(5.0), None));
     /// assert_eq!(samples.count(0), 2);
     /// # Ok::<(), luenberger_sim::SimError>(())
     /// ```
     /// # Errors
     /// As [`new`](Self::new).
-    pub fn with_missing(t: Vec<f64>, values: &DMatrix<Option<f64>>, between: Between) -> Result<Self, SimError> {
+    pub fn with_missing(
+        t: Vec<f64>,
+        values: &DMatrix<Option<f64>>,
+        between: SampleInterpolation,
+    ) -> Result<Self, SimError> {
         let mut filled = DMatrix::zeros(values.nrows(), values.ncols());
         for (column, mut filled) in values.column_iter().zip(filled.column_iter_mut()) {
             let mut last = column.iter().copied().find_map(|value| value).unwrap_or(0.0);
@@ -112,13 +117,13 @@ impl Samples {
     }
 
     /// The interpolation between the samples.
-    pub fn between(&self) -> Between {
+    pub fn between(&self) -> SampleInterpolation {
         self.between
     }
 
     /// The same samples with another interpolation.
     #[must_use]
-    pub fn with(self, between: Between) -> Self {
+    pub fn with(self, between: SampleInterpolation) -> Self {
         Self { between, ..self }
     }
 
@@ -135,7 +140,9 @@ impl Samples {
     /// was held.
     pub(crate) fn on(&self, k: usize, t: f64, value: &mut [f64]) {
         let share = match (self.t.get(k), self.t.get(k + 1)) {
-            (Some(start), Some(end)) if self.between == Between::Line => ((t - start) / (end - start)).clamp(0.0, 1.0),
+            (Some(start), Some(end)) if self.between == SampleInterpolation::Linear => {
+                ((t - start) / (end - start)).clamp(0.0, 1.0)
+            }
             _ => 0.0,
         };
         for (column, value) in value.iter_mut().enumerate().take(self.values.ncols()) {

@@ -50,7 +50,7 @@ pub struct StateScores {
 
 /// Figures of merit of the norm of the error, |e|.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Merits {
+pub struct ErrorMetrics {
     /// |e| at the start.
     pub initial: f64,
     /// The first time |e| is within the band; `None` if it never is.
@@ -67,7 +67,7 @@ pub struct Merits {
     pub steady_rms: f64,
 }
 
-impl Merits {
+impl ErrorMetrics {
     /// The merits of an observer in a run; settled is within `band |e(0)|`, `e(0)` the error at the start.
     ///
     /// If any observer of the run is sampled, the merits are those at the samples (see the [module](self)), on the grid
@@ -75,7 +75,7 @@ impl Merits {
     /// a scale it is [`Errors::norm`].
     ///
     /// ```
-    /// use luenberger_sim::{Merits, Scenario};
+    /// use luenberger_sim::{ErrorMetrics, Scenario};
     /// use luenberger_observers::LinearObserver;
     /// use nalgebra::Vector2;
     /// let plant = luenberger_plants::double_integrator();
@@ -83,7 +83,7 @@ impl Merits {
     ///     .observer("linear", LinearObserver::of(plant, Vector2::new(7.0, 10.0))?, &[1.0, 0.0])
     ///     .until(8.0, 2)
     ///     .run()?;
-    /// let merits = Merits::of(&run, "linear", 0.05)?;
+    /// let merits = ErrorMetrics::of(&run, "linear", 0.05)?;
     /// assert!(merits.peak >= 1.0 && merits.last < 1e-5 && merits.settling_last < Some(3.0));
     /// # Ok::<(), Box<dyn std::error::Error>>(())
     /// ```
@@ -212,12 +212,12 @@ impl<'t> Errors<'t> {
     ///
     /// # Errors
     /// [`SimError::Length`], [`SimError::NotFinite`] or [`SimError::NotPositive`] for a scale that does not fit.
-    pub fn norm(&self, scale: Option<&[f64]>, band: f64) -> Result<Merits, SimError> {
+    pub fn norm(&self, scale: Option<&[f64]>, band: f64) -> Result<ErrorMetrics, SimError> {
         self.merits(scale, Band::Share(band))
     }
 
     /// As [`norm`](Self::norm), settled within a band of either kind.
-    pub(crate) fn merits(&self, scale: Option<&[f64]>, band: Band) -> Result<Merits, SimError> {
+    pub(crate) fn merits(&self, scale: Option<&[f64]>, band: Band) -> Result<ErrorMetrics, SimError> {
         let scale = match scale {
             Some(scale) => check_scale(scale, self.count).map(|()| scale.to_vec())?,
             None => vec![1.0; self.count],
@@ -241,7 +241,7 @@ impl<'t> Errors<'t> {
         let initial = curve.initial()?;
         let within = band.of(initial);
         let starts = |time: Option<f64>| time.filter(|_| initial > 0.0);
-        Ok(Merits {
+        Ok(ErrorMetrics {
             initial,
             settling_first: starts(curve.first_within(within)),
             settling_last: starts(curve.stays_within(within)),
@@ -260,7 +260,7 @@ impl Trajectory {
     /// # Errors
     /// [`SimError::UnknownName`], [`SimError::NoCommonGrid`].
     pub fn rmse(&self, observer: &str) -> Result<f64, SimError> {
-        Ok(Merits::of(self, observer, 1.0)?.rms)
+        Ok(ErrorMetrics::of(self, observer, 1.0)?.rms)
     }
 
     /// The time from which `|e|` stays within `band |e(0)|`, `e(0)` the error at the start; `None` if it does not. At
@@ -282,7 +282,7 @@ impl Trajectory {
     /// # Errors
     /// [`SimError::UnknownName`], [`SimError::NoCommonGrid`].
     pub fn settling_time(&self, observer: &str, band: f64) -> Result<Option<f64>, SimError> {
-        Ok(Merits::of(self, observer, band)?.settling_last)
+        Ok(ErrorMetrics::of(self, observer, band)?.settling_last)
     }
 }
 

@@ -1,7 +1,7 @@
 //! Sensors with individual sampling periods, and how observers treat an output that is not measured.
 //!
 //! A [`Sensor`] measures one output every period, from an offset on; its noise is drawn anew at each measurement. An
-//! output without one is read at all times. A measurement that does not arrive ([`Channel::dropout`]) is no
+//! output without one is read at all times. A measurement that does not arrive ([`MeasurementLoss::dropout`]) is no
 //! measurement.
 //!
 //! | observer | at a measurement | otherwise |
@@ -13,7 +13,7 @@
 //! It is the same with logs ([`replay`](crate::replay)). A measurement between two samples of a sampled observer is not
 //! used. An observer of some states only predicts no output, and holds the last one.
 
-use crate::disturbance::Channel;
+use crate::disturbance::MeasurementLoss;
 use crate::error::{SimError, check_positive};
 use crate::noise::Noise;
 
@@ -120,7 +120,7 @@ pub(crate) struct Sampling {
     pub(crate) start: f64,
     /// The sensor of each output, where it has one of its own.
     pub(crate) sensors: Vec<Option<Sensor>>,
-    pub(crate) channel: Option<Channel>,
+    pub(crate) channel: Option<MeasurementLoss>,
 }
 
 impl Sampling {
@@ -129,7 +129,7 @@ impl Sampling {
         start: f64,
         outputs: usize,
         sensors: Vec<Sensor>,
-        channel: Option<Channel>,
+        channel: Option<MeasurementLoss>,
     ) -> Result<Self, SimError> {
         let mut of: Vec<Option<Sensor>> = vec![None; outputs];
         for sensor in sensors {

@@ -1,7 +1,9 @@
 //! Certificates of H-infinity and H2 filters of random plants, and attempts to contradict them: the transfer function
 //! at frequencies, and the variance from the exact Gramian, both in rational arithmetic.
 
-use luenberger_design::{Certified, GainOptions, NormFilterDesign, NormTarget, Performance, SystemNorm, TimeDomain};
+use luenberger_design::{
+    Certified, GainOptions, GeneralizedPlant, NormFilterDesign, NormTarget, SystemNorm, TimeDomain,
+};
 use luenberger_linalg::{discrete_h_infinity_norm, h_infinity_norm};
 use luenberger_proof::certificate::CertificateFile;
 use nalgebra::DMatrix;
@@ -30,7 +32,7 @@ fn generate(norm: SystemNorm, random: &mut Random) -> Option<CertificateFile> {
     let mut e = random.matrix(n, q + p);
     e.columns_mut(q, p).fill(0.0);
     let h = if random.once_in(2) { DMatrix::identity(n, n) } else { random.matrix(1, n) };
-    let of = Performance { e, d: noise + mixed, h };
+    let of = GeneralizedPlant { e, d: noise + mixed, h };
     let time = if random.once_in(2) { TimeDomain::Discrete } else { TimeDomain::Continuous };
     let options = GainOptions::default();
     let found = NormFilterDesign::new(&plant, time, norm, &of, &NormTarget::Least, &options).ok()?;

@@ -9,7 +9,7 @@ use luenberger_design::{
     Certified, CubicDesign, CubicGain, DecoupledPlant, DiscreteDesign, Disturbances, ErrorBound, ErrorCoordinates,
     FeedbackDesign, IntervalDesign, IntervalRequirements, LinearDesign, LipschitzDesign, Periods, ReducedOrderDesign,
     SampledCubicDesign, SampledIntervalDesign, SuperTwistingDesign, Theorem1, UnknownInputDesign, VaryingPeriodDesign,
-    at_varying_periods, deployed_linear, joint_design, lyapunov_certificate_file, stein_certificate_file,
+    at_varying_periods, cubic_lmi_design, deployed_linear, lyapunov_certificate_file, stein_certificate_file,
 };
 use luenberger_linalg::{lqr, lyapunov, stein};
 use luenberger_lmi::{Problem, he, sdpa};
@@ -127,7 +127,7 @@ fn cubic_design(random: &mut Random) -> Option<CubicDesign> {
     let plant = plant(random, 3)?;
     let p = plant.c.nrows();
     if random.once_in(4) {
-        return joint_design(&plant, &DMatrix::identity(p, p), random.between(0.1, 1.0), 1.0).ok();
+        return cubic_lmi_design(&plant, &DMatrix::identity(p, p), random.between(0.1, 1.0), 1.0).ok();
     }
     let linear = linear(&plant, random)?;
     let correction = if random.once_in(2) {
@@ -319,7 +319,7 @@ fn sampled_interval(random: &mut Random) -> Option<CertificateFile> {
     let w: Vec<f64> = (0..q).map(|_| size(random)).collect();
     let v: Vec<f64> = (0..p).map(|_| size(random)).collect();
     let kept = IntervalRequirements {
-        first: vec![1.0; n],
+        initial_error: vec![1.0; n],
         estimates: (0..n).map(|_| size(random)).collect(),
         inputs: (0..m).map(|_| size(random)).collect(),
         format: if random.once_in(2) { Format::Binary32 } else { Format::Binary64 },

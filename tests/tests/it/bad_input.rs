@@ -1,7 +1,7 @@
 //! Invalid input and unusual units in the whole chain from a plant to a simulation.
 
 use luenberger_design::{
-    CubicDesign, CubicGain, FeedbackDesign, LinearDesign, LyapunovWeight, SampledCubicDesign, joint_design, robust,
+    CubicDesign, CubicGain, FeedbackDesign, LinearDesign, LyapunovWeight, SampledCubicDesign, cubic_lmi_design, robust,
 };
 use luenberger_linalg as linalg;
 use luenberger_plants::{PlantError, StateSpace, double_integrator};
@@ -81,7 +81,7 @@ fn a_plant_of_one_state_goes_the_whole_way() {
     assert!(cubic.certificate.is_proved(), "{}", cubic.certificate);
     assert!(FeedbackDesign::new(&cubic, &dmatrix![5.0]).unwrap().certificate.is_proved());
     assert!(SampledCubicDesign::new(&linear, &dmatrix![1.0], 1.0, 0.1).unwrap().certificate.is_proved());
-    assert!(joint_design(&plant, &dmatrix![1.0], 1.0, 1.0).unwrap().certificate.is_proved());
+    assert!(cubic_lmi_design(&plant, &dmatrix![1.0], 1.0, 1.0).unwrap().certificate.is_proved());
     let (f, c, n) = (cubic.error_matrix(), &cubic.observer.c, &cubic.observer.n);
     assert!((robust::positive_real_margin(&f, c, n).unwrap() - 1.0).abs() < 1e-12);
     let margin = robust::fixed_gain_margin(&plant, &cubic.observer.l, n, 1e-6).unwrap().margin;

@@ -6,7 +6,7 @@ use luenberger_design::mean_value::{ContractingCoordinates, MeanValueDesign};
 use luenberger_design::robust::{PolytopicDesign, certify_gain, fixed_gain_margin, theorem5_bound};
 use luenberger_design::{
     Certified, CubicDesign, CubicGain, FeedbackDesign, LinearDesign, LipschitzDesign, LpvDesign, Region,
-    SampledCubicDesign, Theorem1, deployed_linear, joint_design, lyapunov_certificate_file, stein_certificate_file,
+    SampledCubicDesign, Theorem1, cubic_lmi_design, deployed_linear, lyapunov_certificate_file, stein_certificate_file,
     theta_from_importance,
 };
 use luenberger_linalg::{lambda_min, lqr, lyapunov, stein};
@@ -61,7 +61,7 @@ proptest! {
     #[test]
     fn the_joint_design_goes_into_a_file(plant in stabilisable_plant(1..=5), rate in 0.1..1.0) {
         let p = plant.c.nrows();
-        let design = joint_design(&plant, &DMatrix::identity(p, p), rate, 1.0).unwrap();
+        let design = cubic_lmi_design(&plant, &DMatrix::identity(p, p), rate, 1.0).unwrap();
         let proved = goes_the_whole_way(design.certificate_file("the joint design"));
         let said = format!("V(t) <= exp(-2 rate t) V(0) with rate = {}, so that", exact(rate));
         prop_assert!(proved.statement.contains(&said), "{}", proved.statement);

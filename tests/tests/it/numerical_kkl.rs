@@ -8,7 +8,7 @@ use std::ops::ControlFlow::Continue;
 use std::sync::OnceLock;
 
 use luenberger_design::numerical_kkl::{
-    Domain, Escape, HeldOut, NumericalKklDesign, NumericalKklError, Settings, Target, Trial, held_out,
+    Domain, Escape, NumericalKklDesign, NumericalKklError, Settings, TargetSystem, Trial, ValidationErrors, held_out,
 };
 use luenberger_observers::Observer;
 use luenberger_observers::kkl::{KklObserver, LinearKkl};
@@ -26,7 +26,7 @@ fn square() -> Domain<2> {
 fn duffing() -> &'static Design {
     static DESIGN: OnceLock<Design> = OnceLock::new();
     DESIGN.get_or_init(|| {
-        let target = Target::bessel(1.5).unwrap();
+        let target = TargetSystem::bessel(1.5).unwrap();
         let settings = Settings::default();
         NumericalKklDesign::new(&ReverseDuffing, &target, &square(), SVector::zeros(), &settings, &mut |_| Continue(()))
             .unwrap()
@@ -62,7 +62,7 @@ fn the_reverse_duffing_oscillator_is_estimated_as_well_as_was_asked() {
 fn two_integrators_agree_on_the_errors() {
     let design = duffing();
     let trial = Trial { start: [0.5, 0.5], transient: 10.0, end: 50.0, samples: 1601 };
-    let HeldOut { inside, outside } =
+    let ValidationErrors { inside, outside } =
         held_out(&ReverseDuffing, &design.embedded, &square(), &SVector::zeros(), &[trial]).unwrap();
     assert_eq!((inside.samples, outside.samples), (1601, 0));
     let simulated = simulated(&design.embedded, [0.5, 0.5]);
@@ -220,7 +220,7 @@ fn van_der_pol_is_estimated_along_its_limit_cycle() {
     let plant = VanDerPol::default();
     let design = |escape| {
         let domain = Domain::new([-2.3, -3.0], [2.3, 3.0], escape).unwrap();
-        let target = Target::<1, 3>::bessel(8.0).unwrap();
+        let target = TargetSystem::<1, 3>::bessel(8.0).unwrap();
         let settings = Settings { held_out: 200, ..Settings::default() };
         NumericalKklDesign::new(&plant, &target, &domain, SVector::zeros(), &settings, &mut |_| Continue(()))
             .map(|design| (design, domain))
@@ -254,7 +254,7 @@ fn a_table_of_low_rank_is_the_solution_of_sylvesters_equation() {
     ];
     let c = matrix![1.0, 0.0, 0.0, 0.0, 0.0, 0.0];
     let plant = StaticPlant::new(a, SMatrix::<f64, 6, 0>::zeros(), c).unwrap();
-    let target = Target::<1, 7>::bessel(4.0).unwrap();
+    let target = TargetSystem::<1, 7>::bessel(4.0).unwrap();
     let domain =
         Domain::new([-1.0, -2.0, -0.5, -0.5, -0.5, -0.5], [1.0, 2.0, 0.5, 0.5, 0.5, 0.5], Escape::Free).unwrap();
     let settings = Settings {
@@ -298,7 +298,7 @@ fn a_table_of_low_rank_is_the_solution_of_sylvesters_equation() {
 #[test]
 fn tables_in_full_and_of_low_rank_agree() {
     let settings = Settings { points: [33; 2], samples: 1000, leaves: 2, rank_tolerance: 1e-7, ..Settings::default() };
-    let target = Target::<1, 3>::bessel(2.0).unwrap();
+    let target = TargetSystem::<1, 3>::bessel(2.0).unwrap();
     let full =
         NumericalKklDesign::new(
             &ReverseDuffing,

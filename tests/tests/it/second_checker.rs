@@ -13,11 +13,11 @@ use luenberger_design::mean_value::{ContractingCoordinates, MeanValueDesign};
 use luenberger_design::robust::{PolytopicDesign, certify_gain};
 use luenberger_design::{
     Certified, CubicDesign, CubicGain, DecoupledPlant, DiscreteDesign, DiscreteLpvDesign, Disturbances, ErrorBound,
-    ErrorCoordinates, FeedbackDesign, GainOptions, IntervalDesign, IntervalRequirements, LinearDesign, LipschitzDesign,
-    LpvDesign, NormFilterDesign, NormTarget, Performance, Periods, ReducedOrderDesign, Region, SampledCubicDesign,
-    SampledIntervalDesign, SuperTwistingDesign, SystemNorm, Theorem1, TimeDomain, Uncertainty, UnknownInputDesign,
-    VaryingPeriodDesign, at_varying_periods, deployed_linear, joint_design, lyapunov_certificate_file,
-    stein_certificate_file, theta_from_importance,
+    ErrorCoordinates, FeedbackDesign, GainOptions, GeneralizedPlant, IntervalDesign, IntervalRequirements,
+    LinearDesign, LipschitzDesign, LpvDesign, NormFilterDesign, NormTarget, Periods, ReducedOrderDesign, Region,
+    SampledCubicDesign, SampledIntervalDesign, SuperTwistingDesign, SystemNorm, Theorem1, TimeDomain, Uncertainty,
+    UnknownInputDesign, VaryingPeriodDesign, at_varying_periods, cubic_lmi_design, deployed_linear,
+    lyapunov_certificate_file, stein_certificate_file, theta_from_importance,
 };
 use luenberger_linalg::lqr;
 use luenberger_lmi::{Problem, he, sdpa};
@@ -85,7 +85,7 @@ fn linear(plant: &StateSpace) -> LinearDesign {
 /// The observers of the cubic paper, of the examples, and the theorems that they leave out.
 fn of_linear_plants() -> Vec<CertificateFile> {
     let (plant, example1, cubic) = example_1();
-    let joint = joint_design(&plant, &dmatrix![1.0], 0.7, 1.0).unwrap();
+    let joint = cubic_lmi_design(&plant, &dmatrix![1.0], 0.7, 1.0).unwrap();
     let k = lqr(&plant.a, &plant.b, &DMatrix::identity(2, 2), &DMatrix::identity(1, 1)).unwrap().k;
     let feedback = FeedbackDesign::new(&cubic, &k).unwrap();
     let step = dmatrix![0.01, 0.0; 0.02, -0.01];
@@ -124,7 +124,7 @@ fn of_linear_plants() -> Vec<CertificateFile> {
     ]
     .map(|design| design.certificate_file("a design").unwrap())
     .into();
-    let of = Performance { e: dmatrix![0.0, 0.0; 1.0, 0.0], d: dmatrix![0.0, 0.1], h: dmatrix![1.0, 0.5] };
+    let of = GeneralizedPlant { e: dmatrix![0.0, 0.0; 1.0, 0.0], d: dmatrix![0.0, 0.1], h: dmatrix![1.0, 0.5] };
     for (time, norm) in [
         (TimeDomain::Continuous, SystemNorm::HInfinity),
         (TimeDomain::Discrete, SystemNorm::HInfinity),
@@ -171,7 +171,8 @@ fn enclosing() -> Vec<CertificateFile> {
     let mut files = vec![modal.certificate_file("modal").unwrap(), least.certificate_file("least width").unwrap()];
     let discrete = DiscreteDesign::sampled(&linear, 0.05).unwrap();
     for format in [Format::Binary32, Format::Binary64] {
-        let kept = IntervalRequirements { first: first.to_vec(), estimates: vec![3.0; 2], inputs: vec![1.0], format };
+        let kept =
+            IntervalRequirements { initial_error: first.to_vec(), estimates: vec![3.0; 2], inputs: vec![1.0], format };
         let gain = (discrete.observer.l(), ErrorCoordinates::Modal);
         let acting = (&dmatrix![1.0; 0.0], &[0.3][..], &[0.05][..]);
         let held = SampledIntervalDesign::sampled(&plant, acting, gain, 0.05, &kept).unwrap();

@@ -4,7 +4,7 @@
 use luenberger_design::robust::{PolytopicDesign, certify_gain, fixed_lyapunov_margin, theorem5_bound};
 use luenberger_design::{
     CubicDesign, CubicGain, DesignError, FeedbackDesign, InfeasibilityReason, LinearDesign, LyapunovWeight,
-    SampledCubicDesign, Theorem1, joint_design, theta_from_importance,
+    SampledCubicDesign, Theorem1, cubic_lmi_design, theta_from_importance,
 };
 use luenberger_linalg::{lqr, spectral_abscissa};
 use luenberger_lmi::proof_matrix;
@@ -248,7 +248,7 @@ proptest! {
     #[test]
     fn the_joint_inequality_is_feasible_for_every_observable_pair(plant in observable_plant(1..=5), weights in importance()) {
         let p = plant.c.nrows();
-        let design = joint_design(&plant, &theta(p, &weights), 0.0, 1.0).unwrap();
+        let design = cubic_lmi_design(&plant, &theta(p, &weights), 0.0, 1.0).unwrap();
         assert_proved(&design);
         // S comes out of an inequality that any multiple of it solves; its size is the one asked for.
         prop_assert!((design.s.norm() - 1.0).abs() <= 4.0 * p as f64 * f64::EPSILON, "{}", design.s);

@@ -2,7 +2,7 @@
 //! Statement and proof: docs/theory-cubic.md.
 
 use luenberger_design::{
-    GainOptions, NormFilterDesign, NormTarget, Performance, ReducedOrderDesign, SystemNorm, TimeDomain,
+    GainOptions, GeneralizedPlant, NormFilterDesign, NormTarget, ReducedOrderDesign, SystemNorm, TimeDomain,
 };
 use luenberger_proof::certificate::{FilterProblem, H2Filter, HInfinityFilter, Theorem};
 use nalgebra::{Complex, DMatrix, DVector};
@@ -11,9 +11,9 @@ use proptest::prelude::*;
 use crate::generators::{matrix, observable_plant, partly_measured_plant};
 
 /// E with the columns of w that act on the states, and noise of each output, which acts on the states as well.
-fn performance(n: usize, p: usize, e: &DMatrix<f64>, h: &DMatrix<f64>, all: bool) -> Performance {
+fn performance(n: usize, p: usize, e: &DMatrix<f64>, h: &DMatrix<f64>, all: bool) -> GeneralizedPlant {
     let acting = e.view((0, 0), (n, 2)).into_owned();
-    Performance {
+    GeneralizedPlant {
         e: DMatrix::from_fn(n, 2 + p, |i, j| match j {
             0 | 1 => acting[(i, j)] + f64::from(i == j),
             _ => 0.2 * acting[(i, j % 2)],
@@ -24,7 +24,7 @@ fn performance(n: usize, p: usize, e: &DMatrix<f64>, h: &DMatrix<f64>, all: bool
 }
 
 /// F and G, written out here.
-fn flow(design: &NormFilterDesign, of: &Performance) -> (DMatrix<f64>, DMatrix<f64>) {
+fn flow(design: &NormFilterDesign, of: &GeneralizedPlant) -> (DMatrix<f64>, DMatrix<f64>) {
     (&design.plant.a - &design.l * &design.plant.c, &of.e - &design.l * &of.d)
 }
 

@@ -109,7 +109,7 @@ proptest! {
         // Without disturbances only rounding is left.
         let (w, v) = if quiet { (0.0, if single { 4e-7 } else { 1e-15 }) } else { (0.05, 0.02) };
         let kept = IntervalRequirements {
-            first: vec![1.0; n],
+            initial_error: vec![1.0; n],
             estimates: vec![50.0; n],
             inputs: vec![1.0; m],
             format: if single { Format::Binary32 } else { Format::Binary64 },
@@ -279,7 +279,7 @@ fn a_disturbance_that_switches_between_samples_is_enclosed() {
     let (h, parts, e) = (0.2, 16_usize, dmatrix![0.3; 1.0]);
     let discrete = DiscreteDesign::sampled(&linear, h).unwrap();
     let kept = IntervalRequirements {
-        first: vec![0.0; 2],
+        initial_error: vec![0.0; 2],
         estimates: vec![5.0; 2],
         inputs: vec![0.0],
         format: Format::Binary64,

@@ -21,7 +21,7 @@ pub use sampled::{IntervalRequirements, SampledIntervalDesign};
 
 use luenberger_linalg::spectral_abscissa;
 use luenberger_lmi::{dynamic_matrix, proof_matrix};
-use luenberger_observers::{Comparison, IntervalObserver, LinearObserver};
+use luenberger_observers::{ComparisonSystem, IntervalObserver, LinearObserver};
 use luenberger_proof::certificate::{Certificate, IntervalCoordinates, IntervalEnclosure};
 use luenberger_proof::statement::{BlockCoordinates, TimeDomain};
 use luenberger_proof::{Interval, Matrix, Ring};
@@ -132,7 +132,7 @@ impl IntervalDesign {
             limit,
             widths: widths.clone(),
         };
-        let comparison = Comparison { k, g: column(&g), h, start: column(&start) };
+        let comparison = ComparisonSystem { k, g: column(&g), h, start: column(&start) };
         let observer = IntervalObserver::new(observer.clone(), comparison)?;
         Ok(Self { observer, t, blocks, rate, widths, certificate: Certificate::of([theorem])? })
     }

@@ -41,7 +41,7 @@ pub struct SampledIntervalDesign {
 #[derive(Debug, Clone, PartialEq)]
 pub struct IntervalRequirements {
     /// Bounds of the initial error `|x_i(0) - xhat_i(0)|`, n entries.
-    pub first: Vec<f64>,
+    pub initial_error: Vec<f64>,
     /// Bounds of |xhat_i| that are assumed for [`widths`](SampledIntervalDesign::widths), n entries.
     pub estimates: Vec<f64>,
     /// Bounds of |u_i| that are assumed for [`widths`](SampledIntervalDesign::widths), m entries.
@@ -101,7 +101,8 @@ impl SampledIntervalDesign {
     /// use nalgebra::{DVector, dmatrix};
     /// // Every 0.1 s a position with noise up to 0.01, an unknown change of velocity up to 0.002.
     /// let plant = StateSpace::new(dmatrix![1.0, 0.1; 0.0, 1.0], dmatrix![0.005; 0.1], dmatrix![1.0, 0.0])?;
-    /// let required = IntervalRequirements { first: vec![1.0; 2], estimates: vec![10.0; 2], inputs: vec![1.0], format: Format::Binary32 };
+    /// let (initial_error, estimates, inputs) = (vec![1.0; 2], vec![10.0; 2], vec![1.0]);
+    /// let required = IntervalRequirements { initial_error, estimates, inputs, format: Format::Binary32 };
     /// let acting = (&dmatrix![0.0; 1.0], &[0.002][..], &[0.01][..]);
     /// let design = SampledIntervalDesign::of_discrete(
     ///     &plant, acting, (&dmatrix![0.9; 2.0], ErrorCoordinates::Modal), 0.1, &required,
@@ -198,7 +199,7 @@ impl SampledIntervalDesign {
         let widths = times_up(&h, &limit).into_iter().zip(&required.estimates);
         let widths: Vec<f64> = widths.map(|(w, x)| (w + 2.0 * outward * x) * (1.0 + 2.0 * eps) + tiny).collect();
         let state_norms = dynamic_matrix(&known.state_norms());
-        let start = times_up(&state_norms, &required.first).into_iter().zip(constant.iter());
+        let start = times_up(&state_norms, &required.initial_error).into_iter().zip(constant.iter());
         let start: Option<Vec<f64>> = start.map(|(rho, g)| raised_number(rho.max(*g), eps, format)).collect();
         let start = start.ok_or(DesignError::NotStored { value: f64::INFINITY, format })?;
         let (a, b) = SampledIntervalEnclosure::plant(&plant.a, &plant.b)?;

@@ -22,7 +22,7 @@ use luenberger_plants::Dimensions;
 use luenberger_proof::{Interval, Matrix, Ring, UndecidedReason, Verdict};
 
 use super::candidate::{Pieces, still};
-use super::witness::{CouplingObjection, OpenCoupling, Place, Reading};
+use super::witness::{BoxPoint, CouplingObjection, CouplingWitness, OpenCoupling};
 use crate::enclosure::IntervalDual;
 use crate::enclosure::paths::{explore, steered};
 use crate::symbolic_polynomial::{SymbolicPolynomial, collect};
@@ -37,7 +37,7 @@ pub struct Coupling {
     /// B leaves the decay of the errors to Lambda. `Proved` has an infinite margin: the statement is one of structure.
     /// `Refuted`: B_i reads xi_j with `j >= i`, which is not what a [`KklMap`](luenberger_observers::KklMap) may do;
     /// whether the observer converges in spite of it is not said.
-    pub verdict: Verdict<Reading>,
+    pub verdict: Verdict<CouplingWitness>,
 }
 
 /// How an entry of B depends on an entry of xi.
@@ -85,7 +85,7 @@ pub(super) fn coupling<C: Pieces<IntervalDual> + Pieces<SymbolicPolynomial>>(
         None => Verdict::Undecided { why: UndecidedReason::DataTooUncertain { width: f64::INFINITY }, best: f64::NAN },
     };
     let obstacle = match &verdict {
-        Verdict::Refuted { witness: Reading { row, entry, .. } } => {
+        Verdict::Refuted { witness: CouplingWitness { row, entry, .. } } => {
             Some(OpenCoupling { row: *row, entry: *entry, why: CouplingObjection::NotEarlier })
         }
         _ => obstacles.first().copied(),
@@ -176,7 +176,7 @@ fn shown<C: Pieces<IntervalDual>>(
     obstacle: &OpenCoupling,
     points: &[Vec<Interval>],
     size: Dimensions,
-) -> Option<Reading> {
+) -> Option<CouplingWitness> {
     let OpenCoupling { row, entry, .. } = *obstacle;
     points.iter().find_map(|point| {
         let (x, u, t) = still(point, size);
@@ -201,7 +201,7 @@ fn shown<C: Pieces<IntervalDual>>(
             let found = explore(|| candidate.injection(t, &moving, &u, &candidate.output(t, &x))).ok()?;
             let [only] = found.as_slice() else { return None };
             let slope = only.get(row)?.slope();
-            (!slope.contains(0.0)).then(|| Reading { row, entry, slope, place: Place::of(point, size), xi })
+            (!slope.contains(0.0)).then(|| CouplingWitness { row, entry, slope, place: BoxPoint::of(point, size), xi })
         })
     })
 }

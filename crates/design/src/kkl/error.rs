@@ -7,7 +7,7 @@ use luenberger_proof::{ProofError, Verdict};
 use nalgebra::Complex;
 use thiserror::Error;
 
-use super::witness::{CommonImage, OpenCoupling, Reading, TwoStates, Worst};
+use super::witness::{CommonImage, CouplingWitness, OpenCoupling, ResidualWitness, TwoStates};
 use crate::enclosure::{Axis, EnclosureError};
 use crate::error::{DesignError, from_through_design_error};
 use crate::number::{complex, short};
@@ -57,7 +57,7 @@ pub enum KklError {
     },
     /// phi does not solve the equation (4).
     #[error("phi does not solve D phi f = Lambda phi + B: {0}")]
-    NotASolution(Worst),
+    NotASolution(ResidualWitness),
     /// It was not decided whether phi solves the equation (4).
     #[error(
         "it is undecided whether phi solves row {} of D phi f = Lambda phi + B: its residual is proved below {bound} only, where {allowed} is allowed",
@@ -104,7 +104,7 @@ pub enum KklError {
     Indistinct(TwoStates),
     /// B reads an entry of xi that is not before its own.
     #[error("B is to read earlier entries of xi only: {0}")]
-    ReadsItself(Reading),
+    ReadsItself(CouplingWitness),
     /// It was not shown that B leaves the decay of the errors to Lambda.
     #[error("it is undecided whether the error of xi decays as that of Lambda alone: {0}")]
     CouplingUndecided(OpenCoupling),

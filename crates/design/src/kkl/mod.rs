@@ -70,7 +70,9 @@ pub use error::KklError;
 pub use injectivity::Injectivity;
 pub use residual::Residual;
 pub use stability::Stability;
-pub use witness::{CommonImage, CouplingObjection, OpenCoupling, Place, Reading, TwoStates, Worst};
+pub use witness::{
+    BoxPoint, CommonImage, CouplingObjection, CouplingWitness, OpenCoupling, ResidualWitness, TwoStates,
+};
 
 /// How a candidate is checked.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -104,7 +106,7 @@ pub struct KklReport {
     pub injectivity: Injectivity,
     /// The largest difference between `phi^L(phi(x), h(x))` and the estimated states over the samples, in half-widths
     /// of the box, and where; an error with the first sample at which phi^L has no finite value.
-    pub left_inverse: Result<(f64, Place), Place>,
+    pub left_inverse: Result<(f64, BoxPoint), BoxPoint>,
 }
 
 impl<S, K> KklCandidate<'_, S, K> {
@@ -254,7 +256,7 @@ impl<S, K> KklCandidate<'_, S, K> {
         points: &[Vec<Interval>],
         axes: &[Interval],
         size: Dimensions,
-    ) -> Result<(f64, Place), Place>
+    ) -> Result<(f64, BoxPoint), BoxPoint>
     where
         Self: Pieces<IntervalDual>,
     {
@@ -263,10 +265,10 @@ impl<S, K> KklCandidate<'_, S, K> {
             match self.missed(point, axes, size) {
                 Some(missed) if missed > worst.0 => worst = (missed, point),
                 Some(_) => {}
-                None => return Err(Place::of(point, size)),
+                None => return Err(BoxPoint::of(point, size)),
             }
         }
-        Ok((worst.0, Place::of(worst.1, size)))
+        Ok((worst.0, BoxPoint::of(worst.1, size)))
     }
 
     /// The largest error of `phi^L(phi(x), h(x))` at a point, in half-widths; none where it has no finite value.

@@ -4,7 +4,7 @@ use luenberger_proof::{Interval, Ring, UndecidedReason, Verdict};
 
 use super::candidate::Pieces;
 use super::error::KklError;
-use super::witness::{Place, Worst};
+use super::witness::{BoxPoint, ResidualWitness};
 use crate::enclosure::IntervalDual;
 use crate::enclosure::paths::{Undefined, explore};
 use crate::symbolic_polynomial::{Arena, Polynomial, SymbolicPolynomial, collect, evaluate, sum};
@@ -13,7 +13,7 @@ use crate::symbolic_polynomial::{Arena, Polynomial, SymbolicPolynomial, collect,
 #[derive(Clone, Debug, PartialEq)]
 pub struct Residual {
     /// Among the samples, the point and the row with the largest residual relative to its terms.
-    pub worst: Worst,
+    pub worst: ResidualWitness,
     /// For each row, the largest of `|Dphi f| + |Lambda| |phi| + |B|` over the sampled points.
     pub scales: Vec<f64>,
     /// For each row, a number that the magnitude of the residual nowhere in the box exceeds: proved, infinite where
@@ -26,7 +26,7 @@ pub struct Residual {
     /// Of how many parts of the box the bounds are the largest.
     pub parts: usize,
     /// `|residual| <= tolerance scale` in every row and on the whole box.
-    pub verdict: Verdict<Worst>,
+    pub verdict: Verdict<ResidualWitness>,
 }
 
 /// One row over one box.
@@ -134,14 +134,14 @@ pub(super) fn residual<C: Pieces<IntervalDual> + Pieces<SymbolicPolynomial>>(
     budget: usize,
 ) -> Result<Residual, KklError> {
     let size = Pieces::<IntervalDual>::plant_dimensions(candidate);
-    let place = |point: &[Interval]| Place::of(point, size);
+    let place = |point: &[Interval]| BoxPoint::of(point, size);
     let mut samples = Vec::with_capacity(points.len());
     for point in points {
         // The residual is continuous where phi is smooth, and a comparison with the very number of a sample tells
         // nothing of the derivative there.
         let around: Vec<Interval> = point.iter().zip(axes).map(|(x, axis)| neighbours(x, axis)).collect();
         let undefined = |operation| {
-            let Place { state, input, .. } = place(point);
+            let BoxPoint { state, input, .. } = place(point);
             KklError::Undefined { operation, state, input }
         };
         let rows = over(candidate, &around).map_err(|why| match why {
@@ -156,7 +156,8 @@ pub(super) fn residual<C: Pieces<IntervalDual> + Pieces<SymbolicPolynomial>>(
     let order = samples.first().map_or(0, Vec::len);
     let scales: Vec<f64> =
         (0..order).map(|row| samples.iter().map(|rows| rows[row].scale).fold(0.0, f64::max)).collect();
-    let mut worst = Worst { row: 0, at_least: 0.0, scale: scales.first().copied().unwrap_or(0.0), place: place(axes) };
+    let mut worst =
+        ResidualWitness { row: 0, at_least: 0.0, scale: scales.first().copied().unwrap_or(0.0), place: place(axes) };
     let mut greatest = -1.0;
     for (rows, point) in samples.iter().zip(points) {
         for (row, found) in rows.iter().enumerate() {
@@ -164,7 +165,7 @@ pub(super) fn residual<C: Pieces<IntervalDual> + Pieces<SymbolicPolynomial>>(
             let share = if at_least > 0.0 { at_least / scales[row] } else { 0.0 };
             if share > greatest {
                 greatest = share;
-                worst = Worst { row, at_least, scale: scales[row], place: place(point) };
+                worst = ResidualWitness { row, at_least, scale: scales[row], place: place(point) };
             }
         }
     }

@@ -7,7 +7,7 @@ use luenberger_proof::Interval;
 
 /// A point of the box.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Place {
+pub struct BoxPoint {
     /// x.
     pub state: Vec<f64>,
     /// u.
@@ -16,7 +16,7 @@ pub struct Place {
     pub time: f64,
 }
 
-impl Place {
+impl BoxPoint {
     /// The lower corner: of a point, the point.
     pub(super) fn of(axes: &[Interval], size: Dimensions) -> Self {
         let lower: Vec<f64> = axes.iter().map(Interval::lo).collect();
@@ -26,7 +26,7 @@ impl Place {
     }
 }
 
-impl fmt::Display for Place {
+impl fmt::Display for BoxPoint {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "x = {:?}", self.state)?;
         if self.input.is_empty() { Ok(()) } else { write!(f, ", u = {:?}", self.input) }
@@ -35,7 +35,7 @@ impl fmt::Display for Place {
 
 /// The residual of one row at one point.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Worst {
+pub struct ResidualWitness {
     /// The row, from 0.
     pub row: usize,
     /// The magnitude of the residual is not below this: proved.
@@ -43,10 +43,10 @@ pub struct Worst {
     /// The largest of `|Dphi f| + |Lambda| |phi| + |B|` over the sampled points, for this row.
     pub scale: f64,
     /// Where.
-    pub place: Place,
+    pub place: BoxPoint,
 }
 
-impl fmt::Display for Worst {
+impl fmt::Display for ResidualWitness {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Self { row, at_least, scale, place } = self;
         let share = at_least / scale;
@@ -56,7 +56,7 @@ impl fmt::Display for Worst {
 
 /// An entry of B that depends on an entry of xi which it may not read.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Reading {
+pub struct CouplingWitness {
     /// The entry of B, from 0.
     pub row: usize,
     /// The entry of xi, from 0: not before it.
@@ -64,12 +64,12 @@ pub struct Reading {
     /// Enclosure of the derivative of the entry of B by the entry of xi near the point: proved not to be 0.
     pub slope: Interval,
     /// x, u and t.
-    pub place: Place,
+    pub place: BoxPoint,
     /// xi.
     pub xi: Vec<f64>,
 }
 
-impl fmt::Display for Reading {
+impl fmt::Display for CouplingWitness {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Self { row, entry, slope, place, xi } = self;
         let (row, entry, lo, hi) = (row + 1, entry + 1, slope.lo(), slope.hi());

@@ -127,7 +127,7 @@ where
     ///
     /// # Errors
     /// As [`new`](Self::new) at the rate 0; a ceiling or tolerance that is not positive and finite.
-    pub fn fastest(
+    pub fn max_rate(
         plant: S,
         period: f64,
         region: &Region,

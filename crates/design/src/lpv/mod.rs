@@ -150,17 +150,17 @@ where
     ///
     /// # Errors
     /// As [`new`](Self::new) at the rate 0; a ceiling or tolerance that is not positive and finite.
-    pub fn fastest(plant: S, region: &Region, ceiling: f64, tolerance: f64) -> Result<Self, LpvError> {
-        Self::fastest_with(plant, region, ceiling, tolerance, &GainOptions::default())
+    pub fn max_rate(plant: S, region: &Region, ceiling: f64, tolerance: f64) -> Result<Self, LpvError> {
+        Self::max_rate_with(plant, region, ceiling, tolerance, &GainOptions::default())
     }
 
-    /// [`fastest`](Self::fastest) with a bound of the gain, or another solver. Noise is considered at each rate, and
+    /// [`max_rate`](Self::max_rate) with a bound of the gain, or another solver. Noise is considered at each rate, and
     /// does not limit it.
     ///
     /// # Errors
-    /// As [`fastest`](Self::fastest); [`LmiError::NotBuiltIn`](luenberger_lmi::LmiError::NotBuiltIn) in
+    /// As [`max_rate`](Self::max_rate); [`LmiError::NotBuiltIn`](luenberger_lmi::LmiError::NotBuiltIn) in
     /// [`DesignError::Lmi`].
-    pub fn fastest_with(
+    pub fn max_rate_with(
         plant: S,
         region: &Region,
         ceiling: f64,

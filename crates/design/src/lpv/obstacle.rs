@@ -104,7 +104,7 @@ enum Seen {
 fn hidden_mode(place: String, a: DMatrix<f64>, c: DMatrix<f64>, rate: f64) -> Seen {
     let n = a.nrows();
     let Ok(pair) = detectability(&(&a + DMatrix::identity(n, n) * rate), &c) else { return Seen::Nothing };
-    let Some(mode) = pair.offending.into_iter().next() else { return Seen::Nothing };
+    let Some(mode) = pair.undetectable_modes.into_iter().next() else { return Seen::Nothing };
     let motion = hidden_motion(&proof_matrix(&a), &proof_matrix(&c)).ok().flatten();
     let motion = motion.filter(|motion| motion.decays_at(rate) == Some(false));
     if let Some(((eigenvalue, direction), witness)) = motion.and_then(|witness| Some((slowest(&witness)?, witness))) {

@@ -67,7 +67,7 @@ impl SystemNorm {
 
 /// Disturbances `x' = A x + B u + E w`, `y = C x + D w` and performance output `z = H e` of a filter design.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Performance {
+pub struct GeneralizedPlant {
     /// E, n x q.
     pub e: DMatrix<f64>,
     /// D, p x q.
@@ -119,7 +119,7 @@ pub(crate) struct Task<'a> {
     pub(crate) time: TimeDomain,
     pub(crate) norm: SystemNorm,
     pub(crate) plant: &'a StateSpace,
-    pub(crate) of: &'a Performance,
+    pub(crate) of: &'a GeneralizedPlant,
 }
 
 impl NormFilterDesign {
@@ -128,12 +128,13 @@ impl NormFilterDesign {
     /// `options` can bound the spectral norm of L ([`GainOptions::max_gain`]); its noise has no effect.
     ///
     /// ```
-    /// use luenberger_design::{Certified, GainOptions, NormTarget, SystemNorm, NormFilterDesign, Performance, TimeDomain};
+    /// use luenberger_design::{Certified, GainOptions, GeneralizedPlant, NormFilterDesign, NormTarget};
+    /// use luenberger_design::{SystemNorm, TimeDomain};
     /// use luenberger_plants::StateSpace;
     /// use nalgebra::{dmatrix, DMatrix};
     /// // x' = -x + w1, y = x + w2: F = -(1 + L), and the norm sqrt(1 + L^2)/(1 + L) is least, sqrt(1/2), at L = 1.
     /// let plant = StateSpace::new(dmatrix![-1.0], DMatrix::zeros(1, 0), dmatrix![1.0])?;
-    /// let of = Performance { e: dmatrix![1.0, 0.0], d: dmatrix![0.0, 1.0], h: dmatrix![1.0] };
+    /// let of = GeneralizedPlant { e: dmatrix![1.0, 0.0], d: dmatrix![0.0, 1.0], h: dmatrix![1.0] };
     /// let options = GainOptions::default();
     /// let filter = NormFilterDesign::new(&plant, TimeDomain::Continuous, SystemNorm::HInfinity, &of, &NormTarget::Least, &options)?;
     /// assert!((filter.least.unwrap() - 0.5f64.sqrt()).abs() < 1e-5);
@@ -149,7 +150,7 @@ impl NormFilterDesign {
         plant: &StateSpace,
         time: TimeDomain,
         norm: SystemNorm,
-        of: &Performance,
+        of: &GeneralizedPlant,
         goal: &NormTarget,
         options: &GainOptions,
     ) -> Result<Self, DesignError> {
@@ -223,7 +224,7 @@ impl Task<'_> {
         let (a, c) = (&self.plant.a, &self.plant.c);
         match self.time {
             TimeDomain::Continuous => check::detectable(a, c, 0.0).map(|_| ()),
-            TimeDomain::Discrete => match discrete_detectability(a, c)?.offending.first() {
+            TimeDomain::Discrete => match discrete_detectability(a, c)?.undetectable_modes.first() {
                 None => Ok(()),
                 Some(mode) => {
                     Err(LinalgError::NotDetectable { eigenvalue: mode.eigenvalue, margin: mode.margin }.into())

@@ -20,11 +20,11 @@ use luenberger_plants::Differentiable;
 use nalgebra::{Const, SVector};
 
 use super::progress::Listener;
-use super::{Domain, Escape, NumericalKklDesign, NumericalKklError, Settings, Spline, Table, Target, Transform};
+use super::{Domain, Escape, NumericalKklDesign, NumericalKklError, Settings, Spline, Table, TargetSystem, Transform};
 
 /// The given parameters of a design, and the target error for those to be found.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Wanted {
+pub struct ChoiceOptions {
     /// The cut-off frequency of the Bessel filter; none to search it.
     pub cutoff: Option<f64>,
     /// Grid points per axis; none to search them.
@@ -35,7 +35,7 @@ pub struct Wanted {
     pub error: f64,
 }
 
-impl Default for Wanted {
+impl Default for ChoiceOptions {
     fn default() -> Self {
         Self { cutoff: None, points: None, escape: None, error: 1e-4 }
     }
@@ -48,7 +48,7 @@ pub struct Candidate {
     pub cutoff: f64,
     /// Grid points per axis.
     pub points: usize,
-    /// The error, as in [`Wanted::error`], or why there is no design.
+    /// The error, as in [`ChoiceOptions::error`], or why there is no design.
     pub outcome: Result<f64, NumericalKklError>,
 }
 
@@ -98,12 +98,12 @@ pub fn searched_tables(cutoff: Option<f64>, points: Option<usize>, states: usize
 /// Searches for the parameters that are not given, for a plant with one output and a Bessel filter of order Z.
 ///
 /// ```
-/// use luenberger_design::numerical_kkl::{Settings, Wanted, choose};
+/// use luenberger_design::numerical_kkl::{Settings, ChoiceOptions, choose};
 /// use luenberger_plants::VanDerPol;
 /// use nalgebra::SVector;
 /// use std::ops::ControlFlow::Continue;
 /// let settings = Settings { samples: 300, leaves: 1, injectivity_points: 5, held_out: 40, ..Settings::default() };
-/// let (box_, wanted) = (([-2.3, -3.0], [2.3, 3.0]), Wanted { points: Some(17), ..Wanted::default() });
+/// let (box_, wanted) = (([-2.3, -3.0], [2.3, 3.0]), ChoiceOptions { points: Some(17), ..ChoiceOptions::default() });
 /// let choice = choose::<_, 2, 0, 3>(&VanDerPol::default(), box_, SVector::zeros(), &wanted, &settings, &mut |_| Continue(()))?;
 /// // Its past is unbounded, and its cycle contracts at the rate 1.06: slow filters are refused.
 /// assert!(choice.cutoff > 4.0 && choice.candidates[0].outcome.is_err());
@@ -116,7 +116,7 @@ pub fn choose<S, const N: usize, const M: usize, const Z: usize>(
     plant: &S,
     (lower, upper): ([f64; N], [f64; N]),
     input: SVector<f64, M>,
-    wanted: &Wanted,
+    wanted: &ChoiceOptions,
     settings: &Settings<N>,
     progress: &mut Listener<'_>,
 ) -> Result<Choice, NumericalKklError>
@@ -134,7 +134,7 @@ pub fn choose_with_table<S, W, const N: usize, const M: usize, const Z: usize>(
     plant: &S,
     (lower, upper): ([f64; N], [f64; N]),
     input: SVector<f64, M>,
-    wanted: &Wanted,
+    wanted: &ChoiceOptions,
     settings: &Settings<N>,
     progress: &mut Listener<'_>,
 ) -> Result<Choice, NumericalKklError>
@@ -216,7 +216,7 @@ fn escapes<S, const N: usize, const M: usize, const Z: usize>(
 where
     S: Differentiable<f64, Const<N>, Const<M>, Const<1>>,
 {
-    let target = Target::<1, Z>::bessel(cutoff)?;
+    let target = TargetSystem::<1, Z>::bessel(cutoff)?;
     let transform = Transform::new(plant, &target, domain, input, settings.tolerance)?;
     let is_unbounded = |x: &SVector<f64, N>| {
         // A trajectory that no step can follow escapes in finite time.
@@ -280,7 +280,7 @@ where
         held_out: settings.held_out.min(200),
         ..*settings
     };
-    let target = Target::<1, Z>::bessel(cutoff)?;
+    let target = TargetSystem::<1, Z>::bessel(cutoff)?;
     let design = NumericalKklDesign::<N, M, 1, Z, W>::with_table(plant, &target, domain, input, &coarse, progress)?;
     let error = design.report.interpolated.rmse.component_div(&domain.half_width()).max();
     if error.is_finite() { Ok(error) } else { Err(NumericalKklError::Unresolved { error, most: super::UNRESOLVED }) }

@@ -20,8 +20,8 @@ use super::interpolation::check_grid;
 use super::progress::{Listener, Progress};
 use super::regression::{self, Budget, Samples};
 use super::{
-    Domain, Errors, Judged, NumericalKklError, Settings, Spline, Target, Transform, UNRESOLVED, check, injectivity,
-    inversion_errors, on_grid, spline_of, white_coordinates,
+    Domain, Errors, Judged, NumericalKklError, Settings, Spline, TargetSystem, Transform, UNRESOLVED, check,
+    injectivity, inversion_errors, on_grid, spline_of, white_coordinates,
 };
 use crate::check::within;
 use crate::golden_sequence::GoldenSequence;
@@ -76,7 +76,7 @@ impl<const N: usize, const M: usize, const P: usize, const Z: usize, const ZM: u
     /// nodes.
     pub fn new<S>(
         plant: &S,
-        target: &Target<P, Z>,
+        target: &TargetSystem<P, Z>,
         domain: &Domain<N>,
         (family, nodes): (&[(f64, f64); M], usize),
         settings: &Settings<N>,

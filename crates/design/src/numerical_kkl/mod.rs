@@ -1,8 +1,8 @@
 //! The numerical Kazantzis-Kravaris-Luenberger observer: for a plant `x' = f(x)`, `y = h(x)` whose T has no closed
 //! form.
 //!
-//! `z' = D z + B y` ([`Target`]); T by simulation backward in time ([`Transform`]) over a box ([`Domain`]); T^-L in two
-//! forms, both of `luenberger-observers`:
+//! `z' = D z + B y` ([`TargetSystem`]); T by simulation backward in time ([`Transform`]) over a box ([`Domain`]); T^-L
+//! in two forms, both of `luenberger-observers`:
 //!
 //! - *embedded*: xhat straight from z by a tree of small polynomials, for a microcontroller;
 //! - *interpolated*: T by cubic splines, xhat by Gauss-Newton steps on `min |T(x) - z|`.
@@ -55,15 +55,15 @@ use crate::golden_sequence::GoldenSequence;
 use progress::Listener;
 use regression::{Budget, Samples};
 
-pub use choice::{Candidate, Choice, Wanted, choose, choose_with_table, searched_tables};
+pub use choice::{Candidate, Choice, ChoiceOptions, choose, choose_with_table, searched_tables};
 pub use domain::{Domain, Escape};
 pub use error::NumericalKklError;
 pub use held_inputs::{HeldInputDesign, HeldInputReport, HeldInputs, MOST_NODES, without_tables};
 pub use injectivity::Injectivity;
 pub use low_rank::{Train, low_rank_trajectories};
 pub use progress::Progress;
-pub use report::{Errors, Footprint, HeldOut, Report, Trial, held_out};
-pub use target::Target;
+pub use report::{Errors, Footprint, Report, Trial, ValidationErrors, held_out};
+pub use target::TargetSystem;
 pub use transform::Transform;
 
 /// Limits of a numerical KKL design.
@@ -151,14 +151,14 @@ impl<const N: usize, const M: usize, const P: usize, const Z: usize> NumericalKk
     ///
     /// The reverse Duffing oscillator, x1' = x2^3, x2' = -x1, of which x1 is measured:
     /// ```
-    /// use luenberger_design::numerical_kkl::{Domain, Escape, NumericalKklDesign, Settings, Target};
+    /// use luenberger_design::numerical_kkl::{Domain, Escape, NumericalKklDesign, Settings, TargetSystem};
     /// use luenberger_observers::Observer;
     /// use luenberger_plants::ReverseDuffing;
     /// use nalgebra::{SVector, Vector2};
     /// use std::ops::ControlFlow::Continue;
     /// let domain = Domain::new([-1.0; 2], [1.0; 2], Escape::Free)?;
     /// let settings = Settings { points: [33; 2], leaves: 16, samples: 4000, injectivity_points: 9, ..Settings::default() };
-    /// let target = Target::<1, 3>::bessel(2.0)?;
+    /// let target = TargetSystem::<1, 3>::bessel(2.0)?;
     /// let design = NumericalKklDesign::new(&ReverseDuffing, &target, &domain, SVector::zeros(), &settings, &mut |_| Continue(()))?;
     /// println!("{}", design.report);
     /// // From x to T(x) and back.
@@ -176,7 +176,7 @@ impl<const N: usize, const M: usize, const P: usize, const Z: usize> NumericalKk
     /// coarse for T; [`NumericalKklError::Stopped`] when `progress` says so.
     pub fn new<S>(
         plant: &S,
-        target: &Target<P, Z>,
+        target: &TargetSystem<P, Z>,
         domain: &Domain<N>,
         input: SVector<f64, M>,
         settings: &Settings<N>,
@@ -197,7 +197,7 @@ impl<const N: usize, const M: usize, const P: usize, const Z: usize> NumericalKk
     ///
     /// A double integrator driven by an unknown constant force, whose position is measured:
     /// ```
-    /// use luenberger_design::numerical_kkl::{Domain, Escape, NumericalKklDesign, Settings, Target};
+    /// use luenberger_design::numerical_kkl::{Domain, Escape, NumericalKklDesign, Settings, TargetSystem};
     /// use luenberger_observers::Observer;
     /// use luenberger_plants::StaticPlant;
     /// use nalgebra::{SMatrix, SVector, matrix, vector};
@@ -206,7 +206,7 @@ impl<const N: usize, const M: usize, const P: usize, const Z: usize> NumericalKk
     /// let plant = StaticPlant::new(a, SMatrix::<f64, 3, 0>::zeros(), matrix![1.0, 0.0, 0.0])?;
     /// let domain = Domain::new([-1.0; 3], [1.0; 3], Escape::Free)?;
     /// let settings = Settings { points: [5; 3], samples: 500, leaves: 4, injectivity_points: 5, ..Settings::default() };
-    /// let target = Target::<1, 4>::bessel(4.0)?;
+    /// let target = TargetSystem::<1, 4>::bessel(4.0)?;
     /// let design = NumericalKklDesign::low_rank(&plant, &target, &domain, SVector::zeros(), &settings, &mut |_| Continue(()))?;
     /// // T of a linear plant is linear: behind a cut there are the linear functions and 1.
     /// assert!(design.interpolated.map().inverse().spline().ranks()[1..].iter().all(|rank| *rank <= 4));
@@ -219,7 +219,7 @@ impl<const N: usize, const M: usize, const P: usize, const Z: usize> NumericalKk
     /// As [`new`](NumericalKklDesign::new), without a limit for the grid as a whole.
     pub fn low_rank<S>(
         plant: &S,
-        target: &Target<P, Z>,
+        target: &TargetSystem<P, Z>,
         domain: &Domain<N>,
         input: SVector<f64, M>,
         settings: &Settings<N>,
@@ -242,7 +242,7 @@ where
     /// As [`new`](NumericalKklDesign::new); those of [`Table::check`].
     pub fn with_table<S>(
         plant: &S,
-        target: &Target<P, Z>,
+        target: &TargetSystem<P, Z>,
         domain: &Domain<N>,
         input: SVector<f64, M>,
         settings: &Settings<N>,
@@ -533,7 +533,7 @@ fn embed<const N: usize, const Z: usize>(
 
 /// The target with a left inverse.
 fn observer<I, const N: usize, const M: usize, const P: usize, const Z: usize>(
-    target: &Target<P, Z>,
+    target: &TargetSystem<P, Z>,
     inverse: I,
 ) -> Result<NumericalKklObserver<I, f64, N, M, P, Z>, NumericalKklError>
 where

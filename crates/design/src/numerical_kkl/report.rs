@@ -51,7 +51,7 @@ pub struct Trial<const N: usize> {
 
 /// Errors along trials, those at states inside the box apart from those outside.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct HeldOut<const N: usize> {
+pub struct ValidationErrors<const N: usize> {
     /// At states in the box.
     pub inside: Errors<N>,
     /// At states outside, where no estimate can be right: estimates stay in the box.
@@ -72,7 +72,7 @@ pub fn held_out<S, O, const N: usize, const M: usize, const P: usize, const Z: u
     domain: &Domain<N>,
     input: &SVector<f64, M>,
     trials: &[Trial<N>],
-) -> Result<HeldOut<N>, NumericalKklError>
+) -> Result<ValidationErrors<N>, NumericalKklError>
 where
     S: Plant<f64, State = SVector<f64, N>, Input = SVector<f64, M>, Output = SVector<f64, P>>,
     O: Observer<
@@ -117,7 +117,7 @@ where
             if domain.contains(&x) { inside.push(error) } else { outside.push(error) }
         }
     }
-    Ok(HeldOut { inside: Errors::of(inside.into_iter()), outside: Errors::of(outside.into_iter()) })
+    Ok(ValidationErrors { inside: Errors::of(inside.into_iter()), outside: Errors::of(outside.into_iter()) })
 }
 
 /// Cost of one form of the left inverse on the target.

@@ -16,7 +16,7 @@ use crate::numerical_kkl::error::NumericalKklError;
 
 /// D (Z x Z) and B (Z x P).
 #[derive(Clone, Debug, PartialEq)]
-pub struct Target<const P: usize, const Z: usize> {
+pub struct TargetSystem<const P: usize, const Z: usize> {
     d: SMatrix<f64, Z, Z>,
     b: SMatrix<f64, Z, P>,
 }
@@ -24,7 +24,7 @@ pub struct Target<const P: usize, const Z: usize> {
 /// Largest order of a Bessel prototype that is offered.
 const BESSEL_ORDERS: usize = 10;
 
-impl<const P: usize, const Z: usize> Target<P, Z> {
+impl<const P: usize, const Z: usize> TargetSystem<P, Z> {
     /// A user-supplied target.
     ///
     /// # Errors
@@ -59,9 +59,10 @@ impl<const P: usize, const Z: usize> Target<P, Z> {
     /// In real modal form; a pole that is repeated feeds its repetition, as (D, B) is controllable only in this way.
     ///
     /// ```
-    /// use luenberger_design::numerical_kkl::Target;
+    /// use luenberger_design::numerical_kkl::TargetSystem;
     /// use nalgebra::Complex;
-    /// let target = Target::<1, 3>::poles(&[Complex::new(-2.0, 1.0), Complex::new(-2.0, -1.0), Complex::new(-3.0, 0.0)])?;
+    /// let poles = [Complex::new(-2.0, 1.0), Complex::new(-2.0, -1.0), Complex::new(-3.0, 0.0)];
+    /// let target = TargetSystem::<1, 3>::poles(&poles)?;
     /// let abscissa = luenberger_linalg::spectral_abscissa(&target.dynamics())?;
     /// assert!((abscissa + 2.0).abs() < 1e-14);
     /// # Ok::<(), Box<dyn std::error::Error>>(())
@@ -224,7 +225,7 @@ mod tests {
 
     #[test]
     fn repeated_poles_make_a_controllable_cascade() {
-        let target = Target::<2, 8>::poles(&[
+        let target = TargetSystem::<2, 8>::poles(&[
             Complex::new(-1.0, 2.0),
             Complex::new(-1.0, -2.0),
             Complex::new(-1.0, -2.0),
@@ -234,6 +235,6 @@ mod tests {
         // The static gain of a filter that is fed by the output alone: -D^-1 B has entries of modulus at most 1.
         let gain = target.d().try_inverse().unwrap() * target.b();
         assert!(gain.amax() <= 1.0 + 1e-14);
-        assert!(Target::<1, 3>::real_poles(&[-2.0, -2.0, -2.0]).is_ok());
+        assert!(TargetSystem::<1, 3>::real_poles(&[-2.0, -2.0, -2.0]).is_ok());
     }
 }

@@ -19,12 +19,12 @@ use crate::check::within;
 use crate::numerical_kkl::domain::Domain;
 use crate::numerical_kkl::error::NumericalKklError;
 use crate::numerical_kkl::extrapolation::{Extrapolation, Halt};
-use crate::numerical_kkl::target::Target;
+use crate::numerical_kkl::target::TargetSystem;
 
 /// T of a plant, evaluated by simulation.
 pub struct Transform<'p, S, const N: usize, const M: usize, const P: usize, const Z: usize> {
     plant: &'p S,
-    target: Target<P, Z>,
+    target: TargetSystem<P, Z>,
     domain: Domain<N>,
     input: SVector<f64, M>,
     tolerance: f64,
@@ -40,11 +40,11 @@ where
     ///
     /// The scalar plant x' = -x, y = x with D = -3, B = 3, whose T is `3 x / 2` (from `-T'(x) x = -3 T + 3 x`):
     /// ```
-    /// use luenberger_design::numerical_kkl::{Domain, Escape, Target, Transform};
+    /// use luenberger_design::numerical_kkl::{Domain, Escape, TargetSystem, Transform};
     /// use luenberger_plants::StaticPlant;
     /// use nalgebra::{SMatrix, SVector, Vector1};
     /// let plant = StaticPlant::new(Vector1::new(-1.0), SMatrix::<f64, 1, 0>::zeros(), Vector1::new(1.0))?;
-    /// let target = Target::<1, 1>::real_poles(&[-3.0])?;
+    /// let target = TargetSystem::<1, 1>::real_poles(&[-3.0])?;
     /// let domain = Domain::new([-1.0], [1.0], Escape::Free)?;
     /// let t = Transform::new(&plant, &target, &domain, SVector::zeros(), 1e-11)?;
     /// // The past grows like e^s, the weight falls like e^{-3s}: two thirds of the digits of the tolerance.
@@ -56,7 +56,7 @@ where
     /// is not finite in the box, [`DesignError::Matrix`](crate::DesignError::Matrix) for the input.
     pub fn new(
         plant: &'p S,
-        target: &Target<P, Z>,
+        target: &TargetSystem<P, Z>,
         domain: &Domain<N>,
         input: SVector<f64, M>,
         tolerance: f64,
@@ -85,7 +85,7 @@ where
     }
 
     /// The target.
-    pub fn target(&self) -> &Target<P, Z> {
+    pub fn target(&self) -> &TargetSystem<P, Z> {
         &self.target
     }
 
@@ -224,7 +224,10 @@ where
 }
 
 /// The time after which `|e^{D s} B| <= tolerance |D^-1 B|`.
-fn horizon<const P: usize, const Z: usize>(target: &Target<P, Z>, tolerance: f64) -> Result<f64, NumericalKklError> {
+fn horizon<const P: usize, const Z: usize>(
+    target: &TargetSystem<P, Z>,
+    tolerance: f64,
+) -> Result<f64, NumericalKklError> {
     let d = target.dynamics();
     // In units of the fastest pole, doubled until the norm is small; D is Hurwitz, so that this ends: 2^200 is out of
     // reach of any abscissa that is distinguishable from zero.

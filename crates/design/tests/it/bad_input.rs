@@ -1,7 +1,7 @@
 //! Every kind of bad input gets an error that names the quantity and its value.
 
 use luenberger_design::{
-    CubicDesign, CubicGain, DesignError, FeedbackDesign, LinearDesign, LyapunovWeight, joint_design, robust,
+    CubicDesign, CubicGain, DesignError, FeedbackDesign, LinearDesign, LyapunovWeight, cubic_lmi_design, robust,
 };
 use luenberger_linalg::LinalgError;
 use luenberger_plants::{PlantError, StateSpace, double_integrator};
@@ -58,7 +58,7 @@ fn an_undetectable_plant_names_its_mode_in_every_design() {
     let plant = StateSpace::new(dmatrix![-1.0, 0.0; 0.0, 2.0], dmatrix![1.0; 1.0], dmatrix![1.0, 0.0]).unwrap();
     for error in [
         LinearDesign::lmi(&plant).unwrap_err(),
-        joint_design(&plant, &dmatrix![1.0], 0.0, 1.0).unwrap_err(),
+        cubic_lmi_design(&plant, &dmatrix![1.0], 0.0, 1.0).unwrap_err(),
         LinearDesign::kalman(&plant, &DMatrix::identity(2, 2), &dmatrix![1.0]).unwrap_err(),
     ] {
         let DesignError::Linalg(LinalgError::NotDetectable { eigenvalue, .. }) = error else { panic!("{error}") };
@@ -162,7 +162,10 @@ fn a_gain_that_the_method_does_not_decide_is_not_called_infeasible() {
 #[test]
 fn a_rate_that_is_no_rate_is_refused_by_every_design() {
     for rate in [-1.0, f64::NAN, f64::INFINITY] {
-        assert!(matches!(joint_design(&plant(), &dmatrix![1.0], rate, 1.0).unwrap_err(), DesignError::BadRate { .. }));
+        assert!(matches!(
+            cubic_lmi_design(&plant(), &dmatrix![1.0], rate, 1.0).unwrap_err(),
+            DesignError::BadRate { .. }
+        ));
         let polytope = robust::PolytopicDesign::new(&plant(), &[plant().a], rate).unwrap_err();
         assert!(matches!(polytope, DesignError::BadRate { .. }));
     }
@@ -174,7 +177,7 @@ fn a_plant_that_was_bent_after_its_construction_is_refused() {
     let mut bent = plant();
     bent.c = dmatrix![1.0, 0.0, 0.0];
     assert!(matches!(LinearDesign::with_gain(&bent, dmatrix![1.0; 1.0]).unwrap_err(), DesignError::Matrix(_)));
-    assert!(matches!(joint_design(&bent, &dmatrix![1.0], 0.0, 1.0).unwrap_err(), DesignError::Matrix(_)));
+    assert!(matches!(cubic_lmi_design(&bent, &dmatrix![1.0], 0.0, 1.0).unwrap_err(), DesignError::Matrix(_)));
     assert!(matches!(
         robust::certify_gain(&bent, &dmatrix![1.0; 1.0], &dmatrix![1.0; 1.0]).unwrap_err(),
         DesignError::Matrix(_)

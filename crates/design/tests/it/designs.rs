@@ -8,8 +8,8 @@ use luenberger_design::robust::{
     redesigned_margin, theorem5_bound,
 };
 use luenberger_design::{
-    CubicDesign, CubicGain, FeedbackDesign, LinearDesign, LyapunovWeight, SampledCubicDesign, Theorem1, joint_design,
-    theta_from_cost_shares,
+    CubicDesign, CubicGain, FeedbackDesign, LinearDesign, LyapunovWeight, SampledCubicDesign, Theorem1,
+    cubic_lmi_design, theta_from_cost_shares,
 };
 use luenberger_linalg::spectral_abscissa;
 use luenberger_plants::{StateSpace, double_integrator, third_order};
@@ -79,7 +79,7 @@ fn the_joint_design_is_proved_for_several_outputs() {
         dmatrix![1.0, 0.0, 0.0; 0.0, 0.0, 1.0],
     )
     .unwrap();
-    let design = joint_design(&plant, &DMatrix::identity(2, 2), 0.25, 2.0).unwrap();
+    let design = cubic_lmi_design(&plant, &DMatrix::identity(2, 2), 0.25, 2.0).unwrap();
     assert!(design.certificate.is_proved(), "{}", design.certificate);
     // (9), whichever way P was found.
     let half = &design.p * design.error_matrix();
@@ -269,7 +269,7 @@ fn the_joint_design_of_twenty_states_and_three_outputs_is_proved() {
     let a = DMatrix::from_fn(20, 20, |i, j| entry(20 * i + j));
     let c = DMatrix::from_fn(3, 20, |i, j| entry(1000 + 20 * i + j));
     let plant = StateSpace::new(a, DMatrix::zeros(20, 0), c).unwrap();
-    let design = joint_design(&plant, &DMatrix::identity(3, 3), 0.0, 1.0).unwrap();
+    let design = cubic_lmi_design(&plant, &DMatrix::identity(3, 3), 0.0, 1.0).unwrap();
     assert!(design.certificate.is_proved(), "{}", design.certificate);
     assert!(design.certificate.converges_from_everywhere(), "{}", design.certificate);
 }
@@ -334,11 +334,11 @@ fn tiny_entries_make_no_plant_undetectable() {
     for tiny in [1e-30, 1e-150, 1e-320] {
         let a = dmatrix![0.5, 1.0; tiny, 0.5];
         let plant = |c| StateSpace::new(a.clone(), DMatrix::zeros(2, 0), c).unwrap();
-        let design = joint_design(&plant(dmatrix![1.0, 0.0]), &dmatrix![1.0], 0.1, 1.0);
+        let design = cubic_lmi_design(&plant(dmatrix![1.0, 0.0]), &dmatrix![1.0], 0.1, 1.0);
         let design = design.unwrap_or_else(|error| panic!("{tiny:e}: {error}"));
         assert!(design.certificate.is_proved(), "{tiny:e}: {}", design.certificate);
         // Through the tiny entry alone, which no arithmetic of sixteen digits can use.
-        if let Err(error) = joint_design(&plant(dmatrix![0.0, 1.0]), &dmatrix![1.0], 0.1, 1.0) {
+        if let Err(error) = cubic_lmi_design(&plant(dmatrix![0.0, 1.0]), &dmatrix![1.0], 0.1, 1.0) {
             let undecided = matches!(&error, luenberger_design::DesignError::Undecided { seen: Some(_), .. });
             assert!(undecided, "{tiny:e}: {error}");
         }

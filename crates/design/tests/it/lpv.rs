@@ -108,7 +108,7 @@ fn the_chaotic_plant_needs_x1_away_from_0() {
         let region = Region::new(&[x1, (-3.0, 3.0), (-3.0, 3.0)]);
         for error in [
             LpvDesign::new(Chaotic, &region, 0.0).unwrap_err(),
-            LpvDesign::fastest(Chaotic, &region, 10.0, 0.1).unwrap_err(),
+            LpvDesign::max_rate(Chaotic, &region, 10.0, 0.1).unwrap_err(),
         ] {
             let LpvError::HiddenMode(mode) = &error else { panic!("{x1:?}: {error}") };
             assert!(mode.eigenvalue.norm() < 1e-9, "{error}");
@@ -133,7 +133,7 @@ fn a_mode_of_its_own_limits_the_rate() {
     let error = LpvDesign::new(Slow {}, &region, 2.5).unwrap_err();
     let LpvError::HiddenMode(mode) = &error else { panic!("{error}") };
     assert!((mode.eigenvalue.re + 2.0).abs() < 1e-12 && mode.direction[1].norm() > 1.0 - 1e-12);
-    let design = LpvDesign::fastest(Slow {}, &region, 10.0, 1e-3).unwrap();
+    let design = LpvDesign::max_rate(Slow {}, &region, 10.0, 1e-3).unwrap();
     assert!(design.rate < 2.0 && design.rate > 1.99 && design.certificate.is_proved(), "{}", design.rate);
     let (rate, why) = design.stopped.as_ref().unwrap();
     assert!(*rate - design.rate <= 1e-3 && matches!(**why, LpvError::HiddenMode(_)), "{design}");
@@ -197,7 +197,7 @@ fn nonlinear_outputs_are_vertices_too() {
 
 #[test]
 fn one_state_is_a_plant() {
-    let design = LpvDesign::fastest(Single {}, &Region::everywhere(1), 100.0, 1.0).unwrap();
+    let design = LpvDesign::max_rate(Single {}, &Region::everywhere(1), 100.0, 1.0).unwrap();
     assert!(design.certificate.is_proved() && design.stopped.is_none() && design.rate == 100.0);
     assert!(design.observer.l()[(0, 0)] > 101.5);
     assert!((1.0..1.0 + 1e-8).contains(&design.overshoot), "{:e}", design.overshoot);
@@ -265,7 +265,7 @@ fn bad_numbers_are_refused() {
         [(0.0, 0.1), (f64::NAN, 0.1), (f64::INFINITY, 0.1), (1.0, 0.0), (1.0, f64::NAN), (1.0, -1.0)]
     {
         assert!(matches!(
-            LpvDesign::fastest(plant, &region, ceiling, tolerance),
+            LpvDesign::max_rate(plant, &region, ceiling, tolerance),
             Err(LpvError::Design(DesignError::NotPositive { .. }))
         ));
     }

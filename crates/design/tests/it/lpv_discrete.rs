@@ -49,7 +49,7 @@ fn inside(x: &Vector2<f64>) -> bool {
 #[test]
 fn the_fastest_gain_of_a_scalar_plant() {
     let region = Region::new(&[(-4.0, 4.0)]);
-    let design = DiscreteLpvDesign::fastest(Scalar {}, 0.5, &region, (20.0, 1e-3), &GainOptions::default()).unwrap();
+    let design = DiscreteLpvDesign::max_rate(Scalar {}, 0.5, &region, (20.0, 1e-3), &GainOptions::default()).unwrap();
     assert!((design.factor - 0.1).abs() < 1e-3 && design.factor > 0.1, "{}", design.factor);
     assert!((design.observer.l()[(0, 0)] - 0.6).abs() < 1e-3);
     assert!((design.rate + design.factor.ln() / 0.5).abs() < 1e-12);

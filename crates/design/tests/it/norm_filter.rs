@@ -5,7 +5,9 @@
 //! `solve_discrete_are`; the least gamma by bisection of the H-infinity Riccati equation) and of python-control 0.10.2
 //! with slycot 0.7.1 (`hinfsyn`, `linfnorm`).
 
-use luenberger_design::{DesignError, GainOptions, NormFilterDesign, NormTarget, Performance, SystemNorm, TimeDomain};
+use luenberger_design::{
+    DesignError, GainOptions, GeneralizedPlant, NormFilterDesign, NormTarget, SystemNorm, TimeDomain,
+};
 use luenberger_linalg::{LinalgError, discrete_h_infinity_norm, expm, h_infinity_norm};
 use luenberger_plants::StateSpace;
 use nalgebra::{DMatrix, dmatrix};
@@ -19,22 +21,22 @@ fn plant() -> StateSpace {
     .unwrap()
 }
 
-fn performance() -> Performance {
-    Performance { e: dmatrix![0.0, 0.0; 0.0, 0.0; 1.0, 0.0], d: dmatrix![0.0, 0.2], h: DMatrix::identity(3, 3) }
+fn performance() -> GeneralizedPlant {
+    GeneralizedPlant { e: dmatrix![0.0, 0.0; 0.0, 0.0; 1.0, 0.0], d: dmatrix![0.0, 0.2], h: DMatrix::identity(3, 3) }
 }
 
 /// The plant every 0.1 s, with `0.1 w1` added to x3.
-fn sampled() -> (StateSpace, Performance) {
+fn sampled() -> (StateSpace, GeneralizedPlant) {
     let plant = plant();
     let a = expm(&(&plant.a * 0.1)).unwrap();
     let e = dmatrix![0.0, 0.0; 0.0, 0.0; 0.1, 0.0];
-    (StateSpace::new(a, plant.b, plant.c).unwrap(), Performance { e, ..performance() })
+    (StateSpace::new(a, plant.b, plant.c).unwrap(), GeneralizedPlant { e, ..performance() })
 }
 
 fn design(
     time: TimeDomain,
     norm: SystemNorm,
-    of: &Performance,
+    of: &GeneralizedPlant,
     goal: &NormTarget,
 ) -> Result<NormFilterDesign, DesignError> {
     let plant = if time == TimeDomain::Discrete { sampled().0 } else { plant() };
@@ -54,7 +56,7 @@ fn the_least_h2_norm_is_that_of_the_kalman_filter() {
     );
     assert!(found.certificate.is_proved() && found.gamma < 0.7899, "{}", found.certificate);
     // Of the second state alone: the optimum has the same gain.
-    let second = Performance { h: dmatrix![0.0, 1.0, 0.0], ..performance() };
+    let second = GeneralizedPlant { h: dmatrix![0.0, 1.0, 0.0], ..performance() };
     let found = design(TimeDomain::Continuous, SystemNorm::H2, &second, &NormTarget::Least).unwrap();
     close(found.norm, 0.350_866_071_258_259_4, 1e-5);
     let (_, of) = sampled();
@@ -71,7 +73,7 @@ fn the_least_h_infinity_norm_is_that_of_the_riccati_equation() {
     close(found.gamma, 1.01 * least, 1e-5);
     assert!(found.norm < found.gamma && found.norm >= least, "{}", found.norm);
     assert!(found.certificate.is_proved(), "{}", found.certificate);
-    let second = Performance { h: dmatrix![0.0, 1.0, 0.0], ..performance() };
+    let second = GeneralizedPlant { h: dmatrix![0.0, 1.0, 0.0], ..performance() };
     let found = design(TimeDomain::Continuous, SystemNorm::HInfinity, &second, &NormTarget::Least).unwrap();
     close(found.least.unwrap(), 0.318_757_260_946_132_27, 1e-5);
 }
@@ -121,17 +123,18 @@ fn bounds_are_kept_and_those_below_the_least_named() {
 
 #[test]
 fn what_is_wrong_is_named() {
-    let with =
-        |of: &Performance, goal: &NormTarget| design(TimeDomain::Continuous, SystemNorm::H2, of, goal).unwrap_err();
-    let silent = Performance { d: dmatrix![0.0, 0.0], ..performance() };
+    let with = |of: &GeneralizedPlant, goal: &NormTarget| {
+        design(TimeDomain::Continuous, SystemNorm::H2, of, goal).unwrap_err()
+    };
+    let silent = GeneralizedPlant { d: dmatrix![0.0, 0.0], ..performance() };
     assert!(matches!(with(&silent, &NormTarget::Least), DesignError::NoiselessOutput { outputs: 1, sigma_min: 0.0 }));
-    let long = Performance { d: dmatrix![0.0, 0.0, 1.0], ..performance() };
+    let long = GeneralizedPlant { d: dmatrix![0.0, 0.0, 1.0], ..performance() };
     assert!(with(&long, &NormTarget::Least).to_string().contains('D'));
     let wrong = NormTarget::OfGain(dmatrix![-9.0; 0.0; 0.0]);
     assert!(matches!(with(&performance(), &wrong), DesignError::NotHurwitz { .. }));
     assert!(matches!(with(&performance(), &NormTarget::Below(-1.0)), DesignError::NotPositive { what: "gamma", .. }));
     let hidden = StateSpace::new(dmatrix![0.0, 1.0; 0.0, 0.0], DMatrix::zeros(2, 0), dmatrix![0.0, 1.0]).unwrap();
-    let of = Performance { e: dmatrix![0.0, 0.0; 1.0, 0.0], d: dmatrix![0.0, 1.0], h: DMatrix::identity(2, 2) };
+    let of = GeneralizedPlant { e: dmatrix![0.0, 0.0; 1.0, 0.0], d: dmatrix![0.0, 1.0], h: DMatrix::identity(2, 2) };
     for time in [TimeDomain::Continuous, TimeDomain::Discrete] {
         let found = NormFilterDesign::new(
             &hidden,

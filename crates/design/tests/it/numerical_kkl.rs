@@ -5,7 +5,7 @@ use std::ops::ControlFlow::{Break, Continue};
 
 use luenberger_design::DesignError;
 use luenberger_design::numerical_kkl::{
-    Domain, Escape, NumericalKklDesign, NumericalKklError, Progress, Settings, Target, Transform, Trial, held_out,
+    Domain, Escape, NumericalKklDesign, NumericalKklError, Progress, Settings, TargetSystem, Transform, Trial, held_out,
 };
 use luenberger_linalg::{LinalgError, sylvester};
 use luenberger_observers::Observer;
@@ -63,7 +63,7 @@ fn small<const N: usize>() -> Settings<N> {
 fn the_scalar_decay_has_its_closed_form() {
     let plant = Power { power: 1, even: false };
     for lambda in [1.5, 2.0, 7.0, 40.0] {
-        let target = Target::<1, 1>::real_poles(&[-lambda]).unwrap();
+        let target = TargetSystem::<1, 1>::real_poles(&[-lambda]).unwrap();
         let t = Transform::new(&plant, &target, &line(Escape::Free), SVector::zeros(), 1e-12).unwrap();
         for x in [-1.0, 0.0, 0.3, 1.0] {
             let (value, slope) = t.with_jacobian(&Vector1::new(x)).unwrap();
@@ -86,7 +86,7 @@ fn the_scalar_decay_has_its_closed_form() {
 fn two_outputs_have_a_bank_each() {
     let (a, c) = (Matrix2::new(0.0, 1.0, -1.0, 0.0), Matrix2::new(1.0, 0.0, 1.0, -2.0));
     let plant = StaticPlant::new(a, SMatrix::<f64, 2, 0>::zeros(), c).unwrap();
-    let target = Target::<2, 4>::bessel(2.0).unwrap();
+    let target = TargetSystem::<2, 4>::bessel(2.0).unwrap();
     let domain = Domain::new([-1.0, -2.0], [2.0, 1.0], Escape::Free).unwrap();
     let t = Transform::new(&plant, &target, &domain, SVector::zeros(), 1e-11).unwrap();
     let dynamic = |m: &[f64], rows: usize, cols: usize| DMatrix::from_column_slice(rows, cols, m);
@@ -114,7 +114,7 @@ proptest! {
     /// PDE.
     #[test]
     fn a_linear_plant_has_a_linear_t(plant in plant3(), cutoff in 6.0..12.0f64, x in prop::array::uniform3(-1.0..1.0f64)) {
-        let target = Target::<1, 4>::bessel(cutoff).unwrap();
+        let target = TargetSystem::<1, 4>::bessel(cutoff).unwrap();
         let domain = Domain::new([-1.0; 3], [1.0; 3], Escape::Free).unwrap();
         let t = Transform::new(&plant, &target, &domain, SVector::zeros(), 1e-12).unwrap();
         let a = DMatrix::from_column_slice(3, 3, plant.a.as_slice());
@@ -137,7 +137,7 @@ proptest! {
 #[test]
 fn a_design_ends_where_its_listener_says_so() {
     let plant = Power { power: 1, even: false };
-    let target = Target::<1, 2>::real_poles(&[-2.0, -3.0]).unwrap();
+    let target = TargetSystem::<1, 2>::real_poles(&[-2.0, -3.0]).unwrap();
     let ended = |last: usize| {
         let mut seen = Vec::new();
         let mut watch = |progress: Progress| {
@@ -179,7 +179,7 @@ fn the_harmonic_oscillator_is_estimated_by_both_forms() {
     let plant =
         StaticPlant::new(Matrix2::new(0.0, 1.0, -1.0, 0.0), SMatrix::<f64, 2, 0>::zeros(), RowVector2::new(1.0, 0.0))
             .unwrap();
-    let target = Target::<1, 3>::bessel(2.0).unwrap();
+    let target = TargetSystem::<1, 3>::bessel(2.0).unwrap();
     let domain = Domain::new([-1.0; 2], [1.0; 2], Escape::Free).unwrap();
     let mut seen = Vec::new();
     let mut watch = |progress: Progress| {
@@ -223,7 +223,7 @@ fn the_harmonic_oscillator_is_estimated_by_both_forms() {
 #[test]
 fn a_blow_up_in_the_past_is_named_and_slowing_cures_it() {
     let plant = Power { power: 3, even: false };
-    let target = Target::<1, 2>::real_poles(&[-3.0, -5.0]).unwrap();
+    let target = TargetSystem::<1, 2>::real_poles(&[-3.0, -5.0]).unwrap();
     let free =
         NumericalKklDesign::new(
             &plant,
@@ -256,7 +256,7 @@ fn a_blow_up_in_the_past_is_named_and_slowing_cures_it() {
 #[test]
 fn two_states_with_one_output_are_found_and_named() {
     let plant = Power { power: 1, even: true };
-    let target = Target::<1, 3>::real_poles(&[-4.0, -5.0, -6.0]).unwrap();
+    let target = TargetSystem::<1, 3>::real_poles(&[-4.0, -5.0, -6.0]).unwrap();
     for domain in [line(Escape::Free), Domain::new([-0.7], [1.3], Escape::Free).unwrap()] {
         let refused =
             NumericalKklDesign::new(&plant, &target, &domain, SVector::zeros(), &small(), &mut |_| Continue(()))
@@ -280,7 +280,7 @@ fn two_states_with_one_output_are_found_and_named() {
 #[test]
 fn the_same_arguments_give_the_same_numbers_and_another_seed_others() {
     let plant = Power { power: 3, even: false };
-    let target = Target::<1, 2>::real_poles(&[-3.0, -5.0]).unwrap();
+    let target = TargetSystem::<1, 2>::real_poles(&[-3.0, -5.0]).unwrap();
     let domain = line(Escape::Slowed { margin: 0.5 });
     let design = |seed| {
         let settings = Settings { seed, ..small() };
@@ -294,36 +294,36 @@ fn the_same_arguments_give_the_same_numbers_and_another_seed_others() {
 
 #[test]
 fn targets_that_cannot_be_are_named() {
-    let unstable = Target::<1, 2>::real_poles(&[-1.0, 0.5]).unwrap_err();
+    let unstable = TargetSystem::<1, 2>::real_poles(&[-1.0, 0.5]).unwrap_err();
     assert_eq!(unstable, DesignError::UnstablePole { pole: Complex::new(0.5, 0.0) }.into());
     let lone = [Complex::new(-1.0, 1.0), Complex::new(-2.0, 0.0)];
-    let unpaired = Target::<1, 2>::poles(&lone).unwrap_err();
+    let unpaired = TargetSystem::<1, 2>::poles(&lone).unwrap_err();
     assert_eq!(unpaired, LinalgError::PoleUnpaired { pole: lone[0] }.into());
-    let nan = Target::<1, 1>::real_poles(&[f64::NAN]).unwrap_err();
+    let nan = TargetSystem::<1, 1>::real_poles(&[f64::NAN]).unwrap_err();
     assert!(
         matches!(nan, NumericalKklError::Design(DesignError::Linalg(LinalgError::PoleNotFinite { index: 0, .. }))),
         "{nan}"
     );
-    let few = Target::<1, 3>::real_poles(&[-1.0, -2.0]).unwrap_err();
+    let few = TargetSystem::<1, 3>::real_poles(&[-1.0, -2.0]).unwrap_err();
     assert_eq!(few, NumericalKklError::PoleCount { poles: 2, outputs: 1, targets: 3 });
-    let none = Target::<1, 0>::poles(&[]).unwrap_err();
+    let none = TargetSystem::<1, 0>::poles(&[]).unwrap_err();
     assert_eq!(none, NumericalKklError::Empty { states: 1, outputs: 1, targets: 0 });
-    assert!(Target::<1, 0>::bessel(1.0).is_err() && Target::<2, 3>::bessel(1.0).is_err());
+    assert!(TargetSystem::<1, 0>::bessel(1.0).is_err() && TargetSystem::<2, 3>::bessel(1.0).is_err());
     assert!(matches!(
-        Target::<1, 2>::bessel(-1.0).unwrap_err(),
+        TargetSystem::<1, 2>::bessel(-1.0).unwrap_err(),
         NumericalKklError::Design(DesignError::NotPositive { .. })
     ));
 
     let d = Matrix2::new(-1.0, 3.0, 3.0, -1.0);
-    match Target::<1, 2>::new(d, SMatrix::from([[1.0, 0.0]])).unwrap_err() {
+    match TargetSystem::<1, 2>::new(d, SMatrix::from([[1.0, 0.0]])).unwrap_err() {
         NumericalKklError::Design(DesignError::NotHurwitz { what: "D", abscissa }) => {
             assert!((abscissa - 2.0).abs() < 1e-12);
         }
         other => panic!("{other}"),
     }
-    let blind = Target::<1, 2>::new(Matrix2::new(-1.0, 0.0, 0.0, -2.0), SMatrix::from([[1.0, 0.0]])).unwrap_err();
+    let blind = TargetSystem::<1, 2>::new(Matrix2::new(-1.0, 0.0, 0.0, -2.0), SMatrix::from([[1.0, 0.0]])).unwrap_err();
     assert!(matches!(blind, NumericalKklError::Uncontrollable { .. }), "{blind}");
-    let nan = Target::<1, 1>::new(Vector1::new(f64::NAN), Vector1::new(1.0)).unwrap_err();
+    let nan = TargetSystem::<1, 1>::new(Vector1::new(f64::NAN), Vector1::new(1.0)).unwrap_err();
     assert!(matches!(nan, NumericalKklError::Design(DesignError::Matrix(_))), "{nan}");
 }
 
@@ -338,7 +338,7 @@ fn boxes_settings_and_inputs_that_cannot_be_are_named() {
         assert!(Domain::new([0.0], [1.0], Escape::Slowed { margin }).is_err());
     }
     let plant = StaticPlant::new(Vector1::new(-1.0), Vector1::new(1.0), Vector1::new(1.0)).unwrap();
-    let target = Target::<1, 1>::real_poles(&[-3.0]).unwrap();
+    let target = TargetSystem::<1, 1>::real_poles(&[-3.0]).unwrap();
     for tolerance in [0.0, -1e-9, 1.0, f64::NAN] {
         assert!(Transform::new(&plant, &target, &line(Escape::Free), Vector1::new(0.0), tolerance).is_err());
     }

@@ -4,7 +4,7 @@
 use std::ops::ControlFlow::{Break, Continue};
 
 use luenberger_design::numerical_kkl::{
-    Domain, Escape, HeldInputDesign, NumericalKklError, Progress, Settings, Target,
+    Domain, Escape, HeldInputDesign, NumericalKklError, Progress, Settings, TargetSystem,
 };
 use luenberger_observers::Observer;
 use luenberger_plants::StaticPlant;
@@ -35,7 +35,7 @@ fn design(
     settings: &Settings<2>,
     progress: &mut dyn FnMut(Progress) -> std::ops::ControlFlow<()>,
 ) -> Result<HeldInputDesign<2, 2, 1, 3, 5>, NumericalKklError> {
-    let target = Target::<1, 3>::bessel(3.0).unwrap();
+    let target = TargetSystem::<1, 3>::bessel(3.0).unwrap();
     let domain = Domain::new([-1.0, -2.0], [1.0, 2.0], Escape::Free).unwrap();
     HeldInputDesign::new(&plant(), &target, &domain, (family, nodes), settings, progress)
 }
@@ -44,7 +44,7 @@ fn design(
 #[test]
 fn an_affine_transformation_takes_two_nodes() {
     let design = design(&FAMILY, 2, &settings(), &mut |_| Continue(())).unwrap();
-    let target = Target::<1, 3>::bessel(3.0).unwrap();
+    let target = TargetSystem::<1, 3>::bessel(3.0).unwrap();
     let (d, b) = (target.d(), target.b());
     let (a, e, c) = (Matrix2::new(0.0, 1.0, -2.0, -0.3), Matrix2::new(1.0, 0.5, 0.0, 1.0), Matrix1x2::new(1.0, 0.0));
     // vec(T0 A - D T0) = (A' (x) I - I (x) D) vec(T0).

@@ -114,7 +114,7 @@ fn library(export: &Export) -> String {
         Program::Kalman(_) => ("StaticExtendedKalmanFilter", "ExtendedKalmanFilter, NoiseModel"),
         Program::Unscented(_) => ("StaticUnscentedKalmanFilter", "NoiseModel, SigmaPoints, UnscentedKalmanFilter"),
         Program::MovingHorizon(_) => ("MovingHorizonEstimator", "Horizon, NoiseModel"),
-        Program::Copy(_) => ("StaticSampledCopy", "SampledCopy"),
+        Program::Copy(_) => ("StaticSampledNonlinearObserver", "SampledNonlinearObserver"),
         Program::Discrete(_) => ("DiscreteNonlinearObserver", ""),
         Program::Kkl(observer) if observer.held_inputs() > 0 => ("SampledHeldKkl", ""),
         Program::Kkl(_) => ("SampledKkl", ""),

@@ -22,7 +22,7 @@ pub(super) fn dialect(scalar: Scalar) -> Dialect<'static> {
 pub(super) fn copy(text: &mut String, export: &Export) {
     let gain = named(export, "L").unwrap_or_default();
     let substeps = export.program.substeps().unwrap_or(1);
-    _ = writeln!(text, "    SampledCopy::new(Model, {gain}, {}, {substeps})", period(export));
+    _ = writeln!(text, "    SampledNonlinearObserver::new(Model, {gain}, {}, {substeps})", period(export));
 }
 
 /// The body of `observer()` for the copy in discrete time.

@@ -12,8 +12,8 @@ use luenberger_export::step::ExpressionStep;
 use luenberger_export::{Export, File, Names, Program, Scalar, golden};
 use luenberger_expression::{ExpressionPlant, Extrapolation, Interpolation, Parameters, Scope, Table, Tables};
 use luenberger_observers::{
-    DiscreteNonlinearObserver, ExtendedKalmanFilter, Horizon, InterSampleObserver, NoiseModel, SampledCopy,
-    SigmaPoints, UnscentedKalmanFilter,
+    DiscreteNonlinearObserver, ExtendedKalmanFilter, Horizon, InterSampleObserver, NoiseModel,
+    SampledNonlinearObserver, SigmaPoints, UnscentedKalmanFilter,
 };
 use nalgebra::{DMatrix, DVector};
 
@@ -166,7 +166,7 @@ pub(crate) fn nonlinear(random: &mut Random) -> Program {
     let kind = random.below(6);
     if kind < 2 {
         let l = DMatrix::from_fn(n, p, |_, _| random.number(0.5));
-        return Program::Copy(SampledCopy::new(plant, l, period, substeps).unwrap());
+        return Program::Copy(SampledNonlinearObserver::new(plant, l, period, substeps).unwrap());
     }
     if kind == 2 {
         // In discrete time the same right-hand side is a contraction as well.

@@ -9,7 +9,7 @@ use luenberger_export::moving_horizon::MovingHorizon;
 use luenberger_export::{Export, Program, Scalar};
 use luenberger_expression::ExpressionPlant;
 use luenberger_observers::{
-    DiscreteNonlinearObserver, ExtendedKalmanFilter, Horizon, NoiseModel, SampledCopy, SigmaPoints,
+    DiscreteNonlinearObserver, ExtendedKalmanFilter, Horizon, NoiseModel, SampledNonlinearObserver, SigmaPoints,
     UnscentedKalmanFilter,
 };
 use nalgebra::{DMatrix, dmatrix, dvector};
@@ -147,7 +147,7 @@ fn steps_take_the_operations_that_are_stated() {
     }
     programs.push(compiled::semi_implicit(5, (5, 2, 3), false));
     let l = || DMatrix::from_element(3, 2, 0.1);
-    programs.push(Program::Copy(SampledCopy::new(damped(), l(), 0.1, 2).unwrap()));
+    programs.push(Program::Copy(SampledNonlinearObserver::new(damped(), l(), 0.1, 2).unwrap()));
     programs.push(Program::Discrete(DiscreteNonlinearObserver::new(damped(), l(), 0.1).unwrap()));
     let kalman = ExtendedKalmanFilter::new(damped(), noises(), 0.1, 2).unwrap();
     programs.push(Program::Kalman(kalman.clone()));

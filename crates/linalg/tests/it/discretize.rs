@@ -1,6 +1,6 @@
 //! The exponential against closed forms, and discretisation against what it means.
 
-use luenberger_linalg::{LinalgError, expm, zero_order_hold, zero_order_hold_injection};
+use luenberger_linalg::{LinalgError, expm, zero_order_hold, zero_order_hold_observer};
 use nalgebra::{DMatrix, DVector, dmatrix};
 use proptest::prelude::*;
 
@@ -116,7 +116,7 @@ fn bad_input_is_named() {
     let wide = zero_order_hold(&a, &dmatrix![1.0, 2.0], 0.1).unwrap_err();
     assert_eq!(wide, LinalgError::DimensionMismatch { what: "B", expected: (2, 2), found: (1, 2) });
     let l = dmatrix![1.0, 1.0; 1.0, 1.0];
-    let injected = zero_order_hold_injection(&a, &b, &l, &dmatrix![1.0, 0.0], 0.1).unwrap_err();
+    let injected = zero_order_hold_observer(&a, &b, &l, &dmatrix![1.0, 0.0], 0.1).unwrap_err();
     assert_eq!(injected, LinalgError::DimensionMismatch { what: "L", expected: (2, 1), found: (2, 2) });
 }
 
@@ -197,7 +197,7 @@ proptest! {
     /// The sampled observer follows its differential equation with u and y held: 400 Runge-Kutta steps.
     #[test]
     fn the_sampled_observer_follows_its_equation((a, b, l, c) in plant(), h in 0.01f64..0.2) {
-        let sampled = zero_order_hold_injection(&a, &b, &l, &c, h).unwrap();
+        let sampled = zero_order_hold_observer(&a, &b, &l, &c, h).unwrap();
         let n = a.nrows();
         let start = DVector::from_fn(n, |i, _| 1.0 - 0.4 * i as f64);
         let (u, y) = (DVector::from_element(b.ncols(), 0.7), DVector::from_element(c.nrows(), -1.3));

@@ -119,9 +119,9 @@ fn the_boundary_counts_as_not_decaying() {
     let oscillator = dmatrix![0.0, 3.0, 0.0; -3.0, 0.0, 0.0; 0.0, 0.0, -1.0];
     let c = dmatrix![0.0, 0.0, 1.0];
     let d = detectability(&oscillator, &c).unwrap();
-    assert_eq!((d.domain, d.offending.len(), d.rank), (TimeDomain::Continuous, 2, 1));
+    assert_eq!((d.domain, d.undetectable_modes.len(), d.rank), (TimeDomain::Continuous, 2, 1));
     let rotation = dmatrix![0.6, 0.8, 0.0; -0.8, 0.6, 0.0; 0.0, 0.0, 2.0];
-    assert_eq!(discrete_detectability(&rotation, &c).unwrap().offending.len(), 2);
+    assert_eq!(discrete_detectability(&rotation, &c).unwrap().undetectable_modes.len(), 2);
     assert!(discrete_detectability(&(rotation * 0.49), &c).unwrap().is_detectable());
 }
 
@@ -157,8 +157,8 @@ fn the_unit_of_time_does_not_matter() {
         assert!(seen.is_observable());
         assert!((seen.weakest().unwrap().margin - margin).abs() < 1e-12, "{power}");
         let found = detectability(&(&hidden.0 * unit), &hidden.1).unwrap();
-        assert_eq!(found.offending.len(), 1);
-        assert!((found.offending[0].eigenvalue - 2.0 * unit).norm() < 1e-14 * unit);
+        assert_eq!(found.undetectable_modes.len(), 1);
+        assert!((found.undetectable_modes[0].eigenvalue - 2.0 * unit).norm() < 1e-14 * unit);
     }
 }
 

@@ -28,7 +28,7 @@ use nalgebra::allocator::Allocator;
 use nalgebra::{DefaultAllocator, Dim, DimAdd, DimMul, DimProd, DimSum, OMatrix, OVector, RealField, U1};
 
 use super::adjugate::adjugate;
-use super::{ParameterEstimator, RegressionSize, standing};
+use super::{ParameterEstimator, RegressionSize, finite_or_zero};
 use crate::error::ObserverError;
 use crate::filters::{all_positive, positive};
 
@@ -75,7 +75,7 @@ impl<T: RealField + Copy> Kreisselmeier<T> {
     }
 
     /// The rate a, in 1/s.
-    pub fn rate_of_forgetting(&self) -> T {
+    pub fn forgetting_rate(&self) -> T {
         self.a
     }
 }
@@ -94,7 +94,7 @@ where
     fn rate(&self, state: &[T], y: &OVector<T, R>, m: &OMatrix<T, R, Q>, rate: &mut [T]) {
         let (right, gram) = (m.tr_mul(y), m.tr_mul(m));
         for ((rate, &state), &source) in rate.iter_mut().zip(state).zip(right.iter().chain(gram.iter())) {
-            *rate = standing(source - state * self.a);
+            *rate = finite_or_zero(source - state * self.a);
         }
     }
 
@@ -177,7 +177,7 @@ where
         for (k, &beta) in self.beta.iter().enumerate() {
             for (position, source) in y.iter().chain(m.iter()).enumerate() {
                 let at = k * block + position;
-                rate[at] = standing((*source - state[at]) * beta);
+                rate[at] = finite_or_zero((*source - state[at]) * beta);
             }
         }
     }
@@ -290,7 +290,7 @@ where
         let mixed = adjugate(&phi);
         let v = &mixed.adjugate * z;
         for (i, (rate, &theta)) in theta_rate.iter_mut().zip(theta).enumerate() {
-            *rate = standing(self.gain[i] * mixed.determinant * (v[i] - mixed.determinant * theta));
+            *rate = finite_or_zero(self.gain[i] * mixed.determinant * (v[i] - mixed.determinant * theta));
         }
     }
 

@@ -9,7 +9,7 @@ use nalgebra::allocator::Allocator;
 use nalgebra::{DefaultAllocator, Dim, DimAdd, DimMul, DimProd, DimSum, OMatrix, OVector, RealField};
 
 use super::adjugate::adjugate;
-use super::{ParameterEstimator, RegressionSize, standing};
+use super::{ParameterEstimator, RegressionSize, finite_or_zero};
 use crate::error::ObserverError;
 
 /// An estimator, and the Gramian of its regressor beside it: q^2 more states.
@@ -64,7 +64,7 @@ where
         self.estimator.rate(&state[..own], y, m, &mut rate[..own]);
         let seen = m.tr_mul(m);
         for ((rate, &seen), &gram) in rate[own..].iter_mut().zip(seen.iter()).zip(&state[own..]) {
-            *rate = standing(seen - gram * self.mu);
+            *rate = finite_or_zero(seen - gram * self.mu);
         }
     }
 

@@ -10,7 +10,7 @@
 use nalgebra::allocator::Allocator;
 use nalgebra::{DefaultAllocator, Dim, OMatrix, OVector, RealField};
 
-use super::{ParameterEstimator, RegressionSize, leading, standing};
+use super::{ParameterEstimator, RegressionSize, finite_or_zero, leading};
 use crate::error::ObserverError;
 use crate::gaussian::covariance;
 
@@ -71,7 +71,7 @@ where
     fn rate(&self, state: &[T], y: &OVector<T, R>, m: &OMatrix<T, R, Q>, rate: &mut [T]) {
         let residual = y - m * leading(state, m);
         let step = &self.gain * m.tr_mul(&residual);
-        rate.iter_mut().zip(step.iter()).for_each(|(rate, &step)| *rate = standing(step));
+        rate.iter_mut().zip(step.iter()).for_each(|(rate, &step)| *rate = finite_or_zero(step));
     }
 
     /// Unknown: what M has been is forgotten. [`Monitored`](super::excitation::Monitored) remembers it.

@@ -71,6 +71,6 @@ where
 }
 
 /// The rate, or 0 where it has overflown: a state stands still rather than become NaN.
-pub fn standing<T: RealField + Copy>(rate: T) -> T {
+pub fn finite_or_zero<T: RealField + Copy>(rate: T) -> T {
     if rate.is_finite() { rate } else { T::zero() }
 }

@@ -4,7 +4,7 @@
 
 use luenberger_observers::cascade::{Cascade, CascadeMap};
 use luenberger_observers::estimator::gradient::Gradient;
-use luenberger_observers::high_gain::{HighGainMap, HighGainObserver, Place};
+use luenberger_observers::high_gain::{ChainPosition, HighGainMap, HighGainObserver};
 use luenberger_observers::{
     KklMap, KklObserver, KklPebObserver, LeftInverse, LinearKkl, Observer, ObserverDimensions, ObserverError,
 };
@@ -84,8 +84,8 @@ impl HighGainMap<f64> for Chain {
     fn dimensions(&self) -> ObserverDimensions {
         ObserverDimensions { state: 3, inputs: 0, outputs: 1, estimate: 3 }
     }
-    fn place(&self, i: usize) -> Place {
-        Place { output: self.places[i].0, position: self.places[i].1 }
+    fn place(&self, i: usize) -> ChainPosition {
+        ChainPosition { output: self.places[i].0, position: self.places[i].1 }
     }
     fn drift(&self, _t: f64, xi: &Vector3<f64>, _u: &SVector<f64, 0>, _y: &Vector1<f64>) -> Vector3<f64> {
         Vector3::new(xi[1], xi[2], 0.0)
@@ -110,8 +110,8 @@ impl HighGainMap<f64> for Doubled {
     fn dimensions(&self) -> ObserverDimensions {
         ObserverDimensions { state: 2, inputs: 0, outputs: 1, estimate: 2 }
     }
-    fn place(&self, i: usize) -> Place {
-        Place { output: 0, position: i + 1 }
+    fn place(&self, i: usize) -> ChainPosition {
+        ChainPosition { output: 0, position: i + 1 }
     }
     fn drift(&self, _t: f64, xi: &Vector2<f64>, _u: &SVector<f64, 0>, _y: &Vector1<f64>) -> Vector2<f64> {
         Vector2::new(2.0 * xi[1], 0.0)

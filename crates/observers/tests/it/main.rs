@@ -15,7 +15,7 @@ mod numerical_kkl;
 mod pendulum;
 mod reset;
 mod sampled;
-mod sampled_copy;
+mod sampled_nonlinear;
 #[cfg(feature = "serde")]
 mod serialization;
 #[cfg(feature = "alloc")]

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use luenberger_design::numerical_kkl::{Domain, Escape, NumericalKklDesign, Settings, Target, Transform};
+use luenberger_design::numerical_kkl::{Domain, Escape, NumericalKklDesign, Settings, TargetSystem, Transform};
 use luenberger_observers::Observer;
 use luenberger_plants::ReverseDuffing;
 use luenberger_sim::{Scenario, Trajectory};
@@ -55,14 +55,14 @@ type Design = NumericalKklDesign<2, 0, 1, 3>;
 
 struct Fit {
     domain: Domain<2>,
-    target: Target<1, 3>,
+    target: TargetSystem<1, 3>,
     design: Design,
 }
 
 /// About 4 s of processor time: once per run of the ledger.
 fn fit(context: &Context) -> Result<Arc<Fit>, CheckError> {
     context.once("kkl.duffing", || {
-        let (domain, target) = (Domain::new([-1.0; 2], [1.0; 2], Escape::Free)?, Target::bessel(1.5)?);
+        let (domain, target) = (Domain::new([-1.0; 2], [1.0; 2], Escape::Free)?, TargetSystem::bessel(1.5)?);
         let settings = Settings::default();
         let design =
             NumericalKklDesign::new(&ReverseDuffing, &target, &domain, SVector::zeros(), &settings, &mut |_| {

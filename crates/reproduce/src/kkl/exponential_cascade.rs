@@ -19,8 +19,8 @@ use nalgebra::{Matrix1, Matrix2, RealField, U1, U2, Vector1, Vector2, convert};
 
 use luenberger_observers::ObserverDimensions;
 use luenberger_observers::ObserverError;
+use luenberger_observers::estimator::finite_or_zero;
 use luenberger_observers::estimator::gradient::Gradient;
-use luenberger_observers::estimator::standing;
 use luenberger_observers::filters::positive;
 use luenberger_observers::kkl::{KklMap, KklObserver};
 use luenberger_observers::kkl_peb::KklPebObserver;
@@ -160,7 +160,7 @@ impl<T: RealField + Copy> VaryingExponentialCascadeMap<T> {
     fn parts(&self, u: T, y: T) -> [T; 3] {
         let square = y * y;
         let slope = self.c + square * convert(3.0);
-        [(self.c + square) * y, slope, standing(T::one() / (square + T::one()) + y * u - slope)]
+        [(self.c + square) * y, slope, finite_or_zero(T::one() / (square + T::one()) + y * u - slope)]
     }
 }
 
@@ -181,11 +181,11 @@ impl<T: RealField + Copy> KklMap<T> for VaryingExponentialCascadeMap<T> {
     /// An entry that overflows is 0.
     fn injection(&self, _t: T, _xi: &Vector2<T>, u: &Vector1<T>, y: &Vector1<T>) -> Vector2<T> {
         let ([k, slope, pole], square) = (self.parts(u[0], y[0]), y[0] * y[0]);
-        Vector2::new(standing(square + y[0].sin()), standing(pole * k + slope * square * y[0]))
+        Vector2::new(finite_or_zero(square + y[0].sin()), finite_or_zero(pole * k + slope * square * y[0]))
     }
 
     fn left_inverse(&self, _t: T, xi: &Vector2<T>, y: &Vector1<T>) -> Vector2<T> {
-        let exponential = standing(xi[1] + self.parts(T::zero(), y[0])[0]);
+        let exponential = finite_or_zero(xi[1] + self.parts(T::zero(), y[0])[0]);
         Vector2::new(xi[0], exponential.max(convert(LOWEST)).ln())
     }
 

@@ -124,7 +124,7 @@ fn same_information(context: &Context) -> Result<Outcome, CheckError> {
                     decided[k] = settled.unwrap_or(-1.0);
                 }
                 let known = rows.iter().position(|cells| cells[0] == row.name).unwrap_or_else(|| {
-                    rows.push(vec![row.name.clone(), row.given.join("; ")]);
+                    rows.push(vec![row.name.clone(), row.prior_information.join("; ")]);
                     rows.len() - 1
                 });
                 // An observer that took no part before has empty cells there.

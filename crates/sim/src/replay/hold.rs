@@ -6,7 +6,7 @@
 //! measurements that are not further apart than this.
 
 use super::Recording;
-use crate::samples::Between;
+use crate::samples::SampleInterpolation;
 
 /// What an output is taken to be.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -45,7 +45,7 @@ impl Hold {
             output,
             reach: reach(recording, output),
             stale: own - rows / 2.0,
-            line: recording.outputs().between() == Between::Line,
+            line: recording.outputs().between() == SampleInterpolation::Linear,
             last: None,
             next: None,
         }

@@ -5,13 +5,13 @@ use nalgebra::DMatrix;
 use super::filter::AnyFilter;
 use super::hold::{Hold, Source, reach};
 use super::innovation::NormalisedSquare;
-use super::replayed::{Belief, ReplayedObserver};
+use super::replayed::{FilterConsistency, ReplayedObserver};
 use super::smoother::Record;
 use super::{Entry, Recording};
 use crate::erased::{AnyObserver, AnyPlant};
 use crate::error::{SimError, check_finite, check_positive};
 use crate::integrate::{Settings, Stepper};
-use crate::samples::Between;
+use crate::samples::SampleInterpolation;
 
 /// A row lies on a sample of an observer in discrete time if it is no further away than this share of the period.
 const ON_A_SAMPLE: f64 = 0.01;
@@ -36,7 +36,7 @@ pub(super) struct March<'r> {
     row: Vec<Option<usize>>,
     estimates: Vec<f64>,
     innovations: Vec<Option<f64>>,
-    belief: Option<Belief>,
+    belief: Option<FilterConsistency>,
     record: Option<Record>,
     interpolated: usize,
     steps: usize,
@@ -256,7 +256,7 @@ impl<'r> March<'r> {
     fn between(&mut self, k: usize, t: f64, reaches: &[f64]) {
         self.recording.inputs().on(k, t, &mut self.u);
         self.measured.fill(false);
-        if self.recording.outputs().between() == Between::Line {
+        if self.recording.outputs().between() == SampleInterpolation::Linear {
             for (j, (y, measured)) in self.y.iter_mut().zip(&mut self.measured).enumerate() {
                 if let Some(value) = on_line(self.recording, k, j, t, reaches[j]) {
                     (*y, *measured) = (value, true);
@@ -270,7 +270,8 @@ impl<'r> March<'r> {
     pub(super) fn filter(&mut self, filter: &dyn AnyFilter) -> Result<(), SimError> {
         let own = filter.dimensions();
         let times = self.recording.times();
-        let belief = Belief { nis: Vec::new(), rejected: Vec::new(), covariances: Vec::new(), order: own.estimate };
+        let belief =
+            FilterConsistency { nis: Vec::new(), rejected: Vec::new(), covariances: Vec::new(), order: own.estimate };
         self.belief = Some(belief);
         let mut state = vec![0.0; own.state];
         filter.initial(times[0], &self.entry.initial, &self.u, &self.y, &mut state);

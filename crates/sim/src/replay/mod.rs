@@ -44,7 +44,7 @@ use march::March;
 
 pub use innovation::{Consistency, InnovationStatistics, NormalisedSquare, Whiteness};
 pub use recording::Recording;
-pub use replayed::{Belief, Replayed, ReplayedObserver};
+pub use replayed::{FilterConsistency, Replayed, ReplayedObserver};
 pub use smoother::Smoothed;
 
 /// Observers, and the data they are to run on.
@@ -163,7 +163,7 @@ impl<'a> Replay<'a> {
 
     /// An extended Kalman filter: updated at the rows of the log, and predicted in between over the time that has
     /// passed, in steps no longer than its period. Of a plant in discrete time it is stepped at its period, as
-    /// [`discrete_filter`](Self::discrete_filter). Its [`Belief`] is recorded.
+    /// [`discrete_filter`](Self::discrete_filter). Its [`FilterConsistency`] is recorded.
     #[must_use]
     pub fn filter<S, N, M, P>(self, name: &str, filter: ExtendedKalmanFilter<S, f64, N, M, P>, initial: &[f64]) -> Self
     where
@@ -177,7 +177,7 @@ impl<'a> Replay<'a> {
     }
 
     /// A Kalman filter in discrete time, stepped at its own period from the first row on: updated at samples on which a
-    /// row lies, and predicted from sample to sample. Its [`Belief`] is recorded.
+    /// row lies, and predicted from sample to sample. Its [`FilterConsistency`] is recorded.
     #[must_use]
     pub fn discrete_filter<N, M, P>(self, name: &str, filter: KalmanFilter<f64, N, M, P>, initial: &[f64]) -> Self
     where

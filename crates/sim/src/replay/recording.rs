@@ -4,7 +4,7 @@ use luenberger_plants::Dimensions;
 use nalgebra::DMatrix;
 
 use crate::error::SimError;
-use crate::samples::{Between, Samples};
+use crate::samples::{SampleInterpolation, Samples};
 
 /// Without a row for longer than this many median periods, a log has a gap.
 const GAP: f64 = 5.0;
@@ -29,7 +29,10 @@ impl Recording {
     /// # Errors
     /// As [`Samples::new`].
     pub fn new(t: Vec<f64>, u: DMatrix<f64>, y: DMatrix<f64>) -> Result<Self, SimError> {
-        Ok(Self { inputs: Samples::new(t.clone(), u, Between::Hold)?, outputs: Samples::new(t, y, Between::Hold)? })
+        Ok(Self {
+            inputs: Samples::new(t.clone(), u, SampleInterpolation::ZeroOrderHold)?,
+            outputs: Samples::new(t, y, SampleInterpolation::ZeroOrderHold)?,
+        })
     }
 
     /// As [`new`](Self::new), with `None` for what was not measured: sensors of different rates, dropouts. A missing
@@ -38,18 +41,18 @@ impl Recording {
     /// # Errors
     /// As [`Samples::new`]; [`SimError::NoInput`] for an input that is missing in the first row.
     pub fn with_missing(t: Vec<f64>, u: &DMatrix<Option<f64>>, y: &DMatrix<Option<f64>>) -> Result<Self, SimError> {
-        let inputs = Samples::with_missing(t.clone(), u, Between::Hold)?;
+        let inputs = Samples::with_missing(t.clone(), u, SampleInterpolation::ZeroOrderHold)?;
         if let Some(input) = (0..u.ncols()).find(|&j| inputs.value(0, j).is_none()) {
             return Err(SimError::NoInput { input, time: inputs.times()[0] });
         }
-        Ok(Self { inputs, outputs: Samples::with_missing(t, y, Between::Hold)? })
+        Ok(Self { inputs, outputs: Samples::with_missing(t, y, SampleInterpolation::ZeroOrderHold)? })
     }
 
     /// The same with other rules for what is between the rows. Outputs on straight lines are for observers that run in
     /// continuous time or at their own period; a line joins two successive measurements, and none crosses a gap or a
     /// missing value.
     #[must_use]
-    pub fn between(self, inputs: Between, outputs: Between) -> Self {
+    pub fn between(self, inputs: SampleInterpolation, outputs: SampleInterpolation) -> Self {
         Self { inputs: self.inputs.with(inputs), outputs: self.outputs.with(outputs) }
     }
 

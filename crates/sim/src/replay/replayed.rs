@@ -30,7 +30,7 @@ pub struct ReplayedObserver {
     /// where that output was not measured.
     pub innovation: Option<DMatrix<Option<f64>>>,
     /// Covariance and normalised innovations, of a filter.
-    pub belief: Option<Belief>,
+    pub belief: Option<FilterConsistency>,
     /// The estimates from the whole log, of a [smoothed filter](super::Replay::smoothed_filter).
     pub smoothed: Option<Smoothed>,
     /// How many samples of a sampled-data observer were interpolated between rows, where that was asked for.
@@ -41,7 +41,7 @@ pub struct ReplayedObserver {
 
 /// What a filter computes along a recording besides its estimate: covariances, and normalised innovations.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Belief {
+pub struct FilterConsistency {
     /// `nu' S^-1 nu` of each time (normalised innovation squared); none where nothing was measured.
     pub nis: Vec<Option<NormalisedSquare>>,
     /// The measurements that the gate of the filter rejected: index of the time, and output.
@@ -51,7 +51,7 @@ pub struct Belief {
     pub(super) order: usize,
 }
 
-impl Belief {
+impl FilterConsistency {
     /// The covariance P of the error of the estimate at the time of this index, n x n; none beyond the last.
     pub fn covariance(&self, index: usize) -> Option<DMatrix<f64>> {
         let size = self.order * self.order;
@@ -126,7 +126,7 @@ impl ReplayedObserver {
     pub fn with_smoothed_estimates(&self) -> Option<Self> {
         let smoothed = self.smoothed.as_ref()?;
         let covariances = (0..self.t.len()).filter_map(|k| smoothed.covariance(k));
-        let belief = self.belief.as_ref().map(|belief| Belief {
+        let belief = self.belief.as_ref().map(|belief| FilterConsistency {
             covariances: covariances.flat_map(|p| p.iter().copied()).collect(),
             ..belief.clone()
         });

@@ -74,7 +74,7 @@ fn a_row_is_what_a_run_gives() {
     let integral: f64 = 9.0 * (p11 + 2.0 * p12 + p22);
     // What is left after t = 8 is e^-32 of it.
     assert!(near(merits.rms, (integral / 8.0).sqrt()), "{merits:?}");
-    assert!(table.rows.iter().all(|row| row.given.is_empty() && row.cost.seconds > 0.0));
+    assert!(table.rows.iter().all(|row| row.prior_information.is_empty() && row.cost.seconds > 0.0));
     let text = table.to_string();
     assert!(text.contains("linear") && text.contains("cubic") && text.contains("us/slope"), "{text}");
 }
@@ -97,9 +97,9 @@ fn who_was_told_stands_in_the_table() {
         .prior_information("filter", "the noise's intensity")
         .run()
         .unwrap();
-    assert_eq!(table.row("told").unwrap().given, ["its state at the start contains x(0) - xhat(0)"]);
-    assert!(table.row("blind").unwrap().given.is_empty());
-    assert_eq!(table.row("filter").unwrap().given, ["the noise's intensity"]);
+    assert_eq!(table.row("told").unwrap().prior_information, ["its state at the start contains x(0) - xhat(0)"]);
+    assert!(table.row("blind").unwrap().prior_information.is_empty());
+    assert_eq!(table.row("filter").unwrap().prior_information, ["the noise's intensity"]);
     assert!(table.row("filter").unwrap().cost.per_sample);
     let text = table.to_string();
     assert!(text.contains("noise of seed 7") && text.contains("[given more: its state at the start"), "{text}");

@@ -3,7 +3,7 @@
 use approx::assert_abs_diff_eq;
 use luenberger_observers::LinearObserver;
 use luenberger_plants::{LinearPlant, StateSpace, double_integrator};
-use luenberger_sim::{Change, Channel, Disturbances, Fault, Noise, Scenario, Signal, SimError, Trajectory};
+use luenberger_sim::{Change, Disturbances, Fault, MeasurementLoss, Noise, Scenario, Signal, SimError, Trajectory};
 use nalgebra::{DMatrix, Vector2, dmatrix};
 
 /// x' = u, y = x.
@@ -106,14 +106,15 @@ fn faults_begin_when_they_begin() {
 
 #[test]
 fn what_does_not_arrive_is_no_measurement_and_outliers_are_off_by_their_size() {
-    let channel = |dropout, outlier| Channel { dropout, outlier, outlier_size: vec![7.0], period: 0.5, seed: 1 };
+    let channel =
+        |dropout, outlier| MeasurementLoss { dropout, outlier, outlier_size: vec![7.0], period: 0.5, seed: 1 };
     let with = |channel| Disturbances { channel: Some(channel), ..Disturbances::default() };
     let lost = run(with(channel(1.0, 0.0)), Signal::constant(&[1.0]), 2.0);
     assert!(lost.measured.iter().all(|y| y.is_nan()) && !lost.is_measured(0, 0.7));
     let wild = run(with(channel(0.0, 1.0)), Signal::constant(&[1.0]), 2.0);
     assert!((0..101).all(|k| ((wild.measured[(k, 0)] - wild.y[(k, 0)]).abs() - 7.0).abs() < 1e-9));
     // Of 4000 values a quarter: within five standard deviations, sqrt(0.25 * 0.75 / 4000) = 0.0068.
-    let some = Channel { period: 0.001, ..channel(0.0, 0.25) };
+    let some = MeasurementLoss { period: 0.001, ..channel(0.0, 0.25) };
     let run = Scenario::new(integrator()).disturbances(with(some)).until(4.0, 4001).run().unwrap();
     let share = (0..4000).filter(|k| run.measured[(*k, 0)] != 0.0).count() as f64 / 4000.0;
     assert!((share - 0.25).abs() < 0.034, "{share}");
@@ -144,7 +145,7 @@ fn what_does_not_fit_is_an_error() {
     let two = Fault { gain: vec![1.0, 1.0], bias: vec![0.0], from: 0.0 };
     assert!(matches!(failed(Disturbances { sensor: Some(two), ..none() }), SimError::Length { found: 2, .. }));
     assert!(matches!(failed(Disturbances { input_delay: -1.0, ..none() }), SimError::NotPositive { .. }));
-    let channel = Channel { dropout: 1.5, outlier: 0.0, outlier_size: vec![0.0], period: 1.0, seed: 0 };
+    let channel = MeasurementLoss { dropout: 1.5, outlier: 0.0, outlier_size: vec![0.0], period: 1.0, seed: 0 };
     let error = failed(Disturbances { channel: Some(channel), ..none() });
     assert_eq!(error.to_string(), "the probability of dropouts is 1.5; it must be from 0 to 1");
     let noise = Noise::gaussian(&[1.0, 1.0], 0.1, 0);

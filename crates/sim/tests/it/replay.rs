@@ -4,7 +4,7 @@
 use luenberger_observers::kalman::{ExtendedKalmanFilter, NoiseModel};
 use luenberger_observers::{LinearObserver, SampledObserver};
 use luenberger_plants::{Plant, double_integrator};
-use luenberger_sim::{Between, Noise, Recording, Replay, Scenario, Settings, Signal, SimError, Trajectory};
+use luenberger_sim::{Noise, Recording, Replay, SampleInterpolation, Scenario, Settings, Signal, SimError, Trajectory};
 use nalgebra::{Const, DMatrix, Matrix1, Matrix2, Vector1, Vector2, dmatrix};
 
 type Filter = ExtendedKalmanFilter<luenberger_plants::StaticPlant<f64, 2, 1, 1>, f64, Const<2>, Const<1>, Const<1>>;
@@ -28,7 +28,7 @@ fn recording(run: &Trajectory) -> Recording {
 }
 
 /// The largest difference of the estimates of the simulation and of the replay of its log.
-fn apart(samples: usize, inputs: Between, outputs: Between) -> f64 {
+fn apart(samples: usize, inputs: SampleInterpolation, outputs: SampleInterpolation) -> f64 {
     let run = simulated(samples);
     let log = recording(&run).between(inputs, outputs);
     let replayed = Replay::new(double_integrator(), log).observer("linear", observer(), &[0.0, 0.0]).run().unwrap();
@@ -52,13 +52,16 @@ fn a_replay_ends_at_its_time_limit() {
 #[test]
 fn a_replayed_simulation_is_the_simulation_up_to_interpolation() {
     let h = |samples: usize| 4.0 / (samples - 1) as f64;
-    let line = |samples| apart(samples, Between::Line, Between::Line);
+    let line = |samples| apart(samples, SampleInterpolation::Linear, SampleInterpolation::Linear);
     let (coarse, fine) = (line(101), line(201));
     assert!(coarse <= 4.0 * 2.0 * h(101).powi(2) / 8.0, "{coarse:e}");
     // Of second order in the period.
     assert!((3.5..4.5).contains(&(coarse / fine)), "{coarse:e} {fine:e}");
     // Held, inputs are late by half a period, and more so outputs, which L multiplies: first order.
-    let (coarse, fine) = (apart(101, Between::Hold, Between::Hold), apart(201, Between::Hold, Between::Hold));
+    let (coarse, fine) = (
+        apart(101, SampleInterpolation::ZeroOrderHold, SampleInterpolation::ZeroOrderHold),
+        apart(201, SampleInterpolation::ZeroOrderHold, SampleInterpolation::ZeroOrderHold),
+    );
     assert!((1.8..2.2).contains(&(coarse / fine)) && coarse > 5.0 * line(101), "{coarse:e} {fine:e}");
 }
 
@@ -72,7 +75,7 @@ fn held_inputs_are_replayed_as_they_were() {
         .until(4.0, 401)
         .run()
         .unwrap();
-    let log = recording(&run).between(Between::Hold, Between::Line);
+    let log = recording(&run).between(SampleInterpolation::ZeroOrderHold, SampleInterpolation::Linear);
     let replayed = Replay::new(double_integrator(), log).observer("linear", observer(), &[1.0, -1.0]).run().unwrap();
     let apart = (&replayed.observers[0].estimate - &run.observers[0].estimate).amax();
     // Only y is interpolated: |y''| = |u| <= 1, and |exp((A - L C) t) L| has an integral below 4.

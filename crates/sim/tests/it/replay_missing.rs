@@ -7,7 +7,7 @@ use luenberger_observers::{
 };
 use luenberger_plants::{LinearPlant, StaticPlant, double_integrator};
 use luenberger_sim::samples::Samples;
-use luenberger_sim::{Between, Recording, Replay, SimError};
+use luenberger_sim::{Recording, Replay, SampleInterpolation, SimError};
 use nalgebra::{Const, DMatrix, Matrix1, Matrix2, Matrix2x1, RowVector2, SMatrix, Vector1, Vector2, dmatrix, matrix};
 
 type Filter<const P: usize> = ExtendedKalmanFilter<StaticPlant<f64, 2, 1, P>, f64, Const<2>, Const<1>, Const<P>>;
@@ -276,7 +276,7 @@ fn lines_cross_neither_gaps_nor_missing_values() {
     // y = t, a missing value at 1.0, a gap from 2 to 4.
     let rows: Vec<_> =
         (0..=20).chain(40..=60).map(|k| (0.1 * f64::from(k), (k != 10).then_some(0.1 * f64::from(k)))).collect();
-    let lines = log(&rows).between(Between::Hold, Between::Line);
+    let lines = log(&rows).between(SampleInterpolation::ZeroOrderHold, SampleInterpolation::Linear);
     let run =
         |log: Recording| Replay::new(double_integrator(), log).observer("l", linear(), &[0.0, 1.0]).run().unwrap();
     let (held, line) = (run(log(&rows)), run(lines.clone()));
@@ -301,7 +301,8 @@ fn lines_cross_neither_gaps_nor_missing_values() {
     let run = |log: Recording| {
         Replay::new(double_integrator(), log).sampled_observer("s", sampled(), &[0.0; 2]).run().unwrap()
     };
-    let (held, line) = (run(log(&rows)), run(log(&rows).between(Between::Hold, Between::Line)));
+    let (held, line) =
+        (run(log(&rows)), run(log(&rows).between(SampleInterpolation::ZeroOrderHold, SampleInterpolation::Linear)));
     assert_eq!((held.observers[0].rows_used(), held.observers[0].interpolated), (11, 0));
     assert_eq!((line.observers[0].rows_used(), line.observers[0].interpolated), (11, 20));
 }
@@ -333,7 +334,7 @@ fn errors_are_known_where_the_truth_is() {
     let found = replayed.observer("f").unwrap();
     let t: Vec<f64> = rows.iter().map(|row| row.0).collect();
     let truth = DMatrix::from_fn(50, 2, |k, i| if i == 0 { Some(t[k]) } else { (k % 2 == 0).then_some(1.0) });
-    let truth = Samples::with_missing(t, &truth, Between::Hold).unwrap();
+    let truth = Samples::with_missing(t, &truth, SampleInterpolation::ZeroOrderHold).unwrap();
     let errors = found.errors(&truth).unwrap();
     assert_eq!((errors[(3, 0)], errors[(3, 1)]), (Some(truth.values()[(3, 0)] - found.estimate[(3, 0)]), None));
     let (mut sum, belief) = (0.0, found.belief.as_ref().unwrap());
@@ -351,7 +352,7 @@ fn errors_are_known_where_the_truth_is() {
     }
     let nees = found.nees(&truth, 0.0).unwrap().unwrap();
     assert!((nees.mean - sum / 50.0).abs() < 1e-9 * sum && nees.expected == 1.5 && nees.samples == 50, "{nees:?}");
-    let one = Samples::new(vec![0.0, 1.0], dmatrix![0.0; 0.0], Between::Hold).unwrap();
+    let one = Samples::new(vec![0.0, 1.0], dmatrix![0.0; 0.0], SampleInterpolation::ZeroOrderHold).unwrap();
     assert!(matches!(found.errors(&one), Err(SimError::Length { expected: 2, found: 1, .. })));
 }
 

@@ -3,7 +3,7 @@
 use luenberger_linalg::zero_order_hold;
 use luenberger_observers::{SampledCubicGains, SampledCubicObserver, VaryingPeriodObserver};
 use luenberger_plants::double_integrator;
-use luenberger_sim::{Channel, Disturbances, SampleTimes, Scenario, Signal, SimError, Trajectory};
+use luenberger_sim::{Disturbances, MeasurementLoss, SampleTimes, Scenario, Signal, SimError, Trajectory};
 use nalgebra::{DMatrix, Matrix1, Matrix2, RowVector2, U1, U2, Vector1, Vector2};
 
 const TIMES: SampleTimes = SampleTimes { shortest: 0.07, longest: 0.14, misses: 2, seed: 3 };
@@ -18,7 +18,7 @@ fn observer() -> VaryingPeriodObserver<f64, U2, U1, U1> {
     VaryingPeriodObserver::new(nominal, a, b, k, 0.42).unwrap()
 }
 
-fn run(times: SampleTimes, input: f64, lost: Option<Channel>) -> Result<Trajectory, SimError> {
+fn run(times: SampleTimes, input: f64, lost: Option<MeasurementLoss>) -> Result<Trajectory, SimError> {
     Scenario::new(double_integrator())
         .initial_state(&[3.0, -1.0])
         .input(Signal::constant(&[input]))
@@ -78,7 +78,7 @@ fn the_samples_keep_their_bounds_and_depend_on_the_seed() {
 /// What a channel loses is missed as well, and the time since the last sample that arrived goes on.
 #[test]
 fn a_channel_loses_further_samples() {
-    let channel = Channel { dropout: 0.7, outlier: 0.0, outlier_size: vec![0.0], period: 0.5, seed: 2 };
+    let channel = MeasurementLoss { dropout: 0.7, outlier: 0.0, outlier_size: vec![0.0], period: 0.5, seed: 2 };
     let run = run(TIMES, 0.0, Some(channel)).unwrap();
     let samples = &run.observers[0].samples;
     assert!(samples.windows(4).any(|four| four.iter().all(|sample| !sample.arrives)));

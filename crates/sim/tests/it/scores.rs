@@ -3,7 +3,7 @@
 use approx::assert_abs_diff_eq;
 use luenberger_observers::{KalmanFilter, KalmanModel, LinearObserver, ObserverDimensions, SampledObserver};
 use luenberger_plants::{LinearPlant, double_integrator};
-use luenberger_sim::{Comparison, Errors, Merits, Scenario, ScoreGrid, SimError, solve};
+use luenberger_sim::{Comparison, ErrorMetrics, Errors, Scenario, ScoreGrid, SimError, solve};
 use nalgebra::{Matrix2, Vector1, Vector2, dmatrix};
 
 /// The deadbeat observer of the double integrator, sampled every half: A = [1 h; 0 1], L = [2; 1/h], (A - L C)^2 = 0.
@@ -84,7 +84,7 @@ fn a_sampled_observer_is_scored_at_its_samples() {
     assert_eq!(run.score_grid().unwrap(), ScoreGrid::Samples { period: 0.5 });
     let held = run.error_norm("deadbeat").unwrap();
     assert_abs_diff_eq!(held.last(), 0.5, epsilon = 1e-9);
-    let merits = Merits::of(&run, "deadbeat", 0.05).unwrap();
+    let merits = ErrorMetrics::of(&run, "deadbeat", 0.05).unwrap();
     assert!(merits.last < 1e-12, "{merits:?}");
     assert_eq!((merits.settling_first, merits.settling_last), (Some(1.0), Some(1.0)));
     assert_abs_diff_eq!(merits.peak, 2f64.sqrt(), epsilon = 1e-12);

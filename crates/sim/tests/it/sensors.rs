@@ -3,7 +3,7 @@
 use approx::assert_abs_diff_eq;
 use luenberger_observers::{DiscreteLinearObserver, KalmanFilter, KalmanModel, LinearObserver};
 use luenberger_plants::{LinearPlant, StateSpace, double_integrator};
-use luenberger_sim::{Channel, Disturbances, Scenario, Sensor, Signal, SimError};
+use luenberger_sim::{Disturbances, MeasurementLoss, Scenario, Sensor, Signal, SimError};
 use nalgebra::{DMatrix, Matrix2, Vector1, Vector2, dmatrix};
 
 /// x' = u, y = x.
@@ -12,7 +12,7 @@ fn integrator() -> StateSpace {
 }
 
 fn lost(dropout: f64, period: f64) -> Disturbances {
-    let channel = Channel { dropout, outlier: 0.0, outlier_size: vec![0.0], period, seed: 1 };
+    let channel = MeasurementLoss { dropout, outlier: 0.0, outlier_size: vec![0.0], period, seed: 1 };
     Disturbances { channel: Some(channel), ..Disturbances::default() }
 }
 

@@ -6,8 +6,8 @@ use luenberger_export::moving_horizon::MovingHorizon;
 use luenberger_expression::ExpressionPlant;
 use luenberger_observers::high_gain::HighGainMap;
 use luenberger_observers::{
-    DiscreteNonlinearObserver, ExtendedKalmanFilter, InterSampleObserver, Observer, Regression, SampledCopy,
-    SampledObserver, UnscentedKalmanFilter,
+    DiscreteNonlinearObserver, ExtendedKalmanFilter, InterSampleObserver, Observer, Regression,
+    SampledNonlinearObserver, SampledObserver, UnscentedKalmanFilter,
 };
 use luenberger_plants::{Differentiable, Plant};
 use luenberger_proof::wording::significant;
@@ -29,7 +29,7 @@ const MOST_SUBSTEPS: usize = 100;
 #[derive(Debug, Clone)]
 pub struct CopyDesign {
     /// The observer.
-    pub observer: SampledCopy<ExpressionPlant, f64, Dyn, Dyn, Dyn>,
+    pub observer: SampledNonlinearObserver<ExpressionPlant, f64, Dyn, Dyn, Dyn>,
     /// The first estimate.
     pub initial: Vec<f64>,
     /// The certificate of the design in continuous time, if it has one.
@@ -184,8 +184,8 @@ pub(super) fn sampled(
             Some(substeps) => substeps,
             None => substeps_for(study, &plant, &l, &initial, period)?,
         };
-        let observer =
-            SampledCopy::new(plant.clone(), l, period, substeps).map_err(|error| plain(error.to_string()))?;
+        let observer = SampledNonlinearObserver::new(plant.clone(), l, period, substeps)
+            .map_err(|error| plain(error.to_string()))?;
         let statement = format!("{preface}{}", report.statement);
         Ok(SampledDesign::Copy(Box::new(CopyDesign { observer, initial, certificate: certificate.clone(), statement })))
     };

@@ -189,7 +189,7 @@ fn lpv(study: &Study, region: &Region, rate: &RateSpec, dt: f64, options: &GainO
         RateSpec::Rate(rate) => DiscreteLpvDesign::new(model, dt, region, *rate, options)?,
         // The rate is determined to one hundredth of the ceiling, which is enough for a design.
         RateSpec::Fastest(ceiling) => {
-            DiscreteLpvDesign::fastest(model, dt, region, (*ceiling, 0.01 * ceiling), options)?
+            DiscreteLpvDesign::max_rate(model, dt, region, (*ceiling, 0.01 * ceiling), options)?
         }
         RateSpec::Gain(gain, _) => DiscreteLpvDesign::certify(model, dt, region, gain, &options.settings)?,
     };

@@ -1,7 +1,7 @@
 //! Diagnosis of an observer that is not applicable: the violated hypothesis with its numbers, and applicable
 //! alternatives.
 
-use luenberger_design::kkl::Worst;
+use luenberger_design::kkl::ResidualWitness;
 use luenberger_design::{DesignError, EnclosureError, KklError, LpvError, NumericalKklError};
 use luenberger_expression::ExpressionPlantError;
 use luenberger_linalg::{LinalgError, detectability, observability};
@@ -27,7 +27,7 @@ pub(super) enum Misfit {
     NotLeftInverse { state: usize, found: f64, point: Vec<f64>, missed: f64 },
     UndefinedLeftInverse { point: Vec<f64> },
     Rank { needed: usize, smallest: f64, point: Vec<f64> },
-    NotRegression { worst: Worst, inputs: usize },
+    NotRegression { worst: ResidualWitness, inputs: usize },
     Silent { delta: f64, window: f64, from: f64, direction: Vec<f64> },
     UnnamedMaps,
     NonlinearOutput { output: usize, state: usize, low: f64, high: f64 },
@@ -284,7 +284,7 @@ pub(super) fn misfit(study: &Study, wish: &ObserverSpec, misfit: &Misfit) -> Fai
             )
         }
         Misfit::NotRegression { worst, inputs } => {
-            let Worst { row, at_least, place, .. } = worst;
+            let ResidualWitness { row, at_least, place, .. } = worst;
             let (u, theta) = place.input.split_at(*inputs);
             let input = if u.is_empty() { String::new() } else { format!(", u = {u:?}") };
             let hypothesis = format!(

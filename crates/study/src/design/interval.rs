@@ -110,7 +110,7 @@ pub(crate) fn sampled_design(
     let Sampling { plant, gain, period, held, operation, format } = sampling;
     let bounds = bounds(given, plant);
     let kept = IntervalRequirements {
-        first: spec.first.clone(),
+        initial_error: spec.first.clone(),
         estimates: operation.0.clone(),
         inputs: operation.1.clone(),
         format: *format,

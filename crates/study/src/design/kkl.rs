@@ -5,8 +5,8 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use luenberger_design::enclosure::Axis;
 use luenberger_design::numerical_kkl::{
-    Choice, Domain, Errors, Escape, HeldInputDesign, HeldInputs, NumericalKklDesign, NumericalKklError, Progress,
-    Settings, Spline, Table, Target, Train, Wanted, choose_with_table,
+    Choice, ChoiceOptions, Domain, Errors, Escape, HeldInputDesign, HeldInputs, NumericalKklDesign, NumericalKklError,
+    Progress, Settings, Spline, Table, TargetSystem, Train, choose_with_table,
 };
 use luenberger_expression::Fixed;
 use luenberger_proof::wording::significant;
@@ -60,10 +60,10 @@ pub(super) fn design(model: &Model, wish: &KklSpec, cancel: &AtomicBool) -> Resu
 /// With what a design is made.
 struct Chosen<const N: usize, const Z: usize> {
     settings: Settings<N>,
-    wanted: Wanted,
+    wanted: ChoiceOptions,
     choice: Choice,
     domain: Domain<N>,
-    target: Target<1, Z>,
+    target: TargetSystem<1, Z>,
 }
 
 /// The choices for the plant at a constant input.
@@ -86,16 +86,16 @@ fn chosen<W: Table<N, Z>, const N: usize, const M: usize, const Z: usize>(
         fallback: [9, 9, 9, 9, 5, 4, 3][N.min(6)],
         ..Settings::default()
     };
-    let wanted = Wanted {
+    let wanted = ChoiceOptions {
         cutoff: wish.cutoff,
         points: wish.points,
         escape: wish.escape.map(|margin| Escape::Slowed { margin }),
-        ..Wanted::default()
+        ..ChoiceOptions::default()
     };
     let choice = choose_with_table::<_, W, N, M, Z>(plant, (lower, upper), input, &wanted, &settings, progress)?;
     settings.points = [choice.points; N];
     let domain = Domain::new(lower, upper, choice.escape)?;
-    let target = Target::<1, Z>::bessel(choice.cutoff)?;
+    let target = TargetSystem::<1, Z>::bessel(choice.cutoff)?;
     Ok(Chosen { settings, wanted, choice, domain, target })
 }
 
@@ -198,7 +198,7 @@ fn errors<const N: usize>(form: &Errors<N>) -> Vec<NamedNumber> {
 
 fn report<const Z: usize>(
     statement: &str,
-    target: &Target<1, Z>,
+    target: &TargetSystem<1, Z>,
     numbers: Vec<NamedNumber>,
     evidence: String,
 ) -> DesignReport {
@@ -215,7 +215,7 @@ fn report<const Z: usize>(
 }
 
 /// What was chosen, why, and what the other candidates gave; nothing where the keys left nothing to choose.
-fn explained(choice: &Choice, wanted: &Wanted) -> String {
+fn explained(choice: &Choice, wanted: &ChoiceOptions) -> String {
     if choice.candidates.is_empty() && (wanted.escape.is_some() || choice.escape == Escape::Free) {
         return String::new();
     }

@@ -26,7 +26,9 @@ pub(super) fn lpv(study: &Study, region: &Region, rate: &RateSpec, options: &Gai
     let design = match rate {
         RateSpec::Rate(rate) => LpvDesign::new_with(model.clone(), region, *rate, options),
         // The rate is determined to one hundredth of the ceiling, which is enough for a design.
-        RateSpec::Fastest(ceiling) => LpvDesign::fastest_with(model.clone(), region, *ceiling, 0.01 * ceiling, options),
+        RateSpec::Fastest(ceiling) => {
+            LpvDesign::max_rate_with(model.clone(), region, *ceiling, 0.01 * ceiling, options)
+        }
         RateSpec::Gain(gain, _) => LpvDesign::certify_with(model.clone(), region, gain, &options.settings),
     };
     let design = match design {

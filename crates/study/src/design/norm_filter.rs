@@ -1,7 +1,7 @@
 //! Designs of H-infinity and H2 filters, for the plant and for its sampled form.
 
 use luenberger_design::{
-    DesignError, DiscreteDesign, GainOptions, LinearDesign, NormFilterDesign, NormTarget, Performance, SystemNorm,
+    DesignError, DiscreteDesign, GainOptions, GeneralizedPlant, LinearDesign, NormFilterDesign, NormTarget, SystemNorm,
     TimeDomain,
 };
 use luenberger_linalg::zero_order_hold;
@@ -103,7 +103,7 @@ pub(crate) fn sampled(
         SystemNorm::HInfinity => 1.0,
         SystemNorm::H2 => 1.0 / h.sqrt(),
     };
-    let of = Performance { e: acting.bd * size, d: &of.d * size, h: of.h.clone() };
+    let of = GeneralizedPlant { e: acting.bd * size, d: &of.d * size, h: of.h.clone() };
     let design = NormFilterDesign::new(&held, TimeDomain::Discrete, spec.norm, &of, &spec.goal, options)?;
     DiscreteDesign::with_gain(&held, h, design.l.clone())
 }

@@ -6,10 +6,10 @@ use luenberger_live::{
     OperatingPoint, Plant, Rows, Sensor, Table, Truth,
 };
 use luenberger_observers::sliding_mode::Discretisation;
-use luenberger_observers::{Comparison, DeviationObserver, SampledCubicObserver, SampledObserver};
+use luenberger_observers::{ComparisonSystem, DeviationObserver, SampledCubicObserver, SampledObserver};
 use luenberger_plants::StateSpace;
 use luenberger_proof::certificate::{ProvedTheorem, Theorem};
-use luenberger_sim::{Between, Integrator};
+use luenberger_sim::{Integrator, SampleInterpolation};
 use nalgebra::{DMatrix, Dyn};
 
 use super::scores;
@@ -154,7 +154,7 @@ fn program(input: &Input) -> Result<Inputs, String> {
             Err(format!("the table of its input has more than {TABLE} numbers"))
         }
         Some(Program::Table(samples)) => {
-            let line = samples.between() == Between::Line;
+            let line = samples.between() == SampleInterpolation::Linear;
             let table = Table { t: samples.times().to_vec(), rows: rows(samples.values()), line };
             Ok((Vec::new(), Some(table), None))
         }
@@ -223,7 +223,7 @@ fn observer(study: &Study, member: &Member<'_>) -> Option<Observer> {
             (ObserverKind::UnknownInputCubic { observer: Box::new(without.inner().clone()), h, d }, None)
         }
         Runnable::Interval(interval) => {
-            let Comparison { k, g, h, start } = interval.comparison();
+            let ComparisonSystem { k, g, h, start } = interval.comparison();
             let (k, h) = (rows(k), rows(h));
             let [g, start] = [g, start].map(|entries| entries.as_slice().to_vec());
             (ObserverKind::Interval { observer: Box::new(interval.inner().clone()), k, g, h, start }, None)

@@ -5,7 +5,7 @@ use std::time::Instant;
 
 use luenberger_proof::wording::significant;
 use luenberger_sim::replay::{Replay, ReplayedObserver};
-use luenberger_sim::{Between, Settings, SimError};
+use luenberger_sim::{SampleInterpolation, Settings, SimError};
 use nalgebra::DMatrix;
 use rayon::prelude::*;
 
@@ -89,7 +89,7 @@ fn smoothed_report(
     let middle = log.recording.times()[log.recording.times().len() / 2];
     let nees = log.truth.as_ref().map(|truth| smoothed.nees(truth, middle)).transpose()?.flatten();
     let rms = |of: &ReplayedObserver, i: usize| {
-        let deviation = of.belief.as_ref().map(luenberger_sim::replay::Belief::deviation);
+        let deviation = of.belief.as_ref().map(luenberger_sim::replay::FilterConsistency::deviation);
         deviation.map_or(0.0, |deviation| deviation.column(i).norm() / (deviation.nrows() as f64).sqrt())
     };
     let deviation = |(i, state): (usize, &String)| SmoothedDeviation {
@@ -224,7 +224,7 @@ pub(super) fn all<'a>(
 }
 
 fn linear(log: &Log) -> bool {
-    log.recording.outputs().between() == Between::Line
+    log.recording.outputs().between() == SampleInterpolation::Linear
 }
 
 fn summary(study: &Study, log: &Log, rows: Vec<InnovationReport>) -> LogReport {

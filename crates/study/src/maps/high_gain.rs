@@ -3,7 +3,7 @@
 
 use luenberger_expression::Expression;
 use luenberger_observers::ObserverDimensions;
-use luenberger_observers::high_gain::{HighGainMap, Place};
+use luenberger_observers::high_gain::{ChainPosition, HighGainMap};
 use luenberger_plants::Dimensions;
 use nalgebra::{DVector, Dyn};
 
@@ -40,16 +40,16 @@ impl HighGainMaps {
 }
 
 /// The output and the position of entry `i` in chains of these lengths, one behind the other.
-pub(crate) fn place(lengths: &[usize], i: usize) -> Place {
+pub(crate) fn place(lengths: &[usize], i: usize) -> ChainPosition {
     let mut head = 0;
     for (output, length) in lengths.iter().enumerate() {
         if i < head + length {
-            return Place { output, position: i - head + 1 };
+            return ChainPosition { output, position: i - head + 1 };
         }
         head += length;
     }
     // Beyond the last chain there is no position, and the constructor of the observer returns an error.
-    Place { output: lengths.len(), position: 0 }
+    ChainPosition { output: lengths.len(), position: 0 }
 }
 
 impl HighGainMap<f64> for HighGainMaps {
@@ -63,7 +63,7 @@ impl HighGainMap<f64> for HighGainMaps {
         ObserverDimensions { state: self.order(), inputs, outputs, estimate: states }
     }
 
-    fn place(&self, i: usize) -> Place {
+    fn place(&self, i: usize) -> ChainPosition {
         place(&self.lengths, i)
     }
 

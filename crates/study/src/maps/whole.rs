@@ -95,7 +95,7 @@ pub(crate) fn peb(plant: &PlantModel, spec: &PebSpec, period: f64) -> Result<Exp
     match &spec.estimator {
         Estimator::Gradient(_) => {}
         Estimator::Kreisselmeier(drem) => {
-            let a = number(drem.extension().rate_of_forgetting());
+            let a = number(drem.extension().forgetting_rate());
             let right = |j: usize| sum((0..r).map(|i| format!("{}*{}", regressor(i, j), measured(i))).collect());
             rate.extend((0..q).map(|j| format!("{} - {a}*{}", right(j), extension(j))));
             for k in 0..q {

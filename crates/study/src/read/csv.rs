@@ -1,6 +1,6 @@
 //! CSV files named in a study: input tables and measured logs.
 
-use luenberger_sim::{Between, Samples};
+use luenberger_sim::{SampleInterpolation, Samples};
 
 use super::Reader;
 use super::tree::Node;
@@ -25,7 +25,7 @@ fn read<T>(node: &Node, reader: &mut Reader, made: impl Fn(&Table) -> Result<T, 
 
 /// A table with the column t and one for each input.
 pub(super) fn input(node: &Node, plant: &PlantModel, linear: bool, reader: &mut Reader) -> Option<Samples> {
-    let between = if linear { Between::Line } else { Between::Hold };
+    let between = if linear { SampleInterpolation::Linear } else { SampleInterpolation::ZeroOrderHold };
     read(node, reader, |table| table.samples("t", &plant.inputs, between))
 }
 
@@ -43,13 +43,13 @@ pub(super) fn log(node: &Node, columns: &Columns, linear: bool, reader: &mut Rea
     let Columns { time, inputs, outputs, states } = columns;
     read(node, reader, |table| {
         let recording = table.recording(time, inputs, outputs)?;
-        let between = if linear { Between::Line } else { Between::Hold };
+        let between = if linear { SampleInterpolation::Linear } else { SampleInterpolation::ZeroOrderHold };
         let truth = states.as_ref().map(|states| {
             let states: Vec<Option<&str>> = states.iter().map(Option::as_deref).collect();
             table.samples_with_missing(time, &states)
         });
         Ok(Log {
-            recording: recording.between(Between::Hold, between),
+            recording: recording.between(SampleInterpolation::ZeroOrderHold, between),
             truth: truth.transpose()?,
             suspicions: table.suspicions(time, inputs, outputs)?,
         })

@@ -1,6 +1,6 @@
 //! The kinds h-infinity and h2.
 
-use luenberger_design::{NormTarget, Performance, SystemNorm};
+use luenberger_design::{GeneralizedPlant, NormTarget, SystemNorm};
 use luenberger_plants::Dimensions;
 use luenberger_proof::wording::counted;
 use nalgebra::DMatrix;
@@ -33,6 +33,6 @@ pub(super) fn norm_filter(
         (None, Some(gain)) => this_gain(gain, size, reader).map(NormTarget::OfGain),
         (None, None) => Some(NormTarget::Least),
     };
-    let performance = Performance { e: e?, d: d?, h: h? };
+    let performance = GeneralizedPlant { e: e?, d: d?, h: h? };
     Some(ObserverKind::NormFilter(Box::new(NormFilterSpec { norm, performance, goal: goal? })))
 }

@@ -1,6 +1,6 @@
 //! The table [truth]: the plant as it is, where it is not as the observers take it to be.
 
-use luenberger_sim::{Channel, Disturbances, Fault, Noise};
+use luenberger_sim::{Disturbances, Fault, MeasurementLoss, Noise};
 
 use super::tree::{Entry, Node, Value};
 use super::{Reader, Reported, check, other_plant};
@@ -92,7 +92,7 @@ fn channel(
     outputs: usize,
     simulation: &Simulation,
     reader: &mut Reader,
-) -> Result<Option<Channel>, Reported> {
+) -> Result<Option<MeasurementLoss>, Reported> {
     let (dropout, outliers) = (node.get("dropout"), node.get("outliers"));
     if dropout.is_none() && outliers.is_none() {
         return Ok(None);
@@ -127,7 +127,7 @@ fn channel(
         }
     };
     let seed = node.get("seed").map_or(Some(0), Node::count).ok_or(Reported)? as u64;
-    Ok(Some(Channel { dropout, outlier, outlier_size, period, seed }))
+    Ok(Some(MeasurementLoss { dropout, outlier, outlier_size, period, seed }))
 }
 
 /// The table as a sentence.

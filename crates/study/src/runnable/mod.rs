@@ -4,7 +4,7 @@ mod kkl;
 
 use luenberger_design::{DesignError, OperatingPoint, Periods};
 use luenberger_export::moving_horizon::LONGEST_WINDOW;
-use luenberger_observers::high_gain::{HighGainMap, Place};
+use luenberger_observers::high_gain::{ChainPosition, HighGainMap};
 use luenberger_observers::{
     CubicObserver, DeviationObserver, DiscreteLinearObserver, DiscreteNonlinearObserver, ExtendedKalmanFilter,
     FunctionalObserver, HighGainObserver, ImmersionInvarianceObserver, Integral, IntervalObserver, KklObserver,
@@ -407,7 +407,7 @@ impl HighGainMap<f64> for Chains {
         ObserverDimensions { state: size.states, inputs: size.inputs, outputs: size.outputs, estimate: size.states }
     }
 
-    fn place(&self, i: usize) -> Place {
+    fn place(&self, i: usize) -> ChainPosition {
         place(&self.lengths, i)
     }
 

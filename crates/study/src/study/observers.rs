@@ -74,7 +74,7 @@ pub struct NormFilterSpec {
     /// The norm.
     pub norm: luenberger_design::SystemNorm,
     /// What acts on the plant, and the errors that count.
-    pub performance: luenberger_design::Performance,
+    pub performance: luenberger_design::GeneralizedPlant,
     /// The least norm, a bound, or a given gain.
     pub goal: luenberger_design::NormTarget,
 }

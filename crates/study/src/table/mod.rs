@@ -14,7 +14,7 @@ use std::path::Path;
 
 use csv::{ReaderBuilder, StringRecord, Trim};
 use luenberger_expression::nearest;
-use luenberger_sim::{Between, Recording, Samples};
+use luenberger_sim::{Recording, SampleInterpolation, Samples};
 use nalgebra::DMatrix;
 
 use cell::{Cell, Decimal};
@@ -247,7 +247,12 @@ impl Table {
     /// # Errors
     /// [`TableError::MissingColumn`], [`TableError::TooFewRows`], [`TableError::TimesUnsorted`],
     /// [`TableError::Missing`].
-    pub fn samples<S: AsRef<str>>(&self, time: &str, columns: &[S], between: Between) -> Result<Samples, TableError> {
+    pub fn samples<S: AsRef<str>>(
+        &self,
+        time: &str,
+        columns: &[S],
+        between: SampleInterpolation,
+    ) -> Result<Samples, TableError> {
         let t = self.times(time)?;
         let columns = columns.iter().map(|name| self.column(name.as_ref())).collect::<Result<Vec<_>, _>>()?;
         Ok(Samples::new(t, DMatrix::from_fn(self.rows(), columns.len(), |i, j| columns[j][i]), between)?)
@@ -263,7 +268,7 @@ impl Table {
         let columns = columns.iter().map(|name| name.map_or(Ok(&none[..]), |name| self.values(name)));
         let columns = columns.collect::<Result<Vec<_>, _>>()?;
         let values = DMatrix::from_fn(self.rows(), columns.len(), |i, j| columns[j][i]);
-        Ok(Samples::with_missing(self.times(time)?, &values, Between::Hold)?)
+        Ok(Samples::with_missing(self.times(time)?, &values, SampleInterpolation::ZeroOrderHold)?)
     }
 
     /// A measured log: the columns of the time, of the inputs and of the outputs. Values of inputs and outputs may be

@@ -1,7 +1,7 @@
 //! The papers' plants given as expressions: designs prove the same as for the Rust versions, and observers run on them.
 
 use luenberger_design::enclosure::enclose;
-use luenberger_design::numerical_kkl::{Domain, Escape, Target, Transform};
+use luenberger_design::numerical_kkl::{Domain, Escape, TargetSystem, Transform};
 use luenberger_design::{LpvDesign, LpvError, Region};
 use luenberger_expression::{ExpressionPlant, Parameters};
 use luenberger_observers::kalman::{ExtendedKalmanFilter, NoiseModel};
@@ -115,7 +115,7 @@ fn observers_run_on_a_plant_of_text() {
 #[test]
 fn kkl_designs_take_it() {
     let domain = Domain::new([-1.0; 2], [1.0; 2], Escape::Free).unwrap();
-    let target = Target::<1, 3>::bessel(2.0).unwrap();
+    let target = TargetSystem::<1, 3>::bessel(2.0).unwrap();
     let duffing = plant(&["x2^3", "-x1"], &["x1"], 0, &[]).fixed::<2, 0, 1>().unwrap();
     let text = Transform::new(&duffing, &target, &domain, SVector::zeros(), 1e-9).unwrap();
     let rust = Transform::new(&ReverseDuffing, &target, &domain, SVector::zeros(), 1e-9).unwrap();

@@ -4,7 +4,7 @@
 use luenberger_expression::Parameters;
 use luenberger_observers::LinearObserver;
 use luenberger_plants::double_integrator;
-use luenberger_sim::{Between, Scenario, Signal, Trajectory};
+use luenberger_sim::{SampleInterpolation, Scenario, Signal, Trajectory};
 use luenberger_study::signal::{Input, Program, SignalError};
 use luenberger_study::table::Table;
 use nalgebra::{Vector2, dmatrix};
@@ -40,7 +40,7 @@ fn expressions_are_inputs() {
 fn tables_are_inputs_with_breakpoints() {
     let table = Table::parse("time,force\n0,0\n1,2\n2,-1\n3,0\n").unwrap();
     let samples = |between| Input::Program(Program::Table(table.samples("time", &["force"], between).unwrap()));
-    let line = samples(Between::Line);
+    let line = samples(SampleInterpolation::Linear);
     assert_eq!(line.breakpoints(0.0, 3.0), [0.0, 1.0, 2.0]);
     // The integral of a polygon: 1, then 0.5, then -0.5.
     let trajectory = run(&line);
@@ -48,7 +48,7 @@ fn tables_are_inputs_with_breakpoints() {
         assert!((trajectory.x[(k, 1)] - x2).abs() < 1e-9, "{}", trajectory.x[(k, 1)]);
     }
     // Held: 0, then 2, then -1.
-    let trajectory = run(&samples(Between::Hold));
+    let trajectory = run(&samples(SampleInterpolation::ZeroOrderHold));
     for (k, x2) in [(10, 0.0), (20, 2.0), (30, 1.0)] {
         assert!((trajectory.x[(k, 1)] - x2).abs() < 1e-8, "{}", trajectory.x[(k, 1)]);
     }

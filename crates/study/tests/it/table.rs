@@ -1,6 +1,6 @@
 //! CSV tables: valid input, errors with positions, and suspicious data of a log.
 
-use luenberger_sim::{Between, SimError};
+use luenberger_sim::{SampleInterpolation, SimError};
 use luenberger_study::table::{Suspicion, Table, TableError};
 use proptest::prelude::*;
 
@@ -29,7 +29,7 @@ fn tables_of_several_dialects_are_read() {
     }
     let log = expected.recording("t", &["u1"], &["y1", "u1"]).unwrap();
     assert_eq!(log.outputs().values().ncols(), 2);
-    let held = expected.samples("t", &["u1"], Between::Hold).unwrap();
+    let held = expected.samples("t", &["u1"], SampleInterpolation::ZeroOrderHold).unwrap();
     let mut value = [0.0];
     held.at(0.49, &mut value);
     assert_eq!(value, [1.0]);
@@ -128,7 +128,10 @@ fn a_missing_value_is_no_number() {
     assert_eq!(table.values("y").unwrap(), [None, Some(2.0), None, None, None]);
     assert_eq!(table.column("u").unwrap_err().to_string(), "line 3, column 2 (u): the value is missing");
     let missing = |result: Result<luenberger_sim::Samples, TableError>| result.unwrap_err().to_string();
-    assert_eq!(missing(table.samples("t", &["y"], Between::Hold)), "line 2, column 3 (y): the value is missing");
+    assert_eq!(
+        missing(table.samples("t", &["y"], SampleInterpolation::ZeroOrderHold)),
+        "line 2, column 3 (y): the value is missing"
+    );
     let log = table.recording("t", &["u"], &["y"]).unwrap();
     assert_eq!((log.outputs().value(0, 0), log.outputs().count(0), log.inputs().values()[(3, 0)]), (None, 1, 1.0));
     let held: Vec<String> = table.suspicions("t", &["u"], &[]).unwrap().iter().map(ToString::to_string).collect();

@@ -1,15 +1,15 @@
-//! SampledCopy of 2 states, 1 inputs and 1 outputs, one step per sample.
+//! SampledNonlinearObserver of 2 states, 1 inputs and 1 outputs, one step per sample.
 //!
 //!
 //! SHA-256 of the numbers: ac98d0313b92f90011115a00e4fea1d0b8fc118a54886e0b280a0e9ae8a59bb1
 pub use luenberger_observers;
 
 use luenberger_observers::nalgebra::{Const, SMatrix, SVector};
-use luenberger_observers::{SampledCopy, StaticSampledCopy, ObserverError};
+use luenberger_observers::{SampledNonlinearObserver, StaticSampledNonlinearObserver, ObserverError};
 use luenberger_observers::{Differentiable, Dimensions, Plant, Shape};
 
 /// The observer, with its sizes and its scalar.
-pub type Observer = StaticSampledCopy<Model, f64, 2, 1, 1>;
+pub type Observer = StaticSampledNonlinearObserver<Model, f64, 2, 1, 1>;
 
 /// The first estimate of the design.
 pub fn initial() -> SVector<f64, 2> {
@@ -21,7 +21,7 @@ pub fn initial() -> SVector<f64, 2> {
 /// # Errors
 /// None: the numbers were checked when they were written.
 pub fn observer() -> Result<Observer, ObserverError> {
-    SampledCopy::new(Model, SMatrix::<f64, 2, 1>::from_row_slice(&[2.0, 1.0]), 0.125, 2)
+    SampledNonlinearObserver::new(Model, SMatrix::<f64, 2, 1>::from_row_slice(&[2.0, 1.0]), 0.125, 2)
 }
 
 /// The plant x' = f(t, x, u), y = h(t, x, u), or x+ = f(t, x, u) in discrete time.

@@ -46,8 +46,8 @@ use luenberger_observers::numerical_kkl::{
     PolynomialInverse, PolynomialTree, SampledFilter, Search, TensorSpline, TensorTrain,
 };
 use luenberger_observers::{
-    DiscreteNonlinearObserver, ExtendedKalmanFilter, Horizon, InterSampleObserver, NoiseModel, SampledCopy,
-    SampledObserver, SigmaPoints, UnscentedKalmanFilter,
+    DiscreteNonlinearObserver, ExtendedKalmanFilter, Horizon, InterSampleObserver, NoiseModel,
+    SampledNonlinearObserver, SampledObserver, SigmaPoints, UnscentedKalmanFilter,
 };
 use nalgebra::{SMatrix, SVector, dmatrix, dvector};
 
@@ -99,7 +99,7 @@ macro_rules! agrees {
 #[test]
 fn the_copy_with_a_constant_gain_is_emitted_as_rust() {
     let plant = plant(&["x2 - drag(x1)", "-sin(x1) - x2 + u1*cos(t)"], &["x1 + 0.1*x2^3"], 1);
-    let observer = SampledCopy::new(plant, dmatrix![2.0; 1.0], 0.125, 2).unwrap();
+    let observer = SampledNonlinearObserver::new(plant, dmatrix![2.0; 1.0], 0.125, 2).unwrap();
     let export = export(Program::Copy(observer), Scalar::Binary64);
     unchanged(&export, "copy");
     agrees!(copy, &export, f64);

@@ -5,7 +5,7 @@ use nalgebra::{RealField, U1, U2, U4, Vector1, Vector2, Vector4};
 
 use super::Equations;
 use luenberger_observers::ObserverDimensions;
-use luenberger_observers::high_gain::{HighGainMap, Place};
+use luenberger_observers::high_gain::{ChainPosition, HighGainMap};
 
 /// Which of them.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -35,8 +35,8 @@ impl<T: RealField + Copy> HighGainMap<T> for CukHighGain {
         ObserverDimensions { state: 4, inputs: 1, outputs: 2, estimate: 2 }
     }
 
-    fn place(&self, i: usize) -> Place {
-        Place { output: i / 2, position: 1 + i % 2 }
+    fn place(&self, i: usize) -> ChainPosition {
+        ChainPosition { output: i / 2, position: 1 + i % 2 }
     }
 
     fn drift(&self, _t: T, xi: &Vector4<T>, u: &Vector1<T>, y: &Vector2<T>) -> Vector4<T> {

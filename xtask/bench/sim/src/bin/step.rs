@@ -14,9 +14,9 @@ use luenberger_observers::kalman::{ExtendedKalmanFilter, NoiseModel};
 use luenberger_observers::moving_horizon::state_length;
 use luenberger_observers::sliding_mode::Discretisation;
 use luenberger_observers::{
-    DiscreteLinearObserver, Horizon, KalmanFilter, KalmanModel, MovingHorizonEstimator, SampledCopy, SampledCubicGains,
-    SampledCubicObserver, SampledIntervalGains, SampledIntervalObserver, SampledObserver, SigmaPoints,
-    SlidingModeObserver, UnscentedKalmanFilter, VaryingPeriodObserver, cubic,
+    DiscreteLinearObserver, Horizon, KalmanFilter, KalmanModel, MovingHorizonEstimator, SampledCubicGains,
+    SampledCubicObserver, SampledIntervalGains, SampledIntervalObserver, SampledNonlinearObserver, SampledObserver,
+    SigmaPoints, SlidingModeObserver, UnscentedKalmanFilter, VaryingPeriodObserver, cubic,
 };
 use luenberger_plants::{Column, StateSpace, StaticPlant, double_integrator};
 use multicalc::linear_algebra::{Matrix, Vector};
@@ -198,7 +198,7 @@ fn pendulum() -> ExpressionPlant {
 
 fn nonlinear(lines: &mut Vec<Line>) {
     let start = [0.1, 0.0];
-    let copy = SampledCopy::new(pendulum(), dmatrix![4.0; 6.0], 0.01, 1).expect("shapes fit");
+    let copy = SampledNonlinearObserver::new(pendulum(), dmatrix![4.0; 6.0], 0.01, 1).expect("shapes fit");
     let count = operations(Program::Copy(copy.clone()), 2);
     lines.push(Line::of("copy of a pendulum, one Runge-Kutta step", "dynamic", count, copy, &start));
     let (w, v, p0) = (DMatrix::identity(2, 2) * 0.01, dmatrix![0.1], DMatrix::identity(2, 2));

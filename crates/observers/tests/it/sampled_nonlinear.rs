@@ -4,7 +4,9 @@
 use luenberger_observers::numerical_kkl::{
     Coordinates, Node, PolynomialInverse, PolynomialTree, SampledFilter, SampledKkl,
 };
-use luenberger_observers::{NonlinearLuenbergerObserver, Observer, ObserverError, SampledCopy, SampledObserver};
+use luenberger_observers::{
+    NonlinearLuenbergerObserver, Observer, ObserverError, SampledNonlinearObserver, SampledObserver,
+};
 use luenberger_plants::{Dimensions, Plant, Shape, VanDerPol};
 use nalgebra::{Matrix2, SVector, Vector1, Vector2};
 
@@ -28,7 +30,7 @@ fn distance(h: f64, substeps: usize) -> f64 {
     let (l, u) = (Vector2::new(4.0, 5.0), Column::zeros());
     let plant = VanDerPol::default();
     let continuous = NonlinearLuenbergerObserver::new(plant, l).unwrap();
-    let sampled = SampledCopy::new(plant, l, h, substeps).unwrap();
+    let sampled = SampledNonlinearObserver::new(plant, l, h, substeps).unwrap();
     let (mut x, mut reference, mut xhat) = (Vector2::new(1.5, -0.5), Vector2::zeros(), Vector2::zeros());
     let fine = 1e-3;
     let (count, mut largest) = ((h / fine).round() as usize, 0.0f64);
@@ -58,7 +60,7 @@ fn distance(h: f64, substeps: usize) -> f64 {
 
 /// The predicted output differs from the measured one by `O(h |e|)`.
 #[test]
-fn the_sampled_copy_tends_to_the_continuous_observer_as_the_period_goes_to_zero() {
+fn the_sampled_observer_tends_to_the_continuous_observer_as_the_period_goes_to_zero() {
     let distances = [0.08, 0.04, 0.02].map(|h| distance(h, 2));
     assert!(distances[0] < 0.5 && distances[2] > 1e-6, "{distances:?}");
     for pair in distances.windows(2) {
@@ -69,9 +71,9 @@ fn the_sampled_copy_tends_to_the_continuous_observer_as_the_period_goes_to_zero(
 
 /// On the plant's own motion it is the plant, with nonzero slopes of the output: no error of the order of h is left.
 #[test]
-fn without_an_error_the_sampled_copy_is_the_runge_kutta_solution() {
+fn without_an_error_the_sampled_observer_is_the_runge_kutta_solution() {
     let (plant, u) = (VanDerPol::default(), Column::zeros());
-    let sampled = SampledCopy::new(plant, Vector2::new(4.0, 5.0), 0.1, 4).unwrap();
+    let sampled = SampledNonlinearObserver::new(plant, Vector2::new(4.0, 5.0), 0.1, 4).unwrap();
     let (mut x, mut xhat) = (Vector2::new(1.5, -0.5), Vector2::new(1.5, -0.5));
     for k in 0..100 {
         let t = f64::from(k) * 0.1;
@@ -85,7 +87,9 @@ fn without_an_error_the_sampled_copy_is_the_runge_kutta_solution() {
 
 #[test]
 fn what_cannot_be_stepped_is_an_error() {
-    let new = |l, h, substeps| SampledCopy::<_, f64, _, _, _>::new(VanDerPol::default(), l, h, substeps).unwrap_err();
+    let new = |l, h, substeps| {
+        SampledNonlinearObserver::<_, f64, _, _, _>::new(VanDerPol::default(), l, h, substeps).unwrap_err()
+    };
     assert_eq!(new(Vector2::zeros(), 0.0, 1), ObserverError::Period { period: 0.0 });
     assert!(matches!(new(Vector2::zeros(), f64::NAN, 1), ObserverError::Period { .. }));
     assert_eq!(new(Vector2::zeros(), 0.1, 0), ObserverError::Substeps);

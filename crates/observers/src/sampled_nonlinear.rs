@@ -34,7 +34,7 @@ use crate::runge_kutta;
 ///
 /// Fields are read through methods, because the constructor has checked them.
 #[derive(Clone, Debug, PartialEq)]
-pub struct SampledCopy<S, T: RealField + Copy, N: Dim, M: Dim, P: Dim>
+pub struct SampledNonlinearObserver<S, T: RealField + Copy, N: Dim, M: Dim, P: Dim>
 where
     DefaultAllocator: Size<N, M, P>,
 {
@@ -46,10 +46,10 @@ where
 }
 
 /// A sampled copy whose sizes are known at compile time.
-pub type StaticSampledCopy<S, T, const N: usize, const M: usize, const P: usize> =
-    SampledCopy<S, T, Const<N>, Const<M>, Const<P>>;
+pub type StaticSampledNonlinearObserver<S, T, const N: usize, const M: usize, const P: usize> =
+    SampledNonlinearObserver<S, T, Const<N>, Const<M>, Const<P>>;
 
-impl<S, T: RealField + Copy, N: Dim, M: Dim, P: Dim> SampledCopy<S, T, N, M, P>
+impl<S, T: RealField + Copy, N: Dim, M: Dim, P: Dim> SampledNonlinearObserver<S, T, N, M, P>
 where
     S: Differentiable<T, N, M, P>,
     DefaultAllocator: Size<N, M, P>,
@@ -58,11 +58,11 @@ where
     /// samples.
     ///
     /// ```
-    /// use luenberger_observers::{ObserverError, SampledCopy, SampledObserver};
+    /// use luenberger_observers::{ObserverError, SampledNonlinearObserver, SampledObserver};
     /// use nalgebra::{Vector1, Vector2};
     /// // x1' = x2, x2' = u: with poles at -5 and -5, a sample every 0.01, from another first estimate.
     /// let plant = luenberger_plants::double_integrator();
-    /// let observer = SampledCopy::new(plant, Vector2::new(10.0, 25.0), 0.01, 1)?;
+    /// let observer = SampledNonlinearObserver::new(plant, Vector2::new(10.0, 25.0), 0.01, 1)?;
     /// let mut xhat = Vector2::new(1.0, 0.0);
     /// for k in 0..1000 {
     ///     let t = f64::from(k) * 0.01;
@@ -117,7 +117,7 @@ where
     }
 }
 
-impl<S, T: RealField + Copy, N: Dim, M: Dim, P: Dim> SampledObserver<T> for SampledCopy<S, T, N, M, P>
+impl<S, T: RealField + Copy, N: Dim, M: Dim, P: Dim> SampledObserver<T> for SampledNonlinearObserver<S, T, N, M, P>
 where
     S: Differentiable<T, N, M, P>,
     DefaultAllocator: Size<N, M, P>,
