@@ -174,8 +174,8 @@ impl<'a> Comparison<'a> {
     ///     .observer("mean value", &informed)
     ///     .until(10.0, 101)
     ///     .run()?;
-    /// assert!(table.row("linear")?.given.is_empty());
-    /// assert_eq!(table.row("mean value")?.given, ["its state at the start contains x(0) - xhat(0)"]);
+    /// assert!(table.row("linear")?.prior_information.is_empty());
+    /// assert_eq!(table.row("mean value")?.prior_information, ["its state at the start contains x(0) - xhat(0)"]);
     /// println!("{table}");
     /// # Ok::<(), Box<dyn std::error::Error>>(())
     /// ```
