@@ -6,6 +6,7 @@ mod cuk_table_1;
 mod examples;
 mod falsify;
 mod generators;
+mod glossary;
 mod golden_trajectories;
 mod moving_horizon;
 mod numerical_kkl;

@@ -3,20 +3,20 @@
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
-fn root() -> PathBuf {
+pub(crate) fn root() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("..").canonicalize().unwrap()
 }
 
-fn pages_below(folder: &Path) -> BTreeSet<PathBuf> {
+pub(crate) fn files_below(folder: &Path, extension: &str) -> BTreeSet<PathBuf> {
     let entries = std::fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path());
     entries
-        .flat_map(|path| if path.is_dir() { pages_below(&path) } else { BTreeSet::from([path]) })
-        .filter(|path| path.extension().is_some_and(|extension| extension == "md"))
+        .flat_map(|path| if path.is_dir() { files_below(&path, extension) } else { BTreeSet::from([path]) })
+        .filter(|path| path.extension().is_some_and(|found| found == extension))
         .collect()
 }
 
 /// The lines outside blocks of code.
-fn prose(page: &Path) -> Vec<String> {
+pub(crate) fn prose(page: &Path) -> Vec<String> {
     let text = std::fs::read_to_string(page).unwrap_or_else(|error| panic!("{}: {error}", page.display()));
     let mut is_code = false;
     let is_prose = |line: &&str| {
@@ -49,7 +49,7 @@ fn every_link_leads_somewhere() {
     let (root, docs) = (root(), root().join("docs"));
     let crates = std::fs::read_dir(root.join("crates")).unwrap().map(|entry| entry.unwrap().path().join("README.md"));
     let others = ["README.md", "CONTRIBUTING.md", "CHANGELOG.md"].map(|page| root.join(page));
-    let pages = pages_below(&docs).into_iter().chain(others).chain(crates.filter(|page| page.exists()));
+    let pages = files_below(&docs, "md").into_iter().chain(others).chain(crates.filter(|page| page.exists()));
     let (mut count, mut dead) = (0, Vec::new());
     for page in pages {
         for link in links(&page) {
@@ -76,7 +76,7 @@ fn every_page_is_in_the_book_once() {
     let summary = docs.join("SUMMARY.md");
     let mut listed: Vec<PathBuf> = links(&summary).iter().map(|link| docs.join(link)).collect();
     listed.sort();
-    let mut pages = pages_below(&docs);
+    let mut pages = files_below(&docs, "md");
     assert!(pages.remove(&summary));
     assert_eq!(listed, pages.into_iter().collect::<Vec<_>>());
 }
