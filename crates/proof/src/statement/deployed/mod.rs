@@ -82,8 +82,8 @@
 //! A result below tiny has an absolute error of at most tiny instead. Its effect, with `0 <= p, 2 p' <= s`,
 //! `w k p p' <= 1`: on j `tiny s` (d) and `2 tiny` (p, j); on `w i` `tiny (s + w)` (d, i), `tiny s^3/2` (w k), `tiny s`
 //! (c), `2 tiny` (p, p': since b is at most the root of the largest number, they are that small only if s is below 3
-//! tiny, where c is far below 1) and `w tiny (s^2/2 + s + 1)` (the products in the parentheses). Including the factor 1
-//! + gamma, this is below `4 tiny (1 + s)` for j and below `4 tiny (1 + w)(1 + s)^3` for `w i`.
+//! tiny, where c is far below 1) and `w tiny (s^2/2 + s + 1)` (the products in the parentheses). With the factor
+//! `1 + gamma`, this is below `4 tiny (1 + s)` for j and below `4 tiny (1 + w)(1 + s)^3` for `w i`.
 //!
 //! *All steps.* So `|e+ - M e| <= D (1, |e|)` with a matrix D >= 0. Let `|M e|_P <= rho |e|_P` (rho by bisection, each
 //! value proved) and `s_i >= sqrt((P^-1)_ii)`, so that `|e_i| <= s_i |e|_P`; let `beta^2 = d'|P|d` for the first column
