@@ -1,25 +1,24 @@
-//! Matrix products at the speed of the machine: nalgebra's storage, seen by faer without a copy.
+//! Matrix products by faer on nalgebra's storage, without a copy.
 //!
-//! Sequential throughout: an equation of this crate is a step of something larger, and who has several of them runs
-//! them side by side.
+//! Single-threaded: several equations can be solved in parallel by the caller.
 
 use faer::linalg::matmul::matmul;
 use faer::linalg::matmul::triangular::{self, BlockStructure};
 use faer::{Accum, MatMut, MatRef, Par};
 use nalgebra::DMatrix;
 
-/// The matrix as faer reads it.
+/// Read-only faer view of the matrix.
 pub(crate) fn view(m: &DMatrix<f64>) -> MatRef<'_, f64> {
     MatRef::from_column_major_slice(m.as_slice(), m.nrows(), m.ncols())
 }
 
-/// The matrix as faer writes it.
+/// Mutable faer view of the matrix.
 pub(crate) fn view_mut(m: &mut DMatrix<f64>) -> MatMut<'_, f64> {
     let (rows, cols) = m.shape();
     MatMut::from_column_major_slice_mut(m.as_mut_slice(), rows, cols)
 }
 
-/// Up to this many multiplications a loop is quicker than the choice of a kernel.
+/// Up to this many multiplications a plain loop is faster than faer's kernel selection.
 const LOOP: usize = 27;
 
 /// `D := D + alpha L R` ([`Accum::Add`]) or `D := alpha L R` ([`Accum::Replace`]).
@@ -38,10 +37,10 @@ pub(crate) fn multiply(mut d: MatMut<'_, f64>, accum: Accum, alpha: f64, l: MatR
     matmul(d, accum, l, r, alpha, Par::Seq);
 }
 
-/// Up to this order the whole product is quicker than its upper triangle.
+/// Up to this order the whole product is faster than its upper triangle.
 const WHOLE: usize = 24;
 
-/// As [`multiply`], the upper triangle of `D` alone; what is below means nothing afterwards.
+/// As [`multiply`] for the upper triangle of `D`; entries below it are undefined afterwards.
 pub(crate) fn multiply_upper(d: MatMut<'_, f64>, accum: Accum, alpha: f64, l: MatRef<'_, f64>, r: MatRef<'_, f64>) {
     if d.nrows() <= WHOLE {
         return multiply(d, accum, alpha, l, r);
@@ -63,7 +62,7 @@ pub(crate) fn mirror(mut d: MatMut<'_, f64>) {
 mod tests {
     use super::*;
 
-    /// Both ways of a product, of any shape and transposition: integers, so that the sums are exact.
+    /// Both code paths, for all shapes and transpositions; integers make the sums exact.
     #[test]
     fn products_of_any_shape() {
         for (rows, inner, cols) in [(1, 1, 1), (3, 3, 3), (2, 0, 3), (0, 2, 2), (3, 4, 3), (1, 27, 1), (5, 6, 7)] {

@@ -7,8 +7,8 @@
 //! | Butterworth | on a circle: maximally flat frequency response |
 //! | ITAE | least integral of `t |e|` of the step response (Graham and Lathrop, AIEE Trans. 72, 1953), up to order 6 |
 //!
-//! A prototype is scaled in time so that its step response settles at the time given: from there on it stays within the
-//! band. The initial error of an observer with these poles decays about as fast, depending on its direction.
+//! A prototype is scaled in time so that its step response stays within the band from the given settling time on. The
+//! initial error of an observer with these poles decays about as fast, depending on its direction.
 
 use nalgebra::{Complex, DMatrix};
 
@@ -19,32 +19,32 @@ use crate::{LinalgError, Result};
 /// A pattern of poles.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum PolePattern {
-    /// A pair with this damping ratio, from 0 (excluded) to 1, and for higher orders real poles this many times as far
-    /// left, 10 % apart.
+    /// A complex pair with the given damping ratio, and for higher orders real poles further left, each 10 % faster
+    /// than the previous one.
     Dominant {
-        /// The damping ratio of the pair.
+        /// Damping ratio of the pair, `0 < damping <= 1`.
         damping: f64,
-        /// Real part of the first other pole, relative to that of the pair.
+        /// Real part of the first other pole, relative to that of the pair; greater than one.
         ratio: f64,
     },
-    /// Bessel's filter.
+    /// Bessel filter.
     Bessel,
-    /// Butterworth's filter.
+    /// Butterworth filter.
     Butterworth,
-    /// The filter of least integral of time-weighted absolute error.
+    /// Filter with the least integral of time-weighted absolute error (ITAE).
     Itae,
 }
 
-/// The largest order of a Bessel and of a Butterworth filter, and of a dominant pair with the others.
+/// Largest order of a Bessel or Butterworth filter, and of a dominant pair with its additional poles.
 const LARGEST: usize = 20;
 const LARGEST_DOMINANT: usize = 1000;
 
-/// Coefficients of the ITAE polynomials of order 2 to 6, without the first and the last, which are 1; the highest power
-/// first (Dorf, Bishop, Modern Control Systems, table 5.6).
+/// Coefficients of the ITAE polynomials of order 2 to 6, highest power first, without the first and the last, which are
+/// 1 (Dorf, Bishop, Modern Control Systems, table 5.6).
 const ITAE: [&[f64]; 5] =
     [&[1.4], &[1.75, 2.15], &[2.1, 3.4, 2.7], &[2.8, 5.0, 5.5, 3.4], &[3.25, 6.6, 8.6, 7.45, 3.95]];
 
-/// Damping ratio of a pair of poles whose step response overshoots by this fraction:
+/// Damping ratio of a pair of poles whose step response overshoots by the fraction o:
 /// `zeta = -ln o / sqrt(pi^2 + ln^2 o)`.
 ///
 /// # Errors
@@ -64,14 +64,16 @@ pub fn damping_from_overshoot(overshoot: f64) -> Result<f64> {
     Ok(log / core::f64::consts::PI.hypot(log))
 }
 
-/// Poles of a continuous-time pattern whose step response is within `band` of its end from `settling_time` on.
+/// Continuous-time poles of a pattern whose step response stays within `band` of its final value from `settling_time`
+/// on.
 ///
 /// `order >= 1` is the number of poles, `settling_time > 0` in the unit of time, `0 < band < 1` (0.02 is usual). For a
-/// dominant pair the settling time is that of its envelope, `-ln(band sqrt(1 - zeta^2)) / (zeta w)`, and of
-/// the double pole or the single one exactly; otherwise that of the response itself. In discrete time use `e^{p h}`.
+/// complex dominant pair the settling time is that of its envelope, `-ln(band sqrt(1 - zeta^2)) / (zeta w)`; for a
+/// double pole or a single one it is exact, ignoring the additional poles; for the other patterns it is that of the
+/// step response itself. In discrete time use `e^{p h}`.
 ///
 /// # Errors
-/// [`LinalgError::InvalidSpecification`] names the number that is out of its range.
+/// [`LinalgError::InvalidSpecification`] names the number that is out of range.
 ///
 /// # Example
 /// Two poles that settle to 2 % in 1 s without overshoot.
@@ -104,7 +106,7 @@ pub fn poles_from(pattern: PolePattern, order: usize, settling_time: f64, band: 
     scaled(poles, settling_time, band)
 }
 
-/// A number in the open interval, or the closed one at a finite upper end.
+/// Error unless `low < value < high`.
 fn within(what: &'static str, value: f64, low: f64, high: f64) -> Result<f64> {
     if value > low && value < high {
         Ok(value)
@@ -123,7 +125,7 @@ fn dominant(order: usize, settling: f64, band: f64, damping: f64, ratio: f64) ->
         return Ok(vec![Complex::from(band.ln() / settling)]);
     }
     if damping == 1.0 {
-        // (1 + w t) e^{-w t} = band.
+        // Solves (1 + w t) e^{-w t} = band for w t by fixed-point iteration.
         let mut w = -band.ln();
         for _ in 0..100 {
             w = (1.0 + w).ln() - band.ln();
@@ -137,14 +139,14 @@ fn dominant(order: usize, settling: f64, band: f64, damping: f64, ratio: f64) ->
     Ok(with_others(vec![Complex::new(real, imaginary), Complex::new(real, -imaginary)], order, ratio))
 }
 
-/// The pair with real poles left of it, each 10 % further than the one before.
+/// Adds real poles to the left of the pair, each 10 % faster than the previous one.
 fn with_others(mut pair: Vec<Complex<f64>>, order: usize, ratio: f64) -> Vec<Complex<f64>> {
     let real = pair[0].re;
     pair.extend((0..order - 2).map(|k| Complex::from(real * ratio * 1.1f64.powf(k as f64))));
     pair
 }
 
-/// Coefficients of the reverse Bessel polynomial, the highest power first, in the scale in which the last is 1.
+/// Coefficients of the reverse Bessel polynomial, highest power first, scaled so that the last one is 1.
 fn bessel(order: usize) -> Vec<f64> {
     // a_k = (2n - k)! / (2^(n-k) k! (n-k)!), a_n = 1, from a_{k-1} = a_k (2n - k + 1) k / (2 (n - k + 1)).
     let n = order as f64;
@@ -176,17 +178,17 @@ fn companion(coefficients: &[f64]) -> DMatrix<f64> {
     })
 }
 
-/// The poles in the unit of time in which the step response of the prototype settles at `settling`.
+/// Scales the poles in time so that the step response of the prototype settles at `settling`.
 fn scaled(poles: Vec<Complex<f64>>, settling: f64, band: f64) -> Result<Vec<Complex<f64>>> {
     let natural = settling_time(&poles, band)?;
     Ok(poles.into_iter().map(|pole| pole * (natural / settling)).collect())
 }
 
-/// The time from which the step response of `prod(-p) / prod(s - p)` stays within `band` of 1.
+/// Time from which the step response of `prod(-p) / prod(s - p)` stays within `band` of 1.
 fn settling_time(poles: &[Complex<f64>], band: f64) -> Result<f64> {
     let slowest = poles.iter().map(|pole| -pole.re).fold(f64::INFINITY, f64::min);
     let fastest = poles.iter().map(|pole| pole.norm()).fold(0.0, f64::max);
-    // A chain of first- and second-order sections, each driven by the one before: well conditioned for every order.
+    // A series of first- and second-order sections: well conditioned for every order.
     let n = poles.len();
     let (mut a, mut b) = (DMatrix::zeros(n, n), DMatrix::zeros(n, 1));
     let mut k = 0;
@@ -212,7 +214,7 @@ fn settling_time(poles: &[Complex<f64>], band: f64) -> Result<f64> {
     let held = zero_order_hold(&a, &b, step)?;
     let mut x = DMatrix::zeros(n, 1);
     let (mut settled, mut error) = (0.0, 1.0_f64);
-    // By then the slowest mode has decayed to the band many times over.
+    // By then the slowest mode has decayed far below the band.
     let steps = ((-band.ln() + 10.0 * n as f64) / slowest / step).ceil().min(1e7) as usize;
     for count in 1..=steps {
         x = &held.ad * x + &held.bd;
@@ -225,7 +227,7 @@ fn settling_time(poles: &[Complex<f64>], band: f64) -> Result<f64> {
     Ok(settled)
 }
 
-/// The first state of the section before the one that begins at `k`.
+/// First state of the section before the one that begins at `k`.
 fn before(poles: &[Complex<f64>], k: usize) -> Option<usize> {
     let mut start = 0;
     let mut last = None;

@@ -1,8 +1,8 @@
-//! The system matrix of Rosenbrock, `S(lambda) = [A - lambda I, B; C, D]`, in units of state, input, output and time
-//! that suit it.
+//! Rosenbrock's system matrix, `S(lambda) = [A - lambda I, B; C, D]`, in balanced units of state, input, output and
+//! time.
 //!
-//! They are those of [`Units`] for the pair `([A B; 0 0], [C D])`: a unit of input scales a column as a unit of state
-//! does, and nothing else.
+//! The units are those of [`Units`] for the pair `([A B; 0 0], [C D])`: a unit of an input scales its column, as a unit
+//! of a state does.
 
 use nalgebra::DMatrix;
 
@@ -10,7 +10,7 @@ use crate::argument::{shaped, square};
 use crate::units::{Units, shift};
 use crate::{LinalgError, Result};
 
-/// A plant `(A, B, C, D)` in its units.
+/// A plant `(A, B, C, D)` in balanced units.
 #[derive(Debug, Clone)]
 pub(crate) struct Rosenbrock {
     pub(crate) a: DMatrix<f64>,
@@ -19,7 +19,7 @@ pub(crate) struct Rosenbrock {
     pub(crate) d: DMatrix<f64>,
     /// `|[A B; C D]|`, Frobenius.
     pub(crate) size: f64,
-    /// Powers of two: of the states, then the inputs; of the outputs; of time.
+    /// Powers of two: the states followed by the inputs; the outputs; time.
     units: Units,
 }
 
@@ -56,23 +56,23 @@ impl Rosenbrock {
         })
     }
 
-    /// The power of two of time: an eigenvalue here is `2^-time` of the one in the units given.
+    /// Power of two of the unit of time: an eigenvalue here is `2^-time` times the one in the given units.
     pub(crate) fn time(&self) -> i32 {
         self.units.time
     }
 
-    /// `D M`: rows that are states, in the units given.
+    /// `D M` (D the state units): rows in units of the states, back in the given units.
     pub(crate) fn states_back(&self, m: &DMatrix<f64>) -> DMatrix<f64> {
         DMatrix::from_fn(m.nrows(), m.ncols(), |i, j| shift(m[(i, j)], self.units.state[i]))
     }
 
-    /// Columns that are inputs and rows that are rates of a state without unit, as `T^-1 B`, in the units given.
+    /// Columns in units of the inputs, rows rates of dimensionless states, as `T^-1 B`: back in the given units.
     pub(crate) fn driven_back(&self, m: &DMatrix<f64>) -> DMatrix<f64> {
         let n = self.a.nrows();
         DMatrix::from_fn(m.nrows(), m.ncols(), |i, j| shift(m[(i, j)], self.units.time - self.units.state[n + j]))
     }
 
-    /// Rows that are outputs and columns that are states without unit, as `C T`, in the units given.
+    /// Rows in units of the outputs, columns dimensionless states, as `C T`: back in the given units.
     pub(crate) fn outputs_back(&self, m: &DMatrix<f64>) -> DMatrix<f64> {
         DMatrix::from_fn(m.nrows(), m.ncols(), |i, j| shift(m[(i, j)], self.units.output[i]))
     }

@@ -1,11 +1,11 @@
-//! What the Lyapunov equation `A'P + PA + Q = 0` and the Stein equation `A'PA - P + Q = 0` share: with the real Schur
-//! form `A = U T U'` both become one substitution with T, for any number of right-hand sides.
+//! Common part of the Lyapunov equation `A'P + PA + Q = 0` and the Stein equation `A'PA - P + Q = 0`: with the real
+//! Schur form `A = U T U'` each is one substitution with T per right-hand side.
 //!
-//! **Separation.** For stable A the inverse of the operator maps positive semidefinite matrices to such, so that its
-//! norm (spectral norm of X over that of the right-hand side) is attained at the identity: with
-//! `H = integral of e^(A't) e^(At)`, or `sum of A'^k A^k`, it is `||H||_2` (Russo and Dye; Hewer and Kenney, SIAM J.
-//! Control 26, 1988; Gahinet, Laub, Kenney and Hewer, IEEE TAC 35, 1990). One more substitution gives it. Otherwise it
-//! is estimated from above by a few.
+//! **Separation.** For stable A the inverse of the operator maps positive semidefinite matrices to positive
+//! semidefinite ones, so its norm (spectral norm of X over that of the right-hand side) is attained at the identity: it
+//! is `||H||_2` with `H = integral of e^(A't) e^(At)`, or `sum of A'^k A^k` (Russo and Dye; Hewer and Kenney, SIAM J.
+//! Control 26, 1988; Gahinet, Laub, Kenney and Hewer, IEEE TAC 35, 1990). This takes one more substitution. For
+//! unstable A the separation is estimated from above by a few substitutions.
 
 use crate::argument::{shaped, square, symmetric, symmetric_into, unit_scale};
 use crate::balance::{Balance, sizes};
@@ -22,7 +22,7 @@ use faer::Accum;
 use nalgebra::{Complex, DMatrix};
 use std::cell::Cell;
 
-/// `A'X + X A` or `A'X A - X`.
+/// The operator `A'X + X A` or `A'X A - X`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Kind {
     Lyapunov,
@@ -65,7 +65,7 @@ impl Kind {
         true
     }
 
-    /// The norm of the operator, at most.
+    /// Upper bound of the norm of the operator.
     pub(crate) fn weight(self, size: f64) -> f64 {
         match self {
             Self::Lyapunov => 2.0 * size,
@@ -73,40 +73,40 @@ impl Kind {
         }
     }
 
-    /// By how much the rounding of `A` moves the operator: a separation below is none.
+    /// Change of the operator due to rounding of `A`: a separation below this may be zero.
     fn rounding(self, n: usize, size: f64) -> f64 {
         let size = if self == Self::Stein { size.max(1.0) } else { size };
         n as f64 * f64::EPSILON * size
     }
 }
 
-/// The equation with its Schur form, in units of time (Lyapunov) and, where these help, of the state.
+/// The equation with its Schur form, in scaled units of time (Lyapunov) and, if they were balanced, of the state.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct SchurEquation {
     kind: Kind,
-    /// A in these units, and its Frobenius norm.
+    /// A in these units.
     a: DMatrix<f64>,
     size: f64,
-    /// `a` is this times the A given. Not a number where the equation is that of no A, and every solution overflows.
+    /// `a` is this times the given A. NaN after a failed factorisation: every solution then is an overflow error.
     units: f64,
     balance: Option<Balance>,
     schur: Schur,
     /// Whether all eigenvalues are on the stable side.
     stable: bool,
-    /// `min ||operator(X)|| / ||X||`, see the head of this file; in these units.
+    /// Separation `min ||operator(X)|| / ||X||` in these units, see the head of this file.
     separation: f64,
-    /// Where solutions are refined because rounding might decide them: by how much a step shrinks their error.
+    /// If every solution is refined, because rounding might decide it: the factor by which a step reduces the error.
     contraction: Option<f64>,
-    /// Whether the separation is rounding.
+    /// Whether the separation is at rounding level.
     rounding: bool,
-    /// What is certain of the equation, asked where the separation is small.
+    /// What exact arithmetic says of the equation, computed if the separation is small.
     regularity: Regularity,
-    /// The error of the last solution that was refined for this reason, relative to it, in these units.
+    /// Relative error of the last refined solution, in these units.
     refined: Option<f64>,
     work: Work,
 }
 
-/// Room for a factorisation and a solution. What is in it is nothing to be compared or copied.
+/// Workspace for a factorisation and a solution; ignored by comparison and not copied.
 #[derive(Debug, Default)]
 struct Work {
     schur: SchurWorkspace,
@@ -168,14 +168,14 @@ impl SchurEquation {
         Ok(equation)
     }
 
-    /// The equation for an `a` that is finite and square, without the test for singularity.
+    /// The equation for a finite, square `a`, without the test for singularity.
     pub(crate) fn untested(kind: Kind, a: &DMatrix<f64>, balance: Option<Balance>) -> Result<Self> {
         let mut equation = Self::vacant(kind);
         equation.factor(a, balance)?;
         Ok(equation)
     }
 
-    /// Becomes the equation for `a`, in the memory that is there; after an error, that of no A.
+    /// Replaces the equation by that for `a`, in the same memory. After an error every solution is an error.
     pub(crate) fn refactor(&mut self, a: &DMatrix<f64>) -> Result<()> {
         let done = self.factor_in_some_units(a);
         if done.is_err() {
@@ -189,7 +189,7 @@ impl SchurEquation {
         if self.kind == Kind::Stein && a.amax() > 2.0_f64.powi(250) {
             return Err(LinalgError::Overflow { what: "the product of entries of a" });
         }
-        // Units of the state decades apart look like a singular equation.
+        // Units of the state that differ by decades make an equation look singular.
         let (first, other) = if let Some((balance, balanced)) = Balance::worthwhile(a) {
             let standing = self.factor_and_test(&balanced, Some(balance))?;
             (standing, (standing == Standing::Rounding).then_some(None))
@@ -224,7 +224,7 @@ impl SchurEquation {
         Err(refused)
     }
 
-    /// The equation has one solution, or may have, and rounding decides it.
+    /// Error: rounding decides whether the equation has a unique solution.
     fn undecided(&self) -> LinalgError {
         let values = self.eigenvalues();
         let n = self.order() as f64;
@@ -237,7 +237,7 @@ impl SchurEquation {
         )
     }
 
-    /// Whether refinement converges; then it is part of each solution.
+    /// Whether refinement converges; if so, every solution is refined.
     fn contracts(&mut self) -> bool {
         self.contraction = Some(RATE);
         let n = self.order();
@@ -255,7 +255,7 @@ impl SchurEquation {
         self.a.copy_from(a);
         self.a *= self.units;
         self.size = self.a.norm();
-        // Stein's substitution alone needs the second.
+        // Only the substitution for the Stein equation needs the second workspace.
         self.work.reserve(n, if self.kind == Kind::Stein { n } else { 0 });
         schur_into(&self.a, &mut self.schur, &mut self.work.schur)?;
         self.stable = self.kind.is_stable_form(&self.schur);
@@ -274,7 +274,7 @@ impl SchurEquation {
             h.fill_diagonal(-1.0);
             let t = Coefficient::plain(view(&self.schur.t));
             let regular = triangular::solve_symmetric(kind.equation(), t, view_mut(h), scratch.as_mut_slice());
-            // At most sqrt(n) above the spectral norm: the separation is not overstated.
+            // The Frobenius norm is at most sqrt(n) times the spectral norm, so the separation is not overestimated.
             (1.0 / h.norm(), regular)
         } else {
             self.estimated_separation()
@@ -293,8 +293,8 @@ impl SchurEquation {
         Ok(if bound <= DIGIT { Standing::Clear } else { Standing::Doubtful })
     }
 
-    /// `min ||operator(X)||_1 / ||X||_1` (entries summed, in the coordinates of the Schur form), from above; and
-    /// whether every pivot is regular.
+    /// Estimate from above of `min ||operator(X)||_1 / ||X||_1` (entries summed, in the coordinates of the Schur form),
+    /// and whether every pivot is regular.
     fn estimated_separation(&self) -> (f64, bool) {
         let (n, equation) = (self.a.nrows(), self.kind.equation());
         let (plain, transposed) =
@@ -312,7 +312,7 @@ impl SchurEquation {
         self.a.nrows()
     }
 
-    /// In the units of A given, unless the state was balanced.
+    /// In the units of the given A, except for balanced units of the state.
     pub(crate) fn separation(&self) -> f64 {
         self.separation / self.units
     }
@@ -333,8 +333,8 @@ impl SchurEquation {
         self.stable
     }
 
-    /// Solves for `q`, of the right shape and symmetric but for rounding, into `p`; returns the relative residual.
-    /// Nothing is allocated if `p` has the right shape and the state is not balanced.
+    /// Solves for `q`, n x n and symmetric up to rounding, into `p`; returns the relative residual. Nothing is
+    /// allocated if `p` has the right shape and the state is not balanced.
     pub(crate) fn solve_into(&mut self, q: &DMatrix<f64>, p: &mut DMatrix<f64>) -> Result<f64> {
         let n = self.order();
         if q.shape() != (n, n) {
@@ -369,7 +369,7 @@ impl SchurEquation {
                 p.copy_from(&substituted);
             }
         }
-        // A'P + PA + Q or A'PA - P + Q, its upper triangle.
+        // Upper triangle of the defect A'P + PA + Q or A'PA - P + Q.
         let Work { half: image, defect, .. } = &mut self.work;
         multiply(view_mut(image), Accum::Replace, 1.0, view(p), view(&self.a));
         match self.kind {
@@ -401,9 +401,8 @@ impl SchurEquation {
         Ok(residual)
     }
 
-    /// One step of iterative refinement of `p`, the defect being computed in twice the working precision; returns the
-    /// size of the correction, relative to `p`. One that is as large as `p` is not applied: no digit of it would be
-    /// right.
+    /// One step of iterative refinement of `p`, with the defect computed in twice the working precision; returns the
+    /// size of the correction relative to `p`. A correction as large as `p` is not applied: no digit would be correct.
     pub(crate) fn refine(&mut self, q: &DMatrix<f64>, p: &mut DMatrix<f64>) -> Result<f64> {
         let n = self.order();
         shaped("q", q, n, n)?;
@@ -432,7 +431,7 @@ impl SchurEquation {
         Ok(moved)
     }
 
-    /// What `p` lacks for `q`: the solution for its defect.
+    /// Correction of `p`: the solution for its defect.
     fn correction(&mut self, q: &DMatrix<f64>, p: &DMatrix<f64>) -> DMatrix<f64> {
         let mut correction = self.precise_defect(q, p);
         self.substitute(&mut correction);
@@ -457,23 +456,24 @@ impl SchurEquation {
         defect
     }
 
-    /// For the solution `p`.
+    /// Factors from the separation's norm and units to the relative error of the solution `p`.
     pub(crate) fn spread(&self, p: &DMatrix<f64>) -> ErrorScale {
         let units = self.balance.as_ref().map_or(1.0, |balance| balance.growth(p));
         ErrorScale { norms: self.norms(), units, refined: self.refined }
     }
 
-    /// The factor from the norm of the separation to Frobenius'.
+    /// Factor from the norm of the separation to the Frobenius norm.
     fn norms(&self) -> f64 {
         let n = self.order() as f64;
         if self.stable { n.sqrt() } else { 3.0 * n }
     }
 
-    /// From the symmetric right-hand side `q` in `p` to the symmetric solution. True if the equation is regular.
+    /// Replaces the symmetric right-hand side `q` in `p` by the symmetric solution. Returns whether the equation is
+    /// regular.
     fn substitute(&mut self, p: &mut DMatrix<f64>) -> bool {
         let (u, t) = (view(&self.schur.q), view(&self.schur.t));
         let Work { half, scratch, .. } = &mut self.work;
-        // Y = -U'Q U, its solution, and back: P = U Y U'.
+        // Y = -U'Q U, substitution, and back: P = U Y U'.
         multiply(view_mut(half), Accum::Replace, 1.0, view(p), u);
         multiply_upper(view_mut(p), Accum::Replace, -1.0, u.transpose(), view(half));
         let regular = triangular::solve_symmetric(
@@ -488,16 +488,16 @@ impl SchurEquation {
         regular
     }
 
-    /// The solution for a symmetric `q` alone, in units of A as given and of the balanced state; `None` if the equation
-    /// is singular to working precision.
+    /// Solution for a symmetric `q` without residual, in units of the given A and of the balanced state; `None` if the
+    /// equation is singular to working precision.
     pub(crate) fn substituted(&mut self, q: &DMatrix<f64>) -> Option<DMatrix<f64>> {
         let mut p = q * self.units;
         let regular = self.substitute(&mut p);
         (regular && p.iter().all(|e| e.is_finite())).then_some(p)
     }
 
-    /// The solution for a symmetric `q` alone, for iterations that need no evidence; `None` if the equation is singular
-    /// to working precision.
+    /// Solution for one symmetric `q`, without residual and condition; `None` if the equation is singular to working
+    /// precision.
     pub(crate) fn step(kind: Kind, a: &DMatrix<f64>, q: &DMatrix<f64>) -> Result<Option<DMatrix<f64>>> {
         Ok(Self::untested(kind, a, None)?.substituted(q))
     }

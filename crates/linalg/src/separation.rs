@@ -1,23 +1,24 @@
 //! Separation of a linear matrix equation: an estimate of `1 / ||inverse operator||_1` (Hager, SIAM J. Sci. Stat.
 //! Comput. 5, 1984; Higham, ACM TOMS 14, 1988; LAPACK dlacn2; used for matrix equations by SLICOT SB03QD).
 //!
-//! The norm is found by a few solutions of the equation and of its adjoint, at most eleven. It is a lower bound, so the
-//! separation is an upper bound; it is rarely off by more than a factor of three.
+//! The norm of the inverse is estimated by at most eleven solutions of the equation and its adjoint. The estimate is a
+//! lower bound of the norm, so the separation is an upper bound; it is rarely off by more than a factor of three.
 //!
-//! **Three solutions** are one step of the iteration: a start, the gradient there, the unit matrix of its largest
-//! entry. The starts at hand are the matrix of equal entries, which Hager took and on which equal terms cancel, and
-//! Higham's of alternating signs and growing entries, which he solves for last, against that. From the latter one step
-//! is as good as the whole, five solutions on average: on some 4000 pairs of coefficients of Sylvester's equation
-//! (random, stable beside their transposes, triangular with couplings up to 100) of order up to 14, it is off by more
-//! than a factor of three in 0.7 %, by 7.5 at most; the whole in 0.1 % and by 7.2. Near a singular equation the inverse
-//! is nearly of rank one, and any start that is not orthogonal to its one direction ends there.
+//! **Three solutions** are one step of the iteration: a starting matrix, the gradient there, and the unit matrix of the
+//! gradient's largest entry. Hager started from the matrix of equal entries, on which terms may cancel; Higham solves
+//! last, as a safeguard, for a matrix of alternating signs and growing entries. Starting from the latter, one step is
+//! nearly as good as the whole iteration, which takes five solutions on average. On some 4000 Sylvester equations of
+//! order up to 14 (random coefficients, stable ones with their transposes, triangular ones with couplings up to 100) it
+//! is off by more than a factor of three in 0.7 % of cases, at most 7.5; the whole iteration in 0.1 %, at most 7.2.
+//! Near a singular equation the inverse is nearly of rank one, and any start not orthogonal to its dominant direction
+//! finds it.
 
 use crate::argument::unit_scale;
 use crate::error_estimate::Closest;
 use crate::triangular::Equation;
 use nalgebra::{Complex, DMatrix};
 
-/// The sum of the absolute entries.
+/// Sum of the absolute entries.
 fn sum(m: &DMatrix<f64>) -> f64 {
     m.iter().map(|e| e.abs()).sum()
 }
@@ -26,7 +27,7 @@ fn sign(e: f64) -> f64 {
     if e >= 0.0 { 1.0 } else { -1.0 }
 }
 
-/// Alternating signs, entries that grow from 1 to 2: in all directions a little, and in no pattern that cancels.
+/// Alternating signs, absolute values growing from 1 to 2: a generic matrix on which terms do not cancel.
 fn alternate(m: &mut DMatrix<f64>) {
     let spread = (m.len().max(2) - 1) as f64;
     let mut sign = 1.0;
@@ -41,8 +42,8 @@ fn unit(m: &mut DMatrix<f64>, place: (usize, usize)) {
     m[place] = 1.0;
 }
 
-/// The estimate for the operator on `rows x cols` matrices that `solve` inverts in place, `adjoint` inverting its
-/// adjoint. Zero if a solution overflows, infinity if the operator is empty.
+/// Estimate for the operator on `rows x cols` matrices: `solve` applies its inverse in place, `adjoint` the inverse of
+/// its adjoint. Zero if a solution overflows, infinity if the operator is empty.
 pub(crate) fn separation(
     rows: usize,
     cols: usize,
@@ -78,14 +79,14 @@ pub(crate) fn separation(
             break;
         }
     }
-    // A matrix on which the iteration above is known to be blind.
+    // Safeguard: a matrix for which the iteration above is known to fail.
     alternate(&mut x);
     solve(&mut x);
     let other = 2.0 * sum(&x) / (3.0 * order as f64);
     inverse(estimate, other)
 }
 
-/// The estimate by three solutions, the matrices one after the other in `x`. As [`separation`] otherwise.
+/// The estimate by three solutions, all stored in `x`. Otherwise as [`separation`].
 pub(crate) fn separation_by_three(
     x: &mut DMatrix<f64>,
     solve: impl Fn(&mut DMatrix<f64>),
@@ -109,13 +110,14 @@ pub(crate) fn separation_by_three(
     inverse(first, sum(x))
 }
 
-/// One over the larger of two lower bounds of a norm, zero where one of them is no number.
+/// Reciprocal of the larger of two lower bounds of a norm; zero if one of them is not finite.
 fn inverse(estimate: f64, other: f64) -> f64 {
     1.0 / if estimate.is_finite() && other.is_finite() { estimate.max(other) } else { f64::INFINITY }
 }
 
 impl Equation {
-    /// How far two eigenvalues, of the left and of the right coefficient, are from making the equation singular.
+    /// Distance from a singular equation for the eigenvalue x of the left and y of the right coefficient: `|x + y|` or
+    /// `|x y - 1|`.
     pub(crate) fn gap(self, x: Complex<f64>, y: Complex<f64>) -> f64 {
         match self {
             Self::Sylvester => (x + y).norm(),
@@ -125,7 +127,7 @@ impl Equation {
 }
 
 impl Equation {
-    /// The pair of eigenvalues with the smallest [`gap`](Self::gap). NaN where there is none.
+    /// The pair of eigenvalues with the smallest [`gap`](Self::gap). NaN if there is none.
     pub(crate) fn closest(self, first: &[Complex<f64>], second: &[Complex<f64>]) -> Closest {
         let pairs = first.iter().flat_map(|&x| second.iter().map(move |&y| (x, y)));
         let closest = pairs.min_by(|x, y| self.gap(x.0, x.1).total_cmp(&self.gap(y.0, y.1)));
@@ -135,7 +137,7 @@ impl Equation {
     }
 }
 
-/// `m := m * up / down` without an intermediate overflow or underflow that the result does not have.
+/// `m := m * up / down` without avoidable intermediate overflow or underflow.
 pub(crate) fn rescale(m: &mut DMatrix<f64>, up: f64, down: f64) {
     if (up >= 1.0) == (down >= 1.0) {
         *m *= up / down;
@@ -145,7 +147,7 @@ pub(crate) fn rescale(m: &mut DMatrix<f64>, up: f64, down: f64) {
     }
 }
 
-/// The Frobenius norm, also where the squares of the entries leave the range.
+/// Frobenius norm, safe if the squares of the entries overflow or underflow.
 pub(crate) fn norm(m: &DMatrix<f64>) -> f64 {
     let scale = unit_scale(m);
     (m * scale).norm() / scale
@@ -164,7 +166,7 @@ mod tests {
         assert_eq!(separation_by_three(&mut DMatrix::zeros(2, 2), solve, solve), 0.5);
         assert_eq!(separation_by_three(&mut DMatrix::zeros(1, 1), |x| *x /= -4.0, |x| *x /= -4.0), 4.0);
         assert_eq!(separation_by_three(&mut DMatrix::zeros(0, 3), solve, solve), f64::INFINITY);
-        // An overflow is no separation.
+        // An overflow gives the separation zero.
         assert_eq!(separation_by_three(&mut DMatrix::zeros(2, 2), |x| x.fill(f64::NAN), solve), 0.0);
         // A full operator: X -> X M, whose inverse has the 1-norm of M^-1 transposed.
         let m = dmatrix![1.0, 2.0, 0.0; 0.0, 1.0, 3.0; -1.0, 0.0, 2.0];

@@ -1,8 +1,8 @@
-//! Singular values and eigenvalues of faer's on one thread.
+//! Singular values and eigenvalues by faer on one thread.
 //!
-//! faer's methods ask a setting of the whole program how many threads there are, as soon as any crate in it has turned
-//! on faer's feature `rayon`; and from orders of some hundreds on the order of a sum is that of the threads. Here the
-//! order is always the same, so that the same matrix has the same answer to the last bit.
+//! faer's functions use a global number of threads if any crate of the program enables faer's feature `rayon`, and for
+//! orders of some hundreds the order of summation then depends on that number. On one thread the same matrix always
+//! gives the same result, bit for bit.
 
 use faer::diag::Diag;
 use faer::dyn_stack::{MemBuffer, MemStack};
@@ -19,7 +19,7 @@ pub(crate) struct Svd {
     pub(crate) v: Mat<f64>,
 }
 
-/// The singular value decomposition. `None` if its iteration does not end, which is not known to happen.
+/// The singular value decomposition. `None` if its iteration does not converge; no such case is known.
 pub(crate) fn svd(m: MatRef<'_, f64>) -> Option<Svd> {
     let (rows, columns) = m.shape();
     let (mut u, mut v) = (Mat::zeros(rows, rows), Mat::zeros(columns, columns));
@@ -32,7 +32,7 @@ pub(crate) fn svd(m: MatRef<'_, f64>) -> Option<Svd> {
     Some(Svd { u, sigma: sigma.column_vector().iter().copied().collect(), v })
 }
 
-/// The singular values, the largest first. `None` as for [`svd`].
+/// Singular values, descending. `None` as for [`svd`].
 pub(crate) fn singular_values<T: ComplexField>(m: MatRef<'_, T>) -> Option<Vec<T::Real>> {
     let (rows, columns) = m.shape();
     let mut sigma = Diag::<T>::zeros(rows.min(columns));
@@ -44,8 +44,8 @@ pub(crate) fn singular_values<T: ComplexField>(m: MatRef<'_, T>) -> Option<Vec<T
     Some(sigma.column_vector().iter().map(real).collect())
 }
 
-/// Eigenvalues, ascending, and orthonormal eigenvectors of a Hermitian matrix, of which the lower triangle is read.
-/// `None` as for [`svd`].
+/// Eigenvalues, ascending, and orthonormal eigenvectors of a Hermitian matrix, given by its lower triangle. `None` as
+/// for [`svd`].
 pub(crate) fn hermitian_eigen<T: ComplexField>(m: MatRef<'_, T>) -> Option<(Vec<T::Real>, Mat<T>)> {
     let n = m.nrows();
     let (mut values, mut vectors) = (Diag::<T>::zeros(n), Mat::zeros(n, n));
@@ -56,7 +56,7 @@ pub(crate) fn hermitian_eigen<T: ComplexField>(m: MatRef<'_, T>) -> Option<(Vec<
     Some((values.column_vector().iter().map(real).collect(), vectors))
 }
 
-/// The eigenvalues alone.
+/// Eigenvalues of a symmetric matrix, ascending. `None` as for [`svd`].
 pub(crate) fn symmetric_eigenvalues(m: MatRef<'_, f64>) -> Option<Vec<f64>> {
     let n = m.nrows();
     let mut values = Diag::zeros(n);

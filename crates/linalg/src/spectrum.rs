@@ -1,9 +1,9 @@
-//! Where the eigenvalues lie: spectra, their extremes, and the extreme eigenvalues of symmetric matrices.
+//! Eigenvalues, spectral abscissa and radius, and eigenvalues of symmetric matrices with their extremes.
 //!
-//! General matrices go through the real Schur form (`schur`), symmetric ones through tridiagonalisation and faer's
-//! bounded symmetric eigensolver. Both are backward stable: each number is exact for a matrix within a small multiple
-//! of `n eps ||A||`. For a symmetric matrix this bounds the error of the eigenvalue itself by the same number (Weyl);
-//! for a general one the error is that times the eigenvalue's condition, which for a defective eigenvalue is unbounded.
+//! General matrices use the real Schur form (`schur`), symmetric ones tridiagonalisation and faer's symmetric
+//! eigensolver. Both are backward stable: each eigenvalue is exact for a matrix within a small multiple of
+//! `n eps ||A||`. For a symmetric matrix this bounds the error of the eigenvalue (Weyl); for a general one the error is
+//! this times the condition number of the eigenvalue, which is infinite for a defective one.
 
 use crate::argument::{RealMatrixView, owned, symmetric, unit_scale};
 use crate::{LinalgError, Result, SchurWorkspace, sequential};
@@ -71,7 +71,7 @@ pub fn spectral_radius<'a>(a: impl Into<RealMatrixView<'a>>) -> Result<f64> {
 ///
 /// # Errors
 /// [`LinalgError::NotSquare`], [`LinalgError::NotFinite`], [`LinalgError::NotSymmetric`] (an asymmetry beyond the
-/// rounding of a matrix product); [`LinalgError::NotConverged`] (not known to happen).
+/// rounding of a matrix product); [`LinalgError::NotConverged`] (no such case is known).
 pub fn symmetric_eigenvalues(m: &DMatrix<f64>) -> Result<Vec<f64>> {
     let m = symmetric("m", m)?;
     eigenvalues_of_symmetric(&m)
@@ -97,8 +97,8 @@ pub(crate) fn eigenvalues_of_symmetric(m: &DMatrix<f64>) -> Result<Vec<f64>> {
     Ok(values)
 }
 
-/// Smallest eigenvalue of the symmetric matrix `m`, with an error of at most a small multiple of `n eps ||m||`. For a
-/// proof of definiteness, which no floating-point eigenvalue is, see the crate `luenberger-proof`.
+/// Smallest eigenvalue of the symmetric matrix `m`, with an error of at most a small multiple of `n eps ||m||`. It is
+/// no proof of definiteness; for that see the crate `luenberger-proof`.
 ///
 /// # Errors
 /// Those of [`symmetric_eigenvalues`]; [`LinalgError::Empty`] for order zero.
@@ -143,7 +143,7 @@ mod tests {
     proptest! {
         #![proptest_config(ProptestConfig::with_cases(64))]
 
-        /// Weyl and Rayleigh: the extreme eigenvalues bound every Rayleigh quotient, whatever the units of the matrix.
+        /// Weyl and Rayleigh: the extreme eigenvalues bound every Rayleigh quotient, at every scale of the matrix.
         #[test]
         fn rayleigh_quotients_lie_between_the_extremes(
             (n, data, v) in (1..=8_usize).prop_flat_map(|n| (

@@ -8,9 +8,9 @@
 //! ```
 //!
 //! For one input this is the Hessenberg form. For the observability of `(A, C)` take `F = A'`, `G = C'`: the last
-//! columns of `Q` span the unobservable subspace. Ranks are decided by QR with column pivoting, pivots at or below
-//! `tolerance` being zero: backward stable, as every step is orthogonal (Paige, IEEE TAC 26, 1981; Varga, Electronics
-//! Letters 1981; SLICOT AB01ND). 10 n^3 flops at most.
+//! columns of `Q` span the unobservable subspace. Ranks are determined by QR with column pivoting; pivots at or below
+//! `tolerance` count as zero. Backward stable, as every step is orthogonal (Paige, IEEE TAC 26, 1981; Varga,
+//! Electronics Letters 1981; SLICOT AB01ND). At most 10 n^3 flops.
 
 use nalgebra::DMatrix;
 
@@ -23,7 +23,7 @@ pub(crate) struct Staircase {
     pub(crate) f: DMatrix<f64>,
     /// `Q'G`, the entries below the first stair exactly zero.
     pub(crate) g: DMatrix<f64>,
-    /// Order of the reachable part.
+    /// Order of the controllable part.
     pub(crate) rank: usize,
 }
 
@@ -35,7 +35,7 @@ impl Staircase {
         let mut block = s.g.clone();
         let mut stair = s.compress(&mut block, tolerance);
         s.g.copy_from(&block);
-        // Each turn adds at least one to the rank.
+        // Each pass increases the rank by at least one.
         while stair > 0 {
             let before = s.rank;
             s.rank += stair;
@@ -50,21 +50,21 @@ impl Staircase {
         s
     }
 
-    /// An estimate, from below but for a factor of some ten, of the smallest singular value of `[G, F - lambda I]` over
-    /// all eigenvalues lambda of F; zero if a row has no pivot.
+    /// Estimate of `min sigma_min([G, F - lambda I])` over the eigenvalues lambda of F, at most about ten times too
+    /// large; zero if a row has no pivot.
     ///
-    /// The columns in which the stairs have their pivots make an upper triangle `R(lambda)` with the pivots for its
-    /// diagonal; lambda is above it, so that `R^-1` is a polynomial in lambda of degree below n. What it is on the
-    /// spectrum, it is at most on a circle around the spectrum (maximum principle), and there at most three times what
-    /// it is at n points (the Lebesgue constant of the roots of unity), of which half are conjugate to the others. At
-    /// each point one generic right-hand side is solved for. The radius is `|(F - c I)^8|^(1/8)`. `7 n^3` flops.
+    /// The columns in which the stairs have their pivots form an upper triangular `R(lambda)` with the pivots on its
+    /// diagonal; lambda occurs above it only, so `R^-1` is a polynomial in lambda of degree below n. On the spectrum it
+    /// is at most its maximum on a circle around the spectrum (maximum principle), and that is at most three times its
+    /// maximum at n points (the Lebesgue constant of the roots of unity); half of these are conjugates of the others.
+    /// At each point one generic right-hand side is solved for. The radius is `|(F - c I)^8|^(1/8)`. `7 n^3` flops.
     ///
-    /// On the circle `R^-1` grows with n where it does not on the spectrum, like `e^(n/2)` for random matrices: orders
-    /// beyond thirty or so seem nearer to unreachable than they are.
+    /// On the circle `R^-1` can grow with n although it does not on the spectrum, like `e^(n/2)` for random matrices:
+    /// for orders beyond about thirty the pair seems nearer to uncontrollable than it is.
     pub(crate) fn least_margin(&self) -> f64 {
         let (n, m) = self.g.shape();
         let column = |j: usize| if j < m { self.g.column(j) } else { self.f.column(j - m) };
-        // The pivot of a row is in a column whose last entry it is; where there is a choice, the largest.
+        // The pivot of a row is the last nonzero entry of its column; of several candidates, the largest.
         let mut pivots: Vec<Option<(usize, f64)>> = vec![None; n];
         for j in 0..m + n {
             let Some(last) = column(j).iter().rposition(|x| *x != 0.0) else { continue };
@@ -116,7 +116,7 @@ impl Staircase {
         if largest.is_finite() && largest > 0.0 { 1.0 / largest } else { 0.0 }
     }
 
-    /// Reflects the rows `rank..` so that `block` (these rows) is nonzero in its first r rows only; returns r.
+    /// Reflects the rows `rank..`, given in `block`, so that only the first r of them are nonzero; returns r.
     fn compress(&mut self, block: &mut DMatrix<f64>, tolerance: f64) -> usize {
         let Self { q, f, rank, .. } = self;
         compress_rows(block, tolerance, |reflection, row| {
@@ -128,9 +128,9 @@ impl Staircase {
     }
 }
 
-/// Reflects the rows of `block` so that its first r rows have full rank and the others are exactly zero, columns with
-/// the largest pivots first, pivots at or below `tolerance` being zero. Each reflection is handed to `act` with the
-/// first row it acts on. Returns r.
+/// Reflects the rows of `block` so that its first r rows have full rank and the others are exactly zero, with column
+/// pivoting; pivots at or below `tolerance` count as zero. `act` receives each reflection with the first row it acts
+/// on. Returns r.
 pub(crate) fn compress_rows(
     block: &mut DMatrix<f64>,
     tolerance: f64,
@@ -162,14 +162,14 @@ pub(crate) fn compress_rows(
     r
 }
 
-/// `I - tau v v'`, `tau = 2/v'v`. Not normalised: on small integers it stays exact.
+/// `I - tau v v'`, `tau = 2/v'v`. Not normalised, so that it is exact for small integers.
 pub(crate) struct Reflection {
     v: nalgebra::DVector<f64>,
     tau: f64,
 }
 
 impl Reflection {
-    /// The reflection that takes `x` to a multiple of the first unit vector; the identity if it is one.
+    /// The reflection that maps `x` to a multiple of the first unit vector; the identity if `x` is such a multiple.
     fn onto_first(x: &nalgebra::DVector<f64>) -> Self {
         let mut v = x.clone();
         // Squares of entries below 1e-154 would underflow.
@@ -185,7 +185,7 @@ impl Reflection {
         Self { v, tau }
     }
 
-    /// Rows `first..` of `m`.
+    /// Applies the reflection to the rows `first..` of `m`.
     pub(crate) fn act_on_rows(&self, m: &mut DMatrix<f64>, first: usize) {
         let rows = m.nrows();
         if self.tau == 0.0 || rows == 0 {
@@ -199,7 +199,7 @@ impl Reflection {
         }
     }
 
-    /// Columns `first..` of `m`.
+    /// Applies the reflection to the columns `first..` of `m`.
     pub(crate) fn act_on_columns(&self, m: &mut DMatrix<f64>, first: usize) {
         let rows = m.nrows();
         if self.tau == 0.0 || rows == 0 {
@@ -217,7 +217,7 @@ impl Reflection {
     }
 }
 
-/// `x'y`, in four sums that do not wait for each other.
+/// `x'y`, in four independent sums.
 pub(crate) fn dot(x: &[f64], y: &[f64]) -> f64 {
     let (x, y) = (x.chunks_exact(4), y.chunks_exact(4));
     let rest: f64 = x.remainder().iter().zip(y.remainder()).map(|(x, y)| x * y).sum();
@@ -230,7 +230,7 @@ pub(crate) fn dot(x: &[f64], y: &[f64]) -> f64 {
     (sums[0] + sums[1]) + (sums[2] + sums[3]) + rest
 }
 
-/// `x - factor y`.
+/// `x := x - factor y`.
 pub(crate) fn subtract(x: &mut [f64], factor: f64, y: &[f64]) {
     for (x, y) in x.iter_mut().zip(y) {
         *x -= factor * y;
@@ -283,14 +283,14 @@ mod tests {
         assert_eq!(Staircase::new(&DMatrix::zeros(0, 0), &DMatrix::zeros(0, 2), 0.0).rank, 0);
     }
 
-    /// With one input and with several it stays below ten times `min sigma_min([G, F - lambda I])` over the
-    /// eigenvalues, and is seen to be small where that is.
+    /// For one input and for several: the estimate stays below ten times `min sigma_min([G, F - lambda I])` over the
+    /// eigenvalues, and is small where that is small.
     #[test]
     fn the_least_margin_is_no_more_than_ten_times_the_margin() {
         for (n, m, weak) in
             [(1, 1, 1.0), (2, 1, 1.0), (5, 1, 1.0), (5, 2, 1e-9), (7, 3, 1.0), (4, 6, 1.0), (8, 1, 1e-9)]
         {
-            // The last state is fed through one entry alone, and feeds itself.
+            // The last state is driven through one entry only, and by itself.
             let f = DMatrix::from_fn(n, n, |i, j| match ((3 * i + 7 * j * j + 5 * i * j + 2) as f64).sin() {
                 x if i + 1 == n && j + 1 < n => weak * x,
                 x => x,
@@ -314,7 +314,7 @@ mod tests {
             assert!(estimate <= 10.0 * smallest, "n = {n}, m = {m}: {estimate:e} > 10 * {smallest:e}");
             assert!(estimate >= 1e-7 * smallest, "n = {n}, m = {m}: {estimate:e} says nothing of {smallest:e}");
         }
-        // Without a pivot in each row there is none.
+        // If a row has no pivot, the margin is zero.
         let unreachable = Staircase::new(&DMatrix::identity(2, 2), &DMatrix::from_element(2, 1, 1.0), 1e-14);
         assert_eq!(unreachable.least_margin(), 0.0);
     }

@@ -13,31 +13,30 @@ use crate::forward_error::{ErrorScale, forward_error};
 use crate::schur_operator::{Kind, SchurEquation};
 use nalgebra::{Complex, DMatrix};
 
-/// Solution of `A'P A - P + Q = 0` with its evidence.
+/// Solution of `A'P A - P + Q = 0` with residual, separation and condition.
 ///
-/// Where the equation had to be solved in balanced units of the state (see [`stein()`]), residual, separation and
-/// condition are in these units; [`forward_error`](Self::forward_error) is in those of `p`.
+/// If the equation was solved in balanced units of the state (see [`stein()`]), residual, separation and condition are
+/// in those units; [`forward_error`](Self::forward_error) is in the units of `p`.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Stein {
     /// The solution, exactly symmetric.
     pub p: DMatrix<f64>,
     /// `||A'P A - P + Q|| / ((||A||^2 + 1) ||P|| + ||Q||)` in the Frobenius norm.
     pub residual: f64,
-    /// The separation, `min ||A'X A - X|| / ||X||`. For Schur-stable `A` in the spectral norm, where it is `1 / ||H||`
-    /// with `A'H A - H + I = 0`; the number is `1 / ||H||_F`, not above it and at most sqrt(n) below. Otherwise with
-    /// the sum of the absolute entries for norm, in the coordinates of the Schur form, and an estimate from above,
-    /// seldom more than three times too large.
+    /// Separation `min ||A'X A - X|| / ||X||`. For Schur-stable `A`, in the spectral norm, it is `1 / ||H||` with
+    /// `A'H A - H + I = 0`; the value returned is `1 / ||H||_F`, too small by at most a factor of sqrt(n). Otherwise
+    /// the norm is the sum of the absolute entries in the coordinates of the Schur form, and the value is an estimate
+    /// from above, seldom more than three times too large.
     pub separation: f64,
-    /// `(||A||^2 + 1) / separation`: about how much `P` may change, relative to its norm, for a unit relative change of
+    /// Condition number `(||A||^2 + 1) / separation`: to first order, the relative change of `P` per relative change of
     /// the data. The relative error of `P` is at most about this times `n eps`; often it is far smaller.
     pub condition: f64,
-    /// The factor from an error in the norm of the separation to one of `p` in Frobenius' and the user's units.
+    /// Factor from an error in the norm of the separation to one of `p` in the Frobenius norm and the user's units.
     spread: ErrorScale,
 }
 
 impl Stein {
-    /// A bound of the relative error of `P` to first order, as
-    /// [`Lyapunov::forward_error`](crate::Lyapunov::forward_error).
+    /// First-order bound of the relative error of `P`, as [`Lyapunov::forward_error`](crate::Lyapunov::forward_error).
     pub fn forward_error(&self) -> f64 {
         forward_error(self.residual, self.condition, self.p.nrows(), self.spread)
     }
@@ -47,7 +46,7 @@ impl Stein {
     }
 }
 
-/// The solution alone, for iterations that need no evidence; `None` if the equation is singular to working precision.
+/// The solution without residual and condition; `None` if the equation is singular to working precision.
 pub(crate) fn stein_step(a: &DMatrix<f64>, q: &DMatrix<f64>) -> Result<Option<DMatrix<f64>>> {
     SchurEquation::step(Kind::Stein, a, q)
 }
@@ -75,9 +74,9 @@ impl SteinEquation {
         SchurEquation::new(Kind::Stein, a).map(Self)
     }
 
-    /// Becomes the equation for `a`, in the memory that is there: with a Schur stable `a` of the same order nothing is
-    /// allocated, unless the state has to be balanced. After an error it is the equation of no `a`, and solutions are
-    /// errors until the next `refactor`.
+    /// Replaces the equation by that for `a`, in the same memory: with a Schur-stable `a` of the same order nothing is
+    /// allocated, unless the state has to be balanced. After an error, solutions are errors until the next successful
+    /// `refactor`.
     /// # Errors
     /// As [`new`](Self::new).
     pub fn refactor(&mut self, a: &DMatrix<f64>) -> Result<()> {
@@ -90,14 +89,14 @@ impl SteinEquation {
     /// [`LinalgError::NotFinite`](crate::LinalgError::NotFinite),
     /// [`LinalgError::NotSymmetric`](crate::LinalgError::NotSymmetric),
     /// [`LinalgError::Overflow`](crate::LinalgError::Overflow);
-    /// [`LinalgError::UndecidedEquation`](crate::LinalgError::UndecidedEquation) where the separation is rounding and
-    /// refinement does not converge for this `q`.
+    /// [`LinalgError::UndecidedEquation`](crate::LinalgError::UndecidedEquation) if the separation is at rounding level
+    /// and refinement does not converge for this `q`.
     pub fn solve(&mut self, q: &DMatrix<f64>) -> Result<Stein> {
         shaped("q", q, self.0.order(), self.0.order())?;
         self.solve_symmetric(symmetric("q", q)?)
     }
 
-    /// For an exactly symmetric matrix of the right order.
+    /// The solution for an exactly symmetric matrix of the right order, given in `p`.
     fn solve_symmetric(&mut self, mut p: DMatrix<f64>) -> Result<Stein> {
         let residual = self.0.solve_in_place(&mut p)?;
         let spread = self.0.spread(&p);
@@ -131,8 +130,8 @@ impl SteinEquation {
         self.0.is_stable()
     }
 
-    /// `min ||A'X A - X||_1 / ||X||_1`, entries summed, in the coordinates of the Schur form: an estimate from above by
-    /// at most eleven substitutions.
+    /// Separation `min ||A'X A - X||_1 / ||X||_1`, entries summed, in the coordinates of the Schur form: an estimate
+    /// from above by at most eleven substitutions.
     pub fn separation_estimate(&self) -> f64 {
         self.0.estimated_separation_in_units()
     }
@@ -140,19 +139,19 @@ impl SteinEquation {
 
 /// Solves `A'P A - P + Q = 0` for symmetric `P`.
 ///
-/// `a` and `q` are n x n, `q` symmetric (of either sign). A unique `P` exists iff `lambda_i lambda_j != 1` for all
-/// eigenvalues of `a`. Singular `a` is allowed. Where it makes the largest entry of `a` a thousand times smaller, or
-/// where `P` seems not to exist otherwise, the equation is solved in units of the state (powers of two) in which rows
-/// and columns of `a` are of equal size. About 32 n^3 flops for `P`, and at most 33 n^3 for the separation.
+/// `a` and `q` are n x n, `q` symmetric (definite or not). A unique `P` exists iff `lambda_i lambda_j != 1` for all
+/// eigenvalues of `a`. Singular `a` is allowed. The equation is solved in balanced units of the state (powers of two,
+/// rows and columns of `a` of equal size) if that makes the largest entry of `a` a thousand times smaller, or if the
+/// equation seems singular otherwise. About 32 n^3 flops for `P`, and at most 33 n^3 for the separation.
 ///
 /// # Errors
-/// [`LinalgError::SingularEquation`](crate::LinalgError::SingularEquation) names two eigenvalues that multiply to one:
-/// the determinant of the equation is zero for `a` as stored, computed in integers;
-/// [`LinalgError::UndecidedEquation`](crate::LinalgError::UndecidedEquation) when a pivot of the substitution vanishes
-/// against its rounding or the separation is not above `n eps max(1, ||A||)`, and refinement does not converge (see
+/// [`LinalgError::SingularEquation`](crate::LinalgError::SingularEquation) names two eigenvalues whose product is one:
+/// the determinant of the equation is zero for `a` as stored, computed in exact integer arithmetic;
+/// [`LinalgError::UndecidedEquation`](crate::LinalgError::UndecidedEquation) if a pivot of the substitution is at
+/// rounding level or the separation is at most `n eps max(1, ||A||)`, and refinement does not converge (see
 /// [`lyapunov()`](crate::lyapunov())); [`LinalgError::NotSymmetric`](crate::LinalgError::NotSymmetric) names the entry
-/// of `q` that differs from its mirror image; [`LinalgError::Overflow`](crate::LinalgError::Overflow) if `a` has
-/// entries beyond 2^250, whose products leave the range, or `P` does;
+/// of `q` that differs from its mirror image; [`LinalgError::Overflow`](crate::LinalgError::Overflow) if entries of `a`
+/// exceed 2^250 or `P` overflows;
 /// [`LinalgError::NotSquare`](crate::LinalgError::NotSquare),
 /// [`LinalgError::DimensionMismatch`](crate::LinalgError::DimensionMismatch),
 /// [`LinalgError::NotFinite`](crate::LinalgError::NotFinite), and those of [`schur()`](crate::schur()).

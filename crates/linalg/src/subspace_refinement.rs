@@ -1,16 +1,15 @@
-//! The unobservable subspace to working accuracy: a Newton step for the last columns of a staircase.
+//! Refinement of the unobservable subspace to working accuracy: Newton's method for the last columns of a staircase.
 //!
-//! A small stair that counts magnifies the rounding of the stairs before it, and where a stair was taken as noise its
-//! size is what the subspace is off. With `Q = [W V]` the staircase's and V its last columns, put
+//! A small stair amplifies the rounding errors of the stairs before it; a small stair taken as zero gives the subspace
+//! an error of its size. Let `Q = [W V]` be the orthogonal matrix of the staircase, V its last columns, and
 //! ```text
 //! Q'A Q = [A11 A12]    C Q = [C1 C2],    V+ = V + W Z,
 //!         [A21 A22]
-//! ```
-//! V+ spans an invariant subspace that C does not see iff `A11 Z - Z A22 = -A12 + Z A21 Z` and `C1 Z = -C2`. Without
-//! the quadratic term that is linear, and its solution squares the error (Stewart, SIAM Review 15, 1973; Demmel,
-//! Computing 38, 1987). The Sylvester equation alone would be singular where A11 and A22 share an eigenvalue; with the
-//! rows of C it has full column rank, because the pair (A11, C1) is observable, and is solved by least squares, column
-//! by column along the Schur form of A22: `4 k r^3` flops for k columns and rank r.
+//! V+ spans an unobservable invariant subspace iff `A11 Z - Z A22 = -A12 + Z A21 Z` and `C1 Z = -C2`. Without the
+//! quadratic term this is linear, and its solution converges quadratically (Stewart, SIAM Review 15, 1973; Demmel,
+//! Computing 38, 1987). The Sylvester equation alone is singular if A11 and A22 share an eigenvalue; with the rows of C
+//! it has full column rank, because the pair (A11, C1) is observable. It is solved by least squares, column by column
+//! along the Schur form of A22: `4 k r^3` flops for k columns and rank r.
 
 use nalgebra::{DMatrix, QR};
 
@@ -18,11 +17,11 @@ use crate::Result;
 use crate::schur::schur;
 use crate::staircase::Staircase;
 
-/// Newton steps: the error 1e-8 that a stair taken as noise may leave takes one, an ill-conditioned subspace another.
+/// Newton steps: one for the error of about 1e-8 of a stair taken as zero, another for an ill-conditioned subspace.
 const STEPS: usize = 3;
 
-/// Betters the last columns of `staircase.q`, which is that of `(A', C')`, until `[A V - V (V'A V); C V]` is rounding,
-/// `n eps size`, or a step gains nothing.
+/// Refines the last columns of `staircase.q`, the staircase of `(A', C')`, until `[A V - V (V'A V); C V]` is at most
+/// `n eps size`, or a step brings no improvement.
 pub(crate) fn refine(staircase: &mut Staircase, a: &DMatrix<f64>, c: &DMatrix<f64>, size: f64) -> Result<()> {
     let (n, r) = (a.nrows(), staircase.rank);
     if r == 0 || r == n {
@@ -35,7 +34,7 @@ pub(crate) fn refine(staircase: &mut Staircase, a: &DMatrix<f64>, c: &DMatrix<f6
         }
         let Some(z) = seen.step()? else { return Ok(()) };
         let (w, v) = (staircase.q.columns(0, r), staircase.q.columns(r, n - r));
-        // The two groups of columns are orthogonal to each other, so that QR orthogonalises each within itself.
+        // The two groups of columns are orthogonal to each other, so QR orthogonalises each separately.
         let mut moved = DMatrix::zeros(n, n);
         moved.columns_mut(0, n - r).copy_from(&(v + w * &z));
         moved.columns_mut(n - r, r).copy_from(&(w - v * z.transpose()));
@@ -58,7 +57,7 @@ pub(crate) fn refine(staircase: &mut Staircase, a: &DMatrix<f64>, c: &DMatrix<f6
     Ok(())
 }
 
-/// The pair in the coordinates of Q.
+/// The pair `(A, C)` in the coordinates of Q.
 struct Split {
     a11: DMatrix<f64>,
     a12: DMatrix<f64>,
@@ -79,7 +78,7 @@ impl Split {
         self.a12.norm().hypot(self.c2.norm())
     }
 
-    /// `A11 Z - Z A22 = -A12`, `C1 Z = -C2` in the sense of least squares; `None` where it has no finite solution.
+    /// Least-squares solution of `A11 Z - Z A22 = -A12`, `C1 Z = -C2`; `None` if it is not finite.
     fn step(&self) -> Result<Option<DMatrix<f64>>> {
         let (r, k, p) = (self.a11.nrows(), self.a22.nrows(), self.c1.nrows());
         let form = schur(&self.a22)?;
@@ -122,10 +121,11 @@ impl Split {
 mod tests {
     use super::*;
 
-    /// A subspace turned away by 1e-6 comes back to rounding, also where a hidden eigenvalue is a visible one as well.
+    /// A subspace with an error of 1e-6 is restored to rounding level, also if an unobservable eigenvalue is observable
+    /// too.
     #[test]
     fn a_subspace_that_is_off_is_brought_back() {
-        // Two visible states with the eigenvalues -1, -2, three hidden ones with -1 and 1 +- 2i; only C keeps Z unique.
+        // Two observable states with eigenvalues -1, -2, three unobservable with -1, 1 +- 2i; only C makes Z unique.
         let a = DMatrix::from_row_slice(
             5,
             5,
@@ -145,7 +145,7 @@ mod tests {
         let q = &staircase.q;
         assert!(Split::new(&a, &c, q, 2).residual() < 5.0 * f64::EPSILON * size);
         assert!((q.transpose() * q - DMatrix::identity(5, 5)).norm() < 1e-14);
-        // The hidden block, transposed as the staircase of A' has it, has the hidden eigenvalues.
+        // The unobservable block (transposed in the staircase of A') has the unobservable eigenvalues.
         let block = staircase.f.view((2, 2), (3, 3)).into_owned();
         assert!((block.trace() - 1.0).abs() < 1e-13 && (block.determinant() + 5.0).abs() < 1e-12);
     }

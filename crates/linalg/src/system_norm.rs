@@ -1,35 +1,34 @@
-//! The H2 and the H-infinity norm of `x' = A x + B w`, `z = C x + D w` (D = 0 for H2), or of `x+ = A x + B w`.
+//! H2 and H-infinity norms of `x' = A x + B w`, `z = C x + D w` (D = 0 for H2) and of `x+ = A x + B w`.
 //!
-//! **H2**: `tr B'QB` with `A'Q + Q A + C'C = 0` (in discrete time `A'QA - Q + C'C = 0`) is its square.
+//! **H2**: `||G||_2^2 = tr(B'QB)` with `A'Q + Q A + C'C = 0` (in discrete time `A'QA - Q + C'C = 0`).
 //!
-//! **H-infinity**: the largest of the largest singular values of `C(jw I - A)^-1 B + D`. For gamma above the norm of D
-//! some singular value at w is gamma iff `jw` is an eigenvalue of the Hamiltonian matrix
+//! **H-infinity**: the maximum over w of the largest singular value of `C(jw I - A)^-1 B + D`. For gamma above the norm
+//! of D, gamma is a singular value at the frequency w iff `jw` is an eigenvalue of the Hamiltonian matrix
 //! ```text
 //! [A + B R^-1 D'C           B R^-1 B'            ]
 //! [-C'(I + D R^-1 D')C      -(A + B R^-1 D'C)'   ],    R = gamma^2 I - D'D.
 //! ```
-//! The two-step method of N. A. Bruinsma and M. Steinbuch, Systems & Control Letters 14, 1990: from the largest value
-//! found so far, a little more is tried; imaginary eigenvalues bound the frequencies with larger values, and the
-//! middles of these intervals are tried next. In discrete time the bilinear transformation `z = (1 + s)/(1 - s)` comes
-//! first, which keeps the norm.
+//! Two-step method of N. A. Bruinsma and M. Steinbuch, Systems & Control Letters 14, 1990: gamma is set slightly above
+//! the largest value found so far; the imaginary eigenvalues bound the frequency intervals with larger values, and the
+//! midpoints of these intervals are evaluated next. In discrete time the bilinear transformation `z = (1 + s)/(1 - s)`
+//! is applied first, which keeps the norm.
 
 use nalgebra::{Complex, DMatrix};
 
 use crate::argument::symmetric_part;
 use crate::{LinalgError, Result, eigenvalues, lyapunov, stein};
 
-/// How far beyond the largest value found the norm may be, relative.
+/// Relative gap allowed between the returned value and the norm.
 const CLOSENESS: f64 = 1e-9;
 const ITERATIONS: usize = 40;
 
 /// The H-infinity norm of a system.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct HInfinityNorm {
-    /// The largest singular value found, which is attained; the norm is larger by a part in 10^9 at most, up to
-    /// rounding.
+    /// The largest singular value found. It is attained; the norm is at most larger by a relative 1e-9, up to rounding.
     pub norm: f64,
-    /// The frequency at which it is attained, in radians per unit of time; infinite for the norm of D. In discrete time
-    /// an angle from 0 to pi.
+    /// Frequency at which it is attained, in radians per unit of time; infinite for the norm of D. In discrete time an
+    /// angle in radians per sample, from 0 to pi.
     pub frequency: f64,
 }
 
@@ -120,7 +119,7 @@ pub fn h_infinity_norm(
         hamiltonian.view_mut((0, n), (n, n)).copy_from(&corner);
         hamiltonian.view_mut((n, 0), (n, n)).copy_from(&lower);
         hamiltonian.view_mut((n, n), (n, n)).copy_from(&-first.transpose());
-        // Near the maximum two eigenvalues meet at the axis, and rounding moves them by its root.
+        // Near the maximum two eigenvalues meet on the axis: rounding moves them by the square root of eps.
         let near = 1e-7 * scale.max(hamiltonian.norm() * 1e-3);
         let mut crossings: Vec<f64> =
             eigenvalues(&hamiltonian)?.iter().filter(|z| z.re.abs() <= near && z.im >= 0.0).map(|z| z.im).collect();

@@ -1,19 +1,18 @@
-//! Units in which a pair `(A, C)` is best read: powers of two for each state, each output and for time.
+//! Balanced units of a pair (A, C): powers of two for each state, each output and for time.
 //!
-//! A plant in volts and nanometres has entries 24 decades apart, and says nothing else than the same plant in volts and
-//! metres. With `x = D z`, `y = R w` and time in units of `2^-t`, the pair becomes `(2^-t D^-1 A D, R^-1 C D)`.
-//! `D, R, t` are chosen so that the logarithms of the nonzero entries are as near to zero as they can be in the sense
-//! of the sum of absolute values:
+//! A plant in volts and nanometres has entries 24 decades apart and is the same plant as in volts and metres. With
+//! `x = D z`, `y = R w` and time in units of `2^-t`, the pair becomes `(2^-t D^-1 A D, R^-1 C D)`. `D, R, t` minimise
+//! the sum of the absolute logarithms of the nonzero entries:
 //!
 //! ```text
 //! minimise   sum_{a_ij != 0} | log2|a_ij| + d_j - d_i - t |  +  sum_{c_kj != 0} | log2|c_kj| + d_j - r_k |
 //! ```
 //!
-//! Of the minimiser only `D` is kept; `t` and `R` then bring the largest entry of `A` and of each row of `C` to one.
-//! All of it moves with the units of the data, so that whatever is decided afterwards does not depend on them. Least
-//! squares (Curtis and Reid, J. Inst. Maths Applics 10, 1972) would do that too; absolute values let the majority of
-//! entries outvote the few that are rounding noise. Method: iteratively reweighted least squares, which is equivariant
-//! step by step, in a limited number of steps.
+//! Only `D` is taken from the minimiser; `t` and `R` then bring the largest entry of `A` and of each row of `C` to
+//! about one. The result changes with the units of the data, so that later decisions do not depend on those units.
+//! Least squares (Curtis and Reid, J. Inst. Maths Applics 10, 1972) has this property too, but absolute values are
+//! robust against a minority of entries that are rounding noise. Method: iteratively reweighted least squares,
+//! equivariant in each step, with a bounded number of steps.
 
 use nalgebra::DMatrix;
 
@@ -25,16 +24,15 @@ pub(crate) struct Units {
     pub(crate) time: i32,
 }
 
-/// Most reweighting steps. Ten bring the weights to rest on dense data; the choice only shapes the units, it is no
-/// accuracy.
+/// Maximum number of reweighting steps. About ten reach a fixed point on dense data; the choice affects the units, not
+/// the accuracy.
 const STEPS: usize = 12;
-/// A step that moves no unknown further than this is the last: they are powers of two, and rounded to whole ones. Two
-/// or three steps on dense data.
+/// The iteration stops if no unknown moves further than this: the unknowns are exponents, rounded to integers
+/// afterwards. Two or three steps on dense data.
 const SETTLED: f64 = 0.2;
-/// Keeps the normal equations definite along the directions that change no entry (all units of one connected part at
-/// once).
+/// Keeps the normal equations definite in directions that change no entry (all units of one connected part together).
 const RIDGE: f64 = 1e-10;
-/// No unit of a state is stretched beyond this power, which is safe from overflow.
+/// Exponents of the units are limited to this size, which is safe from overflow.
 const LARGEST: f64 = 900.0;
 
 impl Units {
@@ -43,7 +41,7 @@ impl Units {
         Self { state: vec![0; states], output: vec![0; outputs], time: 0 }
     }
 
-    /// The best units of `(a, c)`, n x n and p x n, both finite; O((n + p)^3).
+    /// Balanced units of `(a, c)`, n x n and p x n, both finite; O((n + p)^3).
     pub(crate) fn of(a: &DMatrix<f64>, c: &DMatrix<f64>) -> Self {
         let (n, p) = (a.nrows(), c.nrows());
         let Some(best) = fit(&Logarithms::of(a, c), n, p) else { return Self::given(n, p) };
@@ -52,7 +50,7 @@ impl Units {
         let power = |x: f64| x.clamp(-LARGEST, LARGEST).round() as i32;
         let mut units = Self::given(n, p);
         units.state = (0..n).map(|j| power(best[j] - centre)).collect();
-        // Time and outputs only have to be of the size of their largest entries: the majority may well be noise.
+        // Time and outputs are scaled by their largest entries only, since the other entries may be noise.
         let largest = |size: f64| if size > 0.0 && size.is_finite() { size.log2().round() as i32 } else { 0 };
         units.time = largest(units.dynamics(a).amax());
         let seen = units.outputs(c);
@@ -72,7 +70,7 @@ impl Units {
         DMatrix::from_fn(c.nrows(), c.ncols(), |k, j| shift(c[(k, j)], self.state[j] - self.output[k]))
     }
 
-    /// Decimal-free measure of how much the units differ: the largest ratio of two of them, as a power of two.
+    /// Largest ratio of two units, as a power of two: zero if the units are those given, up to a common factor.
     pub(crate) fn spread(&self) -> i32 {
         spread(&self.state).max(spread(&self.output))
     }
@@ -83,7 +81,7 @@ pub(crate) fn spread(powers: &[i32]) -> i32 {
     powers.iter().max().unwrap_or(&0) - powers.iter().min().unwrap_or(&0)
 }
 
-/// `x 2^power` without overflow on the way.
+/// `x 2^power` without intermediate overflow.
 pub(crate) fn shift(x: f64, power: i32) -> f64 {
     if (-1022..=1023).contains(&power) {
         return x * f64::from_bits(((power + 1023) as u64) << 52);
@@ -95,8 +93,7 @@ pub(crate) fn shift(x: f64, power: i32) -> f64 {
     x * 2f64.powi(half) * 2f64.powi(power - half)
 }
 
-/// The logarithms of `[A; C]`, columns one after the other, and for each of them whether it counts: one or, of a zero,
-/// none.
+/// Logarithms of `[A; C]`, column by column, and the weight of each entry: one, or zero for a zero entry.
 struct Logarithms {
     sizes: Vec<f64>,
     counts: Vec<f64>,
@@ -115,13 +112,13 @@ fn fit(entries: &Logarithms, n: usize, p: usize) -> Option<Vec<f64>> {
     let (size, time, rows) = (n + p + 1, n + p, n + p);
     let (mut unknowns, mut right, mut normal) = (vec![0.0; size], vec![0.0; size], vec![0.0; size * size]);
     let (mut taken, mut weights) = (vec![0.0; rows], vec![0.0; rows * n]);
-    // For each row the sums of its weights and of its weighted logarithms.
+    // For each row: the sum of its weights and of its weighted logarithms.
     let (mut weight, mut moment, mut terms) = (vec![0.0; rows], vec![0.0; rows], vec![0.0; rows]);
     for step in 0..STEPS {
         for x in [&mut normal, &mut right, &mut weight, &mut moment] {
             x.fill(0.0);
         }
-        // Of an entry of column j, d_j is added to its logarithm, and this is taken from it.
+        // The residual of an entry in column j is its logarithm plus d_j minus `taken` of its row.
         taken.copy_from_slice(&unknowns[..rows]);
         taken[..n].iter_mut().for_each(|x| *x += unknowns[time]);
         for (j, weights) in weights.chunks_exact_mut(rows.max(1)).enumerate() {
@@ -133,7 +130,7 @@ fn fit(entries: &Logarithms, n: usize, p: usize) -> Option<Vec<f64>> {
                     *w = count / (log + unknowns[j] - taken).abs().max(1.0);
                 }
             }
-            // The diagonal entry of A tells of time alone.
+            // The diagonal entries of A determine the unit of time only.
             let own = core::mem::take(&mut weights[j]);
             normal[time * size + time] += own;
             right[time] += own * logs[j];
@@ -151,7 +148,7 @@ fn fit(entries: &Logarithms, n: usize, p: usize) -> Option<Vec<f64>> {
                 *moment += term;
             }
         }
-        // The lower triangle is enough.
+        // Only the lower triangle is needed.
         for (i, (weight, moment)) in weight.iter().zip(&moment).enumerate() {
             normal[i * size + i] += weight;
             right[i] += moment;
@@ -175,7 +172,7 @@ fn fit(entries: &Logarithms, n: usize, p: usize) -> Option<Vec<f64>> {
     Some(unknowns)
 }
 
-/// In four sums that do not wait for each other.
+/// Sum in four independent partial sums.
 fn sum(x: &[f64]) -> f64 {
     let fours = x.chunks_exact(4);
     let rest: f64 = fours.remainder().iter().sum();
@@ -183,8 +180,8 @@ fn sum(x: &[f64]) -> f64 {
     (sums[0] + sums[1]) + (sums[2] + sums[3]) + rest
 }
 
-/// Overwrites `right` with the solution of the equation whose matrix, positive definite, has its lower triangle in the
-/// columns of `normal`; none if a pivot is not positive.
+/// Solves a positive definite system, its lower triangle in the columns of `normal`; overwrites `right` with the
+/// solution. `None` if a pivot is not positive.
 fn solve_definite(normal: &mut [f64], right: &mut [f64]) -> Option<()> {
     let size = right.len();
     for k in 0..size {
@@ -248,7 +245,7 @@ mod tests {
         let (first, second) = (Units::of(&a, &c), Units::of(&other.dynamics(&a), &other.outputs(&c)));
         let (x, y) = (first.dynamics(&a), second.dynamics(&other.dynamics(&a)));
         for (x, y) in x.iter().zip(y.iter()) {
-            // The powers are rounded to whole ones: three roundings may each fall the other way.
+            // The powers are rounded to integers: three roundings may differ.
             assert!((x / y).log2().abs() <= 3.0, "{x:e} against {y:e}");
         }
     }

@@ -1,16 +1,16 @@
 //! Invariant zeros of a plant `x' = A x + B u, y = C x + D u`, and its normal rank.
 //!
 //! `S(lambda) = [A - lambda I, B; C, D]` has the rank `n + r` for almost every lambda, r the normal rank of
-//! `C (lambda I - A)^-1 B + D`. The finite lambda where the rank is less are the invariant zeros: a motion
-//! `x0 e^{lambda t}` with an input `u0 e^{lambda t}` that leave no trace in y. They are the transmission zeros and the
-//! hidden modes together (all of them where the plant is square and not degenerate). No gain moves them: not `A - B K`,
-//! not `A - L C`; the poles of a loop with high gain tend to them, and an observer of a plant with unknown inputs has
-//! them as its poles.
+//! `C (lambda I - A)^-1 B + D`. The invariant zeros are the finite lambda with a smaller rank: for an initial state x0
+//! and an input `u0 e^{lambda t}` the state is `x0 e^{lambda t}` and y = 0. They comprise the transmission zeros and
+//! the uncontrollable or unobservable modes (all of these if the plant is square and not degenerate). Neither `A - B K`
+//! nor `A - L C` moves them; with high gain, closed-loop poles tend to them, and they are poles of an unknown-input
+//! observer.
 //!
-//! Method: Emami-Naeini and Van Dooren, Automatica 18, 1982 (SLICOT AB08ND). States that the outputs force to zero
-//! whatever the input are taken out until D has full row rank, then the same for the transposed plant until D is square
-//! and regular: orthogonal steps, ranks by QR with column pivoting. The zeros are the generalised eigenvalues of what
-//! is left, by the QZ method (faer), or if that fails by the Schur form of `E^-1 A`.
+//! Method: Emami-Naeini and Van Dooren, Automatica 18, 1982 (SLICOT AB08ND). States that zero outputs force to zero for
+//! every input are removed until D has full row rank; then the same for the transposed plant until D is square and
+//! regular. All steps are orthogonal, ranks are found by QR with column pivoting. The zeros are the generalised
+//! eigenvalues of the remaining pencil, by the QZ method (faer) or, if that fails, by the Schur form of `E^-1 A`.
 
 use faer::diag::Diag;
 use faer::dyn_stack::{MemBuffer, MemStack};
@@ -31,8 +31,8 @@ use crate::{LinalgError, Result};
 pub struct InvariantZeros {
     /// The zeros, each as often as its algebraic multiplicity; complex ones in conjugate pairs.
     pub zeros: Vec<Complex<f64>>,
-    /// For each zero `sigma_{n+r}(S(zero)) / (|S(0)| + |zero|)` in the units chosen (Frobenius norm): how nearly the
-    /// system matrix loses rank there.
+    /// For each zero `sigma_{n+r}(S(zero)) / (|S(0)| + |zero|)` in balanced units (Frobenius norm): zero for an exact
+    /// loss of rank.
     pub residuals: Vec<f64>,
     /// r: rank of the transfer function `C (s I - A)^-1 B + D` for almost every s.
     pub normal_rank: usize,
@@ -45,8 +45,8 @@ pub struct InvariantZeros {
 }
 
 impl InvariantZeros {
-    /// Whether the pencil `S(lambda)` is degenerate: its rank is below full for every lambda. Some combination of the
-    /// inputs never reaches an output, and some combination of the outputs is always zero.
+    /// Whether the pencil `S(lambda)` is degenerate: its rank is not full for any lambda. Then a nonzero combination of
+    /// the inputs has no effect on the outputs, and a nonzero combination of the outputs does not depend on the inputs.
     pub fn is_degenerate(&self) -> bool {
         self.normal_rank < self.inputs.min(self.outputs)
     }
@@ -57,20 +57,20 @@ impl InvariantZeros {
     }
 }
 
-/// Invariant zeros of `x' = A x + B u, y = C x + D u`: the lambda where `[A - lambda I, B; C, D]` loses rank (in
-/// discrete time the same).
+/// Invariant zeros of `x' = A x + B u, y = C x + D u`, or of `x+ = A x + B u`: the lambda for which
+/// `[A - lambda I, B; C, D]` loses rank.
 ///
 /// `a` is n x n, `b` n x m, `c` p x n, `d` p x m (zero for a plant without feedthrough). m = 0 or p = 0 is allowed: the
-/// zeros are then the modes that the outputs do not see (the inputs do not move). Ranks are decided relative to
-/// `10 max(n + m, n + p) eps` in units chosen from the data, see [`mod@crate::observability`].
+/// zeros are then the unobservable (for p = 0 the uncontrollable) modes. Ranks are determined with the relative
+/// tolerance `10 max(n + m, n + p) eps` in balanced units, see [`mod@crate::observability`].
 ///
-/// A degenerate pencil is no error: its zeros are the lambda below *its* rank, and [`InvariantZeros::is_degenerate`]
-/// says so.
+/// A degenerate pencil is no error: its zeros are the lambda at which the rank is below the normal rank, and
+/// [`InvariantZeros::is_degenerate`] is true.
 ///
 /// # Errors
 /// [`LinalgError::NotSquare`], [`LinalgError::DimensionMismatch`], [`LinalgError::NotFinite`], [`LinalgError::Empty`]
-/// (no state); [`LinalgError::NotConverged`] if an iteration for eigenvalues or singular values does not;
-/// [`LinalgError::Overflow`] if a zero does not fit a double.
+/// (no state); [`LinalgError::NotConverged`] if an iteration for eigenvalues or singular values does not converge;
+/// [`LinalgError::Overflow`] if a zero overflows.
 ///
 /// # Cost
 /// `O((n + m) (n + p) n)` for the reduction, `66 k^3` for k zeros, and the singular values of one matrix of order
@@ -123,7 +123,7 @@ pub fn invariant_zeros(
     Ok(InvariantZeros { zeros, residuals, normal_rank, inputs: m, outputs: p, tolerance })
 }
 
-/// `sigma_rank(S(zero))`, relative.
+/// Relative residual `sigma_rank(S(zero)) / (|S(0)| + |zero|)`.
 fn residual(system: &Rosenbrock, zero: Complex<f64>, rank: usize) -> Result<f64> {
     let (n, m, p) = (system.a.nrows(), system.b.ncols(), system.c.nrows());
     let entry = |i: usize, j: usize| match (i < n, j < n) {
@@ -143,7 +143,7 @@ fn residual(system: &Rosenbrock, zero: Complex<f64>, rank: usize) -> Result<f64>
     Ok(if size > 0.0 { at / size } else { 0.0 })
 }
 
-/// A plant on its way down.
+/// The plant during the reduction.
 struct System {
     a: DMatrix<f64>,
     b: DMatrix<f64>,
@@ -156,10 +156,10 @@ impl System {
         Self { a: self.a.transpose(), b: self.c.transpose(), c: self.b.transpose(), d: self.d.transpose() }
     }
 
-    /// The same zeros and the same normal rank with D of full row rank.
+    /// Reduction to D of full row rank, with the same zeros and the same normal rank.
     ///
-    /// Outputs without feedthrough, `0 = C2 x`, force the states they see to zero; the rates of those states are then
-    /// outputs themselves, `0 = A21 x + B2 u`. Each turn takes at least one state out.
+    /// Outputs without feedthrough, `0 = C2 x`, force the states they contain to zero; the derivatives of those states
+    /// are then outputs, `0 = A21 x + B2 u`. Each pass removes at least one state.
     fn without_forced_states(mut self, floor: f64) -> Self {
         loop {
             let Self { a, b, c, d } = &mut self;
@@ -192,7 +192,8 @@ impl System {
         }
     }
 
-    /// With D square and regular: `[C D] W = [R 0]`, W orthogonal, leaves `(A W1 + B W2) v = lambda W1 v`.
+    /// Zeros if D is square and regular: with `[C D] W = [R 0]`, W orthogonal, they satisfy
+    /// `(A W1 + B W2) v = lambda W1 v`.
     fn zeros_of_regular_feedthrough(&self) -> Result<Vec<Complex<f64>>> {
         let (n, r) = (self.a.nrows(), self.d.nrows());
         if n == 0 {
@@ -214,10 +215,10 @@ impl System {
 /// to 100.
 const UNBLOCKED: usize = 400;
 
-/// The lambda with `det(A - lambda E) = 0`, E regular.
+/// Eigenvalues of the pencil, `det(A - lambda E) = 0`, E regular.
 ///
-/// Where QZ does not converge or calls an eigenvalue infinite (seen at order 90, where none is), `E^-1 A` has the same
-/// eigenvalues, at the price of the condition of E: the residuals show it.
+/// If QZ does not converge or returns an infinite eigenvalue (observed at order 90, although E is regular), the
+/// eigenvalues of `E^-1 A` are used. They suffer from the condition of E; the residuals show it.
 fn generalised_eigenvalues(a: &DMatrix<f64>, e: &DMatrix<f64>) -> Result<Vec<Complex<f64>>> {
     if let Some(found) = qz(a, e) {
         return Ok(found);
@@ -226,7 +227,7 @@ fn generalised_eigenvalues(a: &DMatrix<f64>, e: &DMatrix<f64>) -> Result<Vec<Com
     eigenvalues(&quotient.ok_or(LinalgError::Overflow { what: "an invariant zero" })?)
 }
 
-/// By faer's QZ; none if it does not converge, or if an eigenvalue comes out infinite.
+/// Eigenvalues by faer's QZ; `None` if it does not converge or an eigenvalue is infinite.
 fn qz(a: &DMatrix<f64>, e: &DMatrix<f64>) -> Option<Vec<Complex<f64>>> {
     let n = a.nrows();
     let (mut left, mut right) = (Mat::from_fn(n, n, |i, j| a[(i, j)]), Mat::from_fn(n, n, |i, j| e[(i, j)]));
@@ -256,7 +257,8 @@ fn qz(a: &DMatrix<f64>, e: &DMatrix<f64>) -> Option<Vec<Complex<f64>>> {
         if !(zero.re.is_finite() && zero.im.is_finite()) {
             return None;
         }
-        // The two of a pair come with betas of their own: the upper one speaks for both, to the last bit.
+        // The two eigenvalues of a pair have separate betas: the upper one defines both, so that they are exact
+        // conjugates.
         if zero.im > 0.0 {
             found.extend([zero, zero.conj()]);
         } else if zero.im == 0.0 {

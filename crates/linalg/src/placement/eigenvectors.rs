@@ -1,9 +1,9 @@
 //! Eigenvectors closed under conjugation, in real columns.
 //!
-//! With `X = [.. x conj(x) ..]` and `W = [.. sqrt2 Re x, sqrt2 Im x ..]` it is `X = W U`, U block diagonal with the
-//! unitary blocks `[1 1; i -i] / sqrt2`. So X and W have the same singular values, and the left eigenvectors
-//! `X^-* = W^-T U` have the real columns `W^-T`: nothing here needs complex arithmetic. Where only directions count the
-//! factor `sqrt2` is left out.
+//! For `X = [.. x conj(x) ..]` and `W = [.. sqrt2 Re x, sqrt2 Im x ..]`, `X = W U` with U block diagonal and unitary
+//! blocks `[1 1; i -i] / sqrt2`. So X and W have the same singular values, and the left eigenvectors `X^-* = W^-T U`
+//! have the real columns `W^-T`: no complex arithmetic is needed. Where only directions matter, the factor `sqrt2` is
+//! left out.
 
 use nalgebra::{Complex, DMatrix};
 
@@ -12,18 +12,18 @@ use crate::observability::default_tolerance;
 use crate::units::shift;
 use crate::{LinalgError, Result};
 
-/// What a column is of.
+/// Meaning of a real column.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Part {
     /// A real eigenvector.
     Whole,
-    /// The real part of one whose eigenvalue is above the real axis; the imaginary part is the next column.
+    /// Real part of the eigenvector of an eigenvalue above the real axis; the next column is its imaginary part.
     Real,
-    /// That imaginary part, and the place of the conjugate.
+    /// Imaginary part of the eigenvector in the previous column. As an index k it stands for the conjugate eigenvector.
     Imaginary,
 }
 
-/// The vectors `x_k`, one beside the other.
+/// Eigenvectors `x_k` as real columns.
 #[derive(Debug, Clone)]
 pub(super) struct Eigenvectors {
     pub(super) columns: DMatrix<f64>,
@@ -31,7 +31,7 @@ pub(super) struct Eigenvectors {
 }
 
 impl Eigenvectors {
-    /// Those of `reals` real eigenvalues, then of pairs.
+    /// Columns of `reals` real eigenvectors, followed by complex pairs.
     pub(super) fn reals_first(columns: DMatrix<f64>, reals: usize) -> Self {
         let pairs = (columns.ncols() - reals) / 2;
         let mut parts = vec![Part::Whole; reals];
@@ -49,7 +49,7 @@ impl Eigenvectors {
         }
     }
 
-    /// The same vectors where the coordinates are `z_i = 2^powers[i] x_i`.
+    /// The same vectors in the coordinates `z_i = 2^powers[i] x_i`.
     pub(super) fn in_units(mut self, powers: impl Iterator<Item = i32>) -> Self {
         for (i, power) in powers.enumerate().filter(|(_, power)| *power != 0) {
             self.columns.row_mut(i).iter_mut().for_each(|x| *x = shift(*x, power));
@@ -57,7 +57,7 @@ impl Eigenvectors {
         self
     }
 
-    /// `|x_k|`, of the conjugates too.
+    /// Norms `|x_k|`, conjugates included.
     pub(super) fn norms(&self) -> Vec<f64> {
         let n = self.columns.nrows();
         let mut norms = Vec::with_capacity(self.parts.len());
@@ -71,8 +71,8 @@ impl Eigenvectors {
         norms
     }
 
-    /// Vectors of norm one, and pairs times `sqrt2`: the columns W of the head of this file. A vector of zeros, or of
-    /// no finite size, stays as it is.
+    /// The columns W of the file's head: real vectors of norm one, and pairs of norm one times `sqrt2`. A vector that
+    /// is zero or not finite is left as it is.
     pub(super) fn normalised(mut self) -> Self {
         for (k, norm) in self.norms().into_iter().enumerate() {
             if norm > 0.0 && norm.is_finite() {
@@ -80,7 +80,7 @@ impl Eigenvectors {
                 if self.parts[k] == Part::Whole {
                     column.unscale_mut(norm);
                 } else {
-                    // Not one factor for both: the norm may be as small as a double can be.
+                    // Two operations: `norm / sqrt2` could underflow.
                     column.unscale_mut(norm);
                     column *= core::f64::consts::SQRT_2;
                 }
@@ -89,13 +89,13 @@ impl Eigenvectors {
         self
     }
 
-    /// The vectors orthogonal to all but one of these each; none if these are dependent.
+    /// Dual basis: vector k is orthogonal to all `x_j`, j != k. `None` if the `x_j` are linearly dependent.
     pub(super) fn dual(&self) -> Option<Self> {
         let columns = self.columns.clone().try_inverse()?.transpose();
         Some(Self { columns, parts: self.parts.clone() })
     }
 
-    /// `cond_2` of the matrix of the vectors, which are to be [`Self::normalised`]; infinite if they are dependent.
+    /// `cond_2(X)` of [`Self::normalised`] vectors; infinite if they are linearly dependent.
     pub(super) fn condition(&self) -> Result<f64> {
         if self.columns.iter().any(|x| !x.is_finite()) {
             return Err(LinalgError::Overflow { what: "an eigenvector of the closed loop" });
@@ -111,7 +111,7 @@ impl Eigenvectors {
     }
 }
 
-/// The Euclidean norm, where squares may overflow or vanish too.
+/// Euclidean norm, safe where squares overflow or underflow.
 fn norm(x: &[f64]) -> f64 {
     let squares: f64 = x.iter().map(|x| x * x).sum();
     if (1e-280..1e280).contains(&squares) {
@@ -128,7 +128,7 @@ fn norm(x: &[f64]) -> f64 {
 mod tests {
     use super::*;
 
-    /// By complex arithmetic: norms, entries, the condition as that of the hermitian `X*X`, and `Y*X` diagonal.
+    /// Against complex arithmetic: norms, entries, `cond_2(X)`, and `Y*X` diagonal.
     #[test]
     fn real_columns_say_the_same() {
         let given = DMatrix::from_fn(5, 5, |i, j| ((3 * i + 7 * j * j + 5 * i * j + 2) as f64).sin());
@@ -157,7 +157,7 @@ mod tests {
 
     #[test]
     fn norms_neither_overflow_nor_vanish() {
-        // A division, a square, a sum, a root and a product.
+        // Five roundings: a division, a square, a sum, a root and a product.
         let near = |x: f64, y: f64| (x / y - 1.0).abs() < 5.0 * f64::EPSILON;
         assert!(near(norm(&[3e-200, 4e-200]), 5e-200) && near(norm(&[3e200, -4e200]), 5e200));
         assert_eq!((norm(&[0.0, 0.0]), norm(&[f64::INFINITY, 1.0])), (0.0, f64::INFINITY));

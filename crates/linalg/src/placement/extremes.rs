@@ -1,28 +1,28 @@
-//! The largest and the smallest singular value of a small square matrix, and nothing else of it.
+//! Largest and smallest singular value of a small square matrix, without the others.
 //!
-//! Householder bidiagonalisation `U'X V = B` (Golub and Van Loan, Matrix Computations, 5.4.8), then Laguerre's
-//! iteration for the extreme eigenvalues of `B'B`, which comes to them from outside, monotonically and cubically. The
-//! determinant of `B'B - x I` and its derivatives are those of the stationary qd transform (Parlett and Dhillon, Linear
-//! Algebra Appl. 309, 2000), which finds the smallest singular value of a bidiagonal matrix to its last digits, however
-//! small. `8/3 n^3` flops.
+//! Method: Householder bidiagonalisation `U'X V = B` (Golub and Van Loan, Matrix Computations, 5.4.8), then Laguerre's
+//! iteration for the extreme eigenvalues of `B'B`, which converges monotonically from outside the spectrum, with order
+//! three. The determinant of `B'B - x I` and its derivatives are those of the stationary qd transform (Parlett and
+//! Dhillon, Linear Algebra Appl. 309, 2000), which gives even the smallest singular value of a bidiagonal matrix with
+//! high relative accuracy. `8/3 n^3` flops.
 
 use nalgebra::DMatrix;
 
 use crate::staircase::{dot, subtract};
 
-/// Steps of Laguerre's iteration. A simple eigenvalue takes five or so; one that is double to working precision gains
-/// half a digit a step at least.
+/// Maximum number of Laguerre steps. A simple eigenvalue takes about five; one that is double to working precision
+/// gains at least half a digit per step.
 const STEPS: usize = 100;
 
-/// `(largest, smallest)`, for finite entries not far from one; none if the iteration does not settle, which is not
-/// known to happen.
+/// `(largest, smallest)` singular value of X, whose entries are finite and not far from one. `None` if the iteration
+/// does not converge; no such case is known.
 pub(super) fn extreme_singular_values(x: DMatrix<f64>) -> Option<(f64, f64)> {
     let bidiagonal = Bidiagonal::of(x);
     let size: f64 = bidiagonal.diagonal.iter().chain(&bidiagonal.above).sum();
     if size == 0.0 {
         return Some((0.0, 0.0));
     }
-    // The trace is above all eigenvalues, but for rounding.
+    // The trace of `B'B` bounds all eigenvalues; 1.01 covers rounding.
     let largest = bidiagonal.approach(1.01 * size)?;
     let smallest = if bidiagonal.diagonal.contains(&0.0) { 0.0 } else { bidiagonal.approach(0.0)? };
     Some((largest.sqrt(), smallest.sqrt()))
@@ -71,7 +71,7 @@ impl Bidiagonal {
         Self { diagonal, above }
     }
 
-    /// The eigenvalue of `B'B` next to x, which is below all of them or above all.
+    /// The eigenvalue of `B'B` nearest to the start x, which lies below all eigenvalues or above all.
     fn approach(&self, mut x: f64) -> Option<f64> {
         let n = self.diagonal.len() as f64;
         for _ in 0..STEPS {
@@ -86,11 +86,11 @@ impl Bidiagonal {
         None
     }
 
-    /// The sums of `1/(lambda - x)` and `1/(lambda - x)^2` over the eigenvalues; none if x is one of them, or between
-    /// them.
+    /// Sums of `1/(lambda - x)` and `1/(lambda - x)^2` over the eigenvalues. `None` if x is an eigenvalue or lies
+    /// between two.
     fn sums(&self, x: f64) -> Option<(f64, f64)> {
         let (mut first, mut second) = (0.0, 0.0);
-        // What is added to a pivot of B'B, with its derivatives.
+        // Term added to the pivot of `B'B - x I`, with its first and second derivative.
         let mut s = [-x, -1.0, 0.0];
         for (i, q) in self.diagonal.iter().enumerate() {
             let pivot = s[0] + q;
@@ -109,8 +109,8 @@ impl Bidiagonal {
     }
 }
 
-/// Turns x, of the sum of squares given, into the v of `I - tau v v'` that maps it to a multiple of the first unit
-/// vector; none if it is one.
+/// Overwrites x, whose sum of squares is `squares`, with the v of the reflector `I - tau v v'` that maps x to a
+/// multiple of the first unit vector; returns tau. `None` if x is already such a multiple.
 fn reflector(x: &mut [f64], squares: f64) -> Option<f64> {
     if x.len() < 2 || squares == 0.0 {
         return None;
@@ -140,8 +140,7 @@ mod tests {
         }
     }
 
-    /// Singular values that are known because the matrix is made of them, `Q1 S Q2`: multiple ones, and ones decades
-    /// apart.
+    /// Known singular values, from `Q1 S Q2`: multiple ones, and ones several decades apart.
     #[test]
     fn multiple_and_small_ones() {
         let (q1, q2) = (generic(6).qr().q(), (generic(6) + DMatrix::identity(6, 6) * 2.0).qr().q());
@@ -153,12 +152,13 @@ mod tests {
         ] {
             let s = DMatrix::from_diagonal(&nalgebra::DVector::from_row_slice(&sigma));
             let (largest, smallest) = extreme_singular_values(&q1 * s * &q2).unwrap();
-            // Three products and the reduction, each n eps of the largest.
+            // Three products and the reduction: n eps each, relative to the largest.
             let bound = 20.0 * 6.0 * f64::EPSILON * sigma[0];
             assert!((largest - sigma[0]).abs() < bound, "{largest} of {sigma:?}");
             assert!((smallest - sigma[5]).abs() < bound, "{smallest:e} of {sigma:?}");
         }
-        // A bidiagonal matrix keeps the digits of its smallest: (1 1; 0 d) has d / sqrt 2 to first order.
+        // A bidiagonal matrix determines its smallest singular value to full accuracy: d / sqrt 2 to first order for (1
+        // 1; 0 d).
         let mut steep = DMatrix::identity(2, 2);
         (steep[(0, 1)], steep[(1, 1)]) = (1.0, 1e-20);
         let (_, smallest) = extreme_singular_values(steep).unwrap();

@@ -1,9 +1,8 @@
 //! Pole placement: the gain `K` that gives `A - B K`, or the gain `L` that gives `A - L C`, the requested eigenvalues.
 //!
-//! A gain for every set of n poles closed under conjugation exists iff the pair is controllable (for `L`: observable;
-//! Wonham 1967). With one independent input it is unique; with more, the freedom left is spent on well-conditioned
-//! eigenvectors `X`, because a change `E` of the closed loop moves its eigenvalues by `cond(X) |E|` at most (Bauer and
-//! Fike).
+//! A gain exists for every set of n poles closed under conjugation iff the pair is controllable (for `L`: observable;
+//! Wonham 1967). With one independent input it is unique. With more, the remaining freedom is used for well-conditioned
+//! eigenvectors `X`: a change `E` of the closed loop moves its eigenvalues by at most `cond(X) |E|` (Bauer and Fike).
 //!
 //! | independent inputs | method |
 //! |---|---|
@@ -44,37 +43,37 @@ pub struct Placement {
     pub poles: Vec<Complex<f64>>,
     /// The distance of each achieved pole from the requested one, in the units of the poles.
     pub errors: Vec<f64>,
-    /// The condition `|x| |y| / |y*x|` of each achieved pole, `x, y` its right and left eigenvectors in the units
-    /// given: a small change E of the closed loop moves it by this times `|E|` at most. 1 is best; beyond `1e8` the
-    /// pole is defective to working precision.
+    /// Condition number `|x| |y| / |y*x|` of each achieved pole, `x, y` its right and left eigenvectors in the units
+    /// given: to first order, a change E of the closed loop moves the pole by at most this times `|E|`. 1 is best;
+    /// beyond `1e8` the pole is defective to working precision.
     pub sensitivities: Vec<f64>,
-    /// The largest distance between a requested and an achieved pole, relative to the largest requested pole or, if
-    /// that is smaller, to the norm of `A` in units that suit it. An ill-conditioned placement shows here.
+    /// Largest distance between a requested and an achieved pole, relative to the larger of the largest requested pole
+    /// and the norm of `A` in balanced units. Large for an ill-conditioned placement.
     pub deviation: f64,
-    /// `cond_2(X)`, X the eigenvectors (columns of norm one) of the closed loop that was aimed at, in the units given.
-    /// Infinite if that loop is defective: a pole repeated with one input.
+    /// `cond_2(X)`, X the normalised eigenvectors of the closed loop with exactly the requested poles, in the units
+    /// given. Infinite if that loop is defective, as for a repeated pole with one input.
     pub condition: f64,
 }
 
 /// State feedback gain `K`, m x n, that places the eigenvalues of `A - B K` at `poles`.
 ///
-/// `a` is n x n, `b` n x m, `poles` n numbers, real or complex, closed under conjugation, in any order. With
-/// rank(B) > 1 each may be repeated rank(B) times at most (more would make the loop defective); with rank(B) = 1 as
-/// often as one likes, since the loop has no choice. Note the sign: `u = -K x`.
+/// `a` is n x n, `b` n x m, `poles` n numbers, real or complex, closed under conjugation, in any order. With rank(B) >
+/// 1 each may be repeated at most rank(B) times (more would make the loop defective). With rank(B) = 1 any repetition
+/// is allowed; the gain is unique. Sign: `u = -K x`.
 ///
 /// # Errors
-/// - [`LinalgError::Uncontrollable`] names the eigenvalue that no gain can move, and the direction that no input
-///   pushes.
+/// - [`LinalgError::Uncontrollable`] names the eigenvalue that no gain can move, with the direction that no input
+///   excites.
 /// - [`LinalgError::PoleCount`], [`LinalgError::PoleNotFinite`], [`LinalgError::PoleUnpaired`],
 ///   [`LinalgError::PoleMultiplicity`].
 /// - [`LinalgError::NotSquare`], [`LinalgError::DimensionMismatch`], [`LinalgError::NotFinite`],
 ///   [`LinalgError::Empty`]; [`LinalgError::Overflow`] if the gain does not fit a double.
 ///
-/// An almost uncontrollable pair is no error: see [`Placement::deviation`] and [`Placement::condition`].
+/// A nearly uncontrollable pair is no error: see [`Placement::deviation`] and [`Placement::condition`].
 ///
 /// # Cost
-/// One input: about `50 n^3` flops, half of them for the achieved poles. More: one QR of order n for
-/// each pole, n^4 in all.
+/// One input: about `50 n^3` flops, half of them for the achieved poles. Several inputs: one QR decomposition of order
+/// n per pole, `O(n^4)` in all.
 ///
 /// # Example
 /// ```
@@ -118,8 +117,8 @@ fn controller(a: &DMatrix<f64>, b: &DMatrix<f64>, poles: &[Complex<f64>]) -> Res
 
 /// Observer gain `L`, n x p, that places the eigenvalues of `A - L C` at `poles`.
 ///
-/// `a` is n x n, `c` p x n, `poles` n numbers, real or complex, closed under conjugation, in any order. With
-/// rank(C) > 1 each may be repeated rank(C) times at most; with rank(C) = 1 as often as one likes. This is [`place`] of
+/// `a` is n x n, `c` p x n, `poles` n numbers, real or complex, closed under conjugation, in any order. With rank(C) >
+/// 1 each may be repeated at most rank(C) times; with rank(C) = 1 any repetition is allowed. This is [`place`] of
 /// `(A', C')`, transposed.
 ///
 /// # Errors
@@ -165,7 +164,7 @@ fn observer(a: &DMatrix<f64>, c: &DMatrix<f64>, poles: &[Complex<f64>]) -> Resul
     place_observed(a, c, &requested, units, Some(staircase))
 }
 
-/// The staircase of an observable pair, or the mode that is seen least.
+/// Staircase form of an observable pair, or the least observable mode.
 fn observable(units: &Units, a: &DMatrix<f64>, c: &DMatrix<f64>) -> Result<core::result::Result<Staircase, Mode>> {
     Ok(match seen(units, a, c)? {
         Seen::All(staircase) => Ok(staircase),
@@ -190,7 +189,7 @@ fn place_observed(
     Ok(finish(assigned.gain.transpose(), requested, &assigned, condition))
 }
 
-/// [`place_observer`] of a part of a pair, which is observable because the pair is: the part itself is not judged.
+/// [`place_observer`] for a part of an observable pair: the part is observable too and is not tested.
 pub(crate) fn place_part(a: &DMatrix<f64>, c: &DMatrix<f64>, poles: &[Complex<f64>]) -> Result<Placement> {
     place_observed(a, c, &RequestedPoles::new(poles, a.nrows())?, Units::of(a, c), None)
 }
@@ -211,7 +210,7 @@ fn finish(gain: DMatrix<f64>, requested: &RequestedPoles, closed: &Assigned, con
 }
 
 impl Placement {
-    /// The placement of no poles, with a gain of no rows (an observer of order zero with this many outputs).
+    /// The empty placement: no poles, and a 0 x `outputs` gain (an observer of order zero).
     pub(crate) fn nothing(outputs: usize) -> Self {
         Self {
             gain: DMatrix::zeros(0, outputs),
@@ -223,7 +222,7 @@ impl Placement {
         }
     }
 
-    /// The same poles with time in other units; the gain stays.
+    /// The same poles with time in other units; the gain is unchanged.
     pub(crate) fn in_time(mut self, power: i32) -> Self {
         for pole in &mut self.poles {
             *pole = Complex::new(shift(pole.re, power), shift(pole.im, power));
@@ -235,29 +234,29 @@ impl Placement {
     }
 }
 
-/// What the core returns for `A - B K`.
+/// Result of the placement for `A - B K`.
 struct Assigned {
     gain: DMatrix<f64>,
     achieved: Vec<Complex<f64>>,
     /// The condition of each achieved pole, in the units given.
     sensitivities: Vec<f64>,
-    /// Eigenvectors aimed at, normalised, in the units given.
+    /// Normalised eigenvectors of the closed loop with the requested poles, in the units given.
     vectors: Eigenvectors,
     rank: usize,
     /// `|A|` in the units chosen.
     size: f64,
 }
 
-/// Units that differ by less than this power of two are left as given: they cost three digits at most, and the
-/// conditioning that is optimised is then that of the user's own coordinates.
+/// For several inputs, the units of the states are left as given if they differ by less than this power of two. This
+/// costs at most three digits, and the conditioning that is optimised is that of the user's own coordinates.
 const NEARBY: i32 = 10;
 
-/// Where the units differ by no more than this power of two, the poles of the closed loop are computed in those given:
-/// that costs a digit at most, and the conditions need no Q.
+/// If the units of the states differ by no more than this power of two, the poles of the closed loop are computed in
+/// the units given. This costs at most one digit, and the condition numbers need no Schur vectors.
 const SLIGHT: i32 = 3;
 
-/// `units` are the dual pair's: `A = 2^t D^-1 As D`, `B = D^-1 Bs R`, `K = 2^t R^-1 Ks D`; the staircase is that of
-/// `(As, Bs)` if it is there.
+/// `units` are those of the dual pair: `A = 2^t D^-1 As D`, `B = D^-1 Bs R`, `K = 2^t R^-1 Ks D`. `staircase` is that
+/// of `(As, Bs)`, if it is known.
 fn assign(
     a: &DMatrix<f64>,
     b: &DMatrix<f64>,
@@ -305,7 +304,7 @@ fn assign(
     Ok(Assigned { gain, achieved, sensitivities, vectors, rank, size })
 }
 
-/// The rank of B, the gain, and the eigenvectors aimed at, for inputs of any number that may be dependent.
+/// Rank of B, gain, and normalised eigenvectors, for any number of inputs, linearly dependent or not.
 fn assign_several(
     a: &DMatrix<f64>,
     b: &DMatrix<f64>,
@@ -320,7 +319,7 @@ fn assign_several(
     })?;
     let sigma = svd.sigma;
     let floor = default_tolerance(n, m) * sigma.first().copied().unwrap_or(0.0);
-    // A controllable pair has an input that counts.
+    // B of a controllable pair is not zero.
     let rank = sigma.iter().filter(|s| **s > floor).count().max(1);
     requested.allowed_by(rank)?;
 

@@ -1,23 +1,22 @@
-//! The list of poles a user asks for: checked, paired, and matched with what was achieved.
+//! Requested poles: validation, conjugate pairs, and matching with the achieved poles.
 
 use nalgebra::Complex;
 
 use crate::units::shift;
 use crate::{LinalgError, Result};
 
-/// n poles closed under conjugation: the real ones, then one of each complex pair.
+/// n poles closed under conjugation.
 #[derive(Debug, Clone)]
 pub(super) struct RequestedPoles {
     /// Real poles.
     pub(super) real: Vec<f64>,
     /// The pole of each pair with positive imaginary part.
     pub(super) pairs: Vec<Complex<f64>>,
-    /// All, in the order given, with conjugates made exact.
+    /// All poles in the order given, conjugates made exact.
     given: Vec<Complex<f64>>,
 }
 
-/// Two numbers that a root finder meant to be conjugate (or one it meant to be real) agree to this, relative to their
-/// size.
+/// Relative tolerance for two poles to count as conjugate, or for one as real: the accuracy of a root finder.
 const CONJUGATE: f64 = 64.0 * f64::EPSILON;
 
 impl RequestedPoles {
@@ -79,7 +78,7 @@ impl RequestedPoles {
         self.given.iter().map(|p| (*p, count(p))).fold((Complex::from(0.0), 0), |x, y| if y.1 > x.1 { y } else { x })
     }
 
-    /// With several inputs, a pole is repeated `rank` times at most.
+    /// Error if a pole is repeated more than `rank` times, with several inputs.
     pub(super) fn allowed_by(&self, rank: usize) -> Result<()> {
         let (pole, multiplicity) = self.most_repeated();
         if rank > 1 && multiplicity > rank {
@@ -88,12 +87,12 @@ impl RequestedPoles {
         Ok(())
     }
 
-    /// Whether a loop with these poles and `rank` inputs lacks eigenvectors.
+    /// Whether a closed loop with these poles and `rank` inputs is defective.
     pub(super) fn is_defective(&self, rank: usize) -> bool {
         self.most_repeated().1 > rank
     }
 
-    /// For each requested pole, which of `achieved` (as many) stands for it: nearest pairs first.
+    /// For each requested pole, the index of the achieved pole matched to it (equal numbers): nearest pairs first.
     pub(super) fn matched(&self, achieved: &[Complex<f64>]) -> Vec<usize> {
         let n = self.given.len();
         let distance = |i: usize, k: usize| {

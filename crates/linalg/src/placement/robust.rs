@@ -1,19 +1,18 @@
 //! Placement with several inputs: eigenvectors of the largest volume (Tits and Yang, IEEE TAC 41, 1996; from method 0
 //! of Kautsky, Nichols and Van Dooren, Int. J. Control 41, 1985).
 //!
-//! With `B = U1 Z`, `[U1 U0]` orthogonal, `x` can be made an eigenvector for `lambda` iff `U0'(A - lambda I) x = 0`: a
-//! subspace `S` of dimension rank(B). Unit vectors are chosen from these subspaces so as to make `|det X|` large, two
-//! at a time with the others fixed, each choice being optimal: with `w1, w2` an orthonormal basis of what is orthogonal
-//! to the others,
+//! With `B = U1 Z`, `[U1 U0]` orthogonal, `x` can be an eigenvector for `lambda` iff `U0'(A - lambda I) x = 0`: a
+//! subspace of dimension rank(B), with basis `S`. Unit vectors from these subspaces are chosen to make `|det X|` large,
+//! two at a time with the others fixed, each choice being optimal. With `w1, w2` an orthonormal basis of the orthogonal
+//! complement of the others:
 //!
 //! ```text
 //! two real poles     maximise | z1' S1'(w1 w2' - w2 w1') S2 z2 |        the largest singular vectors
 //! a complex pair     maximise | Im( (w1'S z) conj(w2'S z) ) |           an eigenvector of a hermitian matrix of rank 2
 //! one real pole      maximise | w1'S z |                                a projection
 //! ```
-//!
-//! `|det X| <= 1` never decreases, so that the sweeps settle; their number is capped, and the starts are fixed. Then
-//! `K = U1'(A - X Lambda X^-1)`.
+//! `|det X| <= 1` never decreases, so the sweeps converge; their number is bounded, and the starting points are fixed.
+//! Then `K = U1'(A - X Lambda X^-1)`.
 
 use faer::Mat;
 use nalgebra::{Complex, DMatrix, DVector};
@@ -22,16 +21,16 @@ use super::eigenvectors::Eigenvectors;
 use super::poles::RequestedPoles;
 use crate::{LinalgError, Result};
 
-/// Most sweeps over all poles. Volume is gained in the first few.
+/// Maximum number of sweeps over all poles; most of the volume is gained in the first few.
 const SWEEPS: usize = 40;
 /// A sweep that gains less than this in `log |det X|` is the last: the condition no longer moves in its third digit.
 const SETTLED: f64 = 1e-4;
-/// Starting points that are tried; the best-conditioned result is kept.
+/// Number of starting points; the best-conditioned result is kept.
 const STARTS: u64 = 4;
-/// More starts are tried if these all give a singular X.
+/// Maximum number of starting points if the first ones all give a singular X.
 const MOST_STARTS: u64 = 20;
 
-/// The gain (rank x n) for `A - U1 K`, and the eigenvectors aimed at: those of the real poles, then the pairs.
+/// Gain (rank x n) of `A - U1 K`, and its eigenvectors: those of the real poles, then the pairs.
 pub(super) fn assign(
     a: &DMatrix<f64>,
     inputs: &DMatrix<f64>,
@@ -39,7 +38,7 @@ pub(super) fn assign(
     requested: &RequestedPoles,
 ) -> Result<(DMatrix<f64>, Eigenvectors)> {
     let n = a.nrows();
-    // Of a full B every vector serves: X = I, and e1 + i e2 for pairs.
+    // If rank(B) = n every vector is admissible: X = I, and e1 + i e2 for pairs.
     let x = if others.ncols() == 0 { DMatrix::identity(n, n) } else { best_eigenvectors(a, others, requested)? };
     let mut x_lambda = x.clone();
     for (j, lambda) in requested.real.iter().enumerate() {
@@ -61,7 +60,7 @@ pub(super) fn assign(
     Ok((inputs.transpose() * (a - closed), Eigenvectors::reals_first(x, requested.real.len())))
 }
 
-/// In real columns: `x` of a real pole, `Re x, Im x` of a pair.
+/// The eigenvectors in real columns: `x` of a real pole, `Re x, Im x` of a pair.
 fn best_eigenvectors(a: &DMatrix<f64>, others: &DMatrix<f64>, requested: &RequestedPoles) -> Result<DMatrix<f64>> {
     let real: Vec<DMatrix<f64>> =
         requested.real.iter().map(|p| admissible(a, others, Complex::from(*p)).map(|x| x.re)).collect();
@@ -73,7 +72,7 @@ fn best_eigenvectors(a: &DMatrix<f64>, others: &DMatrix<f64>, requested: &Reques
         }
         let Some(mut ascent) = Ascent::start(&real, &complex, seed) else { continue };
         ascent.run();
-        // With unit columns |X^-1| is cond(X) in the Frobenius norm up to a constant.
+        // With unit columns `|X^-1|` is the Frobenius cond(X) up to a constant factor.
         let size = ascent.y.norm();
         if size.is_finite() && best.as_ref().is_none_or(|(least, _)| size < *least) {
             best = Some((size, ascent));
@@ -83,7 +82,7 @@ fn best_eigenvectors(a: &DMatrix<f64>, others: &DMatrix<f64>, requested: &Reques
     Ok(ascent.x)
 }
 
-/// Orthonormal basis of the null space of `U0'(A - lambda I)`, n x rank(B): what a QR of its adjoint leaves.
+/// Orthonormal basis of the null space of `U0'(A - lambda I)`, n x rank(B), from a QR decomposition of its adjoint.
 fn admissible(a: &DMatrix<f64>, others: &DMatrix<f64>, lambda: Complex<f64>) -> DMatrix<Complex<f64>> {
     let (n, k) = others.shape();
     let real_part = a.transpose() * others;
@@ -92,7 +91,7 @@ fn admissible(a: &DMatrix<f64>, others: &DMatrix<f64>, lambda: Complex<f64>) -> 
     DMatrix::from_fn(n, n - k, |i, j| q[(i, k + j)])
 }
 
-/// The eigenvectors on their way up.
+/// Eigenvectors during the ascent of `|det X|`.
 struct Ascent<'a> {
     real: &'a [DMatrix<f64>],
     complex: &'a [DMatrix<Complex<f64>>],
@@ -103,7 +102,7 @@ struct Ascent<'a> {
 }
 
 impl<'a> Ascent<'a> {
-    /// Fixed, generic coordinates in each subspace; none if X is singular.
+    /// Start from fixed, generic coordinates in each subspace; `None` if X is singular.
     fn start(real: &'a [DMatrix<f64>], complex: &'a [DMatrix<Complex<f64>>], seed: u64) -> Option<Self> {
         let n = real.len() + 2 * complex.len();
         let mut numbers = Generic(seed << 32);
@@ -122,7 +121,7 @@ impl<'a> Ascent<'a> {
         ascent.refresh().then_some(ascent)
     }
 
-    /// `X^-T` and the volume afresh; false if X is singular.
+    /// Recomputes `X^-T` and the volume; false if X is singular.
     fn refresh(&mut self) -> bool {
         let lu = self.x.clone().lu();
         let log_volume: f64 = lu.u().diagonal().iter().map(|x| x.abs().ln()).sum();
@@ -139,7 +138,7 @@ impl<'a> Ascent<'a> {
         let reals = self.real.len();
         for sweep in 0..SWEEPS {
             let before = self.log_volume;
-            // Each sweep pairs the real poles another way: neighbours, starting one further on.
+            // Each sweep pairs the real poles differently: neighbours, starting one position later.
             let order: Vec<usize> = (0..reals).map(|i| (i + sweep) % reals).collect();
             for pair in order.chunks(2) {
                 match pair {
@@ -195,7 +194,7 @@ impl<'a> Ascent<'a> {
         };
         let w1 = unit(self.y.column(i).into_owned())?;
         let mut w2 = unit(self.y.column(j).into_owned())?;
-        // Twice is enough.
+        // Two orthogonalisations reach working precision.
         for _ in 0..2 {
             w2 = unit(&w2 - &w1 * w1.dot(&w2))?;
         }
@@ -225,8 +224,8 @@ fn set_pair(x: &mut DMatrix<f64>, j: usize, v: &DVector<Complex<f64>>) {
     x.set_column(j + 1, &v.map(|x| x.im));
 }
 
-/// The largest singular vectors of `a1 b1' + a2 b2'`, from the 2 x 2 matrix that it is between orthonormal bases of the
-/// two spans; none if it is zero.
+/// Largest singular vectors of `a1 b1' + a2 b2'`, from its 2 x 2 matrix between orthonormal bases of the two spans;
+/// `None` if it is zero.
 fn largest_singular(a: [DVector<f64>; 2], b: [DVector<f64>; 2]) -> Option<(DVector<f64>, DVector<f64>)> {
     let ([p1, p2], ra) = orthonormal(a);
     let ([q1, q2], rb) = orthonormal(b);
@@ -239,7 +238,7 @@ fn largest_singular(a: [DVector<f64>; 2], b: [DVector<f64>; 2]) -> Option<(DVect
     (length > 0.0 && length.is_finite()).then(|| (p1 * (u[0] / length) + p2 * (u[1] / length), q1 * cos + q2 * sin))
 }
 
-/// `[v1 v2] = [q1 q2] [r0 r1; 0 r2]`, a q being zero where its v adds nothing.
+/// `[v1 v2] = [q1 q2] [r0 r1; 0 r2]`; a q is zero if its v is linearly dependent.
 fn orthonormal([mut v1, mut v2]: [DVector<f64>; 2]) -> ([DVector<f64>; 2], [f64; 3]) {
     let r0 = v1.norm();
     if r0 > 0.0 {
@@ -256,9 +255,9 @@ fn orthonormal([mut v1, mut v2]: [DVector<f64>; 2]) -> ([DVector<f64>; 2], [f64;
     ([v1, v2], [r0, r1 + again, r2])
 }
 
-/// The unit z that maximises `|Im((alpha'z) conj(beta'z))|`: an eigenvector of `(b a* - a b*)/2i`, `a, b` the
-/// conjugates of alpha and beta, which between orthonormal vectors with `a = r0 q1`, `b = r1 q1 + r2 q2` is
-/// `[h ig; -ig 0]`, `h = r0 Im r1`, `g = r0 r2/2`. None if it is zero.
+/// Unit vector z that maximises `|Im((alpha'z) conj(beta'z))|`: an eigenvector of `(b a* - a b*)/2i`, with `a, b` the
+/// conjugates of alpha and beta. For `a = r0 q1`, `b = r1 q1 + r2 q2`, q1 and q2 orthonormal, this is the matrix
+/// `[h ig; -ig 0]`, `h = r0 Im r1`, `g = r0 r2/2`. `None` if it is zero.
 fn largest_pair(alpha: &DVector<Complex<f64>>, beta: &DVector<Complex<f64>>) -> Option<DVector<Complex<f64>>> {
     let (mut q1, mut q2) = (alpha.map(|x| x.conj()), beta.map(|x| x.conj()));
     let r0 = q1.norm();
@@ -275,14 +274,14 @@ fn largest_pair(alpha: &DVector<Complex<f64>>, beta: &DVector<Complex<f64>>) -> 
         q2.unscale_mut(r2);
     }
     let (h, g) = (r0 * (r1 + again).im, 0.5 * r0 * r2);
-    // The eigenvalue of the larger size, and its eigenvector (lambda, -ig).
+    // Eigenvalue of larger modulus, with the eigenvector (lambda, -ig).
     let lambda = 0.5 * h + (0.5 * h).hypot(g).copysign(h);
     let length = lambda.hypot(g);
     (length > 0.0 && length.is_finite())
         .then(|| q1 * Complex::from(lambda / length) + q2 * Complex::new(0.0, -g / length))
 }
 
-/// Fixed numbers in (-1, 1) without pattern (splitmix64), so that a start is generic and the same everywhere.
+/// Deterministic pseudorandom numbers in (-1, 1) (splitmix64): generic starting points, the same on every machine.
 pub(super) struct Generic(pub(super) u64);
 
 impl Generic {

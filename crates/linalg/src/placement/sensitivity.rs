@@ -1,11 +1,12 @@
-//! How far the eigenvalues of a closed loop move when the loop changes: their condition numbers, one by one.
+//! Condition numbers of the eigenvalues of a closed loop: how far each moves when the matrix changes.
 //!
 //! A change E of the matrix moves the simple eigenvalue lambda by `y*E x / y*x` to first order, `x, y` its right and
-//! left eigenvectors: by `|x| |y| / |y*x|` times `|E|` at most (Wilkinson, The Algebraic Eigenvalue Problem, 2.8). It
-//! is infinite for a defective eigenvalue, which moves like a root of `|E|`; in floating point, very large.
+//! left eigenvectors: at most by `|E|` times `|x| |y| / |y*x|` (Wilkinson, The Algebraic Eigenvalue Problem, 2.8). This
+//! number is infinite for a defective eigenvalue, which moves like a root of `|E|`; in floating point it is then very
+//! large.
 //!
-//! The vectors come by substitution in the quasi-triangular T, in real arithmetic for real eigenvalues (LAPACK dtrevc),
-//! `2/3 n^3` flops for both sides.
+//! The vectors are computed by substitution in the quasi-triangular T, in real arithmetic for real eigenvalues (as
+//! LAPACK dtrevc), `2/3 n^3` flops for both sides.
 
 use nalgebra::{Complex, DMatrix};
 
@@ -14,16 +15,16 @@ use crate::schur::{Schur, blocks};
 
 /// Eigenvalues with right and left eigenvectors, scaled so that `y*x = 1` in exact arithmetic.
 pub(super) struct Eigen {
-    /// In the order of [`Schur::eigenvalues`].
+    /// Eigenvalues, in the order of [`Schur::eigenvalues`].
     pub(super) values: Vec<Complex<f64>>,
-    /// The x.
+    /// Right eigenvectors x.
     pub(super) right: Eigenvectors,
-    /// The y.
+    /// Left eigenvectors y.
     pub(super) left: Eigenvectors,
 }
 
 impl Eigen {
-    /// Of `Q T Q'`.
+    /// Eigenvalues and eigenvectors of `Q T Q'`.
     pub(super) fn of(form: &Schur) -> Self {
         let (mut right, mut left) = in_schur_coordinates(&form.t);
         right.columns = &form.q * right.columns;
@@ -32,11 +33,11 @@ impl Eigen {
     }
 }
 
-/// The condition of each eigenvalue of `Q T Q'`, in the order of [`Schur::eigenvalues`], for vectors in units
-/// `x_given = 2^-powers x`. Without powers Q is not read.
+/// Condition number of each eigenvalue of `Q T Q'`, in the order of [`Schur::eigenvalues`], for vectors in the units
+/// `x_given = 2^-powers x`. If all powers are zero, Q is not used.
 pub(super) fn conditions(form: &Schur, powers: &[i32]) -> Vec<f64> {
     let (right, left) = if powers.iter().all(|power| *power == 0) {
-        // Q keeps the norms.
+        // Q is orthogonal: norms do not change.
         in_schur_coordinates(&form.t)
     } else {
         let eigen = Eigen::of(form);
@@ -83,16 +84,17 @@ fn in_schur_coordinates(t: &DMatrix<f64>) -> (Eigenvectors, Eigenvectors) {
     (Eigenvectors { columns: right, parts: parts.clone() }, Eigenvectors { columns: left, parts })
 }
 
-/// `T - lambda I`. A vector has its imaginary part in a slice of its own, which is empty if lambda is real.
+/// `T - lambda I`. The imaginary part of a vector is a separate slice, empty if lambda is real.
 struct Shifted<'a> {
     t: &'a DMatrix<f64>,
     lambda: Complex<f64>,
-    /// Of an eigenvalue that meets another to within this, the vectors are those of a neighbouring matrix.
+    /// Smallest pivot: an eigenvalue closer than this to another gets the vectors of a nearby matrix.
     floor: f64,
 }
 
 impl Shifted<'_> {
-    /// `(T - lambda I) x = 0` from the entries of x in the block `(k, size)`, through the blocks above it.
+    /// Back substitution in `(T - lambda I) x = 0`: from the entries of x in the block `(k, size)`, through the blocks
+    /// above.
     fn substitute_upwards(&self, x: &mut [f64], x_im: &mut [f64], (k, size): (usize, usize), above: &[(usize, usize)]) {
         let n = x.len();
         let columns = self.t.as_slice();
@@ -116,7 +118,8 @@ impl Shifted<'_> {
         }
     }
 
-    /// `y (T - lambda I) = 0` from the entries of the row y in the block at k, through the blocks below it.
+    /// Forward substitution in `y (T - lambda I) = 0`: from the entries of the row y in the block at k, through the
+    /// blocks below.
     fn substitute_downwards(&self, y: &mut [f64], y_im: &mut [f64], k: usize, below: &[(usize, usize)]) {
         let n = y.len();
         let columns = self.t.as_slice();
@@ -131,7 +134,8 @@ impl Shifted<'_> {
         }
     }
 
-    /// Divides the entries of x in the block `(j, size)` by that block of `T - lambda I`, or by its transpose.
+    /// Solves with the diagonal block `(j, size)` of `T - lambda I`, or its transpose, for these entries of x, in
+    /// place.
     fn solve(&self, x: &mut [f64], x_im: &mut [f64], (j, size): (usize, usize), transposed: bool) {
         let t = self.t;
         let gap = t[(j, j)] - self.lambda.re;
@@ -154,7 +158,7 @@ impl Shifted<'_> {
         if transposed {
             core::mem::swap(&mut b, &mut c);
         }
-        // The determinant is the product of the distances of lambda from the two eigenvalues of the block.
+        // The determinant is the product of the differences between lambda and the two eigenvalues of the block.
         if x_im.is_empty() {
             let h = apart(gap.hypot(w));
             let (d, b, c) = (gap / h, b / h, c / h);
@@ -176,8 +180,7 @@ mod tests {
     use super::*;
     use crate::schur::schur;
 
-    /// The eigenvectors of a generic matrix with real and complex eigenvalues, by the inverse of a complex matrix of
-    /// eigenvectors made by hand.
+    /// Generic matrix with real and complex eigenvalues, against the inverse of a known complex matrix of eigenvectors.
     #[test]
     fn conditions_are_those_of_known_eigenvectors() {
         let x = DMatrix::from_row_slice(
@@ -190,7 +193,7 @@ mod tests {
         (lambda[(2, 2)], lambda[(2, 3)], lambda[(3, 2)], lambda[(3, 3)]) = (0.5, 2.0, -2.0, 0.5);
         let inverse = x.clone().try_inverse().unwrap();
         let form = schur(&(&x * lambda * &inverse)).unwrap();
-        // Columns 2, 3 hold the real and the imaginary part of the pair's vector u + i v; its left one is (rows 2 - i
+        // Columns 2 and 3 hold the real and imaginary part of the pair's vector u + i v; its left vector is (row 2 - i
         // row 3) / 2.
         let real = |j: usize| x.column(j).norm() * inverse.row(j).norm();
         let pair =
@@ -207,8 +210,8 @@ mod tests {
         }
     }
 
-    /// Real eigenvalues and pairs above and below one another: `A x = lambda x`, `y*A = lambda y*`, `Y*X = I`, and the
-    /// conditions in other units from these vectors.
+    /// Real eigenvalues and pairs in any order along the diagonal: `A x = lambda x`, `y*A = lambda y*`, `Y*X = I`, and
+    /// the condition numbers in other units computed from these vectors.
     #[test]
     fn vectors_of_both_sides_are_eigenvectors() {
         let n = 9;
@@ -226,7 +229,7 @@ mod tests {
         assert!((y.adjoint() * &a - &lambda * y.adjoint()).norm() < bound * y.norm());
         assert!((y.adjoint() * &x - DMatrix::identity(n, n)).norm() < 1e-14 * x.norm() * y.norm());
 
-        // In the units given T alone will do.
+        // In the units given, T alone suffices.
         let alone = crate::schur::triangular_factor(&plain).unwrap();
         assert!(alone.q.is_empty() && alone.t == form.t);
         assert_eq!(conditions(&alone, &[0; 9]), conditions(&form, &[0; 9]));
@@ -244,7 +247,7 @@ mod tests {
     fn a_defective_eigenvalue_has_no_condition() {
         let form = schur(&DMatrix::from_row_slice(2, 2, &[1.0, 1.0, 0.0, 1.0])).unwrap();
         assert!(conditions(&form, &[0, 0]).iter().all(|x| *x > 1e15));
-        // Two equal pairs that are coupled.
+        // Two equal, coupled pairs.
         let pairs = [0.0, 2.0, 1.0, 0.5, -2.0, 0.0, 0.3, 1.0, 0.0, 0.0, 0.0, 2.0, 0.0, 0.0, -2.0, 0.0];
         let form = Schur { q: DMatrix::identity(4, 4), t: DMatrix::from_row_slice(4, 4, &pairs) };
         assert!(conditions(&form, &[0; 4]).iter().all(|x| *x > 1e14));

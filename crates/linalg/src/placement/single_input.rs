@@ -1,17 +1,17 @@
 //! Placement with one input, by deflation of the Hessenberg form (Miminis and Paige, Int. J. Control 35, 1982).
 //!
-//! With `A` upper Hessenberg and `b = beta e1`, feedback reaches the first row only: the rows below decide the
-//! eigenvector `x` of `A - b k` for the pole `lambda`, as the null vector of the last n - 1 rows of `A - lambda I`. A
-//! unitary `Z` with first column `x`, found as n - 1 rotations (the RQ step of the QR algorithm), takes the problem to
+//! With `A` upper Hessenberg and `b = beta e1`, feedback changes the first row only. The other rows determine the
+//! eigenvector `x` of `A - b k` for the pole `lambda`: the null vector of the last n - 1 rows of `A - lambda I`. A
+//! unitary `Z` with first column `x`, a product of n - 1 rotations (the RQ step of the QR algorithm), gives
 //!
 //! ```text
 //! Z*(A - b k) Z = [lambda      *      ]     k Z = [kappa, k1],    kappa = e1'(A - lambda I) x / beta,
 //!                 [  0    A1 - b1 k1  ]     A1 Hessenberg, b1 = beta1 e1
 //! ```
 //!
-//! with one pole less. Nothing is inverted but the `beta`, and no power of `A` is formed, unlike Ackermann's formula.
-//! Real poles come first, in real arithmetic, then the pairs in complex; k is unique, and therefore real up to
-//! rounding. `2 n^3` flops if all poles are real, ten times that if none is.
+//! with one pole less. The only divisions are by the `beta`, and no power of `A` is formed, unlike in Ackermann's
+//! formula. Real poles are placed first, in real arithmetic, then the pairs in complex arithmetic; k is unique and
+//! therefore real up to rounding. `2 n^3` flops if all poles are real, ten times as many if none is.
 
 use nalgebra::{Complex, ComplexField, DMatrix, DVector};
 
@@ -19,8 +19,8 @@ use super::eigenvectors::Eigenvectors;
 use super::poles::RequestedPoles;
 use crate::staircase::Staircase;
 
-/// The gain (1 x n) for the pair of which `hessenberg` is the staircase, every stair counting, and the eigenvectors
-/// aimed at: those of the real poles, then the pairs. Infinite or NaN if the gain does not fit a double.
+/// Gain (1 x n) for the pair with the staircase form `hessenberg`, all stairs nonzero, and the closed-loop
+/// eigenvectors: those of the real poles, then the pairs. Entries are infinite or NaN if the gain overflows.
 pub(super) fn assign(hessenberg: &Staircase, requested: &RequestedPoles) -> (DMatrix<f64>, Eigenvectors) {
     let k = deflate(&hessenberg.f, hessenberg.g[(0, 0)], requested);
     let gain = DMatrix::from_row_slice(1, k.len(), (&hessenberg.q * &k).as_slice());
@@ -28,7 +28,7 @@ pub(super) fn assign(hessenberg: &Staircase, requested: &RequestedPoles) -> (DMa
     (gain, Eigenvectors::reals_first(columns, requested.real.len()))
 }
 
-/// A rotation of the coordinates `first, first + 1`: the columns `x, y` become `c x - s y`, `s* x + c* y`.
+/// Rotation of the coordinates `first, first + 1`: the columns `x, y` become `c x - s y`, `s* x + c* y`.
 struct Rotation<T> {
     first: usize,
     c: T,
@@ -48,7 +48,7 @@ fn deflate(f: &DMatrix<f64>, beta: f64, requested: &RequestedPoles) -> DVector<f
     restored(k, 0, &real)
 }
 
-/// `[kappa, k1] Z*` for the steps in reverse, the first of which removed the pole `start`.
+/// `[kappa, k1] Z*` for the deflation steps in reverse order; the first step removed the pole number `start`.
 fn restored<T: ComplexField>(mut k: DVector<T>, start: usize, steps: &[(T, Vec<Rotation<T>>)]) -> DVector<T> {
     for (at, (kappa, rotations)) in steps.iter().enumerate().rev() {
         k[start + at] = kappa.clone();
@@ -61,7 +61,7 @@ fn restored<T: ComplexField>(mut k: DVector<T>, start: usize, steps: &[(T, Vec<R
     k
 }
 
-/// The problem that is left after `start` poles: it lives in the rows and columns from there on.
+/// Problem that remains after `start` poles, stored in the rows and columns from `start` on.
 struct Left<T> {
     h: DMatrix<T>,
     start: usize,
@@ -69,7 +69,7 @@ struct Left<T> {
 }
 
 impl<T: ComplexField<RealField = f64> + Copy> Left<T> {
-    /// `kappa`, and Z as rotations.
+    /// One deflation step: returns `kappa`, and Z as rotations.
     fn deflate(&mut self, pole: T) -> (T, Vec<Rotation<T>>) {
         let Self { h, start, beta } = self;
         let (n, start) = (h.nrows(), *start);
@@ -90,7 +90,7 @@ impl<T: ComplexField<RealField = f64> + Copy> Left<T> {
             rotations.push(Rotation { first: i - 1, c, s });
         }
         let kappa = columns[start * n + start] / *beta;
-        // What is triangular now becomes Hessenberg again: the rotations whose rows the columns have, bottom first.
+        // RQ product: the rotations, applied to the rows, bottom first, make the triangular factor Hessenberg again.
         let mut column = start;
         while column < n {
             let width = if column + WIDTH <= n { WIDTH } else { 1 };
@@ -114,14 +114,14 @@ impl<T: ComplexField<RealField = f64> + Copy> Left<T> {
     }
 }
 
-/// How many columns are turned at a time: a rotation waits for the one before it in the same column only.
+/// Columns rotated at a time: rotations of the same column depend on each other, those of different columns do not.
 const WIDTH: usize = 4;
 
-/// Rotations of neighbouring rows, each one up from the one before it, of W columns of n entries.
+/// Applies rotations of neighbouring rows, from the bottom up, to W columns of n entries.
 fn turn_rows<T: ComplexField + Copy, const W: usize>(columns: &mut [T], n: usize, rotations: &[Rotation<T>]) {
     let Some(first) = rotations.first().map(|r| r.first) else { return };
     let last = first + 1 - rotations.len();
-    // The lower of the two rows, as the rotation before has left it.
+    // Lower of the two rows, after the previous rotation.
     let mut lower: [T; W] = core::array::from_fn(|w| columns[w * n + first + 1]);
     for Rotation { first, c, s } in rotations {
         let (c_conj, s_conj) = (c.conjugate(), s.conjugate());
@@ -137,19 +137,19 @@ fn turn_rows<T: ComplexField + Copy, const W: usize>(columns: &mut [T], n: usize
     }
 }
 
-/// `sqrt(|x|^2 + |y|^2)`, where squares may overflow or vanish too.
+/// `sqrt(|x|^2 + |y|^2)`, safe where squares overflow or underflow.
 fn hypot<T: ComplexField<RealField = f64>>(x: T, y: T) -> f64 {
     let squares = x.clone().modulus_squared() + y.clone().modulus_squared();
     if (1e-280..1e280).contains(&squares) { squares.sqrt() } else { x.modulus().hypot(y.modulus()) }
 }
 
-/// For each pole the vector annihilated by the last n - 1 rows of `H - lambda I`, as columns of
-/// [`Eigenvectors::reals_first`]; of any size up to a large one.
+/// For each pole the null vector of the last n - 1 rows of `H - lambda I`, as columns for
+/// [`Eigenvectors::reals_first`]; not normalised.
 fn null_vectors(h: &DMatrix<f64>, requested: &RequestedPoles) -> DMatrix<f64> {
-    /// Far from overflow after one more step of any reasonable size, and in other units.
+    /// Rescaling threshold: one further step cannot overflow.
     const LARGE: f64 = 1e50;
     let (n, reals) = (h.nrows(), requested.real.len());
-    // An entry of all vectors is a column here, and so are the sums of the rows above so far.
+    // Column i of `x` holds entry i of all vectors; `sums` holds the partial sums of the rows above.
     let (mut x, mut sums) = (DMatrix::zeros(n, n), DMatrix::<f64>::zeros(n, n));
     let mut first = x.column_mut(n - 1);
     first.rows_mut(0, reals).fill(1.0);

@@ -1,19 +1,19 @@
-//! Placement with zeros asked for in the gain: "this output does not correct that state".
+//! Pole placement with a zero pattern in the gain: output k must not correct state i.
 //!
-//! *How many zeros are possible.* The coefficients of the characteristic polynomial of `A - L C` are n polynomials in
-//! the f entries of L left free. With `f < n` (n p less the zeros, less than n) they fill a surface only, and almost no
-//! set of poles can be had. With `f >= n` they fill an open set iff the derivative has rank n somewhere
-//! ([`StructuredPlacement::rank`]); complex gains then reach almost every set of poles, real ones possibly only some,
-//! as with static output feedback (Hermann and Martin, IEEE TAC 22, 1977). An eigenvalue that all gains of the pattern
-//! have in common is a fixed mode (Wang and Davison, IEEE TAC 18, 1973): it stays, and asking for another is an error.
+//! *Number of zeros.* The coefficients of the characteristic polynomial of `A - L C` are n polynomials in the f free
+//! entries of L. With `f < n` they reach a surface only, and almost no set of poles can be placed. With `f >= n` they
+//! reach an open set iff their derivative has rank n somewhere ([`StructuredPlacement::rank`]); complex gains then
+//! reach almost every set of poles, real gains possibly only some, as with static output feedback (Hermann and Martin,
+//! IEEE TAC 22, 1977). An eigenvalue common to all gains of the pattern is a fixed mode (Wang and Davison, IEEE TAC 18,
+//! 1973): it cannot be moved, and if it is not among the requested poles the call is an error.
 //!
-//! *Method.* Levenberg and Marquardt, twice. First on `det(s_i I - A + L C) / prod_j (s_i - mu_j) - 1` at n points s_i
-//! of a circle around the requested poles mu: that is the difference of the two characteristic polynomials, in a basis
-//! that suits their size; it is smooth in L, repeated poles or not, with the derivative `C adj(s_i I - A + L C)`. Then
-//! on the distances of the poles themselves, with `d lambda = -y*(dL) C x / y*x`, which says what "nearest" means where
-//! the poles cannot be had. From twelve fixed starts: the unconstrained gain with its forbidden entries dropped, zero,
-//! and ten without pattern of their own; of the gains that place the poles, the one with the best-conditioned
-//! eigenvalues is kept. Nothing guarantees the global minimum.
+//! *Method.* Levenberg-Marquardt in two stages. First on `det(s_i I - A + L C) / prod_j (s_i - mu_j) - 1` at n points
+//! s_i of a circle around the requested poles mu. This is the difference of the two characteristic polynomials in a
+//! well-scaled basis; it is smooth in L even for repeated poles, with the derivative `C adj(s_i I - A + L C)`. Then on
+//! the distances between achieved and requested poles, with `d lambda = -y*(dL) C x / y*x`, which minimises their sum
+//! of squares where the poles cannot be placed. Twelve fixed starting points: the unconstrained gain with its forbidden
+//! entries set to zero, zero, and ten pseudorandom ones. Of the gains that place the poles, the one with the
+//! best-conditioned eigenvalues is kept. The global minimum is not guaranteed.
 
 use nalgebra::{Complex, DMatrix, DVector};
 
@@ -27,45 +27,45 @@ use crate::schur::{schur, triangular_factor};
 use crate::units::{Units, shift};
 use crate::{LinalgError, Result};
 
-/// A gain with zeros where they were asked for, and how near its poles come to the requested.
+/// A gain with prescribed zeros, and the accuracy of its poles.
 #[derive(Debug, Clone, PartialEq)]
 pub struct StructuredPlacement {
-    /// The gain, its poles, their distances from the requested and their conditions. `condition` is that of the loop
-    /// achieved.
+    /// The gain, its poles, their distances from the requested ones and their condition numbers. `condition` is that of
+    /// the achieved closed loop.
     pub placement: Placement,
-    /// Whether every pole is where it was requested, up to what rounding does to a pole of its condition.
+    /// Whether every pole is at its requested place, within rounding errors times its condition number.
     pub is_placed: bool,
     /// f, the number of entries of the gain that are free.
     pub free: usize,
-    /// Rank of the derivative of the characteristic polynomial with respect to the free entries, at this gain: with n,
-    /// small changes of the requested can be followed.
+    /// Rank of the derivative of the characteristic polynomial with respect to the free entries, at this gain. With
+    /// rank n, small changes of the requested poles can be followed.
     pub rank: usize,
-    /// How many steps all starts together took.
+    /// Levenberg-Marquardt steps of all starts together.
     pub iterations: usize,
 }
 
-/// Starts, and how many placements are compared before the rest is left.
+/// Number of starts, and the number of successful placements after which no further start is tried.
 const STARTS: u64 = 12;
 const ENOUGH: usize = 4;
 /// Steps of one Levenberg-Marquardt run.
 const STEPS: usize = 60;
 
-/// State feedback gain `K`, m x n, with `K(i, j) = 0` wherever `free(i, j)` is false, that brings the eigenvalues of
-/// `A - B K` to `poles` or as near as it finds.
+/// State feedback gain `K`, m x n, with `K(i, j) = 0` wherever `free(i, j)` is false, that places the eigenvalues of
+/// `A - B K` at `poles` or as near as the iteration finds. Sign: `u = -K x`.
 ///
 /// `a` is n x n, `b` n x m, `poles` n numbers closed under conjugation, `free` m x n. Poles may be repeated (the loop
-/// may then be defective). The pair need not be controllable if what cannot be moved is asked for.
+/// may then be defective). The pair need not be controllable if `poles` contains its uncontrollable eigenvalues.
 ///
 /// # Errors
-/// [`LinalgError::FixedMode`] names an eigenvalue that no gain with these zeros moves and that is not asked for. The
-/// errors of the arguments of [`super::place`]. Poles that are merely not reached are no error: see
+/// [`LinalgError::FixedMode`] names an eigenvalue that no gain with these zeros moves and that is not among `poles`.
+/// The errors of the arguments of [`super::place`]. Poles that are not reached are no error: see
 /// [`StructuredPlacement::is_placed`] and [`Placement::errors`].
 ///
 /// # Cost
-/// At most 1440 steps of `O(n^4)`; a few dozen where there is freedom enough.
+/// At most 1440 steps of `O(n^4)`; a few dozen steps where there are enough free entries.
 ///
 /// # Example
-/// Two carts on springs, each with its own drive, which sees its own cart only (decentralised control).
+/// Two carts coupled by springs, each driven by feedback of its own state only (decentralised control).
 /// ```
 /// use luenberger_linalg::{eigenvalues, place_structured};
 /// use nalgebra::{Complex, dmatrix};
@@ -100,8 +100,8 @@ pub fn place_structured(
     solve(a, b, &RequestedPoles::new(poles, a.nrows())?, free)
 }
 
-/// Observer gain `L`, n x p, with `L(i, k) = 0` wherever `free(i, k)` is false, that brings the eigenvalues of
-/// `A - L C` to `poles` or as near as it finds.
+/// Observer gain `L`, n x p, with `L(i, k) = 0` wherever `free(i, k)` is false, that places the eigenvalues of
+/// `A - L C` at `poles` or as near as the iteration finds.
 ///
 /// `a` is n x n, `c` p x n, `poles` n numbers closed under conjugation, `free` n x p: false where output k must not
 /// correct state i. This is [`place_structured`] of `(A', C')`, transposed.
@@ -113,8 +113,8 @@ pub fn place_structured(
 /// As [`place_structured`].
 ///
 /// # Example
-/// Position and velocity measured: the position's sensor is not to correct the velocity. Four entries less one zero are
-/// more than two poles need.
+/// Position and velocity measured; the position measurement must not correct the velocity. Three free entries remain,
+/// more than the two poles need.
 /// ```
 /// use luenberger_linalg::place_observer_structured;
 /// use nalgebra::{Complex, dmatrix};
@@ -167,7 +167,7 @@ fn solve(
             distance: back(distance),
         })
     })?;
-    // The unconstrained gain, in the units chosen; without one the starts are of the size of the plant.
+    // Unconstrained gain in balanced units; if there is none, zero, and the random starts scale with the norm of A.
     let power = |i: usize, j: usize| units.time - units.output[i] + units.state[j];
     let unconstrained = match assign(a, b, requested, units.clone(), None) {
         Ok(assigned) => DMatrix::from_fn(m, n, |i, j| shift(assigned.gain[(i, j)], -power(i, j))),
@@ -231,7 +231,7 @@ fn solve(
     })
 }
 
-/// The plant in its units, and the entries `(input, state)` of the gain that are free.
+/// Plant in balanced units, and the free entries `(input, state)` of the gain.
 struct Problem {
     a: DMatrix<f64>,
     b: DMatrix<f64>,
@@ -239,13 +239,13 @@ struct Problem {
     free: Vec<(usize, usize)>,
 }
 
-/// What one start came to.
+/// Result of one starting point.
 struct Candidate {
     x: DVector<f64>,
     is_placed: bool,
-    /// Sum of squares of the distances of the poles from the requested.
+    /// Sum of squares of the distances between achieved and requested poles.
     missed: f64,
-    /// Sum of squares of the conditions of the poles.
+    /// Sum of squares of the condition numbers of the poles.
     condition: f64,
 }
 
@@ -272,26 +272,27 @@ impl Problem {
         &self.a - &self.b * self.gain(x)
     }
 
-    /// The size of what is added up in the closed loop.
+    /// Norm of the terms of the closed loop, for rounding errors.
     fn terms(&self, x: &DVector<f64>) -> f64 {
         self.a.norm() + self.b.norm() * x.norm()
     }
 
-    /// Difference of the characteristic polynomials at the points of a circle, and its derivative: real parts, then
-    /// imaginary parts.
+    /// Relative difference of the characteristic polynomials at the points of a circle, and its Jacobian: real parts,
+    /// then imaginary parts.
     fn polynomials(&self, x: &DVector<f64>) -> Option<(DVector<f64>, DMatrix<f64>)> {
         let n = self.a.nrows();
         let poles = self.requested.poles();
         let centre = poles.iter().map(|p| p.re).sum::<f64>() / n as f64;
         let spread = poles.iter().map(|p| (p - centre).norm()).fold(0.25 * centre.abs(), f64::max);
-        // Half as far again as the poles: near enough that the last coefficient weighs, 1.5^-n.
+        // 1.5 times the spread of the poles: near enough that the last coefficient still counts, with the weight
+        // 1.5^-n.
         let radius = 1.5 * if spread > 0.0 { spread } else { self.a.norm().max(1.0) };
         let closed = self.closed(x).map(Complex::from);
         let b = self.b.map(Complex::from);
         let half = n.div_ceil(2);
         let mut r = DVector::zeros(2 * half);
         let mut j = DMatrix::zeros(2 * half, self.free.len());
-        // The lower half of the circle says the same.
+        // The lower half of the circle gives the conjugates.
         for i in 0..half {
             let angle = std::f64::consts::PI * (2 * i + 1) as f64 / n as f64;
             let s =
@@ -315,12 +316,12 @@ impl Problem {
         finite(r, j)
     }
 
-    /// Distances of the poles from the requested, and their derivative.
+    /// Differences between achieved and requested poles, and their Jacobian.
     fn distances(&self, x: &DVector<f64>) -> Option<(DVector<f64>, DMatrix<f64>)> {
         let n = self.a.nrows();
         let eigen = Eigen::of(&schur(&self.closed(x)).ok()?);
         let at = self.requested.matched(&eigen.values);
-        // B'y, whose conjugates are the y*B.
+        // B'y; the conjugates are the entries of y*B.
         let driven = Eigenvectors { columns: self.b.tr_mul(&eigen.left.columns), parts: eigen.left.parts };
         let mut r = DVector::zeros(2 * n);
         let mut j = DMatrix::zeros(2 * n, self.free.len());
@@ -345,7 +346,7 @@ impl Problem {
         let (mut is_placed, mut missed) = (true, 0.0);
         for (pole, k) in self.requested.poles().iter().zip(self.requested.matched(&values)) {
             let off = (values[k] - pole).norm();
-            // Ten times the n eps that a Schur form is off, and never more than six digits.
+            // Ten times the error n eps of a Schur form, at most 1e-6 of the size.
             is_placed &= off <= (10.0 * n as f64 * f64::EPSILON * conditions[k] * terms).min(1e-6 * size);
             missed += off * off;
         }
@@ -353,8 +354,8 @@ impl Problem {
         Ok((missed <= f64::MAX).then_some(Candidate { x, is_placed, missed, condition }))
     }
 
-    /// An eigenvalue of A that generic gains of the pattern leave where it is, and that is not asked for, with its
-    /// distance from the requested.
+    /// Fixed mode that is furthest from the requested poles, with its distance: an eigenvalue of A that generic gains
+    /// of the pattern do not move and that is not requested.
     fn fixed_modes(&self) -> Result<Option<(Complex<f64>, f64)>> {
         let n = self.a.nrows();
         let form = triangular_factor(&self.a)?;
@@ -370,8 +371,8 @@ impl Problem {
             let terms = self.terms(&x);
             let found: Vec<(Complex<f64>, f64)> =
                 moved.eigenvalues().into_iter().zip(conditions(&moved, &vec![0; n])).collect();
-            // Each eigenvalue of the moved plant stands for one of A: of a double one, one copy may be fixed and the
-            // other not.
+            // Each eigenvalue of the perturbed plant matches one eigenvalue of A only: of a double eigenvalue, one copy
+            // may be fixed and the other not.
             let mut taken = vec![false; n];
             for (k, (value, condition)) in own.iter().enumerate() {
                 let tolerance =
@@ -384,7 +385,7 @@ impl Problem {
                 slack[k] = f64::max(slack[k], tolerance(1.0));
             }
         }
-        // Each requested pole stands for one fixed mode.
+        // Each requested pole accounts for one fixed mode.
         let mut used = vec![false; n];
         let mut worst: Option<(Complex<f64>, f64)> = None;
         for (k, (value, _)) in own.iter().enumerate().filter(|(k, _)| fixed[*k]) {
@@ -392,7 +393,7 @@ impl Problem {
             let nearest = (0..n).filter(|i| !used[*i]).min_by(|i, j| distance(i).total_cmp(&distance(j)));
             let Some(nearest) = nearest else { continue };
             let off = distance(&nearest);
-            // Six digits, as for a pole that is placed: a mode known by its decimals is the mode.
+            // Six digits, as for a placed pole: a user types a fixed mode as a rounded decimal number.
             if off <= slack[k].max(1e-6 * value.norm()) {
                 used[nearest] = true;
             } else if worst.is_none_or(|w| off > w.1) {
@@ -427,7 +428,7 @@ fn finite(r: DVector<f64>, j: DMatrix<f64>) -> Option<(DVector<f64>, DMatrix<f64
     all.then_some((r, j))
 }
 
-/// Least squares from `x`: steps `-J'(J J' + mu I)^-1 r`, the shortest ones where there are more unknowns than
+/// Least squares from `x` with the steps `-J'(J J' + mu I)^-1 r`, of minimal norm if there are more unknowns than
 /// equations. Returns the best x and the number of steps.
 fn levenberg_marquardt(
     mut x: DVector<f64>,

@@ -1,23 +1,23 @@
-//! The discrete equation as a Hamiltonian eigenproblem, around a gain that is there already.
+//! The discrete Riccati equation as a Hamiltonian eigenproblem, relative to a known gain `K0`.
 //!
-//! With `K = K0 + L` and `F = A - B K0` the equation is that of the plant `(F, B)` with the weights `Q + K0'R K0` of
-//! the state, `S = -K0'R` of state and input together, and R, and has the same X:
+//! With `K = K0 + L` and `F = A - B K0`, the equation is that of the plant `(F, B)` with the state weight
+//! `Q + K0'R K0`, the cross weight `S = -K0'R` and R. X is the same.
 //!
 //! ```text
 //!     [F        0  B ]     [I  0   0]
 //! M = [-Q-K0'RK0 I -S],  N = [0  F'  0],       (M - z N) has the closed loop's poles z, their inverses, and m infinite eigenvalues.
 //!     [S'       0  R ]     [0 -B'  0]
 //! ```
-//! The bilinear map `w = (z - 1)/(z + 1)` makes of that the matrix `(M + N)^-1 (M - N)`, the leading 2n rows and
-//! columns of which are Hamiltonian, with the stable subspace `[I; X]`; the infinite eigenvalues become ones that
-//! belong to the last columns alone. `M + N` is regular iff no pole of the closed loop is -1: never for want of an
-//! `A + I` that is. Around a good K0 no entry is larger than the closed loop, where A itself, in coordinates in which X
-//! is near the identity, is as large as the plant is unstable.
+//! The bilinear map `w = (z - 1)/(z + 1)` gives the matrix `(M + N)^-1 (M - N)`. Its leading 2n rows and columns are
+//! Hamiltonian, with the stable subspace `[I; X]`; the infinite eigenvalues become ones of the last m columns. `M + N`
+//! is regular iff -1 is not a pole of the closed loop; `A + I` may be singular. With a good K0 no entry is larger than
+//! the closed loop; A itself, in coordinates in which X is near the identity, can be as large as its unstable modes are
+//! fast.
 
 use super::hamiltonian;
 use nalgebra::{DMatrix, DVector};
 
-/// The shifted equation.
+/// Data of the shifted equation.
 pub(super) struct Shifted<'a> {
     /// `F`.
     pub(super) f: &'a DMatrix<f64>,
@@ -29,9 +29,9 @@ pub(super) struct Shifted<'a> {
     pub(super) r: &'a DMatrix<f64>,
 }
 
-/// X of the n poles nearest to stability: where to begin, a solution if these are stable.
+/// X of the n poles nearest to stability: a starting point, and a solution if these poles are stable.
 pub(super) fn guess(shifted: &Shifted<'_>) -> Option<DMatrix<f64>> {
-    // A pole close to -1 makes the first map ill-conditioned, and one close to 1 the second.
+    // The first map is ill-conditioned for a pole near -1, the second for a pole near 1.
     let trusted = f64::EPSILON.sqrt().recip();
     let first = hamiltonian(shifted, 1.0);
     let h = match first {
@@ -48,7 +48,7 @@ pub(super) fn guess(shifted: &Shifted<'_>) -> Option<DMatrix<f64>> {
 fn hamiltonian(shifted: &Shifted<'_>, sign: f64) -> Option<DMatrix<f64>> {
     let Shifted { f, b, q, k, r } = *shifted;
     let (n, m) = b.shape();
-    // Inputs in units in which B and R together are of size one.
+    // Inputs scaled so that B and R together have norm about one.
     let units = DVector::from_fn(m, |j, _| b.column(j).norm().hypot(r[(j, j)].abs().sqrt()))
         .map(|x| if x > 0.0 { 1.0 / x } else { 1.0 });
     let scaled = DMatrix::from_diagonal(&units);

@@ -1,22 +1,20 @@
-//! Condition of a Riccati equation, and a bound of the error of its solution (Kenney and Hewer, SIAM J. Control Optim.
-//! 28, 1990).
+//! Condition number of a Riccati equation, and a bound of the error of its solution (Kenney and Hewer, SIAM J. Control
+//! Optim. 28, 1990).
 //!
-//! The derivative of the equation at X is the Lyapunov (Stein) operator of the closed loop F. With its solutions for
-//! two weights,
+//! The derivative of the equation at X is the Lyapunov (Stein) operator of the closed loop F. Two solutions are needed:
 //!
 //! ```text
 //! continuous   F'H0 + H0 F + I = 0        F'H2 + H2 F + X^2 = 0
 //! discrete     F'H0 F - H0 + I = 0        F'H2 F - H2 + F'X^2 F = 0
 //! ```
-//! a change of Q, A and `G = B R^-1 B'` moves X by at most
-//! `||H0|| ||dQ|| + 2 sqrt(||H0|| ||H2||) ||dA|| + ||H2|| ||dG||` to first order, in the spectral norm, and the first
-//! and the last are attained.
+//! To first order and in the spectral norm, a change of Q, A and `G = B R^-1 B'` moves X by at most
+//! `||H0|| ||dQ|| + 2 sqrt(||H0|| ||H2||) ||dA|| + ||H2|| ||dG||`; the bounds for Q alone and for G alone are attained.
 //!
-//! **Error.** A defect D with `-c I <= D <= c I` is that of an X off by E, `-2c H0 <= E <= 2c H0`, if
-//! `4 c ||H0|| tr(H0 G) <= 1`: the quadratic term `E G E` of such an E is at most
-//! `4 c^2 ||H0^1/2 G H0^1/2|| H0 <= c I`, so that the map that takes E to the solution for `D + E G E` stays among
-//! them, and has a fixed point (Brouwer). Discrete, with `B (R + B'X B)^-1 B'` for G and `E G (I + E G)^-1 E` between
-//! two factors F, whence 8 for 4.
+//! **Error.** Let X have the defect D, `-c I <= D <= c I`. If `4 c ||H0|| tr(H0 G) <= 1`, there is a solution that
+//! differs from X by an E with `-2c H0 <= E <= 2c H0`. Reason: for such an E the quadratic term `E G E` is at most
+//! `4 c^2 ||H0^1/2 G H0^1/2|| H0 <= c I`, so the map from E to the solution for `D + E G E` maps this set into itself
+//! and has a fixed point (Brouwer). In discrete time G becomes `B (R + B'X B)^-1 B'`, the quadratic term is
+//! `F'E G (I + E G)^-1 E F`, and 4 becomes 8.
 
 use super::coordinates::Frame;
 use super::scaled::Scaled;
@@ -25,8 +23,9 @@ use crate::schur_operator::SchurEquation;
 use crate::separation::norm;
 use nalgebra::{Cholesky, DMatrix, Dyn};
 
-/// `(condition, forward error)`, both relative to the norm of `x`, in the units of `problem`; infinite where the closed
-/// loop, whose `equation` it is, leaves none. `defect` is the norm of what is left of the equation.
+/// `(condition, forward error)`, both relative to the norm of `x`, in the units of `problem`; infinite if the Lyapunov
+/// equations of the closed loop cannot be solved. `equation` is that of the closed loop, `defect` the norm of the
+/// defect.
 pub(super) fn condition(
     problem: &Scaled,
     x: &DMatrix<f64>,
@@ -42,8 +41,7 @@ pub(super) fn condition(
     };
     let (h0, size) = (norm(&h), norm(x));
     let condition = relative_change(problem, h0, norm(&h2), size);
-    // What is left of the equation, and the rounding with which that is known: three products, the quadratic one of
-    // large terms that may cancel.
+    // Defect plus its rounding error: three products, the quadratic one of large terms that may cancel.
     let a = norm(&problem.a);
     let (linear, steps) = if problem.discrete {
         ((a * a + 1.0) * size + norm(&problem.q), a)
@@ -69,13 +67,13 @@ pub(super) struct Local<'a> {
     pub(super) k: &'a DMatrix<f64>,
     /// `R`, for the discrete equation `R + B^'X^ B^`.
     pub(super) input_weight: &'a Cholesky<f64, Dyn>,
-    /// The error of `f`.
+    /// Bound of the error of `f`.
     pub(super) unknown: f64,
 }
 
-/// As [`condition`], from X^ and the closed loop in coordinates of their own: with `T'T` for I, and so on, the same
-/// numbers in the units of `problem`. `None` if a change of the closed loop as small as what is not known of it might
-/// make it unstable: with H0 as its Lyapunov function it cannot as long as `2 |dF| ||H0|| < 1`.
+/// As [`condition`], from X^ and the closed loop in the coordinates of `frame`: the right-hand side I becomes `T'T`,
+/// and so on; the results are in the units of `problem`. `None` if the error `dF` of the closed loop might make it
+/// unstable: with H0 as Lyapunov function it cannot if `2 |dF| ||H0|| < 1`.
 pub(super) fn in_frame(
     problem: &Scaled,
     local: &Local<'_>,
@@ -97,7 +95,7 @@ pub(super) fn in_frame(
     let [h_user, h2_user] = weights.map(|weight| equation.substituted(&weight).map(|h| norm(&frame.back(&h))));
     let size = norm(&frame.back(x));
     let condition = relative_change(problem, h_user?, h2_user?, size);
-    // What is left of the equation of this gain; that of X adds the square of what its gain differs by.
+    // Defect for this gain; that of X adds the square of the difference from the gain of X.
     let image = f.tr_mul(x);
     let left = if problem.discrete { &image * f - x } else { &image + image.transpose() } + local.q;
     let optimal = if problem.discrete {
@@ -114,7 +112,7 @@ pub(super) fn in_frame(
     let pull = pull(local.input_weight, local.b, &h);
     let forward = if dominated(problem, pull, h0, defect) {
         let size_of_s = norm(&frame.inverse);
-        // Of X = S'X^ S, entry by entry.
+        // Rounding of X = S'X^ S, entry by entry.
         let rounded = relative(2.0 * n as f64 * f64::EPSILON * size_of_s * size_of_s * size_of_x, size);
         moved(defect, norm(&frame.back(&h)), n, size) + rounded
     } else {
@@ -123,7 +121,7 @@ pub(super) fn in_frame(
     Some((condition, known(forward)))
 }
 
-/// By the norms of H0, H2 and X.
+/// Relative condition number from the norms of H0, H2 and X.
 fn relative_change(problem: &Scaled, h0: f64, h2: f64, size: f64) -> f64 {
     let (a, q, g) = (norm(&problem.a), norm(&problem.q), norm(&problem.g));
     known(relative(h0 * q + 2.0 * h0.sqrt() * h2.sqrt() * a + h2 * g, size))
@@ -134,7 +132,7 @@ fn pull(weight: &Cholesky<f64, Dyn>, b: &DMatrix<f64>, h: &DMatrix<f64>) -> f64 
     weight.solve(&(b.tr_mul(h) * b)).trace()
 }
 
-/// Whether the quadratic term is.
+/// Whether the linear term dominates the quadratic one, `4 c ||H0|| tr(H0 G) <= 1` (8 in discrete time).
 fn dominated(problem: &Scaled, pull: f64, h0: f64, defect: f64) -> bool {
     let curvature = pull * if problem.discrete { 8.0 } else { 4.0 };
     curvature * h0 * defect <= 1.0
@@ -144,7 +142,7 @@ fn moved(defect: f64, h0: f64, n: usize, size: f64) -> f64 {
     relative(2.0 * h0 * defect * (n as f64).sqrt(), size)
 }
 
-/// Out of range: nothing is known.
+/// NaN means that no bound is known.
 fn known(x: f64) -> f64 {
     if x.is_nan() { f64::INFINITY } else { x }
 }

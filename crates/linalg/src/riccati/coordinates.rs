@@ -1,8 +1,8 @@
 //! Coordinates of the state, `x = T z`, in which the solution of a Riccati equation is near the identity.
 //!
-//! `S = T^-1` is what is kept, entry by entry; T is its inverse up to the rounding `E = S T - I`, which is as large as
-//! `eps cond(T)` and is taken out where it counts. Products that cancel down to the size of the closed loop are formed
-//! in twice the working precision.
+//! `S = T^-1` is stored, and defines the coordinates exactly. T is its inverse up to `E = S T - I`, of size
+//! `eps cond(T)`, which is corrected where it matters. Products that cancel down to the size of the closed loop are
+//! formed in twice the working precision.
 
 use super::scaled::Scaled;
 use crate::argument::symmetric_part;
@@ -11,7 +11,7 @@ use crate::product::view;
 use crate::sequential::hermitian_eigen;
 use nalgebra::{DMatrix, DVector};
 
-/// The backward error of a Schur form is a few n eps beside the norm of the matrix.
+/// Backward error of a Schur form, in units of n eps times the norm of the matrix.
 const SCHUR_FORM: f64 = 10.0;
 
 pub(super) struct Frame {
@@ -19,7 +19,7 @@ pub(super) struct Frame {
     pub(super) inverse: DMatrix<f64>,
     /// `S T - I`.
     error: DMatrix<f64>,
-    /// Extremes of the eigenvalues of the X of which the last step was made.
+    /// Smallest and largest absolute eigenvalue of the X that defined the last step.
     pub(super) extremes: (f64, f64),
 }
 
@@ -33,8 +33,8 @@ impl Frame {
         }
     }
 
-    /// The frame in which `x`, in the coordinates of this one, becomes the identity, but for its eigenvalues below
-    /// `floor` times the largest, which are taken as that. `None` for an X that is zero or not finite.
+    /// Coordinates in which `x`, given in the present ones, becomes the identity. Eigenvalues below `floor` times the
+    /// largest are raised to that. `None` if x is zero or not finite.
     pub(super) fn then(&self, x: &DMatrix<f64>, floor: f64) -> Option<Self> {
         let n = x.nrows();
         let (values, vectors) = hermitian_eigen(view(x))?;
@@ -74,8 +74,8 @@ impl Frame {
         &k - &k * &self.error
     }
 
-    /// `S (A - B K) S^-1`, where `A - B K` formed in the coordinates of the problem may have lost A beside B K; and a
-    /// bound of its error with that of its Schur form.
+    /// `S (A - B K) S^-1` and a bound of its error, including that of its Schur form. Formed in the coordinates of the
+    /// problem, `A - B K` may lose A beside B K.
     pub(super) fn closed_loop(&self, problem: &Scaled, k: &DMatrix<f64>) -> (DMatrix<f64>, f64) {
         let (n, m) = problem.b.shape();
         let (kt, kt_rest) = product(k, &self.t);

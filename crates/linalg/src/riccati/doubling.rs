@@ -4,10 +4,10 @@
 //! W = I + G H        A+ = A W^-1 A        G+ = G + A W^-1 G A'        H+ = H + A'H W^-1 A        from (A, G, Q)
 //! ```
 //!
-//! Step k stands for 2^k steps of the Riccati recursion from zero, so that `H` grows monotonically to the smallest
-//! positive semidefinite solution, with the square of the error at each step. That is the stabilizing solution iff
-//! `(A, Q)` is detectable. Where it is not, the gain for a weight that sees every state stabilizes, and Newton's
-//! iteration (Hewer, IEEE TAC 16, 1971) descends from it to the stabilizing solution.
+//! Step k is equivalent to 2^k steps of the Riccati recursion from zero: `H` grows monotonically to the smallest
+//! positive semidefinite solution and converges quadratically. It is the stabilizing solution iff `(A, Q)` is
+//! detectable. If it is not, the gain for a weight of every state stabilizes, and Newton's iteration (Hewer, IEEE TAC
+//! 16, 1971) from it decreases to the stabilizing solution.
 
 use super::popov;
 use super::scaled::Scaled;
@@ -16,9 +16,10 @@ use crate::stein::stein_step;
 use crate::{LinalgError, Result, eigenvalues};
 use nalgebra::{Complex, DMatrix};
 
-/// 2^60 steps of the recursion: a closed loop nearer to the unit circle than 2^-60 cannot be told from one on it.
+/// 2^60 steps of the recursion: a pole within 2^-60 of the unit circle cannot be distinguished from one on it.
 const DOUBLINGS: usize = 60;
-/// Newton's iteration halves the error at least (at the boundary), and squares it otherwise.
+/// Newton's iteration at least halves the error (if a pole lies on the unit circle), and converges quadratically
+/// otherwise.
 const NEWTON_STEPS: usize = 60;
 
 pub(super) fn solve(problem: &Scaled) -> Result<DMatrix<f64>> {
@@ -27,7 +28,7 @@ pub(super) fn solve(problem: &Scaled) -> Result<DMatrix<f64>> {
     {
         return Ok(x);
     }
-    // Every state weighted: detectable, so that only an eigenvalue that no input moves can still be in the way.
+    // A weight of every state is detectable: only an uncontrollable eigenvalue can then prevent a solution.
     let n = problem.a.nrows();
     let weight = [problem.q.norm(), problem.g.norm().recip(), 1.0].into_iter().find(|w| *w > 0.0 && w.is_finite());
     let seen = problem.with_weight(&problem.q + DMatrix::identity(n, n) * weight.unwrap_or(1.0));
@@ -78,7 +79,7 @@ fn stabilizes(problem: &Scaled, x: &DMatrix<f64>) -> Result<bool> {
     }
 }
 
-/// `X+ : (A - B K)'X+ (A - B K) - X+ + Q + K'R K = 0`, `K` from `X`, until it no longer falls.
+/// Newton's iteration `(A - B K)'X+ (A - B K) - X+ + Q + K'R K = 0`, `K` from `X`, until X no longer decreases.
 fn descend(problem: &Scaled, start: &DMatrix<f64>) -> Result<DMatrix<f64>> {
     let mut x = start.clone();
     let mut change = f64::INFINITY;
@@ -93,7 +94,7 @@ fn descend(problem: &Scaled, start: &DMatrix<f64>) -> Result<DMatrix<f64>> {
         let step = (&next - &x).norm();
         let allowed = problem.a.nrows() as f64 * f64::EPSILON * next.norm();
         x = next;
-        // At the level of rounding the fall is no longer monotone.
+        // At rounding level the decrease is no longer monotone.
         if step <= allowed || (step <= allowed.sqrt() && step >= change) {
             return Ok(x);
         }

@@ -1,10 +1,11 @@
 //! Riccati equations with a cross term S of the cost, for descriptor plants `E x' = A x + B u` with E regular, and in
 //! discrete time with a singular R.
 //!
-//! With `z = E x`, `F = A E^-1`, `Q_z = E^-T Q E^-1`, `S_z = E^-T S` the equation is that of a plant in standard form,
-//! and with `u = v - R^-1 S_z' z` one without cross term, for `F - B R^-1 S_z'` and `Q_z - S_z R^-1 S_z'`; X is the
-//! same. In discrete time `X = c I + Y` gives an equation for Y with `R + c B'B` for R and a cross term, which is how a
-//! singular R is treated. The result is refined by Newton's iteration, and its evidence computed, on the data as given.
+//! With `z = E x`, `F = A E^-1`, `Q_z = E^-T Q E^-1`, `S_z = E^-T S` the equation is that of a plant in standard form;
+//! with `u = v - R^-1 S_z' z` the cross term vanishes, for `F - B R^-1 S_z'` and `Q_z - S_z R^-1 S_z'`. X is the same.
+//! In discrete time `X = c I + Y` gives an equation for Y with `R + c B'B` in place of R, and a cross term: this treats
+//! a singular R. The result is refined by Newton's iteration on the data as given, and so are residual, condition and
+//! error bound computed.
 
 use super::scaled::{Data, Weight};
 use super::{Riccati, continuous, discrete};
@@ -18,15 +19,15 @@ use nalgebra::{Cholesky, Complex, DMatrix, Dyn};
 /// Generalised continuous Riccati equation
 /// `A'X E + E'X A - (E'X B + S) R^-1 (B'X E + S') + Q = 0`: the stabilizing solution, symmetric.
 ///
-/// `a` and `e` are n x n, `e` regular, `b` and `s` n x m, `q` n x n symmetric (indefinite or not), `r` m x m symmetric
-/// positive definite. The gain of `u = -K x` is `K = R^-1 (B'X E + S')`; the poles are the eigenvalues of the pencil
-/// `(A - B K, E)`. If `[Q, S; S', R] >= 0`, it minimises the integral of `x'Q x + 2 x'S u + u'R u` along
-/// `E x' = A x + B u`, and the cost from x is `x'E'X E x`. Residual and condition are relative to the terms and to the
-/// data as given, in the units of the user: the condition to A, B, Q, R, S and E. About 500 n^3 flops.
+/// `a` and `e` are n x n, `e` regular, `b` and `s` n x m, `q` n x n symmetric (possibly indefinite), `r` m x m
+/// symmetric positive definite. The gain of `u = -K x` is `K = R^-1 (B'X E + S')`; the poles are the eigenvalues of the
+/// pencil `(A - B K, E)`. If `[Q, S; S', R] >= 0`, it minimises the integral of `x'Q x + 2 x'S u + u'R u` along
+/// `E x' = A x + B u`; the cost from x is `x'E'X E x`. The residual is relative to the terms, the condition relative to
+/// A, B, Q, R, S and E, all in the units of the user. About 500 n^3 flops.
 ///
 /// # Errors
-/// Those of [`care`](super::care), the eigenvalues being those of `(A, E)` (the unobservable ones: of
-/// `(A - B R^-1 S', E)`); [`LinalgError::Singular`] for an `e` whose condition leaves no digits.
+/// Those of [`care`](super::care), with the eigenvalues of `(A, E)` (of `(A - B R^-1 S', E)` for the unweighted ones);
+/// [`LinalgError::Singular`] if `e` is singular to working precision.
 ///
 /// # Example
 /// ```
@@ -61,8 +62,8 @@ pub fn generalized_care<'a>(
 /// flops.
 ///
 /// # Errors
-/// As [`generalized_care`]; [`LinalgError::NotPositiveDefinite`] names R, with its least eigenvalue, if an input has
-/// neither a weight nor an effect.
+/// As [`generalized_care`]; [`LinalgError::NotPositiveDefinite`] names R, with its smallest eigenvalue, if an input has
+/// neither a weight nor an effect on the state.
 ///
 /// # Example
 /// ```
@@ -102,7 +103,7 @@ struct Generalized {
     inverse: DMatrix<f64>,
 }
 
-/// A symmetric matrix with its gain, and what they leave of the equation.
+/// Symmetric X, its gain, and the defect of the equation.
 struct Iterate {
     x: DMatrix<f64>,
     k: DMatrix<f64>,
@@ -168,7 +169,7 @@ impl Generalized {
         Ok(if self.discrete { discrete(&data)? } else { continuous(&data)? }.x)
     }
 
-    /// `X = c I + Y`; `None` if `R + c B'B` is not definite for a c of the size of X either.
+    /// Solution by `X = c I + Y`; `None` if `R + c B'B` is not definite even for a c of the size of X.
     fn shifted(&self, f: &DMatrix<f64>, q: &DMatrix<f64>, s: &DMatrix<f64>) -> Option<Result<DMatrix<f64>>> {
         let n = f.nrows();
         let size = norm(q);
@@ -202,13 +203,13 @@ impl Generalized {
         (defect.iter().all(|d| d.is_finite()) && terms.is_finite()).then_some(Iterate { x, k, defect, terms })
     }
 
-    /// `R`, in discrete time `R + B'X B`; `None` if it is not definite.
+    /// `R` (continuous) or `R + B'X B` (discrete); `None` if it is not definite.
     fn weight(&self, x: &DMatrix<f64>) -> Option<Cholesky<f64, Dyn>> {
         let r = if self.discrete { &self.r + symmetric_part(&(self.b.tr_mul(x) * &self.b)) } else { self.r.clone() };
         Cholesky::new(r)
     }
 
-    /// `W` on the states of the standard form.
+    /// `E^-T W E^-1`: the weight W in the states of the standard form.
     fn standard(&self, w: &DMatrix<f64>) -> DMatrix<f64> {
         symmetric_part(&(self.inverse.tr_mul(w) * &self.inverse))
     }
@@ -218,7 +219,7 @@ impl Generalized {
         SchurEquation::untested(kind, &((&self.a - &self.b * k) * &self.inverse), None)
     }
 
-    /// Newton's iteration as long as it lowers the residual, and the evidence.
+    /// Newton's iteration as long as it lowers the residual, then poles, condition and error bound.
     fn refined(&self, x: DMatrix<f64>) -> Result<Riccati> {
         let overflow = || LinalgError::Overflow { what: "the generalised Riccati equation" };
         let mut at = self.iterate(x).ok_or_else(overflow)?;
@@ -248,14 +249,15 @@ impl Generalized {
         Ok(Riccati { x: at.x, k: at.k, poles, residual, condition, forward_error })
     }
 
-    /// `(condition, forward error)`, by the solutions of the equation of the closed loop, as in `riccati/condition.rs`.
-    /// With `F = A - B K` a change of the data leaves, to first order,
+    /// `(condition, forward error)`, by the solutions of the closed-loop equation, as in `riccati/condition.rs`. With
+    /// `F = A - B K` a change of the data changes the equation, to first order, by
     ///
     /// ```text
     /// continuous   dA'X E + E'X dA + dE'X F + F'X dE    discrete   dA'X F + F'X dA - dE'X E - E'X dE
     /// both         dQ - dS K - K'dS' + K'dR K - K'dB'X G - G'X dB K        G = E, in discrete time G = F
     /// ```
-    /// and `M'N + N'M` solves to at most `2 sqrt(||H(M'M)|| ||H(N'N)||)`, H(W) being the solution for the weight W.
+    /// The solution for the weight `M'N + N'M` has at most the norm `2 sqrt(||H(M'M)|| ||H(N'N)||)`, H(W) being the
+    /// solution for the weight W.
     fn evidence(&self, at: &Iterate, equation: &mut SchurEquation) -> Option<(f64, f64)> {
         let Iterate { x, k, .. } = at;
         let n = x.nrows();
@@ -274,8 +276,8 @@ impl Generalized {
         Some((condition, self.forward_error(at, &closed, &h).unwrap_or(f64::INFINITY)))
     }
 
-    /// The defect of the stored gain, `F'X F - E'X E + Q - S K - K'S' + K'R K` in discrete time, is that of X but for
-    /// the square of what the gain misses. `h` is the solution for the identity.
+    /// Forward error of X. The defect with the stored gain, in discrete time `F'X F - E'X E + Q - S K - K'S' + K'R K`,
+    /// differs from that of X by the square of the gain's error. `h` is the solution for the identity.
     fn forward_error(&self, at: &Iterate, closed: &DMatrix<f64>, h: &DMatrix<f64>) -> Option<f64> {
         let Iterate { x, k, .. } = at;
         let (n, m) = (x.nrows(), k.nrows());
@@ -293,7 +295,7 @@ impl Generalized {
             (&half + half.transpose(), 2.0 * spread_f * other * size_x)
         };
         let rounding = unit * (terms + q + 2.0 * s * size_k + r * size_k * size_k);
-        // What the gain misses.
+        // Error of the stored gain.
         let weight = self.weight(x)?;
         let size_w = r + if self.discrete { b * b * size_x } else { 0.0 };
         let plant = if self.discrete { &self.a } else { &self.e };
@@ -303,7 +305,7 @@ impl Generalized {
             norm(&(&matrix * (matrix.tr_mul(k)) - cross)) + unit * (size_w * size_k + b * size_x * norm(plant) + s);
         let size_inverse = norm(&weight.inverse());
         let (gain, square) = (size_inverse * missed, size_inverse * missed * missed);
-        // The standard form of the closed loop is rounded, and of the stored gain.
+        // Rounding errors of the closed loop in standard form, and the effect of the gain's error.
         let condition_e = size_i * e;
         let moved = size_i * (b * gain + unit * (spread_f + size_f * condition_e));
         let steps = if self.discrete { 2.0 * size_f * size_i + moved } else { 2.0 };

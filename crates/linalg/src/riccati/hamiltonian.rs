@@ -1,7 +1,7 @@
 //! The continuous equation by the stable invariant subspace of the Hamiltonian matrix `[A -G; -Q -A']` (Laub, IEEE TAC
 //! 24, 1979).
 //!
-//! Its eigenvalues lie symmetric to the imaginary axis. If none lies on it, the n stable ones have an invariant
+//! Its eigenvalues lie symmetrically about the imaginary axis. If none lies on it, the n stable ones have an invariant
 //! subspace spanned by `[U1; U2]`, and `X = U2 U1^-1` exists iff `(A, B)` is stabilizable.
 
 use super::popov;
@@ -24,19 +24,19 @@ pub(super) fn solve(problem: &Scaled) -> Result<DMatrix<f64>> {
     }
 }
 
-/// As [`solve`], from the n leftmost eigenvalues, on whichever side of the axis rounding has put them: where to begin,
-/// not a solution.
+/// As [`solve`], from the n leftmost eigenvalues even if rounding has put some on the wrong side of the axis: a
+/// starting point, not a solution.
 pub(super) fn guess(problem: &Scaled) -> Option<DMatrix<f64>> {
     leftmost(&matrix(problem))
 }
 
-/// X of the n leftmost eigenvalues of a Hamiltonian matrix of order 2n. Slow modes that rounding has thrown together
-/// about the axis, a complex pair of one eigenvalue from either side, are first taken apart: with `A - s I` in place of
-/// A they are at least s from it, and X has still the sizes that matter.
+/// X of the n leftmost eigenvalues of a Hamiltonian matrix of order 2n. Rounding can merge a slow eigenvalue and its
+/// mirror image into a complex pair on the axis. If so, `A - s I` replaces A: its eigenvalues are at least s from the
+/// axis, and X keeps its order of magnitude.
 pub(super) fn leftmost(h: &DMatrix<f64>) -> Option<DMatrix<f64>> {
     let n = h.nrows() / 2;
     split(h).or_else(|| {
-        // Eigenvalues of the pair of small blocks are known to the root of rounding.
+        // Eigenvalues of this ill-conditioned pair are accurate to about the square root of eps.
         let shift = 64.0 * f64::EPSILON.sqrt() * h.norm();
         let mut apart = h.clone();
         for i in 0..n {
@@ -67,7 +67,8 @@ fn matrix(problem: &Scaled) -> DMatrix<f64> {
     h
 }
 
-/// X of the invariant subspace of the eigenvalues left of `boundary`, if these are n and it has one.
+/// X of the invariant subspace of the eigenvalues left of `boundary`; `None` if there are not n of them or U1 is
+/// singular.
 fn left_of(form: Schur, boundary: f64, n: usize) -> Result<Option<DMatrix<f64>>> {
     let (ordered, count) = form.ordered(|lambda| lambda.re < boundary)?;
     if count != n {
@@ -75,7 +76,7 @@ fn left_of(form: Schur, boundary: f64, n: usize) -> Result<Option<DMatrix<f64>>>
     }
     let u1 = ordered.q.view((0, 0), (n, n)).into_owned();
     let u2 = ordered.q.view((n, 0), (n, n)).into_owned();
-    // X U1 = U2, transposed.
+    // Solves X U1 = U2, transposed.
     let x = u1.transpose().lu().solve(&u2.transpose());
     Ok(x.filter(|x| x.iter().all(|e| e.is_finite())).map(|x| symmetric_part(&x)))
 }

@@ -15,18 +15,18 @@ use crate::argument::{RealMatrixView, owned, shaped, square};
 use crate::{LinalgError, Result};
 use nalgebra::{Complex, DMatrix};
 
-/// Steady-state Kalman gain with its evidence.
+/// Steady-state Kalman gain with residual, condition and error bound.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Kalman {
     /// The observer gain, n x p, of `A - L C`.
     pub l: DMatrix<f64>,
-    /// The steady-state covariance of the estimation error (discrete: of the prediction), exactly symmetric.
+    /// Steady-state covariance of the estimation error (discrete: of the one-step prediction error), exactly symmetric.
     pub p: DMatrix<f64>,
     /// Eigenvalues of `A - L C`, all stable.
     pub poles: Vec<Complex<f64>>,
     /// Relative residual of the Riccati equation.
     pub residual: f64,
-    /// Condition of that equation, as [`Riccati::condition`].
+    /// Condition number of that equation, as [`Riccati::condition`].
     pub condition: f64,
     /// Bound of the relative error of `p`, as [`Riccati::forward_error`].
     pub forward_error: f64,
@@ -38,9 +38,9 @@ pub struct Kalman {
 /// symmetric positive definite (intensity of the measurement noise). Cost as [`care`](super::care).
 ///
 /// # Errors
-/// Those of [`care`](super::care) in the names of this equation: [`LinalgError::NotPositiveDefinite`] (`v`),
-/// [`LinalgError::NotPositiveSemidefinite`] (`w`), [`LinalgError::NotDetectable`] names an eigenvalue that no output
-/// sees, [`LinalgError::NotStabilizable`] one on the imaginary axis that no noise moves.
+/// Those of [`care`](super::care), in terms of this equation: [`LinalgError::NotPositiveDefinite`] (`v`),
+/// [`LinalgError::NotPositiveSemidefinite`] (`w`), [`LinalgError::NotDetectable`] names an undetectable eigenvalue,
+/// [`LinalgError::NotStabilizable`] one on the imaginary axis that the process noise does not excite.
 ///
 /// # Example
 /// ```
@@ -66,11 +66,11 @@ pub fn kalman_gain<'a>(
 
 /// Discrete Kalman predictor gain `L = A P C'(V + C P C')^-1`, `P` the covariance of the one-step prediction.
 ///
-/// Shapes as [`kalman_gain`], `w` and `v` being covariances of each sample. The predictor is
+/// Shapes as [`kalman_gain`]; `w` and `v` are covariances per sample. The predictor is
 /// `xhat+ = A xhat + B u + L (y - C xhat)`; `a` may be singular. Cost as [`dare`](super::dare).
 ///
 /// # Errors
-/// As [`kalman_gain`], the stability boundary being the unit circle.
+/// As [`kalman_gain`], with the unit circle as stability boundary.
 ///
 /// # Example
 /// ```
@@ -95,7 +95,7 @@ pub fn discrete_kalman_gain<'a>(
 type Equation = fn(&Data<'_>) -> Result<Riccati>;
 
 fn dual(equation: Equation, a: &DMatrix<f64>, c: &DMatrix<f64>, w: &DMatrix<f64>, v: &DMatrix<f64>) -> Result<Kalman> {
-    // Shapes and entries are judged here, so that errors name them as the user has them and not transposed.
+    // Shapes and entries are checked here, before transposition, so that errors name the user's matrices.
     let n = square("a", a)?;
     shaped("c", c, c.nrows(), n)?;
     shaped("w", w, n, n)?;

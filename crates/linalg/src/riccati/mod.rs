@@ -7,15 +7,15 @@
 //!
 //! For `Q >= 0`, `R > 0` a stabilizing solution exists iff `(A, B)` is stabilizable and no eigenvalue of `A` on the
 //! stability boundary is unobservable through `Q`; it is unique, symmetric and positive semidefinite. For an indefinite
-//! `Q`, as H-infinity control and positive realness have, both are necessary; the solution is unique if there is one,
-//! and may be indefinite.
+//! `Q`, as in H-infinity control and positive-real conditions, both conditions are necessary but not sufficient; a
+//! stabilizing solution is unique and may be indefinite.
 //!
 //! Method, continuous: ordered real Schur form of the Hamiltonian matrix (Laub, IEEE TAC 24, 1979), in
 //! `riccati/hamiltonian.rs`. Discrete: the structure-preserving doubling algorithm (Chu, Fan, Lin and Wang, Int. J.
 //! Control 77, 2004), which never inverts `A`, in `riccati/doubling.rs`. Both are followed by Newton's iteration
-//! (Kleinman, IEEE TAC 13, 1968; Hewer, IEEE TAC 16, 1971; `riccati/settle.rs`) as long as it lowers the residual, and
-//! where that leaves more than rounding, or no stabilizing solution, the equation is solved in coordinates of the state
-//! in which `X` is near the identity (`riccati/normalized.rs`).
+//! (Kleinman, IEEE TAC 13, 1968; Hewer, IEEE TAC 16, 1971; `riccati/newton.rs`) as long as it lowers the residual. If
+//! the residual stays above rounding level, or no stabilizing solution is found, the equation is solved in coordinates
+//! of the state in which `X` is near the identity (`riccati/normalized.rs`).
 
 mod bilinear;
 mod condition;
@@ -38,47 +38,45 @@ use scaled::{Data, Scaled, Weight};
 pub use generalized::{generalized_care, generalized_dare};
 pub use kalman::{Kalman, discrete_kalman_gain, kalman_gain};
 
-/// Stabilizing solution of a Riccati equation with its evidence.
+/// Stabilizing solution of a Riccati equation, with residual, condition and error bound.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Riccati {
-    /// The solution, exactly symmetric: `x'X x` is the cost from the state `x`. Its entries are rounded: where its
-    /// largest eigenvalue is beyond 1/eps times the smallest, the small ones, and their signs, are lost, and `k` is not
-    /// to be had from it.
+    /// The solution, exactly symmetric: `x'X x` is the cost from the state `x`. Its entries are rounded: eigenvalues
+    /// below eps times the largest are lost, including their signs. Then do not compute the gain from `x`; use `k`.
     pub x: DMatrix<f64>,
-    /// The feedback gain, m x n, of `u = -K x`. It is not computed from the rounded `x`, and stabilizes as it is
-    /// stored.
+    /// The feedback gain, m x n, of `u = -K x`. It is not computed from the rounded `x`, and it stabilizes as stored.
     pub k: DMatrix<f64>,
-    /// Eigenvalues of `A - B K` (of the pencil with E, if there is one), all stable. Where K is so large that
-    /// `A - B K`, formed entry by entry, loses A, they are those of the loop in which the input is computed from the
-    /// state, and those of the matrix formed in double precision may not be stable.
+    /// Eigenvalues of `A - B K` (of the pencil with E, if there is one), all stable. If K is so large that A is lost
+    /// when `A - B K` is formed entry by entry, these are the poles of the exact closed loop; the matrix formed in
+    /// double precision may have others, even unstable ones.
     pub poles: Vec<Complex<f64>>,
-    /// The Frobenius norm of what is left of the equation, relative to the sum of the norms of its terms, in units of
-    /// the state (powers of two) that balance the plant and its weights.
+    /// Frobenius norm of the defect of the equation, relative to the sum of the norms of its terms, in units of the
+    /// state (powers of two) that balance the plant and its weights.
     pub residual: f64,
-    /// About how much `X` changes, relative to its norm, for a unit relative change of `A`, `B R^-1 B'` and `Q` (Kenney
-    /// and Hewer, SIAM J. Control Optim. 28, 1990): the smaller the separation of the closed loop, the larger. In the
-    /// units of `residual`.
+    /// Condition number: to first order, the relative change of `X` per relative change of `A`, `B R^-1 B'` and `Q`
+    /// (Kenney and Hewer, SIAM J. Control Optim. 28, 1990). It grows as the separation of the closed loop shrinks. In
+    /// the units of `residual`.
     pub condition: f64,
-    /// A bound of `||X - X*|| / ||X*||` in the Frobenius norm and the user's units, X* solving the equation for the
-    /// data as given: the defect, with the rounding of its own computation, times the norm of the inverse of the
-    /// derivative. Infinite where the defect is too large for the derivative to tell, or no digit is known.
+    /// Bound of `||X - X*|| / ||X*||` in the Frobenius norm and the user's units, X* being the exact solution for the
+    /// data as given: the defect, including its rounding error, times the norm of the inverse of the derivative.
+    /// Infinite if the defect is too large for this bound, or if no digit is known.
     pub forward_error: f64,
 }
 
 /// Continuous algebraic Riccati equation `A'X + X A - X B R^-1 B'X + Q = 0`: the stabilizing solution.
 ///
 /// `a` is n x n, `b` n x m, `q` n x n symmetric, `r` m x m symmetric positive definite. For `q >= 0` the input
-/// `u = -K x`, `K = R^-1 B'X`, minimises the integral of `x'Q x + u'R u` along `x' = A x + B u` ([`lqr`] insists on
-/// it). It does not depend on a common factor of `q` and `r`. About 300 n^3 flops with the condition, up to 50 n^3 for
-/// each Newton step (three at most), and as much again for each change of coordinates (six at most) where the solution
-/// is so unequal that one is needed.
+/// `u = -K x`, `K = R^-1 B'X`, minimises the integral of `x'Q x + u'R u` along `x' = A x + B u` ([`lqr`] requires
+/// `q >= 0`). A common factor of `q` and `r` does not change K. About 300 n^3 flops with the condition, up to 50 n^3
+/// for each Newton step (three at most), and another 300 n^3 for each change of coordinates (six at most) if the
+/// eigenvalues of X differ so much that one is needed.
 ///
 /// # Errors
 /// [`LinalgError::NotPositiveDefinite`] (`r`, with its smallest eigenvalue); [`LinalgError::NotStabilizable`] names an
-/// eigenvalue that no input moves, [`LinalgError::NotWeighted`] one on the imaginary axis that the weight does not
-/// see; [`LinalgError::NotStabilizing`] if the closed loop is not stable, for `q >= 0` for reasons of rounding alone,
-/// otherwise also because no solution stabilizes; [`LinalgError::NotConverged`] if rounding leaves a residual beyond
-/// half of the digits; [`LinalgError::NotSquare`], [`LinalgError::DimensionMismatch`], [`LinalgError::NotFinite`],
+/// eigenvalue that no input moves, [`LinalgError::NotWeighted`] one on the imaginary axis that is unobservable through
+/// `q`; [`LinalgError::NotStabilizing`] if the closed loop is not stable: for `q >= 0` only because of rounding,
+/// otherwise also because no stabilizing solution exists; [`LinalgError::NotConverged`] if the relative residual
+/// exceeds sqrt(eps); [`LinalgError::NotSquare`], [`LinalgError::DimensionMismatch`], [`LinalgError::NotFinite`],
 /// [`LinalgError::NotSymmetric`], [`LinalgError::Overflow`].
 ///
 /// # Example
@@ -112,15 +110,15 @@ fn continuous(data: &Data<'_>) -> Result<Riccati> {
 /// Discrete algebraic Riccati equation `A'X A - X - A'X B (R + B'X B)^-1 B'X A + Q = 0`: the stabilizing solution.
 ///
 /// `a` is n x n and may be singular, `b` n x m, `q` n x n symmetric, `r` m x m symmetric positive definite, or singular
-/// where `R + B'X B > 0` all the same ([`generalized_dare`] then). For `q >= 0` the input `u = -K x`,
-/// `K = (R + B'X B)^-1 B'X A`, minimises the sum of `x'Q x + u'R u` along `x+ = A x + B u` ([`dlqr`] insists on it and
-/// on `r > 0`). For an indefinite `q` a solution is found if `R + B'X B > 0`. About 15 n^3 flops for each doubling (ten
-/// are common, 60 the cap), up to 60 n^3 for each Newton step (three at most), and 400 n^3 for each change of
-/// coordinates (six at most) where the solution is so unequal that one is needed.
+/// if `R + B'X B > 0` ([`generalized_dare`] is then used). For `q >= 0` the input `u = -K x`,
+/// `K = (R + B'X B)^-1 B'X A`, minimises the sum of `x'Q x + u'R u` along `x+ = A x + B u` ([`dlqr`] requires `q >= 0`
+/// and `r > 0`). For an indefinite `q` a solution is found if `R + B'X B > 0`. About 15 n^3 flops for each doubling
+/// (usually ten, at most 60), up to 60 n^3 for each Newton step (three at most), and 400 n^3 for each change of
+/// coordinates (six at most) if the eigenvalues of X differ so much that one is needed.
 ///
 /// # Errors
-/// As [`care`], the stability boundary being the unit circle; [`LinalgError::Overflow`] also if entries of `a` are
-/// beyond 2^100.
+/// As [`care`], with the unit circle as stability boundary; [`LinalgError::Overflow`] also if entries of `a` exceed
+/// 2^100.
 ///
 /// # Example
 /// ```
@@ -189,7 +187,7 @@ pub fn dlqr<'a>(
     discrete(&Data { a: &a, b: &b, q: &q, r: &r, weight: Weight::Semidefinite })
 }
 
-/// What is known of a solution, in the units of computation.
+/// Poles, residual, condition and error bound of a solution, in the units of computation.
 struct Evidence {
     poles: Vec<Complex<f64>>,
     residual: f64,
@@ -204,19 +202,19 @@ struct Outcome {
     evidence: Evidence,
 }
 
-/// Solves by `method`, in other coordinates of the state if these leave too much, and lets nothing out that does not
-/// solve the equation and stabilize.
+/// Solves by `method`, and in other coordinates of the state if the residual is too large. Returns only a solution that
+/// satisfies the equation and stabilizes.
 fn finish(problem: &Scaled, method: fn(&Scaled) -> Result<DMatrix<f64>>) -> Result<Riccati> {
-    // What a good method and a Newton step leave.
+    // Residual of a good method followed by a Newton step.
     let good = 10.0 * problem.a.nrows() as f64 * f64::EPSILON;
     let outcome = match method(problem).and_then(|x| newton::settle(problem, x)) {
         Ok(plain) if plain.evidence.residual <= good => plain,
         Ok(plain) => match normalized::solve(problem, Some(&plain.x))? {
-            // The residual of an X of which entries are rounded says less than the bound of its error.
+            // The entries of X are rounded: its error bound says more than its residual.
             Some(better) if better.evidence.forward_error <= plain.evidence.forward_error => solved(better)?,
             _ => solved(plain)?,
         },
-        // No eigenvalue of the plant explains it: rounding, perhaps.
+        // No eigenvalue of the plant explains the failure; rounding may be the cause.
         Err(failure @ LinalgError::NotStabilizing { .. }) => normalized::solve(problem, None)?.ok_or(failure)?,
         Err(failure) => return Err(failure),
     };
@@ -228,7 +226,7 @@ fn finish(problem: &Scaled, method: fn(&Scaled) -> Result<DMatrix<f64>>) -> Resu
     Ok(Riccati { x, k, poles, residual, condition, forward_error })
 }
 
-/// Half of the digits: a residual beyond this is not a solution that rounding has spoilt, but none.
+/// Error if the relative residual exceeds sqrt(eps): rounding alone does not explain it.
 fn solved(outcome: Outcome) -> Result<Outcome> {
     let (residual, allowed) = (outcome.evidence.residual, f64::EPSILON.sqrt());
     if residual <= allowed {

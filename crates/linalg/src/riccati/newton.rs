@@ -1,9 +1,9 @@
-//! From an approximate solution to one that is refined, stabilizes, and has its evidence.
+//! Refinement of an approximate solution by Newton's iteration, stability of its closed loop, condition and error
+//! bound.
 //!
-//! One Schur form of the closed loop `F = A - B K` serves everything: its eigenvalues are the poles, the Lyapunov
-//! (Stein) equation with it gives the correction of Newton's iteration `F'D + D F + defect = 0` (Kleinman, IEEE TAC 13,
-//! 1968; Hewer, IEEE TAC 16, 1971), and the condition. It is computed anew only where a correction moves F by more than
-//! rounding.
+//! One Schur form of the closed loop `F = A - B K` serves all of them: its eigenvalues are the poles, and the Lyapunov
+//! (Stein) equation with F gives the Newton correction `F'D + D F + defect = 0` (Kleinman, IEEE TAC 13, 1968; Hewer,
+//! IEEE TAC 16, 1971) and the condition number. It is computed anew only if a correction moves F by more than rounding.
 
 use super::scaled::Scaled;
 use super::{Evidence, Outcome, condition, popov};
@@ -12,18 +12,18 @@ use crate::schur_operator::{Kind, SchurEquation};
 use crate::{LinalgError, Result};
 use nalgebra::DMatrix;
 
-/// The invariant subspace and the doubling leave few digits to restore; each step doubles them.
+/// The invariant subspace and the doubling lose few digits; each Newton step doubles the number of correct ones.
 pub(super) const NEWTON_STEPS: usize = 3;
-/// In roundings: a residual of this size is what sums of this length leave of any solution, and a step would polish
-/// digits that the data do not have.
+/// A relative residual of this many eps is rounding error: a further step would not improve X.
 const ROUNDINGS: f64 = 4.0;
-/// Costs of the states further apart than this: the residual is that of the largest, and says nothing of the others.
+/// If the diagonal entries of X differ by more than this factor, the residual says nothing about the small ones;
+/// Newton's iteration then continues as long as the residual decreases.
 const GRADED: f64 = 1024.0;
 
-/// Refines `x` by Newton's iteration as long as it lowers the residual, and looks at the closed loop.
+/// Refines `x` by Newton's iteration as long as it lowers the residual, and checks the closed loop.
 ///
 /// # Errors
-/// Of [`popov::confirm`], if the closed loop is not stable.
+/// Those of [`popov::confirm`], if the closed loop is not stable.
 pub(super) fn settle(problem: &Scaled, mut x: DMatrix<f64>) -> Result<Outcome> {
     let unknown = || LinalgError::Overflow { what: "the gain k" };
     let kind = if problem.discrete { Kind::Stein } else { Kind::Lyapunov };

@@ -1,19 +1,17 @@
 //! A Riccati equation in coordinates of the state in which its solution is near the identity.
 //!
-//! Few inputs and many unstable states make `X` grow in some directions and not in others: by twelve decades for 100
-//! states and three inputs, by twenty for 50 states and one. The invariant subspace, accurate beside the norm of the
-//! Hamiltonian matrix, then leaves few digits or none of what is small, and Newton's iteration starts too far away.
-//! With `X = V W V'` (eigenvalues W) and `T = V W^-1/2`, the equation of `A T = T A^`, `B = T B^`, `Q^ = T'Q T` has the
-//! solution `X^ = T'X T` near `I`: its closed loop satisfies `(A^ - B^ K^) + (A^ - B^ K^)' = -(Q^ + K^'R K^)`, is as
-//! large as these, and nothing in it is drowned. Solved there, the equation gives an X^ from which still better
-//! coordinates come, `T V^ W^^-1/2`, and so on: a pass finds what the one before had left below its rounding, sixteen
-//! decades of X at a time.
+//! With few inputs and many unstable states the eigenvalues of `X` spread: by twelve decades for 100 states and three
+//! inputs, by twenty for 50 states and one. The error of the invariant subspace, relative to the norm of the
+//! Hamiltonian matrix, then leaves few correct digits in the small directions, and Newton's iteration starts too far
+//! away. With `X = V W V'` (eigenvalues W) and `T = V W^-1/2`, the equation for `A T = T A^`, `B = T B^`, `Q^ = T'Q T`
+//! has the solution `X^ = T'X T` near `I`. Its closed loop satisfies `(A^ - B^ K^) + (A^ - B^ K^)' = -(Q^ + K^'R K^)`,
+//! so its norm is bounded by these weights and no term is lost. The solution X^ in turn gives better coordinates
+//! `T V^ W^^-1/2`. Each pass recovers what was below the rounding error of the pass before, about sixteen decades of X.
 //!
-//! **What is found.** The entries of X, rounded, say little of the small directions of an X that is larger than 1/eps
-//! beside them; T, the root of X, loses as much at 1/eps^2 only, and with it the gain. So K is taken from X^ and these
-//! coordinates, and judged there as it is stored: the closed loop `T^-1 (A - B K) T`, formed in twice the working
-//! precision, has to be stable, and to stay so under any change as large as what is not known of it, by the Lyapunov
-//! function of its own equation.
+//! **Gain and stability.** Rounded to doubles, X loses directions smaller than eps times the largest; T, a square root,
+//! loses them at eps^2 only, and with them the gain. So K is computed from X^ in these coordinates and tested as
+//! stored: the closed loop `T^-1 (A - B K) T`, formed in twice the working precision, must be stable, and remain so
+//! under any change within its error bound, by the Lyapunov function of its own equation.
 
 use super::bilinear::{self, Shifted};
 use super::condition::{self, Local};
@@ -25,13 +23,13 @@ use crate::argument::symmetric_part;
 use crate::schur_operator::{Kind, SchurEquation};
 use nalgebra::{Cholesky, DMatrix};
 
-/// Each pass takes the coordinates from the solution of the one before.
+/// Maximum number of passes; each takes its coordinates from the solution of the previous one.
 const PASSES: usize = 6;
 /// Steps of Newton's iteration in the last coordinates.
 const POLISH: usize = 2;
 
-/// The solution from coordinates of its own, `x` being one in those of `problem` if there is any; `None` if no gain is
-/// found that stabilizes.
+/// Solves in coordinates in which X is near the identity. `x` is an approximate solution in the coordinates of
+/// `problem`, if there is one. `None` if no stabilizing gain is found.
 pub(super) fn solve(problem: &Scaled, x: Option<&DMatrix<f64>>) -> Result<Option<Outcome>> {
     let n = problem.a.nrows();
     let mut frame = Frame::identity(n);
@@ -45,11 +43,11 @@ pub(super) fn solve(problem: &Scaled, x: Option<&DMatrix<f64>>) -> Result<Option
         if let Some(better) = gain(problem, &frame, x, &k) {
             k = better;
         }
-        // At first what is below the rounding of X has no size. Later nothing is that small but where X vanishes, for
-        // which no coordinates are asked.
+        // First pass: eigenvalues of X below its rounding error are unknown. Later passes: only where X vanishes are
+        // they so small, and there the coordinates do not matter.
         let floor = if pass == 0 { f64::EPSILON } else { 2.0_f64.powi(-6) };
         let Some(next) = frame.then(x, floor) else { return Ok(None) };
-        // As near to the identity as coordinates need to be.
+        // Near enough to the identity.
         if pass > 0 && next.extremes.1 <= 4.0 && (next.extremes.0 >= 0.01 || pass > 2) {
             break;
         }
@@ -60,10 +58,10 @@ pub(super) fn solve(problem: &Scaled, x: Option<&DMatrix<f64>>) -> Result<Option
     judged(problem, &frame, &x, k)
 }
 
-/// X^ in `frame`, `k` being the gain so far in the coordinates of the problem.
+/// Approximate X^ in `frame`; `k` is the present gain in the coordinates of the problem.
 fn guess(problem: &Scaled, frame: &Frame, k: &DMatrix<f64>) -> Option<DMatrix<f64>> {
     if !problem.discrete {
-        // A fast mode of size 1e8 in `S B` leaves nothing of a slow one, unless this cancels in twice the precision.
+        // A mode with `S B` of size 1e8 would hide a slow one without the doubled precision.
         let none = DMatrix::zeros(k.nrows(), k.ncols());
         let (a, _) = frame.closed_loop(problem, &none);
         return hamiltonian::guess(&problem.in_coordinates(a, frame.driven(&problem.b), frame.form(&problem.q)));
@@ -74,13 +72,13 @@ fn guess(problem: &Scaled, frame: &Frame, k: &DMatrix<f64>) -> Option<DMatrix<f6
     bilinear::guess(&Shifted { f: &f, b: &frame.driven(&problem.b), q: &q, k: &k, r: &problem.r })
 }
 
-/// `T'Q T + K^'R K^`.
+/// State weight `T'Q T + K^'R K^`.
 fn weight(problem: &Scaled, frame: &Frame, k: &DMatrix<f64>) -> DMatrix<f64> {
     frame.form(&problem.q) + symmetric_part(&(k.tr_mul(&problem.r) * k))
 }
 
-/// The gain of X^, in the coordinates of the problem; the discrete one as a change of `k`, so that nothing as large as
-/// `A^` appears.
+/// The gain of X^, in the coordinates of the problem. The discrete one is computed as a change of `k`, so that no term
+/// as large as `A^` appears.
 fn gain(problem: &Scaled, frame: &Frame, x: &DMatrix<f64>, k: &DMatrix<f64>) -> Option<DMatrix<f64>> {
     let b = frame.driven(&problem.b);
     let found = if problem.discrete {
@@ -99,7 +97,7 @@ fn input_weight(problem: &Scaled, b: &DMatrix<f64>, x: &DMatrix<f64>) -> Option<
     Cholesky::new(symmetric_part(&pulled))
 }
 
-/// Newton's iteration from X^ in `frame`, and the verdict on the gain as it is stored.
+/// Newton's iteration from X^ in `frame`, then the stability test and error bound of the gain as stored.
 fn judged(problem: &Scaled, frame: &Frame, x: &DMatrix<f64>, mut k: DMatrix<f64>) -> Result<Option<Outcome>> {
     let kind = if problem.discrete { Kind::Stein } else { Kind::Lyapunov };
     if let Some(better) = gain(problem, frame, x, &k) {

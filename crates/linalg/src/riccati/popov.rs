@@ -1,7 +1,7 @@
-//! Why there is no stabilizing solution: the test of Popov, Belevitch and Hautus at the eigenvalues of `A`.
+//! Why there is no stabilizing solution: the Popov-Belevitch-Hautus test at the eigenvalues of `A`.
 //!
-//! `lambda` cannot be moved iff `[A - lambda I, B]` loses rank, and is not weighted iff `[A - lambda I; Q]` does. The
-//! margin is the smallest singular value of that matrix, `B` and `Q` being scaled to the norm of `A`.
+//! `lambda` cannot be moved iff `[A - lambda I, B]` loses rank, and is unobservable through `Q` iff `[A - lambda I; Q]`
+//! does. The margin is the smallest singular value of that matrix, with `B` and `Q` scaled to the norm of `A`.
 
 use super::scaled::Scaled;
 use crate::sequential::singular_values;
@@ -34,15 +34,15 @@ fn margin(a: &DMatrix<f64>, c: &DMatrix<f64>, lambda: Complex<f64>) -> f64 {
         m[(n + p + i, i)] -= lambda.im;
     }
     let view = MatRef::from_column_major_slice(m.as_slice(), 2 * (n + p), 2 * n);
-    // The bounded iteration of the singular values is not known to fail; infinity then blames nobody.
+    // If the singular values do not converge (no such case is known), infinity excludes this eigenvalue.
     singular_values(view).and_then(|s| s.into_iter().reduce(f64::min)).unwrap_or(f64::INFINITY)
 }
 
-/// The eigenvalue that stands in the way, if its margin does not exceed `tolerance` times the norm of `A`.
+/// Error for the eigenvalue of smallest margin, if that margin is at most `tolerance` times the norm of `A`.
 fn offender(problem: &Scaled, tolerance: f64) -> Result<Option<LinalgError>> {
     let a = &problem.a;
     let size = a.norm().max(f64::MIN_POSITIVE);
-    // A double eigenvalue of the Hamiltonian matrix on the boundary is computed no nearer to it than this.
+    // Accuracy of a double eigenvalue of the Hamiltonian matrix on the boundary.
     let near = f64::EPSILON.sqrt() * a.nrows() as f64 * if problem.discrete { size.max(1.0) } else { size };
     let mut worst: Option<(f64, LinalgError)> = None;
     let mut consider = |margin: f64, error: LinalgError| {
@@ -50,7 +50,7 @@ fn offender(problem: &Scaled, tolerance: f64) -> Result<Option<LinalgError>> {
             worst = Some((margin, error));
         }
     };
-    // The margin of the conjugate is the same.
+    // A conjugate pair has one margin.
     for lambda in eigenvalues(a)?.into_iter().filter(|lambda| lambda.im >= 0.0) {
         let distance = distance(problem, lambda);
         let eigenvalue = lambda / problem.time;
@@ -66,10 +66,10 @@ fn offender(problem: &Scaled, tolerance: f64) -> Result<Option<LinalgError>> {
     Ok(worst.map(|w| w.1))
 }
 
-/// The error for an equation whose solution failed, `nearest` being the eigenvalue seen near or beyond the boundary.
+/// Error for an equation whose solution failed; `nearest` is the eigenvalue near or beyond the boundary.
 pub(super) fn explain(problem: &Scaled, nearest: Complex<f64>) -> LinalgError {
-    // The margin of a defective eigenvalue stays at the level of rounding although the eigenvalue itself does not: no
-    // more than some digits are allowed, so that a plant that is merely stiff is not blamed.
+    // The margin of a defective eigenvalue stays at rounding level although the computed eigenvalue itself is
+    // inaccurate. The tolerance is only 1e3 n eps, so that a stiff plant is not reported as uncontrollable.
     match offender(problem, 1e3 * f64::EPSILON * problem.a.nrows() as f64) {
         Ok(Some(found)) => found,
         Ok(None) => LinalgError::NotStabilizing {
@@ -80,13 +80,13 @@ pub(super) fn explain(problem: &Scaled, nearest: Complex<f64>) -> LinalgError {
     }
 }
 
-/// The closed-loop pole nearest to the stability boundary or furthest beyond it, with its distance.
+/// The closed-loop pole nearest to the stability boundary or furthest beyond it, with its signed distance.
 fn nearest(problem: &Scaled, poles: &[Complex<f64>]) -> Option<(Complex<f64>, f64)> {
     let with_distance = poles.iter().map(|&pole| (pole, distance(problem, pole)));
     with_distance.min_by(|x, y| x.1.total_cmp(&y.1))
 }
 
-/// Refuses closed-loop `poles` nearer to the boundary than `rounding`.
+/// Error if a closed-loop pole is nearer to the boundary than `rounding`.
 pub(super) fn resolved(problem: &Scaled, poles: &[Complex<f64>], rounding: f64) -> Result<()> {
     match nearest(problem, poles) {
         Some((nearest, least)) if least <= rounding => Err(explain(problem, nearest)),
@@ -94,8 +94,8 @@ pub(super) fn resolved(problem: &Scaled, poles: &[Complex<f64>], rounding: f64) 
     }
 }
 
-/// Accepts the closed-loop `poles` (in the units of computation) if they are stable, beyond what rounding can make of
-/// an eigenvalue on the boundary.
+/// Error unless the closed-loop `poles` (in the units of computation) are stable, beyond the rounding error of an
+/// eigenvalue on the boundary.
 pub(super) fn confirm(problem: &Scaled, poles: &[Complex<f64>]) -> Result<()> {
     let Some((nearest, least)) = nearest(problem, poles) else { return Ok(()) };
     if least.is_nan() || least <= 0.0 {

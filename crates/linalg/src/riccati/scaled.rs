@@ -3,7 +3,7 @@
 //! With `x = D z` for a diagonal `D` (see `balance`), `X = rho D^-1 X^ D^-1`, inputs in other units and, in continuous
 //! time, time in units of `1/tau`, the equation keeps its form. `rho` is chosen so that `rho G` and `Q / rho` have
 //! equal norms, `G = B R^-1 B'` (Kenney, Laub and Wette, Systems and Control Letters 12, 1989). All scales are powers
-//! of two, hence exact, and are kept as exponents: `R = 1e-300` is as good as any other unit.
+//! of two, hence exact, and are stored as exponents, so that even `R = 1e-300` loses no digits.
 
 use crate::argument::{shaped, square, symmetric, symmetric_part, unit_scale};
 use crate::balance::{Balance, sizes};
@@ -14,7 +14,7 @@ use crate::{LinalgError, Result};
 use faer::Accum;
 use nalgebra::{Cholesky, DMatrix, Dyn};
 
-/// The scaled data. `gain` and `x` in these units become those of the user by `k_units` and `x_units`.
+/// The scaled data, with the factors that take `K^` and `X^` to the user's units.
 pub(super) struct Scaled {
     pub(super) discrete: bool,
     pub(super) a: DMatrix<f64>,
@@ -34,16 +34,16 @@ pub(super) struct Scaled {
     pub(super) time: f64,
 }
 
-/// What Q has to be.
+/// Requirement on Q.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub(super) enum Weight {
-    /// A cost: positive semidefinite.
+    /// Positive semidefinite (a cost).
     Semidefinite,
-    /// Symmetric.
+    /// Symmetric, possibly indefinite.
     Symmetric,
 }
 
-/// The data of an equation, as the user has them.
+/// Data of an equation in the user's units.
 #[derive(Clone, Copy)]
 pub(super) struct Data<'m> {
     pub(super) a: &'m DMatrix<f64>,
@@ -53,7 +53,7 @@ pub(super) struct Data<'m> {
     pub(super) weight: Weight,
 }
 
-/// In bits.
+/// Half of the binary digits of a double.
 const HALF_OF_THE_DIGITS: f64 = 26.0;
 
 fn power(exponent: f64) -> f64 {
@@ -75,7 +75,7 @@ impl Scaled {
         let r = symmetric("r", r)?;
         let (units_b, units_q, units_r) = (unit_scale(b), unit_scale(&q), unit_scale(&r));
         let (b, q, r) = (b * units_b, q * units_q, r * units_r);
-        // An eigenvalue below the rounding error of its own computation has no sign.
+        // An eigenvalue below its rounding error has no definite sign.
         let rounding = |m: &DMatrix<f64>| 4.0 * m.nrows() as f64 * f64::EPSILON * m.norm();
         if !definite(&r, -2.0 * rounding(&r))
             && let Some(&least) = eigenvalues_of_symmetric(&r)?.first()
@@ -92,7 +92,7 @@ impl Scaled {
         }
         let factor = cholesky(&r)?;
         let g = weighted_square(&factor, &b);
-        // Exponents (base two) of G = g 2^of_g and of Q = q 2^of_q.
+        // Binary exponents: G = g 2^of_g and Q = q 2^of_q.
         let of_g = units_r.log2() - 2.0 * units_b.log2();
         let of_q = -units_q.log2();
         let size = |m: &DMatrix<f64>| if m.amax() > 0.0 { Some(m.amax().log2()) } else { None };
@@ -108,11 +108,11 @@ impl Scaled {
         } else {
             (balance.driven(&b), balance.form(&q), balance.form_back(&g))
         };
-        // Where Q or G vanishes, the other is made as large as A.
+        // If Q or G is zero, the other is scaled to the size of A.
         let of_a = size(a).unwrap_or(0.0);
         let rho = match (size(&g), size(&q)) {
-            // Beside a dominant A the balanced terms would drown. X is then about A / G on the unstable modes, which
-            // must not be lost; on the stable ones it is about Q / A, which Newton's iteration restores.
+            // If A dominates, the balanced terms would be lost beside it. X is then about A / G on the unstable modes,
+            // which must be accurate; on the stable ones it is about Q / A, which Newton's iteration restores.
             (Some(g), Some(q)) if of_a - 0.5 * (q + of_q + g + of_g) > HALF_OF_THE_DIGITS => (of_a - g - of_g).round(),
             (Some(g), Some(q)) => (0.5 * (q + of_q - g - of_g)).round(),
             (Some(g), None) => (of_a - g - of_g).round(),
@@ -153,7 +153,7 @@ impl Scaled {
         }
     }
 
-    /// The same equation with another weight of the state.
+    /// The same equation with another state weight.
     pub(super) fn with_weight(&self, q: DMatrix<f64>) -> Self {
         Self {
             q,
@@ -167,13 +167,13 @@ impl Scaled {
         }
     }
 
-    /// The same equation for other states, of which it has these matrices.
+    /// The same equation in other coordinates of the state, with these matrices.
     pub(super) fn in_coordinates(&self, a: DMatrix<f64>, b: DMatrix<f64>, q: DMatrix<f64>) -> Self {
         let g = weighted_square(&self.r_factor, &b);
         Self { a, b, q, r: self.r.clone(), r_factor: self.r_factor.clone(), g, balance: self.balance.clone(), ..*self }
     }
 
-    /// `K^`, or `None` if its normal equations are not definite to working precision.
+    /// Gain `K^` of `x`; `None` if `R` (discrete: `R + B'X B`) is not positive definite to working precision.
     pub(super) fn gain(&self, x: &DMatrix<f64>) -> Option<DMatrix<f64>> {
         let bx = self.b.transpose() * x;
         if self.discrete {
@@ -184,14 +184,14 @@ impl Scaled {
         }
     }
 
-    /// `X` and `K` in the units of the user, if they are within the range of binary64.
+    /// `X` and `K` in the user's units; `None` if they overflow.
     pub(super) fn in_user_units(&self, x: &DMatrix<f64>, k: &DMatrix<f64>) -> Option<(DMatrix<f64>, DMatrix<f64>)> {
         let x = self.balance.form_back(x) * self.x_units;
         let k = self.balance.gain_back(k) * self.k_units;
         x.iter().chain(k.iter()).all(|e| e.is_finite()).then_some((x, k))
     }
 
-    /// By how much a relative error of `X^` may grow on its way to the user's units, where it is `x`.
+    /// Factor by which a relative error of `X^` may grow in the user's units, where X is `x`.
     pub(super) fn growth(&self, x: &DMatrix<f64>) -> f64 {
         self.balance.growth(x)
     }
@@ -206,7 +206,7 @@ impl Scaled {
         }
     }
 
-    /// What `x` with its gain `k` leaves of the equation, and the sum of the norms of its terms.
+    /// Defect of the equation for `x` with its gain `k`, and the sum of the norms of its terms.
     pub(super) fn defect(&self, x: &DMatrix<f64>, k: &DMatrix<f64>) -> (DMatrix<f64>, f64) {
         let n = self.a.nrows();
         let product = |l: &DMatrix<f64>, r: &DMatrix<f64>| {
@@ -230,8 +230,7 @@ impl Scaled {
         }
     }
 
-    /// The sum of the norms of the terms, and what is left of the equation relative to it; NaN if the gain cannot be
-    /// formed.
+    /// Defect relative to the sum of the norms of the terms; NaN if the gain cannot be computed.
     pub(super) fn residual(&self, x: &DMatrix<f64>) -> f64 {
         self.gain(x).map_or(f64::NAN, |k| {
             let (defect, size) = self.defect(x, &k);
@@ -249,12 +248,12 @@ impl Scaled {
     }
 }
 
-/// Whether the first cycle of [`Balance::of`] would move no state, without a logarithm per entry: in each, the largest
-/// entries of the row of `[A, G]` and of the column of `[A; Q]` are within a factor of four. The forms come with their
-/// exponents.
+/// Whether the first cycle of [`Balance::of`] would change no state, tested without logarithms: for each state, the
+/// largest entries of the row of `[A, G]` and of the column of `[A; Q]` are within a factor of four. `q` and `g` come
+/// with their binary exponents.
 fn is_balanced(a: &DMatrix<f64>, (q, of_q): (&DMatrix<f64>, f64), (g, of_g): (&DMatrix<f64>, f64)) -> bool {
     let n = a.nrows();
-    // Beyond this the exponents are left to logarithms.
+    // Larger exponents are left to the general method.
     if of_q.abs().max(of_g.abs()) > 900.0 {
         return false;
     }
@@ -273,8 +272,8 @@ fn is_balanced(a: &DMatrix<f64>, (q, of_q): (&DMatrix<f64>, f64), (g, of_g): (&D
     })
 }
 
-/// Whether `M + shift I` has a Cholesky factor, which costs a tenth of the eigenvalues: its least eigenvalue is then
-/// not below what rounding makes of `-shift`.
+/// Whether `M + shift I` has a Cholesky factor, at a tenth of the cost of eigenvalues. If so, the smallest eigenvalue
+/// of M is not below `-shift`, up to rounding.
 fn definite(m: &DMatrix<f64>, shift: f64) -> bool {
     let mut shifted = m.clone();
     for i in 0..m.nrows() {
@@ -284,11 +283,11 @@ fn definite(m: &DMatrix<f64>, shift: f64) -> bool {
 }
 
 fn cholesky(r: &DMatrix<f64>) -> Result<Cholesky<f64, Dyn>> {
-    // The eigenvalues were found positive already; only rounding could still object.
+    // The eigenvalues were found positive before; only rounding can make this fail.
     Cholesky::new(r.clone()).ok_or(LinalgError::NotPositiveDefinite { what: "r", lambda_min: 0.0 })
 }
 
-/// `B R^-1 B'` as a square, hence positive semidefinite whatever the rounding.
+/// `B R^-1 B'` formed as a square: positive semidefinite whatever the rounding.
 fn weighted_square(factor: &Cholesky<f64, Dyn>, b: &DMatrix<f64>) -> DMatrix<f64> {
     let mut half = b.transpose();
     factor.l_dirty().solve_lower_triangular_mut(&mut half);

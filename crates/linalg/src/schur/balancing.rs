@@ -1,36 +1,37 @@
-//! Balancing of a matrix before its eigenvalues are computed: a permutation that splits off eigenvalues that stand
-//! alone, and a diagonal scaling by powers of two that brings the norms of each row and column together.
+//! Balancing of a matrix for its eigenvalues: a permutation that splits off isolated eigenvalues, then a diagonal
+//! scaling by powers of two that makes the norms of each row and its column nearly equal.
 //!
-//! Osborne, J. ACM 7, 1960; Parlett and Reinsch, Numer. Math. 13, 1969; with the Euclidean norm, diagonal entries
-//! included, as James, Langou and Lowery (2014, "On matrix balancing and eigenvector computation") found necessary:
-//! with the 1-norm a matrix that is small off the diagonal can be made worse. Neither step rounds, but the scaling is
-//! no orthogonal similarity: it is an option, for eigenvalues, and not a part of the Schur form.
+//! Osborne, J. ACM 7, 1960; Parlett and Reinsch, Numer. Math. 13, 1969. Norms are Euclidean and include the diagonal,
+//! after James, Langou and Lowery (2014, "On matrix balancing and eigenvector computation"): with the 1-norm a matrix
+//! with small off-diagonal entries can get worse. Neither step rounds, but the scaling is not an orthogonal similarity:
+//! balancing is an option for eigenvalues and not part of the Schur form.
 
 use crate::argument::square;
 use crate::{LinalgError, Result};
 use core::ops::Range;
 use nalgebra::DMatrix;
 
-/// Cycles over the rows; each accepted step takes 5 % off a sum of norms, and a handful is usual.
+/// Maximum number of cycles over the rows. Each accepted step reduces a sum of norms by at least 5 %; a few cycles are
+/// usual.
 const CYCLES: usize = 100;
-/// No state is scaled beyond `2^+-LARGEST`, so that ratios of two stay in range.
+/// Scalings stay within `2^+-LARGEST`, so that ratios of two of them do not overflow.
 const LARGEST: i32 = 500;
 
 /// `S^-1 A S` with `S = P D`, P a permutation and D diagonal, of powers of two.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Balanced {
-    /// The balanced matrix. It is upper triangular outside of the block `active`.
+    /// Upper triangular outside the rows and columns `active`.
     pub matrix: DMatrix<f64>,
-    /// Rows and columns of the block that has not been split off.
+    /// Rows and columns of the block that is not split off.
     pub active: Range<usize>,
-    /// Where row i of the balanced matrix stood in `A`.
+    /// Row of `A` that became row i of the balanced matrix.
     pub permutation: Vec<usize>,
-    /// The diagonal of D.
+    /// Diagonal of D.
     pub scaling: Vec<f64>,
 }
 
-/// Balances a square matrix: see [`Balanced`]. Its eigenvalues are those of `a`, exactly, unless an entry underflows; a
-/// badly scaled matrix has them in far better condition.
+/// Balances a square matrix: see [`Balanced`]. Its eigenvalues are exactly those of `a`, unless an entry underflows;
+/// those of a badly scaled matrix become far better conditioned.
 ///
 /// About `n^2` operations for each of a few cycles.
 ///
@@ -59,7 +60,8 @@ pub fn balanced(a: &DMatrix<f64>) -> Result<Balanced> {
 }
 
 impl Balanced {
-    /// `S X`: what the columns of `x` (eigenvectors or a basis in the balanced coordinates) are in those of `A`.
+    /// `S X`: transforms the columns of `x` (eigenvectors or a basis in the balanced coordinates) to the coordinates of
+    /// `A`.
     ///
     /// # Errors
     /// [`LinalgError::DimensionMismatch`] if `x` has not n rows; [`LinalgError::Overflow`].
@@ -80,7 +82,7 @@ impl Balanced {
         Ok(found)
     }
 
-    /// Rows that are zero off the diagonal go to the bottom, columns to the left.
+    /// Moves rows that are zero off the diagonal to the bottom, and such columns to the left.
     fn split_off(&mut self) {
         let m = &mut self.matrix;
         let exchange = |m: &mut DMatrix<f64>, permutation: &mut [usize], i: usize, j: usize| {
@@ -100,7 +102,7 @@ impl Balanced {
         self.active = start..end;
     }
 
-    /// Brings the norms of the rows and columns of the active block together.
+    /// Makes the norms of the rows and columns of the active block nearly equal.
     fn scale(&mut self) {
         let n = self.scaling.len();
         let mut exponents = vec![0_i32; n];
@@ -117,7 +119,7 @@ impl Balanced {
                 let step = (0.5 * (row.log2() - column.log2())).round() as i32;
                 let next = (exponents[i] + step).clamp(-LARGEST, LARGEST);
                 let step = next - exponents[i];
-                // 2^step, in two factors that are in range.
+                // 2^step as two factors, each within range.
                 let (half, rest) = (2.0_f64.powi(step / 2), 2.0_f64.powi(step - step / 2));
                 if step == 0 || column * half * rest + row / half / rest >= 0.95 * (column + row) {
                     continue;
@@ -141,7 +143,7 @@ impl Balanced {
     }
 }
 
-/// The Euclidean norm, without overflow or underflow on the way.
+/// Euclidean norm, without intermediate overflow or underflow.
 fn norm(entries: impl Iterator<Item = f64> + Clone) -> f64 {
     let largest = entries.clone().fold(0.0_f64, |m, e| m.max(e.abs()));
     if largest == 0.0 { 0.0 } else { largest * entries.map(|e| (e / largest) * (e / largest)).sum::<f64>().sqrt() }
@@ -179,7 +181,7 @@ mod tests {
         let a = dmatrix![1.0, 0.0, 0.0; 2.0, 3.0, 0.0; 4.0, 5.0, 6.0];
         let b = check(&a);
         assert!(b.active.is_empty());
-        // A block of order two between a column and a row that stand alone.
+        // A block of order two between an isolated column and an isolated row.
         let a = dmatrix![2.0, 1.0, 3.0, 1.0; 0.0, 7.0, 0.0, 0.0; 4.0, 1.0, 5.0, 1.0; 0.0, 1.0, 0.0, 1.0];
         let b = check(&a);
         assert_eq!(b.active.len(), 2);
@@ -191,8 +193,7 @@ mod tests {
 
     #[test]
     fn small_couplings_are_not_made_worse() {
-        // James, Langou and Lowery: with norms that leave out the diagonal, the units of such a matrix would be torn
-        // apart.
+        // James, Langou and Lowery: norms without the diagonal would scale such a matrix badly.
         let a = dmatrix![1.0, 1e-15, 1e-4; 1e-12, 1.0, 1e-15; 1e-15, 1e-13, 1.0];
         assert_eq!(check(&a).scaling, [1.0; 3]);
     }

@@ -1,25 +1,25 @@
-//! One bulge on its way down an upper Hessenberg matrix: the implicit QR step of Francis, Computer Journal 4, 1961-62.
+//! Chasing one bulge down an upper Hessenberg matrix: the implicit QR step of Francis, Computer Journal 4, 1961-62.
 //!
-//! A few steps at a time are made on the diagonal, and the chain of reflectors they leave is then applied to the rest
-//! of the window: see `chain.rs`.
+//! A few steps at a time are made near the diagonal; their chain of reflectors is then applied to the rest of the
+//! window: see `chain.rs`.
 
 use super::chain::{Chain, Reflector, chain_on_columns, chain_on_rows, reflect2, reflect3};
 use crate::kernel::fma;
 
-/// Steps on the diagonal before the rest of the window follows.
+/// Steps near the diagonal before the rest of the window is updated.
 pub(super) const STEPS: usize = 12;
 
-/// The way of a bulge.
+/// Path of a bulge.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Way {
     /// The first reflector acts on rows `from..from + 3`, the last on `to - 1..to + 2`.
     pub(super) from: usize,
     pub(super) to: usize,
-    /// The last row of the active block; where `to` is `last`, the bulge leaves the block.
+    /// The last row of the active block; if `to` equals `last`, the bulge leaves the block.
     pub(super) last: usize,
-    /// The first row and the column after the last one that follow at once.
+    /// First row, and column after the last one, to which the reflectors are applied immediately.
     pub(super) window: (usize, usize),
-    /// The first column of the shifted product where the bulge enters the block at `from`.
+    /// First column of the shifted product, if the bulge enters the block at `from`.
     pub(super) entry: Option<[f64; 3]>,
 }
 
@@ -35,13 +35,13 @@ pub(super) fn reflect_vector(x: [f64; 3]) -> (f64, Reflector) {
     }
     let norm = square.sqrt();
     let pivot = x[0] + norm.copysign(x[0]);
-    // Two quotients that do not wait for each other.
+    // Two independent divisions.
     let (inverse, tau) = (1.0 / pivot, pivot.abs() / norm);
     let v = [x[1] * inverse, x[2] * inverse];
     (-norm.copysign(x[0]), Reflector { v, t: [tau, tau * v[0], tau * v[1]] })
 }
 
-/// [`reflect_vector`] where the squares underflow or overflow.
+/// [`reflect_vector`] for entries whose squares underflow or overflow.
 #[cold]
 fn reflect_scaled(x: [f64; 3]) -> (f64, Reflector) {
     let scale = x[0].abs().max(x[1].abs()).max(x[2].abs());
@@ -53,10 +53,11 @@ fn reflect_scaled(x: [f64; 3]) -> (f64, Reflector) {
     (-norm.copysign(x[0]) * scale, Reflector { v, t: [tau, tau * v[0], tau * v[1]] })
 }
 
-/// Rows of the part of the matrix around the diagonal that is copied for a few steps.
+/// Rows of the copied part of the matrix near the diagonal.
 const TILE: usize = STEPS + 4;
 
-/// Chases a bulge. `chain` takes its `to - from` reflectors; `packed` has room for `WIDTH * (STEPS + 2)` numbers.
+/// Chases a bulge. Its `to - from` reflectors are stored in `chain`; `packed` has room for `WIDTH * (STEPS + 2)`
+/// numbers.
 #[inline(always)]
 pub(super) fn chase<const FMA: bool>(h: &mut [f64], n: usize, way: Way, chain: &mut [Reflector], packed: &mut [f64]) {
     let Way { from, to, last, window, .. } = way;
@@ -76,16 +77,16 @@ pub(super) fn chase<const FMA: bool>(h: &mut [f64], n: usize, way: Way, chain: &
     }
 }
 
-/// The steps from row `begin` on, as many as `part` has reflectors for, in the rows and columns that these reflectors
-/// meet on the diagonal: at most `R`.
+/// The steps from row `begin` on, one for each reflector in `part`, applied to the at most `R` rows and columns near
+/// the diagonal that these reflectors affect.
 #[inline(always)]
 fn diagonal<const R: usize, const FMA: bool>(h: &mut [f64], n: usize, way: Way, begin: usize, part: &mut [Reflector]) {
     let Way { from, last, entry, .. } = way;
     let end = begin + part.len();
     let cols = (end + 2).min(last + 1) - begin;
     let rows = (end + 3).min(last + 1) - begin;
-    // A copy with columns of a length known to the compiler. What is copied below the rows that count is reflected, and
-    // forgotten.
+    // A copy with columns of constant length. Entries copied below the affected rows are reflected too, but not written
+    // back.
     let mut tile = [[0.0; R]; TILE];
     for (to, from) in tile.iter_mut().zip(h[begin * n..].chunks_exact(n)).take(cols) {
         if let Some(all) = from[begin..].first_chunk::<R>() {

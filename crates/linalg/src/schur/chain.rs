@@ -1,11 +1,9 @@
-//! Chains of reflectors of order three, each one row further down than the last: what a bulge leaves behind on its way
-//! down.
+//! Chains of reflectors of order three, each one row below the previous one: the transformations of one bulge.
 //!
-//! The iteration needs a reflector at once only near the diagonal; everywhere else it can wait for the ones that
-//! follow. Applied together, each entry of a column is loaded and stored once for each bulge in place of three times,
-//! and stays in a register between (the restructuring of Van Zee, van de Geijn and Quintana-Orti, ACM TOMS 40, 2014,
-//! for reflectors). From the right a chain runs along columns, which lie in memory; from the left it runs on a
-//! transposed copy of a few columns.
+//! The iteration needs each reflector immediately only near the diagonal; elsewhere several are applied together. Each
+//! entry of a column is then loaded and stored once per bulge instead of three times (the restructuring of Van Zee, van
+//! de Geijn and Quintana-Orti, ACM TOMS 40, 2014, for reflectors). From the right a chain works on columns, which are
+//! contiguous; from the left it works on a transposed copy of a few columns.
 
 use crate::kernel::fma;
 
@@ -16,7 +14,7 @@ pub(super) struct Reflector {
     pub(super) t: [f64; 3],
 }
 
-/// Reflectors for rows (or columns) `at..at + 3`, `at + 1..at + 4`, ...; if `pair`, the last is of order two.
+/// Reflectors for rows (or columns) `at..at + 3`, `at + 1..at + 4`, ...; with `pair` the last one has order two.
 #[derive(Clone, Copy)]
 pub(super) struct Chain<'a> {
     pub(super) at: usize,
@@ -25,14 +23,14 @@ pub(super) struct Chain<'a> {
 }
 
 impl Chain<'_> {
-    /// Rows (columns) that the chain touches.
+    /// Number of rows (columns) that the chain changes.
     #[inline(always)]
     pub(super) fn span(&self) -> usize {
         self.reflectors.len() + if self.pair { 1 } else { 2 }
     }
 }
 
-/// Rows that are packed and reflected together: four registers of four.
+/// Rows packed and reflected together: four registers of four.
 pub(super) const WIDTH: usize = 16;
 
 /// Applies the chain to rows `rows` of `data` from the right.
@@ -148,7 +146,7 @@ pub(super) fn strip<const W: usize, const FMA: bool>(data: &mut [f64], ld: usize
 }
 
 /// Copies rows `at..at + span` of the columns in `columns` to `packed`, transposed: entry (i, l) at `i * W + l`.
-/// Columns that are missing become zero.
+/// Missing columns are filled with zeros.
 #[inline(always)]
 pub(super) fn pack<const W: usize>(columns: &[f64], ld: usize, at: usize, span: usize, packed: &mut [f64]) {
     let count = columns.len() / ld;
@@ -173,7 +171,7 @@ pub(super) fn pack<const W: usize>(columns: &[f64], ld: usize, at: usize, span: 
     }
 }
 
-/// Copies back what [`pack`] has copied.
+/// Inverse of [`pack`].
 #[inline(always)]
 pub(super) fn unpack<const W: usize>(columns: &mut [f64], ld: usize, at: usize, span: usize, packed: &[f64]) {
     for (l, column) in columns.chunks_exact_mut(ld).enumerate().take(W) {

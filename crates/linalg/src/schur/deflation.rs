@@ -2,9 +2,9 @@
 //! Working Note 187, 2007).
 //!
 //! The Schur form of a window at the bottom of the active block turns the one entry that couples it to the rest into a
-//! spike, a column. Where the spike is negligible, the eigenvalue below it has converged, long before any subdiagonal
-//! entry says so. Those that have not are moved up, serve as shifts of the next sweep, and the window is brought back
-//! to Hessenberg form.
+//! column, the spike. Where an entry of the spike is negligible, the eigenvalue in that row has converged, long before
+//! the subdiagonal entries show it. The other eigenvalues are moved up and serve as shifts of the next sweep, and the
+//! window is reduced to Hessenberg form again.
 
 use super::francis::Francis;
 use super::hessenberg::{Reduction, reflector};
@@ -14,7 +14,7 @@ use faer::linalg::matmul::matmul;
 use faer::{Accum, MatMut, MatRef, Par};
 
 /// The matrix under iteration: `h` of order `n`, the transformation `q` of `n` columns (or empty), and whether all of T
-/// is wanted.
+/// is wanted or only its diagonal blocks.
 pub(super) struct Iterate<'a> {
     pub(super) h: &'a mut [f64],
     pub(super) n: usize,
@@ -22,7 +22,7 @@ pub(super) struct Iterate<'a> {
     pub(super) whole: bool,
 }
 
-/// Room for a window: itself, its transformation, a few vectors, and a block row or column of the matrix.
+/// Workspace: the window, its transformation, a few vectors, and a block row or column of the matrix.
 #[derive(Default)]
 pub(super) struct Window {
     t: Vec<f64>,
@@ -33,11 +33,11 @@ pub(super) struct Window {
     pub(super) values: Vec<(f64, f64)>,
 }
 
-/// What a window has given.
+/// Result of one deflation.
 pub(super) struct Deflated {
     /// Trailing rows that are in Schur form.
     pub(super) rows: usize,
-    /// Leading rows for which the iteration in the window met its cap.
+    /// Leading rows of the window that did not converge within the maximum number of sweeps.
     pub(super) stuck: usize,
 }
 
@@ -77,7 +77,7 @@ impl Window {
             return found;
         }
         if kept > 1 && spike != 0.0 {
-            // The spike back to one entry.
+            // Reflects the spike to a single entry.
             let row = &mut work[3 * order..3 * order + kept];
             row.iter_mut().zip(v.iter().step_by(order)).for_each(|(e, v)| *e = *v);
             let (_, tau) = reflector(row[0], &mut row[1..]);
@@ -109,7 +109,7 @@ impl Window {
         found
     }
 
-    /// Eigenvalues of the block `at..at + order`, to `values`: as many as are found.
+    /// Stores the eigenvalues of the block `at..at + order` in `values`, as many as converge.
     pub(super) fn shifts_of(&mut self, m: &Iterate<'_>, at: usize, order: usize) {
         let n = m.n;
         self.reserve(n, order);
@@ -123,7 +123,7 @@ impl Window {
     }
 }
 
-/// The eigenvalues of the diagonal blocks in `rows` of a Schur form of order `n`, to `values`.
+/// Stores the eigenvalues of the diagonal blocks in `rows` of a Schur form of order `n` in `values`.
 fn values_of(t: &[f64], n: usize, rows: core::ops::Range<usize>, values: &mut Vec<(f64, f64)>) {
     values.clear();
     let mut k = rows.start;
@@ -140,7 +140,7 @@ fn values_of(t: &[f64], n: usize, rows: core::ops::Range<usize>, values: &mut Ve
     }
 }
 
-/// Carries the transformation `v` of the window through the rest of the matrix.
+/// Applies the transformation `v` of the window to the rest of the matrix.
 fn follow(m: &mut Iterate<'_>, first: usize, at: usize, order: usize, v: &[f64], strip: &mut [f64]) {
     let n = m.n;
     let end = at + order;
@@ -176,8 +176,8 @@ fn follow(m: &mut Iterate<'_>, first: usize, at: usize, order: usize, v: &[f64],
     }
 }
 
-/// Moves the eigenvalues whose spike is negligible to the bottom of the window `t`; the answer is how many rows are
-/// left above them.
+/// Moves the eigenvalues with a negligible spike to the bottom of the window `t`; returns the number of rows above
+/// them.
 struct Detection<'a> {
     t: &'a mut [f64],
     v: &'a mut [f64],
@@ -211,7 +211,7 @@ impl Kernel for Detection<'_> {
                 kept -= size;
                 continue;
             }
-            // Up to the others that have not converged.
+            // Moves the block up to the others that have not converged.
             let mut k = kept - size;
             while k > top {
                 let above = if k >= top + 2 && at(t, k - 1, k - 2) != 0.0 { 2 } else { 1 };

@@ -3,11 +3,10 @@
 //!
 //! Deflation by Ahues and Tisseur (LAPACK Working Note 122, 1997), which keeps the small eigenvalues of graded
 //! matrices; an exceptional shift after every ten sweeps without deflation, for matrices that the ordinary shift maps
-//! to themselves (a cyclic permutation has no preferred eigenvalue); a hard cap on the number of sweeps. About 20 n^3
-//! flops with the vectors.
+//! to themselves (a cyclic permutation, for instance); a bounded number of sweeps. About 20 n^3 flops with the vectors.
 //!
-//! The iteration waits for its reflectors, each of which needs the one before. As long as the matrices fit into the
-//! nearest caches everything else fits beside that wait, and each reflector is applied at once.
+//! Each reflector depends on the previous one, and this latency dominates. While the matrices fit into the nearest
+//! caches, all other work fits into the waiting time, so each reflector is applied immediately.
 
 use super::bulge::reflect_vector;
 use super::chain::{Reflector, reflect2, reflect3};
@@ -17,48 +16,49 @@ use core::array;
 
 /// Sweeps without deflation before a shift is replaced by an exceptional one.
 const PATIENCE: usize = 10;
-/// Sweeps allowed for each row. Two or three are used in practice.
+/// Maximum number of sweeps per row. Two or three are usual.
 pub(super) const SWEEPS_PER_ROW: usize = 30;
 
-/// Eigenvalues `re[i] + i im[i]` that shift a sweep.
+/// Eigenvalues `re[i] + i im[i]` used as shifts of a sweep.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Shifts {
     pub(super) re: [f64; 2],
     pub(super) im: [f64; 2],
 }
 
-/// A matrix by columns, and their length.
+/// Matrix entries by columns, and the length of a column.
 pub(super) type Columns<'a> = (&'a mut [f64], usize);
 
-/// The matrices of an iteration, whichever way they are stored.
+/// The matrices of an iteration, independent of their storage.
 pub(super) trait Sweeps {
     /// H and Q.
     fn parts(&mut self) -> (Columns<'_>, Columns<'_>);
 
-    /// One bulge, pushed in at row `passage.from` by the reflector of `v`, and out at row `passage.last`.
+    /// Chases one bulge, introduced at row `passage.from` by the reflector of `v`, out of the block at row
+    /// `passage.last`.
     fn sweep<const FMA: bool>(&mut self, passage: Passage, v: [f64; 3]);
 }
 
-/// Of a bulge through the active block, which begins at row `first`.
+/// Path of a bulge through the active block, which begins at row `first`.
 #[derive(Clone, Copy)]
 pub(super) struct Passage {
     pub(super) first: usize,
     pub(super) from: usize,
     pub(super) last: usize,
-    /// The first row and the column after the last one that are transformed.
+    /// First row, and column after the last one, that are transformed.
     pub(super) window: (usize, usize),
 }
 
-/// The iteration on a Hessenberg matrix of order `n`, which becomes the real Schur form T if `whole`, else only its
-/// diagonal blocks. The transformation is multiplied to Q from the right.
+/// The iteration on a Hessenberg matrix of order `n`, which becomes the real Schur form T (only its diagonal blocks
+/// unless `whole`). The transformation multiplies Q from the right.
 ///
-/// The answer is the number of leading rows that have not converged: zero, unless the cap on the sweeps was met.
+/// Returns the number of leading rows that have not converged: zero, unless the maximum number of sweeps is reached.
 #[inline(always)]
 pub(super) fn iterate<const FMA: bool>(matrices: &mut impl Sweeps, n: usize, whole: bool) -> usize {
     let cap = SWEEPS_PER_ROW * n.max(PATIENCE);
     let mut sweeps = 0;
     let mut stalled = 0;
-    // The active block ends at row `last`; what lies below is in Schur form.
+    // The active block ends at row `last`; the rows below are in Schur form.
     let mut end = n;
     while end > 1 {
         let last = end - 1;
@@ -126,7 +126,7 @@ impl Sweeps for Francis<'_> {
             } else {
                 let (_, r) = reflect_vector(v);
                 if from > first {
-                    // The entry is not zero but small: the reflection changes it this way to working precision.
+                    // This entry is small but not zero: to working precision the reflection changes it by this factor.
                     h[(k - 1) * ld + k] *= 1.0 - r.t[0];
                 }
                 r
@@ -154,7 +154,7 @@ impl Sweeps for Francis<'_> {
     }
 }
 
-/// The reflector that pushes the bulge on, from the top of the column it stands in (rows `k..`), which it clears.
+/// The reflector that advances the bulge; clears the column it is computed from (rows `k..`).
 #[inline(always)]
 pub(super) fn next_reflector(column: &mut [f64], k: usize, triple: bool) -> Reflector {
     let x = [column[k], column[k + 1], if triple { column[k + 2] } else { 0.0 }];
@@ -175,7 +175,7 @@ pub(super) fn reflect_rows3<'a, const FMA: bool>(
 ) {
     for column in columns {
         if let Some([x, y, z]) = column.get_mut(row..).and_then(|c| c.first_chunk_mut::<3>()) {
-            // The last row has not been touched by the reflector before: it need not wait.
+            // The previous reflector does not change the last row, so its product starts early.
             let s = fma::<FMA>(r.t[1], *y, fma::<FMA>(r.t[0], *x, r.t[2] * *z));
             *x -= s;
             *y = fma::<FMA>(-s, r.v[0], *y);
@@ -230,7 +230,7 @@ fn reflect_columns2<const FMA: bool>(columns: &mut [f64], ld: usize, rows: core:
     }
 }
 
-/// The row where the unreduced block that ends at `last` begins.
+/// First row of the unreduced block that ends at `last`.
 #[inline(always)]
 pub(super) fn first_of_active_block(h: &[f64], n: usize, last: usize) -> usize {
     let at = |i: usize, j: usize| h[j * n + i];
@@ -266,7 +266,7 @@ pub(super) fn first_of_active_block(h: &[f64], n: usize, last: usize) -> usize {
 #[inline(always)]
 fn shifts(h: &[f64], n: usize, first: usize, last: usize, stalled: usize) -> Shifts {
     let at = |i: usize, j: usize| h[j * n + i];
-    // The block whose eigenvalues are the shifts; the numbers of the exceptional ones are LAPACK's.
+    // Block whose eigenvalues are the shifts; the constants of the exceptional shift are those of LAPACK.
     let exceptional = |s: f64, centre: f64| [[0.75 * s + centre, -0.4375 * s], [s, 0.75 * s + centre]];
     let [[a, b], [c, d]] = if stalled.is_multiple_of(2 * PATIENCE) {
         exceptional(at(last, last - 1).abs() + at(last - 1, last - 2).abs(), at(last, last))
@@ -313,14 +313,14 @@ pub(super) fn shifted_column(h: &[f64], n: usize, m: usize, shifts: Shifts) -> [
     if size > 0.0 { v.map(|e| e / size) } else { v }
 }
 
-/// Where the sweep may start: the lowest row at which two consecutive small subdiagonal entries let the bulge enter,
-/// and the first column of the shifted product there.
+/// Start of the sweep: the lowest row at which two small consecutive subdiagonal entries let the bulge enter, and the
+/// first column of the shifted product there.
 #[inline(always)]
 fn start_of_bulge(h: &[f64], n: usize, first: usize, last: usize, shifts: Shifts) -> (usize, [f64; 3]) {
     let at = |i: usize, j: usize| h[j * n + i];
     let Shifts { re, im } = shifts;
     let mut m = last - 2;
-    // Without a division, and without regard to underflow, which at worst calls for the test below.
+    // Without division. Underflow does no harm: at worst the test below is made.
     while m > first {
         let (here, next, below) = (at(m, m), at(m + 1, m + 1), at(m + 1, m));
         let v0 = below * at(m, m + 1) + (here - re[0]) * (here - re[1]) - im[0] * im[1];

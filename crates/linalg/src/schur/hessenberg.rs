@@ -1,7 +1,7 @@
 //! Householder reduction to upper Hessenberg form, `A = Q H Q'` (Golub and Van Loan, Matrix Computations, 7.4.3).
 //!
-//! 10/3 n^3 flops, and 4/3 n^3 more for `Q`. For small orders a loop of our own that works down columns and reads the
-//! matrix twice for each of them; from order [`BLOCKED`] on faer's, which is blocked.
+//! 10/3 n^3 flops, and 4/3 n^3 more for `Q`. Small orders use an unblocked loop, which works along columns and reads
+//! the matrix twice per column; from order [`BLOCKED`] on faer's blocked reduction is used.
 
 use crate::kernel::{Kernel, fma};
 use faer::dyn_stack::{MemBuffer, MemStack, StackReq};
@@ -13,7 +13,7 @@ use faer::linalg::householder::{
 use faer::linalg::qr::no_pivoting::factor::recommended_block_size;
 use faer::{Conj, MatMut, MatRef, Par, Spec};
 
-/// Order from which faer's reduction is the faster one.
+/// Order from which faer's reduction is faster.
 pub(super) const BLOCKED: usize = 100;
 
 /// Overwrites `x` with the tail of `v`, where `I - tau v v'`, `v[0] = 1`, maps `(head, x)` to `beta e1`, and returns
@@ -43,8 +43,7 @@ pub(super) fn reflector(head: f64, x: &mut [f64]) -> (f64, f64) {
 }
 
 /// Reduces the leading block of order `order` of the matrix `h` of order `n`: its rows in full, its columns down to row
-/// `order`. The reflectors are multiplied to `q`, of `n` columns, from the right; the identity is expected where
-/// `fresh`, and taken for granted.
+/// `order`. The reflectors multiply `q`, of `n` columns, from the right; with `fresh`, `q` must be the identity.
 pub(super) struct Reduction<'a> {
     pub(super) h: &'a mut [f64],
     pub(super) n: usize,
@@ -105,7 +104,7 @@ impl Kernel for Reduction<'_> {
             }
         }
         if fresh && rows > 0 {
-            // Backwards, so that each reflector meets only the part of Q that is no longer the identity.
+            // Backward accumulation: each reflector changes only the part of Q that differs from the identity.
             for k in (0..order - 2).rev() {
                 let v = &mut full[..order - k - 1];
                 v.copy_from_slice(&h[k * n + k + 1..k * n + order]);
@@ -123,7 +122,7 @@ impl Kernel for Reduction<'_> {
     }
 }
 
-/// `w = M v` for the leading columns of `M` that `v` has entries for.
+/// `w = M v`, for the leading columns of `M`, as many as `v` has entries.
 #[inline(always)]
 fn times<const FMA: bool>(m: &[f64], ld: usize, v: &[f64], w: &mut [f64]) {
     w.fill(0.0);

@@ -1,19 +1,19 @@
 //! Real Schur form `A = Q T Q'`: `Q` orthogonal, `T` upper quasi-triangular.
 //!
 //! `T` has 1 x 1 diagonal blocks for the real eigenvalues of `A` and standardised 2 x 2 blocks (equal diagonal entries,
-//! off-diagonal entries of opposite sign) for the complex pairs. It exists for every real matrix. Every dense equation
-//! of this crate is solved in it.
+//! off-diagonal entries of opposite sign) for the complex pairs. It exists for every real matrix. All dense equations
+//! of this crate are solved with it.
 //!
-//! Method: Householder reduction to Hessenberg form (`hessenberg.rs`), then, up to order 75, the implicit double-shift
-//! QR iteration of Francis (`francis.rs`, up to order 8 on the stack: `small.rs`), and beyond it the small-bulge
+//! Method: Householder reduction to Hessenberg form (`hessenberg.rs`). Up to order 75 follows the implicit double-shift
+//! QR iteration of Francis (`francis.rs`; up to order 8 on the stack, `small.rs`); for larger orders the small-bulge
 //! multishift iteration (`multishift.rs`) with aggressive early deflation (`deflation.rs`) of Braman, Byers and
-//! Mathias, whose bulges are chased with `bulge.rs` near the diagonal and leave the rest to chains of reflectors
-//! (`chain.rs`). Exceptional shifts break cycles, and the number of sweeps has a hard cap. About 25 n^3 flops for n
-//! small, and fewer than 15 n^3 for n large.
+//! Mathias. Its bulges are chased near the diagonal (`bulge.rs`), and their chains of reflectors are applied to the
+//! rest afterwards (`chain.rs`). Exceptional shifts break cycles, and the number of sweeps is bounded. About 25 n^3
+//! flops for n small, and fewer than 15 n^3 for n large.
 //!
-//! A chosen set of eigenvalues is brought to the top by exchanges of neighbours (`swap.rs`, `reorder.rs`), with the
-//! condition of its invariant subspace (`subspace.rs`). Balancing (`balancing.rs`) is an option for eigenvalues, no
-//! part of the form.
+//! Selected eigenvalues are moved to the top by exchanges of neighbouring blocks (`swap.rs`, `reorder.rs`), with the
+//! condition of their invariant subspace (`subspace.rs`). Balancing (`balancing.rs`) is an option for eigenvalues and
+//! not part of the Schur form.
 
 mod balancing;
 mod bulge;
@@ -41,20 +41,20 @@ use nalgebra::{Complex, DMatrix};
 pub struct Schur {
     /// Orthogonal; its first k columns span an invariant subspace of `A` wherever `T` has a zero below entry (k, k).
     pub q: DMatrix<f64>,
-    /// Upper quasi-triangular, its 2 x 2 blocks in standard form. What is below the blocks is exactly zero.
+    /// Upper quasi-triangular, its 2 x 2 blocks in standard form. Entries below the blocks are exactly zero.
     pub t: DMatrix<f64>,
 }
 
 /// Real Schur form `A = Q T Q'` of a square matrix.
 ///
-/// Backward stable: `||A - Q T Q'||` and `||Q'Q - I||` are a small multiple of `n eps` (relative to `||A||`). Entries
+/// Backward stable: `||A - Q T Q'||` (relative to `||A||`) and `||Q'Q - I||` are a small multiple of `n eps`. Entries
 /// of any size are allowed; a matrix whose largest entry is beyond 2^+-300 is scaled by a power of two for the
 /// computation. A matrix of order zero has the Schur form of order zero. About 25 n^3 flops for n small, fewer than 15
-/// n^3 for n large; nothing is shared between threads, and one thread is used.
+/// n^3 for n large, on one thread.
 ///
 /// # Errors
-/// [`LinalgError::NotSquare`], [`LinalgError::NotFinite`]; [`LinalgError::NotConverged`] after 30 n sweeps (none is
-/// known); [`LinalgError::Overflow`] if an eigenvalue is beyond the range of binary64.
+/// [`LinalgError::NotSquare`], [`LinalgError::NotFinite`]; [`LinalgError::NotConverged`] after 30 n sweeps (no such
+/// case is known); [`LinalgError::Overflow`] if an eigenvalue is beyond the range of binary64.
 ///
 /// # Example
 /// ```
@@ -75,10 +75,10 @@ pub fn schur(a: &DMatrix<f64>) -> Result<Schur> {
     Ok(found)
 }
 
-/// [`schur()`] into a factorisation and a workspace that are there already: from the second call of the same order on
-/// nothing is allocated.
+/// [`schur()`] into an existing factorisation and workspace: from the second call of the same order on, no memory is
+/// allocated.
 ///
-/// After an error the content of `into` means nothing.
+/// After an error the content of `into` is undefined.
 ///
 /// # Errors
 /// Those of [`schur()`].
@@ -105,14 +105,14 @@ pub fn schur_into(a: &DMatrix<f64>, into: &mut Schur, workspace: &mut SchurWorks
     factor_into(a, into, workspace)
 }
 
-/// [`schur()`] with a Q of order zero, for those who need T alone.
+/// [`schur()`] without Q (a Q of order zero).
 pub(crate) fn triangular_factor(a: &DMatrix<f64>) -> Result<Schur> {
     let mut found = Schur::default();
     factor_into(a, &mut found, &mut SchurWorkspace::new())?;
     Ok(found)
 }
 
-/// With the Q that is there, of the order of `a` or of order zero.
+/// Factorisation with Q if `into.q` has the order of `a`, without if it has order zero.
 fn factor_into(a: &DMatrix<f64>, into: &mut Schur, workspace: &mut SchurWorkspace) -> Result<()> {
     let n = square("a", a)?;
     if into.t.shape() == (n, n) {
@@ -134,20 +134,20 @@ fn factor_into(a: &DMatrix<f64>, into: &mut Schur, workspace: &mut SchurWorkspac
     Ok(())
 }
 
-/// The identity, with zeros below it if there are more rows than columns.
+/// The identity; if there are more rows than columns, the rows below are zero.
 fn identity(q: &mut [f64], rows: usize) {
     q.fill(0.0);
     q.iter_mut().step_by(rows + 1).for_each(|e| *e = 1.0);
 }
 
-/// The power of two that brings a matrix into the range in which squares neither overflow nor vanish.
+/// Power of two that scales a matrix so that squares of its entries neither overflow nor underflow.
 fn working_scale(a: &DMatrix<f64>) -> f64 {
     let largest = a.amax();
     let in_range = largest == 0.0 || (2.0_f64.powi(-300)..=2.0_f64.powi(300)).contains(&largest);
     if in_range { 1.0 } else { unit_scale(a) }
 }
 
-/// Room for the factorisation of matrices of one order, which grows when it meets a larger one.
+/// Workspace for matrices up to the largest order so far; grows as needed.
 #[derive(Default)]
 pub struct SchurWorkspace {
     h: Vec<f64>,
@@ -164,13 +164,13 @@ impl core::fmt::Debug for SchurWorkspace {
 }
 
 impl SchurWorkspace {
-    /// An empty workspace, which allocates at its first use.
+    /// An empty workspace; memory is allocated at the first use.
     pub fn new() -> Self {
         Self::default()
     }
 
-    /// The eigenvalues of `a`, to `into`, without T and Q: about 10 n^3 flops, and no allocation from the second call
-    /// of the same order on.
+    /// Stores the eigenvalues of `a` in `into`, without T and Q: about 10 n^3 flops, and no allocation from the second
+    /// call of the same order on.
     ///
     /// # Errors
     /// Those of [`schur()`].
@@ -203,8 +203,8 @@ impl SchurWorkspace {
         Ok(())
     }
 
-    /// Overwrites the matrix `h` of order `n` with its Schur form (with the diagonal blocks of it unless `whole`) and
-    /// `q`, unless it is empty, with the transformation.
+    /// Overwrites the matrix `h` of order `n` with its Schur form (only the diagonal blocks unless `whole`) and `q`,
+    /// unless it is empty, with the transformation.
     fn factor(&mut self, h: &mut [f64], n: usize, q: &mut [f64], whole: bool) -> Result<()> {
         if n == 0 {
             return Ok(());
@@ -220,7 +220,7 @@ impl SchurWorkspace {
             kernel::dispatch(hessenberg::Reduction { h, n, order: n, q, fresh: true, work: &mut self.work });
         }
         let stuck = if n <= multishift::SMALL && !q.is_empty() {
-            // With a number of rows that fills registers; what is below Q stays zero.
+            // Column length a multiple of four, to fill registers; the rows below Q stay zero.
             let rows = n.next_multiple_of(4);
             self.padded.resize(rows * n, 0.0);
             self.work.resize(3 * n, 0.0);
@@ -241,7 +241,7 @@ impl SchurWorkspace {
     }
 }
 
-/// The error, if rows of `h` have not converged: as many as `stuck`.
+/// Error if `stuck` leading rows of `h` have not converged.
 fn converged(stuck: usize, h: &[f64], n: usize) -> Result<()> {
     if stuck == 0 {
         return Ok(());
@@ -264,7 +264,8 @@ impl Default for Schur {
 }
 
 impl Schur {
-    /// The eigenvalues, in the order of the diagonal of `T`; of a complex pair, the one above the real axis first.
+    /// The eigenvalues, in the order of the diagonal of `T`; of a complex pair, the one above the real axis comes
+    /// first.
     pub fn eigenvalues(&self) -> Vec<Complex<f64>> {
         let mut found = Vec::with_capacity(self.t.nrows());
         for (k, size) in blocks(&self.t) {
@@ -276,7 +277,7 @@ impl Schur {
     }
 }
 
-/// Where the diagonal blocks of a quasi-triangular matrix start, and their order (one or two).
+/// First index and order (one or two) of each diagonal block of a quasi-triangular matrix.
 pub(crate) fn blocks(t: &DMatrix<f64>) -> Vec<(usize, usize)> {
     let n = t.nrows();
     let mut found = Vec::with_capacity(n);

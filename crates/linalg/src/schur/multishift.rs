@@ -1,11 +1,11 @@
-//! Small-bulge multishift QR iteration with aggressive early deflation, for Hessenberg matrices that are not small
-//! (Braman, Byers, Mathias, SIAM J. Matrix Anal. Appl. 23, 2002, part I; LAPACK dlaqr0 and dlaqr5; Granat, Kagstrom,
-//! Kressner, ACM TOMS 41, 2015).
+//! Small-bulge multishift QR iteration with aggressive early deflation, for larger Hessenberg matrices (Braman, Byers,
+//! Mathias, SIAM J. Matrix Anal. Appl. 23, 2002, part I; LAPACK dlaqr0 and dlaqr5; Granat, Kagstrom, Kressner, ACM TOMS
+//! 41, 2015).
 //!
-//! A train of bulges, three rows apart, runs down the active block, a window at a time: inside, each bulge is chased;
-//! outside, their chains of reflectors follow, all of them on a few rows while those lie in the cache. No product of
-//! reflectors is formed: with the chains of `chain.rs` the 3 s^2 multiply-adds for each row and 2 s columns run about
-//! as fast as the 4 s^2 of a matrix product with it.
+//! A train of bulges, three rows apart, moves down the active block, one window at a time. Inside the window each bulge
+//! is chased; outside, all chains of reflectors are applied to a few rows at a time while these are in the cache.
+//! Reflectors are not accumulated into a matrix: with the chains of `chain.rs` the 3 s^2 multiply-adds per row and 2 s
+//! columns take about as long as the 4 s^2 of a product with the accumulated matrix.
 
 use super::bulge::{STEPS, Way, chase};
 use super::chain::{Chain, Reflector, WIDTH, chain_on_columns, pack, strip, unpack};
@@ -14,23 +14,23 @@ use super::francis::{SWEEPS_PER_ROW, Shifts, first_of_active_block, shifted_colu
 use super::standard::standardise;
 use crate::kernel::{Kernel, dispatch};
 
-/// Active blocks up to this order are handed to the double shift.
+/// Active blocks up to this order use the double-shift iteration.
 pub(super) const SMALL: usize = 75;
 /// Sweeps without deflation before the shifts are replaced by exceptional ones.
 const PATIENCE: usize = 6;
 /// Sweeps without deflation before the window grows.
 const NARROW: usize = 5;
-/// Percentage of the window whose deflation is worth another window before the next sweep.
+/// Percentage of the window that must deflate for another window to be tried before the next sweep.
 const NIBBLE: usize = 14;
 /// Rows between two bulges of a train.
 const SPACING: usize = 3;
 
-/// Rows that are copied and reflected together.
+/// Rows copied and reflected together.
 const TALL: usize = 2 * WIDTH;
 
-/// Shifts of a sweep, for a matrix of this order: LAPACK's numbers. With 16 to 32 shifts and windows of 32 to 48
-/// instead, order 100 takes 30 to 70 % longer and order 300 up to 6 %; with 48 to 80 and 72 to 128, order 1000 does as
-/// well or a little worse.
+/// Number of shifts of a sweep for a matrix of this order, as in LAPACK. Measured alternatives: with 16 to 32 shifts
+/// and windows of 32 to 48, order 100 takes 30 to 70 % longer and order 300 up to 6 %; with 48 to 80 and 72 to 128,
+/// order 1000 takes as long or slightly longer.
 fn shift_count(order: usize) -> usize {
     match order {
         0..150 => 10,
@@ -40,7 +40,7 @@ fn shift_count(order: usize) -> usize {
     }
 }
 
-/// Order of the deflation window, for a matrix of this order.
+/// Order of the deflation window for a matrix of this order.
 fn window_order(n: usize) -> usize {
     if n <= 500 { shift_count(n) } else { 3 * shift_count(n) / 2 }
 }
@@ -55,9 +55,9 @@ pub(super) struct Space {
     packed: Vec<f64>,
 }
 
-/// The iteration on the Hessenberg matrix of `m`, which becomes its real Schur form (only the diagonal blocks of it
-/// unless `m.whole`). The answer is the number of leading rows that have not converged: zero, unless the cap on the
-/// sweeps was met.
+/// The iteration on the Hessenberg matrix of `m`, which becomes its real Schur form (only the diagonal blocks unless
+/// `m.whole`). Returns the number of leading rows that have not converged: zero, unless the maximum number of sweeps is
+/// reached.
 pub(super) fn multishift(m: &mut Iterate<'_>, space: &mut Space) -> usize {
     let n = m.n;
     let largest = (n / 3).max(SMALL).min(n);
@@ -90,7 +90,7 @@ pub(super) fn multishift(m: &mut Iterate<'_>, space: &mut Space) -> usize {
         let usual = window_order(n).min(order).min(largest);
         let window = if stalled < NARROW { usual } else { (usual << (stalled - NARROW + 1).min(8)).min(largest) };
         let mut at = end - window;
-        // A window that begins at the smaller of two neighbouring couplings.
+        // Starts the window at the smaller of two neighbouring subdiagonal entries.
         if at > first + 1 && m.h[(at - 1) * n + at].abs() > m.h[(at - 2) * n + at - 1].abs() {
             at -= 1;
         }
@@ -119,8 +119,8 @@ pub(super) fn multishift(m: &mut Iterate<'_>, space: &mut Space) -> usize {
     end
 }
 
-/// Shifts from the diagonal and subdiagonal alone, for matrices that the ordinary ones map to themselves; the numbers
-/// are LAPACK's.
+/// Exceptional shifts from the diagonal and subdiagonal, for matrices that the ordinary shifts map to themselves; the
+/// constants are those of LAPACK.
 fn exceptional(m: &Iterate<'_>, first: usize, end: usize, count: usize, space: &mut Space) {
     let n = m.n;
     space.pairs.clear();
@@ -135,7 +135,7 @@ fn exceptional(m: &Iterate<'_>, first: usize, end: usize, count: usize, space: &
     }
 }
 
-/// Pairs of shifts, conjugate or real, at most `most`: those of smallest modulus, as they converge first.
+/// Pairs of shifts, conjugate or real, at most `most`: those of smallest modulus, which converge first.
 fn paired(space: &mut Space, most: usize) {
     let Space { window, pairs, .. } = space;
     let size = |s: &(f64, f64)| s.0.abs() + s.1.abs();
@@ -161,7 +161,7 @@ fn paired(space: &mut Space, most: usize) {
     }
 }
 
-/// One sweep of the train of bulges of `space.pairs` through the active block `first..=last`.
+/// One sweep: the bulges of `space.pairs` pass through the active block `first..=last`.
 fn sweep(m: &mut Iterate<'_>, first: usize, last: usize, space: &mut Space) {
     let n = m.n;
     let Space { pairs, ways, reflectors, packed, .. } = space;
@@ -203,7 +203,7 @@ fn sweep(m: &mut Iterate<'_>, first: usize, last: usize, space: &mut Space) {
     }
 }
 
-/// The bulges inside the window.
+/// Chases the bulges inside the window.
 struct Train<'a> {
     h: &'a mut [f64],
     n: usize,
@@ -234,7 +234,7 @@ impl Kernel for Train<'_> {
     }
 }
 
-/// The chains of all bulges, on rows or columns outside of the window.
+/// Applies the chains of all bulges to rows or columns outside the window.
 struct Far<'a> {
     data: &'a mut [f64],
     ld: usize,
@@ -275,8 +275,8 @@ impl Kernel for Far<'_> {
                 unpack::<WIDTH>(columns, ld, low, span, packed);
                 k = end;
             } else if k + TALL <= range.end {
-                // Neighbouring columns lie on different pages: a copy of them does not, and more rows at once make it
-                // worth its while.
+                // Neighbouring columns lie on different memory pages; a copy does not. Copying pays off for several
+                // rows at once.
                 let block = &mut data[low * ld + k..];
                 for (row, column) in packed.chunks_exact_mut(TALL).zip(block.chunks(ld)).take(span) {
                     row.copy_from_slice(&column[..TALL]);

@@ -1,8 +1,9 @@
 //! Exchange of neighbouring diagonal blocks of a real Schur form (Bai and Demmel, Linear Algebra Appl. 186, 1993).
 //!
 //! For the blocks `A11`, `A22` coupled by `A12`, the solution of `A11 X - X A22 = A12` gives `[-X; I]`, a basis of the
-//! invariant subspace of `A22`; the reflectors that make it triangular exchange the blocks. What they leave below the
-//! diagonal is compared with rounding before it is dropped: blocks whose eigenvalues nearly coincide may refuse.
+//! invariant subspace of `A22`; the reflectors that make it triangular exchange the blocks. What remains below the
+//! diagonal is dropped if it is at rounding level; otherwise the exchange is rejected, which happens if the eigenvalues
+//! nearly coincide.
 
 use super::swap::swap;
 use super::{Schur, block_eigenvalues, blocks};
@@ -11,10 +12,11 @@ use crate::{LinalgError, Result};
 use nalgebra::Complex;
 
 impl Schur {
-    /// The same factorisation with the eigenvalues that `select` picks first: the leading columns of `Q` then span
-    /// their invariant subspace. Returns it with the dimension of that subspace.
+    /// The same factorisation with the eigenvalues for which `select` is true first: the leading columns of `Q` then
+    /// span their invariant subspace. Returns it with the dimension of that subspace.
     ///
-    /// `select` sees each eigenvalue once (of a conjugate pair, the one above the real axis), before anything is moved.
+    /// `select` is called once per real eigenvalue and once per conjugate pair (with the one above the real axis),
+    /// before any exchange.
     ///
     /// # Errors
     /// [`LinalgError::SwapRejected`] names two eigenvalues that are too close to be separated.
@@ -30,7 +32,7 @@ impl Schur {
     }
 }
 
-/// Brings the selected blocks of `order` to the top.
+/// Moves the selected blocks of `order` to the top.
 struct Reordering<'a> {
     form: &'a mut Schur,
     order: &'a mut Vec<(usize, bool)>,
@@ -43,7 +45,8 @@ impl Kernel for Reordering<'_> {
     fn run<const FMA: bool>(self) -> Result<()> {
         let Self { form: Schur { q, t }, order } = self;
         let n = t.nrows();
-        // Each exchange removes one inversion; a block that falls apart into two real ones adds fewer than n, n times.
+        // Each exchange removes one inversion. At most n times a block splits into two real ones, which adds fewer than
+        // n inversions.
         for _ in 0..=2 * n * n {
             let Some(i) = order.windows(2).position(|pair| !pair[0].1 && pair[1].1) else { return Ok(()) };
             let k = order[..i].iter().map(|block| block.0).sum();

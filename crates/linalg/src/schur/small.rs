@@ -1,6 +1,6 @@
 //! The double-shift iteration of Francis (`francis.rs`) for orders up to [`LARGEST`], on the stack: reduction, sweeps
-//! and transformation in matrices whose columns have a length that the compiler knows. A reflector is applied to whole
-//! columns: what lies below the bulge is zero, and stays it.
+//! and transformation with columns of constant length. A reflector is applied to whole columns: entries below the bulge
+//! are zero and remain so.
 
 use super::bulge::reflect_vector;
 use super::chain::{reflect2, reflect3};
@@ -8,10 +8,10 @@ use super::francis::{Columns, Passage, Sweeps, iterate, next_reflector, reflect_
 use super::hessenberg::Reduction;
 use crate::kernel::Kernel;
 
-/// Beyond, the heap costs nothing beside the iteration.
+/// For larger orders heap allocation costs little compared with the iteration.
 pub(super) const LARGEST: usize = 8;
 
-/// Overwrites the matrix `h` of order `n` with its real Schur form and `q` with the transformation. The answer is that
+/// Overwrites the matrix `h` of order `n` with its real Schur form and `q` with the transformation. Returns the result
 /// of [`iterate`].
 pub(super) struct Small<'a> {
     pub(super) h: &'a mut [f64],
@@ -58,7 +58,7 @@ impl Small<'_> {
     }
 }
 
-/// The leading `n` rows and columns count, the others are zero.
+/// Only the leading `n` rows and columns are used; the others are zero.
 struct Fixed<const W: usize> {
     t: [[f64; W]; W],
     q: [[f64; W]; W],
@@ -81,7 +81,7 @@ impl<const W: usize> Sweeps for Fixed<W> {
             } else {
                 let (_, r) = reflect_vector(v);
                 if from > first {
-                    // As in `francis.rs`: to working precision.
+                    // As in `francis.rs`, to working precision.
                     t[k - 1][k] *= 1.0 - r.t[0];
                 }
                 r

@@ -27,7 +27,7 @@ pub(crate) fn standardise([[a, b], [c, d]]: [[f64; 2]; 2]) -> Standard {
     let scale = p.abs().max(larger);
     let discriminant = p / scale * p + larger / scale * smaller;
     if discriminant >= 4.0 * f64::EPSILON * scale {
-        // Real eigenvalues, well apart.
+        // Real, well-separated eigenvalues.
         let z = p + (scale.sqrt() * discriminant.sqrt()).copysign(p);
         let tau = c.hypot(z);
         return Standard { block: [[d + z, b - c], [0.0, d - larger / z * smaller]], cs: z / tau, sn: c / tau };
@@ -52,7 +52,7 @@ pub(crate) fn standardise([[a, b], [c, d]]: [[f64; 2]; 2]) -> Standard {
     if (b > 0.0) != (c > 0.0) {
         return Standard { block: [[mean, b], [c, mean]], cs, sn };
     }
-    // Real after all: one more rotation makes it triangular.
+    // The eigenvalues are real: one more rotation makes the block triangular.
     let (root_b, root_c) = (b.abs().sqrt(), c.abs().sqrt());
     let p = (root_b * root_c).copysign(c);
     let tau = 1.0 / (b + c).abs().sqrt();
@@ -83,8 +83,8 @@ pub(super) fn rotate_rows(m: &mut [f64], ld: usize, i: usize, cols: core::ops::R
     }
 }
 
-/// Standardises the diagonal block of the matrix `t` of order `n` at `k`, `k + 1`, and carries the rotation through the
-/// rows and columns of `t` in `within` and through `q`, of `rows` rows.
+/// Standardises the diagonal block of the matrix `t` of order `n` at `k`, `k + 1`, and applies the rotation to the rows
+/// and columns of `t` in `within` and to `q`, of `rows` rows.
 #[inline(always)]
 pub(super) fn standardise_block(t: &mut [f64], n: usize, q: &mut [f64], rows: usize, k: usize, within: (usize, usize)) {
     let (x, y) = (k * n + k, (k + 1) * n + k);
@@ -121,8 +121,8 @@ mod tests {
     }
 
     proptest! {
-        /// Every real 2 x 2 matrix, small integers included (equal and opposite entries), has a standard form that
-        /// rotates back to it.
+        /// Every real 2 x 2 matrix has a standard form that rotates back to it; small integers give equal and opposite
+        /// entries.
         #[test]
         fn the_standard_form_is_a_rotation_away(
             m in prop_oneof![

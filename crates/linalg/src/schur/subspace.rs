@@ -1,8 +1,8 @@
-//! The invariant subspace of chosen eigenvalues, and how far a perturbation can turn it (Stewart, SIAM Review 15, 1973;
+//! Invariant subspace of selected eigenvalues, and its sensitivity to perturbations (Stewart, SIAM Review 15, 1973;
 //! Bai, Demmel and McKenney, ACM TOMS 19, 1993; LAPACK dtrsen).
 //!
-//! With `T = [T11 T12; 0 T22]`, T11 holding the chosen eigenvalues, and `T11 R - R T22 = T12`, the spectral projector
-//! has the norm `sqrt(1 + ||R||^2)`; its inverse s bounds the error of the average of the eigenvalues, and
+//! With `T = [T11 T12; 0 T22]`, T11 holding the selected eigenvalues, and `T11 R - R T22 = T12`, the spectral projector
+//! has the norm `sqrt(1 + ||R||^2)`. Its reciprocal s determines the error of the mean of the selected eigenvalues, and
 //! `sep(T11, T22)` that of the subspace.
 
 use super::Schur;
@@ -13,30 +13,30 @@ use crate::triangular::{self, Coefficient, Equation};
 use crate::{LinalgError, Result};
 use nalgebra::{Complex, DMatrix};
 
-/// A Schur form with chosen eigenvalues first, and the condition of their invariant subspace.
+/// A Schur form with the selected eigenvalues first, and the condition of their invariant subspace.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Reordered {
     /// The factorisation; the first `dimension` columns of its `Q` span the subspace.
     pub schur: Schur,
-    /// Dimension of the subspace: the number of chosen eigenvalues, conjugates counted.
+    /// Dimension of the subspace: the number of selected eigenvalues, conjugates included.
     pub dimension: usize,
-    /// Reciprocal condition of the average of the chosen eigenvalues, `1 / sqrt(1 + ||R||_F^2)`, at most one: a change
-    /// of `A` by `e` in norm moves the average by `e` over this to first order. A lower bound, at most
+    /// Reciprocal condition number s of the mean of the selected eigenvalues, `1 / sqrt(1 + ||R||_F^2) <= 1`: a change
+    /// of `A` of norm `e` moves the mean by at most `e / s` to first order. A lower bound, at most a factor of
     /// `sqrt(min(k, n - k))` too small.
     pub average: f64,
-    /// Estimate of `min ||T11 X - X T22||_1 / ||X||_1` (entries summed): a change of `A` by `e` turns the subspace by
-    /// an angle of about `e` over this. It is an upper bound, seldom more than three times too large, and within
-    /// `sqrt(k (n - k))` of the separation in the Frobenius norm. `||T||_1` where the subspace is trivial.
+    /// Estimate of `sep = min ||T11 X - X T22||_1 / ||X||_1` (entries summed): a change of `A` of norm `e` rotates the
+    /// subspace by an angle of about `e / sep`. It is an upper bound, seldom more than three times too large, and
+    /// within a factor of `sqrt(k (n - k))` of the separation in the Frobenius norm. `||T||_1` for a trivial subspace.
     pub separation: f64,
 }
 
 impl Schur {
-    /// The same factorisation with the eigenvalues that `select` picks first, as [`Schur::ordered`], and the condition
-    /// of their invariant subspace.
+    /// The same factorisation with the eigenvalues for which `select` is true first, as [`Schur::ordered`], and the
+    /// condition of their invariant subspace.
     ///
-    /// `select` sees each eigenvalue once (of a conjugate pair, the one above the real axis), before anything is moved.
-    /// Up to `6 n` flops for each of the at most `n^2/4` exchanges, and about `6 k (n - k) n` for the condition of a
-    /// subspace of dimension k.
+    /// `select` is called once per real eigenvalue and once per conjugate pair (with the one above the real axis),
+    /// before any exchange. Up to `6 n` flops for each of the at most `n^2/4` exchanges, and about `6 k (n - k) n` for
+    /// the condition of a subspace of dimension k.
     ///
     /// # Errors
     /// [`LinalgError::SwapRejected`] names two eigenvalues that are too close to be separated.
@@ -61,8 +61,8 @@ impl Schur {
     }
 }
 
-/// The reciprocal condition of the average of the eigenvalues of the leading block of order `k`, and the separation of
-/// the block from the rest.
+/// Reciprocal condition number of the mean of the eigenvalues of the leading block of order `k`, and the separation of
+/// this block from the rest.
 fn condition(t: &DMatrix<f64>, k: usize) -> Result<(f64, f64)> {
     let n = t.nrows();
     let scale = unit_scale(t);
@@ -110,7 +110,7 @@ mod tests {
 
     #[test]
     fn the_separation_is_that_of_the_kronecker_matrix() {
-        // A complex pair beside two real eigenvalues, the chosen ones at the bottom at first.
+        // A complex pair and two real eigenvalues; the selected ones are at the bottom initially.
         let t = dmatrix![
             1.0, 2.0, 0.5, -1.0;
             0.0, 2.0, 1.5, 0.3;

@@ -1,31 +1,32 @@
 //! Exchange of two neighbouring diagonal blocks of a real Schur form (Bai and Demmel, Linear Algebra Appl. 186, 1993).
 //!
 //! For the blocks `A11`, `A22` coupled by `A12`, the solution of `A11 X - X A22 = A12` gives `[-X; I]`, a basis of the
-//! invariant subspace of `A22`; the reflectors that make it triangular exchange the blocks. What they leave below the
-//! diagonal is compared with rounding before it is dropped: blocks whose eigenvalues nearly coincide may refuse.
+//! invariant subspace of `A22`; the reflectors that make it triangular exchange the blocks. What remains below the
+//! diagonal is dropped if it is at rounding level; otherwise the exchange is rejected, which happens if the eigenvalues
+//! nearly coincide.
 
-// (i, j) is an entry of a matrix of order four, and reads best so.
+// Indices (i, j) of a matrix of order four are clearer than iterators here.
 #![allow(clippy::needless_range_loop)]
 
 use super::hessenberg::reflector;
 use super::standard::{rotate_cols, rotate_rows, standardise_block};
 use crate::linear_block::LinearBlock;
 
-/// Why two blocks stay where they are: the exchange would leave `residual` below the diagonal.
+/// A rejected exchange: it would leave `residual` below the diagonal, more than `allowed`.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Refused {
     pub(super) residual: f64,
     pub(super) allowed: f64,
 }
 
-/// The order of the diagonal block at `k` of a quasi-triangular matrix.
+/// Order of the diagonal block at `k` of a quasi-triangular matrix.
 #[inline(always)]
 pub(super) fn block_order(t: &[f64], n: usize, k: usize) -> usize {
     if k + 1 < n && t[k * n + k + 1] != 0.0 { 2 } else { 1 }
 }
 
-/// Exchanges the diagonal block of order `p` at `k` with the one of order `s` that follows it, in the matrix `t` of
-/// order `n`; `q`, of `n` columns, follows.
+/// Exchanges the diagonal block of order `p` at `k` with the following one of order `s`, in the matrix `t` of order
+/// `n`; `q`, of `n` columns, is updated.
 #[inline(always)]
 pub(super) fn swap(t: &mut [f64], n: usize, q: &mut [f64], k: usize, p: usize, s: usize) -> Result<(), Refused> {
     let rows = q.len() / n;
@@ -44,13 +45,13 @@ pub(super) fn swap(t: &mut [f64], n: usize, q: &mut [f64], k: usize, p: usize, s
         return Ok(());
     }
     let m = p + s;
-    // local[j][i], as the matrix lies.
+    // Column-major like the matrix: local[j][i].
     let mut local = [[0.0; 4]; 4];
     for (j, column) in local.iter_mut().enumerate().take(m) {
         column[..m].copy_from_slice(&t[(k + j) * n + k..(k + j) * n + k + m]);
     }
     let largest = local.iter().flatten().fold(0.0_f64, |a, e| a.max(e.abs()));
-    // The basis [-X; gamma I], found from the small linear equation with complete pivoting.
+    // The basis [-X; gamma I], from the small linear system with complete pivoting.
     let mut equation = LinearBlock::sylvester(p, s, |i, l| local[l][i], |l, j| -local[p + j][p + l]);
     for j in 0..s {
         for i in 0..p {
@@ -72,7 +73,7 @@ pub(super) fn swap(t: &mut [f64], n: usize, q: &mut [f64], k: usize, p: usize, s
         }
         column[p + j] = 1.0 / gamma;
     }
-    // All of it on the block itself first, `turned = Z'(block) Z` with columns of four.
+    // First the block alone: `turned = Z'(block) Z`, with columns of four.
     let (mut turned, mut z) = ([0.0; 16], [0.0; 16]);
     for (column, from) in turned.chunks_exact_mut(4).zip(&local) {
         column.copy_from_slice(from);
@@ -143,8 +144,8 @@ fn reflect<const M: usize>(column: &mut [f64; M], v: &[f64; M], tau: f64) {
     }
 }
 
-/// `Z`, of order M, on the rows and columns of `t` from `k` that are not in the block itself, and on those columns of
-/// `q`: once for all the reflectors and rotations of an exchange.
+/// Applies `Z`, of order M, to the rows and columns of `t` from `k` outside the block, and to those columns of `q`:
+/// once for all reflectors and rotations of an exchange.
 #[inline(always)]
 fn turn<const M: usize>(t: &mut [f64], n: usize, q: &mut [f64], rows: usize, k: usize, z: &[f64; 16]) {
     for column in t[(k + M) * n..].chunks_exact_mut(n) {
@@ -163,7 +164,7 @@ fn turn<const M: usize>(t: &mut [f64], n: usize, q: &mut [f64], rows: usize, k: 
     turn_columns::<M>(q, rows, k, rows, z);
 }
 
-/// Rows before `end` of the columns from `k`, of `ld` rows, four at a time.
+/// Columns from `k`, of length `ld`, in the rows before `end`, four rows at a time.
 #[inline(always)]
 fn turn_columns<const M: usize>(data: &mut [f64], ld: usize, k: usize, end: usize, z: &[f64; 16]) {
     if end == 0 {

@@ -1,10 +1,10 @@
 //! Discrete Sylvester equation `A X B - X + C = 0`.
 //!
-//! `X` exists and is unique iff no eigenvalue of `A` is the inverse of one of `B`. If the spectral radii multiply to
-//! less than one, it is the sum of `A^k C B^k`: the cross-covariance or cross-Gramian of two systems in discrete time.
-//! With `A'` for A and A for B it is Stein's equation, without the symmetry; `T A - F T = G C` with a regular `A`, the
-//! change of coordinates of a Luenberger observer in discrete time, is this one with `F` for A and `A^-1` for B (and
-//! Sylvester's as it stands).
+//! `X` exists and is unique iff no eigenvalue of `A` is the inverse of one of `B`. If the product of the spectral radii
+//! is below one, it is the sum of `A^k C B^k`: the cross-covariance or cross-Gramian of two discrete-time systems. With
+//! `A'` in place of A and A in place of B it is the Stein equation, without the symmetry. `T A - F T = G C` with a
+//! regular `A`, the change of coordinates of a discrete-time Luenberger observer, is this equation with `F` for A and
+//! `A^-1` for B; it is also a Sylvester equation without inverting A.
 //!
 //! Method: real Schur forms `A = U S U'`, `B = V T V'`, then `S Y T - Y = -U'C V` by recursive substitution (Kitagawa,
 //! Int. J. Control 25, 1977; Jonsson and Kagstrom, ACM TOMS 28, 2002, II).
@@ -15,28 +15,28 @@ use crate::argument::{RealMatrixView, owned, shaped, square};
 use crate::triangular::Equation;
 use nalgebra::DMatrix;
 
-/// Solution of `A X B - X + C = 0` with its evidence.
+/// Solution of `A X B - X + C = 0` with residual, separation and condition.
 #[derive(Debug, Clone, PartialEq)]
 pub struct DiscreteSylvester {
     /// The solution, n x m.
     pub x: DMatrix<f64>,
     /// `||A X B - X + C|| / ((||A|| ||B|| + 1) ||X|| + ||C||)` in the Frobenius norm.
     pub residual: f64,
-    /// Estimate of the separation, `min ||A X B - X||_1 / ||X||_1` (entries summed, in the coordinates of the Schur
-    /// forms), by three substitutions; by at most eleven where it is so small that the equation may be singular. An
-    /// upper bound, seldom more than three times too large.
+    /// Estimate of the separation `min ||A X B - X||_1 / ||X||_1` (entries summed, in the coordinates of the Schur
+    /// forms) by three substitutions; by at most eleven if the equation may be singular. An upper bound, seldom more
+    /// than three times too large.
     pub separation: f64,
-    /// `(||A|| ||B|| + 1) / separation`: about how much `X` may change, relative to its norm, for a unit relative
+    /// Condition number `(||A|| ||B|| + 1) / separation`: to first order, the relative change of `X` per relative
     /// change of the data.
     pub condition: f64,
-    /// The error as refinement measured it, where rounding decides the separation.
+    /// Relative error measured by refinement, if the separation is at rounding level.
     refined: Option<f64>,
 }
 
 impl DiscreteSylvester {
-    /// A bound of `||X - X*|| / ||X*||` (to first order) in the Frobenius norm, X* the solution for the data as given:
-    /// as [`Lyapunov::forward_error`](crate::Lyapunov::forward_error), as far as the estimate of the separation is
-    /// right to a factor of three.
+    /// First-order bound of `||X - X*|| / ||X*||` in the Frobenius norm, X* the exact solution for the data as given:
+    /// as [`Lyapunov::forward_error`](crate::Lyapunov::forward_error). Valid if the estimate of the separation is right
+    /// within a factor of three.
     ///
     /// ```
     /// use nalgebra::dmatrix;
@@ -79,8 +79,8 @@ impl DiscreteSylvesterEquation {
     /// [`LinalgError::DimensionMismatch`](crate::LinalgError::DimensionMismatch),
     /// [`LinalgError::NotFinite`](crate::LinalgError::NotFinite),
     /// [`LinalgError::Overflow`](crate::LinalgError::Overflow);
-    /// [`LinalgError::UndecidedEquation`](crate::LinalgError::UndecidedEquation) where the separation is rounding and
-    /// refinement does not converge for this `c`.
+    /// [`LinalgError::UndecidedEquation`](crate::LinalgError::UndecidedEquation) if the separation is at rounding level
+    /// and refinement does not converge for this `c`.
     pub fn solve(&mut self, c: &DMatrix<f64>) -> Result<DiscreteSylvester> {
         let mut x = DMatrix::zeros(c.nrows(), c.ncols());
         let residual = self.solve_into(c, &mut x)?;
@@ -110,8 +110,8 @@ impl DiscreteSylvesterEquation {
         self.0.refine(c, x)
     }
 
-    /// The separation by the whole iteration of Hager and Higham, at most eleven substitutions where
-    /// [`DiscreteSylvester::separation`] takes three.
+    /// The separation by the full iteration of Hager and Higham: at most eleven substitutions instead of the three of
+    /// [`DiscreteSylvester::separation`].
     pub fn separation_estimate(&self) -> f64 {
         self.0.separation_estimate()
     }
@@ -119,22 +119,22 @@ impl DiscreteSylvesterEquation {
 
 /// Solves `A X B - X + C = 0`.
 ///
-/// `a` is n x n, `b` m x m, `c` n x m. A unique `X` exists iff `lambda_i(A) lambda_j(B) != 1` for all i, j; singular
-/// coefficients are allowed, and sizes whose product is moderate (`A` of 1e200 beside `B` of 1e-200). About
-/// `25 (n^3 + m^3) + 6 n m (n + m)` flops, and `6 n m (n + m)` for the separation. For several `c` see
+/// `a` is n x n, `b` m x m, `c` n x m. A unique `X` exists iff `lambda_i(A) lambda_j(B) != 1` for all i, j. Singular
+/// coefficients are allowed, and so are very different sizes with a moderate product (`A` of 1e200 with `B` of 1e-200).
+/// About `25 (n^3 + m^3) + 6 n m (n + m)` flops, and `6 n m (n + m)` for the separation. For several `c` see
 /// [`DiscreteSylvesterEquation`].
 ///
-/// In the conventions of others: MATLAB's `dlyap(A, B, C)` is this equation as it stands; `X + A X B = C` (SLICOT
-/// SB04QD) is `discrete_sylvester(&-a, &b, &c)`; `A X Q' - X + C = 0` (python-control's `dlyap(A, Q, C)`) is
+/// Other conventions: MATLAB's `dlyap(A, B, C)` solves this same equation; `X + A X B = C` (SLICOT SB04QD) is
+/// `discrete_sylvester(&-a, &b, &c)`; `A X Q' - X + C = 0` (python-control's `dlyap(A, Q, C)`) is
 /// `discrete_sylvester(&a, &q.transpose(), &c)`.
 ///
 /// # Errors
-/// [`SingularEquation`](crate::LinalgError::SingularEquation) names eigenvalues of `a` and `b` that multiply to one:
-/// the determinant of the equation is zero for the coefficients as stored, computed in integers;
-/// [`UndecidedEquation`](crate::LinalgError::UndecidedEquation) when a pivot of the substitution vanishes against its
-/// rounding or the separation is not above `max(n, m) eps max(1, sqrt(||A|| ||B||))`, and refinement does not converge
-/// (see [`lyapunov()`](crate::lyapunov())); [`Overflow`](crate::LinalgError::Overflow) if the largest entries of `a`
-/// and `b` multiply to more than 2^500, or `X` leaves the range; [`NotSquare`](crate::LinalgError::NotSquare),
+/// [`SingularEquation`](crate::LinalgError::SingularEquation) names eigenvalues of `a` and `b` whose product is one:
+/// the determinant of the equation is zero for the coefficients as stored, computed in exact integer arithmetic;
+/// [`UndecidedEquation`](crate::LinalgError::UndecidedEquation) if a pivot of the substitution is at rounding level or
+/// the separation is at most `max(n, m) eps max(1, sqrt(||A|| ||B||))`, and refinement does not converge (see
+/// [`lyapunov()`](crate::lyapunov())); [`Overflow`](crate::LinalgError::Overflow) if the product of the largest entries
+/// of `a` and `b` exceeds 2^500, or `X` overflows; [`NotSquare`](crate::LinalgError::NotSquare),
 /// [`DimensionMismatch`](crate::LinalgError::DimensionMismatch), [`NotFinite`](crate::LinalgError::NotFinite), and
 /// those of [`schur()`](crate::schur()).
 ///

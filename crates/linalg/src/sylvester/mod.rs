@@ -1,10 +1,10 @@
 //! Sylvester equation `A X + X B = C`.
 //!
 //! `X` exists and is unique iff no eigenvalue of `A` is the negative of one of `B`. It is the change of coordinates
-//! that decouples a block-triangular system, and what turns a plant into the coordinates of a Luenberger observer with
-//! prescribed dynamics.
+//! that decouples a block-triangular system, and the one that brings a plant into the coordinates of a Luenberger
+//! observer with prescribed dynamics.
 //!
-//! Its discrete form `A X B - X + C = 0` is in `discrete.rs`, what both share in `pair.rs`.
+//! The discrete form `A X B - X + C = 0` is in `discrete.rs`, the common part in `pair.rs`.
 //!
 //! Method: real Schur forms `A = U S U'`, `B = V T V'`, then `S Y + Y T = U'C V` by recursive substitution (Bartels and
 //! Stewart, CACM 15, 1972; Jonsson and Kagstrom, ACM TOMS 28, 2002).
@@ -20,7 +20,7 @@ use crate::triangular::Equation;
 use nalgebra::DMatrix;
 use pair::{SchurPair, error_bound};
 
-/// Solution of `A X + X B = C` with its evidence.
+/// Solution of `A X + X B = C` with residual, separation and condition.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Sylvester {
     /// The solution, n x m.
@@ -28,20 +28,20 @@ pub struct Sylvester {
     /// `||A X + X B - C|| / ((||A|| + ||B||) ||X|| + ||C||)` in the Frobenius norm.
     pub residual: f64,
     /// Estimate of the separation of `A` and `-B`, `min ||A X + X B||_1 / ||X||_1` (entries summed, in the coordinates
-    /// of the Schur forms), by three substitutions; by at most eleven where it is so small that the equation may be
-    /// singular. An upper bound, seldom more than three times too large.
+    /// of the Schur forms), by three substitutions; by at most eleven if the equation may be singular. An upper bound,
+    /// seldom more than three times too large.
     pub separation: f64,
-    /// `(||A|| + ||B||) / separation`: about how much `X` may change, relative to its norm, for a unit relative change
+    /// Condition number `(||A|| + ||B||) / separation`: to first order, the relative change of `X` per relative change
     /// of `A` and `B`.
     pub condition: f64,
-    /// The error as refinement measured it, where rounding decides the separation.
+    /// Relative error measured by refinement, if the separation is at rounding level.
     refined: Option<f64>,
 }
 
 impl Sylvester {
-    /// A bound of `||X - X*|| / ||X*||` (to first order) in the Frobenius norm, X* the solution for the data as given:
-    /// as [`Lyapunov::forward_error`](crate::Lyapunov::forward_error), as far as the estimate of the separation is
-    /// right to a factor of three.
+    /// First-order bound of `||X - X*|| / ||X*||` in the Frobenius norm, X* the exact solution for the data as given:
+    /// as [`Lyapunov::forward_error`](crate::Lyapunov::forward_error). Valid if the estimate of the separation is right
+    /// within a factor of three.
     ///
     /// ```
     /// use nalgebra::dmatrix;
@@ -84,8 +84,8 @@ impl SylvesterEquation {
     /// [`LinalgError::DimensionMismatch`](crate::LinalgError::DimensionMismatch),
     /// [`LinalgError::NotFinite`](crate::LinalgError::NotFinite),
     /// [`LinalgError::Overflow`](crate::LinalgError::Overflow);
-    /// [`LinalgError::UndecidedEquation`](crate::LinalgError::UndecidedEquation) where the separation is rounding and
-    /// refinement does not converge for this `c`.
+    /// [`LinalgError::UndecidedEquation`](crate::LinalgError::UndecidedEquation) if the separation is at rounding level
+    /// and refinement does not converge for this `c`.
     pub fn solve(&mut self, c: &DMatrix<f64>) -> Result<Sylvester> {
         let mut x = DMatrix::zeros(c.nrows(), c.ncols());
         let residual = self.solve_into(c, &mut x)?;
@@ -115,8 +115,8 @@ impl SylvesterEquation {
         self.0.refine(c, x)
     }
 
-    /// The separation by the whole iteration of Hager and Higham, at most eleven substitutions where
-    /// [`Sylvester::separation`] takes three (SLICOT SB03QD).
+    /// The separation by the full iteration of Hager and Higham (SLICOT SB03QD): at most eleven substitutions instead
+    /// of the three of [`Sylvester::separation`].
     pub fn separation_estimate(&self) -> f64 {
         self.0.separation_estimate()
     }
@@ -125,13 +125,13 @@ impl SylvesterEquation {
 /// Solves `A X + X B = C`.
 ///
 /// `a` is n x n, `b` m x m, `c` n x m. A unique `X` exists iff `lambda_i(A) + lambda_j(B) != 0` for all i, j. The
-/// answer does not depend on the units of the data. About `25 (n^3 + m^3) + 5 n m (n + m)` flops, and `3 n m (n + m)`
+/// result does not depend on the units of the data. About `25 (n^3 + m^3) + 5 n m (n + m)` flops, and `3 n m (n + m)`
 /// for the separation. For several `c` see [`SylvesterEquation`].
 ///
 /// # Errors
-/// [`SingularEquation`](crate::LinalgError::SingularEquation) names eigenvalues of `a` and `b` that add to zero: the
-/// determinant of the equation is zero for the coefficients as stored, computed in integers;
-/// [`UndecidedEquation`](crate::LinalgError::UndecidedEquation) when the separation is not above
+/// [`SingularEquation`](crate::LinalgError::SingularEquation) names eigenvalues of `a` and `b` whose sum is zero: the
+/// determinant of the equation is zero for the coefficients as stored, computed in exact integer arithmetic;
+/// [`UndecidedEquation`](crate::LinalgError::UndecidedEquation) if the separation is at most
 /// `max(n, m) eps (||A|| + ||B||)` and refinement does not converge (see [`lyapunov()`](crate::lyapunov()));
 /// [`NotSquare`](crate::LinalgError::NotSquare), [`DimensionMismatch`](crate::LinalgError::DimensionMismatch),
 /// [`NotFinite`](crate::LinalgError::NotFinite), [`Overflow`](crate::LinalgError::Overflow), and those of

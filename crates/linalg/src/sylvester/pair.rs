@@ -1,8 +1,8 @@
-//! What the Sylvester equation `A X + X B = C` and its discrete form `A X B - X + C = 0` share: with the real Schur
-//! forms `A = U S U'`, `B = V T V'` both become one substitution with S and T, for any number of right-hand sides.
+//! Common part of the Sylvester equation `A X + X B = C` and its discrete form `A X B - X + C = 0`: with the real Schur
+//! forms `A = U S U'`, `B = V T V'` each is one substitution with S and T per right-hand side.
 //!
-//! **Separation.** Estimated by three substitutions, and where that comes near to what rounding makes of a singular
-//! equation by the whole iteration (`separation.rs`): the verdict is never that of the shorter one.
+//! **Separation.** Estimated by three substitutions. If the estimate is near the rounding level of a singular equation,
+//! the full iteration (`separation.rs`) replaces it: no equation is judged by the three substitutions alone.
 
 use crate::argument::{finite, shaped, square, unit_scale};
 use crate::compensated;
@@ -18,36 +18,36 @@ use faer::Accum;
 use nalgebra::{Complex, DMatrix};
 use std::cell::{Cell, RefCell};
 
-/// The whole iteration is asked where three substitutions find a separation below this many times the one that counts
-/// as none. They have never been seen to be wrong by more than ten.
+/// The full iteration is used if three substitutions give a separation below this multiple of the rounding level. No
+/// error of more than a factor of ten has been observed for three substitutions.
 const DOUBT: f64 = 1e3;
 
 /// The equation with its Schur forms.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct SchurPair {
     equation: Equation,
-    /// A and B in the units of the computation: `A X + X B` with both in one unit, that of the larger; `A X B` with
-    /// both of one size, their product as given.
+    /// A and B in the units of the computation. Sylvester: both in the unit of the larger one. Discrete: both of equal
+    /// size, with their product as given.
     a: DMatrix<f64>,
     b: DMatrix<f64>,
-    /// `a` and `b` are these times the A and B given.
+    /// Powers of two: `a = units_a A`, `b = units_b B` for the given A and B.
     units_a: f64,
     units_b: f64,
-    /// The operator is this times the one given.
+    /// Factor of the operator relative to the given one.
     units: f64,
-    /// The norm of the operator, at most: `||A|| + ||B||`, `||A|| ||B|| + 1`.
+    /// Upper bound of the norm of the operator: `||A|| + ||B||` or `||A|| ||B|| + 1`.
     weight: f64,
     left: Schur,
     right: Schur,
-    /// `min ||operator(X)||_1 / ||X||_1`, from above; in these units.
+    /// Separation `min ||operator(X)||_1 / ||X||_1`, estimated from above, in these units.
     separation: f64,
-    /// Where solutions are refined because rounding might decide them: by how much a step shrinks their error.
+    /// If every solution is refined, because rounding might decide it: the factor by which a step reduces the error.
     contraction: Option<f64>,
-    /// Whether the separation is rounding.
+    /// Whether the separation is at rounding level.
     rounding: bool,
-    /// What is certain of the equation, asked where the separation is small.
+    /// What exact arithmetic says of the equation, computed if the separation is small.
     regularity: Regularity,
-    /// The error of the last solution that was refined for this reason, relative to it.
+    /// Relative error of the last refined solution.
     refined: Option<f64>,
     half: DMatrix<f64>,
     defect: DMatrix<f64>,
@@ -60,12 +60,12 @@ enum Side {
     Adjoint,
 }
 
-/// From the right-hand side in `x` to the solution of the equation of the Schur forms. Whether every pivot that it
-/// meets is regular.
+/// Replaces the right-hand side in `x` by the solution of the equation of the Schur forms. Returns whether every pivot
+/// used is regular.
 ///
-/// Where the lower rows and the left columns of the right-hand side are zero, so are those of the solution: what is
-/// left is the equation of the upper corner of S and the lower one of T. The unit matrices of the estimate of the
-/// separation cost a third of a substitution on average.
+/// If the lower rows and the left columns of the right-hand side are zero, so are those of the solution; only the
+/// equation of the upper corner of S and the lower corner of T is solved. For the unit matrices of the separation
+/// estimate this takes a third of a substitution on average.
 fn substitute(
     equation: Equation,
     left: &Schur,
@@ -83,7 +83,7 @@ fn substitute(
     }
     let mut rows = (0..n).rfind(|&i| x.row(i).iter().any(|&e| e != 0.0)).map_or(0, |i| i + 1);
     let mut skipped = (0..m).find(|&j| x.column(j).iter().any(|&e| e != 0.0)).unwrap_or(m);
-    // Whole blocks.
+    // Do not split a 2 x 2 block.
     if (1..n).contains(&rows) && s[(rows, rows - 1)] != 0.0 {
         rows += 1;
     }
@@ -97,10 +97,10 @@ fn substitute(
     triangular::solve(equation, s, t, corner, work)
 }
 
-/// The powers of two that bring A and B to the units of the computation.
+/// Powers of two that scale A and B to the units of the computation.
 fn units(equation: Equation, a: &DMatrix<f64>, b: &DMatrix<f64>) -> Result<(f64, f64)> {
     let (unit_a, unit_b) = (unit_scale(a), unit_scale(b));
-    // A coefficient of order zero, or zero, has no unit.
+    // A coefficient that is zero or has order zero gets no scale.
     let present = (a.amax() > 0.0, b.amax() > 0.0);
     match equation {
         Equation::Sylvester => {
@@ -112,7 +112,7 @@ fn units(equation: Equation, a: &DMatrix<f64>, b: &DMatrix<f64>) -> Result<(f64,
             Ok((unit, unit))
         }
         Equation::Stein if present == (true, true) => {
-            // Exponents of powers of two: exact, and half their difference is within the range where they are.
+            // Powers of two as exponents: exact, and half their difference does not overflow.
             let (low_a, low_b) = (unit_a.log2() as i32, unit_b.log2() as i32);
             if -(low_a + low_b) > 500 {
                 return Err(LinalgError::Overflow { what: "the product of entries of a and b" });
@@ -133,7 +133,7 @@ impl SchurPair {
         schur_into(&a, &mut left, &mut workspace)?;
         schur_into(&b, &mut right, &mut workspace)?;
         let (size_a, size_b) = (a.norm(), b.norm());
-        // By how much the rounding of A and B moves the operator: a separation below is none.
+        // Change of the operator due to rounding of A and B: a separation below this may be zero.
         let (units, weight, size) = match equation {
             Equation::Sylvester => (units_a, size_a + size_b, size_a + size_b),
             Equation::Stein => (1.0, size_a * size_b + 1.0, (size_a * size_b).sqrt().max(1.0)),
@@ -185,7 +185,7 @@ impl SchurPair {
         }
     }
 
-    /// The eigenvalues of A and B given that are nearest to each other.
+    /// The eigenvalues of the given A and B that are nearest to a singular equation.
     fn closest(&self) -> Closest {
         let values = |form: &Schur, units: f64| -> Vec<Complex<f64>> {
             form.eigenvalues().iter().map(|lambda| lambda / units).collect()
@@ -193,14 +193,14 @@ impl SchurPair {
         self.equation.closest(&values(&self.left, self.units_a), &values(&self.right, self.units_b))
     }
 
-    /// The equation has one solution, or may have, and rounding decides it.
+    /// Error: rounding decides whether the equation has a unique solution.
     fn undecided(&self) -> LinalgError {
         let (n, m) = self.shape();
         let stretch = 2.0 * n.max(m) as f64 * norms((n, m));
         self.closest().undecided(self.name(), self.regularity, self.separation(), self.condition(), stretch)
     }
 
-    /// Whether refinement converges; then it is part of each solution.
+    /// Whether refinement converges; if so, every solution is refined.
     fn contracts(&mut self) -> bool {
         self.contraction = Some(RATE);
         let (n, m) = self.shape();
@@ -209,19 +209,19 @@ impl SchurPair {
         self.contraction.is_some()
     }
 
-    /// What `x` lacks for `c`: the solution for its defect.
+    /// Correction of `x`: the solution for its defect.
     fn correction(&mut self, c: &DMatrix<f64>, x: &DMatrix<f64>) -> DMatrix<f64> {
         let mut correction = self.precise_defect(c, x);
         self.substitute(&mut correction);
         correction
     }
 
-    /// The error of the last solution relative to it, where refinement measured it.
+    /// Relative error of the last solution, if refinement measured it.
     pub(super) fn refined(&self) -> Option<f64> {
         self.refined
     }
 
-    /// By three substitutions; returns whether every pivot is regular.
+    /// Estimates the separation by three substitutions; returns whether every pivot is regular.
     fn estimate_separation(&mut self) -> bool {
         let Self { equation, left, right, half, defect, .. } = self;
         let (work, regular) = (RefCell::new(defect.as_mut_slice()), Cell::new(true));
@@ -232,7 +232,7 @@ impl SchurPair {
         regular.get()
     }
 
-    /// By the whole iteration, at most eleven substitutions, and whether every pivot is regular.
+    /// The separation by the full iteration, at most eleven substitutions, and whether every pivot is regular.
     fn whole_estimate(&self) -> (f64, bool) {
         let (n, m) = self.shape();
         let (work, regular) = (RefCell::new(vec![0.0; n * m]), Cell::new(true));
@@ -249,7 +249,7 @@ impl SchurPair {
         (self.a.nrows(), self.b.nrows())
     }
 
-    /// In the units of A and B given.
+    /// In the units of the given A and B.
     pub(super) fn separation(&self) -> f64 {
         self.separation / self.units
     }
@@ -285,7 +285,7 @@ impl SchurPair {
                 x.copy_from(&substituted);
             }
         }
-        // C - A X - X B, or A X B - X + C.
+        // Defect C - A X - X B or A X B - X + C.
         let Self { a, b, half, defect, .. } = self;
         match self.equation {
             Equation::Sylvester => {
@@ -306,7 +306,7 @@ impl SchurPair {
         Ok(residual)
     }
 
-    /// From the right-hand side `c` in `x` to the solution, in the units of the coefficients.
+    /// Replaces the right-hand side `c` in `x` by the solution, in the units of the coefficients.
     fn substitute(&mut self, x: &mut DMatrix<f64>) {
         let Self { equation, left, right, half, contraction, .. } = self;
         let (u, v) = (view(&left.q), view(&right.q));
@@ -319,9 +319,8 @@ impl SchurPair {
         multiply(view_mut(x), Accum::Replace, 1.0, view(half), v.transpose());
     }
 
-    /// One step of iterative refinement of `x`, the defect being computed in twice the working precision; returns the
-    /// size of the correction, relative to `x`. One that is as large as `x` is not applied: no digit of it would be
-    /// right.
+    /// One step of iterative refinement of `x`, with the defect computed in twice the working precision; returns the
+    /// size of the correction relative to `x`. A correction as large as `x` is not applied: no digit would be correct.
     pub(super) fn refine(&mut self, c: &DMatrix<f64>, x: &mut DMatrix<f64>) -> Result<f64> {
         let (n, m) = self.shape();
         shaped("c", c, n, m)?;
@@ -363,12 +362,12 @@ impl SchurPair {
     }
 }
 
-/// The factor from the sum of the entries, and an estimate that may be three times too large, to the Frobenius norm.
+/// Factor from the norm of summed entries to the Frobenius norm, times three for the error of the estimate.
 fn norms((n, m): (usize, usize)) -> f64 {
     3.0 * ((n * m) as f64).sqrt()
 }
 
-/// For the answer to an n x m equation, as [`forward_error`].
+/// Bound of the relative error for an n x m equation, as [`forward_error`].
 pub(super) fn error_bound(shape: (usize, usize), residual: f64, condition: f64, refined: Option<f64>) -> f64 {
     let spread = ErrorScale { norms: norms(shape), units: 1.0, refined };
     forward_error(residual, condition, shape.0.max(shape.1), spread)

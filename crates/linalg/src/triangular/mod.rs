@@ -1,10 +1,10 @@
-//! Sylvester, Stein and Lyapunov equations with quasi-triangular coefficients, by halves (Jonsson and Kagstrom, ACM
-//! TOMS 28, 2002, I and II).
+//! Sylvester, Stein and Lyapunov equations with quasi-triangular coefficients, by recursive blocking (Jonsson and
+//! Kagstrom, ACM TOMS 28, 2002, I and II).
 //!
-//! The longer side is cut in two; of the two smaller equations one is solved first, and enters the right-hand side of
-//! the other by a matrix product. Almost all of the `n m (n + m)` flops are products then; what is left at the bottom,
-//! tiles of order 16, is solved by substitution (`tile.rs`, `symmetric_tile.rs`). A cut never goes through a 2 x 2
-//! block. Equations whose solution is symmetric touch the upper triangle only, and cost half.
+//! The longer side is halved; the solution of the first of the two smaller equations enters the right-hand side of the
+//! second by a matrix product. Almost all of the `n m (n + m)` flops are then matrix products; the remaining tiles of
+//! order 16 are solved by substitution (`tile.rs`, `symmetric_tile.rs`). A 2 x 2 block is never split. Equations with a
+//! symmetric solution use the upper triangle only and cost half.
 
 mod pair;
 mod symmetric_tile;
@@ -15,7 +15,7 @@ use faer::prelude::{Reborrow, ReborrowMut};
 use faer::{Accum, MatMut, MatRef};
 use tile::ORDER;
 
-/// Which equation, for the coefficients `op(S)`, `op(T)`.
+/// Type of the equation, for the coefficients `op(S)`, `op(T)`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Equation {
     /// `op(S) Y + Y op(T) = D`.
@@ -29,7 +29,7 @@ pub(crate) enum Equation {
 pub(crate) struct Coefficient<'a> {
     t: MatRef<'a, f64>,
     transposed: bool,
-    /// Whether the entries are taken for exact, so that no pivot but zero is rounding.
+    /// Whether the entries count as exact, so that only a zero pivot is singular.
     exact: bool,
 }
 
@@ -44,7 +44,7 @@ impl<'a> Coefficient<'a> {
         Self { t, transposed: true, exact: false }
     }
 
-    /// The same, its entries taken for exact.
+    /// The same coefficient with its entries marked as exact or not.
     pub(crate) fn exact(self, exact: bool) -> Self {
         Self { exact, ..self }
     }
@@ -54,20 +54,20 @@ impl<'a> Coefficient<'a> {
         Self { transposed: !self.transposed, ..self }
     }
 
-    /// The matrix itself, as a factor of a product.
+    /// `op(T)` as a factor of a product.
     fn factor(self) -> MatRef<'a, f64> {
         if self.transposed { self.t.transpose() } else { self.t }
     }
 
-    /// The diagonal blocks of a cut at `k`, and `op` of what couples them, which stands above the diagonal if plain and
-    /// below if transposed.
+    /// Diagonal blocks of a split at `k`, and the coupling block of `op(T)`: above the diagonal if plain, below if
+    /// transposed.
     fn cut(self, k: usize) -> (Self, MatRef<'a, f64>, Self) {
         let (first, coupling, _, second) = self.t.split_at(k, k);
         let coupling = if self.transposed { coupling.transpose() } else { coupling };
         (Self { t: first, ..self }, coupling, Self { t: second, ..self })
     }
 
-    /// The middle, or one before where that would cut a 2 x 2 block. A multiple of the tiles, so that these are full.
+    /// Index of the split: near the middle, a multiple of the tile order if possible, and not within a 2 x 2 block.
     fn middle(self) -> usize {
         let n = self.t.nrows();
         let half = (n / 2).next_multiple_of(ORDER);
@@ -76,34 +76,34 @@ impl<'a> Coefficient<'a> {
     }
 }
 
-/// Sizes of the coefficients, from which follows what is rounding.
+/// Norms of the coefficients, which define the rounding level.
 #[derive(Debug, Clone, Copy)]
 struct Sizes {
     s: f64,
     t: f64,
-    /// Whether the coefficients are taken for exact.
+    /// Whether the coefficients count as exact.
     exact: bool,
 }
 
 impl Sizes {
-    /// The smallest pivot that is not rounding, for two diagonal blocks whose largest entries are `s` and `t`.
+    /// Rounding level of a pivot of two diagonal blocks whose largest entries are `s` and `t`.
     fn floor(self, equation: Equation, s: f64, t: f64) -> f64 {
         if self.exact {
             return f64::MIN_POSITIVE / f64::EPSILON;
         }
         match equation {
             Equation::Sylvester => (f64::EPSILON * self.s.max(self.t)).max(f64::MIN_POSITIVE / f64::EPSILON),
-            // The rounding of a coefficient moves a product of two eigenvalues by this much.
+            // Change of a product of two eigenvalues due to rounding of the coefficients.
             Equation::Stein => f64::EPSILON * (self.s * t + self.t * s).max(1.0),
         }
     }
 }
 
-/// Overwrites `d` (n x m) with the solution of the equation. `work` has room for n m numbers (Stein's equation alone
-/// reads it).
+/// Overwrites `d` (n x m) with the solution of the equation. `work` has room for n m numbers (used by the Stein
+/// equation only).
 ///
-/// Returns whether the equation is regular: every pivot is beyond the rounding of the coefficients. One that is not is
-/// raised to it, so that the answer stays finite where it can.
+/// Returns whether the equation is regular: every pivot exceeds the rounding level of the coefficients. A smaller pivot
+/// is raised to that level, so that the result stays finite if possible.
 pub(crate) fn solve(
     equation: Equation,
     s: Coefficient<'_>,
@@ -134,7 +134,7 @@ fn halve(
         let k = s.middle();
         let (upper, coupling, lower) = s.cut(k);
         let (d_upper, d_lower) = d.split_at_row_mut(k);
-        // A plain coefficient is solved from below, a transposed one from above.
+        // A plain coefficient is solved from the bottom, a transposed one from the top.
         let (first, mut d_first, second, mut d_second) =
             if s.transposed { (upper, d_upper, lower, d_lower) } else { (lower, d_lower, upper, d_upper) };
         let regular = halve(equation, first, t, d_first.rb_mut(), work, sizes);
@@ -170,8 +170,8 @@ fn scratch(work: &mut [f64], rows: usize, cols: usize) -> MatMut<'_, f64> {
     MatMut::from_column_major_slice_mut(&mut work[..rows * cols], rows, cols)
 }
 
-/// `op(T)'Y + Y op(T) = D` or `op(T)'Y op(T) - Y = D` with symmetric `D`, of which the upper triangle is read; Y comes
-/// whole. Otherwise as [`solve`].
+/// `op(T)'Y + Y op(T) = D` or `op(T)'Y op(T) - Y = D` with symmetric `D`, given by its upper triangle; both triangles
+/// of Y are returned. Otherwise as [`solve`].
 pub(crate) fn solve_symmetric(
     equation: Equation,
     t: Coefficient<'_>,
@@ -208,7 +208,7 @@ fn halve_symmetric(
     let (mut d11, mut d12, _, mut d22) = d.split_at_mut(k, k);
     let (add, replace) = (Accum::Add, Accum::Replace);
     if t.transposed {
-        // op(T) = [T1' 0; X' T2'], `coupling` = X': the corner Y22 first.
+        // op(T) = [T1' 0; X' T2'], `coupling` = X': first the block Y22.
         let x = coupling.transpose();
         let mut regular = halve_symmetric(equation, lower, d22.rb_mut(), work, sizes);
         mirror(d22.rb_mut());
@@ -233,7 +233,7 @@ fn halve_symmetric(
         }
         return halve_symmetric(equation, upper, d11, work, sizes) && regular;
     }
-    // op(T) = [T1 X; 0 T2], `coupling` = X: the corner Y11 first.
+    // op(T) = [T1 X; 0 T2], `coupling` = X: first the block Y11.
     let mut regular = halve_symmetric(equation, upper, d11.rb_mut(), work, sizes);
     mirror(d11.rb_mut());
     if equation == Equation::Sylvester {
@@ -264,8 +264,8 @@ mod tests {
     use crate::product::{view, view_mut};
     use nalgebra::DMatrix;
 
-    /// Upper quasi-triangular, about half of the diagonal in 2 x 2 blocks of standard form, eigenvalues between 0.2 and
-    /// 0.9 in modulus.
+    /// Upper quasi-triangular, about half of the diagonal in standardised 2 x 2 blocks, eigenvalues of modulus 0.2 to
+    /// 0.9.
     fn quasi_triangular(n: usize, seed: usize) -> DMatrix<f64> {
         let entry = |i: usize, j: usize| (((seed + 1) * (1 + 31 * i + 17 * j * j + i * i * j)) as f64).sin();
         let mut t = DMatrix::from_fn(n, n, |i, j| if i < j { 0.3 * entry(i, j) / (n as f64).sqrt() } else { 0.0 });
@@ -298,8 +298,7 @@ mod tests {
         }
     }
 
-    /// Backward stable: a residual of a few n eps, for every transposition, for sides that are cut and sides that are
-    /// not.
+    /// Backward stability: a residual of a few n eps for every transposition, with and without recursion.
     #[test]
     fn every_form_of_the_equation_is_solved() {
         for (n, m) in [(1, 1), (3, 20), (16, 16), (17, 5), (17, 17), (40, 33), (33, 90), (70, 70)] {
@@ -324,7 +323,7 @@ mod tests {
         }
     }
 
-    /// The symmetric recursion and the general one are two ways to one answer.
+    /// The symmetric and the general recursion give the same solution.
     #[test]
     fn the_symmetric_solution_is_the_solution() {
         for n in [1, 2, 16, 17, 18, 33, 50, 97] {
@@ -335,13 +334,13 @@ mod tests {
                 for transposed in [false, true] {
                     let t = Coefficient { transposed, ..Coefficient::plain(view(&t)) };
                     let (mut whole, mut half) = (d.clone(), d.clone());
-                    // Below the diagonal nothing is read.
+                    // Entries below the diagonal are not read.
                     (0..n).for_each(|j| (j + 1..n).for_each(|i| half[(i, j)] = f64::NAN));
                     let mut work = vec![0.0; n * n];
                     assert!(solve(equation, t.transpose(), t, view_mut(&mut whole), &mut work));
                     assert!(solve_symmetric(equation, t, view_mut(&mut half), &mut work));
                     assert_eq!(half, half.transpose());
-                    // Eigenvalues add to more than 0.4 and multiply to less than 0.85: condition below 1e3.
+                    // Sums of eigenvalues exceed 0.4 and products stay below 0.85: condition below 1e3.
                     assert!(
                         (&half - &whole).norm() <= 1e3 * n as f64 * f64::EPSILON * whole.norm(),
                         "{n} {equation:?}"

@@ -1,17 +1,17 @@
-//! The smallest pieces of a substitution: equations between two diagonal blocks, of order one to four.
+//! Equations between two diagonal blocks, of order one to four: the innermost step of a substitution.
 //!
 //! A block in standard form, `[a b; c a]` with `b c < 0`, is `D (a I + w J) D^-1` with `D = diag(1, d)`,
-//! `d = sqrt(-c/b)`, `w = sqrt(-b c)` (signed as b) and `J = [0 1; -1 0]`, which behaves as the imaginary unit does. A
-//! matrix of order two is a sum of one that commutes with J, `x I + y J`, and one that anticommutes, `x K + y L` with
-//! `K = diag(1, -1)` and `L = [0 1; 1 0]`. Between two such blocks an equation therefore falls into two, each of which
-//! is a division of complex numbers: for Sylvester's the divisors are `lambda + mu` and `lambda + conj(mu)`. The
-//! divisions are exact to a few units in the last place; only the units D may cost something, and where these are far
-//! from one, the system of order four is solved with complete pivoting.
+//! `d = sqrt(-c/b)`, `w = sqrt(-b c)` (with the sign of b) and `J = [0 1; -1 0]`, `J^2 = -I`. A matrix of order two is
+//! the sum of one that commutes with J, `x I + y J`, and one that anticommutes, `x K + y L`, with `K = diag(1, -1)` and
+//! `L = [0 1; 1 0]`. So an equation between two such blocks splits into two complex divisions; for the Sylvester
+//! equation the divisors are `lambda + mu` and `lambda + conj(mu)`. The divisions are accurate to a few units in the
+//! last place. Only the scaling D may lose accuracy; if it is far from one, the system of order four is solved with
+//! complete pivoting.
 
 use super::{Equation, Sizes};
 use crate::linear_block::LinearBlock;
 
-/// Units of two blocks together up to which the divisions are used: what a residual may lose to them.
+/// Largest product of the scalings of two blocks for which the divisions are used: the possible growth of a residual.
 const STRETCH: f64 = 32.0;
 
 /// A diagonal block of a quasi-triangular matrix.
@@ -19,12 +19,12 @@ const STRETCH: f64 = 32.0;
 pub(super) struct Block {
     pub(super) start: usize,
     pub(super) size: usize,
-    /// By rows; a block of order one is `m[0][0]`.
+    /// Entries by rows; a block of order one is `m[0][0]`.
     pub(super) m: [[f64; 2]; 2],
-    /// `a + i w`.
+    /// Eigenvalue `a + i w`: `re = a`, `im = w`.
     re: f64,
     im: f64,
-    /// `d`, `1/d`, and the larger of the two: infinite for a block that is not in standard form.
+    /// `d`, `1/d`, and the larger of the two; `stretch` is infinite for a block that is not in standard form.
     d: f64,
     inverse: f64,
     stretch: f64,
@@ -56,7 +56,7 @@ impl Block {
     }
 }
 
-/// `z / p`, where `p` is raised to the floor if it does not exceed it; and whether it does.
+/// `z / p`, with `p` raised to the floor if it is not larger; and whether it is larger.
 #[inline(always)]
 fn quotient(z: [f64; 2], p: [f64; 2], floor: f64) -> ([f64; 2], bool) {
     let larger = p[0].abs().max(p[1].abs());
@@ -65,7 +65,7 @@ fn quotient(z: [f64; 2], p: [f64; 2], floor: f64) -> ([f64; 2], bool) {
     }
     let square = p[0] * p[0] + p[1] * p[1];
     if !(1e-280..1e280).contains(&square) {
-        // The same in units in which the squares neither vanish nor overflow.
+        // Scaled, so that the squares neither underflow nor overflow.
         let p = p.map(|e| e / larger);
         let square = p[0] * p[0] + p[1] * p[1];
         let z = z.map(|e| e / larger);
@@ -75,8 +75,8 @@ fn quotient(z: [f64; 2], p: [f64; 2], floor: f64) -> ([f64; 2], bool) {
     ([(z[0] * p[0] + z[1] * p[1]) * inverse, (z[1] * p[0] - z[0] * p[1]) * inverse], true)
 }
 
-/// The unknowns `x[column][row]` of one pair of blocks, `l` on the left and `r` on the right; and whether no divisor is
-/// rounding.
+/// The unknowns `x[column][row]` of one pair of blocks, `l` on the left and `r` on the right; and whether every divisor
+/// exceeds the rounding level.
 #[inline(always)]
 pub(super) fn solve(
     equation: Equation,
@@ -94,7 +94,7 @@ pub(super) fn solve(
             Equation::Stein => a * b - 1.0,
         };
         let regular = pivot.abs() > floor;
-        // The reciprocal does not wait for the right-hand side.
+        // The reciprocal does not depend on the right-hand side.
         let inverse = 1.0 / if regular { pivot } else { floor };
         return ([[rhs[0][0] * inverse, 0.0], [0.0; 2]], regular);
     }
@@ -117,7 +117,7 @@ pub(super) fn solve(
         let (z, regular) = quotient([rhs[0][1] * l.inverse, rhs[0][0]], p, floor);
         return ([[z[1], z[0] * l.d], [0.0; 2]], regular);
     }
-    // In the units in which both blocks are normal.
+    // Scaled by D, both blocks are normal matrices.
     let (r11, r12, r21, r22) = (rhs[0][0], rhs[1][0] * r.d, rhs[0][1] * l.inverse, rhs[1][1] * (r.d * l.inverse));
     let (commuting, anticommuting) = match equation {
         Equation::Sylvester => ([a + b, u + v], [a + b, u - v]),
@@ -129,7 +129,7 @@ pub(super) fn solve(
     ([[x11, x21 * l.d], [x12 * r.inverse, x22 * (l.d * r.inverse)]], one && other)
 }
 
-/// The same by elimination.
+/// The same by Gaussian elimination.
 #[cold]
 fn eliminate(equation: Equation, l: &Block, r: &Block, rhs: [[f64; 2]; 2], floor: f64) -> ([[f64; 2]; 2], bool) {
     let (left, right) = (|i: usize, k: usize| l.m[i][k], |k: usize, j: usize| r.m[k][j]);
@@ -167,9 +167,9 @@ mod tests {
     }
 
     proptest! {
-        /// Two ways to one answer, which agree to the rounding of both. The real parts of the eigenvalues are below
-        /// -0.2, and their moduli below 1.2, so that the divisors of Sylvester's equation are at least 0.4; Stein's may
-        /// come close to singular, and are compared by what they leave.
+        /// Divisions and elimination agree within their rounding errors. The real parts of the eigenvalues are below
+        /// -0.2 and their moduli below 1.2, so the divisors of the Sylvester equation are at least 0.4. The Stein
+        /// equation may be nearly singular; its solutions are compared by their residuals.
         #[test]
         fn divisions_do_what_elimination_does(l in block(), r in block(), rhs in prop::array::uniform4(-1.0..1.0_f64)) {
             let rhs = [[rhs[0], rhs[1]], [rhs[2], rhs[3]]];
@@ -204,8 +204,7 @@ mod tests {
         }
     }
 
-    /// The divisions need no more than the entries themselves: what is scaled by a power of two gives the scaled
-    /// answer.
+    /// The divisions are scale invariant: data scaled by a power of two give the scaled solution.
     #[test]
     fn the_ends_of_the_range_change_nothing() {
         let unit = Block::two(0, [[-1.0, 2.0], [-0.5, -1.0]]);

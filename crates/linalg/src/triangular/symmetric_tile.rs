@@ -1,5 +1,5 @@
-//! The bottom of the recursion for Lyapunov equations with a symmetric right-hand side: of each block column the rows
-//! down to the diagonal, the rest by symmetry.
+//! Smallest Lyapunov equations of the recursion, with a symmetric right-hand side: the rows of each block column down
+//! to the diagonal are solved for, the others follow by symmetry.
 
 use super::pair;
 use super::tile::{ORDER, Tile, Triangle, axpy};
@@ -7,7 +7,7 @@ use super::{Coefficient, Equation, Sizes};
 use crate::kernel::{Kernel, dispatch};
 use faer::MatMut;
 
-/// Overwrites the symmetric `d`, whose upper triangle is read and written, with the solution of
+/// Overwrites the symmetric `d`, given by its upper triangle, with the upper triangle of the solution of
 /// `op(T)'Y + Y op(T) = D`: half of the steps of [`solve`](super::tile::solve).
 pub(super) fn solve(t: Coefficient<'_>, d: MatMut<'_, f64>, sizes: Sizes) -> bool {
     dispatch(Half { t, d, sizes })
@@ -38,9 +38,9 @@ impl Half<'_> {
         let Self { t, mut d, sizes } = self;
         let triangle = Triangle::<W>::load(t);
         let n = triangle.n;
-        // Turned about on both sides, the transposed equation is the plain one.
+        // With rows and columns in reverse order, the transposed equation is the plain one.
         let at = |i: usize, j: usize| if t.transposed { (n - 1 - j, n - 1 - i) } else { (i, j) };
-        // Below the blocks stays zero what is not known yet.
+        // Entries below the blocks are zero until they are known.
         let mut tile = [[0.0; W]; W];
         for b in &triangle.blocks[..triangle.count] {
             for j in b.start..b.start + b.size {
@@ -75,7 +75,7 @@ impl Half<'_> {
     }
 }
 
-/// The `C` columns of block `k`, from the top down to the diagonal, and what they are below it by symmetry.
+/// The `C` columns of block `k`, from the top down to the diagonal, and their mirror image below it.
 #[inline(always)]
 fn upper_columns<const C: usize, const W: usize, const FMA: bool>(
     triangle: &Triangle<W>,
@@ -100,7 +100,7 @@ fn upper_columns<const C: usize, const W: usize, const FMA: bool>(
         }
         corner
     };
-    // Untouched so far: the columns before have zeros in these rows.
+    // Unchanged so far: the previous columns have zeros in these rows.
     let given = corner(&y);
     let mut regular = true;
     for b in &triangle.blocks[..k] {
@@ -117,7 +117,7 @@ fn upper_columns<const C: usize, const W: usize, const FMA: bool>(
             }
         }
     }
-    // On the diagonal T'Y and Y T are transposes of each other, and only the first has been subtracted.
+    // On the diagonal T'Y and Y T are transposes of each other; only the first has been subtracted.
     let left = corner(&y);
     let mut rhs = [[0.0; 2]; 2];
     for jj in 0..C {

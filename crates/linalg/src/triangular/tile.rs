@@ -1,33 +1,33 @@
-//! The bottom of the recursion: equations of order at most [`ORDER`], on the stack, in registers as far as they go.
+//! Smallest equations of the recursion: order at most [`ORDER`], stored on the stack.
 //!
-//! Block columns are solved from the left, block rows from below (Bartels and Stewart, CACM 15, 1972; LAPACK dtrsyl);
-//! each step is an equation between two diagonal blocks (`pair.rs`), everything else runs down whole columns. What
-//! stands beside the diagonal blocks is kept apart from them, with zeros in their place, so that no loop needs to know
-//! where a block ends.
+//! Block columns are solved from the left, block rows from the bottom (Bartels and Stewart, CACM 15, 1972; LAPACK
+//! dtrsyl). Each step is an equation between two diagonal blocks (`pair.rs`) and an update of whole columns. The
+//! entries above the diagonal blocks are stored separately, with zeros in place of the blocks, so that loops need not
+//! test for block boundaries.
 
 use super::pair::{self, Block};
 use super::{Coefficient, Equation, Sizes};
 use crate::kernel::{Kernel, dispatch, fma};
 use faer::MatMut;
 
-/// Up to here one substitution is faster than two and a product.
+/// Up to this order one substitution is faster than two and a product.
 pub(super) const ORDER: usize = 16;
 
-/// A matrix of order at most `W`, by columns.
+/// Square array of order `W`, by columns.
 pub(super) type Tile<const W: usize> = [[f64; W]; W];
 
 /// An upper quasi-triangular matrix of order at most `W`.
 pub(super) struct Triangle<const W: usize> {
     pub(super) n: usize,
-    /// The diagonal blocks, as many as count.
+    /// The diagonal blocks; the first `count` are used.
     pub(super) blocks: [Block; W],
     pub(super) count: usize,
-    /// What stands above the blocks.
+    /// Entries above the blocks.
     pub(super) above: Tile<W>,
 }
 
 impl<const W: usize> Triangle<W> {
-    /// `op(T)`; a transposed coefficient is turned about, `J T'J`.
+    /// `op(T)`; for a transposed coefficient `J T'J`, J the exchange matrix: rows and columns in reverse order.
     #[inline(always)]
     pub(super) fn load(coefficient: Coefficient<'_>) -> Self {
         let t = coefficient.t;
@@ -74,7 +74,7 @@ pub(super) fn axpy<const W: usize, const FMA: bool>(y: &mut [f64; W], a: f64, x:
     }
 }
 
-/// Overwrites `d` with the solution of the equation. False where a pivot does not exceed its floor.
+/// Overwrites `d` with the solution of the equation. Returns false if a pivot does not exceed its floor.
 pub(super) fn solve(
     equation: Equation,
     s: Coefficient<'_>,
@@ -137,7 +137,7 @@ impl Whole<'_> {
     }
 }
 
-/// The `C` columns of one block of the right coefficient.
+/// Solves for the `C` columns that belong to one block of the right coefficient.
 #[inline(always)]
 fn columns<const C: usize, const W: usize, const FMA: bool>(
     equation: Equation,

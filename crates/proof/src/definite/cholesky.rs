@@ -1,6 +1,6 @@
-//! Proof of positive definiteness by a floating-point Cholesky factorisation that runs to completion, with its rounding
-//! errors compensated by a shift of the diagonal (Rump, "Verification of positive definiteness", BIT 46, 2006; the
-//! bound below is derived here).
+//! Proof of positive definiteness by a completed floating-point Cholesky factorisation whose rounding errors are
+//! covered by a shift of the diagonal (Rump, "Verification of positive definiteness", BIT 46, 2006; the bound below is
+//! derived here).
 //!
 //! **Setting.** u = 2^-53, eta = 2^-1075 (half the smallest subnormal). For floats, `fl(x + y) = (x + y)/(1 + e)`,
 //! `fl(xy) = xy(1 + e) + f`, `fl(x/y) = (x/y)/(1 + e) + f`, `fl(sqrt x) = sqrt(x)/(1 + e)`, with |e| <= u and |f| <=
@@ -15,17 +15,17 @@
 //! b_ij = sum_k r_ki r_kj (1 + t_k) + r_ii r_ij (1 + t) + f_ij,
 //! |t_k| <= g_k,  |t| <= g_{m+2},  |f_ij| <= (1 + g_n)(m + r_ii) eta:
 //! ```
-//! the k-th product has its own factor and k - 1 of the sums; the last has m of the sums and one of the quotient, or
-//! two of the root. With g = g_{n+1} and `|r|_i` the Euclidean norm of column i of R this is, by Cauchy and Schwarz,
+//! the k-th product has its own factor and those of k - 1 sums; the last product has those of m sums and one of the
+//! quotient, or two of the root. With g = g_{n+1} and `|r|_i` the Euclidean norm of column i of R, Cauchy-Schwarz gives
 //! ```text
 //! R'R = B + D,  |d_ij| <= g |r|_i |r|_j + f,    f = 2 (n + max_i r_ii) eta.
 //! ```
-//! **All entries.** For i = j the first bound says `|r|_i^2 <= (b_ii + f)/(1 - g)`. So
+//! **All entries.** For i = j the first bound gives `|r|_i^2 <= (b_ii + f)/(1 - g)`. So
 //! `|d_ij| <= g/(1-g) sqrt((b_ii + f)(b_jj + f)) + f`, and as the matrix `x x'` has the norm `x'x`,
 //! ```text
 //! |D|_2 <= h := g/(1 - g) (trace B + n f) + n f.
 //! ```
-//! R has positive diagonal, so `B + D = R'R > 0` and **`B + h I > 0`, strictly**. NaN and infinities cannot hide: an
+//! R has positive diagonal, so `B + D = R'R > 0` and **`B + h I > 0`, strictly**. NaN and infinities are detected: an
 //! entry of a column that is not finite makes that column's s_m for the diagonal NaN or -inf, which is not > 0.
 //!
 //! **Use.** To prove `M - c I > 0` for all M with `|M - mid| <= rad` entrywise:
@@ -41,49 +41,48 @@
 use crate::exact::power_of_two;
 use crate::matrix::Matrix;
 
-/// A symmetric matrix of floats with a radius for each entry.
+/// A symmetric matrix of floats with a nonnegative radius for each entry.
 #[derive(Debug, Clone)]
 pub(super) struct Ball {
     pub(super) mid: Matrix<f64>,
-    /// Nonnegative.
+    /// Radii, nonnegative.
     pub(super) rad: Matrix<f64>,
 }
 
-/// `D B D ~ R'R` in the order `order`, with `D = diag(2^-exponent)`.
+/// Approximate factorisation `D B D ~ R'R` in the row order `order`, with `D = diag(2^-exponent)`.
 #[derive(Debug, Clone)]
 pub(super) struct Factor {
     /// Upper triangular.
     pub(super) r: Matrix<f64>,
-    /// In the order of the rows of `r`.
+    /// Exponents of D, in the order of the rows of `r`.
     pub(super) exponent: Vec<i64>,
     /// Row k of `r` belongs to row `order[k]` of the matrix.
     pub(super) order: Vec<usize>,
 }
 
-/// What a Cholesky factorisation came to.
+/// Result of a Cholesky factorisation.
 pub(super) enum Completion {
-    /// It ran to the end, and the shift paid for its errors.
+    /// Completed with positive pivots: definiteness is proved, rounding errors included.
     Certified(Factor),
-    /// It met a pivot that is not positive. `row` is that pivot's, and the rows of `r` before it are those of the
-    /// factor.
+    /// Stopped at a pivot that is not positive, in row `row`; the rows of `r` before it belong to the factor.
     Stopped { r: Matrix<f64>, exponent: Vec<i64>, row: usize },
-    /// A diagonal entry less its radius is not positive, or the range of binary64 was left.
+    /// No factorisation: a diagonal entry less its radius is not positive, or a number overflows.
     NotTried,
 }
 
-/// The exponent k for which `x 2^(-2k)` lies in [1, 4), of a positive finite x.
+/// For positive finite x, the exponent k with `x 2^(-2k)` in [1, 4).
 pub(super) fn half_exponent(x: f64) -> i64 {
     let biased = (x.to_bits() >> 52).cast_signed();
     let exponent = if biased == 0 { -1011 - i64::from(x.to_bits().leading_zeros()) } else { biased - 1023 };
     exponent.div_euclid(2)
 }
 
-/// `x 2^k`, rounded once at most, for k >= -1022. Infinite when too large.
+/// `x 2^k` with at most one rounding, for k >= -1022. Infinite on overflow.
 pub(super) fn times_power_of_two(x: f64, k: i64) -> f64 {
     if k > 1023 { x * power_of_two(1023) * power_of_two(k - 1023) } else { x * power_of_two(k) }
 }
 
-/// Tries to prove `M - c I > 0` for every symmetric M in the ball. Cost n^3/3.
+/// Tries to prove `M - c I > 0` for every symmetric M in the ball. Cost: n^3/3 flops.
 pub(super) fn certify(ball: &Ball, c: f64) -> Completion {
     let n = ball.mid.rows();
     let mut exponent = Vec::with_capacity(n);
@@ -106,7 +105,7 @@ pub(super) fn certify(ball: &Ball, c: f64) -> Completion {
             let (x, radius) = (ball.mid[(i, j)], ball.rad[(i, j)]);
             let scaled = times_power_of_two(x, k);
             b[(i, j)] = scaled;
-            // Multiplication by a power of two rounds only into the subnormal range, and there by at most 2^-1074.
+            // Scaling by a power of two is exact, except for underflow, where the error is at most 2^-1074.
             let mut error = 0.0;
             if radius > 0.0 {
                 error = times_power_of_two(radius, k).next_up();
@@ -130,18 +129,17 @@ pub(super) fn certify(ball: &Ball, c: f64) -> Completion {
     }
 }
 
-/// `value`, the result of subtracting `term`, rounded down; exact when nothing was subtracted.
+/// `value`, the computed result of subtracting `term`, rounded down; unchanged if `term` is 0.
 fn down(value: f64, term: f64) -> f64 {
     if term == 0.0 { value } else { value.next_down() }
 }
 
-/// The bound h of the head of this file, for a diagonal in [1, 4): then `2 (n + max r_ii) eta <= (n + 3) 2^-1074`. The
-/// result is far above the underflow range, where a few floats of slack dominate the rounding of this function's own
-/// dozen operations.
+/// The bound h of the head of this file, for a diagonal in [1, 4), where `2 (n + max r_ii) eta <= (n + 3) 2^-1074`. The
+/// result is far above the underflow range; the slack of a few ulps covers the rounding of the operations here.
 pub(super) fn rounding_bound(n: usize, b: &Matrix<f64>) -> f64 {
     let slack = 1.0 + 64.0 * f64::EPSILON;
     let ratio = relative_rounding_bound(n);
-    // A sum of n positive numbers is off by less than the factor 1 + 2 n u.
+    // The rounding errors of a sum of n positive numbers are below the factor 1 + 2 n u.
     let trace = (0..n).map(|i| b[(i, i)]).sum::<f64>() * (1.0 + 2.0 * n as f64 * f64::EPSILON);
     let underflow = n as f64 * (n as f64 + 3.0) * f64::MIN_POSITIVE;
     (ratio * (trace + underflow) + underflow) * slack
@@ -153,16 +151,17 @@ pub(super) fn relative_rounding_bound(n: usize) -> f64 {
     k_u / (1.0 - 2.0 * k_u)
 }
 
-/// Upper triangular R with `R'R ~ B`, from the upper triangle of B; or what was done of it and the row that stopped it.
-/// Each entry undergoes the operations of the head of this file in their order: the products of one row after the other
-/// are subtracted from it, whether rows come singly or, so that a large matrix is read less often, [`PANEL`] at a time.
+/// Upper triangular R with `R'R ~ B`, from the upper triangle of B. On an early stop returns the partial result and the
+/// row of the failed pivot. Each entry undergoes the operations of the head of this file in their order. Rows are
+/// processed one by one or, to reduce memory traffic for large matrices, [`PANEL`] at a time; the order of operations
+/// is the same.
 pub(super) fn factor(mut b: Matrix<f64>) -> Result<Matrix<f64>, (Matrix<f64>, usize)> {
     let n = b.rows();
     for first in (0..n).step_by(PANEL) {
         let next = (first + PANEL).min(n);
         for k in first..next {
             let pivot = b[(k, k)];
-            // Not `<=`: a NaN stops here as well.
+            // The negated test also catches NaN.
             if !(pivot > 0.0 && pivot.is_finite()) {
                 // Rows beyond the panel are not updated yet; they are not used after an early stop.
                 return Err((b, k));
@@ -186,23 +185,23 @@ pub(super) fn factor(mut b: Matrix<f64>) -> Result<Matrix<f64>, (Matrix<f64>, us
     Ok(b)
 }
 
-/// Rows that are finished together.
+/// Rows processed together.
 const PANEL: usize = 48;
 
-/// Columns that stay near the processor while the rows pass.
+/// Columns kept in cache while the rows of a panel are processed.
 const STRIP: usize = 64;
 
-/// Rows and columns of a tile whose entries stay in registers.
+/// Rows and columns of a tile kept in registers.
 const TILE: usize = 4;
 
-/// `b_ij -= r_ki r_kj` for the rows k of the panel, one after the other, and i, j from `first` on, j not below i.
-/// `rest` begins with the row `first`.
+/// Updates `b_ij -= r_ki r_kj` for the rows k of the panel in order, and i, j >= `first`, j >= i. `rest` begins with
+/// the row `first`.
 fn subtract_products(panel: &[f64], rest: &mut [f64], n: usize, first: usize) {
     for strip in (first..n).step_by(STRIP) {
         let end = (strip + STRIP).min(n);
         for i in (first..end).step_by(TILE) {
             let below = (i + TILE).min(n);
-            // Right of all rows of the tile, in whole tiles; the rest singly.
+            // Complete tiles to the right of the diagonal; the other entries one by one.
             let from = strip.max(below);
             let tiles = if below == i + TILE { end.saturating_sub(from) / TILE } else { 0 };
             for j in (0..tiles).map(|k| from + k * TILE) {
@@ -245,14 +244,14 @@ fn tile(panel: &[f64], rest: &mut [f64], n: usize, (i, j, first): (usize, usize,
 }
 
 impl Factor {
-    /// An estimate of the smallest eigenvalue of the matrix factored, from above up to rounding, and its vector, by
-    /// inverse iteration. `None` when the range of binary64 is left. It proves nothing.
+    /// Estimate of the smallest eigenvalue of the factored matrix and its eigenvector, by inverse iteration; not
+    /// rigorous, an upper estimate up to rounding. `None` on overflow or underflow.
     pub(super) fn smallest_eigenvalue(&self) -> Option<(f64, Vec<f64>)> {
         let n = self.order.len();
         let least = self.exponent.iter().copied().min()?;
-        // In units of 2^(2 least), D has entries of at most 1.
+        // Scaled by 2^(2 least), so that the entries of D are at most 1.
         let d: Vec<f64> = self.exponent.iter().map(|k| power_of_two(least - k)).collect();
-        // A start with no symmetry, so that it is orthogonal to no likely eigenvector.
+        // An asymmetric starting vector, unlikely to be orthogonal to the eigenvector.
         let mut x: Vec<f64> = (0..n).map(|i| 1.0 + (i as f64 * 0.618_033_988_75).fract()).collect();
         normalise(&mut x)?;
         let mut estimate = f64::INFINITY;
@@ -298,7 +297,7 @@ impl Factor {
     }
 }
 
-/// Scales x to length 1 and returns what its length was; `None` when that is 0 or not finite.
+/// Scales x to length 1 and returns the previous length; `None` if that is 0 or not finite.
 fn normalise(x: &mut [f64]) -> Option<f64> {
     let largest = x.iter().fold(0.0_f64, |m, x| m.max(x.abs()));
     if !(largest > 0.0 && largest.is_finite()) || x.iter().any(|x| x.is_nan()) {
@@ -311,11 +310,11 @@ fn normalise(x: &mut [f64]) -> Option<f64> {
     Some(length * largest)
 }
 
-/// Shares of the estimate that are tried as margins, the most ambitious first.
+/// Fractions of the estimated eigenvalue that are tried as margins, in decreasing order.
 const SHARES: [f64; 9] = [1.0 - 1e-12, 1.0 - 1e-9, 1.0 - 1e-6, 1.0 - 1e-3, 0.97, 0.75, 0.25, 1e-2, 1e-5];
 
-/// A proven lower bound of the smallest eigenvalue over the ball, of which `factor` has shown that it is positive; 0 if
-/// none better is found, and an estimate of the eigenvalue. At most a dozen factorisations.
+/// `(margin, estimate)`: a proven lower bound of the smallest eigenvalue over the ball (0 if none is found), and an
+/// estimate of it. `factor` must be a certified factorisation. At most a dozen factorisations.
 pub(super) fn margin(ball: &Ball, factor: &Factor) -> (f64, f64) {
     let Some((estimate, _)) = factor.smallest_eigenvalue() else { return (0.0, 0.0) };
     let proves = |c: f64| c > 0.0 && matches!(certify(ball, c), Completion::Certified(_));
@@ -323,7 +322,7 @@ pub(super) fn margin(ball: &Ball, factor: &Factor) -> (f64, f64) {
     for share in SHARES {
         let mut proved = share * estimate;
         if proves(proved) {
-            // Between the two, a few halvings on the scale of the gap.
+            // A few bisection steps between the proved and the failed value.
             for _ in 0..5 {
                 if failed - proved <= 0.01 * proved {
                     break;
@@ -347,13 +346,13 @@ pub(super) fn margin(ball: &Ball, factor: &Factor) -> (f64, f64) {
 mod tests {
     use super::*;
 
-    /// Gram matrices of n vectors in n - 1 dimensions with small integer entries: exactly singular, and at these orders
-    /// some of them survive an unshifted Cholesky, since rounding decides the sign of the last pivot.
+    /// Gram matrices of n vectors in n - 1 dimensions with small integer entries are exactly singular. At these orders
+    /// an unshifted Cholesky completes for some of them, because rounding determines the sign of the last pivot.
     #[test]
     fn a_singular_matrix_is_never_certified() {
         let mut state = 1_u64;
         let mut small_integer = move || {
-            // Knuth's linear congruential generator; the high bits are the good ones.
+            // Knuth's linear congruential generator; its high bits are used.
             state = state.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
             f64::from((state >> 60) as u32) - 7.5
         };
@@ -379,7 +378,7 @@ mod tests {
         }
     }
 
-    /// The plain loop of the head of this file.
+    /// The unblocked loop of the head of this file.
     fn plainly(mut b: Matrix<f64>) -> Matrix<f64> {
         let n = b.rows();
         for j in 0..n {
@@ -394,7 +393,7 @@ mod tests {
         b
     }
 
-    /// To the last bit: the bound is proved for this order of operations.
+    /// Bitwise equality: the bound is proved for this order of operations.
     #[test]
     fn the_order_of_operations_does_not_depend_on_the_size() {
         for n in [1, 3, 47, 48, 49, 52, 97, 131, 200] {

@@ -1,8 +1,8 @@
-//! Refutation of definiteness: a direction `v` with `v'Mv` rigorously of the wrong sign.
+//! Refutation of definiteness: a direction `v` for which `v'Mv` provably has the wrong sign.
 //!
-//! The candidate need not be rigorous: it comes from the diagonal, a 2 x 2 minor, the pivot at which Cholesky stopped,
-//! or an approximate eigenvector. The quadratic form is then enclosed with outward rounding, and computed exactly if
-//! the enclosure is inconclusive and the entries are exact.
+//! The candidate v is computed without error bounds, from the diagonal, a 2 x 2 minor, the pivot at which Cholesky
+//! stopped, or an approximate eigenvector. `v'Mv` is then enclosed with outward rounding, and computed exactly if the
+//! enclosure is inconclusive and the entries are exact.
 
 use super::Direction;
 use super::cholesky::{Ball, Factor, factor, half_exponent, rounding_bound, times_power_of_two};
@@ -11,7 +11,8 @@ use crate::interval::Interval;
 use crate::matrix::Matrix;
 use crate::ring::Ring;
 
-/// The candidate as a witness, if `v'Mv` is proved at most 0 (`strict`: M > 0 is being refuted) or below 0.
+/// Returns the candidate as a witness if `v'Mv <= 0` is proved (`strict`, against M > 0) or `v'Mv < 0` (against M >=
+/// 0).
 pub(super) fn verify(
     enclosed: &Matrix<Interval>,
     exact: Option<&Matrix<Exact>>,
@@ -22,8 +23,8 @@ pub(super) fn verify(
     if !(largest > 0.0 && largest.is_finite()) || v.iter().any(|x| x.is_nan()) {
         return None;
     }
-    // Largest entry in [1, 4). Whatever the rounding of this makes of v, v is what is verified; its largest entry
-    // stays.
+    // Scales the largest entry to [1, 4). The scaled v, with its rounding, is the vector that is verified; its largest
+    // entry stays nonzero.
     let scale = power_of_two(-half_exponent(largest));
     for x in &mut v {
         *x = *x * scale * scale;
@@ -39,7 +40,7 @@ pub(super) fn verify(
     refutes(value).then_some(Direction { v, value, exact: None })
 }
 
-/// `v'Mv` with outward rounding.
+/// Enclosure of `v'Mv` with outward rounding.
 fn enclosed_form(m: &Matrix<Interval>, v: &[f64]) -> Option<Interval> {
     let mut value = Interval::zero();
     for (i, &x) in v.iter().enumerate() {
@@ -52,7 +53,7 @@ fn enclosed_form(m: &Matrix<Interval>, v: &[f64]) -> Option<Interval> {
     Some(value)
 }
 
-/// The unit vector of a diagonal entry that is not positive, the lowest first.
+/// Unit vector of the smallest diagonal entry, if that is not positive.
 pub(super) fn from_diagonal(ball: &Ball) -> Option<Vec<f64>> {
     let n = ball.mid.rows();
     let lowest = (0..n).min_by(|&i, &j| ball.mid[(i, i)].total_cmp(&ball.mid[(j, j)]))?;
@@ -65,15 +66,14 @@ fn unit(n: usize, i: usize) -> Vec<f64> {
     v
 }
 
-/// The direction of the 2 x 2 principal minor that is most negative beside its diagonal: where
-/// `|m_ij| > sqrt(m_ii m_jj)`.
+/// Direction of the 2 x 2 principal minor with the largest `|m_ij| / sqrt(m_ii m_jj) > 1`.
 pub(super) fn from_minor(ball: &Ball) -> Option<Vec<f64>> {
     let n = ball.mid.rows();
     let mut worst: Option<(f64, usize, usize)> = None;
     for i in 0..n {
         for j in i + 1..n {
             let (x, a, b) = (ball.mid[(i, j)].abs(), ball.mid[(i, i)].max(0.0), ball.mid[(j, j)].max(0.0));
-            // Roots before the product, which then neither overflows nor underflows.
+            // The roots before the product avoid overflow and underflow.
             let room = a.sqrt() * b.sqrt();
             let excess = x / room;
             if x > room && worst.is_none_or(|(w, _, _)| excess > w) {
@@ -85,11 +85,12 @@ pub(super) fn from_minor(ball: &Ball) -> Option<Vec<f64>> {
     let (x, a, b) = (ball.mid[(i, j)], ball.mid[(i, i)].max(0.0), ball.mid[(j, j)].max(0.0));
     let mut v = vec![0.0; n];
     if a > 0.0 && b > 0.0 {
-        // v_i^2 a = v_j^2 b: value 2 (1 - excess) in units of it. One entry is kept at 1.
+        // With v_i^2 a = v_j^2 b the form is 2 (1 - excess) times this number. The larger entry is 1.
         let ratio = (a / b).sqrt();
         (v[i], v[j]) = if ratio <= 1.0 { (1.0, -ratio * x.signum()) } else { (1.0 / ratio, -x.signum()) };
     } else {
-        // One diagonal entry is 0, its row not. With it k and the other l: v_l = 1, v_k = -sign(x) t and t |x| >= m_ll.
+        // One diagonal entry is 0 (index k) but its row is not. With v_l = 1, v_k = -sign(x) t and t |x| >= m_ll the
+        // form is < 0.
         let (k, l, rest) = if a > 0.0 { (j, i, a) } else { (i, j, b) };
         let t = if rest > 0.0 { rest / x.abs() } else { 1.0 };
         (v[k], v[l]) = if t <= 1.0 { (-x.signum() * t, 1.0) } else { (-x.signum(), 1.0 / t) };
@@ -97,8 +98,8 @@ pub(super) fn from_minor(ball: &Ball) -> Option<Vec<f64>> {
     Some(v)
 }
 
-/// The direction that the stopping of Cholesky at `row` shows: `R z = -r_row` above it, 1 at it, 0 below. Its form is
-/// the pivot.
+/// Direction from a Cholesky factorisation stopped at `row`: `R z = -r_row` above that row, 1 in it, 0 below. Its
+/// quadratic form is the pivot.
 pub(super) fn from_stopped(r: &Matrix<f64>, exponent: &[i64], row: usize) -> Vec<f64> {
     let n = exponent.len();
     let mut z = vec![0.0; n];
@@ -107,7 +108,7 @@ pub(super) fn from_stopped(r: &Matrix<f64>, exponent: &[i64], row: usize) -> Vec
         let sum: f64 = (k + 1..=row).map(|j| r[(k, j)] * z[j]).sum();
         z[k] = -sum / r[(k, k)];
     }
-    // Back from the scaled matrix: v = D z, in units of the largest entry of D among those used.
+    // Back from the scaled matrix: v = D z, scaled by the largest entry of D in use.
     let least = exponent[..=row].iter().copied().min().unwrap_or(0);
     for (z, k) in z.iter_mut().zip(exponent) {
         *z *= power_of_two((least - k).min(0));
@@ -115,9 +116,9 @@ pub(super) fn from_stopped(r: &Matrix<f64>, exponent: &[i64], row: usize) -> Vec
     z
 }
 
-/// The approximate eigenvector of the least eigenvalue of the equilibrated midpoint: inverse iteration with the
-/// smallest shift on a geometric ladder that makes it factorable. `None` when the diagonal is not positive or the range
-/// is left.
+/// Approximate eigenvector for the smallest eigenvalue of the equilibrated midpoint, by inverse iteration with the
+/// smallest shift of a geometric sequence for which Cholesky completes. `None` if a diagonal entry is not positive, or
+/// on overflow.
 pub(super) fn from_eigenvector(ball: &Ball) -> Option<Vec<f64>> {
     let n = ball.mid.rows();
     if (0..n).any(|i| ball.mid[(i, i)] <= 0.0) {
@@ -126,7 +127,7 @@ pub(super) fn from_eigenvector(ball: &Ball) -> Option<Vec<f64>> {
     let exponent: Vec<i64> = (0..n).map(|i| half_exponent(ball.mid[(i, i)])).collect();
     let scaled = Matrix::from_fn(n, n, |i, j| times_power_of_two(ball.mid[(i, j)], -(exponent[i] + exponent[j])));
     let mut shift = rounding_bound(n, &scaled);
-    // From 1e-15 or so to beyond the norm of any matrix whose minors left room for doubt: at most 4 n.
+    // From about 1e-15 to beyond the norm of any matrix that passed the test of its minors, at most 4 n.
     while shift < 8.0 * n as f64 {
         let mut shifted = scaled.clone();
         for i in 0..n {

@@ -1,16 +1,16 @@
-//! The three kinds of matrix entries for the definiteness tests.
+//! The entry types of the definiteness tests.
 
 use crate::exact::Exact;
 use crate::interval::Interval;
 use crate::ring::Ring;
 
-/// A matrix entry: a binary64 number taken as the exact number it is, an interval, or an exact number.
+/// A matrix entry: a binary64 number (taken as exact), an interval, or an exact number.
 pub trait Entry: Clone {
     /// An interval that contains the entry.
     /// # Errors
-    /// The entry itself, when it is NaN or infinite and so no real number at all.
+    /// The entry itself if it is NaN or infinite.
     fn enclosure(&self) -> Result<Interval, f64>;
-    /// The entry itself, when it is a single number.
+    /// The exact value, if the entry is a single number.
     fn exact(&self) -> Option<Exact>;
 }
 

@@ -6,11 +6,10 @@
 //! 2. a direction `v` with negative `v'Mv`, enclosed or computed exactly, refutes it (`direction.rs`);
 //! 3. if both are inconclusive, exact fraction-free elimination decides, up to order [`REFEREE_ORDER`] (`referee.rs`).
 //!
-//! An interval matrix stands for all symmetric matrices within it: `Proved` holds for every one of them, and `Refuted`
-//! gives one direction that refutes every one of them. Everything else is `Undecided`.
+//! An interval matrix stands for all symmetric matrices within it: `Proved` holds for each of them, and `Refuted` gives
+//! one direction that refutes all of them. Otherwise the verdict is `Undecided`.
 //!
-//! The matrix of order 0 is definite and semidefinite of both signs, with margin infinity, since there are no
-//! directions.
+//! The matrix of order 0 is positive and negative definite, with margin infinity: there is no nonzero direction.
 
 mod cholesky;
 mod direction;
@@ -30,16 +29,16 @@ use crate::verdict::{UndecidedReason, Verdict};
 use cholesky::{Ball, Completion, Factor};
 use referee::Finding;
 
-/// A direction along which a quadratic form has the wrong sign.
+/// A direction v in which the quadratic form has the wrong sign.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Direction {
-    /// The direction, not zero, largest entry about 1.
+    /// The direction: not zero, largest entry about 1.
     pub v: Vec<f64>,
-    /// A rigorous upper bound of `v'Mv` (of `v'(-M)v` where negative definiteness was asked): at most 0 where
-    /// definiteness is refuted, below 0 where semidefiniteness is.
+    /// Rigorous upper bound of `v'Mv` (of `v'(-M)v` for negative definiteness): at most 0 if definiteness is refuted,
+    /// below 0 if semidefiniteness is.
     pub value: f64,
-    /// Where binary64 has no such direction (the null vector of a singular matrix, say), the exact one. Then `v` is
-    /// only its rounding, and `value` bounds the form along the exact one.
+    /// The exact direction, if no binary64 vector is one (for example the null vector of a singular matrix). Then `v`
+    /// is its rounding, and `value` bounds the form in the exact direction.
     pub exact: Option<Vec<Exact>>,
 }
 
@@ -50,21 +49,21 @@ impl fmt::Display for Direction {
     }
 }
 
-/// The order up to which exact elimination is used; for larger matrices the first two tests must decide.
+/// Largest order for exact elimination; larger matrices are decided by the first two tests only.
 pub const REFEREE_ORDER: usize = 64;
 
-/// The order up to which exact elimination is used to better a margin that floating point has already proved.
+/// Largest order for which exact elimination improves a margin already proved in floating point.
 const EXACT_MARGIN_ORDER: usize = 16;
 
-/// What exact elimination may spend on all matrices of one certificate, in words of 64 bits multiplied: a minute.
+/// Limit of exact elimination for all matrices of one certificate, in 64-bit word multiplications: about a minute.
 const CERTIFICATE_WORK: f64 = 2e10;
 
-/// Runs the checks of one certificate, in bounded time.
+/// Runs the checks of one certificate within [`CERTIFICATE_WORK`].
 pub(crate) fn of_one_certificate<T>(checks: impl FnOnce() -> T) -> T {
     referee::within(CERTIFICATE_WORK, checks)
 }
 
-/// Whether `v'Mv > 0` for every `v` other than 0.
+/// Whether `v'Mv > 0` for every `v != 0`. The margin is a lower bound of the smallest eigenvalue of `M`.
 /// # Errors
 /// See [`ProofError`].
 pub fn positive_definite<T: Entry>(m: &Matrix<T>) -> Result<Verdict<Direction>, ProofError> {
@@ -78,7 +77,7 @@ pub fn positive_semidefinite<T: Entry>(m: &Matrix<T>) -> Result<Verdict<Directio
     decide(m, Sense::PositiveSemidefinite)
 }
 
-/// Whether `v'Mv < 0` for every `v` other than 0. The margin bounds the smallest eigenvalue of `-M`.
+/// Whether `v'Mv < 0` for every `v != 0`. The margin is a lower bound of the smallest eigenvalue of `-M`.
 /// # Errors
 /// See [`ProofError`].
 pub fn negative_definite<T: Entry>(m: &Matrix<T>) -> Result<Verdict<Direction>, ProofError> {
@@ -92,7 +91,7 @@ pub fn negative_semidefinite<T: Entry>(m: &Matrix<T>) -> Result<Verdict<Directio
     decide(m, Sense::NegativeSemidefinite)
 }
 
-/// `v'Mv`, exactly: what a reader needs to check a witness.
+/// Exact value of `v'Mv`, to check a witness.
 /// # Errors
 /// [`ProofError::DimensionMismatch`].
 pub fn quadratic_form(m: &Matrix<Exact>, v: &[Exact]) -> Result<Exact, ProofError> {
@@ -108,7 +107,7 @@ pub fn quadratic_form(m: &Matrix<Exact>, v: &[Exact]) -> Result<Exact, ProofErro
     Ok(value)
 }
 
-/// Which of the four questions.
+/// The four properties that can be decided.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Sense {
     PositiveDefinite,
@@ -163,14 +162,14 @@ pub(crate) fn decide<T: Entry>(m: &Matrix<T>, sense: Sense) -> Result<Verdict<Di
     })
 }
 
-/// Whether `M - c I > 0` can be proved by one factorisation, for c >= 0 and a symmetric M of floats.
+/// Whether one factorisation proves `M - c I > 0`, for c >= 0 and a symmetric M of floats.
 pub(crate) fn smallest_eigenvalue_above(m: &Matrix<f64>, c: f64) -> bool {
     let Ok(enclosed) = symmetric_enclosure(m, false) else { return false };
     ball(&enclosed).is_some_and(|ball| matches!(cholesky::certify(&ball, c), Completion::Certified(_)))
 }
 
-/// A proved positive lower bound of the smallest eigenvalue, within a factor of two where that comes easily: cheaper
-/// than the margin of [`positive_definite`].
+/// A proved positive lower bound of the smallest eigenvalue, usually within a factor of two; cheaper than the margin of
+/// [`positive_definite`].
 pub(crate) fn proved_eigenvalue_bound(m: &Matrix<Interval>) -> Option<f64> {
     let ball = ball(m)?;
     let Completion::Certified(factor) = cholesky::certify(&ball, 0.0) else { return None };
@@ -181,7 +180,7 @@ pub(crate) fn proved_eigenvalue_bound(m: &Matrix<Interval>) -> Option<f64> {
         .find(|c| *c > 0.0 && matches!(cholesky::certify(&ball, *c), Completion::Certified(_)))
 }
 
-/// `M^-1 rhs` for a positive definite M, in floating point, not rigorous.
+/// `M^-1 rhs` for a positive definite M, in floating point, without error bound.
 pub(crate) fn solve_approximately(m: &Matrix<f64>, rhs: &Matrix<f64>) -> Option<Matrix<f64>> {
     let n = m.rows();
     let r = cholesky::factor(m.clone()).ok()?;
@@ -199,7 +198,7 @@ fn quick(ball: &Ball, enclosed: &Matrix<Interval>, exact: Option<&Matrix<Exact>>
     let completion = cholesky::certify(ball, 0.0);
     if let Completion::Certified(factor) = &completion {
         let (margin, estimate) = cholesky::margin(ball, factor);
-        // Where rounding takes a good part of the margin and the matrix is small, exact elimination gives it back.
+        // If rounding reduces the margin much and the matrix is small, exact elimination improves it.
         let is_loose = margin < (1.0 - 1e-4) * estimate && ball.mid.rows() <= EXACT_MARGIN_ORDER;
         return Verdict::Proved {
             margin: exact.filter(|_| is_loose).map_or(margin, |m| referee::bettered_margin(m, margin)),
@@ -238,7 +237,7 @@ fn rayleigh_quotient(m: &Matrix<f64>, v: &[f64]) -> f64 {
     form / square
 }
 
-/// Each entry enclosed, in the smaller of the enclosures of (i, j) and (j, i); with the sign changed when asked.
+/// Enclosures of the entries: for (i, j) and (j, i) the narrower of the two; negated if `negated`.
 fn symmetric_enclosure<T: Entry>(m: &Matrix<T>, negated: bool) -> Result<Matrix<Interval>, ProofError> {
     let n = m.rows();
     let what = "a matrix whose definiteness is asked";
@@ -265,7 +264,7 @@ fn symmetric_enclosure<T: Entry>(m: &Matrix<T>, negated: bool) -> Result<Matrix<
     Ok(enclosed)
 }
 
-/// The matrix itself, where every entry is a single number.
+/// The exact matrix, if every entry is a single number.
 fn exact_entries<T: Entry>(m: &Matrix<T>) -> Option<Matrix<Exact>> {
     let entries: Option<Vec<Exact>> = m.as_slice().iter().map(Entry::exact).collect();
     Matrix::from_row_major(m.rows(), m.cols(), entries?).ok()

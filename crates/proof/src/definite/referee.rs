@@ -1,13 +1,13 @@
-//! Exact decision by fraction-free elimination (Bareiss, Math. Comp. 22, 1968), with diagonal pivoting, on integers.
+//! Exact decision by fraction-free elimination (Bareiss, Math. Comp. 22, 1968) with diagonal pivoting, on integers.
 //!
-//! For positive diagonal D of powers of two, `D M D` and M are definite together, and `D M D` times a power of two is
-//! an integer matrix A. After k steps of Bareiss' elimination with pivots on the diagonal, the entry (i, j) of what
-//! remains is the minor of A with the k rows and columns of the pivots bordered by i and j: an integer, and the Schur
-//! complement times the minor of the pivots, which is positive while all pivots are. So the signs of what remains are
-//! those of the Schur complement S, and:
+//! For a positive diagonal D of powers of two, `D M D` and M have the same definiteness, and `D M D` times a power of
+//! two is an integer matrix A. After k steps of Bareiss elimination with diagonal pivots, the remaining entry (i, j) is
+//! the minor of A with the k pivot rows and columns bordered by i and j. It is an integer, and equals the Schur
+//! complement times the minor of the pivots, which is positive while all pivots are. So the remaining entries have the
+//! signs of the Schur complement S:
 //! - a negative diagonal entry of S refutes semidefiniteness, and so does a zero diagonal entry whose row is not zero;
-//! - a zero row of S is a null vector, which refutes definiteness alone, and is left out of what follows;
-//! - when nothing remains M is semidefinite, and definite if no row was left out.
+//! - a zero row of S gives a null vector, which refutes definiteness only; the row is left out of what follows;
+//! - if no row remains, M is semidefinite, and definite if no row was left out.
 //!
 //! A direction w for S is lifted to `v = (-A_II^-1 A_IJ w, w)`, for which `v'Av = w'Sw`; by Cramer's rule v times the
 //! minor of the pivots is an integer vector, found by fraction-free back substitution. Every witness is verified
@@ -24,16 +24,16 @@ use crate::exact::{Exact, power_of_two};
 use crate::matrix::Matrix;
 use crate::ring::Ring;
 
-/// Limit of elementary operations for one matrix, in 64-bit word multiplications: some seconds.
+/// Limit of one elimination, in 64-bit word multiplications: some seconds.
 const BUDGET: f64 = 3e9;
 
 thread_local! {
-    /// What it may spend on all that follow.
+    /// Remaining limit for the following eliminations on this thread.
     static ALLOWANCE: Cell<f64> = const { Cell::new(f64::INFINITY) };
 }
 
-/// Runs `work`, in which the referee may spend so much altogether, on this thread; what it is asked beyond stays
-/// undecided. The same each time.
+/// Runs `work` with a common limit for all eliminations in it, on this thread; matrices beyond the limit stay
+/// undecided. The work is counted, not timed, so the result is reproducible.
 pub(super) fn within<T>(allowance: f64, work: impl FnOnce() -> T) -> T {
     struct Restore(f64);
     impl Drop for Restore {
@@ -45,19 +45,19 @@ pub(super) fn within<T>(allowance: f64, work: impl FnOnce() -> T) -> T {
     work()
 }
 
-/// What exact elimination found.
+/// Result of exact elimination.
 pub(super) enum Finding {
-    /// All pivots positive. The factor is a rounding of the exact one.
+    /// All pivots are positive. The factor is rounded.
     Definite(Factor),
-    /// Semidefinite and singular; the vector is one of those with `Mv = 0`.
+    /// Semidefinite and singular, with a vector v such that `Mv = 0`.
     Singular(Vec<Exact>),
-    /// `v'Mv < 0`.
+    /// Indefinite, with a vector v such that `v'Mv < 0`.
     Indefinite(Vec<Exact>),
-    /// More work than allowed.
+    /// Exceeds the limit of work.
     TooLarge,
 }
 
-/// The matrix as integers, and how it was scaled: `A_ij = M_ij 2^-(k_i + k_j + unit)`.
+/// The matrix as integers with its scaling: `A_ij = M_ij 2^-(k_i + k_j + unit)`.
 struct Integers {
     a: Matrix<IBig>,
     exponent: Vec<i64>,
@@ -67,8 +67,8 @@ fn is_negative(x: &IBig) -> bool {
     x.sign() == Sign::Negative
 }
 
-/// A witness that needs no elimination: a diagonal entry or a 2 x 2 minor. It also keeps off-diagonal entries that
-/// would make long integers of the rest from getting there.
+/// A witness without elimination, from a diagonal entry or a 2 x 2 minor. This also excludes matrices whose large
+/// off-diagonal entries would give very long integers.
 fn obvious(m: &Matrix<Exact>) -> Option<Vec<Exact>> {
     let n = m.rows();
     let vector = |entries: &[(usize, Exact)]| {
@@ -89,14 +89,14 @@ fn obvious(m: &Matrix<Exact>) -> Option<Vec<Exact>> {
             let Some(size) = x.magnitude_exponent() else { continue };
             match (a.magnitude_exponent(), b.magnitude_exponent()) {
                 (Some(ea), Some(eb)) => {
-                    // x^2 >= 2^(2 size), a b < 2^(ea + eb + 2): most pairs need no product.
+                    // x^2 >= 2^(2 size), a b < 2^(ea + eb + 2): usually decided without the products.
                     if 2 * size + 2 > ea + eb && x.mul(x) > a.mul(b) {
                         // (x, -a): a x^2 - 2 a x^2 + a^2 b = a (a b - x^2).
                         return Some(vector(&[(i, x.clone()), (j, a.neg())]));
                     }
                 }
                 (ea, eb) => {
-                    // One of the two is 0; t |x| >= the other makes it -2 t |x| + the other < 0.
+                    // One diagonal entry is 0; t |x| >= the other makes the form -2 t |x| + the other < 0.
                     let t = ea.or(eb).map_or(0, |e| e + 1 - size);
                     let one = Exact::power_of_two(0);
                     let t = Exact::power_of_two(t);
@@ -130,15 +130,15 @@ fn integers(m: &Matrix<Exact>) -> Integers {
     Integers { a, exponent }
 }
 
-/// A rough count of the work of eliminating an n x n matrix of integers of so many bits: minors of order k have k times
-/// the bits (and log k more for each), and long products cost the power 1.6 of their length.
+/// Estimated work to eliminate an n x n matrix of integers of `bits` bits: minors of order k have k times the bits,
+/// plus log k each, and a product of long integers costs the power 1.6 of their length.
 fn work(n: usize, bits: usize) -> f64 {
     let order = n as f64;
     let words = 1.0 + order * (bits as f64 + order.log2().max(0.0)) / 128.0;
     order.powi(3) * words.powf(1.6)
 }
 
-/// Decides M by exact elimination.
+/// Decides the definiteness of M by exact elimination.
 pub(super) fn judge(m: &Matrix<Exact>) -> Finding {
     let n = m.rows();
     if n > super::REFEREE_ORDER {
@@ -162,7 +162,7 @@ pub(super) fn judge(m: &Matrix<Exact>) -> Finding {
         if let Some(&i) = remaining.iter().find(|&&i| is_negative(&a[(i, i)])) {
             return Finding::Indefinite(elimination.lift(&a, &minor, &[(i, IBig::ONE)]));
         }
-        // Rows with a zero on the diagonal: a witness if anything else is in them, null vectors if not.
+        // Rows with a zero on the diagonal: a witness if another entry is not zero, otherwise a null vector.
         let mut positive = Vec::with_capacity(remaining.len());
         for &i in &remaining {
             if !a[(i, i)].is_zero() {
@@ -175,7 +175,7 @@ pub(super) fn judge(m: &Matrix<Exact>) -> Finding {
                 null.get_or_insert(i);
             }
         }
-        // The shortest pivot keeps the integers short.
+        // The pivot with the fewest bits keeps the integers short.
         let Some(pivot) = positive.iter().copied().min_by_key(|&i| a[(i, i)].bit_len()) else { break };
         remaining = positive;
         remaining.retain(|&i| i != pivot);
@@ -197,13 +197,13 @@ pub(super) fn judge(m: &Matrix<Exact>) -> Finding {
 }
 
 struct Elimination<'a> {
-    /// The pivots so far. Row k of the triangular factor stays in row `order[k]` of the matrix.
+    /// The pivots so far. Row k of the triangular factor is stored in row `order[k]` of the matrix.
     order: Vec<usize>,
     exponent: &'a [i64],
 }
 
 impl Elimination<'_> {
-    /// The direction of M that the direction `w` of the Schur complement lifts to.
+    /// The direction of M for the direction `w` of the Schur complement.
     fn lift(&self, a: &Matrix<IBig>, minor: &IBig, w: &[(usize, IBig)]) -> Vec<Exact> {
         let mut v = vec![IBig::ZERO; self.exponent.len()];
         for (i, x) in w {
@@ -214,20 +214,20 @@ impl Elimination<'_> {
             for &j in self.order[k + 1..].iter().chain(w.iter().map(|(j, _)| j)) {
                 sum += &a[(i, j)] * &v[j];
             }
-            // Divides without remainder, by Cramer's rule.
+            // The division is exact, by Cramer's rule.
             v[i] = -sum / &a[(i, i)];
         }
         v.into_iter().zip(self.exponent).map(|(x, k)| Exact::new(x, -k)).collect()
     }
 
-    /// `L D L'` with L and D rounded, as a Cholesky factor of M.
+    /// `L D L'` with rounded L and D, as a Cholesky factor of M.
     fn rounded(&self, a: &Matrix<IBig>, m: &Matrix<Exact>) -> Factor {
         let n = self.order.len();
         let mut r = Matrix::from_fn(n, n, |_, _| 0.0);
         let mut before: Option<&IBig> = None;
         for (k, &i) in self.order.iter().enumerate() {
             let pivot = &a[(i, i)];
-            // Relative to the first pivot, which scaled is the entry of M in [1, 4).
+            // Relative to the first pivot, the scaled entry of M in [1, 4).
             let d = before.map_or(1.0, |minor| quotient(pivot, &(minor * &a[(self.order[0], self.order[0])])));
             for (l, &j) in self.order.iter().enumerate().skip(k) {
                 r[(k, l)] = quotient(&a[(i, j)], pivot) * d.sqrt();
@@ -240,7 +240,7 @@ impl Elimination<'_> {
     }
 }
 
-/// x / y in floating point, whatever their lengths.
+/// x / y in floating point, without overflow for long integers.
 fn quotient(x: &IBig, y: &IBig) -> f64 {
     let (x, y) = (Exact::new(x.clone(), 0), Exact::new(y.clone(), 0));
     let (Some(ex), Some(ey)) = (x.magnitude_exponent(), y.magnitude_exponent()) else { return 0.0 };
@@ -252,7 +252,7 @@ fn quotient(x: &IBig, y: &IBig) -> f64 {
     }
 }
 
-/// The exact vector as a witness: verified against M, rounded to binary64 if that still is one.
+/// The exact vector as a witness, verified against M; rounded to binary64 if the rounded vector is a witness too.
 pub(super) fn witness(m: &Matrix<Exact>, v: &[Exact], strict: bool) -> Option<Direction> {
     let largest = v.iter().filter_map(Exact::magnitude_exponent).max()?;
     let mut v: Vec<Exact> = v.iter().map(|x| x.shifted(-largest)).collect();
@@ -260,7 +260,7 @@ pub(super) fn witness(m: &Matrix<Exact>, v: &[Exact], strict: bool) -> Option<Di
     if form.signum() > 0 || (form.signum() == 0 && !strict) {
         return None;
     }
-    // So that the value does not round to 0 when it is not.
+    // Scaled so that a nonzero value does not round to 0.
     if let Some(e) = form.magnitude_exponent().filter(|&e| (-2900..-900).contains(&e)) {
         let k = -e / 2;
         v = v.iter().map(|x| x.shifted(k)).collect();
@@ -286,10 +286,10 @@ fn nearest(x: &Exact) -> f64 {
     if x.sub(&b) <= a.sub(x) { below } else { above }
 }
 
-/// Shares of the estimated least eigenvalue that are tried as margins.
+/// Fractions of the estimated smallest eigenvalue that are tried as margins.
 const SHARES: [f64; 5] = [1.0 - 1e-9, 1.0 - 1e-4, 0.9, 0.1, 1e-4];
 
-/// As [`margin`], for a matrix not yet eliminated.
+/// As [`margin`], including the elimination of M.
 pub(super) fn bettered_margin(m: &Matrix<Exact>, proved: f64) -> f64 {
     match judge(m) {
         Finding::Definite(factor) => margin(m, &factor, proved),
@@ -297,13 +297,13 @@ pub(super) fn bettered_margin(m: &Matrix<Exact>, proved: f64) -> f64 {
     }
 }
 
-/// A proven lower bound of the smallest eigenvalue of M, which the factor has shown to be positive: above `proved`, or
-/// `proved`, which is known to be one.
+/// A proven lower bound of the smallest eigenvalue of M, at least `proved`, which is a proven bound already. `factor`
+/// is that of a definite M.
 pub(super) fn margin(m: &Matrix<Exact>, factor: &Factor, proved: f64) -> f64 {
     let n = m.rows();
     let estimate = factor.smallest_eigenvalue().map_or(0.0, |(estimate, _)| estimate);
     for share in SHARES {
-        // Few digits make short integers: 36 bits are 1e-11.
+        // Few digits keep the integers short; 36 bits are a relative 1e-11.
         let c = f64::from_bits((share * estimate).to_bits() & !((1 << 16) - 1));
         let Some(exact) = Exact::from_f64(c).filter(|_| c > proved) else { break };
         let shifted = Matrix::from_fn(n, n, |i, j| if i == j { m[(i, j)].sub(&exact) } else { m[(i, j)].clone() });

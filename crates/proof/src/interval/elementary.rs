@@ -1,23 +1,23 @@
 //! Elementary functions of intervals, outward rounded.
 //!
 //! Each function returns an interval that contains the function's value at every point of its argument, and `None` if
-//! the function is undefined, or unbounded, at some point of it (`ln` at 0, `1/x` across 0, `tan` across a pole): an
-//! argument is never silently restricted to the domain.
+//! the function is undefined or unbounded at some point of it (`ln` at 0, `1/x` across 0, `tan` across a pole). The
+//! argument is never restricted to the domain.
 //!
-//! # What is assumed
-//! `sqrt` is correctly rounded, as IEEE 754 prescribes. The other functions are those of the platform's mathematical
-//! library, whose errors are assumed to be at most [`LIBM_ULPS`] units in the last place; every bound is moved outwards
-//! by that much. The GNU C library documents errors of at most 1 ulp for exp, log, sin, cos, atan, asin, acos and of at
-//! most 3 for expm1, log1p, tan, sinh, cosh, tanh (manual, section Errors in Math Functions, x86_64 and aarch64); musl,
-//! derived from FreeBSD's library, has errors below 2. The positions of the extrema of sine and cosine and of the poles
-//! of the tangent are decided with an enclosure of pi, not with a rounded pi.
+//! # Assumptions
+//! `sqrt` is correctly rounded, as IEEE 754 requires. The other functions are those of the platform's mathematical
+//! library, with assumed errors of at most [`LIBM_ULPS`] units in the last place; every bound is moved outwards by that
+//! amount. The GNU C library documents errors of at most 1 ulp for exp, log, sin, cos, atan, asin, acos and of at most
+//! 3 for expm1, log1p, tan, sinh, cosh, tanh (manual, section Errors in Math Functions, x86_64 and aarch64); musl,
+//! derived from FreeBSD's library, has errors below 2. The extrema of sine and cosine and the poles of the tangent are
+//! located with an enclosure of pi, not with a rounded pi.
 
 use core::f64::consts;
 
 use super::Interval;
 use crate::ring::Ring;
 
-/// How many units in the last place a function of the mathematical library is assumed to be off at most.
+/// Assumed maximal error of a function of the mathematical library, in units in the last place.
 pub const LIBM_ULPS: u32 = 8;
 
 /// `x` moved down by the assumed error of the library.
@@ -31,7 +31,7 @@ fn above(x: f64) -> f64 {
 }
 
 impl Interval {
-    /// pi: the float below it and the float above it.
+    /// pi, between two neighbouring floats.
     pub const PI: Self = Self { lo: consts::PI, hi: consts::PI.next_up() };
 
     /// The number 1.
@@ -43,17 +43,17 @@ impl Interval {
         Self { lo: self.lo.min(other.lo), hi: self.hi.max(other.hi) }
     }
 
-    /// The values of an increasing function of the library, clipped to its range.
+    /// Values of an increasing library function, clipped to its range.
     fn increasing(&self, f: impl Fn(f64) -> f64, range: (f64, f64)) -> Self {
         Self { lo: below(f(self.lo)).max(range.0), hi: above(f(self.hi)).min(range.1) }
     }
 
-    /// `1/x`; `None` when 0 is inside.
+    /// `1/x`; `None` if the interval contains 0.
     pub fn recip(&self) -> Option<Self> {
         if self.contains(0.0) {
             return None;
         }
-        // Exact when 1/x is: a power of two. The quotient of an infinite bound is 0, which is the limit.
+        // 1/x is exact for a power of two. For an infinite bound the quotient is 0, the limit.
         let exact = |x: f64| x == 1.0 || x == -1.0;
         let (lo, hi) = (1.0 / self.hi, 1.0 / self.lo);
         Some(Self {
@@ -62,7 +62,7 @@ impl Interval {
         })
     }
 
-    /// `self / rhs`; `None` when 0 is inside `rhs`.
+    /// `self / rhs`; `None` if `rhs` contains 0.
     pub fn quotient(&self, rhs: &Self) -> Option<Self> {
         if *rhs == Self::ONE {
             return Some(*self);
@@ -74,7 +74,7 @@ impl Interval {
         if !(self.is_bounded() && rhs.is_bounded()) {
             return Some(self.mul(&inverse));
         }
-        // Each quotient of bounds is rounded once; through the reciprocal it would be rounded twice.
+        // Direct quotients of the bounds are rounded once; via the reciprocal they would be rounded twice.
         let quotients = [self.lo / rhs.lo, self.lo / rhs.hi, self.hi / rhs.lo, self.hi / rhs.hi];
         let (lo, hi) = quotients.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), q| (l.min(*q), h.max(*q)));
         Some(Self { lo: lo.next_down(), hi: hi.next_up() })
@@ -92,10 +92,10 @@ impl Interval {
         }
     }
 
-    /// `x^n`; `None` for a negative n when 0 is inside.
+    /// `x^n`; `None` for a negative n if the interval contains 0.
     pub fn powi(&self, n: i32) -> Option<Self> {
         if n < 0 {
-            // The power of the reciprocal, so that i32::MIN has no exception.
+            // Power of the reciprocal, with the unsigned exponent: also correct for i32::MIN.
             return self.recip()?.power(n.unsigned_abs()).into();
         }
         Some(self.power(n.unsigned_abs()))
@@ -103,7 +103,7 @@ impl Interval {
 
     fn power(&self, n: u32) -> Self {
         let base = if n.is_multiple_of(2) { self.abs() } else { *self };
-        // Monotone on what is left, so that the powers of the two ends are the ends.
+        // x^n is monotone here, so the powers of the bounds are the bounds.
         let end = |x: f64, unbounded: Self| if x.is_finite() { repeated(&Self::point(x), n) } else { unbounded };
         if n == 0 {
             return Self::ONE;
@@ -113,13 +113,13 @@ impl Interval {
         Self { lo: if n.is_multiple_of(2) { lo.lo.max(0.0) } else { lo.lo }, hi: hi.hi }
     }
 
-    /// The square root; `None` when a negative number is inside.
+    /// The square root; `None` if the interval contains a negative number.
     pub fn sqrt(&self) -> Option<Self> {
         if self.lo < 0.0 {
             return None;
         }
         let (lo, hi) = (self.lo.sqrt(), self.hi.sqrt());
-        // 0 and the squares of small integers are common bounds and have exact roots.
+        // 0 and the squares of small integers have exact roots.
         let exact = |root: f64, x: f64| root <= 2f64.powi(26) && root.trunc() == root && root * root == x;
         Some(Self {
             lo: if exact(lo, self.lo) { lo } else { lo.next_down().max(0.0) },
@@ -145,7 +145,7 @@ impl Interval {
         if self.is_zero() { *self } else { self.increasing(f64::exp_m1, (-1.0, f64::INFINITY)) }
     }
 
-    /// The natural logarithm; `None` unless every number inside is positive.
+    /// The natural logarithm; `None` unless all numbers of the interval are positive.
     pub fn ln(&self) -> Option<Self> {
         if self.lo <= 0.0 {
             return None;
@@ -157,7 +157,7 @@ impl Interval {
         })
     }
 
-    /// `ln(1 + x)`; `None` unless every number inside is greater than -1.
+    /// `ln(1 + x)`; `None` unless all numbers of the interval are greater than -1.
     pub fn ln_1p(&self) -> Option<Self> {
         if self.lo <= -1.0 {
             return None;
@@ -177,7 +177,7 @@ impl Interval {
         if self.is_zero() { *self } else { self.wave(f64::sin, &Self::point(0.5)) }
     }
 
-    /// A function that is 1 at `(shift + k) pi` for even k, -1 for odd k, and monotone in between.
+    /// Values of a function that is 1 at `(shift + k) pi` for even k, -1 for odd k, and monotone in between.
     fn wave(&self, f: impl Fn(f64) -> f64, shift: &Self) -> Self {
         let all = Self { lo: -1.0, hi: 1.0 };
         let Some((first, last)) = self.multiples_of_pi(shift) else { return all };
@@ -187,15 +187,14 @@ impl Interval {
         let (at_lo, at_hi) = (f(self.lo), f(self.hi));
         let mut values = Self { lo: below(at_lo.min(at_hi)).max(-1.0), hi: above(at_lo.max(at_hi)).min(1.0) };
         if first == last {
-            // first is below 2^53 in size, so that its half is exact.
+            // |first| < 2^53, so half of it is exact.
             if (first / 2.0).fract() == 0.0 { values.hi = 1.0 } else { values.lo = -1.0 }
         }
         values
     }
 
-    /// The first and the last integer k for which `(shift + k) pi` may be inside, the first greater than the last when
-    /// there is none; `None` where arguments are so large that many periods are between neighbouring numbers, or
-    /// infinite.
+    /// First and last integer k for which `(shift + k) pi` may lie in the interval; the first exceeds the last if there
+    /// is none. `None` if the arguments are infinite or so large that neighbouring floats are many periods apart.
     fn multiples_of_pi(&self, shift: &Self) -> Option<(f64, f64)> {
         if self.magnitude() > 2f64.powi(40) {
             return None;
@@ -205,7 +204,7 @@ impl Interval {
         Some((first, last))
     }
 
-    /// The tangent; `None` when a pole may be inside.
+    /// The tangent; `None` if the interval may contain a pole.
     pub fn tan(&self) -> Option<Self> {
         if self.is_zero() {
             return Some(*self);
@@ -224,12 +223,12 @@ impl Interval {
         }
     }
 
-    /// The inverse sine; `None` when a number outside [-1, 1] is inside.
+    /// The inverse sine; `None` unless the interval lies within [-1, 1].
     pub fn asin(&self) -> Option<Self> {
         (self.magnitude() <= 1.0).then(|| self.increasing(f64::asin, (f64::NEG_INFINITY, f64::INFINITY)))
     }
 
-    /// The inverse cosine; `None` when a number outside [-1, 1] is inside.
+    /// The inverse cosine; `None` unless the interval lies within [-1, 1].
     pub fn acos(&self) -> Option<Self> {
         (self.magnitude() <= 1.0).then(|| Self { lo: below(self.hi.acos()).max(0.0), hi: above(self.lo.acos()) })
     }
@@ -254,7 +253,7 @@ impl Interval {
     }
 }
 
-/// `x^n` by repeated squaring, in enclosures throughout.
+/// `x^n` by repeated squaring of enclosures.
 fn repeated(x: &Interval, n: u32) -> Interval {
     if x.is_point() && x.magnitude() == 1.0 {
         return if n.is_multiple_of(2) { Interval::ONE } else { *x };
@@ -266,7 +265,7 @@ fn repeated(x: &Interval, n: u32) -> Interval {
         }
         left /= 2;
         if left > 0 {
-            // A square is not negative, whatever the rounding of its lower bound.
+            // A square is not negative, although its rounded lower bound may be.
             let next = square.mul(&square);
             square = Interval { lo: next.lo.max(0.0), hi: next.hi };
         }

@@ -1,9 +1,9 @@
 //! Intervals with outward rounding.
 //!
-//! Each operation rounds to nearest and then steps one float outwards (`next_down`, `next_up`), which costs at most one
-//! ulp more than directed rounding and needs no rounding mode. Sums compute their rounding error and step only if it is
-//! not 0. Overflow gives an infinite bound, which is valid; NaN does not occur, because an infinite bound times an
-//! operand that is exactly 0 is defined as 0 (the product of a real and 0).
+//! Each operation rounds to nearest and then moves the bound one float outwards (`next_down`, `next_up`), which costs
+//! at most one ulp more than directed rounding and needs no rounding mode. Sums compute their rounding error and move
+//! the bound only if it is not 0. Overflow gives an infinite bound, which is valid. NaN does not occur: 0 times an
+//! infinite bound is defined as 0 (the product of a real number and 0).
 
 mod elementary;
 
@@ -22,12 +22,12 @@ impl Interval {
     /// All real numbers.
     pub const UNBOUNDED: Self = Self { lo: f64::NEG_INFINITY, hi: f64::INFINITY };
 
-    /// The single number x, which the caller knows to be finite.
+    /// The interval `[x, x]` for finite x.
     pub(crate) const fn point(x: f64) -> Self {
         Self { lo: x, hi: x }
     }
 
-    /// The number x; all real numbers where x is not one.
+    /// The interval `[x, x]`; all real numbers if x is NaN or infinite.
     pub fn of(x: f64) -> Self {
         Self::from_f64(x).unwrap_or(Self::UNBOUNDED)
     }
@@ -37,8 +37,7 @@ impl Interval {
         (lo <= hi && lo < f64::INFINITY && hi > f64::NEG_INFINITY).then_some(Self { lo, hi })
     }
 
-    /// `x` known up to `radius`: an interval that contains `[x - radius, x + radius]`; `None` for NaN, infinite `x`, or
-    /// a negative radius.
+    /// An interval that contains `[x - radius, x + radius]`; `None` for NaN, infinite `x`, or a negative radius.
     pub fn around(x: f64, radius: f64) -> Option<Self> {
         if radius == 0.0 {
             return Self::from_f64(x);
@@ -66,32 +65,32 @@ impl Interval {
         self.lo.is_finite() && self.hi.is_finite()
     }
 
-    /// Whether `x` lies within.
+    /// Whether `x` lies in the interval.
     pub fn contains(&self, x: f64) -> bool {
         self.lo <= x && x <= self.hi
     }
 
-    /// A bound on the distance of the two ends, rounded up.
+    /// The width `hi - lo`, rounded up.
     pub fn width(&self) -> f64 {
         if self.is_point() { 0.0 } else { (self.hi - self.lo).next_up() }
     }
 
-    /// The largest absolute value within.
+    /// The largest absolute value in the interval.
     pub fn magnitude(&self) -> f64 {
         self.lo.abs().max(self.hi.abs())
     }
 
-    /// The numbers in both; `None` when there are none.
+    /// The intersection; `None` if it is empty.
     pub fn intersection(&self, other: &Self) -> Option<Self> {
         Self::new(self.lo.max(other.lo), self.hi.min(other.hi))
     }
 
-    /// A float near the middle; NaN when the interval is unbounded.
+    /// A float near the middle; NaN if the interval is unbounded.
     pub fn midpoint(&self) -> f64 {
         self.midpoint_radius().map_or(f64::NAN, |(middle, _)| middle)
     }
 
-    /// A float near the middle and a radius that together enclose the interval; `None` when it is unbounded.
+    /// A float near the middle and a radius that together enclose the interval; `None` if it is unbounded.
     pub fn midpoint_radius(&self) -> Option<(f64, f64)> {
         if self.is_point() {
             return Some((self.lo, 0.0));
@@ -102,19 +101,19 @@ impl Interval {
     }
 }
 
-/// The rounding error `x + y - fl(x + y)`, exactly (Knuth's TwoSum); infinite or NaN when the range is left on the way.
+/// The exact rounding error `x + y - fl(x + y)` (Knuth's TwoSum); infinite or NaN on overflow.
 fn rounding_error(x: f64, y: f64, sum: f64) -> f64 {
     let from_y = sum - x;
     (x - (sum - from_y)) + (y - from_y)
 }
 
-/// The next float below x if `step` is 1, and x if it is 0: `f64::next_down` without branches on what changes from one
-/// number to the next, its sign and whether it is stepped at all.
+/// The next float below x if `step` is 1, x if it is 0: `f64::next_down` without data-dependent branches on the sign
+/// and on `step`.
 fn below(x: f64, step: u64) -> f64 {
     if x == 0.0 || !x.is_finite() {
         return if step == 0 { x } else { x.next_down() };
     }
-    // Floats of one sign are ordered as their bits: 1 for x > 0, -1 for x < 0.
+    // Floats of one sign are ordered like their bit patterns: 1 for x > 0, -1 for x < 0.
     let towards_zero = 1_u64.wrapping_sub((x.to_bits() >> 63) << 1);
     f64::from_bits(x.to_bits().wrapping_sub(towards_zero.wrapping_mul(step)))
 }
@@ -147,8 +146,8 @@ impl Ring for Interval {
         x.is_finite().then_some(Self { lo: x, hi: x })
     }
 
-    // A lower bound is never +inf and an upper never -inf, so that neither sum below is inf - inf. A sum of lower
-    // bounds that overflows upwards exceeds MAX, which is what next_down(+inf) is.
+    // A lower bound is never +inf and an upper bound never -inf, so no sum is inf - inf. A sum of lower bounds that
+    // overflows upwards exceeds MAX = next_down(+inf).
     fn add(&self, rhs: &Self) -> Self {
         if self.is_zero() {
             return *rhs;
@@ -173,7 +172,7 @@ impl Ring for Interval {
             let product = |x: f64, y: f64| if x == 0.0 || y == 0.0 { 0.0 } else { x * y };
             [(self.lo, rhs.lo), (self.lo, rhs.hi), (self.hi, rhs.lo), (self.hi, rhs.hi)].map(|(x, y)| product(x, y))
         };
-        // None of them is NaN.
+        // None of the products is NaN.
         let [a, b, c, d] = products;
         let less = |x: f64, y: f64| if x < y { x } else { y };
         let more = |x: f64, y: f64| if x > y { x } else { y };
@@ -194,8 +193,8 @@ impl Ring for Interval {
 mod tests {
     use super::*;
 
-    /// Both signs of zeros, of the smallest and largest subnormal and normal numbers, of powers of 2 with their
-    /// neighbours, of infinity; and numbers of all exponents.
+    /// Both signs of zero, of the smallest and largest subnormal and normal numbers, of powers of 2 with their
+    /// neighbours and of infinity; and numbers of all exponents.
     fn numbers() -> Vec<f64> {
         let mut all = vec![0.0, f64::INFINITY, f64::MAX, f64::MIN_POSITIVE, f64::from_bits(1), 1.0, 2.5e-310];
         all.extend((-1074..=1023).map(|e| 2f64.powi(e)));
@@ -220,7 +219,7 @@ mod tests {
         assert!(below(f64::NAN, 1).is_nan() && above(f64::NAN, 0).is_nan());
     }
 
-    /// The bounds are the extreme products of the bounds, stepped outwards, where 0 times infinity is 0.
+    /// The bounds are the extreme products of the bounds, moved outwards, with 0 times infinity defined as 0.
     #[test]
     fn products_are_the_extreme_ones() {
         let numbers = numbers();

@@ -1,4 +1,4 @@
-//! Bounds of a polynomial in atoms over a box, by bisection.
+//! Bounds of a polynomial in atoms over a box, by branch and bound.
 
 use std::cmp::Ordering;
 use std::collections::BinaryHeap;
@@ -7,7 +7,7 @@ use super::{Arena, Atom, Function, Obstacle, Polynomial};
 use crate::interval::Interval;
 use crate::ring::Ring;
 
-/// Parts of a box for one bound.
+/// Maximum number of parts of a box for one bound.
 pub(super) const PARTS: usize = 1 << 15;
 
 /// A polynomial with its coefficients as intervals.
@@ -23,7 +23,7 @@ enum Compiled {
     Reciprocal(Terms),
 }
 
-/// A polynomial that is to be bounded, with its gradient and all atoms that the two need.
+/// A polynomial to be bounded, with its gradient and all atoms they need.
 struct Target {
     atoms: Vec<Option<Compiled>>,
     value: Terms,
@@ -31,12 +31,12 @@ struct Target {
     depends: Vec<bool>,
 }
 
-/// What is known of the supremum over the box.
+/// Bounds of the supremum over the box.
 #[derive(Debug, Clone)]
 pub(crate) struct Extremum {
-    /// No value is larger; infinite where no bound was found.
+    /// Upper bound of the supremum; infinite if none was found.
     pub(crate) upper: f64,
-    /// The value at `at` is at least this.
+    /// Lower bound of the value at `at`.
     pub(crate) lower: f64,
     /// A point of the box.
     pub(crate) at: Vec<f64>,
@@ -81,11 +81,11 @@ fn evaluate(terms: &Terms, ranges: &[Option<Interval>]) -> Option<Interval> {
 }
 
 impl Arena {
-    /// The supremum over a box, until it is known to be at most `goal` or to be larger; without a goal to 2 %, or to
-    /// what the parts allow.
+    /// The supremum over a box. With a goal, until it is known to be at most `goal` or larger; without, to 2 % or to
+    /// the accuracy that the number of parts allows.
     ///
     /// # Errors
-    /// [`Obstacle::TooLarge`] where the gradient has too many terms.
+    /// [`Obstacle::TooLarge`] if the gradient has too many terms.
     pub(crate) fn supremum(
         &mut self,
         p: &Polynomial,
@@ -137,18 +137,18 @@ impl Target {
         Ok(Self { atoms, value: compiled(p), gradient: gradient.iter().map(compiled).collect(), depends })
     }
 
-    /// Terms that are evaluated over a box.
+    /// Number of terms evaluated per box.
     fn terms(&self) -> usize {
         let of_atom = |atom: &Option<Compiled>| match atom {
             Some(Compiled::Function(_, p) | Compiled::Reciprocal(p)) => p.len() + 1,
             _ => 0,
         };
         let atoms: usize = self.atoms.iter().map(of_atom).sum();
-        // The atoms and the value in the middle too.
+        // Twice: atoms and value are evaluated at the midpoint too.
         2 * (self.value.len() + atoms) + self.gradient.iter().map(Vec::len).sum::<usize>()
     }
 
-    /// The values of the atoms over a box.
+    /// Ranges of the atoms over a box.
     fn ranges(&self, axes: &[Interval]) -> Vec<Option<Interval>> {
         let mut ranges: Vec<Option<Interval>> = Vec::with_capacity(self.atoms.len());
         for atom in &self.atoms {
@@ -163,8 +163,8 @@ impl Target {
         ranges
     }
 
-    /// An enclosure of the values over a box, one of the value in its middle, and the variable whose bisection promises
-    /// most; no enclosure where an atom is not shown to be defined.
+    /// Enclosures of the values over the box and of the value at its midpoint, and the variable to bisect. No enclosure
+    /// if an atom is not shown to be defined.
     fn over(&self, axes: &[Interval]) -> (Option<Interval>, Option<Interval>, Option<usize>) {
         let ranges = self.ranges(axes);
         let natural = evaluate(&self.value, &ranges);
@@ -181,7 +181,7 @@ impl Target {
             let change = slope.map(|slope| slope.mul(&axis.sub(&middle[k])));
             form = form.zip(change).map(|(form, change)| form.add(&change));
             let size = change.map_or(f64::INFINITY, |change| change.magnitude());
-            // What is unbounded is cut where it is widest.
+            // An unbounded contribution is bisected along the widest variable.
             let size = if size.is_finite() { size } else { f64::MAX.min(axis.width() * 1e290) };
             if size > most {
                 (cut, most) = (Some(k), size);
@@ -189,7 +189,7 @@ impl Target {
         }
         let both = match (natural, form) {
             (Some(natural), Some(form)) => Some(natural.intersection(&form).unwrap_or(natural)),
-            // Without a value over the whole part the gradient says nothing.
+            // Without a value over the whole part the mean-value form does not apply.
             (natural, _) => natural,
         };
         (both, centre, cut)
@@ -200,7 +200,7 @@ impl Target {
         let middle = |axes: &[Interval]| axes.iter().map(Interval::midpoint).collect::<Vec<_>>();
         let mut found = Extremum { upper: f64::INFINITY, lower: f64::NEG_INFINITY, at: middle(axes) };
         let mut heap = BinaryHeap::new();
-        // What can be cut no further.
+        // Largest bound of the parts that cannot be bisected further.
         let mut left_over = f64::NEG_INFINITY;
         let mut consider = |axes: Vec<Interval>, found: &mut Extremum, heap: &mut BinaryHeap<Part>| {
             let (range, centre, cut) = self.over(&axes);

@@ -1,12 +1,12 @@
 //! Functions of several variables as polynomials in atoms, over the rationals, with bounds over a box.
 //!
 //! An atom is a variable, an elementary function of a polynomial, or the reciprocal of one: `x1`, `sin(x1 + x2)`,
-//! `1/(x1^2 + 1)`. Sums and products of such functions are polynomials again, so that equal terms of the two sides of
-//! an equation cancel exactly before anything is enclosed: an identity leaves the polynomial 0. The relations
-//! `cos^2 = 1 - sin^2`, `sqrt(p)^2 = p` and `(1/p) p = 1` are used to reduce products.
+//! `1/(x1^2 + 1)`. Sums and products of such functions are polynomials again. Equal terms on the two sides of an
+//! equation therefore cancel exactly before anything is enclosed, and an identity gives the polynomial 0. Products are
+//! reduced by the relations `cos^2 = 1 - sin^2`, `sqrt(p)^2 = p` and `(1/p) p = 1`.
 //!
-//! `bound` has the bounds: natural interval extension and mean-value form on the parts of a bisection, the part with
-//! the largest bound first.
+//! The module `bound` computes bounds: natural interval extension and mean-value form on the parts of a bisection, the
+//! part with the largest bound first.
 
 mod bound;
 mod rational;
@@ -23,31 +23,30 @@ pub(crate) use rational::Rational;
 pub use text::{DEEPEST_EXPRESSION, ExpressionError, LONGEST_EXPRESSION};
 pub(crate) use text::{Scope, Tree};
 
-/// Terms that all polynomials of one theorem may have together while they are computed, longer coefficients counted
-/// more.
+/// Maximum number of terms computed for all polynomials of one theorem; terms with long coefficients count more.
 const WORK: usize = 1 << 18;
 
-/// Terms of one polynomial.
+/// Maximum number of terms of one polynomial.
 const TERMS: usize = 1 << 12;
 
-/// Terms that are evaluated for all bounds of one theorem.
+/// Maximum number of terms evaluated for all bounds of one theorem.
 const EVALUATIONS: usize = 1 << 28;
 
-/// Atoms of one theorem, variables included.
+/// Maximum number of atoms of one theorem, variables included.
 const ATOMS: usize = 512;
 
-/// The most digits of a coefficient, in bits.
+/// Maximum length of a coefficient, in bits.
 const BITS: usize = 1 << 14;
 
-/// The most factors of one monomial, with their powers.
+/// Maximum degree of one monomial in its atoms.
 const DEGREE: u32 = 512;
 
-/// The polynomials of a theorem need more than this much work.
+/// Why a polynomial cannot be computed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Obstacle {
-    /// More terms, atoms, digits or powers than the limits allow.
+    /// More terms, atoms, bits or powers than the limits allow.
     TooLarge,
-    /// A denominator is 0 identically.
+    /// A denominator is identically 0.
     DivisionByZero,
 }
 
@@ -74,8 +73,8 @@ impl Function {
         ("atan", Self::Atan),
     ];
 
-    /// The values over an interval; `None` outside the domain, which is open for the square root: it has to have a
-    /// derivative.
+    /// Values over an interval; `None` unless it lies in the domain. For the square root the domain is open, because
+    /// the derivative must exist.
     fn over(self, x: &Interval) -> Option<Interval> {
         match self {
             Self::Sin => Some(x.sin()),
@@ -89,7 +88,7 @@ impl Function {
     }
 }
 
-/// Atoms with their powers, by the numbers of the atoms.
+/// A product of atoms: pairs of atom index and power.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Default)]
 struct Monomial(Vec<(usize, u32)>);
 
@@ -117,7 +116,7 @@ impl Monomial {
         Self(factors)
     }
 
-    /// `self / other`, if that is a monomial.
+    /// `self / other`, if the quotient is a monomial.
     fn over(&self, other: &Self) -> Option<Self> {
         let mut factors = self.0.clone();
         for (atom, power) in &other.0 {
@@ -128,7 +127,7 @@ impl Monomial {
         Some(Self(factors))
     }
 
-    /// The graded order: by degree, then by the powers of the last atoms.
+    /// Graded order: by degree, then by the powers of the atoms from the last one on.
     fn graded(&self, other: &Self) -> Ordering {
         self.degree().cmp(&other.degree()).then_with(|| self.0.iter().rev().cmp(other.0.iter().rev()))
     }
@@ -157,7 +156,7 @@ impl Polynomial {
         Self { terms }
     }
 
-    /// The atom of this number.
+    /// The atom number k.
     fn atom(k: usize) -> Self {
         Self::term(Monomial(vec![(k, 1)]), Rational::integer(1))
     }
@@ -201,13 +200,13 @@ impl Polynomial {
         self.plus(&other.negative())
     }
 
-    /// The term that is last in the graded order.
+    /// The largest term in the graded order.
     fn leading(&self) -> Option<(&Monomial, &Rational)> {
         self.terms.iter().max_by(|a, b| a.0.graded(b.0))
     }
 }
 
-/// What an atom stands for. The polynomials in it have atoms of smaller numbers only.
+/// Definition of an atom. Its polynomials contain atoms of smaller index only.
 #[derive(Clone, Debug, PartialEq)]
 enum Atom {
     Variable,
@@ -240,7 +239,7 @@ impl Arena {
         Polynomial::atom(k)
     }
 
-    /// Counts the terms of a result against the limit.
+    /// Counts the terms of a result and checks the limits.
     fn counted(&mut self, p: Polynomial) -> Computed {
         for (monomial, x) in &p.terms {
             self.work += 1 + x.bits() / 256;
@@ -272,10 +271,10 @@ impl Arena {
             }
         }
         if function == Function::Cos {
-            // For cos^2 = 1 - sin^2.
+            // The sine is needed for cos^2 = 1 - sin^2.
             self.atom_of(Atom::Function(Function::Sin, argument.clone()))?;
         }
-        // ln exp p = p, and exp ln p = p, where ln p remains among the atoms and has to be defined.
+        // ln exp p = p; also exp ln p = p, where ln p stays an atom and so must be defined.
         if let [(Monomial(factors), x)] = argument.terms.iter().collect::<Vec<_>>()[..]
             && let [(atom, 1)] = factors[..]
             && *x == Rational::integer(1)
@@ -287,7 +286,7 @@ impl Arena {
         self.atom_of(Atom::Function(function, argument))
     }
 
-    /// `1/p`, p scaled to the leading coefficient 1; that of a monomial is the product of those of its atoms.
+    /// `1/p`, with p scaled to the leading coefficient 1; for a monomial, the product of the reciprocals of its atoms.
     pub(crate) fn reciprocal(&mut self, p: &Polynomial) -> Computed {
         let Some((leading, x)) = p.leading() else { return Err(Obstacle::DivisionByZero) };
         let scale = x.inverse().ok_or(Obstacle::DivisionByZero)?;
@@ -298,7 +297,7 @@ impl Arena {
         let mut product = Polynomial::constant(scale);
         for (atom, power) in leading.0.clone() {
             let factor = match self.atoms.get(atom) {
-                // 1/(1/p) is p: both are defined where p is not 0, and the reciprocal remains among the atoms.
+                // 1/(1/p) = p: both are defined where p != 0, and the reciprocal stays an atom.
                 Some(Atom::Reciprocal(p)) => p.clone(),
                 _ => self.atom_of(Atom::Reciprocal(Polynomial::atom(atom)))?,
             };
@@ -331,7 +330,8 @@ impl Arena {
         Ok(power)
     }
 
-    /// What a monomial is equal to by a relation of one of its atoms: a factor, and the polynomial that replaces it.
+    /// Reduction of a monomial by a relation of one of its atoms: the remaining factor, and the polynomial that
+    /// replaces the rest.
     fn relation(&self, monomial: &Monomial) -> Option<(Monomial, Polynomial)> {
         let one = || Polynomial::constant(Rational::integer(1));
         monomial.0.iter().find_map(|&(k, power)| match self.atoms.get(k)? {
@@ -370,7 +370,7 @@ impl Arena {
         }
     }
 
-    /// The derivative by a variable.
+    /// The partial derivative with respect to a variable.
     pub(crate) fn derivative(&mut self, p: &Polynomial, variable: usize) -> Computed {
         let mut sum = Polynomial::zero();
         let terms: Vec<_> = p.terms.iter().map(|(m, x)| (m.clone(), x.clone())).collect();
@@ -432,7 +432,7 @@ impl Arena {
         self.product(&outer, inner)
     }
 
-    /// Whether the polynomial depends on each variable.
+    /// For each variable, whether the polynomial depends on it.
     pub(crate) fn depends_on(&self, p: &Polynomial) -> Vec<bool> {
         let mut used = vec![false; self.atoms.len()];
         let mark = |used: &mut Vec<bool>, p: &Polynomial| {
@@ -452,13 +452,12 @@ impl Arena {
         used
     }
 
-    /// The parts of the box for a bound that takes so many terms for each: as many as the limits leave, which are used
-    /// up.
+    /// Number of parts allowed for a bound that evaluates `terms` terms per part, from the remaining evaluations.
     fn allowed_parts(&self, terms: usize) -> usize {
         ((EVALUATIONS - self.evaluations.min(EVALUATIONS)) / (2 * terms.max(1))).min(PARTS)
     }
 
-    /// The conditions under which all atoms so far are defined: each polynomial is positive, or not 0.
+    /// Conditions under which all atoms so far are defined: each polynomial is positive, or not 0.
     pub(crate) fn domains(&self) -> Vec<(Polynomial, Domain)> {
         let domain = |atom: &Atom| match atom {
             Atom::Function(Function::Ln | Function::Sqrt, p) => Some((p.clone(), Domain::Positive)),

@@ -1,4 +1,4 @@
-//! Fractions of integers of any length: the coefficients of polynomials.
+//! Exact rational numbers: the coefficients of polynomials.
 
 use dashu_int::ops::{BitTest, Gcd};
 use dashu_int::{IBig, UBig};
@@ -37,7 +37,7 @@ impl Rational {
         self.numerator.is_zero()
     }
 
-    /// Digits of the longer of the two integers, in bits.
+    /// Length of the longer of the two integers, in bits.
     pub(crate) fn bits(&self) -> usize {
         self.numerator.bit_len().max(self.denominator.bit_len())
     }
@@ -63,7 +63,7 @@ impl Rational {
         (!magnitude.is_zero()).then_some(Self { numerator, denominator: magnitude })
     }
 
-    /// The narrowest interval with binary64 ends around it.
+    /// The narrowest interval with binary64 bounds that contains the number.
     pub(crate) fn enclosure(&self) -> Interval {
         Number::fraction(self.numerator.clone(), self.denominator.clone()).enclosure()
     }

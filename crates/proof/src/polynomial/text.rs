@@ -7,7 +7,7 @@
 //! base    = number | variable | function "(" sum ")" | "(" sum ")"
 //! number  = digits [ "." digits ] | hexadecimal float
 //! ```
-//! Numbers are exact, and of binary64. Exponents are at most 64. There may be spaces between tokens.
+//! Numbers must be exact binary64 numbers. Exponents are at most 64. Spaces are allowed between tokens.
 
 use dashu_int::{IBig, UBig};
 use thiserror::Error;
@@ -15,15 +15,15 @@ use thiserror::Error;
 use super::{Arena, Computed, Function, Polynomial, Rational};
 use crate::number::Number;
 
-/// The longest expression, in characters.
+/// Maximum length of an expression, in characters.
 pub const LONGEST_EXPRESSION: usize = 16_384;
 
-/// The deepest nesting of an expression.
+/// Maximum nesting of an expression.
 pub const DEEPEST_EXPRESSION: usize = 48;
 
 const LARGEST_EXPONENT: u32 = 64;
 
-/// Why a text is no expression of a certificate.
+/// Why a text is not an expression of a certificate.
 #[derive(Debug, Clone, PartialEq, Eq, Error)]
 #[non_exhaustive]
 pub enum ExpressionError {
@@ -36,7 +36,7 @@ pub enum ExpressionError {
     /// Too many levels of parentheses, functions and signs.
     #[error("an expression that is nested deeper than {DEEPEST_EXPRESSION}")]
     TooDeep,
-    /// Something else stands at a position.
+    /// Another token is required at a position.
     #[error("at character {position} of the expression {expected} should be")]
     Expected {
         /// The position, from 1.
@@ -44,21 +44,21 @@ pub enum ExpressionError {
         /// What should be there.
         expected: &'static str,
     },
-    /// A name that is no variable here.
+    /// A name that is neither a variable nor a function here.
     #[error("{name} is no variable or function here; the variables are {known}")]
     UnknownName {
-        /// The name.
+        /// The name found.
         name: String,
-        /// The variables.
+        /// The variables that are defined.
         known: String,
     },
-    /// A number that binary64 does not have.
+    /// A decimal number that is not exactly a binary64 number.
     #[error("the number {number} is not one of binary64; write the quotient or the hexadecimal float that is meant")]
     NotBinary64 {
         /// The number.
         number: String,
     },
-    /// An exponent beyond the limit.
+    /// An exponent that is not an integer within the limit.
     #[error("the exponent {exponent}: powers are integers, of magnitude {LARGEST_EXPONENT} at most")]
     Exponent {
         /// The exponent.
@@ -66,7 +66,7 @@ pub enum ExpressionError {
     },
 }
 
-/// A variable of an expression: the letter of its vector, and its index from 0.
+/// A variable of an expression: the name of its vector, and its index from 0.
 pub(crate) type Variable = (&'static str, usize);
 
 /// An expression.
@@ -83,10 +83,10 @@ pub(crate) enum Tree {
     Function(Function, Box<Tree>),
 }
 
-/// The names of the variables: the letter of a vector and its length.
+/// The defined variables: name and length of each vector.
 pub(crate) type Names = [(&'static str, usize)];
 
-/// The values of the variables: the letter of a vector and its entries.
+/// The values of the variables: name and entries of each vector.
 pub(crate) type Scope<'a> = [(&'static str, &'a [Polynomial])];
 
 struct Reader<'a> {
@@ -111,8 +111,8 @@ impl Tree {
         Ok(tree)
     }
 
-    /// The polynomial, with the variables replaced by those of the scope. A sum of many terms is a deep tree on the
-    /// left, which is unrolled.
+    /// The polynomial, with the variables replaced by those of the scope. A sum of many terms is a tree that is deep on
+    /// the left; that side is traversed in a loop, without recursion.
     pub(crate) fn value(&self, arena: &mut Arena, scope: &Scope<'_>) -> Computed {
         let mut rest = Vec::new();
         let mut first = self;
@@ -157,7 +157,7 @@ impl Tree {
         Ok(value)
     }
 
-    /// The reciprocal: by factors, so that `1/(a^2 b)` has the atoms 1/a and 1/b.
+    /// The reciprocal, factor by factor, so that `1/(a^2 b)` has the atoms 1/a and 1/b.
     fn reciprocal(&self, arena: &mut Arena, scope: &Scope<'_>) -> Computed {
         match self {
             Self::Power(base, n) if *n > 0 => {
@@ -334,7 +334,7 @@ impl Reader<'_> {
     }
 }
 
-/// The number of a decimal without an exponent or of a hexadecimal float.
+/// Exact value of a decimal without an exponent, or of a hexadecimal float.
 fn exact(text: &str) -> Option<Number> {
     if text.starts_with("0x") {
         return text.parse().ok();

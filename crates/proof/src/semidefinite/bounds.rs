@@ -1,4 +1,4 @@
-//! The four statements of the [module](super), each from one approximate point.
+//! The four statements of the [module](super), each proved from one approximate point.
 
 use super::gram::{inner, is_above, norm};
 use super::{Block, DualBlock, Program};
@@ -8,7 +8,7 @@ use crate::matrix::Matrix;
 use crate::ring::Ring;
 use crate::verdict::Verdict;
 
-/// A feasible point of (P).
+/// Bounds from a feasible point of (P).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PrimalBound {
     /// An upper bound of c'x, and so of the optimum.
@@ -17,39 +17,40 @@ pub struct PrimalBound {
     pub margin: f64,
 }
 
-/// A feasible point of (D), or a ray of it, near the given approximate one.
+/// Bounds from a feasible point or a ray of (D) near the given approximate one.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct DualBound {
-    /// A lower bound of `tr(F_0 Y*)`, and so, for a point, of the optimum.
+    /// A lower bound of `tr(F_0 Y*)`; for a feasible point also of the optimum.
     pub value: f64,
-    /// An upper bound of the Frobenius distance from the given Y to the Y* that satisfies the equations.
+    /// An upper bound of the Frobenius distance from the given Y to the exact Y*, which satisfies the equations.
     pub distance: f64,
 }
 
 impl Program {
-    /// The optimum of (P) is at most c'x, if X(x) >= 0 can be proved. Cost: a dozen Cholesky factorisations of the
-    /// blocks.
+    /// Proves that the optimum of (P) is at most c'x; `None` unless X(x) >= 0 is proved. Cost: a dozen Cholesky
+    /// factorisations of the blocks.
     pub fn upper_bound(&self, x: &[f64]) -> Option<PrimalBound> {
         let (slack, value) = (self.combination(x, true)?, self.cost(x)?);
         Some(PrimalBound { value: value.hi(), margin: smallest_eigenvalue(&slack)? }).filter(|b| b.value.is_finite())
     }
 
-    /// The optimum of (P) is at least `tr(F_0 Y) - error`, if a feasible point of (D) near Y can be proved to exist.
+    /// Proves that the optimum of (P) is at least `tr(F_0 Y) - error`; `None` unless a feasible point of (D) is proved
+    /// to exist near Y.
     ///
-    /// The blocks of Y must be symmetric. Cost: one Cholesky factorisation of each block; at the first call a few of
-    /// order m, if the constraints ask for them.
+    /// The blocks of Y must be symmetric. Cost: one Cholesky factorisation of each block; at the first call also a few
+    /// of order m, if Gershgorin circles do not suffice.
     pub fn lower_bound(&self, y: &[DualBlock]) -> Option<DualBound> {
         self.dual(y, |i| self.costs()[i]).filter(|bound| bound.value.is_finite())
     }
 
-    /// (P) has no feasible point: a ray Y* >= 0 of (D) with `tr(F_i Y*) = 0` and `tr(F_0 Y*) > 0` is near Y, and the
-    /// bound says how much. For `0 <= tr(X Y*) = -tr(F_0 Y*) < 0` would hold at such a point.
+    /// Proves that (P) has no feasible point: a ray Y* >= 0 of (D) with `tr(F_i Y*) = 0` and `tr(F_0 Y*) > 0` exists
+    /// near Y. A feasible X would give `0 <= tr(X Y*) = -tr(F_0 Y*) < 0`. The bound is that of `tr(F_0 Y*)`.
     pub fn is_primal_infeasible(&self, y: &[DualBlock]) -> Option<DualBound> {
         self.dual(y, |_| Interval::zero()).filter(|bound| bound.value > 0.0)
     }
 
-    /// (D) has no feasible point: `x_1 F_1 + ... + x_m F_m >= 0` and c'x < 0, and the bound says how much. For every Y
-    /// that is feasible would make `0 > c'x = tr((x_1 F_1 + ...) Y) >= 0`.
+    /// Proves that (D) has no feasible point: `x_1 F_1 + ... + x_m F_m >= 0` and c'x < 0. A feasible Y would give
+    /// `0 > c'x = tr((x_1 F_1 + ...) Y) >= 0`. The bound is that of c'x.
     pub fn is_dual_infeasible(&self, x: &[f64]) -> Option<PrimalBound> {
         let (combination, value) = (self.combination(x, false)?, self.cost(x)?);
         (value.hi() < 0.0)
@@ -65,7 +66,7 @@ impl Program {
         Some(sum)
     }
 
-    /// `x_1 F_1 + ... + x_m F_m`, less F_0 if so asked. `None` for an x of another length, or not finite.
+    /// `x_1 F_1 + ... + x_m F_m`, minus F_0 if `less_constant`. `None` if x has another length or is not finite.
     fn combination(&self, x: &[f64], less_constant: bool) -> Option<Vec<Slack>> {
         if x.len() != self.unknowns() {
             return None;
@@ -105,7 +106,7 @@ impl Program {
     }
 
     fn dual(&self, y: &[DualBlock], right_side: impl Fn(usize) -> Interval) -> Option<DualBound> {
-        // Shapes and finite entries first: what follows reads by position.
+        // Checks shapes and finite entries first: the code below indexes by position.
         if !is_above(self.blocks(), y, 0.0) {
             return None;
         }
@@ -126,7 +127,7 @@ enum Slack {
     Diagonal(Vec<Interval>),
 }
 
-/// A proved lower bound of the smallest eigenvalue of all blocks, where it is not negative.
+/// A proved lower bound of the smallest eigenvalue of all blocks; `None` if it is negative or not proved.
 fn smallest_eigenvalue(blocks: &[Slack]) -> Option<f64> {
     blocks.iter().try_fold(f64::INFINITY, |smallest, block| {
         let here = match block {

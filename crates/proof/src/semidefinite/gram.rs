@@ -1,5 +1,5 @@
-//! The Gram matrix of the constraints, `G_ij = tr(F_i F_j)`, and the distance from a matrix to the solutions of the
-//! equations.
+//! The Gram matrix of the constraints, `G_ij = tr(F_i F_j)`, and the distance from a matrix Y to the solutions of the
+//! equations `tr(F_i Y) = c_i`.
 
 use super::{Block, DualBlock, Entry, Program, position};
 use crate::definite::{proved_eigenvalue_bound, smallest_eigenvalue_above};
@@ -9,7 +9,7 @@ use crate::interval::Interval;
 use crate::matrix::Matrix;
 use crate::ring::Ring;
 
-/// What an entry of the upper triangle counts for in a trace of a product.
+/// Weight of an entry of the upper triangle in the trace of a product.
 pub(super) fn weight(entry: &Entry) -> f64 {
     if entry.row == entry.column { 1.0 } else { 2.0 }
 }
@@ -22,7 +22,7 @@ pub(super) fn inner(entries: &[Entry], y: &[DualBlock]) -> Interval {
     })
 }
 
-/// An upper bound of the Frobenius norm.
+/// Upper bound of the Frobenius norm.
 pub(super) fn norm(entries: &[Entry]) -> f64 {
     root(entries.iter().fold(0.0_f64, |sum, entry| {
         let size = entry.value.magnitude();
@@ -30,19 +30,18 @@ pub(super) fn norm(entries: &[Entry]) -> f64 {
     }))
 }
 
-/// An upper bound of the root of a number that is not negative.
+/// Upper bound of the square root of a nonnegative number.
 pub(super) fn root(x: f64) -> f64 {
     if x == 0.0 { 0.0 } else { x.sqrt().next_up() }
 }
 
-/// The power of two that brings the norm of a constraint near 1.
+/// For each constraint, the power of two that scales its norm to about 1.
 fn scales(program: &Program) -> Vec<f64> {
     (1..=program.unknowns())
         .map(|i| {
             let size = norm(program.matrix(i));
             if size > 0.0 && size.is_finite() {
-                // Between 2^-1023 and 2^1000: neither this nor its products with the entries leave the range where it
-                // matters.
+                // Between 2^-1000 and 2^1000, so that products with the entries stay within range.
                 power_of_two(-(size.log2().round() as i64).clamp(-1000, 1000))
             } else {
                 1.0
@@ -51,7 +50,7 @@ fn scales(program: &Program) -> Vec<f64> {
         .collect()
 }
 
-/// The entries of all constraints with the number of their unknown, those at one position together.
+/// Entries of all constraints with the index of their unknown, sorted by position.
 fn by_position(program: &Program) -> Vec<(usize, Entry)> {
     let mut all: Vec<(usize, Entry)> =
         (1..=program.unknowns()).flat_map(|i| program.matrix(i).iter().map(move |&entry| (i - 1, entry))).collect();
@@ -59,10 +58,10 @@ fn by_position(program: &Program) -> Vec<(usize, Entry)> {
     all
 }
 
-/// A lower bound of the smallest eigenvalue of the Gram matrix, possibly negative, from Gershgorin's circles of
-/// `D^-1 G D`: its eigenvalues are those of G, and `g_ii - sum_(j != i) |g_ij| d_j / d_i` bounds them from below for
-/// every positive d. Each `|g_ij|` is taken as the sum of the absolute values of its terms, so that G itself is not
-/// needed. Cost: a few passes over the entries.
+/// A lower bound of the smallest eigenvalue of the Gram matrix, possibly negative, from the Gershgorin circles of
+/// `D^-1 G D`, which has the eigenvalues of G: they are at least `min_i (g_ii - sum_(j != i) |g_ij| d_j / d_i)` for
+/// every positive d. Each `|g_ij|` is bounded by the sum of the absolute values of its terms, so G is not formed. Cost:
+/// a few passes over the entries.
 fn from_circles(program: &Program, scales: &[f64], all: &[(usize, Entry)]) -> f64 {
     let m = program.unknowns();
     let size = |i: usize, entry: &Entry| (scales[i] * entry.value.magnitude()).next_up();
@@ -72,7 +71,7 @@ fn from_circles(program: &Program, scales: &[f64], all: &[(usize, Entry)]) -> f6
         let x = (scales[*i] * least).next_down().max(0.0);
         diagonal[*i] = (diagonal[*i] + (weight(entry) * (x * x).next_down().max(0.0)).next_down().max(0.0)).next_down();
     }
-    // sum_(j != i) |g_ij| d_j, from above.
+    // Upper bounds of sum_(j != i) |g_ij| d_j.
     let around = |d: &[f64]| {
         let mut sums = vec![0.0_f64; m];
         for here in all.chunk_by(|(_, a), (_, b)| position(a) == position(b)) {
@@ -96,11 +95,11 @@ fn from_circles(program: &Program, scales: &[f64], all: &[(usize, Entry)]) -> f6
     };
     let mut d = vec![1.0; m];
     let mut best = f64::NEG_INFINITY;
-    // Jacobi's iteration for d with the same room in every circle; whatever d it comes to, the bound holds.
+    // Jacobi iteration for a d that makes all bounds equal; the bound holds for every d.
     for _ in 0..8 {
         let sums = around(&d);
         let bounds = (0..m).map(|i| (diagonal[i] - (sums[i] / d[i]).next_up()).next_down());
-        // The difference of two infinities says nothing.
+        // inf - inf gives no bound.
         let bounds = bounds.map(|bound| if bound.is_nan() { f64::NEG_INFINITY } else { bound });
         best = best.max(bounds.fold(f64::INFINITY, f64::min));
         if best > GOOD || !best.is_finite() {
@@ -111,7 +110,8 @@ fn from_circles(program: &Program, scales: &[f64], all: &[(usize, Entry)]) -> f6
     best
 }
 
-/// A bound of the smallest eigenvalue beside norms near 1 that is not worth bettering: the distance follows its root.
+/// Lower bound of the smallest eigenvalue, for norms near 1, above which no better bound is sought: the distance
+/// depends on its square root.
 const GOOD: f64 = 0.1;
 
 /// The Gram matrix of the scaled constraints.
@@ -134,10 +134,10 @@ fn gram(program: &Program, scales: &[f64], all: &[(usize, Entry)]) -> Matrix<Int
     g
 }
 
-/// The most unknowns for which the Gram matrix is formed: it takes a gigabyte then.
+/// Maximum number of unknowns for which the Gram matrix is formed; it then takes a gigabyte.
 pub const LARGEST_GRAM: usize = 4608;
 
-/// What is known of the equations `tr(F_i Y) = c_i` whatever their right-hand sides.
+/// Properties of the equations `tr(F_i Y) = c_i` that do not depend on the right-hand sides.
 #[derive(Debug, Clone)]
 pub(super) struct Equations {
     scales: Vec<f64>,
@@ -146,9 +146,9 @@ pub(super) struct Equations {
 }
 
 impl Equations {
-    /// `None` where the constraints are dependent, or too nearly so. Cost: a few Cholesky factorisations of order m,
-    /// and 48 bytes for each entry of the Gram matrix. An error before any of it where m exceeds [`LARGEST_GRAM`] and
-    /// the circles do not decide.
+    /// `None` if the constraints are linearly dependent, or nearly so. Cost: a few Cholesky factorisations of order m,
+    /// and 48 bytes per entry of the Gram matrix. Returns an error at once if m exceeds [`LARGEST_GRAM`] and the
+    /// Gershgorin circles do not decide.
     pub(super) fn of(program: &Program) -> Result<Option<Self>, ProofError> {
         let scales = scales(program);
         let all = by_position(program);
@@ -170,7 +170,7 @@ impl Equations {
         Ok((smallest > 0.0).then_some(Self { scales, smallest }))
     }
 
-    /// An upper bound of the Frobenius distance from Y to the nearest matrix for which every residual vanishes.
+    /// Upper bound of the Frobenius distance from Y to the nearest matrix with zero residuals.
     pub(super) fn distance(&self, residuals: &[Interval]) -> f64 {
         let squares = residuals.iter().zip(&self.scales).fold(0.0_f64, |sum, (r, s)| {
             let scaled = (r.magnitude() * s).next_up();
@@ -180,12 +180,12 @@ impl Equations {
     }
 }
 
-/// A positive lower bound of the root of a positive number.
+/// Positive lower bound of the square root of a positive number.
 fn root_below(x: f64) -> f64 {
     x.sqrt().next_down()
 }
 
-/// Whether `Y - delta I >= 0`, proved.
+/// Whether `Y - delta I >= 0` is proved.
 pub(super) fn is_above(blocks: &[Block], y: &[DualBlock], delta: f64) -> bool {
     blocks.len() == y.len()
         && blocks.iter().zip(y).all(|(block, y)| match (block, y) {
@@ -203,7 +203,7 @@ mod tests {
     use crate::definite::positive_semidefinite;
     use crate::exact::Exact;
 
-    /// A program of dense 4 x 4 constraints of tenths, most of their entries zero.
+    /// A program of dense 4 x 4 constraints with entries that are multiples of 0.1, most of them zero.
     fn program() -> impl Strategy<Value = Program> {
         let tenth = prop_oneof![4 => Just(0.0), 1 => (-9..=9_i32).prop_map(|k| f64::from(k) / 10.0)];
         prop::collection::vec(prop::collection::vec(tenth, 10), 1..=5).prop_map(|constraints| {
@@ -219,8 +219,7 @@ mod tests {
     }
 
     proptest! {
-        /// Whatever the circles say is below the smallest eigenvalue of the exact Gram matrix, and so is what is used
-        /// in the end.
+        /// The Gershgorin bound and the bound finally used are below the smallest eigenvalue of the exact Gram matrix.
         #[test]
         fn the_bounds_of_the_gram_matrix_hold(program in program()) {
             let (scales, all) = (scales(&program), by_position(&program));
@@ -244,7 +243,7 @@ mod tests {
         }
     }
 
-    /// Diagonal units and the matrix of ones, as in partitions of graphs: equal circles would touch 0.
+    /// Diagonal unit matrices and the matrix of ones, as in graph partitioning: circles with equal d would touch 0.
     #[test]
     fn circles_of_their_own_size_see_that_ones_and_units_are_independent() {
         let n = 40;

@@ -5,7 +5,7 @@
 //! (D)  maximise  tr(F_0 Y)    subject to  tr(F_i Y) = c_i,  Y >= 0
 //! ```
 //! in the sign convention of SDPA. The data are intervals, so that a proved statement holds for the decimal numbers of
-//! a file and not only for their binary64 neighbours. Four statements, each valid for *every* program within the
+//! a file and not only for their binary64 roundings. Four statements, each valid for *every* program within the
 //! intervals:
 //!
 //! | given | when | then |
@@ -15,16 +15,16 @@
 //! | Y | tr(F_i Y) = 0, tr(F_0 Y) > 0, Y >= 0 | (P) has no feasible point: [`Program::is_primal_infeasible`] |
 //! | x | x_1 F_1 + .. >= 0, c'x < 0 | (D) has no feasible point: [`Program::is_dual_infeasible`] |
 //!
-//! **Equations.** No binary64 matrix Y satisfies `tr(F_i Y) = c_i` exactly, but one is near: with the residuals
-//! `r_i = c_i - tr(F_i Y)` and the Gram matrix `G_ij = tr(F_i F_j)`, the matrix `Y* = Y + sum_i (G^-1 r)_i F_i` does,
-//! and its distance in the Frobenius norm is `sqrt(r'G^-1 r) <= |r| / sqrt(lambda_min(G)) =: delta`. Hence
-//! `Y >= delta I` proves that a feasible Y* >= 0 exists, and `tr(F_0 Y*) >= tr(F_0 Y) - delta |F_0|`. Every quantity is
-//! bounded with outward rounding, after the constraints are scaled by powers of two, which changes no statement. Where
-//! constraints meet in few entries, `lambda_min(G)` is bounded from the sums of their rows (Gershgorin), else by
-//! Cholesky. Dependent constraints (a singular G) prove nothing.
+//! **Equations.** No binary64 matrix Y satisfies `tr(F_i Y) = c_i` exactly, but a nearby matrix does. With the
+//! residuals `r_i = c_i - tr(F_i Y)` and the Gram matrix `G_ij = tr(F_i F_j)` it is `Y* = Y + sum_i (G^-1 r)_i F_i`, at
+//! the Frobenius distance `sqrt(r'G^-1 r) <= |r| / sqrt(lambda_min(G)) =: delta`. Hence `Y >= delta I` proves that a
+//! feasible Y* >= 0 exists, with `tr(F_0 Y*) >= tr(F_0 Y) - delta |F_0|`. Every quantity is bounded with outward
+//! rounding, after scaling the constraints by powers of two, which changes no statement. If few constraints share
+//! entries, `lambda_min(G)` is bounded by Gershgorin circles, otherwise by Cholesky. For linearly dependent constraints
+//! (a singular G) nothing is proved.
 //!
 //! Sources: C. Jansson, D. Chaykin, C. Keil, Rigorous error bounds for the optimal value in semidefinite programming,
-//! SIAM J. Numer. Anal. 46, 2007, for what can be bounded; the distance above is derived here.
+//! SIAM J. Numer. Anal. 46, 2007, for the statements; the distance above is derived here.
 
 mod bounds;
 mod gram;
@@ -42,7 +42,7 @@ use crate::interval::Interval;
 use crate::matrix::Matrix;
 use thiserror::Error;
 
-/// One diagonal block of the matrices of a program.
+/// A diagonal block of the matrices of a program.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Block {
     /// A symmetric matrix of this order.
@@ -60,14 +60,14 @@ impl Block {
     }
 }
 
-/// An entry of a symmetric matrix of blocks, and of its mirror image.
+/// An entry of the upper triangle of a symmetric block matrix; the mirrored entry is implied.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Entry {
-    /// Which block, from 0.
+    /// Index of the block, from 0.
     pub block: usize,
     /// Row within the block, from 0.
     pub row: usize,
-    /// Column within the block, from 0, not below the row.
+    /// Column within the block, from 0, at least the row.
     pub column: usize,
     /// The value.
     pub value: Interval,
@@ -96,9 +96,9 @@ impl DualBlock {
 pub struct Program {
     blocks: Vec<Block>,
     costs: Vec<Interval>,
-    /// F_0, F_1, ..., F_m; entries sorted by position, each position once.
+    /// F_0, F_1, ..., F_m; entries sorted by position, without duplicates.
     matrices: Vec<Vec<Entry>>,
-    /// What is known of the equations of (D), once it has been asked for: it is the same for every Y.
+    /// Properties of the equations of (D), computed at the first use; they do not depend on Y.
     equations: OnceLock<Result<Option<Equations>, ProofError>>,
 }
 
@@ -108,7 +108,7 @@ impl PartialEq for Program {
     }
 }
 
-/// Why data make no semidefinite program, or a point does not belong to it.
+/// Invalid data of a semidefinite program.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Error)]
 #[non_exhaustive]
 pub enum ProgramError {
@@ -124,7 +124,7 @@ pub enum ProgramError {
         /// Number of rows of all blocks.
         rows: usize,
     },
-    /// There must be one matrix more than there are unknowns.
+    /// The number of matrices is not the number of unknowns plus one.
     #[error("{unknowns} unknowns need as many matrices and one more; there are {found}")]
     Matrices {
         /// Number of unknowns.
@@ -158,7 +158,7 @@ pub enum ProgramError {
         /// The column, from 0.
         column: usize,
     },
-    /// A value is unbounded.
+    /// A value is not bounded.
     #[error(
         "a value of matrix {matrix} is unbounded (the costs count as matrix {matrix} when it is the number of matrices)"
     )]
@@ -235,8 +235,8 @@ impl Program {
         &self.costs
     }
 
-    /// The entries of F_k in the upper triangles, sorted by block, row and column. F_0 for a k that is too large by far
-    /// is an error of the caller, answered by no entries.
+    /// The entries of F_k in the upper triangles, sorted by block, row and column. Empty if k exceeds the number of
+    /// unknowns.
     pub fn matrix(&self, k: usize) -> &[Entry] {
         self.matrices.get(k).map_or(&[], Vec::as_slice)
     }
@@ -249,11 +249,12 @@ impl Program {
         self.equations.get_or_init(|| Equations::of(self))
     }
 
-    /// Whether bounds by a Y can be had of a program of this size: all that follows from one is `None` otherwise.
+    /// Whether [`Self::lower_bound`] and [`Self::is_primal_infeasible`] can work for a program of this size; if not,
+    /// they return `None`.
     ///
     /// # Errors
-    /// [`ProofError::TooLarge`] for more unknowns than [`LARGEST_GRAM`], unless the constraints meet in so few entries
-    /// that their Gram matrix is not needed.
+    /// [`ProofError::TooLarge`] for more unknowns than [`LARGEST_GRAM`], unless Gershgorin circles suffice, so that the
+    /// Gram matrix is not formed.
     pub fn within_limits(&self) -> Result<(), ProofError> {
         self.solved_equations().as_ref().map(|_| ()).map_err(Clone::clone)
     }
@@ -264,7 +265,7 @@ impl Program {
     }
 }
 
-/// Where an entry stands, in the order of the list.
+/// Sort key of an entry: block, row, column.
 pub(super) fn position(entry: &Entry) -> (usize, usize, usize) {
     (entry.block, entry.row, entry.column)
 }

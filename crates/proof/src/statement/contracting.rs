@@ -1,9 +1,9 @@
-//! Output injection into the measured rows, with contracting unmeasured rows: the error of an observer in the
-//! coordinates `(x_m, x_u - K x_m)`.
+//! Decay of the error of an observer in the coordinates `(x_m, x_u - K x_m)`, with output injection into the measured
+//! rows and contracting unmeasured rows.
 //!
-//! With `T = [I 0; K I]` the Jacobian J becomes `T^-1 J T`, whose unmeasured block is `J_uu - K J_mu`. An injection of
-//! the measured error into the measured rows, `d' = (T^-1 J T - [G_m 0; 0 0]) d` with G_m diagonal and `G_m >= g I`, is
-//! analysed with `V = |d_m|^2 + d_w' Q d_w`: the injection contributes `-2 d_m' G_m d_m`, so that a decrease for `g I`
+//! With `T = [I 0; K I]` the Jacobian J becomes `T^-1 J T`, with the unmeasured block `J_uu - K J_mu`. The injection of
+//! the measured error into the measured rows gives `d' = (T^-1 J T - [G_m 0; 0 0]) d` with G_m diagonal and
+//! `G_m >= g I`. With `V = |d_m|^2 + d_w' Q d_w` the injection contributes `-2 d_m' G_m d_m`, so a decrease for `g I`
 //! implies one for every larger G_m.
 
 use super::{Expression, embed, embed_symmetric, number};
@@ -52,8 +52,8 @@ impl Expression for Cascade<'_> {
     }
 }
 
-/// `He(P (T^-1 J T - [g I 0; 0 0])) + 2 rate P < 0` with `T = [I 0; K I]`, `P = [I 0; 0 Q]`, for all numbers exactly as
-/// given.
+/// `He(P (T^-1 J T - [g I 0; 0 0])) + 2 rate P < 0` with `He(X) = X + X'`, `T = [I 0; K I]`, `P = [I 0; 0 Q]`, for the
+/// numbers exactly as given.
 ///
 /// J is n x n, K (n - p) x p, Q symmetric of order n - p. With [`positive`](super::positive) of Q it proves that the
 /// error of an observer whose injection into the p measured rows is diagonal and at least g decays faster than
@@ -71,7 +71,7 @@ impl Expression for Cascade<'_> {
 /// # }
 /// ```
 /// # Errors
-/// [`ProofError`] for shapes that do not fit, entries that are not finite, a Q that is not symmetric.
+/// [`ProofError`] for inconsistent shapes, entries that are not finite, or a Q that is not symmetric.
 pub fn cascade_decrease(
     j: &Matrix<f64>,
     k: &Matrix<f64>,

@@ -1,12 +1,12 @@
 //! The cubic term of the cubic observer: condition (13') of Share Pasand, `P N C + C'N'P <= 0`.
 //!
-//! Where rank C < n the inequality is never strict, and it is equivalent to a structural condition: it holds if and
-//! only if `P N = -C'S` with `S + S' >= 0` (C of full row rank). A gain `N` rounded to binary64 violates `P N = -C'S`
-//! in the last digit, and then the inequality for the given data is false, by about 1e-17. There are three statements
-//! for this:
+//! If rank C < n the inequality is never strict, and it is equivalent to a structural condition: it holds if and only
+//! if `P N = -C'S` with `S + S' >= 0` (C of full row rank). A gain `N` rounded to binary64 violates `P N = -C'S` in the
+//! last digit; then the inequality for the given data is false, by about 1e-17. There are three statements for this
+//! case:
 //! - [`cubic_dissipation`] decides the inequality exactly for `N` as given;
 //! - [`cubic_dissipation_structured`] decides it for the real gain `N = -P^-1 C'S`, which is defined by `S`;
-//! - [`deployed_cubic`](super::deployed_cubic) proves convergence with `N` as given by other means.
+//! - [`deployed_cubic`](super::deployed_cubic) proves convergence with `N` as given, in other ways.
 
 use super::{Expression, embed, embed_symmetric};
 use crate::definite::{self, Direction, Sense};
@@ -34,11 +34,11 @@ impl Expression for Dissipation<'_> {
 
 /// `P N C + C'N'P <= 0` (13'), for the numbers exactly as given.
 ///
-/// `P` is n x n symmetric, `N` n x p, `C` p x n. With rank C < n the statement lies on the boundary: expect `Proved`
-/// with margin 0 where `P N = -C'S` holds to the last bit (integers, say), and `Refuted` by a value of the order of the
-/// rounding of `N` where it does not. That refutation is true and seldom what is wanted: see the head of this module.
+/// `P` is n x n symmetric, `N` n x p, `C` p x n. If rank C < n the inequality is never strict: `Proved` with margin 0
+/// if `P N = -C'S` holds exactly (for integers, say), otherwise `Refuted` with a value of the size of the rounding
+/// error of `N`. This refutation is correct but seldom useful: see the head of this module.
 /// # Errors
-/// [`ProofError`] for shapes that do not fit, entries that are not finite, a `P` that is not symmetric.
+/// [`ProofError`] for inconsistent shapes, entries that are not finite, or a `P` that is not symmetric.
 pub fn cubic_dissipation(p: &Matrix<f64>, n: &Matrix<f64>, c: &Matrix<f64>) -> Result<Verdict<Direction>, ProofError> {
     Dissipation { p, n, c }.decide(Sense::NegativeSemidefinite)
 }
@@ -56,16 +56,17 @@ impl Expression for Structured<'_> {
     }
 }
 
-/// `P N C + C'N'P <= 0` (13') for the real matrix `N = -P^-1 C'S`, of which a stored gain is a rounding.
+/// `P N C + C'N'P <= 0` (13') for the exact real matrix `N = -P^-1 C'S`; a stored gain is a rounding of it.
 ///
-/// `P` is n x n symmetric, `S` p x p, `C` p x n. Then `P N C + C'N'P = -C'(S + S')C`, whatever `P > 0` is: the
-/// inequality is proved by `P > 0` and `S + S' >= 0`. The margin is that of `S + S' >= 0`, in the units of `S`: the
-/// cubic term contributes at most `-margin (y'theta y) |y|^2` to `V'`.
+/// `P` is n x n symmetric, `S` p x p, `C` p x n. Then `P N C + C'N'P = -C'(S + S')C` for every `P > 0`, so `P > 0` and
+/// `S + S' >= 0` prove the inequality. The margin is that of `S + S' >= 0`, in the units of `S`: the cubic term
+/// contributes at most `-margin (y'theta y) |y|^2` to `V'`.
 ///
-/// Refuted when `P > 0` is (the gain is not defined), or when `C'(S + S')C >= 0` is, with the direction as witness.
-/// That is also what decides where C lacks rank and `S + S' >= 0` alone is false; the margin is then 0.
+/// Refuted if `P > 0` is refuted (the gain is then not defined), or if `C'(S + S')C >= 0` is, with the direction as
+/// witness. If `S + S' >= 0` is false, `C'(S + S')C >= 0` decides; it may still hold if C lacks rank, and the margin is
+/// then 0.
 /// # Errors
-/// [`ProofError`] for shapes that do not fit, entries that are not finite, a `P` that is not symmetric.
+/// [`ProofError`] for inconsistent shapes, entries that are not finite, or a `P` that is not symmetric.
 pub fn cubic_dissipation_structured(
     p: &Matrix<f64>,
     s: &Matrix<f64>,
@@ -98,9 +99,9 @@ impl Expression for Accretive<'_> {
     }
 }
 
-/// `S + S' >= 0`: `w'Sw >= 0` for every `w`. The margin bounds the smallest eigenvalue of `S + S'` from below.
+/// `S + S' >= 0`: `w'Sw >= 0` for every `w`. The margin is a lower bound of the smallest eigenvalue of `S + S'`.
 /// # Errors
-/// [`ProofError`] for an `S` that is not square or not finite.
+/// [`ProofError`] for an `S` that is not square or has entries that are not finite.
 pub fn accretive(s: &Matrix<f64>) -> Result<Verdict<Direction>, ProofError> {
     Accretive { s }.decide(Sense::PositiveSemidefinite)
 }

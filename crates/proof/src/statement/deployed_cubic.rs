@@ -1,12 +1,13 @@
 //! Convergence of the cubic observer with the stored gain `N`, rounded to binary64.
 //!
-//! `e' = F e + (y'theta y) N y`, `y = Ce`, `F = A - LC` (Share Pasand, eq. 7). The design has `N0 = -P^-1 C'S`; what is
-//! stored is `N`, with the residual `R = P N + C'S`, some 1e-16 of its terms. With `V = e'Pe` and `F'P + PF <= -q I`,
+//! `e' = F e + (y'theta y) N y`, `y = Ce`, `F = A - LC` (Share Pasand, eq. 7). The design gives `N0 = -P^-1 C'S`; the
+//! stored `N` leaves the residual `R = P N + C'S`, about 1e-16 relative to its terms. With `V = e'Pe` and
+//! `F'P + PF <= -q I`,
 //! ```text
 //! V' <= -q |e|^2 + (y'theta y) (-2 y'Sy + 2 e'R y),                                                     (*)
 //! ```
-//! and the last term is indefinite where |e| is large and |y| small: `V` itself cannot prove global convergence. There
-//! are two alternatives.
+//! and the last term is indefinite for large |e| and small |y|: `V` itself cannot prove global convergence. There are
+//! two alternatives.
 //!
 //! **Another Lyapunov matrix, for which the stored gain is exact.** For symmetric X (p x p) and the orthogonal
 //! projector `T = N (N'N)^-1 N'` put
@@ -15,9 +16,10 @@
 //! ```
 //! Since `(I - T)N = 0`, `P~ N = C'X C N = -C'S~` **exactly**: the structure holds for `N` as stored, and `V~ = e'P~e`
 //! proves global exponential convergence if `P~ > 0`, `F'P~ + P~F < 0`, `S~ + S~' >= 0` and `theta >= 0`. With X near
-//! `(C P^-1 C')^-1`, `P~` differs from P and `S~` from S by rounding only, so that the strict inequalities survive.
-//! `P~` is not a matrix of floats: it is enclosed, T as `left_inverse.rs` says, and the inequalities are proved for all
-//! matrices within. This needs `N` of full column rank, hence S nonsingular, and `S + S' > 0` with room.
+//! `(C P^-1 C')^-1`, `P~` differs from P and `S~` from S by rounding errors only, so that the strict inequalities
+//! remain true. `P~` is not a matrix of floats: it is enclosed, T as in `left_inverse.rs`, and the inequalities are
+//! proved for all matrices within the enclosure. This needs `N` of full column rank, hence S nonsingular, and
+//! `S + S' > 0` with a margin above rounding level.
 //!
 //! **An ellipsoid.** Let `S + S' >= mu I`, `theta <= t I`, `|R| <= rho`, `|C| <= kappa` (spectral norms). With s = |y|,
 //! (*) gives `V' <= -q |e|^2 + t s^2 max(0, 2 rho |e| s - mu s^2)`. Over s >= 0 the last term is at most
@@ -40,7 +42,7 @@ use crate::matrix::Matrix;
 use crate::ring::Ring;
 use crate::verdict::Verdict;
 
-/// What is proved of the cubic observer with its gains as stored.
+/// Verdicts on the cubic observer with its gains as stored.
 #[derive(Debug, Clone, PartialEq)]
 pub struct DeployedCubic {
     /// `P > 0`.
@@ -51,45 +53,44 @@ pub struct DeployedCubic {
     pub weight: Verdict<Direction>,
     /// `S + S' >= 0`; its margin is mu.
     pub accretive: Verdict<Direction>,
-    /// A rigorous upper bound of the spectral norm of `R = P N + C'S`, by which the stored gain misses the structure.
+    /// Upper bound of the spectral norm of `R = P N + C'S`, the deviation of the stored gain from the structure.
     pub residual: f64,
-    /// The errors from which the observer is proved to converge. [`Reach::Unproved`] unless the four verdicts above are
-    /// `Proved`.
+    /// The set of initial errors from which convergence is proved. [`Reach::Unproved`] unless the four verdicts above
+    /// are `Proved`.
     pub reach: Reach,
 }
 
-/// From which initial errors the estimate is proved to converge.
+/// Initial errors for which the estimate is proved to converge.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Reach {
-    /// From all, exponentially.
+    /// All, exponentially.
     Everywhere {
-        /// How far the entries of the Lyapunov matrix that proves it are from those of P, at most; 0 when P itself
-        /// does.
+        /// Largest difference between an entry of the Lyapunov matrix of the proof and that of P; 0 if the matrix is P.
         moved: f64,
     },
-    /// From all in an ellipsoid.
+    /// All in an ellipsoid.
     Within(Ellipsoid),
-    /// Nothing is proved.
+    /// None: nothing is proved.
     Unproved,
 }
 
-/// The ellipsoid `e'Pe < level`: V decreases in it, so that it is never left, and the error tends to 0 exponentially.
+/// The ellipsoid `e'Pe < level`: V decreases in it, so it is invariant, and the error tends to 0 exponentially.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Ellipsoid {
-    /// The r of the head of this module: `V' < 0` wherever `0 < |e| < radius`.
+    /// r of the head of this module: `V' < 0` for `0 < |e| < radius`.
     pub radius: f64,
     /// `lambda_min(P) radius^2`, rounded down.
     pub level: f64,
-    /// Every error shorter than this lies in the ellipsoid.
+    /// Radius of a ball within the ellipsoid.
     pub ball: f64,
 }
 
 /// Convergence of `e' = (A - LC)e + (y'theta y) N y`, `y = Ce`, for the numbers exactly as stored.
 ///
-/// `A` n x n, `L` and `N` n x p, `C` p x n, `theta` symmetric p x p. `P` (symmetric n x n) and `S` (p x p) are what `N`
-/// was designed from: `N` is some rounding of `-P^-1 C'S`. The head of this module says what is proved and how.
+/// `A` n x n, `L` and `N` n x p, `C` p x n, `theta` symmetric p x p. `P` (symmetric n x n) and `S` (p x p) are the
+/// design data of `N`, which is a rounding of `-P^-1 C'S`. The head of this module has the theorems and proofs.
 /// # Errors
-/// [`ProofError`] for shapes that do not fit, entries that are not finite, a `P` or `theta` that is not symmetric.
+/// [`ProofError`] for inconsistent shapes, entries that are not finite, or a `P` or `theta` that is not symmetric.
 /// ```
 /// use luenberger_proof::Matrix;
 /// use luenberger_proof::statement::{Reach, cubic_dissipation, deployed_cubic};
@@ -152,7 +153,7 @@ fn residual<R: Ring>(
     image.sum(&Matrix::<R>::embed(c, "C")?.transpose().product(&Matrix::embed(s, "S")?)?)
 }
 
-/// The Lyapunov matrix `P~` of the head of this module, if it proves convergence from everywhere; how far it is from P.
+/// The Lyapunov matrix `P~` of the head of this module, if it proves global convergence; returns its distance from P.
 fn repaired(
     a: &Matrix<f64>,
     l: &Matrix<f64>,
@@ -187,7 +188,7 @@ pub(super) fn structured_for(
     let metric = output.transpose().product(&Matrix::embed(x, "X")?)?.product(&output)?;
     let p_enclosed = Matrix::<Interval>::embed(p, "P")?;
     let lyapunov = metric.sum(&rest.transpose().product(&p_enclosed.difference(&metric)?)?.product(&rest)?)?;
-    // P~ is symmetric: each of its entries lies in both of the intervals computed for it.
+    // P~ is symmetric: each entry lies in both intervals computed for it and its mirror entry.
     let mut enclosed = lyapunov.clone();
     for i in 0..order {
         for j in 0..order {
@@ -212,7 +213,7 @@ impl Expression for Dissipated<'_> {
     }
 }
 
-/// X near `(C P^-1 C')^-1`, symmetric; any such X serves.
+/// X near `(C P^-1 C')^-1`, symmetric; every symmetric X is valid, the best is near this.
 fn output_metric(p: &Matrix<f64>, c: &Matrix<f64>) -> Option<Matrix<f64>> {
     let outputs = c.rows();
     let columns = definite::solve_approximately(p, &c.transpose())?;
@@ -225,7 +226,7 @@ fn output_metric(p: &Matrix<f64>, c: &Matrix<f64>) -> Option<Matrix<f64>> {
     Some(Matrix::from_fn(outputs, outputs, |i, j| f64::midpoint(x[(i, j)], x[(j, i)])))
 }
 
-/// The ellipsoid of the head of this module. Every operation on these nonnegative numbers is rounded to the safe side.
+/// The ellipsoid of the head of this module. All operations on these nonnegative numbers are rounded to the safe side.
 fn ellipsoid(c: &Matrix<f64>, p: &Matrix<f64>, theta: &Matrix<f64>, proved: &DeployedCubic) -> Reach {
     let below = |x: f64| if x.is_nan() { 0.0 } else { x.next_down().max(0.0) };
     let above = |x: f64| x.next_up();
@@ -260,8 +261,7 @@ mod tests {
     use super::*;
 
     proptest! {
-        /// `P~ N = C'X C N`, for an N that is far from any design: the identity owes nothing to P, C and N being close
-        /// to it.
+        /// `P~ N = C'X C N` also for an N far from any design: the identity holds for arbitrary P, C and N.
         #[test]
         fn the_repaired_matrix_has_the_structure_for_any_gain(
             (n, outputs, entries) in (1..=5_usize).prop_flat_map(|n| (Just(n), 1..=n)).prop_flat_map(|(n, p)| {

@@ -1,24 +1,24 @@
-//! Enclosures of the exponential of a matrix of intervals.
+//! Enclosure of the exponential of an interval matrix.
 //!
-//! With `X = M/2^k`, `|X| <= 1/2` in the largest row sum, the Taylor polynomial of degree 20 is evaluated in intervals,
-//! by Horner's scheme, and the remainder, at most `|X|^21/21! 22/(22 - |X|)`, added to every entry; then the result is
-//! squared k times.
+//! Scaling and squaring: for `X = M/2^k`, `|X| <= 1/2` in the largest row sum, the Taylor polynomial of degree 20 is
+//! evaluated in intervals by Horner's scheme, the remainder, at most `|X|^21/21! 22/(22 - |X|)`, is added to every
+//! entry, and the result is squared k times.
 
 use crate::error::ProofError;
 use crate::interval::Interval;
 use crate::matrix::Matrix;
 use crate::ring::Ring;
 
-/// Degree of the polynomial.
+/// Degree of the Taylor polynomial.
 const DEGREE: u32 = 20;
 
 /// The remainder for `|X| <= 1/2`: `2^-21/21! 44/43 < 1e-26`.
 const REMAINDER: f64 = 1e-26;
 
-/// Beyond this row sum every entry may have left the range of binary64.
+/// Beyond this row sum every entry may overflow.
 const LARGEST: f64 = 1024.0;
 
-/// A matrix that contains `exp(M)` for every matrix M between the bounds; `None` where M is too large.
+/// A matrix that contains `exp(M)` for every matrix M within the bounds; `None` if M is too large.
 pub(super) fn exponential(m: &Matrix<Interval>) -> Result<Option<Matrix<Interval>>, ProofError> {
     let n = m.rows();
     m.expect_shape("the exponent", (n, n))?;
@@ -55,7 +55,7 @@ mod tests {
 
     #[test]
     fn exponentials_are_enclosed_tightly() {
-        // exp [0 1; -1 0] t is a rotation; scipy.linalg.expm([[1, 2], [3, 4]]) for the other.
+        // exp [0 1; -1 0] t is a rotation; the other reference is scipy.linalg.expm([[1, 2], [3, 4]]).
         let rotation = Matrix::from_rows([[0.0, 3.0], [-3.0, 0.0]]).map(|x| Interval::of(*x));
         let found = exponential(&rotation).expect("square").expect("small");
         for (entry, exact) in found.as_slice().iter().zip([3.0_f64.cos(), 3.0_f64.sin(), -3.0_f64.sin(), 3.0_f64.cos()])

@@ -36,7 +36,7 @@ impl Expression for Block<'_> {
 /// decreases along the plant under `u = -K xhat` and the error of its observer. A witness is the stacked direction
 /// `(x, e)`.
 /// # Errors
-/// [`ProofError`] for shapes that do not fit, entries that are not finite, a `P` or `P1` that is not symmetric.
+/// [`ProofError`] for inconsistent shapes, entries that are not finite, or a `P` or `P1` that is not symmetric.
 pub fn feedback_block(
     a: &Matrix<f64>,
     b: &Matrix<f64>,

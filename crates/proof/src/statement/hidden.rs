@@ -1,14 +1,14 @@
-//! Unobservable motions, computed and analysed in exact arithmetic.
+//! Unobservable subspace and its dynamics, computed in exact arithmetic.
 //!
 //! The unobservable subspace of `(A, C)` is the kernel of the observability matrix `[C; CA; ..; CA^(n-1)]`. For
 //! binary64 data it has an integer basis, found by exact elimination: `C V = 0`, `A V d = V M` with an integer d > 0.
-//! An error in that subspace obeys `z' = (M / d) z` for every gain, so that no gain gives `(A - LC)'P + P(A - LC) + 2
-//! rate P < 0` unless `M / d + rate I` is Hurwitz. That is decided exactly as well: the characteristic polynomial by
-//! the method of Faddeev and Leverrier, in integers, and Routh's scheme, whose first column is positive iff all roots
-//! lie in the open left half plane.
+//! An error in that subspace obeys `z' = (M / d) z` for every gain, so no gain gives
+//! `(A - LC)'P + P(A - LC) + 2 rate P < 0` unless `M / d + rate I` is Hurwitz. This is decided exactly too: the
+//! characteristic polynomial by the Faddeev-Leverrier method, in integers, and the Routh array, whose first column is
+//! positive iff all roots lie in the open left half plane.
 //!
 //! Sources: F. R. Gantmacher, The Theory of Matrices, vol. 1, ch. IV, section 5 and vol. 2, ch. XV; M. L. J. Hautus,
-//! 1969 (the subspace and its modes).
+//! 1969 (unobservable subspace and modes).
 
 use dashu_int::IBig;
 use dashu_int::ops::{Gcd, UnsignedAbs};
@@ -18,11 +18,11 @@ use crate::exact::Exact;
 use crate::matrix::Matrix;
 use crate::ring::Ring;
 
-/// The largest order that is examined: the characteristic polynomial costs n^4 multiplications of numbers of about 60 n
-/// bits, seconds here.
+/// Largest order examined: the characteristic polynomial costs n^4 multiplications of numbers of about 60 n bits, some
+/// seconds at this order.
 pub const HIDDEN_ORDER: usize = 48;
 
-/// The unobservable part of `x' = A x`, `y = C x`: a basis V of the unobservable subspace and the motion in it,
+/// The unobservable part of `x' = A x`, `y = C x`: a basis V of the unobservable subspace and its dynamics M/d,
 /// `C V = 0`, `A V d = V M`.
 #[derive(Debug, Clone, PartialEq)]
 pub struct HiddenMotion {
@@ -35,8 +35,8 @@ pub struct HiddenMotion {
 }
 
 impl HiddenMotion {
-    /// Whether every hidden motion decays faster than `exp(-rate t)`: all eigenvalues of `M / d` have real parts below
-    /// `-rate`. Exact; `None` for a rate that is not finite.
+    /// Whether every unobservable motion decays faster than `exp(-rate t)`: all eigenvalues of `M / d` have real parts
+    /// below `-rate`. Exact; `None` for a rate that is not finite.
     pub fn decays_at(&self, rate: f64) -> Option<bool> {
         let shift = Exact::from_f64(rate)?.mul(&self.divisor);
         let m = &self.motion;
@@ -45,11 +45,11 @@ impl HiddenMotion {
         }))
     }
 
-    /// Whether this is a hidden motion of this pair: `C V = 0`, `A V d = V M` and V of full rank, checked exactly from
-    /// the data.
+    /// Whether these matrices belong to the pair `(A, C)`: `C V = 0`, `A V d = V M` and V of full rank, checked
+    /// exactly.
     ///
     /// # Errors
-    /// [`ProofError`] for shapes that do not fit and entries that are not finite.
+    /// [`ProofError`] for inconsistent shapes or entries that are not finite.
     pub fn is_of(&self, a: &Matrix<f64>, c: &Matrix<f64>) -> Result<bool, ProofError> {
         let n = a.rows();
         let (a, c) = (super::embed::<Exact>(a, "A", (n, n))?, super::embed::<Exact>(c, "C", (c.rows(), n))?);
@@ -69,8 +69,8 @@ impl HiddenMotion {
     }
 }
 
-/// The hidden motion of a pair `(A, C)`, A n x n and C p x n, in exact arithmetic; `None` where the pair is observable,
-/// and above [`HIDDEN_ORDER`].
+/// The unobservable part of a pair `(A, C)`, A n x n and C p x n, in exact arithmetic; `None` if the pair is
+/// observable, or above order [`HIDDEN_ORDER`].
 ///
 /// ```
 /// use luenberger_proof::{Matrix, statement::hidden_motion};
@@ -86,14 +86,14 @@ impl HiddenMotion {
 /// # }
 /// ```
 /// # Errors
-/// [`ProofError`] for shapes that do not fit and entries that are not finite.
+/// [`ProofError`] for inconsistent shapes or entries that are not finite.
 pub fn hidden_motion(a: &Matrix<f64>, c: &Matrix<f64>) -> Result<Option<HiddenMotion>, ProofError> {
     let n = a.rows();
     let (a, c) = (super::embed::<Exact>(a, "A", (n, n))?, super::embed::<Exact>(c, "C", (c.rows(), n))?);
     if n == 0 || n > HIDDEN_ORDER {
         return Ok(None);
     }
-    // The smallest space of rows that holds those of C and, with a row r, r A.
+    // The smallest row space that contains the rows of C and, with each row r, also r A.
     let mut space = RowSpace::new(n);
     let mut open: Vec<Vec<IBig>> = (0..c.rows()).map(|i| integers(c.row(i))).collect();
     let scaled = integers(a.as_slice());
@@ -113,7 +113,7 @@ pub fn hidden_motion(a: &Matrix<f64>, c: &Matrix<f64>) -> Result<Option<HiddenMo
 }
 
 /// Whether all eigenvalues of a square matrix lie in the open left half plane, decided exactly. `None` for a matrix
-/// that is not square, and above [`HIDDEN_ORDER`].
+/// that is not square, or above order [`HIDDEN_ORDER`].
 ///
 /// ```
 /// use luenberger_proof::{Exact, Matrix, Ring, statement::hurwitz_spectrum};
@@ -125,11 +125,11 @@ pub fn hurwitz_spectrum(m: &Matrix<Exact>) -> Option<bool> {
     if n != m.cols() || n > HIDDEN_ORDER {
         return None;
     }
-    // A positive factor changes nothing.
+    // A positive factor does not change the signs.
     Some(all_roots_left(&characteristic_polynomial(&integers(m.as_slice()), n)))
 }
 
-/// Numbers in proportion, as integers without a common factor.
+/// The numbers times a common factor, as integers without a common divisor.
 fn integers(numbers: &[Exact]) -> Vec<IBig> {
     let lowest = numbers.iter().filter(|x| !x.is_zero()).map(Exact::exponent).min().unwrap_or(0);
     let mut row: Vec<IBig> =
@@ -158,7 +158,8 @@ fn make_primitive(row: &mut [IBig]) {
     }
 }
 
-/// Integer rows in reduced echelon form: each has a positive pivot, in whose column all others are 0.
+/// Integer rows in reduced echelon form: each row has a positive pivot, and all other entries of the pivot's column are
+/// 0.
 struct RowSpace {
     width: usize,
     rows: Vec<(usize, Vec<IBig>)>,
@@ -169,7 +170,7 @@ impl RowSpace {
         Self { width, rows: Vec::new() }
     }
 
-    /// Adds a row; what is new of it, if anything is.
+    /// Adds a row; returns its reduced form, or `None` if it is linearly dependent.
     fn insert(&mut self, mut row: Vec<IBig>) -> Option<Vec<IBig>> {
         for (pivot, other) in &self.rows {
             eliminate(&mut row, *pivot, other);
@@ -192,7 +193,7 @@ impl RowSpace {
         (0..self.width).filter(|j| self.rows.iter().all(|(pivot, _)| pivot != j)).collect()
     }
 
-    /// A basis of the vectors on which every row vanishes, with `d I` in the rows of the free coordinates, and d.
+    /// A basis of the kernel of the rows, with `d I` in the rows of the free coordinates, and d.
     fn kernel(&self) -> (Matrix<Exact>, Exact) {
         let free = self.free();
         let divisor = self.rows.iter().fold(IBig::ONE, |d, (pivot, row)| {
@@ -209,7 +210,7 @@ impl RowSpace {
     }
 }
 
-/// Makes the entry at `pivot` of a row 0 by a multiple of another, whose pivot is positive: the row keeps its sign.
+/// Makes the entry at `pivot` of a row 0 by a multiple of another row, whose pivot is positive; the row keeps its sign.
 fn eliminate(row: &mut [IBig], pivot: usize, other: &[IBig]) {
     if row[pivot] == IBig::ZERO {
         return;
@@ -221,8 +222,8 @@ fn eliminate(row: &mut [IBig], pivot: usize, other: &[IBig]) {
     make_primitive(row);
 }
 
-/// The coefficients of `det(s I - A)`, highest power first, by `A_1 = A`, `c_k = -tr(A_k)/k`,
-/// `A_(k+1) = A (A_k + c_k I)`. The divisions leave no remainder.
+/// Coefficients of `det(s I - A)`, highest power first, by `A_1 = A`, `c_k = -tr(A_k)/k`, `A_(k+1) = A (A_k + c_k I)`.
+/// The divisions are exact.
 fn characteristic_polynomial(a: &[IBig], n: usize) -> Vec<IBig> {
     let mut coefficients = vec![IBig::ONE];
     let mut power = a.to_vec();
@@ -232,7 +233,7 @@ fn characteristic_polynomial(a: &[IBig], n: usize) -> Vec<IBig> {
         for i in 0..n {
             power[i * n + i] += &c;
         }
-        // All coefficients of a Hurwitz polynomial are positive.
+        // All coefficients of a Hurwitz polynomial are positive; stop otherwise.
         let hopeless = c <= IBig::ZERO;
         coefficients.push(c);
         if hopeless {
@@ -245,7 +246,7 @@ fn characteristic_polynomial(a: &[IBig], n: usize) -> Vec<IBig> {
     coefficients
 }
 
-/// Routh's scheme for a polynomial with a positive leading coefficient, highest power first.
+/// Routh array of a polynomial with a positive leading coefficient, highest power first.
 fn all_roots_left(coefficients: &[IBig]) -> bool {
     if coefficients.iter().any(|c| *c <= IBig::ZERO) {
         return false;
@@ -256,7 +257,7 @@ fn all_roots_left(coefficients: &[IBig]) -> bool {
         if *first <= IBig::ZERO {
             return false;
         }
-        // Times the positive first entry of `row`: signs stay.
+        // Multiplied by the positive first entry of `row`, which keeps the signs.
         let zero = IBig::ZERO;
         let mut next: Vec<IBig> =
             (1..above.len()).map(|j| first * &above[j] - &above[0] * row.get(j).unwrap_or(&zero)).collect();
@@ -281,8 +282,8 @@ mod tests {
 
     #[test]
     fn a_jordan_block_beside_the_axis() {
-        // Eigenvalues -2^-40 and 2^-40, four times each, in a basis in which no entry shows it: T = I + N with N
-        // nilpotent has an integer inverse.
+        // Eigenvalues -2^-40 and 2^-40, four times each, in a basis in which no entry shows them: T = I + N with
+        // nilpotent N has an integer inverse.
         let t = Matrix::from_fn(4, 4, |i, j| match i.cmp(&j) {
             Ordering::Equal => 1.0,
             Ordering::Less => (1 + i + j) as f64,
@@ -314,8 +315,8 @@ mod tests {
     proptest! {
         #![proptest_config(ProptestConfig { cases: 200, failure_persistence: None, ..ProptestConfig::default() })]
 
-        /// Block triangular by construction, the hidden block `-d I + skew`, turned by an integer matrix of determinant
-        /// 1: hidden, and decaying exactly below the rate d.
+        /// Block triangular by construction, with the unobservable block `-d I + skew`, transformed by an integer
+        /// matrix of determinant 1: unobservable, and the decay rate is exactly d.
         #[test]
         fn what_is_hidden_by_construction_is_found(
             entries in prop::collection::vec(-9i32..=9, 40), d in 1i32..20, scale in -300i32..300,
@@ -340,7 +341,7 @@ mod tests {
             }
             let turned = exact(&t).product(&exact(&a)).unwrap().product(&exact(&inverse)).unwrap();
             let c = exact(&Matrix::from_fn(1, n, |_, j| if j < 2 { number(38) + j as f64 } else { 0.0 })).product(&exact(&inverse)).unwrap();
-            // Small integers times a power of two: representable.
+            // Small integers times a power of two are exact.
             let (a, c) = (turned.map(Exact::round_down), c.map(Exact::round_down));
             prop_assert_eq!(exact(&a), turned);
             let hidden = hidden_motion(&a, &c).unwrap().unwrap();

@@ -1,6 +1,6 @@
-//! Input-to-state stability of the linear and of the cubic observer, with constants.
+//! Input-to-state stability of the linear and of the cubic observer, with explicit constants.
 //!
-//! Plant `x' = A x + B u + E w`, `y = C x + D w`, the disturbances and the measurement noise in one vector with
+//! Plant `x' = A x + B u + E w`, `y = C x + D w`; w contains the disturbances and the measurement noise,
 //! `|w_i| <= W_i`. Observer `xhat' = A xhat + B u + L r - (r'theta r) N r`, `r = y - C xhat` (the sign of N is that of
 //! the error equation below). With `F = A - LC`, `G = E - LD`, `q = r'theta r`, the error `e = x - xhat` obeys
 //! ```text
@@ -20,8 +20,8 @@
 //! V' <= -2 alpha V + beta,    beta = sum lambda_i W_i^2 + 27/128 kappa (sum mu_i W_i^2)^2,
 //! ```
 //! `V(t) <= exp(-2 alpha t) V(0) + U` for every `U >= beta/(2 alpha)`, and `limsup |e_i| <= b_i` for every b_i with
-//! `b_i^2 P >= U 1_i 1_i'`, which is `b_i^2 >= U (P^-1)_ii`. The linear inequality is affine in (A, E): proved at the
-//! vertices of a polytope it holds on the convex hull, for A and E that vary in time.
+//! `b_i^2 P >= U 1_i 1_i'`, which is `b_i^2 >= U (P^-1)_ii` (1_i is the i-th unit vector). The linear inequality is
+//! affine in (A, E): proved at the vertices of a polytope it holds on the convex hull, also for time-varying A and E.
 //!
 //! A stored N is a rounding of `-P^-1 C'S`. The matrix `P~ = C'XC + (I - T)(P - C'XC)(I - T)` of
 //! [`deployed_cubic`](super::deployed_cubic) has `P~ N = -C'S~` with `S~ = -X C N` **exactly**: all inequalities are
@@ -37,10 +37,10 @@ use crate::matrix::Matrix;
 use crate::ring::Ring;
 use crate::verdict::{UndecidedReason, Verdict};
 
-/// The error system: `e' = (A - LC)e + (E - LD)w + (r'theta r) N r`, `r = Ce + Dw`.
+/// Error system: `e' = (A - LC)e + (E - LD)w + (r'theta r) N r`, `r = Ce + Dw`.
 #[derive(Debug, Clone, Copy)]
 pub struct DisturbedObserver<'a> {
-    /// A n x n and E n x m at each vertex, or the boxes around them.
+    /// A n x n and E n x m at each vertex, as intervals.
     pub vertices: &'a [(Matrix<Interval>, Matrix<Interval>)],
     /// C, p x n.
     pub c: &'a Matrix<f64>,
@@ -50,7 +50,7 @@ pub struct DisturbedObserver<'a> {
     pub l: &'a Matrix<f64>,
 }
 
-/// A cubic term with what bounds it.
+/// A cubic term with the constants of its bound.
 #[derive(Debug, Clone, PartialEq)]
 pub struct CubicTerm {
     /// N, n x p, as stored, of full column rank.
@@ -59,13 +59,13 @@ pub struct CubicTerm {
     pub theta: Matrix<f64>,
     /// X of P~, p x p, symmetric.
     pub x: Matrix<f64>,
-    /// kappa, 0 or more.
+    /// kappa >= 0.
     pub kappa: f64,
     /// mu, one number for each disturbance.
     pub mu: Vec<f64>,
 }
 
-/// The numbers that prove a bound of the error.
+/// The constants that prove a bound of the error.
 #[derive(Debug, Clone, Copy)]
 pub struct ErrorBound<'a> {
     /// P, n x n, symmetric.
@@ -74,15 +74,15 @@ pub struct ErrorBound<'a> {
     pub rate: f64,
     /// lambda, one number for each disturbance.
     pub lambda: &'a [f64],
-    /// W: the bounds of the disturbances, 0 or more.
+    /// W: bounds of the disturbances, >= 0.
     pub disturbances: &'a [f64],
-    /// U: the bound of V in the limit, positive.
+    /// U: ultimate bound of V, positive.
     pub level: f64,
-    /// `b_i`: the bounds of the components of the error in the limit, positive.
+    /// `b_i`: ultimate bounds of the components of the error, positive.
     pub limsup: &'a [f64],
 }
 
-/// What is proved of them.
+/// Verdicts on the inequalities.
 #[derive(Debug, Clone, PartialEq)]
 pub struct InputToState {
     /// `P~ > 0`.
@@ -97,7 +97,7 @@ pub struct InputToState {
     pub components: Vec<Verdict<Direction>>,
 }
 
-/// A bound of the error under bounded disturbances, for L, N and theta exactly as stored: see the head of this module.
+/// Bound of the error under bounded disturbances, for L, N and theta exactly as stored: see the head of this module.
 ///
 /// ```
 /// use luenberger_proof::{Interval, Matrix, statement::{DisturbedObserver, ErrorBound, input_to_state}};
@@ -121,7 +121,7 @@ pub struct InputToState {
 /// # }
 /// ```
 /// # Errors
-/// [`ProofError`] for shapes that do not fit, entries that are not finite, matrices that are not symmetric.
+/// [`ProofError`] for inconsistent shapes, entries that are not finite, or matrices that are not symmetric.
 pub fn input_to_state(
     observer: &DisturbedObserver<'_>,
     cubic: Option<&CubicTerm>,
@@ -193,7 +193,7 @@ fn cubic_part(
     ])
 }
 
-/// A ring in which data given by intervals can be had.
+/// A ring that contains data given as intervals.
 trait Data: Ring {
     fn datum(x: &Interval) -> Option<Self>;
 }
@@ -204,7 +204,7 @@ impl Data for Interval {
     }
 }
 
-/// Only where the interval is a point.
+/// Only point intervals are exact numbers.
 impl Data for Exact {
     fn datum(x: &Interval) -> Option<Self> {
         if x.is_point() { Self::from_f64(x.lo()) } else { None }
@@ -216,7 +216,7 @@ fn data<R: Data>(m: &Matrix<Interval>) -> Option<Matrix<R>> {
     Matrix::from_row_major(m.rows(), m.cols(), entries).ok()
 }
 
-/// A symmetric matrix as an expression in data that may be intervals; `None` where they are not in the ring.
+/// A symmetric matrix as an expression in interval data; `None` if the ring does not contain the data.
 trait Form {
     fn evaluate<R: Data>(&self) -> Result<Option<Matrix<R>>, ProofError>;
 }

@@ -1,33 +1,33 @@
-//! Comparison systems of interval observers: bounds of an error, block by block, in coordinates `z = T e`.
+//! Comparison systems of interval observers: bounds of the error for each block of the coordinates `z = T e`.
 //!
-//! The blocks of z have one or two entries, |.| is their Euclidean norm, and `T_k` are the rows of T of block k. For
-//! `e' = F e + G w` and `|w_j| <= W_j` the norms of the blocks obey
+//! The blocks of z have one or two entries; |.| is their Euclidean norm, and `T_k` are the rows of T of block k. For
+//! `e' = F e + G w` and `|w_j| <= W_j` the block norms satisfy
 //! ```text
 //! |z_k|' <= mu(M_kk) |z_k| + sum_(j != k) |M_kj| |z_j| + g_k,    M = T F T^-1,    g_k = sum_j |T_k G_j| W_j,
 //! ```
-//! with the spectral norm |.| and the logarithmic norm `mu(X)`, the largest eigenvalue of `(X + X')/2`. With K of these
-//! entries or larger ones, a Metzler matrix, `rho' = K rho + g` stays above the norms if it starts above them. In
-//! discrete time, `e+ = F e + G w`, the same holds of `rho+ = N rho + g` with the norms alone, `N_kj = |M_kj|`. The
-//! components are bounded by `|e_i| <= sum_k |(T^-1)_ik| |z_k|`. A pair of complex eigenvalues `a + ib` is a block with
-//! `mu = a` and the norm `sqrt(a^2 + b^2)`, so that nothing is lost by its rotation.
+//! with the spectral norm |.| and the logarithmic norm `mu(X)`, the largest eigenvalue of `(X + X')/2`. Let K have
+//! these entries or larger ones; it is a Metzler matrix. Then `rho' = K rho + g` stays above the block norms if it
+//! starts above them. In discrete time, `e+ = F e + G w`, the same holds for `rho+ = N rho + g` with `N_kj = |M_kj|`
+//! for all k, j. The components are bounded by `|e_i| <= sum_k |(T^-1)_ik| |z_k|`. A pair of complex eigenvalues
+//! `a + ib` forms a block with `mu = a` and the norm `sqrt(a^2 + b^2)`: its rotation does not weaken the bound.
 //!
-//! With T = I and blocks of one entry, K is the Metzler matrix nearest above F, and F itself if F is Metzler.
+//! With T = I and blocks of one entry, K is the smallest Metzler matrix above F, and F itself if F is Metzler.
 //!
 //! Source of the comparison: F. Mazenc and O. Bernard, Interval observers for linear time-invariant systems with
-//! disturbances, Automatica 47, 2011, for boxes in rotating coordinates; with norms of blocks, R. Bellman, Vector
-//! Lyapunov functions, SIAM Journal on Control 1, 1962.
+//! disturbances, Automatica 47, 2011, for boxes in rotating coordinates; R. Bellman, Vector Lyapunov functions, SIAM
+//! Journal on Control 1, 1962, for block norms.
 //!
-//! **Rounding.** [`SampledBounds`] has the entries that `rho+ = N rho + g + Q|xhat| + U|u|` needs if every operation of
-//! the step `xhat+ = F xhat + G u + L(y - C xhat)` of the plant `x+ = A x + B u + E w`, `y = C x + v` is rounded to
-//! nearest, with the unit u and the smallest number eta of the format. With `c = 2(n + m + p) + q + 8` and `eps = 4 c
-//! u`, a sum of at most c/2 products in any order is off by at most `1.01 (c/2) u` times the sum of their magnitudes,
-//! and `c eta`. With `|y - C xhat| <= |C||e| + V` and `|y| <= |y - C xhat| + |C||xhat|`, the computed next estimate is
-//! off by at most
+//! **Rounding.** [`SampledBounds`] contains the entries required by `rho+ = N rho + g + Q|xhat| + U|u|` if every
+//! operation of the step `xhat+ = F xhat + G u + L(y - C xhat)`, for the plant `x+ = A x + B u + E w`, `y = C x + v`,
+//! is rounded to nearest, with the unit roundoff u and the smallest positive number eta of the format. With
+//! `c = 2(n + m + p) + q + 8` and `eps = 4 c u`, a sum of at most c/2 products in any order has an error of at most
+//! `1.01 (c/2) u` times the sum of their magnitudes, plus `c eta`. With `|y - C xhat| <= |C||e| + V` and
+//! `|y| <= |y - C xhat| + |C||xhat|`, the error of the computed next estimate is at most
 //! ```text
 //! delta = eps (|F||xhat| + |G||u| + |L||C||xhat| + |L||C||e| + |L| V) + c eta (1 + |L| 1),
 //! ```
-//! and `|e| <= |T^-1| rho`. The sums of rho+ and of the half-widths `H rho + outward |xhat|` have terms of one sign
-//! only: computed, they are at least `1 - eps` times their values, so that entries larger by that factor are enough.
+//! and `|e| <= |T^-1| rho`. The sums of rho+ and of the half-widths `H rho + outward |xhat|` have nonnegative terms
+//! only: computed, they are at least `1 - eps` times their values, so entries divided by `1 - eps` suffice.
 
 use super::embed;
 use crate::definite::Direction;
@@ -43,12 +43,12 @@ use crate::verdict::{UndecidedReason, Verdict};
 pub struct BlockCoordinates {
     t: Matrix<Interval>,
     inverse: Matrix<Interval>,
-    /// The first entry and the number of entries of each block.
+    /// First index and number of entries of each block.
     blocks: Vec<(usize, usize)>,
 }
 
 impl BlockCoordinates {
-    /// T, n x n, with blocks of one or two entries in order; none if T is not shown to be invertible.
+    /// T, n x n, with blocks of one or two entries in order; `None` if T is not proved to be invertible.
     ///
     /// ```
     /// use luenberger_proof::{Interval, Matrix, statement::BlockCoordinates};
@@ -67,7 +67,7 @@ impl BlockCoordinates {
     /// # }
     /// ```
     /// # Errors
-    /// [`ProofError`] for a T that is not square or not finite, and for blocks that do not add up to its order.
+    /// [`ProofError`] for a T that is not square or not finite, or blocks whose sizes do not add up to its order.
     pub fn new(t: &Matrix<f64>, blocks: &[usize]) -> Result<Option<Self>, ProofError> {
         let n = t.rows();
         let enclosed = embed::<Interval>(t, "T", (n, n))?;
@@ -107,7 +107,7 @@ impl BlockCoordinates {
         self.t.product(f)?.product(&self.inverse)
     }
 
-    /// Upper bounds of the entries of K for `e' = F e`, q x q.
+    /// Upper bounds of the entries of K for `e' = F e`, q x q (q is the number of blocks).
     ///
     /// # Errors
     /// [`ProofError::DimensionMismatch`].
@@ -154,10 +154,10 @@ impl BlockCoordinates {
     }
 }
 
-/// An enclosure of `T^-1`; none where it is not found.
+/// An enclosure of `T^-1`; `None` if none is found.
 ///
-/// With X near it and `E = I - X T`, `h = |E|_inf < 1`: `T^-1 - X = E (I - E)^-1 X`, whose entry (i, j) is at most the
-/// sum of row i of |E| times the largest entry of column j of X, divided by 1 - h.
+/// With X near `T^-1` and `E = I - X T`, `h = |E|_inf < 1`: `T^-1 - X = E (I - E)^-1 X`, whose entry (i, j) is at most
+/// the sum of row i of |E| times the largest absolute entry of column j of X, divided by 1 - h.
 fn inverse(t: &Matrix<f64>, enclosed: &Matrix<Interval>) -> Result<Option<Matrix<Interval>>, ProofError> {
     let n = t.rows();
     let Some(x) = eliminated(t) else { return Ok(None) };
@@ -177,7 +177,7 @@ fn inverse(t: &Matrix<f64>, enclosed: &Matrix<Interval>) -> Result<Option<Matrix
     Ok(found.as_slice().iter().all(Interval::is_bounded).then_some(found))
 }
 
-/// The inverse by Gauss-Jordan elimination with row pivots, in floating point.
+/// Approximate inverse by Gauss-Jordan elimination with row pivoting.
 fn eliminated(t: &Matrix<f64>) -> Option<Matrix<f64>> {
     let n = t.rows();
     let mut rows: Vec<Vec<f64>> = (0..n)
@@ -201,12 +201,12 @@ fn eliminated(t: &Matrix<f64>) -> Option<Matrix<f64>> {
     found.as_slice().iter().all(|x| x.is_finite()).then_some(found)
 }
 
-/// An upper bound of a sum of nonnegative numbers.
+/// Upper bound of a sum of nonnegative numbers.
 fn sum_up(terms: impl Iterator<Item = f64>) -> f64 {
     terms.fold(0.0, |sum: f64, x| if x == 0.0 { sum } else { Interval::of(sum).add(&Interval::of(x)).hi() })
 }
 
-/// An upper bound of `sqrt(x^2 + y^2)`; exact where one of them is 0.
+/// Upper bound of `sqrt(x^2 + y^2)`; exact if x or y is 0.
 fn length(x: &Interval, y: &Interval) -> f64 {
     let (x, y) = (x.magnitude(), y.magnitude());
     if x == 0.0 || y == 0.0 {
@@ -216,9 +216,9 @@ fn length(x: &Interval, y: &Interval) -> f64 {
     square(x).add(&square(y)).sqrt().map_or(f64::INFINITY, |root| root.hi())
 }
 
-/// An upper bound of the spectral norm of a block of at most two rows and columns, given by first entry and length.
+/// Upper bound of the spectral norm of a block of at most two rows and columns, each given by first index and length.
 ///
-/// Of a 2 x 2 matrix, `(sqrt((a + d)^2 + (b - c)^2) + sqrt((a - d)^2 + (b + c)^2))/2`: exact for a scaled rotation.
+/// For a 2 x 2 matrix `(sqrt((a + d)^2 + (b - c)^2) + sqrt((a - d)^2 + (b + c)^2))/2`: exact for a scaled rotation.
 fn norm(m: &Matrix<Interval>, (row, rows): (usize, usize), (column, columns): (usize, usize)) -> f64 {
     match (rows, columns) {
         (1, 1) => m[(row, column)].magnitude(),
@@ -234,7 +234,7 @@ fn norm(m: &Matrix<Interval>, (row, rows): (usize, usize), (column, columns): (u
     }
 }
 
-/// An upper bound of the largest eigenvalue of the symmetric part of a diagonal block.
+/// Upper bound of the largest eigenvalue of the symmetric part of a diagonal block.
 fn logarithmic_norm(m: &Matrix<Interval>, (first, length_of_block): (usize, usize)) -> f64 {
     let (a, next) = (&m[(first, first)], first + 1);
     if length_of_block == 1 {
@@ -245,7 +245,7 @@ fn logarithmic_norm(m: &Matrix<Interval>, (first, length_of_block): (usize, usiz
     a.add(d).add(&Interval::of(spread)).hi() / 2.0
 }
 
-/// A sampled plant `x+ = A x + B u + E w`, `y = C x + v` and the step of its interval observer, as they are given.
+/// A sampled plant `x+ = A x + B u + E w`, `y = C x + v` and the step of its interval observer.
 #[derive(Debug, Clone, Copy)]
 pub struct SampledIntervals<'a> {
     /// A, n x n.
@@ -262,16 +262,16 @@ pub struct SampledIntervals<'a> {
     pub g: &'a Matrix<f64>,
     /// L, n x p.
     pub l: &'a Matrix<f64>,
-    /// Bounds of |w|, d of them.
+    /// Bounds of |w|, d numbers.
     pub disturbances: &'a [f64],
-    /// Bounds of |v|, p of them.
+    /// Bounds of |v|, p numbers.
     pub noise: &'a [f64],
     /// The format in which the step is computed, binary32 or binary64.
     pub format: Format,
 }
 
-/// The least entries of the step `rho+ = N rho + g + Q|xhat| + U|u|` and of the half-widths `H rho + outward |xhat|`,
-/// rounding included; see the head of this file.
+/// Lower bounds for the entries of the step `rho+ = N rho + g + Q|xhat| + U|u|` and of the half-widths
+/// `H rho + outward |xhat|`, rounding included; see the head of this file.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SampledBounds {
     /// N, q x q.
@@ -290,7 +290,7 @@ pub struct SampledBounds {
     pub count: usize,
 }
 
-/// Unit roundoff, smallest positive number, and a number that no rounding of small numbers reaches.
+/// Unit roundoff, smallest positive number, and a number far above the rounding errors of small numbers.
 pub(crate) fn units(format: Format) -> Option<(f64, f64, f64)> {
     match format {
         Format::Binary32 => Some((2f64.powi(-24), 2f64.powi(-149), 2f64.powi(-110))),
@@ -299,17 +299,17 @@ pub(crate) fn units(format: Format) -> Option<(f64, f64, f64)> {
     }
 }
 
-/// `eps` and c for so many states, inputs, outputs and blocks.
+/// `eps` and c for the given numbers of states, inputs, outputs and blocks.
 pub(crate) fn rounding((n, m, p, q): (usize, usize, usize, usize), unit: f64) -> (f64, usize) {
     let count = 2 * (n + m + p) + q + 8;
     (4.0 * count as f64 * unit, count)
 }
 
 impl SampledIntervals<'_> {
-    /// The least entries in these coordinates, before the division by `1 - eps`.
+    /// The required entries in these coordinates, before the division by `1 - eps`.
     ///
     /// # Errors
-    /// [`ProofError`] for shapes that do not fit and entries that are not finite, and for a format in fixed point.
+    /// [`ProofError`] for inconsistent shapes, entries that are not finite, or a fixed-point format.
     pub fn bounds(&self, coordinates: &BlockCoordinates) -> Result<SampledBounds, ProofError> {
         let (n, m, p, d) = (self.a.rows(), self.b.cols(), self.c.rows(), self.e.cols());
         self.a.expect_shape("A", (n, n))?;
@@ -337,11 +337,11 @@ impl SampledIntervals<'_> {
         let fed = magnitudes(&l).product(&magnitudes(&c))?;
         let widths = coordinates.widths();
         let h = widths.map(|x| Interval::of(*x));
-        // N: the norms of the blocks of A - LC, and the rounding that grows with e.
+        // N: block norms of A - LC, and the rounding errors proportional to e.
         let errors = states.product(&eps_of(&fed.product(&h)?))?;
         let of_error = coordinates.norms(&self.a.difference(&l.product(&c)?)?)?;
         let of_error = of_error.map(|x| Interval::of(*x)).sum(&errors)?;
-        // g: disturbances, noise, its rounding, and the smallest numbers.
+        // g: disturbances, noise with its rounding, and underflow.
         let column = |entries: &[f64]| Matrix::from_fn(entries.len(), 1, |i, _| Interval::of(entries[i]));
         let (w, v) = (column(self.disturbances), column(self.noise));
         let forced = |m: &Matrix<Interval>, bounds: &Matrix<Interval>| {
@@ -352,7 +352,7 @@ impl SampledIntervals<'_> {
         let small = states.product(&ones(n).sum(&magnitudes(&l).product(&ones(p))?)?)?.sum(&ones(q))?;
         let small = small.scaled(&Interval::of(least).mul(&Interval::of(count as f64)));
         let constant = forced(&e, &w)?.sum(&forced(&l, &v)?)?.sum(&rounded_noise)?.sum(&small)?;
-        // Q and U: what the stored matrices differ from those of the plant by, and rounding.
+        // Q and U: differences between stored and plant matrices, and rounding.
         let of_estimate = magnitudes(&self.a.difference(&f)?).sum(&eps_of(&magnitudes(&f).sum(&fed)?))?;
         let of_input = magnitudes(&self.b.difference(&g)?).sum(&eps_of(&magnitudes(&g)))?;
         Ok(SampledBounds {
@@ -367,7 +367,7 @@ impl SampledIntervals<'_> {
     }
 }
 
-/// Whether every entry of `stored` times `factor` is at least the one of `least`; the margin is 0.
+/// Whether every entry of `stored` times `factor` is at least that of `least`; the margin is 0.
 pub(crate) fn entries_at_least(
     stored: &Matrix<f64>,
     factor: f64,
@@ -387,17 +387,17 @@ pub(crate) fn entries_at_least(
     Ok(Verdict::Proved { margin: 0.0 })
 }
 
-/// Upper bounds of the entries of a product of nonnegative, or of any, matrices.
+/// Upper bounds of the entries of a product.
 pub(crate) fn product_up(a: &Matrix<f64>, b: &Matrix<f64>) -> Result<Matrix<f64>, ProofError> {
     let (a, b) = (Matrix::<Interval>::embed(a, "a factor")?, Matrix::<Interval>::embed(b, "a factor")?);
     Ok(a.product(&b)?.map(Interval::hi))
 }
 
-/// An enclosure of the plant between samples, `x+ = A_d x + B_d u + E_d w_d` for `x' = A x + B u + E w` with u held for
-/// `period` and any `|w(t)| <= W`.
+/// Enclosure of the sampled plant, `x+ = A_d x + B_d u + E_d w_d` for `x' = A x + B u + E w` with u held for `period`
+/// and any `|w(t)| <= W`.
 ///
-/// E_d has the columns `h X E` with X near `exp(A h/2)`, with the bounds W, and those of the identity, with bounds of
-/// the rest: `integral |exp(A s) E - X E| W ds`, over eight parts of the period.
+/// E_d has the columns `h X E` with X near `exp(A h/2)`, bounded by W, and those of the identity, bounded by the
+/// remainder `integral |exp(A s) E - X E| W ds`, over eight parts of the period.
 #[derive(Debug, Clone, PartialEq)]
 pub struct HeldPlant {
     /// A_d, n x n.
@@ -410,13 +410,13 @@ pub struct HeldPlant {
     pub disturbances: Vec<f64>,
 }
 
-/// Parts of a period over which the effect of a disturbance is bounded.
+/// Parts of a period for the bound of the remainder.
 const PARTS: u32 = 8;
 
-/// The enclosure of the plant between samples; none where the exponential is too large. See [`HeldPlant`].
+/// Enclosure of the sampled plant; `None` if the exponential is too large. See [`HeldPlant`].
 ///
 /// # Errors
-/// [`ProofError`] for shapes that do not fit and entries that are not finite.
+/// [`ProofError`] for inconsistent shapes or entries that are not finite.
 pub fn held_plant(
     (a, b): (&Matrix<f64>, &Matrix<f64>),
     (e, bounds): (&Matrix<f64>, &[f64]),
@@ -439,7 +439,7 @@ pub fn held_plant(
     let near_enclosed = near.map(|x| Interval::of(*x));
     let mut rest = Matrix::<Interval>::zeros(n, d);
     for part in 0..PARTS {
-        // Cells whose union is the period, overlapping by a rounding error.
+        // Cells that cover the period; they overlap by a rounding error.
         let (from, to) = (f64::from(part) / f64::from(PARTS), f64::from(part + 1) / f64::from(PARTS));
         let Some(cell) = Interval::new((from * period).next_down().max(0.0), (to * period).next_up()) else {
             return Ok(None);
@@ -449,7 +449,7 @@ pub fn held_plant(
         let off = moved.product(&e)?.difference(&near_enclosed)?;
         rest = rest.sum(&off.map(|x| Interval::of(x.magnitude()).mul(&length)))?;
     }
-    // The columns h X E are rounded, too.
+    // The columns h X E are rounded as well.
     let columns = near.map(|x| x * period);
     let rounded = near_enclosed.scaled(&h).difference(&columns.map(|x| Interval::of(*x)))?;
     let rest = rest.sum(&rounded.map(|x| Interval::of(x.magnitude())))?;

@@ -1,7 +1,7 @@
-//! A Kazantzis-Kravaris-Luenberger observer over a box: what is decided of its maps.
+//! Inequalities of a Kazantzis-Kravaris-Luenberger observer over a box, decided for its maps.
 //!
-//! Variables are x, u, and e, the error of xi. y = h(x) everywhere, and xi = phi(x) + e in the left inverse. Every
-//! function is a [`Polynomial`] in atoms; bounds over the box are by bisection (`polynomial`).
+//! The variables are x, u, and e, the error of xi. y = h(x), and the left inverse is evaluated at xi = phi(x) + e.
+//! Every function is a [`Polynomial`] in atoms; bounds over the box are found by bisection (`polynomial`).
 
 use crate::interval::Interval;
 use crate::matrix::Matrix;
@@ -10,7 +10,7 @@ use crate::ring::Ring;
 use crate::verdict::{UndecidedReason, Verdict};
 use crate::witness::Witness;
 
-/// The expressions of plant and observer.
+/// Expressions of plant and observer.
 pub(crate) struct Expressions<'a> {
     pub(crate) f: Vec<&'a Tree>,
     pub(crate) h: Vec<&'a Tree>,
@@ -21,24 +21,24 @@ pub(crate) struct Expressions<'a> {
     pub(crate) estimated: Vec<&'a Tree>,
 }
 
-/// The functions that are bounded, in the variables (x, u, e).
+/// The functions to be bounded, in the variables (x, u, e).
 pub(crate) struct Composition {
     arena: Arena,
     states: usize,
     inputs: usize,
-    /// `Dphi f - Lambda phi - B`.
+    /// Residual `Dphi f - Lambda phi - B`.
     residual: Vec<Polynomial>,
     lambda: Vec<Polynomial>,
     phi: Vec<Polynomial>,
     /// The Jacobian of (phi, h), row by row.
     jacobian: Vec<Polynomial>,
-    /// The derivative of each entry of the left inverse by xi, at `(phi(x) + e, h(x), u)`.
+    /// Derivative of each entry of the left inverse with respect to xi, at `(phi(x) + e, h(x), u)`.
     slopes: Vec<Vec<Polynomial>>,
-    /// `z - phi^L(phi(x), h(x), u)`.
+    /// Defect `z - phi^L(phi(x), h(x), u)` of the left inverse.
     defects: Vec<Polynomial>,
 }
 
-/// The box: x, u, and e, which is 0 where it does not matter.
+/// The box of x, u and e; e is 0 where it has no influence.
 pub(crate) struct Axes<'a> {
     pub(crate) x: &'a [Interval],
     pub(crate) u: &'a [Interval],
@@ -86,7 +86,7 @@ impl Composition {
         }
         let mut slopes = Vec::with_capacity(estimate.len());
         for estimate in &estimate {
-            // By xi at fixed y and u is by e.
+            // At fixed y and u the derivative with respect to xi is that with respect to e.
             let slope = (0..q).map(|j| arena.derivative(estimate, n + inputs + j));
             slopes.push(slope.collect::<Composed<Vec<_>>>()?);
         }
@@ -100,11 +100,11 @@ impl Composition {
         axes
     }
 
-    /// All maps have values and derivatives on the box.
+    /// Whether all maps have values and derivatives on the box.
     pub(crate) fn is_defined(&mut self, of: &Axes<'_>) -> Verdict<Witness> {
         let axes = self.axes(of);
         for (k, (p, domain)) in self.arena.domains().into_iter().enumerate() {
-            // Positive, or of one sign.
+            // The polynomial must be positive, or for a reciprocal of one sign.
             let below = self.supremum(&p.negative(), &axes, Some(-f64::MIN_POSITIVE));
             let is_positive = below.as_ref().is_ok_and(|found| found.upper < 0.0);
             let mut is_negative = || {
@@ -126,7 +126,7 @@ impl Composition {
         self.arena.supremum(p, axes, goal)
     }
 
-    /// `p <= bound` on the box, p being the entry of this number.
+    /// Whether `p <= bound` on the box; `entry` is the index of p in its list.
     fn at_most(&mut self, p: &Polynomial, bound: f64, axes: &[Interval], entry: usize) -> Verdict<Witness> {
         match self.supremum(p, axes, Some(bound)) {
             Err(obstacle) => Verdict::Undecided { why: obstacle.into(), best: f64::NAN },
@@ -149,13 +149,13 @@ impl Composition {
         }
     }
 
-    /// Lambda lies between these bounds.
+    /// Whether Lambda lies within `bounds`.
     pub(crate) fn lambda_within(&mut self, bounds: &Matrix<Interval>, of: &Axes<'_>) -> Verdict<Witness> {
         let entries = self.lambda.clone();
         self.within(&entries, bounds, of)
     }
 
-    /// The Jacobian of (phi, h) lies between these bounds.
+    /// Whether the Jacobian of (phi, h) lies within `bounds`.
     pub(crate) fn jacobian_within(&mut self, bounds: &Matrix<Interval>, of: &Axes<'_>) -> Verdict<Witness> {
         let entries = self.jacobian.clone();
         self.within(&entries, bounds, of)
@@ -167,13 +167,13 @@ impl Composition {
         all(entries.iter().enumerate().map(|(k, (p, bounds))| self.between(p, *bounds, &axes, k)))
     }
 
-    /// `|residual_i| <= bounds_i`.
+    /// Whether `|residual_i| <= bounds_i`.
     pub(crate) fn residual_within(&mut self, bounds: &[f64], of: &Axes<'_>) -> Verdict<Witness> {
         let residual = self.residual.clone();
         self.magnitudes(&residual, bounds, of)
     }
 
-    /// `|z_k - phi^L_k(phi(x), h(x), u)| <= bounds_k`.
+    /// Whether `|z_k - phi^L_k(phi(x), h(x), u)| <= bounds_k`.
     pub(crate) fn defects_within(&mut self, bounds: &[f64], of: &Axes<'_>) -> Verdict<Witness> {
         let defects = self.defects.clone();
         self.magnitudes(&defects, bounds, of)
@@ -187,7 +187,7 @@ impl Composition {
         }))
     }
 
-    /// `g'Wg` for the derivative g of an entry of the left inverse.
+    /// `g'Wg` for the gradient g of an entry of the left inverse.
     fn slope_squared(&mut self, slope: &[Polynomial], w: &Matrix<f64>) -> Composed<Polynomial> {
         let mut sum = Polynomial::zero();
         for (i, left) in slope.iter().enumerate() {
@@ -199,32 +199,32 @@ impl Composition {
         Ok(sum)
     }
 
-    /// `g'Wg <= lipschitz_k^2`.
+    /// Whether `g'Wg <= lipschitz_k^2`.
     pub(crate) fn slopes_within(&mut self, lipschitz: &[f64], w: &Matrix<f64>, of: &Axes<'_>) -> Verdict<Witness> {
         let axes = self.axes(of);
         let slopes = self.slopes.clone();
         all(slopes.iter().zip(lipschitz).enumerate().map(|(k, (slope, bound))| {
             match self.slope_squared(slope, w) {
                 Err(obstacle) => Verdict::Undecided { why: obstacle.into(), best: f64::NAN },
-                // Rounded down: bound^2 is not a binary64 number.
+                // Rounded down, because bound^2 may not be a binary64 number.
                 Ok(p) => self.at_most(&p, (bound * bound).next_down().max(0.0), &axes, k),
             }
         }))
     }
 
-    /// Bounds of Lambda, entry by entry; `None` where an entry is not bounded.
+    /// Bounds of Lambda, entry by entry; `None` if an entry is unbounded.
     pub(crate) fn lambda_bounds(&mut self, of: &Axes<'_>) -> Composed<Option<Vec<Interval>>> {
         let entries = self.lambda.clone();
         self.ranges(&entries, of)
     }
 
-    /// Bounds of the Jacobian of (phi, h), entry by entry.
+    /// Bounds of the Jacobian of (phi, h), entry by entry; `None` if an entry is unbounded.
     pub(crate) fn jacobian_bounds(&mut self, of: &Axes<'_>) -> Composed<Option<Vec<Interval>>> {
         let entries = self.jacobian.clone();
         self.ranges(&entries, of)
     }
 
-    /// Bounds of phi, entry by entry.
+    /// Bounds of phi, entry by entry; `None` if an entry is unbounded.
     pub(crate) fn image_bounds(&mut self, of: &Axes<'_>) -> Composed<Option<Vec<Interval>>> {
         let entries = self.phi.clone();
         self.ranges(&entries, of)
@@ -242,13 +242,13 @@ impl Composition {
         Ok(Some(bounds))
     }
 
-    /// Bounds of the magnitudes of the residual.
+    /// Upper bounds of the magnitudes of the residual.
     pub(crate) fn residual_bounds(&mut self, of: &Axes<'_>) -> Composed<Vec<f64>> {
         let residual = self.residual.clone();
         self.magnitude_bounds(&residual, of)
     }
 
-    /// Bounds of the magnitudes of the defects.
+    /// Upper bounds of the magnitudes of the defects.
     pub(crate) fn defect_bounds(&mut self, of: &Axes<'_>) -> Composed<Vec<f64>> {
         let defects = self.defects.clone();
         self.magnitude_bounds(&defects, of)
@@ -276,7 +276,7 @@ impl Composition {
     }
 }
 
-/// The first that is not proved.
+/// The first verdict that is not `Proved`.
 fn all(verdicts: impl Iterator<Item = Verdict<Witness>>) -> Verdict<Witness> {
     let mut verdicts = verdicts;
     verdicts.find(|verdict| !verdict.is_proved()).unwrap_or(Verdict::Proved { margin: 0.0 })

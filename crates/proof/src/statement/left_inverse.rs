@@ -1,19 +1,19 @@
-//! Products `B (S'S)^-1 S'` with the left inverse of a matrix S of full column rank, enclosed.
+//! Enclosure of `B (S'S)^-1 S'`, a product with the left inverse of a matrix S of full column rank.
 //!
-//! S'S is not inverted: its condition number is the square of that of S. With a diagonal D > 0 of powers of two and a
-//! number `alpha > 0`, `X = B (S'S)^-1 S'` is the only solution of
+//! S'S is not inverted, because its condition number is the square of that of S. With a diagonal D > 0 of powers of two
+//! and a number `alpha > 0`, `X = B (S'S)^-1 S'` is the only solution of
 //! ```text
 //! S square:              D S' X' = D B'
 //! S with more rows:      [alpha I, S D; D S', 0] [X'; Y'] = [0; D B']
 //! ```
-//! *Proof.* The first is X S = B. In the second the first row says X' = S Z with `Z = -D Y'/alpha`, and the last
-//! `S'S Z = B'`. Both matrices are nonsingular where S has full column rank. *qed.* The columns of S D have entries up
-//! to 1 or 2, and alpha is near the least singular value of S D: the condition number of the second matrix is then
-//! about that of S D (A. Bjorck, BIT 7, 1967), not its square.
+//! *Proof.* The first equation is X S = B. In the second, the first row gives X' = S Z with `Z = -D Y'/alpha`, and the
+//! last one `S'S Z = B'`. Both matrices are nonsingular if S has full column rank. *qed.* The columns of S D have
+//! entries up to 1 or 2, and alpha is near the smallest singular value of S D: the condition number of the second
+//! matrix is then about that of S D (A. Bjorck, BIT 7, 1967), not its square.
 //!
 //! An approximate solution is corrected once. The residual of the sum of both is evaluated exactly, for S with up to
-//! 160 columns, and encloses the error by the theorem of `linear_system.rs`. With k the condition number and u =
-//! 1.1e-16, the relative width is about `u + (k u)^3`.
+//! 160 columns, and the theorem of `linear_system.rs` encloses the error. With the condition number k and u = 1.1e-16,
+//! the relative width is about `u + (k u)^3`.
 
 use super::linear_system::VerifiedInverse;
 use super::{EXACT_ORDER, Expression, number};
@@ -24,7 +24,7 @@ use crate::interval::Interval;
 use crate::matrix::Matrix;
 use crate::ring::Ring;
 
-/// `B (S'S)^-1 S'`; `None` where S has no full column rank, or is too near to a loss of it.
+/// `B (S'S)^-1 S'`; `None` if S does not have full column rank, or nearly so.
 pub(super) fn times_left_inverse(
     b: &impl Expression,
     s: &impl Expression,
@@ -51,15 +51,15 @@ impl Expression for Product<'_> {
     }
 }
 
-/// The linear system of the head of this module.
+/// The linear system in the head of this module.
 struct System<'a, B, S> {
     b: &'a B,
     s: &'a S,
-    /// The number of rows of S.
+    /// Number of rows of S.
     rows: usize,
-    /// The diagonal of D.
+    /// Diagonal of D.
     units: Vec<f64>,
-    /// alpha, where S has more rows than columns.
+    /// alpha, if S has more rows than columns.
     alpha: Option<f64>,
 }
 
@@ -75,7 +75,7 @@ impl<'a, B: Expression, S: Expression> System<'a, B, S> {
         if enclosed.rows() > enclosed.cols() {
             let scaled: Matrix<Interval> = system.scaled()?;
             let gram = scaled.congruence(&Matrix::scalar(scaled.rows(), &Interval::ONE))?;
-            // 2^-52 where rounding hides how small it is.
+            // 2^-52 if the eigenvalue is below rounding level.
             let square = definite::proved_eigenvalue_bound(&gram).unwrap_or(f64::EPSILON);
             system.alpha = Some(power_of_two((square.log2() / 2.0).floor() as i64));
         }
@@ -108,7 +108,7 @@ impl<'a, B: Expression, S: Expression> System<'a, B, S> {
         }))
     }
 
-    /// An enclosure of the solution, with residuals in the ring R.
+    /// Enclosure of the solution, with residuals in the ring R.
     fn solve<R: Ring>(
         &self,
         inverse: &VerifiedInverse,

@@ -1,6 +1,6 @@
-//! Solutions of a linear system `M x = r`, enclosed with a floating-point inverse that is verified (Krawczyk).
+//! Enclosure of the solution of a linear system `M x = r`, with a verified floating-point inverse (Krawczyk).
 //!
-//! Let G be any matrix (here a floating-point inverse of the middle of M), `E = I - G M`, v > 0 a vector and
+//! Let G be any matrix (here a floating-point inverse of the midpoint of M), `E = I - G M`, v > 0 a vector and
 //! `|E| v <= h v` with h < 1. Then M is nonsingular, and
 //! ```text
 //! x in G r + [-1, 1] |E| y,    y = v max_k(|G r|_k / v_k) / (1 - h).
@@ -9,15 +9,15 @@
 //! `x = G r + E x`, hence `|x| <= (I - |E|)^-1 |G r|`; and `|G r| + |E| y <= (1 - h) y + h y = y` gives `|x| <= y`.
 //! *qed.*
 //!
-//! An interval matrix M and an interval vector r stand for all within; the proof holds for each pair. Where r is the
-//! residual of an approximate solution, x is its error, and the second term of the second order in the rounding errors.
+//! An interval matrix M and an interval vector r stand for all within; the proof holds for each pair. If r is the
+//! residual of an approximate solution, x is its error, and the second term is of second order in the rounding errors.
 
 use crate::error::ProofError;
 use crate::interval::Interval;
 use crate::matrix::Matrix;
 use crate::ring::Ring;
 
-/// A matrix that is shown to be nonsingular, by an approximate inverse.
+/// A matrix proved to be nonsingular by an approximate inverse.
 pub(super) struct VerifiedInverse {
     /// G.
     g: Matrix<Interval>,
@@ -30,15 +30,15 @@ pub(super) struct VerifiedInverse {
 }
 
 impl VerifiedInverse {
-    /// Of a square M with bounded entries; the error is `1 - h` where that is not positive, and 0 where floating point
-    /// finds no inverse.
+    /// For a square M with bounded entries. The error value is `1 - h` if that is not positive, and 0 if no approximate
+    /// inverse is found.
     pub(super) fn of(m: &Matrix<Interval>) -> Result<Result<Self, f64>, ProofError> {
         let order = m.rows();
         m.expect_shape("the matrix of a linear system", (order, order))?;
         let Some(inverse) = approximate_inverse(&m.map(|x| x.lo() / 2.0 + x.hi() / 2.0)) else { return Ok(Err(0.0)) };
         let g = Matrix::<Interval>::embed(&inverse, "an approximate inverse")?;
         let defect = Matrix::scalar(order, &Interval::ONE).difference(&g.product(m)?)?.map(size);
-        // The row sums of |G| know the units of the unknowns.
+        // The row sums of |G| have the units of the unknowns.
         let sums: Vec<f64> = (0..order).map(|k| inverse.row(k).iter().map(|x| x.abs()).sum()).collect();
         let weights = Matrix::from_fn(order, 1, |k, _| sums[k].clamp(f64::MIN_POSITIVE, f64::MAX));
         let weights = Matrix::<Interval>::embed(&weights, "the weights of the unknowns")?;
@@ -50,7 +50,7 @@ impl VerifiedInverse {
         Ok(if left > 0.0 { Ok(Self { g, defect, weights, left }) } else { Err(left) })
     }
 
-    /// `M^-1 r`, column by column; the error is `1 - h` where a bound overflows.
+    /// `M^-1 r`, column by column; the error value is `1 - h` if a bound overflows.
     pub(super) fn times(&self, r: &Matrix<Interval>) -> Result<Result<Matrix<Interval>, f64>, ProofError> {
         let mut x = self.g.product(r)?;
         for j in 0..x.cols() {
@@ -66,7 +66,7 @@ impl VerifiedInverse {
     }
 }
 
-/// `max_k |x|_k / v_k` of column j, rounded up.
+/// Upper bound of `max_k |x|_k / v_k` for column j.
 fn largest_ratio(x: &Matrix<Interval>, j: usize, v: &Matrix<Interval>) -> f64 {
     (0..x.rows()).fold(0.0_f64, |largest, k| {
         let ratio = size(&x[(k, j)]).quotient(&v[(k, 0)]).map_or(f64::INFINITY, |ratio| ratio.hi());
@@ -74,13 +74,13 @@ fn largest_ratio(x: &Matrix<Interval>, j: usize, v: &Matrix<Interval>) -> f64 {
     })
 }
 
-/// `[0, |x|]` by its upper end, as a number.
+/// The largest magnitude of the interval, as a number.
 fn size(x: &Interval) -> Interval {
     Interval::of(x.magnitude())
 }
 
-/// The inverse by Gauss and Jordan with partial pivoting, in floating point: a proposal. `None` where a pivot vanishes
-/// or an entry overflows.
+/// Approximate inverse by Gauss-Jordan elimination with partial pivoting, without error bound. `None` if a pivot is
+/// zero or an entry overflows.
 fn approximate_inverse(m: &Matrix<f64>) -> Option<Matrix<f64>> {
     let n = m.rows();
     let mut work = Matrix::from_fn(n, 2 * n, |i, j| {

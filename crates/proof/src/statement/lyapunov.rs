@@ -1,5 +1,5 @@
 //! Lyapunov and Stein inequalities, `F'P + PF + 2 alpha P < 0` and `F'PF - P < 0`, and their consequences for the
-//! spectrum.
+//! spectrum of F.
 
 use super::{Expression, embed, embed_symmetric, number};
 use crate::definite::{self, Direction, Sense};
@@ -10,7 +10,7 @@ use crate::matrix::Matrix;
 use crate::ring::Ring;
 use crate::verdict::{UndecidedReason, Verdict};
 
-/// `F = A - LC`, where an observer has one.
+/// `F = A - LC`.
 pub(super) fn error_matrix<R: Ring>(
     a: &Matrix<f64>,
     l: &Matrix<f64>,
@@ -47,7 +47,7 @@ impl Expression for Decrease<'_> {
     }
 }
 
-/// `F'P + PF + 2 alpha P`, as `P (F + alpha I)` and its transpose.
+/// `F'P + PF + 2 alpha P`, computed as `P (F + alpha I)` plus its transpose.
 fn left_hand_side<R: Ring>(f: &Matrix<R>, p: &Matrix<R>, alpha: &R) -> Result<Matrix<R>, ProofError> {
     p.product(&f.sum(&Matrix::scalar(f.rows(), alpha))?)?.plus_transpose()
 }
@@ -55,9 +55,9 @@ fn left_hand_side<R: Ring>(f: &Matrix<R>, p: &Matrix<R>, alpha: &R) -> Result<Ma
 /// `(A - LC)'P + P(A - LC) < 0` (Share Pasand, eq. 12): `V = e'Pe` decreases along the error of the observer with gain
 /// `L`.
 ///
-/// Proved with margin q: `V' <= -q |e|^2`. Together with [`positive`] of `P` it proves `A - LC` Hurwitz.
+/// Proved with margin q: `V' <= -q |e|^2`. With [`positive`] of `P` it proves `A - LC` Hurwitz.
 /// # Errors
-/// [`ProofError`] for shapes that do not fit, entries that are not finite, a `P` that is not symmetric.
+/// [`ProofError`] for inconsistent shapes, entries that are not finite, or a `P` that is not symmetric.
 /// ```
 /// use luenberger_proof::{Matrix, statement::lyapunov_decrease};
 /// # fn main() -> Result<(), luenberger_proof::ProofError> {
@@ -80,8 +80,8 @@ pub fn lyapunov_decrease(
     decay_rate(a, l, c, p, 0.0)
 }
 
-/// `F'P + PF + 2 alpha P < 0` with `F = A - LC`: `V = e'Pe` decreases faster than `exp(-2 alpha t)`, so that with
-/// `P > 0` the spectral abscissa of `F` is below `-alpha`. The margin is in the units of the left-hand side.
+/// `F'P + PF + 2 alpha P < 0` with `F = A - LC`: `V = e'Pe` decreases faster than `exp(-2 alpha t)`. With `P > 0` the
+/// spectral abscissa of `F` is below `-alpha`. The margin is in the units of the left-hand side.
 /// # Errors
 /// As [`lyapunov_decrease`], and for an `alpha` that is not finite.
 pub fn decay_rate(
@@ -94,11 +94,11 @@ pub fn decay_rate(
     Decrease { a, output_injection: Some((l, c)), p, alpha, what_p: "P" }.decide(Sense::NegativeDefinite)
 }
 
-/// [`decay_rate`] for every `A` and every `C` between the bounds: `(A - LC)'P + P(A - LC) + 2 alpha P < 0`, with the
+/// [`decay_rate`] for every `A` and every `C` within the bounds: `(A - LC)'P + P(A - LC) + 2 alpha P < 0`, with the
 /// gain and `P` as stored.
 ///
-/// The inequality is linear in `(A, C)`: proved at boxes around the vertices of a polytope, it holds on their convex
-/// hull. Data that are single numbers throughout are decided as [`decay_rate`] decides them, exactly if need be.
+/// The inequality is linear in `(A, C)`: proved for boxes around the vertices of a polytope, it holds on their convex
+/// hull. If all data are single numbers, the decision is that of [`decay_rate`], exact if necessary.
 /// # Errors
 /// As [`decay_rate`].
 /// ```
@@ -188,12 +188,12 @@ fn contraction<R: Ring>(f: &Matrix<R>, p: &Matrix<R>, factor: &R) -> Result<Matr
     p.scaled(&factor.mul(factor)).bordered(&p.product(f)?.transpose(), p)
 }
 
-/// `[factor^2 P, F'P; PF, P] > 0` with `F = A - LC` for every `A` and every `C` between the bounds, with the gain and
-/// `P` as stored: in discrete time `V = e'Pe` falls at each step by more than `factor^2`, by the Schur complement. The
-/// margin is in the units of the block matrix.
+/// `[factor^2 P, F'P; PF, P] > 0` with `F = A - LC` for every `A` and every `C` within the bounds, with the gain and
+/// `P` as stored: by the Schur complement `V(e+) < factor^2 V(e)`, `V = e'Pe`, in discrete time. The margin is in the
+/// units of the block matrix.
 ///
-/// The inequality is linear in `(A, C)`: proved at boxes around the vertices of a polytope, it holds on their convex
-/// hull. Data that are single numbers throughout are decided exactly if need be.
+/// The inequality is linear in `(A, C)`: proved for boxes around the vertices of a polytope, it holds on their convex
+/// hull. If all data are single numbers, the decision is exact if necessary.
 /// # Errors
 /// As [`lyapunov_decrease`], and for a `factor` that is not finite.
 /// ```
@@ -228,13 +228,13 @@ pub fn contraction_within(
     definite::decide(&contraction(&a.difference(&l.product(c)?)?, &p, &factor)?, Sense::PositiveDefinite)
 }
 
-/// `A` is Hurwitz (all eigenvalues in the open left half plane), shown by the Lyapunov matrix `P`.
+/// `A` is Hurwitz (all eigenvalues in the open left half plane), by the Lyapunov matrix `P`.
 ///
-/// - Proved when `A'P + PA < 0` and `P > 0` are. The margin is a lower bound of minus the spectral abscissa:
+/// - Proved if `A'P + PA < 0` and `P > 0` are proved. The margin is a lower bound of minus the spectral abscissa:
 ///   `lambda_min(-(A'P + PA)) / (2 lambda_max(P))`.
-/// - Refuted when `A'P + PA < 0` is proved and `P > 0` refuted: the motion that starts at the witness `v` has
-///   `V = v'Pv <= 0` and decreasing, so that it cannot tend to 0.
-/// - Undecided otherwise, since another `P` may do better.
+/// - Refuted if `A'P + PA < 0` is proved and `P > 0` refuted: the solution that starts at the witness `v` has
+///   `V = v'Pv <= 0`, decreasing, and cannot tend to 0.
+/// - Undecided otherwise, since another `P` may prove it.
 /// # Errors
 /// As [`lyapunov_decrease`].
 pub fn hurwitz(a: &Matrix<f64>, p: &Matrix<f64>) -> Result<Verdict<Direction>, ProofError> {
@@ -243,8 +243,8 @@ pub fn hurwitz(a: &Matrix<f64>, p: &Matrix<f64>) -> Result<Verdict<Direction>, P
     stable_by(decrease, p, |margin| (margin / (2.0 * largest_eigenvalue_bound(p))).next_down().max(0.0))
 }
 
-/// Whether every motion tends to 0, from the verdict on the decrease of `V = x'Px` and that on P; `margin` makes that
-/// of the stability of that of a proved decrease.
+/// Stability from the verdict on the decrease of `V = x'Px` and the verdict on P. `margin` converts the margin of a
+/// proved decrease to that of stability.
 pub(super) fn stable_by(
     decrease: Verdict<Direction>,
     p: &Matrix<f64>,
@@ -264,8 +264,8 @@ pub(super) fn stable_by(
     })
 }
 
-/// An upper bound of `sqrt(cond P)`: with `V = e'Pe <= exp(-2 rate t) V(0)`,
-/// `|e(t)| <= sqrt(cond P) exp(-rate t) |e(0)|`. Infinite where `P > 0` is not proved.
+/// Upper bound of `sqrt(cond P)`: with `V = e'Pe <= exp(-2 rate t) V(0)`, `|e(t)| <= sqrt(cond P) exp(-rate t) |e(0)|`.
+/// Infinite if `P > 0` is not proved.
 ///
 /// # Errors
 /// [`ProofError`] for a `P` that is not square, symmetric and finite.
@@ -284,8 +284,8 @@ pub fn overshoot_bound(p: &Matrix<f64>) -> Result<f64, ProofError> {
     })
 }
 
-/// An upper bound of the largest eigenvalue of a symmetric matrix, tight to about 1e-9 where a proof of that can be
-/// had: the largest sum of absolute values of a row is always one.
+/// Upper bound of the largest eigenvalue of a symmetric matrix, usually tight to about 1e-9; otherwise the largest sum
+/// of absolute values of a row.
 pub(crate) fn largest_eigenvalue_bound(p: &Matrix<f64>) -> f64 {
     let n = p.rows();
     let mut bound = 0.0_f64;
@@ -293,7 +293,7 @@ pub(crate) fn largest_eigenvalue_bound(p: &Matrix<f64>) -> f64 {
         bound =
             bound.max(p.row(i).iter().fold(0.0, |sum: f64, x| if *x == 0.0 { sum } else { (sum + x.abs()).next_up() }));
     }
-    // bound I - P >= margin I gives the smaller bound (bound - margin).
+    // bound I - P >= margin I proves the smaller bound (bound - margin).
     let gap = Matrix::from_fn(n, n, |i, j| {
         let entry = Exact::from_f64(p[(i, j)]).unwrap_or(Exact::zero()).neg();
         if i == j { entry.add(&Exact::from_f64(bound).unwrap_or(Exact::zero())) } else { entry }

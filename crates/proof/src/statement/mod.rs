@@ -1,10 +1,10 @@
-//! The control-theoretic statements that this project proves, evaluated from the original data.
+//! The control-theoretic statements of this project, evaluated from the original data.
 //!
-//! Each is a matrix expression written once over a [`Ring`]. It is evaluated with outward rounding first, and exactly
-//! if that is inconclusive. No product is computed in floating point before the verification.
+//! Each is a matrix expression over a [`Ring`]. It is evaluated with outward rounding first, and exactly if that is
+//! inconclusive. No product is rounded without a bound of its error.
 //!
-//! Throughout, `A` is n x n, `B` n x m, `C` p x n, `L` and `N` n x p, `K` m x n, `P` symmetric n x n (exactly:
-//! symmetrise what a solver returns), `F = A - LC`.
+//! Throughout, `A` is n x n, `B` n x m, `C` p x n, `L` and `N` n x p, `K` m x n, `P` symmetric n x n (exactly
+//! symmetric: symmetrise the result of a solver), `F = A - LC`.
 
 mod contracting;
 mod cubic;
@@ -65,14 +65,14 @@ use crate::matrix::Matrix;
 use crate::ring::Ring;
 use crate::verdict::Verdict;
 
-/// The order up to which an expression is evaluated exactly: a product costs n^3 exact multiplications, about 1 s here.
+/// Largest order for exact evaluation: a product costs n^3 exact multiplications, about 1 s at this order.
 const EXACT_ORDER: usize = 160;
 
 /// A matrix as an expression in the data, over any ring.
 trait Expression {
     fn evaluate<R: Ring>(&self) -> Result<Matrix<R>, ProofError>;
 
-    /// The verdict on the definiteness of a symmetric one.
+    /// Decides the definiteness of the expression, which must be symmetric.
     fn decide(&self, sense: Sense) -> Result<Verdict<Direction>, ProofError> {
         let enclosed: Matrix<Interval> = self.evaluate()?;
         let verdict = definite::decide(&enclosed, sense)?;
@@ -89,18 +89,18 @@ impl Expression for Matrix<f64> {
     }
 }
 
-/// The data of an expression as elements of its ring.
+/// Embeds a matrix of data into the ring, after a check of its shape.
 fn embed<R: Ring>(data: &Matrix<f64>, what: &'static str, shape: (usize, usize)) -> Result<Matrix<R>, ProofError> {
     data.expect_shape(what, shape)?;
     Matrix::embed(data, what)
 }
 
-/// As [`embed`], of a number.
+/// Embeds a number.
 fn number<R: Ring>(x: f64, what: &'static str) -> Result<R, ProofError> {
     R::from_f64(x).ok_or(ProofError::NotFinite { what, row: 0, column: 0, value: x })
 }
 
-/// As [`embed`], of a matrix that must be symmetric.
+/// Embeds a matrix that must be symmetric of the given order.
 fn embed_symmetric<R: Ring>(data: &Matrix<f64>, what: &'static str, order: usize) -> Result<Matrix<R>, ProofError> {
     let embedded = embed(data, what, (order, order))?;
     for row in 0..order {
@@ -114,7 +114,7 @@ fn embed_symmetric<R: Ring>(data: &Matrix<f64>, what: &'static str, order: usize
     Ok(embedded)
 }
 
-/// An upper bound of the Frobenius norm, hence of the spectral norm; 0 for the zero matrix.
+/// Upper bound of the Frobenius norm, hence of the spectral norm; 0 for the zero matrix.
 fn norm_bound(m: &Matrix<Interval>) -> f64 {
     let square = m.as_slice().iter().fold(0.0_f64, |sum, x| {
         let x = x.magnitude();

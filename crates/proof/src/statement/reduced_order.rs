@@ -1,15 +1,15 @@
 //! Convergence of the reduced-order observer.
 //!
-//! Plant `x' = A x + B u`, `y = C x`, and a matrix T, q x n, for which `S = [C; T]` has full column rank. With
-//! `S'S = C'C + T'T`, `N = (S'S)^-1 C'` and `M = (S'S)^-1 T'` have `N C + M T = I`. The observer
+//! Plant `x' = A x + B u`, `y = C x`, and a q x n matrix T for which `S = [C; T]` has full column rank. With
+//! `S'S = C'C + T'T`, the matrices `N = (S'S)^-1 C'` and `M = (S'S)^-1 T'` satisfy `N C + M T = I`. For the observer
 //! ```text
 //! w' = F w + G y + TB u,    xhat = M w + N y,    F = TAM,    G = TAN
 //! ```
-//! has `w - Tx = v` with `v' = F w + TAN Cx + TBu - TAx - TBu = F w - TAM Tx = F v`, since `TAN C = TA - TAM T`, and
-//! `xhat - x = M w + N C x - x = M v`. All of it is exact for the real matrices M, N, F and G, which are rational
-//! functions of A, C and T. F is enclosed here, and `F'P + PF + 2 rate P < 0` with `P > 0` is decided.
+//! the error `v = w - Tx` obeys `v' = F w + TAN Cx + TBu - TAx - TBu = F w - TAM Tx = F v`, since `TAN C = TA - TAM T`,
+//! and `xhat - x = M w + N C x - x = M v`. This holds exactly for the real matrices M, N, F and G, which are rational
+//! functions of A, C and T. F is enclosed, and `F'P + PF + 2 rate P < 0` with `P > 0` is decided.
 //!
-//! `[N M]` is the left inverse of S, so that `[G F] = TA (S'S)^-1 S'`, enclosed as `left_inverse.rs` says.
+//! `[N M]` is the left inverse of S, so `[G F] = TA (S'S)^-1 S'` is enclosed as in `left_inverse.rs`.
 
 use super::left_inverse::{Product, times_left_inverse};
 use super::{Expression, embed, embed_symmetric, number};
@@ -20,7 +20,7 @@ use crate::matrix::Matrix;
 use crate::ring::Ring;
 use crate::verdict::{UndecidedReason, Verdict};
 
-/// What is proved of a reduced-order observer.
+/// Verdicts on a reduced-order observer.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ReducedOrder {
     /// `C'C + T'T > 0`.
@@ -31,7 +31,7 @@ pub struct ReducedOrder {
     pub decrease: Verdict<Direction>,
 }
 
-/// Convergence of the reduced-order observer with the stored T at a rate; P is q x q.
+/// Convergence of the reduced-order observer with the stored T at the given rate; P is q x q.
 ///
 /// ```
 /// use luenberger_proof::{Matrix, statement::reduced_order};
@@ -46,7 +46,7 @@ pub struct ReducedOrder {
 /// # }
 /// ```
 /// # Errors
-/// [`ProofError`] for shapes that do not fit, entries that are not finite, a P that is not symmetric.
+/// [`ProofError`] for inconsistent shapes, entries that are not finite, or a P that is not symmetric.
 pub fn reduced_order(
     (a, c): (&Matrix<f64>, &Matrix<f64>),
     t: &Matrix<f64>,
@@ -71,7 +71,7 @@ pub fn reduced_order(
     Ok(ReducedOrder { rank, positive, decrease })
 }
 
-/// An enclosure of F, given that S has full column rank; `None` where it is too near to losing it.
+/// Enclosure of F, if S has full column rank; `None` if the rank cannot be proved.
 fn flow(a: &Matrix<f64>, c: &Matrix<f64>, t: &Matrix<f64>) -> Result<Option<Matrix<Interval>>, ProofError> {
     let solution = times_left_inverse(&Product(t, a), &Stacked { c, t })?;
     let (outputs, order) = (c.rows(), t.rows());

@@ -1,15 +1,16 @@
-//! Observers of plants with nonlinearities in sectors: the matrix inequality of Thau, Rajamani and the circle
+//! Observers of plants with sector-bounded nonlinearities: the matrix inequality of Thau, Rajamani and the circle
 //! criterion.
 //!
 //! Plant `x' = A x + sum_k G_k phi_k(H_k x)`, observer `xhat' = A xhat + sum_k G_k phi_k(H_k xhat) + L (y - C xhat)`.
 //! With `e = x - xhat` and `w_k = phi_k(H_k x) - phi_k(H_k xhat)`, the incremental sector `[low, high]` is
-//! `(w_k - low H_k e)'(high H_k e - w_k) >= 0`: for a scalar phi_k a bound of its slope, for `low = -high` the
-//! Lipschitz condition `|w_k| <= high |H_k e|`. By the S-procedure,
+//! `(w_k - low H_k e)'(high H_k e - w_k) >= 0`: for a scalar phi_k bounds of its slope, for `low = -high` the Lipschitz
+//! condition `|w_k| <= high |H_k e|`. By the S-procedure,
 //! ```text
 //! [ F'P + PF + 2 alpha P - sum tau_k low_k high_k H_k'H_k     P G_k + tau_k (low_k + high_k)/2 H_k' ]
 //! [ its transpose                                                          -tau_k I                 ]  < 0,   F = A - LC,
 //! ```
-//! makes `V = e'Pe` fall faster than `exp(-2 alpha t)` for every nonlinearity in the sectors. It contains `tau_k > 0`.
+//! implies that `V = e'Pe` decreases faster than `exp(-2 alpha t)` for every nonlinearity in the sectors. The
+//! inequality includes `tau_k > 0`.
 
 use super::lyapunov::error_matrix;
 use super::{Expression, embed, embed_symmetric, number};
@@ -22,15 +23,15 @@ use crate::verdict::Verdict;
 /// One nonlinearity `G phi(H x)` in the incremental sector `[low, high]`, and its multiplier.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SectorTerm {
-    /// Where it acts, n x q.
+    /// Input matrix of the nonlinearity, n x q.
     pub g: Matrix<f64>,
-    /// What it depends on, r x n; `r = q` unless `low = -high`.
+    /// Argument matrix of the nonlinearity, r x n; `r = q` unless `low = -high`.
     pub h: Matrix<f64>,
-    /// The lower end of the sector.
+    /// Lower bound of the sector.
     pub low: f64,
-    /// The upper end of the sector.
+    /// Upper bound of the sector.
     pub high: f64,
-    /// The multiplier tau of the S-procedure.
+    /// Multiplier tau of the S-procedure.
     pub tau: f64,
 }
 
@@ -49,7 +50,7 @@ impl Expression for SectorDecrease<'_> {
         let p = embed_symmetric::<R>(self.p, "P", n)?;
         let half: R = number(0.5, "1/2")?;
         let shift = Matrix::scalar(n, &number(self.alpha, "alpha")?);
-        // Half of the first diagonal block, to which its transpose is added at the end.
+        // Half of the first diagonal block; its transpose is added at the end.
         let mut first = p.product(&error_matrix::<R>(self.a, self.l, self.c)?.sum(&shift)?)?;
         let (mut columns, mut taus): (Vec<Matrix<R>>, Vec<R>) = (vec![], vec![]);
         for term in self.terms {
@@ -74,9 +75,8 @@ impl Expression for SectorDecrease<'_> {
     }
 }
 
-/// The block inequality above, for L, P and the multipliers exactly as given: with [`positive`](super::positive) of P
-/// it proves that the error of the observer tends to 0 like `exp(-alpha t)`, whatever the nonlinearities in their
-/// sectors are.
+/// The block inequality above, for L, P and the multipliers exactly as given. With [`positive`](super::positive) of P
+/// it proves that the error of the observer tends to 0 like `exp(-alpha t)`, for all nonlinearities in their sectors.
 ///
 /// Proved with margin q: `V' <= -2 alpha V - q (|e|^2 + |w|^2)`. A witness is the stacked direction
 /// `(e, w_1, w_2, ..)`; it refutes this P and these multipliers, not the observer.
@@ -95,7 +95,7 @@ impl Expression for SectorDecrease<'_> {
 /// # }
 /// ```
 /// # Errors
-/// [`ProofError`] for shapes that do not fit, entries that are not finite, a `P` that is not symmetric.
+/// [`ProofError`] for inconsistent shapes, entries that are not finite, or a `P` that is not symmetric.
 ///
 /// Sources: R. Rajamani, Observers for Lipschitz nonlinear systems, IEEE Transactions on Automatic Control 43, 1998; M.
 /// Arcak and P. Kokotovic, Nonlinear observers: a circle criterion design and robustness analysis, Automatica 37, 2001.

@@ -1,12 +1,12 @@
-//! The cubic flow in one semi-implicit step: `d - s N C d = e` with any `s >= 0`.
+//! One semi-implicit step of the cubic flow: `d - s N C d = e` with any `s >= 0`.
 //!
 //! For `R = P N + C'S` and `S + S' >= 0`, and any d and s >= 0, with `w = s C d`,
 //! ```text
 //! (d - N w)'P(d - N w) = d'Pd - 2 d'P N w + w'N'P N w >= d'Pd - 2 d'R w + w'N'P N w,
 //! ```
 //! because `2 d'C'S w = s (Cd)'(S + S')(Cd) >= 0`. The right-hand side is at least `d'(P - X)d` for every s if
-//! `[X, -R; -R', N'PN] >= 0`. A gain N of full column rank makes `N'PN > 0`, so that the residual R of a stored N is
-//! admitted as long as it is small beside X and N: no exact structure is needed.
+//! `[X, -R; -R', N'PN] >= 0`. If N has full column rank, `N'PN > 0`, and the residual R of a stored N is allowed as
+//! long as it is small compared with X and N: no exact structure is needed.
 
 use super::lyapunov::error_matrix;
 use super::{Expression, embed, embed_symmetric, number};
@@ -50,13 +50,13 @@ impl Expression for SemiImplicit<'_> {
     }
 }
 
-/// `[(P - F'PF)/2, PN + C'S; *, N'PN] >= 0` with `F = A - LC`: together with `F'PF < P`, `P > 0` and `S + S' >= 0` it
-/// proves that `V = e'Pe` falls along `e+ = F d`, `d - s N C d = e`, by a factor below 1, for every `s >= 0`; see the
-/// head of `theorem/semi_implicit.rs`. The numbers are taken as stored.
+/// `[(P - F'PF)/2, PN + C'S; *, N'PN] >= 0` with `F = A - LC`, for the numbers as stored. Together with `F'PF < P`,
+/// `P > 0` and `S + S' >= 0` it proves that `V = e'Pe` decreases by a fixed factor per step along `e+ = F d`,
+/// `d - s N C d = e`, for every `s >= 0`; see the head of `certificate/theorem/semi_implicit.rs`.
 ///
 /// `A` n x n, `L` and `N` n x p, `C` p x n, `P` symmetric n x n, `S` p x p.
 /// # Errors
-/// [`ProofError`] for shapes that do not fit, entries that are not finite, a `P` that is not symmetric.
+/// [`ProofError`] for inconsistent shapes, entries that are not finite, or a `P` that is not symmetric.
 /// ```
 /// use luenberger_proof::{Matrix, statement::semi_implicit_decrease};
 /// # fn main() -> Result<(), luenberger_proof::ProofError> {

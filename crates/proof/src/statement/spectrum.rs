@@ -1,9 +1,9 @@
-//! Bounds of eigenvalues from a matrix P > 0: Schur stability, spectral abscissa and spectral radius.
+//! Bounds of eigenvalues by a matrix P > 0: Schur stability, spectral abscissa and spectral radius.
 //!
-//! With the norm `|v|_P^2 = v'Pv`: `A'P + PA <= 2 s P` gives `Re lambda <= s`, and `A'PA <= r^2 P` gives `|Av|_P <= r
-//! |v|_P`, hence `|lambda| <= r`. The tightness depends on P: the bounds attain the spectral abscissa and radius for
-//! the P of an eigenvector basis, and are less tight for the solution of a Lyapunov equation with Q = I. From below,
-//! the largest real part is at least the mean of all, `trace(A)/n`.
+//! With the norm `|v|_P^2 = v'Pv`: `A'P + PA <= 2 s P` gives `Re lambda <= s`, and `A'PA <= r^2 P` gives
+//! `|Av|_P <= r |v|_P`, hence `|lambda| <= r`. The tightness depends on P: the bounds attain the spectral abscissa and
+//! radius for the P of an eigenvector basis, and are less tight for the solution of a Lyapunov equation with Q = I. A
+//! lower bound of the largest real part is the mean of all, `trace(A)/n`.
 
 use super::lyapunov::{Stein, largest_eigenvalue_bound, stable_by};
 use super::{Expression, embed, embed_symmetric, positive};
@@ -14,16 +14,16 @@ use crate::matrix::Matrix;
 use crate::ring::Ring;
 use crate::verdict::Verdict;
 
-/// Bisections for a bound: to 1e-12 of the bracket.
+/// Bisection steps for a bound, to 1e-12 of the bracket.
 const BISECTIONS: usize = 42;
 
-/// `A` is Schur stable (all eigenvalues inside the unit circle), shown by the Lyapunov matrix `P`.
+/// `A` is Schur stable (all eigenvalues inside the unit circle), by the Lyapunov matrix `P`.
 ///
-/// - Proved when `A'PA - P < 0` and `P > 0` are. The margin is a lower bound of 1 minus the spectral radius:
+/// - Proved if `A'PA - P < 0` and `P > 0` are proved. The margin is a lower bound of 1 minus the spectral radius:
 ///   `1 - sqrt(1 - lambda_min(P - A'PA) / lambda_max(P))`.
-/// - Refuted when `A'PA - P < 0` is proved and `P > 0` refuted: the motion `x+ = A x` that starts at the witness v has
-///   `V = v'Pv <= 0` and decreasing, so that it cannot tend to 0.
-/// - Undecided otherwise, since another `P` may do better.
+/// - Refuted if `A'PA - P < 0` is proved and `P > 0` refuted: the solution of `x+ = A x` that starts at the witness v
+///   has `V = v'Pv <= 0`, decreasing, and cannot tend to 0.
+/// - Undecided otherwise, since another `P` may prove it.
 ///
 /// ```
 /// use luenberger_proof::{Matrix, statement::schur_stable};
@@ -35,23 +35,23 @@ const BISECTIONS: usize = 42;
 /// # }
 /// ```
 /// # Errors
-/// [`ProofError`] for shapes that do not fit, entries that are not finite, a `P` that is not symmetric.
+/// [`ProofError`] for inconsistent shapes, entries that are not finite, or a `P` that is not symmetric.
 pub fn schur_stable(a: &Matrix<f64>, p: &Matrix<f64>) -> Result<Verdict<Direction>, ProofError> {
     let n = a.rows();
     let (l, c) = (Matrix::from_fn(n, 0, |_, _| 0.0), Matrix::from_fn(0, n, |_, _| 0.0));
     let decrease = (Stein { a, l: &l, c: &c, p }).decide(Sense::NegativeDefinite)?;
     stable_by(decrease, p, |margin| {
-        // 1 - sqrt(1 - x) = x / (1 + sqrt(1 - x)), without cancellation. For order 0 both are infinite, and the margin
-        // is 1.
+        // 1 - sqrt(1 - x) = x / (1 + sqrt(1 - x)), without cancellation. For order 0 both bounds are infinite, and the
+        // margin is 1.
         let x = (margin / largest_eigenvalue_bound(p)).next_down().clamp(0.0, 1.0);
         let root = ((1.0 - x).next_up().min(1.0).sqrt().next_up()).min(1.0);
         (x / (1.0 + root).next_up()).next_down().max(0.0)
     })
 }
 
-/// The spectral abscissa, the largest real part of an eigenvalue of A, enclosed: from below by `trace(A)/n`, from above
-/// by the smallest s for which `A'P + PA < 2 s P` is proved (by bisection). `None` where `P > 0` is not proved or no s
-/// serves, and for order 0.
+/// Enclosure of the spectral abscissa, the largest real part of an eigenvalue of A: from below `trace(A)/n`, from above
+/// the smallest s for which `A'P + PA < 2 s P` is proved (by bisection). `None` if `P > 0` is not proved or no s is
+/// found, and for order 0.
 ///
 /// ```
 /// use luenberger_proof::{Matrix, statement::spectral_abscissa};
@@ -84,9 +84,9 @@ pub fn spectral_abscissa(a: &Matrix<f64>, p: &Matrix<f64>) -> Result<Option<Inte
     Ok(upper.and_then(|upper| Interval::new(mean.lo(), upper.max(mean.lo()))))
 }
 
-/// The spectral radius, the largest modulus of an eigenvalue of A, enclosed: from below by `|trace(A)|/n`, from above
-/// by the smallest r for which `A'PA < r^2 P` is proved (by bisection), the contraction of A in the norm of P. `None`
-/// where `P > 0` is not proved or no r serves, and for order 0.
+/// Enclosure of the spectral radius, the largest modulus of an eigenvalue of A: from below `|trace(A)|/n`, from above
+/// the smallest r for which `A'PA < r^2 P` is proved (by bisection), the contraction factor of A in the norm of P.
+/// `None` if `P > 0` is not proved or no r is found, and for order 0.
 ///
 /// ```
 /// use luenberger_proof::{Matrix, statement::spectral_radius};
@@ -113,7 +113,7 @@ pub fn spectral_radius(a: &Matrix<f64>, p: &Matrix<f64>) -> Result<Option<Interv
 }
 
 /// A rho, found by bisection, for which `M'PM < rho^2 P` is proved for every one of the maps; `scale` is about the
-/// largest to be expected.
+/// largest value to be expected.
 pub(super) fn contraction(
     p: &Matrix<Interval>,
     maps: &[Matrix<Interval>],
@@ -133,8 +133,8 @@ pub(super) fn contraction(
     smallest(0.0, scale, holds)
 }
 
-/// The least x above `floor` for which `holds`, up to `2^-42` of the bracket: of a property that larger numbers have
-/// too, first sought at `scale`, `4 scale`, ....
+/// The smallest x above `floor` for which `holds`, up to `2^-42` of the bracket, for a property that is monotone in x;
+/// the search starts at `scale`, `4 scale`, ....
 fn smallest(
     floor: f64,
     scale: f64,

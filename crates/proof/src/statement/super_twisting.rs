@@ -1,7 +1,7 @@
 //! The matrix inequality of Moreno and Osorio for the super-twisting observer.
 //!
-//! `A = [-k1 1; -2 k2 0]`, `B = (0, 1)`, `C = (1, 0)`: twice the matrices of the error in the coordinates `(|e1|^(1/2)
-//! sign(e1), e2)`, so that no entry is rounded. Decided are
+//! `A = [-k1 1; -2 k2 0]`, `B = (0, 1)`, `C = (1, 0)`: twice the matrices of the error in the coordinates
+//! `(|e1|^(1/2) sign(e1), e2)`, so that no entry is rounded. The inequalities are
 //! ```text
 //! P > 0,    [A'P + PA + 2 alpha P + 2 bound^2 C'C, 2PB; *, -2] < 0,    c^2 P - C'C >= 0.
 //! ```
@@ -66,7 +66,7 @@ impl Expression for Reach<'_> {
 /// # }
 /// ```
 /// # Errors
-/// [`ProofError`] for numbers that are not finite and a P that is not symmetric, 2 x 2.
+/// [`ProofError`] for numbers that are not finite, or a P that is not 2 x 2 and symmetric.
 pub fn super_twisting(
     gains: (f64, f64, f64),
     p: &Matrix<f64>,

@@ -1,4 +1,4 @@
-//! The H-infinity and the H2 norm of the error of a linear observer, bounded.
+//! Bounds of the H-infinity and the H2 norm of the error system of a linear observer.
 //!
 //! Plant `x' = A x + B u + E w`, `y = C x + D w`, observer `xhat' = A xhat + B u + L(y - C xhat)`. With `F = A - LC`
 //! and `G = E - LD` the error `e = x - xhat` obeys `e' = F e + G w`; `z = H e`. In discrete time `e+ = F e + G w`.
@@ -8,13 +8,13 @@
 //! [F'P + PF + H'H, PG; *, -gamma^2 I] < 0,    in discrete time    [F'PF - P + H'H, F'PG; *, G'PG - gamma^2 I] < 0.
 //! ```
 //! The quadratic form at (e, w) is `V' + |z|^2 - gamma^2 |w|^2` (`V(e+) - V(e)` in place of V'), hence at most
-//! `-q (|w|^2 + |e|^2)` for some q > 0. At w = 0, V falls, and F is stable. Integrated from 0 to T with `V(T) >= 0`,
-//! the integral of `|z|^2` is at most V(0) and `gamma^2 - q` times that of `|w|^2`; from e(0) = 0 the gain from w to z
-//! in L2 is below gamma.
+//! `-q (|w|^2 + |e|^2)` for some q > 0. For w = 0, V decreases, and F is stable. Integrated from 0 to T with
+//! `V(T) >= 0`, the integral of `|z|^2` is at most V(0) plus `gamma^2 - q` times that of `|w|^2`; for e(0) = 0 the L2
+//! gain from w to z is below gamma.
 //!
-//! **H2.** Let `P > 0`, `F'P + PF + H'H < 0` (`F'PF - P + H'H < 0`) and `tr G'PG < gamma^2`. Then F is stable, and P is
-//! above the observability Gramian W, which solves the equation: `|T|_2^2 = tr G'WG <= tr G'PG`. It is the variance of
-//! z in the end for white noise w of unit intensity (unit covariance).
+//! **H2.** Let `P > 0`, `F'P + PF + H'H < 0` (`F'PF - P + H'H < 0`) and `tr G'PG < gamma^2`. Then F is stable, and P >=
+//! W, the observability Gramian, which solves the equation: `|T|_2^2 = tr G'WG <= tr G'PG`. This is the stationary
+//! variance of z for white noise w of unit intensity (unit covariance).
 
 use super::{Expression, embed, embed_symmetric, number};
 use crate::definite::{Direction, Sense};
@@ -24,7 +24,7 @@ use crate::matrix::Matrix;
 use crate::ring::Ring;
 use crate::verdict::Verdict;
 
-/// Whether a system moves in continuous or in discrete time.
+/// Continuous or discrete time.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum TimeDomain {
     /// `e' = F e + G w`.
@@ -36,7 +36,7 @@ pub enum TimeDomain {
 /// The error system of a linear observer from w to `z = H e`.
 #[derive(Debug, Clone, Copy)]
 pub struct ErrorSystem<'a> {
-    /// Continuous or discrete.
+    /// Time domain.
     pub time: TimeDomain,
     /// A, n x n.
     pub a: &'a Matrix<f64>,
@@ -88,7 +88,7 @@ impl ErrorSystem<'_> {
 /// # }
 /// ```
 /// # Errors
-/// [`ProofError`] for shapes that do not fit, entries that are not finite, a P that is not symmetric.
+/// [`ProofError`] for inconsistent shapes, entries that are not finite, or a P that is not symmetric.
 pub fn bounded_real(system: &ErrorSystem<'_>, p: &Matrix<f64>, gamma: f64) -> Result<Verdict<Direction>, ProofError> {
     system.check(p)?;
     Decrease { system, p, gamma: Some(gamma) }.decide(Sense::NegativeDefinite)
@@ -110,7 +110,7 @@ pub fn bounded_variance(
     ])
 }
 
-/// The inequality in e and w, or without gamma its first block.
+/// The inequality in (e, w), or without gamma its first block.
 struct Decrease<'a> {
     system: &'a ErrorSystem<'a>,
     p: &'a Matrix<f64>,

@@ -6,10 +6,10 @@
 //! z' = T A xhat + T B u + L r - (r'theta r) N r,    r = y - C xhat,    xhat = z + H y
 //! ```
 //! has `e = x - xhat = T x - z`, and `e' = T(Ax + Bu + Ed) - z' = (TA - LC) e + (r'theta r) N r`, `r = C e`: the error
-//! equation of the observer of (TA, C), whatever d is. H and T are rational functions of C and E; their entries are
-//! enclosed here, H as `left_inverse.rs` says, and `T E = 0` is an identity. For the stored L and N convergence is
-//! proved with P, or with a cubic term with the P~ of [`deployed_cubic`](super::deployed_cubic), for which
-//! `P~ N = -C'S~` exactly, `S~ = -X C N`:
+//! equation of the observer of (TA, C), for every d. H and T are rational functions of C and E; their entries are
+//! enclosed, H as in `left_inverse.rs`, and `T E = 0` is an identity. For the stored L and N convergence is proved with
+//! P, or with a cubic term with the P~ of [`deployed_cubic`](super::deployed_cubic), for which `P~ N = -C'S~` exactly,
+//! `S~ = -X C N`:
 //! ```text
 //! P~ > 0,    (TA - LC)'P~ + P~(TA - LC) + 2 rate P~ < 0,    theta >= 0,    S~ + S~' >= 0.
 //! ```
@@ -39,7 +39,7 @@ pub struct UnknownInput<'a> {
     pub cubic: Option<(&'a Matrix<f64>, &'a Matrix<f64>, &'a Matrix<f64>)>,
 }
 
-/// What is proved of them.
+/// Verdicts on an unknown-input observer.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Decoupled {
     /// `(CE)'CE > 0`: C E has full column rank.
@@ -52,7 +52,7 @@ pub struct Decoupled {
     pub cubic: Option<[Verdict<Direction>; 2]>,
 }
 
-/// Convergence of the unknown-input observer at a rate, for L, N and theta exactly as stored and the real T.
+/// Convergence of the unknown-input observer at the given rate, for L, N and theta exactly as stored and the exact T.
 ///
 /// ```
 /// use luenberger_proof::{Matrix, statement::{UnknownInput, unknown_input}};
@@ -71,7 +71,7 @@ pub struct Decoupled {
 /// # }
 /// ```
 /// # Errors
-/// [`ProofError`] for shapes that do not fit, entries that are not finite, matrices that are not symmetric.
+/// [`ProofError`] for inconsistent shapes, entries that are not finite, or matrices that are not symmetric.
 pub fn unknown_input(plant: &UnknownInput<'_>, p: &Matrix<f64>, rate: f64) -> Result<Decoupled, ProofError> {
     let UnknownInput { a, c, e, l, cubic } = *plant;
     let (n, outputs) = (a.rows(), c.rows());
@@ -121,7 +121,7 @@ impl Expression for Rank<'_> {
     }
 }
 
-/// An enclosure of `T = I - HC`; `None` where C E is too near to a loss of column rank.
+/// Enclosure of `T = I - HC`; `None` if full column rank of C E cannot be proved.
 fn decoupler(c: &Matrix<f64>, e: &Matrix<f64>) -> Result<Option<Matrix<Interval>>, ProofError> {
     let Some(h) = times_left_inverse(e, &Product(c, e))? else { return Ok(None) };
     let measured = h.product(&Matrix::embed(c, "C")?)?;

@@ -1,13 +1,13 @@
-//! Decrease of a quadratic form over every time that may pass between two corrections of a sampled observer.
+//! Decrease of a quadratic form for every time between two corrections of a sampled observer.
 //!
-//! After the correction `e -> M e` the error grows by `exp(A t)`. Wanted for all t between two bounds:
+//! After the correction `e -> M e` the error grows by `exp(A t)`. Required for all t between two bounds:
 //! ```text
 //! W(t) = factor^2 P - X(t)'P X(t) > 0,     X(t) = exp(A t) M.
 //! ```
-//! The interval is divided into cells. On a cell `[c - r, c + r]` the mean value theorem gives `W(t)` in `W(c) + [-r,
-//! r] X'(A'P + PA)X`, X being enclosed on the cell by `(I + E) X(c)`, `|E| <= exp(r |A|) - I` entry by entry. W(c) and
-//! the exponentials are computed in intervals. A cell on which this is not positive definite is halved, up to
-//! [`MOST_CELLS`] cells in total.
+//! The time interval is divided into cells. On a cell `[c - r, c + r]` the mean value theorem gives `W(t)` in
+//! `W(c) + [-r, r] X'(A'P + PA)X`, with X enclosed on the cell by `(I + E) X(c)`, `|E| <= exp(r |A|) - I` entry by
+//! entry. W(c) and the exponentials are computed in intervals. A cell for which this is not positive definite is
+//! halved, up to [`MOST_CELLS`] cells in total.
 
 use super::exponential::exponential;
 use super::{embed, embed_symmetric, number};
@@ -18,15 +18,15 @@ use crate::matrix::Matrix;
 use crate::ring::Ring;
 use crate::verdict::{UndecidedReason, Verdict};
 
-/// How many cells are looked at, at most.
+/// Maximum number of cells.
 const MOST_CELLS: usize = 1 << 14;
 
-/// `factor^2 P - X'P X > 0` with `X = exp(A t) M` for every t in `times`, the numbers being those stored; M between its
-/// bounds.
+/// `factor^2 P - X'P X > 0` with `X = exp(A t) M` for every t in `times`, for the numbers as stored and every M within
+/// its bounds.
 ///
-/// `A` and `M` n x n, `P` symmetric n x n. The margin is 0: it differs from time to time.
+/// `A` and `M` n x n, `P` symmetric n x n. The margin returned is 0, because it depends on t.
 /// # Errors
-/// [`ProofError`] for shapes that do not fit, entries that are not finite, a `P` that is not symmetric.
+/// [`ProofError`] for inconsistent shapes, entries that are not finite, or a `P` that is not symmetric.
 /// ```
 /// use luenberger_proof::{Interval, Matrix, statement::decrease_over_times};
 /// # fn main() -> Result<(), luenberger_proof::ProofError> {
@@ -83,7 +83,7 @@ pub fn decrease_over_times(
 
 struct Cells<'a> {
     a: Matrix<Interval>,
-    /// Entry by entry.
+    /// `|A|`, entry by entry.
     magnitudes: Matrix<Interval>,
     p: Matrix<Interval>,
     /// `factor^2 P`.
@@ -107,13 +107,13 @@ impl Cells<'_> {
         self.level.difference(&x.congruence(&self.p)?)
     }
 
-    /// Whether the form is positive definite at all times within `radius` of that of `x`.
+    /// Whether the form is positive definite at all times within `radius` of the time of `x`.
     fn holds_around(&self, x: &Matrix<Interval>, radius: f64) -> Result<bool, ProofError> {
         let Some(reach) = Interval::new(-radius, radius) else { return Ok(false) };
         let Some(largest) = exponential(&self.magnitudes.scaled(&Interval::of(radius)))? else { return Ok(false) };
         let n = x.rows();
         let moved = Matrix::from_fn(n, n, |i, j| {
-            // Not below exp(r |A|) - I.
+            // Upper bound of exp(r |A|) - I.
             let size = if i == j { (largest[(i, j)].hi() - 1.0).next_up() } else { largest[(i, j)].hi() };
             let change = Interval::new(-size, size).unwrap_or(Interval::UNBOUNDED);
             if i == j { change.add(&Interval::point(1.0)) } else { change }

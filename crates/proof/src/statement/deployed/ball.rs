@@ -1,4 +1,5 @@
-//! Invariant ball and ultimate bound of the running observer's error, from a contraction and a bounded disturbance.
+//! Invariant ball and ultimate bound of the error of the running observer, from a contraction and a bounded
+//! disturbance.
 
 use super::disturbance::{Disturbance, Stage, StepBound};
 use crate::definite::{proved_eigenvalue_bound, solve_approximately};
@@ -10,52 +11,53 @@ use crate::statement::embed_symmetric;
 use crate::statement::spectrum::contraction;
 use crate::verdict::NoErrorBallReason;
 
-/// What is proved of the running observer.
+/// Result for the running observer.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Running {
-    /// The error stays bounded, and shrinks to within known bounds.
+    /// The error stays bounded and converges to within known bounds.
     Within(ErrorBall),
-    /// Nothing is proved.
+    /// No bound is proved.
     Unproved(NoErrorBallReason),
 }
 
-/// Bounds of the error `e = x - xhat` of the running observer, all rounding counted.
+/// Bounds of the error `e = x - xhat` of the running observer, rounding errors included.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ErrorBall {
-    /// rho: one step of the exact error map shortens `|e|_P = sqrt(e'Pe)` at least by this factor.
+    /// rho: one step of the exact error map reduces `|e|_P = sqrt(e'Pe)` at least by this factor.
     pub contraction: f64,
-    /// kappa: by how much rounding errors that grow with the error itself worsen the factor.
+    /// kappa: increase of that factor by rounding errors that are proportional to the error.
     pub relative: f64,
-    /// An error that starts with `|e|_P` at most this, as the promised first error does, never exceeds it.
+    /// Radius of the invariant ball: `|e|_P` stays below this. The ball contains the initial error of the
+    /// [`Operation`](super::Operation).
     pub start: f64,
-    /// `limsup |e|_P` is at most this.
+    /// Upper bound of `limsup |e|_P`.
     pub ultimate: f64,
-    /// `limsup |e_i|` is at most this, entry by entry.
+    /// Upper bounds of `limsup |e_i|`, for each component.
     pub entries: Vec<f64>,
-    /// The largest share of its range that any intermediate number takes, at most 1.
+    /// Largest ratio of an intermediate result to the limit of its range, at most 1.
     pub headroom: f64,
-    /// Every intermediate number of a step, in the order of the code that runs.
+    /// All intermediate results of a step, in execution order.
     pub intermediates: Vec<Intermediate>,
 }
 
-/// An intermediate number of the step, or all of those that a sum of products passes through in whatever order.
+/// An intermediate result of the step, or all partial sums of one sum of products, in any order of summation.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Intermediate {
-    /// As the statement of a certificate and the head of the module write it.
+    /// Its name in the statement of a certificate and in the head of the module.
     pub what: &'static str,
-    /// It is never larger in magnitude while the error is in the ball of the start.
+    /// Upper bound of its magnitude while the error is in the invariant ball.
     pub size: f64,
-    /// What it must not exceed.
+    /// Largest magnitude allowed.
     pub limit: f64,
 }
 
-/// Turns in which the ball of start and the bounds that hold in it are brought to agree.
+/// Maximum number of iterations to make the invariant ball and the bounds that hold in it consistent.
 const TURNS: usize = 8;
 
-/// How often the bounds of the entries are used to better themselves.
+/// Number of refinements of the bounds of the components by themselves.
 const REFINEMENTS: usize = 3;
 
-/// Powers of the error map in the series for the entries, at most.
+/// Maximum number of powers of the error map in the series for the components.
 const POWERS: usize = 4096;
 
 pub(super) fn running(p: &Matrix<f64>, disturbance: &Disturbance<'_>) -> Result<Running, ProofError> {
@@ -104,7 +106,7 @@ pub(super) fn running(p: &Matrix<f64>, disturbance: &Disturbance<'_>) -> Result<
             return unproved(rho, kappa);
         }
         if ultimate > start {
-            // The bounds were those of a smaller ball.
+            // The bounds hold for a smaller ball only: repeat with a larger one.
             start = 1.01 * ultimate;
             continue;
         }
@@ -132,7 +134,7 @@ pub(super) fn running(p: &Matrix<f64>, disturbance: &Disturbance<'_>) -> Result<
     unproved(rho, f64::INFINITY)
 }
 
-/// The stages at `|e_i| = reach_i`, or the first that may leave its range.
+/// The intermediate results for `|e_i| = reach_i`, or the first that may exceed its range.
 fn in_range(stages: &[Stage], reach: &[f64]) -> Result<Result<Vec<Intermediate>, NoErrorBallReason>, ProofError> {
     let mut found = Vec::with_capacity(stages.len());
     for &Stage { what, ref size, limit } in stages {
@@ -151,7 +153,7 @@ fn headroom(intermediates: &[Intermediate]) -> f64 {
     shares.fold(0.0, f64::max).min(1.0)
 }
 
-/// The rows of a bound for `|e_i| = reach_i`, rounded up.
+/// The rows of a bound, evaluated at `|e_i| = reach_i` and rounded up.
 fn evaluated(bound: &Matrix<Interval>, reach: &[f64]) -> Result<Vec<f64>, ProofError> {
     let at =
         Matrix::from_fn(reach.len() + 1, 1, |i, _| if i == 0 { Interval::ONE } else { Interval::of(reach[i - 1]) });
@@ -181,7 +183,7 @@ fn half_widths(p: &Matrix<f64>, metric: &Matrix<Interval>) -> Result<Option<Vec<
     Ok(Some(widths))
 }
 
-/// Betters the bounds of the entries by `sum_{j<k} |F^j| d + s rho^k ultimate`, for the k that is best for each.
+/// Refines the bounds of the components by `sum_{j<k} |F^j| d + s rho^k ultimate`, with the best k for each.
 fn series(
     map: &Matrix<Interval>,
     per_step: &[f64],
@@ -204,7 +206,7 @@ fn series(
             entries[i] = entries[i].min(bound);
             last &= tail.hi() <= 1e-3 * sum[(i, 0)].hi();
         }
-        // The tail no longer counts, or the intervals of the powers have grown too wide to gain anything.
+        // Stop: the tail is negligible, or the enclosures of the powers have become too wide.
         let wide = power.as_slice().iter().any(|x| x.width() > 1.0 || !x.is_bounded());
         if last || wide {
             break;

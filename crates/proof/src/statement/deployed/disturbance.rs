@@ -1,5 +1,5 @@
-//! Disturbance of the error in one step of a deployed observer: deviation of stored matrices from the plant's, noise,
-//! and all rounding errors.
+//! Disturbance of the error in one step of a deployed observer: differences between stored and exact matrices,
+//! measurement noise, and all rounding errors.
 
 use super::{CubicGains, Deviation, Format, Operation, SampledPlant, Step, Stored};
 use crate::error::ProofError;
@@ -10,12 +10,12 @@ use crate::ring::Ring;
 use crate::statement::EXACT_ORDER;
 use crate::statement::lyapunov::error_matrix;
 
-/// Roundings on the way to the impulse of the flow, and to the innovation that it leaves: counted in the head of the
+/// Number of roundings in the impulse of the cubic flow and in its resulting innovation, as counted in the head of the
 /// module.
 const IMPULSE_ROUNDINGS: usize = 17;
 const INNOVATION_ROUNDINGS: usize = 5;
 
-/// Bounds of absolute values, one row each, acting on `(1, |e_1|, ..., |e_n|)`.
+/// Bounds of absolute values, affine in `|e|`: each row acts on `(1, |e_1|, ..., |e_n|)`.
 type Bound = Matrix<Interval>;
 
 /// The error dynamics of the deployed observer.
@@ -27,18 +27,18 @@ pub(super) struct Disturbance<'a> {
     pub(super) operation: &'a Operation,
 }
 
-/// A quantity that must lie in the format, with its bound.
+/// An intermediate result that must lie in the range of the format, with its bound.
 pub(super) struct Stage {
     pub(super) what: &'static str,
     pub(super) size: Bound,
     pub(super) limit: f64,
 }
 
-/// One step, while `|e_i|` is at most what it was asked for.
+/// Bounds of one step for `|e_i|` within the given reach.
 pub(super) struct StepBound {
     /// `|e+ - M e| <= D (1, |e|)`.
     pub(super) added: Bound,
-    /// `|M e - F e|`: what the cubic part changes of the first of the maps; zero without it.
+    /// `|M e - F e|`: difference between the maps of the cubic observer and the first map F; zero without a cubic part.
     pub(super) bend: Bound,
     pub(super) stages: Vec<Stage>,
 }
@@ -56,7 +56,7 @@ impl Disturbance<'_> {
         self.plant.a.rows()
     }
 
-    /// The maps of the error in one step: the constant one, or the two ends of the segment for the cubic observer.
+    /// Error maps of one step: F alone, or for the cubic observer the two ends of the segment M(g).
     pub(super) fn maps(&self) -> Result<Vec<Matrix<Interval>>, ProofError> {
         let Stored { a, c, l, cubic, .. } = self.stored;
         let first = match self.step {
@@ -64,7 +64,7 @@ impl Disturbance<'_> {
             Step::Innovation | Step::Accumulated => error_matrix::<Interval>(a, l, c)?,
         };
         let Some(cubic) = cubic else { return Ok(vec![first]) };
-        // Not idle: w > 0 was checked.
+        // w > 0 was checked before, so the fallback is not reached.
         let inverse = Interval::of(cubic.w).recip().unwrap_or(Interval::UNBOUNDED);
         let turned = Matrix::scalar(self.order(), &Interval::ONE)
             .sum(&points(&cubic.n, "N")?.product(&points(c, "C")?)?.scaled(&inverse))?;
@@ -84,8 +84,8 @@ impl Disturbance<'_> {
         self.constant(&Matrix::from_fn(rows, 1, |_, _| Interval::of(x)))
     }
 
-    /// The error of a sum of `products` products and `addends` other terms, of which `terms` bounds the sum of the
-    /// absolute values.
+    /// Rounding error of a sum of `products` products and `addends` other terms; `terms` bounds the sum of the absolute
+    /// values of all terms.
     fn sum_error(&self, products: usize, addends: usize, terms: &Bound) -> Result<Bound, ProofError> {
         let k = products + addends;
         let (lost, gamma) = match self.format {
@@ -97,7 +97,7 @@ impl Disturbance<'_> {
         terms.scaled(&gamma).sum(&self.constant(&Matrix::from_fn(terms.rows(), 1, |_, _| absolute)))
     }
 
-    /// `|dA| |x| + |dB| |u|`: by how much the plant may differ from the one that the observer has.
+    /// `|dA| |x| + |dB| |u|`: effect of the deviation of the plant from the given A and B.
     fn deviation(&self, x: &Bound, u: &Bound) -> Result<Bound, ProofError> {
         match &self.operation.deviation {
             Some(Deviation { a, b }) => points(a, "dA")?.product(x)?.sum(&points(b, "dB")?.product(u)?),
@@ -105,12 +105,12 @@ impl Disturbance<'_> {
         }
     }
 
-    /// `B - B~` and the like, entry by entry.
+    /// `|B - B~|`, or the same for another matrix, entry by entry.
     fn mismatch(real: &Matrix<f64>, stored: &Matrix<f64>) -> Result<Matrix<Interval>, ProofError> {
         Ok(sizes(&points(real, "the plant")?.difference(&points(stored, "what is stored")?)?))
     }
 
-    /// `|A - F - L~ C|`, in exact arithmetic where that is affordable: the terms cancel.
+    /// `|A - F - L~ C|`, in exact arithmetic up to a limited order, because the terms cancel.
     fn joined_mismatch(&self) -> Result<Matrix<Interval>, ProofError> {
         fn difference<R: Ring>(plant: &SampledPlant, stored: &Stored) -> Result<Matrix<R>, ProofError> {
             let lc = Matrix::<R>::embed(&stored.l, "L")?.product(&Matrix::embed(&plant.c, "C")?)?;
@@ -124,7 +124,7 @@ impl Disturbance<'_> {
         Ok(sizes(&enclosed))
     }
 
-    /// One step from any error with `|e_i| <= reach_i`.
+    /// Bounds of one step from any error with `|e_i| <= reach_i`.
     pub(super) fn step_bound(&self, reach: &[f64]) -> Result<StepBound, ProofError> {
         let Stored { a, b, c, l, cubic } = self.stored;
         let (n, m, outputs) = (self.order(), b.cols(), c.rows());
@@ -141,15 +141,15 @@ impl Disturbance<'_> {
         let [a_size, b_size, c_size, l_size] =
             [sizes(&points(a, "A")?), sizes(&points(b, "B")?), sizes(&points(c, "C")?), sizes(&points(l, "L")?)];
 
-        // The measurement, as converted.
+        // The measurement, rounded into the format.
         let noise = self.promised(&self.operation.noise);
         let y = sizes(&points(&self.plant.c, "C")?).product(&x)?.sum(&noise)?;
         let converted = y.scaled(&Interval::of(self.format.unit())).sum(&self.same(outputs, self.format.absolute()))?;
         let measured = y.sum(&converted)?;
         let mut stages = vec![stage("y", &measured), stage("u", &u), stage("xhat", &xhat)];
         if !matches!(self.format, Format::Fixed { .. }) {
-            // Products with 1 are among the operations of a linear algebra library; coefficients of fixed point may
-            // have a format of their own.
+            // A linear algebra library may multiply by 1, so stored numbers count as results; fixed-point coefficients
+            // may have a separate format.
             stages.push(stage("a stored number", &self.same(1, self.stored.largest())));
         }
         let input = b_size.product(&u)?;
@@ -168,7 +168,7 @@ impl Disturbance<'_> {
             return Ok(StepBound { added, bend: Matrix::zeros(n, n + 1), stages });
         }
 
-        // z = y - C xhat, computed, and by how much it differs from C e.
+        // z = y - C xhat as computed, and its difference from C e.
         let terms = measured.sum(&c_size.product(&xhat)?)?;
         let rounding = self.sum_error(n, 1, &terms)?;
         stages.push(stage("y - C xhat", &terms.sum(&rounding)?));
@@ -185,7 +185,7 @@ impl Disturbance<'_> {
             let slope = turned.sum(&points(l, "L")?.scaled(&Interval::of(cubic.w)))?.product(&points(c, "C")?)?;
             bend = sizes(&slope).product(&errors)?.scaled(&part.strength);
             let turned = sizes(&turned);
-            // |g A N - r L| for 0 <= g <= 1/w, 0 <= r <= 1.
+            // Bound of |g A N - r L| for 0 <= g <= 1/w, 0 <= r <= 1.
             let ends = turned.scaled(&inverse);
             let gain = Matrix::from_fn(n, outputs, |i, j| {
                 Interval::of(ends[(i, j)].magnitude().max(l_size[(i, j)].magnitude()))
@@ -212,7 +212,7 @@ impl Disturbance<'_> {
         Ok(StepBound { added: added.sum(&rounding)?, bend, stages })
     }
 
-    /// The flow of the cubic part on the computed innovation, of which `z` bounds the entries.
+    /// The cubic flow applied to the computed innovation; `z` bounds the entries of the innovation.
     fn flow(&self, cubic: &CubicGains, z: &Bound, reach: &[f64]) -> Result<CubicPart, ProofError> {
         let outputs = z.rows();
         let at_reach =
@@ -229,13 +229,13 @@ impl Disturbance<'_> {
         let impulse_error = error(IMPULSE_ROUNDINGS, impulse_lost)?;
         let innovation_error = error(INNOVATION_ROUNDINGS, underflow.mul(&bulk))?;
 
-        // The intermediate numbers in the order of the code. Rounding to nearest is monotone: what is at most x before
-        // it is at most `rounded(x)` after it.
+        // The intermediate results in execution order. Rounding to nearest is monotone: a value of at most x is at most
+        // `rounded(x)` after rounding.
         let one_more = Interval::ONE.add(&Interval::of(self.format.unit()));
         let rounded = |x: Interval| x.mul(&one_more).add(&tiny);
         let product = |x: &Interval, y: &Interval| rounded(x.mul(y));
         let root = |x: &Interval| x.sqrt().unwrap_or(Interval::UNBOUNDED);
-        // A sum of `outputs` products, none larger than x, in any order.
+        // A sum of `outputs` products of magnitude at most x, in any order.
         let count = Interval::of(outputs as f64);
         let gamma = Interval::ONE.add(&self.format.gamma(outputs));
         let sum = |x: &Interval| count.mul(&gamma).mul(&x.add(&tiny).add(&tiny));
@@ -249,12 +249,12 @@ impl Disturbance<'_> {
         let c = product(&b, &size);
         let epsilon = Interval::of(2.0 * self.format.unit());
         let large = epsilon.recip().unwrap_or(Interval::UNBOUNDED);
-        // The square is formed only where c does not exceed 1/epsilon.
+        // The square is computed only if c does not exceed 1/epsilon.
         let squared = Interval::of(c.hi().min(large.hi()));
         let squared = rounded(Interval::ONE.add(&product(&squared, &squared)));
         let a = rounded(root(&squared));
         let pulled = product(&drive, &size);
-        // w k (s/a) (s/(1 + a)) is at most 1, up to roundings (for which the factor 2 has room) and underflow.
+        // w k (s/a) (s/(1 + a)) <= 1, up to roundings (covered by a factor of 2) and underflow.
         let saturated = |x: Interval, y: Interval| Interval::of(x.hi().min(y.hi()));
         let underflow = Interval::ONE.add(&tiny.mul(&size).mul(&size));
         let pulled_twice = saturated(
@@ -262,7 +262,7 @@ impl Disturbance<'_> {
             Interval::of(2.0).mul(&inverse).mul(&underflow).add(&Interval::of(64.0).mul(&tiny)),
         );
         let pull = product(&pulled_twice, &size);
-        // g = (1 - r)/w <= c^2/(2w), and c^2 is w k |z|^2 up to 6 roundings (a factor below 2) and underflow.
+        // g = (1 - r)/w <= c^2/(2w), and c^2 = w k |z|^2 up to 6 roundings (a factor below 2) and underflow.
         let square = size.mul(&size);
         let strength = drive.mul(&square).add(&tiny.mul(&inverse).mul(&Interval::ONE.add(&square)));
         let strength = Interval::of(strength.hi().min(inverse.hi()));
@@ -283,7 +283,7 @@ impl Disturbance<'_> {
             stage("p = s/a", size, largest),
             stage("k p", pulled, largest),
             stage("k p (s/(1 + a))", pulled_twice, largest),
-            // The code caps it at the root of the largest number, which must not happen.
+            // The code limits this by the square root of the largest number; the limit must not be reached.
             stage("k p (s/(1 + a)) s", pull, (largest.sqrt() / 2.0).next_down()),
         ];
         Ok(CubicPart {
@@ -297,13 +297,13 @@ impl Disturbance<'_> {
     }
 }
 
-/// The two results of the flow, and how far they are from those of the exact flow of the same innovation.
+/// The two results of the flow, and their differences from the exact flow of the same innovation.
 pub(super) struct CubicPart {
     impulse: Bound,
     impulse_error: Bound,
     innovation: Bound,
     innovation_error: Bound,
-    /// The largest g.
+    /// Upper bound of g.
     strength: Interval,
     stages: Vec<Stage>,
 }

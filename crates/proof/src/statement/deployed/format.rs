@@ -8,19 +8,19 @@ use crate::interval::Interval;
 use crate::matrix::Matrix;
 use crate::ring::Ring;
 
-/// A format of numbers. Rounding into it is to nearest, ties to even; what lies beyond its largest number is not
-/// rounded but refused.
+/// A number format. Rounding is to nearest, ties to even; a number beyond the largest number of the format is an error,
+/// there is no saturation.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Format {
     /// IEEE 754 single precision, `f32`.
     Binary32,
     /// IEEE 754 double precision, `f64`.
     Binary64,
-    /// Two's complement of `integer_bits + fraction_bits` bits (2 to 53), Qm.n: the multiples of `2^-fraction_bits`
-    /// from `-2^(integer_bits - 1)` to `2^(integer_bits - 1) - 2^-fraction_bits`. The sign counts among the integer
-    /// bits (ARM's Qm.n; what TI calls Qm.n has m + 1 of them here).
+    /// Two's complement with `integer_bits + fraction_bits` bits (2 to 53), Qm.n: the multiples of `2^-fraction_bits`
+    /// from `-2^(integer_bits - 1)` to `2^(integer_bits - 1) - 2^-fraction_bits`. The sign is one of the integer bits
+    /// (ARM's Qm.n; TI's Qm.n has m + 1 integer bits in this notation).
     Fixed {
-        /// Bits before the point, the sign among them; at least 1.
+        /// Bits before the point, including the sign; at least 1.
         integer_bits: u32,
         /// Bits after the point.
         fraction_bits: u32,
@@ -42,7 +42,7 @@ impl Format {
         }
     }
 
-    /// The largest number of the format (of a fixed-point format that [`round`](Self::round) refuses, 0).
+    /// The largest number of the format; 0 for an unsupported fixed-point format.
     pub fn largest(self) -> f64 {
         match self {
             Self::Binary32 => f64::from(f32::MAX),
@@ -58,8 +58,7 @@ impl Format {
 
     /// The number of the format nearest to `x`, ties to even.
     ///
-    /// `None` for NaN, for what lies beyond the largest number (saturation is no rounding), and for formats that are
-    /// not supported.
+    /// `None` for NaN, for numbers beyond the largest number (no saturation), and for unsupported formats.
     /// ```
     /// use luenberger_proof::statement::Format;
     /// let q4_4 = Format::Fixed { integer_bits: 4, fraction_bits: 4 };
@@ -87,8 +86,8 @@ impl Format {
         rounded.is_finite().then_some(rounded)
     }
 
-    /// The number of the format nearest to `x`, ties to even: **one** rounding, where a binary64 number in between
-    /// would be a second one.
+    /// The number of the format nearest to `x`, ties to even, with **one** rounding; an intermediate binary64 number
+    /// would add a second one.
     ///
     /// `None` as for [`round`](Self::round).
     /// ```
@@ -110,7 +109,7 @@ impl Format {
             Self::Binary64 => (top - 52).max(-1074),
             Self::Fixed { fraction_bits, .. } => -i64::from(fraction_bits),
         };
-        // Fixed-point formats that are supported end at 2^(quantum + 52); |x| is twice that or more.
+        // Supported fixed-point formats end at 2^(quantum + 52); |x| is at least twice that.
         if top - quantum > 52 {
             return None;
         }
@@ -122,9 +121,9 @@ impl Format {
         (least..=self.largest()).contains(&rounded).then_some(rounded)
     }
 
-    /// The matrix with every entry rounded into the format: what is stored.
+    /// The matrix with every entry rounded into the format, as the target stores it.
     /// # Errors
-    /// [`ProofError::NotFinite`]; [`ProofError::OutOfRange`] for an entry that the format does not reach;
+    /// [`ProofError::NotFinite`]; [`ProofError::OutOfRange`] for an entry beyond the range of the format;
     /// [`ProofError::Format`].
     pub fn stored(self, m: &Matrix<f64>, what: &'static str) -> Result<Matrix<f64>, ProofError> {
         self.check()?;
@@ -147,9 +146,9 @@ impl Format {
         Ok(stored)
     }
 
-    /// The same for entries that need not be binary64 numbers, each rounded once.
+    /// As [`stored`](Self::stored) for exact entries, each rounded once.
     /// # Errors
-    /// [`ProofError::OutOfRange`] for an entry that the format does not reach; [`ProofError::Format`].
+    /// [`ProofError::OutOfRange`] for an entry beyond the range of the format; [`ProofError::Format`].
     pub(super) fn stored_exact(self, m: &Matrix<Exact>, what: &'static str) -> Result<Matrix<f64>, ProofError> {
         self.check()?;
         let mut stored = m.map(|_| 0.0);
@@ -168,7 +167,7 @@ impl Format {
         Ok(stored)
     }
 
-    /// u of `fl(x op y) = (x op y)(1 + delta)`, `|delta| <= u`; 0 for fixed point.
+    /// Unit roundoff u of `fl(x op y) = (x op y)(1 + delta)`, `|delta| <= u`; 0 for fixed point.
     pub(super) fn unit(self) -> f64 {
         match self {
             Self::Binary32 => power_of_two(-24),
@@ -177,8 +176,8 @@ impl Format {
         }
     }
 
-    /// The absolute error that comes on top: of any operation where results may be flushed to zero, the smallest normal
-    /// number; of a product in fixed point, half the spacing.
+    /// Absolute error in addition: in floating point the smallest normal number, for any operation whose result may be
+    /// flushed to zero; in fixed point half the spacing, for a product.
     pub(super) fn absolute(self) -> f64 {
         match self {
             Self::Binary32 => power_of_two(-126),
@@ -198,7 +197,7 @@ impl Format {
 }
 
 impl fmt::Display for Format {
-    /// `binary32`, `binary64`, or `Q4.12`, the sign among the 4.
+    /// `binary32`, `binary64`, or `Q4.12`, the 4 bits including the sign.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Binary32 => f.write_str("binary32"),
@@ -208,12 +207,12 @@ impl fmt::Display for Format {
     }
 }
 
-/// The format in which the matrices are stored and the one in which the observer runs.
+/// The formats of the stored matrices and of the computation.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Formats {
-    /// Of the matrices.
+    /// Format of the stored matrices.
     pub stored: Format,
-    /// Of the estimate, the measurement, the input, and the results of operations.
+    /// Format of the estimate, the measurement, the input, and the results of operations.
     pub running: Format,
 }
 

@@ -1,38 +1,39 @@
-//! The deployed observer: its matrices as stored on the target, and the rounding of every step that it computes.
+//! The deployed observer: its matrices as stored on the target, with the rounding errors of every step.
 //!
-//! The plant is `x+ = A x + B u`, `y = C x + v` with the real matrices A, B, C given (binary64 numbers, taken as exact)
-//! and a measurement noise v. What runs is one of
+//! The plant is `x+ = A x + B u`, `y = C x + v` with given real matrices A, B, C (binary64 numbers, taken as exact) and
+//! measurement noise v. The target computes one of
 //! ```text
 //! joined        xhat+ = F xhat + B~ u + L~ y~
 //! innovation    xhat+ = A~ xhat + B~ u + L~ z,                   z = y~ - C~ xhat
 //! cubic         xhat+ = A~ (xhat - N~ i) + B~ u + L~ j,          i = z (1 - r)/w,  j = r z,  r = 1/sqrt(1 + 2 w h max(z'theta z, 0))
 //! ```
-//! where the matrices with a tilde are what the target stores ([`Format::stored`]: to nearest, ties to even), F the
-//! rounding of `A - L~ C`, and y~ the measurement rounded into the format that runs. The input u is a number of that
-//! format, and the plant receives that number. F is the exact `A - L~ C` rounded **once**: by way of binary64 it would
-//! be rounded twice, and need not be the nearest number of the format.
+//! Matrices with a tilde are those stored on the target ([`Format::stored`]: to nearest, ties to even), F is the
+//! rounding of `A - L~ C`, and y~ the measurement rounded into the format of the computation. The input u is a number
+//! of that format, and the plant receives exactly that number. F is the exact `A - L~ C` rounded **once**: computed in
+//! binary64 it would be rounded twice, and might not be the nearest number of the format.
 //!
-//! # Stored, in exact arithmetic
+//! # Stored matrices, exact arithmetic
 //! Without rounding errors and with the plant's matrices equal to the stored ones, the error `e = x - xhat` obeys
 //! `e+ = F e` with `F = A~ - L~ C~`, and `F'PF - P < 0`, `P > 0` are decided exactly for the stored numbers. For the
 //! cubic observer, with `1 - r = w g`,
 //! ```text
 //! e+ = M(g) e,    M(g) = A~ - L~ C~ + g (A~ N~ + w L~) C~,    0 <= g < 1/w,
-//! ```
-//! **whatever N~, theta and h are**: since `2 w h max(z'theta z, 0)` is a number and not negative, r is in (0, 1] and g
-//! in [0, 1/w), also for a theta that is not symmetric or not semidefinite, as one that was may be after rounding.
-//! (Without the maximum, a negative `z'theta z` would give an r beyond 1 or none, and V could grow.) M is affine in g
+//! for **every N~, theta and h**: since `2 w h max(z'theta z, 0) >= 0`, r is in (0, 1] and g in [0, 1/w), also if theta
+//! is not symmetric or not semidefinite, for example after rounding. (Without the maximum, a negative `z'theta z` would
+//! give r > 1 or no real r, and V could grow.) M is affine in g and `M'PM` convex: if `M'PM < P` for `g = 0` and for
+//! `g = 1/w`, that is
 //! and `M'PM` convex: if `M'PM < P` for `g = 0` and for `g = 1/w`, that is
 //! ```text
 //! F'PF - P < 0    and    (w A~ + A~ N~ C~)' P (w A~ + A~ N~ C~) - w^2 P < 0,
 //! ```
-//! then V = e'Pe falls by a fixed factor in every step from every error. *No structure of N~ is needed*, in particular
-//! not `P N~ = -C'S`, which rounding destroys. For the exact gain the second inequality follows from the first: with
-//! `N = -P^-1 C'S`, `S = w (C P^-1 C')^-1`, the matrix `I + NC/w` is the P-orthogonal projector on the kernel of C.
+//! then V = e'Pe decreases by a fixed factor in every step, from every error. *No structure of N~ is needed*, in
+//! particular not `P N~ = -C'S`, which rounding destroys. For the exact gain the second inequality follows from the
+//! first: with `N = -P^-1 C'S`, `S = w (C P^-1 C')^-1`, the matrix `I + NC/w` is the P-orthogonal projector onto the
+//! kernel of C.
 //!
-//! # Running
+//! # Running, with rounding errors
 //! All bounds are bounds of absolute values, entry by entry, affine in |e|: matrices acting on
-//! `(1, |e_1|, ..., |e_n|)`, with `|x|`, `|u|`, `|v|` bounded by what the caller promises ([`Operation`]) and
+//! `(1, |e_1|, ..., |e_n|)`, with the bounds of `|x|`, `|u|`, `|v|` given by the caller ([`Operation`]) and
 //! `|xhat| <= |x| + |e|`.
 //!
 //! *One sum.* Let a target compute a sum of k terms, some of which are products, **in any order, as any binary tree,
@@ -43,11 +44,11 @@
 //! ```
 //! (Higham, *Accuracy and Stability of Numerical Algorithms*, 2nd ed., section 3.1), where tiny = 2^-126 or 2^-1022,
 //! the smallest normal number, covers both gradual underflow and results flushed to zero. In fixed point additions are
-//! exact, and each product errs by at most half the spacing q, whether it is rounded by itself or the sum as a whole:
-//! `|computed - exact| <= (products) q/2`. Where sums are accumulated without rounding ([`Step::Accumulated`], as
-//! `observers::FixedPointObserver` does in 64 bits) there is one rounding per sum, and `|computed - exact| <= q/2`
-//! whatever its length. Truncation is not rounding to nearest, and is not covered. (In floating point each of at most k
-//! products and k - 1 additions can lose tiny once, and what is lost is not magnified by more than 1 + gamma_k.)
+//! exact, and each product has an error of at most half the spacing q, whether it is rounded individually or the sum as
+//! a whole: `|computed - exact| <= (products) q/2`. If sums are accumulated without rounding ([`Step::Accumulated`], as
+//! `observers::FixedPointObserver` does in 64 bits) there is one rounding per sum, and `|computed - exact| <= q/2` for
+//! any length. Truncation is not rounding to nearest and is not covered. (In floating point each of at most k products
+//! and k - 1 additions can underflow with an error of tiny, which is amplified by at most 1 + gamma_k.)
 //!
 //! *One step.* Subtracting the two recursions,
 //! ```text
@@ -55,62 +56,62 @@
 //! innovation    e+ = F e + (A - A~) x + (B - B~) u - L~ zeta - s
 //! cubic         e+ = M(g) e + (A - A~) x + (B - B~) u + (g A~ N~ - r L~) zeta + A~ N~ iota - L~ kappa - A~ m - s
 //! ```
-//! with d the rounding of y, `zeta = (C - C~) x + v + d - (error of z)`, s and m the errors of the last sum and of
-//! `xhat - N~ i`, and iota, kappa those of i and j against the exact functions of the *computed* z. In
+//! with d the rounding error of y, `zeta = (C - C~) x + v + d - (error of z)`, s and m the errors of the last sum and
+//! of `xhat - N~ i`, and iota, kappa the errors of i and j relative to the exact functions of the *computed* z. In
 //! `g A~ N~ - r L~`, `0 <= g <= 1/w` and `0 <= r <= 1`.
 //!
-//! *The flow.* What `observers::cubic::flow` computes of z, each operation rounded to nearest, is
+//! *The cubic flow.* `observers::cubic::flow` computes from z, with each operation rounded to nearest,
 //! ```text
 //! s = max |z_k|,   d = z/s,   q = max(d'theta d, 0),   k = 2q h,   b = sqrt(w k),   c = b s,
 //! a = sqrt(1 + c c),   p = s/a,   p' = s/(1 + a)     if c <= 1/epsilon,   epsilon = 2u,
 //! p = p' = 1/b                                       if c > 1/epsilon,
 //! j = p d,   i = (((k p) p') s) d,                   and i = j = z if s = 0.
 //! ```
-//! (`observers::SampledCubicConvergence` takes 0 for w where N = 0, so that c = 0: the linear observer, which is g =
-//! 0.) Let `r = 1/sqrt(1 + c^2)` *with the computed c*. So r is in (0, 1] whatever happened before: the errors of d, q,
-//! k and of the roots move g along `[0, 1/w)` and are no disturbance. What remains is that i and j belong to this r,
-//! that is to `j = r z` and `w i = (1 - r) z = (c^2/(w s^2)) (s/a) (s/(1 + a)) w z`. Count the factors `1 + delta`,
-//! `|delta| <= u`, in numerators or denominators: a has 2 (the sum and its square, both under the root, then the root:
-//! a half, a half and 1), so that p has 3 and p' 4; d has 1, and j, one product more, has **5**. Where c > 1/epsilon,
-//! `b s = c` has 1, 1/b another, and p and p' differ from 1/b by `sqrt(1 + c^-2)` and `c^-1 + sqrt(1 + c^-2)`, which
-//! are within 1 and 2 factors: again 3 and 4. In `w k s^2 = c^2` there are 1 for the product under the root, 2 for the
-//! root (it is squared) and 2 for c: 5. So i, with three products in the parentheses, has 5 + 3 + 4 + 3, with d and the
-//! last product **17**. By Higham's Lemma 3.1, gamma_17 and gamma_5 bound the relative errors.
+//! (`observers::SampledCubicConvergence` uses w = 0 if N = 0, so that c = 0: the linear observer, g = 0.) Let
+//! `r = 1/sqrt(1 + c^2)` *with the computed c*. Then r is in (0, 1] whatever the errors before: those of d, q, k and of
+//! the roots move g within `[0, 1/w)` and are no disturbance. It remains to bound the errors of i and j for this r,
+//! that is of `j = r z` and `w i = (1 - r) z = (c^2/(w s^2)) (s/a) (s/(1 + a)) w z`. Count the factors `1 + delta`,
+//! `|delta| <= u`, in numerators or denominators. a has 2: the sum and its square, both under the root, count one half
+//! each, the root counts 1. So p has 3 and p' 4; d has 1, and j, one more product, has **5**. If c > 1/epsilon,
+//! `b s = c` has 1 and 1/b another; p and p' differ from 1/b by the factors `sqrt(1 + c^-2)` and
+//! `c^-1 + sqrt(1 + c^-2)`, which are within 1 and 2 factors: again 3 and 4. In `w k s^2 = c^2` there are 1 for the
+//! product under the root, 2 for the root (it is squared) and 2 for c: 5. So i has 5 + 3 + 4, 3 for the products in the
+//! parentheses, and 2 for d and the last product: **17**. By Higham's Lemma 3.1, gamma_17 and gamma_5 bound the
+//! relative errors.
 //!
-//! A result below tiny is off by tiny at most, instead. Following it to the end, with `0 <= p, 2 p' <= s`,
-//! `w k p p' <= 1`: in j by `tiny s` (d) and `2 tiny` (p, j), in `w i` by `tiny (s + w)` (d, i), `tiny s^3/2` (w k),
-//! `tiny s` (c), `2 tiny` (p, p': since b is at most the root of the largest number, they are that small only if s is
-//! below 3 tiny, where c is far below 1) and `w tiny (s^2/2 + s + 1)` (the products in the parentheses). With 1 + gamma
-//! on top, that is below `4 tiny (1 + s)` in j and below `4 tiny (1 + w)(1 + s)^3` in `w i`.
+//! A result below tiny has an absolute error of at most tiny instead. Its effect, with `0 <= p, 2 p' <= s`,
+//! `w k p p' <= 1`: on j `tiny s` (d) and `2 tiny` (p, j); on `w i` `tiny (s + w)` (d, i), `tiny s^3/2` (w k), `tiny s`
+//! (c), `2 tiny` (p, p': since b is at most the root of the largest number, they are that small only if s is below 3
+//! tiny, where c is far below 1) and `w tiny (s^2/2 + s + 1)` (the products in the parentheses). With the factor
+//! `1 + gamma`, this is below `4 tiny (1 + s)` for j and below `4 tiny (1 + w)(1 + s)^3` for `w i`.
 //!
-//! *All steps.* So `|e+ - M e| <= D (1, |e|)` with a matrix D >= 0. Let `|M e|_P <= rho |e|_P` (bisected, each value
-//! proved), `s_i >= sqrt((P^-1)_ii)`, so that `|e_i| <= s_i |e|_P`; `beta^2 = d'|P|d` for the first column d of D, and
-//! `kappa^2 = t'|P|t` for `t = D_rest s`. Then
+//! *All steps.* So `|e+ - M e| <= D (1, |e|)` with a matrix D >= 0. Let `|M e|_P <= rho |e|_P` (rho by bisection, each
+//! value proved) and `s_i >= sqrt((P^-1)_ii)`, so that `|e_i| <= s_i |e|_P`; let `beta^2 = d'|P|d` for the first column
+//! d of D, and `kappa^2 = t'|P|t` for `t = D_rest s`. Then
 //! ```text
 //! |e+|_P <= (rho + kappa) |e|_P + beta,    limsup |e|_P <= beta/(1 - rho - kappa),
 //! ```
-//! and no error leaves the ball `|e|_P <= r` if r is at least that limit. The entries are also bounded by the series
-//! `limsup |e| <= sum_{j<k} |F^j| d + s rho^k limsup |e|_P`, for each k, and the smallest is taken: it does not suffer
-//! from the shape of the ball. There d is the bound D (1, |e|) at the limit; for the cubic observer, whose map is M(g)
-//! and not F, with the difference `g (A~ N~ + w L~) C~ e` added to it: `g = (1 - r)/w <= c^2/(2w)`, about `h z'theta z`
-//! and small near 0. (With the bounds so found a smaller d holds in the limit, and the series is summed again.)
+//! and the ball `|e|_P <= r` is invariant if r is at least that limit. The components are also bounded by the series
+//! `limsup |e| <= sum_{j<k} |F^j| d + s rho^k limsup |e|_P` for each k, and the smallest bound is used; it does not
+//! depend on the shape of the ball. Here d is the bound D (1, |e|) at the limit. For the cubic observer, whose map is
+//! M(g) and not F, the difference `g (A~ N~ + w L~) C~ e` is added: `g = (1 - r)/w <= c^2/(2w)` is about `h z'theta z`,
+//! small near 0. (With these bounds a smaller d holds in the limit, and the series is evaluated again.)
 //!
-//! *No overflow, no saturation.* At `|e|_P <= r` every partial sum of every stage, in any order, is at most the sum of
-//! the absolute values of its terms plus the rounding error. The flow is followed operation by operation: rounding to
-//! nearest is monotone, so that `|x| <= m` before it is `|x| <= m (1 + u) + tiny` after it. **Every result of an
-//! operation of the step** has such a bound ([`Intermediate`]), and all of them are required to lie in the format; a
-//! test records the operations of the observers' code and finds each one among them. The bounds hold for errors that
-//! start in the ball.
+//! *No overflow, no saturation.* For `|e|_P <= r` every partial sum, in any order, is at most the sum of the absolute
+//! values of its terms plus the rounding error. The cubic flow is bounded operation by operation: rounding to nearest
+//! is monotone, so `|x| <= m` before it gives `|x| <= m (1 + u) + tiny` after it. **Every result of an operation of the
+//! step** has such a bound ([`Intermediate`]), and all must lie in the range of the format; a test records the
+//! operations of the observers' code and checks that each is listed. The bounds hold for errors that start in the ball.
 //!
-//! *A plant that is not known exactly.* If the plant is `x+ = (A + dA) x + (B + dB) u` with `|dA|`, `|dB|` bounded
-//! entry by entry ([`Deviation`]), perhaps differently in every step, then e+ has the further terms `dA x + dB u`, for
-//! each of the observers: D grows by `|dA| |x| + |dB| |u|` in its first column. Nothing else changes, since neither the
-//! maps M nor the numbers of a step depend on the plant's A and B: y is that of x, and x keeps its bounds.
+//! *Uncertain plant.* If the plant is `x+ = (A + dA) x + (B + dB) u` with `|dA|`, `|dB|` bounded entry by entry
+//! ([`Deviation`]), possibly different in every step, then e+ has the further terms `dA x + dB u` for each of the
+//! observers: D grows by `|dA| |x| + |dB| |u|` in its first column. Nothing else changes: the maps M and the numbers of
+//! a step do not depend on the plant's A and B, since y is that of x, and x keeps its bounds.
 //!
-//! # What is not covered
-//! Truncation; flushing of *operands* that are subnormal (none arise where results are flushed; a stored subnormal
-//! entry might); a flow computed otherwise than in `observers::cubic::flow`; the cubic observer in fixed point, whose
-//! square root is not specified; a plant other than the given (A, B, C).
+//! # Not covered
+//! Truncation; flushing of subnormal *operands* (none arise if results are flushed; a stored entry might be subnormal);
+//! a flow computed otherwise than in `observers::cubic::flow`; the cubic observer in fixed point, whose square root is
+//! not specified; a plant other than the given (A, B, C).
 
 mod ball;
 mod disturbance;
@@ -130,7 +131,7 @@ use crate::ring::Ring;
 use crate::verdict::Verdict;
 use disturbance::Disturbance;
 
-/// The real plant `x+ = A x + B u`, `y = C x + v`: A n x n, B n x m, C p x n.
+/// The exact plant `x+ = A x + B u`, `y = C x + v`: A n x n, B n x m, C p x n.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SampledPlant {
     /// State matrix.
@@ -141,18 +142,18 @@ pub struct SampledPlant {
     pub c: Matrix<f64>,
 }
 
-/// What the observer meets while it runs: bounds of absolute values, entry by entry.
+/// Operating range of the observer, guaranteed by the caller: bounds of absolute values, entry by entry.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Operation {
-    /// `|x_i|`, n numbers.
+    /// Bounds of `|x_i|`, n numbers.
     pub state: Vec<f64>,
-    /// `|u_j|`, m numbers.
+    /// Bounds of `|u_j|`, m numbers.
     pub input: Vec<f64>,
-    /// `|v_k|` of the measurement noise, p numbers (the rounding of y into the format is counted apart).
+    /// Bounds of `|v_k|` of the measurement noise, p numbers, without the rounding of y into the format.
     pub noise: Vec<f64>,
-    /// `|e_i|` at the start, n numbers.
+    /// Bounds of `|e_i|` at the start, n numbers.
     pub error: Vec<f64>,
-    /// How far the plant may be from A and B, perhaps differently in every step; none where they are exact.
+    /// Bounds of the deviation of the plant from A and B, possibly different in every step; `None` for an exact plant.
     pub deviation: Option<Deviation>,
 }
 
@@ -165,10 +166,10 @@ pub struct Deviation {
     pub b: Matrix<f64>,
 }
 
-/// How a linear observer computes its step.
+/// Formula of the step of a linear observer.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Step {
-    /// `xhat+ = F xhat + B u + L y`, with F the exact `A - L C` of the plant's A and C and the stored L, rounded once.
+    /// `xhat+ = F xhat + B u + L y`, with F the exact `A - L C` (A and C of the plant, L as stored) rounded once.
     Joined,
     /// `xhat+ = A xhat + B u + L (y - C xhat)`, as `observers::LinearConvergence` does.
     Innovation,
@@ -177,14 +178,14 @@ pub enum Step {
     Accumulated,
 }
 
-/// What a target stores, each entry a number of its format.
+/// Matrices stored on the target; each entry is a number of the format.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Stored {
-    /// A, or F where the step is [`Step::Joined`].
+    /// A, or F for [`Step::Joined`].
     pub a: Matrix<f64>,
     /// Input matrix.
     pub b: Matrix<f64>,
-    /// Output matrix; for [`Step::Joined`], which does not store it, the plant's.
+    /// Output matrix; for [`Step::Joined`], where it is not stored, that of the plant.
     pub c: Matrix<f64>,
     /// Gain.
     pub l: Matrix<f64>,
@@ -213,16 +214,16 @@ pub struct CubicGains {
     pub n: Matrix<f64>,
     /// Weight theta, p x p.
     pub theta: Matrix<f64>,
-    /// The rate w of `C N = -w I`, positive; it need not be that of the stored N.
+    /// The rate w of `C N = -w I`, positive; the stored N may satisfy this only approximately.
     pub w: f64,
     /// The sampling period h.
     pub h: f64,
 }
 
-/// What is proved of a deployed observer.
+/// Results for a deployed observer.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Deployed {
-    /// The numbers on the target, to which the verdicts refer.
+    /// The numbers stored on the target, to which the verdicts refer.
     pub stored: Stored,
     /// `P > 0`.
     pub positive: Verdict<Direction>,
@@ -230,17 +231,17 @@ pub struct Deployed {
     pub decrease: Verdict<Direction>,
     /// For the cubic observer also `(w A + A N C)'P(w A + A N C) - w^2 P < 0`, exactly, with all matrices as stored.
     pub saturated: Option<Verdict<Direction>>,
-    /// The ball in which the error stays, all rounding counted, and the one to which it shrinks.
+    /// Invariant ball and ultimate bound of the error, rounding errors included.
     pub running: Running,
 }
 
 impl Deployed {
-    /// Whether the observer with the matrices as stored converges in exact arithmetic, from every error.
+    /// Whether the observer with the stored matrices converges in exact arithmetic from every initial error.
     pub fn is_stable(&self) -> bool {
         self.positive.is_proved() && self.decrease.is_proved() && self.saturated.as_ref().is_none_or(Verdict::is_proved)
     }
 
-    /// The ball of the running error, if one is proved.
+    /// The invariant ball and ultimate bound, if they are proved.
     pub fn ball(&self) -> Option<&ErrorBall> {
         match &self.running {
             Running::Within(ball) => Some(ball),
@@ -249,11 +250,11 @@ impl Deployed {
     }
 }
 
-/// The linear observer with gain `l` (n x p), its matrices stored and its steps computed in the formats given.
+/// The linear observer with gain `l` (n x p), with matrices stored and steps computed in the given formats.
 ///
-/// `p` is a symmetric n x n matrix that should show the stability of the *stored* error matrix; the better it is
-/// conditioned and the faster it decreases, the smaller the ball. A refuted decrease says that this P shows nothing,
-/// and not that the observer is unstable. The head of this module has the theory.
+/// `p` is a symmetric n x n matrix that should prove the stability of the *stored* error matrix. The better it is
+/// conditioned and the faster its quadratic form decreases, the smaller the ball. A refuted decrease means that this P
+/// does not prove stability, not that the observer is unstable. The theory is in the head of this module.
 ///
 /// ```
 /// use luenberger_proof::Matrix;
@@ -272,8 +273,8 @@ impl Deployed {
 /// # }
 /// ```
 /// # Errors
-/// [`ProofError`] for shapes that do not fit, entries that are not finite or that the format cannot store, a P that is
-/// not symmetric, bounds that are negative, a format that is not supported.
+/// [`ProofError`] for inconsistent shapes, entries that are not finite or that the format cannot store, a P that is not
+/// symmetric, negative bounds, or an unsupported format.
 pub fn deployed_linear(
     plant: &SampledPlant,
     l: &Matrix<f64>,
@@ -321,14 +322,13 @@ pub fn deployed_linear(
     Ok(Deployed { stored, positive, decrease, saturated: None, running })
 }
 
-/// The sampled cubic observer with gains `l` and `cubic`, its matrices stored and its steps computed in the formats
-/// given.
+/// The sampled cubic observer with gains `l` and `cubic`, with matrices stored and steps computed in the given formats.
 ///
-/// As [`deployed_linear`], for the step of `observers::SampledCubicConvergence`. In fixed point the stored matrices are
-/// judged, and the running observer is not. The head of this module has the theory, in particular why two Stein
-/// inequalities are enough for an N that is rounded.
+/// As [`deployed_linear`], for the step of `observers::SampledCubicConvergence`. In fixed point only the stored
+/// matrices are verified, not the running observer. The theory is in the head of this module, including the reason why
+/// two Stein inequalities suffice for a rounded N.
 /// # Errors
-/// As [`deployed_linear`], and for a `w` or `h` that is not positive (as stored).
+/// As [`deployed_linear`], and for a stored `w` or `h` that is not positive.
 pub fn deployed_sampled_cubic(
     plant: &SampledPlant,
     l: &Matrix<f64>,
@@ -403,14 +403,14 @@ impl Expression for Saturated<'_> {
     }
 }
 
-/// `(w A + A N C)'P(w A + A N C) - w^2 P < 0`: the error map of the sampled cubic observer decreases V where the cubic
-/// flow has done all it can, for N and w exactly as given.
+/// `(w A + A N C)'P(w A + A N C) - w^2 P < 0`: the error map of the sampled cubic observer decreases V in the limit of
+/// a strong cubic correction, `g = 1/w`, for N and w exactly as given.
 ///
 /// A n x n and C p x n of the sampled plant, N n x p, w > 0. Together with [`stein_decrease`] of the same A, C and P
-/// and with [`positive`] of P it proves that the observer with this N converges from every error, exponentially; the
-/// head of the module says why, and that nothing else is asked of N.
+/// and with [`positive`] of P it proves exponential convergence of the observer with this N from every error. The proof
+/// is in the head of the module; no other property of N is needed.
 /// # Errors
-/// [`ProofError`] for shapes that do not fit, entries that are not finite, a `P` that is not symmetric.
+/// [`ProofError`] for inconsistent shapes, entries that are not finite, or a `P` that is not symmetric.
 pub fn saturated_decrease(
     a: &Matrix<f64>,
     c: &Matrix<f64>,

@@ -1,4 +1,4 @@
-//! Error bound of an approximate solution, by comparison with a matrix that proves stability.
+//! Error bound of an approximate solution, by comparison with a matrix W that proves stability.
 
 use super::{Enclosure, Kind, Posed};
 use crate::definite::{self, Sense, proved_eigenvalue_bound};
@@ -8,7 +8,7 @@ use crate::matrix::Matrix;
 use crate::ring::Ring;
 use crate::verdict::UndecidedReason;
 
-/// How often the first bound may be halved: it exceeds the best one by the condition of D at most.
+/// Maximum number of halvings of the first bound, which exceeds the best one at most by the condition number of D.
 const HALVINGS: usize = 120;
 
 impl Posed<'_> {
@@ -31,7 +31,7 @@ impl Posed<'_> {
             }
             r /= 2.0;
         }
-        // From a factor of 2 to one of 1.1.
+        // Improves the bound from within a factor of 2 to about 1.1 of the best.
         for share in [0.75, 0.9] {
             if r > 0.0 && self.is_dominated(&d, share * r)? {
                 r *= share;

@@ -8,7 +8,7 @@ use crate::matrix::Matrix;
 use crate::ring::Ring;
 use crate::verdict::UndecidedReason;
 
-/// The order of A up to which the equation is eliminated: a linear system of order 300.
+/// Largest order of A for which the equation is solved as a linear system, of order 300.
 pub const ELIMINATION_ORDER: usize = 24;
 
 impl Posed<'_> {
@@ -31,13 +31,13 @@ impl Posed<'_> {
     }
 }
 
-/// The place of the entry (i, j) in the upper triangle, row by row.
+/// Index of the entry (i, j) in the upper triangle, row by row.
 fn place(i: usize, j: usize, n: usize) -> usize {
     let (i, j) = (i.min(j), i.max(j));
     i * (2 * n - i + 1) / 2 + (j - i)
 }
 
-/// The entry at that place.
+/// Row and column of that index.
 fn pair(k: usize, n: usize) -> (usize, usize) {
     let (mut i, mut first) = (0, 0);
     while first + (n - i) <= k {

@@ -1,9 +1,10 @@
-//! The exact solution of a Lyapunov or Stein equation, enclosed: `A'P + PA + Q = 0`, `A'PA - P + Q = 0`, Q symmetric.
+//! Enclosure of the exact solution of a Lyapunov or Stein equation: `A'P + PA + Q = 0`, `A'PA - P + Q = 0`, Q
+//! symmetric.
 //!
-//! Write `T(X)` for `A'X + XA` or `A'XA - X`. A solver gives an approximate solution P~ as a sum of floating-point
-//! matrices: the error of one matrix is about half a unit in the last place of each entry, that of a sum of two can be
+//! Let `T(X) = A'X + XA` or `A'XA - X`. A solver gives an approximate solution P~ as a sum of floating-point matrices:
+//! the error of a single matrix is about half a unit in the last place of each entry, that of a sum of two can be
 //! smaller, and then the enclosure is as narrow as binary64 allows. With the residual `R = T(P~) + Q`, evaluated
-//! exactly where A and Q are numbers and with outward rounding where they are intervals, the error `X = P - P~` solves
+//! exactly if A and Q are numbers and with outward rounding if they are intervals, the error `X = P - P~` solves
 //! `T(X) = -R`. Two theorems enclose it. Interval matrices A and Q stand for all matrices within; the proof holds for
 //! each pair.
 //!
@@ -12,22 +13,22 @@
 //! ```text
 //! -r D <= R <= r D   implies   -r W <= P - P~ <= r W,   hence   |P - P~|_ij <= r sqrt(W_ii W_jj).
 //! ```
-//! *Proof.* By Lyapunov's (Stein's) theorem all eigenvalues of A lie in the open left half plane (unit disc), so that
-//! `T(Y) = -Z` has for each Z one solution, `Y = int exp(A't) Z exp(At) dt` (`sum A'^k Z A^k`), which is positive
-//! semidefinite where Z is. `T(rW - X) = -(rD - R)` and `T(rW + X) = -(rD + R)` have right-hand sides of that kind. The
-//! entries: `|x_ij| <= sqrt((rW)_ii (rW)_jj)` because with `B = rW`, `B - X >= 0` and `B + X >= 0` give
-//! `2 |u'Xv| <= u'Bu + v'Bv` for all u and v, and u, v may be scaled. *qed.* The first r tried is
-//! `|R|_F / lambda_min(D)`, which always does; it is halved as long as both inequalities can be proved, so that it does
-//! not depend on the units of the states. If `W < 0` and `T(W) < 0` in the Lyapunov equation, -A is stable, and the
-//! same holds with -W in place of W.
+//! *Proof.* By Lyapunov's (Stein's) theorem all eigenvalues of A lie in the open left half plane (unit disc). So
+//! `T(Y) = -Z` has exactly one solution for each Z, `Y = int exp(A't) Z exp(At) dt` (`sum A'^k Z A^k`), which is
+//! positive semidefinite if Z is. `T(rW - X) = -(rD - R)` and `T(rW + X) = -(rD + R)` have this form with semidefinite
+//! right-hand sides. The entries: `|x_ij| <= sqrt((rW)_ii (rW)_jj)`, because with `B = rW`, `B - X >= 0` and
+//! `B + X >= 0` give `2 |u'Xv| <= u'Bu + v'Bv` for all u and v, which may be scaled. *qed.* The first r tried is
+//! `|R|_F / lambda_min(D)`, which is always valid; it is halved as long as both inequalities can be proved, so that the
+//! final r does not depend on the units of the states. If `W < 0` and `T(W) < 0` in the Lyapunov equation, -A is
+//! stable, and the same holds with -W in place of W.
 //!
 //! **By elimination**, for any A of order up to [`ELIMINATION_ORDER`] (stable or not). On the upper triangle of X, T is
-//! a matrix M of order `n(n + 1)/2`, and the solution of `M x = -R` is enclosed with a verified inverse: theorem and
-//! proof stand at the head of `statement/linear_system.rs`.
-//! The eigenvalues of T on symmetric matrices are all the `lambda_i + lambda_j` (`lambda_i lambda_j - 1`), the same as
-//! on all matrices: a solution that is unique among the symmetric ones is unique.
+//! a matrix M of order `n(n + 1)/2`, and the solution of `M x = -R` is enclosed with a verified inverse; theorem and
+//! proof are in the head of `statement/linear_system.rs`. The eigenvalues of T on symmetric matrices are all the
+//! `lambda_i + lambda_j` (`lambda_i lambda_j - 1`), the same as on all matrices: a solution that is unique among the
+//! symmetric ones is unique.
 //!
-//! The comparison costs a few products and Cholesky factorisations of order n, the elimination n^6/4 operations.
+//! The comparison costs a few products and Cholesky factorisations of order n, the elimination about n^6/4 operations.
 
 mod comparison;
 mod elimination;
@@ -42,24 +43,24 @@ use crate::matrix::Matrix;
 use crate::ring::Ring;
 use crate::verdict::UndecidedReason;
 
-/// What is known of the exact solution of a matrix equation.
+/// Result for the exact solution of a matrix equation.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Enclosure {
-    /// The equation has one solution, and it lies within.
+    /// The equation has exactly one solution, which lies in the enclosure.
     Enclosed(Enclosed),
     /// Neither existence nor uniqueness was shown.
     Undecided {
-        /// What stood in the way.
+        /// The reason.
         why: UndecidedReason,
     },
 }
 
-/// Where the exact solution lies.
+/// Enclosure of the exact solution.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Enclosed {
-    /// The exact solution is symmetric, and each of its entries lies in its interval.
+    /// The exact solution is symmetric, and each of its entries lies in the interval of that entry.
     pub p: Matrix<Interval>,
-    /// How far an entry of the exact solution can be from that of the approximation, at most.
+    /// Upper bound of the difference between an entry of the exact solution and that of the approximation.
     pub distance: f64,
 }
 
@@ -73,19 +74,19 @@ impl Enclosure {
     }
 }
 
-/// The exact solution of `A'P + PA + Q = 0`: it exists, is unique, and lies within, for all A and Q within their
-/// intervals.
+/// Encloses the exact solution of `A'P + PA + Q = 0`, and proves that it exists and is unique, for all A and Q within
+/// their intervals.
 ///
 /// A is n x n, Q n x n (both bounds symmetric), `approximation` a list of symmetric n x n matrices whose *sum* is near
 /// P; one is enough, a second that solves the equation for the residual makes the enclosure narrower. `stability` is a
 /// symmetric W with `A'W + WA < 0` that is positive or negative definite (the solution for Q = I, say), for the proof
-/// by comparison; without it, or where it proves nothing, the equation is eliminated, up to order
-/// [`ELIMINATION_ORDER`]. The head of this module has the theorems. Undecided where neither shows the solution unique,
-/// in particular where two eigenvalues of A add to zero.
+/// by comparison. Without it, or if it proves nothing, the equation is solved by elimination, up to order
+/// [`ELIMINATION_ORDER`]. The head of this module has the theorems. Undecided if neither proves uniqueness, in
+/// particular if two eigenvalues of A add to zero.
 ///
 /// # Errors
-/// [`ProofError`] for shapes that do not fit, entries that are not finite or unbounded, a Q, an approximation or a W
-/// that is not symmetric.
+/// [`ProofError`] for inconsistent shapes, entries that are not finite or bounded, or a Q, an approximation or a W that
+/// is not symmetric.
 /// ```
 /// use luenberger_proof::{Interval, Matrix, Ring, statement::lyapunov_solution};
 /// # fn main() -> Result<(), luenberger_proof::ProofError> {
@@ -110,11 +111,11 @@ pub fn lyapunov_solution(
     enclose(Kind::Lyapunov, a, q, approximation, stability)
 }
 
-/// The exact solution of `A'PA - P + Q = 0`: it exists, is unique, and lies within, for all A and Q within their
-/// intervals.
+/// Encloses the exact solution of `A'PA - P + Q = 0`, and proves that it exists and is unique, for all A and Q within
+/// their intervals.
 ///
-/// As [`lyapunov_solution`]; `stability` is a W > 0 with `A'WA - W < 0`. Undecided in particular where two eigenvalues
-/// of A have the product 1.
+/// As [`lyapunov_solution`]; `stability` is a W > 0 with `A'WA - W < 0`. Undecided in particular if two eigenvalues of
+/// A have the product 1.
 /// # Errors
 /// As [`lyapunov_solution`].
 /// ```
@@ -158,9 +159,9 @@ impl Kind {
 struct Posed<'a> {
     kind: Kind,
     a: &'a Matrix<Interval>,
-    /// The residual of the approximation, enclosed.
+    /// Enclosure of the residual of the approximation.
     residual: Matrix<Interval>,
-    /// The approximation, each entry enclosed.
+    /// Enclosure of the entries of the approximation.
     near: Matrix<Interval>,
 }
 
@@ -233,7 +234,7 @@ fn pose<'a>(
         let numbers = |m: &Matrix<Interval>, what| embed::<Exact>(&m.map(Interval::lo), what, (n, n));
         kind.apply(&numbers(a, "A")?, &total(approximation, n)?)?.sum(&numbers(q, "Q")?)?.map(Exact::enclosure)
     } else {
-        // The parts after the first are small: taken one by one, their width is.
+        // The parts after the first are small, and so is the width of their terms when these are added one by one.
         let mut residual = q.clone();
         for part in approximation {
             residual = residual.sum(&kind.apply(a, &embed::<Interval>(part, "the approximation", (n, n))?)?)?;
@@ -244,7 +245,7 @@ fn pose<'a>(
 }
 
 impl Posed<'_> {
-    /// The approximation corrected by `x`, which is symmetric.
+    /// The approximation corrected by the symmetric error enclosure `x`.
     fn corrected(&self, x: &Matrix<Interval>) -> Result<Enclosure, ProofError> {
         let distance = x.as_slice().iter().map(Interval::magnitude).fold(0.0, f64::max);
         if !distance.is_finite() {
