@@ -26,6 +26,8 @@
 //! Transactions on Circuits and Systems II 53, 2006 (the mean value theorem and the polytope); M. C. de Oliveira, J.
 //! Bernussou, J. C. Geromel, A new discrete-time robust stability condition, Systems and Control Letters 37, 1999.
 
+use core::fmt;
+
 use luenberger_linalg::{eigenvalues, lambda_max};
 use luenberger_lmi::{Problem, Settings, Solution, block, greatest_parameter_with, proof_matrix, zeros};
 use luenberger_observers::DiscreteNonlinearObserver;
@@ -38,6 +40,7 @@ use nalgebra::{DMatrix, DefaultAllocator, Dim, OMatrix, OVector};
 
 use super::error::{Conflict, LpvError};
 use super::polytope::{Polytope, Vertex};
+use super::text::write_inequalities;
 use super::{Stop, growing, outcome};
 use crate::check;
 use crate::enclosure::{IntervalDual, Region, enclose};
@@ -230,6 +233,20 @@ where
             "{hypothesis}, |x(k) - xhat(k)| <= {overshoot} |x(0) - xhat(0)| q^k with q = {} at each sample k.",
             at_most(self.factor, 6)
         )
+    }
+}
+
+impl<S, N: Dim, M: Dim, P: Dim> fmt::Display for DiscreteLpvDesign<S, N, M, P>
+where
+    DefaultAllocator: Size<N, M, P>,
+{
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        writeln!(f, "{}", self.statement())?;
+        let slowest = self.vertex_factors.iter().zip(&self.polytope.vertices).enumerate();
+        if let Some((k, (factor, vertex))) = slowest.max_by(|x, y| x.1.0.total_cmp(y.1.0)) {
+            writeln!(f, "Vertex {} limits the factor, to {factor:.6}: {vertex}.", k + 1)?;
+        }
+        write_inequalities(f, self.stopped.as_ref(), &self.certificate, &self.vertex_names())
     }
 }
 

@@ -29,6 +29,7 @@ mod discrete;
 mod error;
 mod obstacle;
 mod polytope;
+mod text;
 
 use core::fmt;
 
@@ -37,15 +38,16 @@ use luenberger_lmi::{Infeasibility, Problem, Settings, Solution, greatest_parame
 use luenberger_observers::NonlinearLuenbergerObserver;
 use luenberger_plants::{Plant, Size};
 use luenberger_proof::Verdict;
-use luenberger_proof::certificate::{Certificate, Certified, Fact, JacobianPolytope};
+use luenberger_proof::certificate::{Certificate, Certified, JacobianPolytope};
 use luenberger_proof::statement::overshoot_bound;
-use luenberger_proof::wording::{at_least, at_most};
+use luenberger_proof::wording::at_most;
 use nalgebra::{DMatrix, DVector, DefaultAllocator, Dim, OMatrix, OVector};
 
 pub use discrete::DiscreteLpvDesign;
 pub use error::{Conflict, HiddenMode, LpvError, VaryingEntries};
 pub use polytope::{MAX_VARYING, Polytope, Vertex};
 
+use self::text::write_inequalities;
 use crate::check;
 use crate::enclosure::{IntervalDual, Region, enclose};
 use crate::error::DesignError;
@@ -288,33 +290,7 @@ where
         {
             writeln!(f, "Vertex {} limits the rate, to {rate:.6}: {vertex}.", self.limiting + 1)?;
         }
-        if let Some((rate, why)) = &self.stopped {
-            writeln!(f, "Nothing was proved at the rate {rate:.6}: {why}.")?;
-        }
-        // Of many vertices, those that matter: what is not proved, and the least margin.
-        let least = |fact: &Fact| fact.verdict.margin().unwrap_or(f64::NEG_INFINITY);
-        let (vertices, others): (Vec<&Fact>, Vec<&Fact>) =
-            self.certificate.facts().partition(|fact| fact.vertex.is_some());
-        for fact in others {
-            writeln!(f, "{:<9}  {fact}", fact.verdict.word())?;
-        }
-        let names = self.vertex_names();
-        let mut line = |fact: &Fact| {
-            let margin =
-                fact.verdict.margin().map_or_else(String::new, |margin| format!(", margin >= {}", at_least(margin, 4)));
-            writeln!(f, "{:<9}  {}{margin}", fact.verdict.word(), fact.inequality_naming(&names))
-        };
-        if vertices.len() <= 8 {
-            return vertices.into_iter().try_for_each(line);
-        }
-        let proved = vertices.iter().filter(|fact| fact.verdict.is_proved()).count();
-        let least = vertices.iter().min_by(|x, y| least(x).total_cmp(&least(y)));
-        least.map_or(Ok(()), |fact| line(fact))?;
-        writeln!(
-            f,
-            "This is the least of {} inequalities at the vertices, of which {proved} are proved.",
-            vertices.len()
-        )
+        write_inequalities(f, self.stopped.as_ref(), &self.certificate, &self.vertex_names())
     }
 }
 

@@ -6,6 +6,7 @@
 //! tree of polynomials has z and u as arguments. All errors are measured at pairs (x, u) that were not used in the fit,
 //! with an own T by simulation for each u.
 
+use std::fmt;
 use std::ops::ControlFlow;
 
 use luenberger_observers::numerical_kkl::held_trees::TreesOnHeap;
@@ -19,6 +20,7 @@ use nalgebra::{Const, SVector};
 use super::interpolation::check_grid;
 use super::progress::{Listener, Progress};
 use super::regression::{self, Budget, Samples};
+use super::report::write_errors;
 use super::{
     Domain, Errors, Judged, NumericalKklError, Settings, Spline, TargetSystem, Transform, UNRESOLVED, check,
     injectivity, inversion_errors, on_grid, spline_of, white_coordinates,
@@ -64,6 +66,18 @@ pub struct HeldInputReport<const N: usize> {
     pub embedded: Errors<N>,
     /// The same of the interpolated form.
     pub interpolated: Errors<N>,
+}
+
+impl<const N: usize> fmt::Display for HeldInputReport<N> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        writeln!(f, "memory                         {:.2}", self.horizon)?;
+        writeln!(f, "inputs with a table            {}", self.tables)?;
+        writeln!(f, "spline of T, rms and max       {:.2e}, {:.2e}", self.spline.0, self.spline.1)?;
+        writeln!(f, "DT f - D T - B h, rms and max  {:.2e}, {:.2e}", self.residual.0, self.residual.1)?;
+        writeln!(f, "|T(x) - T(x')| / |x - x'|      at least {:.2e}", self.smallest_ratio)?;
+        write_errors(f, "embedded", &self.embedded)?;
+        write_errors(f, "interpolated", &self.interpolated)
+    }
 }
 
 impl<const N: usize, const M: usize, const P: usize, const Z: usize, const ZM: usize> HeldInputDesign<N, M, P, Z, ZM> {

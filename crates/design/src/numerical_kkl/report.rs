@@ -163,9 +163,19 @@ pub struct Report<const N: usize> {
     pub interpolated_footprint: Footprint,
 }
 
+/// The entries with three digits.
+fn list<const N: usize>(v: &SVector<f64, N>) -> String {
+    v.iter().map(|x| format!("{x:.2e}")).collect::<Vec<_>>().join(", ")
+}
+
+/// What `form` of the left inverse misses over the box.
+pub(super) fn write_errors<const N: usize>(f: &mut fmt::Formatter<'_>, form: &str, errors: &Errors<N>) -> fmt::Result {
+    writeln!(f, "{form:<12} rmse over the box  {}", list(&errors.rmse))?;
+    writeln!(f, "{:<12} max                {}", "", list(&errors.max))
+}
+
 impl<const N: usize> fmt::Display for Report<N> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let list = |v: &SVector<f64, N>| v.iter().map(|x| format!("{x:.2e}")).collect::<Vec<_>>().join(", ");
         let i = &self.injectivity;
         writeln!(f, "memory                         {:.2}", self.horizon)?;
         writeln!(f, "trajectories of the table      {}", self.trajectories)?;
@@ -178,8 +188,7 @@ impl<const N: usize> fmt::Display for Report<N> {
             ("embedded", &self.embedded, &self.embedded_footprint),
             ("interpolated", &self.interpolated, &self.interpolated_footprint),
         ] {
-            writeln!(f, "{name:<12} rmse over the box  {}", list(&errors.rmse))?;
-            writeln!(f, "{:<12} max                {}", "", list(&errors.max))?;
+            write_errors(f, name, errors)?;
             writeln!(
                 f,
                 "{:<12} costs              {} numbers ({} bytes in f32), {} multiply-adds, {} comparisons",

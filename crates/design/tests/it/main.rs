@@ -6,6 +6,7 @@ mod plants;
 mod bad_input;
 mod deployed;
 mod designs;
+mod display;
 mod enclosure;
 mod feedthrough;
 mod gain_options;

@@ -73,6 +73,7 @@ fn an_affine_transformation_takes_two_nodes() {
     assert_eq!(design.report.tables, 4);
     assert!(design.report.interpolated.max.amax() < 1e-6, "{:?}", design.report);
     assert!(design.report.spline.1 < 1e-8 && design.report.smallest_ratio > 0.0, "{:?}", design.report);
+    assert!(design.to_string().contains("inputs with a table            4\n"), "{design}");
     // Outside of the family an input is taken at its nearest end, and so is one that is not a number at the lower one.
     let (x, inside) = (Vector2::new(0.1, 0.2), Vector2::new(1.0, 0.0));
     let at = |u: Vector2<f64>| design.observer.initial(0.0, &x, &u, &y);
