@@ -14,7 +14,8 @@
 //! | Q, rho | chi, inputs, outputs |
 //!
 //! States, inputs and outputs have the names of the study, and `x1, ..`, `u1, ..`, `y1, ..`; the observer's own states
-//! are `xi1, ..`. All of them may use the time and the parameters of the plant. Every map but phi is evaluated with xi
+//! are `xi1, ..`. All of them may use the parameters of the plant, and all but `missing` and those of an I&IO the
+//! time. Every map but phi is evaluated with xi
 //! as its states and with (u, y) as its inputs, so that all of them together are a plant with the inputs (u, y).
 
 use luenberger_expression::{ParameterError, Parameters, Scope, Variable};

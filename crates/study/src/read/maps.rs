@@ -84,6 +84,26 @@ pub(super) fn list(
     parsed.into_iter().collect()
 }
 
+/// The expressions of a list of this length, without the time: those of maps that are evaluated without it.
+fn list_without_time(
+    node: &Node,
+    key: &str,
+    length: (usize, &str),
+    scope: Result<Scope, ParameterError>,
+    reader: &mut Reader,
+) -> Option<Vec<Expression>> {
+    let rows = list(node, key, length, scope, reader)?;
+    let entries = node.get(key)?.list()?;
+    match entries.iter().zip(&rows).find(|(_, row)| row.uses_time()) {
+        Some((entry, _)) => {
+            let message = format!("`{key}` depends on the time t");
+            reader.wrong(entry.span.clone(), message, "expected an expression without t");
+            None
+        }
+        None => Some(rows),
+    }
+}
+
 /// The expressions of a matrix, row by row; of a square one also from the list of its diagonal.
 pub(super) fn matrix(
     node: &Node,
@@ -200,7 +220,7 @@ fn regression(node: &Node, plant: &PlantModel, kkl: Option<KklMaps>, reader: &mu
     let open: Vec<usize> = (0..order).filter(|i| is_open(&kkl, *i)).collect();
     let of_phi = format!("`phi` has {}", counted(order, "row"));
     let missing = match node.get("missing") {
-        Some(_) => list(node, "missing", (order, &of_phi), names.missing(q), reader),
+        Some(_) => list_without_time(node, "missing", (order, &of_phi), names.missing(q), reader),
         None if open.len() == q => {
             let scope = names.missing(q).ok()?;
             let text = |i: usize| match open.iter().position(|k| *k == i) {
@@ -359,11 +379,12 @@ pub(super) fn immersion(node: &Node, plant: &PlantModel, reader: &mut Reader) ->
     let of_phi = format!("`phi` has {}", counted(rows, "row"));
     let of_states = format!("the plant has {}", counted(plant.states.len(), "state"));
     let of_order = format!("the observer has {} chi", counted(order, "state"));
-    let phi = list(node, "phi", (rows, &of_phi), names.states(), reader);
-    let beta = list(node, "beta", (rows, &of_phi), names.manifold(order), reader);
-    let left_inverse = list(node, "left_inverse", (plant.states.len(), &of_states), names.off_manifold(), reader);
+    let phi = list_without_time(node, "phi", (rows, &of_phi), names.states(), reader);
+    let beta = list_without_time(node, "beta", (rows, &of_phi), names.manifold(order), reader);
+    let left_inverse =
+        list_without_time(node, "left_inverse", (plant.states.len(), &of_states), names.off_manifold(), reader);
     let mut given = |key: &str, length: (usize, &str), scope| match node.get(key) {
-        Some(_) => list(node, key, length, scope, reader).map(Some),
+        Some(_) => list_without_time(node, key, length, scope, reader).map(Some),
         None => Some(None),
     };
     let start = given("start", (order, &of_order), names.image());

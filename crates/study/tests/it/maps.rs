@@ -344,6 +344,12 @@ pub(crate) fn mistakes_in_maps_are_reported_at_their_place() {
         ("[\"chi1 + C2", "[\"2*chi1 + C2", IMMERSION, "`beta` is not chi plus a function of the outputs", "`start`"),
         ("[\"chi1 + C2", "[\"xi1 + C2", IMMERSION, "there is no `xi1`", "cannot be read"),
         ("[\"z1\", ", "[\"chi1\", ", IMMERSION, "there is no `chi1`", "cannot be read"),
+        ("\"chi2 - L3*i3\"]", "\"chi2 - L3*i3 + t\"]", IMMERSION, "`beta` depends on the time t", "without t"),
+        ("\"v4\"]", "\"v4 + t\"]", IMMERSION, "`phi` depends on the time t", "without t"),
+        ("\"z2\"]", "\"z2 + 0*t\"]", IMMERSION, "`left_inverse` depends on the time t", "without t"),
+        ("phi = [", "start = [\"t\", \"0\"]\nphi = [", IMMERSION, "`start` depends on the time t", "without t"),
+        ("phi = [", "q = [\"t\", \"0\"]\nphi = [", IMMERSION, "`q` depends on the time t", "without t"),
+        ("phi = [", "rho = [\"t\", \"0\"]\nphi = [", IMMERSION, "`rho` depends on the time t", "without t"),
         (
             "phi = [\"i1\", \"v4\"]",
             "phi = [\"i1\"]",
@@ -367,6 +373,8 @@ pub(crate) fn mistakes_in_maps_are_reported_at_their_place() {
     }
     let unbounded = format!("{PLANT}{KKL}").replace("inputs = [[0.2, 0.8]]", "inputs = [[0.2, inf]]");
     assert!(read(&unbounded).unwrap_err().to_string().contains("`region` has no finite bounds of duty"));
+    let moving = SIXTH.replace("ln(theta1)", "ln(theta1) + t");
+    assert!(read(&moving).unwrap_err().to_string().contains("`missing` depends on the time t"));
     let parameter = format!("{PLANT}{KKL}").replace("E = 12.0 }", "E = 12.0, xi1 = 1 }");
     assert!(read(&parameter).unwrap_err().to_string().contains("`xi1` cannot be the name of a parameter"));
 }
