@@ -6,21 +6,21 @@ use nalgebra::{DMatrix, DVector, Dyn};
 use sha2::{Digest, Sha256};
 
 use crate::error::ExportError;
+use crate::exportable_observer::ExportableObserver;
 use crate::golden::Noise;
-use crate::program::Program;
 use crate::{Export, File, c, hexadecimal};
 
 /// A linear observer whose numbers are integers, ready to be written as C.
 ///
 /// ```
-/// use luenberger_export::{Export, Names, Program, Scalar};
+/// use luenberger_export::{Export, Names, ExportableObserver, Scalar};
 /// use luenberger_observers::{DiscreteLinearObserver, FixedPointFormat};
 /// use luenberger_plants::StateSpace;
 /// use nalgebra::dmatrix;
 /// let plant = StateSpace::new(dmatrix![1.0, 0.1; 0.0, 1.0], dmatrix![0.005; 0.1], dmatrix![1.0, 0.0])?;
 /// let observer = DiscreteLinearObserver::new(plant, dmatrix![0.9; 2.0], 0.1)?;
 /// let names = Names::numbered(2, 1, 1);
-/// let export = Export::new("cart", Program::Linear(observer), Scalar::Binary64, &[0.0, 0.0], names)?;
+/// let export = Export::new("cart", ExportableObserver::Linear(observer), Scalar::Binary64, &[0.0, 0.0], names)?;
 /// let files = export.fixed_point(FixedPointFormat::new(16, 16)?.into())?.c();
 /// assert!(files[1].text.contains("{ 65536, 6554 }"), "A times 2^16");
 /// # Ok::<(), Box<dyn std::error::Error>>(())
@@ -40,7 +40,7 @@ impl Export {
     /// [`ExportError::FixedPoint`] for numbers beyond the range of their format, and for sums of products that could
     /// overflow 64 bits.
     pub fn fixed_point(&self, formats: FixedPointFormats) -> Result<FixedPointExport<'_>, ExportError> {
-        let Program::Linear(linear) = &self.program else {
+        let ExportableObserver::Linear(linear) = &self.observer else {
             return Err(ExportError::FixedPointKind { kind: c::kind(self) });
         };
         if self.is_filter() {
@@ -119,7 +119,7 @@ impl FixedPointExport<'_> {
             m.iter().for_each(|x| hash.update(x.to_le_bytes()));
         }
         self.initial.iter().for_each(|x| hash.update(x.to_le_bytes()));
-        hash.update(self.design.program.period().to_bits().to_le_bytes());
+        hash.update(self.design.observer.period().to_bits().to_le_bytes());
         hexadecimal(&hash.finalize())
     }
 

@@ -5,7 +5,7 @@ use nalgebra::{DVector, Dyn, RealField};
 
 use crate::Export;
 use crate::error::ExportError;
-use crate::program::{Cast, Program, State};
+use crate::exportable_observer::{Cast, ExportableObserver, State};
 use crate::scalar::Scalar;
 
 /// Steps of the golden vectors by default.
@@ -66,7 +66,7 @@ fn replay_in<T: RealField + Copy>(
 /// An exported observer that is stepped sample by sample: the numbers that the emitted code computes.
 ///
 /// ```
-/// use luenberger_export::{Export, Names, Program, Scalar, golden::Stepper};
+/// use luenberger_export::{Export, Names, ExportableObserver, Scalar, golden::Stepper};
 /// use luenberger_observers::DiscreteLinearObserver;
 /// use luenberger_plants::LinearPlant;
 /// use nalgebra::dmatrix;
@@ -74,7 +74,7 @@ fn replay_in<T: RealField + Copy>(
 /// let observer = DiscreteLinearObserver::new(plant, dmatrix![0.25], 0.1)?;
 /// let column = |name: &str| vec![name.to_owned()];
 /// let names = Names { states: column("x"), inputs: column("u"), outputs: column("y"), ..Names::default() };
-/// let export = Export::new("filter", Program::Linear(observer), Scalar::Binary64, &[0.0], names)?;
+/// let export = Export::new("filter", ExportableObserver::Linear(observer), Scalar::Binary64, &[0.0], names)?;
 /// let mut stepper = Stepper::new(&export)?;
 /// assert_eq!(stepper.step(&[1.0], &[2.0]), [1.5]);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
@@ -140,7 +140,7 @@ impl<T: RealField + Copy> Run<T> {
     fn new(export: &Export) -> Result<Self, ExportError> {
         let scalar = export.scalar;
         let rounded = |error| ExportError::Rounded { format: scalar.name(), error };
-        let observer = export.program.cast::<T>().map_err(rounded)?;
+        let observer = export.observer.cast::<T>().map_err(rounded)?;
         let filter = match (&observer, &export.update) {
             (Cast::Linear(predictor), Some(k)) => {
                 let k = k.map(|x| nalgebra::convert::<f64, T>(scalar.round(x)));
@@ -172,12 +172,12 @@ impl<T: RealField + Copy> Run<T> {
 }
 
 fn run<T: RealField + Copy>(export: &Export, count: usize) -> Result<Vec<Step>, ExportError> {
-    let (scalar, size) = (export.scalar, export.program.dimensions());
-    let is_nonlinear = export.program.maps().is_some();
+    let (scalar, size) = (export.scalar, export.observer.dimensions());
+    let is_nonlinear = export.observer.maps().is_some();
     let recorded = if is_nonlinear { &export.samples[..] } else { &[] };
     let mut run = Run::<T>::new(export)?;
     let gain = export.feedback.as_ref().map(|k| k.map(|x| nalgebra::convert::<f64, T>(scalar.round(x))));
-    let mut plant = export.feedback.as_ref().and_then(|_| Loop::new(&export.program));
+    let mut plant = export.feedback.as_ref().and_then(|_| Loop::new(&export.observer));
     let mut noise = Noise::start();
     let mut steps = Vec::with_capacity(count);
     for step in 0..count {
@@ -193,7 +193,7 @@ fn run<T: RealField + Copy>(export: &Export, count: usize) -> Result<Vec<Step>, 
         } else {
             let magnitude = if step % 16 == 7 { 1e3 } else { 1.0 };
             let (mut u, y) = (column(size.inputs, magnitude), column(size.outputs, magnitude));
-            if let (Program::Varying(step), Some(time)) = (&export.program, u.last_mut()) {
+            if let (ExportableObserver::Varying(step), Some(time)) = (&export.observer, u.last_mut()) {
                 // From a quarter of the longest time to the longest.
                 *time = scalar.round(step.observer().longest() * (0.625 + 0.1875 * noise.next()));
             }
@@ -231,22 +231,22 @@ fn there_and_back(step: usize, length: usize) -> usize {
 
 /// The linear plant of an observer, from the state 0.
 struct Loop<'a> {
-    program: &'a Program,
+    observer: &'a ExportableObserver,
     x: DVector<f64>,
 }
 
 impl<'a> Loop<'a> {
-    fn new(program: &'a Program) -> Option<Self> {
-        let x = DVector::zeros(program.dimensions().state);
-        program.plant().is_some().then_some(Self { program, x })
+    fn new(observer: &'a ExportableObserver) -> Option<Self> {
+        let x = DVector::zeros(observer.dimensions().state);
+        observer.plant().is_some().then_some(Self { observer, x })
     }
 
     /// The output at this sample; the state moves to the next.
     fn step(&mut self, u: &[f64]) -> DVector<f64> {
         let u = DVector::from_column_slice(u);
-        let Some((a, b, c)) = self.program.plant() else { return DVector::zeros(0) };
+        let Some((a, b, c)) = self.observer.plant() else { return DVector::zeros(0) };
         let mut y = c * &self.x;
-        if let Some(d) = self.program.feedthrough() {
+        if let Some(d) = self.observer.feedthrough() {
             y += d * &u;
         }
         self.x = a * &self.x + b * u;

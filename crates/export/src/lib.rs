@@ -9,14 +9,14 @@
 //! The emitted code belongs to the user; no licence of this project applies to it.
 //!
 //! ```
-//! use luenberger_export::{Export, Names, Program, Scalar};
+//! use luenberger_export::{Export, Names, ExportableObserver, Scalar};
 //! use luenberger_observers::DiscreteLinearObserver;
 //! use luenberger_plants::StateSpace;
 //! use nalgebra::dmatrix;
 //! let plant = StateSpace::new(dmatrix![1.0, 0.1; 0.0, 1.0], dmatrix![0.005; 0.1], dmatrix![1.0, 0.0])?;
 //! let observer = DiscreteLinearObserver::new(plant, dmatrix![0.9; 2.0], 0.1)?;
 //! let names = Names::numbered(2, 1, 1);
-//! let export = Export::new("cart", Program::Linear(observer), Scalar::Binary32, &[0.0, 0.0], names)?;
+//! let export = Export::new("cart", ExportableObserver::Linear(observer), Scalar::Binary32, &[0.0, 0.0], names)?;
 //! let files = export.c()?;
 //! assert!(files.iter().any(|file| file.name == "cart.c" && file.text.contains("void cart_step(")));
 //! # Ok::<(), Box<dyn std::error::Error>>(())
@@ -24,7 +24,7 @@
 //!
 //! | file | subject |
 //! |---|---|
-//! | [`program`] | the observers that can be exported, and their steps in the target's format |
+//! | [`exportable_observer`] | the observers that can be exported, and their steps in the target's format |
 //! | [`kkl`] | numerical KKL observers with their sizes erased |
 //! | [`moving_horizon`] | moving-horizon estimators with their sizes erased |
 //! | [`golden`] | test vectors |
@@ -41,6 +41,7 @@
 mod c;
 pub mod c_math;
 mod error;
+pub mod exportable_observer;
 pub mod extension;
 mod fixed_point;
 pub mod fmu;
@@ -50,17 +51,16 @@ pub mod moving_horizon;
 pub mod names;
 mod number;
 mod operations;
-pub mod program;
 mod rust;
 mod scalar;
 pub mod step;
 
 pub use error::ExportError;
+pub use exportable_observer::ExportableObserver;
 pub use fixed_point::FixedPointExport;
 /// The formats of [`Export::fixed_point`].
 pub use luenberger_observers::{FixedPointFormat, FixedPointFormats};
 pub use names::Names;
-pub use program::Program;
 pub use scalar::Scalar;
 
 use std::fmt::Write;
@@ -94,7 +94,7 @@ pub struct File {
 #[derive(Debug, Clone, PartialEq)]
 pub struct Export {
     identifier: String,
-    program: Program,
+    observer: ExportableObserver,
     scalar: Scalar,
     initial: Vec<f64>,
     names: Names,
@@ -107,7 +107,7 @@ pub struct Export {
 }
 
 impl Export {
-    /// The observer `program` under the name `identifier`, in the format `scalar`, with the first estimate `initial`
+    /// The observer under the name `identifier`, in the format `scalar`, with the first estimate `initial`
     /// (n entries).
     ///
     /// # Errors
@@ -116,21 +116,21 @@ impl Export {
     /// the range of the format, and for gains that the observer's constructor refuses after rounding.
     pub fn new(
         identifier: &str,
-        program: Program,
+        observer: ExportableObserver,
         scalar: Scalar,
         initial: &[f64],
         names: Names,
     ) -> Result<Self, ExportError> {
         names::check(identifier)?;
-        let size = program.dimensions();
+        let size = observer.dimensions();
         let fits = |what, expected: usize, found: usize| {
             if expected == found { Ok(()) } else { Err(ExportError::Length { what, expected, found }) }
         };
         fits("the first estimate", size.estimate, initial.len())?;
         fits("the list of states", size.estimate, names.states.len())?;
-        fits("the list of inputs", program.plant_inputs(), names.inputs.len())?;
+        fits("the list of inputs", observer.plant_inputs(), names.inputs.len())?;
         fits("the list of outputs", size.outputs, names.outputs.len())?;
-        program.check(scalar)?;
+        observer.check(scalar)?;
         let initial: Vec<f64> = initial.iter().map(|x| scalar.round(*x)).collect();
         if let Some(index) = initial.iter().position(|x| !x.is_finite()) {
             let what = format!("entry {index} of the first estimate");
@@ -139,7 +139,7 @@ impl Export {
         let identifier = identifier.to_owned();
         Ok(Self {
             identifier,
-            program,
+            observer,
             scalar,
             initial,
             names,
@@ -175,10 +175,10 @@ impl Export {
         if self.update.is_some() {
             return Err(ExportError::FilterForm { what: "feedback".to_owned() });
         }
-        if self.program.takes_time() {
+        if self.observer.takes_time() {
             return Err(ExportError::VaryingPeriods { what: "with one, which takes the estimate for the next sample" });
         }
-        let size = self.program.dimensions();
+        let size = self.observer.dimensions();
         let (expected, found) = ((size.inputs, size.estimate), k.shape());
         if expected != found || k.is_empty() {
             return Err(ExportError::Gain { expected, found });
@@ -197,13 +197,13 @@ impl Export {
     /// [`ExportError::FilterForm`] for an observer that is not linear, and with feedback; [`ExportError::Gain`] for
     /// another shape; [`ExportError::Format`] for an entry beyond the range of the format.
     pub fn with_update(mut self, k: &DMatrix<f64>) -> Result<Self, ExportError> {
-        if !matches!(self.program, Program::Linear(_)) {
+        if !matches!(self.observer, ExportableObserver::Linear(_)) {
             return Err(ExportError::FilterForm { what: c::kind(&self) });
         }
         if self.feedback.is_some() {
             return Err(ExportError::FilterForm { what: "feedback".to_owned() });
         }
-        let size = self.program.dimensions();
+        let size = self.observer.dimensions();
         let (expected, found) = ((size.estimate, size.outputs), k.shape());
         if expected != found {
             return Err(ExportError::Gain { expected, found });
@@ -264,7 +264,7 @@ impl Export {
         for x in self.scalars().iter().map(|(_, x)| x).chain(&self.initial) {
             hash.update(x.to_bits().to_le_bytes());
         }
-        if let Program::Kkl(observer) = &self.program {
+        if let ExportableObserver::Kkl(observer) = &self.observer {
             for (name, tree) in observer.trees() {
                 hash.update(format!("{name} {} {} {}", tree.inputs, tree.outputs, tree.degree).as_bytes());
                 for node in &tree.nodes {
@@ -285,21 +285,21 @@ impl Export {
                 }
             }
         }
-        if let Program::MovingHorizon(estimator) = &self.program {
+        if let ExportableObserver::MovingHorizon(estimator) = &self.observer {
             let horizon = estimator.horizon();
             hash.update(format!("window {} iterations {}", horizon.window, horizon.iterations).as_bytes());
             for bound in moving_horizon::bounds(estimator) {
                 hash.update(format!("{} {}", bound.axis, bound.is_lower).as_bytes());
             }
         }
-        if let Some(maps) = self.program.maps() {
-            hash.update(format!("substeps {:?}", self.program.substeps()).as_bytes());
+        if let Some(maps) = self.observer.maps() {
+            hash.update(format!("substeps {:?}", self.observer.substeps()).as_bytes());
             let dialect = c::plant::dialect(self.scalar, "");
             let routines: Vec<_> = maps.routines().collect();
             for routine in &routines {
                 hash.update(routine.source(&dialect).as_bytes());
             }
-            for (number, table, used) in program::tables(&routines) {
+            for (number, table, used) in exportable_observer::tables(&routines) {
                 hash.update(table.source(number, &dialect, used).as_bytes());
             }
         }
@@ -309,14 +309,14 @@ impl Export {
     /// The matrices as they are stored on the target, by the names they have in the emitted code.
     pub fn matrices(&self) -> Vec<(&'static str, DMatrix<f64>)> {
         let round = |matrix: &DMatrix<f64>| matrix.map(|x| self.scalar.round(x));
-        let all = self.program.matrices().into_iter().chain(self.feedback.iter().map(|k| ("K", k.clone())));
+        let all = self.observer.matrices().into_iter().chain(self.feedback.iter().map(|k| ("K", k.clone())));
         let all = all.chain(self.update.iter().map(|k| ("UPDATE", k.clone())));
         all.map(|(name, matrix)| (name, round(&matrix))).collect()
     }
 
     /// The scalars as they are stored on the target.
     pub fn scalars(&self) -> Vec<(&'static str, f64)> {
-        self.program.scalars().into_iter().map(|(name, x)| (name, self.scalar.round(x))).collect()
+        self.observer.scalars().into_iter().map(|(name, x)| (name, self.scalar.round(x))).collect()
     }
 
     /// The name in the emitted code.
@@ -327,12 +327,12 @@ impl Export {
     /// The sampling period with its unit, `0.02 s`.
     pub fn period_text(&self) -> String {
         let unit = if self.names.time_unit.is_empty() { "time units" } else { &self.names.time_unit };
-        format!("{} {unit}", self.program.period())
+        format!("{} {unit}", self.observer.period())
     }
 
     /// The observer, with its numbers as designed.
-    pub fn program(&self) -> &Program {
-        &self.program
+    pub fn observer(&self) -> &ExportableObserver {
+        &self.observer
     }
 
     /// The format.
@@ -342,12 +342,12 @@ impl Export {
 
     /// Floating-point operations of one step, square roots and divisions included; the most that a step takes.
     pub fn operations(&self) -> usize {
-        self.program.operations() + self.operations_of_gains()
+        self.observer.operations() + self.operations_of_gains()
     }
 
     /// The most operations of a step in which no bound is active, of a moving-horizon estimator with bounds.
     pub fn operations_within_bounds(&self) -> Option<usize> {
-        self.program.operations_within_bounds().map(|operations| operations + self.operations_of_gains())
+        self.observer.operations_within_bounds().map(|operations| operations + self.operations_of_gains())
     }
 
     fn operations_of_gains(&self) -> usize {
@@ -357,17 +357,17 @@ impl Export {
     /// Bytes of the stack that the arrays of the window take during a step, of a moving-horizon estimator: the largest
     /// part of its memory.
     pub fn stack_of_window(&self) -> Option<usize> {
-        self.program.numbers_of_window().map(|numbers| numbers * self.scalar.bytes())
+        self.observer.numbers_of_window().map(|numbers| numbers * self.scalar.bytes())
     }
 
     /// Bytes of the constants and of the state.
     pub fn bytes(&self) -> usize {
         let matrices: usize = self.matrices().iter().map(|(_, matrix)| matrix.len()).sum();
-        let scalars = self.program.scalars().len() + self.program.constants_of_maps();
-        let tables = self.program.numbers_of_trees();
+        let scalars = self.observer.scalars().len() + self.observer.constants_of_maps();
+        let tables = self.observer.numbers_of_trees();
         let prediction = self.update.as_ref().map_or(0, DMatrix::nrows);
         let numbers = matrices + scalars + tables + self.initial.len() + prediction;
-        numbers * self.scalar.bytes() + self.program.state_bytes(self.scalar) + self.program.integers() * 4
+        numbers * self.scalar.bytes() + self.observer.state_bytes(self.scalar) + self.observer.integers() * 4
     }
 
     /// The files of a C99 project: header, source, test with golden vectors, `CMakeLists.txt` and `README.md`.

@@ -6,11 +6,11 @@ use luenberger_observers::varying_period::DEGREE;
 use luenberger_observers::{Horizon, ObserverDimensions, SampledCubicObserver, SampledObserver};
 use nalgebra::Dyn;
 
+use crate::exportable_observer::{ExportableObserver, Maps};
 use crate::moving_horizon::{MovingHorizon, bounds};
-use crate::program::{Maps, Program};
 use crate::scalar::Scalar;
 
-impl Program {
+impl ExportableObserver {
     /// Floating-point operations of one step, calls of functions counted as one each.
     pub(crate) fn operations(&self) -> usize {
         let ObserverDimensions { estimate: n, inputs: m, outputs: p, .. } = self.dimensions();
@@ -78,7 +78,7 @@ impl Program {
                 if filter.gate().is_some() { 2 * update + predicted } else { update + predicted }
             }
             Self::MovingHorizon(estimator) => FullWindow::new(self, estimator).most(),
-            Self::Copy(observer) => {
+            Self::SampledNonlinear(observer) => {
                 let slope = motion + measurement + product(p, n) + p + product(n, p) + n;
                 observer.substeps() * (4 * slope + combined(n + p))
             }
@@ -182,9 +182,9 @@ struct FullWindow {
 }
 
 impl FullWindow {
-    fn new(program: &Program, estimator: &MovingHorizon<f64>) -> Self {
-        let ObserverDimensions { estimate: n, outputs: p, .. } = program.dimensions();
-        let maps = program.maps();
+    fn new(observer: &ExportableObserver, estimator: &MovingHorizon<f64>) -> Self {
+        let ObserverDimensions { estimate: n, outputs: p, .. } = observer.dimensions();
+        let maps = observer.maps();
         let of = |routine: fn(&Maps) -> &Routine| maps.as_ref().map_or(0, |maps| routine(maps).operations());
         let (motion, measurement) = (of(|maps| &maps.motion), of(|maps| &maps.measurement));
         let is_timed = maps.as_ref().is_some_and(|maps| maps.motion.uses_time());

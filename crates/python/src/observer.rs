@@ -170,7 +170,7 @@ impl Design {
             let observer = &study.observers[0];
             let found = sampled(&study, observer, period, substeps).map_err(export::Refusal::from)?;
             let export = export::prepared(&study, observer, found.design, is_single, xhat.as_deref())?;
-            Ok((golden::Stepper::new(&export)?, found.period, export.program().dimensions()))
+            Ok((golden::Stepper::new(&export)?, found.period, export.observer().dimensions()))
         })?;
         let (stepper, period, size) = built.map_err(|why: export::Refusal| why.raised(py))?;
         Ok(Stepper { inner: Mutex::new(stepper), period, inputs: size.inputs, outputs: size.outputs })

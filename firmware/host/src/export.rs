@@ -1,6 +1,6 @@
 //! The exports that are compiled for the boards.
 
-use luenberger_export::{Export, File, Names, Program, Scalar};
+use luenberger_export::{Export, ExportableObserver, File, Names, Scalar};
 use luenberger_golden::linear::{Cubic, Linear};
 use luenberger_golden::{Number, STEPS};
 use luenberger_observers::{DiscreteLinearObserver, SampledCubicGains, SampledCubicObserver, SampledObserver};
@@ -12,7 +12,7 @@ use std::path::Path;
 /// An observer with sizes known at compile time, as one that is exported.
 pub trait Exported {
     /// The same observer.
-    fn program(&self) -> Program;
+    fn exportable(&self) -> ExportableObserver;
 }
 
 /// The matrix with sizes known at run time.
@@ -21,16 +21,16 @@ fn dynamic<T: Number, const R: usize, const C: usize>(m: &SMatrix<T, R, C>) -> D
 }
 
 impl<T: Number, const N: usize, const M: usize, const P: usize> Exported for Linear<T, N, M, P> {
-    fn program(&self) -> Program {
+    fn exportable(&self) -> ExportableObserver {
         let plant = self.plant();
         let plant = StateSpace::new(dynamic(&plant.a), dynamic(&plant.b), dynamic(&plant.c)).expect("finite");
         let observer = DiscreteLinearObserver::new(plant, dynamic(self.l()), self.period().value());
-        Program::Linear(observer.expect("the same numbers"))
+        ExportableObserver::Linear(observer.expect("the same numbers"))
     }
 }
 
 impl<T: Number, const N: usize, const M: usize, const P: usize> Exported for Cubic<T, N, M, P> {
-    fn program(&self) -> Program {
+    fn exportable(&self) -> ExportableObserver {
         let observer = SampledCubicObserver::new(SampledCubicGains {
             ad: dynamic(self.ad()),
             bd: dynamic(self.bd()),
@@ -41,7 +41,7 @@ impl<T: Number, const N: usize, const M: usize, const P: usize> Exported for Cub
             w: self.w().value(),
             period: self.period().value(),
         });
-        Program::Cubic(observer.expect("the same numbers"))
+        ExportableObserver::Cubic(observer.expect("the same numbers"))
     }
 }
 
@@ -57,11 +57,11 @@ pub fn write(observer: &impl Exported, folder: &Path, name: &str, number: &str, 
 
 /// The observer as designed, with the first estimate of the golden programs.
 pub fn export(observer: &impl Exported, name: &str, scalar: Scalar) -> Export {
-    let program = observer.program();
-    let size = program.dimensions();
+    let exportable = observer.exportable();
+    let size = exportable.dimensions();
     let initial: Vec<f64> = (0..size.state).map(|i| 0.1 * i as f64 - 0.3).collect();
     let names = Names::numbered(size.state, size.inputs, size.outputs);
-    Export::new(name, program, scalar, &initial, names).expect("an export")
+    Export::new(name, exportable, scalar, &initial, names).expect("an export")
 }
 
 /// Writes the files of an export to a folder of its own.

@@ -152,7 +152,7 @@ pub(crate) fn export(input: &ExportInput) -> Result<Answer, Failure> {
         folder: folder.display().to_string(),
         files: names,
         binaries,
-        period: export.program().period(),
+        period: export.observer().period(),
         operations: cost.operations,
         operations_within_bounds: export.operations_within_bounds(),
         bytes: cost.bytes,
@@ -170,7 +170,7 @@ pub(crate) fn export(input: &ExportInput) -> Result<Answer, Failure> {
     _ = writeln!(
         text,
         "{} {}{unit}{}: {}{} {}{}, {} bytes of constants and state ({})",
-        if export.program().takes_time() { "one step for each sample, nominally every" } else { "one step every" },
+        if export.observer().takes_time() { "one step for each sample, nominally every" } else { "one step every" },
         written.period,
         substeps.map(|count| format!(" with {}", counted(count, "Runge-Kutta step"))).unwrap_or_default(),
         if export.stack_of_window().is_some() { "at most " } else { "" },

@@ -5,7 +5,7 @@ use std::fmt::Write;
 use super::plant::{self, Arguments};
 use super::{feedback, lengths, product, scalar};
 use crate::Export;
-use crate::program::Maps;
+use crate::exportable_observer::Maps;
 
 pub(super) fn step(text: &mut String, export: &Export, maps: &Maps, substeps: usize) {
     let number = scalar(export);
@@ -13,7 +13,7 @@ pub(super) fn step(text: &mut String, export: &Export, maps: &Maps, substeps: us
     let [n, p] = ["STATES", "OUTPUTS"].map(|what| format!("{upper}_{what}"));
     plant::functions(text, export, maps);
     let arguments = Arguments::of(maps, true);
-    let size = export.program.dimensions();
+    let size = export.observer.dimensions();
     let (measured, all) = (maps.measurement.len(), (size.estimate + size.outputs).to_string());
     _ = write!(
         text,

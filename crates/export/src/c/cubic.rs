@@ -7,16 +7,16 @@ use luenberger_observers::semi_implicit::reach;
 use nalgebra::DMatrix;
 
 use super::{magnitude, product, root, scalar};
-use crate::program::Program;
+use crate::exportable_observer::ExportableObserver;
 use crate::scalar::Scalar;
 use crate::{Export, number};
 
 /// The flow of the cubic part over one period, exact or in a semi-implicit step: the innovation after it, and the
 /// impulse on the estimate.
 pub(super) fn flow(text: &mut String, export: &Export) {
-    let observer = match &export.program {
-        Program::Cubic(observer) => Some(observer),
-        Program::Varying(step) => Some(step.observer().nominal()),
+    let observer = match &export.observer {
+        ExportableObserver::Cubic(observer) => Some(observer),
+        ExportableObserver::Varying(step) => Some(step.observer().nominal()),
         _ => None,
     };
     if let Some(coupling) = observer.and_then(SampledCubicObserver::coupling) {
@@ -28,10 +28,10 @@ pub(super) fn flow(text: &mut String, export: &Export) {
 
 /// The parameter of the flow for its time, and that time: the period, unless it varies.
 fn time(export: &Export) -> (String, String) {
-    if export.program.takes_time() {
+    if export.observer.takes_time() {
         return (format!(", {} dt", scalar(export)), "dt".to_owned());
     }
-    let period = export.scalar.round(export.program.period());
+    let period = export.scalar.round(export.observer.period());
     (String::new(), number::c(period, export.scalar))
 }
 

@@ -5,8 +5,8 @@ use std::fmt::Write;
 use super::plant::{self, Arguments};
 use super::{feedback, lengths, scalar};
 use crate::Export;
+use crate::exportable_observer::Maps;
 use crate::extension::{ExtensionMaps, SampledExtension};
-use crate::program::Maps;
 use luenberger_expression::Routine;
 use luenberger_observers::Observer;
 
@@ -77,7 +77,7 @@ void {name}_init({name}_state *state, const {number} *xhat)
 {first}}}
 ",
         begin = plant::call_with("start", &own.start, (&zero, "xhat", "all", "state->z")),
-        first = if export.program.uses_time() { "    state->sample = 0;\n" } else { "" },
+        first = if export.observer.uses_time() { "    state->sample = 0;\n" } else { "" },
     );
 }
 
@@ -91,7 +91,7 @@ pub(super) fn step(
     let (upper, _) = lengths(export);
     let [n, m, p] = ["STATES", "INPUTS", "OUTPUTS"].map(|what| format!("{upper}_{what}"));
     let order = order(observer);
-    let size = export.program.dimensions();
+    let size = export.observer.dimensions();
     let (all, known, measured) = (order + size.outputs, size.inputs + size.outputs, maps.measurement.len());
     // Unused parameters and variables are warnings.
     let (in_slope, at_end) = (own.rate.uses_inputs() || own.estimate.uses_inputs(), own.estimate.uses_inputs());
@@ -147,7 +147,7 @@ static void slope({parameters}const {number} *z, {number} *dz)
     );
     plant::runge_kutta(text, export, arguments, &all.to_string());
     let end = if own.estimate.uses_time() {
-        let period = crate::number::c(export.scalar.round(export.program.period()), export.scalar);
+        let period = crate::number::c(export.scalar.round(export.observer.period()), export.scalar);
         format!("t + {period}")
     } else {
         "t".to_owned()

@@ -45,7 +45,7 @@ fn header(export: &FixedPointExport<'_>) -> String {
     let mut text =
         format!("/**\n * @file {id}.h\n * @brief {} in fixed point, one step per sample.\n *\n", kind(design));
     let unit = if names.time_unit.is_empty() { String::new() } else { format!(" {}", harmless(&names.time_unit)) };
-    _ = writeln!(text, " * Period:  {}{unit}", design.program.period());
+    _ = writeln!(text, " * Period:  {}{unit}", design.observer.period());
     _ = writeln!(text, " * States:  {}", columns(&names.states, &names.units));
     _ = writeln!(text, " * Inputs:  {}", columns(&names.inputs, &names.input_units));
     _ = writeln!(text, " * Outputs: {}", columns(&names.outputs, &names.output_units));
@@ -320,7 +320,7 @@ $ cc -std=c99 -O2 {id}.c test_{id}.c -o test_{id} && ./test_{id}
         arithmetic(export),
         design.statement.join("\n"),
         count = design.test_steps,
-        period = design.program.period(),
+        period = design.observer.period(),
         unit = if design.names.time_unit.is_empty() { "time units" } else { &design.names.time_unit },
         upper = id.to_uppercase(),
         part = export.observer.formats().signals.fraction_bits(),

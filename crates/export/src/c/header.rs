@@ -4,23 +4,23 @@ use std::fmt::Write;
 
 use super::{columns, feedback, harmless, kind, lengths, scalar, varying, wrapped};
 use crate::Export;
-use crate::program::Program;
+use crate::exportable_observer::ExportableObserver;
 
 pub(crate) fn header(export: &Export) -> String {
     let (name, number, names) = (&export.identifier, scalar(export), &export.names);
     let (upper, lengths) = lengths(export);
     let mut text = format!("/**\n * @file {name}.h\n * @brief {}, one step per sample.\n *\n", kind(export));
-    let period = export.program.period();
+    let period = export.observer.period();
     let unit = if names.time_unit.is_empty() { String::new() } else { format!(" {}", harmless(&names.time_unit)) };
     let nominally =
-        if export.program.takes_time() { ", nominally: the step takes the time that has passed" } else { "" };
+        if export.observer.takes_time() { ", nominally: the step takes the time that has passed" } else { "" };
     _ = writeln!(text, " * Period:  {period}{unit}{nominally}");
     _ = writeln!(text, " * States:  {}", columns(&names.states, &names.units));
     let fed = if export.feedback.is_some() { ", u = r - K xhat with a reference r for each" } else { "" };
     _ = writeln!(text, " * Inputs:  {}{fed}", columns(&names.inputs, &names.input_units));
     _ = writeln!(text, " * Outputs: {}", columns(&names.outputs, &names.output_units));
     _ = writeln!(text, " *\n * Numbers: {number} ({}). {}", export.scalar.name(), cost(export));
-    if let Program::Kkl(observer) = &export.program {
+    if let ExportableObserver::Kkl(observer) = &export.observer {
         _ = writeln!(text, " * {}", super::kkl::sizes(export, observer));
     }
     text.push_str(" *\n");
@@ -38,7 +38,7 @@ pub(crate) fn header(export: &Export) -> String {
     );
     text.push_str(" * floating-point operations: -std=c99 or -ffp-contract=off, and not -ffast-math.\n");
     text.push_str(" * This file belongs to whoever generated it.\n */\n");
-    let timed = export.program.uses_time();
+    let timed = export.observer.uses_time();
     let includes = if timed { "#include <stdint.h>\n\n" } else { "" };
     _ = writeln!(
         text,
@@ -48,14 +48,14 @@ pub(crate) fn header(export: &Export) -> String {
         _ = writeln!(text, "#define {upper}_{what} {length}");
     }
     let (mut fields, mut sample) = (String::new(), String::new());
-    if let Program::MovingHorizon(estimator) = &export.program {
+    if let ExportableObserver::MovingHorizon(estimator) = &export.observer {
         _ = writeln!(text, "#define {upper}_WINDOW {}", estimator.horizon().window);
         (sample, fields) = window(export);
     }
-    if matches!(export.program, Program::Kalman(_)) {
+    if matches!(export.observer, ExportableObserver::Kalman(_)) {
         _ = writeln!(fields, "    {number} P[{upper}_STATES][{upper}_STATES]; /**< Covariance of its error. */");
     }
-    if matches!(export.program, Program::Unscented(_)) {
+    if matches!(export.observer, ExportableObserver::Unscented(_)) {
         let size = format!("[{upper}_STATES][{upper}_STATES]");
         _ = writeln!(
             fields,
@@ -65,10 +65,10 @@ pub(crate) fn header(export: &Export) -> String {
     if export.is_filter() {
         _ = writeln!(fields, "    {number} prediction[{upper}_STATES]; /**< Prediction for the next sample. */");
     }
-    if let Program::Kkl(observer) = &export.program {
+    if let ExportableObserver::Kkl(observer) = &export.observer {
         _ = writeln!(fields, "    {number} z[{}]; /**< Target states. */", super::kkl::targets(observer));
     }
-    if let Program::Extension(observer) = &export.program {
+    if let ExportableObserver::Extension(observer) = &export.observer {
         _ = writeln!(fields, "    {number} z[{}]; /**< State of the observer. */", super::extension::order(observer));
     }
     if timed {
@@ -77,7 +77,7 @@ pub(crate) fn header(export: &Export) -> String {
         );
     }
     let is_fed = export.feedback.is_some();
-    let is_varying = export.program.takes_time();
+    let is_varying = export.observer.takes_time();
     let (known, more, step) = match (is_fed, is_varying) {
         (true, _) => ("r", format!("{number} *u, "), feedback::declarations(export)),
         (false, true) => ("u", format!("{number} dt, "), varying::declarations(export)),
@@ -115,8 +115,9 @@ void {name}_step({name}_state *state, const {number} *{known}, const {number} *y
 #endif
 ",
         not_finite = not_finite(export),
-        at = match &export.program {
-            Program::Kkl(observer) if observer.held_inputs() > 0 => ", with z as it is at the first input of the study",
+        at = match &export.observer {
+            ExportableObserver::Kkl(observer) if observer.held_inputs() > 0 =>
+                ", with z as it is at the first input of the study",
             _ => "",
         },
     );
@@ -133,7 +134,7 @@ fn cost(export: &Export) -> String {
     let within = within.map_or_else(String::new, |within| format!(", {within} without active bounds"));
     format!(
         "One step takes at most {operations} floating-point operations{within}.\n * The state has {} bytes; the arrays of the window take {stack} bytes of the stack during a step.",
-        export.program.state_bytes(export.scalar)
+        export.observer.state_bytes(export.scalar)
     )
 }
 
@@ -146,7 +147,7 @@ fn window(export: &Export) -> (String, String) {
     } else {
         format!("    {number} u[{upper}_INPUTS]; /**< Inputs from it to the next. */\n")
     };
-    let time = if export.program.uses_time() { format!("    {number} t; /**< Its time. */\n") } else { String::new() };
+    let time = if export.observer.uses_time() { format!("    {number} t; /**< Its time. */\n") } else { String::new() };
     let sample = format!(
         "
 /** A sample of the window. */
@@ -193,33 +194,33 @@ fn observer_step(export: &Export, upper: &str) -> String {
 /// What a value of u or y that is not finite does.
 fn not_finite(export: &Export) -> String {
     let known = if export.feedback.is_some() { "r" } else { "u" };
-    match &export.program {
-        Program::Varying(_) => {
+    match &export.observer {
+        ExportableObserver::Varying(_) => {
             format!(" * A value of {known}, y or dt that is not finite makes the estimate not finite, for good:")
         }
-        Program::Linear(_) | Program::Cubic(_) => {
+        ExportableObserver::Linear(_) | ExportableObserver::Cubic(_) => {
             format!(" * A value of {known} or y that is not finite makes the estimate not finite, for good:")
         }
-        Program::Kkl(observer) if observer.held_inputs() > 0 => {
+        ExportableObserver::Kkl(observer) if observer.held_inputs() > 0 => {
             format!(" * A value of {known} or y that is not finite makes the target states not finite, for good, and the estimate\n * meaningless, although it stays in its box; one of {known} only if the plant depends on it:")
         }
-        Program::Kkl(_) => {
+        ExportableObserver::Kkl(_) => {
             " * A value of y that is not finite makes the target states not finite, for good, and the estimate meaningless,\n * although it stays in its box:".to_owned()
         }
-        Program::Kalman(filter) if filter.gate().is_some() => format!(
+        ExportableObserver::Kalman(filter) if filter.gate().is_some() => format!(
             " * An infinite value of y is rejected by the gate. NaN in y, and a value of {known} that is not finite, make the\n * estimate not finite, for good, unless the plant does not depend on it or limits it:"
         ),
-        Program::Unscented(_) => format!(
+        ExportableObserver::Unscented(_) => format!(
             " * A value of {known} or y that is not finite, and a prediction whose covariance has no factor, make the estimate\n * not finite, for good, unless the plant does not depend on it or limits it:"
         ),
-        Program::MovingHorizon(_) => format!(
+        ExportableObserver::MovingHorizon(_) => format!(
             " * A measurement that is not finite is passed over. A value of {known} that is not finite makes the estimate not finite\n * until the next sample, which then takes its place in the window, unless the plant does not depend on it or\n * limits it. To start anew,"
         ),
-        Program::Copy(_)
-        | Program::Discrete(_)
-        | Program::Kalman(_)
-        | Program::Extension(_)
-        | Program::Step(_) => format!(
+        ExportableObserver::SampledNonlinear(_)
+        | ExportableObserver::Discrete(_)
+        | ExportableObserver::Kalman(_)
+        | ExportableObserver::Extension(_)
+        | ExportableObserver::Step(_) => format!(
             " * A value of {known} or y that is not finite makes the estimate not finite, for good, unless the plant does not\n * depend on it or limits it:"
         ),
     }

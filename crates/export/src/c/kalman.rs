@@ -4,7 +4,7 @@ use std::fmt::Write;
 
 use super::plant::{self, Arguments, contraction, index};
 use super::{feedback, is_finite, lengths, root, scalar};
-use crate::program::Maps;
+use crate::exportable_observer::Maps;
 use crate::{Export, number};
 
 pub(super) fn step(text: &mut String, export: &Export, maps: &Maps, (substeps, gated): (Option<usize>, bool)) {

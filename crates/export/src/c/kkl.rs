@@ -4,8 +4,8 @@ use std::fmt::Write;
 
 use super::plant::{self, Arguments};
 use super::{feedback, is_finite, lengths, product, scalar, table};
+use crate::exportable_observer::Maps;
 use crate::kkl::{Kkl, TableOf, Tree};
-use crate::program::Maps;
 use crate::{Export, number};
 
 /// Target states.
@@ -203,7 +203,7 @@ pub(super) fn start(text: &mut String, export: &Export, kkl: &Kkl<f64>) {
     let (name, number) = (&export.identifier, scalar(export));
     let (upper, _) = lengths(export);
     let (n, z) = (format!("{upper}_STATES"), targets(kkl).to_string());
-    let (states, m) = (export.program.dimensions().estimate, kkl.held_inputs());
+    let (states, m) = (export.observer.dimensions().estimate, kkl.held_inputs());
     let (forward, variables) = match kkl.table(export.scalar) {
         Some(table) => {
             let all = targets(kkl) * states;
@@ -235,7 +235,7 @@ void {name}_init({name}_state *state, const {number} *xhat)
 {inputs}{forward}"
     );
     product(text, number, ("COLOUR", &z, &z), "w", "state->z[i] = MEAN[i][0] + sum;");
-    let first = if export.program.uses_time() { "    state->sample = 0;\n" } else { "" };
+    let first = if export.observer.uses_time() { "    state->sample = 0;\n" } else { "" };
     let input = if m > 0 { "&FIRST_INPUT[0][0], " } else { "" };
     _ = write!(text, "    estimate(state->z, {input}state->xhat);\n{first}}}\n");
 }
@@ -246,7 +246,7 @@ pub(super) fn step(text: &mut String, export: &Export, kkl: &Kkl<f64>, maps: &Ma
     let ([n, p], z) = (["STATES", "OUTPUTS"].map(|what| format!("{upper}_{what}")), targets(kkl).to_string());
     let arguments = Arguments { inputs: Some("offset"), ..Arguments::of(maps, true) };
     // Held inputs stand behind the offset.
-    let (m, size) = (kkl.held_inputs(), export.program.dimensions().outputs);
+    let (m, size) = (kkl.held_inputs(), export.observer.dimensions().outputs);
     let (also, held) =
         if m > 0 { ("; held inputs follow it", format!("&offset[{size}]")) } else { ("", "u".to_owned()) };
     _ = write!(
@@ -272,7 +272,7 @@ static void slope({parameters}const {number} *v, {number} *dv)
     product(text, number, ("FILTER", &z, &z), "v", "dv[i] = sum;");
     product(text, number, ("B", &z, &p), "w", "dv[i] = dv[i] + sum;");
     text.push_str("}\n");
-    let length = (targets(kkl) + export.program.dimensions().estimate).to_string();
+    let length = (targets(kkl) + export.observer.dimensions().estimate).to_string();
     plant::runge_kutta(text, export, arguments, &length);
     _ = write!(
         text,

@@ -4,15 +4,15 @@ use std::fmt::Write;
 
 use super::{feedback, lengths, product, scalar};
 use crate::Export;
-use crate::program::Program;
+use crate::exportable_observer::ExportableObserver;
 
 pub(super) fn step(text: &mut String, export: &Export) {
     let number = scalar(export);
     let (upper, lengths) = lengths(export);
     let [n, m, p] = lengths.map(|(what, _)| format!("{upper}_{what}"));
     let (n, m, p) = (n.as_str(), m.as_str(), p.as_str());
-    let (inputs, fed) = (lengths[1].1 > 0, export.program.feedthrough().is_some());
-    let cubic = matches!(export.program, Program::Cubic(_));
+    let (inputs, fed) = (lengths[1].1 > 0, export.observer.feedthrough().is_some());
+    let cubic = matches!(export.observer, ExportableObserver::Cubic(_));
     _ = write!(
         text,
         "

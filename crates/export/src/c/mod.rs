@@ -52,8 +52,8 @@ use std::fmt::Write;
 use nalgebra::DMatrix;
 
 use crate::error::ExportError;
+use crate::exportable_observer::ExportableObserver;
 use crate::golden;
-use crate::program::Program;
 use crate::scalar::Scalar;
 use crate::{Export, File, number};
 
@@ -132,24 +132,26 @@ fn columns(names: &[String], units: &[String]) -> String {
 }
 
 fn lengths(export: &Export) -> (String, [(&'static str, usize); 3]) {
-    let size = export.program.dimensions();
-    let inputs = export.program.plant_inputs();
+    let size = export.observer.dimensions();
+    let inputs = export.observer.plant_inputs();
     let all = [("STATES", size.estimate), ("INPUTS", inputs), ("OUTPUTS", size.outputs)];
     (export.identifier.to_uppercase(), all)
 }
 
 pub(crate) fn kind(export: &Export) -> String {
-    let observer = match export.program {
-        Program::Linear(_) if export.is_filter() => "Stationary Kalman filter",
-        Program::Linear(_) => "Sampled linear observer",
-        Program::Cubic(_) => "Sampled cubic observer",
-        Program::Varying(_) => "Sampled cubic observer at varying periods",
-        Program::Kalman(_) => "Extended Kalman filter",
-        Program::Unscented(_) => "Unscented Kalman filter",
-        Program::MovingHorizon(_) => "Moving-horizon estimator",
-        Program::Kkl(_) => "Numerical KKL observer",
-        Program::Extension(_) | Program::Step(_) => "Observer of expressions",
-        Program::Copy(_) | Program::Discrete(_) => "Copy of the plant with a constant gain",
+    let observer = match export.observer {
+        ExportableObserver::Linear(_) if export.is_filter() => "Stationary Kalman filter",
+        ExportableObserver::Linear(_) => "Sampled linear observer",
+        ExportableObserver::Cubic(_) => "Sampled cubic observer",
+        ExportableObserver::Varying(_) => "Sampled cubic observer at varying periods",
+        ExportableObserver::Kalman(_) => "Extended Kalman filter",
+        ExportableObserver::Unscented(_) => "Unscented Kalman filter",
+        ExportableObserver::MovingHorizon(_) => "Moving-horizon estimator",
+        ExportableObserver::Kkl(_) => "Numerical KKL observer",
+        ExportableObserver::Extension(_) | ExportableObserver::Step(_) => "Observer of expressions",
+        ExportableObserver::SampledNonlinear(_) | ExportableObserver::Discrete(_) => {
+            "Copy of the plant with a constant gain"
+        }
     };
     let feedback = if export.feedback.is_some() { " with the feedback u = r - K xhat" } else { "" };
     format!("{observer}{feedback}")

@@ -6,7 +6,7 @@ use luenberger_expression::{Dialect, Language, Routine};
 
 use super::scalar;
 use crate::c_math;
-use crate::program::{Maps, tables};
+use crate::exportable_observer::{Maps, tables};
 use crate::scalar::Scalar;
 use crate::{Export, number};
 
@@ -29,7 +29,7 @@ pub(super) fn functions(text: &mut String, export: &Export, maps: &Maps) {
     for (number, table, used) in tables(&maps.routines().collect::<Vec<_>>()) {
         _ = write!(text, "\n{}", table.source(number, &dialect, used));
     }
-    let size = export.program.dimensions();
+    let size = export.observer.dimensions();
     let motion = if first.len() > size.estimate { "f, then Df row by row" } else { "f" };
     let measurement = if second.len() > size.outputs { "h, then Dh row by row" } else { "h" };
     function(text, export, ("motion", motion), first, &dialect);
@@ -126,7 +126,7 @@ impl Arguments {
 pub(super) fn runge_kutta(text: &mut String, export: &Export, arguments: Arguments, length: &str) {
     let number = scalar(export);
     let literal = |x: f64| number::c(x, export.scalar);
-    let [tau, middle, whole] = export.program.increments(export.scalar).map(literal);
+    let [tau, middle, whole] = export.observer.increments(export.scalar).map(literal);
     let slope = |t: &str, z: &str, k: &str| format!("slope({}{z}, {k});", arguments.arguments(t));
     let moved = |from: &str, by: &str| {
         format!("for (i = 0; i < {length}; ++i) {{\n        moved[i] = z[i] + ({from}[i] * {by});\n    }}")
@@ -171,7 +171,7 @@ static void runge_kutta({parameters}{number} *z)
 /// The loop over the steps between two samples, with a statement after each.
 pub(super) fn advance(text: &mut String, export: &Export, arguments: Arguments, substeps: usize, after: &str) {
     let number = scalar(export);
-    let [tau, ..] = export.program.increments(export.scalar).map(|x| number::c(x, export.scalar));
+    let [tau, ..] = export.observer.increments(export.scalar).map(|x| number::c(x, export.scalar));
     let now = if arguments.time { format!("t + ({tau} * ({number})k)") } else { String::new() };
     _ = write!(
         text,

@@ -71,7 +71,7 @@ Compilers must not contract or reorder floating-point operations: `-std=c99` or 
         export.operations(),
         export.bytes(),
         most = if export.stack_of_window().is_some() { "at most " } else { "" },
-        period = export.program.period(),
+        period = export.observer.period(),
         unit = if export.names.time_unit.is_empty() { "time units" } else { &export.names.time_unit },
         upper = name.to_uppercase(),
     )

@@ -6,7 +6,7 @@ use super::{
     copy, cubic, extension, feedback, kalman, kkl, lengths, linear, matrix, moving_horizon, plant, scalar, unscented,
     varying,
 };
-use crate::program::{Maps, Program};
+use crate::exportable_observer::{ExportableObserver, Maps};
 use crate::{Export, number};
 
 pub(super) fn source(export: &Export) -> String {
@@ -14,8 +14,8 @@ pub(super) fn source(export: &Export) -> String {
     let (upper, _) = lengths(export);
     let n = format!("{upper}_STATES");
     let mut text = format!("/** @file {name}.c\n * See {name}.h. */\n#include \"{name}.h\"\n\n#include <float.h>\n");
-    let maps = export.program.maps();
-    if maps.is_some() || matches!(export.program, Program::Cubic(_) | Program::Varying(_)) {
+    let maps = export.observer.maps();
+    if maps.is_some() || matches!(export.observer, ExportableObserver::Cubic(_) | ExportableObserver::Varying(_)) {
         text.push_str("#include <math.h>\n");
     }
     if maps.is_some() {
@@ -45,16 +45,16 @@ pub(super) fn source(export: &Export) -> String {
     let initial: Vec<String> = export.initial.iter().map(|x| number::c(*x, export.scalar)).collect();
     let start = start(export);
     _ = writeln!(text, "static const {number} INITIAL[{n}] = {{ {} }};", initial.join(", "));
-    if matches!(export.program, Program::Cubic(_) | Program::Varying(_)) {
+    if matches!(export.observer, ExportableObserver::Cubic(_) | ExportableObserver::Varying(_)) {
         cubic::flow(&mut text, export);
     }
-    match (&export.program, &maps) {
-        (Program::Kkl(observer), Some(maps)) => {
+    match (&export.observer, &maps) {
+        (ExportableObserver::Kkl(observer), Some(maps)) => {
             plant::functions(&mut text, export, maps);
             kkl::inverse(&mut text, export, observer);
             kkl::start(&mut text, export, observer);
         }
-        (Program::Extension(observer), Some(maps)) => {
+        (ExportableObserver::Extension(observer), Some(maps)) => {
             let own = observer.observer().routines();
             plant::functions(&mut text, export, maps);
             extension::functions(&mut text, export, &own);
@@ -84,20 +84,24 @@ void {name}_reset({name}_state *state)
 }}
 "
     );
-    match (&export.program, &maps) {
-        (Program::Kalman(filter), Some(maps)) => {
+    match (&export.observer, &maps) {
+        (ExportableObserver::Kalman(filter), Some(maps)) => {
             kalman::step(&mut text, export, maps, (filter.substeps(), filter.gate().is_some()));
         }
-        (Program::Unscented(filter), Some(maps)) => unscented::step(&mut text, export, maps, filter),
-        (Program::MovingHorizon(estimator), Some(maps)) => moving_horizon::step(&mut text, export, maps, estimator),
-        (Program::Kkl(observer), Some(maps)) => kkl::step(&mut text, export, observer, maps),
-        (Program::Extension(observer), Some(maps)) => {
+        (ExportableObserver::Unscented(filter), Some(maps)) => unscented::step(&mut text, export, maps, filter),
+        (ExportableObserver::MovingHorizon(estimator), Some(maps)) => {
+            moving_horizon::step(&mut text, export, maps, estimator);
+        }
+        (ExportableObserver::Kkl(observer), Some(maps)) => kkl::step(&mut text, export, observer, maps),
+        (ExportableObserver::Extension(observer), Some(maps)) => {
             extension::step(&mut text, export, observer, (maps, &observer.observer().routines()));
         }
-        (Program::Discrete(_), Some(maps)) => copy::discrete_step(&mut text, export, maps),
-        (Program::Step(_), Some(maps)) => super::step::step(&mut text, export, maps),
-        (Program::Varying(_), _) => varying::step(&mut text, export),
-        (Program::Copy(observer), Some(maps)) => copy::step(&mut text, export, maps, observer.substeps()),
+        (ExportableObserver::Discrete(_), Some(maps)) => copy::discrete_step(&mut text, export, maps),
+        (ExportableObserver::Step(_), Some(maps)) => super::step::step(&mut text, export, maps),
+        (ExportableObserver::Varying(_), _) => varying::step(&mut text, export),
+        (ExportableObserver::SampledNonlinear(observer), Some(maps)) => {
+            copy::step(&mut text, export, maps, observer.substeps());
+        }
         _ => linear::step(&mut text, export),
     }
     feedback::block(&mut text, export);
@@ -118,9 +122,9 @@ fn start(export: &Export) -> String {
 "
         );
     }
-    let covariance = match export.program {
-        Program::Kalman(_) => Some(("P", "P0")),
-        Program::Unscented(_) => Some(("S", "ROOT_P0")),
+    let covariance = match export.observer {
+        ExportableObserver::Kalman(_) => Some(("P", "P0")),
+        ExportableObserver::Unscented(_) => Some(("S", "ROOT_P0")),
         _ => None,
     };
     if let Some((field, first)) = covariance {
@@ -135,10 +139,10 @@ fn start(export: &Export) -> String {
 "
         );
     }
-    if matches!(export.program, Program::MovingHorizon(_)) {
+    if matches!(export.observer, ExportableObserver::MovingHorizon(_)) {
         text.push_str(&moving_horizon::start(export));
     }
-    if export.program.uses_time() {
+    if export.observer.uses_time() {
         text.push_str("    state->sample = 0;\n");
     }
     text

@@ -8,13 +8,13 @@ use super::plant;
 use super::{feedback, lengths, scalar};
 use crate::Export;
 use crate::c_math;
-use crate::program::{Maps, tables};
+use crate::exportable_observer::{Maps, tables};
 
 pub(super) fn step(text: &mut String, export: &Export, maps: &Maps) {
     let number = scalar(export);
     let (upper, _) = lengths(export);
     let [n, m, p] = ["STATES", "INPUTS", "OUTPUTS"].map(|what| format!("{upper}_{what}"));
-    let (next, size) = (&maps.motion, export.program.dimensions());
+    let (next, size) = (&maps.motion, export.observer.dimensions());
     let prefix = format!("{}_", export.identifier);
     let dialect = plant::dialect(export.scalar, &prefix);
     let called: Vec<c_math::Function> = Routine::functions(next).into_iter().map(Into::into).collect();

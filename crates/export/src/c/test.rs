@@ -26,7 +26,7 @@ pub(crate) fn test(export: &Export, steps: &[Step]) -> String {
         text.push_str("};\n");
     };
     let fed = export.feedback.is_some();
-    let (is_varying, inputs) = (export.program.takes_time(), export.program.plant_inputs());
+    let (is_varying, inputs) = (export.observer.takes_time(), export.observer.plant_inputs());
     table(if fed { "r" } else { "u" }, &|step| step.u[..inputs].to_vec());
     table("y", &|step| step.y.clone());
     table("dt", &|step| step.u[inputs..].to_vec());

@@ -8,7 +8,7 @@ use nalgebra::Dyn;
 
 use super::plant::{self, Arguments};
 use super::{feedback, is_finite, lengths, root, scalar};
-use crate::program::Maps;
+use crate::exportable_observer::Maps;
 use crate::{Export, number};
 
 type Filter = UnscentedKalmanFilter<ExpressionPlant, f64, Dyn, Dyn, Dyn>;
@@ -507,7 +507,7 @@ static void move({parameters}{number} *z)
             );
             plant::advance(text, export, arguments, substeps, "");
             text.push_str("}\n");
-            let half = self.literal(export.program.half_step_factor(export.scalar));
+            let half = self.literal(export.observer.half_step_factor(export.scalar));
             format!(
                 "    for (i = 0; i < {n}; ++i) {{
         for (k = 0; k < {n}; ++k) {{

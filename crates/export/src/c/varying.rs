@@ -24,7 +24,7 @@ pub(super) fn step(text: &mut String, export: &Export) {
         },
     );
     let count = known.to_string();
-    let substeps = export.program.prediction_substeps(export.scalar);
+    let substeps = export.observer.prediction_substeps(export.scalar);
     let literal = |x: f64| number::c(x, export.scalar);
     let (one, zero, parts) = (literal(1.0), literal(0.0), literal(substeps as f64));
     let indented = |matrix: (&str, &str, &str), vector: &str, after: &str| {
@@ -75,7 +75,7 @@ void {name}_step({name}_state *state, const {number} *u, const {number} *y, {num
 ",
         slope = indented(("A", n, n), "term", "next[i] = (k == 0) ? (sum + driven[i]) : sum;"),
     );
-    let d = export.program.feedthrough().is_some();
+    let d = export.observer.feedthrough().is_some();
     if d {
         _ = writeln!(text, "    {number} known[{count}];");
     }
@@ -105,7 +105,7 @@ pub(super) fn declarations(export: &Export) -> String {
     let (name, number) = (&export.identifier, scalar(export));
     let upper = name.to_uppercase();
     let unread = if export.names.inputs.is_empty() { "; not read, may be a null pointer" } else { "" };
-    let longest = export.program.scalars().iter().find(|(name, _)| *name == "LONGEST").map_or(0.0, |(_, x)| *x);
+    let longest = export.observer.scalars().iter().find(|(name, _)| *name == "LONGEST").map_or(0.0, |(_, x)| *x);
     // Six digits: a product of bounds has rounding in the others.
     let longest = format!("{longest:.5e}").parse().unwrap_or(longest);
     format!(

@@ -75,7 +75,7 @@ impl Export {
     /// As [`c`](Self::c); [`ExportError::Duplicate`] for two columns of one name, [`ExportError::TimeUnit`] for a time
     /// unit that is not a known multiple of the second; [`ExportError::VaryingPeriods`].
     pub fn fmu(&self, version: Version) -> Result<Fmu, ExportError> {
-        if self.program.takes_time() {
+        if self.observer.takes_time() {
             return Err(ExportError::VaryingPeriods { what: "as an FMU, whose step has a fixed period" });
         }
         let period = self.period_in_seconds()?;
@@ -120,7 +120,7 @@ impl Export {
             "d" | "day" | "days" => 86400.0,
             unit => return Err(ExportError::TimeUnit { unit: unit.to_owned() }),
         };
-        Ok(self.program.period() * factor)
+        Ok(self.observer.period() * factor)
     }
 }
 

@@ -67,7 +67,7 @@ void {name}_innovation(const {name}_state *state, const {number} *u, const {numb
 {{
 "
     );
-    if let Some(maps) = export.program.maps() {
+    if let Some(maps) = export.observer.maps() {
         text.push_str(
             "#include <math.h>\n#include <stdbool.h>\n#include <stddef.h>\n#include <stdint.h>\n#include <string.h>\n",
         );

@@ -21,9 +21,9 @@ use nalgebra::DMatrix;
 
 use crate::c::wrapped;
 use crate::error::ExportError;
+use crate::exportable_observer::ExportableObserver;
 use crate::golden;
 use crate::number;
-use crate::program::Program;
 use crate::{Export, File};
 
 pub(crate) fn files(export: &Export) -> Result<Vec<File>, ExportError> {
@@ -81,7 +81,7 @@ luenberger-observers = {{ version = \"{}\", default-features = false }}
 ",
         staticlib::package(&export.identifier),
         env!("CARGO_PKG_VERSION"),
-        libm = if export.program.maps().is_some() {
+        libm = if export.observer.maps().is_some() {
             "libm = { version = \"0.2.16\", default-features = false }\n"
         } else {
             ""
@@ -99,35 +99,37 @@ fn matrix(export: &Export, m: &DMatrix<f64>) -> String {
 
 fn library(export: &Export) -> String {
     let scalar = export.scalar.name();
-    let size = export.program.dimensions();
+    let size = export.observer.dimensions();
     let (n, m, p) = (size.estimate, size.inputs, size.outputs);
-    let last = if export.program.takes_time() { ", the last of which is the time since the last step," } else { "" };
-    let (kind, data) = match &export.program {
-        Program::Linear(_) if export.is_filter() => {
+    let last = if export.observer.takes_time() { ", the last of which is the time since the last step," } else { "" };
+    let (kind, data) = match &export.observer {
+        ExportableObserver::Linear(_) if export.is_filter() => {
             ("StaticStationaryKalmanFilter", "LinearPlant, StaticDiscreteLinearObserver")
         }
-        Program::Linear(_) => ("StaticDiscreteLinearObserver", "LinearPlant"),
-        Program::Cubic(_) => ("StaticSampledCubicObserver", "SampledCubicGains"),
-        Program::Varying(_) => {
+        ExportableObserver::Linear(_) => ("StaticDiscreteLinearObserver", "LinearPlant"),
+        ExportableObserver::Cubic(_) => ("StaticSampledCubicObserver", "SampledCubicGains"),
+        ExportableObserver::Varying(_) => {
             ("StaticVaryingPeriodStep", "SampledCubicGains, StaticSampledCubicObserver, VaryingPeriodObserver")
         }
-        Program::Kalman(_) => ("StaticExtendedKalmanFilter", "ExtendedKalmanFilter, NoiseModel"),
-        Program::Unscented(_) => ("StaticUnscentedKalmanFilter", "NoiseModel, SigmaPoints, UnscentedKalmanFilter"),
-        Program::MovingHorizon(_) => ("MovingHorizonEstimator", "Horizon, NoiseModel"),
-        Program::Copy(_) => ("StaticSampledNonlinearObserver", "SampledNonlinearObserver"),
-        Program::Discrete(_) => ("DiscreteNonlinearObserver", ""),
-        Program::Kkl(observer) if observer.held_inputs() > 0 => ("SampledHeldKkl", ""),
-        Program::Kkl(_) => ("SampledKkl", ""),
-        Program::Extension(_) => ("InterSampleObserver", "ObserverDimensions"),
-        Program::Step(_) => ("Step", "ObserverDimensions"),
+        ExportableObserver::Kalman(_) => ("StaticExtendedKalmanFilter", "ExtendedKalmanFilter, NoiseModel"),
+        ExportableObserver::Unscented(_) => {
+            ("StaticUnscentedKalmanFilter", "NoiseModel, SigmaPoints, UnscentedKalmanFilter")
+        }
+        ExportableObserver::MovingHorizon(_) => ("MovingHorizonEstimator", "Horizon, NoiseModel"),
+        ExportableObserver::SampledNonlinear(_) => ("StaticSampledNonlinearObserver", "SampledNonlinearObserver"),
+        ExportableObserver::Discrete(_) => ("DiscreteNonlinearObserver", ""),
+        ExportableObserver::Kkl(observer) if observer.held_inputs() > 0 => ("SampledHeldKkl", ""),
+        ExportableObserver::Kkl(_) => ("SampledKkl", ""),
+        ExportableObserver::Extension(_) => ("InterSampleObserver", "ObserverDimensions"),
+        ExportableObserver::Step(_) => ("Step", "ObserverDimensions"),
     };
     let fed = export.feedback.is_some();
-    let is_step = matches!(export.program, Program::Step(_));
-    let model = if export.program.maps().is_some() && !is_step { "Model, " } else { "" };
-    let lengths = match export.program {
-        Program::Discrete(_) => format!("Const<{n}>, Const<{m}>, Const<{p}>"),
-        Program::MovingHorizon(_) => {
-            let (state, window) = (export.program.dimensions().state, export.program.window());
+    let is_step = matches!(export.observer, ExportableObserver::Step(_));
+    let model = if export.observer.maps().is_some() && !is_step { "Model, " } else { "" };
+    let lengths = match export.observer {
+        ExportableObserver::Discrete(_) => format!("Const<{n}>, Const<{m}>, Const<{p}>"),
+        ExportableObserver::MovingHorizon(_) => {
+            let (state, window) = (export.observer.dimensions().state, export.observer.window());
             format!("Const<{n}>, Const<{m}>, Const<{p}>, Const<{state}>, {window}")
         }
         _ => format!("{n}, {m}, {p}"),
@@ -152,17 +154,17 @@ fn library(export: &Export) -> String {
         "" => "",
         _ => "\nuse luenberger_observers::{Differentiable, Dimensions, Plant, Shape};",
     };
-    let traits = match &export.program {
-        Program::Kkl(observer) => format!("{traits}\n{}", kkl::imports(observer)),
+    let traits = match &export.observer {
+        ExportableObserver::Kkl(observer) => format!("{traits}\n{}", kkl::imports(observer)),
         _ => traits.to_owned(),
     };
-    let kind = if matches!(export.program, Program::Kkl(_)) || is_step { "" } else { kind };
+    let kind = if matches!(export.observer, ExportableObserver::Kkl(_)) || is_step { "" } else { kind };
     let types = [if fed { "OutputFeedback" } else { "" }, data, kind, "ObserverError"];
     let types = types.into_iter().filter(|name| !name.is_empty()).collect::<Vec<_>>().join(", ");
-    let inner = match &export.program {
-        Program::Kkl(observer) => kkl::kind(export, observer),
-        Program::Extension(observer) => extension::kind(export, observer),
-        Program::Step(_) => "Step".to_owned(),
+    let inner = match &export.observer {
+        ExportableObserver::Kkl(observer) => kkl::kind(export, observer),
+        ExportableObserver::Extension(observer) => extension::kind(export, observer),
+        ExportableObserver::Step(_) => "Step".to_owned(),
         _ => format!("{kind}<{model}{scalar}, {lengths}>"),
     };
     let observer = if fed {
@@ -206,30 +208,30 @@ pub fn observer() -> Result<Observer, ObserverError> {{
 {without}",
         export.initial.iter().map(|x| number::rust(*x, export.scalar)).collect::<Vec<_>>().join(", "),
     );
-    match &export.program {
-        Program::Linear(_) => linear(&mut text, export, kind),
-        Program::Cubic(_) => cubic(&mut text, export, kind),
-        Program::Varying(step) => varying::observer(&mut text, export, step),
-        Program::Kalman(_) => plant::kalman(&mut text, export),
-        Program::Unscented(filter) => plant::unscented(&mut text, export, filter.sigma_points()),
-        Program::MovingHorizon(estimator) => plant::moving_horizon(&mut text, export, estimator),
-        Program::Copy(_) => plant::copy(&mut text, export),
-        Program::Discrete(_) => plant::discrete(&mut text, export),
-        Program::Kkl(observer) => kkl::observer(&mut text, export, observer),
-        Program::Extension(observer) => extension::observer(&mut text, export, observer),
-        Program::Step(_) => text.push_str("    Ok(Step)\n"),
+    match &export.observer {
+        ExportableObserver::Linear(_) => linear(&mut text, export, kind),
+        ExportableObserver::Cubic(_) => cubic(&mut text, export, kind),
+        ExportableObserver::Varying(step) => varying::observer(&mut text, export, step),
+        ExportableObserver::Kalman(_) => plant::kalman(&mut text, export),
+        ExportableObserver::Unscented(filter) => plant::unscented(&mut text, export, filter.sigma_points()),
+        ExportableObserver::MovingHorizon(estimator) => plant::moving_horizon(&mut text, export, estimator),
+        ExportableObserver::SampledNonlinear(_) => plant::copy(&mut text, export),
+        ExportableObserver::Discrete(_) => plant::discrete(&mut text, export),
+        ExportableObserver::Kkl(observer) => kkl::observer(&mut text, export, observer),
+        ExportableObserver::Extension(observer) => extension::observer(&mut text, export, observer),
+        ExportableObserver::Step(_) => text.push_str("    Ok(Step)\n"),
     }
     text.push_str("}\n");
-    if let Program::Kkl(observer) = &export.program {
+    if let ExportableObserver::Kkl(observer) = &export.observer {
         kkl::first_input(&mut text, export, observer);
         kkl::trees(&mut text, export, observer);
     }
-    if let Program::Extension(observer) = &export.program {
+    if let ExportableObserver::Extension(observer) = &export.observer {
         extension::model(&mut text, export, observer);
     }
-    if let Program::Step(observer) = &export.program {
+    if let ExportableObserver::Step(observer) = &export.observer {
         step::model(&mut text, export, observer);
-    } else if let Some(routines) = export.program.routines() {
+    } else if let Some(routines) = export.observer.routines() {
         plant::model(&mut text, export, &routines);
     }
     text
@@ -237,8 +239,8 @@ pub fn observer() -> Result<Observer, ObserverError> {{
 
 /// The input at the start, in the source of a test: `of` is the crate.
 fn input_at_start(export: &Export, of: &str) -> String {
-    match &export.program {
-        Program::Kkl(observer) if observer.held_inputs() > 0 => format!("{of}::first_input()"),
+    match &export.observer {
+        ExportableObserver::Kkl(observer) if observer.held_inputs() > 0 => format!("{of}::first_input()"),
         _ => "SVector::zeros()".to_owned(),
     }
 }
@@ -251,7 +253,7 @@ fn named(export: &Export, wanted: &str) -> Option<String> {
 fn linear(text: &mut String, export: &Export, kind: &str) {
     let of = |name: &str| named(export, name).unwrap_or_default();
     let feedthrough = named(export, "D").map_or_else(String::new, |d| format!(".with_feedthrough({d})?"));
-    let period = export.scalar.round(export.program.period());
+    let period = export.scalar.round(export.observer.period());
     let update = named(export, "UPDATE");
     let (start, end) = match &update {
         Some(k) => ("let predictor = StaticDiscreteLinearObserver", format!("?;\n    {kind}::new(predictor, {k})")),

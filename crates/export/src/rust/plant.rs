@@ -6,9 +6,9 @@ use luenberger_expression::{Dialect, Language, Routine, Routines};
 use luenberger_observers::{Horizon, SigmaPoints};
 
 use super::named;
+use crate::exportable_observer::tables;
 use crate::extension::ExtensionMaps;
 use crate::moving_horizon::{MovingHorizon, bounds};
-use crate::program::tables;
 use crate::scalar::Scalar;
 use crate::{Export, number};
 
@@ -21,7 +21,7 @@ pub(super) fn dialect(scalar: Scalar) -> Dialect<'static> {
 /// The body of `observer()` for the copy with a constant gain.
 pub(super) fn copy(text: &mut String, export: &Export) {
     let gain = named(export, "L").unwrap_or_default();
-    let substeps = export.program.substeps().unwrap_or(1);
+    let substeps = export.observer.substeps().unwrap_or(1);
     _ = writeln!(text, "    SampledNonlinearObserver::new(Model, {gain}, {}, {substeps})", period(export));
 }
 
@@ -33,7 +33,7 @@ pub(super) fn discrete(text: &mut String, export: &Export) {
 
 /// The body of `observer()` for the extended Kalman filter.
 pub(super) fn kalman(text: &mut String, export: &Export) {
-    let new = match export.program.substeps() {
+    let new = match export.observer.substeps() {
         Some(substeps) => format!("ExtendedKalmanFilter::new(Model, noises, {}, {substeps})", period(export)),
         None => format!("ExtendedKalmanFilter::discrete(Model, noises, {})", period(export)),
     };
@@ -49,7 +49,7 @@ pub(super) fn kalman(text: &mut String, export: &Export) {
 /// The body of `observer()` for the unscented Kalman filter.
 pub(super) fn unscented(text: &mut String, export: &Export, sigma: SigmaPoints) {
     let SigmaPoints { alpha, beta, kappa } = sigma;
-    let substeps = export.program.substeps();
+    let substeps = export.observer.substeps();
     let gate = gate(export);
     _ = writeln!(
         text,
@@ -65,7 +65,7 @@ pub(super) fn unscented(text: &mut String, export: &Export, sigma: SigmaPoints) 
 /// The body of `observer()` for the moving-horizon estimator.
 pub(super) fn moving_horizon(text: &mut String, export: &Export, estimator: &MovingHorizon<f64>) {
     let Horizon { window, iterations } = estimator.horizon();
-    let new = match export.program.substeps() {
+    let new = match export.observer.substeps() {
         Some(substeps) => format!("new(Model, noises, horizon, {}, {substeps})", period(export)),
         None => format!("discrete(Model, noises, horizon, {})", period(export)),
     };
@@ -78,7 +78,7 @@ pub(super) fn moving_horizon(text: &mut String, export: &Export, estimator: &Mov
                 None => format!("{}::{}INFINITY", export.scalar.name(), if is_lower { "NEG_" } else { "" }),
             }
         };
-        (0..export.program.dimensions().estimate).map(one).collect::<Vec<_>>().join(", ")
+        (0..export.observer.dimensions().estimate).map(one).collect::<Vec<_>>().join(", ")
     };
     let bounded = if bounds(estimator).is_empty() {
         String::new()
@@ -107,13 +107,13 @@ fn gate(export: &Export) -> String {
 }
 
 fn period(export: &Export) -> String {
-    number::rust(export.scalar.round(export.program.period()), export.scalar)
+    number::rust(export.scalar.round(export.observer.period()), export.scalar)
 }
 
 /// The type `Model`: the plant with its Jacobians.
 pub(super) fn model(text: &mut String, export: &Export, routines: &Routines) {
     let scalar = export.scalar.name();
-    let size = export.program.dimensions();
+    let size = export.observer.dimensions();
     let (n, m, p) = (size.estimate, size.inputs, size.outputs);
     let (motion, measurement) = (n + n * n, p + p * n);
     let zero = number::rust(0.0, export.scalar);
@@ -193,7 +193,7 @@ impl Differentiable<{scalar}, Const<{n}>, Const<{m}>, Const<{p}>> for Model {{
     for (name, what, routine) in all {
         function(text, (name, what), routine, &dialect, (n, m));
     }
-    let own = export.program.extension();
+    let own = export.observer.extension();
     let own = own.iter().flat_map(ExtensionMaps::all);
     for (number, table, used) in tables(&all.map(|(_, _, routine)| routine).into_iter().chain(own).collect::<Vec<_>>())
     {

@@ -4,8 +4,8 @@ use std::fmt::Write;
 
 use luenberger_observers::ObserverDimensions;
 
+use crate::exportable_observer::ExportableObserver;
 use crate::golden::Step;
-use crate::program::Program;
 use crate::{Export, File, c, number};
 
 /// Manifest, source, header and test: the header and the test are those of the emitted C.
@@ -58,10 +58,13 @@ codegen-units = 1
 /// The functions of the header.
 fn library(export: &Export) -> String {
     let (name, number) = (&export.identifier, export.scalar.name());
-    let size = export.program.dimensions();
+    let size = export.observer.dimensions();
     let (n, zero) = (size.estimate, number::rust(0.0, export.scalar));
-    let (is_filter, is_timed, is_fed) =
-        (matches!(export.program, Program::Kalman(_)), export.program.uses_time(), export.feedback.is_some());
+    let (is_filter, is_timed, is_fed) = (
+        matches!(export.observer, ExportableObserver::Kalman(_)),
+        export.observer.uses_time(),
+        export.feedback.is_some(),
+    );
     let (mut fields, mut start, mut tick, mut imports) = (String::new(), String::new(), "", ["", "SVector"]);
     let inner = if is_fed { "block.observer()" } else { "block" };
     let mut estimate = String::new();
@@ -76,7 +79,7 @@ fn library(export: &Export) -> String {
             ),
         )
     };
-    let (state, load, store) = if let Program::Kkl(observer) = &export.program
+    let (state, load, store) = if let ExportableObserver::Kkl(observer) = &export.observer
         && observer.held_inputs() > 0
     {
         let targets = observer.dimensions().state;
@@ -85,14 +88,14 @@ fn library(export: &Export) -> String {
         let (load, store) = joined(targets);
         stored = store;
         (format!("SVector<{number}, {}>", targets + n), load, stored.as_str())
-    } else if let Program::Kkl(observer) = &export.program {
+    } else if let ExportableObserver::Kkl(observer) = &export.observer {
         let targets = observer.dimensions().state;
         _ = writeln!(fields, "    z: [{number}; {targets}],");
         _ = writeln!(start, "            z: [{zero}; {targets}],");
         _ = writeln!(estimate, "        (*state).xhat = {inner}.estimate(&z).into();");
         let load = "SVector::from(self.z)".to_owned();
         (format!("SVector<{number}, {targets}>"), load, "        self.z = (*z).into();\n")
-    } else if let Program::Extension(observer) = &export.program {
+    } else if let ExportableObserver::Extension(observer) = &export.observer {
         let all = luenberger_observers::SampledObserver::<f64>::dimensions(observer).state;
         let order = all - n;
         _ = writeln!(fields, "    z: [{number}; {order}],");
@@ -111,7 +114,7 @@ fn library(export: &Export) -> String {
             ),
             "        self.xhat = z.estimate().into();\n        self.p = z.covariance().transpose().into();\n",
         )
-    } else if matches!(export.program, Program::Unscented(_)) {
+    } else if matches!(export.observer, ExportableObserver::Unscented(_)) {
         imports = ["SquareRootEstimate, ", "{Const, SMatrix, SVector}"];
         _ = writeln!(fields, "    s: [[{number}; {n}]; {n}],");
         _ = writeln!(start, "            s: [[{zero}; {n}]; {n}],");
@@ -122,7 +125,7 @@ fn library(export: &Export) -> String {
             ),
             "        self.xhat = z.estimate().into();\n        self.s = z.factor().transpose().into();\n",
         )
-    } else if let Program::MovingHorizon(_) = &export.program {
+    } else if let ExportableObserver::MovingHorizon(_) = &export.observer {
         let window = Window::new(export);
         _ = writeln!(fields, "{}", window.fields);
         _ = writeln!(start, "{}", window.start);
@@ -170,7 +173,7 @@ pub unsafe extern \"C\" fn {name}_input(state: *const State, r: *const {number},
         let estimate = "block.estimate_at(&z, &SVector::from(column(u)), &SVector::from(column(y)))";
         let corrected = format!("        (*state).xhat = {estimate}.into();\n");
         let step = if export.is_filter() { format!("{corrected}{step}") } else { step };
-        if export.program.takes_time() { varying(export) } else { ("u", String::new(), step, String::new()) }
+        if export.observer.takes_time() { varying(export) } else { ("u", String::new(), step, String::new()) }
     };
     format!(
         "//! The functions of `{name}.h` for programs in C: the observer of the crate above, as a static library.
@@ -282,11 +285,11 @@ struct Window {
 impl Window {
     fn new(export: &Export) -> Self {
         let number = export.scalar.name();
-        let ObserverDimensions { estimate: n, inputs: m, outputs: p, .. } = export.program.dimensions();
-        let (window, zero) = (export.program.window(), number::rust(0.0, export.scalar));
+        let ObserverDimensions { estimate: n, inputs: m, outputs: p, .. } = export.observer.dimensions();
+        let (window, zero) = (export.observer.window(), number::rust(0.0, export.scalar));
         let (one, half) = (number::rust(1.0, export.scalar), number::rust(0.5, export.scalar));
-        let period = number::rust(export.scalar.round(export.program.period()), export.scalar);
-        let timed = export.program.uses_time();
+        let period = number::rust(export.scalar.round(export.observer.period()), export.scalar);
+        let timed = export.observer.uses_time();
         let only = |has: bool, text: String| if has { text } else { String::new() };
         let sample = format!(
             "/// A sample of the window, as in the header.
@@ -361,7 +364,7 @@ pub struct Sample {{
 /// The inputs, further parameters and body of the step of an observer at varying periods, and its prediction.
 fn varying(export: &Export) -> (&'static str, String, String, String) {
     let (name, number) = (&export.identifier, export.scalar.name());
-    let (inputs, estimate) = (export.program.plant_inputs(), export.program.dimensions().estimate);
+    let (inputs, estimate) = (export.observer.plant_inputs(), export.observer.dimensions().estimate);
     let known = format!("known::<{inputs}, {}>(u, dt)", inputs + 1);
     let step = format!(
         "        block.step({}, &mut z, &{known}, &SVector::from(column(y)));\n",

@@ -5,7 +5,7 @@ use std::fmt::Write;
 use luenberger_observers::SampledObserver;
 
 use super::plant;
-use crate::program::tables;
+use crate::exportable_observer::tables;
 use crate::step::ExpressionStep;
 use crate::{Export, number};
 

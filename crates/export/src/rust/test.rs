@@ -7,7 +7,7 @@ use crate::{Export, number};
 
 pub(super) fn test(export: &Export, steps: &[Step]) -> String {
     let scalar = export.scalar.name();
-    let size = export.program.dimensions();
+    let size = export.observer.dimensions();
     let (name, fed) = (&export.identifier, export.feedback.is_some());
     let mut text = format!(
         "//! Golden vectors: {} steps of the design, compared bit by bit.\n\nuse {name}::luenberger_observers::SampledObserver;\nuse {name}::luenberger_observers::nalgebra::SVector;\n",

@@ -26,7 +26,7 @@ pub(super) fn observer(text: &mut String, export: &Export, step: &VaryingPeriodS
     ] {
         _ = writeln!(text, "        {field}: {},", stored(m));
     }
-    _ = writeln!(text, "        w: {},\n        period: {},", literal(nominal.w()), literal(export.program.period()));
+    _ = writeln!(text, "        w: {},\n        period: {},", literal(nominal.w()), literal(export.observer.period()));
     let coupling = nominal.coupling().map_or_else(String::new, |coupling| format!(", {}", stored(coupling)));
     let feedthrough = named(export, "D").map_or_else(String::new, |d| format!("?.with_feedthrough({d})"));
     let longest = literal(observer.longest());

@@ -4,7 +4,7 @@
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-use luenberger_export::{Export, ExportError, Names, Program, Scalar, golden};
+use luenberger_export::{Export, ExportError, ExportableObserver, Names, Scalar, golden};
 use luenberger_observers::{
     DiscreteLinearObserver, OutputFeedback, SampledCubicGains, SampledCubicObserver, SampledObserver,
     StationaryKalmanFilter, VaryingPeriodObserver, cubic,
@@ -64,7 +64,7 @@ pub(crate) fn has_haswell() -> bool {
 }
 
 /// An observer of these sizes with entries without pattern. `Ad - Ld C` is small, so that it is stable.
-pub(crate) fn program(seed: u64, (n, m, p): (usize, usize, usize), is_cubic: bool, fed: bool) -> Program {
+pub(crate) fn program(seed: u64, (n, m, p): (usize, usize, usize), is_cubic: bool, fed: bool) -> ExportableObserver {
     let mut state = seed | 1;
     let mut next = |size: f64| {
         state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
@@ -86,16 +86,16 @@ pub(crate) fn program(seed: u64, (n, m, p): (usize, usize, usize), is_cubic: boo
         let w = cubic::rate(&c, &gain);
         let gains = SampledCubicGains { ad, bd, c, ld, n: gain, theta, w, period: 0.05 };
         let observer = SampledCubicObserver::new(gains).unwrap();
-        return Program::Cubic(if fed { observer.with_feedthrough(d).unwrap() } else { observer });
+        return ExportableObserver::Cubic(if fed { observer.with_feedthrough(d).unwrap() } else { observer });
     }
     let plant = StateSpace::new(ad, bd, c).unwrap();
     let plant = if fed { plant.with_feedthrough(d).unwrap() } else { plant };
-    Program::Linear(DiscreteLinearObserver::new(plant, ld, 0.05).unwrap())
+    ExportableObserver::Linear(DiscreteLinearObserver::new(plant, ld, 0.05).unwrap())
 }
 
 /// The same plant as of [`program`], with a cubic gain that is not radial.
-pub(crate) fn semi_implicit(seed: u64, sizes: (usize, usize, usize), fed: bool) -> Program {
-    let Program::Cubic(radial) = program(seed, sizes, true, fed) else { unreachable!("a cubic observer") };
+pub(crate) fn semi_implicit(seed: u64, sizes: (usize, usize, usize), fed: bool) -> ExportableObserver {
+    let ExportableObserver::Cubic(radial) = program(seed, sizes, true, fed) else { unreachable!("a cubic observer") };
     let p = sizes.2;
     let turn = DMatrix::from_fn(p, p, |i, j| if i == j { 1.5 } else { 0.4 * (i as f64 - j as f64) });
     let gains = SampledCubicGains {
@@ -110,21 +110,21 @@ pub(crate) fn semi_implicit(seed: u64, sizes: (usize, usize, usize), fed: bool) 
     };
     let coupling = luenberger_observers::semi_implicit::coupling(&gains.c, &gains.n);
     let observer = SampledCubicObserver::semi_implicit(gains, coupling).unwrap();
-    Program::Cubic(match radial.d() {
+    ExportableObserver::Cubic(match radial.d() {
         Some(d) => observer.with_feedthrough(d.clone()).unwrap(),
         None => observer,
     })
 }
 
 /// The cubic observer of another program at varying periods, whose prediction takes several substeps.
-fn varying(nominal: &Program) -> Program {
-    let Program::Cubic(nominal) = nominal else { unreachable!("a cubic observer") };
+fn varying(nominal: &ExportableObserver) -> ExportableObserver {
+    let ExportableObserver::Cubic(nominal) = nominal else { unreachable!("a cubic observer") };
     let n = nominal.ad().nrows();
     let a = nominal.ad() * 5.0 - DMatrix::identity(n, n) * 6.0;
     let (b, k) = (nominal.bd().clone(), nominal.ld().clone());
     let observer = VaryingPeriodObserver::new(nominal.clone(), a, b, k, 0.3).unwrap();
     assert!(observer.substeps() > 1);
-    Program::varying(&observer).unwrap()
+    ExportableObserver::varying(&observer).unwrap()
 }
 
 /// Golden vectors at varying times, and a prediction that is split.
@@ -145,7 +145,7 @@ fn the_step_at_varying_periods_gives_the_same_bits() {
         for (turn, program) in programs.iter().enumerate() {
             let export = export(varying(program), scalar);
             let steps = golden::steps(&export, 64).unwrap();
-            let times: Vec<f64> = steps.iter().map(|step| step.u[export.program().plant_inputs()]).collect();
+            let times: Vec<f64> = steps.iter().map(|step| step.u[export.observer().plant_inputs()]).collect();
             assert!(times.iter().all(|dt| (0.074..0.301).contains(dt)) && times[0] != times[1], "{times:?}");
             for compiler in &compilers {
                 let sanitised = can_sanitise(&folder, compiler);
@@ -180,7 +180,7 @@ fn the_exported_prediction_is_the_zero_order_hold() {
     let nominal = SampledCubicObserver::new(gains).unwrap();
     let (a, b, k) = (dmatrix![0.0, 1.0; -2.0, -3.0], dmatrix![0.0; 1.0], dmatrix![0.0; 0.0]);
     let observer = VaryingPeriodObserver::new(nominal, a, b, k, 0.5).unwrap();
-    let program = Program::varying(&observer).unwrap();
+    let program = ExportableObserver::varying(&observer).unwrap();
     let names = Names::numbered(2, 1, 1);
     let export = Export::new("plant", program, Scalar::Binary64, &[1.0, 0.0], names).unwrap();
     let mut stepper = golden::Stepper::new(&export).unwrap();
@@ -189,7 +189,7 @@ fn the_exported_prediction_is_the_zero_order_hold() {
     assert!((found[0] - expected[0]).abs() < 1e-14 && (found[1] - expected[1]).abs() < 1e-14, "{found:?}");
 }
 
-pub(crate) fn export(program: Program, scalar: Scalar) -> Export {
+pub(crate) fn export(program: ExportableObserver, scalar: Scalar) -> Export {
     let size = program.dimensions();
     let initial: Vec<f64> = (0..size.state).map(|i| 0.1 * i as f64 - 0.3).collect();
     let names = Names::numbered(size.state, program.plant_inputs(), size.outputs);
@@ -198,7 +198,7 @@ pub(crate) fn export(program: Program, scalar: Scalar) -> Export {
 
 /// The same with a small feedback gain, which leaves the loop stable.
 pub(crate) fn with_feedback(export: Export) -> Export {
-    let size = export.program().dimensions();
+    let size = export.observer().dimensions();
     let k = DMatrix::from_fn(size.inputs, size.estimate, |i, j| 0.03 * (i as f64 + 1.0) - 0.01 * j as f64);
     export.with_feedback(&k).unwrap()
 }
@@ -258,7 +258,7 @@ fn optimised_and_sanitised_builds_give_the_same_bits() {
             let program = crate::fuzz::nonlinear(&mut crate::fuzz::Random(seed));
             let export = crate::fuzz::export("plant", program, Scalar::Binary64);
             built(&export);
-            if export.program().dimensions().inputs > 0 {
+            if export.observer().dimensions().inputs > 0 {
                 agrees(&with_feedback(export), &folder, compiler, &["-O2"]);
             }
         }
@@ -277,8 +277,10 @@ fn sizes_known_at_compile_time_give_the_same_bits() {
             for step in steps {
                 let (u, y) = (SVector::<f64, M>::from_column_slice(&step.u), SVector::from_column_slice(&step.y));
                 match &program {
-                    Program::Linear(o) => o.to_static::<f64, N, M, P>().unwrap().step(0.0, &mut xhat, &u, &y),
-                    Program::Cubic(o) => o.to_static::<f64, N, M, P>().unwrap().step(0.0, &mut xhat, &u, &y),
+                    ExportableObserver::Linear(o) => {
+                        o.to_static::<f64, N, M, P>().unwrap().step(0.0, &mut xhat, &u, &y);
+                    }
+                    ExportableObserver::Cubic(o) => o.to_static::<f64, N, M, P>().unwrap().step(0.0, &mut xhat, &u, &y),
                     _ => unreachable!("a linear plant"),
                 }
                 let bits = |x: &[f64]| x.iter().map(|x| x.to_bits()).collect::<Vec<_>>();
@@ -312,7 +314,9 @@ fn the_filter_form_returns_the_estimate_with_the_measurement_of_its_sample() {
         }
     }
     let export = filter(11, (3, 2, 2), Scalar::Binary64);
-    let (Program::Linear(predictor), matrices) = (export.program(), export.matrices()) else { unreachable!() };
+    let (ExportableObserver::Linear(predictor), matrices) = (export.observer(), export.matrices()) else {
+        unreachable!()
+    };
     let (_, k) = matrices.iter().find(|(name, _)| *name == "UPDATE").unwrap();
     let predictor = predictor.to_static::<f64, 3, 2, 2>().unwrap();
     let static_filter = StationaryKalmanFilter::new(predictor, SMatrix::from_fn(|i, j| k[(i, j)])).unwrap();
@@ -356,13 +360,13 @@ fn what_cannot_be_exported_is_an_error() {
 
     let (ad, bd, c) = (dmatrix![0.5, 0.0; 0.0, 0.5], dmatrix![0.0; 1e39], dmatrix![1.0, 0.0]);
     let plant = StateSpace::new(ad, bd, c).unwrap();
-    let program = Program::Linear(DiscreteLinearObserver::new(plant, dmatrix![0.1; 0.1], 0.1).unwrap());
+    let program = ExportableObserver::Linear(DiscreteLinearObserver::new(plant, dmatrix![0.1; 0.1], 0.1).unwrap());
     let error = Export::new("a", program, Scalar::Binary32, &[0.0, 0.0], names()).unwrap_err();
     assert!(error.to_string().ends_with("is beyond the range of f32"), "{error}");
 
     // Ad - Ld C has the eigenvalue 3e5: the golden vectors leave the range of binary32.
     let plant = StateSpace::new(dmatrix![3e5], dmatrix![1.0], dmatrix![1.0]).unwrap();
-    let program = Program::Linear(DiscreteLinearObserver::new(plant, dmatrix![0.0], 0.1).unwrap());
+    let program = ExportableObserver::Linear(DiscreteLinearObserver::new(plant, dmatrix![0.0], 0.1).unwrap());
     let unstable = Export::new("a", program, Scalar::Binary32, &[1.0], Names::numbered(1, 1, 1)).unwrap();
     assert!(unstable.c().unwrap_err().to_string().contains("the observer is unstable"));
     assert!(unstable.rust().is_err());
@@ -380,10 +384,10 @@ fn the_block_is_that_of_the_observers() {
         for step in golden::steps(&export, 100).unwrap() {
             let (r, y) = (SVector::<f64, 2>::from_column_slice(&step.u), SVector::from_column_slice(&step.y));
             let u = match &program {
-                Program::Linear(o) => {
+                ExportableObserver::Linear(o) => {
                     OutputFeedback::new(o.to_static::<f64, 3, 2, 2>().unwrap(), k).unwrap().step(0.0, &mut xhat, &r, &y)
                 }
-                Program::Cubic(o) => {
+                ExportableObserver::Cubic(o) => {
                     OutputFeedback::new(o.to_static::<f64, 3, 2, 2>().unwrap(), k).unwrap().step(0.0, &mut xhat, &r, &y)
                 }
                 _ => unreachable!("a linear plant"),
@@ -411,8 +415,8 @@ fn what_is_not_finite_stays() {
                 let y = DVector::from_element(1, if k == 1 { bad } else { 0.5 });
                 let u = DVector::from_element(1, 0.1);
                 match &program {
-                    Program::Linear(observer) => observer.step(0.0, &mut xhat, &u, &y),
-                    Program::Cubic(observer) => observer.step(0.0, &mut xhat, &u, &y),
+                    ExportableObserver::Linear(observer) => observer.step(0.0, &mut xhat, &u, &y),
+                    ExportableObserver::Cubic(observer) => observer.step(0.0, &mut xhat, &u, &y),
                     _ => unreachable!("a linear plant"),
                 }
                 assert_eq!(xhat.iter().any(|x| !x.is_finite()), k >= 1, "{bad} {k} {xhat}");

@@ -5,7 +5,7 @@ use std::path::Path;
 use std::process::Command;
 
 use luenberger_export::fmu::{Version, compilers as libraries};
-use luenberger_export::{Export, Names, Program, Scalar, golden};
+use luenberger_export::{Export, ExportableObserver, Names, Scalar, golden};
 
 use crate::compiled::{self, SANITISERS, can_sanitise, export, folder, program, with_feedback};
 use crate::fuzz;
@@ -34,8 +34,8 @@ fn vectors(export: &Export, token: &str) -> String {
     format!(
         "#define STEPS {}\n#define TOKEN \"{token}\"\n#define PERIOD {:e}\n#define LINEAR {}\nenum {{ N = {}, M = {}, P = {}, FED = {} }};\n{}{}{}{}",
         steps.len(),
-        export.program().period(),
-        i32::from(matches!(export.program(), Program::Linear(_) | Program::Cubic(_))),
+        export.observer().period(),
+        i32::from(matches!(export.observer(), ExportableObserver::Linear(_) | ExportableObserver::Cubic(_))),
         steps[0].estimate.len(),
         steps[0].u.len(),
         steps[0].y.len(),
@@ -111,7 +111,7 @@ fn an_importer_gets_the_golden_vectors() {
             }
             for seed in 0..seeds {
                 let export = fuzz::export("plant", fuzz::nonlinear(&mut fuzz::Random(seed)), Scalar::Binary64);
-                let block = (export.program().dimensions().inputs > 0).then(|| with_feedback(export.clone()));
+                let block = (export.observer().dimensions().inputs > 0).then(|| with_feedback(export.clone()));
                 for export in [Some(export), block].into_iter().flatten() {
                     runs(&export, version, &folder, compiler, &["-O2"]);
                 }

@@ -9,7 +9,7 @@ use std::sync::Arc;
 use luenberger_export::extension::ExpressionObserver;
 use luenberger_export::moving_horizon::MovingHorizon;
 use luenberger_export::step::ExpressionStep;
-use luenberger_export::{Export, File, Names, Program, Scalar, golden};
+use luenberger_export::{Export, ExportableObserver, File, Names, Scalar, golden};
 use luenberger_expression::{ExpressionPlant, Extrapolation, Interpolation, Parameters, Scope, Table, Tables};
 use luenberger_observers::{
     DiscreteNonlinearObserver, ExtendedKalmanFilter, Horizon, InterSampleObserver, NoiseModel,
@@ -112,7 +112,7 @@ pub(crate) fn plant(random: &mut Random, (n, m, p): (usize, usize, usize)) -> Ex
 }
 
 /// An observer of expressions, of a plant which may have lookup tables: it has none itself.
-fn extension(random: &mut Random) -> Program {
+fn extension(random: &mut Random) -> ExportableObserver {
     let (n, m, p, z) = (1 + random.below(4), random.below(3), 1 + random.below(2), 1 + random.below(3));
     let mut own = |(states, inputs, outputs): (usize, usize, usize)| {
         let parameters = Parameters::from([("k".to_owned(), 0.7), ("J".to_owned(), -1.3)]);
@@ -131,11 +131,13 @@ fn extension(random: &mut Random) -> Program {
     let observer = ExpressionObserver::new(flow, start, (m, p)).unwrap();
     let observer = if random.below(2) == 0 { observer.with_jump(jump).unwrap() } else { observer };
     let (period, substeps) = (0.02 + 0.01 * random.below(5) as f64, 1 + random.below(3));
-    Program::Extension(InterSampleObserver::new(plant(random, (n, m, p)), observer, period, substeps).unwrap())
+    ExportableObserver::Extension(
+        InterSampleObserver::new(plant(random, (n, m, p)), observer, period, substeps).unwrap(),
+    )
 }
 
 /// An observer whose step is given by expressions, with the outputs that its first states predict.
-fn step(random: &mut Random) -> Program {
+fn step(random: &mut Random) -> ExportableObserver {
     let (n, m, p) = (2 + random.below(3), random.below(3), 1 + random.below(2));
     let parameters = Parameters::from([("k".to_owned(), 0.7), ("J".to_owned(), -1.3)]);
     let scope = Scope::plant(n, m + p).with(&parameters).unwrap();
@@ -149,13 +151,13 @@ fn step(random: &mut Random) -> Program {
         .collect();
     let h: Vec<String> = (1..=p).map(|i| format!("x{i}")).collect();
     let flow = ExpressionPlant::within(&f, &h, &scope).unwrap_or_else(|error| panic!("{f:?}: {error}"));
-    Program::Step(ExpressionStep::new(flow, m, 0.02 + 0.01 * random.below(5) as f64).unwrap())
+    ExportableObserver::Step(ExpressionStep::new(flow, m, 0.02 + 0.01 * random.below(5) as f64).unwrap())
 }
 
 /// An observer of a nonlinear plant.
-pub(crate) fn nonlinear(random: &mut Random) -> Program {
+pub(crate) fn nonlinear(random: &mut Random) -> ExportableObserver {
     if random.below(6) == 0 {
-        return Program::Kkl(kkl::plain(random));
+        return ExportableObserver::Kkl(kkl::plain(random));
     }
     if random.below(6) == 0 {
         return step(random);
@@ -166,12 +168,14 @@ pub(crate) fn nonlinear(random: &mut Random) -> Program {
     let kind = random.below(6);
     if kind < 2 {
         let l = DMatrix::from_fn(n, p, |_, _| random.number(0.5));
-        return Program::Copy(SampledNonlinearObserver::new(plant, l, period, substeps).unwrap());
+        return ExportableObserver::SampledNonlinear(
+            SampledNonlinearObserver::new(plant, l, period, substeps).unwrap(),
+        );
     }
     if kind == 2 {
         // In discrete time the same right-hand side is a contraction as well.
         let l = DMatrix::from_fn(n, p, |_, _| random.number(0.2));
-        return Program::Discrete(DiscreteNonlinearObserver::new(plant, l, period).unwrap());
+        return ExportableObserver::Discrete(DiscreteNonlinearObserver::new(plant, l, period).unwrap());
     }
     let mut diagonal = |order, size: f64| {
         DMatrix::from_fn(order, order, |i, j| if i == j { size * (1.0 + random.number(0.5)) } else { 0.0 })
@@ -185,14 +189,18 @@ pub(crate) fn nonlinear(random: &mut Random) -> Program {
             _ => UnscentedKalmanFilter::new(plant, noises, sigma, period, substeps),
         };
         let filter = filter.unwrap();
-        return Program::Unscented(if random.below(3) == 0 { filter.with_gate(2.0).unwrap() } else { filter });
+        return ExportableObserver::Unscented(if random.below(3) == 0 {
+            filter.with_gate(2.0).unwrap()
+        } else {
+            filter
+        });
     }
     let filter = match random.below(4) {
         0 => ExtendedKalmanFilter::discrete(plant, noises, period),
         _ => ExtendedKalmanFilter::new(plant, noises, period, substeps),
     };
     let filter = filter.unwrap();
-    Program::Kalman(if random.below(3) == 0 { filter.with_gate(2.0).unwrap() } else { filter })
+    ExportableObserver::Kalman(if random.below(3) == 0 { filter.with_gate(2.0).unwrap() } else { filter })
 }
 
 /// A moving-horizon estimator; two of three have bounds, which the estimates of the golden vectors reach.
@@ -225,7 +233,7 @@ pub(crate) fn moving_horizon(random: &mut Random) -> MovingHorizon<f64> {
     estimator.with_bounds(lower, upper).unwrap()
 }
 
-pub(crate) fn export(name: &str, program: Program, scalar: Scalar) -> Export {
+pub(crate) fn export(name: &str, program: ExportableObserver, scalar: Scalar) -> Export {
     let size = program.dimensions();
     let initial: Vec<f64> = (0..size.estimate).map(|i| 0.1 * i as f64 - 0.3).collect();
     let names = Names::numbered(size.estimate, size.inputs, size.outputs);
@@ -241,7 +249,7 @@ fn driver(exports: &[Export], steps: usize) -> String {
     }
     text.push_str("int main(void)\n{\n    FILE *in = fopen(\"in.bin\", \"rb\");\n    FILE *out = fopen(\"out.bin\", \"wb\");\n    double x;\n    int i;\n    int k;\n    if ((in == 0) || (out == 0)) { return 2; }\n");
     for (name, export) in names.iter().zip(exports) {
-        let size = export.program().dimensions();
+        let size = export.observer().dimensions();
         let (n, m, p) = (size.estimate, size.inputs, size.outputs);
         let number = if export.scalar() == Scalar::Binary32 { "float" } else { "double" };
         _ = write!(
@@ -403,18 +411,18 @@ fn what_is_not_finite_comes_out_the_same() {
         }
         let is_spoiled = |step: &golden::Step| step.estimate.iter().any(|x| !x.is_finite());
         assert!(!run[..STEPS / 2].iter().any(is_spoiled));
-        let filter = match export.program() {
-            Program::Kalman(filter) => filter.gate().is_some() && bad.is_infinite(),
+        let filter = match export.observer() {
+            ExportableObserver::Kalman(filter) => filter.gate().is_some() && bad.is_infinite(),
             _ => false,
         };
-        if let Program::Kkl(_) = export.program() {
+        if let ExportableObserver::Kkl(_) = export.observer() {
             // The estimate stays in its box.
             assert!(!run.iter().any(is_spoiled));
             continue;
         }
         let after = run[STEPS / 2..].iter().filter(|step| is_spoiled(step)).count();
         // An observer of expressions may not read what is not finite.
-        if k % 4 != 3 && !matches!(export.program(), Program::Extension(_) | Program::Step(_)) {
+        if k % 4 != 3 && !matches!(export.observer(), ExportableObserver::Extension(_) | ExportableObserver::Step(_)) {
             assert_eq!(after, if filter { 0 } else { STEPS / 2 }, "p{k}, {bad}");
         }
         spoiled += usize::from(after > 0);
@@ -437,7 +445,11 @@ fn misra_rules_hold_but_for_the_documented_deviations() {
     let mut random = Random(3);
     let mut checked = 0;
     for k in 0..4 {
-        let program = if k == 3 { Program::MovingHorizon(moving_horizon(&mut random)) } else { nonlinear(&mut random) };
+        let program = if k == 3 {
+            ExportableObserver::MovingHorizon(moving_horizon(&mut random))
+        } else {
+            nonlinear(&mut random)
+        };
         let export = export("plant", program, if k % 2 == 0 { Scalar::Binary32 } else { Scalar::Binary64 });
         let Ok(files) = export.c() else { continue };
         for File { name, text } in &files {

@@ -1,7 +1,7 @@
 //! Random numerical KKL observers of every size and form, as C and as Rust.
 
 use luenberger_export::kkl::{Interpolated, Inverse, Kkl, KklError, LowRank};
-use luenberger_export::{Program, Scalar, golden};
+use luenberger_export::{ExportableObserver, Scalar, golden};
 use luenberger_expression::ExpressionPlant;
 use luenberger_observers::numerical_kkl::held_inputs::InverseOnHeap;
 use luenberger_observers::numerical_kkl::held_trees::TreesOnHeap;
@@ -197,7 +197,7 @@ fn every_size_and_form_agrees_with_the_design_bit_by_bit() {
     let (mut exports, mut runs) = (Vec::new(), Vec::new());
     for (k, observer) in all(&mut random).into_iter().enumerate() {
         let scalar = if (k / 2 + k) % 2 == 0 { Scalar::Binary32 } else { Scalar::Binary64 };
-        let export = export(&format!("p{}", exports.len()), Program::Kkl(observer), scalar);
+        let export = export(&format!("p{}", exports.len()), ExportableObserver::Kkl(observer), scalar);
         runs.push(golden::steps(&export, STEPS).unwrap_or_else(|error| panic!("{k}: {error}")));
         exports.push(export);
     }
@@ -217,7 +217,7 @@ fn every_size_and_form_agrees_with_the_design_bit_by_bit() {
 fn the_header_states_the_sizes() {
     let mut random = Random(7);
     let observer = held(&mut random, (3, 2), false);
-    let export = export("plant", Program::Kkl(observer), Scalar::Binary32);
+    let export = export("plant", ExportableObserver::Kkl(observer), Scalar::Binary32);
     let files = export.c().unwrap();
     let header = &files.iter().find(|file| file.name == "plant.h").unwrap().text;
     let line = header.lines().find(|line| line.contains("Constants:")).unwrap();

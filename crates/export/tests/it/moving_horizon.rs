@@ -2,7 +2,7 @@
 //! and what the header says of cost and memory. Without a C compiler the first two say so and pass.
 
 use luenberger_export::moving_horizon::MovingHorizon;
-use luenberger_export::{Export, Names, Program, Scalar, golden};
+use luenberger_export::{Export, ExportableObserver, Names, Scalar, golden};
 use luenberger_expression::{ExpressionPlant, Parameters};
 use luenberger_observers::{Horizon, NoiseModel, SampledObserver};
 use nalgebra::{DVector, dmatrix, dvector};
@@ -46,10 +46,12 @@ fn random_estimators_agree_with_the_rust_one_with_and_without_active_bounds() {
     for k in 0..8 {
         let estimator = fuzz::moving_horizon(&mut random);
         let scalar = if k % 2 == 0 { Scalar::Binary64 } else { Scalar::Binary32 };
-        let export = fuzz::export(&format!("p{}", exports.len()), Program::MovingHorizon(estimator.clone()), scalar);
+        let export =
+            fuzz::export(&format!("p{}", exports.len()), ExportableObserver::MovingHorizon(estimator.clone()), scalar);
         let Ok(run) = golden::steps(&export, STEPS) else { continue };
         if scalar == Scalar::Binary64 {
-            let initial: Vec<f64> = (0..export.program().dimensions().estimate).map(|i| 0.1 * i as f64 - 0.3).collect();
+            let initial: Vec<f64> =
+                (0..export.observer().dimensions().estimate).map(|i| 0.1 * i as f64 - 0.3).collect();
             let (active, inactive) = at_bounds(&estimator, &initial, &run);
             steps = (steps.0 + active, steps.1 + inactive);
         }
@@ -90,7 +92,8 @@ fn what_is_not_finite_is_passed_over() {
         for bad in [f64::NAN, f64::INFINITY] {
             for spoils_input in [false, true] {
                 let name = format!("p{}", exports.len());
-                let export = fuzz::export(&name, Program::MovingHorizon(estimator.clone()), Scalar::Binary64);
+                let export =
+                    fuzz::export(&name, ExportableObserver::MovingHorizon(estimator.clone()), Scalar::Binary64);
                 let mut run = golden::steps(&export, STEPS).unwrap();
                 let at = STEPS / 2;
                 if spoils_input {
@@ -125,7 +128,7 @@ fn cost_and_memory_are_in_the_header() {
     };
     let export = |estimator: MovingHorizon<f64>, scalar| {
         let names = Names::numbered(2, 1, 1);
-        Export::new("cart", Program::MovingHorizon(estimator), scalar, &[0.0, 0.5], names).unwrap()
+        Export::new("cart", ExportableObserver::MovingHorizon(estimator), scalar, &[0.0, 0.5], names).unwrap()
     };
     let header = |export: &Export| {
         let files = export.c().unwrap();

@@ -6,7 +6,7 @@ use std::path::Path;
 use std::process::Command;
 
 use luenberger_export::moving_horizon::MovingHorizon;
-use luenberger_export::{Export, Program, Scalar};
+use luenberger_export::{Export, ExportableObserver, Scalar};
 use luenberger_expression::ExpressionPlant;
 use luenberger_observers::{
     DiscreteNonlinearObserver, ExtendedKalmanFilter, Horizon, NoiseModel, SampledNonlinearObserver, SigmaPoints,
@@ -66,7 +66,7 @@ fn counts(folder: &Path, exports: &[Export]) -> Option<Vec<Vec<usize>>> {
             }
             std::fs::write(folder.join(&name), format!("#include \"counting.h\"\n{text}")).unwrap();
         }
-        let size = export.program().dimensions();
+        let size = export.observer().dimensions();
         _ = writeln!(heads, "#include \"p{k}.h\"");
         _ = write!(
             body,
@@ -124,7 +124,7 @@ fn a_moving_horizon_takes_the_operations_that_are_stated() {
     let free = MovingHorizon::new(three(), noises(), Horizon { window: 4, iterations: 2 }, 0.1, 2).unwrap();
     let far = f64::INFINITY;
     let bounded = free.with_bounds(dvector![-far, -0.5, -far], dvector![0.4, 0.5, far]).unwrap();
-    let export = fuzz::export("p0", Program::MovingHorizon(bounded), Scalar::Binary64);
+    let export = fuzz::export("p0", ExportableObserver::MovingHorizon(bounded), Scalar::Binary64);
     let Some(counts) = counts(&compiled::folder("operations-moving-horizon"), std::slice::from_ref(&export)) else {
         return;
     };
@@ -147,25 +147,25 @@ fn steps_take_the_operations_that_are_stated() {
     }
     programs.push(compiled::semi_implicit(5, (5, 2, 3), false));
     let l = || DMatrix::from_element(3, 2, 0.1);
-    programs.push(Program::Copy(SampledNonlinearObserver::new(damped(), l(), 0.1, 2).unwrap()));
-    programs.push(Program::Discrete(DiscreteNonlinearObserver::new(damped(), l(), 0.1).unwrap()));
+    programs.push(ExportableObserver::SampledNonlinear(SampledNonlinearObserver::new(damped(), l(), 0.1, 2).unwrap()));
+    programs.push(ExportableObserver::Discrete(DiscreteNonlinearObserver::new(damped(), l(), 0.1).unwrap()));
     let kalman = ExtendedKalmanFilter::new(damped(), noises(), 0.1, 2).unwrap();
-    programs.push(Program::Kalman(kalman.clone()));
-    programs.push(Program::Kalman(kalman.with_gate(1e6).unwrap()));
-    programs.push(Program::Kalman(ExtendedKalmanFilter::discrete(damped(), noises(), 0.1).unwrap()));
+    programs.push(ExportableObserver::Kalman(kalman.clone()));
+    programs.push(ExportableObserver::Kalman(kalman.with_gate(1e6).unwrap()));
+    programs.push(ExportableObserver::Kalman(ExtendedKalmanFilter::discrete(damped(), noises(), 0.1).unwrap()));
     let unscented = UnscentedKalmanFilter::new(damped(), noises(), SigmaPoints::default(), 0.1, 2).unwrap();
-    programs.push(Program::Unscented(unscented.clone()));
-    programs.push(Program::Unscented(unscented.with_gate(1e6).unwrap()));
+    programs.push(ExportableObserver::Unscented(unscented.clone()));
+    programs.push(ExportableObserver::Unscented(unscented.with_gate(1e6).unwrap()));
     let discrete = UnscentedKalmanFilter::discrete(damped(), noises(), SigmaPoints::default(), 0.1).unwrap();
-    programs.push(Program::Unscented(discrete));
-    let one = |(k, program): (usize, Program)| fuzz::export(&format!("p{k}"), program, Scalar::Binary64);
+    programs.push(ExportableObserver::Unscented(discrete));
+    let one = |(k, program): (usize, ExportableObserver)| fuzz::export(&format!("p{k}"), program, Scalar::Binary64);
     let exports: Vec<Export> = programs.into_iter().enumerate().map(one).collect();
     let Some(counts) = counts(&compiled::folder("operations"), &exports) else { return };
     let mut wrong = Vec::new();
     for (k, (export, counts)) in exports.iter().zip(&counts).enumerate() {
         let (most, stated) = (*counts.iter().max().unwrap(), export.operations());
         if most > stated || 10 * most < 9 * stated {
-            wrong.push(format!("p{k}: {most} operations, {stated} are stated: {:?}", export.program()));
+            wrong.push(format!("p{k}: {most} operations, {stated} are stated: {:?}", export.observer()));
         }
     }
     assert!(wrong.is_empty(), "{}", wrong.join("\n"));
@@ -181,7 +181,11 @@ fn left_inverses_take_no_more_operations_than_are_stated() {
         let f: Vec<&str> = f.iter().map(String::as_str).collect();
         for form in 0..2 {
             let observer = kkl::of_plant(&mut random, &plant(&f, &["x1"], 0), form);
-            exports.push(fuzz::export(&format!("p{}", exports.len()), Program::Kkl(observer), Scalar::Binary64));
+            exports.push(fuzz::export(
+                &format!("p{}", exports.len()),
+                ExportableObserver::Kkl(observer),
+                Scalar::Binary64,
+            ));
         }
     }
     let Some(counts) = counts(&compiled::folder("operations-kkl"), &exports) else { return };

@@ -1,6 +1,6 @@
-//! The program that an export prints: the sampled design of an observer under the names of the study.
+//! The observer that an export prints: the sampled design of an observer under the names of the study.
 
-use luenberger_export::{Export, ExportError, Names, Program, Scalar, names};
+use luenberger_export::{Export, ExportError, ExportableObserver, Names, Scalar, names};
 
 use super::SampledDesign;
 use crate::study::{ObserverSpec, Study};
@@ -23,21 +23,22 @@ pub fn exported(
         more = interval.names(&study.plant.states);
     }
     let update = design.update_gain(observer).cloned();
-    let program = match design {
-        SampledDesign::Linear(design) => Program::Linear(design.observer.clone()),
-        SampledDesign::Cubic(design) => Program::Cubic(design.observer.clone()),
-        SampledDesign::Varying(design) => {
-            Program::varying(&design.observer).map_err(|error| ExportError::Rounded { format: scalar.name(), error })?
+    let exportable = match design {
+        SampledDesign::Linear(design) => ExportableObserver::Linear(design.observer.clone()),
+        SampledDesign::Cubic(design) => ExportableObserver::Cubic(design.observer.clone()),
+        SampledDesign::Varying(design) => ExportableObserver::varying(&design.observer)
+            .map_err(|error| ExportError::Rounded { format: scalar.name(), error })?,
+        SampledDesign::LinearAt(design) | SampledDesign::DiscreteCopy(design) => {
+            ExportableObserver::Discrete(design.observer)
         }
-        SampledDesign::LinearAt(design) | SampledDesign::DiscreteCopy(design) => Program::Discrete(design.observer),
-        SampledDesign::Copy(design) => Program::Copy(design.observer),
-        SampledDesign::Filter(design) => Program::Kalman(design.filter),
-        SampledDesign::Unscented(design) => Program::Unscented(design.filter),
-        SampledDesign::MovingHorizon(design) => Program::MovingHorizon(design.estimator),
-        SampledDesign::Extension(design) => Program::Extension(design.observer),
-        SampledDesign::Interval(design) => Program::Step(design.program(scalar)?),
-        SampledDesign::SlidingMode(design) => Program::Step(design.observer),
-        SampledDesign::Kkl(design) => Program::Kkl(design.observer),
+        SampledDesign::Copy(design) => ExportableObserver::SampledNonlinear(design.observer),
+        SampledDesign::Filter(design) => ExportableObserver::Kalman(design.filter),
+        SampledDesign::Unscented(design) => ExportableObserver::Unscented(design.filter),
+        SampledDesign::MovingHorizon(design) => ExportableObserver::MovingHorizon(design.estimator),
+        SampledDesign::Extension(design) => ExportableObserver::Extension(design.observer),
+        SampledDesign::Interval(design) => ExportableObserver::Step(design.program(scalar)?),
+        SampledDesign::SlidingMode(design) => ExportableObserver::Step(design.observer),
+        SampledDesign::Kkl(design) => ExportableObserver::Kkl(design.observer),
     };
     let plant = &study.plant;
     let mut states = plant.states.clone();
@@ -51,7 +52,7 @@ pub fn exported(
         outputs: plant.outputs.clone(),
         time_unit: plant.time_unit.clone().unwrap_or_default(),
     };
-    let export = Export::new(&names::identifier(&observer.name), program, scalar, &initial, columns)?;
+    let export = Export::new(&names::identifier(&observer.name), exportable, scalar, &initial, columns)?;
     match update {
         Some(k) => export.with_update(&k),
         None => Ok(export),

@@ -19,8 +19,8 @@ use luenberger_expression::Routine;
 
 use super::plant;
 use super::{feedback, is_finite, kalman, lengths, root, scalar};
+use crate::exportable_observer::Maps;
 use crate::moving_horizon::{Bound, MovingHorizon, bounds};
-use crate::program::Maps;
 use crate::{Export, number};
 
 /// What the pieces of the source share.
@@ -46,7 +46,7 @@ impl Writer<'_> {
     }
 
     fn is_timed(&self) -> bool {
-        self.export.program.uses_time()
+        self.export.observer.uses_time()
     }
 }
 
@@ -118,7 +118,7 @@ pub(super) fn start(export: &Export) -> String {
             );
         }
     }
-    if export.program.uses_time() {
+    if export.observer.uses_time() {
         _ = writeln!(rest, "        state->samples[i].t = {zero};");
     }
     format!(
@@ -146,7 +146,7 @@ impl Writer<'_> {
     /// The factor of V, and the bounds.
     fn constants(&self, text: &mut String) {
         let Self { export, number, .. } = self;
-        let root = export.program.root_of_v(export.scalar);
+        let root = export.observer.root_of_v(export.scalar);
         text.push('\n');
         super::matrix(text, export, "ROOT_V", &root);
         if self.bounds.is_empty() {

@@ -39,7 +39,7 @@ use std::sync::Arc;
 use luenberger_export::extension::ExpressionObserver;
 use luenberger_export::kkl::Kkl;
 use luenberger_export::moving_horizon::MovingHorizon;
-use luenberger_export::{Export, Names, Program, Scalar, golden};
+use luenberger_export::{Export, ExportableObserver, Names, Scalar, golden};
 use luenberger_expression::{ExpressionPlant, Extrapolation, Interpolation, Parameters, Scope, Table, Tables};
 use luenberger_observers::numerical_kkl::{
     Branch, Coordinates, HeldInputInverse, HeldInputTables, HeldInputTrees, InterpolatedInverse, Node,
@@ -58,7 +58,7 @@ fn plant(f: &[&str], h: &[&str], inputs: usize) -> ExpressionPlant {
     ExpressionPlant::within(f, h, &scope).unwrap()
 }
 
-fn export(program: Program, scalar: Scalar) -> Export {
+fn export(program: ExportableObserver, scalar: Scalar) -> Export {
     let size = program.dimensions();
     let names = Names::numbered(size.estimate, size.inputs, size.outputs);
     Export::new("plant", program, scalar, &vec![0.25; size.estimate], names).unwrap()
@@ -100,7 +100,7 @@ macro_rules! agrees {
 fn the_copy_with_a_constant_gain_is_emitted_as_rust() {
     let plant = plant(&["x2 - drag(x1)", "-sin(x1) - x2 + u1*cos(t)"], &["x1 + 0.1*x2^3"], 1);
     let observer = SampledNonlinearObserver::new(plant, dmatrix![2.0; 1.0], 0.125, 2).unwrap();
-    let export = export(Program::Copy(observer), Scalar::Binary64);
+    let export = export(ExportableObserver::SampledNonlinear(observer), Scalar::Binary64);
     unchanged(&export, "copy");
     agrees!(copy, &export, f64);
 }
@@ -115,7 +115,7 @@ fn an_observer_of_expressions_is_emitted_as_rust() {
     let jump = plant(&["0"], &["if(x1 > 0.75, 0.5*x1 + 0.125*u2, x1)"], 2);
     let observer = ExpressionObserver::new(flow, start, (1, 1)).unwrap().with_jump(jump).unwrap();
     let sampled = InterSampleObserver::new(model, observer, 0.125, 2).unwrap();
-    let export = export(Program::Extension(sampled), Scalar::Binary32);
+    let export = export(ExportableObserver::Extension(sampled), Scalar::Binary32);
     unchanged(&export, "extension");
     agrees!(extension, &export, f32);
     let c = export.c().unwrap();
@@ -128,7 +128,7 @@ fn an_observer_of_expressions_is_emitted_as_rust() {
 fn the_copy_in_discrete_time_is_emitted_as_rust() {
     let plant = plant(&["0.5*x1 + 0.25*tanh(x2)", "if(x1 < u1, 0.5*x2, 0.25*x1)"], &["x1"], 1);
     let observer = DiscreteNonlinearObserver::new(plant, dmatrix![0.5; 0.25], 0.5).unwrap();
-    let export = export(Program::Discrete(observer), Scalar::Binary32);
+    let export = export(ExportableObserver::Discrete(observer), Scalar::Binary32);
     unchanged(&export, "discrete");
     agrees!(discrete, &export, f32);
 }
@@ -138,7 +138,7 @@ fn the_extended_kalman_filter_is_emitted_as_rust() {
     let plant = plant(&["x2", "-x1 - 0.5*x2*exp(-x1^2) + u1"], &["x1*sqrt(1 + x2^2)"], 1);
     let noises = NoiseModel { w: dmatrix![0.5, 0.0; 0.0, 0.25], v: dmatrix![0.125], p0: dmatrix![1.0, 0.0; 0.0, 2.0] };
     let filter = ExtendedKalmanFilter::new(plant, noises, 0.0625, 2).unwrap().with_gate(3.0).unwrap();
-    let export = export(Program::Kalman(filter), Scalar::Binary32);
+    let export = export(ExportableObserver::Kalman(filter), Scalar::Binary32);
     unchanged(&export, "filter");
     agrees!(filter, &export, f32);
 }
@@ -149,7 +149,7 @@ fn the_unscented_kalman_filter_is_emitted_as_rust() {
     let noises = NoiseModel { w: dmatrix![0.5, 0.1; 0.1, 0.25], v: dmatrix![0.125], p0: dmatrix![1.0, 0.0; 0.0, 2.0] };
     let sigma = SigmaPoints { alpha: 0.5, ..SigmaPoints::default() };
     let filter = UnscentedKalmanFilter::new(plant, noises, sigma, 0.0625, 2).unwrap().with_gate(3.0).unwrap();
-    let export = export(Program::Unscented(filter), Scalar::Binary32);
+    let export = export(ExportableObserver::Unscented(filter), Scalar::Binary32);
     unchanged(&export, "unscented");
     agrees!(unscented, &export, f32);
 }
@@ -171,7 +171,8 @@ fn the_moving_horizon_estimator_is_emitted_as_rust() {
     let horizon = Horizon { window: 3, iterations: 2 };
     let estimator = MovingHorizon::new(plant, noises, horizon, 0.0625, 2).unwrap();
     let (lower, upper) = (dvector![-0.125, f64::NEG_INFINITY], dvector![0.125, 0.25]);
-    let export = export(Program::MovingHorizon(estimator.with_bounds(lower, upper).unwrap()), Scalar::Binary32);
+    let export =
+        export(ExportableObserver::MovingHorizon(estimator.with_bounds(lower, upper).unwrap()), Scalar::Binary32);
     unchanged(&export, "moving_horizon");
     agrees!(moving_horizon, &export, f32);
 }
@@ -189,7 +190,7 @@ fn the_numerical_kkl_observer_is_emitted_as_rust() {
     let inverse = PolynomialInverse::new(coordinates, bounds, inverse, forward).unwrap();
     let d = SMatrix::from_diagonal(&SVector::from([-1.0, -2.0, -3.0]));
     let filter = SampledFilter { d, b: SVector::from([1.0, 0.5, -0.25]), period: 0.125, substeps: 2 };
-    let program = Program::Kkl(Kkl::new(&plant, filter, inverse).unwrap());
+    let program = ExportableObserver::Kkl(Kkl::new(&plant, filter, inverse).unwrap());
     let export = export(program, Scalar::Binary32);
     unchanged(&export, "kkl");
     agrees!(kkl, &export, f32);
@@ -212,7 +213,7 @@ fn the_numerical_kkl_observer_with_a_table_of_low_rank_is_emitted_as_rust() {
     let d = SMatrix::from_diagonal(&SVector::from([-1.0, -2.0, -3.0, -1.5, -2.5, -0.5]));
     let b = SVector::from([1.0, 0.5, -0.25, 1.0, 1.0, 0.25]);
     let filter = SampledFilter { d, b, period: 0.125, substeps: 2 };
-    let export = export(Program::Kkl(Kkl::new(&plant, filter, inverse).unwrap()), Scalar::Binary64);
+    let export = export(ExportableObserver::Kkl(Kkl::new(&plant, filter, inverse).unwrap()), Scalar::Binary64);
     unchanged(&export, "kkl_low_rank");
     agrees!(kkl_low_rank, &export, f64);
 }
@@ -231,7 +232,7 @@ fn the_numerical_kkl_observer_for_held_inputs_is_emitted_as_rust() {
     let trees = HeldInputTrees::new(coordinates, (lower, upper), family, (inverse.clone(), forward)).unwrap();
     let first = SVector::from([0.25]);
     let embedded = Kkl::held::<_, 2, 1, 3, 5>(&plant, filter, trees, first).unwrap();
-    let embedded = export(Program::Kkl(embedded), Scalar::Binary64);
+    let embedded = export(ExportableObserver::Kkl(embedded), Scalar::Binary64);
     unchanged(&embedded, "kkl_held");
     agrees!(kkl_held, &embedded, f64, kkl_held::first_input());
 
@@ -243,7 +244,7 @@ fn the_numerical_kkl_observer_for_held_inputs_is_emitted_as_rust() {
     let search = Search { max_evaluations: 6, tolerance: 0.125, fallback: 3 };
     let inverse = HeldInputInverse::new(tables, inverse, Some(search)).unwrap();
     let accurate = Kkl::held::<_, 2, 1, 3, 5>(&plant, filter, inverse, first).unwrap();
-    let accurate = export(Program::Kkl(accurate), Scalar::Binary32);
+    let accurate = export(ExportableObserver::Kkl(accurate), Scalar::Binary32);
     unchanged(&accurate, "kkl_held_table");
     agrees!(kkl_held_table, &accurate, f32, kkl_held_table::first_input());
 }

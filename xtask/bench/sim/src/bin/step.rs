@@ -8,7 +8,7 @@ mod counting_allocator;
 
 use counting_allocator::allocations;
 use luenberger_export::moving_horizon::MovingHorizon;
-use luenberger_export::{Export, Names, Program, Scalar};
+use luenberger_export::{Export, ExportableObserver, Names, Scalar};
 use luenberger_expression::{ExpressionPlant, Parameters};
 use luenberger_observers::kalman::{ExtendedKalmanFilter, NoiseModel};
 use luenberger_observers::moving_horizon::state_length;
@@ -96,7 +96,7 @@ impl Line {
 }
 
 /// Floating-point operations of the exported step.
-fn operations(program: Program, states: usize) -> Option<usize> {
+fn operations(program: ExportableObserver, states: usize) -> Option<usize> {
     let names = Names::numbered(states, program.plant_inputs(), 1);
     let export = Export::new("bench", program, Scalar::Binary64, &vec![0.1; states], names);
     Some(export.expect("it can be exported").operations())
@@ -141,11 +141,11 @@ impl Chain {
     fn lines<const N: usize>(&self, lines: &mut Vec<Line>) {
         let start = [0.1; N];
         let (linear, cubic) = (self.linear(), self.cubic());
-        let count = operations(Program::Linear(linear.clone()), N);
+        let count = operations(ExportableObserver::Linear(linear.clone()), N);
         let (name, fixed) = (format!("linear, n = {N}"), linear.to_static::<f64, N, 1, 1>().expect("its sizes"));
         lines.push(Line::of(&name, "static", count, fixed, &start));
         lines.push(Line::of(&name, "dynamic", count, linear, &start));
-        let count = operations(Program::Cubic(cubic.clone()), N);
+        let count = operations(ExportableObserver::Cubic(cubic.clone()), N);
         let (name, fixed) = (format!("sampled cubic, n = {N}"), cubic.to_static::<f64, N, 1, 1>().expect("its sizes"));
         lines.push(Line::of(&name, "static", count, fixed, &start));
         lines.push(Line::of(&name, "dynamic", count, cubic, &start));
@@ -199,16 +199,16 @@ fn pendulum() -> ExpressionPlant {
 fn nonlinear(lines: &mut Vec<Line>) {
     let start = [0.1, 0.0];
     let copy = SampledNonlinearObserver::new(pendulum(), dmatrix![4.0; 6.0], 0.01, 1).expect("shapes fit");
-    let count = operations(Program::Copy(copy.clone()), 2);
+    let count = operations(ExportableObserver::SampledNonlinear(copy.clone()), 2);
     lines.push(Line::of("copy of a pendulum, one Runge-Kutta step", "dynamic", count, copy, &start));
     let (w, v, p0) = (DMatrix::identity(2, 2) * 0.01, dmatrix![0.1], DMatrix::identity(2, 2));
     let filter = ExtendedKalmanFilter::new(pendulum(), NoiseModel { w, v, p0 }, 0.01, 1).expect("shapes fit");
-    let count = operations(Program::Kalman(filter.clone()), 2);
+    let count = operations(ExportableObserver::Kalman(filter.clone()), 2);
     lines.push(Line::of("extended Kalman filter of a pendulum", "dynamic", count, filter, &start));
     let (w, v, p0) = (DMatrix::identity(2, 2) * 0.01, dmatrix![0.1], DMatrix::identity(2, 2));
     let noises = NoiseModel { w, v, p0 };
     let filter = UnscentedKalmanFilter::new(pendulum(), noises, SigmaPoints::default(), 0.01, 1).expect("shapes fit");
-    let count = operations(Program::Unscented(filter.clone()), 2);
+    let count = operations(ExportableObserver::Unscented(filter.clone()), 2);
     lines.push(Line::of("unscented Kalman filter of a pendulum", "dynamic", count, filter, &start));
 }
 
@@ -228,7 +228,7 @@ fn moving_horizon(lines: &mut Vec<Line>) {
     let fixed_bounded = fixed.clone().with_bounds(-far, Vector2::new(-0.1, f64::INFINITY)).expect("below");
     let start = [0.05, 0.0];
     for (what, estimator, fixed) in [("no bound", free, fixed), ("an active bound", bounded, fixed_bounded)] {
-        let count = operations(Program::MovingHorizon(estimator.clone()), 2);
+        let count = operations(ExportableObserver::MovingHorizon(estimator.clone()), 2);
         let name = format!("moving-horizon estimator of a pendulum, {WINDOW} samples, {what}");
         lines.push(Line::of(&name, "dynamic", count, estimator, &start).batches(SHORT_BATCH));
         let name = format!("moving-horizon estimator of a double integrator, {WINDOW} samples, {what}");
@@ -267,9 +267,9 @@ fn of_a_double_integrator(chain: &Chain, lines: &mut Vec<Line>) {
     lines.push(Line::of("interval observer, n = 2", "static", None, interval.expect("shapes fit"), &start));
     let (a, b) = (dmatrix![0.0, 1.0; 0.0, 0.0], dmatrix![0.0; 1.0]);
     let varying = VaryingPeriodObserver::new(chain.cubic(), a, b, &chain.ld / PERIOD, 3.0 * PERIOD);
-    let program = Program::varying(&varying.expect("shapes fit")).expect("a step");
+    let program = ExportableObserver::varying(&varying.expect("shapes fit")).expect("a step");
     let count = operations(program.clone(), 2);
-    if let Program::Varying(step) = program {
+    if let ExportableObserver::Varying(step) = program {
         lines.push(Line::of("sampled cubic at varying periods, n = 2", "dynamic", count, step, &start));
     }
 }

@@ -19,7 +19,7 @@ use crate::step::ExpressionStep;
 
 /// An observer that is stepped once per sample, with numbers as designed.
 #[derive(Debug, Clone, PartialEq)]
-pub enum Program {
+pub enum ExportableObserver {
     /// `xhat+ = Ad xhat + Bd u + Ld (y - C xhat)`.
     Linear(DiscreteLinearObserver<f64, Dyn, Dyn, Dyn>),
     /// The sampled cubic observer.
@@ -33,7 +33,7 @@ pub enum Program {
     /// The moving-horizon estimator.
     MovingHorizon(MovingHorizon<f64>),
     /// The copy of a nonlinear plant with a constant gain.
-    Copy(SampledNonlinearObserver<ExpressionPlant, f64, Dyn, Dyn, Dyn>),
+    SampledNonlinear(SampledNonlinearObserver<ExpressionPlant, f64, Dyn, Dyn, Dyn>),
     /// The copy of a plant in discrete time with a constant gain.
     Discrete(DiscreteNonlinearObserver<ExpressionPlant, f64, Dyn, Dyn, Dyn>),
     /// The numerical KKL observer.
@@ -44,7 +44,7 @@ pub enum Program {
     Step(ExpressionStep<f64>),
 }
 
-/// The right-hand sides of a nonlinear plant in the form in which a program needs them.
+/// The right-hand sides of a nonlinear plant in the form in which an observer needs them.
 #[derive(Debug, Clone)]
 pub(crate) struct Maps {
     /// f, for the extended Kalman filter with Df after it, row by row.
@@ -86,7 +86,7 @@ pub(crate) fn tables<'a>(routines: &[&'a Routine]) -> Vec<(usize, &'a Table, Loo
     all
 }
 
-impl Program {
+impl ExportableObserver {
     /// Lengths of the columns.
     pub fn dimensions(&self) -> ObserverDimensions {
         match self {
@@ -96,7 +96,7 @@ impl Program {
             Self::Kalman(observer) => observer.dimensions(),
             Self::Unscented(observer) => observer.dimensions(),
             Self::MovingHorizon(estimator) => estimator.dimensions(),
-            Self::Copy(observer) => observer.dimensions(),
+            Self::SampledNonlinear(observer) => observer.dimensions(),
             Self::Discrete(observer) => observer.dimensions(),
             Self::Kkl(observer) => observer.dimensions(),
             Self::Extension(observer) => observer.dimensions(),
@@ -117,7 +117,7 @@ impl Program {
             Self::Kalman(filter) => Some(filter.plant().routines()),
             Self::Unscented(filter) => Some(filter.plant().routines()),
             Self::MovingHorizon(estimator) => Some(estimator.plant().routines()),
-            Self::Copy(observer) => Some(observer.plant().routines()),
+            Self::SampledNonlinear(observer) => Some(observer.plant().routines()),
             Self::Discrete(observer) => Some(observer.plant().routines()),
             Self::Kkl(observer) => Some(observer.plant().routines()),
             Self::Extension(observer) => Some(observer.plant().routines()),
@@ -167,7 +167,7 @@ impl Program {
             Self::Kalman(filter) => filter.substeps(),
             Self::Unscented(filter) => filter.substeps(),
             Self::MovingHorizon(estimator) => estimator.substeps(),
-            Self::Copy(observer) => Some(observer.substeps()),
+            Self::SampledNonlinear(observer) => Some(observer.substeps()),
             Self::Extension(observer) => Some(observer.substeps()),
         }
     }
@@ -181,7 +181,7 @@ impl Program {
             Self::Kalman(filter) => filter.period(),
             Self::Unscented(filter) => filter.period(),
             Self::MovingHorizon(estimator) => estimator.period(),
-            Self::Copy(observer) => observer.period(),
+            Self::SampledNonlinear(observer) => observer.period(),
             Self::Discrete(observer) => observer.period(),
             Self::Kkl(observer) => observer.period(),
             Self::Extension(observer) => observer.period(),
@@ -256,7 +256,7 @@ impl Program {
                 let all = [("W", w.clone()), ("V", v.clone()), ("P0", p0.clone())];
                 return all.into_iter().chain((!bounds.is_empty()).then_some(("BOUNDS", list))).collect();
             }
-            Self::Copy(observer) => vec![("L", observer.l())],
+            Self::SampledNonlinear(observer) => vec![("L", observer.l())],
             Self::Discrete(observer) => vec![("L", observer.l())],
             Self::Kkl(observer) => return observer.matrices(),
             Self::Extension(_) | Self::Step(_) => Vec::new(),
@@ -274,7 +274,7 @@ impl Program {
             | Self::Kalman(_)
             | Self::Unscented(_)
             | Self::MovingHorizon(_)
-            | Self::Copy(_)
+            | Self::SampledNonlinear(_)
             | Self::Discrete(_)
             | Self::Kkl(_)
             | Self::Extension(_)
@@ -291,7 +291,7 @@ impl Program {
             Self::Kalman(_)
             | Self::Unscented(_)
             | Self::MovingHorizon(_)
-            | Self::Copy(_)
+            | Self::SampledNonlinear(_)
             | Self::Discrete(_)
             | Self::Kkl(_)
             | Self::Extension(_)
@@ -326,7 +326,7 @@ impl Program {
                 numbers.into_iter().chain(filter.gate().map(|gate| ("GATE", gate))).collect()
             }
             Self::MovingHorizon(estimator) => vec![("PERIOD", estimator.period())],
-            Self::Copy(observer) => vec![("PERIOD", observer.period())],
+            Self::SampledNonlinear(observer) => vec![("PERIOD", observer.period())],
             Self::Discrete(observer) => vec![("PERIOD", observer.period())],
             Self::Kkl(observer) => vec![("PERIOD", observer.period())],
             Self::Extension(observer) => vec![("PERIOD", observer.period())],
@@ -469,10 +469,10 @@ impl Program {
                 })
             }
             Self::MovingHorizon(estimator) => Cast::MovingHorizon(moving_horizon::cast(estimator)?),
-            Self::Copy(observer) => {
+            Self::SampledNonlinear(observer) => {
                 let (plant, l) = (observer.plant().clone(), cast(observer.l()));
                 let period = nalgebra::convert(observer.period());
-                Cast::Copy(SampledNonlinearObserver::new(plant, l, period, observer.substeps())?)
+                Cast::SampledNonlinear(SampledNonlinearObserver::new(plant, l, period, observer.substeps())?)
             }
             Self::Kkl(observer) => Cast::Kkl(observer.cast()?),
             Self::Extension(observer) => {
@@ -524,7 +524,7 @@ pub(crate) enum Cast<T: RealField + Copy> {
     Kalman(ExtendedKalmanFilter<ExpressionPlant, T, Dyn, Dyn, Dyn>),
     Unscented(UnscentedKalmanFilter<ExpressionPlant, T, Dyn, Dyn, Dyn>),
     MovingHorizon(MovingHorizon<T>),
-    Copy(SampledNonlinearObserver<ExpressionPlant, T, Dyn, Dyn, Dyn>),
+    SampledNonlinear(SampledNonlinearObserver<ExpressionPlant, T, Dyn, Dyn, Dyn>),
     Discrete(DiscreteNonlinearObserver<ExpressionPlant, T, Dyn, Dyn, Dyn>),
     Kkl(Kkl<T>),
     Extension(SampledExtension<T>),
@@ -540,9 +540,12 @@ impl<T: RealField + Copy> Cast<T> {
     /// The state with this estimate.
     pub(crate) fn start(&self, estimate: DVector<T>) -> State<T> {
         match self {
-            Self::Linear(_) | Self::Cubic(_) | Self::Varying(_) | Self::Copy(_) | Self::Discrete(_) | Self::Step(_) => {
-                State::Estimate(estimate)
-            }
+            Self::Linear(_)
+            | Self::Cubic(_)
+            | Self::Varying(_)
+            | Self::SampledNonlinear(_)
+            | Self::Discrete(_)
+            | Self::Step(_) => State::Estimate(estimate),
             Self::Kkl(observer) => {
                 let (z, xhat) = observer.start(&estimate);
                 State::Target { z, xhat }
@@ -569,7 +572,9 @@ impl<T: RealField + Copy> Cast<T> {
             (Self::Linear(observer), State::Estimate(xhat)) => observer.step(T::zero(), xhat, u, y),
             (Self::Cubic(observer), State::Estimate(xhat)) => observer.step(T::zero(), xhat, u, y),
             (Self::Varying(step), State::Estimate(xhat)) => step.step(T::zero(), xhat, u, y),
-            (Self::Copy(observer), State::Estimate(xhat)) => observer.step(t(observer.period()), xhat, u, y),
+            (Self::SampledNonlinear(observer), State::Estimate(xhat)) => {
+                observer.step(t(observer.period()), xhat, u, y);
+            }
             (Self::Discrete(observer), State::Estimate(xhat)) => observer.step(t(observer.period()), xhat, u, y),
             (Self::Step(observer), State::Estimate(z)) => observer.step(t(observer.period()), z, u, y),
             (Self::Kkl(observer), State::Target { z, xhat }) => {
@@ -600,7 +605,7 @@ impl<T: RealField + Copy> Cast<T> {
             Self::Kalman(filter) => (filter.plant(), filter.period()),
             Self::Unscented(filter) => (filter.plant(), filter.period()),
             Self::MovingHorizon(estimator) => (estimator.plant(), estimator.period()),
-            Self::Copy(observer) => (observer.plant(), observer.period()),
+            Self::SampledNonlinear(observer) => (observer.plant(), observer.period()),
             Self::Discrete(observer) => (observer.plant(), observer.period()),
             Self::Kkl(observer) => (observer.plant_in_format(), observer.period_in_format()),
             Self::Extension(observer) => (observer.plant(), observer.period()),
