@@ -45,8 +45,8 @@ struct All {
 pub(crate) fn verify(sources: &[Source]) -> Result<Answer, Failure> {
     let (mut text, mut files) = (String::new(), Vec::new());
     for source in sources {
-        let (told, checked) = one(source)?;
-        text.push_str(&told);
+        let (report, checked) = one(source)?;
+        text.push_str(&report);
         files.push(checked);
     }
     let is_negative = files.iter().any(|checked| checked.outcome != Outcome::Proved);

@@ -100,8 +100,8 @@ impl SampledCubicDesign {
         check::positive("the sampling period h", h)?;
         let o = &linear.observer;
         let held = zero_order_hold(&o.a, &o.b, h)?;
-        let wish: Vec<_> = linear.poles.iter().map(|s| (s * h).exp()).collect();
-        let placement = place_observer(&held.ad, &o.c, &wish)?;
+        let poles: Vec<_> = linear.poles.iter().map(|s| (s * h).exp()).collect();
+        let placement = place_observer(&held.ad, &o.c, &poles)?;
         Self::with_gain(&held_plant(linear, held)?, placement.gain, theta, correction, (h, None))
     }
 

@@ -43,12 +43,12 @@ pub(crate) fn interruptible<T: Send + 'static>(
     let receiver = Mutex::new(receiver);
     let inner = Arc::clone(&cancel);
     let run = move || {
-        let told = Mutex::new(sender.clone());
+        let listener = Mutex::new(sender.clone());
         let progress = |progress: Progress<'_>| {
             let Progress { stage, item, done, total } = progress;
             let message = Message::Progress { stage: stage.to_owned(), item: item.to_owned(), done, total };
             // Nobody listens any more after the patience is over.
-            _ = told.lock().unwrap_or_else(PoisonError::into_inner).send(message);
+            _ = listener.lock().unwrap_or_else(PoisonError::into_inner).send(message);
         };
         let result = work(&Context { cancel: &inner, progress: &progress });
         _ = sender.send(Message::Done(result));

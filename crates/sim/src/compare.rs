@@ -41,7 +41,7 @@ pub struct Comparison<'a> {
     score_period: Option<f64>,
     scale: Option<Vec<f64>>,
     entries: Vec<Entry<'a>>,
-    told: Vec<(String, String)>,
+    prior_information: Vec<(String, String)>,
 }
 
 #[derive(Clone)]
@@ -61,7 +61,7 @@ impl<'a> Comparison<'a> {
             score_period: None,
             scale: None,
             entries: Vec::new(),
-            told: Vec::new(),
+            prior_information: Vec::new(),
         }
     }
 
@@ -154,7 +154,7 @@ impl<'a> Comparison<'a> {
     /// Records information that only the observer of that name has; it is listed in its row.
     #[must_use]
     pub fn prior_information(mut self, name: &str, what: &str) -> Self {
-        self.told.push((name.to_owned(), what.to_owned()));
+        self.prior_information.push((name.to_owned(), what.to_owned()));
         self
     }
 
@@ -203,7 +203,9 @@ impl<'a> Comparison<'a> {
                 return Err(SimError::DuplicateName { name: entry.name.clone() });
             }
         }
-        if let Some((name, _)) = self.told.iter().find(|(name, _)| self.entries.iter().all(|e| e.name != *name)) {
+        if let Some((name, _)) =
+            self.prior_information.iter().find(|(name, _)| self.entries.iter().all(|e| e.name != *name))
+        {
             return Err(SimError::UnknownName { name: name.clone() });
         }
         let grid = if let Some(period) = self.score_period {
@@ -250,7 +252,7 @@ impl<'a> Comparison<'a> {
         let mut z0 = vec![0.0; own.state];
         observer.initial(0.0, &self.xhat0, &u0, &y0, &mut z0);
         let mut prior_information: Vec<String> =
-            self.told.iter().filter(|(told, _)| told == name).map(|(_, what)| what.clone()).collect();
+            self.prior_information.iter().filter(|(of, _)| of == name).map(|(_, what)| what.clone()).collect();
         // The two are one when the estimate starts at 0.
         let answers = [(e0, "x(0) - xhat(0)"), (&self.x0[..], "x(0)")];
         if let Some((_, what)) = answers.into_iter().find(|(answer, _)| contains(&z0, answer)) {

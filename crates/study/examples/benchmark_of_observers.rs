@@ -160,8 +160,9 @@ fn plants(text: &mut String, all: &[Advice]) {
         "## The plants\n\n| plant | states | outputs | noise | settling time asked for |\n|---|---:|---:|---|---|\n",
     );
     for advice in all {
-        let told =
-            |what: &str| advice.told.iter().find(|told| told.what == what).map_or("", |told| told.value.as_str());
+        let told = |what: &str| {
+            advice.information.iter().find(|item| item.what == what).map_or("", |item| item.value.as_str())
+        };
         let plant = &advice.plant;
         _ = writeln!(
             text,
@@ -248,8 +249,8 @@ fn tuning(text: &mut String, all: &[Advice]) {
         if one.source == "the study" || known.contains(&name) {
             continue;
         }
-        let told: Vec<&str> = one.told.iter().map(|item| item.name()).collect();
-        _ = writeln!(text, "| {name} | {} | {} | {} |", told.join(", "), one.rule, one.source);
+        let information: Vec<&str> = one.information.iter().map(|item| item.name()).collect();
+        _ = writeln!(text, "| {name} | {} | {} | {} |", information.join(", "), one.rule, one.source);
         known.push(name);
     }
     text.push_str("| kkl, pebo, kkl-peb, immersion-invariance | their maps, gains and regions in the study | as the study specifies them | [KKL, PEB and I&I observers](kkl-studies.md) |\n");

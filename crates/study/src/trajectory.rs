@@ -13,13 +13,13 @@ use crate::study::{ObserverSpec, SamplingSpec, Simulation, Study};
 /// An observer that has been designed.
 #[derive(Clone, Copy)]
 pub(crate) struct Member<'a> {
-    pub(crate) wish: &'a ObserverSpec,
+    pub(crate) requested: &'a ObserverSpec,
     pub(crate) designed: &'a Designed,
 }
 
 /// The designed observer of that name.
 pub(crate) fn member<'a, 'b>(members: &'b [Member<'a>], name: &str) -> Option<&'b Member<'a>> {
-    members.iter().find(|member| member.wish.name == name)
+    members.iter().find(|member| member.requested.name == name)
 }
 
 /// Deviation from the study's own run.
@@ -113,15 +113,15 @@ pub(crate) fn run_at(
         scenario = scenario.sensor(sensor.sensor(variation.noise, variation.seed));
     }
     let sampling = SamplingSpec { seed: simulation.sampling.seed.wrapping_add(variation.seed), ..simulation.sampling };
-    let name = member.map(|member| member.wish.name.as_str());
+    let name = member.map(|member| member.requested.name.as_str());
     if let Some(observer) = fed(study).filter(|observer| Some(*observer) != name)
-        && let Some(fed) = members.iter().find(|fed| fed.wish.name == observer)
+        && let Some(fed) = members.iter().find(|fed| fed.requested.name == observer)
     {
-        scenario = fed.designed.runnable.join_sampled(scenario, &fed.wish.name, &fed.wish.initial, &sampling);
+        scenario = fed.designed.runnable.join_sampled(scenario, &fed.requested.name, &fed.requested.initial, &sampling);
     }
     if let Some(member) = member {
-        let name = &member.wish.name;
-        scenario = member.designed.runnable.join_sampled(scenario, name, &member.wish.initial, &sampling);
+        let name = &member.requested.name;
+        scenario = member.designed.runnable.join_sampled(scenario, name, &member.requested.initial, &sampling);
     }
     scenario.run()
 }

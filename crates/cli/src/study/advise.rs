@@ -58,10 +58,10 @@ fn text(advice: &Advice, budget: f64, folder: Option<&Path>) -> String {
     if let Some(observability) = &advice.observability {
         text.extend(["\nobservability: ", observability, "\n"]);
     }
-    if !advice.told.is_empty() {
+    if !advice.information.is_empty() {
         text.push_str("\ngiven to all observers\n");
-        for told in &advice.told {
-            _ = writeln!(text, "  {}: {} ({})", told.what, told.value, told.from);
+        for information in &advice.information {
+            _ = writeln!(text, "  {}: {} ({})", information.what, information.value, information.from);
         }
     }
     if !advice.ranking.is_empty() {
@@ -100,7 +100,7 @@ fn ranking(text: &mut String, advice: &Advice) {
     text.push_str("\nused by each\n");
     let mut rows = vec![["observer", "uses", "rule"].map(str::to_owned).to_vec()];
     for one in &advice.ranking {
-        let uses: Vec<&str> = one.told.iter().map(|item| item.name()).collect();
+        let uses: Vec<&str> = one.information.iter().map(|item| item.name()).collect();
         rows.push(vec![one.name.clone(), uses.join(", "), one.rule.clone()]);
     }
     table(text, &rows);

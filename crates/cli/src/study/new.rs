@@ -61,11 +61,11 @@ pub(crate) fn new(input: &NewInput) -> Result<Answer, Failure> {
         written.push(path.display().to_string());
     }
     let study = input.output.display().to_string();
-    let mut told = format!("{study} is written; next: luenberger run {study}\n");
+    let mut text = format!("{study} is written; next: luenberger run {study}\n");
     for file in &written {
-        told.extend(["with it: ", file, "\n"]);
+        text.extend(["with it: ", file, "\n"]);
     }
-    Ok(Answer::new(told, &Written { study, files: written })?)
+    Ok(Answer::new(text, &Written { study, files: written })?)
 }
 
 fn list() -> Result<Answer, Failure> {

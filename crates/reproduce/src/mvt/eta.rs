@@ -3,7 +3,7 @@
 
 use std::sync::Arc;
 
-use super::runs::{Experiment, System, Theorem, internal, norms, untold};
+use super::runs::{Experiment, System, Theorem, internal, norms, not_given};
 use crate::claim::{CheckError, Claim, Class, Outcome};
 use crate::context::Context;
 use crate::evidence::Evidence;
@@ -20,7 +20,7 @@ pub(super) fn claims() -> Vec<Claim> {
         Class::Ours,
         "mvt.raising-eta",
         "beyond the paper: Theorem 1, (5)",
-        "from η = 1 to η = 2 the internal error falls faster, and what was not told falls more slowly (rates of x - x̂ - e from e01 for η = 1 and 2: Example 1, then Example 2)",
+        "from η = 1 to η = 2 the internal error falls faster, and what was not given falls more slowly (rates of x - x̂ - e from e01 for η = 1 and 2: Example 1, then Example 2)",
         &[
             "the paper asks for η ≥ 1, takes 1, and says nothing of what more of it does",
             super::example2::PLANT,
@@ -78,15 +78,15 @@ fn rates_at(eta: f64) -> Result<Rates, CheckError> {
     let rate = |before: f64, after: f64, time: f64| (before / after).ln() / time;
 
     let run = from_e01(System::Chaotic, vec![0.0, 2.0, 50.0])?;
-    let (e, d) = (norms(&internal(&run)?), norms(&untold(&run)?));
+    let (e, d) = (norms(&internal(&run)?), norms(&not_given(&run)?));
     let (of_e, of_d) = (rate(e[0], e[1], 2.0), rate(d[0], d[2], 50.0));
 
     // For eta = 6 the internal error of the joint is 1e-8 after 40 ms.
     let run = from_e01(System::Corrected, vec![0.0, 0.03, 20.0])?;
-    let (e, d) = (norms(&internal(&run)?), norms(&untold(&run)?));
+    let (e, d) = (norms(&internal(&run)?), norms(&not_given(&run)?));
     let (of_e_joint, of_d_joint) = (rate(e[0], e[1], 0.03), rate(d[0], d[2], 20.0));
 
-    let d = norms(&untold(&from_e01(System::Printed, vec![0.0, 2.0])?)?);
+    let d = norms(&not_given(&from_e01(System::Printed, vec![0.0, 2.0])?)?);
     let of_d_printed = rate(d[0], d[1], 2.0);
     Ok(Rates { eta, internal: of_e, internal_joint: of_e_joint, error: of_d, joint: of_d_joint, printed: of_d_printed })
 }

@@ -7,8 +7,8 @@ use nalgebra::SVector;
 
 use super::figures::{entries, error_panels, residual_bars};
 use super::runs::{
-    Experiment, FINE, OBSERVER, System, Theorem, Told, beta_solves, column, last, norms, real, residuals, run,
-    unit_interval, untold,
+    Experiment, FINE, Given, OBSERVER, System, Theorem, beta_solves, column, last, norms, not_given, real, residuals,
+    run, unit_interval,
 };
 use crate::claim::{CheckError, Claim, Class, Outcome, Quote};
 use crate::context::Context;
@@ -51,11 +51,11 @@ pub(super) fn claims() -> Vec<Claim> {
             |context| {
                 let mut largest = 0.0_f64;
                 for eta in [1.0, 2.0] {
-                    largest = largest.max(untold(&run(context, SYSTEM, eta, Told::E0)?.trajectory)?.amax());
+                    largest = largest.max(not_given(&run(context, SYSTEM, eta, Given::E0)?.trajectory)?.amax());
                 }
                 // Both are differences of states that are good to 1e-10.
                 Ok(Outcome::new(Evidence::holds_by(largest < 1e-9, largest)).note(
-                    "d = x - x̂ - e obeys d' = (D - [G_m 0; 0 0]) d, and e0 = x0 - x̂0 makes d = 0: the observer has been told the plant's state, and nothing is \
+                    "d = x - x̂ - e obeys d' = (D - [G_m 0; 0 0]) d, and e0 = x0 - x̂0 makes d = 0: the observer has been given the plant's state, and nothing is \
                      observed.",
                 ))
             },
@@ -103,7 +103,7 @@ pub(super) fn claims() -> Vec<Claim> {
             "at every moment some β in [0, 1] makes X(β) = 0 (largest |X|)",
             &[SIGNS, ETA, "T = 10 s, e0 and e01"],
             |context| {
-                let [a, b] = [run(context, SYSTEM, 1.0, Told::E0)?, run(context, SYSTEM, 1.0, Told::E01)?];
+                let [a, b] = [run(context, SYSTEM, 1.0, Given::E0)?, run(context, SYSTEM, 1.0, Given::E01)?];
                 let ((first, x), (second, y)) = (beta_solves(&a), beta_solves(&b));
                 Ok(Outcome::new(Evidence::holds_by(first && second, x.max(y)))
                     .note("X_i depends on β_i alone and its mean over [0, 1] is 0: one bracketed root per row, no least squares."))
@@ -126,9 +126,9 @@ pub(super) fn claims() -> Vec<Claim> {
             |context| {
                 let mut largest = 0.0_f64;
                 for system in System::ALL {
-                    for told in [Told::E0, Told::E01] {
-                        let with = run(context, system, 1.0, told)?;
-                        let e0 = if told == Told::E0 { system.start().e0 } else { system.start().e01 };
+                    for given in [Given::E0, Given::E01] {
+                        let with = run(context, system, 1.0, given)?;
+                        let e0 = if given == Given::E0 { system.start().e0 } else { system.start().e01 };
                         let times = with.trajectory.t.clone();
                         let without = Experiment { eta: 1.0, e0, mean: Theorem::Integral, l: None, times, rtol: FINE }
                             .on(system)?;
@@ -148,12 +148,12 @@ pub(super) fn claims() -> Vec<Claim> {
 }
 
 fn e01(context: &Context) -> Result<Outcome, CheckError> {
-    let short_run = norms(&untold(&run(context, SYSTEM, 1.0, Told::E01)?.trajectory)?);
+    let short_run = norms(&not_given(&run(context, SYSTEM, 1.0, Given::E01)?.trajectory)?);
     let times = (0..=100).map(f64::from).collect();
     let e0 = SYSTEM.start().e01;
     let experiment = Experiment { eta: 1.0, e0, mean: Theorem::Beta, l: None, times, rtol: 1e-11 };
     let trajectory = experiment.on(SYSTEM)?;
-    let long_run = norms(&untold(&trajectory)?);
+    let long_run = norms(&not_given(&trajectory)?);
     let (before, after, end) = (short_run[0], last(&short_run), last(&long_run));
     let settled = long_run.iter().rposition(|d| *d > 0.05 * before).map_or(0.0, |k| trajectory.t[k]);
     Ok(Outcome::new(Evidence::holds_by(end <= 0.05 * before, [settled, after, end])).note(format!(
@@ -168,7 +168,7 @@ fn e01(context: &Context) -> Result<Outcome, CheckError> {
 
 /// Where e1 changes its sign, row 2 (x1 x3) is affine along e.
 fn unique(context: &Context) -> Result<Outcome, CheckError> {
-    let run = run(context, SYSTEM, 1.0, Told::E0)?;
+    let run = run(context, SYSTEM, 1.0, Given::E0)?;
     let trajectory = &run.trajectory;
     let t = trajectory.error_trace(OBSERVER, 0)?.first_sign_change().ok_or("e1 keeps its sign")?;
     let at = |read: &dyn Fn(&luenberger_sim::View<'_>) -> f64| trajectory.trace(read).at(t);
@@ -253,7 +253,7 @@ fn fig1(context: &Context) -> Result<Plate, CheckError> {
 }
 
 fn fig2(context: &Context) -> Result<Plate, CheckError> {
-    let [a, b] = [run(context, SYSTEM, 1.0, Told::E0)?, run(context, SYSTEM, 1.0, Told::E01)?];
+    let [a, b] = [run(context, SYSTEM, 1.0, Given::E0)?, run(context, SYSTEM, 1.0, Given::E01)?];
     let t = &a.trajectory.t;
     let mut figure = Figure::new("Fig. 2: β of Example 1").caption(
         "η = 1. β₂ = β₃ = ½ because x₁x₃ and x₁x₂ are quadratic along e; β₁ → ½ with e. The paper's β comes from lsqnonlin.",
@@ -273,7 +273,7 @@ fn fig2(context: &Context) -> Result<Plate, CheckError> {
 }
 
 fn fig3(context: &Context) -> Result<Plate, CheckError> {
-    Ok(residual_bars(&*run(context, SYSTEM, 1.0, Told::E0)?, "Fig. 3: X(β) of Example 1", "η = 1, e0."))
+    Ok(residual_bars(&*run(context, SYSTEM, 1.0, Given::E0)?, "Fig. 3: X(β) of Example 1", "η = 1, e0."))
 }
 
 fn fig4(context: &Context) -> Result<Plate, CheckError> {
@@ -282,12 +282,12 @@ fn fig4(context: &Context) -> Result<Plate, CheckError> {
         SYSTEM,
         3.0,
         "Fig. 4: the observer's error and the real error of Example 1",
-        "η = 1. From e0 the two coincide, because the observer was told x(0). From e01 the internal error goes to 0 in a second and the real error of x₃ does not.",
+        "η = 1. From e0 the two coincide, because the observer was given x(0). From e01 the internal error goes to 0 in a second and the real error of x₃ does not.",
     )
 }
 
 fn fig5(context: &Context) -> Result<Plate, CheckError> {
-    let [a, b] = [run(context, SYSTEM, 1.0, Told::E0)?, run(context, SYSTEM, 1.0, Told::E01)?];
+    let [a, b] = [run(context, SYSTEM, 1.0, Given::E0)?, run(context, SYSTEM, 1.0, Given::E01)?];
     let t = &a.trajectory.t;
     let x3 = entries(&a.trajectory.x, 2);
     let estimate =

@@ -10,7 +10,7 @@ use nalgebra::{DMatrix, SVector, Vector1, Vector4};
 
 use super::figures::{entries, error_panels, residual_bars};
 use super::runs::{
-    Experiment, OBSERVER, System, Theorem, Told, beta_solves, internal, last, norms, real, residuals, run, untold,
+    Experiment, Given, OBSERVER, System, Theorem, beta_solves, internal, last, norms, not_given, real, residuals, run,
 };
 use crate::claim::{CheckError, Claim, Class, Outcome, Quote};
 use crate::context::Context;
@@ -111,8 +111,8 @@ pub(super) fn claims() -> Vec<Claim> {
             "with e01 the observer's error follows the real error (their difference at T = 2 s; it is 0.5 at first; a44 as printed)",
             &[XHAT0, ETA, AS_PRINTED],
             |context| {
-                let run = run(context, System::Printed, 1.0, Told::E01)?;
-                let difference = norms(&untold(&run.trajectory)?);
+                let run = run(context, System::Printed, 1.0, Given::E01)?;
+                let difference = norms(&not_given(&run.trajectory)?);
                 let (first, end) = (difference[0], last(&difference));
                 let rate = (end / first).ln() / System::Printed.end();
                 Ok(Outcome::new(Evidence::holds_by(end <= 0.05 * first, end)).note(format!(
@@ -132,8 +132,8 @@ pub(super) fn claims() -> Vec<Claim> {
             |context| {
                 let (mut holds, mut largest) = (true, 0.0_f64);
                 for system in System::JOINTS {
-                    for told in [Told::E0, Told::E01] {
-                        let (solved, x) = beta_solves(&*run(context, system, 1.0, told)?);
+                    for given in [Given::E0, Given::E01] {
+                        let (solved, x) = beta_solves(&*run(context, system, 1.0, given)?);
                         holds &= solved;
                         largest = largest.max(x);
                     }
@@ -188,14 +188,14 @@ fn e01(_: &Context) -> Result<Outcome, CheckError> {
     let times: Vec<f64> = (0..=2000).map(|k| f64::from(k) / 100.0).collect();
     let e0 = System::Corrected.start().e01;
     let run = Experiment { eta: 1.0, e0, mean: Theorem::Beta, l: None, times, rtol: 1e-11 }.on(System::Corrected)?;
-    let [told, difference, error] = [norms(&internal(&run)?), norms(&untold(&run)?), norms(real(&run)?)];
+    let [given, difference, error] = [norms(&internal(&run)?), norms(&not_given(&run)?), norms(real(&run)?)];
     let settles = |values: &[f64]| settled(&run.t, values, 0.05 * values[0]);
     let at = |t: f64| run.t.iter().position(|&found| found >= t).map_or(f64::NAN, |k| error[k]);
-    let of = [settles(&told), settles(&difference), settles(&error)];
+    let of = [settles(&given), settles(&difference), settles(&error)];
     Ok(Outcome::new(Evidence::holds_by(of.iter().all(|t| t.is_finite()), of)).note(format!(
-        "The internal error, of which the theorem speaks, is gone first ({} at 1 s); the real one follows at the pace of what the observer was not told: |x - x̂| is {} at 1 s, {} at 5 s, {} at 10 s \
+        "The internal error, of which the theorem speaks, is gone first ({} at 1 s); the real one follows at the pace of what the observer was not given: |x - x̂| is {} at 1 s, {} at 5 s, {} at 10 s \
          and {} at 20 s.",
-        short(told[100]),
+        short(given[100]),
         short(at(1.0)),
         short(at(5.0)),
         short(at(10.0)),
@@ -233,23 +233,23 @@ fn beta_continuous(context: &Context) -> Result<Outcome, CheckError> {
 }
 
 fn follows_when_told(context: &Context, system: System) -> Result<Outcome, CheckError> {
-    let run = run(context, system, 1.0, Told::E0)?;
-    let (difference, end) = (untold(&run.trajectory)?.amax(), last(&norms(real(&run.trajectory)?)));
+    let run = run(context, system, 1.0, Given::E0)?;
+    let (difference, end) = (not_given(&run.trajectory)?.amax(), last(&norms(real(&run.trajectory)?)));
     // Differences of states good to 1e-9.
     Ok(Outcome::new(Evidence::holds_by(difference < 1e-8 && end < 1e-8, end)).note(format!(
-        "The largest difference of the two errors is {}. The observer was told x(0) by e0 = x0 - x̂0; it copies the plant from there.",
+        "The largest difference of the two errors is {}. The observer was given x(0) by e0 = x0 - x̂0; it copies the plant from there.",
         short(difference)
     )))
 }
 
 fn classical_e01(context: &Context) -> Result<Outcome, CheckError> {
     const LONG: i32 = 100;
-    let at_ten = norms(&untold(&run(context, System::Classical, 1.0, Told::E01)?.trajectory)?);
+    let at_ten = norms(&not_given(&run(context, System::Classical, 1.0, Given::E01)?.trajectory)?);
     let times = (0..=10 * LONG).map(|k| f64::from(k) / 10.0).collect();
     let e0 = System::Classical.start().e01;
     let trajectory =
         Experiment { eta: 1.0, e0, mean: Theorem::Beta, l: None, times, rtol: 1e-10 }.on(System::Classical)?;
-    let long_run = norms(&untold(&trajectory)?);
+    let long_run = norms(&not_given(&trajectory)?);
     // The difference swings: its largest value over the last second, and over the last tenth of the long run.
     let swing = |values: &[f64], share: usize| {
         values[values.len() - values.len() / share..].iter().fold(0.0, |m: f64, d| m.max(*d))
@@ -295,7 +295,7 @@ fn segment(trajectory: &Trajectory, t: f64) -> Result<Segment, CheckError> {
 
 /// The largest change of beta_4 between samples with an e3 of some size, halved down to a billionth of a second.
 fn jump(context: &Context) -> Result<Jump, CheckError> {
-    let run = run(context, System::Corrected, 1.0, Told::E0)?;
+    let run = run(context, System::Corrected, 1.0, Given::E0)?;
     let trajectory = &run.trajectory;
     let beta = run.beta.column(3);
     let e3 = internal(trajectory)?.column(2).abs();
@@ -322,7 +322,7 @@ fn jump(context: &Context) -> Result<Jump, CheckError> {
 
 /// The time of the jump, `X_4(beta)` there at each of `betas`, and between which of them it changes its sign.
 pub(super) fn two_roots(context: &Context, betas: &[f64]) -> Result<(f64, Vec<f64>, Vec<f64>), CheckError> {
-    let run = run(context, System::Corrected, 1.0, Told::E0)?;
+    let run = run(context, System::Corrected, 1.0, Given::E0)?;
     let t = jump(context)?.t;
     let (xhat, e, _) = segment(&run.trajectory, t)?;
     let u = SVector::<f64, 1>::new(t.sin());
@@ -349,7 +349,7 @@ fn fig6(context: &Context) -> Result<Plate, CheckError> {
     let mut data = Table::new();
     // The internal error does not depend on C, nor does β: the classical outputs give the same panel.
     for system in [System::Corrected, System::Printed] {
-        let [a, b] = [run(context, system, 1.0, Told::E0)?, run(context, system, 1.0, Told::E01)?];
+        let [a, b] = [run(context, system, 1.0, Given::E0)?, run(context, system, 1.0, Given::E01)?];
         // The first 150 ms, sampled at the same times in both runs.
         let shown = |values: Vec<f64>| values[..75].to_vec();
         let t = shown(a.trajectory.t.clone());
@@ -363,13 +363,13 @@ fn fig6(context: &Context) -> Result<Plate, CheckError> {
             panel = panel.series(Series::line("β₁, β₂, β₃", &t, &beta).hue(Hue::Grey).dash(Dash::Solid));
             data = data.column(format!("beta{}_{}_e0", i + 1, system.key()), beta);
         }
-        for (run, told, hue, dash) in [(&a, "e0", 0, Dash::Solid), (&b, "e01", 1, Dash::Dashed)] {
+        for (run, given, hue, dash) in [(&a, "e0", 0, Dash::Solid), (&b, "e01", 1, Dash::Dashed)] {
             let beta = shown(entries(&run.beta, 3));
             for piece in pieces(&beta) {
                 let (t, beta) = (&t[piece.clone()], &beta[piece]);
-                panel = panel.series(Series::line(format!("β₄, {told}"), t, beta).hue(Hue::Palette(hue)).dash(dash));
+                panel = panel.series(Series::line(format!("β₄, {given}"), t, beta).hue(Hue::Palette(hue)).dash(dash));
             }
-            data = data.column(format!("beta4_{}_{told}", system.key()), beta);
+            data = data.column(format!("beta4_{}_{given}", system.key()), beta);
         }
         figure = figure.panel(panel);
     }
@@ -385,7 +385,7 @@ fn pieces(beta: &[f64]) -> Vec<std::ops::Range<usize>> {
 
 fn fig7(context: &Context) -> Result<Plate, CheckError> {
     Ok(residual_bars(
-        &*run(context, System::Corrected, 1.0, Told::E0)?,
+        &*run(context, System::Corrected, 1.0, Given::E0)?,
         "Fig. 7: X(β) of Example 2",
         "a44 = 0, η = 1, e0.",
     ))

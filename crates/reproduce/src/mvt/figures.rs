@@ -3,7 +3,7 @@
 use luenberger_proof::wording::significant;
 use nalgebra::DMatrix;
 
-use super::runs::{Run, System, Told, internal, real, run};
+use super::runs::{Given, Run, System, internal, real, run};
 use crate::claim::CheckError;
 use crate::context::Context;
 use crate::figure::{Bar, Figure, Hue, Mark, Panel, Series};
@@ -50,13 +50,13 @@ pub(super) fn error_panels(
     title: &str,
     caption: &str,
 ) -> Result<Plate, CheckError> {
-    let [a, b] = [run(context, system, 1.0, Told::E0)?, run(context, system, 1.0, Told::E01)?];
+    let [a, b] = [run(context, system, 1.0, Given::E0)?, run(context, system, 1.0, Given::E01)?];
     let t = &a.trajectory.t;
-    let (told, partly, error) = (internal(&a.trajectory)?, internal(&b.trajectory)?, real(&b.trajectory)?);
+    let (given, partly, error) = (internal(&a.trajectory)?, internal(&b.trajectory)?, real(&b.trajectory)?);
     let mut figure = Figure::new(title).caption(caption).columns(if system.states() == 4 { 2 } else { 1 });
     let mut data = Table::new().column("t", t.clone());
     for i in 0..system.states() {
-        let [e0, e01, truth] = [entries(&told, i), entries(&partly, i), entries(error, i)];
+        let [e0, e01, truth] = [entries(&given, i), entries(&partly, i), entries(error, i)];
         figure = figure.panel(
             Panel::new("time t (s)", format!("error {}", i + 1))
                 .x_range(0.0, end)

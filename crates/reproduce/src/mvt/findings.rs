@@ -12,8 +12,8 @@ pub(super) fn findings() -> Vec<Finding> {
             claims: &["mvt.thm1.as-stated", "mvt.eq7"],
         },
         Finding {
-            title: "In the examples it converges, at the pace of what it was not told",
-            statement: "e0 = x0 - x̂0 makes x - z = 0 for ever: the observer is told x(0) and copies the plant. With e01, 0.3 or 0.5 off in one entry, the internal error is gone within a second or two, and \
+            title: "In the examples it converges, at the pace of what it was not given",
+            statement: "e0 = x0 - x̂0 makes x - z = 0 for ever: the observer is given x(0) and copies the plant. With e01, 0.3 or 0.5 off in one entry, the internal error is gone within a second or two, and \
                         the real one follows: within half a minute and more in Example 1, within ten seconds in Example 2. That depends on what is measured: with the classical outputs y = (x1, x2) a swing of \
                         the link remains, and with a44 = 3.33 as printed the error grows like e^(3t).",
             claims: &[

@@ -64,7 +64,7 @@ pub(super) fn claims() -> Vec<Claim> {
             Class::Example,
             "mvt.fig9",
             "Fig. 9",
-            "the proposed observer performs satisfactorily beside [16]: |x - x̂| settles within 5 % (settling times told e0, told e01, told nothing, and of [16]; -1 for never)",
+            "the proposed observer performs satisfactorily beside [16]: |x - x̂| settles within 5 % (settling times given e0, given e01, given nothing, and of [16]; -1 for never)",
             &[XHAT0, PLANT, "T = 20 s, l42 = 8.4967", "[17] cannot be identified"],
             |context| {
                 let table = &joint(context, System::Corrected)?.clean;
@@ -72,12 +72,12 @@ pub(super) fn claims() -> Vec<Claim> {
                     let merits = table.row(name)?.outcome.clone()?;
                     Ok((merits.settling_last.unwrap_or(-1.0), merits.rms))
                 };
-                let [told, partly, blind, sixteen] = [of(TOLD)?, of(PARTLY)?, of(BLIND)?, of(SIXTEEN)?];
-                let satisfies = told.0 >= 0.0 && partly.0 >= 0.0;
-                Ok(Outcome::new(Evidence::holds_by(satisfies, [told.0, partly.0, blind.0, sixteen.0])).note(format!(
-                    "Root mean square of |x - x̂| over the run: {} told e0, {} told e01, {} told nothing, and {} of [16], which is told nothing. The paper says \"satisfactory\", and not that it is \
+                let [given, partly, blind, sixteen] = [of(GIVEN)?, of(PARTLY)?, of(BLIND)?, of(SIXTEEN)?];
+                let satisfies = given.0 >= 0.0 && partly.0 >= 0.0;
+                Ok(Outcome::new(Evidence::holds_by(satisfies, [given.0, partly.0, blind.0, sixteen.0])).note(format!(
+                    "Root mean square of |x - x̂| over the run: {} given e0, {} given e01, {} given nothing, and {} of [16], which is given nothing. The paper says \"satisfactory\", and not that it is \
                      better than [16].",
-                    short(told.1),
+                    short(given.1),
                     short(partly.1),
                     short(blind.1),
                     short(sixteen.1)
@@ -92,7 +92,7 @@ pub(super) fn claims() -> Vec<Claim> {
             Class::Example,
             "mvt.ex2.from-the-same-information",
             "Section 4.0.6; Section 5",
-            "the proposed observer performs well beside others that know what it knows: told nothing, it settles within 5 % (settling time without noise and with it; -1 for never)",
+            "the proposed observer performs well beside others that know what it knows: given nothing, it settles within 5 % (settling time without noise and with it; -1 for never)",
             &[
                 XHAT0,
                 PLANT,
@@ -103,15 +103,15 @@ pub(super) fn claims() -> Vec<Claim> {
         )
         .quoting(
             "Numerical example are provided to show high performances of the proposed approach",
-            "high performance is: it settles when its peers do, and is told no more than they are",
+            "high performance is: it settles when its peers do, and is given no more than they are",
         ),
     ]
 }
 
 fn same_information(context: &Context) -> Result<Outcome, CheckError> {
     let mut decided = [-1.0; 2];
-    let mut head = vec!["observer".to_owned(), "told besides".to_owned()];
-    // A row for each observer: its name, what it is told, and its times.
+    let mut head = vec!["observer".to_owned(), "prior information".to_owned()];
+    // A row for each observer: its name, what it is given, and its times.
     let mut rows: Vec<Vec<String>> = Vec::new();
     for system in System::JOINTS {
         let runs = joint(context, system)?;
@@ -213,7 +213,7 @@ fn lipschitz(_: &Context) -> Result<Outcome, CheckError> {
             let unit = joint_with(System::Corrected, vec![Sector::unstructured(4, 1.0)])?;
             let greatest = greatest_factor(&unit, None, 0.0, CONSTANT, 1e-3)?;
             Ok(Outcome::new(Evidence::holds(true)).note(format!(
-                "Infeasible, with multipliers verified exactly: {multipliers}. The greatest constant for which a gain is proved is {}; {} is refuted. The limit is that of the inequality, not of the plant: told that the sine acts on x4' and depends on x3 alone, the same \
+                "Infeasible, with multipliers verified exactly: {multipliers}. The greatest constant for which a gain is proved is {}; {} is refuted. The limit is that of the inequality, not of the plant: given that the sine acts on x4' and depends on x3 alone, the same \
                  constant gives a gain with rate {}, {}.",
                 short(greatest.factor),
                 greatest.refuted_at.map_or("none greater".to_owned(), short),
@@ -254,7 +254,7 @@ fn polytopic(_: &Context) -> Result<Outcome, CheckError> {
     Ok(Outcome::new(Evidence::holds(proved)).note(words.join(" ")))
 }
 
-const TOLD: &str = "as printed, e0";
+const GIVEN: &str = "as printed, e0";
 const PARTLY: &str = "as printed, e01";
 const BLIND: &str = "as printed, e(0) = 0";
 const REPAIRED: &str = "repaired, e(0) = 0";
@@ -292,7 +292,7 @@ where
         |l: &DMatrix<f64>| -> Result<_, CheckError> { Ok(NonlinearLuenbergerObserver::new(plant, fixed::<4, P>(l)?)?) };
     let polytopic = design(system)?;
     let printed = |e0: Vector4<f64>| MeanValueObserver::new(plant, 1.0, Beta, e0);
-    let told = printed(Vector4::from_column_slice(start.e0))?;
+    let given = printed(Vector4::from_column_slice(start.e0))?;
     let partly = printed(Vector4::from_column_slice(start.e01))?;
     let blind = printed(Vector4::zeros())?;
     let repaired = polytopic.observer(plant, 1.0, Beta, Vector4::zeros())?;
@@ -322,7 +322,7 @@ where
                 .input(Signal::scalar(f64::sin))
                 .hold_input(PERIOD)
                 .settings(settings)
-                .observer(TOLD, &told)
+                .observer(GIVEN, &given)
                 .observer(PARTLY, &partly)
                 .prior_information(PARTLY, "all of x(0) - x̂(0) but 0.5 in its last entry")
                 .observer(BLIND, &blind)
@@ -365,12 +365,12 @@ fn figure(context: &Context, system: System) -> Result<Plate, CheckError> {
     let runs = joint(context, system)?;
     let sixteen = if system.outputs() == 3 { " [16] with l42 = 8.4967." } else { " [16] needs a third output." };
     let blind = if system == System::Corrected {
-        "Told nothing, e(0) = 0, the observer as printed converges too, later than its peers."
+        "Given nothing, e(0) = 0, the observer as printed converges too, later than its peers."
     } else {
-        "Told nothing, e(0) = 0, the observer as printed does not converge."
+        "Given nothing, e(0) = 0, the observer as printed does not converge."
     };
     let mut figure = Figure::new(format!("Beyond the paper: {} beside its peers", system.name())).columns(2).caption(format!(
-        "All start from the same wrong x̂(0) and see the same y; the noise is uniform, ± {NOISE}, a new value every {PERIOD} s. \"As printed, e0\" was told x(0), \"e01\" most of it, the filter how \
+        "All start from the same wrong x̂(0) and see the same y; the noise is uniform, ± {NOISE}, a new value every {PERIOD} s. \"As printed, e0\" was given x(0), \"e01\" most of it, the filter how \
          large the noise is. {blind}{sixteen}"
     ));
     let mut data = Table::new().column("t", runs.t.clone());
@@ -378,9 +378,9 @@ fn figure(context: &Context, system: System) -> Result<Plate, CheckError> {
         [(&runs.clean, "without noise", "", 1e-14), (&runs.noisy, "with noise", "_noise", 1e-4)]
     {
         let mut panel = Panel::new("time t (s)", "|x - x̂|").title(title).log_y().y_range(floor, 1e3);
-        for (k, name) in [TOLD, PARTLY, BLIND, REPAIRED, LPV, STRUCTURED, KALMAN, SIXTEEN].into_iter().enumerate() {
+        for (k, name) in [GIVEN, PARTLY, BLIND, REPAIRED, LPV, STRUCTURED, KALMAN, SIXTEEN].into_iter().enumerate() {
             let Ok(run) = Joint::run(table, name) else { continue };
-            // Zeros have no place on a logarithmic axis; 1e-16 is below what can be told from them.
+            // Zeros have no place on a logarithmic axis; 1e-16 is below what can be distinguished.
             let error: Vec<f64> = norms(&run.observer(name)?.error).iter().map(|e| e.max(1e-16)).collect();
             let hue = if k < 7 { Hue::Palette(k) } else { Hue::Grey };
             panel = panel.series(Series::line(name, &runs.t, &error).hue(hue).width(0.9));
@@ -397,12 +397,12 @@ const KEYS: [&str; 8] =
 
 pub(super) fn fig9(context: &Context) -> Result<Plate, CheckError> {
     let runs = joint(context, System::Corrected)?;
-    let x4 = entries(&Joint::run(&runs.clean, TOLD)?.x, 3);
+    let x4 = entries(&Joint::run(&runs.clean, GIVEN)?.x, 3);
     let mut left = Panel::new("time t (s)", "state x₄ and its estimates")
         .series(Series::line("x₄", &runs.t, &x4).hue(Hue::Palette(6)));
     let mut right = Panel::new("time t (s)", "|x₄ - x̂₄|").log_y();
     let mut data = Table::new().column("t", runs.t.clone()).column("x4", x4.clone());
-    for (k, name, key) in [(0, TOLD, "printed_e0"), (1, PARTLY, "printed_e01"), (2, SIXTEEN, "sixteen")] {
+    for (k, name, key) in [(0, GIVEN, "printed_e0"), (1, PARTLY, "printed_e01"), (2, SIXTEEN, "sixteen")] {
         let estimate = entries(&Joint::run(&runs.clean, name)?.observer(name)?.estimate, 3);
         let error: Vec<f64> = estimate.iter().zip(&x4).map(|(xhat, x)| (x - xhat).abs().max(1e-16)).collect();
         left = left.series(Series::line(name, &runs.t, &estimate).hue(Hue::Palette(k)));
@@ -412,7 +412,7 @@ pub(super) fn fig9(context: &Context) -> Result<Plate, CheckError> {
     Ok(Plate {
         figure: Figure::new("Fig. 9: the state x₄ of Example 2")
             .caption(
-                "a44 = 0, C = [I3 0]. The observer follows if it is told x(0), and converges if 0.5 of x₄ are missing; [16], with l42 = 8.4967, is told nothing. [17] cannot be identified from \
+                "a44 = 0, C = [I3 0]. The observer follows if it is given x(0), and converges if 0.5 of x₄ are missing; [16], with l42 = 8.4967, is given nothing. [17] cannot be identified from \
                  the paper.",
             )
             .panel(left)

@@ -9,7 +9,7 @@ use luenberger_sim::{Scenario, Signal};
 use nalgebra::{Complex, Const, DMatrix, SVector, Vector4, dmatrix};
 
 use super::example2::{PLANT, XHAT0};
-use super::runs::{Experiment, OBSERVER, System, Theorem, Told, last, norms, real, run, untold};
+use super::runs::{Experiment, Given, OBSERVER, System, Theorem, last, norms, not_given, real, run};
 use crate::claim::{CheckError, Claim, Class, Outcome};
 use crate::context::Context;
 use crate::evidence::Evidence;
@@ -119,7 +119,7 @@ fn joint(system: System, end: f64) -> Result<Outcome, CheckError> {
         let experiment = Experiment { eta: 1.0, e0, mean: Theorem::Beta, l: Some(&design.l), times, rtol: 1e-11 };
         let run = experiment.on(system)?;
         state = state.max(run.x.amax());
-        let d = norms(&untold(&run)?);
+        let d = norms(&not_given(&run)?);
         // The integrator keeps 1e-11 of a state of that size; the factor allows for what has grown on the way.
         below &= run.t.iter().zip(&d).all(|(t, now)| *now <= design.envelope(d[0], *t) + 1e-9 * state);
         largest = largest.max(last(&norms(real(&run)?)));
@@ -147,7 +147,7 @@ fn coordinates(_: &Context) -> Result<Outcome, CheckError> {
     let holds = proved_classical && proved_printed && classical < 1e-5 && printed < 0.3;
     Ok(Outcome::new(Evidence::holds_by(holds, [classical, printed])).note(format!(
         "K = {k_classical} with η = {} with the classical outputs, K = {k_printed} with η = {} with a44 as printed. In its own coordinates the unmeasured blocks are [0 1; -19.5 ∓ 3.33 0], which \
-         swings for ever, and 3.33, which grows: there the observer told nothing never converges (mvt.ex2.from-the-same-information). With a44 = 0 and three outputs the block is 0, and the observer converges by what the other states show.",
+         swings for ever, and 3.33, which grows: there the observer given nothing never converges (mvt.ex2.from-the-same-information). With a44 = 0 and three outputs the block is 0, and the observer converges by what the other states show.",
         short(eta_classical),
         short(eta_printed)
     )))
@@ -190,7 +190,7 @@ fn chaotic(_: &Context) -> Result<Outcome, CheckError> {
 }
 
 fn no_common_gain(context: &Context) -> Result<Outcome, CheckError> {
-    let run = run(context, System::Chaotic, 1.0, Told::E01)?;
+    let run = run(context, System::Chaotic, 1.0, Given::E01)?;
     let x = &run.trajectory.x;
     let bounds: Vec<(f64, f64)> = x.column_iter().map(|states| (states.min(), states.max())).collect();
     match LpvDesign::new(Chaotic, &Region::new(&bounds), 0.0) {

@@ -42,7 +42,7 @@ pub(super) enum System {
 
 /// The information about `x(0) - xhat(0)` given to the observer by its e(0).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Told {
+pub(super) enum Given {
     /// The paper's e0, which is `x(0) - xhat(0)`.
     E0,
     /// The paper's e01, which is off in its last entry.
@@ -127,30 +127,30 @@ struct Case {
     id: &'static str,
     system: System,
     eta: f64,
-    told: Told,
+    given: Given,
 }
 
-const fn case(id: &'static str, system: System, eta: f64, told: Told) -> Case {
-    Case { id, system, eta, told }
+const fn case(id: &'static str, system: System, eta: f64, given: Given) -> Case {
+    Case { id, system, eta, given }
 }
 
 const CASES: [Case; 16] = [
-    case("mvt-ex1-eta1-e0", System::Chaotic, 1.0, Told::E0),
-    case("mvt-ex1-eta1-e01", System::Chaotic, 1.0, Told::E01),
-    case("mvt-ex1-eta2-e0", System::Chaotic, 2.0, Told::E0),
-    case("mvt-ex1-eta2-e01", System::Chaotic, 2.0, Told::E01),
-    case("mvt-ex2-eta1-e0", System::Corrected, 1.0, Told::E0),
-    case("mvt-ex2-eta1-e01", System::Corrected, 1.0, Told::E01),
-    case("mvt-ex2-eta2-e0", System::Corrected, 2.0, Told::E0),
-    case("mvt-ex2-eta2-e01", System::Corrected, 2.0, Told::E01),
-    case("mvt-ex2-classical-eta1-e0", System::Classical, 1.0, Told::E0),
-    case("mvt-ex2-classical-eta1-e01", System::Classical, 1.0, Told::E01),
-    case("mvt-ex2-classical-eta2-e0", System::Classical, 2.0, Told::E0),
-    case("mvt-ex2-classical-eta2-e01", System::Classical, 2.0, Told::E01),
-    case("mvt-ex2-printed-eta1-e0", System::Printed, 1.0, Told::E0),
-    case("mvt-ex2-printed-eta1-e01", System::Printed, 1.0, Told::E01),
-    case("mvt-ex2-printed-eta2-e0", System::Printed, 2.0, Told::E0),
-    case("mvt-ex2-printed-eta2-e01", System::Printed, 2.0, Told::E01),
+    case("mvt-ex1-eta1-e0", System::Chaotic, 1.0, Given::E0),
+    case("mvt-ex1-eta1-e01", System::Chaotic, 1.0, Given::E01),
+    case("mvt-ex1-eta2-e0", System::Chaotic, 2.0, Given::E0),
+    case("mvt-ex1-eta2-e01", System::Chaotic, 2.0, Given::E01),
+    case("mvt-ex2-eta1-e0", System::Corrected, 1.0, Given::E0),
+    case("mvt-ex2-eta1-e01", System::Corrected, 1.0, Given::E01),
+    case("mvt-ex2-eta2-e0", System::Corrected, 2.0, Given::E0),
+    case("mvt-ex2-eta2-e01", System::Corrected, 2.0, Given::E01),
+    case("mvt-ex2-classical-eta1-e0", System::Classical, 1.0, Given::E0),
+    case("mvt-ex2-classical-eta1-e01", System::Classical, 1.0, Given::E01),
+    case("mvt-ex2-classical-eta2-e0", System::Classical, 2.0, Given::E0),
+    case("mvt-ex2-classical-eta2-e01", System::Classical, 2.0, Given::E01),
+    case("mvt-ex2-printed-eta1-e0", System::Printed, 1.0, Given::E0),
+    case("mvt-ex2-printed-eta1-e01", System::Printed, 1.0, Given::E01),
+    case("mvt-ex2-printed-eta2-e0", System::Printed, 2.0, Given::E0),
+    case("mvt-ex2-printed-eta2-e01", System::Printed, 2.0, Given::E01),
 ];
 
 /// A run with the mean value theorem along it. Matrices have one row per time.
@@ -165,14 +165,14 @@ pub(super) struct Run {
 }
 
 /// The run of that system, eta and e(0), computed once.
-pub(super) fn run(context: &Context, system: System, eta: f64, told: Told) -> Result<Arc<Run>, CheckError> {
+pub(super) fn run(context: &Context, system: System, eta: f64, given: Given) -> Result<Arc<Run>, CheckError> {
     let case = CASES
         .iter()
-        .find(|case| (case.system, case.told) == (system, told) && case.eta.total_cmp(&eta).is_eq())
+        .find(|case| (case.system, case.given) == (system, given) && case.eta.total_cmp(&eta).is_eq())
         .ok_or("no such run")?;
     context.once(case.id, || {
         let start = system.start();
-        let e0 = if told == Told::E0 { start.e0 } else { start.e01 };
+        let e0 = if given == Given::E0 { start.e0 } else { start.e01 };
         let experiment =
             Experiment { eta, e0, mean: Theorem::Beta, l: None, times: System::times(system.end()), rtol: FINE };
         let trajectory = experiment.on(system)?;
@@ -317,7 +317,7 @@ pub(super) fn internal(trajectory: &Trajectory) -> Result<DMatrix<f64>, SimError
 }
 
 /// `x - xhat - e`: the part of the error that is unknown to the observer.
-pub(super) fn untold(trajectory: &Trajectory) -> Result<DMatrix<f64>, SimError> {
+pub(super) fn not_given(trajectory: &Trajectory) -> Result<DMatrix<f64>, SimError> {
     Ok(real(trajectory)? - internal(trajectory)?)
 }
 
@@ -337,7 +337,7 @@ pub(super) fn datasets() -> Vec<Dataset> {
 
 fn table(context: &Context, id: &str) -> Result<Table, CheckError> {
     let case = CASES.iter().find(|case| case.id == id).ok_or("no such run")?;
-    let run = run(context, case.system, case.eta, case.told)?;
+    let run = run(context, case.system, case.eta, case.given)?;
     let (trajectory, e) = (&run.trajectory, internal(&run.trajectory)?);
     let estimate = &trajectory.observer(OBSERVER)?.estimate;
     let mut table = Table::new().column("t", trajectory.t.clone());

@@ -14,7 +14,7 @@ use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
 use super::runs::{
-    Experiment, OBSERVER, Run, System, Theorem, Told, along, beta_solves, internal, last, norms, real, run, untold,
+    Experiment, Given, OBSERVER, Run, System, Theorem, along, beta_solves, internal, last, norms, not_given, real, run,
 };
 use crate::claim::{CheckError, Claim, Class, Outcome};
 use crate::context::Context;
@@ -217,7 +217,7 @@ fn tenth_of_the_speed() -> Result<Counterexample, CheckError> {
     let run = fly(&plant, [2.0, -3.0], [0.0, 0.0], [1.8, -2.7], 60.0)?;
     Missed {
         case: "the double integrator, e(0) = 0.9 (x(0) - x̂(0))",
-        what: "x - x̂ after 60 s, less a hundredth of what was not told: a tenth of the speed's error stays for ever",
+        what: "x - x̂ after 60 s, less a hundredth of what was not given: a tenth of the speed's error stays for ever",
         small: 0.003,
     }
     .linear(&plant, &run)
@@ -229,7 +229,7 @@ fn unstable() -> Result<Counterexample, CheckError> {
     let run = fly(&plant, [1.0, 1.0], [0.0, 0.0], [share, share], 30.0)?;
     Missed {
         case: "x1' = x2, x2' = x2/2, y = x1, e(0) all but a millionth of x(0) - x̂(0)",
-        what: "x - x̂ after 30 s, less 1: of the millionth that was not told, as e^(t/2)",
+        what: "x - x̂ after 30 s, less 1: of the millionth that was not given, as e^(t/2)",
         small: 1.0,
     }
     .linear(&plant, &run)
@@ -289,8 +289,8 @@ where
 
 fn equation_7(context: &Context) -> Result<Outcome, CheckError> {
     let (first, second) =
-        (run(context, System::Chaotic, 1.0, Told::E01)?, run(context, System::Corrected, 1.0, Told::E01)?);
-    let of = |run: &Run| untold(&run.trajectory).map(|difference| difference.amax());
+        (run(context, System::Chaotic, 1.0, Given::E01)?, run(context, System::Corrected, 1.0, Given::E01)?);
+    let of = |run: &Run| not_given(&run.trajectory).map(|difference| difference.amax());
     let largest = of(&first)?.max(of(&second)?);
     let named = |case: &str, mut found: Vec<Hypothesis>, condition: Hypothesis| {
         found.push(condition);

@@ -21,13 +21,13 @@ fn states_come_apart() {
         (Vector2::new(0.0, 1.0), Vector2::new(2.0, 3.0), Vector2::new(4.0, 5.0))
     );
     assert_eq!((parts.regressor, parts.estimator), (Matrix2::new(6.0, 8.0, 7.0, 9.0), &[10.0, 11.0][..]));
-    let (u, y, wish) = (Vector1::new(0.5), Vector2::new(20.0, -0.25), Vector2::new(0.5, -8.0));
+    let (u, y, xhat) = (Vector1::new(0.5), Vector2::new(20.0, -0.25), Vector2::new(0.5, -8.0));
     let start = observer.starting_at(0.125).unwrap();
-    let state = start.initial(0.0, &wish, &u, &y);
+    let state = start.initial(0.0, &xhat, &u, &y);
     let parts = start.parts(&state);
     assert_eq!((parts.w, parts.known, parts.regressor), (y, Vector2::zeros(), Matrix2::zeros()));
     assert_eq!(parts.estimator, [0.125; 2]);
-    assert!((start.estimate(0.0, &state, &u, &y) - wish).amax() <= 8.0 * f64::EPSILON * 8.0);
+    assert!((start.estimate(0.0, &state, &u, &y) - xhat).amax() <= 8.0 * f64::EPSILON * 8.0);
     // W[y] = 0 at the start: Y = M theta holds as 0 = 0.
     assert_eq!(start.regression(0.0, &state, &y), (Vector2::zeros(), Matrix2::zeros()));
 }

@@ -196,8 +196,8 @@ fn the_sixteen_runs_are_written_and_good_to_eight_decimals() {
         let n = experiment.x.len();
         let times: Vec<f64> = [0.1, 0.5, 1.0, 2.0, 5.0, 10.0].into_iter().filter(|&t| t <= experiment.end).collect();
         for eta in [1, 2] {
-            for (told, e0) in [("e0", experiment.e0), ("e01", experiment.e01)] {
-                let id = format!("{}-eta{eta}-{told}", experiment.name);
+            for (given, e0) in [("e0", experiment.e0), ("e01", experiment.e01)] {
+                let id = format!("{}-eta{eta}-{given}", experiment.name);
                 let (names, data) = columns(&out.join("data").join(format!("{id}.csv")));
                 let numbered =
                     |before: &'static str, after: &'static str| (1..=n).map(move |i| format!("{before}{i}{after}"));

@@ -26,7 +26,7 @@ pub(super) struct Candidate {
     pub(super) rule: &'static str,
     pub(super) source: &'static str,
     pub(super) character: &'static str,
-    pub(super) told: Vec<InformationKind>,
+    pub(super) information: Vec<InformationKind>,
     /// Operations of a step of the exported program, or why there is none.
     pub(super) cost: Result<usize, String>,
     /// The runs, in their order, or why they ended early.
@@ -45,11 +45,11 @@ pub(super) enum Outcome {
 /// Designs a kind by its rule: the first of its specifications that has a design.
 pub(super) fn by_rule(
     study: &Study,
-    told: &Information,
+    information: &Information,
     rule: &'static Rule,
     (cancel, end): (&AtomicBool, Option<Instant>),
 ) -> Outcome {
-    let keys = match (rule.keys)(&Context { study, told }) {
+    let keys = match (rule.keys)(&Context { study, information }) {
         Ok(keys) => keys,
         Err(why) => return Outcome::Unfit(why),
     };
@@ -59,7 +59,7 @@ pub(super) fn by_rule(
             name: free_name(study, rule.name),
             kind: rule.kind,
             keys,
-            initial: told.initial.clone(),
+            initial: information.initial.clone(),
             comment: format!("luenberger advise: {}.", rule.tuning),
         };
         let with = match study_with(study, std::slice::from_ref(&block)) {
@@ -72,11 +72,12 @@ pub(super) fn by_rule(
         let Some(spec) = with.observer(&block.name).cloned() else { continue };
         match design_until(&with, &spec, cancel, end) {
             Ok(designed) => {
-                let cost = cost(&with, &spec, &designed, (told.period, end));
-                let (runs, told) = (Vec::new(), rule.told.to_vec());
+                let cost = cost(&with, &spec, &designed, (information.period, end));
+                let (runs, information) = (Vec::new(), rule.information.to_vec());
                 let Rule { tuning, source, character, .. } = *rule;
                 let block = Some(block);
-                let found = Candidate { spec, designed, block, rule: tuning, source, character, told, cost, runs };
+                let found =
+                    Candidate { spec, designed, block, rule: tuning, source, character, information, cost, runs };
                 return Outcome::Designed(Box::new(found));
             }
             Err(NoDesign::Interrupted) => return Outcome::Open,
@@ -91,7 +92,7 @@ pub(super) fn by_rule(
 /// Designs an observer of the study as the study has it.
 pub(super) fn of_study(
     study: &Study,
-    told: &Information,
+    information: &Information,
     spec: &ObserverSpec,
     (cancel, end): (&AtomicBool, Option<Instant>),
 ) -> Outcome {
@@ -102,10 +103,10 @@ pub(super) fn of_study(
         ));
     }
     // All start from one estimate.
-    let spec = ObserverSpec { initial: told.initial.clone(), ..spec.clone() };
+    let spec = ObserverSpec { initial: information.initial.clone(), ..spec.clone() };
     match design_until(study, &spec, cancel, end) {
         Ok(designed) => {
-            let cost = cost(study, &spec, &designed, (told.period, end));
+            let cost = cost(study, &spec, &designed, (information.period, end));
             Outcome::Designed(Box::new(Candidate {
                 spec,
                 designed,
@@ -113,7 +114,7 @@ pub(super) fn of_study(
                 rule: "as the study specifies it",
                 source: "the study",
                 character: "it is tuned in the study, not by a rule",
-                told: vec![InformationKind::Study],
+                information: vec![InformationKind::Study],
                 cost,
                 runs: Vec::new(),
             }))

@@ -133,7 +133,7 @@ fn compare(
         title: study.title.clone(),
         plant: execute::summary(study),
         observability: None,
-        told: Vec::new(),
+        information: Vec::new(),
         criteria: options.criteria.clone(),
         runs: 0,
         ensemble: spec.ensemble,
@@ -154,7 +154,7 @@ fn compare(
         return Ok((advice, Files::new()));
     }
     let fed = fed(study, run)?;
-    let fed = fed.as_ref().map(|(wish, designed)| (*wish, designed));
+    let fed = fed.as_ref().map(|(requested, designed)| (*requested, designed));
     let period = information::period(study, simulation, spec).0;
     let longest = study.observers.iter().filter_map(|observer| observer.kind.period()).fold(period, f64::max);
     let score_period = Some(simulation.score_period.unwrap_or(longest));
@@ -167,15 +167,15 @@ fn compare(
         }
         plant => plant?,
     };
-    let told = Information::of(study, simulation, spec, &plant);
-    advice.observability = hidden(study, &told)?;
-    advice.told.clone_from(&told.lines);
-    let scored = Simulation { scale: Some(told.scale.clone()), ..rough.clone() };
+    let information = Information::of(study, simulation, spec, &plant);
+    advice.observability = hidden(study, &information)?;
+    advice.information.clone_from(&information.lines);
+    let scored = Simulation { scale: Some(information.scale.clone()), ..rough.clone() };
     let trial = Trial::new(study, &scored, fed, spec.seed)?;
     advice.scoring = Some(trial.scoring());
 
-    let mut candidates = designs(study, &told, options, run, &mut advice)?;
-    advice.runs = runs(&trial, &mut candidates, &told, spec.ensemble, run, &mut advice.not_reached)?;
+    let mut candidates = designs(study, &information, options, run, &mut advice)?;
+    advice.runs = runs(&trial, &mut candidates, &information, spec.ensemble, run, &mut advice.not_reached)?;
     let (scores, order) = rank(&candidates, &options.criteria);
     let ordered: Vec<&Candidate> = order.iter().map(|&i| &candidates[i]).collect();
     advice.ranking = order.iter().map(|&i| ranked(&candidates[i], scores[i])).collect();
@@ -213,8 +213,8 @@ fn undetectable(study: &Study) -> Result<Option<String>, StudyError> {
 }
 
 /// What no observer can speed up, at the first estimate.
-fn hidden(study: &Study, told: &Information) -> Result<Option<String>, StudyError> {
-    let (a, c) = &told.linearised;
+fn hidden(study: &Study, information: &Information) -> Result<Option<String>, StudyError> {
+    let (a, c) = &information.linearised;
     if a.iter().chain(c.iter()).any(|entry| !entry.is_finite()) {
         return Ok(Some("The derivatives at the first estimate are not finite.".to_owned()));
     }
@@ -282,7 +282,7 @@ impl Task<'_> {
 /// The designs, within half of the budget, the long ones last.
 fn designs(
     study: &Study,
-    told: &Information,
+    information: &Information,
     options: &AdviseOptions<'_>,
     run: &RunOptions<'_>,
     advice: &mut Advice,
@@ -301,8 +301,8 @@ fn designs(
             }
             let stop = (part.cancel, part.until);
             let outcome = match task {
-                Task::Rule(rule) => candidate::by_rule(study, told, rule, stop),
-                Task::Own(spec) => candidate::of_study(study, told, spec, stop),
+                Task::Rule(rule) => candidate::by_rule(study, information, rule, stop),
+                Task::Own(spec) => candidate::of_study(study, information, spec, stop),
             };
             let count = done.fetch_add(1, Ordering::Relaxed) + 1;
             part.tell("design", task.name(), count, tasks.len());
@@ -340,7 +340,7 @@ const RUN_SHARE: f64 = 0.1;
 fn runs(
     trial: &Trial<'_>,
     candidates: &mut Vec<Candidate>,
-    told: &Information,
+    information: &Information,
     ensemble: usize,
     run: &RunOptions<'_>,
     open: &mut Vec<String>,
@@ -357,7 +357,7 @@ fn runs(
                 return Ok(None);
             }
             let spec = &candidate.spec;
-            let initial = trial.initial(spec, told.region.states(), number as u64);
+            let initial = trial.initial(spec, information.region.states(), number as u64);
             match trial.run((spec, &candidate.designed), initial, number as u64, until) {
                 Ok(outcome) => Ok(Some(outcome)),
                 Err(StudyError::Interrupted) => Ok(None),
@@ -417,7 +417,7 @@ fn ranked(one: &Candidate, score: f64) -> RankedObserver {
         statement: report.statement.clone(),
         rule: one.rule.to_owned(),
         source: one.source.to_owned(),
-        told: one.told.clone(),
+        information: one.information.clone(),
     }
 }
 

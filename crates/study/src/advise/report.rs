@@ -18,7 +18,7 @@ pub struct Advice {
     #[serde(skip_serializing_if = "Option::is_none")]
     pub observability: Option<String>,
     /// The prior information of every kind.
-    pub told: Vec<PriorInformation>,
+    pub information: Vec<PriorInformation>,
     /// The criteria.
     pub criteria: Criteria,
     /// Runs of each observer.
@@ -88,7 +88,7 @@ pub struct RankedObserver {
     /// Where the rule is from.
     pub source: String,
     /// What it uses of the information.
-    pub told: Vec<InformationKind>,
+    pub information: Vec<InformationKind>,
 }
 
 /// A kind that does not apply.

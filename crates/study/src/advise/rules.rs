@@ -20,7 +20,7 @@ pub(super) struct Rule {
     /// What makes it good or bad, as an engineer would explain a result.
     pub(super) character: &'static str,
     /// What it uses of the information.
-    pub(super) told: &'static [InformationKind],
+    pub(super) information: &'static [InformationKind],
     /// The keys to try, or the hypothesis that does not hold.
     pub(super) keys: fn(&Context<'_>) -> Result<Vec<Keys>, String>,
 }
@@ -35,7 +35,7 @@ pub(super) const RULES: &[Rule] = &[
         tuning: "modes of the plant that are slower than the decay rate, or than twice the slowest one, become the poles of a Bessel filter of that rate",
         source: "luenberger poles --pattern bessel",
         character: "its poles are placed without regard to the noise",
-        told: &[Settling],
+        information: &[Settling],
         keys: |context| Ok(vec![tuning::poles(context, 0)?]),
     },
     Rule {
@@ -44,7 +44,7 @@ pub(super) const RULES: &[Rule] = &[
         tuning: "the least noise gain among the gains with the decay rate, or twice that of the plant, by a matrix inequality",
         source: "Boyd et al. 1994, sections 2.6 and 7.2",
         character: "its gain is the least noisy one that the matrix inequality finds for the decay rate",
-        told: &[Settling, Noise],
+        information: &[Settling, Noise],
         keys: tuning::least_noise,
     },
     Rule {
@@ -53,7 +53,7 @@ pub(super) const RULES: &[Rule] = &[
         tuning: "stationary Kalman gain for the intensities of process and measurement noise",
         source: "Kalman and Bucy 1961",
         character: "its gain is that of the steady state: optimal once the first error is forgotten, not before",
-        told: &[Noise, ProcessNoise],
+        information: &[Noise, ProcessNoise],
         keys: tuning::kalman,
     },
     Rule {
@@ -62,7 +62,7 @@ pub(super) const RULES: &[Rule] = &[
         tuning: "the least variance of the errors in units of the scale, for the intensities of process and measurement noise",
         source: "docs/disturbances.md",
         character: "without a bound on its gain it is the Kalman filter of the same intensities, with a proved variance",
-        told: &[Noise, ProcessNoise],
+        information: &[Noise, ProcessNoise],
         keys: tuning::norm,
     },
     Rule {
@@ -71,7 +71,7 @@ pub(super) const RULES: &[Rule] = &[
         tuning: "the least norm from process and measurement noise, in units of their intensities, to the errors in units of the scale",
         source: "docs/disturbances.md",
         character: "it bounds the errors under the worst noise of the same energy, and is no optimum under white noise",
-        told: &[Noise, ProcessNoise],
+        information: &[Noise, ProcessNoise],
         keys: tuning::norm,
     },
     Rule {
@@ -80,7 +80,7 @@ pub(super) const RULES: &[Rule] = &[
         tuning: "poles of a Bessel filter of order n - p at the rate of luenberger",
         source: "luenberger poles --pattern bessel",
         character: "the measured states are taken from the outputs, with all of their noise",
-        told: &[Settling],
+        information: &[Settling],
         keys: tuning::reduced_order,
     },
     Rule {
@@ -89,7 +89,7 @@ pub(super) const RULES: &[Rule] = &[
         tuning: "the poles of luenberger, and the gamma at which an output error of one standard deviation adds an eighth to L",
         source: "docs/cubic-or-linear.md, rule 1",
         character: "the cubic term acts on large output errors only and leaves the linear part to small ones",
-        told: &[Settling, Noise],
+        information: &[Settling, Noise],
         keys: |context| Ok(vec![tuning::cubic(context)?]),
     },
     Rule {
@@ -98,7 +98,7 @@ pub(super) const RULES: &[Rule] = &[
         tuning: "the poles of luenberger, and the strength at which an output error of one standard deviation adds an eighth to L",
         source: "docs/cubic-or-linear.md, rule 1",
         character: "the cubic term acts on large output errors only and leaves the linear part to small ones",
-        told: &[Settling, Noise],
+        information: &[Settling, Noise],
         keys: |context| Ok(vec![tuning::sampled_cubic(context)?]),
     },
     Rule {
@@ -107,7 +107,7 @@ pub(super) const RULES: &[Rule] = &[
         tuning: "the least cost for the intensities of process and measurement noise and first errors of the given size, each error in units of its scale, over the duration of the simulation",
         source: "docs/theory-cubic.md",
         character: "its gains L and N have the least cost that a search finds, and it is linear where no cubic term pays",
-        told: &[Noise, ProcessNoise, FirstError],
+        information: &[Noise, ProcessNoise, FirstError],
         keys: tuning::optimal_cubic,
     },
     Rule {
@@ -116,7 +116,7 @@ pub(super) const RULES: &[Rule] = &[
         tuning: "the poles of luenberger; its bounds are for noise up to its amplitude, or to four standard deviations if it is Gaussian, and for x(0) anywhere in the region",
         source: "docs/disturbances.md",
         character: "its estimate is that of its gain alone, and the bounds that enclose the state come with it",
-        told: &[Settling, Noise, Region, Bounds],
+        information: &[Settling, Noise, Region, Bounds],
         keys: tuning::interval,
     },
     Rule {
@@ -125,7 +125,7 @@ pub(super) const RULES: &[Rule] = &[
         tuning: "as luenberger, with the disturbance among the modes that become Bessel poles",
         source: "luenberger poles --pattern bessel",
         character: "it estimates the disturbance with the state, which costs noise where there is no disturbance",
-        told: &[Settling, Disturbance],
+        information: &[Settling, Disturbance],
         keys: tuning::proportional_integral,
     },
     Rule {
@@ -134,7 +134,7 @@ pub(super) const RULES: &[Rule] = &[
         tuning: "the bandwidth with which a chain of the order of plant and disturbance settles in the settling time",
         source: "Gao 2003",
         character: "it estimates the disturbance with the state, which costs noise where there is no disturbance",
-        told: &[Settling, Disturbance],
+        information: &[Settling, Disturbance],
         keys: tuning::extended_state,
     },
     Rule {
@@ -143,7 +143,7 @@ pub(super) const RULES: &[Rule] = &[
         tuning: "the decay rate, or half of it as often as needed, by a matrix inequality",
         source: "Darouach, Zasadzinski and Xu 1994",
         character: "the disturbance does not reach its error, and the noise of the outputs does unfiltered",
-        told: &[Settling, Disturbance],
+        information: &[Settling, Disturbance],
         keys: tuning::unknown_input,
     },
     Rule {
@@ -152,7 +152,7 @@ pub(super) const RULES: &[Rule] = &[
         tuning: "the largest decay rate up to that of the settling time for all Jacobians over the region, and the least noise gain with it",
         source: "Boyd et al. 1994, section 7.2",
         character: "one constant gain serves all Jacobians of the region",
-        told: &[Settling, Region, Noise],
+        information: &[Settling, Region, Noise],
         keys: |context| tuning::nonlinear(context).and_then(|()| tuning::over_region(context, "fastest")),
     },
     Rule {
@@ -161,7 +161,7 @@ pub(super) const RULES: &[Rule] = &[
         tuning: "the decay rate, or half of it as often as needed, for all slopes over the region, and the least noise gain with it",
         source: "Arcak and Kokotovic 2001",
         character: "one constant gain serves all slopes within the sectors of the region",
-        told: &[Settling, Region, Noise],
+        information: &[Settling, Region, Noise],
         keys: |context| tuning::nonlinear(context).and_then(|()| tuning::over_region(context, "decay_rate")),
     },
     Rule {
@@ -170,7 +170,7 @@ pub(super) const RULES: &[Rule] = &[
         tuning: "the decay rate, or half of it as often as needed, for the mean Jacobians over the region; eta = 1",
         source: "docs/theory-mvt.md",
         character: "an internal model of the error corrects the estimate",
-        told: &[Settling, Region, Noise],
+        information: &[Settling, Region, Noise],
         keys: |context| tuning::over_region(context, "decay_rate"),
     },
     Rule {
@@ -179,7 +179,7 @@ pub(super) const RULES: &[Rule] = &[
         tuning: "the r with which chains of integrators, with all poles at -1/r, settle in the settling time",
         source: "Khalil and Praly 2014",
         character: "its gain grows as r^-i along the chain, without regard to the noise",
-        told: &[Settling],
+        information: &[Settling],
         keys: tuning::high_gain,
     },
     Rule {
@@ -188,7 +188,7 @@ pub(super) const RULES: &[Rule] = &[
         tuning: "the larger of two bounds D: that of the disturbance and of what f differs by within the region, and the first error of the last state over the settling time",
         source: "docs/sliding-mode.md",
         character: "it rejects a bounded disturbance exactly in the limit of fast sampling, and does not average the noise",
-        told: &[Settling, Region, FirstError, Bounds],
+        information: &[Settling, Region, FirstError, Bounds],
         keys: tuning::sliding_mode,
     },
     Rule {
@@ -197,7 +197,7 @@ pub(super) const RULES: &[Rule] = &[
         tuning: "covariances of process noise, of a sample and of the first error",
         source: "Gelb 1974, section 6.1",
         character: "its gain is large while its covariance is, after the start, and small later: a constant gain is one for both",
-        told: &[Noise, ProcessNoise, FirstError],
+        information: &[Noise, ProcessNoise, FirstError],
         keys: |context| Ok(vec![tuning::filter(context)?]),
     },
     Rule {
@@ -206,7 +206,7 @@ pub(super) const RULES: &[Rule] = &[
         tuning: "the covariances of extended-kalman",
         source: "Van der Merwe and Wan 2001",
         character: "as extended-kalman, with the curvature of the plant between its sigma points in place of derivatives",
-        told: &[Noise, ProcessNoise, FirstError],
+        information: &[Noise, ProcessNoise, FirstError],
         keys: |context| Ok(vec![tuning::filter(context)?]),
     },
     Rule {
@@ -215,7 +215,7 @@ pub(super) const RULES: &[Rule] = &[
         tuning: "the covariances of extended-kalman, ten samples, and the region as bounds of the states",
         source: "Rao, Rawlings and Mayne 2003",
         character: "it solves a least-squares problem over the last samples and keeps its estimate within the region",
-        told: &[Noise, ProcessNoise, FirstError, Region],
+        information: &[Noise, ProcessNoise, FirstError, Region],
         keys: tuning::moving_horizon,
     },
     Rule {
@@ -224,8 +224,8 @@ pub(super) const RULES: &[Rule] = &[
         tuning: "cutoff and table by the search of the design, over the region",
         source: "docs/numerical-kkl.md",
         character: "its filter has the cutoff for which the map is accurate over the region, whatever settling is asked for",
-        told: &[Region],
-        keys: |context| Ok(vec![vec![("domain", Value::pairs(context.told.region.states()))]]),
+        information: &[Region],
+        keys: |context| Ok(vec![vec![("domain", Value::pairs(context.information.region.states()))]]),
     },
 ];
 
@@ -233,7 +233,7 @@ pub(super) const RULES: &[Rule] = &[
 const _: () = {
     let mut row = 0;
     while row < RULES.len() {
-        assert!(!RULES[row].told.is_empty() && !RULES[row].source.is_empty());
+        assert!(!RULES[row].information.is_empty() && !RULES[row].source.is_empty());
         let mut other = 0;
         while other < row {
             assert!(!is_same(RULES[row].name.as_bytes(), RULES[other].name.as_bytes()));

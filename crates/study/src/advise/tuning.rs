@@ -15,7 +15,7 @@ use crate::study::Study;
 /// What a rule may use.
 pub(super) struct Context<'a> {
     pub(super) study: &'a Study,
-    pub(super) told: &'a Information,
+    pub(super) information: &'a Information,
 }
 
 /// What an output error of one standard deviation may add to L by a cubic term.
@@ -49,7 +49,7 @@ fn linear(context: &Context<'_>) -> Result<(), String> {
 
 /// The derivative that differs most between points of the region, relative to the largest, with its extremes.
 fn variation(context: &Context<'_>) -> Option<(String, f64, f64)> {
-    let (plant, region) = (&context.study.plant, &context.told.region);
+    let (plant, region) = (&context.study.plant, &context.information.region);
     let n = plant.states.len();
     let inputs: Vec<f64> =
         region.input_bounds().unwrap_or_default().iter().map(|(l, h)| f64::midpoint(*l, *h)).collect();
@@ -90,13 +90,14 @@ pub(super) fn nonlinear(context: &Context<'_>) -> Result<(), String> {
 /// Poles for the plant and `further` states: its modes that are fast enough stay, the others become Bessel poles.
 pub(super) fn poles(context: &Context<'_>, further: usize) -> Result<Keys, String> {
     linear(context)?;
-    let (dt, told) = (context.study.plant.dt, context.told);
-    let modes = eigenvalues(&told.linearised.0).map_err(|error| error.to_string())?;
-    let fast = |mode: &&Complex<f64>| speed(**mode, dt) >= told.linear_rate;
+    let (dt, information) = (context.study.plant.dt, context.information);
+    let modes = eigenvalues(&information.linearised.0).map_err(|error| error.to_string())?;
+    let fast = |mode: &&Complex<f64>| speed(**mode, dt) >= information.linear_rate;
     let mut poles: Vec<Complex<f64>> = modes.iter().filter(fast).copied().collect();
     let order = modes.len() - poles.len() + further;
-    let settling = -told.band.ln() / told.linear_rate;
-    let moved = poles_from(PolePattern::Bessel, order, settling, told.band).map_err(|error| error.to_string())?;
+    let settling = -information.band.ln() / information.linear_rate;
+    let moved =
+        poles_from(PolePattern::Bessel, order, settling, information.band).map_err(|error| error.to_string())?;
     poles.extend(moved.into_iter().map(|pole| sampled(pole, dt)));
     Ok(vec![("poles", listed(&poles))])
 }
@@ -119,7 +120,7 @@ fn listed(poles: &[Complex<f64>]) -> Value {
 }
 
 fn intensity(context: &Context<'_>) -> Value {
-    Value::numbers(context.told.intensity.iter().copied())
+    Value::numbers(context.information.intensity.iter().copied())
 }
 
 /// Decay rates from this one down.
@@ -134,13 +135,13 @@ pub(super) fn least_noise(context: &Context<'_>) -> Result<Vec<Keys>, String> {
     }
     noisy(context)?;
     let keys = |rate: f64| vec![("decay_rate", Value::Number(rate)), ("noise", intensity(context))];
-    Ok(rates(context.told.linear_rate).filter(|rate| *rate > 0.0).map(keys).collect())
+    Ok(rates(context.information.linear_rate).filter(|rate| *rate > 0.0).map(keys).collect())
 }
 
 /// Noise on every output.
 fn noisy(context: &Context<'_>) -> Result<(), String> {
-    let told = context.told;
-    match told.noise.iter().position(|deviation| *deviation == 0.0) {
+    let information = context.information;
+    match information.noise.iter().position(|deviation| *deviation == 0.0) {
         Some(output) => {
             let name = &context.study.plant.outputs[output];
             Err(format!("the noise level of {name} is 0, and a covariance V > 0 is needed"))
@@ -151,13 +152,14 @@ fn noisy(context: &Context<'_>) -> Result<(), String> {
 
 /// The intensity of the process noise, of a sample for a plant in discrete time.
 fn process_noise(context: &Context<'_>) -> Result<DMatrix<f64>, String> {
-    let w = context.told.w.clone().map_err(|why| format!("no Kalman gain exists at the first estimate: {why}"))?;
+    let w =
+        context.information.w.clone().map_err(|why| format!("no Kalman gain exists at the first estimate: {why}"))?;
     Ok(context.study.plant.dt.map_or(w.clone(), |dt| w * dt))
 }
 
 /// The covariance of a sample.
 fn covariance(context: &Context<'_>) -> Value {
-    Value::numbers(context.told.noise.iter().map(|deviation| deviation * deviation))
+    Value::numbers(context.information.noise.iter().map(|deviation| deviation * deviation))
 }
 
 pub(super) fn kalman(context: &Context<'_>) -> Result<Vec<Keys>, String> {
@@ -170,19 +172,19 @@ pub(super) fn kalman(context: &Context<'_>) -> Result<Vec<Keys>, String> {
 /// W, V and P0 of a filter for samples.
 pub(super) fn filter(context: &Context<'_>) -> Result<Keys, String> {
     noisy(context)?;
-    let p0 = context.told.first_error.iter().map(|deviation| short(deviation * deviation));
+    let p0 = context.information.first_error.iter().map(|deviation| short(deviation * deviation));
     Ok(vec![
         ("w", Value::weight(&process_noise(context)?)),
         ("v", covariance(context)),
         ("p0", Value::numbers(p0)),
-        ("period", Value::Number(context.told.period)),
+        ("period", Value::Number(context.information.period)),
     ])
 }
 
 /// A filter over a window, with the region as bounds of the states.
 pub(super) fn moving_horizon(context: &Context<'_>) -> Result<Vec<Keys>, String> {
     let mut keys = filter(context)?;
-    keys.push(("state_bounds", Value::pairs(context.told.region.states())));
+    keys.push(("state_bounds", Value::pairs(context.information.region.states())));
     Ok(vec![keys])
 }
 
@@ -190,12 +192,12 @@ pub(super) fn moving_horizon(context: &Context<'_>) -> Result<Vec<Keys>, String>
 /// poles; `normalised` for the gain `P^-1 C' (C P^-1 C')^-1`.
 fn unit_strength(context: &Context<'_>, poles: &Keys, normalised: bool) -> Result<(Vec<f64>, f64), String> {
     noisy(context)?;
-    let (study, told) = (context.study, context.told);
+    let (study, information) = (context.study, context.information);
     let block = Block {
         name: "linear part".to_owned(),
         kind: "luenberger",
         keys: poles.clone(),
-        initial: told.initial.clone(),
+        initial: information.initial.clone(),
         comment: String::new(),
     };
     let with = study_with(study, std::slice::from_ref(&block)).map_err(|error| error.to_string())?;
@@ -211,9 +213,9 @@ fn unit_strength(context: &Context<'_>, poles: &Keys, normalised: bool) -> Resul
     };
     let missing = || "its linear part has no L and P".to_owned();
     let (l, p) = (named("L").ok_or_else(missing)?, named("P").ok_or_else(missing)?);
-    let c = &told.linearised.1;
+    let c = &information.linearised.1;
     let pc = p.cholesky().ok_or_else(missing)?.solve(&c.transpose());
-    let theta: Vec<f64> = told.noise.iter().map(|deviation| short(1.0 / (deviation * deviation))).collect();
+    let theta: Vec<f64> = information.noise.iter().map(|deviation| short(1.0 / (deviation * deviation))).collect();
     let direction = if normalised {
         let inverse = (c * &pc).try_inverse().ok_or_else(missing)?;
         &pc * inverse
@@ -246,7 +248,7 @@ pub(super) fn sampled_cubic(context: &Context<'_>) -> Result<Keys, String> {
     let (theta, unit) = unit_strength(context, &keys, true)?;
     keys.push(("theta", Value::numbers(theta)));
     keys.push(("gamma", Value::Number(short(CUBIC_SHARE / unit))));
-    keys.push(("period", Value::Number(context.told.period)));
+    keys.push(("period", Value::Number(context.information.period)));
     Ok(keys)
 }
 
@@ -255,15 +257,15 @@ pub(super) fn optimal_cubic(context: &Context<'_>) -> Result<Vec<Keys>, String> 
     continuous(context)?;
     linear(context)?;
     noisy(context)?;
-    let told = context.told;
-    let axes = (told.first_error.len() as f64).sqrt();
+    let information = context.information;
+    let axes = (information.first_error.len() as f64).sqrt();
     // Outputs whose noise is held for a longer time have the same intensity here.
-    let deviations = told.intensity.iter().map(|intensity| short((intensity / told.held).sqrt()));
-    let weight = told.scale.iter().map(|scale| short(1.0 / (scale * scale)));
+    let deviations = information.intensity.iter().map(|intensity| short((intensity / information.held).sqrt()));
+    let weight = information.scale.iter().map(|scale| short(1.0 / (scale * scale)));
     Ok(vec![vec![
-        ("first_errors", Value::numbers(told.first_error.iter().map(|deviation| short(axes * deviation)))),
+        ("first_errors", Value::numbers(information.first_error.iter().map(|deviation| short(axes * deviation)))),
         ("noise_deviation", Value::numbers(deviations)),
-        ("noise_period", Value::Number(told.held)),
+        ("noise_period", Value::Number(information.held)),
         ("process_noise", Value::weight(&process_noise(context)?)),
         ("weight", Value::numbers(weight)),
     ]])
@@ -271,10 +273,14 @@ pub(super) fn optimal_cubic(context: &Context<'_>) -> Result<Vec<Keys>, String> 
 
 pub(super) fn interval(context: &Context<'_>) -> Result<Vec<Keys>, String> {
     let mut keys = poles(context, 0)?;
-    let told = context.told;
-    let first = told.initial.iter().zip(told.region.states()).map(|(x, (low, high))| (high - x).max(x - low).max(0.0));
-    let mut bounds = vec![("noise", Value::numbers(told.largest.iter().copied()))];
-    if let Some((disturbance, e)) = &told.acting {
+    let information = context.information;
+    let first = information
+        .initial
+        .iter()
+        .zip(information.region.states())
+        .map(|(x, (low, high))| (high - x).max(x - low).max(0.0));
+    let mut bounds = vec![("noise", Value::numbers(information.largest.iter().copied()))];
+    if let Some((disturbance, e)) = &information.acting {
         bounds.push(("disturbance", Value::numbers(disturbance.iter().copied())));
         bounds.push(("e", Value::rows(e)));
     }
@@ -287,21 +293,21 @@ pub(super) fn interval(context: &Context<'_>) -> Result<Vec<Keys>, String> {
 /// time 0.99 e2/D.
 pub(super) fn sliding_mode(context: &Context<'_>) -> Result<Vec<Keys>, String> {
     continuous(context)?;
-    let (plant, told) = (&context.study.plant, context.told);
+    let (plant, information) = (&context.study.plant, context.information);
     let last = plant.states.len() - 1;
     let open =
         spread(context, last).ok_or_else(|| format!("{}' is not finite anywhere in the region", plant.states[last]))?;
-    let acting = told.acting.as_ref().map_or(0.0, |(bounds, e)| {
+    let acting = information.acting.as_ref().map_or(0.0, |(bounds, e)| {
         bounds.iter().zip(e.row(last).iter()).map(|(bound, e)| (bound * e).abs()).sum::<f64>()
     });
-    let reaching = told.first_error[last] / told.settling;
+    let reaching = information.first_error[last] / information.settling;
     let bound = (open + acting).max(reaching);
-    Ok(vec![vec![("bound", Value::Number(short(bound))), ("period", Value::Number(told.period))]])
+    Ok(vec![vec![("bound", Value::Number(short(bound))), ("period", Value::Number(information.period))]])
 }
 
 /// By how much the derivative of a state differs at most between points of a grid over the region, under one input.
 fn spread(context: &Context<'_>, state: usize) -> Option<f64> {
-    let (plant, region) = (&context.study.plant, &context.told.region);
+    let (plant, region) = (&context.study.plant, &context.information.region);
     let (n, inputs) = (plant.states.len(), region.input_bounds().unwrap_or_default());
     // At least the corners, the middle and the quarters of each axis, and a few thousand points.
     let steps = (4000f64.powf(1.0 / n as f64) as usize).clamp(2, 64);
@@ -327,7 +333,7 @@ fn spread(context: &Context<'_>, state: usize) -> Option<f64> {
 /// E of the disturbance.
 fn disturbance<'a>(context: &'a Context<'_>) -> Result<&'a DMatrix<f64>, String> {
     let missing = "the study does not say where an unknown disturbance enters: 0 columns of E (`e` in [advise])";
-    context.told.e.as_ref().ok_or_else(|| missing.to_owned())
+    context.information.e.as_ref().ok_or_else(|| missing.to_owned())
 }
 
 pub(super) fn proportional_integral(context: &Context<'_>) -> Result<Vec<Keys>, String> {
@@ -341,21 +347,22 @@ pub(super) fn proportional_integral(context: &Context<'_>) -> Result<Vec<Keys>, 
 pub(super) fn extended_state(context: &Context<'_>) -> Result<Vec<Keys>, String> {
     let e = disturbance(context)?;
     linear(context)?;
-    let settling = -context.told.band.ln() / context.told.linear_rate;
+    let settling = -context.information.band.ln() / context.information.linear_rate;
     let order = context.study.plant.states.len() + e.ncols();
-    let bandwidth = chain_settling(order, context.told.band) / settling;
+    let bandwidth = chain_settling(order, context.information.band) / settling;
     Ok(vec![vec![("e", Value::rows(e)), ("bandwidth", Value::Number(short(bandwidth)))]])
 }
 
 pub(super) fn reduced_order(context: &Context<'_>) -> Result<Vec<Keys>, String> {
     linear(context)?;
-    let (plant, told) = (&context.study.plant, context.told);
+    let (plant, information) = (&context.study.plant, context.information);
     let order = plant.states.len().saturating_sub(plant.outputs.len());
     if order == 0 {
         return Err(format!("it estimates n - p states, and the plant has n = p = {}", plant.states.len()));
     }
-    let settling = -told.band.ln() / told.linear_rate;
-    let found = poles_from(PolePattern::Bessel, order, settling, told.band).map_err(|error| error.to_string())?;
+    let settling = -information.band.ln() / information.linear_rate;
+    let found =
+        poles_from(PolePattern::Bessel, order, settling, information.band).map_err(|error| error.to_string())?;
     let poles: Vec<_> = found.into_iter().map(|pole| sampled(pole, plant.dt)).collect();
     Ok(vec![vec![("poles", listed(&poles))]])
 }
@@ -364,16 +371,16 @@ pub(super) fn reduced_order(context: &Context<'_>) -> Result<Vec<Keys>, String> 
 pub(super) fn norm(context: &Context<'_>) -> Result<Vec<Keys>, String> {
     linear(context)?;
     noisy(context)?;
-    let told = context.told;
+    let information = context.information;
     let eigen = process_noise(context)?.symmetric_eigen();
     let root = DMatrix::from_diagonal(&eigen.eigenvalues.map(|value| value.max(0.0).sqrt()));
     let entering = &eigen.eigenvectors * root * eigen.eigenvectors.transpose();
-    let (n, p) = (entering.nrows(), told.noise.len());
+    let (n, p) = (entering.nrows(), information.noise.len());
     let of_sample = context.study.plant.dt.is_some();
-    let deviation = |j: usize| if of_sample { told.noise[j] } else { told.intensity[j].sqrt() };
+    let deviation = |j: usize| if of_sample { information.noise[j] } else { information.intensity[j].sqrt() };
     let e = DMatrix::from_fn(n, n + p, |i, j| if j < n { short(entering[(i, j)]) } else { 0.0 });
     let d = DMatrix::from_fn(p, n + p, |i, j| if j == n + i { deviation(i) } else { 0.0 });
-    let h = DMatrix::from_fn(n, n, |i, j| if i == j { short(1.0 / told.scale[i]) } else { 0.0 });
+    let h = DMatrix::from_fn(n, n, |i, j| if i == j { short(1.0 / information.scale[i]) } else { 0.0 });
     Ok(vec![vec![("e", Value::rows(&e)), ("d", Value::rows(&d)), ("h", Value::rows(&h))]])
 }
 
@@ -381,12 +388,12 @@ pub(super) fn unknown_input(context: &Context<'_>) -> Result<Vec<Keys>, String> 
     let e = disturbance(context)?;
     linear(context)?;
     let keys = |rate: f64| vec![("e", Value::rows(e)), ("decay_rate", Value::Number(rate))];
-    Ok(rates(context.told.linear_rate).filter(|rate| *rate > 0.0).map(keys).collect())
+    Ok(rates(context.information.linear_rate).filter(|rate| *rate > 0.0).map(keys).collect())
 }
 
 /// A region as a key.
 fn region(context: &Context<'_>) -> Value {
-    let region = &context.told.region;
+    let region = &context.information.region;
     let mut keys = vec![("states", Value::pairs(region.states()))];
     if let Some(inputs) = region.input_bounds() {
         keys.push(("inputs", Value::pairs(inputs)));
@@ -405,8 +412,11 @@ pub(super) fn over_region(context: &Context<'_>, rate: &'static str) -> Result<V
     let keys =
         |value: f64| vec![("region", region(context)), (rate, Value::Number(value)), ("noise", intensity(context))];
     let is_searched = rate == "fastest";
-    let all: Vec<Keys> =
-        if is_searched { vec![keys(short(context.told.rate))] } else { rates(context.told.rate).map(keys).collect() };
+    let all: Vec<Keys> = if is_searched {
+        vec![keys(short(context.information.rate))]
+    } else {
+        rates(context.information.rate).map(keys).collect()
+    };
     Ok(all)
 }
 
@@ -418,8 +428,8 @@ pub(super) fn high_gain(context: &Context<'_>) -> Result<Vec<Keys>, String> {
     }
     let of = |chains: &Vec<usize>| {
         let longest = chains.iter().copied().max().unwrap_or(1);
-        let time = chain_settling(longest, context.told.band);
-        let mut keys = vec![("r", Value::Number(short(context.told.settling / time)))];
+        let time = chain_settling(longest, context.information.band);
+        let mut keys = vec![("r", Value::Number(short(context.information.settling / time)))];
         if p > 1 {
             keys.push(("chains", Value::numbers(chains.iter().map(|length| *length as f64))));
         }

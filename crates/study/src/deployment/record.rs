@@ -41,8 +41,9 @@ pub fn record(study: &Study, observer: &ObserverSpec, sampled: &Sampled) -> Opti
         others.filter_map(|other| Some((other, of_the_study(other)?))).collect();
     let period = sampled.period;
     let is_varying = observer.kind.varying_periods().is_some();
-    let members: Vec<Member<'_>> = designed.iter().map(|(wish, designed)| Member { wish, designed }).collect();
-    let member = members.iter().find(|member| member.wish.name == observer.name)?;
+    let members: Vec<Member<'_>> =
+        designed.iter().map(|(requested, designed)| Member { requested, designed }).collect();
+    let member = members.iter().find(|member| member.requested.name == observer.name)?;
     let count = ((simulation.duration / period + 1e-9).floor() as usize).min(MOST);
     let times: Vec<f64> = (0..=count).map(|k| (k as f64 * period).min(simulation.duration)).collect();
     let run_at = |times: &[f64]| trajectory::of_observer_at(study, simulation, &members, member, times);

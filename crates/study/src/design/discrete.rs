@@ -22,46 +22,51 @@ use crate::study::{GainSpec, LinearSpec, ObserverKind, ObserverSpec, RateSpec, S
 /// The kinds that there are.
 const KINDS: &str = "luenberger, kalman, interval, h-infinity, h2, sampled-cubic, lpv, extended-kalman, ukf and mhe";
 
-pub(super) fn design(study: &Study, wish: &ObserverSpec, dt: f64, end: Option<Instant>) -> Result<Designed, NoDesign> {
-    let kind = wish.kind.name();
-    let linear = || study.plant.model.linear().ok_or_else(|| explain::not_linear(study, wish));
-    let explained = |misfit| explain::misfit(study, wish, &misfit);
+pub(super) fn design(
+    study: &Study,
+    requested: &ObserverSpec,
+    dt: f64,
+    end: Option<Instant>,
+) -> Result<Designed, NoDesign> {
+    let kind = requested.kind.name();
+    let linear = || study.plant.model.linear().ok_or_else(|| explain::not_linear(study, requested));
+    let explained = |misfit| explain::misfit(study, requested, &misfit);
     let same = |period: f64| {
         if (period - dt).abs() <= 1e-9 * dt {
             return Ok(());
         }
         let hypothesis = format!("period = {period}, and the plant is in discrete time with dt = {dt}");
-        Err(explain::failure(wish, hypothesis, vec![format!("period = {dt}")]))
+        Err(explain::failure(requested, hypothesis, vec![format!("period = {dt}")]))
     };
-    Ok(match &wish.kind {
+    Ok(match &requested.kind {
         ObserverKind::Luenberger(gain) | ObserverKind::Kalman(gain) => {
             let plant = linear()?;
-            in_loop(study, wish, &plant, self::linear(&plant, gain, dt, wish)?.map_err(explained)?)
+            in_loop(study, requested, &plant, self::linear(&plant, gain, dt, requested)?.map_err(explained)?)
         }
         ObserverKind::NormFilter(spec) => {
-            let options = wish.limits.options(study.solver, end);
+            let options = requested.limits.options(study.solver, end);
             let plant = linear()?;
             let designed = super::norm_filter::norm_filter(study, &plant, spec, Some(dt), &options);
-            in_loop(study, wish, &plant, designed.map_err(explained)?)
+            in_loop(study, requested, &plant, designed.map_err(explained)?)
         }
         ObserverKind::SampledCubic { linear: gain, theta, correction, period, varying } => {
             if varying.is_some() {
                 let hypothesis = "`jitter` and `misses` are for plants in continuous time".to_owned();
                 let alternative = "the plant in continuous time, whose motion over every period is known".to_owned();
-                return Err(explain::failure(wish, hypothesis, vec![alternative]).into());
+                return Err(explain::failure(requested, hypothesis, vec![alternative]).into());
             }
             same(*period)?;
-            let gain = gain_of(&linear()?, gain, dt, wish)?.map_err(explained)?;
+            let gain = gain_of(&linear()?, gain, dt, requested)?.map_err(explained)?;
             cubic(&gain, theta, correction, dt).map_err(explained)?
         }
         ObserverKind::Interval(spec) => {
             let plant = linear()?;
             if plant.d.is_some() {
                 let hypothesis = "the kind interval has no step for outputs with feedthrough D".to_owned();
-                return Err(explain::failure(wish, hypothesis, vec!["y - D u as the output".to_owned()]).into());
+                return Err(explain::failure(requested, hypothesis, vec!["y - D u as the output".to_owned()]).into());
             }
             let gain = match &spec.gain {
-                Some(gain) => Some(gain_of(&plant, gain, dt, wish)?.map_err(explained)?.observer.l().clone()),
+                Some(gain) => Some(gain_of(&plant, gain, dt, requested)?.map_err(explained)?.observer.l().clone()),
                 None => None,
             };
             let sampling = Sampling {
@@ -69,11 +74,11 @@ pub(super) fn design(study: &Study, wish: &ObserverSpec, dt: f64, end: Option<In
                 gain,
                 period: dt,
                 held: false,
-                operation: operation::largest(study, wish),
+                operation: operation::largest(study, requested),
                 format: Format::Binary64,
             };
             let states = (&plant, study.plant.states.as_slice());
-            interval::discrete(states, &sampling, spec, wish.bounds.as_ref()).map_err(explained)?
+            interval::discrete(states, &sampling, spec, requested.bounds.as_ref()).map_err(explained)?
         }
         ObserverKind::ExtendedKalman { w, v, p0, period, gate, .. } => {
             same(*period)?;
@@ -88,24 +93,27 @@ pub(super) fn design(study: &Study, wish: &ObserverSpec, dt: f64, end: Option<In
             super::moving_horizon::design(&study.plant.model, spec, None).map_err(explained)?
         }
         ObserverKind::Lpv { region, rate } => {
-            let options = wish.limits.options(study.solver, end);
+            let options = requested.limits.options(study.solver, end);
             lpv(study, region, rate, dt, &options).map_err(explained)?
         }
         _ => {
             let hypothesis = format!("the kind {kind} is for plants in continuous time, and this one has dt = {dt}");
-            return Err(
-                explain::failure(wish, hypothesis, vec![format!("{KINDS} are for discrete time as well")]).into()
-            );
+            return Err(explain::failure(
+                requested,
+                hypothesis,
+                vec![format!("{KINDS} are for discrete time as well")],
+            )
+            .into());
         }
     })
 }
 
 /// With what is proved of the loop, where the estimate fed back is the prediction.
-fn in_loop(study: &Study, wish: &ObserverSpec, plant: &StateSpace, designed: Designed) -> Designed {
+fn in_loop(study: &Study, requested: &ObserverSpec, plant: &StateSpace, designed: Designed) -> Designed {
     match &designed.runnable {
         Runnable::DiscreteLinear(observer) => {
             let l = observer.l().clone();
-            super::feedback::linear(study, wish, plant, &l, designed)
+            super::feedback::linear(study, requested, plant, &l, designed)
         }
         _ => designed,
     }
@@ -116,12 +124,12 @@ pub(super) fn gain_of(
     plant: &StateSpace,
     spec: &LinearSpec,
     dt: f64,
-    wish: &ObserverSpec,
+    requested: &ObserverSpec,
 ) -> Result<Result<DiscreteDesign, Misfit>, FailureReport> {
     let instead = || vec!["`poles` inside the unit circle, `w` and `v` per sample, or `gain`".to_owned()];
     if spec.weight.is_some() {
         let hypothesis = "`rho` and `q` are for plants in continuous time".to_owned();
-        return Err(explain::failure(wish, hypothesis, instead()));
+        return Err(explain::failure(requested, hypothesis, instead()));
     }
     let design = match &spec.gain {
         GainSpec::Poles(poles) => DiscreteDesign::with_poles(plant, dt, poles),
@@ -129,7 +137,7 @@ pub(super) fn gain_of(
         GainSpec::Given(l) => DiscreteDesign::with_gain(plant, dt, l.clone()),
         GainSpec::DecayRate(_) | GainSpec::Lmi => {
             let hypothesis = "`decay_rate` and `lmi` are for plants in continuous time".to_owned();
-            return Err(explain::failure(wish, hypothesis, instead()));
+            return Err(explain::failure(requested, hypothesis, instead()));
         }
     };
     Ok(design.map_err(Misfit::from))
@@ -139,9 +147,9 @@ fn linear(
     plant: &StateSpace,
     spec: &LinearSpec,
     dt: f64,
-    wish: &ObserverSpec,
+    requested: &ObserverSpec,
 ) -> Result<Result<Designed, Misfit>, FailureReport> {
-    Ok(gain_of(plant, spec, dt, wish)?.map(|design| {
+    Ok(gain_of(plant, spec, dt, requested)?.map(|design| {
         let filter = design.filter().filter(|_| spec.is_filter);
         let radius = design.spectral_radius();
         let mut matrices = vec![matrix("L", design.observer.l())];

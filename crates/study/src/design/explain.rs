@@ -92,8 +92,8 @@ impl From<ObserverError> for Misfit {
     }
 }
 
-pub(super) fn failure(wish: &ObserverSpec, hypothesis: String, alternatives: Vec<String>) -> FailureReport {
-    FailureReport { hypothesis, alternatives, line: wish.place.line, cause: None }
+pub(super) fn failure(requested: &ObserverSpec, hypothesis: String, alternatives: Vec<String>) -> FailureReport {
+    FailureReport { hypothesis, alternatives, line: requested.place.line, cause: None }
 }
 
 /// The kinds of observers for nonlinear plants that are applicable to this one.
@@ -118,14 +118,14 @@ fn for_nonlinear(study: &Study, but: &str) -> Vec<String> {
     kinds.into_iter().filter(|(kind, _)| *kind != but).map(|(kind, why)| format!("{kind}: {why}")).collect()
 }
 
-pub(super) fn not_linear(study: &Study, wish: &ObserverSpec) -> FailureReport {
+pub(super) fn not_linear(study: &Study, requested: &ObserverSpec) -> FailureReport {
     let parts = study.plant.model.nonlinearities();
     let what = match (&study.plant.model, parts.is_empty()) {
         (Model::Builtin(builtin), _) => format!("`{}` is nonlinear", builtin.name()),
         (_, false) => format!("this one is nonlinear: {}", parts.join(" and ")),
         (_, true) => "this one has a constant term".to_owned(),
     };
-    let kind = wish.kind.name();
+    let kind = requested.kind.name();
     let hypothesis = format!("the kind {kind} needs a linear plant, x' = A x + B u and y = C x + D u, and {what}");
     let mut instead = for_nonlinear(study, kind);
     if study.plant.model.explicit_time().is_none() {
@@ -136,12 +136,12 @@ pub(super) fn not_linear(study: &Study, wish: &ObserverSpec) -> FailureReport {
         instead
             .push(format!("{at_point} with an [operating_point]: of the linearisation there, in deviations from it"));
     }
-    failure(wish, hypothesis, instead)
+    failure(requested, hypothesis, instead)
 }
 
 /// The diagnosis, with the names of the study.
-pub(super) fn misfit(study: &Study, wish: &ObserverSpec, misfit: &Misfit) -> FailureReport {
-    let kind = wish.kind.name();
+pub(super) fn misfit(study: &Study, requested: &ObserverSpec, misfit: &Misfit) -> FailureReport {
+    let kind = requested.kind.name();
     let (hypothesis, alternatives) = match misfit {
         Misfit::Design(error) => {
             let alternatives = match error {
@@ -149,7 +149,7 @@ pub(super) fn misfit(study: &Study, wish: &ObserverSpec, misfit: &Misfit) -> Fai
                     LinalgError::Unobservable { .. }
                     | LinalgError::NotDetectable { .. }
                     | LinalgError::PoleMultiplicity { .. },
-                ) => return hidden(study, wish, error.to_string()).caused_by(misfit),
+                ) => return hidden(study, requested, error.to_string()).caused_by(misfit),
                 DesignError::Linalg(error) => of_functional(error).unwrap_or_default(),
                 DesignError::Infeasible { .. } => with_smaller_rate(study, kind),
                 DesignError::VaryingPeriods { largest: Some(periods), .. } => {
@@ -223,7 +223,7 @@ pub(super) fn misfit(study: &Study, wish: &ObserverSpec, misfit: &Misfit) -> Fai
             (error.to_string(), alternatives)
         }
         Misfit::NumericalKkl(error) => {
-            let is_held = matches!(&wish.kind, ObserverKind::KklNumerical(spec) if !spec.inputs.is_empty());
+            let is_held = matches!(&requested.kind, ObserverKind::KklNumerical(spec) if !spec.inputs.is_empty());
             // What fails at one input has the remedies of what fails without.
             let failing = match error {
                 NumericalKklError::HeldInput { error, .. } => error.as_ref(),
@@ -327,7 +327,7 @@ pub(super) fn misfit(study: &Study, wish: &ObserverSpec, misfit: &Misfit) -> Fai
             (hypothesis, for_nonlinear(study, kind))
         }
     };
-    failure(wish, hypothesis, alternatives).caused_by(misfit)
+    failure(requested, hypothesis, alternatives).caused_by(misfit)
 }
 
 /// A state with the names of the study.
@@ -385,7 +385,7 @@ fn another_gain(kind: &str) -> Vec<String> {
 }
 
 /// A linear plant with an unobservable mode: the mode, its direction, and which observers still exist.
-fn hidden(study: &Study, wish: &ObserverSpec, why: String) -> FailureReport {
+fn hidden(study: &Study, requested: &ObserverSpec, why: String) -> FailureReport {
     let mut hypothesis = why;
     let mut alternatives = Vec::new();
     let found = study
@@ -423,16 +423,16 @@ fn hidden(study: &Study, wish: &ObserverSpec, why: String) -> FailureReport {
             );
         }
     }
-    failure(wish, hypothesis, alternatives)
+    failure(requested, hypothesis, alternatives)
 }
 
 /// Observers whose theory is for outputs without the input.
-pub(super) fn output_of_the_state(study: &Study, wish: &ObserverSpec) -> Result<(), FailureReport> {
+pub(super) fn output_of_the_state(study: &Study, requested: &ObserverSpec) -> Result<(), FailureReport> {
     let Some(k) = study.plant.model.feedthrough() else { return Ok(()) };
-    let (kind, output) = (wish.kind.name(), &study.plant.outputs[k]);
+    let (kind, output) = (requested.kind.name(), &study.plant.outputs[k]);
     let hypothesis =
         format!("the kind {kind} is for outputs of the state alone, y = h(t, x): {output} depends on the input");
-    Err(failure(wish, hypothesis, for_nonlinear(study, kind)))
+    Err(failure(requested, hypothesis, for_nonlinear(study, kind)))
 }
 
 /// Whether output k is state i, tested at points where a coincidence is unlikely.
@@ -457,27 +457,27 @@ fn measured_first(model: &Model) -> Result<(), usize> {
     (0..size.outputs.min(size.states)).find(|&k| !is_state(model, k, k)).map_or(Ok(()), Err)
 }
 
-pub(super) fn first_states_measured(study: &Study, wish: &ObserverSpec) -> Result<(), FailureReport> {
+pub(super) fn first_states_measured(study: &Study, requested: &ObserverSpec) -> Result<(), FailureReport> {
     let size = study.plant.model.size();
-    let kind = wish.kind.name();
+    let kind = requested.kind.name();
     if size.outputs >= size.states {
         let hypothesis =
             format!("the kind {kind} needs unmeasured states; this plant measures {} of {}", size.outputs, size.states);
-        return Err(failure(wish, hypothesis, for_nonlinear(study, kind)));
+        return Err(failure(requested, hypothesis, for_nonlinear(study, kind)));
     }
     measured_first(&study.plant.model).map_err(|k| {
         let why = measured_in_place_of(study, k, k);
         let hypothesis = format!("the kind {kind} needs outputs that are the first states, y = (x1, .., xp): {why}");
-        failure(wish, hypothesis, for_nonlinear(study, kind))
+        failure(requested, hypothesis, for_nonlinear(study, kind))
     })
 }
 
 /// The chains of a high-gain observer: each begins at its output, each equation of a chain depends on the next state
 /// and on no later one, and the coefficient of the next state is not 0 at the first estimate.
-pub(super) fn chains(study: &Study, wish: &ObserverSpec, lengths: &[usize]) -> Result<Chains, FailureReport> {
+pub(super) fn chains(study: &Study, requested: &ObserverSpec, lengths: &[usize]) -> Result<Chains, FailureReport> {
     let (model, size) = (&study.plant.model, study.plant.model.size());
-    let (states, kind) = (&study.plant.states, wish.kind.name());
-    let misfit = |hypothesis| Err(failure(wish, hypothesis, for_nonlinear(study, kind)));
+    let (states, kind) = (&study.plant.states, requested.kind.name());
+    let misfit = |hypothesis| Err(failure(requested, hypothesis, for_nonlinear(study, kind)));
     let heads = lengths.iter().scan(0, |next, length| Some(std::mem::replace(next, *next + length)));
     for (k, (head, length)) in heads.zip(lengths).enumerate() {
         if !is_state(model, k, head) {
@@ -504,7 +504,7 @@ pub(super) fn chains(study: &Study, wish: &ObserverSpec, lengths: &[usize]) -> R
     if let Some(program) = study.input.program() {
         program.at(0.0, input.as_mut_slice());
     }
-    Chains::at(model, lengths, &wish.initial, &input).map_err(|(i, coefficient)| {
+    Chains::at(model, lengths, &requested.initial, &input).map_err(|(i, coefficient)| {
         let hypothesis = format!(
             "the kind {kind} divides by the derivative of {}' by {}, which is {} at the first estimate",
             states[i],
@@ -512,7 +512,7 @@ pub(super) fn chains(study: &Study, wish: &ObserverSpec, lengths: &[usize]) -> R
             shortest(coefficient)
         );
         let remedy = "`initial` at a state where this derivative is finite and not 0, such as the operating point";
-        failure(wish, hypothesis, vec![remedy.to_owned()])
+        failure(requested, hypothesis, vec![remedy.to_owned()])
     })
 }
 
@@ -528,9 +528,9 @@ fn has_table(size: Dimensions) -> bool {
     size.outputs == 1 && (2..=most).contains(&size.states) && size.inputs <= MOST_INPUTS
 }
 
-pub(super) fn tabulated(study: &Study, wish: &ObserverSpec, spec: &KklSpec) -> Result<(), FailureReport> {
+pub(super) fn tabulated(study: &Study, requested: &ObserverSpec, spec: &KklSpec) -> Result<(), FailureReport> {
     let size = study.plant.model.size();
-    let kind = wish.kind.name();
+    let kind = requested.kind.name();
     let sizes = format!(
         "the kind {kind} takes plants with one output, of 2 to {} states, or of 2 or {} states with at most \
          {MOST_INPUTS} inputs",
@@ -565,7 +565,7 @@ pub(super) fn tabulated(study: &Study, wish: &ObserverSpec, spec: &KklSpec) -> R
     } else {
         alternatives.extend(for_nonlinear(study, kind));
     }
-    Err(failure(wish, hypothesis, alternatives))
+    Err(failure(requested, hypothesis, alternatives))
 }
 
 /// What to do where Darouach's conditions of a functional observer do not hold; none for other errors.

@@ -30,12 +30,12 @@ pub(super) fn gain<'a>(study: &'a Study, observer: &str) -> Option<&'a DMatrix<f
 /// The design with what is proved of its loop, for a linear observer of this plant with the gain L.
 pub(super) fn linear(
     study: &Study,
-    wish: &ObserverSpec,
+    requested: &ObserverSpec,
     plant: &StateSpace,
     l: &DMatrix<f64>,
     designed: Designed,
 ) -> Designed {
-    let Some(k) = gain(study, &wish.name) else { return designed };
+    let Some(k) = gain(study, &requested.name) else { return designed };
     let proved = loop_of(plant, l, k).and_then(|(both, l)| match study.plant.dt {
         None => LinearDesign::with_gain(&both, l).ok().map(|design| design.certificate.clone()),
         Some(dt) => DiscreteDesign::with_gain(&both, dt, l).ok().map(|design| design.certificate.clone()),

@@ -21,14 +21,14 @@ use crate::study::KklSpec;
 
 /// The design for a model whose sizes have been checked: 2 to 6 states, or 2 to 3 with held inputs, and one output. It
 /// stops once `cancel` is true.
-pub(super) fn design(model: &Model, wish: &KklSpec, cancel: &AtomicBool) -> Result<Designed, Misfit> {
+pub(super) fn design(model: &Model, requested: &KklSpec, cancel: &AtomicBool) -> Result<Designed, Misfit> {
     let size = model.size();
     let plant = model.expressions()?;
     macro_rules! plain {
         ($n:literal, $z:literal, $table:ty, $accurate:ident, $embedded:ident) => {{
-            let (design, report) = of_size::<$table, $n, $z>(&plant.fixed()?, wish, cancel)?;
+            let (design, report) = of_size::<$table, $n, $z>(&plant.fixed()?, requested, cancel)?;
             let (accurate, small) = (Box::new(design.interpolated), Box::new(design.embedded));
-            (if wish.embedded { Kkl::$embedded(small) } else { Kkl::$accurate(accurate) }, report)
+            (if requested.embedded { Kkl::$embedded(small) } else { Kkl::$accurate(accurate) }, report)
         }};
     }
     let (kkl, report) = match (size.states, size.inputs) {
@@ -38,19 +38,19 @@ pub(super) fn design(model: &Model, wish: &KklSpec, cancel: &AtomicBool) -> Resu
         (5, 0) => plain!(5, 6, Train<5, 6>, Five, FiveEmbedded),
         (_, 0) => plain!(6, 7, Train<6, 7>, Six, SixEmbedded),
         (2, 1) => {
-            let (observer, report) = held::<2, 1, 3, 4>(&plant.fixed()?, wish, cancel)?;
+            let (observer, report) = held::<2, 1, 3, 4>(&plant.fixed()?, requested, cancel)?;
             (Kkl::TwoHeld(observer), report)
         }
         (2, _) => {
-            let (observer, report) = held::<2, 2, 3, 5>(&plant.fixed()?, wish, cancel)?;
+            let (observer, report) = held::<2, 2, 3, 5>(&plant.fixed()?, requested, cancel)?;
             (Kkl::TwoHeldTwo(observer), report)
         }
         (_, 1) => {
-            let (observer, report) = held::<3, 1, 4, 5>(&plant.fixed()?, wish, cancel)?;
+            let (observer, report) = held::<3, 1, 4, 5>(&plant.fixed()?, requested, cancel)?;
             (Kkl::ThreeHeld(observer), report)
         }
         _ => {
-            let (observer, report) = held::<3, 2, 4, 6>(&plant.fixed()?, wish, cancel)?;
+            let (observer, report) = held::<3, 2, 4, 6>(&plant.fixed()?, requested, cancel)?;
             (Kkl::ThreeHeldTwo(observer), report)
         }
     };
@@ -70,16 +70,16 @@ struct Chosen<const N: usize, const Z: usize> {
 fn chosen<W: Table<N, Z>, const N: usize, const M: usize, const Z: usize>(
     plant: &Fixed<N, M, 1>,
     input: SVector<f64, M>,
-    wish: &KklSpec,
+    requested: &KklSpec,
     progress: &mut dyn FnMut(Progress) -> ControlFlow<()>,
 ) -> Result<Chosen<N, Z>, NumericalKklError> {
-    let ends = |f: fn(&(f64, f64)) -> f64| std::array::from_fn(|i| wish.domain.get(i).map_or(f64::NAN, f));
+    let ends = |f: fn(&(f64, f64)) -> f64| std::array::from_fn(|i| requested.domain.get(i).map_or(f64::NAN, f));
     let (lower, upper) = (ends(|end| end.0), ends(|end| end.1));
     let mut settings = Settings {
-        leaves: wish.leaves,
-        degree: wish.degree,
-        samples: wish.samples,
-        rank: wish.rank,
+        leaves: requested.leaves,
+        degree: requested.degree,
+        samples: requested.samples,
+        rank: requested.rank,
         rank_tolerance: 1e-4,
         // All pairs of this grid are compared.
         injectivity_points: [17, 17, 17, 9, 6, 4, 3][N.min(6)],
@@ -87,9 +87,9 @@ fn chosen<W: Table<N, Z>, const N: usize, const M: usize, const Z: usize>(
         ..Settings::default()
     };
     let wanted = ChoiceOptions {
-        cutoff: wish.cutoff,
-        points: wish.points,
-        escape: wish.escape.map(|margin| Escape::Slowed { margin }),
+        cutoff: requested.cutoff,
+        points: requested.points,
+        escape: requested.escape.map(|margin| Escape::Slowed { margin }),
         ..ChoiceOptions::default()
     };
     let choice = choose_with_table::<_, W, N, M, Z>(plant, (lower, upper), input, &wanted, &settings, progress)?;
@@ -103,15 +103,15 @@ type Design<W, const N: usize, const Z: usize> = NumericalKklDesign<N, 0, 1, Z, 
 
 fn of_size<W: Table<N, Z>, const N: usize, const Z: usize>(
     plant: &Fixed<N, 0, 1>,
-    wish: &KklSpec,
+    requested: &KklSpec,
     cancel: &AtomicBool,
 ) -> Result<(Design<W, N, Z>, DesignReport), NumericalKklError> {
     let mut on = |_| if cancel.load(Ordering::Relaxed) { Break(()) } else { Continue(()) };
-    let made = chosen::<W, N, 0, Z>(plant, SVector::zeros(), wish, &mut on)?;
+    let made = chosen::<W, N, 0, Z>(plant, SVector::zeros(), requested, &mut on)?;
     let Chosen { settings, wanted, choice, domain, target } = &made;
     let design = Design::<W, N, Z>::with_table(plant, target, domain, SVector::zeros(), settings, &mut on)?;
     let measured = &design.report;
-    let form = if wish.embedded { &measured.embedded } else { &measured.interpolated };
+    let form = if requested.embedded { &measured.embedded } else { &measured.interpolated };
     let mut numbers = numbers(choice, (measured.horizon, measured.spline.1, measured.residual.1));
     let table = design.interpolated.map().inverse().spline();
     if let Some(rank) = table.rank() {
@@ -139,22 +139,23 @@ type Held<const N: usize, const M: usize, const Z: usize, const ZM: usize> =
 
 fn held<const N: usize, const M: usize, const Z: usize, const ZM: usize>(
     plant: &Fixed<N, M, 1>,
-    wish: &KklSpec,
+    requested: &KklSpec,
     cancel: &AtomicBool,
 ) -> Result<Held<N, M, Z, ZM>, NumericalKklError> {
     let mut on = |_| if cancel.load(Ordering::Relaxed) { Break(()) } else { Continue(()) };
-    let family: [(f64, f64); M] = std::array::from_fn(|i| wish.inputs.get(i).copied().unwrap_or((f64::NAN, f64::NAN)));
+    let family: [(f64, f64); M] =
+        std::array::from_fn(|i| requested.inputs.get(i).copied().unwrap_or((f64::NAN, f64::NAN)));
     let middle = SVector::from_fn(|i, _| 0.5 * (family[i].0 + family[i].1));
-    let mut made = chosen::<Spline<N, Z>, N, M, Z>(plant, middle, wish, &mut on)?;
+    let mut made = chosen::<Spline<N, Z>, N, M, Z>(plant, middle, requested, &mut on)?;
     let mut attempt = |made: &Chosen<N, Z>| {
         let Chosen { settings, domain, target, .. } = made;
-        HeldInputDesign::<N, M, 1, Z, ZM>::new(plant, target, domain, (&family, wish.nodes), settings, &mut on)
+        HeldInputDesign::<N, M, 1, Z, ZM>::new(plant, target, domain, (&family, requested.nodes), settings, &mut on)
     };
     let mut design = attempt(&made);
     // A trajectory that is bounded at the middle input may be unbounded at another.
     if let Err(NumericalKklError::HeldInput { error, .. }) = &design
         && matches!(**error, NumericalKklError::Escapes { .. })
-        && wish.escape.is_none()
+        && requested.escape.is_none()
         && made.choice.escape == Escape::Free
     {
         let escape = Escape::Slowed { margin: 1.0 };
@@ -164,7 +165,7 @@ fn held<const N: usize, const M: usize, const Z: usize, const ZM: usize>(
     }
     let HeldInputDesign { observer, report: measured } = design?;
     let Chosen { wanted, choice, target, .. } = &made;
-    let form = if wish.embedded { &measured.embedded } else { &measured.interpolated };
+    let form = if requested.embedded { &measured.embedded } else { &measured.interpolated };
     let mut numbers = numbers(choice, (measured.horizon, measured.spline.1, measured.residual.1));
     numbers.push(number("inputs with a table", measured.tables as f64));
     numbers.extend(errors(form));
@@ -178,7 +179,7 @@ fn held<const N: usize, const M: usize, const Z: usize, const ZM: usize>(
             explained(choice, wanted)
         ),
     );
-    Ok((Box::new(if wish.embedded { observer.embedded() } else { observer }), report))
+    Ok((Box::new(if requested.embedded { observer.embedded() } else { observer }), report))
 }
 
 /// The numbers of every design.

@@ -16,15 +16,19 @@ use crate::results::{DesignReport, STATIONARY_COVARIANCES};
 use crate::runnable::Runnable;
 use crate::study::{ActingBounds, GainSpec, LinearSpec, Study};
 
-pub(super) fn of(plant: &StateSpace, wish: &LinearSpec, options: &GainOptions) -> Result<LinearDesign, DesignError> {
-    let design = match &wish.gain {
+pub(super) fn of(
+    plant: &StateSpace,
+    requested: &LinearSpec,
+    options: &GainOptions,
+) -> Result<LinearDesign, DesignError> {
+    let design = match &requested.gain {
         GainSpec::Poles(poles) => LinearDesign::with_poles(plant, poles),
         GainSpec::Kalman { w, v } => LinearDesign::kalman(plant, w, v),
         GainSpec::DecayRate(rate) => LinearDesign::lmi_with(plant, *rate, options),
         GainSpec::Lmi => LinearDesign::lmi_with(plant, 0.0, options),
         GainSpec::Given(l) => LinearDesign::with_gain(plant, l.clone()),
     }?;
-    match &wish.weight {
+    match &requested.weight {
         Some(weight) => design.lyapunov_weight(weight.clone()),
         None => Ok(design),
     }
@@ -38,11 +42,11 @@ pub(super) fn measurement(plant: &StateSpace) -> &'static str {
 pub(super) fn luenberger(
     study: &Study,
     plant: &StateSpace,
-    wish: &LinearSpec,
+    requested: &LinearSpec,
     (options, bounds): (&GainOptions, Option<&ActingBounds>),
 ) -> Result<Designed, Misfit> {
-    let design = of(plant, wish, options)?;
-    let promised = match wish.gain {
+    let design = of(plant, requested, options)?;
+    let promised = match requested.gain {
         GainSpec::DecayRate(rate) => format!(" Every error decays at least as fast as {}.", decay(rate)),
         _ => String::new(),
     };
@@ -104,12 +108,12 @@ pub(super) fn linear_report(
 pub(super) fn cubic(
     study: &Study,
     plant: &StateSpace,
-    wish: &LinearSpec,
+    requested: &LinearSpec,
     theta: &DMatrix<f64>,
     correction: &CubicGain,
     (options, bounds): (&GainOptions, Option<&ActingBounds>),
 ) -> Result<Designed, Misfit> {
-    let linear = of(plant, wish, options)?;
+    let linear = of(plant, requested, options)?;
     let design = CubicDesign::new(&linear, theta, correction)?;
     cubic_report(study, plant, (&linear, &design), bounds)
 }
@@ -162,12 +166,12 @@ pub(super) fn cubic_report(
 
 pub(super) fn sampled(
     plant: &StateSpace,
-    wish: &LinearSpec,
+    requested: &LinearSpec,
     theta: &DMatrix<f64>,
     (correction, period): (&CubicGain, f64),
     options: &GainOptions,
 ) -> Result<Designed, Misfit> {
-    let linear = of(plant, wish, options)?;
+    let linear = of(plant, requested, options)?;
     let design = SampledCubicDesign::with_correction(&linear, theta, correction, period)?;
     Ok(sampled_report(&design, plant, period))
 }

@@ -72,8 +72,8 @@ impl From<FailureReport> for NoDesign {
 ///
 /// # Errors
 /// [`NoDesign`].
-pub fn design(study: &Study, wish: &ObserverSpec, cancel: &AtomicBool) -> Result<Designed, NoDesign> {
-    design_until(study, wish, cancel, None)
+pub fn design(study: &Study, requested: &ObserverSpec, cancel: &AtomicBool) -> Result<Designed, NoDesign> {
+    design_until(study, requested, cancel, None)
 }
 
 /// As [`design`], stopped at the instant `end` if there is one: matrix inequalities are solved no further, and a design
@@ -83,11 +83,11 @@ pub fn design(study: &Study, wish: &ObserverSpec, cancel: &AtomicBool) -> Result
 /// [`NoDesign`].
 pub fn design_until(
     study: &Study,
-    wish: &ObserverSpec,
+    requested: &ObserverSpec,
     cancel: &AtomicBool,
     end: Option<Instant>,
 ) -> Result<Designed, NoDesign> {
-    let designed = study.plant.names().with(|| in_words(study, wish, cancel, end));
+    let designed = study.plant.names().with(|| in_words(study, requested, cancel, end));
     match designed {
         Err(_) if end.is_some_and(|end| Instant::now() >= end) => Err(NoDesign::Interrupted),
         designed => designed,
@@ -97,20 +97,20 @@ pub fn design_until(
 /// As [`design_until`], with the names of the study in all messages.
 fn in_words(
     study: &Study,
-    wish: &ObserverSpec,
+    requested: &ObserverSpec,
     cancel: &AtomicBool,
     end: Option<Instant>,
 ) -> Result<Designed, NoDesign> {
     let model = &study.plant.model;
-    let options = wish.limits.options(study.solver, end);
+    let options = requested.limits.options(study.solver, end);
     if let Some(dt) = study.plant.dt {
-        return discrete::design(study, wish, dt, end);
+        return discrete::design(study, requested, dt, end);
     }
     // A nonlinear plant is linearised at the operating point, and the observer shifted there.
     let shift = if model.linear().is_some() { None } else { study.operating_point.as_ref() };
     let linear = || {
         let plant = model.linear().or_else(|| shift.map(|point| point.linear.clone()));
-        plant.ok_or_else(|| explain::not_linear(study, wish))
+        plant.ok_or_else(|| explain::not_linear(study, requested))
     };
     let shifted = |design: Result<Designed, Misfit>| {
         design.and_then(|design| match shift {
@@ -121,13 +121,13 @@ fn in_words(
     let in_loop = |plant: &StateSpace, designed: Designed| match &designed.runnable {
         Runnable::Linear(observer) => {
             let l = observer.l.clone();
-            feedback::linear(study, wish, plant, &l, designed)
+            feedback::linear(study, requested, plant, &l, designed)
         }
         _ => designed,
     };
     let explained = |misfit| match misfit {
         Misfit::NumericalKkl(NumericalKklError::Stopped { .. }) => NoDesign::Interrupted,
-        misfit => explain::misfit(study, wish, &misfit).into(),
+        misfit => explain::misfit(study, requested, &misfit).into(),
     };
     if let ObserverKind::MeanValue { .. }
     | ObserverKind::HighGain { .. }
@@ -135,57 +135,57 @@ fn in_words(
     | ObserverKind::ImmersionInvariance(_)
     | ObserverKind::Pebo(_)
     | ObserverKind::KklPeb(_)
-    | ObserverKind::KklNumerical(_) = wish.kind
+    | ObserverKind::KklNumerical(_) = requested.kind
     {
-        explain::output_of_the_state(study, wish)?;
+        explain::output_of_the_state(study, requested)?;
     }
-    match &wish.kind {
+    match &requested.kind {
         ObserverKind::Luenberger(gain) | ObserverKind::Kalman(gain) => {
             let plant = linear()?;
-            let designed = linear::luenberger(study, &plant, gain, (&options, wish.bounds.as_ref()));
+            let designed = linear::luenberger(study, &plant, gain, (&options, requested.bounds.as_ref()));
             shifted(designed.map(|designed| in_loop(&plant, designed))).map_err(explained)
         }
         ObserverKind::Cubic { linear: gain, theta, correction } => {
-            let options = (&options, wish.bounds.as_ref());
+            let options = (&options, requested.bounds.as_ref());
             let plant = linear()?;
             let designed = linear::cubic(study, &plant, gain, theta, correction, options).and_then(|designed| {
-                if feedback::gain(study, &wish.name).is_none() {
+                if feedback::gain(study, &requested.name).is_none() {
                     return Ok(designed);
                 }
                 let cubic = CubicDesign::new(&linear::of(&plant, gain, options.0)?, theta, correction)?;
-                Ok(feedback::cubic(study, &wish.name, &plant, &cubic, designed))
+                Ok(feedback::cubic(study, &requested.name, &plant, &cubic, designed))
             });
             shifted(designed).map_err(explained)
         }
         ObserverKind::OptimalCubic(problem) => {
-            let plant = model.linear().ok_or_else(|| explain::not_linear(study, wish))?;
-            optimal::design(study, &plant, problem, (wish.bounds.as_ref(), end)).map_err(explained)
+            let plant = model.linear().ok_or_else(|| explain::not_linear(study, requested))?;
+            optimal::design(study, &plant, problem, (requested.bounds.as_ref(), end)).map_err(explained)
         }
         ObserverKind::ProportionalIntegral { e, chain, rate, linear: gain, cubic } => {
-            let plant = model.linear().ok_or_else(|| explain::not_linear(study, wish))?;
-            let names = wish.kind.estimated_disturbances();
-            let acting = (wish.bounds.as_ref(), rate.as_slice(), names.as_slice());
+            let plant = model.linear().ok_or_else(|| explain::not_linear(study, requested))?;
+            let names = requested.kind.estimated_disturbances();
+            let acting = (requested.bounds.as_ref(), rate.as_slice(), names.as_slice());
             let (plant, e) = ((&plant, study.plant.states.as_slice()), (e, *chain));
             disturbance::proportional_integral(plant, e, gain, cubic.as_ref(), acting, &options).map_err(explained)
         }
         ObserverKind::UnknownInput { e, linear: gain, cubic } => {
-            let plant = model.linear().ok_or_else(|| explain::not_linear(study, wish))?;
+            let plant = model.linear().ok_or_else(|| explain::not_linear(study, requested))?;
             disturbance::unknown_input(&plant, e, gain, cubic.as_ref(), &options).map_err(explained)
         }
-        ObserverKind::SlidingMode(spec) => sliding_mode::design(study, wish, spec),
+        ObserverKind::SlidingMode(spec) => sliding_mode::design(study, requested, spec),
         ObserverKind::Interval(spec) => {
-            let plant = model.linear().ok_or_else(|| explain::not_linear(study, wish))?;
+            let plant = model.linear().ok_or_else(|| explain::not_linear(study, requested))?;
             let plant = (&plant, study.plant.states.as_slice());
-            interval::continuous(plant, spec, wish.bounds.as_ref(), &options).map_err(explained)
+            interval::continuous(plant, spec, requested.bounds.as_ref(), &options).map_err(explained)
         }
         ObserverKind::ReducedOrder(poles) => {
-            explain::output_of_the_state(study, wish)?;
-            let plant = model.linear().ok_or_else(|| explain::not_linear(study, wish))?;
+            explain::output_of_the_state(study, requested)?;
+            let plant = model.linear().ok_or_else(|| explain::not_linear(study, requested))?;
             reduced_order::reduced_order(study, &plant, poles).map_err(explained)
         }
         ObserverKind::Functional { k, poles } => {
-            explain::output_of_the_state(study, wish)?;
-            let plant = model.linear().ok_or_else(|| explain::not_linear(study, wish))?;
+            explain::output_of_the_state(study, requested)?;
+            let plant = model.linear().ok_or_else(|| explain::not_linear(study, requested))?;
             functional::functional(&plant, k, poles).map_err(explained)
         }
         ObserverKind::NormFilter(spec) => {
@@ -206,18 +206,18 @@ fn in_words(
             nonlinear::lipschitz(study, split.as_ref(), region, *rate, gain.as_ref(), &options).map_err(explained)
         }
         ObserverKind::MeanValue { eta, internal_error, printed: Some(mean), .. } => {
-            explain::first_states_measured(study, wish)?;
+            explain::first_states_measured(study, requested)?;
             printed_mean_value::design(model, *mean, *eta, internal_error).map_err(explained)
         }
         ObserverKind::MeanValue { region, rate, eta, internal_error, printed: None } => {
-            explain::first_states_measured(study, wish)?;
+            explain::first_states_measured(study, requested)?;
             nonlinear::mean_value(study, region, *rate, *eta, internal_error, &options).map_err(explained)
         }
         ObserverKind::HighGain { r, alpha, maps: Some(maps), .. } => {
-            nonlinear::high_gain_maps(study, wish, maps, alpha, *r).map_err(explained)
+            nonlinear::high_gain_maps(study, requested, maps, alpha, *r).map_err(explained)
         }
         ObserverKind::HighGain { r, chains, alpha, maps: None } => {
-            nonlinear::high_gain(explain::chains(study, wish, chains)?, alpha, *r).map_err(explained)
+            nonlinear::high_gain(explain::chains(study, requested, chains)?, alpha, *r).map_err(explained)
         }
         ObserverKind::ExtendedKalman { w, v, p0, period, substeps, gate, .. } => {
             nonlinear::extended_kalman(model, (w, v, p0), *period, *substeps, *gate).map_err(explained)
@@ -228,9 +228,9 @@ fn in_words(
         }
         ObserverKind::Kkl(spec) => kkl_maps::kkl(model, spec, &study.plant.states).map_err(explained),
         ObserverKind::ImmersionInvariance(spec) => immersion::immersion(model, spec).map_err(explained),
-        ObserverKind::Pebo(spec) | ObserverKind::KklPeb(spec) => peb::peb(study, wish, spec).map_err(explained),
+        ObserverKind::Pebo(spec) | ObserverKind::KklPeb(spec) => peb::peb(study, requested, spec).map_err(explained),
         ObserverKind::KklNumerical(kkl) => {
-            explain::tabulated(study, wish, kkl)?;
+            explain::tabulated(study, requested, kkl)?;
             kkl::design(model, kkl, cancel).map_err(explained)
         }
     }

@@ -251,7 +251,7 @@ pub(super) fn high_gain(chains: Chains, alpha: &[f64], r: f64) -> Result<Designe
 /// A high-gain observer with given maps; the poles are those at the first estimate.
 pub(super) fn high_gain_maps(
     study: &Study,
-    wish: &ObserverSpec,
+    requested: &ObserverSpec,
     maps: &HighGainMaps,
     alpha: &[f64],
     r: f64,
@@ -265,7 +265,7 @@ pub(super) fn high_gain_maps(
             if let Some(program) = study.input.program() {
                 program.at(0.0, u.as_mut_slice());
             }
-            let x = DVector::from_column_slice(&wish.initial);
+            let x = DVector::from_column_slice(&requested.initial);
             let y: DVector<f64> = study.plant.model.output(0.0, &x, &u);
             let z = Observer::initial(&observer, 0.0, &x, &u, &y);
             let jacobian = written.jacobian(0.0, &z, &u, &y);

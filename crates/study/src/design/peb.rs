@@ -28,7 +28,7 @@ use crate::trajectory::{self, Member};
 
 /// The observer, if (4) is proved over the region, the regression is not refuted there, the rest of Lambda is Hurwitz,
 /// phi^L takes phi(x) back, and the run of the study, if there is one, excites the regression.
-pub(super) fn peb(study: &Study, wish: &ObserverSpec, spec: &PebSpec) -> Result<Designed, Misfit> {
+pub(super) fn peb(study: &Study, requested: &ObserverSpec, spec: &PebSpec) -> Result<Designed, Misfit> {
     let (model, maps) = (&study.plant.model, &spec.maps);
     let settings = KklSettings::default();
     let report = candidate(model, &maps.kkl)?.check(&spec.region, &settings)?;
@@ -93,7 +93,7 @@ pub(super) fn peb(study: &Study, wish: &ObserverSpec, spec: &PebSpec) -> Result<
     if !report.injectivity.verdict.is_proved() {
         evidence.push(undecided_injectivity(&report));
     }
-    match excited(study, wish, spec, &designed)? {
+    match excited(study, requested, spec, &designed)? {
         Some(found) => {
             let words = format!(
                 "along the run of [simulation], int M'M >= {} I over every window of length {}, the least after t = {}; the convergence of the estimator is not proved for other runs",
@@ -183,12 +183,12 @@ fn regression(model: &Model, spec: &PebSpec, settings: &KklSettings) -> Result<R
 /// The excitation along the run of the study; none without a run of the plant alone with this observer.
 fn excited(
     study: &Study,
-    wish: &ObserverSpec,
+    requested: &ObserverSpec,
     spec: &PebSpec,
     designed: &Designed,
 ) -> Result<Option<Excitation>, Misfit> {
     let Some(simulation) = &study.simulation else { return Ok(None) };
-    if matches!(&study.input, Input::Feedback { observer, .. } if *observer != wish.name) {
+    if matches!(&study.input, Input::Feedback { observer, .. } if *observer != requested.name) {
         return Ok(None);
     }
     let mut quiet = simulation.clone();
@@ -197,9 +197,9 @@ fn excited(
     let samples = simulation.samples.max(LEAST_SAMPLES);
     let time = |k: usize| simulation.duration * k as f64 / (samples - 1) as f64;
     let times: Vec<f64> = (0..samples).map(time).collect();
-    let members = [Member { wish, designed }];
+    let members = [Member { requested, designed }];
     let Some(run) = trajectory::of_observer_at(study, &quiet, &members, &members[0], &times) else { return Ok(None) };
-    let Ok(observer) = run.observer(&wish.name) else { return Ok(None) };
+    let Ok(observer) = run.observer(&requested.name) else { return Ok(None) };
     let Runnable::Peb(runnable) = &designed.runnable else { return Ok(None) };
     let regressors: Vec<DMatrix<f64>> = (0..run.t.len().min(observer.state.nrows()))
         .map(|k| runnable.parts(&observer.state.row(k).transpose()).regressor)

@@ -14,14 +14,14 @@ use crate::runnable::Runnable;
 use crate::study::{ObserverSpec, SlidingModeSpec, Study};
 
 /// Why the plant is not a chain `x1' = x2, .., x_n' = f` with the output x1, at the first estimate.
-fn not_a_chain(study: &Study, wish: &ObserverSpec) -> Option<String> {
+fn not_a_chain(study: &Study, requested: &ObserverSpec) -> Option<String> {
     let (model, states) = (&study.plant.model, &study.plant.states);
     let size = model.size();
     if size.outputs != 1 {
         return Some(format!("the plant has {} outputs", size.outputs));
     }
     let input = DVector::zeros(size.inputs);
-    let first = DVector::from_column_slice(&wish.initial);
+    let first = DVector::from_column_slice(&requested.initial);
     let moved = DVector::from_fn(first.len(), |i, _| 0.3 + 0.17 * i as f64 + 1.7 * first[i]);
     for x in [&first, &moved] {
         let y = model.output(0.0, x, &input);
@@ -47,8 +47,8 @@ fn not_a_chain(study: &Study, wish: &ObserverSpec) -> Option<String> {
     None
 }
 
-pub(super) fn chain(study: &Study, wish: &ObserverSpec) -> Result<(), FailureReport> {
-    let Some(why) = not_a_chain(study, wish) else { return Ok(()) };
+pub(super) fn chain(study: &Study, requested: &ObserverSpec) -> Result<(), FailureReport> {
+    let Some(why) = not_a_chain(study, requested) else { return Ok(()) };
     let hypothesis = format!(
         "the kind sliding-mode is for a chain of integrators, x1' = x2, .., with the output x1 and the input in the last: {why}"
     );
@@ -56,7 +56,7 @@ pub(super) fn chain(study: &Study, wish: &ObserverSpec) -> Result<(), FailureRep
         "states that are the output and its derivatives".to_owned(),
         "high-gain, for triangular plants".to_owned(),
     ];
-    Err(explain::failure(wish, hypothesis, alternatives))
+    Err(explain::failure(requested, hypothesis, alternatives))
 }
 
 /// The gains of a specification.
@@ -67,10 +67,10 @@ pub(crate) fn gains(spec: &SlidingModeSpec, order: usize) -> Result<Vec<f64>, lu
     }
 }
 
-pub(super) fn design(study: &Study, wish: &ObserverSpec, spec: &SlidingModeSpec) -> Result<Designed, NoDesign> {
-    chain(study, wish)?;
+pub(super) fn design(study: &Study, requested: &ObserverSpec, spec: &SlidingModeSpec) -> Result<Designed, NoDesign> {
+    chain(study, requested)?;
     designed(&study.plant.model, &study.plant.states, spec)
-        .map_err(|misfit| explain::misfit(study, wish, &misfit).into())
+        .map_err(|misfit| explain::misfit(study, requested, &misfit).into())
 }
 
 fn designed(model: &Model, states: &[String], spec: &SlidingModeSpec) -> Result<Designed, Misfit> {

@@ -28,12 +28,12 @@ pub(crate) fn statement(design: &VaryingPeriodDesign) -> String {
 /// The observer, with the gains of the nominal period.
 pub(super) fn design(
     plant: &StateSpace,
-    wish: &LinearSpec,
+    requested: &LinearSpec,
     theta: &DMatrix<f64>,
     (correction, period, periods): (&CubicGain, f64, &Periods),
     options: &GainOptions,
 ) -> Result<Designed, Misfit> {
-    let linear = linear::of(plant, wish, options)?;
+    let linear = linear::of(plant, requested, options)?;
     let design = VaryingPeriodDesign::new(&linear, theta, correction, period, periods)?;
     report(&design, plant, period)
 }

@@ -71,7 +71,7 @@ const DIGITS: f64 = 22.0;
 
 /// Estimated cost of a step, from a simulation of one fiftieth of the duration.
 pub fn estimate(study: &Study, step: Step, threads: usize) -> Estimate {
-    let each_design: f64 = study.observers.iter().map(|wish| seconds_of_design(study, &wish.kind)).sum();
+    let each_design: f64 = study.observers.iter().map(|requested| seconds_of_design(study, &requested.kind)).sum();
     let n = study.plant.states.len() as f64;
     let observed = if matches!(step, Step::Observe | Step::Run) { 1e-7 * n * n * n } else { 0.0 };
     let designs =
@@ -153,7 +153,7 @@ pub(super) fn memory(study: &Study, step: Step, threads: usize) -> MemoryEstimat
             }
             _ => (0.0, ""),
         };
-        parts.extend(study.observers.iter().map(|wish| design(&wish.kind)));
+        parts.extend(study.observers.iter().map(|requested| design(&requested.kind)));
     }
     if let Some(simulation) = &study.simulation
         && matches!(step, Step::Simulate | Step::Compare | Step::Run | Step::Sweep)
@@ -199,7 +199,7 @@ fn one_run(study: &Study, simulation: &Simulation) -> f64 {
     };
     let least = (0..REPETITIONS).map(|_| once()).fold(f64::INFINITY, f64::min);
     // Filters step with their own period, independent of the integrator.
-    let step = |wish: &crate::study::ObserverSpec| match &wish.kind {
+    let step = |requested: &crate::study::ObserverSpec| match &requested.kind {
         ObserverKind::ExtendedKalman { period, substeps, w, .. } => {
             let n = w.nrows() as f64;
             simulation.duration / period * *substeps as f64 * 4.0 * n * n * n * 4e-9

@@ -81,14 +81,14 @@ impl Left {
 /// The region of a design, and what has been found outside of it.
 struct Watch<'a> {
     study: &'a Study,
-    wish: &'a ObserverSpec,
+    requested: &'a ObserverSpec,
     region: Region,
     first: Option<Excursion>,
 }
 
 impl<'a> Watch<'a> {
-    fn of(study: &'a Study, wish: &'a ObserverSpec) -> Option<Self> {
-        Some(Self { study, wish, region: wish.kind.region()?, first: None })
+    fn of(study: &'a Study, requested: &'a ObserverSpec) -> Option<Self> {
+        Some(Self { study, requested, region: requested.kind.region()?, first: None })
     }
 
     /// Whether a point is outside. What is not known is not outside.
@@ -109,7 +109,7 @@ impl<'a> Watch<'a> {
         let Some((name, value, bounds)) = found.or_else(|| beyond(t, time).then(|| ("t".to_owned(), t, time))) else {
             return false;
         };
-        let what = match self.wish.kind {
+        let what = match self.requested.kind {
             ObserverKind::KklNumerical(_) => "Fit not valid outside the design region",
             _ => "Guarantee not valid outside the design region",
         };
@@ -126,11 +126,11 @@ impl<'a> Watch<'a> {
 /// periods and misses.
 pub(super) fn of_simulation(
     study: &Study,
-    wish: &ObserverSpec,
+    requested: &ObserverSpec,
     trajectory: &Trajectory,
 ) -> Result<Option<Excursion>, SimError> {
-    if let Some(periods) = wish.kind.varying_periods() {
-        let samples = &trajectory.observer(&wish.name)?.samples;
+    if let Some(periods) = requested.kind.varying_periods() {
+        let samples = &trajectory.observer(&requested.name)?.samples;
         let outside = sampling::outside(samples, periods);
         return Ok(outside.first().map(|first| Excursion {
             what: "Guarantee not valid outside the periods of the design",
@@ -141,11 +141,11 @@ pub(super) fn of_simulation(
             bounds: first.bounds,
         }));
     }
-    let Some(mut watch) = Watch::of(study, wish) else { return Ok(None) };
+    let Some(mut watch) = Watch::of(study, requested) else { return Ok(None) };
     // Half of the time between two points counts as the one does, and half as the other.
     let (start, end) = trajectory.span();
     let (mut before, mut outside) = ((start, 0.0), 0.0);
-    trajectory.visit(&wish.name, |t, x, u, estimate| {
+    trajectory.visit(&requested.name, |t, x, u, estimate| {
         let share = f64::from(u8::from(watch.is_outside(t, x, u, estimate)));
         outside += (t - before.0) * f64::midpoint(before.1, share);
         before = (t, share);
@@ -154,8 +154,8 @@ pub(super) fn of_simulation(
 }
 
 /// Likewise of the rows of a run on a log.
-pub(super) fn of_rows(study: &Study, wish: &ObserverSpec, run: &Run) -> Option<Excursion> {
-    let mut watch = Watch::of(study, wish)?;
+pub(super) fn of_rows(study: &Study, requested: &ObserverSpec, run: &Run) -> Option<Excursion> {
+    let mut watch = Watch::of(study, requested)?;
     let mut outside = 0;
     let row = |m: &nalgebra::DMatrix<f64>, k: usize| m.row(k).iter().copied().collect::<Vec<f64>>();
     for (k, t) in run.t.iter().enumerate() {
@@ -168,7 +168,8 @@ pub(super) fn of_rows(study: &Study, wish: &ObserverSpec, run: &Run) -> Option<E
 
 /// Runs on a log that leave the region for which a property was proved, or in which a map was fitted.
 pub(super) fn warnings(study: &Study, runs: &[(&Member<'_>, &Run)]) -> Vec<String> {
-    let sentence =
-        |(member, run): &(&Member<'_>, &Run)| Some(of_rows(study, member.wish, run)?.in_run(&member.wish.name));
+    let sentence = |(member, run): &(&Member<'_>, &Run)| {
+        Some(of_rows(study, member.requested, run)?.in_run(&member.requested.name))
+    };
     runs.iter().filter_map(sentence).collect()
 }

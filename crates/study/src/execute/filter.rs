@@ -31,8 +31,8 @@ pub(super) fn is_filter(member: &Member<'_>) -> bool {
 
 /// The standard deviations that a filter states for its errors, at the times of the run: `sqrt(P_ii)`.
 pub(super) fn deviation(trajectory: &Trajectory, member: &Member<'_>) -> Option<DMatrix<f64>> {
-    let state = &trajectory.observer(&member.wish.name).ok()?.state;
-    of_filter!(member, filter => deviation_of(filter.as_ref(), state, member.wish.initial.len()))
+    let state = &trajectory.observer(&member.requested.name).ok()?.state;
+    of_filter!(member, filter => deviation_of(filter.as_ref(), state, member.requested.initial.len()))
 }
 
 /// Those of a stationary Kalman filter, in every row.
@@ -51,7 +51,7 @@ pub(super) fn coverage(study: &Study, runs: &[(&Member<'_>, &Run)], on_log: bool
             _ => f64::NEG_INFINITY,
         };
         let first = run.t.iter().position(|t| *t >= middle)?;
-        let run_of = (member.wish.name.as_str(), on_log, !is_filter(member));
+        let run_of = (member.requested.name.as_str(), on_log, !is_filter(member));
         CoverageReport::of(run_of, &study.plant.states, (&run.x, estimate), deviation, first)
     };
     runs.iter().filter_map(of).collect()
@@ -76,7 +76,7 @@ pub(super) fn consistency(
     trajectory: &Trajectory,
     member: &Member<'_>,
 ) -> Result<Option<FilterReport>, SimError> {
-    let (name, n) = (&member.wish.name, member.wish.initial.len());
+    let (name, n) = (&member.requested.name, member.requested.initial.len());
     of_filter!(member, filter => consistency_of(filter.as_ref(), (name, n), simulation, trajectory)).transpose()
 }
 

@@ -48,7 +48,7 @@ fn of(study: &Study, simulation: &Simulation, members: &[Member<'_>]) -> Result<
     for member in members {
         match observer(study, member) {
             Some(observer) => observers.push(observer),
-            None => omitted.push(member.wish.name.clone()),
+            None => omitted.push(member.requested.name.clone()),
         }
     }
     if observers.is_empty() {
@@ -254,14 +254,19 @@ fn observer(study: &Study, member: &Member<'_>) -> Option<Observer> {
     let theorems = theorems.filter(|of| !matches!(of.theorem(), Theorem::InputToStateStability(_)));
     let file = |of: &ProvedTheorem| {
         luenberger_live::verifies(of.theorem())
-            .then(|| of.file(&member.wish.name).ok())
+            .then(|| of.file(&member.requested.name).ok())
             .flatten()
             .map(|file| file.to_json())
     };
     let certificates: Option<Vec<String>> = theorems.map(file).collect();
     let certificates = certificates.filter(|files| files.iter().map(String::len).sum::<usize>() <= CERTIFICATES);
     let hypotheses = hypotheses(member);
-    Some(Observer { point, certificates, hypotheses, ..Observer::new(&member.wish.name, kind, &member.wish.initial) })
+    Some(Observer {
+        point,
+        certificates,
+        hypotheses,
+        ..Observer::new(&member.requested.name, kind, &member.requested.initial)
+    })
 }
 
 /// The noise and the first errors that a certificate is for. The interval observer is the only one in the page whose

@@ -24,9 +24,9 @@ fn replay(study: &Study, log: &Log, member: &Member<'_>, until: Option<Instant>)
     let settings =
         Settings { rtol: 1e-9, end: until, ..study.simulation.as_ref().map_or_else(Settings::default, |s| s.settings) };
     let replay = Replay::new(&study.plant.model, log.recording.clone()).settings(settings);
-    let name = member.wish.name.as_str();
-    let (runnable, initial) = (&member.designed.runnable, &member.wish.initial);
-    let replay = if member.wish.kind.smooths() {
+    let name = member.requested.name.as_str();
+    let (runnable, initial) = (&member.designed.runnable, &member.requested.initial);
+    let replay = if member.requested.kind.smooths() {
         runnable.replay_smoothed(replay, name, initial)
     } else {
         runnable.replay(replay, name, initial)
@@ -186,9 +186,9 @@ pub(super) fn all<'a>(
             warnings.extend(warning(study, log, &replayed, member.designed.runnable.period()));
             Ok((report, run(log, member, replayed), warnings))
         });
-        options.tell("log", &member.wish.name, 1, 1);
+        options.tell("log", &member.requested.name, 1, 1);
         let failed = |error: SimError| InnovationReport {
-            observer: member.wish.name.clone(),
+            observer: member.requested.name.clone(),
             outputs: Vec::new(),
             estimate: Vec::new(),
             normalised: None,

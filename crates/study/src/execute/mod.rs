@@ -135,7 +135,7 @@ pub(crate) fn within<T: Send>(
 fn members<'a>(study: &'a Study, designs: &'a [Option<Outcome>]) -> Vec<Member<'a>> {
     let designed = |outcome: &'a Option<Outcome>| outcome.as_ref()?.designed.as_ref().ok();
     let both = study.observers.iter().zip(designs);
-    both.filter_map(|(wish, outcome)| Some(Member { wish, designed: designed(outcome)? })).collect()
+    both.filter_map(|(requested, outcome)| Some(Member { requested, designed: designed(outcome)? })).collect()
 }
 
 /// Writes files into a folder, in place of those that an earlier run of any command wrote there; `study` is recorded in
@@ -171,7 +171,7 @@ pub fn simulate_designed(
 ) -> Result<ObserverRun, StudyError> {
     let missing = || StudyError::Missing { step: "simulate", needs: "a [simulation]" };
     let simulation = study.simulation.as_ref().ok_or_else(missing)?;
-    let member = Member { wish: observer, designed };
+    let member = Member { requested: observer, designed };
     let trajectory = trajectory::run(study, simulation, &[member], Some(&member), Variation::NONE, until)?;
     Ok(simulate::samples(simulation, &trajectory, Some(&member)).named(&observer.name, false))
 }
@@ -187,7 +187,7 @@ pub fn replay_designed(
     until: Option<std::time::Instant>,
 ) -> Result<ObserverRun, StudyError> {
     let log = study.log.as_ref().ok_or(StudyError::Missing { step: "simulate", needs: "a [log]" })?;
-    Ok(log::one(study, log, &Member { wish: observer, designed }, until)?.named(&observer.name, true))
+    Ok(log::one(study, log, &Member { requested: observer, designed }, until)?.named(&observer.name, true))
 }
 
 /// All steps of a study: [`execute()`] with [`Step::Run`].
@@ -226,12 +226,12 @@ fn stages(
         designs(study, options, folder, all || step == Step::Certify)?
     };
     let described =
-        |(wish, outcome): (&ObserverSpec, &Option<Outcome>)| Some(described(study, wish, outcome.as_ref()?));
+        |(requested, outcome): (&ObserverSpec, &Option<Outcome>)| Some(described(study, requested, outcome.as_ref()?));
     let observers = study.observers.iter().zip(&designs).filter_map(described).collect();
     if options.interrupted() {
         results.observers = observers;
         let open = study.observers.iter().zip(&designs).filter(|(_, outcome)| outcome.is_none());
-        results.warnings.extend(unfinished("design", open.map(|(wish, _)| wish.name.as_str())));
+        results.warnings.extend(unfinished("design", open.map(|(requested, _)| requested.name.as_str())));
         return Err(StudyError::Interrupted);
     }
     let members = members(study, &designs);
@@ -254,8 +254,8 @@ fn stages(
         options.check()?;
         let failed = std::sync::Mutex::new(None);
         let finished = |member: &Member<'_>, run: &Run| {
-            let name = format!("trajectories/{}", file_name(&member.wish.name));
-            let samples = format!("trajectories/samples-{}", file_name(&member.wish.name));
+            let name = format!("trajectories/{}", file_name(&member.requested.name));
+            let samples = format!("trajectories/samples-{}", file_name(&member.requested.name));
             let samples = || pictures::samples_table(run).map_or(Ok(()), |table| folder.table(&samples, &table));
             if let Err(error) = folder.table(&name, &pictures::table(study, run)).and_then(|()| samples()) {
                 failed.lock().unwrap_or_else(std::sync::PoisonError::into_inner).get_or_insert(error);
@@ -271,7 +271,7 @@ fn stages(
         let of: Vec<_> = simulated.runs.iter().filter_map(|(member, run)| Some((member, run.as_ref()?))).collect();
         results.coverage = filter::coverage(study, &of, false);
         results.warnings.extend(simulated.warnings);
-        let reached: Vec<&str> = simulated.runs.iter().map(|(member, _)| member.wish.name.as_str()).collect();
+        let reached: Vec<&str> = simulated.runs.iter().map(|(member, _)| member.requested.name.as_str()).collect();
         results.warnings.extend(unfinished("simulation", names(&members, &reached)));
         save(folder, results)?;
         options.check()?;
@@ -309,14 +309,14 @@ fn stages(
         options.check()?;
         let (report, outcomes, warnings) = log::all(study, log, &members, options);
         results.warnings.extend(warnings);
-        let reached: Vec<&str> = outcomes.iter().map(|(member, _)| member.wish.name.as_str()).collect();
+        let reached: Vec<&str> = outcomes.iter().map(|(member, _)| member.requested.name.as_str()).collect();
         results.warnings.extend(unfinished("run on the log", names(&members, &reached)));
         results.log = Some(report);
         let of: Vec<_> = outcomes.iter().filter_map(|(member, run)| Some((member, run.as_ref()?))).collect();
         results.coverage.extend(filter::coverage(study, &of, true));
         results.warnings.extend(excursion::warnings(study, &of));
         for (member, run) in &of {
-            let name = format!("trajectories/log-{}", file_name(&member.wish.name));
+            let name = format!("trajectories/log-{}", file_name(&member.requested.name));
             folder.table(&name, &pictures::table(study, run))?;
         }
         save(folder, results)?;
@@ -355,7 +355,7 @@ fn stages(
 
 /// The observers that are not among those of these names.
 fn names<'a>(members: &'a [Member<'_>], but: &'a [&str]) -> impl Iterator<Item = &'a str> {
-    members.iter().map(|member| member.wish.name.as_str()).filter(|name| !but.contains(name))
+    members.iter().map(|member| member.requested.name.as_str()).filter(|name| !but.contains(name))
 }
 
 /// What an interruption or the time limit has left undone of a stage.
@@ -388,29 +388,29 @@ fn designs(
     use rayon::prelude::*;
     let done = std::sync::atomic::AtomicUsize::new(0);
     let total = study.observers.len();
-    let one = |wish: &ObserverSpec| -> Result<Option<Outcome>, StudyError> {
+    let one = |requested: &ObserverSpec| -> Result<Option<Outcome>, StudyError> {
         if options.interrupted() {
             return Ok(None);
         }
-        let designed = match design_until(study, wish, options.cancel, options.until) {
+        let designed = match design_until(study, requested, options.cancel, options.until) {
             Ok(designed) => Ok(designed),
             Err(NoDesign::Misfit(failure)) => Err(failure),
             Err(NoDesign::Interrupted) => return Ok(None),
         };
         let open = match &designed {
-            Ok(designed) if certified => certificate(folder, &wish.name, designed)?,
+            Ok(designed) if certified => certificate(folder, &requested.name, designed)?,
             _ => None,
         };
         let count = done.fetch_add(1, std::sync::atomic::Ordering::Relaxed) + 1;
-        options.tell("design", &wish.name, count, total);
+        options.tell("design", &requested.name, count, total);
         Ok(Some(Outcome { designed, open }))
     };
     // Long designs are started last, so that an interruption keeps the others.
-    let takes_long = |wish: &ObserverSpec| matches!(wish.kind, ObserverKind::KklNumerical(_));
+    let takes_long = |requested: &ObserverSpec| matches!(requested.kind, ObserverKind::KklNumerical(_));
     let mut outcomes: Vec<Option<Outcome>> = study.observers.iter().map(|_| None).collect();
     for long in [false, true] {
-        let wishes = study.observers.par_iter().enumerate().filter(|(_, wish)| takes_long(wish) == long);
-        let part = wishes.map(|(i, wish)| Ok((i, one(wish)?))).collect::<Result<Vec<_>, StudyError>>()?;
+        let parts = study.observers.par_iter().enumerate().filter(|(_, requested)| takes_long(requested) == long);
+        let part = parts.map(|(i, requested)| Ok((i, one(requested)?))).collect::<Result<Vec<_>, StudyError>>()?;
         for (i, outcome) in part {
             outcomes[i] = outcome;
         }
@@ -418,13 +418,13 @@ fn designs(
     Ok(outcomes)
 }
 
-fn described(study: &Study, wish: &ObserverSpec, outcome: &Outcome) -> ObserverReport {
+fn described(study: &Study, requested: &ObserverSpec, outcome: &Outcome) -> ObserverReport {
     let (design, failure) = match &outcome.designed {
         Ok(designed) => (Some(designed.report.clone()), None),
         Err(failure) => (None, Some(failure.clone())),
     };
-    let solver = wish.kind.poses_inequality().then(|| study.solver.name());
-    ObserverReport { name: wish.name.clone(), kind: wish.kind.name().to_owned(), solver, design, failure }
+    let solver = requested.kind.poses_inequality().then(|| study.solver.name());
+    ObserverReport { name: requested.name.clone(), kind: requested.kind.name().to_owned(), solver, design, failure }
 }
 
 /// The certificate of an observer as a file, if it has one, or why its proof cannot be written.

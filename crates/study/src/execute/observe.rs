@@ -133,7 +133,7 @@ fn along(study: &Study, members: &[Member<'_>], options: &RunOptions<'_>) -> Res
     let size = study.plant.model.size();
     let Some(simulation) = &study.simulation else {
         let u = DVector::zeros(size.inputs);
-        let estimates = study.observers.iter().map(|wish| DVector::from_column_slice(&wish.initial));
+        let estimates = study.observers.iter().map(|requested| DVector::from_column_slice(&requested.initial));
         // Without a simulation, the initial estimates are the only states given by the study.
         let x = estimates.take(1).next().unwrap_or_else(|| DVector::zeros(size.states));
         return Ok(vec![(0.0, x, u)]);

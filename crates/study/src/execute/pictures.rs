@@ -38,7 +38,9 @@ impl Runs<'_> {
 
     fn shown(&self) -> impl Iterator<Item = &(&Member<'_>, &Run)> {
         let names = &self.study.plot.observers;
-        self.of.iter().filter(move |(member, _)| names.as_ref().is_none_or(|names| names.contains(&member.wish.name)))
+        self.of
+            .iter()
+            .filter(move |(member, _)| names.as_ref().is_none_or(|names| names.contains(&member.requested.name)))
     }
 
     fn states(&self) -> Vec<usize> {
@@ -130,7 +132,7 @@ fn functions(runs: &Runs<'_>) -> Named {
     let mut panels = Vec::new();
     for (number, (member, run)) in runs.shown().enumerate() {
         let Some((names, functions, estimate)) = &run.functions else { continue };
-        let (name, rows) = (&member.wish.name, runs.rows(run));
+        let (name, rows) = (&member.requested.name, runs.rows(run));
         for (i, function) in names.iter().enumerate() {
             let truth = lines("plant", run, &rows, |k| functions[(k, i)]).into_iter();
             let truth = truth.map(|curve| curve.hue(Hue::Grey).dash(Dash::Solid).width(2.5));
@@ -147,13 +149,13 @@ fn samples(runs: &Runs<'_>) -> Named {
     let mut panel = Panel::new(runs.time(), "time since the last sample that arrived");
     let mut marks: Vec<f64> = Vec::new();
     for (number, (member, run)) in runs.shown().enumerate() {
-        let Some(periods) = member.wish.kind.varying_periods() else { continue };
+        let Some(periods) = member.requested.kind.varying_periods() else { continue };
         let arrived = run.samples.iter().filter(|sample| sample.arrives);
         let (t, elapsed): (Vec<f64>, Vec<f64>) = arrived.map(|sample| (sample.time, sample.elapsed)).unzip();
         if t.is_empty() {
             continue;
         }
-        panel = panel.series(Series::points(member.wish.name.as_str(), &t, &elapsed).hue(Hue::Palette(number)));
+        panel = panel.series(Series::points(member.requested.name.as_str(), &t, &elapsed).hue(Hue::Palette(number)));
         marks.extend([periods.shortest, (periods.misses + 1) as f64 * periods.longest]);
     }
     marks.sort_by(f64::total_cmp);
@@ -172,7 +174,7 @@ fn disturbances(runs: &Runs<'_>) -> Named {
         for (number, (member, run)) in runs.shown().enumerate() {
             let Some((own, found)) = &run.disturbance else { continue };
             let Some(j) = own.iter().position(|own| own == name) else { continue };
-            for curve in lines(&member.wish.name, run, &runs.rows(run), |k| found[(k, j)]) {
+            for curve in lines(&member.requested.name, run, &runs.rows(run), |k| found[(k, j)]) {
                 panel = panel.series(curve.hue(Hue::Palette(number)));
             }
         }
@@ -208,7 +210,7 @@ fn states(runs: &Runs<'_>) -> Named {
         }
         for (number, (member, run)) in runs.shown().enumerate() {
             let Some(estimate) = &run.estimate else { continue };
-            for curve in lines(&member.wish.name, run, &runs.rows(run), |k| estimate[(k, i)]) {
+            for curve in lines(&member.requested.name, run, &runs.rows(run), |k| estimate[(k, i)]) {
                 panel = panel.series(curve.hue(Hue::Palette(number)));
             }
             panel = bands(panel, runs, (number, member, run), |k| estimate[(k, i)], i);
@@ -234,7 +236,7 @@ fn smoothed(
     of: impl Fn(&DMatrix<f64>, usize) -> f64,
 ) -> Panel {
     let Some((estimate, _)) = &run.smoothed else { return panel };
-    let name = format!("{}, smoothed", member.wish.name);
+    let name = format!("{}, smoothed", member.requested.name);
     let curves = lines(&name, run, &runs.rows(run), |k| of(estimate, k));
     curves.into_iter().fold(panel, |panel, curve| panel.series(curve.hue(Hue::Palette(number)).dash(Dash::Dashed)))
 }
@@ -264,8 +266,8 @@ fn bands(
     i: usize,
 ) -> Panel {
     let (name, half) = match (&run.deviation, &run.half_width) {
-        (Some(deviation), _) => (format!("{} \u{b1} 2 sigma", member.wish.name), deviation * 2.0),
-        (None, Some(half)) => (format!("{} bounds", member.wish.name), half.clone()),
+        (Some(deviation), _) => (format!("{} \u{b1} 2 sigma", member.requested.name), deviation * 2.0),
+        (None, Some(half)) => (format!("{} bounds", member.requested.name), half.clone()),
         (None, None) => return panel,
     };
     let rows = runs.rows(run);
@@ -289,7 +291,7 @@ fn errors(runs: &Runs<'_>) -> Named {
         }
         for (number, (member, run)) in runs.shown().enumerate() {
             let Some(estimate) = &run.estimate else { continue };
-            for curve in lines(&member.wish.name, run, &runs.rows(run), |k| run.x[(k, i)] - estimate[(k, i)]) {
+            for curve in lines(&member.requested.name, run, &runs.rows(run), |k| run.x[(k, i)] - estimate[(k, i)]) {
                 panel = panel.series(curve.hue(Hue::Palette(number)));
             }
             panel = bands(panel, runs, (number, member, run), |_| 0.0, i);
@@ -322,7 +324,7 @@ fn norm(runs: &Runs<'_>) -> Named {
             // Zero cannot be drawn on a logarithmic axis.
             if norm > 0.0 { norm } else { f64::NAN }
         };
-        for curve in lines(&member.wish.name, run, &runs.rows(run), size) {
+        for curve in lines(&member.requested.name, run, &runs.rows(run), size) {
             panel = panel.series(curve.hue(Hue::Palette(number)));
         }
     }
@@ -374,7 +376,7 @@ fn innovations(runs: &Runs<'_>) -> Named {
         let mut panel =
             Panel::new(runs.time(), format!("innovation of {}", runs.label(name))).mark(Mark::horizontal(0.0));
         for (number, (member, run, innovation)) in all.iter().enumerate() {
-            for curve in lines(&member.wish.name, run, &runs.rows(run), |k| innovation[(k, j)]) {
+            for curve in lines(&member.requested.name, run, &runs.rows(run), |k| innovation[(k, j)]) {
                 panel = panel.series(curve.hue(Hue::Palette(number)));
             }
         }

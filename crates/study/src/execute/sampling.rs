@@ -58,7 +58,7 @@ pub(super) fn outside(samples: &[SampleTime], periods: &Periods) -> Vec<Outside>
 /// A sample that is missed leaves no trace but a longer time between two corrections: g is within the design if
 /// `(m + 1) shortest <= g <= (m + 1) longest` for some number m of misses that is allowed.
 pub(super) fn on_log(study: &Study, member: &Member<'_>, outputs: &Samples) -> Option<LogSampling> {
-    let periods = member.wish.kind.varying_periods()?;
+    let periods = member.requested.kind.varying_periods()?;
     let Periods { shortest, longest, misses } = *periods;
     let measured = |k: usize| (0..outputs.values().ncols()).filter(|&j| outputs.value(k, j).is_some()).count();
     let corrections: Vec<(f64, usize)> =
@@ -100,7 +100,7 @@ pub(super) fn on_log(study: &Study, member: &Member<'_>, outputs: &Samples) -> O
     };
     let words = format!(
         "{}: {} at the rows of the log, {} to {}{unit} apart: at least {missed} missed, at most {in_a_row} in a row. {verdict}",
-        member.wish.name,
+        member.requested.name,
         counted(corrections.len(), "correction"),
         significant(least, 4),
         significant(most, 4),
@@ -123,7 +123,7 @@ pub(super) fn report(
     member: &Member<'_>,
     samples: &[SampleTime],
 ) -> Option<SamplingReport> {
-    let periods = member.wish.kind.varying_periods()?;
+    let periods = member.requested.kind.varying_periods()?;
     let all: Vec<_> = drawn(samples).collect();
     let lengths = || all.iter().map(|(_, period, _)| *period);
     let (shortest, longest) = (lengths().fold(f64::INFINITY, f64::min), lengths().fold(0.0, f64::max));
@@ -140,13 +140,13 @@ pub(super) fn report(
     };
     let words = format!(
         "{}: {} at periods from {} to {}{unit}, {missed} missed, at most {in_a_row} in a row (seed {seed}). {verdict}",
-        member.wish.name,
+        member.requested.name,
         counted(samples.len(), "sample"),
         significant(shortest, 4),
         significant(longest, 4),
     );
     Some(SamplingReport {
-        observer: member.wish.name.clone(),
+        observer: member.requested.name.clone(),
         samples: samples.len(),
         missed,
         missed_in_a_row: in_a_row,

@@ -19,7 +19,7 @@ use crate::trajectory::{self, Member, Variation, fed, times};
 
 /// The runs that finished, as the results have them.
 pub(super) fn named(runs: Vec<Outcome<'_>>, on_log: bool) -> impl Iterator<Item = ObserverRun> + use<'_> {
-    runs.into_iter().filter_map(move |(member, run)| Some(run?.named(&member.wish.name, on_log)))
+    runs.into_iter().filter_map(move |(member, run)| Some(run?.named(&member.requested.name, on_log)))
 }
 
 /// The rows of a run, with the measured outputs.
@@ -27,7 +27,8 @@ pub(super) fn samples(simulation: &Simulation, trajectory: &Trajectory, member: 
     let (wanted, _) = times(simulation, member.and_then(|member| member.designed.runnable.period()));
     let rows = wanted.len();
     let of = |matrix: &DMatrix<f64>| matrix.rows(0, rows).into_owned();
-    let mut estimate = member.and_then(|member| trajectory.observer(&member.wish.name).ok()).map(|o| of(&o.estimate));
+    let mut estimate =
+        member.and_then(|member| trajectory.observer(&member.requested.name).ok()).map(|o| of(&o.estimate));
     let deviation = member.and_then(|member| match filter::deviation(trajectory, member) {
         Some(deviation) => Some(of(&deviation)),
         // The stationary covariance is that of a measurement at every sample.
@@ -44,20 +45,20 @@ pub(super) fn samples(simulation: &Simulation, trajectory: &Trajectory, member: 
         }
     }
     let disturbance = member.and_then(|member| {
-        let states = &trajectory.observer(&member.wish.name).ok()?.state;
+        let states = &trajectory.observer(&member.requested.name).ok()?.state;
         let found = member.designed.runnable.disturbance(states)?;
-        Some((member.wish.kind.estimated_disturbances(), of(&found)))
+        Some((member.requested.kind.estimated_disturbances(), of(&found)))
     });
     let half_width = member.and_then(|member| {
-        let states = &trajectory.observer(&member.wish.name).ok()?.state;
+        let states = &trajectory.observer(&member.requested.name).ok()?.state;
         member.designed.runnable.half_widths(states).map(|found| of(&found))
     });
     let functions = member.and_then(|member| {
-        let (k, names) = member.wish.kind.functions()?;
+        let (k, names) = member.requested.kind.functions()?;
         Some((names, &x * k.transpose(), estimate.take()?))
     });
     let (innovation, smoothed) = (None, None);
-    let samples = member.and_then(|member| trajectory.observer(&member.wish.name).ok());
+    let samples = member.and_then(|member| trajectory.observer(&member.requested.name).ok());
     let samples = samples.map(|observer| observer.samples.clone()).unwrap_or_default();
     Run { t: wanted, x, u, y, estimate, innovation, deviation, half_width, functions, disturbance, smoothed, samples }
 }
@@ -93,17 +94,17 @@ pub(super) fn all<'a>(
         let outcome = fed_back(study, members).and_then(|()| {
             trajectory::run(study, simulation, members, Some(member), Variation::NONE, options.until)
                 .and_then(|trajectory| {
-                    let merits = scoring.merits(study, &trajectory, member.wish)?;
+                    let merits = scoring.merits(study, &trajectory, member.requested)?;
                     let filter = filter::consistency(simulation, &trajectory, member)?;
                     let last = trajectory.x.nrows() - 1;
                     let end: Vec<f64> = trajectory.x.row(last).iter().copied().collect();
-                    let left = excursion::of_simulation(study, member.wish, &trajectory)?;
+                    let left = excursion::of_simulation(study, member.requested, &trajectory)?;
                     Ok((samples(simulation, &trajectory, Some(member)), merits, filter, left, end))
                 })
                 .map_err(|error| why(study, &error))
         });
         let count = done.fetch_add(1, std::sync::atomic::Ordering::Relaxed) + 1;
-        options.tell("simulate", &member.wish.name, count, members.len());
+        options.tell("simulate", &member.requested.name, count, members.len());
         if let Ok((run, ..)) = &outcome {
             finished(member, run);
         }
@@ -116,7 +117,7 @@ pub(super) fn all<'a>(
     let (mut filters, mut warnings) = (Vec::new(), Vec::new());
     let mut sampled: Vec<SamplingReport> = Vec::new();
     for (member, outcome) in outcomes {
-        let observer = member.wish.name.clone();
+        let observer = member.requested.name.clone();
         match outcome {
             Ok((run, merits, filter, left, end)) => {
                 filters.extend(filter);
@@ -148,7 +149,7 @@ pub(super) fn all<'a>(
     let intervals = runs.iter().filter_map(|(member, run)| {
         let run = run.as_ref()?;
         let (estimate, half) = (run.estimate.as_ref()?, run.half_width.as_ref()?);
-        IntervalReport::of(&member.wish.name, (&run.x, estimate), half)
+        IntervalReport::of(&member.requested.name, (&run.x, estimate), half)
     });
     let intervals = intervals.collect();
     Ok(Simulated { report, runs, filters, intervals, warnings })
@@ -168,7 +169,7 @@ fn measurements(study: &Study, simulation: &Simulation, members: &[Member<'_>]) 
     }
     let (mut filters, mut sampled, mut continuous, mut varying) = (false, false, false, false);
     for member in members {
-        if member.wish.kind.varying_periods().is_some() {
+        if member.requested.kind.varying_periods().is_some() {
             varying = true;
             continue;
         }
@@ -205,7 +206,7 @@ fn measurements(study: &Study, simulation: &Simulation, members: &[Member<'_>]) 
 /// Checks that the observer in the feedback loop has a design.
 fn fed_back(study: &Study, members: &[Member<'_>]) -> Result<(), String> {
     match fed(study) {
-        Some(observer) if !members.iter().any(|member| member.wish.name == observer) => {
+        Some(observer) if !members.iter().any(|member| member.requested.name == observer) => {
             Err(format!("not simulated: the observer {observer:?} in the feedback loop has no design"))
         }
         _ => Ok(()),

@@ -40,7 +40,7 @@ impl<'a> Trial<'a> {
         fed: Option<(&'a ObserverSpec, &'a Designed)>,
         seed: u64,
     ) -> Result<Self, StudyError> {
-        let fed = fed.map(|(wish, designed)| Member { wish, designed });
+        let fed = fed.map(|(requested, designed)| Member { requested, designed });
         let scoring = Scoring::of(study, simulation, std::iter::empty(), &[])?;
         Ok(Self { study, simulation, fed, scoring, seed })
     }
@@ -58,8 +58,8 @@ impl<'a> Trial<'a> {
 
     /// The first estimate of a run: that of the study in run 0; in the others of an error of the same norm in a random
     /// direction, in the opposite one if that is outside of the region, and held to the region.
-    pub(crate) fn initial(&self, wish: &ObserverSpec, region: &[(f64, f64)], number: u64) -> Vec<f64> {
-        let drawn = ensemble_initial(wish, self.simulation, self.scoring.scale(), self.seed, number);
+    pub(crate) fn initial(&self, requested: &ObserverSpec, region: &[(f64, f64)], number: u64) -> Vec<f64> {
+        let drawn = ensemble_initial(requested, self.simulation, self.scoring.scale(), self.seed, number);
         let is_inside = |x: &[f64]| x.iter().zip(region).all(|(x, (low, high))| (*low..=*high).contains(x));
         if number == 0 || is_inside(&drawn) {
             return drawn;
@@ -74,19 +74,19 @@ impl<'a> Trial<'a> {
     /// A run: its scores, or why it ended early. `number` selects the noise.
     pub(crate) fn run(
         &self,
-        (wish, designed): (&ObserverSpec, &Designed),
+        (requested, designed): (&ObserverSpec, &Designed),
         initial: Vec<f64>,
         number: u64,
         until: Option<Instant>,
     ) -> Result<Result<Scored, String>, StudyError> {
-        let wish = ObserverSpec { initial, ..wish.clone() };
-        let member = Member { wish: &wish, designed };
+        let requested = ObserverSpec { initial, ..requested.clone() };
+        let member = Member { requested: &requested, designed };
         let fed: Vec<Member<'_>> = self.fed.into_iter().collect();
         let variation = Variation { noise: 1.0, seed: number };
         let outcome = trajectory::run(self.study, self.simulation, &fed, Some(&member), variation, until).and_then(
             |trajectory| {
-                let merits = self.scoring.merits(self.study, &trajectory, &wish)?;
-                let left = excursion::of_simulation(self.study, &wish, &trajectory)?.is_some();
+                let merits = self.scoring.merits(self.study, &trajectory, &requested)?;
+                let left = excursion::of_simulation(self.study, &requested, &trajectory)?.is_some();
                 Ok(Scored { merits, left })
             },
         );

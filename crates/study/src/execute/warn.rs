@@ -33,11 +33,11 @@ pub(super) fn of_designs(study: &Study, results: &Results) -> Vec<String> {
     warnings.extend(study.simulation.iter().flat_map(|simulation| unused(study, simulation)));
     let driven = !matches!(study.input, Input::Zero);
     if let (Some(simulation), true) = (&study.simulation, driven) {
-        for wish in &study.observers {
-            let Some(period) = wish.kind.fixed_period() else { continue };
+        for requested in &study.observers {
+            let Some(period) = requested.kind.fixed_period() else { continue };
             if simulation.hold != Some(period) {
                 let hold = simulation.hold.map_or_else(|| "not set".to_owned(), |hold| hold.to_string());
-                let name = &wish.name;
+                let name = &requested.name;
                 warnings.push(format!(
                     "{name} assumes a zero-order hold of the input: set simulation.hold = {period} (it is {hold})"
                 ));
@@ -51,15 +51,17 @@ pub(super) fn of_designs(study: &Study, results: &Results) -> Vec<String> {
 fn unused(study: &Study, simulation: &Simulation) -> Vec<String> {
     let mut warnings = Vec::new();
     let unit = study.plant.time_unit.as_ref().map(|unit| format!(" {unit}")).unwrap_or_default();
-    for (wish, period) in
-        study.observers.iter().filter_map(|wish| Some((wish, wish.kind.fixed_period().or(study.plant.dt)?)))
+    for (requested, period) in study
+        .observers
+        .iter()
+        .filter_map(|requested| Some((requested, requested.kind.fixed_period().or(study.plant.dt)?)))
     {
         for sensor in &simulation.sensors {
             let (used, all) = sensor.sensor(1.0, 0).on_samples(period, simulation.duration);
             if used < all {
                 warnings.push(format!(
                     "{}: Only {used} of {all} measurements of {} (every {}{unit}) lie on the observer's samples (every {period}{unit}); the others are not used",
-                    wish.name, study.plant.outputs[sensor.output], sensor.period
+                    requested.name, study.plant.outputs[sensor.output], sensor.period
                 ));
             }
         }

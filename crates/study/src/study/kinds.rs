@@ -159,12 +159,12 @@ impl ObserverKind {
         };
         let mut kind = self.clone();
         match &mut kind {
-            Self::Luenberger(wish)
-            | Self::Kalman(wish)
-            | Self::Cubic { linear: wish, .. }
-            | Self::ProportionalIntegral { linear: wish, .. }
-            | Self::UnknownInput { linear: wish, .. }
-            | Self::SampledCubic { linear: wish, .. } => *wish = linear(wish),
+            Self::Luenberger(requested)
+            | Self::Kalman(requested)
+            | Self::Cubic { linear: requested, .. }
+            | Self::ProportionalIntegral { linear: requested, .. }
+            | Self::UnknownInput { linear: requested, .. }
+            | Self::SampledCubic { linear: requested, .. } => *requested = linear(requested),
             Self::Lpv { rate: RateSpec::Rate(rate) | RateSpec::Fastest(rate), .. }
             | Self::Lipschitz { rate, .. }
             | Self::MeanValue { rate, .. } => *rate *= factor,

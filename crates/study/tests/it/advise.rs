@@ -83,8 +83,8 @@ fn what_applies_to_a_nonlinear_plant_is_run_and_the_rest_has_its_hypothesis() {
     assert!(why("kkl").contains("derived by hand"));
     assert_eq!((advice.runs, advice.ensemble, advice.not_reached.len()), (3, 3, 0));
     // Every number of the information says where it is from.
-    assert!(advice.told.iter().all(|told| !told.from.is_empty() && !told.value.is_empty()));
-    let settling = advice.told.iter().find(|told| told.what == "settling time").unwrap();
+    assert!(advice.information.iter().all(|item| !item.from.is_empty() && !item.value.is_empty()));
+    let settling = advice.information.iter().find(|item| item.what == "settling time").unwrap();
     assert_eq!((settling.value.as_str(), settling.from.as_str()), ("20 to 5 %, decay rate 0.1498", "advise.settling"));
 }
 
@@ -228,8 +228,8 @@ e = [[2], [0]]
 disturbance = [0.01]
 ";
     let advice = advice(text, &by("error"));
-    let told = advice.told.iter().find(|told| told.what == "bounds of the disturbance").unwrap();
-    assert_eq!((told.value.as_str(), told.from.as_str()), ("|w| <= (0.01)", "advise.disturbance"));
+    let item = advice.information.iter().find(|item| item.what == "bounds of the disturbance").unwrap();
+    assert_eq!((item.value.as_str(), item.from.as_str()), ("|w| <= (0.01)", "advise.disturbance"));
     let interval = advice.ranking.iter().find(|one| one.kind == "interval").unwrap();
     assert_eq!(interval.verdict, "proved");
     assert!(names(&advice).contains(&"optimal-cubic"), "{:?}", names(&advice));

@@ -47,8 +47,8 @@ fn more_entries_than_vertices_can_hold_become_sectors() -> Result<(), Box<dyn st
     // Fourteen entries of the Jacobian vary: 0.05 cos of each neighbour and of each state.
     let f: Vec<String> = (1..=7).map(|i| format!("\"-x{i} + 0.05*sin(x{i}) + 0.05*sin(x{})\"", i % 7 + 1)).collect();
     let plant = format!("[plant]\nf = [{}]\nh = [\"x1\"]\n[[observer]]\nkind = \"lpv\"\n", f.join(", "));
-    for wish in ["decay_rate = 0.5", "fastest = 0.8"] {
-        let report = designed(&format!("{plant}{wish}"))?;
+    for requested in ["decay_rate = 0.5", "fastest = 0.8"] {
+        let report = designed(&format!("{plant}{requested}"))?;
         assert_eq!(report.verdict, "proved");
         assert_eq!(report.number("sectors"), Some(14.0));
         assert!(report.statement.contains("14 entries of the Jacobians vary"), "{}", report.statement);

@@ -79,13 +79,13 @@ fn noise_beyond_its_bound_shows_in_the_report() {
 fn the_exported_step_computes_the_bounds_of_the_design() {
     use luenberger_export::{Scalar, golden::Stepper};
     let study = read(&format!("{MOTOR}{}", observer(&format!("name = \"o\"\npoles = [-6, -9]\n{BOUNDS}")))).unwrap();
-    let wish = study.observer("o").unwrap();
-    let found = sampled(&study, wish, Some(0.05), None).unwrap();
+    let requested = study.observer("o").unwrap();
+    let found = sampled(&study, requested, Some(0.05), None).unwrap();
     for (format, scalar) in [(Number::Binary64, Scalar::Binary64), (Number::Binary32, Scalar::Binary32)] {
-        let evidence = evidence(&study, wish, &found.design, format.into());
+        let evidence = evidence(&study, requested, &found.design, format.into());
         assert!(evidence.is_proved(), "{:?}", evidence.sentences);
         assert!(evidence.sentences[0].contains("the rounding of every operation included"), "{:?}", evidence.sentences);
-        let export = exported(&study, wish, found.design.clone(), scalar, None).unwrap();
+        let export = exported(&study, requested, found.design.clone(), scalar, None).unwrap();
         let mut stepper = Stepper::new(&export).unwrap();
         let first = stepper.estimate();
         // (xhat, half-widths, rho): the half-widths are at least those of the first box.

@@ -58,17 +58,17 @@ fn the_exported_step_is_that_of_the_study() {
         let study =
             read(&format!("{PENDULUM}{}", observer(&format!("name = \"o\"\nbound = 15\nperiod = 0.01\n{gains}"))))
                 .unwrap();
-        let wish = study.observer("o").unwrap();
-        let found = sampled(&study, wish, None, None).unwrap();
-        let said = evidence(&study, wish, &found.design, Number::Binary64.into());
+        let requested = study.observer("o").unwrap();
+        let found = sampled(&study, requested, None, None).unwrap();
+        let said = evidence(&study, requested, &found.design, Number::Binary64.into());
         assert!(said.is_proved(), "{:?}", said.sentences);
-        let export = exported(&study, wish, found.design.clone(), Scalar::Binary64, None).unwrap();
-        let record = luenberger_study::deployment::record(&study, wish, &found).unwrap();
+        let export = exported(&study, requested, found.design.clone(), Scalar::Binary64, None).unwrap();
+        let record = luenberger_study::deployment::record(&study, requested, &found).unwrap();
         let mut stepper = Stepper::new(&export).unwrap();
         let estimates: Vec<Vec<f64>> = record.samples.iter().map(|(u, y)| stepper.step(u, y)).collect();
         let difference = record.difference(&estimates).unwrap();
         assert!(difference.largest.iter().all(|d| *d < 1e-9), "{gains}: {:?}", difference.largest);
-        let single = exported(&study, wish, found.design, Scalar::Binary32, None).unwrap();
+        let single = exported(&study, requested, found.design, Scalar::Binary32, None).unwrap();
         assert!(Stepper::new(&single).is_ok());
     }
 }
@@ -77,14 +77,14 @@ fn the_exported_step_is_that_of_the_study() {
 fn one_state_and_three_states() {
     let one = "[plant]\na = [[0]]\nb = [[1]]\nc = [[1]]\n[simulation]\nduration = 2\nx0 = [1]\n[input]\nexpressions = [\"0.3\"]\n";
     let study = read(&format!("{one}{}", observer("name = \"o\"\nbound = 0.5\nperiod = 0.02"))).unwrap();
-    let wish = study.observer("o").unwrap();
-    let found = sampled(&study, wish, None, None).unwrap();
-    let export = exported(&study, wish, found.design.clone(), Scalar::Binary64, None).unwrap();
+    let requested = study.observer("o").unwrap();
+    let found = sampled(&study, requested, None, None).unwrap();
+    let export = exported(&study, requested, found.design.clone(), Scalar::Binary64, None).unwrap();
     let mut stepper = Stepper::new(&export).unwrap();
     // xhat = 0, y = 1: corrected by h k = 0.02 0.55, moved by h u.
     let next = stepper.step(&[0.3], &[1.0]);
     assert!((next[0] - (0.02 * 0.55 + 0.02 * 0.3)).abs() < 1e-15, "{next:?}");
-    let said = evidence(&study, wish, &found.design, Number::Binary64.into());
+    let said = evidence(&study, requested, &found.design, Number::Binary64.into());
     assert!(!said.is_proved() && said.sentences[0].starts_with("No stability certificate"), "{:?}", said.sentences);
 
     let three = "[plant]\na = [[0, 1, 0], [0, 0, 1], [0, 0, 0]]\nc = [[1, 0, 0]]\n[simulation]\nduration = 6\nx0 = [0.1, 0.2, 0.3]\n";

@@ -59,11 +59,11 @@ decay_rate = 0.5
 
 fn designs(study: &Study) -> Vec<(String, DesignReport)> {
     let cancel = AtomicBool::new(false);
-    let one = |wish| match design(study, wish, &cancel) {
+    let one = |requested| match design(study, requested, &cancel) {
         Ok(designed) => designed.report,
         Err(failure) => panic!("{failure:?}"),
     };
-    study.observers.iter().map(|wish| (wish.name.clone(), one(wish))).collect()
+    study.observers.iter().map(|requested| (requested.name.clone(), one(requested))).collect()
 }
 
 /// Another solver returns another P in the same open set: if the selection were ignored, the matrices would be
@@ -77,7 +77,7 @@ fn it_reaches_every_inequality_of_a_design_and_the_proof_decides() {
         let theirs = read(&format!("solver = \"clarabel\"\n{text}")).unwrap();
         assert_eq!(theirs.solver, Solver::Clarabel);
         // The reports name the solver for this reason.
-        assert!(theirs.observers.iter().all(|wish| wish.kind.poses_inequality()));
+        assert!(theirs.observers.iter().all(|requested| requested.kind.poses_inequality()));
         for ((name, ours), (_, theirs)) in designs(&ours).into_iter().zip(designs(&theirs)) {
             assert_eq!((ours.verdict.as_str(), theirs.verdict.as_str()), ("proved", "proved"), "{name}");
             assert_ne!(ours.matrices, theirs.matrices, "{name}");

@@ -386,7 +386,7 @@ fn noise_ranking(context: &Context) -> Result<Outcome, CheckError> {
         MERITS.iter().filter(|(_, merit)| beats(&ensemble, *merit, exact, 0)).map(|(what, _)| *what).collect();
     let (head, rows) = table(&ensemble);
     Ok(Outcome::new(Evidence::Readings(MERITS.into_iter().map(best).collect())).table(head, rows).note(format!(
-        "Root mean squares in A and V, means over {SEEDS} seeds. Not to be told from the KKLO (within three standard errors) are: {}. The exact high-gain \
+        "Root mean squares in A and V, means over {SEEDS} seeds. Not distinguishable from the KKLO (within three standard errors) are: {}. The exact high-gain \
          observer is better than the KKLO in: {}.",
         if ties.is_empty() { "none".to_owned() } else { ties.join("; ") },
         if lost.is_empty() { "none".to_owned() } else { lost.join("; ") },

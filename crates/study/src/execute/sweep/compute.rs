@@ -51,9 +51,9 @@ impl<'a> Work<'a> {
         designs: &'a Designs,
     ) -> Result<Self, StudyError> {
         let rows = rows(study, simulation, sweep);
-        let compared = rows.iter().map(|row| row.wish.name.as_str());
+        let compared = rows.iter().map(|row| row.requested.name.as_str());
         let compared: Vec<&Member<'_>> =
-            members.iter().filter(|m| compared.clone().any(|n| n == m.wish.name)).collect();
+            members.iter().filter(|m| compared.clone().any(|n| n == m.requested.name)).collect();
         let scoring = Scoring::of(study, simulation, compared.into_iter(), members)?;
         Ok(Self { sweep, rows, scoring, members, designs })
     }
@@ -97,8 +97,10 @@ impl<'a> Work<'a> {
                     Claimed::Held => held.push_back(number),
                     Claimed::Present => {
                         computed.present += 1;
-                        progress
-                            .told(&self.rows[blocks.plan().part(number).row].wish.name, blocks.plan().count(number));
+                        progress.report(
+                            &self.rows[blocks.plan().part(number).row].requested.name,
+                            blocks.plan().count(number),
+                        );
                     }
                 }
             }
@@ -160,7 +162,7 @@ impl<'a> Work<'a> {
             block: number,
             first: part.runs.start,
             count: part.runs.end - part.runs.start,
-            observer: row.wish.name.clone(),
+            observer: row.requested.name.clone(),
             parameter: self.sweep.parameter.name().to_owned(),
             value: row.value,
             failure: None,
@@ -171,7 +173,7 @@ impl<'a> Work<'a> {
         let designed = match designs.own(row, self.members) {
             Ok(designed) => designed,
             Err(why) => {
-                progress.told(&row.wish.name, header.count);
+                progress.report(&row.requested.name, header.count);
                 header.failure = Some(why.to_owned());
                 header.count = 0;
                 return Ok(Block { header, left: Vec::new(), scores });
@@ -212,20 +214,20 @@ impl<'a> Work<'a> {
     ) -> Result<Result<Ran, String>, StudyError> {
         let options = progress.options;
         options.check()?;
-        let Row { study, simulation, wish, value } = row;
-        let initial = initial(wish, simulation, self.scoring.scale(), self.sweep.seed, number);
-        let wish = ObserverSpec { initial, ..wish.clone() };
-        let member = Member { wish: &wish, designed };
+        let Row { study, simulation, requested, value } = row;
+        let initial = initial(requested, simulation, self.scoring.scale(), self.sweep.seed, number);
+        let requested = ObserverSpec { initial, ..requested.clone() };
+        let member = Member { requested: &requested, designed };
         let factor = if self.sweep.parameter == Swept::Noise { *value } else { 1.0 };
         let variation = Variation { noise: factor, seed: number };
         let outcome = trajectory::run(study, simulation, others, Some(&member), variation, options.until).and_then(
             |trajectory| {
-                let merits = self.scoring.merits(study, &trajectory, &wish)?;
-                let left = excursion::of_simulation(study, &wish, &trajectory)?;
+                let merits = self.scoring.merits(study, &trajectory, &requested)?;
+                let left = excursion::of_simulation(study, &requested, &trajectory)?;
                 Ok(Ran { scores: runs::scores(&merits), left: left.map(|left| left.left()) })
             },
         );
-        progress.told(&wish.name, 1);
+        progress.report(&requested.name, 1);
         match outcome {
             Ok(finished) => Ok(Ok(finished)),
             Err(SimError::TimeLimit { .. }) => Err(StudyError::Interrupted),
@@ -249,7 +251,7 @@ struct Progress<'a> {
 }
 
 impl Progress<'_> {
-    fn told(&self, name: &str, runs: u64) {
+    fn report(&self, name: &str, runs: u64) {
         let count = self.done.fetch_add(runs as usize, Ordering::Relaxed) + runs as usize;
         self.options.tell("sweep", name, count, self.total);
     }

@@ -59,7 +59,7 @@ pub(super) fn reduce(
         if blocks.plan().of_row(number).all(|block| blocks.is_there(block)) {
             reduced.push(one(number, row, blocks, lines, options)?);
         }
-        options.tell("reduce", &row.wish.name, number + 1, rows.len());
+        options.tell("reduce", &row.requested.name, number + 1, rows.len());
     }
     Ok(reduced)
 }
@@ -111,7 +111,7 @@ fn one(
     let numbers = || blocks.plan().of_row(number);
     let names = blocks.names();
     let mut reduced = Reduced {
-        row: SweepRow { observer: row.wish.name.clone(), value: row.value, ..SweepRow::default() },
+        row: SweepRow { observer: row.requested.name.clone(), value: row.value, ..SweepRow::default() },
         left: 0,
         first: None,
     };
