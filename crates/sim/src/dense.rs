@@ -47,7 +47,7 @@ pub struct Dense {
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Kept {
     /// Once per step.
-    Still(usize),
+    Constant(usize),
     /// At every node.
     Varying(usize),
 }
@@ -64,7 +64,7 @@ impl Dense {
         let place = |is_still: &bool| {
             let count = if *is_still { &mut still } else { &mut varying };
             *count += 1;
-            if *is_still { Kept::Still(*count - 1) } else { Kept::Varying(*count - 1) }
+            if *is_still { Kept::Constant(*count - 1) } else { Kept::Varying(*count - 1) }
         };
         let places = stands_still.iter().map(place).collect();
         Self { places, still, varying, pieces: Vec::new(), values: Vec::new() }
@@ -85,7 +85,7 @@ impl Dense {
 
     /// The component that is entry `index` of those that stand still.
     pub(crate) fn standing(&self, index: usize) -> usize {
-        self.places.iter().position(|place| *place == Kept::Still(index)).unwrap_or(index)
+        self.places.iter().position(|place| *place == Kept::Constant(index)).unwrap_or(index)
     }
 
     /// The values of step `index` that stand still, and those at the nodes.
@@ -120,7 +120,7 @@ impl Dense {
             for (i, node) in NODE.iter().enumerate() {
                 for (entry, component) in row.iter_mut().zip(components) {
                     *entry = match self.places[*component] {
-                        Kept::Still(k) => still[k],
+                        Kept::Constant(k) => still[k],
                         Kept::Varying(k) => values[i * self.varying + k],
                     };
                 }
@@ -168,7 +168,7 @@ impl Dense {
     pub(crate) fn nodes(&self, index: usize, component: usize) -> [f64; NODES] {
         let (still, values) = self.of_step(index);
         match self.places[component] {
-            Kept::Still(k) => [still[k]; NODES],
+            Kept::Constant(k) => [still[k]; NODES],
             Kept::Varying(k) => core::array::from_fn(|i| values[i * self.varying + k]),
         }
     }
@@ -179,7 +179,7 @@ impl Dense {
         let place = Place::of(self.step(index), t);
         for (entry, kept) in value.iter_mut().zip(&self.places[offset..]) {
             *entry = match *kept {
-                Kept::Still(k) => still[k],
+                Kept::Constant(k) => still[k],
                 Kept::Varying(k) => place.value_of(|i| values[i * self.varying + k]),
             };
         }

@@ -467,7 +467,7 @@ impl<'m, 'a> Runner<'m, 'a> {
         dense.replace(Dense::of(&layout.still));
         let mut samples = Vec::with_capacity(model.times.len() * layout.width);
         let mut waiting = model.times.iter().copied().peekable();
-        let mut march = Stepper::new(model.settings);
+        let mut stepper = Stepper::new(model.settings);
         let mut at = vec![0.0; self.stacked.len()];
         let (mut rows, mut standing) = (Vec::new(), Vec::new());
         let varying = layout.still.iter().filter(|still| !**still).count();
@@ -529,11 +529,11 @@ impl<'m, 'a> Runner<'m, 'a> {
             });
             match exact {
                 Some(steps) => {
-                    if !march.counts(steps?) {
-                        return Err(SimError::TooManySteps { time: t, step: next - t, steps: march.steps() });
+                    if !stepper.counts(steps?) {
+                        return Err(SimError::TooManySteps { time: t, step: next - t, steps: stepper.steps() });
                     }
                 }
-                None => march.advance(&right_hand_side, t, next, &mut stacked, &mut on_step)?,
+                None => stepper.advance(&right_hand_side, t, next, &mut stacked, &mut on_step)?,
             }
             self.stacked = stacked;
             t = next;
@@ -544,7 +544,7 @@ impl<'m, 'a> Runner<'m, 'a> {
         }
         let lengths: Vec<usize> = model.observers.iter().map(|fitted| fitted.length).collect();
         let integrals = model.integrals.iter().map(|(name, _)| name.clone()).collect();
-        let run = (dense.take(), march.steps(), model.sampling.clone(), self.samples);
+        let run = (dense.take(), stepper.steps(), model.sampling.clone(), self.samples);
         Ok(Trajectory::new(&model.times, &lengths, integrals, layout, &samples, run))
     }
 }

@@ -16,7 +16,7 @@
 //! box and not only samples.
 //!
 //! The hull neglects correlations between the entries of a Jacobian; a refutation concerns the method, not observers in
-//! general. Where (1) is infeasible the error names the obstacle, with a witness: an unobservable direction at some
+//! general. Where (1) is infeasible the error gives the reason with a witness: an unobservable direction at some
 //! point of the polytope (the unobservable subspace in exact arithmetic), or vertices that exclude each other
 //! (multipliers). Without a witness it is undecided.
 //!
@@ -27,7 +27,7 @@
 
 mod discrete;
 mod error;
-mod obstacle;
+mod infeasibility;
 mod polytope;
 mod text;
 
@@ -382,7 +382,7 @@ fn growing(
 /// exclude each other.
 fn why_not(polytope: &Polytope, rate: f64, verdict: Verdict<Infeasibility>, options: &GainOptions) -> LpvError {
     if options.only_rate() {
-        obstacle::explain(polytope, rate, verdict, &options.settings)
+        infeasibility::explain(polytope, rate, verdict, &options.settings)
     } else {
         DesignError::not_proved(gain_lmi::WHAT_WITHIN_LIMITS, Some(verdict)).into()
     }

@@ -3,7 +3,7 @@
 use std::cmp::Ordering;
 use std::collections::BinaryHeap;
 
-use super::{Arena, Atom, Function, Obstacle, Polynomial};
+use super::{Arena, Atom, Function, NoPolynomial, Polynomial};
 use crate::interval::Interval;
 use crate::ring::Ring;
 
@@ -85,13 +85,13 @@ impl Arena {
     /// the accuracy that the number of parts allows.
     ///
     /// # Errors
-    /// [`Obstacle::TooLarge`] if the gradient has too many terms.
+    /// [`NoPolynomial::TooLarge`] if the gradient has too many terms.
     pub(crate) fn supremum(
         &mut self,
         p: &Polynomial,
         axes: &[Interval],
         goal: Option<f64>,
-    ) -> Result<Extremum, Obstacle> {
+    ) -> Result<Extremum, NoPolynomial> {
         if p.is_zero() {
             return Ok(Extremum { upper: 0.0, lower: 0.0, at: axes.iter().map(Interval::midpoint).collect() });
         }
@@ -104,7 +104,7 @@ impl Arena {
 }
 
 impl Target {
-    fn new(arena: &mut Arena, p: &Polynomial) -> Result<Self, Obstacle> {
+    fn new(arena: &mut Arena, p: &Polynomial) -> Result<Self, NoPolynomial> {
         let depends = arena.depends_on(p);
         let mut gradient = Vec::with_capacity(depends.len());
         for (variable, _) in depends.iter().enumerate() {

@@ -43,7 +43,7 @@ const DEGREE: u32 = 512;
 
 /// Why a polynomial cannot be computed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Obstacle {
+pub(crate) enum NoPolynomial {
     /// More terms, atoms, bits or powers than the limits allow.
     TooLarge,
     /// A denominator is identically 0.
@@ -224,7 +224,7 @@ pub(crate) struct Arena {
     evaluations: usize,
 }
 
-type Computed = Result<Polynomial, Obstacle>;
+type Computed = Result<Polynomial, NoPolynomial>;
 
 impl Arena {
     pub(crate) fn new(variables: usize) -> Self {
@@ -244,10 +244,10 @@ impl Arena {
         for (monomial, x) in &p.terms {
             self.work += 1 + x.bits() / 256;
             if x.bits() > BITS || monomial.degree() > DEGREE {
-                return Err(Obstacle::TooLarge);
+                return Err(NoPolynomial::TooLarge);
             }
         }
-        if self.work > WORK || p.terms.len() > TERMS { Err(Obstacle::TooLarge) } else { Ok(p) }
+        if self.work > WORK || p.terms.len() > TERMS { Err(NoPolynomial::TooLarge) } else { Ok(p) }
     }
 
     fn atom_of(&mut self, atom: Atom) -> Computed {
@@ -255,7 +255,7 @@ impl Arena {
         let k = found.unwrap_or(self.atoms.len());
         if found.is_none() {
             if k >= ATOMS {
-                return Err(Obstacle::TooLarge);
+                return Err(NoPolynomial::TooLarge);
             }
             self.atoms.push(atom);
         }
@@ -288,8 +288,8 @@ impl Arena {
 
     /// `1/p`, with p scaled to the leading coefficient 1; for a monomial, the product of the reciprocals of its atoms.
     pub(crate) fn reciprocal(&mut self, p: &Polynomial) -> Computed {
-        let Some((leading, x)) = p.leading() else { return Err(Obstacle::DivisionByZero) };
-        let scale = x.inverse().ok_or(Obstacle::DivisionByZero)?;
+        let Some((leading, x)) = p.leading() else { return Err(NoPolynomial::DivisionByZero) };
+        let scale = x.inverse().ok_or(NoPolynomial::DivisionByZero)?;
         if p.terms.len() > 1 {
             let atom = self.atom_of(Atom::Reciprocal(p.scaled(&scale)))?;
             return Ok(atom.scaled(&scale));
@@ -312,7 +312,7 @@ impl Arena {
         for (left, x) in &p.terms {
             self.work += q.terms.len();
             if self.work > WORK {
-                return Err(Obstacle::TooLarge);
+                return Err(NoPolynomial::TooLarge);
             }
             for (right, y) in &q.terms {
                 product.add_term(left.times(right), &x.times(y));
@@ -362,7 +362,7 @@ impl Arena {
             let Some((x, rest)) = p.terms.remove(&monomial).zip(monomial.over(&factor)) else { return Ok(p) };
             self.work += p.terms.len() + replacement.terms.len();
             if self.work > WORK {
-                return Err(Obstacle::TooLarge);
+                return Err(NoPolynomial::TooLarge);
             }
             for (m, y) in &replacement.terms {
                 p.add_term(m.times(&rest), &x.times(y));
@@ -420,7 +420,7 @@ impl Arena {
             Function::Exp => atom,
             Function::Ln => self.reciprocal(argument)?,
             Function::Sqrt => {
-                let half = Rational::integer(2).inverse().ok_or(Obstacle::DivisionByZero)?;
+                let half = Rational::integer(2).inverse().ok_or(NoPolynomial::DivisionByZero)?;
                 self.reciprocal(&atom)?.scaled(&half)
             }
             Function::Tanh => one.minus(&self.product(&atom, &atom)?),

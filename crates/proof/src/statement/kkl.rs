@@ -5,7 +5,7 @@
 
 use crate::interval::Interval;
 use crate::matrix::Matrix;
-use crate::polynomial::{Arena, Domain, Extremum, Obstacle, Polynomial, Rational, Scope, Tree};
+use crate::polynomial::{Arena, Domain, Extremum, NoPolynomial, Polynomial, Rational, Scope, Tree};
 use crate::ring::Ring;
 use crate::verdict::{UndecidedReason, Verdict};
 use crate::witness::Witness;
@@ -45,7 +45,7 @@ pub(crate) struct Axes<'a> {
     pub(crate) e: &'a [Interval],
 }
 
-type Composed<T> = Result<T, Obstacle>;
+type Composed<T> = Result<T, NoPolynomial>;
 
 impl Composition {
     pub(crate) fn new(maps: &Expressions<'_>, inputs: usize) -> Composed<Self> {
@@ -282,11 +282,11 @@ fn all(verdicts: impl Iterator<Item = Verdict<Witness>>) -> Verdict<Witness> {
     verdicts.find(|verdict| !verdict.is_proved()).unwrap_or(Verdict::Proved { margin: 0.0 })
 }
 
-impl From<Obstacle> for UndecidedReason {
-    fn from(obstacle: Obstacle) -> Self {
+impl From<NoPolynomial> for UndecidedReason {
+    fn from(obstacle: NoPolynomial) -> Self {
         match obstacle {
-            Obstacle::TooLarge => Self::ExpressionTooLarge,
-            Obstacle::DivisionByZero => Self::DivisionByZero,
+            NoPolynomial::TooLarge => Self::ExpressionTooLarge,
+            NoPolynomial::DivisionByZero => Self::DivisionByZero,
         }
     }
 }

@@ -23,9 +23,9 @@
 mod filter;
 mod hold;
 mod innovation;
-mod march;
 mod recording;
 mod replayed;
+mod run;
 mod smoother;
 
 use luenberger_observers::kalman::ExtendedKalmanFilter;
@@ -40,7 +40,7 @@ use crate::erased::{AnyObserver, AnyPlant, Continuous, Erased, Sampled};
 use crate::error::{SimError, check};
 use crate::integrate::Settings;
 use filter::{Any, AnyFilter};
-use march::March;
+use run::ReplayRun;
 
 pub use innovation::{Consistency, InnovationStatistics, NormalisedSquare, Whiteness};
 pub use recording::Recording;
@@ -279,16 +279,16 @@ impl<'a> Replay<'a> {
             expect("the estimate", size.states, own.estimate)?;
         }
         check(&format!("the initial estimate of observer {name:?}"), &entry.initial, own.estimate)?;
-        let mut march = March::new(self.plant.as_ref(), &self.recording, self.settings, entry);
+        let mut run = ReplayRun::new(self.plant.as_ref(), &self.recording, self.settings, entry);
         match &entry.kind {
-            Kind::Filter(filter) => march.filter(filter.as_ref())?,
+            Kind::Filter(filter) => run.filter(filter.as_ref())?,
             Kind::Observer(observer) => match observer.period() {
-                Some(period) => march.sample(observer.as_ref(), period)?,
-                None if observer.is_corrected() => march.correct_at_rows(observer.as_ref())?,
-                None => march.integrate(observer.as_ref())?,
+                Some(period) => run.sample(observer.as_ref(), period)?,
+                None if observer.is_corrected() => run.correct_at_rows(observer.as_ref())?,
+                None => run.integrate(observer.as_ref())?,
             },
         }
-        Ok(march.finish(own.estimate))
+        Ok(run.finish(own.estimate))
     }
 }
 

@@ -1,4 +1,4 @@
-//! One observer on its way through a recording.
+//! The run of one observer over a recording.
 
 use nalgebra::DMatrix;
 
@@ -22,8 +22,8 @@ const MOST_STEPS: f64 = 2e7;
 /// Most numbers that are kept for a smoother.
 const MOST_NUMBERS: f64 = 1.5e8;
 
-/// What is done on the way.
-pub(super) struct March<'r> {
+/// The observer, and what is recorded of it at the times so far.
+pub(super) struct ReplayRun<'r> {
     plant: &'r dyn AnyPlant,
     recording: &'r Recording,
     settings: Settings,
@@ -42,7 +42,7 @@ pub(super) struct March<'r> {
     steps: usize,
 }
 
-impl<'r> March<'r> {
+impl<'r> ReplayRun<'r> {
     pub(super) fn new(
         plant: &'r dyn AnyPlant,
         recording: &'r Recording,
