@@ -5,9 +5,12 @@ use luenberger_design::{
     DesignError, DiscreteDesign, Disturbances, ErrorCoordinates, IntervalDesign, IntervalRequirements, LinearDesign,
     SampledIntervalDesign,
 };
+use luenberger_linalg::expm;
+use luenberger_lmi::proof_matrix;
 use luenberger_observers::{Observer, SampledObserver};
 use luenberger_plants::StateSpace;
-use luenberger_proof::statement::Format;
+use luenberger_proof::Matrix;
+use luenberger_proof::statement::{Format, held_plant};
 use nalgebra::{DMatrix, DVector, dmatrix};
 use proptest::prelude::*;
 
@@ -321,6 +324,36 @@ fn a_disturbance_that_switches_between_samples_is_enclosed() {
         }
     }
     assert!(largest > 0.3, "{largest}: the bounds are far from what disturbances reach");
+}
+
+/// What a disturbance that switches at will adds to the state in one period, `int_0^h e^{As} E w ds` with |w| <= W, lies
+/// in the box of `HeldPlant`: in each direction q the box reaches as far as `W int_0^h |q'e^{As}E| ds`. An oscillator
+/// over up to a half-period: a disturbance that is held reaches only along one line.
+#[test]
+fn the_held_disturbance_covers_every_switching_one() {
+    let (plant, bound, cells) = (dmatrix![0.0, 1.0; -8.0, -0.4], 0.7, 20_000);
+    let (a, b) = (Matrix::from_rows([[0.0, 1.0], [-8.0, -0.4]]), Matrix::from_rows([[0.0], [1.0]]));
+    let e = dmatrix![0.3; 1.0];
+    for h in [0.05, 0.2, 0.6, 1.1] {
+        let held = held_plant((&a, &b), (&proof_matrix(&e), &[bound]), h).unwrap().unwrap();
+        assert_eq!(held.disturbances.len(), 3);
+        let ds = h / f64::from(cells);
+        let (half, whole) = (expm(&(&plant * (0.5 * ds))).unwrap(), expm(&(&plant * ds)).unwrap());
+        for direction in 0..16 {
+            let angle = f64::from(direction) * std::f64::consts::PI / 16.0;
+            let q = [angle.cos(), angle.sin()];
+            let mut moved = &half * &e;
+            let mut reached = 0.0;
+            for _ in 0..cells {
+                reached += bound * (q[0] * moved[0] + q[1] * moved[1]).abs() * ds;
+                moved = &whole * moved;
+            }
+            let covered: f64 =
+                (0..3).map(|j| (q[0] * held.e[(0, j)] + q[1] * held.e[(1, j)]).abs() * held.disturbances[j]).sum();
+            // The midpoint rule is wrong by less than ds in the cells where the sign changes.
+            assert!(covered > reached * (1.0 - 1e-6), "h = {h}, direction {direction}: {covered} {reached}");
+        }
+    }
 }
 
 /// The least width by a linear program, up to one per cent: for an oscillator no gain of a grid is narrower by more.

@@ -1,5 +1,6 @@
-//! Resets of [KKL+PEB] observers, as algebra at random states: a reset that transforms the filters takes the flow to
-//! itself and leaves the estimate, for every estimator; one that restarts them is a start with the same estimate.
+//! Resets and bounded parameters of [KKL+PEB] observers, as algebra at random states: a reset that transforms the
+//! filters takes the flow to itself and leaves the estimate, for every estimator; one that restarts them is a start with
+//! the same estimate; a parameter is projected to its bound.
 #![cfg(feature = "alloc")]
 
 use luenberger_observers::estimator::ParameterEstimator;
@@ -7,7 +8,8 @@ use luenberger_observers::estimator::drem::{Drem, Kreisselmeier, LtiFilters};
 use luenberger_observers::estimator::gradient::Gradient;
 use luenberger_observers::pebo::PebSize;
 use luenberger_observers::{
-    FilterMemory, KklMap, KklPebObserver, Observer, ObserverDimensions, ObserverError, Regression, Reset,
+    Diagnose, Diagnosis, FilterMemory, KklMap, KklPebObserver, Observer, ObserverDimensions, ObserverError, Regression,
+    Reset,
 };
 use nalgebra::{DefaultAllocator, Matrix2, Matrix3, U1, U2, U3, Vector1, Vector2, Vector3};
 use proptest::prelude::*;
@@ -199,5 +201,46 @@ fn a_level_is_of_the_integrated_entries() {
         let reset = Reset { period, above, memory: FilterMemory::Restarted };
         let refused = KklPebObserver::new(Maps { bound: None }, gradient(), 1.7).unwrap().resetting(reset);
         assert!(matches!(refused.err(), Some(ObserverError::NotPositive { .. })), "{period} {above:?}");
+    }
+}
+
+proptest! {
+    /// A parameter with a bound: the estimate takes no value below it, at the bound its slope is not negative, and what
+    /// is at the bound, or there within 1/alpha at the present slope, is reported.
+    #[test]
+    fn a_bounded_parameter_is_projected(
+        numbers in prop::collection::vec(-2.0..2.0, 13), u in -1.0..1.0, y in prop::array::uniform2(-1.0..1.0),
+        above in prop_oneof![Just(-0.4), Just(0.0), 1e-3..2.0],
+    ) {
+        let (bound, u, y) = (0.5, Vector1::new(u), Vector2::from(y));
+        let of = |bound| {
+            let gradient = Gradient::new(Matrix2::new(2.0, 0.3, 0.3, 1.0)).unwrap();
+            observer(gradient, FilterMemory::Transformed, bound, None)
+        };
+        let (free, bounded) = (of(None), of(Some(bound)));
+        let mut state = free.initial(0.0, &Vector3::zeros(), &u, &y);
+        state.iter_mut().zip(&numbers).for_each(|(entry, number)| *entry = *number);
+        state[12] = bound + above;
+        let mut held = state.clone();
+        held[12] = held[12].max(bound);
+        prop_assert_eq!(bounded.estimate(0.0, &state, &u, &y), free.estimate(0.0, &held, &u, &y));
+
+        let rate = free.derivative(0.0, &state, &u, &y)[12];
+        let mut expected = free.derivative(0.0, &state, &u, &y);
+        if above <= 0.0 && rate < 0.0 {
+            expected[12] = 0.0;
+        }
+        prop_assert_eq!(bounded.derivative(0.0, &state, &u, &y), expected);
+
+        let found = bounded.diagnose(0.0, &state, &u, &y);
+        if above <= 0.0 {
+            prop_assert_eq!(found, Diagnosis::LeftDomain { parameter: 1, value: state[12], bound });
+        } else if rate < 0.0 && above / -rate < (1.0 - 1e-9) / 1.7 {
+            let leaves = matches!(found, Diagnosis::LeavingDomain { parameter: 1, time, .. } if time > 0.0 && time <= 1.0 / 1.7);
+            prop_assert!(leaves, "{found:?}");
+        } else if rate >= 0.0 || above / -rate > (1.0 + 1e-9) / 1.7 {
+            prop_assert_eq!(found, Diagnosis::Sound);
+        }
+        prop_assert_eq!(free.diagnose(0.0, &state, &u, &y), Diagnosis::Sound);
     }
 }
