@@ -60,6 +60,7 @@ pub use exportable_observer::ExportableObserver;
 pub use fixed_point::FixedPointExport;
 /// The formats of [`Export::fixed_point`].
 pub use luenberger_observers::{FixedPointFormat, FixedPointFormats};
+pub use nalgebra;
 pub use names::Names;
 pub use scalar::Scalar;
 

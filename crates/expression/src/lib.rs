@@ -102,6 +102,7 @@ pub use derived::{Definition, DerivedError, derived};
 pub use error::{ExpressionError, ExpressionErrorKind, Family, Found};
 pub use expression::Expression;
 pub use graph::{Dialect, Language, Lookups, MathFunction, Routine};
+pub use nalgebra;
 pub use nearest::nearest;
 pub use plant::{AffinePlant, ExpressionPlant, ExpressionPlantError, Fixed, Routines, Row};
 pub use scope::{NameError, ParameterError, Parameters, Scope, Variable};

@@ -41,6 +41,7 @@ pub use experiment::{
     Experiment, Feedback, FeedbackSignal, Hypotheses, Law, Lookup, Method, Observer, ObserverKind, OperatingPoint,
     Sensor, Sliders, Table,
 };
+pub use nalgebra;
 pub use noise::Noise;
 pub use plant::Plant;
 pub use rows::Rows;

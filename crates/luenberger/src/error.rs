@@ -28,6 +28,9 @@ pub enum Error {
     /// The matrices or parameters do not define a plant.
     #[error(transparent)]
     Plant(#[from] plants::PlantError),
+    /// A duty cycle outside of its interval.
+    #[error(transparent)]
+    DutyCycle(#[from] plants::cuk::DutyCycleError),
     /// The matrices or parameters do not define an observer.
     #[error(transparent)]
     Observer(#[from] observers::ObserverError),
@@ -43,6 +46,15 @@ pub enum Error {
     /// Invalid data of a statement that is to be verified.
     #[error(transparent)]
     Proof(#[from] proof::ProofError),
+    /// A text is not a number of a certificate.
+    #[error(transparent)]
+    Number(#[from] proof::certificate::NumberError),
+    /// An expression of a KKL observer that cannot be read.
+    #[error(transparent)]
+    KklMap(#[from] proof::certificate::KklMapError),
+    /// Invalid data of a semidefinite program.
+    #[error(transparent)]
+    SemidefiniteProgram(#[from] proof::semidefinite::ProgramError),
     /// A text is not a certificate file.
     #[error(transparent)]
     CertificateFile(#[from] proof::certificate::FileError),
@@ -64,6 +76,12 @@ pub enum Error {
     /// The design of a numerical KKL observer failed.
     #[error(transparent)]
     NumericalKkl(#[from] design::NumericalKklError),
+    /// No observer can be read from a certificate file.
+    #[error(transparent)]
+    Stored(#[from] design::StoredError),
+    /// The plant has no operating point.
+    #[error(transparent)]
+    OperatingPoint(#[from] design::OperatingPointError),
     /// The observability test of a nonlinear plant failed.
     #[error(transparent)]
     Observability(#[from] design::nonlinear_observability::ObservabilityError),

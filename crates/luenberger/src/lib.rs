@@ -59,8 +59,8 @@ pub mod prelude {
     pub use luenberger_design::{
         Certificate, Certified, CubicDesign, CubicGain, DesignError, DiscreteLpvDesign, EnclosureError, FeedbackDesign,
         KklCandidate, KklDesign, KklError, KklPebDesign, LinearDesign, LipschitzDesign, LipschitzPlant, LpvDesign,
-        LpvError, LyapunovWeight, NumericalKklDesign, NumericalKklError, Region, SampledCubicDesign, Sector,
-        cubic_lmi_design,
+        LpvError, LyapunovWeight, NumericalKklDesign, NumericalKklError, OperatingPointError, Region,
+        SampledCubicDesign, Sector, StoredError, cubic_lmi_design, nonlinear_observability::ObservabilityError,
     };
     pub use luenberger_linalg::LinalgError;
     pub use luenberger_lmi::LmiError;

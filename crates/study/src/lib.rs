@@ -53,6 +53,7 @@ pub use execute::{
     replay_designed, run, simulate_designed, write_folder,
 };
 pub use luenberger_expression::nearest;
+pub use nalgebra;
 pub use read::Format;
 pub use results::Results;
 pub use study::Study;
