@@ -3,6 +3,8 @@
 //!
 //! Source: M. Roberts, The unreasonable effectiveness of quasirandom sequences, 2018; for n = 1 the golden ratio's.
 
+use crate::split_mix::SplitMix64;
+
 /// The points, one after the other, without end.
 pub(crate) struct GoldenSequence {
     now: Vec<f64>,
@@ -14,17 +16,9 @@ impl GoldenSequence {
     pub(crate) fn new(dimensions: usize, seed: u64) -> Self {
         // g^(n+1) = g + 1 by fixed-point iteration, which contracts at least by half.
         let golden = (0..64).fold(2.0f64, |g, _| (1.0 + g).powf(1.0 / (dimensions as f64 + 1.0)));
-        let mut state = seed;
-        let mut start = || {
-            // SplitMix64 (Steele, Lea, Flood 2014).
-            state = state.wrapping_add(0x9e37_79b9_7f4a_7c15);
-            let mut bits = state;
-            bits = (bits ^ (bits >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-            bits = (bits ^ (bits >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-            ((bits ^ (bits >> 31)) >> 11) as f64 / (1u64 << 53) as f64
-        };
+        let mut random = SplitMix64(seed);
         Self {
-            now: (0..dimensions).map(|_| start()).collect(),
+            now: (0..dimensions).map(|_| random.bits() as f64 / (1u64 << 53) as f64).collect(),
             step: (0..dimensions).map(|i| golden.powf(-(i as f64 + 1.0))).collect(),
         }
     }

@@ -9,6 +9,7 @@ use luenberger_linalg::{
 use nalgebra::{DMatrix, DVector, DVectorView, SymmetricEigen};
 
 use super::flow::{ErrorFlow, Gains, Work};
+use crate::split_mix::SplitMix64;
 
 /// The two parts of the cost J of an observer.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -48,7 +49,7 @@ impl Noise {
         let periods = (factor * 400.0 / (slowest * problem.period)).clamp(1000.0 * factor, 4000.0 * factor) as usize;
         let settling = ((7.0 / (slowest * problem.period)) as usize).min(periods / 4);
         let root = square_root(&problem.process) / problem.period.sqrt();
-        let mut generator = Generator { state: seed, kept: None };
+        let mut generator = Generator::new(seed);
         let width = n + p;
         let mut values = Vec::with_capacity((periods + settling) * width);
         for _ in 0..periods + settling {
@@ -167,7 +168,7 @@ pub(super) fn directions(n: usize) -> Vec<Vec<f64>> {
         return (0..8).map(|k| vec![libm_cos(angle(k)), libm_sin(angle(k))]).collect();
     }
     // Columns of orthogonal matrices, the first of which is the identity.
-    let mut generator = Generator { state: 0x5eed, kept: None };
+    let mut generator = Generator::new(0x5eed);
     let mut found = Vec::new();
     for basis in 0..(16usize.div_ceil(n)).max(3) {
         let q = if basis == 0 {
@@ -195,20 +196,20 @@ pub(super) fn square_root(m: &DMatrix<f64>) -> DMatrix<f64> {
     &eigen.eigenvectors * DMatrix::from_diagonal(&roots) * eigen.eigenvectors.transpose()
 }
 
-/// SplitMix64 (Steele, Lea, Flood 2014), with Box and Muller's transform.
+/// Numbers of variance 1; normal ones by Box and Muller's transform.
 struct Generator {
-    state: u64,
+    random: SplitMix64,
     kept: Option<f64>,
 }
 
 impl Generator {
+    fn new(seed: u64) -> Self {
+        Self { random: SplitMix64(seed), kept: None }
+    }
+
     /// Above 0, at most 1.
     fn unit(&mut self) -> f64 {
-        self.state = self.state.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let mut bits = self.state;
-        bits = (bits ^ (bits >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        bits = (bits ^ (bits >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        (((bits ^ (bits >> 31)) >> 11) + 1) as f64 / (1u64 << 53) as f64
+        (self.random.bits() + 1) as f64 / (1u64 << 53) as f64
     }
 
     /// Uniform of variance 1.
@@ -248,7 +249,7 @@ mod tests {
 
     #[test]
     fn the_noise_has_variance_one() {
-        let mut generator = Generator { state: 3, kept: None };
+        let mut generator = Generator::new(3);
         for uniform in [false, true] {
             let draw = |g: &mut Generator| if uniform { g.uniform() } else { g.normal() };
             let values: Vec<f64> = (0..40_000).map(|_| draw(&mut generator)).collect();
