@@ -162,7 +162,7 @@ pub enum DesignError {
         outputs: usize,
     },
     /// An output that is not linear in the state: no linear change of coordinates makes it one.
-    #[error("output {output} is {found} at the state {point:?}, where the C of another point makes it {expected}")]
+    #[error("output y{} is {found} at the state {point:?}, where the C of another point makes it {expected}", output + 1)]
     NonlinearOutput {
         /// Index of the output, from 0.
         output: usize,

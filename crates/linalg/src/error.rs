@@ -35,7 +35,7 @@ pub enum LinalgError {
         what: &'static str,
     },
     /// An entry is NaN or infinite.
-    #[error("{what}[{row}, {col}] is {value}")]
+    #[error("{what}({row}, {col}) is {value}")]
     NotFinite {
         /// The matrix, by its name in the equation.
         what: &'static str,
@@ -48,7 +48,7 @@ pub enum LinalgError {
     },
     /// A matrix that has to be symmetric is not.
     #[error(
-        "{what} is not symmetric: entries [{row}, {col}] and [{col}, {row}] differ by {asymmetry} (limit {allowed})",
+        "{what} is not symmetric: entries ({row}, {col}) and ({col}, {row}) differ by {asymmetry} (limit {allowed})",
         asymmetry = short(*.asymmetry), allowed = short(*.allowed)
     )]
     NotSymmetric {

@@ -72,7 +72,7 @@ pub enum ObserverError {
         effect: f64,
     },
     /// A weight theta for which `y~' theta y~` can be negative.
-    #[error("theta is not positive semidefinite: pivot {pivot:e} in row {row} of its symmetric part")]
+    #[error("theta is not positive semidefinite: pivot {pivot:e} at ({row}, {row}) of its symmetric part")]
     ThetaIndefinite {
         /// Row of the pivot, from 0.
         row: usize,
@@ -114,8 +114,9 @@ pub enum ObserverError {
     },
     /// An output that is not the state of the same number.
     #[error(
-        "output {output} is {found} where state {output} is {expected}: y must be the first states; change coordinates, \
-         as luenberger-design's mean_value::OutputCoordinates does for every linear output of full rank"
+        "output y{0} is {found} where the state x{0} is {expected}: y must be the first states; change coordinates, \
+         as luenberger-design's mean_value::OutputCoordinates does for every linear output of full rank",
+        output + 1
     )]
     OutputNotState {
         /// Index of the output, from 0.
@@ -138,7 +139,7 @@ pub enum ObserverError {
         point: Point,
     },
     /// A right-hand side of the plant that does not exist at an end of the segment from xhat to xhat + e.
-    #[error("f({row}) is not finite at the state {point}, which is xhat + s e with s = {s}")]
+    #[error("f{} is not finite at the state {point}, which is xhat + s e with s = {s}", row + 1)]
     SlopeNotFinite {
         /// How far along the segment, from 0 to 1.
         s: f64,
@@ -160,7 +161,7 @@ pub enum ObserverError {
         difference: f64,
     },
     /// A covariance that is not positive semidefinite, or not positive definite where that is required.
-    #[error("{what} is not a covariance: pivot {pivot:e} in row {row}")]
+    #[error("{what} is not a covariance: pivot {pivot:e} at ({row}, {row})")]
     NotDefinite {
         /// Name of the matrix.
         what: &'static str,
@@ -202,8 +203,9 @@ pub enum ObserverError {
     },
     /// A state of a high-gain observer that belongs to no chain.
     #[error(
-        "state {state} is at position {position} of the chain of output {output}: that output must exist, positions begin with 1, and \
-         the chain must have one state at position 1, not {heads}"
+        "the state xi{} is at position {position} of the chain of the output y{}: that output must exist, positions begin \
+         with 1, and the chain must have one state at position 1, not {heads}",
+        state + 1, output + 1
     )]
     Chain {
         /// Index of the state, from 0.
@@ -216,7 +218,7 @@ pub enum ObserverError {
         heads: usize,
     },
     /// An output that does not exist.
-    #[error("there is no output {output}: there are {outputs}, counted from 0")]
+    #[error("there is no output y{}, of {outputs}", output + 1)]
     Output {
         /// The output asked for, from 0.
         output: usize,

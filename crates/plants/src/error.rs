@@ -38,7 +38,7 @@ pub enum PlantError {
         condition: f64,
     },
     /// Output i is not coordinate i of the state.
-    #[error("output {output} is {found} where coordinate {output} is {expected}")]
+    #[error("output y{0} is {found} where the state x{0} is {expected}", output + 1)]
     OutputNotCoordinate {
         /// Index of the output, from 0.
         output: usize,

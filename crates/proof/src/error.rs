@@ -23,7 +23,7 @@ pub enum ProofError {
         what: &'static str,
     },
     /// An entry is NaN or infinite.
-    #[error("{what} has the entry {value} at row {row}, column {column}")]
+    #[error("{what} has the entry {value} at ({row}, {column})")]
     NotFinite {
         /// The quantity.
         what: &'static str,
@@ -60,7 +60,7 @@ pub enum ProofError {
         fraction_bits: u32,
     },
     /// A number that cannot be stored in its format.
-    #[error("{what} has the entry {value:e} at row {row}, column {column}, and its format ends at {largest:e}")]
+    #[error("{what} has the entry {value:e} at ({row}, {column}), and its format ends at {largest:e}")]
     OutOfRange {
         /// The quantity.
         what: &'static str,

@@ -72,7 +72,7 @@ pub(crate) const MISTAKES: &[(&str, &str, i32, &str)] = &[
         "lyap",
         r#"{"a": [[-1, 0], [0, -2]], "q": [[1, 2], [3, 4]]}"#,
         2,
-        "q is not symmetric: entries [1, 0] and [0, 1] differ by 1 (limit ",
+        "q is not symmetric: entries (1, 0) and (0, 1) differ by 1 (limit ",
     ),
     ("sylv", r#"{"a": [[1]], "b": [[1, 0], [0, 1]], "q": [[1]]}"#, 2, "q must be 1 x 2, and is 1 x 1"),
     ("care", r#"{"a": [[1]], "b": [[1], [2]], "q": [[1]], "r": [[1]]}"#, 2, "b must be 1 x 1, and is 2 x 1"),
