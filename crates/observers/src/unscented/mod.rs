@@ -139,10 +139,12 @@ where
     /// use luenberger_plants::flexible_joint;
     /// use nalgebra::{Matrix2, Matrix4, Vector1, Vector2, Vector4};
     ///
-    /// let noises = NoiseModel { w: Matrix4::identity() * 0.1, v: Matrix2::identity() * 1e-4, p0: Matrix4::identity()
-    /// }; let plant = flexible_joint::classical(); let filter = UnscentedKalmanFilter::new(plant, noises,
-    /// SigmaPoints::default(), 0.01, 2)?; let (u, y) = (Vector1::new(0.0), Vector2::new(1.0, 0.0)); let mut belief =
-    /// filter.initial(0.0, &Vector4::zeros(), &u, &y); filter.step(0.0, &mut belief, &u, &y);
+    /// let noises = NoiseModel { w: Matrix4::identity() * 0.1, v: Matrix2::identity() * 1e-4, p0: Matrix4::identity() };
+    /// let plant = flexible_joint::classical();
+    /// let filter = UnscentedKalmanFilter::new(plant, noises, SigmaPoints::default(), 0.01, 2)?;
+    /// let (u, y) = (Vector1::new(0.0), Vector2::new(1.0, 0.0));
+    /// let mut belief = filter.initial(0.0, &Vector4::zeros(), &u, &y);
+    /// filter.step(0.0, &mut belief, &u, &y);
     /// assert!(belief.covariance()[(0, 0)] < 0.01);
     /// # Ok::<(), luenberger_observers::ObserverError>(())
     /// ```
