@@ -12,8 +12,8 @@ pub(crate) fn main() -> Result<(), Box<dyn std::error::Error>> {
     let noises = NoiseModel { w: Matrix1::new(1e-6), v: Matrix1::new(0.01), p0: Matrix1::new(0.25) };
     let filter = UnscentedKalmanFilter::discrete(&square, noises, SigmaPoints::default(), 1.0)?;
     let u = SVector::zeros();
-    let mut belief = filter.initial(0.0, &Vector1::new(1.0), &u, &Vector1::zeros());
-    let innovation = filter.update(0.0, &mut belief, &u, &Vector1::new(1.44)).ok_or("a factor")?;
+    let mut estimate = filter.initial(0.0, &Vector1::new(1.0), &u, &Vector1::zeros());
+    let innovation = filter.update(0.0, &mut estimate, &u, &Vector1::new(1.44)).ok_or("a factor")?;
     // E x^2 = 1 + 0.25, and var x^2 = 4 * 0.25 + 2 * 0.25^2. To first order it would be 1, and 4 * 0.25.
     println!(
         "y is expected to be {:.3}, with variance {:.3}",

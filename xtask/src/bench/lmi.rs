@@ -94,7 +94,7 @@ mod tests {
     use serde_json::json;
 
     #[test]
-    fn a_row_shows_a_proof_or_a_belief() {
+    fn a_row_shows_a_proof_or_an_unproved_bound() {
         let table = table(&[
             json!({"tool": "luenberger", "n": 3, "p": 1, "ms": 1.5, "verdict": "Proved", "margin": 0.25}),
             json!({"tool": "cvxpy+SCS", "posed": "margin", "n": 50, "p": 3, "ms": 264.0, "status": "error: a | b\nmore", "margin": null}),

@@ -145,7 +145,7 @@ where
     }
 
     /// `z = xhat + e`, the second estimate of the plant's state.
-    pub fn believed(&self) -> OVector<T, N> {
+    pub fn second_estimate(&self) -> OVector<T, N> {
         self.estimate() + self.error()
     }
 }
@@ -211,7 +211,7 @@ where
     /// let observer = MeanValueObserver::new(Chaotic, 1.0, Integral, e0)?;
     /// let (u, y) = (SVector::zeros(), Vector2::new(-2.0, -1.0));
     /// let state = observer.initial(0.0, &Vector3::new(-1.0, -0.5, -1.5), &u, &y);
-    /// assert_eq!(state.believed(), Vector3::new(-2.0, -1.0, -1.0));
+    /// assert_eq!(state.second_estimate(), Vector3::new(-2.0, -1.0, -1.0));
     /// // e points along a direction in which the internal error falls.
     /// let slope: EstimateAndError<f64, _> = observer.derivative(0.0, &state, &u, &y);
     /// assert!(slope.error().dot(&e0) < 0.0);
