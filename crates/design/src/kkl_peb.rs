@@ -31,7 +31,7 @@ use nalgebra::{Complex, DMatrix, DVector, DefaultAllocator, Dim, OMatrix, OVecto
 use crate::check::within;
 use crate::error::DesignError;
 use crate::kkl::KklError;
-use crate::kkl::stability::{Forgetting, forgets, hurwitz};
+use crate::kkl::stability::{HurwitzAnalysis, hurwitz, require_decay};
 
 /// A run of the plant: a row of x and of u for each time.
 #[derive(Clone, Debug, PartialEq)]
@@ -330,8 +330,8 @@ where
             continue;
         }
         let entries = Matrix::from_fn(order, order, |i, j| Interval::of(block[(i, j)]));
-        let Forgetting { spectrum, certificate, .. } = hurwitz(&entries)?;
-        forgets(what, &spectrum, &certificate)?;
+        let HurwitzAnalysis { spectrum, certificate, .. } = hurwitz(&entries)?;
+        require_decay(what, &spectrum, &certificate)?;
         slowest =
             spectrum.first().copied().into_iter().chain(slowest).max_by(|x: &Complex<f64>, y| x.re.total_cmp(&y.re));
         blocks.push((what, certificate));

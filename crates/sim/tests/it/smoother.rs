@@ -231,7 +231,7 @@ fn gaps_are_crossed_in_steps() {
 
 /// A state that is known exactly has a covariance without inverse.
 #[test]
-fn a_singular_covariance_is_no_obstacle() {
+fn a_singular_covariance_can_be_smoothed() {
     let (ad, c) = (Matrix2::new(1.0, 1.0, 0.0, 1.0), RowVector2::new(1.0, 0.0));
     let bd = SMatrix::<f64, 2, 1>::zeros();
     let p0 = Matrix2::new(1.0, 0.0, 0.0, 0.0);
