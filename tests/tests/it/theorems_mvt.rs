@@ -396,9 +396,9 @@ fn sine() -> Sector {
     Sector::structured(acts, depends, 3.33)
 }
 
-/// beta by a bracket, beta by least squares, the integral, all told x(0). In both examples of the paper a row that is
-/// not quadratic depends nonlinearly on one number only (x2 - x1, x3), so that `D e = f(xhat + e) - f(xhat)` leaves D
-/// no choice: the three observers are one.
+/// beta by a bracket, beta by least squares, the integral, all with e(0) = x(0) - xhat(0). In both examples of the
+/// paper a row that is not quadratic depends nonlinearly on one number only (x2 - x1, x3), so that
+/// `D e = f(xhat + e) - f(xhat)` determines D: the three observers are equal.
 #[test]
 fn in_the_papers_examples_all_means_are_one() {
     let [beta, integral] = both();
@@ -590,7 +590,7 @@ fn contracts(design: &ContractingCoordinates, run: &Trajectory, n: usize) -> Res
     Ok(())
 }
 
-/// The same joint, told nothing: in its own coordinates the unmeasured block [0, 1; -19.5 - 3.33 c, 0] swings for ever,
+/// The same joint with e(0) = 0: in its own coordinates the unmeasured block [0, 1; -19.5 - 3.33 c, 0] swings for ever,
 /// and so does the error, whatever eta is. In the others it is gone.
 #[test]
 fn only_the_coordinates_differ() {
@@ -606,7 +606,7 @@ fn only_the_coordinates_differ() {
     }
 }
 
-/// y = x1 + 2 x2 is no state: the observer is refused, its user told where to go, and there it runs.
+/// y = x1 + 2 x2 is no state: the observer is refused with the coordinates to use, in which it runs.
 #[test]
 fn any_linear_output_will_do() {
     let (a, b) = (Matrix2::new(0.0, 1.0, -1.0, -1.0), SMatrix::<f64, 2, 0>::zeros());

@@ -34,7 +34,7 @@ pub(crate) fn run(largest: Option<usize>, document: bool) -> Result<(), Failure>
         .argument(root().join("xtask/bench/lmi.py"))
         .argument(&plants)
         .arguments(&limit)
-        // One thread for everybody.
+        // One thread for each program.
         .variable("OPENBLAS_NUM_THREADS", "1")
         .variable("OMP_NUM_THREADS", "1")
         .output("theirs")?;
