@@ -251,7 +251,8 @@ impl<O> KklPebDesign<O> {
     /// let estimator = Gradient::new(Matrix1::new(2.0))?;
     /// let design =
     ///     KklPebDesign::new(&Gain, Gain, &run, &Excite::within(window), |map| KklPebObserver::new(map, estimator, 5.0))?;
-    /// // The integral of sin^2 over half a period is pi/2; the window ends at the first sample after T, 0.01 later at most.
+    /// // The integral of sin^2 over half a period is pi/2; the window ends at the first sample after T, at most 0.01
+    /// // later.
     /// let excess = design.report.excitation.delta - 0.5 * window;
     /// assert!(excess > -1e-3 && excess < 0.02);
     /// println!("{}", design.report);

@@ -141,7 +141,8 @@ fn the_variance_of_a_square_is_exact() {
     }
 }
 
-/// An update or a prediction without a factor is reported, and the estimate is unchanged; a step without a prediction is NaN.
+/// An update or a prediction without a factor is reported, and the estimate is unchanged; a step without a prediction
+/// is NaN.
 #[test]
 fn a_failed_factorisation_is_an_answer() {
     let root = luenberger_plants::from_fn(
