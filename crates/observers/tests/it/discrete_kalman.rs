@@ -264,7 +264,7 @@ fn the_extended_filter_of_a_linear_plant() {
     let mut lost = GaussianEstimate::new(&Vector2::new(1.0, 0.0), &-p0);
     assert_eq!(extended.update(0.0, &mut lost, &u, &y), None);
     assert_eq!(lost, GaussianEstimate::new(&Vector2::new(1.0, 0.0), &-p0));
-    // An output that nobody measured says nothing.
+    // Without a measured output the estimate is unchanged.
     let before = other.clone();
     let nothing = extended.update_partial(0.0, &mut other, &u, &Vector1::new(f64::NAN), |_| false).unwrap();
     assert_eq!((nothing.normalized_square, other), (0.0, before));

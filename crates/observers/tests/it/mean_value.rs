@@ -130,8 +130,8 @@ proptest! {
         }
     }
 
-    /// In coordinates x = T z the observer of z is the observer of x: it starts where it is told, and its estimate
-    /// moves by T z'.
+    /// In coordinates x = T z the observer of z is the observer of x: it starts from the given estimate, which moves
+    /// by T z'.
     #[test]
     fn a_mapped_observer_estimates_in_the_coordinates_of_its_plant(turn in prop::array::uniform4(-1.0f64..1.0), xhat in prop::array::uniform2(-2.0f64..2.0)) {
         // y = x1 is z1 for a T of this form; it is no involution.

@@ -192,7 +192,7 @@ fn a_law_that_reads_an_output_with_feedthrough_is_a_loop() {
         .unwrap();
 }
 
-/// An observer that is not told D has an error that stays; in a comparison the start of each is that of the input.
+/// An observer without D has a constant error in the limit; in a comparison the start of each is that of the input.
 #[test]
 fn an_observer_without_d_is_wrong() {
     let l = Vector2::new(8.5, 13.75);
