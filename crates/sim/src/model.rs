@@ -26,7 +26,7 @@ pub(crate) struct Model<'a> {
     /// In the order of their times.
     pub(crate) changes: Vec<Change<'a>>,
     /// The plant as the observers take it.
-    pub(crate) observer_model: Rc<dyn AnyPlant + 'a>,
+    pub(crate) observer_plant: Rc<dyn AnyPlant + 'a>,
     pub(crate) size: Dimensions,
     pub(crate) x0: Vec<f64>,
     pub(crate) start: f64,
@@ -181,10 +181,10 @@ impl<'a> Model<'a> {
         let disturbances = scenario.disturbances;
         disturbances.check(size.states, size.inputs, size.outputs)?;
         let sampling = Sampling::new(scenario.start, size.outputs, scenario.sensors, disturbances.channel.clone())?;
-        let observer_model = scenario.model.unwrap_or_else(|| Rc::clone(&scenario.plant));
-        observer_model.check()?;
-        if observer_model.dimensions() != size {
-            let (expected, found) = (size.states, observer_model.dimensions().states);
+        let observer_plant = scenario.model.unwrap_or_else(|| Rc::clone(&scenario.plant));
+        observer_plant.check()?;
+        if observer_plant.dimensions() != size {
+            let (expected, found) = (size.states, observer_plant.dimensions().states);
             return Err(SimError::Length { what: "the state of the model".to_owned(), expected, found });
         }
         let mut changes = scenario.changes;
@@ -211,7 +211,7 @@ impl<'a> Model<'a> {
             plain: disturbances.leave_signals() && sampling.is_continuous(),
             plant: scenario.plant,
             changes,
-            observer_model,
+            observer_plant,
             size,
             x0,
             start: scenario.start,
@@ -280,7 +280,7 @@ impl<'a> Model<'a> {
         if *whole && !absent.is_empty() {
             let (mut estimate, mut h) = (vec![0.0; states.len()], vec![0.0; y.len()]);
             observer.estimate(t, state, &now.u, &y, &mut estimate);
-            self.observer_model.output(t, &estimate, &now.u, &mut h);
+            self.observer_plant.output(t, &estimate, &now.u, &mut h);
             for &j in &absent {
                 y[j] = h[j];
             }

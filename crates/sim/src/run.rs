@@ -180,7 +180,7 @@ impl<'m, 'a> Runner<'m, 'a> {
             if held.readings.contains(&Reading::Nothing) {
                 let mut expected = now.y.clone();
                 if fitted.whole {
-                    model.observer_model.output(t, &fitted.initial, &now.u, &mut expected);
+                    model.observer_plant.output(t, &fitted.initial, &now.u, &mut expected);
                 }
                 for ((seen, reading), expected) in seen.iter_mut().zip(&held.readings).zip(expected) {
                     *seen = if *reading == Reading::Nothing { expected } else { *seen };
