@@ -32,7 +32,7 @@ pub(crate) fn file(path: &Path, text: &str, force: bool) -> io::Result<()> {
     let mut file = if force { File::create(path) } else { File::create_new(path) }?;
     let written = file.write_all(text.as_bytes());
     if written.is_err() && !force {
-        // Nobody wants half of a new file.
+        // No incomplete file is left.
         _ = std::fs::remove_file(path);
     }
     written

@@ -107,7 +107,7 @@ pub enum DesignError {
         outputs: usize,
     },
     /// Convergence at varying periods is not proved.
-    #[error("convergence is not proved for {periods}{}", obstacle(.witness.as_ref(), .largest.as_deref()))]
+    #[error("convergence is not proved for {periods}{}", why_unproved(.witness.as_ref(), .largest.as_deref()))]
     VaryingPeriods {
         /// The periods.
         periods: Box<Periods>,
@@ -513,7 +513,7 @@ pub enum InfeasibilityReason {
 }
 
 /// Why convergence at varying periods is not proved, and where it is.
-fn obstacle(witness: Option<&GrowingTimes>, largest: Option<&Periods>) -> String {
+fn why_unproved(witness: Option<&GrowingTimes>, largest: Option<&Periods>) -> String {
     let why = match witness {
         Some(growing) => format!(": {growing}"),
         None => ": no common quadratic Lyapunov function was found".to_owned(),

@@ -31,7 +31,7 @@ use nalgebra::{Complex, DMatrix, DVector, DefaultAllocator, Dim, OMatrix, OVecto
 use crate::check::within;
 use crate::error::DesignError;
 use crate::kkl::KklError;
-use crate::kkl::stability::{Forgetting, forgets, hurwitz};
+use crate::kkl::stability::{HurwitzAnalysis, hurwitz, require_decay};
 
 /// A run of the plant: a row of x and of u for each time.
 #[derive(Clone, Debug, PartialEq)]
@@ -251,7 +251,8 @@ impl<O> KklPebDesign<O> {
     /// let estimator = Gradient::new(Matrix1::new(2.0))?;
     /// let design =
     ///     KklPebDesign::new(&Gain, Gain, &run, &Excite::within(window), |map| KklPebObserver::new(map, estimator, 5.0))?;
-    /// // The integral of sin^2 over half a period is pi/2; the window ends at the first sample after T, 0.01 later at most.
+    /// // The integral of sin^2 over half a period is pi/2; the window ends at the first sample after T, at most 0.01
+    /// // later.
     /// let excess = design.report.excitation.delta - 0.5 * window;
     /// assert!(excess > -1e-3 && excess < 0.02);
     /// println!("{}", design.report);
@@ -330,8 +331,8 @@ where
             continue;
         }
         let entries = Matrix::from_fn(order, order, |i, j| Interval::of(block[(i, j)]));
-        let Forgetting { spectrum, certificate, .. } = hurwitz(&entries)?;
-        forgets(what, &spectrum, &certificate)?;
+        let HurwitzAnalysis { spectrum, certificate, .. } = hurwitz(&entries)?;
+        require_decay(what, &spectrum, &certificate)?;
         slowest =
             spectrum.first().copied().into_iter().chain(slowest).max_by(|x: &Complex<f64>, y| x.re.total_cmp(&y.re));
         blocks.push((what, certificate));

@@ -555,7 +555,7 @@ impl<T: RealField + Copy> Cast<T> {
                 let joined = observer.initial(T::zero(), &estimate, &u, &y);
                 State::Joined { joined, order: Observer::<T>::dimensions(observer.observer()).state }
             }
-            Self::Kalman(filter) => State::Belief(GaussianEstimate::new(&estimate, &filter.noise_model().p0)),
+            Self::Kalman(filter) => State::Gaussian(GaussianEstimate::new(&estimate, &filter.noise_model().p0)),
             Self::Unscented(filter) => State::Root(SquareRootEstimate::new(&estimate, &filter.factors().p0)),
             Self::MovingHorizon(estimator) => {
                 let size = estimator.dimensions();
@@ -583,8 +583,8 @@ impl<T: RealField + Copy> Cast<T> {
             (Self::Extension(observer), State::Joined { joined, .. }) => {
                 observer.step(t(observer.period()), joined, u, y);
             }
-            (Self::Kalman(filter), State::Belief(belief)) => filter.step(t(filter.period()), belief, u, y),
-            (Self::Unscented(filter), State::Root(belief)) => filter.step(t(filter.period()), belief, u, y),
+            (Self::Kalman(filter), State::Gaussian(filtered)) => filter.step(t(filter.period()), filtered, u, y),
+            (Self::Unscented(filter), State::Root(filtered)) => filter.step(t(filter.period()), filtered, u, y),
             (Self::MovingHorizon(estimator), State::Window { column, .. }) => {
                 estimator.step(t(estimator.period()), column, u, y);
             }
@@ -619,7 +619,7 @@ impl<T: RealField + Copy> Cast<T> {
 #[derive(Debug, Clone)]
 pub(crate) enum State<T: RealField + Copy> {
     Estimate(DVector<T>),
-    Belief(GaussianEstimate<T, Dyn>),
+    Gaussian(GaussianEstimate<T, Dyn>),
     Root(SquareRootEstimate<T, Dyn>),
     /// Of a KKL observer, with its estimate.
     Target {
@@ -642,8 +642,8 @@ impl<T: RealField + Copy> State<T> {
     pub(crate) fn estimate(&self) -> DVector<T> {
         match self {
             Self::Estimate(xhat) | Self::Target { xhat, .. } => xhat.clone(),
-            Self::Belief(belief) => belief.estimate(),
-            Self::Root(belief) => belief.estimate(),
+            Self::Gaussian(filtered) => filtered.estimate(),
+            Self::Root(filtered) => filtered.estimate(),
             Self::Window { column, order } => column.rows(0, *order).into_owned(),
             Self::Joined { joined, order } => joined.rows(*order, joined.len() - order).into_owned(),
         }
@@ -653,8 +653,8 @@ impl<T: RealField + Copy> State<T> {
     pub(crate) fn entries(&self) -> &[T] {
         match self {
             Self::Estimate(xhat) => xhat.as_slice(),
-            Self::Belief(belief) => belief.as_slice(),
-            Self::Root(belief) => belief.as_slice(),
+            Self::Gaussian(filtered) => filtered.as_slice(),
+            Self::Root(filtered) => filtered.as_slice(),
             Self::Target { z, .. } => z.as_slice(),
             Self::Window { column, .. } => column.as_slice(),
             Self::Joined { joined, .. } => joined.as_slice(),

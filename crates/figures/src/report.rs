@@ -4,7 +4,7 @@
 //! paragraphs, and text between backticks is code.
 //!
 //! The page is self-contained; it links to `figures/ID.svg`, `figures/ID.png` and `data/ID.csv` beside it, which the
-//! caller writes with [`still`](crate::figure::still) and [`Table`](crate::Table).
+//! caller writes with [`static_figure`](crate::figure::static_figure) and [`Table`](crate::Table).
 //! ```
 //! use luenberger_figures::{Cell, Figure, Grid, Panel, Report, Section, Series, Tone};
 //!

@@ -134,9 +134,9 @@ pub fn kalman_decomposition(a: &DMatrix<f64>, b: &DMatrix<f64>, c: &DMatrix<f64>
     quotient.columns_mut(seen.ncols(), rest.ncols()).copy_from(&rest);
     let (_, blind) = split(&plant, &quotient, tolerance)?;
     // What of the rest it is a graph over, and what of the rest that leaves.
-    let mut shadow = rest.transpose() * &blind;
+    let mut projected = rest.transpose() * &blind;
     let mut turned = rest;
-    compress_rows(&mut shadow, 0.0, |reflection, row| reflection.act_on_columns(&mut turned, row));
+    compress_rows(&mut projected, 0.0, |reflection, row| reflection.act_on_columns(&mut turned, row));
     if blind.ncols() > turned.ncols() {
         return Err(LinalgError::Singular { what: "the transformation to Kalman's form", condition: f64::INFINITY });
     }

@@ -18,7 +18,7 @@ use crate::exactly_singular::Regularity;
 use crate::forward_error::relative;
 use nalgebra::{Complex, DMatrix};
 
-/// A refinement that shrinks the error less is not believed.
+/// A refinement that reduces the error by less than this factor is not used.
 pub(crate) const RATE: f64 = 0.25;
 
 /// A bound of the forward error above this calls for refinement.

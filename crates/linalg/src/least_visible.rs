@@ -11,7 +11,7 @@ use nalgebra::{Complex, ComplexField, DMatrix, DVector, SymmetricEigen};
 use crate::{LinalgError, Result};
 
 /// Most steps of the inverse iteration. With the vectors of Lanczos' method in between, two singular values that are
-/// still not told apart are so near that either vector serves.
+/// not separated by then are so close that either vector serves.
 const STEPS: usize = 300;
 
 /// Steps of the inverse iteration before each of Lanczos' method.

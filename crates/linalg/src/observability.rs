@@ -256,14 +256,14 @@ pub(crate) enum Seen {
 }
 
 /// Whether a pair is observable, for arguments already checked, in units already chosen; without a single eigenvalue
-/// where the staircase leaves no doubt ([`Staircase::least_margin`]).
+/// where the margin of the staircase is clear ([`Staircase::least_margin`]).
 pub(crate) fn seen(units: &Units, a: &DMatrix<f64>, c: &DMatrix<f64>) -> Result<Seen> {
     let tolerance = default_tolerance(a.nrows(), c.nrows());
     let (scaled_a, scaled_c) = (units.dynamics(a), units.outputs(c));
     let size = scaled_a.norm().hypot(scaled_c.norm());
     if size.is_finite() {
         let staircase = Staircase::new(&scaled_a.transpose(), &scaled_c.transpose(), tolerance * size);
-        if staircase.rank == a.nrows() && staircase.least_margin() > BEYOND_DOUBT * tolerance * size {
+        if staircase.rank == a.nrows() && staircase.least_margin() > CLEAR_MARGIN * tolerance * size {
             return Ok(Seen::All(staircase));
         }
     }
@@ -297,11 +297,11 @@ struct Judged {
 }
 
 /// A stair is never taken as zero above this relative size, whatever the margins say.
-const LARGEST_DOUBT: f64 = 1e-8;
+const LARGEST_TOLERANCE: f64 = 1e-8;
 
-/// An estimate of the least margin this many times the tolerance settles the matter: ten for the points it looks at, as
+/// An estimate of the least margin this many times the tolerance decides: ten for the points it looks at, as
 /// much again for the one right-hand side it looks along, and for the rounding of the stairs.
-const BEYOND_DOUBT: f64 = 1e3;
+const CLEAR_MARGIN: f64 = 1e3;
 
 impl Judged {
     fn new(a: &DMatrix<f64>, c: &DMatrix<f64>, tolerance: f64) -> Result<Self> {
@@ -318,8 +318,8 @@ impl Judged {
         Ok(Self { units, a, c, size, modes, staircase })
     }
 
-    /// The last n - rank columns of the staircase's Q: what no output sees.
-    fn shadow(&self) -> DMatrix<f64> {
+    /// The last n - rank columns of the staircase's Q: orthonormal, of the unobservable subspace.
+    fn unobservable_basis(&self) -> DMatrix<f64> {
         let rank = self.staircase.rank;
         self.staircase.q.columns(rank, self.a.nrows() - rank).into_owned()
     }
@@ -332,10 +332,10 @@ impl Judged {
         // A Q2 = Q2 Fu', the order of the block that no output reaches.
         let block = self.staircase.f.view((rank, rank), (n - rank, n - rank)).transpose();
         let none = DMatrix::zeros(0, n - rank);
-        let mut hidden = modes_of(&self.units, &self.a, &self.c, &schur(&block)?, &self.shadow(), &none)?;
+        let mut hidden = modes_of(&self.units, &self.a, &self.c, &schur(&block)?, &self.unobservable_basis(), &none)?;
         // The staircase is right for defective modes; for the others the whole pair may know the mode better.
         let mut used = vec![false; n];
-        let near = LARGEST_DOUBT * shift(self.size, self.units.time);
+        let near = LARGEST_TOLERANCE * shift(self.size, self.units.time);
         for mode in &mut hidden {
             let distance = |k: usize| (self.modes[k].eigenvalue - mode.eigenvalue).norm();
             let nearest = (0..n).filter(|k| !used[*k]).min_by(|j, k| distance(*j).total_cmp(&distance(*k)));
@@ -349,11 +349,11 @@ impl Judged {
         Ok(hidden)
     }
 
-    /// Orthonormal basis of `D` times the shadow. Elimination with complete pivoting first: it keeps the small rows of
+    /// Orthonormal basis of `D` times that basis. Elimination with complete pivoting first: it keeps the small rows of
     /// a graded matrix accurate, where a QR of it would lose them in the large ones. O(n k^2) and the pivot search, n
     /// k^2 too.
     fn subspace(&self) -> DMatrix<f64> {
-        let mut v = self.shadow();
+        let mut v = self.unobservable_basis();
         let (n, k) = v.shape();
         let mean = self.units.state.iter().map(|d| f64::from(*d)).sum::<f64>() / n as f64;
         for (j, d) in self.units.state.iter().enumerate() {
@@ -405,13 +405,13 @@ fn judge(
     // The margins do not suffer from that: where they show more hidden modes, a stair somewhat above the tolerance was
     // noise.
     let hidden = modes.iter().filter(|mode| mode.margin <= tolerance).count();
-    let mut doubt = 10.0 * tolerance;
-    while a.nrows() - staircase.rank < hidden && doubt <= LARGEST_DOUBT && doubt > 0.0 {
-        let other = stairs(doubt);
+    let mut larger_tolerance = 10.0 * tolerance;
+    while a.nrows() - staircase.rank < hidden && larger_tolerance <= LARGEST_TOLERANCE && larger_tolerance > 0.0 {
+        let other = stairs(larger_tolerance);
         if a.nrows() - other.rank <= hidden {
             staircase = other;
         }
-        doubt *= 10.0;
+        larger_tolerance *= 10.0;
     }
     subspace_refinement::refine(&mut staircase, a, c, size)?;
     Ok((modes, staircase))

@@ -87,7 +87,7 @@ fn theorem(file: &str, sliders: &Sliders) -> GainVerdict {
 fn left(of: &Hypotheses, experiment: &Experiment, observer: &Observer, sliders: &Sliders) -> Option<String> {
     if sliders.noise > 1.0
         && let Some(why) =
-            of.noise.iter().enumerate().find_map(|(i, bound)| louder(experiment, i, *bound, sliders.noise))
+            of.noise.iter().enumerate().find_map(|(i, bound)| noise_excess(experiment, i, *bound, sliders.noise))
     {
         return Some(why);
     }
@@ -96,7 +96,7 @@ fn left(of: &Hypotheses, experiment: &Experiment, observer: &Observer, sliders: 
 }
 
 /// Why the noise of an output, from 0, is not within a bound.
-fn louder(experiment: &Experiment, output: usize, bound: f64, factor: f64) -> Option<String> {
+fn noise_excess(experiment: &Experiment, output: usize, bound: f64, factor: f64) -> Option<String> {
     let all = experiment.noise.iter().filter_map(|noise| Some((noise.gaussian, *noise.amplitude.get(output)?)));
     let sensors = experiment.sensors.iter().filter(|sensor| sensor.output == output);
     let sources = all.chain(sensors.map(|sensor| (sensor.gaussian, sensor.amplitude)));

@@ -117,13 +117,13 @@ fn attempt(problem: &Problem, settings: &Settings, standard: &Standard) -> Resul
         if reached < HOPELESS && !settings.is_over() { refute(problem, settings, standard, multipliers) } else { None };
     let verdict = match witness {
         Some(witness) => Verdict::Refuted { witness },
-        None => Verdict::Undecided { why: doubt(&margins, path), best },
+        None => Verdict::Undecided { why: undecided_reason(&margins, path), best },
     };
     Ok(Solution { verdict, margins, objective: None, effort, values })
 }
 
 /// Why neither feasibility nor infeasibility could be proved.
-fn doubt(margins: &[Margin], path: &Path) -> UndecidedReason {
+fn undecided_reason(margins: &[Margin], path: &Path) -> UndecidedReason {
     if path.ending == Ending::Point {
         let estimate = margins.iter().filter(|m| m.proved.is_none()).map(|m| m.estimate).fold(f64::INFINITY, f64::min);
         UndecidedReason::ProposalNotProved { estimate }

@@ -394,7 +394,7 @@ const SWEEPS: usize = 40;
 /// The weighted least-squares fit, by relaxation: the unknowns and the rows take turns.
 fn fit(scales: &mut Scales, coefficients: &[Coefficient]) {
     for sweep in 0..SWEEPS {
-        // The first half finds the units, all coefficients counting alike; the second forgives accidents.
+        // The first half finds the units, all coefficients counting alike; the second gives outliers less weight.
         let weight = |r: f64| if sweep < SWEEPS / 2 { 1.0 } else { 1.0 / (1.0 + (r / 8.0).powi(2)) };
         let mut sums = vec![(0.0, 0.0); scales.unknowns.len()];
         for c in coefficients {

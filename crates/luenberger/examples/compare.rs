@@ -1,4 +1,5 @@
-//! The flexible joint with three observers: who was told the answer, and who finds it.
+//! Observers of the flexible joint: the printed observer with the true and with a zero initial error, the repaired
+//! observer, and the extended Kalman filter.
 //!
 //! `cargo run --release -p luenberger --example compare`
 
@@ -17,8 +18,8 @@ pub(crate) fn main() -> Result<(), luenberger::Error> {
     let l = kalman_gain(&a, &DMatrix::identity(2, 4), &w, &v)?.l;
     let l = SMatrix::<f64, 4, 2>::from_column_slice(l.as_slice());
 
-    let told = MeanValueObserver::new(plant, 1.0, Beta, x0 - xhat0)?;
-    let untold = MeanValueObserver::new(plant, 1.0, Beta, Vector4::zeros())?;
+    let informed = MeanValueObserver::new(plant, 1.0, Beta, x0 - xhat0)?;
+    let uninformed = MeanValueObserver::new(plant, 1.0, Beta, Vector4::zeros())?;
     let repaired = MeanValueObserver::repaired(plant, 1.0, Integral, Vector4::zeros(), l)?;
     let noises =
         NoiseModel { w: Matrix4::identity() * 0.1, v: Matrix2::identity() * 1e-4, p0: Matrix4::identity() * 4.0 };
@@ -29,9 +30,9 @@ pub(crate) fn main() -> Result<(), luenberger::Error> {
         .hold_input(0.01)
         .noise(Noise::gaussian(&[0.01, 0.01], 0.01, 1))
         .until(10.0, 101)
-        .observer("printed, told x(0)", &told)
-        .observer("printed, told nothing", &untold)
-        .observer("repaired, told nothing", &repaired)
+        .observer("printed, e(0) = x(0) - xhat(0)", &informed)
+        .observer("printed, e(0) = 0", &uninformed)
+        .observer("repaired, e(0) = 0", &repaired)
         .sampled_observer("extended Kalman filter", &filter)
         .run()?;
     println!("{table}");

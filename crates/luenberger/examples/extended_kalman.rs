@@ -1,4 +1,4 @@
-//! The extended Kalman filter: weighs the noise, knows how sure it is, and promises nothing from far away.
+//! The extended Kalman filter: it uses the covariances of the noise, computes its own, and has no global certificate.
 
 use luenberger::plants::VanDerPol;
 use luenberger::prelude::*;

@@ -56,7 +56,7 @@ pub(crate) fn main() -> Result<(), luenberger::Error> {
     for (k, t) in run.t.iter().enumerate() {
         println!("t = {t}: x1 - xhat1 = {:.3e}, and exp(-t)/2 = {:.3e}", error[(k, 0)], (-t).exp() / 2.0);
     }
-    // e' = -e, whatever plant and input do. The integrator is told to keep 1e-8 or better.
+    // e' = -e, whatever plant and input do. The tolerance of the integrator is 1e-8 or better.
     assert!((error[(4, 0)] - 0.5 * (-8f64).exp()).abs() < 1e-7);
     Ok(())
 }

@@ -1,9 +1,9 @@
-//! Observers on data from the bench: nobody knows the true state, and what an observer is judged by is its innovation.
+//! Observers on measured data: the true state is unknown, and an observer is assessed by its innovation.
 
 use luenberger::prelude::*;
 use nalgebra::{DMatrix, Matrix1, Matrix2, RowVector2, Vector2};
 
-/// A motor: the voltage that was sent to it, and the angle that its encoder said, 100 times a second.
+/// A motor: its voltage and the angle measured by its encoder, sampled at 100 Hz.
 const LOG: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../study/templates/measured-log.csv");
 
 pub(crate) fn main() -> Result<(), Box<dyn std::error::Error>> {

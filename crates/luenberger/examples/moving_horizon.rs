@@ -22,7 +22,7 @@ pub(crate) fn main() -> Result<(), Box<dyn std::error::Error>> {
     let bounded = free.clone().with_bounds(Vector2::new(f64::NEG_INFINITY, 0.0), Vector2::repeat(f64::INFINITY))?;
 
     let (start, none) = (Vector2::new(0.5, 0.5), Vector1::zeros());
-    let mut belief = filter.initial(0.0, &start, &none, &none);
+    let mut estimate = filter.initial(0.0, &start, &none, &none);
     let (mut window, mut within) =
         (free.initial(0.0, &start, &none, &none), bounded.initial(0.0, &start, &none, &none));
     let (mut worst, mut sums) = (0.0f64, [0.0, 0.0]);
@@ -31,16 +31,16 @@ pub(crate) fn main() -> Result<(), Box<dyn std::error::Error>> {
         let (u, pushed) = if k < 20 { (0.0, 0.0) } else { (0.5, t - 2.0) };
         let y = Vector1::new(0.25 * pushed * pushed + 0.1 * (12.0 * t).sin());
         let u = Vector1::new(u);
-        filter.update(t, &mut belief, &u, &y);
+        filter.update(t, &mut estimate, &u, &y);
         free.update(t, &mut window, &u, &y, |_| true);
         bounded.update(t, &mut within, &u, &y, |_| true);
         // Without bounds it is the filter, to rounding.
-        worst = worst.max((free.estimate(&window) - belief.estimate()).amax());
+        worst = worst.max((free.estimate(&window) - estimate.estimate()).amax());
         let speed = 0.5 * pushed;
-        sums[0] += (belief.estimate()[1] - speed).powi(2);
+        sums[0] += (estimate.estimate()[1] - speed).powi(2);
         sums[1] += (bounded.estimate(&within)[1] - speed).powi(2);
         assert!(bounded.estimate(&within)[1] >= 0.0);
-        filter.predict(t, &mut belief, &u, 0.1);
+        filter.predict(t, &mut estimate, &u, 0.1);
         assert!(free.predict(t, &mut window, &u, 0.1) && bounded.predict(t, &mut within, &u, 0.1));
     }
     let [of_filter, of_bounded] = sums.map(|sum: f64| (sum / 40.0).sqrt());

@@ -6,14 +6,14 @@ use luenberger::prelude::*;
 use nalgebra::{DMatrix, Matrix1, SVector, Vector1};
 
 pub(crate) fn main() -> Result<(), Box<dyn std::error::Error>> {
-    // A constant x, measured as x^2 with variance 0.01, and believed to be 1 with variance 0.25.
+    // A constant x, measured as x^2 with variance 0.01, with the initial estimate 1 of variance 0.25.
     let square =
         from_fn(|_t, x: &Vector1<f64>, _u: &SVector<f64, 0>| *x, |_t, x: &Vector1<f64>, _u| Vector1::new(x[0] * x[0]));
     let noises = NoiseModel { w: Matrix1::new(1e-6), v: Matrix1::new(0.01), p0: Matrix1::new(0.25) };
     let filter = UnscentedKalmanFilter::discrete(&square, noises, SigmaPoints::default(), 1.0)?;
     let u = SVector::zeros();
-    let mut belief = filter.initial(0.0, &Vector1::new(1.0), &u, &Vector1::zeros());
-    let innovation = filter.update(0.0, &mut belief, &u, &Vector1::new(1.44)).ok_or("a factor")?;
+    let mut estimate = filter.initial(0.0, &Vector1::new(1.0), &u, &Vector1::zeros());
+    let innovation = filter.update(0.0, &mut estimate, &u, &Vector1::new(1.44)).ok_or("a factor")?;
     // E x^2 = 1 + 0.25, and var x^2 = 4 * 0.25 + 2 * 0.25^2. To first order it would be 1, and 4 * 0.25.
     println!(
         "y is expected to be {:.3}, with variance {:.3}",

@@ -75,16 +75,16 @@ where
 ///     period: 0.1,
 /// })?;
 /// let (u, y) = (Vector1::new(0.0), Vector1::new(1.0));
-/// let mut belief = filter.initial(0.0, &Vector2::zeros(), &u, &y);
-/// // The doubt was 1, that of the measurement 0.04: K = 1/1.04.
-/// let innovation = filter.update(&mut belief, &u, &y).ok_or("S is not positive definite")?;
+/// let mut estimate = filter.initial(0.0, &Vector2::zeros(), &u, &y);
+/// // Variances: 1 of the estimate, 0.04 of the measurement: K = 1/1.04.
+/// let innovation = filter.update(&mut estimate, &u, &y).ok_or("S is not positive definite")?;
 /// assert_eq!(innovation.value, Vector1::new(1.0));
-/// assert!((belief.estimate() - Vector2::new(1.0 / 1.04, 0.0)).amax() < 1e-15);
-/// // The next sample does not come: the doubt grows.
-/// let sure = belief.covariance()[(0, 0)];
-/// filter.predict(&mut belief, &u);
-/// filter.predict(&mut belief, &u);
-/// assert!(belief.covariance()[(0, 0)] > sure);
+/// assert!((estimate.estimate() - Vector2::new(1.0 / 1.04, 0.0)).amax() < 1e-15);
+/// // The next sample is missing: the variance grows.
+/// let before = estimate.covariance()[(0, 0)];
+/// filter.predict(&mut estimate, &u);
+/// filter.predict(&mut estimate, &u);
+/// assert!(estimate.covariance()[(0, 0)] > before);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 #[derive(Clone, Debug, PartialEq)]
@@ -148,26 +148,26 @@ where
     DefaultAllocator: Size<N, M, P> + Allocator<N, DimSum<N, U1>>,
 {
     /// From one sample to the next: `xhat <- Ad xhat + Bd u`, `P <- Ad P Ad' + W`. Costs 4 n^3 flops.
-    pub fn predict(&self, belief: &mut GaussianEstimate<T, N>, u: &OVector<T, M>) {
+    pub fn predict(&self, estimate: &mut GaussianEstimate<T, N>, u: &OVector<T, M>) {
         let KalmanModel { ad, bd, w, .. } = &self.model;
-        let xhat = ad * belief.estimate() + bd * u;
-        let mut p = times_transpose(&times(ad, &belief.covariance()), ad) + w;
+        let xhat = ad * estimate.estimate() + bd * u;
+        let mut p = times_transpose(&times(ad, &estimate.covariance()), ad) + w;
         symmetrise(&mut p);
-        *belief = GaussianEstimate::new(&xhat, &p);
+        *estimate = GaussianEstimate::new(&xhat, &p);
     }
 
     /// Updates estimate and covariance by the measurement y (length p) under u; returns the innovation. Without a
     /// [feedthrough](Self::with_feedthrough) the input is not read.
     ///
-    /// `None`, with `belief` unchanged, if the innovation covariance S is not positive definite in floating point: an
+    /// `None`, with `estimate` unchanged, if the innovation covariance S is not positive definite in floating point: an
     /// overflow, a NaN, a P that has lost its definiteness.
     pub fn update(
         &self,
-        belief: &mut GaussianEstimate<T, N>,
+        estimate: &mut GaussianEstimate<T, N>,
         u: &OVector<T, M>,
         y: &OVector<T, P>,
     ) -> Option<Innovation<T, P>> {
-        self.update_partial(belief, u, y, |_| true)
+        self.update_partial(estimate, u, y, |_| true)
     }
 
     /// [`update`](Self::update) with only those outputs for which `measured` is true, for sensors of different rates;
@@ -186,21 +186,21 @@ where
     ///     period: 1.0,
     /// })?;
     /// let (u, y) = (SVector::zeros(), Vector2::new(2.0, f64::NAN));
-    /// let mut belief = filter.initial(0.0, &Vector2::zeros(), &u, &y);
-    /// assert!(filter.update_partial(&mut belief, &u, &y, |output| output == 0).is_some());
-    /// assert_eq!(belief.estimate(), Vector2::new(0.5, 0.0));
+    /// let mut estimate = filter.initial(0.0, &Vector2::zeros(), &u, &y);
+    /// assert!(filter.update_partial(&mut estimate, &u, &y, |output| output == 0).is_some());
+    /// assert_eq!(estimate.estimate(), Vector2::new(0.5, 0.0));
     /// # Ok::<(), luenberger_observers::ObserverError>(())
     /// ```
     pub fn update_partial(
         &self,
-        belief: &mut GaussianEstimate<T, N>,
+        estimate: &mut GaussianEstimate<T, N>,
         u: &OVector<T, M>,
         y: &OVector<T, P>,
         measured: impl Fn(usize) -> bool,
     ) -> Option<Innovation<T, P>> {
         let KalmanModel { c, v, .. } = &self.model;
-        let innovation = feedthrough::without(self.d.as_ref(), u, y - c * belief.estimate());
-        correct::<T, N, M, P>(belief, c.clone(), innovation, v.clone(), measured)
+        let innovation = feedthrough::without(self.d.as_ref(), u, y - c * estimate.estimate());
+        correct::<T, N, M, P>(estimate, c.clone(), innovation, v.clone(), measured)
     }
 }
 

@@ -108,7 +108,7 @@ where
 /// An output that is not measured gets a zero row of H, a zero innovation and a noise of its own, so that its column of
 /// K is zero: what is left is the update by the other rows.
 pub(crate) fn correct<T: RealField + Copy, N: DimAdd<U1>, M: Dim, P: Dim>(
-    belief: &mut GaussianEstimate<T, N>,
+    estimate: &mut GaussianEstimate<T, N>,
     h: OMatrix<T, P, N>,
     innovation: OVector<T, P>,
     v: OMatrix<T, P, P>,
@@ -117,9 +117,9 @@ pub(crate) fn correct<T: RealField + Copy, N: DimAdd<U1>, M: Dim, P: Dim>(
 where
     DefaultAllocator: Size<N, M, P> + Allocator<N, DimSum<N, U1>>,
 {
-    let (xhat, p) = (belief.estimate(), belief.covariance());
+    let (xhat, p) = (estimate.estimate(), estimate.covariance());
     let (xhat, p, innovation) = corrected(xhat, &p, (h, innovation, v), measured)?;
-    *belief = GaussianEstimate::new(&xhat, &p);
+    *estimate = GaussianEstimate::new(&xhat, &p);
     Some(innovation)
 }
 

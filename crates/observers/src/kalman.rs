@@ -83,10 +83,10 @@ where
     /// let noises = NoiseModel { w: Matrix4::identity() * 0.1, v: Matrix2::identity() * 1e-4, p0: Matrix4::identity() };
     /// let filter = ExtendedKalmanFilter::new(flexible_joint::classical(), noises, 0.01, 2)?;
     /// let (u, y) = (Vector1::new(0.0), Vector2::new(1.0, 0.0));
-    /// let mut belief = filter.initial(0.0, &Vector4::zeros(), &u, &y);
-    /// filter.step(0.0, &mut belief, &u, &y);
-    /// // One sample is worth its weight: the doubt about x1 was 1, of the measurement 1e-4.
-    /// assert!(belief.covariance()[(0, 0)] < 0.01);
+    /// let mut estimate = filter.initial(0.0, &Vector4::zeros(), &u, &y);
+    /// filter.step(0.0, &mut estimate, &u, &y);
+    /// // The variance of x1 was 1, that of the measurement is 1e-4.
+    /// assert!(estimate.covariance()[(0, 0)] < 0.01);
     /// # Ok::<(), luenberger_observers::ObserverError>(())
     /// ```
     /// # Errors
@@ -142,7 +142,7 @@ where
     pub fn rejects(
         &self,
         t: T,
-        belief: &GaussianEstimate<T, N>,
+        estimate: &GaussianEstimate<T, N>,
         u: &OVector<T, M>,
         y: &OVector<T, P>,
         output: usize,
@@ -152,8 +152,8 @@ where
         DefaultAllocator: Allocator<N, DimSum<N, U1>>,
     {
         let Some(gate) = self.gate else { return false };
-        let innovation = y[output] - self.plant.output(t, &belief.estimate(), u)[output];
-        innovation * innovation > gate * gate * self.innovation_covariance(t, belief, u)[(output, output)]
+        let innovation = y[output] - self.plant.output(t, &estimate.estimate(), u)[output];
+        innovation * innovation > gate * gate * self.innovation_covariance(t, estimate, u)[(output, output)]
     }
 
     /// Runge-Kutta steps between two samples; none for a plant in [discrete time](Self::discrete).
@@ -178,13 +178,13 @@ where
 
     /// The covariance `S = H P H' + V` that the innovation `y - h(xhat, u)` of a sample at time t has for this
     /// estimate and covariance, p x p.
-    pub fn innovation_covariance(&self, t: T, belief: &GaussianEstimate<T, N>, u: &OVector<T, M>) -> OMatrix<T, P, P>
+    pub fn innovation_covariance(&self, t: T, estimate: &GaussianEstimate<T, N>, u: &OVector<T, M>) -> OMatrix<T, P, P>
     where
         N: DimAdd<U1>,
         DefaultAllocator: Allocator<N, DimSum<N, U1>>,
     {
-        let c = self.plant.output_jacobian(t, &belief.estimate(), u);
-        times_transpose(&times(&c, &belief.covariance()), &c) + &self.noises.v
+        let c = self.plant.output_jacobian(t, &estimate.estimate(), u);
+        times_transpose(&times(&c, &estimate.covariance()), &c) + &self.noises.v
     }
 
     /// `f(xhat)` and `F P + P F' + W`.
@@ -224,21 +224,21 @@ where
     /// let noises = NoiseModel { w: Matrix2::identity(), v: Matrix1::new(1.0), p0: Matrix2::identity() };
     /// let filter = ExtendedKalmanFilter::new(luenberger_plants::double_integrator(), noises, 0.1, 1)?;
     /// let (u, y) = (Vector1::new(0.0), Vector1::new(1.0));
-    /// let mut belief = filter.initial(0.0, &Vector2::new(0.0, 1.0), &u, &y);
+    /// let mut estimate = filter.initial(0.0, &Vector2::new(0.0, 1.0), &u, &y);
     /// // The first sample comes at 0.13, the time of the next is still 0.2.
-    /// filter.predict(0.0, &mut belief, &u, 0.13);
-    /// assert!((belief.estimate()[0] - 0.13).abs() < 1e-15);
-    /// assert!(filter.update(0.13, &mut belief, &u, &y).is_some());
-    /// filter.predict(0.13, &mut belief, &u, 0.07);
+    /// filter.predict(0.0, &mut estimate, &u, 0.13);
+    /// assert!((estimate.estimate()[0] - 0.13).abs() < 1e-15);
+    /// assert!(filter.update(0.13, &mut estimate, &u, &y).is_some());
+    /// filter.predict(0.13, &mut estimate, &u, 0.07);
     /// # Ok::<(), luenberger_observers::ObserverError>(())
     /// ```
-    pub fn predict(&self, t: T, belief: &mut GaussianEstimate<T, N>, u: &OVector<T, M>, duration: T) {
-        let (mut xhat, mut p) = (belief.estimate(), belief.covariance());
+    pub fn predict(&self, t: T, estimate: &mut GaussianEstimate<T, N>, u: &OVector<T, M>, duration: T) {
+        let (mut xhat, mut p) = (estimate.estimate(), estimate.covariance());
         let Some(substeps) = self.substeps else {
             let f = self.plant.state_jacobian(t, &xhat, u);
             let mut p = times_transpose(&times(&f, &p), &f) + &self.noises.w;
             symmetrise(&mut p);
-            *belief = GaussianEstimate::new(&self.plant.derivative(t, &xhat, u), &p);
+            *estimate = GaussianEstimate::new(&self.plant.derivative(t, &xhat, u), &p);
             return;
         };
         let tau = duration / convert::<f64, T>(substeps as f64);
@@ -247,22 +247,22 @@ where
             runge_kutta::step(now, tau, (&mut xhat, &mut p), |t, xhat, p| self.slope(t, xhat, p, u));
             symmetrise(&mut p);
         }
-        *belief = GaussianEstimate::new(&xhat, &p);
+        *estimate = GaussianEstimate::new(&xhat, &p);
     }
 
     /// Updates estimate and covariance by the measurement y (length p) at time t under the input u; returns the
     /// innovation.
     ///
-    /// `None`, with `belief` unchanged, if the innovation covariance S is not positive definite in floating point: an
+    /// `None`, with `estimate` unchanged, if the innovation covariance S is not positive definite in floating point: an
     /// overflow, a NaN, a P that has lost its definiteness.
     pub fn update(
         &self,
         t: T,
-        belief: &mut GaussianEstimate<T, N>,
+        estimate: &mut GaussianEstimate<T, N>,
         u: &OVector<T, M>,
         y: &OVector<T, P>,
     ) -> Option<Innovation<T, P>> {
-        self.update_partial(t, belief, u, y, |_| true)
+        self.update_partial(t, estimate, u, y, |_| true)
     }
 
     /// [`update`](Self::update) with only those outputs for which `measured` is true, for sensors of different rates;
@@ -270,18 +270,18 @@ where
     pub fn update_partial(
         &self,
         t: T,
-        belief: &mut GaussianEstimate<T, N>,
+        estimate: &mut GaussianEstimate<T, N>,
         u: &OVector<T, M>,
         y: &OVector<T, P>,
         measured: impl Fn(usize) -> bool,
     ) -> Option<Innovation<T, P>> {
-        let xhat = belief.estimate();
+        let xhat = estimate.estimate();
         let h = self.plant.output_jacobian(t, &xhat, u);
         let innovation = y - self.plant.output(t, &xhat, u);
-        let before = self.gate.map(|_| belief.clone());
+        let before = self.gate.map(|_| estimate.clone());
         let rejected = |output| before.as_ref().is_some_and(|before| self.rejects(t, before, u, y, output));
         let accepted = |output| measured(output) && !rejected(output);
-        correct::<T, N, M, P>(belief, h, innovation, self.noises.v.clone(), accepted)
+        correct::<T, N, M, P>(estimate, h, innovation, self.noises.v.clone(), accepted)
     }
 }
 

@@ -38,28 +38,28 @@ where
     S: Differentiable<T, N, M, P>,
     DefaultAllocator: Size<N, M, P>,
 {
-    /// Update and prediction of the estimate and the covariance by columns in `belief`; false if the sizes have no step
+    /// Update and prediction of the estimate and the covariance by columns in `estimate`; false if the sizes have no step
     /// of their own, and nothing is done.
-    pub(crate) fn step(&self, belief: &mut [T], sample: Sample<'_, T>) -> bool {
+    pub(crate) fn step(&self, estimate: &mut [T], sample: Sample<'_, T>) -> bool {
         let (n, p) = (self.w.len().isqrt(), self.v.len().isqrt());
-        if belief.len() != n * (n + 1) || sample.y.len() != p {
+        if estimate.len() != n * (n + 1) || sample.y.len() != p {
             return false;
         }
         match n {
-            1 => self.of_states::<1>(belief, sample),
-            2 => self.of_states::<2>(belief, sample),
-            3 => self.of_states::<3>(belief, sample),
-            4 => self.of_states::<4>(belief, sample),
-            5 => self.of_states::<5>(belief, sample),
-            6 => self.of_states::<6>(belief, sample),
-            7 => self.of_states::<7>(belief, sample),
-            8 => self.of_states::<8>(belief, sample),
+            1 => self.of_states::<1>(estimate, sample),
+            2 => self.of_states::<2>(estimate, sample),
+            3 => self.of_states::<3>(estimate, sample),
+            4 => self.of_states::<4>(estimate, sample),
+            5 => self.of_states::<5>(estimate, sample),
+            6 => self.of_states::<6>(estimate, sample),
+            7 => self.of_states::<7>(estimate, sample),
+            8 => self.of_states::<8>(estimate, sample),
             _ => false,
         }
     }
 
-    fn of_states<const K: usize>(&self, belief: &mut [T], sample: Sample<'_, T>) -> bool {
-        let (head, tail) = belief.split_at_mut(K);
+    fn of_states<const K: usize>(&self, estimate: &mut [T], sample: Sample<'_, T>) -> bool {
+        let (head, tail) = estimate.split_at_mut(K);
         let mut xhat = SVector::<T, K>::from_column_slice(head);
         let mut p = SMatrix::<T, K, K>::from_column_slice(tail);
         let Sample { t, u, measured, .. } = sample;

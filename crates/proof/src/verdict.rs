@@ -99,7 +99,7 @@ pub enum UndecidedReason {
     /// No bound of the error of a running observer is proved.
     NoErrorBall {
         /// Why not.
-        obstacle: NoErrorBallReason,
+        reason: NoErrorBallReason,
     },
 }
 
@@ -176,7 +176,7 @@ impl fmt::Display for UndecidedReason {
             ),
             Self::ExpressionTooLarge => write!(f, "the polynomials of the expressions have too many terms or digits"),
             Self::DivisionByZero => write!(f, "a denominator is 0 everywhere"),
-            Self::NoErrorBall { obstacle } => write!(f, "no bound of the running error: {obstacle}"),
+            Self::NoErrorBall { reason } => write!(f, "no bound of the running error: {reason}"),
         }
     }
 }

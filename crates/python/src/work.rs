@@ -11,11 +11,11 @@ use pyo3::prelude::*;
 
 use crate::error;
 
-/// How often Ctrl-C is looked for.
+/// Period at which Ctrl-C is checked.
 const TICK: Duration = Duration::from_millis(50);
 
-/// How long a computation that was told to end is waited for. One that takes longer ends by itself, unseen.
-const PATIENCE: Duration = Duration::from_secs(5);
+/// Time that a cancelled computation has to end. One that takes longer ends in the background.
+const STOP_TIMEOUT: Duration = Duration::from_secs(5);
 
 /// Designs recurse over expressions.
 const STACK: usize = 16 << 20;
@@ -47,7 +47,7 @@ pub(crate) fn interruptible<T: Send + 'static>(
         let progress = |progress: Progress<'_>| {
             let Progress { stage, item, done, total } = progress;
             let message = Message::Progress { stage: stage.to_owned(), item: item.to_owned(), done, total };
-            // Nobody listens any more after the patience is over.
+            // The receiver no longer exists once the time limit is over.
             _ = listener.lock().unwrap_or_else(PoisonError::into_inner).send(message);
         };
         let result = work(&Context { cancel: &inner, progress: &progress });
@@ -79,7 +79,7 @@ pub(crate) fn interruptible<T: Send + 'static>(
                     ended = Some((error, Instant::now()));
                 }
             }
-            Some((error, since)) if since.elapsed() > PATIENCE => return Err(error.clone_ref(py)),
+            Some((error, since)) if since.elapsed() > STOP_TIMEOUT => return Err(error.clone_ref(py)),
             Some(_) => {}
         }
     }

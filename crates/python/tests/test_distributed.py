@@ -61,15 +61,15 @@ def found(folder):
 
 
 def test_the_same_bytes_as_in_one_process(study, expected, cluster, tmp_path):
-    told = []
-    results = lgd.sweep(study, cluster, tmp_path, block_size=10, progress=lambda *now: told.append(now))
+    reported = []
+    results = lgd.sweep(study, cluster, tmp_path, block_size=10, progress=lambda *now: reported.append(now))
     assert found(tmp_path) == expected
-    assert told[0] == (0, 48) and told[-1] == (48, 48)
+    assert reported[0] == (0, 48) and reported[-1] == (48, 48)
     assert results.sweep["finished"] == [240, 240]
     # Nothing is left to do.
-    told.clear()
-    lgd.sweep(study, cluster, tmp_path, progress=lambda *now: told.append(now))
-    assert told == [(48, 48)] and found(tmp_path) == expected
+    reported.clear()
+    lgd.sweep(study, cluster, tmp_path, progress=lambda *now: reported.append(now))
+    assert reported == [(48, 48)] and found(tmp_path) == expected
 
 
 def test_workers_are_killed_and_nothing_is_lost_or_counted_twice(study, expected, cluster, tmp_path):

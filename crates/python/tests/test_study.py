@@ -51,7 +51,7 @@ def study(tmp_path):
 def test_results_are_arrays_and_tables(study, tmp_path):
     assert study.title == "two observers" and study.observers == ["slow", "fast"]
     calls = []
-    results = study.run(progress=lambda *told: calls.append((threading.current_thread(), told)))
+    results = study.run(progress=lambda *reported: calls.append((threading.current_thread(), reported)))
     assert results.verdicts == {"slow": "proved", "fast": "proved"} and not results.failures
     assert results["fast"].xhat.shape == (2, 101)
     np.testing.assert_allclose(
@@ -60,7 +60,7 @@ def test_results_are_arrays_and_tables(study, tmp_path):
     frame = pandas.DataFrame(results.scores)
     assert list(frame["observer"]) == ["slow", "slow", "fast", "fast"] and frame["rmse"].notna().all()
     assert pandas.DataFrame(results["slow"].to_dict()).shape == (101, 7)
-    assert {told[0] for _, told in calls} >= {"design", "simulate"}
+    assert {reported[0] for _, reported in calls} >= {"design", "simulate"}
     assert all(thread is threading.main_thread() for thread, _ in calls)
     text = results._repr_html_()
     assert "two observers" in text and "proved" in text and "scores" in text

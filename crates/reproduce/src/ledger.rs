@@ -3,7 +3,7 @@
 use crate::claim::{CheckError, Class, Record};
 use crate::context::Context;
 use crate::evidence::Verdict;
-use crate::figure::{Figure, still};
+use crate::figure::{Figure, static_figure};
 use crate::paper::{Dataset, Drawing, Paper, Plate};
 use crate::progress::Progress;
 use crate::report;
@@ -120,8 +120,8 @@ fn draw(drawing: &Drawing, context: &Context) -> Result<Figure, CheckError> {
     let Plate { figure, data } = (drawing.draw)(context)?;
     let figures = context.out().join("figures");
     write_numbers(drawing.id, &data, context)?;
-    write(&figures.join(format!("{}.svg", drawing.id)), still::svg(&figure)?.as_bytes())?;
-    write(&figures.join(format!("{}.png", drawing.id)), &still::png(&figure)?)?;
+    write(&figures.join(format!("{}.svg", drawing.id)), static_figure::svg(&figure)?.as_bytes())?;
+    write(&figures.join(format!("{}.png", drawing.id)), &static_figure::png(&figure)?)?;
     Ok(figure)
 }
 

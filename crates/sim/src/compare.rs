@@ -245,8 +245,8 @@ impl<'a> Comparison<'a> {
         // From here on lengths are known to fit: the run has checked them.
         let own = observer.dimensions();
         let (mut u0, mut y0) = (vec![0.0; size.inputs], vec![0.0; size.outputs]);
-        let still = vec![0.0; size.inputs];
-        let view = View { t: 0.0, x: &self.x0, u: &still, y: &[], names: &[], estimates: &[], errors: &[] };
+        let zero_input = vec![0.0; size.inputs];
+        let view = View { t: 0.0, x: &self.x0, u: &zero_input, y: &[], names: &[], estimates: &[], errors: &[] };
         self.scenario.input.write(&view, &mut u0);
         self.scenario.plant.output(0.0, &self.x0, &u0, &mut y0);
         let mut z0 = vec![0.0; own.state];

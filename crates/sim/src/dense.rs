@@ -35,11 +35,11 @@ struct Piece {
 pub struct Dense {
     /// Where each component is.
     places: Vec<Kept>,
-    /// Numbers of components that stand still within each step, and of those that vary.
-    still: usize,
+    /// Numbers of components that are constant within each step, and of those that vary.
+    constant: usize,
     varying: usize,
     pieces: Vec<Piece>,
-    /// One step after the other: the values that stand still, and those of the others at one node after the other.
+    /// One step after the other: the values that are constant, and those of the others at one node after the other.
     values: Vec<f64>,
 }
 
@@ -58,23 +58,23 @@ impl Dense {
         Self::of(&vec![false; width])
     }
 
-    /// Of components of which those with true stand still within each step.
-    pub(crate) fn of(stands_still: &[bool]) -> Self {
-        let (mut still, mut varying) = (0, 0);
-        let place = |is_still: &bool| {
-            let count = if *is_still { &mut still } else { &mut varying };
+    /// Of components of which those with true are constant within each step.
+    pub(crate) fn of(is_constant: &[bool]) -> Self {
+        let (mut constant, mut varying) = (0, 0);
+        let place = |is_constant: &bool| {
+            let count = if *is_constant { &mut constant } else { &mut varying };
             *count += 1;
-            if *is_still { Kept::Constant(*count - 1) } else { Kept::Varying(*count - 1) }
+            if *is_constant { Kept::Constant(*count - 1) } else { Kept::Varying(*count - 1) }
         };
-        let places = stands_still.iter().map(place).collect();
-        Self { places, still, varying, pieces: Vec::new(), values: Vec::new() }
+        let places = is_constant.iter().map(place).collect();
+        Self { places, constant, varying, pieces: Vec::new(), values: Vec::new() }
     }
 
-    /// Appends a step, given the values that stand still, and the others at the nodes.
-    pub(crate) fn push(&mut self, start: f64, end: f64, still: &[f64], values: &[f64]) {
-        assert_eq!((still.len(), values.len()), (self.still, NODES * self.varying));
+    /// Appends a step, given the values that are constant, and the others at the nodes.
+    pub(crate) fn push(&mut self, start: f64, end: f64, constant: &[f64], values: &[f64]) {
+        assert_eq!((constant.len(), values.len()), (self.constant, NODES * self.varying));
         self.pieces.push(Piece { start, end });
-        self.values.extend_from_slice(still);
+        self.values.extend_from_slice(constant);
         self.values.extend_from_slice(values);
     }
 
@@ -83,15 +83,15 @@ impl Dense {
         self.places.iter().position(|place| *place == Kept::Varying(index)).unwrap_or(index)
     }
 
-    /// The component that is entry `index` of those that stand still.
-    pub(crate) fn standing(&self, index: usize) -> usize {
+    /// The component that is entry `index` of the constant ones.
+    pub(crate) fn constant(&self, index: usize) -> usize {
         self.places.iter().position(|place| *place == Kept::Constant(index)).unwrap_or(index)
     }
 
-    /// The values of step `index` that stand still, and those at the nodes.
+    /// The values of step `index` that are constant, and those at the nodes.
     fn of_step(&self, index: usize) -> (&[f64], &[f64]) {
-        let length = self.still + NODES * self.varying;
-        self.values[index * length..][..length].split_at(self.still)
+        let length = self.constant + NODES * self.varying;
+        self.values[index * length..][..length].split_at(self.constant)
     }
 
     /// Number of components.
@@ -116,11 +116,11 @@ impl Dense {
     pub(crate) fn visit(&self, components: &[usize], mut visit: impl FnMut(f64, &[f64])) {
         let mut row = vec![0.0; components.len()];
         for (index, Piece { start, end }) in self.pieces.iter().enumerate() {
-            let (still, values) = self.of_step(index);
+            let (constant, values) = self.of_step(index);
             for (i, node) in NODE.iter().enumerate() {
                 for (entry, component) in row.iter_mut().zip(components) {
                     *entry = match self.places[*component] {
-                        Kept::Constant(k) => still[k],
+                        Kept::Constant(k) => constant[k],
                         Kept::Varying(k) => values[i * self.varying + k],
                     };
                 }
@@ -166,20 +166,20 @@ impl Dense {
 
     /// One component at the nodes of step `index`.
     pub(crate) fn nodes(&self, index: usize, component: usize) -> [f64; NODES] {
-        let (still, values) = self.of_step(index);
+        let (constant, values) = self.of_step(index);
         match self.places[component] {
-            Kept::Constant(k) => [still[k]; NODES],
+            Kept::Constant(k) => [constant[k]; NODES],
             Kept::Varying(k) => core::array::from_fn(|i| values[i * self.varying + k]),
         }
     }
 
     /// Components `offset..offset + value.len()` at `t` by the polynomial of step `index`, which must exist.
     pub(crate) fn on_step(&self, index: usize, t: f64, offset: usize, value: &mut [f64]) {
-        let (still, values) = self.of_step(index);
+        let (constant, values) = self.of_step(index);
         let place = Place::of(self.step(index), t);
         for (entry, kept) in value.iter_mut().zip(&self.places[offset..]) {
             *entry = match *kept {
-                Kept::Constant(k) => still[k],
+                Kept::Constant(k) => constant[k],
                 Kept::Varying(k) => place.value_of(|i| values[i * self.varying + k]),
             };
         }
@@ -261,7 +261,7 @@ mod tests {
     }
 
     #[test]
-    fn what_stands_still_is_kept_once() {
+    fn constant_components_are_stored_once_per_step() {
         let mut dense = Dense::of(&[false, true, false]);
         let values: Vec<f64> = NODE.iter().flat_map(|node| [2.0 * node, 1.0 - node]).collect();
         dense.push(0.0, 1.0, &[0.1], &values);
@@ -269,7 +269,7 @@ mod tests {
         let row = dense.at(0.3).unwrap();
         assert!((row[0] - 0.6).abs() < 1e-15 && row[1] == 0.1 && (row[2] - 0.7).abs() < 1e-15, "{row:?}");
         assert_eq!((dense.nodes(0, 1), dense.nodes(0, 2)[7]), ([0.1; NODES], 0.0));
-        assert_eq!((dense.varying(1), dense.standing(0)), (2, 1));
+        assert_eq!((dense.varying(1), dense.constant(0)), (2, 1));
         let mut points = Vec::new();
         dense.visit(&[1, 2], |t, row| points.push((t, row.to_vec())));
         assert_eq!((points.len(), &points[0], &points[7]), (8, &(0.0, vec![0.1, 1.0]), &(1.0, vec![0.1, 0.0])));

@@ -26,7 +26,7 @@ pub(crate) struct Model<'a> {
     /// In the order of their times.
     pub(crate) changes: Vec<Change<'a>>,
     /// The plant as the observers take it.
-    pub(crate) believed: Rc<dyn AnyPlant + 'a>,
+    pub(crate) observer_plant: Rc<dyn AnyPlant + 'a>,
     pub(crate) size: Dimensions,
     pub(crate) x0: Vec<f64>,
     pub(crate) start: f64,
@@ -79,8 +79,8 @@ impl ObserverSlot<'_> {
         self.states.iter().map(|&i| x[i]).chain(functions)
     }
 
-    /// Whether the estimate stands still between samples. That of a filter has the measurement, which may vary.
-    fn stands(&self) -> bool {
+    /// Whether the estimate is held between samples. That of a filter has the measurement, which may vary.
+    fn is_held(&self) -> bool {
         self.period.is_some() && !self.observer.is_filter()
     }
 }
@@ -98,14 +98,14 @@ pub(crate) struct Instant {
     pub(crate) errors: Vec<Vec<f64>>,
 }
 
-/// What stands still between jumps.
+/// What is constant between jumps.
 #[derive(Clone, Default)]
 pub(crate) struct HeldValues {
     /// The change that the plant is from; none before the first.
     pub(crate) plant: Option<usize>,
     pub(crate) noise: Vec<f64>,
-    /// Whether the input stands still.
-    pub(crate) held: bool,
+    /// Whether the input is held.
+    pub(crate) input_is_held: bool,
     /// States of the sampled-data observers; empty for the others.
     pub(crate) sampled: Vec<Vec<f64>>,
     /// What is added to the derivative of the plant; empty for nothing.
@@ -181,10 +181,10 @@ impl<'a> Model<'a> {
         let disturbances = scenario.disturbances;
         disturbances.check(size.states, size.inputs, size.outputs)?;
         let sampling = Sampling::new(scenario.start, size.outputs, scenario.sensors, disturbances.channel.clone())?;
-        let believed = scenario.model.unwrap_or_else(|| Rc::clone(&scenario.plant));
-        believed.check()?;
-        if believed.dimensions() != size {
-            let (expected, found) = (size.states, believed.dimensions().states);
+        let observer_plant = scenario.model.unwrap_or_else(|| Rc::clone(&scenario.plant));
+        observer_plant.check()?;
+        if observer_plant.dimensions() != size {
+            let (expected, found) = (size.states, observer_plant.dimensions().states);
             return Err(SimError::Length { what: "the state of the model".to_owned(), expected, found });
         }
         let mut changes = scenario.changes;
@@ -211,7 +211,7 @@ impl<'a> Model<'a> {
             plain: disturbances.leave_signals() && sampling.is_continuous(),
             plant: scenario.plant,
             changes,
-            believed,
+            observer_plant,
             size,
             x0,
             start: scenario.start,
@@ -232,8 +232,8 @@ impl<'a> Model<'a> {
     }
 
     /// The plant as it is now.
-    pub(crate) fn plant(&self, still: &HeldValues) -> &dyn AnyPlant {
-        still.plant.and_then(|k| self.changes[k].plant.as_deref()).unwrap_or(self.plant.as_ref())
+    pub(crate) fn plant(&self, held: &HeldValues) -> &dyn AnyPlant {
+        held.plant.and_then(|k| self.changes[k].plant.as_deref()).unwrap_or(self.plant.as_ref())
     }
 
     pub(crate) fn instant(&self) -> Instant {
@@ -253,10 +253,10 @@ impl<'a> Model<'a> {
     }
 
     /// State of observer `k`.
-    pub(crate) fn state<'s>(&self, k: usize, stacked: &'s [f64], still: &'s HeldValues) -> &'s [f64] {
+    pub(crate) fn state<'s>(&self, k: usize, stacked: &'s [f64], held: &'s HeldValues) -> &'s [f64] {
         let observer = &self.observers[k];
         match observer.period {
-            Some(_) => &still.sampled[k],
+            Some(_) => &held.sampled[k],
             None => &stacked[observer.offset..observer.offset + observer.length],
         }
     }
@@ -267,7 +267,7 @@ impl<'a> Model<'a> {
         &self,
         k: usize,
         (t, state): (f64, &[f64]),
-        still: &HeldValues,
+        held: &HeldValues,
         now: &Instant,
         absent: impl Fn(usize) -> bool,
     ) -> Vec<f64> {
@@ -275,12 +275,12 @@ impl<'a> Model<'a> {
         let absent: Vec<usize> = (0..self.size.outputs).filter(|&j| absent(j)).collect();
         let mut y = now.seen.clone();
         for &j in &absent {
-            y[j] = still.known[k][j];
+            y[j] = held.known[k][j];
         }
         if *whole && !absent.is_empty() {
             let (mut estimate, mut h) = (vec![0.0; states.len()], vec![0.0; y.len()]);
             observer.estimate(t, state, &now.u, &y, &mut estimate);
-            self.believed.output(t, &estimate, &now.u, &mut h);
+            self.observer_plant.output(t, &estimate, &now.u, &mut h);
             for &j in &absent {
                 y[j] = h[j];
             }
@@ -289,26 +289,26 @@ impl<'a> Model<'a> {
     }
 
     /// The outputs as an observer takes them; none if all are known.
-    fn predicted_of(&self, k: usize, t: f64, stacked: &[f64], still: &HeldValues, now: &Instant) -> Option<Vec<f64>> {
-        if !still.readings.contains(&Reading::Nothing) {
+    fn predicted_of(&self, k: usize, t: f64, stacked: &[f64], held: &HeldValues, now: &Instant) -> Option<Vec<f64>> {
+        if !held.readings.contains(&Reading::Nothing) {
             return None;
         }
-        let absent = |j: usize| still.readings[j] == Reading::Nothing;
-        Some(self.outputs_of(k, (t, self.state(k, stacked, still)), still, now, absent))
+        let absent = |j: usize| held.readings[j] == Reading::Nothing;
+        Some(self.outputs_of(k, (t, self.state(k, stacked, held)), held, now, absent))
     }
 
-    pub(crate) fn estimates(&self, t: f64, stacked: &[f64], still: &HeldValues, now: &mut Instant) {
+    pub(crate) fn estimates(&self, t: f64, stacked: &[f64], held: &HeldValues, now: &mut Instant) {
         for k in 0..self.observers.len() {
-            self.estimate(k, t, stacked, still, now);
+            self.estimate(k, t, stacked, held, now);
         }
     }
 
-    fn estimate(&self, k: usize, t: f64, stacked: &[f64], still: &HeldValues, now: &mut Instant) {
+    fn estimate(&self, k: usize, t: f64, stacked: &[f64], held: &HeldValues, now: &mut Instant) {
         let slot = &self.observers[k];
         let observer = &slot.observer;
-        let predicted = self.predicted_of(k, t, stacked, still, now);
+        let predicted = self.predicted_of(k, t, stacked, held, now);
         let seen = predicted.as_ref().unwrap_or(&now.seen);
-        let state = self.state(k, stacked, still);
+        let state = self.state(k, stacked, held);
         observer.estimate(t, state, &now.u, seen, &mut now.estimates[k]);
         observer.correct(state, &now.u, seen, &mut now.estimates[k]);
         let estimated = slot.estimated(&stacked[..self.size.states]);
@@ -318,40 +318,40 @@ impl<'a> Model<'a> {
     }
 
     /// Input, outputs and estimates at `t`.
-    pub(crate) fn evaluate(&self, t: f64, stacked: &[f64], still: &HeldValues, now: &mut Instant) {
-        self.input_and_output(t, stacked, still, now);
-        self.estimates(t, stacked, still, now);
+    pub(crate) fn evaluate(&self, t: f64, stacked: &[f64], held: &HeldValues, now: &mut Instant) {
+        self.input_and_output(t, stacked, held, now);
+        self.estimates(t, stacked, held, now);
     }
 
-    fn input_and_output(&self, t: f64, stacked: &[f64], still: &HeldValues, now: &mut Instant) {
-        self.input(t, stacked, still, now);
-        self.see(t, &stacked[..self.size.states], still, now);
+    fn input_and_output(&self, t: f64, stacked: &[f64], held: &HeldValues, now: &mut Instant) {
+        self.input(t, stacked, held, now);
+        self.see(t, &stacked[..self.size.states], held, now);
     }
 
-    fn input(&self, t: f64, stacked: &[f64], still: &HeldValues, now: &mut Instant) {
-        // An input that stands still is the present one.
-        if !still.held {
-            self.steer(t, stacked, still, now);
+    fn input(&self, t: f64, stacked: &[f64], held: &HeldValues, now: &mut Instant) {
+        // A held input is the present one.
+        if !held.input_is_held {
+            self.steer(t, stacked, held, now);
         }
     }
 
     /// The output under the input of the same instant, and what the observers see of it.
-    pub(crate) fn see(&self, t: f64, x: &[f64], still: &HeldValues, now: &mut Instant) {
-        self.apply(t, still, now);
+    pub(crate) fn see(&self, t: f64, x: &[f64], held: &HeldValues, now: &mut Instant) {
+        self.apply(t, held, now);
         let applied = if self.plain { &now.u } else { &now.applied };
-        self.plant(still).output(t, x, applied, &mut now.y);
+        self.plant(held).output(t, x, applied, &mut now.y);
         if self.plain {
-            for ((seen, y), noise) in now.seen.iter_mut().zip(&now.y).zip(&still.noise) {
+            for ((seen, y), noise) in now.seen.iter_mut().zip(&now.y).zip(&held.noise) {
                 *seen = y + noise;
             }
             return;
         }
         let output = self.size.states + self.size.inputs;
-        self.disturbances.read(t, &still.history, output, &still.noise, (&now.y, &mut now.seen));
-        for (seen, outlier) in now.seen.iter_mut().zip(&still.outliers) {
+        self.disturbances.read(t, &held.history, output, &held.noise, (&now.y, &mut now.seen));
+        for (seen, outlier) in now.seen.iter_mut().zip(&held.outliers) {
             *seen += outlier;
         }
-        for (seen, reading) in now.seen.iter_mut().zip(&still.readings) {
+        for (seen, reading) in now.seen.iter_mut().zip(&held.readings) {
             match reading {
                 Reading::Now => {}
                 Reading::Held(value) => *seen = *value,
@@ -366,19 +366,19 @@ impl<'a> Model<'a> {
     }
 
     /// Finds it, where it is not the input itself.
-    fn apply(&self, t: f64, still: &HeldValues, now: &mut Instant) {
+    fn apply(&self, t: f64, held: &HeldValues, now: &mut Instant) {
         if !self.plain {
-            self.disturbances.applied(t, &still.history, self.size.states, &now.u, &mut now.applied);
+            self.disturbances.applied(t, &held.history, self.size.states, &now.u, &mut now.applied);
         }
     }
 
     /// The input by its law. What the law reads of output and estimates is that of the input zero; a law that would
     /// read another output under its own input is an algebraic loop.
-    pub(crate) fn steer(&self, t: f64, stacked: &[f64], still: &HeldValues, now: &mut Instant) {
+    pub(crate) fn steer(&self, t: f64, stacked: &[f64], held: &HeldValues, now: &mut Instant) {
         now.u.fill(0.0);
         if self.input.reads_estimates() {
-            self.see(t, &stacked[..self.size.states], still, now);
-            self.estimates(t, stacked, still, now);
+            self.see(t, &stacked[..self.size.states], held, now);
+            self.estimates(t, stacked, held, now);
         }
         self.law(t, stacked, now);
     }
@@ -391,34 +391,34 @@ impl<'a> Model<'a> {
         now.u = u;
     }
 
-    pub(crate) fn derivative(&self, t: f64, stacked: &[f64], still: &HeldValues, now: &mut Instant, slope: &mut [f64]) {
-        self.input(t, stacked, still, now);
+    pub(crate) fn derivative(&self, t: f64, stacked: &[f64], held: &HeldValues, now: &mut Instant, slope: &mut [f64]) {
+        self.input(t, stacked, held, now);
         if self.plain && self.step.is_none() && self.integrals.is_empty() {
-            return self.plain_derivative(t, stacked, still, now, slope);
+            return self.plain_derivative(t, stacked, held, now, slope);
         }
         if self.reads_outputs {
-            self.see(t, &stacked[..self.size.states], still, now);
+            self.see(t, &stacked[..self.size.states], held, now);
         } else {
-            self.apply(t, still, now);
+            self.apply(t, held, now);
         }
         if !self.integrals.is_empty() {
-            self.estimates(t, stacked, still, now);
+            self.estimates(t, stacked, held, now);
         }
         let (x, n) = (&stacked[..self.size.states], self.size.states);
         if self.step.is_some() {
-            // A plant in discrete time stands still between its steps.
+            // A plant in discrete time is constant between its steps.
             slope[..n].fill(0.0);
         } else {
-            self.plant(still).derivative(t, x, self.applied(now), &mut slope[..n]);
-            for (slope, disturbance) in slope.iter_mut().zip(&still.disturbance) {
+            self.plant(held).derivative(t, x, self.applied(now), &mut slope[..n]);
+            for (slope, disturbance) in slope.iter_mut().zip(&held.disturbance) {
                 *slope += disturbance;
             }
         }
         let mut end = n;
         for (k, ObserverSlot { observer, length, period, .. }) in self.observers.iter().enumerate() {
             if period.is_none() {
-                let state = self.state(k, stacked, still);
-                let predicted = self.predicted_of(k, t, stacked, still, now);
+                let state = self.state(k, stacked, held);
+                let predicted = self.predicted_of(k, t, stacked, held, now);
                 let seen = predicted.as_ref().unwrap_or(&now.seen);
                 observer.derivative(t, state, &now.u, seen, &mut slope[end..end + length]);
                 end += length;
@@ -431,18 +431,18 @@ impl<'a> Model<'a> {
     }
 
     /// The derivative where the input reaches the plant as it is, and noise is all that is added to outputs.
-    fn plain_derivative(&self, t: f64, stacked: &[f64], still: &HeldValues, now: &mut Instant, slope: &mut [f64]) {
+    fn plain_derivative(&self, t: f64, stacked: &[f64], held: &HeldValues, now: &mut Instant, slope: &mut [f64]) {
         let ((x, _), (of_plant, _)) = (stacked.split_at(self.size.states), slope.split_at_mut(self.size.states));
-        let plant = self.plant(still);
+        let plant = self.plant(held);
         if self.reads_outputs {
             plant.motion(t, x, &now.u, of_plant, &mut now.y);
-            for ((seen, y), noise) in now.seen.iter_mut().zip(&now.y).zip(&still.noise) {
+            for ((seen, y), noise) in now.seen.iter_mut().zip(&now.y).zip(&held.noise) {
                 *seen = y + noise;
             }
         } else {
             plant.derivative(t, x, &now.u, of_plant);
         }
-        for (slope, disturbance) in of_plant.iter_mut().zip(&still.disturbance) {
+        for (slope, disturbance) in of_plant.iter_mut().zip(&held.disturbance) {
             *slope += disturbance;
         }
         for ObserverSlot { observer, length, period, offset, .. } in &self.observers {
@@ -467,14 +467,14 @@ impl<'a> Model<'a> {
             && self.step.is_none()
             && self.integrals.is_empty()
             && self.plain
-            && self.input_stands()
+            && self.is_input_held()
             && self.changes.iter().all(|change| change.plant.is_none())
             && self.plant.is_affine()
             && self.observers.iter().all(|slot| slot.period.is_some() || slot.observer.is_affine())
     }
 
-    /// Whether the input stands still within each step.
-    fn input_stands(&self) -> bool {
+    /// Whether the input is constant within each step.
+    fn is_input_held(&self) -> bool {
         self.hold.is_some() || self.input.is_constant()
     }
 
@@ -482,9 +482,9 @@ impl<'a> Model<'a> {
         let Dimensions { states, inputs, outputs } = self.size;
         let mut width = states + inputs + 2 * outputs;
         let mut observers = Vec::new();
-        let mut still = vec![false; width];
-        still[..states].fill(self.step.is_some());
-        still[states..states + inputs].fill(self.input_stands());
+        let mut constant = vec![false; width];
+        constant[..states].fill(self.step.is_some());
+        constant[states..states + inputs].fill(self.is_input_held());
         for fitted in &self.observers {
             let estimate = width + fitted.length;
             // Functions of the state follow the estimate.
@@ -492,31 +492,31 @@ impl<'a> Model<'a> {
             let of = fitted.states.iter().copied().chain(after..after + functions).collect();
             observers.push(ObserverLayout { estimate, of, period: fitted.period });
             width = after + functions;
-            still.resize(estimate, fitted.period.is_some());
-            still.resize(after, fitted.stands());
-            still.resize(width, self.step.is_some());
+            constant.resize(estimate, fitted.period.is_some());
+            constant.resize(after, fitted.is_held());
+            constant.resize(width, self.step.is_some());
         }
-        still.resize(width + self.integrals.len(), false);
+        constant.resize(width + self.integrals.len(), false);
         Layout {
             size: self.size,
             names: self.names.clone(),
             observers,
             integrals: width,
             width: width + self.integrals.len(),
-            still,
+            constant,
         }
     }
 
     /// Everything at `t` in one row: x, u, y and what is read of it, then state and estimate of each observer, then the
     /// integrals.
-    pub(crate) fn row(&self, t: f64, stacked: &[f64], still: &HeldValues, now: &mut Instant, row: &mut Vec<f64>) {
-        self.evaluate(t, stacked, still, now);
+    pub(crate) fn row(&self, t: f64, stacked: &[f64], held: &HeldValues, now: &mut Instant, row: &mut Vec<f64>) {
+        self.evaluate(t, stacked, held, now);
         row.extend_from_slice(&stacked[..self.size.states]);
         row.extend_from_slice(&now.u);
         row.extend_from_slice(&now.y);
         row.extend_from_slice(&now.seen);
         for k in 0..self.observers.len() {
-            row.extend_from_slice(self.state(k, stacked, still));
+            row.extend_from_slice(self.state(k, stacked, held));
             row.extend_from_slice(&now.estimates[k]);
             self.functions(k, stacked, row);
         }
@@ -524,29 +524,29 @@ impl<'a> Model<'a> {
     }
 
     /// The entries of [`row`](Self::row) that vary within a step.
-    pub(crate) fn varying(&self, t: f64, stacked: &[f64], still: &HeldValues, now: &mut Instant, row: &mut Vec<f64>) {
-        self.input(t, stacked, still, now);
-        self.see(t, &stacked[..self.size.states], still, now);
+    pub(crate) fn varying(&self, t: f64, stacked: &[f64], held: &HeldValues, now: &mut Instant, row: &mut Vec<f64>) {
+        self.input(t, stacked, held, now);
+        self.see(t, &stacked[..self.size.states], held, now);
         if self.step.is_none() {
             row.extend_from_slice(&stacked[..self.size.states]);
         }
-        if !self.input_stands() {
+        if !self.is_input_held() {
             row.extend_from_slice(&now.u);
         }
         row.extend_from_slice(&now.y);
         row.extend_from_slice(&now.seen);
         for (k, observer) in self.observers.iter().enumerate() {
             if observer.period.is_none() {
-                let state = self.state(k, stacked, still);
+                let state = self.state(k, stacked, held);
                 if self.plain {
                     observer.observer.estimate(t, state, &now.u, &now.seen, &mut now.estimates[k]);
                 } else {
-                    self.estimate(k, t, stacked, still, now);
+                    self.estimate(k, t, stacked, held, now);
                 }
                 row.extend_from_slice(state);
                 row.extend_from_slice(&now.estimates[k]);
-            } else if !observer.stands() {
-                self.estimate(k, t, stacked, still, now);
+            } else if !observer.is_held() {
+                self.estimate(k, t, stacked, held, now);
                 row.extend_from_slice(&now.estimates[k]);
             }
             if self.step.is_none() {
@@ -563,19 +563,19 @@ impl<'a> Model<'a> {
     }
 
     /// The others, at any time of a step, after [`varying`](Self::varying).
-    pub(crate) fn standing(&self, t: f64, stacked: &[f64], still: &HeldValues, now: &mut Instant, row: &mut Vec<f64>) {
+    pub(crate) fn constant(&self, t: f64, stacked: &[f64], held: &HeldValues, now: &mut Instant, row: &mut Vec<f64>) {
         if self.step.is_some() {
             row.extend_from_slice(&stacked[..self.size.states]);
         }
-        if self.input_stands() {
+        if self.is_input_held() {
             row.extend_from_slice(&now.u);
         }
         for (k, observer) in self.observers.iter().enumerate() {
             if observer.period.is_some() {
-                row.extend_from_slice(self.state(k, stacked, still));
+                row.extend_from_slice(self.state(k, stacked, held));
             }
-            if observer.stands() {
-                self.estimate(k, t, stacked, still, now);
+            if observer.is_held() {
+                self.estimate(k, t, stacked, held, now);
                 row.extend_from_slice(&now.estimates[k]);
             }
             if self.step.is_some() {

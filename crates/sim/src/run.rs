@@ -1,8 +1,8 @@
 //! A run: the stacked equation integrated from one jump to the next.
 //!
 //! Integration stops and goes on wherever something jumps: a new value of the noise, a sample, a held input, a
-//! breakpoint of the input. Sampled-data observers are stepped at their samples; between samples their estimate stands
-//! still.
+//! breakpoint of the input. Sampled-data observers are stepped at their samples; between samples their estimate is
+//! held.
 
 use std::cell::RefCell;
 use std::rc::Rc;
@@ -66,19 +66,19 @@ fn rounding(t: f64) -> f64 {
 }
 
 /// What is known of an output from its value k on: it is read now, or does not arrive.
-fn read(model: &Model<'_>, still: &mut HeldValues, output: usize, k: u64) {
+fn read(model: &Model<'_>, held: &mut HeldValues, output: usize, k: u64) {
     let (arrives, outlier) = model.sampling.draw(k, output);
-    still.readings[output] = if arrives { Reading::Now } else { Reading::Nothing };
-    still.outliers[output] = outlier;
+    held.readings[output] = if arrives { Reading::Now } else { Reading::Nothing };
+    held.outliers[output] = outlier;
     if let Some(Some(sensor)) = model.sampling.sensors.get(output) {
-        still.noise[output] = sensor.noise(k);
+        held.noise[output] = sensor.noise(k);
     }
 }
 
 /// A run on its way.
 pub(crate) struct Runner<'m, 'a> {
     model: &'m Model<'a>,
-    still: HeldValues,
+    held: HeldValues,
     /// What the sampled-data observers will hold from their next sample on.
     pending: Vec<Vec<f64>>,
     stacked: Vec<f64>,
@@ -110,23 +110,23 @@ pub(crate) struct Runner<'m, 'a> {
 fn runs_through_the_output(
     model: &Model<'_>,
     stacked: &[f64],
-    still: &HeldValues,
+    held: &HeldValues,
     now: &mut Instant,
 ) -> Result<(), SimError> {
     let (t, x) = (model.start, &stacked[..model.size.states]);
     let (u, y) = (now.u.clone(), now.y.clone());
     let size = u.iter().fold(1.0f64, |size, entry| size.max(entry.abs()));
     now.u.iter_mut().for_each(|entry| *entry += size);
-    model.see(t, x, still, now);
+    model.see(t, x, held, now);
     let is_free = now.y == y;
     if !is_free {
-        model.estimates(t, stacked, still, now);
+        model.estimates(t, stacked, held, now);
         model.law(t, stacked, now);
     }
     let change = u.iter().zip(&now.u).fold(0.0f64, |change, (a, b)| change.max((a - b).abs()));
     now.u = u;
-    model.see(t, x, still, now);
-    model.estimates(t, stacked, still, now);
+    model.see(t, x, held, now);
+    model.estimates(t, stacked, held, now);
     if !is_free && change > 1e-9 * size { Err(SimError::AlgebraicLoop { change }) } else { Ok(()) }
 }
 
@@ -137,10 +137,10 @@ impl<'m, 'a> Runner<'m, 'a> {
         let process = model.disturbances.process_noise.as_ref();
         let channel = model.disturbances.channel.as_ref();
         let mut now = model.instant();
-        let mut still = HeldValues {
+        let mut held = HeldValues {
             plant: None,
             noise: model.noise.as_ref().map_or_else(|| vec![0.0; model.size.outputs], |noise| noise.sample(0)),
-            held: model.input.is_constant(),
+            input_is_held: model.input.is_constant(),
             sampled: vec![Vec::new(); model.observers.len()],
             disturbance: process.map(|noise| noise.sample(0)).unwrap_or_default(),
             readings: Vec::new(),
@@ -149,18 +149,18 @@ impl<'m, 'a> Runner<'m, 'a> {
             history: History::default(),
         };
         if !model.sampling.is_continuous() {
-            (still.readings, still.outliers) =
+            (held.readings, held.outliers) =
                 (vec![Reading::Nothing; model.size.outputs], vec![0.0; model.size.outputs]);
             for (output, sensor) in model.sampling.sensors.iter().enumerate() {
                 if sensor.as_ref().is_none_or(|sensor| sensor.delay() == 0.0) {
-                    read(model, &mut still, output, 0);
+                    read(model, &mut held, output, 0);
                 }
             }
         }
-        model.see(t, &model.x0, &still, &mut now);
+        model.see(t, &model.x0, &held, &mut now);
         check_finite("the output at the start", &now.y)?;
         // What an observer of some states cannot predict, it knows at the start.
-        still.known.fill(now.y.clone());
+        held.known.fill(now.y.clone());
         // The input at the start follows from the estimates that are wished for the start.
         for (k, fitted) in model.observers.iter().enumerate() {
             now.estimates[k].copy_from_slice(&fitted.initial);
@@ -171,49 +171,49 @@ impl<'m, 'a> Runner<'m, 'a> {
         }
         model.law(t, &model.x0, &mut now);
         check_finite("the input at the start", &now.u)?;
-        model.see(t, &model.x0, &still, &mut now);
+        model.see(t, &model.x0, &held, &mut now);
         let mut stacked = vec![0.0; model.stacked_length()];
         stacked[..model.size.states].copy_from_slice(&model.x0);
         for (k, fitted) in model.observers.iter().enumerate() {
             let mut state = vec![0.0; fitted.length];
             let mut seen = now.seen.clone();
-            if still.readings.contains(&Reading::Nothing) {
+            if held.readings.contains(&Reading::Nothing) {
                 let mut expected = now.y.clone();
                 if fitted.whole {
-                    model.believed.output(t, &fitted.initial, &now.u, &mut expected);
+                    model.observer_plant.output(t, &fitted.initial, &now.u, &mut expected);
                 }
-                for ((seen, reading), expected) in seen.iter_mut().zip(&still.readings).zip(expected) {
+                for ((seen, reading), expected) in seen.iter_mut().zip(&held.readings).zip(expected) {
                     *seen = if *reading == Reading::Nothing { expected } else { *seen };
                 }
-                still.known[k].clone_from(&seen);
+                held.known[k].clone_from(&seen);
             }
             fitted.observer.initial(t, &fitted.initial, &now.u, &seen, &mut state);
             check_finite(&format!("the initial state of observer {:?}", model.names[k]), &state)?;
             match fitted.period {
-                Some(_) => still.sampled[k] = state,
+                Some(_) => held.sampled[k] = state,
                 None => stacked[fitted.offset..fitted.offset + fitted.length].copy_from_slice(&state),
             }
         }
         if model.input.reads_estimates() {
-            model.steer(t, &stacked, &still, &mut now);
+            model.steer(t, &stacked, &held, &mut now);
             let before = now.u.clone();
-            model.see(t, &model.x0, &still, &mut now);
-            model.estimates(t, &stacked, &still, &mut now);
+            model.see(t, &model.x0, &held, &mut now);
+            model.estimates(t, &stacked, &held, &mut now);
             model.law(t, &stacked, &mut now);
             let change = before.iter().zip(&now.u).fold(0.0f64, |change, (a, b)| change.max((a - b).abs()));
             let size = before.iter().fold(1.0f64, |size, entry| size.max(entry.abs()));
             if change > 1e-9 * size {
                 return Err(SimError::AlgebraicLoop { change });
             }
-            runs_through_the_output(model, &stacked, &still, &mut now)?;
+            runs_through_the_output(model, &stacked, &held, &mut now)?;
         }
         // Before the start input and output were what they are at the start.
-        still.history.first = [&vec![0.0; model.size.states], &now.u, &now.y].map(Vec::as_slice).concat();
+        held.history.first = [&vec![0.0; model.size.states], &now.u, &now.y].map(Vec::as_slice).concat();
         let clock = |period: f64| Periodic::new(t, period);
         let mut runner = Self {
             model,
-            pending: still.sampled.clone(),
-            still,
+            pending: held.sampled.clone(),
+            held,
             stacked,
             now: RefCell::new(now),
             noise_clock: model.noise.as_ref().map(|noise| clock(noise.period())),
@@ -245,8 +245,8 @@ impl<'m, 'a> Runner<'m, 'a> {
             measured: Vec::new(),
             due: Vec::new(),
         };
-        let everybody = vec![true; model.observers.len()];
-        runner.jump(t, model.hold.is_some(), model.step.is_some(), &everybody)?;
+        let all_observers = vec![true; model.observers.len()];
+        runner.jump(t, model.hold.is_some(), model.step.is_some(), &all_observers)?;
         Ok(runner)
     }
 
@@ -257,26 +257,26 @@ impl<'m, 'a> Runner<'m, 'a> {
             self.stacked[..self.next.len()].copy_from_slice(&self.next);
         }
         for (k, _) in sample.iter().enumerate().filter(|(_, due)| **due) {
-            self.still.sampled[k].clone_from(&self.pending[k]);
+            self.held.sampled[k].clone_from(&self.pending[k]);
         }
         let now = self.now.get_mut();
         if hold {
-            self.still.held = model.input.is_constant();
-            model.evaluate(t, &self.stacked, &self.still, now);
-            self.still.held = true;
+            self.held.input_is_held = model.input.is_constant();
+            model.evaluate(t, &self.stacked, &self.held, now);
+            self.held.input_is_held = true;
         }
-        let sampled = !self.still.readings.is_empty();
+        let sampled = !self.held.readings.is_empty();
         // Under the input that has just been found, nothing else is found.
         if !hold && (plant || sampled || sample.contains(&true)) {
-            model.evaluate(t, &self.stacked, &self.still, now);
+            model.evaluate(t, &self.stacked, &self.held, now);
         }
         self.freeze();
         let measured = std::mem::take(&mut self.measured);
         let now = self.now.get_mut();
         if plant {
             let x = &self.stacked[..model.size.states];
-            model.plant(&self.still).derivative(t, x, model.applied(now), &mut self.next);
-            for (next, disturbance) in self.next.iter_mut().zip(&self.still.disturbance) {
+            model.plant(&self.held).derivative(t, x, model.applied(now), &mut self.next);
+            for (next, disturbance) in self.next.iter_mut().zip(&self.held.disturbance) {
                 *next += disturbance;
             }
             if !self.next.iter().all(|entry| entry.is_finite()) {
@@ -285,9 +285,9 @@ impl<'m, 'a> Runner<'m, 'a> {
         }
         for (k, fitted) in model.observers.iter().enumerate() {
             if sample[k] && fitted.period.is_some() {
-                let (state, still) = (&self.still.sampled[k], &self.still);
+                let (state, held) = (&self.held.sampled[k], &self.held);
                 if measured.contains(&false) {
-                    let y = model.outputs_of(k, (t, state), still, now, |j| !measured[j]);
+                    let y = model.outputs_of(k, (t, state), held, now, |j| !measured[j]);
                     fitted.observer.step(t, &mut self.pending[k], &now.u, &y, &measured);
                 } else {
                     fitted.observer.step(t, &mut self.pending[k], &now.u, &now.seen, &measured);
@@ -304,7 +304,7 @@ impl<'m, 'a> Runner<'m, 'a> {
 
     /// Keeps what was measured now by sensors with periods of their own, and which outputs were measured.
     fn freeze(&mut self) {
-        let (now, HeldValues { readings, known, .. }) = (self.now.get_mut(), &mut self.still);
+        let (now, HeldValues { readings, known, .. }) = (self.now.get_mut(), &mut self.held);
         self.measured.clear();
         self.measured.extend(readings.iter().map(|reading| *reading == Reading::Now));
         for (j, reading) in readings.iter_mut().enumerate().filter(|(_, reading)| **reading == Reading::Now) {
@@ -321,7 +321,7 @@ impl<'m, 'a> Runner<'m, 'a> {
     fn change(&mut self, t: f64) {
         while let Some(change) = self.model.changes.get(self.changed).filter(|change| change.time <= t + rounding(t)) {
             if change.plant.is_some() {
-                self.still.plant = Some(self.changed);
+                self.held.plant = Some(self.changed);
             }
             // A plant in discrete time has the state that it moves on to.
             let x = if self.model.step.is_some() { &mut self.next } else { &mut self.stacked };
@@ -339,11 +339,11 @@ impl<'m, 'a> Runner<'m, 'a> {
         if let Some(clock) = &mut self.channel_clock
             && clock.happens(t)
         {
-            model.evaluate(t, &self.stacked, &self.still, self.now.get_mut());
+            model.evaluate(t, &self.stacked, &self.held, self.now.get_mut());
             self.freeze();
             let count = self.channel_clock.as_ref().map_or(0, |clock| clock.count);
             for j in (0..self.sensor_clocks.len()).filter(|&j| self.sensor_clocks[j].is_none()) {
-                read(model, &mut self.still, j, count);
+                read(model, &mut self.held, j, count);
             }
         }
         for (j, sensor) in model.sampling.sensors.iter().enumerate() {
@@ -351,18 +351,18 @@ impl<'m, 'a> Runner<'m, 'a> {
                 && clock.happens(t)
             {
                 let k = clock.count - u64::from(sensor.delay() > 0.0);
-                read(model, &mut self.still, j, k);
+                read(model, &mut self.held, j, k);
                 measures = true;
             }
         }
         self.change(t);
-        self.still.history.within.set(f64::INFINITY);
+        self.held.history.within.set(f64::INFINITY);
         if let Some(clock) = &mut self.process_clock
             && clock.happens(t)
             && let Some(noise) = &model.disturbances.process_noise
         {
-            self.still.disturbance.clear();
-            self.still.disturbance.extend(noise.values(clock.count));
+            self.held.disturbance.clear();
+            self.held.disturbance.extend(noise.values(clock.count));
         }
         if let Some(clock) = &mut self.noise_clock
             && clock.happens(t)
@@ -370,7 +370,7 @@ impl<'m, 'a> Runner<'m, 'a> {
         {
             for ((j, noise), sensor) in noise.values(clock.count).enumerate().zip(&self.sensor_clocks) {
                 if sensor.is_none() {
-                    self.still.noise[j] = noise;
+                    self.held.noise[j] = noise;
                 }
             }
         }
@@ -394,8 +394,8 @@ impl<'m, 'a> Runner<'m, 'a> {
             let Some(clock) = self.varying_clocks[k].as_mut().filter(|clock| clock.next <= t) else { continue };
             let (is_sent, elapsed) = (clock.arrives(), t - clock.last);
             let now = self.now.get_mut();
-            model.evaluate(t, &self.stacked, &self.still, now);
-            let is_absent = |j: usize| self.still.readings.get(j) == Some(&Reading::Nothing);
+            model.evaluate(t, &self.stacked, &self.held, now);
+            let is_absent = |j: usize| self.held.readings.get(j) == Some(&Reading::Nothing);
             let absent = (0..model.size.outputs).filter(|&j| is_absent(j)).count();
             let arrives = is_sent && (model.size.outputs == 0 || absent < model.size.outputs);
             self.samples[k].push(SampleTime { time: t, arrives, elapsed, absent });
@@ -404,7 +404,7 @@ impl<'m, 'a> Runner<'m, 'a> {
             }
             clock.last = t;
             let state = &mut self.stacked[fitted.offset..fitted.offset + fitted.length];
-            let y = model.outputs_of(k, (t, state), &self.still, now, is_absent);
+            let y = model.outputs_of(k, (t, state), &self.held, now, is_absent);
             fitted.observer.correct_at(state, &now.u, &y, elapsed);
             if let Some(index) = state.iter().position(|entry| !entry.is_finite()) {
                 let (observer, value) = (model.names[k].clone(), state[index]);
@@ -422,10 +422,10 @@ impl<'m, 'a> Runner<'m, 'a> {
                 continue;
             }
             let now = self.now.get_mut();
-            model.evaluate(t, &self.stacked, &self.still, now);
+            model.evaluate(t, &self.stacked, &self.held, now);
             let (from, to) = (fitted.offset, fitted.offset + fitted.length);
-            let y = model.outputs_of(k, (t, &self.stacked[from..to]), &self.still, now, |j| {
-                self.still.readings.get(j) == Some(&Reading::Nothing)
+            let y = model.outputs_of(k, (t, &self.stacked[from..to]), &self.held, now, |j| {
+                self.held.readings.get(j) == Some(&Reading::Nothing)
             });
             let u = now.u.clone();
             fitted.observer.jump(t, &mut self.stacked[from..to], &u, &y);
@@ -451,26 +451,26 @@ impl<'m, 'a> Runner<'m, 'a> {
 
     /// The stacked equation of a model that is affine.
     fn exponential(&self) -> Option<Exponential> {
-        let (model, mut still, mut now) = (self.model, self.still.clone(), self.now.borrow().clone());
-        still.noise.fill(0.0);
-        still.disturbance.fill(0.0);
+        let (model, mut held, mut now) = (self.model, self.held.clone(), self.now.borrow().clone());
+        held.noise.fill(0.0);
+        held.disturbance.fill(0.0);
         now.u.fill(0.0);
         Exponential::new(self.stacked.len(), |s, slope| {
-            model.derivative(model.start, s, &still, &mut now, slope);
+            model.derivative(model.start, s, &held, &mut now, slope);
         })
     }
 
     pub(crate) fn run(mut self, end: f64) -> Result<Trajectory, SimError> {
         let model = self.model;
         let layout = model.layout();
-        let dense = Rc::clone(&self.still.history.dense);
-        dense.replace(Dense::of(&layout.still));
+        let dense = Rc::clone(&self.held.history.dense);
+        dense.replace(Dense::of(&layout.constant));
         let mut samples = Vec::with_capacity(model.times.len() * layout.width);
         let mut waiting = model.times.iter().copied().peekable();
         let mut stepper = Stepper::new(model.settings);
         let mut at = vec![0.0; self.stacked.len()];
-        let (mut rows, mut standing) = (Vec::new(), Vec::new());
-        let varying = layout.still.iter().filter(|still| !**still).count();
+        let (mut rows, mut constant) = (Vec::new(), Vec::new());
+        let varying = layout.constant.iter().filter(|constant| !**constant).count();
         let mut exponential = if model.is_affine() { self.exponential() } else { None };
         let mut t = model.start;
         while t < end {
@@ -479,35 +479,35 @@ impl<'m, 'a> Runner<'m, 'a> {
                 return Err(SimError::StepSize { time: t, step: next - t });
             }
             let seam = next - 8.0 * f64::EPSILON * next.abs();
-            let (still, now) = (&self.still, &self.now);
-            still.history.within.set(t + (next - t) / 2.0);
+            let (held, now) = (&self.held, &self.now);
+            held.history.within.set(t + (next - t) / 2.0);
             let right_hand_side = |t: f64, stacked: &[f64], slope: &mut [f64]| {
-                model.derivative(t, stacked, still, &mut now.borrow_mut(), slope);
+                model.derivative(t, stacked, held, &mut now.borrow_mut(), slope);
             };
             let mut stacked = std::mem::take(&mut self.stacked);
             let mut on_step = |step: &Accepted<'_>| {
                 let mut now = now.borrow_mut();
                 rows.clear();
-                standing.clear();
+                constant.clear();
                 for node in NODE {
                     let t = step.start + node * (step.end - step.start);
                     step.at(t, &mut at);
-                    model.varying(t, &at, still, &mut now, &mut rows);
+                    model.varying(t, &at, held, &mut now, &mut rows);
                 }
-                model.standing(step.start, &at, still, &mut now, &mut standing);
+                model.constant(step.start, &at, held, &mut now, &mut constant);
                 // The output that nothing is known of is not a number.
                 let unknown = |entry: usize| {
                     let output = entry.checked_sub(layout.measured());
-                    output.and_then(|j| still.readings.get(j)) == Some(&Reading::Nothing)
+                    output.and_then(|j| held.readings.get(j)) == Some(&Reading::Nothing)
                 };
-                let all = rows.iter().chain(&standing);
+                let all = rows.iter().chain(&constant);
                 // A sum with something that is not finite is not finite either; one that overflows is looked at.
                 if !all.clone().sum::<f64>().is_finite() {
                     let kept = dense.borrow();
                     for (index, &value) in all.enumerate().filter(|(_, value)| !value.is_finite()) {
                         let (node, entry) = match index.checked_sub(rows.len()) {
                             None => (index / varying, kept.varying(index % varying)),
-                            Some(index) => (0, kept.standing(index)),
+                            Some(index) => (0, kept.constant(index)),
                         };
                         if !unknown(entry) {
                             let time = step.start + NODE[node] * (step.end - step.start);
@@ -515,11 +515,11 @@ impl<'m, 'a> Runner<'m, 'a> {
                         }
                     }
                 }
-                dense.borrow_mut().push(step.start, step.end, &standing, &rows);
+                dense.borrow_mut().push(step.start, step.end, &constant, &rows);
                 // A time at the seam of two intervals, up to rounding, waits for what happens there.
                 while let Some(t) = waiting.next_if(|&t| t < step.end.min(seam)) {
                     step.at(t, &mut at);
-                    model.row(t, &at, still, &mut now, &mut samples);
+                    model.row(t, &at, held, &mut now, &mut samples);
                 }
                 Ok(())
             };
@@ -540,7 +540,7 @@ impl<'m, 'a> Runner<'m, 'a> {
             self.tick(t)?;
         }
         for t in waiting {
-            model.row(t, &self.stacked, &self.still, self.now.get_mut(), &mut samples);
+            model.row(t, &self.stacked, &self.held, self.now.get_mut(), &mut samples);
         }
         let lengths: Vec<usize> = model.observers.iter().map(|fitted| fitted.length).collect();
         let integrals = model.integrals.iter().map(|(name, _)| name.clone()).collect();

@@ -21,8 +21,8 @@ pub(crate) struct Layout {
     pub(crate) integrals: usize,
     /// The length of a row.
     pub(crate) width: usize,
-    /// Which entries of a row stand still within each step.
-    pub(crate) still: Vec<bool>,
+    /// Which entries of a row are constant within each step.
+    pub(crate) constant: Vec<bool>,
 }
 
 #[derive(Clone, Debug, PartialEq)]

@@ -160,7 +160,7 @@ fn plants(text: &mut String, all: &[Advice]) {
         "## The plants\n\n| plant | states | outputs | noise | settling time asked for |\n|---|---:|---:|---|---|\n",
     );
     for advice in all {
-        let told = |what: &str| {
+        let value_of = |what: &str| {
             advice.information.iter().find(|item| item.what == what).map_or("", |item| item.value.as_str())
         };
         let plant = &advice.plant;
@@ -170,8 +170,8 @@ fn plants(text: &mut String, all: &[Advice]) {
             advice.title,
             plant.states.len(),
             plant.outputs.len(),
-            told("noise level"),
-            told("settling time")
+            value_of("noise level"),
+            value_of("settling time")
         );
     }
 }

@@ -10,7 +10,7 @@
 use std::f64::consts::TAU;
 
 use luenberger_design::{CubicDesign, CubicGain, LinearDesign, LyapunovWeight};
-use luenberger_figures::figure::still::png;
+use luenberger_figures::figure::static_figure::png;
 use luenberger_figures::{Figure, Hue, Mark, Panel, Series};
 use nalgebra::{Matrix2, Vector2, dmatrix};
 

@@ -365,12 +365,12 @@ fn of_templates() -> Vec<CertificateFile> {
             std::fs::write(folder.join(name), text).unwrap();
         }
         let mut study = Study::from_path(&folder.join("study.toml")).unwrap();
-        study.observers.retain(|wish| wish.kind.name() != "kkl-numerical");
-        for wish in &study.observers {
-            let designed = luenberger_study::design::design(&study, wish, &AtomicBool::new(false)).unwrap();
+        study.observers.retain(|spec| spec.kind.name() != "kkl-numerical");
+        for spec in &study.observers {
+            let designed = luenberger_study::design::design(&study, spec, &AtomicBool::new(false)).unwrap();
             if let Some(certificate) = designed.certificate {
                 files.push(
-                    certificate.file(&wish.name).unwrap_or_else(|why| panic!("{} {}: {why}", template.name, wish.name)),
+                    certificate.file(&spec.name).unwrap_or_else(|why| panic!("{} {}: {why}", template.name, spec.name)),
                 );
             }
         }

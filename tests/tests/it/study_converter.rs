@@ -49,8 +49,8 @@ fn the_observers_of_a_study_are_those_of_table_i_along_the_papers_run() {
         at_rest(&immersion, first, &x0),
     ];
     let cancel = AtomicBool::new(false);
-    let designed: Vec<_> = study.observers.iter().map(|wish| design(&study, wish, &cancel).unwrap()).collect();
-    let names: Vec<&str> = study.observers.iter().map(|wish| wish.name.as_str()).collect();
+    let designed: Vec<_> = study.observers.iter().map(|spec| design(&study, spec, &cancel).unwrap()).collect();
+    let names: Vec<&str> = study.observers.iter().map(|spec| spec.name.as_str()).collect();
     assert_eq!(names, ["KKL", "PEB", "KKL+PEB", "I&I", "high-gain"]);
 
     let times: Vec<f64> = (0..=400).map(|k| f64::from(k) / 1000.0).collect();

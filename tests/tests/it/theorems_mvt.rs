@@ -57,11 +57,11 @@ fn assert_structure<S, const N: usize, const M: usize, const P: usize>(
 where
     S: Differentiable<f64, nalgebra::Const<N>, nalgebra::Const<M>, nalgebra::Const<P>> + Copy + 'static,
 {
-    let (xhat, e, z) = (state.estimate(), state.error(), state.believed());
+    let (xhat, e, z) = (state.estimate(), state.error(), state.second_estimate());
     for mean in both() {
         let d = mean.mean(&plant, 0.0, &xhat, u, &e).jacobian;
         let observer = MeanValueObserver::new(plant, eta, mean, e).unwrap();
-        let moved = observer.derivative(0.0, state, u, y).believed() - plant.derivative(0.0, &z, u);
+        let moved = observer.derivative(0.0, state, u, y).second_estimate() - plant.derivative(0.0, &z, u);
         for k in 0..N {
             let injected = if k < P { eta * alpha(&d, k) * (y[k] - z[k]) } else { 0.0 };
             prop_assert!((moved[k] - injected).abs() <= rounding, "row {k}: {} {injected}", moved[k]);
@@ -86,7 +86,7 @@ proptest! {
 
     /// z = xhat + e obeys z' = f(z) + [G_m; 0] (y - C z), for every y: not only for that of a plant.
     #[test]
-    fn what_is_believed_is_injected_into_the_measured_rows_only(
+    fn the_second_estimate_is_corrected_in_the_measured_rows_only(
         xhat in vector4(2.0), e in vector4(2.0), y in vector3(2.0), u in -1.0f64..1.0, eta in 0.6f64..3.0,
     ) {
         let state = EstimateAndError::new(&xhat, &e);
@@ -108,10 +108,10 @@ proptest! {
         let (c, l) = (SMatrix::<f64, 2, 4>::identity(), SMatrix::<f64, 4, 2>::from_row_slice(&l));
         let state = EstimateAndError::new(&xhat, &e);
         let observer = MeanValueObserver::repaired(plant, 1.0, Integral, e, l).unwrap();
-        let d = x - state.believed();
+        let d = x - state.second_estimate();
         let slope: Vector4<f64> = plant.derivative(0.0, &x, &u);
-        let moved = slope - observer.derivative(0.0, &state, &u, &(c * x)).believed();
-        let mean = integral_mean(&plant, 0.0, &state.believed(), &u, &d).unwrap().jacobian;
+        let moved = slope - observer.derivative(0.0, &state, &u, &(c * x)).second_estimate();
+        let mean = integral_mean(&plant, 0.0, &state.second_estimate(), &u, &d).unwrap().jacobian;
         // Terms are below 20 * 6 and 200 * 6; the cosine is entire, and eight points have it to rounding on a segment
         // of length 4.
         prop_assert!((moved - (mean - l * c) * d).amax() <= 64.0 * f64::EPSILON * 1200.0);
@@ -308,7 +308,7 @@ proptest! {
     /// Repaired: |x - z| <= sqrt(cond P) e^(-rate t) |x(0) - z(0)|, with P and the rate proved at every vertex, from
     /// any internal e(0), with either mean.
     #[test]
-    fn what_is_believed_stays_below_its_proved_envelope(
+    fn the_second_estimate_stays_below_its_proved_envelope(
         x0 in vector4(3.0), xhat0 in vector4(3.0), e0 in vector4(10.0), eta in 0.75f64..2.0,
     ) {
         let plant = flexible_joint::classical();
@@ -396,9 +396,9 @@ fn sine() -> Sector {
     Sector::structured(acts, depends, 3.33)
 }
 
-/// beta by a bracket, beta by least squares, the integral, all told x(0). In both examples of the paper a row that is
-/// not quadratic depends nonlinearly on one number only (x2 - x1, x3), so that `D e = f(xhat + e) - f(xhat)` leaves D
-/// no choice: the three observers are one.
+/// beta by a bracket, beta by least squares, the integral, all with e(0) = x(0) - xhat(0). In both examples of the
+/// paper a row that is not quadratic depends nonlinearly on one number only (x2 - x1, x3), so that
+/// `D e = f(xhat + e) - f(xhat)` determines D: the three observers are equal.
 #[test]
 fn in_the_papers_examples_all_means_are_one() {
     let [beta, integral] = both();
@@ -590,7 +590,7 @@ fn contracts(design: &ContractingCoordinates, run: &Trajectory, n: usize) -> Res
     Ok(())
 }
 
-/// The same joint, told nothing: in its own coordinates the unmeasured block [0, 1; -19.5 - 3.33 c, 0] swings for ever,
+/// The same joint with e(0) = 0: in its own coordinates the unmeasured block [0, 1; -19.5 - 3.33 c, 0] swings for ever,
 /// and so does the error, whatever eta is. In the others it is gone.
 #[test]
 fn only_the_coordinates_differ() {
@@ -606,7 +606,7 @@ fn only_the_coordinates_differ() {
     }
 }
 
-/// y = x1 + 2 x2 is no state: the observer is refused, its user told where to go, and there it runs.
+/// y = x1 + 2 x2 is no state: the observer is refused with the coordinates to use, in which it runs.
 #[test]
 fn any_linear_output_will_do() {
     let (a, b) = (Matrix2::new(0.0, 1.0, -1.0, -1.0), SMatrix::<f64, 2, 0>::zeros());

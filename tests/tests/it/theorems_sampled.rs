@@ -200,12 +200,13 @@ fn periods_that_are_too_long_are_refuted_by_a_product() {
     )
     .unwrap();
     let linear = luenberger_design::LinearDesign::with_poles(&plant, &[-4.0, -5.0]).unwrap();
-    let wish = Periods { shortest: 0.05, longest: 0.9, misses: 1 };
+    let requested = Periods { shortest: 0.05, longest: 0.9, misses: 1 };
     let design = |periods: &Periods| {
         VaryingPeriodDesign::new(&linear, &DMatrix::identity(1, 1), &CubicGain::Radial(1.0), 0.1, periods)
     };
-    let Err(DesignError::VaryingPeriods { witness: Some(witness), largest: Some(largest), .. }) = design(&wish) else {
-        panic!("{:?}", design(&wish))
+    let Err(DesignError::VaryingPeriods { witness: Some(witness), largest: Some(largest), .. }) = design(&requested)
+    else {
+        panic!("{:?}", design(&requested))
     };
     let proved = design(&largest).unwrap();
     assert!(proved.certificate.is_proved(), "{}", proved.certificate);

@@ -125,8 +125,8 @@ proptest! {
         let (m, h) = (m.view((0, 0), (n, 1)) * 0.3, h.view((0, 0), (2, n)).into_owned());
         let states = vec![1.0; n];
         let design = linear(&plant, 1.0);
-        let wish = Uncertainty::NormBounded { m: m.clone(), h: h.clone() };
-        let found = UncertainBound::linear(&design, &wish, &states, None).unwrap();
+        let uncertainty = Uncertainty::NormBounded { m: m.clone(), h: h.clone() };
+        let found = UncertainBound::linear(&design, &uncertainty, &states, None).unwrap();
         prop_assert!(found.certificate.is_proved(), "{}", found.certificate);
         let f = &plant.a - &design.observer.l * &plant.c;
         // A unit row G, constant: the deviation is one of a polytope of one vertex.

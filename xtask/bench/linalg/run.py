@@ -3,7 +3,7 @@
     python run.py SERVER FOLDER [--largest N] [--mor FOLDER]
 
 Interleaved: each sample is one call of ours and then one of the peer's (small orders: as many calls as fill a millisecond), and the ratio reported is the median
-over the samples of theirs to ours. One thread for everybody (set OPENBLAS_NUM_THREADS=1). The residuals of both are computed here, by the same lines.
+over the samples of theirs to ours. One thread for each program (set OPENBLAS_NUM_THREADS=1). The residuals of both are computed here, by the same code.
 Writes linalg.json, linalg.md and, with a line for each matrix, linalg-summary.md into FOLDER.
 """
 
@@ -131,17 +131,17 @@ def peers(routine, d):
             "scipy solve_continuous_are": lambda: (sla.solve_continuous_are(a, d["b"], q, d["r"]),),
             "slycot sb02md": lambda: (slycot.sb02md(n, a.copy(order="F"), d["b"] @ d["b"].T, q.copy(order="F"), "C")[0],),
         }
-    wish = d["poles"][:, 0] + 1j * d["poles"][:, 1]
+    specified = d["poles"][:, 0] + 1j * d["poles"][:, 1]
     m = d["b"].shape[1]
-    w = wish.astype(complex)
+    w = specified.astype(complex)
     return {
-        "scipy place_poles": lambda: (scipy.signal.place_poles(a, d["b"], wish).gain_matrix,),
+        "scipy place_poles": lambda: (scipy.signal.place_poles(a, d["b"], specified).gain_matrix,),
         "slycot sb01bd": lambda: (-slycot.sb01bd(n, m, n, -1e300, a.copy(order="F"), d["b"].copy(order="F"), w.copy(), "C")[5],),
     }
 
 
 def residual(routine, d, found):
-    """Relative, in the Frobenius norm; for placement the largest distance of a pole from its wish, relative to the largest."""
+    """Relative, in the Frobenius norm; for placement the largest distance of a pole from its specified place, relative to the largest."""
     a, q, norm = d["a"], d["q"], np.linalg.norm
     if routine == "schur":
         u, t = found
@@ -158,9 +158,9 @@ def residual(routine, d, found):
         k = d["b"].T @ x
         terms = 2 * norm(a) * norm(x) + norm(k.T @ k) + norm(q)
         return float(norm(a.T @ x + x @ a - k.T @ k + q) / terms)
-    wish = np.sort_complex(d["poles"][:, 0] + 1j * d["poles"][:, 1])
+    specified = np.sort_complex(d["poles"][:, 0] + 1j * d["poles"][:, 1])
     poles = np.sort_complex(np.linalg.eigvals(a - d["b"] @ x))
-    return float(abs(poles - wish).max() / abs(wish).max())
+    return float(abs(poles - specified).max() / abs(specified).max())
 
 
 def timed(call, times):

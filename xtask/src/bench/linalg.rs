@@ -28,7 +28,7 @@ pub(crate) fn run(largest: Option<usize>, document: bool) -> Result<(), Failure>
         .argument(&folder)
         .arguments(&["--largest", &limit, "--mor"])
         .argument(root().join("../shared/data/mor"))
-        // One thread for everybody.
+        // One thread for each program.
         .variable("OPENBLAS_NUM_THREADS", "1")
         .variable("OMP_NUM_THREADS", "1")
         .step("interleaved")?;

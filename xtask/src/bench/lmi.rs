@@ -34,7 +34,7 @@ pub(crate) fn run(largest: Option<usize>, document: bool) -> Result<(), Failure>
         .argument(root().join("xtask/bench/lmi.py"))
         .argument(&plants)
         .arguments(&limit)
-        // One thread for everybody.
+        // One thread for each program.
         .variable("OPENBLAS_NUM_THREADS", "1")
         .variable("OMP_NUM_THREADS", "1")
         .output("theirs")?;
@@ -94,7 +94,7 @@ mod tests {
     use serde_json::json;
 
     #[test]
-    fn a_row_shows_a_proof_or_a_belief() {
+    fn a_row_shows_a_proof_or_an_unproved_bound() {
         let table = table(&[
             json!({"tool": "luenberger", "n": 3, "p": 1, "ms": 1.5, "verdict": "Proved", "margin": 0.25}),
             json!({"tool": "cvxpy+SCS", "posed": "margin", "n": 50, "p": 3, "ms": 264.0, "status": "error: a | b\nmore", "margin": null}),

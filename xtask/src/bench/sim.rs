@@ -36,7 +36,7 @@ pub(crate) fn run(document: bool) -> Result<(), Failure> {
         .argument(programs.join(if cfg!(windows) { "sim-bench.exe" } else { "sim-bench" }))
         .argument(programs.join(if cfg!(windows) { "runs.exe" } else { "runs" }))
         .argument(&folder)
-        // One thread for everybody.
+        // One thread for each program.
         .variable("OPENBLAS_NUM_THREADS", "1")
         .step("interleaved")?;
     let table = folder.join("sim.md");

@@ -23,7 +23,7 @@ pub(crate) fn run(largest: Option<usize>, document: bool) -> Result<(), Failure>
         .argument(root().join("xtask/bench/sweep/study.toml"))
         .argument(&folder)
         .argument(largest.unwrap_or(LARGEST).to_string())
-        // One thread for everybody who is not told otherwise.
+        // One thread for BLAS, unless a program sets another number.
         .variable("OPENBLAS_NUM_THREADS", "1")
         .step("interleaved")?;
     let table = folder.join("sweep.md");

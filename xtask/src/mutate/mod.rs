@@ -21,7 +21,7 @@ const MINUTE: Duration = Duration::new(60, 0);
 
 /// Result for one mutant.
 #[derive(Clone, Debug, PartialEq, Eq)]
-enum Fate {
+enum Outcome {
     /// By this test, or by the time that a suite may take.
     Killed { by: String },
     /// No suite noticed.
@@ -51,11 +51,11 @@ pub(crate) fn run(only: &[String], list: bool) -> Result<(), Failure> {
     copy::mirror(&root(), &tree)?;
     suite::write_modules(&tree)?;
     let began = Instant::now();
-    let mut fates = vec![Fate::Survived; chosen.len()];
+    let mut outcomes = vec![Outcome::Survived; chosen.len()];
     let rounds = chosen.iter().map(|(source, _)| source.suites.len()).max().unwrap_or(0);
     for round in 0..rounds {
         let left: Vec<_> = (0..chosen.len())
-            .filter(|&k| fates[k] == Fate::Survived)
+            .filter(|&k| outcomes[k] == Outcome::Survived)
             .filter_map(|k| chosen[k].0.suites.get(round).map(|&suite| (k, suite)))
             .collect();
         let allowed = unchanged(left.iter().map(|(_, suite)| *suite), &tree, &target)?;
@@ -63,19 +63,19 @@ pub(crate) fn run(only: &[String], list: bool) -> Result<(), Failure> {
             let (source, mutant) = chosen[*k];
             eprint!("── {}/{} {}: ", done + 1, left.len(), mutant.name);
             let started = Instant::now();
-            fates[*k] = tried(source, mutant, *suite, (&tree, &target), allowed[suite])?;
-            let word = match (&fates[*k], mutant.equivalent) {
-                (Fate::Killed { by }, None) => format!("killed by {by}"),
-                (Fate::Killed { by }, Some(_)) => format!("KILLED by {by}, although listed as equivalent"),
-                (Fate::Survived, _) if source.suites.get(round + 1).is_some() => "not noticed yet".to_owned(),
-                (Fate::Survived, Some(_)) => "survived, equivalent".to_owned(),
-                (Fate::Survived, None) => "SURVIVED".to_owned(),
-                (Fate::DoesNotBuild, _) => "DOES NOT BUILD".to_owned(),
+            outcomes[*k] = tried(source, mutant, *suite, (&tree, &target), allowed[suite])?;
+            let word = match (&outcomes[*k], mutant.equivalent) {
+                (Outcome::Killed { by }, None) => format!("killed by {by}"),
+                (Outcome::Killed { by }, Some(_)) => format!("KILLED by {by}, although listed as equivalent"),
+                (Outcome::Survived, _) if source.suites.get(round + 1).is_some() => "not noticed yet".to_owned(),
+                (Outcome::Survived, Some(_)) => "survived, equivalent".to_owned(),
+                (Outcome::Survived, None) => "SURVIVED".to_owned(),
+                (Outcome::DoesNotBuild, _) => "DOES NOT BUILD".to_owned(),
             };
             eprintln!("{word} ({:.0} s)", started.elapsed().as_secs_f64());
         }
     }
-    let rows: Vec<_> = chosen.into_iter().zip(fates).collect();
+    let rows: Vec<_> = chosen.into_iter().zip(outcomes).collect();
     print!("{}", report(&rows));
     eprintln!("── {} mutants in {:.0} s", rows.len(), began.elapsed().as_secs_f64());
     verdict(&rows)
@@ -158,31 +158,31 @@ fn tried(
     suite: Suite,
     (tree, target): (&Path, &Path),
     allowed: Duration,
-) -> Result<Fate, Failure> {
+) -> Result<Outcome, Failure> {
     let path = tree.join(source.file);
     let text = read(&path)?;
     write(&path, &text.replacen(mutant.fragment, mutant.replacement, 1))?;
     let answer = suite.run(tree, target, allowed);
     write(&path, &text)?;
     Ok(match answer? {
-        Answer::Passed { .. } => Fate::Survived,
-        Answer::Failed { test } => Fate::Killed { by: test },
-        Answer::TimedOut => Fate::Killed { by: "the time that its tests may take".to_owned() },
+        Answer::Passed { .. } => Outcome::Survived,
+        Answer::Failed { test } => Outcome::Killed { by: test },
+        Answer::TimedOut => Outcome::Killed { by: "the time that its tests may take".to_owned() },
         Answer::DoesNotBuild { errors } => {
             eprintln!("\n{errors}");
-            Fate::DoesNotBuild
+            Outcome::DoesNotBuild
         }
     })
 }
 
 /// The counts of each file as a table of Markdown, and the survivors with their reasons.
-fn report(rows: &[((&'static Source, &'static Mutant), Fate)]) -> String {
+fn report(rows: &[((&'static Source, &'static Mutant), Outcome)]) -> String {
     let mut files: BTreeMap<&str, [usize; 4]> = BTreeMap::new();
     let mut total = [0; 4];
-    for ((source, mutant), fate) in rows {
-        let column = match (fate, mutant.equivalent) {
-            (Fate::Killed { .. }, _) => 1,
-            (Fate::Survived, Some(_)) => 2,
+    for ((source, mutant), outcome) in rows {
+        let column = match (outcome, mutant.equivalent) {
+            (Outcome::Killed { .. }, _) => 1,
+            (Outcome::Survived, Some(_)) => 2,
             _ => 3,
         };
         for counts in [files.entry(source.file).or_default(), &mut total] {
@@ -195,22 +195,25 @@ fn report(rows: &[((&'static Source, &'static Mutant), Fate)]) -> String {
         format!("| {name} | {all} | {killed} | {equivalent} | {others} |\n")
     };
     let table = files.iter().fold(head, |text, (file, counts)| text + &line(&format!("`{file}`"), *counts));
-    let survivors = rows.iter().filter(|(_, fate)| *fate == Fate::Survived).map(|((source, mutant), _)| {
+    let survivors = rows.iter().filter(|(_, outcome)| *outcome == Outcome::Survived).map(|((source, mutant), _)| {
         format!("{}: {} ({})\n", source.file, mutant.name, mutant.equivalent.unwrap_or("no test notices"))
     });
     format!("{table}{}\n{}", line("all", total), survivors.collect::<String>())
 }
 
-fn verdict(rows: &[((&'static Source, &'static Mutant), Fate)]) -> Result<(), Failure> {
-    let names = |wanted: &dyn Fn(&Mutant, &Fate) -> bool| -> Vec<&str> {
-        rows.iter().filter(|((_, mutant), fate)| wanted(mutant, fate)).map(|((_, mutant), _)| mutant.name).collect()
+fn verdict(rows: &[((&'static Source, &'static Mutant), Outcome)]) -> Result<(), Failure> {
+    let names = |wanted: &dyn Fn(&Mutant, &Outcome) -> bool| -> Vec<&str> {
+        rows.iter()
+            .filter(|((_, mutant), outcome)| wanted(mutant, outcome))
+            .map(|((_, mutant), _)| mutant.name)
+            .collect()
     };
     let wrong = [
-        ("survived", names(&|mutant, fate| *fate == Fate::Survived && mutant.equivalent.is_none())),
-        ("do not build", names(&|_, fate| *fate == Fate::DoesNotBuild)),
+        ("survived", names(&|mutant, outcome| *outcome == Outcome::Survived && mutant.equivalent.is_none())),
+        ("do not build", names(&|_, outcome| *outcome == Outcome::DoesNotBuild)),
         (
             "were killed, although listed as equivalent",
-            names(&|mutant, fate| matches!(fate, Fate::Killed { .. }) && mutant.equivalent.is_some()),
+            names(&|mutant, outcome| matches!(outcome, Outcome::Killed { .. }) && mutant.equivalent.is_some()),
         ),
     ];
     let said: Vec<_> = wrong
@@ -243,14 +246,14 @@ mod tests {
 
     #[test]
     fn only_listed_survivors_pass() {
-        let row = |equivalent: bool, fate: Fate| {
+        let row = |equivalent: bool, outcome: Outcome| {
             let found = chosen(&[]).find(|(_, mutant)| mutant.equivalent.is_some() == equivalent).unwrap();
-            verdict(&[(found, fate)])
+            verdict(&[(found, outcome)])
         };
-        let killed = Fate::Killed { by: "a test".to_owned() };
-        assert!(row(false, killed.clone()).is_ok() && row(true, Fate::Survived).is_ok());
-        for (equivalent, fate) in [(false, Fate::Survived), (true, killed), (false, Fate::DoesNotBuild)] {
-            assert!(row(equivalent, fate.clone()).is_err(), "{fate:?}");
+        let killed = Outcome::Killed { by: "a test".to_owned() };
+        assert!(row(false, killed.clone()).is_ok() && row(true, Outcome::Survived).is_ok());
+        for (equivalent, outcome) in [(false, Outcome::Survived), (true, killed), (false, Outcome::DoesNotBuild)] {
+            assert!(row(equivalent, outcome.clone()).is_err(), "{outcome:?}");
         }
     }
 }

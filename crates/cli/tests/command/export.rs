@@ -525,9 +525,12 @@ fn an_observer_without_a_certificate_is_exported_on_request() {
 
 /// The names of the observers of a study, as the command lists them.
 fn observers(file: &str) -> Vec<String> {
-    let told = luenberger(&["export", file, "--to", "c", "--observer", "no such observer"], "").stderr;
-    let list =
-        told.split("it has ").nth(1).and_then(|list| list.lines().next()).unwrap_or_else(|| panic!("{file}: {told}"));
+    let message = luenberger(&["export", file, "--to", "c", "--observer", "no such observer"], "").stderr;
+    let list = message
+        .split("it has ")
+        .nth(1)
+        .and_then(|list| list.lines().next())
+        .unwrap_or_else(|| panic!("{file}: {message}"));
     list.split(", ").map(str::to_owned).collect()
 }
 

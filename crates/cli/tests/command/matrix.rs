@@ -106,9 +106,9 @@ fn several_inputs_place_the_poles_of_a_minus_b_k() {
     let closed = matrix(&a) - matrix(&b) * matrix(&found["k"]);
     let rows: Vec<Vec<f64>> = closed.row_iter().map(|row| row.iter().copied().collect()).collect();
     let spectrum = luenberger(&["eig", "-", "--json"], json!({ "a": rows }).to_string()).json();
-    let wished = vec![Complex::new(-2.0, 0.0), Complex::new(-1.0, 1.0), Complex::new(-1.0, -1.0)];
-    assert_same_set("place", &complex(&spectrum["eigenvalues"]), wished.clone());
-    assert_same_set("place", &complex(&found["poles"]), wished);
+    let expected = vec![Complex::new(-2.0, 0.0), Complex::new(-1.0, 1.0), Complex::new(-1.0, -1.0)];
+    assert_same_set("place", &complex(&spectrum["eigenvalues"]), expected.clone());
+    assert_same_set("place", &complex(&found["poles"]), expected);
     assert!(found["condition"].as_f64().unwrap() >= 1.0);
 }
 

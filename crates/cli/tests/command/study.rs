@@ -79,14 +79,14 @@ fn a_run_is_the_same_twice_and_its_certificates_hold() {
         assert_eq!((ran.code, ran.stderr_without_estimate()), (Some(0), String::new()));
         (files(&out), ran.json())
     };
-    let (first, told) = run("first", "1");
+    let (first, printed) = run("first", "1");
     let (second, again) = run("second", "2");
-    assert!(first == second && told == again, "{:?}", first.keys().collect::<Vec<_>>());
+    assert!(first == second && printed == again, "{:?}", first.keys().collect::<Vec<_>>());
     for name in ["report.html", "study.json", "trajectories/cubic.csv", "trajectories/cubic.npz"] {
         assert!(first.contains_key(Path::new(name)), "{name}");
     }
     let written: Value = serde_json::from_slice(&first[Path::new("study.json")]).unwrap();
-    assert_eq!(written, told);
+    assert_eq!(written, printed);
     let certificates: Vec<String> = first
         .keys()
         .filter(|name| name.starts_with("certificates"))
@@ -116,17 +116,17 @@ fn what_is_no_certificate_is_no_question() {
 }
 
 #[test]
-fn steps_tell_their_part() {
+fn each_step_prints_its_part() {
     let (folder, file) = study("steps", "double-integrator");
-    let told = |step: &str| {
+    let output_of = |step: &str| {
         let ran = luenberger(&[step, &file], "");
         assert_eq!((ran.code, ran.stderr_without_estimate()), (Some(0), String::new()), "{step}");
         ran.stdout
     };
-    assert!(told("observe").contains("observability: rank 2 of 2, observable"));
-    let design = told("design");
+    assert!(output_of("observe").contains("observability: rank 2 of 2, observable"));
+    let design = output_of("design");
     assert!(design.contains("linear (luenberger): proved") && design.contains("L = [7; 10]"), "{design}");
-    let compared = told("compare");
+    let compared = output_of("compare");
     assert!(compared.contains("observer") && compared.contains("settling time (s)") && compared.contains("cubic"));
     assert!(!folder.join("study-results").exists());
 }
@@ -183,8 +183,11 @@ fn an_imported_model_is_a_study() {
     std::fs::write(&model, r#"{"A": [[0, 1], [-2, -3]], "B": [[0], [1]], "C": [[1, 0]], "hsv": [1]}"#).unwrap();
     let (model, file) = (model.to_str().unwrap(), folder.join("study.toml"));
     let file = file.to_str().unwrap();
-    let told = luenberger(&["import", model, "-o", file, "--json"], "").json();
-    assert_eq!(told, serde_json::json!({ "study": file, "states": 2, "inputs": 1, "outputs": 1, "ignored": ["hsv"] }));
+    let imported = luenberger(&["import", model, "-o", file, "--json"], "").json();
+    assert_eq!(
+        imported,
+        serde_json::json!({ "study": file, "states": 2, "inputs": 1, "outputs": 1, "ignored": ["hsv"] })
+    );
     let ran = luenberger(&["compare", file], "");
     assert_eq!(ran.code, Some(0), "{ran:?}");
     let ran = luenberger(&["import", model, "-o", file], "");

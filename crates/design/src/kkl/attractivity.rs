@@ -6,7 +6,7 @@ use luenberger_proof::{Interval, Matrix};
 use nalgebra::{Complex, DMatrix};
 
 use super::error::KklError;
-use super::stability::{Forgetting, hurwitz};
+use super::stability::{HurwitzAnalysis, hurwitz};
 use crate::enclosure::IntervalDual;
 use crate::enclosure::paths::{Undefined, explore};
 
@@ -66,6 +66,6 @@ pub fn attractivity(
         }
     }
     let jacobian = Matrix::from_fn(order, order, |i, j| columns[j][i]);
-    let Forgetting { spectrum: eigenvalues, p, certificate } = hurwitz(&jacobian)?;
+    let HurwitzAnalysis { spectrum: eigenvalues, p, certificate } = hurwitz(&jacobian)?;
     Ok(Ok(Attractivity { jacobian, eigenvalues, p, certificate }))
 }

@@ -33,7 +33,7 @@ pub struct Coupling {
     /// The pairs (i, j), from 0, for which `B_i` was not shown to be independent of `xi_j`.
     pub reads: Vec<(usize, usize)>,
     /// The first pair that violates the condition; none if the verdict is `Proved`.
-    pub obstacle: Option<OpenCoupling>,
+    pub objection: Option<OpenCoupling>,
     /// B leaves the decay of the errors to Lambda. `Proved` has an infinite margin: the statement is one of structure.
     /// `Refuted`: B_i reads xi_j with `j >= i`, which is not what a [`KklMap`](luenberger_observers::KklMap) may do;
     /// whether the observer converges in spite of it is not said.
@@ -63,7 +63,7 @@ pub(super) fn coupling<C: Pieces<IntervalDual> + Pieces<SymbolicPolynomial>>(
     let pairs = (0..order).flat_map(|i| (0..order).map(move |j| (i, j)));
     let reads: Vec<(usize, usize)> = pairs.filter(|&(i, j)| known(i, j) != Dependence::None).collect();
     let back = ways(order, |i, j| !lambda[(i, j)].is_zero() || reads.contains(&(i, j)));
-    let objection = |&(row, entry): &(usize, usize)| {
+    let objection_to = |&(row, entry): &(usize, usize)| {
         let why = if entry >= row {
             CouplingObjection::NotEarlier
         } else if integrated.contains(&entry) {
@@ -77,20 +77,20 @@ pub(super) fn coupling<C: Pieces<IntervalDual> + Pieces<SymbolicPolynomial>>(
         };
         Some(OpenCoupling { row, entry, why })
     };
-    let obstacles: Vec<OpenCoupling> = reads.iter().filter_map(objection).collect();
-    let mut forbidden = obstacles.iter().filter(|obstacle| obstacle.why == CouplingObjection::NotEarlier);
-    let verdict = match forbidden.find_map(|obstacle| shown(candidate, obstacle, points, size)) {
+    let objections: Vec<OpenCoupling> = reads.iter().filter_map(objection_to).collect();
+    let mut forbidden = objections.iter().filter(|objection| objection.why == CouplingObjection::NotEarlier);
+    let verdict = match forbidden.find_map(|objection| shown(candidate, objection, points, size)) {
         Some(witness) => Verdict::Refuted { witness },
-        None if obstacles.is_empty() => Verdict::Proved { margin: f64::INFINITY },
+        None if objections.is_empty() => Verdict::Proved { margin: f64::INFINITY },
         None => Verdict::Undecided { why: UndecidedReason::DataTooUncertain { width: f64::INFINITY }, best: f64::NAN },
     };
-    let obstacle = match &verdict {
+    let objection = match &verdict {
         Verdict::Refuted { witness: CouplingWitness { row, entry, .. } } => {
             Some(OpenCoupling { row: *row, entry: *entry, why: CouplingObjection::NotEarlier })
         }
-        _ => obstacles.first().copied(),
+        _ => objections.first().copied(),
     };
-    Coupling { reads, obstacle, verdict }
+    Coupling { reads, objection, verdict }
 }
 
 /// From which entry there is a way to which, `acts(i, j)` meaning that j acts on i.
@@ -173,11 +173,11 @@ fn collected<C: Pieces<IntervalDual> + Pieces<SymbolicPolynomial>>(
 /// A point around which the derivative of B by the entry of xi is proved not to be 0.
 fn shown<C: Pieces<IntervalDual>>(
     candidate: &C,
-    obstacle: &OpenCoupling,
+    objection: &OpenCoupling,
     points: &[Vec<Interval>],
     size: Dimensions,
 ) -> Option<CouplingWitness> {
-    let OpenCoupling { row, entry, .. } = *obstacle;
+    let OpenCoupling { row, entry, .. } = *objection;
     points.iter().find_map(|point| {
         let (x, u, t) = still(point, size);
         let phi = explore(|| candidate.image(t, &x, &candidate.output(t, &x))).ok()?.into_iter().next()?;

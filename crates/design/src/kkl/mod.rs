@@ -358,9 +358,9 @@ impl fmt::Display for KklReport {
             "{:<9}  B reads earlier entries of xi only, and leaves the decay to Lambda: ",
             coupling.verdict.word()
         )?;
-        match (&coupling.verdict, &coupling.obstacle) {
+        match (&coupling.verdict, &coupling.objection) {
             (Verdict::Refuted { witness }, _) => writeln!(f, "{witness}")?,
-            (_, Some(obstacle)) => writeln!(f, "{obstacle}")?,
+            (_, Some(objection)) => writeln!(f, "{objection}")?,
             (_, None) if coupling.reads.is_empty() => writeln!(f, "it reads none")?,
             (_, None) => writeln!(f, "entries (of B, of xi), from 0: {:?}", coupling.reads)?,
         }
@@ -499,8 +499,8 @@ impl<K> KklDesign<K> {
         if let Verdict::Refuted { witness } = &report.coupling.verdict {
             return Err(KklError::ReadsItself(witness.clone()));
         }
-        if let Some(obstacle) = report.coupling.obstacle {
-            return Err(KklError::CouplingUndecided(obstacle));
+        if let Some(objection) = report.coupling.objection {
+            return Err(KklError::CouplingUndecided(objection));
         }
         match (&report.injectivity.verdict, &report.injectivity.near_collision) {
             (Verdict::Refuted { witness }, _) => return Err(KklError::NotInjective(witness.clone())),

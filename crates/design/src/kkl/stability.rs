@@ -54,7 +54,7 @@ impl Stability {
 
 /// The eigenvalues of the middle of a matrix between bounds, the largest real part first, and the P that is to prove
 /// all of it Hurwitz.
-pub(crate) struct Forgetting {
+pub(crate) struct HurwitzAnalysis {
     pub(crate) spectrum: Vec<Complex<f64>>,
     pub(crate) p: Option<DMatrix<f64>>,
     /// The theorem, where there is a P.
@@ -63,24 +63,24 @@ pub(crate) struct Forgetting {
 
 /// `P > 0` and `F'P + P F < 0`, for every F between the bounds, with P from the middle; and the eigenvalues of the
 /// middle, the largest real part first. No theorem where the middle is not Hurwitz.
-pub(crate) fn hurwitz(f: &Matrix<Interval>) -> Result<Forgetting, DesignError> {
+pub(crate) fn hurwitz(f: &Matrix<Interval>) -> Result<HurwitzAnalysis, DesignError> {
     let order = f.rows();
     let matrix = DMatrix::from_fn(order, order, |i, j| f[(i, j)].midpoint());
     let mut spectrum = eigenvalues(&matrix)?;
     spectrum.sort_by(|x, y| y.re.total_cmp(&x.re));
     if order == 0 || spectrum.first().is_some_and(|largest| largest.re >= 0.0) {
-        return Ok(Forgetting { spectrum, p: None, certificate: Certificate::default() });
+        return Ok(HurwitzAnalysis { spectrum, p: None, certificate: Certificate::default() });
     }
     let p = match lyapunov(&matrix, &DMatrix::identity(order, order)) {
         Ok(solution) => symmetric_part(&solution.p),
         // Hurwitz to rounding only.
         Err(LinalgError::SingularEquation { .. } | LinalgError::UndecidedEquation { .. }) => {
-            return Ok(Forgetting { spectrum, p: None, certificate: Certificate::default() });
+            return Ok(HurwitzAnalysis { spectrum, p: None, certificate: Certificate::default() });
         }
         Err(error) => return Err(error.into()),
     };
     let certificate = Certificate::of([HurwitzStability::within(f, &proof_matrix(&p))?])?;
-    Ok(Forgetting { spectrum, p: Some(p), certificate })
+    Ok(HurwitzAnalysis { spectrum, p: Some(p), certificate })
 }
 
 /// Stability of this Lambda.
@@ -90,8 +90,8 @@ pub(super) fn stability(lambda: Matrix<Interval>) -> Result<Stability, DesignErr
     let (integrated, rest): (Vec<usize>, Vec<usize>) = (0..order).partition(|&i| nothing(i));
     let moving = Matrix::from_fn(rest.len(), rest.len(), |i, j| lambda[(rest[i], rest[j])]);
     let bounded = moving.as_slice().iter().all(Interval::is_bounded);
-    let Forgetting { spectrum: eigenvalues, p, certificate } = if rest.is_empty() || !bounded {
-        Forgetting { spectrum: Vec::new(), p: None, certificate: Certificate::default() }
+    let HurwitzAnalysis { spectrum: eigenvalues, p, certificate } = if rest.is_empty() || !bounded {
+        HurwitzAnalysis { spectrum: Vec::new(), p: None, certificate: Certificate::default() }
     } else {
         hurwitz(&moving)?
     };
@@ -108,12 +108,12 @@ impl Stability {
         if !self.integrated.is_empty() {
             return Err(KklError::NotHurwitz { what: "Lambda", eigenvalue: zero });
         }
-        forgets("Lambda", &self.eigenvalues, &self.certificate)
+        require_decay("Lambda", &self.eigenvalues, &self.certificate)
     }
 }
 
 /// The error of a matrix with this spectrum, the largest real part first, unless this proves it Hurwitz.
-pub(crate) fn forgets(
+pub(crate) fn require_decay(
     what: &'static str,
     spectrum: &[Complex<f64>],
     certificate: &Certificate,

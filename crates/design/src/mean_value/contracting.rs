@@ -62,7 +62,8 @@ impl ContractingCoordinates {
     /// ```
     /// use luenberger_design::mean_value::ContractingCoordinates;
     /// use nalgebra::dmatrix;
-    /// // Stable, but not in its unmeasured block: the printed observer diverges for every eta > 1/10, in other coordinates it converges.
+    /// // Stable, but not in its unmeasured block: the printed observer diverges for every eta > 1/10, in other
+    /// // coordinates it converges.
     /// let design = ContractingCoordinates::new(&[dmatrix![-3.0, 2.0; -2.0, 1.0]], 1, 0.5)?;
     /// assert!(design.certificate.is_proved() && 1.0 - design.k[(0, 0)] * 2.0 < -0.5);
     /// # Ok::<(), luenberger_design::DesignError>(())

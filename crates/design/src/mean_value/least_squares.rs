@@ -7,7 +7,7 @@
 //! 1] is zero). What is lost by it:
 //! - a local minimum of `X_i^2` with `X_i != 0` stops it. `f(x) = d^3/3 - 2 d^5`, `d = x - 1/2`, from xhat = 0 to 1 has
 //!   one at 1/2, where every solver that is started in the middle stays: X = -1/24, although X vanishes at beta = 0.137
-//!   and 0.863. The observer's e is then driven by X: even if it is told x(0), it is wrong. More
+//!   and 0.863. The observer's e is then driven by X: it is wrong even from e(0) = x(0) - xhat(0). More
 //!   [starts](LeastSquares::with_starts) help, and prove nothing;
 //! - X is differenced once more, for the Jacobian of the least squares;
 //! - time: measured beside the other means in `docs/theory-mvt.md`.

@@ -19,7 +19,7 @@ pub struct Progress {
 pub(crate) type Listener<'a> = dyn FnMut(Progress) -> ControlFlow<()> + 'a;
 
 impl Progress {
-    /// Told to the listener; his break is an error, so that it ends whatever is being done.
+    /// Calls the listener; its break is an error, which ends the computation.
     pub(crate) fn tell(self, listener: &mut Listener<'_>) -> Result<(), NumericalKklError> {
         let Self { stage, done, total } = self;
         match listener(self) {

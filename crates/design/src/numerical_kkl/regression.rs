@@ -49,7 +49,7 @@ pub(crate) type Tree<const I: usize, const O: usize> = PolynomialTree<f64, Vec<N
 /// for each.
 const BETWEEN_CALLS: usize = 256;
 
-/// Told the number of leaves again and again while one is fitted; its error ends the fit.
+/// Called with the number of leaves at intervals during a fit; its error ends the fit.
 type Listener<'a> = dyn FnMut(usize) -> Result<(), NumericalKklError> + 'a;
 
 /// The tree of at most `budget.leaves` leaves that fits the samples.

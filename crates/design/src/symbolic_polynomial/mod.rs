@@ -148,7 +148,7 @@ pub(crate) fn open_question(what: &'static str, operands: &[SymbolicPolynomial])
         let mut cell = cell.borrow_mut();
         used_elsewhere(operands, cell.as_ref().map_or(0, |arena| arena.number));
         let Some(arena) = cell.as_mut() else {
-            // Nobody knows which evaluation is being answered.
+            // It is unknown which evaluation this belongs to.
             written().values_mut().for_each(|elsewhere| *elsewhere = true);
             return false;
         };

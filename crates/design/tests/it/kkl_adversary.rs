@@ -379,7 +379,7 @@ fn readings_known_by_construction() {
         let allowed = !(itself || back && reads.contains(&(1, 0)));
         assert_eq!(coupling.verdict.is_refuted(), itself, "{coupling:?} {maps:?}");
         assert_eq!(coupling.verdict.is_proved(), allowed, "{coupling:?} {maps:?}");
-        assert_eq!(coupling.obstacle.is_none(), allowed);
+        assert_eq!(coupling.objection.is_none(), allowed);
         counts[if itself {
             0
         } else if allowed {
@@ -413,7 +413,7 @@ fn an_unstable_observer_is_no_design() {
         Maps { lambda: dmatrix![0.0, 0.0; 0.0, -1.0], b, phi, outputs: 1, states: 2, place: Where::Here, step: 0.0 };
     let coupling = report(&two, &maps, 1.0).unwrap().coupling;
     assert!(
-        !coupling.verdict.is_proved() && coupling.obstacle.unwrap().why == CouplingObjection::Integrated,
+        !coupling.verdict.is_proved() && coupling.objection.unwrap().why == CouplingObjection::Integrated,
         "{coupling:?}"
     );
 }

@@ -1,4 +1,4 @@
-//! The LPV design: known answers, obstacles by name, units, and bad input.
+//! The LPV design: known answers, reasons of infeasibility by name, units, and bad input.
 
 use luenberger_design::lpv::MAX_VARYING;
 use luenberger_design::{DesignError, LpvDesign, LpvError, Region};

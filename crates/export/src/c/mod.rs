@@ -13,7 +13,7 @@
 //! | `fixed` | all files of a linear observer in fixed point |
 //! | `plant` | the right-hand sides of a nonlinear plant; Runge-Kutta steps |
 //! | `extension` | the step of an observer of expressions |
-//! | `copy` | the step of its copy with a constant gain |
+//! | `sampled_nonlinear` | the step of the observer of a nonlinear plant with a constant gain |
 //! | `kalman` | the step of the extended Kalman filter |
 //! | `unscented` | the step of the unscented Kalman filter |
 //! | `moving_horizon` | the step of the moving-horizon estimator |
@@ -23,7 +23,6 @@
 //! | `test` | the test with golden vectors |
 //! | `project` | build file and README |
 
-mod copy;
 mod cubic;
 mod extension;
 mod feedback;
@@ -35,6 +34,7 @@ mod linear;
 mod moving_horizon;
 pub(crate) mod plant;
 mod project;
+mod sampled_nonlinear;
 pub(crate) mod source;
 mod step;
 mod table;

@@ -3,8 +3,8 @@
 use std::fmt::Write;
 
 use super::{
-    copy, cubic, extension, feedback, kalman, kkl, lengths, linear, matrix, moving_horizon, plant, scalar, unscented,
-    varying,
+    cubic, extension, feedback, kalman, kkl, lengths, linear, matrix, moving_horizon, plant, sampled_nonlinear, scalar,
+    unscented, varying,
 };
 use crate::exportable_observer::{ExportableObserver, Maps};
 use crate::{Export, number};
@@ -96,11 +96,11 @@ void {name}_reset({name}_state *state)
         (ExportableObserver::Extension(observer), Some(maps)) => {
             extension::step(&mut text, export, observer, (maps, &observer.observer().routines()));
         }
-        (ExportableObserver::Discrete(_), Some(maps)) => copy::discrete_step(&mut text, export, maps),
+        (ExportableObserver::Discrete(_), Some(maps)) => sampled_nonlinear::discrete_step(&mut text, export, maps),
         (ExportableObserver::Step(_), Some(maps)) => super::step::step(&mut text, export, maps),
         (ExportableObserver::Varying(_), _) => varying::step(&mut text, export),
         (ExportableObserver::SampledNonlinear(observer), Some(maps)) => {
-            copy::step(&mut text, export, maps, observer.substeps());
+            sampled_nonlinear::step(&mut text, export, maps, observer.substeps());
         }
         _ => linear::step(&mut text, export),
     }

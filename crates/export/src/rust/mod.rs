@@ -2,7 +2,7 @@
 //!
 //! | file | subject |
 //! |---|---|
-//! | `plant` | a nonlinear plant, and the observers with a copy of it |
+//! | `plant` | a nonlinear plant, and its observers |
 //! | `staticlib` | a static library with the interface of the emitted C |
 //! | `kkl` | the numerical KKL observer |
 //! | `test` | the test with golden vectors |
@@ -215,7 +215,7 @@ pub fn observer() -> Result<Observer, ObserverError> {{
         ExportableObserver::Kalman(_) => plant::kalman(&mut text, export),
         ExportableObserver::Unscented(filter) => plant::unscented(&mut text, export, filter.sigma_points()),
         ExportableObserver::MovingHorizon(estimator) => plant::moving_horizon(&mut text, export, estimator),
-        ExportableObserver::SampledNonlinear(_) => plant::copy(&mut text, export),
+        ExportableObserver::SampledNonlinear(_) => plant::sampled_nonlinear(&mut text, export),
         ExportableObserver::Discrete(_) => plant::discrete(&mut text, export),
         ExportableObserver::Kkl(observer) => kkl::observer(&mut text, export, observer),
         ExportableObserver::Extension(observer) => extension::observer(&mut text, export, observer),

@@ -1,4 +1,4 @@
-//! A nonlinear plant as Rust, and the observers with a copy of it.
+//! A nonlinear plant as Rust, and its observers.
 
 use std::fmt::Write;
 
@@ -18,14 +18,14 @@ pub(super) fn dialect(scalar: Scalar) -> Dialect<'static> {
     Dialect { language: Language::Rust, single: scalar == Scalar::Binary32, prefix: "", literal }
 }
 
-/// The body of `observer()` for the copy with a constant gain.
-pub(super) fn copy(text: &mut String, export: &Export) {
+/// The body of `observer()` for the observer with a constant gain.
+pub(super) fn sampled_nonlinear(text: &mut String, export: &Export) {
     let gain = named(export, "L").unwrap_or_default();
     let substeps = export.observer.substeps().unwrap_or(1);
     _ = writeln!(text, "    SampledNonlinearObserver::new(Model, {gain}, {}, {substeps})", period(export));
 }
 
-/// The body of `observer()` for the copy in discrete time.
+/// The body of `observer()` for the observer in discrete time.
 pub(super) fn discrete(text: &mut String, export: &Export) {
     let gain = named(export, "L").unwrap_or_default();
     _ = writeln!(text, "    DiscreteNonlinearObserver::new(Model, {gain}, {})", period(export));

@@ -459,12 +459,12 @@ fn misra_rules_hold_but_for_the_documented_deviations() {
         // The functions of libm stand before what is emitted for the plant.
         let is_own = |line: &str| ["table_x", "void motion("].iter().any(|first| line.contains(first));
         let first = source.lines().position(is_own).unwrap() + 1;
-        let told = Command::new("cppcheck")
+        let output = Command::new("cppcheck")
             .current_dir(&folder)
             .args(["--addon=misra", "--std=c99", "--quiet", "--suppress=missingIncludeSystem", "plant.c"])
             .output()
             .unwrap();
-        for line in String::from_utf8_lossy(&told.stderr).lines() {
+        for line in String::from_utf8_lossy(&output.stderr).lines() {
             let Some(rule) = line.split("misra-c2012-").nth(1).map(|rest| rest.trim_end_matches(']')) else { continue };
             let mut place = line.split(':');
             let (name, number) = (place.next().unwrap(), place.next().unwrap().parse::<usize>().unwrap());

@@ -144,12 +144,12 @@ fn cost_and_memory_are_in_the_header() {
             assert!(bounded.operations() > 30 * free.operations());
             assert!(header(&free).contains(&format!("at most {} floating-point operations.", free.operations())));
             let text = header(&bounded);
-            let told = format!(
+            let statement = format!(
                 "One step takes at most {} floating-point operations, {} without active bounds.",
                 bounded.operations(),
                 free.operations()
             );
-            assert!(text.contains(&told), "{text}");
+            assert!(text.contains(&statement), "{text}");
             let bytes = text.split("The state has ").nth(1).and_then(|rest| rest.split(' ').next()).unwrap();
             let Some(compiler) = compilers().into_iter().next() else { continue };
             std::fs::write(folder.join("cart.h"), &text).unwrap();

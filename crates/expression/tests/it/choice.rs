@@ -66,7 +66,7 @@ fn values_of_conditions_and_choices() {
     }
 }
 
-/// The branch that is not taken is not evaluated: it may be undefined there, and nobody is told.
+/// The branch that is not taken is not evaluated: it may be undefined there without an error.
 #[test]
 fn the_other_branch_is_not_evaluated() {
     let root = parse("if(x1 > 0, sqrt(x1), -sqrt(-x1))");

@@ -95,7 +95,7 @@ fn precedence() {
     }
 }
 
-/// Every function against its derivative in closed form, along x1 = 0.7 or where it is told.
+/// Every function against its derivative in closed form, at x1 = 0.7 or at the point in the row.
 #[test]
 fn derivatives_are_the_closed_forms() {
     let table: [(&str, f64, Derivative); 33] = [

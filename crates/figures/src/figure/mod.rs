@@ -1,5 +1,5 @@
-//! A figure, described once and drawn three ways: SVG and PNG for a paper ([`still`]), interactive in the report
-//! ([`interactive`]).
+//! A figure, described once and drawn three ways: SVG and PNG for a paper ([`static_figure`]), interactive in the
+//! report ([`interactive`]).
 //!
 //! A figure has panels, a panel has curves or bars. Colours are those of Okabe and Ito (2008), which people with any
 //! kind of colour blindness tell apart, and each curve also gets its own dash, so that a figure survives
@@ -7,7 +7,7 @@
 //!
 //! ```
 //! use luenberger_figures::{Figure, Mark, Panel, Series};
-//! use luenberger_figures::figure::still;
+//! use luenberger_figures::figure::static_figure;
 //!
 //! let t: Vec<f64> = (0..=400).map(|k| f64::from(k) / 100.0).collect();
 //! let [slow, fast] = [1.0, 2.0].map(|rate| t.iter().map(|t| f64::exp(-rate * t)).collect::<Vec<_>>());
@@ -16,14 +16,14 @@
 //!     .series(Series::line("cubic", &t, &fast))
 //!     .mark(Mark::horizontal(0.05).label("5 %"));
 //! let figure = Figure::new("Decay of the error").caption("The two observers from e(0) = 1.").panel(panel);
-//! assert!(still::svg(&figure)?.starts_with("<svg"));
+//! assert!(static_figure::svg(&figure)?.starts_with("<svg"));
 //! # Ok::<(), luenberger_figures::figure::FigureError>(())
 //! ```
 
 mod canvas;
 pub mod interactive;
 mod packed;
-pub mod still;
+pub mod static_figure;
 mod stroke;
 pub(crate) mod style;
 mod thinned;

@@ -1,6 +1,6 @@
 //! Errors of invalid figures, and consistency of the renderings.
 
-use luenberger_figures::figure::{FigureError, interactive, still};
+use luenberger_figures::figure::{FigureError, interactive, static_figure};
 use luenberger_figures::{Area, Bar, Figure, Hue, Mark, Panel, Series};
 
 fn panel() -> Panel {
@@ -9,9 +9,9 @@ fn panel() -> Panel {
 
 fn refused(panel: Panel) -> FigureError {
     let figure = Figure::new("").panel(panel);
-    let error = still::svg(&figure).unwrap_err();
+    let error = static_figure::svg(&figure).unwrap_err();
     // Compared by message, because an error that contains NaN is not equal to itself.
-    assert_eq!(still::png(&figure).unwrap_err().to_string(), error.to_string());
+    assert_eq!(static_figure::png(&figure).unwrap_err().to_string(), error.to_string());
     assert_eq!(interactive::plotly(&figure).unwrap_err().to_string(), error.to_string());
     error
 }
@@ -48,17 +48,17 @@ fn what_cannot_be_drawn_is_an_error_that_names_it() {
     assert!(matches!(refused(band(&[0.0, f64::NAN], &[1.0, 1.0])), FigureError::NotFinite { index: 1, .. }));
     assert!(matches!(refused(band(&[0.0, 0.0], &[1.0, 1.0]).log_y()), FigureError::NotPositive { .. }));
     assert!(matches!(refused(two().area(Area::between("band", &[], &[], &[]))), FigureError::Empty { .. }));
-    assert!(matches!(still::svg(&Figure::new("")).unwrap_err(), FigureError::Empty { .. }));
+    assert!(matches!(static_figure::svg(&Figure::new("")).unwrap_err(), FigureError::Empty { .. }));
 }
 
 #[test]
 fn one_point_and_constant_curves_can_be_drawn() {
     for y in [0.0, -3.0, 1e-300, 1e200] {
         let figure = Figure::new("").panel(panel().series(Series::line("a", &[1.0, 2.0], &[y, y])));
-        still::svg(&figure).unwrap();
+        static_figure::svg(&figure).unwrap();
         interactive::plotly(&figure).unwrap();
     }
-    still::png(&Figure::new("").panel(panel().series(Series::points("a", &[1.0], &[2.0])))).unwrap();
+    static_figure::png(&Figure::new("").panel(panel().series(Series::points("a", &[1.0], &[2.0])))).unwrap();
 }
 
 #[test]
@@ -70,7 +70,7 @@ fn the_renderings_share_names_labels_and_colours() {
             &x,
             &[3.0, 2.0, 1.0],
         )));
-    let svg = still::svg(&figure).unwrap();
+    let svg = static_figure::svg(&figure).unwrap();
     let plotly = interactive::plotly(&figure).unwrap().to_string();
     for word in ["cubic", "linear", "time t (s)", "error e (m)", "#0072b2", "#d55e00"] {
         assert!(svg.contains(word) && plotly.contains(word), "{word}");
@@ -83,7 +83,8 @@ fn curves_are_clipped_to_their_axes() {
     let x: Vec<f64> = (0..=100).map(|k| f64::from(k) / 10.0).collect();
     let y: Vec<f64> = x.iter().map(|x| (x * x).exp().min(1e30)).collect();
     let svg =
-        still::svg(&Figure::new("").panel(panel().series(Series::line("blow-up", &x, &y)).y_range(0.0, 10.0))).unwrap();
+        static_figure::svg(&Figure::new("").panel(panel().series(Series::line("blow-up", &x, &y)).y_range(0.0, 10.0)))
+            .unwrap();
     let paths: Vec<&str> = svg.split("<path d=\"").skip(1).filter_map(|rest| rest.split('"').next()).collect();
     assert!(!paths.is_empty());
     for number in
@@ -101,7 +102,7 @@ fn areas_are_translucent_and_enclosed_by_the_axes() {
     let band = Area::between("filter \u{b1} 2 sigma", &x, &[-9.0, -2.0, -1.0], &[9.0, 2.0, 1.0]).hue(Hue::Palette(0));
     let curve = Series::line("filter", &x, &[0.0, 0.5, 0.0]).hue(Hue::Palette(0));
     let figure = |panel: Panel| Figure::new("").panel(panel.series(curve.clone()).area(band.clone()));
-    let svg = still::svg(&figure(panel())).unwrap();
+    let svg = static_figure::svg(&figure(panel())).unwrap();
     let drawn = |svg: &str| -> Vec<String> {
         let areas = svg.split("<path ").filter(|path| path.contains("fill=\"#0072b2\" fill-opacity=\"0.18\""));
         areas.map(|path| path[3..path.find('Z').unwrap()].to_owned()).collect()
@@ -120,9 +121,9 @@ fn areas_are_translucent_and_enclosed_by_the_axes() {
     let heights = |svg: &str| -> Vec<f64> {
         drawn(svg)[1].split('L').map(|corner| corner.split(' ').next_back().unwrap().parse().unwrap()).collect()
     };
-    let cut = heights(&still::svg(&figure(panel().y_range(-2.0, 2.0))).unwrap());
+    let cut = heights(&static_figure::svg(&figure(panel().y_range(-2.0, 2.0))).unwrap());
     assert!(cut[0] == cut[1] && cut[0] < cut[2] && cut[4] == cut[5], "{cut:?}");
-    still::png(&figure(panel())).unwrap();
+    static_figure::png(&figure(panel())).unwrap();
 }
 
 /// Curves over the same abscissas have them once.

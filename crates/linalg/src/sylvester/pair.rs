@@ -20,7 +20,7 @@ use std::cell::{Cell, RefCell};
 
 /// The full iteration is used if three substitutions give a separation below this multiple of the rounding level. No
 /// error of more than a factor of ten has been observed for three substitutions.
-const DOUBT: f64 = 1e3;
+const FULL_ITERATION_BELOW: f64 = 1e3;
 
 /// The equation with its Schur forms.
 #[derive(Debug, Clone, PartialEq)]
@@ -160,7 +160,7 @@ impl SchurPair {
             defect,
         };
         let mut regular = pair.estimate_separation();
-        if pair.separation.is_nan() || pair.separation <= DOUBT * floor {
+        if pair.separation.is_nan() || pair.separation <= FULL_ITERATION_BELOW * floor {
             let (separation, too) = pair.whole_estimate();
             (pair.separation, regular) = (separation, regular && too);
         }

@@ -133,7 +133,8 @@ proptest! {
         let operator = b.transpose().kronecker(&a) - identity(n * m);
         let x = by_kronecker(&operator, &-&c);
         prop_assert!((&found.x - &x).norm() <= bound(n.max(m)) * found.condition * x.norm());
-        // ||Z||_2 <= ||Z||_1 <= sqrt(nm) ||Z||_2 for the entries of Z: the separation in the sum of the entries is within that of the smallest singular value, and the estimate never below it but for rounding.
+        // ||Z||_2 <= ||Z||_1 <= sqrt(nm) ||Z||_2 for the entries of Z: the separation in the sum of the entries is
+        // within that factor of the smallest singular value, and the estimate is not below it up to rounding.
         let (sigma, order) = (operator.singular_values().min(), ((n * m) as f64).sqrt());
         prop_assert!(found.separation >= sigma / order * (1.0 - bound(n.max(m)) * found.condition));
         prop_assert!(found.separation <= 10.0 * sigma * order, "{:e} {sigma:e}", found.separation);

@@ -117,7 +117,7 @@ fn one_unit_in_the_last_place_from_singular() {
 }
 
 /// Of trace zero, or with a nilpotent part, full: singular for certain, though no computed eigenvalue adds to zero. A
-/// change of one entry in its last place, and it is not singular: then nobody may say so.
+/// change of one entry in its last place, and it is not singular, and must not be reported as singular.
 #[test]
 fn only_what_is_singular_is_called_so() {
     let w = DMatrix::from_fn(4, 4, |i, j| {

@@ -217,7 +217,7 @@ impl Run<'_> {
             return outcome;
         }
         let Some(path) = self.propose(&pose::primal(program)) else {
-            outcome.why = Some(self.doubt(&outcome));
+            outcome.why = Some(self.no_bound_reason(&outcome));
             outcome.word = "no proposal";
             return outcome;
         };
@@ -246,11 +246,11 @@ impl Run<'_> {
                 return outcome;
             }
         }
-        outcome.why = Some(self.doubt(&outcome));
+        outcome.why = Some(self.no_bound_reason(&outcome));
         outcome
     }
 
-    fn doubt(&self, outcome: &Outcome) -> NoBoundReason {
+    fn no_bound_reason(&self, outcome: &Outcome) -> NoBoundReason {
         match (outcome.lower.is_finite(), outcome.upper.is_finite()) {
             _ if self.is_late() => NoBoundReason::Time,
             (true, _) => NoBoundReason::NoPrimalPoint,

@@ -111,7 +111,7 @@ where
     });
 
     // The ends of the segment are rounded themselves, and with them every term of f: |Df| |x| says how much that is,
-    // also where the terms cancel. Below it X(1/2) has no sign to be believed.
+    // also where the terms cancel. Below it the sign of X(1/2) is undetermined.
     let centre = plant.state_jacobian(t, &(xhat + e * half), u);
     let negligible = OVector::from_fn_generic(order, U1, |i, _| {
         (0..n).fold(rounding[i], |sum, j| sum + centre[(i, j)].abs() * (xhat[j].abs() + e[j].abs()) * four_epsilon)

@@ -47,7 +47,7 @@ where
     /// Dbar, n x n.
     pub jacobian: OMatrix<T, N, N>,
     /// Largest entry of the difference between eight and five points: for a smooth f the error of five points, which
-    /// the error of eight is far below; where the two rules disagree much, neither is to be believed.
+    /// the error of eight is far below; where the two rules disagree much, neither is accurate.
     pub difference: T,
     /// Largest entry of `|Dbar e - (f(xhat + e) - f(xhat))|`: the true error along e, with rounding.
     pub residual: T,

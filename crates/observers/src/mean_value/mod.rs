@@ -16,7 +16,7 @@
 //!
 //! **What does not.** That is the internal error, not `x - xhat`. With `z = xhat + e` the printed observer says
 //! `z' = f(z, u) + [G_m; 0] (y - C z)`: the error x - z, which decides convergence, is injected into the measured
-//! states only, and where that is not enough the observer does not converge: it has to be told x(0) through e(0). The
+//! states only. Where that does not suffice, the observer converges from e(0) = x(0) - xhat(0), not in general. The
 //! repair turns the equation of z into `z' = f(z, u) + L (y - C z)`, so that `d = x - z` obeys `d' = (Dbar - L C) d`
 //! with the mean Jacobian between z and x; where L makes that contract (one Lyapunov matrix for all mean Jacobians), d
 //! tends to 0 from *any* e(0), and with it e and x - xhat.
@@ -145,7 +145,7 @@ where
     }
 
     /// `z = xhat + e`, the second estimate of the plant's state.
-    pub fn believed(&self) -> OVector<T, N> {
+    pub fn second_estimate(&self) -> OVector<T, N> {
         self.estimate() + self.error()
     }
 }
@@ -211,7 +211,7 @@ where
     /// let observer = MeanValueObserver::new(Chaotic, 1.0, Integral, e0)?;
     /// let (u, y) = (SVector::zeros(), Vector2::new(-2.0, -1.0));
     /// let state = observer.initial(0.0, &Vector3::new(-1.0, -0.5, -1.5), &u, &y);
-    /// assert_eq!(state.believed(), Vector3::new(-2.0, -1.0, -1.0));
+    /// assert_eq!(state.second_estimate(), Vector3::new(-2.0, -1.0, -1.0));
     /// // e points along a direction in which the internal error falls.
     /// let slope: EstimateAndError<f64, _> = observer.derivative(0.0, &state, &u, &y);
     /// assert!(slope.error().dot(&e0) < 0.0);

@@ -26,7 +26,7 @@
 //! A factorisation can fail: where the centre's weight is negative (small alpha) its column is taken away, and what is
 //! left need not be positive definite; or f or h is not finite at a sigma point.
 //! [`update`](UnscentedKalmanFilter::update) and [`predict`](UnscentedKalmanFilter::predict) say so and leave the
-//! belief as it was; a [`step`](SampledObserver::step) whose prediction fails leaves an estimate that is NaN.
+//! estimate as it was; a [`step`](SampledObserver::step) whose prediction fails leaves an estimate that is NaN.
 //!
 //! Source: R. van der Merwe and E. A. Wan, The square-root unscented Kalman filter for state and parameter-estimation,
 //! ICASSP 2001; the joint factor in place of their downdates by `K S_y`, which can fail for any weights: S. J. Julier
@@ -139,11 +139,13 @@ where
     /// use luenberger_plants::flexible_joint;
     /// use nalgebra::{Matrix2, Matrix4, Vector1, Vector2, Vector4};
     ///
-    /// let noises = NoiseModel { w: Matrix4::identity() * 0.1, v: Matrix2::identity() * 1e-4, p0: Matrix4::identity()
-    /// }; let plant = flexible_joint::classical(); let filter = UnscentedKalmanFilter::new(plant, noises,
-    /// SigmaPoints::default(), 0.01, 2)?; let (u, y) = (Vector1::new(0.0), Vector2::new(1.0, 0.0)); let mut belief =
-    /// filter.initial(0.0, &Vector4::zeros(), &u, &y); filter.step(0.0, &mut belief, &u, &y);
-    /// assert!(belief.covariance()[(0, 0)] < 0.01);
+    /// let noises = NoiseModel { w: Matrix4::identity() * 0.1, v: Matrix2::identity() * 1e-4, p0: Matrix4::identity() };
+    /// let plant = flexible_joint::classical();
+    /// let filter = UnscentedKalmanFilter::new(plant, noises, SigmaPoints::default(), 0.01, 2)?;
+    /// let (u, y) = (Vector1::new(0.0), Vector2::new(1.0, 0.0));
+    /// let mut estimate = filter.initial(0.0, &Vector4::zeros(), &u, &y);
+    /// filter.step(0.0, &mut estimate, &u, &y);
+    /// assert!(estimate.covariance()[(0, 0)] < 0.01);
     /// # Ok::<(), luenberger_observers::ObserverError>(())
     /// ```
     /// # Errors
@@ -357,26 +359,26 @@ where
     /// sample, whatever the duration, which is nonnegative. So many Runge-Kutta steps are taken as between two samples:
     /// cut a long one.
     ///
-    /// False, with `belief` unchanged, if the covariance has no factor in floating point: f is not finite at a sigma
+    /// False, with `estimate` unchanged, if the covariance has no factor in floating point: f is not finite at a sigma
     /// point, or taking the centre away leaves no positive definite matrix.
-    #[must_use = "without a factor the belief has not moved"]
-    pub fn predict(&self, t: T, belief: &mut SquareRootEstimate<T, N>, u: &OVector<T, M>, duration: T) -> bool {
-        self.predicted(t, belief, u, duration).is_some_and(|(next, _)| {
-            *belief = next;
+    #[must_use = "without a factor the estimate is unchanged"]
+    pub fn predict(&self, t: T, estimate: &mut SquareRootEstimate<T, N>, u: &OVector<T, M>, duration: T) -> bool {
+        self.predicted(t, estimate, u, duration).is_some_and(|(next, _)| {
+            *estimate = next;
             true
         })
     }
 
-    /// The belief after the prediction, and the covariance of the states before and after it.
-    #[allow(clippy::type_complexity, reason = "belief, and how to get the cross covariance")]
+    /// The estimate after the prediction, and the covariance of the states before and after it.
+    #[allow(clippy::type_complexity, reason = "estimate, and how to get the cross covariance")]
     fn predicted(
         &self,
         t: T,
-        belief: &SquareRootEstimate<T, N>,
+        estimate: &SquareRootEstimate<T, N>,
         u: &OVector<T, M>,
         duration: T,
     ) -> Option<(SquareRootEstimate<T, N>, impl FnOnce() -> Option<OMatrix<T, N, N>> + use<S, T, N, M, P>)> {
-        let (xhat, before) = (belief.estimate(), belief.factor());
+        let (xhat, before) = (estimate.estimate(), estimate.factor());
         let (mut s, mut next) = (before.clone(), self.factors.w.clone());
         if self.substeps.is_some() {
             next *= Self::half_step_factor(duration);
@@ -409,16 +411,16 @@ where
     /// Updates estimate and covariance by the measurement y (length p) at time t under the input u; returns the
     /// innovation.
     ///
-    /// `None`, with `belief` unchanged, if the joint covariance has no factor in floating point: h is not finite at a
+    /// `None`, with `estimate` unchanged, if the joint covariance has no factor in floating point: h is not finite at a
     /// sigma point, or taking the centre away leaves no positive definite matrix.
     pub fn update(
         &self,
         t: T,
-        belief: &mut SquareRootEstimate<T, N>,
+        estimate: &mut SquareRootEstimate<T, N>,
         u: &OVector<T, M>,
         y: &OVector<T, P>,
     ) -> Option<Innovation<T, P>> {
-        self.update_partial(t, belief, u, y, |_| true)
+        self.update_partial(t, estimate, u, y, |_| true)
     }
 
     /// [`update`](Self::update) with those outputs alone for which `measured` is true; the other entries of y are not
@@ -426,12 +428,12 @@ where
     pub fn update_partial(
         &self,
         t: T,
-        belief: &mut SquareRootEstimate<T, N>,
+        estimate: &mut SquareRootEstimate<T, N>,
         u: &OVector<T, M>,
         y: &OVector<T, P>,
         measured: impl Fn(usize) -> bool,
     ) -> Option<Innovation<T, P>> {
-        let (xhat, s) = (belief.estimate(), belief.factor());
+        let (xhat, s) = (estimate.estimate(), estimate.factor());
         let mut kept = OVector::<bool, P>::from_fn_generic(self.factors.v.shape_generic().0, U1, |i, _| measured(i));
         let (expected, mut joint) = self.joint(t, (&xhat, &s), u, |i| self.gate.is_some() || kept[i])?;
         let mut value = y - expected;
@@ -454,7 +456,7 @@ where
                 next[i] += joint.cross[(i, k)] * whitened[k];
             }
         }
-        *belief = SquareRootEstimate::new(&next, &joint.state);
+        *estimate = SquareRootEstimate::new(&next, &joint.state);
         let covariance = times_transpose(&joint.measured, &joint.measured);
         Some(Innovation { value, covariance, normalized_square: whitened.dot(&whitened) })
     }
@@ -464,13 +466,13 @@ where
     pub fn rejects(
         &self,
         t: T,
-        belief: &SquareRootEstimate<T, N>,
+        estimate: &SquareRootEstimate<T, N>,
         u: &OVector<T, M>,
         y: &OVector<T, P>,
         output: usize,
     ) -> bool {
         let Some(gate) = self.gate else { return false };
-        let joint = self.joint(t, (&belief.estimate(), &belief.factor()), u, |_| true);
+        let joint = self.joint(t, (&estimate.estimate(), &estimate.factor()), u, |_| true);
         joint.is_some_and(|(expected, joint)| beyond(gate, y[output] - expected[output], &joint.measured, output))
     }
 

@@ -37,10 +37,10 @@ fn information<const P: usize>(
     (after * (before * xhat + weight * y), after)
 }
 
-fn assert_belief(belief: &GaussianEstimate<f64, nalgebra::Const<3>>, expected: (Vector3<f64>, Matrix3<f64>)) {
+fn assert_estimate(estimate: &GaussianEstimate<f64, nalgebra::Const<3>>, expected: (Vector3<f64>, Matrix3<f64>)) {
     // Entries of order one, inverses of condition below 1e3.
-    assert!((belief.estimate() - expected.0).amax() < 1e-12, "{} {}", belief.estimate(), expected.0);
-    assert!((belief.covariance() - expected.1).amax() < 1e-12, "{} {}", belief.covariance(), expected.1);
+    assert!((estimate.estimate() - expected.0).amax() < 1e-12, "{} {}", estimate.estimate(), expected.0);
+    assert!((estimate.covariance() - expected.1).amax() < 1e-12, "{} {}", estimate.covariance(), expected.1);
 }
 
 proptest! {
@@ -56,10 +56,10 @@ proptest! {
         let KalmanModel { ad, bd, c, w, v, .. } = model();
         let p0 = root * root.transpose() + Matrix3::identity() * 0.1;
         let filter = KalmanFilter::new(KalmanModel { p0, ..model() }).unwrap();
-        let mut belief = filter.initial(0.0, &xhat, &u, &y);
-        filter.step(0.0, &mut belief, &u, &y);
+        let mut estimate = filter.initial(0.0, &xhat, &u, &y);
+        filter.step(0.0, &mut estimate, &u, &y);
         let (corrected, p) = information((xhat, p0), &c, &v, &y);
-        assert_belief(&belief, (ad * corrected + bd * u, ad * p * ad.transpose() + w));
+        assert_estimate(&estimate, (ad * corrected + bd * u, ad * p * ad.transpose() + w));
     }
 }
 
@@ -77,11 +77,11 @@ fn the_limit_is_the_steady_state_filter() {
     )
     .unwrap();
     let (u, y) = (Vector1::new(0.0), Vector2::zeros());
-    let mut belief = filter.initial(0.0, &Vector3::zeros(), &u, &y);
+    let mut estimate = filter.initial(0.0, &Vector3::zeros(), &u, &y);
     for _ in 0..500 {
-        filter.step(0.0, &mut belief, &u, &y);
+        filter.step(0.0, &mut estimate, &u, &y);
     }
-    let p = belief.covariance();
+    let p = estimate.covariance();
     let gain = ad * p * c.transpose() * (c * p * c.transpose() + v).try_inverse().unwrap();
     for (found, wished) in p.iter().zip(steady.p.iter()).chain(gain.iter().zip(steady.l.iter())) {
         assert!((found - wished).abs() < 1e-12, "{found} {wished}");
@@ -94,14 +94,14 @@ fn a_missed_sample_is_a_prediction_over_two_periods() {
     let filter = KalmanFilter::new(model()).unwrap();
     let KalmanModel { ad, bd, c, w, v, p0, .. } = model();
     let (u, y, xhat) = (Vector1::new(0.3), Vector2::new(1.0, -1.0), Vector3::new(0.5, 0.0, -0.5));
-    let mut belief = filter.initial(0.0, &xhat, &u, &y);
-    assert!(filter.update(&mut belief, &u, &y).is_some());
-    filter.predict(&mut belief, &u);
-    filter.predict(&mut belief, &u);
+    let mut estimate = filter.initial(0.0, &xhat, &u, &y);
+    assert!(filter.update(&mut estimate, &u, &y).is_some());
+    filter.predict(&mut estimate, &u);
+    filter.predict(&mut estimate, &u);
     let (corrected, p) = information((xhat, p0), &c, &v, &y);
     let twice = ad * ad;
     let spread = twice * p * twice.transpose() + ad * w * ad.transpose() + w;
-    assert_belief(&belief, (twice * corrected + (ad + Matrix3::identity()) * bd * u, spread));
+    assert_estimate(&estimate, (twice * corrected + (ad + Matrix3::identity()) * bd * u, spread));
 }
 
 /// The second sensor answers every fourth period. Between, the filter is that of the first sensor alone.
@@ -111,13 +111,13 @@ fn sensors_of_two_rates() {
     let KalmanModel { ad, bd, c, w, v, p0, .. } = model();
     let first: RowVector3<f64> = c.row(0).into_owned();
     let u = Vector1::new(-0.2);
-    let mut belief = filter.initial(0.0, &Vector3::zeros(), &u, &Vector2::zeros());
+    let mut estimate = filter.initial(0.0, &Vector3::zeros(), &u, &Vector2::zeros());
     let mut expected = (Vector3::zeros(), p0);
     for k in 0..20 {
         let time = 0.5 * f64::from(k);
         let both = k % 4 == 0;
         let y = Vector2::new(time.sin(), if both { time.cos() } else { f64::NAN });
-        let innovation = filter.update_partial(&mut belief, &u, &y, |output| output == 0 || both).unwrap();
+        let innovation = filter.update_partial(&mut estimate, &u, &y, |output| output == 0 || both).unwrap();
         let expected_square = if both {
             let (new, s) = (y - c * expected.0, c * expected.1 * c.transpose() + v);
             expected = information(expected, &c, &v, &y);
@@ -128,15 +128,15 @@ fn sensors_of_two_rates() {
             new * new / s
         };
         assert!((innovation.normalized_square - expected_square).abs() < 1e-11, "{k}: {innovation:?}");
-        assert_belief(&belief, expected);
-        filter.predict(&mut belief, &u);
+        assert_estimate(&estimate, expected);
+        filter.predict(&mut estimate, &u);
         expected = (ad * expected.0 + bd * u, ad * expected.1 * ad.transpose() + w);
     }
 }
 
-/// No gain is an answer, and the belief stays.
+/// A missing gain is reported, and the estimate is unchanged.
 #[test]
-fn a_sample_without_a_gain_is_said() {
+fn a_sample_without_a_gain_is_reported() {
     let filter = KalmanFilter::new(model()).unwrap();
     let (u, y) = (Vector1::new(0.0), Vector2::new(1.0, 2.0));
     for p in [-Matrix3::identity(), Matrix3::identity() * f64::NAN, Matrix3::identity() * f64::INFINITY] {
@@ -174,16 +174,16 @@ fn other_scalars_and_sizes() {
     let fixed = KalmanFilter::new(model()).unwrap();
     let (u, y) = (Vector1::new(1.0), Vector2::new(1.0, -1.0));
     let (du, dy) = (DVector::from_element(1, 1.0), DVector::from_column_slice(&[1.0, -1.0]));
-    let mut belief = fixed.initial(0.0, &Vector3::zeros(), &u, &y);
+    let mut estimate = fixed.initial(0.0, &Vector3::zeros(), &u, &y);
     let mut one = single.initial(0.0, &Vector3::zeros(), &u.cast(), &y.cast());
     let mut other = dynamic.initial(0.0, &DVector::zeros(3), &du, &dy);
     for _ in 0..10 {
-        fixed.step(0.0, &mut belief, &u, &y);
+        fixed.step(0.0, &mut estimate, &u, &y);
         single.step(0.0, &mut one, &u.cast(), &y.cast());
         dynamic.step(0.0, &mut other, &du, &dy);
     }
-    assert!((one.estimate().cast::<f64>() - belief.estimate()).amax() < 1e-5);
-    assert!((belief.estimate().as_slice().iter().zip(other.estimate().iter())).all(|(a, b)| (a - b).abs() < 1e-13));
+    assert!((one.estimate().cast::<f64>() - estimate.estimate()).amax() < 1e-5);
+    assert!((estimate.estimate().as_slice().iter().zip(other.estimate().iter())).all(|(a, b)| (a - b).abs() < 1e-13));
     assert_eq!(dynamic.dimensions(), fixed.dimensions());
     assert_eq!(fixed.dimensions().state, 12);
     assert_eq!(fixed.period(), 0.5);
@@ -264,7 +264,7 @@ fn the_extended_filter_of_a_linear_plant() {
     let mut lost = GaussianEstimate::new(&Vector2::new(1.0, 0.0), &-p0);
     assert_eq!(extended.update(0.0, &mut lost, &u, &y), None);
     assert_eq!(lost, GaussianEstimate::new(&Vector2::new(1.0, 0.0), &-p0));
-    // An output that nobody measured says nothing.
+    // Without a measured output the estimate is unchanged.
     let before = other.clone();
     let nothing = extended.update_partial(0.0, &mut other, &u, &Vector1::new(f64::NAN), |_| false).unwrap();
     assert_eq!((nothing.normalized_square, other), (0.0, before));

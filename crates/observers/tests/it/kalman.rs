@@ -35,8 +35,8 @@ proptest! {
         let (c, input) = (plant.c, plant.b);
         let filter = ExtendedKalmanFilter::new(plant, noises, h, 1).unwrap();
         let (u, y, xhat) = (Vector1::new(u), Vector1::new(y), Vector2::from(xhat));
-        let mut belief = filter.initial(0.0, &xhat, &u, &y);
-        filter.step(0.0, &mut belief, &u, &y);
+        let mut estimate = filter.initial(0.0, &xhat, &u, &y);
+        filter.step(0.0, &mut estimate, &u, &y);
 
         let (gain, corrected) = joseph(p0, c, v);
         let phi = Matrix2::new(1.0, h, 0.0, 1.0);
@@ -44,8 +44,8 @@ proptest! {
         let spread = Matrix2::new(h.powi(3) / 3.0, h * h / 2.0, h * h / 2.0, h) * intensity;
         let expected = phi * corrected * phi.transpose() + spread;
         // Entries are below 20.
-        prop_assert!((belief.estimate() - moved).amax() <= 1000.0 * f64::EPSILON);
-        prop_assert!((belief.covariance() - expected).amax() <= 1000.0 * f64::EPSILON);
+        prop_assert!((estimate.estimate() - moved).amax() <= 1000.0 * f64::EPSILON);
+        prop_assert!((estimate.covariance() - expected).amax() <= 1000.0 * f64::EPSILON);
     }
 
     /// P stays symmetric to the last bit and has no negative direction, on the chaotic plant far from any fixed point.
@@ -55,14 +55,14 @@ proptest! {
         let filter = ExtendedKalmanFilter::new(Chaotic, noises, 0.02, 2).unwrap();
         let (x0, u) = (Vector3::from(x0), SVector::zeros());
         let mut x = x0;
-        let mut belief = filter.initial(0.0, &(x0 + Vector3::from(off)), &u, &Vector2::zeros());
+        let mut estimate = filter.initial(0.0, &(x0 + Vector3::from(off)), &u, &Vector2::zeros());
         for k in 0..100 {
-            filter.step(0.02 * f64::from(k), &mut belief, &u, &Chaotic.output(0.0, &x, &u));
+            filter.step(0.02 * f64::from(k), &mut estimate, &u, &Chaotic.output(0.0, &x, &u));
             for _ in 0..4 {
                 let mid: Vector3<f64> = x + Chaotic.derivative(0.0, &x, &u) * 0.0025;
                 x += Chaotic.derivative(0.0, &mid, &u) * 0.005;
             }
-            let p = belief.covariance();
+            let p = estimate.covariance();
             prop_assert_eq!(p, p.transpose());
             prop_assert!(p.symmetric_eigenvalues().min() > 0.0, "{p}");
         }
@@ -78,8 +78,8 @@ fn a_chain_of_integrators_is_propagated_exactly() {
     let noises = NoiseModel { w: Matrix4::zeros(), v: Matrix1::new(1.0), p0: Matrix4::zeros() };
     let (h, x, u) = (0.5_f64, Vector4::new(1.0, -2.0, 3.0, -4.0), Vector1::new(24.0));
     let filter = ExtendedKalmanFilter::new(plant, noises, h, 1).unwrap();
-    let mut belief = filter.initial(0.0, &x, &u, &Vector1::new(9.0));
-    filter.step(0.0, &mut belief, &u, &Vector1::new(9.0));
+    let mut estimate = filter.initial(0.0, &x, &u, &Vector1::new(9.0));
+    filter.step(0.0, &mut estimate, &u, &Vector1::new(9.0));
     // exp(A h) x + int_0^h exp(A s) b ds u.
     let expected = Vector4::new(
         1.0 - 2.0 * h + 3.0 * h * h / 2.0 - 4.0 * h.powi(3) / 6.0 + h.powi(4),
@@ -87,8 +87,8 @@ fn a_chain_of_integrators_is_propagated_exactly() {
         3.0 - 4.0 * h + 12.0 * h * h,
         -4.0 + 24.0 * h,
     );
-    assert!((belief.estimate() - expected).amax() <= 16.0 * f64::EPSILON * 12.0, "{}", belief.estimate());
-    assert_eq!(belief.covariance(), Matrix4::zeros());
+    assert!((estimate.estimate() - expected).amax() <= 16.0 * f64::EPSILON * 12.0, "{}", estimate.estimate());
+    assert_eq!(estimate.covariance(), Matrix4::zeros());
 }
 
 /// x3 is not measured; the filter finds it from x2' = x1 x3 and x3' = 0.2 - x1 x2.
@@ -98,20 +98,20 @@ fn the_unmeasured_state_is_found() {
     let filter = ExtendedKalmanFilter::new(Chaotic, noises, 0.01, 2).unwrap();
     let u = SVector::zeros();
     let mut x = Vector3::new(-2.0, -1.0, -1.0);
-    let mut belief = filter.initial(0.0, &Vector3::new(-1.0, -0.5, -1.5), &u, &Vector2::zeros());
+    let mut estimate = filter.initial(0.0, &Vector3::new(-1.0, -0.5, -1.5), &u, &Vector2::zeros());
     for k in 0..1000 {
-        filter.step(0.01 * f64::from(k), &mut belief, &u, &Chaotic.output(0.0, &x, &u));
+        filter.step(0.01 * f64::from(k), &mut estimate, &u, &Chaotic.output(0.0, &x, &u));
         for _ in 0..10 {
             let mid: Vector3<f64> = x + Chaotic.derivative(0.0, &x, &u) * 0.0005;
             x += Chaotic.derivative(0.0, &mid, &u) * 0.001;
         }
     }
     // The midpoint rule here and Runge-Kutta there agree to about 1e-6.
-    assert_abs_diff_eq!(x, belief.estimate(), epsilon = 1e-4);
+    assert_abs_diff_eq!(x, estimate.estimate(), epsilon = 1e-4);
 }
 
-/// A belief that is no covariance has no gain, and the sample is passed over. A sample that is not a number is not
-/// swallowed: the estimate is no number from then on.
+/// An estimate whose covariance is not semidefinite has no gain, and the sample is passed over. A sample that is not a
+/// number is not swallowed: the estimate is no number from then on.
 #[test]
 fn samples_without_a_gain() {
     let noises = NoiseModel { w: Matrix2::zeros(), v: Matrix1::new(1.0), p0: Matrix2::identity() };
@@ -120,9 +120,9 @@ fn samples_without_a_gain() {
     let mut lost = GaussianEstimate::new(&Vector2::new(1.0, 0.0), &(-Matrix2::identity() * 3.0));
     filter.step(0.0, &mut lost, &u, &y);
     assert_eq!(lost.estimate(), Vector2::new(1.0, 0.0));
-    let mut belief = filter.initial(0.0, &Vector2::zeros(), &u, &y);
-    filter.step(0.0, &mut belief, &u, &Vector1::new(f64::NAN));
-    assert!(belief.estimate()[0].is_nan());
+    let mut estimate = filter.initial(0.0, &Vector2::zeros(), &u, &y);
+    filter.step(0.0, &mut estimate, &u, &Vector1::new(f64::NAN));
+    assert!(estimate.estimate()[0].is_nan());
 }
 
 /// Run-time sizes and static ones are the same code.

@@ -102,14 +102,14 @@ proptest! {
         let (plant, y, u) = (flexible_joint::classical(), Vector2::from(y), vector![0.3]);
         let l = Matrix4x2::from_fn(|i, j| 1.0 + i as f64 - 2.0 * j as f64);
         let state = EstimateAndError::new(&xhat, &e);
-        let z = state.believed();
+        let z = state.second_estimate();
         let surprise = y - z.fixed_rows::<2>(0);
         let f: Vector4<f64> = plant.derivative(0.0, &z, &u);
         // f is below 500, G below 3 * 300, times surprises of 8, in a few roundings.
         let rounding = 64.0 * f64::EPSILON * 8000.0;
         for mean in both() {
             let printed = MeanValueObserver::new(plant, eta, mean, e).unwrap();
-            let moved = printed.derivative(0.0, &state, &u, &y).believed() - f;
+            let moved = printed.derivative(0.0, &state, &u, &y).second_estimate() - f;
             prop_assert!(moved.fixed_rows::<2>(2).amax() <= rounding, "{moved}");
             for k in 0..2 {
                 // G_m is positive: the injection pulls towards the measurement.
@@ -125,13 +125,13 @@ proptest! {
                 prop_assert!((corrected[k] - eta * alpha * by).abs() <= rounding, "row {k}: {corrected}");
             }
             let repaired = MeanValueObserver::repaired(plant, eta, mean, e, l).unwrap();
-            let moved = repaired.derivative(0.0, &state, &u, &y).believed() - f;
+            let moved = repaired.derivative(0.0, &state, &u, &y).second_estimate() - f;
             prop_assert!((moved - l * surprise).amax() <= rounding, "{moved}");
         }
     }
 
-    /// In coordinates x = T z the observer of z is the observer of x: it starts where it is told, and its estimate
-    /// moves by T z'.
+    /// In coordinates x = T z the observer of z is the observer of x: it starts from the given estimate, which moves
+    /// by T z'.
     #[test]
     fn a_mapped_observer_estimates_in_the_coordinates_of_its_plant(turn in prop::array::uniform4(-1.0f64..1.0), xhat in prop::array::uniform2(-2.0f64..2.0)) {
         // y = x1 is z1 for a T of this form; it is no involution.

@@ -29,7 +29,7 @@ fn the_steps_are_those_of_the_designed_observers() -> Result<(), ObserverError> 
     let (mut x, mut on_desk) = (Vector2::zeros(), DVector::zeros(2));
     let mut x32 = nalgebra::Vector2::<f32>::zeros();
     let start = (DVector::zeros(2), DVector::zeros(1), DVector::zeros(1));
-    let mut belief = filter.initial(0.0, &start.0, &start.1, &start.2);
+    let mut estimate = filter.initial(0.0, &start.0, &start.1, &start.2);
     let mut on_target = target.initial(0.0, &Vector2::zeros(), &Vector1::zeros(), &Vector1::zeros());
     for k in 0..50 {
         let t = 0.1 * f64::from(k);
@@ -38,11 +38,11 @@ fn the_steps_are_those_of_the_designed_observers() -> Result<(), ObserverError> 
         designed.step(t, &mut on_desk, &du, &dy);
         double.step(t, &mut x, &Vector1::new(u), &Vector1::new(y));
         single.step(t as f32, &mut x32, &Vector1::new(u as f32), &Vector1::new(y as f32));
-        filter.step(t, &mut belief, &du, &dy);
+        filter.step(t, &mut estimate, &du, &dy);
         target.step(t, &mut on_target, &Vector1::new(u), &Vector1::new(y));
         assert!((on_desk[0] - x[0]).abs() + (on_desk[1] - x[1]).abs() < 1e-13);
         assert!((f64::from(x32[0]) - x[0]).abs() + (f64::from(x32[1]) - x[1]).abs() < 1e-4);
-        let gap = belief.estimate() - DVector::from_column_slice(on_target.estimate().as_slice());
+        let gap = estimate.estimate() - DVector::from_column_slice(on_target.estimate().as_slice());
         assert!(gap.amax() < 1e-13);
     }
     Ok(())

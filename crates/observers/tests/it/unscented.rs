@@ -44,16 +44,16 @@ fn the_numbers_are_those_of_filterpy() {
     for (sigma, x, p, after, nis) in cases {
         let filter = UnscentedKalmanFilter::discrete(Pendulum, noises(), sigma, 0.1).unwrap();
         let u = SVector::zeros();
-        let mut belief = filter.initial(0.0, &Vector2::new(0.5, -0.2), &u, &Vector2::zeros());
+        let mut estimate = filter.initial(0.0, &Vector2::new(0.5, -0.2), &u, &Vector2::zeros());
         for k in 0..5 {
             let k = f64::from(k);
-            filter.step(0.0, &mut belief, &u, &Vector2::new((0.8 - 0.02 * k).sin(), -0.1 * k + 0.05));
+            filter.step(0.0, &mut estimate, &u, &Vector2::new((0.8 - 0.02 * k).sin(), -0.1 * k + 0.05));
         }
-        assert!((belief.estimate() - Vector2::from(x)).amax() < 1e-13, "{sigma:?}: {}", belief.estimate());
+        assert!((estimate.estimate() - Vector2::from(x)).amax() < 1e-13, "{sigma:?}: {}", estimate.estimate());
         let expected = Matrix2::new(p[0], p[1], p[1], p[2]);
-        assert!((belief.covariance() - expected).amax() < 1e-13, "{sigma:?}: {}", belief.covariance());
-        let innovation = filter.update(0.5, &mut belief, &u, &Vector2::new(0.7, -0.4)).unwrap();
-        assert!((belief.estimate() - Vector2::from(after)).amax() < 1e-13, "{sigma:?}: {}", belief.estimate());
+        assert!((estimate.covariance() - expected).amax() < 1e-13, "{sigma:?}: {}", estimate.covariance());
+        let innovation = filter.update(0.5, &mut estimate, &u, &Vector2::new(0.7, -0.4)).unwrap();
+        assert!((estimate.estimate() - Vector2::from(after)).amax() < 1e-13, "{sigma:?}: {}", estimate.estimate());
         assert!((innovation.normalized_square - nis).abs() < 1e-12, "{}", innovation.normalized_square);
     }
 }
@@ -108,13 +108,13 @@ proptest! {
         let noises = NoiseModel { w, v: Matrix1::new(0.1), p0 };
         let filter = UnscentedKalmanFilter::new(double_integrator(), noises, SigmaPoints::default(), h, 1).unwrap();
         let (x, u) = (Vector2::new(1.0, -0.5), Vector1::new(2.0));
-        let mut belief = filter.initial(0.0, &x, &u, &Vector1::zeros());
+        let mut estimate = filter.initial(0.0, &x, &u, &Vector1::zeros());
         let mut across = [0.0; 4];
-        prop_assert!(filter.advance_across(0.0, &mut belief, &u, h, &mut across));
+        prop_assert!(filter.advance_across(0.0, &mut estimate, &u, h, &mut across));
         let phi = Matrix2::new(1.0, h, 0.0, 1.0);
         let expected = phi * (p0 + w * (h / 2.0)) * phi.transpose() + w * (h / 2.0);
-        prop_assert!((belief.covariance() - expected).amax() <= 1e-13);
-        prop_assert!((belief.estimate() - phi * x - Vector2::new(h * h, 2.0 * h)).amax() <= 1e-14);
+        prop_assert!((estimate.covariance() - expected).amax() <= 1e-13);
+        prop_assert!((estimate.estimate() - phi * x - Vector2::new(h * h, 2.0 * h)).amax() <= 1e-14);
         // E e(0) e(h)' = P Phi'. S may be nearly singular.
         let tolerance = 1e-12 / p0.determinant().sqrt().min(1.0);
         prop_assert!((Matrix2::from_column_slice(&across) - p0 * phi.transpose()).amax() <= tolerance);
@@ -134,14 +134,15 @@ fn the_variance_of_a_square_is_exact() {
         let sigma = SigmaPoints { alpha, ..SigmaPoints::default() };
         let noises = NoiseModel { w: Matrix1::zeros(), v: one, p0: one };
         let filter = UnscentedKalmanFilter::discrete(&square, noises, sigma, 1.0).unwrap();
-        let mut belief = filter.initial(0.0, &Vector1::zeros(), &SVector::zeros(), &Vector1::zeros());
-        let innovation = filter.update(0.0, &mut belief, &SVector::zeros(), &Vector1::new(4.0)).unwrap();
+        let mut estimate = filter.initial(0.0, &Vector1::zeros(), &SVector::zeros(), &Vector1::zeros());
+        let innovation = filter.update(0.0, &mut estimate, &SVector::zeros(), &Vector1::new(4.0)).unwrap();
         assert!((innovation.value[0] - 3.0).abs() < 1e-12 && (innovation.covariance[0] - 3.0).abs() < 1e-12);
-        assert!(belief.estimate()[0].abs() < 1e-12 && (belief.covariance()[0] - 1.0).abs() < 1e-12);
+        assert!(estimate.estimate()[0].abs() < 1e-12 && (estimate.covariance()[0] - 1.0).abs() < 1e-12);
     }
 }
 
-/// An update or a prediction without a factor is an answer, and leaves the belief; a step without a prediction is NaN.
+/// An update or a prediction without a factor is reported, and the estimate is unchanged; a step without a prediction
+/// is NaN.
 #[test]
 fn a_failed_factorisation_is_an_answer() {
     let root = luenberger_plants::from_fn(
@@ -154,17 +155,17 @@ fn a_failed_factorisation_is_an_answer() {
     // One standard deviation below 0.5 is no number.
     let filter = of(1.0, SigmaPoints::default());
     let start = filter.initial(0.0, &Vector1::new(0.5), &u, &y);
-    let mut belief = start.clone();
-    assert!(filter.update(0.0, &mut belief, &u, &y).is_none() && belief == start);
-    assert!(!filter.predict(0.0, &mut belief, &u, 1.0) && belief == start);
-    filter.step(0.0, &mut belief, &u, &y);
-    assert!(belief.estimate()[0].is_nan());
+    let mut estimate = start.clone();
+    assert!(filter.update(0.0, &mut estimate, &u, &y).is_none() && estimate == start);
+    assert!(!filter.predict(0.0, &mut estimate, &u, 1.0) && estimate == start);
+    filter.step(0.0, &mut estimate, &u, &y);
+    assert!(estimate.estimate()[0].is_nan());
     // Closer points are in the domain. beta = -10 gives the centre so negative a weight that no covariance is left.
     let near = SigmaPoints { alpha: 0.1, ..SigmaPoints::default() };
     assert!(of(1.0, near).predict(0.0, &mut start.clone(), &u, 1.0));
     let filter = of(1.0, SigmaPoints { beta: -10.0, ..near });
-    let mut belief = start.clone();
-    assert!(!filter.predict(0.0, &mut belief, &u, 1.0) && belief == start);
+    let mut estimate = start.clone();
+    assert!(!filter.predict(0.0, &mut estimate, &u, 1.0) && estimate == start);
 }
 
 /// The gate rejects as that of the extended filter, which is the same on a linear plant.

@@ -15,7 +15,7 @@ Usage: luenberger-verify [--json] FILE...
        luenberger-verify --digest FILE
 
 Every inequality is evaluated again from the plant's data, without rounding errors, and the statement is derived again in words.
-Nothing that a file says of itself is believed. `-` is the standard input.
+No statement or bound in a file is accepted unchecked. `-` is the standard input.
 
 Options:
   --json     One JSON object per file, each on a line: file, outcome, and title, statement, facts, or why

@@ -93,7 +93,7 @@ impl UnprovedTheorem {
     }
 
     /// The first inequality that is not proved.
-    fn obstacle(&self) -> Rejection {
+    fn rejection(&self) -> Rejection {
         match self.facts.iter().find(|fact| !fact.verdict.is_proved()) {
             Some(Fact { inequality, verdict, .. }) => {
                 Rejection::NotProved { inequality: inequality.clone(), verdict: Box::new(verdict.clone()) }
@@ -179,7 +179,7 @@ impl Certificate {
     /// As [`Certified::certificate_file`].
     pub fn file(&self, title: &str) -> Result<CertificateFile, Rejection> {
         match (self.unproved.first(), self.proved.first()) {
-            (Some(unproved), _) => Err(unproved.obstacle()),
+            (Some(unproved), _) => Err(unproved.rejection()),
             (None, Some(proved)) => proved.file(title),
             (None, None) => Err(Rejection::Nothing),
         }

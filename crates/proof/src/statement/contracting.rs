@@ -62,7 +62,8 @@ impl Expression for Cascade<'_> {
 /// ```
 /// use luenberger_proof::{Matrix, statement::cascade_decrease};
 /// # fn main() -> Result<(), luenberger_proof::ProofError> {
-/// // A stable plant with the unstable unmeasured block 1: with K = 2 the block is 1 - 2 * 2 = -3, and an injection of 2 is enough.
+/// // A stable plant with the unstable unmeasured block 1: with K = 2 the block is 1 - 2 * 2 = -3, and an injection of
+/// // 2 is enough.
 /// let j = Matrix::from_rows([[-3.0, 2.0], [-2.0, 1.0]]);
 /// let (two, one, none) = (Matrix::from_rows([[2.0]]), Matrix::from_rows([[1.0]]), Matrix::from_rows([[0.0]]));
 /// assert!(cascade_decrease(&j, &two, &one, 2.0, 0.5)?.is_proved());

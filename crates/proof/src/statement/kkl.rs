@@ -113,7 +113,7 @@ impl Composition {
             };
             if !(is_positive || domain == Domain::NotZero && is_negative()) {
                 let why = match below {
-                    Err(obstacle) => obstacle.into(),
+                    Err(reason) => reason.into(),
                     Ok(found) => UndecidedReason::Undefined { argument: k + 1, least: -found.upper },
                 };
                 return Verdict::Undecided { why, best: f64::NAN };
@@ -129,7 +129,7 @@ impl Composition {
     /// Whether `p <= bound` on the box; `entry` is the index of p in its list.
     fn at_most(&mut self, p: &Polynomial, bound: f64, axes: &[Interval], entry: usize) -> Verdict<Witness> {
         match self.supremum(p, axes, Some(bound)) {
-            Err(obstacle) => Verdict::Undecided { why: obstacle.into(), best: f64::NAN },
+            Err(reason) => Verdict::Undecided { why: reason.into(), best: f64::NAN },
             Ok(found) if found.upper <= bound => Verdict::Proved { margin: 0.0 },
             Ok(found) if found.lower > bound => {
                 let at = found.at[..self.states + self.inputs].to_vec();
@@ -205,7 +205,7 @@ impl Composition {
         let slopes = self.slopes.clone();
         all(slopes.iter().zip(lipschitz).enumerate().map(|(k, (slope, bound))| {
             match self.slope_squared(slope, w) {
-                Err(obstacle) => Verdict::Undecided { why: obstacle.into(), best: f64::NAN },
+                Err(reason) => Verdict::Undecided { why: reason.into(), best: f64::NAN },
                 // Rounded down, because bound^2 may not be a binary64 number.
                 Ok(p) => self.at_most(&p, (bound * bound).next_down().max(0.0), &axes, k),
             }
@@ -283,8 +283,8 @@ fn all(verdicts: impl Iterator<Item = Verdict<Witness>>) -> Verdict<Witness> {
 }
 
 impl From<NoPolynomial> for UndecidedReason {
-    fn from(obstacle: NoPolynomial) -> Self {
-        match obstacle {
+    fn from(reason: NoPolynomial) -> Self {
+        match reason {
             NoPolynomial::TooLarge => Self::ExpressionTooLarge,
             NoPolynomial::DivisionByZero => Self::DivisionByZero,
         }

@@ -3,7 +3,7 @@
 use std::path::Path;
 use std::process::{Command, Output};
 
-fn told(here: &Path, argument: &[&str]) -> Output {
+fn run_with(here: &Path, argument: &[&str]) -> Output {
     Command::new(env!("CARGO_BIN_EXE_luenberger-reproduce")).args(argument).current_dir(here).output().unwrap()
 }
 
@@ -13,7 +13,7 @@ fn help_is_help_and_an_unknown_flag_an_error() {
     _ = std::fs::remove_dir_all(&here);
     std::fs::create_dir_all(&here).unwrap();
     for flag in ["--help", "-h"] {
-        let help = told(&here, &[flag]);
+        let help = run_with(&here, &[flag]);
         let text = String::from_utf8(help.stdout).unwrap();
         assert_eq!((help.status.code(), help.stderr.len()), (Some(0), 0));
         assert!(
@@ -25,7 +25,7 @@ fn help_is_help_and_an_unknown_flag_an_error() {
         }
     }
     for wrong in [&["--outt", "here"][..], &["one", "two"], &["-x"]] {
-        let refused = told(&here, wrong);
+        let refused = run_with(&here, wrong);
         assert_eq!((refused.status.code(), refused.stdout.len()), (Some(2), 0), "{wrong:?}");
         assert!(String::from_utf8(refused.stderr).unwrap().contains("unexpected argument"), "{wrong:?}");
     }

@@ -72,10 +72,10 @@ impl<F: CovarianceFilter<f64>> AnyFilter for Any<F> {
     }
 
     fn update(&self, t: f64, state: &mut [f64], u: &[f64], y: &[f64], measured: &[bool]) -> Option<NormalisedSquare> {
-        let mut belief = F::State::try_from_slice(state)?;
+        let mut filter_state = F::State::try_from_slice(state)?;
         let (u, y) = (Column::try_from_slice(u)?, Column::try_from_slice(y)?);
-        let square = self.0.measure(t, &mut belief, &u, &y, measured)?;
-        state.copy_from_slice(belief.as_slice());
+        let square = self.0.measure(t, &mut filter_state, &u, &y, measured)?;
+        state.copy_from_slice(filter_state.as_slice());
         Some(NormalisedSquare { square, degrees: measured.iter().filter(|measured| **measured).count() })
     }
 
@@ -85,21 +85,26 @@ impl<F: CovarianceFilter<f64>> AnyFilter for Any<F> {
 
     fn predict(&self, t: f64, state: &mut [f64], u: &[f64], duration: f64, passages: Option<&mut Vec<Passage>>) {
         let pieces = self.pieces(duration);
-        let (Some(mut belief), Some(u)) = (F::State::try_from_slice(state), Column::try_from_slice(u)) else { return };
+        let (Some(mut filter_state), Some(u)) = (F::State::try_from_slice(state), Column::try_from_slice(u)) else {
+            return;
+        };
         let tau = duration / pieces;
         let mut passages = passages;
         for k in 0..pieces as u64 {
             let now = t + tau * k as f64;
             let is_right = match &mut passages {
-                None => self.0.advance(now, &mut belief, &u, tau),
+                None => self.0.advance(now, &mut filter_state, &u, tau),
                 Some(passages) => {
                     let n = self.0.dimensions().estimate;
-                    let before = (self.0.estimate(&belief), self.covariance(belief.as_slice()));
+                    let before = (self.0.estimate(&filter_state), self.covariance(filter_state.as_slice()));
                     let mut cross = vec![f64::NAN; n * n];
-                    let is_right = self.0.advance_across(now, &mut belief, &u, tau, &mut cross);
+                    let is_right = self.0.advance_across(now, &mut filter_state, &u, tau, &mut cross);
                     passages.push(Passage {
                         before: (before.0.as_slice().to_vec(), before.1),
-                        after: (self.0.estimate(&belief).as_slice().to_vec(), self.covariance(belief.as_slice())),
+                        after: (
+                            self.0.estimate(&filter_state).as_slice().to_vec(),
+                            self.covariance(filter_state.as_slice()),
+                        ),
                         cross,
                     });
                     is_right
@@ -110,6 +115,6 @@ impl<F: CovarianceFilter<f64>> AnyFilter for Any<F> {
                 return;
             }
         }
-        state.copy_from_slice(belief.as_slice());
+        state.copy_from_slice(filter_state.as_slice());
     }
 }

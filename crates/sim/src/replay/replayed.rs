@@ -30,7 +30,7 @@ pub struct ReplayedObserver {
     /// where that output was not measured.
     pub innovation: Option<DMatrix<Option<f64>>>,
     /// Covariance and normalised innovations, of a filter.
-    pub belief: Option<FilterConsistency>,
+    pub consistency: Option<FilterConsistency>,
     /// The estimates from the whole log, of a [smoothed filter](super::Replay::smoothed_filter).
     pub smoothed: Option<Smoothed>,
     /// How many samples of a sampled-data observer were interpolated between rows, where that was asked for.
@@ -89,7 +89,7 @@ impl ReplayedObserver {
         let first = self.first(from)?;
         let Some(innovation) = &self.innovation else { return Ok(Vec::new()) };
         let mut used = innovation.clone();
-        for &(k, j) in self.belief.iter().flat_map(|belief| &belief.rejected) {
+        for &(k, j) in self.consistency.iter().flat_map(|consistency| &consistency.rejected) {
             used[(k, j)] = None;
         }
         let of = |j: usize| used.column(j).iter().skip(first).filter_map(|nu| *nu).collect::<Vec<f64>>();
@@ -103,7 +103,8 @@ impl ReplayedObserver {
     /// [`SimError::Outside`] when nothing is left.
     pub fn consistency(&self, from: f64) -> Result<Option<Consistency>, SimError> {
         let first = self.first(from)?;
-        let squares = self.belief.iter().flat_map(|belief| belief.nis.iter().skip(first)).filter_map(|nis| *nis);
+        let squares =
+            self.consistency.iter().flat_map(|consistency| consistency.nis.iter().skip(first)).filter_map(|nis| *nis);
         Ok(Consistency::of(squares))
     }
 
@@ -126,11 +127,11 @@ impl ReplayedObserver {
     pub fn with_smoothed_estimates(&self) -> Option<Self> {
         let smoothed = self.smoothed.as_ref()?;
         let covariances = (0..self.t.len()).filter_map(|k| smoothed.covariance(k));
-        let belief = self.belief.as_ref().map(|belief| FilterConsistency {
+        let consistency = self.consistency.as_ref().map(|consistency| FilterConsistency {
             covariances: covariances.flat_map(|p| p.iter().copied()).collect(),
-            ..belief.clone()
+            ..consistency.clone()
         });
-        Some(Self { estimate: smoothed.estimate.clone(), belief, ..self.clone() })
+        Some(Self { estimate: smoothed.estimate.clone(), consistency, ..self.clone() })
     }
 
     /// Whether the errors of a filter have, from the time `from` on, the covariance that it computes (NEES); none
@@ -141,10 +142,10 @@ impl ReplayedObserver {
     pub fn nees(&self, truth: &Samples, from: f64) -> Result<Option<Consistency>, SimError> {
         let first = self.first(from)?;
         let errors = self.errors(truth)?;
-        let Some(belief) = &self.belief else { return Ok(None) };
+        let Some(consistency) = &self.consistency else { return Ok(None) };
         let one = |k: usize| {
             let known: Vec<usize> = (0..errors.ncols()).filter(|i| errors[(k, *i)].is_some()).collect();
-            let p = belief.covariance(k)?.select_rows(&known).select_columns(&known);
+            let p = consistency.covariance(k)?.select_rows(&known).select_columns(&known);
             let e = DVector::from_iterator(known.len(), known.iter().filter_map(|i| errors[(k, *i)]));
             let square = if known.is_empty() { return None } else { e.dot(&p.cholesky()?.solve(&e)) };
             Some(NormalisedSquare { square, degrees: known.len() })

@@ -36,7 +36,7 @@ pub(super) struct ReplayRun<'r> {
     row: Vec<Option<usize>>,
     estimates: Vec<f64>,
     innovations: Vec<Option<f64>>,
-    belief: Option<FilterConsistency>,
+    consistency: Option<FilterConsistency>,
     record: Option<Record>,
     interpolated: usize,
     steps: usize,
@@ -62,7 +62,7 @@ impl<'r> ReplayRun<'r> {
             row: Vec::new(),
             estimates: Vec::new(),
             innovations: Vec::new(),
-            belief: None,
+            consistency: None,
             record: entry.is_smoothed.then(Record::default),
             interpolated: 0,
             steps: 0,
@@ -270,9 +270,9 @@ impl<'r> ReplayRun<'r> {
     pub(super) fn filter(&mut self, filter: &dyn AnyFilter) -> Result<(), SimError> {
         let own = filter.dimensions();
         let times = self.recording.times();
-        let belief =
+        let consistency =
             FilterConsistency { nis: Vec::new(), rejected: Vec::new(), covariances: Vec::new(), order: own.estimate };
-        self.belief = Some(belief);
+        self.consistency = Some(consistency);
         let mut state = vec![0.0; own.state];
         filter.initial(times[0], &self.entry.initial, &self.u, &self.y, &mut state);
         if let Some(period) = filter.grid() {
@@ -346,10 +346,10 @@ impl<'r> ReplayRun<'r> {
         };
         let (estimate, covariance) = (filter.estimate(state), filter.covariance(state));
         self.note(t, row, &estimate)?;
-        if let Some(belief) = &mut self.belief {
-            belief.rejected.extend(rejected.into_iter().map(|output| (belief.nis.len(), output)));
-            belief.nis.push(nis);
-            belief.covariances.extend_from_slice(&covariance);
+        if let Some(consistency) = &mut self.consistency {
+            consistency.rejected.extend(rejected.into_iter().map(|output| (consistency.nis.len(), output)));
+            consistency.nis.push(nis);
+            consistency.covariances.extend_from_slice(&covariance);
         }
         if let Some(record) = &mut self.record {
             record.places.push(record.passages.len());
@@ -364,7 +364,7 @@ impl<'r> ReplayRun<'r> {
             name: self.entry.name.clone(),
             estimate: DMatrix::from_row_slice(rows, estimate, &self.estimates),
             innovation: self.entry.whole.then(|| DMatrix::from_row_slice(rows, outputs, &self.innovations)),
-            belief: self.belief,
+            consistency: self.consistency,
             smoothed: self.record.map(Record::smooth),
             interpolated: self.interpolated,
             steps: self.steps,

@@ -79,26 +79,26 @@ fn a_row_is_what_a_run_gives() {
     assert!(text.contains("linear") && text.contains("cubic") && text.contains("us/slope"), "{text}");
 }
 
-/// The printed mean-value observer told x(0) is found out; told something else, or repaired and told nothing, it is not
-/// accused.
+/// The printed mean-value observer with e(0) = x(0) - xhat(0) is marked in the table; with another e(0) or as repaired
+/// it is not.
 #[test]
-fn who_was_told_stands_in_the_table() {
+fn prior_information_is_in_the_table() {
     let (x0, xhat0) = (Vector3::new(-2.0, -1.0, -1.0), Vector3::new(-1.0, -0.5, -1.5));
-    let told = MeanValueObserver::new(Chaotic, 1.0, Integral, x0 - xhat0).unwrap();
-    let blind = MeanValueObserver::new(Chaotic, 1.0, Integral, Vector3::zeros()).unwrap();
+    let informed = MeanValueObserver::new(Chaotic, 1.0, Integral, x0 - xhat0).unwrap();
+    let uninformed = MeanValueObserver::new(Chaotic, 1.0, Integral, Vector3::zeros()).unwrap();
     let noises = NoiseModel { w: Matrix3::identity() * 1e-2, v: Matrix2::identity() * 1e-4, p0: Matrix3::identity() };
     let filter = ExtendedKalmanFilter::new(Chaotic, noises, 0.01, 1).unwrap();
     let table = Comparison::new(&Chaotic, x0.as_slice(), xhat0.as_slice())
         .noise(Noise::uniform(&[1e-3, 1e-3], 0.01, 7))
         .until(2.0, 21)
-        .observer("told", &told)
-        .observer("blind", &blind)
+        .observer("informed", &informed)
+        .observer("uninformed", &uninformed)
         .sampled_observer("filter", &filter)
         .prior_information("filter", "the noise's intensity")
         .run()
         .unwrap();
-    assert_eq!(table.row("told").unwrap().prior_information, ["its state at the start contains x(0) - xhat(0)"]);
-    assert!(table.row("blind").unwrap().prior_information.is_empty());
+    assert_eq!(table.row("informed").unwrap().prior_information, ["its state at the start contains x(0) - xhat(0)"]);
+    assert!(table.row("uninformed").unwrap().prior_information.is_empty());
     assert_eq!(table.row("filter").unwrap().prior_information, ["the noise's intensity"]);
     assert!(table.row("filter").unwrap().cost.per_sample);
     let text = table.to_string();

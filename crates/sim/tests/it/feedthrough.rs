@@ -97,21 +97,21 @@ fn sampled_observers_of_a_plant_with_feedthrough() {
     .unwrap();
     let (mut x, mut xhat) = (Vector2::new(1.0, -1.0), Vector2::zeros());
     let u = Vector1::new(0.0);
-    let mut belief = filter.initial(0.0, &xhat, &u, &u);
+    let mut estimate = filter.initial(0.0, &xhat, &u, &u);
     for k in 0..20 {
         let t = 0.1 * f64::from(k);
         let u = Vector1::new(input(t));
         let y = plant().output(t, &x, &u);
         cubic.step(t, &mut xhat, &u, &y);
-        filter.step(t, &mut belief, &u, &y);
+        filter.step(t, &mut estimate, &u, &y);
         x = ad * x + bd * u;
     }
     assert!((x - Vector2::new(-0.219559077046171, 0.052056776492248)).amax() < 1e-13);
     assert!((xhat - Vector2::new(-0.223469854759898, 0.048320550790061)).amax() < 1e-13, "{xhat}");
     let expected = Vector2::new(-0.214046017479889, 0.065619612653707);
-    assert!((belief.estimate() - expected).amax() < 1e-13, "{}", belief.estimate());
+    assert!((estimate.estimate() - expected).amax() < 1e-13, "{}", estimate.estimate());
     let p = Matrix2::new(0.032396826079, 0.016662196054212, 0.016662196054212, 0.1251980516859);
-    assert!((belief.covariance() - p).amax() < 1e-12);
+    assert!((estimate.covariance() - p).amax() < 1e-12);
     // In a run, where the input is held and y is that of the input held from the sample on.
     let run = Scenario::new(plant())
         .initial_state(&[1.0, -1.0])
@@ -192,7 +192,7 @@ fn a_law_that_reads_an_output_with_feedthrough_is_a_loop() {
         .unwrap();
 }
 
-/// An observer that is not told D has an error that stays; in a comparison the start of each is that of the input.
+/// An observer without D has a constant error in the limit; in a comparison the start of each is that of the input.
 #[test]
 fn an_observer_without_d_is_wrong() {
     let l = Vector2::new(8.5, 13.75);

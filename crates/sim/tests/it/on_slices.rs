@@ -30,22 +30,22 @@ fn steps<O: SampledObserver<f64, Input = DVector<f64>, Output = DVector<f64>, Es
     patterns: &[[bool; 2]],
 ) -> usize {
     let xhat = dvector![0.01, 0.0, 0.1, -0.2];
-    let mut belief = filter.initial(0.0, &xhat, &dvector![0.0], &dvector![0.0, 0.0]);
-    let mut state = belief.as_slice().to_vec();
+    let mut filtered = filter.initial(0.0, &xhat, &dvector![0.0], &dvector![0.0, 0.0]);
+    let mut state = filtered.as_slice().to_vec();
     let mut estimate = [0.0; 4];
     for k in 0..60 {
         let t = 0.01 * f64::from(k);
         let y = dvector![0.1 * t, 0.1 - t + if k == 30 { 5.0 } else { 0.0 }];
         let (u, measured) = (dvector![2.0 * t], &patterns[k as usize % patterns.len()]);
         if measured.contains(&false) {
-            filter.step_partial(t, &mut belief, &u, &y, measured);
+            filter.step_partial(t, &mut filtered, &u, &y, measured);
         } else {
-            filter.step(t, &mut belief, &u, &y);
+            filter.step(t, &mut filtered, &u, &y);
         }
         assert!(filter.step_into(t, &mut state, u.as_slice(), y.as_slice(), measured));
-        assert_eq!(state, belief.as_slice(), "{k}");
+        assert_eq!(state, filtered.as_slice(), "{k}");
         assert!(filter.estimate_into(&state, &mut estimate));
-        assert_eq!(estimate, filter.estimate(&belief).as_slice(), "{k}");
+        assert_eq!(estimate, filter.estimate(&filtered).as_slice(), "{k}");
     }
     assert!(!filter.step_into(0.0, &mut state[..19], &[0.0], &[0.0; 2], &[true; 2]), "a state of another length");
     60
@@ -69,11 +69,11 @@ fn a_filter_of_five_outputs() {
     let noises = NoiseModel { w: dmatrix![0.01], v: DMatrix::identity(5, 5), p0: dmatrix![1.0] };
     let filter = ExtendedKalmanFilter::new(plant.unwrap(), noises, 0.1, 1).unwrap();
     let (u, y) = (DVector::zeros(0), dvector![1.0, 2.1, 1.0, 0.8, 0.9]);
-    let mut belief = filter.initial(0.0, &dvector![0.5], &u, &y);
-    let mut state = belief.as_slice().to_vec();
-    filter.step(0.0, &mut belief, &u, &y);
+    let mut filtered = filter.initial(0.0, &dvector![0.5], &u, &y);
+    let mut state = filtered.as_slice().to_vec();
+    filter.step(0.0, &mut filtered, &u, &y);
     assert!(filter.step_into(0.0, &mut state, &[], y.as_slice(), &[true; 5]));
-    assert_eq!(state, belief.as_slice());
+    assert_eq!(state, filtered.as_slice());
 }
 
 fn right_hand_sides<O>(observer: &O, inputs: usize, outputs: usize)

@@ -117,7 +117,7 @@ fn sampled_observers_are_replayed_exactly() {
     // The samples of the log are those of the run to its integration error.
     assert!(apart <= 1e-9, "{apart:e}");
     // The covariance is not known of an observer that is only sampled.
-    assert!(replayed.belief.is_none() && replayed.consistency(0.0).unwrap().is_none());
+    assert!(replayed.consistency.is_none() && replayed.consistency(0.0).unwrap().is_none());
     // As a filter it is the same run, and its estimates are those after the measurement.
     let after = Replay::new(double_integrator(), recording(&run)).filter("filter", filter(0.01), &[0.0, 0.0]);
     let after = after.run().unwrap();
@@ -200,17 +200,17 @@ fn bad_recordings_and_observers_are_refused() {
 fn the_innovation_covariance_is_that_of_the_correction() {
     let filter = filter(0.01);
     let (u, y) = (Vector1::new(0.0), Vector1::new(0.3));
-    let mut belief = filter.initial(0.0, &Vector2::zeros(), &u, &y);
+    let mut estimate = filter.initial(0.0, &Vector2::zeros(), &u, &y);
     for k in 0..5 {
-        filter.step(0.02 * f64::from(k), &mut belief, &u, &y);
+        filter.step(0.02 * f64::from(k), &mut estimate, &u, &y);
     }
-    let (p, s) = (belief.covariance(), filter.innovation_covariance(0.1, &belief, &u));
+    let (p, s) = (estimate.covariance(), filter.innovation_covariance(0.1, &estimate, &u));
     let c = double_integrator().c;
     assert!((s - (c * p * c.transpose() + Matrix1::new(0.01))).amax() <= 4.0 * f64::EPSILON);
     let gain = p * c.transpose() / s[(0, 0)];
-    let corrected = belief.estimate() + gain * (y - double_integrator().output(0.0, &belief.estimate(), &u));
-    filter.step(0.1, &mut belief, &u, &y);
+    let corrected = estimate.estimate() + gain * (y - double_integrator().output(0.0, &estimate.estimate(), &u));
+    filter.step(0.1, &mut estimate, &u, &y);
     // One Runge-Kutta step of a double integrator is exact.
     let predicted = Vector2::new(corrected[0] + 0.02 * corrected[1], corrected[1]);
-    assert!((belief.estimate() - predicted).amax() <= 16.0 * f64::EPSILON);
+    assert!((estimate.estimate() - predicted).amax() <= 16.0 * f64::EPSILON);
 }

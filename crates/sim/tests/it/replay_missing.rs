@@ -57,14 +57,14 @@ fn a_filter_is_predicted_over_the_time_that_has_passed() {
         let replayed = Replay::new(double_integrator(), log).filter("f", filter(period), &[0.5, -0.5]).run().unwrap();
         let found = replayed.observer("f").unwrap();
         assert_eq!((&found.t[..], found.rows_used(), found.interpolated), (&t[..], 8, 0));
-        let belief = found.belief.as_ref().unwrap();
+        let consistency = found.consistency.as_ref().unwrap();
         for (k, (x, p)) in expected.iter().enumerate() {
             let apart = (0..2).fold(0.0f64, |apart, i| apart.max((found.estimate[(k, i)] - x[i]).abs()));
             assert!(apart < 1e-9 * (1.0 + x.amax()), "period {period}, row {k}: {apart:e}");
-            let covariance = belief.covariance(k).unwrap();
+            let covariance = consistency.covariance(k).unwrap();
             let apart = (0..4).fold(0.0f64, |apart, i| apart.max((covariance[i] - p[i]).abs()));
             assert!(apart < 1e-9 * p.amax(), "period {period}, row {k}: {apart:e}");
-            assert!((belief.deviation()[(k, 1)] - p[(1, 1)].sqrt()).abs() < 1e-9 * p.amax());
+            assert!((consistency.deviation()[(k, 1)] - p[(1, 1)].sqrt()).abs() < 1e-9 * p.amax());
         }
     }
 }
@@ -88,16 +88,16 @@ fn sensors_of_different_rates_update_when_they_have_measured() {
     let log = Recording::with_missing(t.clone(), &u, &y).unwrap();
     let replayed = Replay::new(plant, log).filter("f", filter.clone(), &[1.0, 1.0]).run().unwrap();
     let found = replayed.observer("f").unwrap();
-    let mut belief = filter.initial(0.0, &Vector2::new(1.0, 1.0), &Vector1::zeros(), &Vector2::zeros());
+    let mut estimate = filter.initial(0.0, &Vector2::new(1.0, 1.0), &Vector1::zeros(), &Vector2::zeros());
     let mut input = 0.0;
     for k in 0..60 {
         input = u[(k, 0)].unwrap_or(input);
         let measured = [y[(k, 0)].is_some(), y[(k, 1)].is_some()];
         let values = Vector2::new(y[(k, 0)].unwrap_or(f64::NAN), y[(k, 1)].unwrap_or(f64::NAN));
-        let nis = found.belief.as_ref().unwrap().nis[k];
+        let nis = found.consistency.as_ref().unwrap().nis[k];
         if measured.contains(&true) {
             let innovation =
-                filter.update_partial(t[k], &mut belief, &Vector1::new(input), &values, |j| measured[j]).unwrap();
+                filter.update_partial(t[k], &mut estimate, &Vector1::new(input), &values, |j| measured[j]).unwrap();
             let nis = nis.unwrap();
             assert_eq!(nis.degrees, measured.iter().filter(|m| **m).count());
             assert!((nis.square - innovation.normalized_square).abs() < 1e-9 * (1.0 + nis.square), "row {k}");
@@ -105,10 +105,10 @@ fn sensors_of_different_rates_update_when_they_have_measured() {
             assert_eq!(nis, None);
         }
         assert!((0..2).all(|j| found.innovation.as_ref().unwrap()[(k, j)].is_some() == measured[j]));
-        let apart = (0..2).fold(0.0f64, |apart, i| apart.max((found.estimate[(k, i)] - belief.estimate()[i]).abs()));
+        let apart = (0..2).fold(0.0f64, |apart, i| apart.max((found.estimate[(k, i)] - estimate.estimate()[i]).abs()));
         assert!(apart < 1e-9, "row {k}: {apart:e}");
         if let Some(next) = t.get(k + 1) {
-            filter.predict(t[k], &mut belief, &Vector1::new(input), next - t[k]);
+            filter.predict(t[k], &mut estimate, &Vector1::new(input), next - t[k]);
         }
     }
     // The expected NIS is the number of outputs that were there: 50 positions and 12 speeds in 52 rows.
@@ -337,9 +337,9 @@ fn errors_are_known_where_the_truth_is() {
     let truth = Samples::with_missing(t, &truth, SampleInterpolation::ZeroOrderHold).unwrap();
     let errors = found.errors(&truth).unwrap();
     assert_eq!((errors[(3, 0)], errors[(3, 1)]), (Some(truth.values()[(3, 0)] - found.estimate[(3, 0)]), None));
-    let (mut sum, belief) = (0.0, found.belief.as_ref().unwrap());
+    let (mut sum, consistency) = (0.0, found.consistency.as_ref().unwrap());
     for k in 0..50 {
-        let p = belief.covariance(k).unwrap();
+        let p = consistency.covariance(k).unwrap();
         let e1 = errors[(k, 0)].unwrap();
         sum += match errors[(k, 1)] {
             Some(e2) => {
@@ -376,8 +376,11 @@ fn a_gate_makes_an_outlier_a_missing_value() {
     let gated = run(&outlier, filter(0.1).with_gate(6.0).unwrap());
     let without = run(&blank, filter(0.1));
     assert_eq!(gated.estimate, without.estimate);
-    let (belief, other) = (gated.belief.as_ref().unwrap(), without.belief.as_ref().unwrap());
-    assert_eq!((&belief.rejected[..], &belief.nis, &other.rejected[..]), (&[(40, 0)][..], &other.nis, &[][..]));
+    let (consistency, other) = (gated.consistency.as_ref().unwrap(), without.consistency.as_ref().unwrap());
+    assert_eq!(
+        (&consistency.rejected[..], &consistency.nis, &other.rejected[..]),
+        (&[(40, 0)][..], &other.nis, &[][..])
+    );
     assert!(gated.innovation.as_ref().unwrap()[(40, 0)].unwrap() > 40.0);
     assert_eq!(gated.statistics(0.0).unwrap(), without.statistics(0.0).unwrap());
 }

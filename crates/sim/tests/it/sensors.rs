@@ -39,7 +39,7 @@ fn a_filter_is_updated_by_what_is_measured() {
         .until(2.0, 21)
         .run()
         .unwrap();
-    let belief = &run.observers[0].state;
+    let state = &run.observers[0].state;
     let expected = [
         0.004_409_353_795_072_46,
         -0.494_665_613_399_897_2,
@@ -49,7 +49,7 @@ fn a_filter_is_updated_by_what_is_measured() {
         0.071_936_510_617_245_58,
     ];
     for (i, expected) in expected.into_iter().enumerate() {
-        assert_abs_diff_eq!(belief[(20, i)], expected, epsilon = 1e-12);
+        assert_abs_diff_eq!(state[(20, i)], expected, epsilon = 1e-12);
     }
     let measured = |output| (0..20).filter(|k| run.is_measured(output, f64::from(*k) * h)).collect::<Vec<_>>();
     assert_eq!(measured(0), [2, 5, 8, 11, 14, 17]);

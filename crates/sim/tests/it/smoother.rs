@@ -66,7 +66,7 @@ fn a_linear_plant_as_by_filterpy() {
     // Errors and NEES of the smoothed estimates are those of a replay with them.
     let hindsight = found.with_smoothed_estimates().unwrap();
     assert_eq!(
-        (&hindsight.estimate, hindsight.belief.unwrap().deviation()),
+        (&hindsight.estimate, hindsight.consistency.unwrap().deviation()),
         (&smoothed.estimate, smoothed.deviation())
     );
 }
@@ -214,7 +214,8 @@ fn gaps_are_crossed_in_steps() {
     // In the middle of the log the smoother is surer than the filter, at its end it is the filter.
     let filter = ExtendedKalmanFilter::new(double_integrator(), noises(0.01), 1.0, 1).unwrap();
     let found = one(Replay::new(double_integrator(), recording.clone()).smoothed_filter("f", filter, &[0.0, 0.0]));
-    let (before, after) = (found.belief.as_ref().unwrap().deviation(), found.smoothed.as_ref().unwrap().deviation());
+    let (before, after) =
+        (found.consistency.as_ref().unwrap().deviation(), found.smoothed.as_ref().unwrap().deviation());
     assert!((0..4).all(|k| (0..2).all(|i| after[(k, i)] < before[(k, i)])) && after.row(4) == before.row(4));
 
     let unscented = |period: f64| {
@@ -230,7 +231,7 @@ fn gaps_are_crossed_in_steps() {
 
 /// A state that is known exactly has a covariance without inverse.
 #[test]
-fn a_singular_covariance_is_no_obstacle() {
+fn a_singular_covariance_can_be_smoothed() {
     let (ad, c) = (Matrix2::new(1.0, 1.0, 0.0, 1.0), RowVector2::new(1.0, 0.0));
     let bd = SMatrix::<f64, 2, 1>::zeros();
     let p0 = Matrix2::new(1.0, 0.0, 0.0, 0.0);

@@ -1,6 +1,6 @@
 //! Error against cost and against peak, with the observers that nothing else is better than in both.
 
-use luenberger_figures::figure::still;
+use luenberger_figures::figure::static_figure;
 use luenberger_figures::{Dash, Figure, Hue, Marker, Panel, Series};
 
 use super::candidate::Candidate;
@@ -23,8 +23,8 @@ pub(super) fn files(ordered: &[&Candidate]) -> Result<Vec<(String, Vec<u8>)>, St
         why: why.to_string(),
     };
     Ok(vec![
-        ("figures/advise-pareto.svg".to_owned(), still::svg(&figure).map_err(failed)?.into_bytes()),
-        ("figures/advise-pareto.png".to_owned(), still::png(&figure).map_err(failed)?),
+        ("figures/advise-pareto.svg".to_owned(), static_figure::svg(&figure).map_err(failed)?.into_bytes()),
+        ("figures/advise-pareto.png".to_owned(), static_figure::png(&figure).map_err(failed)?),
     ])
 }
 

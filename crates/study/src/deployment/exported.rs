@@ -28,10 +28,10 @@ pub fn exported(
         SampledDesign::Cubic(design) => ExportableObserver::Cubic(design.observer.clone()),
         SampledDesign::Varying(design) => ExportableObserver::varying(&design.observer)
             .map_err(|error| ExportError::Rounded { format: scalar.name(), error })?,
-        SampledDesign::LinearAt(design) | SampledDesign::DiscreteCopy(design) => {
+        SampledDesign::LinearAt(design) | SampledDesign::DiscreteNonlinear(design) => {
             ExportableObserver::Discrete(design.observer)
         }
-        SampledDesign::Copy(design) => ExportableObserver::SampledNonlinear(design.observer),
+        SampledDesign::SampledNonlinear(design) => ExportableObserver::SampledNonlinear(design.observer),
         SampledDesign::Filter(design) => ExportableObserver::Kalman(design.filter),
         SampledDesign::Unscented(design) => ExportableObserver::Unscented(design.filter),
         SampledDesign::MovingHorizon(design) => ExportableObserver::MovingHorizon(design.estimator),

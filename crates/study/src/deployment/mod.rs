@@ -26,7 +26,8 @@ pub use exported::exported;
 pub use interval::IntervalDeployment;
 pub use kkl::KklDesign;
 pub use nonlinear::{
-    CopyDesign, DiscreteCopyDesign, ExtensionDesign, FilterDesign, MovingHorizonDesign, UnscentedDesign,
+    DiscreteNonlinearDesign, ExtensionDesign, FilterDesign, MovingHorizonDesign, SampledNonlinearDesign,
+    UnscentedDesign,
 };
 pub use record::{Difference, Record, record};
 pub use sliding_mode::SlidingModeDeployment;
@@ -62,12 +63,12 @@ pub enum SampledDesign {
     Cubic(Box<SampledCubicDesign>),
     /// Cubic, at varying periods.
     Varying(Box<VaryingPeriodDesign>),
-    /// Linear, in deviations from an operating point of a nonlinear plant: a copy of the linearisation.
-    LinearAt(Box<DiscreteCopyDesign>),
-    /// The copy of a nonlinear plant with a constant gain.
-    Copy(Box<CopyDesign>),
+    /// Linear, in deviations from an operating point of a nonlinear plant.
+    LinearAt(Box<DiscreteNonlinearDesign>),
+    /// Of a nonlinear plant, with a constant gain.
+    SampledNonlinear(Box<SampledNonlinearDesign>),
     /// The same of a plant in discrete time.
-    DiscreteCopy(Box<DiscreteCopyDesign>),
+    DiscreteNonlinear(Box<DiscreteNonlinearDesign>),
     /// The extended Kalman filter.
     Filter(Box<FilterDesign>),
     /// The unscented Kalman filter.
@@ -98,7 +99,7 @@ impl SampledDesign {
     /// The first estimate.
     pub fn initial(&self, observer: &ObserverSpec) -> Vec<f64> {
         let mut initial = match self {
-            Self::Copy(design) => design.initial.clone(),
+            Self::SampledNonlinear(design) => design.initial.clone(),
             _ => observer.initial.clone(),
         };
         // Disturbances are estimated to be 0 at the start.
@@ -109,7 +110,7 @@ impl SampledDesign {
     /// Runge-Kutta steps per period, where there are any.
     pub fn substeps(&self) -> Option<usize> {
         match self {
-            Self::Copy(design) => Some(design.observer.substeps()),
+            Self::SampledNonlinear(design) => Some(design.observer.substeps()),
             Self::Filter(design) => design.filter.substeps(),
             Self::Unscented(design) => design.filter.substeps(),
             Self::MovingHorizon(design) => design.estimator.substeps(),
@@ -200,9 +201,9 @@ pub(crate) fn stored(matrix: &DMatrix<f64>, format: Format) -> Option<DMatrix<f6
 /// An observer of a linear plant gets the plant with its input held over the period, and a gain for that: observers in
 /// continuous time keep their poles, `exp(h s)`; a Kalman filter becomes the stationary predictor for the sampled
 /// noises; an H-infinity or H2 filter becomes that of the sampled plant; a cubic observer keeps theta and the strength
-/// of its cubic term. The copy of a nonlinear plant keeps its gain and gets Runge-Kutta steps, `substeps` of them or as
-/// many as its error needs; an extended Kalman filter stays as it is. A mean-value observer is exported as
-/// `z = xhat + e`, a copy with the constant gain L, of which its certificate speaks.
+/// of its cubic term. An observer of a nonlinear plant keeps its gain and gets Runge-Kutta steps, `substeps` of them or
+/// as many as its error needs; an extended Kalman filter stays as it is. A mean-value observer is exported as
+/// `z = xhat + e`, with the constant gain L; its certificate is about z.
 ///
 /// `period` is required for observers in continuous time, and that of a sampled observer cannot be changed.
 ///
@@ -368,9 +369,9 @@ fn around(
     let words = |error: &dyn std::fmt::Display| error.to_string();
     let sampled = sampled.map_err(|error| words(&error))?;
     let plant = expressions::around(sampled.observer.plant(), point).map_err(|error| words(&error))?;
-    let copied = DiscreteNonlinearObserver::new(plant, sampled.observer.l().clone(), period);
-    Ok(SampledDesign::LinearAt(Box::new(DiscreteCopyDesign {
-        observer: copied.map_err(|error| words(&error))?,
+    let with_gain = DiscreteNonlinearObserver::new(plant, sampled.observer.l().clone(), period);
+    Ok(SampledDesign::LinearAt(Box::new(DiscreteNonlinearDesign {
+        observer: with_gain.map_err(|error| words(&error))?,
         certificate: sampled.certificate.clone(),
         statement: "For the linearisation at the operating point, sampled with the input held: the estimation error tends to 0 exponentially from every initial error. Nothing is proved of large deviations of the nonlinear plant.".to_owned(),
     })))
@@ -465,21 +466,21 @@ pub fn evidence(study: &Study, observer: &ObserverSpec, design: &SampledDesign, 
             let statement = design::varying_statement(varying);
             of_statement(title, Some(&varying.certificate), "with the gains as designed", &statement, &rest)
         }
-        SampledDesign::LinearAt(copied) | SampledDesign::DiscreteCopy(copied) => {
+        SampledDesign::LinearAt(design) | SampledDesign::DiscreteNonlinear(design) => {
             let rounding = format!("Rounding to {format} on the target is not covered.");
-            of_statement(title, Some(&copied.certificate), "with the gains as designed", &copied.statement, &rounding)
+            of_statement(title, Some(&design.certificate), "with the gains as designed", &design.statement, &rounding)
         }
-        SampledDesign::Copy(copied) => {
-            let observer = &copied.observer;
+        SampledDesign::SampledNonlinear(design) => {
+            let observer = &design.observer;
             let rest = format!(
                 "What this code computes, {} of the Runge-Kutta method per period and an output predicted between samples, approaches that as the period goes to 0; the proof does not cover it, nor rounding to {format}.",
                 counted(observer.substeps(), "step"),
             );
             of_statement(
                 title,
-                copied.certificate.as_ref(),
+                design.certificate.as_ref(),
                 "for the observer in continuous time",
-                &copied.statement,
+                &design.statement,
                 &rest,
             )
         }

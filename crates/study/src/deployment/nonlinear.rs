@@ -25,9 +25,9 @@ const SHARE: f64 = 0.25;
 /// Runge-Kutta steps per period beyond which a design is refused.
 const MOST_SUBSTEPS: usize = 100;
 
-/// The copy of a nonlinear plant with a constant gain, stepped once per sample.
+/// The observer of a nonlinear plant with a constant gain, stepped once per sample.
 #[derive(Debug, Clone)]
-pub struct CopyDesign {
+pub struct SampledNonlinearDesign {
     /// The observer.
     pub observer: SampledNonlinearObserver<ExpressionPlant, f64, Dyn, Dyn, Dyn>,
     /// The first estimate.
@@ -38,9 +38,9 @@ pub struct CopyDesign {
     pub statement: String,
 }
 
-/// The copy of a plant in discrete time.
+/// The observer of a nonlinear plant in discrete time.
 #[derive(Debug, Clone)]
-pub struct DiscreteCopyDesign {
+pub struct DiscreteNonlinearDesign {
     /// The observer.
     pub observer: DiscreteNonlinearObserver<ExpressionPlant, f64, Dyn, Dyn, Dyn>,
     /// The certificate.
@@ -179,7 +179,7 @@ pub(super) fn sampled(
     let plain = |why: String| (why, Vec::new());
     let plant = study.plant.model.expressions().map_err(|error| plain(error.to_string()))?;
     let Designed { runnable, report, certificate, .. } = designed;
-    let copy = |l: DMatrix<f64>, initial: Vec<f64>, preface: &str| {
+    let with_gain = |l: DMatrix<f64>, initial: Vec<f64>, preface: &str| {
         let substeps = match substeps {
             Some(substeps) => substeps,
             None => substeps_for(study, &plant, &l, &initial, period)?,
@@ -187,18 +187,23 @@ pub(super) fn sampled(
         let observer = SampledNonlinearObserver::new(plant.clone(), l, period, substeps)
             .map_err(|error| plain(error.to_string()))?;
         let statement = format!("{preface}{}", report.statement);
-        Ok(SampledDesign::Copy(Box::new(CopyDesign { observer, initial, certificate: certificate.clone(), statement })))
+        Ok(SampledDesign::SampledNonlinear(Box::new(SampledNonlinearDesign {
+            observer,
+            initial,
+            certificate: certificate.clone(),
+            statement,
+        })))
     };
     match runnable {
-        Runnable::NonlinearLuenberger(copied) => copy(copied.l().clone(), observer.initial.clone(), ""),
+        Runnable::NonlinearLuenberger(designed) => with_gain(designed.l().clone(), observer.initial.clone(), ""),
         Runnable::MeanValue(repaired) => {
-            // z = xhat + e is a copy with the constant gain L, and what the certificate speaks of.
+            // z = xhat + e has the constant gain L, and the certificate is about z.
             let l = repaired
                 .l()
                 .cloned()
                 .ok_or_else(|| plain("the observer as printed has no constant gain".to_owned()))?;
             let first = observer.initial.iter().zip(repaired.internal_error().iter()).map(|(xhat, e)| xhat + e);
-            copy(l, first.collect(), "The exported estimate is z. ")
+            with_gain(l, first.collect(), "The exported estimate is z. ")
         }
         Runnable::HighGain(chains) => {
             let (map, gain) = (chains.map(), chains.gain());
@@ -206,7 +211,7 @@ pub(super) fn sampled(
             for i in 0..gain.len() {
                 l[(i, map.place(i).output)] = map.factors()[i] * gain[i];
             }
-            copy(l, observer.initial.clone(), "")
+            with_gain(l, observer.initial.clone(), "")
         }
         Runnable::ExtendedKalman(filter) => {
             let noises = filter.noise_model().clone();
@@ -247,13 +252,13 @@ pub(super) fn sampled(
             let estimator = same.map_err(|error| plain(error.to_string()))?;
             Ok(SampledDesign::MovingHorizon(Box::new(MovingHorizonDesign { estimator })))
         }
-        Runnable::DiscreteNonlinear(copied) => {
-            let observer = DiscreteNonlinearObserver::new(plant, copied.l().clone(), period);
+        Runnable::DiscreteNonlinear(designed) => {
+            let observer = DiscreteNonlinearObserver::new(plant, designed.l().clone(), period);
             let observer = observer.map_err(|error| plain(error.to_string()))?;
             let certificate =
                 certificate.clone().ok_or_else(|| plain("the design has no certificate to refer to".to_owned()))?;
             let statement = report.statement.clone();
-            Ok(SampledDesign::DiscreteCopy(Box::new(DiscreteCopyDesign { observer, certificate, statement })))
+            Ok(SampledDesign::DiscreteNonlinear(Box::new(DiscreteNonlinearDesign { observer, certificate, statement })))
         }
         Runnable::Kkl(kkl) => {
             // The filter is slower than the plant has to be resolved: the poles of D are those of the cut-off.

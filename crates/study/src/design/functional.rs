@@ -12,8 +12,8 @@ use super::{Designed, matrix, number, poles, uncertified};
 use crate::results::DesignReport;
 use crate::runnable::Runnable;
 
-pub(super) fn functional(plant: &StateSpace, k: &DMatrix<f64>, wished: &[Complex<f64>]) -> Result<Designed, Misfit> {
-    let o = functional_observer(&plant.a, &plant.b, &plant.c, k, wished).map_err(DesignError::from)?;
+pub(super) fn functional(plant: &StateSpace, k: &DMatrix<f64>, requested: &[Complex<f64>]) -> Result<Designed, Misfit> {
+    let o = functional_observer(&plant.a, &plant.b, &plant.c, k, requested).map_err(DesignError::from)?;
     let found = eigenvalues(&o.f).map_err(DesignError::from)?;
     let slowest = -found.iter().map(|pole| pole.re).fold(f64::NEG_INFINITY, f64::max);
     let observer =

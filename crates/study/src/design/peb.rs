@@ -63,8 +63,8 @@ pub(super) fn peb(study: &Study, requested: &ObserverSpec, spec: &PebSpec) -> Re
     let equation = "d s(y)/dt = g + m theta where phi(x) = xi + missing(theta)";
     if regression.verdict.is_proved() {
         let bounds = &regression.bounds[..maps.signal.len()];
-        let told: Vec<String> = bounds.iter().map(|bound| at_most(*bound, 3)).collect();
-        let words = format!("verified over the region; residual by rows at most {}", told.join(", "));
+        let rows: Vec<String> = bounds.iter().map(|bound| at_most(*bound, 3)).collect();
+        let words = format!("verified over the region; residual by rows at most {}", rows.join(", "));
         facts.push(proved(equation, words, None));
         let largest = bounds.iter().copied().fold(0.0, f64::max);
         numbers.push(number("bound of the residual of d s(y)/dt = g + m theta", largest));

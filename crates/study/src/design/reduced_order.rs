@@ -16,8 +16,8 @@ use crate::results::DesignReport;
 use crate::runnable::Runnable;
 use crate::study::Study;
 
-pub(super) fn reduced_order(study: &Study, plant: &StateSpace, wished: &[Complex<f64>]) -> Result<Designed, Misfit> {
-    let design = ReducedOrderDesign::with_poles(plant, wished)?;
+pub(super) fn reduced_order(study: &Study, plant: &StateSpace, requested: &[Complex<f64>]) -> Result<Designed, Misfit> {
+    let design = ReducedOrderDesign::with_poles(plant, requested)?;
     let o = &design.observer;
     let maps = maps(&study.plant, &design).ok_or(Misfit::UnnamedMaps)?;
     let slowest = -design.poles.iter().map(|pole| pole.re).fold(f64::NEG_INFINITY, f64::max);

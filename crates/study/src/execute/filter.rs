@@ -92,22 +92,23 @@ fn consistency_of<F: CovarianceFilter<f64, Input = DVector<f64>, Output = DVecto
     for sample in 0..samples {
         let t = sample as f64 * period;
         let x = trajectory.state_at(t)?;
-        // The belief before the sample stands from the sample to the next one.
+        // The state before the sample is held from the sample to the next one.
         let held = trajectory.observer_state_at(name, f64::midpoint(t, (t + period).min(simulation.duration)))?;
-        let Some(mut belief) = F::State::try_from_slice(&held) else { continue };
-        // A held input is the one that stands from the sample on.
+        let Some(mut filter_state) = F::State::try_from_slice(&held) else { continue };
+        // A held input has its value from the sample on.
         let at = simulation.hold.map_or(t, |hold| (t + 0.5 * hold.min(period)).min(simulation.duration));
         let u = DVector::from_vec(trajectory.input_at(at)?);
         let y = DVector::from_vec(trajectory.measured_at(t)?);
         let measured: Vec<bool> = (0..y.len()).map(|output| trajectory.is_measured(output, t)).collect();
-        let degrees = (0..y.len()).filter(|&j| measured[j] && !filter.rejects_output(t, &belief, &u, &y, j)).count();
+        let degrees =
+            (0..y.len()).filter(|&j| measured[j] && !filter.rejects_output(t, &filter_state, &u, &y, j)).count();
         if degrees > 0 {
-            let Some(square) = filter.measure(t, &mut belief, &u, &y, &measured) else { continue };
+            let Some(square) = filter.measure(t, &mut filter_state, &u, &y, &measured) else { continue };
             nis.push(NormalisedSquare { square, degrees });
         }
-        let e = DVector::from_column_slice(&x) - filter.estimate(&belief);
+        let e = DVector::from_column_slice(&x) - filter.estimate(&filter_state);
         let mut p = DMatrix::zeros(n, n);
-        if !filter.covariance_into(&belief, p.as_mut_slice()) {
+        if !filter.covariance_into(&filter_state, p.as_mut_slice()) {
             continue;
         }
         if let Some(factor) = p.cholesky() {

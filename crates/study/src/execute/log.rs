@@ -43,7 +43,7 @@ fn report(study: &Study, log: &Log, replayed: &ReplayedObserver) -> Result<Innov
     let times = log.recording.times();
     let middle = times[times.len() / 2];
     let rejected = |output: usize| {
-        let all = replayed.belief.iter().flat_map(|belief| &belief.rejected);
+        let all = replayed.consistency.iter().flat_map(|consistency| &consistency.rejected);
         all.filter(|(k, j)| *j == output && replayed.t[*k] >= middle).count()
     };
     let measured = replayed.statistics(middle)?.into_iter().zip(&study.plant.outputs).enumerate();
@@ -89,7 +89,7 @@ fn smoothed_report(
     let middle = log.recording.times()[log.recording.times().len() / 2];
     let nees = log.truth.as_ref().map(|truth| smoothed.nees(truth, middle)).transpose()?.flatten();
     let rms = |of: &ReplayedObserver, i: usize| {
-        let deviation = of.belief.as_ref().map(luenberger_sim::replay::FilterConsistency::deviation);
+        let deviation = of.consistency.as_ref().map(luenberger_sim::replay::FilterConsistency::deviation);
         deviation.map_or(0.0, |deviation| deviation.column(i).norm() / (deviation.nrows() as f64).sqrt())
     };
     let deviation = |(i, state): (usize, &String)| SmoothedDeviation {
@@ -148,10 +148,10 @@ const REJECTED: f64 = 0.1;
 
 /// Outputs of which the gate of a filter rejects so much that it can no longer be trusted.
 fn locked_out(study: &Study, log: &Log, replayed: &ReplayedObserver) -> Vec<String> {
-    let Some(belief) = &replayed.belief else { return Vec::new() };
+    let Some(consistency) = &replayed.consistency else { return Vec::new() };
     let one = |(j, output): (usize, &String)| {
         let (rejected, all) =
-            (belief.rejected.iter().filter(|(_, of)| *of == j).count(), log.recording.outputs().count(j));
+            (consistency.rejected.iter().filter(|(_, of)| *of == j).count(), log.recording.outputs().count(j));
         (rejected as f64 > REJECTED * all as f64).then(|| {
             format!(
                 "{}: the gate rejects {rejected} of {all} measurements of {output}: the filter is overconfident, or the model is wrong; increase p0, w or gate",
@@ -270,8 +270,8 @@ fn run(log: &Log, member: &Member<'_>, replayed: ReplayedObserver) -> Run {
         y: of(recording.outputs()),
         u,
         innovation: replayed.innovation.map(|innovation| innovation.map(|nu| nu.unwrap_or(f64::NAN))),
-        deviation: match &replayed.belief {
-            Some(belief) => Some(belief.deviation()),
+        deviation: match &replayed.consistency {
+            Some(consistency) => Some(consistency.deviation()),
             // The stationary covariance is that of a measurement at every sample.
             None if is_complete(recording.outputs()) => stationary_deviation(member, rows),
             None => None,

@@ -58,8 +58,8 @@ pub(crate) fn peb(plant: &PlantModel, spec: &PebSpec, period: f64) -> Result<Exp
     let mut of_theta: Vec<String> = match &spec.estimator {
         Estimator::Gradient(gradient) => {
             let residual = |i: usize| {
-                let believed = sum((0..q).map(|j| format!("{}*{}", regressor(i, j), theta(j))).collect());
-                format!("({} - ({believed}))", measured(i))
+                let predicted = sum((0..q).map(|j| format!("{}*{}", regressor(i, j), theta(j))).collect());
+                format!("({} - ({predicted}))", measured(i))
             };
             let slope = |j: usize| sum((0..r).map(|i| format!("{}*{}", regressor(i, j), residual(i))).collect());
             let gain = gradient.gain();

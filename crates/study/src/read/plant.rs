@@ -73,10 +73,10 @@ struct Names {
 }
 
 /// A plant, its names, its parameters and its lookup tables.
-type Said = (Model, Names, Parameters, Tables);
+type NamedPlant = (Model, Names, Parameters, Tables);
 
 /// A plant whose sizes are known, with the names that the table gives.
-fn named(model: Model, node: &Node, reader: &mut Reader) -> Option<Said> {
+fn named(model: Model, node: &Node, reader: &mut Reader) -> Option<NamedPlant> {
     let names = names(node, model.size(), reader)?;
     Some((model, names, Parameters::new(), Tables::new()))
 }
@@ -160,7 +160,7 @@ fn matrices(node: &Node, reader: &mut Reader) -> Option<Model> {
 }
 
 /// The plant, its names and its parameters, which its expressions may use.
-fn expressions(node: &Node, reader: &mut Reader) -> Option<Said> {
+fn expressions(node: &Node, reader: &mut Reader) -> Option<NamedPlant> {
     for (key, what) in [("f", "one expression for each state"), ("h", "one expression for each output")] {
         if node.get(key).is_none() {
             let message = format!("[plant] has expressions but no `{key}`");

@@ -67,7 +67,7 @@ const H: Key = optional("h", Kind::Texts, "Other outputs, likewise. A plant of m
 
 const EVENT: Table = Table {
     name: "[[truth.event]]",
-    about: "A change of the simulated plant at a time: other parameters, matrices or equations from there on, a jump of the state. Observers are not told.",
+    about: "A change of the simulated plant at a time: other parameters, matrices or equations from there on, a jump of the state. The model of the observers does not change.",
     variants: None,
     keys: &[
         required("at", Kind::Number(Range::Positive), "When the plant changes."),

@@ -220,8 +220,11 @@ fn a_moving_horizon_estimator() {
         assert!(difference.largest.iter().all(|x| *x < most), "{difference:?}");
         let files = export.c().unwrap();
         let header = &files.iter().find(|file| file.name == format!("{}.h", observer.name)).unwrap().text;
-        let told = header.contains("floating-point operations, ") && header.contains("without active bounds");
-        assert!(told == (k == 2) && header.contains(&format!("_WINDOW {}", if k == 2 { 10 } else { 4 })), "{header}");
+        let is_stated = header.contains("floating-point operations, ") && header.contains("without active bounds");
+        assert!(
+            is_stated == (k == 2) && header.contains(&format!("_WINDOW {}", if k == 2 { 10 } else { 4 })),
+            "{header}"
+        );
     }
 }
 

@@ -117,9 +117,9 @@ fn number(designed: &Designed, name: &str) -> f64 {
 }
 
 fn facts(designed: &Designed) -> String {
-    let told: Vec<String> =
+    let lines: Vec<String> =
         designed.report.facts.iter().map(|fact| format!("{}: {}", fact.statement, fact.words)).collect();
-    told.join("\n")
+    lines.join("\n")
 }
 
 /// The KKL observer of the converter: poles -G/C4 and -w/L1 at w = 1/2, everything proved over the region.
@@ -132,9 +132,9 @@ fn the_maps_of_a_kkl_observer_are_proved_over_the_region() {
     for (found, expected) in poles.iter().zip([-0.0447 / 22.9e-6, -50.0]) {
         assert!((found / expected - 1.0).abs() < 1e-12, "{poles:?}");
     }
-    let told = facts(&designed);
+    let text = facts(&designed);
     for part in ["D phi f = Lambda phi + B: verified", "B does not depend on xi", "(phi, h) is injective: verified"] {
-        assert!(told.contains(part), "{told}");
+        assert!(text.contains(part), "{text}");
     }
     let file = designed.certificate.unwrap().file("KKLO").unwrap().to_json();
     assert!(file.contains("\"theorem\": \"kkl-error-bound\""), "{file}");

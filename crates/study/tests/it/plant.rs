@@ -106,9 +106,9 @@ fn observers_run_on_a_plant_of_text() {
     let filter: ExtendedKalmanFilter<_, f64, Dyn, Dyn, Dyn> =
         ExtendedKalmanFilter::new(joint(), noises, 0.01, 2).unwrap();
     let (u, y) = (dvector![0.0], dvector![0.5, -0.2]);
-    let mut belief = filter.initial(0.0, &DVector::zeros(4), &u, &y);
-    filter.step(0.0, &mut belief, &u, &y);
-    assert!((belief.estimate()[0] - 0.5).abs() < 0.05 && belief.as_slice().len() == 20);
+    let mut estimate = filter.initial(0.0, &DVector::zeros(4), &u, &y);
+    filter.step(0.0, &mut estimate, &u, &y);
+    assert!((estimate.estimate()[0] - 0.5).abs() < 0.05 && estimate.as_slice().len() == 20);
 }
 
 /// With fixed sizes the plant is simulated backwards in time for the KKL observer.

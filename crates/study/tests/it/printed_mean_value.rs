@@ -48,16 +48,16 @@ fn the_observer_as_printed_runs_without_a_certificate() {
     same!("least-squares", LeastSquares::new());
 }
 
-/// Told x(0) through e(0), the printed observer converges; the corrected one does so from e(0) = 0.
+/// From e(0) = x(0) - xhat(0) the printed observer converges; the corrected one does so from e(0) = 0.
 #[test]
-fn what_the_internal_error_is_told_decides_the_printed_observer() {
+fn the_initial_internal_error_decides_the_printed_observer() {
     let error_at_the_end = |more: &str| {
         let results = execute(&study(more), Step::Simulate, &RunOptions::default()).unwrap();
         results.simulation.unwrap().rows[0].merits.as_ref().unwrap().states[2].last
     };
-    let told = error_at_the_end("as_printed = \"integral\"\ninternal_error = [-0.5, -0.5, 1.5]");
-    let untold = error_at_the_end("as_printed = \"integral\"");
-    assert!(told < 0.1 * untold, "{told} {untold}");
+    let informed = error_at_the_end("as_printed = \"integral\"\ninternal_error = [-0.5, -0.5, 1.5]");
+    let uninformed = error_at_the_end("as_printed = \"integral\"");
+    assert!(informed < 0.1 * uninformed, "{informed} {uninformed}");
 }
 
 #[test]

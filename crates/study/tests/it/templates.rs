@@ -54,14 +54,14 @@ fn the_report_of_a_linear_plant_shows_its_matrices() {
     let folder = scratch("matrices");
     run(luenberger_study::template::template("double-integrator").unwrap(), &folder, 2);
     let page = read(&folder.join("report.html"));
-    let told = body(&page);
+    let text_of_page = body(&page);
     for matrix in
         ["A = \\begin{bmatrix} 0 &amp; 1 \\\\ 0 &amp; 0 \\end{bmatrix}", "B = \\begin{bmatrix} 0 \\\\ 1 \\end{bmatrix}"]
     {
-        assert!(told.contains(matrix), "{told}");
+        assert!(text_of_page.contains(matrix), "{text_of_page}");
     }
-    assert!(told.contains("settling time (s)") && page.contains("time t (s)"));
-    assert!(told.contains("(12) is its number in the paper on the cubic observer."));
+    assert!(text_of_page.contains("settling time (s)") && page.contains("time t (s)"));
+    assert!(text_of_page.contains("(12) is its number in the paper on the cubic observer."));
     let seconds = "time_unit = \"s\"\n";
     let text = luenberger_study::template::text("double-integrator").unwrap();
     assert!(text.contains(seconds));

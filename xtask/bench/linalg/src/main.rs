@@ -122,8 +122,8 @@ fn call_deimos(data: &Data, routine: &str) -> Answer {
             peer::solve_care_dense(seen(a), get("b"), get("q"), get("r")).map_err(|e| text(&e))?.solution
         }
         "place" => {
-            let wish: Vec<_> = poles(data).iter().map(|p| faer::c64::new(p.re, p.im)).collect();
-            synthesis::place_poles_dense(seen(a), get("b"), &wish).map_err(|e| text(&e))?.gain
+            let specified: Vec<_> = poles(data).iter().map(|p| faer::c64::new(p.re, p.im)).collect();
+            synthesis::place_poles_dense(seen(a), get("b"), &specified).map_err(|e| text(&e))?.gain
         }
         _ => return Err(format!("deimos_numerics has no {routine}")),
     };

@@ -224,11 +224,11 @@ pub(super) const SOURCES: &[Source] = &[
             mutant(
                 "discrete Kalman: Ad' P Ad",
                 Transpose,
-                "times_transpose(&times(ad, &belief.covariance()), ad)",
-                "times(&ad.transpose(), &times(&belief.covariance(), ad))",
+                "times_transpose(&times(ad, &estimate.covariance()), ad)",
+                "times(&ad.transpose(), &times(&estimate.covariance(), ad))",
             ),
             mutant("discrete Kalman: no Bd u", Dropped, " + bd * u;", ";"),
-            mutant("discrete Kalman: y + C xhat", Sign, "y - c * belief.estimate()", "y + c * belief.estimate()"),
+            mutant("discrete Kalman: y + C xhat", Sign, "y - c * estimate.estimate()", "y + c * estimate.estimate()"),
         ],
     },
     Source {

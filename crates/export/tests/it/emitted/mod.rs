@@ -4,9 +4,6 @@
 
 #[rustfmt::skip]
 #[allow(unreachable_pub, clippy::all, clippy::pedantic)]
-mod copy;
-#[rustfmt::skip]
-#[allow(unreachable_pub, clippy::all, clippy::pedantic)]
 mod discrete;
 #[rustfmt::skip]
 #[allow(unreachable_pub, clippy::all, clippy::pedantic)]
@@ -29,6 +26,9 @@ mod kkl_low_rank;
 #[rustfmt::skip]
 #[allow(unreachable_pub, clippy::all, clippy::pedantic)]
 mod moving_horizon;
+#[rustfmt::skip]
+#[allow(unreachable_pub, clippy::all, clippy::pedantic)]
+mod sampled_nonlinear;
 #[rustfmt::skip]
 #[allow(unreachable_pub, clippy::all, clippy::pedantic)]
 mod unscented;
@@ -97,12 +97,12 @@ macro_rules! agrees {
 }
 
 #[test]
-fn the_copy_with_a_constant_gain_is_emitted_as_rust() {
+fn the_sampled_nonlinear_observer_is_emitted_as_rust() {
     let plant = plant(&["x2 - drag(x1)", "-sin(x1) - x2 + u1*cos(t)"], &["x1 + 0.1*x2^3"], 1);
     let observer = SampledNonlinearObserver::new(plant, dmatrix![2.0; 1.0], 0.125, 2).unwrap();
     let export = export(ExportableObserver::SampledNonlinear(observer), Scalar::Binary64);
-    unchanged(&export, "copy");
-    agrees!(copy, &export, f64);
+    unchanged(&export, "sampled_nonlinear");
+    agrees!(sampled_nonlinear, &export, f64);
 }
 
 /// `x1' = x2, x2' = (1 - x1^2) x2 - x1 + u` with `phi = x2 - (x1 - x1^3/3) - 2 x1`.

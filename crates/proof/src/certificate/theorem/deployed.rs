@@ -243,9 +243,7 @@ fn running_facts(claimed: &ClaimedBall, running: &Running) -> Vec<Fact> {
                     undecided(UndecidedReason::TighterThanProved { row, column: 0, claimed, proved }, claimed - proved)
                 }
             },
-            Running::Unproved(obstacle) => {
-                undecided(UndecidedReason::NoErrorBall { obstacle: obstacle.clone() }, f64::NAN)
-            }
+            Running::Unproved(reason) => undecided(UndecidedReason::NoErrorBall { reason: reason.clone() }, f64::NAN),
         };
         Fact::stated(inequality, verdict)
     };

@@ -66,7 +66,7 @@ pub(super) fn running(p: &Matrix<f64>, disturbance: &Disturbance<'_>) -> Result<
     if n == 0 {
         let intermediates = match in_range(&disturbance.step_bound(&[])?.stages, &[])? {
             Ok(intermediates) => intermediates,
-            Err(obstacle) => return Ok(Running::Unproved(obstacle)),
+            Err(reason) => return Ok(Running::Unproved(reason)),
         };
         return Ok(Running::Within(ErrorBall {
             contraction: 0.0,
@@ -112,7 +112,7 @@ pub(super) fn running(p: &Matrix<f64>, disturbance: &Disturbance<'_>) -> Result<
         }
         let intermediates = match in_range(&stages, &at(start))? {
             Ok(intermediates) => intermediates,
-            Err(obstacle) => return Ok(Running::Unproved(obstacle)),
+            Err(reason) => return Ok(Running::Unproved(reason)),
         };
         let mut entries = at(ultimate);
         for _ in 0..REFINEMENTS {

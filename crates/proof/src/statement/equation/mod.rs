@@ -201,7 +201,7 @@ fn enclose(
         let w = embed_symmetric::<Interval>(w, "W", n)?;
         match posed.by_comparison(&w)? {
             found @ Enclosure::Enclosed(_) => return Ok(found),
-            Enclosure::Undecided { why: doubt } => why = doubt,
+            Enclosure::Undecided { why: reason } => why = reason,
         }
     }
     if n <= ELIMINATION_ORDER { posed.by_elimination() } else { Ok(Enclosure::Undecided { why }) }

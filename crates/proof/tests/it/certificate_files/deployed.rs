@@ -4,7 +4,7 @@ use super::*;
 
 /// Each bound of a deployed observer: the next smaller one is one too many, and a larger one is true as well.
 #[test]
-fn bounds_of_a_running_error_are_believed_up_to_the_last_bit() {
+fn bounds_of_a_running_error_are_accepted_up_to_the_last_bit() {
     let prove = |theorem: DeployedObserver| {
         CertificateFile::prove("a test", theorem).map(|_| ()).map_err(|why| why.to_string())
     };

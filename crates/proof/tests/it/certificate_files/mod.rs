@@ -211,7 +211,7 @@ fn power_of_two_in_decimal(exponent: usize) -> String {
 }
 
 #[test]
-fn a_margin_is_believed_up_to_the_last_bit_and_no_further() {
+fn a_margin_is_accepted_up_to_the_last_bit_and_no_further() {
     for theorem in all() {
         let file = file(theorem);
         for k in 0..file.claims().len() {
@@ -367,7 +367,7 @@ fn a_file_that_says_more_than_it_proves_is_rejected() {
 
 /// One end of one interval one unit narrower than the one derived, or another equation: rejected.
 #[test]
-fn intervals_of_a_solution_are_believed_up_to_the_last_bit() {
+fn intervals_of_a_solution_are_accepted_up_to_the_last_bit() {
     let prove =
         |theorem: SolutionWithin| CertificateFile::prove("a test", theorem).map(|_| ()).map_err(|why| why.to_string());
     let theorem = solution();

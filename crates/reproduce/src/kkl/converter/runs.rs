@@ -76,8 +76,8 @@ pub(super) fn converter() -> Scenario<'static> {
 pub(super) fn output_feedback(observer: impl CukObserver + 'static) -> Result<Trajectory, CheckError> {
     let plant = CukConverter::default();
     let law = Signal::law(move |view, u| {
-        let believed = view.estimate("loop").map_or([f64::NAN; 2], |estimate| [estimate[0], estimate[1]]);
-        let x = Vector4::new(believed[0], view.y[0], view.y[1], believed[1]);
+        let estimated = view.estimate("loop").map_or([f64::NAN; 2], |estimate| [estimate[0], estimate[1]]);
+        let x = Vector4::new(estimated[0], view.y[0], view.y[1], estimated[1]);
         u[0] = plant.control(&x, set_point(view.t), LAMBDA);
     });
     Ok(with(converter().input(law), "loop", observer, None).tolerances(1e-9, 1e-10).times(&milliseconds()).run()?)

@@ -60,8 +60,8 @@ impl<T: RealField + Copy> Regression<T> for CukPeb {
 
     fn known(&self, t: T, xi: &Vector2<T>, u: &Vector1<T>, y: &Vector2<T>) -> Vector2<T> {
         let known = Equations::new(&self.converter, u, y);
-        let believed = self.left_inverse(t, xi, y);
-        Vector2::new(known.y1_rate(believed[0]), known.y2_rate(believed[1]))
+        let estimated = self.left_inverse(t, xi, y);
+        Vector2::new(known.y1_rate(estimated[0]), known.y2_rate(estimated[1]))
     }
 
     fn regressor(&self, _t: T, _xi: &Vector2<T>, u: &Vector1<T>, y: &Vector2<T>) -> Matrix2<T> {

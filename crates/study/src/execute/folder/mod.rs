@@ -12,7 +12,7 @@ use std::io::{self, BufWriter, Cursor, Write};
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
-use luenberger_figures::figure::still;
+use luenberger_figures::figure::static_figure;
 use luenberger_figures::{Figure, Table};
 
 use crate::digest;
@@ -162,8 +162,8 @@ impl Folder {
             what: id.to_owned(),
             why: why.to_string(),
         };
-        self.write(&format!("figures/{id}.svg"), still::svg(figure).map_err(failed)?.as_bytes())?;
-        self.write(&format!("figures/{id}.png"), &still::png(figure).map_err(failed)?)
+        self.write(&format!("figures/{id}.svg"), static_figure::svg(figure).map_err(failed)?.as_bytes())?;
+        self.write(&format!("figures/{id}.png"), &static_figure::png(figure).map_err(failed)?)
     }
 }
 

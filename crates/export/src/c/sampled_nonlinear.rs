@@ -1,4 +1,4 @@
-//! The step of the copy of a nonlinear plant with a constant gain.
+//! The step of the observer of a nonlinear plant with a constant gain.
 
 use std::fmt::Write;
 
@@ -85,7 +85,7 @@ static void slope({parameters}const {number} *z, {number} *dz)
     );
 }
 
-/// The step of the copy of a plant in discrete time: `xhat+ = f + L (y - h)`.
+/// The step of the observer of a plant in discrete time: `xhat+ = f + L (y - h)`.
 pub(super) fn discrete_step(text: &mut String, export: &Export, maps: &Maps) {
     let number = scalar(export);
     let (upper, _) = lengths(export);
