@@ -8,7 +8,7 @@
 
 use luenberger_plants::error::check_matrix;
 use nalgebra::allocator::Allocator;
-use nalgebra::{DefaultAllocator, Dim, OMatrix, OVector, RealField};
+use nalgebra::{Const, DefaultAllocator, Dim, OMatrix, OVector, RealField};
 
 use crate::error::ObserverError;
 use crate::observer::{Observer, ObserverDimensions};
@@ -37,6 +37,10 @@ where
     h: OMatrix<T, R, M>,
     n: OMatrix<T, R, P>,
 }
+
+/// A functional observer whose sizes are known at compile time: R functions, M inputs, P outputs.
+pub type StaticFunctionalObserver<T, const R: usize, const M: usize, const P: usize> =
+    FunctionalObserver<T, Const<R>, Const<M>, Const<P>>;
 
 impl<T: RealField + Copy, R: Dim, M: Dim, P: Dim> FunctionalObserver<T, R, M, P>
 where

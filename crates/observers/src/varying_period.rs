@@ -45,6 +45,10 @@ where
     substeps: usize,
 }
 
+/// An observer at varying periods whose sizes are known at compile time.
+pub type StaticVaryingPeriodObserver<T, const N: usize, const M: usize, const P: usize> =
+    VaryingPeriodObserver<T, Const<N>, Const<M>, Const<P>>;
+
 impl<T: RealField + Copy, N: Dim, M: Dim, P: Dim> VaryingPeriodObserver<T, N, M, P>
 where
     DefaultAllocator: Size<N, M, P>,
