@@ -63,6 +63,26 @@ where
         check_matrix("N", &n, (order, outputs))?;
         Ok(Self { f, g, h, n })
     }
+
+    /// F, r x r.
+    pub fn f(&self) -> &OMatrix<T, R, R> {
+        &self.f
+    }
+
+    /// G, r x p.
+    pub fn g(&self) -> &OMatrix<T, R, P> {
+        &self.g
+    }
+
+    /// H, r x m.
+    pub fn h(&self) -> &OMatrix<T, R, M> {
+        &self.h
+    }
+
+    /// N, r x p.
+    pub fn n(&self) -> &OMatrix<T, R, P> {
+        &self.n
+    }
 }
 
 impl<T: RealField + Copy, R: Dim, M: Dim, P: Dim> Observer<T> for FunctionalObserver<T, R, M, P>

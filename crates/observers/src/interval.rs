@@ -226,7 +226,8 @@ where
     /// The observer with these matrices.
     ///
     /// # Errors
-    /// [`ObserverError::Matrix`]: shapes that do not fit, entries that are not finite; [`ObserverError::Period`].
+    /// [`ObserverError::Matrix`]: shapes that do not fit, entries that are not finite; [`ObserverError::Period`];
+    /// [`ObserverError::NotPositive`] for a factor `outward` that is not finite.
     pub fn new(gains: SampledIntervalGains<T, N, M, P, Q>) -> Result<Self, ObserverError> {
         let (n, m, p, q) = (gains.f.nrows(), gains.g.ncols(), gains.c.nrows(), gains.blocks.nrows());
         check_matrix("F", &gains.f, (n, n))?;

@@ -59,6 +59,11 @@ impl<O, N: Dim> ProportionalIntegralObserver<O, N> {
         &self.inner
     }
 
+    /// The number of states without the disturbance.
+    pub fn states(&self) -> usize {
+        self.states.value()
+    }
+
     /// The estimate of the disturbance in a state of this observer.
     pub fn disturbance<'a, T>(&self, state: &'a [T]) -> &'a [T] {
         state.get(self.states.value()..).unwrap_or_default()
