@@ -88,6 +88,7 @@ where
         longest: T,
     ) -> Result<Self, ObserverError> {
         let plant = LinearPlant::new(a, b, nominal.c().clone())?;
+        check_matrix("B", &plant.b, nominal.bd().shape())?;
         check_matrix("K", &k, nominal.n().shape())?;
         if !(longest.is_finite() && longest > T::zero()) {
             let value = longest.to_subset_unchecked();
