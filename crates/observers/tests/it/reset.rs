@@ -221,7 +221,7 @@ proptest! {
         let mut state = free.initial(0.0, &Vector3::zeros(), &u, &y);
         state.iter_mut().zip(&numbers).for_each(|(entry, number)| *entry = *number);
         state[12] = bound + above;
-        let mut held = state.clone();
+        let mut held = state;
         held[12] = held[12].max(bound);
         prop_assert_eq!(bounded.estimate(0.0, &state, &u, &y), free.estimate(0.0, &held, &u, &y));
 
