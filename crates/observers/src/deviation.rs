@@ -6,7 +6,7 @@
 
 use luenberger_plants::error::check_matrix;
 use nalgebra::allocator::Allocator;
-use nalgebra::{DefaultAllocator, Dim, OVector, RealField};
+use nalgebra::{Const, DefaultAllocator, Dim, OVector, RealField};
 
 use crate::error::ObserverError;
 use crate::observer::{ContinuousDiscreteObserver, Observer, ObserverDimensions, SampledObserver};
@@ -37,6 +37,10 @@ where
     u0: OVector<T, M>,
     y0: OVector<T, P>,
 }
+
+/// An observer of deviations whose sizes are known at compile time.
+pub type StaticDeviationObserver<O, T, const N: usize, const M: usize, const P: usize> =
+    DeviationObserver<O, T, Const<N>, Const<M>, Const<P>>;
 
 impl<O, T: RealField + Copy, N: Dim, M: Dim, P: Dim> DeviationObserver<O, T, N, M, P>
 where

@@ -8,7 +8,7 @@ use core::marker::PhantomData;
 
 use luenberger_plants::error::check_matrix;
 use luenberger_plants::{Plant, Size};
-use nalgebra::{DefaultAllocator, Dim, OMatrix, OVector, RealField};
+use nalgebra::{Const, DefaultAllocator, Dim, OMatrix, OVector, RealField};
 
 use crate::error::ObserverError;
 use crate::observer::{ObserverDimensions, SampledObserver};
@@ -27,6 +27,10 @@ where
     period: T,
     inputs: PhantomData<M>,
 }
+
+/// The copy of a nonlinear plant in discrete time with sizes known at compile time.
+pub type StaticDiscreteNonlinearObserver<S, T, const N: usize, const M: usize, const P: usize> =
+    DiscreteNonlinearObserver<S, T, Const<N>, Const<M>, Const<P>>;
 
 impl<S, T: RealField + Copy, N: Dim, M: Dim, P: Dim> DiscreteNonlinearObserver<S, T, N, M, P>
 where

@@ -8,7 +8,7 @@
 
 use luenberger_plants::error::check_matrix;
 use nalgebra::allocator::Allocator;
-use nalgebra::{DefaultAllocator, Dim, OMatrix, OVector, RealField};
+use nalgebra::{Const, DefaultAllocator, Dim, OMatrix, OVector, RealField};
 
 use crate::error::ObserverError;
 use crate::observer::{Observer, ObserverDimensions};
@@ -38,6 +38,10 @@ where
     n: OMatrix<T, R, P>,
 }
 
+/// A functional observer whose sizes are known at compile time: R functions, M inputs, P outputs.
+pub type StaticFunctionalObserver<T, const R: usize, const M: usize, const P: usize> =
+    FunctionalObserver<T, Const<R>, Const<M>, Const<P>>;
+
 impl<T: RealField + Copy, R: Dim, M: Dim, P: Dim> FunctionalObserver<T, R, M, P>
 where
     DefaultAllocator: Allocator<R, R> + Allocator<R, M> + Allocator<R, P>,
@@ -58,6 +62,26 @@ where
         check_matrix("H", &h, (order, h.ncols()))?;
         check_matrix("N", &n, (order, outputs))?;
         Ok(Self { f, g, h, n })
+    }
+
+    /// F, r x r.
+    pub fn f(&self) -> &OMatrix<T, R, R> {
+        &self.f
+    }
+
+    /// G, r x p.
+    pub fn g(&self) -> &OMatrix<T, R, P> {
+        &self.g
+    }
+
+    /// H, r x m.
+    pub fn h(&self) -> &OMatrix<T, R, M> {
+        &self.h
+    }
+
+    /// N, r x p.
+    pub fn n(&self) -> &OMatrix<T, R, P> {
+        &self.n
     }
 }
 

@@ -24,7 +24,7 @@ use core::marker::PhantomData;
 
 use luenberger_plants::{Column, Differentiable, Size};
 use nalgebra::allocator::Allocator;
-use nalgebra::{DefaultAllocator, Dim, OMatrix, OVector, RealField, U1, convert};
+use nalgebra::{Const, DefaultAllocator, Dim, OMatrix, OVector, RealField, U1, convert};
 
 use crate::dense::times;
 use crate::error::ObserverError;
@@ -42,6 +42,18 @@ pub struct InterSampleObserver<S, O, T, Z, N, M, P, D> {
     sizes: PhantomData<(Z, N, M, P, D)>,
 }
 
+/// A sampled form whose sizes are known at compile time; D is Z + N.
+pub type StaticInterSampleObserver<
+    S,
+    O,
+    T,
+    const Z: usize,
+    const N: usize,
+    const M: usize,
+    const P: usize,
+    const D: usize,
+> = InterSampleObserver<S, O, T, Const<Z>, Const<N>, Const<M>, Const<P>, Const<D>>;
+
 impl<S, O, T: RealField + Copy, Z: Dim, N: Dim, M: Dim, P: Dim, D: Dim> InterSampleObserver<S, O, T, Z, N, M, P, D>
 where
     S: Differentiable<T, N, M, P>,
@@ -51,12 +63,12 @@ where
     /// The sampled form of `observer` with period `h` and `substeps` Runge-Kutta steps between samples.
     ///
     /// ```
-    /// use luenberger_observers::{InterSampleObserver, LinearObserver, SampledObserver};
-    /// use nalgebra::{Const, U1, U2, Vector1, Vector2, Vector4};
+    /// use luenberger_observers::{LinearObserver, SampledObserver, StaticInterSampleObserver};
+    /// use nalgebra::{Vector1, Vector2, Vector4};
     /// // x1' = x2, x2' = u: with poles at -5 and -5, a sample every 0.01, from another first estimate.
     /// let plant = luenberger_plants::double_integrator();
     /// let observer = LinearObserver::new(plant.a, plant.b, plant.c, Vector2::new(10.0, 25.0))?;
-    /// let sampled = InterSampleObserver::<_, _, f64, U2, U2, U1, U1, Const<4>>::new(plant, observer, 0.01, 1)?;
+    /// let sampled = StaticInterSampleObserver::<_, _, f64, 2, 2, 1, 1, 4>::new(plant, observer, 0.01, 1)?;
     /// let mut state = Vector4::new(1.0, 0.0, 1.0, 0.0);
     /// for k in 0..1000 {
     ///     let t = f64::from(k) * 0.01;

@@ -41,13 +41,13 @@ where
 /// Q`.
 ///
 /// ```
-/// use luenberger_observers::{ComparisonSystem, IntervalObserver, LinearObserver, Observer};
-/// use nalgebra::{Matrix1, U1, U2, Vector1, Vector2};
+/// use luenberger_observers::{ComparisonSystem, LinearObserver, Observer, StaticIntervalObserver};
+/// use nalgebra::{Matrix1, Vector1, Vector2};
 /// // x' = -x + w, |w| <= 3, y = x, L = 1: e' = -2e + w, and the width is 3/2 in the end.
 /// let one = Matrix1::new(1.0);
 /// let inner = LinearObserver::new(-one, one, one, one)?;
 /// let comparison = ComparisonSystem { k: Matrix1::new(-2.0), g: Vector1::new(3.0), h: one, start: Vector1::new(0.5) };
-/// let observer = IntervalObserver::<_, f64, U1, U1, U2>::new(inner, comparison)?;
+/// let observer = StaticIntervalObserver::<_, f64, 1, 1, 2>::new(inner, comparison)?;
 /// let state = observer.initial(0.0, &Vector1::new(7.0), &one, &one);
 /// assert_eq!(state, Vector2::new(7.0, 0.5));
 /// assert_eq!(observer.derivative(0.0, &state, &Vector1::new(1.0), &Vector1::new(7.0)), Vector2::new(-6.0, 2.0));
@@ -63,6 +63,10 @@ where
     comparison: ComparisonSystem<T, N, Q>,
     joined: PhantomData<S>,
 }
+
+/// An interval observer whose sizes are known at compile time; S is N + Q.
+pub type StaticIntervalObserver<O, T, const N: usize, const Q: usize, const S: usize> =
+    IntervalObserver<O, T, Const<N>, Const<Q>, Const<S>>;
 
 impl<O, T: RealField + Copy, N: Dim, Q: Dim, S: Dim> IntervalObserver<O, T, N, Q, S>
 where
@@ -199,6 +203,16 @@ where
     joined: PhantomData<S>,
 }
 
+/// A sampled interval observer whose sizes are known at compile time; S is N + Q.
+pub type StaticSampledIntervalObserver<
+    T,
+    const N: usize,
+    const M: usize,
+    const P: usize,
+    const Q: usize,
+    const S: usize,
+> = SampledIntervalObserver<T, Const<N>, Const<M>, Const<P>, Const<Q>, Const<S>>;
+
 impl<T: RealField + Copy, N: Dim, M: Dim, P: Dim, Q: Dim, S: Dim> SampledIntervalObserver<T, N, M, P, Q, S>
 where
     DefaultAllocator: Size<N, M, P>
@@ -212,7 +226,8 @@ where
     /// The observer with these matrices.
     ///
     /// # Errors
-    /// [`ObserverError::Matrix`]: shapes that do not fit, entries that are not finite; [`ObserverError::Period`].
+    /// [`ObserverError::Matrix`]: shapes that do not fit, entries that are not finite; [`ObserverError::Period`];
+    /// [`ObserverError::NotPositive`] for a factor `outward` that is not finite.
     pub fn new(gains: SampledIntervalGains<T, N, M, P, Q>) -> Result<Self, ObserverError> {
         let (n, m, p, q) = (gains.f.nrows(), gains.g.ncols(), gains.c.nrows(), gains.blocks.nrows());
         check_matrix("F", &gains.f, (n, n))?;

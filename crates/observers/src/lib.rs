@@ -107,20 +107,23 @@ pub mod varying_period;
 pub use covariance_filter::CovarianceFilter;
 pub use cubic::{CubicObserver, StaticCubicObserver};
 pub use cubic_sampled::{SampledCubicGains, SampledCubicObserver, StaticSampledCubicObserver};
-pub use deviation::DeviationObserver;
+pub use deviation::{DeviationObserver, StaticDeviationObserver};
 pub use diagnosis::{Diagnose, Diagnosis};
 pub use discrete_kalman::{KalmanFilter, KalmanModel, StaticKalmanFilter};
 pub use discrete_linear::{DiscreteLinearObserver, StaticDiscreteLinearObserver};
-pub use discrete_luenberger::DiscreteNonlinearObserver;
+pub use discrete_luenberger::{DiscreteNonlinearObserver, StaticDiscreteNonlinearObserver};
 pub use error::{ObserverError, Point};
 pub use fixed_point::{
     FixedPointFormat, FixedPointFormats, FixedPointGains, FixedPointObserver, FixedPointState, StaticFixedPointObserver,
 };
-pub use functional::FunctionalObserver;
+pub use functional::{FunctionalObserver, StaticFunctionalObserver};
 pub use high_gain::{HighGainMap, HighGainObserver, StaticHighGainObserver};
 pub use immersion_invariance::{Immersion, ImmersionInvarianceObserver};
-pub use inter_sample::InterSampleObserver;
-pub use interval::{ComparisonSystem, IntervalObserver, SampledIntervalGains, SampledIntervalObserver};
+pub use inter_sample::{InterSampleObserver, StaticInterSampleObserver};
+pub use interval::{
+    ComparisonSystem, IntervalObserver, SampledIntervalGains, SampledIntervalObserver, StaticIntervalObserver,
+    StaticSampledIntervalObserver,
+};
 pub use kalman::{ExtendedKalmanFilter, GaussianEstimate, Innovation, NoiseModel, StaticExtendedKalmanFilter};
 pub use kkl::{KklMap, KklObserver, LeftInverse, LinearKkl};
 pub use kkl_peb::{FilterMemory, KklPebObserver, Reset};
@@ -128,20 +131,23 @@ pub use lanes::LaneObserver;
 pub use linear::{LinearObserver, StaticLinearObserver};
 pub use luenberger_plants::{Differentiable, Dimensions, LinearPlant, Plant, Shape};
 pub use mean_value::{
-    Beta, EstimateAndError, Integral, MappedObserver, Mean, MeanJacobian, MeanValueObserver, StaticMeanValueObserver,
+    Beta, EstimateAndError, Integral, MappedObserver, Mean, MeanJacobian, MeanValueObserver, StaticMappedObserver,
+    StaticMeanValueObserver,
 };
-pub use moving_horizon::{Horizon, MovingHorizonEstimator};
+pub use moving_horizon::{Horizon, MovingHorizonEstimator, StaticMovingHorizonEstimator};
 pub use nonlinear_luenberger::{NonlinearLuenbergerObserver, StaticNonlinearLuenbergerObserver};
 pub use observer::{ContinuousDiscreteObserver, Observer, ObserverDimensions, SampledObserver};
 pub use output_feedback::OutputFeedback;
 pub use pebo::{PeboObserver, Regression};
-pub use proportional_integral::ProportionalIntegralObserver;
+pub use proportional_integral::{ProportionalIntegralObserver, StaticProportionalIntegralObserver};
 pub use sampled_nonlinear::{SampledNonlinearObserver, StaticSampledNonlinearObserver};
-pub use sliding_mode::SlidingModeObserver;
+pub use sliding_mode::{SlidingModeObserver, StaticSlidingModeObserver};
 pub use stationary_kalman::{StaticStationaryKalmanFilter, StationaryKalmanFilter};
-pub use unknown_input::UnknownInputObserver;
+pub use unknown_input::{StaticUnknownInputObserver, UnknownInputObserver};
 pub use unscented::{SigmaPoints, SquareRootEstimate, StaticUnscentedKalmanFilter, UnscentedKalmanFilter};
-pub use varying_period::{StaticVaryingPeriodStep, VaryingPeriodObserver, VaryingPeriodStep};
+pub use varying_period::{
+    StaticVaryingPeriodObserver, StaticVaryingPeriodStep, VaryingPeriodObserver, VaryingPeriodStep,
+};
 
 /// nalgebra, in the version of the columns and matrices of this crate.
 pub use nalgebra;

@@ -33,6 +33,9 @@ pub struct ProportionalIntegralObserver<O, N: Dim> {
     states: N,
 }
 
+/// A proportional-integral observer whose number of states is known at compile time; the other sizes are those of `O`.
+pub type StaticProportionalIntegralObserver<O, const N: usize> = ProportionalIntegralObserver<O, Const<N>>;
+
 impl<O, N: Dim> ProportionalIntegralObserver<O, N> {
     /// `inner` of the state and the disturbance, the first `states` entries being the state.
     ///
@@ -54,6 +57,11 @@ impl<O, N: Dim> ProportionalIntegralObserver<O, N> {
     /// The observer of the state and the disturbance.
     pub fn inner(&self) -> &O {
         &self.inner
+    }
+
+    /// The number of states without the disturbance.
+    pub fn states(&self) -> usize {
+        self.states.value()
     }
 
     /// The estimate of the disturbance in a state of this observer.

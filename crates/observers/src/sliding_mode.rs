@@ -36,7 +36,7 @@
 
 use luenberger_plants::error::check_matrix;
 use luenberger_plants::{Plant, PlantError, Size};
-use nalgebra::{Const, DefaultAllocator, Dim, OVector, RealField, convert};
+use nalgebra::{Const, DefaultAllocator, Dim, OVector, RealField, U1, convert};
 
 use crate::error::ObserverError;
 use crate::observer::{ObserverDimensions, SampledObserver};
@@ -56,14 +56,14 @@ pub enum Discretisation {
 /// The sliding-mode observer of a plant `S`, a chain of N integrators with M inputs and the output x1; P is 1.
 ///
 /// ```
-/// use luenberger_observers::sliding_mode::{Discretisation, SlidingModeObserver};
+/// use luenberger_observers::sliding_mode::{Discretisation, StaticSlidingModeObserver};
 /// use luenberger_observers::SampledObserver;
-/// use nalgebra::{U1, U2, Vector1, Vector2};
+/// use nalgebra::{Vector1, Vector2};
 /// // A double integrator with an unknown force up to 1, here 0.8: after the reaching phase the position is exact at
 /// // every sample, and the velocity up to h/2.
 /// let (plant, h) = (luenberger_plants::double_integrator(), 0.01);
 /// let gains = Vector2::new(2.1, 1.1);
-/// let observer = SlidingModeObserver::<_, f64, U2, U1, U1>::new(plant, gains, h, Discretisation::Implicit)?;
+/// let observer = StaticSlidingModeObserver::<_, f64, 2, 1>::new(plant, gains, h, Discretisation::Implicit)?;
 /// let (mut x, mut xhat) = (Vector2::new(1.0, -0.5), Vector2::zeros());
 /// for k in 0..1000 {
 ///     observer.step(0.0, &mut xhat, &Vector1::zeros(), &Vector1::new(x[0]));
@@ -87,6 +87,10 @@ where
     discretisation: Discretisation,
     sizes: core::marker::PhantomData<(M, P)>,
 }
+
+/// A sliding-mode observer whose sizes are known at compile time; its one output is no parameter.
+pub type StaticSlidingModeObserver<S, T, const N: usize, const M: usize> =
+    SlidingModeObserver<S, T, Const<N>, Const<M>, U1>;
 
 impl<S, T: RealField + Copy, N: Dim, M: Dim, P: Dim> SlidingModeObserver<S, T, N, M, P>
 where

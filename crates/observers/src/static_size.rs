@@ -17,16 +17,22 @@
 //! gains need a new proof, for instance by `deployed_linear` of the design crate.
 
 use luenberger_plants::error::check_matrix;
-use luenberger_plants::{StateSpace, StaticPlant};
-use nalgebra::{DMatrix, Dyn, RealField, SMatrix};
+use luenberger_plants::{PlantError, StateSpace, StaticPlant};
+use nalgebra::{Const, DMatrix, DVector, Dyn, RealField, SMatrix, SVector};
 
 use crate::cubic::{CubicObserver, StaticCubicObserver};
 use crate::cubic_sampled::{SampledCubicGains, SampledCubicObserver, StaticSampledCubicObserver};
 use crate::discrete_kalman::{KalmanFilter, KalmanModel, StaticKalmanFilter};
 use crate::discrete_linear::{DiscreteLinearObserver, StaticDiscreteLinearObserver};
 use crate::error::ObserverError;
+use crate::functional::{FunctionalObserver, StaticFunctionalObserver};
+use crate::interval::{SampledIntervalGains, SampledIntervalObserver, StaticSampledIntervalObserver};
 use crate::linear::{LinearObserver, StaticLinearObserver};
 use crate::observer::SampledObserver;
+use crate::proportional_integral::{ProportionalIntegralObserver, StaticProportionalIntegralObserver};
+use crate::stationary_kalman::{StaticStationaryKalmanFilter, StationaryKalmanFilter};
+use crate::unknown_input::{StaticUnknownInputObserver, UnknownInputObserver};
+use crate::varying_period::{StaticVaryingPeriodObserver, VaryingPeriodObserver};
 
 /// The same matrix with sizes known at compile time, over `T`.
 ///
@@ -40,6 +46,17 @@ fn fixed<T: RealField + Copy, const R: usize, const C: usize>(
     let fixed = SMatrix::<T, R, C>::from_fn(|i, j| nalgebra::convert(m[(i, j)]));
     check_matrix(what, &fixed, (R, C))?;
     Ok(fixed)
+}
+
+/// The same column with its length known at compile time, over `T`.
+///
+/// # Errors
+/// As [`fixed`].
+fn fixed_column<T: RealField + Copy, const R: usize>(
+    what: &'static str,
+    v: &DVector<f64>,
+) -> Result<SVector<T, R>, ObserverError> {
+    fixed(what, &DMatrix::from_column_slice(v.len(), 1, v.as_slice()))
 }
 
 /// The same plant with sizes known at compile time, over `T`.
@@ -151,4 +168,138 @@ impl KalmanFilter<f64, Dyn, Dyn, Dyn> {
             None => Ok(filter),
         }
     }
+}
+
+impl StationaryKalmanFilter<f64, Dyn, Dyn, Dyn> {
+    /// The same filter with N states, M inputs and P outputs, over the scalar `T`; see the
+    /// [module](crate::static_size).
+    ///
+    /// # Errors
+    /// [`ObserverError::Matrix`] for other sizes, and for an entry beyond the range of `T`; [`ObserverError::Period`]
+    /// for a period that `T` rounds to 0 or to infinity.
+    pub fn to_static<T: RealField + Copy, const N: usize, const M: usize, const P: usize>(
+        &self,
+    ) -> Result<StaticStationaryKalmanFilter<T, N, M, P>, ObserverError> {
+        StationaryKalmanFilter::new(self.predictor().to_static()?, fixed("K", self.k())?)
+    }
+}
+
+impl VaryingPeriodObserver<f64, Dyn, Dyn, Dyn> {
+    /// The same observer with N states, M inputs and P outputs, over the scalar `T`; see the
+    /// [module](crate::static_size).
+    ///
+    /// # Errors
+    /// [`ObserverError::Matrix`] for other sizes, and for an entry beyond the range of `T`; those of
+    /// [`new`](Self::new) and of [`SampledCubicObserver::new`] for what rounding may destroy.
+    pub fn to_static<T: RealField + Copy, const N: usize, const M: usize, const P: usize>(
+        &self,
+    ) -> Result<StaticVaryingPeriodObserver<T, N, M, P>, ObserverError> {
+        let (nominal, longest) = (self.nominal().to_static()?, nalgebra::convert(self.longest()));
+        VaryingPeriodObserver::new(
+            nominal,
+            fixed("A", self.a())?,
+            fixed("B", self.b())?,
+            fixed("K", self.k())?,
+            longest,
+        )
+    }
+}
+
+impl FunctionalObserver<f64, Dyn, Dyn, Dyn> {
+    /// The same observer of R functions with M inputs and P outputs, over the scalar `T`; see the
+    /// [module](crate::static_size).
+    ///
+    /// # Errors
+    /// [`ObserverError::Matrix`] for other sizes, and for an entry beyond the range of `T`.
+    pub fn to_static<T: RealField + Copy, const R: usize, const M: usize, const P: usize>(
+        &self,
+    ) -> Result<StaticFunctionalObserver<T, R, M, P>, ObserverError> {
+        let (f, g) = (fixed("F", self.f())?, fixed("G", self.g())?);
+        FunctionalObserver::new(f, g, fixed("H", self.h())?, fixed("N", self.n())?)
+    }
+}
+
+impl SampledIntervalObserver<f64, Dyn, Dyn, Dyn, Dyn, Dyn> {
+    /// The same observer with N states, M inputs, P outputs, Q blocks and `S = N + Q`, over the scalar `T`; see the
+    /// [module](crate::static_size).
+    ///
+    /// The enclosure is proved for the format of the design, rounding of the step included: `f64` for binary64, `f32`
+    /// for binary32, whose gains `f32` has exactly. In another scalar the bounds need a new proof.
+    ///
+    /// # Errors
+    /// [`ObserverError::Matrix`] for other sizes, and for an entry beyond the range of `T`; those of
+    /// [`new`](Self::new) for what rounding may destroy.
+    pub fn to_static<
+        T: RealField + Copy,
+        const N: usize,
+        const M: usize,
+        const P: usize,
+        const Q: usize,
+        const S: usize,
+    >(
+        &self,
+    ) -> Result<StaticSampledIntervalObserver<T, N, M, P, Q, S>, ObserverError> {
+        let gains = self.gains();
+        SampledIntervalObserver::new(SampledIntervalGains {
+            f: fixed("F", &gains.f)?,
+            g: fixed("G", &gains.g)?,
+            c: fixed("C", &gains.c)?,
+            l: fixed("L", &gains.l)?,
+            blocks: fixed("N", &gains.blocks)?,
+            constant: fixed_column("g", &gains.constant)?,
+            of_estimate: fixed("Q", &gains.of_estimate)?,
+            of_input: fixed("U", &gains.of_input)?,
+            h: fixed("H", &gains.h)?,
+            outward: nalgebra::convert(gains.outward),
+            start: fixed_column("rho", &gains.start)?,
+            period: nalgebra::convert(gains.period),
+        })
+    }
+}
+
+/// `to_static` of observers that are made of a linear or a cubic one.
+macro_rules! with_inner {
+    ($($inner:ident, $target:ident;)+) => {$(
+        impl ProportionalIntegralObserver<$inner<f64, Dyn, Dyn, Dyn>, Dyn> {
+            /// The same observer with N states, K states and disturbances together, M inputs and P outputs, over the
+            /// scalar `T`; see the [module](crate::static_size).
+            ///
+            /// # Errors
+            /// [`ObserverError::Matrix`] for other sizes, and for an entry beyond the range of `T`.
+            pub fn to_static<
+                T: RealField + Copy,
+                const N: usize,
+                const K: usize,
+                const M: usize,
+                const P: usize,
+            >(
+                &self,
+            ) -> Result<StaticProportionalIntegralObserver<$target<T, K, M, P>, N>, ObserverError> {
+                let (expected, found) = ((N, 1), (self.states(), 1));
+                if found != expected {
+                    return Err(PlantError::DimensionMismatch { what: "the state", expected, found }.into());
+                }
+                ProportionalIntegralObserver::new::<T>(self.inner().to_static()?, Const)
+            }
+        }
+
+        impl UnknownInputObserver<$inner<f64, Dyn, Dyn, Dyn>, f64, Dyn, Dyn, Dyn> {
+            /// The same observer with N states, M inputs and P outputs, over the scalar `T`; see the
+            /// [module](crate::static_size).
+            ///
+            /// # Errors
+            /// [`ObserverError::Matrix`] for other sizes, and for an entry beyond the range of `T`.
+            pub fn to_static<T: RealField + Copy, const N: usize, const M: usize, const P: usize>(
+                &self,
+            ) -> Result<StaticUnknownInputObserver<$target<T, N, M, P>, T, N, M, P>, ObserverError> {
+                let d = self.d().map(|d| fixed("D", d)).transpose()?;
+                UnknownInputObserver::new(self.inner().to_static()?, fixed("H", self.h())?, d)
+            }
+        }
+    )+};
+}
+
+with_inner! {
+    LinearObserver, StaticLinearObserver;
+    CubicObserver, StaticCubicObserver;
 }

@@ -9,7 +9,7 @@
 
 use luenberger_plants::error::check_matrix;
 use nalgebra::allocator::Allocator;
-use nalgebra::{DefaultAllocator, Dim, OMatrix, OVector, RealField};
+use nalgebra::{Const, DefaultAllocator, Dim, OMatrix, OVector, RealField};
 
 use crate::dense::{entry, with_column};
 use crate::error::ObserverError;
@@ -41,6 +41,10 @@ where
     h: OMatrix<T, N, P>,
     d: Option<OMatrix<T, P, M>>,
 }
+
+/// An unknown-input observer whose sizes are known at compile time.
+pub type StaticUnknownInputObserver<O, T, const N: usize, const M: usize, const P: usize> =
+    UnknownInputObserver<O, T, Const<N>, Const<M>, Const<P>>;
 
 impl<O, T: RealField + Copy, N: Dim, M: Dim, P: Dim> UnknownInputObserver<O, T, N, M, P>
 where

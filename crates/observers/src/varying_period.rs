@@ -45,6 +45,10 @@ where
     substeps: usize,
 }
 
+/// An observer at varying periods whose sizes are known at compile time.
+pub type StaticVaryingPeriodObserver<T, const N: usize, const M: usize, const P: usize> =
+    VaryingPeriodObserver<T, Const<N>, Const<M>, Const<P>>;
+
 impl<T: RealField + Copy, N: Dim, M: Dim, P: Dim> VaryingPeriodObserver<T, N, M, P>
 where
     DefaultAllocator: Size<N, M, P>,
@@ -84,6 +88,7 @@ where
         longest: T,
     ) -> Result<Self, ObserverError> {
         let plant = LinearPlant::new(a, b, nominal.c().clone())?;
+        check_matrix("B", &plant.b, nominal.bd().shape())?;
         check_matrix("K", &k, nominal.n().shape())?;
         if !(longest.is_finite() && longest > T::zero()) {
             let value = longest.to_subset_unchecked();

@@ -1,7 +1,7 @@
 //! An observer of a plant in other coordinates, with the estimate in the plant's coordinates: `xhat = T zhat`.
 
 use nalgebra::allocator::Allocator;
-use nalgebra::{DefaultAllocator, Dim, OMatrix, OVector, RealField};
+use nalgebra::{Const, DefaultAllocator, Dim, OMatrix, OVector, RealField};
 
 use luenberger_plants::Plant;
 use luenberger_plants::coordinates::InCoordinates;
@@ -18,6 +18,9 @@ where
     matrix: OMatrix<T, N, N>,
     inverse: OMatrix<T, N, N>,
 }
+
+/// A mapped observer whose number of states is known at compile time; the other sizes are those of `O`.
+pub type StaticMappedObserver<O, T, const N: usize> = MappedObserver<O, T, Const<N>>;
 
 impl<O, T: RealField + Copy, N: Dim> MappedObserver<O, T, N>
 where

@@ -45,7 +45,7 @@ use crate::observer::{Observer, ObserverDimensions};
 
 pub use self::beta::Beta;
 pub use self::integral::Integral;
-pub use self::mapped::MappedObserver;
+pub use self::mapped::{MappedObserver, StaticMappedObserver};
 
 /// A mean D of the Jacobian over a segment, and the product `D e`.
 #[derive(Clone, Debug, PartialEq)]

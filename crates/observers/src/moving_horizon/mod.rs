@@ -36,7 +36,7 @@ use core::marker::PhantomData;
 
 use luenberger_plants::{Differentiable, Size};
 use nalgebra::allocator::Allocator;
-use nalgebra::{ComplexField, DefaultAllocator, Dim, OMatrix, OVector, RealField, U1, convert};
+use nalgebra::{ComplexField, Const, DefaultAllocator, Dim, OMatrix, OVector, RealField, U1, convert};
 
 use crate::dense::{Factor, times, times_transpose};
 use crate::error::ObserverError;
@@ -77,6 +77,17 @@ where
     sizes: PhantomData<(M, D)>,
 }
 
+/// A moving-horizon estimator whose sizes are known at compile time; D is [`state_length`] of the sizes and the window.
+pub type StaticMovingHorizonEstimator<
+    S,
+    T,
+    const N: usize,
+    const M: usize,
+    const P: usize,
+    const D: usize,
+    const L: usize,
+> = MovingHorizonEstimator<S, T, Const<N>, Const<M>, Const<P>, Const<D>, L>;
+
 /// A trajectory over the window; the stages behind the last one in use repeat it.
 type Trajectory<T, N, const L: usize> = [OVector<T, N>; L];
 
@@ -92,15 +103,15 @@ where
     /// for each bound.
     ///
     /// ```
-    /// use luenberger_observers::moving_horizon::{Horizon, MovingHorizonEstimator, state_length};
+    /// use luenberger_observers::moving_horizon::{Horizon, StaticMovingHorizonEstimator, state_length};
     /// use luenberger_observers::{NoiseModel, SampledObserver};
-    /// use nalgebra::{Const, Matrix1, Matrix2, Vector1, Vector2};
+    /// use nalgebra::{Matrix1, Matrix2, Vector1, Vector2};
     /// const STATE: usize = state_length(2, 1, 1, 4);
-    /// type Estimator<S> = MovingHorizonEstimator<S, f64, Const<2>, Const<1>, Const<1>, Const<STATE>, 4>;
+    /// type Estimator<S> = StaticMovingHorizonEstimator<S, f64, 2, 1, 1, STATE, 4>;
     /// let noises = NoiseModel { w: Matrix2::identity() * 0.1, v: Matrix1::new(1e-2), p0: Matrix2::identity() };
     /// let horizon = Horizon { window: 4, iterations: 1 };
     /// let plant = luenberger_plants::double_integrator();
-    /// let estimator: Estimator<_> = MovingHorizonEstimator::new(plant, noises, horizon, 0.1, 1)?;
+    /// let estimator = Estimator::new(plant, noises, horizon, 0.1, 1)?;
     /// // The speed is known to be nonnegative.
     /// let (lower, upper) = (Vector2::new(f64::NEG_INFINITY, 0.0), Vector2::repeat(f64::INFINITY));
     /// let estimator = estimator.with_bounds(lower, upper)?;

@@ -1,5 +1,6 @@
 //! One test binary, a module a subject; each says which features it needs.
 
+mod aliases;
 mod by_hand;
 mod continuous;
 mod discrete_kalman;

@@ -1,11 +1,15 @@
 //! Observers in files: what is written is read again, and what was changed is read through the constructor.
 
 use luenberger_observers::{
-    CubicObserver, DiscreteLinearObserver, KalmanFilter, KalmanModel, LinearObserver, SampledCubicGains,
-    SampledCubicObserver, StaticCubicObserver, StationaryKalmanFilter, semi_implicit,
+    ComparisonSystem, CubicObserver, DiscreteLinearObserver, FixedPointFormat, FixedPointFormats, FixedPointObserver,
+    FunctionalObserver, IntervalObserver, KalmanFilter, KalmanModel, LinearObserver, ProportionalIntegralObserver,
+    SampledCubicGains, SampledCubicObserver, SampledIntervalGains, SampledIntervalObserver, StaticCubicObserver,
+    StaticFixedPointObserver, StaticFunctionalObserver, StaticIntervalObserver, StaticLinearObserver,
+    StaticProportionalIntegralObserver, StaticSampledIntervalObserver, StaticUnknownInputObserver,
+    StaticVaryingPeriodObserver, StationaryKalmanFilter, UnknownInputObserver, VaryingPeriodObserver, semi_implicit,
 };
 use luenberger_plants::LinearPlant;
-use nalgebra::{DMatrix, Dyn, Matrix2, dmatrix};
+use nalgebra::{DMatrix, Dyn, Matrix2, dmatrix, dvector};
 use proptest::prelude::*;
 use serde::Serialize;
 use serde::de::DeserializeOwned;
@@ -88,6 +92,185 @@ fn a_changed_file_meets_the_constructor() {
     let error =
         refused::<SampledCubicObserver<f64, Dyn, Dyn, Dyn>>(&stored(&sampled.unwrap()), r#""w":1.0"#, r#""w":-1.0"#);
     assert!(error.contains("-1"), "{error}");
+}
+
+type Functional = FunctionalObserver<f64, Dyn, Dyn, Dyn>;
+type WithDisturbance<O> = ProportionalIntegralObserver<O, Dyn>;
+type WithoutDisturbance<O> = UnknownInputObserver<O, f64, Dyn, Dyn, Dyn>;
+type Interval = IntervalObserver<Linear, f64, Dyn, Dyn, Dyn>;
+type SampledInterval = SampledIntervalObserver<f64, Dyn, Dyn, Dyn, Dyn, Dyn>;
+type Varying = VaryingPeriodObserver<f64, Dyn, Dyn, Dyn>;
+type WithoutDisturbance32 = StaticUnknownInputObserver<StaticLinearObserver<f32, 2, 1, 1>, f32, 2, 1, 1>;
+type Interval32 = StaticIntervalObserver<StaticLinearObserver<f32, 2, 1, 1>, f32, 2, 2, 4>;
+type SampledInterval32 = StaticSampledIntervalObserver<f32, 2, 1, 1, 1, 3>;
+type FixedPoint = FixedPointObserver<Dyn, Dyn, Dyn>;
+
+fn linear() -> Linear {
+    LinearObserver::of(plant(), dmatrix![0.3; 0.7]).unwrap()
+}
+
+fn functional() -> Functional {
+    let (f, g, h) = (dmatrix![-4.0], dmatrix![-16.0, 0.5], dmatrix![1.0]);
+    FunctionalObserver::new(f, g, h, dmatrix![4.0, 0.25]).unwrap()
+}
+
+fn unknown_input() -> WithoutDisturbance<Linear> {
+    UnknownInputObserver::new(linear(), dmatrix![0.75; 0.0], Some(dmatrix![0.125])).unwrap()
+}
+
+fn interval() -> Interval {
+    let (k, g) = (dmatrix![-2.0, 1.5; 0.0, -1.0], dvector![3.0, 0.125]);
+    let comparison = ComparisonSystem { k, g, h: dmatrix![1.0, 0.0; 0.5, 1.0], start: dvector![0.625, 0.25] };
+    IntervalObserver::new(linear(), comparison).unwrap()
+}
+
+fn sampled_interval() -> SampledInterval {
+    let Plant { a: f, b: g, c, .. } = plant();
+    SampledIntervalObserver::new(SampledIntervalGains {
+        f,
+        g,
+        c,
+        l: dmatrix![0.3; 0.7],
+        blocks: dmatrix![0.75],
+        constant: dvector![0.0625],
+        of_estimate: dmatrix![1e-16, 2e-16],
+        of_input: dmatrix![3e-16],
+        h: dmatrix![1.0; 2.0],
+        outward: 4e-16,
+        start: dvector![8.0],
+        period: 0.01,
+    })
+    .unwrap()
+}
+
+fn varying() -> Varying {
+    let (ad, bd, c) = (dmatrix![1.0, 0.1; 0.0, 1.0], dmatrix![0.005; 0.1], dmatrix![1.0, 0.0]);
+    let (ld, n) = (dmatrix![0.9; 2.0], dmatrix![-1.0; -1.5]);
+    let gains = SampledCubicGains { ad, bd, c, ld, n, theta: dmatrix![10.0], w: 1.0, period: 0.1 };
+    let nominal = SampledCubicObserver::new(gains).unwrap().with_feedthrough(dmatrix![0.25]).unwrap();
+    let (a, b) = (dmatrix![0.0, 1.0; 0.0, 0.0], dmatrix![0.0; 1.0]);
+    VaryingPeriodObserver::new(nominal, a, b, dmatrix![0.7; 2.0], 0.3).unwrap()
+}
+
+fn fixed_point() -> FixedPoint {
+    let formats = FixedPointFormats {
+        gains: FixedPointFormat::new(2, 14).unwrap(),
+        signals: FixedPointFormat::new(8, 8).unwrap(),
+    };
+    let designed = DiscreteLinearObserver::new(plant(), dmatrix![0.3; 0.7], 0.1).unwrap();
+    FixedPointObserver::rounded(&designed, formats).unwrap()
+}
+
+#[test]
+fn observers_made_of_others_and_of_further_matrices_are_read_as_they_were_written() {
+    stored(&functional());
+    stored(&ProportionalIntegralObserver::new(linear(), Dyn(1)).unwrap());
+    let cubic = CubicObserver::of(plant(), dmatrix![0.3; 0.1], dmatrix![-1.0; -0.5], dmatrix![2.0]).unwrap();
+    stored(&ProportionalIntegralObserver::new(cubic.clone(), Dyn(2)).unwrap());
+    stored(&unknown_input());
+    let text = stored(&WithoutDisturbance::new(cubic, dmatrix![0.75; 0.0], None).unwrap());
+    assert!(text.ends_with(r#""h":[[0.75],[0.0]]}"#), "{text}");
+    stored(&interval());
+    stored(&sampled_interval());
+    stored(&varying());
+    let text = stored(&fixed_point());
+    let formats =
+        r#""formats":{"gains":{"integer_bits":2,"fraction_bits":14},"signals":{"integer_bits":8,"fraction_bits":8}}"#;
+    assert!(text.contains(formats) && text.starts_with(r#"{"a":[[8192,1638],[-3277,4096]],"b":"#), "{text}");
+}
+
+#[test]
+fn files_are_read_with_the_sizes_of_the_target() {
+    fn read<O: DeserializeOwned + Serialize>(observer: &impl Serialize) {
+        let text = serde_json::to_string(observer).unwrap();
+        assert_eq!(serde_json::to_string(&serde_json::from_str::<O>(&text).unwrap()).unwrap(), text);
+    }
+    read::<StaticFunctionalObserver<f64, 1, 1, 2>>(&functional());
+    let with_disturbance = ProportionalIntegralObserver::new(linear(), Dyn(1)).unwrap();
+    read::<StaticProportionalIntegralObserver<StaticLinearObserver<f64, 2, 1, 1>, 1>>(&with_disturbance);
+    read::<StaticUnknownInputObserver<StaticLinearObserver<f64, 2, 1, 1>, f64, 2, 1, 1>>(&unknown_input());
+    read::<StaticIntervalObserver<StaticLinearObserver<f64, 2, 1, 1>, f64, 2, 2, 4>>(&interval());
+    read::<StaticSampledIntervalObserver<f64, 2, 1, 1, 1, 3>>(&sampled_interval());
+    read::<StaticVaryingPeriodObserver<f64, 2, 1, 1>>(&varying());
+    read::<StaticFixedPointObserver<2, 1, 1>>(&fixed_point());
+}
+
+/// What is wrong with a matrix of another shape, and with NaN, which JSON writes as null.
+#[test]
+fn damaged_files_of_these_observers_are_errors() {
+    let text = stored(&functional());
+    let error = refused::<Functional>(&text, "[[-16.0,0.5]]", "[[-16.0]]");
+    assert_eq!(error, "N is 1x2 where 1x1 fits the other matrices");
+    assert!(refused::<Functional>(&text, "-16.0", "null").contains("null"));
+    assert!(refused::<Functional>(&text, r#""n":[[4.0,0.25]]"#, r#""n":[[4.0,0.25]],"d":[[1.0]]"#).contains("`d`"));
+
+    let text = stored(&ProportionalIntegralObserver::new(linear(), Dyn(1)).unwrap());
+    let error = refused::<WithDisturbance<Linear>>(&text, r#""states":1"#, r#""states":3"#);
+    assert_eq!(error, "the state and the disturbance is 2x1 where 3x1 fits the other matrices");
+    let error = refused::<StaticProportionalIntegralObserver<Linear, 1>>(&text, r#""states":1"#, r#""states":2"#);
+    assert_eq!(error, "the state is 2x1 where 1x1 fits the other matrices");
+    let error = refused::<WithDisturbance<Linear>>(&text, "[[0.3],[0.7]]", "[[0.3]]");
+    assert!(error.starts_with("L is 1x1 where 2x1 fits the other matrices"), "{error}");
+    assert!(refused::<WithDisturbance<Linear>>(&text, "0.7", "null").contains("null"));
+
+    let text = stored(&unknown_input());
+    let error = refused::<WithoutDisturbance<Linear>>(&text, "[[0.75],[0.0]]", "[[0.75]]");
+    assert_eq!(error, "H is 1x1 where 2x1 fits the other matrices");
+    let error = refused::<WithoutDisturbance<Linear>>(&text, "[[0.125]]", "[[0.125],[0.0]]");
+    assert_eq!(error, "D is 2x1 where 1x1 fits the other matrices");
+    assert!(refused::<WithoutDisturbance<Linear>>(&text, "0.75", "null").contains("null"));
+
+    let text = stored(&interval());
+    let error = refused::<Interval>(&text, "[[3.0],[0.125]]", "[[3.0]]");
+    assert_eq!(error, "g is 1x1 where 2x1 fits the other matrices");
+    assert!(refused::<Interval>(&text, "0.125", "null").contains("null"));
+    let text = stored(&sampled_interval());
+    let error = refused::<SampledInterval>(&text, "[[8.0]]", "[[8.0,8.0]]");
+    assert_eq!(error, "rho is 1x2 where 1x1 fits the other matrices");
+    assert!(refused::<SampledInterval>(&text, r#""outward":4e-16"#, r#""outward":null"#).contains("null"));
+    let error = refused::<SampledInterval>(&text, r#""period":0.01"#, r#""period":0.0"#);
+    assert_eq!(error, "the sampling period is 0; it must be positive and finite");
+
+    let text = stored(&varying());
+    let error = refused::<Varying>(&text, "[[0.7],[2.0]]", "[[0.7,2.0]]");
+    assert_eq!(error, "K is 1x2 where 2x1 fits the other matrices");
+    let error = refused::<Varying>(&text, "[[0.0],[1.0]]", "[[0.0,0.0],[1.0,0.0]]");
+    assert_eq!(error, "B is 2x2 where 2x1 fits the other matrices");
+    let error = refused::<Varying>(&text, r#""w":1.0"#, r#""w":-1.0"#);
+    assert!(error.starts_with("C N = -w I with w = -1e0"), "{error}");
+    assert!(refused::<Varying>(&text, r#""longest":0.3"#, r#""longest":null"#).contains("null"));
+
+    let text = stored(&fixed_point());
+    let error = refused::<FixedPoint>(&text, r#""integer_bits":2"#, r#""integer_bits":0"#);
+    assert_eq!(error, "Q0.14: a format has 2 to 32 bits, at least one of them, the sign, before the point");
+    let error = refused::<FixedPoint>(&text, "8192", "65536");
+    assert_eq!(error, "A(0, 0) = 4 is beyond the range of Q2.14");
+    let error = refused::<FixedPoint>(&text, "[8192,1638]", "[8192]");
+    assert_eq!(error, "A is 2x2 where 2x1 fits the other matrices");
+    assert!(refused::<FixedPoint>(&text, "8192", "0.5").contains("expected i32"));
+}
+
+/// In binary32 a number of `Value` beyond the range is read as infinity: the constructor refuses it.
+#[test]
+fn numbers_that_are_not_finite_meet_the_constructor() {
+    fn beyond<O: DeserializeOwned + std::fmt::Debug>(text: &str, from: &str, to: &str) -> String {
+        assert!(text.contains(from), "{text}");
+        let value: serde_json::Value = serde_json::from_str(&text.replacen(from, to, 1)).unwrap();
+        serde_json::from_value::<O>(value).unwrap_err().to_string()
+    }
+    let text = stored(&functional());
+    let error = beyond::<StaticFunctionalObserver<f32, 1, 1, 2>>(&text, "-16.0", "1e39");
+    assert_eq!(error, "G(0, 0) is inf, not a finite number");
+    let error = beyond::<WithoutDisturbance32>(&stored(&unknown_input()), "0.75", "1e39");
+    assert_eq!(error, "H(0, 0) is inf, not a finite number");
+    let error = beyond::<Interval32>(&stored(&interval()), "0.625", "1e39");
+    assert_eq!(error, "rho(0, 0) is inf, not a finite number");
+    let text = stored(&sampled_interval());
+    let error = beyond::<SampledInterval32>(&text, "0.0625", "1e39");
+    assert_eq!(error, "g(0, 0) is inf, not a finite number");
+    assert!(beyond::<SampledInterval32>(&text, r#""outward":4e-16"#, r#""outward":1e39"#).contains("outward is inf"));
+    let error = beyond::<StaticVaryingPeriodObserver<f32, 2, 1, 1>>(&stored(&varying()), "[0.7]", "[1e39]");
+    assert_eq!(error, "K(0, 0) is inf, not a finite number");
 }
 
 proptest! {

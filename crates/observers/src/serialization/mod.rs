@@ -1,8 +1,9 @@
-//! Serialisation of linear observers (feature `serde`), in any format of serde.
+//! Serialisation of observers of linear plants (feature `serde`), in any format of serde.
 //!
-//! An observer is written as its matrices, each an array of rows, under the names of its constructor's arguments. It is
-//! read through its constructor: a file that was changed by hand gives an observer that its constructor accepts, or the
-//! constructor's error. Sizes known at compile time must be those of the file.
+//! An observer is written as its matrices, each an array of rows, under the names of its constructor's arguments; one
+//! that is made of another has it under `inner` or `nominal`. It is read through its constructor: a file that was
+//! changed by hand gives an observer that its constructor accepts, or the constructor's error. Sizes known at compile
+//! time must be those of the file.
 //!
 //! No evidence is stored here: that is a certificate file, which is proved again when it is read
 //! (`luenberger_design::StoredDesign`).
@@ -19,27 +20,31 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
+mod fixed_point;
+mod interval;
+mod with_inner;
+
 extern crate alloc;
 
 use alloc::vec::Vec;
 
 use luenberger_plants::{LinearPlant, PlantError, Size};
 use nalgebra::allocator::Allocator;
-use nalgebra::{DefaultAllocator, Dim, OMatrix, RealField};
+use nalgebra::{DefaultAllocator, Dim, OMatrix, RealField, Scalar};
 use serde::de::Error as _;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
 use crate::error::ObserverError;
 use crate::observer::SampledObserver;
 use crate::{
-    CubicObserver, DiscreteLinearObserver, KalmanFilter, KalmanModel, LinearObserver, SampledCubicGains,
-    SampledCubicObserver, StationaryKalmanFilter,
+    CubicObserver, DiscreteLinearObserver, FunctionalObserver, KalmanFilter, KalmanModel, LinearObserver,
+    SampledCubicGains, SampledCubicObserver, StationaryKalmanFilter, VaryingPeriodObserver,
 };
 
 /// A matrix as an array of its rows.
 type Rows<T> = Vec<Vec<T>>;
 
-fn rows<T: RealField + Copy, R: Dim, C: Dim>(m: &OMatrix<T, R, C>) -> Rows<T>
+fn rows<T: Scalar + Copy, R: Dim, C: Dim>(m: &OMatrix<T, R, C>) -> Rows<T>
 where
     DefaultAllocator: Allocator<R, C>,
 {
@@ -50,7 +55,7 @@ where
 ///
 /// # Errors
 /// [`ObserverError::Matrix`]: rows of different lengths, or another size than the type has.
-fn matrix<T: RealField + Copy, R: Dim, C: Dim>(
+fn matrix<T: Scalar + Copy, R: Dim, C: Dim>(
     name: &'static str,
     rows: &[Vec<T>],
 ) -> Result<OMatrix<T, R, C>, ObserverError>
@@ -67,18 +72,18 @@ where
     Ok(OMatrix::from_fn_generic(R::from_usize(height), C::from_usize(width), |i, j| rows[i][j]))
 }
 
-fn maybe<T: RealField + Copy, R: Dim, C: Dim>(rows: Option<Rows<T>>) -> Result<Option<OMatrix<T, R, C>>, ObserverError>
+fn maybe<T: Scalar + Copy, R: Dim, C: Dim>(rows: Option<Rows<T>>) -> Result<Option<OMatrix<T, R, C>>, ObserverError>
 where
     DefaultAllocator: Allocator<R, C>,
 {
     rows.map(|rows| matrix("D", &rows)).transpose()
 }
 
-/// The form in which an observer is stored, and the way there and back.
+/// The form in which an observer is stored, and the way there and back; `; d` for one that may have a feedthrough.
 macro_rules! stored {
     ($(
         $(#[$doc:meta])*
-        $observer:ident as $form:ident { $($(#[$attribute:meta])* $field:ident: $kind:ty),+ $(,)? }
+        $observer:ident as $form:ident { $($(#[$attribute:meta])* $field:ident: $kind:ty),+ $(; $d:ident)? }
         |$this:ident| $write:expr,
         |$read:ident| $build:expr;
     )+) => {$(
@@ -87,8 +92,10 @@ macro_rules! stored {
         #[serde(deny_unknown_fields)]
         struct $form<T> {
             $($(#[$attribute])* $field: $kind,)+
-            #[serde(skip_serializing_if = "Option::is_none")]
-            d: Option<Rows<T>>,
+            $(
+                #[serde(skip_serializing_if = "Option::is_none")]
+                $d: Option<Rows<T>>,
+            )?
         }
 
         impl<T: RealField + Copy + Serialize, N: Dim, M: Dim, P: Dim> Serialize for $observer<T, N, M, P>
@@ -116,11 +123,11 @@ macro_rules! stored {
 }
 
 stored! {
-    LinearObserver as Linear { a: Rows<T>, b: Rows<T>, c: Rows<T>, l: Rows<T> }
+    LinearObserver as Linear { a: Rows<T>, b: Rows<T>, c: Rows<T>, l: Rows<T>; d }
     |o| Linear { a: rows(&o.a), b: rows(&o.b), c: rows(&o.c), l: rows(&o.l), d: o.d.as_ref().map(rows) },
     |f| Self::of(plant(&f.a, &f.b, &f.c, f.d)?, matrix("L", &f.l)?);
 
-    CubicObserver as Cubic { a: Rows<T>, b: Rows<T>, c: Rows<T>, l: Rows<T>, n: Rows<T>, theta: Rows<T> }
+    CubicObserver as Cubic { a: Rows<T>, b: Rows<T>, c: Rows<T>, l: Rows<T>, n: Rows<T>, theta: Rows<T>; d }
     |o| Cubic {
         a: rows(&o.a),
         b: rows(&o.b),
@@ -132,12 +139,12 @@ stored! {
     },
     |f| Self::of(plant(&f.a, &f.b, &f.c, f.d)?, matrix("L", &f.l)?, matrix("N", &f.n)?, matrix("theta", &f.theta)?);
 
-    DiscreteLinearObserver as Discrete { a: Rows<T>, b: Rows<T>, c: Rows<T>, l: Rows<T>, period: T }
+    DiscreteLinearObserver as Discrete { a: Rows<T>, b: Rows<T>, c: Rows<T>, l: Rows<T>, period: T; d }
     |o| discrete(o),
     |f| observer(f);
 
     /// Fields of the predictor, and K.
-    StationaryKalmanFilter as Stationary { a: Rows<T>, b: Rows<T>, c: Rows<T>, l: Rows<T>, k: Rows<T>, period: T }
+    StationaryKalmanFilter as Stationary { a: Rows<T>, b: Rows<T>, c: Rows<T>, l: Rows<T>, k: Rows<T>, period: T; d }
     |o| {
         let Discrete { a, b, c, l, period, d } = discrete(o.predictor());
         Stationary { a, b, c, l, k: rows(o.k()), period, d }
@@ -148,43 +155,32 @@ stored! {
     SampledCubicObserver as SampledCubic {
         ad: Rows<T>, bd: Rows<T>, c: Rows<T>, ld: Rows<T>, n: Rows<T>, theta: Rows<T>, w: T, period: T,
         #[serde(skip_serializing_if = "Option::is_none")]
-        coupling: Option<Rows<T>>,
+        coupling: Option<Rows<T>>; d
     }
-    |o| SampledCubic {
-        ad: rows(o.ad()),
-        bd: rows(o.bd()),
-        c: rows(o.c()),
-        ld: rows(o.ld()),
-        n: rows(o.n()),
-        theta: rows(o.theta()),
-        w: o.w(),
-        period: o.period(),
-        coupling: o.coupling().map(rows),
-        d: o.d().map(rows),
+    |o| sampled_cubic(o),
+    |f| sampled_cubic_observer(f);
+
+    VaryingPeriodObserver as VaryingPeriod {
+        nominal: SampledCubic<T>, a: Rows<T>, b: Rows<T>, k: Rows<T>, longest: T
+    }
+    |o| VaryingPeriod {
+        nominal: sampled_cubic(o.nominal()),
+        a: rows(o.a()),
+        b: rows(o.b()),
+        k: rows(o.k()),
+        longest: o.longest(),
     },
     |f| {
-        let gains = SampledCubicGains {
-            ad: matrix("Ad", &f.ad)?,
-            bd: matrix("Bd", &f.bd)?,
-            c: matrix("C", &f.c)?,
-            ld: matrix("Ld", &f.ld)?,
-            n: matrix("N", &f.n)?,
-            theta: matrix("theta", &f.theta)?,
-            w: f.w,
-            period: f.period,
-        };
-        let observer = match f.coupling {
-            Some(coupling) => Self::semi_implicit(gains, matrix("-C N", &coupling)?)?,
-            None => Self::new(gains)?,
-        };
-        match maybe(f.d)? {
-            Some(d) => observer.with_feedthrough(d),
-            None => Ok(observer),
-        }
+        let (a, b) = (matrix("A", &f.a)?, matrix("B", &f.b)?);
+        Self::new(sampled_cubic_observer(f.nominal)?, a, b, matrix("K", &f.k)?, f.longest)
     };
 
+    FunctionalObserver as Functional { f: Rows<T>, g: Rows<T>, h: Rows<T>, n: Rows<T> }
+    |o| Functional { f: rows(o.f()), g: rows(o.g()), h: rows(o.h()), n: rows(o.n()) },
+    |f| Self::new(matrix("F", &f.f)?, matrix("G", &f.g)?, matrix("H", &f.h)?, matrix("N", &f.n)?);
+
     KalmanFilter as Kalman {
-        ad: Rows<T>, bd: Rows<T>, c: Rows<T>, w: Rows<T>, v: Rows<T>, p0: Rows<T>, period: T,
+        ad: Rows<T>, bd: Rows<T>, c: Rows<T>, w: Rows<T>, v: Rows<T>, p0: Rows<T>, period: T; d
     }
     |o| {
         let KalmanModel { ad, bd, c, w, v, p0, period } = o.model();
@@ -243,4 +239,48 @@ where
     DefaultAllocator: Size<N, M, P>,
 {
     DiscreteLinearObserver::new(plant(&f.a, &f.b, &f.c, f.d)?, matrix("L", &f.l)?, f.period)
+}
+
+fn sampled_cubic<T: RealField + Copy, N: Dim, M: Dim, P: Dim>(o: &SampledCubicObserver<T, N, M, P>) -> SampledCubic<T>
+where
+    DefaultAllocator: Size<N, M, P>,
+{
+    SampledCubic {
+        ad: rows(o.ad()),
+        bd: rows(o.bd()),
+        c: rows(o.c()),
+        ld: rows(o.ld()),
+        n: rows(o.n()),
+        theta: rows(o.theta()),
+        w: o.w(),
+        period: o.period(),
+        coupling: o.coupling().map(rows),
+        d: o.d().map(rows),
+    }
+}
+
+fn sampled_cubic_observer<T: RealField + Copy, N: Dim, M: Dim, P: Dim>(
+    f: SampledCubic<T>,
+) -> Result<SampledCubicObserver<T, N, M, P>, ObserverError>
+where
+    DefaultAllocator: Size<N, M, P>,
+{
+    let gains = SampledCubicGains {
+        ad: matrix("Ad", &f.ad)?,
+        bd: matrix("Bd", &f.bd)?,
+        c: matrix("C", &f.c)?,
+        ld: matrix("Ld", &f.ld)?,
+        n: matrix("N", &f.n)?,
+        theta: matrix("theta", &f.theta)?,
+        w: f.w,
+        period: f.period,
+    };
+    let observer = match f.coupling {
+        Some(coupling) => SampledCubicObserver::semi_implicit(gains, matrix("-C N", &coupling)?)?,
+        None => SampledCubicObserver::new(gains)?,
+    };
+    match maybe(f.d)? {
+        Some(d) => observer.with_feedthrough(d),
+        None => Ok(observer),
+    }
 }
