@@ -170,6 +170,18 @@ pub enum ObserverError {
         /// The pivot of the elimination: negative, or zero.
         pivot: f64,
     },
+    /// An entry of a bound or of a comparison system that must not be negative.
+    #[error("{what}({row}, {column}) is {value}, and must not be negative")]
+    Negative {
+        /// Name of the matrix.
+        what: &'static str,
+        /// Row of the entry, from 0.
+        row: usize,
+        /// Column of the entry, from 0.
+        column: usize,
+        /// The entry.
+        value: f64,
+    },
     /// Zero Runge-Kutta substeps between samples; at least 1 is required.
     #[error("a filter needs at least one step of integration between two samples")]
     Substeps,

@@ -21,6 +21,27 @@ use crate::dense::{entry, with_column};
 use crate::error::ObserverError;
 use crate::observer::{Observer, ObserverDimensions, SampledObserver};
 
+/// Checks the signs of the entries that `of` selects: with a negative one the bounds do not enclose the state.
+fn not_negative<T: RealField + Copy, R: Dim, C: Dim>(
+    what: &'static str,
+    matrix: &OMatrix<T, R, C>,
+    of: impl Fn(usize, usize) -> bool,
+) -> Result<(), ObserverError>
+where
+    DefaultAllocator: Allocator<R, C>,
+{
+    for row in 0..matrix.nrows() {
+        for column in 0..matrix.ncols() {
+            let entry = matrix[(row, column)];
+            if of(row, column) && entry < T::zero() {
+                let value = entry.to_subset_unchecked();
+                return Err(ObserverError::Negative { what, row, column, value });
+            }
+        }
+    }
+    Ok(())
+}
+
 /// The comparison system of an [`IntervalObserver`] with Q blocks.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ComparisonSystem<T: RealField + Copy, N: Dim, Q: Dim>
@@ -75,7 +96,8 @@ where
     /// The observer `inner` with the comparison system of its error.
     ///
     /// # Errors
-    /// [`ObserverError::Matrix`]: shapes that do not fit, entries that are not finite.
+    /// [`ObserverError::Matrix`]: shapes that do not fit, entries that are not finite; [`ObserverError::Negative`] for a
+    /// negative entry of g, H, rho or of K outside of the diagonal.
     pub fn new(inner: O, comparison: ComparisonSystem<T, N, Q>) -> Result<Self, ObserverError>
     where
         O: Observer<T>,
@@ -92,6 +114,10 @@ where
                 luenberger_plants::PlantError::DimensionMismatch { what: "(xhat, rho)", expected, found }.into()
             );
         }
+        not_negative("K", &comparison.k, |i, j| i != j)?;
+        not_negative("g", &comparison.g, |_, _| true)?;
+        not_negative("H", &comparison.h, |_, _| true)?;
+        not_negative("rho", &comparison.start, |_, _| true)?;
         Ok(Self { inner, comparison, joined: PhantomData })
     }
 
@@ -227,7 +253,8 @@ where
     ///
     /// # Errors
     /// [`ObserverError::Matrix`]: shapes that do not fit, entries that are not finite; [`ObserverError::Period`];
-    /// [`ObserverError::NotPositive`] for a factor `outward` that is not finite.
+    /// [`ObserverError::Negative`] for a negative entry of N, g, Q, U, H or rho; [`ObserverError::NotPositive`] for a
+    /// factor `outward` that is negative or not finite.
     pub fn new(gains: SampledIntervalGains<T, N, M, P, Q>) -> Result<Self, ObserverError> {
         let (n, m, p, q) = (gains.f.nrows(), gains.g.ncols(), gains.c.nrows(), gains.blocks.nrows());
         check_matrix("F", &gains.f, (n, n))?;
@@ -250,7 +277,13 @@ where
         if !(gains.period.is_finite() && gains.period > T::zero()) {
             return Err(ObserverError::Period { period: gains.period.to_subset_unchecked() });
         }
-        if !gains.outward.is_finite() {
+        not_negative("N", &gains.blocks, |_, _| true)?;
+        not_negative("g", &gains.constant, |_, _| true)?;
+        not_negative("Q", &gains.of_estimate, |_, _| true)?;
+        not_negative("U", &gains.of_input, |_, _| true)?;
+        not_negative("H", &gains.h, |_, _| true)?;
+        not_negative("rho", &gains.start, |_, _| true)?;
+        if !(gains.outward.is_finite() && gains.outward >= T::zero()) {
             let value = convert::<f64, f64>(gains.outward.to_subset_unchecked());
             return Err(ObserverError::NotPositive { what: "outward", value });
         }

@@ -224,10 +224,31 @@ fn damaged_files_of_these_observers_are_errors() {
     let error = refused::<Interval>(&text, "[[3.0],[0.125]]", "[[3.0]]");
     assert_eq!(error, "g is 1x1 where 2x1 fits the other matrices");
     assert!(refused::<Interval>(&text, "0.125", "null").contains("null"));
+    // With a negative entry the bounds would not enclose the state; the diagonal of K may be negative.
+    for (from, to, expected) in [
+        ("1.5", "-1.5", "K(0, 1) is -1.5, and must not be negative"),
+        ("0.125", "-0.125", "g(1, 0) is -0.125, and must not be negative"),
+        ("0.625", "-0.625", "rho(0, 0) is -0.625, and must not be negative"),
+    ] {
+        assert_eq!(refused::<Interval>(&text, from, to), expected);
+    }
     let text = stored(&sampled_interval());
     let error = refused::<SampledInterval>(&text, "[[8.0]]", "[[8.0,8.0]]");
     assert_eq!(error, "rho is 1x2 where 1x1 fits the other matrices");
     assert!(refused::<SampledInterval>(&text, r#""outward":4e-16"#, r#""outward":null"#).contains("null"));
+    for (from, to, expected) in [
+        ("[[0.75]]", "[[-0.75]]", "N(0, 0) is -0.75, and must not be negative"),
+        ("0.0625", "-0.0625", "g(0, 0) is -0.0625, and must not be negative"),
+        ("2e-16", "-2e-16", "Q(0, 1) is -0.0000000000000002, and must not be negative"),
+        ("3e-16", "-3e-16", "U(0, 0) is -0.0000000000000003, and must not be negative"),
+        ("[2.0]", "[-2.0]", "H(1, 0) is -2, and must not be negative"),
+        ("[[8.0]]", "[[-8.0]]", "rho(0, 0) is -8, and must not be negative"),
+    ] {
+        assert_eq!(refused::<SampledInterval>(&text, from, to), expected);
+    }
+    assert!(
+        refused::<SampledInterval>(&text, "4e-16", "-4e-16").starts_with("outward is -0.0000000000000004; it must")
+    );
     let error = refused::<SampledInterval>(&text, r#""period":0.01"#, r#""period":0.0"#);
     assert_eq!(error, "the sampling period is 0; it must be positive and finite");
 

@@ -23,9 +23,7 @@ fn bounds_of_a_running_error_are_accepted_up_to_the_last_bit() {
         };
         assert_eq!(with(ball.start.next_up(), ball.entries.iter().map(|x| x.next_up()).collect()), Ok(()));
         let why = with(ball.start.next_down(), ball.entries.clone()).expect_err("too small");
-        assert!(
-            why.starts_with("sqrt(e'Pe) <= running.start at all times is not proved: at (0, 0) the bound")
-        );
+        assert!(why.starts_with("sqrt(e'Pe) <= running.start at all times is not proved: at (0, 0) the bound"));
         for i in 0..2 {
             let mut entries = ball.entries.clone();
             entries[i] = entries[i].next_down();

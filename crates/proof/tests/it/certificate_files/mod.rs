@@ -385,9 +385,8 @@ fn intervals_of_a_solution_are_accepted_up_to_the_last_bit() {
         // A point cannot be made narrower; it can be moved.
         for narrower in [with(lo.next_up(), hi.next_up()), with(lo.next_down(), hi.next_down())] {
             let why = narrower.expect_err("narrower by one unit");
-            let start = format!(
-                "A'P + PA + Q = 0 has one solution, and it lies in P is not proved: at ({i}, {j}) the bound"
-            );
+            let start =
+                format!("A'P + PA + Q = 0 has one solution, and it lies in P is not proved: at ({i}, {j}) the bound");
             assert!(why.starts_with(&start), "{why}");
         }
     }
