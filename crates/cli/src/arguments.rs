@@ -95,16 +95,17 @@ pub(crate) enum Command {
     /// Lyapunov equation A X + X A' + Q = 0
     ///
     /// Input {"a": n x n, "q": n x n symmetric}; output {"x", "residual", "condition"}.
-    /// As `lyap(A, Q)` of python-control and MATLAB. For the observer's form A'P + P A + Q = 0 give A'.
+    /// As `lyap(A, Q)` of python-control and MATLAB; --transposed solves the observer's form A'X + X A + Q = 0.
     /// A unique X exists iff no two eigenvalues of A add to zero.
     #[command(after_help = LYAP)]
-    Lyap(MatrixInput),
+    Lyap(LyapunovInput),
     /// Discrete Lyapunov (Stein) equation A X A' - X + Q = 0
     ///
     /// Input {"a": n x n, "q": n x n symmetric}; output {"x", "residual", "condition"}.
-    /// As `dlyap(A, Q)` of python-control and MATLAB. A unique X exists iff no two eigenvalues of A multiply to one.
+    /// As `dlyap(A, Q)` of python-control and MATLAB; --transposed solves the observer's form A'X A - X + Q = 0.
+    /// A unique X exists iff no two eigenvalues of A multiply to one.
     #[command(after_help = DLYAP)]
-    Dlyap(MatrixInput),
+    Dlyap(LyapunovInput),
     /// Sylvester equation A X + X B + Q = 0
     ///
     /// Input {"a": n x n, "b": m x m, "q": n x m}; output {"x", "residual", "condition"}. The sign is that of
@@ -497,6 +498,16 @@ pub(crate) struct MatrixInput {
 }
 
 #[derive(Args)]
+pub(crate) struct LyapunovInput {
+    /// JSON file, or - for standard input; a matrix is a list of its rows
+    #[arg(value_name = "FILE")]
+    pub(crate) file: Source,
+    /// A' in place of A: the observer's form, with V = x'X x decreasing along x' = A x
+    #[arg(long)]
+    pub(crate) transposed: bool,
+}
+
+#[derive(Args)]
 pub(crate) struct ConversionInput {
     /// JSON file, or - for standard input; a matrix is a list of its rows
     #[arg(value_name = "FILE")]
@@ -641,7 +652,9 @@ const EXPORT: &str =
 
 const LYAP: &str = r#"Example:
   $ echo '{"a": [[0, 1], [-2, -3]], "q": [[1, 0], [0, 1]]}' | luenberger lyap - --json
-  {"x":[[1.0,-0.5],[-0.5,0.5]],"residual":..,"condition":..}"#;
+  {"x":[[1.0,-0.5],[-0.5,0.5]],"residual":..,"condition":..}
+  $ echo '{"a": [[0, 1], [-2, -3]], "q": [[1, 0], [0, 1]]}' | luenberger lyap - --transposed
+  (X = [1.25 0.25; 0.25 0.25], A'X + X A + Q = 0)"#;
 
 const DLYAP: &str = r#"Example:
   $ echo '{"a": [[0.5]], "q": [[3]]}' | luenberger dlyap - --json
