@@ -95,16 +95,17 @@ pub(crate) enum Command {
     /// Lyapunov equation A X + X A' + Q = 0
     ///
     /// Input {"a": n x n, "q": n x n symmetric}; output {"x", "residual", "condition"}.
-    /// As `lyap(A, Q)` of python-control and MATLAB. For the observer's form A'P + P A + Q = 0 give A'.
+    /// As `lyap(A, Q)` of python-control and MATLAB; --transposed solves the observer's form A'X + X A + Q = 0.
     /// A unique X exists iff no two eigenvalues of A add to zero.
     #[command(after_help = LYAP)]
-    Lyap(MatrixInput),
+    Lyap(LyapunovInput),
     /// Discrete Lyapunov (Stein) equation A X A' - X + Q = 0
     ///
     /// Input {"a": n x n, "q": n x n symmetric}; output {"x", "residual", "condition"}.
-    /// As `dlyap(A, Q)` of python-control and MATLAB. A unique X exists iff no two eigenvalues of A multiply to one.
+    /// As `dlyap(A, Q)` of python-control and MATLAB; --transposed solves the observer's form A'X A - X + Q = 0.
+    /// A unique X exists iff no two eigenvalues of A multiply to one.
     #[command(after_help = DLYAP)]
-    Dlyap(MatrixInput),
+    Dlyap(LyapunovInput),
     /// Sylvester equation A X + X B + Q = 0
     ///
     /// Input {"a": n x n, "b": m x m, "q": n x m}; output {"x", "residual", "condition"}. The sign is that of
@@ -116,8 +117,11 @@ pub(crate) enum Command {
     ///
     /// Input {"a": n x n, "b": n x m, "q": n x n symmetric, semidefinite, "r": m x m symmetric, definite}; output {"x",
     /// "k", "poles", "residual"}. X is the stabilizing solution, poles are the eigenvalues of A - B K. As
-    /// `care(A, B, Q, R)` of python-control, which returns (X, poles, K). For a Kalman gain give A', C', the two noise
-    /// intensities, and transpose K.
+    /// `care(A, B, Q, R)` of python-control, which returns (X, poles, K).
+    ///
+    /// Kalman filter: input {"a": n x n, "c": p x n, "w": n x n, "v": p x p}, the intensities of process and measurement
+    /// noise; output {"p", "l", "poles", "residual"} with A P + P A' - P C'V^-1 C P + W = 0, L = P C'V^-1. P is the
+    /// covariance of the error, poles are the eigenvalues of A - L C.
     #[command(after_help = CARE)]
     Care(MatrixInput),
     /// Discrete Riccati equation A'X A - X - A'X B (R + B'X B)^-1 B'X A + Q = 0, and K = (R + B'X B)^-1 B'X A
@@ -125,15 +129,23 @@ pub(crate) enum Command {
     /// Input {"a": n x n, "b": n x m, "q": n x n symmetric, semidefinite, "r": m x m symmetric, definite}; output {"x",
     /// "k", "poles", "residual"}. X is the stabilizing solution, poles are the eigenvalues of A - B K. As
     /// `dare(A, B, Q, R)` of python-control, which returns (X, poles, K).
+    ///
+    /// Kalman predictor: input {"a": n x n, "c": p x n, "w": n x n, "v": p x p}, the covariances of process and
+    /// measurement noise; output {"p", "l", "poles", "residual"} with L = A P C'(V + C P C')^-1. P is the covariance of
+    /// the one-step prediction error, poles are the eigenvalues of A - L C.
     #[command(after_help = DARE)]
     Dare(MatrixInput),
-    /// Pole placement: K such that A - B K has the specified eigenvalues
+    /// Pole placement: K such that A - B K, or L such that A - L C, has the specified eigenvalues
     ///
     /// Input {"a": n x n, "b": n x m, "poles": n numbers, complex ones as [re, im] with their conjugates}; output {"k",
-    /// "poles", "condition"}. As `place(A, B, poles)` of python-control and MATLAB: u = -K x. For an observer give A'
-    /// and C' and transpose K: L = K'. The poles in the output are recomputed from this K, in the order of the input;
-    /// condition is the condition number of the eigenvector matrix, null for a defective closed loop. The multiplicity
-    /// of a pole is at most rank(B); with one input it is not limited.
+    /// "poles", "condition"}. As `place(A, B, poles)` of python-control and MATLAB: u = -K x.
+    ///
+    /// Observer: input {"a": n x n, "c": p x n, "poles"}; output {"l", "poles", "condition"}. This L is
+    /// `place(A', C', poles)'` of python-control and MATLAB.
+    ///
+    /// The poles in the output are recomputed from this gain, in the order of the input; condition is the condition
+    /// number of the eigenvector matrix, null for a defective closed loop. The multiplicity of a pole is at most rank(B)
+    /// or rank(C); with one input or output it is not limited.
     #[command(after_help = PLACE)]
     Place(MatrixInput),
     /// Observability of (A, C): rank, margin of each mode, unobservable directions
@@ -497,6 +509,16 @@ pub(crate) struct MatrixInput {
 }
 
 #[derive(Args)]
+pub(crate) struct LyapunovInput {
+    /// JSON file, or - for standard input; a matrix is a list of its rows
+    #[arg(value_name = "FILE")]
+    pub(crate) file: Source,
+    /// Transpose A, and E: the observer's form, in which V = e'X e decreases by e'Q e
+    #[arg(long)]
+    pub(crate) transposed: bool,
+}
+
+#[derive(Args)]
 pub(crate) struct ConversionInput {
     /// JSON file, or - for standard input; a matrix is a list of its rows
     #[arg(value_name = "FILE")]
@@ -639,9 +661,11 @@ const SWEEP: &str = "Examples:\n  $ luenberger new\n  $ luenberger sweep study.t
 const EXPORT: &str =
     "Example:\n  $ luenberger new\n  $ luenberger export study.toml --observer sampled --to c --format f32 -o firmware";
 
-const LYAP: &str = r#"Example:
+const LYAP: &str = r#"Examples:
   $ echo '{"a": [[0, 1], [-2, -3]], "q": [[1, 0], [0, 1]]}' | luenberger lyap - --json
-  {"x":[[1.0,-0.5],[-0.5,0.5]],"residual":..,"condition":..}"#;
+  {"x":[[1.0,-0.5],[-0.5,0.5]],"residual":..,"condition":..}
+  $ echo '{"a": [[0, 1], [-2, -3]], "q": [[1, 0], [0, 1]]}' | luenberger lyap - --transposed
+  (X = [1.25 0.25; 0.25 0.25], A'X + X A + Q = 0)"#;
 
 const DLYAP: &str = r#"Example:
   $ echo '{"a": [[0.5]], "q": [[3]]}' | luenberger dlyap - --json
@@ -651,17 +675,23 @@ const SYLV: &str = r#"Example:
   $ echo '{"a": [[1]], "b": [[2]], "q": [[6]]}' | luenberger sylv - --json
   {"x":[[-2.0]],"residual":0.0,"condition":1.0}"#;
 
-const CARE: &str = r#"Example:
-  $ echo '{"a": [[0, 1], [0, 0]], "b": [[0], [1]], "q": [[1, 0], [0, 1]], "r": [[1]]}' | luenberger care -
-  (X = [2 1; 1 2], K = [1 2], both poles at -1)"#;
+const CARE: &str = r#"Examples:
+  $ echo '{"a": [[0, 1], [0, 0]], "b": [[0], [1]], "q": [[1, 0], [0, 2]], "r": [[1]]}' | luenberger care -
+  (X = [2 1; 1 2], K = [1 2], both poles at -1)
+  $ echo '{"a": [[0, 1], [0, 0]], "c": [[1, 0]], "w": [[0, 0], [0, 1]], "v": [[1]]}' | luenberger care -
+  (L = [1.41421; 1])"#;
 
-const DARE: &str = r#"Example:
+const DARE: &str = r#"Examples:
   $ echo '{"a": [[1]], "b": [[1]], "q": [[1]], "r": [[1]]}' | luenberger dare -
-  (X = 1.61803, K = 0.618034, the pole at 0.381966)"#;
+  (X = 1.61803, K = 0.618034, the pole at 0.381966)
+  $ echo '{"a": [[1]], "c": [[1]], "w": [[1]], "v": [[1]]}' | luenberger dare -
+  (P = 1.61803, L = 0.618034)"#;
 
-const PLACE: &str = r#"Example:
+const PLACE: &str = r#"Examples:
   $ echo '{"a": [[0, 1], [3, 2]], "b": [[0], [1]], "poles": [[-1, 2], [-1, -2]]}' | luenberger place -
-  (K = [8 4])"#;
+  (K = [8 4])
+  $ echo '{"a": [[0, 1], [0, 0]], "c": [[1, 0]], "poles": [-2, -5]}' | luenberger place -
+  (L = [7; 10])"#;
 
 const OBSV: &str = r#"Example:
   $ echo '{"a": [[-1, 0], [0, -2]], "c": [[1, 0]]}' | luenberger obsv -

@@ -3,6 +3,7 @@
 //! Only the keys of the command are accepted. Every mistake is reported with line and column.
 
 use super::Source;
+pub(crate) use super::json_matrix::Form;
 use super::json_matrix::{Document, Found};
 use crate::failure::Failure;
 use nalgebra::{Complex, DMatrix};
@@ -10,7 +11,7 @@ use serde::de::DeserializeSeed;
 
 /// The matrices with these keys; other keys are errors.
 pub(crate) fn matrices<const N: usize>(source: &Source, keys: [&'static str; N]) -> Result<[DMatrix<f64>; N], Failure> {
-    Ok(document(source, Document { keys, required: N, poles: None })?.0.map(Option::unwrap_or_default))
+    Ok(some_matrices(source, keys, N)?.map(Option::unwrap_or_default))
 }
 
 /// The matrices with these keys, of which all but the first `required` may be absent.
@@ -19,22 +20,31 @@ pub(crate) fn some_matrices<const N: usize>(
     keys: [&'static str; N],
     required: usize,
 ) -> Result<[Option<DMatrix<f64>>; N], Failure> {
-    Ok(document(source, Document { keys, required, poles: None })?.0)
+    either(source, keys, &[Form { keys: &keys, required }])
+}
+
+/// The matrices of exactly one of the forms; `keys` are those of all forms.
+pub(crate) fn either<const N: usize>(
+    source: &Source,
+    keys: [&'static str; N],
+    forms: &[Form<'_>],
+) -> Result<[Option<DMatrix<f64>>; N], Failure> {
+    Ok(document(source, Document { keys, forms, poles: None })?.0)
 }
 
 /// Matrices, and the numbers under the key `poles`.
-pub(crate) type WithPoles<const N: usize> = ([DMatrix<f64>; N], Vec<Complex<f64>>);
+pub(crate) type WithPoles<const N: usize> = ([Option<DMatrix<f64>>; N], Vec<Complex<f64>>);
 
-/// The matrices with these keys, and the numbers under the key `poles`.
-pub(crate) fn matrices_and_poles<const N: usize>(
+/// The matrices of exactly one of the forms, and the numbers under the key `poles`.
+pub(crate) fn either_and_poles<const N: usize>(
     source: &Source,
     keys: [&'static str; N],
+    forms: &[Form<'_>],
 ) -> Result<WithPoles<N>, Failure> {
-    let (matrices, poles) = document(source, Document { keys, required: N, poles: Some("poles") })?;
-    Ok((matrices.map(Option::unwrap_or_default), poles))
+    document(source, Document { keys, forms, poles: Some("poles") })
 }
 
-fn document<const N: usize>(source: &Source, document: Document<N>) -> Result<Found<N>, Failure> {
+fn document<const N: usize>(source: &Source, document: Document<'_, N>) -> Result<Found<N>, Failure> {
     let text = source.text()?;
     let mut reader = serde_json::Deserializer::from_str(&text);
     document.deserialize(&mut reader).and_then(|found| reader.end().map(|()| found)).map_err(|error| {

@@ -8,22 +8,35 @@ use std::fmt;
 /// The matrices of a document, and its poles; no poles without a key for them.
 pub(super) type Found<const N: usize> = ([Option<DMatrix<f64>>; N], Vec<Complex<f64>>);
 
-/// Reads an object with these matrices, of which the first `required` must be present, and a list of poles if `poles`
-/// names a key.
-pub(super) struct Document<const N: usize> {
+/// Keys of the matrices of one problem, of which the first `required` must be present.
+pub(crate) struct Form<'a> {
+    pub(crate) keys: &'a [&'static str],
+    pub(crate) required: usize,
+}
+
+/// Reads an object with the matrices of exactly one of the forms, and a list of poles if `poles` names a key.
+///
+/// `keys` are those of all forms. Two forms are told apart by the first key of each that the other does not have; it is
+/// required.
+pub(super) struct Document<'a, const N: usize> {
     pub(super) keys: [&'static str; N],
-    pub(super) required: usize,
+    pub(super) forms: &'a [Form<'a>],
     pub(super) poles: Option<&'static str>,
 }
 
-impl<const N: usize> Document<N> {
+impl<const N: usize> Document<'_, N> {
     fn known(&self) -> impl Iterator<Item = &'static str> {
         self.keys.into_iter().chain(self.poles)
     }
 
-    /// The keys as a list for messages.
+    /// The keys of a form as a list for messages.
+    fn keys_of(&self, form: &Form<'_>) -> String {
+        form.keys.iter().copied().chain(self.poles).map(|key| format!("{key:?}")).collect::<Vec<_>>().join(", ")
+    }
+
+    /// The keys of every form.
     fn list(&self) -> String {
-        self.known().map(|key| format!("{key:?}")).collect::<Vec<_>>().join(", ")
+        self.forms.iter().map(|form| self.keys_of(form)).collect::<Vec<_>>().join(" or ")
     }
 
     fn unknown(&self, key: &str) -> String {
@@ -35,9 +48,42 @@ impl<const N: usize> Document<N> {
             None => format!("the key {key:?} is unknown (known: {list})"),
         }
     }
+
+    /// The first key of a form that not all forms have; none if there is one form only.
+    fn mark(&self, form: &Form<'_>) -> Option<&'static str> {
+        form.keys.iter().copied().find(|key| self.forms.iter().any(|other| !other.keys.contains(key)))
+    }
+
+    /// Checks that the keys are those of exactly one form.
+    fn check(&self, is_given: impl Fn(&'static str) -> bool) -> Result<(), String> {
+        let missing =
+            |form: &Form<'_>| form.keys[..form.required].iter().copied().chain(self.poles).find(|k| !is_given(k));
+        let marks: Vec<_> = self.forms.iter().filter_map(|form| self.mark(form)).collect();
+        let given: Vec<_> = marks.iter().copied().filter(|mark| is_given(mark)).collect();
+        let quoted = |keys: &[&str], word| keys.iter().map(|key| format!("{key:?}")).collect::<Vec<_>>().join(word);
+        if given.len() > 1 {
+            let (given, list) = (quoted(&given, " and "), self.list());
+            return Err(format!("the keys {given} exclude each other (known: {list})"));
+        }
+        let chosen = self.forms.iter().find(|form| self.mark(form).is_none_or(|mark| given.contains(&mark)));
+        let Some(form) = chosen else {
+            let first = missing(&self.forms[0]).filter(|key| !marks.contains(key)).map(|key| format!("{key:?}"));
+            let (missing, list) = (first.unwrap_or_else(|| quoted(&marks, " or ")), self.list());
+            return Err(format!("the key {missing} is missing (known: {list})"));
+        };
+        let list = self.keys_of(form);
+        if let (Some(foreign), [mark]) =
+            (self.keys.into_iter().find(|k| is_given(k) && !form.keys.contains(k)), &given[..])
+        {
+            return Err(format!(
+                "the key {foreign:?} does not belong to the problem with {mark:?}, whose keys are {list}"
+            ));
+        }
+        missing(form).map_or(Ok(()), |missing| Err(format!("the key {missing:?} is missing (known: {list})")))
+    }
 }
 
-impl<'de, const N: usize> DeserializeSeed<'de> for Document<N> {
+impl<'de, const N: usize> DeserializeSeed<'de> for Document<'_, N> {
     type Value = Found<N>;
 
     fn deserialize<D: Deserializer<'de>>(self, deserializer: D) -> Result<Self::Value, D::Error> {
@@ -45,7 +91,7 @@ impl<'de, const N: usize> DeserializeSeed<'de> for Document<N> {
     }
 }
 
-impl<'de, const N: usize> Visitor<'de> for Document<N> {
+impl<'de, const N: usize> Visitor<'de> for Document<'_, N> {
     type Value = Found<N>;
 
     fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
@@ -71,11 +117,11 @@ impl<'de, const N: usize> Visitor<'de> for Document<N> {
                 return Err(M::Error::custom(self.unknown(&key)));
             }
         }
-        let present = matrices.iter().enumerate().map(|(k, matrix)| matrix.is_some() || k >= self.required);
-        let present = present.chain([poles.is_some()]);
-        if let Some((missing, _)) = self.known().zip(present).find(|(_, is_present)| !is_present) {
-            return Err(M::Error::custom(format!("the key {missing:?} is missing (known: {})", self.list())));
-        }
+        let is_given = |key| match self.keys.iter().position(|known| *known == key) {
+            Some(place) => matrices[place].is_some(),
+            None => poles.is_some(),
+        };
+        self.check(is_given).map_err(M::Error::custom)?;
         Ok((matrices, poles.unwrap_or_default()))
     }
 }

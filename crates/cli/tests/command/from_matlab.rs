@@ -13,7 +13,8 @@ fn rows(m: &DMatrix<f64>) -> Vec<Vec<f64>> {
 }
 
 fn answer(command: &str, input: &Value, key: &str) -> DMatrix<f64> {
-    let found = luenberger(&[command, "-", "--json"], input.to_string()).json();
+    let words: Vec<&str> = command.split(' ').collect();
+    let found = luenberger(&[&words[..], &["-", "--json"]].concat(), input.to_string()).json();
     let rows: Vec<Vec<f64>> = serde_json::from_value(found[key].clone()).unwrap();
     DMatrix::from_fn(rows.len(), rows[0].len(), |i, j| rows[i][j])
 }
@@ -36,6 +37,8 @@ fn lyapunov_equations_are_transposed_and_sylvester_changes_its_sign() {
     let input = json!({ "a": rows(&a), "q": rows(&q) });
     assert_near(&answer("lyap", &input, "x"), &lyapunov(&a.transpose(), &q).unwrap().p);
     assert_near(&answer("dlyap", &input, "x"), &stein(&a.transpose(), &q).unwrap().p);
+    assert_near(&answer("lyap --transposed", &input, "x"), &lyapunov(&a, &q).unwrap().p);
+    assert_near(&answer("dlyap --transposed", &input, "x"), &stein(&a, &q).unwrap().p);
     let b = dmatrix![4.0, 1.0; 0.0, 3.0];
     let right = dmatrix![1.0, 2.0; 3.0, 4.0; 5.0, 6.0];
     let input = json!({ "a": rows(&a), "b": rows(&b), "q": rows(&right) });
@@ -57,6 +60,47 @@ fn gains_of_observers_are_those_of_the_transposed_plant_transposed() {
     // MATLAB's dlqe returns the filter gain.
     let filter = &predictor.p * c.transpose() * (&c * &predictor.p * c.transpose() + v).try_inverse().unwrap();
     assert_near(&(&a * filter), &predictor.l);
+}
+
+/// The command does the transposing: `a`, `c` give what `A'`, `C'` give, transposed.
+#[test]
+fn the_observer_keys_need_no_transpose() {
+    let a = dmatrix![0.2, 1.0, 0.0; -0.5, 0.1, 0.3; 0.0, -0.2, -0.7];
+    for c in [dmatrix![1.0, 0.5, 0.0], dmatrix![1.0, 0.5, 0.0; 0.0, 1.0, -2.0]] {
+        let p = c.nrows();
+        let (at, ct) = (rows(&a.transpose()), rows(&c.transpose()));
+        let (w, v) = (dmatrix![2.0, 0.5, 0.0; 0.5, 1.0, 0.1; 0.0, 0.1, 3.0], DMatrix::from_diagonal_element(p, p, 2.0));
+        let dual = json!({ "a": at, "b": ct, "q": rows(&w), "r": rows(&v) });
+        let observer = json!({ "a": rows(&a), "c": rows(&c), "w": rows(&w), "v": rows(&v) });
+        for command in ["care", "dare"] {
+            assert_near(&answer(command, &observer, "l"), &answer(command, &dual, "k").transpose());
+            assert_near(&answer(command, &observer, "p"), &answer(command, &dual, "x"));
+            assert_near(&answer(command, &observer, "poles"), &answer(command, &dual, "poles"));
+        }
+        let poles = json!([[-1, 1], [-1, -1], -2]);
+        let observer = json!({ "a": rows(&a), "c": rows(&c), "poles": poles });
+        let dual = json!({ "a": at, "b": ct, "poles": poles });
+        assert_near(&answer("place", &observer, "l"), &answer("place", &dual, "k").transpose());
+        assert_near(&answer("place", &observer, "poles"), &answer("place", &dual, "poles"));
+    }
+}
+
+/// With E too, `--transposed` is the same as A' and E' by hand; the solutions differ from those without it.
+#[test]
+fn transposed_lyapunov_equations_are_those_of_the_transposed_matrices() {
+    let (a, _) = plant();
+    let q = dmatrix![2.0, 0.5, 0.0; 0.5, 1.0, 0.1; 0.0, 0.1, 3.0];
+    let e = dmatrix![1.0, 0.5, 0.0; 0.0, 2.0, 0.0; 0.3, 0.0, 1.0];
+    let data = |a: &DMatrix<f64>, e: &DMatrix<f64>| {
+        [json!({ "a": rows(a), "q": rows(&q) }), json!({ "a": rows(a), "q": rows(&q), "e": rows(e) })]
+    };
+    for (input, by_hand) in data(&a, &e).into_iter().zip(data(&a.transpose(), &e.transpose())) {
+        for command in ["lyap", "dlyap"] {
+            let found = answer(&format!("{command} --transposed"), &input, "x");
+            assert_near(&found, &answer(command, &by_hand, "x"));
+            assert!((&found - answer(command, &input, "x")).amax() > 0.1 * found.amax());
+        }
+    }
 }
 
 /// python-control 0.10.2, `dlqe([[0.9, 0.2], [0, 0.7]], eye(2), [[1, 0]], eye(2), [[2]])`, returns the predictor gain.

@@ -75,6 +75,7 @@ fn answers_are_those_of_python_control() {
 fn answers_have_the_keys_they_are_documented_with() {
     let pair = json!({ "a": [[-1, 1], [0, -2]], "q": [[1, 0], [0, 1]] });
     let riccati = json!({ "a": [[0.5]], "b": [[1]], "q": [[1]], "r": [[1]] });
+    let filter = json!({ "a": [[0.5]], "c": [[1]], "w": [[1]], "v": [[1]] });
     let cases = [
         ("lyap", pair.clone(), vec!["x", "residual", "condition", "forward_error"]),
         ("dlyap", json!({ "a": [[0.5]], "q": [[1]] }), vec!["x", "residual", "condition", "forward_error"]),
@@ -82,6 +83,9 @@ fn answers_have_the_keys_they_are_documented_with() {
         ("care", riccati.clone(), vec!["x", "k", "poles", "residual", "condition", "forward_error"]),
         ("dare", riccati, vec!["x", "k", "poles", "residual", "condition", "forward_error"]),
         ("place", json!({ "a": [[1]], "b": [[1]], "poles": [-1] }), vec!["k", "poles", "condition"]),
+        ("care", filter.clone(), vec!["p", "l", "poles", "residual", "condition", "forward_error"]),
+        ("dare", filter, vec!["p", "l", "poles", "residual", "condition", "forward_error"]),
+        ("place", json!({ "a": [[1]], "c": [[1]], "poles": [-1] }), vec!["l", "poles", "condition"]),
         ("obsv", json!({ "a": [[1]], "c": [[1]] }), vec!["rank", "unobservable", "margins"]),
         ("eig", json!({ "a": [[1]] }), vec!["eigenvalues"]),
     ];
@@ -110,6 +114,42 @@ fn several_inputs_place_the_poles_of_a_minus_b_k() {
     assert_same_set("place", &complex(&spectrum["eigenvalues"]), expected.clone());
     assert_same_set("place", &complex(&found["poles"]), expected);
     assert!(found["condition"].as_f64().unwrap() >= 1.0);
+}
+
+/// The same for an observer with two outputs: L is n x p.
+#[test]
+fn several_outputs_place_the_poles_of_a_minus_l_c() {
+    let (a, c) = (json!([[0, 1, 0], [0, 0, 1], [3, -2, 1]]), json!([[0, 1, 0], [1, 0, 2]]));
+    let poles = json!([-2, [-1, 1], [-1, -1]]);
+    let found = luenberger(&["place", "-", "--json"], json!({ "a": a, "c": c, "poles": poles }).to_string()).json();
+    let closed = matrix(&a) - matrix(&found["l"]) * matrix(&c);
+    let rows: Vec<Vec<f64>> = closed.row_iter().map(|row| row.iter().copied().collect()).collect();
+    let spectrum = luenberger(&["eig", "-", "--json"], json!({ "a": rows }).to_string()).json();
+    let expected = vec![Complex::new(-2.0, 0.0), Complex::new(-1.0, 1.0), Complex::new(-1.0, -1.0)];
+    assert_same_set("place", &complex(&spectrum["eigenvalues"]), expected.clone());
+    assert_same_set("place", &complex(&found["poles"]), expected);
+}
+
+/// For n = 1 transposing changes nothing, and the answers are known: `L = (a - pole)/c`; `2 a p - c^2 p^2/v + w = 0`.
+#[test]
+fn observers_of_one_state() {
+    let found = luenberger(&["place", "-", "--json"], r#"{"a": [[1]], "c": [[2]], "poles": [-5]}"#).json();
+    assert_eq!(found["l"], json!([[3.0]]));
+    let input = json!({ "a": [[0]], "c": [[2]], "w": [[9]], "v": [[4]] });
+    let found = luenberger(&["care", "-", "--json"], input.to_string()).json();
+    // p^2 = w v/c^2 = 9, L = p c/v = 3/2.
+    let near = |key: &str, expected: f64| {
+        let value = found[key][0][0].as_f64().unwrap();
+        assert!((value - expected).abs() <= 10.0 * f64::EPSILON * expected, "{key} = {value}");
+    };
+    near("p", 3.0);
+    near("l", 1.5);
+    for command in ["lyap", "dlyap"] {
+        let input = r#"{"a": [[-0.5]], "q": [[3]], "e": [[2]]}"#;
+        let [plain, transposed] = [vec![], vec!["--transposed"]]
+            .map(|more| luenberger(&[&[command, "-", "--json"], &more[..]].concat(), input).json()["x"].clone());
+        assert_eq!(plain, transposed, "{command}");
+    }
 }
 
 #[test]

@@ -21,7 +21,7 @@ pub(crate) const MISTAKES: &[(&str, &str, i32, &str)] = &[
         "place",
         r#"{"pols": [1]}"#,
         2,
-        "line 1, column 7: the key \"pols\" is unknown; did you mean \"poles\"? (known: \"a\", \"b\", \"poles\")",
+        "line 1, column 7: the key \"pols\" is unknown; did you mean \"poles\"? (known: \"a\", \"b\", \"poles\" or \"a\", \"c\", \"poles\")",
     ),
     ("eig", r#"{"a": [[1]], "a": [[2]]}"#, 2, "line 1, column 16: the key \"a\" occurs twice"),
     (
@@ -121,6 +121,70 @@ pub(crate) const MISTAKES: &[(&str, &str, i32, &str)] = &[
         "line 1, column 36: invalid type: integer `-1`, expected the list of \"poles\", such as [-1, -2] or [[-1, 2], [-1, -2]]",
     ),
     ("place", r#"{"a": [[1, 0], [0, 2]], "b": [[1, 0], [0, 1]], "poles": [-1, -1]}"#, 0, ""),
+    // The controller's keys and the observer's.
+    (
+        "place",
+        r#"{"a": [[1]], "b": [[1]], "c": [[1]], "poles": [-1]}"#,
+        2,
+        "line 1, column 51: the keys \"b\" and \"c\" exclude each other (known: \"a\", \"b\", \"poles\" or \"a\", \"c\", \"poles\")",
+    ),
+    (
+        "place",
+        r#"{"a": [[1]], "poles": [-1]}"#,
+        2,
+        "line 1, column 27: the key \"b\" or \"c\" is missing (known: \"a\", \"b\", \"poles\" or \"a\", \"c\", \"poles\")",
+    ),
+    (
+        "place",
+        r#"{"c": [[1]], "poles": [-1]}"#,
+        2,
+        "line 1, column 27: the key \"a\" is missing (known: \"a\", \"c\", \"poles\")",
+    ),
+    (
+        "place",
+        r#"{"a": [[1]], "c": [[1]]}"#,
+        2,
+        "line 1, column 24: the key \"poles\" is missing (known: \"a\", \"c\", \"poles\")",
+    ),
+    ("place", r#"{"a": [[1]], "c": [[1], [NaN]], "poles": [-1]}"#, 2, "line 1, column 26: NaN is not a JSON number"),
+    ("place", r#"{"a": [[1]], "c": [[1, 2]], "poles": [-1]}"#, 2, "C must be 1 x 1, and is 1 x 2"),
+    (
+        "care",
+        "{}",
+        2,
+        "line 1, column 2: the key \"a\" is missing (known: \"a\", \"b\", \"q\", \"r\", \"s\", \"e\" or \"a\", \"c\", \"w\", \"v\")",
+    ),
+    (
+        "care",
+        r#"{"a": [[1]], "c": [[1]], "q": [[1]], "r": [[1]]}"#,
+        2,
+        "line 1, column 48: the key \"q\" does not belong to the problem with \"c\", whose keys are \"a\", \"c\", \"w\", \"v\"",
+    ),
+    (
+        "dare",
+        r#"{"a": [[1]], "b": [[1]], "w": [[1]], "v": [[1]]}"#,
+        2,
+        "line 1, column 48: the key \"w\" does not belong to the problem with \"b\", whose keys are \"a\", \"b\", \"q\", \"r\", \"s\", \"e\"",
+    ),
+    (
+        "dare",
+        r#"{"a": [[1]], "c": [[1]], "w": [[1]]}"#,
+        2,
+        "line 1, column 36: the key \"v\" is missing (known: \"a\", \"c\", \"w\", \"v\")",
+    ),
+    ("care", r#"{"a": [[1]], "c": [[1], [2]], "w": [[1]], "v": [[1]]}"#, 2, "v must be 2 x 2, and is 1 x 1"),
+    (
+        "care",
+        r#"{"a": [[1]], "c": [[1]], "w": [[-1]], "v": [[1]]}"#,
+        2,
+        "w is not positive semidefinite: its smallest eigenvalue is -1",
+    ),
+    (
+        "dare",
+        r#"{"a": [[1]], "c": [[1]], "w": [[1]], "v": [[-1]]}"#,
+        2,
+        "v is not positive definite: its smallest eigenvalue is -1",
+    ),
     // Valid input with a negative answer.
     (
         "lyap",
@@ -152,6 +216,24 @@ pub(crate) const MISTAKES: &[(&str, &str, i32, &str)] = &[
         r#"{"a": [[1]], "b": [[0]], "poles": [-1]}"#,
         1,
         "the pair (A, B) is not controllable: uncontrollable eigenvalue 1",
+    ),
+    (
+        "place",
+        r#"{"a": [[-1, 0], [0, 2]], "c": [[1, 0]], "poles": [-3, -4]}"#,
+        1,
+        "the pair (A, C) is not observable: unobservable eigenvalue 2",
+    ),
+    (
+        "care",
+        r#"{"a": [[1]], "c": [[0]], "w": [[1]], "v": [[1]]}"#,
+        1,
+        "the pair (A, C) is not detectable: unobservable eigenvalue 1",
+    ),
+    (
+        "dare",
+        r#"{"a": [[1]], "c": [[1]], "w": [[0]], "v": [[1]]}"#,
+        1,
+        "the process noise w does not excite the eigenvalue 1 on the stability boundary, PBH margin of (A, W) 0",
     ),
 ];
 
