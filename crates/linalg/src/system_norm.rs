@@ -15,7 +15,7 @@
 
 use nalgebra::{Complex, DMatrix};
 
-use crate::argument::symmetric_part;
+use crate::argument::{RealMatrixView, owned, symmetric_part};
 use crate::{LinalgError, Result, eigenvalues, lyapunov, stein};
 
 /// Relative gap allowed between the returned value and the norm.
@@ -44,7 +44,15 @@ pub struct HInfinityNorm {
 ///
 /// # Errors
 /// Those of [`lyapunov()`].
-pub fn h2_norm(a: &DMatrix<f64>, b: &DMatrix<f64>, c: &DMatrix<f64>) -> Result<f64> {
+pub fn h2_norm<'a>(
+    a: impl Into<RealMatrixView<'a>>,
+    b: impl Into<RealMatrixView<'a>>,
+    c: impl Into<RealMatrixView<'a>>,
+) -> Result<f64> {
+    h2(&owned(a), &owned(b), &owned(c))
+}
+
+fn h2(a: &DMatrix<f64>, b: &DMatrix<f64>, c: &DMatrix<f64>) -> Result<f64> {
     let q = lyapunov(a, &symmetric_part(&(c.transpose() * c)))?.p;
     Ok((b.transpose() * q * b).trace().max(0.0).sqrt())
 }
@@ -53,7 +61,15 @@ pub fn h2_norm(a: &DMatrix<f64>, b: &DMatrix<f64>, c: &DMatrix<f64>) -> Result<f
 ///
 /// # Errors
 /// Those of [`stein()`].
-pub fn discrete_h2_norm(a: &DMatrix<f64>, b: &DMatrix<f64>, c: &DMatrix<f64>) -> Result<f64> {
+pub fn discrete_h2_norm<'a>(
+    a: impl Into<RealMatrixView<'a>>,
+    b: impl Into<RealMatrixView<'a>>,
+    c: impl Into<RealMatrixView<'a>>,
+) -> Result<f64> {
+    discrete_h2(&owned(a), &owned(b), &owned(c))
+}
+
+fn discrete_h2(a: &DMatrix<f64>, b: &DMatrix<f64>, c: &DMatrix<f64>) -> Result<f64> {
     let q = stein(a, &symmetric_part(&(c.transpose() * c)))?.p;
     Ok((b.transpose() * q * b).trace().max(0.0).sqrt())
 }
@@ -73,12 +89,16 @@ pub fn discrete_h2_norm(a: &DMatrix<f64>, b: &DMatrix<f64>, c: &DMatrix<f64>) ->
 ///
 /// # Errors
 /// Those of [`eigenvalues`]; [`LinalgError::NotConverged`] after 40 steps.
-pub fn h_infinity_norm(
-    a: &DMatrix<f64>,
-    b: &DMatrix<f64>,
-    c: &DMatrix<f64>,
-    d: &DMatrix<f64>,
+pub fn h_infinity_norm<'a>(
+    a: impl Into<RealMatrixView<'a>>,
+    b: impl Into<RealMatrixView<'a>>,
+    c: impl Into<RealMatrixView<'a>>,
+    d: impl Into<RealMatrixView<'a>>,
 ) -> Result<HInfinityNorm> {
+    h_infinity(&owned(a), &owned(b), &owned(c), &owned(d))
+}
+
+fn h_infinity(a: &DMatrix<f64>, b: &DMatrix<f64>, c: &DMatrix<f64>, d: &DMatrix<f64>) -> Result<HInfinityNorm> {
     let n = a.nrows();
     let at = |frequency: f64| {
         let s = Complex::new(0.0, frequency);
@@ -148,7 +168,16 @@ pub fn h_infinity_norm(
 ///
 /// # Errors
 /// As [`h_infinity_norm`].
-pub fn discrete_h_infinity_norm(
+pub fn discrete_h_infinity_norm<'a>(
+    a: impl Into<RealMatrixView<'a>>,
+    b: impl Into<RealMatrixView<'a>>,
+    c: impl Into<RealMatrixView<'a>>,
+    d: impl Into<RealMatrixView<'a>>,
+) -> Result<HInfinityNorm> {
+    discrete_h_infinity(&owned(a), &owned(b), &owned(c), &owned(d))
+}
+
+fn discrete_h_infinity(
     a: &DMatrix<f64>,
     b: &DMatrix<f64>,
     c: &DMatrix<f64>,
@@ -161,7 +190,7 @@ pub fn discrete_h_infinity_norm(
     let inverse = plus.solve(&identity).ok_or(singular)?;
     let shifted = &inverse * (a - &identity);
     let (half, root) = (&inverse * b, std::f64::consts::SQRT_2);
-    let found = h_infinity_norm(&shifted, &(&half * root), &(c * &inverse * root), &(d - c * &half))?;
+    let found = h_infinity(&shifted, &(&half * root), &(c * &inverse * root), &(d - c * &half))?;
     Ok(HInfinityNorm { frequency: 2.0 * found.frequency.atan(), ..found })
 }
 
