@@ -15,7 +15,7 @@
 
 use nalgebra::{Complex, DMatrix};
 
-use crate::argument::{RealMatrixView, owned, symmetric_part};
+use crate::argument::{RealMatrixView, owned, shaped, square, symmetric_part};
 use crate::{LinalgError, Result, eigenvalues, lyapunov, stein};
 
 /// Relative gap allowed between the returned value and the norm.
@@ -34,6 +34,8 @@ pub struct HInfinityNorm {
 
 /// The H2 norm of `C(sI - A)^-1 B` for a Hurwitz A.
 ///
+/// `a` is n x n, `b` n x m, `c` p x n.
+///
 /// ```
 /// use luenberger_linalg::h2_norm;
 /// use nalgebra::dmatrix;
@@ -43,7 +45,8 @@ pub struct HInfinityNorm {
 /// ```
 ///
 /// # Errors
-/// Those of [`lyapunov()`].
+/// [`LinalgError::NotStable`] names an eigenvalue that is not in the open left half plane; [`LinalgError::NotSquare`],
+/// [`LinalgError::DimensionMismatch`], [`LinalgError::NotFinite`], and those of [`lyapunov()`].
 pub fn h2_norm<'a>(
     a: impl Into<RealMatrixView<'a>>,
     b: impl Into<RealMatrixView<'a>>,
@@ -53,14 +56,20 @@ pub fn h2_norm<'a>(
 }
 
 fn h2(a: &DMatrix<f64>, b: &DMatrix<f64>, c: &DMatrix<f64>) -> Result<f64> {
+    check(a, b, c)?;
+    // Otherwise tr(B'QB) may be any number.
+    if let Some(eigenvalue) = eigenvalues(a)?.into_iter().find(|lambda| lambda.re >= 0.0) {
+        return Err(LinalgError::NotStable { equation: "Lyapunov", eigenvalue });
+    }
     let q = lyapunov(a, &symmetric_part(&(c.transpose() * c)))?.p;
     Ok((b.transpose() * q * b).trace().max(0.0).sqrt())
 }
 
-/// The H2 norm of `C(zI - A)^-1 B` for A with all eigenvalues inside the unit circle.
+/// The H2 norm of `C(zI - A)^-1 B` for A with all eigenvalues inside the unit circle. Otherwise as [`h2_norm`].
 ///
 /// # Errors
-/// Those of [`stein()`].
+/// [`LinalgError::NotStable`] names an eigenvalue that is not inside the unit circle; [`LinalgError::NotSquare`],
+/// [`LinalgError::DimensionMismatch`], [`LinalgError::NotFinite`], and those of [`stein()`].
 pub fn discrete_h2_norm<'a>(
     a: impl Into<RealMatrixView<'a>>,
     b: impl Into<RealMatrixView<'a>>,
@@ -70,11 +79,17 @@ pub fn discrete_h2_norm<'a>(
 }
 
 fn discrete_h2(a: &DMatrix<f64>, b: &DMatrix<f64>, c: &DMatrix<f64>) -> Result<f64> {
+    check(a, b, c)?;
+    if let Some(eigenvalue) = eigenvalues(a)?.into_iter().find(|lambda| lambda.norm() >= 1.0) {
+        return Err(LinalgError::NotStable { equation: "Stein", eigenvalue });
+    }
     let q = stein(a, &symmetric_part(&(c.transpose() * c)))?.p;
     Ok((b.transpose() * q * b).trace().max(0.0).sqrt())
 }
 
 /// The H-infinity norm of `C(sI - A)^-1 B + D` for a Hurwitz A.
+///
+/// `a` is n x n, `b` n x m, `c` p x n, `d` p x m. Whether A is Hurwitz is not tested.
 ///
 /// ```
 /// use luenberger_linalg::h_infinity_norm;
@@ -88,7 +103,8 @@ fn discrete_h2(a: &DMatrix<f64>, b: &DMatrix<f64>, c: &DMatrix<f64>) -> Result<f
 /// ```
 ///
 /// # Errors
-/// Those of [`eigenvalues`]; [`LinalgError::NotConverged`] after 40 steps.
+/// [`LinalgError::NotSquare`], [`LinalgError::DimensionMismatch`], [`LinalgError::NotFinite`], and those of
+/// [`eigenvalues`]; [`LinalgError::NotConverged`] after 40 steps.
 pub fn h_infinity_norm<'a>(
     a: impl Into<RealMatrixView<'a>>,
     b: impl Into<RealMatrixView<'a>>,
@@ -99,7 +115,8 @@ pub fn h_infinity_norm<'a>(
 }
 
 fn h_infinity(a: &DMatrix<f64>, b: &DMatrix<f64>, c: &DMatrix<f64>, d: &DMatrix<f64>) -> Result<HInfinityNorm> {
-    let n = a.nrows();
+    let n = check(a, b, c)?;
+    shaped("D", d, c.nrows(), b.ncols())?;
     let at = |frequency: f64| {
         let s = Complex::new(0.0, frequency);
         let shifted = DMatrix::from_fn(n, n, |i, j| {
@@ -183,7 +200,8 @@ fn discrete_h_infinity(
     c: &DMatrix<f64>,
     d: &DMatrix<f64>,
 ) -> Result<HInfinityNorm> {
-    let n = a.nrows();
+    let n = check(a, b, c)?;
+    shaped("D", d, c.nrows(), b.ncols())?;
     let identity = DMatrix::identity(n, n);
     let plus = (a + &identity).lu();
     let singular = LinalgError::NotFinite { what: "(A + I)^-1", row: 0, col: 0, value: f64::INFINITY };
@@ -194,6 +212,54 @@ fn discrete_h_infinity(
     Ok(HInfinityNorm { frequency: 2.0 * found.frequency.atan(), ..found })
 }
 
+/// The order of (A, B, C), if their shapes fit and their entries are finite.
+fn check(a: &DMatrix<f64>, b: &DMatrix<f64>, c: &DMatrix<f64>) -> Result<usize> {
+    let n = square("A", a)?;
+    shaped("B", b, n, b.ncols())?;
+    shaped("C", c, c.nrows(), n)?;
+    Ok(n)
+}
+
 fn largest(m: &DMatrix<Complex<f64>>) -> f64 {
     if m.is_empty() { 0.0 } else { m.clone().svd(false, false).singular_values.max() }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use nalgebra::dmatrix;
+
+    type H2 = fn(&DMatrix<f64>, &DMatrix<f64>, &DMatrix<f64>) -> Result<f64>;
+    type HInfinity = fn(&DMatrix<f64>, &DMatrix<f64>, &DMatrix<f64>, &DMatrix<f64>) -> Result<HInfinityNorm>;
+
+    #[test]
+    fn an_unstable_system_has_no_h2_norm() {
+        let one = dmatrix![1.0];
+        for (a, refused) in
+            [(0.5, h2_norm(&dmatrix![0.5], &one, &one)), (2.0, discrete_h2_norm(&dmatrix![2.0], &one, &one))]
+        {
+            let error = refused.unwrap_err();
+            assert!(
+                matches!(error, LinalgError::NotStable { eigenvalue, .. } if eigenvalue == Complex::from(a)),
+                "{error}"
+            );
+        }
+    }
+
+    #[test]
+    fn shapes_that_do_not_fit_are_named() {
+        let (a, b, c, d) = (dmatrix![0.5, 0.0; 0.0, 0.5], dmatrix![1.0; 1.0], dmatrix![1.0, 1.0], dmatrix![0.0]);
+        let short = dmatrix![1.0];
+        for norm in [h2 as H2, discrete_h2] {
+            assert!(matches!(norm(&b, &b, &c), Err(LinalgError::NotSquare { what: "A", .. })));
+            assert!(matches!(norm(&a, &short, &c), Err(LinalgError::DimensionMismatch { what: "B", .. })));
+            assert!(matches!(norm(&a, &b, &short), Err(LinalgError::DimensionMismatch { what: "C", .. })));
+        }
+        for norm in [h_infinity as HInfinity, discrete_h_infinity] {
+            assert!(matches!(norm(&c, &b, &c, &d), Err(LinalgError::NotSquare { what: "A", .. })));
+            assert!(matches!(norm(&a, &short, &c, &d), Err(LinalgError::DimensionMismatch { what: "B", .. })));
+            assert!(matches!(norm(&a, &b, &short, &d), Err(LinalgError::DimensionMismatch { what: "C", .. })));
+            assert!(matches!(norm(&a, &b, &c, &c), Err(LinalgError::DimensionMismatch { what: "D", .. })));
+        }
+    }
 }
