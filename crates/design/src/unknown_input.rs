@@ -80,6 +80,21 @@ impl DecoupledPlant {
     /// The invariant zeros of (A, E, C) that no gain moves have to be among them, each to six digits; the others are
     /// placed in the observable part of (TA, C).
     ///
+    /// ```
+    /// use luenberger_design::DecoupledPlant;
+    /// use luenberger_linalg::eigenvalues;
+    /// use luenberger_plants::StateSpace;
+    /// use nalgebra::dmatrix;
+    ///
+    /// let plant = StateSpace::new(dmatrix![0.0, 1.0; -1.0, -2.0], dmatrix![0.0; 1.0], dmatrix![1.0, 0.0])?;
+    /// let decoupled = DecoupledPlant::new(&plant, &dmatrix![1.0; 0.0])?;
+    /// // The zero -2 of (A, E, C) stays; the other pole is free.
+    /// let design = decoupled.with_poles(&[-2.0, -5.0])?;
+    /// let poles = eigenvalues(&(&decoupled.reduced.a - &design.observer.l * &decoupled.reduced.c))?;
+    /// let residual = poles.iter().map(|pole| ((pole + 2.0) * (pole + 5.0)).norm()).fold(0.0, f64::max);
+    /// assert!(residual < 1e-13);
+    /// # Ok::<(), luenberger_design::DesignError>(())
+    /// ```
     /// # Errors
     /// [`DesignError::FixedPoles`] with the zeros, if one of them is not among the poles; the errors of
     /// [`LinearDesign::with_poles`].
