@@ -75,35 +75,50 @@ impl DecoupledPlant {
         Ok(Self { plant: of.clone(), e: e.clone(), h, reduced, zeros: found.zeros })
     }
 
-    /// The linear design with these poles for the reduced plant, n of them.
+    /// The linear design with these poles for the reduced plant: n of them, real or complex, closed under conjugation.
     ///
     /// The invariant zeros of (A, E, C) that no gain moves have to be among them, each to six digits; the others are
     /// placed in the observable part of (TA, C).
     ///
+    /// ```
+    /// use luenberger_design::DecoupledPlant;
+    /// use luenberger_linalg::eigenvalues;
+    /// use luenberger_plants::StateSpace;
+    /// use nalgebra::dmatrix;
+    ///
+    /// let plant = StateSpace::new(dmatrix![0.0, 1.0; -1.0, -2.0], dmatrix![0.0; 1.0], dmatrix![1.0, 0.0])?;
+    /// let decoupled = DecoupledPlant::new(&plant, &dmatrix![1.0; 0.0])?;
+    /// // The zero -2 of (A, E, C) stays; the other pole is free.
+    /// let design = decoupled.with_poles(&[-2.0, -5.0])?;
+    /// let poles = eigenvalues(&(&decoupled.reduced.a - &design.observer.l * &decoupled.reduced.c))?;
+    /// let residual = poles.iter().map(|pole| ((pole + 2.0) * (pole + 5.0)).norm()).fold(0.0, f64::max);
+    /// assert!(residual < 1e-13);
+    /// # Ok::<(), luenberger_design::DesignError>(())
+    /// ```
     /// # Errors
     /// [`DesignError::FixedPoles`] with the zeros, if one of them is not among the poles; the errors of
     /// [`LinearDesign::with_poles`].
-    pub fn with_poles(&self, poles: &[Complex<f64>]) -> Result<LinearDesign, DesignError> {
+    pub fn with_poles(&self, poles: &[impl Into<Complex<f64>> + Copy]) -> Result<LinearDesign, DesignError> {
+        let mut poles: Vec<Complex<f64>> = poles.iter().map(|&pole| pole.into()).collect();
         let StateSpace { a, c, .. } = &self.reduced;
         let n = a.nrows();
         let parts = kalman_decomposition(a, &DMatrix::identity(n, n), c)?;
         let fixed = &parts.controllable_unobservable.eigenvalues;
         if fixed.is_empty() || poles.len() != n {
-            return LinearDesign::with_poles(&self.reduced, poles);
+            return LinearDesign::with_poles(&self.reduced, &poles);
         }
-        let mut free = poles.to_vec();
         for zero in fixed {
-            let nearest = (0..free.len())
-                .min_by(|i, j| (free[*i] - zero).norm().total_cmp(&(free[*j] - zero).norm()))
-                .filter(|k| (free[*k] - zero).norm() <= 1e-6 * (1.0 + zero.norm()));
+            let nearest = (0..poles.len())
+                .min_by(|i, j| (poles[*i] - zero).norm().total_cmp(&(poles[*j] - zero).norm()))
+                .filter(|k| (poles[*k] - zero).norm() <= 1e-6 * (1.0 + zero.norm()));
             let Some(nearest) = nearest else { return Err(DesignError::FixedPoles { zeros: fixed.clone() }) };
-            free.swap_remove(nearest);
+            poles.swap_remove(nearest);
         }
         let k = parts.controllable_observable.order;
         let mut gain = DMatrix::zeros(n, c.nrows());
         if k > 0 {
             let (seen, outputs) = (parts.a.view((0, 0), (k, k)).into_owned(), parts.c.columns(0, k).into_owned());
-            gain.rows_mut(0, k).copy_from(&place_observer(&seen, &outputs, &free)?.gain);
+            gain.rows_mut(0, k).copy_from(&place_observer(&seen, &outputs, &poles)?.gain);
         }
         LinearDesign::with_gain(&self.reduced, &parts.transformation * gain)
     }

@@ -4,7 +4,7 @@ use crate::{LinalgError, Result};
 use nalgebra::{DMatrix, DMatrixView, Dyn};
 
 /// The argument type of the functions of this crate: a reference to any `nalgebra` matrix of doubles converts into
-/// it, of static or dynamic size, owned or a view with any strides.
+/// it, of static or dynamic size, owned or a view with any strides. A reference to a reference does not.
 ///
 /// ```
 /// use luenberger_linalg::{eigenvalues, place_observer};

@@ -21,6 +21,7 @@
 use faer::Mat;
 use nalgebra::{Complex, DMatrix};
 
+use crate::argument::{RealMatrixView, owned};
 use crate::observability::{default_tolerance, staircase_within};
 use crate::rosenbrock::Rosenbrock;
 use crate::spectrum::eigenvalues;
@@ -118,7 +119,15 @@ impl KalmanDecomposition {
 /// ```
 ///
 /// Source: Kalman, SIAM J. Control 1, 1963; Boley, IEEE TAC 29, 1984, for the orthogonal staircases.
-pub fn kalman_decomposition(a: &DMatrix<f64>, b: &DMatrix<f64>, c: &DMatrix<f64>) -> Result<KalmanDecomposition> {
+pub fn kalman_decomposition<'a>(
+    a: impl Into<RealMatrixView<'a>>,
+    b: impl Into<RealMatrixView<'a>>,
+    c: impl Into<RealMatrixView<'a>>,
+) -> Result<KalmanDecomposition> {
+    decomposed(&owned(a), &owned(b), &owned(c))
+}
+
+fn decomposed(a: &DMatrix<f64>, b: &DMatrix<f64>, c: &DMatrix<f64>) -> Result<KalmanDecomposition> {
     let plant = Rosenbrock::new(a, b, c, &DMatrix::zeros(c.nrows(), b.ncols()))?;
     let (n, m, p) = (a.nrows(), b.ncols(), c.nrows());
     let tolerance = default_tolerance(n, m.max(p));

@@ -143,7 +143,17 @@ pub struct ZeroOrderHoldObserver {
 /// assert!(residual < 1e-15);
 /// # Ok::<(), luenberger_linalg::LinalgError>(())
 /// ```
-pub fn zero_order_hold_observer(
+pub fn zero_order_hold_observer<'a>(
+    a: impl Into<RealMatrixView<'a>>,
+    b: impl Into<RealMatrixView<'a>>,
+    l: impl Into<RealMatrixView<'a>>,
+    c: impl Into<RealMatrixView<'a>>,
+    h: f64,
+) -> Result<ZeroOrderHoldObserver> {
+    held_observer(&owned(a), &owned(b), &owned(l), &owned(c), h)
+}
+
+fn held_observer(
     a: &DMatrix<f64>,
     b: &DMatrix<f64>,
     l: &DMatrix<f64>,

@@ -26,7 +26,7 @@ use std::collections::{BinaryHeap, HashMap};
 use faer::Mat;
 use nalgebra::{Complex, DMatrix, DVector};
 
-use crate::argument::{symmetric_part, unit_scale};
+use crate::argument::{RealMatrixView, owned, symmetric_part, unit_scale};
 use crate::observability::check;
 use crate::spectrum::{eigenvalues, eigenvalues_of_symmetric};
 use crate::{LinalgError, Result};
@@ -91,7 +91,14 @@ const STEPS: usize = 60;
 ///
 /// Source: Eising, Systems and Control Letters 4, 1984; Gao and Neumann, Linear Algebra Appl. 188, 1993; Burke, Lewis
 /// and Overton, SIAM J. Matrix Anal. Appl. 26, 2004, for the local minimisation.
-pub fn distance_to_unobservability(a: &DMatrix<f64>, c: &DMatrix<f64>) -> Result<UnobservabilityDistance> {
+pub fn distance_to_unobservability<'a>(
+    a: impl Into<RealMatrixView<'a>>,
+    c: impl Into<RealMatrixView<'a>>,
+) -> Result<UnobservabilityDistance> {
+    distance(&owned(a), &owned(c))
+}
+
+fn distance(a: &DMatrix<f64>, c: &DMatrix<f64>) -> Result<UnobservabilityDistance> {
     check(a, c)?;
     let scale = if a.amax() >= c.amax() { unit_scale(a) } else { unit_scale(c) };
     let mut search = Search { a: a * scale, c: c * scale, evaluations: 0 };

@@ -13,7 +13,7 @@
 //! solves a triangular system, and the rest is the same problem with R2 updated by one row. The complex factor becomes
 //! real by one QR factorisation, of its real above its imaginary part.
 
-use crate::argument::{finite, square, unit_scale};
+use crate::argument::{RealMatrixView, finite, owned, square, unit_scale};
 use crate::forward_error::relative;
 use crate::schur_operator::Kind;
 use crate::{LinalgError, Result, Schur, schur};
@@ -56,8 +56,8 @@ impl Factored {
 /// # Ok::<(), luenberger_linalg::LinalgError>(())
 /// ```
 /// Source: Hammarling, IMA J. Numer. Anal. 2, 1982; SLICOT SB03OD.
-pub fn lyapunov_factor(a: &DMatrix<f64>, c: &DMatrix<f64>) -> Result<Factored> {
-    solve(Kind::Lyapunov, a, c)
+pub fn lyapunov_factor<'a>(a: impl Into<RealMatrixView<'a>>, c: impl Into<RealMatrixView<'a>>) -> Result<Factored> {
+    solve(Kind::Lyapunov, &owned(a), &owned(c))
 }
 
 /// Solves `A'P A - P + C'C = 0` for the factor U of `P = U'U`, all eigenvalues of A inside the unit circle. Otherwise
@@ -71,8 +71,8 @@ pub fn lyapunov_factor(a: &DMatrix<f64>, c: &DMatrix<f64>) -> Result<Factored> {
 /// assert!((factor.u[(0, 0)] - 1.0).abs() <= 4.0 * f64::EPSILON);
 /// # Ok::<(), luenberger_linalg::LinalgError>(())
 /// ```
-pub fn stein_factor(a: &DMatrix<f64>, c: &DMatrix<f64>) -> Result<Factored> {
-    solve(Kind::Stein, a, c)
+pub fn stein_factor<'a>(a: impl Into<RealMatrixView<'a>>, c: impl Into<RealMatrixView<'a>>) -> Result<Factored> {
+    solve(Kind::Stein, &owned(a), &owned(c))
 }
 
 fn solve(kind: Kind, a: &DMatrix<f64>, c: &DMatrix<f64>) -> Result<Factored> {

@@ -19,7 +19,7 @@
 use faer::Mat;
 use nalgebra::{Complex, DMatrix};
 
-use crate::argument::shaped;
+use crate::argument::{RealMatrixView, owned, shaped};
 use crate::observability::{Seen, check, default_tolerance, seen};
 use crate::placement::{place_observer, place_part};
 use crate::units::{Units, shift};
@@ -50,10 +50,10 @@ pub struct FunctionalObserver {
 
 /// Luenberger's reduced-order observer of the whole state: `n - rank(C)` states, the eigenvalues of F at `poles`.
 ///
-/// `a` is n x n, `b` n x m, `c` p x n, `poles` `n - rank(C)` numbers closed under conjugation. It exists iff the pair
-/// is observable: with `C V = [C1 0]`, V orthogonal, F is `A22 - L A12`, and the pair `(A22, A12)` is observable iff
-/// `(A, C)` is. M and N have n rows: `zhat` is the state. Outputs that depend on others count once; with rank(C) = n
-/// there is no `w` left, and `xhat = N y`.
+/// `a` is n x n, `b` n x m, `c` p x n, `poles` `n - rank(C)` numbers, real or complex, closed under conjugation. It
+/// exists iff the pair is observable: with `C V = [C1 0]`, V orthogonal, F is `A22 - L A12`, and the pair `(A22, A12)`
+/// is observable iff `(A, C)` is. M and N have n rows: `zhat` is the state. Outputs that depend on others count once;
+/// with rank(C) = n there is no `w` left, and `xhat = N y`.
 ///
 /// # Errors
 /// [`LinalgError::Unobservable`] names the mode; [`LinalgError::PoleCount`] (its `order` is `n - rank(C)`) and the
@@ -67,10 +67,10 @@ pub struct FunctionalObserver {
 /// The double integrator with its position measured: the velocity from one state.
 /// ```
 /// use luenberger_linalg::reduced_order_observer;
-/// use nalgebra::{Complex, DMatrix, dmatrix};
+/// use nalgebra::{DMatrix, dmatrix};
 ///
 /// let (a, b, c) = (dmatrix![0.0, 1.0; 0.0, 0.0], dmatrix![0.0; 1.0], dmatrix![1.0, 0.0]);
-/// let observer = reduced_order_observer(&a, &b, &c, &[Complex::from(-4.0)])?;
+/// let observer = reduced_order_observer(&a, &b, &c, &[-4.0])?;
 /// let motion = (&observer.t * &a - &observer.f * &observer.t - &observer.g * &c).norm();
 /// let whole = (&observer.m * &observer.t + &observer.n * &c - DMatrix::identity(2, 2)).norm();
 /// println!("w' = {} w + {} y + {} u, residuals {motion:e} {whole:e}", observer.f, observer.g, observer.h);
@@ -79,12 +79,17 @@ pub struct FunctionalObserver {
 /// ```
 ///
 /// Source: Luenberger, IEEE Trans. Military Electronics 8, 1964; Gopinath, Bell System Technical Journal 50, 1971.
-pub fn reduced_order_observer(
-    a: &DMatrix<f64>,
-    b: &DMatrix<f64>,
-    c: &DMatrix<f64>,
-    poles: &[Complex<f64>],
+pub fn reduced_order_observer<'a>(
+    a: impl Into<RealMatrixView<'a>>,
+    b: impl Into<RealMatrixView<'a>>,
+    c: impl Into<RealMatrixView<'a>>,
+    poles: &[impl Into<Complex<f64>> + Copy],
 ) -> Result<FunctionalObserver> {
+    let poles: Vec<_> = poles.iter().map(|&pole| pole.into()).collect();
+    reduced(&owned(a), &owned(b), &owned(c), &poles)
+}
+
+fn reduced(a: &DMatrix<f64>, b: &DMatrix<f64>, c: &DMatrix<f64>, poles: &[Complex<f64>]) -> Result<FunctionalObserver> {
     check(a, c)?;
     let (n, p) = (a.nrows(), c.nrows());
     shaped("B", b, n, b.ncols())?;
@@ -131,8 +136,8 @@ pub fn reduced_order_observer(
 
 /// Observer of `z = K x` with as many states as K has rows, the eigenvalues of F at `poles`.
 ///
-/// `a` is n x n, `b` n x m, `c` p x n, `k` q x n, `poles` q numbers closed under conjugation. M is the identity. One
-/// exists for every set of poles iff (Darouach)
+/// `a` is n x n, `b` n x m, `c` p x n, `k` q x n, `poles` q numbers, real or complex, closed under conjugation. M is the
+/// identity. One exists for every set of poles iff (Darouach)
 ///
 /// 1. `rank [K A; C A; C; K] = rank [C A; C; K]`: the rate of z follows from z, y and y';
 /// 2. `rank [s K - K A; C A; C] = rank [C A; C; K]` for every complex s: no motion of z is hidden (for an observer that
@@ -152,12 +157,12 @@ pub fn reduced_order_observer(
 /// # Example
 /// ```
 /// use luenberger_linalg::functional_observer;
-/// use nalgebra::{Complex, dmatrix};
+/// use nalgebra::dmatrix;
 ///
 /// // x2 + x3 of a chain of three, the first measured: of order one, although two states are not measured.
 /// let a = dmatrix![0.0, 1.0, 1.0; 1.0, -2.0, 1.0; 1.0, 2.0, -1.0];
 /// let (b, c, k) = (dmatrix![0.0; 0.0; 1.0], dmatrix![1.0, 0.0, 0.0], dmatrix![0.0, 1.0, 1.0]);
-/// let observer = functional_observer(&a, &b, &c, &k, &[Complex::from(-3.0)])?;
+/// let observer = functional_observer(&a, &b, &c, &k, &[-3.0])?;
 /// let motion = (&observer.t * &a - &observer.f * &observer.t - &observer.g * &c).norm();
 /// let read = (&observer.m * &observer.t + &observer.n * &c - &k).norm();
 /// println!("residuals {motion:e} {read:e}");
@@ -166,7 +171,18 @@ pub fn reduced_order_observer(
 /// ```
 ///
 /// Source: Darouach, IEEE TAC 45, 2000, theorem 2.
-pub fn functional_observer(
+pub fn functional_observer<'a>(
+    a: impl Into<RealMatrixView<'a>>,
+    b: impl Into<RealMatrixView<'a>>,
+    c: impl Into<RealMatrixView<'a>>,
+    k: impl Into<RealMatrixView<'a>>,
+    poles: &[impl Into<Complex<f64>> + Copy],
+) -> Result<FunctionalObserver> {
+    let poles: Vec<_> = poles.iter().map(|&pole| pole.into()).collect();
+    functional(&owned(a), &owned(b), &owned(c), &owned(k), &poles)
+}
+
+fn functional(
     a: &DMatrix<f64>,
     b: &DMatrix<f64>,
     c: &DMatrix<f64>,

@@ -4,7 +4,7 @@
 //! With `F = A E^-1` and `W = E^-T Q E^-1` they are `F'P + P F + W = 0` and `F'P F - P + W = 0`. Multiplying out by
 //! `E^-1` costs digits by the condition of E: the answer carries it.
 
-use crate::argument::{shaped, square, symmetric, symmetric_part};
+use crate::argument::{RealMatrixView, owned, shaped, square, symmetric, symmetric_part};
 use crate::forward_error::{of_exact, relative};
 use crate::separation::norm;
 use crate::{LinalgError, Lyapunov, Result, Stein, lyapunov, stein};
@@ -55,7 +55,15 @@ impl GeneralizedLyapunov {
 /// # Ok::<(), luenberger_linalg::LinalgError>(())
 /// ```
 /// Source: Penzl, Adv. Comput. Math. 8, 1998 (SLICOT SG03AD), for the equation; the reduction is the definition.
-pub fn generalized_lyapunov(a: &DMatrix<f64>, e: &DMatrix<f64>, q: &DMatrix<f64>) -> Result<GeneralizedLyapunov> {
+pub fn generalized_lyapunov<'a>(
+    a: impl Into<RealMatrixView<'a>>,
+    e: impl Into<RealMatrixView<'a>>,
+    q: impl Into<RealMatrixView<'a>>,
+) -> Result<GeneralizedLyapunov> {
+    solved_lyapunov(&owned(a), &owned(e), &owned(q))
+}
+
+fn solved_lyapunov(a: &DMatrix<f64>, e: &DMatrix<f64>, q: &DMatrix<f64>) -> Result<GeneralizedLyapunov> {
     let Reduced { q, inverse, condition_e, f, w } = Reduced::new(a, e, q)?;
     let standard = lyapunov(&f, &w).map_err(rounded)?;
     let p = standard.p.clone();
@@ -115,7 +123,15 @@ impl GeneralizedStein {
 /// ```
 /// Source: Penzl, Adv. Comput. Math. 8, 1998 (SLICOT SG03AD, DICO = 'D'), for the equation; the reduction is the
 /// definition.
-pub fn generalized_stein(a: &DMatrix<f64>, e: &DMatrix<f64>, q: &DMatrix<f64>) -> Result<GeneralizedStein> {
+pub fn generalized_stein<'a>(
+    a: impl Into<RealMatrixView<'a>>,
+    e: impl Into<RealMatrixView<'a>>,
+    q: impl Into<RealMatrixView<'a>>,
+) -> Result<GeneralizedStein> {
+    solved_stein(&owned(a), &owned(e), &owned(q))
+}
+
+fn solved_stein(a: &DMatrix<f64>, e: &DMatrix<f64>, q: &DMatrix<f64>) -> Result<GeneralizedStein> {
     let Reduced { q, inverse, condition_e, f, w } = Reduced::new(a, e, q)?;
     let standard = stein(&f, &w).map_err(rounded)?;
     let p = standard.p.clone();

@@ -1,8 +1,8 @@
 //! Matrix equations, spectra, placement and observability for control.
 //!
 //! Dense, double precision, `nalgebra` matrices in (static, dynamic or views: [`RealMatrixView`]), dynamic ones out.
-//! Every answer carries its evidence (residual, separation,
-//! condition), every iteration is bounded, and bad input is an error that names the offending entry.
+//! Every answer carries its evidence (residual, separation, condition), every iteration is bounded, and bad input is an
+//! error that names the offending entry.
 //!
 //! | equation | function |
 //! |---|---|

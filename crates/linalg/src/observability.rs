@@ -108,7 +108,7 @@ impl Observability {
 /// Source: Hautus, Indag. Math. 31, 1969; Paige, IEEE TAC 26, 1981.
 pub fn observability<'a>(a: impl Into<RealMatrixView<'a>>, c: impl Into<RealMatrixView<'a>>) -> Result<Observability> {
     let (a, c) = (owned(a), owned(c));
-    observability_within(&a, &c, default_tolerance(a.nrows(), c.nrows()))
+    observed(&a, &c, default_tolerance(a.nrows(), c.nrows()))
 }
 
 /// [`observability`] with a relative tolerance supplied by the user, for data known to fewer digits than a double has.
@@ -118,7 +118,15 @@ pub fn observability<'a>(a: impl Into<RealMatrixView<'a>>, c: impl Into<RealMatr
 ///
 /// # Errors
 /// As [`observability`]; [`LinalgError::InvalidTolerance`] if `tolerance` is negative, infinite or NaN.
-pub fn observability_within(a: &DMatrix<f64>, c: &DMatrix<f64>, tolerance: f64) -> Result<Observability> {
+pub fn observability_within<'a>(
+    a: impl Into<RealMatrixView<'a>>,
+    c: impl Into<RealMatrixView<'a>>,
+    tolerance: f64,
+) -> Result<Observability> {
+    observed(&owned(a), &owned(c), tolerance)
+}
+
+fn observed(a: &DMatrix<f64>, c: &DMatrix<f64>, tolerance: f64) -> Result<Observability> {
     check(a, c)?;
     if !(tolerance >= 0.0 && tolerance.is_finite()) {
         return Err(LinalgError::InvalidTolerance { tolerance });

@@ -72,7 +72,11 @@ pub fn spectral_radius<'a>(a: impl Into<RealMatrixView<'a>>) -> Result<f64> {
 /// # Errors
 /// [`LinalgError::NotSquare`], [`LinalgError::NotFinite`], [`LinalgError::NotSymmetric`] (an asymmetry beyond the
 /// rounding of a matrix product); [`LinalgError::NotConverged`] (no such case is known).
-pub fn symmetric_eigenvalues(m: &DMatrix<f64>) -> Result<Vec<f64>> {
+pub fn symmetric_eigenvalues<'a>(m: impl Into<RealMatrixView<'a>>) -> Result<Vec<f64>> {
+    symmetric_spectrum(&owned(m))
+}
+
+fn symmetric_spectrum(m: &DMatrix<f64>) -> Result<Vec<f64>> {
     let m = symmetric("m", m)?;
     eigenvalues_of_symmetric(&m)
 }
@@ -110,7 +114,7 @@ pub(crate) fn eigenvalues_of_symmetric(m: &DMatrix<f64>) -> Result<Vec<f64>> {
 /// assert!((lambda - 1.0).abs() <= 20.0 * f64::EPSILON);
 /// # Ok::<(), luenberger_linalg::LinalgError>(())
 /// ```
-pub fn lambda_min(m: &DMatrix<f64>) -> Result<f64> {
+pub fn lambda_min<'a>(m: impl Into<RealMatrixView<'a>>) -> Result<f64> {
     symmetric_eigenvalues(m)?.first().copied().ok_or(LinalgError::Empty { what: "m" })
 }
 
@@ -126,7 +130,7 @@ pub fn lambda_min(m: &DMatrix<f64>) -> Result<f64> {
 /// assert!((lambda - 3.0).abs() <= 20.0 * f64::EPSILON);
 /// # Ok::<(), luenberger_linalg::LinalgError>(())
 /// ```
-pub fn lambda_max(m: &DMatrix<f64>) -> Result<f64> {
+pub fn lambda_max<'a>(m: impl Into<RealMatrixView<'a>>) -> Result<f64> {
     symmetric_eigenvalues(m)?.last().copied().ok_or(LinalgError::Empty { what: "m" })
 }
 

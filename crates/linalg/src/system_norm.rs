@@ -15,7 +15,7 @@
 
 use nalgebra::{Complex, DMatrix};
 
-use crate::argument::symmetric_part;
+use crate::argument::{RealMatrixView, owned, shaped, square, symmetric_part};
 use crate::{LinalgError, Result, eigenvalues, lyapunov, stein};
 
 /// Relative gap allowed between the returned value and the norm.
@@ -34,6 +34,8 @@ pub struct HInfinityNorm {
 
 /// The H2 norm of `C(sI - A)^-1 B` for a Hurwitz A.
 ///
+/// `a` is n x n, `b` n x m, `c` p x n.
+///
 /// ```
 /// use luenberger_linalg::h2_norm;
 /// use nalgebra::dmatrix;
@@ -43,22 +45,51 @@ pub struct HInfinityNorm {
 /// ```
 ///
 /// # Errors
-/// Those of [`lyapunov()`].
-pub fn h2_norm(a: &DMatrix<f64>, b: &DMatrix<f64>, c: &DMatrix<f64>) -> Result<f64> {
+/// [`LinalgError::NotStable`] names an eigenvalue that is not in the open left half plane; [`LinalgError::NotSquare`],
+/// [`LinalgError::DimensionMismatch`], [`LinalgError::NotFinite`], and those of [`lyapunov()`].
+pub fn h2_norm<'a>(
+    a: impl Into<RealMatrixView<'a>>,
+    b: impl Into<RealMatrixView<'a>>,
+    c: impl Into<RealMatrixView<'a>>,
+) -> Result<f64> {
+    h2(&owned(a), &owned(b), &owned(c))
+}
+
+fn h2(a: &DMatrix<f64>, b: &DMatrix<f64>, c: &DMatrix<f64>) -> Result<f64> {
+    check(a, b, c)?;
+    // Otherwise tr(B'QB) may be any number.
+    if let Some(eigenvalue) = eigenvalues(a)?.into_iter().find(|lambda| lambda.re >= 0.0) {
+        return Err(LinalgError::NotStable { equation: "Lyapunov", eigenvalue });
+    }
     let q = lyapunov(a, &symmetric_part(&(c.transpose() * c)))?.p;
     Ok((b.transpose() * q * b).trace().max(0.0).sqrt())
 }
 
-/// The H2 norm of `C(zI - A)^-1 B` for A with all eigenvalues inside the unit circle.
+/// The H2 norm of `C(zI - A)^-1 B` for A with all eigenvalues inside the unit circle. Otherwise as [`h2_norm`].
 ///
 /// # Errors
-/// Those of [`stein()`].
-pub fn discrete_h2_norm(a: &DMatrix<f64>, b: &DMatrix<f64>, c: &DMatrix<f64>) -> Result<f64> {
+/// [`LinalgError::NotStable`] names an eigenvalue that is not inside the unit circle; [`LinalgError::NotSquare`],
+/// [`LinalgError::DimensionMismatch`], [`LinalgError::NotFinite`], and those of [`stein()`].
+pub fn discrete_h2_norm<'a>(
+    a: impl Into<RealMatrixView<'a>>,
+    b: impl Into<RealMatrixView<'a>>,
+    c: impl Into<RealMatrixView<'a>>,
+) -> Result<f64> {
+    discrete_h2(&owned(a), &owned(b), &owned(c))
+}
+
+fn discrete_h2(a: &DMatrix<f64>, b: &DMatrix<f64>, c: &DMatrix<f64>) -> Result<f64> {
+    check(a, b, c)?;
+    if let Some(eigenvalue) = eigenvalues(a)?.into_iter().find(|lambda| lambda.norm() >= 1.0) {
+        return Err(LinalgError::NotStable { equation: "Stein", eigenvalue });
+    }
     let q = stein(a, &symmetric_part(&(c.transpose() * c)))?.p;
     Ok((b.transpose() * q * b).trace().max(0.0).sqrt())
 }
 
 /// The H-infinity norm of `C(sI - A)^-1 B + D` for a Hurwitz A.
+///
+/// `a` is n x n, `b` n x m, `c` p x n, `d` p x m. Whether A is Hurwitz is not tested.
 ///
 /// ```
 /// use luenberger_linalg::h_infinity_norm;
@@ -72,14 +103,20 @@ pub fn discrete_h2_norm(a: &DMatrix<f64>, b: &DMatrix<f64>, c: &DMatrix<f64>) ->
 /// ```
 ///
 /// # Errors
-/// Those of [`eigenvalues`]; [`LinalgError::NotConverged`] after 40 steps.
-pub fn h_infinity_norm(
-    a: &DMatrix<f64>,
-    b: &DMatrix<f64>,
-    c: &DMatrix<f64>,
-    d: &DMatrix<f64>,
+/// [`LinalgError::NotSquare`], [`LinalgError::DimensionMismatch`], [`LinalgError::NotFinite`], and those of
+/// [`eigenvalues`]; [`LinalgError::NotConverged`] after 40 steps.
+pub fn h_infinity_norm<'a>(
+    a: impl Into<RealMatrixView<'a>>,
+    b: impl Into<RealMatrixView<'a>>,
+    c: impl Into<RealMatrixView<'a>>,
+    d: impl Into<RealMatrixView<'a>>,
 ) -> Result<HInfinityNorm> {
-    let n = a.nrows();
+    h_infinity(&owned(a), &owned(b), &owned(c), &owned(d))
+}
+
+fn h_infinity(a: &DMatrix<f64>, b: &DMatrix<f64>, c: &DMatrix<f64>, d: &DMatrix<f64>) -> Result<HInfinityNorm> {
+    let n = check(a, b, c)?;
+    shaped("D", d, c.nrows(), b.ncols())?;
     let at = |frequency: f64| {
         let s = Complex::new(0.0, frequency);
         let shifted = DMatrix::from_fn(n, n, |i, j| {
@@ -148,23 +185,81 @@ pub fn h_infinity_norm(
 ///
 /// # Errors
 /// As [`h_infinity_norm`].
-pub fn discrete_h_infinity_norm(
+pub fn discrete_h_infinity_norm<'a>(
+    a: impl Into<RealMatrixView<'a>>,
+    b: impl Into<RealMatrixView<'a>>,
+    c: impl Into<RealMatrixView<'a>>,
+    d: impl Into<RealMatrixView<'a>>,
+) -> Result<HInfinityNorm> {
+    discrete_h_infinity(&owned(a), &owned(b), &owned(c), &owned(d))
+}
+
+fn discrete_h_infinity(
     a: &DMatrix<f64>,
     b: &DMatrix<f64>,
     c: &DMatrix<f64>,
     d: &DMatrix<f64>,
 ) -> Result<HInfinityNorm> {
-    let n = a.nrows();
+    let n = check(a, b, c)?;
+    shaped("D", d, c.nrows(), b.ncols())?;
     let identity = DMatrix::identity(n, n);
     let plus = (a + &identity).lu();
     let singular = LinalgError::NotFinite { what: "(A + I)^-1", row: 0, col: 0, value: f64::INFINITY };
     let inverse = plus.solve(&identity).ok_or(singular)?;
     let shifted = &inverse * (a - &identity);
     let (half, root) = (&inverse * b, std::f64::consts::SQRT_2);
-    let found = h_infinity_norm(&shifted, &(&half * root), &(c * &inverse * root), &(d - c * &half))?;
+    let found = h_infinity(&shifted, &(&half * root), &(c * &inverse * root), &(d - c * &half))?;
     Ok(HInfinityNorm { frequency: 2.0 * found.frequency.atan(), ..found })
+}
+
+/// The order of (A, B, C), if their shapes fit and their entries are finite.
+fn check(a: &DMatrix<f64>, b: &DMatrix<f64>, c: &DMatrix<f64>) -> Result<usize> {
+    let n = square("A", a)?;
+    shaped("B", b, n, b.ncols())?;
+    shaped("C", c, c.nrows(), n)?;
+    Ok(n)
 }
 
 fn largest(m: &DMatrix<Complex<f64>>) -> f64 {
     if m.is_empty() { 0.0 } else { m.clone().svd(false, false).singular_values.max() }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use nalgebra::dmatrix;
+
+    type H2 = fn(&DMatrix<f64>, &DMatrix<f64>, &DMatrix<f64>) -> Result<f64>;
+    type HInfinity = fn(&DMatrix<f64>, &DMatrix<f64>, &DMatrix<f64>, &DMatrix<f64>) -> Result<HInfinityNorm>;
+
+    #[test]
+    fn an_unstable_system_has_no_h2_norm() {
+        let one = dmatrix![1.0];
+        for (a, refused) in
+            [(0.5, h2_norm(&dmatrix![0.5], &one, &one)), (2.0, discrete_h2_norm(&dmatrix![2.0], &one, &one))]
+        {
+            let error = refused.unwrap_err();
+            assert!(
+                matches!(error, LinalgError::NotStable { eigenvalue, .. } if eigenvalue == Complex::from(a)),
+                "{error}"
+            );
+        }
+    }
+
+    #[test]
+    fn shapes_that_do_not_fit_are_named() {
+        let (a, b, c, d) = (dmatrix![0.5, 0.0; 0.0, 0.5], dmatrix![1.0; 1.0], dmatrix![1.0, 1.0], dmatrix![0.0]);
+        let short = dmatrix![1.0];
+        for norm in [h2 as H2, discrete_h2] {
+            assert!(matches!(norm(&b, &b, &c), Err(LinalgError::NotSquare { what: "A", .. })));
+            assert!(matches!(norm(&a, &short, &c), Err(LinalgError::DimensionMismatch { what: "B", .. })));
+            assert!(matches!(norm(&a, &b, &short), Err(LinalgError::DimensionMismatch { what: "C", .. })));
+        }
+        for norm in [h_infinity as HInfinity, discrete_h_infinity] {
+            assert!(matches!(norm(&c, &b, &c, &d), Err(LinalgError::NotSquare { what: "A", .. })));
+            assert!(matches!(norm(&a, &short, &c, &d), Err(LinalgError::DimensionMismatch { what: "B", .. })));
+            assert!(matches!(norm(&a, &b, &short, &d), Err(LinalgError::DimensionMismatch { what: "C", .. })));
+            assert!(matches!(norm(&a, &b, &c, &c), Err(LinalgError::DimensionMismatch { what: "D", .. })));
+        }
+    }
 }

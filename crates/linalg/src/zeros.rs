@@ -19,6 +19,7 @@ use faer::linalg::gevd::{GevdParams, gevd_real, gevd_scratch};
 use faer::{Auto, Mat, Par, Spec};
 use nalgebra::{Complex, DMatrix};
 
+use crate::argument::{RealMatrixView, owned};
 use crate::observability::default_tolerance;
 use crate::rosenbrock::Rosenbrock;
 use crate::spectrum::eigenvalues;
@@ -91,12 +92,16 @@ impl InvariantZeros {
 /// ```
 ///
 /// Source: Emami-Naeini and Van Dooren, Automatica 18, 1982; Svaricek, IEEE TAC 30, 1985, for the normal rank.
-pub fn invariant_zeros(
-    a: &DMatrix<f64>,
-    b: &DMatrix<f64>,
-    c: &DMatrix<f64>,
-    d: &DMatrix<f64>,
+pub fn invariant_zeros<'a>(
+    a: impl Into<RealMatrixView<'a>>,
+    b: impl Into<RealMatrixView<'a>>,
+    c: impl Into<RealMatrixView<'a>>,
+    d: impl Into<RealMatrixView<'a>>,
 ) -> Result<InvariantZeros> {
+    zeros_of(&owned(a), &owned(b), &owned(c), &owned(d))
+}
+
+fn zeros_of(a: &DMatrix<f64>, b: &DMatrix<f64>, c: &DMatrix<f64>, d: &DMatrix<f64>) -> Result<InvariantZeros> {
     let scaled = Rosenbrock::new(a, b, c, d)?;
     let (n, m, p) = (a.nrows(), b.ncols(), c.nrows());
     let tolerance = default_tolerance(n + m, n + p);

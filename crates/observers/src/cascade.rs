@@ -35,6 +35,10 @@ use crate::regression::Regression;
 
 /// Every shape that the observer of a cascade with blocks of `N2`, `N3` and `N4` states forms can be stored. Never
 /// implement it yourself.
+#[diagnostic::on_unimplemented(
+    message = "not every column and matrix of the observer of a cascade of these sizes can be stored",
+    note = "code that is generic in the sizes needs the bound `DefaultAllocator: CascadeSize<N2, N3, N4, M, P>`"
+)]
 pub trait CascadeSize<N2: Dim, N3: Dim, N4: Dim, M: Dim, P: Dim>:
     Allocator<N2>
     + Allocator<N3>

@@ -25,6 +25,11 @@ use crate::filters::{all_positive, positive};
 use crate::observer::{Observer, ObserverDimensions};
 
 /// Every column of a high-gain observer can be stored. Never implement it yourself.
+#[diagnostic::on_unimplemented(
+    message = "not every column and matrix of a high-gain observer of these sizes can be stored",
+    note = "sizes `nalgebra::Const` and, with the feature `alloc`, `nalgebra::Dyn` can be stored in all combinations",
+    note = "code that is generic in the sizes needs the bound `DefaultAllocator: HighGainSize<Z, M, P, E>`"
+)]
 pub trait HighGainSize<Z: Dim, M: Dim, P: Dim, E: Dim>:
     Allocator<Z> + Allocator<M> + Allocator<P> + Allocator<E>
 {
@@ -45,6 +50,10 @@ pub struct ChainPosition {
 }
 
 /// The maps of a high-gain observer.
+#[diagnostic::on_unimplemented(
+    message = "`{Self}` does not have the maps of a high-gain observer over the scalar `{T}`",
+    note = "implement `HighGainMap<T>` for every `T: RealField + Copy`, or for the scalar that is used"
+)]
 pub trait HighGainMap<T: RealField + Copy>
 where
     DefaultAllocator: HighGainSize<Self::Xi, Self::Inputs, Self::Outputs, Self::Estimate>,

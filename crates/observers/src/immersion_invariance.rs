@@ -31,6 +31,11 @@ use crate::observer::{Observer, ObserverDimensions};
 use crate::pseudo_inverse::{PseudoInverse, pseudo_inverse};
 
 /// Every shape that an I&I observer forms can be stored. Never implement it yourself.
+#[diagnostic::on_unimplemented(
+    message = "not every column and matrix of an I&I observer of these sizes can be stored",
+    note = "sizes `nalgebra::Const` and, with the feature `alloc`, `nalgebra::Dyn` can be stored in all combinations",
+    note = "code that is generic in the sizes needs the bound `DefaultAllocator: ImmersionSize<N, M, P, Z, C, E>`"
+)]
 pub trait ImmersionSize<N: Dim, M: Dim, P: Dim, Z: Dim, C: Dim, E: Dim>:
     Size<N, M, P> + Allocator<Z> + Allocator<C> + Allocator<E> + Allocator<Z, C> + Allocator<C, Z> + Allocator<Z, Z>
 {

@@ -26,6 +26,11 @@ use crate::observer::{Observer, ObserverDimensions};
 ///
 /// Holds for all combinations of [`nalgebra::Const`] and (feature `alloc`) [`nalgebra::Dyn`]; never implement it
 /// yourself.
+#[diagnostic::on_unimplemented(
+    message = "not every column and matrix of a KKL observer of these sizes can be stored",
+    note = "sizes `nalgebra::Const` and, with the feature `alloc`, `nalgebra::Dyn` can be stored in all combinations",
+    note = "code that is generic in the sizes needs the bound `DefaultAllocator: KklSize<Z, M, P, N>`"
+)]
 pub trait KklSize<Z: Dim, M: Dim, P: Dim, N: Dim>:
     Allocator<Z> + Allocator<M> + Allocator<P> + Allocator<N> + Allocator<Z, Z> + Allocator<Z, M> + Allocator<Z, P>
 {
@@ -40,6 +45,10 @@ impl<Z: Dim, M: Dim, P: Dim, N: Dim> KklSize<Z, M, P, N> for DefaultAllocator wh
 /// The four maps that make a KKL observer: Lambda, B, phi^L and phi.
 ///
 /// Nothing checks that they solve (4); a test should: `Dphi(x) f(x, u) = Lambda phi(x) + B` at random points.
+#[diagnostic::on_unimplemented(
+    message = "`{Self}` does not have the maps of a KKL observer over the scalar `{T}`",
+    note = "implement `KklMap<T>` for every `T: RealField + Copy`, or for the scalar that is used"
+)]
 pub trait KklMap<T: RealField + Copy>
 where
     DefaultAllocator: KklSize<Self::Xi, Self::Inputs, Self::Outputs, Self::Estimate>,

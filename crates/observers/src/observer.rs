@@ -24,6 +24,11 @@ pub struct ObserverDimensions {
 ///
 /// Nothing here returns an error, allocates (with static sizes) or panics: what can be wrong is found by the
 /// constructors. Columns of dynamic length must have the lengths that [`dimensions`](Self::dimensions) says.
+#[diagnostic::on_unimplemented(
+    message = "`{Self}` is not an observer in continuous time over the scalar `{T}`",
+    note = "implement `Observer<T>` for every `T: RealField + Copy`, or for the scalar that is used",
+    note = "`SampledObserver<T>` is the trait of observers stepped once per sample"
+)]
 pub trait Observer<T> {
     /// Column of the observer's own state, z.
     type State: Column<T>;
@@ -123,6 +128,11 @@ impl<T, O: ContinuousDiscreteObserver<T> + ?Sized> ContinuousDiscreteObserver<T>
 /// sample `y = y(t)` and the input `u` held until `t + h`, and leaves what is known before the next one: a predictor,
 /// whose result is needed at `t + h` only, so that the target has a whole period to compute it. An observer in filter
 /// form also has an estimate that uses the measurement of the sample, [`estimate_at`](Self::estimate_at).
+#[diagnostic::on_unimplemented(
+    message = "`{Self}` is not a sampled observer over the scalar `{T}`",
+    note = "implement `SampledObserver<T>` for every `T: RealField + Copy`, or for the scalar that is used",
+    note = "`Observer<T>` is the trait of observers in continuous time"
+)]
 pub trait SampledObserver<T> {
     /// Column of the observer's own state, z.
     type State: Column<T>;

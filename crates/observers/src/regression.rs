@@ -10,6 +10,10 @@ use crate::estimator::RegressionSize;
 use crate::kkl::{KklMap, KklSize};
 
 /// `d s(y)/dt = g + m theta`, and the map from theta to the missing part of xi.
+#[diagnostic::on_unimplemented(
+    message = "`{Self}` has no regression for the parameters over the scalar `{T}`",
+    note = "implement `Regression<T>` beside `KklMap<T>`"
+)]
 pub trait Regression<T: RealField + Copy>: KklMap<T>
 where
     DefaultAllocator: KklSize<
@@ -66,6 +70,10 @@ where
 
 /// The length of the state of an observer with an extension of length `Z`, r = `R` filtered rows of `Q` parameters, and
 /// an estimator of length `L`: `Z + R (Q + 2) + L`. Never implement it yourself.
+#[diagnostic::on_unimplemented(
+    message = "not every column and matrix of a parameter-estimation-based observer of these sizes can be stored",
+    note = "code that is generic in the sizes needs the bound `DefaultAllocator: PebSize<Z, R, Q, L>`"
+)]
 pub trait PebSize<Z: Dim, R: Dim, Q: Dim, L: Dim>:
     RegressionSize<R, Q> + Allocator<<Self as PebSize<Z, R, Q, L>>::Length>
 {

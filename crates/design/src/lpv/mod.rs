@@ -266,7 +266,8 @@ where
         })
     }
 
-    /// Labels of the vertices by their varying entries, for [`Fact::inequality_naming`].
+    /// Labels of the vertices by their varying entries, for
+    /// [`Fact::inequality_naming`](luenberger_proof::certificate::Fact::inequality_naming).
     pub fn vertex_names(&self) -> Vec<String> {
         self.polytope.vertices.iter().map(ToString::to_string).collect()
     }

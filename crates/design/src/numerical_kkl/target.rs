@@ -53,8 +53,8 @@ impl<const P: usize, const Z: usize> TargetSystem<P, Z> {
         Ok(target)
     }
 
-    /// Filters with these poles for each output: `poles.len() * P == Z`, closed under conjugation, in the open left
-    /// half plane.
+    /// Filters with these poles for each output: `poles.len() * P == Z`, real or complex, closed under conjugation, in
+    /// the open left half plane.
     ///
     /// In real modal form; a pole that is repeated feeds its repetition, as (D, B) is controllable only in this way.
     ///
@@ -70,7 +70,8 @@ impl<const P: usize, const Z: usize> TargetSystem<P, Z> {
     /// # Errors
     /// [`DesignError::UnstablePole`](crate::DesignError::UnstablePole), [`LinalgError::PoleUnpaired`],
     /// [`LinalgError::PoleNotFinite`], [`NumericalKklError::PoleCount`], and those of [`new`](Self::new).
-    pub fn poles(poles: &[Complex<f64>]) -> Result<Self, NumericalKklError> {
+    pub fn poles(poles: &[impl Into<Complex<f64>> + Copy]) -> Result<Self, NumericalKklError> {
+        let poles: Vec<Complex<f64>> = poles.iter().map(|&pole| pole.into()).collect();
         if Z == 0 || P == 0 {
             return Err(NumericalKklError::Empty { states: 1, outputs: P, targets: Z });
         }
@@ -83,19 +84,11 @@ impl<const P: usize, const Z: usize> TargetSystem<P, Z> {
         if let Some(&pole) = poles.iter().find(|pole| pole.re >= 0.0) {
             return Err(DesignError::UnstablePole { pole }.into());
         }
-        let (bank, injection) = bank(poles)?;
+        let (bank, injection) = bank(&poles)?;
         let k = poles.len();
         let d = SMatrix::from_fn(|i, j| if i / k == j / k { bank[(i % k, j % k)] } else { 0.0 });
         let b = SMatrix::from_fn(|i, j| if i / k == j { injection[i % k] } else { 0.0 });
         Self::new(d, b)
-    }
-
-    /// Real poles.
-    ///
-    /// # Errors
-    /// As [`poles`](Self::poles).
-    pub fn real_poles(poles: &[f64]) -> Result<Self, NumericalKklError> {
-        Self::poles(&poles.iter().map(|&re| Complex::new(re, 0.0)).collect::<Vec<_>>())
     }
 
     /// The poles of the Bessel low-pass filter of order `Z / P`, which halves the power at the angular frequency
@@ -235,6 +228,6 @@ mod tests {
         // The static gain of a filter that is fed by the output alone: -D^-1 B has entries of modulus at most 1.
         let gain = target.d().try_inverse().unwrap() * target.b();
         assert!(gain.amax() <= 1.0 + 1e-14);
-        assert!(TargetSystem::<1, 3>::real_poles(&[-2.0, -2.0, -2.0]).is_ok());
+        assert!(TargetSystem::<1, 3>::poles(&[-2.0, -2.0, -2.0]).is_ok());
     }
 }

@@ -44,7 +44,7 @@ where
     /// use luenberger_plants::StaticPlant;
     /// use nalgebra::{SMatrix, SVector, Vector1};
     /// let plant = StaticPlant::new(Vector1::new(-1.0), SMatrix::<f64, 1, 0>::zeros(), Vector1::new(1.0))?;
-    /// let target = TargetSystem::<1, 1>::real_poles(&[-3.0])?;
+    /// let target = TargetSystem::<1, 1>::poles(&[-3.0])?;
     /// let domain = Domain::new([-1.0], [1.0], Escape::Free)?;
     /// let t = Transform::new(&plant, &target, &domain, SVector::zeros(), 1e-11)?;
     /// // The past grows like e^s, the weight falls like e^{-3s}: two thirds of the digits of the tolerance.

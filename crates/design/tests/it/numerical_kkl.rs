@@ -63,7 +63,7 @@ fn small<const N: usize>() -> Settings<N> {
 fn the_scalar_decay_has_its_closed_form() {
     let plant = Power { power: 1, even: false };
     for lambda in [1.5, 2.0, 7.0, 40.0] {
-        let target = TargetSystem::<1, 1>::real_poles(&[-lambda]).unwrap();
+        let target = TargetSystem::<1, 1>::poles(&[-lambda]).unwrap();
         let t = Transform::new(&plant, &target, &line(Escape::Free), SVector::zeros(), 1e-12).unwrap();
         for x in [-1.0, 0.0, 0.3, 1.0] {
             let (value, slope) = t.with_jacobian(&Vector1::new(x)).unwrap();
@@ -137,7 +137,7 @@ proptest! {
 #[test]
 fn a_design_ends_where_its_listener_says_so() {
     let plant = Power { power: 1, even: false };
-    let target = TargetSystem::<1, 2>::real_poles(&[-2.0, -3.0]).unwrap();
+    let target = TargetSystem::<1, 2>::poles(&[-2.0, -3.0]).unwrap();
     let ended = |last: usize| {
         let mut seen = Vec::new();
         let mut watch = |progress: Progress| {
@@ -223,7 +223,7 @@ fn the_harmonic_oscillator_is_estimated_by_both_forms() {
 #[test]
 fn a_blow_up_in_the_past_is_named_and_slowing_cures_it() {
     let plant = Power { power: 3, even: false };
-    let target = TargetSystem::<1, 2>::real_poles(&[-3.0, -5.0]).unwrap();
+    let target = TargetSystem::<1, 2>::poles(&[-3.0, -5.0]).unwrap();
     let free =
         NumericalKklDesign::new(
             &plant,
@@ -256,7 +256,7 @@ fn a_blow_up_in_the_past_is_named_and_slowing_cures_it() {
 #[test]
 fn two_states_with_one_output_are_found_and_named() {
     let plant = Power { power: 1, even: true };
-    let target = TargetSystem::<1, 3>::real_poles(&[-4.0, -5.0, -6.0]).unwrap();
+    let target = TargetSystem::<1, 3>::poles(&[-4.0, -5.0, -6.0]).unwrap();
     for domain in [line(Escape::Free), Domain::new([-0.7], [1.3], Escape::Free).unwrap()] {
         let refused =
             NumericalKklDesign::new(&plant, &target, &domain, SVector::zeros(), &small(), &mut |_| Continue(()))
@@ -280,7 +280,7 @@ fn two_states_with_one_output_are_found_and_named() {
 #[test]
 fn the_same_arguments_give_the_same_numbers_and_another_seed_others() {
     let plant = Power { power: 3, even: false };
-    let target = TargetSystem::<1, 2>::real_poles(&[-3.0, -5.0]).unwrap();
+    let target = TargetSystem::<1, 2>::poles(&[-3.0, -5.0]).unwrap();
     let domain = line(Escape::Slowed { margin: 0.5 });
     let design = |seed| {
         let settings = Settings { seed, ..small() };
@@ -294,19 +294,19 @@ fn the_same_arguments_give_the_same_numbers_and_another_seed_others() {
 
 #[test]
 fn targets_that_cannot_be_are_named() {
-    let unstable = TargetSystem::<1, 2>::real_poles(&[-1.0, 0.5]).unwrap_err();
+    let unstable = TargetSystem::<1, 2>::poles(&[-1.0, 0.5]).unwrap_err();
     assert_eq!(unstable, DesignError::UnstablePole { pole: Complex::new(0.5, 0.0) }.into());
     let lone = [Complex::new(-1.0, 1.0), Complex::new(-2.0, 0.0)];
     let unpaired = TargetSystem::<1, 2>::poles(&lone).unwrap_err();
     assert_eq!(unpaired, LinalgError::PoleUnpaired { pole: lone[0] }.into());
-    let nan = TargetSystem::<1, 1>::real_poles(&[f64::NAN]).unwrap_err();
+    let nan = TargetSystem::<1, 1>::poles(&[f64::NAN]).unwrap_err();
     assert!(
         matches!(nan, NumericalKklError::Design(DesignError::Linalg(LinalgError::PoleNotFinite { index: 0, .. }))),
         "{nan}"
     );
-    let few = TargetSystem::<1, 3>::real_poles(&[-1.0, -2.0]).unwrap_err();
+    let few = TargetSystem::<1, 3>::poles(&[-1.0, -2.0]).unwrap_err();
     assert_eq!(few, NumericalKklError::PoleCount { poles: 2, outputs: 1, targets: 3 });
-    let none = TargetSystem::<1, 0>::poles(&[]).unwrap_err();
+    let none = TargetSystem::<1, 0>::poles(&[0.0; 0]).unwrap_err();
     assert_eq!(none, NumericalKklError::Empty { states: 1, outputs: 1, targets: 0 });
     assert!(TargetSystem::<1, 0>::bessel(1.0).is_err() && TargetSystem::<2, 3>::bessel(1.0).is_err());
     assert!(matches!(
@@ -338,7 +338,7 @@ fn boxes_settings_and_inputs_that_cannot_be_are_named() {
         assert!(Domain::new([0.0], [1.0], Escape::Slowed { margin }).is_err());
     }
     let plant = StaticPlant::new(Vector1::new(-1.0), Vector1::new(1.0), Vector1::new(1.0)).unwrap();
-    let target = TargetSystem::<1, 1>::real_poles(&[-3.0]).unwrap();
+    let target = TargetSystem::<1, 1>::poles(&[-3.0]).unwrap();
     for tolerance in [0.0, -1e-9, 1.0, f64::NAN] {
         assert!(Transform::new(&plant, &target, &line(Escape::Free), Vector1::new(0.0), tolerance).is_err());
     }

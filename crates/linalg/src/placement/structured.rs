@@ -15,14 +15,14 @@
 //! entries set to zero, zero, and ten pseudorandom ones. Of the gains that place the poles, the one with the
 //! best-conditioned eigenvalues is kept. The global minimum is not guaranteed.
 
-use nalgebra::{Complex, DMatrix, DVector};
+use nalgebra::{Complex, DMatrix, DMatrixView, DVector, Dyn};
 
 use super::eigenvectors::Eigenvectors;
 use super::poles::RequestedPoles;
 use super::robust::Generic;
 use super::sensitivity::{Eigen, conditions};
 use super::{Placement, assign, check};
-use crate::argument::shaped;
+use crate::argument::{RealMatrixView, owned, shaped};
 use crate::schur::{schur, triangular_factor};
 use crate::units::{Units, shift};
 use crate::{LinalgError, Result};
@@ -53,8 +53,9 @@ const STEPS: usize = 60;
 /// State feedback gain `K`, m x n, with `K(i, j) = 0` wherever `free(i, j)` is false, that places the eigenvalues of
 /// `A - B K` at `poles` or as near as the iteration finds. Sign: `u = -K x`.
 ///
-/// `a` is n x n, `b` n x m, `poles` n numbers closed under conjugation, `free` m x n. Poles may be repeated (the loop
-/// may then be defective). The pair need not be controllable if `poles` contains its uncontrollable eigenvalues.
+/// `a` is n x n, `b` n x m, `poles` n numbers, real or complex, closed under conjugation, `free` m x n. Poles
+/// may be repeated (the loop may then be defective). The pair need not be controllable if `poles` contains its
+/// uncontrollable eigenvalues.
 ///
 /// # Errors
 /// [`LinalgError::FixedMode`] names an eigenvalue that no gain with these zeros moves and that is not among `poles`.
@@ -85,7 +86,17 @@ const STEPS: usize = 60;
 ///
 /// Source: Wang and Davison, IEEE TAC 18, 1973, for the fixed modes; More, Lecture Notes in Mathematics 630, 1978, for
 /// the method.
-pub fn place_structured(
+pub fn place_structured<'a>(
+    a: impl Into<RealMatrixView<'a>>,
+    b: impl Into<RealMatrixView<'a>>,
+    poles: &[impl Into<Complex<f64>> + Copy],
+    free: impl Into<DMatrixView<'a, bool, Dyn, Dyn>>,
+) -> Result<StructuredPlacement> {
+    let poles: Vec<_> = poles.iter().map(|&pole| pole.into()).collect();
+    controller(&owned(a), &owned(b), &poles, &free.into().into_owned())
+}
+
+fn controller(
     a: &DMatrix<f64>,
     b: &DMatrix<f64>,
     poles: &[Complex<f64>],
@@ -103,8 +114,8 @@ pub fn place_structured(
 /// Observer gain `L`, n x p, with `L(i, k) = 0` wherever `free(i, k)` is false, that places the eigenvalues of
 /// `A - L C` at `poles` or as near as the iteration finds.
 ///
-/// `a` is n x n, `c` p x n, `poles` n numbers closed under conjugation, `free` n x p: false where output k must not
-/// correct state i. This is [`place_structured`] of `(A', C')`, transposed.
+/// `a` is n x n, `c` p x n, `poles` n numbers, real or complex, closed under conjugation, `free` n x p: false
+/// where output k must not correct state i. This is [`place_structured`] of `(A', C')`, transposed.
 ///
 /// # Errors
 /// As [`place_structured`].
@@ -117,18 +128,28 @@ pub fn place_structured(
 /// more than the two poles need.
 /// ```
 /// use luenberger_linalg::place_observer_structured;
-/// use nalgebra::{Complex, dmatrix};
+/// use nalgebra::dmatrix;
 ///
 /// let (a, c) = (dmatrix![0.0, 1.0; -4.0, -0.4], dmatrix![1.0, 0.0; 0.0, 1.0]);
 /// let free = dmatrix![true, true; false, true];
-/// let found = place_observer_structured(&a, &c, &[Complex::from(-5.0), Complex::from(-6.0)], &free)?;
+/// let found = place_observer_structured(&a, &c, &[-5.0, -6.0], &free)?;
 /// let closed = &a - &found.placement.gain * &c;
 /// let residual = (closed.trace() + 11.0).abs() + (closed.determinant() - 30.0).abs();
 /// println!("L = {}, residual {residual:e}", found.placement.gain);
 /// assert!(residual < 1e-11 && found.placement.gain[(1, 0)] == 0.0);
 /// # Ok::<(), luenberger_linalg::LinalgError>(())
 /// ```
-pub fn place_observer_structured(
+pub fn place_observer_structured<'a>(
+    a: impl Into<RealMatrixView<'a>>,
+    c: impl Into<RealMatrixView<'a>>,
+    poles: &[impl Into<Complex<f64>> + Copy],
+    free: impl Into<DMatrixView<'a, bool, Dyn, Dyn>>,
+) -> Result<StructuredPlacement> {
+    let poles: Vec<_> = poles.iter().map(|&pole| pole.into()).collect();
+    observer(&owned(a), &owned(c), &poles, &free.into().into_owned())
+}
+
+fn observer(
     a: &DMatrix<f64>,
     c: &DMatrix<f64>,
     poles: &[Complex<f64>],

@@ -6,7 +6,7 @@
 //! with small off-diagonal entries can get worse. Neither step rounds, but the scaling is not an orthogonal similarity:
 //! balancing is an option for eigenvalues and not part of the Schur form.
 
-use crate::argument::square;
+use crate::argument::{RealMatrixView, owned, square};
 use crate::{LinalgError, Result};
 use core::ops::Range;
 use nalgebra::DMatrix;
@@ -51,9 +51,13 @@ pub struct Balanced {
 /// assert!(smallest <= 20.0 * f64::EPSILON);
 /// # Ok::<(), luenberger_linalg::LinalgError>(())
 /// ```
-pub fn balanced(a: &DMatrix<f64>) -> Result<Balanced> {
-    let n = square("a", a)?;
-    let mut found = Balanced { matrix: a.clone(), active: 0..n, permutation: (0..n).collect(), scaling: vec![1.0; n] };
+pub fn balanced<'a>(a: impl Into<RealMatrixView<'a>>) -> Result<Balanced> {
+    split_and_scaled(owned(a))
+}
+
+fn split_and_scaled(a: DMatrix<f64>) -> Result<Balanced> {
+    let n = square("a", &a)?;
+    let mut found = Balanced { matrix: a, active: 0..n, permutation: (0..n).collect(), scaling: vec![1.0; n] };
     found.split_off();
     found.scale();
     Ok(found)

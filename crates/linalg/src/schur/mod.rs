@@ -31,7 +31,7 @@ mod swap;
 pub use balancing::{Balanced, balanced};
 pub use subspace::Reordered;
 
-use crate::argument::{square, unit_scale};
+use crate::argument::{RealMatrixView, owned, square, unit_scale};
 use crate::kernel;
 use crate::{LinalgError, Result};
 use nalgebra::{Complex, DMatrix};
@@ -69,7 +69,11 @@ pub struct Schur {
 ///
 /// Source: Braman, Byers and Mathias, SIAM J. Matrix Anal. Appl. 23, 2002, parts I and II; Byers, LAPACK Working Note
 /// 187, 2007; Golub and Van Loan, Matrix Computations, 4th ed., 7.5; LAPACK dlahqr, dlaqr0, dlanv2.
-pub fn schur(a: &DMatrix<f64>) -> Result<Schur> {
+pub fn schur<'a>(a: impl Into<RealMatrixView<'a>>) -> Result<Schur> {
+    real_form(&owned(a))
+}
+
+fn real_form(a: &DMatrix<f64>) -> Result<Schur> {
     let mut found = Schur::default();
     schur_into(a, &mut found, &mut SchurWorkspace::new())?;
     Ok(found)

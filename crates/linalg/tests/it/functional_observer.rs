@@ -79,7 +79,7 @@ fn the_error_follows_f() {
 fn outputs_enough_for_everything() {
     let a = dmatrix![0.0, 1.0; -1.0, 0.0];
     let (b, c) = (dmatrix![0.0; 1.0], dmatrix![1.0, 1.0; 0.0, 2.0; 1.0, -1.0]);
-    let o = reduced_order_observer(&a, &b, &c, &[]).unwrap();
+    let o = reduced_order_observer(&a, &b, &c, &real(&[])).unwrap();
     assert_eq!((o.f.shape(), o.m.shape(), o.n.shape(), o.placement.poles.len()), ((0, 0), (2, 0), (2, 3), 0));
     assert_observer(&a, &b, &c, &DMatrix::identity(2, 2), &o, 1e-14);
     assert_eq!(
@@ -92,7 +92,7 @@ fn outputs_enough_for_everything() {
     assert_observer(&a, &b, &c, &DMatrix::identity(2, 2), &o, 1e-13);
     assert_poles(&o.f, &real(&[-3.0]), 1e-13);
     // One state, not measured by anything: no observer; measured: nothing to estimate.
-    let one = reduced_order_observer(&dmatrix![2.0], &dmatrix![1.0], &dmatrix![1e-12], &[]).unwrap();
+    let one = reduced_order_observer(&dmatrix![2.0], &dmatrix![1.0], &dmatrix![1e-12], &real(&[])).unwrap();
     assert!((one.n[0] - 1e12).abs() < 1.0);
     assert!(matches!(
         reduced_order_observer(&dmatrix![2.0], &dmatrix![1.0], &dmatrix![0.0], &real(&[-1.0])),
@@ -144,7 +144,7 @@ fn bad_input_is_named() {
         Err(LinalgError::DimensionMismatch { what: "K", .. })
     ));
     assert!(matches!(
-        functional_observer(&a, &b, &c, &DMatrix::zeros(0, 2), &[]),
+        functional_observer(&a, &b, &c, &DMatrix::zeros(0, 2), &real(&[])),
         Err(LinalgError::Empty { what: "K" })
     ));
     assert!(matches!(
@@ -153,7 +153,7 @@ fn bad_input_is_named() {
     ));
     let empty = DMatrix::zeros(0, 0);
     assert!(matches!(
-        reduced_order_observer(&empty, &DMatrix::zeros(0, 1), &DMatrix::zeros(1, 0), &[]),
+        reduced_order_observer(&empty, &DMatrix::zeros(0, 1), &DMatrix::zeros(1, 0), &real(&[])),
         Err(LinalgError::Empty { what: "A" })
     ));
 }

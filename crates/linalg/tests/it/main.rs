@@ -19,6 +19,7 @@ mod riccati_generalized;
 mod schur;
 mod slicot;
 mod small_matrices;
+mod static_matrices;
 mod structured_placement;
 mod three_routes;
 mod zeros;

@@ -179,7 +179,8 @@ fn bad_input_is_named() {
     ));
     let none = place_structured(&a, &DMatrix::zeros(2, 0), &requested, &DMatrix::from_element(0, 2, true));
     assert!(matches!(none, Err(LinalgError::FixedMode { .. })));
-    let empty = place_structured(&DMatrix::zeros(0, 0), &DMatrix::zeros(0, 1), &[], &DMatrix::from_element(1, 0, true));
+    let empty =
+        place_structured(&DMatrix::zeros(0, 0), &DMatrix::zeros(0, 1), &real(&[]), &DMatrix::from_element(1, 0, true));
     assert!(matches!(empty, Err(LinalgError::Empty { what: "A" })));
 }
 

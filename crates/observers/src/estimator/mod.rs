@@ -23,6 +23,11 @@ use nalgebra::allocator::Allocator;
 use nalgebra::{DefaultAllocator, Dim, OMatrix, OVector, RealField};
 
 /// Every shape of a regression with `R` rows and `Q` parameters can be stored. Never implement it yourself.
+#[diagnostic::on_unimplemented(
+    message = "not every column and matrix of a regression of these sizes can be stored",
+    note = "sizes `nalgebra::Const` and, with the feature `alloc`, `nalgebra::Dyn` can be stored in all combinations",
+    note = "code that is generic in the sizes needs the bound `DefaultAllocator: RegressionSize<R, Q>`"
+)]
 pub trait RegressionSize<R: Dim, Q: Dim>:
     Allocator<R> + Allocator<Q> + Allocator<R, Q> + Allocator<Q, R> + Allocator<Q, Q>
 {
