@@ -475,7 +475,7 @@ fn a_state_that_the_plant_does_not_know_is_named() {
         let observer = MeanValueObserver::new(Tank, 1.0, mean, Vector1::new(-0.5)).unwrap();
         let state = observer.initial(0.0, &Vector1::new(0.25), &SVector::zeros(), &Vector1::new(1.0));
         let error = observer.examine(0.0, &state, &SVector::zeros()).unwrap_err();
-        assert!(error.to_string().contains("f(0) is not finite at the state [-0.25]"), "{error}");
+        assert!(error.to_string().contains("f1 is not finite at the state [-0.25]"), "{error}");
         let ended = Scenario::new(Tank).initial_state(&[1.0]).observer("mvt", &observer, &[0.25]).until(1.0, 11).run();
         let Err(SimError::NotDefined { time: 0.0, state, .. }) = ended else { panic!("{ended:?}") };
         // The plant's level, the estimate, the internal error.
