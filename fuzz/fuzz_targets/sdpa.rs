@@ -11,7 +11,7 @@ fuzz_target!(|bytes: &[u8]| {
     let Ok(program) = read(bytes) else { return };
     let rows: usize = program.blocks().iter().map(|block| block.order()).sum();
     if rows <= 24 && program.unknowns() <= 24 {
-        let found = solve(&program, &Settings { iterations: 60, memory: 1 << 24, time: None });
+        let found = solve(&program, &Settings { iterations: 60, memory: 1 << 24, time: None, ..Settings::default() });
         assert!(found.lower <= found.upper || found.lower == f64::INFINITY, "{found:?}");
     }
 });

@@ -167,7 +167,7 @@ fn observability<'py>(
     })?;
     Ok(dictionary!(py;
         order = seen.order, rank = seen.rank, modes = modes(py, &seen.modes)?,
-        unobservable = modes(py, &seen.unobservable)?, offending = modes(py, &detectable.undetectable_modes)?,
+        unobservable = modes(py, &seen.unobservable)?, undetectable_modes = modes(py, &detectable.undetectable_modes)?,
         subspace = array(py, &seen.subspace), tolerance = seen.tolerance, units = list(py, &seen.units),
     ))
 }

@@ -100,7 +100,7 @@ def test_rank_and_hidden_modes_of_random_plants(seed):
 
 def test_a_hidden_unstable_mode_and_its_table():
     found = lg.observability((np.diag([1.0, -1.0]), None, [[0.0, 1.0]]))
-    assert not found.is_detectable and found.offending[0].eigenvalue == 1.0
+    assert not found.is_detectable and found.undetectable_modes[0].eigenvalue == 1.0
     assert found.margin == 0.0
     text = found._repr_html_()
     assert "not detectable" in text and "x1" in text and text.count("<tr>") == 4

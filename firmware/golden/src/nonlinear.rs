@@ -1,6 +1,6 @@
 //! Observers of a pendulum with friction, measured in its angle: `x1' = x2`, `x2' = -9.81 sin x1 - x2/10 + u`.
 
-use luenberger_observers::high_gain::{HighGainMap, Place};
+use luenberger_observers::high_gain::{ChainPosition, HighGainMap};
 use luenberger_observers::{
     NoiseModel, ObserverDimensions, ObserverError, StaticExtendedKalmanFilter, StaticHighGainObserver,
     StaticNonlinearLuenbergerObserver,
@@ -88,8 +88,8 @@ impl<T: Number> HighGainMap<T> for Pendulum {
         ObserverDimensions { state: 2, inputs: 1, outputs: 1, estimate: 2 }
     }
 
-    fn place(&self, i: usize) -> Place {
-        Place { output: 0, position: i + 1 }
+    fn place(&self, i: usize) -> ChainPosition {
+        ChainPosition { output: 0, position: i + 1 }
     }
 
     fn drift(&self, t: T, xi: &Vector2<T>, u: &Vector1<T>, _y: &Vector1<T>) -> Vector2<T> {

@@ -51,7 +51,7 @@ class Observability:
         Every eigenvalue with its margin and direction.
     unobservable : list of Mode
         The hidden modes.
-    offending : list of Mode
+    undetectable_modes : list of Mode
         The hidden modes that do not decay: with one, no observer exists.
     subspace : ndarray, (n, n - rank)
         Orthonormal basis of the unobservable subspace.
@@ -70,7 +70,7 @@ class Observability:
     rank: int
     modes: list[Mode]
     unobservable: list[Mode]
-    offending: list[Mode]
+    undetectable_modes: list[Mode]
     subspace: Array = field(repr=False)
     tolerance: float
     plant: StateSpace = field(repr=False)
@@ -83,7 +83,7 @@ class Observability:
     @property
     def is_detectable(self) -> bool:
         """Whether every hidden mode decays, so that an observer exists."""
-        return not self.offending
+        return not self.undetectable_modes
 
     @property
     def margin(self) -> float:
@@ -135,7 +135,7 @@ def observability(sys: Any, tolerance: float | None = None) -> Observability:
     """
     plant = linear(sys)
     found = _luenberger.observability(plant.A, plant.C, plant.dt is not None, tolerance)
-    modes = {key: [Mode(**mode) for mode in found[key]] for key in ("modes", "unobservable", "offending")}
+    modes = {key: [Mode(**mode) for mode in found[key]] for key in ("modes", "unobservable", "undetectable_modes")}
     return Observability(
         order=found["order"],
         rank=found["rank"],
