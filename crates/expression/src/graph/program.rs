@@ -152,8 +152,6 @@ impl Program {
         u: impl Fn(usize) -> [f64; L],
         mut result: impl FnMut(usize, [f64; L]),
     ) {
-        // The size is a power of two, so that a masked index needs no check.
-        let at = |register: Register| usize::from(register) & (SIZE - 1);
         let mut r = [[0.0; L]; SIZE];
         for (r, constant) in r.iter_mut().zip(&self.constants) {
             *r = [*constant; L];
@@ -161,6 +159,16 @@ impl Program {
         for (r, load) in r[self.constants.len()..].iter_mut().zip(&self.loads) {
             *r = self::load(*load, t, &x, &u);
         }
+        self.execute(&mut r);
+        for (k, register) in self.results.iter().enumerate() {
+            result(k, r[usize::from(*register) & (SIZE - 1)]);
+        }
+    }
+
+    /// All instructions. Apart from [`on`](Self::on), which is compiled for each kind of argument.
+    fn execute<const L: usize, const SIZE: usize>(&self, r: &mut [[f64; L]; SIZE]) {
+        // The size is a power of two, so that a masked index needs no check.
+        let at = |register: Register| usize::from(register) & (SIZE - 1);
         for instruction in &self.code {
             match *instruction {
                 Instruction::Add(to, a, b) => r[at(to)] = both(&r[at(a)], &r[at(b)], |a, b| a + b),
@@ -207,9 +215,6 @@ impl Program {
                     r[at(to)] = std::array::from_fn(|lane| if c[lane] == 0.0 { b[lane] } else { a[lane] });
                 }
             }
-        }
-        for (k, register) in self.results.iter().enumerate() {
-            result(k, r[at(*register)]);
         }
     }
 }
