@@ -4,7 +4,7 @@
 //! [`at_least`] and [`at_most`] write a short decimal that is not above, or not below, the number: for a margin, and
 //! for a bound. The others are those of the crate `luenberger-wording`.
 
-pub use luenberger_wording::{complex, counted, quoted, shortest, significant};
+pub use luenberger_wording::{complex, counted, quoted, rounded, shortest, significant};
 
 use crate::number::Number;
 
@@ -43,7 +43,7 @@ fn digits(scientific: &str) -> &str {
 /// assert_eq!(at_least(9.999_9e-7, 2), "9.9e-7");
 /// ```
 pub fn at_least(x: f64, digits: usize) -> String {
-    rounded(x, digits, x < 0.0)
+    decimal(x, digits, x < 0.0)
 }
 
 /// A decimal of so many significant digits that is at least `x`: for a bound of an error.
@@ -53,12 +53,12 @@ pub fn at_least(x: f64, digits: usize) -> String {
 /// assert_eq!([at_most(0.769_101, 3), at_most(2.0, 3), at_most(9.991, 3), at_most(f64::INFINITY, 3)], ["0.77", "2", "10", "inf"]);
 /// ```
 pub fn at_most(x: f64, digits: usize) -> String {
-    rounded(x, digits, x > 0.0)
+    decimal(x, digits, x > 0.0)
 }
 
 /// The first digits of `x`, with one unit added to the last one where others follow and the magnitude is to be rounded
 /// up.
-fn rounded(x: f64, significant: usize, away_from_zero: bool) -> String {
+fn decimal(x: f64, significant: usize, away_from_zero: bool) -> String {
     if x == 0.0 || !x.is_finite() {
         return format!("{x}");
     }

@@ -27,8 +27,18 @@ pub fn shortest(x: f64) -> String {
 /// assert_eq!([significant(2.5e-13, 4), significant(9.999_96e6, 5), significant(f64::NAN, 3)], ["2.5e-13", "1e7", "NaN"]);
 /// ```
 pub fn significant(x: f64, digits: usize) -> String {
-    // What is written so is read back as the nearest double, whose shortest decimal has no more digits.
-    shortest(format!("{x:.*e}", digits.saturating_sub(1)).parse().unwrap_or(x))
+    // The shortest decimal of the nearest double has no more digits.
+    shortest(rounded(x, digits))
+}
+
+/// The double that is nearest to `x` with this number of significant digits.
+///
+/// ```
+/// use luenberger_wording::rounded;
+/// assert_eq!([rounded(1.0 / 3.0, 4), rounded(12345.0, 2), rounded(f64::INFINITY, 3)], [0.3333, 12000.0, f64::INFINITY]);
+/// ```
+pub fn rounded(x: f64, digits: usize) -> f64 {
+    format!("{x:.*e}", digits.saturating_sub(1)).parse().unwrap_or(x)
 }
 
 /// A complex number to so many significant digits in either part.
