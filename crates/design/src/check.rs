@@ -115,6 +115,15 @@ fn decided(
     }
 }
 
+/// As [`hurwitz`], for eigenvalues that are computed already.
+pub(crate) fn stable_poles(
+    what: &'static str,
+    poles: &[Complex<f64>],
+    pair: (&DMatrix<f64>, &DMatrix<f64>, &DMatrix<f64>),
+) -> Result<(), DesignError> {
+    decided(what, poles.iter().map(|pole| pole.re).fold(f64::NEG_INFINITY, f64::max), pair).map(|_| ())
+}
+
 /// A stable `F = A - L C` (or `A - B K`): its spectrum, and its Lyapunov equation, from one Schur form.
 pub(crate) struct StableLoop {
     pub(crate) poles: Vec<Complex<f64>>,
@@ -132,7 +141,7 @@ impl StableLoop {
         let equation = LyapunovEquation::new(&f);
         // The equation is refused where it is singular, which a stable F is to rounding at most.
         let poles = equation.as_ref().map_or_else(|_| eigenvalues(&f), |equation| Ok(equation.eigenvalues()))?;
-        decided(what, poles.iter().map(|pole| pole.re).fold(f64::NEG_INFINITY, f64::max), (a, l, c))?;
+        stable_poles(what, &poles, (a, l, c))?;
         Ok(Self { poles, equation })
     }
 

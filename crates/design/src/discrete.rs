@@ -199,19 +199,20 @@ impl DiscreteDesign {
         covariance: Option<DMatrix<f64>>,
     ) -> Result<Self, DesignError> {
         let (n, f) = (plant.a.nrows(), &plant.a - &l * &plant.c);
-        let radius = eigenvalues(&f)?.iter().map(|pole| pole.norm()).fold(0.0, f64::max);
+        let equation = SteinEquation::new(&f);
+        // The equation is refused where it is singular, as for a pole on the unit circle.
+        let poles = equation.as_ref().map_or_else(|_| eigenvalues(&f), |equation| Ok(equation.eigenvalues()))?;
+        let radius = poles.iter().map(|pole| pole.norm()).fold(0.0, f64::max);
         if radius >= 1.0 {
             return Err(DesignError::NotSchur { what: "A - L C", radius });
         }
-        let mut equation = SteinEquation::new(&f)?;
-        let p = equation.solve(&DMatrix::identity(n, n))?.p;
+        let p = equation?.solve(&DMatrix::identity(n, n))?.p;
         let theorem = certificate::DiscreteConvergence {
             plant: matrices((&plant.a, &plant.b, &plant.c)),
             l: proof_matrix(&l),
             p: proof_matrix(&p),
         };
         let certificate = Certificate::of([theorem])?;
-        let poles = equation.eigenvalues();
         Ok(Self {
             observer: DiscreteLinearObserver::new(plant.clone(), l, period)?,
             poles,

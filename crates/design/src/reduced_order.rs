@@ -11,7 +11,7 @@
 //! and
 //! `G = TAN` satisfy the equations exactly, whatever T is: `proof/src/statement/reduced_order.rs`.
 
-use luenberger_linalg::{FunctionalObserver, eigenvalues, lyapunov, reduced_order_observer, symmetric_part};
+use luenberger_linalg::{FunctionalObserver, LyapunovEquation, reduced_order_observer, symmetric_part};
 use luenberger_lmi::proof_matrix;
 use luenberger_plants::StateSpace;
 use luenberger_proof::certificate::{Certificate, ReducedOrderConvergence};
@@ -73,7 +73,8 @@ impl ReducedOrderDesign {
         }
         let observer = reduced_order_observer(&plant.a, &plant.b, &plant.c, &poles)?;
         let order = observer.f.nrows();
-        let p = symmetric_part(&lyapunov(&observer.f, &DMatrix::identity(order, order))?.p);
+        let mut equation = LyapunovEquation::new(&observer.f)?;
+        let p = symmetric_part(&equation.solve(&DMatrix::identity(order, order))?.p);
         let theorem = ReducedOrderConvergence {
             plant: matrices((&plant.a, &plant.b, &plant.c)),
             t: proof_matrix(&observer.t),
@@ -81,7 +82,6 @@ impl ReducedOrderDesign {
             rate: 0.0,
         };
         let certificate = Certificate::of([theorem])?;
-        let poles = eigenvalues(&observer.f)?;
-        Ok(Self { plant: plant.clone(), observer, poles, p, certificate })
+        Ok(Self { plant: plant.clone(), observer, poles: equation.eigenvalues(), p, certificate })
     }
 }

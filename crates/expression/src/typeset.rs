@@ -2,6 +2,8 @@
 
 use std::fmt::Write;
 
+use luenberger_wording::shortest;
+
 use crate::expression::Expression;
 use crate::function::{Binary, Comparison, Unary};
 use crate::tree::Node;
@@ -190,8 +192,7 @@ const GREEK: [(&str, &str); 22] = [
 
 /// A number, with a power of ten where it is written with an exponent.
 fn number(value: f64) -> Formula {
-    let text =
-        if value == 0.0 || (1e-4..1e7).contains(&value.abs()) { value.to_string() } else { format!("{value:e}") };
+    let text = shortest(value);
     match text.split_once('e') {
         None => Formula::new(format!("<mn>{text}</mn>"), text),
         Some((mantissa, exponent)) => {

@@ -9,6 +9,7 @@ use std::ffi::{c_char, c_int};
 use proptest::prelude::*;
 
 use luenberger_lapack::symbols::*;
+use luenberger_random::Random;
 
 fn letter(l: u8) -> c_char {
     c_char::try_from(l).unwrap()
@@ -27,18 +28,9 @@ macro_rules! suite {
             const EPSILON: $scalar = <$scalar>::EPSILON;
             const SENTINEL: $scalar = 12345.0;
 
-            /// Numbers in [-1, 1) from a seed (splitmix64).
-            struct Random(u64);
-
-            impl Random {
-                fn next(&mut self) -> $scalar {
-                    self.0 = self.0.wrapping_add(0x9E37_79B9_7F4A_7C15);
-                    let mut z = self.0;
-                    z = (z ^ (z >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
-                    z = (z ^ (z >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
-                    let digits = (z ^ (z >> 31)) >> 43;
-                    digits as $scalar / (1u32 << 20) as $scalar - 1.0
-                }
+            /// In [-1, 1), of 21 bits: exact in either precision.
+            fn unit(random: &mut Random) -> $scalar {
+                (random.bits() >> 43) as $scalar / (1u32 << 20) as $scalar - 1.0
             }
 
             /// A column-major matrix with room below its columns.
@@ -62,7 +54,7 @@ macro_rules! suite {
                     Self { rows, columns, lda, data }
                 }
                 fn random(rows: usize, columns: usize, random: &mut Random) -> Self {
-                    Self::new(rows, columns, |_, _| random.next())
+                    Self::new(rows, columns, |_, _| unit(random))
                 }
                 fn symmetric(n: usize, random: &mut Random) -> Self {
                     let half = Self::random(n, n, random);
@@ -124,7 +116,7 @@ macro_rules! suite {
                     let a = if ta { Strided::random(k, m, random) } else { Strided::random(m, k, random) };
                     let b = if tb { Strided::random(n, k, random) } else { Strided::random(k, n, random) };
                     let mut c = Strided::random(m, n, random);
-                    let (alpha, beta) = (random.next(), if overwrite { 0.0 } else { random.next() });
+                    let (alpha, beta) = (unit(random), if overwrite { 0.0 } else { unit(random) });
                     let before = c.clone();
                     if overwrite {
                         c = Strided::new(m, n, |_, _| <$scalar>::NAN);
@@ -151,10 +143,10 @@ macro_rules! suite {
                     let a = Strided::random(m, n, random);
                     let (inputs, outputs) = if t { (m, n) } else { (n, m) };
                     let (sx, sy) = (incx.unsigned_abs() as usize, incy.unsigned_abs() as usize);
-                    let x: Vec<$scalar> = (0..inputs * sx).map(|_| random.next()).collect();
-                    let mut y: Vec<$scalar> = (0..outputs * sy).map(|_| random.next()).collect();
+                    let x: Vec<$scalar> = (0..inputs * sx).map(|_| unit(random)).collect();
+                    let mut y: Vec<$scalar> = (0..outputs * sy).map(|_| unit(random)).collect();
                     let before = y.clone();
-                    let (alpha, beta) = (random.next(), random.next());
+                    let (alpha, beta) = (unit(random), unit(random));
                     let place = |k: usize, count: usize, inc: i32| {
                         let step = inc.unsigned_abs() as usize;
                         if inc > 0 { k * step } else { (count - 1 - k) * step }
@@ -181,10 +173,10 @@ macro_rules! suite {
                     let uplo = if lower { b'L' } else { b'U' };
                     let a = Strided::symmetric(n, random);
                     let half = a.half(uplo);
-                    let x: Vec<$scalar> = (0..2 * n).map(|_| random.next()).collect();
-                    let mut y: Vec<$scalar> = (0..n).map(|_| random.next()).collect();
+                    let x: Vec<$scalar> = (0..2 * n).map(|_| unit(random)).collect();
+                    let mut y: Vec<$scalar> = (0..n).map(|_| unit(random)).collect();
                     let before = y.clone();
-                    let (alpha, beta) = (random.next(), random.next());
+                    let (alpha, beta) = (unit(random), unit(random));
                     // SAFETY: shapes, leading dimension and increments are those of the buffers.
                     unsafe {
                         $symv(&letter(uplo), &int(n), &alpha, half.data.as_ptr(), &int(half.lda), x.as_ptr(), &2, &beta, y.as_mut_ptr(), &1);
@@ -203,7 +195,7 @@ macro_rules! suite {
                     let a = Strided::random(shape.0, shape.1, random);
                     let b = Strided::random(shape.0, shape.1, random);
                     let before = Strided::symmetric(n, random);
-                    let (alpha, beta) = (random.next(), random.next());
+                    let (alpha, beta) = (unit(random), unit(random));
                     let (mut c, mut c2) = (before.half(uplo), before.half(uplo));
                     let (lu, lt) = (letter(uplo), letter(if t { b'T' } else { b'N' }));
                     // SAFETY: shapes and leading dimensions are those of the buffers.
@@ -265,7 +257,7 @@ macro_rules! suite {
                     let random = &mut Random(seed);
                     let uplo = if lower { b'L' } else { b'U' };
                     let bad = ((n as f64 * where_) as usize).min(n - 1);
-                    let unit = Strided::new(n, n, |i, j| if i == j { 1.0 } else if i > j { random.next() / n as $scalar } else { 0.0 });
+                    let unit = Strided::new(n, n, |i, j| if i == j { 1.0 } else if i > j { unit(random) / n as $scalar } else { 0.0 });
                     let sign = |k: usize| if k == bad { -1.0 } else { 1.0 };
                     let a = Strided::new(n, n, |i, j| (0..n).map(|k| unit.at(i, k) * sign(k) * unit.at(j, k)).sum());
                     let mut half = a.half(uplo);
@@ -393,7 +385,7 @@ macro_rules! suite {
                 fn gesv(seed: u64, n in 1usize..30, nrhs in 1usize..4) {
                     let random = &mut Random(seed);
                     // Diagonal dominance by a permuted diagonal: well conditioned, and pivoting has work to do.
-                    let a = Strided::new(n, n, |i, j| random.next() + if (i + 1) % n == j { 2.0 * n as $scalar } else { 0.0 });
+                    let a = Strided::new(n, n, |i, j| unit(random) + if (i + 1) % n == j { 2.0 * n as $scalar } else { 0.0 });
                     let b = Strided::random(n, nrhs, random);
                     let (mut lu, mut x, mut pivots, mut info) = (a.clone(), b.clone(), vec![0; n], 77);
                     // SAFETY: shapes and leading dimensions are those of the buffers.

@@ -7,18 +7,19 @@
 mod small_matrices;
 
 use luenberger_linalg::{LinalgError, Schur, SchurWorkspace, schur_into};
+use luenberger_random::Random;
 use nalgebra::DMatrix;
 
 fn main() -> Result<(), LinalgError> {
     let mut arguments = std::env::args().skip(1).map(|s| s.parse::<u64>().ok());
     let count = arguments.next().flatten().unwrap_or(1_000_000);
     let seed = arguments.next().flatten().unwrap_or(1);
-    let mut random = small_matrices::Seeded(seed);
+    let mut random = Random(seed);
     let (mut found, mut workspace) = (Schur::default(), SchurWorkspace::new());
     let (mut worst, mut failures) = ([0.0_f64; 2], 0);
     for _ in 0..count {
         let n = 1 + random.below(8);
-        let a = random.matrix(n);
+        let a = small_matrices::matrix(&mut random, n);
         let scale = a.amax();
         if scale == 0.0 {
             continue;

@@ -1,6 +1,7 @@
 //! Errors of matrix computations, each with the relevant numbers.
 
 use crate::units::shift;
+use luenberger_wording::significant;
 use nalgebra::{Complex, DVector};
 use thiserror::Error;
 
@@ -400,41 +401,15 @@ impl LinalgError {
 
 /// A number with three significant digits.
 fn short(x: f64) -> String {
-    let text = format!("{x:.2e}");
-    match text.parse::<f64>() {
-        Ok(rounded) if rounded == 0.0 || (1e-3..1e6).contains(&rounded.abs()) => rounded.to_string(),
-        Ok(rounded) if rounded.is_finite() => format!("{rounded:e}"),
-        _ => x.to_string(),
-    }
+    significant(x, 3)
 }
 
-/// A complex number with six significant digits; a real one without its imaginary part.
+/// A complex number with six significant digits.
 fn complex(z: Complex<f64>) -> String {
-    let digits = |x: f64| format!("{x:.5e}").parse::<f64>().map_or_else(|_| x.to_string(), |x| x.to_string());
-    match (z.im, z.im < 0.0) {
-        (0.0, _) => digits(z.re),
-        (im, true) => format!("{} - {}i", digits(z.re), digits(-im)),
-        (im, false) => format!("{} + {}i", digits(z.re), digits(im)),
-    }
+    luenberger_wording::complex([z.re, z.im], 6)
 }
 
 /// A range, whose upper end may be infinite.
 fn range(low: f64, high: f64) -> String {
     if high == f64::INFINITY { format!("greater than {low}") } else { format!("between {low} and {high}") }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn numbers_of_messages_are_short() {
-        let shorts = [(-1.0, "-1"), (0.12345, "0.123"), (1.23e-17, "1.23e-17"), (0.0, "0"), (7.1e-15, "7.1e-15")];
-        for (x, expected) in shorts {
-            assert_eq!(short(x), expected);
-        }
-        assert_eq!((short(f64::INFINITY), short(f64::NAN)), ("inf".to_owned(), "NaN".to_owned()));
-        assert_eq!(complex(Complex::new(-0.30000000000000004, 0.0)), "-0.3");
-        assert_eq!(complex(Complex::new(-1.0, -2.5)), "-1 - 2.5i");
-    }
 }

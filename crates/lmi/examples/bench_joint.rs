@@ -11,6 +11,7 @@ use std::path::PathBuf;
 use std::time::Instant;
 
 use luenberger_lmi::{LmiError, Problem, Settings, Solution, Solver, he};
+use luenberger_random::Random;
 use nalgebra::DMatrix;
 
 /// States, outputs, and how often to solve: the fastest run counts.
@@ -88,17 +89,10 @@ fn design(a: &DMatrix<f64>, c: &DMatrix<f64>, solver: Solver) -> Result<(Solutio
     Ok((solution, p))
 }
 
-/// A and C with entries uniform in [-1, 1) (splitmix64).
+/// A and C with entries uniform in [-1, 1).
 fn plant(n: usize, p: usize) -> (DMatrix<f64>, DMatrix<f64>) {
-    let mut state = SEED.wrapping_add(n as u64);
-    let mut next = || {
-        state = state.wrapping_add(0x9E37_79B9_7F4A_7C15);
-        let mut z = state;
-        z = (z ^ (z >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
-        z = (z ^ (z >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
-        ((z ^ (z >> 31)) >> 11) as f64 / (1u64 << 52) as f64 - 1.0
-    };
-    (DMatrix::from_fn(n, n, |_, _| next()), DMatrix::from_fn(p, n, |_, _| next()))
+    let mut random = Random(SEED.wrapping_add(n as u64));
+    (random.matrix(n, n), random.matrix(p, n))
 }
 
 /// A beam with `n / 2` lightly damped modes, `q'' + 2 zeta w_k q' + w_k^2 q = 0` with zeta = 0.005 and w_k = k, in the

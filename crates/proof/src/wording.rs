@@ -2,65 +2,14 @@
 //!
 //! A statement about stored numbers must contain exactly these. [`exact`] writes a binary64 number without loss;
 //! [`at_least`] and [`at_most`] write a short decimal that is not above, or not below, the number: for a margin, and
-//! for a bound.
+//! for a bound. The others are those of the crate `luenberger-wording`.
+
+pub use luenberger_wording::{complex, counted, quoted, rounded, shortest, significant};
 
 use crate::number::Number;
 
 /// Significant digits that distinguish all binary64 numbers: the exact expansion of one has at most 767.
 const ALL_DIGITS: usize = 780;
-
-/// The shortest decimal that reads back as `x`, in scientific notation only where it is very large or very small.
-///
-/// ```
-/// use luenberger_proof::wording::shortest;
-/// assert_eq!([shortest(0.1), shortest(-0.0), shortest(-0.25), shortest(1e-9), shortest(3e8)], ["0.1", "0", "-0.25", "1e-9", "3e8"]);
-/// ```
-pub fn shortest(x: f64) -> String {
-    match x {
-        0.0 => "0".to_owned(),
-        _ if (1e-4..1e7).contains(&x.abs()) || !x.is_finite() => x.to_string(),
-        _ => format!("{x:e}"),
-    }
-}
-
-/// `x` with this number of significant digits, without trailing zeros: for text that makes no claim.
-///
-/// ```
-/// use luenberger_proof::wording::significant;
-/// assert_eq!([significant(11.904_37, 5), significant(0.098_457_4, 4), significant(10.0, 4)], ["11.904", "0.09846", "10"]);
-/// assert_eq!([significant(2.5e-13, 4), significant(9.999_96e6, 5), significant(f64::INFINITY, 3)], ["2.5e-13", "1e7", "inf"]);
-/// ```
-pub fn significant(x: f64, digits: usize) -> String {
-    // What is written so is read back as the nearest double, whose shortest decimal has no more digits.
-    shortest(format!("{x:.*e}", digits.saturating_sub(1)).parse().unwrap_or(x))
-}
-
-/// A complex number to so many significant digits in either part.
-///
-/// ```
-/// use luenberger_proof::wording::complex;
-/// assert_eq!([complex([-1.0, 2.0], 3), complex([0.5, -1.0 / 3.0], 2), complex([2.0, 0.0], 3)], ["-1 + 2i", "0.5 - 0.33i", "2"]);
-/// ```
-pub fn complex([re, im]: [f64; 2], digits: usize) -> String {
-    match (re, im) {
-        (_, 0.0) => significant(re, digits),
-        (0.0, _) => format!("{}i", significant(im, digits)),
-        _ => {
-            let sign = if im < 0.0 { '-' } else { '+' };
-            format!("{} {sign} {}i", significant(re, digits), significant(im.abs(), digits))
-        }
-    }
-}
-
-/// `1 state`, `2 states`.
-///
-/// ```
-/// use luenberger_proof::wording::counted;
-/// assert_eq!([counted(1, "state"), counted(0, "input")], ["1 state", "0 inputs"]);
-/// ```
-pub fn counted(count: usize, noun: &str) -> String {
-    format!("{count} {noun}{}", if count == 1 { "" } else { "s" })
-}
 
 /// The exact value of `x`: a decimal if a short one is exact, else hexadecimal digits and a power of two, followed by
 /// the shortest decimal that reads back as `x`.
@@ -94,7 +43,7 @@ fn digits(scientific: &str) -> &str {
 /// assert_eq!(at_least(9.999_9e-7, 2), "9.9e-7");
 /// ```
 pub fn at_least(x: f64, digits: usize) -> String {
-    rounded(x, digits, x < 0.0)
+    decimal(x, digits, x < 0.0)
 }
 
 /// A decimal of so many significant digits that is at least `x`: for a bound of an error.
@@ -104,12 +53,12 @@ pub fn at_least(x: f64, digits: usize) -> String {
 /// assert_eq!([at_most(0.769_101, 3), at_most(2.0, 3), at_most(9.991, 3), at_most(f64::INFINITY, 3)], ["0.77", "2", "10", "inf"]);
 /// ```
 pub fn at_most(x: f64, digits: usize) -> String {
-    rounded(x, digits, x > 0.0)
+    decimal(x, digits, x > 0.0)
 }
 
 /// The first digits of `x`, with one unit added to the last one where others follow and the magnitude is to be rounded
 /// up.
-fn rounded(x: f64, significant: usize, away_from_zero: bool) -> String {
+fn decimal(x: f64, significant: usize, away_from_zero: bool) -> String {
     if x == 0.0 || !x.is_finite() {
         return format!("{x}");
     }
@@ -152,17 +101,6 @@ fn rounded(x: f64, significant: usize, away_from_zero: bool) -> String {
         }
         _ => format!("{sign}{first}{point}{others}e{exponent}"),
     }
-}
-
-/// A user's text as a name: in double quotes, with a backslash before quotes and backslashes of its own.
-///
-/// ```
-/// use luenberger_proof::wording::quoted;
-/// assert_eq!(quoted("P > 0"), "\"P > 0\"");
-/// assert_eq!(quoted("the \"gain\""), "\"the \\\"gain\\\"\"");
-/// ```
-pub fn quoted(name: &str) -> String {
-    format!("\"{}\"", name.replace('\\', "\\\\").replace('"', "\\\""))
 }
 
 #[cfg(test)]

@@ -1,5 +1,7 @@
 //! Errors of a simulation, with the relevant numbers.
 
+use luenberger_wording::significant;
+
 /// Why a simulation could not be set up or finished.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
@@ -307,8 +309,7 @@ impl SimError {
 
 /// A number with six significant digits.
 fn short(x: f64) -> String {
-    let rounded = format!("{x:.5e}").parse::<f64>().unwrap_or(x);
-    if x == 0.0 || (1e-4..1e6).contains(&rounded.abs()) { rounded.to_string() } else { format!("{rounded:e}") }
+    significant(x, 6)
 }
 
 /// Checks that there are `expected` entries and that they are finite.

@@ -6,6 +6,7 @@
 //! step, the worst w of a sector on its boundary: these are sampled, and their inequality is decided for all e at once.
 //! The claimed margins are compared with the exact matrices.
 
+use luenberger_random::Random;
 use serde_json::Value;
 
 use super::cubic;
@@ -18,7 +19,6 @@ use super::filters;
 use super::intervals;
 use super::kkl;
 use super::programs;
-use super::random::Random;
 use super::sampled as beyond;
 
 pub(super) type Found = Result<(), String>;

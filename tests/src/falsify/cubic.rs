@@ -1,12 +1,12 @@
 //! Adversaries of the cubic observers: their forms in exact arithmetic, and runs of the stored observer.
 
+use luenberger_random::Random;
 use serde_json::Value;
 
 use super::adversary::{Found, decays, decrease, ensure, margin_of, rate, said};
 use super::disturbed;
 use super::document::{binary64, float_matrix, matrix, matrix_with_columns, number};
 use super::exact::Exact;
-use super::random::Random;
 
 /// Directions in which a cubic term would show: of any kind, and eigenvectors of the forms.
 fn directions(forms: &[nalgebra::DMatrix<f64>], n: usize, random: &mut Random) -> Vec<Vec<f64>> {

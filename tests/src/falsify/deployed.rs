@@ -11,13 +11,13 @@ use luenberger_observers::{
     FixedPointFormat, FixedPointFormats, FixedPointGains, FixedPointObserver, SampledCubicGains, SampledCubicObserver,
     SampledObserver,
 };
+use luenberger_random::Random;
 use nalgebra::{DMatrix, DVector, Dyn, RealField};
 use serde_json::Value;
 
 use super::adversary::{Found, ensure, sampled_falls};
 use super::document::{binary64, float_matrix, floats, matrix};
 use super::exact::Exact;
-use super::random::Random;
 
 /// Number of steps.
 const STEPS: usize = 240;

@@ -3,13 +3,13 @@
 //!
 //! P~ is computed here from its definition, with rational numbers.
 
+use luenberger_random::Random;
 use nalgebra::{DMatrix, DVector};
 use serde_json::Value;
 
 use super::adversary::{Found, ensure, margin_of};
 use super::document::{binary64, float_matrix, floats, is_single, matrix};
 use super::exact::Exact;
-use super::random::Random;
 
 fn diagonal(value: &Value) -> Exact {
     let entries = floats(value);

@@ -2,10 +2,10 @@
 //! intervals, from which a number is sampled.
 
 use dashu_int::{IBig, UBig};
+use luenberger_random::Random;
 use serde_json::Value;
 
 use super::exact::Exact;
-use super::random::Random;
 
 /// The rational number of a text; `None` if it is not one.
 pub(super) fn number(text: &str) -> Option<Exact> {

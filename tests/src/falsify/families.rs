@@ -1,11 +1,11 @@
 //! Adversaries of the statements on families of plants: polytopes, sectors and contracting coordinates.
 
+use luenberger_random::Random;
 use serde_json::Value;
 
 use super::adversary::{Found, decays, decrease, ensure, margin_of, rate, said, single};
 use super::document::matrix;
 use super::exact::Exact;
-use super::random::Random;
 
 /// Weights of a point of the hull, in sixteenths: often a vertex.
 fn weights(count: usize, random: &mut Random) -> Vec<Exact> {

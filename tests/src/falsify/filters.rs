@@ -6,13 +6,13 @@ use luenberger_design::{
 };
 use luenberger_linalg::{discrete_h_infinity_norm, h_infinity_norm};
 use luenberger_proof::certificate::CertificateFile;
+use luenberger_random::Random;
 use nalgebra::DMatrix;
 use serde_json::Value;
 
 use super::adversary::{Found, ensure, fall, margin_of, single};
 use super::document::{float_matrix, matrix};
 use super::exact::Exact;
-use super::random::Random;
 use super::seeds::plant;
 
 pub(super) fn h_infinity(random: &mut Random) -> Option<CertificateFile> {

@@ -2,12 +2,12 @@
 //! the sampled step in the arithmetic of its format beside the plant in rational numbers.
 
 use dashu_int::IBig;
+use luenberger_random::Random;
 use serde_json::Value;
 
 use super::adversary::{Found, ensure, single};
 use super::document::{binary64, float_matrix, floats, matrix, matrix_with_columns};
 use super::exact::Exact;
-use super::random::Random;
 
 fn said(what: &'static str) -> impl FnOnce() -> String {
     move || format!("false: {what}")

@@ -2,13 +2,13 @@
 //! document at points of the box, by itself, in binary64 with first derivatives.
 
 use luenberger_proof::certificate::{CertificateFile, KklMaps};
+use luenberger_random::Random;
 use nalgebra::dmatrix;
 use serde_json::Value;
 
 use super::adversary::{Found, ensure, margin_of};
 use super::document::{binary64, float_matrix, floats, matrix, symmetric};
 use super::exact::Exact;
-use super::random::Random;
 use crate::kkl_maps;
 
 pub(super) fn generate(random: &mut Random) -> Option<CertificateFile> {

@@ -20,16 +20,15 @@ mod intervals;
 mod kkl;
 mod mutate;
 mod programs;
-mod random;
 mod sampled;
 mod seeds;
 
 use luenberger_proof::certificate::{CertificateFile, Theorem, digest, verify};
+use luenberger_random::Random;
 use serde_json::Value;
 
 use adversary::ADVERSARIES;
 use document::{float, hexadecimal};
-use random::Random;
 use seeds::GENERATORS;
 
 /// Number of mutants derived from one design.
@@ -75,7 +74,7 @@ fn of_kind<T: Copy>(table: &[(&str, T)], kind: &str) -> T {
 /// # Panics
 /// For a theorem without a generator or an adversary, and where none of 200 random designs has a certificate.
 pub fn falsify(kind: &'static str, mutants: u64, seed: u64) -> Tally {
-    let mut run = Run { kind, tally: Tally::default(), random: Random::new(seed, kind, 0) };
+    let mut run = Run { kind, tally: Tally::default(), random: stream(seed, kind, 0) };
     let mut other = run.design();
     while run.tally.mutants < mutants {
         let design = run.design();
@@ -83,6 +82,12 @@ pub fn falsify(kind: &'static str, mutants: u64, seed: u64) -> Tally {
         other = design;
     }
     run.tally
+}
+
+/// A stream of random numbers for each seed, name and number.
+fn stream(seed: u64, name: &str, number: u64) -> Random {
+    let state = seed ^ number.wrapping_mul(0xd134_2543_de82_ef95);
+    Random(name.bytes().fold(state, |state, byte| state.wrapping_mul(0x0100_0000_01b3) ^ u64::from(byte)))
 }
 
 struct Run {

@@ -1,9 +1,10 @@
 //! Meaningful changes of a certificate: of its numbers, matrices, lists, dimensions and text, in any place.
 
+use luenberger_random::Random;
 use serde_json::Value;
 
 use super::document::{float, hexadecimal};
-use super::random::Random;
+use super::stream;
 
 /// Members that are not data.
 const FRAME: [&str; 7] = ["format", "version", "title", "theorem", "statement", "margins", "sha256"];
@@ -230,9 +231,9 @@ fn matrix(document: &mut Value, map: &Map, random: &mut Random) -> Option<()> {
         }
         // Noise in the last places, the same at mirrored entries.
         11 | 12 => {
-            let (low, seed) = (2.0_f64.powi(-random.integer(4, 52)), random.next());
+            let (low, seed) = (2.0_f64.powi(-random.integer(4, 52)), random.bits());
             let entry = |i: usize, j: usize| {
-                let noise = Random::new(seed, "noise", (i.min(j) * 64 + i.max(j)) as u64).unit();
+                let noise = stream(seed, "noise", (i.min(j) * 64 + i.max(j)) as u64).unit();
                 Some(hexadecimal(finite(float(at(i, j)?.as_str()?)? * (1.0 + low * noise))?))
             };
             (0..height).map(|i| (0..width).map(|j| entry(i, j)).collect()).collect::<Option<_>>()?

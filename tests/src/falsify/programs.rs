@@ -1,13 +1,13 @@
 //! Falsification of linear matrix inequalities and semidefinite programs: points and multipliers are evaluated exactly,
 //! and feasible points are searched that would contradict infeasibility or a bound.
 
+use luenberger_random::Random;
 use nalgebra::{DMatrix, SymmetricEigen};
 use serde_json::Value;
 
 use super::adversary::{Found, ensure, margin_of};
 use super::document::{binary64, drawn, floats, number};
 use super::exact::Exact;
-use super::random::Random;
 
 fn items(value: &Value) -> &[Value] {
     value.as_array().map_or(&[], Vec::as_slice)

@@ -1,11 +1,11 @@
 //! The adversaries of sampled observers beyond the closed form: the semi-implicit cubic step, and varying periods.
 
+use luenberger_random::Random;
 use serde_json::Value;
 
 use super::adversary::{Found, ensure, fall, margin_of, single};
 use super::document::{binary64, float_matrix, matrix};
 use super::exact::Exact;
-use super::random::Random;
 
 /// `(I - s N C)'P(I - s N C) - F'PF`: V before a step minus V after it, of the error d after the cubic part.
 fn falls_by(n: &Exact, c: &Exact, p: &Exact, after: &Exact, s: &Exact) -> Exact {

@@ -20,9 +20,8 @@ use luenberger_proof::certificate::{
 };
 use luenberger_proof::statement::{Deviation, Format, Formats, Operation, Step};
 use luenberger_proof::{Interval, Matrix};
+use luenberger_random::Random;
 use nalgebra::DMatrix;
-
-use super::random::Random;
 
 type Generator = fn(&mut Random) -> Option<CertificateFile>;
 

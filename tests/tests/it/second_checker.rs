@@ -28,6 +28,7 @@ use luenberger_proof::certificate::{
 };
 use luenberger_proof::statement::{Format, Formats, Operation, Step};
 use luenberger_proof::{Interval, Matrix, Verdict};
+use luenberger_random::Random;
 use luenberger_study::{Study, TEMPLATES};
 use luenberger_tests::kkl_maps::{bound, converter, duffing, exponential_cascade, region, van_der_pol};
 use nalgebra::{DMatrix, dmatrix};
@@ -414,18 +415,6 @@ fn both_checkers_prove_the_files_of_examples_templates_and_papers() {
 // Mutants: the data of a file changed, with words, labels and digest that agree again, so that the mathematics alone
 // can object.
 
-/// Vigna's `SplitMix64`: seeded, and the same everywhere.
-struct Random(u64);
-
-impl Random {
-    fn next(&mut self, below: usize) -> usize {
-        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let z = (self.0 ^ (self.0 >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        let z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        ((z ^ (z >> 31)) % below as u64) as usize
-    }
-}
-
 fn number(value: &Value) -> Option<f64> {
     value.as_str()?.parse::<luenberger_proof::certificate::Number>().ok()?.to_f64()
 }
@@ -474,25 +463,25 @@ fn put(file: &mut Value, at: &str, x: f64) {
 fn mutate(file: &mut Value, random: &mut Random) -> &'static str {
     let (mut numbers, mut matrices) = (vec![], vec![]);
     places(file, "", &mut numbers, &mut matrices);
-    let at = numbers[random.next(numbers.len())].clone();
+    let at = numbers[random.below(numbers.len())].clone();
     let x = number(file.pointer(&at).unwrap()).unwrap();
-    match random.next(8) {
+    match random.below(8) {
         0 => put(file, &at, -x),
-        1 => put(file, &at, x * [0.5, 2.0, 1024.0, -4.0][random.next(4)]),
+        1 => put(file, &at, x * [0.5, 2.0, 1024.0, -4.0][random.below(4)]),
         2 => put(file, &at, x.next_up()),
         3 => put(file, &at, x.next_down()),
         4 => put(file, &at, 0.0),
         5 => {
-            let other = numbers[random.next(numbers.len())].clone();
+            let other = numbers[random.below(numbers.len())].clone();
             let y = number(file.pointer(&other).unwrap()).unwrap();
             put(file, &at, y);
             put(file, &other, x);
             return "swapped";
         }
         kind if !matrices.is_empty() => {
-            let matrix = file.pointer_mut(&matrices[random.next(matrices.len())]).unwrap();
+            let matrix = file.pointer_mut(&matrices[random.below(matrices.len())]).unwrap();
             let rows: Vec<Vec<Value>> = serde_json::from_value(matrix.clone()).unwrap();
-            let factor = [-1.0, 2.0, 0.5, 1.0 / 1024.0][random.next(4)];
+            let factor = [-1.0, 2.0, 0.5, 1.0 / 1024.0][random.below(4)];
             let scaled = |x: &Value| match number(x).map(|x| x * factor) {
                 Some(y) if y.is_finite() => written(y),
                 _ => x.clone(),
@@ -516,8 +505,8 @@ fn resealed(mut file: Value, random: &mut Random) -> String {
     if let Ok(read) = CertificateFile::read(file.to_string().as_bytes()) {
         file["statement"] = read.theorem().words().into();
         if let Ok(facts) = read.theorem().facts() {
-            let excess = random.next(3);
-            let chosen = random.next(facts.len());
+            let excess = random.below(3);
+            let chosen = random.below(facts.len());
             let claims = facts.iter().enumerate().map(|(k, fact)| {
                 let margin = fact.verdict.margin().unwrap_or(0.0);
                 let margin = match excess {
@@ -541,11 +530,11 @@ fn sealed(mut file: Value) -> String {
 /// A file whose form is wrong in one way, and says so with a digest that agrees.
 fn malformed(mut file: Value, random: &mut Random) -> String {
     let margins = file["margins"].as_array().unwrap().len();
-    match random.next(7) {
+    match random.below(7) {
         // No statement begins with this letter.
         0 => file["statement"] = file["statement"].as_str().unwrap().replacen(char::is_alphabetic, "Q", 1).into(),
         1 => file["statement"] = format!("{} ", file["statement"].as_str().unwrap()).into(),
-        2 => file["margins"][random.next(margins)]["inequality"] = "1 > 0".into(),
+        2 => file["margins"][random.below(margins)]["inequality"] = "1 > 0".into(),
         3 => drop(file["margins"].as_array_mut().unwrap().pop()),
         4 => file["note"] = "also true".into(),
         5 => file["version"] = 1.into(),

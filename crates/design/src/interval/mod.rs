@@ -94,7 +94,7 @@ impl IntervalDesign {
         let flow = &observer.a - &observer.l * &observer.c;
         let (t, blocks) = chosen(&flow, coordinates)?;
         let Some(known) = BlockCoordinates::new(&proof_matrix(&t), &blocks)? else {
-            return Err(DesignError::NoModalCoordinates { separation: modal::separation(&flow)? });
+            return Err(modal::no_coordinates(&flow)?);
         };
         let (l, c) = (enclosed(&observer.l), enclosed(&observer.c));
         let f = enclosed(&observer.a).difference(&l.product(&c)?)?;

@@ -5,13 +5,6 @@ use nalgebra::{Complex, DMatrix, DVector};
 
 use crate::error::DesignError;
 
-/// The least distance of two poles relative to the size of the matrix.
-pub(super) fn separation(f: &DMatrix<f64>) -> Result<f64, DesignError> {
-    let poles = eigenvalues(f)?;
-    let pairs = (0..poles.len()).flat_map(|i| (0..i).map(move |j| (i, j)));
-    Ok(pairs.map(|(i, j)| (poles[i] - poles[j]).norm()).fold(f64::INFINITY, f64::min))
-}
-
 /// T and its blocks: T F T^-1 is block diagonal, with `[a b; -b a]` for the poles `a +- ib`.
 ///
 /// # Errors
@@ -19,16 +12,17 @@ pub(super) fn separation(f: &DMatrix<f64>) -> Result<f64, DesignError> {
 pub(super) fn coordinates(f: &DMatrix<f64>) -> Result<(DMatrix<f64>, Vec<usize>), DesignError> {
     let n = f.nrows();
     let mut poles = eigenvalues(f)?;
-    let none = || Ok::<_, DesignError>(DesignError::NoModalCoordinates { separation: separation(f)? });
-    if n > 1 && separation(f)? <= 1e-7 * f.norm() {
-        return Err(none()?);
+    let separation = separation(&poles);
+    let none = || DesignError::NoModalCoordinates { separation };
+    if n > 1 && separation <= 1e-7 * f.norm() {
+        return Err(none());
     }
     poles.retain(|pole| pole.im >= 0.0);
     poles.sort_by(|x, y| y.re.total_cmp(&x.re).then(x.im.total_cmp(&y.im)));
     let mut columns: Vec<DVector<f64>> = Vec::with_capacity(n);
     let mut blocks = Vec::new();
     for pole in poles {
-        let Some(vector) = eigenvector(f, pole) else { return Err(none()?) };
+        let Some(vector) = eigenvector(f, pole) else { return Err(none()) };
         if pole.im == 0.0 {
             columns.push(vector.map(|x| x.re).normalize());
             blocks.push(1);
@@ -39,12 +33,23 @@ pub(super) fn coordinates(f: &DMatrix<f64>) -> Result<(DMatrix<f64>, Vec<usize>)
         }
     }
     if columns.len() != n {
-        return Err(none()?);
+        return Err(none());
     }
     match DMatrix::from_columns(&columns).try_inverse() {
         Some(t) if t.iter().all(|x| x.is_finite()) => Ok((t, blocks)),
-        _ => Err(none()?),
+        _ => Err(none()),
     }
+}
+
+/// No modal coordinates of F, with the least distance of its poles.
+pub(super) fn no_coordinates(f: &DMatrix<f64>) -> Result<DesignError, DesignError> {
+    Ok(DesignError::NoModalCoordinates { separation: separation(&eigenvalues(f)?) })
+}
+
+/// The least distance of two poles.
+fn separation(poles: &[Complex<f64>]) -> f64 {
+    let pairs = (0..poles.len()).flat_map(|i| (0..i).map(move |j| (i, j)));
+    pairs.map(|(i, j)| (poles[i] - poles[j]).norm()).fold(f64::INFINITY, f64::min)
 }
 
 /// An eigenvector of length 1 by inverse iteration, real for a real pole.

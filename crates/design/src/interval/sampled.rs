@@ -157,7 +157,7 @@ impl SampledIntervalDesign {
         let flow = &f - &l * &plant.c;
         let (t, blocks) = chosen(&flow, coordinates)?;
         let Some(known) = BlockCoordinates::new(&proof_matrix(&t), &blocks)? else {
-            return Err(DesignError::NoModalCoordinates { separation: modal::separation(&flow)? });
+            return Err(modal::no_coordinates(&flow)?);
         };
         let (proof_c, proof_f, proof_g, proof_l) =
             (proof_matrix(&plant.c), proof_matrix(&f), proof_matrix(&g), proof_matrix(&l));

@@ -208,9 +208,9 @@ impl NormFilterDesign {
     }
 }
 
-/// The norm of a gain, with its peak.
-#[derive(Clone, Copy)]
+/// The norm of a gain, with its peak and the eigenvalues of `A - L C`.
 struct Measured {
+    poles: Vec<Complex<f64>>,
     norm: f64,
     frequency: Option<f64>,
 }
@@ -247,29 +247,28 @@ impl Task<'_> {
     fn measured(&self, l: &DMatrix<f64>) -> Result<Measured, DesignError> {
         let (f, g) = self.flow(l);
         let (h, none) = (&self.of.h, DMatrix::zeros(self.of.h.nrows(), g.ncols()));
-        let moduli = || eigenvalues(&f).map(|poles| poles.iter().map(|pole| pole.norm()).fold(0.0, f64::max));
+        let poles = eigenvalues(&f)?;
         match self.time {
-            TimeDomain::Continuous => {
-                check::hurwitz("A - L C", (&self.plant.a, l, &self.plant.c))?;
-            }
+            TimeDomain::Continuous => check::stable_poles("A - L C", &poles, (&self.plant.a, l, &self.plant.c))?,
             TimeDomain::Discrete => {
-                let radius = moduli()?;
+                let radius = poles.iter().map(|pole| pole.norm()).fold(0.0, f64::max);
                 if radius >= 1.0 {
                     return Err(DesignError::NotSchur { what: "A - L C", radius });
                 }
             }
         }
-        Ok(match (self.norm, self.time) {
-            (SystemNorm::H2, TimeDomain::Continuous) => Measured { norm: h2_norm(&f, &g, h)?, frequency: None },
-            (SystemNorm::H2, TimeDomain::Discrete) => Measured { norm: discrete_h2_norm(&f, &g, h)?, frequency: None },
+        let (norm, frequency) = match (self.norm, self.time) {
+            (SystemNorm::H2, TimeDomain::Continuous) => (h2_norm(&f, &g, h)?, None),
+            (SystemNorm::H2, TimeDomain::Discrete) => (discrete_h2_norm(&f, &g, h)?, None),
             (SystemNorm::HInfinity, time) => {
                 let found = match time {
                     TimeDomain::Continuous => h_infinity_norm(&f, &g, h, &none)?,
                     TimeDomain::Discrete => discrete_h_infinity_norm(&f, &g, h, &none)?,
                 };
-                Measured { norm: found.norm, frequency: Some(found.frequency) }
+                (found.norm, Some(found.frequency))
             }
-        })
+        };
+        Ok(Measured { poles, norm, frequency })
     }
 
     /// The design for a bound; the least norm, where the bound is not attainable.
@@ -300,7 +299,6 @@ impl Task<'_> {
         gamma: f64,
         least: Option<f64>,
     ) -> Result<NormFilterDesign, DesignError> {
-        let (f, _) = self.flow(&l);
         let p = match (self.norm, p) {
             (SystemNorm::H2, _) => self.enlarged_gramian(&l, gamma)?,
             (SystemNorm::HInfinity, Some(p)) => p,
@@ -321,8 +319,7 @@ impl Task<'_> {
             SystemNorm::HInfinity => Certificate::of([HInfinityFilter(problem)])?,
             SystemNorm::H2 => Certificate::of([H2Filter(problem)])?,
         };
-        let Measured { norm, frequency } = found;
-        let poles = eigenvalues(&f)?;
+        let Measured { poles, norm, frequency } = found;
         Ok(NormFilterDesign { plant: self.plant.clone(), l, poles, p, norm, frequency, gamma, least, certificate })
     }
 

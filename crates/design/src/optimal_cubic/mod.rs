@@ -41,6 +41,7 @@ use crate::cubic::{CubicDesign, CubicGain};
 use crate::error::DesignError;
 use crate::linear::{LinearDesign, LyapunovWeight};
 use luenberger_proof::certificate::Certificate;
+use luenberger_proof::wording::rounded;
 
 /// The estimation problem of an optimal observer: initial errors, noise, horizon and weight.
 #[derive(Debug, Clone, PartialEq)]
@@ -169,7 +170,7 @@ impl EstimationProblem {
 
     /// The same in the units of the plant, with few digits: what is stored is what is printed.
     fn gain_of_plant(&self, l: &DMatrix<f64>) -> DMatrix<f64> {
-        DMatrix::from_fn(l.nrows(), l.ncols(), |i, j| rounded(l[(i, j)] * self.first_errors[i] / self.noise[j]))
+        DMatrix::from_fn(l.nrows(), l.ncols(), |i, j| rounded(l[(i, j)] * self.first_errors[i] / self.noise[j], 6))
     }
 }
 
@@ -180,11 +181,6 @@ fn too_fast() -> DesignError {
         best: f64::NAN,
         seen: None,
     }
-}
-
-/// To six digits.
-fn rounded(x: f64) -> f64 {
-    format!("{x:.5e}").parse().unwrap_or(x)
 }
 
 certified!(OptimalCubicDesign);
@@ -364,7 +360,7 @@ fn certify(
 ) -> Result<(LinearDesign, CubicDesign), DesignError> {
     let (d, sigma) = (&problem.first_errors, &problem.noise);
     let by = |m: &DMatrix<f64>, unit: &[f64]| {
-        DMatrix::from_fn(m.nrows(), m.ncols(), |i, j| rounded(m[(i, j)] / (unit[i] * unit[j])))
+        DMatrix::from_fn(m.nrows(), m.ncols(), |i, j| rounded(m[(i, j)] / (unit[i] * unit[j]), 6))
     };
     let linear = LinearDesign::with_gain(plant, problem.gain_of_plant(&at.gains.l))?
         .lyapunov_weight(LyapunovWeight::Matrix(by(&at.q, d)))?;

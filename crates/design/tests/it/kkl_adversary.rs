@@ -12,6 +12,7 @@ use luenberger_design::{KklCandidate, KklDesign, Region, SymbolicPolynomial};
 use luenberger_observers::{KklMap, ObserverDimensions};
 use luenberger_plants::{Dimensions, Plant, Shape};
 use luenberger_proof::Verdict;
+use luenberger_random::Random;
 use nalgebra::{DMatrix, DVector, Dyn, RealField, convert, dmatrix};
 
 static ONE_AT_A_TIME: Mutex<()> = Mutex::new(());
@@ -20,27 +21,10 @@ fn alone() -> MutexGuard<'static, ()> {
     ONE_AT_A_TIME.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-/// SplitMix64.
-struct Random(u64);
-
-impl Random {
-    fn next(&mut self) -> u64 {
-        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let mut z = self.0;
-        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        z ^ (z >> 31)
-    }
-
-    fn below(&mut self, n: usize) -> usize {
-        (self.next() % n as u64) as usize
-    }
-
-    /// A quarter of an integer from -8 to 8 that is not 0.
-    fn quarter(&mut self) -> f64 {
-        let magnitude = (1 + self.below(8)) as f64 / 4.0;
-        if self.below(2) == 0 { magnitude } else { -magnitude }
-    }
+/// A quarter of an integer from -8 to 8 that is not 0.
+fn quarter(random: &mut Random) -> f64 {
+    let magnitude = (1 + random.below(8)) as f64 / 4.0;
+    if random.below(2) == 0 { magnitude } else { -magnitude }
 }
 
 /// A polynomial: coefficients and exponents.
@@ -68,7 +52,7 @@ impl Terms {
             (0..count)
                 .map(|_| {
                     let powers = (0..n).map(|k| if k < among { random.below(3) as u32 } else { 0 }).collect();
-                    (random.quarter(), powers)
+                    (quarter(random), powers)
                 })
                 .collect(),
         )
@@ -311,7 +295,7 @@ fn injectivity_known_by_construction() {
         // Linear, of rank n - 1: the last column is the sum of the others.
         let rows: Vec<Terms> = (0..n + 2)
             .map(|_| {
-                let mut entries: Vec<f64> = (1..n).map(|_| random.quarter()).collect();
+                let mut entries: Vec<f64> = (1..n).map(|_| quarter(&mut random)).collect();
                 entries.push(entries.iter().sum());
                 entries
                     .iter()
@@ -352,7 +336,7 @@ fn readings_known_by_construction() {
         let (plant, mut maps) = solved(&mut random, n);
         if n > 1 && random.below(3) == 0 {
             // Lambda acts from the second entry on the first.
-            maps.lambda[(0, 1)] = random.quarter();
+            maps.lambda[(0, 1)] = quarter(&mut random);
         }
         let mut reads = Vec::new();
         for row in 0..n {
@@ -361,7 +345,7 @@ fn readings_known_by_construction() {
                 let power = 1 + random.below(2) as u32;
                 let mut powers = vec![0; 2 * n];
                 powers[entry] = power;
-                let coefficient = random.quarter();
+                let coefficient = quarter(&mut random);
                 maps.b[row].0.push((coefficient, powers.clone()));
                 if random.below(4) == 0 {
                     // It cancels.

@@ -4,6 +4,7 @@ use luenberger_design::lpv::MAX_VARYING;
 use luenberger_design::{DesignError, LpvDesign, LpvError, Region};
 use luenberger_lmi::proof_matrix;
 use luenberger_plants::{Chaotic, Dimensions, Plant, Shape, StateSpace, flexible_joint};
+use luenberger_random::Random;
 use nalgebra::{DMatrix, RealField, SVector, Vector1, Vector2, Vector3, Vector4, convert, dmatrix, dvector};
 
 const ANY: (f64, f64) = (f64::NEG_INFINITY, f64::INFINITY);
@@ -298,16 +299,6 @@ fn a_hidden_mode_carries_its_subspace() {
     assert_eq!((mode.witness.decays_at(2.5), mode.witness.decays_at(1.9)), (Some(false), Some(true)));
 }
 
-/// Numbers in [-1, 1) from a fixed seed (Knuth's multiplier).
-struct Random(u64);
-
-impl Random {
-    fn next(&mut self) -> f64 {
-        self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-        (self.0 >> 11) as f64 / (1u64 << 52) as f64 - 1.0
-    }
-}
-
 /// `x' = M x + R sin x` in units `d`, component by component: entry (i, j) of Df is anything between `m - r` and
 /// `m + r`, times `d_i / d_j`. The first state is measured.
 #[derive(Debug, Clone)]
@@ -350,30 +341,30 @@ impl<T: RealField + Copy> Plant<T> for Hull {
 fn hull(random: &mut Random, decays: bool) -> Hull {
     let (mut m, mut r) = (DMatrix::zeros(3, 3), DMatrix::zeros(3, 3));
     for k in 0..9 {
-        m[(k / 3, k % 3)] = random.next();
+        m[(k / 3, k % 3)] = random.unit();
     }
     for k in [0, 1, 2, 3, 5] {
-        if random.next() > 0.0 {
-            r[(k / 3, k % 3)] = random.next().abs();
+        if random.unit() > 0.0 {
+            r[(k / 3, k % 3)] = random.unit().abs();
         }
     }
-    if random.next() > 0.0 {
+    if random.unit() > 0.0 {
         m[(1, 2)] = 1e-320;
         r[(1, 2)] = 0.0;
     }
     for i in 1..3 {
         let across = m[(1, 2)].abs() + r[(1, 2)] + m[(2, 1)].abs() + r[(2, 1)];
-        m[(i, i)] = -0.2 - across - random.next().abs();
+        m[(i, i)] = -0.2 - across - random.unit().abs();
         r[(i, i)] = 0.0;
     }
     if !decays {
         // Seen through (0, 2) and (1, 2) only, whose intervals contain 0.
-        (m[(2, 0)], m[(2, 1)], m[(2, 2)], r[(2, 0)]) = (0.0, 0.0, 0.5 * random.next().abs(), 0.0);
+        (m[(2, 0)], m[(2, 1)], m[(2, 2)], r[(2, 0)]) = (0.0, 0.0, 0.5 * random.unit().abs(), 0.0);
         for i in 0..2 {
-            (m[(i, 2)], r[(i, 2)]) = (0.0, random.next().abs() * if random.next() > 0.5 { 1e-310 } else { 1.0 });
+            (m[(i, 2)], r[(i, 2)]) = (0.0, random.unit().abs() * if random.unit() > 0.5 { 1e-310 } else { 1.0 });
         }
     }
-    let units: Vec<f64> = (0..3).map(|_| 10f64.powf(12.0 * random.next())).collect();
+    let units: Vec<f64> = (0..3).map(|_| 10f64.powf(12.0 * random.unit())).collect();
     let scaled = |x: &DMatrix<f64>| DMatrix::from_fn(3, 3, |i, j| x[(i, j)] * (units[i] / units[j]));
     Hull { m: scaled(&m), r: scaled(&r) }
 }
@@ -458,7 +449,7 @@ fn a_jump_gets_no_bound_and_a_kink_keeps_to_it() {
     };
     let mut random = Random(7);
     for _ in 0..40 {
-        let mut start = || Vector2::new(random.next(), random.next());
+        let mut start = || Vector2::new(random.unit(), random.unit());
         let (x0, z0) = (start(), start());
         let worst = run(0.0, x0, z0);
         assert!(worst <= 1.0 + 1e-3, "{worst} from {x0} and {z0}");

@@ -5,6 +5,7 @@ use std::process::Command;
 
 use luenberger_export::Scalar;
 use luenberger_export::c_math::{Function, INCLUDES, source};
+use luenberger_random::Random;
 use nalgebra::RealField;
 
 use crate::compiled::{SANITISERS, can_sanitise, compilers, folder, has_haswell};
@@ -75,28 +76,12 @@ fn is_nan<T: PartialOrd>(x: &T) -> bool {
     x.partial_cmp(x).is_none()
 }
 
-struct Numbers(u64);
-
-impl Numbers {
-    fn next(&mut self) -> u64 {
-        self.0 ^= self.0 << 13;
-        self.0 ^= self.0 >> 7;
-        self.0 ^= self.0 << 17;
-        self.0.wrapping_mul(0x2545_f491_4f6c_dd1d)
-    }
-
-    /// In [-1, 1).
-    fn unit(&mut self) -> f64 {
-        (self.next() >> 11) as f64 * 2f64.powi(-52) - 1.0
-    }
-}
-
 const RANDOM: usize = 15_000;
 
 /// Special values and their neighbours, multiples of pi/4 and of ln 2 with neighbours, and numbers without pattern: of
 /// all exponents, and of the sizes at which the functions have their branches.
 fn arguments<T: Bits>() -> Vec<T> {
-    let mut numbers = Numbers(0x1234_5678_9abc_def1);
+    let mut numbers = Random(0x1234_5678_9abc_def1);
     let mut near: Vec<f64> =
         vec![0.0, 1.0, f64::MAX, f64::MIN_POSITIVE, f64::from(f32::MAX), 709.8, 745.2, 88.73, 104.0];
     near.extend([
@@ -123,12 +108,12 @@ fn arguments<T: Bits>() -> Vec<T> {
         }
     }
     for _ in 0..RANDOM {
-        let bits = numbers.next();
+        let bits = numbers.bits();
         all.push(T::of(bits));
         for size in [1.0, 2.0, 30.0, 800.0, 1e6] {
             all.push(T::near(size * numbers.unit()));
         }
-        let small = 2f64.powi(-((numbers.next() % 60) as i32));
+        let small = 2f64.powi(-((numbers.bits() % 60) as i32));
         all.extend([T::near(1.0 + small * numbers.unit()), T::near(small * numbers.unit())]);
     }
     all
@@ -136,7 +121,7 @@ fn arguments<T: Bits>() -> Vec<T> {
 
 /// Pairs: special values with one another, and numbers whose power or quotient is in range.
 fn pairs<T: Bits>() -> Vec<(T, T)> {
-    let mut numbers = Numbers(0xfeed_beef_1234_5677);
+    let mut numbers = Random(0xfeed_beef_1234_5677);
     let special = [
         0.0,
         -0.0,
@@ -187,13 +172,13 @@ fn pairs<T: Bits>() -> Vec<(T, T)> {
     let mut all: Vec<(T, T)> =
         special.iter().flat_map(|x| special.iter().map(|y| (T::near(*x), T::near(*y)))).collect();
     for _ in 0..RANDOM {
-        let (x, y) = (T::of(numbers.next()), T::of(numbers.next()));
+        let (x, y) = (T::of(numbers.bits()), T::of(numbers.bits()));
         all.push((x, y));
         let positive = x.abs();
         // Results of all exponents, those beyond the range too.
         let exponent = T::near(800.0 * numbers.unit()) / positive.ln();
         all.extend([(positive, exponent), (x, exponent.round())]);
-        let near_one = T::near(1.0 + 2f64.powi(-((numbers.next() % 50) as i32)) * numbers.unit());
+        let near_one = T::near(1.0 + 2f64.powi(-((numbers.bits() % 50) as i32)) * numbers.unit());
         all.extend([(near_one, T::near(800.0 * numbers.unit()) / near_one.ln()), (near_one, y)]);
         let (a, b) = (T::near(10.0 * numbers.unit()), T::near(10.0 * numbers.unit()));
         all.extend([(a, b), (a, b.round()), (a, T::near((8.0 * numbers.unit()).round() / 2.0))]);

@@ -10,6 +10,7 @@ use luenberger_observers::{
     StationaryKalmanFilter, VaryingPeriodObserver, cubic,
 };
 use luenberger_plants::StateSpace;
+use luenberger_random::Random;
 use nalgebra::{DMatrix, DVector, SMatrix, SVector, dmatrix};
 
 /// The C compilers of this machine.
@@ -65,12 +66,8 @@ pub(crate) fn has_haswell() -> bool {
 
 /// An observer of these sizes with entries without pattern. `Ad - Ld C` is small, so that it is stable.
 pub(crate) fn program(seed: u64, (n, m, p): (usize, usize, usize), is_cubic: bool, fed: bool) -> ExportableObserver {
-    let mut state = seed | 1;
-    let mut next = |size: f64| {
-        state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-        size * ((state >> 11) as f64 / (1u64 << 52) as f64 - 1.0)
-    };
-    let mut matrix = |rows, columns, size: f64| DMatrix::from_fn(rows, columns, |_, _| next(size));
+    let mut random = Random(seed);
+    let mut matrix = |rows, columns, size: f64| random.matrix(rows, columns) * size;
     let (ad, bd, c) = (matrix(n, n, 0.4 / n as f64), matrix(n, m, 1.0), matrix(p, n, 1.0));
     let (ld, d) = (matrix(n, p, 0.4 / (n * p) as f64), matrix(p, m, 1.0));
     if is_cubic {
@@ -255,7 +252,7 @@ fn optimised_and_sanitised_builds_give_the_same_bits() {
             }
         }
         for seed in 0..3 {
-            let program = crate::fuzz::nonlinear(&mut crate::fuzz::Random(seed));
+            let program = crate::fuzz::nonlinear(&mut Random(seed));
             let export = crate::fuzz::export("plant", program, Scalar::Binary64);
             built(&export);
             if export.observer().dimensions().inputs > 0 {

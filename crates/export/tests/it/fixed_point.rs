@@ -57,7 +57,7 @@ fn optimised_and_sanitised_builds_give_the_same_bits() {
             ((1, 1, 1), true, FixedPointFormats { gains: q(3, 29), signals: q(32, 0) }),
             ((1, 1, 1), false, FixedPointFormats { gains: q(8, 0), signals: q(1, 31) }),
         ] {
-            let export = export(7, sizes, fed);
+            let export = export(3, sizes, fed);
             for flags in [&["-O0"][..], &["-Os"], &["-O2"], &["-O3", "-march=haswell"]] {
                 if has_haswell() || !flags.contains(&"-march=haswell") {
                     agrees(&export, formats, &folder, compiler, flags);
@@ -92,7 +92,7 @@ fn random_observers_in_random_formats_agree() {
 
 #[test]
 fn the_golden_vectors_saturate_and_the_header_says_what_that_means() {
-    let export = export(7, (2, 1, 1), false);
+    let export = export(3, (2, 1, 1), false);
     let files = export.fixed_point(q(4, 12).into()).unwrap().c();
     let text = |name: &str| files.iter().find(|file| file.name == name).unwrap().text.clone();
     let header = text("plant.h");
@@ -125,7 +125,7 @@ fn what_has_no_fixed_point_is_an_error() {
     let error = export.fixed_point(q(4, 12).into()).unwrap_err();
     assert_eq!(error.to_string(), "in Q4.12: the first estimate(1, 0) = 40 is beyond the range of Q4.12");
     // C and D have rows whose magnitudes, with the 1 of y, add up to more than 4.
-    let error = self::export(7, (3, 2, 2), true)
+    let error = self::export(3, (3, 2, 2), true)
         .fixed_point(FixedPointFormats { gains: q(2, 30), signals: q(8, 8) })
         .unwrap_err();
     assert!(error.to_string().starts_with("in Q2.30: row 0 of y - C xhat - D u could overflow 64 bits"), "{error}");

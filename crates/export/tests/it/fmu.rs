@@ -110,7 +110,8 @@ fn an_importer_gets_the_golden_vectors() {
                 }
             }
             for seed in 0..seeds {
-                let export = fuzz::export("plant", fuzz::nonlinear(&mut fuzz::Random(seed)), Scalar::Binary64);
+                let export =
+                    fuzz::export("plant", fuzz::nonlinear(&mut luenberger_random::Random(seed)), Scalar::Binary64);
                 let block = (export.observer().dimensions().inputs > 0).then(|| with_feedback(export.clone()));
                 for export in [Some(export), block].into_iter().flatten() {
                     runs(&export, version, &folder, compiler, &["-O2"]);

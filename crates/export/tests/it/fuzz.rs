@@ -15,6 +15,7 @@ use luenberger_observers::{
     DiscreteNonlinearObserver, ExtendedKalmanFilter, Horizon, InterSampleObserver, NoiseModel,
     SampledNonlinearObserver, SigmaPoints, UnscentedKalmanFilter,
 };
+use luenberger_random::Random;
 use nalgebra::{DMatrix, DVector};
 
 use crate::compiled::{self, SANITISERS, can_sanitise, compilers, has_haswell};
@@ -22,34 +23,12 @@ use crate::kkl;
 
 const STEPS: usize = 1000;
 
-/// Numbers without pattern: splitmix64, of Steele, Lea and Flood.
-pub(crate) struct Random(pub(crate) u64);
-
-impl Random {
-    fn bits(&mut self) -> u64 {
-        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let mut z = self.0;
-        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        z ^ (z >> 31)
-    }
-
-    pub(crate) fn below(&mut self, count: usize) -> usize {
-        (self.bits() % count as u64) as usize
-    }
-
-    /// In [-size, size).
-    pub(crate) fn number(&mut self, size: f64) -> f64 {
-        size * ((self.bits() >> 11) as f64 / (1u64 << 52) as f64 - 1.0)
-    }
-}
-
 /// An expression that is defined everywhere, of every kind of operation.
 fn expression(random: &mut Random, depth: usize, (n, m): (usize, usize)) -> String {
     if depth == 0 {
         return match random.below(6) {
             0 if m > 0 => format!("u{}", 1 + random.below(m)),
-            1 => format!("({:.3})", random.number(2.0)),
+            1 => format!("({:.3})", 2.0 * random.unit()),
             2 => ["k", "pi", "t", "J"][random.below(4)].to_owned(),
             _ => format!("x{}", 1 + random.below(n)),
         };
@@ -167,18 +146,18 @@ pub(crate) fn nonlinear(random: &mut Random) -> ExportableObserver {
     let (period, substeps) = (0.02 + 0.01 * random.below(5) as f64, 1 + random.below(3));
     let kind = random.below(6);
     if kind < 2 {
-        let l = DMatrix::from_fn(n, p, |_, _| random.number(0.5));
+        let l = DMatrix::from_fn(n, p, |_, _| 0.5 * random.unit());
         return ExportableObserver::SampledNonlinear(
             SampledNonlinearObserver::new(plant, l, period, substeps).unwrap(),
         );
     }
     if kind == 2 {
         // In discrete time the same right-hand side is a contraction as well.
-        let l = DMatrix::from_fn(n, p, |_, _| random.number(0.2));
+        let l = DMatrix::from_fn(n, p, |_, _| 0.2 * random.unit());
         return ExportableObserver::Discrete(DiscreteNonlinearObserver::new(plant, l, period).unwrap());
     }
     let mut diagonal = |order, size: f64| {
-        DMatrix::from_fn(order, order, |i, j| if i == j { size * (1.0 + random.number(0.5)) } else { 0.0 })
+        DMatrix::from_fn(order, order, |i, j| if i == j { size * (1.0 + 0.5 * random.unit()) } else { 0.0 })
     };
     let noises = NoiseModel { w: diagonal(n, 0.1), v: diagonal(p, 0.05), p0: diagonal(n, 1.0) };
     if kind == 3 {
@@ -210,7 +189,7 @@ pub(crate) fn moving_horizon(random: &mut Random) -> MovingHorizon<f64> {
     let (period, substeps) = (0.02 + 0.01 * random.below(5) as f64, 1 + random.below(2));
     let horizon = Horizon { window: 1 + random.below(5), iterations: 1 + random.below(3) };
     let mut root = |order: usize, size: f64| {
-        let root = DMatrix::from_fn(order, order, |i, j| random.number(size) + if i == j { 2.0 * size } else { 0.0 });
+        let root = DMatrix::from_fn(order, order, |i, j| size * random.unit() + if i == j { 2.0 * size } else { 0.0 });
         &root * root.transpose()
     };
     let noises = NoiseModel { w: root(n, 0.2), v: root(p, 0.1), p0: root(n, 0.5) };
@@ -225,7 +204,7 @@ pub(crate) fn moving_horizon(random: &mut Random) -> MovingHorizon<f64> {
     let mut side = |sign: f64| {
         let one = |_: usize, _: usize| match random.below(3) {
             0 => sign * f64::INFINITY,
-            _ => sign * 0.05 * (1.0 + random.number(1.0)) + sign * 1e-3,
+            _ => sign * 0.05 * (1.0 + random.unit()) + sign * 1e-3,
         };
         DVector::from_fn(n, one)
     };

@@ -11,10 +11,11 @@ use luenberger_observers::numerical_kkl::{
     TensorTrain,
 };
 use luenberger_plants::Shape;
+use luenberger_random::Random;
 use nalgebra::{SMatrix, SVector};
 
 use crate::compiled::{self, SANITISERS, can_sanitise, compilers};
-use crate::fuzz::{Random, compare, export, plant, write};
+use crate::fuzz::{compare, export, plant, write};
 
 /// Steps that are compared: most of them search from all starts.
 const STEPS: usize = 150;
@@ -28,29 +29,29 @@ fn tree<const I: usize, const O: usize>(random: &mut Random) -> PolynomialTree<f
     let count = if random.below(2) == 0 { 1 } else { 4 };
     if count == 4 {
         for (below, above) in branches {
-            nodes.push(Node { axis: random.below(I) as u16, threshold: random.number(0.3), below, above });
+            nodes.push(Node { axis: random.below(I) as u16, threshold: 0.3 * random.unit(), below, above });
         }
     }
     let mut leaves = Vec::new();
     for _ in 0..count {
-        leaves.extend((0..I).map(|_| random.number(0.2)));
-        leaves.extend((0..I).map(|_| 1.0 + random.number(0.5)));
+        leaves.extend((0..I).map(|_| 0.2 * random.unit()));
+        leaves.extend((0..I).map(|_| 1.0 + 0.5 * random.unit()));
         leaves.extend([-1.5; O]);
         leaves.extend([1.25; O]);
-        leaves.extend((0..O * monomial_count(I, 2)).map(|_| random.number(0.4)));
+        leaves.extend((0..O * monomial_count(I, 2)).map(|_| 0.4 * random.unit()));
     }
     PolynomialTree::new(2, nodes, leaves).unwrap()
 }
 
 fn filter<const Z: usize>(random: &mut Random) -> SampledFilter<f64, 1, Z> {
-    let d = SMatrix::from_fn(|i, j| random.number(0.2) - if i == j { 1.0 } else { 0.0 });
-    let (b, substeps) = (SMatrix::from_fn(|_, _| random.number(0.4)), 1 + random.below(2));
+    let d = SMatrix::from_fn(|i, j| 0.2 * random.unit() - if i == j { 1.0 } else { 0.0 });
+    let (b, substeps) = (SMatrix::from_fn(|_, _| 0.4 * random.unit()), 1 + random.below(2));
     SampledFilter { d, b, period: 0.05, substeps }
 }
 
 fn coordinates<const Z: usize>(random: &mut Random) -> Coordinates<f64, Z> {
-    let mean = SVector::from_fn(|_, _| random.number(0.1));
-    let square = |random: &mut Random| SMatrix::from_fn(|_, _| random.number(2.0));
+    let mean = SVector::from_fn(|_, _| 0.1 * random.unit());
+    let square = |random: &mut Random| SMatrix::from_fn(|_, _| 2.0 * random.unit());
     Coordinates::new(mean, square(random), square(random)).unwrap()
 }
 
@@ -65,7 +66,7 @@ fn inverse<const N: usize, const Z: usize>(random: &mut Random) -> Inverse<f64, 
 
 fn table<const N: usize, const Z: usize>(random: &mut Random, points: [usize; N]) -> TensorSpline<f64, Vec<f64>, N, Z> {
     let count = points.iter().map(|count| count + 2).product::<usize>() * Z;
-    let coefficients = (0..count).map(|_| random.number(1.0)).collect();
+    let coefficients = (0..count).map(|_| random.unit()).collect();
     let (lower, upper) = bounds();
     TensorSpline::new(lower, upper, points, coefficients).unwrap()
 }
@@ -86,7 +87,7 @@ fn low_rank<const N: usize, const Z: usize>(random: &mut Random) -> LowRank<f64,
     let points: [usize; N] = std::array::from_fn(|_| 2 + random.below(4));
     let ranks: [usize; N] = std::array::from_fn(|axis| if axis == 0 { Z } else { 1 + random.below(5) });
     let size = |axis: usize| (points[axis] + 2) * ranks[axis] * ranks.get(axis + 1).unwrap_or(&1);
-    let coefficients = (0..(0..N).map(size).sum()).map(|_| random.number(1.0)).collect();
+    let coefficients = (0..(0..N).map(size).sum()).map(|_| random.unit()).collect();
     let (lower, upper) = bounds();
     let train = TensorTrain::new(lower, upper, points, ranks, coefficients).unwrap();
     LowRank::new(train, inverse(random), search(random)).unwrap()
@@ -124,14 +125,14 @@ pub(crate) fn of_plant(random: &mut Random, plant: &ExpressionPlant, form: usize
 fn nodes<const M: usize>(random: &mut Random, count: usize) -> Vec<f64> {
     (0..M)
         .flat_map(|_| (0..count).map(|k| 0.03 * k as f64 - 0.05).collect::<Vec<_>>())
-        .map(|u| u + 0.01 * random.number(1.0))
+        .map(|u| u + 0.01 * random.unit())
         .collect()
 }
 
 fn trees<const N: usize, const M: usize, const Z: usize, const ZM: usize, const NM: usize>(
     random: &mut Random,
 ) -> TreesOnHeap<f64, N, M, Z, ZM, NM> {
-    let family = (SVector::repeat(-0.05), SVector::from_fn(|_, _| 0.05 + random.number(0.02)));
+    let family = (SVector::repeat(-0.05), SVector::from_fn(|_, _| 0.05 + 0.02 * random.unit()));
     let coordinates = coordinates(random);
     TreesOnHeap::new(coordinates, bounds(), family, (tree(random), tree(random))).unwrap()
 }

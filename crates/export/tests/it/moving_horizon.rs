@@ -5,10 +5,11 @@ use luenberger_export::moving_horizon::MovingHorizon;
 use luenberger_export::{Export, ExportableObserver, Names, Scalar, golden};
 use luenberger_expression::{ExpressionPlant, Parameters};
 use luenberger_observers::{Horizon, NoiseModel, SampledObserver};
+use luenberger_random::Random;
 use nalgebra::{DVector, dmatrix, dvector};
 
 use crate::compiled::{self, SANITISERS, can_sanitise, compilers};
-use crate::fuzz::{self, Random};
+use crate::fuzz;
 
 const STEPS: usize = 200;
 

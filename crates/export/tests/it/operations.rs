@@ -12,9 +12,9 @@ use luenberger_observers::{
     DiscreteNonlinearObserver, ExtendedKalmanFilter, Horizon, NoiseModel, SampledNonlinearObserver, SigmaPoints,
     UnscentedKalmanFilter,
 };
+use luenberger_random::Random;
 use nalgebra::{DMatrix, dmatrix, dvector};
 
-use crate::fuzz::Random;
 use crate::moving_horizon::plant;
 use crate::{compiled, fuzz, kkl};
 

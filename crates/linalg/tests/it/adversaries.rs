@@ -6,6 +6,7 @@ use luenberger_linalg::{
     discrete_kalman_gain, discrete_sylvester, generalized_lyapunov, generalized_stein, kalman_gain, lyapunov,
     lyapunov_factor, stein, stein_factor, sylvester,
 };
+use luenberger_random::Random;
 use nalgebra::{DMatrix, dmatrix};
 use proptest::prelude::*;
 
@@ -284,13 +285,9 @@ fn graded_matrices() {
 #[test]
 fn three_hundred_states() {
     let n = 300;
-    let mut state = 7_u64;
-    let mut random = || {
-        state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-        (state >> 11) as f64 / 2.0_f64.powi(52) - 1.0
-    };
-    let m = DMatrix::from_fn(n, n, |_, _| random());
-    let q = mirrored(&DMatrix::from_fn(n, n, |_, _| random()));
+    let mut random = Random(7);
+    let m = random.matrix(n, n);
+    let q = mirrored(&random.matrix(n, n));
     // The spectral radius of such a matrix is about sqrt(n/3).
     let a = &m / (n as f64 / 3.0).sqrt() - identity(n) * 1.5;
     let mut equation = LyapunovEquation::new(&a).unwrap();

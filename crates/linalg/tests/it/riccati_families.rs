@@ -3,6 +3,7 @@
 //! the digits. Every error has to stay within the bound that comes with the answer.
 
 use luenberger_linalg::{LinalgError, Riccati, care, dare, spectral_abscissa, spectral_radius};
+use luenberger_random::Random;
 use nalgebra::{DMatrix, dmatrix};
 
 fn identity(n: usize) -> DMatrix<f64> {
@@ -304,19 +305,19 @@ fn one_input_for_many_unstable_states() {
 /// three decades of it.
 #[test]
 fn the_condition_bounds_perturbations() {
-    let mut state = 11;
+    let mut random = Random(11);
     for (n, discrete) in [1_usize, 2, 4, 8].into_iter().flat_map(|n| [(n, false), (n, true)]) {
         let solve = |a: &DMatrix<f64>, b: &DMatrix<f64>, q: &DMatrix<f64>, r: &DMatrix<f64>| {
             if discrete { dare(a, b, q, r) } else { care(a, b, q, r) }
         };
-        let (a, b) = (random(n, n, &mut state), random(n, n.min(2), &mut state) + DMatrix::identity(n, n.min(2)));
+        let (a, b) = (random.matrix(n, n), random.matrix(n, n.min(2)) + DMatrix::identity(n, n.min(2)));
         let q = identity(n) + DMatrix::from_element(n, n, 0.5);
         let r = identity(b.ncols());
         let found = solve(&a, &b, &q, &r).unwrap();
         let step = 1e-7;
         let mut largest = 0.0_f64;
         for _ in 0..10 {
-            let m = random(n, n, &mut state);
+            let m = random.matrix(n, n);
             let (da, dq) = (&m * (step * a.norm() / m.norm()), &m + m.transpose());
             let dq = &dq * (step * q.norm() / dq.norm());
             let changes =
@@ -359,14 +360,6 @@ fn a_solution_that_is_zero() {
     assert!((found.condition, found.forward_error) == (0.0, 0.0) && found.residual == 0.0);
 }
 
-/// Uniform in -1..1, by a congruential generator: the plants are the same wherever they are built.
-fn random(rows: usize, cols: usize, state: &mut u64) -> DMatrix<f64> {
-    DMatrix::from_fn(rows, cols, |_, _| {
-        *state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-        (*state >> 11) as f64 / 2.0_f64.powi(52) - 1.0
-    })
-}
-
 /// About half of 50 states unstable, two or three inputs: X is 1e7 to 1e12 in some directions and 1 in others. The
 /// stable subspace of the Hamiltonian matrix alone leaves residuals of 1e-5 to 1e-9 (as scipy's and SLICOT's solvers
 /// do, and closed loops that are not stable); in the coordinates of the solution they are rounding of the gain.
@@ -374,9 +367,9 @@ fn random(rows: usize, cols: usize, state: &mut u64) -> DMatrix<f64> {
 fn many_states_and_few_inputs() {
     for (seed, inputs) in [(1, 3), (2, 3), (3, 2), (4, 2)] {
         let n = 50;
-        let mut state = seed;
-        let a = random(n, n, &mut state) * (3.0 / n as f64).sqrt();
-        let b = random(n, inputs, &mut state);
+        let mut random = Random(seed);
+        let a = random.matrix(n, n) * (3.0 / n as f64).sqrt();
+        let b = random.matrix(n, inputs);
         let found = care(&a, &b, &identity(n), &identity(inputs)).unwrap();
         assert!(spectral_abscissa(&a).unwrap() > 0.5 && spectral_abscissa(&(&a - &b * &found.k)).unwrap() < 0.0);
         // K is as large as the root of X: an X rounded entry by entry leaves n eps |K| of the equation, relative to X.
@@ -399,9 +392,9 @@ fn many_states_and_few_inputs() {
 #[test]
 fn a_gain_that_outlives_its_solution() {
     let n = 50;
-    let mut state = 5;
-    let a = random(n, n, &mut state) * (3.0 / n as f64).sqrt();
-    let b = random(n, 1, &mut state);
+    let mut random = Random(5);
+    let a = random.matrix(n, n) * (3.0 / n as f64).sqrt();
+    let b = random.matrix(n, 1);
     let found = dare(&a, &b, &identity(n), &identity(1)).unwrap();
     assert!(spectral_radius(&a).unwrap() > 0.8 && found.forward_error <= 1e-3);
     let found = care(&a, &b, &identity(n), &identity(1)).unwrap();
@@ -412,7 +405,7 @@ fn a_gain_that_outlives_its_solution() {
     let slowest = found.poles.iter().map(|l| -l.re).fold(f64::INFINITY, f64::min);
     assert!(slowest > 0.0);
     let step = 0.2 / a.norm();
-    let mut x = random(n, 1, &mut state);
+    let mut x = random.matrix(n, 1);
     let rate = |x: &DMatrix<f64>| &a * x - &b * (&found.k * x);
     let mut largest = 0.0_f64;
     for _ in 0..(20.0 / slowest / step).ceil() as usize {

@@ -3,6 +3,7 @@
 use crate::small_matrices;
 
 use luenberger_linalg::{LinalgError, Schur, SchurWorkspace, balanced, eigenvalues, schur, schur_into};
+use luenberger_random::Random;
 use nalgebra::{Complex, DMatrix, dmatrix};
 use proptest::prelude::*;
 
@@ -227,12 +228,12 @@ fn ordering_separates_the_stable_from_the_unstable() {
 
 /// Normal, with known eigenvalues: complex pairs and real numbers on the diagonal, and two reflections.
 fn normal(n: usize, seed: u64) -> (DMatrix<f64>, Vec<Complex<f64>>) {
-    let mut random = small_matrices::Seeded(seed);
+    let mut random = Random(seed);
     let mut d = DMatrix::zeros(n, n);
     let mut values = Vec::with_capacity(n);
     while values.len() < n {
         let k = values.len();
-        let (re, im) = (random.uniform(), random.uniform());
+        let (re, im) = (random.unit(), random.unit());
         d[(k, k)] = re;
         if k + 1 < n && random.below(2) == 0 {
             (d[(k + 1, k + 1)], d[(k, k + 1)], d[(k + 1, k)]) = (re, im, -im);
@@ -242,7 +243,7 @@ fn normal(n: usize, seed: u64) -> (DMatrix<f64>, Vec<Complex<f64>>) {
         }
     }
     for _ in 0..2 {
-        let v = DMatrix::from_fn(n, 1, |_, _| random.uniform());
+        let v = DMatrix::from_fn(n, 1, |_, _| random.unit());
         let w = DMatrix::identity(n, n) - &v * v.transpose() * (2.0 / v.norm_squared());
         d = &w * d * &w;
     }
@@ -282,9 +283,9 @@ fn adversaries_of_all_orders() {
             wilkinson.push(0.0);
             wilkinson.iter_mut().skip(1).zip(shifted).for_each(|(c, s)| *c += s);
         }
-        let mut random = small_matrices::Seeded(n as u64);
+        let mut random = Random(n as u64);
         let half = n / 2;
-        let f = DMatrix::from_fn(half, half, |_, _| random.uniform());
+        let f = DMatrix::from_fn(half, half, |_, _| random.unit());
         let g = DMatrix::from_fn(half, half, |i, j| 1.0 / (1.0 + x(i + j)));
         let hamiltonian = DMatrix::from_fn(2 * half, 2 * half, |i, j| match (i < half, j < half) {
             (true, true) => f[(i, j)],
@@ -292,7 +293,7 @@ fn adversaries_of_all_orders() {
             (false, true) => -g[(i - half, j)],
             (false, false) => -f[(j - half, i - half)],
         });
-        let dense = DMatrix::from_fn(n, n, |_, _| random.uniform());
+        let dense = DMatrix::from_fn(n, n, |_, _| random.unit());
         let graded = |step: f64| {
             let dense = &dense;
             DMatrix::from_fn(n, n, |i, j| dense[(i, j)] * 10.0_f64.powf(step * (x(i + j) / x(2 * n - 2) - 0.5)))
@@ -329,11 +330,11 @@ fn adversaries_of_all_orders() {
 #[test]
 fn a_sample_of_small_random_matrices() {
     // The example `stress_schur` does a million.
-    let mut random = small_matrices::Seeded(2);
+    let mut random = Random(2);
     let (mut found, mut workspace) = (Schur::default(), SchurWorkspace::new());
     for _ in 0..5000 {
         let n = 1 + random.below(8);
-        let a = random.matrix(n);
+        let a = small_matrices::matrix(&mut random, n);
         schur_into(&a, &mut found, &mut workspace).unwrap();
         check(&a, &found);
     }
@@ -342,10 +343,10 @@ fn a_sample_of_small_random_matrices() {
 #[test]
 fn a_workspace_forgets_what_it_was_used_for() {
     // Small after large, large after an error: the same numbers as from a fresh one.
-    let mut random = small_matrices::Seeded(3);
+    let mut random = Random(3);
     let (mut found, mut workspace, mut values) = (Schur::default(), SchurWorkspace::new(), Vec::new());
     for n in [120, 7, 80, 0, 120, 5, 1] {
-        let a = DMatrix::from_fn(n, n, |_, _| random.uniform());
+        let a = DMatrix::from_fn(n, n, |_, _| random.unit());
         schur_into(&a, &mut found, &mut workspace).unwrap();
         assert_eq!(found, schur(&a).unwrap());
         workspace.eigenvalues(&a, &mut values).unwrap();

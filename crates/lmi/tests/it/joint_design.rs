@@ -2,24 +2,13 @@
 
 use luenberger_lmi::{Problem, Solution, Variable, he};
 use luenberger_proof::Verdict;
+use luenberger_random::Random;
 use nalgebra::DMatrix;
 use proptest::prelude::*;
 
-/// Numbers in [-1, 1) from a seed (splitmix64).
-fn random(seed: u64) -> impl FnMut() -> f64 {
-    let mut state = seed;
-    move || {
-        state = state.wrapping_add(0x9E37_79B9_7F4A_7C15);
-        let mut z = state;
-        z = (z ^ (z >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
-        z = (z ^ (z >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
-        ((z ^ (z >> 31)) >> 11) as f64 / (1u64 << 52) as f64 - 1.0
-    }
-}
-
 fn plant(n: usize, p: usize, seed: u64) -> (DMatrix<f64>, DMatrix<f64>) {
-    let mut next = random(seed);
-    (DMatrix::from_fn(n, n, |_, _| next()), DMatrix::from_fn(p, n, |_, _| next()))
+    let mut random = Random(seed);
+    (random.matrix(n, n), random.matrix(p, n))
 }
 
 /// P > 0, P < I, A'P + PA - YC - C'Y' < 0, and Z = -C'S with S + S' > 0, which is what `Z C + C'Z' <= 0` means for C of

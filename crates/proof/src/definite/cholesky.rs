@@ -344,22 +344,19 @@ pub(super) fn margin(ball: &Ball, factor: &Factor) -> (f64, f64) {
 
 #[cfg(test)]
 mod tests {
+    use luenberger_random::Random;
+
     use super::*;
 
     /// Gram matrices of n vectors in n - 1 dimensions with small integer entries are exactly singular. At these orders
     /// an unshifted Cholesky completes for some of them, because rounding determines the sign of the last pivot.
     #[test]
     fn a_singular_matrix_is_never_certified() {
-        let mut state = 1_u64;
-        let mut small_integer = move || {
-            // Knuth's linear congruential generator; its high bits are used.
-            state = state.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
-            f64::from((state >> 60) as u32) - 7.5
-        };
+        let mut random = Random(1);
         let mut survived_unshifted = 0;
         for trial in 0..120 {
             let n = 20 + trial % 30;
-            let x: Vec<f64> = (0..n * (n - 1)).map(|_| small_integer()).collect();
+            let x: Vec<f64> = (0..n * (n - 1)).map(|_| random.below(16) as f64 - 7.5).collect();
             // Multiples of 1/4 below 2^14: exact.
             let mid =
                 Matrix::from_fn(n, n, |i, j| (0..n - 1).map(|k| x[i * (n - 1) + k] * x[j * (n - 1) + k]).sum::<f64>());

@@ -191,6 +191,8 @@ impl Ring for Interval {
 
 #[cfg(test)]
 mod tests {
+    use luenberger_random::Random;
+
     use super::*;
 
     /// Both signs of zero, of the smallest and largest subnormal and normal numbers, of powers of 2 with their
@@ -199,11 +201,8 @@ mod tests {
         let mut all = vec![0.0, f64::INFINITY, f64::MAX, f64::MIN_POSITIVE, f64::from_bits(1), 1.0, 2.5e-310];
         all.extend((-1074..=1023).map(|e| 2f64.powi(e)));
         all.extend(all.clone().into_iter().flat_map(|x| [x.next_up(), x.next_down()]));
-        let mut state = 1u64;
-        all.extend((0..4000).filter_map(|_| {
-            state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-            Some(f64::from_bits(state ^ state >> 29)).filter(|x| !x.is_nan())
-        }));
+        let mut random = Random(1);
+        all.extend((0..4000).map(|_| f64::from_bits(random.bits())).filter(|x| !x.is_nan()));
         all.iter().flat_map(|x| [*x, -x]).collect()
     }
 

@@ -6,6 +6,7 @@ use luenberger_proof::statement::{
     deployed_linear, deployed_sampled_cubic, saturated_decrease,
 };
 use luenberger_proof::{Exact, Matrix, ProofError, Ring};
+use luenberger_random::Random;
 use proptest::prelude::*;
 
 fn identity(n: usize) -> Matrix<f64> {
@@ -74,15 +75,9 @@ fn system() -> impl Strategy<Value = (SampledPlant, Matrix<f64>, f64, u64)> {
     })
 }
 
-struct Noise(u64);
-
-impl Noise {
-    /// Mostly the ends of [-1, 1], which is where the worst is.
-    fn next(&mut self) -> f64 {
-        self.0 = self.0.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
-        let x = (self.0 >> 33) as f64 / 2.0_f64.powi(30) - 1.0;
-        if (self.0 >> 20).is_multiple_of(4) { x } else { x.signum() }
-    }
+/// Mostly the ends of [-1, 1], which is where the worst is.
+fn noise(random: &mut Random) -> f64 {
+    if random.once_in(4) { random.unit() } else { random.sign() }
 }
 
 fn apply(m: &Matrix<f64>, x: &[f64]) -> Vec<f64> {
@@ -114,8 +109,8 @@ fn run(
 ) -> Result<f64, TestCaseError> {
     let ball = deployed.ball().expect("proved");
     let n = plant.a.rows();
-    let mut noise = Noise(seed);
-    let mut x: Vec<f64> = operation.state.iter().map(|bound| bound * noise.next()).collect();
+    let mut random = Random(seed);
+    let mut x: Vec<f64> = operation.state.iter().map(|bound| bound * noise(&mut random)).collect();
     let mut xhat = vec![0.0; n];
     let mut share = 0.0_f64;
     let mut transient = ball.start;
@@ -133,11 +128,11 @@ fn run(
         }
         transient *= ball.contraction + ball.relative;
         let u: Vec<f64> =
-            operation.input.iter().map(|bound| running.round(bound * noise.next()).expect("in range")).collect();
+            operation.input.iter().map(|bound| running.round(bound * noise(&mut random)).expect("in range")).collect();
         let y: Vec<f64> = apply(&plant.c, &x).iter().map(|y| running.round(*y).expect("in range")).collect();
         xhat = step(&xhat, &u, &y);
         let mut moved = |m: &Matrix<f64>, bound: Option<&Matrix<f64>>| match bound {
-            Some(bound) => Matrix::from_fn(m.rows(), m.cols(), |i, j| m[(i, j)] + bound[(i, j)] * noise.next()),
+            Some(bound) => Matrix::from_fn(m.rows(), m.cols(), |i, j| m[(i, j)] + bound[(i, j)] * noise(&mut random)),
             None => m.clone(),
         };
         let a = moved(&plant.a, operation.deviation.as_ref().map(|deviation| &deviation.a));

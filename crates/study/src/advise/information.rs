@@ -3,7 +3,7 @@
 use luenberger_design::Region;
 use luenberger_linalg::{discrete_kalman_gain, kalman_gain};
 use luenberger_plants::Differentiable;
-use luenberger_proof::wording::{at_least, at_most, shortest, significant};
+use luenberger_proof::wording::{at_least, at_most, rounded, shortest, significant};
 use luenberger_sim::Trajectory;
 use nalgebra::{Complex, DMatrix, DVector};
 use serde::Serialize;
@@ -391,6 +391,5 @@ fn process_noise(
     }
     let q = 10f64.powf(high);
     // Three digits, so that the study that is written has the number that was used.
-    let rounded: f64 = significant(q, 3).parse().unwrap_or(q);
-    (Ok(unit * rounded), from)
+    (Ok(unit * rounded(q, 3)), from)
 }

@@ -4,7 +4,7 @@ use std::sync::atomic::AtomicBool;
 
 use luenberger_linalg::{PolePattern, eigenvalues, poles_from};
 use luenberger_plants::{Differentiable, Plant};
-use luenberger_proof::wording::{counted, significant};
+use luenberger_proof::wording::{counted, rounded, significant};
 use nalgebra::{Complex, DMatrix, DVector};
 
 use super::block::{Block, Keys, Value, study_with};
@@ -29,7 +29,7 @@ const HALVINGS: i32 = 5;
 
 /// Intensities that are quoted with a few digits, so that a study that is written has the numbers that were used.
 fn short(x: f64) -> f64 {
-    significant(x, 4).parse().unwrap_or(x)
+    rounded(x, 4)
 }
 
 /// A plant that the linear kinds take: a linear one, or one with an operating point.

@@ -62,7 +62,7 @@ pub(super) fn linear_report(
     bounds: Option<&ActingBounds>,
 ) -> Result<Designed, Misfit> {
     let rate = -design.spectral_abscissa();
-    let noise = NoiseGain::of(study, [(&plant.a, &plant.c)], &design.observer.l);
+    let noise = NoiseGain::of(study, [(&plant.a, &plant.c)], &design.observer.l, Some(&design.poles));
     let mut numbers = vec![number("decay rate", rate)];
     numbers.extend(noise.numbers());
     let l = matrix("L", &design.observer.l);
@@ -126,7 +126,7 @@ pub(super) fn cubic_report(
     bounds: Option<&ActingBounds>,
 ) -> Result<Designed, Misfit> {
     let reach = reach(&design.certificate);
-    let noise = NoiseGain::of(study, [(&plant.a, &plant.c)], &design.observer.l);
+    let noise = NoiseGain::of(study, [(&plant.a, &plant.c)], &design.observer.l, Some(&linear.poles));
     let mut numbers = vec![number("decay rate of small errors", -linear.spectral_abscissa())];
     numbers.extend(noise.numbers());
     let report = DesignReport {

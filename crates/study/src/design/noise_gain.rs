@@ -7,7 +7,7 @@
 //! several Jacobians (vertices) the largest counts.
 
 use luenberger_linalg::{eigenvalues, lyapunov, stein, symmetric_part, zero_order_hold};
-use nalgebra::{DMatrix, DVector};
+use nalgebra::{Complex, DMatrix, DVector};
 
 use super::number;
 use crate::results::NamedNumber;
@@ -24,11 +24,13 @@ pub(super) struct NoiseGain {
 }
 
 impl NoiseGain {
-    /// The noise gain of L for these pairs (A, C), of which `A - L C` is Hurwitz.
+    /// The noise gain of L for these pairs (A, C), of which `A - L C` is Hurwitz; for one pair with the eigenvalues of
+    /// `A - L C`, where the design has them.
     pub(super) fn of<'a>(
         study: &Study,
         pairs: impl IntoIterator<Item = (&'a DMatrix<f64>, &'a DMatrix<f64>)>,
         l: &DMatrix<f64>,
+        poles: Option<&[Complex<f64>]>,
     ) -> Self {
         let simulation = study.simulation.as_ref().filter(|simulation| simulation.is_noisy());
         let mut worst = Self { norm: l.clone().svd(false, false).singular_values.max(), ..Self::default() };
@@ -45,11 +47,10 @@ impl NoiseGain {
                     worst.deviation.iter_mut().zip(&deviation).for_each(|(most, one)| *most = most.max(*one));
                 }
             }
-            let modulus = |m: &DMatrix<f64>| {
-                eigenvalues(m).map_or(0.0, |values| values.iter().map(|z| z.norm()).fold(0.0, f64::max))
-            };
-            fastest = fastest.max(modulus(&f));
-            plant = plant.max(modulus(a));
+            let modulus = |poles: &[Complex<f64>]| poles.iter().map(|pole| pole.norm()).fold(0.0, f64::max);
+            let modulus_of = |m: &DMatrix<f64>| eigenvalues(m).map_or(0.0, |poles| modulus(&poles));
+            fastest = fastest.max(poles.map_or_else(|| modulus_of(&f), modulus));
+            plant = plant.max(modulus_of(a));
         }
         worst.ratio = (plant > 0.0).then_some(fastest / plant);
         worst

@@ -39,7 +39,7 @@ pub(super) fn lpv(study: &Study, region: &Region, rate: &RateSpec, options: &Gai
         design.stopped.as_ref().map(|(rate, why)| format!("rate {} is not certified: {why}", significant(*rate, 5)));
     let pairs = design.polytope.vertices.iter().map(|vertex| (&vertex.a, &vertex.c));
     let l = design.observer.l();
-    let noise = NoiseGain::of(study, pairs, l);
+    let noise = NoiseGain::of(study, pairs, l, None);
     let mut numbers = vec![
         number("rate", design.rate),
         number("overshoot", design.overshoot),
@@ -168,7 +168,7 @@ fn by_sectors(study: &Study, design: &LipschitzDesign, region: &Region, whose: &
         rate => format!("decays at least as fast as {}", decay(rate)),
     };
     let centre = design.plant.centre();
-    let noise = NoiseGain::of(study, [(&centre, design.plant.c())], &design.l);
+    let noise = NoiseGain::of(study, [(&centre, design.plant.c())], &design.l, None);
     let mut numbers = vec![number("rate", design.rate), number("sectors", count as f64)];
     numbers.extend(noise.numbers());
     let report = DesignReport {
@@ -204,7 +204,7 @@ pub(super) fn mean_value(
         Some(branches) => format!("{hypothesis}, provided that {branches}"),
         None => hypothesis,
     };
-    let noise = NoiseGain::of(study, polytope.vertices.iter().map(|vertex| (&vertex.a, &vertex.c)), &design.l);
+    let noise = NoiseGain::of(study, polytope.vertices.iter().map(|vertex| (&vertex.a, &vertex.c)), &design.l, None);
     let mut numbers = vec![
         number("rate", design.rate),
         number("overshoot", design.overshoot),

@@ -64,7 +64,7 @@ pub(super) fn norm_filter(
     numbers.extend(design.frequency.map(|frequency| number("frequency of the peak", frequency)));
     let mut noise = NoiseGain::default();
     if dt.is_none() {
-        noise = NoiseGain::of(study, [(&plant.a, &plant.c)], &design.l);
+        noise = NoiseGain::of(study, [(&plant.a, &plant.c)], &design.l, Some(&design.poles));
         numbers.extend(noise.numbers());
     }
     let report = DesignReport {

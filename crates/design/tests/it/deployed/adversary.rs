@@ -12,32 +12,14 @@ use luenberger_plants::StateSpace;
 use luenberger_proof::certificate::{CertificateFile, Certified, ClaimedBall, DeployedObserver, Theorem, verify};
 use luenberger_proof::statement::{self, Deployed, Format, Operation, Step};
 use luenberger_proof::{Exact, Matrix, Ring};
+use luenberger_random::Random;
 use nalgebra::{DMatrix, DVector, Dyn, dmatrix};
 
 use super::intermediates::Target;
 use super::recorded::{Recorded, record};
 
-/// A reproducible stream of numbers in [-1, 1].
-pub(crate) struct Random(pub(crate) u64);
-
-impl Random {
-    pub(crate) fn next(&mut self) -> f64 {
-        self.0 = self.0.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
-        (self.0 >> 33) as f64 / 2.0_f64.powi(30) - 1.0
-    }
-
-    /// An integer in `0..n`.
-    fn below(&mut self, n: usize) -> usize {
-        (f64::midpoint(self.next(), 1.0) * n as f64) as usize % n
-    }
-
-    fn sign(&mut self) -> f64 {
-        if self.next() < 0.0 { -1.0 } else { 1.0 }
-    }
-
-    fn power(&mut self, largest: i32) -> f64 {
-        2.0_f64.powi((self.next() * f64::from(largest)) as i32)
-    }
+fn power(random: &mut Random, largest: i32) -> f64 {
+    2.0_f64.powi((random.unit() * f64::from(largest)) as i32)
 }
 
 fn exact(x: f64) -> Exact {
@@ -247,8 +229,8 @@ fn decreases(theorem: &DeployedObserver, random: &mut Random) -> Result<(), Stri
     let [a, c, l, n, theta, p] = [&s.a, &s.c, &s.l, &gains.n, &gains.theta, &theorem.p].map(dynamic_matrix);
     let square = |e: &DVector<f64>, p: &DMatrix<f64>| e.dot(&(p * e));
     for _ in 0..30 {
-        let size = 10.0_f64.powf(8.0 * random.next());
-        let e = DVector::from_fn(a.nrows(), |_, _| size * random.next());
+        let size = 10.0_f64.powf(8.0 * random.unit());
+        let e = DVector::from_fn(a.nrows(), |_, _| size * random.unit());
         let after = cubic::flow(&theta, gains.w, &(&c * &e), gains.h);
         let (moved, injected) = (&n * &after.impulse, &l * &after.innovation);
         let next = &a * (&e + &moved) - &injected;
@@ -373,7 +355,7 @@ fn mutated(of: &DeployedObserver, kind: usize, random: &mut Random) -> (Deployed
         0 => {
             // F or A off by one unit in the last place: not the nearest.
             let entry = (random.below(n), random.below(n));
-            t.stored.a[entry] = neighbour(t.stored.a[entry], format, random.next() > 0.0);
+            t.stored.a[entry] = neighbour(t.stored.a[entry], format, random.unit() > 0.0);
             return (t, Expected::Refusal);
         }
         1 => {
@@ -386,15 +368,15 @@ fn mutated(of: &DeployedObserver, kind: usize, random: &mut Random) -> (Deployed
             }
             return (t, Expected::Refusal);
         }
-        2 => t.stored.l[entry] = neighbour(t.stored.l[entry], format, random.next() > 0.0),
-        3 => t.stored.l[entry] = rounded(t.stored.l[entry] * 4.0 * random.next()),
-        4 => t.operation.error = t.operation.error.iter().map(|x| x * random.power(20)).collect(),
-        5 => t.operation.noise = t.operation.noise.iter().map(|_| random.power(20)).collect(),
+        2 => t.stored.l[entry] = neighbour(t.stored.l[entry], format, random.unit() > 0.0),
+        3 => t.stored.l[entry] = rounded(t.stored.l[entry] * 4.0 * random.unit()),
+        4 => t.operation.error = t.operation.error.iter().map(|x| x * power(random, 20)).collect(),
+        5 => t.operation.noise = t.operation.noise.iter().map(|_| power(random, 20)).collect(),
         6 => t.formats.stored = if format == Format::Binary32 { Format::Binary64 } else { Format::Binary32 },
         7 => t.formats.running = if format == Format::Binary32 { Format::Binary64 } else { Format::Binary32 },
-        8 => t.operation.state = t.operation.state.iter().map(|x| x * random.power(20)).collect(),
+        8 => t.operation.state = t.operation.state.iter().map(|x| x * power(random, 20)).collect(),
         9 => {
-            let scale = 1.0 + 0.9 * random.next();
+            let scale = 1.0 + 0.9 * random.unit();
             t.p = Matrix::from_fn(n, n, |i, j| t.p[(i, j)] * if i == j { 1.0 } else { scale });
         }
         _ => {}
@@ -404,25 +386,25 @@ fn mutated(of: &DeployedObserver, kind: usize, random: &mut Random) -> (Deployed
             10 => gains.theta = gains.theta.map(|x| -x),
             11 => {
                 // Indefinite, and not symmetric.
-                let scale = random.power(30);
-                gains.theta = gains.theta.map(|x| rounded(x * scale * random.next()));
+                let scale = power(random, 30);
+                gains.theta = gains.theta.map(|x| rounded(x * scale * random.unit()));
             }
             12 => {
-                let scale = random.sign() * random.power(10);
+                let scale = random.sign() * power(random, 10);
                 gains.n = gains.n.map(|x| rounded(x * scale));
             }
-            13 => gains.w = rounded(gains.w * random.power(40)),
+            13 => gains.w = rounded(gains.w * power(random, 40)),
             14 => {
-                let scale = random.power(100);
+                let scale = power(random, 100);
                 gains.w = rounded(gains.w * scale);
                 gains.n = gains.n.map(|x| rounded(x * scale));
             }
-            15 => gains.h = rounded(gains.h * random.power(60)),
+            15 => gains.h = rounded(gains.h * power(random, 60)),
             16 => {
-                let scale = random.power(60);
+                let scale = power(random, 60);
                 gains.theta = gains.theta.map(|x| rounded(x * scale));
             }
-            17 => gains.n[entry] = neighbour(gains.n[entry], format, random.next() > 0.0),
+            17 => gains.n[entry] = neighbour(gains.n[entry], format, random.unit() > 0.0),
             18 => {
                 let (w, scale) = (gains.w, 2.0_f64.powi(127 - gains.w.log2() as i32));
                 gains.w = w * scale;
@@ -432,7 +414,7 @@ fn mutated(of: &DeployedObserver, kind: usize, random: &mut Random) -> (Deployed
             19 => {
                 // By columns: another map of the error, proved or not.
                 let n = gains.n.clone();
-                gains.n = Matrix::from_fn(n.rows(), n.cols(), |i, j| rounded(n[(i, j)] * (1.0 + 0.3 * random.next())));
+                gains.n = Matrix::from_fn(n.rows(), n.cols(), |i, j| rounded(n[(i, j)] * (1.0 + 0.3 * random.unit())));
             }
             _ => {}
         }

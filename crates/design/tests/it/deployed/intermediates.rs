@@ -8,9 +8,9 @@ use luenberger_proof::Matrix;
 use luenberger_proof::statement::{
     CubicGains, Deployed, Format, Operation, SampledPlant, Step, deployed_linear, deployed_sampled_cubic,
 };
+use luenberger_random::Random;
 use nalgebra::{DMatrix, DVector, Dyn, RealField};
 
-use super::adversary::Random;
 use super::recorded::{Recorded, record};
 
 /// The scalar in which a format runs.
@@ -107,14 +107,14 @@ fn every_operation_is_listed<T: Target>(is_cubic: bool, outputs: usize) {
     let mut accepted = 0;
     for case in 0..1500 {
         // Powers of two of every size: N = -w/c I exactly, and e+ = 0.25 e. P = I proves it.
-        let power = |random: &mut Random, share: f64| 2.0_f64.powi((random.next() * share * range) as i32);
+        let power = |random: &mut Random, share: f64| 2.0_f64.powi((random.unit() * share * range) as i32);
         let share = [0.05, 0.2, 0.5, 1.0][case % 4];
         let (size, gain) = (power(&mut random, share / 4.0), power(&mut random, share / 4.0));
         let (w, h) = (power(&mut random, share), power(&mut random, share / 2.0));
         // Every other one with c = sqrt(2 w h z'theta z) near 1/epsilon, where the code branches.
         let near = (w * h).recip() * (T::default_epsilon().value() * size * gain).powi(-2);
         let scale = if case % 8 < 4 { power(&mut random, share) } else { near * power(&mut random, 0.1) };
-        let theta: Vec<f64> = (0..outputs).map(|_| (scale * random.next()).abs()).collect();
+        let theta: Vec<f64> = (0..outputs).map(|_| (scale * random.unit()).abs()).collect();
         let n = outputs;
         let diagonal = |x: f64| Matrix::from_fn(n, n, |i, j| if i == j { x } else { 0.0 });
         let noise = 0.1 * power(&mut random, share / 4.0);
@@ -150,7 +150,7 @@ fn every_operation_is_listed<T: Target>(is_cubic: bool, outputs: usize) {
         let Some(ball) = deployed.ball() else { continue };
         accepted += 1;
         for worst in [true, false] {
-            let mut within = |bound: f64| if worst { bound * random.next().signum() } else { bound * random.next() };
+            let mut within = |bound: f64| if worst { bound * random.unit().signum() } else { bound * random.unit() };
             let rounded = |x: f64| T::of(x).value();
             let x: Vec<f64> = (0..n).map(|_| within(size)).collect();
             let xhat: Vec<f64> = x.iter().map(|x| rounded(x - within(size))).collect();
@@ -220,7 +220,7 @@ fn every_operation_of_the_cubic_step_is_an_intermediate_number() {
 fn the_recorded_scalar_computes_as_the_one_it_wraps() {
     let mut random = Random(3);
     for _ in 0..200 {
-        let mut x = || (random.next() * 10.0) as f32;
+        let mut x = || (random.unit() * 10.0) as f32;
         let (theta, z, w, h) = (x(), [x(), x()], x().abs(), x().abs());
         let theta = DMatrix::from_row_slice(2, 2, &[theta, 0.5, -0.5, theta * theta]);
         let plain = luenberger_observers::cubic::flow(&theta, w, &DVector::from_row_slice(&z), h);
