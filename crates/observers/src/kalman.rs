@@ -187,13 +187,17 @@ where
         times_transpose(&times(&c, &estimate.covariance()), &c) + &self.noises.v
     }
 
-    /// `f(xhat)` and `F P + P F' + W`.
-    fn on_slices(&self) -> StepOnSlices<'_, S, T, N, M, P> {
+    /// The step of a plant whose sizes are known at run time only; false if the sizes have none.
+    fn step_on_slices(&self, state: &mut [T], sample: Sample<'_, T>) -> bool {
         let Self { plant, noises, h, substeps, gate, .. } = self;
+        let motion = |t: T, x: &[T], u: &[T], f: &mut [T], df: &mut [T]| plant.motion_into(t, x, u, f, df);
+        let measurement = |t: T, x: &[T], u: &[T], h: &mut [T], dh: &mut [T]| plant.measurement_into(t, x, u, h, dh);
         let (w, v) = (noises.w.as_slice(), noises.v.as_slice());
-        StepOnSlices { plant, w, v, gate: *gate, h: *h, substeps: *substeps, sizes: PhantomData }
+        StepOnSlices { motion: &motion, measurement: &measurement, w, v, gate: *gate, h: *h, substeps: *substeps }
+            .step(state, sample)
     }
 
+    /// `f(xhat)` and `F P + P F' + W`.
     fn slope(
         &self,
         t: T,
@@ -325,7 +329,7 @@ where
 
     fn step_into(&self, t: T, state: &mut [T], u: &[T], y: &[T], measured: &[bool]) -> bool {
         let dynamic = N::try_to_usize().is_none();
-        dynamic && self.on_slices().step(state, Sample { t, u, y, measured })
+        dynamic && self.step_on_slices(state, Sample { t, u, y, measured })
             || step_columns(self, t, state, (u, y), measured)
     }
 

@@ -3,10 +3,7 @@
 //! Up to eight states and four outputs the step is compiled for these sizes and takes no memory. It is the same
 //! arithmetic in the same order as for any size, and gives the same bits.
 
-use core::marker::PhantomData;
-
-use luenberger_plants::{Differentiable, Size};
-use nalgebra::{DefaultAllocator, Dim, RealField, SMatrix, SVector, convert};
+use nalgebra::{RealField, SMatrix, SVector, convert};
 
 use crate::dense::{times, times_transpose};
 use crate::gaussian::{corrected, spread, symmetrise};
@@ -21,23 +18,22 @@ pub(crate) struct Sample<'s, T> {
     pub(crate) measured: &'s [bool],
 }
 
-/// The filter that steps: plant, noises W and V by columns, gate, period, and Runge-Kutta steps in a period (none in
-/// discrete time).
-pub(crate) struct StepOnSlices<'f, S, T, N, M, P> {
-    pub(crate) plant: &'f S,
+/// f or h and its Jacobian at time, state and input, on slices; false if their lengths do not fit.
+pub(crate) type WithJacobian<'f, T> = dyn Fn(T, &[T], &[T], &mut [T], &mut [T]) -> bool + 'f;
+
+/// The filter that steps: f and h of the plant, noises W and V by columns, gate, period, and Runge-Kutta steps in a
+/// period (none in discrete time). Without the type of the plant: the sizes are many already.
+pub(crate) struct StepOnSlices<'f, T> {
+    pub(crate) motion: &'f WithJacobian<'f, T>,
+    pub(crate) measurement: &'f WithJacobian<'f, T>,
     pub(crate) w: &'f [T],
     pub(crate) v: &'f [T],
     pub(crate) gate: Option<T>,
     pub(crate) h: T,
     pub(crate) substeps: Option<usize>,
-    pub(crate) sizes: PhantomData<(N, M, P)>,
 }
 
-impl<S, T: RealField + Copy, N: Dim, M: Dim, P: Dim> StepOnSlices<'_, S, T, N, M, P>
-where
-    S: Differentiable<T, N, M, P>,
-    DefaultAllocator: Size<N, M, P>,
-{
+impl<T: RealField + Copy> StepOnSlices<'_, T> {
     /// Update and prediction of the estimate and the covariance by columns in `estimate`; false if the sizes have no step
     /// of their own, and nothing is done.
     pub(crate) fn step(&self, estimate: &mut [T], sample: Sample<'_, T>) -> bool {
@@ -85,7 +81,7 @@ where
         Sample { t, u, y, measured }: Sample<'_, T>,
     ) {
         let (mut value, mut h) = (SVector::<T, Q>::zeros(), SMatrix::<T, Q, K>::zeros());
-        if !self.plant.measurement_into(t, xhat.as_slice(), u, value.as_mut_slice(), h.as_mut_slice()) {
+        if !(self.measurement)(t, xhat.as_slice(), u, value.as_mut_slice(), h.as_mut_slice()) {
             value.fill(convert(f64::NAN));
         }
         let innovation = SVector::<T, Q>::from_column_slice(y) - value;
@@ -104,7 +100,7 @@ where
         let w = SMatrix::<T, K, K>::from_column_slice(self.w);
         let motion = |t: T, xhat: &SVector<T, K>| {
             let (mut f, mut df) = (SVector::<T, K>::zeros(), SMatrix::<T, K, K>::zeros());
-            if !self.plant.motion_into(t, xhat.as_slice(), u, f.as_mut_slice(), df.as_mut_slice()) {
+            if !(self.motion)(t, xhat.as_slice(), u, f.as_mut_slice(), df.as_mut_slice()) {
                 f.fill(convert(f64::NAN));
             }
             (f, df)

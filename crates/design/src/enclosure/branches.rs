@@ -11,11 +11,10 @@
 
 use core::fmt;
 
-use luenberger_plants::Plant;
 use luenberger_proof::{Interval, Ring};
 
 use super::error::CHOICE;
-use super::evaluation::{Evaluation, Failure, column, middle};
+use super::evaluation::{Evaluation, Failure, middle};
 use super::paths::{Undefined, Way, explore_ways, follow};
 use super::scalar::IntervalDual;
 use luenberger_proof::wording::significant;
@@ -59,7 +58,7 @@ struct Branch {
     centre: Option<Vec<Interval>>,
 }
 
-impl<S: Plant<IntervalDual>> Evaluation<'_, S> {
+impl Evaluation<'_> {
     /// How far apart the ways through the open comparisons of this part can be; an error where two of them cannot meet.
     pub(super) fn gap(&self, cell: &[Interval]) -> Result<Gap, Failure> {
         let mut largest = Gap { bound: 0.0, axis: None };
@@ -78,27 +77,13 @@ impl<S: Plant<IntervalDual>> Evaluation<'_, S> {
         Ok(largest)
     }
 
-    /// f or h over a part, with the slopes along coordinate `along`, if one is given.
-    fn evaluate(&self, side: &str, cell: &[Interval], along: Option<usize>) -> Result<Vec<IntervalDual>, Failure> {
-        let (n, m) = (self.size.states, self.size.inputs);
-        let seed = |k: usize| if along == Some(k) { Interval::ONE } else { Interval::zero() };
-        let coordinates: Vec<IntervalDual> = (0..cell.len()).map(|k| IntervalDual::new(cell[k], seed(k))).collect();
-        let x = column::<S::State>("states", &coordinates[..n], n)?;
-        let t = coordinates[n + m];
-        let u = column::<S::Input>("inputs", &coordinates[n..n + m], m)?;
-        if side == "h" {
-            return Ok(luenberger_plants::Column::as_slice(&self.plant.output(t, &x, &u)).to_vec());
-        }
-        Ok(luenberger_plants::Column::as_slice(&self.plant.derivative(t, &x, &u)).to_vec())
-    }
-
     fn branches(&self, side: &'static str, cell: &[Interval]) -> Result<Vec<Branch>, Failure> {
         let undefined = |why: Undefined| Failure::Undefined(why, side);
         let centre: Vec<Interval> =
             cell.iter().map(|axis| Interval::new(middle(axis), middle(axis)).unwrap_or(*axis)).collect();
         let mut branches: Vec<Branch> = Vec::new();
         for along in 0..cell.len() {
-            let ways = explore_ways(|| self.evaluate(side, cell, Some(along))).map_err(undefined)?;
+            let ways = explore_ways(|| self.over(side, cell, Some(along))).map_err(undefined)?;
             // A right-hand side that is not a function, such as one that counts its calls, takes other ways each time.
             if along > 0 && ways.len() != branches.len() {
                 return Err(undefined(Undefined::TooManyBranches));
@@ -119,7 +104,7 @@ impl<S: Plant<IntervalDual>> Evaluation<'_, S> {
     }
 
     fn at(&self, side: &str, centre: &[Interval], way: &Way) -> Option<Vec<Interval>> {
-        let result = follow(way, || self.evaluate(side, centre, None))?.ok()?;
+        let result = follow(way, || self.over(side, centre, None))?.ok()?;
         Some(result.iter().map(IntervalDual::value).collect())
     }
 }

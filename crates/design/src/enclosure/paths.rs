@@ -143,11 +143,18 @@ pub(super) struct Way(Vec<bool>);
 
 /// As [`explore`], each result with its way.
 pub(super) fn explore_ways<R>(mut f: impl FnMut() -> R) -> Result<Vec<(R, Way)>, Undefined> {
-    let mut answers = Vec::new();
     let mut results = Vec::new();
+    let ways = all_ways(&mut || results.push(f()))?;
+    Ok(results.into_iter().zip(ways).collect())
+}
+
+/// Runs `f` on every way.
+fn all_ways(f: &mut dyn FnMut()) -> Result<Vec<Way>, Undefined> {
+    let mut answers = Vec::new();
+    let mut ways = Vec::new();
     loop {
-        let (result, script) = run(Script { answers, ..Script::default() }, &mut f)?;
-        results.push((result, Way(script.trace)));
+        let script = run(Script { answers, ..Script::default() }, f)?;
+        ways.push(Way(script.trace));
         answers = script.answers;
         // A run that asked fewer questions than its script has answers did not depend on the rest.
         answers.truncate(script.next);
@@ -155,8 +162,8 @@ pub(super) fn explore_ways<R>(mut f: impl FnMut() -> R) -> Result<Vec<(R, Way)>,
             answers.pop();
         }
         match answers.last_mut() {
-            None => return Ok(results),
-            Some(_) if results.len() >= MAX_RUNS => return Err(Undefined::TooManyBranches),
+            None => return Ok(ways),
+            Some(_) if ways.len() >= MAX_RUNS => return Err(Undefined::TooManyBranches),
             Some(last) => *last = false,
         }
     }
@@ -169,14 +176,16 @@ pub(super) fn follow<R>(way: &Way, mut f: impl FnMut() -> R) -> Option<R> {
         return None;
     }
     let script = Script { forced: Some(way.0.clone()), ..Script::default() };
-    Some(run(script, &mut f).ok()?.0)
+    let mut result = None;
+    run(script, &mut || result = Some(f())).ok()?;
+    result
 }
 
-/// One run with a script, and the script after it.
-fn run<R>(script: Script, f: &mut impl FnMut() -> R) -> Result<(R, Script), Undefined> {
+/// One run with a script; the script after it.
+fn run(script: Script, f: &mut dyn FnMut()) -> Result<Script, Undefined> {
     let restore = Restore(SCRIPT.with(|cell| cell.replace(Some(script))));
     let strays = STRAYS.load(Ordering::SeqCst);
-    let result = f();
+    f();
     let script = SCRIPT.with(|cell| cell.borrow_mut().take()).unwrap_or_default();
     drop(restore);
     if let Some(undefined) = script.undefined {
@@ -185,7 +194,7 @@ fn run<R>(script: Script, f: &mut impl FnMut() -> R) -> Result<(R, Script), Unde
     if STRAYS.load(Ordering::SeqCst) != strays {
         return Err(Undefined::Operation("a comparison in another thread"));
     }
-    Ok((result, script))
+    Ok(script)
 }
 
 #[cfg(test)]

@@ -5,7 +5,7 @@ use luenberger_proof::{Interval, Matrix};
 
 use super::branches::{Branches, Gap};
 use super::error::EnclosureError;
-use super::evaluation::{Evaluation, Failure, middle};
+use super::evaluation::{Evaluation, Failure, Sides, middle};
 use super::paths::Undefined;
 use super::place::{Axis, Entry, Place};
 use super::region::Region;
@@ -117,7 +117,11 @@ pub struct JacobianEnclosure {
 /// # Errors
 /// [`EnclosureError`] names the entry or the operation, and the point.
 pub fn enclose<S: Plant<IntervalDual>>(plant: &S, region: &Region) -> Result<JacobianEnclosure, EnclosureError> {
-    let size = plant.dimensions();
+    enclose_sides(plant, region)
+}
+
+fn enclose_sides(plant: &dyn Sides, region: &Region) -> Result<JacobianEnclosure, EnclosureError> {
+    let size = plant.size();
     let evaluation = &Evaluation { plant, size };
     let axes = region.axes(size)?;
     let whole = Cell { halvings: vec![0; axes.len()], axes };
@@ -155,10 +159,7 @@ enum Outcome {
     Undefined(Undefined, &'static str),
 }
 
-fn examine<S: Plant<IntervalDual>>(
-    evaluation: &Evaluation<'_, S>,
-    cell: &[Interval],
-) -> Result<Outcome, EnclosureError> {
+fn examine(evaluation: &Evaluation<'_>, cell: &[Interval]) -> Result<Outcome, EnclosureError> {
     let found = evaluation.jacobians(cell).and_then(|(entries, branched)| {
         let gap = if branched { Some(evaluation.gap(cell)?) } else { None };
         Ok(Jacobians { entries, gap })
@@ -175,11 +176,7 @@ fn examine<S: Plant<IntervalDual>>(
 
 /// Halves a part of the whole box until every part of it has a finite enclosure, depth first, so that a point without
 /// one is found soon.
-fn finite_parts<S: Plant<IntervalDual>>(
-    evaluation: &Evaluation<'_, S>,
-    whole: &Cell,
-    part: &Cell,
-) -> Result<Vec<Leaf>, EnclosureError> {
+fn finite_parts(evaluation: &Evaluation<'_>, whole: &Cell, part: &Cell) -> Result<Vec<Leaf>, EnclosureError> {
     let mut leaves = Vec::new();
     let mut examined = 1;
     let mut open = vec![(part.clone(), examine(evaluation, &part.axes)?)];
@@ -233,8 +230,8 @@ const AHEAD: u32 = 8;
 
 /// Halves parts that leave a branch open, all of them, the largest possible jump first, and then some down to a point.
 /// Where two branches cannot meet, although the comparison stays open down to a point, that point is the error.
-fn search_jumps<S: Plant<IntervalDual>>(
-    evaluation: &Evaluation<'_, S>,
+fn search_jumps(
+    evaluation: &Evaluation<'_>,
     whole: &Cell,
     leaves: &[Leaf],
 ) -> Result<Option<Branches>, EnclosureError> {
@@ -285,11 +282,7 @@ fn least_halved(cell: &Cell, limit: u32) -> Option<usize> {
 }
 
 /// The part of a box on which a branch is undecided, in parts with a finite enclosure.
-fn branched_parts<S: Plant<IntervalDual>>(
-    evaluation: &Evaluation<'_, S>,
-    whole: &Cell,
-    part: Cell,
-) -> Result<Vec<(Cell, Gap)>, EnclosureError> {
+fn branched_parts(evaluation: &Evaluation<'_>, whole: &Cell, part: Cell) -> Result<Vec<(Cell, Gap)>, EnclosureError> {
     Ok(match examine(evaluation, &part.axes)? {
         Outcome::Finite(Jacobians { gap, .. }) => gap.map(|gap| (part, gap)).into_iter().collect(),
         _ => finite_parts(evaluation, whole, &part)?
@@ -301,12 +294,7 @@ fn branched_parts<S: Plant<IntervalDual>>(
 
 /// The error for a part that stays without a finite enclosure. A coordinate makes no difference if there is none at
 /// other values of it either.
-fn located<S: Plant<IntervalDual>>(
-    evaluation: &Evaluation<'_, S>,
-    whole: &Cell,
-    cell: &Cell,
-    outcome: &Outcome,
-) -> EnclosureError {
+fn located(evaluation: &Evaluation<'_>, whole: &Cell, cell: &Cell, outcome: &Outcome) -> EnclosureError {
     let matters = |k: usize| {
         let axis = &whole.axes[k];
         let others = [axis.lo(), axis.hi(), middle(axis), middle(axis) / 3.0 + axis.lo() / 1.5];
@@ -344,12 +332,7 @@ fn largest_excess(outer: &Interval, inner: &Interval) -> (f64, bool) {
 }
 
 /// Halves parts that hold the extremes of an entry, while the samples leave room. Returns the range of the samples.
-fn refine<S: Plant<IntervalDual>>(
-    evaluation: &Evaluation<'_, S>,
-    whole: &Cell,
-    leaves: &mut Vec<Leaf>,
-    budget: usize,
-) -> Vec<Interval> {
+fn refine(evaluation: &Evaluation<'_>, whole: &Cell, leaves: &mut Vec<Leaf>, budget: usize) -> Vec<Interval> {
     let mut seen: Option<Vec<Interval>> = None;
     let mut sample = |point: &[Interval]| {
         if let Ok(Outcome::Finite(Jacobians { entries, .. })) = examine(evaluation, point) {

@@ -117,14 +117,17 @@ impl Extrapolation {
         for (j, &substeps) in SUBSTEPS.iter().enumerate() {
             let h = step / substeps as f64;
             self.before.copy_from_slice(y);
-            for (now, (y, slope)) in self.now.iter_mut().zip(y.iter().zip(&self.first)) {
-                *now = y + h * slope;
+            // Indices, not `zip`, which is a call for each entry at the optimisation of tests.
+            let (first, now, before) = (&self.first[..y.len()], &mut self.now[..y.len()], &mut self.before[..y.len()]);
+            for i in 0..y.len() {
+                now[i] = y[i] + h * first[i];
             }
             for _ in 1..substeps {
-                f(&self.now, &mut self.slope);
-                for ((before, now), slope) in self.before.iter_mut().zip(&mut self.now).zip(&self.slope) {
-                    let next = *before + 2.0 * h * slope;
-                    *before = std::mem::replace(now, next);
+                f(now, &mut self.slope);
+                let slope = &self.slope[..y.len()];
+                for i in 0..y.len() {
+                    let next = before[i] + 2.0 * h * slope[i];
+                    before[i] = std::mem::replace(&mut now[i], next);
                 }
             }
             // Column c of row j overwrites what row j - 1 left there: columns[j - c] holds T(j, c).

@@ -182,27 +182,44 @@ where
             scale[at..at + N].copy_from_slice(half.as_slice());
             scale[at + N..at + N + Z].fill(t_scale);
         }
-        let d = self.target.d();
+        let d = self.target.d().as_slice();
+        let u = self.input.as_slice();
+        let (mut f, mut df) = (SVector::<f64, N>::zeros(), SMatrix::<f64, N, N>::zeros());
+        let (mut y, mut dy) = (SVector::<f64, P>::zeros(), SMatrix::<f64, P, N>::zeros());
         let mut backward = |state: &[f64], slope: &mut [f64]| {
             let x = centre + SVector::<f64, N>::from_column_slice(&state[..N]);
-            let weights = SMatrix::<f64, Z, P>::from_column_slice(&state[e..w]);
-            let (chi, chi_gradient) = self.domain.speed(&x);
-            let f = self.plant.derivative(0.0, &x, &self.input);
+            let (x, (chi, chi_gradient)) = (x.as_slice(), self.domain.speed(&x));
+            let weights = &state[e..w];
+            let fits = if directions == 0 {
+                self.plant.derivative_into(0.0, x, u, f.as_mut_slice())
+                    && self.plant.output_into(0.0, x, u, y.as_mut_slice())
+            } else {
+                self.plant.motion_into(0.0, x, u, f.as_mut_slice(), df.as_mut_slice())
+                    && self.plant.measurement_into(0.0, x, u, y.as_mut_slice(), dy.as_mut_slice())
+            };
+            if !fits {
+                return slope.fill(f64::NAN);
+            }
             for i in 0..N {
                 slope[i] = if chi == 0.0 { 0.0 } else { -chi * f[i] };
             }
-            slope[e..w].copy_from_slice((d * weights).as_slice());
-            slope[w..tangents].copy_from_slice((weights * self.plant.output(0.0, &x, &self.input)).as_slice());
+            for k in 0..P {
+                times(d, &weights[k * Z..][..Z], &mut slope[e + k * Z..][..Z]);
+            }
+            times(weights, y.as_slice(), &mut slope[w..tangents]);
             for k in 0..directions {
                 let at = tangents + k * (N + Z);
-                let v = SVector::<f64, N>::from_column_slice(&state[at..at + N]);
-                let (_, along) = self.plant.directional(0.0, &x, &self.input, &v);
-                let turn = chi_gradient.dot(&v);
+                let v = &state[at..at + N];
+                let (mut turn, mut along, mut output_along) = (0.0, [0.0; N], [0.0; P]);
+                for i in 0..N {
+                    turn += chi_gradient[i] * v[i];
+                }
+                times(df.as_slice(), v, &mut along);
+                times(dy.as_slice(), v, &mut output_along);
                 for i in 0..N {
                     slope[at + i] = if chi == 0.0 { 0.0 } else { -(chi * along[i] + turn * f[i]) };
                 }
-                let (_, output_along) = self.plant.output_directional(0.0, &x, &self.input, &v);
-                slope[at + N..at + N + Z].copy_from_slice((weights * output_along).as_slice());
+                times(weights, &output_along, &mut slope[at + N..at + N + Z]);
             }
         };
         let from = || x.iter().copied().collect::<Vec<_>>();
@@ -220,6 +237,18 @@ where
             }
         }
         Ok(())
+    }
+}
+
+/// `M x` for M by columns. Loops: the adapters of a matrix product are calls at the optimisation of tests.
+fn times(m: &[f64], x: &[f64], product: &mut [f64]) {
+    product.fill(0.0);
+    let rows = product.len();
+    for j in 0..x.len() {
+        let column = &m[j * rows..][..rows];
+        for i in 0..rows {
+            product[i] += column[i] * x[j];
+        }
     }
 }
 

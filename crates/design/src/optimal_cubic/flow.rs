@@ -64,6 +64,7 @@ fn rows(m: &DMatrix<f64>) -> Vec<f64> {
     m.transpose().as_slice().to_vec()
 }
 
+#[inline]
 fn row_times(m: &[f64], i: usize, x: &[f64]) -> f64 {
     let row = &m[i * x.len()..(i + 1) * x.len()];
     let mut sum = 0.0;
@@ -98,25 +99,34 @@ impl ErrorFlow {
         sum
     }
 
-    /// r and theta r; returns `r'theta r` and a bound of the eigenvalues of the Jacobian of the cubic term.
-    fn residual(&self, e: &[f64], work: &mut Work) -> (f64, f64) {
+    /// r and theta r; returns `r'theta r`.
+    fn residual(&self, e: &[f64], work: &mut Work) -> f64 {
         for i in 0..self.p {
             work.r[i] = row_times(&self.c, i, e) + work.v[i];
         }
-        let (mut q, mut length, mut weighted) = (0.0, 0.0, 0.0);
+        let mut q = 0.0;
         for i in 0..self.p {
             let value = row_times(&self.theta, i, &work.r);
             work.theta_r[i] = value;
             q += value * work.r[i];
-            length += work.r[i] * work.r[i];
-            weighted += value * value;
         }
-        (q, self.output_gain * (q + 2.0 * (length * weighted).sqrt()))
+        q
+    }
+
+    /// A bound of the eigenvalues of the Jacobian of the cubic term.
+    fn stiffness(&self, e: &[f64], work: &mut Work) -> f64 {
+        let q = self.residual(e, work);
+        let (mut length, mut weighted) = (0.0, 0.0);
+        for i in 0..self.p {
+            length += work.r[i] * work.r[i];
+            weighted += work.theta_r[i] * work.theta_r[i];
+        }
+        self.output_gain * (q + 2.0 * (length * weighted).sqrt())
     }
 
     fn slope(&self, stage: usize, work: &mut Work) {
         let at = core::mem::take(&mut work.at);
-        let (q, _) = self.residual(&at, work);
+        let q = self.residual(&at, work);
         for i in 0..self.n {
             work.slopes[stage][i] =
                 row_times(&self.f, i, &at) + work.forcing[i] + q * row_times(&self.gain, i, &work.r);
@@ -124,23 +134,27 @@ impl ErrorFlow {
         work.at = at;
     }
 
-    /// A step of length h; returns the integral of `e'Te` over it.
-    fn step(&self, e: &mut [f64], h: f64, work: &mut Work) -> f64 {
-        let mut cost = 0.0;
+    /// A step of length h; with `cost`, the integral of `e'Te` over it is added there.
+    fn step(&self, e: &mut [f64], h: f64, cost: Option<&mut f64>, work: &mut Work) {
+        let mut sum = 0.0;
         for stage in 0..4 {
             let (share, weight) = [(0.0, 1.0), (0.5, 2.0), (0.5, 2.0), (1.0, 1.0)][stage];
             let before = stage.saturating_sub(1);
             for i in 0..self.n {
                 work.at[i] = if stage == 0 { e[i] } else { e[i] + share * h * work.slopes[before][i] };
             }
-            cost += weight * self.square(&work.at);
+            if cost.is_some() {
+                sum += weight * self.square(&work.at);
+            }
             self.slope(stage, work);
+        }
+        if let Some(cost) = cost {
+            *cost += sum * h / 6.0;
         }
         let [a, b, c, d] = &work.slopes;
         for i in 0..self.n {
             e[i] += h / 6.0 * (a[i] + 2.0 * b[i] + 2.0 * c[i] + d[i]);
         }
-        cost * h / 6.0
     }
 
     /// `int_0^inf e'Te dt` from a first error, without noise. Where the cubic term is a thousandth of the slowest mode,
@@ -151,12 +165,12 @@ impl ErrorFlow {
         let mut e = first.to_vec();
         let mut sum = 0.0;
         for _ in 0..MOST_STEPS {
-            let (_, stiffness) = self.residual(&e, work);
+            let stiffness = self.stiffness(&e, work);
             if stiffness <= 1e-3 * slowest {
                 let rest: f64 = (0..self.n).map(|i| e[i] * (0..self.n).map(|j| tail[(i, j)] * e[j]).sum::<f64>()).sum();
                 return (sum + rest).is_finite().then_some(sum + rest);
             }
-            sum += self.step(&mut e, STEP / (self.fastest + stiffness), work);
+            self.step(&mut e, STEP / (self.fastest + stiffness), Some(&mut sum), work);
         }
         None
     }
@@ -167,13 +181,13 @@ impl ErrorFlow {
         for (i, (forcing, w)) in work.forcing.iter_mut().zip(w).enumerate() {
             *forcing = w - row_times(&self.l, i, v);
         }
-        let (_, stiffness) = self.residual(e, work);
+        let stiffness = self.stiffness(e, work);
         let steps = (period * (self.fastest + stiffness) / (2.0 * STEP)).ceil().max(1.0);
         if steps.is_nan() || steps > MOST_SUBSTEPS {
             return None;
         }
         for _ in 0..steps as usize {
-            self.step(e, period / steps, work);
+            self.step(e, period / steps, None, work);
         }
         Some(())
     }

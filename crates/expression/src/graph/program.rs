@@ -152,15 +152,24 @@ impl Program {
         u: impl Fn(usize) -> [f64; L],
         mut result: impl FnMut(usize, [f64; L]),
     ) {
+        let mut r = [[0.0; L]; SIZE];
+        let constants = self.constants.len();
+        for (k, constant) in self.constants.iter().enumerate() {
+            r[k] = [*constant; L];
+        }
+        for (k, load) in self.loads.iter().enumerate() {
+            r[constants + k] = self::load(*load, t, &x, &u);
+        }
+        self.execute(&mut r);
+        for (k, register) in self.results.iter().enumerate() {
+            result(k, r[usize::from(*register) & (SIZE - 1)]);
+        }
+    }
+
+    /// All instructions. Apart from [`on`](Self::on), which is compiled for each kind of argument.
+    fn execute<const L: usize, const SIZE: usize>(&self, r: &mut [[f64; L]; SIZE]) {
         // The size is a power of two, so that a masked index needs no check.
         let at = |register: Register| usize::from(register) & (SIZE - 1);
-        let mut r = [[0.0; L]; SIZE];
-        for (r, constant) in r.iter_mut().zip(&self.constants) {
-            *r = [*constant; L];
-        }
-        for (r, load) in r[self.constants.len()..].iter_mut().zip(&self.loads) {
-            *r = self::load(*load, t, &x, &u);
-        }
         for instruction in &self.code {
             match *instruction {
                 Instruction::Add(to, a, b) => r[at(to)] = both(&r[at(a)], &r[at(b)], |a, b| a + b),
@@ -179,18 +188,18 @@ impl Program {
                 Instruction::MultiplyTwice(to, a, b, c) => {
                     r[at(to)] = three(&r[at(a)], &r[at(b)], &r[at(c)], |a, b, c| a * b * c);
                 }
-                Instruction::Negate(to, a) => r[at(to)] = r[at(a)].map(|a| -a),
-                Instruction::Unary(unary, to, a) => r[at(to)] = r[at(a)].map(|a| unary.at(a)),
+                Instruction::Negate(to, a) => r[at(to)] = one(&r[at(a)], |a| -a),
+                Instruction::Unary(unary, to, a) => r[at(to)] = one(&r[at(a)], |a| unary.at(a)),
                 Instruction::Binary(binary, to, a, b) => {
                     r[at(to)] = both(&r[at(a)], &r[at(b)], |a, b| binary.at(a, b));
                 }
                 Instruction::Table(table, to, a) => {
                     let table = &self.tables[usize::from(table)];
-                    r[at(to)] = r[at(a)].map(|a| table.at(a));
+                    r[at(to)] = one(&r[at(a)], |a| table.at(a));
                 }
                 Instruction::Slope(table, to, a) => {
                     let table = &self.tables[usize::from(table)];
-                    r[at(to)] = r[at(a)].map(|a| table.slope(a));
+                    r[at(to)] = one(&r[at(a)], |a| table.slope(a));
                 }
                 Instruction::Compare(comparison, to, a, b) => {
                     r[at(to)] = both(&r[at(a)], &r[at(b)], |a, b| truth(comparison.at(a, b)));
@@ -201,15 +210,11 @@ impl Program {
                 Instruction::Or(to, a, b) => {
                     r[at(to)] = both(&r[at(a)], &r[at(b)], |a, b| truth(a != 0.0 || b != 0.0));
                 }
-                Instruction::Not(to, a) => r[at(to)] = r[at(a)].map(|a| truth(a == 0.0)),
+                Instruction::Not(to, a) => r[at(to)] = one(&r[at(a)], |a| truth(a == 0.0)),
                 Instruction::Select(to, condition, a, b) => {
-                    let (c, a, b) = (r[at(condition)], r[at(a)], r[at(b)]);
-                    r[at(to)] = std::array::from_fn(|lane| if c[lane] == 0.0 { b[lane] } else { a[lane] });
+                    r[at(to)] = three(&r[at(condition)], &r[at(a)], &r[at(b)], |c, a, b| if c == 0.0 { b } else { a });
                 }
             }
-        }
-        for (k, register) in self.results.iter().enumerate() {
-            result(k, r[at(*register)]);
         }
     }
 }
@@ -219,12 +224,30 @@ fn truth(condition: bool) -> f64 {
     f64::from(u8::from(condition))
 }
 
+// Loops, not `array::map`: at the optimisation of tests that is a call for each lane.
+
+fn one<const L: usize>(a: &[f64; L], of: impl Fn(f64) -> f64) -> [f64; L] {
+    let mut result = *a;
+    for result in &mut result {
+        *result = of(*result);
+    }
+    result
+}
+
 fn both<const L: usize>(a: &[f64; L], b: &[f64; L], of: impl Fn(f64, f64) -> f64) -> [f64; L] {
-    std::array::from_fn(|lane| of(a[lane], b[lane]))
+    let mut result = *a;
+    for lane in 0..L {
+        result[lane] = of(a[lane], b[lane]);
+    }
+    result
 }
 
 fn three<const L: usize>(a: &[f64; L], b: &[f64; L], c: &[f64; L], of: impl Fn(f64, f64, f64) -> f64) -> [f64; L] {
-    std::array::from_fn(|lane| of(a[lane], b[lane], c[lane]))
+    let mut result = *a;
+    for lane in 0..L {
+        result[lane] = of(a[lane], b[lane], c[lane]);
+    }
+    result
 }
 
 fn load<const L: usize>(

@@ -227,6 +227,21 @@ fn a_stiff_plant_is_finished_implicitly() {
     assert!(matches!(solve(stiff, 0.0, 10.0, &[0.0], &explicit), Err(SimError::TooManySteps { steps: 50_000, .. })));
 }
 
+/// Robertson's reactions at t = 40. scipy 1.17, `solve_ivp` with rtol 1e-12: Radau, BDF and LSODA agree to 2e-11.
+#[test]
+fn robertsons_reactions_are_those_of_scipy() {
+    let reactions = |_: f64, x: &[f64], slope: &mut [f64]| {
+        let (slow, fast, faster) = (0.04 * x[0], 1e4 * x[1] * x[2], 3e7 * x[1] * x[1]);
+        slope.copy_from_slice(&[fast - slow, slow - fast - faster, faster]);
+    };
+    let settings = Settings { integrator: Integrator::Implicit, rtol: 1e-9, atol: 1e-13, ..Settings::default() };
+    let found = solve(reactions, 0.0, 40.0, &[1.0, 0.0, 0.0], &settings).unwrap().at(40.0).unwrap();
+    for (found, expected) in found.iter().zip([0.715_827_068_7, 9.185_534_765e-6, 0.284_163_745_7]) {
+        // Some hundred steps, each within the tolerance.
+        assert_relative_eq!(*found, expected, max_relative = 1e-8);
+    }
+}
+
 /// No step starts after the time limit: this one is over at once, and the one of an hour changes nothing.
 #[test]
 fn a_run_ends_at_its_time_limit() {
