@@ -24,44 +24,90 @@ pub(crate) trait AnyPlant {
     fn motion(&self, t: f64, x: &[f64], u: &[f64], slope: &mut [f64], y: &mut [f64]);
 }
 
-/// An observer of any size; sampled ones have a period and a step, the others a derivative. A step takes what was
-/// measured; the other entries of `y` are predicted ones.
-pub(crate) trait AnyObserver {
+/// An observer of any kind and size, on slices: what a run simulates. [`Continuous`] and [`Sampled`] make one of every
+/// observer of `luenberger-observers`.
+///
+/// Slices have the lengths of [`dimensions`](Self::dimensions); a result is NaN where they do not fit.
+///
+/// ```
+/// use luenberger_observers::{LinearObserver, SampledNonlinearObserver};
+/// use luenberger_plants::double_integrator;
+/// use luenberger_sim::{AnyObserver, Continuous, Sampled, Scenario};
+/// use nalgebra::Vector2;
+/// use std::rc::Rc;
+/// let l = Vector2::new(7.0, 10.0);
+/// let observers: [(&str, Rc<dyn AnyObserver>); 2] = [
+///     ("continuous", Rc::new(Continuous::new(LinearObserver::of(double_integrator(), l)?))),
+///     ("sampled", Rc::new(Sampled(SampledNonlinearObserver::new(double_integrator(), l, 0.1, 4)?))),
+/// ];
+/// let mut scenario = Scenario::new(double_integrator()).initial_state(&[1.0, 0.0]).until(10.0, 2);
+/// for (name, observer) in observers {
+///     scenario = scenario.any_observer(name, observer, &[0.0, 0.0]);
+/// }
+/// assert!(scenario.run()?.observers.iter().all(|observer| observer.error.row(1).norm() < 1e-3));
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+pub trait AnyObserver {
+    /// Lengths of state, input, output and estimate.
     fn dimensions(&self) -> ObserverDimensions;
+
+    /// Checks that columns of fixed length have the lengths that the dimensions say.
+    ///
+    /// # Errors
+    /// [`SimError::Length`].
     fn check(&self) -> Result<(), SimError>;
+
+    /// The sampling period; none in continuous time.
     fn period(&self) -> Option<f64>;
-    /// Of an observer in continuous time.
+
+    /// Whether the derivative of an observer in continuous time is affine in state, input and output.
     fn is_affine(&self) -> bool;
+
+    /// The derivative of the state in continuous time; 0 for a sampled observer.
     fn derivative(&self, t: f64, state: &[f64], u: &[f64], y: &[f64], slope: &mut [f64]);
+
+    /// The step of a sampled observer over its period; nothing in continuous time. `measured` has the outputs that were
+    /// measured, none for all; the other entries of `y` are predicted ones.
     fn step(&self, t: f64, state: &mut [f64], u: &[f64], y: &[f64], measured: &[bool]);
+
+    /// The estimate that the state holds.
     fn estimate(&self, t: f64, state: &[f64], u: &[f64], y: &[f64], estimate: &mut [f64]);
-    /// Whether a sampled one has an estimate with the measurement.
+
+    /// The state that holds an estimate.
+    fn initial(&self, t: f64, estimate: &[f64], u: &[f64], y: &[f64], state: &mut [f64]);
+
+    /// Whether a sampled observer has an estimate with the measurement of its sample.
     fn is_filter(&self) -> bool {
         false
     }
+
     /// The estimate at a sample with its measurement, in place of the one before it.
     fn correct(&self, _state: &[f64], _u: &[f64], _y: &[f64], _estimate: &mut [f64]) {}
-    fn initial(&self, t: f64, estimate: &[f64], u: &[f64], y: &[f64], state: &mut [f64]);
+
     /// The time between two jumps of the state of an observer in continuous time.
     fn jump_period(&self) -> Option<f64> {
         None
     }
+
     /// The jump.
     fn jump(&self, _t: f64, _state: &mut [f64], _u: &[f64], _y: &[f64]) {}
+
     /// The samples that correct an observer in continuous time.
     fn sample_times(&self) -> Option<SampleTimes> {
         None
     }
+
     /// Whether samples correct an observer in continuous time.
     fn is_corrected(&self) -> bool {
         false
     }
+
     /// The correction by a sample, so long after the last one.
     fn correct_at(&self, _state: &mut [f64], _u: &[f64], _y: &[f64], _elapsed: f64) {}
 }
 
-/// An observer in continuous time.
-pub(crate) struct Continuous<O> {
+/// An observer in continuous time as [`AnyObserver`].
+pub struct Continuous<O> {
     observer: O,
     samples: Option<SampleTimes>,
     correction: Option<Correction<O>>,
@@ -71,12 +117,13 @@ pub(crate) struct Continuous<O> {
 type Correction<O> = fn(&O, &mut [f64], &[f64], &[f64], f64);
 
 impl<O> Continuous<O> {
-    pub(crate) fn new(observer: O) -> Self {
+    /// The observer, with the measurement at all times.
+    pub fn new(observer: O) -> Self {
         Self { observer, samples: None, correction: None }
     }
 
     /// With corrections at samples that are drawn.
-    pub(crate) fn sampled_at(observer: O, times: SampleTimes) -> Self
+    pub fn sampled_at(observer: O, times: SampleTimes) -> Self
     where
         O: ContinuousDiscreteObserver<f64>,
     {
@@ -84,7 +131,7 @@ impl<O> Continuous<O> {
     }
 
     /// With corrections at given samples.
-    pub(crate) fn corrected(observer: O) -> Self
+    pub fn corrected(observer: O) -> Self
     where
         O: ContinuousDiscreteObserver<f64>,
     {
@@ -100,8 +147,8 @@ impl<O> Continuous<O> {
     }
 }
 
-/// A sampled-data observer.
-pub(crate) struct Sampled<O>(pub(crate) O);
+/// A sampled-data observer as [`AnyObserver`].
+pub struct Sampled<O>(pub O);
 
 impl<P: Plant<f64>> AnyPlant for Erased<P> {
     fn dimensions(&self) -> Dimensions {

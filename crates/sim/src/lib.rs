@@ -86,6 +86,7 @@ pub use compare::{Compared, Comparison, Cost};
 pub use dense::Dense;
 pub use disturbance::{Disturbances, Fault, MeasurementLoss};
 pub use ensemble::{Ensemble, EnsembleRun, Member};
+pub use erased::{AnyObserver, Continuous, Sampled};
 pub use error::SimError;
 pub use events::{Crossing, Extremum, Trace};
 pub use gramian::{EmpiricalGramian, GramianSettings, empirical_gramian};

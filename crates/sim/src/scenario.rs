@@ -301,6 +301,12 @@ impl<'a> Scenario<'a> {
         self.entry(name, Rc::new(Sampled(observer)), initial, Estimated::States(states.to_vec()))
     }
 
+    /// An observer of any kind, and its estimate of the state at the start.
+    #[must_use]
+    pub fn any_observer(self, name: &str, observer: Rc<dyn AnyObserver + 'a>, initial: &[f64]) -> Self {
+        self.entry(name, observer, initial, Estimated::State)
+    }
+
     pub(crate) fn entry(
         mut self,
         name: &str,

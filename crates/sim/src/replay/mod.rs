@@ -28,6 +28,8 @@ mod replayed;
 mod run;
 mod smoother;
 
+use std::rc::Rc;
+
 use luenberger_observers::kalman::ExtendedKalmanFilter;
 use luenberger_observers::{
     ContinuousDiscreteObserver, CovarianceFilter, KalmanFilter, Observer, ObserverDimensions, SampledObserver,
@@ -77,7 +79,7 @@ pub struct Replay<'a> {
 }
 
 enum Kind<'a> {
-    Observer(Box<dyn AnyObserver + 'a>),
+    Observer(Rc<dyn AnyObserver + 'a>),
     Filter(Box<dyn AnyFilter + 'a>),
 }
 
@@ -101,7 +103,7 @@ impl<'a> Replay<'a> {
     /// An observer in continuous time, with its estimate at the first time of the log.
     #[must_use]
     pub fn observer(self, name: &str, observer: impl Observer<f64> + 'a, initial: &[f64]) -> Self {
-        self.entry(name, Kind::Observer(Box::new(Continuous::new(observer))), initial, true)
+        self.entry(name, Kind::Observer(Rc::new(Continuous::new(observer))), initial, true)
     }
 
     /// An observer that is corrected at samples of any distance, here at the rows of the log, with its estimate at the
@@ -135,19 +137,26 @@ impl<'a> Replay<'a> {
         observer: impl ContinuousDiscreteObserver<f64> + 'a,
         initial: &[f64],
     ) -> Self {
-        self.entry(name, Kind::Observer(Box::new(Continuous::corrected(observer))), initial, true)
+        self.entry(name, Kind::Observer(Rc::new(Continuous::corrected(observer))), initial, true)
+    }
+
+    /// An observer of any kind, with its estimate of the state at the first time of the log, which is the first sample of
+    /// a sampled one.
+    #[must_use]
+    pub fn any_observer(self, name: &str, observer: Rc<dyn AnyObserver + 'a>, initial: &[f64]) -> Self {
+        self.entry(name, Kind::Observer(observer), initial, true)
     }
 
     /// An observer of some states; it has no innovation.
     #[must_use]
     pub fn partial_observer(self, name: &str, observer: impl Observer<f64> + 'a, initial: &[f64]) -> Self {
-        self.entry(name, Kind::Observer(Box::new(Continuous::new(observer))), initial, false)
+        self.entry(name, Kind::Observer(Rc::new(Continuous::new(observer))), initial, false)
     }
 
     /// A sampled-data observer, with its estimate at the first time of the log, which is its first sample.
     #[must_use]
     pub fn sampled_observer(self, name: &str, observer: impl SampledObserver<f64> + 'a, initial: &[f64]) -> Self {
-        self.entry(name, Kind::Observer(Box::new(Sampled(observer))), initial, true)
+        self.entry(name, Kind::Observer(Rc::new(Sampled(observer))), initial, true)
     }
 
     /// A sampled-data observer of some states; it has no innovation.
@@ -158,7 +167,7 @@ impl<'a> Replay<'a> {
         observer: impl SampledObserver<f64> + 'a,
         initial: &[f64],
     ) -> Self {
-        self.entry(name, Kind::Observer(Box::new(Sampled(observer))), initial, false)
+        self.entry(name, Kind::Observer(Rc::new(Sampled(observer))), initial, false)
     }
 
     /// An extended Kalman filter: updated at the rows of the log, and predicted in between over the time that has

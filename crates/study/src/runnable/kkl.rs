@@ -1,7 +1,12 @@
 //! The numerical KKL observers of two to six states.
 
+use std::rc::Rc;
+
 use luenberger_design::numerical_kkl::{Embedded, HeldInputs, Interpolated, Train};
 use luenberger_observers::numerical_kkl::NumericalKklObserver;
+use luenberger_sim::AnyObserver;
+
+use super::continuous;
 
 /// The observer, for two to six states.
 #[derive(Debug, Clone)]
@@ -34,4 +39,26 @@ pub enum Kkl {
     ThreeHeld(Box<HeldInputs<3, 1, 1, 4, 5>>),
     /// Three states and two held inputs.
     ThreeHeldTwo(Box<HeldInputs<3, 2, 1, 4, 6>>),
+}
+
+impl Kkl {
+    /// As one that is simulated, whatever its size.
+    pub(super) fn any(&self) -> Rc<dyn AnyObserver + '_> {
+        match self {
+            Self::Two(observer) => continuous(observer.as_ref()),
+            Self::TwoEmbedded(observer) => continuous(observer.as_ref()),
+            Self::Three(observer) => continuous(observer.as_ref()),
+            Self::ThreeEmbedded(observer) => continuous(observer.as_ref()),
+            Self::Four(observer) => continuous(observer.as_ref()),
+            Self::FourEmbedded(observer) => continuous(observer.as_ref()),
+            Self::Five(observer) => continuous(observer.as_ref()),
+            Self::FiveEmbedded(observer) => continuous(observer.as_ref()),
+            Self::Six(observer) => continuous(observer.as_ref()),
+            Self::SixEmbedded(observer) => continuous(observer.as_ref()),
+            Self::TwoHeld(observer) => continuous(observer.as_ref()),
+            Self::TwoHeldTwo(observer) => continuous(observer.as_ref()),
+            Self::ThreeHeld(observer) => continuous(observer.as_ref()),
+            Self::ThreeHeldTwo(observer) => continuous(observer.as_ref()),
+        }
+    }
 }

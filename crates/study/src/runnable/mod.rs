@@ -2,6 +2,8 @@
 
 mod kkl;
 
+use std::rc::Rc;
+
 use luenberger_design::{DesignError, OperatingPoint, Periods};
 use luenberger_export::moving_horizon::LONGEST_WINDOW;
 use luenberger_observers::high_gain::{ChainPosition, HighGainMap};
@@ -12,8 +14,8 @@ use luenberger_observers::{
     ObserverDimensions, ProportionalIntegralObserver, SampledCubicObserver, SampledIntervalObserver, SampledObserver,
     SlidingModeObserver, StationaryKalmanFilter, UnknownInputObserver, UnscentedKalmanFilter, VaryingPeriodObserver,
 };
-use luenberger_plants::{Column, Plant, state_jacobian};
-use luenberger_sim::{Replay, SampleTimes, Scenario};
+use luenberger_plants::{Plant, state_jacobian};
+use luenberger_sim::{AnyObserver, Continuous, Replay, SampleTimes, Sampled, Scenario};
 use nalgebra::{DMatrix, DVector, Dyn};
 
 use crate::maps::high_gain::place;
@@ -131,64 +133,12 @@ pub enum Runnable {
     Kkl(Box<Kkl>),
 }
 
-/// The same expression for each kind, in continuous time and for samples.
-macro_rules! each {
-    ($runnable:expr, $continuous:ident => $flow:expr, $sampled:ident => $step:expr) => {
-        match $runnable {
-            Runnable::Linear($continuous) => $flow,
-            Runnable::Cubic($continuous) => $flow,
-            Runnable::ProportionalIntegral($continuous) => $flow,
-            Runnable::ProportionalIntegralCubic($continuous) => $flow,
-            Runnable::UnknownInput($continuous) => $flow,
-            Runnable::UnknownInputCubic($continuous) => $flow,
-            Runnable::Interval($continuous) => $flow,
-            Runnable::LinearAt($continuous) => $flow,
-            Runnable::CubicAt($continuous) => $flow,
-            Runnable::NonlinearLuenberger($continuous) => $flow,
-            Runnable::MeanValue($continuous) => $flow,
-            Runnable::PrintedMeanValue($continuous) => $flow,
-            Runnable::HighGain($continuous) => $flow,
-            Runnable::HighGainMaps($continuous) => $flow,
-            Runnable::Functional($continuous, _) => $flow,
-            Runnable::KklMaps($continuous) => $flow,
-            Runnable::Peb($continuous) => $flow,
-            Runnable::Immersion($continuous) => $flow,
-            Runnable::Kkl(kkl) => match kkl.as_ref() {
-                Kkl::Two($continuous) => $flow,
-                Kkl::TwoEmbedded($continuous) => $flow,
-                Kkl::Three($continuous) => $flow,
-                Kkl::ThreeEmbedded($continuous) => $flow,
-                Kkl::Four($continuous) => $flow,
-                Kkl::FourEmbedded($continuous) => $flow,
-                Kkl::Five($continuous) => $flow,
-                Kkl::FiveEmbedded($continuous) => $flow,
-                Kkl::Six($continuous) => $flow,
-                Kkl::SixEmbedded($continuous) => $flow,
-                Kkl::TwoHeld($continuous) => $flow,
-                Kkl::TwoHeldTwo($continuous) => $flow,
-                Kkl::ThreeHeld($continuous) => $flow,
-                Kkl::ThreeHeldTwo($continuous) => $flow,
-            },
-            Runnable::VaryingPeriods(varying) => {
-                let $continuous = &varying.observer;
-                $flow
-            }
-            Runnable::SampledInterval($sampled) => $step,
-            Runnable::SlidingMode($sampled) => $step,
-            Runnable::SampledCubic($sampled) => $step,
-            Runnable::SampledCubicAt($sampled) => $step,
-            Runnable::DiscreteLinear($sampled) => $step,
-            Runnable::StationaryKalman($sampled) => $step,
-            Runnable::DiscreteNonlinear($sampled) => $step,
-            Runnable::ExtendedKalman($sampled) => $step,
-            Runnable::Unscented($sampled) => $step,
-            Runnable::MovingHorizon($sampled) => $step,
-        }
-    };
+fn continuous<'a>(observer: &'a impl Observer<f64>) -> Rc<dyn AnyObserver + 'a> {
+    Rc::new(Continuous::new(observer))
 }
 
-fn column<C: Column<f64>>(entries: &[f64]) -> Option<C> {
-    C::try_from_slice(entries)
+fn sampled<'a>(observer: &'a impl SampledObserver<f64>) -> Rc<dyn AnyObserver + 'a> {
+    Rc::new(Sampled(observer))
 }
 
 impl Runnable {
@@ -214,30 +164,19 @@ impl Runnable {
             let times = varying.sample_times(sampling);
             return scenario.continuous_discrete_observer(name, varying.observer.as_ref(), times, initial);
         }
-        each!(
-            self,
-            observer => scenario.observer(name, observer.as_ref(), initial),
-            sampled => scenario.sampled_observer(name, sampled.as_ref(), initial)
-        )
+        scenario.any_observer(name, self.any(), initial)
     }
 
     /// The replay of a log with this observer added, one at varying periods at the times of its rows.
     pub fn replay<'a>(&'a self, replay: Replay<'a>, name: &str, initial: &[f64]) -> Replay<'a> {
         match self {
             // As filters they also record their covariances.
-            Self::ExtendedKalman(filter) => return replay.covariance_filter(name, filter.as_ref().clone(), initial),
-            Self::Unscented(filter) => return replay.covariance_filter(name, filter.as_ref().clone(), initial),
-            Self::MovingHorizon(filter) => return replay.covariance_filter(name, filter.as_ref().clone(), initial),
-            Self::VaryingPeriods(varying) => {
-                return replay.corrected_observer(name, varying.observer.as_ref(), initial);
-            }
-            _ => {}
+            Self::ExtendedKalman(filter) => replay.covariance_filter(name, filter.as_ref().clone(), initial),
+            Self::Unscented(filter) => replay.covariance_filter(name, filter.as_ref().clone(), initial),
+            Self::MovingHorizon(filter) => replay.covariance_filter(name, filter.as_ref().clone(), initial),
+            Self::VaryingPeriods(varying) => replay.corrected_observer(name, varying.observer.as_ref(), initial),
+            _ => replay.any_observer(name, self.any(), initial),
         }
-        each!(
-            self,
-            observer => replay.observer(name, observer.as_ref(), initial),
-            sampled => replay.sampled_observer(name, sampled.as_ref(), initial)
-        )
     }
 
     /// The same, with smoothed estimates of an extended or unscented Kalman filter as well.
@@ -251,19 +190,18 @@ impl Runnable {
 
     /// The sampling period; none in continuous time, and for an observer that predicts between its samples.
     pub fn period(&self) -> Option<f64> {
-        each!(self, _observer => None, sampled => Some(sampled.period()))
+        self.any().period()
     }
 
     /// The entries of the state that gives this estimate at time `t`; none for slices of the wrong length.
     pub fn initial(&self, t: f64, estimate: &[f64], u: &[f64], y: &[f64]) -> Option<Vec<f64>> {
-        if estimate.len() != self.dimensions().estimate || !self.takes(u, y) {
-            return None;
-        }
-        each!(
-            self,
-            observer => Some(observer.initial(t, &column(estimate)?, &column(u)?, &column(y)?).as_slice().to_vec()),
-            sampled => Some(sampled.initial(t, &column(estimate)?, &column(u)?, &column(y)?).as_slice().to_vec())
-        )
+        let observer = self.any();
+        let size = observer.dimensions();
+        (estimate.len() == size.estimate && takes(size, u, y)).then(|| {
+            let mut state = vec![0.0; size.state];
+            observer.initial(t, estimate, u, y, &mut state);
+            state
+        })
     }
 
     /// The derivative of the state; for samples the next state. None for slices of the wrong length.
@@ -279,30 +217,27 @@ impl Runnable {
     /// # Ok::<(), Box<dyn std::error::Error>>(())
     /// ```
     pub fn motion(&self, t: f64, state: &[f64], u: &[f64], y: &[f64]) -> Option<Vec<f64>> {
-        if state.len() != self.dimensions().state || !self.takes(u, y) {
-            return None;
-        }
-        each!(
-            self,
-            observer => Some(observer.derivative(t, &column(state)?, &column(u)?, &column(y)?).as_slice().to_vec()),
-            sampled => {
-                let mut next = column(state)?;
-                sampled.step(t, &mut next, &column(u)?, &column(y)?);
-                Some(next.as_slice().to_vec())
+        let observer = self.any();
+        let size = observer.dimensions();
+        (state.len() == size.state && takes(size, u, y)).then(|| {
+            let mut motion = state.to_vec();
+            match observer.period() {
+                None => observer.derivative(t, state, u, y, &mut motion),
+                Some(_) => observer.step(t, &mut motion, u, y, &[]),
             }
-        )
+            motion
+        })
     }
 
     /// The estimate of a state; none for slices of the wrong length.
     pub fn estimate(&self, t: f64, state: &[f64], u: &[f64], y: &[f64]) -> Option<Vec<f64>> {
-        if state.len() != self.dimensions().state || !self.takes(u, y) {
-            return None;
-        }
-        each!(
-            self,
-            observer => Some(observer.estimate(t, &column(state)?, &column(u)?, &column(y)?).as_slice().to_vec()),
-            sampled => Some(sampled.estimate(&column(state)?).as_slice().to_vec())
-        )
+        let observer = self.any();
+        let size = observer.dimensions();
+        (state.len() == size.state && takes(size, u, y)).then(|| {
+            let mut estimate = vec![0.0; size.estimate];
+            observer.estimate(t, state, u, y, &mut estimate);
+            estimate
+        })
     }
 
     /// The estimates of the disturbance, of an observer that has some, from its states (a row for each time).
@@ -331,16 +266,51 @@ impl Runnable {
         if rows.is_empty() { None } else { Some(DMatrix::from_rows(&rows)) }
     }
 
-    /// Whether inputs and outputs have its lengths.
-    fn takes(&self, u: &[f64], y: &[f64]) -> bool {
-        let size = self.dimensions();
-        u.len() == size.inputs && y.len() == size.outputs
-    }
-
     /// Lengths of its columns.
     pub fn dimensions(&self) -> ObserverDimensions {
-        each!(self, observer => Observer::<f64>::dimensions(observer.as_ref()), sampled => SampledObserver::<f64>::dimensions(sampled.as_ref()))
+        self.any().dimensions()
     }
+
+    /// The observer as one that is simulated, whatever its kind.
+    fn any(&self) -> Rc<dyn AnyObserver + '_> {
+        match self {
+            Self::Linear(observer) => continuous(observer.as_ref()),
+            Self::Cubic(observer) => continuous(observer.as_ref()),
+            Self::ProportionalIntegral(observer) => continuous(observer.as_ref()),
+            Self::ProportionalIntegralCubic(observer) => continuous(observer.as_ref()),
+            Self::UnknownInput(observer) => continuous(observer.as_ref()),
+            Self::UnknownInputCubic(observer) => continuous(observer.as_ref()),
+            Self::Interval(observer) => continuous(observer.as_ref()),
+            Self::LinearAt(observer) => continuous(observer.as_ref()),
+            Self::CubicAt(observer) => continuous(observer.as_ref()),
+            Self::NonlinearLuenberger(observer) => continuous(observer.as_ref()),
+            Self::MeanValue(observer) => continuous(observer.as_ref()),
+            Self::PrintedMeanValue(observer) => continuous(observer.as_ref()),
+            Self::HighGain(observer) => continuous(observer.as_ref()),
+            Self::HighGainMaps(observer) => continuous(observer.as_ref()),
+            Self::KklMaps(observer) => continuous(observer.as_ref()),
+            Self::Peb(observer) => continuous(observer.as_ref()),
+            Self::Immersion(observer) => continuous(observer.as_ref()),
+            Self::Functional(observer, _) => continuous(observer.as_ref()),
+            Self::VaryingPeriods(varying) => continuous(varying.observer.as_ref()),
+            Self::Kkl(observer) => observer.any(),
+            Self::SampledInterval(observer) => sampled(observer.as_ref()),
+            Self::SlidingMode(observer) => sampled(observer.as_ref()),
+            Self::SampledCubic(observer) => sampled(observer.as_ref()),
+            Self::SampledCubicAt(observer) => sampled(observer.as_ref()),
+            Self::DiscreteLinear(observer) => sampled(observer.as_ref()),
+            Self::StationaryKalman(observer) => sampled(observer.as_ref()),
+            Self::DiscreteNonlinear(observer) => sampled(observer.as_ref()),
+            Self::ExtendedKalman(observer) => sampled(observer.as_ref()),
+            Self::Unscented(observer) => sampled(observer.as_ref()),
+            Self::MovingHorizon(observer) => sampled(observer.as_ref()),
+        }
+    }
+}
+
+/// Whether inputs and outputs have these lengths.
+fn takes(size: ObserverDimensions, u: &[f64], y: &[f64]) -> bool {
+    u.len() == size.inputs && y.len() == size.outputs
 }
 
 /// A plant in triangular form: chain k has `lengths[k]` consecutive states, the first of which is output k.
