@@ -44,6 +44,36 @@ impl Default for GramianSettings {
     }
 }
 
+impl GramianSettings {
+    /// Sets [`scales`](Self#structfield.scales).
+    #[must_use]
+    pub fn scales(mut self, scales: Vec<f64>) -> Self {
+        self.scales = Some(scales);
+        self
+    }
+
+    /// Sets [`output_scales`](Self#structfield.output_scales).
+    #[must_use]
+    pub fn output_scales(mut self, output_scales: Vec<f64>) -> Self {
+        self.output_scales = Some(output_scales);
+        self
+    }
+
+    /// Sets [`perturbation`](Self#structfield.perturbation).
+    #[must_use]
+    pub fn perturbation(mut self, perturbation: f64) -> Self {
+        self.perturbation = perturbation;
+        self
+    }
+
+    /// Sets [`integration`](Self#structfield.integration).
+    #[must_use]
+    pub fn integration(mut self, integration: Settings) -> Self {
+        self.integration = integration;
+        self
+    }
+}
+
 /// An empirical observability Gramian with its eigenvalues. States are in multiples of [`scales`](Self::scales).
 #[derive(Clone, Debug, PartialEq)]
 pub struct EmpiricalGramian {

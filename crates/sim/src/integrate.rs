@@ -33,6 +33,12 @@ pub enum Integrator {
 }
 
 /// How a solution is integrated.
+///
+/// ```
+/// use luenberger_sim::{Integrator, Settings};
+/// let settings = Settings::default().integrator(Integrator::Implicit).rtol(1e-9).max_step(0.1);
+/// assert_eq!(settings, Settings { integrator: Integrator::Implicit, rtol: 1e-9, max_step: 0.1, ..Settings::default() });
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Settings {
     /// The method.
@@ -60,6 +66,50 @@ impl Default for Settings {
             max_step: f64::INFINITY,
             end: None,
         }
+    }
+}
+
+impl Settings {
+    /// Sets [`integrator`](Self#structfield.integrator).
+    #[must_use]
+    pub fn integrator(mut self, integrator: Integrator) -> Self {
+        self.integrator = integrator;
+        self
+    }
+
+    /// Sets [`rtol`](Self#structfield.rtol).
+    #[must_use]
+    pub fn rtol(mut self, rtol: f64) -> Self {
+        self.rtol = rtol;
+        self
+    }
+
+    /// Sets [`atol`](Self#structfield.atol).
+    #[must_use]
+    pub fn atol(mut self, atol: f64) -> Self {
+        self.atol = atol;
+        self
+    }
+
+    /// Sets [`max_steps`](Self#structfield.max_steps).
+    #[must_use]
+    pub fn max_steps(mut self, max_steps: usize) -> Self {
+        self.max_steps = max_steps;
+        self
+    }
+
+    /// Sets [`max_step`](Self#structfield.max_step).
+    #[must_use]
+    pub fn max_step(mut self, max_step: f64) -> Self {
+        self.max_step = max_step;
+        self
+    }
+
+    /// Sets [`end`](Self#structfield.end).
+    #[must_use]
+    pub fn end(mut self, end: Instant) -> Self {
+        self.end = Some(end);
+        self
     }
 }
 

@@ -21,6 +21,22 @@ impl Default for Limits {
 }
 
 impl Limits {
+    /// Sets [`memory`](Self#structfield.memory).
+    #[must_use]
+    pub fn memory(mut self, memory: f64) -> Self {
+        self.memory = memory;
+        self
+    }
+
+    /// Sets [`seconds`](Self#structfield.seconds).
+    #[must_use]
+    pub fn seconds(mut self, seconds: f64) -> Self {
+        self.seconds = seconds;
+        self
+    }
+}
+
+impl Limits {
     /// No bounds.
     pub const NONE: Self = Self { memory: f64::INFINITY, seconds: f64::INFINITY };
 }

@@ -29,7 +29,7 @@ pub(super) fn execute(step: Step, input: &StudyInput, sweep: SweepOptions) -> Re
         threads: input.threads,
         ..RunOptions::default()
     };
-    cost::announce(&study, step, &options.limits, options.threads(), 1)?;
+    cost::announce(&study, step, &options.limits, options.thread_count(), 1)?;
     let executed = execute_in_part(&study, step, &options);
     bar.finish();
     let (results, stopped) = executed?;

@@ -50,7 +50,7 @@ fn shard(input: &SweepInput, shard: Shard) -> Result<Answer, Failure> {
     };
     let root = folder_of(given.output.as_deref(), &given.study);
     let settings = BlockSettings { size: input.block_size, restart: input.restart, force: given.force };
-    cost::announce(&study, Step::Sweep, &options.limits, options.threads(), shard.of() as usize)?;
+    cost::announce(&study, Step::Sweep, &options.limits, options.thread_count(), shard.of() as usize)?;
     let sweep = SharedSweep::open(study, &root, settings)?;
     let computed = sweep.compute(shard.blocks(sweep.plan()), &options);
     bar.finish();

@@ -93,6 +93,29 @@ impl Default for KklSettings {
     }
 }
 
+impl KklSettings {
+    /// Sets [`tolerance`](Self#structfield.tolerance).
+    #[must_use]
+    pub fn tolerance(mut self, tolerance: f64) -> Self {
+        self.tolerance = tolerance;
+        self
+    }
+
+    /// Sets [`samples`](Self#structfield.samples).
+    #[must_use]
+    pub fn samples(mut self, samples: usize) -> Self {
+        self.samples = samples;
+        self
+    }
+
+    /// Sets [`seed`](Self#structfield.seed).
+    #[must_use]
+    pub fn seed(mut self, seed: u64) -> Self {
+        self.seed = seed;
+        self
+    }
+}
+
 /// Results of the checks of a candidate.
 #[derive(Clone, Debug, PartialEq)]
 pub struct KklReport {

@@ -181,6 +181,29 @@ pub struct LieSettings {
     pub tolerance: Option<f64>,
 }
 
+impl LieSettings {
+    /// Sets [`order`](Self#structfield.order).
+    #[must_use]
+    pub fn order(mut self, order: usize) -> Self {
+        self.order = Some(order);
+        self
+    }
+
+    /// Sets [`scales`](Self#structfield.scales).
+    #[must_use]
+    pub fn scales(mut self, scales: Vec<f64>) -> Self {
+        self.scales = Some(scales);
+        self
+    }
+
+    /// Sets [`tolerance`](Self#structfield.tolerance).
+    #[must_use]
+    pub fn tolerance(mut self, tolerance: f64) -> Self {
+        self.tolerance = Some(tolerance);
+        self
+    }
+}
+
 /// Observability from the output and its derivatives at one point.
 #[derive(Debug, Clone, PartialEq)]
 pub struct LiePoint {

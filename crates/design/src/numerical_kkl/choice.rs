@@ -41,6 +41,36 @@ impl Default for ChoiceOptions {
     }
 }
 
+impl ChoiceOptions {
+    /// Sets [`cutoff`](Self#structfield.cutoff).
+    #[must_use]
+    pub fn cutoff(mut self, cutoff: f64) -> Self {
+        self.cutoff = Some(cutoff);
+        self
+    }
+
+    /// Sets [`points`](Self#structfield.points).
+    #[must_use]
+    pub fn points(mut self, points: usize) -> Self {
+        self.points = Some(points);
+        self
+    }
+
+    /// Sets [`escape`](Self#structfield.escape).
+    #[must_use]
+    pub fn escape(mut self, escape: Escape) -> Self {
+        self.escape = Some(escape);
+        self
+    }
+
+    /// Sets [`error`](Self#structfield.error).
+    #[must_use]
+    pub fn error(mut self, error: f64) -> Self {
+        self.error = error;
+        self
+    }
+}
+
 /// A design that was tried.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Candidate {

@@ -69,6 +69,36 @@ impl Default for AdviseOptions<'_> {
     }
 }
 
+impl<'a> AdviseOptions<'a> {
+    /// Sets [`run`](Self#structfield.run).
+    #[must_use]
+    pub fn run(mut self, run: RunOptions<'a>) -> Self {
+        self.run = run;
+        self
+    }
+
+    /// Sets [`criteria`](Self#structfield.criteria).
+    #[must_use]
+    pub fn criteria(mut self, criteria: Criteria) -> Self {
+        self.criteria = criteria;
+        self
+    }
+
+    /// Sets [`budget`](Self#structfield.budget).
+    #[must_use]
+    pub fn budget(mut self, budget: f64) -> Self {
+        self.budget = budget;
+        self
+    }
+
+    /// Sets [`own_tuning`](Self#structfield.own_tuning).
+    #[must_use]
+    pub fn own_tuning(mut self, own_tuning: bool) -> Self {
+        self.own_tuning = own_tuning;
+        self
+    }
+}
+
 /// Tries every kind of observer on the study, and ranks them. Beside the result is the interruption by the user, if
 /// there was one.
 ///

@@ -82,7 +82,7 @@ pub fn execute_in_part(
     options: &RunOptions<'_>,
 ) -> Result<(Results, Option<StudyError>), StudyError> {
     check(study, step)?;
-    estimate::memory(study, step, options.threads()).within(&options.limits)?;
+    estimate::memory(study, step, options.thread_count()).within(&options.limits)?;
     let folder = Folder::open(options.output.clone(), options.force)?;
     let mut results = Results {
         title: study.title.clone(),

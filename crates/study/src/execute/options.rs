@@ -71,6 +71,43 @@ pub struct SweepOptions {
     pub percentile_memory: Option<usize>,
 }
 
+impl SweepOptions {
+    /// Sets [`block_size`](Self#structfield.block_size).
+    #[must_use]
+    pub fn block_size(mut self, block_size: u64) -> Self {
+        self.block_size = Some(block_size);
+        self
+    }
+
+    /// Sets [`restart`](Self#structfield.restart).
+    #[must_use]
+    pub fn restart(mut self, restart: bool) -> Self {
+        self.restart = restart;
+        self
+    }
+
+    /// Sets [`complete`](Self#structfield.complete).
+    #[must_use]
+    pub fn complete(mut self, complete: bool) -> Self {
+        self.complete = complete;
+        self
+    }
+
+    /// Sets [`csv`](Self#structfield.csv).
+    #[must_use]
+    pub fn csv(mut self, csv: RunsAsCsv) -> Self {
+        self.csv = csv;
+        self
+    }
+
+    /// Sets [`percentile_memory`](Self#structfield.percentile_memory).
+    #[must_use]
+    pub fn percentile_memory(mut self, percentile_memory: usize) -> Self {
+        self.percentile_memory = Some(percentile_memory);
+        self
+    }
+}
+
 /// Where the scores of each run are written as comma-separated values.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub enum RunsAsCsv {
@@ -121,9 +158,67 @@ impl Default for RunOptions<'_> {
     }
 }
 
+impl<'a> RunOptions<'a> {
+    /// Sets [`output`](Self#structfield.output).
+    #[must_use]
+    pub fn output(mut self, output: PathBuf) -> Self {
+        self.output = Some(output);
+        self
+    }
+
+    /// Sets [`force`](Self#structfield.force).
+    #[must_use]
+    pub fn force(mut self, force: bool) -> Self {
+        self.force = force;
+        self
+    }
+
+    /// Sets [`limits`](Self#structfield.limits).
+    #[must_use]
+    pub fn limits(mut self, limits: Limits) -> Self {
+        self.limits = limits;
+        self
+    }
+
+    /// Sets [`sweep`](Self#structfield.sweep).
+    #[must_use]
+    pub fn sweep(mut self, sweep: SweepOptions) -> Self {
+        self.sweep = sweep;
+        self
+    }
+
+    /// Sets [`until`](Self#structfield.until).
+    #[must_use]
+    pub fn until(mut self, until: Instant) -> Self {
+        self.until = Some(until);
+        self
+    }
+
+    /// Sets [`progress`](Self#structfield.progress).
+    #[must_use]
+    pub fn progress(mut self, progress: &'a (dyn Fn(Progress<'_>) + Sync)) -> Self {
+        self.progress = progress;
+        self
+    }
+
+    /// Sets [`cancel`](Self#structfield.cancel).
+    #[must_use]
+    pub fn cancel(mut self, cancel: &'a AtomicBool) -> Self {
+        self.cancel = cancel;
+        self
+    }
+
+    /// Sets [`threads`](Self#structfield.threads).
+    #[must_use]
+    pub fn threads(mut self, threads: usize) -> Self {
+        self.threads = Some(threads);
+        self
+    }
+}
+
 impl RunOptions<'_> {
     /// The number of threads of the execution.
-    pub fn threads(&self) -> usize {
+    pub fn thread_count(&self) -> usize {
         self.threads.unwrap_or_else(|| std::thread::available_parallelism().map_or(1, usize::from))
     }
 

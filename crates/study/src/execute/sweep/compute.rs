@@ -120,8 +120,8 @@ impl<'a> Work<'a> {
     /// The next blocks that are computed together: enough trajectories, or designs, for all threads.
     fn wave(&self, blocks: &Blocks, missing: &mut VecDeque<u64>, options: &RunOptions<'_>) -> Vec<u64> {
         let (mut wave, mut count) = (Vec::new(), 0);
-        let least = if self.sweep.parameter.redesigns() { options.threads() } else { 1 };
-        while (count < PER_THREAD * options.threads() || wave.len() < least)
+        let least = if self.sweep.parameter.redesigns() { options.thread_count() } else { 1 };
+        while (count < PER_THREAD * options.thread_count() || wave.len() < least)
             && let Some(number) = missing.pop_front()
         {
             wave.push(number);

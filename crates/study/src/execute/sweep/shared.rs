@@ -28,6 +28,29 @@ pub struct BlockSettings {
     pub force: bool,
 }
 
+impl BlockSettings {
+    /// Sets [`size`](Self#structfield.size).
+    #[must_use]
+    pub fn size(mut self, size: u64) -> Self {
+        self.size = Some(size);
+        self
+    }
+
+    /// Sets [`restart`](Self#structfield.restart).
+    #[must_use]
+    pub fn restart(mut self, restart: bool) -> Self {
+        self.restart = restart;
+        self
+    }
+
+    /// Sets [`force`](Self#structfield.force).
+    #[must_use]
+    pub fn force(mut self, force: bool) -> Self {
+        self.force = force;
+        self
+    }
+}
+
 /// A sweep of a study with its folder.
 ///
 /// Several processes, on several machines, may have the same folder, and compute the same or other blocks.
