@@ -4,7 +4,7 @@ use super::output::{self, Golden};
 use super::{Cost, elf};
 use crate::step::{Failure, Step, program, root};
 use std::fs::{self, File};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};
 
@@ -81,10 +81,22 @@ impl Board {
 
     /// The standard library of Rust, if it is not installed.
     pub(super) fn target_missing(&self) -> Option<String> {
+        let library = self.rust_library()?;
+        (!library.exists()).then(|| format!("no standard library for it: rustup target add {}", self.target))
+    }
+
+    /// Rust's routines for doubles, if they are installed; they are correctly rounded.
+    pub(super) fn doubles(&self) -> Option<String> {
+        let files = fs::read_dir(self.rust_library()?.join("lib")).ok()?.flatten();
+        let paths = files.map(|entry| entry.path()).filter(|path| path.extension().is_some_and(|end| end == "rlib"));
+        let mut paths = paths.map(|path| path.display().to_string());
+        paths.find(|path| path.contains("libcompiler_builtins"))
+    }
+
+    fn rust_library(&self) -> Option<PathBuf> {
         let sysroot = Command::new("rustc").args(["--print", "sysroot"]).output().ok()?.stdout;
         let sysroot = String::from_utf8_lossy(&sysroot).trim().to_owned();
-        let library = Path::new(&sysroot).join("lib/rustlib").join(self.target);
-        (!library.exists()).then(|| format!("no standard library for it: rustup target add {}", self.target))
+        Some(Path::new(&sysroot).join("lib/rustlib").join(self.target))
     }
 
     /// What emitted C needs here and is not installed; for a board without emitted C, nothing.

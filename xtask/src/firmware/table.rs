@@ -33,9 +33,9 @@ Every observer of a template (`luenberger new --list`) and of `examples/studies`
 an unscented Kalman filter), one in filter form, one at varying periods, a moving-horizon estimator of three samples with
 a bound of a state, and the numerical KKL observer with its interpolated left inverse, as
 `luenberger export --to c --test-steps 1000` writes them. The golden test of the export runs unchanged on mps2-an386:
-all 1000 estimates have the bits of the design, in f32 and in f64, but for the moving-horizon estimator in f64, where
-[libgcc misrounds sums of doubles](deploy.md#on-a-board). Observers in continuous time without a period in
-the study take a step every 0.01.
+all 1000 estimates have the bits of the design, in f32 and in f64. Where the cells of f64 are empty, they have them with
+Rust's routines for doubles, but [libgcc misrounds a sum](deploy.md#on-a-board). Observers in continuous time without a
+period in the study take a step every 0.01.
 
 **Code** has the elementary functions that the file needs; **constants** are matrices and tables, in bytes as well.
 
