@@ -2,7 +2,7 @@
 //! but for the deviations that `docs/deploy.md` lists.
 
 use super::output::{self, Golden};
-use crate::step::{Failure, is_installed, program, root};
+use crate::step::{Failure, cargo, is_installed, program, root};
 use std::fs;
 use std::path::Path;
 use std::process::Command;
@@ -39,6 +39,13 @@ pub(super) fn on_the_host(exports: &Path, names: &[String], golden: &[Golden]) -
             names.len(),
             flags.len()
         );
+    }
+    if is_installed("gcc") && is_installed("clang") {
+        // `cargo test` takes the first of them.
+        cargo(&["test", "--quiet", "--package", "luenberger-export", "--test", "it"])
+            .variable("EVERY_C_COMPILER", "1")
+            .quiet_output("tests of exports")?;
+        eprintln!("── tests of exports: passed with gcc and with clang");
     }
     if is_installed("cppcheck") {
         misra(exports, names)?;

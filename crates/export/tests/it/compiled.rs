@@ -13,10 +13,11 @@ use luenberger_plants::StateSpace;
 use luenberger_random::Random;
 use nalgebra::{DMatrix, DVector, SMatrix, SVector, dmatrix};
 
-/// The C compilers of this machine.
+/// The C compiler of this machine; where `EVERY_C_COMPILER` is set, as by `cargo xtask firmware`, both gcc and clang.
 pub(crate) fn compilers() -> Vec<&'static str> {
     let there = |name: &&str| Command::new(name).arg("--version").output().is_ok_and(|output| output.status.success());
-    ["gcc", "clang"].into_iter().filter(there).collect()
+    let most = if std::env::var_os("EVERY_C_COMPILER").is_some() { 2 } else { 1 };
+    ["gcc", "clang"].into_iter().filter(there).take(most).collect()
 }
 
 pub(crate) fn folder(name: &str) -> PathBuf {
