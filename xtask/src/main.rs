@@ -210,10 +210,25 @@ fn test(seed: u64) -> Result<(), Failure> {
     tests(&["test", "--workspace", "--tests"]).step("tests")?;
     let names = examples()?.into_iter().flat_map(|name| ["--example".to_owned(), name]);
     names.fold(cargo(&["build", "--workspace"]), step::Step::argument).step("examples that no test runs")?;
-    // Optimised like the crates: without it the examples of the designs take longer to run than to compile.
-    tests(&["test", "--workspace", "--doc"])
-        .variable("RUSTDOCFLAGS", "-C opt-level=1")
-        .step("examples in the documentation")?;
+    // Optimised like the crates: without it the examples of the designs take longer to run than to compile. Their
+    // programs are compiled one after the other, which leaves a core to the other checks.
+    let examples = tests(&["test", "--workspace", "--doc"]).variable("RUSTDOCFLAGS", "-C opt-level=1");
+    examples.beside("examples in the documentation", || built_apart(&tests))?;
+    if is_installed("cargo-deny") {
+        cargo(&["deny", "--offline", "check", "licenses", "bans", "sources"]).step("licences")?;
+    } else {
+        skipped("licences and sources of the dependencies", "cargo-deny");
+    }
+    if is_installed("typos") {
+        program("typos").step("spelling")?;
+    } else {
+        skipped("spelling", "typos-cli");
+    }
+    Ok(())
+}
+
+/// Crates without some of their features, the documentation, and what would be published.
+fn built_apart(tests: &impl Fn(&[&str]) -> step::Step) -> Result<(), Failure> {
     // Other members turn on the feature `clarabel` of lmi: with the workspace it is tested on, by itself off. Nothing
     // but lmi is compiled for it, because the features of all that it stands on are those of the workspace.
     tests(&["test", "--package", "luenberger-lmi"]).step("lmi without Clarabel")?;
@@ -227,18 +242,7 @@ fn test(seed: u64) -> Result<(), Failure> {
     // What is in the packages, not whether they compile: `cargo package --workspace` does both, in twice the time.
     let unpublished = ["luenberger-reproduce", "luenberger-tests", "xtask"].map(|name| format!("--exclude={name}"));
     let package = cargo(&["package", "--workspace", "--no-verify", "--allow-dirty", "--quiet"]);
-    unpublished.iter().fold(package, step::Step::argument).step("packages")?;
-    if is_installed("cargo-deny") {
-        cargo(&["deny", "--offline", "check", "licenses", "bans", "sources"]).step("licences")?;
-    } else {
-        skipped("licences and sources of the dependencies", "cargo-deny");
-    }
-    if is_installed("typos") {
-        program("typos").step("spelling")?;
-    } else {
-        skipped("spelling", "typos-cli");
-    }
-    Ok(())
+    unpublished.iter().fold(package, step::Step::argument).step("packages")
 }
 
 /// The examples that no test runs: those of `luenberger` are modules of its tests, all but one.

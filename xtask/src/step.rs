@@ -2,7 +2,7 @@
 
 use std::ffi::OsStr;
 use std::fmt;
-use std::io;
+use std::io::{self, Read};
 use std::path::{Path, PathBuf};
 use std::process::{Command, ExitCode, ExitStatus, Stdio};
 use std::time::Instant;
@@ -136,28 +136,65 @@ impl Step {
     pub(crate) fn quiet_output(mut self, name: &str) -> Result<String, Failure> {
         let output = self.command.stderr(Stdio::inherit()).output();
         let output = output.map_err(|source| Failure::io(self.command.get_program(), source))?;
-        if output.status.success() {
-            Ok(String::from_utf8_lossy(&output.stdout).into_owned())
-        } else {
-            Err(Failure::Step { name: name.to_owned(), status: output.status })
-        }
+        Self::checked(name, output.status)?;
+        Ok(String::from_utf8_lossy(&output.stdout).into_owned())
+    }
+
+    /// Runs it while `others` run, whose output comes first. Fails if either does.
+    pub(crate) fn beside(self, name: &str, others: impl FnOnce() -> Result<(), Failure>) -> Result<(), Failure> {
+        std::thread::scope(|scope| {
+            let running = scope.spawn(|| self.run_silently(name));
+            let others = others();
+            let (text, ended) = running.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic));
+            eprintln!("{text}");
+            others.and(ended)
+        })
+    }
+
+    /// Runs it and returns what it would have printed.
+    fn run_silently(mut self, name: &str) -> (String, Result<(), Failure>) {
+        let mut text = self.started(name);
+        let began = Instant::now();
+        let ended = io::pipe().and_then(|(mut printed, writer)| {
+            let mut child = self.command.stdout(writer.try_clone()?).stderr(writer).spawn()?;
+            // The pipe ends once the child has ended, which has the only ends to write to left.
+            self.command.stdout(Stdio::null()).stderr(Stdio::null());
+            let mut bytes = Vec::new();
+            printed.read_to_end(&mut bytes)?;
+            text = format!("{text}\n{}", String::from_utf8_lossy(&bytes));
+            child.wait()
+        });
+        let ended = ended.map_err(|source| Failure::io(self.command.get_program(), source)).and_then(|status| {
+            text = format!("{text}{}", Self::ended(name, began, status));
+            Self::checked(name, status)
+        });
+        (text, ended)
     }
 
     fn run(mut self, name: &str) -> Result<String, Failure> {
-        let shown: Vec<_> = std::iter::once(self.command.get_program())
-            .chain(self.command.get_args())
-            .map(|word| Path::new(word).file_name().unwrap_or(word).to_string_lossy().into_owned())
-            .collect();
-        eprintln!("── {name}: {}", shown.join(" "));
+        eprintln!("{}", self.started(name));
         let began = Instant::now();
         let ended = self.command.stderr(Stdio::inherit()).spawn().and_then(std::process::Child::wait_with_output);
         let output = ended.map_err(|source| Failure::io(self.command.get_program(), source))?;
-        let word = if output.status.success() { "done" } else { "failed" };
-        eprintln!("── {name}: {word} in {:.1} s", began.elapsed().as_secs_f64());
-        if output.status.success() {
-            Ok(String::from_utf8_lossy(&output.stdout).into_owned())
-        } else {
-            Err(Failure::Step { name: name.to_owned(), status: output.status })
-        }
+        eprintln!("{}", Self::ended(name, began, output.status));
+        Self::checked(name, output.status)?;
+        Ok(String::from_utf8_lossy(&output.stdout).into_owned())
+    }
+
+    /// The line before a step, with its command.
+    fn started(&self, name: &str) -> String {
+        let words = std::iter::once(self.command.get_program()).chain(self.command.get_args());
+        let shown = words.map(|word| Path::new(word).file_name().unwrap_or(word).to_string_lossy());
+        format!("── {name}: {}", shown.collect::<Vec<_>>().join(" "))
+    }
+
+    /// The line after a step, with its time.
+    fn ended(name: &str, began: Instant, status: ExitStatus) -> String {
+        let word = if status.success() { "done" } else { "failed" };
+        format!("── {name}: {word} in {:.1} s", began.elapsed().as_secs_f64())
+    }
+
+    fn checked(name: &str, status: ExitStatus) -> Result<(), Failure> {
+        if status.success() { Ok(()) } else { Err(Failure::Step { name: name.to_owned(), status }) }
     }
 }
