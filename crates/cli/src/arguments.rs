@@ -648,79 +648,191 @@ pub(crate) struct ImportInput {
     pub(crate) force: bool,
 }
 
-const NEW: &str = "Example:\n  $ luenberger new --plant double-integrator\n  $ luenberger run study.toml";
-const RUN: &str = "Example:\n  $ luenberger new\n  $ luenberger run study.toml -o results";
-const OBSERVE: &str = "Example:\n  $ luenberger new\n  $ luenberger observe study.toml";
-const DESIGN: &str = "Example:\n  $ luenberger new\n  $ luenberger design study.toml";
-const CERTIFY: &str = "Example:\n  $ luenberger new\n  $ luenberger certify study.toml -o results";
-const SIMULATE: &str = "Example:\n  $ luenberger new\n  $ luenberger simulate study.toml -o results";
-const COMPARE: &str = "Example:\n  $ luenberger new\n  $ luenberger compare study.toml";
-const ADVISE: &str = "Example:\n  $ luenberger new --plant flexible-joint\n  $ luenberger advise study.toml --by error=2,cost=1 -o advice";
-const SWEEP: &str = "Examples:\n  $ luenberger new\n  $ luenberger sweep study.toml -o results\nOn several machines with one file system:\n  $ luenberger sweep study.toml -o results --shard 1/2     (and --shard 2/2 on another machine)\n  $ luenberger sweep status results\n  $ luenberger sweep reduce results";
+// Examples of the pages in docs/commands, which the tests run. A line [..] stands for the rest of an output.
 
-const EXPORT: &str =
-    "Example:\n  $ luenberger new\n  $ luenberger export study.toml --observer sampled --to c --format f32 -o firmware";
+const NEW: &str = r"Example:
+  $ luenberger new --plant double-integrator -o cart.toml
+  $ luenberger run cart.toml";
+
+const RUN: &str = r"Example:
+  $ luenberger new -o cart.toml
+  $ luenberger run cart.toml";
+
+const OBSERVE: &str = r"Example:
+  $ luenberger new -o cart.toml
+  $ luenberger observe cart.toml";
+
+const DESIGN: &str = r"Example:
+  $ luenberger new -o cart.toml
+  $ luenberger design cart.toml";
+
+const CERTIFY: &str = r"Example:
+  $ luenberger new -o cart.toml
+  $ luenberger certify cart.toml -o results";
+
+const SIMULATE: &str = r"Example:
+  $ luenberger new -o cart.toml
+  $ luenberger simulate cart.toml -o results";
+
+const COMPARE: &str = r"Example:
+  $ luenberger new -o cart.toml
+  $ luenberger compare cart.toml";
+
+const ADVISE: &str = r"Example, for a study with a plant and its noise:
+  $ luenberger advise pendulum.toml --budget 10min -o advice
+  $ luenberger run advice/study.toml -o results";
+
+const SWEEP: &str = r"Examples:
+  $ luenberger new -o cart.toml
+  $ luenberger sweep cart.toml -o results
+On several machines with one file system, for a study with a sweep:
+  $ luenberger sweep mass.toml -o shared --block-size 10 --shard 1/2
+  $ luenberger sweep mass.toml -o shared --shard 2/2
+  $ luenberger sweep status shared
+  $ luenberger sweep reduce shared";
+
+const EXPORT: &str = r"Example:
+  $ luenberger new -o cart.toml
+  $ luenberger export cart.toml --observer sampled --to c --format f32 -o firmware";
 
 const LYAP: &str = r#"Examples:
-  $ echo '{"a": [[0, 1], [-2, -3]], "q": [[1, 0], [0, 1]]}' | luenberger lyap - --json
-  {"x":[[1.0,-0.5],[-0.5,0.5]],"residual":..,"condition":..}
+  $ echo '{"a": [[0, 1], [-2, -3]], "q": [[1, 0], [0, 1]]}' | luenberger lyap -
+  A X + X A' + Q = 0
+  X =
+     1    -0.5
+    -0.5   0.5
+  [..]
   $ echo '{"a": [[0, 1], [-2, -3]], "q": [[1, 0], [0, 1]]}' | luenberger lyap - --transposed
-  (X = [1.25 0.25; 0.25 0.25], A'X + X A + Q = 0)"#;
+  A'X + X A + Q = 0
+  X =
+    1.25  0.25
+    0.25  0.25
+  [..]"#;
 
 const DLYAP: &str = r#"Example:
-  $ echo '{"a": [[0.5]], "q": [[3]]}' | luenberger dlyap - --json
-  {"x":[[4.0]],"residual":0.0,"condition":..}"#;
+  $ echo '{"a": [[0.5, 1], [0, -0.5]], "q": [[1, 0], [0, 1]]}' | luenberger dlyap -
+  A X A' - X + Q = 0
+  X =
+     2.4       -0.533333
+    -0.533333   1.33333
+  [..]"#;
 
 const SYLV: &str = r#"Example:
-  $ echo '{"a": [[1]], "b": [[2]], "q": [[6]]}' | luenberger sylv - --json
-  {"x":[[-2.0]],"residual":0.0,"condition":1.0}"#;
+  $ echo '{"a": [[0, 1], [-2, -3]], "b": [[-4]], "q": [[1], [2]]}' | luenberger sylv -
+  A X + X B + Q = 0
+  X =
+    0.3
+    0.2
+  [..]"#;
 
 const CARE: &str = r#"Examples:
-  $ echo '{"a": [[0, 1], [0, 0]], "b": [[0], [1]], "q": [[1, 0], [0, 2]], "r": [[1]]}' | luenberger care -
-  (X = [2 1; 1 2], K = [1 2], both poles at -1)
+  $ echo '{"a": [[0, 1], [0, 0]], "b": [[0], [1]], "q": [[1, 0], [0, 1]], "r": [[1]]}' | luenberger care -
+  A'X + X A - X B R^-1 B'X + Q = 0, K = R^-1 B'X
+  X =
+    1.73205        1
+          1  1.73205
+  K =
+    1  1.73205
+  [..]
   $ echo '{"a": [[0, 1], [0, 0]], "c": [[1, 0]], "w": [[0, 0], [0, 1]], "v": [[1]]}' | luenberger care -
-  (L = [1.41421; 1])"#;
+  A P + P A' - P C'V^-1 C P + W = 0, L = P C'V^-1
+  [..]"#;
 
 const DARE: &str = r#"Examples:
   $ echo '{"a": [[1]], "b": [[1]], "q": [[1]], "r": [[1]]}' | luenberger dare -
-  (X = 1.61803, K = 0.618034, the pole at 0.381966)
+  A'X A - X - A'X B (R + B'X B)^-1 B'X A + Q = 0, K = (R + B'X B)^-1 B'X A
+  X =
+    1.61803
+  K =
+    0.618034
+  [..]
   $ echo '{"a": [[1]], "c": [[1]], "w": [[1]], "v": [[1]]}' | luenberger dare -
-  (P = 1.61803, L = 0.618034)"#;
+  A P A' - P - A P C'(V + C P C')^-1 C P A' + W = 0, L = A P C'(V + C P C')^-1
+  [..]"#;
 
 const PLACE: &str = r#"Examples:
   $ echo '{"a": [[0, 1], [3, 2]], "b": [[0], [1]], "poles": [[-1, 2], [-1, -2]]}' | luenberger place -
-  (K = [8 4])
+  A - B K has the poles below: u = -K x
+  K =
+    8  4
+  [..]
   $ echo '{"a": [[0, 1], [0, 0]], "c": [[1, 0]], "poles": [-2, -5]}' | luenberger place -
-  (L = [7; 10])"#;
+  A - L C has the poles below: L (y - C xhat) corrects the estimate
+  L =
+     7
+    10
+  [..]"#;
 
 const OBSV: &str = r#"Example:
   $ echo '{"a": [[-1, 0], [0, -2]], "c": [[1, 0]]}' | luenberger obsv -
-  (rank 1 of 2, the mode at -2 is unobservable)"#;
+  rank 1 of 2: not observable
+    mode -1: margin 0.33
+    mode -2: margin 0
+  unobservable: -2 along [0, 1]"#;
 
 const EIG: &str = r#"Example:
-  $ echo '{"a": [[0, 1], [-5, -2]]}' | luenberger eig - --json
-  {"eigenvalues":[[-1.0,2.0],[-1.0,-2.0]]}"#;
+  $ echo '{"a": [[0, 1], [-5, -2]]}' | luenberger eig -
+  eigenvalues =
+    -1 + 2i
+    -1 - 2i"#;
 
 const C2D: &str = r#"Example:
-  $ echo '{"a": [[-1]], "b": [[1]]}' | luenberger c2d - --period 0.2 --method tustin
-  (A = 0.818182, B = 0.181818, C = 0.909091, D = 0.0909091)"#;
+  $ echo '{"a": [[0, 1], [-2, -3]], "b": [[0], [1]], "c": [[1, 0]]}' | luenberger c2d - --period 0.1
+  x+ = A x + B u, y = C x + D u, period 0.1
+  A =
+     0.990944  0.0861067
+    -0.172213  0.732624
+  [..]"#;
 
 const D2C: &str = r#"Example:
   $ echo '{"a": [[0.5]], "b": [[1]]}' | luenberger d2c - --period 1
-  (A = -0.693147, B = 1.38629)"#;
+  x' = A x + B u, y = C x + D u
+  A =
+    -0.693147
+  B =
+    1.38629
+  [..]"#;
 
-const NOISE: &str = r#"Example:
+const NOISE: &str = r#"Examples:
   $ luenberger noise --period 0.01 --sigma 0.005
-  (V = 2.5e-7)
-  $ echo '{"a": [[0, 1], [0, 0]], "w": [[0, 0], [0, 2]]}' | luenberger noise - --period 0.5"#;
+  period 0.01
+  V = R h, intensity of the measurement noise =
+    2.5e-7
+  [..]
+  $ echo '{"a": [[0, 1], [0, 0]], "w": [[0, 0], [0, 2]]}' | luenberger noise - --period 0.5
+  period 0.5
+  Qd, covariance of the process noise in one period =
+    0.0833333  0.25
+    0.25       1
+  [..]"#;
 
-const POLES: &str = "Example:\n  $ luenberger poles --order 3 --settling 1.5 --overshoot 0.05\n  $ luenberger poles --order 4 --settling 1.5 --pattern bessel --period 0.01";
+const POLES: &str = r"Examples:
+  $ luenberger poles --order 3 --settling 1.5 --overshoot 0.05
+  settling time 1.5 (to 2 %)
+  damping ratio 0.690107
+  poles =
+    -2.82359 + 2.96107i
+    -2.82359 - 2.96107i
+    -14.118
+  $ luenberger poles --order 4 --settling 1.5 --pattern bessel --period 0.01";
 
-const IMPORT: &str = "Example:\n  $ luenberger import building.mat -o building.toml\n  $ luenberger run building.toml";
+const IMPORT: &str = r#"Example:
+  $ echo '{"A": [[0, 1], [-2, -3]], "B": [[0], [1]], "C": [[1, 0]], "D": [[0]], "dt": 0}' > model.json
+  $ luenberger import model.json -o pendulum.toml
+  pendulum.toml: 2 states, 1 input, 1 output"#;
 
-const VERIFY: &str = "Example:\n  $ luenberger new\n  $ luenberger certify study.toml -o results\n  $ luenberger verify results/certificates/*";
+const VERIFY: &str = r"Example:
+  $ luenberger new -o cart.toml
+  $ luenberger certify cart.toml -o results
+  $ luenberger verify results/certificates/linear.json
+  results/certificates/linear.json: Proved
+  [..]";
 
-const SDP: &str = "Example:\n  $ luenberger sdp theta1.dat-s --json";
+const SDP: &str = r"Example:
+  $ printf '1\n1\n2\n1.0\n0 1 1 2 -1.0\n1 1 1 1 1.0\n1 1 2 2 1.0\n' > one.dat-s
+  $ luenberger sdp one.dat-s
+  proved-optimal-bounds after [..]
+  1e0 <= optimum <= 1e0";
 
 /// Prints clap's message: help and version with exit code 0, a usage error with 2.
 pub(crate) fn refused(error: &clap::Error) -> ExitCode {

@@ -1,7 +1,7 @@
 //! The examples in the pages of `docs/commands`, in the other pages listed here and in the READMEs are run, and their
 //! output is compared with the pages.
 
-use crate::terminal::{folder, run, without_estimate};
+use crate::terminal::{folder, luenberger, run, without_estimate};
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
@@ -170,13 +170,19 @@ fn every_example_does_what_its_page_says() {
     assert!(count > 20, "{count} examples");
 }
 
+/// The commands that `luenberger --help` lists.
+fn commands() -> Vec<String> {
+    let help = luenberger(&["--help"], "").stdout;
+    let listed = help.lines().skip_while(|line| *line != "Commands:").skip(1).take_while(|line| !line.is_empty());
+    let names = listed.filter_map(|line| line.split_whitespace().next()).filter(|command| *command != "help");
+    names.map(str::to_owned).collect()
+}
+
 /// Every command has a page, and the overview names it.
 #[test]
 fn each_command_has_a_page_with_an_example() {
-    let help = crate::terminal::luenberger(&["--help"], "").stdout;
-    let listed = help.lines().skip_while(|line| *line != "Commands:").skip(1).take_while(|line| !line.is_empty());
     let overview = std::fs::read_to_string(docs().join("commands/index.md")).unwrap();
-    for command in listed.filter_map(|line| line.split_whitespace().next()).filter(|command| *command != "help") {
+    for command in commands() {
         let page = std::fs::read_to_string(docs().join(format!("commands/{command}.md")));
         let page = page.unwrap_or_else(|error| panic!("docs/commands/{command}.md: {error}"));
         let has_example = examples(&page).iter().any(|(line, _)| line.contains(&format!("luenberger {command}")));
@@ -185,6 +191,28 @@ fn each_command_has_a_page_with_an_example() {
             overview.contains(&format!("`{command}`")) && overview.contains(&format!("[{command}.md]")),
             "{command}"
         );
+    }
+}
+
+/// The examples of `--help` are those of the pages, where [`every_example_does_what_its_page_says`] runs them. A page may
+/// write to a file what `--help` lets appear on the screen.
+#[test]
+fn the_examples_of_help_are_in_the_pages() {
+    let files = std::fs::read_dir(docs().join("commands")).unwrap().map(|entry| entry.unwrap().path());
+    let known: Vec<_> = files.flat_map(|page| examples(&std::fs::read_to_string(page).unwrap())).collect();
+    for command in commands() {
+        let help = luenberger(&[&command, "--help"], "").stdout;
+        let lines = help.lines().skip_while(|line| !line.starts_with("Example")).skip(1);
+        let block: Vec<&str> = lines.filter_map(|line| line.strip_prefix("  ")).collect();
+        let shown = examples(&format!("```console\n{}\n```", block.join("\n")));
+        assert!(shown.iter().any(|(line, _)| line.contains(&format!("luenberger {command} "))), "{help}");
+        for (line, output) in shown {
+            let is_shown = |(known, whole): &(String, Vec<String>)| {
+                let whole: Vec<&str> = whole.iter().map(String::as_str).collect();
+                *known.trim_end_matches(" > output.txt") == line && (output.is_empty() || is_output(&whole, &output))
+            };
+            assert!(known.iter().any(is_shown), "luenberger {command} --help\n$ {line}\n{}", output.join("\n"));
+        }
     }
 }
 
