@@ -92,9 +92,14 @@ impl CubicDesign {
         theorem((&o.a, &o.b, &o.c), (&o.l, &o.n, &o.theta), (&self.p, &self.s), self.rate)
     }
 
+    /// The observer gain L, n x p.
+    pub fn l(&self) -> &DMatrix<f64> {
+        self.observer.l()
+    }
+
     /// `F = A - L C`.
     pub fn error_matrix(&self) -> DMatrix<f64> {
-        &self.observer.a - &self.observer.l * &self.observer.c
+        &self.observer.a - self.l() * &self.observer.c
     }
 }
 

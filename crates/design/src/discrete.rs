@@ -58,7 +58,7 @@ impl DiscreteDesign {
     /// // The double integrator every 0.1 s.
     /// let plant = StateSpace::new(dmatrix![1.0, 0.1; 0.0, 1.0], dmatrix![0.005; 0.1], dmatrix![1.0, 0.0])?;
     /// let design = DiscreteDesign::with_poles(&plant, 0.1, &[0.5, 0.6])?;
-    /// assert!((design.observer.l() - dmatrix![0.9; 2.0]).amax() < 1e-13);
+    /// assert!((design.l() - dmatrix![0.9; 2.0]).amax() < 1e-13);
     /// assert!(design.certificate.is_proved());
     /// # Ok::<(), luenberger_design::DesignError>(())
     /// ```
@@ -150,6 +150,11 @@ impl DiscreteDesign {
         check::plant(plant)?;
         check::matrix("L", &l, (plant.a.nrows(), plant.c.nrows()))?;
         Self::certified(plant, period, l, None)
+    }
+
+    /// The observer gain L, n x p.
+    pub fn l(&self) -> &DMatrix<f64> {
+        self.observer.l()
     }
 
     /// The stationary covariance of the prediction error, of a design by [`kalman`](Self::kalman).

@@ -64,12 +64,12 @@ macro_rules! displayed {
 }
 
 displayed! {
-    LinearDesign: |d| ["L" = &d.observer.l], &d.poles;
-    CubicDesign: |d| ["L" = &d.observer.l, "N" = &d.observer.n, "theta" = &d.observer.theta];
-    DiscreteDesign: |d| ["L" = d.observer.l()], &d.poles;
+    LinearDesign: |d| ["L" = d.l()], &d.poles;
+    CubicDesign: |d| ["L" = d.l(), "N" = &d.observer.n, "theta" = &d.observer.theta];
+    DiscreteDesign: |d| ["L" = d.l()], &d.poles;
     SampledCubicDesign: |d| ["L" = d.observer.ld(), "N" = d.observer.n(), "theta" = d.observer.theta()], &d.poles;
     FeedbackDesign: |d| ["K" = &d.k], &d.poles;
-    PolytopicDesign: |d| ["L" = &d.nominal.observer.l], &d.nominal.poles;
+    PolytopicDesign: |d| ["L" = d.nominal.l()], &d.nominal.poles;
     GainCertificate: |d| ["L" = &d.l, "N" = &d.n];
     LipschitzDesign: |d| ["L" = &d.l];
     MeanValueDesign: |d| ["L" = &d.l];
@@ -91,7 +91,7 @@ displayed! {
 /// The linear or the cubic observer, whichever is the optimum, and the costs of both.
 impl Display for OptimalCubicDesign {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let l = &self.linear.observer.l;
+        let l = self.linear.l();
         let costs: [(&str, &[f64]); 2] =
             [("cost", &[self.cost.total]), ("cost of the linear optimum", &[self.linear_cost.total])];
         match self.cubic.as_ref().map(|cubic| &cubic.observer) {

@@ -32,8 +32,8 @@ use crate::error::DesignError;
 /// let quiet = LinearDesign::lmi_with(&plant, 1.0, &GainOptions::default().noise(dmatrix![1.0]))?;
 /// let bounded = LinearDesign::lmi_with(&plant, 1.0, &GainOptions::default().max_gain(10.0))?;
 /// // Every error decays at least like exp(-t) in both; the quiet one has the least noise gain.
-/// assert!(quiet.rate == 1.0 && quiet.observer.l.norm() < 4.0);
-/// assert!(bounded.observer.l.norm() < 10.0);
+/// assert!(quiet.rate == 1.0 && quiet.l().norm() < 4.0);
+/// assert!(bounded.l().norm() < 10.0);
 /// # Ok::<(), luenberger_design::DesignError>(())
 /// ```
 #[derive(Debug, Clone, Default, PartialEq)]

@@ -97,8 +97,8 @@ impl LinearDesign {
     ///
     /// let plant = luenberger_plants::double_integrator().to_dynamic();
     /// let design = LinearDesign::with_poles(&plant, &[-2.0, -5.0])?.lyapunov_weight(LyapunovWeight::Identity(10.0))?;
-    /// assert!((design.observer.l[(1, 0)] - 10.0).abs() < 1e-12);
-    /// let f = &plant.a - &design.observer.l * &plant.c;
+    /// assert!((design.l()[(1, 0)] - 10.0).abs() < 1e-12);
+    /// let f = &plant.a - design.l() * &plant.c;
     /// let residual = f.transpose() * &design.p + &design.p * f + &design.q;
     /// assert!(residual.norm() < 1e-13 * design.p.norm());
     /// assert_eq!(design.to_string().lines().next(), Some("L = [7; 10]")); // then poles and verdicts
@@ -189,7 +189,7 @@ impl LinearDesign {
     /// [`DesignError::NoCovariance`] for [`LyapunovWeight::InverseCovariance`] of a gain that is not Kalman's; a Q that
     /// is not symmetric and positive definite.
     pub fn lyapunov_weight(self, weight: LyapunovWeight) -> Result<Self, DesignError> {
-        Self::with_equation(&self.observer.plant(), self.observer.l.clone(), self.origin, weight)
+        Self::with_equation(&self.observer.plant(), self.l().clone(), self.origin, weight)
     }
 
     /// P by the Lyapunov equation of the weight, or from the covariance.
@@ -249,6 +249,11 @@ impl LinearDesign {
         Ok(Self { observer, poles, p, q, rate, certificate, origin })
     }
 
+    /// The observer gain L, n x p.
+    pub fn l(&self) -> &DMatrix<f64> {
+        self.observer.l()
+    }
+
     /// The stationary covariance of the error of a design by [`kalman`](Self::kalman), the stabilising solution of the
     /// Riccati equation; none for other designs. [`p`](Self::p) is the Lyapunov matrix.
     pub fn covariance(&self) -> Option<&DMatrix<f64>> {
@@ -265,6 +270,6 @@ impl LinearDesign {
 
     /// `F = A - L C`.
     pub fn error_matrix(&self) -> DMatrix<f64> {
-        &self.observer.a - &self.observer.l * &self.observer.c
+        &self.observer.a - self.l() * &self.observer.c
     }
 }

@@ -38,7 +38,7 @@ use crate::error_bound::Disturbances;
 /// let plant = luenberger_plants::double_integrator().to_dynamic();
 /// let both = with_disturbance(&plant, &dmatrix![0.0; 1.0])?;
 /// let design = LinearDesign::with_poles(&both, &[-1.0, -2.0, -3.0])?;
-/// assert!((design.observer.l[(2, 0)] - 6.0).abs() < 1e-12);
+/// assert!((design.l()[(2, 0)] - 6.0).abs() < 1e-12);
 /// // A constant velocity and a drift of the position that cancels it leave no trace.
 /// assert!(with_disturbance(&plant, &dmatrix![0.0, 1.0; 1.0, 0.0]).is_err());
 /// # Ok::<(), luenberger_design::DesignError>(())
@@ -60,7 +60,7 @@ pub fn with_disturbance(plant: &StateSpace, e: &DMatrix<f64>) -> Result<StateSpa
 /// let plant = luenberger_plants::double_integrator().to_dynamic();
 /// let extended = with_disturbance_chain(&plant, &dmatrix![0.0; 1.0], 2)?;
 /// let design = LinearDesign::with_poles(&extended, &bandwidth_poles(4, 1, 10.0))?;
-/// assert!((&design.observer.l - dmatrix![40.0; 600.0; 4000.0; 10000.0]).amax() < 1e-8);
+/// assert!((design.l() - dmatrix![40.0; 600.0; 4000.0; 10000.0]).amax() < 1e-8);
 /// # Ok::<(), luenberger_design::DesignError>(())
 /// ```
 ///

@@ -90,7 +90,7 @@ impl DecoupledPlant {
     /// let decoupled = DecoupledPlant::new(&plant, &dmatrix![1.0; 0.0])?;
     /// // The zero -2 of (A, E, C) stays; the other pole is free.
     /// let design = decoupled.with_poles(&[-2.0, -5.0])?;
-    /// let poles = eigenvalues(&(&decoupled.reduced.a - &design.observer.l * &decoupled.reduced.c))?;
+    /// let poles = eigenvalues(&(&decoupled.reduced.a - design.l() * &decoupled.reduced.c))?;
     /// let residual = poles.iter().map(|pole| ((pole + 2.0) * (pole + 5.0)).norm()).fold(0.0, f64::max);
     /// assert!(residual < 1e-13);
     /// # Ok::<(), luenberger_design::DesignError>(())
@@ -176,7 +176,7 @@ impl UnknownInputDesign<LinearObserver<f64, Dyn, Dyn, Dyn>> {
     /// [`DesignError::Observer`] and [`DesignError::Proof`] for a design of another plant.
     pub fn linear(of: &DecoupledPlant, design: &LinearDesign) -> Result<Self, DesignError> {
         let observer = UnknownInputObserver::new(design.observer.clone(), of.h.clone(), of.plant.d.clone())?;
-        let certificate = of.theorem((&design.observer.l, &design.p, design.rate), None)?;
+        let certificate = of.theorem((design.l(), &design.p, design.rate), None)?;
         Ok(Self { observer, certificate })
     }
 }

@@ -22,7 +22,7 @@ pub(crate) fn main() -> Result<(), luenberger::Error> {
             .run()?;
         let error = run.error_trace("linear", 1)?;
         let settled = metrics::settling_last(&error, 0.05).map_or("later".to_owned(), |t| format!("from t = {t:.2}"));
-        println!("{words}: L = {:.3}", design.observer.l.transpose());
+        println!("{words}: L = {:.3}", design.l().transpose());
         println!("  poles of A - L C: {:.3?}", design.poles.iter().map(|s| (s.re, s.im)).collect::<Vec<_>>());
         println!("  |velocity - estimate| below 0.05 {settled}");
         print!("{}", design.certificate);

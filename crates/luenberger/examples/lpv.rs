@@ -31,6 +31,6 @@ impl<T: RealField + Copy> Plant<T> for Pendulum {
 
 pub(crate) fn main() -> Result<(), luenberger::design::LpvError> {
     let design = LpvDesign::new(Pendulum, &Region::everywhere(2), 3.0)?;
-    println!("L = {}{design}", design.observer.l());
+    println!("L = {}{design}", design.l());
     Ok(())
 }

@@ -34,6 +34,21 @@ pub type StaticDiscreteNonlinearObserver<S, T, const N: usize, const M: usize, c
 
 impl<S, T: RealField + Copy, N: Dim, M: Dim, P: Dim> DiscreteNonlinearObserver<S, T, N, M, P>
 where
+    DefaultAllocator: Size<N, M, P>,
+{
+    /// The plant.
+    pub fn plant(&self) -> &S {
+        &self.plant
+    }
+
+    /// The gain L, n x p.
+    pub fn l(&self) -> &OMatrix<T, N, P> {
+        &self.l
+    }
+}
+
+impl<S, T: RealField + Copy, N: Dim, M: Dim, P: Dim> DiscreteNonlinearObserver<S, T, N, M, P>
+where
     S: Plant<T, State = OVector<T, N>, Input = OVector<T, M>, Output = OVector<T, P>>,
     DefaultAllocator: Size<N, M, P>,
 {
@@ -59,16 +74,6 @@ where
             return Err(ObserverError::Period { period: period.to_subset_unchecked() });
         }
         Ok(Self { plant, l, period, inputs: PhantomData })
-    }
-
-    /// The plant.
-    pub fn plant(&self) -> &S {
-        &self.plant
-    }
-
-    /// The gain L, n x p.
-    pub fn l(&self) -> &OMatrix<T, N, P> {
-        &self.l
     }
 }
 

@@ -290,6 +290,11 @@ where
         Ok(Self { gains, joined: PhantomData })
     }
 
+    /// The observer gain L, n x p.
+    pub fn l(&self) -> &OMatrix<T, N, P> {
+        &self.gains.l
+    }
+
     /// The matrices.
     pub fn gains(&self) -> &SampledIntervalGains<T, N, M, P, Q> {
         &self.gains

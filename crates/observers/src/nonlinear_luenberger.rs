@@ -36,6 +36,21 @@ pub type StaticNonlinearLuenbergerObserver<S, T, const N: usize, const M: usize,
 
 impl<S, T: RealField + Copy, N: Dim, M: Dim, P: Dim> NonlinearLuenbergerObserver<S, T, N, M, P>
 where
+    DefaultAllocator: Size<N, M, P>,
+{
+    /// The plant.
+    pub fn plant(&self) -> &S {
+        &self.plant
+    }
+
+    /// The gain L, n x p.
+    pub fn l(&self) -> &OMatrix<T, N, P> {
+        &self.l
+    }
+}
+
+impl<S, T: RealField + Copy, N: Dim, M: Dim, P: Dim> NonlinearLuenbergerObserver<S, T, N, M, P>
+where
     S: Plant<T, State = OVector<T, N>, Input = OVector<T, M>, Output = OVector<T, P>>,
     DefaultAllocator: Size<N, M, P>,
 {
@@ -59,16 +74,6 @@ where
         let size = plant.dimensions();
         check_matrix("L", &l, (size.states, size.outputs))?;
         Ok(Self { plant, l, inputs: PhantomData })
-    }
-
-    /// The plant.
-    pub fn plant(&self) -> &S {
-        &self.plant
-    }
-
-    /// The gain L, n x p.
-    pub fn l(&self) -> &OMatrix<T, N, P> {
-        &self.l
     }
 }
 

@@ -51,6 +51,21 @@ pub type StaticSampledNonlinearObserver<S, T, const N: usize, const M: usize, co
 
 impl<S, T: RealField + Copy, N: Dim, M: Dim, P: Dim> SampledNonlinearObserver<S, T, N, M, P>
 where
+    DefaultAllocator: Size<N, M, P>,
+{
+    /// The plant.
+    pub fn plant(&self) -> &S {
+        &self.plant
+    }
+
+    /// The gain L, n x p.
+    pub fn l(&self) -> &OMatrix<T, N, P> {
+        &self.l
+    }
+}
+
+impl<S, T: RealField + Copy, N: Dim, M: Dim, P: Dim> SampledNonlinearObserver<S, T, N, M, P>
+where
     S: Differentiable<T, N, M, P>,
     DefaultAllocator: Size<N, M, P>,
 {
@@ -85,16 +100,6 @@ where
             return Err(ObserverError::Substeps);
         }
         Ok(Self { plant, l, h, substeps, inputs: PhantomData })
-    }
-
-    /// The plant.
-    pub fn plant(&self) -> &S {
-        &self.plant
-    }
-
-    /// The gain L, n x p.
-    pub fn l(&self) -> &OMatrix<T, N, P> {
-        &self.l
     }
 
     /// Runge-Kutta steps between two samples.

@@ -30,7 +30,7 @@ impl ErrorSystem {
         let plant = luenberger_plants::double_integrator().to_dynamic();
         let linear =
             LinearDesign::with_poles(&plant, &[-2.0 * k, -5.0 * k])?.lyapunov_weight(LyapunovWeight::Identity(10.0))?;
-        let l = Vector2::new(linear.observer.l[0], linear.observer.l[1]);
+        let l = Vector2::new(linear.l()[0], linear.l()[1]);
         let mut n = Vector2::zeros();
         if g > 0.0 {
             let cubic = CubicDesign::new(&linear, &dmatrix![1.0], &CubicGain::Gamma(g))?;

@@ -324,7 +324,7 @@ fn sampled_interval(random: &mut Random) -> Option<CertificateFile> {
         format: if random.once_in(2) { Format::Binary32 } else { Format::Binary64 },
     };
     let e = random.matrix(n, q);
-    let (acting, gain) = ((&e, w.as_slice(), v.as_slice()), (discrete.observer.l(), coordinates(random)));
+    let (acting, gain) = ((&e, w.as_slice(), v.as_slice()), (discrete.l(), coordinates(random)));
     let found = if random.once_in(2) {
         SampledIntervalDesign::sampled(&plant, acting, gain, h, &kept)
     } else {

@@ -76,7 +76,7 @@ fn a_plant_names_what_does_not_fit() {
 fn a_plant_of_one_state_goes_the_whole_way() {
     let plant = StateSpace::new(dmatrix![2.0], dmatrix![1.0], dmatrix![3.0]).unwrap();
     let linear = LinearDesign::with_poles(&plant, &[-1.0]).unwrap();
-    assert!((linear.observer.l[(0, 0)] - 1.0).abs() < 1e-15);
+    assert!((linear.l()[(0, 0)] - 1.0).abs() < 1e-15);
     let cubic = CubicDesign::new(&linear, &dmatrix![1.0], &CubicGain::Gamma(1.0)).unwrap();
     assert!(cubic.certificate.is_proved(), "{}", cubic.certificate);
     assert!(FeedbackDesign::new(&cubic, &dmatrix![5.0]).unwrap().certificate.is_proved());
@@ -84,7 +84,7 @@ fn a_plant_of_one_state_goes_the_whole_way() {
     assert!(cubic_lmi_design(&plant, &dmatrix![1.0], 1.0, 1.0).unwrap().certificate.is_proved());
     let (f, c, n) = (cubic.error_matrix(), &cubic.observer.c, &cubic.observer.n);
     assert!((robust::positive_real_margin(&f, c, n).unwrap() - 1.0).abs() < 1e-12);
-    let margin = robust::fixed_gain_margin(&plant, &cubic.observer.l, n, 1e-6).unwrap().margin;
+    let margin = robust::fixed_gain_margin(&plant, cubic.l(), n, 1e-6).unwrap().margin;
     assert!((margin - 1.0).abs() < 1e-5, "{margin}");
 }
 
@@ -96,7 +96,7 @@ fn a_plant_whose_state_is_measured_goes_the_whole_way() {
     let linear = LinearDesign::with_poles(&plant, &[-1.0, -2.0]).unwrap();
     let cubic = CubicDesign::new(&linear, &DMatrix::identity(2, 2), &CubicGain::Radial(1.0)).unwrap();
     assert!(cubic.certificate.is_proved(), "{}", cubic.certificate);
-    let margin = robust::fixed_gain_margin(&plant, &cubic.observer.l, &cubic.observer.n, 1e-3).unwrap().margin;
+    let margin = robust::fixed_gain_margin(&plant, cubic.l(), &cubic.observer.n, 1e-3).unwrap().margin;
     assert!(margin > 0.5, "{margin}");
 }
 
@@ -112,8 +112,8 @@ fn the_units_do_not_matter() {
             .lyapunov_weight(LyapunovWeight::Identity(10.0))
             .unwrap();
         let expected = dmatrix![7.0; 10.0] / (time * length);
-        let relative = (&linear.observer.l - &expected).amax() / expected.amax();
-        assert!(relative < 1e-12, "time {time:e}, length {length:e}: {}", linear.observer.l);
+        let relative = (linear.l() - &expected).amax() / expected.amax();
+        assert!(relative < 1e-12, "time {time:e}, length {length:e}: {}", linear.l());
         let cubic = CubicDesign::new(&linear, &dmatrix![1.0], &CubicGain::Gamma(1.0)).unwrap();
         assert!(cubic.certificate.is_proved(), "time {time:e}, length {length:e}\n{}", cubic.certificate);
         let lmi = LinearDesign::with_decay_rate(&plant, 1.0 / time).unwrap();

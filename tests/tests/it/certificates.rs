@@ -80,7 +80,7 @@ proptest! {
         // A + eps I with eps below (23), the same L and P: the design for the shifted plant keeps them.
         let eps = 0.99 * theorem5_bound(&nominal.p, &nominal.q).unwrap();
         let shifted = StateSpace::new(&plant.a + DMatrix::identity(n, n) * eps, plant.b.clone(), plant.c.clone()).unwrap();
-        let shifted = LinearDesign::with_gain(&shifted, nominal.observer.l.clone()).unwrap();
+        let shifted = LinearDesign::with_gain(&shifted, nominal.l().clone()).unwrap();
         goes_the_whole_way(shifted.certificate_file("Theorem 5"));
     }
 

@@ -174,7 +174,7 @@ fn enclosing() -> Vec<CertificateFile> {
     for format in [Format::Binary32, Format::Binary64] {
         let kept =
             IntervalRequirements { initial_error: first.to_vec(), estimates: vec![3.0; 2], inputs: vec![1.0], format };
-        let gain = (discrete.observer.l(), ErrorCoordinates::Modal);
+        let gain = (discrete.l(), ErrorCoordinates::Modal);
         let acting = (&dmatrix![1.0; 0.0], &[0.3][..], &[0.05][..]);
         let held = SampledIntervalDesign::sampled(&plant, acting, gain, 0.05, &kept).unwrap();
         let exact = SampledIntervalDesign::of_discrete(discrete.observer.plant(), acting, gain, 0.05, &kept).unwrap();

@@ -260,8 +260,8 @@ proptest! {
         let state = DVector::from_fn(n + 1, |i, _| if i < n { x[i] } else { d });
         let slope = observer.derivative(0.0, &state, &u, &y);
         let flow = &plant.a * &x + &plant.b * &u + &e * DVector::from_element(1, d);
-        prop_assert!((slope.rows(0, n) - flow).norm() <= 1e-12 * (1.0 + design.observer.l.norm()) * 10.0);
-        prop_assert!(slope[n].abs() <= 1e-12 * (1.0 + design.observer.l.norm()) * 10.0);
+        prop_assert!((slope.rows(0, n) - flow).norm() <= 1e-12 * (1.0 + design.l().norm()) * 10.0);
+        prop_assert!(slope[n].abs() <= 1e-12 * (1.0 + design.l().norm()) * 10.0);
         prop_assert_eq!(observer.disturbance(state.as_slice()), &[d][..]);
     }
 }

@@ -54,8 +54,8 @@ proptest! {
         prop_assert_eq!(design.blocks.contains(&2), oscillates && n > 1);
         let o = design.observer.comparison();
         let (flow, forcing) = (
-            &linear.observer.a - &linear.observer.l * &linear.observer.c,
-            &acting.e - &linear.observer.l * &acting.d,
+            &linear.observer.a - linear.l() * &linear.observer.c,
+            &acting.e - linear.l() * &acting.d,
         );
         let moves = |m: &DMatrix<f64>, forced: &DVector<f64>, x: &DVector<f64>, h: f64| {
             // The solution of x' = M x + f with a constant f.
@@ -117,7 +117,7 @@ proptest! {
             inputs: vec![1.0; m],
             format: if single { Format::Binary32 } else { Format::Binary64 },
         };
-        let gain = (discrete.observer.l(), ErrorCoordinates::Modal);
+        let gain = (discrete.l(), ErrorCoordinates::Modal);
         let sampled = discrete.observer.plant();
         let design = SampledIntervalDesign::of_discrete(sampled, (&e, &[w], &vec![v; p]), gain, h, &kept).unwrap();
         prop_assert!(design.certificate.is_proved(), "{}", design.certificate);
@@ -287,7 +287,7 @@ fn a_disturbance_that_switches_between_samples_is_enclosed() {
         inputs: vec![0.0],
         format: Format::Binary64,
     };
-    let gain = (discrete.observer.l(), ErrorCoordinates::Modal);
+    let gain = (discrete.l(), ErrorCoordinates::Modal);
     let design = SampledIntervalDesign::sampled(&plant, (&e, &[0.7], &[1e-9]), gain, h, &kept).unwrap();
     assert!(design.certificate.is_proved(), "{}", design.certificate);
     let tau = h / parts as f64;

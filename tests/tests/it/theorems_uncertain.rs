@@ -85,7 +85,7 @@ proptest! {
         let uncertainty = Uncertainty::Polytope(deviations.to_vec());
         let found = UncertainBound::linear(&design, &uncertainty, &states, None).unwrap();
         prop_assert!(found.certificate.is_proved(), "{}", found.certificate);
-        let f = &plant.a - &design.observer.l * &plant.c;
+        let f = &plant.a - design.l() * &plant.c;
         let between = &deviations[0] * share + &deviations[1] * (1.0 - share);
         for deviation in [&deviations[0], &deviations[1], &between] {
             for (i, reached) in worst(&f, deviation, &states).iter().enumerate() {
@@ -128,7 +128,7 @@ proptest! {
         let uncertainty = Uncertainty::NormBounded { m: m.clone(), h: h.clone() };
         let found = UncertainBound::linear(&design, &uncertainty, &states, None).unwrap();
         prop_assert!(found.certificate.is_proved(), "{}", found.certificate);
-        let f = &plant.a - &design.observer.l * &plant.c;
+        let f = &plant.a - design.l() * &plant.c;
         // A unit row G, constant: the deviation is one of a polytope of one vertex.
         let g = DMatrix::from_row_slice(1, 2, &[angle.cos(), angle.sin()]);
         for (i, reached) in worst(&f, &(&m * g * h), &states).iter().enumerate() {

@@ -137,6 +137,11 @@ impl IntervalDesign {
         Ok(Self { observer, t, blocks, rate, widths, certificate: Certificate::of([theorem])? })
     }
 
+    /// The observer gain L, n x p.
+    pub fn l(&self) -> &DMatrix<f64> {
+        self.observer.inner().l()
+    }
+
     /// The gain and the coordinates of the least width; see [`least_width_gain`].
     ///
     /// # Errors

@@ -245,6 +245,11 @@ impl SampledIntervalDesign {
         let observer = SampledIntervalObserver::new(gains)?;
         Ok(Self { observer, t, blocks, state_norms, factor, widths, certificate: Certificate::of([theorem])? })
     }
+
+    /// The observer gain L, n x p.
+    pub fn l(&self) -> &DMatrix<f64> {
+        self.observer.l()
+    }
 }
 
 /// The numbers of the format nearest to these.

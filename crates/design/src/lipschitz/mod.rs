@@ -126,6 +126,11 @@ impl LipschitzDesign {
         Self::new_with(plant, Some(l), rate, &GainOptions::default())
     }
 
+    /// The observer gain L, n x p.
+    pub fn l(&self) -> &DMatrix<f64> {
+        &self.l
+    }
+
     /// The observer of `nonlinear`, the plant itself, with this gain.
     ///
     /// The plant's nonlinearities must lie in the sectors of the design: that is the user's statement, and

@@ -214,6 +214,11 @@ impl<S, N: Dim, M: Dim, P: Dim> DiscreteLpvDesign<S, N, M, P>
 where
     DefaultAllocator: Size<N, M, P>,
 {
+    /// The observer gain L, n x p.
+    pub fn l(&self) -> &OMatrix<f64, N, P> {
+        self.observer.l()
+    }
+
     /// Labels of the vertices by their varying entries, for
     /// [`Fact::inequality_naming`](luenberger_proof::certificate::Fact::inequality_naming).
     pub fn vertex_names(&self) -> Vec<String> {

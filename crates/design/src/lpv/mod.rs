@@ -266,6 +266,11 @@ where
         })
     }
 
+    /// The observer gain L, n x p.
+    pub fn l(&self) -> &OMatrix<f64, N, P> {
+        self.observer.l()
+    }
+
     /// Labels of the vertices by their varying entries, for
     /// [`Fact::inequality_naming`](luenberger_proof::certificate::Fact::inequality_naming).
     pub fn vertex_names(&self) -> Vec<String> {

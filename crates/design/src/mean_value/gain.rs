@@ -93,6 +93,11 @@ impl MeanValueDesign {
         Ok(Self { l, p, rate, vertices: all, overshoot, certificate })
     }
 
+    /// The observer gain L, n x p.
+    pub fn l(&self) -> &DMatrix<f64> {
+        &self.l
+    }
+
     /// `sqrt(cond P) exp(-rate t) |d(0)|`, which `|x - z|` never exceeds.
     pub fn envelope(&self, initial: f64, t: f64) -> f64 {
         self.overshoot * (-self.rate * t).exp() * initial

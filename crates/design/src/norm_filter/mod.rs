@@ -191,6 +191,11 @@ impl NormFilterDesign {
         }
     }
 
+    /// The observer gain L, n x p.
+    pub fn l(&self) -> &DMatrix<f64> {
+        &self.l
+    }
+
     /// The observer of a plant in continuous time.
     ///
     /// # Errors

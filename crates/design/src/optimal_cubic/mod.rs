@@ -279,7 +279,7 @@ impl OptimalCubicDesign {
         let cubic = best.and_then(|(_, z)| search::point(&scaled, &z)).map(|at| certify(plant, problem, &at));
         let judged = match cubic.transpose()? {
             Some((linear, cubic)) => {
-                let gains = problem.gains_in_units((&cubic.observer.l, &cubic.observer.n, &cubic.observer.theta));
+                let gains = problem.gains_in_units((cubic.l(), &cubic.observer.n, &cubic.observer.theta));
                 let fresh = Noise::new(&scaled, slowest, LONGER, SEEDS[1]);
                 scaled.cubic(&gains, &first_errors, &fresh).map(|cost| (linear, cubic, cost))
             }

@@ -53,10 +53,15 @@ impl PolytopicDesign {
         let c = proof_matrix(&nominal.observer.c);
         let theorem = PlantPolytope {
             vertices: all.iter().map(|a| Vertex::exactly(&proof_matrix(a), &c)).collect::<Result<_, ProofError>>()?,
-            l: proof_matrix(&nominal.observer.l),
+            l: proof_matrix(nominal.l()),
             p: proof_matrix(&nominal.p),
             rate,
         };
         Ok(Self { certificate: Certificate::of([theorem])?, nominal, vertices: vertices.to_vec() })
+    }
+
+    /// The observer gain L, n x p.
+    pub fn l(&self) -> &DMatrix<f64> {
+        self.nominal.l()
     }
 }

@@ -137,7 +137,7 @@ fn a_feedback_that_does_not_stabilise_is_refused() {
 #[test]
 fn a_cubic_gain_of_the_wrong_sign_is_named() {
     let design = CubicDesign::new(&linear(), &dmatrix![10.0], &CubicGain::Gamma(2.0)).unwrap();
-    let (f, l, n) = (design.error_matrix(), &design.observer.l, -&design.observer.n);
+    let (f, l, n) = (design.error_matrix(), design.l(), -&design.observer.n);
     for error in [
         robust::certify_gain(&plant(), l, &n).unwrap_err(),
         robust::fixed_gain_margin(&plant(), l, &n, 1e-3).unwrap_err(),
@@ -155,7 +155,7 @@ fn a_gain_that_the_method_does_not_decide_is_not_called_infeasible() {
         StateSpace::new(dmatrix![0.1, 1.0; -1.0, 0.2], DMatrix::zeros(2, 0), dmatrix![1.0, 0.0; 0.0, 1.0]).unwrap();
     let linear = LinearDesign::with_poles(&plant, &[-1.0, -2.0]).unwrap();
     let cubic = CubicDesign::new(&linear, &dmatrix![1.0, 0.0; 0.0, 0.0], &CubicGain::Gamma(1.0)).unwrap();
-    let error = robust::certify_gain(&plant, &cubic.observer.l, &cubic.observer.n).unwrap_err();
+    let error = robust::certify_gain(&plant, cubic.l(), &cubic.observer.n).unwrap_err();
     assert!(matches!(error, DesignError::DegenerateGain { .. }), "{error}");
 }
 

@@ -27,7 +27,7 @@ fn example1() -> LinearDesign {
 #[test]
 fn example_1_has_its_printed_matrices_and_is_proved_as_stored() {
     let cubic = CubicDesign::new(&example1(), &dmatrix![10.0], &CubicGain::Gamma(2.0)).unwrap();
-    assert_abs_diff_eq!(cubic.observer.l, dmatrix![7.0; 10.0], epsilon = 1e-12);
+    assert_abs_diff_eq!(*cubic.l(), dmatrix![7.0; 10.0], epsilon = 1e-12);
     assert_abs_diff_eq!(cubic.p, dmatrix![55.0 / 7.0, -5.0; -5.0, 30.0 / 7.0], epsilon = 1e-13);
     assert_abs_diff_eq!(cubic.observer.n, dmatrix![-168.0 / 17.0; -196.0 / 17.0], epsilon = 1e-12);
     assert!(cubic.certificate.is_proved(), "{}", cubic.certificate);
@@ -104,7 +104,7 @@ fn the_margins_of_example_2_are_ordered_and_right() {
     assert_abs_diff_eq!(fixed_lyapunov_margin(&cubic.p, &cubic.q).unwrap(), bound, epsilon = 1e-10);
     let closed = positive_real_margin(&f, c, n).unwrap();
     assert_abs_diff_eq!(closed, 4.136_786_421_6, epsilon = 1e-9);
-    let by_lmi = fixed_gain_margin(&plant, &cubic.observer.l, n, 1e-3).unwrap();
+    let by_lmi = fixed_gain_margin(&plant, cubic.l(), n, 1e-3).unwrap();
     assert!(by_lmi.at_margin.certificate.is_proved() && by_lmi.at_margin.certificate.converges_from_everywhere());
     assert!(by_lmi.margin <= closed && closed - by_lmi.margin < 2e-2, "{} against {closed}", by_lmi.margin);
     assert_abs_diff_eq!(redesigned_margin(&f).unwrap(), 5.0, epsilon = 1e-8);
@@ -129,7 +129,7 @@ fn a_polytope_has_one_gain_for_all_its_vertices() {
     let design = PolytopicDesign::new(&plant, &[at(0.5), at(2.0)], 0.2).unwrap();
     assert!(design.certificate.is_proved(), "{}", design.certificate);
     for stiffness in [0.5, 1.0, 1.3, 2.0] {
-        let f = at(stiffness) - &design.nominal.observer.l * &plant.c;
+        let f = at(stiffness) - design.nominal.l() * &plant.c;
         assert!(spectral_abscissa(&f).unwrap() < -0.2);
     }
 }
@@ -364,7 +364,7 @@ fn an_extended_state_observer_is_a_disturbance_observer() {
         let shifted = complex(&nalgebra::DMatrix::identity(3, 3)) * s - complex(&design.error_matrix());
         let lu = shifted.lu();
         let of_u = lu.solve(&complex(&extended.b)).unwrap()[2];
-        let of_y = lu.solve(&complex(&design.observer.l)).unwrap()[2];
+        let of_y = lu.solve(&complex(design.l())).unwrap()[2];
         let q = (Complex::from(w) / (s + w)).powi(3);
         assert!((of_u + q).norm() < 1e-12 && (of_y - q * s * (s + 1.0)).norm() < 1e-10 * (1.0 + of_y.norm()));
     }

@@ -84,7 +84,7 @@ fn linear_designs_carry_d() {
     let fed = plain.clone().with_feedthrough(dmatrix![0.5]).unwrap();
     let design = |plant: &StateSpace| LinearDesign::with_poles(plant, &[-4.0, -5.0]).unwrap();
     let (one, other) = (design(&plain), design(&fed));
-    assert_eq!((&one.observer.l, &one.p, one.observer.d.is_none()), (&other.observer.l, &other.p, true));
+    assert_eq!((one.l(), &one.p, one.observer.d.is_none()), (other.l(), &other.p, true));
     assert_eq!(other.observer.d, Some(dmatrix![0.5]));
     let weighted = other.lyapunov_weight(LyapunovWeight::Identity(10.0)).unwrap();
     let cubic = CubicDesign::new(&weighted, &dmatrix![1.0], &CubicGain::Gamma(2.0)).unwrap();

@@ -23,7 +23,7 @@ fn the_least_noise_gain_of_one_state_is_that_of_the_closed_form() -> Outcome {
     // Without a rate the minimum is at l = 2 a. A rate r needs l >= a + r, and for r > a it binds.
     for (a, rate, expected) in [(1.0, 0.0, 2.0), (3.0, 0.0, 6.0), (1.0, 3.0, 4.0), (-1.0, 2.0, 1.0)] {
         let design = LinearDesign::lmi_with(&scalar(a)?, rate, &quiet)?;
-        let l = design.observer.l[(0, 0)];
+        let l = design.l()[(0, 0)];
         assert!((l / expected - 1.0).abs() < 0.02, "a = {a}, rate {rate}: l = {l}");
         assert!(design.certificate.is_proved());
     }
@@ -35,12 +35,12 @@ fn the_noise_gain_falls_and_the_rate_stays() -> Outcome {
     let plant = luenberger_plants::double_integrator().to_dynamic();
     let quiet = LinearDesign::lmi_with(&plant, 1.0, &GainOptions::default().noise(dmatrix![1.0]))?;
     let plain = LinearDesign::with_decay_rate(&plant, 1.0)?;
-    let noise = |design: &LinearDesign| variance(&design.error_matrix(), &design.observer.l);
+    let noise = |design: &LinearDesign| variance(&design.error_matrix(), design.l());
     assert!(quiet.certificate.is_proved() && quiet.rate == 1.0);
     assert!(noise(&quiet)? < 0.9 * noise(&plain)?, "{} and {}", noise(&quiet)?, noise(&plain)?);
     // The optimum of the same program by cvxpy 1.9 with Clarabel: L = [2.0001, 1.6181], variance 2.0591. One P for the
     // rate and the covariance costs: L = [2, 1], with both poles at -1, has the variance 1.5.
-    let l = &quiet.observer.l;
+    let l = quiet.l();
     assert!((l[(0, 0)] - 2.0001).abs() < 2e-3 && (l[(1, 0)] - 1.6181).abs() < 2e-3, "L = {l}");
     assert!((noise(&quiet)? - 2.0591).abs() < 2e-3);
     Ok(())
@@ -51,7 +51,7 @@ fn a_bound_of_the_gain_holds_or_is_refused_with_a_proof() -> Outcome {
     let plant = luenberger_plants::double_integrator().to_dynamic();
     for bound in [8.0, 20.0] {
         let design = LinearDesign::lmi_with(&plant, 1.0, &GainOptions::default().max_gain(bound))?;
-        let norm = design.observer.l.clone().svd(false, false).singular_values.max();
+        let norm = design.l().clone().svd(false, false).singular_values.max();
         assert!(norm <= bound && design.certificate.is_proved(), "|L| = {norm}, bound {bound}");
     }
     // Two poles with real parts of at most -1 need l1 >= 2, l2 >= 1.
@@ -72,7 +72,7 @@ fn polytopes_and_sectors_take_the_same_options() -> Outcome {
     let region = Region::everywhere(4);
     let noise = DMatrix::identity(2, 2);
     let worst = |design: &LpvDesign<_, _, _, _>| -> Result<f64, Box<dyn std::error::Error>> {
-        let l = DMatrix::from_fn(4, 2, |i, j| design.observer.l()[(i, j)]);
+        let l = DMatrix::from_fn(4, 2, |i, j| design.l()[(i, j)]);
         let traces = design.polytope.vertices.iter().map(|vertex| variance(&(&vertex.a - &l * &vertex.c), &l));
         Ok(traces.collect::<Result<Vec<_>, _>>()?.into_iter().fold(0.0, f64::max))
     };
@@ -83,7 +83,7 @@ fn polytopes_and_sectors_take_the_same_options() -> Outcome {
     let bound = quiet.p.clone().cholesky().ok_or("P > 0")?.inverse().trace();
     assert!(worst(&quiet)? <= bound * (1.0 + 1e-9) && worst(&quiet)? < worst(&plain)?);
     let bounded = LpvDesign::new_with(plant, &region, 1.0, &GainOptions::default().max_gain(60.0))?;
-    assert!((*bounded.observer.l()).svd(false, false).singular_values.max() <= 60.0);
+    assert!((*bounded.l()).svd(false, false).singular_values.max() <= 60.0);
 
     let sine = luenberger_design::Sector::structured(dmatrix![0.0; 1.0], dmatrix![1.0, 0.0], 0.5);
     let pendulum = LipschitzPlant::new(dmatrix![0.0, 1.0; -1.0, 0.0], dmatrix![1.0, 0.0], vec![sine])?;

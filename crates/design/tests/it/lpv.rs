@@ -200,7 +200,7 @@ fn nonlinear_outputs_are_vertices_too() {
 fn one_state_is_a_plant() {
     let design = LpvDesign::max_rate(Single {}, &Region::everywhere(1), 100.0, 1.0).unwrap();
     assert!(design.certificate.is_proved() && design.stopped.is_none() && design.rate == 100.0);
-    assert!(design.observer.l()[(0, 0)] > 101.5);
+    assert!(design.l()[(0, 0)] > 101.5);
     assert!((1.0..1.0 + 1e-8).contains(&design.overshoot), "{:e}", design.overshoot);
     assert_eq!(design.excursion(&dvector![2.0]).unwrap().len(), 1);
     approx::assert_abs_diff_eq!(design.excursion(&dvector![2.0]).unwrap()[0], 2.0, epsilon = 1e-12);
@@ -248,7 +248,7 @@ fn many_vertices_are_proved_one_by_one() {
         design.to_string().contains("least of 1024 inequalities at the vertices, of which 1024 are proved"),
         "{design}"
     );
-    let l = DMatrix::from_fn(4, 2, |i, j| design.observer.l()[(i, j)]);
+    let l = DMatrix::from_fn(4, 2, |i, j| design.l()[(i, j)]);
     let certified = LpvDesign::certify(Chain {}, &region, &l).unwrap();
     assert!(certified.certificate.is_proved() && certified.rate > 0.1, "{certified}");
 }
@@ -428,7 +428,7 @@ fn a_jump_gets_no_bound_and_a_kink_keeps_to_it() {
     );
     // The observer of the plant that jumps, with the same gain: the bound of the continuous one is not its.
     let run = |push: f64, x0: Vector2<f64>, z0: Vector2<f64>| {
-        let (plant, l) = (KinkedSpring { push }, design.observer.l());
+        let (plant, l) = (KinkedSpring { push }, design.l());
         let none = SVector::<f64, 0>::zeros();
         let slope = |x: &Vector2<f64>, z: &Vector2<f64>| {
             (plant.derivative(0.0, x, &none), plant.derivative(0.0, z, &none) + l * (x[0] - z[0]))

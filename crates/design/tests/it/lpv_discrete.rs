@@ -51,7 +51,7 @@ fn the_fastest_gain_of_a_scalar_plant() {
     let region = Region::new(&[(-4.0, 4.0)]);
     let design = DiscreteLpvDesign::max_rate(Scalar {}, 0.5, &region, (20.0, 1e-3), &GainOptions::default()).unwrap();
     assert!((design.factor - 0.1).abs() < 1e-3 && design.factor > 0.1, "{}", design.factor);
-    assert!((design.observer.l()[(0, 0)] - 0.6).abs() < 1e-3);
+    assert!((design.l()[(0, 0)] - 0.6).abs() < 1e-3);
     assert!((design.rate + design.factor.ln() / 0.5).abs() < 1e-12);
     assert!(design.certificate.is_proved() && design.stopped.is_some());
 }
@@ -104,9 +104,9 @@ fn errors_obey_the_bound() {
 fn limits_of_the_gain() {
     let of = |options: &GainOptions| DiscreteLpvDesign::new(Pendulum {}, 0.1, &half(), 0.5, options).unwrap();
     let bounded = of(&GainOptions::default().max_gain(1.5));
-    assert!(bounded.certificate.is_proved() && bounded.observer.l().norm() < 1.5);
+    assert!(bounded.certificate.is_proved() && bounded.l().norm() < 1.5);
     let quiet = of(&GainOptions::default().noise(dmatrix![0.01]));
-    let (l, p) = (quiet.observer.l(), &quiet.p);
+    let (l, p) = (quiet.l(), &quiet.p);
     let inverse = p.clone().try_inverse().unwrap();
     for vertex in &quiet.polytope.vertices {
         let f = &vertex.a - l * &vertex.c;

@@ -165,7 +165,7 @@ fn where_the_noise_is_as_large_as_the_first_error_the_linear_optimum_is_the_answ
     let problem = EstimationProblem::new(&[1.0], &[1.0], 0.1, 20.0);
     let found = OptimalCubicDesign::new(&scalar(), &problem, None).unwrap();
     assert!(found.cubic.is_none() && found.cost_reduction() == 0.0 && found.cost == found.linear_cost);
-    assert_eq!(found.linear.observer.l, found.linear_gain);
+    assert_eq!(*found.linear.l(), found.linear_gain);
     assert!(found.certificate.is_proved());
 }
 

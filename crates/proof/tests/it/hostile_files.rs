@@ -4,6 +4,7 @@
 
 use std::io::Write;
 use std::process::{Command, Stdio};
+use std::sync::Mutex;
 use std::time::{Duration, Instant};
 
 use luenberger_proof::certificate::{
@@ -314,7 +315,7 @@ fn the_largest_of_each_kind_is_answered() {
         ("the largest Gram matrix", "semidefinite-program", one_entry_program(LARGEST_GRAM)),
         ("deployed", "deployed-observer", deployed),
     ];
-    for (name, theorem, fields) in cases {
+    let check = |(name, theorem, fields): (&str, &str, String)| {
         let text = sealed(theorem, &fields);
         assert!(text.len() <= LARGEST_FILE, "{name}: {} bytes", text.len());
         let (status, said) = answer(name, text.as_bytes());
@@ -323,6 +324,13 @@ fn the_largest_of_each_kind_is_answered() {
         // Read and decided: only then are the margins, of which there are none, counted.
         let is_decided = !said.contains("-: Rejected\n  line") || said.contains("margins: the theorem has");
         assert!(is_decided, "{name}: {said:.400}");
-    }
+    };
+    // Two at a time, from the last ones on, which take longest.
+    let left = Mutex::new(cases);
+    let work = || std::iter::from_fn(|| left.lock().unwrap().pop()).for_each(check);
+    std::thread::scope(|scope| {
+        scope.spawn(work);
+        work();
+    });
     assert!(Theorem::NAMES.len() >= 19);
 }

@@ -254,7 +254,7 @@ fn margins() -> Result<(f64, f64, f64), CheckError> {
     let design = cubic(1.0)?;
     let (f, c, n) = (design.error_matrix(), &design.observer.c, &design.observer.n);
     Ok((
-        fixed_gain_margin(&plant(), &design.observer.l, n, 1e-4)?.margin,
+        fixed_gain_margin(&plant(), design.l(), n, 1e-4)?.margin,
         positive_real_margin(&f, c, n)?,
         redesigned_margin(&f)?,
     ))

@@ -153,7 +153,7 @@ fn footnote(_: &Context) -> Result<Outcome, CheckError> {
                 for k in 0..9 {
                     let eps = end + sign * bound * 0.999 * f64::from(k) / 8.0;
                     let a = proof_matrix(&(&plant.a + DMatrix::identity(n, n) * eps));
-                    let (l, c, p) = (proof_matrix(&design.observer.l), proof_matrix(&plant.c), proof_matrix(&design.p));
+                    let (l, c, p) = (proof_matrix(design.l()), proof_matrix(&plant.c), proof_matrix(&design.p));
                     truths.push(decay_rate(&a, &l, &c, &p, 0.0).map(|verdict| super::theorems::truth(&[verdict]))?);
                 }
             }

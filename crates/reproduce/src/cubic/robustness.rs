@@ -277,12 +277,12 @@ fn equality_observable(_: &Context) -> Result<Outcome, CheckError> {
 fn tight(_: &Context) -> Result<Outcome, CheckError> {
     let design = example1::cubic()?;
     let bound = theorem5_bound(&design.p, &design.q)?;
-    let (a, l) = (proof_matrix(&design.observer.a), proof_matrix(&design.observer.l));
+    let (a, l) = (proof_matrix(&design.observer.a), proof_matrix(design.l()));
     let (c, p) = (proof_matrix(&design.observer.c), proof_matrix(&design.p));
     let at = |eps: f64| decay_rate(&a, &l, &c, &p, eps);
     // With P fixed: proved just below the bound, refuted just above it.
     let is_tight = at(bound * (1.0 - 1e-9))?.is_proved() && at(bound * (1.0 + 1e-9))?.is_refuted();
-    let free = fixed_gain_margin(&example1::plant(), &design.observer.l, &design.observer.n, 1e-4)?.margin;
+    let free = fixed_gain_margin(&example1::plant(), design.l(), &design.observer.n, 1e-4)?.margin;
     Ok(Outcome::new(Evidence::holds_by(is_tight && free > bound, [bound, free]))
         .note(format!("Proved below the first and refuted above it, to 1e-9, for this P and Q = ρ I. {FORCING}")))
 }

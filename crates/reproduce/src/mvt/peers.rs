@@ -238,17 +238,17 @@ fn polytopic(_: &Context) -> Result<Outcome, CheckError> {
         let corrected = LpvDesign::new(flexible_joint::corrected(), &everywhere, rate)?;
         examine(
             System::Corrected.name(),
-            (corrected.certificate.is_proved(), rate, corrected.observer.l().norm(), corrected.statement()),
+            (corrected.certificate.is_proved(), rate, corrected.l().norm(), corrected.statement()),
         );
         let classical = LpvDesign::new(flexible_joint::classical(), &everywhere, rate)?;
         examine(
             System::Classical.name(),
-            (classical.certificate.is_proved(), rate, classical.observer.l().norm(), classical.statement()),
+            (classical.certificate.is_proved(), rate, classical.l().norm(), classical.statement()),
         );
         let printed = LpvDesign::new(flexible_joint::printed(), &everywhere, rate)?;
         examine(
             System::Printed.name(),
-            (printed.certificate.is_proved(), rate, printed.observer.l().norm(), printed.statement()),
+            (printed.certificate.is_proved(), rate, printed.l().norm(), printed.statement()),
         );
     }
     Ok(Outcome::new(Evidence::holds(proved)).note(words.join(" ")))

@@ -98,7 +98,7 @@ fn deployed(
 ) -> Option<(Deployed, CertificateFile)> {
     match design {
         SampledDesign::Linear(design) => {
-            let (plant, l) = (design.observer.plant(), design.observer.l());
+            let (plant, l) = (design.observer.plant(), design.l());
             let step = if is_fixed(formats.running) { Step::Accumulated } else { Step::Innovation };
             let found = deployed_linear(plant, l, step, formats, operation).ok()?;
             let file = found.certificate.file(title).ok()?;

@@ -132,7 +132,7 @@ impl SampledDesign {
     pub(crate) fn matrices(&self) -> Option<Matrices<'_>> {
         Some(match self {
             Self::Linear(design) => {
-                let (plant, l) = (design.observer.plant(), design.observer.l());
+                let (plant, l) = (design.observer.plant(), design.l());
                 let StateSpace { a, b, c, d } = plant;
                 Matrices { a, b, c, d: d.as_ref(), l, period: design.observer.period(), is_cubic: false }
             }
@@ -282,7 +282,7 @@ pub(crate) fn sampled_of(
                     let found = design::linear_design(plant, gain, &options)
                         .and_then(|linear| sampled_linear(&linear, gain, period))
                         .map_err(|error| error.to_string())?;
-                    Some(found.observer.l().clone())
+                    Some(found.l().clone())
                 }
             };
             IntervalDeployment::new(study, observer, spec, (plant, gain), period)
@@ -369,7 +369,7 @@ fn around(
     let words = |error: &dyn std::fmt::Display| error.to_string();
     let sampled = sampled.map_err(|error| words(&error))?;
     let plant = expressions::around(sampled.observer.plant(), point).map_err(|error| words(&error))?;
-    let with_gain = DiscreteNonlinearObserver::new(plant, sampled.observer.l().clone(), period);
+    let with_gain = DiscreteNonlinearObserver::new(plant, sampled.l().clone(), period);
     Ok(SampledDesign::LinearAt(Box::new(DiscreteNonlinearDesign {
         observer: with_gain.map_err(|error| words(&error))?,
         certificate: sampled.certificate.clone(),

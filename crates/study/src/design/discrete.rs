@@ -152,7 +152,7 @@ fn linear(
     Ok(gain_of(plant, spec, dt, requested)?.map(|design| {
         let filter = design.filter().filter(|_| spec.is_filter);
         let radius = design.spectral_radius();
-        let mut matrices = vec![matrix("L", design.observer.l())];
+        let mut matrices = vec![matrix("L", design.l())];
         match design.covariance() {
             Some(covariance) => {
                 matrices.push(matrix(STATIONARY_COVARIANCES[1], covariance));
@@ -203,7 +203,7 @@ fn lpv(study: &Study, region: &Region, rate: &RateSpec, dt: f64, options: &GainO
     };
     let evidence =
         design.stopped.as_ref().map(|(rate, why)| format!("rate {} is not certified: {why}", significant(*rate, 5)));
-    let l = design.observer.l();
+    let l = design.l();
     let report = DesignReport {
         statement: design.statement(),
         matrices: vec![matrix("L", l), matrix("P", &design.p)],

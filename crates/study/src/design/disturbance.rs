@@ -20,7 +20,7 @@ use crate::study::{ActingBounds, GainSpec, LinearSpec};
 
 /// The numbers of a linear and perhaps a cubic design.
 fn matrices(linear: &LinearDesign, cubic: Option<&CubicDesign>) -> Vec<crate::results::NamedMatrix> {
-    let mut found = vec![matrix("L", &linear.observer.l), matrix("P", &linear.p), matrix("Q", &linear.q)];
+    let mut found = vec![matrix("L", linear.l()), matrix("P", &linear.p), matrix("Q", &linear.q)];
     if let Some(cubic) = cubic {
         found.extend([matrix("N", &cubic.observer.n), matrix("theta", &cubic.observer.theta), matrix("S", &cubic.s)]);
     }

@@ -62,10 +62,10 @@ pub(super) fn linear_report(
     bounds: Option<&ActingBounds>,
 ) -> Result<Designed, Misfit> {
     let rate = -design.spectral_abscissa();
-    let noise = NoiseGain::of(study, [(&plant.a, &plant.c)], &design.observer.l, Some(&design.poles));
+    let noise = NoiseGain::of(study, [(&plant.a, &plant.c)], design.l(), Some(&design.poles));
     let mut numbers = vec![number("decay rate", rate)];
     numbers.extend(noise.numbers());
-    let l = matrix("L", &design.observer.l);
+    let l = matrix("L", design.l());
     // P of a Kalman filter is the covariance of its error.
     let matrices = match design.covariance() {
         Some(covariance) => vec![
@@ -126,7 +126,7 @@ pub(super) fn cubic_report(
     bounds: Option<&ActingBounds>,
 ) -> Result<Designed, Misfit> {
     let reach = reach(&design.certificate);
-    let noise = NoiseGain::of(study, [(&plant.a, &plant.c)], &design.observer.l, Some(&linear.poles));
+    let noise = NoiseGain::of(study, [(&plant.a, &plant.c)], design.l(), Some(&linear.poles));
     let mut numbers = vec![number("decay rate of small errors", -linear.spectral_abscissa())];
     numbers.extend(noise.numbers());
     let report = DesignReport {
@@ -135,7 +135,7 @@ pub(super) fn cubic_report(
             measurement(plant)
         ),
         matrices: vec![
-            matrix("L", &design.observer.l),
+            matrix("L", design.l()),
             matrix("N", &design.observer.n),
             matrix("theta", &design.observer.theta),
             matrix("P", &design.p),

@@ -38,7 +38,7 @@ pub(super) fn lpv(study: &Study, region: &Region, rate: &RateSpec, options: &Gai
     let evidence =
         design.stopped.as_ref().map(|(rate, why)| format!("rate {} is not certified: {why}", significant(*rate, 5)));
     let pairs = design.polytope.vertices.iter().map(|vertex| (&vertex.a, &vertex.c));
-    let l = design.observer.l();
+    let l = design.l();
     let noise = NoiseGain::of(study, pairs, l, None);
     let mut numbers = vec![
         number("rate", design.rate),

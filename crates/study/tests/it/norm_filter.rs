@@ -47,7 +47,7 @@ fn a_plant_in_discrete_time_has_its_own_filter() {
     assert_eq!(found.report.verdict, "proved");
     let step = sampled(&study, &study.observers[0], None, None).unwrap();
     let SampledDesign::Linear(step) = step.design else { panic!() };
-    assert_eq!(step.observer.l(), &nalgebra::DMatrix::from_element(1, 1, found.report.matrices[0].rows[0][0]));
+    assert_eq!(step.l(), &nalgebra::DMatrix::from_element(1, 1, found.report.matrices[0].rows[0][0]));
 }
 
 #[test]
@@ -60,7 +60,7 @@ fn the_exported_filter_is_that_of_the_sampled_plant() {
         let SampledDesign::Linear(step) = step.design else { panic!() };
         // A small step of the observer in continuous time: L_d/h tends to L.
         let l = continuous.report.matrices[0].rows[0][0];
-        let found = step.observer.l()[(0, 0)] / period;
+        let found = step.l()[(0, 0)] / period;
         // Many gains keep a norm below gamma; that of the least H2 norm is one.
         if kind == "h2" {
             assert!((found / l - 1.0).abs() < 1e-2, "{found} and {l}");

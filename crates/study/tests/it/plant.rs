@@ -51,7 +51,7 @@ fn designs_prove_the_same_of_both() {
     assert!(text.certificate.is_proved() && rust.certificate.is_proved());
     assert_eq!(text.polytope.vertices.len(), rust.polytope.vertices.len());
     // A gain proved for one plant is proved for the other.
-    let l = DMatrix::from_fn(4, 2, |i, j| rust.observer.l()[(i, j)]);
+    let l = DMatrix::from_fn(4, 2, |i, j| rust.l()[(i, j)]);
     let crossed = LpvDesign::certify(joint(), &everywhere, &l).unwrap();
     assert!(crossed.certificate.is_proved() && crossed.rate >= rust.rate);
 }
@@ -94,7 +94,7 @@ fn observers_run_on_a_plant_of_text() {
         scenario.initial_state(&x0).input(Signal::scalar(|t| 0.1 * t.sin())).until(6.0, 61).run().unwrap()
     };
     let text = run(Scenario::new(joint()).observer("lpv", design.observer.clone(), &[0.0; 4]));
-    let l = design.observer.l().clone_owned();
+    let l = design.l().clone_owned();
     let l = nalgebra::Matrix4x2::from_fn(|i, j| l[(i, j)]);
     let twin = NonlinearLuenbergerObserver::new(flexible_joint::classical(), l).unwrap();
     let rust = run(Scenario::new(flexible_joint::classical()).observer("lpv", twin, &[0.0; 4]));

@@ -113,7 +113,7 @@ pub(super) const SOURCES: &[Source] = &[
                  &(DMatrix::identity(outputs, outputs) * w))",
                 "Ok(gram * w)",
             ),
-            mutant("cubic design: F = A + L C", Sign, "&self.observer.a - &self", "&self.observer.a + &self"),
+            mutant("cubic design: F = A + L C", Sign, "&self.observer.a - self.l()", "&self.observer.a + self.l()"),
         ],
     },
     Source {
