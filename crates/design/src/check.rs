@@ -68,6 +68,14 @@ pub(crate) fn positive(what: &'static str, value: f64) -> Result<(), DesignError
     if value > 0.0 && value.is_finite() { Ok(()) } else { Err(DesignError::NotPositive { what, value }) }
 }
 
+/// Finite numbers, 0 or more.
+pub(crate) fn not_negative(what: &'static str, values: &[f64]) -> Result<(), DesignError> {
+    match values.iter().find(|value| !(**value >= 0.0 && value.is_finite())) {
+        Some(&value) => Err(DesignError::Negative { what, value }),
+        None => Ok(()),
+    }
+}
+
 /// A number of the settings between these bounds.
 pub(crate) fn within(what: &'static str, value: f64, least: f64, most: f64) -> Result<(), DesignError> {
     if (least..=most).contains(&value) { Ok(()) } else { Err(DesignError::Setting { what, value, least, most }) }

@@ -1,5 +1,9 @@
-//! The linear observer of a plant in discrete time, `x+ = A x + B u`, `y = C x + D u`: a gain by poles, by noise
-//! covariances, or given, with the Lyapunov matrix that certifies it.
+//! The linear observer of a plant in discrete time, `x(k+1) = A x(k) + B u(k)`, `y(k) = C x(k) + D u(k)`: a gain by
+//! poles, by noise covariances, or given, with the Lyapunov matrix that certifies it.
+//!
+//! The certificate is about this recursion: with the matrices of `x' = A x + B u` it says nothing about the plant that
+//! they describe. Such a plant is discretised first, by [`DiscreteDesign::sampled`],
+//! [`DiscreteDesign::sampled_kalman`] or `luenberger_linalg::zero_order_hold`.
 //!
 //! P solves `F'P F - P + I = 0` for `F = A - L C`, so that `V = e'Pe` falls at each step by `|e|^2`.
 
@@ -36,27 +40,27 @@ pub struct DiscreteDesign {
     update: Option<DMatrix<f64>>,
 }
 
-/// The plant of a design with its input held over the period h.
-fn held(linear: &LinearDesign, h: f64) -> Result<StateSpace, DesignError> {
-    let o = &linear.observer;
-    let sampled = zero_order_hold(&o.a, &o.b, h)?;
-    let plant = StateSpace::new(sampled.ad, sampled.bd, o.c.clone())?;
-    Ok(match &o.d {
-        Some(d) => plant.with_feedthrough(d.clone())?,
-        None => plant,
-    })
+/// The plant with its input held over the period h.
+fn held(plant: &StateSpace, h: f64) -> Result<StateSpace, DesignError> {
+    let sampled = zero_order_hold(&plant.a, &plant.b, h)?;
+    Ok(StateSpace { a: sampled.ad, b: sampled.bd, ..plant.clone() }.checked()?)
 }
 
 impl DiscreteDesign {
-    /// The observer whose error has the given `poles`, n numbers closed under conjugation inside the unit circle; 0 is
-    /// one of them (a deadbeat observer).
+    /// The observer whose error has the given `poles`, n numbers closed under conjugation inside the unit circle; 0 may
+    /// be one of them (a deadbeat observer).
+    ///
+    /// `plant` is in discrete time, `x(k+1) = A x(k) + B u(k)`, sampled every `period`. For a plant `x' = A x + B u` use
+    /// [`sampled`](Self::sampled), or discretise it as here:
     ///
     /// ```
     /// use luenberger_design::DiscreteDesign;
+    /// use luenberger_linalg::zero_order_hold;
     /// use luenberger_plants::StateSpace;
     /// use nalgebra::dmatrix;
-    /// // The double integrator every 0.1 s.
-    /// let plant = StateSpace::new(dmatrix![1.0, 0.1; 0.0, 1.0], dmatrix![0.005; 0.1], dmatrix![1.0, 0.0])?;
+    /// // The double integrator x1' = x2, x2' = u, every 0.1 s: A = [1 0.1; 0 1], B = [0.005; 0.1].
+    /// let held = zero_order_hold(&dmatrix![0.0, 1.0; 0.0, 0.0], &dmatrix![0.0; 1.0], 0.1)?;
+    /// let plant = StateSpace::new(held.ad, held.bd, dmatrix![1.0, 0.0])?;
     /// let design = DiscreteDesign::with_poles(&plant, 0.1, &[0.5, 0.6])?;
     /// assert!((design.l() - dmatrix![0.9; 2.0]).amax() < 1e-13);
     /// assert!(design.certificate.is_proved());
@@ -81,6 +85,9 @@ impl DiscreteDesign {
 
     /// The stationary Kalman predictor for process noise of covariance `w` (n x n, positive semidefinite) and
     /// measurement noise of covariance `v` (p x p, positive definite), per sample.
+    ///
+    /// `plant` is in discrete time, `x(k+1) = A x(k) + B u(k)`, sampled every `period`. For a plant `x' = A x + B u` with
+    /// the intensities of its noises use [`sampled_kalman`](Self::sampled_kalman).
     ///
     /// # Errors
     /// [`DesignError::Linalg`] names the mode that is not detectable or not excited, or the defect of `w` and `v`.
@@ -116,33 +123,44 @@ impl DiscreteDesign {
     /// [`DesignError::NotPositive`] for h; the errors of placement when the period hides a mode.
     pub fn sampled(linear: &LinearDesign, h: f64) -> Result<Self, DesignError> {
         check::positive("the sampling period h", h)?;
-        let plant = held(linear, h)?;
+        let plant = held(&linear.observer.plant(), h)?;
         let poles: Vec<Complex<f64>> = linear.poles.iter().map(|s| (s * h).exp()).collect();
         let l = place_observer(&plant.a, &plant.c, &poles)?.gain;
         Self::certified(&plant, h, l, None)
     }
 
-    /// The stationary Kalman predictor of the plant of `linear` with the input held over the period h, for the
+    /// The stationary Kalman predictor of the plant `x' = A x + B u` with the input held over the `period` h, for the
     /// intensities `w` (n x n) and `v` (p x p) of the continuous noises: `Qd = int_0^h e^(As) W e^(A's) ds`,
     /// `Rd = V/h`.
     ///
+    /// ```
+    /// use luenberger_design::DiscreteDesign;
+    /// use nalgebra::dmatrix;
+    /// // A random walk, x' = w with W = 2 and V = 0.5, every second: Qd = 2, Rd = 0.5.
+    /// let plant = luenberger_plants::StateSpace::new(dmatrix![0.0], dmatrix![1.0], dmatrix![1.0])?;
+    /// let design = DiscreteDesign::sampled_kalman(&plant, 1.0, &dmatrix![2.0], &dmatrix![0.5])?;
+    /// let p = design.covariance().expect("a Kalman filter")[(0, 0)];
+    /// // P - P^2/(P + Rd) + Qd = P, P^2 = Qd (P + Rd).
+    /// assert!((p * p - 2.0 * (p + 0.5)).abs() < 1e-13);
+    /// # Ok::<(), luenberger_design::DesignError>(())
+    /// ```
     /// # Errors
     /// As [`kalman`](Self::kalman); [`DesignError::NotPositive`] for h.
     pub fn sampled_kalman(
-        linear: &LinearDesign,
+        plant: &StateSpace,
+        period: f64,
         w: &DMatrix<f64>,
         v: &DMatrix<f64>,
-        h: f64,
     ) -> Result<Self, DesignError> {
-        check::positive("the sampling period h", h)?;
-        let o = &linear.observer;
-        let w = check::positive_semidefinite("W", w, o.a.nrows())?;
-        let v = check::positive_definite("V", v, o.c.nrows())?;
-        let (noise, measurement) = (discrete_process_noise(&o.a, &w, h)?, sampled_measurement_covariance(&v, h)?);
-        Self::kalman(&held(linear, h)?, h, &noise, &measurement)
+        check::positive("the sampling period h", period)?;
+        check::plant(plant)?;
+        let w = check::positive_semidefinite("W", w, plant.a.nrows())?;
+        let v = check::positive_definite("V", v, plant.c.nrows())?;
+        let noise = discrete_process_noise(&plant.a, &w, period)?;
+        Self::kalman(&held(plant, period)?, period, &noise, &sampled_measurement_covariance(&v, period)?)
     }
 
-    /// A given gain `l`, n x p.
+    /// A given gain `l`, n x p, of a plant in discrete time, `x(k+1) = A x(k) + B u(k)`, sampled every `period`.
     ///
     /// # Errors
     /// [`DesignError::NotSchur`] if `A - L C` has an eigenvalue that is not inside the unit circle.

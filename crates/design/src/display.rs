@@ -3,7 +3,7 @@
 use core::fmt::{self, Display};
 
 use luenberger_lmi::dynamic_matrix;
-use luenberger_observers::{CubicObserver, LinearObserver};
+use luenberger_observers::{CubicObserver, LinearObserver, SampledObserver};
 use luenberger_proof::certificate::Certificate;
 use luenberger_proof::wording::{complex, significant};
 use nalgebra::{Complex, DMatrix, Dyn};
@@ -66,7 +66,7 @@ macro_rules! displayed {
 displayed! {
     LinearDesign: |d| ["L" = d.l()], &d.poles;
     CubicDesign: |d| ["L" = d.l(), "N" = &d.observer.n, "theta" = &d.observer.theta];
-    DiscreteDesign: |d| ["L" = d.l()], &d.poles;
+    DiscreteDesign: |d| ["L" = d.l()] {"sampling period" = &[d.observer.period()]}, &d.poles;
     SampledCubicDesign: |d| ["L" = d.observer.ld(), "N" = d.observer.n(), "theta" = d.observer.theta()], &d.poles;
     FeedbackDesign: |d| ["K" = &d.k], &d.poles;
     PolytopicDesign: |d| ["L" = d.nominal.l()], &d.nominal.poles;

@@ -43,6 +43,24 @@ pub enum DesignError {
         /// Its value.
         value: f64,
     },
+    /// A bound, a width or a covariance that is negative, infinite or not a number.
+    #[error("{what} is {value}; it must be finite and not negative")]
+    Negative {
+        /// Which number.
+        what: &'static str,
+        /// Its value.
+        value: f64,
+    },
+    /// Bounds and matrices of different numbers of disturbances.
+    #[error("{bounds} bounds of disturbances are given, for {of_states} columns of E and {of_outputs} columns of D")]
+    DisturbanceCount {
+        /// Number of bounds.
+        bounds: usize,
+        /// Columns of E.
+        of_states: usize,
+        /// Columns of D.
+        of_outputs: usize,
+    },
     /// A number of the settings that is out of its range.
     #[error("{what} is {value}; it must be from {least} to {most}")]
     Setting {
@@ -153,6 +171,14 @@ pub enum DesignError {
     /// A polytope without vertices.
     #[error("a polytope of Jacobians needs at least one vertex")]
     NoVertices,
+    /// Outputs that are the first states of the plant, more of them than states, or none.
+    #[error("{outputs} outputs of {states} states: the outputs are the first states, at least one and at most all")]
+    OutputCount {
+        /// Number of outputs.
+        outputs: usize,
+        /// Number of states.
+        states: usize,
+    },
     /// No output, or as many outputs as states: there is no block of unmeasured states.
     #[error("{outputs} outputs of {states} states leave no measured or no unmeasured state")]
     NothingUnmeasured {

@@ -26,8 +26,9 @@ use luenberger_observers::{
 };
 use luenberger_plants::{PlantError, StateSpace};
 use luenberger_proof::certificate::{
-    Certificate, CertificateFile, Datum, PlantMatrices, PlantWithin, Rejection, Theorem,
+    Certificate, CertificateFile, Datum, H2Filter, HInfinityFilter, PlantMatrices, PlantWithin, Rejection, Theorem,
 };
+use luenberger_proof::statement::TimeDomain;
 use luenberger_proof::{Matrix, ProofError};
 use nalgebra::{DMatrix, Dyn};
 
@@ -51,9 +52,10 @@ certified!(StoredDesign);
 #[derive(Debug, Clone, PartialEq)]
 #[non_exhaustive]
 pub enum StoredObserver {
-    /// From the theorem `linear-observer`.
+    /// From the theorem `linear-observer`, and from `h-infinity-filter` and `h2-filter` in continuous time.
     Linear(LinearObserver<f64, Dyn, Dyn, Dyn>),
-    /// From the theorem `discrete-observer`, whose file does not contain the sampling period: plant and gain of
+    /// From the theorem `discrete-observer`, and from `h-infinity-filter` and `h2-filter` in discrete time. Their files do
+    /// not contain the sampling period: plant and gain of
     /// [`DiscreteLinearObserver`](luenberger_observers::DiscreteLinearObserver).
     Discrete {
         /// The plant `x+ = A x + B u`, `y = C x`.
@@ -151,6 +153,13 @@ fn observer(theorem: &Theorem) -> Result<StoredObserver, StoredError> {
             let coupling = semi_implicit::coupling(&c, &n);
             let gains = SampledCubicGains { ad, bd, c, ld, n, theta, w: 0.0, period: data.period };
             StoredObserver::SampledCubic(SampledCubicObserver::semi_implicit(gains, coupling)?)
+        }
+        Theorem::HInfinityFilter(HInfinityFilter(data)) | Theorem::H2Filter(H2Filter(data)) => {
+            let (plant, l) = (exact(&data.plant)?, dynamic_matrix(&data.l));
+            match data.time {
+                TimeDomain::Continuous => StoredObserver::Linear(LinearObserver::of(plant, l)?),
+                TimeDomain::Discrete => StoredObserver::Discrete { plant, l },
+            }
         }
         other => return Err(StoredError::NoObserver { theorem: other.name() }),
     })

@@ -57,6 +57,17 @@ impl Disturbances {
         }
     }
 
+    /// Shapes for n states and p outputs, and bounds that are finite and not negative.
+    pub(crate) fn check(&self, (n, p): (usize, usize)) -> Result<(), DesignError> {
+        let (of_states, of_outputs) = (self.e.ncols(), self.d.ncols());
+        if of_states != self.bounds.len() || of_outputs != self.bounds.len() {
+            return Err(DesignError::DisturbanceCount { bounds: self.bounds.len(), of_states, of_outputs });
+        }
+        check::matrix("E", &self.e, (n, of_states))?;
+        check::matrix("D", &self.d, (p, of_outputs))?;
+        check::not_negative("the bound of a disturbance", &self.bounds)
+    }
+
     /// Measurement noise only.
     pub fn of_outputs(states: usize, noise: &[f64]) -> Self {
         Self::of_states_and_outputs(&DMatrix::zeros(states, 0), &[], noise)
@@ -104,8 +115,9 @@ impl ErrorBound {
     /// ```
     ///
     /// # Errors
-    /// [`DesignError::NotHurwitz`] for an observer that does not converge, [`DesignError::NotPositive`] for bounds that
-    /// are negative or all zero, [`DesignError::Matrix`] for shapes that do not fit.
+    /// [`DesignError::NotHurwitz`] for an observer that does not converge, [`DesignError::Negative`] for a negative
+    /// bound, [`DesignError::NotPositive`] where all are zero, [`DesignError::DisturbanceCount`] and
+    /// [`DesignError::Matrix`] for shapes that do not fit.
     pub fn linear(
         observer: &LinearObserver<f64, Dyn, Dyn, Dyn>,
         disturbances: &Disturbances,
@@ -222,13 +234,7 @@ impl ErrorSystem {
         check::matrix("A", a, (n, n))?;
         check::matrix("C", c, (p, n))?;
         check::matrix("L", l, (n, p))?;
-        check::matrix("E", &disturbances.e, (n, m))?;
-        check::matrix("D", &disturbances.d, (p, m))?;
-        for &bound in &disturbances.bounds {
-            if !(bound >= 0.0 && bound.is_finite()) {
-                return Err(DesignError::NotPositive { what: "the bound of a disturbance", value: bound });
-            }
-        }
+        disturbances.check((n, p))?;
         let present: Vec<usize> = (0..m).filter(|&i| disturbances.bounds[i] > 0.0).collect();
         if present.is_empty() {
             return Err(DesignError::NotPositive { what: "the largest bound of a disturbance", value: 0.0 });

@@ -48,11 +48,10 @@ pub fn least_width_gain(
     time: TimeDomain,
 ) -> Result<DMatrix<f64>, DesignError> {
     let (n, p, m) = (a.nrows(), c.nrows(), disturbances.bounds.len());
-    let Disturbances { e, d, bounds } = disturbances;
+    let Disturbances { d, bounds, .. } = disturbances;
     check::matrix("A", a, (n, n))?;
     check::matrix("C", c, (p, n))?;
-    check::matrix("E", e, (n, m))?;
-    check::matrix("D", d, (p, m))?;
+    disturbances.check((n, p))?;
     let quiet = (0..p).find(|i| (0..m).all(|j| d[(*i, j)] * bounds[j] == 0.0));
     if let Some(output) = quiet {
         return Err(DesignError::NoLeastWidth { quiet: Some(output) });

@@ -87,10 +87,10 @@ impl IntervalDesign {
         coordinates: ErrorCoordinates,
         first: &[f64],
     ) -> Result<Self, DesignError> {
-        let (n, p, m) = (observer.a.nrows(), observer.c.nrows(), disturbances.bounds.len());
-        check::matrix("E", &disturbances.e, (n, m))?;
-        check::matrix("D", &disturbances.d, (p, m))?;
-        check::matrix("the half-widths of x(0)", &DMatrix::from_row_slice(first.len(), 1, first), (n, 1))?;
+        let (n, p) = (observer.a.nrows(), observer.c.nrows());
+        disturbances.check((n, p))?;
+        check::matrix("the vector of half-widths of x(0)", &DMatrix::from_row_slice(first.len(), 1, first), (n, 1))?;
+        check::not_negative("a half-width of x(0)", first)?;
         let flow = &observer.a - &observer.l * &observer.c;
         let (t, blocks) = chosen(&flow, coordinates)?;
         let Some(known) = BlockCoordinates::new(&proof_matrix(&t), &blocks)? else {

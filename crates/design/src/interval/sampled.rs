@@ -76,6 +76,7 @@ impl SampledIntervalDesign {
     ) -> Result<Self, DesignError> {
         check::positive("the sampling period h", period)?;
         check::matrix("E", e, (plant.a.nrows(), disturbances.len()))?;
+        check::not_negative("the bound of a disturbance", disturbances)?;
         let (a, b) = (proof_matrix(&plant.a), proof_matrix(&plant.b));
         let Some(held) = held_plant((&a, &b), (&proof_matrix(e), disturbances), period)? else {
             return Err(DesignError::Exponential { period });
@@ -148,6 +149,9 @@ impl SampledIntervalDesign {
         required: &IntervalRequirements,
     ) -> Result<Self, DesignError> {
         let format = required.format;
+        check::not_negative("the bound of a disturbance", &plant.disturbances)?;
+        check::not_negative("the bound of the noise of an output", &plant.noise)?;
+        check::not_negative("a half-width of x(0)", &required.initial_error)?;
         let middle = |m: &Matrix<Interval>| rounded(&dynamic_matrix(&m.map(Interval::midpoint)), format);
         let (f, g) = (middle(&plant.a)?, middle(&plant.b)?);
         let l = rounded(l, format)?;

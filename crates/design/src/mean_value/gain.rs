@@ -60,7 +60,9 @@ impl MeanValueDesign {
     /// # Ok::<(), luenberger_design::DesignError>(())
     /// ```
     /// # Errors
-    /// [`PolytopicDesign::new`](crate::robust::PolytopicDesign::new)'s; [`DesignError::NoVertices`].
+    /// [`PolytopicDesign::new`](crate::robust::PolytopicDesign::new)'s; [`DesignError::NoVertices`];
+    /// [`DesignError::OutputCount`] unless there are 1 to n outputs; [`DesignError::Matrix`] for the shapes of the
+    /// vertices.
     pub fn new(vertices: &[DMatrix<f64>], outputs: usize, rate: f64) -> Result<Self, DesignError> {
         Self::new_with(vertices, outputs, rate, &GainOptions::default())
     }
@@ -77,6 +79,12 @@ impl MeanValueDesign {
     ) -> Result<Self, DesignError> {
         let (first, rest) = vertices.split_first().ok_or(DesignError::NoVertices)?;
         let n = first.nrows();
+        for vertex in vertices {
+            check::matrix("a vertex of the Jacobians", vertex, (n, n))?;
+        }
+        if outputs == 0 || outputs > n {
+            return Err(DesignError::OutputCount { outputs, states: n });
+        }
         let nominal = StateSpace::new(first.clone(), DMatrix::zeros(n, 0), DMatrix::identity(outputs, n))?;
         let all: Vec<DMatrix<f64>> = std::iter::once(first).chain(rest).cloned().collect();
         let (gain, _) = gain_lmi::solve(&nominal, &all, rate, Problem::new(), options)?;

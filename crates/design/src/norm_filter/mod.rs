@@ -145,7 +145,7 @@ impl NormFilterDesign {
     /// # Errors
     /// [`DesignError::NormTooSmall`] for a gamma below the least; [`DesignError::NoiselessOutput`] for
     /// [`NormTarget::Least`] where D has no full row rank and no bound of the gain is given; a plant that is not
-    /// detectable; shapes that do not fit; a given gain that does not stabilise.
+    /// detectable; shapes that do not fit; H = 0; a given gain that does not stabilise.
     pub fn new(
         plant: &StateSpace,
         time: TimeDomain,
@@ -159,6 +159,12 @@ impl NormFilterDesign {
         check::matrix("E", &of.e, (n, q))?;
         check::matrix("D", &of.d, (p, q))?;
         check::matrix("H", &of.h, (of.h.nrows(), n))?;
+        if of.h.iter().all(|entry| *entry == 0.0) {
+            return Err(DesignError::NotPositive {
+                what: "the largest entry of H, of the errors z = H e,",
+                value: 0.0,
+            });
+        }
         let task = Task { time, norm, plant, of };
         match goal {
             NormTarget::OfGain(l) => {

@@ -1,10 +1,14 @@
 //! Every kind of bad input gets an error that names the quantity and its value.
 
+use luenberger_design::mean_value::MeanValueDesign;
 use luenberger_design::{
-    CubicDesign, CubicGain, DesignError, FeedbackDesign, LinearDesign, LyapunovWeight, cubic_lmi_design, robust,
+    CubicDesign, CubicGain, DesignError, Disturbances, ErrorBound, ErrorCoordinates, FeedbackDesign, GainOptions,
+    GeneralizedPlant, IntervalDesign, IntervalRequirements, LinearDesign, LyapunovWeight, NormFilterDesign, NormTarget,
+    SampledIntervalDesign, SystemNorm, TimeDomain, cubic_lmi_design, robust,
 };
 use luenberger_linalg::LinalgError;
 use luenberger_plants::{PlantError, StateSpace, double_integrator};
+use luenberger_proof::statement::Format;
 use nalgebra::{Complex, DMatrix, dmatrix};
 
 fn plant() -> StateSpace {
@@ -182,4 +186,64 @@ fn a_plant_that_was_bent_after_its_construction_is_refused() {
         robust::certify_gain(&bent, &dmatrix![1.0; 1.0], &dmatrix![1.0; 1.0]).unwrap_err(),
         DesignError::Matrix(_)
     ));
+}
+
+/// Each is refused by its name, not by a symbol of the method that it spoils later.
+#[test]
+fn bounds_of_disturbances_are_checked_where_they_enter() {
+    let observer = linear().observer.clone();
+    let e = dmatrix![0.0; 1.0];
+    let acting = |bound: f64| Disturbances::of_states_and_outputs(&e, &[bound], &[0.01]);
+    let interval = |acting: &Disturbances, first: &[f64]| {
+        IntervalDesign::new(&observer, acting, ErrorCoordinates::Modal, first).unwrap_err().to_string()
+    };
+    let bound = "the bound of a disturbance is";
+    assert!(interval(&acting(-0.3), &[1.0, 1.0]).starts_with(&format!("{bound} -0.3")));
+    assert!(interval(&acting(f64::NAN), &[1.0, 1.0]).starts_with(&format!("{bound} NaN")));
+    assert!(interval(&acting(0.3), &[1.0, -1.0]).starts_with("a half-width of x(0) is -1"));
+    let two = Disturbances { bounds: vec![0.1, 0.2, 0.3], ..acting(0.1) };
+    let count = "3 bounds of disturbances are given, for 2 columns of E and 2 columns of D";
+    assert_eq!(interval(&two, &[1.0, 1.0]), count);
+    assert_eq!(ErrorBound::linear(&observer, &two).unwrap_err().to_string(), count);
+    let plant = StateSpace::new(dmatrix![1.0, 0.1; 0.0, 1.0], dmatrix![0.005; 0.1], dmatrix![1.0, 0.0]).unwrap();
+    let sampled = |disturbance: f64, noise: f64, first: f64| {
+        let required = IntervalRequirements {
+            initial_error: vec![first; 2],
+            estimates: vec![10.0; 2],
+            inputs: vec![1.0],
+            format: Format::Binary64,
+        };
+        let gain = (&dmatrix![0.9; 2.0], ErrorCoordinates::Modal);
+        SampledIntervalDesign::of_discrete(&plant, (&e, &[disturbance], &[noise]), gain, 0.1, &required)
+            .unwrap_err()
+            .to_string()
+    };
+    assert!(sampled(-0.2, 0.1, 1.0).starts_with(bound));
+    assert!(sampled(0.2, f64::NAN, 1.0).starts_with("the bound of the noise of an output is NaN"));
+    assert!(sampled(0.2, 0.1, -1.0).starts_with("a half-width of x(0) is -1"));
+}
+
+#[test]
+fn an_error_of_which_nothing_counts_has_no_norm() {
+    let of = GeneralizedPlant { e: dmatrix![0.0, 0.0; 1.0, 0.0], d: dmatrix![0.0, 1.0], h: DMatrix::zeros(1, 2) };
+    for h in [DMatrix::zeros(1, 2), DMatrix::zeros(0, 2)] {
+        let of = GeneralizedPlant { h, ..of.clone() };
+        for norm in [SystemNorm::HInfinity, SystemNorm::H2] {
+            let goal = NormTarget::Below(1.0);
+            let error =
+                NormFilterDesign::new(&plant(), TimeDomain::Continuous, norm, &of, &goal, &GainOptions::default());
+            assert!(error.unwrap_err().to_string().starts_with("the largest entry of H"), "{norm:?}");
+        }
+    }
+}
+
+#[test]
+fn outputs_of_a_mean_value_design_are_some_of_the_states() {
+    let vertex = dmatrix![-1.0, 0.5; 0.0, -2.0];
+    for outputs in [0, 3] {
+        let error = MeanValueDesign::new(std::slice::from_ref(&vertex), outputs, 0.5).unwrap_err();
+        assert_eq!(error, DesignError::OutputCount { outputs, states: 2 });
+    }
+    let error = MeanValueDesign::new(&[vertex, dmatrix![-1.0]], 1, 0.5).unwrap_err().to_string();
+    assert!(error.contains("a vertex of the Jacobians"), "{error}");
 }

@@ -1,8 +1,8 @@
 //! Designs stored as certificate files and read again.
 
 use luenberger_design::{
-    Certified, CubicDesign, CubicGain, DiscreteDesign, LinearDesign, SampledCubicDesign, StoredDesign, StoredError,
-    StoredObserver,
+    Certified, CubicDesign, CubicGain, DiscreteDesign, GainOptions, GeneralizedPlant, LinearDesign, NormFilterDesign,
+    NormTarget, SampledCubicDesign, StoredDesign, StoredError, StoredObserver, SystemNorm, TimeDomain,
 };
 use luenberger_plants::{StateSpace, double_integrator};
 use luenberger_proof::certificate::{CertificateFile, LinearConvergence, PlantWithin, Rejection};
@@ -31,6 +31,24 @@ fn designs_come_back_with_their_certificates() {
     let design = DiscreteDesign::with_poles(&plant, 0.5, &[0.5, 0.4]).unwrap();
     let StoredObserver::Discrete { plant: read, l } = stored(&design).observer else { panic!("of another kind") };
     assert_eq!((read, &l), (plant, design.l()));
+}
+
+/// `x' = -x + w1`, `y = x + w2`, and the same matrices in discrete time with a pole at 0.5.
+#[test]
+fn filters_of_a_norm_come_back() {
+    let of = GeneralizedPlant { e: dmatrix![1.0, 0.0], d: dmatrix![0.0, 1.0], h: dmatrix![1.0] };
+    for (time, pole) in [(TimeDomain::Continuous, -1.0), (TimeDomain::Discrete, 0.5)] {
+        let plant = StateSpace::new(dmatrix![pole], dmatrix![2.0], dmatrix![1.0]).unwrap();
+        for norm in [SystemNorm::HInfinity, SystemNorm::H2] {
+            let options = GainOptions::default();
+            let design = NormFilterDesign::new(&plant, time, norm, &of, &NormTarget::Least, &options).unwrap();
+            let expected = match time {
+                TimeDomain::Continuous => StoredObserver::Linear(design.observer().unwrap()),
+                TimeDomain::Discrete => StoredObserver::Discrete { plant: plant.clone(), l: design.l().clone() },
+            };
+            assert_eq!(stored(&design).observer, expected);
+        }
+    }
 }
 
 #[test]

@@ -428,7 +428,7 @@ fn held(
 
 fn sampled_linear(linear: &LinearDesign, gain: &LinearSpec, period: f64) -> Result<DiscreteDesign, DesignError> {
     match &gain.gain {
-        GainSpec::Kalman { w, v } => DiscreteDesign::sampled_kalman(linear, w, v, period),
+        GainSpec::Kalman { w, v } => DiscreteDesign::sampled_kalman(&linear.observer.plant(), period, w, v),
         _ => DiscreteDesign::sampled(linear, period),
     }
 }
