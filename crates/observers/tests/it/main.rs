@@ -1,6 +1,8 @@
 //! One test binary, a module a subject; each says which features it needs.
 
 mod aliases;
+#[cfg(feature = "alloc")]
+mod bad_samples;
 mod by_hand;
 mod continuous;
 mod discrete_kalman;
