@@ -224,6 +224,12 @@ where
         self.substeps
     }
 
+    /// The sampling period.
+    #[cfg(feature = "alloc")]
+    pub(crate) fn h(&self) -> T {
+        self.h
+    }
+
     /// The [gate](Self::with_gate), in standard deviations.
     pub fn gate(&self) -> Option<T> {
         self.gate

@@ -15,6 +15,8 @@ mod kkl;
 mod mean_value;
 mod moving_horizon;
 mod numerical_kkl;
+#[cfg(all(feature = "alloc", feature = "dual"))]
+mod on_target;
 mod pendulum;
 mod reset;
 mod sampled;
