@@ -87,6 +87,77 @@ where
 /// assert!(estimate.covariance()[(0, 0)] > before);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
+///
+/// # Missed, slower and late samples
+///
+/// A measurement that arrives some periods after its sample belongs to the estimate of that sample. Keep a log of the last
+/// periods: the estimate before each sample, the input, and the measurements that have arrived. Go back to the sample, take
+/// the measurement, and replay the periods since then. The result is that of a filter in which nothing was late, to the last
+/// bit; the cost is a step for each period of the delay.
+///
+/// ```
+/// use luenberger_observers::{GaussianEstimate, KalmanFilter, KalmanModel, SampledObserver};
+/// use nalgebra::{Const, Matrix2, SVector, Vector1, Vector2};
+/// // A position every period, missing in period 5, and a speed every second period.
+/// let filter = KalmanFilter::new(KalmanModel {
+///     ad: Matrix2::new(1.0, 0.1, 0.0, 1.0),
+///     bd: Vector2::new(0.005, 0.1),
+///     c: Matrix2::identity(),
+///     w: Matrix2::new(0.0, 0.0, 0.0, 0.01),
+///     v: Matrix2::new(0.04, 0.0, 0.0, 0.01),
+///     p0: Matrix2::identity(),
+///     period: 0.1,
+/// })?;
+/// type Filter = KalmanFilter<f64, Const<2>, Const<1>, Const<2>>;
+///
+/// /// What is kept of a period: the estimate before its sample, the input from it to the next, the outputs so far.
+/// #[derive(Clone)]
+/// struct Period {
+///     estimate: GaussianEstimate<f64, Const<2>>,
+///     u: SVector<f64, 1>,
+///     y: [Option<f64>; 2],
+/// }
+///
+/// /// The estimate before the next sample.
+/// fn advance(filter: &Filter, period: &Period) -> GaussianEstimate<f64, Const<2>> {
+///     let mut estimate = period.estimate.clone();
+///     let y = SVector::from(period.y.map(|y| y.unwrap_or(0.0)));
+///     // `None` where a measured value is NaN: the estimate is as it was.
+///     filter.update_partial(&mut estimate, &period.u, &y, |output| period.y[output].is_some());
+///     assert!(filter.predict(&mut estimate, &period.u), "u is finite");
+///     estimate
+/// }
+///
+/// /// Output `output` of period `k` arrives: back to its sample, and on again to the present.
+/// fn arrives(filter: &Filter, log: &mut [Period], k: usize, output: usize, y: f64) {
+///     log[k].y[output] = Some(y);
+///     for k in k + 1..log.len() {
+///         log[k].estimate = advance(filter, &log[k - 1]);
+///     }
+/// }
+///
+/// let (position, speed) = (|k: usize| 0.1 * k as f64, 1.0);
+/// let start = filter.initial(0.0, &Vector2::zeros(), &Vector1::new(0.0), &Vector2::zeros());
+/// let run = |delay: usize| {
+///     let mut log: Vec<Period> = Vec::new();
+///     for k in 0..12 {
+///         let estimate = log.last().map_or_else(|| start.clone(), |last| advance(&filter, last));
+///         log.push(Period { estimate, u: Vector1::new(0.0), y: [None; 2] });
+///         // The position of period 5 is missed.
+///         if k != 5 {
+///             arrives(&filter, &mut log, k, 0, position(k));
+///         }
+///         // The speed is measured in even periods, and takes `delay` periods to arrive.
+///         if k >= delay && (k - delay) % 2 == 0 {
+///             arrives(&filter, &mut log, k - delay, 1, speed);
+///         }
+///     }
+///     log[9].estimate.clone()
+/// };
+/// assert_eq!(run(2), run(0));
+/// assert!((run(2).estimate() - Vector2::new(0.9, 1.0)).amax() < 0.05);
+/// # Ok::<(), luenberger_observers::ObserverError>(())
+/// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct KalmanFilter<T: RealField + Copy, N: Dim, M: Dim, P: Dim>
 where

@@ -28,7 +28,7 @@ pub struct ObserverDimensions {
 #[diagnostic::on_unimplemented(
     message = "`{Self}` is not an observer in continuous time over the scalar `{T}`",
     note = "implement `Observer<T>` for every `T: RealField + Copy`, or for the scalar that is used",
-    note = "`SampledObserver<T>` is the trait of observers stepped once per sample"
+    note = "`SampledObserver<T>` is the trait of observers stepped once per sample: in a simulation or a replay of a log use `sampled_observer` in place of `observer`"
 )]
 pub trait Observer<T> {
     /// Column of the observer's own state, z.
