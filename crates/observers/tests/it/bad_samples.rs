@@ -8,6 +8,10 @@ use luenberger_observers::{
 use luenberger_plants::{Column, LinearPlant, StaticPlant};
 use nalgebra::{Const, DMatrix, DVector, Dyn, Matrix2, Vector1, Vector2};
 
+type StaticWindow =
+    StaticMovingHorizonEstimator<StaticPlant<f64, 2, 1, 2>, f64, 2, 1, 2, { state_length(2, 1, 2, 3) }, 3>;
+type Window = MovingHorizonEstimator<LinearPlant<f64, Dyn, Dyn, Dyn>, f64, Dyn, Dyn, Dyn, Dyn, 3>;
+
 const BAD: [f64; 3] = [f64::NAN, f64::INFINITY, f64::NEG_INFINITY];
 
 fn noises() -> NoiseModel<f64, Const<2>, Const<2>> {
@@ -95,13 +99,11 @@ fn a_sample_that_is_not_finite_is_a_missed_one() {
             passes_over(&unscented().unwrap().with_gate(50.0).unwrap(), true);
         }
     }
-    type Window =
-        StaticMovingHorizonEstimator<StaticPlant<f64, 2, 1, 2>, f64, 2, 1, 2, { state_length(2, 1, 2, 3) }, 3>;
     let horizon = Horizon { window: 3, iterations: 1 };
-    let estimator = Window::discrete(map(), noises(), horizon, 0.1).unwrap();
+    let estimator = StaticWindow::discrete(map(), noises(), horizon, 0.1).unwrap();
     let (u, lost) = (Vector1::new(0.3), Vector2::new(1.0, f64::NAN));
     let mut state = estimator.initial(0.0, &Vector2::zeros(), &u, &lost);
-    let mut missed = state.clone();
+    let mut missed = state;
     estimator.step(0.0, &mut state, &u, &lost);
     estimator.step_partial(0.0, &mut missed, &u, &lost, &[false; 2]);
     assert_eq!(estimator.estimate(&state), estimator.estimate(&missed));
@@ -208,7 +210,6 @@ fn columns_of_other_lengths_change_nothing() {
     refuses(&UnscentedKalmanFilter::discrete(plant(map()), noises(), sigma, 0.1).unwrap());
     refuses(&UnscentedKalmanFilter::new(plant(flow()), noises(), sigma, 0.1, 2).unwrap().with_gate(4.0).unwrap());
     let horizon = Horizon { window: 3, iterations: 1 };
-    type Window = MovingHorizonEstimator<LinearPlant<f64, Dyn, Dyn, Dyn>, f64, Dyn, Dyn, Dyn, Dyn, 3>;
     refuses(&Window::new(plant(flow()), noises(), horizon, 0.1, 1).unwrap());
 }
 

@@ -10,6 +10,9 @@ use luenberger_observers::{
 use luenberger_plants::{Chaotic, Plant, PlantError, ReverseDuffing};
 use nalgebra::{Matrix1, Matrix2, Matrix3, Matrix3x2, SVector, Vector2, Vector3};
 
+type Sampled<T> =
+    StaticInterSampleObserver<Chaotic, StaticMeanValueObserver<Chaotic, Integral, T, 3, 0, 2>, T, 6, 3, 0, 2, 9>;
+
 fn gain() -> Matrix3x2<f64> {
     Matrix3x2::new(4.0, 0.5, -0.25, 5.0, 1.0, 3.0)
 }
@@ -59,8 +62,6 @@ fn designed_observers_step_in_f32() {
     let target: StaticExtendedKalmanFilter<Chaotic, f32, 3, 0, 2> = discrete.to_static(Chaotic).unwrap();
     assert_eq!(target.substeps(), None);
     // A mean-value design, from continuous time through its sampled form.
-    type Sampled<T> =
-        StaticInterSampleObserver<Chaotic, StaticMeanValueObserver<Chaotic, Integral, T, 3, 0, 2>, T, 6, 3, 0, 2, 9>;
     let e0 = Vector3::new(0.0, 0.0, 0.25);
     for designed in [
         MeanValueObserver::new(Chaotic, 1.0, Integral, e0).unwrap(),

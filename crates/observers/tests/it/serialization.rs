@@ -96,6 +96,10 @@ fn a_changed_file_meets_the_constructor() {
     assert!(error.contains("-1"), "{error}");
 }
 
+type Deviation = DeviationObserver<Linear, f64, Dyn, Dyn, Dyn>;
+type Copied = NonlinearLuenbergerObserver<Plant, f64, Dyn, Dyn, Dyn>;
+type Sampled = SampledNonlinearObserver<Plant, f64, Dyn, Dyn, Dyn>;
+type Filter = ExtendedKalmanFilter<Plant, f64, Dyn, Dyn, Dyn>;
 type Functional = FunctionalObserver<f64, Dyn, Dyn, Dyn>;
 type WithDisturbance<O> = ProportionalIntegralObserver<O, Dyn>;
 type WithoutDisturbance<O> = UnknownInputObserver<O, f64, Dyn, Dyn, Dyn>;
@@ -208,7 +212,6 @@ fn observers_with_a_plant_are_read_as_they_were_written() {
     assert_eq!(refused::<Plant>(&text, "[[0.1]]", "[[0.1],[0.2]]"), "D is 2x1 where 1x1 fits the other matrices");
     assert_eq!(refused::<Plant>(&text, "[-0.2,0.25]", "[]"), "row 1 of A has 0 entries where row 0 has 2");
 
-    type Deviation = DeviationObserver<Linear, f64, Dyn, Dyn, Dyn>;
     let deviation = Deviation::new(linear(), dvector![1.0, 2.0], dvector![0.5], dvector![1.0]).unwrap();
     let text = stored(&deviation);
     assert!(text.ends_with(r#""x0":[[1.0],[2.0]],"u0":[[0.5]],"y0":[[1.0]]}"#), "{text}");
@@ -216,18 +219,15 @@ fn observers_with_a_plant_are_read_as_they_were_written() {
 
     let l = || dmatrix![0.3; 0.7];
     let text = stored(&NonlinearLuenbergerObserver::new(plant(), l()).unwrap());
-    type Copied = NonlinearLuenbergerObserver<Plant, f64, Dyn, Dyn, Dyn>;
     assert_eq!(refused::<Copied>(&text, "[[0.3],[0.7]]", "[[0.3]]"), "L is 1x1 where 2x1 fits the other matrices");
     stored(&DiscreteNonlinearObserver::new(plant(), l(), 0.1).unwrap());
     let text = stored(&SampledNonlinearObserver::new(plant(), l(), 0.1, 3).unwrap());
-    type Sampled = SampledNonlinearObserver<Plant, f64, Dyn, Dyn, Dyn>;
     assert!(refused::<Sampled>(&text, r#""substeps":3"#, r#""substeps":0"#).contains("step"));
 
     let noises =
         || NoiseModel { w: dmatrix![0.1, 0.05; 0.05, 0.2], v: dmatrix![0.3], p0: dmatrix![1.0, 0.0; 0.0, 2.0] };
     let extended = ExtendedKalmanFilter::new(plant(), noises(), 0.1, 2).unwrap();
     let text = stored(&extended);
-    type Filter = ExtendedKalmanFilter<Plant, f64, Dyn, Dyn, Dyn>;
     let error = refused::<Filter>(&text, r#""v":[[0.3]]"#, r#""v":[[-0.3]]"#);
     assert!(error.starts_with("V is not a covariance"), "{error}");
     let text = stored(&extended.with_gate(4.0).unwrap());
