@@ -40,7 +40,7 @@ pub(crate) fn main() -> Result<(), Box<dyn std::error::Error>> {
         sums[0] += (estimate.estimate()[1] - speed).powi(2);
         sums[1] += (bounded.estimate(&within)[1] - speed).powi(2);
         assert!(bounded.estimate(&within)[1] >= 0.0);
-        filter.predict(t, &mut estimate, &u, 0.1);
+        assert!(filter.predict(t, &mut estimate, &u, 0.1));
         assert!(free.predict(t, &mut window, &u, 0.1) && bounded.predict(t, &mut within, &u, 0.1));
     }
     let [of_filter, of_bounded] = sums.map(|sum: f64| (sum / 40.0).sqrt());

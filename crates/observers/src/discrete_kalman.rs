@@ -29,8 +29,8 @@ use crate::covariance_filter::CovarianceFilter;
 use crate::dense::{times, times_transpose};
 use crate::error::ObserverError;
 use crate::feedthrough;
-use crate::gaussian::{GaussianEstimate, Innovation, correct, covariance, symmetrise};
-use crate::observer::{ObserverDimensions, SampledObserver, put_slice};
+use crate::gaussian::{GaussianEstimate, Innovation, correct, covariance, moved, symmetrise};
+use crate::observer::{ObserverDimensions, SampledObserver, has_rows, put_slice};
 
 /// The data of a [`KalmanFilter`]: plant, noise, and covariance of the initial error.
 #[derive(Clone, Debug, PartialEq)]
@@ -82,10 +82,81 @@ where
 /// assert!((estimate.estimate() - Vector2::new(1.0 / 1.04, 0.0)).amax() < 1e-15);
 /// // The next sample is missing: the variance grows.
 /// let before = estimate.covariance()[(0, 0)];
-/// filter.predict(&mut estimate, &u);
-/// filter.predict(&mut estimate, &u);
+/// assert!(filter.predict(&mut estimate, &u));
+/// assert!(filter.predict(&mut estimate, &u));
 /// assert!(estimate.covariance()[(0, 0)] > before);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+///
+/// # Missed, slower and late samples
+///
+/// A measurement that arrives some periods after its sample belongs to the estimate of that sample. Keep a log of the last
+/// periods: the estimate before each sample, the input, and the measurements that have arrived. Go back to the sample, take
+/// the measurement, and replay the periods since then. The result is that of a filter in which nothing was late, to the last
+/// bit; the cost is a step for each period of the delay.
+///
+/// ```
+/// use luenberger_observers::{GaussianEstimate, KalmanFilter, KalmanModel, SampledObserver};
+/// use nalgebra::{Const, Matrix2, SVector, Vector1, Vector2};
+/// // A position every period, missing in period 5, and a speed every second period.
+/// let filter = KalmanFilter::new(KalmanModel {
+///     ad: Matrix2::new(1.0, 0.1, 0.0, 1.0),
+///     bd: Vector2::new(0.005, 0.1),
+///     c: Matrix2::identity(),
+///     w: Matrix2::new(0.0, 0.0, 0.0, 0.01),
+///     v: Matrix2::new(0.04, 0.0, 0.0, 0.01),
+///     p0: Matrix2::identity(),
+///     period: 0.1,
+/// })?;
+/// type Filter = KalmanFilter<f64, Const<2>, Const<1>, Const<2>>;
+///
+/// /// What is kept of a period: the estimate before its sample, the input from it to the next, the outputs so far.
+/// #[derive(Clone)]
+/// struct Period {
+///     estimate: GaussianEstimate<f64, Const<2>>,
+///     u: SVector<f64, 1>,
+///     y: [Option<f64>; 2],
+/// }
+///
+/// /// The estimate before the next sample.
+/// fn advance(filter: &Filter, period: &Period) -> GaussianEstimate<f64, Const<2>> {
+///     let mut estimate = period.estimate.clone();
+///     let y = SVector::from(period.y.map(|y| y.unwrap_or(0.0)));
+///     // `None` where a measured value is NaN: the estimate is as it was.
+///     filter.update_partial(&mut estimate, &period.u, &y, |output| period.y[output].is_some());
+///     assert!(filter.predict(&mut estimate, &period.u), "u is finite");
+///     estimate
+/// }
+///
+/// /// Output `output` of period `k` arrives: back to its sample, and on again to the present.
+/// fn arrives(filter: &Filter, log: &mut [Period], k: usize, output: usize, y: f64) {
+///     log[k].y[output] = Some(y);
+///     for k in k + 1..log.len() {
+///         log[k].estimate = advance(filter, &log[k - 1]);
+///     }
+/// }
+///
+/// let (position, speed) = (|k: usize| 0.1 * k as f64, 1.0);
+/// let start = filter.initial(0.0, &Vector2::zeros(), &Vector1::new(0.0), &Vector2::zeros());
+/// let run = |delay: usize| {
+///     let mut log: Vec<Period> = Vec::new();
+///     for k in 0..12 {
+///         let estimate = log.last().map_or_else(|| start.clone(), |last| advance(&filter, last));
+///         log.push(Period { estimate, u: Vector1::new(0.0), y: [None; 2] });
+///         // The position of period 5 is missed.
+///         if k != 5 {
+///             arrives(&filter, &mut log, k, 0, position(k));
+///         }
+///         // The speed is measured in even periods, and takes `delay` periods to arrive.
+///         if k >= delay && (k - delay) % 2 == 0 {
+///             arrives(&filter, &mut log, k - delay, 1, speed);
+///         }
+///     }
+///     log[9].estimate.clone()
+/// };
+/// assert_eq!(run(2), run(0));
+/// assert!((run(2).estimate() - Vector2::new(0.9, 1.0)).amax() < 0.05);
+/// # Ok::<(), luenberger_observers::ObserverError>(())
 /// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct KalmanFilter<T: RealField + Copy, N: Dim, M: Dim, P: Dim>
@@ -148,19 +219,58 @@ where
     DefaultAllocator: Size<N, M, P> + Allocator<N, DimSum<N, U1>>,
 {
     /// From one sample to the next: `xhat <- Ad xhat + Bd u`, `P <- Ad P Ad' + W`. Costs 4 n^3 flops.
-    pub fn predict(&self, estimate: &mut GaussianEstimate<T, N>, u: &OVector<T, M>) {
+    ///
+    /// False, with `estimate` unchanged, if there is no result: an input that is not finite, an overflow, columns of other
+    /// lengths than the model's.
+    #[must_use = "without a result the estimate is unchanged"]
+    pub fn predict(&self, estimate: &mut GaussianEstimate<T, N>, u: &OVector<T, M>) -> bool {
+        if !self.fits(estimate, u) {
+            return false;
+        }
         let KalmanModel { ad, bd, w, .. } = &self.model;
         let xhat = ad * estimate.estimate() + bd * u;
         let mut p = times_transpose(&times(ad, &estimate.covariance()), ad) + w;
         symmetrise(&mut p);
-        *estimate = GaussianEstimate::new(&xhat, &p);
+        moved(estimate, &xhat, &p)
+    }
+
+    /// [`step`](SampledObserver::step) without the update; columns of other lengths change nothing.
+    fn finish(&self, state: &mut GaussianEstimate<T, N>, u: &OVector<T, M>) {
+        if self.fits(state, u) && !self.predict(state, u) {
+            *state = state.lost();
+        }
+    }
+
+    /// Whether estimate and input have the lengths of the model.
+    fn fits(&self, estimate: &GaussianEstimate<T, N>, u: &OVector<T, M>) -> bool {
+        has_rows::<N>(estimate.order(), || self.model.ad.nrows()) && has_rows::<M>(u.nrows(), || self.model.bd.ncols())
+    }
+
+    fn is_measurement(&self, y: &OVector<T, P>) -> bool {
+        has_rows::<P>(y.nrows(), || self.model.c.nrows())
     }
 
     /// Updates estimate and covariance by the measurement y (length p) under u; returns the innovation. Without a
     /// [feedthrough](Self::with_feedthrough) the input is not read.
     ///
-    /// `None`, with `estimate` unchanged, if the innovation covariance S is not positive definite in floating point: an
-    /// overflow, a NaN, a P that has lost its definiteness.
+    /// `None`, with `estimate` unchanged, if there is no result: a measured entry of y that is not finite, an innovation
+    /// covariance S that is not positive definite in floating point, an overflow, columns of other lengths than the
+    /// model's.
+    ///
+    /// ```
+    /// # use luenberger_observers::{KalmanFilter, KalmanModel, SampledObserver};
+    /// # use nalgebra::{Matrix1, Vector1};
+    /// # let one = Matrix1::new(1.0);
+    /// # let model = KalmanModel { ad: one, bd: one, c: one, w: one, v: one, p0: one, period: 1.0 };
+    /// # let filter = KalmanFilter::new(model)?;
+    /// let (u, lost) = (Vector1::new(0.0), Vector1::new(f64::NAN));
+    /// let mut estimate = filter.initial(0.0, &Vector1::new(2.0), &u, &lost);
+    /// // The estimate is what it was, and a step is the prediction alone.
+    /// assert!(filter.update(&mut estimate, &u, &lost).is_none());
+    /// filter.step(0.0, &mut estimate, &u, &lost);
+    /// assert_eq!((estimate.estimate()[0], estimate.covariance()[0]), (2.0, 2.0));
+    /// # Ok::<(), luenberger_observers::ObserverError>(())
+    /// ```
     pub fn update(
         &self,
         estimate: &mut GaussianEstimate<T, N>,
@@ -198,6 +308,9 @@ where
         y: &OVector<T, P>,
         measured: impl Fn(usize) -> bool,
     ) -> Option<Innovation<T, P>> {
+        if !self.fits(estimate, u) || !self.is_measurement(y) {
+            return None;
+        }
         let KalmanModel { c, v, .. } = &self.model;
         let innovation = feedthrough::without(self.d.as_ref(), u, y - c * estimate.estimate());
         correct::<T, N, M, P>(estimate, c.clone(), innovation, v.clone(), measured)
@@ -222,18 +335,23 @@ where
         self.model.period
     }
 
-    /// Update and prediction. A sample without a gain, where [`update`](KalmanFilter::update) is `None`, is passed
-    /// over.
+    /// Update and prediction. A sample where [`update`](KalmanFilter::update) is `None`, as for a measurement that is
+    /// NaN, is passed over as if it were missed. A [prediction](KalmanFilter::predict) without a result, as for an input
+    /// that is NaN, makes the estimate NaN. Columns of other lengths change nothing.
     fn step(&self, _t: T, state: &mut Self::State, u: &Self::Input, y: &Self::Output) {
-        self.update(state, u, y);
-        self.predict(state, u);
+        if self.is_measurement(y) {
+            self.update(state, u, y);
+            self.finish(state, u);
+        }
     }
 
     fn step_partial(&self, _t: T, state: &mut Self::State, u: &Self::Input, y: &Self::Output, measured: &[bool]) {
-        if measured.contains(&true) {
-            self.update_partial(state, u, y, |output| measured.get(output).copied().unwrap_or(true));
+        if self.is_measurement(y) {
+            if measured.contains(&true) {
+                self.update_partial(state, u, y, |output| measured.get(output).copied().unwrap_or(true));
+            }
+            self.finish(state, u);
         }
-        self.predict(state, u);
     }
 
     fn estimate(&self, state: &Self::State) -> Self::Estimate {
@@ -270,13 +388,14 @@ where
     }
 
     fn advance(&self, _t: T, state: &mut Self::State, u: &Self::Input, _duration: T) -> bool {
-        self.predict(state, u);
-        true
+        self.predict(state, u)
     }
 
     fn advance_across(&self, _t: T, state: &mut Self::State, u: &Self::Input, _duration: T, cross: &mut [T]) -> bool {
+        if !self.fits(state, u) {
+            return false;
+        }
         let across = times_transpose(&state.covariance(), &self.model.ad);
-        self.predict(state, u);
-        put_slice(across.as_slice(), cross)
+        self.predict(state, u) && put_slice(across.as_slice(), cross)
     }
 }

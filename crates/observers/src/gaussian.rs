@@ -31,6 +31,18 @@ where
         self.0.column(0).into_owned()
     }
 
+    /// Number of states, n.
+    pub(crate) fn order(&self) -> usize {
+        self.0.nrows()
+    }
+
+    /// The same covariance, with an estimate that is NaN.
+    pub(crate) fn lost(&self) -> Self {
+        let (rows, columns) = self.0.shape_generic();
+        let nan: T = convert(f64::NAN);
+        Self(OMatrix::from_fn_generic(rows, columns, |i, j| if j == 0 { nan } else { self.0[(i, j)] }))
+    }
+
     /// The covariance P of the error, as computed by the filter.
     pub fn covariance(&self) -> OMatrix<T, N, N> {
         let rows = self.0.shape_generic().0;
@@ -123,7 +135,25 @@ where
     Some(innovation)
 }
 
-/// Estimate and covariance after the update by the measurement with H, innovation and V.
+/// Stores what a prediction gives; false, and the estimate as it was, if that is not finite.
+pub(crate) fn moved<T: RealField + Copy, N: DimAdd<U1>>(
+    estimate: &mut GaussianEstimate<T, N>,
+    xhat: &OVector<T, N>,
+    p: &OMatrix<T, N, N>,
+) -> bool
+where
+    DefaultAllocator: Allocator<N, DimSum<N, U1>> + Allocator<N> + Allocator<N, N>,
+{
+    let is_finite = xhat.iter().chain(p.iter()).all(ComplexField::is_finite);
+    if is_finite {
+        *estimate = GaussianEstimate::new(xhat, p);
+    }
+    is_finite
+}
+
+/// Estimate and covariance after the update by the measurement with H, innovation and V; none unless S is positive
+/// definite and the result is finite. A measured entry of the innovation that is not finite makes all of the estimate so,
+/// because `0 * NaN` and `0 * inf` are NaN.
 #[allow(clippy::type_complexity, reason = "estimate, covariance, innovation")]
 pub(crate) fn corrected<T: RealField + Copy, N: Dim, P: Dim>(
     mut xhat: OVector<T, N>,
@@ -155,6 +185,9 @@ where
     xhat += times(&gain, &innovation);
     let mut p = times_transpose(&times(&keep, p), &keep) + times_transpose(&times(&gain, &v), &gain);
     symmetrise(&mut p);
+    if !xhat.iter().chain(p.iter()).all(ComplexField::is_finite) {
+        return None;
+    }
     let normalized_square = innovation.dot(&factor.solve(&innovation));
     Some((xhat, p, Innovation { value: innovation, covariance: s, normalized_square }))
 }

@@ -57,7 +57,7 @@ pub type StaticInterSampleObserver<
 impl<S, O, T: RealField + Copy, Z: Dim, N: Dim, M: Dim, P: Dim, D: Dim> InterSampleObserver<S, O, T, Z, N, M, P, D>
 where
     S: Differentiable<T, N, M, P>,
-    O: Observer<T, State = OVector<T, Z>, Input = OVector<T, M>, Output = OVector<T, P>, Estimate = OVector<T, N>>,
+    O: Observer<T, Input = OVector<T, M>, Output = OVector<T, P>, Estimate = OVector<T, N>>,
     DefaultAllocator: Size<N, M, P> + Allocator<Z> + Allocator<D>,
 {
     /// The sampled form of `observer` with period `h` and `substeps` Runge-Kutta steps between samples.
@@ -78,6 +78,28 @@ where
     /// assert!((sampled.estimate(&state) - Vector2::new(100.0, 20.0)).norm() < 1e-10);
     /// # Ok::<(), luenberger_observers::ObserverError>(())
     /// ```
+    /// The state of the observer may be a column of any type, as the estimate with its internal error of a mean-value
+    /// observer: Z = 2 N.
+    ///
+    /// ```
+    /// use luenberger_observers::{Integral, MeanValueObserver, SampledObserver, StaticInterSampleObserver};
+    /// use nalgebra::{Vector1, Vector2};
+    /// let plant = luenberger_plants::double_integrator();
+    /// let observer =
+    ///     MeanValueObserver::repaired(plant.clone(), 4.0, Integral, Vector2::zeros(), Vector2::new(10.0, 25.0))?;
+    /// let sampled = StaticInterSampleObserver::<_, _, f64, 4, 2, 1, 1, 6>::new(plant, observer, 0.01, 1)?;
+    /// let (u, mut y) = (Vector1::new(2.0), Vector1::new(0.0));
+    /// let mut state = sampled.initial(0.0, &Vector2::new(1.0, 0.0), &u, &y);
+    /// for k in 0..1000 {
+    ///     let t = f64::from(k) * 0.01;
+    ///     y[0] = t * t;
+    ///     sampled.step(t, &mut state, &u, &y);
+    /// }
+    /// // xhat and e; their sum is the estimate that converges, to x1 = t^2, x2 = 2 t at t = 10.
+    /// let z = Vector2::new(state[0] + state[2], state[1] + state[3]);
+    /// assert!((z - Vector2::new(100.0, 20.0)).norm() < 1e-9);
+    /// # Ok::<(), luenberger_observers::ObserverError>(())
+    /// ```
     /// # Errors
     /// [`ObserverError::Matrix`] for an observer that does not estimate the states of this plant or for D,
     /// [`ObserverError::Period`], [`ObserverError::Substeps`].
@@ -89,6 +111,7 @@ where
             ("u of the observer", size.inputs, own.inputs),
             ("y of the observer", size.outputs, own.outputs),
             ("z", own.state, Z::try_to_usize().unwrap_or(own.state)),
+            ("z of the observer", own.state, O::State::fixed_len().unwrap_or(own.state)),
             ("z with the estimate", all, D::try_to_usize().unwrap_or(all)),
         ] {
             if expected != found {
@@ -122,24 +145,30 @@ where
 
     /// `z'` and `w'`.
     fn slope(&self, t: T, z: &OVector<T, Z>, w: &OVector<T, P>, u: &OVector<T, M>) -> (OVector<T, Z>, OVector<T, P>) {
-        let xhat = self.observer.estimate(t, z, u, w);
+        let z: O::State = converted(z);
+        let xhat = self.observer.estimate(t, &z, u, w);
         let f = self.plant.derivative(t, &xhat, u);
         let rate: OMatrix<T, P, U1> = times(&self.plant.output_jacobian(t, &xhat, u), &f);
-        (self.observer.derivative(t, z, u, w), rate)
+        (converted(&self.observer.derivative(t, &z, u, w)), rate)
     }
 
     /// z with the estimate behind it.
-    fn joined(z: &OVector<T, Z>, xhat: &OVector<T, N>) -> OVector<T, D> {
+    fn joined(z: &[T], xhat: &OVector<T, N>) -> OVector<T, D> {
         let length = z.len() + xhat.len();
         OVector::from_iterator_generic(D::from_usize(length), U1, z.iter().chain(xhat.iter()).copied())
     }
+}
+
+/// The same entries as a column of another type; the constructor has compared the lengths.
+fn converted<T, C: Column<T>>(column: &impl Column<T>) -> C {
+    C::from_slice(column.as_slice())
 }
 
 impl<S, O, T: RealField + Copy, Z: Dim, N: Dim, M: Dim, P: Dim, D: Dim> SampledObserver<T>
     for InterSampleObserver<S, O, T, Z, N, M, P, D>
 where
     S: Differentiable<T, N, M, P>,
-    O: Observer<T, State = OVector<T, Z>, Input = OVector<T, M>, Output = OVector<T, P>, Estimate = OVector<T, N>>,
+    O: Observer<T, Input = OVector<T, M>, Output = OVector<T, P>, Estimate = OVector<T, N>>,
     DefaultAllocator: Size<N, M, P> + Allocator<Z> + Allocator<D>,
 {
     type State = OVector<T, D>;
@@ -159,15 +188,15 @@ where
     fn step(&self, t: T, state: &mut Self::State, u: &Self::Input, y: &Self::Output) {
         let tau = self.h / convert::<f64, T>(self.substeps as f64);
         let order = self.observer.dimensions().state;
-        let z = <OVector<T, Z> as Column<T>>::from_slice(&state.as_slice()[..order]);
-        let mut z = self.observer.jump(t, &z, u, y);
+        let z = O::State::from_slice(&state.as_slice()[..order]);
+        let mut z: OVector<T, Z> = converted(&self.observer.jump(t, &z, u, y));
         let mut w = y.clone();
         for k in 0..self.substeps {
             let now = t + tau * convert::<f64, T>(k as f64);
             runge_kutta::step(now, tau, (&mut z, &mut w), |t, z, w| self.slope(t, z, w, u));
         }
-        let xhat = self.observer.estimate(t + self.h, &z, u, &w);
-        *state = Self::joined(&z, &xhat);
+        let xhat = self.observer.estimate(t + self.h, &converted(&z), u, &w);
+        *state = Self::joined(z.as_slice(), &xhat);
     }
 
     fn estimate(&self, state: &Self::State) -> Self::Estimate {
@@ -178,6 +207,6 @@ where
     /// The observer starts with the output that the estimate predicts.
     fn initial(&self, t: T, estimate: &Self::Estimate, u: &Self::Input, _y: &Self::Output) -> Self::State {
         let y = self.plant.output(t, estimate, u);
-        Self::joined(&self.observer.initial(t, estimate, u, &y), estimate)
+        Self::joined(self.observer.initial(t, estimate, u, &y).as_slice(), estimate)
     }
 }

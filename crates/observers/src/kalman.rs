@@ -35,9 +35,9 @@ use nalgebra::{Const, DefaultAllocator, Dim, DimAdd, DimSum, OMatrix, OVector, R
 use crate::covariance_filter::CovarianceFilter;
 use crate::dense::{times, times_transpose};
 use crate::error::ObserverError;
-use crate::gaussian::{correct, covariance, spread, symmetrise};
+use crate::gaussian::{correct, covariance, moved, spread, symmetrise};
 use crate::kalman_on_slices::{Sample, StepOnSlices};
-use crate::observer::{ObserverDimensions, SampledObserver, put_slice, step_columns};
+use crate::observer::{ObserverDimensions, SampledObserver, has_rows, put_slice, step_columns};
 use crate::runge_kutta;
 
 pub use crate::gaussian::{GaussianEstimate, Innovation, NoiseModel};
@@ -138,7 +138,7 @@ where
     }
 
     /// Whether the gate rejects output `output` of the measurement y (length p) at time t, under the input u (length
-    /// m); never without a [gate](Self::with_gate).
+    /// m): NaN and infinities always; nothing without a [gate](Self::with_gate), nor for columns of other lengths.
     pub fn rejects(
         &self,
         t: T,
@@ -152,13 +152,25 @@ where
         DefaultAllocator: Allocator<N, DimSum<N, U1>>,
     {
         let Some(gate) = self.gate else { return false };
+        if !self.fits(estimate, u) || !self.is_measurement(y) || output >= y.nrows() {
+            return false;
+        }
         let innovation = y[output] - self.plant.output(t, &estimate.estimate(), u)[output];
-        innovation * innovation > gate * gate * self.innovation_covariance(t, estimate, u)[(output, output)]
+        let variance = self.innovation_covariance(t, estimate, u)[(output, output)];
+        // NaN is not within the gate.
+        let is_within = innovation * innovation <= gate * gate * variance;
+        !is_within
     }
 
     /// Runge-Kutta steps between two samples; none for a plant in [discrete time](Self::discrete).
     pub fn substeps(&self) -> Option<usize> {
         self.substeps
+    }
+
+    /// The sampling period.
+    #[cfg(feature = "alloc")]
+    pub(crate) fn h(&self) -> T {
+        self.h
     }
 
     /// The [gate](Self::with_gate), in standard deviations.
@@ -185,6 +197,20 @@ where
     {
         let c = self.plant.output_jacobian(t, &estimate.estimate(), u);
         times_transpose(&times(&c, &estimate.covariance()), &c) + &self.noises.v
+    }
+
+    /// Whether estimate and input have the lengths of the plant.
+    fn fits(&self, estimate: &GaussianEstimate<T, N>, u: &OVector<T, M>) -> bool
+    where
+        N: DimAdd<U1>,
+        DefaultAllocator: Allocator<N, DimSum<N, U1>>,
+    {
+        has_rows::<N>(estimate.order(), || self.noises.w.nrows())
+            && has_rows::<M>(u.nrows(), || self.plant.dimensions().inputs)
+    }
+
+    fn is_measurement(&self, y: &OVector<T, P>) -> bool {
+        has_rows::<P>(y.nrows(), || self.noises.v.nrows())
     }
 
     /// The step of a plant whose sizes are known at run time only; false if the sizes have none.
@@ -222,6 +248,9 @@ where
     /// sample, or past a missed one. The number of Runge-Kutta steps does not depend on the duration: divide a long
     /// one into several calls.
     ///
+    /// False, with `estimate` unchanged, if there is no result: f or its Jacobian is not finite, as for an input that is
+    /// NaN; an overflow; columns of other lengths than the plant's.
+    ///
     /// ```
     /// use luenberger_observers::{ExtendedKalmanFilter, NoiseModel, SampledObserver};
     /// use nalgebra::{Matrix1, Matrix2, Vector1, Vector2};
@@ -230,35 +259,47 @@ where
     /// let (u, y) = (Vector1::new(0.0), Vector1::new(1.0));
     /// let mut estimate = filter.initial(0.0, &Vector2::new(0.0, 1.0), &u, &y);
     /// // The first sample comes at 0.13, the time of the next is still 0.2.
-    /// filter.predict(0.0, &mut estimate, &u, 0.13);
+    /// assert!(filter.predict(0.0, &mut estimate, &u, 0.13));
     /// assert!((estimate.estimate()[0] - 0.13).abs() < 1e-15);
     /// assert!(filter.update(0.13, &mut estimate, &u, &y).is_some());
-    /// filter.predict(0.13, &mut estimate, &u, 0.07);
+    /// assert!(filter.predict(0.13, &mut estimate, &u, 0.07));
     /// # Ok::<(), luenberger_observers::ObserverError>(())
     /// ```
-    pub fn predict(&self, t: T, estimate: &mut GaussianEstimate<T, N>, u: &OVector<T, M>, duration: T) {
-        let (mut xhat, mut p) = (estimate.estimate(), estimate.covariance());
-        let Some(substeps) = self.substeps else {
-            let f = self.plant.state_jacobian(t, &xhat, u);
-            let mut p = times_transpose(&times(&f, &p), &f) + &self.noises.w;
-            symmetrise(&mut p);
-            *estimate = GaussianEstimate::new(&self.plant.derivative(t, &xhat, u), &p);
-            return;
-        };
-        let tau = duration / convert::<f64, T>(substeps as f64);
-        for k in 0..substeps {
-            let now = t + tau * convert::<f64, T>(k as f64);
-            runge_kutta::step(now, tau, (&mut xhat, &mut p), |t, xhat, p| self.slope(t, xhat, p, u));
-            symmetrise(&mut p);
+    #[must_use = "without a result the estimate is unchanged"]
+    pub fn predict(&self, t: T, estimate: &mut GaussianEstimate<T, N>, u: &OVector<T, M>, duration: T) -> bool {
+        if !self.fits(estimate, u) {
+            return false;
         }
-        *estimate = GaussianEstimate::new(&xhat, &p);
+        let (mut xhat, mut p) = (estimate.estimate(), estimate.covariance());
+        if let Some(substeps) = self.substeps {
+            let tau = duration / convert::<f64, T>(substeps as f64);
+            for k in 0..substeps {
+                let now = t + tau * convert::<f64, T>(k as f64);
+                runge_kutta::step(now, tau, (&mut xhat, &mut p), |t, xhat, p| self.slope(t, xhat, p, u));
+                symmetrise(&mut p);
+            }
+        } else {
+            let f = self.plant.state_jacobian(t, &xhat, u);
+            p = times_transpose(&times(&f, &p), &f) + &self.noises.w;
+            symmetrise(&mut p);
+            xhat = self.plant.derivative(t, &xhat, u);
+        }
+        moved(estimate, &xhat, &p)
+    }
+
+    /// [`step`](SampledObserver::step) without the update; columns of other lengths change nothing.
+    fn finish(&self, t: T, state: &mut GaussianEstimate<T, N>, u: &OVector<T, M>) {
+        if self.fits(state, u) && !self.predict(t, state, u, self.h) {
+            *state = state.lost();
+        }
     }
 
     /// Updates estimate and covariance by the measurement y (length p) at time t under the input u; returns the
     /// innovation.
     ///
-    /// `None`, with `estimate` unchanged, if the innovation covariance S is not positive definite in floating point: an
-    /// overflow, a NaN, a P that has lost its definiteness.
+    /// `None`, with `estimate` unchanged, if there is no result: y is not finite (a [gate](Self::with_gate) rejects such
+    /// an output alone), nor h or its Jacobian; the innovation covariance S is not positive definite in floating point; an
+    /// overflow; columns of other lengths than the plant's.
     pub fn update(
         &self,
         t: T,
@@ -279,6 +320,9 @@ where
         y: &OVector<T, P>,
         measured: impl Fn(usize) -> bool,
     ) -> Option<Innovation<T, P>> {
+        if !self.fits(estimate, u) || !self.is_measurement(y) {
+            return None;
+        }
         let xhat = estimate.estimate();
         let h = self.plant.output_jacobian(t, &xhat, u);
         let innovation = y - self.plant.output(t, &xhat, u);
@@ -313,22 +357,27 @@ where
         self.h
     }
 
-    /// Update and prediction. A sample without a gain, where [`update`](ExtendedKalmanFilter::update) is `None`, is
-    /// passed over.
+    /// Update and prediction. A sample where [`update`](ExtendedKalmanFilter::update) is `None`, as for a measurement
+    /// that is NaN, is passed over as if it were missed. A [prediction](ExtendedKalmanFilter::predict) without a result,
+    /// as for an input that is NaN, makes the estimate NaN. Columns of other lengths change nothing.
     fn step(&self, t: T, state: &mut Self::State, u: &Self::Input, y: &Self::Output) {
-        self.update(t, state, u, y);
-        self.predict(t, state, u, self.h);
+        if self.is_measurement(y) {
+            self.update(t, state, u, y);
+            self.finish(t, state, u);
+        }
     }
 
     fn step_partial(&self, t: T, state: &mut Self::State, u: &Self::Input, y: &Self::Output, measured: &[bool]) {
-        if measured.contains(&true) {
-            self.update_partial(t, state, u, y, |output| measured.get(output).copied().unwrap_or(true));
+        if self.is_measurement(y) {
+            if measured.contains(&true) {
+                self.update_partial(t, state, u, y, |output| measured.get(output).copied().unwrap_or(true));
+            }
+            self.finish(t, state, u);
         }
-        self.predict(t, state, u, self.h);
     }
 
     fn step_into(&self, t: T, state: &mut [T], u: &[T], y: &[T], measured: &[bool]) -> bool {
-        let dynamic = N::try_to_usize().is_none();
+        let dynamic = N::try_to_usize().is_none() && u.len() == self.plant.dimensions().inputs;
         dynamic && self.step_on_slices(state, Sample { t, u, y, measured })
             || step_columns(self, t, state, (u, y), measured)
     }
@@ -373,12 +422,14 @@ where
     }
 
     fn advance(&self, t: T, state: &mut Self::State, u: &Self::Input, duration: T) -> bool {
-        self.predict(t, state, u, duration);
-        true
+        self.predict(t, state, u, duration)
     }
 
     /// P Phi', with `Phi' = F Phi` along the estimate, by the same Runge-Kutta steps.
     fn advance_across(&self, t: T, state: &mut Self::State, u: &Self::Input, duration: T, cross: &mut [T]) -> bool {
+        if !self.fits(state, u) {
+            return false;
+        }
         let (mut xhat, p) = (state.estimate(), state.covariance());
         let order = xhat.shape_generic().0;
         let mut phi = OMatrix::<T, N, N>::identity_generic(order, order);
@@ -393,8 +444,7 @@ where
         } else {
             phi = self.plant.state_jacobian(t, &xhat, u);
         }
-        self.predict(t, state, u, duration);
-        put_slice(times_transpose(&p, &phi).as_slice(), cross)
+        self.predict(t, state, u, duration) && put_slice(times_transpose(&p, &phi).as_slice(), cross)
     }
 
     fn rejects_output(&self, t: T, state: &Self::State, u: &Self::Input, y: &Self::Output, output: usize) -> bool {

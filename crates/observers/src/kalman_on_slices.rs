@@ -3,7 +3,7 @@
 //! Up to eight states and four outputs the step is compiled for these sizes and takes no memory. It is the same
 //! arithmetic in the same order as for any size, and gives the same bits.
 
-use nalgebra::{RealField, SMatrix, SVector, convert};
+use nalgebra::{ComplexField, RealField, SMatrix, SVector, convert};
 
 use crate::dense::{times, times_transpose};
 use crate::gaussian::{corrected, spread, symmetrise};
@@ -68,7 +68,11 @@ impl<T: RealField + Copy> StepOnSlices<'_, T> {
                 _ => return false,
             }
         }
+        let updated = p;
         self.predict_of_size(t, &mut xhat, &mut p, u);
+        if !xhat.iter().chain(p.iter()).all(ComplexField::is_finite) {
+            (xhat, p) = (SVector::repeat(convert(f64::NAN)), updated);
+        }
         head.copy_from_slice(xhat.as_slice());
         tail.copy_from_slice(p.as_slice());
         true
@@ -88,8 +92,8 @@ impl<T: RealField + Copy> StepOnSlices<'_, T> {
         let v = SMatrix::<T, Q, Q>::from_column_slice(self.v);
         let gate = self.gate.map(|gate| (gate * gate, times_transpose(&times(&h, p), &h) + v));
         let accepted = |i: usize| {
-            let rejected = gate.as_ref().is_some_and(|(gate, s)| innovation[i] * innovation[i] > *gate * s[(i, i)]);
-            measured.get(i).copied().unwrap_or(true) && !rejected
+            let within = gate.as_ref().is_none_or(|(gate, s)| innovation[i] * innovation[i] <= *gate * s[(i, i)]);
+            measured.get(i).copied().unwrap_or(true) && within
         };
         if let Some((estimate, covariance, _)) = corrected(*xhat, p, (h, innovation, v), accepted) {
             (*xhat, *p) = (estimate, covariance);

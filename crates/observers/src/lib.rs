@@ -42,7 +42,7 @@
 //! | [`sliding_mode`] | super-twisting observer and robust exact differentiator, with an implicit step |
 //! | [`output_feedback`] | an observer with the feedback `u = r - K xhat` as one block |
 //! | `static_size` (feature `alloc`) | designed observers with the sizes and the scalar of the target |
-//! | `serialization` (feature `serde`) | linear observers in files: matrices by rows, read through the constructors |
+//! | `serialization` (feature `serde`) | observers in files: matrices by rows, read through the constructors |
 //! | [`diagnosis`] | diagnosis of an observer at run time |
 //! | [`numerical_kkl`] | `z' = D z + B y` with a tabulated left inverse of T, embedded or interpolated |
 //!

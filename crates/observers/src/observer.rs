@@ -6,6 +6,7 @@
 //! states has a shorter estimate.
 
 use luenberger_plants::Column;
+use nalgebra::Dim;
 
 /// Lengths of the columns an observer works with.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -27,7 +28,7 @@ pub struct ObserverDimensions {
 #[diagnostic::on_unimplemented(
     message = "`{Self}` is not an observer in continuous time over the scalar `{T}`",
     note = "implement `Observer<T>` for every `T: RealField + Copy`, or for the scalar that is used",
-    note = "`SampledObserver<T>` is the trait of observers stepped once per sample"
+    note = "`SampledObserver<T>` is the trait of observers stepped once per sample: in a simulation or a replay of a log use `sampled_observer` in place of `observer`"
 )]
 pub trait Observer<T> {
     /// Column of the observer's own state, z.
@@ -106,6 +107,11 @@ pub(crate) fn put_slice<T: Copy>(entries: &[T], target: &mut [T]) -> bool {
         target.copy_from_slice(entries);
     }
     fits
+}
+
+/// Whether a column has as many rows as the observer says; nothing to check where the type has its length.
+pub(crate) fn has_rows<D: Dim>(rows: usize, stated: impl FnOnce() -> usize) -> bool {
+    D::try_to_usize().is_some() || rows == stated()
 }
 
 /// An observer that predicts in continuous time, and is corrected at samples that arrive at any times.
@@ -207,6 +213,10 @@ pub(crate) fn step_columns<T: Copy, O: SampledObserver<T> + ?Sized>(
     (u, y): (&[T], &[T]),
     measured: &[bool],
 ) -> bool {
+    let size = observer.dimensions();
+    if (state.len(), u.len(), y.len()) != (size.state, size.inputs, size.outputs) {
+        return false;
+    }
     let columns = (O::State::try_from_slice(state), Column::try_from_slice(u), Column::try_from_slice(y));
     let (Some(mut next), Some(u), Some(y)) = columns else { return false };
     if measured.contains(&false) {

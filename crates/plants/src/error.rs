@@ -17,6 +17,18 @@ pub enum PlantError {
         /// Actual rows and columns.
         found: (usize, usize),
     },
+    /// A matrix in a file whose rows have different lengths.
+    #[error("row {row} of {what} has {found} {} where row 0 has {expected}", if *found == 1 { "entry" } else { "entries" })]
+    Ragged {
+        /// Name of the matrix.
+        what: &'static str,
+        /// The first row of another length than row 0.
+        row: usize,
+        /// Entries of row 0.
+        expected: usize,
+        /// Entries of this row.
+        found: usize,
+    },
     /// An entry that is NaN or infinite.
     #[error("{what}({row}, {column}) is {value}, not a finite number")]
     NotFinite {

@@ -18,6 +18,8 @@
 //! | [`chaotic`], [`flexible_joint`] | the plants of the mean-value-theorem paper |
 //! | [`counterexamples`] | small plants on which the mean-value-theorem observer fails |
 //! | [`cuk`], [`exponential_cascade`], [`driven_cascade`] | the plants of the [KKL+PEB]-observer paper: the Cuk converter with its controller, Proposition 6's, and one of Proposition 7's class |
+//! | `serialization` (feature `serde`) | linear plants in files: matrices by rows, read through the constructor |
+//! | [`text`] | linear plants and matrices as text |
 //! | [`oscillators`] | the reverse Duffing oscillator and Van der Pol's |
 
 #![no_std]
@@ -42,7 +44,10 @@ pub mod lanes;
 pub mod linear;
 pub mod oscillators;
 pub mod plant;
+#[cfg(feature = "serde")]
+pub mod serialization;
 pub mod size;
+pub mod text;
 pub mod third_order;
 
 pub use chaotic::Chaotic;

@@ -207,21 +207,28 @@ fn not_finite(export: &Export) -> String {
         ExportableObserver::Kkl(_) => {
             " * A value of y that is not finite makes the target states not finite, for good, and the estimate meaningless,\n * although it stays in its box:".to_owned()
         }
-        ExportableObserver::Kalman(filter) if filter.gate().is_some() => format!(
-            " * An infinite value of y is rejected by the gate. NaN in y, and a value of {known} that is not finite, make the\n * estimate not finite, for good, unless the plant does not depend on it or limits it:"
-        ),
-        ExportableObserver::Unscented(_) => format!(
-            " * A value of {known} or y that is not finite, and a prediction whose covariance has no factor, make the estimate\n * not finite, for good, unless the plant does not depend on it or limits it:"
-        ),
+        ExportableObserver::Kalman(filter) => of_filter(filter.gate().is_some(), known),
+        ExportableObserver::Unscented(filter) => of_filter(filter.gate().is_some(), known),
         ExportableObserver::MovingHorizon(_) => format!(
             " * A measurement that is not finite is passed over. A value of {known} that is not finite makes the estimate not finite\n * until the next sample, which then takes its place in the window, unless the plant does not depend on it or\n * limits it. To start anew,"
         ),
         ExportableObserver::SampledNonlinear(_)
         | ExportableObserver::Discrete(_)
-        | ExportableObserver::Kalman(_)
         | ExportableObserver::Extension(_)
         | ExportableObserver::Step(_) => format!(
             " * A value of {known} or y that is not finite makes the estimate not finite, for good, unless the plant does not\n * depend on it or limits it:"
         ),
     }
+}
+
+/// The same for a filter with a covariance.
+fn of_filter(is_gated: bool, known: &str) -> String {
+    let measured = if is_gated {
+        " * A value of y that is not finite is rejected by the gate; the other outputs count."
+    } else {
+        " * A sample with a value of y that is not finite is passed over, as if it were missed."
+    };
+    format!(
+        "{measured} A value of\n * {known} that is not finite, and a prediction without a result, make the estimate not finite, for good, unless the\n * plant does not depend on it or limits it:"
+    )
 }

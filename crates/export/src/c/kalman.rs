@@ -35,7 +35,7 @@ pub(super) fn step(text: &mut String, export: &Export, maps: &Maps, (substeps, g
         measured.arguments("t"),
         head = feedback::head(export),
         time = super::time::time(export),
-        loops = if substeps.is_some() { "    int j;\n    int k;\n" } else { "" },
+        loops = if substeps.is_some() { "    int is_right = 1;\n    int j;\n    int k;\n" } else { "" },
         unused = if forward.inputs.or(measured.inputs).is_some() { "" } else { "    (void)u;\n" },
     );
     if let Some(substeps) = substeps {
@@ -52,13 +52,19 @@ pub(super) fn step(text: &mut String, export: &Export, maps: &Maps, (substeps, g
         plant::advance(text, export, forward, substeps, &format!("        symmetrise(&z[{n}]);\n"));
         _ = write!(
             text,
-            "    for (i = 0; i < {n}; ++i) {{
-        state->xhat[i] = z[i];
-        for (j = 0; j < {n}; ++j) {{
+            "    for (i = 0; i < ({n} + ({n} * {n})); ++i) {{
+        if (!({finite})) {{
+            is_right = 0;
+        }}
+    }}
+    for (i = 0; i < {n}; ++i) {{
+        state->xhat[i] = (is_right != 0) ? z[i] : ({number})NAN;
+        for (j = 0; (j < {n}) && (is_right != 0); ++j) {{
             state->P[i][j] = z[{n} + (i * {n}) + j];
         }}
     }}
-"
+",
+            finite = is_finite(export, "z[i]"),
         );
     } else {
         _ = writeln!(text, "    predict(state{});", trailing(forward, "t"));
@@ -131,8 +137,8 @@ fn update(text: &mut String, export: &Export, maps: &Maps, (n, p): (&str, &str),
     _ = write!(
         text,
         "
-/* The measurement update, in Joseph's form. The estimate stays as it is where the covariance of the innovation is not
- * positive definite in floating point. */
+/* The measurement update, in Joseph's form. The estimate stays as it is where there is no result: y is not finite, the
+ * covariance of the innovation is not positive definite in floating point, or a number overflows. */
 static void update({name}_state *state, {parameters}const {number} *y)
 {{
     {number} all[{}];
@@ -186,6 +192,7 @@ static void update({name}_state *state, {parameters}const {number} *y)
     _ = write!(
         rest,
         "    {number} gain[{p}][{n}]; /* transposed */
+    {number} estimate[{n}];
     for (j = 0; j < {n}; ++j) {{
         for (i = 0; i < {p}; ++i) {{
             {number} entry = hp[i][j];
@@ -213,7 +220,7 @@ static void update({name}_state *state, {parameters}const {number} *y)
         for (k = 1; k < {p}; ++k) {{
             sum = sum + (gain[k][i] * innovation[k]);
         }}
-        state->xhat[i] = state->xhat[i] + sum;
+        estimate[i] = state->xhat[i] + sum;
     }}
 "
     );
@@ -224,8 +231,30 @@ static void update({name}_state *state, {parameters}const {number} *y)
     let product = |k: &str| format!("gain[{k}][i] * {v}[{k}][j]");
     contraction(&mut rest, number, (n, p, p), product, "kv[i][j] = sum;");
     let product = |k: &str| format!("kv[i][{k}] * gain[{k}][j]");
-    contraction(&mut rest, number, (n, n, p), product, "state->P[i][j] = next[i][j] + sum;");
-    rest.push_str("    symmetrise(&state->P[0][0]);\n");
+    contraction(&mut rest, number, (n, n, p), product, "next[i][j] = next[i][j] + sum;");
+    _ = write!(
+        rest,
+        "    symmetrise(&next[0][0]);
+    for (i = 0; i < {n}; ++i) {{
+        if (!({finite_estimate})) {{
+            definite = 0;
+        }}
+        for (j = 0; j < {n}; ++j) {{
+            if (!({finite_covariance})) {{
+                definite = 0;
+            }}
+        }}
+    }}
+    for (i = 0; (i < {n}) && (definite != 0); ++i) {{
+        state->xhat[i] = estimate[i];
+        for (j = 0; j < {n}; ++j) {{
+            state->P[i][j] = next[i][j];
+        }}
+    }}
+",
+        finite_estimate = is_finite(export, "estimate[i]"),
+        finite_covariance = is_finite(export, "next[i][j]"),
+    );
     for line in rest.lines() {
         _ = writeln!(text, "    {line}");
     }
@@ -256,7 +285,7 @@ pub(super) fn factor(text: &mut String, export: &Export, p: &str) {
     );
 }
 
-/// Outputs whose innovation is beyond the gate count as not measured.
+/// Outputs whose innovation is beyond the gate, or NaN, count as not measured.
 fn gate(text: &mut String, export: &Export, (n, p): (&str, &str), covariances: &str) {
     let literal = |x: f64| number::c(x, export.scalar);
     let (zero, one) = (literal(0.0), literal(1.0));
@@ -270,7 +299,7 @@ fn gate(text: &mut String, export: &Export, (n, p): (&str, &str), covariances: &
         }}
     }}
 {covariances}    for (i = 0; i < {p}; ++i) {{
-        if ((innovation[i] * innovation[i]) > ({square} * s[i][i])) {{
+        if (!((innovation[i] * innovation[i]) <= ({square} * s[i][i]))) {{
             innovation[i] = {zero};
             for (j = 0; j < {n}; ++j) {{
                 all[{p} + (i * {n}) + j] = {zero};
@@ -331,11 +360,13 @@ fn discrete(text: &mut String, export: &Export, maps: &Maps, arguments: Argument
     _ = write!(
         text,
         "
-/* The prediction for the next sample. */
+/* The prediction for the next sample; NaN where it has no result in floating point. */
 static void predict({name}_state *state{given})
 {{
     {number} all[{}];
     {number} fp[{n}][{n}];
+    {number} next[{n}][{n}];
+    int is_right = 1;
     int i;
     int j;
     int k;
@@ -349,14 +380,29 @@ static void predict({name}_state *state{given})
     let product = |k: &str| format!("all[{}] * state->P[{k}][j]", of("i", k));
     contraction(text, number, (n, n, n), product, "fp[i][j] = sum;");
     let product = |k: &str| format!("fp[i][{k}] * all[{}]", of("j", k));
-    contraction(text, number, (n, n, n), product, "state->P[i][j] = sum + W[i][j];");
+    contraction(text, number, (n, n, n), product, "next[i][j] = sum + W[i][j];");
     _ = write!(
         text,
-        "    symmetrise(&state->P[0][0]);
+        "    symmetrise(&next[0][0]);
     for (i = 0; i < {n}; ++i) {{
-        state->xhat[i] = all[i];
+        if (!({finite_estimate})) {{
+            is_right = 0;
+        }}
+        for (j = 0; j < {n}; ++j) {{
+            if (!({finite_covariance})) {{
+                is_right = 0;
+            }}
+        }}
+    }}
+    for (i = 0; i < {n}; ++i) {{
+        state->xhat[i] = (is_right != 0) ? all[i] : ({number})NAN;
+        for (j = 0; (j < {n}) && (is_right != 0); ++j) {{
+            state->P[i][j] = next[i][j];
+        }}
     }}
 }}
-"
+",
+        finite_estimate = is_finite(export, "all[i]"),
+        finite_covariance = is_finite(export, "next[i][j]"),
     );
 }

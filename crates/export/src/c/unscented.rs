@@ -411,7 +411,7 @@ static int joint(const {name}_state *state, {parameters}{kept}{number} *expected
         for (k = 0; k <= i; ++k) {{
             variance = variance + (g[i][k] * g[i][k]);
         }}
-        kept[i] = ((value[i] * value[i]) > ({square} * variance)) ? 0 : 1;
+        kept[i] = ((value[i] * value[i]) <= ({square} * variance)) ? 1 : 0;
     }}
     if (is_right != 0) {{
         is_right = joint(state, {given}kept, expected, &g[0][0], &m[0][0], &s[0][0]);
@@ -437,7 +437,8 @@ static int joint(const {name}_state *state, {parameters}{kept}{number} *expected
         _ = write!(
             text,
             "
-/* The measurement update. The estimate stays as it is where the covariances have no factor in floating point. */
+/* The measurement update. The estimate stays as it is where there is no result: y is not finite, the covariances have no
+ * factor in floating point, or a number overflows. */
 static void update({name}_state *state, {parameters}const {number} *y)
 {{
     {number} expected[{p}];
@@ -445,6 +446,7 @@ static void update({name}_state *state, {parameters}const {number} *y)
     {number} g[{p}][{p}];
     {number} m[{n}][{p}];
     {number} s[{n}][{n}];
+    {number} estimate[{n}];
 {declared}    int is_right;
     int i;
     int k;
@@ -461,16 +463,24 @@ static void update({name}_state *state, {parameters}const {number} *y)
             value[i] = value[i] / g[i][i];
         }}
         for (i = 0; i < {n}; ++i) {{
+            estimate[i] = state->xhat[i];
             for (k = 0; k < {p}; ++k) {{
-                state->xhat[i] = state->xhat[i] + (m[i][k] * value[k]);
+                estimate[i] = estimate[i] + (m[i][k] * value[k]);
             }}
-            for (k = 0; k < {n}; ++k) {{
-                state->S[i][k] = s[i][k];
+            if (!({finite})) {{
+                is_right = 0;
             }}
+        }}
+    }}
+    for (i = 0; (i < {n}) && (is_right != 0); ++i) {{
+        state->xhat[i] = estimate[i];
+        for (k = 0; k < {n}; ++k) {{
+            state->S[i][k] = s[i][k];
         }}
     }}
 }}
 ",
+            finite = is_finite(self.export, "estimate[i]"),
             name = export.identifier,
             parameters = arguments.parameters(number),
             kept = if self.is_gated() { "kept, " } else { "" },

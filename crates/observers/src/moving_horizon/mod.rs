@@ -41,6 +41,7 @@ use nalgebra::{ComplexField, Const, DefaultAllocator, Dim, OMatrix, OVector, Rea
 use crate::dense::{Factor, times, times_transpose};
 use crate::error::ObserverError;
 use crate::gaussian::{NoiseModel, covariance, spread, symmetrise};
+use crate::observer::has_rows;
 use crate::runge_kutta;
 
 use interior::Barrier;
@@ -413,7 +414,8 @@ where
 
     /// The measurement y (length p) at time t under the input u, of which the outputs are used for which `measured` is
     /// true: the window's problem is solved with it. `nu' S^-1 nu` of its innovation, or `None`, and the state as it
-    /// was, if the problem has no solution in floating point: f or h is not finite, a covariance is none.
+    /// was, if the problem has no solution in floating point: y, f or h is not finite, a covariance is none; and for
+    /// columns of other lengths than the plant's.
     pub fn update(
         &self,
         t: T,
@@ -423,6 +425,9 @@ where
         measured: impl Fn(usize) -> bool,
     ) -> Option<T> {
         let layout = self.layout;
+        if !self.fits(state, u) || !self.is_measurement(y) {
+            return None;
+        }
         let mut next = state.clone();
         let entries = next.as_mut_slice();
         let last = layout.count(entries) - 1;
@@ -473,7 +478,8 @@ where
     }
 
     /// From t to `t + duration`, the input held; in [discrete time](Self::discrete) to the next sample, whatever the
-    /// duration. False, and the state as it was, if it has no result in floating point.
+    /// duration. False, and the state as it was, if it has no result in floating point, and for columns of other lengths
+    /// than the plant's.
     #[must_use = "without a result the state has not moved"]
     pub fn predict(&self, t: T, state: &mut OVector<T, D>, u: &OVector<T, M>, duration: T) -> bool {
         self.predicted(t, state, u, duration).is_some_and(|next| {
@@ -483,6 +489,9 @@ where
     }
 
     fn predicted(&self, t: T, state: &OVector<T, D>, u: &OVector<T, M>, duration: T) -> Option<OVector<T, D>> {
+        if !self.fits(state, u) {
+            return None;
+        }
         let (layout, mut moved) = (self.layout, state.clone());
         let entries = moved.as_mut_slice();
         let mut count = layout.count(entries);
@@ -510,8 +519,17 @@ where
         Some(moved)
     }
 
+    /// Whether state and input have the lengths of estimator and plant.
+    fn fits(&self, state: &OVector<T, D>, u: &OVector<T, M>) -> bool {
+        has_rows::<D>(state.nrows(), || self.layout.len()) && has_rows::<M>(u.nrows(), || self.layout.m)
+    }
+
+    fn is_measurement(&self, y: &OVector<T, P>) -> bool {
+        has_rows::<P>(y.nrows(), || self.layout.p)
+    }
+
     fn finish(&self, t: T, state: &mut OVector<T, D>, u: &OVector<T, M>) {
-        if !self.predict(t, state, u, self.h) {
+        if self.fits(state, u) && !self.predict(t, state, u, self.h) {
             state.as_mut_slice()[self.layout.estimate()].fill(convert(f64::NAN));
         }
     }

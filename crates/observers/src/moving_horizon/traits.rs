@@ -29,18 +29,22 @@ where
         self.h
     }
 
-    /// Update and prediction. A sample whose problem has no solution is passed over; a prediction without a result
-    /// makes the estimate NaN.
+    /// Update and prediction. A sample whose problem has no solution, as for a measurement that is NaN, is passed over as
+    /// if it were missed; a prediction without a result makes the estimate NaN. Columns of other lengths change nothing.
     fn step(&self, t: T, state: &mut Self::State, u: &Self::Input, y: &Self::Output) {
-        self.update(t, state, u, y, |_| true);
-        self.finish(t, state, u);
+        if self.is_measurement(y) {
+            self.update(t, state, u, y, |_| true);
+            self.finish(t, state, u);
+        }
     }
 
     fn step_partial(&self, t: T, state: &mut Self::State, u: &Self::Input, y: &Self::Output, measured: &[bool]) {
-        if measured.contains(&true) {
-            self.update(t, state, u, y, |output| measured.get(output).copied().unwrap_or(true));
+        if self.is_measurement(y) {
+            if measured.contains(&true) {
+                self.update(t, state, u, y, |output| measured.get(output).copied().unwrap_or(true));
+            }
+            self.finish(t, state, u);
         }
-        self.finish(t, state, u);
     }
 
     fn estimate(&self, state: &Self::State) -> Self::Estimate {

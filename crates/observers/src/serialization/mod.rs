@@ -1,9 +1,19 @@
-//! Serialisation of observers of linear plants (feature `serde`), in any format of serde.
+//! Serialisation of observers (feature `serde`), in any format of serde.
 //!
 //! An observer is written as its matrices, each an array of rows, under the names of its constructor's arguments; one
 //! that is made of another has it under `inner` or `nominal`. It is read through its constructor: a file that was
 //! changed by hand gives an observer that its constructor accepts, or the constructor's error. Sizes known at compile
 //! time must be those of the file.
+//!
+//! Observers of a plant of the user's have it under `plant`, if its type implements `Serialize` and `Deserialize`: the copies
+//! with a constant gain, the extended and the unscented Kalman filter. Feature `serde` of `luenberger-plants` does it for
+//! linear plants.
+//!
+//! The others have no file, because their numbers are not all that they are: the mean-value observer has a mean and the
+//! KKL, parameter-estimation, high-gain and immersion-and-invariance observers have maps that are code of the user's, the
+//! inter-sample form and the mapped observer are made of them, numerical KKL observers have tables that the design
+//! computes, the moving-horizon estimator and the sliding-mode observers have few numbers, which are the arguments of
+//! their constructors. For these the study or the certificate file stores the design, from which they are built again.
 //!
 //! No evidence is stored here: that is a certificate file, which is proved again when it is read
 //! (`luenberger_design::StoredDesign`).
@@ -23,12 +33,10 @@
 mod fixed_point;
 mod interval;
 mod with_inner;
+mod with_plant;
 
-extern crate alloc;
-
-use alloc::vec::Vec;
-
-use luenberger_plants::{LinearPlant, PlantError, Size};
+use luenberger_plants::serialization::{Rows, rows};
+use luenberger_plants::{LinearPlant, Size};
 use nalgebra::allocator::Allocator;
 use nalgebra::{DefaultAllocator, Dim, OMatrix, RealField, Scalar};
 use serde::de::Error as _;
@@ -41,35 +49,18 @@ use crate::{
     SampledCubicGains, SampledCubicObserver, StationaryKalmanFilter, VaryingPeriodObserver,
 };
 
-/// A matrix as an array of its rows.
-type Rows<T> = Vec<Vec<T>>;
-
-fn rows<T: Scalar + Copy, R: Dim, C: Dim>(m: &OMatrix<T, R, C>) -> Rows<T>
-where
-    DefaultAllocator: Allocator<R, C>,
-{
-    m.row_iter().map(|row| row.iter().copied().collect()).collect()
-}
-
 /// The matrix with these rows.
 ///
 /// # Errors
 /// [`ObserverError::Matrix`]: rows of different lengths, or another size than the type has.
 fn matrix<T: Scalar + Copy, R: Dim, C: Dim>(
     name: &'static str,
-    rows: &[Vec<T>],
+    rows: &Rows<T>,
 ) -> Result<OMatrix<T, R, C>, ObserverError>
 where
     DefaultAllocator: Allocator<R, C>,
 {
-    let height = R::try_to_usize().unwrap_or(rows.len());
-    let width = C::try_to_usize().unwrap_or_else(|| rows.first().map_or(0, Vec::len));
-    let misfit = rows.iter().map(Vec::len).find(|length| *length != width);
-    if rows.len() != height || misfit.is_some() {
-        let found = (rows.len(), misfit.unwrap_or(width));
-        return Err(PlantError::DimensionMismatch { what: name, expected: (height, width), found }.into());
-    }
-    Ok(OMatrix::from_fn_generic(R::from_usize(height), C::from_usize(width), |i, j| rows[i][j]))
+    Ok(luenberger_plants::serialization::matrix(name, rows)?)
 }
 
 fn maybe<T: Scalar + Copy, R: Dim, C: Dim>(rows: Option<Rows<T>>) -> Result<Option<OMatrix<T, R, C>>, ObserverError>
@@ -213,9 +204,9 @@ stored! {
 }
 
 fn plant<T: RealField + Copy, N: Dim, M: Dim, P: Dim>(
-    a: &[Vec<T>],
-    b: &[Vec<T>],
-    c: &[Vec<T>],
+    a: &Rows<T>,
+    b: &Rows<T>,
+    c: &Rows<T>,
     d: Option<Rows<T>>,
 ) -> Result<LinearPlant<T, N, M, P>, ObserverError>
 where

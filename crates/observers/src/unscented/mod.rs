@@ -45,7 +45,7 @@ use crate::covariance_filter::CovarianceFilter;
 use crate::dense::times_transpose;
 use crate::error::ObserverError;
 use crate::gaussian::{GaussianEstimate, Innovation, NoiseModel, covariance};
-use crate::observer::{ObserverDimensions, SampledObserver, put_slice};
+use crate::observer::{ObserverDimensions, SampledObserver, has_rows, put_slice};
 use crate::runge_kutta;
 use crate::triangular::{Joint, add, semidefinite_factor, subtract};
 
@@ -224,6 +224,12 @@ where
         self.substeps
     }
 
+    /// The sampling period.
+    #[cfg(feature = "alloc")]
+    pub(crate) fn h(&self) -> T {
+        self.h
+    }
+
     /// The [gate](Self::with_gate), in standard deviations.
     pub fn gate(&self) -> Option<T> {
         self.gate
@@ -360,7 +366,8 @@ where
     /// cut a long one.
     ///
     /// False, with `estimate` unchanged, if the covariance has no factor in floating point: f is not finite at a sigma
-    /// point, or taking the centre away leaves no positive definite matrix.
+    /// point, as for an input that is NaN, or taking the centre away leaves no positive definite matrix; and for columns
+    /// of other lengths than the plant's.
     #[must_use = "without a factor the estimate is unchanged"]
     pub fn predict(&self, t: T, estimate: &mut SquareRootEstimate<T, N>, u: &OVector<T, M>, duration: T) -> bool {
         self.predicted(t, estimate, u, duration).is_some_and(|(next, _)| {
@@ -378,6 +385,9 @@ where
         u: &OVector<T, M>,
         duration: T,
     ) -> Option<(SquareRootEstimate<T, N>, impl FnOnce() -> Option<OMatrix<T, N, N>> + use<S, T, N, M, P>)> {
+        if !self.fits(estimate, u) {
+            return None;
+        }
         let (xhat, before) = (estimate.estimate(), estimate.factor());
         let (mut s, mut next) = (before.clone(), self.factors.w.clone());
         if self.substeps.is_some() {
@@ -411,8 +421,10 @@ where
     /// Updates estimate and covariance by the measurement y (length p) at time t under the input u; returns the
     /// innovation.
     ///
-    /// `None`, with `estimate` unchanged, if the joint covariance has no factor in floating point: h is not finite at a
-    /// sigma point, or taking the centre away leaves no positive definite matrix.
+    /// `None`, with `estimate` unchanged, if there is no result: y is not finite (a [gate](Self::with_gate) rejects such
+    /// an output alone), or an overflow; the joint covariance has no factor in floating point, because h is not finite at
+    /// a sigma point, or taking the centre away leaves no positive definite matrix; columns of other lengths than the
+    /// plant's.
     pub fn update(
         &self,
         t: T,
@@ -433,6 +445,9 @@ where
         y: &OVector<T, P>,
         measured: impl Fn(usize) -> bool,
     ) -> Option<Innovation<T, P>> {
+        if !self.fits(estimate, u) || !self.is_measurement(y) {
+            return None;
+        }
         let (xhat, s) = (estimate.estimate(), estimate.factor());
         let mut kept = OVector::<bool, P>::from_fn_generic(self.factors.v.shape_generic().0, U1, |i, _| measured(i));
         let (expected, mut joint) = self.joint(t, (&xhat, &s), u, |i| self.gate.is_some() || kept[i])?;
@@ -456,13 +471,16 @@ where
                 next[i] += joint.cross[(i, k)] * whitened[k];
             }
         }
+        if !next.iter().all(ComplexField::is_finite) {
+            return None;
+        }
         *estimate = SquareRootEstimate::new(&next, &joint.state);
         let covariance = times_transpose(&joint.measured, &joint.measured);
         Some(Innovation { value, covariance, normalized_square: whitened.dot(&whitened) })
     }
 
-    /// Whether the gate rejects output `output` of the measurement y at time t under the input u; never without a
-    /// [gate](Self::with_gate).
+    /// Whether the gate rejects output `output` of the measurement y at time t under the input u: NaN and infinities
+    /// always; nothing without a [gate](Self::with_gate), nor for columns of other lengths.
     pub fn rejects(
         &self,
         t: T,
@@ -472,20 +490,32 @@ where
         output: usize,
     ) -> bool {
         let Some(gate) = self.gate else { return false };
+        if !self.fits(estimate, u) || !self.is_measurement(y) || output >= y.nrows() {
+            return false;
+        }
         let joint = self.joint(t, (&estimate.estimate(), &estimate.factor()), u, |_| true);
         joint.is_some_and(|(expected, joint)| beyond(gate, y[output] - expected[output], &joint.measured, output))
     }
 
-    /// [`step`](SampledObserver::step) without the update.
+    /// [`step`](SampledObserver::step) without the update; columns of other lengths change nothing.
     fn finish(&self, t: T, state: &mut SquareRootEstimate<T, N>, u: &OVector<T, M>) {
-        if !self.predict(t, state, u, self.h) {
-            let lost = state.estimate().map(|_| convert::<f64, T>(f64::NAN));
-            *state = SquareRootEstimate::new(&lost, &state.factor());
+        if self.fits(state, u) && !self.predict(t, state, u, self.h) {
+            state.0 = state.0.lost();
         }
+    }
+
+    /// Whether estimate and input have the lengths of the plant.
+    fn fits(&self, estimate: &SquareRootEstimate<T, N>, u: &OVector<T, M>) -> bool {
+        has_rows::<N>(estimate.0.order(), || self.factors.w.nrows())
+            && has_rows::<M>(u.nrows(), || self.plant.dimensions().inputs)
+    }
+
+    fn is_measurement(&self, y: &OVector<T, P>) -> bool {
+        has_rows::<P>(y.nrows(), || self.factors.v.nrows())
     }
 }
 
-/// Whether entry `i` of an innovation with the covariance `G G'` is beyond so many standard deviations.
+/// Whether entry `i` of an innovation with the covariance `G G'` is beyond so many standard deviations, or NaN.
 fn beyond<T: RealField + Copy, P: Dim>(gate: T, value: T, g: &OMatrix<T, P, P>, i: usize) -> bool
 where
     DefaultAllocator: Allocator<P, P>,
@@ -494,7 +524,8 @@ where
     for k in 0..=i {
         variance += g[(i, k)] * g[(i, k)];
     }
-    value * value > gate * gate * variance
+    let is_within = value * value <= gate * gate * variance;
+    !is_within
 }
 
 impl<S, T: RealField + Copy, N: DimAdd<U1>, M: Dim, P: Dim> SampledObserver<T> for UnscentedKalmanFilter<S, T, N, M, P>
@@ -521,18 +552,23 @@ where
         self.h
     }
 
-    /// Update and prediction. A sample whose update has no factor is passed over; a prediction without one makes the
-    /// estimate NaN.
+    /// Update and prediction. A sample where [`update`](UnscentedKalmanFilter::update) is `None`, as for a measurement
+    /// that is NaN, is passed over as if it were missed. A [prediction](UnscentedKalmanFilter::predict) without a result,
+    /// as for an input that is NaN, makes the estimate NaN. Columns of other lengths change nothing.
     fn step(&self, t: T, state: &mut Self::State, u: &Self::Input, y: &Self::Output) {
-        self.update(t, state, u, y);
-        self.finish(t, state, u);
+        if self.is_measurement(y) {
+            self.update(t, state, u, y);
+            self.finish(t, state, u);
+        }
     }
 
     fn step_partial(&self, t: T, state: &mut Self::State, u: &Self::Input, y: &Self::Output, measured: &[bool]) {
-        if measured.contains(&true) {
-            self.update_partial(t, state, u, y, |output| measured.get(output).copied().unwrap_or(true));
+        if self.is_measurement(y) {
+            if measured.contains(&true) {
+                self.update_partial(t, state, u, y, |output| measured.get(output).copied().unwrap_or(true));
+            }
+            self.finish(t, state, u);
         }
-        self.finish(t, state, u);
     }
 
     fn estimate(&self, state: &Self::State) -> Self::Estimate {

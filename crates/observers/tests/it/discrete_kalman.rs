@@ -96,8 +96,8 @@ fn a_missed_sample_is_a_prediction_over_two_periods() {
     let (u, y, xhat) = (Vector1::new(0.3), Vector2::new(1.0, -1.0), Vector3::new(0.5, 0.0, -0.5));
     let mut estimate = filter.initial(0.0, &xhat, &u, &y);
     assert!(filter.update(&mut estimate, &u, &y).is_some());
-    filter.predict(&mut estimate, &u);
-    filter.predict(&mut estimate, &u);
+    assert!(filter.predict(&mut estimate, &u));
+    assert!(filter.predict(&mut estimate, &u));
     let (corrected, p) = information((xhat, p0), &c, &v, &y);
     let twice = ad * ad;
     let spread = twice * p * twice.transpose() + ad * w * ad.transpose() + w;
@@ -129,7 +129,7 @@ fn sensors_of_two_rates() {
         };
         assert!((innovation.normalized_square - expected_square).abs() < 1e-11, "{k}: {innovation:?}");
         assert_estimate(&estimate, expected);
-        filter.predict(&mut estimate, &u);
+        assert!(filter.predict(&mut estimate, &u));
         expected = (ad * expected.0 + bd * u, ad * expected.1 * ad.transpose() + w);
     }
 }
@@ -255,9 +255,9 @@ fn the_extended_filter_of_a_linear_plant() {
             let (a, b) = (filter.update(&mut one, &u, &y).unwrap(), extended.update(t, &mut other, &u, &y).unwrap());
             assert!((a.value - b.value).amax() < 1e-13 && (a.covariance - b.covariance).amax() < 1e-13);
         }
-        filter.predict(&mut one, &u);
-        extended.predict(t, &mut other, &u, 0.37 * h);
-        extended.predict(t + 0.37 * h, &mut other, &u, 0.63 * h);
+        assert!(filter.predict(&mut one, &u));
+        assert!(extended.predict(t, &mut other, &u, 0.37 * h));
+        assert!(extended.predict(t + 0.37 * h, &mut other, &u, 0.63 * h));
         assert!((one.estimate() - other.estimate()).amax() < 1e-13, "{k}");
         assert!((one.covariance() - other.covariance()).amax() < 1e-13, "{k}");
     }

@@ -1,6 +1,8 @@
 //! One test binary, a module a subject; each says which features it needs.
 
 mod aliases;
+#[cfg(feature = "alloc")]
+mod bad_samples;
 mod by_hand;
 mod continuous;
 mod discrete_kalman;
@@ -13,6 +15,8 @@ mod kkl;
 mod mean_value;
 mod moving_horizon;
 mod numerical_kkl;
+#[cfg(all(feature = "alloc", feature = "dual"))]
+mod on_target;
 mod pendulum;
 mod reset;
 mod sampled;

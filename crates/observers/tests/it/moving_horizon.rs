@@ -45,7 +45,7 @@ fn beside<const D: usize, const W: usize>(
         let square = estimator.measure(0.0, &mut found, &u, &y, &measured).unwrap();
         prop_assert!((square - innovation.normalized_square).abs() <= 1e-9, "{square} {innovation:?}");
         prop_assert!((exact.estimate() - estimator.estimate(&found)).amax() <= 1e-10, "window {W}, sample {k}");
-        kalman.predict(&mut exact, &u);
+        prop_assert!(kalman.predict(&mut exact, &u));
         prop_assert!(estimator.predict(0.0, &mut found, &u, 1.0));
         prop_assert!((exact.estimate() - estimator.estimate(&found)).amax() <= 1e-10, "window {W}, sample {k}");
         prop_assert!((exact.covariance() - estimator.covariance(&found)).amax() <= 1e-10, "window {W}, sample {k}");

@@ -1,14 +1,16 @@
 //! Observers in files: what is written is read again, and what was changed is read through the constructor.
 
 use luenberger_observers::{
-    ComparisonSystem, CubicObserver, DiscreteLinearObserver, FixedPointFormat, FixedPointFormats, FixedPointObserver,
-    FunctionalObserver, IntervalObserver, KalmanFilter, KalmanModel, LinearObserver, ProportionalIntegralObserver,
-    SampledCubicGains, SampledCubicObserver, SampledIntervalGains, SampledIntervalObserver, StaticCubicObserver,
-    StaticFixedPointObserver, StaticFunctionalObserver, StaticIntervalObserver, StaticLinearObserver,
-    StaticProportionalIntegralObserver, StaticSampledIntervalObserver, StaticUnknownInputObserver,
-    StaticVaryingPeriodObserver, StationaryKalmanFilter, UnknownInputObserver, VaryingPeriodObserver, semi_implicit,
+    ComparisonSystem, CubicObserver, DeviationObserver, DiscreteLinearObserver, DiscreteNonlinearObserver,
+    ExtendedKalmanFilter, FixedPointFormat, FixedPointFormats, FixedPointObserver, FunctionalObserver,
+    IntervalObserver, KalmanFilter, KalmanModel, LinearObserver, NoiseModel, NonlinearLuenbergerObserver,
+    ProportionalIntegralObserver, SampledCubicGains, SampledCubicObserver, SampledIntervalGains,
+    SampledIntervalObserver, SampledNonlinearObserver, SigmaPoints, StaticCubicObserver, StaticFixedPointObserver,
+    StaticFunctionalObserver, StaticIntervalObserver, StaticLinearObserver, StaticProportionalIntegralObserver,
+    StaticSampledIntervalObserver, StaticUnknownInputObserver, StaticVaryingPeriodObserver, StationaryKalmanFilter,
+    UnknownInputObserver, UnscentedKalmanFilter, VaryingPeriodObserver, semi_implicit,
 };
-use luenberger_plants::LinearPlant;
+use luenberger_plants::{LinearPlant, StaticPlant};
 use nalgebra::{DMatrix, Dyn, Matrix2, dmatrix, dvector};
 use proptest::prelude::*;
 use serde::Serialize;
@@ -71,7 +73,7 @@ fn a_changed_file_meets_the_constructor() {
         refused::<Linear>(&text, r#""l":[[0.3],[0.1]]"#, r#""l":[[0.3]]"#),
         "L is 1x1 where 2x1 fits the other matrices"
     );
-    assert_eq!(refused::<Linear>(&text, "[[0.5,0.1]", "[[0.5,0.1,0.0]"), "A is 2x2 where 2x3 fits the other matrices");
+    assert_eq!(refused::<Linear>(&text, "[[0.5,0.1]", "[[0.5,0.1,0.0]"), "row 1 of A has 2 entries where row 0 has 3");
     assert!(refused::<Linear>(&text, r#""l":"#, r#""k":"#).starts_with("unknown field `k`"));
     assert!(refused::<Linear>(&text, "0.3", "null").contains("null"));
     let cubic = CubicObserver::of(plant(), dmatrix![0.3; 0.1], dmatrix![-1.0; -0.5], dmatrix![2.0]).unwrap();
@@ -94,6 +96,10 @@ fn a_changed_file_meets_the_constructor() {
     assert!(error.contains("-1"), "{error}");
 }
 
+type Deviation = DeviationObserver<Linear, f64, Dyn, Dyn, Dyn>;
+type Copied = NonlinearLuenbergerObserver<Plant, f64, Dyn, Dyn, Dyn>;
+type Sampled = SampledNonlinearObserver<Plant, f64, Dyn, Dyn, Dyn>;
+type Filter = ExtendedKalmanFilter<Plant, f64, Dyn, Dyn, Dyn>;
 type Functional = FunctionalObserver<f64, Dyn, Dyn, Dyn>;
 type WithDisturbance<O> = ProportionalIntegralObserver<O, Dyn>;
 type WithoutDisturbance<O> = UnknownInputObserver<O, f64, Dyn, Dyn, Dyn>;
@@ -195,6 +201,45 @@ fn files_are_read_with_the_sizes_of_the_target() {
     read::<StaticFixedPointObserver<2, 1, 1>>(&fixed_point());
 }
 
+/// Plants, and observers with a plant next to their own numbers; both may have static sizes.
+#[test]
+fn observers_with_a_plant_are_read_as_they_were_written() {
+    let text = stored(&plant());
+    assert_eq!(text, r#"{"a":[[0.5,0.1],[-0.2,0.25]],"b":[[0.0],[1.0]],"c":[[1.0,0.0]],"d":[[0.1]]}"#);
+    let read: StaticPlant<f64, 2, 1, 1> = serde_json::from_str(&text).unwrap();
+    assert_eq!(read.to_dynamic(), plant());
+    assert_eq!(refused::<Plant>(&text, "[[1.0,0.0]]", "[[1.0]]"), "C is 1x1 where 1x2 fits the other matrices");
+    assert_eq!(refused::<Plant>(&text, "[[0.1]]", "[[0.1],[0.2]]"), "D is 2x1 where 1x1 fits the other matrices");
+    assert_eq!(refused::<Plant>(&text, "[-0.2,0.25]", "[]"), "row 1 of A has 0 entries where row 0 has 2");
+
+    let deviation = Deviation::new(linear(), dvector![1.0, 2.0], dvector![0.5], dvector![1.0]).unwrap();
+    let text = stored(&deviation);
+    assert!(text.ends_with(r#""x0":[[1.0],[2.0]],"u0":[[0.5]],"y0":[[1.0]]}"#), "{text}");
+    assert!(refused::<Deviation>(&text, r#""u0":[[0.5]]"#, r#""u0":[[null]]"#).contains("null"));
+
+    let l = || dmatrix![0.3; 0.7];
+    let text = stored(&NonlinearLuenbergerObserver::new(plant(), l()).unwrap());
+    assert_eq!(refused::<Copied>(&text, "[[0.3],[0.7]]", "[[0.3]]"), "L is 1x1 where 2x1 fits the other matrices");
+    stored(&DiscreteNonlinearObserver::new(plant(), l(), 0.1).unwrap());
+    let text = stored(&SampledNonlinearObserver::new(plant(), l(), 0.1, 3).unwrap());
+    assert!(refused::<Sampled>(&text, r#""substeps":3"#, r#""substeps":0"#).contains("step"));
+
+    let noises =
+        || NoiseModel { w: dmatrix![0.1, 0.05; 0.05, 0.2], v: dmatrix![0.3], p0: dmatrix![1.0, 0.0; 0.0, 2.0] };
+    let extended = ExtendedKalmanFilter::new(plant(), noises(), 0.1, 2).unwrap();
+    let text = stored(&extended);
+    let error = refused::<Filter>(&text, r#""v":[[0.3]]"#, r#""v":[[-0.3]]"#);
+    assert!(error.starts_with("V is not a covariance"), "{error}");
+    let text = stored(&extended.with_gate(4.0).unwrap());
+    assert!(text.ends_with(r#""period":0.1,"substeps":2,"gate":4.0}"#), "{text}");
+    assert!(refused::<Filter>(&text, r#""gate":4.0"#, r#""gate":0.0"#).contains("gate"));
+    let text = stored(&ExtendedKalmanFilter::discrete(plant(), noises(), 0.1).unwrap());
+    assert!(text.ends_with(r#""period":0.1}"#), "{text}");
+    let sigma = SigmaPoints { alpha: 0.5, ..SigmaPoints::default() };
+    stored(&UnscentedKalmanFilter::new(plant(), noises(), sigma, 0.1, 2).unwrap().with_gate(3.0).unwrap());
+    stored(&UnscentedKalmanFilter::discrete(plant(), noises(), sigma, 0.1).unwrap());
+}
+
 /// What is wrong with a matrix of another shape, and with NaN, which JSON writes as null.
 #[test]
 fn damaged_files_of_these_observers_are_errors() {
@@ -267,7 +312,7 @@ fn damaged_files_of_these_observers_are_errors() {
     let error = refused::<FixedPoint>(&text, "8192", "65536");
     assert_eq!(error, "A(0, 0) = 4 is beyond the range of Q2.14");
     let error = refused::<FixedPoint>(&text, "[8192,1638]", "[8192]");
-    assert_eq!(error, "A is 2x2 where 2x1 fits the other matrices");
+    assert_eq!(error, "row 1 of A has 2 entries where row 0 has 1");
     assert!(refused::<FixedPoint>(&text, "8192", "0.5").contains("expected i32"));
 }
 

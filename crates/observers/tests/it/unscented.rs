@@ -89,7 +89,7 @@ proptest! {
             let other = filter.update_partial(0.0, &mut found, &u, &y, measured).unwrap();
             prop_assert!((one.covariance - other.covariance).amax() <= 1e-12, "{} {}", one.covariance, other.covariance);
             prop_assert!((one.normalized_square - other.normalized_square).abs() <= 1e-11);
-            kalman.predict(&mut exact, &u);
+            prop_assert!(kalman.predict(&mut exact, &u));
             prop_assert!(filter.predict(0.0, &mut found, &u, 1.0));
             // Covariances grow to about 1e2; 25 epsilon / alpha^2 is the cancellation of the weights.
             prop_assert!((exact.estimate() - found.estimate()).amax() <= 1e-11);

@@ -108,7 +108,7 @@ fn sensors_of_different_rates_update_when_they_have_measured() {
         let apart = (0..2).fold(0.0f64, |apart, i| apart.max((found.estimate[(k, i)] - estimate.estimate()[i]).abs()));
         assert!(apart < 1e-9, "row {k}: {apart:e}");
         if let Some(next) = t.get(k + 1) {
-            filter.predict(t[k], &mut estimate, &Vector1::new(input), next - t[k]);
+            assert!(filter.predict(t[k], &mut estimate, &Vector1::new(input), next - t[k]));
         }
     }
     // The expected NIS is the number of outputs that were there: 50 positions and 12 speeds in 52 rows.
