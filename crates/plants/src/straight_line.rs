@@ -83,10 +83,7 @@ macro_rules! straight_line_plant {
                 u: &Self::Input,
                 v: &Self::State,
             ) -> (Self::State, Self::State) {
-                (
-                    $crate::Plant::derivative(self, t, x, u),
-                    $crate::Differentiable::state_jacobian(self, t, x, u) * v,
-                )
+                ($crate::Plant::derivative(self, t, x, u), $crate::Differentiable::state_jacobian(self, t, x, u) * v)
             }
 
             fn output_directional(
@@ -96,10 +93,7 @@ macro_rules! straight_line_plant {
                 u: &Self::Input,
                 v: &Self::State,
             ) -> (Self::Output, Self::Output) {
-                (
-                    $crate::Plant::output(self, t, x, u),
-                    $crate::Differentiable::output_jacobian(self, t, x, u) * v,
-                )
+                ($crate::Plant::output(self, t, x, u), $crate::Differentiable::output_jacobian(self, t, x, u) * v)
             }
 
             fn state_jacobian(
