@@ -129,7 +129,7 @@ pub use kkl::{KklMap, KklObserver, LeftInverse, LinearKkl};
 pub use kkl_peb::{FilterMemory, KklPebObserver, Reset};
 pub use lanes::LaneObserver;
 pub use linear::{LinearObserver, StaticLinearObserver};
-pub use luenberger_plants::{Differentiable, Dimensions, LinearPlant, Plant, Shape};
+pub use luenberger_plants::{Differentiable, Dimensions, LinearPlant, Plant, Shape, straight_line_plant};
 pub use mean_value::{
     Beta, EstimateAndError, Integral, MappedObserver, Mean, MeanJacobian, MeanValueObserver, StaticMappedObserver,
     StaticMeanValueObserver,

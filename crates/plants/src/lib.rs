@@ -11,6 +11,7 @@
 //! | [`plant`] | the traits [`Plant`] and [`Shape`] |
 //! | [`closures`] | a plant from two closures |
 //! | [`linear`] | `x' = A x + B u`, `y = C x + D u` |
+//! | [`mod@straight_line`] | a plant from four functions on arrays, as exports have it |
 //! | [`lanes`] | plants over several lanes at once |
 //! | [`coordinates`] | a plant in other linear coordinates, `x = T z` |
 //! | [`jacobian`] | `df/dx` and `dh/dx` by dual numbers (feature `dual`), linearisation at a point |
@@ -47,6 +48,7 @@ pub mod plant;
 #[cfg(feature = "serde")]
 pub mod serialization;
 pub mod size;
+pub mod straight_line;
 pub mod text;
 pub mod third_order;
 

@@ -95,10 +95,10 @@ fn check(text: impl Fn(&str) -> Result<String, Failure>) -> Result<(), Failure> 
     for source in sources() {
         let text = text(source.file)?;
         for mutant in source.mutants {
-            let Mutant { name, fragment, replacement, .. } = mutant;
+            let Mutant { name, fragment, .. } = mutant;
             let wrong = match text.matches(fragment).count() {
                 _ if !names.insert(*name) => "another one has its name".to_owned(),
-                _ if fragment == replacement => "it changes nothing".to_owned(),
+                _ if *fragment == mutant.replacement() => "it changes nothing".to_owned(),
                 1 => continue,
                 count => format!("its fragment occurs {count} times, not once: {fragment}"),
             };
@@ -161,7 +161,7 @@ fn tried(
 ) -> Result<Outcome, Failure> {
     let path = tree.join(source.file);
     let text = read(&path)?;
-    write(&path, &text.replacen(mutant.fragment, mutant.replacement, 1))?;
+    write(&path, &text.replacen(mutant.fragment, &mutant.replacement(), 1))?;
     let answer = suite.run(tree, target, allowed);
     write(&path, &text)?;
     Ok(match answer? {

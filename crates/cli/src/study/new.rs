@@ -4,7 +4,7 @@ use crate::answer::Answer;
 use crate::arguments::NewInput;
 use crate::failure::Failure;
 use crate::output;
-use luenberger_study::schema::{ObserverSource, SCHEMA, observer_sources};
+use luenberger_study::schema::{self, ObserverSource, observer_sources};
 use luenberger_study::template::template;
 use luenberger_study::{TEMPLATES, Template};
 use serde::Serialize;
@@ -50,10 +50,10 @@ pub(crate) fn new(input: &NewInput) -> Result<Answer, Failure> {
     let folder = input.output.parent().unwrap_or(Path::new(""));
     let mut written = Vec::new();
     // Editors complete keys by the schema that the study names. An existing schema file is kept.
-    let schema = folder.join("study.schema.json");
-    if input.force || !schema.exists() {
-        write(&schema, SCHEMA, true)?;
-        written.push(schema.display().to_string());
+    let file = folder.join("study.schema.json");
+    if input.force || !file.exists() {
+        write(&file, &schema::schema(), true)?;
+        written.push(file.display().to_string());
     }
     for (name, text) in *files {
         let path = folder.join(name);

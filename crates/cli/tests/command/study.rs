@@ -50,7 +50,11 @@ fn every_plant_is_written_and_read_again() {
     for plant in plants {
         let name = plant["name"].as_str().unwrap();
         let (folder, file) = study(&format!("new-{name}"), name);
-        assert!(folder.join("study.schema.json").is_file());
+        let schema = std::fs::read_to_string(folder.join("study.schema.json")).unwrap();
+        let schema: Value = serde_json::from_str(&schema).unwrap();
+        let described = schema["properties"]["observer"]["items"]["oneOf"].as_array().unwrap();
+        let kinds = described.iter().map(|variant| &variant["properties"]["kind"]["const"]);
+        assert!(kinds.eq(observers.iter().map(|observer| &observer["kind"])), "{name}");
         let printed = luenberger(&["new", "--plant", name, "-o", "-"], "").stdout;
         assert_eq!(std::fs::read_to_string(&file).unwrap(), printed);
     }

@@ -22,9 +22,8 @@ pub(super) fn functions(text: &mut String, export: &Export, maps: &Maps) {
     let dialect = dialect(export.scalar, &prefix);
     let (first, second) = (&maps.motion, &maps.measurement);
     let called: std::collections::BTreeSet<_> = maps.routines().flat_map(Routine::functions).collect();
-    let called: Vec<c_math::Function> = called.into_iter().map(Into::into).collect();
     if !called.is_empty() {
-        _ = write!(text, "\n{}", c_math::source(&export.identifier, export.scalar, &called));
+        _ = write!(text, "\n{}", c_math::source(&export.identifier, export.scalar, called));
     }
     for (number, table, used) in tables(&maps.routines().collect::<Vec<_>>()) {
         _ = write!(text, "\n{}", table.source(number, &dialect, used));
@@ -39,9 +38,9 @@ pub(super) fn functions(text: &mut String, export: &Export, maps: &Maps) {
 /// The outputs by themselves, in another file: h, and Dh if the observer uses it.
 pub(crate) fn measurement(text: &mut String, export: &Export, maps: &Maps) {
     let dialect = dialect(export.scalar, "model_");
-    let called: Vec<c_math::Function> = maps.measurement.functions().into_iter().map(Into::into).collect();
+    let called = maps.measurement.functions();
     if !called.is_empty() {
-        _ = write!(text, "\n{}", c_math::source("model", export.scalar, &called));
+        _ = write!(text, "\n{}", c_math::source("model", export.scalar, called));
     }
     for (number, table, used) in tables(&[&maps.measurement]) {
         _ = write!(text, "\n{}", table.source(number, &dialect, used));

@@ -2,8 +2,6 @@
 
 use std::fmt::Write;
 
-use luenberger_expression::Routine;
-
 use super::plant;
 use super::{feedback, lengths, scalar};
 use crate::Export;
@@ -17,9 +15,9 @@ pub(super) fn step(text: &mut String, export: &Export, maps: &Maps) {
     let (next, size) = (&maps.motion, export.observer.dimensions());
     let prefix = format!("{}_", export.identifier);
     let dialect = plant::dialect(export.scalar, &prefix);
-    let called: Vec<c_math::Function> = Routine::functions(next).into_iter().map(Into::into).collect();
+    let called = next.functions();
     if !called.is_empty() {
-        _ = write!(text, "\n{}", c_math::source(&export.identifier, export.scalar, &called));
+        _ = write!(text, "\n{}", c_math::source(&export.identifier, export.scalar, called));
     }
     for (index, table, used) in tables(&[next]) {
         _ = write!(text, "\n{}", table.source(index, &dialect, used));

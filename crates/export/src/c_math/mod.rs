@@ -15,137 +15,19 @@ use luenberger_expression::MathFunction;
 
 use crate::scalar::Scalar;
 
-/// An elementary function.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
-pub enum Function {
-    /// The exponential.
-    Exp,
-    /// `exp(x) - 1`.
-    ExpM1,
-    /// The natural logarithm.
-    Ln,
-    /// `ln(1 + x)`.
-    Ln1p,
-    /// The logarithm to base 10.
-    Log10,
-    /// Sine.
-    Sin,
-    /// Cosine.
-    Cos,
-    /// Tangent.
-    Tan,
-    /// Inverse sine.
-    Asin,
-    /// Inverse cosine.
-    Acos,
-    /// Inverse tangent.
-    Atan,
-    /// The angle of the point (x, y), of the arguments y and x.
-    Atan2,
-    /// Hyperbolic sine.
-    Sinh,
-    /// Hyperbolic cosine.
-    Cosh,
-    /// Hyperbolic tangent.
-    Tanh,
-    /// Inverse hyperbolic sine.
-    Asinh,
-    /// Inverse hyperbolic cosine.
-    Acosh,
-    /// Inverse hyperbolic tangent.
-    Atanh,
-    /// `x^y`.
-    Power,
-}
-
-impl Function {
-    /// All functions.
-    pub const ALL: [Self; 19] = [
-        Self::Exp,
-        Self::ExpM1,
-        Self::Ln,
-        Self::Ln1p,
-        Self::Log10,
-        Self::Sin,
-        Self::Cos,
-        Self::Tan,
-        Self::Asin,
-        Self::Acos,
-        Self::Atan,
-        Self::Atan2,
-        Self::Sinh,
-        Self::Cosh,
-        Self::Tanh,
-        Self::Asinh,
-        Self::Acosh,
-        Self::Atanh,
-        Self::Power,
-    ];
-
-    /// The number of arguments.
-    pub fn arguments(self) -> usize {
-        if matches!(self, Self::Atan2 | Self::Power) { 2 } else { 1 }
-    }
-
-    /// The name in emitted C: the prefix, an underscore, and the name that C has for it (`plant_sinf`).
-    ///
-    /// ```
-    /// use luenberger_export::{Scalar, c_math::Function};
-    /// assert_eq!(Function::Ln.call("plant", Scalar::Binary32), "plant_logf");
-    /// ```
-    pub fn call(self, prefix: &str, scalar: Scalar) -> String {
-        let name = match self {
-            Self::Exp => "exp",
-            Self::ExpM1 => "expm1",
-            Self::Ln => "log",
-            Self::Ln1p => "log1p",
-            Self::Log10 => "log10",
-            Self::Sin => "sin",
-            Self::Cos => "cos",
-            Self::Tan => "tan",
-            Self::Asin => "asin",
-            Self::Acos => "acos",
-            Self::Atan => "atan",
-            Self::Atan2 => "atan2",
-            Self::Sinh => "sinh",
-            Self::Cosh => "cosh",
-            Self::Tanh => "tanh",
-            Self::Asinh => "asinh",
-            Self::Acosh => "acosh",
-            Self::Atanh => "atanh",
-            Self::Power => "pow",
-        };
-        let suffix = match scalar {
-            Scalar::Binary32 => "f",
-            Scalar::Binary64 => "",
-        };
-        format!("{prefix}_{name}{suffix}")
-    }
-}
-
-impl From<MathFunction> for Function {
-    fn from(function: MathFunction) -> Self {
-        match function {
-            MathFunction::Exp => Self::Exp,
-            MathFunction::Log => Self::Ln,
-            MathFunction::Log10 => Self::Log10,
-            MathFunction::Log1p => Self::Ln1p,
-            MathFunction::Sin => Self::Sin,
-            MathFunction::Cos => Self::Cos,
-            MathFunction::Tan => Self::Tan,
-            MathFunction::Asin => Self::Asin,
-            MathFunction::Acos => Self::Acos,
-            MathFunction::Atan => Self::Atan,
-            MathFunction::Atan2 => Self::Atan2,
-            MathFunction::Sinh => Self::Sinh,
-            MathFunction::Cosh => Self::Cosh,
-            MathFunction::Tanh => Self::Tanh,
-            MathFunction::Asinh => Self::Asinh,
-            MathFunction::Acosh => Self::Acosh,
-            MathFunction::Atanh => Self::Atanh,
-            MathFunction::Pow => Self::Power,
-        }
-    }
+/// The name of a function in emitted C: the prefix, an underscore, and the name that C has for it (`plant_sinf`).
+///
+/// ```
+/// use luenberger_export::{Scalar, c_math};
+/// use luenberger_expression::MathFunction;
+/// assert_eq!(c_math::call(MathFunction::Log, "plant", Scalar::Binary32), "plant_logf");
+/// ```
+pub fn call(function: MathFunction, prefix: &str, scalar: Scalar) -> String {
+    let suffix = match scalar {
+        Scalar::Binary32 => "f",
+        Scalar::Binary64 => "",
+    };
+    format!("{prefix}_{}{suffix}", function.name())
 }
 
 /// The headers that [`source`] needs.
@@ -170,16 +52,17 @@ const FILES: [&str; 8] = [
 /// after the notice of their authors. Empty without functions. The file has to include [`INCLUDES`] before.
 ///
 /// ```
-/// use luenberger_export::{Scalar, c_math::{Function, source}};
-/// let text = source("plant", Scalar::Binary64, &[Function::Sinh]);
+/// use luenberger_export::{Scalar, c_math::source};
+/// use luenberger_expression::MathFunction;
+/// let text = source("plant", Scalar::Binary64, [MathFunction::Sinh]);
 /// assert!(text.contains("static double plant_sinh(double x)") && text.contains("static double plant_expm1("));
 /// assert!(!text.contains("plant_sinhf"));
 /// ```
-pub fn source(prefix: &str, scalar: Scalar, functions: &[Function]) -> String {
-    if functions.is_empty() {
+pub fn source(prefix: &str, scalar: Scalar, functions: impl IntoIterator<Item = MathFunction>) -> String {
+    let mut needed: BTreeSet<String> = functions.into_iter().map(|function| call(function, "lm", scalar)).collect();
+    if needed.is_empty() {
         return String::new();
     }
-    let mut needed: BTreeSet<String> = functions.iter().map(|function| function.call("lm", scalar)).collect();
     let mut taken = Vec::new();
     // What a paragraph refers to stands before it.
     for paragraph in FILES.iter().rev().flat_map(|file| file.trim_end().rsplit("\n\n")) {
@@ -210,7 +93,7 @@ mod tests {
         let mut defined = BTreeSet::new();
         let mut used: BTreeSet<&str> = BTreeSet::new();
         let wanted: Vec<String> =
-            [Scalar::Binary32, Scalar::Binary64].map(|s| Function::ALL.map(|f| f.call("lm", s))).concat();
+            [Scalar::Binary32, Scalar::Binary64].map(|s| MathFunction::ALL.map(|f| call(f, "lm", s))).concat();
         for paragraph in FILES.iter().flat_map(|file| file.trim_end().split("\n\n")) {
             let mut names = names(paragraph);
             let name = names.next().unwrap();

@@ -134,29 +134,20 @@ fn library(export: &Export) -> String {
         }
         _ => format!("{n}, {m}, {p}"),
     };
-    let sizes = match (model.is_empty() && !fed, is_step) {
-        (true, true) => "SVector",
-        (true, false) => "SMatrix, SVector",
-        _ => "Const, SMatrix, SVector",
-    };
-    let mut text = format!(
+    let mut head = format!(
         "//! {} of {n} states, {m} inputs{last} and {p} outputs, one step per sample.\n//!\n",
         kind.trim_start_matches("Static")
     );
     for line in export.statement.iter().flat_map(|sentence| wrapped(sentence, 100)) {
-        _ = writeln!(text, "//! {line}");
+        _ = writeln!(head, "//! {line}");
     }
-    text.push_str("//!\n");
+    head.push_str("//!\n");
     for line in export.digests() {
-        _ = writeln!(text, "//! {line}");
+        _ = writeln!(head, "//! {line}");
     }
-    let traits = match model {
-        "" => "",
-        _ => "\nuse luenberger_observers::{Differentiable, Dimensions, Plant, Shape};",
-    };
-    let traits = match &export.observer {
-        ExportableObserver::Kkl(observer) => format!("{traits}\n{}", kkl::imports(observer)),
-        _ => traits.to_owned(),
+    let maps = match &export.observer {
+        ExportableObserver::Kkl(observer) => format!("\n{}", kkl::imports(observer)),
+        _ => String::new(),
     };
     let kind = if matches!(export.observer, ExportableObserver::Kkl(_)) || is_step { "" } else { kind };
     let types = [if fed { "OutputFeedback" } else { "" }, data, kind, "ObserverError"];
@@ -184,16 +175,8 @@ fn without_feedback() -> Result<{inner}, ObserverError> {{
 "
         )
     });
-    _ = write!(
-        text,
-        "#![no_std]
-
-pub use luenberger_observers;
-
-use luenberger_observers::nalgebra::{{{sizes}}};
-use luenberger_observers::{{{types}}};{traits}
-
-{observer}
+    let mut text = format!(
+        "{observer}
 
 /// The first estimate of the design.
 pub fn initial() -> SVector<{scalar}, {n}> {{
@@ -234,7 +217,18 @@ pub fn observer() -> Result<Observer, ObserverError> {{
     } else if let Some(routines) = export.observer.routines() {
         plant::model(&mut text, export, &routines);
     }
-    text
+    let sizes = ["Const", "SMatrix", "SVector"].into_iter().filter(|name| text.contains(name)).collect::<Vec<_>>();
+    format!(
+        "{head}#![no_std]
+
+pub use luenberger_observers;
+
+use luenberger_observers::nalgebra::{{{}}};
+use luenberger_observers::{{{types}}};{maps}
+
+{text}",
+        sizes.join(", ")
+    )
 }
 
 /// The input at the start, in the source of a test: `of` is the crate.

@@ -115,8 +115,6 @@ pub(super) fn model(text: &mut String, export: &Export, routines: &Routines) {
     let scalar = export.scalar.name();
     let size = export.observer.dimensions();
     let (n, m, p) = (size.estimate, size.inputs, size.outputs);
-    let (motion, measurement) = (n + n * n, p + p * n);
-    let zero = number::rust(0.0, export.scalar);
     _ = write!(
         text,
         "
@@ -124,63 +122,7 @@ pub(super) fn model(text: &mut String, export: &Export, routines: &Routines) {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Model;
 
-impl Shape for Model {{
-    fn dimensions(&self) -> Dimensions {{
-        Dimensions {{ states: {n}, inputs: {m}, outputs: {p} }}
-    }}
-}}
-
-impl Plant<{scalar}> for Model {{
-    type State = SVector<{scalar}, {n}>;
-    type Input = SVector<{scalar}, {m}>;
-    type Output = SVector<{scalar}, {p}>;
-
-    fn derivative(&self, t: {scalar}, x: &Self::State, u: &Self::Input) -> Self::State {{
-        let mut out = [{zero}; {n}];
-        f(t, &x.data.0[0], u.as_slice(), &mut out);
-        SVector::from(out)
-    }}
-
-    fn output(&self, t: {scalar}, x: &Self::State, u: &Self::Input) -> Self::Output {{
-        let mut out = [{zero}; {p}];
-        h(t, &x.data.0[0], u.as_slice(), &mut out);
-        SVector::from(out)
-    }}
-}}
-
-impl Differentiable<{scalar}, Const<{n}>, Const<{m}>, Const<{p}>> for Model {{
-    fn directional(
-        &self,
-        t: {scalar},
-        x: &SVector<{scalar}, {n}>,
-        u: &SVector<{scalar}, {m}>,
-        v: &SVector<{scalar}, {n}>,
-    ) -> (SVector<{scalar}, {n}>, SVector<{scalar}, {n}>) {{
-        (self.derivative(t, x, u), self.state_jacobian(t, x, u) * v)
-    }}
-
-    fn output_directional(
-        &self,
-        t: {scalar},
-        x: &SVector<{scalar}, {n}>,
-        u: &SVector<{scalar}, {m}>,
-        v: &SVector<{scalar}, {n}>,
-    ) -> (SVector<{scalar}, {p}>, SVector<{scalar}, {p}>) {{
-        (self.output(t, x, u), self.output_jacobian(t, x, u) * v)
-    }}
-
-    fn state_jacobian(&self, t: {scalar}, x: &Self::State, u: &Self::Input) -> SMatrix<{scalar}, {n}, {n}> {{
-        let mut out = [{zero}; {motion}];
-        motion(t, &x.data.0[0], u.as_slice(), &mut out);
-        SMatrix::from_fn(|i, j| out[{n} + i * {n} + j])
-    }}
-
-    fn output_jacobian(&self, t: {scalar}, x: &Self::State, u: &Self::Input) -> SMatrix<{scalar}, {p}, {n}> {{
-        let mut out = [{zero}; {measurement}];
-        measurement(t, &x.data.0[0], u.as_slice(), &mut out);
-        SMatrix::from_fn(|i, j| out[{p} + i * {n} + j])
-    }}
-}}
+luenberger_observers::straight_line_plant!(Model, {scalar}, {n}, {m}, {p}, f, h, motion, measurement);
 "
     );
     let dialect = dialect(export.scalar);

@@ -4,33 +4,34 @@ use std::fmt::Write;
 use std::process::Command;
 
 use luenberger_export::Scalar;
-use luenberger_export::c_math::{Function, INCLUDES, source};
+use luenberger_export::c_math::{INCLUDES, call, source};
+use luenberger_expression::MathFunction;
 use luenberger_random::Random;
 use nalgebra::RealField;
 
 use crate::compiled::{SANITISERS, can_sanitise, compilers, folder, has_haswell};
 
-fn reference<T: RealField + Copy>(function: Function, x: T, y: T) -> T {
+fn reference<T: RealField + Copy>(function: MathFunction, x: T, y: T) -> T {
     match function {
-        Function::Exp => x.exp(),
-        Function::ExpM1 => x.exp_m1(),
-        Function::Ln => x.ln(),
-        Function::Ln1p => x.ln_1p(),
-        Function::Log10 => x.log10(),
-        Function::Sin => x.sin(),
-        Function::Cos => x.cos(),
-        Function::Tan => x.tan(),
-        Function::Asin => x.asin(),
-        Function::Acos => x.acos(),
-        Function::Atan => x.atan(),
-        Function::Atan2 => x.atan2(y),
-        Function::Sinh => x.sinh(),
-        Function::Cosh => x.cosh(),
-        Function::Tanh => x.tanh(),
-        Function::Asinh => x.asinh(),
-        Function::Acosh => x.acosh(),
-        Function::Atanh => x.atanh(),
-        Function::Power => x.powf(y),
+        MathFunction::Exp => x.exp(),
+        MathFunction::Expm1 => x.exp_m1(),
+        MathFunction::Log => x.ln(),
+        MathFunction::Log1p => x.ln_1p(),
+        MathFunction::Log10 => x.log10(),
+        MathFunction::Sin => x.sin(),
+        MathFunction::Cos => x.cos(),
+        MathFunction::Tan => x.tan(),
+        MathFunction::Asin => x.asin(),
+        MathFunction::Acos => x.acos(),
+        MathFunction::Atan => x.atan(),
+        MathFunction::Atan2 => x.atan2(y),
+        MathFunction::Sinh => x.sinh(),
+        MathFunction::Cosh => x.cosh(),
+        MathFunction::Tanh => x.tanh(),
+        MathFunction::Asinh => x.asinh(),
+        MathFunction::Acosh => x.acosh(),
+        MathFunction::Atanh => x.atanh(),
+        MathFunction::Pow => x.powf(y),
     }
 }
 
@@ -190,7 +191,7 @@ fn pairs<T: Bits>() -> Vec<(T, T)> {
 fn driver<T: Bits>() -> String {
     let number = T::C;
     let mut text = INCLUDES.to_owned() + "#include <stdio.h>\n#include <stdlib.h>\n\n";
-    text += &source("plant", T::SCALAR, &Function::ALL);
+    text += &source("plant", T::SCALAR, MathFunction::ALL);
     _ = write!(
         text,
         "
@@ -215,8 +216,8 @@ int main(int count, char **names)
         switch (which) {{
 "
     );
-    for (k, function) in Function::ALL.into_iter().enumerate() {
-        let call = function.call("plant", T::SCALAR);
+    for (k, function) in MathFunction::ALL.into_iter().enumerate() {
+        let call = call(function, "plant", T::SCALAR);
         let arguments = if function.arguments() == 2 { "x[0], x[1]" } else { "x[0]" };
         _ = writeln!(text, "        case {k}:\n            result = {call}({arguments});\n            break;");
     }
@@ -257,7 +258,7 @@ fn compare<T: Bits>(compiler: &str) {
     let bytes = |x: T| x.bits().to_le_bytes()[..T::SCALAR.bytes()].to_vec();
     let singles: Vec<(T, T)> = arguments().into_iter().map(|x| (x, T::zero())).collect();
     let doubles = pairs();
-    for (which, function) in Function::ALL.into_iter().enumerate() {
+    for (which, function) in MathFunction::ALL.into_iter().enumerate() {
         let cases = if function.arguments() == 2 { &doubles } else { &singles };
         let input: Vec<u8> = cases.iter().flat_map(|(x, y)| [bytes(*x), bytes(*y)].concat()).collect();
         std::fs::write(folder.join("in"), input).unwrap();
@@ -302,8 +303,8 @@ fn functions_in_c_give_the_bits_of_libm() {
 
 #[test]
 fn only_what_is_needed_is_written() {
-    assert_eq!(source("a", Scalar::Binary64, &[]), "");
-    let text = source("a", Scalar::Binary32, &[Function::Sin]);
+    assert_eq!(source("a", Scalar::Binary64, []), "");
+    let text = source("a", Scalar::Binary32, [MathFunction::Sin]);
     for (name, there) in [("a_sinf(", true), ("a_k_cosf(", true), ("a_rem_pio2_large(", true), ("a_cosf(", false)] {
         assert_eq!(text.contains(name), there, "{name}");
     }

@@ -36,6 +36,7 @@ pub struct Dialect<'a> {
 #[expect(missing_docs, reason = "the names are those of the C library")]
 pub enum MathFunction {
     Exp,
+    Expm1,
     Log,
     Log10,
     Log1p,
@@ -56,10 +57,39 @@ pub enum MathFunction {
 }
 
 impl MathFunction {
+    /// All functions.
+    pub const ALL: [Self; 19] = [
+        Self::Exp,
+        Self::Expm1,
+        Self::Log,
+        Self::Log10,
+        Self::Log1p,
+        Self::Sin,
+        Self::Cos,
+        Self::Tan,
+        Self::Asin,
+        Self::Acos,
+        Self::Atan,
+        Self::Atan2,
+        Self::Sinh,
+        Self::Cosh,
+        Self::Tanh,
+        Self::Asinh,
+        Self::Acosh,
+        Self::Atanh,
+        Self::Pow,
+    ];
+
+    /// The number of arguments.
+    pub fn arguments(self) -> usize {
+        if matches!(self, Self::Atan2 | Self::Pow) { 2 } else { 1 }
+    }
+
     /// The name in the C library, of the version for binary64.
     pub fn name(self) -> &'static str {
         match self {
             Self::Exp => "exp",
+            Self::Expm1 => "expm1",
             Self::Log => "log",
             Self::Log10 => "log10",
             Self::Log1p => "log1p",

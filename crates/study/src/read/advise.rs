@@ -27,8 +27,7 @@ pub(super) fn advise(
     let disturbance = node.entry("disturbance").and_then(|entry| {
         let Some(e) = &e else {
             let message = "`disturbance` without `e`, the matrix E of E w";
-            reader.wrong(entry.span.clone(), message, "expected `e` with it");
-            return None;
+            return reader.refuse(entry.span.clone(), message, "expected `e` with it");
         };
         let bounds = entry.node.numbers()?;
         if bounds.len() != e.ncols() {

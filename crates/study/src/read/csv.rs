@@ -19,8 +19,7 @@ fn read<T>(node: &Node, reader: &mut Reader, made: impl Fn(&Table) -> Result<T, 
         },
         Err(error) => format!("{name} cannot be read: {error}"),
     };
-    reader.wrong(node.span.clone(), message, "expected a CSV file with a header, relative to the folder of the study");
-    None
+    reader.refuse(node.span.clone(), message, "expected a CSV file with a header, relative to the folder of the study")
 }
 
 /// A table with the column t and one for each input.

@@ -34,8 +34,7 @@ fn acting((node, entry): (&Node, &Entry), size: Dimensions, root: &Node, reader:
     let is_interval = node.get("kind").and_then(Node::text) == Some("interval");
     if reader.dt.is_some() && !is_interval {
         let message = "`bounds` is for plants in continuous time, and `dt` makes this one discrete";
-        reader.wrong(entry.span.clone(), message, "expected no `bounds`");
-        return None;
+        return reader.refuse(entry.span.clone(), message, "expected no `bounds`");
     }
     let noise = match table.get("noise") {
         Some(noise) => reader.numbers(noise, "noise", p, "output"),
@@ -67,15 +66,13 @@ fn acting((node, entry): (&Node, &Entry), size: Dimensions, root: &Node, reader:
         }
         Some(first) => {
             let message = format!("`{}` is for the kinds luenberger and cubic", first.key);
-            reader.wrong(first.span.clone(), message, "expected bounds of noise and disturbances only");
-            return None;
+            return reader.refuse(first.span.clone(), message, "expected bounds of noise and disturbances only");
         }
         None => None,
     };
     if !is_interval && uncertain.is_none() && noise.iter().chain(&disturbance).all(|bound| *bound == 0.0) {
         let message = "all bounds are 0: without noise and disturbances the error tends to 0";
-        reader.wrong(entry.span.clone(), message, "expected `noise` or `disturbance` with a bound above 0");
-        return None;
+        return reader.refuse(entry.span.clone(), message, "expected `noise` or `disturbance` with a bound above 0");
     }
     Some(ActingBounds { noise, disturbance, e, uncertain })
 }
@@ -85,13 +82,11 @@ fn uncertain(table: &Node, first: &Entry, n: usize, reader: &mut Reader) -> Opti
     let of_states = format!("the plant has {}", counted(n, "state"));
     let Some(states) = table.get("states") else {
         let message = format!("`{}` without bounds of the states: the error tends to 0 only if they do", first.key);
-        reader.wrong(first.span.clone(), message, "expected `states` with it");
-        return None;
+        return reader.refuse(first.span.clone(), message, "expected `states` with it");
     };
     let bounds = reader.numbers(states, "states", n, "state")?;
     if bounds.iter().all(|bound| *bound == 0.0) {
-        reader.wrong(states.span.clone(), "all bounds of the states are 0", "expected a bound above 0");
-        return None;
+        return reader.refuse(states.span.clone(), "all bounds of the states are 0", "expected a bound above 0");
     }
     let deviation = match (table.entry("deviations"), table.entry("m"), table.entry("h")) {
         (Some(list), None, None) => {
@@ -100,8 +95,7 @@ fn uncertain(table: &Node, first: &Entry, n: usize, reader: &mut Reader) -> Opti
             let all: Vec<Option<_>> = list.node.list()?.iter().map(|node| read(node, reader)).collect();
             let all: Vec<_> = all.into_iter().collect::<Option<_>>()?;
             if all.is_empty() {
-                reader.wrong(list.span.clone(), "`deviations` is empty", "expected a matrix at least");
-                return None;
+                return reader.refuse(list.span.clone(), "`deviations` is empty", "expected a matrix at least");
             }
             Uncertainty::Polytope(all)
         }
@@ -111,8 +105,11 @@ fn uncertain(table: &Node, first: &Entry, n: usize, reader: &mut Reader) -> Opti
         },
         _ => {
             let message = "how the plant deviates is given by `deviations`, or by `m` and `h`";
-            reader.wrong(first.span.clone(), message, "expected `deviations`, or both `m` and `h`, with `states`");
-            return None;
+            return reader.refuse(
+                first.span.clone(),
+                message,
+                "expected `deviations`, or both `m` and `h`, with `states`",
+            );
         }
     };
     Some((bounds, deviation))
@@ -160,13 +157,11 @@ pub(super) fn proportional_integral(node: &Node, size: Dimensions, reader: &mut 
     let chain = is_extended.then_some(order);
     if order == 0 {
         let message = "`order` is 0: no disturbance would be estimated";
-        reader.wrong(node.get("order")?.span.clone(), message, "expected 1 or more");
-        return None;
+        return reader.refuse(node.get("order")?.span.clone(), message, "expected 1 or more");
     }
     if order > LONGEST_CHAIN {
         let message = format!("`order` is {order}: {order} derivatives of each disturbance would be estimated");
-        reader.wrong(node.get("order")?.span.clone(), message, format!("expected at most {LONGEST_CHAIN}"));
-        return None;
+        return reader.refuse(node.get("order")?.span.clone(), message, format!("expected at most {LONGEST_CHAIN}"));
     }
     let both = Dimensions { states: size.states + order * q, ..size };
     let disturbances = if order == 1 {
@@ -183,8 +178,7 @@ pub(super) fn proportional_integral(node: &Node, size: Dimensions, reader: &mut 
             let rate = list.numbers()?;
             if rate.len() != q {
                 let message = format!("`rate` has length {}, and `e` has {}", rate.len(), counted(q, "column"));
-                reader.wrong(list.span.clone(), message, format!("expected length {q}"));
-                return None;
+                return reader.refuse(list.span.clone(), message, format!("expected length {q}"));
             }
             Some(rate)
         }
@@ -192,8 +186,7 @@ pub(super) fn proportional_integral(node: &Node, size: Dimensions, reader: &mut 
     let rate = rate?;
     if rate.iter().any(|rate| *rate > 0.0) && node.get("bounds").is_none() {
         let message = "`rate` has no effect without `bounds`, which asks for a bound of the error";
-        reader.wrong(node.entry("rate")?.span.clone(), message, "expected `bounds` with it");
-        return None;
+        return reader.refuse(node.entry("rate")?.span.clone(), message, "expected `bounds` with it");
     }
     Some(ObserverKind::ProportionalIntegral { e, chain, rate, linear: linear?, cubic: cubic.ok()? })
 }
@@ -205,8 +198,7 @@ pub(super) fn unknown_input(node: &Node, size: Dimensions, reader: &mut Reader) 
     let cubic = cubic(node, size, reader);
     let kind = ObserverKind::UnknownInput { e: e?, linear: linear?, cubic: cubic.ok()? };
     if reader.dt.is_some() {
-        reader.wrong(check::head(node), "this kind is for plants in continuous time", "expected another kind");
-        return None;
+        return reader.refuse(check::head(node), "this kind is for plants in continuous time", "expected another kind");
     }
     Some(kind)
 }

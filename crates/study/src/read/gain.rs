@@ -17,8 +17,7 @@ pub(super) fn alternatives(node: &Node, keys: &[&str], needed: bool, reader: &mu
     match &there[..] {
         [first, second, ..] => {
             let message = format!("`{}` conflicts with `{}`", second.key, first.key);
-            reader.wrong(second.span.clone(), message, format!("expected one of {}", keys.join(", ")));
-            None
+            reader.refuse(second.span.clone(), message, format!("expected one of {}", keys.join(", ")))
         }
         [] if needed => {
             let message = "the observer has no gain specification";
@@ -46,12 +45,11 @@ pub(super) fn linear_of(node: &Node, size: Dimensions, of_states: &str, reader: 
         intensities(node, reader)
     } else {
         if let Some(entry) = node.entry("lmi").filter(|entry| entry.node.truth() == Some(false)) {
-            reader.wrong(
+            return reader.refuse(
                 entry.node.span.clone(),
                 "`lmi` is false",
                 "expected true, or another specification of the gain",
             );
-            return None;
         }
         let ways = ["bandwidth", "poles", "decay_rate", "lmi", "kalman", "gain"];
         let has_bandwidth = node.get("kind").and_then(Node::text) == Some("extended-state");
@@ -84,8 +82,7 @@ pub(super) fn linear_of(node: &Node, size: Dimensions, of_states: &str, reader: 
         && let Some(given) = ["rho", "q"].iter().find_map(|&name| node.entry(name))
     {
         let message = "`rho` and `q` have no effect: the matrix inequality determines P together with the gain";
-        reader.wrong(given.node.span.clone(), message, "expected `poles`, `kalman` or `gain` with it");
-        return None;
+        return reader.refuse(given.node.span.clone(), message, "expected `poles`, `kalman` or `gain` with it");
     }
     let is_filter = node.get("form").and_then(Node::text) == Some("filter");
     Some(LinearSpec { gain, weight, is_filter })
@@ -95,14 +92,12 @@ pub(super) fn linear_of(node: &Node, size: Dimensions, of_states: &str, reader: 
 pub(super) fn reduced_order(node: &Node, size: Dimensions, reader: &mut Reader) -> Option<ObserverKind> {
     let (n, p) = (size.states, size.outputs);
     if reader.dt.is_some() {
-        reader.wrong(check::head(node), "this kind is for plants in continuous time", "expected another kind");
-        return None;
+        return reader.refuse(check::head(node), "this kind is for plants in continuous time", "expected another kind");
     }
     if p >= n {
         let message =
             format!("the plant has {} and {}: no state is left to estimate", counted(n, "state"), counted(p, "output"));
-        reader.wrong(check::head(node), message, "expected a plant with fewer outputs than states");
-        return None;
+        return reader.refuse(check::head(node), message, "expected a plant with fewer outputs than states");
     }
     let left = format!("of {} the outputs leave {}", counted(n, "state"), n - p);
     match poles(node.get("poles")?, n - p, &left, reader)? {
@@ -119,25 +114,22 @@ pub(super) fn functional(
     reader: &mut Reader,
 ) -> Option<ObserverKind> {
     if reader.dt.is_some() {
-        reader.wrong(check::head(node), "this kind is for plants in continuous time", "expected another kind");
-        return None;
+        return reader.refuse(check::head(node), "this kind is for plants in continuous time", "expected another kind");
     }
     let table = ["log", "sweep"].into_iter().find(|table| root.get(table).is_some());
     if let Some(table) = table {
         let message =
             format!("this kind estimates functions of the state, and [{table}] compares estimates of the state");
-        reader.wrong(
+        return reader.refuse(
             check::head(node),
             message,
             format!("expected no [{table}], or another kind such as reduced-order"),
         );
-        return None;
     }
     let fed = root.get("input").and_then(|input| input.get("feedback")?.get("observer")?.text());
     if fed == Some(name) {
         let message = "the feedback u = r - K xhat has the estimate of the whole state";
-        reader.wrong(check::head(node), message, "expected the feedback of another observer");
-        return None;
+        return reader.refuse(check::head(node), message, "expected the feedback of another observer");
     }
     let why = format!("the plant has {}", counted(size.states, "state"));
     let k = reader.matrix(node.get("k")?, "k", (None, Some(size.states)), &why)?;
@@ -158,8 +150,7 @@ pub(super) fn poles(node: &Node, n: usize, of_states: &str, reader: &mut Reader)
     let poles: Vec<Complex<f64>> = list.iter().map(pole).collect::<Option<_>>()?;
     if poles.len() != n {
         let message = format!("`poles` has length {}, and {of_states}", poles.len());
-        reader.wrong(node.span.clone(), message, format!("expected {}", counted(n, "pole")));
-        return None;
+        return reader.refuse(node.span.clone(), message, format!("expected {}", counted(n, "pole")));
     }
     let mut sound = true;
     for (pole, entry) in poles.iter().zip(list) {
@@ -230,8 +221,7 @@ pub(super) fn periods(node: &Node, period: f64, reader: &mut Reader) -> Option<P
     };
     if misses > MOST_MISSES {
         let span = node.get("misses")?.span.clone();
-        reader.wrong(span, format!("`misses` is {misses}"), format!("expected at most {MOST_MISSES}"));
-        return None;
+        return reader.refuse(span, format!("`misses` is {misses}"), format!("expected at most {MOST_MISSES}"));
     }
     let Some(jitter) = node.get("jitter") else {
         return Some(Periods { shortest: period, longest: period, misses });
@@ -239,8 +229,7 @@ pub(super) fn periods(node: &Node, period: f64, reader: &mut Reader) -> Option<P
     let (shortest, longest) = bound(jitter)?;
     if !(shortest > 0.0 && shortest <= period && period <= longest && longest.is_finite()) {
         let message = format!("`jitter` is from {shortest} to {longest}, and `period` is {period}");
-        reader.wrong(jitter.span.clone(), message, "expected positive, finite bounds that contain the period");
-        return None;
+        return reader.refuse(jitter.span.clone(), message, "expected positive, finite bounds that contain the period");
     }
     Some(Periods { shortest, longest, misses })
 }

@@ -23,17 +23,15 @@ pub(super) fn interval(node: &Node, size: Dimensions, reader: &mut Reader) -> Op
     if let Some(entry) = least {
         if let Some(gain) = ["poles", "decay_rate", "lmi", "kalman", "gain"].iter().find_map(|key| node.entry(key)) {
             let message = format!("`{}` conflicts with `least_width`", gain.key);
-            reader.wrong(gain.span.clone(), message, "expected one of them");
-            return None;
+            return reader.refuse(gain.span.clone(), message, "expected one of them");
         }
         if given == Some(ErrorCoordinates::Modal) {
             let message = "`least_width` is the gain for the coordinates of the plant, and `coordinates` is \"modal\"";
-            reader.wrong(
+            return reader.refuse(
                 entry.span.clone(),
                 message,
                 "expected coordinates = \"plant\", or another specification of the gain",
             );
-            return None;
         }
         let spec = IntervalSpec { gain: None, coordinates: ErrorCoordinates::Plant, first: first? };
         return Some(ObserverKind::Interval(Box::new(spec)));

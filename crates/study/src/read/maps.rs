@@ -58,8 +58,7 @@ pub(super) fn bounded(node: &Node, plant: &PlantModel, reader: &mut Reader) -> O
     let found = open(region.states(), &plant.states).or_else(|| open(&inputs, &plant.inputs));
     if let Some(name) = found {
         let message = format!("`region` has no finite bounds of {name}");
-        reader.wrong(entry.span.clone(), message, "expected finite bounds of every state and every input");
-        return None;
+        return reader.refuse(entry.span.clone(), message, "expected finite bounds of every state and every input");
     }
     Some(region)
 }
@@ -76,8 +75,7 @@ pub(super) fn list(
     let entries = node.list()?;
     if entries.len() != length {
         let message = format!("`{key}` has {}, and {why}", counted(entries.len(), "expression"));
-        reader.wrong(node.span.clone(), message, format!("expected {}", counted(length, "expression")));
-        return None;
+        return reader.refuse(node.span.clone(), message, format!("expected {}", counted(length, "expression")));
     }
     let scope = usable(node, scope, reader)?;
     let parsed: Vec<Option<Expression>> = entries.iter().map(|entry| expression(entry, &scope, reader)).collect();
@@ -97,8 +95,7 @@ fn list_without_time(
     match entries.iter().zip(&rows).find(|(_, row)| row.uses_time()) {
         Some((entry, _)) => {
             let message = format!("`{key}` depends on the time t");
-            reader.wrong(entry.span.clone(), message, "expected an expression without t");
-            None
+            reader.refuse(entry.span.clone(), message, "expected an expression without t")
         }
         None => Some(rows),
     }
@@ -122,8 +119,7 @@ pub(super) fn matrix(
         } else {
             format!("`{key}` is {} x {width}", entries.len())
         };
-        reader.wrong(node.span.clone(), format!("{size}, and {why}"), format!("expected {rows} x {columns}"));
-        return None;
+        return reader.refuse(node.span.clone(), format!("{size}, and {why}"), format!("expected {rows} x {columns}"));
     }
     let scope = usable(node, scope, reader)?;
     let zero = Expression::parse("0", &scope).ok()?;
@@ -163,8 +159,7 @@ pub(super) fn peb(node: &Node, plant: &PlantModel, reader: &mut Reader) -> Optio
     let theta = theta?;
     if let Some(k) = theta.iter().position(|(low, high)| !(low.is_finite() && high.is_finite())) {
         let span = node.get("theta")?.span.clone();
-        reader.wrong(span, format!("pair {} of `theta` is not bounded", k + 1), "expected finite ends");
-        return None;
+        return reader.refuse(span, format!("pair {} of `theta` is not bounded", k + 1), "expected finite ends");
     }
     let estimator = estimator(node.get("estimator")?, (maps.signal.len(), q), reader);
     Some(PebSpec {
@@ -185,23 +180,17 @@ fn reset(node: &Node, maps: &RegressionMaps, reader: &mut Reader) -> Option<Opti
     let Some(entry) = node.entry("reset") else { return Some(None) };
     if node.entry("leakage").is_some() {
         let message = "`reset` conflicts with `leakage`: with leakage theta is not constant";
-        reader.wrong(entry.span.clone(), message, "expected one of them");
-        return None;
+        return reader.refuse(entry.span.clone(), message, "expected one of them");
     }
     if maps.open.is_empty() {
         let message = "`reset` is given, and Lambda has no row of zeros";
-        reader.wrong(entry.span.clone(), message, "expected it with a row that is only integrated");
-        return None;
+        return reader.refuse(entry.span.clone(), message, "expected it with a row that is only integrated");
     }
     if maps.lowest.is_some() && maps.memory() == FilterMemory::Transformed {
         let message = "`reset` conflicts with `theta_min`: what is missing in xi after a reset may have either sign";
-        reader.wrong(entry.span.clone(), message, "expected one of them");
-        return None;
+        return reader.refuse(entry.span.clone(), message, "expected one of them");
     }
-    let above = match entry.node.get("above") {
-        Some(above) => Some(above.number()?),
-        None => None,
-    };
+    let above = entry.node.given("above", Node::number)?;
     Some(Some(ResetSpec { period: entry.node.get("period")?.number()?, above }))
 }
 
@@ -239,8 +228,7 @@ fn regression(node: &Node, plant: &PlantModel, kkl: Option<KklMaps>, reader: &mu
                 }
             );
             let expected = "expected one column for each row of zeros, or `missing`, what theta adds to xi";
-            reader.wrong(node.get("m")?.span.clone(), message, expected);
-            None
+            reader.refuse(node.get("m")?.span.clone(), message, expected)
         }
     };
     let lowest = match node.get("theta_min") {
@@ -251,8 +239,7 @@ fn regression(node: &Node, plant: &PlantModel, kkl: Option<KklMaps>, reader: &mu
                 Some(Some(numbers))
             } else {
                 let message = format!("`theta_min` has length {}, and `m` has {}", numbers.len(), counted(q, "column"));
-                reader.wrong(least.span.clone(), message, format!("expected length {q}"));
-                None
+                reader.refuse(least.span.clone(), message, format!("expected length {q}"))
             }
         }
     };
@@ -287,8 +274,7 @@ fn estimator(node: &Node, (rows, q): (usize, usize), reader: &mut Reader) -> Opt
         let is_diagonal = gain.iter().enumerate().all(|(k, x)| k % (q + 1) == 0 || *x == 0.0);
         if !is_diagonal {
             let message = "`gain` of drem is a matrix with entries beside its diagonal";
-            reader.wrong(gain_node.span.clone(), message, "expected one number for each parameter");
-            return None;
+            return reader.refuse(gain_node.span.clone(), message, "expected one number for each parameter");
         }
         let diagonal = gain.diagonal();
         match (node.entry("forgetting"), node.entry("filters")) {
@@ -307,15 +293,13 @@ fn estimator(node: &Node, (rows, q): (usize, usize), reader: &mut Reader) -> Opt
                     } else {
                         "expected `forgetting`, an extension for any number of rows and parameters".to_owned()
                     };
-                    reader.wrong(beta.span.clone(), message, expected);
-                    return None;
+                    return reader.refuse(beta.span.clone(), message, expected);
                 }
                 Estimator::filters(diagonal.as_slice(), &poles)
             }
             (Some(_), Some(filters)) => {
                 let message = "`filters` conflicts with `forgetting`";
-                reader.wrong(filters.span.clone(), message, "expected one of them");
-                return None;
+                return reader.refuse(filters.span.clone(), message, "expected one of them");
             }
             (None, None) => {
                 let message = "the estimator drem has no extension";
@@ -343,8 +327,7 @@ pub(super) fn high_gain(
         && let Some(key) = ["estimate", "start"].iter().find(|key| node.get(key).is_none())
     {
         let message = format!("{of_drift}, {of_states}, and `{key}` is not given");
-        reader.wrong(node.get("drift")?.span.clone(), message, format!("expected `{key}`"));
-        return None;
+        return reader.refuse(node.get("drift")?.span.clone(), message, format!("expected `{key}`"));
     }
     // By default xi are the states.
     let numbered = |letters: &str, count: usize, scope: Result<Scope, ParameterError>| -> Option<Vec<Expression>> {
@@ -383,9 +366,8 @@ pub(super) fn immersion(node: &Node, plant: &PlantModel, reader: &mut Reader) ->
     let beta = list_without_time(node, "beta", (rows, &of_phi), names.manifold(order), reader);
     let left_inverse =
         list_without_time(node, "left_inverse", (plant.states.len(), &of_states), names.off_manifold(), reader);
-    let mut given = |key: &str, length: (usize, &str), scope| match node.get(key) {
-        Some(_) => list_without_time(node, key, length, scope, reader).map(Some),
-        None => Some(None),
+    let mut given = |key: &str, length: (usize, &str), scope| {
+        node.given(key, |_| list_without_time(node, key, length, scope, reader))
     };
     let start = given("start", (order, &of_order), names.image());
     let freedom = given("q", (order, &of_order), names.freedom(order));
@@ -400,8 +382,7 @@ pub(super) fn immersion(node: &Node, plant: &PlantModel, reader: &mut Reader) ->
     if start.is_none() && !is_shifted_identity(&beta, order) {
         let message = "`beta` is not chi plus a function of the outputs, and `start` is not given";
         let expected = "expected `start`: chi for an estimate, as expressions of states and outputs";
-        reader.wrong(node.get("beta")?.span.clone(), message, expected);
-        return None;
+        return reader.refuse(node.get("beta")?.span.clone(), message, expected);
     }
     let image = KklMaps {
         plant: size,

@@ -253,6 +253,12 @@ impl Reader {
         self.mistakes.push(Diagnostic::new(span, message, expected));
     }
 
+    /// [`wrong`](Self::wrong), and none of what should have been read.
+    fn refuse<T>(&mut self, span: Range<usize>, message: impl Into<String>, expected: impl Into<String>) -> Option<T> {
+        self.wrong(span, message, expected);
+        None
+    }
+
     fn absent(&mut self, span: Range<usize>, message: impl Into<String>, expected: impl Into<String>) {
         self.absences.push(Diagnostic::new(span, message, expected));
     }
@@ -262,8 +268,7 @@ impl Reader {
         let numbers = node.numbers()?;
         if numbers.len() != length {
             let message = format!("`{name}` has length {}, and the plant has {}", numbers.len(), counted(length, of));
-            self.wrong(node.span.clone(), message, format!("expected length {length}"));
-            return None;
+            return self.refuse(node.span.clone(), message, format!("expected length {length}"));
         }
         Some(numbers)
     }
@@ -283,8 +288,7 @@ impl Reader {
             let message = format!("`{name}` is {} x {}", matrix.nrows(), matrix.ncols());
             let expected =
                 format!("expected {} x {}: {why}", size(rows, matrix.nrows()), size(columns, matrix.ncols()));
-            self.wrong(node.span.clone(), message, expected);
-            return None;
+            return self.refuse(node.span.clone(), message, expected);
         }
         Some(matrix)
     }
@@ -298,8 +302,7 @@ impl Reader {
             Some(diagonal) if diagonal.len() == order => Some(DMatrix::from_diagonal(&diagonal.into())),
             Some(diagonal) => {
                 let message = format!("the diagonal `{name}` has length {}", diagonal.len());
-                self.wrong(node.span.clone(), message, format!("expected length {order}: {why}"));
-                None
+                self.refuse(node.span.clone(), message, format!("expected length {order}: {why}"))
             }
             None => self.matrix(node, name, (Some(order), Some(order)), why),
         }

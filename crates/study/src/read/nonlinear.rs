@@ -34,10 +34,7 @@ pub(super) fn filter(node: &Node, size: Dimensions, reader: &mut Reader) -> Opti
         None => Some(DMatrix::identity(n, n)),
     };
     let substeps = node.get("substeps").map_or(Some(4), Node::count)?;
-    let gate = match node.get("gate") {
-        Some(gate) => Some(gate.number()?),
-        None => None,
-    };
+    let gate = node.given("gate", Node::number)?;
     let smooth = node.get("smooth").and_then(Node::truth).unwrap_or(false);
     let period = node.get("period")?.number()?;
     Some(Filter { w: w?, v: v?, p0: p0?, period, substeps, gate, smooth })
@@ -49,16 +46,14 @@ pub(super) fn moving_horizon(node: &Node, size: Dimensions, reader: &mut Reader)
     let horizon = Horizon { window: count("window", 10)?, iterations: count("iterations", 2)? };
     if let Some(entry) = node.entry("window").filter(|_| horizon.window > LONGEST_WINDOW) {
         let message = format!("`window` is {}", horizon.window);
-        reader.wrong(entry.node.span.clone(), message, format!("expected at most {LONGEST_WINDOW} samples"));
-        return None;
+        return reader.refuse(entry.node.span.clone(), message, format!("expected at most {LONGEST_WINDOW} samples"));
     }
     let bounds = match node.entry("state_bounds") {
         Some(entry) => {
             let bounds = bounds(&entry.node, "state_bounds", size.states, "state", reader)?;
             if let Some(k) = bounds.iter().position(|(low, high)| low >= high) {
                 let message = format!("pair {} of `state_bounds` is from {} to {}", k + 1, bounds[k].0, bounds[k].1);
-                reader.wrong(entry.node.span.clone(), message, "expected the lower bound below the upper one");
-                return None;
+                return reader.refuse(entry.node.span.clone(), message, "expected the lower bound below the upper one");
             }
             Some(bounds)
         }
@@ -75,16 +70,14 @@ pub(super) fn smooth(node: &Node, root: &Node, reader: &mut Reader) -> Option<()
         return Some(());
     }
     let message = "`smooth` is for estimates on a log, and the study has none";
-    reader.wrong(entry.span.clone(), message, "expected a table [log], or no `smooth`");
-    None
+    reader.refuse(entry.span.clone(), message, "expected a table [log], or no `smooth`")
 }
 
 /// The mean of the Jacobian of the observer as printed, which has no gain to be designed.
 pub(super) fn printed_mean(node: &Node, printed: &Node, reader: &mut Reader) -> Option<PrintedMean> {
     if let Some(given) = ["decay_rate", "region", "max_gain", "noise"].iter().find_map(|key| node.entry(key)) {
         let message = format!("`{}` has no effect: the observer as printed has no gain to be designed", given.key);
-        reader.wrong(given.span.clone(), message, "expected it without `as_printed`");
-        return None;
+        return reader.refuse(given.span.clone(), message, "expected it without `as_printed`");
     }
     Some(match printed.text()? {
         "least-squares" => PrintedMean::LeastSquares,
@@ -94,10 +87,7 @@ pub(super) fn printed_mean(node: &Node, printed: &Node, reader: &mut Reader) -> 
 }
 
 pub(super) fn sliding_mode(node: &Node, size: Dimensions, reader: &mut Reader) -> Option<ObserverKind> {
-    let gains = match node.get("k") {
-        Some(gains) => Some(reader.numbers(gains, "k", size.states, "state")?),
-        None => None,
-    };
+    let gains = node.given("k", |gains| reader.numbers(gains, "k", size.states, "state"))?;
     let spec = SlidingModeSpec {
         bound: node.get("bound")?.number()?,
         gains,
@@ -105,8 +95,7 @@ pub(super) fn sliding_mode(node: &Node, size: Dimensions, reader: &mut Reader) -
         explicit: node.get("discretisation").and_then(Node::text) == Some("explicit"),
     };
     if reader.dt.is_some() {
-        reader.wrong(check::head(node), "this kind is for plants in continuous time", "expected another kind");
-        return None;
+        return reader.refuse(check::head(node), "this kind is for plants in continuous time", "expected another kind");
     }
     Some(ObserverKind::SlidingMode(spec))
 }
@@ -119,8 +108,7 @@ pub(super) fn high_gain(node: &Node, plant: &PlantModel, reader: &mut Reader) ->
         && let Some(entry) = ["shape", "estimate", "start"].iter().find_map(|key| node.entry(key))
     {
         let message = format!("`{}` is given, and `drift` is not", entry.key);
-        reader.wrong(entry.span.clone(), message, "expected `drift`, the right-hand side without corrections");
-        return None;
+        return reader.refuse(entry.span.clone(), message, "expected `drift`, the right-hand side without corrections");
     }
     let (n, whose) = match given {
         Some(order) => (order, format!("`drift` has {}", counted(order, "row"))),
@@ -131,8 +119,11 @@ pub(super) fn high_gain(node: &Node, plant: &PlantModel, reader: &mut Reader) ->
             let lengths = reader.numbers(&entry.node, "chains", p, "output")?;
             if lengths.iter().any(|length| length.fract() != 0.0) || lengths.iter().sum::<f64>() != n as f64 {
                 let message = format!("`chains` is {}, and {whose}", listed(&lengths));
-                reader.wrong(entry.node.span.clone(), message, format!("expected whole numbers that add to {n}"));
-                return None;
+                return reader.refuse(
+                    entry.node.span.clone(),
+                    message,
+                    format!("expected whole numbers that add to {n}"),
+                );
             }
             lengths.into_iter().map(|length| length as usize).collect()
         }
@@ -149,8 +140,7 @@ pub(super) fn high_gain(node: &Node, plant: &PlantModel, reader: &mut Reader) ->
             let alpha_i = alpha.numbers()?;
             if alpha_i.len() != n {
                 let message = format!("`alpha` has length {}, and {whose}", alpha_i.len());
-                reader.wrong(alpha.span.clone(), message, format!("expected length {n}"));
-                return None;
+                return reader.refuse(alpha.span.clone(), message, format!("expected length {n}"));
             }
             alpha_i
         }

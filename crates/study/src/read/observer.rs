@@ -128,8 +128,7 @@ fn limits(node: &Node, size: Dimensions, reader: &mut Reader) -> Option<GainLimi
     let fixed = ["bandwidth", "poles", "kalman", "gain"].iter().find_map(|key| node.entry(key));
     if let (Some(limit), Some(fixed)) = (given, fixed) {
         let message = format!("`{}` conflicts with `{}`, which determines the gain", limit.key, fixed.key);
-        reader.wrong(limit.span.clone(), message, "expected `decay_rate`, `lmi` or `fastest` with it");
-        return None;
+        return reader.refuse(limit.span.clone(), message, "expected `decay_rate`, `lmi` or `fastest` with it");
     }
     let noise = match node.get("noise") {
         Some(v) => Some(reader.weight(
@@ -190,10 +189,7 @@ fn kind(node: &Node, name: &str, size: Dimensions, reader: &mut Reader) -> Optio
         }
         "lipschitz" => {
             let region = region(node, size, reader);
-            let gain = match node.get("gain") {
-                Some(gain) => Some(this_gain(gain, size, reader)?),
-                None => None,
-            };
+            let gain = node.given("gain", |gain| this_gain(gain, size, reader))?;
             let split = match (node.entry("a"), node.entry("sectors")) {
                 (None, None) => None,
                 (Some(a), Some(sectors)) => {
@@ -204,8 +200,7 @@ fn kind(node: &Node, name: &str, size: Dimensions, reader: &mut Reader) -> Optio
                 }
                 (Some(one), None) | (None, Some(one)) => {
                     let message = format!("`{}` alone: `a` and `sectors` define the plant together", one.key);
-                    reader.wrong(one.span.clone(), message, "expected both, or neither");
-                    return None;
+                    return reader.refuse(one.span.clone(), message, "expected both, or neither");
                 }
             };
             ObserverKind::Lipschitz { split, region: region?, rate: positive("decay_rate", 0.0)?, gain }
@@ -216,10 +211,7 @@ fn kind(node: &Node, name: &str, size: Dimensions, reader: &mut Reader) -> Optio
                 Some(error) => reader.numbers(error, "internal_error", n, "state"),
                 None => Some(vec![0.0; n]),
             };
-            let printed = match node.get("as_printed") {
-                Some(printed) => Some(printed_mean(node, printed, reader)?),
-                None => None,
-            };
+            let printed = node.given("as_printed", |printed| printed_mean(node, printed, reader))?;
             ObserverKind::MeanValue {
                 region: region?,
                 rate: positive("decay_rate", 0.0)?,
@@ -250,12 +242,11 @@ fn kind(node: &Node, name: &str, size: Dimensions, reader: &mut Reader) -> Optio
                     sigma.kappa,
                     counted(n, "state")
                 );
-                reader.wrong(
+                return reader.refuse(
                     key.span.clone(),
                     message,
                     format!("expected kappa > -{n} and an alpha of about 1e-3 to 1"),
                 );
-                return None;
             }
             let Filter { w, v, p0, period, substeps, gate, smooth } = filter?;
             ObserverKind::Unscented(Box::new(UnscentedSpec { w, v, p0, sigma, period, substeps, gate, smooth }))
@@ -271,29 +262,29 @@ fn kind(node: &Node, name: &str, size: Dimensions, reader: &mut Reader) -> Optio
                 && let Some(nodes) = node.entry("nodes")
             {
                 let message = "`nodes` without `inputs`";
-                reader.wrong(nodes.span.clone(), message, "expected `inputs`, the range of each input");
-                return None;
+                return reader.refuse(nodes.span.clone(), message, "expected `inputs`, the range of each input");
             }
             let count = |key: &str, otherwise: usize| node.get(key).map_or(Some(otherwise), Node::count);
             let nodes = count("nodes", 5)?;
             if nodes > MOST_NODES {
                 let message = format!("`nodes` is {nodes}");
-                reader.wrong(node.get("nodes")?.span.clone(), message, format!("expected at most {MOST_NODES}"));
-                return None;
+                return reader.refuse(
+                    node.get("nodes")?.span.clone(),
+                    message,
+                    format!("expected at most {MOST_NODES}"),
+                );
             }
             let is_low_rank = n > MOST_STATES_OF_A_FULL_TABLE;
             if !is_low_rank && let Some(rank) = node.entry("rank") {
                 let message = format!("`rank` for a plant with {}", counted(n, "state"));
                 let expected =
                     format!("up to {MOST_STATES_OF_A_FULL_TABLE} states the table has all points of the grid");
-                reader.wrong(rank.span.clone(), message, expected);
-                return None;
+                return reader.refuse(rank.span.clone(), message, expected);
             }
             let rank = count("rank", 24)?;
             if rank > MOST_RANK {
                 let message = format!("`rank` is {rank}");
-                reader.wrong(node.get("rank")?.span.clone(), message, format!("expected at most {MOST_RANK}"));
-                return None;
+                return reader.refuse(node.get("rank")?.span.clone(), message, format!("expected at most {MOST_RANK}"));
             }
             ObserverKind::KklNumerical(KklSpec {
                 inputs,
@@ -302,10 +293,7 @@ fn kind(node: &Node, name: &str, size: Dimensions, reader: &mut Reader) -> Optio
                 domain,
                 cutoff: number("cutoff"),
                 escape: number("escape"),
-                points: match node.get("points") {
-                    Some(points) => Some(points.count()?),
-                    None => None,
-                },
+                points: node.given("points", Node::count)?,
                 leaves: count("leaves", 32)?,
                 degree: count("degree", if is_low_rank { 3 } else { 4 })?,
                 samples: count("samples", 8000)?,

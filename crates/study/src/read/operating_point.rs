@@ -18,13 +18,11 @@ pub(super) fn operating_point(node: &Node, plant: &PlantModel, reader: &mut Read
     let (x, u) = (DVector::from_vec(x?), DVector::from_vec(u?));
     if plant.dt.is_some() {
         let message = "[operating_point] is for plants in continuous time, and `dt` makes this one discrete";
-        reader.wrong(check::head(node), message, "expected no operating point");
-        return None;
+        return reader.refuse(check::head(node), message, "expected no operating point");
     }
     if let Some(row) = plant.model.explicit_time() {
         let message = format!("{row} depends on the time t");
-        reader.wrong(check::head(node), message, "expected a plant x' = f(x, u) for an operating point");
-        return None;
+        return reader.refuse(check::head(node), message, "expected a plant x' = f(x, u) for an operating point");
     }
     match plant.names().with(|| found(&plant.model, &x, &u)) {
         Ok(point) => Some(point),
@@ -36,8 +34,7 @@ pub(super) fn operating_point(node: &Node, plant: &PlantModel, reader: &mut Read
                 _ => "expected a guess nearer to a state at which f(x, u) = 0",
             };
             let span = node.get("x").map_or_else(|| check::head(node), |list| list.span.clone());
-            reader.wrong(span, plant.names().with(|| error.to_string()), expected);
-            None
+            reader.refuse(span, plant.names().with(|| error.to_string()), expected)
         }
     }
 }

@@ -51,18 +51,13 @@ pub(super) fn problem(node: &Node, size: Dimensions, root: &Node, reader: &mut R
         Some(process) => semidefinite(process, "process_noise", n, &of_states, reader),
         None => Some(DMatrix::zeros(n, n)),
     };
-    let weight = match node.get("weight") {
-        Some(weight) => Some(semidefinite(weight, "weight", n, &of_states, reader)?),
-        None => None,
-    };
+    let weight = node.given("weight", |weight| semidefinite(weight, "weight", n, &of_states, reader))?;
     if let Some(zero) = weight.as_ref().filter(|weight| weight.amax() == 0.0) {
         let message = format!("`weight` is 0, {} x {}", zero.nrows(), zero.ncols());
-        reader.wrong(node.get("weight")?.span.clone(), message, "expected a weight that counts some error");
-        return None;
+        return reader.refuse(node.get("weight")?.span.clone(), message, "expected a weight that counts some error");
     }
     if reader.dt.is_some() {
-        reader.wrong(check::head(node), "this kind is for plants in continuous time", "expected another kind");
-        return None;
+        return reader.refuse(check::head(node), "this kind is for plants in continuous time", "expected another kind");
     }
     let problem = EstimationProblem::new(&first_errors?, &noise?, period?, horizon?.number()?);
     let weight = weight.unwrap_or_else(|| problem.weight.clone());
@@ -79,13 +74,9 @@ fn semidefinite(node: &Node, name: &str, n: usize, why: &str, reader: &mut Reade
         Some(least) if least >= -(n as f64) * f64::EPSILON * matrix.norm() => Some(matrix),
         Some(least) => {
             let message = format!("`{name}` has the eigenvalue {}", luenberger_proof::wording::significant(least, 4));
-            reader.wrong(node.span.clone(), message, "expected a positive semidefinite matrix");
-            None
+            reader.refuse(node.span.clone(), message, "expected a positive semidefinite matrix")
         }
-        None => {
-            reader.wrong(node.span.clone(), format!("`{name}` is not symmetric"), "expected a symmetric matrix");
-            None
-        }
+        None => reader.refuse(node.span.clone(), format!("`{name}` is not symmetric"), "expected a symmetric matrix"),
     }
 }
 

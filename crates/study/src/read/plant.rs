@@ -57,8 +57,11 @@ pub(super) fn plant(node: &Node, reader: &mut Reader) -> Option<PlantModel> {
     };
     if let (Some(entry), Model::Builtin(_)) = (node.entry("dt"), &model) {
         let message = "`dt` conflicts with `builtin`: the plants of the library are in continuous time";
-        reader.wrong(entry.span.clone(), message, "expected matrices or expressions for a plant in discrete time");
-        return None;
+        return reader.refuse(
+            entry.span.clone(),
+            message,
+            "expected matrices or expressions for a plant in discrete time",
+        );
     }
     reader.dt = dt;
     let units = units::units(node.get("units"), [&states, &inputs, &outputs], &parameters, reader)?;
@@ -90,13 +93,11 @@ fn names(node: &Node, size: Dimensions, reader: &mut Reader) -> Option<Names> {
         if names.len() != count {
             let message =
                 format!("`{key}` has {}, and the plant has {}", counted(names.len(), "name"), counted(count, what));
-            reader.wrong(list.span.clone(), message, format!("expected {}", counted(count, "name")));
-            return None;
+            return reader.refuse(list.span.clone(), message, format!("expected {}", counted(count, "name")));
         }
         if let Some(i) = (0..count).find(|i| names[..*i].contains(&names[*i])) {
             let message = format!("the name {:?} occurs twice", names[i]);
-            reader.wrong(entry_of(list, i), message, "expected different names");
-            return None;
+            return reader.refuse(entry_of(list, i), message, "expected different names");
         }
         Some(names)
     };
@@ -127,8 +128,7 @@ fn matrices(node: &Node, reader: &mut Reader) -> Option<Model> {
     let n = a.nrows();
     if a.ncols() != n {
         let message = format!("`a` is {n} x {}", a.ncols());
-        reader.wrong(a_node.span.clone(), message, "expected a square matrix");
-        return None;
+        return reader.refuse(a_node.span.clone(), message, "expected a square matrix");
     }
     let why = format!("`a` is {n} x {n}");
     let c = reader.matrix(c_node, "c", (None, Some(n)), &why);
@@ -180,8 +180,7 @@ fn expressions(node: &Node, reader: &mut Reader) -> Option<NamedPlant> {
         Err(error) => {
             let key = if error.family == Family::States { "states" } else { "inputs" };
             let span = node.get(key).map_or_else(|| check::head(node), |list| entry_of(list, error.index));
-            reader.wrong(span, error.to_string(), "expected a name that has no other meaning in expressions");
-            return None;
+            return reader.refuse(span, error.to_string(), "expected a name that has no other meaning in expressions");
         }
     };
     let parameters = parameters(node.get("parameters"), &scope, reader)?;

@@ -44,8 +44,7 @@ pub(super) fn finite_bounds(
     let pairs = bounds(node, name, length, of, reader)?;
     if let Some(k) = pairs.iter().position(|(low, high)| !(low.is_finite() && high.is_finite() && low < high)) {
         let message = format!("pair {} of `{name}` is from {} to {}", k + 1, pairs[k].0, pairs[k].1);
-        reader.wrong(node.span.clone(), message, "expected finite ends, the lower one less");
-        return None;
+        return reader.refuse(node.span.clone(), message, "expected finite ends, the lower one less");
     }
     Some(pairs)
 }
@@ -61,8 +60,7 @@ pub(super) fn pairs(
     if bounds.len() != length {
         let message =
             format!("`{name}` has {}, and {whose} has {}", counted(bounds.len(), "pair"), counted(length, of));
-        reader.wrong(node.span.clone(), message, format!("expected {}", counted(length, "pair")));
-        return None;
+        return reader.refuse(node.span.clone(), message, format!("expected {}", counted(length, "pair")));
     }
     Some(bounds)
 }

@@ -39,8 +39,7 @@ fn sensor(node: &Node, plant: &PlantModel, noise: Option<&NoiseSpec>, reader: &m
             let steps = value / dt;
             if let (Some(entry), true) = (node.get(key), (steps - steps.round()).abs() > 1e-6) {
                 let message = format!("`{key}` is {value}, not a multiple of `dt` = {dt}");
-                reader.wrong(entry.span.clone(), message, "expected a multiple of the period of the plant");
-                return None;
+                return reader.refuse(entry.span.clone(), message, "expected a multiple of the period of the plant");
             }
         }
     }

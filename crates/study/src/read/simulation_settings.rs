@@ -36,13 +36,11 @@ pub(super) fn input(
         return law(node, &entry.node, plant, reader);
     }
     if let Some(entry) = node.entry("jumps") {
-        reader.wrong(entry.span.clone(), "`jumps` without a `law`", "expected a `law` that jumps then");
-        return None;
+        return reader.refuse(entry.span.clone(), "`jumps` without a `law`", "expected a `law` that jumps then");
     }
     let signal = match (node.entry("expressions"), node.entry("table")) {
         (Some(_), Some(table)) => {
-            reader.wrong(table.span.clone(), "`table` conflicts with `expressions`", "expected one of them");
-            None
+            reader.refuse(table.span.clone(), "`table` conflicts with `expressions`", "expected one of them")
         }
         (Some(entry), None) => {
             let count = entry.node.list()?.len();
@@ -54,12 +52,11 @@ pub(super) fn input(
             } else {
                 let message =
                     format!("`expressions` has length {count}, and the plant has {}", counted(inputs, "input"));
-                reader.wrong(
+                reader.refuse(
                     entry.node.span.clone(),
                     message,
                     format!("expected {} of t", counted(inputs, "expression")),
-                );
-                None
+                )
             }
         }
         (None, Some(entry)) => {
@@ -69,13 +66,13 @@ pub(super) fn input(
         (None, None) => Some(None),
     };
     if let (Some(entry), None) = (node.entry("interpolation"), node.get("table")) {
-        reader.wrong(entry.span.clone(), "`interpolation` without a `table`", "expected a `table` to interpolate");
-        return None;
+        return reader.refuse(
+            entry.span.clone(),
+            "`interpolation` without a `table`",
+            "expected a `table` to interpolate",
+        );
     }
-    let feedback = match node.get("feedback") {
-        None => Some(None),
-        Some(table) => feedback(table, plant, observers, reader).map(Some),
-    };
+    let feedback = node.given("feedback", |table| feedback(table, plant, observers, reader));
     Some(match (signal?, feedback?) {
         (None, None) => Input::Zero,
         (Some(program), None) => Input::Program(program),
@@ -87,12 +84,10 @@ pub(super) fn input(
 fn law(node: &Node, law: &Node, plant: &PlantModel, reader: &mut Reader) -> Option<Input> {
     if let Some(other) = ["expressions", "table", "feedback"].iter().find_map(|key| node.entry(key)) {
         let message = format!("`{}` conflicts with `law`", other.key);
-        reader.wrong(other.span.clone(), message, "expected one of them");
-        return None;
+        return reader.refuse(other.span.clone(), message, "expected one of them");
     }
     if plant.dt.is_some() {
-        reader.wrong(law.span.clone(), "`law` is for plants in continuous time", "expected `feedback`");
-        return None;
+        return reader.refuse(law.span.clone(), "`law` is for plants in continuous time", "expected `feedback`");
     }
     let why = format!("the plant has {}", counted(plant.inputs.len(), "input"));
     let rows = maps::list(node, "law", (plant.inputs.len(), &why), MapNames::new(plant, 0).states(), reader)?;
@@ -134,8 +129,7 @@ fn feedback_gain(node: &Node, plant: &PlantModel, reader: &mut Reader) -> Option
             [first, second, ..] => format!("`{second}` conflicts with `{first}`"),
             _ => "the feedback has no gain".to_owned(),
         };
-        reader.wrong(check::head(node), message, "expected one of k, poles, lqr");
-        return None;
+        return reader.refuse(check::head(node), message, "expected one of k, poles, lqr");
     };
     let entry = node.entry(way)?;
     if way == "k" {
@@ -143,8 +137,7 @@ fn feedback_gain(node: &Node, plant: &PlantModel, reader: &mut Reader) -> Option
     }
     let Some(linear) = plant.model.linear() else {
         let message = format!("`{way}` is for linear plants, and this one is not");
-        reader.wrong(entry.span.clone(), message, "expected `k`");
-        return None;
+        return reader.refuse(entry.span.clone(), message, "expected `k`");
     };
     let found = if way == "poles" {
         let of_states = format!("the plant has {}", counted(n, "state"));
@@ -177,15 +170,13 @@ pub(super) fn simulation(node: &Node, plant: &PlantModel, reader: &mut Reader) -
         && let Err(error) = expressions.check_at(0.0, &x0, &vec![0.0; plant.inputs.len()])
     {
         let message = format!("the plant is not defined at x0: {error}");
-        reader.wrong(at.span.clone(), message, "expected a state where f, h and their derivatives are finite");
-        return None;
+        return reader.refuse(at.span.clone(), message, "expected a state where f, h and their derivatives are finite");
     }
     if let (Some(dt), Some(entry)) = (plant.dt, node.entry("hold"))
         && entry.node.number() != Some(dt)
     {
         let message = format!("`hold` differs from `dt` = {dt}: the input of a plant in discrete time is held for dt");
-        reader.wrong(entry.span.clone(), message, "expected no `hold`, or `dt`");
-        return None;
+        return reader.refuse(entry.span.clone(), message, "expected no `hold`, or `dt`");
     }
     let integrator = match node.get("integrator").and_then(Node::text) {
         Some("explicit") => Integrator::Explicit,
@@ -217,14 +208,8 @@ pub(super) fn simulation(node: &Node, plant: &PlantModel, reader: &mut Reader) -
             None => plant.dt,
         },
         band: number("band", 0.05)?,
-        score_period: match node.get("score_period") {
-            Some(period) => Some(period.number()?),
-            None => None,
-        },
-        scale: match node.get("scale") {
-            Some(scale) => Some(reader.numbers(scale, "scale", plant.states.len(), "state")?),
-            None => None,
-        },
+        score_period: node.given("score_period", Node::number)?,
+        scale: node.given("scale", |scale| reader.numbers(scale, "scale", plant.states.len(), "state"))?,
         noise,
     })
 }
@@ -238,23 +223,18 @@ fn sampling(node: Option<&Node>, seed: u64, reader: &mut Reader) -> Option<Sampl
             let (shortest, longest) = region::bound(jitter)?;
             if !(shortest > 0.0 && longest.is_finite()) {
                 let message = format!("`jitter` is from {shortest} to {longest}");
-                reader.wrong(jitter.span.clone(), message, "expected positive, finite bounds");
-                return None;
+                return reader.refuse(jitter.span.clone(), message, "expected positive, finite bounds");
             }
             Some((shortest, longest))
         }
     };
-    let misses = match node.get("misses") {
-        None => None,
-        Some(misses) => Some(misses.count()?),
-    };
+    let misses = node.given("misses", Node::count)?;
     if let (Some(misses), Some(entry)) = (misses.filter(|misses| *misses > MOST_MISSES), node.entry("misses")) {
-        reader.wrong(
+        return reader.refuse(
             entry.node.span.clone(),
             format!("`misses` is {misses}"),
             format!("expected at most {MOST_MISSES}"),
         );
-        return None;
     }
     let seed = node.get("seed").map_or(Some(seed as usize), Node::count)? as u64;
     Some(SamplingSpec { jitter, misses, seed })
@@ -299,16 +279,12 @@ pub(super) fn log(node: &Node, plant: &PlantModel, reader: &mut Reader) -> Optio
                 counted(given.len(), "column"),
                 counted(names.len(), what)
             );
-            reader.wrong(list.span.clone(), message, format!("expected {}", counted(names.len(), "column")));
-            return None;
+            return reader.refuse(list.span.clone(), message, format!("expected {}", counted(names.len(), "column")));
         }
         Some(given)
     };
     let (inputs, outputs) = (columns("inputs", &plant.inputs, "input"), columns("outputs", &plant.outputs, "output"));
-    let states = match node.get("states") {
-        None => None,
-        Some(_) => Some(columns("states", &plant.states, "state")?),
-    };
+    let states = node.given("states", |_| columns("states", &plant.states, "state"))?;
     let known = |name: String| (name != "-").then_some(name);
     let columns = super::csv::Columns {
         time: node.get("time").map_or(Some("t"), Node::text)?.to_owned(),
@@ -353,16 +329,16 @@ pub(super) fn plot(
         }
     };
     let named = named(node, observers, reader).ok()?;
-    let end = |key: &str| match node.get(key) {
-        None => Some(None),
-        Some(value) => value.number().map(Some),
-    };
+    let end = |key: &str| node.given(key, Node::number);
     let (from, to) = (end("from")?, end("to")?);
     if let (Some(from), Some(to), Some(entry)) = (from, to, node.entry("to"))
         && to <= from
     {
-        reader.wrong(entry.node.span.clone(), format!("the figures go from {from} to {to}"), "expected from < to");
-        return None;
+        return reader.refuse(
+            entry.node.span.clone(),
+            format!("the figures go from {from} to {to}"),
+            "expected from < to",
+        );
     }
     Some(Plot { show, states, observers: named, from, to })
 }

@@ -30,17 +30,15 @@ pub(super) fn sweep(
     }
     if parameter == Swept::Gamma && swept.iter().all(|observer| observer.kind.with_gamma(1.0).is_none()) {
         let message = "`parameter` is gamma, and none of the observers has one";
-        reader.wrong(at.span.clone(), message, "expected an observer of the kind cubic or sampled-cubic");
-        return None;
+        return reader.refuse(at.span.clone(), message, "expected an observer of the kind cubic or sampled-cubic");
     }
     if parameter == Swept::Noise && simulation.is_some_and(|simulation| !simulation.is_noisy()) {
         let message = "`parameter` is noise, and [simulation] has none";
-        reader.wrong(
+        return reader.refuse(
             at.span.clone(),
             message,
             "expected simulation.noise or a sensor with noise, whose amplitude is multiplied",
         );
-        return None;
     }
     let values = values(node, &parameter, reader)?;
     let variants = match &parameter {
@@ -174,8 +172,7 @@ fn variants(
                 let entry = list.and_then(|list| list.list()?.get(k));
                 let at = entry.or(list).or(node.get("from")).unwrap_or(node);
                 let why = mistake.map_or_else(|| ("no study".to_owned(), String::new()), |m| (m.message, m.expected));
-                reader.wrong(at.span.clone(), format!("with {path} = {value}: {}", why.0), why.1);
-                return None;
+                return reader.refuse(at.span.clone(), format!("with {path} = {value}: {}", why.0), why.1);
             }
         }
     }
@@ -192,8 +189,7 @@ fn values(node: &Node, parameter: &Swept, reader: &mut Reader) -> Option<Vec<f64
         if x > 0.0 {
             return Some(x);
         }
-        reader.wrong(at.span.clone(), format!("{what} is {x}"), expected);
-        None
+        reader.refuse(at.span.clone(), format!("{what} is {x}"), expected)
     };
     match (node.entry("values"), node.get("from"), node.get("to")) {
         (Some(values), None, None) => {
@@ -204,8 +200,7 @@ fn values(node: &Node, parameter: &Swept, reader: &mut Reader) -> Option<Vec<f64
             list.iter().enumerate().map(entry).collect()
         }
         (Some(values), ..) => {
-            reader.wrong(values.span.clone(), "`values` conflicts with `from` and `to`", "expected one of the two");
-            None
+            reader.refuse(values.span.clone(), "`values` conflicts with `from` and `to`", "expected one of the two")
         }
         (None, Some(from), Some(to)) => {
             let mut end = |at: &Node, key: &str| match (factor, log) {
@@ -217,8 +212,11 @@ fn values(node: &Node, parameter: &Swept, reader: &mut Reader) -> Option<Vec<f64
             };
             let (first, last) = (end(from, "from")?, end(to, "to")?);
             if first >= last {
-                reader.wrong(to.span.clone(), format!("the values go from {first} to {last}"), "expected from < to");
-                return None;
+                return reader.refuse(
+                    to.span.clone(),
+                    format!("the values go from {first} to {last}"),
+                    "expected from < to",
+                );
             }
             let count = node.get("count").map_or(Some(9), Node::count)?;
             let value = |k: usize| {

@@ -48,6 +48,11 @@ impl Node {
         self.entry(key).map(|entry| &entry.node)
     }
 
+    /// What `read` makes of the value of a key, or `Some(None)` without the key.
+    pub(crate) fn given<'a, T>(&'a self, key: &str, read: impl FnOnce(&'a Self) -> Option<T>) -> Option<Option<T>> {
+        self.get(key).map_or(Some(None), |node| read(node).map(Some))
+    }
+
     /// A key with its value.
     pub(crate) fn entry(&self, key: &str) -> Option<&Entry> {
         match &self.value {

@@ -56,8 +56,7 @@ fn events(list: &Node, tree: &mut Node, plant: &PlantModel, reader: &mut Reader)
         let at = node.get("at")?.number()?;
         if let Some(before) = events.last().map(|event| event.at).filter(|before| *before > at) {
             let message = format!("the event at t = {at} follows that at t = {before}");
-            reader.wrong(node.get("at")?.span.clone(), message, "expected events in the order of their times");
-            return None;
+            return reader.refuse(node.get("at")?.span.clone(), message, "expected events in the order of their times");
         }
         let jump = match node.get("jump") {
             None => Vec::new(),
@@ -66,8 +65,7 @@ fn events(list: &Node, tree: &mut Node, plant: &PlantModel, reader: &mut Reader)
         let other = other_plant::changed(tree, node, plant, reader).ok()?;
         if other.is_none() && jump.is_empty() {
             let expected = "expected `jump`, or another plant: `parameters`, `a`, `b`, `c`, `d`, `f` or `h`";
-            reader.wrong(check::head(node), "the event changes nothing", expected);
-            return None;
+            return reader.refuse(check::head(node), "the event changes nothing", expected);
         }
         events.push(Event { at, plant: other, jump });
     }

@@ -23,8 +23,7 @@ pub(super) fn units(
         if list.len() != states.len() {
             let message =
                 format!("`units` has length {}, and the plant has {}", list.len(), counted(states.len(), "state"));
-            reader.wrong(node.span.clone(), message, format!("expected length {}", states.len()));
-            return None;
+            return reader.refuse(node.span.clone(), message, format!("expected length {}", states.len()));
         }
         return Some(states.iter().cloned().zip(list.into_iter().map(str::to_owned)).collect());
     }

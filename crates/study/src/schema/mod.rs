@@ -12,7 +12,7 @@ mod sources;
 mod table;
 mod truth;
 
-pub use json::{SCHEMA, json_schema};
+pub use json::{json_schema, schema};
 pub use keys::STUDY;
 pub(crate) use keys::{QUANTITIES, SWEPT};
 pub use sources::{ObserverSource, observer_sources};

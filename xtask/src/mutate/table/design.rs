@@ -3,7 +3,7 @@
 use super::Kind::{Constant, Dropped, Hypothesis, OffDiagonal, Sign, Transpose, WrongOperand};
 use super::{
     CUBIC, DESIGN_UNITS, DESIGNS, FILTERS, INPUT_TO_STATE, INTERVAL, OPTIMAL, SAMPLED, SLIDING, Source, UNCERTAIN,
-    mutant,
+    mutant, sign,
 };
 
 pub(super) const SOURCES: &[Source] = &[
@@ -53,7 +53,7 @@ pub(super) const SOURCES: &[Source] = &[
         file: "crates/design/src/varying_periods.rs",
         suites: &[SAMPLED],
         mutants: &[
-            mutant("varying periods: I + K C", Sign, "- &k * o.c() }", "+ &k * o.c() }"),
+            sign("varying periods: I + K C", "- &k * o.c() }"),
             mutant(
                 "varying periods: one period only",
                 Dropped,
@@ -113,15 +113,15 @@ pub(super) const SOURCES: &[Source] = &[
                  &(DMatrix::identity(outputs, outputs) * w))",
                 "Ok(gram * w)",
             ),
-            mutant("cubic design: F = A + L C", Sign, "&self.observer.a - self.l()", "&self.observer.a + self.l()"),
+            sign("cubic design: F = A + L C", "&self.observer.a - self.l()"),
         ],
     },
     Source {
         file: "crates/design/src/norm_filter/programs.rs",
         suites: &[FILTERS],
         mutants: &[
-            mutant("filters: YC", Sign, "&p * &plant.a - &y * &plant.c", "&p * &plant.a + &y * &plant.c"),
-            mutant("filters: YD", Sign, "&p * &of.e - &y * &of.d", "&p * &of.e + &y * &of.d"),
+            sign("filters: YC", "&p * &plant.a - &y * &plant.c"),
+            sign("filters: YD", "&p * &of.e - &y * &of.d"),
             mutant("H-infinity design: no H'H", Dropped, "block![[he(flow) + seen, driven", "block![[he(flow), driven"),
         ],
     },
@@ -130,7 +130,7 @@ pub(super) const SOURCES: &[Source] = &[
         suites: &[INTERVAL],
         mutants: &[
             mutant("least width: no bounds W", Dropped, "let term = bounds[j] * &bound;", "let term = 1.0 * &bound;"),
-            mutant("least width: E + LD", Sign, "&weight * e - &y * d", "&weight * e + &y * d"),
+            sign("least width: E + LD", "&weight * e - &y * d"),
         ],
     },
     Source {
@@ -145,19 +145,14 @@ pub(super) const SOURCES: &[Source] = &[
                 "k1 / (4.0 * square.sqrt())",
                 "k1 / (8.0 * square.sqrt())",
             ),
-            mutant("reaching time: against d", Sign, "(k - d * e.signum())", "(k + d * e.signum())"),
+            sign("reaching time: against d", "(k - d * e.signum())"),
         ],
     },
     Source {
         file: "crates/design/src/unknown_input.rs",
         suites: &[INPUT_TO_STATE],
         mutants: &[
-            mutant(
-                "unknown input: T = I + HC",
-                Sign,
-                "DMatrix::identity(n, n) - &h * &of.c",
-                "DMatrix::identity(n, n) + &h * &of.c",
-            ),
+            sign("unknown input: T = I + HC", "DMatrix::identity(n, n) - &h * &of.c"),
             mutant(
                 "unknown input: H = E (CE)'",
                 Dropped,
@@ -193,7 +188,7 @@ pub(super) const SOURCES: &[Source] = &[
             mutant("error bound: S for S' in mu", Transpose, "s.transpose() * &self.d;", "&s * &self.d;")
                 .equivalent("S'S_s^-1 S = S S_s^-1 S' for S = S_s + K, S_s = S_s', K = -K': both are S_s - K S_s^-1 K"),
             mutant("error bound: 27/256", Constant, "27.0 / 128.0 * kappa", "27.0 / 256.0 * kappa"),
-            mutant("error bound: G = E + LD", Sign, "(e - &self.l * &self.d)", "(e + &self.l * &self.d)"),
+            sign("error bound: G = E + LD", "(e - &self.l * &self.d)"),
             mutant(
                 "error bound: sqrt(U) (P^-1)_kk",
                 Dropped,
@@ -244,9 +239,9 @@ pub(super) const SOURCES: &[Source] = &[
         file: "crates/design/src/gain_lmi.rs",
         suites: &[DESIGNS, CUBIC],
         mutants: &[
-            mutant("gain by LMI: + Y C", Sign, "&*p * a - &*y * c", "&*p * a + &*y * c"),
+            sign("gain by LMI: + Y C", "&*p * a - &*y * c"),
             mutant("gain by LMI: rate P in the place of 2 rate P", Constant, "(2.0 * rate)", "rate"),
-            mutant("gain by LMI: - 2 rate P", Sign, ") + (2.0 * rate)", ") - (2.0 * rate)"),
+            sign("gain by LMI: - 2 rate P", ") + (2.0 * rate)"),
             mutant(
                 "gain by LMI: L = Y",
                 Dropped,
@@ -260,7 +255,7 @@ pub(super) const SOURCES: &[Source] = &[
         suites: &[DESIGNS, CUBIC],
         mutants: &[
             mutant("sampled design: z = h s", WrongOperand, "(s * h).exp()", "s * h"),
-            mutant("sampled design: Fd = Ad + Ld C", Sign, "&ad - &ld * &c", "&ad + &ld * &c"),
+            sign("sampled design: Fd = Ad + Ld C", "&ad - &ld * &c"),
             mutant(
                 "sampled design: Fd P Fd' - P",
                 Transpose,
@@ -292,7 +287,7 @@ pub(super) const SOURCES: &[Source] = &[
                 "LyapunovEquation::new(&f);",
                 "LyapunovEquation::new(&f.transpose());",
             ),
-            mutant("(9): F = A + L C", Sign, "let f = a - l * c;", "let f = a + l * c;"),
+            sign("(9): F = A + L C", "let f = a - l * c;"),
         ],
     },
     Source {
@@ -379,7 +374,7 @@ pub(super) const SOURCES: &[Source] = &[
         suites: &[DESIGNS, CUBIC],
         mutants: &[
             mutant("fixed gain: eps P in the place of 2 eps P", Constant, "(2.0 * eps)", "eps"),
-            mutant("fixed gain: - 2 eps P", Sign, "he(half) + (2.0", "he(half) - (2.0"),
+            sign("fixed gain: - 2 eps P", "he(half) + (2.0"),
             mutant(
                 "fixed gain: S + S' < 0",
                 Sign,
@@ -394,8 +389,8 @@ pub(super) const SOURCES: &[Source] = &[
             ),
             mutant("fixed gain: S = G C N", Sign, "let s = -(g * &self.cn)", "let s = g * &self.cn"),
             mutant("fixed gain: S'", Transpose, "let s = -(g * &self.cn)", "let s = -(g * &self.cn).transpose()"),
-            mutant("fixed gain: P = C'G C - T'Y T", Sign, "p += self.t", "p -= self.t"),
-            mutant("fixed gain: A + L C", Sign, "- &p * self.l * c", "+ &p * self.l * c"),
+            sign("fixed gain: P = C'G C - T'Y T", "p += self.t"),
+            sign("fixed gain: A + L C", "- &p * self.l * c"),
             mutant("fixed gain: T N = 0 with the other sign", Sign, "-n_gain[(j, 0)]", "n_gain[(j, 0)]"),
         ],
     },
@@ -431,12 +426,7 @@ pub(super) const SOURCES: &[Source] = &[
                 "-product.trace()",
             ),
             mutant("positive real: q' without its powers", Dropped, "k as f64 * a)", "*a)"),
-            mutant(
-                "positive real: companion of the other sign",
-                Sign,
-                "subdiagonal - polynomial[i]",
-                "subdiagonal + polynomial[i]",
-            ),
+            sign("positive real: companion of the other sign", "subdiagonal - polynomial[i]"),
             mutant(
                 "positive real: the leading coefficient not asked",
                 Hypothesis,

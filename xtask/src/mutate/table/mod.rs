@@ -16,7 +16,8 @@ pub(super) struct Mutant {
     pub(super) kind: Kind,
     /// Exactly once in its file.
     pub(super) fragment: &'static str,
-    pub(super) replacement: &'static str,
+    /// Of a changed sign none: the fragment has it.
+    replacement: Option<&'static str>,
     /// Why no test can notice, where none can.
     pub(super) equivalent: Option<&'static str>,
 }
@@ -60,10 +61,33 @@ impl fmt::Display for Kind {
 }
 
 const fn mutant(name: &'static str, kind: Kind, fragment: &'static str, replacement: &'static str) -> Mutant {
-    Mutant { name, kind, fragment, replacement, equivalent: None }
+    Mutant { name, kind, fragment, replacement: Some(replacement), equivalent: None }
 }
 
+/// The first operation of the fragment is the opposite one.
+const fn sign(name: &'static str, fragment: &'static str) -> Mutant {
+    Mutant { name, kind: Kind::Sign, fragment, replacement: None, equivalent: None }
+}
+
+/// The fragment is missing.
+const fn dropped(name: &'static str, fragment: &'static str) -> Mutant {
+    mutant(name, Kind::Dropped, fragment, "")
+}
+
+/// Operations and their opposites.
+const OPPOSITES: [(&str, &str); 3] = [("+", "-"), (".plus(", ".minus("), (".sum(", ".difference(")];
+
 impl Mutant {
+    /// What takes the place of the fragment.
+    pub(super) fn replacement(&self) -> String {
+        if let Some(given) = self.replacement {
+            return given.to_owned();
+        }
+        let both = OPPOSITES.into_iter().flat_map(|(one, other)| [(one, other), (other, one)]);
+        let first = both.filter_map(|(one, other)| Some((self.fragment.find(one)?, one, other))).min();
+        first.map_or_else(String::new, |(_, one, other)| self.fragment.replacen(one, other, 1))
+    }
+
     const fn equivalent(self, reason: &'static str) -> Self {
         Self { equivalent: Some(reason), ..self }
     }

@@ -1,39 +1,27 @@
 //! Mutants of the observers.
 
 use super::Kind::{Constant, Dropped, Hypothesis, OffDiagonal, Sign, Transpose, WrongOperand};
-use super::{CUBIC, EXPORTED, INPUT_TO_STATE, INTERVAL, KKL, MEAN_VALUE, OBSERVERS, SAMPLED, SLIDING, Source, mutant};
+use super::{
+    CUBIC, EXPORTED, INPUT_TO_STATE, INTERVAL, KKL, MEAN_VALUE, OBSERVERS, SAMPLED, SLIDING, Source, dropped, mutant,
+    sign,
+};
 
 pub(super) const SOURCES: &[Source] = &[
     Source {
         file: "crates/observers/src/linear.rs",
         suites: &[OBSERVERS, CUBIC],
         mutants: &[
-            mutant("linear observer: - B u", Sign, "+ entry(&self.b, i, u)", "- entry(&self.b, i, u)"),
-            mutant(
-                "linear observer: - L y~",
-                Sign,
-                "+ entry(&self.l, i, innovation)",
-                "- entry(&self.l, i, innovation)",
-            ),
+            sign("linear observer: - B u", "+ entry(&self.b, i, u)"),
+            sign("linear observer: - L y~", "+ entry(&self.l, i, innovation)"),
         ],
     },
     Source {
         file: "crates/observers/src/cubic.rs",
         suites: &[OBSERVERS, CUBIC],
         mutants: &[
-            mutant(
-                "cubic observer: + N y~ (y~'theta y~)",
-                Sign,
-                "- entry(&self.n, i, cubic)",
-                "+ entry(&self.n, i, cubic)",
-            ),
-            mutant(
-                "cubic observer: - L y~",
-                Sign,
-                "+ entry(&self.l, i, innovation)",
-                "- entry(&self.l, i, innovation)",
-            ),
-            mutant("cubic observer: no B u", Dropped, " + entry(&self.b, i, u)", ""),
+            sign("cubic observer: + N y~ (y~'theta y~)", "- entry(&self.n, i, cubic)"),
+            sign("cubic observer: - L y~", "+ entry(&self.l, i, innovation)"),
+            dropped("cubic observer: no B u", " + entry(&self.b, i, u)"),
             mutant(
                 "cubic observer: theta = I",
                 Dropped,
@@ -76,7 +64,7 @@ pub(super) const SOURCES: &[Source] = &[
         file: "crates/observers/src/cubic_sampled.rs",
         suites: &[OBSERVERS, CUBIC],
         mutants: &[
-            mutant("sampled observer: + N impulse", Sign, "*xhat -= entry(n", "*xhat += entry(n"),
+            sign("sampled observer: + N impulse", "*xhat -= entry(n"),
             mutant(
                 "sampled observer: no cubic step",
                 Dropped,
@@ -111,7 +99,7 @@ pub(super) const SOURCES: &[Source] = &[
             mutant("semi-implicit step: G = C N", Sign, "|i, j| -entry_of_product", "|i, j| entry_of_product"),
             mutant("semi-implicit step: no h", Dropped, ".max(zero) * t * size * size", ".max(zero) * size * size"),
             mutant("semi-implicit step: s of |y~|", Dropped, "* t * size * size", "* t * size"),
-            mutant("semi-implicit step: I - s G", Sign, "{ one + entry } else", "{ one - entry } else"),
+            sign("semi-implicit step: I - s G", "{ one + entry } else"),
             mutant("semi-implicit step: impulse r", Dropped, "*impulse *= s;", "let _ = s;"),
             mutant(
                 "semi-implicit step: the diagonal of G",
@@ -133,8 +121,8 @@ pub(super) const SOURCES: &[Source] = &[
         mutants: &[
             mutant("prediction: no input", Dropped, "slope + entry(&self.b, i, u.as_slice())", "slope"),
             mutant("prediction: no factorial", Dropped, "slope * tau / degree", "slope * tau"),
-            mutant("correction: - K r", Sign, "+ entry(&self.k, i, innovation)", "- entry(&self.k, i, innovation)"),
-            mutant("correction: + N i", Sign, "- entry(n, i, impulse)", "+ entry(n, i, impulse)"),
+            sign("correction: - K r", "+ entry(&self.k, i, innovation)"),
+            sign("correction: + N i", "- entry(n, i, impulse)"),
         ],
     },
     Source {
@@ -147,12 +135,7 @@ pub(super) const SOURCES: &[Source] = &[
                 "(rest[(i, j)] + rest[(j, i)]) * half",
                 "(rest[(i, j)] + rest[(i, j)]) * half",
             ),
-            mutant(
-                "semidefinite: the rest plus its pivot's part",
-                Sign,
-                "- factor * at(&rest, k, j)",
-                "+ factor * at(&rest, k, j)",
-            ),
+            sign("semidefinite: the rest plus its pivot's part", "- factor * at(&rest, k, j)"),
             mutant(
                 "semidefinite: the rest off the diagonal is not looked at",
                 OffDiagonal,
@@ -165,8 +148,8 @@ pub(super) const SOURCES: &[Source] = &[
         file: "crates/observers/src/discrete_linear.rs",
         suites: &[OBSERVERS, CUBIC],
         mutants: &[
-            mutant("sampled observer: no Bd u", Dropped, "entry(b, i, u) + ", ""),
-            mutant("sampled observer: - L y~", Sign, "+ entry(l, i, z)", "- entry(l, i, z)"),
+            dropped("sampled observer: no Bd u", "entry(b, i, u) + "),
+            sign("sampled observer: - L y~", "+ entry(l, i, z)"),
         ],
     },
     Source {
@@ -188,16 +171,16 @@ pub(super) const SOURCES: &[Source] = &[
         suites: &[OBSERVERS],
         mutants: &[
             mutant("Kalman: S = H P H'", Dropped, "times_transpose(&hp, &h) + &v", "times_transpose(&hp, &h)"),
-            mutant("Kalman: xhat - K y~", Sign, "xhat += times(&gain", "xhat -= times(&gain"),
-            mutant("Kalman: I + K H", Sign, "order) - times(&gain, &h)", "order) + times(&gain, &h)"),
-            mutant("Kalman: no K V K'", Dropped, " + times_transpose(&times(&gain, &v), &gain)", ""),
+            sign("Kalman: xhat - K y~", "xhat += times(&gain"),
+            sign("Kalman: I + K H", "order) - times(&gain, &h)"),
+            dropped("Kalman: no K V K'", " + times_transpose(&times(&gain, &v), &gain)"),
             mutant(
                 "Kalman: (I - K H) P + K V K'",
                 Dropped,
                 "times_transpose(&times(&keep, p), &keep)",
                 "times(&keep, p)",
             ),
-            mutant("Kalman: V of a silent output", Dropped, "v[(i, i)] = T::one();", ""),
+            dropped("Kalman: V of a silent output", "v[(i, i)] = T::one();"),
             mutant("Kalman: V correlated with a silent output", OffDiagonal, "v.row_mut(i).fill(T::zero());", ""),
             mutant(
                 "Kalman: an estimate that is NaN",
@@ -240,7 +223,7 @@ pub(super) const SOURCES: &[Source] = &[
                 "times(&ad.transpose(), &times(&estimate.covariance(), ad))",
             ),
             mutant("discrete Kalman: no Bd u", Dropped, " + bd * u;", ";"),
-            mutant("discrete Kalman: y + C xhat", Sign, "y - c * estimate.estimate()", "y + c * estimate.estimate()"),
+            sign("discrete Kalman: y + C xhat", "y - c * estimate.estimate()"),
         ],
     },
     Source {
@@ -266,8 +249,8 @@ pub(super) const SOURCES: &[Source] = &[
                 "d[(k, j)] + d[(j, k)]",
             ),
             mutant("mean value: no eta", Dropped, "self.eta * gain(&d, k)", "gain(&d, k)"),
-            mutant("mean value: xhat' = f - G e", Sign, "slope[k] += g * e1", "slope[k] -= g * e1"),
-            mutant("mean value: e' = D e + G e", Sign, "error_slope[k] -= g * e[k]", "error_slope[k] += g * e[k]"),
+            sign("mean value: xhat' = f - G e", "slope[k] += g * e1"),
+            sign("mean value: e' = D e + G e", "error_slope[k] -= g * e[k]"),
             mutant("mean value: e1 = xhat - y", Sign, "{ y[k] - xhat[k] } else", "{ xhat[k] - y[k] } else"),
             mutant("mean value: unmeasured rows not corrected", Dropped, "else { e[k] };", "else { T::zero() };"),
             mutant(
@@ -276,20 +259,10 @@ pub(super) const SOURCES: &[Source] = &[
                 "if k < y.nrows() { y[k] - xhat[k] } else { e[k] }",
                 "e[k]",
             ),
-            mutant(
-                "repair: G_m left in the error",
-                Sign,
-                "error_slope[k] -= g * (e1 - e[k])",
-                "error_slope[k] += g * (e1 - e[k])",
-            ),
-            mutant("repair: - L surprise", Sign, "error_slope += l * surprise", "error_slope -= l * surprise"),
+            sign("repair: G_m left in the error", "error_slope[k] -= g * (e1 - e[k])"),
+            sign("repair: - L surprise", "error_slope += l * surprise"),
             mutant("repair: surprise y - C xhat", Dropped, "y[k] - xhat[k] - e[k]", "y[k] - xhat[k]"),
-            mutant(
-                "mean value: z = xhat - e",
-                Sign,
-                "self.estimate() + self.error()",
-                "self.estimate() - self.error()",
-            ),
+            sign("mean value: z = xhat - e", "self.estimate() + self.error()"),
             mutant("mean value: eta > 1", Hypothesis, "eta + eta > T::one()", "eta > T::one()"),
         ],
     },
@@ -297,12 +270,7 @@ pub(super) const SOURCES: &[Source] = &[
         file: "crates/observers/src/mean_value/integral.rs",
         suites: &[OBSERVERS, MEAN_VALUE],
         mutants: &[
-            mutant(
-                "integral mean: from xhat to xhat - e",
-                Sign,
-                "let at = xhat + e * convert",
-                "let at = xhat - e * convert",
-            ),
+            sign("integral mean: from xhat to xhat - e", "let at = xhat + e * convert"),
             mutant("integral mean: weights 1", Dropped, "u) * convert::<f64, T>(weight)", "u)"),
             mutant(
                 "integral mean: D e = f(xhat) - f(xhat + e)",
@@ -365,7 +333,7 @@ pub(super) const SOURCES: &[Source] = &[
                 "self.lambda(t, u, y) * xi",
                 "self.lambda(t, u, y).transpose() * xi",
             ),
-            mutant("KKL: Lambda xi - B", Sign, "* xi + self.injection", "* xi - self.injection"),
+            sign("KKL: Lambda xi - B", "* xi + self.injection"),
             mutant("linear KKL: no E u", Dropped, "&self.b * y + &self.e * u", "&self.b * y"),
             mutant("linear KKL: E u - B y", Sign, "&self.b * y + &self.e * u", "&self.e * u - &self.b * y"),
         ],
@@ -374,19 +342,9 @@ pub(super) const SOURCES: &[Source] = &[
         file: "crates/observers/src/kkl_peb.rs",
         suites: &[OBSERVERS, KKL],
         mutants: &[
-            mutant("[KKL+PEB]: phi^L(xi - missing)", Sign, "&parts.xi + self.map", "&parts.xi - self.map"),
-            mutant(
-                "[KKL+PEB]: xi(0) = phi + missing",
-                Sign,
-                "estimate, y) - self.map.missing",
-                "estimate, y) + self.map.missing",
-            ),
-            mutant(
-                "[KKL+PEB]: Y = W[s] + F[g]",
-                Sign,
-                "&self.map.signal(t, y)) - parts.known",
-                "&self.map.signal(t, y)) + parts.known",
-            ),
+            sign("[KKL+PEB]: phi^L(xi - missing)", "&parts.xi + self.map"),
+            sign("[KKL+PEB]: xi(0) = phi + missing", "estimate, y) - self.map.missing"),
+            sign("[KKL+PEB]: Y = W[s] + F[g]", "&self.map.signal(t, y)) - parts.known"),
             mutant("[KKL+PEB]: w(0) = 0", Dropped, "xi.iter().chain(signal.iter())", "xi.iter()"),
             mutant("[KKL+PEB]: F[g] filters s", WrongOperand, "&self.map.known(t, xi, u, y)", "&self.map.signal(t, y)"),
             mutant(
@@ -407,7 +365,7 @@ pub(super) const SOURCES: &[Source] = &[
                 "(bound - value) >= rate / self",
                 "(bound - value) <= rate / self",
             ),
-            mutant("reset: xi - missing(theta_hat)", Sign, "after[i] += behind[i]", "after[i] -= behind[i]"),
+            sign("reset: xi - missing(theta_hat)", "after[i] += behind[i]"),
             mutant("reset: no missing(theta_0)", Dropped, "behind[i] - ahead[i]", "behind[i]"),
             mutant("reset: F[g] - F[m] delta", Sign, "after[z + r + i] += parts", "after[z + r + i] -= parts"),
             mutant(
@@ -417,11 +375,9 @@ pub(super) const SOURCES: &[Source] = &[
                 "parts.regressor[(j, i)] * delta[j]",
             ),
             mutant("reset: W[s] + F[m] delta", WrongOperand, "after[z + r + i] +=", "after[z + i] +="),
-            mutant(
+            dropped(
                 "reset: the extension of the estimator stays",
-                Dropped,
                 "self.estimator.shift(&mut after.as_mut_slice()[filters..], &delta);",
-                "",
             ),
             mutant(
                 "reset: theta_hat stays",
@@ -468,8 +424,8 @@ pub(super) const SOURCES: &[Source] = &[
                 "(0..map.place(i).position)",
                 "(1..map.place(i).position)",
             ),
-            mutant("high gain: y + head", Sign, "error[output] -= xi[i]", "error[output] += xi[i]"),
-            mutant("high gain: b - s alpha/r^j (y - head)", Sign, "slope[i] += shape", "slope[i] -= shape"),
+            sign("high gain: y + head", "error[output] -= xi[i]"),
+            sign("high gain: b - s alpha/r^j (y - head)", "slope[i] += shape"),
             mutant("high gain: no shape", Dropped, "shape[i] * self.gain[i]", "self.gain[i]"),
         ],
     },
@@ -477,28 +433,18 @@ pub(super) const SOURCES: &[Source] = &[
         file: "crates/study/src/maps/composed.rs",
         suites: &[EXPORTED],
         mutants: &[
-            mutant(
-                "exported high gain: drift - shape alpha/r^j (y - head)",
-                Sign,
-                "\"({}) + ({})*{}*({} - {})\"",
-                "\"({}) - ({})*{}*({} - {})\"",
-            ),
+            sign("exported high gain: drift - shape alpha/r^j (y - head)", "\"({}) + ({})*{}*({} - {})\""),
             mutant("exported I&I: Dphi f + D_y beta Dh f", Sign, "(-{})*({rate})", "({})*({rate})"),
             mutant("exported I&I: no Q in the kernel", Dropped, "format!(\"{} + {back}\", free[j])", "back"),
-            mutant("exported unknown-input observer: + N", Sign, "{linear} - {strength}", "{linear} + {strength}"),
-            mutant("exported mean value: - |D| y~", Sign, "({}) + {}*{measured}", "({}) - {}*{measured}"),
+            sign("exported unknown-input observer: + N", "{linear} - {strength}"),
+            sign("exported mean value: - |D| y~", "({}) + {}*{measured}"),
         ],
     },
     Source {
         file: "crates/study/src/maps/whole.rs",
         suites: &[EXPORTED],
         mutants: &[
-            mutant(
-                "exported reset: xi - missing(theta_hat)",
-                Sign,
-                "\"{} + ({} - {})\", state(i)",
-                "\"{} - ({} - {})\", state(i)",
-            ),
+            sign("exported reset: xi - missing(theta_hat)", "\"{} + ({} - {})\", state(i)"),
             mutant("exported reset: Z + Phi delta", Sign, "format!(\"(-{})\", by(j))", "by(j)"),
             mutant(
                 "exported reset: counts from 0",
@@ -518,21 +464,16 @@ pub(super) const SOURCES: &[Source] = &[
         file: "crates/observers/src/immersion_invariance.rs",
         suites: &[OBSERVERS, KKL],
         mutants: &[
-            mutant(
-                "I&I: Dphi f + D_y beta Dh f",
-                Sign,
-                "&f) - self.map.beta_directional",
-                "&f) + self.map.beta_directional",
-            ),
+            sign("I&I: Dphi f + D_y beta Dh f", "&f) - self.map.beta_directional"),
             mutant(
                 "I&I: no D_y beta Dh f",
                 Dropped,
                 "self.map.beta_directional(y, chi, &output_rate, &still)",
                 "self.map.beta_directional(y, chi, &output_rate, &still) * T::zero()",
             ),
-            mutant("I&I: - rho", Sign, "wanted += rho", "wanted -= rho"),
+            sign("I&I: - rho", "wanted += rho"),
             mutant("I&I: Q not projected", Dropped, "(wanted - seen)", "wanted"),
-            mutant("I&I: I + projector", Sign, "(wanted - seen)", "(wanted + seen)"),
+            sign("I&I: I + projector", "(wanted - seen)"),
             mutant("I&I: no Q in the kernel", Dropped, "free + pseudo_inverse", "pseudo_inverse"),
             mutant(
                 "I&I: f at the output's rate 0",
@@ -546,7 +487,7 @@ pub(super) const SOURCES: &[Source] = &[
         file: "crates/observers/src/estimator/gradient.rs",
         suites: &[OBSERVERS],
         mutants: &[
-            mutant("gradient: Y + M theta_hat", Sign, "y - m * leading", "y + m * leading"),
+            sign("gradient: Y + M theta_hat", "y - m * leading"),
             mutant("gradient: no Gamma", Dropped, "&self.gain * m.tr_mul(&residual)", "m.tr_mul(&residual)"),
             mutant(
                 "gradient: the diagonal of Gamma alone",
@@ -567,10 +508,10 @@ pub(super) const SOURCES: &[Source] = &[
                 "self.gain[i] * (v[i]",
             ),
             mutant("DREM: v - theta_hat", Dropped, "v[i] - mixed.determinant * theta", "v[i] - theta"),
-            mutant("DREM: v + Delta theta_hat", Sign, "v[i] - mixed.determinant", "v[i] + mixed.determinant"),
+            sign("DREM: v + Delta theta_hat", "v[i] - mixed.determinant"),
             mutant("DREM: adj(Phi)'Z", Transpose, "&mixed.adjugate * z", "mixed.adjugate.transpose() * z"),
             mutant("DREM: one gamma for all", OffDiagonal, "self.gain[i] * mixed", "self.gain[0] * mixed"),
-            mutant("reset of Kreisselmeier's Z: + Phi delta", Sign, "state[i] -= moved", "state[i] += moved"),
+            sign("reset of Kreisselmeier's Z: + Phi delta", "state[i] -= moved"),
             mutant(
                 "reset of Kreisselmeier's Z: Phi'delta",
                 Transpose,
@@ -583,7 +524,7 @@ pub(super) const SOURCES: &[Source] = &[
                 "state[block + i] -= moved",
                 "state[block + i] += moved",
             ),
-            mutant("Kreisselmeier: + a Phi", Sign, "source - state * self.a", "source + state * self.a"),
+            sign("Kreisselmeier: + a Phi", "source - state * self.a"),
             mutant("Kreisselmeier: a = 1", Dropped, "source - state * self.a", "source - state"),
             mutant(
                 "Kreisselmeier: Z' = a (M'Y - Z), Phi as before",
@@ -604,7 +545,7 @@ pub(super) const SOURCES: &[Source] = &[
         file: "crates/observers/src/estimator/excitation.rs",
         suites: &[OBSERVERS, KKL],
         mutants: &[
-            mutant("excitation: + mu E", Sign, "seen - gram * self.mu", "seen + gram * self.mu"),
+            sign("excitation: + mu E", "seen - gram * self.mu"),
             mutant("excitation: det E/trace E^(q-1)", Dropped, "product * count", "product"),
             mutant(
                 "excitation: q in the place of q - 1",
@@ -632,7 +573,7 @@ pub(super) const SOURCES: &[Source] = &[
         suites: &[INTERVAL],
         mutants: &[
             mutant("interval observer: no g", Dropped, "entry(k, i, rho) + g[i]", "entry(k, i, rho)"),
-            mutant("interval step: y + C xhat", Sign, "*y - entry(&g.c, i, xhat)", "*y + entry(&g.c, i, xhat)"),
+            sign("interval step: y + C xhat", "*y - entry(&g.c, i, xhat)"),
             mutant(
                 "interval step: no constant",
                 Dropped,

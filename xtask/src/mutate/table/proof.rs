@@ -3,7 +3,7 @@
 use super::Kind::{Constant, Dropped, Hypothesis, OffDiagonal, Sign, Transpose, WrongOperand};
 use super::{
     DEPLOYED, FILTERS, INPUT_TO_STATE, INTERVAL, KKL_BOUND, LEFT_INVERSES, SAMPLED, SLIDING, SYSTEMS, Source, TIMES,
-    mutant,
+    dropped, mutant, sign,
 };
 
 pub(super) const SOURCES: &[Source] = &[
@@ -54,12 +54,7 @@ pub(super) const SOURCES: &[Source] = &[
         suites: &[KKL_BOUND],
         mutants: &[
             mutant("KKL bound: residual + B", Sign, "let mut sum = b_i.negative();", "let mut sum = b_i.clone();"),
-            mutant(
-                "KKL bound: residual + Lambda phi",
-                Sign,
-                "sum = sum.minus(&arena.product(&lambda[i * q + j], phi_j)?);",
-                "sum = sum.plus(&arena.product(&lambda[i * q + j], phi_j)?);",
-            ),
+            sign("KKL bound: residual + Lambda phi", "sum = sum.minus(&arena.product(&lambda[i * q + j], phi_j)?);"),
             mutant(
                 "KKL bound: residual with Lambda'",
                 Transpose,
@@ -90,12 +85,7 @@ pub(super) const SOURCES: &[Source] = &[
         file: "crates/proof/src/statement/semi_implicit.rs",
         suites: &[SAMPLED],
         mutants: &[
-            mutant(
-                "stored N: P N - C'S",
-                Sign,
-                "p.product(&n)?.sum(&c.transpose()",
-                "p.product(&n)?.difference(&c.transpose()",
-            ),
+            sign("stored N: P N - C'S", "p.product(&n)?.sum(&c.transpose()"),
             mutant("stored N: C'S'", Transpose, "c.transpose().product(&s)?", "c.transpose().product(&s.transpose())?"),
             mutant("stored N: N N' for N'PN", WrongOperand, "&n.congruence(p)?", "&n.congruence(p)?.negative()"),
         ],
@@ -104,7 +94,7 @@ pub(super) const SOURCES: &[Source] = &[
         file: "crates/proof/src/statement/varying_periods.rs",
         suites: &[TIMES],
         mutants: &[
-            mutant("decrease over times: + X'PX", Sign, "self.level.difference(&x", "self.level.sum(&x"),
+            sign("decrease over times: + X'PX", "self.level.difference(&x"),
             mutant("decrease over times: factor P", Dropped, "p.scaled(&factor.mul(&factor))", "p.scaled(&factor)"),
             mutant(
                 "decrease over times: the middles of the cells",
@@ -153,7 +143,7 @@ pub(super) const SOURCES: &[Source] = &[
                 "first.sum(&first)?.bordered(",
                 "first.sum(&first)?.sum(&first)?.sum(&first)?.bordered(",
             ),
-            mutant("disturbances: G = E + LD", Sign, "&e.difference(&l.product(&d)?)?", "&e.sum(&l.product(&d)?)?"),
+            sign("disturbances: G = E + LD", "&e.difference(&l.product(&d)?)?"),
             mutant("decrease: no rate", Dropped, "?.sum(&Matrix::scalar(p.rows(), &rate))?", "?"),
             mutant("components: limsup for its square", Dropped, "p.scaled(&limsup.mul(&limsup))", "p.scaled(&limsup)"),
             mutant("level: W_i for W_i^2", Dropped, ".mul(&w.mul(&w))", ".mul(&w)"),
@@ -163,9 +153,9 @@ pub(super) const SOURCES: &[Source] = &[
         file: "crates/proof/src/statement/system_norm.rs",
         suites: &[FILTERS],
         mutants: &[
-            mutant("norms: F = A + LC", Sign, "\"A\")?.difference(", "\"A\")?.sum("),
-            mutant("norms: G = E + LD", Sign, "\"E\")?.difference(", "\"E\")?.sum("),
-            mutant("norms: no H'H", Dropped, "let first = first.sum(&seen)?;", ""),
+            sign("norms: F = A + LC", "\"A\")?.difference("),
+            sign("norms: G = E + LD", "\"E\")?.difference("),
+            dropped("norms: no H'H", "let first = first.sum(&seen)?;"),
             mutant("H-infinity: gamma", Dropped, "g.cols(), &gamma.mul(&gamma))", "g.cols(), &gamma)"),
             mutant(
                 "H-infinity: no corner",
@@ -184,7 +174,7 @@ pub(super) const SOURCES: &[Source] = &[
         file: "crates/proof/src/statement/linear_system.rs",
         suites: &[SYSTEMS],
         mutants: &[
-            mutant("linear system: I + GM", Sign, ".difference(&g.product(m)?)", ".sum(&g.product(m)?)"),
+            sign("linear system: I + GM", ".difference(&g.product(m)?)"),
             mutant("linear system: h", Hypothesis, "h.is_nan() || h >= 1.0", "h.is_nan() || h >= 0.0"),
             mutant(
                 "linear system: no |E| y",
@@ -229,12 +219,7 @@ pub(super) const SOURCES: &[Source] = &[
         file: "crates/proof/src/statement/unknown_input.rs",
         suites: &[LEFT_INVERSES],
         mutants: &[
-            mutant(
-                "decoupling: T = I + HC",
-                Sign,
-                "Matrix::scalar(c.cols(), &Interval::ONE).difference(&measured)",
-                "Matrix::scalar(c.cols(), &Interval::ONE).sum(&measured)",
-            ),
+            sign("decoupling: T = I + HC", "Matrix::scalar(c.cols(), &Interval::ONE).difference(&measured)"),
             mutant("decoupling: no rate", Dropped, "flow.sum(&Matrix::scalar(n, &rate))?", "flow"),
         ],
     },

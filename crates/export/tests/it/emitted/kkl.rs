@@ -4,9 +4,8 @@
 //! SHA-256 of the numbers: e99af5ba98847f19c8e684ba6c863969e22321cf1c0a9976f6b788362a13025f
 pub use luenberger_observers;
 
-use luenberger_observers::nalgebra::{Const, SMatrix, SVector};
+use luenberger_observers::nalgebra::{SMatrix, SVector};
 use luenberger_observers::{ObserverError};
-use luenberger_observers::{Differentiable, Dimensions, Plant, Shape};
 use luenberger_observers::numerical_kkl::{
     Branch, Coordinates, Node, PolynomialInverse, PolynomialTree, SampledFilter, SampledKkl,
 };
@@ -69,63 +68,7 @@ const FORWARD_LEAVES: &[f32] = &[
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Model;
 
-impl Shape for Model {
-    fn dimensions(&self) -> Dimensions {
-        Dimensions { states: 2, inputs: 0, outputs: 1 }
-    }
-}
-
-impl Plant<f32> for Model {
-    type State = SVector<f32, 2>;
-    type Input = SVector<f32, 0>;
-    type Output = SVector<f32, 1>;
-
-    fn derivative(&self, t: f32, x: &Self::State, u: &Self::Input) -> Self::State {
-        let mut out = [0.0; 2];
-        f(t, &x.data.0[0], u.as_slice(), &mut out);
-        SVector::from(out)
-    }
-
-    fn output(&self, t: f32, x: &Self::State, u: &Self::Input) -> Self::Output {
-        let mut out = [0.0; 1];
-        h(t, &x.data.0[0], u.as_slice(), &mut out);
-        SVector::from(out)
-    }
-}
-
-impl Differentiable<f32, Const<2>, Const<0>, Const<1>> for Model {
-    fn directional(
-        &self,
-        t: f32,
-        x: &SVector<f32, 2>,
-        u: &SVector<f32, 0>,
-        v: &SVector<f32, 2>,
-    ) -> (SVector<f32, 2>, SVector<f32, 2>) {
-        (self.derivative(t, x, u), self.state_jacobian(t, x, u) * v)
-    }
-
-    fn output_directional(
-        &self,
-        t: f32,
-        x: &SVector<f32, 2>,
-        u: &SVector<f32, 0>,
-        v: &SVector<f32, 2>,
-    ) -> (SVector<f32, 1>, SVector<f32, 1>) {
-        (self.output(t, x, u), self.output_jacobian(t, x, u) * v)
-    }
-
-    fn state_jacobian(&self, t: f32, x: &Self::State, u: &Self::Input) -> SMatrix<f32, 2, 2> {
-        let mut out = [0.0; 6];
-        motion(t, &x.data.0[0], u.as_slice(), &mut out);
-        SMatrix::from_fn(|i, j| out[2 + i * 2 + j])
-    }
-
-    fn output_jacobian(&self, t: f32, x: &Self::State, u: &Self::Input) -> SMatrix<f32, 1, 2> {
-        let mut out = [0.0; 3];
-        measurement(t, &x.data.0[0], u.as_slice(), &mut out);
-        SMatrix::from_fn(|i, j| out[1 + i * 2 + j])
-    }
-}
+luenberger_observers::straight_line_plant!(Model, f32, 2, 0, 1, f, h, motion, measurement);
 
 /// f(t, x, u).
 #[allow(unused_parens, clippy::all, clippy::pedantic)]

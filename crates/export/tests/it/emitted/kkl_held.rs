@@ -4,9 +4,8 @@
 //! SHA-256 of the numbers: ee51b9fc866e3766c5593004c461f670b377ceff5f793fbc2aa5f31a99be816f
 pub use luenberger_observers;
 
-use luenberger_observers::nalgebra::{Const, SMatrix, SVector};
+use luenberger_observers::nalgebra::{SMatrix, SVector};
 use luenberger_observers::{ObserverError};
-use luenberger_observers::{Differentiable, Dimensions, Plant, Shape};
 use luenberger_observers::numerical_kkl::{
     Coordinates, HeldInputTrees, Node, PolynomialTree, SampledFilter, SampledHeldKkl,
 };
@@ -72,63 +71,7 @@ const FORWARD_LEAVES: &[f64] = &[
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Model;
 
-impl Shape for Model {
-    fn dimensions(&self) -> Dimensions {
-        Dimensions { states: 2, inputs: 1, outputs: 1 }
-    }
-}
-
-impl Plant<f64> for Model {
-    type State = SVector<f64, 2>;
-    type Input = SVector<f64, 1>;
-    type Output = SVector<f64, 1>;
-
-    fn derivative(&self, t: f64, x: &Self::State, u: &Self::Input) -> Self::State {
-        let mut out = [0.0; 2];
-        f(t, &x.data.0[0], u.as_slice(), &mut out);
-        SVector::from(out)
-    }
-
-    fn output(&self, t: f64, x: &Self::State, u: &Self::Input) -> Self::Output {
-        let mut out = [0.0; 1];
-        h(t, &x.data.0[0], u.as_slice(), &mut out);
-        SVector::from(out)
-    }
-}
-
-impl Differentiable<f64, Const<2>, Const<1>, Const<1>> for Model {
-    fn directional(
-        &self,
-        t: f64,
-        x: &SVector<f64, 2>,
-        u: &SVector<f64, 1>,
-        v: &SVector<f64, 2>,
-    ) -> (SVector<f64, 2>, SVector<f64, 2>) {
-        (self.derivative(t, x, u), self.state_jacobian(t, x, u) * v)
-    }
-
-    fn output_directional(
-        &self,
-        t: f64,
-        x: &SVector<f64, 2>,
-        u: &SVector<f64, 1>,
-        v: &SVector<f64, 2>,
-    ) -> (SVector<f64, 1>, SVector<f64, 1>) {
-        (self.output(t, x, u), self.output_jacobian(t, x, u) * v)
-    }
-
-    fn state_jacobian(&self, t: f64, x: &Self::State, u: &Self::Input) -> SMatrix<f64, 2, 2> {
-        let mut out = [0.0; 6];
-        motion(t, &x.data.0[0], u.as_slice(), &mut out);
-        SMatrix::from_fn(|i, j| out[2 + i * 2 + j])
-    }
-
-    fn output_jacobian(&self, t: f64, x: &Self::State, u: &Self::Input) -> SMatrix<f64, 1, 2> {
-        let mut out = [0.0; 3];
-        measurement(t, &x.data.0[0], u.as_slice(), &mut out);
-        SMatrix::from_fn(|i, j| out[1 + i * 2 + j])
-    }
-}
+luenberger_observers::straight_line_plant!(Model, f64, 2, 1, 1, f, h, motion, measurement);
 
 /// f(t, x, u).
 #[allow(unused_parens, clippy::all, clippy::pedantic)]

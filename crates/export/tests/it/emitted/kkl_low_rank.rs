@@ -4,9 +4,8 @@
 //! SHA-256 of the numbers: c2c244d4f3648b7979e13a91d82a95e0ae3f9742b2f942f0a3390236c1de1430
 pub use luenberger_observers;
 
-use luenberger_observers::nalgebra::{Const, SMatrix, SVector};
+use luenberger_observers::nalgebra::{SMatrix, SVector};
 use luenberger_observers::{ObserverError};
-use luenberger_observers::{Differentiable, Dimensions, Plant, Shape};
 use luenberger_observers::numerical_kkl::{
     Coordinates, InterpolatedInverse, Node, PolynomialInverse, PolynomialTree, SampledFilter, SampledKkl, Search, TensorTrain,
 };
@@ -103,63 +102,7 @@ const TABLE: &[f64] = &[
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Model;
 
-impl Shape for Model {
-    fn dimensions(&self) -> Dimensions {
-        Dimensions { states: 5, inputs: 0, outputs: 1 }
-    }
-}
-
-impl Plant<f64> for Model {
-    type State = SVector<f64, 5>;
-    type Input = SVector<f64, 0>;
-    type Output = SVector<f64, 1>;
-
-    fn derivative(&self, t: f64, x: &Self::State, u: &Self::Input) -> Self::State {
-        let mut out = [0.0; 5];
-        f(t, &x.data.0[0], u.as_slice(), &mut out);
-        SVector::from(out)
-    }
-
-    fn output(&self, t: f64, x: &Self::State, u: &Self::Input) -> Self::Output {
-        let mut out = [0.0; 1];
-        h(t, &x.data.0[0], u.as_slice(), &mut out);
-        SVector::from(out)
-    }
-}
-
-impl Differentiable<f64, Const<5>, Const<0>, Const<1>> for Model {
-    fn directional(
-        &self,
-        t: f64,
-        x: &SVector<f64, 5>,
-        u: &SVector<f64, 0>,
-        v: &SVector<f64, 5>,
-    ) -> (SVector<f64, 5>, SVector<f64, 5>) {
-        (self.derivative(t, x, u), self.state_jacobian(t, x, u) * v)
-    }
-
-    fn output_directional(
-        &self,
-        t: f64,
-        x: &SVector<f64, 5>,
-        u: &SVector<f64, 0>,
-        v: &SVector<f64, 5>,
-    ) -> (SVector<f64, 1>, SVector<f64, 1>) {
-        (self.output(t, x, u), self.output_jacobian(t, x, u) * v)
-    }
-
-    fn state_jacobian(&self, t: f64, x: &Self::State, u: &Self::Input) -> SMatrix<f64, 5, 5> {
-        let mut out = [0.0; 30];
-        motion(t, &x.data.0[0], u.as_slice(), &mut out);
-        SMatrix::from_fn(|i, j| out[5 + i * 5 + j])
-    }
-
-    fn output_jacobian(&self, t: f64, x: &Self::State, u: &Self::Input) -> SMatrix<f64, 1, 5> {
-        let mut out = [0.0; 6];
-        measurement(t, &x.data.0[0], u.as_slice(), &mut out);
-        SMatrix::from_fn(|i, j| out[1 + i * 5 + j])
-    }
-}
+luenberger_observers::straight_line_plant!(Model, f64, 5, 0, 1, f, h, motion, measurement);
 
 /// f(t, x, u).
 #[allow(unused_parens, clippy::all, clippy::pedantic)]

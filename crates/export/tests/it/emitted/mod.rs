@@ -2,36 +2,13 @@
 //!
 //! `UPDATE=1 cargo test -p luenberger-export` writes them anew.
 
-#[rustfmt::skip]
-#[allow(unreachable_pub, clippy::all, clippy::pedantic)]
-mod discrete;
-#[rustfmt::skip]
-#[allow(unreachable_pub, clippy::all, clippy::pedantic)]
-mod extension;
-#[rustfmt::skip]
-#[allow(unreachable_pub, clippy::all, clippy::pedantic)]
-mod filter;
-#[rustfmt::skip]
-#[allow(unreachable_pub, clippy::all, clippy::pedantic)]
-mod kkl;
-#[rustfmt::skip]
-#[allow(unreachable_pub, clippy::all, clippy::pedantic)]
-mod kkl_held;
-#[rustfmt::skip]
-#[allow(unreachable_pub, clippy::all, clippy::pedantic)]
-mod kkl_held_table;
-#[rustfmt::skip]
-#[allow(unreachable_pub, clippy::all, clippy::pedantic)]
-mod kkl_low_rank;
-#[rustfmt::skip]
-#[allow(unreachable_pub, clippy::all, clippy::pedantic)]
-mod moving_horizon;
-#[rustfmt::skip]
-#[allow(unreachable_pub, clippy::all, clippy::pedantic)]
-mod sampled_nonlinear;
-#[rustfmt::skip]
-#[allow(unreachable_pub, clippy::all, clippy::pedantic)]
-mod unscented;
+macro_rules! emitted {
+    ($($name:ident)*) => {
+        $(#[allow(unreachable_pub, clippy::all, clippy::pedantic)] mod $name;)*
+    };
+}
+
+emitted!(discrete extension filter kkl kkl_held kkl_held_table kkl_low_rank moving_horizon sampled_nonlinear unscented);
 
 use std::path::Path;
 use std::sync::Arc;

@@ -4,9 +4,8 @@
 //! SHA-256 of the numbers: ac98d0313b92f90011115a00e4fea1d0b8fc118a54886e0b280a0e9ae8a59bb1
 pub use luenberger_observers;
 
-use luenberger_observers::nalgebra::{Const, SMatrix, SVector};
+use luenberger_observers::nalgebra::{SMatrix, SVector};
 use luenberger_observers::{SampledNonlinearObserver, StaticSampledNonlinearObserver, ObserverError};
-use luenberger_observers::{Differentiable, Dimensions, Plant, Shape};
 
 /// The observer, with its sizes and its scalar.
 pub type Observer = StaticSampledNonlinearObserver<Model, f64, 2, 1, 1>;
@@ -28,63 +27,7 @@ pub fn observer() -> Result<Observer, ObserverError> {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Model;
 
-impl Shape for Model {
-    fn dimensions(&self) -> Dimensions {
-        Dimensions { states: 2, inputs: 1, outputs: 1 }
-    }
-}
-
-impl Plant<f64> for Model {
-    type State = SVector<f64, 2>;
-    type Input = SVector<f64, 1>;
-    type Output = SVector<f64, 1>;
-
-    fn derivative(&self, t: f64, x: &Self::State, u: &Self::Input) -> Self::State {
-        let mut out = [0.0; 2];
-        f(t, &x.data.0[0], u.as_slice(), &mut out);
-        SVector::from(out)
-    }
-
-    fn output(&self, t: f64, x: &Self::State, u: &Self::Input) -> Self::Output {
-        let mut out = [0.0; 1];
-        h(t, &x.data.0[0], u.as_slice(), &mut out);
-        SVector::from(out)
-    }
-}
-
-impl Differentiable<f64, Const<2>, Const<1>, Const<1>> for Model {
-    fn directional(
-        &self,
-        t: f64,
-        x: &SVector<f64, 2>,
-        u: &SVector<f64, 1>,
-        v: &SVector<f64, 2>,
-    ) -> (SVector<f64, 2>, SVector<f64, 2>) {
-        (self.derivative(t, x, u), self.state_jacobian(t, x, u) * v)
-    }
-
-    fn output_directional(
-        &self,
-        t: f64,
-        x: &SVector<f64, 2>,
-        u: &SVector<f64, 1>,
-        v: &SVector<f64, 2>,
-    ) -> (SVector<f64, 1>, SVector<f64, 1>) {
-        (self.output(t, x, u), self.output_jacobian(t, x, u) * v)
-    }
-
-    fn state_jacobian(&self, t: f64, x: &Self::State, u: &Self::Input) -> SMatrix<f64, 2, 2> {
-        let mut out = [0.0; 6];
-        motion(t, &x.data.0[0], u.as_slice(), &mut out);
-        SMatrix::from_fn(|i, j| out[2 + i * 2 + j])
-    }
-
-    fn output_jacobian(&self, t: f64, x: &Self::State, u: &Self::Input) -> SMatrix<f64, 1, 2> {
-        let mut out = [0.0; 3];
-        measurement(t, &x.data.0[0], u.as_slice(), &mut out);
-        SMatrix::from_fn(|i, j| out[1 + i * 2 + j])
-    }
-}
+luenberger_observers::straight_line_plant!(Model, f64, 2, 1, 1, f, h, motion, measurement);
 
 /// f(t, x, u).
 #[allow(unused_parens, clippy::all, clippy::pedantic)]

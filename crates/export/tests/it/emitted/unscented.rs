@@ -4,9 +4,8 @@
 //! SHA-256 of the numbers: 77361c3f4806304fcebda5685b35ffd04e56c2634af30ca0df676c9555b6602d
 pub use luenberger_observers;
 
-use luenberger_observers::nalgebra::{Const, SMatrix, SVector};
+use luenberger_observers::nalgebra::{SMatrix, SVector};
 use luenberger_observers::{NoiseModel, SigmaPoints, UnscentedKalmanFilter, StaticUnscentedKalmanFilter, ObserverError};
-use luenberger_observers::{Differentiable, Dimensions, Plant, Shape};
 
 /// The observer, with its sizes and its scalar.
 pub type Observer = StaticUnscentedKalmanFilter<Model, f32, 2, 1, 1>;
@@ -34,63 +33,7 @@ pub fn observer() -> Result<Observer, ObserverError> {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Model;
 
-impl Shape for Model {
-    fn dimensions(&self) -> Dimensions {
-        Dimensions { states: 2, inputs: 1, outputs: 1 }
-    }
-}
-
-impl Plant<f32> for Model {
-    type State = SVector<f32, 2>;
-    type Input = SVector<f32, 1>;
-    type Output = SVector<f32, 1>;
-
-    fn derivative(&self, t: f32, x: &Self::State, u: &Self::Input) -> Self::State {
-        let mut out = [0.0; 2];
-        f(t, &x.data.0[0], u.as_slice(), &mut out);
-        SVector::from(out)
-    }
-
-    fn output(&self, t: f32, x: &Self::State, u: &Self::Input) -> Self::Output {
-        let mut out = [0.0; 1];
-        h(t, &x.data.0[0], u.as_slice(), &mut out);
-        SVector::from(out)
-    }
-}
-
-impl Differentiable<f32, Const<2>, Const<1>, Const<1>> for Model {
-    fn directional(
-        &self,
-        t: f32,
-        x: &SVector<f32, 2>,
-        u: &SVector<f32, 1>,
-        v: &SVector<f32, 2>,
-    ) -> (SVector<f32, 2>, SVector<f32, 2>) {
-        (self.derivative(t, x, u), self.state_jacobian(t, x, u) * v)
-    }
-
-    fn output_directional(
-        &self,
-        t: f32,
-        x: &SVector<f32, 2>,
-        u: &SVector<f32, 1>,
-        v: &SVector<f32, 2>,
-    ) -> (SVector<f32, 1>, SVector<f32, 1>) {
-        (self.output(t, x, u), self.output_jacobian(t, x, u) * v)
-    }
-
-    fn state_jacobian(&self, t: f32, x: &Self::State, u: &Self::Input) -> SMatrix<f32, 2, 2> {
-        let mut out = [0.0; 6];
-        motion(t, &x.data.0[0], u.as_slice(), &mut out);
-        SMatrix::from_fn(|i, j| out[2 + i * 2 + j])
-    }
-
-    fn output_jacobian(&self, t: f32, x: &Self::State, u: &Self::Input) -> SMatrix<f32, 1, 2> {
-        let mut out = [0.0; 3];
-        measurement(t, &x.data.0[0], u.as_slice(), &mut out);
-        SMatrix::from_fn(|i, j| out[1 + i * 2 + j])
-    }
-}
+luenberger_observers::straight_line_plant!(Model, f32, 2, 1, 1, f, h, motion, measurement);
 
 /// f(t, x, u).
 #[allow(unused_parens, clippy::all, clippy::pedantic)]
