@@ -106,6 +106,20 @@ pub use unknown_input::{DecoupledPlant, UnknownInputDesign};
 pub use varying_periods::{VaryingPeriodDesign, at_varying_periods};
 pub use weights::{theta_from_cost_shares, theta_from_importance};
 
+#[doc(hidden)]
+pub mod internals {
+    //! For the tests of this crate, no part of its interface.
+
+    pub use crate::enclosure::paths::{Way, comparison, explore, explore_ways, follow, note_undefined};
+    pub use crate::numerical_kkl::extrapolation::{Extrapolation, Halt};
+    pub use crate::numerical_kkl::interpolation::{check_grid, interpolate};
+    pub use crate::numerical_kkl::low_rank::approximate;
+    pub use crate::numerical_kkl::regression::{Budget, Samples, fit};
+    pub use crate::optimal_cubic::cost::{Generator, directions};
+    pub use crate::symbolic_polynomial::polynomial::{constant, evaluate, number};
+    pub use crate::symbolic_polynomial::{Arena, ELSEWHERE, collect, fail};
+}
+
 /// The example of `README.md`, compiled and run with the documentation's tests.
 #[cfg(doctest)]
 #[doc = include_str!("../README.md")]

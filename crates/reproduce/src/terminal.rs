@@ -1,10 +1,13 @@
-//! The table of verdicts at the end of a run.
+//! What a run shows on a terminal: the template of its progress bar, and the table of verdicts at its end.
 
 use crate::claim::{Class, Record};
 use crate::evidence::Verdict;
 use crate::summary::Summary;
 use crate::value::{Value, short};
 use comfy_table::{Cell, Color, ContentArrangement, Table, presets};
+
+/// The template of the progress bar of a run, in the language of the crate `indicatif`.
+pub const PROGRESS: &str = "{bar:32.cyan/dim} {pos:>3}/{len} {msg}";
 
 /// Which claims a table shows. Empty lists exclude nothing.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]

@@ -93,7 +93,7 @@ impl Drop for Restore {
 }
 
 /// The answer to a comparison; `decided` is that of the operands, none if they leave it open.
-pub(super) fn comparison(decided: Option<bool>) -> bool {
+pub fn comparison(decided: Option<bool>) -> bool {
     SCRIPT.with(|cell| match cell.borrow_mut().as_mut() {
         Some(script) => script.answer(decided),
         None => decided.unwrap_or_else(|| {
@@ -119,7 +119,7 @@ pub(crate) fn steered() -> bool {
 }
 
 /// Notes that an operation has no result on this box.
-pub(super) fn note_undefined(operation: &'static str) {
+pub fn note_undefined(operation: &'static str) {
     SCRIPT.with(|cell| match cell.borrow_mut().as_mut() {
         Some(script) => {
             script.undefined.get_or_insert(Undefined::Operation(operation));
@@ -134,15 +134,18 @@ pub(super) fn note_undefined(operation: &'static str) {
 ///
 /// # Errors
 /// The first operation without a result on the box, or too many runs.
-pub(crate) fn explore<R>(f: impl FnMut() -> R) -> Result<Vec<R>, Undefined> {
+pub fn explore<R>(f: impl FnMut() -> R) -> Result<Vec<R>, Undefined> {
     Ok(explore_ways(f)?.into_iter().map(|(result, _)| result).collect())
 }
 
 /// A way through the comparisons of a right-hand side: the answers to all of them.
-pub(super) struct Way(Vec<bool>);
+pub struct Way(Vec<bool>);
 
 /// As [`explore`], each result with its way.
-pub(super) fn explore_ways<R>(mut f: impl FnMut() -> R) -> Result<Vec<(R, Way)>, Undefined> {
+///
+/// # Errors
+/// As [`explore`].
+pub fn explore_ways<R>(mut f: impl FnMut() -> R) -> Result<Vec<(R, Way)>, Undefined> {
     let mut results = Vec::new();
     let ways = all_ways(&mut || results.push(f()))?;
     Ok(results.into_iter().zip(ways).collect())
@@ -171,7 +174,7 @@ fn all_ways(f: &mut dyn FnMut()) -> Result<Vec<Way>, Undefined> {
 
 /// The result of `f` on this way, at whatever point: the formula of one branch, on either side. `None` where it has no
 /// value there, or where the way is not known to its end.
-pub(super) fn follow<R>(way: &Way, mut f: impl FnMut() -> R) -> Option<R> {
+pub fn follow<R>(way: &Way, mut f: impl FnMut() -> R) -> Option<R> {
     if way.0.len() > MAX_TRACE {
         return None;
     }
@@ -195,62 +198,4 @@ fn run(script: Script, f: &mut dyn FnMut()) -> Result<Script, Undefined> {
         return Err(Undefined::Operation("a comparison in another thread"));
     }
     Ok(script)
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    fn open_comparison() -> bool {
-        comparison(None)
-    }
-
-    #[test]
-    fn a_way_is_followed_whatever_the_operands_say() {
-        let ways = explore_ways(|| (comparison(Some(false)), comparison(None))).unwrap();
-        let [(first, way), (second, _)] = ways.as_slice() else { panic!("{}", ways.len()) };
-        assert_eq!((*first, *second), ((false, true), (false, false)));
-        assert_eq!(follow(way, || (comparison(Some(true)), comparison(Some(false)))), Some((false, true)));
-        // A third question belongs to another way.
-        assert_eq!(follow(way, || (0..3).filter(|_| comparison(None)).count()), None);
-    }
-
-    #[test]
-    fn every_way_is_taken_once() {
-        let ways = explore(|| open_comparison().then(open_comparison)).unwrap();
-        assert_eq!(ways, [Some(true), Some(false), None]);
-    }
-
-    #[test]
-    fn explorations_nest() {
-        let ways = explore(|| {
-            let outer = open_comparison();
-            let inner = explore(open_comparison).unwrap();
-            assert_eq!(explore(|| note_undefined("ln")), Err(Undefined::Operation("ln")));
-            (outer, inner, open_comparison())
-        });
-        let inner = vec![true, false];
-        let expected: Vec<_> =
-            [(true, true), (true, false), (false, true), (false, false)].map(|(a, b)| (a, inner.clone(), b)).into();
-        assert_eq!(ways.unwrap(), expected);
-    }
-
-    #[test]
-    fn loops_end() {
-        assert_eq!(explore(|| while open_comparison() {}), Err(Undefined::TooManyBranches));
-        assert_eq!(explore(|| while !open_comparison() {}), Err(Undefined::TooManyBranches));
-        // Seven comparisons in a row have 128 ways.
-        let seven = || (0..7).filter(|_| open_comparison()).count();
-        assert_eq!(explore(seven), Err(Undefined::TooManyBranches));
-    }
-
-    #[test]
-    fn a_panic_leaves_nothing_behind() {
-        let outer = explore(|| {
-            let caught = std::panic::catch_unwind(|| explore(|| -> bool { panic!("in a plant") }));
-            assert!(caught.is_err());
-            open_comparison()
-        });
-        assert_eq!(outer.unwrap(), [true, false]);
-    }
 }

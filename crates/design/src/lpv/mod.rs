@@ -134,12 +134,7 @@ where
     pub fn new_with(plant: S, region: &Region, rate: f64, options: &GainOptions) -> Result<Self, LpvError> {
         check::rate(rate)?;
         let polytope = Polytope::new(enclose(&plant, region)?)?;
-        let limits = options.check(polytope.enclosure.c.rows())?;
-        let solution = pose(&polytope, rate, &limits, &options.settings).solve_with(&options.settings)?;
-        if !solution.verdict.is_proved() {
-            return Err(why_not(&polytope, rate, solution.verdict, options));
-        }
-        let gain = gain_lmi::gain_of(&solution)?;
+        let gain = common_gain(&polytope, rate, options)?;
         Self::certified(plant, region, polytope, gain, rate, None)
     }
 
@@ -298,6 +293,28 @@ where
         }
         write_inequalities(f, self.stopped.as_ref(), &self.certificate, &self.vertex_names())
     }
+}
+
+impl Polytope {
+    /// A gain L (n x p) with which every pair `(A_k, C_k)`, and each of their convex hull, decays at this rate by one
+    /// P; also for vertices that are no interval hull.
+    ///
+    /// # Errors
+    /// As [`LpvDesign::new_with`], without those of the enclosure.
+    pub fn common_gain(&self, rate: f64, options: &GainOptions) -> Result<DMatrix<f64>, LpvError> {
+        check::rate(rate)?;
+        Ok(common_gain(self, rate, options)?.l)
+    }
+}
+
+/// L and P for all vertices.
+fn common_gain(polytope: &Polytope, rate: f64, options: &GainOptions) -> Result<Gain, LpvError> {
+    let limits = options.check(polytope.enclosure.c.rows())?;
+    let solution = pose(polytope, rate, &limits, &options.settings).solve_with(&options.settings)?;
+    if !solution.verdict.is_proved() {
+        return Err(why_not(polytope, rate, solution.verdict, options));
+    }
+    Ok(gain_lmi::gain_of(&solution)?)
 }
 
 /// (1) for P and Y at the relevant vertices.

@@ -94,8 +94,14 @@ impl Jet {
         Self { c }
     }
 
+    /// The series with these coefficients, each with its derivative along the direction of the evaluation.
+    pub fn from_fn(mut coefficient: impl FnMut(usize) -> (f64, f64)) -> Self {
+        let dual = |(value, slope)| Dual { value, slope };
+        Self { c: core::array::from_fn(|k| dual(coefficient(k))) }
+    }
+
     /// `t + s`.
-    pub(crate) fn time(t: f64) -> Self {
+    pub fn time(t: f64) -> Self {
         let mut jet = Self::constant(t);
         jet.c[1].value = 1.0;
         jet
@@ -109,6 +115,11 @@ impl Jet {
     /// The coefficient of `s^k`: the k-th derivative by time over k!. Zero beyond [`HIGHEST_ORDER`].
     pub fn coefficient(&self, k: usize) -> f64 {
         self.c.get(k).map_or(0.0, |c| c.value)
+    }
+
+    /// The derivative of [`coefficient`](Self::coefficient) along the direction of the evaluation.
+    pub fn slope(&self, k: usize) -> f64 {
+        self.c.get(k).map_or(0.0, |c| c.slope)
     }
 
     /// Whether nothing but the value is there.

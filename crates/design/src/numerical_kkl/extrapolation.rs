@@ -23,17 +23,29 @@ const RUNNING_OFF: f64 = 1e3;
 
 /// Why a trajectory ends early.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) enum Halt {
+pub enum Halt {
     /// The right-hand side is not finite at the start.
     NotFinite,
     /// A guarded component left everything.
-    Escape { time: f64, norm: f64 },
+    Escape {
+        /// When.
+        time: f64,
+        /// How far, in units of its scale.
+        norm: f64,
+    },
     /// The steps vanish, or are too many.
-    Stall { time: f64, step: f64, steps: usize },
+    Stall {
+        /// When.
+        time: f64,
+        /// The last step.
+        step: f64,
+        /// How many there were.
+        steps: usize,
+    },
 }
 
 /// The workspace of one integration after the other.
-pub(crate) struct Extrapolation {
+pub struct Extrapolation {
     tolerance: f64,
     columns: Vec<Vec<f64>>,
     slope: Vec<f64>,
@@ -44,7 +56,7 @@ pub(crate) struct Extrapolation {
 
 impl Extrapolation {
     /// For systems of this size; `tolerance` is per step, relative to the scale of a component plus its size.
-    pub(crate) fn new(size: usize, tolerance: f64) -> Self {
+    pub fn new(size: usize, tolerance: f64) -> Self {
         let row = || vec![0.0; size];
         Self {
             tolerance,
@@ -58,7 +70,10 @@ impl Extrapolation {
 
     /// `y' = f(y)` over `span > 0`, in place. `scale[i]` is what counts as 1 in component i; the first `guarded`
     /// components must not run off.
-    pub(crate) fn advance(
+    ///
+    /// # Errors
+    /// Why the trajectory ends before `span`.
+    pub fn advance(
         &mut self,
         f: &mut dyn FnMut(&[f64], &mut [f64]),
         span: f64,
@@ -155,29 +170,5 @@ impl Extrapolation {
             }
         }
         error
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn the_circle_closes_and_the_blow_up_is_named() {
-        let mut method = Extrapolation::new(2, 1e-12);
-        let mut y = [0.0, 1.0];
-        let mut circle = |y: &[f64], slope: &mut [f64]| (slope[0], slope[1]) = (y[1], -y[0]);
-        method.advance(&mut circle, 20.0 * std::f64::consts::PI, &mut y, &[1.0; 2], 2).unwrap();
-        // About two hundred steps, each within 1e-12.
-        assert!(y[0].hypot(y[1] - 1.0) < 1e-10, "{y:?}");
-        let mut method = Extrapolation::new(1, 1e-10);
-        // y' = y^2 from 1 ends at t = 1; it is 1e3 at 1 - 1e-3, and followed much farther.
-        let halt = method.advance(&mut |y, slope| slope[0] = y[0] * y[0], 2.0, &mut [1.0], &[1.0], 1).unwrap_err();
-        match halt {
-            Halt::Escape { time, norm } => assert!((time - 1.0).abs() <= 1e-8 && norm > 1e8, "{time} {norm}"),
-            other => panic!("{other:?}"),
-        }
-        let nan = method.advance(&mut |_, slope| slope[0] = f64::NAN, 1.0, &mut [1.0], &[1.0], 1);
-        assert_eq!(nan, Err(Halt::NotFinite));
     }
 }

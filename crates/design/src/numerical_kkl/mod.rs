@@ -29,13 +29,13 @@
 mod choice;
 mod domain;
 mod error;
-mod extrapolation;
+pub(crate) mod extrapolation;
 mod held_inputs;
 mod injectivity;
-mod interpolation;
-mod low_rank;
+pub(crate) mod interpolation;
+pub(crate) mod low_rank;
 mod progress;
-mod regression;
+pub(crate) mod regression;
 mod report;
 mod target;
 mod transform;

@@ -20,7 +20,7 @@
 //! The search has no claim to a global optimum; its starts and steps are fixed, so that it gives the same answer every
 //! time. N = 0 is the answer where no cubic term is better by a thousandth, under noise that the search has not seen.
 
-mod cost;
+pub(crate) mod cost;
 mod flow;
 mod search;
 

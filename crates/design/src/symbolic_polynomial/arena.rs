@@ -77,7 +77,7 @@ pub(super) type Origin = (u8, u64, u64);
 
 /// The polynomials of one evaluation.
 #[derive(Clone, Debug, Default)]
-pub(crate) struct Arena {
+pub struct Arena {
     pub(super) number: u64,
     values: Vec<Polynomial>,
     pub(super) origins: HashMap<Origin, usize>,
@@ -108,7 +108,7 @@ impl Arena {
     }
 
     /// The polynomial of a value of this arena; none for a value of another or of no arena.
-    pub(crate) fn value(&self, value: SymbolicPolynomial) -> Option<Polynomial> {
+    pub fn value(&self, value: SymbolicPolynomial) -> Option<Polynomial> {
         (value.arena == self.number).then(|| self.values.get(value.at).cloned())?
     }
 
@@ -116,7 +116,7 @@ impl Arena {
     ///
     /// # Errors
     /// [`ELSEWHERE`] where one is of another or of no arena.
-    pub(crate) fn polynomials(&self, values: &[SymbolicPolynomial]) -> Result<Vec<Polynomial>, &'static str> {
+    pub fn polynomials(&self, values: &[SymbolicPolynomial]) -> Result<Vec<Polynomial>, &'static str> {
         values.iter().map(|value| self.value(*value)).collect::<Option<_>>().ok_or(ELSEWHERE)
     }
 
@@ -222,7 +222,7 @@ impl Arena {
     }
 
     /// The derivative of p along the field whose component at variable k is `field(k)`.
-    pub(crate) fn along(&mut self, p: &Polynomial, field: &[Polynomial]) -> Polynomial {
+    pub fn along(&mut self, p: &Polynomial, field: &[Polynomial]) -> Polynomial {
         let mut result = Vec::new();
         let mut atoms: Vec<usize> = p.iter().flat_map(|(monomial, _)| monomial.iter().map(|(atom, _)| *atom)).collect();
         atoms.sort_unstable();
@@ -275,7 +275,7 @@ impl Arena {
     }
 
     /// The atoms over a box of variables, or None where one of them is not defined on the whole box.
-    pub(crate) fn atoms_over(&self, variables: &[Interval]) -> Option<Vec<Interval>> {
+    pub fn atoms_over(&self, variables: &[Interval]) -> Option<Vec<Interval>> {
         let mut values = Vec::with_capacity(self.atoms.len());
         for atom in &self.atoms {
             let value = match atom {

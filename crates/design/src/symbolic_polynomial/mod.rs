@@ -22,10 +22,8 @@
 //! another evaluation, if that thread compares constants only.
 
 mod arena;
-mod polynomial;
+pub(crate) mod polynomial;
 mod scalar;
-#[cfg(test)]
-mod tests;
 
 use core::cell::RefCell;
 use core::ops::{Add, Mul, Sub};
@@ -35,14 +33,15 @@ use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use luenberger_proof::Interval;
 
-pub(crate) use arena::{Arena, Function};
+pub use arena::Arena;
+pub(crate) use arena::Function;
 use arena::{Argument, Atom, Origin};
 pub(crate) use polynomial::{Monomial, Polynomial, evaluate, is_exact, sum};
 use polynomial::{constant, number};
 
 /// What leaves an evaluation without a result when one of its values is used in another arena, or one of another arena
 /// on its own.
-pub(crate) const ELSEWHERE: &str = "a value of another evaluation or of another thread";
+pub const ELSEWHERE: &str = "a value of another evaluation or of another thread";
 
 /// A value of a symbolic evaluation: a polynomial in atoms. Plants and maps use it as their scalar `T`.
 #[derive(Clone, Copy, Debug)]
@@ -88,8 +87,11 @@ impl Drop for Writing {
     }
 }
 
-/// The result of `f` in its own arena, with the arena; or the operation that has no polynomial.
-pub(crate) fn collect<R>(f: impl FnOnce() -> R) -> Result<(R, Arena), &'static str> {
+/// The result of `f` in its own arena, with the arena.
+///
+/// # Errors
+/// The operation that has no polynomial.
+pub fn collect<R>(f: impl FnOnce() -> R) -> Result<(R, Arena), &'static str> {
     let writing = Writing::begin();
     let result = f();
     let arena = ARENA.with(|cell| cell.borrow_mut().take()).unwrap_or_default();
@@ -137,7 +139,7 @@ fn in_arena(
 }
 
 /// Notes what has no polynomial.
-pub(crate) fn fail(what: &'static str) -> SymbolicPolynomial {
+pub fn fail(what: &'static str) -> SymbolicPolynomial {
     in_arena(None, &[], |arena| Some(arena.fail(what)))
 }
 
@@ -170,7 +172,8 @@ impl SymbolicPolynomial {
         in_arena(Some((1, name, 0)), &[], |_| Some(constant(value)))
     }
 
-    pub(crate) fn variable(k: usize) -> Self {
+    /// The k-th variable of the evaluation.
+    pub fn variable(k: usize) -> Self {
         in_arena(Some((2, k as u64, 0)), &[], |arena| Some(arena.atom(Atom::Variable(k))))
     }
 
@@ -182,7 +185,7 @@ impl SymbolicPolynomial {
     }
 
     /// The number, where it is one.
-    pub(crate) fn as_constant(self) -> Option<Interval> {
+    pub fn as_constant(self) -> Option<Interval> {
         ARENA.with(|cell| cell.borrow().as_ref().and_then(|arena| number(&arena.value(self)?)))
     }
 

@@ -35,11 +35,13 @@ pub(super) fn reciprocal(x: &Interval) -> Option<Interval> {
     x.recip()
 }
 
-pub(super) fn constant(value: Interval) -> Polynomial {
+/// The polynomial that is this number.
+pub fn constant(value: Interval) -> Polynomial {
     if value.is_zero() { Vec::new() } else { vec![(Vec::new(), value)] }
 }
 
-pub(super) fn number(p: &Polynomial) -> Option<Interval> {
+/// The number that this polynomial is, if it is one.
+pub fn number(p: &Polynomial) -> Option<Interval> {
     match p.as_slice() {
         [] => Some(Interval::zero()),
         [(monomial, coefficient)] if monomial.is_empty() => Some(*coefficient),
@@ -89,7 +91,7 @@ pub(super) fn partial(p: &Polynomial, atom: usize) -> Polynomial {
 }
 
 /// A polynomial at these values of the atoms; None for an atom that has no value.
-pub(crate) fn evaluate(p: &Polynomial, atoms: &[Interval]) -> Option<Interval> {
+pub fn evaluate(p: &Polynomial, atoms: &[Interval]) -> Option<Interval> {
     let mut total = Interval::zero();
     for (monomial, coefficient) in p {
         let mut term = *coefficient;

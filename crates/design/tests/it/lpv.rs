@@ -1,9 +1,10 @@
 //! The LPV design: known answers, reasons of infeasibility by name, units, and bad input.
 
-use luenberger_design::lpv::MAX_VARYING;
-use luenberger_design::{DesignError, LpvDesign, LpvError, Region};
+use luenberger_design::lpv::{MAX_VARYING, Polytope, VaryingEntries, Vertex};
+use luenberger_design::{DesignError, GainOptions, JacobianEnclosure, LpvDesign, LpvError, Region};
 use luenberger_lmi::proof_matrix;
 use luenberger_plants::{Chaotic, Dimensions, Plant, Shape, StateSpace, flexible_joint};
+use luenberger_proof::{Interval, Matrix};
 use luenberger_random::Random;
 use nalgebra::{DMatrix, RealField, SVector, Vector1, Vector2, Vector3, Vector4, convert, dmatrix, dvector};
 
@@ -455,4 +456,41 @@ fn a_jump_gets_no_bound_and_a_kink_keeps_to_it() {
         assert!(worst <= 1.0 + 1e-3, "{worst} from {x0} and {z0}");
     }
     assert!(run(0.5, Vector2::new(0.5 + 1e-9, 0.0), Vector2::new(0.5 - 1e-9, 0.0)) > 1e4);
+}
+
+/// `[-1, kappa; 0, -1]` turned by 0, 120 and 240 degrees, beside a state that is measured. If a P serves all three,
+/// so does its mean over the turns, a multiple of the identity; hence kappa < 2 is needed. Two of them alone allow
+/// more.
+fn turned(kappa: f64) -> Polytope {
+    let vertex = |k: u32| {
+        let (s, c) = (f64::from(k) * std::f64::consts::TAU / 3.0).sin_cos();
+        let turn = dmatrix![c, -s, 0.0; s, c, 0.0; 0.0, 0.0, 1.0];
+        let a = dmatrix![-1.0, kappa, 0.0; 0.0, -1.0, 0.0; 0.0, 0.0, -1.0];
+        Vertex { a: &turn * a * turn.transpose(), c: dmatrix![0.0, 0.0, 1.0], at: Vec::new() }
+    };
+    let vertices: Vec<Vertex> = (0..3).map(vertex).collect();
+    let hull = |i: usize, j: usize| {
+        let entries = vertices.iter().map(|v| v.a[(i, j)]);
+        let (lo, hi) = entries.fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), x| (l.min(x), h.max(x)));
+        Interval::new(lo, hi).unwrap()
+    };
+    let a = Matrix::from_fn(3, 3, hull);
+    let c = Matrix::from_fn(1, 3, |_, j| Interval::new(vertices[0].c[j], vertices[0].c[j]).unwrap());
+    let enclosure = JacobianEnclosure { a, c, parts: 1, excess: 0.0, branches: None };
+    Polytope { enclosure, varying: VaryingEntries(Vec::new()), vertices }
+}
+
+#[test]
+fn three_vertices_of_which_no_two_exclude_each_other() {
+    let options = GainOptions::default();
+    assert!(turned(1.9).common_gain(0.0, &options).is_ok());
+    let polytope = turned(2.1);
+    let error = polytope.common_gain(0.0, &options).unwrap_err();
+    let LpvError::Conflict(conflict) = &error else { panic!("{error}") };
+    assert!(!conflict.is_pair && conflict.vertices == [0, 1, 2], "{error}");
+    assert!(error.to_string().starts_with("LMI infeasible at decay rate 0; conflicting vertices: 1 ("));
+    // Two of them are possible without the third.
+    let mut pair = polytope;
+    pair.vertices.pop();
+    assert!(pair.common_gain(0.0, &options).is_ok());
 }

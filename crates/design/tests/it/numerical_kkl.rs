@@ -7,7 +7,7 @@ use luenberger_design::DesignError;
 use luenberger_design::numerical_kkl::{
     Domain, Escape, NumericalKklDesign, NumericalKklError, Progress, Settings, TargetSystem, Transform, Trial, held_out,
 };
-use luenberger_linalg::{LinalgError, sylvester};
+use luenberger_linalg::{LinalgError, eigenvalues, sylvester};
 use luenberger_observers::Observer;
 use luenberger_plants::{Dimensions, Plant, Shape, StaticPlant};
 use nalgebra::{Complex, DMatrix, Matrix2, Matrix3, RealField, RowVector2, SMatrix, SVector, Vector1};
@@ -375,4 +375,59 @@ fn boxes_settings_and_inputs_that_cannot_be_are_named() {
         })
         .unwrap();
     assert!(held_out(&plant, &design.embedded, &line(Escape::Free), &Vector1::new(0.0), &[huge]).is_err());
+}
+
+/// D of a bank for one output has the poles of the filter.
+fn bessel_poles<const Z: usize>() -> Vec<Complex<f64>> {
+    eigenvalues(&TargetSystem::<1, Z>::bessel(1.0).unwrap().dynamics()).unwrap()
+}
+
+#[test]
+fn bessel_poles_are_the_tabulated_ones() {
+    // C. S. Lindquist, Active Network Design, 1977, table of Bessel filters normalised to 3 dB at 1 rad/s: 5
+    // digits.
+    let second = bessel_poles::<2>();
+    assert!(second.iter().all(|p| (p.re + 1.1016).abs() < 1e-4 && (p.im.abs() - 0.6360).abs() < 1e-4), "{second:?}");
+    let third = bessel_poles::<3>();
+    assert!(third.iter().any(|p| p.im == 0.0 && (p.re + 1.3227).abs() < 1e-4), "{third:?}");
+    assert!(third.iter().filter(|p| (p.re + 1.0474).abs() < 1e-4 && (p.im.abs() - 0.9993).abs() < 1e-4).count() == 2);
+    assert_eq!(bessel_poles::<10>().len(), 10);
+    assert_eq!(
+        TargetSystem::<1, 0>::bessel(1.0).unwrap_err(),
+        NumericalKklError::PoleCount { poles: 0, outputs: 1, targets: 0 }
+    );
+    assert_eq!(
+        TargetSystem::<1, 11>::bessel(1.0).unwrap_err(),
+        NumericalKklError::BesselOrder { order: 11, largest: 10 }
+    );
+}
+
+#[test]
+fn repeated_poles_make_a_controllable_cascade() {
+    let target = TargetSystem::<2, 8>::poles(&[
+        Complex::new(-1.0, 2.0),
+        Complex::new(-1.0, -2.0),
+        Complex::new(-1.0, -2.0),
+        Complex::new(-1.0, 2.0),
+    ])
+    .unwrap();
+    // The static gain of a filter that is fed by the output alone: -D^-1 B has entries of modulus at most 1.
+    let gain = target.d().try_inverse().unwrap() * target.b();
+    assert!(gain.amax() <= 1.0 + 1e-14);
+    assert!(TargetSystem::<1, 3>::poles(&[-2.0, -2.0, -2.0]).is_ok());
+}
+
+#[test]
+fn the_slowed_field_is_the_plants_in_the_box_and_its_gradient_is_right() {
+    let domain = Domain::new([-1.0, 0.0], [1.0, 4.0], Escape::Slowed { margin: 0.5 }).unwrap();
+    assert_eq!(domain.speed(&[1.0, 4.0].into()), (1.0, SVector::zeros()));
+    assert_eq!(domain.speed(&[1.5, 2.0].into()).0, 0.0);
+    let x = SVector::from([-1.2, 4.3]);
+    let (_, gradient) = domain.speed(&x);
+    for axis in 0..2 {
+        let step = SVector::from_fn(|i, _| if i == axis { 1e-6 } else { 0.0 });
+        let difference = (domain.speed(&(x + step)).0 - domain.speed(&(x - step)).0) / 2e-6;
+        // Central differences: h^2/6 times a third derivative below 1e3, and rounding EPSILON / h.
+        assert!((difference - gradient[axis]).abs() < 1e-9, "{difference} {gradient}");
+    }
 }

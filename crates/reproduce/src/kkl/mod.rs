@@ -2,7 +2,7 @@
 //!
 //! The corrected theory is in `docs/theory-kkl.md` of the repository.
 
-mod converter;
+pub mod converter;
 pub mod cuk;
 pub mod driven_cascade;
 mod duffing;

@@ -1,8 +1,11 @@
 //! One test binary, a module a subject.
 
 mod arguments;
+mod converter;
 mod kkl_observers;
 mod kkl_prop6_data;
+mod lmis;
 mod mvt_data;
 mod run;
+mod values;
 mod verdicts;

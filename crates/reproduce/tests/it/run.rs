@@ -10,6 +10,7 @@ use luenberger_reproduce::{
 use serde_json::{Value as Json, json};
 use std::fs;
 use std::path::PathBuf;
+use std::process::Command;
 use terminal::Filter;
 
 fn right(_: &Context) -> Result<Outcome, CheckError> {
@@ -519,4 +520,37 @@ fn the_robust_theorems_show_their_hypotheses() {
         let proved = |found: &Hypothesis| found.holds == Some(true) && found.how.contains("proved");
         assert!(record.hypotheses.len() >= 6 && record.hypotheses.iter().all(proved), "{id}: {:?}", record.hypotheses);
     }
+}
+
+/// Progress is a line for each step where standard error is no terminal. This test starts itself in a process of its
+/// own, whose standard error it can read.
+#[test]
+fn there_is_no_bar_off_the_terminal() {
+    let inner = "LUENBERGER_REPRODUCE_TEST_OF_PROGRESS";
+    if std::env::var_os(inner).is_some() {
+        let claims = vec![claim("demo.right", "0.33", right), claim("demo.fails", "1.0", fails)];
+        run("progress", paper(claims, vec![Drawing { id: "demo-fig1", draw: decay }], vec![])).0.unwrap();
+        return;
+    }
+    let run = Command::new(std::env::current_exe().unwrap())
+        .args(["--exact", "run::there_is_no_bar_off_the_terminal", "--nocapture"])
+        .env(inner, "1")
+        .output()
+        .unwrap();
+    let said = String::from_utf8(run.stderr).unwrap();
+    assert!(run.status.success() && !said.contains('\u{1b}') && !said.contains('\r'), "{said:?}");
+    let lines: Vec<&str> = said.lines().collect();
+    assert_eq!(lines.len(), 3, "{said}");
+    for (line, (step, word)) in lines.into_iter().zip([
+        ("[  1/3] demo.right ", " reproduced "),
+        ("[  2/3] demo.fails ", " failed "),
+        ("[  3/3] demo-fig1 ", " drawn "),
+    ]) {
+        assert!(line.starts_with(step) && line.contains(word) && line.ends_with(" s"), "{line}");
+    }
+}
+
+#[test]
+fn the_template_of_the_progress_bar_is_well_formed() {
+    assert!(indicatif::ProgressStyle::with_template(terminal::PROGRESS).is_ok());
 }

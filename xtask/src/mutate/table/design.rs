@@ -2,7 +2,7 @@
 
 use super::Kind::{Constant, Dropped, Hypothesis, OffDiagonal, Sign, Transpose, WrongOperand};
 use super::{
-    CUBIC, DESIGN_UNITS, DESIGNS, FILTERS, INPUT_TO_STATE, INTERVAL, OPTIMAL, SAMPLED, SLIDING, Source, UNCERTAIN,
+    CUBIC, DESIGNS, FILTERS, INPUT_TO_STATE, INTERVAL, OPTIMAL, POSITIVE_REAL, SAMPLED, SLIDING, Source, UNCERTAIN,
     mutant, sign,
 };
 
@@ -415,7 +415,7 @@ pub(super) const SOURCES: &[Source] = &[
     },
     Source {
         file: "crates/design/src/robust/positive_real.rs",
-        suites: &[DESIGNS, DESIGN_UNITS],
+        suites: &[DESIGNS, POSITIVE_REAL],
         mutants: &[
             mutant("positive real: signs of i^j (-i)^k", Sign, "j.abs_diff(k) % 4 == 0", "j.abs_diff(k) % 2 == 0"),
             mutant("positive real: C (s I - A)^-1 B", Sign, "-(c * &adjugate * b)", "(c * &adjugate * b)"),

@@ -95,7 +95,8 @@ impl Mutant {
 
 const OBSERVERS: Suite = Suite { package: "luenberger-observers", binaries: &["--lib", "--test", "it"], only: &[] };
 const DESIGNS: Suite = Suite { package: MODULES, binaries: &["--test", "designs"], only: &[] };
-const DESIGN_UNITS: Suite = Suite { package: "luenberger-design", binaries: &["--lib"], only: &["positive_real::"] };
+const POSITIVE_REAL: Suite =
+    Suite { package: "luenberger-design", binaries: &["--test", "it"], only: &["positive_real::"] };
 const CUBIC: Suite = Suite { package: MODULES, binaries: &["--test", "cubic"], only: &[] };
 const INPUT_TO_STATE: Suite = Suite { package: MODULES, binaries: &["--test", "input_to_state"], only: &[] };
 const FILTERS: Suite = Suite { package: MODULES, binaries: &["--test", "filters"], only: &[] };

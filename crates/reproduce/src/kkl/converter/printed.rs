@@ -2,7 +2,7 @@
 //!
 //! The states start at 0 and the filters W at the output, as in the corrected ones. `F[g]` is a state f with `f' =
 //! alpha (g - f)`, and `W[s] = alpha (s - w)` with `w' = alpha (s - w)`. The printed KKLO is correct, and is that of
-//! `observers::cuk`.
+//! [`cuk`](crate::kkl::cuk).
 
 use crate::kkl::cuk::Tuning;
 use luenberger_observers::{Observer, ObserverDimensions};
@@ -16,15 +16,16 @@ fn dimensions(state: usize) -> ObserverDimensions {
 
 /// PEBO: in M, `-1/L3` without its filter; in Y, `F[... + G L3 y2/C4]` where `G y2/C4` has to stand.
 ///
-/// The state is (xi1, xi2, w1, w2, F[w], F[w xi1 + u y2], F[(u y1 + xi2)/L3 + G L3 y2/C4], theta1, theta2).
+/// The state is `(xi1, xi2, w1, w2, F[w], F[w xi1 + u y2], F[(u y1 + xi2)/L3 + G L3 y2/C4], theta1, theta2)`.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Pebo {
+pub struct Pebo {
     plant: CukConverter,
     tuning: Tuning<f64>,
 }
 
 impl Pebo {
-    pub(super) fn new(plant: CukConverter, tuning: Tuning<f64>) -> Self {
+    /// For this converter with these numbers.
+    pub fn new(plant: CukConverter, tuning: Tuning<f64>) -> Self {
         Self { plant, tuning }
     }
 }
@@ -72,15 +73,16 @@ impl Observer<f64> for Pebo {
 
 /// [KKL+PEB]O: xi2 in Y where xi1 has to stand.
 ///
-/// The state is (xi1, xi2, w, F[w], F[w xi2 + u y2], theta).
+/// The state is `(xi1, xi2, w, F[w], F[w xi2 + u y2], theta)`.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct KklPeb {
+pub struct KklPeb {
     plant: CukConverter,
     tuning: Tuning<f64>,
 }
 
 impl KklPeb {
-    pub(super) fn new(plant: CukConverter, tuning: Tuning<f64>) -> Self {
+    /// For this converter with these numbers.
+    pub fn new(plant: CukConverter, tuning: Tuning<f64>) -> Self {
         Self { plant, tuning }
     }
 }
@@ -123,13 +125,14 @@ impl Observer<f64> for KklPeb {
 
 /// I&IO: `+ g1 u y2` in xi1', and `xhat = xi + (C2 g1 y1, L3 g2 y2)`, both with the wrong sign.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct ImmersionInvariance {
+pub struct ImmersionInvariance {
     plant: CukConverter,
     tuning: Tuning<f64>,
 }
 
 impl ImmersionInvariance {
-    pub(super) fn new(plant: CukConverter, tuning: Tuning<f64>) -> Self {
+    /// For this converter with these numbers.
+    pub fn new(plant: CukConverter, tuning: Tuning<f64>) -> Self {
         Self { plant, tuning }
     }
 }
@@ -168,18 +171,20 @@ impl Observer<f64> for ImmersionInvariance {
 /// The high-gain observers. Time-varying: the correction of xi4 has the wrong sign. Linear: r1 for r2, and the plant's
 /// right-hand sides of i1 and v4 in xi2' and xi4', which are the derivatives of y1' and y2'.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct HighGain {
+pub struct HighGain {
     plant: CukConverter,
     tuning: Tuning<f64>,
     linear: bool,
 }
 
 impl HighGain {
-    pub(super) fn time_varying(plant: CukConverter, tuning: Tuning<f64>) -> Self {
+    /// The one with time-varying error dynamics.
+    pub fn time_varying(plant: CukConverter, tuning: Tuning<f64>) -> Self {
         Self { plant, tuning, linear: false }
     }
 
-    pub(super) fn linear(plant: CukConverter, tuning: Tuning<f64>) -> Self {
+    /// The one with linear error dynamics.
+    pub fn linear(plant: CukConverter, tuning: Tuning<f64>) -> Self {
         Self { plant, tuning, linear: true }
     }
 }

@@ -26,7 +26,7 @@ const LAMBDA: f64 = 0.2;
 pub(super) const ESTIMATED: [usize; 2] = [0, 3];
 
 /// The observers of Table I in its order, then the exact high-gain observer: name in the data, name in the figures.
-pub(super) const OBSERVERS: [(&str, &str); 7] = [
+pub const OBSERVERS: [(&str, &str); 7] = [
     ("kklo", "KKLO"),
     ("pebo", "PEBO"),
     ("kkl_peb", "[KKL+PEB]O"),
@@ -62,7 +62,7 @@ pub(super) fn milliseconds() -> Vec<f64> {
 }
 
 /// The converter and its controller, without observers.
-pub(super) fn converter() -> Scenario<'static> {
+pub fn converter() -> Scenario<'static> {
     let plant = CukConverter::default();
     Scenario::new(plant)
         .initial_state(plant.equilibrium(START).as_slice())
@@ -84,7 +84,7 @@ pub(super) fn output_feedback(observer: impl CukObserver + 'static) -> Result<Tr
 }
 
 /// The noise of section V.C.
-pub(super) fn noise(seed: u64) -> Noise {
+pub fn noise(seed: u64) -> Noise {
     Noise::uniform(&[0.02, 2e-4], 1e-4, seed)
 }
 
@@ -122,11 +122,10 @@ fn rest<O: CukObserver>(observer: &O) -> O::State {
     O::State::from_slice(&vec![0.0; observer.dimensions().state])
 }
 
-/// The same scenario with the seven observers.
-pub(super) fn with_all(
-    mut scenario: Scenario<'static>,
-    noise: Option<&Noise>,
-) -> Result<Scenario<'static>, CheckError> {
+/// The same scenario with the seven observers; `noise` is that of the scenario.
+/// # Errors
+/// Those of the observers' constructors; there are none for these numbers.
+pub fn with_all(mut scenario: Scenario<'static>, noise: Option<&Noise>) -> Result<Scenario<'static>, CheckError> {
     let (plant, tuning, zero) = (CukConverter::default(), Tuning::default(), Vector4::zeros());
     let mut names = OBSERVERS.iter().map(|(name, _)| *name);
     let mut name = || names.next().unwrap_or_default();
@@ -142,12 +141,14 @@ pub(super) fn with_all(
 
 /// How the noise-free run is integrated. Explicit, and stopped at every millisecond: the samples are then values of
 /// steps, not of the polynomials between them.
-pub(super) fn settings() -> Settings {
+pub fn settings() -> Settings {
     Settings { integrator: Integrator::Explicit, rtol: 1e-12, atol: 1e-13, ..Settings::default() }
 }
 
 /// The noise-free run, sampled at every millisecond.
-pub(super) fn noise_free(settings: Settings) -> Result<Trajectory, CheckError> {
+/// # Errors
+/// Where the integrator does not reach the end with these settings.
+pub fn noise_free(settings: Settings) -> Result<Trajectory, CheckError> {
     let times = milliseconds();
     Ok(with_all(converter(), None)?.breakpoints(&times[1..]).settings(settings).times(&times).run()?)
 }

@@ -1,12 +1,11 @@
-//! Derivatives against dual numbers, cancellation, and values of other arenas.
+//! Symbolic polynomials: derivatives against dual numbers, cancellation, and values of other arenas.
 
-use luenberger_proof::Ring;
+use luenberger_design::SymbolicPolynomial;
+use luenberger_design::enclosure::IntervalDual;
+use luenberger_design::internals::{ELSEWHERE, collect, constant, evaluate, explore, fail, number};
+use luenberger_proof::{Interval, Ring};
 use nalgebra::{ComplexField, RealField, convert};
 use num_traits::{Num, One};
-
-use super::*;
-use crate::enclosure::IntervalDual;
-use crate::enclosure::paths::explore;
 
 /// Every function with an atom or made of atoms, of an argument that is not a bare variable.
 fn functions<T: RealField + Copy>(x: T) -> Vec<T> {
