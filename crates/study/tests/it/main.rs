@@ -14,6 +14,7 @@ mod folder;
 mod functional;
 mod gain_limits;
 mod high_gain;
+mod import;
 mod interval;
 mod kkl_numerical;
 mod limits;
