@@ -67,32 +67,3 @@ pub(crate) fn limits(given: &[Limit]) -> Limits {
     }
     limits
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn amounts_have_units() {
-        let read = |word: &str| word.parse::<Limit>();
-        assert_eq!(read("memory=4GiB"), Ok(Limit::Memory(4.0 * 1_073_741_824.0)));
-        assert_eq!(read("memory=500MB"), Ok(Limit::Memory(5e8)));
-        assert_eq!(read("memory=none"), Ok(Limit::Memory(f64::INFINITY)));
-        assert_eq!(read("time=90s"), Ok(Limit::Time(90.0)));
-        assert_eq!(read("time=1.5h"), Ok(Limit::Time(5400.0)));
-        assert_eq!(read("time=2days"), read("time=2d"));
-        assert_eq!(read("time=30min"), Ok(Limit::Time(1800.0)));
-        for wrong in
-            ["time", "time=", "time=3", "time=0s", "time=-1s", "time=nans", "memory=4", "memory=4 ", "disk=1GB"]
-        {
-            assert!(read(wrong).is_err(), "{wrong}");
-        }
-    }
-
-    #[test]
-    fn the_last_limit_counts() {
-        let given = limits(&[Limit::Time(1.0), Limit::Memory(2.0), Limit::Time(3.0)]);
-        assert_eq!((given.memory, given.seconds), (2.0, 3.0));
-        assert_eq!(limits(&[]), Limits::default());
-    }
-}

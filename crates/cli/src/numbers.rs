@@ -71,26 +71,3 @@ fn aligned(column: impl Iterator<Item = f64>) -> Vec<String> {
     let right = parts.iter().map(|part| part.1.len()).max().unwrap_or_default();
     parts.iter().map(|(whole, rest)| format!("{whole:>left$}{rest:<right$}")).collect()
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn what_is_rounding_error_is_told_as_zero() {
-        assert_eq!(
-            (margin(2.7e-126), margin(0.333), margin(1e-14)),
-            ("0".to_owned(), "0.33".to_owned(), "1e-14".to_owned())
-        );
-        // Digits beyond this are rounding error for large numbers, and negligible for small ones.
-        assert_eq!((beside(1e-4, 1e12), beside(-1e-17, 1e-12)), (0.0, -1e-17));
-    }
-
-    #[test]
-    fn columns_stand_at_their_decimal_points() {
-        let m = DMatrix::from_row_slice(2, 2, &[1.25, -10.0, -100.0, 0.5]);
-        assert_eq!(matrix("X", &m), "X =\n     1.25  -10\n  -100       0.5\n");
-        assert_eq!(complex(Complex::new(-1.0, -2.0)), "-1 - 2i");
-        assert_eq!(complex(Complex::new(-1.0, 0.0)), "-1");
-    }
-}

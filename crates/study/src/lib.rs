@@ -17,6 +17,7 @@
 //! | [`deployment`] | observers of a study as they run on a target |
 //! | [`closed_loop`] | the feedback of a study on a target |
 //! | [`execute`](mod@execute), [`results`] | the steps; their results |
+//! | [`statistics`] | moments, percentiles and the Pareto front of scores |
 //! | [`advise`](mod@advise) | every kind of observer that applies, tuned from the same information and ranked |
 //! | [`template`], [`import`](mod@import) | commented example studies; plants from MATLAB, numpy and JSON files |
 
@@ -41,6 +42,7 @@ pub mod results;
 mod runnable;
 pub mod schema;
 pub mod signal;
+pub mod statistics;
 pub mod study;
 pub mod table;
 pub mod template;
@@ -58,6 +60,14 @@ pub use read::Format;
 pub use results::Results;
 pub use study::Study;
 pub use template::{TEMPLATES, Template};
+
+/// For the tests of this crate, no part of its interface.
+#[doc(hidden)]
+pub mod internals {
+    pub use crate::advise::ranking::{Ranked, rank};
+    pub use crate::advise::tuning::{chain_settling, compositions};
+    pub use crate::execute::sweep::percentiles::Percentiles;
+}
 
 /// The example of `README.md`, compiled and run with the documentation's tests.
 #[cfg(doctest)]

@@ -120,39 +120,3 @@ pub fn about(seconds: f64) -> String {
     let count = (count / digit).round() * digit;
     format!("{count} {name}{}", if count == 1.0 { "" } else { "s" })
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn an_order_of_magnitude_in_words() {
-        let words = [(0.2, "1 second"), (12.3, "10 seconds"), (61.0, "1 minute"), (3500.0, "60 minutes")];
-        let more = [(7300.0, "2 hours"), (86400.0 * 365.0, "400 days"), (86400.0, "1 day")];
-        for (seconds, expected) in words.into_iter().chain(more) {
-            assert_eq!(about(seconds), expected);
-        }
-    }
-
-    #[test]
-    fn limits_are_written_with_their_units() {
-        let limits = Limits::default();
-        assert_eq!((bytes(limits.memory), duration(limits.seconds)), ("4 GiB".to_owned(), "24 h".to_owned()));
-        assert_eq!((bytes(0.0), bytes(1536.0), bytes(2e9)), ("0 B".into(), "1.5 KiB".into(), "1.9 GiB".into()));
-        assert_eq!(
-            (duration(90.0), duration(5400.0), duration(300.0)),
-            ("90 s".into(), "1.5 h".into(), "5 min".into())
-        );
-    }
-
-    #[test]
-    fn an_excess_says_what_to_do() {
-        let memory = Excess::Memory { needed: 24e9, limit: 4.0 * GIB, mostly: "x" }.to_string();
-        assert!(
-            memory.contains("about 22 GiB of memory (limit 4 GiB)") && memory.ends_with("memory=28GiB"),
-            "{memory}"
-        );
-        let time = Excess::Time { needed: 3e5, limit: 86400.0, mostly: "runs".to_owned() }.to_string();
-        assert!(time.contains("about 3 days (limit 24 h)") && time.ends_with("time=167h"), "{time}");
-    }
-}

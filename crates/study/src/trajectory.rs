@@ -144,31 +144,3 @@ pub(crate) fn of_observer_at(
 ) -> Option<Trajectory> {
     run_at(study, simulation, members, Some(member), Variation::NONE, times).ok()
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn rows_of_a_sampled_observer_are_samples() {
-        let study = crate::Study::from_text(
-            "t.toml",
-            "[plant]\na = [[-1]]\nc = [[1]]\n[simulation]\nx0 = [1]\nduration = 1\nsamples = 6\n",
-            crate::Format::Toml,
-            ".".as_ref(),
-        )
-        .unwrap();
-        let simulation = study.simulation.unwrap();
-        let near = |period, wished: &[f64], end| {
-            let (times, rest) = times(&simulation, period);
-            assert!(times.len() == wished.len() && times.iter().zip(wished).all(|(a, b)| (a - b).abs() < 1e-12));
-            assert_eq!(rest, end);
-        };
-        near(None, &[0.0, 0.2, 0.4, 0.6, 0.8, 1.0], None);
-        near(Some(0.1), &[0.0, 0.2, 0.4, 0.6, 0.8, 1.0], None);
-        // Eight samples, every second of them; the run goes on to its end.
-        near(Some(0.13), &[0.0, 0.26, 0.52, 0.78], Some(1.0));
-        near(Some(0.3), &[0.0, 0.3, 0.6, 0.9], Some(1.0));
-        near(Some(2.0), &[0.0], Some(1.0));
-    }
-}

@@ -39,20 +39,3 @@ fn sentence(cost: &Estimate, threads: usize) -> String {
         counted(*runs, "run")
     )
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use luenberger_study::execute::MemoryEstimate;
-
-    #[test]
-    fn the_estimate_is_one_line() {
-        let memory = MemoryEstimate { bytes: 2e9, mostly: "" };
-        let cost = Estimate { runs: 12000, seconds: 9000.0, mostly: "simulations".to_owned(), memory };
-        assert_eq!(
-            sentence(&cost, 1),
-            "estimate: 3 hours on one thread, 1.9 GiB of memory (12000 runs; most of the time for the simulations)"
-        );
-        assert!(sentence(&cost, 8).contains("on one thread, less on 8 threads, 1.9"));
-    }
-}

@@ -81,17 +81,3 @@ fn quoted(word: &str) -> String {
     }
     format!("'{}'", word.replace('\'', "'\\''"))
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn words_are_those_of_the_shell() {
-        for word in ["a/b-1.toml", "two words", "it's", "", "$HOME", "a;b"] {
-            let echo = format!("printf %s {}", quoted(word));
-            let output = std::process::Command::new("sh").args(["-c", &echo]).output().unwrap();
-            assert_eq!(String::from_utf8(output.stdout).unwrap(), word);
-        }
-    }
-}

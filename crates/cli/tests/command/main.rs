@@ -4,6 +4,7 @@ mod examples;
 mod export;
 mod file_messages;
 mod from_matlab;
+mod limits;
 mod manners;
 mod matrix;
 mod messages;

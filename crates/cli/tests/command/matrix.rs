@@ -2,6 +2,7 @@
 //! the residuals of their equations.
 
 use crate::terminal::luenberger;
+use luenberger_proof::wording::significant;
 use nalgebra::{Complex, DMatrix};
 use proptest::prelude::*;
 use serde_json::{Value, json};
@@ -176,11 +177,44 @@ fn a_hidden_mode_is_named_with_its_direction() {
     assert!(text.stdout.contains("unobservable: -2 along [0, 1]"), "{}", text.stdout);
 }
 
+/// Margins have two digits, and what is rounding error is zero; its size is in the JSON.
+#[test]
+fn margins_at_the_level_of_rounding_are_zero() {
+    let (mut rounding, mut small, mut large) = (0, 0, 0);
+    for a in ["[[-1, 0], [0, -2]]", "[[-1.5, 0.4], [0.4, -1.5]]", "[[-1, 0], [0, -1.0000000000001]]"] {
+        let input = format!("{{\"a\": {a}, \"c\": [[1, 1]]}}");
+        let margins = luenberger(&["obsv", "-", "--json"], &input).json()["margins"].clone();
+        let text = luenberger(&["obsv", "-"], &input).stdout;
+        let written: Vec<&str> = text.lines().filter_map(|line| Some(line.split_once(": margin ")?.1)).collect();
+        assert_eq!(written.len(), 2, "{text}");
+        for (written, margin) in written.into_iter().zip(margins.as_array().unwrap()) {
+            let margin = margin["margin"].as_f64().unwrap();
+            let is_rounding = margin <= 8.0 * f64::EPSILON;
+            let expected = if is_rounding { "0".to_owned() } else { significant(margin, 2) };
+            assert_eq!(written, expected, "{margin:e}");
+            match margin {
+                0.0 => {}
+                _ if is_rounding => rounding += 1,
+                _ if margin < 1e-10 => small += 1,
+                _ => large += 1,
+            }
+        }
+    }
+    assert!(rounding > 0 && small > 0 && large > 0, "{rounding} {small} {large}");
+}
+
 #[test]
 fn matrices_for_people_are_aligned() {
     let input = r#"{"a": [[-0.5, 0], [0, -0.005]], "q": [[2, 0], [0, 1]]}"#;
     let text = luenberger(&["lyap", "-"], input).stdout;
     assert!(text.starts_with("A X + X A' + Q = 0\nX =\n  2    0\n  0  100\nresidual "), "{text}");
+    let half = "[[-0.5, 0], [0, -0.5]]";
+    let input = format!("{{\"a\": {half}, \"b\": {half}, \"q\": [[1.25, -10], [-100, 0.5]]}}");
+    let text = luenberger(&["sylv", "-"], input).stdout;
+    assert!(text.contains("\nX =\n     1.25  -10\n  -100       0.5\n"), "{text}");
+    let spectrum = |a: &str| luenberger(&["eig", "-"], format!("{{\"a\": {a}}}")).stdout;
+    assert_eq!(spectrum("[[-1, 2], [-2, -1]]"), "eigenvalues =\n  -1 + 2i\n  -1 - 2i\n");
+    assert_eq!(spectrum("[[-1]]"), "eigenvalues =\n  -1\n");
 }
 
 proptest! {

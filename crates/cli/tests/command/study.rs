@@ -294,3 +294,14 @@ duration = 1
     assert_eq!(written["files"], serde_json::json!(["certificates/quick.json"]));
     assert!(written["simulation"].is_null());
 }
+
+/// Digits beyond the largest entry's are rounding error for large numbers, and negligible for small ones.
+#[test]
+fn entries_at_the_level_of_rounding_are_zero() {
+    let study = "[plant]\na = [[-1, 0], [0, -1]]\nc = [[1, 0]]\n\
+                 [[observer]]\nname = \"large\"\nkind = \"luenberger\"\ngain = [[1e12], [1e-4]]\n\
+                 [[observer]]\nname = \"small\"\nkind = \"luenberger\"\ngain = [[1e-12], [-1e-17]]\n";
+    let text = luenberger(&["design", "-", "-o", folder("design-rounding").to_str().unwrap()], study).stdout;
+    let gains: Vec<&str> = text.lines().filter_map(|line| line.strip_prefix("  L = ")).collect();
+    assert_eq!(gains, ["[1e12; 0]", "[1e-12; -1e-17]"], "{text}");
+}

@@ -265,6 +265,53 @@ fn the_script_is_one_for_slurm() {
     assert!(ran.code == Some(2) && ran.stderr.contains("letters, digits and any of _-.,:+ are expected"), "{ran:?}");
 }
 
+#[test]
+fn words_of_the_script_are_those_of_the_shell() {
+    let (_, file) = written("sweep-words", 32);
+    for word in ["a/b-1.toml", "two words", "it's", "$HOME", "a;b"] {
+        let script = sweep(&["script", &file, "--slurm", "-o", word]).stdout;
+        let reduce = script.lines().find_map(|line| line.strip_prefix("exec luenberger sweep reduce ")).unwrap();
+        let echo = format!("printf %s {reduce}");
+        let output = Command::new("sh").args(["-c", &echo]).output().unwrap();
+        assert_eq!(String::from_utf8(output.stdout).unwrap(), word);
+    }
+    // An empty one is no folder.
+    let ran = sweep(&["script", &file, "--slurm", "-o", ""]);
+    assert!(ran.code == Some(2) && ran.stderr.contains("a value is required for '--output <FOLDER>'"), "{ran:?}");
+}
+
+/// `script` of util-linux is the terminal: what is to be expected, and the progress of the runs.
+#[cfg(target_os = "linux")]
+#[test]
+fn a_terminal_has_the_estimate_and_the_progress() {
+    use luenberger_study::execute::{about, bytes};
+    use luenberger_study::{Step, Study, estimate};
+    let (folder, file) = written("sweep-terminal", 320);
+    for threads in [1, 2] {
+        let command = format!(
+            "stty cols 200; '{}' sweep '{file}' -o '{}' --threads {threads}",
+            env!("CARGO_BIN_EXE_luenberger"),
+            folder.join(threads.to_string()).display()
+        );
+        let terminal = Command::new("script").args(["-qec", &command, "/dev/null"]).stdin(Stdio::null()).output();
+        let output = terminal.unwrap();
+        let text = String::from_utf8(output.stdout).unwrap();
+        assert!(output.status.success(), "{text}");
+        let cost = estimate(&Study::from_path(Path::new(&file)).unwrap(), Step::Sweep, threads);
+        let less = if threads > 1 { format!(", less on {threads} threads") } else { String::new() };
+        let expected = format!(
+            "estimate: {} on one thread{less}, {} of memory ({} runs; most of the time for the simulations)",
+            about(cost.seconds),
+            bytes(cost.memory.bytes),
+            cost.runs
+        );
+        assert!(cost.runs > 640 && text.contains(&expected), "{expected}\n{text}");
+        // The rate and the time left, as the template has them and the default of the bar has not.
+        let shows_rate = |part: &str| part.contains("\u{2591}") && part.contains("/s, ") && part.contains("s left");
+        assert!(text.split('\r').any(shows_rate), "{text}");
+    }
+}
+
 /// Stands for SLURM: the scripts of `sbatch` run one after the other, the array task by task.
 #[cfg(unix)]
 #[test]

@@ -1,4 +1,5 @@
 //! One test binary, a module a subject.
 
 mod figures;
+mod npz;
 mod report;

@@ -140,35 +140,3 @@ fn start_of_inline_list(text: &str) -> Option<usize> {
 pub(super) fn study_with(study: &Study, blocks: &[Block]) -> Result<Study, StudyError> {
     Study::from_text(study.source.name(), &text_with(study, blocks)?, study.format, &study.folder)
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    fn block() -> Block {
-        let keys = vec![("poles", Value::List(vec![Value::numbers([-1.0, 2.0]), Value::numbers([-1.0, -2.0])]))];
-        let comment = "with a comment".to_owned();
-        Block { name: "added \"one\"".to_owned(), kind: "luenberger", keys, initial: vec![0.5, 0.0], comment }
-    }
-
-    #[test]
-    fn observers_are_added_to_every_form_of_study() {
-        let plant = "[plant]\na = [[0, 1], [0, 0]]\nc = [[1, 0]]\n";
-        let own = "kind = \"luenberger\", poles = [-1, -2]";
-        let json = r#"{"plant": {"a": [[0, 1], [0, 0]], "c": [[1, 0]]}}"#;
-        let studies = [
-            (plant.to_owned(), Format::Toml, 1),
-            (format!("{plant}\n[[observer]]\n{}\n", own.replace(", poles", "\npoles")), Format::Toml, 2),
-            (format!("observer = [ {{ {own} }}, # the first\n]\n{plant}"), Format::Toml, 2),
-            (format!("observer = [{{ {own} }}]\n{plant}"), Format::Toml, 2),
-            (json.to_owned(), Format::Json, 1),
-        ];
-        for (text, format, count) in studies {
-            let study = Study::from_text("s", &text, format, ".".as_ref()).unwrap();
-            let more = study_with(&study, &[block()]).unwrap_or_else(|error| panic!("{text}\n{error}"));
-            assert_eq!(more.observers.len(), count, "{text}");
-            let added = more.observer("added \"one\"").unwrap();
-            assert_eq!((added.kind.name(), added.initial.as_slice()), ("luenberger", [0.5, 0.0].as_slice()));
-        }
-    }
-}

@@ -15,6 +15,7 @@ use super::tuning::Context;
 use crate::deployment;
 use crate::design::{Designed, NoDesign, design_until};
 use crate::execute::Scored;
+use crate::statistics;
 use crate::study::{ObserverSpec, Study};
 
 /// An observer that has a design.
@@ -172,11 +173,9 @@ pub struct Medians {
     pub states: Vec<Option<f64>>,
 }
 
-/// The percentile of the scores by nearest rank.
-fn percentile(mut values: Vec<f64>, percent: f64) -> f64 {
-    values.sort_by(f64::total_cmp);
-    let rank = (percent / 100.0 * values.len() as f64).ceil() as usize;
-    values.get(rank.saturating_sub(1)).copied().unwrap_or(f64::INFINITY)
+/// The percentile of the scores of runs; infinite without a run.
+fn percentile(mut values: Vec<f64>, percent: u8) -> f64 {
+    statistics::percentile(&mut values, percent).unwrap_or(f64::INFINITY)
 }
 
 impl Candidate {
@@ -214,12 +213,12 @@ impl Candidate {
 
     pub(super) fn medians(&self) -> Medians {
         let known = |x: f64| x.is_finite().then_some(x);
-        let median = |values: Vec<f64>| known(percentile(values, 50.0));
+        let median = |values: Vec<f64>| known(percentile(values, 50));
         let states =
             (0..self.spec.initial.len()).map(|i| median(self.scores(|run| Some(run.merits.states.get(i)?.rmse))));
         Medians {
             rms: median(self.rms()),
-            rms_range: [known(percentile(self.rms(), 5.0)), known(percentile(self.rms(), 95.0))],
+            rms_range: [known(percentile(self.rms(), 5)), known(percentile(self.rms(), 95))],
             settling: median(self.settling()),
             peak: median(self.peak()),
             steady_rms: median(self.steady()),
@@ -231,10 +230,10 @@ impl Candidate {
 impl Ranked for Candidate {
     fn value(&self, criterion: Criterion) -> f64 {
         match criterion {
-            Criterion::Error => percentile(self.rms(), 50.0),
-            Criterion::Noise => percentile(self.steady(), 50.0),
-            Criterion::Peak => percentile(self.peak(), 50.0),
-            Criterion::Settling => percentile(self.settling(), 50.0),
+            Criterion::Error => percentile(self.rms(), 50),
+            Criterion::Noise => percentile(self.steady(), 50),
+            Criterion::Peak => percentile(self.peak(), 50),
+            Criterion::Settling => percentile(self.settling(), 50),
             Criterion::Cost => self.cost.as_ref().map_or(f64::INFINITY, |cost| *cost as f64),
             Criterion::Proved => {
                 if self.is_proved() {
@@ -248,17 +247,5 @@ impl Ranked for Candidate {
 
     fn is_complete(&self) -> bool {
         self.finished() == self.runs.len()
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::percentile;
-
-    #[test]
-    fn percentiles_are_scores_of_runs() {
-        let values = vec![4.0, 1.0, 3.0, f64::INFINITY, 2.0];
-        assert_eq!([5.0, 50.0, 95.0].map(|p| percentile(values.clone(), p)), [1.0, 3.0, f64::INFINITY]);
-        assert_eq!(percentile(vec![1.0, 2.0], 50.0), 1.0);
     }
 }

@@ -4,8 +4,9 @@ use luenberger_figures::figure::static_figure;
 use luenberger_figures::{Dash, Figure, Hue, Marker, Panel, Series};
 
 use super::candidate::Candidate;
-use super::ranking::{Criterion, Ranked, front};
+use super::ranking::{Criterion, Ranked};
 use crate::error::StudyError;
+use crate::statistics::pareto_front;
 
 const CAPTION: &str = "Medians over the runs. The lower left is better; the line joins the observers that no other one is better than in both (the Pareto front).";
 
@@ -39,7 +40,7 @@ fn panel(ordered: &[&Candidate], criterion: Criterion, label: &str) -> Option<Pa
         return None;
     }
     let pairs: Vec<(f64, f64)> = points.iter().map(|point| point.1).collect();
-    let mut best: Vec<(f64, f64)> = front(&pairs).into_iter().map(|i| pairs[i]).collect();
+    let mut best: Vec<(f64, f64)> = pareto_front(&pairs).into_iter().map(|i| pairs[i]).collect();
     best.sort_by(|one, other| one.0.total_cmp(&other.0));
     let mut panel = Panel::new(label, "rms |e|").log_y();
     if criterion == Criterion::Cost {

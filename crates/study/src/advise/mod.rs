@@ -16,10 +16,10 @@ mod block;
 mod candidate;
 mod figure;
 mod information;
-mod ranking;
+pub(crate) mod ranking;
 mod report;
 mod rules;
-mod tuning;
+pub(crate) mod tuning;
 mod words;
 
 pub use candidate::Medians;
@@ -38,11 +38,12 @@ use rayon::prelude::*;
 use self::block::{Block, text_with};
 use self::candidate::{Candidate, Outcome};
 use self::information::Information;
-use self::ranking::{Ranked, front, rank};
+use self::ranking::{Ranked, rank};
 use self::rules::{RULES, Rule, without_rule};
 use crate::error::StudyError;
 use crate::execute::{self, Limits, Trial, within};
 use crate::read::Format;
+use crate::statistics::pareto_front;
 use crate::study::{AdviseSpec, ObserverKind, ObserverSpec, Simulation, Study};
 use crate::trajectory;
 use crate::{RunOptions, design, write_folder};
@@ -212,7 +213,7 @@ fn compare(
     for (criterion, names) in [(Criterion::Cost, &mut advice.pareto_cost), (Criterion::Peak, &mut advice.pareto_peak)] {
         let complete: Vec<&&Candidate> = ordered.iter().filter(|one| one.is_complete()).collect();
         let points: Vec<_> = complete.iter().map(|one| (one.value(criterion), one.value(Criterion::Error))).collect();
-        *names = front(&points).into_iter().map(|i| complete[i].spec.name.clone()).collect();
+        *names = pareto_front(&points).into_iter().map(|i| complete[i].spec.name.clone()).collect();
     }
     let scored = order.iter().map(|&i| (&candidates[i], scores[i])).collect();
     let words = words::Ranking { study, criteria: &options.criteria, ordered: scored, runs: advice.runs };

@@ -103,7 +103,7 @@ impl fmt::Display for Criteria {
 }
 
 /// What a ranking reads of an observer; what it does not have is infinite.
-pub(super) trait Ranked {
+pub trait Ranked {
     /// The value of a criterion, of which less is better.
     fn value(&self, criterion: Criterion) -> f64;
     /// Whether all its runs finished.
@@ -112,7 +112,7 @@ pub(super) trait Ranked {
 
 /// The score of each, and the indices in the order of the ranking: those whose runs all finished first, by score, then
 /// by error.
-pub(super) fn rank<T: Ranked>(all: &[T], criteria: &Criteria) -> (Vec<f64>, Vec<usize>) {
+pub fn rank<T: Ranked>(all: &[T], criteria: &Criteria) -> (Vec<f64>, Vec<usize>) {
     let best = |criterion: Criterion| {
         let values = |complete: bool| {
             let of = all.iter().filter(move |one| one.is_complete() || !complete);
@@ -145,61 +145,5 @@ pub(super) fn ratio(value: f64, best: f64) -> f64 {
         (value, best) if value == best => 1.0,
         (_, 0.0) => f64::INFINITY,
         (value, best) => value / best,
-    }
-}
-
-/// The indices of those that no other is better than in both.
-pub(super) fn front(points: &[(f64, f64)]) -> Vec<usize> {
-    let is_known = |(x, y): &(f64, f64)| x.is_finite() && y.is_finite();
-    let beats = |(x, y): &(f64, f64), (other_x, other_y): &(f64, f64)| {
-        x <= other_x && y <= other_y && (x < other_x || y < other_y)
-    };
-    (0..points.len())
-        .filter(|&i| is_known(&points[i]) && !points.iter().any(|other| beats(other, &points[i])))
-        .collect()
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    struct One(f64, f64, bool);
-
-    impl Ranked for One {
-        fn value(&self, criterion: Criterion) -> f64 {
-            if criterion == Criterion::Cost { self.1 } else { self.0 }
-        }
-        fn is_complete(&self) -> bool {
-            self.2
-        }
-    }
-
-    #[test]
-    fn scores_are_geometric_means_of_ratios() {
-        let all = [One(1.0, 400.0, true), One(2.0, 100.0, true), One(0.1, 1.0, false), One(9.0, f64::INFINITY, true)];
-        let (scores, order) = rank(&all, &Criteria::default());
-        assert_eq!(order, [0, 1, 3, 2], "a run that ended early comes last");
-        assert!((scores[1] - 2.0).abs() < 1e-12);
-        let criteria: Criteria = "error=1,cost=3".parse().unwrap();
-        let (scores, order) = rank(&all, &criteria);
-        // (1/1)(400/100)^3 and (2/1)(1)^3, to the power 1/4.
-        assert!((scores[0] - 64f64.powf(0.25)).abs() < 1e-12 && (scores[1] - 2f64.powf(0.25)).abs() < 1e-12);
-        assert_eq!((order[0], scores[3]), (1, f64::INFINITY));
-    }
-
-    #[test]
-    fn criteria_are_read_and_written() {
-        for text in ["error", "error=2,cost=1", "proved", "peak=0.5,noise=1,settling=3"] {
-            assert_eq!(text.parse::<Criteria>().unwrap().to_string(), text);
-        }
-        for wrong in ["", "speed", "error=0", "error=-1", "error=x", "error,error", "error=inf"] {
-            assert!(wrong.parse::<Criteria>().is_err(), "{wrong}");
-        }
-    }
-
-    #[test]
-    fn the_front_has_what_nothing_dominates() {
-        let points = [(1.0, 5.0), (2.0, 2.0), (3.0, 3.0), (0.5, f64::INFINITY), (2.0, 1.0)];
-        assert_eq!(front(&points), [0, 4]);
     }
 }

@@ -101,38 +101,3 @@ fn in_deviations(
     };
     ExpressionPlant::new(&rows(f0, &plant.a, &plant.b), &rows(h0, &plant.c, d), inputs, &Parameters::new())
 }
-
-#[cfg(test)]
-mod tests {
-    use luenberger_plants::Plant;
-    use nalgebra::DVector;
-
-    use crate::model::{Builtin, Model, generic_points};
-
-    #[test]
-    fn expressions_of_the_library_have_the_values_of_the_plants() {
-        let names = [
-            "double-integrator",
-            "third-order",
-            "flexible-joint",
-            "flexible-joint-printed",
-            "chaotic",
-            "cuk",
-            "reverse-duffing",
-            "van-der-pol",
-            "exponential-cascade",
-        ];
-        for name in names {
-            let model = Model::Builtin(Builtin::named(name).unwrap());
-            let plant = model.expressions().unwrap();
-            for x in generic_points(model.size().states) {
-                let u = DVector::repeat(model.size().inputs, 0.3);
-                let same = |a: DVector<f64>, b: DVector<f64>| {
-                    assert!((&a - &b).amax() <= 1e-14 * (1.0 + b.amax()), "{name}: {a} {b}");
-                };
-                same(plant.derivative(0.0, &x, &u), model.derivative(0.0, &x, &u));
-                same(plant.output(0.0, &x, &u), model.output(0.0, &x, &u));
-            }
-        }
-    }
-}

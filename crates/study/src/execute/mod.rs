@@ -15,7 +15,7 @@ mod sampling;
 mod scores;
 mod simulate;
 mod stopped;
-mod sweep;
+pub(crate) mod sweep;
 mod time_limit;
 mod trial;
 mod warn;

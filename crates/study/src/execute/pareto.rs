@@ -5,6 +5,7 @@ use luenberger_figures::{Dash, Figure, Hue, Marker, Panel, Series};
 use super::pictures::figure;
 use crate::results::report::with_unit;
 use crate::results::{ScoringReport, SimulationReport, SweepReport};
+use crate::statistics::pareto_front;
 use crate::study::Study;
 
 /// Settling time and steady-state error; what does not exist is not drawn.
@@ -73,18 +74,14 @@ fn panels(study: &Study, scoring: &ScoringReport, points: &[Point<'_>]) -> Vec<P
     study.plot.states.as_ref().unwrap_or(&all).iter().map(of).collect()
 }
 
-/// The points than which no other is better in both, from the fastest on.
+/// The Pareto front of the points that a logarithmic axis has, from the fastest on.
 fn front(points: &[(&str, Speed)]) -> (Vec<f64>, Vec<f64>) {
-    let mut known: Vec<(f64, f64)> =
+    let known: Vec<(f64, f64)> =
         points.iter().filter_map(|(_, speed)| Some((speed.0?, speed.1?))).filter(|(_, error)| *error > 0.0).collect();
-    known.sort_by(|one, other| one.0.total_cmp(&other.0).then(one.1.total_cmp(&other.1)));
-    let mut least = f64::INFINITY;
-    known.retain(|(_, error)| {
-        let is_better = *error < least;
-        least = least.min(*error);
-        is_better
-    });
-    known.into_iter().unzip()
+    let mut front: Vec<(f64, f64)> = pareto_front(&known).into_iter().map(|i| known[i]).collect();
+    front.sort_by(|one, other| one.0.total_cmp(&other.0));
+    front.dedup();
+    front.into_iter().unzip()
 }
 
 fn panel(speed: &str, error: &str, points: &[(&str, Speed)]) -> Panel {
@@ -109,18 +106,4 @@ fn panel(speed: &str, error: &str, points: &[(&str, Speed)]) -> Panel {
         }
     }
     panel
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn the_front_has_what_no_other_point_dominates() {
-        let of = |x: f64, y: f64| ("one", (Some(x), Some(y)));
-        let points =
-            [of(2.0, 0.5), of(1.0, 1.0), of(3.0, 0.7), of(1.0, 2.0), of(4.0, 0.1), ("none", (None, Some(0.01)))];
-        assert_eq!(front(&points), (vec![1.0, 2.0, 4.0], vec![1.0, 0.5, 0.1]));
-        assert_eq!(front(&[of(1.0, 0.0)]), (vec![], vec![]));
-    }
 }

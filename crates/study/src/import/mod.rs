@@ -22,8 +22,6 @@ mod matlab;
 mod model;
 mod npz;
 mod study;
-#[cfg(test)]
-mod tests;
 mod variable;
 
 use std::fs::File;

@@ -54,21 +54,3 @@ impl CoverageReport {
         (!states.is_empty()).then(|| Self { observer: observer.to_owned(), on_log, stationary, states })
     }
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use nalgebra::dmatrix;
-
-    #[test]
-    fn errors_are_counted_where_they_are_known() {
-        let names = ["a".to_owned(), "b".to_owned(), "c".to_owned()];
-        let x = dmatrix![9.0, 0.0, f64::NAN; 2.0, 1.0, f64::NAN; -2.0, f64::NAN, f64::NAN; 2.1, 3.0, f64::NAN];
-        let (xhat, deviation) = (DMatrix::zeros(4, 3), DMatrix::from_element(4, 3, 1.0));
-        let report = CoverageReport::of(("filter", true, false), &names, (&x, &xhat), &deviation, 1).unwrap();
-        let shares: Vec<_> = report.states.iter().map(|of| (of.state.as_str(), of.within, of.samples)).collect();
-        assert_eq!(shares, [("a", 2.0 / 3.0, 3), ("b", 0.5, 2)]);
-        let unknown = DMatrix::from_element(4, 3, f64::NAN);
-        assert_eq!(CoverageReport::of(("filter", true, false), &names, (&unknown, &xhat), &deviation, 0), None);
-    }
-}

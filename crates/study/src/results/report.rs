@@ -461,28 +461,3 @@ fn comparison(results: &Results) -> Section {
     }
     section
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    /// A small entry beside large ones is rounding; one in a row or a column of small units is not.
-    #[test]
-    fn rounding_errors_are_not_shown_as_digits() {
-        let shown = |rows: &[&[f64]]| entries(&rows.iter().map(|row| row.to_vec()).collect::<Vec<_>>());
-        assert_eq!(shown(&[&[2.0, 3e-16], &[0.0, 1.0]]), [["2", "≈0"], ["0", "1"]]);
-        assert_eq!(shown(&[&[1e6, 1e-10], &[1e-10, 1e-24]]), [["1000000", "1e-10"], ["1e-10", "1e-24"]]);
-        assert_eq!(shown(&[&[1e-16], &[5.0]]), [["≈0"], ["5"]]);
-        assert_eq!(shown(&[&[1e-16]]), [["1e-16"]]);
-    }
-
-    #[test]
-    fn a_direction_of_many_states_is_told_by_its_leading_terms() {
-        assert_eq!(leading("x2"), "x2");
-        assert_eq!(leading("a - 0.9 b + 0.8 c - 0.7 d + 0.6 e - 0.5 f"), "a - 0.9 b + 0.8 c - 0.7 d + 0.6 e - 0.5 f");
-        assert_eq!(
-            leading("a - 0.9 b + 0.8 c - 0.7 d + 0.6 e - 0.5 f + 0.4 g - 0.3 h"),
-            "a - 0.9 b + 0.8 c - 0.7 d + 0.6 e - 0.5 f and 2 smaller terms"
-        );
-    }
-}

@@ -261,25 +261,3 @@ impl Results {
         (!names.is_empty()).then(|| format!("Not run, because there is no design: {}.", names.join(", ")))
     }
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn the_best_is_marked_unless_all_are_alike() {
-        let row = |name: &str, settles: Option<f64>, peak: f64, last: f64| {
-            (vec![ScoreCell::name(name)], vec![settling(settles, 1.0), plain(peak), left(last)])
-        };
-        let table = with_best(vec![
-            row("a", None, 4.0, 1e-9),
-            row("b", Some(2.0), 4.0, 1.01e-9),
-            row("c", Some(3.0), 4.0, 2.0),
-        ]);
-        let best: Vec<Vec<bool>> = table.iter().map(|row| row.iter().map(|cell| cell.best).collect()).collect();
-        // Two that are written alike are both best; a peak that all share is none.
-        assert_eq!(best, [[false, false, false, true], [false, true, false, true], [false; 4]]);
-        assert_eq!((table[0][1].text.as_str(), settling(None, 0.0).0.text.as_str()), ("never", "-"));
-        assert_eq!(with_best(vec![row("a", None, 4.0, 1.0)])[0].iter().filter(|cell| cell.best).count(), 0);
-    }
-}

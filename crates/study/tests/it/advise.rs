@@ -1,7 +1,7 @@
 //! `luenberger advise`: which kinds run, with what tuning, and in which order.
 
 use luenberger_study::advise::{Advice, AdviseOptions, Criteria, advise};
-use luenberger_study::{RunOptions, Step, Study, StudyError, execute};
+use luenberger_study::{Format, RunOptions, Step, Study, StudyError, execute};
 
 use crate::studies::{read, scratch, study};
 
@@ -312,4 +312,35 @@ fn bad_values_of_the_table_are_reported_at_their_lines() {
     wrong("region = { states = [[-inf, 3], [-2, 2]] }", "x1 from -inf to 3");
     wrong("setling = 3", "the nearest key is `settling`");
     assert!("error,speed".parse::<Criteria>().unwrap_err().contains("\"speed\""));
+}
+
+/// What is recommended stands behind the observers of the study, however they are written.
+#[test]
+fn observers_are_added_to_every_form_of_study() {
+    let rest = "[plant]\na = [[-1]]\nc = [[1]]\n[simulation]\nx0 = [1]\nduration = 2\n\
+                noise = { amplitude = [0.01], period = 0.1 }\n[advise]\ninitial = [0.5]\nensemble = 1\n";
+    let own = "name = \"my \\\"own\\\"\", kind = \"luenberger\", poles = [-2]";
+    let json = r#"{"plant": {"a": [[-1]], "c": [[1]]}, "simulation": {"x0": [1], "duration": 2,
+        "noise": {"amplitude": [0.01], "period": 0.1}}, "advise": {"initial": [0.5], "ensemble": 1}}"#;
+    let with_own = json.replacen('{', r#"{"observer": [{"kind": "luenberger", "poles": [-2]}], "#, 1);
+    let studies = [
+        (rest.to_owned(), Format::Toml, 0),
+        (format!("{rest}\n[[observer]]\n{}\n", own.replace(", ", "\n")), Format::Toml, 1),
+        (format!("observer = [ {{ {own} }}, # the first\n]\n{rest}"), Format::Toml, 1),
+        (format!("observer = [{{ {own} }}]\n{rest}"), Format::Toml, 1),
+        (json.to_owned(), Format::Json, 0),
+        (with_own, Format::Json, 1),
+    ];
+    for (text, format, own) in studies {
+        let read = |text: &str| Study::from_text("s", text, format, ".".as_ref());
+        let (advice, _) = advise(&read(&text).unwrap(), &AdviseOptions { own_tuning: false, ..by("error") }).unwrap();
+        let more = read(&advice.study).unwrap_or_else(|error| panic!("{}\n{error}", advice.study));
+        assert!(!advice.recommended.is_empty());
+        assert_eq!(more.observers.len(), own + advice.recommended.len(), "{}", advice.study);
+        for name in &advice.recommended {
+            let ranked = advice.ranking.iter().find(|one| one.name == *name).unwrap();
+            let added = more.observer(name).unwrap();
+            assert_eq!((added.kind.name(), added.initial.as_slice()), (ranked.kind.as_str(), [0.5].as_slice()));
+        }
+    }
 }

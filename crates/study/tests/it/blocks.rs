@@ -404,3 +404,149 @@ fn sizes_that_are_not_possible_are_refused() {
     let refused = SharedSweep::open(study(&folder), &folder.join("foreign"), BLOCKS_OF_8).err().unwrap();
     assert!(matches!(refused, StudyError::ForeignFolder { .. }), "{refused}");
 }
+
+/// One row of so many values, runs of each and runs of a block.
+fn divided(folder: &Path, values: usize, ensemble: u64, size: u64) -> SharedSweep {
+    let listed = (1..=values).map(|k| (0.1 * k as f64).to_string()).collect::<Vec<_>>().join(", ");
+    let text = STUDY.replace("values = [1, 4]", &format!("values = [{listed}]"));
+    let text = text.replace("ensemble = 50", &format!("ensemble = {ensemble}"));
+    let settings = BlockSettings { size: Some(size), restart: true, force: false };
+    SharedSweep::open(study_in(folder, &text), &folder.join("out"), settings).unwrap_or_else(|error| panic!("{error}"))
+}
+
+#[test]
+fn the_blocks_have_each_trajectory_once() {
+    let folder = scratch("once");
+    for (values, ensemble, size) in [(1, 1, 1), (3, 10, 4), (2, 12, 4), (5, 1, 1), (2, 7, 7)] {
+        let sweep = divided(&folder, values, ensemble, size);
+        assert_eq!(compute(&sweep, "1/1", 1).runs, values as u64 * ensemble);
+        reduced(&folder.join("out"));
+        let csv = std::fs::read_to_string(folder.join("out/sweep.csv")).unwrap();
+        let runs: Vec<[String; 2]> = csv
+            .lines()
+            .skip(1)
+            .map(|line| [1, 2].map(|column| line.split(',').nth(column).unwrap().to_owned()))
+            .collect();
+        let of = |value: usize| (0..ensemble).map(move |run| [(0.1 * value as f64).to_string(), run.to_string()]);
+        assert_eq!(runs, (1..=values).flat_map(of).collect::<Vec<_>>());
+    }
+}
+
+#[test]
+fn the_shards_have_each_block_once() {
+    let folder = scratch("shards");
+    let sweep = divided(&folder, 3, 10, 4);
+    for of in 1..=12 {
+        let shard = |number: u64| format!("{number}/{of}").parse::<Shard>().unwrap().blocks(sweep.plan());
+        let mut all: Vec<u64> = (1..=of).flat_map(shard).collect();
+        all.sort_unstable();
+        assert_eq!(all, (0..9).collect::<Vec<_>>());
+    }
+}
+
+#[test]
+fn a_shard_is_one_of_its_number() {
+    let wrong = |word: &str| word.parse::<Shard>().unwrap_err();
+    assert_eq!(wrong("0/3"), "there is no shard 0 of 3: they are numbered from 1 to 3");
+    assert_eq!(wrong("4/3"), "there is no shard 4 of 3: they are numbered from 1 to 3");
+    assert_eq!(wrong("1/0"), "the number of shards is 0, expected at least 1");
+    for word in ["a/b", "1", "1/", "/1", "-1/2", "+1/2", "1/2/3", "1.0/2", "99999999999/99999999999"] {
+        assert_eq!(wrong(word), "expected I/N, such as 1/4 for the first of four shards", "{word}");
+    }
+    let shard: Shard = "2/3".parse().unwrap();
+    assert_eq!((shard.number(), shard.of(), shard.to_string()), (2, 3, "2/3".to_owned()));
+}
+
+/// A file of an archive.
+fn member(archive: &[u8], name: &str) -> Vec<u8> {
+    let mut archive = zip::ZipArchive::new(std::io::Cursor::new(archive)).unwrap();
+    let mut content = Vec::new();
+    std::io::Read::read_to_end(&mut archive.by_name(name).unwrap(), &mut content).unwrap();
+    content
+}
+
+/// The lines of the runs are the columns of the blocks, bit by bit; a run that ended early has no scores, and one that
+/// does not settle no settling time.
+#[test]
+fn the_lines_are_the_columns_of_the_blocks() {
+    let folder = scratch("columns");
+    let text = STUDY.replace("values = [1, 4]", "values = [3, 40]").replace("0.1*level^3 - level", "level^3 - level");
+    let sweep = SharedSweep::open(study_in(&folder, &text), &folder.join("out"), BLOCKS_OF_8).unwrap();
+    compute(&sweep, "1/1", 1);
+    reduced(&folder.join("out"));
+    let csv = std::fs::read_to_string(folder.join("out/sweep.csv")).unwrap();
+    let head: Vec<&str> = csv.lines().next().unwrap().split(',').collect();
+    let lines: Vec<Vec<&str>> = csv.lines().skip(1).map(|line| line.splitn(head.len(), ',').collect()).collect();
+    let mut line = 0;
+    let (mut early, mut unsettled) = (0, 0);
+    for block in 0..14_u64 {
+        let bytes = std::fs::read(folder.join(format!("out/blocks/{block:08}.npz"))).unwrap();
+        let column = |name: &str| luenberger_figures::npz::numbers(&member(&bytes, &format!("{name}.npy"))).unwrap();
+        let header: serde_json::Value = serde_json::from_slice(&member(&bytes, "block.json")).unwrap();
+        assert_eq!((&header["block"], &header["observer"]), (&block.into(), &"copy".into()));
+        let (runs, finished) = (column("run"), column("finished"));
+        for (k, run) in runs.iter().enumerate() {
+            let cells = &lines[line];
+            assert_eq!(cells[1].parse::<f64>().ok(), header["value"].as_f64());
+            assert_eq!(cells[2].parse::<f64>(), Ok(*run));
+            let why = header["ended"].as_array().unwrap().iter().find(|ended| ended["index"] == k);
+            assert_eq!((why.is_none(), cells.last().unwrap().is_empty()), (finished[k] == 1.0, finished[k] == 1.0));
+            for (name, cell) in head[3..head.len() - 1].iter().zip(&cells[3..]) {
+                let score = column(name)[k];
+                if cell.is_empty() {
+                    assert!(if why.is_some() { score.is_nan() } else { score == f64::INFINITY }, "{name}: {score}");
+                    early += usize::from(why.is_some());
+                    unsettled += usize::from(why.is_none());
+                } else {
+                    assert_eq!(cell.parse::<f64>().unwrap().to_bits(), score.to_bits(), "{name} of run {run}");
+                }
+            }
+            line += 1;
+        }
+    }
+    assert!(line == lines.len() && early > 0 && unsettled > 0, "{early} {unsettled}");
+}
+
+/// A block with any byte changed, cut off or appended is no block.
+#[test]
+fn every_other_file_is_refused() {
+    let folder = scratch("refused");
+    let sweep = divided(&folder, 1, 20_000, 1);
+    sweep.compute([0], &RunOptions::default()).unwrap();
+    let file = |number: usize| folder.join(format!("out/blocks/{number:08}.npz"));
+    let bytes = std::fs::read(file(0)).unwrap();
+    let faults = || sweep_status(&folder.join("out"), true).unwrap().faults;
+    assert_eq!(faults(), [""; 0]);
+    let length = bytes.len();
+    assert!(2 * length < 20_000, "{length} bytes");
+    for at in 0..length {
+        std::fs::write(file(at), &bytes[..at]).unwrap();
+        let mut flipped = bytes.clone();
+        flipped[at] ^= 1 << (at % 8);
+        std::fs::write(file(length + at), flipped).unwrap();
+    }
+    std::fs::write(file(2 * length), [&bytes[..], b"x"].concat()).unwrap();
+    let all = faults();
+    assert_eq!(all.len(), 2 * length + 1);
+    let (cut, damaged) = ("is cut short, or is no block of a sweep", "is damaged (its checksum does not match)");
+    for fault in &all {
+        assert!(fault.ends_with(cut) || fault.ends_with(damaged), "{fault}");
+    }
+    assert!(all[2 * length].ends_with(cut));
+    (0..=2 * length).for_each(|number| std::fs::remove_file(file(number)).unwrap());
+    // With the right checksum it is one of another version, if a column has another name.
+    let (content, sum) = bytes.split_at(length - 64);
+    let checksum = |content: &[u8]| {
+        use sha2::Digest;
+        sha2::Sha256::digest(content).iter().map(|byte| format!("{byte:02x}")).collect::<String>()
+    };
+    assert_eq!(checksum(content).as_bytes(), sum);
+    let (name, other) = (b"level_rmse.npy", b"level_rmsf.npy");
+    let mut renamed = content.to_vec();
+    let places: Vec<usize> = (0..content.len()).filter(|at| content[*at..].starts_with(name)).collect();
+    assert_eq!(places.len(), 2);
+    places.iter().for_each(|at| renamed[*at..at + name.len()].copy_from_slice(other));
+    let sum = checksum(&renamed);
+    std::fs::write(file(0), [&renamed[..], sum.as_bytes()].concat()).unwrap();
+    assert!(faults()[0].ends_with("is a block of another study, or of another version"), "{:?}", faults());
+}

@@ -106,6 +106,8 @@ fn a_blank_cell_is_no_measurement() {
         assert!((x.unwrap() - same).abs() < 1e-9, "row {k}");
     }
     assert_eq!(column(&a, "log-filter.csv", "position")[3..5], [None, None]);
+    // Where no state is known, no errors are counted.
+    assert_eq!(results.coverage, []);
     let log = results.log.unwrap();
     assert_eq!((log.samples, log.columns[0].samples, log.rows[0].rows_used, log.rows[0].interpolated), (22, 20, 22, 0));
     assert_eq!((&log.gaps[..], log.interpolation, log.median_period), (&[[10.0, 410.0]][..], "none", 1.0));
@@ -223,6 +225,12 @@ fn true_states_in_a_log_give_errors() {
     {
         assert!(page.contains(said), "{said}");
     }
+    // Errors are counted where the state is known, over the second half.
+    let within = squares.iter().filter(|square| **square <= 4.0).count();
+    let [coverage] = &results.coverage[..] else { panic!("{:?}", results.coverage) };
+    let states: Vec<_> = coverage.states.iter().map(|of| (of.state.as_str(), of.within, of.samples)).collect();
+    assert_eq!(states, [("speed", within as f64 / 50.0, 50)]);
+    assert_eq!((coverage.observer.as_str(), coverage.on_log, coverage.stationary), ("filter", true, false));
     let json: serde_json::Value =
         serde_json::from_str(&std::fs::read_to_string(folder.join("out/study.json")).unwrap()).unwrap();
     assert_eq!(json["log"]["rows"][0]["errors"][0]["state"], "speed");

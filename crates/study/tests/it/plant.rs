@@ -7,8 +7,9 @@ use luenberger_expression::{ExpressionPlant, Parameters};
 use luenberger_observers::kalman::{ExtendedKalmanFilter, NoiseModel};
 use luenberger_observers::mean_value::EstimateAndError;
 use luenberger_observers::{Integral, MeanValueObserver, NonlinearLuenbergerObserver, Observer, SampledObserver};
-use luenberger_plants::{Chaotic, Column, ReverseDuffing, flexible_joint};
+use luenberger_plants::{Chaotic, Column, Plant, ReverseDuffing, flexible_joint};
 use luenberger_sim::{Scenario, Signal};
+use luenberger_study::model::{Builtin, Model};
 use nalgebra::{DMatrix, DVector, Dyn, SVector, Vector2, Vector3, dvector};
 
 fn parameters(named: &[(&str, f64)]) -> Parameters {
@@ -138,5 +139,35 @@ fn mean_value_observers_run_on_it() {
         // The adaptive quadrature of the Jacobian takes the same nodes; what differs is rounding, amplified by eta and
         // the solution of a 3 x 3 system.
         assert!((a - b).abs() <= 100.0 * ROUNDING * (1.0 + b.abs()), "{a} {b}");
+    }
+}
+
+/// The expressions of each plant of the library have its values, at states without symmetry.
+#[test]
+fn expressions_of_the_library_have_the_values_of_the_plants() {
+    let names = [
+        "double-integrator",
+        "third-order",
+        "flexible-joint",
+        "flexible-joint-printed",
+        "chaotic",
+        "cuk",
+        "reverse-duffing",
+        "van-der-pol",
+        "exponential-cascade",
+    ];
+    for name in names {
+        let model = Model::Builtin(Builtin::named(name).unwrap());
+        let plant = model.expressions().unwrap();
+        for seed in [1.0, 7.0, 19.0] {
+            let entry = |i: usize, _: usize| 0.1 + 0.8 * ((i as f64 + seed) * 0.618_033_988).fract();
+            let x = DVector::from_fn(model.size().states, entry);
+            let u = DVector::repeat(model.size().inputs, 0.3);
+            let same = |a: DVector<f64>, b: DVector<f64>| {
+                assert!((&a - &b).amax() <= 1e-14 * (1.0 + b.amax()), "{name}: {a} {b}");
+            };
+            same(plant.derivative(0.0, &x, &u), model.derivative(0.0, &x, &u));
+            same(plant.output(0.0, &x, &u), model.output(0.0, &x, &u));
+        }
     }
 }

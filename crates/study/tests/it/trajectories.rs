@@ -94,3 +94,26 @@ fn an_observer_moves_by_its_own_functions() {
         assert_eq!(observer.initial(0.0, &[1.0], &[0.0], &[0.0]), None);
     }
 }
+
+/// The rows of an observer that is sampled are samples, and its run goes on to the end.
+#[test]
+fn rows_of_a_sampled_observer_are_samples() {
+    let plant = "[plant]\na = [[-1]]\nc = [[1]]\n[simulation]\nx0 = [1]\nduration = 1\nsamples = 6\n";
+    let near = |observer: &str, wished: &[f64]| {
+        let study = study(&[plant, "[[observer]]\n", observer], ".".as_ref());
+        let results = execute(&study, Step::Simulate, &RunOptions::default()).unwrap();
+        let times = &results.runs[0].t;
+        assert!(times.len() == wished.len() && times.iter().zip(wished).all(|(a, b)| (a - b).abs() < 1e-12));
+        let end = results.simulation.unwrap().x_end[0];
+        assert!((end - (-1.0_f64).exp()).abs() < 1e-6, "{observer}: {end}");
+    };
+    let sampled = |period: f64, wished: &[f64]| {
+        near(&format!("kind = \"extended-kalman\"\nw = 0.01\nv = 0.04\nperiod = {period}\n"), wished);
+    };
+    near("kind = \"luenberger\"\npoles = [-2]\n", &[0.0, 0.2, 0.4, 0.6, 0.8, 1.0]);
+    sampled(0.1, &[0.0, 0.2, 0.4, 0.6, 0.8, 1.0]);
+    // Eight samples, every second of them.
+    sampled(0.13, &[0.0, 0.26, 0.52, 0.78]);
+    sampled(0.3, &[0.0, 0.3, 0.6, 0.9]);
+    sampled(2.0, &[0.0]);
+}

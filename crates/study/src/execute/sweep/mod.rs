@@ -17,7 +17,7 @@
 mod block;
 mod compute;
 mod folder;
-mod percentiles;
+pub(crate) mod percentiles;
 mod plan;
 mod reduce;
 mod rows;

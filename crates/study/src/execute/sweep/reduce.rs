@@ -12,11 +12,12 @@ use super::block::Block;
 use super::percentiles::{self, Percentiles};
 use super::rows::Row;
 use super::runs;
-use super::statistics::{Moments, Summary, fill};
+use super::statistics::{Summary, fill};
 use super::store::Blocks;
 use crate::error::StudyError;
 use crate::error::sweep::SweepError;
 use crate::results::SweepRow;
+use crate::statistics::Moments;
 
 /// Bytes for the percentiles of a row by default.
 const VALUES: usize = 256 << 20;

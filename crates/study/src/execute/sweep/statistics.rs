@@ -1,73 +1,12 @@
-//! Statistics of scores over an ensemble: moments, and the row of the results.
+//! The statistics of an ensemble in the row of the results.
 
 use luenberger_proof::wording::counted;
 
 use super::percentiles::PERCENT;
 use super::runs::{NORM, STATE};
 use crate::results::{PercentileReport, ScoreStatistics, StateReport, SweepRow};
+use crate::statistics::Moments;
 use crate::study::Study;
-
-/// Count, mean, sum of the squared deviations from it, and extremes of the finite values.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Moments {
-    count: u64,
-    mean: f64,
-    squares: f64,
-    min: f64,
-    max: f64,
-}
-
-impl Default for Moments {
-    fn default() -> Self {
-        Self { count: 0, mean: 0.0, squares: 0.0, min: f64::INFINITY, max: f64::NEG_INFINITY }
-    }
-}
-
-impl Moments {
-    /// Those of some values, by the update of Welford, Technometrics 4, 1962.
-    pub(super) fn of(values: &[f64]) -> Self {
-        let mut moments = Self::default();
-        for &x in values.iter().filter(|x| x.is_finite()) {
-            moments.count += 1;
-            let before = x - moments.mean;
-            moments.mean += before / moments.count as f64;
-            moments.squares += before * (x - moments.mean);
-            (moments.min, moments.max) = (moments.min.min(x), moments.max.max(x));
-        }
-        moments
-    }
-
-    /// Those of both, by the update of Chan, Golub and LeVeque, The American Statistician 37, 1983. The last bits
-    /// depend on the order.
-    #[must_use]
-    pub(super) fn merge(self, other: Self) -> Self {
-        if self.count == 0 || other.count == 0 {
-            return if self.count == 0 { other } else { self };
-        }
-        let count = self.count + other.count;
-        let (share, apart) = (other.count as f64 / count as f64, other.mean - self.mean);
-        Self {
-            count,
-            mean: self.mean + apart * share,
-            squares: self.squares + other.squares + apart * apart * share * self.count as f64,
-            min: self.min.min(other.min),
-            max: self.max.max(other.max),
-        }
-    }
-
-    fn report(self, score: &str) -> ScoreStatistics {
-        let known = |x: f64| (self.count > 0).then_some(x);
-        let deviation = (self.squares / (self.count.max(2) - 1) as f64).sqrt();
-        ScoreStatistics {
-            score: score.to_owned(),
-            count: self.count,
-            mean: known(self.mean),
-            deviation: (self.count > 1).then_some(deviation),
-            min: known(self.min),
-            max: known(self.max),
-        }
-    }
-}
 
 /// What is known of a score of a row.
 #[derive(Debug, Clone, Copy)]
@@ -85,7 +24,18 @@ pub(super) fn fill(row: &mut SweepRow, study: &Study, names: &[String], scores: 
     row.states = states;
     if row.finished > 1 {
         row.percentiles = [1, 2].map(|k| percentile(study, scores, k)).to_vec();
-        row.statistics = names.iter().zip(scores).map(|(name, score)| score.moments.report(name)).collect();
+        row.statistics = names.iter().zip(scores).map(|(name, score)| statistics(name, &score.moments)).collect();
+    }
+}
+
+fn statistics(score: &str, moments: &Moments) -> ScoreStatistics {
+    ScoreStatistics {
+        score: score.to_owned(),
+        count: moments.count(),
+        mean: moments.mean(),
+        deviation: moments.deviation(),
+        min: moments.min(),
+        max: moments.max(),
     }
 }
 
@@ -119,31 +69,5 @@ fn percentile(study: &Study, scores: &[Summary], k: usize) -> PercentileReport {
         last: norm(3),
         steady_rms: norm(4),
         states: states.chunks(STATE.len()).enumerate().map(state).collect(),
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    /// By Python's math.fsum: mean and standard deviation of sin(k), k = 0..99.
-    #[test]
-    fn moments_of_parts_are_those_of_the_whole() {
-        let values: Vec<f64> = (0..100).map(|k| f64::from(k).sin()).collect();
-        let whole = Moments::of(&values).report("x");
-        let (mean, deviation) = (whole.mean.unwrap(), whole.deviation.unwrap());
-        assert!((mean - 0.0037919462744933886).abs() < 1e-15, "{mean:e}");
-        assert!((deviation - 0.7107439797448485).abs() < 1e-14, "{deviation:e}");
-        let extremes = (whole.min.unwrap(), whole.max.unwrap());
-        assert_eq!(extremes, (f64::from(11).sin(), f64::from(33).sin()));
-        for size in [1, 7, 32, 100] {
-            let parts = values.chunks(size).map(Moments::of).fold(Moments::default(), Moments::merge).report("x");
-            assert_eq!((parts.count, parts.min, parts.max), (100, whole.min, whole.max));
-            assert!((parts.mean.unwrap() - mean).abs() < 1e-15 && (parts.deviation.unwrap() - deviation).abs() < 1e-14);
-        }
-        // Times of runs that do not settle are not among them.
-        let report = Moments::of(&[f64::INFINITY, 2.0]).report("x");
-        assert_eq!((report.count, report.mean, report.deviation), (1, Some(2.0), None));
-        assert_eq!(Moments::of(&[f64::INFINITY]).report("x").mean, None);
     }
 }

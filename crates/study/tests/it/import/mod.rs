@@ -2,7 +2,7 @@
 
 mod writer;
 
-use super::{ImportError, Model, read};
+use luenberger_study::import::{ImportError, Model, read};
 use nalgebra::{DMatrix, dmatrix};
 use proptest::prelude::*;
 use writer::{Mat, npy, npy_of, npz};

@@ -1,0 +1,55 @@
+//! The criteria of `advise`, the order that they give, and the numbers of its tuning rules.
+
+use luenberger_study::advise::{Criteria, Criterion};
+use luenberger_study::internals::{Ranked, chain_settling, compositions, rank};
+
+struct One(f64, f64, bool);
+
+impl Ranked for One {
+    fn value(&self, criterion: Criterion) -> f64 {
+        if criterion == Criterion::Cost { self.1 } else { self.0 }
+    }
+    fn is_complete(&self) -> bool {
+        self.2
+    }
+}
+
+#[test]
+fn scores_are_geometric_means_of_ratios() {
+    let all = [One(1.0, 400.0, true), One(2.0, 100.0, true), One(0.1, 1.0, false), One(9.0, f64::INFINITY, true)];
+    let (scores, order) = rank(&all, &Criteria::default());
+    assert_eq!(order, [0, 1, 3, 2], "a run that ended early comes last");
+    assert!((scores[1] - 2.0).abs() < 1e-12);
+    let criteria: Criteria = "error=1,cost=3".parse().unwrap();
+    let (scores, order) = rank(&all, &criteria);
+    // (1/1)(400/100)^3 and (2/1)(1)^3, to the power 1/4.
+    assert!((scores[0] - 64f64.powf(0.25)).abs() < 1e-12 && (scores[1] - 2f64.powf(0.25)).abs() < 1e-12);
+    assert_eq!((order[0], scores[3]), (1, f64::INFINITY));
+}
+
+#[test]
+fn criteria_are_read_and_written() {
+    for text in ["error", "error=2,cost=1", "proved", "peak=0.5,noise=1,settling=3"] {
+        assert_eq!(text.parse::<Criteria>().unwrap().to_string(), text);
+    }
+    for wrong in ["", "speed", "error=0", "error=-1", "error=x", "error,error", "error=inf"] {
+        assert!(wrong.parse::<Criteria>().is_err(), "{wrong}");
+    }
+}
+
+/// scipy 1.17: `gamma.isf(0.05, n)` and `gamma.isf(0.02, 2)`.
+#[test]
+fn chains_settle_when_the_gamma_distribution_says() {
+    let times = [2.995_732, 4.743_865, 6.295_794, 7.753_657];
+    for (n, time) in times.into_iter().enumerate() {
+        assert!((chain_settling(n + 1, 0.05) - time).abs() < 1e-5, "{n}");
+    }
+    assert!((chain_settling(2, 0.02) - 5.833_92).abs() < 1e-4);
+}
+
+#[test]
+fn chains_are_all_ways_to_add_up() {
+    assert_eq!(compositions(4, 2), [vec![2, 2], vec![1, 3], vec![3, 1]]);
+    assert_eq!(compositions(3, 1), [vec![3]]);
+    assert_eq!(compositions(3, 3), [vec![1, 1, 1]]);
+}

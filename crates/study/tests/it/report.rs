@@ -1,0 +1,76 @@
+//! Numbers and figures in reports.
+
+use luenberger_study::results::leading;
+use luenberger_study::{RunOptions, Step, execute};
+
+use crate::studies::{scratch, study};
+
+/// The report of a study.
+fn report(name: &str, text: &str) -> String {
+    let folder = scratch(&format!("report/{name}"));
+    let options = RunOptions { output: Some(folder.clone()), ..RunOptions::default() };
+    execute(&study(text), Step::Run, &options).unwrap_or_else(|error| panic!("{error}"));
+    std::fs::read_to_string(folder.join("report.html")).unwrap().replace("&amp;", "&")
+}
+
+/// A small entry beside large ones is rounding; one in a row or a column of small units is not.
+#[test]
+fn rounding_errors_are_not_shown_as_digits() {
+    let shown = [
+        ("a = [[2, 3e-16], [0, 1]]\nc = [[1e-16, 5]]\n", r"A = \begin{bmatrix} 2 & \approx 0 \\ 0 & 1 \end{bmatrix}"),
+        ("a = [[2, 3e-16], [0, 1]]\nc = [[1e-16, 5]]\n", r"C = \begin{bmatrix} \approx 0 & 5 \end{bmatrix}"),
+        (
+            "a = [[1e6, 1e-10], [1e-10, 1e-24]]\nc = [[1, 0]]\n",
+            r"A = \begin{bmatrix} 1000000 & 1e-10 \\ 1e-10 & 1e-24 \end{bmatrix}",
+        ),
+        (
+            "a = [[0, 1], [0, 0]]\nb = [[1e-16], [5]]\nc = [[1, 0]]\n",
+            r"B = \begin{bmatrix} \approx 0 \\ 5 \end{bmatrix}",
+        ),
+        ("a = [[-1]]\nc = [[1e-16]]\n", r"C = \begin{bmatrix} 1e-16 \end{bmatrix}"),
+    ];
+    for (number, (plant, matrix)) in shown.into_iter().enumerate() {
+        let page = report(&format!("matrices-{number}"), &format!("[plant]\n{plant}"));
+        assert!(page.contains(matrix), "{matrix}");
+        assert_eq!(page.contains("not more than the rounding errors"), page.contains(r"\approx"), "{matrix}");
+    }
+}
+
+#[test]
+fn a_direction_of_many_states_is_told_by_its_leading_terms() {
+    assert_eq!(leading("x2"), "x2");
+    assert_eq!(leading("a - 0.9 b + 0.8 c - 0.7 d + 0.6 e - 0.5 f"), "a - 0.9 b + 0.8 c - 0.7 d + 0.6 e - 0.5 f");
+    assert_eq!(
+        leading("a - 0.9 b + 0.8 c - 0.7 d + 0.6 e - 0.5 f + 0.4 g - 0.3 h"),
+        "a - 0.9 b + 0.8 c - 0.7 d + 0.6 e - 0.5 f and 2 smaller terms"
+    );
+}
+
+/// e+ = (1/2 - L) e - L v: one step and L v for L = 1/2, three steps and about L v for L = 1/4, and for L = 0 an error
+/// that vanishes, which a logarithmic axis does not have.
+#[test]
+fn the_front_is_drawn_through_errors_above_zero() {
+    let observer =
+        |name: &str, gain: f64| format!("[[observer]]\nname = \"{name}\"\nkind = \"luenberger\"\ngain = [[{gain}]]\n");
+    let (fast, calm, exact) = (observer("fast", 0.5), observer("calm", 0.25), observer("exact", 0.0));
+    let drawn = |name: &str, observers: &[&str]| {
+        let text = format!(
+            "[plant]\na = [[0.5]]\nc = [[1]]\ndt = 1\n{}[simulation]\nx0 = [1]\nduration = 4000\n\
+             noise = {{ amplitude = [0.01], period = 1 }}\n",
+            observers.concat()
+        );
+        report(name, &text);
+        let folder = std::path::Path::new(env!("CARGO_TARGET_TMPDIR")).join("report").join(name);
+        std::fs::read_to_string(folder.join("figures/pareto.svg")).unwrap()
+    };
+    let (two, three) = (drawn("two", &[&fast, &calm]), drawn("three", &[&fast, &calm, &exact]));
+    // The line is grey, in the legend and in the panel.
+    let heights = |svg: &str| {
+        let grey: Vec<&str> = svg.split("<path d=\"M").filter(|path| path.contains("stroke=\"#8c8c8c\"")).collect();
+        let [_, front] = grey[..] else { panic!("{svg}") };
+        let points = front.split('"').next().unwrap().split('L');
+        points.map(|point| point.split_once(' ').unwrap().1.parse::<f64>().unwrap()).collect::<Vec<_>>()
+    };
+    assert_eq!((heights(&two).len(), heights(&three)), (2, heights(&two)));
+    assert!(three.contains(">fast<") && three.contains(">calm<") && !three.contains(">exact<"), "{three}");
+}
