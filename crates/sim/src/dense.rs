@@ -7,10 +7,10 @@
 use crate::error::SimError;
 
 /// Points kept per step.
-pub(crate) const NODES: usize = 8;
+pub const NODES: usize = 8;
 
 /// The Chebyshev points `(1 - cos(i pi/7))/2`, which divide [0, 1].
-pub(crate) const NODE: [f64; NODES] = [
+pub const NODE: [f64; NODES] = [
     0.0,
     0.049515566048790434,
     0.18825509907063323,
@@ -54,12 +54,14 @@ enum Kept {
 
 impl Dense {
     /// Of components that all vary within steps.
-    pub(crate) fn new(width: usize) -> Self {
+    #[doc(hidden)]
+    pub fn new(width: usize) -> Self {
         Self::of(&vec![false; width])
     }
 
     /// Of components of which those with true are constant within each step.
-    pub(crate) fn of(is_constant: &[bool]) -> Self {
+    #[doc(hidden)]
+    pub fn of(is_constant: &[bool]) -> Self {
         let (mut constant, mut varying) = (0, 0);
         let place = |is_constant: &bool| {
             let count = if *is_constant { &mut constant } else { &mut varying };
@@ -71,7 +73,8 @@ impl Dense {
     }
 
     /// Appends a step, given the values that are constant, and the others at the nodes.
-    pub(crate) fn push(&mut self, start: f64, end: f64, constant: &[f64], values: &[f64]) {
+    #[doc(hidden)]
+    pub fn push(&mut self, start: f64, end: f64, constant: &[f64], values: &[f64]) {
         assert_eq!((constant.len(), values.len()), (self.constant, NODES * self.varying));
         self.pieces.push(Piece { start, end });
         self.values.extend_from_slice(constant);
@@ -79,12 +82,14 @@ impl Dense {
     }
 
     /// The component that is entry `index` of the varying ones.
-    pub(crate) fn varying(&self, index: usize) -> usize {
+    #[doc(hidden)]
+    pub fn varying(&self, index: usize) -> usize {
         self.places.iter().position(|place| *place == Kept::Varying(index)).unwrap_or(index)
     }
 
     /// The component that is entry `index` of the constant ones.
-    pub(crate) fn constant(&self, index: usize) -> usize {
+    #[doc(hidden)]
+    pub fn constant(&self, index: usize) -> usize {
         self.places.iter().position(|place| *place == Kept::Constant(index)).unwrap_or(index)
     }
 
@@ -113,7 +118,8 @@ impl Dense {
     }
 
     /// Calls `visit` with the time and these components at every point that is kept.
-    pub(crate) fn visit(&self, components: &[usize], mut visit: impl FnMut(f64, &[f64])) {
+    #[doc(hidden)]
+    pub fn visit(&self, components: &[usize], mut visit: impl FnMut(f64, &[f64])) {
         let mut row = vec![0.0; components.len()];
         for (index, Piece { start, end }) in self.pieces.iter().enumerate() {
             let (constant, values) = self.of_step(index);
@@ -127,6 +133,12 @@ impl Dense {
                 visit(start + node * (end - start), &row);
             }
         }
+    }
+
+    /// How many numbers are kept: for each step one of every constant component, and eight of every other.
+    #[doc(hidden)]
+    pub fn stored(&self) -> usize {
+        self.values.len()
     }
 
     /// Number of steps.
@@ -165,7 +177,8 @@ impl Dense {
     }
 
     /// One component at the nodes of step `index`.
-    pub(crate) fn nodes(&self, index: usize, component: usize) -> [f64; NODES] {
+    #[doc(hidden)]
+    pub fn nodes(&self, index: usize, component: usize) -> [f64; NODES] {
         let (constant, values) = self.of_step(index);
         match self.places[component] {
             Kept::Constant(k) => [constant[k]; NODES],
@@ -227,70 +240,8 @@ impl Place {
 
 /// What encloses the polynomial with these values at the nodes, on its step: by the Lebesgue constant of eight
 /// Chebyshev points, which is below 3, about the middle of the values. `None` for values that are not finite.
-pub(crate) fn enclosure(nodes: &[f64; NODES]) -> Option<(f64, f64)> {
+pub fn enclosure(nodes: &[f64; NODES]) -> Option<(f64, f64)> {
     let (low, high) = nodes.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), v| (l.min(*v), h.max(*v)));
     let (middle, radius) = (low + (high - low) / 2.0, 1.5 * (high - low));
     (nodes.iter().all(|v| v.is_finite()) && radius.is_finite()).then_some((middle - radius, middle + radius))
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn the_nodes_are_chebyshev_points() {
-        for (i, node) in NODE.iter().enumerate() {
-            let cosine = (std::f64::consts::PI * i as f64 / (NODES - 1) as f64).cos();
-            assert!((node - (1.0 - cosine) / 2.0).abs() <= f64::EPSILON / 2.0, "{i}");
-        }
-    }
-
-    /// The worst signs of the values are those for which all terms of the barycentric formula add up at some point.
-    #[test]
-    fn the_enclosure_holds_for_all_signs() {
-        for signs in 0..1 << NODES {
-            let nodes: [f64; NODES] = core::array::from_fn(|i| if signs >> i & 1 == 1 { 1.0 } else { -1.0 });
-            let (low, high) = enclosure(&nodes).unwrap();
-            for k in 0..=1000 {
-                let value = Place::of((0.0, 1.0), f64::from(k) / 1000.0).value(&nodes);
-                assert!((low..=high).contains(&value), "{nodes:?}: {value} at {k}");
-            }
-        }
-        assert_eq!(enclosure(&[2.5; NODES]), Some((2.5, 2.5)));
-        assert_eq!(enclosure(&[f64::NAN, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]), None);
-    }
-
-    #[test]
-    fn constant_components_are_stored_once_per_step() {
-        let mut dense = Dense::of(&[false, true, false]);
-        let values: Vec<f64> = NODE.iter().flat_map(|node| [2.0 * node, 1.0 - node]).collect();
-        dense.push(0.0, 1.0, &[0.1], &values);
-        assert_eq!((dense.width(), dense.values.len()), (3, 17));
-        let row = dense.at(0.3).unwrap();
-        assert!((row[0] - 0.6).abs() < 1e-15 && row[1] == 0.1 && (row[2] - 0.7).abs() < 1e-15, "{row:?}");
-        assert_eq!((dense.nodes(0, 1), dense.nodes(0, 2)[7]), ([0.1; NODES], 0.0));
-        assert_eq!((dense.varying(1), dense.constant(0)), (2, 1));
-        let mut points = Vec::new();
-        dense.visit(&[1, 2], |t, row| points.push((t, row.to_vec())));
-        assert_eq!((points.len(), &points[0], &points[7]), (8, &(0.0, vec![0.1, 1.0]), &(1.0, vec![0.1, 0.0])));
-    }
-
-    #[test]
-    fn polynomials_of_degree_seven_are_kept_to_rounding() {
-        let polynomial = |t: f64| [t.powi(7) - 3.0 * t.powi(4) + 1.0, 2.0 - t];
-        let mut dense = Dense::new(2);
-        for k in 0..4 {
-            let (start, end) = (f64::from(k) * 0.5, f64::from(k + 1) * 0.5);
-            let values: Vec<f64> = NODE.iter().flat_map(|node| polynomial(start + node * (end - start))).collect();
-            dense.push(start, end, &[], &values);
-        }
-        for k in 0..=100 {
-            let t = 0.02 * f64::from(k);
-            let (value, wished) = (dense.at(t).unwrap(), polynomial(t));
-            // Largest value is 2^7; the Lebesgue constant of eight Chebyshev points is below 3.
-            assert!((value[0] - wished[0]).abs() <= 1e-13 && (value[1] - wished[1]).abs() <= 1e-14, "{t}: {value:?}");
-        }
-        assert_eq!(dense.at(2.1), Err(SimError::Outside { time: 2.1, start: 0.0, end: 2.0 }));
-        assert!(dense.at(f64::NAN).is_err());
-    }
 }

@@ -40,6 +40,7 @@
 //! | [`sensor`] | sensors with different sampling periods; missing measurements |
 //! | [`sample_times`] | samples at varying periods, some of them missed |
 //! | [`replay`], [`samples`] | observers on recorded data; sampled quantities and their interpolation |
+//! | [`chi_squared`] | the distribution that consistency is tested by |
 //! | [`integral`] | integrals along a run, as extra states |
 //! | [`integrate`], [`dense`] | the integrators and their dense output; between jumps of a linear run its exponential |
 //! | [`gramian`] | the empirical observability Gramian |
@@ -48,7 +49,7 @@
 #![deny(missing_docs)]
 
 pub mod change;
-mod chi_squared;
+pub mod chi_squared;
 pub mod compare;
 pub mod dense;
 pub mod disturbance;
@@ -104,6 +105,13 @@ pub use sensor::Sensor;
 pub use signal::Signal;
 pub use trajectory::{IntegralTrajectory, ObserverTrajectory, Trajectory};
 pub use view::View;
+
+#[doc(hidden)]
+pub mod internals {
+    //! For the tests of this crate, no part of its interface.
+
+    pub use crate::radau::{ALPHA, BETA, GAMMA, R6, T, T_INVERSE};
+}
 
 /// The example of `README.md`, compiled and run with the documentation's tests.
 #[cfg(doctest)]

@@ -13,22 +13,25 @@ use nalgebra::{Complex, DMatrix, DVector, Dyn, LU};
 use crate::step::{Attempt, Tolerance};
 
 /// sqrt 6
-const R6: f64 = 2.449_489_742_783_178;
+pub const R6: f64 = 2.449_489_742_783_178;
 /// The nodes.
 const C: [f64; 3] = [(4.0 - R6) / 10.0, (4.0 + R6) / 10.0, 1.0];
 /// Weights of the stages in the error estimate.
 const D: [f64; 3] = [-(13.0 + 7.0 * R6) / 3.0, (-13.0 + 7.0 * R6) / 3.0, -1.0 / 3.0];
 /// The eigenvalues of A^-1 are gamma and alpha +- i beta.
-const GAMMA: f64 = 3.637_834_252_744_496;
-const ALPHA: f64 = 2.681_082_873_627_752;
-const BETA: f64 = 3.050_430_199_247_410_6;
+pub const GAMMA: f64 = 3.637_834_252_744_496;
+/// See [`GAMMA`].
+pub const ALPHA: f64 = 2.681_082_873_627_752;
+/// See [`GAMMA`].
+pub const BETA: f64 = 3.050_430_199_247_410_6;
 /// `T^-1 A^-1 T` is diag(gamma, [[alpha, -beta], [beta, alpha]]).
-const T: [[f64; 3]; 3] = [
+pub const T: [[f64; 3]; 3] = [
     [0.091_232_394_870_892_94, -0.141_255_295_020_954_2, -0.030_029_194_105_147_424],
     [0.241_717_932_707_107, 0.204_129_352_293_799_93, 0.382_942_112_757_261_9],
     [0.966_048_182_615_093, 1.0, 0.0],
 ];
-const T_INVERSE: [[f64; 3]; 3] = [
+/// The inverse of [`T`].
+pub const T_INVERSE: [[f64; 3]; 3] = [
     [4.325_579_890_063_155, 0.339_199_251_815_809_9, 0.541_770_539_935_874_9],
     [-4.178_718_591_551_905, -0.327_682_820_761_062_4, 0.476_623_554_500_550_44],
     [-0.502_872_634_945_786_9, 2.571_926_949_855_605, -0.596_039_204_828_224_9],
@@ -247,29 +250,5 @@ impl Radau {
         self.h *= factor;
         self.rejected = true;
         Attempt::Rejected
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use nalgebra::Matrix3;
-
-    use super::*;
-
-    /// The coefficients of the method.
-    const A: [[f64; 3]; 3] = [
-        [(88.0 - 7.0 * R6) / 360.0, (296.0 - 169.0 * R6) / 1800.0, (-2.0 + 3.0 * R6) / 225.0],
-        [(296.0 + 169.0 * R6) / 1800.0, (88.0 + 7.0 * R6) / 360.0, (-2.0 - 3.0 * R6) / 225.0],
-        [(16.0 - R6) / 36.0, (16.0 + R6) / 36.0, 1.0 / 9.0],
-    ];
-
-    #[test]
-    fn the_coordinates_make_the_inverse_of_a_block_diagonal() {
-        let of = |m: [[f64; 3]; 3]| Matrix3::from_fn(|i, j| m[i][j]);
-        let (t, inverse) = (of(T), of(T_INVERSE));
-        // Each entry of the tables is rounded once: 3 terms of at most 5.
-        assert!((t * inverse - Matrix3::identity()).amax() <= 32.0 * f64::EPSILON);
-        let blocks = Matrix3::new(GAMMA, 0.0, 0.0, 0.0, ALPHA, -BETA, 0.0, BETA, ALPHA);
-        assert!((of(A) * t * blocks * inverse - Matrix3::identity()).amax() <= 128.0 * f64::EPSILON);
     }
 }

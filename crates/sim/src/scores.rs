@@ -378,34 +378,3 @@ fn root_mean_square(values: &[f64]) -> f64 {
 fn largest(values: &[f64]) -> f64 {
     values.iter().fold(0.0, |largest: f64, x| largest.max(x.abs()))
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn a_common_grid_is_the_least_common_multiple() {
-        let period = |periods: &[f64], duration| {
-            let periods: Vec<Option<f64>> = periods.iter().map(|period| Some(*period)).collect();
-            ScoreGrid::common(&periods, duration).map(ScoreGrid::period)
-        };
-        assert_eq!(period(&[0.3, 0.1, 0.2], 6.0).unwrap().map(|p| (p * 1e9).round()), Some(6e8));
-        assert_eq!(period(&[0.01, 0.01], 0.05).unwrap(), Some(0.01));
-        // Of 21 and 0.97 the least common multiple is 2037: not ten times in 100.
-        assert!(matches!(period(&[21.0, 0.97], 100.0), Err(SimError::NoCommonGrid { .. })));
-        assert!(matches!(period(&[0.0], 1.0), Err(SimError::NotPositive { .. })));
-        assert_eq!(ScoreGrid::Samples { period: 0.01 }.to_string(), "Scores at the samples, every 0.01");
-    }
-
-    #[test]
-    fn scores_of_samples() {
-        let times = [0.0, 1.0, 2.0, 3.0, 4.0];
-        let curve = Curve::Samples(&times, vec![-2.0, 1.0, 0.04, -0.2, 0.01]);
-        assert_eq!((curve.initial().unwrap(), curve.last(), curve.peak().unwrap()), (-2.0, 0.01, 2.0));
-        assert_eq!((curve.overshoot(), curve.first_within(0.1), curve.stays_within(0.1)), (1.0, Some(2.0), Some(4.0)));
-        assert_eq!((curve.stays_within(0.001), curve.stays_within(2.0)), (None, Some(0.0)));
-        assert!((curve.rms() - (5.0417f64 / 5.0).sqrt()).abs() < 1e-15);
-        assert!((curve.steady_rms() - (0.0417f64 / 3.0).sqrt()).abs() < 1e-15);
-        assert!(Curve::Samples(&times, vec![1.0; 5]).overshoot() == 0.0);
-    }
-}

@@ -2,3 +2,4 @@ mod choice;
 mod expression;
 mod graph;
 mod plant;
+mod typeset;

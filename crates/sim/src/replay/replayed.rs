@@ -3,7 +3,7 @@
 use nalgebra::{DMatrix, DVector};
 
 use super::Smoothed;
-use super::innovation::{self, Consistency, InnovationStatistics, NormalisedSquare};
+use super::innovation::{Consistency, InnovationStatistics, NormalisedSquare};
 use crate::error::SimError;
 use crate::samples::Samples;
 
@@ -93,7 +93,7 @@ impl ReplayedObserver {
             used[(k, j)] = None;
         }
         let of = |j: usize| used.column(j).iter().skip(first).filter_map(|nu| *nu).collect::<Vec<f64>>();
-        Ok((0..used.ncols()).map(|j| innovation::statistics(&of(j))).collect())
+        Ok((0..used.ncols()).map(|j| InnovationStatistics::of(&of(j))).collect())
     }
 
     /// Whether the innovations of a filter have, from the time `from` on, the covariance that it computes (NIS);

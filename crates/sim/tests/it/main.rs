@@ -1,12 +1,16 @@
 //! One test binary, a module a subject.
 
+mod chi_squared;
 mod compare;
+mod dense;
 mod disturbance;
 mod ensemble;
 mod exponential;
 mod feedthrough;
 mod gramian;
+mod noise;
 mod on_slices;
+mod radau;
 mod replay;
 mod replay_missing;
 mod runs;

@@ -4,6 +4,7 @@
 use luenberger_observers::kalman::{ExtendedKalmanFilter, NoiseModel};
 use luenberger_observers::{LinearObserver, SampledObserver};
 use luenberger_plants::{Plant, double_integrator};
+use luenberger_sim::replay::InnovationStatistics;
 use luenberger_sim::{Noise, Recording, Replay, SampleInterpolation, Scenario, Settings, Signal, SimError, Trajectory};
 use nalgebra::{Const, DMatrix, Matrix1, Matrix2, Vector1, Vector2, dmatrix};
 
@@ -213,4 +214,18 @@ fn the_innovation_covariance_is_that_of_the_correction() {
     // One Runge-Kutta step of a double integrator is exact.
     let predicted = Vector2::new(corrected[0] + 0.02 * corrected[1], corrected[1]);
     assert!((estimate.estimate() - predicted).amax() <= 16.0 * f64::EPSILON);
+}
+
+#[test]
+fn a_sequence_with_a_known_correlation() {
+    // 1, -1, 1, ...: r_k = (-1)^k (N - k)/N, so that Q = (N + 2)/N sum (N - k).
+    let alternating: Vec<f64> = (0..100).map(|k| if k % 2 == 0 { 1.0 } else { -1.0 }).collect();
+    let statistics = InnovationStatistics::of(&alternating);
+    assert_eq!((statistics.mean, statistics.rms, statistics.peak), (0.0, 1.0, 1.0));
+    let whiteness = statistics.whiteness.unwrap();
+    assert_eq!(whiteness.autocorrelation.len(), 10);
+    assert!((whiteness.autocorrelation[0] + 0.99).abs() < 1e-15 && (whiteness.autocorrelation[1] - 0.98).abs() < 1e-15);
+    assert!((whiteness.statistic - 1.02 * 945.0).abs() < 1e-9 && whiteness.p_value < 1e-190);
+    assert!(InnovationStatistics::of(&[0.1; 50]).whiteness.is_none());
+    assert_eq!((InnovationStatistics::of(&[]).samples, InnovationStatistics::of(&[]).rms), (0, 0.0));
 }

@@ -292,3 +292,75 @@ fn errors_of_a_function_of_the_state_are_those_of_the_function() {
     let wrong = scenario.functional_observer("wide", wide, &[1.0], &dmatrix![0.0, 1.0, 0.0]).run().unwrap_err();
     assert!(matches!(wrong, SimError::Length { expected: 2, found: 3, .. }), "{wrong}");
 }
+
+#[test]
+fn a_common_grid_is_the_least_common_multiple() {
+    let period = |periods: &[f64], duration| {
+        let periods: Vec<Option<f64>> = periods.iter().map(|period| Some(*period)).collect();
+        ScoreGrid::common(&periods, duration).map(ScoreGrid::period)
+    };
+    assert_eq!(period(&[0.3, 0.1, 0.2], 6.0).unwrap().map(|p| (p * 1e9).round()), Some(6e8));
+    assert_eq!(period(&[0.01, 0.01], 0.05).unwrap(), Some(0.01));
+    // Of 21 and 0.97 the least common multiple is 2037: not ten times in 100.
+    assert!(matches!(period(&[21.0, 0.97], 100.0), Err(SimError::NoCommonGrid { .. })));
+    assert!(matches!(period(&[0.0], 1.0), Err(SimError::NotPositive { .. })));
+    assert_eq!(ScoreGrid::Samples { period: 0.01 }.to_string(), "Scores at the samples, every 0.01");
+}
+
+/// Estimates of a state that is 0, such that the errors are these.
+struct Script([f64; 5]);
+
+impl SampledObserver<f64> for Script {
+    type State = Vector1<f64>;
+    type Input = Vector1<f64>;
+    type Output = Vector1<f64>;
+    type Estimate = Vector1<f64>;
+
+    fn dimensions(&self) -> ObserverDimensions {
+        ObserverDimensions { state: 1, inputs: 1, outputs: 1, estimate: 1 }
+    }
+
+    fn period(&self) -> f64 {
+        1.0
+    }
+
+    fn step(&self, _t: f64, state: &mut Vector1<f64>, _u: &Vector1<f64>, _y: &Vector1<f64>) {
+        state[0] += 1.0;
+    }
+
+    /// The number of the sample is the state.
+    fn estimate(&self, state: &Vector1<f64>) -> Vector1<f64> {
+        Vector1::new(-self.0[state[0] as usize])
+    }
+
+    fn initial(&self, _t: f64, _estimate: &Vector1<f64>, _u: &Vector1<f64>, _y: &Vector1<f64>) -> Vector1<f64> {
+        Vector1::new(0.0)
+    }
+}
+
+#[test]
+fn scores_of_samples() {
+    let still = LinearPlant::new(Vector1::new(0.0), Vector1::new(0.0), Vector1::new(1.0)).unwrap();
+    let run = Scenario::new(still)
+        .sampled_observer("script", Script([-2.0, 1.0, 0.04, -0.2, 0.01]), &[2.0])
+        .sampled_observer("constant", Script([1.0; 5]), &[-1.0])
+        .until(4.0, 5)
+        .run()
+        .unwrap();
+    let errors = Errors::of(&run, "script", ScoreGrid::Samples { period: 1.0 }).unwrap();
+    let state = errors.state(0).unwrap();
+    assert_eq!((state.initial, state.last, state.peak, state.overshoot), (-2.0, 0.01, 2.0, 1.0));
+    // 5 % and 2 % of 2.
+    assert_eq!((state.settling_5, state.settling_2), (Some(4.0), Some(4.0)));
+    assert!((state.rmse - (5.0417f64 / 5.0).sqrt()).abs() < 1e-15);
+    assert!((state.steady_rmse - (0.0417f64 / 3.0).sqrt()).abs() < 1e-15);
+    // A band of 0.1 is entered at the third sample, left at the fourth, and kept from the fifth; one of 0.001 never.
+    let settling = |within: f64| {
+        let norm = errors.norm(None, within / 2.0).unwrap();
+        (norm.settling_first, norm.settling_last)
+    };
+    assert_eq!(settling(0.1), (Some(2.0), Some(4.0)));
+    assert_eq!((settling(0.001), settling(2.0)), ((None, None), (Some(0.0), Some(0.0))));
+    let constant = Errors::of(&run, "constant", ScoreGrid::Samples { period: 1.0 }).unwrap();
+    assert_eq!(constant.state(0).unwrap().overshoot, 0.0);
+}
