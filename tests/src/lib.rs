@@ -11,4 +11,8 @@ mod pages {
     struct Readme;
     #[doc = include_str!("../../docs/adding-an-observer.md")]
     struct AddingAnObserver;
+    #[doc = include_str!("../../docs/from-matlab.md")]
+    struct FromMatlab;
+    #[doc = include_str!("../../docs/reduced-order.md")]
+    struct ReducedOrder;
 }

@@ -299,10 +299,13 @@ pub(crate) enum SweepAction {
     /// Output {"study", "blocks", "runs", "block_size", "done", "done_runs", "missing", "running", "faults", "rate",
     /// "remaining"}: runs per second over the latest hundred blocks, and seconds. The exit code is 1 if --verify finds
     /// a faulty block.
+    #[command(after_help = SWEEP_STATUS)]
     Status(StatusInput),
     /// Form the results of a sweep from its blocks: tables, figures, study.json
+    #[command(after_help = SWEEP_REDUCE)]
     Reduce(ReduceInput),
     /// Print a shell script that submits a sweep to SLURM: an array of shards, and the reduction after them
+    #[command(after_help = SWEEP_SCRIPT)]
     Script(ScriptInput),
 }
 
@@ -690,6 +693,20 @@ On several machines with one file system, for a study with a sweep:
   $ luenberger sweep mass.toml -o shared --shard 2/2
   $ luenberger sweep status shared
   $ luenberger sweep reduce shared";
+
+const SWEEP_STATUS: &str = r"Example, for a sweep of which half is computed:
+  $ luenberger sweep status shared
+  mass.toml: 3 of 6 blocks in shared/blocks (30 of 60 runs)
+  missing: 3 (1, 3, 5)
+  [..]";
+
+const SWEEP_REDUCE: &str = r"Example, for a sweep of which all blocks are computed:
+  $ luenberger sweep reduce shared
+  [..]
+  7 files in shared";
+
+const SWEEP_SCRIPT: &str = r"Example:
+  $ luenberger sweep script mass.toml --slurm -o shared --shards 2 --cpus 4 --time 1:00:00 > submit.sh";
 
 const EXPORT: &str = r"Example:
   $ luenberger new -o cart.toml

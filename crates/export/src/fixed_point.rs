@@ -8,7 +8,7 @@ use sha2::{Digest, Sha256};
 use crate::error::ExportError;
 use crate::exportable_observer::ExportableObserver;
 use crate::golden::Noise;
-use crate::{Export, File, c, hexadecimal};
+use crate::{Export, hexadecimal};
 
 /// A linear observer whose numbers are integers, ready to be written as C.
 ///
@@ -41,7 +41,7 @@ impl Export {
     /// overflow 64 bits.
     pub fn fixed_point(&self, formats: FixedPointFormats) -> Result<FixedPointExport<'_>, ExportError> {
         let ExportableObserver::Linear(linear) = &self.observer else {
-            return Err(ExportError::FixedPointKind { kind: c::kind(self) });
+            return Err(ExportError::FixedPointKind { kind: self.kind() });
         };
         if self.is_filter() {
             return Err(ExportError::FilterForm { what: "fixed point".to_owned() });
@@ -76,11 +76,6 @@ pub(crate) struct Step {
 }
 
 impl FixedPointExport<'_> {
-    /// The files of a C99 project: header, source, test with golden vectors, `CMakeLists.txt` and `README.md`.
-    pub fn c(&self) -> Vec<File> {
-        c::fixed_files(self)
-    }
-
     /// The observer in integers, which computes the golden vectors.
     pub fn observer(&self) -> &FixedPointObserver<Dyn, Dyn, Dyn> {
         &self.observer

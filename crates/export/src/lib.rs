@@ -108,6 +108,26 @@ pub struct Export {
 }
 
 impl Export {
+    /// The kind of observer in words, with the feedback.
+    pub(crate) fn kind(&self) -> String {
+        let observer = match self.observer {
+            ExportableObserver::Linear(_) if self.is_filter() => "Stationary Kalman filter",
+            ExportableObserver::Linear(_) => "Sampled linear observer",
+            ExportableObserver::Cubic(_) => "Sampled cubic observer",
+            ExportableObserver::Varying(_) => "Sampled cubic observer at varying periods",
+            ExportableObserver::Kalman(_) => "Extended Kalman filter",
+            ExportableObserver::Unscented(_) => "Unscented Kalman filter",
+            ExportableObserver::MovingHorizon(_) => "Moving-horizon estimator",
+            ExportableObserver::Kkl(_) => "Numerical KKL observer",
+            ExportableObserver::Extension(_) | ExportableObserver::Step(_) => "Observer of expressions",
+            ExportableObserver::SampledNonlinear(_) | ExportableObserver::Discrete(_) => {
+                "Copy of the plant with a constant gain"
+            }
+        };
+        let feedback = if self.feedback.is_some() { " with the feedback u = r - K xhat" } else { "" };
+        format!("{observer}{feedback}")
+    }
+
     /// The observer under the name `identifier`, in the format `scalar`, with the first estimate `initial`
     /// (n entries).
     ///
@@ -199,7 +219,7 @@ impl Export {
     /// another shape; [`ExportError::Format`] for an entry beyond the range of the format.
     pub fn with_update(mut self, k: &DMatrix<f64>) -> Result<Self, ExportError> {
         if !matches!(self.observer, ExportableObserver::Linear(_)) {
-            return Err(ExportError::FilterForm { what: c::kind(&self) });
+            return Err(ExportError::FilterForm { what: self.kind() });
         }
         if self.feedback.is_some() {
             return Err(ExportError::FilterForm { what: "feedback".to_owned() });

@@ -4,11 +4,10 @@ use core::fmt;
 
 use nalgebra::RealField;
 
-use crate::error::{ExpressionError, ExpressionErrorKind, Family};
+use crate::error::{ExpressionError, ExpressionErrorKind};
 use crate::scope::{Scope, Symbol};
 use crate::tape::Tape;
 use crate::tree::{Node, Tree};
-use crate::undefined::{self, Undefined};
 use crate::{affine, parse};
 
 /// A parsed expression.
@@ -44,46 +43,6 @@ impl Expression {
     /// Its value at the time t, the states x and the inputs u, over any scalar; missing entries of x or u are NaN.
     pub fn evaluate<T: RealField + Copy>(&self, t: T, x: &[T], u: &[T]) -> T {
         self.tape.evaluate(t, x, u, |_| ())
-    }
-
-    /// Its value, if that is a finite number.
-    ///
-    /// ```
-    /// use luenberger_expression::{Expression, Scope};
-    /// let expression = Expression::parse("x2 + 1/(x1 - 2)", &Scope::plant(2, 0))?;
-    /// let undefined = expression.examine(0.0, &[2.0, 1.0], &[]).unwrap_err();
-    /// assert_eq!(undefined.to_string(), "`1/(x1 - 2)` is infinite: `1` is 1 and `(x1 - 2)` is 0");
-    /// # Ok::<(), Box<dyn std::error::Error>>(())
-    /// ```
-    /// # Errors
-    /// [`Undefined`] names the first part of the text that is not finite.
-    pub fn examine(&self, t: f64, x: &[f64], u: &[f64]) -> Result<f64, Undefined> {
-        undefined::value(self, t, x, u)
-    }
-
-    /// The derivatives by all states, to rounding, if they are finite numbers.
-    ///
-    /// ```
-    /// use luenberger_expression::{Expression, Scope};
-    /// let expression = Expression::parse("x1^2*x2", &Scope::plant(2, 0))?;
-    /// assert_eq!(expression.gradient(0.0, &[3.0, 5.0], &[])?, [30.0, 9.0]);
-    /// let root = Expression::parse("3*sqrt(x2)", &Scope::plant(2, 0))?;
-    /// let undefined = root.gradient(0.0, &[1.0, 0.0], &[]).unwrap_err();
-    /// assert_eq!(undefined.to_string(), "`sqrt(x2)` has no finite derivative by x2: `x2` is 0");
-    /// # Ok::<(), Box<dyn std::error::Error>>(())
-    /// ```
-    /// # Errors
-    /// [`Undefined`] names the first part of the text of which the value or a derivative is not finite.
-    pub fn gradient(&self, t: f64, x: &[f64], u: &[f64]) -> Result<Vec<f64>, Undefined> {
-        undefined::gradient(self, t, x, u, Family::States)
-    }
-
-    /// The derivatives by all inputs; as [`gradient`](Self::gradient).
-    ///
-    /// # Errors
-    /// As [`gradient`](Self::gradient).
-    pub fn input_gradient(&self, t: f64, x: &[f64], u: &[f64]) -> Result<Vec<f64>, Undefined> {
-        undefined::gradient(self, t, x, u, Family::Inputs)
     }
 
     /// Whether it is affine in states and inputs with coefficients that do not depend on time: `a'x + b'u + c`.

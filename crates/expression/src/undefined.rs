@@ -5,8 +5,8 @@ use core::fmt;
 use nalgebra::RealField;
 use num_dual::Dual64;
 
-use crate::Expression;
 use crate::error::Family;
+use crate::expression::Expression;
 use crate::scope::Symbol;
 use crate::tree::Node;
 
@@ -40,6 +40,48 @@ impl fmt::Display for Undefined {
 }
 
 impl std::error::Error for Undefined {}
+
+impl Expression {
+    /// Its value, if that is a finite number.
+    ///
+    /// ```
+    /// use luenberger_expression::{Expression, Scope};
+    /// let expression = Expression::parse("x2 + 1/(x1 - 2)", &Scope::plant(2, 0))?;
+    /// let undefined = expression.examine(0.0, &[2.0, 1.0], &[]).unwrap_err();
+    /// assert_eq!(undefined.to_string(), "`1/(x1 - 2)` is infinite: `1` is 1 and `(x1 - 2)` is 0");
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    /// # Errors
+    /// [`Undefined`] names the first part of the text that is not finite.
+    pub fn examine(&self, t: f64, x: &[f64], u: &[f64]) -> Result<f64, Undefined> {
+        value(self, t, x, u)
+    }
+
+    /// The derivatives by all states, to rounding, if they are finite numbers.
+    ///
+    /// ```
+    /// use luenberger_expression::{Expression, Scope};
+    /// let expression = Expression::parse("x1^2*x2", &Scope::plant(2, 0))?;
+    /// assert_eq!(expression.gradient(0.0, &[3.0, 5.0], &[])?, [30.0, 9.0]);
+    /// let root = Expression::parse("3*sqrt(x2)", &Scope::plant(2, 0))?;
+    /// let undefined = root.gradient(0.0, &[1.0, 0.0], &[]).unwrap_err();
+    /// assert_eq!(undefined.to_string(), "`sqrt(x2)` has no finite derivative by x2: `x2` is 0");
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    /// # Errors
+    /// [`Undefined`] names the first part of the text of which the value or a derivative is not finite.
+    pub fn gradient(&self, t: f64, x: &[f64], u: &[f64]) -> Result<Vec<f64>, Undefined> {
+        gradient(self, t, x, u, Family::States)
+    }
+
+    /// The derivatives by all inputs; as [`gradient`](Self::gradient).
+    ///
+    /// # Errors
+    /// As [`gradient`](Self::gradient).
+    pub fn input_gradient(&self, t: f64, x: &[f64], u: &[f64]) -> Result<Vec<f64>, Undefined> {
+        gradient(self, t, x, u, Family::Inputs)
+    }
+}
 
 /// The value, or the first part of the text for which `bad` holds, with its operands; `number` is what is shown of a
 /// scalar.
@@ -86,7 +128,7 @@ fn written(expression: &Expression, family: Family, index: usize) -> String {
     expression.tree.nodes().find_map(symbol).unwrap_or_else(|| format!("{letter}{}", index + 1))
 }
 
-pub(crate) fn value(expression: &Expression, t: f64, x: &[f64], u: &[f64]) -> Result<f64, Undefined> {
+fn value(expression: &Expression, t: f64, x: &[f64], u: &[f64]) -> Result<f64, Undefined> {
     run(expression, (t, x, u), |value| !value.is_finite(), |value| value).map_err(|(undefined, _)| undefined)
 }
 
@@ -94,13 +136,7 @@ pub(crate) fn value(expression: &Expression, t: f64, x: &[f64], u: &[f64]) -> Re
 ///
 /// Where a part has no derivative, none is finite: 0 times infinity is not a number along the directions that do not
 /// move it. The error is that of a direction that does.
-pub(crate) fn gradient(
-    expression: &Expression,
-    t: f64,
-    x: &[f64],
-    u: &[f64],
-    family: Family,
-) -> Result<Vec<f64>, Undefined> {
+fn gradient(expression: &Expression, t: f64, x: &[f64], u: &[f64], family: Family) -> Result<Vec<f64>, Undefined> {
     value(expression, t, x, u)?;
     let count = if family == Family::States { x.len() } else { u.len() };
     let mut slopes = Vec::with_capacity(count);

@@ -1,6 +1,6 @@
 //! Formulas: MathML, which browsers draw by themselves, with LaTeX beside it for whoever copies them.
 
-use crate::page::escape;
+use crate::escape::escape;
 use std::fmt::Write;
 
 /// A formula in two languages.

@@ -9,6 +9,7 @@
 #![deny(missing_docs)]
 
 pub mod base85;
+mod escape;
 pub mod figure;
 pub mod formula;
 pub mod npz;
@@ -16,9 +17,10 @@ mod page;
 pub mod report;
 pub mod table;
 
+pub use escape::escape;
 pub use figure::{Area, Bar, Dash, Figure, Hue, Mark, Marker, Panel, Series, colours};
 pub use formula::Formula;
-pub use page::{escape, unpacked};
+pub use page::unpacked;
 pub use report::{Cell, Grid, Report, Section, Tone};
 pub use table::Table;
 

@@ -8,6 +8,7 @@
 //! plotly.js-basic-dist-min: `assets`, with its licence. Its SHA-256 is tested in `tests/it/report.rs`.
 
 use crate::base85;
+use crate::escape::escape;
 use crate::figure::{Figure, FigureError, interactive};
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
@@ -105,9 +106,4 @@ impl fmt::Display for Pictures {
         let packed = encoder.write_all(&json).and_then(|()| encoder.finish()).map_err(|_| fmt::Error)?;
         f.write_str(&base85::encode(&packed))
     }
-}
-
-/// `text` escaped for HTML, within an element or a quoted attribute.
-pub fn escape(text: &str) -> String {
-    text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
 }

@@ -26,9 +26,10 @@
 //! # Ok::<(), luenberger_figures::report::ReportError>(())
 //! ```
 
+use crate::escape::escape;
 use crate::figure::{Figure, FigureError};
 use crate::formula::Formula;
-use crate::page::{Pictures, escape, in_base85, page};
+use crate::page::{Pictures, in_base85, page};
 use std::collections::HashSet;
 use std::fmt::Write;
 

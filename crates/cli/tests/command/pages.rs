@@ -1,7 +1,9 @@
-//! The examples in the pages of `docs/commands`, in the other pages listed here and in the READMEs are run, and their
-//! output is compared with the pages.
+//! The examples in the pages of `docs` and in the READMEs are run, and their output is compared with the pages. Every
+//! block of code is run or read by a test, or listed in [`ELSEWHERE`] with the reason why not.
 
 use crate::terminal::{folder, luenberger, run, without_estimate};
+use luenberger_study::{Format, Study};
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
@@ -11,25 +13,113 @@ const ANYTHING: &str = "[..]";
 /// Residuals are rounding errors: any two below this count as equal.
 const ZERO: f64 = 1e-12;
 
+/// The first lines of a study, which a block without a name continues: the plant that its page has in mind.
+const SECOND_ORDER: &str = "[plant]\na = [[-1, 2], [-3, -1]]\nb = [[1], [0]]\nc = [[1, 0]]\n\
+                            [simulation]\nx0 = [1, 0]\nduration = 1\n";
+
+const BATTERY: &str = "[plant]\nstates = [\"soc\", \"v1\", \"v2\", \"temp\"]\noutputs = [\"voltage\", \"temperature\"]\n\
+                       f = [\"-soc\", \"-v1\", \"-v2\", \"-temp\"]\nh = [\"soc\", \"temp\"]\n\
+                       [log]\nfile = \"log.csv\"\n";
+
+const TANKS: &str = "[plant]\nstates = [\"upper\", \"lower\"]\ninputs = [\"pump\"]\noutputs = [\"level\"]\n\
+                     f = [\"pump - upper\", \"upper - lower\"]\nh = [\"lower\"]\n\
+                     [[observer]]\nkind = \"extended-kalman\"\nw = 1\nv = 1\nperiod = 0.1\n";
+
+const ONE_STATE: &str = "[plant]\nstates = [\"i1\"]\ninputs = [\"duty\"]\nf = [\"duty - i1\"]\nh = [\"i1\"]\n\
+                         [simulation]\nx0 = [1]\nduration = 2\n";
+
+const LIMITED_GAIN: &str = "[plant]\na = [[-1, 2], [-3, -1]]\nc = [[1, 0]]\n[[observer]]\nkind = \"luenberger\"\n";
+
+const PEBO: &str = "[plant]\nstates = [\"x1\", \"x2\"]\nf = [\"x2\", \"-x1\"]\nh = [\"x1\"]\n\
+                    [simulation]\nx0 = [1, 0]\nduration = 20\n\
+                    [[observer]]\nkind = \"pebo\"\nphi = [\"x2\"]\nb = [\"-y1\"]\nleft_inverse = [\"y1\", \"xi1\"]\n\
+                    region = { states = [[-2, 2], [-2, 2]] }\ns = [\"y1\"]\ng = [\"xi1\"]\nm = [[1]]\nalpha = 1\n\
+                    estimator = { kind = \"gradient\", gain = 1 }\n";
+
+/// Blocks of TOML without a name are parts of studies. Each is found by its page and a line, and is read behind the
+/// lines of the third column.
+const PARTS: [(&str, &str, &str); 19] = [
+    ("commands/design.md", "max_gain = 50", LIMITED_GAIN),
+    ("cubic-or-linear.md", "kind = \"optimal-cubic\"", SECOND_ORDER),
+    ("disturbances.md", "kind = \"cubic\"", SECOND_ORDER),
+    ("disturbances.md", "kind = \"h-infinity\"", SECOND_ORDER),
+    ("disturbances.md", "kind = \"luenberger\"", SECOND_ORDER),
+    ("disturbances.md", "kind = \"proportional-integral\"", SECOND_ORDER),
+    ("disturbances.md", "kind = \"extended-state\"", SECOND_ORDER),
+    ("disturbances.md", "kind = \"unknown-input\"", SECOND_ORDER),
+    ("disturbances.md", "kind = \"interval\"", SECOND_ORDER),
+    ("feedback.md", "[input]", SECOND_ORDER),
+    ("filters.md", "kind = \"ukf\"", SECOND_ORDER),
+    ("filters.md", "kind = \"extended-kalman\"", BATTERY),
+    ("filters.md", "kind = \"mhe\"", SECOND_ORDER),
+    ("guide.md", "file = \"monday.csv\"", TANKS),
+    ("kkl-studies.md", "reset = { period = 10 }", PEBO),
+    ("kkl-studies.md", "[input]", ONE_STATE),
+    ("log.md", "name = \"EKF\"", ""),
+    ("reduced-order.md", "kind = \"reduced-order\"", SECOND_ORDER),
+    ("reduced-order.md", "kind = \"functional\"", ""),
+];
+
+/// Blocks that no test of this file runs, by their page and first line, with the reason.
+const ELSEWHERE: [(&str, &str, &str); 22] = [
+    ("../README.md", "import control", "crates/python/tests/test_pages.py runs it"),
+    ("../README.md", "cargo xtask reproduce", "continuous integration runs it; a test of xtask reads the arguments"),
+    ("certificates.md", "cargo run --example certificate ", "builds programs that the tests of luenberger-proof run"),
+    ("certificates.md", "cargo run --release -p luenberger-lmi", "builds programs that the tests of their crates run"),
+    ("certificates.md", "{", "the tests of luenberger-proof compare it with a file that they write"),
+    ("commands/index.md", "cargo install --locked", "builds the program under test"),
+    ("commands/sweep.md", "import glob, numpy as np", "needs numpy; the tests of `sweep` read the same arrays"),
+    ("cubic-or-linear.md", "cargo run --release -p luenberger-study", "computes the figure of the page, in minutes"),
+    ("deploy.md", "cd tanks-c", "`cargo xtask deploy` does the same, with several compilers"),
+    ("deploy.md", "cmake -S . -B build", "`cargo xtask deploy` does the same"),
+    ("deploy.md", "cd tanks-fmu", "needs fmpy from the network: `cargo xtask deploy` does the same"),
+    ("deploy.md", "cargo test --config", "builds a crate: `cargo xtask deploy` does the same"),
+    ("deploy.md", "#include \"one_gain.h\"", "a part of a program for a board"),
+    ("deploy.md", "void link_step(", "declarations, which the tests of luenberger-export compile"),
+    ("deploy.md", "block_input(&state, r, u);", "two lines of a program"),
+    ("guide.md", "cargo install --locked", "builds the program under test"),
+    ("proofs.md", "RUSTC_BOOTSTRAP=1", "builds a fuzzer, a workspace of its own"),
+    ("python.md", "$ pip install ./crates/python", "`cargo xtask python` installs the package"),
+    ("python.md", "import control", "crates/python/tests/test_pages.py runs it"),
+    ("python.md", "from distributed import Client", "the tests of crates/python run sweeps on a cluster of Dask"),
+    ("python.md", "study = luenberger.Study", "crates/python/tests/test_pages.py runs it"),
+    ("python.md", "try:", "crates/python/tests/test_pages.py runs it"),
+];
+
 fn docs() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../../docs")
 }
 
-fn pages() -> Vec<PathBuf> {
-    let commands = std::fs::read_dir(docs().join("commands")).unwrap().map(|entry| entry.unwrap().path());
-    let others = [
-        "from-matlab.md",
-        "expressions.md",
-        "deploy.md",
-        "guide.md",
-        "kkl-studies.md",
-        "log.md",
-        "../README.md",
-        "../crates/cli/README.md",
-    ];
-    let mut pages: Vec<_> = commands.chain(others.map(|page| docs().join(page))).collect();
-    pages.sort();
-    pages
+/// The pages of `docs` and the READMEs with examples, by their paths from `docs`.
+fn pages() -> BTreeMap<String, String> {
+    let names = |folder: &str| {
+        let entries = std::fs::read_dir(docs().join(folder)).unwrap();
+        let names = entries.map(|entry| entry.unwrap().file_name().into_string().unwrap());
+        names.filter(|name| name.ends_with(".md")).map(|name| format!("{folder}{name}")).collect::<Vec<_>>()
+    };
+    let readmes = ["../README.md", "../crates/cli/README.md"].map(str::to_owned);
+    let names = names("").into_iter().chain(names("commands/")).chain(readmes);
+    names.map(|name| (name.clone(), std::fs::read_to_string(docs().join(name)).unwrap())).collect()
+}
+
+/// A block of code: what follows its first backticks, and its lines.
+struct Block {
+    info: String,
+    lines: Vec<String>,
+}
+
+fn blocks(page: &str) -> Vec<Block> {
+    let mut blocks = Vec::new();
+    let mut open = None;
+    for line in page.lines() {
+        match (line.trim_start().strip_prefix("```"), &mut open) {
+            (Some(info), None) => open = Some(Block { info: info.to_owned(), lines: Vec::new() }),
+            (Some(_), Some(_)) => blocks.extend(open.take()),
+            (None, Some(block)) => block.lines.push(line.to_owned()),
+            (None, None) => {}
+        }
+    }
+    blocks
 }
 
 /// The commands of a page, each with the lines that follow it. The lines of a block "```toml NAME" are appended to the
@@ -135,10 +225,13 @@ fn is_output(found: &[&str], expected: &[String]) -> bool {
 fn every_example_does_what_its_page_says() {
     let binary = Path::new(env!("CARGO_BIN_EXE_luenberger")).parent().unwrap().to_owned();
     let (mut count, mut wrong) = (0, String::new());
-    for page in pages() {
-        let name = page.file_stem().unwrap().to_string_lossy().into_owned();
-        let above = page.parent().and_then(Path::file_name).unwrap_or_default().to_string_lossy().into_owned();
-        let here = folder(&format!("page-{above}-{name}"));
+    for (name, page) in pages() {
+        let examples = examples(&page);
+        // What pip installs is tested by `cargo xtask python`.
+        if examples.is_empty() || name == "python.md" {
+            continue;
+        }
+        let here = folder(&format!("page-{}", name.replace(['/', '.'], "-")));
         // The pages name the example of a battery as from the root of the repository.
         let battery = Path::new("examples/studies/battery");
         std::fs::create_dir_all(here.join(battery)).unwrap();
@@ -148,7 +241,7 @@ fn every_example_does_what_its_page_says() {
         let path = std::env::join_paths(
             [binary.clone()].into_iter().chain(std::env::split_paths(&std::env::var_os("PATH").unwrap_or_default())),
         );
-        for (command, expected) in examples(&std::fs::read_to_string(&page).unwrap()) {
+        for (command, expected) in examples {
             count += 1;
             let mut shell = Command::new("sh");
             shell
@@ -160,14 +253,75 @@ fn every_example_does_what_its_page_says() {
             let found: Vec<&str> = without_estimate(&ran.stdout).collect();
             if !is_output(&found, &expected) {
                 let (found, expected) = (&ran.stdout, expected.join("\n"));
-                let pieces =
-                    [&name, ".md\n$ ", &command, "\nprints\n", found, "\nand the page says\n", &expected, "\n\n"];
+                let pieces = [&name, "\n$ ", &command, "\nprints\n", found, "\nand the page says\n", &expected, "\n\n"];
                 wrong.extend(pieces);
+            }
+        }
+        for file in blocks(&page).iter().filter_map(|block| block.info.strip_prefix("toml ")) {
+            if let Err(error) = Study::from_path(&here.join(file)) {
+                wrong += &format!("{name}: {file}: {error}\n");
             }
         }
     }
     assert!(wrong.is_empty(), "\n{wrong}");
     assert!(count > 20, "{count} examples");
+}
+
+/// A study that the lines of a block complete is read without a mistake. No observer is designed.
+#[test]
+fn every_part_of_a_study_in_the_pages_is_read() {
+    let here = folder("page-parts");
+    std::fs::copy(docs().join("../examples/studies/battery/log.csv"), here.join("log.csv")).unwrap();
+    std::fs::write(here.join("monday.csv"), "t,pump,level\n0,1,0.5\n0.1,1,0.6\n0.2,1,0.7\n").unwrap();
+    let (mut used, mut wrong) = (BTreeSet::new(), Vec::new());
+    for (name, page) in pages() {
+        for block in blocks(&page).iter().filter(|block| block.info == "toml") {
+            let is_this = |line: &str| block.lines.iter().any(|found| found.split(" #").next().unwrap().trim() == line);
+            let rows: Vec<_> = PARTS.iter().filter(|(page, line, _)| *page == name && is_this(line)).collect();
+            let [(_, line, before)] = rows[..] else {
+                wrong.push(format!("{name}: {} rows of PARTS for the block\n{}", rows.len(), block.lines.join("\n")));
+                continue;
+            };
+            used.insert((name.clone(), *line));
+            let study = format!("{before}{}\n", block.lines.join("\n"));
+            if let Err(error) = Study::from_text(&name, &study, Format::Toml, &here) {
+                wrong.push(format!("{error}\n{study}"));
+            }
+        }
+    }
+    assert!(wrong.is_empty(), "{}", wrong.join("\n"));
+    assert_eq!(used.len(), PARTS.len(), "rows of PARTS without a block: {used:?}");
+}
+
+/// A block of a language is run or read by one of the tests here, compiled with the documentation of
+/// `tests/src/lib.rs`, or a row of [`ELSEWHERE`].
+#[test]
+fn every_block_of_the_pages_is_tested() {
+    let compiled = include_str!("../../../../tests/src/lib.rs");
+    let (mut used, mut untested) = (BTreeSet::new(), Vec::new());
+    for (name, page) in pages() {
+        for block in blocks(&page) {
+            let first = block.lines.iter().find(|line| !line.is_empty()).map_or("", String::as_str);
+            let row = ELSEWHERE.iter().position(|(page, start, _)| *page == name && first.starts_with(start));
+            used.extend(row);
+            let language = block.info.split([' ', ',']).next().unwrap();
+            let is_tested = row.is_some()
+                || match language {
+                    // Formulas and excerpts of output.
+                    "" | "text" | "console" | "toml" => true,
+                    "sh" => block.lines.iter().any(|line| line.starts_with("luenberger ")),
+                    "rust" => compiled.contains(&format!("docs/{name}\")").replace("docs/../", "")),
+                    _ => false,
+                };
+            if !is_tested {
+                untested.push(format!("{name}: ```{}\n{first}", block.info));
+            }
+        }
+    }
+    assert!(untested.is_empty(), "neither tested nor in ELSEWHERE:\n{}", untested.join("\n"));
+    for (row, (page, first, reason)) in ELSEWHERE.iter().enumerate() {
+        assert!(used.contains(&row) && !reason.is_empty(), "{page}: no block begins with {first}");
+    }
 }
 
 /// The commands that `luenberger --help` lists.
@@ -181,11 +335,11 @@ fn commands() -> Vec<String> {
 /// Every command has a page, and the overview names it.
 #[test]
 fn each_command_has_a_page_with_an_example() {
-    let overview = std::fs::read_to_string(docs().join("commands/index.md")).unwrap();
+    let pages = pages();
+    let overview = &pages["commands/index.md"];
     for command in commands() {
-        let page = std::fs::read_to_string(docs().join(format!("commands/{command}.md")));
-        let page = page.unwrap_or_else(|error| panic!("docs/commands/{command}.md: {error}"));
-        let has_example = examples(&page).iter().any(|(line, _)| line.contains(&format!("luenberger {command}")));
+        let page = &pages[&format!("commands/{command}.md")];
+        let has_example = examples(page).iter().any(|(line, _)| line.contains(&format!("luenberger {command}")));
         assert!(has_example, "docs/commands/{command}.md has no example");
         assert!(
             overview.contains(&format!("`{command}`")) && overview.contains(&format!("[{command}.md]")),
@@ -200,8 +354,10 @@ fn each_command_has_a_page_with_an_example() {
 fn the_examples_of_help_are_in_the_pages() {
     let files = std::fs::read_dir(docs().join("commands")).unwrap().map(|entry| entry.unwrap().path());
     let known: Vec<_> = files.flat_map(|page| examples(&std::fs::read_to_string(page).unwrap())).collect();
-    for command in commands() {
-        let help = luenberger(&[&command, "--help"], "").stdout;
+    let below = ["status", "reduce", "script"].map(|command| format!("sweep {command}"));
+    for command in commands().into_iter().chain(below) {
+        let arguments: Vec<&str> = command.split(' ').chain(["--help"]).collect();
+        let help = luenberger(&arguments, "").stdout;
         let lines = help.lines().skip_while(|line| !line.starts_with("Example")).skip(1);
         let block: Vec<&str> = lines.filter_map(|line| line.strip_prefix("  ")).collect();
         let shown = examples(&format!("```console\n{}\n```", block.join("\n")));

@@ -6,20 +6,23 @@ use luenberger_observers::FixedPointFormats;
 use nalgebra::DMatrix;
 
 use super::project::cmake;
-use super::{columns, harmless, kind, lengths, wrapped};
+use super::{columns, harmless, lengths, wrapped};
 use crate::File;
 use crate::fixed_point::{FixedPointExport, name};
 
-pub(crate) fn fixed_files(export: &FixedPointExport<'_>) -> Vec<File> {
-    let name = &export.design.identifier;
-    let file = |name: String, text: String| File { name, text };
-    vec![
-        file(format!("{name}.h"), header(export)),
-        file(format!("{name}.c"), source(export)),
-        file(format!("test_{name}.c"), test(export)),
-        file("CMakeLists.txt".to_owned(), cmake(name)),
-        file("README.md".to_owned(), readme(export)),
-    ]
+impl FixedPointExport<'_> {
+    /// The files of a C99 project: header, source, test with golden vectors, `CMakeLists.txt` and `README.md`.
+    pub fn c(&self) -> Vec<File> {
+        let name = &self.design.identifier;
+        let file = |name: String, text: String| File { name, text };
+        vec![
+            file(format!("{name}.h"), header(self)),
+            file(format!("{name}.c"), source(self)),
+            file(format!("test_{name}.c"), test(self)),
+            file("CMakeLists.txt".to_owned(), cmake(name)),
+            file("README.md".to_owned(), readme(self)),
+        ]
+    }
 }
 
 /// What the numbers are, and how they are computed.
@@ -43,7 +46,7 @@ fn header(export: &FixedPointExport<'_>) -> String {
     let (id, names) = (&design.identifier, &design.names);
     let (upper, lengths) = lengths(design);
     let mut text =
-        format!("/**\n * @file {id}.h\n * @brief {} in fixed point, one step per sample.\n *\n", kind(design));
+        format!("/**\n * @file {id}.h\n * @brief {} in fixed point, one step per sample.\n *\n", design.kind());
     let unit = if names.time_unit.is_empty() { String::new() } else { format!(" {}", harmless(&names.time_unit)) };
     _ = writeln!(text, " * Period:  {}{unit}", design.observer.period());
     _ = writeln!(text, " * States:  {}", columns(&names.states, &names.units));
@@ -314,7 +317,7 @@ The test compares {count} steps with the design, bit by bit; some of them satura
 $ cc -std=c99 -O2 {id}.c test_{id}.c -o test_{id} && ./test_{id}
 ```
 ",
-        kind(design),
+        design.kind(),
         export.products(),
         export.bytes(),
         arithmetic(export),

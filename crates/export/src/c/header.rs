@@ -2,14 +2,14 @@
 
 use std::fmt::Write;
 
-use super::{columns, feedback, harmless, kind, lengths, scalar, varying, wrapped};
+use super::{columns, feedback, harmless, lengths, scalar, varying, wrapped};
 use crate::Export;
 use crate::exportable_observer::ExportableObserver;
 
 pub(crate) fn header(export: &Export) -> String {
     let (name, number, names) = (&export.identifier, scalar(export), &export.names);
     let (upper, lengths) = lengths(export);
-    let mut text = format!("/**\n * @file {name}.h\n * @brief {}, one step per sample.\n *\n", kind(export));
+    let mut text = format!("/**\n * @file {name}.h\n * @brief {}, one step per sample.\n *\n", export.kind());
     let period = export.observer.period();
     let unit = if names.time_unit.is_empty() { String::new() } else { format!(" {}", harmless(&names.time_unit)) };
     let nominally =

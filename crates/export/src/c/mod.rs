@@ -43,7 +43,6 @@ pub(crate) mod time;
 mod unscented;
 mod varying;
 
-pub(crate) use fixed::fixed_files;
 pub(crate) use header::header;
 pub(crate) use test::test;
 
@@ -52,7 +51,6 @@ use std::fmt::Write;
 use nalgebra::DMatrix;
 
 use crate::error::ExportError;
-use crate::exportable_observer::ExportableObserver;
 use crate::golden;
 use crate::scalar::Scalar;
 use crate::{Export, File, number};
@@ -136,25 +134,6 @@ fn lengths(export: &Export) -> (String, [(&'static str, usize); 3]) {
     let inputs = export.observer.plant_inputs();
     let all = [("STATES", size.estimate), ("INPUTS", inputs), ("OUTPUTS", size.outputs)];
     (export.identifier.to_uppercase(), all)
-}
-
-pub(crate) fn kind(export: &Export) -> String {
-    let observer = match export.observer {
-        ExportableObserver::Linear(_) if export.is_filter() => "Stationary Kalman filter",
-        ExportableObserver::Linear(_) => "Sampled linear observer",
-        ExportableObserver::Cubic(_) => "Sampled cubic observer",
-        ExportableObserver::Varying(_) => "Sampled cubic observer at varying periods",
-        ExportableObserver::Kalman(_) => "Extended Kalman filter",
-        ExportableObserver::Unscented(_) => "Unscented Kalman filter",
-        ExportableObserver::MovingHorizon(_) => "Moving-horizon estimator",
-        ExportableObserver::Kkl(_) => "Numerical KKL observer",
-        ExportableObserver::Extension(_) | ExportableObserver::Step(_) => "Observer of expressions",
-        ExportableObserver::SampledNonlinear(_) | ExportableObserver::Discrete(_) => {
-            "Copy of the plant with a constant gain"
-        }
-    };
-    let feedback = if export.feedback.is_some() { " with the feedback u = r - K xhat" } else { "" };
-    format!("{observer}{feedback}")
 }
 
 /// A constant matrix, row by row.

@@ -1,6 +1,6 @@
 //! Build file and README.
 
-use super::{kind, scalar};
+use super::scalar;
 use crate::Export;
 
 pub(super) fn cmake(name: &str) -> String {
@@ -67,7 +67,7 @@ $ cc -std=c99 -O2 {name}.c test_{name}.c -lm -o test_{name} && ./test_{name}
 
 Compilers must not contract or reorder floating-point operations: `-std=c99` or `-ffp-contract=off`, not `-ffast-math`.
 ",
-        kind(export),
+        export.kind(),
         export.operations(),
         export.bytes(),
         most = if export.stack_of_window().is_some() { "at most " } else { "" },

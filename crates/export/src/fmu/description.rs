@@ -116,7 +116,7 @@ pub(super) fn model(export: &Export, version: Version, sources: &[String], token
         version.name(),
         attribute(&format!(
             "{}, one step every {step} s, computed in {}. {}",
-            crate::c::kind(export),
+            export.kind(),
             export.scalar.name(),
             export.statement.join(" ")
         )),
@@ -281,7 +281,7 @@ pub(super) fn documentation(export: &Export) -> String {
         "<!DOCTYPE html>\n<html lang=\"en\">\n<head><meta charset=\"utf-8\"><title>{0}</title></head>\n<body>\n<h1>{0}</h1>\n",
         export.identifier
     );
-    _ = writeln!(text, "<p>{}, one step per sample.</p>", crate::c::kind(export));
+    _ = writeln!(text, "<p>{}, one step per sample.</p>", export.kind());
     for sentence in &export.statement {
         _ = writeln!(text, "<p>{}</p>", attribute(sentence));
     }

@@ -61,7 +61,7 @@ For a microcontroller add its target, `cargo build --release --target thumbv7em-
 {statement}
 ",
         name = export.identifier,
-        kind = crate::c::kind(export),
+        kind = export.kind(),
         statement = export.statement.join("\n"),
     )
 }

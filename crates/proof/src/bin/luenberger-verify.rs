@@ -26,11 +26,12 @@ Options:
 Exit status: 0 if every file is proved; 1 if one is rejected; 2 if one cannot be read as JSON, or the arguments make no sense.
 
 Example:
-  $ luenberger-verify observer.json
-  observer.json: Proved
+  $ luenberger certify cart.toml -o results > output.txt
+  $ luenberger-verify results/certificates/linear.json
+  results/certificates/linear.json: Proved
     For the plant x' = Ax + Bu, y = Cx with 2 states, 1 input and 1 output and the observer ...
-    P > 0, margin >= 0.52
-    (A - LC)'P + P(A - LC) < 0 (12), margin >= 9.9
+    P > 0, margin >= 0.7621183
+    (A - LC)'P + P(A - LC) < 0 (12), margin >= 9.999999
 ";
 
 /// What became of one file.

@@ -59,6 +59,24 @@ fn the_program_speaks_json() {
     assert_eq!(rejected.status.code(), Some(1));
 }
 
+/// The example of `--help` is that of the page, which the tests of the command `luenberger verify` run.
+#[test]
+fn the_example_of_help_is_that_of_the_page() {
+    let page = include_str!("../../../../../docs/commands/verify.md").replace("luenberger verify", "luenberger-verify");
+    let help = said(&run(&["--help"], b""));
+    let example: Vec<&str> =
+        help.lines().skip_while(|line| *line != "Example:").skip(1).take_while(|line| !line.is_empty()).collect();
+    assert!(example.len() > 4, "{help}");
+    for line in example {
+        let line = line.strip_prefix("  ").expect("indented");
+        let is_there = match line.strip_suffix(" ...") {
+            Some(begin) => page.lines().any(|found| found.starts_with(begin)),
+            None => page.lines().any(|found| found == line),
+        };
+        assert!(is_there, "{line}");
+    }
+}
+
 #[test]
 fn the_program_explains_itself() {
     let help = run(&["--help"], b"");
