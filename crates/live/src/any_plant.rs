@@ -5,7 +5,7 @@ use nalgebra::{DMatrix, DVector, Dyn};
 
 /// Any plant with columns of dynamic length.
 #[derive(Clone, Copy)]
-pub(crate) struct AnyPlant<'a>(pub(crate) &'a dyn Differentiable<f64, Dyn, Dyn, Dyn>);
+pub(crate) struct AnyPlant<'a>(pub(crate) &'a (dyn Differentiable<f64, Dyn, Dyn, Dyn> + Send + Sync));
 
 type Pair = (DVector<f64>, DVector<f64>);
 

@@ -169,7 +169,7 @@ fn finished(experiment: &Experiment, observer: &Observer, sliders: &Sliders, sce
     };
     let errors = Errors::of(&trajectory, name, grid(experiment, sliders)?).map_err(text)?;
     let merits = errors.norm(experiment.scale.as_deref(), experiment.band).map_err(text)?;
-    let scores = Scores { rms: merits.rms, peak: merits.peak, settled: merits.settling_last, last: merits.last };
+    let scores = Scores { rms: merits.rmse, peak: merits.peak, settled: merits.settling_last, last: merits.last };
     Ok(Run {
         name: name.to_owned(),
         failure: None,

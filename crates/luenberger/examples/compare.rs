@@ -6,7 +6,7 @@
 use luenberger::linalg::kalman_gain;
 use luenberger::observers::{Beta, ExtendedKalmanFilter, Integral, MeanValueObserver, NoiseModel};
 use luenberger::plants::flexible_joint;
-use luenberger::sim::{Comparison, Noise, Signal};
+use luenberger::sim::{Comparison, Noise, Scenario, Signal};
 use nalgebra::{DMatrix, Matrix2, Matrix4, SMatrix, Vector4};
 
 pub(crate) fn main() -> Result<(), luenberger::Error> {
@@ -25,11 +25,13 @@ pub(crate) fn main() -> Result<(), luenberger::Error> {
         NoiseModel { w: Matrix4::identity() * 0.1, v: Matrix2::identity() * 1e-4, p0: Matrix4::identity() * 4.0 };
     let filter = ExtendedKalmanFilter::new(plant, noises, 0.01, 2)?;
 
-    let table = Comparison::new(&plant, x0.as_slice(), xhat0.as_slice())
+    let scenario = Scenario::new(plant)
+        .initial_state(x0.as_slice())
         .input(Signal::scalar(f64::sin))
         .hold_input(0.01)
         .noise(Noise::gaussian(&[0.01, 0.01], 0.01, 1))
-        .until(10.0, 101)
+        .until(10.0, 101);
+    let table = Comparison::new(scenario, xhat0.as_slice())
         .observer("printed, e(0) = x(0) - xhat(0)", &informed)
         .observer("printed, e(0) = 0", &uninformed)
         .observer("repaired, e(0) = 0", &repaired)

@@ -25,17 +25,13 @@ pub(crate) fn main() -> Result<(), luenberger::Error> {
     let informed = MeanValueObserver::new(plant, 1.0, Integral, x0 - xhat0)?;
     let printed = MeanValueObserver::new(plant, 1.0, Integral, zero)?;
     let repaired = design.observer(plant, 1.0, Integral, zero)?;
-    let table = Comparison::new(&plant, x0.as_slice(), xhat0.as_slice())
-        .input(Signal::scalar(f64::sin))
-        .until(10.0, 101)
+    let scenario = Scenario::new(plant).initial_state(x0.as_slice()).input(Signal::scalar(f64::sin)).until(10.0, 101);
+    let table = Comparison::new(scenario, xhat0.as_slice())
         .observer("printed, e(0) = x(0) - xhat(0)", &informed)
         .observer("printed, e(0) = 0", &printed)
         .observer("repaired, e(0) = 0", &repaired)
         .run()?;
     println!("{table}");
-    let at_the_end = |name: &str| -> Result<f64, luenberger::Error> {
-        Ok(table.row(name)?.outcome.as_ref().map_err(Clone::clone)?.last)
-    };
-    assert!(at_the_end("repaired, e(0) = 0")? < 1e-2 * at_the_end("printed, e(0) = 0")?);
+    assert!(table.metrics("repaired, e(0) = 0")?.last < 1e-2 * table.metrics("printed, e(0) = 0")?.last);
     Ok(())
 }

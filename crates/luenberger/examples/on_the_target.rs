@@ -4,7 +4,7 @@
 //! The design is done once, on the desk, in double precision; what goes to the target is a handful of numbers.
 
 use luenberger::prelude::*;
-use nalgebra::{Matrix1, Matrix2, RowVector2, Vector1, Vector2, dmatrix};
+use nalgebra::{Vector1, Vector2};
 
 /// 1 kHz.
 const PERIOD: f64 = 1e-3;
@@ -17,12 +17,7 @@ pub(crate) fn main() -> Result<(), luenberger::Error> {
     print!("{}", design.certificate);
 
     // The target: f32, on the stack.
-    let o = &design.observer;
-    let column = |m: &nalgebra::DMatrix<f64>| Vector2::new(m[(0, 0)] as f32, m[(1, 0)] as f32);
-    let (c, n, theta) = (RowVector2::new(1.0_f32, 0.0), column(o.n()), Matrix1::new(1.0_f32));
-    let ad = Matrix2::from_fn(|i, j| o.ad()[(i, j)] as f32);
-    let (bd, ld, w, period) = (column(o.bd()), column(o.ld()), -n[0], PERIOD as f32);
-    let observer = SampledCubicObserver::new(SampledCubicGains { ad, bd, c, ld, n, theta, w, period })?;
+    let observer = design.observer.to_static::<f32, 2, 1, 1>()?;
 
     let (mut x, mut xhat) = (Vector2::new(100.0_f32, 100.0), Vector2::zeros());
     for k in 0..8000_u16 {

@@ -1,14 +1,12 @@
 //! The unscented Kalman filter: right to second order, without a Jacobian; and what its smoother makes of a log.
 
-use luenberger::observers::{SigmaPoints, UnscentedKalmanFilter};
-use luenberger::plants::from_fn;
+use luenberger::observers::SigmaPoints;
 use luenberger::prelude::*;
-use nalgebra::{DMatrix, Matrix1, SVector, Vector1};
+use nalgebra::{Matrix1, SVector, Vector1};
 
 pub(crate) fn main() -> Result<(), Box<dyn std::error::Error>> {
     // A constant x, measured as x^2 with variance 0.01, with the initial estimate 1 of variance 0.25.
-    let square =
-        from_fn(|_t, x: &Vector1<f64>, _u: &SVector<f64, 0>| *x, |_t, x: &Vector1<f64>, _u| Vector1::new(x[0] * x[0]));
+    let square = from_fn::<f64, 1, 0, 1, _, _>(|_t, x, _u| *x, |_t, x, _u| Vector1::new(x[0] * x[0]));
     let noises = NoiseModel { w: Matrix1::new(1e-6), v: Matrix1::new(0.01), p0: Matrix1::new(0.25) };
     let filter = UnscentedKalmanFilter::discrete(&square, noises, SigmaPoints::default(), 1.0)?;
     let u = SVector::zeros();

@@ -17,14 +17,13 @@
 //! (`luenberger-cli`) does both from a terminal.
 //!
 //! Matrices are those of [`nalgebra`], which is part of the interface and re-exported in the matching version:
-//! `use luenberger::nalgebra::{self, dmatrix};` (its macros need the name `nalgebra` in scope). [`Error`] collects the
-//! errors of all crates.
+//! the [`prelude`] has the name, which its macros need in scope, with `dmatrix!`, `dvector!`, `DMatrix` and `DVector`.
+//! [`Error`] collects the errors of all crates.
 //!
 //! `examples/` has a program for each observer.
 //!
 //! ```
 //! use luenberger::prelude::*;
-//! use luenberger::nalgebra::{self, dmatrix};
 //!
 //! // Position is measured, velocity is wanted.
 //! let plant = StateSpace::new(dmatrix![0.0, 1.0; 0.0, 0.0], dmatrix![0.0; 1.0], dmatrix![1.0, 0.0])?;
@@ -57,24 +56,29 @@ pub use nalgebra;
 /// What most programs need: `use luenberger::prelude::*;`.
 pub mod prelude {
     pub use luenberger_design::{
-        Certificate, Certified, CubicDesign, CubicGain, DesignError, DiscreteLpvDesign, EnclosureError, FeedbackDesign,
-        KklCandidate, KklDesign, KklError, KklPebDesign, LinearDesign, LipschitzDesign, LipschitzPlant, LpvDesign,
-        LpvError, LyapunovWeight, NumericalKklDesign, NumericalKklError, OperatingPointError, Region,
-        SampledCubicDesign, Sector, StoredError, cubic_lmi_design, nonlinear_observability::ObservabilityError,
+        Certificate, Certified, CubicDesign, CubicGain, DesignError, DiscreteDesign, DiscreteLpvDesign, EnclosureError,
+        FeedbackDesign, GainOptions, IntervalDesign, KklCandidate, KklDesign, KklError, KklPebDesign, LinearDesign,
+        LipschitzDesign, LipschitzPlant, LpvDesign, LpvError, LyapunovWeight, NormFilterDesign, NumericalKklDesign,
+        NumericalKklError, OperatingPointError, ReducedOrderDesign, Region, SampledCubicDesign, Sector, StoredError,
+        UnknownInputDesign, cubic_lmi_design, nonlinear_observability::ObservabilityError,
     };
     pub use luenberger_linalg::LinalgError;
     pub use luenberger_lmi::LmiError;
     pub use luenberger_observers::{
-        CubicObserver, Diagnose, DiscreteNonlinearObserver, ExtendedKalmanFilter, HighGainMap, HighGainObserver,
-        Immersion, ImmersionInvarianceObserver, KklMap, KklObserver, KklPebObserver, LinearObserver, MeanValueObserver,
+        CubicObserver, Diagnose, DiscreteLinearObserver, DiscreteNonlinearObserver, ExtendedKalmanFilter,
+        GaussianEstimate, HighGainMap, HighGainObserver, Immersion, ImmersionInvarianceObserver, KalmanFilter,
+        KalmanModel, KklMap, KklObserver, KklPebObserver, LinearObserver, MeanValueObserver, MovingHorizonEstimator,
         NoiseModel, NonlinearLuenbergerObserver, Observer, ObserverDimensions, ObserverError, PeboObserver, Regression,
-        SampledCubicGains, SampledCubicObserver, SampledObserver,
+        SampledCubicGains, SampledCubicObserver, SampledObserver, StationaryKalmanFilter, UnscentedKalmanFilter,
     };
-    pub use luenberger_plants::{Differentiable, Dimensions, LinearPlant, Plant, PlantError, Shape, StateSpace};
+    pub use luenberger_plants::{
+        ByDual, Differentiable, Dimensions, LinearPlant, Plant, PlantError, Shape, StateSpace, from_fn, linearize,
+    };
     pub use luenberger_proof::{ProofError, Verdict};
     pub use luenberger_sim::{
         Comparison, Integrand, Noise, Recording, Replay, Scenario, Signal, SimError, Trajectory, metrics,
     };
+    pub use nalgebra::{self, DMatrix, DVector, dmatrix, dvector};
 }
 
 /// The example of `README.md`, compiled and run with the documentation's tests.

@@ -13,22 +13,24 @@ pub struct FromFn<F, H, const N: usize, const M: usize, const P: usize> {
 
 /// The plant `x' = f(t, x, u)`, `y = h(t, x, u)` of two closures, with N states, M inputs and P outputs.
 ///
+/// The parameters are the scalar and the sizes; with them given, the arguments of the closures need no types.
+///
 /// For simulation and for observers that need no derivatives: a closure is defined for one scalar type, so that dual
 /// numbers do not apply. A plant whose Jacobians are needed implements [`Plant`] for every scalar; see
 /// [`ByDual`](crate::ByDual).
 ///
 /// ```
 /// use luenberger_plants::{Plant, Shape, from_fn};
-/// use nalgebra::{Vector1, Vector2};
-/// // A pendulum with a torque, its angle measured.
-/// let pendulum = from_fn(
-///     |_t, x: &Vector2<f64>, u: &Vector1<f64>| Vector2::new(x[1], u[0] - x[0].sin()),
-///     |_t, x: &Vector2<f64>, _u: &Vector1<f64>| Vector1::new(x[0]),
+/// use nalgebra::{Vector1, Vector2, vector};
+/// // A pendulum with a torque, its angle measured: two states, one input, one output.
+/// let pendulum = from_fn::<f64, 2, 1, 1, _, _>(
+///     |_t, x, u| vector![x[1], u[0] - x[0].sin()],
+///     |_t, x, _u| vector![x[0]],
 /// );
 /// assert_eq!(pendulum.derivative(0.0, &Vector2::new(0.0, 1.0), &Vector1::new(0.5)), Vector2::new(1.0, 0.5));
 /// assert_eq!(pendulum.dimensions().inputs, 1);
 /// ```
-pub fn from_fn<T, F, H, const N: usize, const M: usize, const P: usize>(f: F, h: H) -> FromFn<F, H, N, M, P>
+pub fn from_fn<T, const N: usize, const M: usize, const P: usize, F, H>(f: F, h: H) -> FromFn<F, H, N, M, P>
 where
     T: RealField + Copy,
     F: Fn(T, &SVector<T, N>, &SVector<T, M>) -> SVector<T, N>,

@@ -25,6 +25,7 @@ use crate::size::Size;
 #[diagnostic::on_unimplemented(
     message = "`{Self}` is not a plant with derivatives over `{T}`",
     note = "a plant written for every scalar gets them by `impl luenberger_plants::ByDual for ...` and the feature `dual`",
+    note = "the path in the facade is `luenberger::plants::ByDual`",
     note = "any other implements `Differentiable` by hand"
 )]
 pub trait Differentiable<T, N, M, P>:
@@ -260,6 +261,10 @@ mod dual {
     /// let linear = linearize(&plant, 0.0, &Vector4::new(1.0, 2.0, 3.0, 4.0), &Vector1::new(0.25));
     /// assert!((linear.b[(1, 0)] * plant.c2 - 2.0).abs() < 1e-14);
     /// assert!((linear.a[(1, 0)] * plant.c2 - 0.75).abs() < 1e-14 && linear.d.is_none());
+    /// // Designs take a plant whose sizes are known at run time.
+    /// let plant: luenberger_plants::StateSpace = linear.to_dynamic().checked()?;
+    /// assert_eq!((plant.a.shape(), plant.b.shape(), plant.c.shape()), ((4, 4), (4, 1), (2, 4)));
+    /// # Ok::<(), luenberger_plants::PlantError>(())
     /// ```
     pub fn linearize<S, T, N, M, P>(plant: &S, t: T, x: &OVector<T, N>, u: &OVector<T, M>) -> LinearPlant<T, N, M, P>
     where

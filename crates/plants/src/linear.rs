@@ -5,6 +5,8 @@
 //! `D u` from y.
 
 use nalgebra::{Const, DefaultAllocator, Dim, OMatrix, OVector, RealField};
+#[cfg(feature = "alloc")]
+use nalgebra::{Matrix, RawStorage};
 
 use crate::error::{PlantError, check_matrix};
 use crate::plant::{Dimensions, Plant, Shape};
@@ -111,12 +113,34 @@ where
     }
 }
 
+#[cfg(feature = "alloc")]
+impl<T: RealField + Copy> LinearPlant<T, nalgebra::Dyn, nalgebra::Dyn, nalgebra::Dyn> {
+    /// As [`new`](Self::new), from matrices of any kind: of static or dynamic size, owned or views.
+    ///
+    /// ```
+    /// use luenberger_plants::StateSpace;
+    /// use nalgebra::{DMatrix, matrix, vector};
+    /// let (a, b) = (matrix![0.0, 1.0; 0.0, 0.0], vector![0.0, 1.0]);
+    /// let plant = StateSpace::from_matrices(&a, &b, &DMatrix::identity(2, 2).row(0))?;
+    /// assert_eq!(plant, luenberger_plants::double_integrator().to_dynamic());
+    /// # Ok::<(), luenberger_plants::PlantError>(())
+    /// ```
+    /// # Errors
+    /// Those of [`new`](Self::new).
+    pub fn from_matrices<Ra: Dim, Ca: Dim, Rb: Dim, Cb: Dim, Rc: Dim, Cc: Dim>(
+        a: &Matrix<T, Ra, Ca, impl RawStorage<T, Ra, Ca>>,
+        b: &Matrix<T, Rb, Cb, impl RawStorage<T, Rb, Cb>>,
+        c: &Matrix<T, Rc, Cc, impl RawStorage<T, Rc, Cc>>,
+    ) -> Result<Self, PlantError> {
+        Self::new(dynamic(a), dynamic(b), dynamic(c))
+    }
+}
+
 /// A copy of `matrix` with sizes known at run time.
 #[cfg(feature = "alloc")]
-fn dynamic<T: RealField + Copy, R: Dim, C: Dim>(matrix: &OMatrix<T, R, C>) -> nalgebra::DMatrix<T>
-where
-    DefaultAllocator: nalgebra::allocator::Allocator<R, C>,
-{
+fn dynamic<T: RealField + Copy, R: Dim, C: Dim>(
+    matrix: &Matrix<T, R, C, impl RawStorage<T, R, C>>,
+) -> nalgebra::DMatrix<T> {
     nalgebra::DMatrix::from_fn(matrix.nrows(), matrix.ncols(), |i, j| matrix[(i, j)])
 }
 

@@ -29,7 +29,7 @@ pub struct Dimensions {
 /// ```
 #[diagnostic::on_unimplemented(
     message = "`{Self}` does not say how many states, inputs and outputs it has",
-    note = "implement `luenberger_plants::Shape` beside `Plant<T>`"
+    note = "implement `luenberger_plants::Shape`, `luenberger::plants::Shape`, beside `Plant<T>`"
 )]
 pub trait Shape {
     /// Numbers of states, inputs and outputs.
@@ -73,7 +73,8 @@ pub trait Shape {
 /// once, before the first call.
 #[diagnostic::on_unimplemented(
     message = "`{Self}` is not a plant over the scalar `{T}`",
-    note = "implement `Plant<T>` for every `T: RealField + Copy`, or make it of closures with `luenberger_plants::from_fn`"
+    note = "implement `Plant<T>` for every `T: RealField + Copy`",
+    note = "or make it of closures with `luenberger_plants::from_fn`, `luenberger::plants::from_fn`"
 )]
 pub trait Plant<T>: Shape {
     /// Column of the n states.

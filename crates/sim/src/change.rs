@@ -3,7 +3,7 @@
 //! The integration stops at the time and goes on with the new plant, so that no step spans it. A plant in discrete time
 //! changes at its first step at or after the time.
 
-use std::rc::Rc;
+use std::sync::Arc;
 
 use luenberger_plants::Plant;
 
@@ -29,10 +29,10 @@ use crate::error::{SimError, check};
 /// assert!((run.x[(3, 0)] - pushed * (-3f64).exp()).abs() < 1e-10);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
-#[derive(Clone)]
+#[derive(Clone, Debug)]
 pub struct Change<'a> {
     pub(crate) time: f64,
-    pub(crate) plant: Option<Rc<dyn AnyPlant + 'a>>,
+    pub(crate) plant: Option<Arc<dyn AnyPlant + 'a>>,
     pub(crate) jump: Option<Vec<f64>>,
 }
 
@@ -44,8 +44,8 @@ impl<'a> Change<'a> {
 
     /// The plant from this time on, with the same numbers of states, inputs and outputs.
     #[must_use]
-    pub fn plant(mut self, plant: impl Plant<f64> + 'a) -> Self {
-        self.plant = Some(Rc::new(Erased(plant)));
+    pub fn plant(mut self, plant: impl Plant<f64> + Send + Sync + 'a) -> Self {
+        self.plant = Some(Arc::new(Erased(plant)));
         self
     }
 

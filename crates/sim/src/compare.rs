@@ -13,29 +13,25 @@
 
 use std::fmt;
 use std::hint::black_box;
-use std::rc::Rc;
+use std::sync::Arc;
 use std::time::Instant;
 
 use luenberger_observers::{Observer, SampledObserver};
-use luenberger_plants::{Dimensions, Plant};
+use luenberger_plants::Dimensions;
 
 use crate::erased::{AnyObserver, Continuous, Sampled};
 use crate::error::{SimError, check, check_positive};
-use crate::integrate::Settings;
 use crate::noise::Noise;
 use crate::scenario::{Estimated, Scenario};
 use crate::scores::{Band, ErrorMetrics, Errors, ScoreGrid, StateScores, check_scale};
-use crate::sensor::Sensor;
-use crate::signal::Signal;
 use crate::trajectory::Trajectory;
 use crate::view::View;
 
 /// A comparison to be run.
-#[derive(Clone)]
+#[derive(Clone, Debug)]
 pub struct Comparison<'a> {
     /// Plant, input, noise and times: the same for all.
     scenario: Scenario<'a>,
-    x0: Vec<f64>,
     xhat0: Vec<f64>,
     band: f64,
     score_period: Option<f64>,
@@ -44,18 +40,17 @@ pub struct Comparison<'a> {
     prior_information: Vec<(String, String)>,
 }
 
-#[derive(Clone)]
+#[derive(Clone, Debug)]
 struct Entry<'a> {
     name: String,
-    observer: Rc<dyn AnyObserver + 'a>,
+    observer: Arc<dyn AnyObserver + 'a>,
 }
 
 impl<'a> Comparison<'a> {
-    /// A comparison on `plant` from its state `x0` and the estimate `xhat0` that all observers start from.
-    pub fn new(plant: &'a impl Plant<f64>, x0: &[f64], xhat0: &[f64]) -> Self {
+    /// A comparison in `scenario`, which has no observers, from the estimate `xhat0` that all observers start from.
+    pub fn new(scenario: Scenario<'a>, xhat0: &[f64]) -> Self {
         Self {
-            scenario: Scenario::new(plant).initial_state(x0).until(1.0, 101),
-            x0: x0.to_vec(),
+            scenario,
             xhat0: xhat0.to_vec(),
             band: 0.05,
             score_period: None,
@@ -63,20 +58,6 @@ impl<'a> Comparison<'a> {
             entries: Vec::new(),
             prior_information: Vec::new(),
         }
-    }
-
-    /// The end of the runs, which begin at 0, and the number of times kept of each (default 1 and 101).
-    #[must_use]
-    pub fn until(mut self, end: f64, samples: usize) -> Self {
-        self.scenario = self.scenario.until(end, samples);
-        self
-    }
-
-    /// The times at which the trajectories are wanted, from 0 on and increasing; the last one ends the runs.
-    #[must_use]
-    pub fn times(mut self, times: &[f64]) -> Self {
-        self.scenario = self.scenario.times(times);
-        self
     }
 
     /// The band of settling, as a fraction of `|x(0) - xhat(0)|` (default 0.05).
@@ -102,52 +83,17 @@ impl<'a> Comparison<'a> {
         self
     }
 
-    /// The input (default 0), as [`Scenario::input`] takes it; no feedback of estimates.
-    #[must_use]
-    pub fn input(mut self, input: Signal<'a>) -> Self {
-        self.scenario = self.scenario.input(input);
-        self
-    }
-
-    /// Holds the input over this period for all observers, as sampled-data observers assume.
-    #[must_use]
-    pub fn hold_input(mut self, period: f64) -> Self {
-        self.scenario = self.scenario.hold_input(period);
-        self
-    }
-
-    /// Noise on the output, the same for all.
-    #[must_use]
-    pub fn noise(mut self, noise: Noise) -> Self {
-        self.scenario = self.scenario.noise(noise);
-        self
-    }
-
-    /// A sensor that samples one output, for all observers; see [`Scenario::sensor`].
-    #[must_use]
-    pub fn sensor(mut self, sensor: Sensor) -> Self {
-        self.scenario = self.scenario.sensor(sensor);
-        self
-    }
-
-    /// Method, tolerances and caps of the runs.
-    #[must_use]
-    pub fn settings(mut self, settings: Settings) -> Self {
-        self.scenario = self.scenario.settings(settings);
-        self
-    }
-
     /// An observer in continuous time, of the whole state.
     #[must_use]
-    pub fn observer(mut self, name: &str, observer: &'a impl Observer<f64>) -> Self {
-        self.entries.push(Entry { name: name.to_owned(), observer: Rc::new(Continuous::new(observer)) });
+    pub fn observer(mut self, name: &str, observer: &'a (impl Observer<f64> + Sync)) -> Self {
+        self.entries.push(Entry { name: name.to_owned(), observer: Arc::new(Continuous::new(observer)) });
         self
     }
 
     /// A sampled-data observer, of the whole state.
     #[must_use]
-    pub fn sampled_observer(mut self, name: &str, observer: &'a impl SampledObserver<f64>) -> Self {
-        self.entries.push(Entry { name: name.to_owned(), observer: Rc::new(Sampled(observer)) });
+    pub fn sampled_observer(mut self, name: &str, observer: &'a (impl SampledObserver<f64> + Sync)) -> Self {
+        self.entries.push(Entry { name: name.to_owned(), observer: Arc::new(Sampled(observer)) });
         self
     }
 
@@ -162,36 +108,45 @@ impl<'a> Comparison<'a> {
     ///
     /// ```
     /// use luenberger_observers::{Integral, LinearObserver, MeanValueObserver};
-    /// use luenberger_sim::Comparison;
+    /// use luenberger_sim::{Comparison, Scenario};
     /// use nalgebra::Vector2;
     ///
     /// let plant = luenberger_plants::double_integrator();
     /// let linear = LinearObserver::of(plant.clone(), Vector2::new(7.0, 10.0))?;
     /// let e0 = Vector2::new(1.0, -2.0);
     /// let informed = MeanValueObserver::new(plant.clone(), 1.0, Integral, e0)?;
-    /// let table = Comparison::new(&plant, &[1.0, -2.0], &[0.0, 0.0])
+    /// let scenario = Scenario::new(plant).initial_state(&[1.0, -2.0]).until(10.0, 101);
+    /// let table = Comparison::new(scenario, &[0.0, 0.0])
     ///     .observer("linear", &linear)
     ///     .observer("mean value", &informed)
-    ///     .until(10.0, 101)
     ///     .run()?;
+    /// assert!(table.metrics("linear")?.settling_last < Some(3.0));
     /// assert!(table.row("linear")?.prior_information.is_empty());
     /// assert_eq!(table.row("mean value")?.prior_information, ["its state at the start contains x(0) - xhat(0)"]);
     /// println!("{table}");
     /// # Ok::<(), Box<dyn std::error::Error>>(())
     /// ```
     /// # Errors
-    /// For invalid input, those of [`Scenario::run`]; [`SimError::NoCommonGrid`] for sampling periods without a common
-    /// multiple, [`SimError::ScorePeriod`]. A run that ends early ([`SimError::ends_run`]) is no error: its row says
+    /// For invalid input, those of [`Scenario::run`]; [`SimError::NoObserver`], [`SimError::ObserverOfScenario`],
+    /// [`SimError::EstimateFeedback`]; [`SimError::NoCommonGrid`] for sampling periods without a common multiple,
+    /// [`SimError::ScorePeriod`]. A run that ends early ([`SimError::ends_run`]) is no error: its row says
     /// so.
     pub fn run(self) -> Result<Compared, SimError> {
         let size = self.scenario.plant.dimensions();
-        check("the initial state", &self.x0, size.states)?;
+        let x0 = self.scenario.x0.clone().unwrap_or_else(|| vec![0.0; size.states]);
+        check("the initial state", &x0, size.states)?;
         check("the initial estimate", &self.xhat0, size.states)?;
         check_positive("the band of settling", self.band)?;
         if self.scenario.input.reads_estimates() {
             return Err(SimError::EstimateFeedback);
         }
-        let e0: Vec<f64> = self.x0.iter().zip(&self.xhat0).map(|(x, xhat)| x - xhat).collect();
+        if let Some(observer) = self.scenario.observers.first() {
+            return Err(SimError::ObserverOfScenario { name: observer.name.clone() });
+        }
+        if self.entries.is_empty() {
+            return Err(SimError::NoObserver);
+        }
+        let e0: Vec<f64> = x0.iter().zip(&self.xhat0).map(|(x, xhat)| x - xhat).collect();
         if let Some(scale) = &self.scale {
             check_scale(scale, size.states)?;
         }
@@ -215,8 +170,11 @@ impl<'a> Comparison<'a> {
             ScoreGrid::common(&periods, self.scenario.duration()?)?
         };
         let within = Band::Within(self.band * initial_error);
-        let rows =
-            self.entries.iter().map(|entry| self.row(entry, &e0, (grid, within), size)).collect::<Result<_, _>>()?;
+        let rows = self
+            .entries
+            .iter()
+            .map(|entry| self.row(entry, (&x0, &e0), (grid, within), size))
+            .collect::<Result<_, _>>()?;
         Ok(Compared {
             initial_error,
             band: self.band,
@@ -230,12 +188,12 @@ impl<'a> Comparison<'a> {
     fn row(
         &self,
         entry: &Entry<'a>,
-        e0: &[f64],
+        (x0, e0): (&[f64], &[f64]),
         (grid, within): (ScoreGrid, Band),
         size: Dimensions,
     ) -> Result<Row, SimError> {
         let Entry { name, observer } = entry;
-        let scenario = self.scenario.clone().entry(name, Rc::clone(observer), &self.xhat0, Estimated::State);
+        let scenario = self.scenario.clone().entry(name, Arc::clone(observer), &self.xhat0, Estimated::State);
         let trajectory = match scenario.run() {
             Ok(trajectory) => Ok(trajectory),
             Err(error) if error.ends_run() => Err(error),
@@ -246,15 +204,16 @@ impl<'a> Comparison<'a> {
         let own = observer.dimensions();
         let (mut u0, mut y0) = (vec![0.0; size.inputs], vec![0.0; size.outputs]);
         let zero_input = vec![0.0; size.inputs];
-        let view = View { t: 0.0, x: &self.x0, u: &zero_input, y: &[], names: &[], estimates: &[], errors: &[] };
+        let t = self.scenario.start;
+        let view = View { t, x: x0, u: &zero_input, y: &[], names: &[], estimates: &[], errors: &[] };
         self.scenario.input.write(&view, &mut u0);
-        self.scenario.plant.output(0.0, &self.x0, &u0, &mut y0);
+        self.scenario.plant.output(t, x0, &u0, &mut y0);
         let mut z0 = vec![0.0; own.state];
-        observer.initial(0.0, &self.xhat0, &u0, &y0, &mut z0);
+        observer.initial(t, &self.xhat0, &u0, &y0, &mut z0);
         let mut prior_information: Vec<String> =
             self.prior_information.iter().filter(|(of, _)| of == name).map(|(_, what)| what.clone()).collect();
         // The two are one when the estimate starts at 0.
-        let answers = [(e0, "x(0) - xhat(0)"), (&self.x0[..], "x(0)")];
+        let answers = [(e0, "x(0) - xhat(0)"), (x0, "x(0)")];
         if let Some((_, what)) = answers.into_iter().find(|(answer, _)| contains(&z0, answer)) {
             prior_information.push(format!("its state at the start contains {what}"));
         }
@@ -356,6 +315,14 @@ impl Compared {
     pub fn row(&self, name: &str) -> Result<&Row, SimError> {
         self.rows.iter().find(|row| row.name == name).ok_or_else(|| SimError::UnknownName { name: name.to_owned() })
     }
+
+    /// The scores of the observer of that name.
+    ///
+    /// # Errors
+    /// [`SimError::UnknownName`], and the error that ended its run.
+    pub fn metrics(&self, name: &str) -> Result<&ErrorMetrics, SimError> {
+        self.row(name)?.outcome.as_ref().map_err(Clone::clone)
+    }
 }
 
 impl fmt::Display for Compared {
@@ -382,7 +349,7 @@ impl fmt::Display for Compared {
                 Ok(merits) => {
                     let (first, last) = (time(merits.settling_first), time(merits.settling_last));
                     write!(f, "{:width$} {first:>10} {last:>10}", row.name)?;
-                    write!(f, " {:>10.3e} {:>10.3e} {:>10.3e} {cost:>16}", merits.peak, merits.rms, merits.last)?;
+                    write!(f, " {:>10.3e} {:>10.3e} {:>10.3e} {cost:>16}", merits.peak, merits.rmse, merits.last)?;
                 }
                 Err(error) => write!(f, "{:width$} {error} {cost:>16}", row.name)?,
             }

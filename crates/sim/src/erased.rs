@@ -3,6 +3,8 @@
 //! A run mixes a static plant with dynamic observers and the other way round. These traits convert at the border and
 //! call the very objects that run on the target; there is no second definition of any right-hand side.
 
+use std::fmt;
+
 use luenberger_observers::{ContinuousDiscreteObserver, Observer, ObserverDimensions, SampledObserver};
 use luenberger_plants::{Column, Dimensions, Plant};
 
@@ -13,7 +15,7 @@ use crate::sample_times::SampleTimes;
 pub(crate) struct Erased<O>(pub(crate) O);
 
 /// A plant of any size.
-pub(crate) trait AnyPlant {
+pub(crate) trait AnyPlant: Send + Sync {
     fn dimensions(&self) -> Dimensions;
     /// Checks that columns of fixed length have the lengths that the dimensions say.
     fn check(&self) -> Result<(), SimError>;
@@ -22,6 +24,12 @@ pub(crate) trait AnyPlant {
     fn output(&self, t: f64, x: &[f64], u: &[f64], y: &mut [f64]);
     /// Derivative and output.
     fn motion(&self, t: f64, x: &[f64], u: &[f64], slope: &mut [f64], y: &mut [f64]);
+}
+
+impl fmt::Debug for dyn AnyPlant + '_ {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{:?}", self.dimensions())
+    }
 }
 
 /// An observer of any kind and size, on slices: what a run simulates. [`Continuous`] and [`Sampled`] make one of every
@@ -34,11 +42,11 @@ pub(crate) trait AnyPlant {
 /// use luenberger_plants::double_integrator;
 /// use luenberger_sim::{AnyObserver, Continuous, Sampled, Scenario};
 /// use nalgebra::Vector2;
-/// use std::rc::Rc;
+/// use std::sync::Arc;
 /// let l = Vector2::new(7.0, 10.0);
-/// let observers: [(&str, Rc<dyn AnyObserver>); 2] = [
-///     ("continuous", Rc::new(Continuous::new(LinearObserver::of(double_integrator(), l)?))),
-///     ("sampled", Rc::new(Sampled(SampledNonlinearObserver::new(double_integrator(), l, 0.1, 4)?))),
+/// let observers: [(&str, Arc<dyn AnyObserver>); 2] = [
+///     ("continuous", Arc::new(Continuous::new(LinearObserver::of(double_integrator(), l)?))),
+///     ("sampled", Arc::new(Sampled(SampledNonlinearObserver::new(double_integrator(), l, 0.1, 4)?))),
 /// ];
 /// let mut scenario = Scenario::new(double_integrator()).initial_state(&[1.0, 0.0]).until(10.0, 2);
 /// for (name, observer) in observers {
@@ -47,7 +55,7 @@ pub(crate) trait AnyPlant {
 /// assert!(scenario.run()?.observers.iter().all(|observer| observer.error.row(1).norm() < 1e-3));
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
-pub trait AnyObserver {
+pub trait AnyObserver: Send + Sync {
     /// Lengths of state, input, output and estimate.
     fn dimensions(&self) -> ObserverDimensions;
 
@@ -106,6 +114,12 @@ pub trait AnyObserver {
     fn correct_at(&self, _state: &mut [f64], _u: &[f64], _y: &[f64], _elapsed: f64) {}
 }
 
+impl fmt::Debug for dyn AnyObserver + '_ {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("Observer").field("dimensions", &self.dimensions()).field("period", &self.period()).finish()
+    }
+}
+
 /// An observer in continuous time as [`AnyObserver`].
 pub struct Continuous<O> {
     observer: O,
@@ -150,7 +164,7 @@ impl<O> Continuous<O> {
 /// A sampled-data observer as [`AnyObserver`].
 pub struct Sampled<O>(pub O);
 
-impl<P: Plant<f64>> AnyPlant for Erased<P> {
+impl<P: Plant<f64> + Send + Sync> AnyPlant for Erased<P> {
     fn dimensions(&self) -> Dimensions {
         self.0.dimensions()
     }
@@ -182,7 +196,7 @@ impl<P: Plant<f64>> AnyPlant for Erased<P> {
     }
 }
 
-impl<O: Observer<f64>> AnyObserver for Continuous<O> {
+impl<O: Observer<f64> + Send + Sync> AnyObserver for Continuous<O> {
     fn dimensions(&self) -> ObserverDimensions {
         self.observer.dimensions()
     }
@@ -240,7 +254,7 @@ impl<O: Observer<f64>> AnyObserver for Continuous<O> {
     }
 }
 
-impl<O: SampledObserver<f64>> AnyObserver for Sampled<O> {
+impl<O: SampledObserver<f64> + Send + Sync> AnyObserver for Sampled<O> {
     fn dimensions(&self) -> ObserverDimensions {
         self.0.dimensions()
     }
@@ -315,7 +329,7 @@ fn put<C: Column<f64>>(result: Option<C>, target: &mut [f64]) {
 }
 
 /// As [`fixed`], for the columns of an observer: state, input, output and estimate.
-fn sized<X, U, Y, E>(size: ObserverDimensions) -> Result<(), SimError>
+pub(crate) fn sized<X, U, Y, E>(size: ObserverDimensions) -> Result<(), SimError>
 where
     X: Column<f64>,
     U: Column<f64>,

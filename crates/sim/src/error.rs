@@ -58,6 +58,14 @@ pub enum SimError {
         /// Its value.
         value: f64,
     },
+    /// An amplitude or standard deviation of noise below 0.
+    #[error("noise {} has the amplitude {value}; it must not be negative", index + 1)]
+    NegativeNoise {
+        /// The entry of the noise, from 0.
+        index: usize,
+        /// Its amplitude.
+        value: f64,
+    },
     /// A probability outside of [0, 1].
     #[error("the probability of {what} is {value}; it must be from 0 to 1")]
     Probability {
@@ -69,6 +77,17 @@ pub enum SimError {
     /// A comparison whose input depends on estimates.
     #[error("observers are compared on one input: a feedback of estimates would give each another plant")]
     EstimateFeedback,
+    /// A comparison without observers.
+    #[error("there is no observer to compare")]
+    NoObserver,
+    /// A comparison whose scenario has observers of its own.
+    #[error(
+        "observer {name:?} belongs to the scenario: add it to the comparison, which gives all the same first estimate"
+    )]
+    ObserverOfScenario {
+        /// The first of them.
+        name: String,
+    },
     /// Two observers, or two integrals, of one name.
     #[error("the name {name:?} is used twice")]
     DuplicateName {

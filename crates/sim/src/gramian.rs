@@ -156,7 +156,7 @@ impl EmpiricalGramian {
 /// assert!((&found.gramian - &p).norm() < 1e-7 * p.norm());
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
-pub fn empirical_gramian<P: Plant<f64>>(
+pub fn empirical_gramian<P: Plant<f64> + Sync>(
     plant: &P,
     x0: &[f64],
     input: impl Fn(f64, &mut [f64]),

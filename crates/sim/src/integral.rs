@@ -3,7 +3,8 @@
 //! A quadrature of samples is as good as the samples are dense; an extra state `q' = f(view)`, `q(0) = 0` is as good as
 //! the trajectory, and the step size takes it into account.
 
-use std::rc::Rc;
+use std::fmt;
+use std::sync::Arc;
 
 use nalgebra::DMatrix;
 
@@ -11,14 +12,26 @@ use crate::error::{SimError, check_finite};
 use crate::view::View;
 
 /// What is integrated.
-#[derive(Clone)]
+#[derive(Clone, Debug)]
 pub struct Integrand<'a>(Kind<'a>);
 
 #[derive(Clone)]
 enum Kind<'a> {
     SquaredError { observer: String, component: Option<usize> },
     QuadraticCost { q: DMatrix<f64>, r: DMatrix<f64> },
-    Custom(Rc<dyn Fn(&View<'_>) -> f64 + 'a>),
+    Custom(Arc<dyn Fn(&View<'_>) -> f64 + Send + Sync + 'a>),
+}
+
+impl fmt::Debug for Kind<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::SquaredError { observer, component } => {
+                f.debug_struct("SquaredError").field("observer", observer).field("component", component).finish()
+            }
+            Self::QuadraticCost { q, r } => f.debug_struct("QuadraticCost").field("q", q).field("r", r).finish(),
+            Self::Custom(_) => write!(f, "Custom"),
+        }
+    }
 }
 
 impl<'a> Integrand<'a> {
@@ -38,8 +51,8 @@ impl<'a> Integrand<'a> {
     }
 
     /// Any function of what is known at an instant.
-    pub fn custom(f: impl Fn(&View<'_>) -> f64 + 'a) -> Self {
-        Self(Kind::Custom(Rc::new(f)))
+    pub fn custom(f: impl Fn(&View<'_>) -> f64 + Send + Sync + 'a) -> Self {
+        Self(Kind::Custom(Arc::new(f)))
     }
 
     pub(crate) fn check(&self, states: usize, inputs: usize, estimates: &[(String, usize)]) -> Result<(), SimError> {

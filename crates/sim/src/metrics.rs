@@ -26,27 +26,30 @@ pub fn overshoot(error: &Trace<'_>) -> Option<Extremum> {
     error.largest_magnitude(error.first_sign_change()?).ok()
 }
 
-/// The first time with `|e| <= band`, which may be the start; `None` if there is none.
-pub fn settling_first(error: &Trace<'_>, band: f64) -> Option<f64> {
+/// The first time with `|e| <= threshold`, in the unit of the error, which may be the start; `None` if there is none.
+pub fn settling_first(error: &Trace<'_>, threshold: f64) -> Option<f64> {
     let start = error.span().0;
-    if error.at(start).ok()?.abs() <= band {
+    if error.at(start).ok()?.abs() <= threshold {
         return Some(start);
     }
-    // Whichever side the error comes from, it enters the band through the nearer edge.
-    [band, -band]
+    // Whichever side the error comes from, it enters through the nearer edge.
+    [threshold, -threshold]
         .into_iter()
         .filter_map(|level| error.first_crossing(level))
         .map(|crossing| crossing.time)
         .reduce(f64::min)
 }
 
-/// The last time with `|e| = band`, after which `|e|` stays below: the start if the error never leaves the band, `None`
-/// if it is outside at the end.
-pub fn settling_last(error: &Trace<'_>, band: f64) -> Option<f64> {
-    if error.last().abs() > band {
+/// The last time with `|e| = threshold`, in the unit of the error, after which `|e|` stays below: the start if the error
+/// never exceeds it, `None` if it does at the end.
+pub fn settling_last(error: &Trace<'_>, threshold: f64) -> Option<f64> {
+    if error.last().abs() > threshold {
         return None;
     }
-    let last = [band, -band].into_iter().filter_map(|level| error.last_crossing(level)).map(|crossing| crossing.time);
+    let last = [threshold, -threshold]
+        .into_iter()
+        .filter_map(|level| error.last_crossing(level))
+        .map(|crossing| crossing.time);
     Some(last.reduce(f64::max).unwrap_or(error.span().0))
 }
 

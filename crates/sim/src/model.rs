@@ -2,7 +2,7 @@
 //!
 //! The stacked state is (x, z_1, ..., z_k, q_1, ..., q_j): the plant, the observers in continuous time, the integrals.
 
-use std::rc::Rc;
+use std::sync::Arc;
 
 use luenberger_plants::Dimensions;
 use nalgebra::DMatrix;
@@ -22,11 +22,11 @@ use crate::view::View;
 
 /// The checked scenario: what evaluates the stacked right-hand side.
 pub(crate) struct Model<'a> {
-    plant: Rc<dyn AnyPlant + 'a>,
+    plant: Arc<dyn AnyPlant + 'a>,
     /// In the order of their times.
     pub(crate) changes: Vec<Change<'a>>,
     /// The plant as the observers take it.
-    pub(crate) observer_plant: Rc<dyn AnyPlant + 'a>,
+    pub(crate) observer_plant: Arc<dyn AnyPlant + 'a>,
     pub(crate) size: Dimensions,
     pub(crate) x0: Vec<f64>,
     pub(crate) start: f64,
@@ -52,7 +52,7 @@ pub(crate) struct Model<'a> {
 }
 
 pub(crate) struct ObserverSlot<'a> {
-    pub(crate) observer: Rc<dyn AnyObserver + 'a>,
+    pub(crate) observer: Arc<dyn AnyObserver + 'a>,
     pub(crate) initial: Vec<f64>,
     /// The states that it estimates; none if it estimates functions of the state.
     pub(crate) states: Vec<usize>,
@@ -181,7 +181,7 @@ impl<'a> Model<'a> {
         let disturbances = scenario.disturbances;
         disturbances.check(size.states, size.inputs, size.outputs)?;
         let sampling = Sampling::new(scenario.start, size.outputs, scenario.sensors, disturbances.channel.clone())?;
-        let observer_plant = scenario.model.unwrap_or_else(|| Rc::clone(&scenario.plant));
+        let observer_plant = scenario.model.unwrap_or_else(|| Arc::clone(&scenario.plant));
         observer_plant.check()?;
         if observer_plant.dimensions() != size {
             let (expected, found) = (size.states, observer_plant.dimensions().states);

@@ -26,7 +26,9 @@ pub struct Noise {
 }
 
 impl Noise {
-    /// Uniform on `[-amplitude, amplitude]`, one amplitude per output, a new value every `period`.
+    /// Uniform on `[-amplitude, amplitude]`, one amplitude per output, 0 for none, a new value every `period`.
+    ///
+    /// A run refuses a negative amplitude ([`SimError::NegativeNoise`]).
     ///
     /// ```
     /// use luenberger_sim::Noise;
@@ -38,7 +40,9 @@ impl Noise {
         Self { distribution: Distribution::Uniform, amplitude: amplitude.to_vec(), period, seed }
     }
 
-    /// Gaussian with mean 0, one standard deviation per output, a new value every `period`.
+    /// Gaussian with mean 0, one standard deviation per output, 0 for none, a new value every `period`.
+    ///
+    /// A run refuses a negative deviation ([`SimError::NegativeNoise`]).
     pub fn gaussian(deviation: &[f64], period: f64, seed: u64) -> Self {
         Self { distribution: Distribution::Gaussian, amplitude: deviation.to_vec(), period, seed }
     }
@@ -100,13 +104,16 @@ impl Noise {
         self.amplitude.iter().map(value)
     }
 
-    /// Checks amplitudes (one per output, finite) and period.
+    /// Checks amplitudes (one per output, finite, not negative) and period.
     pub(crate) fn check(&self, outputs: usize) -> Result<(), SimError> {
         if self.amplitude.len() != outputs {
             let (expected, found) = (outputs, self.amplitude.len());
             return Err(SimError::Length { what: "the noise".to_owned(), expected, found });
         }
         check_finite("the amplitudes of the noise", &self.amplitude)?;
+        if let Some(index) = self.amplitude.iter().position(|amplitude| *amplitude < 0.0) {
+            return Err(SimError::NegativeNoise { index, value: self.amplitude[index] });
+        }
         check_positive("the period of the noise", self.period)
     }
 }

@@ -1,6 +1,6 @@
 //! A scenario: one plant, any number of observers, an input, noise, and the requested times.
 
-use std::rc::Rc;
+use std::sync::Arc;
 
 use luenberger_observers::{ContinuousDiscreteObserver, Observer, SampledObserver};
 use luenberger_plants::Plant;
@@ -20,11 +20,29 @@ use crate::signal::Signal;
 /// The setup of a run: a plant, observers, an input, noise, times and settings.
 ///
 /// Nothing is checked before [`run`](Self::run), which reports the first error.
-#[derive(Clone)]
+///
+/// Plants, observers and closures are `Send` and `Sync`, so that copies run in threads:
+/// ```
+/// use luenberger_observers::LinearObserver;
+/// use luenberger_sim::{Noise, Scenario};
+/// use nalgebra::Vector2;
+/// let plant = luenberger_plants::double_integrator();
+/// let scenario = Scenario::new(plant.clone())
+///     .observer("linear", LinearObserver::of(plant, Vector2::new(7.0, 10.0))?, &[1.0, 0.0])
+///     .until(5.0, 2);
+/// let of_seed = |seed| scenario.clone().noise(Noise::gaussian(&[0.01], 0.01, seed)).run()?.rmse("linear");
+/// let rmse: Vec<_> = std::thread::scope(|scope| {
+///     let runs = [1, 2].map(|seed| scope.spawn(move || of_seed(seed)));
+///     runs.into_iter().map(|run| run.join().expect("no panic")).collect::<Result<_, _>>()
+/// })?;
+/// assert!(rmse[0] != rmse[1] && rmse[0] < 1.0);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+#[derive(Clone, Debug)]
 pub struct Scenario<'a> {
-    pub(crate) plant: Rc<dyn AnyPlant + 'a>,
+    pub(crate) plant: Arc<dyn AnyPlant + 'a>,
     /// The plant as the observers take it, if it is another.
-    pub(crate) model: Option<Rc<dyn AnyPlant + 'a>>,
+    pub(crate) model: Option<Arc<dyn AnyPlant + 'a>>,
     pub(crate) changes: Vec<Change<'a>>,
     pub(crate) x0: Option<Vec<f64>>,
     pub(crate) start: f64,
@@ -43,16 +61,16 @@ pub struct Scenario<'a> {
     pub(crate) settings: Settings,
 }
 
-#[derive(Clone)]
+#[derive(Clone, Debug)]
 pub(crate) struct Entry<'a> {
     pub(crate) name: String,
-    pub(crate) observer: Rc<dyn AnyObserver + 'a>,
+    pub(crate) observer: Arc<dyn AnyObserver + 'a>,
     pub(crate) initial: Vec<f64>,
     pub(crate) of: Estimated,
 }
 
 /// What an observer estimates.
-#[derive(Clone)]
+#[derive(Clone, Debug)]
 pub(crate) enum Estimated {
     /// The whole state.
     State,
@@ -64,9 +82,9 @@ pub(crate) enum Estimated {
 
 impl<'a> Scenario<'a> {
     /// A scenario with this plant, at rest in the origin, without input, from t = 0.
-    pub fn new(plant: impl Plant<f64> + 'a) -> Self {
+    pub fn new(plant: impl Plant<f64> + Send + Sync + 'a) -> Self {
         Self {
-            plant: Rc::new(Erased(plant)),
+            plant: Arc::new(Erased(plant)),
             model: None,
             changes: Vec::new(),
             x0: None,
@@ -171,8 +189,8 @@ impl<'a> Scenario<'a> {
     /// The model of the plant from whose h an output that is not measured is predicted (default: the simulated
     /// plant).
     #[must_use]
-    pub fn model(mut self, model: impl Plant<f64> + 'a) -> Self {
-        self.model = Some(Rc::new(Erased(model)));
+    pub fn model(mut self, model: impl Plant<f64> + Send + Sync + 'a) -> Self {
+        self.model = Some(Arc::new(Erased(model)));
         self
     }
 
@@ -201,8 +219,8 @@ impl<'a> Scenario<'a> {
 
     /// An observer in continuous time, and its estimate at the start.
     #[must_use]
-    pub fn observer(self, name: &str, observer: impl Observer<f64> + 'a, initial: &[f64]) -> Self {
-        self.entry(name, Rc::new(Continuous::new(observer)), initial, Estimated::State)
+    pub fn observer(self, name: &str, observer: impl Observer<f64> + Send + Sync + 'a, initial: &[f64]) -> Self {
+        self.entry(name, Arc::new(Continuous::new(observer)), initial, Estimated::State)
     }
 
     /// An observer of some states of the plant: entry i of its estimate is for the state `states[i]`, from 0.
@@ -210,11 +228,11 @@ impl<'a> Scenario<'a> {
     pub fn partial_observer(
         self,
         name: &str,
-        observer: impl Observer<f64> + 'a,
+        observer: impl Observer<f64> + Send + Sync + 'a,
         initial: &[f64],
         states: &[usize],
     ) -> Self {
-        self.entry(name, Rc::new(Continuous::new(observer)), initial, Estimated::States(states.to_vec()))
+        self.entry(name, Arc::new(Continuous::new(observer)), initial, Estimated::States(states.to_vec()))
     }
 
     /// An observer of the functions `z = K x`, with their first estimate. Its errors are `K x - zhat`.
@@ -236,11 +254,11 @@ impl<'a> Scenario<'a> {
     pub fn functional_observer(
         self,
         name: &str,
-        observer: impl Observer<f64> + 'a,
+        observer: impl Observer<f64> + Send + Sync + 'a,
         initial: &[f64],
         k: &DMatrix<f64>,
     ) -> Self {
-        self.entry(name, Rc::new(Continuous::new(observer)), initial, Estimated::Functions(k.clone()))
+        self.entry(name, Arc::new(Continuous::new(observer)), initial, Estimated::Functions(k.clone()))
     }
 
     /// An observer that is corrected at samples of varying periods, some of them missed, and its estimate at the start.
@@ -274,19 +292,24 @@ impl<'a> Scenario<'a> {
     pub fn continuous_discrete_observer(
         self,
         name: &str,
-        observer: impl ContinuousDiscreteObserver<f64> + 'a,
+        observer: impl ContinuousDiscreteObserver<f64> + Send + Sync + 'a,
         times: SampleTimes,
         initial: &[f64],
     ) -> Self {
-        self.entry(name, Rc::new(Continuous::sampled_at(observer, times)), initial, Estimated::State)
+        self.entry(name, Arc::new(Continuous::sampled_at(observer, times)), initial, Estimated::State)
     }
 
     /// A sampled-data observer, and its estimate at the start, which is its first sample.
     ///
     /// It assumes an input that is held between its samples; make it so with [`hold_input`](Self::hold_input).
     #[must_use]
-    pub fn sampled_observer(self, name: &str, observer: impl SampledObserver<f64> + 'a, initial: &[f64]) -> Self {
-        self.entry(name, Rc::new(Sampled(observer)), initial, Estimated::State)
+    pub fn sampled_observer(
+        self,
+        name: &str,
+        observer: impl SampledObserver<f64> + Send + Sync + 'a,
+        initial: &[f64],
+    ) -> Self {
+        self.entry(name, Arc::new(Sampled(observer)), initial, Estimated::State)
     }
 
     /// A sampled-data observer of some states of the plant.
@@ -294,23 +317,23 @@ impl<'a> Scenario<'a> {
     pub fn partial_sampled_observer(
         self,
         name: &str,
-        observer: impl SampledObserver<f64> + 'a,
+        observer: impl SampledObserver<f64> + Send + Sync + 'a,
         initial: &[f64],
         states: &[usize],
     ) -> Self {
-        self.entry(name, Rc::new(Sampled(observer)), initial, Estimated::States(states.to_vec()))
+        self.entry(name, Arc::new(Sampled(observer)), initial, Estimated::States(states.to_vec()))
     }
 
     /// An observer of any kind, and its estimate of the state at the start.
     #[must_use]
-    pub fn any_observer(self, name: &str, observer: Rc<dyn AnyObserver + 'a>, initial: &[f64]) -> Self {
+    pub fn any_observer(self, name: &str, observer: Arc<dyn AnyObserver + 'a>, initial: &[f64]) -> Self {
         self.entry(name, observer, initial, Estimated::State)
     }
 
     pub(crate) fn entry(
         mut self,
         name: &str,
-        observer: Rc<dyn AnyObserver + 'a>,
+        observer: Arc<dyn AnyObserver + 'a>,
         initial: &[f64],
         of: Estimated,
     ) -> Self {

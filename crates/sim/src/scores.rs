@@ -60,11 +60,11 @@ pub struct ErrorMetrics {
     /// The largest |e|; at least |e(0)|.
     pub peak: f64,
     /// The root mean square of |e|.
-    pub rms: f64,
+    pub rmse: f64,
     /// |e| at the end.
     pub last: f64,
     /// The root mean square of |e| over the second half of the run.
-    pub steady_rms: f64,
+    pub steady_rmse: f64,
 }
 
 impl ErrorMetrics {
@@ -88,7 +88,7 @@ impl ErrorMetrics {
     /// # Ok::<(), Box<dyn std::error::Error>>(())
     /// ```
     /// # Errors
-    /// [`SimError::UnknownName`], [`SimError::NoCommonGrid`].
+    /// [`SimError::UnknownName`], [`SimError::NoCommonGrid`]; [`SimError::NotPositive`] for a band that is not positive.
     pub fn of(trajectory: &Trajectory, observer: &str, band: f64) -> Result<Self, SimError> {
         Errors::of(trajectory, observer, trajectory.score_grid()?)?.norm(None, band)
     }
@@ -211,8 +211,10 @@ impl<'t> Errors<'t> {
     /// its value at the start. An error that starts at 0 has no settling time.
     ///
     /// # Errors
-    /// [`SimError::Length`], [`SimError::NotFinite`] or [`SimError::NotPositive`] for a scale that does not fit.
+    /// [`SimError::Length`], [`SimError::NotFinite`] or [`SimError::NotPositive`] for a scale that does not fit, and for a
+    /// band that is not positive.
     pub fn norm(&self, scale: Option<&[f64]>, band: f64) -> Result<ErrorMetrics, SimError> {
+        check_positive("the band of settling", band)?;
         self.merits(scale, Band::Share(band))
     }
 
@@ -246,9 +248,9 @@ impl<'t> Errors<'t> {
             settling_first: starts(curve.first_within(within)),
             settling_last: starts(curve.stays_within(within)),
             peak,
-            rms: curve.rms(),
+            rmse: curve.rms(),
             last: curve.last(),
-            steady_rms: curve.steady_rms(),
+            steady_rmse: curve.steady_rms(),
         })
     }
 }
@@ -260,7 +262,15 @@ impl Trajectory {
     /// # Errors
     /// [`SimError::UnknownName`], [`SimError::NoCommonGrid`].
     pub fn rmse(&self, observer: &str) -> Result<f64, SimError> {
-        Ok(ErrorMetrics::of(self, observer, 1.0)?.rms)
+        Ok(ErrorMetrics::of(self, observer, 1.0)?.rmse)
+    }
+
+    /// The scores of each component that an observer estimates, on the grid of [`score_grid`](Self::score_grid).
+    ///
+    /// # Errors
+    /// [`SimError::UnknownName`], [`SimError::NoCommonGrid`].
+    pub fn state_scores(&self, observer: &str) -> Result<Vec<StateScores>, SimError> {
+        Errors::of(self, observer, self.score_grid()?)?.states()
     }
 
     /// The time from which `|e|` stays within `band |e(0)|`, `e(0)` the error at the start; `None` if it does not. At
@@ -276,11 +286,12 @@ impl Trajectory {
     ///     .run()?;
     /// let settled = run.settling_time("linear", 0.05)?.ok_or("it settles")?;
     /// assert!(settled < 3.0 && run.rmse("linear")? < 1.0);
+    /// assert_eq!(run.state_scores("linear")?[0].peak, 1.0);
     /// assert_eq!(run.to_csv().lines().next(), Some("t,x1,x2,u1,y1,linear.xhat1,linear.xhat2"));
     /// # Ok::<(), Box<dyn std::error::Error>>(())
     /// ```
     /// # Errors
-    /// [`SimError::UnknownName`], [`SimError::NoCommonGrid`].
+    /// [`SimError::UnknownName`], [`SimError::NoCommonGrid`]; [`SimError::NotPositive`] for a band that is not positive.
     pub fn settling_time(&self, observer: &str, band: f64) -> Result<Option<f64>, SimError> {
         Ok(ErrorMetrics::of(self, observer, band)?.settling_last)
     }

@@ -1,6 +1,7 @@
 //! Inputs: functions of time, or feedback of estimates, outputs or states.
 
-use std::rc::Rc;
+use std::fmt;
+use std::sync::Arc;
 
 use nalgebra::DMatrix;
 
@@ -8,13 +9,13 @@ use crate::error::{SimError, check_finite};
 use crate::view::View;
 
 /// A law that reads the view and writes the input.
-type Law<'a> = Rc<dyn Fn(&View<'_>, &mut [f64]) + 'a>;
+type Law<'a> = Arc<dyn Fn(&View<'_>, &mut [f64]) + Send + Sync + 'a>;
 
 /// A function of time that writes the input.
-type Function<'a> = Rc<dyn Fn(f64, &mut [f64]) + 'a>;
+type Function<'a> = Arc<dyn Fn(f64, &mut [f64]) + Send + Sync + 'a>;
 
 /// The input of a plant.
-#[derive(Clone)]
+#[derive(Clone, Debug)]
 pub struct Signal<'a>(Kind<'a>);
 
 #[derive(Clone)]
@@ -57,14 +58,14 @@ impl<'a> Signal<'a> {
 
     /// One input as a function of time: `Signal::scalar(f64::sin)`. All inputs of the plant get the same
     /// value.
-    pub fn scalar(f: impl Fn(f64) -> f64 + 'a) -> Self {
+    pub fn scalar(f: impl Fn(f64) -> f64 + Send + Sync + 'a) -> Self {
         Self::function(move |t, u| u.fill(f(t)))
     }
 
     /// `f(t, u)` writes the input at time t into `u`. Pass the times of its jumps to
     /// [`breakpoints`](crate::Scenario::breakpoints).
-    pub fn function(f: impl Fn(f64, &mut [f64]) + 'a) -> Self {
-        Self(Kind::Function(Rc::new(f)))
+    pub fn function(f: impl Fn(f64, &mut [f64]) + Send + Sync + 'a) -> Self {
+        Self(Kind::Function(Arc::new(f)))
     }
 
     /// `u = -K xhat` with the estimate of the observer of that name (24); K is m x n.
@@ -79,8 +80,8 @@ impl<'a> Signal<'a> {
 
     /// Any law: `law(view, u)` reads time, state, output and estimates from the view and writes the input into `u`. The
     /// view's own input is zero, and estimates that use the input are refused ([`SimError::AlgebraicLoop`]).
-    pub fn law(law: impl Fn(&View<'_>, &mut [f64]) + 'a) -> Self {
-        Self(Kind::Law(Rc::new(law)))
+    pub fn law(law: impl Fn(&View<'_>, &mut [f64]) + Send + Sync + 'a) -> Self {
+        Self(Kind::Law(Arc::new(law)))
     }
 
     /// This signal and a reference: `reference(t, r)` writes r, which is added, as in `u = r - K xhat`.
@@ -95,8 +96,8 @@ impl<'a> Signal<'a> {
     /// # Ok::<(), luenberger_sim::SimError>(())
     /// ```
     #[must_use]
-    pub fn plus(self, reference: impl Fn(f64, &mut [f64]) + 'a) -> Self {
-        Self(Kind::Plus(Box::new(self.0), Rc::new(reference)))
+    pub fn plus(self, reference: impl Fn(f64, &mut [f64]) + Send + Sync + 'a) -> Self {
+        Self(Kind::Plus(Box::new(self.0), Arc::new(reference)))
     }
 
     /// Whether it is the same at all times.
@@ -117,6 +118,22 @@ impl<'a> Signal<'a> {
     /// Writes the input.
     pub(crate) fn write(&self, view: &View<'_>, u: &mut [f64]) {
         self.0.write(view, u);
+    }
+}
+
+impl fmt::Debug for Kind<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Zero => write!(f, "Zero"),
+            Self::Constant(value) => f.debug_tuple("Constant").field(value).finish(),
+            Self::Function(_) => write!(f, "Function"),
+            Self::Feedback { observer, gain } => {
+                f.debug_struct("Feedback").field("observer", observer).field("gain", gain).finish()
+            }
+            Self::StateFeedback { gain } => f.debug_struct("StateFeedback").field("gain", gain).finish(),
+            Self::Law(_) => write!(f, "Law"),
+            Self::Plus(signal, _) => f.debug_tuple("Plus").field(signal).finish_non_exhaustive(),
+        }
     }
 }
 

@@ -34,7 +34,7 @@ fn duffing() -> &'static Design {
 }
 
 /// Root mean squares over t >= 10 of the errors that `sim` sees, from the estimate (0, 0), whose z is 0.
-fn simulated(observer: impl Observer<f64>, start: [f64; 2]) -> Vector2<f64> {
+fn simulated(observer: impl Observer<f64> + Send + Sync, start: [f64; 2]) -> Vector2<f64> {
     let times: Vec<f64> = (0..=1600).map(|k| 10.0 + 0.025 * f64::from(k)).collect();
     let run = Scenario::new(ReverseDuffing)
         .initial_state(&start)

@@ -29,7 +29,7 @@ use crate::generators::vector4;
 
 /// Both means that run on the target.
 fn both<S, const N: usize, const M: usize, const P: usize>()
--> [&'static dyn Mean<S, f64, nalgebra::Const<N>, nalgebra::Const<M>, nalgebra::Const<P>>; 2]
+-> [&'static (dyn Mean<S, f64, nalgebra::Const<N>, nalgebra::Const<M>, nalgebra::Const<P>> + Sync); 2]
 where
     S: Differentiable<f64, nalgebra::Const<N>, nalgebra::Const<M>, nalgebra::Const<P>>,
 {
@@ -137,7 +137,13 @@ proptest! {
 }
 
 /// A run of one observer with u = sin t in every input.
-fn run(plant: &impl Plant<f64>, observer: &impl Observer<f64>, x0: &[f64], xhat0: &[f64], end: f64) -> Trajectory {
+fn run(
+    plant: &(impl Plant<f64> + Sync),
+    observer: &(impl Observer<f64> + Sync),
+    x0: &[f64],
+    xhat0: &[f64],
+    end: f64,
+) -> Trajectory {
     Scenario::new(plant)
         .initial_state(x0)
         .input(Signal::scalar(f64::sin))
@@ -403,7 +409,7 @@ fn sine() -> Sector {
 fn in_the_papers_examples_all_means_are_one() {
     let [beta, integral] = both();
     let squares = LeastSquares::new();
-    let means: [&dyn Mean<Chaotic, f64, _, _, _>; 3] = [beta, &squares, integral];
+    let means: [&(dyn Mean<Chaotic, f64, _, _, _> + Sync); 3] = [beta, &squares, integral];
     let observers =
         means.map(|mean| MeanValueObserver::new(Chaotic, 1.0, mean, Vector3::new(-1.0, -0.5, 0.5)).unwrap());
     let (x0, xhat0) = ([-2.0, -1.0, -1.0], [-1.0, -0.5, -1.5]);
@@ -414,7 +420,7 @@ fn in_the_papers_examples_all_means_are_one() {
     assert!(apart(&runs, 1) < 1e-8 && apart(&runs, 2) < 1e-8);
 
     let [beta, integral] = both();
-    let means: [&dyn Mean<FlexibleJoint<2>, f64, _, _, _>; 3] = [beta, &squares, integral];
+    let means: [&(dyn Mean<FlexibleJoint<2>, f64, _, _, _> + Sync); 3] = [beta, &squares, integral];
     let e0 = Vector4::new(2.0, 1.0, 2.5, 2.0);
     let observers = means.map(|mean| MeanValueObserver::new(flexible_joint::classical(), 1.0, mean, e0).unwrap());
     let (x0, xhat0) = ([3.0; 4], [1.0, 2.0, 0.5, 1.0]);
@@ -470,7 +476,7 @@ impl<T: RealField + Copy> Plant<T> for Tank {
 fn a_state_that_the_plant_does_not_know_is_named() {
     let squares = LeastSquares::new();
     let [beta, integral] = both();
-    let means: [&dyn Mean<Tank, f64, _, _, _>; 3] = [beta, integral, &squares];
+    let means: [&(dyn Mean<Tank, f64, _, _, _> + Sync); 3] = [beta, integral, &squares];
     for mean in means {
         let observer = MeanValueObserver::new(Tank, 1.0, mean, Vector1::new(-0.5)).unwrap();
         let state = observer.initial(0.0, &Vector1::new(0.25), &SVector::zeros(), &Vector1::new(1.0));

@@ -111,7 +111,7 @@ fn observer(factor: f64) -> Result<CubicObserver<f64, nalgebra::Dyn, nalgebra::D
 }
 
 /// The loop around one observer, with its cost.
-fn close<'a>(observer: impl Observer<f64> + 'a, k: DMatrix<f64>) -> Result<Trajectory, SimError> {
+fn close<'a>(observer: impl Observer<f64> + Send + Sync + 'a, k: DMatrix<f64>) -> Result<Trajectory, SimError> {
     Scenario::new(plant())
         .initial_state(&[1.0; 3])
         .observer("observer", observer, &[0.0; 3])

@@ -11,7 +11,7 @@ use luenberger_linalg::eigenvalues;
 use luenberger_observers::{Beta, ExtendedKalmanFilter, MeanValueObserver, NoiseModel, NonlinearLuenbergerObserver};
 use luenberger_plants::flexible_joint::FlexibleJoint;
 use luenberger_plants::{Differentiable, flexible_joint};
-use luenberger_sim::{Compared, Comparison, Noise, Settings, Signal, Trajectory};
+use luenberger_sim::{Compared, Comparison, Noise, Scenario, Settings, Signal, Trajectory};
 use nalgebra::{Const, DMatrix, Matrix4, SMatrix, Vector4, dmatrix};
 
 use super::example2::{PLANT, XHAT0};
@@ -69,8 +69,8 @@ pub(super) fn claims() -> Vec<Claim> {
             |context| {
                 let table = &joint(context, System::Corrected)?.clean;
                 let of = |name: &str| -> Result<(f64, f64), CheckError> {
-                    let merits = table.row(name)?.outcome.clone()?;
-                    Ok((merits.settling_last.unwrap_or(-1.0), merits.rms))
+                    let merits = table.metrics(name)?;
+                    Ok((merits.settling_last.unwrap_or(-1.0), merits.rmse))
                 };
                 let [given, partly, blind, sixteen] = [of(GIVEN)?, of(PARTLY)?, of(BLIND)?, of(SIXTEEN)?];
                 let satisfies = given.0 >= 0.0 && partly.0 >= 0.0;
@@ -317,11 +317,16 @@ where
     let samples: Vec<f64> = (0..=count).map(|k| f64::from(k) * PERIOD).collect();
     let side_by_side =
         |noise: Option<Noise>, filter: &ExtendedKalmanFilter<FlexibleJoint<P>, f64, Const<4>, Const<1>, Const<P>>| {
-            let mut comparison = Comparison::new(&plant, start.x, start.xhat)
+            let mut scenario = Scenario::new(plant)
+                .initial_state(start.x)
                 .times(&samples)
                 .input(Signal::scalar(f64::sin))
                 .hold_input(PERIOD)
-                .settings(settings)
+                .settings(settings);
+            if let Some(noise) = noise {
+                scenario = scenario.noise(noise);
+            }
+            let mut comparison = Comparison::new(scenario, start.xhat)
                 .observer(GIVEN, &given)
                 .observer(PARTLY, &partly)
                 .prior_information(PARTLY, "all of x(0) - x̂(0) but 0.5 in its last entry")
@@ -333,9 +338,6 @@ where
                 .prior_information(KALMAN, "how large the noise is, and how wrong x̂(0) may be");
             if let Some(sixteen) = &sixteen {
                 comparison = comparison.observer(SIXTEEN, sixteen);
-            }
-            if let Some(noise) = noise {
-                comparison = comparison.noise(noise);
             }
             comparison.run()
         };

@@ -230,7 +230,7 @@ impl Experiment<'_> {
         xhat: &[f64],
     ) -> Result<Trajectory, CheckError>
     where
-        S: Differentiable<f64, Const<N>, Const<M>, Const<P>> + Clone,
+        S: Differentiable<f64, Const<N>, Const<M>, Const<P>> + Clone + Send + Sync,
     {
         match self.mean {
             Theorem::Beta => self.with(Beta, plant, x, xhat),
@@ -246,8 +246,8 @@ impl Experiment<'_> {
         xhat: &[f64],
     ) -> Result<Trajectory, CheckError>
     where
-        S: Differentiable<f64, Const<N>, Const<M>, Const<P>> + Clone,
-        D: Mean<S, f64, Const<N>, Const<M>, Const<P>>,
+        S: Differentiable<f64, Const<N>, Const<M>, Const<P>> + Clone + Send + Sync,
+        D: Mean<S, f64, Const<N>, Const<M>, Const<P>> + Send + Sync,
     {
         let e0 = column::<N>(self.e0)?;
         let observer = match self.l {

@@ -98,7 +98,7 @@ fn fly<S, const N: usize, const M: usize, const P: usize>(
     end: f64,
 ) -> Result<Run, CheckError>
 where
-    S: Differentiable<f64, Const<N>, Const<M>, Const<P>> + Clone,
+    S: Differentiable<f64, Const<N>, Const<M>, Const<P>> + Clone + Send + Sync,
 {
     let times = (0..=SAMPLES).map(|k| end * f64::from(k) / f64::from(SAMPLES)).collect();
     let run = Experiment { eta: 1.0, e0: &e0, mean: Theorem::Beta, l: None, times, rtol: 1e-11 }.from(
@@ -318,7 +318,7 @@ fn slopes<S, const N: usize, const M: usize, const P: usize>(
     random: &mut ChaCha8Rng,
 ) -> Result<Vec<[f64; 3]>, CheckError>
 where
-    S: Differentiable<f64, Const<N>, Const<M>, Const<P>> + Clone,
+    S: Differentiable<f64, Const<N>, Const<M>, Const<P>> + Clone + Send + Sync,
 {
     (0..200)
         .map(|_| {

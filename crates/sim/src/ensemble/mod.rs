@@ -88,8 +88,8 @@ pub struct Ensemble<'a, P, O> {
 
 impl<'a, P, O> Ensemble<'a, P, O>
 where
-    P: Plant<f64> + LanePlant,
-    O: Observer<f64> + LaneObserver,
+    P: Plant<f64> + LanePlant + Sync,
+    O: Observer<f64> + LaneObserver + Sync,
 {
     /// Runs of this plant with this observer, without input, from t = 0.
     pub fn new(plant: P, observer: O) -> Self {
@@ -280,8 +280,8 @@ impl<F: Field> pulp::WithSimd for Attempt<'_, F> {
 
 impl<'e, 'a, P, O> InLanes<'e, 'a, P, O>
 where
-    P: Plant<f64> + LanePlant,
-    O: Observer<f64> + LaneObserver,
+    P: Plant<f64> + LanePlant + Sync,
+    O: Observer<f64> + LaneObserver + Sync,
 {
     fn new(ensemble: &'e Ensemble<'a, P, O>) -> Self {
         let size = ensemble.plant.dimensions();

@@ -5,7 +5,7 @@ use luenberger_plants::Column;
 
 use super::innovation::NormalisedSquare;
 use super::smoother::Passage;
-use crate::erased::{AnyObserver, Sampled};
+use crate::erased::sized;
 use crate::error::SimError;
 
 /// A filter of any size. Its state is a slice as that of any observer.
@@ -38,7 +38,7 @@ impl<F: CovarianceFilter<f64>> AnyFilter for Any<F> {
     }
 
     fn check(&self) -> Result<(), SimError> {
-        Sampled(&self.0).check()
+        sized::<F::State, F::Input, F::Output, F::Estimate>(self.0.dimensions())
     }
 
     fn grid(&self) -> Option<f64> {

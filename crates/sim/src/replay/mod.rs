@@ -28,15 +28,12 @@ mod replayed;
 mod run;
 mod smoother;
 
-use std::rc::Rc;
+use std::sync::Arc;
 
-use luenberger_observers::kalman::ExtendedKalmanFilter;
 use luenberger_observers::{
-    ContinuousDiscreteObserver, CovarianceFilter, KalmanFilter, Observer, ObserverDimensions, SampledObserver,
+    ContinuousDiscreteObserver, CovarianceFilter, Observer, ObserverDimensions, SampledObserver,
 };
-use luenberger_plants::{Differentiable, Plant, Size};
-use nalgebra::allocator::Allocator;
-use nalgebra::{DefaultAllocator, DimAdd, DimSum, U1};
+use luenberger_plants::Plant;
 
 use crate::erased::{AnyObserver, AnyPlant, Continuous, Erased, Sampled};
 use crate::error::{SimError, check};
@@ -79,7 +76,7 @@ pub struct Replay<'a> {
 }
 
 enum Kind<'a> {
-    Observer(Rc<dyn AnyObserver + 'a>),
+    Observer(Arc<dyn AnyObserver + 'a>),
     Filter(Box<dyn AnyFilter + 'a>),
 }
 
@@ -95,15 +92,15 @@ struct Entry<'a> {
 
 impl<'a> Replay<'a> {
     /// A replay of the recording; the plant is asked for h only, for innovations and predicted outputs.
-    pub fn new(plant: impl Plant<f64> + 'a, recording: Recording) -> Self {
+    pub fn new(plant: impl Plant<f64> + Send + Sync + 'a, recording: Recording) -> Self {
         let settings = Settings { rtol: 1e-9, ..Settings::default() };
         Self { plant: Box::new(Erased(plant)), recording, observers: Vec::new(), settings }
     }
 
     /// An observer in continuous time, with its estimate at the first time of the log.
     #[must_use]
-    pub fn observer(self, name: &str, observer: impl Observer<f64> + 'a, initial: &[f64]) -> Self {
-        self.entry(name, Kind::Observer(Rc::new(Continuous::new(observer))), initial, true)
+    pub fn observer(self, name: &str, observer: impl Observer<f64> + Send + Sync + 'a, initial: &[f64]) -> Self {
+        self.entry(name, Kind::Observer(Arc::new(Continuous::new(observer))), initial, true)
     }
 
     /// An observer that is corrected at samples of any distance, here at the rows of the log, with its estimate at the
@@ -134,29 +131,39 @@ impl<'a> Replay<'a> {
     pub fn corrected_observer(
         self,
         name: &str,
-        observer: impl ContinuousDiscreteObserver<f64> + 'a,
+        observer: impl ContinuousDiscreteObserver<f64> + Send + Sync + 'a,
         initial: &[f64],
     ) -> Self {
-        self.entry(name, Kind::Observer(Rc::new(Continuous::corrected(observer))), initial, true)
+        self.entry(name, Kind::Observer(Arc::new(Continuous::corrected(observer))), initial, true)
     }
 
     /// An observer of any kind, with its estimate of the state at the first time of the log, which is the first sample of
     /// a sampled one.
     #[must_use]
-    pub fn any_observer(self, name: &str, observer: Rc<dyn AnyObserver + 'a>, initial: &[f64]) -> Self {
+    pub fn any_observer(self, name: &str, observer: Arc<dyn AnyObserver + 'a>, initial: &[f64]) -> Self {
         self.entry(name, Kind::Observer(observer), initial, true)
     }
 
     /// An observer of some states; it has no innovation.
     #[must_use]
-    pub fn partial_observer(self, name: &str, observer: impl Observer<f64> + 'a, initial: &[f64]) -> Self {
-        self.entry(name, Kind::Observer(Rc::new(Continuous::new(observer))), initial, false)
+    pub fn partial_observer(
+        self,
+        name: &str,
+        observer: impl Observer<f64> + Send + Sync + 'a,
+        initial: &[f64],
+    ) -> Self {
+        self.entry(name, Kind::Observer(Arc::new(Continuous::new(observer))), initial, false)
     }
 
     /// A sampled-data observer, with its estimate at the first time of the log, which is its first sample.
     #[must_use]
-    pub fn sampled_observer(self, name: &str, observer: impl SampledObserver<f64> + 'a, initial: &[f64]) -> Self {
-        self.entry(name, Kind::Observer(Rc::new(Sampled(observer))), initial, true)
+    pub fn sampled_observer(
+        self,
+        name: &str,
+        observer: impl SampledObserver<f64> + Send + Sync + 'a,
+        initial: &[f64],
+    ) -> Self {
+        self.entry(name, Kind::Observer(Arc::new(Sampled(observer))), initial, true)
     }
 
     /// A sampled-data observer of some states; it has no innovation.
@@ -164,45 +171,18 @@ impl<'a> Replay<'a> {
     pub fn partial_sampled_observer(
         self,
         name: &str,
-        observer: impl SampledObserver<f64> + 'a,
+        observer: impl SampledObserver<f64> + Send + Sync + 'a,
         initial: &[f64],
     ) -> Self {
-        self.entry(name, Kind::Observer(Rc::new(Sampled(observer))), initial, false)
+        self.entry(name, Kind::Observer(Arc::new(Sampled(observer))), initial, false)
     }
 
-    /// An extended Kalman filter: updated at the rows of the log, and predicted in between over the time that has
-    /// passed, in steps no longer than its period. Of a plant in discrete time it is stepped at its period, as
-    /// [`discrete_filter`](Self::discrete_filter). Its [`FilterConsistency`] is recorded.
+    /// A filter with a covariance: updated at the rows of the log, and predicted in between over the time that has
+    /// passed, in steps no longer than its period. One in discrete time (a Kalman filter, or the extended one of a plant
+    /// in discrete time) is stepped at its own period from the first row on: updated at samples on which a row lies, and
+    /// predicted from sample to sample. Its [`FilterConsistency`] is recorded.
     #[must_use]
-    pub fn filter<S, N, M, P>(self, name: &str, filter: ExtendedKalmanFilter<S, f64, N, M, P>, initial: &[f64]) -> Self
-    where
-        S: Differentiable<f64, N, M, P> + 'a,
-        N: DimAdd<U1>,
-        M: nalgebra::Dim,
-        P: nalgebra::Dim,
-        DefaultAllocator: Size<N, M, P> + Allocator<N, DimSum<N, U1>>,
-    {
-        self.covariance_filter(name, filter, initial)
-    }
-
-    /// A Kalman filter in discrete time, stepped at its own period from the first row on: updated at samples on which a
-    /// row lies, and predicted from sample to sample. Its [`FilterConsistency`] is recorded.
-    #[must_use]
-    pub fn discrete_filter<N, M, P>(self, name: &str, filter: KalmanFilter<f64, N, M, P>, initial: &[f64]) -> Self
-    where
-        N: DimAdd<U1> + 'a,
-        M: nalgebra::Dim + 'a,
-        P: nalgebra::Dim + 'a,
-        DefaultAllocator: Size<N, M, P> + Allocator<N, DimSum<N, U1>>,
-        KalmanFilter<f64, N, M, P>: 'a,
-    {
-        self.covariance_filter(name, filter, initial)
-    }
-
-    /// A filter with a covariance of any kind: in discrete time as [`discrete_filter`](Self::discrete_filter),
-    /// otherwise as [`filter`](Self::filter).
-    #[must_use]
-    pub fn covariance_filter(self, name: &str, filter: impl CovarianceFilter<f64> + 'a, initial: &[f64]) -> Self {
+    pub fn filter(self, name: &str, filter: impl CovarianceFilter<f64> + 'a, initial: &[f64]) -> Self {
         self.entry(name, Kind::Filter(Box::new(Any(filter))), initial, true)
     }
 
@@ -233,7 +213,7 @@ impl<'a> Replay<'a> {
     /// ```
     #[must_use]
     pub fn smoothed_filter(self, name: &str, filter: impl CovarianceFilter<f64> + 'a, initial: &[f64]) -> Self {
-        let mut replay = self.covariance_filter(name, filter, initial);
+        let mut replay = self.filter(name, filter, initial);
         if let Some(entry) = replay.observers.last_mut() {
             entry.is_smoothed = true;
         }

@@ -6,7 +6,7 @@ use luenberger_observers::{
     ObserverDimensions,
 };
 use luenberger_plants::{Chaotic, double_integrator};
-use luenberger_sim::{Comparison, Noise, Scenario, Signal, SimError, metrics};
+use luenberger_sim::{Comparison, Disturbances, Fault, Noise, Scenario, Signal, SimError, metrics};
 use nalgebra::{Matrix1, Matrix2, Matrix3, Vector1, Vector2, Vector3};
 
 /// `xhat' = xhat^2 + 1` in both entries: leaves every bound at t = pi/2 from 0.
@@ -43,22 +43,15 @@ fn a_row_is_what_a_run_gives() {
     let linear = LinearObserver::of(plant.clone(), l).unwrap();
     let n = Vector2::new(-168.0, -196.0) / 17.0;
     let cubic = CubicObserver::of(plant.clone(), l, n, Matrix1::new(10.0)).unwrap();
-    let table = Comparison::new(&plant, &[-3.0, -3.0], &[0.0, 0.0])
-        .input(Signal::scalar(f64::sin))
-        .until(8.0, 81)
+    let scenario = Scenario::new(&plant).initial_state(&[-3.0, -3.0]).input(Signal::scalar(f64::sin)).until(8.0, 81);
+    let table = Comparison::new(scenario.clone(), &[0.0, 0.0])
         .observer("linear", &linear)
         .observer("cubic", &cubic)
         .run()
         .unwrap();
-    let run = Scenario::new(&plant)
-        .initial_state(&[-3.0, -3.0])
-        .input(Signal::scalar(f64::sin))
-        .observer("linear", &linear, &[0.0, 0.0])
-        .until(8.0, 81)
-        .run()
-        .unwrap();
+    let run = scenario.observer("linear", &linear, &[0.0, 0.0]).run().unwrap();
     let norm = run.trace(|view| view.error("linear").map_or(f64::NAN, |e| e[0].hypot(e[1])));
-    let merits = table.row("linear").unwrap().outcome.clone().unwrap();
+    let merits = *table.metrics("linear").unwrap();
     assert_abs_diff_eq!(table.band * table.initial_error, 0.05 * 18f64.sqrt(), epsilon = 1e-15);
     // Tolerances of the integrator are 1e-11.
     let near = |a: f64, b: f64| (a - b).abs() < 1e-9;
@@ -66,14 +59,14 @@ fn a_row_is_what_a_run_gives() {
     assert!(near(merits.settling_last.unwrap(), metrics::settling_last(&norm, band).unwrap()));
     assert!(near(merits.settling_first.unwrap(), metrics::settling_first(&norm, band).unwrap()));
     assert!(near(merits.peak, metrics::peak(&norm).unwrap().value));
-    assert!(merits.peak >= table.initial_error * (1.0 - 1e-12) && merits.rms < merits.peak);
+    assert!(merits.peak >= table.initial_error * (1.0 - 1e-12) && merits.rmse < merits.peak);
     // e' = F e, F = [[-7, 1], [-10, 0]]: int |e|^2 = e0'Pe0 with F'P + PF = -I, which is -14 p11 - 20 p12 = -1, p11 - 7
     // p12 - 10 p22 = 0, 2 p12 = -1.
     let (p12, p11) = (-0.5, 11.0 / 14.0);
     let p22 = (p11 - 7.0 * p12) / 10.0;
     let integral: f64 = 9.0 * (p11 + 2.0 * p12 + p22);
     // What is left after t = 8 is e^-32 of it.
-    assert!(near(merits.rms, (integral / 8.0).sqrt()), "{merits:?}");
+    assert!(near(merits.rmse, (integral / 8.0).sqrt()), "{merits:?}");
     assert!(table.rows.iter().all(|row| row.prior_information.is_empty() && row.cost.seconds > 0.0));
     let text = table.to_string();
     assert!(text.contains("linear") && text.contains("cubic") && text.contains("us/slope"), "{text}");
@@ -88,9 +81,11 @@ fn prior_information_is_in_the_table() {
     let uninformed = MeanValueObserver::new(Chaotic, 1.0, Integral, Vector3::zeros()).unwrap();
     let noises = NoiseModel { w: Matrix3::identity() * 1e-2, v: Matrix2::identity() * 1e-4, p0: Matrix3::identity() };
     let filter = ExtendedKalmanFilter::new(Chaotic, noises, 0.01, 1).unwrap();
-    let table = Comparison::new(&Chaotic, x0.as_slice(), xhat0.as_slice())
+    let scenario = Scenario::new(Chaotic)
+        .initial_state(x0.as_slice())
         .noise(Noise::uniform(&[1e-3, 1e-3], 0.01, 7))
-        .until(2.0, 21)
+        .until(2.0, 21);
+    let table = Comparison::new(scenario, xhat0.as_slice())
         .observer("informed", &informed)
         .observer("uninformed", &uninformed)
         .sampled_observer("filter", &filter)
@@ -111,13 +106,13 @@ fn prior_information_is_in_the_table() {
 fn divergence_is_a_row() {
     let plant = double_integrator();
     let linear = LinearObserver::of(plant.clone(), Vector2::new(7.0, 10.0)).unwrap();
-    let table = Comparison::new(&plant, &[1.0, 1.0], &[0.0, 0.0])
-        .until(3.0, 11)
+    let scenario = Scenario::new(&plant).initial_state(&[1.0, 1.0]).until(3.0, 11);
+    let table = Comparison::new(scenario, &[0.0, 0.0])
         .observer("bursting", &Bursting)
         .observer("linear", &linear)
         .run()
         .unwrap();
-    match &table.row("bursting").unwrap().outcome {
+    match table.metrics("bursting") {
         Err(SimError::BlowUp { time, .. }) => assert!((time - std::f64::consts::FRAC_PI_2).abs() < 1e-6),
         other => panic!("{other:?}"),
     }
@@ -129,7 +124,14 @@ fn divergence_is_a_row() {
 fn bad_input_is_an_error() {
     let plant = double_integrator();
     let linear = LinearObserver::of(plant.clone(), Vector2::new(7.0, 10.0)).unwrap();
-    let of = |x0: &[f64], xhat0: &[f64]| Comparison::new(&plant, x0, xhat0).observer("linear", &linear);
+    let scenario = |x0: &[f64]| Scenario::new(&plant).initial_state(x0).until(1.0, 2);
+    let of = |x0: &[f64], xhat0: &[f64]| Comparison::new(scenario(x0), xhat0).observer("linear", &linear);
+    let empty = Comparison::new(scenario(&[1.0, 1.0]), &[0.0, 0.0]);
+    assert_eq!(empty.run(), Err(SimError::NoObserver));
+    // Its first estimate would be another one.
+    let own = scenario(&[1.0, 1.0]).observer("own", &linear, &[1.0, 1.0]);
+    let refused = Comparison::new(own, &[0.0, 0.0]).observer("linear", &linear).run();
+    assert_eq!(refused, Err(SimError::ObserverOfScenario { name: "own".to_owned() }));
     assert!(matches!(of(&[1.0], &[0.0, 0.0]).run(), Err(SimError::Length { expected: 2, found: 1, .. })));
     assert!(matches!(of(&[1.0, f64::NAN], &[0.0, 0.0]).run(), Err(SimError::NotFinite { index: 1, .. })));
     // Nothing to observe away: every observer would look perfect.
@@ -152,9 +154,30 @@ fn bad_input_is_an_error() {
 fn a_feedback_of_estimates_is_refused() {
     let plant = double_integrator();
     let linear = LinearObserver::of(plant.clone(), Vector2::new(7.0, 10.0)).unwrap();
-    let table = Comparison::new(&plant, &[1.0, 1.0], &[0.0, 0.0]).observer("linear", &linear);
+    let of = |input| {
+        let scenario = Scenario::new(&plant).initial_state(&[1.0, 1.0]).input(input).until(1.0, 2);
+        Comparison::new(scenario, &[0.0, 0.0]).observer("linear", &linear).run()
+    };
     let gain = nalgebra::dmatrix![1.0, 2.0];
-    let refused = table.clone().input(Signal::feedback("linear", gain.clone())).run();
-    assert!(matches!(refused, Err(SimError::EstimateFeedback)));
-    assert!(table.input(Signal::state_feedback(gain)).run().is_ok());
+    assert!(matches!(of(Signal::feedback("linear", gain.clone())), Err(SimError::EstimateFeedback)));
+    assert!(of(Signal::state_feedback(gain)).is_ok());
+}
+
+/// What a scenario has, a comparison has: here another start, a bias of the sensor and a jump of the input.
+#[test]
+fn a_comparison_takes_all_of_its_scenario() {
+    let plant = double_integrator();
+    let linear = LinearObserver::of(plant.clone(), Vector2::new(7.0, 10.0)).unwrap();
+    let bias = Fault { gain: vec![1.0], bias: vec![0.1], from: 2.0 };
+    let scenario = Scenario::new(&plant)
+        .start(2.0)
+        .initial_state(&[1.0, 1.0])
+        .input(Signal::function(|t, u| u.fill(if t < 3.0 { 1.0 } else { 0.0 })))
+        .breakpoints(&[3.0])
+        .disturbances(Disturbances { sensor: Some(bias), ..Disturbances::default() })
+        .until(12.0, 2);
+    let table = Comparison::new(scenario.clone(), &[0.0, 0.0]).observer("linear", &linear).run().unwrap();
+    let run = scenario.observer("linear", &linear, &[0.0, 0.0]).run().unwrap();
+    assert_eq!(table.row("linear").unwrap().trajectory.as_ref(), Some(&run));
+    assert!((table.metrics("linear").unwrap().last - 0.1).abs() < 1e-6);
 }

@@ -16,8 +16,8 @@ fn members(count: usize, size: f64) -> Vec<Member> {
 /// Compares with scenarios, and with the same ensemble in other groups.
 fn compare<P, O>(plant: &P, observer: &O, members: &[Member], noise: Option<&Noise>, settings: Settings)
 where
-    P: Plant<f64> + LanePlant,
-    O: Observer<f64> + LaneObserver,
+    P: Plant<f64> + LanePlant + Sync,
+    O: Observer<f64> + LaneObserver + Sync,
 {
     let times: Vec<f64> = (0..=40).map(|k| 0.1 * f64::from(k)).collect();
     let mut ensemble = Ensemble::new(plant, observer).times(&times).settings(settings);

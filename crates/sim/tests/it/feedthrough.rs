@@ -199,14 +199,10 @@ fn an_observer_without_d_is_wrong() {
     let (right, wrong) =
         (LinearObserver::of(plant(), l).unwrap(), LinearObserver::of(StaticPlant { d: None, ..plant() }, l).unwrap());
     let plant = plant();
-    let table = Comparison::new(&plant, &[1.0, -1.0], &[0.0, 0.0])
-        .input(Signal::scalar(|_| 1.0))
-        .observer("right", &right)
-        .observer("wrong", &wrong)
-        .until(10.0, 11)
-        .run()
-        .unwrap();
-    let last = |name: &str| table.row(name).unwrap().outcome.clone().unwrap().last;
+    let scenario = Scenario::new(&plant).initial_state(&[1.0, -1.0]).input(Signal::scalar(|_| 1.0)).until(10.0, 11);
+    let table =
+        Comparison::new(scenario, &[0.0, 0.0]).observer("right", &right).observer("wrong", &wrong).run().unwrap();
+    let last = |name: &str| table.metrics(name).unwrap().last;
     assert!(last("right") < 1e-9);
     // (A - L C) e = L D u: a constant error.
     let f = plant.a - l * plant.c;

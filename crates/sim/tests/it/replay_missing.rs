@@ -141,7 +141,7 @@ fn the_discrete_filter_passes_over_what_is_missing() {
     let next = LinearPlant::new(ad, bd, c).unwrap();
     let extended = ExtendedKalmanFilter::discrete(next, NoiseModel { w, v, p0 }, 0.2).unwrap();
     let replay = Replay::new(double_integrator(), log).filter("continuous", filter(0.2), &[1.0, 0.0]);
-    let replay = replay.discrete_filter("discrete", discrete, &[1.0, 0.0]).filter("extended", extended, &[1.0, 0.0]);
+    let replay = replay.filter("discrete", discrete, &[1.0, 0.0]).filter("extended", extended, &[1.0, 0.0]);
     let replayed = replay.run().unwrap();
     let [continuous, discrete, extended] = &replayed.observers[..] else { panic!() };
     assert_eq!((&extended.t, &extended.row), (&discrete.t, &discrete.row));

@@ -10,7 +10,9 @@ use luenberger_observers::{
 };
 use luenberger_plants::linear::StaticPlant;
 use luenberger_plants::{LinearPlant, StateSpace, double_integrator, third_order};
-use luenberger_sim::{Integrand, Integrator, Noise, Scenario, Settings, Signal, SimError, Trajectory, metrics, solve};
+use luenberger_sim::{
+    Integrand, Integrator, Noise, Scenario, Sensor, Settings, Signal, SimError, Trajectory, metrics, solve,
+};
 use nalgebra::{DMatrix, Matrix1, Matrix2, RowVector2, Vector1, Vector2, Vector3};
 
 /// L of Example 1 for the poles -2, -5.
@@ -469,6 +471,13 @@ fn bad_input_is_an_error() {
     let small = LinearObserver::of(one_state, Matrix1::new(1.0)).unwrap();
     assert!(length(base().observer("o", small, &[0.0]).run()));
 
+    for noise in [Noise::gaussian(&[-0.1], 0.1, 0), Noise::uniform(&[-0.1], 0.1, 0)] {
+        assert_eq!(base().noise(noise).run(), Err(SimError::NegativeNoise { index: 0, value: -0.1 }));
+    }
+    let negative = base().sensor(Sensor::new(0, 0.1).gaussian(-0.1, 1)).run();
+    assert_eq!(negative, Err(SimError::NegativeNoise { index: 0, value: -0.1 }));
+    assert!(base().noise(Noise::gaussian(&[0.0], 0.1, 0)).run().is_ok());
+
     let finite = |result: Result<Trajectory, SimError>| matches!(result, Err(SimError::NotFinite { .. }));
     assert!(finite(base().initial_state(&[nan, 0.0]).run()));
     assert!(finite(base().observer("o", linear(), &[0.0, f64::INFINITY]).run()));
@@ -491,6 +500,35 @@ fn bad_input_is_an_error() {
     assert!(base().run().unwrap().error_trace("nobody", 0).is_err());
     let run = base().observer("o", linear(), &[0.0; 2]).run().unwrap();
     assert!(matches!(run.error_trace("o", 2), Err(SimError::Index { index: 2, count: 2, .. })));
+}
+
+/// A scenario is moved into a thread, its trajectory comes back, and it prints what it consists of.
+#[test]
+fn a_scenario_is_for_threads_and_prints() {
+    let mut count = [0u32; 2];
+    let gain = 0.5;
+    let scenario = Scenario::new(double_integrator())
+        .initial_state(&[1.0, 0.0])
+        .observer("linear", linear(), &[0.0; 2])
+        .input(Signal::function(move |t, u| u.fill(gain * t)))
+        .integral("cost", Integrand::custom(|view| view.x[0]))
+        .until(1.0, 2);
+    let text = format!("{scenario:?}");
+    for part in ["plant: Dimensions { states: 2, inputs: 1, outputs: 1 }", "\"linear\"", "Function", "Custom", "rtol"] {
+        assert!(text.contains(part), "{part}: {text}");
+    }
+    let alone = scenario.clone().run().unwrap();
+    let inside = std::thread::spawn({
+        let scenario = scenario.clone();
+        move || scenario.run().unwrap()
+    });
+    std::thread::scope(|scope| {
+        for count in &mut count {
+            let scenario = &scenario;
+            scope.spawn(move || *count = scenario.clone().run().unwrap().t.len() as u32);
+        }
+    });
+    assert_eq!((inside.join().unwrap(), count), (alone, [2, 2]));
 }
 
 #[test]

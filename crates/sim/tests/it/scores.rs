@@ -89,11 +89,20 @@ fn a_sampled_observer_is_scored_at_its_samples() {
     assert_eq!((merits.settling_first, merits.settling_last), (Some(1.0), Some(1.0)));
     assert_abs_diff_eq!(merits.peak, 2f64.sqrt(), epsilon = 1e-12);
     // Seven samples.
-    assert_abs_diff_eq!(merits.rms, (3.25f64 / 7.0).sqrt(), epsilon = 1e-12);
-    assert_abs_diff_eq!(run.rmse("deadbeat").unwrap(), merits.rms, epsilon = 0.0);
+    assert_abs_diff_eq!(merits.rmse, (3.25f64 / 7.0).sqrt(), epsilon = 1e-12);
+    assert_abs_diff_eq!(run.rmse("deadbeat").unwrap(), merits.rmse, epsilon = 0.0);
     assert_eq!(run.settling_time("deadbeat", 0.05).unwrap(), Some(1.0));
+    for band in [-1.0, 0.0, f64::NAN, f64::INFINITY] {
+        let refused = |found: Result<_, SimError>| matches!(found, Err(SimError::NotPositive { value, .. }) if value.to_bits() == band.to_bits());
+        assert!(refused(run.settling_time("deadbeat", band).map(|_| ())));
+        assert!(refused(ErrorMetrics::of(&run, "deadbeat", band).map(|_| ())));
+        let errors = Errors::of(&run, "deadbeat", ScoreGrid::Samples { period: 0.5 }).unwrap();
+        assert!(refused(errors.norm(None, band).map(|_| ())));
+    }
     let position = Errors::of(&run, "deadbeat", ScoreGrid::Samples { period: 0.5 }).unwrap().state(0).unwrap();
     assert_abs_diff_eq!(position.rmse, (1.25f64 / 7.0).sqrt(), epsilon = 1e-12);
+    assert_eq!(run.state_scores("deadbeat").unwrap()[0], position);
+    assert!(matches!(run.state_scores("none"), Err(SimError::UnknownName { .. })));
     assert_abs_diff_eq!(position.overshoot, 0.5, epsilon = 1e-12);
     assert_eq!((position.initial, position.peak), (1.0, 1.0));
     assert_eq!((position.settling_5, position.settling_2), (Some(1.0), Some(1.0)));
@@ -106,8 +115,7 @@ fn one_sampled_observer_puts_all_on_its_grid() {
     let plant = double_integrator();
     let (deadbeat, linear) =
         (Deadbeat { period: 0.5 }, LinearObserver::of(plant.clone(), Vector2::new(3.0, 2.0)).unwrap());
-    let comparison = Comparison::new(&plant, &X0, &[0.0, 0.0])
-        .until(3.0, 2)
+    let comparison = Comparison::new(Scenario::new(&plant).initial_state(&X0).until(3.0, 2), &[0.0, 0.0])
         .observer("linear", &linear)
         .sampled_observer("deadbeat", &deadbeat);
     let table = comparison.clone().run().unwrap();
@@ -117,7 +125,7 @@ fn one_sampled_observer_puts_all_on_its_grid() {
     // F = [-3 1; -2 0]; eigenvectors (1, 1) of -2 and (1, 2) of -1, and e(0) = (1, 1) is the first: e = e^-2t (1, 1).
     let row = table.row("linear").unwrap();
     let squares: f64 = (0..=6).map(|k| 2.0 * (-4.0 * 0.5 * f64::from(k)).exp()).sum();
-    assert_abs_diff_eq!(row.outcome.clone().unwrap().rms, (squares / 7.0).sqrt(), epsilon = 1e-9);
+    assert_abs_diff_eq!(row.outcome.clone().unwrap().rmse, (squares / 7.0).sqrt(), epsilon = 1e-9);
     assert_abs_diff_eq!(row.states[1].last, (-6f64).exp(), epsilon = 1e-9);
     // ln 20 / 2 = 1.498: the first sample after it.
     assert_eq!((row.states[0].settling_5, row.states[0].overshoot), (Some(1.5), 0.0));
@@ -136,7 +144,10 @@ fn one_sampled_observer_puts_all_on_its_grid() {
 fn without_a_sampled_observer_scores_are_those_of_continuous_time() {
     let plant = double_integrator();
     let linear = LinearObserver::of(plant.clone(), Vector2::new(3.0, 2.0)).unwrap();
-    let table = Comparison::new(&plant, &X0, &[0.0, 0.0]).until(3.0, 2).observer("linear", &linear).run().unwrap();
+    let table = Comparison::new(Scenario::new(&plant).initial_state(&X0).until(3.0, 2), &[0.0, 0.0])
+        .observer("linear", &linear)
+        .run()
+        .unwrap();
     assert_eq!(table.grid, ScoreGrid::Continuous);
     let velocity = table.row("linear").unwrap().states[1];
     assert_abs_diff_eq!(velocity.rmse, ((1.0 - (-12f64).exp()) / 4.0 / 3.0).sqrt(), epsilon = 1e-9);
@@ -151,8 +162,7 @@ fn several_periods_have_common_multiples() {
     let (slow, fast, odd) =
         (Deadbeat { period: 0.5 }, Deadbeat { period: 0.2 }, Deadbeat { period: 0.1 * 2f64.sqrt() });
     let of = |other| {
-        Comparison::new(&plant, &X0, &[0.0, 0.0])
-            .until(12.0, 2)
+        Comparison::new(Scenario::new(&plant).initial_state(&X0).until(12.0, 2), &[0.0, 0.0])
             .sampled_observer("slow", &slow)
             .sampled_observer("other", other)
     };
@@ -210,8 +220,7 @@ fn a_sampled_observer_that_is_not_finite_is_a_row() {
     let error = run.until(3.0, 2).run().unwrap_err();
     let named = "stopped at t = 1: entry 1 of the state of \"broken\" is inf after this sample";
     assert_eq!(error.to_string(), named);
-    let table = Comparison::new(&plant, &X0, &[0.0, 0.0])
-        .until(3.0, 2)
+    let table = Comparison::new(Scenario::new(&plant).initial_state(&X0).until(3.0, 2), &[0.0, 0.0])
         .sampled_observer("broken", &broken)
         .sampled_observer("deadbeat", &deadbeat)
         .run()
@@ -251,7 +260,7 @@ fn a_peak_between_the_samples_of_another_observer_is_a_peak() {
     assert!(scores("sampled").peak < 1e-9);
     // In units of (1, w) the norm is 1 at all times; of the first state alone it would be 0 at the samples.
     let norm = Errors::of(&run, "open", grid).unwrap().norm(Some(&[1.0, 1e9]), 0.05).unwrap();
-    assert!((norm.peak - 1.0).abs() < 1e-9 && norm.rms < 1e-6);
+    assert!((norm.peak - 1.0).abs() < 1e-9 && norm.rmse < 1e-6);
 }
 
 /// The speed of the double integrator alone: `w' = -4 w - 16 y + u`, `zhat = w + 4 y`, whose error is exp(-4 t) e(0).

@@ -70,9 +70,9 @@ impl Scoring {
                     settling_first: norm.settling_first,
                     settling_last: norm.settling_last,
                     peak: norm.peak,
-                    rms: norm.rms,
+                    rms: norm.rmse,
                     last: norm.last,
-                    steady_rms: norm.steady_rms,
+                    steady_rms: norm.steady_rmse,
                 })
             }
         };

@@ -1,6 +1,6 @@
 //! The numerical KKL observers of two to six states.
 
-use std::rc::Rc;
+use std::sync::Arc;
 
 use luenberger_design::numerical_kkl::{Embedded, HeldInputs, Interpolated, Train};
 use luenberger_observers::numerical_kkl::NumericalKklObserver;
@@ -43,7 +43,7 @@ pub enum Kkl {
 
 impl Kkl {
     /// As one that is simulated, whatever its size.
-    pub(super) fn any(&self) -> Rc<dyn AnyObserver + '_> {
+    pub(super) fn any(&self) -> Arc<dyn AnyObserver + '_> {
         match self {
             Self::Two(observer) => continuous(observer.as_ref()),
             Self::TwoEmbedded(observer) => continuous(observer.as_ref()),

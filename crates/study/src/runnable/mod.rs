@@ -2,7 +2,7 @@
 
 mod kkl;
 
-use std::rc::Rc;
+use std::sync::Arc;
 
 use luenberger_design::{DesignError, OperatingPoint, Periods};
 use luenberger_export::moving_horizon::LONGEST_WINDOW;
@@ -133,12 +133,12 @@ pub enum Runnable {
     Kkl(Box<Kkl>),
 }
 
-fn continuous<'a>(observer: &'a impl Observer<f64>) -> Rc<dyn AnyObserver + 'a> {
-    Rc::new(Continuous::new(observer))
+fn continuous<'a>(observer: &'a (impl Observer<f64> + Sync)) -> Arc<dyn AnyObserver + 'a> {
+    Arc::new(Continuous::new(observer))
 }
 
-fn sampled<'a>(observer: &'a impl SampledObserver<f64>) -> Rc<dyn AnyObserver + 'a> {
-    Rc::new(Sampled(observer))
+fn sampled<'a>(observer: &'a (impl SampledObserver<f64> + Sync)) -> Arc<dyn AnyObserver + 'a> {
+    Arc::new(Sampled(observer))
 }
 
 impl Runnable {
@@ -171,9 +171,9 @@ impl Runnable {
     pub fn replay<'a>(&'a self, replay: Replay<'a>, name: &str, initial: &[f64]) -> Replay<'a> {
         match self {
             // As filters they also record their covariances.
-            Self::ExtendedKalman(filter) => replay.covariance_filter(name, filter.as_ref().clone(), initial),
-            Self::Unscented(filter) => replay.covariance_filter(name, filter.as_ref().clone(), initial),
-            Self::MovingHorizon(filter) => replay.covariance_filter(name, filter.as_ref().clone(), initial),
+            Self::ExtendedKalman(filter) => replay.filter(name, filter.as_ref().clone(), initial),
+            Self::Unscented(filter) => replay.filter(name, filter.as_ref().clone(), initial),
+            Self::MovingHorizon(filter) => replay.filter(name, filter.as_ref().clone(), initial),
             Self::VaryingPeriods(varying) => replay.corrected_observer(name, varying.observer.as_ref(), initial),
             _ => replay.any_observer(name, self.any(), initial),
         }
@@ -272,7 +272,7 @@ impl Runnable {
     }
 
     /// The observer as one that is simulated, whatever its kind.
-    fn any(&self) -> Rc<dyn AnyObserver + '_> {
+    fn any(&self) -> Arc<dyn AnyObserver + '_> {
         match self {
             Self::Linear(observer) => continuous(observer.as_ref()),
             Self::Cubic(observer) => continuous(observer.as_ref()),

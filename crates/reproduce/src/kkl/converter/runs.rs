@@ -73,7 +73,7 @@ pub fn converter() -> Scenario<'static> {
 }
 
 /// The converter whose controller has the estimates of one observer, named "loop", in the place of i1 and v4.
-pub(super) fn output_feedback(observer: impl CukObserver + 'static) -> Result<Trajectory, CheckError> {
+pub(super) fn output_feedback(observer: impl CukObserver + Send + Sync + 'static) -> Result<Trajectory, CheckError> {
     let plant = CukConverter::default();
     let law = Signal::law(move |view, u| {
         let estimated = view.estimate("loop").map_or([f64::NAN; 2], |estimate| [estimate[0], estimate[1]]);
@@ -100,7 +100,7 @@ impl<O: Observer<f64, Input = Vector1<f64>, Output = Vector2<f64>, Estimate = Ve
 pub(super) fn with<'a>(
     scenario: Scenario<'a>,
     name: &str,
-    observer: impl CukObserver + 'a,
+    observer: impl CukObserver + Send + Sync + 'a,
     noise: Option<&Noise>,
 ) -> Scenario<'a> {
     let estimate = estimate_at_rest(&observer, noise);
@@ -108,7 +108,7 @@ pub(super) fn with<'a>(
 }
 
 /// The initial estimate of the observer when its state is 0.
-pub(super) fn estimate_at_rest(observer: &impl CukObserver, noise: Option<&Noise>) -> Vector2<f64> {
+pub(super) fn estimate_at_rest(observer: &(impl CukObserver + Sync), noise: Option<&Noise>) -> Vector2<f64> {
     let plant = CukConverter::default();
     let x = plant.equilibrium(START);
     let u = Vector1::new(plant.control(&x, set_point(0.0), LAMBDA));
