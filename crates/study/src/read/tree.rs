@@ -49,6 +49,7 @@ impl Node {
     }
 
     /// What `read` makes of the value of a key, or `Some(None)` without the key.
+    #[expect(clippy::option_option, reason = "wrong, absent, or given")]
     pub(crate) fn given<'a, T>(&'a self, key: &str, read: impl FnOnce(&'a Self) -> Option<T>) -> Option<Option<T>> {
         self.get(key).map_or(Some(None), |node| read(node).map(Some))
     }
