@@ -98,7 +98,10 @@ fn bad_polytopes_are_refused() {
     assert_eq!(MeanValueDesign::new(&[], 1, 1.0).unwrap_err(), DesignError::NoVertices);
     let vertex = DMatrix::from_row_slice(2, 2, &[0.0, 1.0, 0.0, 0.0]);
     assert!(matches!(MeanValueDesign::new(&[vertex.clone() * f64::NAN], 1, 1.0), Err(DesignError::Matrix(_))));
-    assert!(matches!(MeanValueDesign::new(std::slice::from_ref(&vertex), 0, 1.0), Err(DesignError::Matrix(_))));
+    assert!(matches!(
+        MeanValueDesign::new(std::slice::from_ref(&vertex), 0, 1.0),
+        Err(DesignError::OutputCount { .. })
+    ));
     assert!(matches!(
         MeanValueDesign::new(std::slice::from_ref(&vertex), 1, f64::INFINITY),
         Err(DesignError::BadRate { .. })
