@@ -95,7 +95,10 @@ fn pages() -> BTreeMap<String, String> {
     let names = |folder: &str| {
         let entries = std::fs::read_dir(docs().join(folder)).unwrap();
         let names = entries.map(|entry| entry.unwrap().file_name().into_string().unwrap());
-        names.filter(|name| name.ends_with(".md")).map(|name| format!("{folder}{name}")).collect::<Vec<_>>()
+        names
+            .filter(|name| Path::new(name).extension().is_some_and(|extension| extension == "md"))
+            .map(|name| format!("{folder}{name}"))
+            .collect::<Vec<_>>()
     };
     let readmes = ["../README.md", "../crates/cli/README.md"].map(str::to_owned);
     let names = names("").into_iter().chain(names("commands/")).chain(readmes);
@@ -259,7 +262,7 @@ fn every_example_does_what_its_page_says() {
         }
         for file in blocks(&page).iter().filter_map(|block| block.info.strip_prefix("toml ")) {
             if let Err(error) = Study::from_path(&here.join(file)) {
-                wrong += &format!("{name}: {file}: {error}\n");
+                wrong.extend([&name, ": ", file, ": ", &error.to_string(), "\n"]);
             }
         }
     }
