@@ -8,8 +8,8 @@ use crate::step::{Failure, cargo};
 /// The builds of each package: its name and version, and its features. One package may be built in several ways.
 type Built = BTreeMap<String, BTreeSet<String>>;
 
-/// Members that are built with fewer features alone, on purpose: live for the module of reports without the theorems that
-/// it does not verify, lmi without its second solver.
+/// Members that are built with fewer features alone, on purpose: live for the module of reports without the theorems
+/// that it does not verify, lmi without its second solver.
 const LEAN: [&str; 2] = ["luenberger-live", "luenberger-lmi"];
 
 /// Fails with the features that are missing in `tests/features/Cargo.toml`.

@@ -144,8 +144,8 @@ pub(crate) enum Command {
     /// `place(A', C', poles)'` of python-control and MATLAB.
     ///
     /// The poles in the output are recomputed from this gain, in the order of the input; condition is the condition
-    /// number of the eigenvector matrix, null for a defective closed loop. The multiplicity of a pole is at most rank(B)
-    /// or rank(C); with one input or output it is not limited.
+    /// number of the eigenvector matrix, null for a defective closed loop. The multiplicity of a pole is at most
+    /// rank(B) or rank(C); with one input or output it is not limited.
     #[command(after_help = PLACE)]
     Place(MatrixInput),
     /// Observability of (A, C): rank, margin of each mode, unobservable directions

@@ -50,8 +50,8 @@ impl DiscreteDesign {
     /// The observer whose error has the given `poles`, n numbers closed under conjugation inside the unit circle; 0 may
     /// be one of them (a deadbeat observer).
     ///
-    /// `plant` is in discrete time, `x(k+1) = A x(k) + B u(k)`, sampled every `period`. For a plant `x' = A x + B u` use
-    /// [`sampled`](Self::sampled), or discretise it as here:
+    /// `plant` is in discrete time, `x(k+1) = A x(k) + B u(k)`, sampled every `period`. For a plant `x' = A x + B u`
+    /// use [`sampled`](Self::sampled), or discretise it as here:
     ///
     /// ```
     /// use luenberger_design::DiscreteDesign;
@@ -86,8 +86,8 @@ impl DiscreteDesign {
     /// The stationary Kalman predictor for process noise of covariance `w` (n x n, positive semidefinite) and
     /// measurement noise of covariance `v` (p x p, positive definite), per sample.
     ///
-    /// `plant` is in discrete time, `x(k+1) = A x(k) + B u(k)`, sampled every `period`. For a plant `x' = A x + B u` with
-    /// the intensities of its noises use [`sampled_kalman`](Self::sampled_kalman).
+    /// `plant` is in discrete time, `x(k+1) = A x(k) + B u(k)`, sampled every `period`. For a plant `x' = A x + B u`
+    /// with the intensities of its noises use [`sampled_kalman`](Self::sampled_kalman).
     ///
     /// # Errors
     /// [`DesignError::Linalg`] names the mode that is not detectable or not excited, or the defect of `w` and `v`.

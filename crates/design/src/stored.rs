@@ -54,8 +54,8 @@ certified!(StoredDesign);
 pub enum StoredObserver {
     /// From the theorem `linear-observer`, and from `h-infinity-filter` and `h2-filter` in continuous time.
     Linear(LinearObserver<f64, Dyn, Dyn, Dyn>),
-    /// From the theorem `discrete-observer`, and from `h-infinity-filter` and `h2-filter` in discrete time. Their files do
-    /// not contain the sampling period: plant and gain of
+    /// From the theorem `discrete-observer`, and from `h-infinity-filter` and `h2-filter` in discrete time. Their files
+    /// do not contain the sampling period: plant and gain of
     /// [`DiscreteLinearObserver`](luenberger_observers::DiscreteLinearObserver).
     Discrete {
         /// The plant `x+ = A x + B u`, `y = C x`.

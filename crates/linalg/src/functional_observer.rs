@@ -136,8 +136,8 @@ fn reduced(a: &DMatrix<f64>, b: &DMatrix<f64>, c: &DMatrix<f64>, poles: &[Comple
 
 /// Observer of `z = K x` with as many states as K has rows, the eigenvalues of F at `poles`.
 ///
-/// `a` is n x n, `b` n x m, `c` p x n, `k` q x n, `poles` q numbers, real or complex, closed under conjugation. M is the
-/// identity. One exists for every set of poles iff (Darouach)
+/// `a` is n x n, `b` n x m, `c` p x n, `k` q x n, `poles` q numbers, real or complex, closed under conjugation. M is
+/// the identity. One exists for every set of poles iff (Darouach)
 ///
 /// 1. `rank [K A; C A; C; K] = rank [C A; C; K]`: the rate of z follows from z, y and y';
 /// 2. `rank [s K - K A; C A; C] = rank [C A; C; K]` for every complex s: no motion of z is hidden (for an observer that

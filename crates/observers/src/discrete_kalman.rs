@@ -90,10 +90,10 @@ where
 ///
 /// # Missed, slower and late samples
 ///
-/// A measurement that arrives some periods after its sample belongs to the estimate of that sample. Keep a log of the last
-/// periods: the estimate before each sample, the input, and the measurements that have arrived. Go back to the sample, take
-/// the measurement, and replay the periods since then. The result is that of a filter in which nothing was late, to the last
-/// bit; the cost is a step for each period of the delay.
+/// A measurement that arrives some periods after its sample belongs to the estimate of that sample. Keep a log of the
+/// last periods: the estimate before each sample, the input, and the measurements that have arrived. Go back to the
+/// sample, take the measurement, and replay the periods since then. The result is that of a filter in which nothing was
+/// late, to the last bit; the cost is a step for each period of the delay.
 ///
 /// ```
 /// use luenberger_observers::{GaussianEstimate, KalmanFilter, KalmanModel, SampledObserver};
@@ -220,8 +220,8 @@ where
 {
     /// From one sample to the next: `xhat <- Ad xhat + Bd u`, `P <- Ad P Ad' + W`. Costs 4 n^3 flops.
     ///
-    /// False, with `estimate` unchanged, if there is no result: an input that is not finite, an overflow, columns of other
-    /// lengths than the model's.
+    /// False, with `estimate` unchanged, if there is no result: an input that is not finite, an overflow, columns of
+    /// other lengths than the model's.
     #[must_use = "without a result the estimate is unchanged"]
     pub fn predict(&self, estimate: &mut GaussianEstimate<T, N>, u: &OVector<T, M>) -> bool {
         if !self.fits(estimate, u) {
@@ -253,9 +253,9 @@ where
     /// Updates estimate and covariance by the measurement y (length p) under u; returns the innovation. Without a
     /// [feedthrough](Self::with_feedthrough) the input is not read.
     ///
-    /// `None`, with `estimate` unchanged, if there is no result: a measured entry of y that is not finite, an innovation
-    /// covariance S that is not positive definite in floating point, an overflow, columns of other lengths than the
-    /// model's.
+    /// `None`, with `estimate` unchanged, if there is no result: a measured entry of y that is not finite, an
+    /// innovation covariance S that is not positive definite in floating point, an overflow, columns of other lengths
+    /// than the model's.
     ///
     /// ```
     /// # use luenberger_observers::{KalmanFilter, KalmanModel, SampledObserver};
@@ -336,8 +336,8 @@ where
     }
 
     /// Update and prediction. A sample where [`update`](KalmanFilter::update) is `None`, as for a measurement that is
-    /// NaN, is passed over as if it were missed. A [prediction](KalmanFilter::predict) without a result, as for an input
-    /// that is NaN, makes the estimate NaN. Columns of other lengths change nothing.
+    /// NaN, is passed over as if it were missed. A [prediction](KalmanFilter::predict) without a result, as for an
+    /// input that is NaN, makes the estimate NaN. Columns of other lengths change nothing.
     fn step(&self, _t: T, state: &mut Self::State, u: &Self::Input, y: &Self::Output) {
         if self.is_measurement(y) {
             self.update(state, u, y);

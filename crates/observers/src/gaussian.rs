@@ -152,8 +152,8 @@ where
 }
 
 /// Estimate and covariance after the update by the measurement with H, innovation and V; none unless S is positive
-/// definite and the result is finite. A measured entry of the innovation that is not finite makes all of the estimate so,
-/// because `0 * NaN` and `0 * inf` are NaN.
+/// definite and the result is finite. A measured entry of the innovation that is not finite makes all of the estimate
+/// so, because `0 * NaN` and `0 * inf` are NaN.
 #[allow(clippy::type_complexity, reason = "estimate, covariance, innovation")]
 pub(crate) fn corrected<T: RealField + Copy, N: Dim, P: Dim>(
     mut xhat: OVector<T, N>,

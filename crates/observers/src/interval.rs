@@ -96,8 +96,8 @@ where
     /// The observer `inner` with the comparison system of its error.
     ///
     /// # Errors
-    /// [`ObserverError::Matrix`]: shapes that do not fit, entries that are not finite; [`ObserverError::Negative`] for a
-    /// negative entry of g, H, rho or of K outside of the diagonal.
+    /// [`ObserverError::Matrix`]: shapes that do not fit, entries that are not finite; [`ObserverError::Negative`] for
+    /// a negative entry of g, H, rho or of K outside of the diagonal.
     pub fn new(inner: O, comparison: ComparisonSystem<T, N, Q>) -> Result<Self, ObserverError>
     where
         O: Observer<T>,

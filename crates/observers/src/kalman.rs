@@ -248,8 +248,8 @@ where
     /// sample, or past a missed one. The number of Runge-Kutta steps does not depend on the duration: divide a long
     /// one into several calls.
     ///
-    /// False, with `estimate` unchanged, if there is no result: f or its Jacobian is not finite, as for an input that is
-    /// NaN; an overflow; columns of other lengths than the plant's.
+    /// False, with `estimate` unchanged, if there is no result: f or its Jacobian is not finite, as for an input that
+    /// is NaN; an overflow; columns of other lengths than the plant's.
     ///
     /// ```
     /// use luenberger_observers::{ExtendedKalmanFilter, NoiseModel, SampledObserver};
@@ -297,9 +297,9 @@ where
     /// Updates estimate and covariance by the measurement y (length p) at time t under the input u; returns the
     /// innovation.
     ///
-    /// `None`, with `estimate` unchanged, if there is no result: y is not finite (a [gate](Self::with_gate) rejects such
-    /// an output alone), nor h or its Jacobian; the innovation covariance S is not positive definite in floating point; an
-    /// overflow; columns of other lengths than the plant's.
+    /// `None`, with `estimate` unchanged, if there is no result: y is not finite (a [gate](Self::with_gate) rejects
+    /// such an output alone), nor h or its Jacobian; the innovation covariance S is not positive definite in floating
+    /// point; an overflow; columns of other lengths than the plant's.
     pub fn update(
         &self,
         t: T,
@@ -358,8 +358,8 @@ where
     }
 
     /// Update and prediction. A sample where [`update`](ExtendedKalmanFilter::update) is `None`, as for a measurement
-    /// that is NaN, is passed over as if it were missed. A [prediction](ExtendedKalmanFilter::predict) without a result,
-    /// as for an input that is NaN, makes the estimate NaN. Columns of other lengths change nothing.
+    /// that is NaN, is passed over as if it were missed. A [prediction](ExtendedKalmanFilter::predict) without a
+    /// result, as for an input that is NaN, makes the estimate NaN. Columns of other lengths change nothing.
     fn step(&self, t: T, state: &mut Self::State, u: &Self::Input, y: &Self::Output) {
         if self.is_measurement(y) {
             self.update(t, state, u, y);

@@ -34,8 +34,8 @@ pub(crate) struct StepOnSlices<'f, T> {
 }
 
 impl<T: RealField + Copy> StepOnSlices<'_, T> {
-    /// Update and prediction of the estimate and the covariance by columns in `estimate`; false if the sizes have no step
-    /// of their own, and nothing is done.
+    /// Update and prediction of the estimate and the covariance by columns in `estimate`; false if the sizes have no
+    /// step of their own, and nothing is done.
     pub(crate) fn step(&self, estimate: &mut [T], sample: Sample<'_, T>) -> bool {
         let (n, p) = (self.w.len().isqrt(), self.v.len().isqrt());
         if estimate.len() != n * (n + 1) || sample.y.len() != p {

@@ -13,9 +13,9 @@
 //! assert!(designed.to_static::<f32, 3, 1, 1>().is_err());
 //! # Ok::<(), luenberger_observers::ObserverError>(())
 //! ```
-//! An observer of a nonlinear plant is given the plant over the scalar of the target, which is of a type of its own; gain,
-//! noises, period and steps are those of the design. From the design on the workstation to the step on the target, in
-//! f32:
+//! An observer of a nonlinear plant is given the plant over the scalar of the target, which is of a type of its own;
+//! gain, noises, period and steps are those of the design. From the design on the workstation to the step on the
+//! target, in f32:
 //!
 //! ```
 //! use luenberger_observers::{SampledNonlinearObserver, SampledObserver, StaticSampledNonlinearObserver};
@@ -395,8 +395,8 @@ with_inner! {
     CubicObserver, StaticCubicObserver;
 }
 
-/// The plant of the target, after a check of its sizes: those of the type, and of the design's plant with the gain or the
-/// noises.
+/// The plant of the target, after a check of its sizes: those of the type, and of the design's plant with the gain or
+/// the noises.
 fn same_sizes<const N: usize, const M: usize, const P: usize>(
     found: Dimensions,
     designed: (usize, usize),
@@ -423,8 +423,8 @@ where
     /// outputs; see the [module](crate::static_size).
     ///
     /// # Errors
-    /// [`ObserverError::Matrix`] for other sizes of plant or gain, and for an entry beyond the range of `T`; those of `new`
-    /// for what rounding may destroy.
+    /// [`ObserverError::Matrix`] for other sizes of plant or gain, and for an entry beyond the range of `T`; those of
+    /// `new` for what rounding may destroy.
     pub fn to_static<T: RealField + Copy, const N: usize, const M: usize, const P: usize, Q>(
         &self,
         plant: Q,
@@ -446,8 +446,8 @@ where
     /// outputs; see the [module](crate::static_size).
     ///
     /// # Errors
-    /// [`ObserverError::Matrix`] for other sizes of plant or gain, and for an entry beyond the range of `T`; those of `new`
-    /// for what rounding may destroy.
+    /// [`ObserverError::Matrix`] for other sizes of plant or gain, and for an entry beyond the range of `T`; those of
+    /// `new` for what rounding may destroy.
     pub fn to_static<T: RealField + Copy, const N: usize, const M: usize, const P: usize, Q>(
         &self,
         plant: Q,
@@ -475,8 +475,8 @@ where
     /// outputs; see the [module](crate::static_size).
     ///
     /// # Errors
-    /// [`ObserverError::Matrix`] for other sizes of plant or gain, and for an entry beyond the range of `T`; those of `new`
-    /// for what rounding may destroy.
+    /// [`ObserverError::Matrix`] for other sizes of plant or gain, and for an entry beyond the range of `T`; those of
+    /// `new` for what rounding may destroy.
     pub fn to_static<T: RealField + Copy, const N: usize, const M: usize, const P: usize, Q>(
         &self,
         plant: Q,
@@ -496,8 +496,8 @@ where
     D: Mean<S, f64, N0, M0, P0>,
     DefaultAllocator: Size<N0, M0, P0>,
 {
-    /// The same observer of `plant` with the mean `mean`, which are those of this one over the scalar `T`, with N states, M
-    /// inputs and P outputs; see the [module](crate::static_size). It is stepped as a
+    /// The same observer of `plant` with the mean `mean`, which are those of this one over the scalar `T`, with N
+    /// states, M inputs and P outputs; see the [module](crate::static_size). It is stepped as a
     /// [`StaticInterSampleObserver`](crate::StaticInterSampleObserver).
     ///
     /// # Errors
@@ -554,8 +554,8 @@ where
     /// outputs; see the [module](crate::static_size).
     ///
     /// # Errors
-    /// [`ObserverError::Matrix`] for other sizes, and for an entry beyond the range of `T`; those of [`new`](Self::new) and
-    /// [`with_gate`](Self::with_gate) for what rounding may destroy.
+    /// [`ObserverError::Matrix`] for other sizes, and for an entry beyond the range of `T`; those of [`new`](Self::new)
+    /// and [`with_gate`](Self::with_gate) for what rounding may destroy.
     pub fn to_static<T: RealField + Copy, const N: usize, const M: usize, const P: usize, Q>(
         &self,
         plant: Q,
@@ -586,8 +586,8 @@ where
     /// outputs; see the [module](crate::static_size). The factors of the covariances are rounded, not the covariances.
     ///
     /// # Errors
-    /// [`ObserverError::Matrix`] for other sizes, and for an entry beyond the range of `T`; those of [`new`](Self::new) and
-    /// [`with_gate`](Self::with_gate) for what rounding may destroy.
+    /// [`ObserverError::Matrix`] for other sizes, and for an entry beyond the range of `T`; those of [`new`](Self::new)
+    /// and [`with_gate`](Self::with_gate) for what rounding may destroy.
     pub fn to_static<T: RealField + Copy, const N: usize, const M: usize, const P: usize, Q>(
         &self,
         plant: Q,

@@ -1,8 +1,8 @@
 //! Linear plants in files (feature `serde`), in any format of serde.
 //!
-//! A plant is written as its matrices, each an array of rows, and read through [`LinearPlant::checked`]: a file that was
-//! changed by hand gives a plant whose shapes fit and whose entries are finite, or the error. Sizes known at compile time
-//! must be those of the file.
+//! A plant is written as its matrices, each an array of rows, and read through [`LinearPlant::checked`]: a file that
+//! was changed by hand gives a plant whose shapes fit and whose entries are finite, or the error. Sizes known at
+//! compile time must be those of the file.
 //!
 //! ```
 //! use luenberger_plants::{StateSpace, double_integrator};
@@ -40,8 +40,8 @@ where
 /// The matrix with these rows.
 ///
 /// # Errors
-/// [`PlantError::Ragged`] for rows of different lengths, [`PlantError::DimensionMismatch`] for another size than the type
-/// has.
+/// [`PlantError::Ragged`] for rows of different lengths, [`PlantError::DimensionMismatch`] for another size than the
+/// type has.
 pub fn matrix<T: Scalar + Copy, R: Dim, C: Dim>(
     what: &'static str,
     rows: &[Vec<T>],

@@ -1,7 +1,7 @@
 //! A plant from four functions on arrays: what `luenberger export --to rust` writes.
 
-/// Implements [`Shape`](crate::Shape), [`Plant`](crate::Plant) and [`Differentiable`](crate::Differentiable) for a type,
-/// a scalar, n states, m inputs, p outputs and four functions:
+/// Implements [`Shape`](crate::Shape), [`Plant`](crate::Plant) and [`Differentiable`](crate::Differentiable) for a
+/// type, a scalar, n states, m inputs, p outputs and four functions:
 ///
 /// | function | writes |
 /// |---|---|

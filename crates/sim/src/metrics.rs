@@ -40,8 +40,8 @@ pub fn settling_first(error: &Trace<'_>, threshold: f64) -> Option<f64> {
         .reduce(f64::min)
 }
 
-/// The last time with `|e| = threshold`, in the unit of the error, after which `|e|` stays below: the start if the error
-/// never exceeds it, `None` if it does at the end.
+/// The last time with `|e| = threshold`, in the unit of the error, after which `|e|` stays below: the start if the
+/// error never exceeds it, `None` if it does at the end.
 pub fn settling_last(error: &Trace<'_>, threshold: f64) -> Option<f64> {
     if error.last().abs() > threshold {
         return None;

@@ -1,10 +1,10 @@
 //! Radau IIA of order 5, for stiff starts and stiff plants.
 //!
 //! Three implicit stages at `c = ((4 - sqrt 6)/10, (4 + sqrt 6)/10, 1)`, stiffly accurate and L-stable; simplified
-//! Newton on the three stages together, in the coordinates in which `A^-1` is block diagonal; embedded error estimate of
-//! order 3, filtered by `(gamma/h I - J)^-1`; dense output by the collocation polynomial. The Jacobian is formed by
-//! differences in every step: the systems here have tens of states, and a Jacobian that is never stale leaves nothing to
-//! tune.
+//! Newton on the three stages together, in the coordinates in which `A^-1` is block diagonal; embedded error estimate
+//! of order 3, filtered by `(gamma/h I - J)^-1`; dense output by the collocation polynomial. The Jacobian is formed by
+//! differences in every step: the systems here have tens of states, and a Jacobian that is never stale leaves nothing
+//! to tune.
 //!
 //! Source: E. Hairer, G. Wanner, Solving Ordinary Differential Equations II, 2nd ed., Springer 1996, section IV.8.
 
@@ -93,8 +93,8 @@ impl Newton {
         Self { h, real: real.lu(), complex: complex.lu() }
     }
 
-    /// The correction of the stages z by their slopes: `(A^-1/h - J) dz = f - A^-1 z/h`, a block for each eigenvalue. None
-    /// for singular matrices.
+    /// The correction of the stages z by their slopes: `(A^-1/h - J) dz = f - A^-1 z/h`, a block for each eigenvalue.
+    /// None for singular matrices.
     fn correction(&self, slopes: &[DVector<f64>; 3], z: &[DVector<f64>; 3]) -> Option<[DVector<f64>; 3]> {
         let [f, w] = [slopes, z].map(|stages| combined(&T_INVERSE, stages));
         let mut first = &f[0] - &w[0] * (GAMMA / self.h);

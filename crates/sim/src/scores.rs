@@ -88,7 +88,8 @@ impl ErrorMetrics {
     /// # Ok::<(), Box<dyn std::error::Error>>(())
     /// ```
     /// # Errors
-    /// [`SimError::UnknownName`], [`SimError::NoCommonGrid`]; [`SimError::NotPositive`] for a band that is not positive.
+    /// [`SimError::UnknownName`], [`SimError::NoCommonGrid`]; [`SimError::NotPositive`] for a band that is not
+    /// positive.
     pub fn of(trajectory: &Trajectory, observer: &str, band: f64) -> Result<Self, SimError> {
         Errors::of(trajectory, observer, trajectory.score_grid()?)?.norm(None, band)
     }
@@ -211,8 +212,8 @@ impl<'t> Errors<'t> {
     /// its value at the start. An error that starts at 0 has no settling time.
     ///
     /// # Errors
-    /// [`SimError::Length`], [`SimError::NotFinite`] or [`SimError::NotPositive`] for a scale that does not fit, and for a
-    /// band that is not positive.
+    /// [`SimError::Length`], [`SimError::NotFinite`] or [`SimError::NotPositive`] for a scale that does not fit, and
+    /// for a band that is not positive.
     pub fn norm(&self, scale: Option<&[f64]>, band: f64) -> Result<ErrorMetrics, SimError> {
         check_positive("the band of settling", band)?;
         self.merits(scale, Band::Share(band))
@@ -291,7 +292,8 @@ impl Trajectory {
     /// # Ok::<(), Box<dyn std::error::Error>>(())
     /// ```
     /// # Errors
-    /// [`SimError::UnknownName`], [`SimError::NoCommonGrid`]; [`SimError::NotPositive`] for a band that is not positive.
+    /// [`SimError::UnknownName`], [`SimError::NoCommonGrid`]; [`SimError::NotPositive`] for a band that is not
+    /// positive.
     pub fn settling_time(&self, observer: &str, band: f64) -> Result<Option<f64>, SimError> {
         Ok(ErrorMetrics::of(self, observer, band)?.settling_last)
     }

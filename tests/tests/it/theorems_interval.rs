@@ -326,9 +326,9 @@ fn a_disturbance_that_switches_between_samples_is_enclosed() {
     assert!(largest > 0.3, "{largest}: the bounds are far from what disturbances reach");
 }
 
-/// What a disturbance that switches at will adds to the state in one period, `int_0^h e^{As} E w ds` with |w| <= W, lies
-/// in the box of `HeldPlant`: in each direction q the box reaches as far as `W int_0^h |q'e^{As}E| ds`. An oscillator
-/// over up to a half-period: a disturbance that is held reaches only along one line.
+/// What a disturbance that switches at will adds to the state in one period, `int_0^h e^{As} E w ds` with |w| <= W,
+/// lies in the box of `HeldPlant`: in each direction q the box reaches as far as `W int_0^h |q'e^{As}E| ds`. An
+/// oscillator over up to a half-period: a disturbance that is held reaches only along one line.
 #[test]
 fn the_held_disturbance_covers_every_switching_one() {
     let (plant, bound, cells) = (dmatrix![0.0, 1.0; -8.0, -0.4], 0.7, 20_000);

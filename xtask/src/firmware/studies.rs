@@ -249,8 +249,8 @@ fn c_of(board: &Board, folder: &Path, place: usize, case: Case) -> Result<Row, F
                         Some(cost)
                     }
                     Err(differs) => {
-                        // libgcc's sums of doubles for Thumb-2 lose a bit where exponents differ by 33 (docs/deploy.md);
-                        // with another library for them, each bit has to be the design's.
+                        // libgcc's sums of doubles for Thumb-2 lose a bit where exponents differ by 33
+                        // (docs/deploy.md); with another library for them, each bit has to be the design's.
                         let Some(doubles) = board.doubles().filter(|_| format == "f64") else { return Err(differs) };
                         golden(board, &out, &name, &object, Some(&doubles)).map_err(|_| differs)?;
                         eprintln!("── {}, {}: as designed in f64, but not with libgcc", case.study, case.observer);

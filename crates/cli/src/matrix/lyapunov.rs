@@ -1,5 +1,5 @@
-//! `luenberger lyap` and `luenberger dlyap`, with E where it is given: in python-control's form, or with `--transposed` in
-//! the library's, the observer's. Python-control's form of A is the observer's of `A'`.
+//! `luenberger lyap` and `luenberger dlyap`, with E where it is given: in python-control's form, or with `--transposed`
+//! in the library's, the observer's. Python-control's form of A is the observer's of `A'`.
 
 use super::{from, json_output};
 use crate::answer::Answer;

@@ -351,8 +351,8 @@ fn each_command_has_a_page_with_an_example() {
     }
 }
 
-/// The examples of `--help` are those of the pages, where [`every_example_does_what_its_page_says`] runs them. A page may
-/// write to a file what `--help` lets appear on the screen.
+/// The examples of `--help` are those of the pages, where [`every_example_does_what_its_page_says`] runs them. A page
+/// may write to a file what `--help` lets appear on the screen.
 #[test]
 fn the_examples_of_help_are_in_the_pages() {
     let files = std::fs::read_dir(docs().join("commands")).unwrap().map(|entry| entry.unwrap().path());

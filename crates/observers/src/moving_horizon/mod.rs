@@ -478,8 +478,8 @@ where
     }
 
     /// From t to `t + duration`, the input held; in [discrete time](Self::discrete) to the next sample, whatever the
-    /// duration. False, and the state as it was, if it has no result in floating point, and for columns of other lengths
-    /// than the plant's.
+    /// duration. False, and the state as it was, if it has no result in floating point, and for columns of other
+    /// lengths than the plant's.
     #[must_use = "without a result the state has not moved"]
     pub fn predict(&self, t: T, state: &mut OVector<T, D>, u: &OVector<T, M>, duration: T) -> bool {
         self.predicted(t, state, u, duration).is_some_and(|next| {

@@ -5,13 +5,13 @@
 //! changed by hand gives an observer that its constructor accepts, or the constructor's error. Sizes known at compile
 //! time must be those of the file.
 //!
-//! Observers of a plant of the user's have it under `plant`, if its type implements `Serialize` and `Deserialize`: the copies
-//! with a constant gain, the extended and the unscented Kalman filter. Feature `serde` of `luenberger-plants` does it for
-//! linear plants.
+//! Observers of a plant of the user's have it under `plant`, if its type implements `Serialize` and `Deserialize`: the
+//! copies with a constant gain, the extended and the unscented Kalman filter. Feature `serde` of `luenberger-plants`
+//! does it for linear plants.
 //!
 //! The others have no file, because their numbers are not all that they are: the mean-value observer has a mean and the
-//! KKL, parameter-estimation, high-gain and immersion-and-invariance observers have maps that are code of the user's, the
-//! inter-sample form and the mapped observer are made of them, numerical KKL observers have tables that the design
+//! KKL, parameter-estimation, high-gain and immersion-and-invariance observers have maps that are code of the user's,
+//! the inter-sample form and the mapped observer are made of them, numerical KKL observers have tables that the design
 //! computes, the moving-horizon estimator and the sliding-mode observers have few numbers, which are the arguments of
 //! their constructors. For these the study or the certificate file stores the design, from which they are built again.
 //!

@@ -366,8 +366,8 @@ where
     /// cut a long one.
     ///
     /// False, with `estimate` unchanged, if the covariance has no factor in floating point: f is not finite at a sigma
-    /// point, as for an input that is NaN, or taking the centre away leaves no positive definite matrix; and for columns
-    /// of other lengths than the plant's.
+    /// point, as for an input that is NaN, or taking the centre away leaves no positive definite matrix; and for
+    /// columns of other lengths than the plant's.
     #[must_use = "without a factor the estimate is unchanged"]
     pub fn predict(&self, t: T, estimate: &mut SquareRootEstimate<T, N>, u: &OVector<T, M>, duration: T) -> bool {
         self.predicted(t, estimate, u, duration).is_some_and(|(next, _)| {
@@ -421,10 +421,10 @@ where
     /// Updates estimate and covariance by the measurement y (length p) at time t under the input u; returns the
     /// innovation.
     ///
-    /// `None`, with `estimate` unchanged, if there is no result: y is not finite (a [gate](Self::with_gate) rejects such
-    /// an output alone), or an overflow; the joint covariance has no factor in floating point, because h is not finite at
-    /// a sigma point, or taking the centre away leaves no positive definite matrix; columns of other lengths than the
-    /// plant's.
+    /// `None`, with `estimate` unchanged, if there is no result: y is not finite (a [gate](Self::with_gate) rejects
+    /// such an output alone), or an overflow; the joint covariance has no factor in floating point, because h is not
+    /// finite at a sigma point, or taking the centre away leaves no positive definite matrix; columns of other lengths
+    /// than the plant's.
     pub fn update(
         &self,
         t: T,
@@ -553,8 +553,8 @@ where
     }
 
     /// Update and prediction. A sample where [`update`](UnscentedKalmanFilter::update) is `None`, as for a measurement
-    /// that is NaN, is passed over as if it were missed. A [prediction](UnscentedKalmanFilter::predict) without a result,
-    /// as for an input that is NaN, makes the estimate NaN. Columns of other lengths change nothing.
+    /// that is NaN, is passed over as if it were missed. A [prediction](UnscentedKalmanFilter::predict) without a
+    /// result, as for an input that is NaN, makes the estimate NaN. Columns of other lengths change nothing.
     fn step(&self, t: T, state: &mut Self::State, u: &Self::Input, y: &Self::Output) {
         if self.is_measurement(y) {
             self.update(t, state, u, y);

@@ -36,8 +36,8 @@ fn kalman() -> KalmanFilter<f64, Const<2>, Const<1>, Const<2>> {
     KalmanFilter::new(KalmanModel { ad, bd, c, w, v, p0, period: 0.1 }).unwrap()
 }
 
-/// A sample that is not finite is a missed one, to the last bit, in a step and in an update; the estimate then converges to
-/// that of a filter that has had all samples. With a gate, only the output that is not finite is missed.
+/// A sample that is not finite is a missed one, to the last bit, in a step and in an update; the estimate then
+/// converges to that of a filter that has had all samples. With a gate, only the output that is not finite is missed.
 fn passes_over<F>(filter: &F, is_gated: bool)
 where
     F: CovarianceFilter<f64, Input = Vector1<f64>, Output = Vector2<f64>, Estimate = Vector2<f64>>,
@@ -147,7 +147,8 @@ fn an_input_that_is_not_finite_is_no_prediction() {
     }
 }
 
-/// Columns of other lengths than the filter's, where the compiler does not see lengths: nothing panics, nothing changes.
+/// Columns of other lengths than the filter's, where the compiler does not see lengths: nothing panics, nothing
+/// changes.
 fn refuses<F>(filter: &F)
 where
     F: CovarianceFilter<f64, Input = DVector<f64>, Output = DVector<f64>, Estimate = DVector<f64>>,

@@ -1,6 +1,6 @@
 //! Resets and bounded parameters of [KKL+PEB] observers, as algebra at random states: a reset that transforms the
-//! filters takes the flow to itself and leaves the estimate, for every estimator; one that restarts them is a start with
-//! the same estimate; a parameter is projected to its bound.
+//! filters takes the flow to itself and leaves the estimate, for every estimator; one that restarts them is a start
+//! with the same estimate; a parameter is projected to its bound.
 #![cfg(feature = "alloc")]
 
 use luenberger_observers::estimator::ParameterEstimator;

@@ -137,8 +137,8 @@ impl<'a> Replay<'a> {
         self.entry(name, Kind::Observer(Arc::new(Continuous::corrected(observer))), initial, true)
     }
 
-    /// An observer of any kind, with its estimate of the state at the first time of the log, which is the first sample of
-    /// a sampled one.
+    /// An observer of any kind, with its estimate of the state at the first time of the log, which is the first sample
+    /// of a sampled one.
     #[must_use]
     pub fn any_observer(self, name: &str, observer: Arc<dyn AnyObserver + 'a>, initial: &[f64]) -> Self {
         self.entry(name, Kind::Observer(observer), initial, true)
@@ -178,9 +178,9 @@ impl<'a> Replay<'a> {
     }
 
     /// A filter with a covariance: updated at the rows of the log, and predicted in between over the time that has
-    /// passed, in steps no longer than its period. One in discrete time (a Kalman filter, or the extended one of a plant
-    /// in discrete time) is stepped at its own period from the first row on: updated at samples on which a row lies, and
-    /// predicted from sample to sample. Its [`FilterConsistency`] is recorded.
+    /// passed, in steps no longer than its period. One in discrete time (a Kalman filter, or the extended one of a
+    /// plant in discrete time) is stepped at its own period from the first row on: updated at samples on which a row
+    /// lies, and predicted from sample to sample. Its [`FilterConsistency`] is recorded.
     #[must_use]
     pub fn filter(self, name: &str, filter: impl CovarianceFilter<f64> + 'a, initial: &[f64]) -> Self {
         self.entry(name, Kind::Filter(Box::new(Any(filter))), initial, true)
