@@ -1,23 +1,11 @@
 //! The options that bound time and memory, and the length of input.
 
+use crate::results;
 use crate::terminal::{folder, luenberger};
 
-const STUDY: &str = "
-[plant]
-a = [[0, 1], [0, 0]]
-c = [[1, 0]]
-[[observer]]
-kind = \"luenberger\"
-poles = [-2, -5]
-[simulation]
-x0 = [1, 1]
-duration = 1
-";
-
+/// The file of the study of [`results`] with more lines.
 fn written(name: &str, more: &str) -> String {
-    let file = folder(name).join("study.toml");
-    std::fs::write(&file, format!("{STUDY}{more}")).unwrap();
-    file.to_str().unwrap().to_owned()
+    results::written(name, &format!("{}{more}", results::STUDY)).1
 }
 
 #[test]

@@ -7,7 +7,7 @@ use std::path::Path;
 use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};
 
-const STUDY: &str = "
+pub(crate) const STUDY: &str = "
 [plant]
 a = [[0, 1], [0, 0]]
 c = [[1, 0]]
@@ -22,7 +22,8 @@ duration = 1
 /// A sweep of hours.
 const SWEEP: &str = "[sweep]\nparameter = \"initial\"\nfrom = 1\nto = 2\ncount = 1000\nensemble = 1000\n";
 
-fn written(name: &str, text: &str) -> (std::path::PathBuf, String) {
+/// The folder and the file of a study with this text.
+pub(crate) fn written(name: &str, text: &str) -> (std::path::PathBuf, String) {
     let folder = folder(name);
     let file = folder.join("study.toml");
     std::fs::write(&file, text).unwrap();
