@@ -58,7 +58,6 @@ pub mod robust;
 pub mod sampled;
 mod separation;
 pub mod sliding_mode;
-mod split_mix;
 pub mod stored;
 mod symbolic_polynomial;
 mod uncertain;

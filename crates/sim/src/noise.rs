@@ -3,7 +3,7 @@
 //! The value in the k-th period depends only on the seed and on k, not on the order of evaluation: two runs with the
 //! same seed have the same noise, whatever their integrators do.
 
-use nalgebra::ComplexField;
+use luenberger_random::box_muller;
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
@@ -95,11 +95,7 @@ impl Noise {
         let mut unit = move || ((generator.next_u64() >> 11) as f64 + 0.5) * 2f64.powi(-53);
         let value = move |amplitude: &f64| match self.distribution {
             Distribution::Uniform => amplitude * (2.0 * unit() - 1.0),
-            Distribution::Gaussian => {
-                // Box and Muller, 1958. The elementary functions of nalgebra are the same on every machine.
-                let radius = (-2.0 * ComplexField::ln(unit())).sqrt();
-                amplitude * radius * ComplexField::cos(std::f64::consts::TAU * unit())
-            }
+            Distribution::Gaussian => amplitude * box_muller(unit(), unit())[0],
         };
         self.amplitude.iter().map(value)
     }

@@ -6,10 +6,10 @@
 use luenberger_linalg::{
     LinalgError, LyapunovEquation, ZeroOrderHold, eigenvalues, kalman_gain, stein, symmetric_part, zero_order_hold,
 };
+use luenberger_random::Random;
 use nalgebra::{DMatrix, DVector, DVectorView, SymmetricEigen};
 
 use super::flow::{ErrorFlow, Gains, Work};
-use crate::split_mix::SplitMix64;
 
 /// The two parts of the cost J of an observer.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -196,26 +196,21 @@ pub(super) fn square_root(m: &DMatrix<f64>) -> DMatrix<f64> {
     &eigen.eigenvectors * DMatrix::from_diagonal(&roots) * eigen.eigenvectors.transpose()
 }
 
-/// Numbers of variance 1; normal ones by Box and Muller's transform.
+/// Numbers of variance 1.
 pub struct Generator {
-    random: SplitMix64,
+    random: Random,
     kept: Option<f64>,
 }
 
 impl Generator {
     /// The same numbers for the same seed.
     pub fn new(seed: u64) -> Self {
-        Self { random: SplitMix64(seed), kept: None }
-    }
-
-    /// Above 0, at most 1.
-    fn unit(&mut self) -> f64 {
-        (self.random.bits() + 1) as f64 / (1u64 << 53) as f64
+        Self { random: Random(seed), kept: None }
     }
 
     /// Uniform of variance 1.
     pub fn uniform(&mut self) -> f64 {
-        3.0_f64.sqrt() * (2.0 * self.unit() - 1.0)
+        3.0_f64.sqrt() * (2.0 * self.random.open() - 1.0)
     }
 
     /// Standard normal.
@@ -223,9 +218,8 @@ impl Generator {
         if let Some(kept) = self.kept.take() {
             return kept;
         }
-        let radius = (-2.0 * nalgebra::ComplexField::ln(self.unit())).sqrt();
-        let angle = core::f64::consts::TAU * self.unit();
-        self.kept = Some(radius * libm_sin(angle));
-        radius * libm_cos(angle)
+        let [first, second] = self.random.normal_pair();
+        self.kept = Some(second);
+        first
     }
 }

@@ -15,6 +15,7 @@
 //! Then `K = U1'(A - X Lambda X^-1)`.
 
 use faer::Mat;
+use luenberger_random::Random;
 use nalgebra::{Complex, DMatrix, DVector};
 
 use super::eigenvectors::Eigenvectors;
@@ -105,15 +106,15 @@ impl<'a> Ascent<'a> {
     /// Start from fixed, generic coordinates in each subspace; `None` if X is singular.
     fn start(real: &'a [DMatrix<f64>], complex: &'a [DMatrix<Complex<f64>>], seed: u64) -> Option<Self> {
         let n = real.len() + 2 * complex.len();
-        let mut numbers = Generic(seed << 32);
+        let mut numbers = Random(seed << 32);
         let mut x = DMatrix::zeros(n, n);
         for (j, s) in real.iter().enumerate() {
-            let z = DVector::from_fn(s.ncols(), |_, _| numbers.next());
+            let z = DVector::from_fn(s.ncols(), |_, _| numbers.unit());
             let v = s * z;
             x.set_column(j, &(&v / v.norm()));
         }
         for (pair, s) in complex.iter().enumerate() {
-            let z = DVector::from_fn(s.ncols(), |_, _| Complex::new(numbers.next(), numbers.next()));
+            let z = DVector::from_fn(s.ncols(), |_, _| Complex::new(numbers.unit(), numbers.unit()));
             let v = s * z;
             set_pair(&mut x, real.len() + 2 * pair, &v.unscale(v.norm()));
         }
@@ -279,18 +280,4 @@ fn largest_pair(alpha: &DVector<Complex<f64>>, beta: &DVector<Complex<f64>>) -> 
     let length = lambda.hypot(g);
     (length > 0.0 && length.is_finite())
         .then(|| q1 * Complex::from(lambda / length) + q2 * Complex::new(0.0, -g / length))
-}
-
-/// Deterministic pseudorandom numbers in (-1, 1) (splitmix64): generic starting points, the same on every machine.
-pub(super) struct Generic(pub(super) u64);
-
-impl Generic {
-    pub(super) fn next(&mut self) -> f64 {
-        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let mut z = self.0;
-        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        z ^= z >> 31;
-        (z >> 11) as f64 / (1u64 << 52) as f64 - 1.0
-    }
 }

@@ -15,11 +15,11 @@
 //! entries set to zero, zero, and ten pseudorandom ones. Of the gains that place the poles, the one with the
 //! best-conditioned eigenvalues is kept. The global minimum is not guaranteed.
 
+use luenberger_random::Random;
 use nalgebra::{Complex, DMatrix, DMatrixView, DVector, Dyn};
 
 use super::eigenvectors::Eigenvectors;
 use super::poles::RequestedPoles;
-use super::robust::Generic;
 use super::sensitivity::{Eigen, conditions};
 use super::{Placement, assign, check};
 use crate::argument::{RealMatrixView, owned, shaped};
@@ -200,13 +200,13 @@ fn solve(
     let mut best: Option<Candidate> = None;
     let (mut placed, mut iterations) = (0, 0);
     for start in 0..STARTS {
-        let mut numbers = Generic(start << 32);
+        let mut numbers = Random(start << 32);
         let x = DVector::from_iterator(
             problem.free.len(),
             problem.free.iter().map(|at| match start {
                 0 => unconstrained[*at],
                 1 => 0.0,
-                _ => numbers.next() * reach * 2f64.powi(1 - (start % 4) as i32),
+                _ => numbers.unit() * reach * 2f64.powi(1 - (start % 4) as i32),
             }),
         );
         if x.iter().any(|x| !x.is_finite()) {
@@ -385,9 +385,9 @@ impl Problem {
         let mut fixed = vec![true; n];
         let mut slack = vec![0.0; n];
         for draw in 0..3 {
-            let mut numbers = Generic((100 + draw) << 32);
+            let mut numbers = Random((100 + draw) << 32);
             let size = self.a.norm().max(1.0) / self.b.norm().max(1e-3);
-            let x = DVector::from_fn(self.free.len(), |_, _| numbers.next() * size);
+            let x = DVector::from_fn(self.free.len(), |_, _| numbers.unit() * size);
             let moved = triangular_factor(&self.closed(&x))?;
             let terms = self.terms(&x);
             let found: Vec<(Complex<f64>, f64)> =
