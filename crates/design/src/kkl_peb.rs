@@ -32,6 +32,7 @@ use crate::check::within;
 use crate::error::DesignError;
 use crate::kkl::KklError;
 use crate::kkl::stability::{HurwitzAnalysis, hurwitz, require_decay};
+use crate::number::short;
 
 /// A run of the plant: a row of x and of u for each time.
 #[derive(Clone, Debug, PartialEq)]
@@ -148,11 +149,18 @@ impl fmt::Display for KklPebReport {
         let Excitation { window, delta, from, greatest, windows, .. } = &self.excitation;
         writeln!(
             f,
-            "measured   int b b' >= {delta:.3e} I (42) over {window} s, worst from {from}, trace at most {greatest:.3e}; {windows} windows"
+            "measured   int b b' >= {} I (42) over {window} s, worst from {from}, trace at most {}; {windows} windows",
+            short(*delta),
+            short(*greatest)
         )?;
         let largest: Vec<String> = self.greatest.iter().map(|x| format!("{x:.3}")).collect();
         writeln!(f, "measured   |x| <= ({}), second half over first {:.2}", largest.join(", "), self.growth)?;
-        writeln!(f, "measured   the pieces are the plant's up to {:.1e}, at {} samples", self.mismatch, self.samples)?;
+        writeln!(
+            f,
+            "measured   the pieces are the plant's up to {}, at {} samples",
+            short(self.mismatch),
+            self.samples
+        )?;
         for what in Self::NOT_CHECKED {
             writeln!(f, "not checked  {what}")?;
         }

@@ -64,8 +64,9 @@ pub enum OperatingPointError {
     },
     /// df/dx is singular: the operating point is not isolated, or there is none nearby.
     #[error(
-        "df/dx is singular at the state {} (condition {condition:.1e}): for this input there is no operating point, or not a single one",
-        short(x)
+        "df/dx is singular at the state {} (condition {}): for this input there is no operating point, or not a single one",
+        short(x),
+        significant(*condition, 2)
     )]
     Singular {
         /// Where.

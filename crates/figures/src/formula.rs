@@ -1,6 +1,6 @@
 //! Formulas: MathML, which browsers draw by themselves, with LaTeX beside it for whoever copies them.
 
-use crate::escape::escape;
+use luenberger_wording::escape;
 use std::fmt::Write;
 
 /// A formula in two languages.

@@ -9,7 +9,6 @@
 #![deny(missing_docs)]
 
 pub mod base85;
-mod escape;
 pub mod figure;
 pub mod formula;
 pub mod npz;
@@ -17,9 +16,9 @@ mod page;
 pub mod report;
 pub mod table;
 
-pub use escape::escape;
 pub use figure::{Area, Bar, Dash, Figure, Hue, Mark, Marker, Panel, Series, colours};
 pub use formula::Formula;
+pub use luenberger_wording::escape;
 pub use page::unpacked;
 pub use report::{Cell, Grid, Report, Section, Tone};
 pub use table::Table;

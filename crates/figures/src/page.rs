@@ -8,13 +8,13 @@
 //! plotly.js-basic-dist-min: `assets`, with its licence. Its SHA-256 is tested in `tests/it/report.rs`.
 
 use crate::base85;
-use crate::escape::escape;
 use crate::figure::{Figure, FigureError, interactive};
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
 use flate2::Compression;
 use flate2::read::GzDecoder;
 use flate2::write::GzEncoder;
+use luenberger_wording::escape;
 use serde_json::{Map, Value as Json};
 use std::fmt;
 use std::io::{Read, Write};

@@ -26,10 +26,10 @@
 //! # Ok::<(), luenberger_figures::report::ReportError>(())
 //! ```
 
-use crate::escape::escape;
 use crate::figure::{Figure, FigureError};
 use crate::formula::Formula;
 use crate::page::{Pictures, in_base85, page};
+use luenberger_wording::escape;
 use std::collections::HashSet;
 use std::fmt::Write;
 

@@ -1,4 +1,4 @@
-//! Numbers and counts in sentences, for text that makes no claim about the last digit.
+//! Numbers, counts and names in sentences and in markup, for text that makes no claim about the last digit.
 //!
 //! Decimals are those that read back as the number, or rounded to a number of significant digits, without trailing
 //! zeros, and in scientific notation below 1e-4 and from 1e7. Numbers of statements, exact or rounded to the safe side,
@@ -77,6 +77,15 @@ pub fn counted(count: usize, noun: &str) -> String {
 /// ```
 pub fn quoted(name: &str) -> String {
     format!("\"{}\"", name.replace('\\', "\\\\").replace('"', "\\\""))
+}
+
+/// `text` for HTML, SVG and XML, within an element or a quoted attribute.
+///
+/// ```
+/// assert_eq!(luenberger_wording::escape("a < \"b\" & c"), "a &lt; &quot;b&quot; &amp; c");
+/// ```
+pub fn escape(text: &str) -> String {
+    text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
 }
 
 /// The example of `README.md`, compiled and run with the documentation's tests.

@@ -52,6 +52,7 @@ use core::fmt;
 
 use luenberger_observers::kkl::{KklMap, KklObserver, KklSize};
 use luenberger_plants::{Dimensions, Plant};
+use luenberger_proof::wording::at_most;
 use luenberger_proof::{Interval, Matrix, Ring, Verdict};
 use nalgebra::DefaultAllocator;
 
@@ -59,6 +60,7 @@ use crate::check::within;
 use crate::enclosure::paths::explore;
 use crate::enclosure::{Axis, IntervalDual, Region};
 use crate::golden_sequence::GoldenSequence;
+use crate::number::short;
 use crate::symbolic_polynomial::{SymbolicPolynomial, collect, evaluate};
 use candidate::still;
 
@@ -361,7 +363,7 @@ impl KklReport {
 impl fmt::Display for KklReport {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Self { residual, stability, coupling, injectivity, left_inverse } = self;
-        let bounds: Vec<String> = residual.bounds.iter().map(|bound| format!("{bound:.1e}")).collect();
+        let bounds: Vec<String> = residual.bounds.iter().map(|bound| at_most(*bound, 2)).collect();
         write!(f, "{:<9}  D phi f = Lambda phi + B (4): ", residual.verdict.word())?;
         match &residual.verdict {
             Verdict::Refuted { witness } => writeln!(f, "{witness}")?,
@@ -392,8 +394,10 @@ impl fmt::Display for KklReport {
             Verdict::Refuted { witness } => writeln!(f, "{witness}")?,
             _ => writeln!(
                 f,
-                "smallest ratio {:.3e} over {} states, smallest singular value {:.3e}",
-                injectivity.smallest_ratio, injectivity.points, injectivity.smallest_singular_value
+                "smallest ratio {} over {} states, smallest singular value {}",
+                short(injectivity.smallest_ratio),
+                injectivity.points,
+                short(injectivity.smallest_singular_value)
             )?,
         }
         if !injectivity.continuous {
@@ -404,7 +408,7 @@ impl fmt::Display for KklReport {
         }
         match left_inverse {
             Ok((missed, place)) if *missed > 0.0 => {
-                writeln!(f, "measured   phi^L(phi(x), h(x)) = x up to {missed:.1e} half-widths, at {place}")
+                writeln!(f, "measured   phi^L(phi(x), h(x)) = x up to {} half-widths, at {place}", short(*missed))
             }
             Ok(_) => writeln!(f, "measured   phi^L(phi(x), h(x)) = x at every sample"),
             Err(place) => writeln!(f, "           phi^L(phi(x), h(x)) has no finite value at {place}"),

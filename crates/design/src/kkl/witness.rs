@@ -4,6 +4,7 @@ use core::fmt;
 
 use luenberger_plants::Dimensions;
 use luenberger_proof::Interval;
+use luenberger_proof::wording::{at_least, at_most, shortest, significant};
 
 /// A point of the box.
 #[derive(Clone, Debug, PartialEq)]
@@ -48,9 +49,9 @@ pub struct ResidualWitness {
 
 impl fmt::Display for ResidualWitness {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Self { row, at_least, scale, place } = self;
-        let share = at_least / scale;
-        write!(f, "the residual of row {} is at least {at_least:.3e}, {share:.1e} of its terms, at {place}", row + 1)
+        let Self { row, at_least: least, scale, place } = self;
+        let (bound, share) = (at_least(*least, 4), significant(least / scale, 2));
+        write!(f, "the residual of row {} is at least {bound}, about {share} of its terms, at {place}", row + 1)
     }
 }
 
@@ -72,8 +73,8 @@ pub struct CouplingWitness {
 impl fmt::Display for CouplingWitness {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Self { row, entry, slope, place, xi } = self;
-        let (row, entry, lo, hi) = (row + 1, entry + 1, slope.lo(), slope.hi());
-        write!(f, "dB{row}/dxi{entry} is in [{lo:e}, {hi:e}] at {place}, xi = {xi:?}")
+        let (row, entry, [lo, hi]) = (row + 1, entry + 1, [slope.lo(), slope.hi()].map(shortest));
+        write!(f, "dB{row}/dxi{entry} is in [{lo}, {hi}] at {place}, xi = {xi:?}")
     }
 }
 
@@ -149,6 +150,7 @@ pub struct TwoStates {
 impl fmt::Display for TwoStates {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Self { first, second, distance, gap } = self;
-        write!(f, "{first:?} and {second:?}, {distance:.3e} apart, have images at most {gap:.1e} apart")
+        let (distance, gap) = (significant(*distance, 4), at_most(*gap, 2));
+        write!(f, "{first:?} and {second:?}, {distance} apart, have images at most {gap} apart")
     }
 }

@@ -3,10 +3,11 @@
 use core::fmt;
 
 use luenberger_linalg::{Mode, Observability};
-use luenberger_proof::wording::complex;
+use luenberger_proof::wording::{complex, significant};
 use nalgebra::Complex;
 
 use super::words::direction_in_words;
+use crate::number::short;
 
 /// The report on a linear pair `(A, C)` for an engineer: rank, the margin of every mode, hidden directions.
 ///
@@ -51,16 +52,16 @@ impl InWords<'_> {
 impl fmt::Display for InWords<'_> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Observability { order, rank, modes, unobservable, subspace, tolerance, units } = self.seen;
-        writeln!(f, "rank {rank} of {order}, margins at or below {tolerance:.1e} count as zero")?;
+        writeln!(f, "rank {rank} of {order}, margins at or below {} count as zero", significant(*tolerance, 2))?;
         for mode in modes {
             let hidden = mode.margin <= *tolerance;
             let directions = self.directions(mode).join(" and ");
             let word = if hidden { "hidden" } else { "seen" };
             writeln!(
                 f,
-                "mode {}: margin {:.2e}, {word}, least along {directions}",
+                "mode {}: margin {}, {word}, least along {directions}",
                 complex([mode.eigenvalue.re, mode.eigenvalue.im], 4),
-                mode.margin
+                short(mode.margin)
             )?;
         }
         if rank == order {

@@ -27,6 +27,7 @@ use super::{
 };
 use crate::check::within;
 use crate::golden_sequence::GoldenSequence;
+use crate::number::short;
 
 /// The most values of an input for which T is tabulated.
 pub const MOST_NODES: usize = 33;
@@ -72,9 +73,9 @@ impl<const N: usize> fmt::Display for HeldInputReport<N> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         writeln!(f, "memory                         {:.2}", self.horizon)?;
         writeln!(f, "inputs with a table            {}", self.tables)?;
-        writeln!(f, "spline of T, rms and max       {:.2e}, {:.2e}", self.spline.0, self.spline.1)?;
-        writeln!(f, "DT f - D T - B h, rms and max  {:.2e}, {:.2e}", self.residual.0, self.residual.1)?;
-        writeln!(f, "|T(x) - T(x')| / |x - x'|      at least {:.2e}", self.smallest_ratio)?;
+        writeln!(f, "spline of T, rms and max       {}, {}", short(self.spline.0), short(self.spline.1))?;
+        writeln!(f, "DT f - D T - B h, rms and max  {}, {}", short(self.residual.0), short(self.residual.1))?;
+        writeln!(f, "|T(x) - T(x')| / |x - x'|      at least {}", short(self.smallest_ratio))?;
         write_errors(f, "embedded", &self.embedded)?;
         write_errors(f, "interpolated", &self.interpolated)
     }

@@ -7,6 +7,7 @@ use luenberger_plants::Plant;
 use nalgebra::SVector;
 
 use crate::check::within;
+use crate::number::short;
 use crate::numerical_kkl::domain::Domain;
 use crate::numerical_kkl::error::NumericalKklError;
 use crate::numerical_kkl::extrapolation::{Extrapolation, Halt};
@@ -165,7 +166,7 @@ pub struct Report<const N: usize> {
 
 /// The entries with three digits.
 fn list<const N: usize>(v: &SVector<f64, N>) -> String {
-    v.iter().map(|x| format!("{x:.2e}")).collect::<Vec<_>>().join(", ")
+    v.iter().map(|x| short(*x)).collect::<Vec<_>>().join(", ")
 }
 
 /// What `form` of the left inverse misses over the box.
@@ -179,11 +180,11 @@ impl<const N: usize> fmt::Display for Report<N> {
         let i = &self.injectivity;
         writeln!(f, "memory                         {:.2}", self.horizon)?;
         writeln!(f, "trajectories of the table      {}", self.trajectories)?;
-        writeln!(f, "spline of T, rms and max       {:.2e}, {:.2e}", self.spline.0, self.spline.1)?;
-        writeln!(f, "DT f - D T - B h, rms and max  {:.2e}, {:.2e}", self.residual.0, self.residual.1)?;
-        writeln!(f, "  by simulation, max           {:.2e}", self.simulated_residual)?;
-        writeln!(f, "|T(x) - T(x')| / |x - x'|      {:.2e} to {:.2e}", i.smallest_ratio, i.largest_ratio)?;
-        writeln!(f, "smallest singular value of DT  {:.2e} at ({})", i.smallest_singular_value, list(&i.flattest))?;
+        writeln!(f, "spline of T, rms and max       {}, {}", short(self.spline.0), short(self.spline.1))?;
+        writeln!(f, "DT f - D T - B h, rms and max  {}, {}", short(self.residual.0), short(self.residual.1))?;
+        writeln!(f, "  by simulation, max           {}", short(self.simulated_residual))?;
+        writeln!(f, "|T(x) - T(x')| / |x - x'|      {} to {}", short(i.smallest_ratio), short(i.largest_ratio))?;
+        writeln!(f, "smallest singular value of DT  {} at ({})", short(i.smallest_singular_value), list(&i.flattest))?;
         for (name, errors, cost) in [
             ("embedded", &self.embedded, &self.embedded_footprint),
             ("interpolated", &self.interpolated, &self.interpolated_footprint),

@@ -3,6 +3,8 @@
 use std::collections::BTreeSet;
 use std::fmt::Write;
 
+use luenberger_wording::escape;
+
 use super::Version;
 use crate::Export;
 use crate::error::ExportError;
@@ -25,20 +27,9 @@ enum Role {
     Parameter(f64),
 }
 
-/// Text inside an attribute.
+/// Text inside an attribute, on one line.
 fn attribute(text: &str) -> String {
-    let mut out = String::new();
-    for letter in text.chars() {
-        match letter {
-            '&' => out.push_str("&amp;"),
-            '<' => out.push_str("&lt;"),
-            '>' => out.push_str("&gt;"),
-            '"' => out.push_str("&quot;"),
-            letter if letter.is_control() => out.push(' '),
-            letter => out.push(letter),
-        }
-    }
-    out
+    escape(&text.replace(char::is_control, " "))
 }
 
 fn is_identifier(name: &str) -> bool {

@@ -137,7 +137,7 @@ impl Canvas {
             }
             match outline {
                 Outline::Words { text, .. } => {
-                    let _ = write!(svg, ">{}</text>", crate::escape::escape(text));
+                    let _ = write!(svg, ">{}</text>", luenberger_wording::escape(text));
                 }
                 _ => svg.push_str("/>"),
             }

@@ -250,7 +250,7 @@ fn boundedness(_: &Context) -> Result<Outcome, CheckError> {
     // The tolerance of the run, times the size of the terms of V.
     let grows = (1..1001).map(|k| v(k) - v(k - 1)).fold(f64::NEG_INFINITY, f64::max);
     if grows > 1e-9 {
-        return Err(format!("V grows by {grows:e} between two samples").into());
+        return Err(format!("V grows by {} between two samples", short(grows)).into());
     }
     let drift = free.x[(1000, 2)];
     Ok(Outcome::new(Evidence::Readings(vec![("u = -y", bounded(&fed_back)), ("u = 0", bounded(&free))])).note(format!(

@@ -220,7 +220,7 @@ fn error_equation(context: &Context) -> Result<Outcome, CheckError> {
     // With the minus sign the two sides differ by what the run is wrong by.
     let bound = GAIN * INTEGRATION * 10.0;
     if repaired > bound {
-        return Err(format!("θ̂' differs from -Γψψ'θ̃ by {repaired:e}, more than {bound:e}").into());
+        return Err(format!("θ̂' differs from -Γψψ'θ̃ by {}, more than {}", short(repaired), short(bound)).into());
     }
     Ok(Outcome::new(Evidence::counterexample(
         "θ̃' = Γ ψ ψ' θ̃ along the run",

@@ -10,6 +10,7 @@ use nalgebra::DMatrix;
 
 use super::Evidence;
 use crate::design::{Sampling, sampled_interval, sampled_statement};
+use crate::maps::operand;
 use crate::operation;
 use crate::study::{IntervalSpec, ObserverSpec, Study};
 
@@ -111,15 +112,10 @@ fn format(scalar: Scalar) -> Format {
     }
 }
 
-/// A number as an operand.
-fn number(x: f64) -> String {
-    format!("({x:?})")
-}
-
 /// `m_i1 v_1 + m_i2 v_2 + ..` without the terms that are 0; `0` where all are.
 fn row(m: &DMatrix<f64>, i: usize, vector: &[String]) -> String {
     let terms = vector.iter().enumerate().filter(|(j, _)| m[(i, *j)] != 0.0);
-    let terms: Vec<String> = terms.map(|(j, v)| format!("{}*{v}", number(m[(i, j)]))).collect();
+    let terms: Vec<String> = terms.map(|(j, v)| format!("{}*{v}", operand(m[(i, j)]))).collect();
     if terms.is_empty() { "0".to_owned() } else { terms.join(" + ") }
 }
 
@@ -141,12 +137,12 @@ fn step(design: &SampledIntervalDesign) -> Result<ExpressionStep<f64>, String> {
     };
     let (sizes, fed) = (magnitudes(&xhat), magnitudes(&u));
     let bound = |k: usize| {
-        let grown = format!("(({}) + {})", row(&g.blocks, k, &rho), number(g.constant[k]));
+        let grown = format!("(({}) + {})", row(&g.blocks, k, &rho), operand(g.constant[k]));
         let grown = format!("({grown} + ({}))", row(&g.of_estimate, k, &sizes));
         if m == 0 { grown } else { format!("({grown} + ({}))", row(&g.of_input, k, &fed)) }
     };
     let (next, bounds): (Vec<String>, Vec<String>) = ((0..n).map(estimate).collect(), (0..q).map(bound).collect());
-    let width = |i: usize| format!("({}) + {}*abs({})", row(&g.h, i, &bounds), number(g.outward), next[i]);
+    let width = |i: usize| format!("({}) + {}*abs({})", row(&g.h, i, &bounds), operand(g.outward), next[i]);
     let widths: Vec<String> = (0..n).map(width).collect();
     let f: Vec<String> = next.iter().chain(&widths).chain(&bounds).cloned().collect();
     let h: Vec<String> = (0..p).map(|i| row(&g.c, i, &xhat)).collect();

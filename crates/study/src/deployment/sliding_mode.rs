@@ -4,7 +4,7 @@ use luenberger_export::step::ExpressionStep;
 use luenberger_expression::ExpressionPlant;
 
 use crate::design::sliding_mode_gains_of;
-use crate::maps::MapNames;
+use crate::maps::{MapNames, operand};
 use crate::study::{SlidingModeSpec, Study};
 
 /// The step of the sliding-mode observer.
@@ -16,11 +16,6 @@ pub struct SlidingModeDeployment {
     pub certificate: Option<luenberger_design::Certificate>,
     /// What the design says.
     pub statement: String,
-}
-
-/// A number as an operand.
-fn number(x: f64) -> String {
-    format!("({x:?})")
 }
 
 /// The step as expressions, in the order of `SlidingModeObserver`.
@@ -37,37 +32,37 @@ pub(super) fn step(study: &Study, spec: &SlidingModeSpec) -> Result<ExpressionSt
     let f = format!("({})", model.f().last().map_or("0", |row| row.text()));
     let innovation = "(_y1 - _1)";
     let rows = match gains.as_slice() {
-        [k] if spec.explicit => vec![format!("(_1 + {}*sign({innovation})) + {}*{f}", number(h * k), number(h))],
-        [k] => vec![format!("(_1 + sat({innovation}, {}, {})) + {}*{f}", number(-h * k), number(h * k), number(h))],
+        [k] if spec.explicit => vec![format!("(_1 + {}*sign({innovation})) + {}*{f}", operand(h * k), operand(h))],
+        [k] => vec![format!("(_1 + sat({innovation}, {}, {})) + {}*{f}", operand(-h * k), operand(h * k), operand(h))],
         [k1, k2] => {
             let corrected = |i: usize| {
-                let layer = number(k2 * h * h);
+                let layer = operand(k2 * h * h);
                 if spec.explicit {
                     return match i {
-                        0 => format!("(_1 + {}*sqrt(abs({innovation}))*sign({innovation}))", number(h * k1)),
-                        _ => format!("(_2 + {}*sign({innovation}))", number(h * k2)),
+                        0 => format!("(_1 + {}*sqrt(abs({innovation}))*sign({innovation}))", operand(h * k1)),
+                        _ => format!("(_2 + {}*sign({innovation}))", operand(h * k2)),
                     };
                 }
                 let rest = format!("(abs({innovation}) - {layer})");
-                let a = number(h * k1);
-                let square = number((h * k1) * (h * k1));
+                let a = operand(h * k1);
+                let square = operand((h * k1) * (h * k1));
                 let root = format!("(({rest} + {rest})/({a} + sqrt({square} + 4*{rest})))");
                 let (inside, outside) = match i {
                     0 => (
-                        format!("({}*({innovation}/{layer}))", number(h * h * k2)),
-                        format!("(({a}*{root} + {})*sign({innovation}))", number(h * h * k2)),
+                        format!("({}*({innovation}/{layer}))", operand(h * h * k2)),
+                        format!("(({a}*{root} + {})*sign({innovation}))", operand(h * h * k2)),
                     ),
                     _ => (
-                        format!("({}*({innovation}/{layer}))", number(h * k2)),
-                        format!("({}*sign({innovation}))", number(h * k2)),
+                        format!("({}*({innovation}/{layer}))", operand(h * k2)),
+                        format!("({}*sign({innovation}))", operand(h * k2)),
                     ),
                 };
                 format!("(_{} + if({rest} > 0, {outside}, {inside}))", i + 1)
             };
             let (first, second) = (corrected(0), corrected(1));
             vec![
-                format!("({first} + {}*{second}) + {}*{f}", number(h), number(h * h / 2.0)),
-                format!("{second} + {}*{f}", number(h)),
+                format!("({first} + {}*{second}) + {}*{f}", operand(h), operand(h * h / 2.0)),
+                format!("{second} + {}*{f}", operand(h)),
             ]
         }
         _ => {

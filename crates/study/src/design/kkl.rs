@@ -9,7 +9,7 @@ use luenberger_design::numerical_kkl::{
     Progress, Settings, Spline, Table, TargetSystem, Train, choose_with_table,
 };
 use luenberger_expression::Fixed;
-use luenberger_proof::wording::significant;
+use luenberger_proof::wording::{shortest, significant};
 use nalgebra::SVector;
 
 use super::explain::Misfit;
@@ -239,9 +239,9 @@ fn explained(choice: &Choice, wanted: &ChoiceOptions) -> String {
         return format!(". Chosen: {}", chosen.join(", "));
     }
     let why = if choice.is_reached {
-        format!("the slowest filter with a root mean square error of at most {:e} half-widths", wanted.error)
+        format!("the slowest filter with a root mean square error of at most {} half-widths", shortest(wanted.error))
     } else {
-        format!("the smallest error: none of the designs reaches {:e} half-widths", wanted.error)
+        format!("the smallest error: none of the designs reaches {} half-widths", shortest(wanted.error))
     };
     let tried = choice.candidates.iter().map(|candidate| {
         let result = match &candidate.outcome {

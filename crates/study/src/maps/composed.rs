@@ -13,7 +13,7 @@ use luenberger_plants::Dimensions;
 use nalgebra::{DMatrix, Dyn};
 
 use super::high_gain::place;
-use super::whole::{built, determinant, number, renamed, without};
+use super::whole::{built, determinant, operand, renamed, without};
 use super::{HighGainMaps, ImmersionMaps};
 use crate::model::{Model, PlantModel};
 
@@ -33,7 +33,7 @@ pub(crate) fn high_gain(plant: &PlantModel, maps: &HighGainMaps, gains: &[f64]) 
             "({}) + ({})*{}*({} - {})",
             names.of_outputs(maps.drift[i].text(), |_| None),
             names.of_outputs(maps.shape[i].text(), |_| None),
-            number(gains[i]),
+            operand(gains[i]),
             seen(output),
             state(head(output))
         )
@@ -187,7 +187,7 @@ pub(crate) fn unknown_input(
     };
     let combined = |matrix: &DMatrix<f64>, row: usize, of: &dyn Fn(usize) -> String| {
         let used = (0..matrix.ncols()).filter(|j| matrix[(row, *j)] != 0.0);
-        sum(&used.map(|j| format!("{}*{}", number(matrix[(row, j)]), of(j))).collect::<Vec<_>>())
+        sum(&used.map(|j| format!("{}*{}", operand(matrix[(row, j)]), of(j))).collect::<Vec<_>>())
     };
     let input = |j: usize| format!("u{}", j + 1);
     // y - D u.
@@ -250,15 +250,15 @@ pub(crate) fn printed_mean_value(
                 continue;
             };
             let node = |(share, weight): &(f64, f64)| {
-                let point = |k: usize| format!("({} + {}*{})", state(k), state(n + k), number(*share));
-                format!("{}*{}", at(&slope, &point), number(*weight))
+                let point = |k: usize| format!("({} + {}*{})", state(k), state(n + k), operand(*share));
+                format!("{}*{}", at(&slope, &point), operand(*weight))
             };
             *entry = format!("({})", sum(&GAUSS_LEGENDRE_8.iter().map(node).collect::<Vec<_>>()));
         }
     }
     let gain = |k: usize| {
         let terms: Vec<String> = (0..n).flat_map(|j| [&mean[k][j], &mean[j][k]]).map(|d| format!("abs({d})")).collect();
-        format!("{}*({})", number(eta), sum(&terms))
+        format!("{}*({})", operand(eta), sum(&terms))
     };
     let error = |k: usize| state(n + k);
     let mut rate = Vec::new();
@@ -272,7 +272,7 @@ pub(crate) fn printed_mean_value(
     }
     let estimates: Vec<String> = (0..n).map(state).collect();
     let start: Vec<String> =
-        (0..n).map(|k| format!("x{}", k + 1)).chain(internal_error.iter().map(|e| number(*e))).collect();
+        (0..n).map(|k| format!("x{}", k + 1)).chain(internal_error.iter().map(|e| operand(*e))).collect();
     built(plant, 2 * n, (&rate, &estimates, &start), None)
 }
 

@@ -39,11 +39,11 @@ pub(crate) fn peb(plant: &PlantModel, spec: &PebSpec, period: f64) -> Result<Exp
     let theta = |j: usize| state(order + r * (q + 2) + j);
     let extension = |k: usize| state(order + r * (q + 2) + q + k);
     let held = |j: usize| match &maps.lowest {
-        Some(lowest) => format!("max({}, {})", theta(j), number(lowest[j])),
+        Some(lowest) => format!("max({}, {})", theta(j), operand(lowest[j])),
         None => theta(j),
     };
 
-    let filter = |source: &str, state: &str| format!("{}*({source} - {state})", number(*alpha));
+    let filter = |source: &str, state: &str| format!("{}*({source} - {state})", operand(*alpha));
     let leak = |i: usize| if maps.open.contains(&i) { maps.leakage } else { 0.0 };
     let mut rate: Vec<String> = (0..order).map(|i| writer.rate(i, leak(i))).collect();
     let signal: Vec<String> = maps.signal.iter().map(|row| signal_of(&writer, row)).collect();
@@ -65,7 +65,7 @@ pub(crate) fn peb(plant: &PlantModel, spec: &PebSpec, period: f64) -> Result<Exp
             let gain = gradient.gain();
             let row = |i: usize| {
                 let used = (0..q).filter(|j| gain[(i, *j)] != 0.0);
-                sum(used.map(|j| format!("{}*({})", number(gain[(i, j)]), slope(j))).collect())
+                sum(used.map(|j| format!("{}*({})", operand(gain[(i, j)]), slope(j))).collect())
             };
             (0..q).map(row).collect()
         }
@@ -88,14 +88,14 @@ pub(crate) fn peb(plant: &PlantModel, spec: &PebSpec, period: f64) -> Result<Exp
     };
     if let Some(lowest) = &maps.lowest {
         for (j, row) in of_theta.iter_mut().enumerate() {
-            *row = format!("if({} <= {} && {row} < 0, 0, {row})", theta(j), number(lowest[j]));
+            *row = format!("if({} <= {} && {row} < 0, 0, {row})", theta(j), operand(lowest[j]));
         }
     }
     rate.extend(of_theta);
     match &spec.estimator {
         Estimator::Gradient(_) => {}
         Estimator::Kreisselmeier(drem) => {
-            let a = number(drem.extension().forgetting_rate());
+            let a = operand(drem.extension().forgetting_rate());
             let right = |j: usize| sum((0..r).map(|i| format!("{}*{}", regressor(i, j), measured(i))).collect());
             rate.extend((0..q).map(|j| format!("{} - {a}*{}", right(j), extension(j))));
             for k in 0..q {
@@ -106,7 +106,7 @@ pub(crate) fn peb(plant: &PlantModel, spec: &PebSpec, period: f64) -> Result<Exp
         Estimator::Filters(drem) => {
             for (k, beta) in drem.extension().poles().iter().enumerate() {
                 let first = k * r * (q + 1);
-                let follow = |source: String, at: usize| format!("{}*({source} - {})", number(*beta), extension(at));
+                let follow = |source: String, at: usize| format!("{}*({source} - {})", operand(*beta), extension(at));
                 rate.extend((0..r).map(|i| follow(measured(i), first + i)));
                 for j in 0..q {
                     rate.extend((0..r).map(|i| follow(regressor(i, j), first + (1 + j) * r + i)));
@@ -125,10 +125,10 @@ pub(crate) fn peb(plant: &PlantModel, spec: &PebSpec, period: f64) -> Result<Exp
         (0..q).map(|j| maps.lowest.as_ref().map_or(spec.start, |lowest| spec.start.max(lowest[j]))).collect();
     let behind = maps.completion(&first);
     let mut start: Vec<String> = (0..order)
-        .map(|i| format!("({}) - {}", maps.kkl.phi[i].text(), number(behind[i])))
+        .map(|i| format!("({}) - {}", maps.kkl.phi[i].text(), operand(behind[i])))
         .chain(signal)
         .chain((0..r * (q + 1)).map(|_| "0".to_owned()))
-        .chain(first.iter().map(|theta| number(*theta)))
+        .chain(first.iter().map(|theta| operand(*theta)))
         .collect();
     start.resize(rate.len(), "0".to_owned());
     let Some(reset) = &spec.reset else { return built(plant, order, (&rate, &estimate, &start), None) };
@@ -137,12 +137,12 @@ pub(crate) fn peb(plant: &PlantModel, spec: &PebSpec, period: f64) -> Result<Exp
     let count = state(rate.len());
     let every = samples_between(reset.period, period)?;
     let above = reset.above.map(|level| {
-        let one = |i: &usize| format!("abs({}) > {}", state(*i), number(level));
+        let one = |i: &usize| format!("abs({}) > {}", state(*i), operand(level));
         maps.open.iter().map(one).collect::<Vec<_>>().join(" || ")
     });
-    let is_due = format!("{count} >= {}", number(every));
+    let is_due = format!("{count} >= {}", operand(every));
     let resets = above.map_or(is_due.clone(), |above| format!("{is_due} && ({above})"));
-    let delta = |j: usize| format!("({} - {})", held(j), number(first[j]));
+    let delta = |j: usize| format!("({} - {})", held(j), operand(first[j]));
     let moved = |from: String, by: &dyn Fn(usize) -> String| {
         let terms: Vec<String> = (0..q).map(|j| format!("{}*{}", by(j), delta(j))).collect();
         format!("{from} + {}", terms.join(" + "))
@@ -150,7 +150,7 @@ pub(crate) fn peb(plant: &PlantModel, spec: &PebSpec, period: f64) -> Result<Exp
     let back = |from: String, by: &dyn Fn(usize) -> String| moved(from, &|j| format!("(-{})", by(j)));
     let kept = maps.memory() == FilterMemory::Transformed;
     let mut after: Vec<String> = (0..order)
-        .map(|i| format!("{} + ({} - {})", state(i), missing_of(&maps.missing[i], q, held), number(behind[i])))
+        .map(|i| format!("{} + ({} - {})", state(i), missing_of(&maps.missing[i], q, held), operand(behind[i])))
         .collect();
     let restarted = |k: usize| if k < r { signal_of(&writer, &maps.signal[k]) } else { "0".to_owned() };
     let filters = order..order + r * (q + 2);
@@ -159,7 +159,7 @@ pub(crate) fn peb(plant: &PlantModel, spec: &PebSpec, period: f64) -> Result<Exp
         k if k >= r && k < 2 * r => moved(known(k - r), &|j| regressor(k - r, j)),
         k => state(order + k),
     }));
-    after.extend(first.iter().map(|theta| number(*theta)));
+    after.extend(first.iter().map(|theta| operand(*theta)));
     let rest = rate.len() - after.len();
     after.extend((0..rest).map(|k| match &spec.estimator {
         _ if !kept => "0".to_owned(),
@@ -225,7 +225,7 @@ fn mixed(
     let row = |i: usize| {
         // Entry (i, k) of the adjugate is the cofactor (k, i).
         let solved: Vec<String> = (0..q).map(|k| format!("({})*{}", cofactor(k, i), right(k))).collect();
-        format!("{}*({delta})*({} - ({delta})*{})", number(gains[i]), solved.join(" + "), theta(i))
+        format!("{}*({delta})*({} - ({delta})*{})", operand(gains[i]), solved.join(" + "), theta(i))
     };
     Ok((0..q).map(row).collect())
 }
@@ -247,7 +247,7 @@ pub(super) fn determinant(entries: &[Vec<String>]) -> String {
 }
 
 /// A number as an operand.
-pub(super) fn number(x: f64) -> String {
+pub(crate) fn operand(x: f64) -> String {
     format!("({x:?})")
 }
 
@@ -285,7 +285,7 @@ impl Writer<'_> {
             .map(|(text, j)| format!("({text})*xi{}", j + 1))
             .collect();
         if leakage > 0.0 {
-            terms.push(format!("{}*xi{}", number(-leakage), i + 1));
+            terms.push(format!("{}*xi{}", operand(-leakage), i + 1));
         }
         terms.push(format!("({})", self.maps.injection[i].text()));
         terms.join(" + ")

@@ -7,6 +7,7 @@ pub mod runs;
 
 use crate::kkl::cuk::{self, Tuning};
 use luenberger_plants::CukConverter;
+use luenberger_proof::wording::significant;
 use luenberger_sim::Trajectory;
 
 use crate::claim::{CheckError, Claim, Class, Outcome};
@@ -360,7 +361,7 @@ fn beats(ensemble: &noise::Ensemble, merit: fn(&RmsErrors) -> f64, a: usize, b: 
 fn table(ensemble: &noise::Ensemble) -> (Vec<String>, Vec<Vec<String>>) {
     let head = std::iter::once("rms in A, V").chain(OBSERVERS.iter().map(|(_, label)| *label)).map(str::to_owned);
     let row = |(what, merit): &Merit| {
-        let mean = |k: usize| format!("{:.3e}", statistics(ensemble.iter().map(|row| merit(&row[k]))).0);
+        let mean = |k: usize| significant(statistics(ensemble.iter().map(|row| merit(&row[k]))).0, 4);
         std::iter::once((*what).to_owned()).chain((0..OBSERVERS.len()).map(mean)).collect()
     };
     (head.collect(), MERITS.iter().map(row).collect())
