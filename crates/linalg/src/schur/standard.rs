@@ -33,7 +33,11 @@ pub(crate) fn standardise([[a, b], [c, d]]: [[f64; 2]; 2]) -> Standard {
         return Standard { block: [[d + z, b - c], [0.0, d - larger / z * smaller]], cs: z / tau, sn: c / tau };
     }
     // Complex eigenvalues, or real ones that are nearly equal: first make the diagonal entries equal.
-    let sigma = b + c;
+    // Only their ratio matters: far below the block's entries, half of the difference could be rounded to zero.
+    let unit =
+        if (b + c).abs().max(difference.abs()) < f64::MIN_POSITIVE / f64::EPSILON { 2f64.powi(200) } else { 1.0 };
+    let (sigma, difference) = ((b + c) * unit, difference * unit);
+    let p = 0.5 * difference;
     let tau = sigma.hypot(difference);
     let mut cs = (0.5 * (1.0 + sigma.abs() / tau)).sqrt();
     let mut sn = -(p / (tau * cs)).copysign(p * sigma);
@@ -140,6 +144,16 @@ mod tests {
                 for j in 0..2 {
                     prop_assert!((back[i][j] - block[i][j]).abs() <= bound, "{s:?} {back:?}");
                 }
+            }
+        }
+    }
+
+    #[test]
+    fn a_difference_below_the_normal_numbers_is_seen() {
+        for tiny in [5e-324, -5e-324, 3e-320, f64::MIN_POSITIVE] {
+            for block in [[[tiny, -1.0], [1.0, 0.0]], [[0.0, 2.0], [-2.0, tiny]], [[tiny, 1.0], [-1.0 - 1e-16, 0.0]]] {
+                let s = standardise(block);
+                assert!(is_standard(s.block) && (s.cs.hypot(s.sn) - 1.0).abs() <= 4.0 * f64::EPSILON, "{s:?}");
             }
         }
     }
