@@ -222,7 +222,7 @@ fn observer(text: &mut String, report: &ObserverReport) {
         _ = writeln!(text, "  poles {}", poles(&design.poles));
     }
     for entry in &design.numbers {
-        _ = writeln!(text, "  {} {}", entry.name, entry.value.map_or_else(|| "inf".to_owned(), number));
+        _ = writeln!(text, "  {} {}", entry.name, entry.text());
     }
     if !design.noise_deviation.is_empty() {
         let deviations: Vec<String> = design.noise_deviation.iter().map(|x| number(*x)).collect();

@@ -13,7 +13,7 @@ use nalgebra::DMatrix;
 
 use super::explain::{self, Misfit};
 use super::interval::{self, Sampling};
-use super::{Designed, NoDesign, certified, matrix, number, poles};
+use super::{Designed, NoDesign, certified, lower_bound, matrix, number, poles, upper_bound};
 use crate::operation;
 use crate::results::{DesignReport, FailureReport, STATIONARY_COVARIANCES};
 use crate::runnable::Runnable;
@@ -208,9 +208,9 @@ fn lpv(study: &Study, region: &Region, rate: &RateSpec, dt: f64, options: &GainO
         statement: design.statement(),
         matrices: vec![matrix("L", l), matrix("P", &design.p)],
         numbers: vec![
-            number("rate", design.rate),
-            number("factor of a step", design.factor),
-            number("overshoot", design.overshoot),
+            lower_bound("rate", design.rate),
+            upper_bound("factor of a step", design.factor),
+            upper_bound("overshoot", design.overshoot),
             number("vertices", design.polytope.vertices.len() as f64),
             number("norm of L", l.clone().svd(false, false).singular_values.max()),
         ],

@@ -3,7 +3,7 @@
 use luenberger_design::{Disturbances, ErrorBound};
 use luenberger_proof::wording::{at_least, at_most};
 
-use super::{Designed, facts, number, verdict};
+use super::{Designed, facts, number, upper_bound, verdict};
 use crate::study::ActingBounds;
 
 /// What acts on the plant, as the design takes it.
@@ -30,7 +30,7 @@ pub(super) fn bounded(designed: Designed, bound: &ErrorBound, names: &[String], 
             at_least(bound.rate, 4)
         );
         for (name, limit) in names.iter().zip(&bound.limsup) {
-            report.numbers.push(number(&format!("bound of the error of {name}"), *limit));
+            report.numbers.push(upper_bound(&format!("bound of the error of {name}"), *limit));
         }
         if bound.cubic_share > 0.0 {
             report.numbers.push(number("share of the cubic term in V", bound.cubic_share));

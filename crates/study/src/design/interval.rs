@@ -12,7 +12,7 @@ use nalgebra::DMatrix;
 use super::error_bound::acting;
 use super::explain::Misfit;
 use super::linear::{measurement, of};
-use super::{Designed, certified, matrix, number, poles};
+use super::{Designed, certified, lower_bound, matrix, poles, upper_bound};
 use crate::results::{DesignReport, NamedNumber};
 use crate::runnable::Runnable;
 use crate::study::{ActingBounds, IntervalSpec};
@@ -38,7 +38,11 @@ fn listed(names: &[String], widths: &[f64]) -> String {
 }
 
 fn numbers(names: &[String], widths: &[f64]) -> Vec<NamedNumber> {
-    names.iter().zip(widths).map(|(name, width)| number(&format!("half-width of {name} in the end"), *width)).collect()
+    names
+        .iter()
+        .zip(widths)
+        .map(|(name, width)| upper_bound(&format!("half-width of {name} in the end"), *width))
+        .collect()
 }
 
 pub(super) fn continuous(
@@ -79,7 +83,7 @@ pub(super) fn continuous(
             matrix("H", &comparison.h),
         ],
         poles: poles(&luenberger_linalg::eigenvalues(&flow).map_err(luenberger_design::DesignError::from)?),
-        numbers: std::iter::once(number("rate of the width", design.rate))
+        numbers: std::iter::once(lower_bound("rate of the width", design.rate))
             .chain(numbers(states, &design.widths))
             .collect(),
         ..certified(&design.certificate, &[])
@@ -175,7 +179,7 @@ pub(super) fn discrete(
             matrix("H", &gains.h),
         ],
         poles: poles(&luenberger_linalg::eigenvalues(&flow).map_err(luenberger_design::DesignError::from)?),
-        numbers: std::iter::once(number("factor of the width", design.factor))
+        numbers: std::iter::once(upper_bound("factor of the width", design.factor))
             .chain(numbers(states, &design.widths))
             .collect(),
         ..certified(&design.certificate, &[])

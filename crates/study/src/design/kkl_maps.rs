@@ -10,7 +10,7 @@ use luenberger_proof::wording::{at_least, at_most, counted, significant};
 use nalgebra::{DMatrix, DVector};
 
 use super::explain::Misfit;
-use super::{Designed, facts, matrix, number};
+use super::{Designed, facts, lower_bound, matrix, number, upper_bound};
 use crate::maps::{KklMaps, KklMapsSpec, kkl_error_bound};
 use crate::model::Model;
 use crate::results::{DesignReport, FactReport, NamedNumber};
@@ -105,15 +105,15 @@ fn guaranteed(bound: &KklErrorBound, names: &[String]) -> String {
 fn bound_numbers(bound: &KklErrorBound, names: &[String]) -> Vec<NamedNumber> {
     let claims = &bound.claims;
     let mut numbers = vec![
-        number("guaranteed rate of decay of V = sqrt(e'Pe)", bound.rate),
-        number("limit of V", claims.limit),
-        number("largest V for which the estimate is bounded", claims.start),
+        lower_bound("guaranteed rate of decay of V = sqrt(e'Pe)", bound.rate),
+        upper_bound("limit of V", claims.limit),
+        lower_bound("largest V for which the estimate is bounded", claims.start),
     ];
     if let Some(injectivity) = &bound.injectivity {
-        numbers.push(number("modulus of injectivity of (phi, h)", injectivity.modulus));
+        numbers.push(lower_bound("modulus of injectivity of (phi, h)", injectivity.modulus));
     }
     for (k, name) in names.iter().enumerate() {
-        numbers.push(number(&format!("guaranteed limit of the error of {name}"), claims.eventual[k]));
+        numbers.push(upper_bound(&format!("guaranteed limit of the error of {name}"), claims.eventual[k]));
     }
     numbers
 }
@@ -159,7 +159,7 @@ pub(super) fn numbers(report: &KklReport) -> Vec<NamedNumber> {
     let KklReport { residual, injectivity, left_inverse, .. } = report;
     let largest = residual.bounds.iter().copied().fold(0.0, f64::max);
     let mut numbers = vec![
-        number("bound of the residual of D phi f = Lambda phi + B", largest),
+        upper_bound("bound of the residual of D phi f = Lambda phi + B", largest),
         number("parts of the region", residual.parts as f64),
         number("smallest ratio of distances under (phi, h)", injectivity.smallest_ratio),
         number("smallest singular value of D(phi, h)", injectivity.smallest_singular_value),

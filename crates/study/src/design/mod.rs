@@ -49,7 +49,7 @@ use luenberger_proof::wording::significant;
 use nalgebra::{Complex, DMatrix};
 
 use self::explain::Misfit;
-use crate::results::{DesignReport, FactReport, FailureReport, NamedMatrix, NamedNumber};
+use crate::results::{DesignReport, FactReport, FailureReport, NamedMatrix, NamedNumber, Rounding};
 use crate::study::{LinearSpec, ObserverKind, ObserverSpec, Study};
 
 /// Why an observer has no design.
@@ -264,8 +264,19 @@ pub(crate) fn matrix(name: &str, m: &DMatrix<f64>) -> NamedMatrix {
     NamedMatrix { name: name.to_owned(), rows }
 }
 
+/// A computed number.
 pub(crate) fn number(name: &str, value: f64) -> NamedNumber {
-    NamedNumber { name: name.to_owned(), value: value.is_finite().then_some(value) }
+    NamedNumber { name: name.to_owned(), value: value.is_finite().then_some(value), rounding: Rounding::Nearest }
+}
+
+/// A number that is proved to be at least this.
+pub(crate) fn lower_bound(name: &str, value: f64) -> NamedNumber {
+    NamedNumber { rounding: Rounding::Down, ..number(name, value) }
+}
+
+/// A number that is proved to be at most this.
+pub(crate) fn upper_bound(name: &str, value: f64) -> NamedNumber {
+    NamedNumber { rounding: Rounding::Up, ..number(name, value) }
 }
 
 fn poles(poles: &[Complex<f64>]) -> Vec<[f64; 2]> {

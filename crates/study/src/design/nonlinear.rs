@@ -14,7 +14,7 @@ use nalgebra::{DMatrix, DVector};
 
 use super::explain::Misfit;
 use super::noise_gain::NoiseGain;
-use super::{Designed, certified, matrix, number, uncertified};
+use super::{Designed, certified, lower_bound, matrix, number, uncertified, upper_bound};
 use crate::maps::{HighGainMaps, composed};
 use crate::model::Model;
 use crate::results::DesignReport;
@@ -41,8 +41,8 @@ pub(super) fn lpv(study: &Study, region: &Region, rate: &RateSpec, options: &Gai
     let l = design.l();
     let noise = NoiseGain::of(study, pairs, l, None);
     let mut numbers = vec![
-        number("rate", design.rate),
-        number("overshoot", design.overshoot),
+        lower_bound("rate", design.rate),
+        upper_bound("overshoot", design.overshoot),
         number("vertices", design.polytope.vertices.len() as f64),
     ];
     numbers.extend(noise.numbers());
@@ -169,7 +169,7 @@ fn by_sectors(study: &Study, design: &LipschitzDesign, region: &Region, whose: &
     };
     let centre = design.plant.centre();
     let noise = NoiseGain::of(study, [(&centre, design.plant.c())], &design.l, None);
-    let mut numbers = vec![number("rate", design.rate), number("sectors", count as f64)];
+    let mut numbers = vec![lower_bound("rate", design.rate), number("sectors", count as f64)];
     numbers.extend(noise.numbers());
     let report = DesignReport {
         statement: format!("{box_}, the error {decays}, for {who}. {whose}"),
@@ -206,8 +206,8 @@ pub(super) fn mean_value(
     };
     let noise = NoiseGain::of(study, polytope.vertices.iter().map(|vertex| (&vertex.a, &vertex.c)), &design.l, None);
     let mut numbers = vec![
-        number("rate", design.rate),
-        number("overshoot", design.overshoot),
+        lower_bound("rate", design.rate),
+        upper_bound("overshoot", design.overshoot),
         number("eta", eta),
         number("vertices", vertices.len() as f64),
     ];

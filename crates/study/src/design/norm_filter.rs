@@ -11,7 +11,7 @@ use luenberger_proof::wording::{at_most, significant};
 use super::explain::Misfit;
 use super::linear::measurement;
 use super::noise_gain::NoiseGain;
-use super::{Designed, certified, matrix, number, poles};
+use super::{Designed, certified, matrix, number, poles, upper_bound};
 use crate::results::DesignReport;
 use crate::runnable::Runnable;
 use crate::study::{NormFilterSpec, Study};
@@ -59,7 +59,7 @@ pub(super) fn norm_filter(
             "White noise w of unit covariance leaves H e with variances whose sum is below gamma^2 in the end, gamma = {gamma}"
         ),
     };
-    let mut numbers = vec![speed, number("gamma", design.gamma), number(&format!("{name} norm"), design.norm)];
+    let mut numbers = vec![speed, upper_bound("gamma", design.gamma), number(&format!("{name} norm"), design.norm)];
     numbers.extend(design.least.map(|least| number(&format!("least {name} norm"), least)));
     numbers.extend(design.frequency.map(|frequency| number("frequency of the peak", frequency)));
     let mut noise = NoiseGain::default();

@@ -17,7 +17,7 @@ use nalgebra::{DMatrix, DVector, Dyn, RealField};
 
 use super::explain::Misfit;
 use super::kkl_maps::{self, candidate, is_left_inverse, proved, undecided_injectivity};
-use super::{Designed, matrix, number};
+use super::{Designed, matrix, number, upper_bound};
 use crate::maps::{PebSpec, RegressionMaps, ResetSpec};
 use crate::model::Model;
 use crate::results::DesignReport;
@@ -67,7 +67,7 @@ pub(super) fn peb(study: &Study, requested: &ObserverSpec, spec: &PebSpec) -> Re
         let words = format!("verified over the region; residual by rows at most {}", rows.join(", "));
         facts.push(proved(equation, words, None));
         let largest = bounds.iter().copied().fold(0.0, f64::max);
-        numbers.push(number("bound of the residual of d s(y)/dt = g + m theta", largest));
+        numbers.push(upper_bound("bound of the residual of d s(y)/dt = g + m theta", largest));
     } else {
         evidence.push(format!(
             "that {equation} is not proved: {} have it to {} of its terms",

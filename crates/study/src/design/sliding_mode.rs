@@ -7,7 +7,7 @@ use luenberger_proof::wording::{at_most, significant};
 use nalgebra::{DMatrix, DVector};
 
 use super::explain::{self, Misfit};
-use super::{Designed, NoDesign, facts, matrix, number, verdict};
+use super::{Designed, NoDesign, facts, matrix, number, upper_bound, verdict};
 use crate::model::Model;
 use crate::results::{DesignReport, FailureReport};
 use crate::runnable::Runnable;
@@ -113,7 +113,7 @@ fn designed(model: &Model, states: &[String], spec: &SlidingModeSpec) -> Result<
         Some(design) => {
             numbers.push(number("alpha", design.alpha));
             numbers.push(number("c", design.c));
-            numbers.push(number(
+            numbers.push(upper_bound(
                 "bound of the reaching time from an error of 1 in the last state",
                 design.reaching_time(0.0, 1.0),
             ));

@@ -6,7 +6,7 @@ use luenberger_proof::wording::significant;
 use nalgebra::{DMatrix, DVector};
 
 use super::explain::Misfit;
-use super::{Designed, facts, linear, matrix, number, verdict};
+use super::{Designed, facts, linear, matrix, upper_bound, verdict};
 use crate::runnable::{Runnable, VaryingPeriods};
 use crate::study::LinearSpec;
 
@@ -43,7 +43,7 @@ fn report(design: &VaryingPeriodDesign, plant: &StateSpace, period: f64) -> Resu
     let Designed { mut report, .. } = linear::sampled_report(&design.nominal, plant, period);
     report.statement = format!("{} {}", statement(design), report.statement);
     report.matrices.insert(0, matrix("K", &design.k));
-    report.numbers.push(number("factor of V from correction to correction", factor(design)));
+    report.numbers.push(upper_bound("factor of V from correction to correction", factor(design)));
     report.facts = facts(&design.certificate, &[]);
     report.verdict = verdict(&design.certificate);
     let zero = [plant.a.nrows(), plant.b.ncols(), plant.c.nrows()].map(DVector::zeros);

@@ -23,6 +23,7 @@ pub use scores::{
 };
 
 use luenberger_design::DesignError;
+use luenberger_proof::wording::{at_least, at_most, rounded, shortest, significant};
 use nalgebra::DMatrix;
 use serde::Serialize;
 
@@ -346,6 +347,33 @@ pub struct NamedNumber {
     pub name: String,
     /// The number; none if it is infinite.
     pub value: Option<f64>,
+    /// How a text rounds it.
+    #[serde(skip)]
+    pub rounding: Rounding,
+}
+
+impl NamedNumber {
+    /// With six significant digits; a proved bound with more of them is rounded to the safe side.
+    pub fn text(&self) -> String {
+        let Some(value) = self.value else { return "infinite".to_owned() };
+        match self.rounding {
+            _ if rounded(value, 6) == value => shortest(value),
+            Rounding::Nearest => significant(value, 6),
+            Rounding::Down => at_least(value, 6),
+            Rounding::Up => at_most(value, 6),
+        }
+    }
+}
+
+/// The side to which a text rounds a number.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Rounding {
+    /// To nearest: a computed number.
+    Nearest,
+    /// Down: a proved lower bound, as of a rate.
+    Down,
+    /// Up: a proved upper bound, as of an error.
+    Up,
 }
 
 /// A condition of a certificate.

@@ -277,10 +277,7 @@ fn designed(section: Section, design: &DesignReport, solver: Option<&str>) -> Se
     }
     let mut facts = vec![("certificate".to_owned(), Cell::badge(design.verdict.as_str(), tone(&design.verdict)))];
     for number in &design.numbers {
-        facts.push((
-            number.name.clone(),
-            number.value.map_or_else(|| Cell::number("infinite"), |x| Cell::number(short(x))),
-        ));
+        facts.push((number.name.clone(), Cell::number(number.text())));
     }
     if !design.noise_deviation.is_empty() {
         let deviations = design.noise_deviation.iter().map(|x| short(*x)).collect::<Vec<_>>().join(", ");
