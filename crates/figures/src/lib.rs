@@ -23,6 +23,17 @@ pub use page::unpacked;
 pub use report::{Cell, Grid, Report, Section, Tone};
 pub use table::Table;
 
+#[doc(hidden)]
+pub mod internals {
+    //! For the tests of this crate, no part of its interface.
+
+    pub use crate::figure::packed::{STEP, numbers, step};
+    pub use crate::figure::stroke::{Rect, clip, thin};
+    pub use crate::figure::style::{CIVIDIS, GREY, Resolved, resolve};
+    pub use crate::figure::thinned::{TOLERANCE, kept};
+    pub use crate::figure::ticks::{Axis, Ticks};
+}
+
 /// The example of `README.md`, compiled and run with the documentation's tests.
 #[cfg(doctest)]
 #[doc = include_str!("../README.md")]

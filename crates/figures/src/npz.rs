@@ -66,31 +66,3 @@ fn npy_header(rows: usize) -> Vec<u8> {
     header.extend(format!("{text:filled$}\n").bytes());
     header
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn what_is_read_is_what_was_written() {
-        let values = [0.1 + 0.2, -0.0, 5e-324, f64::INFINITY];
-        let bytes: Vec<u8> = values.iter().flat_map(|value| value.to_le_bytes()).collect();
-        let file = [npy_header(4), bytes].concat();
-        assert_eq!(numbers(&file).unwrap().map_bits(), values.to_vec().map_bits());
-        assert_eq!(numbers(&npy_header(0)), Some(vec![]));
-        // Cut short, of another length than the header says, or of another type.
-        assert_eq!((numbers(&file[..file.len() - 1]), numbers(&file[..file.len() - 8])), (None, None));
-        let other = String::from_utf8_lossy(&npy_header(1)).replace("<f8", "<i8");
-        assert_eq!((numbers(other.as_bytes()), numbers(b"PK")), (None, None));
-    }
-
-    trait Bits {
-        fn map_bits(&self) -> Vec<u64>;
-    }
-
-    impl Bits for Vec<f64> {
-        fn map_bits(&self) -> Vec<u64> {
-            self.iter().map(|x| x.to_bits()).collect()
-        }
-    }
-}

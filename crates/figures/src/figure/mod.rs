@@ -22,11 +22,11 @@
 
 mod canvas;
 pub mod interactive;
-mod packed;
+pub(crate) mod packed;
 pub mod static_figure;
-mod stroke;
+pub(crate) mod stroke;
 pub(crate) mod style;
-mod thinned;
+pub(crate) mod thinned;
 pub(crate) mod ticks;
 
 pub use style::colours;

@@ -4,11 +4,15 @@ use super::canvas::Point;
 
 /// A rectangle of the page.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Rect {
-    pub(crate) left: f64,
-    pub(crate) top: f64,
-    pub(crate) right: f64,
-    pub(crate) bottom: f64,
+pub struct Rect {
+    /// Its left edge.
+    pub left: f64,
+    /// Its top edge.
+    pub top: f64,
+    /// Its right edge.
+    pub right: f64,
+    /// Its bottom edge.
+    pub bottom: f64,
 }
 
 impl Rect {
@@ -39,7 +43,7 @@ impl Rect {
 }
 
 /// The pieces of a polyline within a rectangle.
-pub(crate) fn clip(points: &[Point], within: &Rect) -> Vec<Vec<Point>> {
+pub fn clip(points: &[Point], within: &Rect) -> Vec<Vec<Point>> {
     let mut pieces: Vec<Vec<Point>> = Vec::new();
     for pair in points.windows(2) {
         let Some((a, b)) = within.clip(pair[0], pair[1]) else { continue };
@@ -54,7 +58,7 @@ pub(crate) fn clip(points: &[Point], within: &Rect) -> Vec<Vec<Point>> {
 
 /// The polyline without points that are closer than `tolerance` to the line between their neighbours and do not turn
 /// back.
-pub(crate) fn thin(points: &[Point], tolerance: f64) -> Vec<Point> {
+pub fn thin(points: &[Point], tolerance: f64) -> Vec<Point> {
     let mut kept: Vec<Point> = Vec::new();
     let mut start = 0;
     for (i, &point) in points.iter().enumerate() {
@@ -82,30 +86,4 @@ fn distance(p: Point, a: Point, b: Point) -> f64 {
     let square = dx * dx + dy * dy;
     let s = if square == 0.0 { 0.0 } else { (((p.0 - a.0) * dx + (p.1 - a.1) * dy) / square).clamp(0.0, 1.0) };
     (p.0 - a.0 - s * dx).hypot(p.1 - a.1 - s * dy)
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    const BOX: Rect = Rect { left: 0.0, top: 0.0, right: 10.0, bottom: 10.0 };
-
-    #[test]
-    fn a_curve_that_leaves_and_returns_is_cut_in_two() {
-        let pieces = clip(&[(1.0, 5.0), (5.0, 5.0), (5.0, 15.0), (8.0, 15.0), (8.0, 5.0)], &BOX);
-        assert_eq!(pieces, [vec![(1.0, 5.0), (5.0, 5.0), (5.0, 10.0)], vec![(8.0, 10.0), (8.0, 5.0)]]);
-        assert!(clip(&[(-5.0, -5.0), (-1.0, 20.0)], &BOX).is_empty());
-    }
-
-    #[test]
-    fn a_thinned_curve_stays_within_its_tolerance() {
-        let curve: Vec<Point> = (0..2000).map(|k| f64::from(k) * 0.25).map(|x| (x, 100.0 * (x / 40.0).sin())).collect();
-        let thinned = thin(&curve, 0.05);
-        assert!(thinned.len() < 400, "{}", thinned.len());
-        assert_eq!((thinned.first(), thinned.last()), (curve.first(), curve.last()));
-        for p in &curve {
-            let nearest = thinned.windows(2).map(|s| distance(*p, s[0], s[1])).fold(f64::INFINITY, f64::min);
-            assert!(nearest <= 0.05 + 1e-12, "{nearest}");
-        }
-    }
 }

@@ -17,7 +17,7 @@ pub fn colours() -> Vec<String> {
 
 const DASHES: [Dash; 5] = [Dash::Solid, Dash::Dashed, Dash::DashDotted, Dash::Dotted, Dash::LongDashed];
 /// Cividis at 0, 1/8, ..., 1.
-const CIVIDIS: [Rgb; 9] = [
+pub const CIVIDIS: [Rgb; 9] = [
     [0, 34, 78],
     [32, 56, 111],
     [68, 78, 108],
@@ -28,7 +28,8 @@ const CIVIDIS: [Rgb; 9] = [
     [221, 200, 88],
     [254, 232, 56],
 ];
-pub(crate) const GREY: Rgb = [140, 140, 140];
+/// Of what has no name.
+pub const GREY: Rgb = [140, 140, 140];
 pub(crate) const BAND: Rgb = [236, 239, 243];
 /// Of areas, through which curves and other areas are seen.
 pub(crate) const OPACITY: f64 = 0.18;
@@ -94,17 +95,22 @@ impl Marker {
 
 /// A style with all parts set.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Resolved {
-    pub(crate) rgb: Rgb,
-    pub(crate) dash: Dash,
-    pub(crate) width: f64,
-    pub(crate) marker: Option<Marker>,
-    pub(crate) line: bool,
+pub struct Resolved {
+    /// Red, green, blue.
+    pub rgb: Rgb,
+    /// The dash.
+    pub dash: Dash,
+    /// The width of the line.
+    pub width: f64,
+    /// The marker, if there is one.
+    pub marker: Option<Marker>,
+    /// Whether there is a line.
+    pub line: bool,
 }
 
 /// The styles of all series, panel by panel. A name has one style in the whole figure: by default the next free colour
 /// and dash. Series without a name are grey and solid by default.
-pub(crate) fn resolve(figure: &Figure) -> Vec<Vec<Resolved>> {
+pub fn resolve(figure: &Figure) -> Vec<Vec<Resolved>> {
     let mut names: Vec<&str> = Vec::new();
     let mut looks = Vec::with_capacity(figure.panels.len());
     for panel in &figure.panels {
@@ -127,33 +133,5 @@ fn resolve_one<'a>(series: &'a Series, names: &mut Vec<&'a str>) -> Resolved {
         width: series.look.width.unwrap_or(if place.is_some() { 1.2 } else { 0.7 }),
         marker: series.look.marker,
         line: !series.look.points_only,
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::figure::Panel;
-
-    #[test]
-    fn a_name_has_one_look_in_the_whole_figure_and_no_two_share_one() {
-        let line = |name: &str| Series::line(name, &[0.0], &[0.0]);
-        let figure = Figure::new("")
-            .panel(Panel::new("x", "y").series(line("a")).series(line("")).series(line("b")))
-            .panel(Panel::new("x", "y").series(line("b")).series(line("c")));
-        let looks = resolve(&figure);
-        assert_eq!(looks[0][2], looks[1][0]);
-        let (a, b, c) = (looks[0][0], looks[0][2], looks[1][1]);
-        assert!(a.rgb != b.rgb && b.rgb != c.rgb && a.rgb != c.rgb);
-        assert!(a.dash != b.dash && b.dash != c.dash && a.dash != c.dash);
-        assert_eq!(looks[0][1].rgb, GREY);
-    }
-
-    #[test]
-    fn the_ramp_meets_its_ends_and_survives_what_lies_beyond() {
-        assert_eq!(Hue::Ramp(0.0).rgb(), CIVIDIS[0]);
-        assert_eq!(Hue::Ramp(1.0).rgb(), CIVIDIS[8]);
-        assert_eq!(Hue::Ramp(7.0).rgb(), CIVIDIS[8]);
-        assert_eq!(Hue::Ramp(0.5).rgb(), CIVIDIS[4]);
     }
 }

@@ -4,24 +4,29 @@ use super::{FigureError, MarkKind, Panel, Scale};
 
 /// One axis with its range.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Axis {
-    pub(crate) from: f64,
-    pub(crate) to: f64,
-    pub(crate) scale: Scale,
+pub struct Axis {
+    /// Its beginning.
+    pub from: f64,
+    /// Its end.
+    pub to: f64,
+    /// Its scale.
+    pub scale: Scale,
 }
 
 /// Ticks with their labels. Where the numbers are large or small, the labels carry a common power of ten.
 #[derive(Debug, Clone, PartialEq, Default)]
-pub(crate) struct Ticks {
-    pub(crate) major: Vec<(f64, String)>,
-    pub(crate) minor: Vec<f64>,
+pub struct Ticks {
+    /// Those with labels.
+    pub major: Vec<(f64, String)>,
+    /// Those without.
+    pub minor: Vec<f64>,
     /// `×10⁵` or nothing.
-    pub(crate) factor: String,
+    pub factor: String,
 }
 
 impl Axis {
     /// Where `value` lies: 0 at the beginning of the axis, 1 at its end.
-    pub(crate) fn place(&self, value: f64) -> f64 {
+    pub fn place(&self, value: f64) -> f64 {
         match self.scale {
             Scale::Linear => (value - self.from) / (self.to - self.from),
             Scale::Log => (value / self.from).log10() / (self.to / self.from).log10(),
@@ -97,7 +102,7 @@ impl Axis {
     }
 
     /// About `count` round numbers.
-    pub(crate) fn ticks(&self, count: usize) -> Ticks {
+    pub fn ticks(&self, count: usize) -> Ticks {
         match self.scale {
             Scale::Linear => self.linear_ticks(count),
             Scale::Log => self.log_ticks(count),
@@ -196,49 +201,4 @@ fn superscript(e: i32) -> String {
             d => char::from_u32(0x2070 + d.to_digit(10).unwrap_or(0)).unwrap_or(d),
         })
         .collect()
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    fn labels(from: f64, to: f64, scale: Scale) -> (Vec<String>, String) {
-        let ticks = Axis { from, to, scale }.ticks(5);
-        (ticks.major.into_iter().map(|(_, label)| label).collect(), ticks.factor)
-    }
-
-    #[test]
-    fn linear_ticks_are_round_and_say_their_power_of_ten_once() {
-        assert_eq!(labels(0.0, 4.0, Scale::Linear).0, ["0", "1", "2", "3", "4"]);
-        assert_eq!(labels(-3.1, 1.2, Scale::Linear).0, ["−3", "−2", "−1", "0", "1"]);
-        assert_eq!(labels(0.0, 1.0, Scale::Linear).0, ["0", "0.2", "0.4", "0.6", "0.8", "1.0"]);
-        assert_eq!(
-            labels(0.0, 250_000.0, Scale::Linear),
-            (["0", "0.5", "1.0", "1.5", "2.0", "2.5"].map(String::from).to_vec(), "×10⁵".to_owned())
-        );
-        assert_eq!(labels(0.0, 0.01, Scale::Linear).1, "");
-        assert_eq!(labels(0.0, 0.004, Scale::Linear).1, "×10⁻³");
-    }
-
-    #[test]
-    fn log_ticks_are_powers_of_ten_unless_these_are_too_few_or_too_many() {
-        assert_eq!(labels(1e-3, 10.0, Scale::Log).0, ["0.001", "0.01", "0.1", "1", "10"]);
-        assert_eq!(labels(1e-12, 1.0, Scale::Log).0, ["10⁻¹²", "10⁻⁹", "10⁻⁶", "10⁻³", "10⁰"]);
-        assert_eq!(labels(1.5, 30.0, Scale::Log).0, ["2", "5", "10", "20"]);
-        assert_eq!(labels(0.8, 1.3, Scale::Log).0, ["0.8", "0.9", "1.0", "1.1", "1.2", "1.3"]);
-        let few = ["0.8", "1.0", "1.2", "1.4", "1.6", "1.8", "2.0", "2.2", "2.4"].map(String::from).to_vec();
-        assert_eq!(labels(7e-4, 2.4e-3, Scale::Log), (few, "×10⁻³".to_owned()));
-    }
-
-    #[test]
-    fn the_ends_of_an_axis_lie_at_zero_and_one() {
-        for axis in
-            [Axis { from: -2.0, to: 5.0, scale: Scale::Linear }, Axis { from: 1e-6, to: 1e3, scale: Scale::Log }]
-        {
-            assert_eq!(axis.place(axis.from), 0.0);
-            assert_eq!(axis.place(axis.to), 1.0);
-        }
-        let log = Axis { from: 1.0, to: 100.0, scale: Scale::Log };
-        assert_eq!(log.place(10.0), 0.5);
-    }
 }

@@ -4,20 +4,38 @@ use std::io::{Cursor, Read};
 
 use luenberger_figures::npz;
 
+/// The files of an archive of these columns.
+fn files<const N: usize>(columns: [&[f64]; N]) -> [Vec<u8>; N] {
+    let names: [String; N] = std::array::from_fn(|k| format!("x{k}"));
+    let mut file = Cursor::new(Vec::new());
+    let named = names.iter().map(String::as_str).zip(columns);
+    npz::write(&mut file, named, &[("about.txt", "some columns")]).unwrap();
+    let mut archive = zip::ZipArchive::new(file).unwrap();
+    names.map(|name| {
+        let mut npy = Vec::new();
+        archive.by_name(&format!("{name}.npy")).unwrap().read_to_end(&mut npy).unwrap();
+        npy
+    })
+}
+
 /// Every bit of a number is kept, that of infinite, signed and subnormal ones too.
 #[test]
 fn what_is_read_is_what_was_written() {
-    let columns = [[0.1 + 0.2, f64::NAN, -0.0], [f64::INFINITY, -f64::NAN, 5e-324]];
-    let mut file = Cursor::new(Vec::new());
-    let named = ["x", "y"].into_iter().zip(columns.iter().map(<[f64; 3]>::as_slice));
-    npz::write(&mut file, named, &[("about.txt", "two columns")]).unwrap();
-    let mut archive = zip::ZipArchive::new(file).unwrap();
-    for (name, column) in ["x.npy", "y.npy"].into_iter().zip(columns) {
-        let mut npy = Vec::new();
-        archive.by_name(name).unwrap().read_to_end(&mut npy).unwrap();
-        let numbers = npz::numbers(&npy).unwrap();
-        assert_eq!(numbers.iter().map(|x| x.to_bits()).collect::<Vec<_>>(), column.map(f64::to_bits));
-        // Of another length, or of no file of numbers at all.
-        assert_eq!((npz::numbers(&npy[..npy.len() - 8]), npz::numbers(b"PK")), (None, None));
+    let columns: [&[f64]; 3] = [&[0.1 + 0.2, f64::NAN, -0.0], &[f64::INFINITY, -f64::NAN, 5e-324], &[]];
+    for (npy, column) in files(columns).iter().zip(columns) {
+        let numbers = npz::numbers(npy).unwrap();
+        assert!(numbers.iter().map(|x| x.to_bits()).eq(column.iter().map(|x| x.to_bits())), "{numbers:?}");
+    }
+}
+
+#[test]
+fn other_files_are_refused() {
+    let [npy] = files([&[1.0, 2.0]]);
+    let mut integers = npy.clone();
+    let kind = npy.windows(3).position(|bytes| bytes == b"<f8").unwrap();
+    integers[kind + 1] = b'i';
+    // Cut short, of another length than the header says, of another type, or no file of numbers at all.
+    for file in [&npy[..npy.len() - 1], &npy[..npy.len() - 8], &integers, b"PK"] {
+        assert_eq!(npz::numbers(file), None, "{file:?}");
     }
 }
