@@ -30,7 +30,7 @@
 //! | [`golden`] | test vectors |
 //! | [`names`] | names as identifiers |
 //! | `operations` | operations and stored numbers of a step |
-//! | `number` | floating-point numbers as literals of C and Rust |
+//! | [`number`] | floating-point numbers as literals of C and Rust |
 //! | `c`, `rust` | the files |
 //! | `fixed_point` | linear observers in fixed point |
 //! | [`fmu`] | functional mock-up units |
@@ -49,7 +49,7 @@ pub mod golden;
 pub mod kkl;
 pub mod moving_horizon;
 pub mod names;
-mod number;
+pub mod number;
 mod operations;
 mod rust;
 mod scalar;

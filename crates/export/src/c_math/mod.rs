@@ -83,29 +83,3 @@ fn names(paragraph: &str) -> impl Iterator<Item = &str> {
         .split(|letter: char| !letter.is_ascii_alphanumeric() && letter != '_')
         .filter(|word| word.starts_with("lm_"))
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn every_reference_is_defined_before_it_and_every_definition_is_used() {
-        let mut defined = BTreeSet::new();
-        let mut used: BTreeSet<&str> = BTreeSet::new();
-        let wanted: Vec<String> =
-            [Scalar::Binary32, Scalar::Binary64].map(|s| MathFunction::ALL.map(|f| call(f, "lm", s))).concat();
-        for paragraph in FILES.iter().flat_map(|file| file.trim_end().split("\n\n")) {
-            let mut names = names(paragraph);
-            let name = names.next().unwrap();
-            assert!(paragraph.contains(&format!("{name}(")) || paragraph.contains(&format!("{name}[")), "{name}");
-            for other in names.filter(|other| *other != name) {
-                assert!(defined.contains(other), "{name} refers to {other}");
-                used.insert(other);
-            }
-            assert!(defined.insert(name), "{name} twice");
-        }
-        for name in defined {
-            assert!(used.contains(name) || wanted.iter().any(|function| function == name), "{name} is not used");
-        }
-    }
-}

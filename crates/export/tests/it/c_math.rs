@@ -1,6 +1,8 @@
 //! The elementary functions in C against those of the observers: the crate libm, through the traits of nalgebra.
 
+use std::collections::BTreeSet;
 use std::fmt::Write;
+use std::fs;
 use std::process::Command;
 
 use luenberger_export::Scalar;
@@ -309,4 +311,42 @@ fn only_what_is_needed_is_written() {
         assert_eq!(text.contains(name), there, "{name}");
     }
     assert!(text.starts_with("/* Elementary functions") && text.contains("Sun Microsystems") && !text.contains("lm_"));
+}
+
+/// The names that begin with `lm_` in the code of a paragraph; the first is the one that it defines.
+fn names(paragraph: &str) -> impl Iterator<Item = &str> {
+    paragraph
+        .split(|letter: char| !letter.is_ascii_alphanumeric() && letter != '_')
+        .filter(|word| word.starts_with("lm_"))
+}
+
+/// Of all functions together, in both formats; every paragraph of the files in `src/c_math` is in one of the texts.
+#[test]
+fn every_reference_is_defined_before_it_and_every_definition_is_used() {
+    let texts = [Scalar::Binary32, Scalar::Binary64].map(|scalar| source("lm", scalar, MathFunction::ALL));
+    for text in &texts {
+        let mut defined = BTreeSet::new();
+        for paragraph in text.trim_end().split("\n\n").filter(|paragraph| names(paragraph).next().is_some()) {
+            let mut names = names(paragraph);
+            let name = names.next().unwrap();
+            assert!(paragraph.contains(&format!("{name}(")) || paragraph.contains(&format!("{name}[")), "{name}");
+            for other in names.filter(|other| *other != name) {
+                assert!(defined.contains(other), "{name} refers to {other}");
+            }
+            assert!(defined.insert(name), "{name} twice");
+        }
+    }
+    let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/src/c_math");
+    let mut defined = BTreeSet::new();
+    for file in fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path()) {
+        if file.extension().is_none_or(|extension| extension != "c") || file.ends_with("notice.c") {
+            continue;
+        }
+        for paragraph in fs::read_to_string(&file).unwrap().trim_end().split("\n\n") {
+            let name = names(paragraph).next().unwrap().to_owned();
+            assert!(texts.iter().any(|text| text.contains(paragraph)), "{name} is not used");
+            assert!(defined.insert(name.clone()), "{name} twice");
+        }
+    }
+    assert!(defined.len() > 2 * MathFunction::ALL.len(), "{}", defined.len());
 }

@@ -8,4 +8,6 @@ mod fmu;
 mod fuzz;
 mod kkl;
 mod moving_horizon;
+mod names;
+mod number;
 mod operations;
