@@ -58,7 +58,7 @@ where
 }
 
 /// `A B`.
-pub(crate) fn times<T: RealField + Copy, R: Dim, K: Dim, C: Dim>(
+pub fn times<T: RealField + Copy, R: Dim, K: Dim, C: Dim>(
     a: &OMatrix<T, R, K>,
     b: &OMatrix<T, K, C>,
 ) -> OMatrix<T, R, C>
@@ -70,7 +70,7 @@ where
 }
 
 /// `A B'`.
-pub(crate) fn times_transpose<T: RealField + Copy, R: Dim, K: Dim, C: Dim>(
+pub fn times_transpose<T: RealField + Copy, R: Dim, K: Dim, C: Dim>(
     a: &OMatrix<T, R, K>,
     b: &OMatrix<T, C, K>,
 ) -> OMatrix<T, R, C>
@@ -83,7 +83,7 @@ where
 
 /// The Cholesky factor of a symmetric positive definite matrix, `S = G G'`, of which the lower triangle is read.
 #[derive(Clone, Debug, PartialEq)]
-pub(crate) struct Factor<T: RealField + Copy, D: Dim>(OMatrix<T, D, D>)
+pub struct Factor<T: RealField + Copy, D: Dim>(OMatrix<T, D, D>)
 where
     DefaultAllocator: Allocator<D, D>;
 
@@ -92,7 +92,7 @@ where
     DefaultAllocator: Allocator<D, D>,
 {
     /// `None` unless all pivots are positive numbers.
-    pub(crate) fn new(s: &OMatrix<T, D, D>) -> Option<Self> {
+    pub fn new(s: &OMatrix<T, D, D>) -> Option<Self> {
         let mut g = s.clone();
         for j in 0..g.nrows() {
             for i in j..g.nrows() {
@@ -130,7 +130,7 @@ where
     }
 
     /// `S^-1 B`.
-    pub(crate) fn solve<C: Dim>(&self, b: &OMatrix<T, D, C>) -> OMatrix<T, D, C>
+    pub fn solve<C: Dim>(&self, b: &OMatrix<T, D, C>) -> OMatrix<T, D, C>
     where
         DefaultAllocator: Allocator<D, C>,
     {
@@ -147,25 +147,5 @@ where
             }
         }
         x
-    }
-}
-
-#[cfg(all(test, feature = "alloc"))]
-mod tests {
-    use super::{Factor, times, times_transpose};
-    use nalgebra::{DMatrix, Matrix2, Matrix3};
-
-    #[test]
-    fn products_and_factors_are_those_of_nalgebra() {
-        let a = DMatrix::from_fn(4, 3, |i, j| 1.0 / (1.0 + i as f64 + 2.0 * j as f64));
-        let b = DMatrix::from_fn(3, 5, |i, j| (i as f64 - j as f64) * 0.3);
-        assert!((times(&a, &b) - &a * &b).amax() <= 4.0 * f64::EPSILON);
-        assert!((times_transpose(&a, &b.transpose()) - &a * &b).amax() <= 4.0 * f64::EPSILON);
-        let s = Matrix3::new(4.0, 1.0, 0.5, 1.0, 3.0, -0.2, 0.5, -0.2, 2.0);
-        let x = Factor::new(&s).map(|factor| factor.solve(&Matrix3::identity()));
-        assert!((s * x.unwrap() - Matrix3::identity()).amax() <= 8.0 * f64::EPSILON);
-        // The second pivot is 0.
-        assert!(Factor::new(&Matrix2::new(4.0, 2.0, 2.0, 1.0)).is_none());
-        assert!(Factor::new(&Matrix2::new(1.0, 0.0, f64::NAN, 1.0)).is_none());
     }
 }

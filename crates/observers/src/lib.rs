@@ -152,6 +152,16 @@ pub use varying_period::{
 /// nalgebra, in the version of the columns and matrices of this crate.
 pub use nalgebra;
 
+#[doc(hidden)]
+pub mod internals {
+    //! For the tests of this crate, no part of its interface.
+
+    pub use crate::dense::{Factor, times, times_transpose};
+    pub use crate::mean_value::quadrature::{GAUSS_LEGENDRE_5, GAUSS_LEGENDRE_8};
+    pub use crate::semi_implicit::eliminate;
+    pub use crate::triangular::{Joint, add, semidefinite_factor, subtract};
+}
+
 /// The example of `README.md`, compiled and run with the documentation's tests.
 #[cfg(doctest)]
 #[doc = include_str!("../README.md")]

@@ -113,7 +113,8 @@ where
 
 /// Solves `A x = b` in place, A by rows, with row exchanges; whether every pivot differs from 0.
 #[inline(always)]
-fn eliminate<T: RealField + Copy>(a: &mut [T], x: &mut [T]) -> bool {
+#[doc(hidden)]
+pub fn eliminate<T: RealField + Copy>(a: &mut [T], x: &mut [T]) -> bool {
     let order = x.len();
     for k in 0..order {
         let mut best = k;
@@ -185,20 +186,4 @@ where
         }
     }
     deviation
-}
-
-#[cfg(all(test, feature = "alloc"))]
-mod tests {
-    use super::eliminate;
-
-    #[test]
-    fn rows_are_exchanged_and_singular_matrices_refused() {
-        // [0 2; 3 1] x = [4; 5].
-        let (mut a, mut x) = ([0.0, 2.0, 3.0, 1.0], [4.0, 5.0]);
-        assert!(eliminate(&mut a, &mut x));
-        assert_eq!(x, [1.0, 2.0]);
-        assert!(!eliminate(&mut [1.0, 2.0, 2.0, 4.0], &mut [1.0, 1.0]));
-        assert!(!eliminate(&mut [f64::NAN], &mut [1.0]));
-        assert!(eliminate::<f64>(&mut [], &mut []));
-    }
 }

@@ -13,7 +13,7 @@ use nalgebra::allocator::Allocator;
 use nalgebra::{DefaultAllocator, Dim, OMatrix, OVector, RealField, convert};
 
 /// Adds `v v'`; v is used up.
-pub(crate) fn add<T: RealField + Copy, D: Dim>(s: &mut OMatrix<T, D, D>, v: &mut OVector<T, D>)
+pub fn add<T: RealField + Copy, D: Dim>(s: &mut OMatrix<T, D, D>, v: &mut OVector<T, D>)
 where
     DefaultAllocator: Allocator<D, D> + Allocator<D>,
 {
@@ -28,7 +28,7 @@ where
 }
 
 /// Takes `v v'` away; v is used up. False, with s in between, if the result is not positive definite.
-pub(crate) fn subtract<T: RealField + Copy, D: Dim>(s: &mut OMatrix<T, D, D>, v: &mut OVector<T, D>) -> bool
+pub fn subtract<T: RealField + Copy, D: Dim>(s: &mut OMatrix<T, D, D>, v: &mut OVector<T, D>) -> bool
 where
     DefaultAllocator: Allocator<D, D> + Allocator<D>,
 {
@@ -48,16 +48,16 @@ where
 
 /// The factor `[G, 0; M, S]` of the covariance of measurement and state together.
 #[derive(Clone, Debug)]
-pub(crate) struct Joint<T: RealField + Copy, N: Dim, P: Dim>
+pub struct Joint<T: RealField + Copy, N: Dim, P: Dim>
 where
     DefaultAllocator: Allocator<P, P> + Allocator<N, P> + Allocator<N, N>,
 {
     /// G: the covariance of the measurement is `G G'`.
-    pub(crate) measured: OMatrix<T, P, P>,
+    pub measured: OMatrix<T, P, P>,
     /// M: the covariance of state and measurement is `M G'`.
-    pub(crate) cross: OMatrix<T, N, P>,
+    pub cross: OMatrix<T, N, P>,
     /// S: the covariance of the state, the measurement given, is `S S'`.
-    pub(crate) state: OMatrix<T, N, N>,
+    pub state: OMatrix<T, N, N>,
 }
 
 impl<T: RealField + Copy, N: Dim, P: Dim> Joint<T, N, P>
@@ -65,7 +65,7 @@ where
     DefaultAllocator: Allocator<P, P> + Allocator<N, P> + Allocator<N, N> + Allocator<N> + Allocator<P>,
 {
     /// Adds the column `(a, b)`.
-    pub(crate) fn add(&mut self, a: &mut OVector<T, P>, b: &mut OVector<T, N>) {
+    pub fn add(&mut self, a: &mut OVector<T, P>, b: &mut OVector<T, N>) {
         for j in 0..self.measured.nrows() {
             let Some((c, d)) = rotation(&mut self.measured[(j, j)], a[j]) else { continue };
             for i in j + 1..self.measured.nrows() {
@@ -83,7 +83,7 @@ where
     }
 
     /// Takes the column `(a, b)` away; false if the result is not positive definite.
-    pub(crate) fn subtract(&mut self, a: &mut OVector<T, P>, b: &mut OVector<T, N>) -> bool {
+    pub fn subtract(&mut self, a: &mut OVector<T, P>, b: &mut OVector<T, N>) -> bool {
         for j in 0..self.measured.nrows() {
             if a[j] == T::zero() {
                 continue;
@@ -131,7 +131,7 @@ fn hyperbolic<T: RealField + Copy>(pivot: &mut T, entry: T) -> Option<(T, T)> {
 
 /// The lower triangular factor of a positive semidefinite matrix. A pivot that rounding explains is 0, and so is its
 /// column.
-pub(crate) fn semidefinite_factor<T: RealField + Copy, D: Dim>(p: &OMatrix<T, D, D>) -> OMatrix<T, D, D>
+pub fn semidefinite_factor<T: RealField + Copy, D: Dim>(p: &OMatrix<T, D, D>) -> OMatrix<T, D, D>
 where
     DefaultAllocator: Allocator<D, D>,
 {
@@ -152,55 +152,4 @@ where
         }
     }
     s
-}
-
-#[cfg(test)]
-mod tests {
-    use super::{Joint, add, semidefinite_factor, subtract};
-    use nalgebra::{Matrix1, Matrix2, Matrix3, Vector1, Vector2, Vector3};
-
-    #[test]
-    fn columns_are_added_and_taken_away() {
-        let p = Matrix3::new(4.0, 1.0, 0.5, 1.0, 3.0, -0.2, 0.5, -0.2, 2.0);
-        let (before, v) = (semidefinite_factor(&p), Vector3::new(0.3, -1.2, 0.7));
-        let mut s = before;
-        add(&mut s, &mut v.clone());
-        assert!((s * s.transpose() - p - v * v.transpose()).amax() <= 8.0 * f64::EPSILON);
-        assert!(subtract(&mut s, &mut v.clone()));
-        assert!((s - before).amax() <= 16.0 * f64::EPSILON, "{s}");
-        // |S^-1 v| = 1 is the limit: 2.1 e1 against the variance 4.
-        assert!(!subtract(&mut s.clone(), &mut Vector3::new(2.1, 0.0, 0.0)));
-        assert!(!subtract(&mut s, &mut Vector3::new(f64::NAN, 0.0, 0.0)));
-    }
-
-    #[test]
-    fn a_joint_factor_conditions_the_state_on_the_measurement() {
-        let start = || Joint { measured: Matrix1::new(0.5_f64), cross: Vector2::zeros(), state: Matrix2::zeros() };
-        let mut joint = start();
-        for (a, b) in [(1.0, Vector2::new(2.0, 0.5)), (0.25, Vector2::new(0.0, 1.5))] {
-            joint.add(&mut Vector1::new(a), &mut b.clone());
-        }
-        let (s, c) = (0.25 + 1.0 + 0.0625, Vector2::new(2.0, 0.875));
-        let p = Matrix2::new(4.0, 1.0, 1.0, 2.5);
-        assert!((joint.measured[0] * joint.measured[0] - s).abs() < 1e-15);
-        assert!((joint.cross * joint.measured[0] - c).amax() < 1e-15);
-        let expected = p - c * c.transpose() / s;
-        assert!((joint.state * joint.state.transpose() - expected).amax() < 4e-15, "{}", joint.state);
-        let (mut a, mut b) = (Vector1::new(0.25), Vector2::new(0.0, 1.5));
-        // What is left has one column for two states, without rounding.
-        joint.state[(1, 1)] += 1e-3;
-        assert!(joint.subtract(&mut a, &mut b));
-        assert!((joint.measured[0] * joint.measured[0] - 1.25).abs() < 1e-15);
-        assert!(!start().subtract(&mut Vector1::new(0.6), &mut Vector2::zeros()));
-    }
-
-    #[test]
-    fn a_singular_covariance_has_a_factor() {
-        let d = Vector3::new(1e-9, 0.3, 1.0);
-        let p = d * d.transpose();
-        let s = semidefinite_factor(&p);
-        assert!((s * s.transpose() - p).amax() <= 4.0 * f64::EPSILON, "{s}");
-        assert_eq!(s[(1, 1)], 0.0);
-        assert_eq!(semidefinite_factor(&Matrix2::<f64>::zeros()), Matrix2::zeros());
-    }
 }

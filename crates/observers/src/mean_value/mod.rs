@@ -30,7 +30,7 @@
 pub mod beta;
 pub mod integral;
 pub mod mapped;
-mod quadrature;
+pub(crate) mod quadrature;
 pub mod segment;
 
 use core::marker::PhantomData;

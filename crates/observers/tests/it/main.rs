@@ -1,10 +1,14 @@
 //! One test binary, a module a subject; each says which features it needs.
 
+#[cfg(feature = "alloc")]
+mod adjugate;
 mod aliases;
 #[cfg(feature = "alloc")]
 mod bad_samples;
 mod by_hand;
 mod continuous;
+#[cfg(feature = "alloc")]
+mod dense;
 mod discrete_kalman;
 mod estimators;
 #[cfg(feature = "alloc")]
@@ -18,11 +22,16 @@ mod numerical_kkl;
 #[cfg(all(feature = "alloc", feature = "dual"))]
 mod on_target;
 mod pendulum;
+#[cfg(feature = "alloc")]
+mod pseudo_inverse;
+mod quadrature;
 mod reset;
 mod sampled;
 mod sampled_nonlinear;
+mod semi_implicit;
 #[cfg(feature = "serde")]
 mod serialization;
 #[cfg(feature = "alloc")]
 mod static_size;
+mod triangular;
 mod unscented;

@@ -93,7 +93,7 @@ impl Mutant {
     }
 }
 
-const OBSERVERS: Suite = Suite { package: "luenberger-observers", binaries: &["--lib", "--test", "it"], only: &[] };
+const OBSERVERS: Suite = Suite { package: "luenberger-observers", binaries: &["--test", "it"], only: &[] };
 const DESIGNS: Suite = Suite { package: MODULES, binaries: &["--test", "designs"], only: &[] };
 const POSITIVE_REAL: Suite =
     Suite { package: "luenberger-design", binaries: &["--test", "it"], only: &["positive_real::"] };
