@@ -11,9 +11,9 @@ use dashu_int::{IBig, Sign};
 
 /// A matrix of rational numbers.
 #[derive(Debug, Clone)]
-pub(super) struct Exact {
-    pub(super) rows: usize,
-    pub(super) cols: usize,
+pub struct Exact {
+    pub rows: usize,
+    pub cols: usize,
     entries: Vec<IBig>,
     exponent: i64,
     denominator: IBig,
@@ -21,14 +21,14 @@ pub(super) struct Exact {
 
 /// Number of eigenvalues of each sign.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) struct Inertia {
-    pub(super) positive: usize,
-    pub(super) zero: usize,
-    pub(super) negative: usize,
+pub struct Inertia {
+    pub positive: usize,
+    pub zero: usize,
+    pub negative: usize,
 }
 
 /// -1, 0 or 1.
-pub(super) fn sign(x: &IBig) -> i32 {
+pub fn sign(x: &IBig) -> i32 {
     if x.is_zero() {
         0
     } else if x.sign() == Sign::Negative {
@@ -54,22 +54,22 @@ fn shifted(x: &IBig, places: i64) -> IBig {
 
 impl Exact {
     /// `numerator 2^exponent / denominator`, with a positive denominator.
-    pub(super) fn rational(numerator: IBig, exponent: i64, denominator: IBig) -> Self {
+    pub fn rational(numerator: IBig, exponent: i64, denominator: IBig) -> Self {
         Self { rows: 1, cols: 1, entries: vec![numerator], exponent, denominator }
     }
 
-    pub(super) fn number(x: f64) -> Self {
+    pub fn number(x: f64) -> Self {
         let (digits, exponent) = parts(x);
         Self::rational(digits, exponent, IBig::ONE)
     }
 
     /// `numerator / 2^places`.
-    pub(super) fn dyadic(numerator: i64, places: i64) -> Self {
+    pub fn dyadic(numerator: i64, places: i64) -> Self {
         Self::rational(IBig::from(numerator), -places, IBig::ONE)
     }
 
     /// The matrix with these entries, row by row.
-    pub(super) fn from_numbers(rows: usize, cols: usize, numbers: &[Self]) -> Self {
+    pub fn from_numbers(rows: usize, cols: usize, numbers: &[Self]) -> Self {
         assert_eq!(numbers.len(), rows * cols);
         let exponent = numbers.iter().filter(|x| !x.entries[0].is_zero()).map(|x| x.exponent).min().unwrap_or(0);
         let mut denominator = IBig::ONE;
@@ -88,26 +88,26 @@ impl Exact {
         Self { rows, cols, entries: numbers.iter().map(entry).collect(), exponent, denominator }
     }
 
-    pub(super) fn from_f64(rows: usize, cols: usize, entries: &[f64]) -> Self {
+    pub fn from_f64(rows: usize, cols: usize, entries: &[f64]) -> Self {
         let numbers: Vec<Self> = entries.iter().map(|x| Self::number(*x)).collect();
         Self::from_numbers(rows, cols, &numbers)
     }
 
-    pub(super) fn zeros(rows: usize, cols: usize) -> Self {
+    pub fn zeros(rows: usize, cols: usize) -> Self {
         Self { rows, cols, entries: vec![IBig::ZERO; rows * cols], exponent: 0, denominator: IBig::ONE }
     }
 
-    pub(super) fn identity(n: usize) -> Self {
+    pub fn identity(n: usize) -> Self {
         let entries = (0..n * n).map(|k| IBig::from(u8::from(k / n.max(1) == k % n.max(1)))).collect();
         Self { entries, ..Self::zeros(n, n) }
     }
 
-    pub(super) fn at(&self, i: usize, j: usize) -> Self {
+    pub fn at(&self, i: usize, j: usize) -> Self {
         Self::rational(self.entries[i * self.cols + j].clone(), self.exponent, self.denominator.clone())
     }
 
     /// A float near the only entry.
-    pub(super) fn near(&self) -> f64 {
+    pub fn near(&self) -> f64 {
         assert_eq!(self.entries.len(), 1);
         let leading = |x: &IBig| {
             let shift = x.bit_len().saturating_sub(64);
@@ -122,16 +122,16 @@ impl Exact {
     }
 
     /// The sign of the only entry.
-    pub(super) fn sign(&self) -> i32 {
+    pub fn sign(&self) -> i32 {
         assert_eq!(self.entries.len(), 1);
         sign(&self.entries[0])
     }
 
-    pub(super) fn is_zero(&self) -> bool {
+    pub fn is_zero(&self) -> bool {
         self.entries.iter().all(IBig::is_zero)
     }
 
-    pub(super) fn plus(&self, other: &Self) -> Self {
+    pub fn plus(&self, other: &Self) -> Self {
         assert_eq!((self.rows, self.cols), (other.rows, other.cols));
         let exponent = self.exponent.min(other.exponent);
         let same = self.denominator == other.denominator;
@@ -145,15 +145,15 @@ impl Exact {
         Self { rows: self.rows, cols: self.cols, entries, exponent, denominator }
     }
 
-    pub(super) fn negative(&self) -> Self {
+    pub fn negative(&self) -> Self {
         Self { entries: self.entries.iter().map(|x| -x).collect(), ..self.clone() }
     }
 
-    pub(super) fn minus(&self, other: &Self) -> Self {
+    pub fn minus(&self, other: &Self) -> Self {
         self.plus(&other.negative())
     }
 
-    pub(super) fn times(&self, other: &Self) -> Self {
+    pub fn times(&self, other: &Self) -> Self {
         assert_eq!(self.cols, other.rows);
         let mut entries = Vec::with_capacity(self.rows * other.cols);
         for i in 0..self.rows {
@@ -168,13 +168,13 @@ impl Exact {
     }
 
     /// Each entry times a number.
-    pub(super) fn scaled(&self, factor: &Self) -> Self {
+    pub fn scaled(&self, factor: &Self) -> Self {
         let entries = self.entries.iter().map(|x| x * &factor.entries[0]).collect();
         let (exponent, denominator) = (self.exponent + factor.exponent, &self.denominator * &factor.denominator);
         Self { rows: self.rows, cols: self.cols, entries, exponent, denominator }
     }
 
-    pub(super) fn transposed(&self) -> Self {
+    pub fn transposed(&self) -> Self {
         let entries = (0..self.entries.len())
             .map(|k| self.entries[(k % self.rows) * self.cols + k / self.rows].clone())
             .collect();
@@ -182,17 +182,17 @@ impl Exact {
     }
 
     /// `M + M'`.
-    pub(super) fn he(&self) -> Self {
+    pub fn he(&self) -> Self {
         self.plus(&self.transposed())
     }
 
     /// `M'P M`.
-    pub(super) fn congruent(&self, p: &Self) -> Self {
+    pub fn congruent(&self, p: &Self) -> Self {
         self.transposed().times(p).times(self)
     }
 
     /// The matrix of these rows of blocks.
-    pub(super) fn blocks(blocks: &[Vec<Self>]) -> Self {
+    pub fn blocks(blocks: &[Vec<Self>]) -> Self {
         let mut numbers = Vec::new();
         let (mut rows, mut cols) = (0, 0);
         for row in blocks {
@@ -206,12 +206,12 @@ impl Exact {
         Self::from_numbers(rows, cols, &numbers)
     }
 
-    pub(super) fn view(&self, row: usize, col: usize, rows: usize, cols: usize) -> Self {
+    pub fn view(&self, row: usize, col: usize, rows: usize, cols: usize) -> Self {
         let entry = |k: usize| self.entries[(row + k / cols.max(1)) * self.cols + col + k % cols.max(1)].clone();
         Self { rows, cols, entries: (0..rows * cols).map(entry).collect(), ..self.clone() }
     }
 
-    pub(super) fn is_symmetric(&self) -> bool {
+    pub fn is_symmetric(&self) -> bool {
         self.rows == self.cols
             && (0..self.entries.len()).all(|k| {
                 let (i, j) = (k / self.cols, k % self.cols);
@@ -249,7 +249,7 @@ impl Exact {
     }
 
     /// The signs of the eigenvalues of a symmetric matrix.
-    pub(super) fn inertia(&self) -> Inertia {
+    pub fn inertia(&self) -> Inertia {
         let coefficients = self.polynomial();
         let n = coefficients.len() - 1;
         let zero = coefficients.iter().rev().take_while(|c| c.is_zero()).count();
@@ -259,22 +259,22 @@ impl Exact {
     }
 
     /// `M > 0`, of a symmetric matrix.
-    pub(super) fn is_positive(&self) -> bool {
+    pub fn is_positive(&self) -> bool {
         self.is_symmetric() && self.inertia().positive == self.rows
     }
 
     /// `M >= 0`, of a symmetric matrix.
-    pub(super) fn is_semidefinite(&self) -> bool {
+    pub fn is_semidefinite(&self) -> bool {
         self.is_symmetric() && self.inertia().negative == 0
     }
 
     /// Whether all eigenvalues have negative real parts.
-    pub(super) fn is_hurwitz(&self) -> bool {
+    pub fn is_hurwitz(&self) -> bool {
         is_hurwitz(&self.polynomial())
     }
 
     /// Whether all eigenvalues lie inside the unit circle.
-    pub(super) fn is_schur(&self) -> bool {
+    pub fn is_schur(&self) -> bool {
         // Of M = E 2^e/d the polynomial is that of E with c_k times (2^e/d)^k: made integers.
         let n = self.rows;
         let (mut up, mut down) = (IBig::ONE, self.denominator.clone());
@@ -312,7 +312,7 @@ impl Exact {
     }
 
     /// The solution X of `M X = B` as numerators over the determinant, with its sign; `None` where M is singular.
-    pub(super) fn solve(&self, rhs: &Self) -> Option<Self> {
+    pub fn solve(&self, rhs: &Self) -> Option<Self> {
         assert_eq!((self.rows, rhs.rows), (self.cols, self.rows));
         let (n, width) = (self.rows, self.rows + rhs.cols);
         let joined = Self::blocks(&[vec![self.clone(), rhs.clone()]]);
@@ -362,31 +362,4 @@ fn is_hurwitz(coefficients: &[IBig]) -> bool {
         above = std::mem::replace(&mut row, next);
     }
     true
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn spectra_of_known_matrices() {
-        let of = |n: usize, x: &[f64]| Exact::from_f64(n, n, x);
-        assert!(of(2, &[0.0, 1.0, -2.0, -3.0]).is_hurwitz() && !of(2, &[0.0, 1.0, -2.0, 0.0]).is_hurwitz());
-        assert!(!of(2, &[0.0, 1.0, 2.0, -3.0]).is_hurwitz());
-        // (s + 1)(s^2 + 1), and with real parts of one unit in the last place.
-        assert!(!of(3, &[-1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, -1.0, 0.0]).is_hurwitz());
-        let tiny = -f64::EPSILON / 2.0;
-        assert!(of(3, &[-1.0, 0.0, 0.0, 0.0, tiny, 1.0, 0.0, -1.0, tiny]).is_hurwitz());
-        let below = 1.0_f64.next_down();
-        assert!(of(2, &[below, 1e9, 0.0, -below]).is_schur());
-        assert!(!of(2, &[1.0, 0.0, 0.0, 0.5]).is_schur() && !of(2, &[-1.0, 0.0, 0.0, 0.5]).is_schur());
-        assert!(!of(2, &[0.0, 1.0, -1.0, 0.0]).is_schur() && of(2, &[0.0, below, -below, 0.0]).is_schur());
-        assert!(!of(2, &[3.0, 0.0, 0.0, 3.0]).is_schur() && of(3, &[0.0; 9]).is_schur());
-        let m = of(2, &[2.0, 1.0, 1.0, 2.0]);
-        assert_eq!(m.minus(&Exact::identity(2)).inertia(), Inertia { positive: 1, zero: 1, negative: 0 });
-        let x = m.solve(&Exact::from_f64(2, 1, &[1.0, 0.0])).expect("regular");
-        let thirds = Exact::rational(IBig::ONE, 0, IBig::from(3));
-        assert!(x.at(0, 0).minus(&thirds.plus(&thirds)).is_zero() && x.at(1, 0).plus(&thirds).is_zero());
-        assert!(of(2, &[1.0, 2.0, 2.0, 4.0]).solve(&Exact::zeros(2, 1)).is_none());
-    }
 }

@@ -13,7 +13,7 @@ mod cubic;
 mod deployed;
 mod disturbed;
 mod document;
-mod exact;
+pub mod exact;
 mod families;
 mod filters;
 mod intervals;

@@ -3,6 +3,7 @@
 mod bad_input;
 mod certificates;
 mod cuk_table_1;
+mod exact;
 mod examples;
 mod falsify;
 mod generators;

@@ -29,7 +29,7 @@ pub(super) struct Suite {
 pub(super) const MODULES: &str = "luenberger-mutants";
 
 /// Its test binaries, each with the modules that it consists of.
-const BINARIES: [(&str, &[&str]); 11] = [
+const BINARIES: [(&str, &[&str]); 12] = [
     ("designs", &["crates/design/tests/it/designs.rs", "crates/design/tests/it/bad_input.rs"]),
     ("cubic", &["tests/tests/it/generators.rs", "tests/tests/it/theorems_cubic.rs"]),
     ("input_to_state", &["tests/tests/it/generators.rs", "tests/tests/it/theorems_input_to_state.rs"]),
@@ -39,6 +39,7 @@ const BINARIES: [(&str, &[&str]); 11] = [
     ("sampled", &["tests/tests/it/generators.rs", "tests/tests/it/theorems_sampled.rs"]),
     ("uncertain", &["tests/tests/it/generators.rs", "tests/tests/it/theorems_uncertain.rs"]),
     ("optimal_cubic", &["crates/design/tests/it/optimal_cubic.rs"]),
+    ("positive_real", &["crates/design/tests/it/positive_real.rs"]),
     ("mean_value", &["tests/tests/it/generators.rs", "tests/tests/it/theorems_mvt.rs"]),
     (
         "kkl",

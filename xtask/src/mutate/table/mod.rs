@@ -95,8 +95,7 @@ impl Mutant {
 
 const OBSERVERS: Suite = Suite { package: "luenberger-observers", binaries: &["--test", "it"], only: &[] };
 const DESIGNS: Suite = Suite { package: MODULES, binaries: &["--test", "designs"], only: &[] };
-const POSITIVE_REAL: Suite =
-    Suite { package: "luenberger-design", binaries: &["--test", "it"], only: &["positive_real::"] };
+const POSITIVE_REAL: Suite = Suite { package: MODULES, binaries: &["--test", "positive_real"], only: &[] };
 const CUBIC: Suite = Suite { package: MODULES, binaries: &["--test", "cubic"], only: &[] };
 const INPUT_TO_STATE: Suite = Suite { package: MODULES, binaries: &["--test", "input_to_state"], only: &[] };
 const FILTERS: Suite = Suite { package: MODULES, binaries: &["--test", "filters"], only: &[] };
