@@ -2,6 +2,7 @@
 
 use super::error::{Fault, FileError};
 use super::json::{Member, Node, Value};
+use super::members::Members;
 use crate::interval::Interval;
 use crate::matrix::Matrix;
 use crate::number::{Datum, Number, decimal, quoted};
@@ -47,13 +48,41 @@ impl<'a> Field<'a> {
         self.error(Fault::Type { expected, found: self.node.value.kind() })
     }
 
-    pub(super) fn object(&self) -> Result<Fields<'a>, FileError> {
+    fn fields(&self) -> Result<Fields<'a>, FileError> {
         match &self.node.value {
             Value::Object(members) => {
                 Ok(Fields { line: self.node.line, path: self.path.clone(), members, taken: vec![false; members.len()] })
             }
             _ => Err(self.wrong_type("an object")),
         }
+    }
+
+    /// What `read` makes of the members of an object; an error for one that it leaves.
+    pub(super) fn object<T>(&self, read: impl FnOnce(&mut Fields<'a>) -> Result<T, FileError>) -> Result<T, FileError> {
+        let mut fields = self.fields()?;
+        let value = read(&mut fields)?;
+        fields.finish()?;
+        Ok(value)
+    }
+
+    /// A member of an object that is read, for an error there.
+    pub(super) fn member(&self, name: &'static str) -> Result<Self, FileError> {
+        self.fields()?.take(name)
+    }
+
+    /// An object described by [`members!`](super::members).
+    pub(super) fn part<T: Members>(&self) -> Result<T, FileError> {
+        self.part_of(())
+    }
+
+    /// An object described by [`members!`](super::members), of sizes that other members have.
+    pub(super) fn part_of<T: Members<Sizes>, Sizes>(&self, sizes: Sizes) -> Result<T, FileError> {
+        self.object(|fields| T::read(fields, sizes))
+    }
+
+    /// What `read` makes of it.
+    pub(super) fn by<T>(&self, read: impl FnOnce(&Self) -> Result<T, FileError>) -> Result<T, FileError> {
+        read(self)
     }
 
     pub(super) fn text(&self) -> Result<&'a str, FileError> {
@@ -124,6 +153,87 @@ impl<'a> Field<'a> {
         number.to_f64().ok_or_else(|| self.not_exact(&number, "binary64 number"))
     }
 
+    /// A binary64 number that satisfies the requirement.
+    pub(super) fn number(
+        &self,
+        satisfies: impl FnOnce(f64) -> bool,
+        requirement: &'static str,
+    ) -> Result<f64, FileError> {
+        let value = self.binary64()?;
+        if satisfies(value) { Ok(value) } else { Err(self.error(Fault::Range { value, requirement })) }
+    }
+
+    pub(super) fn positive(&self, requirement: &'static str) -> Result<f64, FileError> {
+        self.number(|x| x > 0.0, requirement)
+    }
+
+    /// 0 or more.
+    pub(super) fn nonnegative(&self, requirement: &'static str) -> Result<f64, FileError> {
+        self.number(|x| x >= 0.0, requirement)
+    }
+
+    pub(super) fn rate(&self) -> Result<f64, FileError> {
+        self.nonnegative("a rate of decay is 0 or more")
+    }
+
+    /// The bound of an absolute value.
+    pub(super) fn bound(&self) -> Result<f64, FileError> {
+        self.nonnegative("a bound of an absolute value is 0 or more")
+    }
+
+    /// A list of this length.
+    pub(super) fn list<T>(
+        &self,
+        length: usize,
+        item: impl FnMut(&Self) -> Result<T, FileError>,
+    ) -> Result<Vec<T>, FileError> {
+        let items = self.items()?;
+        if items.len() != length {
+            return Err(self.error(Fault::Length { expected: length, found: items.len() }));
+        }
+        items.iter().map(item).collect()
+    }
+
+    /// A list of any length.
+    pub(super) fn list_of<T>(&self, item: impl FnMut(&Self) -> Result<T, FileError>) -> Result<Vec<T>, FileError> {
+        self.items()?.iter().map(item).collect()
+    }
+
+    /// A list of at least one.
+    pub(super) fn some_of<T>(&self, item: impl FnMut(&Self) -> Result<T, FileError>) -> Result<Vec<T>, FileError> {
+        let list = self.list_of(item)?;
+        if list.is_empty() { Err(self.error(Fault::Empty)) } else { Ok(list) }
+    }
+
+    /// A list of numbers.
+    pub(super) fn numbers(&self, length: usize) -> Result<Vec<f64>, FileError> {
+        self.list(length, Field::binary64)
+    }
+
+    /// A list of bounds of absolute values.
+    pub(super) fn bounds(&self, length: usize) -> Result<Vec<f64>, FileError> {
+        self.list(length, Field::bound)
+    }
+
+    /// A word that stands for a value.
+    pub(super) fn word<T: Copy>(&self, words: &[(&str, T)]) -> Result<T, FileError> {
+        let found = self.text()?;
+        match words.iter().find(|(word, _)| *word == found) {
+            Some((_, value)) => Ok(*value),
+            None => Err(self.unknown_word(found, words.iter().map(|(word, _)| *word))),
+        }
+    }
+
+    pub(super) fn unknown_word<'w>(&self, found: &str, known: impl IntoIterator<Item = &'w str>) -> FileError {
+        let known = known.into_iter().map(|word| format!("\"{word}\"")).collect::<Vec<_>>().join(", ");
+        self.error(Fault::Word { found: quoted(found), known })
+    }
+
+    /// An error for a matrix that is to be formed and has too many rows.
+    pub(super) fn bounded_order(&self, order: usize, allowed: usize) -> Result<(), FileError> {
+        if order <= allowed { Ok(()) } else { Err(self.error(Fault::TooManyRows { order, allowed })) }
+    }
+
     pub(super) fn not_exact(&self, number: &Number, needed: &'static str) -> FileError {
         self.error(Fault::NotExact { number: quoted(&number.to_string()), needed })
     }
@@ -175,11 +285,17 @@ impl<'a> Field<'a> {
         Matrix::from_row_major(rows.len(), columns.unwrap_or(0), entries).map_err(|_| self.error(Fault::Empty))
     }
 
-    fn of_shape<T>(&self, m: Matrix<T>, expected: (usize, usize)) -> Result<Matrix<T>, FileError> {
+    pub(super) fn of_shape<T>(&self, m: Matrix<T>, expected: (usize, usize)) -> Result<Matrix<T>, FileError> {
         if m.shape() == expected {
             return Ok(m);
         }
         Err(self.error(Fault::Shape { expected, found: m.shape() }))
+    }
+
+    /// An error for a matrix of another shape.
+    pub(super) fn same_shape<T>(&self, expected: &Matrix<T>, found: &Matrix<T>) -> Result<(), FileError> {
+        let (expected, found) = (expected.shape(), found.shape());
+        if expected == found { Ok(()) } else { Err(self.error(Fault::Shape { expected, found })) }
     }
 
     /// A matrix with at least one entry.
@@ -214,6 +330,15 @@ impl<'a> Field<'a> {
     /// A matrix with this many rows.
     pub(super) fn matrix_with_rows(&self, rows: usize) -> Result<Matrix<f64>, FileError> {
         self.with_rows(self.rows(Field::binary64)?, rows)
+    }
+
+    /// A matrix with this many rows, and one column at least.
+    pub(super) fn columns(&self, rows: usize) -> Result<Matrix<f64>, FileError> {
+        self.not_without_columns(self.matrix_with_rows(rows)?)
+    }
+
+    pub(super) fn not_without_columns<T>(&self, m: Matrix<T>) -> Result<Matrix<T>, FileError> {
+        if m.cols() == 0 { Err(self.error(Fault::Empty)) } else { Ok(m) }
     }
 
     /// A matrix with this many columns, and one row at least.
@@ -289,6 +414,17 @@ impl<'a> Field<'a> {
         self.squared(self.rows(Field::datum)?)
     }
 
+    /// As [`square_data`](Self::square_data), of this order if there is one.
+    pub(super) fn square_data_of(&self, order: Option<usize>) -> Result<Matrix<Datum>, FileError> {
+        let m = self.square_data()?;
+        let order = order.unwrap_or(m.rows());
+        self.of_shape(m, (order, order))
+    }
+
+    pub(super) fn data(&self, shape: (usize, usize)) -> Result<Matrix<Datum>, FileError> {
+        self.of_shape(self.data_with_columns(shape.1)?, shape)
+    }
+
     /// A matrix of numbers or bounds with this many columns, and one row at least.
     pub(super) fn data_with_columns(&self, columns: usize) -> Result<Matrix<Datum>, FileError> {
         self.with_columns(self.rows(Field::datum)?, columns)
@@ -322,22 +458,16 @@ impl<'a> Fields<'a> {
         self.optional(name).ok_or(missing)
     }
 
-    pub(super) fn object(&mut self, name: &'static str) -> Result<Fields<'a>, FileError> {
-        self.take(name)?.object()
-    }
-
-    /// A rate: a binary64 number, 0 or more.
-    pub(super) fn rate(&mut self) -> Result<f64, FileError> {
-        let field = self.take("rate")?;
-        let rate = field.binary64()?;
-        if rate >= 0.0 {
-            return Ok(rate);
-        }
-        Err(field.error(Fault::Range { value: rate, requirement: "a rate of decay is 0 or more" }))
+    pub(super) fn object<T>(
+        &mut self,
+        name: &'static str,
+        read: impl FnOnce(&mut Fields<'a>) -> Result<T, FileError>,
+    ) -> Result<T, FileError> {
+        self.take(name)?.object(read)
     }
 
     /// An error for the first unknown member.
-    pub(super) fn finish(self) -> Result<(), FileError> {
+    fn finish(self) -> Result<(), FileError> {
         for (member, taken) in self.members.iter().zip(&self.taken) {
             if !taken {
                 let fault = Fault::Unknown { name: quoted(&member.name) };

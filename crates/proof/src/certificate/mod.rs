@@ -28,6 +28,7 @@ mod evidence;
 mod fields;
 mod json;
 mod limits;
+mod members;
 mod theorem;
 mod write;
 
@@ -51,7 +52,7 @@ pub use theorem::*;
 
 use fields::Field;
 use json::{Node, canonical, parse};
-use write::Out;
+use write::{Out, Written};
 
 /// The value of the field `format` of every certificate.
 pub const FORMAT: &str = "luenberger-certificate";
@@ -189,45 +190,43 @@ impl CertificateFile {
     /// [`FileError`] with the line and the field.
     pub fn read(bytes: &[u8]) -> Result<Self, FileError> {
         let node = parse(bytes)?;
-        let mut file = Field::root(&node).object()?;
-        let format = file.take("format")?;
-        if format.text()? != FORMAT {
-            let found = quoted(format.text()?);
-            return Err(format.error(Fault::Word { found, known: format!("\"{FORMAT}\"") }));
-        }
-        let version = file.take("version")?;
-        if version.count()? != VERSION {
-            return Err(version.error(Fault::Version { found: version.count()?.to_string() }));
-        }
-        let title = file.take("title")?.name()?;
-        let statement = file.take("statement")?;
-        let theorem = Theorem::read(&mut file)?;
-        let margins = file.take("margins")?;
-        let mut claims = Vec::new();
-        let mut claim_lines = Vec::new();
-        for item in margins.items()? {
-            let mut claim = item.object()?;
-            let inequality = claim.take("inequality")?.text()?.to_owned();
-            let margin = claim.take("margin")?;
-            claim_lines.push(margin.line());
-            claims.push(Claim { inequality, margin: margin.exact()? });
-            claim.finish()?;
-        }
-        let digest = file.take("sha256")?;
-        file.finish()?;
-        Ok(Self {
-            title,
-            theorem,
-            claims,
-            statement: statement.text()?.to_owned(),
-            digest: digest.text()?.to_owned(),
-            found: Found {
-                computed: digest_of(&node),
-                digest_line: digest.line(),
-                statement_line: statement.line(),
-                claims_line: margins.line(),
-                claim_lines,
-            },
+        Field::root(&node).object(|file| {
+            let format = file.take("format")?;
+            if format.text()? != FORMAT {
+                return Err(format.unknown_word(format.text()?, [FORMAT]));
+            }
+            let version = file.take("version")?;
+            if version.count()? != VERSION {
+                return Err(version.error(Fault::Version { found: version.count()?.to_string() }));
+            }
+            let title = file.take("title")?.name()?;
+            let statement = file.take("statement")?;
+            let theorem = Theorem::read(file)?;
+            let margins = file.take("margins")?;
+            let mut claim_lines = Vec::new();
+            let claims = margins.list_of(|item| {
+                item.object(|claim| {
+                    let inequality = claim.take("inequality")?.text()?.to_owned();
+                    let margin = claim.take("margin")?;
+                    claim_lines.push(margin.line());
+                    Ok(Claim { inequality, margin: margin.exact()? })
+                })
+            })?;
+            let digest = file.take("sha256")?;
+            Ok(Self {
+                title,
+                theorem,
+                claims,
+                statement: statement.text()?.to_owned(),
+                digest: digest.text()?.to_owned(),
+                found: Found {
+                    computed: digest_of(&node),
+                    digest_line: digest.line(),
+                    statement_line: statement.line(),
+                    claims_line: margins.line(),
+                    claim_lines,
+                },
+            })
         })
     }
 
@@ -323,12 +322,9 @@ fn draft(title: &str, theorem: &Theorem, statement: &str, claims: &[Claim], dige
         ("statement", Out::Text(statement.to_owned())),
     ];
     members.extend(theorem.write());
-    let claims = claims.iter().map(|claim| {
-        Out::Object(vec![
-            ("inequality", Out::Text(claim.inequality.clone())),
-            ("margin", Out::Text(claim.margin.to_string())),
-        ])
-    });
+    let claims = claims
+        .iter()
+        .map(|claim| Out::Object(vec![("inequality", claim.inequality.out()), ("margin", claim.margin.out())]));
     members.push(("margins", Out::Lines(claims.collect())));
     members.push(("sha256", Out::Text(digest.to_owned())));
     Out::Object(members).pretty()

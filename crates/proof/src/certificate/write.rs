@@ -17,48 +17,14 @@ pub(super) enum Out {
     Object(Vec<(&'static str, Out)>),
 }
 
+/// What has one form in files.
+pub(super) trait Written {
+    /// Whether an array of them is written on one line.
+    const SHORT: bool = false;
+    fn out(&self) -> Out;
+}
+
 impl Out {
-    pub(super) fn number(x: f64) -> Self {
-        // NaN and infinities have no place in a file: the reader will name them.
-        Self::Text(Number::from_f64(x).map_or_else(|| x.to_string(), |number| number.to_string()))
-    }
-
-    pub(super) fn numbers(xs: &[f64]) -> Self {
-        Self::Line(xs.iter().map(|x| Self::number(*x)).collect())
-    }
-
-    pub(super) fn matrix(m: &Matrix<f64>) -> Self {
-        Self::rows(m, |x| Self::number(*x))
-    }
-
-    pub(super) fn exact(m: &Matrix<Number>) -> Self {
-        Self::rows(m, |x| Self::Text(x.to_string()))
-    }
-
-    pub(super) fn data(m: &Matrix<Datum>) -> Self {
-        Self::rows(m, Self::datum)
-    }
-
-    pub(super) fn interval(interval: &Interval) -> Self {
-        // Unbounded ends have no place in a file: the reader will name them.
-        Datum::from_interval(interval).map_or_else(|| Self::number(f64::NAN), |x| Self::datum(&x))
-    }
-
-    pub(super) fn intervals(m: &Matrix<Interval>) -> Self {
-        Self::rows(m, Self::interval)
-    }
-
-    pub(super) fn datum(datum: &Datum) -> Self {
-        match datum {
-            Datum::Number(x) => Self::Text(x.to_string()),
-            Datum::Between(lo, hi) => Self::Line(vec![Self::Text(lo.to_string()), Self::Text(hi.to_string())]),
-        }
-    }
-
-    fn rows<T>(m: &Matrix<T>, entry: impl Fn(&T) -> Self) -> Self {
-        Self::Lines((0..m.rows()).map(|i| Self::Line(m.row(i).iter().map(&entry).collect())).collect())
-    }
-
     /// The text, ending with a line break.
     pub(super) fn pretty(&self) -> String {
         let mut text = String::new();
@@ -101,6 +67,78 @@ impl Out {
                 text.push('}');
             }
         }
+    }
+}
+
+impl Written for f64 {
+    const SHORT: bool = true;
+
+    fn out(&self) -> Out {
+        // NaN and infinities have no place in a file: the reader will name them.
+        Number::from_f64(*self).map_or_else(|| Out::Text(self.to_string()), |number| number.out())
+    }
+}
+
+impl Written for usize {
+    const SHORT: bool = true;
+
+    fn out(&self) -> Out {
+        Out::Count(*self)
+    }
+}
+
+impl Written for Interval {
+    const SHORT: bool = true;
+
+    fn out(&self) -> Out {
+        // Unbounded ends have no place in a file: the reader will name them.
+        Datum::from_interval(self).map_or_else(|| f64::NAN.out(), |datum| datum.out())
+    }
+}
+
+impl Written for Number {
+    fn out(&self) -> Out {
+        Out::Text(self.to_string())
+    }
+}
+
+impl Written for Datum {
+    fn out(&self) -> Out {
+        match self {
+            Self::Number(x) => x.out(),
+            Self::Between(lo, hi) => Out::Line(vec![lo.out(), hi.out()]),
+        }
+    }
+}
+
+impl Written for str {
+    fn out(&self) -> Out {
+        Out::Text(self.to_owned())
+    }
+}
+
+impl Written for String {
+    fn out(&self) -> Out {
+        self.as_str().out()
+    }
+}
+
+impl<T: Written> Written for Matrix<T> {
+    fn out(&self) -> Out {
+        Out::Lines((0..self.rows()).map(|i| Out::Line(self.row(i).iter().map(T::out).collect())).collect())
+    }
+}
+
+impl<T: Written> Written for [T] {
+    fn out(&self) -> Out {
+        let items = self.iter().map(T::out).collect();
+        if T::SHORT { Out::Line(items) } else { Out::Lines(items) }
+    }
+}
+
+impl<T: Written> Written for Vec<T> {
+    fn out(&self) -> Out {
+        self.as_slice().out()
     }
 }
 

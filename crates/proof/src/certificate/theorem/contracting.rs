@@ -10,9 +10,9 @@
 //! `-2 d_m'G_m d_m <= -2 g |d_m|^2`. The first inequality is its diagonal block of the unmeasured states, to which no
 //! injection contributes. Evaluated by [`cascade_decrease`].
 
-use super::super::Fault;
 use super::super::fields::Fields;
-use super::super::write::Out;
+use super::super::members::Members;
+use super::super::write::{Out, Written};
 use super::{Fact, FileError, Statement, check_rate, counted, decay, rate_term};
 use crate::error::ProofError;
 use crate::matrix::Matrix;
@@ -74,34 +74,28 @@ impl Statement for ContractionInCoordinates {
             decay("|d_m|^2 + d_w'Q d_w", "d", self.rate)
         )
     }
+}
 
-    fn read(file: &mut Fields<'_>) -> Result<Self, FileError> {
-        let mut coordinates = file.object("coordinates")?;
-        let k = coordinates.take("K")?.any_matrix()?;
-        coordinates.finish()?;
+/// K, which stands behind the vertices, has their order.
+impl Members for ContractionInCoordinates {
+    fn read(file: &mut Fields<'_>, (): ()) -> Result<Self, FileError> {
+        let k = file.object("coordinates", |coordinates| coordinates.take("K")?.any_matrix())?;
         let (unmeasured, measured) = k.shape();
         let n = unmeasured + measured;
-        let list = file.take("vertices")?;
-        let vertices = list.items()?.iter().map(|item| item.matrix((n, n))).collect::<Result<Vec<_>, _>>()?;
-        if vertices.is_empty() {
-            return Err(list.error(Fault::Empty));
-        }
-        let mut observer = file.object("observer")?;
-        let injection = observer.take("injection")?.binary64()?;
-        observer.finish()?;
-        let mut lyapunov = file.object("lyapunov")?;
-        let q = lyapunov.take("Q")?.symmetric(unmeasured)?;
-        let rate = lyapunov.rate()?;
-        lyapunov.finish()?;
+        let vertices = file.take("vertices")?.some_of(|j| j.matrix((n, n)))?;
+        let injection = file.object("observer", |observer| observer.take("injection")?.binary64())?;
+        let (q, rate) = file.object("lyapunov", |lyapunov| {
+            Ok((lyapunov.take("Q")?.symmetric(unmeasured)?, lyapunov.take("rate")?.rate()?))
+        })?;
         Ok(Self { vertices, k, q, injection, rate })
     }
 
     fn write(&self) -> Vec<(&'static str, Out)> {
         vec![
-            ("vertices", Out::Lines(self.vertices.iter().map(Out::matrix).collect())),
-            ("coordinates", Out::Object(vec![("K", Out::matrix(&self.k))])),
-            ("observer", Out::Object(vec![("injection", Out::number(self.injection))])),
-            ("lyapunov", Out::Object(vec![("Q", Out::matrix(&self.q)), ("rate", Out::number(self.rate))])),
+            ("vertices", self.vertices.out()),
+            ("coordinates", Out::Object(vec![("K", self.k.out())])),
+            ("observer", Out::Object(vec![("injection", self.injection.out())])),
+            ("lyapunov", Out::Object(vec![("Q", self.q.out()), ("rate", self.rate.out())])),
         ]
     }
 }

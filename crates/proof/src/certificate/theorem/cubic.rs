@@ -12,9 +12,10 @@
 //! the stored N the proof is in the head of `statement/deployed_cubic.rs`: from every e(0) by another Lyapunov matrix
 //! near P for which the stored N has the structure exactly, or from an ellipsoid in which `|PN + C'S|` is dominated.
 
-use super::super::fields::Fields;
-use super::super::write::Out;
-use super::super::{Certificate, Fault, Witness};
+use super::super::fields::Field;
+use super::super::members::members;
+use super::super::write::{Out, Written};
+use super::super::{Certificate, Witness};
 use super::{Fact, FileError, PlantMatrices, Statement, StructuredCubicConvergence, check_rate, decay, decrease_label};
 use crate::error::ProofError;
 use crate::matrix::Matrix;
@@ -124,33 +125,6 @@ impl CubicConvergence {
         ])
     }
 
-    pub(super) fn members(&self) -> Vec<(&'static str, Out)> {
-        let region = match self.region {
-            Region::Everywhere => Out::Text("everywhere".to_owned()),
-            Region::Within(level) => Out::number(level),
-        };
-        vec![
-            self.plant.write(),
-            (
-                "observer",
-                Out::Object(vec![
-                    ("L", Out::matrix(&self.l)),
-                    ("N", Out::matrix(&self.n)),
-                    ("theta", Out::matrix(&self.theta)),
-                ]),
-            ),
-            (
-                "lyapunov",
-                Out::Object(vec![
-                    ("P", Out::matrix(&self.p)),
-                    ("S", Out::matrix(&self.s)),
-                    ("rate", Out::number(self.rate)),
-                    ("converges_from", region),
-                ]),
-            ),
-        ]
-    }
-
     /// "from every e(0)", or from which.
     pub(super) fn from(&self) -> String {
         match self.region {
@@ -175,36 +149,38 @@ impl Statement for CubicConvergence {
             decay("e'Pe", "e", self.rate)
         )
     }
+}
 
-    fn read(file: &mut Fields<'_>) -> Result<Self, FileError> {
-        let plant = PlantMatrices::read(file)?;
-        let (order, outputs) = plant.gain();
-        let mut observer = file.object("observer")?;
-        let l = observer.take("L")?.matrix((order, outputs))?;
-        let n = observer.take("N")?.matrix((order, outputs))?;
-        let theta = observer.take("theta")?.symmetric(outputs)?;
-        observer.finish()?;
-        let mut lyapunov = file.object("lyapunov")?;
-        let p = lyapunov.take("P")?.symmetric(order)?;
-        let s = lyapunov.take("S")?.matrix((outputs, outputs))?;
-        let rate = lyapunov.rate()?;
-        let field = lyapunov.take("converges_from")?;
-        let region = if field.text()? == "everywhere" {
-            Region::Everywhere
-        } else {
-            let level = field.binary64()?;
-            if level <= 0.0 {
-                let requirement =
-                    "the level of e'Pe below which errors converge is positive, or the word \"everywhere\"";
-                return Err(field.error(Fault::Range { value: level, requirement }));
-            }
-            Region::Within(level)
-        };
-        lyapunov.finish()?;
-        Ok(Self { plant, l, n, theta, p, s, rate, region })
+members! { CubicConvergence {
+    { plant: PlantMatrices = "plant".part(); }
+    "observer" {
+        l = "L".matrix(plant.gain());
+        n = "N".matrix(plant.gain());
+        theta = "theta".symmetric(plant.outputs());
     }
+    "lyapunov" {
+        p = "P".symmetric(plant.order());
+        s = "S".matrix((plant.outputs(), plant.outputs()));
+        rate = "rate".rate();
+        region = "converges_from".by(Region::read);
+    }
+} }
 
-    fn write(&self) -> Vec<(&'static str, Out)> {
-        self.members()
+impl Region {
+    fn read(field: &Field<'_>) -> Result<Self, FileError> {
+        if field.text()? == "everywhere" {
+            return Ok(Self::Everywhere);
+        }
+        let requirement = "the level of e'Pe below which errors converge is positive, or the word \"everywhere\"";
+        field.positive(requirement).map(Self::Within)
+    }
+}
+
+impl Written for Region {
+    fn out(&self) -> Out {
+        match self {
+            Self::Everywhere => "everywhere".out(),
+            Self::Within(level) => level.out(),
+        }
     }
 }

@@ -4,9 +4,9 @@
 //! itself; its margin is a lower bound of the smallest eigenvalue of M, or of -M. Where entries are intervals, this
 //! holds for every symmetric matrix within them.
 
-use super::super::fields::Fields;
-use super::super::write::Out;
-use super::{Fact, FileError, Statement, enclosed, intervals, unknown_word};
+use super::super::members::members;
+use super::super::write::{Out, Written};
+use super::{Fact, Statement, enclosed, intervals};
 use crate::definite::{
     Direction, Entry, negative_definite, negative_semidefinite, positive_definite, positive_semidefinite,
 };
@@ -89,18 +89,15 @@ impl Statement for Definiteness {
         let n = self.m.rows();
         format!("The symmetric {n} x {n} matrix M is {}.{}", self.sign.words(), enclosed([&self.m], "M"))
     }
+}
 
-    fn read(file: &mut Fields<'_>) -> Result<Self, FileError> {
-        let m = file.take("M")?.symmetric_data()?;
-        let field = file.take("is")?;
-        let found = field.text()?;
-        match Sign::ALL.into_iter().find(|sign| sign.words() == found) {
-            Some(sign) => Ok(Self { m, sign }),
-            None => Err(unknown_word(&field, found, &Sign::ALL.map(Sign::words))),
-        }
-    }
+members! { Definiteness { {
+    m = "M".symmetric_data();
+    sign = "is".word(&Sign::ALL.map(|sign| (sign.words(), sign)));
+} } }
 
-    fn write(&self) -> Vec<(&'static str, Out)> {
-        vec![("M", Out::data(&self.m)), ("is", Out::Text(self.sign.words().to_owned()))]
+impl Written for Sign {
+    fn out(&self) -> Out {
+        self.words().out()
     }
 }

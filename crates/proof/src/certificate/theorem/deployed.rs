@@ -13,11 +13,11 @@
 //! says, so that theta need not be semidefinite. The ball is derived from the assumed bounds, for the operations listed
 //! in the statement; a claimed bound that is smaller by one unit in the last place is rejected.
 
-use super::super::Fault;
-use super::super::Witness;
 use super::super::fields::{Field, Fields};
-use super::super::write::Out;
-use super::{Fact, FileError, Statement, counted, unknown_word};
+use super::super::members::{Members, members};
+use super::super::write::{Out, Written};
+use super::super::{Fault, Witness};
+use super::{Fact, FileError, Statement, counted};
 use crate::definite::Direction;
 use crate::error::ProofError;
 use crate::matrix::Matrix;
@@ -34,8 +34,13 @@ pub const LARGEST_DEPLOYED: usize = 32;
 /// The words where no ball is claimed.
 const NOTHING_RUNNING: &str = "Nothing is said of the rounding of its steps.";
 
-/// The words for the ways in which a step is computed.
-const STEPS: [&str; 4] = ["joined", "innovation", "accumulated", "cubic"];
+/// The words for the ways in which a step is computed, and whether it has a cubic part.
+const STEPS: [(&str, (Step, bool)); 4] = [
+    ("joined", (Step::Joined, false)),
+    ("innovation", (Step::Innovation, false)),
+    ("accumulated", (Step::Accumulated, false)),
+    ("cubic", (Step::Innovation, true)),
+];
 
 /// The bounds of the running error that a file claims.
 #[derive(Debug, Clone, PartialEq)]
@@ -71,93 +76,7 @@ pub struct DeployedObserver {
     pub ball: Option<ClaimedBall>,
 }
 
-fn read_format(field: &Field<'_>) -> Result<Format, FileError> {
-    let word = field.text()?;
-    let fixed = |word: &str| -> Option<Format> {
-        let (integer, fraction) = word.strip_prefix('Q')?.split_once('.')?;
-        let bits = |text: &str| {
-            let digits = !text.is_empty() && text.len() <= 2 && text.bytes().all(|b| b.is_ascii_digit());
-            digits.then(|| text.parse::<u32>().ok()).flatten()
-        };
-        Some(Format::Fixed { integer_bits: bits(integer)?, fraction_bits: bits(fraction)? })
-    };
-    match word {
-        "binary32" => Ok(Format::Binary32),
-        "binary64" => Ok(Format::Binary64),
-        _ => fixed(word).ok_or_else(|| {
-            unknown_word(
-                field,
-                word,
-                &["binary32", "binary64", "Q4.12 (4 bits before the point, the sign among them, 12 after it)"],
-            )
-        }),
-    }
-}
-
-/// A list of bounds, of which none is negative.
-fn read_bounds(field: &Field<'_>, length: usize) -> Result<Vec<f64>, FileError> {
-    let items = field.items()?;
-    if items.len() != length {
-        return Err(field.error(Fault::Length { expected: length, found: items.len() }));
-    }
-    items.iter().map(read_bound).collect()
-}
-
-fn read_bound(field: &Field<'_>) -> Result<f64, FileError> {
-    let value = field.binary64()?;
-    if value >= 0.0 {
-        return Ok(value);
-    }
-    Err(field.error(Fault::Range { value, requirement: "a bound of an absolute value is 0 or more" }))
-}
-
-/// A matrix of bounds, of which none is negative.
-fn read_bound_matrix(field: &Field<'_>, shape: (usize, usize)) -> Result<Matrix<f64>, FileError> {
-    let matrix = field.matrix(shape)?;
-    match matrix.as_slice().iter().find(|x| **x < 0.0) {
-        None => Ok(matrix),
-        Some(&value) => {
-            Err(field.error(Fault::Range { value, requirement: "a bound of an absolute value is 0 or more" }))
-        }
-    }
-}
-
-fn read_positive(field: &Field<'_>, requirement: &'static str) -> Result<f64, FileError> {
-    let value = field.binary64()?;
-    if value > 0.0 { Ok(value) } else { Err(field.error(Fault::Range { value, requirement })) }
-}
-
-/// The plant, as `plant.rs` reads it, but not larger than is checked in seconds.
-fn read_plant(file: &mut Fields<'_>) -> Result<SampledPlant, FileError> {
-    let mut fields = file.object("plant")?;
-    let field = fields.take("A")?;
-    let a = field.square()?;
-    if a.rows() > LARGEST_DEPLOYED {
-        return Err(field.error(Fault::TooManyRows { order: a.rows(), allowed: LARGEST_DEPLOYED }));
-    }
-    let field = fields.take("B")?;
-    let b = field.matrix_with_rows(a.rows())?;
-    let c_field = fields.take("C")?;
-    let c = c_field.matrix_with_columns(a.rows())?;
-    for (field, width) in [(field, b.cols()), (c_field, c.rows())] {
-        if width > LARGEST_DEPLOYED {
-            return Err(field.error(Fault::TooManyRows { order: width, allowed: LARGEST_DEPLOYED }));
-        }
-    }
-    fields.finish()?;
-    Ok(SampledPlant { a, b, c })
-}
-
 impl DeployedObserver {
-    fn step_word(&self) -> &'static str {
-        match (&self.stored.cubic, self.step) {
-            (Some(_), _) => "cubic",
-            (None, Step::Joined) => "joined",
-            (None, Step::Innovation) => "innovation",
-            (None, Step::Accumulated) => "accumulated",
-        }
-    }
-
     /// What is proved of the stored gains: rounding numbers of the format leaves them as they are.
     fn derived(&self) -> Result<Deployed, ProofError> {
         let Self { plant, stored, step, formats, operation, p, .. } = self;
@@ -313,105 +232,143 @@ impl Statement for DeployedObserver {
             counted(p, "output"),
         )
     }
+}
 
-    fn read(file: &mut Fields<'_>) -> Result<Self, FileError> {
-        let plant = read_plant(file)?;
-        let (order, inputs, outputs) = (plant.a.rows(), plant.b.cols(), plant.c.rows());
-        let mut fields = file.object("formats")?;
-        let formats =
-            Formats { stored: read_format(&fields.take("stored")?)?, running: read_format(&fields.take("running")?)? };
-        fields.finish()?;
-        let field = file.take("step")?;
-        let (step, is_cubic) = match field.text()? {
-            "joined" => (Step::Joined, false),
-            "innovation" => (Step::Innovation, false),
-            "accumulated" => (Step::Accumulated, false),
-            "cubic" => (Step::Innovation, true),
-            other => return Err(unknown_word(&field, other, &STEPS)),
-        };
-        let mut fields = file.object("stored")?;
-        let a = fields.take(if step == Step::Joined { "F" } else { "A" })?.matrix((order, order))?;
-        let b = fields.take("B")?.matrix((order, inputs))?;
-        let c = match step {
-            Step::Joined => plant.c.clone(),
-            Step::Innovation | Step::Accumulated => fields.take("C")?.matrix((outputs, order))?,
-        };
-        let l = fields.take("L")?.matrix((order, outputs))?;
-        let cubic = if is_cubic {
-            Some(CubicGains {
-                n: fields.take("N")?.matrix((order, outputs))?,
-                theta: fields.take("theta")?.matrix((outputs, outputs))?,
-                w: read_positive(&fields.take("w")?, "the rate w of CN = -wI is positive")?,
-                h: read_positive(&fields.take("period")?, "a sampling period is positive")?,
-            })
-        } else {
-            None
-        };
-        fields.finish()?;
-        let mut fields = file.object("operation")?;
-        let deviation = match fields.optional("dA") {
-            Some(a) => Some(Deviation {
-                a: read_bound_matrix(&a, (order, order))?,
-                b: read_bound_matrix(&fields.take("dB")?, (order, inputs))?,
-            }),
-            None => None,
-        };
-        let operation = Operation {
-            state: read_bounds(&fields.take("x")?, order)?,
-            input: read_bounds(&fields.take("u")?, inputs)?,
-            noise: read_bounds(&fields.take("v")?, outputs)?,
-            error: read_bounds(&fields.take("e(0)")?, order)?,
-            deviation,
-        };
-        fields.finish()?;
-        let mut fields = file.object("lyapunov")?;
-        let p = fields.take("P")?.symmetric(order)?;
-        fields.finish()?;
-        let ball = match file.optional("running") {
-            None => None,
-            Some(field) => {
-                let mut fields = field.object()?;
-                let start = read_bound(&fields.take("start")?)?;
-                let entries = read_bounds(&fields.take("limsup")?, order)?;
-                fields.finish()?;
-                Some(ClaimedBall { start, entries })
-            }
-        };
-        Ok(Self { plant, stored: Stored { a, b, c, l, cubic }, step, formats, operation, p, ball })
+/// The members of `stored` depend on the step.
+impl Members for DeployedObserver {
+    fn read(file: &mut Fields<'_>, (): ()) -> Result<Self, FileError> {
+        let plant: SampledPlant = file.take("plant")?.part()?;
+        let sizes @ (order, inputs, outputs) = (plant.a.rows(), plant.b.cols(), plant.c.rows());
+        let formats = file.take("formats")?.part()?;
+        let (step, is_cubic) = file.take("step")?.word(&STEPS)?;
+        let stored = file.object("stored", |stored| {
+            let a = stored.take(if step == Step::Joined { "F" } else { "A" })?.matrix((order, order))?;
+            let b = stored.take("B")?.matrix((order, inputs))?;
+            let c = match step {
+                Step::Joined => plant.c.clone(),
+                Step::Innovation | Step::Accumulated => stored.take("C")?.matrix((outputs, order))?,
+            };
+            let l = stored.take("L")?.matrix((order, outputs))?;
+            let cubic = if is_cubic { Some(CubicGains::read(stored, (order, outputs))?) } else { None };
+            Ok(Stored { a, b, c, l, cubic })
+        })?;
+        let operation = file.take("operation")?.part_of(sizes)?;
+        let p = file.object("lyapunov", |lyapunov| lyapunov.take("P")?.symmetric(order))?;
+        let ball = file.optional("running").map(|running| running.part_of(order)).transpose()?;
+        Ok(Self { plant, stored, step, formats, operation, p, ball })
     }
 
     fn write(&self) -> Vec<(&'static str, Out)> {
-        let SampledPlant { a, b, c } = &self.plant;
-        let plant = vec![("A", Out::matrix(a)), ("B", Out::matrix(b)), ("C", Out::matrix(c))];
-        let word = |format: Format| Out::Text(format.to_string());
-        let formats = vec![("stored", word(self.formats.stored)), ("running", word(self.formats.running))];
-        let mut stored: Vec<(&'static str, Out)> =
-            self.matrices(&self.stored).into_iter().map(|(name, m)| (name, Out::matrix(m))).collect();
-        if let Some(cubic) = &self.stored.cubic {
-            stored.extend([("w", Out::number(cubic.w)), ("period", Out::number(cubic.h))]);
-        }
-        let Operation { state, input, noise, error, deviation } = &self.operation;
-        let mut operation = vec![
-            ("x", Out::numbers(state)),
-            ("u", Out::numbers(input)),
-            ("v", Out::numbers(noise)),
-            ("e(0)", Out::numbers(error)),
-        ];
-        if let Some(Deviation { a, b }) = deviation {
-            operation.extend([("dA", Out::matrix(a)), ("dB", Out::matrix(b))]);
-        }
+        let Stored { a, b, c, l, cubic } = &self.stored;
+        let of_step = (self.step, cubic.is_some());
+        let word = STEPS.iter().find(|(_, step)| *step == of_step).map_or("", |(word, _)| word);
+        let mut stored = match self.step {
+            Step::Joined => vec![("F", a.out()), ("B", b.out())],
+            Step::Innovation | Step::Accumulated => vec![("A", a.out()), ("B", b.out()), ("C", c.out())],
+        };
+        stored.push(("L", l.out()));
+        stored.extend(cubic.iter().flat_map(CubicGains::write));
         let mut members = vec![
-            ("plant", Out::Object(plant)),
-            ("formats", Out::Object(formats)),
-            ("step", Out::Text(self.step_word().to_owned())),
+            ("plant", self.plant.out()),
+            ("formats", self.formats.out()),
+            ("step", word.out()),
             ("stored", Out::Object(stored)),
-            ("operation", Out::Object(operation)),
-            ("lyapunov", Out::Object(vec![("P", Out::matrix(&self.p))])),
+            ("operation", Out::Object(self.operation.write())),
+            ("lyapunov", Out::Object(vec![("P", self.p.out())])),
         ];
-        if let Some(ClaimedBall { start, entries }) = &self.ball {
-            let running = vec![("start", Out::number(*start)), ("limsup", Out::numbers(entries))];
-            members.push(("running", Out::Object(running)));
+        members.extend(self.ball.iter().map(|ball| ("running", ball.out())));
+        members
+    }
+}
+
+members! { SampledPlant { {
+    a = "A".by(|a| limited(a, a.square()?, Matrix::rows));
+    b = "B".by(|b| limited(b, b.matrix_with_rows(a.rows())?, Matrix::cols));
+    c = "C".by(|c| limited(c, c.matrix_with_columns(a.rows())?, Matrix::rows));
+} } }
+
+members! { Formats { { stored = "stored".by(read_format); running = "running".by(read_format); } } }
+
+members! { CubicGains, (order, outputs): (usize, usize) { {
+    n = "N".matrix((order, outputs));
+    theta = "theta".matrix((outputs, outputs));
+    w = "w".positive("the rate w of CN = -wI is positive");
+    h = "period".positive("a sampling period is positive");
+} } }
+
+/// dA and dB are there together, or not at all.
+impl Members<(usize, usize, usize)> for Operation {
+    fn read(file: &mut Fields<'_>, (order, inputs, outputs): (usize, usize, usize)) -> Result<Self, FileError> {
+        let deviation = match file.optional("dA") {
+            Some(a) => Some(Deviation {
+                a: read_bound_matrix(&a, (order, order))?,
+                b: read_bound_matrix(&file.take("dB")?, (order, inputs))?,
+            }),
+            None => None,
+        };
+        Ok(Self {
+            state: file.take("x")?.bounds(order)?,
+            input: file.take("u")?.bounds(inputs)?,
+            noise: file.take("v")?.bounds(outputs)?,
+            error: file.take("e(0)")?.bounds(order)?,
+            deviation,
+        })
+    }
+
+    fn write(&self) -> Vec<(&'static str, Out)> {
+        let Self { state, input, noise, error, deviation } = self;
+        let mut members = vec![("x", state.out()), ("u", input.out()), ("v", noise.out()), ("e(0)", error.out())];
+        if let Some(Deviation { a, b }) = deviation {
+            members.extend([("dA", a.out()), ("dB", b.out())]);
         }
         members
+    }
+}
+
+/// A matrix of bounds, of which none is negative.
+fn read_bound_matrix(field: &Field<'_>, shape: (usize, usize)) -> Result<Matrix<f64>, FileError> {
+    let matrix = field.matrix(shape)?;
+    match matrix.as_slice().iter().find(|x| **x < 0.0) {
+        None => Ok(matrix),
+        Some(&value) => {
+            Err(field.error(Fault::Range { value, requirement: "a bound of an absolute value is 0 or more" }))
+        }
+    }
+}
+
+members! { ClaimedBall, order: usize { {
+    start = "start".bound();
+    entries = "limsup".bounds(order);
+} } }
+
+/// A matrix that is not larger than is checked in seconds.
+fn limited(field: &Field<'_>, m: Matrix<f64>, size: impl Fn(&Matrix<f64>) -> usize) -> Result<Matrix<f64>, FileError> {
+    field.bounded_order(size(&m), LARGEST_DEPLOYED)?;
+    Ok(m)
+}
+
+impl Written for Format {
+    fn out(&self) -> Out {
+        Out::Text(self.to_string())
+    }
+}
+
+fn read_format(field: &Field<'_>) -> Result<Format, FileError> {
+    let word = field.text()?;
+    let fixed = |word: &str| -> Option<Format> {
+        let (integer, fraction) = word.strip_prefix('Q')?.split_once('.')?;
+        let bits = |text: &str| {
+            let digits = !text.is_empty() && text.len() <= 2 && text.bytes().all(|b| b.is_ascii_digit());
+            digits.then(|| text.parse::<u32>().ok()).flatten()
+        };
+        Some(Format::Fixed { integer_bits: bits(integer)?, fraction_bits: bits(fraction)? })
+    };
+    match word {
+        "binary32" => Ok(Format::Binary32),
+        "binary64" => Ok(Format::Binary64),
+        _ => fixed(word).ok_or_else(|| {
+            let known = ["binary32", "binary64", "Q4.12 (4 bits before the point, the sign among them, 12 after it)"];
+            field.unknown_word(word, known)
+        }),
     }
 }

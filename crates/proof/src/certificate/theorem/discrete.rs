@@ -7,9 +7,8 @@
 //! **Proof.** `e+ = Fe`, and `V = e'Pe` falls at each step by at least `q |e|^2`, q the margin of the second
 //! inequality: by a factor below 1 that is the same for all e.
 
-use super::super::fields::Fields;
-use super::super::write::Out;
-use super::{Fact, FileError, PlantMatrices, Statement};
+use super::super::members::members;
+use super::{Fact, PlantMatrices, Statement};
 use crate::error::ProofError;
 use crate::matrix::Matrix;
 use crate::statement::{positive, stein_decrease};
@@ -42,23 +41,10 @@ impl Statement for DiscreteConvergence {
             self.plant.size()
         )
     }
-
-    fn read(file: &mut Fields<'_>) -> Result<Self, FileError> {
-        let plant = PlantMatrices::read(file)?;
-        let mut observer = file.object("observer")?;
-        let l = observer.take("L")?.matrix(plant.gain())?;
-        observer.finish()?;
-        let mut lyapunov = file.object("lyapunov")?;
-        let p = lyapunov.take("P")?.symmetric(plant.a.rows())?;
-        lyapunov.finish()?;
-        Ok(Self { plant, l, p })
-    }
-
-    fn write(&self) -> Vec<(&'static str, Out)> {
-        vec![
-            self.plant.write(),
-            ("observer", Out::Object(vec![("L", Out::matrix(&self.l))])),
-            ("lyapunov", Out::Object(vec![("P", Out::matrix(&self.p))])),
-        ]
-    }
 }
+
+members! { DiscreteConvergence {
+    { plant: PlantMatrices = "plant".part(); }
+    "observer" { l = "L".matrix(plant.gain()); }
+    "lyapunov" { p = "P".symmetric(plant.order()); }
+} }

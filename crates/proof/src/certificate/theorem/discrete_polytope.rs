@@ -17,10 +17,9 @@
 //! over the segment from xhat to x. *That* they lie in the hull must be shown separately, as `design::enclosure` does:
 //! a certificate is about matrices only.
 
-use super::super::fields::Fields;
-use super::super::write::Out;
-use super::polytope::{Vertex, hull, read_vertices, write_vertices};
-use super::{Fact, Fault, FileError, Statement, intervals};
+use super::super::members::members;
+use super::polytope::{Vertex, hull};
+use super::{Fact, Statement, intervals};
 use crate::error::ProofError;
 use crate::matrix::Matrix;
 use crate::statement::{contraction_within, positive};
@@ -79,29 +78,13 @@ impl Statement for DiscreteJacobianPolytope {
             hull(&self.vertices)
         )
     }
-
-    fn read(file: &mut Fields<'_>) -> Result<Self, FileError> {
-        let vertices = read_vertices(file)?;
-        let shape = vertices.first().map_or((0, 0), |first| (first.a.rows(), first.c.rows()));
-        let mut observer = file.object("observer")?;
-        let l = observer.take("L")?.matrix(shape)?;
-        observer.finish()?;
-        let mut lyapunov = file.object("lyapunov")?;
-        let p = lyapunov.take("P")?.symmetric(shape.0)?;
-        let field = lyapunov.take("factor")?;
-        let factor = field.binary64()?;
-        if !is_factor(factor) {
-            return Err(field.error(Fault::Range { value: factor, requirement: "a factor is above 0 and at most 1" }));
-        }
-        lyapunov.finish()?;
-        Ok(Self { vertices, l, p, factor })
-    }
-
-    fn write(&self) -> Vec<(&'static str, Out)> {
-        vec![
-            write_vertices(&self.vertices),
-            ("observer", Out::Object(vec![("L", Out::matrix(&self.l))])),
-            ("lyapunov", Out::Object(vec![("P", Out::matrix(&self.p)), ("factor", Out::number(self.factor))])),
-        ]
-    }
 }
+
+members! { DiscreteJacobianPolytope {
+    { vertices = "vertices".by(Vertex::read_list); }
+    "observer" { l = "L".matrix(Vertex::gain(&vertices)); }
+    "lyapunov" {
+        p = "P".symmetric(l.rows());
+        factor = "factor".number(is_factor, "a factor is above 0 and at most 1");
+    }
+} }

@@ -11,7 +11,8 @@
 //! `x' = (A - BK)x + BK e`, and the first diagonal block of (25) with `P1 > 0` makes `A - BK` Hurwitz.
 
 use super::super::fields::Fields;
-use super::super::write::Out;
+use super::super::members::Members;
+use super::super::write::{Out, Written};
 use super::{CubicConvergence, Fact, FileError, Statement};
 use crate::error::ProofError;
 use crate::matrix::Matrix;
@@ -49,21 +50,23 @@ impl Statement for FeedbackLoop {
             self.observer.from()
         )
     }
+}
 
-    fn read(file: &mut Fields<'_>) -> Result<Self, FileError> {
-        let observer = CubicConvergence::read(file)?;
+impl Members for FeedbackLoop {
+    fn read(file: &mut Fields<'_>, (): ()) -> Result<Self, FileError> {
+        let observer = CubicConvergence::read(file, ())?;
         let (n, m) = observer.plant.b.shape();
-        let mut feedback = file.object("feedback")?;
-        let k = feedback.take("K")?;
-        let k = if m == 0 { k.any_matrix()? } else { k.matrix((m, n))? };
-        let p1 = feedback.take("P1")?.symmetric(n)?;
-        feedback.finish()?;
+        let (k, p1) = file.object("feedback", |feedback| {
+            let k = feedback.take("K")?;
+            let k = if m == 0 { k.any_matrix()? } else { k.matrix((m, n))? };
+            Ok((k, feedback.take("P1")?.symmetric(n)?))
+        })?;
         Ok(Self { observer, k, p1 })
     }
 
     fn write(&self) -> Vec<(&'static str, Out)> {
-        let mut members = self.observer.members();
-        members.push(("feedback", Out::Object(vec![("K", Out::matrix(&self.k)), ("P1", Out::matrix(&self.p1))])));
+        let mut members = self.observer.write();
+        members.push(("feedback", Out::Object(vec![("K", self.k.out()), ("P1", self.p1.out())])));
         members
     }
 }

@@ -1,9 +1,9 @@
 //! A plant with disturbances, a linear observer of it, and the errors `z = H e` that count: the data of the filters.
 
-use super::super::Fault;
-use super::super::fields::{Fields, LARGEST_ORDER};
-use super::super::write::Out;
-use super::{FileError, PlantMatrices, counted, exact, unknown_word};
+use super::super::fields::{Field, LARGEST_ORDER};
+use super::super::members::members;
+use super::super::write::{Out, Written};
+use super::{FileError, PlantMatrices, counted, exact};
 use crate::error::ProofError;
 use crate::matrix::Matrix;
 use crate::statement::{ErrorSystem, TimeDomain};
@@ -30,7 +30,7 @@ pub struct FilterProblem {
     pub gamma: f64,
 }
 
-const TIMES: [&str; 2] = ["continuous", "discrete"];
+const TIMES: [(&str, TimeDomain); 2] = [("continuous", TimeDomain::Continuous), ("discrete", TimeDomain::Discrete)];
 
 impl FilterProblem {
     pub(super) fn system(&self) -> Result<ErrorSystem<'_>, ProofError> {
@@ -76,55 +76,33 @@ impl FilterProblem {
             exact(self.gamma)
         )
     }
+}
 
-    pub(super) fn read(file: &mut Fields<'_>) -> Result<Self, FileError> {
-        let field = file.take("time")?;
-        let time = match field.text()? {
-            "continuous" => TimeDomain::Continuous,
-            "discrete" => TimeDomain::Discrete,
-            found => return Err(unknown_word(&field, found, &TIMES)),
-        };
-        let plant = PlantMatrices::read(file)?;
-        let (order, outputs) = plant.gain();
-        let field = file.take("E")?;
-        let e = field.matrix_with_rows(order)?;
-        if e.cols() == 0 {
-            return Err(field.error(Fault::Empty));
-        }
-        // The block inequality has a row for each state and each disturbance.
-        if order + e.cols() > LARGEST_ORDER {
-            return Err(field.error(Fault::TooManyRows { order: order + e.cols(), allowed: LARGEST_ORDER }));
-        }
-        let d = file.take("D")?.matrix((outputs, e.cols()))?;
-        let h = file.take("H")?.matrix_with_columns(order)?;
-        let mut observer = file.object("observer")?;
-        let l = observer.take("L")?.matrix((order, outputs))?;
-        observer.finish()?;
-        let mut lyapunov = file.object("lyapunov")?;
-        let p = lyapunov.take("P")?.symmetric(order)?;
-        lyapunov.finish()?;
-        let field = file.take("gamma")?;
-        let gamma = field.binary64()?;
-        if gamma <= 0.0 {
-            return Err(field.error(Fault::Range { value: gamma, requirement: "gamma is positive" }));
-        }
-        Ok(Self { time, plant, e, d, h, l, p, gamma })
+members! { FilterProblem {
+    {
+        time = "time".word(&TIMES);
+        plant: PlantMatrices = "plant".part();
+        e = "E".by(|e| disturbed(e, plant.order()));
+        d = "D".matrix((plant.outputs(), e.cols()));
+        h = "H".matrix_with_columns(plant.order());
     }
+    "observer" { l = "L".matrix(plant.gain()); }
+    "lyapunov" { p = "P".symmetric(plant.order()); }
+    { gamma = "gamma".positive("gamma is positive"); }
+} }
 
-    pub(super) fn write(&self) -> Vec<(&'static str, Out)> {
-        let time = match self.time {
-            TimeDomain::Continuous => TIMES[0],
-            TimeDomain::Discrete => TIMES[1],
-        };
-        vec![
-            ("time", Out::Text(time.to_owned())),
-            self.plant.write(),
-            ("E", Out::matrix(&self.e)),
-            ("D", Out::matrix(&self.d)),
-            ("H", Out::matrix(&self.h)),
-            ("observer", Out::Object(vec![("L", Out::matrix(&self.l))])),
-            ("lyapunov", Out::Object(vec![("P", Out::matrix(&self.p))])),
-            ("gamma", Out::number(self.gamma)),
-        ]
+/// The block inequality has a row for each state and each disturbance.
+fn disturbed(field: &Field<'_>, order: usize) -> Result<Matrix<f64>, FileError> {
+    let e = field.columns(order)?;
+    field.bounded_order(order + e.cols(), LARGEST_ORDER)?;
+    Ok(e)
+}
+
+impl Written for TimeDomain {
+    fn out(&self) -> Out {
+        match self {
+            Self::Continuous => TIMES[0].0.out(),
+            Self::Discrete => TIMES[1].0.out(),
+        }
     }
 }

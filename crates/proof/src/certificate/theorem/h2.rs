@@ -10,6 +10,7 @@
 //! **Proof.** In the head of `statement/system_norm.rs`.
 
 use super::super::fields::Fields;
+use super::super::members::Members;
 use super::super::write::Out;
 use super::{Fact, FileError, FilterProblem, Statement};
 use crate::error::ProofError;
@@ -43,9 +44,11 @@ impl Statement for H2Filter {
             self.0.bounded("H2")
         )
     }
+}
 
-    fn read(file: &mut Fields<'_>) -> Result<Self, FileError> {
-        FilterProblem::read(file).map(Self)
+impl Members for H2Filter {
+    fn read(file: &mut Fields<'_>, (): ()) -> Result<Self, FileError> {
+        FilterProblem::read(file, ()).map(Self)
     }
 
     fn write(&self) -> Vec<(&'static str, Out)> {

@@ -10,6 +10,7 @@
 //! **Proof.** In the head of `statement/system_norm.rs` (bounded real lemma).
 
 use super::super::fields::Fields;
+use super::super::members::Members;
 use super::super::write::Out;
 use super::{Fact, FileError, FilterProblem, Statement};
 use crate::error::ProofError;
@@ -44,9 +45,11 @@ impl Statement for HInfinityFilter {
             self.0.bounded("H-infinity")
         )
     }
+}
 
-    fn read(file: &mut Fields<'_>) -> Result<Self, FileError> {
-        FilterProblem::read(file).map(Self)
+impl Members for HInfinityFilter {
+    fn read(file: &mut Fields<'_>, (): ()) -> Result<Self, FileError> {
+        FilterProblem::read(file, ()).map(Self)
     }
 
     fn write(&self) -> Vec<(&'static str, Out)> {

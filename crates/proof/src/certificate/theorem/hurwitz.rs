@@ -10,9 +10,8 @@
 //! is a third condition, with a margin m such that all real parts are below -m: `A'P + PA <= -q I` and `P <= p I` give
 //! `m = q / (2p)`.
 
-use super::super::fields::Fields;
-use super::super::write::Out;
-use super::{Fact, FileError, Statement, are_points, bounded, data, enclosed, intervals};
+use super::super::members::members;
+use super::{Fact, Statement, are_points, bounded, data, enclosed, intervals};
 use crate::error::ProofError;
 use crate::interval::Interval;
 use crate::matrix::Matrix;
@@ -79,16 +78,9 @@ impl Statement for HurwitzStability {
             )
         }
     }
-
-    fn read(file: &mut Fields<'_>) -> Result<Self, FileError> {
-        let a = file.take("A")?.square_data()?;
-        let mut lyapunov = file.object("lyapunov")?;
-        let p = lyapunov.take("P")?.symmetric(a.rows())?;
-        lyapunov.finish()?;
-        Ok(Self { a, p })
-    }
-
-    fn write(&self) -> Vec<(&'static str, Out)> {
-        vec![("A", Out::data(&self.a)), ("lyapunov", Out::Object(vec![("P", Out::matrix(&self.p))]))]
-    }
 }
+
+members! { HurwitzStability {
+    { a = "A".square_data(); }
+    "lyapunov" { p = "P".symmetric(a.rows()); }
+} }

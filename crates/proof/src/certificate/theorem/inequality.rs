@@ -3,9 +3,10 @@
 //! [`inequality_refuted`](super::inequality_refuted).
 
 use super::super::Fault;
-use super::super::fields::{Fields, LARGEST_ORDER};
-use super::super::write::Out;
-use super::{FileError, combination, counted, unknown_word};
+use super::super::fields::{Field, Fields, LARGEST_ORDER};
+use super::super::members::{Members, members};
+use super::super::write::{Out, Written};
+use super::{FileError, combination, counted};
 use crate::number::Number;
 use crate::wording::quoted;
 
@@ -45,63 +46,6 @@ pub struct MatrixInequality {
 }
 
 impl MatrixInequality {
-    pub(super) fn read(file: &mut Fields<'_>) -> Result<Self, FileError> {
-        let mut fields = file.object("inequalities")?;
-        let unknowns = fields.take("unknowns")?.index(1 << 20)?;
-        let relation = fields.take("relation")?;
-        let strict = match relation.text()? {
-            ">" => true,
-            ">=" => false,
-            other => return Err(unknown_word(&relation, other, &[">", ">="])),
-        };
-        let list = fields.take("constraints")?;
-        let mut constraints = Vec::new();
-        for item in list.items()? {
-            let mut fields = item.object()?;
-            let name = fields.take("name")?.name()?;
-            let order = fields.take("order")?;
-            let order = match order.index(LARGEST_ORDER)? {
-                0 => return Err(order.error(Fault::Empty)),
-                order => order,
-            };
-            let mut entries = Vec::new();
-            for entry in fields.take("entries")?.items()? {
-                let parts = entry.items()?;
-                let [unknown, row, column, value] = parts.as_slice() else {
-                    return Err(entry.error(Fault::Length { expected: 4, found: parts.len() }));
-                };
-                let column = column.index(order - 1)?;
-                let row = row.index(column)?;
-                entries.push(Coefficient { unknown: unknown.index(unknowns)?, row, column, value: value.exact()? });
-            }
-            fields.finish()?;
-            constraints.push(Constraint { name, order, entries });
-        }
-        fields.finish()?;
-        list.bounded_entries(constraints.iter().map(|constraint: &Constraint| constraint.order))?;
-        if constraints.is_empty() { Err(list.error(Fault::Empty)) } else { Ok(Self { unknowns, strict, constraints }) }
-    }
-
-    pub(super) fn write(&self) -> (&'static str, Out) {
-        let constraint = |constraint: &Constraint| {
-            let entries = constraint.entries.iter().map(|entry| {
-                let places = [entry.unknown, entry.row, entry.column].map(Out::Count);
-                Out::Line(places.into_iter().chain([Out::Text(entry.value.to_string())]).collect())
-            });
-            Out::Object(vec![
-                ("name", Out::Text(constraint.name.clone())),
-                ("order", Out::Count(constraint.order)),
-                ("entries", Out::Lines(entries.collect())),
-            ])
-        };
-        let members = vec![
-            ("unknowns", Out::Count(self.unknowns)),
-            ("relation", Out::Text(self.relation().to_owned())),
-            ("constraints", Out::Lines(self.constraints.iter().map(constraint).collect())),
-        ];
-        ("inequalities", Out::Object(members))
-    }
-
     pub(super) fn relation(&self) -> &'static str {
         if self.strict { ">" } else { ">=" }
     }
@@ -118,5 +62,61 @@ impl MatrixInequality {
             counted(self.constraints.len(), "constraint"),
             self.names(),
         )
+    }
+}
+
+impl Members for MatrixInequality {
+    fn read(file: &mut Fields<'_>, (): ()) -> Result<Self, FileError> {
+        let unknowns = file.take("unknowns")?.index(1 << 20)?;
+        let strict = file.take("relation")?.word(&[(">", true), (">=", false)])?;
+        let list = file.take("constraints")?;
+        let constraints: Vec<Constraint> = list.some_of(|item| item.part_of(unknowns))?;
+        list.bounded_entries(constraints.iter().map(|constraint| constraint.order))?;
+        Ok(Self { unknowns, strict, constraints })
+    }
+
+    fn write(&self) -> Vec<(&'static str, Out)> {
+        vec![
+            ("unknowns", self.unknowns.out()),
+            ("relation", self.relation().out()),
+            ("constraints", self.constraints.out()),
+        ]
+    }
+}
+
+impl Written for MatrixInequality {
+    fn out(&self) -> Out {
+        Out::Object(self.write())
+    }
+}
+
+members! { Constraint, unknowns: usize { {
+    name = "name".name();
+    order = "order".by(read_order);
+    entries = "entries".list_of(|entry| Coefficient::read(entry, unknowns, order));
+} } }
+
+fn read_order(field: &Field<'_>) -> Result<usize, FileError> {
+    match field.index(LARGEST_ORDER)? {
+        0 => Err(field.error(Fault::Empty)),
+        order => Ok(order),
+    }
+}
+
+impl Coefficient {
+    fn read(entry: &Field<'_>, unknowns: usize, order: usize) -> Result<Self, FileError> {
+        let parts = entry.items()?;
+        let [unknown, row, column, value] = parts.as_slice() else {
+            return Err(entry.error(Fault::Length { expected: 4, found: parts.len() }));
+        };
+        let column = column.index(order - 1)?;
+        let row = row.index(column)?;
+        Ok(Self { unknown: unknown.index(unknowns)?, row, column, value: value.exact()? })
+    }
+}
+
+impl Written for Coefficient {
+    fn out(&self) -> Out {
+        Out::Line(vec![self.unknown.out(), self.row.out(), self.column.out(), self.value.out()])
     }
 }

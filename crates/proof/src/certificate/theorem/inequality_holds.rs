@@ -3,11 +3,9 @@
 //! `F_k(x) > 0` (or `>= 0`) for every k, evaluated at the given x with outward rounding, and exactly if needed. The
 //! margin is a lower bound of the smallest eigenvalue.
 
-use super::super::Fault;
-use super::super::fields::Fields;
-use super::super::write::Out;
+use super::super::members::members;
 use super::inequality::{Constraint, MatrixInequality};
-use super::{Fact, FileError, Statement};
+use super::{Fact, Statement};
 use crate::definite::{self, Direction, positive_definite, positive_semidefinite};
 use crate::error::ProofError;
 use crate::exact::Exact;
@@ -79,18 +77,9 @@ impl Statement for InequalityHolds {
     fn words(&self) -> String {
         format!("The x given satisfies the linear matrix inequalities {}.", self.inequalities.described())
     }
-
-    fn read(file: &mut Fields<'_>) -> Result<Self, FileError> {
-        let inequalities = MatrixInequality::read(file)?;
-        let list = file.take("x")?;
-        let x = list.items()?.iter().map(super::Field::binary64).collect::<Result<Vec<_>, _>>()?;
-        if x.len() != inequalities.unknowns {
-            return Err(list.error(Fault::Length { expected: inequalities.unknowns, found: x.len() }));
-        }
-        Ok(Self { inequalities, x })
-    }
-
-    fn write(&self) -> Vec<(&'static str, Out)> {
-        vec![self.inequalities.write(), ("x", Out::numbers(&self.x))]
-    }
 }
+
+members! { InequalityHolds { {
+    inequalities: MatrixInequality = "inequalities".part();
+    x = "x".numbers(inequalities.unknowns);
+} } }

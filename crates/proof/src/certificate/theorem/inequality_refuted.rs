@@ -5,8 +5,9 @@
 //!
 //! **Proof.** `sum_k tr(F_k(x) Z_k)` would be positive (not negative), and is that constant whatever x is.
 
-use super::super::fields::Fields;
-use super::super::write::Out;
+use super::super::fields::Field;
+use super::super::members::members;
+use super::super::write::{Out, Written};
 use super::super::{Fault, Witness};
 use super::inequality::MatrixInequality;
 use super::{Fact, FileError, Statement};
@@ -80,39 +81,43 @@ impl Statement for InequalityRefuted {
     fn words(&self) -> String {
         format!("No x satisfies the linear matrix inequalities {}.", self.inequalities.described())
     }
+}
 
-    fn read(file: &mut Fields<'_>) -> Result<Self, FileError> {
-        let inequalities = MatrixInequality::read(file)?;
-        let list = file.take("multipliers")?;
-        let items = list.items()?;
-        if items.len() != inequalities.constraints.len() {
-            return Err(list.error(Fault::Length { expected: inequalities.constraints.len(), found: items.len() }));
-        }
-        for (k, constraint) in inequalities.constraints.iter().enumerate() {
-            if let Some(entry) = constraint.entries.iter().find(|entry| entry.value.exact().is_none()) {
-                let mut error = list.not_exact(&entry.value, "dyadic number (scale the constraint)");
-                error.path = format!("inequalities.constraints[{k}].entries");
-                return Err(error);
-            }
-        }
-        let mut multipliers = Vec::with_capacity(items.len());
-        for (item, constraint) in items.iter().zip(&inequalities.constraints) {
-            let z = item.symmetric_exact(constraint.order)?;
-            let mut entries = Vec::with_capacity(z.as_slice().len());
-            for number in z.as_slice() {
-                let exact = number
-                    .exact()
-                    .ok_or_else(|| item.not_exact(number, "dyadic number (scale the multipliers to integers)"))?;
-                entries.push(exact.clone());
-            }
-            let order = constraint.order;
-            multipliers.push(Matrix::from_row_major(order, order, entries).map_err(|_| item.error(Fault::Empty))?);
-        }
-        Ok(Self { inequalities, multipliers })
+members! { InequalityRefuted { {
+    inequalities: MatrixInequality = "inequalities".part();
+    multipliers = "multipliers".by(|list| read_multipliers(list, &inequalities));
+} } }
+
+fn read_multipliers(list: &Field<'_>, inequalities: &MatrixInequality) -> Result<Vec<Matrix<Exact>>, FileError> {
+    let items = list.items()?;
+    if items.len() != inequalities.constraints.len() {
+        return Err(list.error(Fault::Length { expected: inequalities.constraints.len(), found: items.len() }));
     }
+    for (k, constraint) in inequalities.constraints.iter().enumerate() {
+        if let Some(entry) = constraint.entries.iter().find(|entry| entry.value.exact().is_none()) {
+            let mut error = list.not_exact(&entry.value, "dyadic number (scale the constraint)");
+            error.path = format!("inequalities.constraints[{k}].entries");
+            return Err(error);
+        }
+    }
+    let mut multipliers = Vec::with_capacity(items.len());
+    for (item, constraint) in items.iter().zip(&inequalities.constraints) {
+        let z = item.symmetric_exact(constraint.order)?;
+        let mut entries = Vec::with_capacity(z.as_slice().len());
+        for number in z.as_slice() {
+            let exact = number
+                .exact()
+                .ok_or_else(|| item.not_exact(number, "dyadic number (scale the multipliers to integers)"))?;
+            entries.push(exact.clone());
+        }
+        let order = constraint.order;
+        multipliers.push(Matrix::from_row_major(order, order, entries).map_err(|_| item.error(Fault::Empty))?);
+    }
+    Ok(multipliers)
+}
 
-    fn write(&self) -> Vec<(&'static str, Out)> {
-        let multiplier = |z: &Matrix<Exact>| Out::exact(&z.map(|x| Number::from(x.clone())));
-        vec![self.inequalities.write(), ("multipliers", Out::Lines(self.multipliers.iter().map(multiplier).collect()))]
+impl Written for Exact {
+    fn out(&self) -> Out {
+        Number::from(self.clone()).out()
     }
 }

@@ -10,9 +10,8 @@
 //!
 //! **Proof.** In the head of `statement/input_to_state.rs`.
 
-use super::super::Fault;
-use super::super::fields::{Field, Fields, LARGEST_ORDER};
-use super::super::write::Out;
+use super::super::fields::{Field, LARGEST_ORDER};
+use super::super::members::members;
 use super::{Fact, FileError, Statement, bounded, counted, data, enclosed, intervals};
 use crate::error::ProofError;
 use crate::interval::Interval;
@@ -74,6 +73,8 @@ pub struct InputToStateStability {
     /// The bounds of the components of the error in the limit, positive.
     pub limsup: Vec<f64>,
 }
+
+const POSITIVE: &str = "a rate, a level and the bound of an error are positive";
 
 fn positive(what: &'static str, value: f64) -> Result<(), ProofError> {
     if value > 0.0 && value.is_finite() { Ok(()) } else { Err(ProofError::Sign { what, value }) }
@@ -192,147 +193,57 @@ impl Statement for InputToStateStability {
             enclosed(self.entries(), ""),
         )
     }
+}
 
-    fn read(file: &mut Fields<'_>) -> Result<Self, FileError> {
-        let mut plant = file.object("plant")?;
-        let vertices = read_vertices(&mut plant)?;
-        let Some(first) = vertices.first() else { return Err(plant.take("vertices")?.error(Fault::Empty)) };
-        let (n, m) = first.e.shape();
-        let c = plant.take("C")?.matrix_with_columns(n)?;
-        let outputs = c.rows();
-        let field = plant.take("D")?;
-        let d = field.data_with_columns(m)?;
-        if d.rows() != outputs {
-            return Err(field.error(Fault::Shape { expected: (outputs, m), found: d.shape() }));
-        }
-        plant.finish()?;
-        let mut observer = file.object("observer")?;
-        let l = observer.take("L")?.matrix((n, outputs))?;
-        observer.finish()?;
-        let cubic = match file.optional("cubic") {
-            None => None,
-            Some(field) => {
-                let mut fields = field.object()?;
-                let n = fields.take("N")?.matrix((n, outputs))?;
-                let theta = fields.take("theta")?.symmetric(outputs)?;
-                let x = fields.take("X")?.symmetric(outputs)?;
-                let kappa = read_bound(&fields.take("kappa")?, 0.0, "kappa is 0 or more")?;
-                let mu = read_numbers(&fields.take("mu")?, m, Field::binary64)?;
-                fields.finish()?;
-                Some(CubicTerm { n, theta, x, kappa, mu })
-            }
-        };
-        let mut lyapunov = file.object("lyapunov")?;
-        let p = lyapunov.take("P")?.symmetric(n)?;
-        let rate = read_positive(&lyapunov.take("rate")?)?;
-        let lambda = read_numbers(&lyapunov.take("lambda")?, m, Field::binary64)?;
-        lyapunov.finish()?;
-        let mut bounds = file.object("bounds")?;
-        let disturbances = read_numbers(&bounds.take("w")?, m, |field| {
-            read_bound(field, 0.0, "a bound of an absolute value is 0 or more")
-        })?;
-        let level = read_positive(&bounds.take("level")?)?;
-        let limsup = read_numbers(&bounds.take("limsup")?, n, read_positive)?;
-        bounds.finish()?;
-        Ok(Self { vertices, c, d, l, cubic, p, rate, lambda, disturbances, level, limsup })
+members! { InputToStateStability {
+    "plant" {
+        vertices = "vertices".by(DisturbedPlant::read_list);
+        c = "C".matrix_with_columns(DisturbedPlant::sizes(&vertices).0);
+        d = "D".data((c.rows(), DisturbedPlant::sizes(&vertices).1));
+    }
+    "observer" { l = "L".matrix((c.cols(), c.rows())); }
+    { cubic = optional "cubic".part_of((c.cols(), c.rows(), d.cols())); }
+    "lyapunov" { p = "P".symmetric(c.cols()); rate = "rate".positive(POSITIVE); lambda = "lambda".numbers(d.cols()); }
+    "bounds" {
+        disturbances = "w".bounds(d.cols());
+        level = "level".positive(POSITIVE);
+        limsup = "limsup".list(c.cols(), |bound| bound.positive(POSITIVE));
+    }
+} }
+
+members! { CubicTerm, (order, outputs, disturbances): (usize, usize, usize) { {
+    n = "N".matrix((order, outputs));
+    theta = "theta".symmetric(outputs);
+    x = "X".symmetric(outputs);
+    kappa = "kappa".nonnegative("kappa is 0 or more");
+    mu = "mu".numbers(disturbances);
+} } }
+
+members! { DisturbedPlant, first: Option<(usize, usize)> { {
+    a = "A".square_data_of(first.map(|(order, _)| order));
+    e = "E".by(|e| disturbed(e, a.rows(), first));
+} } }
+
+impl DisturbedPlant {
+    fn read_list(list: &Field<'_>) -> Result<Vec<Self>, FileError> {
+        let mut first = None;
+        list.some_of(|item| {
+            let plant: Self = item.part_of(first)?;
+            first.get_or_insert(plant.e.shape());
+            Ok(plant)
+        })
     }
 
-    fn write(&self) -> Vec<(&'static str, Out)> {
-        let vertex =
-            |vertex: &DisturbedPlant| Out::Object(vec![("A", Out::data(&vertex.a)), ("E", Out::data(&vertex.e))]);
-        let plant = vec![
-            ("vertices", Out::Lines(self.vertices.iter().map(vertex).collect())),
-            ("C", Out::matrix(&self.c)),
-            ("D", Out::data(&self.d)),
-        ];
-        let mut members =
-            vec![("plant", Out::Object(plant)), ("observer", Out::Object(vec![("L", Out::matrix(&self.l))]))];
-        if let Some(term) = &self.cubic {
-            members.push((
-                "cubic",
-                Out::Object(vec![
-                    ("N", Out::matrix(&term.n)),
-                    ("theta", Out::matrix(&term.theta)),
-                    ("X", Out::matrix(&term.x)),
-                    ("kappa", Out::number(term.kappa)),
-                    ("mu", Out::numbers(&term.mu)),
-                ]),
-            ));
-        }
-        members.push((
-            "lyapunov",
-            Out::Object(vec![
-                ("P", Out::matrix(&self.p)),
-                ("rate", Out::number(self.rate)),
-                ("lambda", Out::numbers(&self.lambda)),
-            ]),
-        ));
-        members.push((
-            "bounds",
-            Out::Object(vec![
-                ("w", Out::numbers(&self.disturbances)),
-                ("level", Out::number(self.level)),
-                ("limsup", Out::numbers(&self.limsup)),
-            ]),
-        ));
-        members
+    fn sizes(vertices: &[Self]) -> (usize, usize) {
+        vertices.first().map_or((0, 0), |first| first.e.shape())
     }
 }
 
-fn read_vertices(plant: &mut Fields<'_>) -> Result<Vec<DisturbedPlant>, FileError> {
-    let list = plant.take("vertices")?;
-    let mut vertices: Vec<DisturbedPlant> = Vec::new();
-    for item in list.items()? {
-        let mut fields = item.object()?;
-        let field = fields.take("A")?;
-        let a = field.square_data()?;
-        if let Some(first) = vertices.first()
-            && first.a.shape() != a.shape()
-        {
-            return Err(field.error(Fault::Shape { expected: first.a.shape(), found: a.shape() }));
-        }
-        let field = fields.take("E")?;
-        let e = field.data_with_rows(a.rows())?;
-        if let Some(first) = vertices.first()
-            && first.e.shape() != e.shape()
-        {
-            return Err(field.error(Fault::Shape { expected: first.e.shape(), found: e.shape() }));
-        }
-        if e.cols() == 0 {
-            return Err(field.error(Fault::Empty));
-        }
-        // The block inequality has a row for each state and each disturbance.
-        let order = a.rows() + e.cols();
-        if order > LARGEST_ORDER {
-            return Err(field.error(Fault::TooManyRows { order, allowed: LARGEST_ORDER }));
-        }
-        fields.finish()?;
-        vertices.push(DisturbedPlant { a, e });
-    }
-    if vertices.is_empty() { Err(list.error(Fault::Empty)) } else { Ok(vertices) }
-}
-
-pub(super) fn read_numbers<'a>(
-    field: &Field<'a>,
-    length: usize,
-    read: impl Fn(&Field<'a>) -> Result<f64, FileError>,
-) -> Result<Vec<f64>, FileError> {
-    let items = field.items()?;
-    if items.len() != length {
-        return Err(field.error(Fault::Length { expected: length, found: items.len() }));
-    }
-    items.iter().map(read).collect()
-}
-
-pub(super) fn read_bound(field: &Field<'_>, least: f64, requirement: &'static str) -> Result<f64, FileError> {
-    let value = field.binary64()?;
-    if value >= least { Ok(value) } else { Err(field.error(Fault::Range { value, requirement })) }
-}
-
-fn read_positive(field: &Field<'_>) -> Result<f64, FileError> {
-    let value = field.binary64()?;
-    if value > 0.0 {
-        return Ok(value);
-    }
-    Err(field.error(Fault::Range { value, requirement: "a rate, a level and the bound of an error are positive" }))
+fn disturbed(field: &Field<'_>, order: usize, first: Option<(usize, usize)>) -> Result<Matrix<Datum>, FileError> {
+    let e = field.data_with_rows(order)?;
+    let shape = first.unwrap_or(e.shape());
+    let e = field.not_without_columns(field.of_shape(e, shape)?)?;
+    // The block inequality has a row for each state and each disturbance.
+    field.bounded_order(order + e.cols(), LARGEST_ORDER)?;
+    Ok(e)
 }

@@ -14,9 +14,8 @@
 //! with `d(0) <= c s`. K is Hurwitz, for `Ks <= -rate s` with s > 0.
 
 use super::super::Fault;
-use super::super::fields::{Field, Fields};
-use super::super::write::Out;
-use super::input_to_state::{read_bound, read_numbers};
+use super::super::fields::Field;
+use super::super::members::members;
 use super::{Fact, FileError, Statement, counted};
 use crate::definite::Direction;
 use crate::error::ProofError;
@@ -199,71 +198,54 @@ impl Statement for IntervalEnclosure {
             limits(&self.widths, "(H rho)"),
         )
     }
+}
 
-    fn read(file: &mut Fields<'_>) -> Result<Self, FileError> {
-        let mut plant = file.object("plant")?;
-        let a = plant.take("A")?.square()?;
-        let n = a.rows();
-        let c = plant.take("C")?.matrix_with_columns(n)?;
-        let p = c.rows();
-        let field = plant.take("E")?;
-        let e = field.matrix_with_rows(n)?;
-        let m = e.cols();
-        if m == 0 {
-            return Err(field.error(Fault::Empty));
-        }
-        let d = plant.take("D")?.matrix((p, m))?;
-        plant.finish()?;
-        let mut observer = file.object("observer")?;
-        let l = observer.take("L")?.matrix((n, p))?;
-        observer.finish()?;
-        let coordinates = read_coordinates(file, n)?;
-        let q = coordinates.blocks.len();
-        let mut comparison = file.object("comparison")?;
-        let k = comparison.take("K")?.matrix((q, q))?;
-        let g = read_numbers(&comparison.take("g")?, q, Field::binary64)?;
-        let h = comparison.take("H")?.matrix((n, q))?;
-        let s = read_numbers(&comparison.take("s")?, q, Field::binary64)?;
-        let field = comparison.take("rate")?;
-        let rate = field.binary64()?;
-        if rate <= 0.0 {
-            return Err(field.error(Fault::Range { value: rate, requirement: "the rate is positive" }));
-        }
-        comparison.finish()?;
-        let mut bounds = file.object("bounds")?;
-        let disturbances = read_bounds(&bounds.take("w")?, m)?;
-        let limit = read_bounds(&bounds.take("limit")?, q)?;
-        let widths = read_bounds(&bounds.take("widths")?, n)?;
-        bounds.finish()?;
-        Ok(Self { a, c, e, d, l, coordinates, k, g, h, s, rate, disturbances, limit, widths })
+members! { IntervalEnclosure {
+    "plant" {
+        a = "A".square();
+        c = "C".matrix_with_columns(a.rows());
+        e = "E".columns(a.rows());
+        d = "D".matrix((c.rows(), e.cols()));
     }
+    "observer" { l = "L".matrix((a.rows(), c.rows())); }
+    { coordinates: IntervalCoordinates = "coordinates".part_of(a.rows()); }
+    "comparison" {
+        k = "K".matrix((coordinates.count(), coordinates.count()));
+        g = "g".numbers(coordinates.count());
+        h = "H".matrix((a.rows(), coordinates.count()));
+        s = "s".numbers(coordinates.count());
+        rate = "rate".positive("the rate is positive");
+    }
+    "bounds" {
+        disturbances = "w".bounds(e.cols());
+        limit = "limit".bounds(coordinates.count());
+        widths = "widths".bounds(a.rows());
+    }
+} }
 
-    fn write(&self) -> Vec<(&'static str, Out)> {
-        let plant = vec![
-            ("A", Out::matrix(&self.a)),
-            ("C", Out::matrix(&self.c)),
-            ("E", Out::matrix(&self.e)),
-            ("D", Out::matrix(&self.d)),
-        ];
-        let comparison = vec![
-            ("K", Out::matrix(&self.k)),
-            ("g", Out::numbers(&self.g)),
-            ("H", Out::matrix(&self.h)),
-            ("s", Out::numbers(&self.s)),
-            ("rate", Out::number(self.rate)),
-        ];
-        let bounds = vec![
-            ("w", Out::numbers(&self.disturbances)),
-            ("limit", Out::numbers(&self.limit)),
-            ("widths", Out::numbers(&self.widths)),
-        ];
-        vec![
-            ("plant", Out::Object(plant)),
-            ("observer", Out::Object(vec![("L", Out::matrix(&self.l))])),
-            write_coordinates(&self.coordinates),
-            ("comparison", Out::Object(comparison)),
-            ("bounds", Out::Object(bounds)),
-        ]
+members! { IntervalCoordinates, order: usize { {
+    t = "T".matrix((order, order));
+    blocks = "blocks".by(|list| read_blocks(list, order));
+} } }
+
+impl IntervalCoordinates {
+    /// The number of blocks.
+    pub(super) fn count(&self) -> usize {
+        self.blocks.len()
+    }
+}
+
+fn read_blocks(list: &Field<'_>, order: usize) -> Result<Vec<usize>, FileError> {
+    let blocks = list.list_of(|item| match item.count()? {
+        length @ 1..=2 => Ok(length),
+        length => {
+            let requirement = "a block has one or two entries";
+            Err(item.error(Fault::Range { value: length as f64, requirement }))
+        }
+    })?;
+    match blocks.iter().sum() {
+        found if found != order => Err(list.error(Fault::Length { expected: order, found })),
+        _ => Ok(blocks),
     }
 }
 
@@ -282,34 +264,4 @@ pub(super) fn limits(entries: &[f64], name: &str) -> String {
 /// `1, 2, 1`.
 pub(super) fn sizes(blocks: &[usize]) -> String {
     blocks.iter().map(usize::to_string).collect::<Vec<_>>().join(", ")
-}
-
-pub(super) fn read_bounds(field: &Field<'_>, length: usize) -> Result<Vec<f64>, FileError> {
-    read_numbers(field, length, |field| read_bound(field, 0.0, "a bound of an absolute value is 0 or more"))
-}
-
-pub(super) fn read_coordinates(file: &mut Fields<'_>, n: usize) -> Result<IntervalCoordinates, FileError> {
-    let mut fields = file.object("coordinates")?;
-    let t = fields.take("T")?.matrix((n, n))?;
-    let list = fields.take("blocks")?;
-    let mut blocks = Vec::new();
-    for item in list.items()? {
-        let length = item.count()?;
-        if !(1..=2).contains(&length) {
-            let requirement = "a block has one or two entries";
-            return Err(item.error(Fault::Range { value: length as f64, requirement }));
-        }
-        blocks.push(length);
-    }
-    let found = blocks.iter().sum();
-    if found != n {
-        return Err(list.error(Fault::Length { expected: n, found }));
-    }
-    fields.finish()?;
-    Ok(IntervalCoordinates { t, blocks })
-}
-
-pub(super) fn write_coordinates(coordinates: &IntervalCoordinates) -> (&'static str, Out) {
-    let blocks = coordinates.blocks.iter().map(|length| Out::Count(*length)).collect();
-    ("coordinates", Out::Object(vec![("T", Out::matrix(&coordinates.t)), ("blocks", Out::Line(blocks))]))
 }

@@ -23,14 +23,14 @@
 
 use super::super::Fault;
 use super::super::fields::{Field, Fields};
-use super::super::write::Out;
+use super::super::members::{Members, members};
+use super::super::write::{Out, Written};
 use super::{Fact, FileError, KklInjectivity, Statement, Witness};
 use crate::definite::positive_semidefinite;
 use crate::error::ProofError;
 use crate::exact::Exact;
 use crate::interval::Interval;
 use crate::matrix::Matrix;
-use crate::number::Number;
 use crate::polynomial::{ExpressionError, Tree};
 use crate::ring::Ring;
 use crate::statement::{Axes, Composition, Expressions, decay_rate_within, positive};
@@ -444,161 +444,124 @@ impl Statement for KklErrorBound {
             each(&eventual),
         ) + &self.injectivity.as_ref().map_or_else(String::new, KklInjectivity::words)
     }
+}
 
-    fn read(file: &mut Fields<'_>) -> Result<Self, FileError> {
-        let texts = |field: &Field<'_>, length: Option<usize>| -> Result<Vec<String>, FileError> {
-            let items = field.items()?;
-            if items.is_empty() {
-                return Err(field.error(Fault::Empty));
+/// The texts of the maps are read together, and the dimensions follow from them.
+impl Members for KklErrorBound {
+    fn read(file: &mut Fields<'_>, (): ()) -> Result<Self, FileError> {
+        let whole = file.take("box")?;
+        let (x, u) = whole.object(|region| Ok((region.take("x")?, region.take("u")?)))?;
+        let region = KklBox { x: read_ranges(&x)?, u: read_ranges(&u)? };
+        let plant = file.take("plant")?;
+        let (f, h) = plant.object(|plant| {
+            let f = read_texts(&plant.take("f")?, None)?;
+            if f.len() != region.x.len() {
+                return Err(x.error(Fault::Length { expected: f.len(), found: region.x.len() }));
             }
-            if items.len() > LARGEST_KKL {
-                return Err(field.error(Fault::TooManyRows { order: items.len(), allowed: LARGEST_KKL }));
-            }
-            if let Some(expected) = length
-                && expected != items.len()
-            {
-                return Err(field.error(Fault::Length { expected, found: items.len() }));
-            }
-            items.iter().map(|item| item.text().map(str::to_owned)).collect()
-        };
-        let mut region = file.object("box")?;
-        let (x_field, u_field) = (region.take("x")?, region.take("u")?);
-        let ranges = |field: &Field<'_>| {
-            let items = field.items()?;
-            if items.len() > LARGEST_KKL {
-                return Err(field.error(Fault::TooManyRows { order: items.len(), allowed: LARGEST_KKL }));
-            }
-            items.iter().map(Field::interval).collect::<Result<Vec<_>, _>>()
-        };
-        let region_of = KklBox { x: ranges(&x_field)?, u: ranges(&u_field)? };
-        region.finish()?;
-        let mut plant = file.object("plant")?;
-        let f_field = plant.take("f")?;
-        let f = texts(&f_field, None)?;
-        if f.len() != region_of.x.len() {
-            return Err(x_field.error(Fault::Length { expected: f.len(), found: region_of.x.len() }));
-        }
-        let h_field = plant.take("h")?;
-        let h = texts(&h_field, None)?;
-        plant.finish()?;
-        let mut observer = file.object("observer")?;
-        let phi_field = observer.take("phi")?;
-        let phi = texts(&phi_field, None)?;
-        let q = phi.len();
-        let lambda_field = observer.take("Lambda")?;
-        let rows = lambda_field.items()?;
-        if rows.len() != q {
-            return Err(lambda_field.error(Fault::Length { expected: q, found: rows.len() }));
-        }
-        let mut lambda = Vec::with_capacity(q * q);
-        for row in &rows {
-            lambda.extend(texts(row, Some(q))?);
-        }
-        let b_field = observer.take("B")?;
-        let b = texts(&b_field, Some(q))?;
-        let inverse_field = observer.take("left_inverse")?;
-        let left_inverse = texts(&inverse_field, None)?;
-        let k = left_inverse.len();
-        let estimated_field = observer.take("estimated")?;
-        let estimated = texts(&estimated_field, Some(k))?;
-        observer.finish()?;
-        let texts = KklTexts { f, h, phi, lambda, b, left_inverse, estimated };
-        let maps = KklMaps::new(&texts, region_of.u.len()).map_err(|found| {
-            let field = match found.map {
-                KklMapName::F => &f_field,
-                KklMapName::H => &h_field,
-                KklMapName::Phi => &phi_field,
-                KklMapName::Lambda => &lambda_field,
-                KklMapName::B => &b_field,
-                KklMapName::LeftInverse => &inverse_field,
-                KklMapName::Estimated => &estimated_field,
-            };
-            field.error(Fault::Expression { entry: found.entry, error: found.error })
+            Ok((f, read_texts(&plant.take("h")?, None)?))
         })?;
-        let mut lyapunov = file.object("lyapunov")?;
-        let lambda = lyapunov.take("Lambda")?.matrix_of_intervals((q, q))?;
-        let p = lyapunov.take("P")?.symmetric(q)?;
-        let w = lyapunov.take("W")?.symmetric(q)?;
-        let positive = |field: &Field<'_>| {
-            let value = field.binary64()?;
-            let requirement = "this number is positive";
-            if value > 0.0 { Ok(value) } else { Err(field.error(Fault::Range { value, requirement })) }
-        };
-        let rate = positive(&lyapunov.take("rate")?)?;
-        lyapunov.finish()?;
-        let mut bounds = file.object("bounds")?;
-        let bound = |field: &Field<'_>| {
-            let value = field.binary64()?;
-            let requirement = "a bound is 0 or more";
-            if value >= 0.0 { Ok(value) } else { Err(field.error(Fault::Range { value, requirement })) }
-        };
-        let list = |field: &Field<'_>, expected: usize| {
-            let items = field.items()?;
-            if items.len() != expected {
-                return Err(field.error(Fault::Length { expected, found: items.len() }));
-            }
-            items.iter().map(bound).collect::<Result<Vec<f64>, _>>()
-        };
-        let claims = KklClaims {
-            residual: list(&bounds.take("residual")?, q)?,
-            start: positive(&bounds.take("start")?)?,
-            limit: bound(&bounds.take("limit")?)?,
-            lipschitz: list(&bounds.take("lipschitz")?, k)?,
-            defect: list(&bounds.take("defect")?, k)?,
-            eventual: list(&bounds.take("eventual")?, k)?,
-        };
-        bounds.finish()?;
-        let injectivity = KklInjectivity::read(file, (maps.f.len(), q, maps.h.len()))?;
-        Ok(Self { maps, region: region_of, lambda, p, w, rate, claims, injectivity })
+        let observer = file.take("observer")?;
+        let texts = observer.object(|observer| {
+            let phi = read_texts(&observer.take("phi")?, None)?;
+            let q = Some(phi.len());
+            let lambda = observer.take("Lambda")?.list(phi.len(), |row| read_texts(row, q))?.concat();
+            let b = read_texts(&observer.take("B")?, q)?;
+            let left_inverse = read_texts(&observer.take("left_inverse")?, None)?;
+            let estimated = read_texts(&observer.take("estimated")?, Some(left_inverse.len()))?;
+            Ok(KklTexts { f, h, phi, lambda, b, left_inverse, estimated })
+        })?;
+        let (n, p, q) = (texts.f.len(), texts.h.len(), texts.phi.len());
+        let maps = KklMaps::new(&texts, region.u.len()).or_else(|KklMapError { map, entry, error }| {
+            let list = match map {
+                KklMapName::F => plant.member("f"),
+                KklMapName::H => plant.member("h"),
+                KklMapName::Phi => observer.member("phi"),
+                KklMapName::Lambda => observer.member("Lambda"),
+                KklMapName::B => observer.member("B"),
+                KklMapName::LeftInverse => observer.member("left_inverse"),
+                KklMapName::Estimated => observer.member("estimated"),
+            }?;
+            Err(list.error(Fault::Expression { entry, error }))
+        })?;
+        let (lambda, p_matrix, w, rate) = file.object("lyapunov", |lyapunov| {
+            Ok((
+                lyapunov.take("Lambda")?.matrix_of_intervals((q, q))?,
+                lyapunov.take("P")?.symmetric(q)?,
+                lyapunov.take("W")?.symmetric(q)?,
+                lyapunov.take("rate")?.positive(POSITIVE)?,
+            ))
+        })?;
+        let claims = file.take("bounds")?.part_of((q, texts.left_inverse.len()))?;
+        let injectivity = file.optional("injectivity").map(|field| field.part_of((n, q, p))).transpose()?;
+        Ok(Self { maps, region, lambda, p: p_matrix, w, rate, claims, injectivity })
     }
 
     fn write(&self) -> Vec<(&'static str, Out)> {
-        let text = |expression: &Expression| Out::Text(expression.text.clone());
-        let texts = |expressions: &[Expression]| Out::Lines(expressions.iter().map(text).collect());
         let rows = |expressions: &[Expression]| {
-            let row = |row: &[Expression]| Out::Line(row.iter().map(text).collect());
+            let row = |row: &[Expression]| Out::Line(row.iter().map(Written::out).collect());
             Out::Lines(expressions.chunks(self.maps.phi.len().max(1)).map(row).collect())
         };
         // A range of one number is written as two equal ones.
-        let end = |x: f64| Out::Text(Number::from_f64(x).map_or_else(|| x.to_string(), |number| number.to_string()));
-        let range = |range: &Interval| Out::Line(vec![end(range.lo()), end(range.hi())]);
+        let range = |range: &Interval| Out::Line(vec![range.lo().out(), range.hi().out()]);
         let ranges = |ranges: &[Interval]| Out::Line(ranges.iter().map(range).collect());
-        let (maps, claims) = (&self.maps, &self.claims);
+        let maps = &self.maps;
         let mut members = vec![
-            ("plant", Out::Object(vec![("f", texts(&maps.f)), ("h", texts(&maps.h))])),
+            ("plant", Out::Object(vec![("f", maps.f.out()), ("h", maps.h.out())])),
             (
                 "observer",
                 Out::Object(vec![
-                    ("phi", texts(&maps.phi)),
+                    ("phi", maps.phi.out()),
                     ("Lambda", rows(&maps.lambda)),
-                    ("B", texts(&maps.b)),
-                    ("left_inverse", texts(&maps.left_inverse)),
-                    ("estimated", texts(&maps.estimated)),
+                    ("B", maps.b.out()),
+                    ("left_inverse", maps.left_inverse.out()),
+                    ("estimated", maps.estimated.out()),
                 ]),
             ),
             ("box", Out::Object(vec![("x", ranges(&self.region.x)), ("u", ranges(&self.region.u))])),
             (
                 "lyapunov",
                 Out::Object(vec![
-                    ("Lambda", Out::intervals(&self.lambda)),
-                    ("P", Out::matrix(&self.p)),
-                    ("W", Out::matrix(&self.w)),
-                    ("rate", Out::number(self.rate)),
+                    ("Lambda", self.lambda.out()),
+                    ("P", self.p.out()),
+                    ("W", self.w.out()),
+                    ("rate", self.rate.out()),
                 ]),
             ),
-            (
-                "bounds",
-                Out::Object(vec![
-                    ("residual", Out::numbers(&claims.residual)),
-                    ("start", Out::number(claims.start)),
-                    ("limit", Out::number(claims.limit)),
-                    ("lipschitz", Out::numbers(&claims.lipschitz)),
-                    ("defect", Out::numbers(&claims.defect)),
-                    ("eventual", Out::numbers(&claims.eventual)),
-                ]),
-            ),
+            ("bounds", self.claims.out()),
         ];
-        members.extend(self.injectivity.iter().map(|of| ("injectivity", of.write())));
+        members.extend(self.injectivity.iter().map(|of| ("injectivity", of.out())));
         members
     }
+}
+
+const POSITIVE: &str = "this number is positive";
+const BOUND: &str = "a bound is 0 or more";
+
+members! { KklClaims, (order, estimates): (usize, usize) { {
+    residual = "residual".list(order, |bound| bound.nonnegative(BOUND));
+    start = "start".positive(POSITIVE);
+    limit = "limit".nonnegative(BOUND);
+    lipschitz = "lipschitz".list(estimates, |bound| bound.nonnegative(BOUND));
+    defect = "defect".list(estimates, |bound| bound.nonnegative(BOUND));
+    eventual = "eventual".list(estimates, |bound| bound.nonnegative(BOUND));
+} } }
+
+impl Written for Expression {
+    fn out(&self) -> Out {
+        self.text.out()
+    }
+}
+
+fn read_texts(field: &Field<'_>, length: Option<usize>) -> Result<Vec<String>, FileError> {
+    let found = field.items()?.len();
+    if found == 0 {
+        return Err(field.error(Fault::Empty));
+    }
+    field.bounded_order(found, LARGEST_KKL)?;
+    field.list(length.unwrap_or(found), |item| item.text().map(str::to_owned))
+}
+
+fn read_ranges(field: &Field<'_>) -> Result<Vec<Interval>, FileError> {
+    field.bounded_order(field.items()?.len(), LARGEST_KKL)?;
+    field.list_of(Field::interval)
 }

@@ -11,10 +11,8 @@
 //! `(x - z)'M J (x - z) >= modulus |x - z|^2`. With `Phi(x) = (xi - e, y)` the difference is `(xi - phi(z), y - h(z))`
 //! less (e, 0), and `|M_phi e| <= spread V`.
 
-use super::super::Fault;
-use super::super::fields::Fields;
-use super::super::write::Out;
-use super::{Fact, FileError};
+use super::super::members::members;
+use super::Fact;
 use crate::definite::{positive_definite, positive_semidefinite};
 use crate::error::ProofError;
 use crate::exact::Exact;
@@ -74,34 +72,11 @@ impl KklInjectivity {
             exact(self.spread),
         )
     }
-
-    pub(super) fn read(
-        file: &mut Fields<'_>,
-        (states, order, outputs): (usize, usize, usize),
-    ) -> Result<Option<Self>, FileError> {
-        let Some(field) = file.optional("injectivity") else { return Ok(None) };
-        let mut fields = field.object()?;
-        let jacobian = fields.take("Jacobian")?.matrix_of_intervals((order + outputs, states))?;
-        let m = fields.take("M")?.matrix((states, order + outputs))?;
-        let modulus_field = fields.take("modulus")?;
-        let (modulus, spread_field) = (modulus_field.binary64()?, fields.take("spread")?);
-        let spread = spread_field.binary64()?;
-        if modulus <= 0.0 {
-            return Err(modulus_field.error(Fault::Range { value: modulus, requirement: "this number is positive" }));
-        }
-        if spread < 0.0 {
-            return Err(spread_field.error(Fault::Range { value: spread, requirement: "a bound is 0 or more" }));
-        }
-        fields.finish()?;
-        Ok(Some(Self { jacobian, m, modulus, spread }))
-    }
-
-    pub(super) fn write(&self) -> Out {
-        Out::Object(vec![
-            ("Jacobian", Out::intervals(&self.jacobian)),
-            ("M", Out::matrix(&self.m)),
-            ("modulus", Out::number(self.modulus)),
-            ("spread", Out::number(self.spread)),
-        ])
-    }
 }
+
+members! { KklInjectivity, (states, order, outputs): (usize, usize, usize) { {
+    jacobian = "Jacobian".matrix_of_intervals((order + outputs, states));
+    m = "M".matrix((states, order + outputs));
+    modulus = "modulus".positive("this number is positive");
+    spread = "spread".nonnegative("a bound is 0 or more");
+} } }

@@ -9,9 +9,8 @@
 //! **Proof.** `e' = Fe`, hence `V' <= -2 rate V - q |e|^2`, q the margin of (12), and
 //! `|e(t)| <= sqrt(cond P) exp(-rate t) |e(0)|`; with rate 0 the decay is at least that of `q / (2 lambda_max(P))`.
 
-use super::super::fields::Fields;
-use super::super::write::Out;
-use super::{Fact, FileError, PlantWithin, Statement, check_rate, decay, decrease_label, enclosed, intervals};
+use super::super::members::members;
+use super::{Fact, PlantWithin, Statement, check_rate, decay, decrease_label, enclosed, intervals};
 use crate::error::ProofError;
 use crate::matrix::Matrix;
 use crate::statement::{decay_rate_within, positive};
@@ -49,24 +48,10 @@ impl Statement for LinearConvergence {
             enclosed([&self.plant.a, &self.plant.b, &self.plant.c], "")
         )
     }
-
-    fn read(file: &mut Fields<'_>) -> Result<Self, FileError> {
-        let plant = PlantWithin::read(file)?;
-        let mut observer = file.object("observer")?;
-        let l = observer.take("L")?.matrix(plant.gain())?;
-        observer.finish()?;
-        let mut lyapunov = file.object("lyapunov")?;
-        let p = lyapunov.take("P")?.symmetric(plant.a.rows())?;
-        let rate = lyapunov.rate()?;
-        lyapunov.finish()?;
-        Ok(Self { plant, l, p, rate })
-    }
-
-    fn write(&self) -> Vec<(&'static str, Out)> {
-        vec![
-            self.plant.write(),
-            ("observer", Out::Object(vec![("L", Out::matrix(&self.l))])),
-            ("lyapunov", Out::Object(vec![("P", Out::matrix(&self.p)), ("rate", Out::number(self.rate))])),
-        ]
-    }
 }
+
+members! { LinearConvergence {
+    { plant: PlantWithin = "plant".part(); }
+    "observer" { l = "L".matrix(plant.gain()); }
+    "lyapunov" { p = "P".symmetric(plant.order()); rate = "rate".rate(); }
+} }

@@ -1,8 +1,8 @@
 //! The theorems that a certificate can state, one file each.
 //!
 //! Each file has, in this order: the mathematical statement with its proof, in the head; the data; the hypotheses as
-//! conditions, each verified from the data; the text, which claims no more than the conditions imply; reading and
-//! writing. A new theorem needs a file here and a line in the list below: in its second part, which the feature
+//! conditions, each verified from the data; the text, which claims no more than the conditions imply; the members in a
+//! file. A new theorem needs a file here and a line in the list below: in its second part, which the feature
 //! `all-theorems` compiles, unless the pages of reports verify it.
 
 mod contracting;
@@ -40,15 +40,16 @@ mod theorem1;
 mod unknown_input;
 mod varying_periods;
 
-use super::error::{Fault, FileError};
-use super::fields::{Field, Fields};
+use super::error::FileError;
+use super::fields::Fields;
+use super::members::Members;
 use super::write::Out;
 use super::{Fact, Witness};
 use crate::definite::of_one_certificate;
 use crate::error::ProofError;
 use crate::interval::Interval;
 use crate::matrix::Matrix;
-use crate::number::{Datum, quoted};
+use crate::number::Datum;
 use crate::wording::{counted, exact};
 
 pub use contracting::ContractionInCoordinates;
@@ -87,17 +88,13 @@ pub use unknown_input::{StoredCubicTerm, UnknownInputConvergence};
 pub use varying_periods::{CubicStep, MOST_MISSES, VaryingPeriodConvergence};
 
 /// Metadata of a theorem.
-trait Statement: Sized {
+trait Statement: Members {
     /// The value of the field `theorem` in the file.
     const NAME: &'static str;
     /// The hypotheses, decided.
     fn facts(&self) -> Result<Vec<Fact>, ProofError>;
     /// What is proved when all facts are. Numbers in it are exact, and names from outside are quoted.
     fn words(&self) -> String;
-    /// The data, from the fields of the file.
-    fn read(file: &mut Fields<'_>) -> Result<Self, FileError>;
-    /// The data, as fields of the file.
-    fn write(&self) -> Vec<(&'static str, Out)>;
 }
 
 macro_rules! theorems {
@@ -142,19 +139,19 @@ macro_rules! theorems {
             pub(super) fn read(file: &mut Fields<'_>) -> Result<Self, FileError> {
                 let name = file.take("theorem")?;
                 match name.text()? {
-                    $(<$name as Statement>::NAME => Ok(Self::$name(Statement::read(file)?)),)*
+                    $(<$name as Statement>::NAME => Ok(Self::$name(Members::read(file, ())?)),)*
                     $(#[cfg(feature = "all-theorems")]
-                    <$more as Statement>::NAME => Ok(Self::$more(Statement::read(file)?)),)*
-                    found => Err(unknown_word(&name, found, Self::NAMES)),
+                    <$more as Statement>::NAME => Ok(Self::$more(Members::read(file, ())?)),)*
+                    found => Err(name.unknown_word(found, Self::NAMES.iter().copied())),
                 }
             }
 
             pub(super) fn write(&self) -> Vec<(&'static str, Out)> {
                 let mut members = vec![("theorem", Out::Text(self.name().to_owned()))];
                 members.extend(match self {
-                    $(Self::$name(theorem) => Statement::write(theorem),)*
+                    $(Self::$name(theorem) => Members::write(theorem),)*
                     $(#[cfg(feature = "all-theorems")]
-                    Self::$more(theorem) => Statement::write(theorem),)*
+                    Self::$more(theorem) => Members::write(theorem),)*
                 });
                 members
             }
@@ -251,11 +248,6 @@ theorems! {
         /// The optimum of a semidefinite program is bounded, or there is none.
         SemidefiniteProgram,
     }
-}
-
-fn unknown_word(field: &Field<'_>, found: &str, known: &[&str]) -> FileError {
-    let known = known.iter().map(|word| format!("\"{word}\"")).collect::<Vec<_>>().join(", ");
-    field.error(Fault::Word { found: quoted(found), known })
 }
 
 /// The numbers of the data, as intervals.

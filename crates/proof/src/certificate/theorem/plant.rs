@@ -1,8 +1,7 @@
 //! The linear plant `x' = A x + B u`, `y = C x` of a certificate.
 
-use super::super::fields::Fields;
-use super::super::write::Out;
-use super::{FileError, bounded, counted, data};
+use super::super::members::members;
+use super::{bounded, counted, data};
 use crate::error::ProofError;
 use crate::interval::Interval;
 use crate::matrix::Matrix;
@@ -31,23 +30,17 @@ pub struct PlantWithin {
 }
 
 impl PlantMatrices {
-    pub(super) fn read(file: &mut Fields<'_>) -> Result<Self, FileError> {
-        let mut fields = file.object("plant")?;
-        let a = fields.take("A")?.square()?;
-        let b = fields.take("B")?.matrix_with_rows(a.rows())?;
-        let c = fields.take("C")?.matrix_with_columns(a.rows())?;
-        fields.finish()?;
-        Ok(Self { a, b, c })
+    pub(super) fn order(&self) -> usize {
+        self.a.rows()
     }
 
-    pub(super) fn write(&self) -> (&'static str, Out) {
-        let members = vec![("A", Out::matrix(&self.a)), ("B", Out::matrix(&self.b)), ("C", Out::matrix(&self.c))];
-        ("plant", Out::Object(members))
+    pub(super) fn outputs(&self) -> usize {
+        self.c.rows()
     }
 
     /// `n x p`: the shape of the gains.
     pub(super) fn gain(&self) -> (usize, usize) {
-        (self.a.rows(), self.c.rows())
+        (self.order(), self.outputs())
     }
 
     pub(super) fn size(&self) -> String {
@@ -72,22 +65,17 @@ impl PlantWithin {
         Ok(Self { a: bounded(a, "A")?, b: bounded(b, "B")?, c: bounded(c, "C")? })
     }
 
-    pub(super) fn read(file: &mut Fields<'_>) -> Result<Self, FileError> {
-        let mut fields = file.object("plant")?;
-        let a = fields.take("A")?.square_data()?;
-        let b = fields.take("B")?.data_with_rows(a.rows())?;
-        let c = fields.take("C")?.data_with_columns(a.rows())?;
-        fields.finish()?;
-        Ok(Self { a, b, c })
+    pub(super) fn order(&self) -> usize {
+        self.a.rows()
     }
 
-    pub(super) fn write(&self) -> (&'static str, Out) {
-        let members = vec![("A", Out::data(&self.a)), ("B", Out::data(&self.b)), ("C", Out::data(&self.c))];
-        ("plant", Out::Object(members))
+    pub(super) fn outputs(&self) -> usize {
+        self.c.rows()
     }
 
+    /// `n x p`: the shape of the gains.
     pub(super) fn gain(&self) -> (usize, usize) {
-        (self.a.rows(), self.c.rows())
+        (self.order(), self.outputs())
     }
 
     pub(super) fn size(&self) -> String {
@@ -98,3 +86,15 @@ impl PlantWithin {
 fn size(states: usize, inputs: usize, outputs: usize) -> String {
     format!("{}, {} and {}", counted(states, "state"), counted(inputs, "input"), counted(outputs, "output"))
 }
+
+members! { PlantMatrices { {
+    a = "A".square();
+    b = "B".matrix_with_rows(a.rows());
+    c = "C".matrix_with_columns(a.rows());
+} } }
+
+members! { PlantWithin { {
+    a = "A".square_data();
+    b = "B".data_with_rows(a.rows());
+    c = "C".data_with_columns(a.rows());
+} } }

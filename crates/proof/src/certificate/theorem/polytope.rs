@@ -14,9 +14,8 @@
 //! segment from xhat to x. *That* they lie in the hull must be shown separately, as `design::enclosure` does: a
 //! certificate is about matrices only.
 
-use super::super::fields::Fields;
-use super::super::write::Out;
-use super::Fault;
+use super::super::fields::Field;
+use super::super::members::members;
 use super::{Fact, FileError, Statement, are_points, bounded, check_rate, counted, data, decay, intervals, rate_term};
 use crate::error::ProofError;
 use crate::interval::Interval;
@@ -51,55 +50,25 @@ impl Vertex {
     }
 }
 
-pub(super) fn read_vertices(file: &mut Fields<'_>) -> Result<Vec<Vertex>, FileError> {
-    let list = file.take("vertices")?;
-    let mut vertices: Vec<Vertex> = Vec::new();
-    for item in list.items()? {
-        let mut fields = item.object()?;
-        let a = fields.take("A")?;
-        let matrix = a.square_data()?;
-        let c = fields.take("C")?;
-        let output = c.data_with_columns(matrix.rows())?;
-        if let Some(first) = vertices.first() {
-            for (field, expected, found) in [(a, first.a.shape(), matrix.shape()), (c, first.c.shape(), output.shape())]
-            {
-                if expected != found {
-                    return Err(field.error(Fault::Shape { expected, found }));
-                }
-            }
+members! { Vertex { {
+    a = "A".square_data();
+    c = "C".data_with_columns(a.rows());
+} } }
+
+impl Vertex {
+    pub(super) fn read_list(list: &Field<'_>) -> Result<Vec<Self>, FileError> {
+        let vertices: Vec<Self> = list.some_of(Field::part)?;
+        for (item, Self { a, c }) in list.items()?.iter().zip(&vertices) {
+            item.member("A")?.same_shape(&vertices[0].a, a)?;
+            item.member("C")?.same_shape(&vertices[0].c, c)?;
         }
-        fields.finish()?;
-        vertices.push(Vertex { a: matrix, c: output });
+        Ok(vertices)
     }
-    if vertices.is_empty() { Err(list.error(Fault::Empty)) } else { Ok(vertices) }
-}
 
-type Parts = (Vec<Vertex>, Matrix<f64>, Matrix<f64>, f64);
-
-fn read(file: &mut Fields<'_>) -> Result<Parts, FileError> {
-    let vertices = read_vertices(file)?;
-    let shape = vertices.first().map_or((0, 0), |first| (first.a.rows(), first.c.rows()));
-    let mut observer = file.object("observer")?;
-    let l = observer.take("L")?.matrix(shape)?;
-    observer.finish()?;
-    let mut lyapunov = file.object("lyapunov")?;
-    let p = lyapunov.take("P")?.symmetric(shape.0)?;
-    let rate = lyapunov.rate()?;
-    lyapunov.finish()?;
-    Ok((vertices, l, p, rate))
-}
-
-pub(super) fn write_vertices(vertices: &[Vertex]) -> (&'static str, Out) {
-    let vertex = |vertex: &Vertex| Out::Object(vec![("A", Out::data(&vertex.a)), ("C", Out::data(&vertex.c))]);
-    ("vertices", Out::Lines(vertices.iter().map(vertex).collect()))
-}
-
-fn write(vertices: &[Vertex], l: &Matrix<f64>, p: &Matrix<f64>, rate: f64) -> Vec<(&'static str, Out)> {
-    vec![
-        write_vertices(vertices),
-        ("observer", Out::Object(vec![("L", Out::matrix(l))])),
-        ("lyapunov", Out::Object(vec![("P", Out::matrix(p)), ("rate", Out::number(rate))])),
-    ]
+    /// `n x p`: the shape of the gain.
+    pub(super) fn gain(vertices: &[Self]) -> (usize, usize) {
+        vertices.first().map_or((0, 0), |first| (first.a.rows(), first.c.rows()))
+    }
 }
 
 fn facts(vertices: &[Vertex], l: &Matrix<f64>, p: &Matrix<f64>, rate: f64) -> Result<Vec<Fact>, ProofError> {
@@ -117,7 +86,7 @@ fn facts(vertices: &[Vertex], l: &Matrix<f64>, p: &Matrix<f64>, rate: f64) -> Re
 }
 
 pub(super) fn hull(vertices: &[Vertex]) -> String {
-    let (n, p) = vertices.first().map_or((0, 0), |first| (first.a.rows(), first.c.rows()));
+    let (n, p) = Vertex::gain(vertices);
     let what = if are_points(vertices.iter().flat_map(|vertex| [&vertex.a, &vertex.c])) {
         if vertices.len() == 1 { "pair (A, C)" } else { "pairs (A_k, C_k)" }
     } else if vertices.len() == 1 {
@@ -151,15 +120,6 @@ macro_rules! polytope {
         impl Statement for $name {
             const NAME: &'static str = $file;
 
-            fn read(file: &mut Fields<'_>) -> Result<Self, FileError> {
-                let (vertices, l, p, rate) = read(file)?;
-                Ok(Self { vertices, l, p, rate })
-            }
-
-            fn write(&self) -> Vec<(&'static str, Out)> {
-                write(&self.vertices, &self.l, &self.p, self.rate)
-            }
-
             fn words(&self) -> String {
                 let words: fn(&str, &str) -> String = $words;
                 words(&hull(&self.vertices), &decay("e'Pe", "e", self.rate))
@@ -169,6 +129,12 @@ macro_rules! polytope {
                 facts(&self.vertices, &self.l, &self.p, self.rate)
             }
         }
+
+        members! { $name {
+            { vertices = "vertices".by(Vertex::read_list); }
+            "observer" { l = "L".matrix(Vertex::gain(&vertices)); }
+            "lyapunov" { p = "P".symmetric(l.rows()); rate = "rate".rate(); }
+        } }
     };
 }
 

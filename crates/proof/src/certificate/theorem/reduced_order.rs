@@ -8,9 +8,8 @@
 //!
 //! **Proof.** In the head of `statement/reduced_order.rs`.
 
-use super::super::fields::Fields;
-use super::super::write::Out;
-use super::{Fact, Fault, FileError, PlantMatrices, Statement, check_rate, counted, decay, rate_term};
+use super::super::members::members;
+use super::{Fact, PlantMatrices, Statement, check_rate, counted, decay, rate_term};
 use crate::error::ProofError;
 use crate::matrix::Matrix;
 use crate::statement::reduced_order;
@@ -49,28 +48,10 @@ impl Statement for ReducedOrderConvergence {
             decay("v'Pv", "v", self.rate)
         )
     }
-
-    fn read(file: &mut Fields<'_>) -> Result<Self, FileError> {
-        let plant = PlantMatrices::read(file)?;
-        let mut observer = file.object("observer")?;
-        let field = observer.take("T")?;
-        let t = field.matrix_with_columns(plant.a.rows())?;
-        if t.rows() == 0 {
-            return Err(field.error(Fault::Empty));
-        }
-        observer.finish()?;
-        let mut lyapunov = file.object("lyapunov")?;
-        let p = lyapunov.take("P")?.symmetric(t.rows())?;
-        let rate = lyapunov.rate()?;
-        lyapunov.finish()?;
-        Ok(Self { plant, t, p, rate })
-    }
-
-    fn write(&self) -> Vec<(&'static str, Out)> {
-        vec![
-            self.plant.write(),
-            ("observer", Out::Object(vec![("T", Out::matrix(&self.t))])),
-            ("lyapunov", Out::Object(vec![("P", Out::matrix(&self.p)), ("rate", Out::number(self.rate))])),
-        ]
-    }
 }
+
+members! { ReducedOrderConvergence {
+    { plant: PlantMatrices = "plant".part(); }
+    "observer" { t = "T".matrix_with_columns(plant.order()); }
+    "lyapunov" { p = "P".symmetric(t.rows()); rate = "rate".rate(); }
+} }

@@ -10,10 +10,8 @@
 //! is. `M(g)'P M(g) - P` is convex in g, `M(0) = A - LC` and `w M(1/w) = wA + ANC`: where it is negative definite at
 //! both ends it is so between, by a margin that does not depend on e. Hence V falls at each period by a factor below 1.
 
-use super::super::Fault;
-use super::super::fields::Fields;
-use super::super::write::Out;
-use super::{Fact, FileError, PlantMatrices, Statement};
+use super::super::members::members;
+use super::{Fact, PlantMatrices, Statement};
 use crate::error::ProofError;
 use crate::matrix::Matrix;
 use crate::statement::{positive, saturated_decrease, stein_decrease};
@@ -63,40 +61,16 @@ impl Statement for SampledCubicConvergence {
             exact(self.period)
         )
     }
-
-    fn read(file: &mut Fields<'_>) -> Result<Self, FileError> {
-        let plant = PlantMatrices::read(file)?;
-        let (order, outputs) = plant.gain();
-        let mut observer = file.object("observer")?;
-        let l = observer.take("L")?.matrix((order, outputs))?;
-        let n = observer.take("N")?.matrix((order, outputs))?;
-        let theta = observer.take("theta")?.matrix((outputs, outputs))?;
-        let mut positive = |name, requirement| {
-            let field = observer.take(name)?;
-            let value = field.binary64()?;
-            if value > 0.0 { Ok(value) } else { Err(field.error(Fault::Range { value, requirement })) }
-        };
-        let w = positive("w", "the rate w of the cubic flow is positive")?;
-        let period = positive("period", "a sampling period is positive")?;
-        observer.finish()?;
-        let mut lyapunov = file.object("lyapunov")?;
-        let p = lyapunov.take("P")?.symmetric(order)?;
-        lyapunov.finish()?;
-        Ok(Self { plant, l, n, theta, w, period, p })
-    }
-
-    fn write(&self) -> Vec<(&'static str, Out)> {
-        let observer = vec![
-            ("L", Out::matrix(&self.l)),
-            ("N", Out::matrix(&self.n)),
-            ("theta", Out::matrix(&self.theta)),
-            ("w", Out::number(self.w)),
-            ("period", Out::number(self.period)),
-        ];
-        vec![
-            self.plant.write(),
-            ("observer", Out::Object(observer)),
-            ("lyapunov", Out::Object(vec![("P", Out::matrix(&self.p))])),
-        ]
-    }
 }
+
+members! { SampledCubicConvergence {
+    { plant: PlantMatrices = "plant".part(); }
+    "observer" {
+        l = "L".matrix(plant.gain());
+        n = "N".matrix(plant.gain());
+        theta = "theta".matrix((plant.outputs(), plant.outputs()));
+        w = "w".positive("the rate w of the cubic flow is positive");
+        period = "period".positive("a sampling period is positive");
+    }
+    "lyapunov" { p = "P".symmetric(plant.order()); }
+} }

@@ -18,15 +18,9 @@
 //! rho)/2`. In the other direction the computed sums are at most `1 + eps` times their values, and a small number;
 //! monotony of `rho -> N rho` gives the rest.
 
-use super::super::Fault;
-use super::super::fields::{Field, Fields};
-use super::super::write::Out;
-use super::input_to_state::read_numbers;
-use super::interval_observer::{
-    IntervalCoordinates, bounds, check_numbers, column, limits, read_bounds, read_coordinates, regular, sizes,
-    write_coordinates,
-};
-use super::{Fact, FileError, Statement, bounded, counted, enclosed, intervals, unknown_word};
+use super::super::members::members;
+use super::interval_observer::{IntervalCoordinates, bounds, check_numbers, column, limits, regular, sizes};
+use super::{Fact, Statement, bounded, counted, enclosed, intervals};
 use crate::definite::Direction;
 use crate::error::ProofError;
 use crate::interval::Interval;
@@ -270,113 +264,40 @@ impl Statement for SampledIntervalEnclosure {
             format = self.format,
         )
     }
-
-    fn read(file: &mut Fields<'_>) -> Result<Self, FileError> {
-        let mut plant = file.object("plant")?;
-        let a = plant.take("A")?.square_data()?;
-        let order = a.rows();
-        let b = plant.take("B")?.data_with_rows(order)?;
-        let c = plant.take("C")?.matrix_with_columns(order)?;
-        let e = plant.take("E")?.matrix_with_rows(order)?;
-        plant.finish()?;
-        let (inputs, outputs) = (b.cols(), c.rows());
-        let mut observer = file.object("observer")?;
-        let f = observer.take("F")?.matrix((order, order))?;
-        let input = observer.take("G")?.matrix((order, inputs))?;
-        let l = observer.take("L")?.matrix((order, outputs))?;
-        observer.finish()?;
-        let coordinates = read_coordinates(file, order)?;
-        let blocks = coordinates.blocks.len();
-        let mut step = file.object("step")?;
-        let field = step.take("format")?;
-        let format = match field.text()? {
-            "binary32" => Format::Binary32,
-            "binary64" => Format::Binary64,
-            word => return Err(unknown_word(&field, word, &["binary32", "binary64"])),
-        };
-        let n = step.take("N")?.matrix((blocks, blocks))?;
-        let g = read_numbers(&step.take("g")?, blocks, Field::binary64)?;
-        let q = step.take("Q")?.matrix((blocks, order))?;
-        let u = step.take("U")?.matrix((blocks, inputs))?;
-        let h = step.take("H")?.matrix((order, blocks))?;
-        let within = |field: &Field<'_>, requirement, holds: &dyn Fn(f64) -> bool| {
-            let value = field.binary64()?;
-            if holds(value) { Ok(value) } else { Err(field.error(Fault::Range { value, requirement })) }
-        };
-        let outward = within(&step.take("outward")?, "outward is 0 or more and below 1", &|x| (0.0..1.0).contains(&x))?;
-        step.finish()?;
-        let mut comparison = file.object("comparison")?;
-        let s = read_numbers(&comparison.take("s")?, blocks, Field::binary64)?;
-        let factor = within(&comparison.take("factor")?, "the factor is above 0 and below 1", &|x| x > 0.0 && x < 1.0)?;
-        comparison.finish()?;
-        let mut bounds = file.object("bounds")?;
-        let disturbances = read_bounds(&bounds.take("w")?, e.cols())?;
-        let noise = read_bounds(&bounds.take("v")?, outputs)?;
-        let estimates = read_bounds(&bounds.take("xhat")?, order)?;
-        let of_inputs = read_bounds(&bounds.take("u")?, inputs)?;
-        let limit = read_bounds(&bounds.take("limit")?, blocks)?;
-        let widths = read_bounds(&bounds.take("widths")?, order)?;
-        bounds.finish()?;
-        Ok(Self {
-            a,
-            b,
-            c,
-            e,
-            f,
-            input,
-            l,
-            coordinates,
-            format,
-            n,
-            g,
-            q,
-            u,
-            h,
-            outward,
-            s,
-            factor,
-            disturbances,
-            noise,
-            estimates,
-            inputs: of_inputs,
-            limit,
-            widths,
-        })
-    }
-
-    fn write(&self) -> Vec<(&'static str, Out)> {
-        let plant = vec![
-            ("A", Out::data(&self.a)),
-            ("B", Out::data(&self.b)),
-            ("C", Out::matrix(&self.c)),
-            ("E", Out::matrix(&self.e)),
-        ];
-        let observer = vec![("F", Out::matrix(&self.f)), ("G", Out::matrix(&self.input)), ("L", Out::matrix(&self.l))];
-        let step = vec![
-            ("format", Out::Text(self.format.to_string())),
-            ("N", Out::matrix(&self.n)),
-            ("g", Out::numbers(&self.g)),
-            ("Q", Out::matrix(&self.q)),
-            ("U", Out::matrix(&self.u)),
-            ("H", Out::matrix(&self.h)),
-            ("outward", Out::number(self.outward)),
-        ];
-        let comparison = vec![("s", Out::numbers(&self.s)), ("factor", Out::number(self.factor))];
-        let bounds = vec![
-            ("w", Out::numbers(&self.disturbances)),
-            ("v", Out::numbers(&self.noise)),
-            ("xhat", Out::numbers(&self.estimates)),
-            ("u", Out::numbers(&self.inputs)),
-            ("limit", Out::numbers(&self.limit)),
-            ("widths", Out::numbers(&self.widths)),
-        ];
-        vec![
-            ("plant", Out::Object(plant)),
-            ("observer", Out::Object(observer)),
-            write_coordinates(&self.coordinates),
-            ("step", Out::Object(step)),
-            ("comparison", Out::Object(comparison)),
-            ("bounds", Out::Object(bounds)),
-        ]
-    }
 }
+
+members! { SampledIntervalEnclosure {
+    "plant" {
+        a = "A".square_data();
+        b = "B".data_with_rows(a.rows());
+        c = "C".matrix_with_columns(a.rows());
+        e = "E".matrix_with_rows(a.rows());
+    }
+    "observer" {
+        f = "F".matrix((a.rows(), a.rows()));
+        input = "G".matrix((a.rows(), b.cols()));
+        l = "L".matrix((a.rows(), c.rows()));
+    }
+    { coordinates: IntervalCoordinates = "coordinates".part_of(a.rows()); }
+    "step" {
+        format = "format".word(&[("binary32", Format::Binary32), ("binary64", Format::Binary64)]);
+        n = "N".matrix((coordinates.count(), coordinates.count()));
+        g = "g".numbers(coordinates.count());
+        q = "Q".matrix((coordinates.count(), a.rows()));
+        u = "U".matrix((coordinates.count(), b.cols()));
+        h = "H".matrix((a.rows(), coordinates.count()));
+        outward = "outward".number(|x| (0.0..1.0).contains(&x), "outward is 0 or more and below 1");
+    }
+    "comparison" {
+        s = "s".numbers(coordinates.count());
+        factor = "factor".number(|x| x > 0.0 && x < 1.0, "the factor is above 0 and below 1");
+    }
+    "bounds" {
+        disturbances = "w".bounds(e.cols());
+        noise = "v".bounds(c.rows());
+        estimates = "xhat".bounds(a.rows());
+        inputs = "u".bounds(b.cols());
+        limit = "limit".bounds(coordinates.count());
+        widths = "widths".bounds(a.rows());
+    }
+} }

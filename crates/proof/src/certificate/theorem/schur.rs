@@ -7,9 +7,8 @@
 //!
 //! **Proof.** `V = x'Px` decreases at each step by a factor below 1 that is the same for all x.
 
-use super::super::fields::Fields;
-use super::super::write::Out;
-use super::{Fact, FileError, Statement};
+use super::super::members::members;
+use super::{Fact, Statement};
 use crate::error::ProofError;
 use crate::matrix::Matrix;
 use crate::statement::{positive, stein_decrease};
@@ -41,16 +40,9 @@ impl Statement for SchurStability {
             "All eigenvalues of the {n} x {n} matrix A lie inside the unit circle: every solution of x+ = Ax tends to 0 exponentially."
         )
     }
-
-    fn read(file: &mut Fields<'_>) -> Result<Self, FileError> {
-        let a = file.take("A")?.square()?;
-        let mut lyapunov = file.object("lyapunov")?;
-        let p = lyapunov.take("P")?.symmetric(a.rows())?;
-        lyapunov.finish()?;
-        Ok(Self { a, p })
-    }
-
-    fn write(&self) -> Vec<(&'static str, Out)> {
-        vec![("A", Out::matrix(&self.a)), ("lyapunov", Out::Object(vec![("P", Out::matrix(&self.p))]))]
-    }
 }
+
+members! { SchurStability {
+    { a = "A".square(); }
+    "lyapunov" { p = "P".symmetric(a.rows()); }
+} }

@@ -11,8 +11,8 @@
 //! quadratic forms times their multipliers, all of which are nonnegative: see [`sector_decrease`].
 
 use super::super::Fault;
-use super::super::fields::{Fields, LARGEST_ORDER};
-use super::super::write::Out;
+use super::super::fields::{Field, LARGEST_ORDER};
+use super::super::members::members;
 use super::{Fact, FileError, Statement, check_rate, counted, decay, rate_term};
 use crate::error::ProofError;
 use crate::matrix::Matrix;
@@ -87,72 +87,37 @@ impl Statement for SectorConvergence {
             decay("e'Pe", "e", self.rate),
         )
     }
+}
 
-    fn read(file: &mut Fields<'_>) -> Result<Self, FileError> {
-        let mut plant = file.object("plant")?;
-        let a = plant.take("A")?.square()?;
-        let n = a.rows();
-        let c = plant.take("C")?.matrix_with_columns(n)?;
-        let mut terms = Vec::new();
-        let mut order = n;
-        let sectors = plant.take("sectors")?;
-        for item in sectors.items()? {
-            let mut fields = item.object()?;
-            let g = fields.take("G")?;
-            let g = (g.any_matrix()?, g.matrix_with_rows(n)?).1;
-            let field = fields.take("H")?;
-            let h = field.matrix_with_columns(n)?;
-            let (low, high) = (fields.take("low")?.binary64()?, fields.take("high")?);
-            let (high, high_field) = (high.binary64()?, high);
-            if low > high {
-                let requirement = "the upper end of a sector is not below the lower";
-                return Err(high_field.error(Fault::Range { value: high, requirement }));
-            }
-            if low != -high && h.rows() != g.cols() {
-                return Err(field.error(Fault::Shape { expected: (g.cols(), n), found: h.shape() }));
-            }
-            let tau = fields.take("tau")?.binary64()?;
-            fields.finish()?;
-            // The matrix of the S-procedure has a row for each state and each nonlinearity.
-            order += g.cols();
-            if order > LARGEST_ORDER {
-                return Err(sectors.error(Fault::TooManyRows { order, allowed: LARGEST_ORDER }));
-            }
-            terms.push(SectorTerm { g, h, low, high, tau });
-        }
-        if terms.is_empty() {
-            return Err(sectors.error(Fault::Empty));
-        }
-        plant.finish()?;
-        let mut observer = file.object("observer")?;
-        let l = observer.take("L")?.matrix((n, c.rows()))?;
-        observer.finish()?;
-        let mut lyapunov = file.object("lyapunov")?;
-        let p = lyapunov.take("P")?.symmetric(n)?;
-        let rate = lyapunov.rate()?;
-        lyapunov.finish()?;
-        Ok(Self { a, c, terms, l, p, rate })
+members! { SectorConvergence {
+    "plant" {
+        a = "A".square();
+        c = "C".matrix_with_columns(a.rows());
+        terms = "sectors".by(|sectors| read_terms(sectors, a.rows()));
     }
+    "observer" { l = "L".matrix((a.rows(), c.rows())); }
+    "lyapunov" { p = "P".symmetric(a.rows()); rate = "rate".rate(); }
+} }
 
-    fn write(&self) -> Vec<(&'static str, Out)> {
-        let term = |term: &SectorTerm| {
-            Out::Object(vec![
-                ("G", Out::matrix(&term.g)),
-                ("H", Out::matrix(&term.h)),
-                ("low", Out::number(term.low)),
-                ("high", Out::number(term.high)),
-                ("tau", Out::number(term.tau)),
-            ])
-        };
-        let plant = vec![
-            ("A", Out::matrix(&self.a)),
-            ("C", Out::matrix(&self.c)),
-            ("sectors", Out::Lines(self.terms.iter().map(term).collect())),
-        ];
-        vec![
-            ("plant", Out::Object(plant)),
-            ("observer", Out::Object(vec![("L", Out::matrix(&self.l))])),
-            ("lyapunov", Out::Object(vec![("P", Out::matrix(&self.p)), ("rate", Out::number(self.rate))])),
-        ]
-    }
+members! { SectorTerm, states: usize { {
+    g = "G".by(|g| g.any_matrix().and_then(|_| g.matrix_with_rows(states)));
+    h = "H".matrix_with_columns(states);
+    low = "low".binary64();
+    high = "high".number(|high| low <= high, "the upper end of a sector is not below the lower");
+    tau = "tau".binary64();
+} } }
+
+fn read_terms(list: &Field<'_>, states: usize) -> Result<Vec<SectorTerm>, FileError> {
+    let mut order = states;
+    list.some_of(|item| {
+        let term: SectorTerm = item.part_of(states)?;
+        let (expected, found) = ((term.g.cols(), states), term.h.shape());
+        if term.low != -term.high && expected != found {
+            return Err(item.member("H")?.error(Fault::Shape { expected, found }));
+        }
+        // The matrix of the S-procedure has a row for each state and each nonlinearity.
+        order += term.g.cols();
+        list.bounded_order(order, LARGEST_ORDER)?;
+        Ok(term)
+    })
 }

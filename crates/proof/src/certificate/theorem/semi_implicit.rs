@@ -13,10 +13,8 @@
 //! Hence nor has `I - s C N`, which has the same determinant. Second, `V(Fd) <= b V(d)` with some b < 1, because
 //! `F'PF < P`, and `V(e+) = V(Fd) <= 2b/(1 + b) V(e)`.
 
-use super::super::Fault;
-use super::super::fields::Fields;
-use super::super::write::Out;
-use super::{Fact, FileError, PlantMatrices, Statement};
+use super::super::members::members;
+use super::{Fact, PlantMatrices, Statement};
 use crate::error::ProofError;
 use crate::matrix::Matrix;
 use crate::statement::{accretive, positive, semi_implicit_decrease, stein_decrease};
@@ -67,38 +65,15 @@ impl Statement for SemiImplicitCubicConvergence {
             exact(self.period)
         )
     }
-
-    fn read(file: &mut Fields<'_>) -> Result<Self, FileError> {
-        let plant = PlantMatrices::read(file)?;
-        let (order, outputs) = plant.gain();
-        let mut observer = file.object("observer")?;
-        let l = observer.take("L")?.matrix((order, outputs))?;
-        let n = observer.take("N")?.matrix((order, outputs))?;
-        let theta = observer.take("theta")?.matrix((outputs, outputs))?;
-        let field = observer.take("period")?;
-        let period = field.binary64()?;
-        if period <= 0.0 {
-            return Err(field.error(Fault::Range { value: period, requirement: "a sampling period is positive" }));
-        }
-        observer.finish()?;
-        let mut lyapunov = file.object("lyapunov")?;
-        let p = lyapunov.take("P")?.symmetric(order)?;
-        let s = lyapunov.take("S")?.matrix((outputs, outputs))?;
-        lyapunov.finish()?;
-        Ok(Self { plant, l, n, theta, period, p, s })
-    }
-
-    fn write(&self) -> Vec<(&'static str, Out)> {
-        let observer = vec![
-            ("L", Out::matrix(&self.l)),
-            ("N", Out::matrix(&self.n)),
-            ("theta", Out::matrix(&self.theta)),
-            ("period", Out::number(self.period)),
-        ];
-        vec![
-            self.plant.write(),
-            ("observer", Out::Object(observer)),
-            ("lyapunov", Out::Object(vec![("P", Out::matrix(&self.p)), ("S", Out::matrix(&self.s))])),
-        ]
-    }
 }
+
+members! { SemiImplicitCubicConvergence {
+    { plant: PlantMatrices = "plant".part(); }
+    "observer" {
+        l = "L".matrix(plant.gain());
+        n = "N".matrix(plant.gain());
+        theta = "theta".matrix((plant.outputs(), plant.outputs()));
+        period = "period".positive("a sampling period is positive");
+    }
+    "lyapunov" { p = "P".symmetric(plant.order()); s = "S".matrix((plant.outputs(), plant.outputs())); }
+} }

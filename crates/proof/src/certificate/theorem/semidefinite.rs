@@ -7,8 +7,9 @@
 
 use super::super::Fault;
 use super::super::fields::{Field, Fields, LARGEST_ORDER, MOST_ENTRIES};
-use super::super::write::Out;
-use super::{Fact, FileError, Statement, combination, counted, unknown_word};
+use super::super::members::Members;
+use super::super::write::{Out, Written};
+use super::{Fact, FileError, Statement, combination, counted};
 use crate::error::ProofError;
 use crate::number::Number;
 use crate::semidefinite::{Block, DualBlock, Entry, Program};
@@ -39,98 +40,6 @@ pub struct SemidefiniteProgram {
     pub program: Program,
     /// What is claimed.
     pub evidence: SemidefiniteEvidence,
-}
-
-fn write_blocks(blocks: &[DualBlock]) -> Out {
-    let block = |block: &DualBlock| match block {
-        DualBlock::Dense(y) => Out::Object(vec![("dense", Out::matrix(y))]),
-        DualBlock::Diagonal(y) => Out::Object(vec![("diagonal", Out::numbers(y))]),
-    };
-    Out::Lines(blocks.iter().map(block).collect())
-}
-
-fn read_numbers(field: &Field<'_>) -> Result<Vec<f64>, FileError> {
-    field.items()?.iter().map(Field::binary64).collect()
-}
-
-fn read_x(field: &Field<'_>, program: &Program) -> Result<Vec<f64>, FileError> {
-    let x = read_numbers(field)?;
-    if x.len() == program.unknowns() {
-        return Ok(x);
-    }
-    Err(field.error(Fault::Length { expected: program.unknowns(), found: x.len() }))
-}
-
-fn read_blocks(field: &Field<'_>, program: &Program) -> Result<Vec<DualBlock>, FileError> {
-    let items = field.items()?;
-    let (expected, found) = (program.blocks().len(), items.len());
-    if expected != found {
-        return Err(field.error(Fault::Length { expected, found }));
-    }
-    let mut blocks = Vec::with_capacity(found);
-    for (item, block) in items.iter().zip(program.blocks()) {
-        let mut fields = item.object()?;
-        blocks.push(match *block {
-            Block::Dense(n) => DualBlock::Dense(fields.take("dense")?.symmetric(n)?),
-            Block::Diagonal(expected) => {
-                let field = fields.take("diagonal")?;
-                let y = read_numbers(&field)?;
-                if y.len() != expected {
-                    return Err(field.error(Fault::Length { expected, found: y.len() }));
-                }
-                DualBlock::Diagonal(y)
-            }
-        });
-        fields.finish()?;
-    }
-    Ok(blocks)
-}
-
-fn read_program(file: &mut Fields<'_>) -> Result<Program, FileError> {
-    let whole = file.take("program")?;
-    let mut fields = whole.object()?;
-    let mut blocks: Vec<Block> = Vec::new();
-    let list = fields.take("blocks")?;
-    for item in list.items()? {
-        let mut fields = item.object()?;
-        let block = match (fields.optional("dense"), fields.optional("diagonal")) {
-            (Some(order), None) => Block::Dense(order.index(LARGEST_ORDER)?),
-            (None, Some(order)) => Block::Diagonal(order.index(MOST_ENTRIES)?),
-            _ => return Err(item.error(Fault::Missing { name: "dense\" or \"diagonal" })),
-        };
-        fields.finish()?;
-        blocks.push(block);
-    }
-    // A diagonal block of n rows has n entries: as many as a matrix of this order, rounded up.
-    list.bounded_entries(blocks.iter().map(|block| match *block {
-        Block::Dense(n) => n,
-        Block::Diagonal(n) => n.isqrt() + 1,
-    }))?;
-    let costs = fields
-        .take("costs")?
-        .items()?
-        .iter()
-        .map(|item| Ok(item.datum()?.interval()))
-        .collect::<Result<Vec<_>, FileError>>()?;
-    let mut matrices = vec![Vec::new(); costs.len() + 1];
-    for entry in fields.take("entries")?.items()? {
-        let parts = entry.items()?;
-        let [matrix, block, row, column, value] = parts.as_slice() else {
-            return Err(entry.error(Fault::Length { expected: 5, found: parts.len() }));
-        };
-        let matrix = matrix.index(costs.len())?;
-        let value = Entry {
-            block: block.count()?,
-            row: row.count()?,
-            column: column.count()?,
-            value: value.datum()?.interval(),
-        };
-        if let Some(entries) = matrices.get_mut(matrix) {
-            entries.push(value);
-        }
-    }
-    fields.finish()?;
-    Program::new(blocks, costs, matrices).map_err(|error| whole.error(Fault::Program(error)))
 }
 
 impl Statement for SemidefiniteProgram {
@@ -196,78 +105,130 @@ impl Statement for SemidefiniteProgram {
             ),
         }
     }
+}
 
-    fn read(file: &mut Fields<'_>) -> Result<Self, FileError> {
-        let program = read_program(file)?;
-        let field = file.take("claim")?;
-        let evidence = match field.text()? {
+/// The members of the evidence depend on the claim.
+impl Members for SemidefiniteProgram {
+    fn read(file: &mut Fields<'_>, (): ()) -> Result<Self, FileError> {
+        let program = file.take("program")?.by(read_program)?;
+        let x = |fields: &mut Fields<'_>| fields.take("x")?.numbers(program.unknowns());
+        let y = |fields: &mut Fields<'_>| read_blocks(&fields.take("Y")?, &program);
+        let claim = file.take("claim")?;
+        let evidence = match claim.text()? {
             "bounds" => {
-                let lower = match file.optional("lower") {
-                    None => None,
-                    Some(field) => {
-                        let mut fields = field.object()?;
-                        let bound = (fields.take("bound")?.binary64()?, read_blocks(&fields.take("Y")?, &program)?);
-                        fields.finish()?;
-                        Some(bound)
-                    }
-                };
-                let upper = match file.optional("upper") {
-                    None => None,
-                    Some(field) => {
-                        let mut fields = field.object()?;
-                        let bound = (fields.take("bound")?.binary64()?, read_x(&fields.take("x")?, &program)?);
-                        fields.finish()?;
-                        Some(bound)
-                    }
-                };
+                let bound = |fields: &mut Fields<'_>| fields.take("bound")?.binary64();
+                let lower =
+                    file.optional("lower").map(|lower| lower.object(|of| Ok((bound(of)?, y(of)?)))).transpose()?;
+                let upper =
+                    file.optional("upper").map(|upper| upper.object(|of| Ok((bound(of)?, x(of)?)))).transpose()?;
                 if lower.is_none() && upper.is_none() {
-                    return Err(field.error(Fault::Missing { name: "lower\" or \"upper" }));
+                    return Err(claim.error(Fault::Missing { name: "lower\" or \"upper" }));
                 }
                 SemidefiniteEvidence::Bounds { lower, upper }
             }
-            "primal infeasible" => SemidefiniteEvidence::PrimalInfeasible(read_blocks(&file.take("Y")?, &program)?),
-            "dual infeasible" => SemidefiniteEvidence::DualInfeasible(read_x(&file.take("x")?, &program)?),
-            other => return Err(unknown_word(&field, other, &["bounds", "primal infeasible", "dual infeasible"])),
+            "primal infeasible" => SemidefiniteEvidence::PrimalInfeasible(y(file)?),
+            "dual infeasible" => SemidefiniteEvidence::DualInfeasible(x(file)?),
+            other => return Err(claim.unknown_word(other, ["bounds", "primal infeasible", "dual infeasible"])),
         };
         Ok(Self { program, evidence })
     }
 
     fn write(&self) -> Vec<(&'static str, Out)> {
-        let program = &self.program;
-        let block = |block: &Block| match *block {
-            Block::Dense(n) => Out::Object(vec![("dense", Out::Count(n))]),
-            Block::Diagonal(n) => Out::Object(vec![("diagonal", Out::Count(n))]),
-        };
-        let entries = (0..=program.unknowns()).flat_map(|k| {
-            program.matrix(k).iter().map(move |entry| {
-                let places = [k, entry.block, entry.row, entry.column].map(Out::Count);
-                Out::Line(places.into_iter().chain([Out::interval(&entry.value)]).collect())
-            })
-        });
-        let fields = vec![
-            ("blocks", Out::Line(program.blocks().iter().map(block).collect())),
-            ("costs", Out::Line(program.costs().iter().map(Out::interval).collect())),
-            ("entries", Out::Lines(entries.collect())),
-        ];
-        let mut members = vec![("program", Out::Object(fields))];
-        let claim = |word: &str| ("claim", Out::Text(word.to_owned()));
+        let mut members = vec![("program", self.program.out())];
+        let claim = |word: &str| ("claim", word.out());
         match &self.evidence {
             SemidefiniteEvidence::Bounds { lower, upper } => {
                 members.push(claim("bounds"));
-                if let Some((bound, y)) = lower {
-                    members.push(("lower", Out::Object(vec![("bound", Out::number(*bound)), ("Y", write_blocks(y))])));
-                }
-                if let Some((bound, x)) = upper {
-                    members.push(("upper", Out::Object(vec![("bound", Out::number(*bound)), ("x", Out::numbers(x))])));
-                }
+                members.extend(
+                    lower.iter().map(|(bound, y)| ("lower", Out::Object(vec![("bound", bound.out()), ("Y", y.out())]))),
+                );
+                members.extend(
+                    upper.iter().map(|(bound, x)| ("upper", Out::Object(vec![("bound", bound.out()), ("x", x.out())]))),
+                );
             }
             SemidefiniteEvidence::PrimalInfeasible(y) => {
-                members.extend([claim("primal infeasible"), ("Y", write_blocks(y))]);
+                members.push(claim("primal infeasible"));
+                members.push(("Y", y.out()));
             }
             SemidefiniteEvidence::DualInfeasible(x) => {
-                members.extend([claim("dual infeasible"), ("x", Out::numbers(x))]);
+                members.push(claim("dual infeasible"));
+                members.push(("x", x.out()));
             }
         }
         members
+    }
+}
+
+fn read_program(whole: &Field<'_>) -> Result<Program, FileError> {
+    let (blocks, costs, matrices) = whole.object(|program| {
+        let list = program.take("blocks")?;
+        let blocks = list.list_of(|item| {
+            item.object(|block| match (block.optional("dense"), block.optional("diagonal")) {
+                (Some(order), None) => Ok(Block::Dense(order.index(LARGEST_ORDER)?)),
+                (None, Some(order)) => Ok(Block::Diagonal(order.index(MOST_ENTRIES)?)),
+                _ => Err(item.error(Fault::Missing { name: "dense\" or \"diagonal" })),
+            })
+        })?;
+        // A diagonal block of n rows has n entries: as many as a matrix of this order, rounded up.
+        list.bounded_entries(blocks.iter().map(|block| match *block {
+            Block::Dense(n) => n,
+            Block::Diagonal(n) => n.isqrt() + 1,
+        }))?;
+        let costs = program.take("costs")?.list_of(|cost| Ok(cost.datum()?.interval()))?;
+        let mut matrices = vec![Vec::new(); costs.len() + 1];
+        for entry in program.take("entries")?.items()? {
+            let parts = entry.items()?;
+            let [matrix, block, row, column, value] = parts.as_slice() else {
+                return Err(entry.error(Fault::Length { expected: 5, found: parts.len() }));
+            };
+            let matrix = matrix.index(costs.len())?;
+            let (block, row, column) = (block.count()?, row.count()?, column.count()?);
+            let value = Entry { block, row, column, value: value.datum()?.interval() };
+            if let Some(entries) = matrices.get_mut(matrix) {
+                entries.push(value);
+            }
+        }
+        Ok((blocks, costs, matrices))
+    })?;
+    Program::new(blocks, costs, matrices).map_err(|error| whole.error(Fault::Program(error)))
+}
+
+impl Written for Program {
+    fn out(&self) -> Out {
+        let block = |block: &Block| match block {
+            Block::Dense(n) => Out::Object(vec![("dense", n.out())]),
+            Block::Diagonal(n) => Out::Object(vec![("diagonal", n.out())]),
+        };
+        let entries = (0..=self.unknowns()).flat_map(|k| {
+            self.matrix(k).iter().map(move |entry| {
+                let places = [k, entry.block, entry.row, entry.column].map(Out::Count);
+                Out::Line(places.into_iter().chain([entry.value.out()]).collect())
+            })
+        });
+        Out::Object(vec![
+            ("blocks", Out::Line(self.blocks().iter().map(block).collect())),
+            ("costs", self.costs().out()),
+            ("entries", Out::Lines(entries.collect())),
+        ])
+    }
+}
+
+fn read_blocks(field: &Field<'_>, program: &Program) -> Result<Vec<DualBlock>, FileError> {
+    let items = field.list(program.blocks().len(), |item| Ok(item.clone()))?;
+    let block = |(item, block): (&Field<'_>, &Block)| {
+        item.object(|of| match *block {
+            Block::Dense(n) => Ok(DualBlock::Dense(of.take("dense")?.symmetric(n)?)),
+            Block::Diagonal(n) => Ok(DualBlock::Diagonal(of.take("diagonal")?.numbers(n)?)),
+        })
+    };
+    items.iter().zip(program.blocks()).map(block).collect()
+}
+
+impl Written for DualBlock {
+    fn out(&self) -> Out {
+        match self {
+            Self::Dense(y) => Out::Object(vec![("dense", y.out())]),
+            Self::Diagonal(y) => Out::Object(vec![("diagonal", y.out())]),
+        }
     }
 }

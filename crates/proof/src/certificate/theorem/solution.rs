@@ -8,9 +8,9 @@
 //! one end, is rejected; a wider one is accepted.
 
 use super::super::Rejection;
-use super::super::fields::Fields;
-use super::super::write::Out;
-use super::{Fact, FileError, Statement, bounded, enclosed, intervals, unknown_word};
+use super::super::members::members;
+use super::super::write::{Out, Written};
+use super::{Fact, Statement, bounded, enclosed, intervals};
 use crate::error::ProofError;
 use crate::interval::Interval;
 use crate::matrix::Matrix;
@@ -147,38 +147,23 @@ impl Statement for SolutionWithin {
             n = self.a.rows(),
         )
     }
+}
 
-    fn read(file: &mut Fields<'_>) -> Result<Self, FileError> {
-        let field = file.take("equation")?;
-        let word = field.text()?;
-        let Some(equation) = Equation::ALL.into_iter().find(|equation| equation.text() == word) else {
-            return Err(unknown_word(&field, word, &Equation::ALL.map(Equation::text)));
-        };
-        let a = file.take("A")?.square_data()?;
-        let order = a.rows();
-        let q = file.take("Q")?.symmetric_data_of(order)?;
-        let mut proposal = file.object("proposal")?;
-        let approximation = proposal
-            .take("P")?
-            .items()?
-            .iter()
-            .map(|field| field.symmetric(order))
-            .collect::<Result<Vec<_>, FileError>>()?;
-        let stability = proposal.optional("W").map(|field| field.symmetric(order)).transpose()?;
-        proposal.finish()?;
-        let p = file.take("P")?.symmetric_intervals(order)?;
-        Ok(Self { equation, a, q, approximation, stability, p })
+members! { SolutionWithin {
+    {
+        equation = "equation".word(&Equation::ALL.map(|equation| (equation.text(), equation)));
+        a = "A".square_data();
+        q = "Q".symmetric_data_of(a.rows());
     }
+    "proposal" {
+        approximation = "P".list_of(|p| p.symmetric(a.rows()));
+        stability = optional "W".symmetric(a.rows());
+    }
+    { p = "P".symmetric_intervals(a.rows()); }
+} }
 
-    fn write(&self) -> Vec<(&'static str, Out)> {
-        let mut proposal = vec![("P", Out::Lines(self.approximation.iter().map(Out::matrix).collect()))];
-        proposal.extend(self.stability.as_ref().map(|w| ("W", Out::matrix(w))));
-        vec![
-            ("equation", Out::Text(self.equation.text().to_owned())),
-            ("A", Out::data(&self.a)),
-            ("Q", Out::data(&self.q)),
-            ("proposal", Out::Object(proposal)),
-            ("P", Out::intervals(&self.p)),
-        ]
+impl Written for Equation {
+    fn out(&self) -> Out {
+        self.text().out()
     }
 }

@@ -9,9 +9,8 @@
 //!
 //! **Proof.** `V' = e'(F'P + PF)e + (y'theta y) e'(P N C + C'N'P)e` with `y = Ce`, and the last term is not positive.
 
-use super::super::fields::Fields;
-use super::super::write::Out;
-use super::{Fact, FileError, PlantMatrices, Statement, check_rate, decay, decrease_label};
+use super::super::members::members;
+use super::{Fact, PlantMatrices, Statement, check_rate, decay, decrease_label};
 use crate::definite::positive_semidefinite;
 use crate::error::ProofError;
 use crate::matrix::Matrix;
@@ -55,34 +54,14 @@ impl Statement for StructuredCubicConvergence {
             decay("e'Pe", "e", self.rate)
         )
     }
-
-    fn read(file: &mut Fields<'_>) -> Result<Self, FileError> {
-        let plant = PlantMatrices::read(file)?;
-        let (order, outputs) = plant.gain();
-        let mut observer = file.object("observer")?;
-        let l = observer.take("L")?.matrix((order, outputs))?;
-        let theta = observer.take("theta")?.symmetric(outputs)?;
-        let s = observer.take("S")?.matrix((outputs, outputs))?;
-        observer.finish()?;
-        let mut lyapunov = file.object("lyapunov")?;
-        let p = lyapunov.take("P")?.symmetric(order)?;
-        let rate = lyapunov.rate()?;
-        lyapunov.finish()?;
-        Ok(Self { plant, l, theta, p, s, rate })
-    }
-
-    fn write(&self) -> Vec<(&'static str, Out)> {
-        vec![
-            self.plant.write(),
-            (
-                "observer",
-                Out::Object(vec![
-                    ("L", Out::matrix(&self.l)),
-                    ("theta", Out::matrix(&self.theta)),
-                    ("S", Out::matrix(&self.s)),
-                ]),
-            ),
-            ("lyapunov", Out::Object(vec![("P", Out::matrix(&self.p)), ("rate", Out::number(self.rate))])),
-        ]
-    }
 }
+
+members! { StructuredCubicConvergence {
+    { plant: PlantMatrices = "plant".part(); }
+    "observer" {
+        l = "L".matrix(plant.gain());
+        theta = "theta".symmetric(plant.outputs());
+        s = "S".matrix((plant.outputs(), plant.outputs()));
+    }
+    "lyapunov" { p = "P".symmetric(plant.order()); rate = "rate".rate(); }
+} }

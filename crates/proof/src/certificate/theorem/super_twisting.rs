@@ -14,10 +14,8 @@
 //!
 //! Source: J. A. Moreno, M. Osorio, Strict Lyapunov functions for the super-twisting algorithm, IEEE TAC 57, 2012.
 
-use super::super::Fault;
-use super::super::fields::Fields;
-use super::super::write::Out;
-use super::{Fact, FileError, Statement};
+use super::super::members::members;
+use super::{Fact, Statement};
 use crate::error::ProofError;
 use crate::matrix::Matrix;
 use crate::statement::super_twisting;
@@ -74,38 +72,12 @@ impl Statement for SuperTwistingConvergence {
             exact(self.c)
         )
     }
-
-    fn read(file: &mut Fields<'_>) -> Result<Self, FileError> {
-        let positive = |fields: &mut Fields<'_>, name| {
-            let field = fields.take(name)?;
-            let value = field.binary64()?;
-            if value > 0.0 {
-                return Ok(value);
-            }
-            let requirement = "gains, bounds and constants of a super-twisting observer are positive";
-            Err(field.error(Fault::Range { value, requirement }))
-        };
-        let mut observer = file.object("observer")?;
-        let (k1, k2) = (positive(&mut observer, "k1")?, positive(&mut observer, "k2")?);
-        observer.finish()?;
-        let mut bounds = file.object("bounds")?;
-        let bound = positive(&mut bounds, "F")?;
-        bounds.finish()?;
-        let mut lyapunov = file.object("lyapunov")?;
-        let p = lyapunov.take("P")?.symmetric(2)?;
-        let (alpha, c) = (positive(&mut lyapunov, "alpha")?, positive(&mut lyapunov, "c")?);
-        lyapunov.finish()?;
-        Ok(Self { k1, k2, bound, p, alpha, c })
-    }
-
-    fn write(&self) -> Vec<(&'static str, Out)> {
-        let observer = vec![("k1", Out::number(self.k1)), ("k2", Out::number(self.k2))];
-        let lyapunov =
-            vec![("P", Out::matrix(&self.p)), ("alpha", Out::number(self.alpha)), ("c", Out::number(self.c))];
-        vec![
-            ("observer", Out::Object(observer)),
-            ("bounds", Out::Object(vec![("F", Out::number(self.bound))])),
-            ("lyapunov", Out::Object(lyapunov)),
-        ]
-    }
 }
+
+const POSITIVE: &str = "gains, bounds and constants of a super-twisting observer are positive";
+
+members! { SuperTwistingConvergence {
+    "observer" { k1 = "k1".positive(POSITIVE); k2 = "k2".positive(POSITIVE); }
+    "bounds" { bound = "F".positive(POSITIVE); }
+    "lyapunov" { p = "P".symmetric(2); alpha = "alpha".positive(POSITIVE); c = "c".positive(POSITIVE); }
+} }

@@ -8,9 +8,8 @@
 //!
 //! **Proof.** As in `structured.rs`.
 
-use super::super::fields::Fields;
-use super::super::write::Out;
-use super::{Fact, FileError, PlantMatrices, Statement, decay};
+use super::super::members::members;
+use super::{Fact, PlantMatrices, Statement, decay};
 use crate::definite::positive_semidefinite;
 use crate::error::ProofError;
 use crate::matrix::Matrix;
@@ -51,28 +50,14 @@ impl Statement for CubicTheorem1 {
             decay("e'Pe", "e", 0.0)
         )
     }
-
-    fn read(file: &mut Fields<'_>) -> Result<Self, FileError> {
-        let plant = PlantMatrices::read(file)?;
-        let (order, outputs) = plant.gain();
-        let mut observer = file.object("observer")?;
-        let l = observer.take("L")?.matrix((order, outputs))?;
-        let n = observer.take("N")?.matrix((order, outputs))?;
-        let theta = observer.take("theta")?.symmetric(outputs)?;
-        observer.finish()?;
-        let mut lyapunov = file.object("lyapunov")?;
-        let p = lyapunov.take("P")?.symmetric(order)?;
-        lyapunov.finish()?;
-        Ok(Self { plant, l, n, theta, p })
-    }
-
-    fn write(&self) -> Vec<(&'static str, Out)> {
-        let observer =
-            vec![("L", Out::matrix(&self.l)), ("N", Out::matrix(&self.n)), ("theta", Out::matrix(&self.theta))];
-        vec![
-            self.plant.write(),
-            ("observer", Out::Object(observer)),
-            ("lyapunov", Out::Object(vec![("P", Out::matrix(&self.p))])),
-        ]
-    }
 }
+
+members! { CubicTheorem1 {
+    { plant: PlantMatrices = "plant".part(); }
+    "observer" {
+        l = "L".matrix(plant.gain());
+        n = "N".matrix(plant.gain());
+        theta = "theta".symmetric(plant.outputs());
+    }
+    "lyapunov" { p = "P".symmetric(plant.order()); }
+} }

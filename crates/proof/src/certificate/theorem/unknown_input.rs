@@ -8,9 +8,8 @@
 //!
 //! **Proof.** In the head of `statement/unknown_input.rs`.
 
-use super::super::fields::Fields;
-use super::super::write::Out;
-use super::{Fact, Fault, FileError, PlantMatrices, Statement, check_rate, counted, decay, rate_term};
+use super::super::members::members;
+use super::{Fact, PlantMatrices, Statement, check_rate, counted, decay, rate_term};
 use crate::error::ProofError;
 use crate::matrix::Matrix;
 use crate::statement::{UnknownInput, unknown_input};
@@ -93,49 +92,17 @@ impl Statement for UnknownInputConvergence {
             decay(function, "e", self.rate)
         )
     }
-
-    fn read(file: &mut Fields<'_>) -> Result<Self, FileError> {
-        let plant = PlantMatrices::read(file)?;
-        let (order, outputs) = plant.gain();
-        let field = file.take("E")?;
-        let e = field.matrix_with_rows(order)?;
-        if e.cols() == 0 {
-            return Err(field.error(Fault::Empty));
-        }
-        let mut observer = file.object("observer")?;
-        let l = observer.take("L")?.matrix((order, outputs))?;
-        observer.finish()?;
-        let cubic = match file.optional("cubic") {
-            None => None,
-            Some(field) => {
-                let mut fields = field.object()?;
-                let n = fields.take("N")?.matrix((order, outputs))?;
-                let theta = fields.take("theta")?.symmetric(outputs)?;
-                let x = fields.take("X")?.symmetric(outputs)?;
-                fields.finish()?;
-                Some(StoredCubicTerm { n, theta, x })
-            }
-        };
-        let mut lyapunov = file.object("lyapunov")?;
-        let p = lyapunov.take("P")?.symmetric(order)?;
-        let rate = lyapunov.rate()?;
-        lyapunov.finish()?;
-        Ok(Self { plant, e, l, cubic, p, rate })
-    }
-
-    fn write(&self) -> Vec<(&'static str, Out)> {
-        let mut members = vec![
-            self.plant.write(),
-            ("E", Out::matrix(&self.e)),
-            ("observer", Out::Object(vec![("L", Out::matrix(&self.l))])),
-        ];
-        if let Some(term) = &self.cubic {
-            let fields =
-                vec![("N", Out::matrix(&term.n)), ("theta", Out::matrix(&term.theta)), ("X", Out::matrix(&term.x))];
-            members.push(("cubic", Out::Object(fields)));
-        }
-        let lyapunov = vec![("P", Out::matrix(&self.p)), ("rate", Out::number(self.rate))];
-        members.push(("lyapunov", Out::Object(lyapunov)));
-        members
-    }
 }
+
+members! { StoredCubicTerm, (order, outputs): (usize, usize) { {
+    n = "N".matrix((order, outputs));
+    theta = "theta".symmetric(outputs);
+    x = "X".symmetric(outputs);
+} } }
+
+members! { UnknownInputConvergence {
+    { plant: PlantMatrices = "plant".part(); e = "E".columns(plant.order()); }
+    "observer" { l = "L".matrix(plant.gain()); }
+    { cubic = optional "cubic".part_of(plant.gain()); }
+    "lyapunov" { p = "P".symmetric(plant.order()); rate = "rate".rate(); }
+} }

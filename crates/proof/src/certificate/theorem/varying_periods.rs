@@ -20,8 +20,9 @@
 
 use super::super::Fault;
 use super::super::fields::Fields;
-use super::super::write::Out;
-use super::{Fact, FileError, PlantMatrices, Statement, unknown_word};
+use super::super::members::Members;
+use super::super::write::{Out, Written};
+use super::{Fact, FileError, PlantMatrices, Statement};
 use crate::error::ProofError;
 use crate::interval::Interval;
 use crate::matrix::Matrix;
@@ -202,85 +203,73 @@ impl Statement for VaryingPeriodConvergence {
             exact(self.factor)
         )
     }
+}
 
-    fn read(file: &mut Fields<'_>) -> Result<Self, FileError> {
-        let plant = PlantMatrices::read(file)?;
-        let (order, outputs) = plant.gain();
-        let mut observer = file.object("observer")?;
-        let step = observer.take("step")?;
-        let name = step.text()?;
-        if ![LINEAR, RADIAL, SEMI_IMPLICIT].contains(&name) {
-            return Err(unknown_word(&step, name, &[LINEAR, RADIAL, SEMI_IMPLICIT]));
-        }
-        let k = observer.take("K")?.matrix((order, outputs))?;
-        let cubic = if name == LINEAR {
-            None
-        } else {
-            let n = observer.take("N")?.matrix((order, outputs))?;
-            Some((n, observer.take("theta")?.matrix((outputs, outputs))?))
-        };
-        let within = |fields: &mut Fields<'_>, name, requirement, holds: &dyn Fn(f64) -> bool| {
-            let field = fields.take(name)?;
-            let value = field.binary64()?;
-            if holds(value) { Ok(value) } else { Err(field.error(Fault::Range { value, requirement })) }
-        };
-        let w = if name == RADIAL {
-            within(&mut observer, "w", "the rate w of the cubic flow is positive", &|w| w > 0.0)?
-        } else {
-            0.0
-        };
-        observer.finish()?;
-        let mut periods = file.object("periods")?;
-        let shortest = within(&mut periods, "shortest", "a sampling period is positive", &|h| h > 0.0)?;
-        let longest =
-            within(&mut periods, "longest", "the longest period is not below the shortest", &|h| h >= shortest)?;
-        let field = periods.take("misses")?;
-        let misses = field.count()?;
-        if misses > MOST_MISSES {
-            let requirement = "at most 64 samples in a row are missed";
-            return Err(field.error(Fault::Range { value: misses as f64, requirement }));
-        }
-        periods.finish()?;
-        let mut lyapunov = file.object("lyapunov")?;
-        let p = lyapunov.take("P")?.symmetric(order)?;
-        let factor = within(&mut lyapunov, "factor", "the factor is above 0 and below 1", &|factor| {
-            factor > 0.0 && factor < 1.0
+/// The members of `observer` and `lyapunov` depend on the step.
+impl Members for VaryingPeriodConvergence {
+    fn read(file: &mut Fields<'_>, (): ()) -> Result<Self, FileError> {
+        let plant: PlantMatrices = file.take("plant")?.part()?;
+        let (gain, square) = (plant.gain(), (plant.outputs(), plant.outputs()));
+        let (name, k, cubic, w) = file.object("observer", |observer| {
+            let name = observer.take("step")?.word(&[LINEAR, RADIAL, SEMI_IMPLICIT].map(|name| (name, name)))?;
+            let k = observer.take("K")?.matrix(gain)?;
+            let cubic = if name == LINEAR {
+                None
+            } else {
+                Some((observer.take("N")?.matrix(gain)?, observer.take("theta")?.matrix(square)?))
+            };
+            let w = if name == RADIAL {
+                observer.take("w")?.positive("the rate w of the cubic flow is positive")?
+            } else {
+                0.0
+            };
+            Ok((name, k, cubic, w))
         })?;
-        let step = match cubic {
-            None => CubicStep::Linear,
-            Some((n, theta)) if name == RADIAL => CubicStep::Radial { n, theta, w },
-            Some((n, theta)) => {
-                CubicStep::SemiImplicit { n, theta, s: lyapunov.take("S")?.matrix((outputs, outputs))? }
+        let (shortest, longest, misses) = file.object("periods", |periods| {
+            let shortest = periods.take("shortest")?.positive("a sampling period is positive")?;
+            let longest =
+                periods.take("longest")?.number(|h| h >= shortest, "the longest period is not below the shortest")?;
+            let field = periods.take("misses")?;
+            let misses = field.count()?;
+            if misses > MOST_MISSES {
+                let requirement = "at most 64 samples in a row are missed";
+                return Err(field.error(Fault::Range { value: misses as f64, requirement }));
             }
-        };
-        lyapunov.finish()?;
+            Ok((shortest, longest, misses))
+        })?;
+        let (p, factor, step) = file.object("lyapunov", |lyapunov| {
+            let p = lyapunov.take("P")?.symmetric(plant.order())?;
+            let factor =
+                lyapunov.take("factor")?.number(|x| x > 0.0 && x < 1.0, "the factor is above 0 and below 1")?;
+            let step = match cubic {
+                None => CubicStep::Linear,
+                Some((n, theta)) if name == RADIAL => CubicStep::Radial { n, theta, w },
+                Some((n, theta)) => CubicStep::SemiImplicit { n, theta, s: lyapunov.take("S")?.matrix(square)? },
+            };
+            Ok((p, factor, step))
+        })?;
         Ok(Self { plant, k, step, shortest, longest, misses, p, factor })
     }
 
     fn write(&self) -> Vec<(&'static str, Out)> {
-        let mut observer = vec![("step", Out::Text(self.step.name().to_owned())), ("K", Out::matrix(&self.k))];
-        let mut lyapunov = vec![("P", Out::matrix(&self.p)), ("factor", Out::number(self.factor))];
+        let mut observer = vec![("step", self.step.name().out()), ("K", self.k.out())];
+        let mut lyapunov = vec![("P", self.p.out()), ("factor", self.factor.out())];
         match &self.step {
             CubicStep::Linear => {}
             CubicStep::Radial { n, theta, w } => {
-                observer.extend([("N", Out::matrix(n)), ("theta", Out::matrix(theta)), ("w", Out::number(*w))]);
+                observer.extend([("N", n.out()), ("theta", theta.out()), ("w", w.out())]);
             }
             CubicStep::SemiImplicit { n, theta, s } => {
-                observer.extend([("N", Out::matrix(n)), ("theta", Out::matrix(theta))]);
-                lyapunov.push(("S", Out::matrix(s)));
+                observer.extend([("N", n.out()), ("theta", theta.out())]);
+                lyapunov.push(("S", s.out()));
             }
         }
+        let periods =
+            vec![("shortest", self.shortest.out()), ("longest", self.longest.out()), ("misses", self.misses.out())];
         vec![
-            self.plant.write(),
+            ("plant", self.plant.out()),
             ("observer", Out::Object(observer)),
-            (
-                "periods",
-                Out::Object(vec![
-                    ("shortest", Out::number(self.shortest)),
-                    ("longest", Out::number(self.longest)),
-                    ("misses", Out::Count(self.misses)),
-                ]),
-            ),
+            ("periods", Out::Object(periods)),
             ("lyapunov", Out::Object(lyapunov)),
         ]
     }
