@@ -2,7 +2,6 @@
 
 use crate::answer::Answer;
 use crate::exit::{INTERRUPTED, NEGATIVE, WRONG};
-use crate::numbers;
 use crate::output::{self, is_coloured};
 use luenberger_linalg::LinalgError;
 use luenberger_lmi::sdpa::ReadError;
@@ -10,7 +9,6 @@ use luenberger_proof::certificate::Rejection;
 use luenberger_study::error::is_storage;
 use luenberger_study::import::ImportError;
 use luenberger_study::{Diagnostics, StudyError, SweepError};
-use nalgebra::Complex;
 use serde_json::{Map, Value};
 use std::io::{self, Write};
 use std::path::Path;
@@ -35,13 +33,6 @@ pub(crate) enum Failure {
     /// Invalid matrices, or a problem without a solution.
     #[error("{origin}: {error}")]
     Matrix { origin: String, error: LinalgError },
-    /// A Kalman filter with a mode on the stability boundary that no process noise reaches.
-    #[error(
-        "{origin}: the process noise w does not excite the eigenvalue {eigenvalue} on the stability boundary, \
-         PBH margin of (A, W) {margin}",
-        eigenvalue = numbers::complex(*.eigenvalue), margin = numbers::margin(*.margin)
-    )]
-    NotExcited { origin: String, eigenvalue: Complex<f64>, margin: f64 },
     /// Not a program in SDPA's format.
     #[error("{origin}: {error}")]
     Sdp { origin: String, error: ReadError },
@@ -124,7 +115,7 @@ impl Failure {
                 _ => "output",
             },
             Self::Matrix { error, .. } if is_wrong(error) => "data",
-            Self::Matrix { .. } | Self::NotExcited { .. } | Self::NotExported { .. } => "no-solution",
+            Self::Matrix { .. } | Self::NotExported { .. } => "no-solution",
             Self::Export { .. } => "data",
             Self::Usage(_) | Self::UnknownObserver { .. } | Self::SeveralObservers { .. } => "usage",
             Self::Unwritable(_) => "output",

@@ -5,7 +5,7 @@ use luenberger_linalg::LinalgError;
 use luenberger_lmi::{Infeasibility, LmiError};
 use luenberger_observers::ObserverError;
 use luenberger_plants::PlantError;
-use luenberger_proof::wording::{at_least, counted};
+use luenberger_proof::wording::{at_least, counted, entry};
 use luenberger_proof::{ProofError, UndecidedReason, Verdict};
 use nalgebra::Complex;
 use thiserror::Error;
@@ -206,7 +206,7 @@ pub enum DesignError {
         output: usize,
     },
     /// A derivative of the plant is not finite at a point.
-    #[error("{what}({row}, {column}) is {value} at the state {point:?}")]
+    #[error("{what}{} is {value} at the state {point:?}", entry(*row, *column))]
     NotDifferentiable {
         /// Which Jacobian.
         what: &'static str,

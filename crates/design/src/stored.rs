@@ -29,6 +29,7 @@ use luenberger_proof::certificate::{
     Certificate, CertificateFile, Datum, H2Filter, HInfinityFilter, PlantMatrices, PlantWithin, Rejection, Theorem,
 };
 use luenberger_proof::statement::TimeDomain;
+use luenberger_proof::wording::entry;
 use luenberger_proof::{Matrix, ProofError};
 use nalgebra::{DMatrix, Dyn};
 
@@ -84,7 +85,7 @@ pub enum StoredError {
         theorem: &'static str,
     },
     /// The plant is known within bounds only.
-    #[error("{matrix}({row}, {column}) of the plant is given by bounds: the observer needs a number")]
+    #[error("{matrix}{} of the plant is given by bounds: the observer needs a number", entry(*row, *column))]
     Bounds {
         /// The matrix.
         matrix: &'static str,

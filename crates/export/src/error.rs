@@ -23,7 +23,7 @@ pub enum ExportError {
         found: usize,
     },
     /// A feedback gain of another shape.
-    #[error("K is {} x {}, and the plant needs {} x {}", found.0, found.1, expected.0, expected.1)]
+    #[error("K must be {} x {}, found {} x {}", expected.0, expected.1, found.0, found.1)]
     Gain {
         /// Required numbers of rows and columns.
         expected: (usize, usize),

@@ -374,7 +374,7 @@ impl ExportableObserver {
         for (name, matrix) in self.matrices() {
             if let Some(k) = matrix.iter().position(|x| !scalar.round(*x).is_finite()) {
                 let (row, column) = (k % matrix.nrows(), k / matrix.nrows());
-                let what = format!("{name}({row}, {column}) = {}", matrix[(row, column)]);
+                let what = format!("{name}({}, {}) = {}", row + 1, column + 1, matrix[(row, column)]);
                 return Err(ExportError::Format { what, format: scalar.name() });
             }
         }

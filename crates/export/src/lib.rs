@@ -154,7 +154,7 @@ impl Export {
         observer.check(scalar)?;
         let initial: Vec<f64> = initial.iter().map(|x| scalar.round(*x)).collect();
         if let Some(index) = initial.iter().position(|x| !x.is_finite()) {
-            let what = format!("entry {index} of the first estimate");
+            let what = format!("entry {} of the first estimate", index + 1);
             return Err(ExportError::Format { what, format: scalar.name() });
         }
         let identifier = identifier.to_owned();

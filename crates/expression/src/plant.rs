@@ -82,7 +82,7 @@ pub enum ExpressionPlantError {
         found: usize,
     },
     /// A coordinate of a point that is NaN or infinite.
-    #[error("entry {index} of {what} is {value}, not a finite number")]
+    #[error("entry {} of {what} is {value}, not a finite number", index + 1)]
     NotFinite {
         /// Which point.
         what: &'static str,

@@ -55,7 +55,7 @@ pub enum TableError {
         y: usize,
     },
     /// A number that is NaN or infinite.
-    #[error("entry {index} of {what} is {value}, not a finite number")]
+    #[error("entry {} of {what} is {value}, not a finite number", index + 1)]
     NotFinite {
         /// x or y.
         what: &'static str,
@@ -65,7 +65,7 @@ pub enum TableError {
         value: f64,
     },
     /// An x that is not larger than its predecessor.
-    #[error("x must increase: entry {index} is {value}, after {before}")]
+    #[error("x must increase: entry {} is {value}, after {before}", index + 1)]
     NotIncreasing {
         /// Which entry, from 0.
         index: usize,

@@ -72,8 +72,8 @@ pub(crate) fn shaped(what: &'static str, m: &DMatrix<f64>, rows: usize, cols: us
 /// use luenberger_linalg::{LinalgError, symmetric};
 /// use nalgebra::dmatrix;
 /// let below = 1.0f64.next_down();
-/// assert_eq!(symmetric("q", &dmatrix![2.0, 1.0; below, 2.0])?, dmatrix![2.0, 1.0; 1.0, 2.0]);
-/// let refused = symmetric("q", &dmatrix![2.0, 1.0; 1.5, 2.0]);
+/// assert_eq!(symmetric("Q", &dmatrix![2.0, 1.0; below, 2.0])?, dmatrix![2.0, 1.0; 1.0, 2.0]);
+/// let refused = symmetric("Q", &dmatrix![2.0, 1.0; 1.5, 2.0]);
 /// assert!(matches!(refused, Err(LinalgError::NotSymmetric { row: 1, col: 0, asymmetry: 0.5, .. })));
 /// # Ok::<(), LinalgError>(())
 /// ```
@@ -143,9 +143,9 @@ mod tests {
     fn the_worst_asymmetric_entry_is_named() {
         let m = dmatrix![1.0, 2.0, 3.0; 2.0, 1.0, 5.0; 3.5, 7.0, 1.0];
         assert_eq!(
-            symmetric("q", &m).unwrap_err(),
+            symmetric("Q", &m).unwrap_err(),
             LinalgError::NotSymmetric {
-                what: "q",
+                what: "Q",
                 row: 2,
                 col: 1,
                 asymmetry: 2.0,
@@ -157,9 +157,9 @@ mod tests {
     #[test]
     fn symmetry_is_judged_relative_to_the_matrix() {
         let m = dmatrix![1e-300, 1e-301; 2e-301, 1e-300];
-        assert!(symmetric("q", &m).is_err());
+        assert!(symmetric("Q", &m).is_err());
         let m = dmatrix![1e300, 1e300; 1e300 * (1.0 + 4.0 * f64::EPSILON), 1e300];
-        assert!(symmetric("q", &m).is_ok());
+        assert!(symmetric("Q", &m).is_ok());
     }
 
     #[test]

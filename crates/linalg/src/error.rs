@@ -1,7 +1,7 @@
 //! Errors of matrix computations, each with the relevant numbers.
 
 use crate::units::shift;
-use luenberger_wording::significant;
+use luenberger_wording::{entry, significant};
 use nalgebra::{Complex, DVector};
 use thiserror::Error;
 
@@ -10,7 +10,7 @@ use thiserror::Error;
 #[non_exhaustive]
 pub enum LinalgError {
     /// A matrix that has to be square is not.
-    #[error("{what} must be square, and is {rows} x {cols}")]
+    #[error("{what} must be square, found {rows} x {cols}")]
     NotSquare {
         /// The matrix, by its name in the equation.
         what: &'static str,
@@ -20,7 +20,7 @@ pub enum LinalgError {
         cols: usize,
     },
     /// Two matrices do not fit together.
-    #[error("{what} must be {} x {}, and is {} x {}", expected.0, expected.1, found.0, found.1)]
+    #[error("{what} must be {} x {}, found {} x {}", expected.0, expected.1, found.0, found.1)]
     DimensionMismatch {
         /// The matrix, by its name in the equation.
         what: &'static str,
@@ -36,7 +36,7 @@ pub enum LinalgError {
         what: &'static str,
     },
     /// An entry is NaN or infinite.
-    #[error("{what}({row}, {col}) is {value}")]
+    #[error("{what}{at} is {value}", at = entry(*.row, *.col))]
     NotFinite {
         /// The matrix, by its name in the equation.
         what: &'static str,
@@ -49,8 +49,8 @@ pub enum LinalgError {
     },
     /// A matrix that has to be symmetric is not.
     #[error(
-        "{what} is not symmetric: entries ({row}, {col}) and ({col}, {row}) differ by {asymmetry} (limit {allowed})",
-        asymmetry = short(*.asymmetry), allowed = short(*.allowed)
+        "{what} is not symmetric: entries {upper} and {lower} differ by {asymmetry} (limit {allowed})",
+        upper = entry(*.row, *.col), lower = entry(*.col, *.row), asymmetry = short(*.asymmetry), allowed = short(*.allowed)
     )]
     NotSymmetric {
         /// The matrix, by its name in the equation.
@@ -200,13 +200,24 @@ pub enum LinalgError {
     /// An eigenvalue on the stability boundary is not seen by the weight Q of a Riccati equation: a unit vector near
     /// its mode costs nothing.
     #[error(
-        "the weight q does not see the eigenvalue {eigenvalue} on the stability boundary, PBH margin of (A, Q) {margin}",
+        "the weight Q does not see the eigenvalue {eigenvalue} on the stability boundary, PBH margin of (A, Q) {margin}",
         margin = short(*.margin), eigenvalue = complex(*.eigenvalue)
     )]
     NotWeighted {
         /// The eigenvalue.
         eigenvalue: Complex<f64>,
         /// The smallest singular value of `[A - lambda I; Q]`.
+        margin: f64,
+    },
+    /// An eigenvalue on the stability boundary that the process noise of a Kalman filter does not excite.
+    #[error(
+        "the process noise W does not excite the eigenvalue {eigenvalue} on the stability boundary, PBH margin of (A, W) {margin}",
+        margin = short(*.margin), eigenvalue = complex(*.eigenvalue)
+    )]
+    NotExcited {
+        /// The eigenvalue.
+        eigenvalue: Complex<f64>,
+        /// The smallest singular value of `[A - lambda I, W]`.
         margin: f64,
     },
     /// An eigenvalue that is not stable is not seen by the output.
@@ -273,8 +284,8 @@ pub enum LinalgError {
     },
     /// A pole is NaN or infinite.
     #[error(
-        "pole {index} is {pole}",
-        pole = complex(*.pole)
+        "pole {number} is {pole}",
+        number = *.index + 1, pole = complex(*.pole)
     )]
     PoleNotFinite {
         /// Its place in the list.
@@ -320,8 +331,8 @@ pub enum LinalgError {
     /// No observer of the order asked for gives the function: its rate does not follow from itself, the outputs and
     /// their rates.
     #[error(
-        "no observer of this order: row {row} of K A is not a combination of the rows of [K; C A; C], residual {residual} (limit {allowed}) (Darouach's first condition)",
-        residual = short(*.residual), allowed = short(*.allowed)
+        "no observer of this order: row {number} of K A is not a combination of the rows of [K; C A; C], residual {residual} (limit {allowed}) (Darouach's first condition)",
+        number = *.row + 1, residual = short(*.residual), allowed = short(*.allowed)
     )]
     NotFunctional {
         /// The row of K A with the largest relative residual, from 0.
@@ -407,6 +418,11 @@ fn short(x: f64) -> String {
 /// A complex number with six significant digits.
 fn complex(z: Complex<f64>) -> String {
     luenberger_wording::complex([z.re, z.im], 6)
+}
+
+/// Complex numbers, separated by commas.
+pub(crate) fn listed(numbers: &[Complex<f64>]) -> String {
+    numbers.iter().map(|z| complex(*z)).collect::<Vec<_>>().join(", ")
 }
 
 /// A range, whose upper end may be infinite.

@@ -76,11 +76,11 @@ pub fn stein_factor<'a>(a: impl Into<RealMatrixView<'a>>, c: impl Into<RealMatri
 }
 
 fn solve(kind: Kind, a: &DMatrix<f64>, c: &DMatrix<f64>) -> Result<Factored> {
-    let n = square("a", a)?;
+    let n = square("A", a)?;
     if c.ncols() != n {
-        return Err(LinalgError::DimensionMismatch { what: "c", expected: (c.nrows(), n), found: c.shape() });
+        return Err(LinalgError::DimensionMismatch { what: "C", expected: (c.nrows(), n), found: c.shape() });
     }
-    finite("c", c)?;
+    finite("C", c)?;
     // Time in units of an even power of two, so that its root, by which U is scaled back, is exact.
     let root = if kind == Kind::Lyapunov { even_root(unit_scale(a)) } else { 1.0 };
     let units_c = unit_scale(c);

@@ -157,14 +157,14 @@ struct Reduced {
 
 impl Reduced {
     fn new(a: &DMatrix<f64>, e: &DMatrix<f64>, q: &DMatrix<f64>) -> Result<Self> {
-        let n = square("a", a)?;
-        shaped("e", e, n, n)?;
-        shaped("q", q, n, n)?;
-        let q = symmetric("q", q)?;
+        let n = square("A", a)?;
+        shaped("E", e, n, n)?;
+        shaped("Q", q, n, n)?;
+        let q = symmetric("Q", q)?;
         let inverse = e.clone().lu().try_inverse().filter(|m| m.iter().all(|x| x.is_finite()));
         let condition_e = inverse.as_ref().map_or(f64::INFINITY, |inverse| norm(inverse) * norm(e));
         let Some(inverse) = inverse.filter(|_| n == 0 || condition_e * n as f64 * f64::EPSILON < 1.0) else {
-            return Err(LinalgError::Singular { what: "e", condition: condition_e });
+            return Err(LinalgError::Singular { what: "E", condition: condition_e });
         };
         let w = symmetric_part(&(inverse.tr_mul(&q) * &inverse));
         Ok(Self { f: a * &inverse, q, inverse, condition_e, w })

@@ -106,8 +106,8 @@ impl LyapunovEquation {
     /// [`LinalgError::UndecidedEquation`](crate::LinalgError::UndecidedEquation) where the separation is rounding and
     /// refinement does not converge for this `q`.
     pub fn solve(&mut self, q: &DMatrix<f64>) -> Result<Lyapunov> {
-        shaped("q", q, self.0.order(), self.0.order())?;
-        self.solve_symmetric(symmetric("q", q)?)
+        shaped("Q", q, self.0.order(), self.0.order())?;
+        self.solve_symmetric(symmetric("Q", q)?)
     }
 
     /// For an exactly symmetric matrix of the right order.
@@ -208,9 +208,9 @@ pub fn lyapunov<'a>(a: impl Into<RealMatrixView<'a>>, q: impl Into<RealMatrixVie
 }
 
 fn solved(a: &DMatrix<f64>, q: &DMatrix<f64>) -> Result<Lyapunov> {
-    let n = square("a", a)?;
-    shaped("q", q, n, n)?;
+    let n = square("A", a)?;
+    shaped("Q", q, n, n)?;
     // Before the Schur form is paid for.
-    let q = symmetric("q", q)?;
+    let q = symmetric("Q", q)?;
     LyapunovEquation::new(a)?.solve_symmetric(q)
 }

@@ -185,7 +185,7 @@ impl SchurEquation {
     }
 
     fn factor_in_some_units(&mut self, a: &DMatrix<f64>) -> Result<()> {
-        square("a", a)?;
+        square("A", a)?;
         if self.kind == Kind::Stein && a.amax() > 2.0_f64.powi(250) {
             return Err(LinalgError::Overflow { what: "the product of entries of a" });
         }
@@ -338,12 +338,12 @@ impl SchurEquation {
     pub(crate) fn solve_into(&mut self, q: &DMatrix<f64>, p: &mut DMatrix<f64>) -> Result<f64> {
         let n = self.order();
         if q.shape() != (n, n) {
-            return Err(LinalgError::DimensionMismatch { what: "q", expected: (n, n), found: q.shape() });
+            return Err(LinalgError::DimensionMismatch { what: "Q", expected: (n, n), found: q.shape() });
         }
         if p.shape() != (n, n) {
             *p = DMatrix::zeros(n, n);
         }
-        symmetric_into("q", q, p)?;
+        symmetric_into("Q", q, p)?;
         self.solve_in_place(p)
     }
 
@@ -405,9 +405,9 @@ impl SchurEquation {
     /// size of the correction relative to `p`. A correction as large as `p` is not applied: no digit would be correct.
     pub(crate) fn refine(&mut self, q: &DMatrix<f64>, p: &mut DMatrix<f64>) -> Result<f64> {
         let n = self.order();
-        shaped("q", q, n, n)?;
-        shaped("p", p, n, n)?;
-        let (mut weight, mut x) = (symmetric("q", q)?, symmetric("p", p)?);
+        shaped("Q", q, n, n)?;
+        shaped("P", p, n, n)?;
+        let (mut weight, mut x) = (symmetric("Q", q)?, symmetric("P", p)?);
         if let Some(balance) = &self.balance {
             (weight, x) = (balance.form(&weight), balance.form(&x));
         }

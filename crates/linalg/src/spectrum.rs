@@ -48,7 +48,7 @@ fn spectrum(a: &DMatrix<f64>) -> Result<Vec<Complex<f64>>> {
 /// # Ok::<(), luenberger_linalg::LinalgError>(())
 /// ```
 pub fn spectral_abscissa<'a>(a: impl Into<RealMatrixView<'a>>) -> Result<f64> {
-    largest("a", eigenvalues(a)?.iter().map(|l| l.re))
+    largest("A", eigenvalues(a)?.iter().map(|l| l.re))
 }
 
 /// Spectral radius: the largest modulus of the eigenvalues of `a`. `x+ = A x` is stable iff it is below one.
@@ -64,7 +64,7 @@ pub fn spectral_abscissa<'a>(a: impl Into<RealMatrixView<'a>>) -> Result<f64> {
 /// # Ok::<(), luenberger_linalg::LinalgError>(())
 /// ```
 pub fn spectral_radius<'a>(a: impl Into<RealMatrixView<'a>>) -> Result<f64> {
-    largest("a", eigenvalues(a)?.iter().map(|l| l.re.hypot(l.im)))
+    largest("A", eigenvalues(a)?.iter().map(|l| l.re.hypot(l.im)))
 }
 
 /// Eigenvalues of the symmetric matrix `m`, ascending. About 4/3 n^3 flops.
@@ -77,7 +77,7 @@ pub fn symmetric_eigenvalues<'a>(m: impl Into<RealMatrixView<'a>>) -> Result<Vec
 }
 
 fn symmetric_spectrum(m: &DMatrix<f64>) -> Result<Vec<f64>> {
-    let m = symmetric("m", m)?;
+    let m = symmetric("M", m)?;
     eigenvalues_of_symmetric(&m)
 }
 
@@ -115,7 +115,7 @@ pub(crate) fn eigenvalues_of_symmetric(m: &DMatrix<f64>) -> Result<Vec<f64>> {
 /// # Ok::<(), luenberger_linalg::LinalgError>(())
 /// ```
 pub fn lambda_min<'a>(m: impl Into<RealMatrixView<'a>>) -> Result<f64> {
-    symmetric_eigenvalues(m)?.first().copied().ok_or(LinalgError::Empty { what: "m" })
+    symmetric_eigenvalues(m)?.first().copied().ok_or(LinalgError::Empty { what: "M" })
 }
 
 /// Largest eigenvalue of the symmetric matrix `m`, with an error of at most a small multiple of `n eps ||m||`.
@@ -131,7 +131,7 @@ pub fn lambda_min<'a>(m: impl Into<RealMatrixView<'a>>) -> Result<f64> {
 /// # Ok::<(), luenberger_linalg::LinalgError>(())
 /// ```
 pub fn lambda_max<'a>(m: impl Into<RealMatrixView<'a>>) -> Result<f64> {
-    symmetric_eigenvalues(m)?.last().copied().ok_or(LinalgError::Empty { what: "m" })
+    symmetric_eigenvalues(m)?.last().copied().ok_or(LinalgError::Empty { what: "M" })
 }
 
 fn largest(what: &'static str, values: impl Iterator<Item = f64>) -> Result<f64> {
@@ -174,10 +174,10 @@ mod tests {
     fn an_empty_matrix_has_no_extreme_eigenvalue() {
         let empty = DMatrix::zeros(0, 0);
         assert_eq!(symmetric_eigenvalues(&empty), Ok(vec![]));
-        assert_eq!(lambda_min(&empty), Err(LinalgError::Empty { what: "m" }));
-        assert_eq!(lambda_max(&empty), Err(LinalgError::Empty { what: "m" }));
-        assert_eq!(spectral_abscissa(&empty), Err(LinalgError::Empty { what: "a" }));
-        assert_eq!(spectral_radius(&empty), Err(LinalgError::Empty { what: "a" }));
+        assert_eq!(lambda_min(&empty), Err(LinalgError::Empty { what: "M" }));
+        assert_eq!(lambda_max(&empty), Err(LinalgError::Empty { what: "M" }));
+        assert_eq!(spectral_abscissa(&empty), Err(LinalgError::Empty { what: "A" }));
+        assert_eq!(spectral_radius(&empty), Err(LinalgError::Empty { what: "A" }));
     }
 
     #[test]

@@ -92,8 +92,8 @@ impl SteinEquation {
     /// [`LinalgError::UndecidedEquation`](crate::LinalgError::UndecidedEquation) if the separation is at rounding level
     /// and refinement does not converge for this `q`.
     pub fn solve(&mut self, q: &DMatrix<f64>) -> Result<Stein> {
-        shaped("q", q, self.0.order(), self.0.order())?;
-        self.solve_symmetric(symmetric("q", q)?)
+        shaped("Q", q, self.0.order(), self.0.order())?;
+        self.solve_symmetric(symmetric("Q", q)?)
     }
 
     /// The solution for an exactly symmetric matrix of the right order, given in `p`.
@@ -174,8 +174,8 @@ pub fn stein<'a>(a: impl Into<RealMatrixView<'a>>, q: impl Into<RealMatrixView<'
 }
 
 fn solved(a: &DMatrix<f64>, q: &DMatrix<f64>) -> Result<Stein> {
-    let n = square("a", a)?;
-    shaped("q", q, n, n)?;
-    let q = symmetric("q", q)?;
+    let n = square("A", a)?;
+    shaped("Q", q, n, n)?;
+    let q = symmetric("Q", q)?;
     SteinEquation::new(a)?.solve_symmetric(q)
 }

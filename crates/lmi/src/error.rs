@@ -1,5 +1,6 @@
 //! Errors of the formulation of a problem.
 
+use luenberger_proof::wording::{entry, significant};
 use thiserror::Error;
 
 use crate::solver::NotBuiltIn;
@@ -9,7 +10,7 @@ use crate::solver::NotBuiltIn;
 #[non_exhaustive]
 pub enum Fault {
     /// Two operands of incompatible shapes.
-    #[error("{operation} of a {}x{} and a {}x{} matrix", left.0, left.1, right.0, right.1)]
+    #[error("{operation} of a {} x {} and a {} x {} matrix", left.0, left.1, right.0, right.1)]
     ShapeMismatch {
         /// The operation, as a noun: "sum", "product", "row of blocks".
         operation: &'static str,
@@ -19,7 +20,7 @@ pub enum Fault {
         right: (usize, usize),
     },
     /// The operand must be square.
-    #[error("{operation} of a {rows}x{columns} matrix, which is not square")]
+    #[error("{operation} of a {rows} x {columns} matrix, which is not square")]
     NotSquare {
         /// The operation, as a noun.
         operation: &'static str,
@@ -29,7 +30,7 @@ pub enum Fault {
         columns: usize,
     },
     /// A constant is NaN or infinite.
-    #[error("the constant's entry ({row}, {column}) is {value}")]
+    #[error("the constant's entry {} is {value}", entry(*row, *column))]
     NotFinite {
         /// Row of the entry, from zero.
         row: usize,
@@ -56,7 +57,7 @@ pub enum LmiError {
         fault: Fault,
     },
     /// A matrix that should be definite is not symmetric.
-    #[error("{constraint}: not symmetric, entries ({row}, {column}) and ({column}, {row}) differ by {difference:e}")]
+    #[error("{constraint}: not symmetric, entries {} and {} differ by {}", entry(*row, *column), entry(*column, *row), significant(*difference, 6))]
     NotSymmetric {
         /// The constraint's name.
         constraint: String,
@@ -68,7 +69,7 @@ pub enum LmiError {
         difference: f64,
     },
     /// A matrix without rows.
-    #[error("{name} is empty: {rows}x{columns}")]
+    #[error("{name} is empty: {rows} x {columns}")]
     Empty {
         /// Name of the variable or of the constraint.
         name: String,
@@ -102,7 +103,7 @@ pub enum LmiError {
         variable: String,
     },
     /// The objective is a matrix.
-    #[error("the objective is {rows}x{columns}; it must be a scalar expression, such as a trace")]
+    #[error("the objective is {rows} x {columns}; it must be a scalar expression, such as a trace")]
     ObjectiveNotScalar {
         /// Its rows.
         rows: usize,

@@ -107,7 +107,7 @@ impl Variable {
 impl fmt::Debug for Variable {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let (rows, columns) = self.shape();
-        write!(f, "{} ({rows}x{columns} {:?})", self.name(), self.structure())
+        write!(f, "{} ({rows} x {columns} {:?})", self.name(), self.structure())
     }
 }
 

@@ -72,7 +72,7 @@ pub enum ObserverError {
         effect: f64,
     },
     /// A weight theta for which `y~' theta y~` can be negative.
-    #[error("theta is not positive semidefinite: pivot {pivot:e} at ({row}, {row}) of its symmetric part")]
+    #[error("theta is not positive semidefinite: pivot {pivot:e} at ({0}, {0}) of its symmetric part", row + 1)]
     ThetaIndefinite {
         /// Row of the pivot, from 0.
         row: usize,
@@ -127,7 +127,7 @@ pub enum ObserverError {
         found: f64,
     },
     /// A Jacobian that does not exist somewhere on the segment from xhat to xhat + e.
-    #[error("Df({row}, {column}) is not finite at the state {point}, which is xhat + s e with s = {s}")]
+    #[error("Df({}, {}) is not finite at the state {point}, which is xhat + s e with s = {s}", row + 1, column + 1)]
     JacobianNotFinite {
         /// How far along the segment, from 0 to 1.
         s: f64,
@@ -149,7 +149,7 @@ pub enum ObserverError {
         point: Point,
     },
     /// A covariance that is not symmetric.
-    #[error("{what} is not symmetric: entries ({row}, {column}) and ({column}, {row}) differ by {difference:e}")]
+    #[error("{what} is not symmetric: entries ({}, {}) and ({1}, {0}) differ by {difference:e}", row + 1, column + 1)]
     NotSymmetric {
         /// Name of the matrix.
         what: &'static str,
@@ -161,7 +161,7 @@ pub enum ObserverError {
         difference: f64,
     },
     /// A covariance that is not positive semidefinite, or not positive definite where that is required.
-    #[error("{what} is not a covariance: pivot {pivot:e} at ({row}, {row})")]
+    #[error("{what} is not a covariance: pivot {pivot:e} at ({0}, {0})", row + 1)]
     NotDefinite {
         /// Name of the matrix.
         what: &'static str,
@@ -171,7 +171,7 @@ pub enum ObserverError {
         pivot: f64,
     },
     /// An entry of a bound or of a comparison system that must not be negative.
-    #[error("{what}({row}, {column}) is {value}, and must not be negative")]
+    #[error("{what}({}, {}) is {value}, and must not be negative", row + 1, column + 1)]
     Negative {
         /// Name of the matrix.
         what: &'static str,
@@ -202,7 +202,7 @@ pub enum ObserverError {
         value: f64,
     },
     /// A factor of a covariance that is not lower triangular.
-    #[error("{what} is not lower triangular: entry ({row}, {column}) is {entry:e}")]
+    #[error("{what} is not lower triangular: entry ({}, {}) is {entry:e}", row + 1, column + 1)]
     NotTriangular {
         /// Name of the matrix.
         what: &'static str,
@@ -248,7 +248,7 @@ pub enum ObserverError {
         fraction_bits: u32,
     },
     /// A number beyond the range of its fixed-point format.
-    #[error("{what}({row}, {column}) = {value} is beyond the range of Q{integer_bits}.{fraction_bits}")]
+    #[error("{what}({}, {}) = {value} is beyond the range of Q{integer_bits}.{fraction_bits}", row + 1, column + 1)]
     FixedPointRange {
         /// Name of the matrix.
         what: &'static str,
@@ -265,8 +265,9 @@ pub enum ObserverError {
     },
     /// A row with entries so large that a sum of products could overflow 64 bits.
     #[error(
-        "row {row} of {what} could overflow 64 bits: its magnitudes add up to 2^32 units of their format or more; fewer bits \
-         after the point help"
+        "row {} of {what} could overflow 64 bits: its magnitudes add up to 2^32 units of their format or more; fewer bits \
+         after the point help",
+        row + 1
     )]
     FixedPointSum {
         /// The sum.
@@ -285,7 +286,7 @@ pub enum ObserverError {
         found: usize,
     },
     /// A number in a table that is NaN or infinite.
-    #[error("{what}: number {index} is {value}")]
+    #[error("{what}: number {} is {value}", index + 1)]
     TableNotFinite {
         /// Which table.
         what: &'static str,
@@ -295,7 +296,7 @@ pub enum ObserverError {
         value: f64,
     },
     /// A box without interior.
-    #[error("axis {axis} of the box runs from {lower} to {upper}")]
+    #[error("axis {} of the box runs from {lower} to {upper}", axis + 1)]
     Box {
         /// The axis, from 0.
         axis: usize,

@@ -8,7 +8,7 @@ use nalgebra::{DefaultAllocator, Dim, OMatrix, RealField};
 #[non_exhaustive]
 pub enum PlantError {
     /// A matrix whose shape does not fit the others.
-    #[error("{what} is {}x{} where {}x{} fits the other matrices", found.0, found.1, expected.0, expected.1)]
+    #[error("{what} must be {} x {}, found {} x {}", expected.0, expected.1, found.0, found.1)]
     DimensionMismatch {
         /// Name of the matrix.
         what: &'static str,
@@ -18,19 +18,19 @@ pub enum PlantError {
         found: (usize, usize),
     },
     /// A matrix in a file whose rows have different lengths.
-    #[error("row {row} of {what} has {found} {} where row 0 has {expected}", if *found == 1 { "entry" } else { "entries" })]
+    #[error("row {} of {what} has {found} {} where row 1 has {expected}", row + 1, if *found == 1 { "entry" } else { "entries" })]
     Ragged {
         /// Name of the matrix.
         what: &'static str,
-        /// The first row of another length than row 0.
+        /// The first row of another length than the first, from 0.
         row: usize,
-        /// Entries of row 0.
+        /// Entries of the first row.
         expected: usize,
         /// Entries of this row.
         found: usize,
     },
     /// An entry that is NaN or infinite.
-    #[error("{what}({row}, {column}) is {value}, not a finite number")]
+    #[error("{what}({}, {}) is {value}, not a finite number", row + 1, column + 1)]
     NotFinite {
         /// Name of the matrix.
         what: &'static str,
@@ -83,7 +83,7 @@ pub enum PlantError {
 /// use luenberger_plants::error::check_matrix;
 /// let a = nalgebra::Matrix2::new(0.0, 1.0, f64::NAN, 0.0);
 /// let error = check_matrix("A", &a, (2, 2)).unwrap_err();
-/// assert_eq!(error.to_string(), "A(1, 0) is NaN, not a finite number");
+/// assert_eq!(error.to_string(), "A(2, 1) is NaN, not a finite number");
 /// ```
 /// # Errors
 /// [`PlantError::DimensionMismatch`], [`PlantError::NotFinite`] (the first such entry, by columns).

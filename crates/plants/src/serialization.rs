@@ -11,7 +11,7 @@
 //! let read: StateSpace = serde_json::from_str(&text)?;
 //! assert_eq!(read, double_integrator().to_dynamic());
 //! let error = serde_json::from_str::<StateSpace>(&text.replace("[0.0,0.0]", "[0.0]")).unwrap_err();
-//! assert_eq!(error.to_string(), "row 1 of A has 1 entry where row 0 has 2");
+//! assert_eq!(error.to_string(), "row 2 of A has 1 entry where row 1 has 2");
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 

@@ -1,5 +1,6 @@
 //! Errors of invalid input, as distinct from undecided verdicts.
 
+use luenberger_wording::{entry, shortest};
 use thiserror::Error;
 
 /// Invalid input. Each variant names the quantity and carries its value.
@@ -7,7 +8,7 @@ use thiserror::Error;
 #[non_exhaustive]
 pub enum ProofError {
     /// Two shapes that should agree do not.
-    #[error("{what} should be {} x {} and is {} x {}", expected.0, expected.1, found.0, found.1)]
+    #[error("{what} must be {} x {}, found {} x {}", expected.0, expected.1, found.0, found.1)]
     DimensionMismatch {
         /// The quantity.
         what: &'static str,
@@ -23,7 +24,7 @@ pub enum ProofError {
         what: &'static str,
     },
     /// An entry is NaN or infinite.
-    #[error("{what} has the entry {value} at ({row}, {column})")]
+    #[error("{what}{} is {value}", entry(*row, *column))]
     NotFinite {
         /// The quantity.
         what: &'static str,
@@ -35,7 +36,7 @@ pub enum ProofError {
         value: f64,
     },
     /// A matrix is not symmetric. Definiteness of the symmetric part is never tested implicitly.
-    #[error("{what} is not symmetric: ({row}, {column}) is {upper:e} and ({column}, {row}) is {lower:e}")]
+    #[error("{what} is not symmetric: entry {} is {} and {} is {}", entry(*row, *column), shortest(*upper), entry(*column, *row), shortest(*lower))]
     NotSymmetric {
         /// The quantity.
         what: &'static str,
@@ -60,7 +61,7 @@ pub enum ProofError {
         fraction_bits: u32,
     },
     /// A number that cannot be stored in its format.
-    #[error("{what} has the entry {value:e} at ({row}, {column}), and its format ends at {largest:e}")]
+    #[error("{what}{} is {}, and its format ends at {}", entry(*row, *column), shortest(*value), shortest(*largest))]
     OutOfRange {
         /// The quantity.
         what: &'static str,

@@ -165,7 +165,8 @@ impl fmt::Display for UndecidedReason {
             Self::Overflow => write!(f, "an intermediate quantity left the range of binary64"),
             Self::TighterThanProved { row, column, claimed, proved } => write!(
                 f,
-                "at ({row}, {column}) the bound {claimed:e} is claimed, which is tighter than {proved:e}, which is proved"
+                "at {} the bound {claimed:e} is claimed, which is tighter than {proved:e}, which is proved",
+                crate::wording::entry(*row, *column)
             ),
             Self::NotBounded { entry, claimed, shown } => {
                 write!(f, "entry {}: the bound {claimed:e} is claimed, and {shown:e} is shown", entry + 1)

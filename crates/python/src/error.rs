@@ -67,7 +67,7 @@ fn class_of<'py>(py: Python<'py>, error: &LinalgError) -> PyResult<(&'static str
             ("SingularEquation", numbers)
         }
         E::NotStable { eigenvalue, .. } => ("NotStable", dictionary!(py; eigenvalue = *eigenvalue)),
-        E::NotStabilizable { eigenvalue, margin } => {
+        E::NotStabilizable { eigenvalue, margin } | E::NotExcited { eigenvalue, margin } => {
             ("NotStabilizable", dictionary!(py; eigenvalue = *eigenvalue, margin))
         }
         E::NotDetectable { eigenvalue, margin } => ("NotDetectable", dictionary!(py; eigenvalue = *eigenvalue, margin)),

@@ -17,7 +17,7 @@ pub enum SimError {
         found: usize,
     },
     /// A number that is NaN or infinite where none may be.
-    #[error("entry {index} of {what} is {value}, not a finite number")]
+    #[error("entry {} of {what} is {value}, not a finite number", index + 1)]
     NotFinite {
         /// Name of the quantity.
         what: String,
@@ -41,7 +41,7 @@ pub enum SimError {
         samples: usize,
     },
     /// Requested times that do not increase.
-    #[error("times must increase: entry {index} is {next} after {previous}")]
+    #[error("times must increase: entry {} is {next} after {previous}", index + 1)]
     TimesUnsorted {
         /// Index of the second of the two, from 0.
         index: usize,
@@ -101,7 +101,7 @@ pub enum SimError {
         name: String,
     },
     /// An index of a state, estimate or output that does not exist.
-    #[error("{what} {index} does not exist: there are {count}")]
+    #[error("{what} {} does not exist: there are {count}", index + 1)]
     Index {
         /// What is counted.
         what: &'static str,
@@ -165,9 +165,9 @@ pub enum SimError {
     },
     /// A derivative leaves every bound where the solution itself is of moderate size, as at a division by zero.
     #[error(
-        "stopped at t = {}: the derivative of entry {index} is unbounded there ({} at the value {}), as by a division \
+        "stopped at t = {}: the derivative of entry {} is unbounded there ({} at the value {}), as by a division \
          by zero",
-        short(*time), short(*slope), short(*value)
+        short(*time), index + 1, short(*slope), short(*value)
     )]
     Singular {
         /// Time reached.
@@ -181,8 +181,8 @@ pub enum SimError {
     },
     /// A right-hand side that is not finite where the solution arrives.
     #[error(
-        "stopped at t = {}: the right-hand side is not finite, its entry {index} is {value} at the state {state:?}",
-        short(*time)
+        "stopped at t = {}: the right-hand side is not finite, its entry {} is {value} at the state {state:?}",
+        short(*time), index + 1
     )]
     NotDefined {
         /// The time.
@@ -195,7 +195,7 @@ pub enum SimError {
         state: Vec<f64>,
     },
     /// The state of a sampled observer is not finite after a sample.
-    #[error("stopped at t = {}: entry {index} of the state of {observer:?} is {value} after this sample", short(*time))]
+    #[error("stopped at t = {}: entry {} of the state of {observer:?} is {value} after this sample", short(*time), index + 1)]
     ObserverNotFinite {
         /// The observer.
         observer: String,

@@ -58,6 +58,16 @@ pub fn complex([re, im]: [f64; 2], digits: usize) -> String {
     }
 }
 
+/// The entry of a matrix at `row` and `column`, which count from 0: people count from 1.
+///
+/// ```
+/// use luenberger_wording::entry;
+/// assert_eq!(format!("A{}", entry(0, 1)), "A(1, 2)");
+/// ```
+pub fn entry(row: usize, column: usize) -> String {
+    format!("({}, {})", row + 1, column + 1)
+}
+
 /// `1 state`, `2 states`.
 ///
 /// ```

@@ -1,5 +1,6 @@
 //! Typed serde readers that report each mistake with its position in the text.
 
+use luenberger_proof::wording::entry;
 use luenberger_study::nearest;
 use nalgebra::{Complex, DMatrix};
 use serde::de::{DeserializeSeed, Deserializer, Error, IgnoredAny, MapAccess, SeqAccess, Visitor};
@@ -154,7 +155,8 @@ impl<'de> Visitor<'de> for Matrix {
                 columns = length;
             } else if length != columns {
                 return Err(S::Error::custom(format!(
-                    "row {count} of the matrix {name:?} has length {length}, and row 0 has length {columns}"
+                    "row {} of the matrix {name:?} has length {length}, and row 1 has length {columns}",
+                    count + 1
                 )));
             }
             count += 1;
@@ -188,7 +190,8 @@ impl<'de> Visitor<'de> for Row<'_> {
         write!(
             f,
             "row {} of the matrix {:?} as a list (a column is [[1], [2]], a row is [[1, 2]])",
-            self.index, self.name
+            self.index + 1,
+            self.name
         )
     }
 
@@ -229,7 +232,7 @@ impl Visitor<'_> for Number<'_> {
 
     fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self.indices {
-            Some((row, column)) => write!(f, "a number for {}({row}, {column})", self.what),
+            Some((row, column)) => write!(f, "a number for {}{}", self.what, entry(row, column)),
             None => write!(f, "{}", self.what),
         }
     }
@@ -291,7 +294,7 @@ impl<'de> Visitor<'de> for Pole {
     type Value = Complex<f64>;
 
     fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "a number or [re, im] for pole {}", self.index)
+        write!(f, "a number or [re, im] for pole {}", self.index + 1)
     }
 
     fn visit_f64<E: Error>(self, value: f64) -> Result<Self::Value, E> {
@@ -308,7 +311,7 @@ impl<'de> Visitor<'de> for Pole {
 
     fn visit_seq<S: SeqAccess<'de>>(self, mut pair: S) -> Result<Self::Value, S::Error> {
         let part = |what| Number { what, indices: None };
-        let short = |index| S::Error::custom(format!("pole {index} must be a number or [re, im]"));
+        let short = |index| S::Error::custom(format!("pole {} must be a number or [re, im]", index + 1));
         let re = pair.next_element_seed(part("a real part"))?.ok_or_else(|| short(self.index))?;
         let im = pair.next_element_seed(part("an imaginary part"))?.ok_or_else(|| short(self.index))?;
         if pair.next_element::<IgnoredAny>()?.is_some() {

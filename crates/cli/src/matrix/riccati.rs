@@ -95,13 +95,7 @@ fn solve(source: &Source, problems: &Problems) -> Result<Answer, Failure> {
     let a = a.unwrap_or_default();
     if let Some(c) = c {
         let (gain, equation) = problems.filter;
-        let found = gain(&a, &c, &w.unwrap_or_default(), &v.unwrap_or_default()).map_err(|error| match error {
-            // The library's words for it are (A, B), and the input has no B.
-            LinalgError::NotStabilizable { eigenvalue, margin } => {
-                Failure::NotExcited { origin: source.to_string(), eigenvalue, margin }
-            }
-            other => from(source)(other),
-        })?;
+        let found = gain(&a, &c, &w.unwrap_or_default(), &v.unwrap_or_default()).map_err(from(source))?;
         return filter(equation, &found);
     }
     let [b, q, r] = [b, q, r].map(Option::unwrap_or_default);

@@ -13,7 +13,7 @@ pub(crate) fn sylv(source: &Source) -> Result<Answer, Failure> {
         from(source)(match error {
             // The library's right-hand side is called c.
             LinalgError::DimensionMismatch { expected, found, .. } => {
-                LinalgError::DimensionMismatch { what: "q", expected, found }
+                LinalgError::DimensionMismatch { what: "Q", expected, found }
             }
             other => other,
         })

@@ -376,7 +376,8 @@ impl fmt::Display for KklReport {
             writeln!(f, "           Lambda: slowest eigenvalue {eigenvalue} in the middle of the box")?;
         }
         if !stability.integrated.is_empty() {
-            writeln!(f, "           only integrated: entries {:?} of xi, from 0", stability.integrated)?;
+            let entries: Vec<String> = stability.integrated.iter().map(|k| format!("xi{}", k + 1)).collect();
+            writeln!(f, "           only integrated: {}", entries.join(", "))?;
         }
         write!(
             f,
@@ -387,7 +388,14 @@ impl fmt::Display for KklReport {
             (Verdict::Refuted { witness }, _) => writeln!(f, "{witness}")?,
             (_, Some(objection)) => writeln!(f, "{objection}")?,
             (_, None) if coupling.reads.is_empty() => writeln!(f, "it reads none")?,
-            (_, None) => writeln!(f, "entries (of B, of xi), from 0: {:?}", coupling.reads)?,
+            (_, None) => {
+                let pairs: Vec<String> = coupling
+                    .reads
+                    .iter()
+                    .map(|(row, entry)| format!("B{} may read xi{}", row + 1, entry + 1))
+                    .collect();
+                writeln!(f, "{}", pairs.join(", "))?;
+            }
         }
         write!(f, "{:<9}  (phi, h) injective: ", injectivity.verdict.word())?;
         match &injectivity.verdict {

@@ -71,7 +71,7 @@ pub enum ObservabilityError {
         found: usize,
     },
     /// A number that is NaN or infinite.
-    #[error("entry {index} of {what} at t = {t} is {value}, not a finite number")]
+    #[error("entry {} of {what} at t = {t} is {value}, not a finite number", index + 1)]
     NotFinite {
         /// Of what.
         what: &'static str,

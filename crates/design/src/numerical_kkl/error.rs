@@ -54,7 +54,7 @@ pub enum NumericalKklError {
         ratio: f64,
     },
     /// A box without interior, or with a bound that is not finite.
-    #[error("axis {axis} of the box runs from {lower} to {upper}")]
+    #[error("axis {} of the box runs from {lower} to {upper}", axis + 1)]
     Box {
         /// The axis, from 0.
         axis: usize,

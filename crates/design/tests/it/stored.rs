@@ -72,6 +72,6 @@ fn false_files_and_files_without_an_observer_are_refused() {
     let bounds = CertificateFile::prove("bounds", LinearConvergence { plant, l, p, rate: 0.0 }).unwrap().to_json();
     assert_eq!(
         StoredDesign::read(bounds.as_bytes()).unwrap_err().to_string(),
-        "A(0, 0) of the plant is given by bounds: the observer needs a number"
+        "A(1, 1) of the plant is given by bounds: the observer needs a number"
     );
 }

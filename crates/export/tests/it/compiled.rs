@@ -338,7 +338,7 @@ fn the_filter_form_returns_the_estimate_with_the_measurement_of_its_sample() {
     }
     let wrong = self::export(program(3, (2, 1, 1), false, false), Scalar::Binary64);
     let error = wrong.clone().with_update(&dmatrix![1.0, 0.0]).unwrap_err();
-    assert_eq!(error.to_string(), "K is 1 x 2, and the plant needs 2 x 1");
+    assert_eq!(error.to_string(), "K must be 2 x 1, found 1 x 2");
     let error = wrong.with_update(&dmatrix![f64::INFINITY; 0.0]).unwrap_err();
     assert!(error.to_string().ends_with("of K is beyond the range of f64"), "{error}");
 }
@@ -354,7 +354,7 @@ fn what_cannot_be_exported_is_an_error() {
     let error = Export::new("a", good.clone(), Scalar::Binary64, &[0.0], names()).unwrap_err();
     assert_eq!(error.to_string(), "the first estimate has 1 entries where the observer has 2");
     let error = Export::new("a", good, Scalar::Binary32, &[1e39, 0.0], names()).unwrap_err();
-    assert_eq!(error.to_string(), "entry 0 of the first estimate is beyond the range of f32");
+    assert_eq!(error.to_string(), "entry 1 of the first estimate is beyond the range of f32");
 
     let (ad, bd, c) = (dmatrix![0.5, 0.0; 0.0, 0.5], dmatrix![0.0; 1e39], dmatrix![1.0, 0.0]);
     let plant = StateSpace::new(ad, bd, c).unwrap();
@@ -397,7 +397,7 @@ fn the_block_is_that_of_the_observers() {
     }
     let export = export(program(13, (3, 2, 2), false, false), Scalar::Binary32);
     let error = export.clone().with_feedback(&DMatrix::zeros(3, 2)).unwrap_err();
-    assert_eq!(error.to_string(), "K is 3 x 2, and the plant needs 2 x 3");
+    assert_eq!(error.to_string(), "K must be 2 x 3, found 3 x 2");
     let error = export.with_feedback(&DMatrix::from_element(2, 3, 1e39)).unwrap_err();
     assert!(error.to_string().ends_with("of K is beyond the range of f32"), "{error}");
 }

@@ -201,8 +201,8 @@ fn what_is_no_choice_and_no_table_is_refused() {
     let new = |x: &[f64], y: &[f64]| Table::new(x, y, Interpolation::Linear, Extrapolation::Hold).unwrap_err();
     assert_eq!(new(&[1.0], &[1.0]), TableError::TooFew { points: 1 });
     assert_eq!(new(&[1.0, 2.0], &[1.0]).to_string(), "x has 2 entries, and y has 1");
-    assert_eq!(new(&[1.0, 1.0], &[1.0, 2.0]).to_string(), "x must increase: entry 1 is 1, after 1");
-    assert_eq!(new(&[1.0, 2.0], &[1.0, f64::NAN]).to_string(), "entry 1 of y is NaN, not a finite number");
+    assert_eq!(new(&[1.0, 1.0], &[1.0, 2.0]).to_string(), "x must increase: entry 2 is 1, after 1");
+    assert_eq!(new(&[1.0, 2.0], &[1.0, f64::NAN]).to_string(), "entry 2 of y is NaN, not a finite number");
     assert!(matches!(new(&[0.0, 1e-300], &[-1e300, 1e300]), TableError::Slope { .. }));
     let table = Arc::new(Table::new(&X, &Y, Interpolation::Linear, Extrapolation::Hold).unwrap());
     for (name, meaning) in

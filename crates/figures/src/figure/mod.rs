@@ -229,7 +229,7 @@ pub enum FigureError {
         y: usize,
     },
     /// A number is not finite.
-    #[error("{what}, entry {index}: {value} is not a finite number")]
+    #[error("{what}, entry {}: {value} is not a finite number", index + 1)]
     NotFinite {
         /// Where.
         what: String,
@@ -239,7 +239,7 @@ pub enum FigureError {
         value: f64,
     },
     /// A logarithmic axis meets a number that is not positive.
-    #[error("{what}, entry {index}: {value} has no place on a logarithmic axis")]
+    #[error("{what}, entry {}: {value} has no place on a logarithmic axis", index + 1)]
     NotPositive {
         /// Where.
         what: String,
@@ -259,7 +259,7 @@ pub enum FigureError {
         to: f64,
     },
     /// An axis has no label.
-    #[error("the {axis} axis of panel {panel} has no label")]
+    #[error("the {axis} axis of panel {} has no label", panel + 1)]
     Unlabelled {
         /// The axis.
         axis: &'static str,
@@ -399,7 +399,7 @@ impl Panel {
             return Err(FigureError::Unlabelled { axis: "vertical", panel: index });
         }
         if self.series.is_empty() && self.bars.is_empty() {
-            return Err(FigureError::Empty { what: format!("panel {index}") });
+            return Err(FigureError::Empty { what: format!("panel {}", index + 1) });
         }
         for (axis, range, scale) in
             [("horizontal", self.x_range, self.x_scale), ("vertical", self.y_range, self.y_scale)]

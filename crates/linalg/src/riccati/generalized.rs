@@ -122,17 +122,17 @@ const NEWTON_STEPS: usize = 10;
 
 impl Generalized {
     fn new(discrete: bool, [a, b, q, r, s, e]: [DMatrix<f64>; 6]) -> Result<Self> {
-        let (n, m) = (square("a", &a)?, b.ncols());
-        shaped("b", &b, n, m)?;
-        shaped("q", &q, n, n)?;
-        shaped("r", &r, m, m)?;
-        shaped("s", &s, n, m)?;
-        shaped("e", &e, n, n)?;
-        let (q, r) = (symmetric("q", &q)?, symmetric("r", &r)?);
+        let (n, m) = (square("A", &a)?, b.ncols());
+        shaped("B", &b, n, m)?;
+        shaped("Q", &q, n, n)?;
+        shaped("R", &r, m, m)?;
+        shaped("S", &s, n, m)?;
+        shaped("E", &e, n, n)?;
+        let (q, r) = (symmetric("Q", &q)?, symmetric("R", &r)?);
         let inverse = e.clone().lu().try_inverse().filter(|m| m.iter().all(|x| x.is_finite()));
         let condition = inverse.as_ref().map_or(f64::INFINITY, |inverse| norm(inverse) * norm(&e));
         let Some(inverse) = inverse.filter(|_| n == 0 || condition * n as f64 * f64::EPSILON < 1.0) else {
-            return Err(LinalgError::Singular { what: "e", condition });
+            return Err(LinalgError::Singular { what: "E", condition });
         };
         Ok(Self { discrete, a, b, q, r, s, e, inverse })
     }
@@ -158,7 +158,7 @@ impl Generalized {
     ) -> Result<DMatrix<f64>> {
         let least = || crate::lambda_min(r).unwrap_or(f64::NAN);
         let factor = Cholesky::new(r.clone())
-            .ok_or_else(|| LinalgError::NotPositiveDefinite { what: "r", lambda_min: least() })?;
+            .ok_or_else(|| LinalgError::NotPositiveDefinite { what: "R", lambda_min: least() })?;
         let gain = factor.solve(&s.transpose());
         let f = f - &self.b * &gain;
         let q = symmetric_part(&(q - s * gain));

@@ -9,10 +9,14 @@
 //!
 //! which is the regulator's equation with `A'` for `A`, `C'` for `B`, `W` for `Q`, `V` for `R`, and `L = K'`.
 
+use std::fmt;
+
 use super::scaled::{Data, Weight};
 use super::{Riccati, continuous, discrete};
 use crate::argument::{RealMatrixView, owned, shaped, square};
+use crate::error::listed;
 use crate::{LinalgError, Result};
+use luenberger_wording::significant;
 use nalgebra::{Complex, DMatrix};
 
 /// Steady-state Kalman gain with residual, condition and error bound.
@@ -32,15 +36,24 @@ pub struct Kalman {
     pub forward_error: f64,
 }
 
+impl fmt::Display for Kalman {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let (residual, condition) = (significant(self.residual, 3), significant(self.condition, 3));
+        write!(f, "L ={}P ={}poles {}", self.l, self.p, listed(&self.poles))?;
+        write!(f, "; residual {residual}, condition {condition}")
+    }
+}
+
 /// Continuous Kalman gain `L = P C'V^-1`, `A P + P A' - P C'V^-1 C P + W = 0`.
 ///
 /// `a` is n x n, `c` p x n, `w` n x n symmetric positive semidefinite (intensity of the process noise), `v` p x p
 /// symmetric positive definite (intensity of the measurement noise). Cost as [`care`](super::care).
 ///
 /// # Errors
-/// Those of [`care`](super::care), in terms of this equation: [`LinalgError::NotPositiveDefinite`] (`v`),
-/// [`LinalgError::NotPositiveSemidefinite`] (`w`), [`LinalgError::NotDetectable`] names an undetectable eigenvalue,
-/// [`LinalgError::NotStabilizable`] one on the imaginary axis that the process noise does not excite.
+/// Those of [`care`](super::care), in terms of this equation: [`LinalgError::NotPositiveDefinite`] (`V`),
+/// [`LinalgError::NotPositiveSemidefinite`] (`W`), [`LinalgError::NotDetectable`] names an undetectable eigenvalue,
+/// [`LinalgError::NotExcited`] one on the imaginary axis that the process noise does not excite;
+/// [`LinalgError::Empty`] for a plant without states.
 ///
 /// # Example
 /// ```
@@ -48,7 +61,7 @@ pub struct Kalman {
 /// let a = dmatrix![0.0, 1.0; 0.0, 0.0];
 /// let c = dmatrix![1.0, 0.0];
 /// let kalman = luenberger_linalg::kalman_gain(&a, &c, &dmatrix![0.0, 0.0; 0.0, 1.0], &dmatrix![1.0])?;
-/// println!("L = {}residual {:e}", kalman.l, kalman.residual);
+/// println!("{kalman}");
 /// assert!(kalman.residual <= 20.0 * 2.0 * f64::EPSILON);
 /// assert!((kalman.l - dmatrix![2.0_f64.sqrt(); 1.0]).amax() <= 100.0 * f64::EPSILON);
 /// # Ok::<(), luenberger_linalg::LinalgError>(())
@@ -96,23 +109,26 @@ type Equation = fn(&Data<'_>) -> Result<Riccati>;
 
 fn dual(equation: Equation, a: &DMatrix<f64>, c: &DMatrix<f64>, w: &DMatrix<f64>, v: &DMatrix<f64>) -> Result<Kalman> {
     // Shapes and entries are checked here, before transposition, so that errors name the user's matrices.
-    let n = square("a", a)?;
-    shaped("c", c, c.nrows(), n)?;
-    shaped("w", w, n, n)?;
-    shaped("v", v, c.nrows(), c.nrows())?;
+    let n = square("A", a)?;
+    if n == 0 {
+        return Err(LinalgError::Empty { what: "A" });
+    }
+    shaped("C", c, c.nrows(), n)?;
+    shaped("W", w, n, n)?;
+    shaped("V", v, c.nrows(), c.nrows())?;
     let data = Data { a: &a.transpose(), b: &c.transpose(), q: w, r: v, weight: Weight::Semidefinite };
     let Riccati { x, k, poles, residual, condition, forward_error } = equation(&data).map_err(|error| match error {
         LinalgError::NotSymmetric { what, row, col, asymmetry, allowed } => {
             LinalgError::NotSymmetric { what: renamed(what), row, col, asymmetry, allowed }
         }
         LinalgError::NotPositiveDefinite { lambda_min, .. } => {
-            LinalgError::NotPositiveDefinite { what: "v", lambda_min }
+            LinalgError::NotPositiveDefinite { what: "V", lambda_min }
         }
         LinalgError::NotPositiveSemidefinite { lambda_min, .. } => {
-            LinalgError::NotPositiveSemidefinite { what: "w", lambda_min }
+            LinalgError::NotPositiveSemidefinite { what: "W", lambda_min }
         }
         LinalgError::NotStabilizable { eigenvalue, margin } => LinalgError::NotDetectable { eigenvalue, margin },
-        LinalgError::NotWeighted { eigenvalue, margin } => LinalgError::NotStabilizable { eigenvalue, margin },
+        LinalgError::NotWeighted { eigenvalue, margin } => LinalgError::NotExcited { eigenvalue, margin },
         other => other,
     })?;
     Ok(Kalman { l: k.transpose(), p: x, poles, residual, condition, forward_error })
@@ -120,8 +136,8 @@ fn dual(equation: Equation, a: &DMatrix<f64>, c: &DMatrix<f64>, w: &DMatrix<f64>
 
 fn renamed(what: &'static str) -> &'static str {
     match what {
-        "q" => "w",
-        "r" => "v",
+        "Q" => "W",
+        "R" => "V",
         other => other,
     }
 }

@@ -66,13 +66,13 @@ impl Scaled {
         if discrete && a.amax() > power(100.0) {
             return Err(LinalgError::Overflow { what: "the powers of a" });
         }
-        let n = square("a", a)?;
+        let n = square("A", a)?;
         let m = b.ncols();
-        shaped("b", b, n, m)?;
-        shaped("q", q, n, n)?;
-        shaped("r", r, m, m)?;
-        let q = symmetric("q", q)?;
-        let r = symmetric("r", r)?;
+        shaped("B", b, n, m)?;
+        shaped("Q", q, n, n)?;
+        shaped("R", r, m, m)?;
+        let q = symmetric("Q", q)?;
+        let r = symmetric("R", r)?;
         let (units_b, units_q, units_r) = (unit_scale(b), unit_scale(&q), unit_scale(&r));
         let (b, q, r) = (b * units_b, q * units_q, r * units_r);
         // An eigenvalue below its rounding error has no definite sign.
@@ -81,14 +81,14 @@ impl Scaled {
             && let Some(&least) = eigenvalues_of_symmetric(&r)?.first()
             && least <= rounding(&r)
         {
-            return Err(LinalgError::NotPositiveDefinite { what: "r", lambda_min: least / units_r });
+            return Err(LinalgError::NotPositiveDefinite { what: "R", lambda_min: least / units_r });
         }
         if weight == Weight::Semidefinite
             && !definite(&q, 0.5 * rounding(&q))
             && let Some(&least) = eigenvalues_of_symmetric(&q)?.first()
             && least < -rounding(&q)
         {
-            return Err(LinalgError::NotPositiveSemidefinite { what: "q", lambda_min: least / units_q });
+            return Err(LinalgError::NotPositiveSemidefinite { what: "Q", lambda_min: least / units_q });
         }
         let factor = cholesky(&r)?;
         let g = weighted_square(&factor, &b);
@@ -284,7 +284,7 @@ fn definite(m: &DMatrix<f64>, shift: f64) -> bool {
 
 fn cholesky(r: &DMatrix<f64>) -> Result<Cholesky<f64, Dyn>> {
     // The eigenvalues were found positive before; only rounding can make this fail.
-    Cholesky::new(r.clone()).ok_or(LinalgError::NotPositiveDefinite { what: "r", lambda_min: 0.0 })
+    Cholesky::new(r.clone()).ok_or(LinalgError::NotPositiveDefinite { what: "R", lambda_min: 0.0 })
 }
 
 /// `B R^-1 B'` formed as a square: positive semidefinite whatever the rounding.

@@ -56,7 +56,7 @@ pub fn balanced<'a>(a: impl Into<RealMatrixView<'a>>) -> Result<Balanced> {
 }
 
 fn split_and_scaled(a: DMatrix<f64>) -> Result<Balanced> {
-    let n = square("a", &a)?;
+    let n = square("A", &a)?;
     let mut found = Balanced { matrix: a, active: 0..n, permutation: (0..n).collect(), scaling: vec![1.0; n] };
     found.split_off();
     found.scale();
@@ -72,7 +72,7 @@ impl Balanced {
     pub fn back(&self, x: &DMatrix<f64>) -> Result<DMatrix<f64>> {
         let n = self.scaling.len();
         if x.nrows() != n {
-            return Err(LinalgError::DimensionMismatch { what: "x", expected: (n, x.ncols()), found: x.shape() });
+            return Err(LinalgError::DimensionMismatch { what: "X", expected: (n, x.ncols()), found: x.shape() });
         }
         let mut found = DMatrix::zeros(n, x.ncols());
         for (i, (&from, d)) in self.permutation.iter().zip(&self.scaling).enumerate() {

@@ -118,7 +118,7 @@ pub(crate) fn triangular_factor(a: &DMatrix<f64>) -> Result<Schur> {
 
 /// Factorisation with Q if `into.q` has the order of `a`, without if it has order zero.
 fn factor_into(a: &DMatrix<f64>, into: &mut Schur, workspace: &mut SchurWorkspace) -> Result<()> {
-    let n = square("a", a)?;
+    let n = square("A", a)?;
     if into.t.shape() == (n, n) {
         into.t.copy_from(a);
     } else {
@@ -179,7 +179,7 @@ impl SchurWorkspace {
     /// # Errors
     /// Those of [`schur()`].
     pub fn eigenvalues(&mut self, a: &DMatrix<f64>, into: &mut Vec<Complex<f64>>) -> Result<()> {
-        let n = square("a", a)?;
+        let n = square("A", a)?;
         let scale = working_scale(a);
         let mut h = core::mem::take(&mut self.h);
         h.clear();

@@ -161,7 +161,7 @@ pub fn discrete_sylvester<'a>(
 }
 
 fn solved(a: &DMatrix<f64>, b: &DMatrix<f64>, c: &DMatrix<f64>) -> Result<DiscreteSylvester> {
-    let (n, m) = (square("a", a)?, square("b", b)?);
-    shaped("c", c, n, m)?;
+    let (n, m) = (square("A", a)?, square("B", b)?);
+    shaped("C", c, n, m)?;
     DiscreteSylvesterEquation::new(a, b)?.solve(c)
 }

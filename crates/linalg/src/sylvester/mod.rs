@@ -160,7 +160,7 @@ pub fn sylvester<'a>(
 }
 
 fn solved(a: &DMatrix<f64>, b: &DMatrix<f64>, c: &DMatrix<f64>) -> Result<Sylvester> {
-    let (n, m) = (square("a", a)?, square("b", b)?);
-    shaped("c", c, n, m)?;
+    let (n, m) = (square("A", a)?, square("B", b)?);
+    shaped("C", c, n, m)?;
     SylvesterEquation::new(a, b)?.solve(c)
 }

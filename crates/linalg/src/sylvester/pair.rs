@@ -126,7 +126,7 @@ fn units(equation: Equation, a: &DMatrix<f64>, b: &DMatrix<f64>) -> Result<(f64,
 
 impl SchurPair {
     pub(super) fn new(equation: Equation, given_a: &DMatrix<f64>, given_b: &DMatrix<f64>) -> Result<Self> {
-        let (n, m) = (square("a", given_a)?, square("b", given_b)?);
+        let (n, m) = (square("A", given_a)?, square("B", given_b)?);
         let (units_a, units_b) = units(equation, given_a, given_b)?;
         let (a, b) = (given_a * units_a, given_b * units_b);
         let (mut left, mut right, mut workspace) = (Schur::default(), Schur::default(), SchurWorkspace::new());
@@ -265,7 +265,7 @@ impl SchurPair {
     /// Solves for `c` into `x`; returns the relative residual. Nothing is allocated if `x` has the right shape.
     pub(super) fn solve_into(&mut self, c: &DMatrix<f64>, x: &mut DMatrix<f64>) -> Result<f64> {
         let (n, m) = self.shape();
-        shaped("c", c, n, m)?;
+        shaped("C", c, n, m)?;
         if x.shape() != (n, m) {
             *x = DMatrix::zeros(n, m);
         }
@@ -300,7 +300,7 @@ impl SchurPair {
         }
         let residual = relative(self.defect.norm(), self.weight * x.norm() + size_c);
         rescale(x, self.units, units_c);
-        if residual.is_nan() || finite("x", x).is_err() {
+        if residual.is_nan() || finite("X", x).is_err() {
             return Err(LinalgError::Overflow { what: "the solution x" });
         }
         Ok(residual)
@@ -323,8 +323,8 @@ impl SchurPair {
     /// size of the correction relative to `x`. A correction as large as `x` is not applied: no digit would be correct.
     pub(super) fn refine(&mut self, c: &DMatrix<f64>, x: &mut DMatrix<f64>) -> Result<f64> {
         let (n, m) = self.shape();
-        shaped("c", c, n, m)?;
-        shaped("x", x, n, m)?;
+        shaped("C", c, n, m)?;
+        shaped("X", x, n, m)?;
         let units_c = unit_scale(c);
         let (c, mut better) = (c * units_c, x.clone());
         rescale(&mut better, units_c, self.units);

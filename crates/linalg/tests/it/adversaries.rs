@@ -145,32 +145,32 @@ fn the_offending_entry_is_named_in_every_argument() {
             let Err(LinalgError::NotFinite { what, row: 1, col: 0, value: v }) = found else { panic!("{found:?}") };
             assert!(what == name && (v == value || v.is_nan() && value.is_nan()), "{what} {v}");
         };
-        names(lyapunov(&bad, &good).map(|x| x.residual), "a");
-        names(lyapunov(&good, &bad).map(|x| x.residual), "q");
-        names(stein(&bad, &good).map(|x| x.residual), "a");
-        names(stein(&good, &bad).map(|x| x.residual), "q");
-        names(sylvester(&good, &bad, &good).map(|x| x.residual), "b");
-        names(discrete_sylvester(&bad, &good, &good).map(|x| x.residual), "a");
-        names(discrete_sylvester(&good, &good, &bad).map(|x| x.residual), "c");
-        names(generalized_lyapunov(&good, &bad, &good).map(|x| x.residual), "e");
-        names(generalized_stein(&bad, &good, &good).map(|x| x.residual), "a");
-        names(lyapunov_factor(&good, &bad).map(|x| x.residual), "c");
-        names(care(&good, &bad, &identity(2), &identity(2)).map(|x| x.residual), "b");
-        names(care(&good, &good, &identity(2), &bad).map(|x| x.residual), "r");
-        names(kalman_gain(&good, &identity(2), &bad, &identity(2)).map(|x| x.residual), "w");
-        names(LyapunovEquation::new(&good).unwrap().refine(&identity(2), &mut bad.clone()), "p");
-        names(SteinEquation::new(&(&good * 0.5)).unwrap().refine(&bad, &mut identity(2)), "q");
-        names(SylvesterEquation::new(&good, &good).unwrap().refine(&identity(2), &mut bad.clone()), "x");
+        names(lyapunov(&bad, &good).map(|x| x.residual), "A");
+        names(lyapunov(&good, &bad).map(|x| x.residual), "Q");
+        names(stein(&bad, &good).map(|x| x.residual), "A");
+        names(stein(&good, &bad).map(|x| x.residual), "Q");
+        names(sylvester(&good, &bad, &good).map(|x| x.residual), "B");
+        names(discrete_sylvester(&bad, &good, &good).map(|x| x.residual), "A");
+        names(discrete_sylvester(&good, &good, &bad).map(|x| x.residual), "C");
+        names(generalized_lyapunov(&good, &bad, &good).map(|x| x.residual), "E");
+        names(generalized_stein(&bad, &good, &good).map(|x| x.residual), "A");
+        names(lyapunov_factor(&good, &bad).map(|x| x.residual), "C");
+        names(care(&good, &bad, &identity(2), &identity(2)).map(|x| x.residual), "B");
+        names(care(&good, &good, &identity(2), &bad).map(|x| x.residual), "R");
+        names(kalman_gain(&good, &identity(2), &bad, &identity(2)).map(|x| x.residual), "W");
+        names(LyapunovEquation::new(&good).unwrap().refine(&identity(2), &mut bad.clone()), "P");
+        names(SteinEquation::new(&(&good * 0.5)).unwrap().refine(&bad, &mut identity(2)), "Q");
+        names(SylvesterEquation::new(&good, &good).unwrap().refine(&identity(2), &mut bad.clone()), "X");
         let half = &good * 0.5;
-        names(DiscreteSylvesterEquation::new(&half, &half).unwrap().refine(&bad, &mut identity(2)), "c");
+        names(DiscreteSylvesterEquation::new(&half, &half).unwrap().refine(&bad, &mut identity(2)), "C");
     }
     let found = LyapunovEquation::new(&good).unwrap().refine(&identity(2), &mut identity(3));
-    assert_eq!(found, Err(LinalgError::DimensionMismatch { what: "p", expected: (2, 2), found: (3, 3) }));
+    assert_eq!(found, Err(LinalgError::DimensionMismatch { what: "P", expected: (2, 2), found: (3, 3) }));
     let skew = dmatrix![1.0, 2.0; -2.0, 1.0];
     let found = LyapunovEquation::new(&good).unwrap().refine(&identity(2), &mut skew.clone());
-    assert!(matches!(found, Err(LinalgError::NotSymmetric { what: "p", asymmetry: 4.0, .. })), "{found:?}");
+    assert!(matches!(found, Err(LinalgError::NotSymmetric { what: "P", asymmetry: 4.0, .. })), "{found:?}");
     let found = generalized_lyapunov(&good, &identity(2), &skew);
-    assert!(matches!(found, Err(LinalgError::NotSymmetric { what: "q", asymmetry: 4.0, .. })), "{found:?}");
+    assert!(matches!(found, Err(LinalgError::NotSymmetric { what: "Q", asymmetry: 4.0, .. })), "{found:?}");
 }
 
 /// `lambda_i + lambda_j` from 1 down to 0: solved within its bound as long as the gap is not zero as stored (below

@@ -455,29 +455,29 @@ fn orders_zero_and_one() {
 #[test]
 fn bad_input_is_named() {
     let (a, rectangular) = (-identity(2), DMatrix::zeros(2, 3));
-    assert_eq!(lyapunov(&rectangular, &a), Err(LinalgError::NotSquare { what: "a", rows: 2, cols: 3 }));
+    assert_eq!(lyapunov(&rectangular, &a), Err(LinalgError::NotSquare { what: "A", rows: 2, cols: 3 }));
     let mismatch = |what, expected, found| LinalgError::DimensionMismatch { what, expected, found };
-    assert_eq!(lyapunov(&a, &identity(3)), Err(mismatch("q", (2, 2), (3, 3))));
-    assert_eq!(stein(&a, &rectangular), Err(mismatch("q", (2, 2), (2, 3))));
-    assert_eq!(sylvester(&a, &identity(3), &identity(2)), Err(mismatch("c", (2, 3), (2, 2))));
-    assert_eq!(sylvester(&a, &rectangular, &a), Err(LinalgError::NotSquare { what: "b", rows: 2, cols: 3 }));
-    assert_eq!(discrete_sylvester(&a, &identity(3), &identity(2)), Err(mismatch("c", (2, 3), (2, 2))));
-    let not_square = Err(LinalgError::NotSquare { what: "b", rows: 2, cols: 3 });
+    assert_eq!(lyapunov(&a, &identity(3)), Err(mismatch("Q", (2, 2), (3, 3))));
+    assert_eq!(stein(&a, &rectangular), Err(mismatch("Q", (2, 2), (2, 3))));
+    assert_eq!(sylvester(&a, &identity(3), &identity(2)), Err(mismatch("C", (2, 3), (2, 2))));
+    assert_eq!(sylvester(&a, &rectangular, &a), Err(LinalgError::NotSquare { what: "B", rows: 2, cols: 3 }));
+    assert_eq!(discrete_sylvester(&a, &identity(3), &identity(2)), Err(mismatch("C", (2, 3), (2, 2))));
+    let not_square = Err(LinalgError::NotSquare { what: "B", rows: 2, cols: 3 });
     assert_eq!(discrete_sylvester(&a, &rectangular, &a), not_square);
-    assert_eq!(generalized_stein(&a, &identity(3), &a).unwrap_err(), mismatch("e", (2, 2), (3, 3)));
+    assert_eq!(generalized_stein(&a, &identity(3), &a).unwrap_err(), mismatch("E", (2, 2), (3, 3)));
     let singular = generalized_stein(&a, &dmatrix![1.0, 2.0; 2.0, 4.0], &a).unwrap_err();
-    assert!(matches!(singular, LinalgError::Singular { what: "e", condition } if condition > 1e15), "{singular}");
+    assert!(matches!(singular, LinalgError::Singular { what: "E", condition } if condition > 1e15), "{singular}");
     let q = dmatrix![1.0, 2.0; 2.5, 1.0];
     for found in [lyapunov(&a, &q).unwrap_err(), stein(&a, &q).unwrap_err()] {
         assert!(
-            matches!(found, LinalgError::NotSymmetric { what: "q", row: 1, col: 0, asymmetry: 0.5, .. }),
+            matches!(found, LinalgError::NotSymmetric { what: "Q", row: 1, col: 0, asymmetry: 0.5, .. }),
             "{found}"
         );
     }
     let nan = dmatrix![1.0, f64::NAN; f64::NAN, 1.0];
-    assert!(matches!(lyapunov(&a, &nan), Err(LinalgError::NotFinite { what: "q", row: 1, col: 0, .. })));
-    assert!(matches!(stein(&nan, &a), Err(LinalgError::NotFinite { what: "a", row: 1, col: 0, .. })));
-    assert!(matches!(sylvester(&a, &a, &nan), Err(LinalgError::NotFinite { what: "c", row: 1, col: 0, .. })));
+    assert!(matches!(lyapunov(&a, &nan), Err(LinalgError::NotFinite { what: "Q", row: 1, col: 0, .. })));
+    assert!(matches!(stein(&nan, &a), Err(LinalgError::NotFinite { what: "A", row: 1, col: 0, .. })));
+    assert!(matches!(sylvester(&a, &a, &nan), Err(LinalgError::NotFinite { what: "C", row: 1, col: 0, .. })));
     // P would be 1e400.
     assert!(matches!(lyapunov(&(&a * 1e-200), &(identity(2) * 1e200)), Err(LinalgError::Overflow { .. })));
     assert!(matches!(stein(&(&a * 1e200), &identity(2)), Err(LinalgError::Overflow { .. })));

@@ -112,20 +112,20 @@ fn what_cannot_be_factored_is_named() {
         stein_factor(&dmatrix![0.5, 0.0; 0.0, 1.0], &c),
         Err(LinalgError::NotStable { equation: "Stein", .. })
     ));
-    assert!(matches!(lyapunov_factor(&dmatrix![-1.0], &c), Err(LinalgError::DimensionMismatch { what: "c", .. })));
+    assert!(matches!(lyapunov_factor(&dmatrix![-1.0], &c), Err(LinalgError::DimensionMismatch { what: "C", .. })));
     assert!(matches!(
         lyapunov_factor(&dmatrix![f64::NAN], &dmatrix![1.0]),
-        Err(LinalgError::NotFinite { what: "a", .. })
+        Err(LinalgError::NotFinite { what: "A", .. })
     ));
     assert!(matches!(
         stein_factor(&dmatrix![0.5], &dmatrix![f64::INFINITY]),
-        Err(LinalgError::NotFinite { what: "c", .. })
+        Err(LinalgError::NotFinite { what: "C", .. })
     ));
     let (a, one) = (dmatrix![-1.0, 0.0; 0.0, -1.0], DMatrix::identity(2, 2));
     let singular = dmatrix![1.0, 1.0; 1.0, 1.0];
-    assert!(matches!(generalized_lyapunov(&a, &singular, &one), Err(LinalgError::Singular { what: "e", .. })));
+    assert!(matches!(generalized_lyapunov(&a, &singular, &one), Err(LinalgError::Singular { what: "E", .. })));
     assert!(matches!(
         generalized_lyapunov(&a, &dmatrix![1.0], &one),
-        Err(LinalgError::DimensionMismatch { what: "e", .. })
+        Err(LinalgError::DimensionMismatch { what: "E", .. })
     ));
 }

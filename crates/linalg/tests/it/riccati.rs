@@ -142,7 +142,7 @@ fn slicot_bb01ad_example_1_3() {
     let q = dmatrix![2.313, 2.727, 0.688, 0.023; 2.727, 4.271, 1.148, 0.323; 0.688, 1.148, 0.313, 0.102; 0.023, 0.323, 0.102, 0.083];
     // The weight is printed to three decimals, and these make it indefinite.
     let found = lqr(&a, &b, &q, &identity(2));
-    let Err(LinalgError::NotPositiveSemidefinite { what: "q", lambda_min }) = found else { panic!("{found:?}") };
+    let Err(LinalgError::NotPositiveSemidefinite { what: "Q", lambda_min }) = found else { panic!("{found:?}") };
     assert!((-5.2e-4..-5.1e-4).contains(&lambda_min));
     let indefinite = care(&a, &b, &q, &identity(2)).unwrap();
     // scipy 1.17.1, solve_continuous_are.
@@ -300,6 +300,12 @@ fn an_eigenvalue_on_the_boundary_without_a_weight_is_named() {
         matches!(found, Err(LinalgError::NotWeighted { eigenvalue, .. }) if (eigenvalue.im.abs() - 3.0).abs() <= 1e-9),
         "{found:?}"
     );
+    // The same, seen from the filter: nothing drives the oscillator. It has no B that the message could name.
+    let oscillator = dmatrix![0.0, 3.0; -3.0, 0.0];
+    let found = kalman_gain(&oscillator, &dmatrix![1.0, 0.0], &DMatrix::zeros(2, 2), &dmatrix![1.0]).unwrap_err();
+    assert!(matches!(found, LinalgError::NotExcited { margin, .. } if margin <= bound(2)), "{found:?}");
+    let text = found.to_string();
+    assert!(text.contains("(A, W)") && text.contains("eigenvalue 3i") && !text.contains("(A, B)"), "{text}");
     // Without any input, an unstable plant stays unstable, and a stable one needs none.
     let none = DMatrix::zeros(1, 0);
     let weightless = DMatrix::zeros(0, 0);
@@ -310,6 +316,10 @@ fn an_eigenvalue_on_the_boundary_without_a_weight_is_named() {
     let empty = DMatrix::zeros(0, 0);
     assert_eq!(care(&empty, &empty, &empty, &empty).unwrap().poles, vec![]);
     assert_eq!(dare(&empty, &empty, &empty, &empty).unwrap().poles, vec![]);
+    // There is nothing to observe, as for the placement of an observer.
+    for gain in [kalman_gain, discrete_kalman_gain] {
+        assert_eq!(gain(&empty, &empty, &empty, &empty), Err(LinalgError::Empty { what: "A" }));
+    }
 }
 
 #[test]
@@ -325,37 +335,37 @@ fn a_defective_eigenvalue_on_the_boundary_is_not_stabilized_by_rounding() {
 fn bad_input_is_named() {
     let (a, b, q, r) = (dmatrix![0.0, 1.0; 0.0, 0.0], dmatrix![0.0; 1.0], identity(2), dmatrix![1.0]);
     for solve in REGULATORS {
-        assert_eq!(solve(&b, &b, &q, &r), Err(LinalgError::NotSquare { what: "a", rows: 2, cols: 1 }));
+        assert_eq!(solve(&b, &b, &q, &r), Err(LinalgError::NotSquare { what: "A", rows: 2, cols: 1 }));
         let mismatch = |what, expected, found| Err(LinalgError::DimensionMismatch { what, expected, found });
-        assert_eq!(solve(&a, &b.transpose(), &q, &r), mismatch("b", (2, 2), (1, 2)));
-        assert_eq!(solve(&a, &b, &r, &r), mismatch("q", (2, 2), (1, 1)));
-        assert_eq!(solve(&a, &b, &q, &q), mismatch("r", (1, 1), (2, 2)));
+        assert_eq!(solve(&a, &b.transpose(), &q, &r), mismatch("B", (2, 2), (1, 2)));
+        assert_eq!(solve(&a, &b, &r, &r), mismatch("Q", (2, 2), (1, 1)));
+        assert_eq!(solve(&a, &b, &q, &q), mismatch("R", (1, 1), (2, 2)));
         let found = solve(&a, &b, &q, &dmatrix![-2.0]);
         assert!(
-            matches!(found, Err(LinalgError::NotPositiveDefinite { what: "r", lambda_min }) if (lambda_min + 2.0).abs() <= 1e-14)
+            matches!(found, Err(LinalgError::NotPositiveDefinite { what: "R", lambda_min }) if (lambda_min + 2.0).abs() <= 1e-14)
         );
         let found = solve(&a, &b, &q, &dmatrix![0.0]);
-        assert!(matches!(found, Err(LinalgError::NotPositiveDefinite { what: "r", .. })));
+        assert!(matches!(found, Err(LinalgError::NotPositiveDefinite { what: "R", .. })));
         let found = solve(&a, &b, &dmatrix![1.0, 0.0; 0.0, -3.0], &r);
         assert!(
-            matches!(found, Err(LinalgError::NotPositiveSemidefinite { what: "q", lambda_min }) if (lambda_min + 3.0).abs() <= 1e-14)
+            matches!(found, Err(LinalgError::NotPositiveSemidefinite { what: "Q", lambda_min }) if (lambda_min + 3.0).abs() <= 1e-14)
         );
         let found = solve(&a, &b, &dmatrix![1.0, 0.5; 0.0, 1.0], &r);
-        assert!(matches!(found, Err(LinalgError::NotSymmetric { what: "q", asymmetry: 0.5, .. })));
+        assert!(matches!(found, Err(LinalgError::NotSymmetric { what: "Q", asymmetry: 0.5, .. })));
         let found = solve(&a, &dmatrix![0.0; f64::NAN], &q, &r);
-        assert!(matches!(found, Err(LinalgError::NotFinite { what: "b", row: 1, col: 0, .. })));
+        assert!(matches!(found, Err(LinalgError::NotFinite { what: "B", row: 1, col: 0, .. })));
     }
     let c = dmatrix![1.0, 0.0];
     for solve in FILTERS {
         let found = solve(&a, &b, &q, &r);
-        assert_eq!(found, Err(LinalgError::DimensionMismatch { what: "c", expected: (2, 2), found: (2, 1) }));
+        assert_eq!(found, Err(LinalgError::DimensionMismatch { what: "C", expected: (2, 2), found: (2, 1) }));
         let found = solve(&a, &c, &q, &dmatrix![-1.0]);
-        assert!(matches!(found, Err(LinalgError::NotPositiveDefinite { what: "v", .. })));
+        assert!(matches!(found, Err(LinalgError::NotPositiveDefinite { what: "V", .. })));
         let found = solve(&a, &c, &dmatrix![1.0, 0.5; 0.0, 1.0], &r);
-        assert!(matches!(found, Err(LinalgError::NotSymmetric { what: "w", .. })));
+        assert!(matches!(found, Err(LinalgError::NotSymmetric { what: "W", .. })));
         let found = solve(&a, &c, &-identity(2), &r);
-        assert!(matches!(found, Err(LinalgError::NotPositiveSemidefinite { what: "w", .. })));
+        assert!(matches!(found, Err(LinalgError::NotPositiveSemidefinite { what: "W", .. })));
         let found = solve(&a, &dmatrix![f64::INFINITY, 0.0], &q, &r);
-        assert!(matches!(found, Err(LinalgError::NotFinite { what: "c", .. })));
+        assert!(matches!(found, Err(LinalgError::NotFinite { what: "C", .. })));
     }
 }

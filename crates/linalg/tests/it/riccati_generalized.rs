@@ -129,13 +129,13 @@ fn a_singular_weight_of_the_input() {
     assert!(found.poles.iter().all(|l| l.norm() < 1.0));
     // An input with neither weight nor effect.
     let found = dare(&p.a, &DMatrix::zeros(3, 2), &q, &r);
-    assert!(matches!(found, Err(LinalgError::NotPositiveDefinite { what: "r", .. })), "{found:?}");
+    assert!(matches!(found, Err(LinalgError::NotPositiveDefinite { what: "R", .. })), "{found:?}");
     // In continuous time there is no solution without a weight.
     let found = care(&p.a, &p.b, &q, &r);
-    assert!(matches!(found, Err(LinalgError::NotPositiveDefinite { what: "r", .. })), "{found:?}");
+    assert!(matches!(found, Err(LinalgError::NotPositiveDefinite { what: "R", .. })), "{found:?}");
     // A negative weight is a mistake, and said to be one.
     let found = dare(&dmatrix![0.5], &dmatrix![1.0], &dmatrix![1.0], &dmatrix![-0.5]);
-    assert!(matches!(found, Err(LinalgError::NotPositiveDefinite { what: "r", .. })), "{found:?}");
+    assert!(matches!(found, Err(LinalgError::NotPositiveDefinite { what: "R", .. })), "{found:?}");
 }
 
 #[test]
@@ -160,10 +160,10 @@ fn bad_input_is_named() {
     let nan = Problem { e: DMatrix::from_element(3, 3, f64::NAN), ..p.clone() };
     let hidden = Problem { b: DMatrix::zeros(3, 2), s: DMatrix::zeros(3, 2), a: p.e.clone() * 2.0, ..p.clone() };
     for discrete in [false, true] {
-        assert!(matches!(singular.solve(discrete), Err(LinalgError::Singular { what: "e", .. })));
+        assert!(matches!(singular.solve(discrete), Err(LinalgError::Singular { what: "E", .. })));
         let found = shape.solve(discrete);
-        assert_eq!(found, Err(LinalgError::DimensionMismatch { what: "s", expected: (3, 2), found: (2, 3) }));
-        assert!(matches!(nan.solve(discrete), Err(LinalgError::NotFinite { what: "e", .. })));
+        assert_eq!(found, Err(LinalgError::DimensionMismatch { what: "S", expected: (3, 2), found: (2, 3) }));
+        assert!(matches!(nan.solve(discrete), Err(LinalgError::NotFinite { what: "E", .. })));
         let found = hidden.solve(discrete);
         assert!(
             matches!(found, Err(LinalgError::NotStabilizable { eigenvalue, .. }) if (eigenvalue.re - 2.0).abs() < 1e-9),

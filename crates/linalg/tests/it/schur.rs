@@ -139,10 +139,10 @@ fn orders_zero_and_one() {
 
 #[test]
 fn bad_input_is_named() {
-    assert_eq!(schur(&DMatrix::zeros(2, 3)), Err(LinalgError::NotSquare { what: "a", rows: 2, cols: 3 }));
+    assert_eq!(schur(&DMatrix::zeros(2, 3)), Err(LinalgError::NotSquare { what: "A", rows: 2, cols: 3 }));
     let mut a = DMatrix::<f64>::identity(3, 3);
     a[(2, 1)] = f64::INFINITY;
-    assert_eq!(schur(&a), Err(LinalgError::NotFinite { what: "a", row: 2, col: 1, value: f64::INFINITY }));
+    assert_eq!(schur(&a), Err(LinalgError::NotFinite { what: "A", row: 2, col: 1, value: f64::INFINITY }));
     a[(2, 1)] = f64::NAN;
     assert!(matches!(schur(&a), Err(LinalgError::NotFinite { row: 2, col: 1, .. })));
 }

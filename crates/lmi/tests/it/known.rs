@@ -191,7 +191,7 @@ fn ill_posed_problems_are_errors_that_name_the_place() {
     let fault = Fault::ShapeMismatch { operation: "product", left: (2, 2), right: (3, 3) };
     let error = lmi.solve().unwrap_err();
     assert_eq!(error, LmiError::Malformed { place: "decrease".to_owned(), fault });
-    assert_eq!(error.to_string(), "decrease: product of a 2x2 and a 3x3 matrix");
+    assert_eq!(error.to_string(), "decrease: product of a 2 x 2 and a 3 x 3 matrix");
 
     let (mut lmi, p) = new();
     lmi.constrain("P", &p >> f64::NAN);

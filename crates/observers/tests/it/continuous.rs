@@ -165,11 +165,11 @@ fn the_weight_stops_growing_without_a_jump() {
 fn bad_matrices_are_errors_that_name_them() {
     let plant = luenberger_plants::double_integrator().to_dynamic();
     let error = LinearObserver::of(plant.clone(), DMatrix::zeros(1, 2)).unwrap_err();
-    assert_eq!(error.to_string(), "L is 1x2 where 2x1 fits the other matrices");
+    assert_eq!(error.to_string(), "L must be 2 x 1, found 1 x 2");
     let nan = DMatrix::from_element(2, 1, f64::NAN);
     let (gain, theta) = (DMatrix::zeros(2, 1), DMatrix::identity(1, 1));
     let error = CubicObserver::of(plant.clone(), gain.clone(), nan, theta).unwrap_err();
-    assert_eq!(error.to_string(), "N(0, 0) is NaN, not a finite number");
+    assert_eq!(error.to_string(), "N(1, 1) is NaN, not a finite number");
     let error = CubicObserver::of(plant, gain.clone(), gain, DMatrix::identity(2, 2)).unwrap_err();
-    assert_eq!(error.to_string(), "theta is 2x2 where 1x1 fits the other matrices");
+    assert_eq!(error.to_string(), "theta must be 1 x 1, found 2 x 2");
 }

@@ -69,16 +69,13 @@ fn every_observer_is_read_as_it_was_written() {
 fn a_changed_file_meets_the_constructor() {
     let observer = LinearObserver::of(plant(), dmatrix![0.3; 0.1]).unwrap();
     let text = stored(&observer);
-    assert_eq!(
-        refused::<Linear>(&text, r#""l":[[0.3],[0.1]]"#, r#""l":[[0.3]]"#),
-        "L is 1x1 where 2x1 fits the other matrices"
-    );
-    assert_eq!(refused::<Linear>(&text, "[[0.5,0.1]", "[[0.5,0.1,0.0]"), "row 1 of A has 2 entries where row 0 has 3");
+    assert_eq!(refused::<Linear>(&text, r#""l":[[0.3],[0.1]]"#, r#""l":[[0.3]]"#), "L must be 2 x 1, found 1 x 1");
+    assert_eq!(refused::<Linear>(&text, "[[0.5,0.1]", "[[0.5,0.1,0.0]"), "row 2 of A has 2 entries where row 1 has 3");
     assert!(refused::<Linear>(&text, r#""l":"#, r#""k":"#).starts_with("unknown field `k`"));
     assert!(refused::<Linear>(&text, "0.3", "null").contains("null"));
     let cubic = CubicObserver::of(plant(), dmatrix![0.3; 0.1], dmatrix![-1.0; -0.5], dmatrix![2.0]).unwrap();
     let error = serde_json::from_str::<StaticCubicObserver<f64, 3, 1, 1>>(&stored(&cubic)).unwrap_err();
-    assert_eq!(error.to_string(), "A is 2x2 where 3x3 fits the other matrices");
+    assert_eq!(error.to_string(), "A must be 3 x 3, found 2 x 2");
     // A negative rate of the cubic flow would let the estimate escape.
     let (ad, bd) = (Matrix2::new(1.0, 0.1, 0.0, 1.0), Matrix2::zeros().column(0).into_owned());
     let sampled = SampledCubicObserver::new(SampledCubicGains {
@@ -208,9 +205,9 @@ fn observers_with_a_plant_are_read_as_they_were_written() {
     assert_eq!(text, r#"{"a":[[0.5,0.1],[-0.2,0.25]],"b":[[0.0],[1.0]],"c":[[1.0,0.0]],"d":[[0.1]]}"#);
     let read: StaticPlant<f64, 2, 1, 1> = serde_json::from_str(&text).unwrap();
     assert_eq!(read.to_dynamic(), plant());
-    assert_eq!(refused::<Plant>(&text, "[[1.0,0.0]]", "[[1.0]]"), "C is 1x1 where 1x2 fits the other matrices");
-    assert_eq!(refused::<Plant>(&text, "[[0.1]]", "[[0.1],[0.2]]"), "D is 2x1 where 1x1 fits the other matrices");
-    assert_eq!(refused::<Plant>(&text, "[-0.2,0.25]", "[]"), "row 1 of A has 0 entries where row 0 has 2");
+    assert_eq!(refused::<Plant>(&text, "[[1.0,0.0]]", "[[1.0]]"), "C must be 1 x 2, found 1 x 1");
+    assert_eq!(refused::<Plant>(&text, "[[0.1]]", "[[0.1],[0.2]]"), "D must be 1 x 1, found 2 x 1");
+    assert_eq!(refused::<Plant>(&text, "[-0.2,0.25]", "[]"), "row 2 of A has 0 entries where row 1 has 2");
 
     let deviation = Deviation::new(linear(), dvector![1.0, 2.0], dvector![0.5], dvector![1.0]).unwrap();
     let text = stored(&deviation);
@@ -219,7 +216,7 @@ fn observers_with_a_plant_are_read_as_they_were_written() {
 
     let l = || dmatrix![0.3; 0.7];
     let text = stored(&NonlinearLuenbergerObserver::new(plant(), l()).unwrap());
-    assert_eq!(refused::<Copied>(&text, "[[0.3],[0.7]]", "[[0.3]]"), "L is 1x1 where 2x1 fits the other matrices");
+    assert_eq!(refused::<Copied>(&text, "[[0.3],[0.7]]", "[[0.3]]"), "L must be 2 x 1, found 1 x 1");
     stored(&DiscreteNonlinearObserver::new(plant(), l(), 0.1).unwrap());
     let text = stored(&SampledNonlinearObserver::new(plant(), l(), 0.1, 3).unwrap());
     assert!(refused::<Sampled>(&text, r#""substeps":3"#, r#""substeps":0"#).contains("step"));
@@ -245,49 +242,49 @@ fn observers_with_a_plant_are_read_as_they_were_written() {
 fn damaged_files_of_these_observers_are_errors() {
     let text = stored(&functional());
     let error = refused::<Functional>(&text, "[[-16.0,0.5]]", "[[-16.0]]");
-    assert_eq!(error, "N is 1x2 where 1x1 fits the other matrices");
+    assert_eq!(error, "N must be 1 x 1, found 1 x 2");
     assert!(refused::<Functional>(&text, "-16.0", "null").contains("null"));
     assert!(refused::<Functional>(&text, r#""n":[[4.0,0.25]]"#, r#""n":[[4.0,0.25]],"d":[[1.0]]"#).contains("`d`"));
 
     let text = stored(&ProportionalIntegralObserver::new(linear(), Dyn(1)).unwrap());
     let error = refused::<WithDisturbance<Linear>>(&text, r#""states":1"#, r#""states":3"#);
-    assert_eq!(error, "the state and the disturbance is 2x1 where 3x1 fits the other matrices");
+    assert_eq!(error, "the state and the disturbance must be 3 x 1, found 2 x 1");
     let error = refused::<StaticProportionalIntegralObserver<Linear, 1>>(&text, r#""states":1"#, r#""states":2"#);
-    assert_eq!(error, "the state is 2x1 where 1x1 fits the other matrices");
+    assert_eq!(error, "the state must be 1 x 1, found 2 x 1");
     let error = refused::<WithDisturbance<Linear>>(&text, "[[0.3],[0.7]]", "[[0.3]]");
-    assert!(error.starts_with("L is 1x1 where 2x1 fits the other matrices"), "{error}");
+    assert!(error.starts_with("L must be 2 x 1, found 1 x 1"), "{error}");
     assert!(refused::<WithDisturbance<Linear>>(&text, "0.7", "null").contains("null"));
 
     let text = stored(&unknown_input());
     let error = refused::<WithoutDisturbance<Linear>>(&text, "[[0.75],[0.0]]", "[[0.75]]");
-    assert_eq!(error, "H is 1x1 where 2x1 fits the other matrices");
+    assert_eq!(error, "H must be 2 x 1, found 1 x 1");
     let error = refused::<WithoutDisturbance<Linear>>(&text, "[[0.125]]", "[[0.125],[0.0]]");
-    assert_eq!(error, "D is 2x1 where 1x1 fits the other matrices");
+    assert_eq!(error, "D must be 1 x 1, found 2 x 1");
     assert!(refused::<WithoutDisturbance<Linear>>(&text, "0.75", "null").contains("null"));
 
     let text = stored(&interval());
     let error = refused::<Interval>(&text, "[[3.0],[0.125]]", "[[3.0]]");
-    assert_eq!(error, "g is 1x1 where 2x1 fits the other matrices");
+    assert_eq!(error, "g must be 2 x 1, found 1 x 1");
     assert!(refused::<Interval>(&text, "0.125", "null").contains("null"));
     // With a negative entry the bounds would not enclose the state; the diagonal of K may be negative.
     for (from, to, expected) in [
-        ("1.5", "-1.5", "K(0, 1) is -1.5, and must not be negative"),
-        ("0.125", "-0.125", "g(1, 0) is -0.125, and must not be negative"),
-        ("0.625", "-0.625", "rho(0, 0) is -0.625, and must not be negative"),
+        ("1.5", "-1.5", "K(1, 2) is -1.5, and must not be negative"),
+        ("0.125", "-0.125", "g(2, 1) is -0.125, and must not be negative"),
+        ("0.625", "-0.625", "rho(1, 1) is -0.625, and must not be negative"),
     ] {
         assert_eq!(refused::<Interval>(&text, from, to), expected);
     }
     let text = stored(&sampled_interval());
     let error = refused::<SampledInterval>(&text, "[[8.0]]", "[[8.0,8.0]]");
-    assert_eq!(error, "rho is 1x2 where 1x1 fits the other matrices");
+    assert_eq!(error, "rho must be 1 x 1, found 1 x 2");
     assert!(refused::<SampledInterval>(&text, r#""outward":4e-16"#, r#""outward":null"#).contains("null"));
     for (from, to, expected) in [
-        ("[[0.75]]", "[[-0.75]]", "N(0, 0) is -0.75, and must not be negative"),
-        ("0.0625", "-0.0625", "g(0, 0) is -0.0625, and must not be negative"),
-        ("2e-16", "-2e-16", "Q(0, 1) is -0.0000000000000002, and must not be negative"),
-        ("3e-16", "-3e-16", "U(0, 0) is -0.0000000000000003, and must not be negative"),
-        ("[2.0]", "[-2.0]", "H(1, 0) is -2, and must not be negative"),
-        ("[[8.0]]", "[[-8.0]]", "rho(0, 0) is -8, and must not be negative"),
+        ("[[0.75]]", "[[-0.75]]", "N(1, 1) is -0.75, and must not be negative"),
+        ("0.0625", "-0.0625", "g(1, 1) is -0.0625, and must not be negative"),
+        ("2e-16", "-2e-16", "Q(1, 2) is -0.0000000000000002, and must not be negative"),
+        ("3e-16", "-3e-16", "U(1, 1) is -0.0000000000000003, and must not be negative"),
+        ("[2.0]", "[-2.0]", "H(2, 1) is -2, and must not be negative"),
+        ("[[8.0]]", "[[-8.0]]", "rho(1, 1) is -8, and must not be negative"),
     ] {
         assert_eq!(refused::<SampledInterval>(&text, from, to), expected);
     }
@@ -299,9 +296,9 @@ fn damaged_files_of_these_observers_are_errors() {
 
     let text = stored(&varying());
     let error = refused::<Varying>(&text, "[[0.7],[2.0]]", "[[0.7,2.0]]");
-    assert_eq!(error, "K is 1x2 where 2x1 fits the other matrices");
+    assert_eq!(error, "K must be 2 x 1, found 1 x 2");
     let error = refused::<Varying>(&text, "[[0.0],[1.0]]", "[[0.0,0.0],[1.0,0.0]]");
-    assert_eq!(error, "B is 2x2 where 2x1 fits the other matrices");
+    assert_eq!(error, "B must be 2 x 1, found 2 x 2");
     let error = refused::<Varying>(&text, r#""w":1.0"#, r#""w":-1.0"#);
     assert!(error.starts_with("C N = -w I with w = -1e0"), "{error}");
     assert!(refused::<Varying>(&text, r#""longest":0.3"#, r#""longest":null"#).contains("null"));
@@ -310,9 +307,9 @@ fn damaged_files_of_these_observers_are_errors() {
     let error = refused::<FixedPoint>(&text, r#""integer_bits":2"#, r#""integer_bits":0"#);
     assert_eq!(error, "Q0.14: a format has 2 to 32 bits, at least one of them, the sign, before the point");
     let error = refused::<FixedPoint>(&text, "8192", "65536");
-    assert_eq!(error, "A(0, 0) = 4 is beyond the range of Q2.14");
+    assert_eq!(error, "A(1, 1) = 4 is beyond the range of Q2.14");
     let error = refused::<FixedPoint>(&text, "[8192,1638]", "[8192]");
-    assert_eq!(error, "row 1 of A has 2 entries where row 0 has 1");
+    assert_eq!(error, "row 2 of A has 2 entries where row 1 has 1");
     assert!(refused::<FixedPoint>(&text, "8192", "0.5").contains("expected i32"));
 }
 
@@ -326,17 +323,17 @@ fn numbers_that_are_not_finite_meet_the_constructor() {
     }
     let text = stored(&functional());
     let error = beyond::<StaticFunctionalObserver<f32, 1, 1, 2>>(&text, "-16.0", "1e39");
-    assert_eq!(error, "G(0, 0) is inf, not a finite number");
+    assert_eq!(error, "G(1, 1) is inf, not a finite number");
     let error = beyond::<WithoutDisturbance32>(&stored(&unknown_input()), "0.75", "1e39");
-    assert_eq!(error, "H(0, 0) is inf, not a finite number");
+    assert_eq!(error, "H(1, 1) is inf, not a finite number");
     let error = beyond::<Interval32>(&stored(&interval()), "0.625", "1e39");
-    assert_eq!(error, "rho(0, 0) is inf, not a finite number");
+    assert_eq!(error, "rho(1, 1) is inf, not a finite number");
     let text = stored(&sampled_interval());
     let error = beyond::<SampledInterval32>(&text, "0.0625", "1e39");
-    assert_eq!(error, "g(0, 0) is inf, not a finite number");
+    assert_eq!(error, "g(1, 1) is inf, not a finite number");
     assert!(beyond::<SampledInterval32>(&text, r#""outward":4e-16"#, r#""outward":1e39"#).contains("outward is inf"));
     let error = beyond::<StaticVaryingPeriodObserver<f32, 2, 1, 1>>(&stored(&varying()), "[0.7]", "[1e39]");
-    assert_eq!(error, "K(0, 0) is inf, not a finite number");
+    assert_eq!(error, "K(1, 1) is inf, not a finite number");
 }
 
 proptest! {

@@ -58,9 +58,9 @@ fn other_sizes_and_entries_beyond_the_scalar_are_errors() -> Result<(), Observer
     let observer = LinearObserver::of(plant, dmatrix![7.0; 1e39])?;
     assert!(observer.to_static::<f64, 2, 1, 1>().is_ok());
     let error = observer.to_static::<f64, 2, 0, 1>().unwrap_err();
-    assert_eq!(error.to_string(), "B is 2x1 where 2x0 fits the other matrices");
+    assert_eq!(error.to_string(), "B must be 2 x 0, found 2 x 1");
     let error = observer.to_static::<f32, 2, 1, 1>().unwrap_err();
-    assert_eq!(error.to_string(), "L(1, 0) is inf, not a finite number");
+    assert_eq!(error.to_string(), "L(2, 1) is inf, not a finite number");
     Ok(())
 }
 
@@ -276,29 +276,29 @@ fn wrong_sizes_are_errors() {
     let numbers: Vec<f64> = (0..97_u32).map(f64::from).collect();
     let mut next = Numbers::new(&numbers);
     let functional = next.functional();
-    assert_eq!(misfit(functional.to_static::<f64, 5, 2, 3>()), "F is 6x6 where 5x5 fits the other matrices");
-    assert_eq!(misfit(functional.to_static::<f64, 6, 1, 3>()), "H is 6x2 where 6x1 fits the other matrices");
-    assert_eq!(misfit(functional.to_static::<f64, 6, 2, 2>()), "G is 6x3 where 6x2 fits the other matrices");
+    assert_eq!(misfit(functional.to_static::<f64, 5, 2, 3>()), "F must be 5 x 5, found 6 x 6");
+    assert_eq!(misfit(functional.to_static::<f64, 6, 1, 3>()), "H must be 6 x 1, found 6 x 2");
+    assert_eq!(misfit(functional.to_static::<f64, 6, 2, 2>()), "G must be 6 x 2, found 6 x 3");
 
     let (linear, cubic) = (next.linear(), next.cubic());
     let designed = Numbers::with_disturbance(linear.clone());
-    assert_eq!(misfit(designed.to_static::<f64, 4, 7, 2, 3>()), "the state is 5x1 where 4x1 fits the other matrices");
-    assert_eq!(misfit(designed.to_static::<f64, 5, 6, 2, 3>()), "A is 7x7 where 6x6 fits the other matrices");
+    assert_eq!(misfit(designed.to_static::<f64, 4, 7, 2, 3>()), "the state must be 4 x 1, found 5 x 1");
+    assert_eq!(misfit(designed.to_static::<f64, 5, 6, 2, 3>()), "A must be 6 x 6, found 7 x 7");
     let designed = Numbers::with_disturbance(cubic.clone());
-    assert_eq!(misfit(designed.to_static::<f64, 7, 7, 2, 3>()), "the state is 5x1 where 7x1 fits the other matrices");
+    assert_eq!(misfit(designed.to_static::<f64, 7, 7, 2, 3>()), "the state must be 7 x 1, found 5 x 1");
     let designed = next.without_disturbance(linear);
-    assert_eq!(misfit(designed.to_static::<f64, 7, 0, 3>()), "D is 3x2 where 3x0 fits the other matrices");
+    assert_eq!(misfit(designed.to_static::<f64, 7, 0, 3>()), "D must be 3 x 0, found 3 x 2");
     let designed = next.without_disturbance(cubic);
-    assert_eq!(misfit(designed.to_static::<f64, 6, 2, 3>()), "A is 7x7 where 6x6 fits the other matrices");
+    assert_eq!(misfit(designed.to_static::<f64, 6, 2, 3>()), "A must be 6 x 6, found 7 x 7");
 
     let stationary = next.stationary();
-    assert_eq!(misfit(stationary.to_static::<f64, 7, 2, 1>()), "C is 3x7 where 1x7 fits the other matrices");
+    assert_eq!(misfit(stationary.to_static::<f64, 7, 2, 1>()), "C must be 1 x 7, found 3 x 7");
     let varying = next.varying(1.0);
-    assert_eq!(misfit(varying.to_static::<f64, 7, 3, 3>()), "Bd is 7x2 where 7x3 fits the other matrices");
+    assert_eq!(misfit(varying.to_static::<f64, 7, 3, 3>()), "Bd must be 7 x 3, found 7 x 2");
     let interval = next.interval();
-    assert_eq!(misfit(interval.to_static::<f64, 7, 2, 3, 5, 12>()), "N is 4x4 where 5x5 fits the other matrices");
+    assert_eq!(misfit(interval.to_static::<f64, 7, 2, 3, 5, 12>()), "N must be 5 x 5, found 4 x 4");
     let sum = misfit(interval.to_static::<f64, 7, 2, 3, 4, 12>());
-    assert_eq!(sum, "(xhat, rho) is 12x1 where 11x1 fits the other matrices");
+    assert_eq!(sum, "(xhat, rho) must be 11 x 1, found 12 x 1");
 }
 
 #[test]

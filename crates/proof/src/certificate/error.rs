@@ -157,7 +157,7 @@ pub enum Fault {
         found: usize,
     },
     /// A matrix of the wrong shape.
-    #[error("is {} x {}, and should be {} x {}", found.0, found.1, expected.0, expected.1)]
+    #[error("must be {} x {}, found {} x {}", expected.0, expected.1, found.0, found.1)]
     Shape {
         /// Rows and columns it should have.
         expected: (usize, usize),

@@ -40,6 +40,7 @@ use gram::Equations;
 use crate::error::ProofError;
 use crate::interval::Interval;
 use crate::matrix::Matrix;
+use luenberger_wording::entry;
 use thiserror::Error;
 
 /// A diagonal block of the matrices of a program.
@@ -134,7 +135,8 @@ pub enum ProgramError {
     },
     /// An entry outside its block, below the diagonal, or off the diagonal of a diagonal block.
     #[error(
-        "entry ({row}, {column}) of block {block} of matrix {matrix} lies outside the upper triangle of that block, or off its diagonal"
+        "entry {} of block {} of matrix {matrix} lies outside the upper triangle of that block, or off its diagonal",
+        entry(*row, *column), block + 1
     )]
     Misplaced {
         /// The matrix, from 0.
@@ -147,7 +149,7 @@ pub enum ProgramError {
         column: usize,
     },
     /// Two entries at one position.
-    #[error("entry ({row}, {column}) of block {block} of matrix {matrix} is given twice")]
+    #[error("entry {} of block {} of matrix {matrix} is given twice", entry(*row, *column), block + 1)]
     Repeated {
         /// The matrix, from 0.
         matrix: usize,

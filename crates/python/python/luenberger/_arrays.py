@@ -57,7 +57,7 @@ def matrix(
     expected = (found[0] if rows is None else rows, found[1] if columns is None else columns)
     if found != expected:
         raise DimensionMismatch(
-            f"{what} must be {expected[0]} x {expected[1]}, and is {found[0]} x {found[1]}",
+            f"{what} must be {expected[0]} x {expected[1]}, found {found[0]} x {found[1]}",
             what=what,
             expected=expected,
             found=found,

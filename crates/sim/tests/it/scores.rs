@@ -205,7 +205,7 @@ fn a_division_by_zero_is_named() {
         other => panic!("{other}"),
     }
     assert!(
-        error.to_string().starts_with("stopped at t = 1: the derivative of entry 1 is unbounded there ("),
+        error.to_string().starts_with("stopped at t = 1: the derivative of entry 2 is unbounded there ("),
         "{error}"
     );
     assert!(error.to_string().ends_with("as by a division by zero"), "{error}");
@@ -218,7 +218,7 @@ fn a_sampled_observer_that_is_not_finite_is_a_row() {
     let (broken, deadbeat) = (Diverging, Deadbeat { period: 0.5 });
     let run = Scenario::new(&plant).initial_state(&X0).sampled_observer("broken", &broken, &[0.0, 0.0]);
     let error = run.until(3.0, 2).run().unwrap_err();
-    let named = "stopped at t = 1: entry 1 of the state of \"broken\" is inf after this sample";
+    let named = "stopped at t = 1: entry 2 of the state of \"broken\" is inf after this sample";
     assert_eq!(error.to_string(), named);
     let table = Comparison::new(Scenario::new(&plant).initial_state(&X0).until(3.0, 2), &[0.0, 0.0])
         .sampled_observer("broken", &broken)

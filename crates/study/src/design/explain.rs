@@ -572,7 +572,7 @@ pub(super) fn tabulated(study: &Study, requested: &ObserverSpec, spec: &KklSpec)
 fn of_functional(error: &LinalgError) -> Option<Vec<String>> {
     match error {
         LinalgError::NotFunctional { row, .. } => Some(vec![
-            format!("row {row} of K A as a further row of `k`, and a further pole"),
+            format!("row {} of K A as a further row of `k`, and a further pole", row + 1),
             "reduced-order, for the whole state".to_owned(),
         ]),
         LinalgError::FixedObserverMode { .. } => {

@@ -1,5 +1,6 @@
 //! Errors of importing a model.
 
+use luenberger_proof::wording::entry;
 use thiserror::Error;
 
 /// Error of importing a model.
@@ -106,7 +107,7 @@ pub enum ImportError {
         second: String,
     },
     /// A matrix of the wrong shape.
-    #[error("{name} is {} x {}, and must be {expected}", found.0, found.1)]
+    #[error("{name} must be {expected}, found {} x {}", found.0, found.1)]
     Shape {
         /// The matrix.
         name: &'static str,
@@ -116,7 +117,7 @@ pub enum ImportError {
         expected: String,
     },
     /// An entry is NaN or infinite.
-    #[error("{name}({row}, {column}) is {value}")]
+    #[error("{name}{} is {value}", entry(*row, *column))]
     NotFinite {
         /// The matrix.
         name: &'static str,
@@ -129,7 +130,8 @@ pub enum ImportError {
     },
     /// E is not the identity.
     #[error(
-        "E({row}, {column}) is {value}, and the plant of a study is x' = A x + B u, without E: give E^-1 A and E^-1 B, if E is regular"
+        "E{} is {value}, and the plant of a study is x' = A x + B u, without E: give E^-1 A and E^-1 B, if E is regular",
+        entry(*row, *column)
     )]
     Descriptor {
         /// The row of the first entry that is not the identity's, from 0.

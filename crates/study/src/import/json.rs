@@ -155,7 +155,8 @@ impl<'de> Visitor<'de> for Field {
             } else if row.len() != columns {
                 let length = row.len();
                 return Err(S::Error::custom(format!(
-                    "row {count} has length {length}, and row 0 has length {columns}"
+                    "row {} has length {length}, and row 1 has length {columns}",
+                    count + 1
                 )));
             }
             count += 1;

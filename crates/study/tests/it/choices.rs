@@ -124,7 +124,7 @@ fn mistakes_have_their_place() {
         ("m*r^2/2", "m*t^2/2", 7, 23, "`t` may not be used here: a parameter is a number"),
         ("m*r^2/2", "m/(r - 0.1)", 7, 20, "the parameter `J`: `m/(r - 0.1)` is infinite"),
         ("m = 2.0", "m = true", 7, 35, "the parameter `m` is true"),
-        ("[-10, 0, 5, 10]", "[-10, 0, 0, 10]", 9, 5, "x must increase: entry 2 is 0, after 0"),
+        ("[-10, 0, 5, 10]", "[-10, 0, 0, 10]", 9, 5, "x must increase: entry 3 is 0, after 0"),
         ("[-10, 0, 5, 10]", "[-10, 0, 5]", 10, 5, "x has 3 entries, and y has 4"),
         ("monotone-cubic", "cubic", 11, 10, "`method` is the text \"cubic\""),
         ("extrapolation =", "extrapolate =", 12, 1, "`extrapolate` is not a key of [plant.tables.NAME]"),

@@ -88,7 +88,7 @@ fn the_condition_that_fails_is_named() {
     let chain = "[plant]\na = [[0, 1, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1], [0, 0, 0, 0]]\nc = [[1, 0, 0, 0]]\n";
     let (said, ways) = why(&format!("{chain}{}", OBSERVER.replace("[[0, 1, 1]]", "[[0, 0, 1, 0]]")));
     assert!(
-        said.contains("row 0 of K A") && said.contains("residual 1 ") && said.contains("first condition"),
+        said.contains("row 1 of K A") && said.contains("residual 1 ") && said.contains("first condition"),
         "{said}"
     );
     assert!(ways[0].contains("further row of `k`"), "{ways:?}");

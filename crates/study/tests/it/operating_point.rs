@@ -83,7 +83,7 @@ fn mistakes_have_their_place() {
     for (old, new, line, message) in [
         ("u = [300]", "u = [300, 1]", 9, "`u` has length 2"),
         ("x = [0.5, 349]", "x = [0.5]", 8, "`x` has length 1"),
-        ("x = [0.5, 349]", "x = [0.5, 0]", 8, "df/dx(0, 1) is NaN"),
+        ("x = [0.5, 349]", "x = [0.5, 0]", 8, "df/dx(1, 2) is NaN"),
         ("u = [300]", "v = [300]", 9, "`v` is not a key of [operating_point]"),
         ("\"1 - c", "\"1 - t - c", 7, "f1 depends on the time t"),
         ("h = [\"T\"]", "h = [\"T + t\"]", 7, "h1 depends on the time t"),

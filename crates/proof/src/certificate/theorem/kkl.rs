@@ -69,7 +69,7 @@ pub enum KklMapName {
 
 /// The text of an expression that cannot be read, and where it stands.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
-#[error("{map:?}, entry {entry}: {error}")]
+#[error("{map:?}, entry {}: {error}", entry + 1)]
 pub struct KklMapError {
     /// The list.
     pub map: KklMapName,

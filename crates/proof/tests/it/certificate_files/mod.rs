@@ -16,6 +16,7 @@ use luenberger_proof::semidefinite::{Block, DualBlock, Entry, Program};
 use luenberger_proof::statement::{
     CubicGains, Format, Operation, SampledPlant, Step, deployed_linear, deployed_sampled_cubic,
 };
+use luenberger_proof::wording::entry;
 use luenberger_proof::{Exact, Interval, Matrix};
 use proptest::prelude::*;
 
@@ -298,8 +299,8 @@ fn bad_files_say_what_is_wrong_and_where() {
             replaced("[\"-0x1.cp2\", \"0x1.8p2\"]", "[\"0x1.cp2\", \"0x1.8p2\"]"),
             "line 29, lyapunov.P[1][0]: is 0x1.cp2, and its mirror image is -0x1.cp2: the matrix must be symmetric",
         ),
-        (replaced("[\"0x1.4p3\"]", "[\"0x1.4p3\"], [\"0x0p0\"]"), "line 21, observer.L: is 3 x 1, and should be 2 x 1"),
-        (replaced("      [\"0x0p0\", \"0x1p0\"],\n", ""), "line 8, plant.A: is 1 x 2, and should be 1 x 1"),
+        (replaced("[\"0x1.4p3\"]", "[\"0x1.4p3\"], [\"0x0p0\"]"), "line 21, observer.L: must be 2 x 1, found 3 x 1"),
+        (replaced("      [\"0x0p0\", \"0x1p0\"],\n", ""), "line 8, plant.A: must be 1 x 1, found 1 x 2"),
         (replaced("      [\"0x1p0\", \"0x0p0\"]\n", ""), "line 16, plant.C: is empty"),
         (
             replaced("\"rate\": \"0x0p0\"", "\"rate\": \"-1\""),
@@ -385,8 +386,8 @@ fn intervals_of_a_solution_are_accepted_up_to_the_last_bit() {
         // A point cannot be made narrower; it can be moved.
         for narrower in [with(lo.next_up(), hi.next_up()), with(lo.next_down(), hi.next_down())] {
             let why = narrower.expect_err("narrower by one unit");
-            let start =
-                format!("A'P + PA + Q = 0 has one solution, and it lies in P is not proved: at ({i}, {j}) the bound");
+            let at = entry(i, j);
+            let start = format!("A'P + PA + Q = 0 has one solution, and it lies in P is not proved: at {at} the bound");
             assert!(why.starts_with(&start), "{why}");
         }
     }

@@ -176,26 +176,26 @@ fn what_is_no_plant_is_refused_in_words() {
     let with = |more: &str| {
         refused(format!("{{\"A\": [[0, 1], [2, 3]], \"B\": [[0], [1]], \"C\": [[1, 0]]{more}}}").as_bytes())
     };
-    assert_eq!(with(", \"D\": [[0, 0]]"), "D is 1 x 2, and must be 1 x 1 (C is 1 x n, B is n x 1)");
+    assert_eq!(with(", \"D\": [[0, 0]]"), "D must be 1 x 1 (C is 1 x n, B is n x 1), found 1 x 2");
     assert_eq!(
         with(", \"TS\": true"),
         "the sampling time TS is true, and must be positive, or 0 for a model in continuous time"
     );
     assert!(with(", \"dt\": -1").starts_with("the sampling time dt is -1, and must be positive"));
-    assert!(with(", \"E\": [[1, 0], [0, 2]]").starts_with("E(1, 1) is 2, and the plant of a study is x' = A x + B u"));
+    assert!(with(", \"E\": [[1, 0], [0, 2]]").starts_with("E(2, 2) is 2, and the plant of a study is x' = A x + B u"));
     assert_eq!(with(", \"a\": [[1]]"), "A and a could both be meant: leave one of them in the file");
     assert_eq!(with(", \"D\": \"none\""), "D is text, and must be a matrix of real numbers");
     assert_eq!(refused(b"{\"A\": [[1]], \"Q\": 1}"), "there is no C in the file; it holds A, Q");
     assert_eq!(refused(b"{}"), "there is no A in the file; it holds nothing");
-    assert_eq!(refused(br#"{"A": [[1, 2]], "C": [[1]]}"#), "A is 1 x 2, and must be square, of order 1 at least");
-    assert_eq!(refused(br#"{"A": [], "C": [[1]]}"#), "A is 0 x 0, and must be square, of order 1 at least");
-    assert_eq!(refused(br#"{"A": [[1]], "C": [[1, 2]]}"#), "C is 1 x 2, and must be p x 1 (A is 1 x 1)");
-    assert_eq!(refused(br#"{"A": [[1]], "B": [[1], [2]], "C": [[1]]}"#), "B is 2 x 1, and must be 1 x m (A is 1 x 1)");
+    assert_eq!(refused(br#"{"A": [[1, 2]], "C": [[1]]}"#), "A must be square, of order 1 at least, found 1 x 2");
+    assert_eq!(refused(br#"{"A": [], "C": [[1]]}"#), "A must be square, of order 1 at least, found 0 x 0");
+    assert_eq!(refused(br#"{"A": [[1]], "C": [[1, 2]]}"#), "C must be p x 1 (A is 1 x 1), found 1 x 2");
+    assert_eq!(refused(br#"{"A": [[1]], "B": [[1], [2]], "C": [[1]]}"#), "B must be 1 x m (A is 1 x 1), found 2 x 1");
     assert_eq!(
         refused(br#"{"s": {"A": [[1]]}, "t": {"A": [[1]]}}"#),
         "s and t could both be meant: leave one of them in the file"
     );
-    assert_eq!(refused(b"{\"A\": [[1, 2],\n [3]]}"), "line 2, column 5: row 1 has length 1, and row 0 has length 2");
+    assert_eq!(refused(b"{\"A\": [[1, 2],\n [3]]}"), "line 2, column 5: row 2 has length 1, and row 1 has length 2");
     let null = refused(br#"{"A": [[1, null]]}"#);
     assert!(null.starts_with("line 1, column 15: ") && null.contains("null"), "{null}");
     assert!(
@@ -231,7 +231,7 @@ fn what_matlab_saves_besides_numbers_is_named() {
     let complex = mat.array(6 | 1 << 11, &[1, 1], "A", &parts);
     assert_eq!(refused(&mat.file(&[complex, c.clone()])), "A is complex, and must be a matrix of real numbers");
     let not_finite = mat.full("A", &dmatrix![f64::NAN]);
-    assert_eq!(refused(&mat.file(&[not_finite, c.clone()])), "A(0, 0) is NaN");
+    assert_eq!(refused(&mat.file(&[not_finite, c.clone()])), "A(1, 1) is NaN");
     // Today's `ss` is an object: MATLAB says how to take its matrices out.
     let mut object = mat.element(6, &[mat.u32(17), mat.u32(0)].concat());
     for word in ["sys", "MCOS", "ss"] {
