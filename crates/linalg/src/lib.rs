@@ -145,8 +145,21 @@ pub use sylvester::{
 pub use system_norm::{HInfinityNorm, discrete_h_infinity_norm, discrete_h2_norm, h_infinity_norm, h2_norm};
 pub use zeros::{InvariantZeros, invariant_zeros};
 
-/// The result of this crate's functions.
-pub type Result<T> = core::result::Result<T, LinalgError>;
+/// The result of this crate's functions. With another error it is the standard one, so that a glob import does not
+/// hide that.
+///
+/// ```
+/// use luenberger_linalg::*;
+/// fn parsed(text: &str) -> Result<f64, std::num::ParseFloatError> {
+///     text.parse()
+/// }
+/// fn abscissa() -> Result<f64> {
+///     spectral_abscissa(&nalgebra::dmatrix![-1.0])
+/// }
+/// assert_eq!(parsed("-1"), Ok(-1.0));
+/// assert_eq!(abscissa(), Ok(-1.0));
+/// ```
+pub type Result<T, E = LinalgError> = core::result::Result<T, E>;
 
 /// The example of `README.md`, compiled and run with the documentation's tests.
 #[cfg(doctest)]

@@ -2,12 +2,22 @@
 
 use std::fmt;
 
+use luenberger_proof::wording::{at_least, significant};
 use luenberger_proof::{Exact, Matrix, Verdict};
 use nalgebra::DMatrix;
 
 use crate::variable::Variable;
 
 /// Result of a [`Problem`](crate::Problem).
+///
+/// ```
+/// let mut lmi = luenberger_lmi::Problem::new();
+/// let p = lmi.symmetric("P", 2);
+/// lmi.constrain("P > 0", &p >> 0.0);
+/// let text = lmi.solve()?.to_string();
+/// assert!(text.contains("\nP > 0: margin at least "), "{text}");
+/// # Ok::<(), luenberger_lmi::LmiError>(())
+/// ```
 #[derive(Debug, Clone)]
 pub struct Solution {
     /// `Proved`: every inequality holds strictly at exactly the returned values, verified independently of the solver
@@ -98,6 +108,23 @@ impl Solution {
     /// The proved margin of the constraint of this name, if it was proved.
     pub fn margin(&self, constraint: &str) -> Option<f64> {
         self.margins.iter().find(|margin| margin.constraint == constraint).and_then(|margin| margin.proved)
+    }
+}
+
+/// The verdict, the margins, the objective; the values are given by [`value`](Solution::value).
+impl fmt::Display for Solution {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}", self.verdict)?;
+        for Margin { constraint, proved, estimate } in &self.margins {
+            match proved {
+                Some(margin) => write!(f, "\n{constraint}: margin at least {}", at_least(*margin, 3))?,
+                None => write!(f, "\n{constraint}: not proved, margin about {}", significant(*estimate, 3))?,
+            }
+        }
+        match &self.objective {
+            Some(objective) => write!(f, "\nobjective {}", significant(objective.achieved, 6)),
+            None => Ok(()),
+        }
     }
 }
 

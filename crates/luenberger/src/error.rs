@@ -10,7 +10,7 @@ use crate::{design, linalg, lmi, observers, plants, proof, sim};
 ///
 /// ```
 /// use luenberger::prelude::*;
-/// use nalgebra::{Matrix2, RowVector2, dmatrix};
+/// use nalgebra::{Matrix2, RowVector2};
 ///
 /// fn gain() -> Result<f64, luenberger::Error> {
 ///     let (a, c) = (Matrix2::identity(), RowVector2::new(1.0, 0.0));
@@ -20,9 +20,10 @@ use crate::{design, linalg, lmi, observers, plants, proof, sim};
 /// }
 /// let error = gain().unwrap_err();
 /// assert!(matches!(error, luenberger::Error::Linalg(LinalgError::Unobservable { .. })));
+/// assert_eq!(error.clone(), error);
 /// println!("{error}");
 /// ```
-#[derive(Debug, Error)]
+#[derive(Clone, Debug, PartialEq, Error)]
 #[non_exhaustive]
 pub enum Error {
     /// The matrices or parameters do not define a plant.
@@ -40,6 +41,9 @@ pub enum Error {
     /// A linear matrix inequality is ill-posed, or could not be solved.
     #[error(transparent)]
     Lmi(#[from] lmi::LmiError),
+    /// A solver is not compiled in.
+    #[error(transparent)]
+    NotBuiltIn(#[from] lmi::NotBuiltIn),
     /// A semidefinite program in SDPA's format that cannot be read.
     #[error(transparent)]
     Sdpa(#[from] lmi::sdpa::ReadError),

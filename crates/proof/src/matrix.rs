@@ -1,5 +1,7 @@
 //! A minimal dense row-major matrix.
 
+use std::fmt;
+
 use crate::error::ProofError;
 
 /// Dense matrix, row by row. Entries are any type: `f64` data, intervals, exact numbers.
@@ -10,6 +12,27 @@ pub struct Matrix<T> {
     rows: usize,
     cols: usize,
     data: Vec<T>,
+}
+
+/// `[2, 1; 1, 2]`, as the matrix is typed in MATLAB.
+///
+/// ```
+/// use luenberger_proof::Matrix;
+/// assert_eq!(Matrix::from_rows([[2.0, 1.0], [1.0, 0.5]]).to_string(), "[2, 1; 1, 0.5]");
+/// ```
+impl<T: fmt::Display> fmt::Display for Matrix<T> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str("[")?;
+        for (k, entry) in self.data.iter().enumerate() {
+            let separator = match k {
+                0 => "",
+                _ if k % self.cols == 0 => "; ",
+                _ => ", ",
+            };
+            write!(f, "{separator}{entry}")?;
+        }
+        f.write_str("]")
+    }
 }
 
 impl<T> Matrix<T> {

@@ -17,6 +17,9 @@
 //! Errors of different states have different units. Scores of single states are in the unit of the state; a norm takes
 //! a scale, one positive number per state, by which each error is divided.
 
+use std::fmt;
+
+use luenberger_wording::significant;
 use nalgebra::DMatrix;
 
 use crate::error::{SimError, check, check_positive};
@@ -67,6 +70,17 @@ pub struct ErrorMetrics {
     pub steady_rmse: f64,
 }
 
+impl fmt::Display for ErrorMetrics {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let short = |x: f64| significant(x, 4);
+        let time = |time: Option<f64>| time.map_or_else(|| "never".to_owned(), short);
+        write!(f, "|e| at the start {}, peak {}, ", short(self.initial), short(self.peak))?;
+        write!(f, "RMSE {}, in the second half {}, ", short(self.rmse), short(self.steady_rmse))?;
+        write!(f, "at the end {}; enters the band at {}, ", short(self.last), time(self.settling_first))?;
+        write!(f, "settles at {}", time(self.settling_last))
+    }
+}
+
 impl ErrorMetrics {
     /// The merits of an observer in a run; settled is within `band |e(0)|`, `e(0)` the error at the start.
     ///
@@ -85,6 +99,7 @@ impl ErrorMetrics {
     ///     .run()?;
     /// let merits = ErrorMetrics::of(&run, "linear", 0.05)?;
     /// assert!(merits.peak >= 1.0 && merits.last < 1e-5 && merits.settling_last < Some(3.0));
+    /// assert!(merits.to_string().starts_with("|e| at the start 1, peak "));
     /// # Ok::<(), Box<dyn std::error::Error>>(())
     /// ```
     /// # Errors

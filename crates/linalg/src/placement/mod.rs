@@ -18,9 +18,13 @@ mod sensitivity;
 mod single_input;
 mod structured;
 
+use std::fmt;
+
+use luenberger_wording::significant;
 use nalgebra::{Complex, DMatrix};
 
 use crate::argument::{RealMatrixView, owned, shaped, square};
+use crate::error::listed;
 use crate::observability::{Mode, Seen, default_tolerance, seen};
 use crate::product::view;
 use crate::schur::{schur, triangular_factor};
@@ -34,6 +38,14 @@ use sensitivity::conditions;
 pub use structured::{StructuredPlacement, place_observer_structured, place_structured};
 
 /// A gain with the achieved poles, their errors and their condition.
+///
+/// ```
+/// use luenberger_linalg::place_observer;
+/// use nalgebra::dmatrix;
+/// let text = place_observer(&dmatrix![0.0, 1.0; 0.0, 0.0], &dmatrix![1.0, 0.0], &[-2.0, -5.0])?.to_string();
+/// assert!(text.contains("poles -2, -5; relative deviation ") && text.contains("cond(X) "));
+/// # Ok::<(), luenberger_linalg::LinalgError>(())
+/// ```
 #[derive(Debug, Clone, PartialEq)]
 pub struct Placement {
     /// `K`, m x n, for [`place`]; `L`, n x p, for [`place_observer`].
@@ -53,6 +65,14 @@ pub struct Placement {
     /// `cond_2(X)`, X the normalised eigenvectors of the closed loop with exactly the requested poles, in the units
     /// given. Infinite if that loop is defective, as for a repeated pole with one input.
     pub condition: f64,
+}
+
+impl fmt::Display for Placement {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let (deviation, condition) = (significant(self.deviation, 3), significant(self.condition, 3));
+        write!(f, "gain ={}poles {}", self.gain, listed(&self.poles))?;
+        write!(f, "; relative deviation {deviation}, cond(X) {condition}")
+    }
 }
 
 /// State feedback gain `K`, m x n, that places the eigenvalues of `A - B K` at `poles`.
