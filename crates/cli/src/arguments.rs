@@ -119,9 +119,9 @@ pub(crate) enum Command {
     /// "k", "poles", "residual"}. X is the stabilizing solution, poles are the eigenvalues of A - B K. As
     /// `care(A, B, Q, R)` of python-control, which returns (X, poles, K).
     ///
-    /// Kalman filter: input {"a": n x n, "c": p x n, "w": n x n, "v": p x p}, the intensities of process and measurement
-    /// noise; output {"p", "l", "poles", "residual"} with A P + P A' - P C'V^-1 C P + W = 0, L = P C'V^-1. P is the
-    /// covariance of the error, poles are the eigenvalues of A - L C.
+    /// Kalman filter: input {"a": n x n, "c": p x n, "w": n x n, "v": p x p}, the intensities of process and
+    /// measurement noise; output {"p", "l", "poles", "residual"} with A P + P A' - P C'V^-1 C P + W = 0,
+    /// L = P C'V^-1. P is the covariance of the error, poles are the eigenvalues of A - L C.
     #[command(after_help = CARE)]
     Care(MatrixInput),
     /// Discrete Riccati equation A'X A - X - A'X B (R + B'X B)^-1 B'X A + Q = 0, and K = (R + B'X B)^-1 B'X A

@@ -1,7 +1,7 @@
 //! Seeded random numbers, the same on every machine.
 //!
-//! They are starting points of searches, samples of costs and cases of tests; none is secret. Noise of simulations takes
-//! its bits from a generator with random access and its normal distribution from [`box_muller`].
+//! They are starting points of searches, samples of costs and cases of tests; none is secret. Noise of simulations
+//! takes its bits from a generator with random access and its normal distribution from [`box_muller`].
 #![deny(missing_docs)]
 
 use nalgebra::{ComplexField, DMatrix};

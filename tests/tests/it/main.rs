@@ -2,6 +2,8 @@
 
 mod bad_input;
 mod certificates;
+mod circles;
+mod comments;
 mod cuk_table_1;
 mod exact;
 mod examples;
