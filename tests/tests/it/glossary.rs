@@ -1,5 +1,5 @@
-//! `docs/glossary.md` has every name at the root of the library crates and in their public modules, and no name that its
-//! crate does not define.
+//! `docs/glossary.md` has every name at the root of the library crates and in their public modules, and no name that
+//! its crate does not define.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
@@ -59,7 +59,8 @@ fn items(text: &str) -> Vec<Item<'_>> {
         let first_line: Vec<&str> = words(item.lines().next().unwrap()).collect();
         if before.ends_with("#[doc(hidden)]") {
             continue;
-        } else if let Some(path) = item.strip_prefix("use ") {
+        }
+        if let Some(path) = item.strip_prefix("use ") {
             let path = path.split(';').next().unwrap();
             let from = words(path).next().unwrap();
             if path.ends_with("::*") {
@@ -123,7 +124,7 @@ fn names_of(name: &str) -> BTreeSet<PublicName> {
     for item in &items {
         match item {
             Item::Definition(name) => {
-                names.extend([PublicName { module: None, name: (*name).to_owned(), is_own: true }])
+                names.extend([PublicName { module: None, name: (*name).to_owned(), is_own: true }]);
             }
             Item::Use { name, is_own, .. } => {
                 names.extend([PublicName { module: None, name: (*name).to_owned(), is_own: *is_own }]);
