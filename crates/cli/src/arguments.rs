@@ -849,7 +849,7 @@ const SDP: &str = r"Example:
   $ printf '1\n1\n2\n1.0\n0 1 1 2 -1.0\n1 1 1 1 1.0\n1 1 2 2 1.0\n' > one.dat-s
   $ luenberger sdp one.dat-s
   proved-optimal-bounds after [..]
-  1e0 <= optimum <= 1e0";
+  1 <= optimum <= 1";
 
 /// Prints clap's message: help and version with exit code 0, a usage error with 2.
 pub(crate) fn refused(error: &clap::Error) -> ExitCode {

@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-use luenberger_proof::wording::{at_least, significant};
+use luenberger_proof::wording::{at_least, shortest, significant};
 use luenberger_proof::{Exact, Matrix, Verdict};
 use nalgebra::DMatrix;
 
@@ -133,9 +133,9 @@ impl fmt::Display for Infeasibility {
         let names: Vec<&str> = self.multipliers.iter().map(|m| m.constraint.as_str()).collect();
         write!(
             f,
-            "no values satisfy {} together: their weighted sum is {:e} whatever the unknowns",
+            "no values satisfy {} together: their weighted sum is {} whatever the unknowns",
             names.join(", "),
-            self.value
+            shortest(self.value)
         )
     }
 }

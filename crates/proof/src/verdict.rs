@@ -5,7 +5,7 @@
 
 use core::fmt;
 
-use crate::wording::at_least;
+use crate::wording::{at_least, at_most, entry, shortest, significant};
 
 /// Verdict on a mathematical statement. `W` is the type of the witness of a refutation.
 #[derive(Debug, Clone, PartialEq)]
@@ -134,10 +134,14 @@ impl fmt::Display for NoErrorBallReason {
         match self {
             Self::NotStable => write!(f, "this P does not prove the stored observer stable"),
             Self::RoundingDominates { contraction, relative } => {
-                write!(f, "a step shortens the error by the factor {contraction}, to which rounding adds {relative:e}")
+                write!(
+                    f,
+                    "a step shortens the error by the factor {contraction}, to which rounding adds {}",
+                    at_most(*relative, 3)
+                )
             }
             Self::Range { what, size, limit } => {
-                write!(f, "{what} may be as large as {size:e}, and its range ends at {limit:e}")
+                write!(f, "{what} may be as large as {}, and its range ends at {}", at_most(*size, 3), shortest(*limit))
             }
             Self::RootInFixedPoint => write!(f, "the root of the cubic observer is not specified in fixed point"),
         }
@@ -149,31 +153,37 @@ impl fmt::Display for UndecidedReason {
         match self {
             Self::RoundingDominates { error, order } => write!(
                 f,
-                "the rounding error bound {error:e} exceeds the margin, and order {order} is beyond the exact referee"
+                "the rounding error bound {} exceeds the margin, and order {order} is beyond the exact referee",
+                at_most(*error, 3)
             ),
             Self::DataTooUncertain { width } => {
-                write!(f, "the data are known only up to intervals as wide as {width:e}")
+                write!(f, "the data are known only up to intervals as wide as {}", at_most(*width, 3))
             }
             Self::NoProposal { status } => write!(f, "the solver proposed no solution ({status})"),
             Self::ProposalNotProved { estimate } => {
                 write!(
                     f,
-                    "an inequality is not proved at the solution proposed, where its margin is about {estimate:e}"
+                    "an inequality is not proved at the solution proposed, where its margin is about {}",
+                    significant(*estimate, 3)
                 )
             }
             Self::NotByThisMatrix { name } => write!(f, "this {name} does not prove it, and another might"),
             Self::Overflow => write!(f, "an intermediate quantity left the range of binary64"),
             Self::TighterThanProved { row, column, claimed, proved } => write!(
                 f,
-                "at {} the bound {claimed:e} is claimed, which is tighter than {proved:e}, which is proved",
-                crate::wording::entry(*row, *column)
+                "at {} the bound {} is claimed, which is tighter than {}, which is proved",
+                entry(*row, *column),
+                shortest(*claimed),
+                shortest(*proved)
             ),
             Self::NotBounded { entry, claimed, shown } => {
-                write!(f, "entry {}: the bound {claimed:e} is claimed, and {shown:e} is shown", entry + 1)
+                let (claimed, shown) = (shortest(*claimed), shortest(*shown));
+                write!(f, "entry {}: the bound {claimed} is claimed, and {shown} is shown", entry + 1)
             }
             Self::Undefined { argument, least } => write!(
                 f,
-                "argument {argument} of the logarithms, roots and denominators is shown to be at least {least:e} only: it should be positive, or a denominator of one sign"
+                "argument {argument} of the logarithms, roots and denominators is shown to be at least {} only: it should be positive, or a denominator of one sign",
+                at_least(*least, 3)
             ),
             Self::ExpressionTooLarge => write!(f, "the polynomials of the expressions have too many terms or digits"),
             Self::DivisionByZero => write!(f, "a denominator is 0 everywhere"),

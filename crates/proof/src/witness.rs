@@ -3,6 +3,7 @@
 use core::fmt;
 
 use crate::definite::Direction;
+use crate::wording::shortest;
 
 /// The witness that refutes an inequality of a certificate.
 #[derive(Debug, Clone, PartialEq)]
@@ -49,14 +50,20 @@ impl fmt::Display for Witness {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Direction(direction) => direction.fmt(f),
-            Self::Equation { unknown: 0, value } => write!(f, "the constant is {value:e}"),
-            Self::Equation { unknown, value } => write!(f, "the coefficient of x_{unknown} is {value:e}"),
+            Self::Equation { unknown: 0, value } => write!(f, "the constant is {}", shortest(*value)),
+            Self::Equation { unknown, value } => write!(f, "the coefficient of x_{unknown} is {}", shortest(*value)),
             Self::Zero => f.write_str("they are all zero"),
             Self::Point { entry, at, value, bound } => {
-                write!(f, "entry {} is at least {value:e}, and {bound:e} is claimed, at {at:?}", entry + 1)
+                let (value, bound) = (shortest(*value), shortest(*bound));
+                write!(f, "entry {} is at least {value}, and {bound} is claimed, at {at:?}", entry + 1)
             }
             Self::Stored { matrix, row, column, stored, nearest } => {
-                write!(f, "stored.{matrix}[{row}][{column}] is {stored:e}, and to nearest it would be {nearest:e}")
+                write!(
+                    f,
+                    "stored.{matrix}[{row}][{column}] is {}, and to nearest it would be {}",
+                    shortest(*stored),
+                    shortest(*nearest)
+                )
             }
         }
     }

@@ -15,6 +15,7 @@ use nalgebra::{DMatrix, DefaultAllocator, Dim, OVector, U1};
 
 use crate::check;
 use crate::error::DesignError;
+use crate::number::short;
 
 /// A change of coordinates that makes the outputs the first states.
 #[derive(Debug, Clone, PartialEq)]
@@ -145,6 +146,6 @@ impl fmt::Display for OutputCoordinates {
         }
         writeln!(f, "The {p} outputs are not the first states. In x = T z they are, C T = [I 0], with")?;
         write!(f, "T = {}", self.t)?;
-        writeln!(f, "of condition {:.3e}, the least there is for this C.", self.condition)
+        writeln!(f, "of condition {}, the least there is for this C.", short(self.condition))
     }
 }

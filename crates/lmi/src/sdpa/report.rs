@@ -1,7 +1,7 @@
 //! A result as text and as JSON.
 
 use super::{Outcome, Status};
-use luenberger_proof::wording::counted;
+use luenberger_proof::wording::{counted, shortest};
 
 impl Status {
     /// `proved-optimal-bounds`, `proved-primal-infeasible`, `proved-dual-infeasible` or `undecided`.
@@ -21,12 +21,12 @@ impl Outcome {
     pub fn sentence(&self, seconds: f64) -> String {
         let why = self.why.map_or(String::new(), |why| format!("{why}\n"));
         format!(
-            "{} after {seconds:.3} s ({} of the solver, which said: {})\n{why}{:e} <= optimum <= {:e}\n",
+            "{} after {seconds:.3} s ({} of the solver, which said: {})\n{why}{} <= optimum <= {}\n",
             self.status.word(),
             counted(self.runs, "run"),
             self.word,
-            self.lower,
-            self.upper
+            shortest(self.lower),
+            shortest(self.upper)
         )
     }
 

@@ -11,6 +11,7 @@ use crate::polynomial::ExpressionError;
 use crate::semidefinite::ProgramError;
 use crate::verdict::Verdict;
 use crate::witness::Witness;
+use crate::wording::{shortest, significant};
 
 /// Why a text is not a certificate, before any verification.
 #[derive(Debug, Clone, PartialEq)]
@@ -325,9 +326,9 @@ pub enum Rejection {
 
 fn not_proved(verdict: &Verdict<Witness>) -> String {
     match verdict {
-        Verdict::Proved { margin } => format!("is proved with the margin {margin:e}"),
+        Verdict::Proved { margin } => format!("is proved with the margin {}", shortest(*margin)),
         Verdict::Refuted { witness } => format!("is false: {witness}"),
         Verdict::Undecided { why, best } if best.is_nan() => format!("is not proved: {why}"),
-        Verdict::Undecided { why, best } => format!("is not proved: {why} (best margin {best:e})"),
+        Verdict::Undecided { why, best } => format!("is not proved: {why} (best margin {})", significant(*best, 3)),
     }
 }

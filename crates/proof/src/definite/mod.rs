@@ -26,6 +26,7 @@ use crate::interval::Interval;
 use crate::matrix::Matrix;
 use crate::ring::Ring;
 use crate::verdict::{UndecidedReason, Verdict};
+use crate::wording::{at_most, significant};
 use cholesky::{Ball, Completion, Factor};
 use referee::Finding;
 
@@ -44,8 +45,8 @@ pub struct Direction {
 
 impl fmt::Display for Direction {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let entries: Vec<String> = self.v.iter().map(|x| format!("{x:.6}")).collect();
-        write!(f, "v = ({}), where the form is at most {:e}", entries.join(", "), self.value)
+        let entries: Vec<String> = self.v.iter().map(|x| significant(*x, 6)).collect();
+        write!(f, "v = ({}), where the form is at most {}", entries.join(", "), at_most(self.value, 6))
     }
 }
 

@@ -421,7 +421,7 @@ fn multipliers_that_miss_an_equation_or_its_sign_are_rejected() {
     missed.multipliers[0] = Matrix::from_rows([[Exact::power_of_two(1)]]);
     assert_eq!(
         prove(missed),
-        Err("sum_k tr(F_ki Z_k) = 0 for every unknown x_i is false: the coefficient of x_1 is 1e0".to_owned())
+        Err("sum_k tr(F_ki Z_k) = 0 for every unknown x_i is false: the coefficient of x_1 is 1".to_owned())
     );
     let mut negative = refuted();
     negative.multipliers = vec![Matrix::from_rows([[Exact::new((-1).into(), 0)]]); 2];
@@ -431,7 +431,7 @@ fn multipliers_that_miss_an_equation_or_its_sign_are_rejected() {
     assert_eq!(prove(zero), Err("the Z_k are not all zero is false: they are all zero".to_owned()));
     let mut feasible = refuted();
     feasible.inequalities.constraints[1].entries[1].value = "1/2".parse().expect("a number");
-    assert_eq!(prove(feasible), Err("sum_k tr(F_k0 Z_k) <= 0 is false: the constant is 5e-1".to_owned()));
+    assert_eq!(prove(feasible), Err("sum_k tr(F_k0 Z_k) <= 0 is false: the constant is 0.5".to_owned()));
 }
 
 /// The file that `docs/certificates.md` shows is one.
