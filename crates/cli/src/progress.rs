@@ -1,6 +1,8 @@
 //! Progress indicators on standard error, on a terminal only.
 
-use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use indicatif::{ProgressBar, ProgressDrawTarget, ProgressState, ProgressStyle};
+use luenberger_proof::wording::significant;
+use std::fmt::Write;
 use std::io::IsTerminal;
 use std::sync::{Mutex, PoisonError};
 use std::time::Duration;
@@ -31,7 +33,8 @@ impl Drop for Spinner {
     }
 }
 
-/// A progress bar with a known number of items, updated from any thread and erased when dropped.
+/// A progress bar with a known number of items, updated from any thread and erased when dropped. It is not drawn before
+/// the first report, so that a line printed before is not on its line.
 pub(crate) struct Bar {
     /// `None` if standard error is not a terminal.
     bar: Option<ProgressBar>,
@@ -44,12 +47,13 @@ const TEMPLATE: &str = "{bar:32} {pos:>3}/{len} {msg}, {per_sec}, {eta} left";
 impl Bar {
     pub(crate) fn new() -> Self {
         let bar = std::io::stderr().is_terminal().then(|| {
-            let bar = ProgressBar::with_draw_target(Some(0), ProgressDrawTarget::stderr());
+            let bar = ProgressBar::with_draw_target(Some(0), ProgressDrawTarget::hidden());
             // The template is constant and covered by a test; an invalid one would only affect the appearance.
             if let Ok(style) = ProgressStyle::with_template(TEMPLATE) {
-                bar.set_style(style);
+                bar.set_style(style.with_key("per_sec", |state: &ProgressState, text: &mut dyn Write| {
+                    _ = write!(text, "{}/s", significant(state.per_sec(), 3));
+                }));
             }
-            bar.enable_steady_tick(Duration::from_millis(100));
             bar
         });
         Self { bar, stage: Mutex::new(String::new()) }
@@ -60,6 +64,7 @@ impl Bar {
         if let Some(bar) = &self.bar {
             // Rate and remaining time are those of the stage.
             let mut shown = self.stage.lock().unwrap_or_else(PoisonError::into_inner);
+            let is_first = shown.is_empty();
             if *shown != stage {
                 stage.clone_into(&mut shown);
                 bar.reset();
@@ -67,6 +72,10 @@ impl Bar {
             bar.set_length(total as u64);
             bar.set_position(done as u64);
             bar.set_message(format!("{stage} {item}"));
+            if is_first {
+                bar.set_draw_target(ProgressDrawTarget::stderr());
+                bar.enable_steady_tick(Duration::from_millis(100));
+            }
         }
     }
 }
