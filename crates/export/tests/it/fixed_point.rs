@@ -6,7 +6,7 @@ use proptest::prelude::*;
 use proptest::test_runner::{Config, TestRunner};
 use std::process::Command;
 
-use crate::compiled::{SANITISERS, can_sanitise, compilers, folder, has_haswell, program};
+use crate::compiled::{SANITISERS, can_sanitise, compilers, folder, has_haswell, is_complete, program};
 
 fn export(seed: u64, sizes: (usize, usize, usize), fed: bool) -> Export {
     let program = program(seed, sizes, false, fed);
@@ -80,7 +80,11 @@ fn random_observers_in_random_formats_agree() {
     let folder = folder("fixed-random");
     let cases =
         (any::<u64>(), (1..=6_usize, 0..=3_usize, 1..=3_usize), any::<bool>(), 2..=16_u32, 0..=16_u32, 4..=29_u32);
-    let mut runner = TestRunner::new(Config { cases: 40, failure_persistence: None, ..Config::default() });
+    let mut runner = TestRunner::new(Config {
+        cases: if is_complete() { 40 } else { 10 },
+        failure_persistence: None,
+        ..Config::default()
+    });
     runner
         .run(&cases, |(seed, sizes, fed, integer, fraction, part)| {
             let formats = FixedPointFormats { gains: q(3, part), signals: q(integer, fraction) };

@@ -18,7 +18,7 @@ use luenberger_observers::{
 use luenberger_random::Random;
 use nalgebra::{DMatrix, DVector};
 
-use crate::compiled::{self, SANITISERS, can_sanitise, compilers, has_haswell};
+use crate::compiled::{self, SANITISERS, can_sanitise, compilers, has_haswell, is_complete};
 use crate::kkl;
 
 const STEPS: usize = 1000;
@@ -347,7 +347,11 @@ fn random_observers_agree_with_the_design_over_a_thousand_steps() {
         flags.push(&SANITISERS);
     }
     let mut count = 0;
-    for batch in 0..8usize {
+    let batches = if is_complete() { 8 } else { 1 };
+    if batches == 1 {
+        flags.retain(|flags| *flags == ["-O0"] || flags.contains(&"-march=haswell") || *flags == SANITISERS);
+    }
+    for batch in 0..batches {
         let (exports, runs) = stable(batch as u64, 12);
         write(&folder, &exports, &runs);
         // All options for the first batch; the others take turns.
@@ -362,7 +366,7 @@ fn random_observers_agree_with_the_design_over_a_thousand_steps() {
         }
         count += exports.len();
     }
-    assert!(count >= 88, "only {count} of 120 observers are stable");
+    assert!(count >= 11 * batches, "only {count} observers in {batches} batches are stable");
 }
 
 /// NaN and infinities in u and y come out of C as of Rust. In y they make the estimate not finite, for good; a filter
@@ -439,7 +443,9 @@ fn a_filter_passes_over_what_is_not_finite() {
     let (mut exports, mut runs) = (Vec::new(), Vec::new());
     for program in programs {
         for scalar in [Scalar::Binary32, Scalar::Binary64] {
-            for bad in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
+            let bad = [f64::NAN, f64::INFINITY, f64::NEG_INFINITY];
+            let all = if is_complete() { &bad[..] } else { &bad[exports.len() % bad.len()..][..1] };
+            for &bad in all {
                 let export = export(&format!("p{}", exports.len()), program.clone(), scalar);
                 let mut run = golden::steps(&export, STEPS).unwrap();
                 let healthy: Vec<_> = run.iter().map(|step| step.estimate.clone()).collect();
@@ -483,6 +489,9 @@ fn misra_rules_hold_but_for_the_documented_deviations() {
         } else {
             nonlinear(&mut random)
         };
+        if !is_complete() && k < 2 {
+            continue;
+        }
         let export = export("plant", program, if k % 2 == 0 { Scalar::Binary32 } else { Scalar::Binary64 });
         let Ok(files) = export.c() else { continue };
         for File { name, text } in &files {
@@ -508,5 +517,5 @@ fn misra_rules_hold_but_for_the_documented_deviations() {
         }
         checked += 1;
     }
-    assert!(checked >= 3, "{checked}");
+    assert!(checked >= if is_complete() { 3 } else { 1 }, "{checked}");
 }
