@@ -72,6 +72,7 @@ impl std::error::Error for ExpressionError {}
 
 /// The token found instead of the expected one.
 #[derive(Clone, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum Found {
     /// The text ends.
     End,

@@ -243,6 +243,7 @@ pub struct Judgement {
 
 /// Evidence that cannot be compared with the printed value.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[non_exhaustive]
 pub enum JudgeError {
     /// The printed value could not be read.
     #[error(transparent)]

@@ -20,6 +20,7 @@ pub use crate::summary::{Failure, Summary};
 
 /// A run that could not write its output, or that makes no sense.
 #[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
 pub enum ReproduceError {
     /// A file or folder could not be written.
     #[error("{path}: {source}", path = path.display())]

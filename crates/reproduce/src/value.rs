@@ -137,6 +137,7 @@ pub enum Printed {
 
 /// A printed value that could not be read.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[non_exhaustive]
 pub enum PrintedError {
     /// One entry is no decimal number.
     #[error("the printed entry {entry:?} is not a decimal number")]

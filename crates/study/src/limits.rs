@@ -46,6 +46,7 @@ const GIB: f64 = 1024.0 * 1024.0 * 1024.0;
 
 /// An estimate that exceeds its limit.
 #[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
 pub enum Excess {
     /// More memory than allowed.
     Memory {

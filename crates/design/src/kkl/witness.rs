@@ -80,6 +80,7 @@ impl fmt::Display for CouplingWitness {
 
 /// The condition violated by an entry of xi on which B depends.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum CouplingObjection {
     /// It is not before the entry of B that reads it, or was not shown not to be read.
     NotEarlier,

@@ -49,9 +49,9 @@ pub const NORM_BOUND_EXCESS: f64 = 1e-4;
 /// The norm of an error.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum SystemNorm {
-    /// The largest gain in L2, the peak of the largest singular value over all frequencies.
+    /// The L2 gain: the peak of the largest singular value over all frequencies.
     HInfinity,
-    /// The root of the variance of z for white noise of unit intensity.
+    /// The square root of the stationary variance of z under white noise of unit intensity.
     H2,
 }
 

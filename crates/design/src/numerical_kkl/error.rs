@@ -145,9 +145,9 @@ pub enum NumericalKklError {
         /// Distance from the centre reached, in half-widths of the box.
         norm: f64,
     },
-    /// A trajectory that the integrator cannot follow within its cap of steps.
+    /// The integrator reached its largest number of steps before the end of a trajectory.
     #[error(
-        "the integration from {from:?} stands still after {steps} steps, at time {time}, with steps of {step}",
+        "the integration from {from:?} stopped after {steps} steps, the largest number, at time {time} with step size {step}",
         step = short(*.step)
     )]
     Stalled {

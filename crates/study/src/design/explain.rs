@@ -260,7 +260,7 @@ pub(super) fn misfit(study: &Study, requested: &ObserverSpec, misfit: &Misfit) -
         Misfit::NotLeftInverse { state, found, point, missed } => {
             let states = &study.plant.states;
             let hypothesis = format!(
-                "`left_inverse` does not take phi back: at {} it gives {} = {}, which is off by {} half-widths of the region, the most of all sampled states",
+                "`left_inverse` is not a left inverse of phi: at {} it gives {} = {}, an error of {} half-widths of the region, the largest over all sampled states",
                 at_state(study, point),
                 states[*state],
                 significant(*found, 6),

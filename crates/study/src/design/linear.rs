@@ -47,7 +47,7 @@ pub(super) fn luenberger(
 ) -> Result<Designed, Misfit> {
     let design = of(plant, requested, options)?;
     let promised = match requested.gain {
-        GainSpec::DecayRate(rate) => format!(" Every error decays at least as fast as {}.", decay(rate)),
+        GainSpec::DecayRate(rate) => format!(" The error decays at least as fast as {}.", decay(rate)),
         _ => String::new(),
     };
     linear_report(study, plant, &design, &promised, bounds)

@@ -105,6 +105,7 @@ pub enum SweepError {
 
 /// Why a file is not the block it should be.
 #[derive(Debug, Clone, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum Fault {
     /// It does not end with a digest.
     Truncated,

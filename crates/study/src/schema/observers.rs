@@ -210,7 +210,7 @@ pub(super) const KINDS: &[Variant] = &[
             required(
                 "bound",
                 Kind::Number(Range::Positive),
-                "Bound of |d|: of what the plant's own f leaves open in the last derivative, model errors included.",
+                "Bound of |d|, the disturbance and the model error in the equation of x_n.",
             ),
             optional(
                 "k",

@@ -267,7 +267,7 @@ pub enum PrintedMean {
 /// Specification of a sliding-mode observer.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SlidingModeSpec {
-    /// The bound of what the model leaves open in the last derivative.
+    /// The bound of |d|, the disturbance and the model error in the equation of x_n.
     pub bound: f64,
     /// The gains, n of them; none for those that follow from the bound.
     pub gains: Option<Vec<f64>>,

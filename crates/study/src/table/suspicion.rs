@@ -5,6 +5,7 @@ use luenberger_sim::Recording;
 
 /// A pattern in a log that suggests a sensor fault.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub enum Suspicion {
     /// No samples for several times the median period.
     Gap {

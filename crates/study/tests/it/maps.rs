@@ -239,7 +239,7 @@ pub(crate) fn maps_that_are_wrong_are_refused_with_the_place() {
     for (text, hypothesis, alternative) in [
         // A slip of the hand: the residual is C2/L1 w v2.
         (with("(1 + C2/L1)*", "", KKL), "phi does not solve D phi f = Lambda phi + B: the residual of row 2", "differ"),
-        (with("(xi2 + C2*v2)/L1", "xi2/L1", KKL), "`left_inverse` does not take phi back: at i1 = ", "phi^L"),
+        (with("(xi2 + C2*v2)/L1", "xi2/L1", KKL), "`left_inverse` is not a left inverse of phi: at i1 = ", "phi^L"),
         // v2 is between 0 and 60.
         (
             with("(xi2 + C2*v2)/L1", "(xi2 + C2*v2)/L1 + 0*ln(v2 - 5)", KKL),
