@@ -68,12 +68,12 @@ impl CubicDesign {
     /// [`LinalgError::NotPositiveSemidefinite`](luenberger_linalg::LinalgError::NotPositiveSemidefinite) for theta or
     /// `S + S'`, [`DesignError::NotPositive`] for gamma or w, [`DesignError::DependentOutputs`] when the radial choice
     /// does not exist.
-    pub fn new(linear: &LinearDesign, theta: &DMatrix<f64>, correction: &CubicGain) -> Result<Self, DesignError> {
+    pub fn new(linear: &LinearDesign, theta: &DMatrix<f64>, cubic_gain: &CubicGain) -> Result<Self, DesignError> {
         let o = &linear.observer;
         let outputs = o.c.nrows();
         let theta = &check::positive_semidefinite("theta", theta, outputs)?;
         let p_inverse_ct = check::solve_definite("P", &linear.p, &o.c.transpose())?;
-        let s = structure(correction, theta, (&o.c, &p_inverse_ct))?;
+        let s = structure(cubic_gain, theta, (&o.c, &p_inverse_ct))?;
         let n = -(p_inverse_ct * &s);
         let certificate = theorem((&o.a, &o.b, &o.c), (&o.l, &n, theta), (&linear.p, &s), linear.rate).certify()?;
         let observer = CubicObserver::of(o.plant(), o.l.clone(), n, theta.clone())?;
@@ -124,12 +124,12 @@ pub(crate) fn theorem(
 
 /// S of `N = -P^-1 C'S`.
 pub(crate) fn structure(
-    correction: &CubicGain,
+    cubic_gain: &CubicGain,
     theta: &DMatrix<f64>,
     (c, p_inverse_ct): (&DMatrix<f64>, &DMatrix<f64>),
 ) -> Result<DMatrix<f64>, DesignError> {
     let outputs = c.nrows();
-    Ok(match correction {
+    Ok(match cubic_gain {
         CubicGain::Gamma(gamma) => {
             check::positive("gamma", *gamma)?;
             theta * *gamma

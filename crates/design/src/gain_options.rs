@@ -54,6 +54,13 @@ impl From<Settings> for GainOptions {
 }
 
 impl GainOptions {
+    /// Solver and its limits.
+    #[must_use]
+    pub fn settings(mut self, settings: Settings) -> Self {
+        self.settings = settings;
+        self
+    }
+
     /// Requires `|L| <= bound` (spectral norm), bound > 0.
     #[must_use]
     pub fn max_gain(mut self, bound: f64) -> Self {

@@ -71,7 +71,7 @@ pub use deployed::{DeployedLinear, deployed_linear};
 pub use discrete::DiscreteDesign;
 pub use enclosure::{EnclosureError, IntervalDual, JacobianEnclosure, Region};
 pub use error::{DesignError, InfeasibilityReason, NearlyHidden};
-pub use error_bound::{Disturbances, ErrorBound};
+pub use error_bound::{DisturbanceBounds, ErrorBound};
 pub use exact_solution::{enclosed_lyapunov, enclosed_stein, lyapunov_certificate_file, stein_certificate_file};
 pub use feedback::FeedbackDesign;
 pub use gain_options::GainOptions;

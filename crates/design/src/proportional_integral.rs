@@ -27,7 +27,7 @@ use nalgebra::{DMatrix, Dyn, SymmetricEigen};
 
 use crate::check;
 use crate::error::DesignError;
-use crate::error_bound::Disturbances;
+use crate::error_bound::DisturbanceBounds;
 
 /// The plant with the state (x, d) for disturbances `x' = A x + B u + E d`, `d' = 0`; E is n x q.
 ///
@@ -123,10 +123,10 @@ pub fn bandwidth_poles(count: usize, outputs: usize, omega: f64) -> Vec<f64> {
 
 /// The disturbances of the plant with the state (x, d, .., d^(k-1)), k the `order`: those of the plant, whose D is
 /// kept, and `d^(k)` with the bounds `rate`.
-pub fn disturbances_with_rate(of_plant: &Disturbances, rate: &[f64], order: usize) -> Disturbances {
+pub fn disturbances_with_rate(of_plant: &DisturbanceBounds, rate: &[f64], order: usize) -> DisturbanceBounds {
     let (n, m, q, p) = (of_plant.e.nrows(), of_plant.bounds.len(), rate.len(), of_plant.d.nrows());
     let last = n + (order.max(1) - 1) * q;
-    Disturbances {
+    DisturbanceBounds {
         e: DMatrix::from_fn(last + q, m + q, |i, j| match (i < n, j < m) {
             (true, true) => of_plant.e[(i, j)],
             (false, false) if i >= last && i - last == j - m => 1.0,

@@ -12,7 +12,7 @@
 //! [`SampledCubicDesign::deployed`].
 //!
 //! Gains that are not radial, `S = gamma theta` or any S with `S + S' >= 0`, have no closed form of the flow: with
-//! [`SampledCubicDesign::with_correction`] the observer takes the semi-implicit step of
+//! [`SampledCubicDesign::with_cubic_gain`] the observer takes the semi-implicit step of
 //! [`luenberger_observers::semi_implicit`], which does not increase V either, at any period. The stored N violates the
 //! structure by `R = PN + C'S`; with a small R, which the certificate has in an inequality, V still falls at each step.
 
@@ -70,7 +70,7 @@ impl SampledCubicDesign {
     /// [`DesignError::NotPositive`] for h or w; `NotPositiveSemidefinite` for theta; [`DesignError::DependentOutputs`];
     /// the errors of placement when the period hides a mode.
     pub fn new(linear: &LinearDesign, theta: &DMatrix<f64>, w: f64, h: f64) -> Result<Self, DesignError> {
-        Self::with_correction(linear, theta, &CubicGain::Radial(w), h)
+        Self::with_cubic_gain(linear, theta, &CubicGain::Radial(w), h)
     }
 
     /// As [`new`](Self::new), with any admissible cubic gain: in closed form for [`CubicGain::Radial`], else with a
@@ -85,16 +85,16 @@ impl SampledCubicDesign {
     /// let plant = StateSpace::new(a, DMatrix::zeros(3, 0), dmatrix![1.0, 0.0, 0.0; 0.0, 0.0, 1.0])?;
     /// let linear = LinearDesign::with_poles(&plant, &[-1.0, -2.0, -3.0])?;
     /// let s = CubicGain::General(dmatrix![2.0, 1.0; -1.0, 0.5]);
-    /// let design = SampledCubicDesign::with_correction(&linear, &DMatrix::identity(2, 2), &s, 0.1)?;
+    /// let design = SampledCubicDesign::with_cubic_gain(&linear, &DMatrix::identity(2, 2), &s, 0.1)?;
     /// assert!(design.certificate.is_proved());
     /// # Ok::<(), Box<dyn std::error::Error>>(())
     /// ```
     /// # Errors
     /// As [`new`](Self::new); [`DesignError`] for an S of another shape, or with `S + S'` not positive semidefinite.
-    pub fn with_correction(
+    pub fn with_cubic_gain(
         linear: &LinearDesign,
         theta: &DMatrix<f64>,
-        correction: &CubicGain,
+        cubic_gain: &CubicGain,
         h: f64,
     ) -> Result<Self, DesignError> {
         check::positive("the sampling period h", h)?;
@@ -102,7 +102,7 @@ impl SampledCubicDesign {
         let held = zero_order_hold(&o.a, &o.b, h)?;
         let poles: Vec<_> = linear.poles.iter().map(|s| (s * h).exp()).collect();
         let placement = place_observer(&held.ad, &o.c, &poles)?;
-        Self::with_gain(&held_plant(linear, held)?, placement.gain, theta, correction, (h, None))
+        Self::with_gain(&held_plant(linear, held)?, placement.gain, theta, cubic_gain, (h, None))
     }
 
     /// The same for the stationary Kalman predictor of the sampled plant: `Ld = Ad Sigma C'(C Sigma C' + V)^-1` for
@@ -141,17 +141,17 @@ impl SampledCubicDesign {
     /// with a semi-implicit step.
     ///
     /// # Errors
-    /// As [`with_correction`](Self::with_correction).
+    /// As [`with_cubic_gain`](Self::with_cubic_gain).
     pub fn from_cubic_with_weight(linear: &LinearDesign, cubic: &CubicDesign, h: f64) -> Result<Self, DesignError> {
         let o = &cubic.observer;
         let one = Self::from_cubic(linear, cubic, h)?;
         let f = one.observer.ad() - one.observer.ld() * &o.c;
         let p = SteinEquation::new(&f)?.solve(&(&cubic.q * h))?.p;
-        let correction = match o.c.nrows() {
+        let cubic_gain = match o.c.nrows() {
             1 => CubicGain::Radial(luenberger_observers::cubic::rate(&o.c, &o.n)),
             _ => CubicGain::General(cubic.s.clone()),
         };
-        one.with_lyapunov(&p, &correction)
+        one.with_lyapunov(&p, &cubic_gain)
     }
 
     /// The observer of a plant in discrete time with the gain of `linear`, weight `theta` and strength `w`.
@@ -169,41 +169,41 @@ impl SampledCubicDesign {
     /// # Errors
     /// As [`new`](Self::new).
     pub fn of_discrete(linear: &DiscreteDesign, theta: &DMatrix<f64>, w: f64) -> Result<Self, DesignError> {
-        Self::of_discrete_with_correction(linear, theta, &CubicGain::Radial(w))
+        Self::of_discrete_with_cubic_gain(linear, theta, &CubicGain::Radial(w))
     }
 
-    /// The same with any admissible cubic gain, as [`with_correction`](Self::with_correction).
+    /// The same with any admissible cubic gain, as [`with_cubic_gain`](Self::with_cubic_gain).
     ///
     /// # Errors
-    /// As [`with_correction`](Self::with_correction).
-    pub fn of_discrete_with_correction(
+    /// As [`with_cubic_gain`](Self::with_cubic_gain).
+    pub fn of_discrete_with_cubic_gain(
         linear: &DiscreteDesign,
         theta: &DMatrix<f64>,
-        correction: &CubicGain,
+        cubic_gain: &CubicGain,
     ) -> Result<Self, DesignError> {
         let o = &linear.observer;
-        Self::with_gain(o.plant(), o.l().clone(), theta, correction, (o.period(), None))
+        Self::with_gain(o.plant(), o.l().clone(), theta, cubic_gain, (o.period(), None))
     }
 
     /// The same linear observer with the cubic gain that belongs to another P (n x n).
-    pub(crate) fn with_lyapunov(&self, p: &DMatrix<f64>, correction: &CubicGain) -> Result<Self, DesignError> {
+    pub(crate) fn with_lyapunov(&self, p: &DMatrix<f64>, cubic_gain: &CubicGain) -> Result<Self, DesignError> {
         let o = &self.observer;
         let plant = StateSpace::new(o.ad().clone(), o.bd().clone(), o.c().clone())?;
         let plant = StateSpace { d: o.d().cloned(), ..plant };
-        Self::with_gain(&plant, o.ld().clone(), o.theta(), correction, (o.period(), Some(p)))
+        Self::with_gain(&plant, o.ld().clone(), o.theta(), cubic_gain, (o.period(), Some(p)))
     }
 
     fn with_gain(
         plant: &StateSpace,
         ld: DMatrix<f64>,
         theta: &DMatrix<f64>,
-        correction: &CubicGain,
+        cubic_gain: &CubicGain,
         (h, given): (f64, Option<&DMatrix<f64>>),
     ) -> Result<Self, DesignError> {
         let StateSpace { a: ad, b: bd, c, d } = plant.clone();
         let (n, outputs) = (ad.nrows(), c.nrows());
         let theta = &check::positive_semidefinite("theta", theta, outputs)?;
-        if matches!(correction, CubicGain::Radial(_)) {
+        if matches!(cubic_gain, CubicGain::Radial(_)) {
             check::independent_outputs(&c)?;
         }
         let f = &ad - &ld * &c;
@@ -215,12 +215,12 @@ impl SampledCubicDesign {
         };
         let poles = equation.eigenvalues();
         let p_inverse_ct = check::solve_definite("P", &p, &c.transpose())?;
-        let s = structure(correction, theta, (&c, &p_inverse_ct))?;
+        let s = structure(cubic_gain, theta, (&c, &p_inverse_ct))?;
         let gain = -(p_inverse_ct * &s);
         let numbers = (matrices((&ad, &bd, &c)), [&ld, &gain, theta, &p].map(proof_matrix));
         let (plant, [l, n_stored, weight, lyapunov]) = numbers;
         let gains = |w| SampledCubicGains { ad, bd, c, ld, n: gain, theta: theta.clone(), w, period: h };
-        let (observer, certificate) = match correction {
+        let (observer, certificate) = match cubic_gain {
             CubicGain::Radial(w) => {
                 let theorem = certificate::SampledCubicConvergence {
                     plant,

@@ -29,7 +29,7 @@ use crate::certificate::certified;
 use crate::check;
 use crate::cubic::CubicDesign;
 use crate::error::DesignError;
-use crate::error_bound::{Disturbances, ErrorBound};
+use crate::error_bound::{DisturbanceBounds, ErrorBound};
 use crate::linear::LinearDesign;
 use luenberger_proof::certificate::Certificate;
 use luenberger_proof::statement::Deviation;
@@ -144,7 +144,7 @@ impl UncertainBound {
         design: &LinearDesign,
         uncertainty: &Uncertainty,
         states: &[f64],
-        disturbances: Option<&Disturbances>,
+        disturbances: Option<&DisturbanceBounds>,
     ) -> Result<Self, DesignError> {
         let o = &design.observer;
         let forced = Forced::new((&o.a, &o.c), uncertainty, states, disturbances)?;
@@ -159,7 +159,7 @@ impl UncertainBound {
         design: &CubicDesign,
         uncertainty: &Uncertainty,
         states: &[f64],
-        disturbances: Option<&Disturbances>,
+        disturbances: Option<&DisturbanceBounds>,
     ) -> Result<Self, DesignError> {
         let o = &design.observer;
         let forced = Forced::new((&o.a, &o.c), uncertainty, states, disturbances)?;
@@ -176,7 +176,7 @@ impl UncertainBound {
         plant: &StateSpace,
         uncertainty: &Uncertainty,
         states: &[f64],
-        disturbances: &Disturbances,
+        disturbances: &DisturbanceBounds,
         scale: &[f64],
     ) -> Result<Self, DesignError> {
         check::plant(plant)?;
@@ -200,7 +200,7 @@ impl UncertainBound {
     ) -> Result<Self, DesignError> {
         if let ([e], None) = (&forced.entries[..], cubic) {
             let plant = StateSpace::new(a.clone(), DMatrix::zeros(a.nrows(), 0), c.clone())?;
-            let disturbances = Disturbances { e: e.clone(), ..forced.of_all.clone() };
+            let disturbances = DisturbanceBounds { e: e.clone(), ..forced.of_all.clone() };
             let bound = ErrorBound::linear(&LinearObserver::of(plant, l.clone())?, &disturbances)?;
             return Ok(Self { certificate: bound.certificate.clone(), l: l.clone(), bound });
         }
@@ -215,7 +215,7 @@ struct Forced {
     /// `[Delta_k, E]` or `[M, E]`.
     entries: Vec<DMatrix<f64>>,
     /// D and the bounds, those of x or v first.
-    of_all: Disturbances,
+    of_all: DisturbanceBounds,
 }
 
 impl Forced {
@@ -223,7 +223,7 @@ impl Forced {
         (a, c): (&DMatrix<f64>, &DMatrix<f64>),
         uncertainty: &Uncertainty,
         states: &[f64],
-        disturbances: Option<&Disturbances>,
+        disturbances: Option<&DisturbanceBounds>,
     ) -> Result<Self, DesignError> {
         let (n, p) = (a.nrows(), c.nrows());
         check::matrix("the bounds of the states", &DMatrix::from_row_slice(1, states.len(), states), (1, n))?;
@@ -249,7 +249,7 @@ impl Forced {
                 (vec![m.clone()], vec![largest; m.ncols()])
             }
         };
-        let none = Disturbances { e: DMatrix::zeros(n, 0), d: DMatrix::zeros(p, 0), bounds: Vec::new() };
+        let none = DisturbanceBounds { e: DMatrix::zeros(n, 0), d: DMatrix::zeros(p, 0), bounds: Vec::new() };
         let disturbances = disturbances.unwrap_or(&none);
         let (first, others) = (bounds.len(), disturbances.bounds.len());
         check::matrix("E", &disturbances.e, (n, others))?;
@@ -261,7 +261,7 @@ impl Forced {
                 })
             };
         let entries: Vec<_> = forcing.iter().map(|left| beside(left, &disturbances.e)).collect();
-        let of_all = Disturbances {
+        let of_all = DisturbanceBounds {
             e: entries[0].clone(),
             d: beside(&DMatrix::zeros(p, first), &disturbances.d),
             bounds: bounds.iter().chain(&disturbances.bounds).copied().collect(),

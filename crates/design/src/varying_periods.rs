@@ -57,7 +57,7 @@ pub struct VaryingPeriodDesign {
 }
 
 impl VaryingPeriodDesign {
-    /// The observer of [`SampledCubicDesign::with_correction`] with period h, whose correction gain serves all
+    /// The observer of [`SampledCubicDesign::with_cubic_gain`] with period h, whose correction gain serves all
     /// `periods`.
     ///
     /// ```
@@ -72,29 +72,29 @@ impl VaryingPeriodDesign {
     /// # Ok::<(), luenberger_design::DesignError>(())
     /// ```
     /// # Errors
-    /// As [`SampledCubicDesign::with_correction`]; [`DesignError::Setting`] for periods that are not in order, or do
+    /// As [`SampledCubicDesign::with_cubic_gain`]; [`DesignError::Setting`] for periods that are not in order, or do
     /// not contain h; [`DesignError::VaryingPeriods`] if nothing is proved, with times for which the error grows, if
     /// some were found, and smaller bounds for which convergence is proved; [`DesignError::Observer`] for a plant too
     /// fast to be predicted over the longest time.
     pub fn new(
         linear: &LinearDesign,
         theta: &DMatrix<f64>,
-        correction: &CubicGain,
+        cubic_gain: &CubicGain,
         h: f64,
         periods: &Periods,
     ) -> Result<Self, DesignError> {
         check_periods(h, periods)?;
-        let first = SampledCubicDesign::with_correction(linear, theta, correction, h)?;
+        let first = SampledCubicDesign::with_cubic_gain(linear, theta, cubic_gain, h)?;
         let o = &first.observer;
         let k = correction_gain(o.ad(), o.ld())?;
         let maps = Maps { a: &linear.observer.a, after: DMatrix::identity(k.nrows(), k.nrows()) - &k * o.c() };
         let Some((p, factor)) = maps.common_lyapunov(periods)? else { return Err(maps.refusal(h, periods)?) };
         // N = -P^-1 C'S depends on the scale of P: that of the design at the nominal period.
         let p = &p * (first.p.trace() / p.trace());
-        let nominal = first.with_lyapunov(&p, correction)?;
+        let nominal = first.with_lyapunov(&p, cubic_gain)?;
         let o = &nominal.observer;
         let (n, weight) = (proof_matrix(o.n()), proof_matrix(o.theta()));
-        let step = match correction {
+        let step = match cubic_gain {
             CubicGain::Radial(w) => CubicStep::Radial { n, theta: weight, w: *w },
             CubicGain::Gamma(_) | CubicGain::General(_) => {
                 CubicStep::SemiImplicit { n, theta: weight, s: proof_matrix(&nominal.s) }

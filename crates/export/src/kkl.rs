@@ -419,12 +419,12 @@ impl Kkl<f64> {
     ///
     /// # Errors
     /// [`ExpressionPlantError::Sizes`] for a plant of other sizes; the errors of [`SampledKkl::new`];
-    /// [`KklError::Large`] for a table that is too large for source code.
+    /// [`KklExportError::Large`] for a table that is too large for source code.
     pub fn new<I, const N: usize, const Z: usize>(
         plant: &ExpressionPlant,
         filter: SampledFilter<f64, 1, Z>,
         inverse: I,
-    ) -> Result<Self, KklError>
+    ) -> Result<Self, KklExportError>
     where
         I: StateInverse<f64, N, Z>,
         SampledKkl<Fixed<N, 0, 1>, f64, I, N, 0, 1, Z>: Into<Self>,
@@ -442,7 +442,7 @@ impl Kkl<f64> {
         filter: SampledFilter<f64, 1, Z>,
         inverse: I,
         first: SVector<f64, M>,
-    ) -> Result<Self, KklError>
+    ) -> Result<Self, KklExportError>
     where
         I: HeldStateInverse<f64, N, M, Z>,
         Held<f64, I, N, M, Z, ZN>: Into<Self>,
@@ -452,13 +452,13 @@ impl Kkl<f64> {
     }
 
     /// With a table that source code can hold.
-    fn checked(self) -> Result<Self, KklError> {
+    fn checked(self) -> Result<Self, KklExportError> {
         let Some(table) = self.table(Scalar::Binary64) else { return Ok(self) };
         let numbers = table.coefficients.len();
         if numbers > MOST_NUMBERS {
-            return Err(KklError::Large { numbers, tables: table.tables() });
+            return Err(KklExportError::Large { numbers, tables: table.tables() });
         }
-        if table.is_plain { Ok(self) } else { Err(KklError::Boxes) }
+        if table.is_plain { Ok(self) } else { Err(KklExportError::Boxes) }
     }
 
     pub(crate) fn plant(&self) -> &ExpressionPlant {
@@ -536,7 +536,7 @@ impl<T: RealField + Copy> Kkl<T> {
 /// Why there is no such observer.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
-pub enum KklError {
+pub enum KklExportError {
     /// A plant of other sizes.
     #[error(transparent)]
     Plant(#[from] ExpressionPlantError),

@@ -1,6 +1,6 @@
 //! An interval observer: bounds that enclose the state, and what makes them narrow.
 
-use luenberger::design::{Certified, Disturbances, ErrorCoordinates, IntervalDesign, LinearDesign};
+use luenberger::design::{Certified, DisturbanceBounds, ErrorCoordinates, IntervalDesign, LinearDesign};
 use luenberger::observers::Observer;
 use luenberger::plants::StateSpace;
 use nalgebra::{DVector, dmatrix};
@@ -8,7 +8,7 @@ use nalgebra::{DVector, dmatrix};
 pub(crate) fn main() -> Result<(), Box<dyn std::error::Error>> {
     // A motor with an unknown load torque up to 0.3, and a tachometer with noise up to 0.05.
     let plant = StateSpace::new(dmatrix![-1.0, 2.0; -4.0, -8.0], dmatrix![0.0; 5.0], dmatrix![1.0, 0.0])?;
-    let acting = Disturbances::of_states_and_outputs(&dmatrix![1.0; 0.0], &[0.3], &[0.05]);
+    let acting = DisturbanceBounds::of_states_and_outputs(&dmatrix![1.0; 0.0], &[0.3], &[0.05]);
     let first = [2.0, 2.0];
 
     println!("half-widths in the end   speed   current");

@@ -6,7 +6,7 @@ use luenberger_design::lipschitz::{LipschitzPlant, Sector};
 use luenberger_design::mean_value::ContractingCoordinates;
 use luenberger_design::robust::PolytopicDesign;
 use luenberger_design::{
-    Certified, CubicDesign, CubicGain, DecoupledPlant, DiscreteDesign, Disturbances, ErrorBound, ErrorCoordinates,
+    Certified, CubicDesign, CubicGain, DecoupledPlant, DiscreteDesign, DisturbanceBounds, ErrorBound, ErrorCoordinates,
     FeedbackDesign, IntervalDesign, IntervalRequirements, LinearDesign, LipschitzDesign, Periods, ReducedOrderDesign,
     SampledCubicDesign, SampledIntervalDesign, SuperTwistingDesign, Theorem1, UnknownInputDesign, VaryingPeriodDesign,
     at_varying_periods, cubic_lmi_design, deployed_linear, lyapunov_certificate_file, stein_certificate_file,
@@ -205,7 +205,7 @@ fn semi_implicit(random: &mut Random) -> Option<CertificateFile> {
         CubicGain::General(accretive(p, random))
     };
     let design =
-        SampledCubicDesign::with_correction(&linear, &weight(p, random), &correction, random.between(0.01, 0.3));
+        SampledCubicDesign::with_cubic_gain(&linear, &weight(p, random), &correction, random.between(0.01, 0.3));
     written(design.ok()?.certificate_file("semi-implicit"))
 }
 
@@ -239,12 +239,12 @@ fn sampled(random: &mut Random) -> Option<CertificateFile> {
 }
 
 /// Disturbances of the states and noise of the outputs; one in four enters both.
-fn disturbances(n: usize, p: usize, random: &mut Random) -> Disturbances {
+fn disturbances(n: usize, p: usize, random: &mut Random) -> DisturbanceBounds {
     let q = random.below(3);
     let size = |random: &mut Random| 2.0_f64.powi(random.integer(-6, 2));
     let bounds: Vec<f64> = (0..q).map(|_| size(random)).collect();
     let noise: Vec<f64> = (0..p).map(|_| size(random)).collect();
-    let mut found = Disturbances::of_states_and_outputs(&random.matrix(n, q), &bounds, &noise);
+    let mut found = DisturbanceBounds::of_states_and_outputs(&random.matrix(n, q), &bounds, &noise);
     if q > 0 && random.once_in(4) {
         found.d[(0, 0)] = random.unit();
     }

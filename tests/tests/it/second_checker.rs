@@ -12,8 +12,8 @@ use luenberger_design::lipschitz::{LipschitzPlant, Sector};
 use luenberger_design::mean_value::{ContractingCoordinates, MeanValueDesign};
 use luenberger_design::robust::{PolytopicDesign, certify_gain};
 use luenberger_design::{
-    Certified, CubicDesign, CubicGain, DecoupledPlant, DiscreteDesign, DiscreteLpvDesign, Disturbances, ErrorBound,
-    ErrorCoordinates, FeedbackDesign, GainOptions, GeneralizedPlant, IntervalDesign, IntervalRequirements,
+    Certified, CubicDesign, CubicGain, DecoupledPlant, DiscreteDesign, DiscreteLpvDesign, DisturbanceBounds,
+    ErrorBound, ErrorCoordinates, FeedbackDesign, GainOptions, GeneralizedPlant, IntervalDesign, IntervalRequirements,
     LinearDesign, LipschitzDesign, LpvDesign, NormFilterDesign, NormTarget, Periods, ReducedOrderDesign, Region,
     SampledCubicDesign, SampledIntervalDesign, SuperTwistingDesign, SystemNorm, Theorem1, TimeDomain, Uncertainty,
     UnknownInputDesign, VaryingPeriodDesign, at_varying_periods, cubic_lmi_design, deployed_linear,
@@ -110,7 +110,7 @@ fn of_linear_plants() -> Vec<CertificateFile> {
     let two = StateSpace::new(DMatrix::identity(2, 2) * 0.3, DMatrix::zeros(2, 0), DMatrix::identity(2, 2)).unwrap();
     let general = CubicGain::General(dmatrix![2.0, 1.0; -1.0, 0.5]);
     let semi_implicit =
-        SampledCubicDesign::with_correction(&linear(&two), &DMatrix::identity(2, 2), &general, 0.1).unwrap();
+        SampledCubicDesign::with_cubic_gain(&linear(&two), &DMatrix::identity(2, 2), &general, 0.1).unwrap();
     let mut files: Vec<CertificateFile> = [
         &example1 as &dyn Certified,
         &cubic,
@@ -163,7 +163,7 @@ fn of_linear_plants() -> Vec<CertificateFile> {
 /// Interval observers: modal coordinates with a complex pair, the plant's coordinates, and sampled in both formats.
 fn enclosing() -> Vec<CertificateFile> {
     let plant = StateSpace::new(dmatrix![-1.0, 2.0; -4.0, -2.0], dmatrix![0.0; 5.0], dmatrix![1.0, 0.0]).unwrap();
-    let acting = Disturbances::of_states_and_outputs(&dmatrix![1.0; 0.0], &[0.3], &[0.05]);
+    let acting = DisturbanceBounds::of_states_and_outputs(&dmatrix![1.0; 0.0], &[0.3], &[0.05]);
     let first = [1.0, 1.0];
     let poles = [nalgebra::Complex::new(-4.0, 3.0), nalgebra::Complex::new(-4.0, -3.0)];
     let linear = LinearDesign::with_poles(&plant, &poles).unwrap();
@@ -203,7 +203,7 @@ fn without_disturbance() -> [CertificateFile; 2] {
 /// Bounds of the error under disturbances: linear, cubic, with two outputs, and of an uncertain plant.
 fn under_disturbances(example1: &LinearDesign, cubic: &CubicDesign) -> [CertificateFile; 4] {
     let e = dmatrix![0.0; 1.0];
-    let acting = Disturbances::of_states_and_outputs(&e, &[0.5], &[0.1]);
+    let acting = DisturbanceBounds::of_states_and_outputs(&e, &[0.5], &[0.1]);
     let two = StateSpace::new(
         dmatrix![0.0, 1.0, 0.0; 0.0, 0.0, 1.0; -1.0, -2.0, 0.5],
         DMatrix::zeros(3, 0),
@@ -211,10 +211,10 @@ fn under_disturbances(example1: &LinearDesign, cubic: &CubicDesign) -> [Certific
     )
     .unwrap();
     let both = CubicDesign::new(&linear(&two), &DMatrix::identity(2, 2), &CubicGain::Gamma(3.0)).unwrap();
-    let noise = Disturbances::of_outputs(3, &[0.2, 0.01]);
+    let noise = DisturbanceBounds::of_outputs(3, &[0.2, 0.01]);
     let o = &cubic.observer;
     // x2 is at most 2, and multiplies a number of at most 0.1 in the equation of x2.
-    let uncertain = Disturbances::of_states_and_outputs(&dmatrix![0.0, 0.0; 1.0, 0.1], &[0.5, 2.0], &[0.1]);
+    let uncertain = DisturbanceBounds::of_states_and_outputs(&dmatrix![0.0, 0.0; 1.0, 0.1], &[0.5, 2.0], &[0.1]);
     let vertices = [-1.0, 1.0].map(|sign| {
         let mut e = uncertain.e.clone();
         e[(1, 1)] *= sign;

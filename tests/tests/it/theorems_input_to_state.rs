@@ -2,8 +2,8 @@
 //! systems under the worst disturbances that a search finds. Statement and proof: docs/theory-cubic.md.
 
 use luenberger_design::{
-    CubicDesign, CubicGain, DecoupledPlant, DesignError, Disturbances, ErrorBound, LinearDesign, UnknownInputDesign,
-    proportional_integral, with_disturbance,
+    CubicDesign, CubicGain, DecoupledPlant, DesignError, DisturbanceBounds, ErrorBound, LinearDesign,
+    UnknownInputDesign, proportional_integral, with_disturbance,
 };
 use luenberger_observers::Observer;
 use luenberger_plants::double_integrator;
@@ -26,7 +26,7 @@ struct ErrorFlow {
 }
 
 impl ErrorFlow {
-    fn of(design: &CubicDesign, acting: &Disturbances) -> Self {
+    fn of(design: &CubicDesign, acting: &DisturbanceBounds) -> Self {
         let o = &design.observer;
         Self {
             f: &o.a - &o.l * &o.c,
@@ -100,7 +100,7 @@ proptest! {
         let (n, p) = (plant.a.nrows(), plant.c.nrows());
         let sizes: Vec<f64> = sizes.into_iter().map(|k| 2.0_f64.powi(k)).collect();
         let e = e.view((0, 0), (n, states.min(2))).into_owned();
-        let mut acting = Disturbances::of_states_and_outputs(&e, &sizes[..states.min(2)], &sizes[2..2 + p]);
+        let mut acting = DisturbanceBounds::of_states_and_outputs(&e, &sizes[..states.min(2)], &sizes[2..2 + p]);
         if states > 0 {
             // A disturbance of the states that the outputs have as well.
             acting.d.column_mut(0).copy_from(&shared.rows(0, p));
@@ -157,7 +157,7 @@ proptest! {
         let linear = linear(&plant, 1.0);
         let s = accretive(p, &d, &k);
         let design = CubicDesign::new(&linear, &DMatrix::identity(p, p), &CubicGain::General(s)).unwrap();
-        let acting = Disturbances::of_states_and_outputs(&e.rows(0, n).into_owned(), &[0.5], &vec![0.25; p]);
+        let acting = DisturbanceBounds::of_states_and_outputs(&e.rows(0, n).into_owned(), &[0.5], &vec![0.25; p]);
         let bound = ErrorBound::cubic(&design, &acting).unwrap();
         let Theorem::InputToStateStability(theorem) = bound.certificate.theorems()[0].theorem().clone() else { panic!() };
         let refuted = |change: &dyn Fn(&mut InputToStateStability), fact: &str| {
@@ -293,7 +293,7 @@ fn the_conditions_that_fail_are_named() {
 #[test]
 fn the_constant_of_the_cubic_part_is_that_of_the_paper() {
     let (_, _, design) = example_1();
-    let bound = ErrorBound::cubic(&design, &Disturbances::of_outputs(2, &[0.5])).unwrap();
+    let bound = ErrorBound::cubic(&design, &DisturbanceBounds::of_outputs(2, &[0.5])).unwrap();
     assert!(bound.certificate.is_proved(), "{}", bound.certificate);
     let Theorem::InputToStateStability(theorem) = bound.certificate.theorems()[0].theorem() else { panic!() };
     let term = theorem.cubic.as_ref().unwrap();
@@ -316,7 +316,7 @@ fn the_bound_of_a_linear_observer_is_near_the_largest_error() {
     // e1' = -7 e1 + e2 - 7 v, e2' = -10 e1 - 10 v: impulse responses of poles -2 and -5, integrated by a fine sum.
     let plant = double_integrator().to_dynamic();
     let linear = LinearDesign::with_poles(&plant, &[-2.0, -5.0]).unwrap();
-    let bound = ErrorBound::linear(&linear.observer, &Disturbances::of_outputs(2, &[0.1])).unwrap();
+    let bound = ErrorBound::linear(&linear.observer, &DisturbanceBounds::of_outputs(2, &[0.1])).unwrap();
     let response = |a: f64, b: f64, t: f64| a * (-2.0 * t).exp() + b * (-5.0 * t).exp();
     // G = -(7, 10): e1 = (4/3) exp(-2t) - (25/3) exp(-5t), e2 = (20/3)(exp(-2t) - (5/2) exp(-5t)).
     let peak = |a: f64, b: f64| {

@@ -2,8 +2,8 @@
 //! their corners, in continuous time and in the arithmetic of the target. Statement and proof: docs/theory-cubic.md.
 
 use luenberger_design::{
-    DesignError, DiscreteDesign, Disturbances, ErrorCoordinates, IntervalDesign, IntervalRequirements, LinearDesign,
-    SampledIntervalDesign,
+    DesignError, DiscreteDesign, DisturbanceBounds, ErrorCoordinates, IntervalDesign, IntervalRequirements,
+    LinearDesign, SampledIntervalDesign,
 };
 use luenberger_linalg::expm;
 use luenberger_lmi::proof_matrix;
@@ -46,7 +46,7 @@ proptest! {
     ) {
         let (n, p) = (plant.a.nrows(), plant.c.nrows());
         let e = e.rows(0, n).into_owned();
-        let acting = Disturbances::of_states_and_outputs(&e, &[w, 0.5 * w], &vec![v; p]);
+        let acting = DisturbanceBounds::of_states_and_outputs(&e, &[w, 0.5 * w], &vec![v; p]);
         let first: Vec<f64> = (0..n).map(|i| 0.5 + 0.3 * i as f64).collect();
         let linear = designed(&plant, oscillates);
         let design = IntervalDesign::new(&linear.observer, &acting, ErrorCoordinates::Modal, &first).unwrap();
@@ -242,7 +242,7 @@ impl SampledRun {
 fn the_bound_of_a_scalar_plant_is_reached() {
     let plant = StateSpace::new(dmatrix![-1.0], dmatrix![1.0], dmatrix![1.0]).unwrap();
     let linear = LinearDesign::with_gain(&plant, dmatrix![1.0]).unwrap();
-    let acting = Disturbances::of_states_and_outputs(&dmatrix![1.0], &[0.3], &[0.1]);
+    let acting = DisturbanceBounds::of_states_and_outputs(&dmatrix![1.0], &[0.3], &[0.1]);
     for coordinates in [ErrorCoordinates::Modal, ErrorCoordinates::Plant] {
         let design = IntervalDesign::new(&linear.observer, &acting, coordinates, &[1.0]).unwrap();
         assert!((design.widths[0] - 0.2).abs() < 1e-8, "{}", design.widths[0]);
@@ -360,7 +360,7 @@ fn the_held_disturbance_covers_every_switching_one() {
 #[test]
 fn the_linear_program_finds_the_least_width() {
     let plant = StateSpace::new(dmatrix![-1.0, 0.4; -0.4, -1.5], DMatrix::zeros(2, 0), dmatrix![1.0, 0.0]).unwrap();
-    let acting = Disturbances::of_states_and_outputs(&dmatrix![1.0; 0.5], &[0.3], &[0.2]);
+    let acting = DisturbanceBounds::of_states_and_outputs(&dmatrix![1.0; 0.5], &[0.3], &[0.2]);
     let best = IntervalDesign::least_width(&plant, &acting, &[1.0, 1.0]).unwrap();
     assert!(best.certificate.is_proved());
     let total: f64 = best.widths.iter().sum();
@@ -384,7 +384,7 @@ fn the_linear_program_finds_the_least_width() {
 fn the_least_width_depends_on_the_bounds_of_common_disturbances() {
     let plant = StateSpace::new(dmatrix![-1.0], DMatrix::zeros(1, 0), dmatrix![1.0]).unwrap();
     for (bounds, gain, width) in [([1.0, 0.3], 2.0, 0.25), ([0.1, 2.0], -0.5, 0.25)] {
-        let acting = Disturbances { e: dmatrix![1.0, 0.5], d: dmatrix![0.5, -1.0], bounds: bounds.to_vec() };
+        let acting = DisturbanceBounds { e: dmatrix![1.0, 0.5], d: dmatrix![0.5, -1.0], bounds: bounds.to_vec() };
         let best = IntervalDesign::least_width(&plant, &acting, &[1.0]).unwrap();
         assert!(best.certificate.is_proved());
         let l = best.observer.inner().l[0];
@@ -398,7 +398,7 @@ fn the_least_width_depends_on_the_bounds_of_common_disturbances() {
 #[test]
 fn a_width_that_only_falls_has_a_moderate_gain() {
     let plant = StateSpace::new(dmatrix![0.0], DMatrix::zeros(1, 0), dmatrix![1.0]).unwrap();
-    let acting = Disturbances::of_states_and_outputs(&dmatrix![1.0], &[0.3], &[0.2]);
+    let acting = DisturbanceBounds::of_states_and_outputs(&dmatrix![1.0], &[0.3], &[0.2]);
     let best = IntervalDesign::least_width(&plant, &acting, &[1.0]).unwrap();
     let l = best.observer.inner().l[0];
     assert!((l / 150.0 - 1.0).abs() < 0.05, "{l}");
@@ -409,14 +409,14 @@ fn a_width_that_only_falls_has_a_moderate_gain() {
 #[test]
 fn refusals_carry_numbers() {
     let plant = luenberger_plants::double_integrator().to_dynamic();
-    let acting = Disturbances::of_states_and_outputs(&dmatrix![0.0; 1.0], &[0.1], &[0.1]);
+    let acting = DisturbanceBounds::of_states_and_outputs(&dmatrix![0.0; 1.0], &[0.1], &[0.1]);
     let linear = LinearDesign::with_poles(&plant, &[-1.0, -4.0]).unwrap();
     // In its own states no gain makes the integrator's comparison matrix stable: [-l1 1; |l2| 0].
     let grows = IntervalDesign::new(&linear.observer, &acting, ErrorCoordinates::Plant, &[1.0; 2]).unwrap_err();
     assert!(grows.to_string().contains("the width of the interval would grow"), "{grows}");
     let none = IntervalDesign::least_width(&plant, &acting, &[1.0; 2]).unwrap_err();
     assert!(matches!(none, DesignError::NoLeastWidth { quiet: None }), "{none}");
-    let quiet = Disturbances::of_states_and_outputs(&dmatrix![0.0; 1.0], &[0.1], &[0.0]);
+    let quiet = DisturbanceBounds::of_states_and_outputs(&dmatrix![0.0; 1.0], &[0.1], &[0.0]);
     let none = IntervalDesign::least_width(&plant, &quiet, &[1.0; 2]).unwrap_err();
     assert!(none.to_string().contains("y1 has none"), "{none}");
     let double = LinearDesign::with_gain(&plant, dmatrix![4.0; 4.0]).unwrap();

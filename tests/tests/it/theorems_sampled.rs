@@ -33,7 +33,7 @@ proptest! {
         let s: DMatrix<f64> = accretive(p, &d, &k) * strength;
         let correction = CubicGain::General(s.clone());
         let design =
-            SampledCubicDesign::with_correction(&linear(&plant, 1.0), &theta, &correction, period).unwrap();
+            SampledCubicDesign::with_cubic_gain(&linear(&plant, 1.0), &theta, &correction, period).unwrap();
         prop_assert!(design.certificate.is_proved(), "{}", design.certificate);
         let theorem = design.certificate.theorems()[0].theorem();
         prop_assert!(matches!(theorem, Theorem::SemiImplicitCubicConvergence(_)), "{}", theorem.name());
@@ -111,7 +111,7 @@ fn for_one_output_the_step_is_the_closed_form_with_another_fraction() {
     for h in [1e-5, 1e-3, 0.1, 2.0] {
         let closed = SampledCubicDesign::new(&linear, &theta, 3.0, h).unwrap();
         let s = CubicGain::General(closed.s.clone());
-        let semi = SampledCubicDesign::with_correction(&linear, &theta, &s, h).unwrap();
+        let semi = SampledCubicDesign::with_cubic_gain(&linear, &theta, &s, h).unwrap();
         assert!(semi.observer.coupling().is_some() && closed.observer.coupling().is_none());
         let (u, y) = (DVector::zeros(1), DVector::from_element(1, 2.0));
         let (mut one, mut other) = (DVector::zeros(2), DVector::zeros(2));

@@ -1,6 +1,6 @@
 //! Observers of uncertain plants with the forcing, as properties of random systems: docs/theory-cubic.md.
 
-use luenberger_design::{CubicDesign, CubicGain, Disturbances, LinearDesign, UncertainBound, Uncertainty};
+use luenberger_design::{CubicDesign, CubicGain, DisturbanceBounds, LinearDesign, UncertainBound, Uncertainty};
 use luenberger_linalg::zero_order_hold;
 use luenberger_observers::Observer;
 use nalgebra::{DMatrix, DVector};
@@ -141,7 +141,7 @@ proptest! {
     fn no_placed_gain_has_a_smaller_bound_than_the_optimal_one(plant in observable_plant(2..=2), d in matrix(2, 2), noise in 0.01..0.3) {
         let p = plant.c.nrows();
         let uncertainty = Uncertainty::Polytope(vec![d.clone() * 0.3, -d * 0.3]);
-        let noise = Disturbances::of_outputs(2, &vec![noise; p]);
+        let noise = DisturbanceBounds::of_outputs(2, &vec![noise; p]);
         let (states, scale) = ([1.0, 1.0], [1.0, 1.0]);
         let size = |found: &UncertainBound| found.bound.limsup.iter().map(|b| b * b).sum::<f64>();
         let best = UncertainBound::optimal(&plant, &uncertainty, &states, &noise, &scale).unwrap();

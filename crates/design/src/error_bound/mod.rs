@@ -34,9 +34,9 @@ use crate::cubic::{CubicDesign, radial_s};
 use crate::error::DesignError;
 use reached::{Reached, golden};
 
-/// Disturbances and noise of a plant: `x' = A x + B u + E w`, `y = C x + D w`, `|w_i(t)| <= W_i`.
+/// Disturbances and noise of a plant with their bounds: `x' = A x + B u + E w`, `y = C x + D w`, `|w_i(t)| <= W_i`.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Disturbances {
+pub struct DisturbanceBounds {
     /// E, n x m: how the disturbances enter the states.
     pub e: DMatrix<f64>,
     /// D, p x m: how they enter the outputs.
@@ -45,7 +45,7 @@ pub struct Disturbances {
     pub bounds: Vec<f64>,
 }
 
-impl Disturbances {
+impl DisturbanceBounds {
     /// Disturbances of the states, `x' = A x + B u + E w`, and measurement noise, `y = C x + v`, with bounds for each
     /// component of w and of v.
     pub fn of_states_and_outputs(e: &DMatrix<f64>, disturbances: &[f64], noise: &[f64]) -> Self {
@@ -102,11 +102,11 @@ impl ErrorBound {
     /// Cost: about 60 m Lyapunov equations of order n.
     ///
     /// ```
-    /// use luenberger_design::{Disturbances, ErrorBound, LinearDesign};
+    /// use luenberger_design::{DisturbanceBounds, ErrorBound, LinearDesign};
     ///
     /// let plant = luenberger_plants::double_integrator().to_dynamic();
     /// let design = LinearDesign::with_poles(&plant, &[-2.0, -5.0])?;
-    /// let noise = Disturbances::of_outputs(2, &[0.1]);
+    /// let noise = DisturbanceBounds::of_outputs(2, &[0.1]);
     /// let bound = ErrorBound::linear(&design.observer, &noise)?;
     /// assert!(bound.certificate.is_proved());
     /// // The largest error of x1 that any noise of this bound can make is 0.1236.
@@ -120,7 +120,7 @@ impl ErrorBound {
     /// [`DesignError::Matrix`] for shapes that do not fit.
     pub fn linear(
         observer: &LinearObserver<f64, Dyn, Dyn, Dyn>,
-        disturbances: &Disturbances,
+        disturbances: &DisturbanceBounds,
     ) -> Result<Self, DesignError> {
         let system = ErrorSystem::new((&observer.a, &observer.l, &observer.c), disturbances)?;
         system.linear()?.certify(&system)
@@ -133,7 +133,7 @@ impl ErrorBound {
     /// # Errors
     /// As [`linear`](Self::linear); [`DesignError::Undecided`] where no program was solved; the errors of
     /// [`certify_gain`](crate::robust::certify_gain) for an N that no P admits.
-    pub fn cubic(design: &CubicDesign, disturbances: &Disturbances) -> Result<Self, DesignError> {
+    pub fn cubic(design: &CubicDesign, disturbances: &DisturbanceBounds) -> Result<Self, DesignError> {
         Self::cubic_observer(&design.observer, &design.p, disturbances)
     }
 
@@ -144,7 +144,7 @@ impl ErrorBound {
     pub fn cubic_observer(
         o: &CubicObserver<f64, Dyn, Dyn, Dyn>,
         p: &DMatrix<f64>,
-        disturbances: &Disturbances,
+        disturbances: &DisturbanceBounds,
     ) -> Result<Self, DesignError> {
         let mut system = ErrorSystem::new((&o.a, &o.l, &o.c), disturbances)?;
         if o.n.iter().all(|x| *x == 0.0) || o.theta.iter().all(|x| *x == 0.0) {
@@ -168,11 +168,11 @@ impl ErrorBound {
         vertices: &[(DMatrix<f64>, DMatrix<f64>)],
         (l, c): (&DMatrix<f64>, &DMatrix<f64>),
         cubic: Option<(&DMatrix<f64>, &DMatrix<f64>, &DMatrix<f64>)>,
-        disturbances: &Disturbances,
+        disturbances: &DisturbanceBounds,
     ) -> Result<Self, DesignError> {
         let Some((a, e)) = vertices.first() else { return Err(DesignError::NoVertices) };
         let of_vertex = |a, e: &DMatrix<f64>| {
-            let here = Disturbances { e: e.clone(), ..disturbances.clone() };
+            let here = DisturbanceBounds { e: e.clone(), ..disturbances.clone() };
             ErrorSystem::new((a, l, c), &here)
         };
         let mut system = of_vertex(a, e)?;
@@ -228,7 +228,7 @@ const WHAT: &str = "a bound of the error, [F'P + PF + 2 rate P, PG; *, -diag(lam
 impl ErrorSystem {
     pub(crate) fn new(
         (a, l, c): (&DMatrix<f64>, &DMatrix<f64>, &DMatrix<f64>),
-        disturbances: &Disturbances,
+        disturbances: &DisturbanceBounds,
     ) -> Result<Self, DesignError> {
         let (n, p, m) = (a.nrows(), c.nrows(), disturbances.bounds.len());
         check::matrix("A", a, (n, n))?;

@@ -23,7 +23,7 @@ use nalgebra::DMatrix;
 
 use crate::check;
 use crate::error::DesignError;
-use crate::error_bound::Disturbances;
+use crate::error_bound::DisturbanceBounds;
 
 /// How much more than the least sum of the half-widths is allowed for a smaller gain.
 const ALLOWANCE: f64 = 0.01;
@@ -44,11 +44,11 @@ const RATIO: f64 = 1.02;
 /// Some twenty linear programs with `2 n (n + m)` unknowns for m disturbances.
 pub fn least_width_gain(
     (a, c): (&DMatrix<f64>, &DMatrix<f64>),
-    disturbances: &Disturbances,
+    disturbances: &DisturbanceBounds,
     time: TimeDomain,
 ) -> Result<DMatrix<f64>, DesignError> {
     let (n, p, m) = (a.nrows(), c.nrows(), disturbances.bounds.len());
-    let Disturbances { d, bounds, .. } = disturbances;
+    let DisturbanceBounds { d, bounds, .. } = disturbances;
     check::matrix("A", a, (n, n))?;
     check::matrix("C", c, (p, n))?;
     disturbances.check((n, p))?;
@@ -105,7 +105,7 @@ impl Program {
     /// None without a disturbance.
     fn new(
         (a, c): (&DMatrix<f64>, &DMatrix<f64>),
-        Disturbances { e, d, bounds }: &Disturbances,
+        DisturbanceBounds { e, d, bounds }: &DisturbanceBounds,
         time: TimeDomain,
     ) -> Option<Self> {
         let (n, p, m) = (a.nrows(), c.nrows(), bounds.len());

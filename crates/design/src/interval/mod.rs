@@ -30,7 +30,7 @@ use nalgebra::{DMatrix, DVector, Dyn};
 use crate::certificate::certified;
 use crate::check;
 use crate::error::DesignError;
-use crate::error_bound::Disturbances;
+use crate::error_bound::DisturbanceBounds;
 
 /// Coordinates in which the error is bounded.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -66,12 +66,12 @@ impl IntervalDesign {
     /// xhat_i(0)| <= first_i`.
     ///
     /// ```
-    /// use luenberger_design::{Certified, Disturbances, ErrorCoordinates, IntervalDesign, LinearDesign};
+    /// use luenberger_design::{Certified, DisturbanceBounds, ErrorCoordinates, IntervalDesign, LinearDesign};
     /// use nalgebra::dmatrix;
     /// // A double integrator with an unknown force up to 0.1 and noise up to 0.01.
     /// let plant = luenberger_plants::double_integrator().to_dynamic();
     /// let linear = LinearDesign::with_poles(&plant, &[-2.0, -3.0])?;
-    /// let acting = Disturbances::of_states_and_outputs(&dmatrix![0.0; 1.0], &[0.1], &[0.01]);
+    /// let acting = DisturbanceBounds::of_states_and_outputs(&dmatrix![0.0; 1.0], &[0.1], &[0.01]);
     /// let design = IntervalDesign::new(&linear.observer, &acting, ErrorCoordinates::Modal, &[1.0, 1.0])?;
     /// assert!(design.certificate.is_proved());
     /// // By hand: rho ends at 0.14/2 and 0.19/3 for T = [-2 1; 3 -1], the bounds at 2/15 and 0.21 + 2 0.19/3.
@@ -83,7 +83,7 @@ impl IntervalDesign {
     /// comparison system is not stable, and errors of shapes.
     pub fn new(
         observer: &LinearObserver<f64, Dyn, Dyn, Dyn>,
-        disturbances: &Disturbances,
+        disturbances: &DisturbanceBounds,
         coordinates: ErrorCoordinates,
         first: &[f64],
     ) -> Result<Self, DesignError> {
@@ -148,7 +148,7 @@ impl IntervalDesign {
     /// As [`least_width_gain`] and [`new`](Self::new).
     pub fn least_width(
         plant: &luenberger_plants::StateSpace,
-        disturbances: &Disturbances,
+        disturbances: &DisturbanceBounds,
         first: &[f64],
     ) -> Result<Self, DesignError> {
         let l = least_width_gain((&plant.a, &plant.c), disturbances, TimeDomain::Continuous)?;

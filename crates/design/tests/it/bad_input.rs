@@ -2,7 +2,7 @@
 
 use luenberger_design::mean_value::MeanValueDesign;
 use luenberger_design::{
-    CubicDesign, CubicGain, DesignError, Disturbances, ErrorBound, ErrorCoordinates, FeedbackDesign, GainOptions,
+    CubicDesign, CubicGain, DesignError, DisturbanceBounds, ErrorBound, ErrorCoordinates, FeedbackDesign, GainOptions,
     GeneralizedPlant, IntervalDesign, IntervalRequirements, LinearDesign, LyapunovWeight, NormFilterDesign, NormTarget,
     SampledIntervalDesign, SystemNorm, TimeDomain, cubic_lmi_design, robust,
 };
@@ -193,15 +193,15 @@ fn a_plant_that_was_bent_after_its_construction_is_refused() {
 fn bounds_of_disturbances_are_checked_where_they_enter() {
     let observer = linear().observer.clone();
     let e = dmatrix![0.0; 1.0];
-    let acting = |bound: f64| Disturbances::of_states_and_outputs(&e, &[bound], &[0.01]);
-    let interval = |acting: &Disturbances, first: &[f64]| {
+    let acting = |bound: f64| DisturbanceBounds::of_states_and_outputs(&e, &[bound], &[0.01]);
+    let interval = |acting: &DisturbanceBounds, first: &[f64]| {
         IntervalDesign::new(&observer, acting, ErrorCoordinates::Modal, first).unwrap_err().to_string()
     };
     let bound = "the bound of a disturbance is";
     assert!(interval(&acting(-0.3), &[1.0, 1.0]).starts_with(&format!("{bound} -0.3")));
     assert!(interval(&acting(f64::NAN), &[1.0, 1.0]).starts_with(&format!("{bound} NaN")));
     assert!(interval(&acting(0.3), &[1.0, -1.0]).starts_with("a half-width of x(0) is -1"));
-    let two = Disturbances { bounds: vec![0.1, 0.2, 0.3], ..acting(0.1) };
+    let two = DisturbanceBounds { bounds: vec![0.1, 0.2, 0.3], ..acting(0.1) };
     let count = "3 bounds of disturbances are given, for 2 columns of E and 2 columns of D";
     assert_eq!(interval(&two, &[1.0, 1.0]), count);
     assert_eq!(ErrorBound::linear(&observer, &two).unwrap_err().to_string(), count);

@@ -3,8 +3,8 @@
 use std::fmt::Display;
 
 use luenberger_design::{
-    Certified, CubicDesign, CubicGain, DecoupledPlant, Disturbances, ErrorCoordinates, EstimationProblem, GainOptions,
-    GeneralizedPlant, IntervalDesign, IntervalRequirements, LinearDesign, NormFilterDesign, NormTarget,
+    Certified, CubicDesign, CubicGain, DecoupledPlant, DisturbanceBounds, ErrorCoordinates, EstimationProblem,
+    GainOptions, GeneralizedPlant, IntervalDesign, IntervalRequirements, LinearDesign, NormFilterDesign, NormTarget,
     OptimalCubicDesign, Periods, ReducedOrderDesign, SampledIntervalDesign, StoredDesign, SuperTwistingDesign,
     SystemNorm, TimeDomain, UnknownInputDesign, VaryingPeriodDesign,
 };
@@ -74,7 +74,7 @@ fn designs_against_disturbances() {
     let rest = CubicDesign::new(&rest, &dmatrix![1.0], &CubicGain::Gamma(1.0)).unwrap();
     assert_eq!(names(&UnknownInputDesign::cubic(&decoupled, &rest).unwrap()), ["L", "N", "theta", "H"]);
 
-    let acting = Disturbances::of_states_and_outputs(&dmatrix![0.0; 1.0], &[0.1], &[0.01]);
+    let acting = DisturbanceBounds::of_states_and_outputs(&dmatrix![0.0; 1.0], &[0.1], &[0.01]);
     let interval = IntervalDesign::new(&linear().observer, &acting, ErrorCoordinates::Modal, &[1.0, 1.0]).unwrap();
     assert_eq!(names(&interval), ["L", "T", "half-widths"]);
 

@@ -2,8 +2,8 @@
 //! and the matrix inequality, the search against grids.
 
 use luenberger_design::{
-    CubicDesign, CubicGain, DesignError, Disturbances, ErrorBound, EstimationProblem, LinearDesign, LyapunovWeight,
-    OptimalCubicDesign,
+    CubicDesign, CubicGain, DesignError, DisturbanceBounds, ErrorBound, EstimationProblem, LinearDesign,
+    LyapunovWeight, OptimalCubicDesign,
 };
 use luenberger_lmi::{Problem, block, he, identity, trace};
 use luenberger_plants::StateSpace;
@@ -154,7 +154,7 @@ fn the_optimum_has_a_bound_of_the_error() {
     let q = dmatrix![1.0, 0.000_244_141; 0.000_244_141, 0.000_103_317];
     let linear = linear.lyapunov_weight(LyapunovWeight::Matrix(q)).unwrap();
     let design = CubicDesign::new(&linear, &dmatrix![100.0], &CubicGain::General(dmatrix![0.231_762])).unwrap();
-    let bound = ErrorBound::cubic(&design, &Disturbances::of_outputs(2, &[0.1])).unwrap();
+    let bound = ErrorBound::cubic(&design, &DisturbanceBounds::of_outputs(2, &[0.1])).unwrap();
     assert!(bound.certificate.is_proved() && bound.rate > 0.0, "{bound:?}");
     // A noise of 0.1 that stays makes an error of that size.
     assert!(bound.limsup[0] >= 0.1 && bound.limsup[0] < 40.0, "{bound:?}");

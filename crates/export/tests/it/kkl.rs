@@ -1,6 +1,6 @@
 //! Random numerical KKL observers of every size and form, as C and as Rust.
 
-use luenberger_export::kkl::{Interpolated, Inverse, Kkl, KklError, LowRank};
+use luenberger_export::kkl::{Interpolated, Inverse, Kkl, KklExportError, LowRank};
 use luenberger_export::{ExportableObserver, Scalar, golden};
 use luenberger_expression::ExpressionPlant;
 use luenberger_observers::numerical_kkl::held_inputs::InverseOnHeap;
@@ -239,7 +239,7 @@ fn a_table_that_is_too_large_is_refused_with_its_bytes() {
     let inverse = Interpolated::new(table::<4, 5>(&mut random, [17; 4]), inverse(&mut random), search(&mut random));
     let refused = Kkl::new(&plain_plant, filter(&mut random), inverse.unwrap()).unwrap_err();
     // (17 + 2)^4 coefficients of five numbers.
-    assert_eq!(refused, KklError::Large { numbers: 651_605, tables: 1 });
+    assert_eq!(refused, KklExportError::Large { numbers: 651_605, tables: 1 });
     assert!(refused.to_string().contains("651605 numbers, 2606420 bytes in f32 and 5212840 in f64"), "{refused}");
 
     let forced = plant(&mut random, (2, 1, 1));

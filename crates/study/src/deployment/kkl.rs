@@ -1,7 +1,7 @@
 //! The numerical KKL observer with a step for each sample.
 
 use luenberger_design::numerical_kkl::{HeldInputs, NumericalKklError, Settings, without_tables};
-use luenberger_export::kkl::{Kkl, KklError};
+use luenberger_export::kkl::{Kkl, KklExportError};
 use luenberger_expression::ExpressionPlant;
 use luenberger_observers::kkl::{LeftInverse, LinearKkl};
 use luenberger_observers::numerical_kkl::SampledFilter;
@@ -42,7 +42,7 @@ fn filter_of_held<const N: usize, const M: usize, const Z: usize, const ZM: usiz
 /// Why an observer for held inputs has no step.
 enum NoStep {
     Design(NumericalKklError),
-    Export(KklError),
+    Export(KklExportError),
 }
 
 impl From<NumericalKklError> for NoStep {
@@ -51,8 +51,8 @@ impl From<NumericalKklError> for NoStep {
     }
 }
 
-impl From<KklError> for NoStep {
-    fn from(error: KklError) -> Self {
+impl From<KklExportError> for NoStep {
+    fn from(error: KklExportError) -> Self {
         Self::Export(error)
     }
 }

@@ -388,7 +388,7 @@ fn in_discrete_time(
     let linear = design::discrete_design(study, plant, gain, dt, observer)?;
     match &observer.kind {
         ObserverKind::SampledCubic { theta, correction, .. } => {
-            let design = SampledCubicDesign::of_discrete_with_correction(&linear, theta, correction);
+            let design = SampledCubicDesign::of_discrete_with_cubic_gain(&linear, theta, correction);
             Ok(SampledDesign::Cubic(Box::new(design.map_err(|error| error.to_string())?)))
         }
         ObserverKind::Cubic { .. } => Err("the kind cubic is for plants in continuous time".to_owned()),
@@ -415,7 +415,7 @@ fn held(
             Ok(SampledDesign::Varying(Box::new(varying)))
         }
         ObserverKind::SampledCubic { theta, correction, .. } => {
-            SampledCubicDesign::with_correction(&linear, theta, correction, period).map(cubic)
+            SampledCubicDesign::with_cubic_gain(&linear, theta, correction, period).map(cubic)
         }
         ObserverKind::ProportionalIntegral { cubic: Some((theta, gamma)), .. } => {
             let gain = luenberger_design::CubicGain::Gamma(*gamma);

@@ -187,7 +187,7 @@ fn linear(
 }
 
 fn cubic(linear: &DiscreteDesign, theta: &DMatrix<f64>, correction: &CubicGain, dt: f64) -> Result<Designed, Misfit> {
-    let design = SampledCubicDesign::of_discrete_with_correction(linear, theta, correction)?;
+    let design = SampledCubicDesign::of_discrete_with_cubic_gain(linear, theta, correction)?;
     Ok(super::linear::sampled_report(&design, linear.observer.plant(), dt))
 }
 

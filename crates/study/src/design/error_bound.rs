@@ -1,14 +1,14 @@
 //! A bound of the error under bounded noise and disturbances, as a part of a design.
 
-use luenberger_design::{Disturbances, ErrorBound};
+use luenberger_design::{DisturbanceBounds, ErrorBound};
 use luenberger_proof::wording::{at_least, at_most};
 
 use super::{Designed, facts, number, upper_bound, verdict};
 use crate::study::ActingBounds;
 
 /// What acts on the plant, as the design takes it.
-pub(super) fn acting(bounds: &ActingBounds) -> Disturbances {
-    Disturbances::of_states_and_outputs(&bounds.e, &bounds.disturbance, &bounds.noise)
+pub(super) fn acting(bounds: &ActingBounds) -> DisturbanceBounds {
+    DisturbanceBounds::of_states_and_outputs(&bounds.e, &bounds.disturbance, &bounds.noise)
 }
 
 /// The design with a bound of the error, if that is proved; `names` are those of the components of the error.

@@ -1,7 +1,7 @@
 //! The interval observer: bounds that enclose the state, in continuous time and for samples.
 
 use luenberger_design::{
-    Disturbances, ErrorCoordinates, GainOptions, IntervalDesign, IntervalRequirements, SampledIntervalDesign,
+    DisturbanceBounds, ErrorCoordinates, GainOptions, IntervalDesign, IntervalRequirements, SampledIntervalDesign,
     TimeDomain, least_width_gain,
 };
 use luenberger_plants::StateSpace;
@@ -51,7 +51,7 @@ pub(super) fn continuous(
     given: Option<&ActingBounds>,
     options: &GainOptions,
 ) -> Result<Designed, Misfit> {
-    let acting: Disturbances = acting(&bounds(given, plant));
+    let acting: DisturbanceBounds = acting(&bounds(given, plant));
     let design = match &spec.gain {
         Some(gain) => {
             let linear = of(plant, gain, options)?;
@@ -129,7 +129,7 @@ pub(crate) fn sampled_design(
         } else {
             (plant.a.clone(), bounds.e.clone())
         };
-        let acting = Disturbances::of_states_and_outputs(&e, &bounds.disturbance, &bounds.noise);
+        let acting = DisturbanceBounds::of_states_and_outputs(&e, &bounds.disturbance, &bounds.noise);
         least_width_gain((&a, &plant.c), &acting, TimeDomain::Discrete)?
     };
     let acting = (&bounds.e, bounds.disturbance.as_slice(), bounds.noise.as_slice());

@@ -172,7 +172,7 @@ pub(super) fn sampled(
     options: &GainOptions,
 ) -> Result<Designed, Misfit> {
     let linear = of(plant, requested, options)?;
-    let design = SampledCubicDesign::with_correction(&linear, theta, correction, period)?;
+    let design = SampledCubicDesign::with_cubic_gain(&linear, theta, correction, period)?;
     Ok(sampled_report(&design, plant, period))
 }
 
