@@ -3,6 +3,7 @@
 use crate::terminal::{folder, luenberger, run};
 use std::path::{Path, PathBuf};
 use std::process::Command;
+use std::sync::atomic::{AtomicUsize, Ordering};
 
 fn study(name: &str, text: Option<&str>) -> (PathBuf, String) {
     let folder = folder(name);
@@ -540,6 +541,34 @@ fn header(folder: &Path) -> String {
     names.find_map(|name| name.strip_suffix(".h").map(str::to_owned)).unwrap()
 }
 
+/// Exports every observer of a study as C and runs its golden test: how many, and what was refused.
+fn export_all(file: &str, folder: &Path) -> (usize, Vec<String>) {
+    let (mut exported, mut refused) = (0, Vec::new());
+    for (k, observer) in observers(file).into_iter().enumerate() {
+        let out = folder.join(k.to_string());
+        let out_text = out.to_str().unwrap();
+        let mut arguments = vec!["export", file, "--observer", &observer, "--to", "c", "--unproved", "-o", out_text];
+        let mut ran = luenberger(&arguments, "");
+        if ran.stderr.contains("no period is given") {
+            arguments.extend(["--period", "0.01"]);
+            ran = luenberger(&arguments, "");
+        }
+        if ran.stderr.contains("is long for the fastest mode") && arguments.contains(&"--period") {
+            arguments.truncate(arguments.len() - 2);
+            arguments.extend(["--period", "1e-5"]);
+            ran = luenberger(&arguments, "");
+        }
+        if ran.code == Some(0) {
+            golden(&out, &header(&out));
+            exported += 1;
+        } else {
+            assert_eq!(ran.code, Some(1), "{file}, {observer}: {}", ran.stderr);
+            refused.push(format!("{observer}: {}", ran.stderr));
+        }
+    }
+    (exported, refused)
+}
+
 /// Every observer of every template and example becomes C that agrees with its design.
 #[test]
 fn observers_of_templates_and_examples_become_c_that_agrees_with_their_designs() {
@@ -564,33 +593,24 @@ fn observers_of_templates_and_examples_become_c_that_agrees_with_their_designs()
             }
         }
     }
-    let (mut exported, mut refused) = (0, Vec::new());
-    for file in &files {
-        let file = file.to_str().unwrap();
-        for (k, observer) in observers(file).into_iter().enumerate() {
-            let out = folder.join(format!("out-{}-{k}", Path::new(file).file_stem().unwrap().to_str().unwrap()));
-            let out_text = out.to_str().unwrap();
-            let mut arguments =
-                vec!["export", file, "--observer", &observer, "--to", "c", "--unproved", "-o", out_text];
-            let mut ran = luenberger(&arguments, "");
-            if ran.stderr.contains("no period is given") {
-                arguments.extend(["--period", "0.01"]);
-                ran = luenberger(&arguments, "");
-            }
-            if ran.stderr.contains("is long for the fastest mode") && arguments.contains(&"--period") {
-                arguments.truncate(arguments.len() - 2);
-                arguments.extend(["--period", "1e-5"]);
-                ran = luenberger(&arguments, "");
-            }
-            if ran.code == Some(0) {
-                golden(&out, &header(&out));
-                exported += 1;
-            } else {
-                assert_eq!(ran.code, Some(1), "{file}, {observer}: {}", ran.stderr);
-                refused.push(format!("{observer}: {}", ran.stderr));
-            }
+    // Each thread takes the next file.
+    let next = AtomicUsize::new(0);
+    let work = || {
+        let (mut exported, mut refused) = (0, Vec::new());
+        loop {
+            let index = next.fetch_add(1, Ordering::Relaxed);
+            let Some(file) = files.get(index) else { break };
+            let of = export_all(file.to_str().unwrap(), &folder.join(format!("out-{index}")));
+            exported += of.0;
+            refused.extend(of.1);
         }
-    }
+        (exported, refused)
+    };
+    let (one, other) = std::thread::scope(|scope| {
+        let other = scope.spawn(work);
+        (work(), other.join().unwrap())
+    });
+    let (exported, refused) = (one.0 + other.0, [one.1, other.1].concat());
     assert!(exported >= 40 && refused.is_empty(), "{exported} exported; {refused:?}");
 }
 
