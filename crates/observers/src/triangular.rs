@@ -129,11 +129,11 @@ fn hyperbolic<T: RealField + Copy>(pivot: &mut T, entry: T) -> Option<(T, T)> {
     None
 }
 
-/// The lower triangular factor of a positive semidefinite matrix. A pivot that rounding explains is 0, and so is its
-/// column.
+/// The lower triangular factor of a positive semidefinite matrix: `s s'` is p up to its rounding, entry by entry, relative
+/// to the roots of the diagonal.
 pub fn semidefinite_factor<T: RealField + Copy, D: Dim>(p: &OMatrix<T, D, D>) -> OMatrix<T, D, D>
 where
-    DefaultAllocator: Allocator<D, D>,
+    DefaultAllocator: Allocator<D, D> + Allocator<D>,
 {
     let order = p.nrows();
     let rounding = T::default_epsilon() * convert::<f64, T>(8.0 * (order * order) as f64);
@@ -141,15 +141,43 @@ where
     s.fill_upper_triangle(T::zero(), 1);
     for j in 0..order {
         let pivot = (0..j).fold(s[(j, j)], |pivot, k| pivot - s[(j, k)] * s[(j, k)]);
-        if pivot > rounding * p[(j, j)] {
-            s[(j, j)] = pivot.sqrt();
-            for i in j + 1..order {
-                let entry = (0..j).fold(s[(i, j)], |entry, k| entry - s[(i, k)] * s[(j, k)]);
-                s[(i, j)] = entry / s[(j, j)];
-            }
-        } else {
-            (j..order).for_each(|i| s[(i, j)] = T::zero());
+        if pivot <= rounding * p[(j, j)] {
+            return factor_by_columns(p, rounding);
         }
+        s[(j, j)] = pivot.sqrt();
+        for i in j + 1..order {
+            let entry = (0..j).fold(s[(i, j)], |entry, k| entry - s[(i, k)] * s[(j, k)]);
+            s[(i, j)] = entry / s[(j, j)];
+        }
+    }
+    s
+}
+
+/// The same for a matrix that is singular to rounding: Cholesky's columns with the pivot that is largest relative to the
+/// diagonal, rotated into the factor one by one. To leave out the column of a small pivot in the given order would
+/// change p by the root of the pivot.
+fn factor_by_columns<T: RealField + Copy, D: Dim>(p: &OMatrix<T, D, D>, rounding: T) -> OMatrix<T, D, D>
+where
+    DefaultAllocator: Allocator<D, D> + Allocator<D>,
+{
+    let (mut rest, mut s) = (p.clone(), p.clone());
+    s.fill(T::zero());
+    for _ in 0..p.nrows() {
+        let (mut pivot, mut greatest) = (0, rounding);
+        for j in 0..p.nrows() {
+            let share = rest[(j, j)] / p[(j, j)];
+            if share > greatest {
+                (pivot, greatest) = (j, share);
+            }
+        }
+        if greatest <= rounding {
+            break;
+        }
+        let mut column = rest.column(pivot) / rest[(pivot, pivot)].sqrt();
+        rest.ger(-T::one(), &column, &column, T::one());
+        rest.row_mut(pivot).fill(T::zero());
+        rest.column_mut(pivot).fill(T::zero());
+        add(&mut s, &mut column);
     }
     s
 }

@@ -1,7 +1,8 @@
 //! Factors of covariances, changed by one column at a time.
 
 use luenberger_observers::internals::{Joint, add, semidefinite_factor, subtract};
-use nalgebra::{Matrix1, Matrix2, Matrix3, Vector1, Vector2, Vector3};
+use nalgebra::{Matrix1, Matrix2, Matrix3, Matrix4, Vector1, Vector2, Vector3};
+use proptest::prelude::*;
 
 #[test]
 fn columns_are_added_and_taken_away() {
@@ -46,4 +47,30 @@ fn a_singular_covariance_has_a_factor() {
     assert!((s * s.transpose() - p).amax() <= 4.0 * f64::EPSILON, "{s}");
     assert_eq!(s[(1, 1)], 0.0);
     assert_eq!(semidefinite_factor(&Matrix2::<f64>::zeros()), Matrix2::zeros());
+}
+
+proptest! {
+    /// `s s'` is p to rounding, whatever the rank and however near to singular; the entries are compared with the roots of
+    /// the diagonal.
+    #[test]
+    fn the_factor_of_a_nearly_singular_matrix_is_accurate(
+        roots in prop::array::uniform16(-1.0f64..1.0), rank in 0usize..=4, small in -12i32..=0, units in prop::array::uniform4(-6i32..=6),
+    ) {
+        let mut root = Matrix4::from_row_slice(&roots);
+        root.columns_mut(rank, 4 - rank).fill(0.0);
+        if rank > 0 {
+            root.column_mut(rank - 1).scale_mut(10f64.powi(small));
+        }
+        let root = Matrix4::from_diagonal(&units.map(|unit| 10f64.powi(unit)).into()) * root;
+        let p = root * root.transpose();
+        let s = semidefinite_factor(&p);
+        prop_assert!(s.upper_triangle() == Matrix4::from_diagonal(&s.diagonal()));
+        for i in 0..4 {
+            for j in 0..4 {
+                let error = (s * s.transpose() - p)[(i, j)].abs();
+                // 128 epsilon is where a pivot counts as rounding.
+                prop_assert!(error <= 256.0 * f64::EPSILON * (p[(i, i)] * p[(j, j)]).sqrt(), "{p} {s} {error:e}");
+            }
+        }
+    }
 }
