@@ -1,5 +1,6 @@
 //! Tests across crates: see the integration tests beside this file. [`falsify`] tries to contradict the theorems of
 //! certificates.
+#![allow(clippy::missing_panics_doc, clippy::return_self_not_must_use, reason = "for the tests beside it only")]
 
 pub mod falsify;
 pub mod kkl_maps;
