@@ -129,8 +129,8 @@ fn hyperbolic<T: RealField + Copy>(pivot: &mut T, entry: T) -> Option<(T, T)> {
     None
 }
 
-/// The lower triangular factor of a positive semidefinite matrix: `s s'` is p up to its rounding, entry by entry, relative
-/// to the roots of the diagonal.
+/// The lower triangular factor of a positive semidefinite matrix: `s s'` is p up to its rounding, entry by entry,
+/// relative to the roots of the diagonal.
 pub fn semidefinite_factor<T: RealField + Copy, D: Dim>(p: &OMatrix<T, D, D>) -> OMatrix<T, D, D>
 where
     DefaultAllocator: Allocator<D, D> + Allocator<D>,
@@ -153,8 +153,8 @@ where
     s
 }
 
-/// The same for a matrix that is singular to rounding: Cholesky's columns with the pivot that is largest relative to the
-/// diagonal, rotated into the factor one by one. To leave out the column of a small pivot in the given order would
+/// The same for a matrix that is singular to rounding: Cholesky's columns with the pivot that is largest relative to
+/// the diagonal, rotated into the factor one by one. To leave out the column of a small pivot in the given order would
 /// change p by the root of the pivot.
 fn factor_by_columns<T: RealField + Copy, D: Dim>(p: &OMatrix<T, D, D>, rounding: T) -> OMatrix<T, D, D>
 where

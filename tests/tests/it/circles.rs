@@ -14,7 +14,7 @@ type Graph = BTreeMap<String, BTreeSet<String>>;
 fn code(text: &str) -> String {
     let lines =
         text.lines().take_while(|line| !line.starts_with("#[cfg(test)]") && !line.starts_with("#[cfg(all(test"));
-    lines.filter(|line| !line.trim_start().starts_with("//")).map(|line| format!("{line}\n")).collect()
+    lines.filter(|line| !line.trim_start().starts_with("//")).flat_map(|line| [line, "\n"]).collect()
 }
 
 /// The names that follow `path` in a text: one, or each of a list in braces.
@@ -98,7 +98,9 @@ fn circle(mut graph: Graph) -> Graph {
         let imported: BTreeSet<String> = graph.values().flatten().cloned().collect();
         graph.retain(|module, imports| !imports.is_empty() && imported.contains(module));
         let left: BTreeSet<String> = graph.keys().cloned().collect();
-        graph.values_mut().for_each(|imports| imports.retain(|name| left.contains(name)));
+        for imports in graph.values_mut() {
+            imports.retain(|name| left.contains(name));
+        }
         if graph.len() == before {
             return graph;
         }
@@ -134,7 +136,7 @@ fn imports_are_read_from_paths_and_lists() {
     let names = reexports("pub use a::{One, two};\nuse other::Three;\npub(crate) use self::b::Four;\n", &modules);
     assert_eq!(names.keys().collect::<Vec<_>>(), ["Four", "One", "two"]);
     let graph = |edges: &[(&str, &[&str])]| -> Graph {
-        edges.iter().map(|(from, to)| (from.to_string(), to.iter().map(|name| name.to_string()).collect())).collect()
+        edges.iter().map(|(from, to)| (from.to_string(), to.iter().map(ToString::to_string).collect())).collect()
     };
     assert!(circle(graph(&[("a", &["b", "c"]), ("b", &["c"]), ("c", &[])])).is_empty());
     assert_eq!(circle(graph(&[("a", &["b"]), ("b", &["c"]), ("c", &["b"]), ("d", &["a"])])).len(), 2);

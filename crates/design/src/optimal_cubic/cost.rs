@@ -4,10 +4,10 @@
 //! deviation of their noise, so that the first errors are the unit sphere and the noise has covariance I.
 
 use luenberger_linalg::{
-    LinalgError, LyapunovEquation, ZeroOrderHold, eigenvalues, kalman_gain, stein, symmetric_part, zero_order_hold,
+    LinalgError, LyapunovEquation, ZeroOrderHold, kalman_gain, stein, symmetric_part, zero_order_hold,
 };
 use luenberger_random::Random;
-use nalgebra::{DMatrix, DVector, DVectorView, SymmetricEigen};
+use nalgebra::{Complex, DMatrix, DVector, DVectorView, SymmetricEigen};
 
 use super::flow::{ErrorFlow, Gains, Work};
 
@@ -31,6 +31,17 @@ pub(super) struct Scaled {
     pub(super) horizon: f64,
     pub(super) period: f64,
     pub(super) uniform: bool,
+}
+
+/// The linear error `e' = F e`, `F = A - L C` Hurwitz, and what its cost consists of.
+struct LinearError {
+    f: DMatrix<f64>,
+    poles: Vec<Complex<f64>>,
+    /// M of `F'M + M F + T = 0`.
+    tail: DMatrix<f64>,
+    /// Over a period, `e+ = ad e + bd (w, v)`.
+    held: ZeroOrderHold,
+    cost: Cost,
 }
 
 /// Values of the noise, one row after the other: process noise, then measurement noise.
@@ -84,13 +95,18 @@ impl Scaled {
     /// `F'M + M F + T = 0`, the transient is `trace(M)/n`; `X = Phi X Phi' + G diag(W/h, I) G'` with `Phi = exp(Fh)`,
     /// `G = int_0^h exp(Fs) ds [I, -L]`, the mean square is `trace(T X)`.
     pub(super) fn linear(&self, l: &DMatrix<f64>) -> Option<Cost> {
+        Some(self.linear_error(l)?.cost)
+    }
+
+    fn linear_error(&self, l: &DMatrix<f64>) -> Option<LinearError> {
         let n = self.a.nrows();
         let f = &self.a - l * &self.c;
         let mut equation = LyapunovEquation::new(&f).ok()?;
-        if equation.eigenvalues().iter().any(|z| z.re >= 0.0) {
+        let poles = equation.eigenvalues();
+        if poles.iter().any(|z| z.re >= 0.0) {
             return None;
         }
-        let transient = equation.solve(&self.weight).ok()?.p.trace() / n as f64;
+        let tail = equation.solve(&self.weight).ok()?.p;
         let p = self.c.nrows();
         let held = self.held(&f, l)?;
         let of_process = held.bd.columns(0, n);
@@ -98,7 +114,8 @@ impl Scaled {
         let q =
             of_process * (&self.process / self.period) * of_process.transpose() + of_outputs * of_outputs.transpose();
         let x = stein(&held.ad.transpose(), &symmetric_part(&q)).ok()?.p;
-        Some(self.sum(transient, (&self.weight * x).trace()))
+        let cost = self.sum(tail.trace() / n as f64, (&self.weight * x).trace());
+        Some(LinearError { f, poles, tail, held, cost })
     }
 
     /// Kalman's gain for process noise `W + shares/(n tau)` and measurement noise of intensity h I.
@@ -128,12 +145,9 @@ impl Scaled {
     /// The mean square is that along the noise, or that of the linear observer with the same L in closed form plus the
     /// difference of the two along the noise, whichever is larger: either alone is too small for some slow observers.
     pub(super) fn cubic(&self, gains: &Gains, first_errors: &[Vec<f64>], noise: &Noise) -> Option<Cost> {
-        let linear = self.linear(&gains.l)?;
-        let f = &self.a - &gains.l * &self.c;
-        let poles = eigenvalues(&f).ok()?;
+        let LinearError { f, poles, tail, held, cost: linear } = self.linear_error(&gains.l)?;
         let fastest = poles.iter().map(|z| z.norm()).fold(0.0, f64::max);
         let slowest = -poles.iter().map(|z| z.re).fold(f64::NEG_INFINITY, f64::max);
-        let tail = LyapunovEquation::new(&f).ok()?.solve(&self.weight).ok()?.p;
         let cubic = ErrorFlow::new(&f, &self.c, gains, &self.weight, fastest);
         let mut work = Work::new(self.a.nrows(), self.c.nrows());
         let mut transient = 0.0;
@@ -147,7 +161,6 @@ impl Scaled {
             cubic.held(&mut with, w, v, self.period, &mut work)?;
             Some(cubic.square(&with))
         })?;
-        let held = self.held(&f, &gains.l)?;
         let mut without = DVector::zeros(self.a.nrows());
         let without = noise.mean(|values| {
             without = &held.ad * &without + &held.bd * DVectorView::from_slice(values, values.len());

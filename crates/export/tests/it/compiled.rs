@@ -13,8 +13,8 @@ use luenberger_plants::StateSpace;
 use luenberger_random::Random;
 use nalgebra::{DMatrix, DVector, SMatrix, SVector, dmatrix};
 
-/// Whether `EVERY_C_COMPILER` is set, as by `cargo xtask firmware`: every compiler, option and random observer. Otherwise
-/// a part of each, since these tests spend their time in compilers.
+/// Whether `EVERY_C_COMPILER` is set, as by `cargo xtask firmware`: every compiler, option and random observer.
+/// Otherwise a part of each, since these tests spend their time in compilers.
 pub(crate) fn is_complete() -> bool {
     std::env::var_os("EVERY_C_COMPILER").is_some()
 }

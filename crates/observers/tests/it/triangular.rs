@@ -50,8 +50,8 @@ fn a_singular_covariance_has_a_factor() {
 }
 
 proptest! {
-    /// `s s'` is p to rounding, whatever the rank and however near to singular; the entries are compared with the roots of
-    /// the diagonal.
+    /// `s s'` is p to rounding, whatever the rank and however near to singular; the entries are compared with the
+    /// roots of the diagonal.
     #[test]
     fn the_factor_of_a_nearly_singular_matrix_is_accurate(
         roots in prop::array::uniform16(-1.0f64..1.0), rank in 0usize..=4, small in -12i32..=0, units in prop::array::uniform4(-6i32..=6),
