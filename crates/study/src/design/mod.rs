@@ -54,7 +54,6 @@ use crate::study::{LinearSpec, ObserverKind, ObserverSpec, Study};
 
 /// Why an observer has no design.
 #[derive(Debug, Clone, PartialEq)]
-#[non_exhaustive]
 pub enum NoDesign {
     /// The observer is not applicable to the plant: violated hypothesis and alternatives.
     Misfit(FailureReport),
