@@ -26,7 +26,7 @@ impl Random {
     }
 
     /// Uniform in (0, 1], a multiple of 2^-53.
-    pub fn open(&mut self) -> f64 {
+    pub fn uniform(&mut self) -> f64 {
         ((self.bits() >> 11) + 1) as f64 * 2.0_f64.powi(-53)
     }
 
@@ -42,8 +42,8 @@ impl Random {
     /// assert!(mean.abs() < 0.03 && (variance - 1.0).abs() < 0.05);
     /// ```
     pub fn normal_pair(&mut self) -> [f64; 2] {
-        let first = self.open();
-        box_muller(first, self.open())
+        let first = self.uniform();
+        box_muller(first, self.uniform())
     }
 
     /// An integer below `end`, which is not 0.

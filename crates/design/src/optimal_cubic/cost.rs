@@ -223,7 +223,7 @@ impl Generator {
 
     /// Uniform of variance 1.
     pub fn uniform(&mut self) -> f64 {
-        3.0_f64.sqrt() * (2.0 * self.random.open() - 1.0)
+        3.0_f64.sqrt() * (2.0 * self.random.uniform() - 1.0)
     }
 
     /// Standard normal.

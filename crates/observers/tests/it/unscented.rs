@@ -61,9 +61,9 @@ fn the_numbers_are_those_of_filterpy() {
 proptest! {
     #![proptest_config(ProptestConfig { cases: 64, failure_persistence: None, ..ProptestConfig::default() })]
 
-    /// Of a linear plant in discrete time it is the Kalman filter, for every alpha, with outputs that are missing;
-    /// with W and P(0) that may be singular, unless the centre has a negative weight: then rounding alone can make
-    /// what is left of a singular covariance indefinite, and the filter says so.
+    /// Of a linear plant in discrete time it is the Kalman filter, for every alpha, with outputs that are missing. Where
+    /// the centre has a negative weight, rounding alone can make what is left of a singular covariance indefinite: then
+    /// it says so, and the estimate is unchanged.
     #[test]
     fn the_filter_of_a_linear_plant_is_kalmans(
         a in prop::array::uniform9(-1.0f64..1.0), c in prop::array::uniform6(-1.0f64..1.0),
@@ -73,10 +73,9 @@ proptest! {
         let (ad, c) = (Matrix3::from_row_slice(&a), SMatrix::<f64, 2, 3>::from_row_slice(&c));
         let root = Matrix3::from_row_slice(&roots);
         let sigma = SigmaPoints { alpha, beta: 2.0, kappa };
-        let least = if sigma.weights::<f64>(3).unwrap().is_negative { 0.1 } else { 0.0 };
-        // W of rank two, but for that.
-        let least = Matrix3::identity() * least;
-        let (p0, w) = (root * root.transpose() + least, root.columns(0, 2) * root.columns(0, 2).transpose() + least);
+        // W of rank two.
+        let (p0, w) = (root * root.transpose(), root.columns(0, 2) * root.columns(0, 2).transpose());
+        let may_fail = sigma.weights::<f64>(3).unwrap().is_negative;
         let cross = rho * (v[0] * v[1]).sqrt();
         let v = Matrix2::new(v[0], cross, cross, v[1]);
         let bd = SMatrix::<f64, 3, 1>::new(0.1, 0.2, 0.3);
@@ -90,11 +89,19 @@ proptest! {
             let measured = |output: usize| k != 1 || output != missing;
             let y = Vector2::new(y[0], y[1]);
             let one = kalman.update_partial(&mut exact, &u, &y, measured).unwrap();
-            let other = filter.update_partial(0.0, &mut found, &u, &y, measured).unwrap();
+            let before = found.clone();
+            let Some(other) = filter.update_partial(0.0, &mut found, &u, &y, measured) else {
+                prop_assert!(may_fail && found == before);
+                return Ok(());
+            };
             prop_assert!((one.covariance - other.covariance).amax() <= 1e-12, "{} {}", one.covariance, other.covariance);
             prop_assert!((one.normalized_square - other.normalized_square).abs() <= 1e-11);
             prop_assert!(kalman.predict(&mut exact, &u));
-            prop_assert!(filter.predict(0.0, &mut found, &u, 1.0));
+            let before = found.clone();
+            if !filter.predict(0.0, &mut found, &u, 1.0) {
+                prop_assert!(may_fail && found == before);
+                return Ok(());
+            }
             // Covariances grow to about 1e2; 25 epsilon / alpha^2 is the cancellation of the weights.
             prop_assert!((exact.estimate() - found.estimate()).amax() <= 1e-11);
             prop_assert!((exact.covariance() - found.covariance()).amax() <= 1e-11);
