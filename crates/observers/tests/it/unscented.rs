@@ -61,9 +61,9 @@ fn the_numbers_are_those_of_filterpy() {
 proptest! {
     #![proptest_config(ProptestConfig { cases: 64, failure_persistence: None, ..ProptestConfig::default() })]
 
-    /// Of a linear plant in discrete time it is the Kalman filter, for every alpha, with outputs that are missing. Where
-    /// the centre has a negative weight, rounding alone can make what is left of a singular covariance indefinite: then
-    /// it says so, and the estimate is unchanged.
+    /// Of a linear plant in discrete time it is the Kalman filter, for every alpha, with outputs that are missing.
+    /// Where the centre has a negative weight, rounding alone can make what is left of a singular covariance
+    /// indefinite: then it says so, and the estimate is unchanged.
     #[test]
     fn the_filter_of_a_linear_plant_is_kalmans(
         a in prop::array::uniform9(-1.0f64..1.0), c in prop::array::uniform6(-1.0f64..1.0),
