@@ -72,7 +72,7 @@ pub enum ObserverError {
         effect: f64,
     },
     /// A weight theta for which `y~' theta y~` can be negative.
-    #[error("theta is not positive semidefinite: pivot {pivot:e} at ({0}, {0}) of its symmetric part", row + 1)]
+    #[error("theta is not positive semidefinite: pivot {pivot:.2e} at ({0}, {0}) of its symmetric part", row + 1)]
     ThetaIndefinite {
         /// Row of the pivot, from 0.
         row: usize,
@@ -86,7 +86,7 @@ pub enum ObserverError {
         w: f64,
     },
     /// A gain N that is not radial: the cubic flow has no closed form.
-    #[error("C N differs from -w I, w = {w:e}, by {deviation:e}; rounding explains at most {tolerance:e}")]
+    #[error("C N differs from -w I, w = {w:e}, by {deviation:.2e}; rounding explains at most {tolerance:.2e}")]
     NotRadial {
         /// The rate that was stated.
         w: f64,
@@ -96,7 +96,7 @@ pub enum ObserverError {
         tolerance: f64,
     },
     /// A matrix G that is not `-C N`.
-    #[error("G differs from -C N by {deviation:e}; rounding explains at most {tolerance:e}")]
+    #[error("G differs from -C N by {deviation:.2e}; rounding explains at most {tolerance:.2e}")]
     Coupling {
         /// Largest entry of `|G + C N|`.
         deviation: f64,
@@ -149,7 +149,7 @@ pub enum ObserverError {
         point: Point,
     },
     /// A covariance that is not symmetric.
-    #[error("{what} is not symmetric: entries ({}, {}) and ({1}, {0}) differ by {difference:e}", row + 1, column + 1)]
+    #[error("{what} is not symmetric: entries ({}, {}) and ({1}, {0}) differ by {difference:.2e}", row + 1, column + 1)]
     NotSymmetric {
         /// Name of the matrix.
         what: &'static str,
@@ -161,7 +161,7 @@ pub enum ObserverError {
         difference: f64,
     },
     /// A covariance that is not positive semidefinite, or not positive definite where that is required.
-    #[error("{what} is not a covariance: pivot {pivot:e} at ({0}, {0})", row + 1)]
+    #[error("{what} is not a covariance: pivot {pivot:.2e} at ({0}, {0})", row + 1)]
     NotDefinite {
         /// Name of the matrix.
         what: &'static str,

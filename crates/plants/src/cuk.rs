@@ -44,7 +44,7 @@ impl Default for CukConverter {
 
 /// A duty cycle outside of (0, 1).
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
-#[error("the duty cycle is {u}, which is {beyond:e} outside of (0, 1), where the averaged model is not valid")]
+#[error("the duty cycle is {u}, which is {beyond:.2e} outside of (0, 1), where the averaged model is not valid")]
 pub struct DutyCycleError {
     /// The duty cycle.
     pub u: f64,

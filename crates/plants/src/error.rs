@@ -42,7 +42,7 @@ pub enum PlantError {
         value: f64,
     },
     /// A transformation without a finite inverse in binary64.
-    #[error("{what} is singular to rounding: |{what}| |{what}^-1| = {condition:e}")]
+    #[error("{what} is singular to rounding: |{what}| |{what}^-1| = {condition:.2e}")]
     Singular {
         /// Name of the matrix.
         what: &'static str,
