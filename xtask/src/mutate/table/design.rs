@@ -31,7 +31,7 @@ pub(super) const SOURCES: &[Source] = &[
         file: "crates/design/src/optimal_cubic/cost.rs",
         suites: &[OPTIMAL],
         mutants: &[
-            mutant("cost: the sum over the first errors", Dropped, ".p.trace() / n as f64", ".p.trace()"),
+            mutant("cost: the sum over the first errors", Dropped, "tail.trace() / n as f64", "tail.trace()"),
             mutant("cost: process noise of intensity W", Dropped, "(&self.process / self.period)", "(&self.process)"),
             mutant("linear optimum: no mean", Dropped, "shares / (n as f64 * self.horizon)", "shares / self.horizon"),
         ],
