@@ -54,6 +54,15 @@ pub use matrix::Matrix;
 pub use ring::Ring;
 pub use verdict::{UndecidedReason, Verdict};
 
+/// For the tests of this crate, no part of its interface.
+#[doc(hidden)]
+pub mod internals {
+    pub use crate::definite::cholesky::{factor, half_exponent, times_power_of_two};
+    pub use crate::semidefinite::gram::{Equations, by_position, from_circles, scales};
+    pub use crate::statement::deployed_cubic::structured_for;
+    pub use crate::statement::exponential::exponential;
+}
+
 /// The example of `README.md`, compiled and run with the documentation's tests.
 #[cfg(doctest)]
 #[doc = include_str!("../README.md")]

@@ -11,7 +11,7 @@
 //!
 //! The matrix of order 0 is positive and negative definite, with margin infinity: there is no nonzero direction.
 
-mod cholesky;
+pub(crate) mod cholesky;
 mod direction;
 mod entry;
 mod referee;

@@ -36,7 +36,7 @@ pub(super) fn root(x: f64) -> f64 {
 }
 
 /// For each constraint, the power of two that scales its norm to about 1.
-fn scales(program: &Program) -> Vec<f64> {
+pub fn scales(program: &Program) -> Vec<f64> {
     (1..=program.unknowns())
         .map(|i| {
             let size = norm(program.matrix(i));
@@ -51,7 +51,7 @@ fn scales(program: &Program) -> Vec<f64> {
 }
 
 /// Entries of all constraints with the index of their unknown, sorted by position.
-fn by_position(program: &Program) -> Vec<(usize, Entry)> {
+pub fn by_position(program: &Program) -> Vec<(usize, Entry)> {
     let mut all: Vec<(usize, Entry)> =
         (1..=program.unknowns()).flat_map(|i| program.matrix(i).iter().map(move |&entry| (i - 1, entry))).collect();
     all.sort_by_key(|(i, entry)| (position(entry), *i));
@@ -62,7 +62,7 @@ fn by_position(program: &Program) -> Vec<(usize, Entry)> {
 /// `D^-1 G D`, which has the eigenvalues of G: they are at least `min_i (g_ii - sum_(j != i) |g_ij| d_j / d_i)` for
 /// every positive d. Each `|g_ij|` is bounded by the sum of the absolute values of its terms, so G is not formed. Cost:
 /// a few passes over the entries.
-fn from_circles(program: &Program, scales: &[f64], all: &[(usize, Entry)]) -> f64 {
+pub fn from_circles(program: &Program, scales: &[f64], all: &[(usize, Entry)]) -> f64 {
     let m = program.unknowns();
     let size = |i: usize, entry: &Entry| (scales[i] * entry.value.magnitude()).next_up();
     let mut diagonal = vec![0.0_f64; m];
@@ -139,17 +139,18 @@ pub const LARGEST_GRAM: usize = 4608;
 
 /// Properties of the equations `tr(F_i Y) = c_i` that do not depend on the right-hand sides.
 #[derive(Debug, Clone)]
-pub(super) struct Equations {
+pub struct Equations {
     scales: Vec<f64>,
     /// A proved lower bound of the smallest eigenvalue of the scaled Gram matrix.
-    smallest: f64,
+    pub smallest: f64,
 }
 
 impl Equations {
     /// `None` if the constraints are linearly dependent, or nearly so. Cost: a few Cholesky factorisations of order m,
-    /// and 48 bytes per entry of the Gram matrix. Returns an error at once if m exceeds [`LARGEST_GRAM`] and the
-    /// Gershgorin circles do not decide.
-    pub(super) fn of(program: &Program) -> Result<Option<Self>, ProofError> {
+    /// and 48 bytes per entry of the Gram matrix.
+    /// # Errors
+    /// At once if m exceeds [`LARGEST_GRAM`] and the Gershgorin circles do not decide.
+    pub fn of(program: &Program) -> Result<Option<Self>, ProofError> {
         let scales = scales(program);
         let all = by_position(program);
         let circles = from_circles(program, &scales, &all);
@@ -193,66 +194,4 @@ pub(super) fn is_above(blocks: &[Block], y: &[DualBlock], delta: f64) -> bool {
             (Block::Dense(n), DualBlock::Dense(y)) => y.shape() == (*n, *n) && smallest_eigenvalue_above(y, delta),
             _ => false,
         })
-}
-
-#[cfg(test)]
-mod tests {
-    use proptest::prelude::*;
-
-    use super::*;
-    use crate::definite::positive_semidefinite;
-    use crate::exact::Exact;
-
-    /// A program of dense 4 x 4 constraints with entries that are multiples of 0.1, most of them zero.
-    fn program() -> impl Strategy<Value = Program> {
-        let tenth = prop_oneof![4 => Just(0.0), 1 => (-9..=9_i32).prop_map(|k| f64::from(k) / 10.0)];
-        prop::collection::vec(prop::collection::vec(tenth, 10), 1..=5).prop_map(|constraints| {
-            let places: Vec<(usize, usize)> = (0..4).flat_map(|i| (i..4).map(move |j| (i, j))).collect();
-            let entries = |values: &Vec<f64>| -> Vec<Entry> {
-                let pairs = places.iter().zip(values).filter(|(_, x)| **x != 0.0);
-                pairs.map(|(&(row, column), x)| Entry { block: 0, row, column, value: Interval::point(*x) }).collect()
-            };
-            let matrices = std::iter::once(Vec::new()).chain(constraints.iter().map(entries)).collect();
-            let costs = vec![Interval::zero(); constraints.len()];
-            Program::new(vec![Block::Dense(4)], costs, matrices).expect("well-posed")
-        })
-    }
-
-    proptest! {
-        /// The Gershgorin bound and the bound finally used are below the smallest eigenvalue of the exact Gram matrix.
-        #[test]
-        fn the_bounds_of_the_gram_matrix_hold(program in program()) {
-            let (scales, all) = (scales(&program), by_position(&program));
-            let m = program.unknowns();
-            let exact = |x: f64| Exact::from_f64(x).expect("finite");
-            let mut g = Matrix::from_fn(m, m, |_, _| Exact::zero());
-            for (i, x) in &all {
-                for (j, y) in all.iter().filter(|(_, y)| position(y) == position(x)) {
-                    let size = |k: usize, e: &Entry| exact(scales[k]).mul(&exact(e.value.lo()));
-                    g[(*i, *j)] = g[(*i, *j)].add(&exact(weight(x)).mul(&size(*i, x)).mul(&size(*j, y)));
-                }
-            }
-            let used = Equations::of(&program).expect("small").map(|equations| equations.smallest);
-            for bound in [Some(from_circles(&program, &scales, &all)), used].into_iter().flatten() {
-                if bound.is_finite() {
-                    let lowered = g.difference(&Matrix::scalar(m, &exact(bound))).expect("square");
-                    let holds = positive_semidefinite(&lowered).expect("symmetric").is_proved();
-                    prop_assert!(holds, "{bound:e}");
-                }
-            }
-        }
-    }
-
-    /// Diagonal unit matrices and the matrix of ones, as in graph partitioning: circles with equal d would touch 0.
-    #[test]
-    fn circles_of_their_own_size_see_that_ones_and_units_are_independent() {
-        let n = 40;
-        let entry = |row, column| Entry { block: 0, row, column, value: Interval::point(1.0) };
-        let mut matrices = vec![Vec::new()];
-        matrices.extend((0..n).map(|i| vec![entry(i, i)]));
-        matrices.push((0..n).flat_map(|i| (i..n).map(move |j| entry(i, j))).collect());
-        let program = Program::new(vec![Block::Dense(n)], vec![Interval::zero(); n + 1], matrices).expect("well-posed");
-        let bound = from_circles(&program, &scales(&program), &by_position(&program));
-        assert!(bound > 0.1, "{bound}");
-    }
 }

@@ -27,7 +27,7 @@
 //! SIAM J. Numer. Anal. 46, 2007, for the statements; the distance above is derived here.
 
 mod bounds;
-mod gram;
+pub(crate) mod gram;
 
 pub use bounds::{DualBound, PrimalBound};
 

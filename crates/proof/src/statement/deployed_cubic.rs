@@ -175,7 +175,9 @@ fn repaired(
 }
 
 /// An enclosure of the `P~` of the head of this module, for which `P~ N = C'X C N`.
-pub(super) fn structured_for(
+/// # Errors
+/// [`ProofError`] for inconsistent shapes or entries that are not finite.
+pub fn structured_for(
     p: &Matrix<f64>,
     c: &Matrix<f64>,
     x: &Matrix<f64>,
@@ -252,37 +254,4 @@ fn ellipsoid(c: &Matrix<f64>, p: &Matrix<f64>, theta: &Matrix<f64>, proved: &Dep
     let level = below(below(least * radius) * radius);
     let ball = below(below(level / largest).sqrt());
     if level > 0.0 && ball > 0.0 { Reach::Within(Ellipsoid { radius, level, ball }) } else { Reach::Unproved }
-}
-
-#[cfg(test)]
-mod tests {
-    use proptest::prelude::*;
-
-    use super::*;
-
-    proptest! {
-        /// `P~ N = C'X C N` also for an N far from any design: the identity holds for arbitrary P, C and N.
-        #[test]
-        fn the_repaired_matrix_has_the_structure_for_any_gain(
-            (n, outputs, entries) in (1..=5_usize).prop_flat_map(|n| (Just(n), 1..=n)).prop_flat_map(|(n, p)| {
-                (Just(n), Just(p), prop::collection::vec(-1.0..1.0_f64, 80))
-            }),
-        ) {
-            let p = Matrix::from_fn(n, n, |i, j| entries[i.max(j) * 5 + i.min(j)]);
-            let c = Matrix::from_fn(outputs, n, |i, j| entries[25 + i * 5 + j]);
-            let x = Matrix::from_fn(outputs, outputs, |i, j| entries[50 - i.max(j) * 5 - i.min(j)]);
-            let gain = Matrix::from_fn(n, outputs, |i, j| entries[51 + i * 5 + j] + if i == j { 3.0 } else { 0.0 });
-            let repaired = structured_for(&p, &c, &x, &gain).expect("shapes agree").expect("the gain has full column rank");
-            let image = repaired.product(&Matrix::embed(&gain, "N").expect("finite")).expect("shapes agree");
-            let c = Matrix::<Exact>::embed(&c, "C").expect("finite");
-            let x = Matrix::<Exact>::embed(&x, "X").expect("finite");
-            let gain = Matrix::<Exact>::embed(&gain, "N").expect("finite");
-            let seen = c.product(&gain).and_then(|cn| x.product(&cn)).and_then(|xcn| c.transpose().product(&xcn)).expect("shapes agree");
-            for (enclosed, exact) in image.as_slice().iter().zip(seen.as_slice()) {
-                let value = exact.enclosure();
-                prop_assert!(enclosed.lo() <= value.lo() && value.hi() <= enclosed.hi(), "{enclosed:?} {value:?}");
-                prop_assert!(enclosed.width() < 1e-10);
-            }
-        }
-    }
 }

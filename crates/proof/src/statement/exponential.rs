@@ -19,7 +19,9 @@ const REMAINDER: f64 = 1e-26;
 const LARGEST: f64 = 1024.0;
 
 /// A matrix that contains `exp(M)` for every matrix M within the bounds; `None` if M is too large.
-pub(super) fn exponential(m: &Matrix<Interval>) -> Result<Option<Matrix<Interval>>, ProofError> {
+/// # Errors
+/// [`ProofError::DimensionMismatch`] unless M is square.
+pub fn exponential(m: &Matrix<Interval>) -> Result<Option<Matrix<Interval>>, ProofError> {
     let n = m.rows();
     m.expect_shape("the exponent", (n, n))?;
     let norm = (0..n)
@@ -45,30 +47,4 @@ pub(super) fn exponential(m: &Matrix<Interval>) -> Result<Option<Matrix<Interval
         power = power.product(&power)?;
     }
     Ok(power.as_slice().iter().all(Interval::is_bounded).then_some(power))
-}
-
-#[cfg(test)]
-mod tests {
-    use super::exponential;
-    use crate::interval::Interval;
-    use crate::matrix::Matrix;
-
-    #[test]
-    fn exponentials_are_enclosed_tightly() {
-        // exp [0 1; -1 0] t is a rotation; the other reference is scipy.linalg.expm([[1, 2], [3, 4]]).
-        let rotation = Matrix::from_rows([[0.0, 3.0], [-3.0, 0.0]]).map(|x| Interval::of(*x));
-        let found = exponential(&rotation).expect("square").expect("small");
-        for (entry, exact) in found.as_slice().iter().zip([3.0_f64.cos(), 3.0_f64.sin(), -3.0_f64.sin(), 3.0_f64.cos()])
-        {
-            assert!((entry.midpoint() - exact).abs() < 1e-13 && entry.width() < 1e-12, "{entry:?} {exact}");
-        }
-        let full = Matrix::from_rows([[1.0, 2.0], [3.0, 4.0]]).map(|x| Interval::of(*x));
-        let found = exponential(&full).expect("square").expect("small");
-        let scipy = [51.968_956_198_705, 74.736_564_567_003_2, 112.104_846_850_505, 164.073_803_049_21];
-        for (entry, exact) in found.as_slice().iter().zip(scipy) {
-            assert!((entry.midpoint() - exact).abs() < 1e-11 * exact && entry.width() < 1e-10, "{entry:?} {exact}");
-        }
-        let huge = Matrix::from_rows([[1e6]]).map(|x: &f64| Interval::of(*x));
-        assert!(exponential(&huge).expect("square").is_none());
-    }
 }

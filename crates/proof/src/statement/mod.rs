@@ -9,9 +9,9 @@
 mod contracting;
 mod cubic;
 mod deployed;
-mod deployed_cubic;
+pub(crate) mod deployed_cubic;
 mod equation;
-mod exponential;
+pub(crate) mod exponential;
 mod feedback;
 mod hidden;
 mod input_to_state;

@@ -2,14 +2,24 @@
 
 mod adversaries;
 mod certificate_files;
+mod cholesky;
 mod definiteness;
 mod deployed;
+mod deployed_cubic;
 mod elementary;
 mod equations;
+mod exact;
+mod exponential;
+mod gram;
+mod hidden;
 mod hostile_files;
+mod interval;
 mod kkl;
 mod left_inverses;
+mod matrix;
+mod number;
 mod sectors;
 mod statements;
 mod stress;
 mod varying_periods;
+mod wording;

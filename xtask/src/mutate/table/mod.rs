@@ -114,7 +114,7 @@ const SYSTEMS: Suite =
     Suite { package: "luenberger-proof", binaries: &["--test", "it"], only: &["left_inverses::", "equations::"] };
 const TIMES: Suite = Suite {
     package: "luenberger-proof",
-    binaries: &["--lib", "--test", "it"],
+    binaries: &["--test", "it"],
     only: &["varying_periods::", "exponential::"],
 };
 const EXPORTED: Suite =
