@@ -125,51 +125,11 @@ pub fn symmetric_part(m: &DMatrix<f64>) -> DMatrix<f64> {
 
 /// The power of two that brings the largest entry of `m` to about one; one for a zero or empty matrix. Multiplying
 /// by it is exact, except for entries so small beside the largest that they underflow.
-pub(crate) fn unit_scale(m: &DMatrix<f64>) -> f64 {
+pub fn unit_scale(m: &DMatrix<f64>) -> f64 {
     let largest = m.amax();
     if largest == 0.0 || !largest.is_finite() {
         return 1.0;
     }
     // The exponent is clamped so that neither the scale nor its inverse leaves the normal range.
     2.0_f64.powi(-(largest.log2().floor().clamp(-1022.0, 1022.0) as i32))
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use nalgebra::dmatrix;
-
-    #[test]
-    fn the_worst_asymmetric_entry_is_named() {
-        let m = dmatrix![1.0, 2.0, 3.0; 2.0, 1.0, 5.0; 3.5, 7.0, 1.0];
-        assert_eq!(
-            symmetric("Q", &m).unwrap_err(),
-            LinalgError::NotSymmetric {
-                what: "Q",
-                row: 2,
-                col: 1,
-                asymmetry: 2.0,
-                allowed: 8.0 * 3.0 * f64::EPSILON * 7.0
-            }
-        );
-    }
-
-    #[test]
-    fn symmetry_is_judged_relative_to_the_matrix() {
-        let m = dmatrix![1e-300, 1e-301; 2e-301, 1e-300];
-        assert!(symmetric("Q", &m).is_err());
-        let m = dmatrix![1e300, 1e300; 1e300 * (1.0 + 4.0 * f64::EPSILON), 1e300];
-        assert!(symmetric("Q", &m).is_ok());
-    }
-
-    #[test]
-    fn the_unit_scale_is_exact_and_bounded() {
-        for x in [1.0, 3.0, 1e-300, 1e300, 5e-324, f64::MAX] {
-            let m = DMatrix::from_element(2, 2, x);
-            let scale = unit_scale(&m);
-            assert!(scale.is_normal() && (1.0 / scale).is_normal());
-            assert!((1e-30..4.0).contains(&(x * scale)), "{x:e} -> {:e}", x * scale);
-        }
-        assert_eq!(unit_scale(&DMatrix::zeros(0, 0)), 1.0);
-    }
 }

@@ -16,15 +16,17 @@ const WORK: f64 = 1e8;
 
 /// What is certain.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Regularity {
+pub enum Regularity {
+    /// The determinant is not zero.
     Regular,
+    /// It is zero.
     Singular,
     /// The primes that the bound asks for are too many.
     Unknown,
 }
 
 /// For finite square coefficients; `symmetric` where B is A or its transpose and X is symmetric.
-pub(crate) fn regularity(equation: Equation, a: &DMatrix<f64>, b: &DMatrix<f64>, symmetric: bool) -> Regularity {
+pub fn regularity(equation: Equation, a: &DMatrix<f64>, b: &DMatrix<f64>, symmetric: bool) -> Regularity {
     let (n, m) = (a.nrows(), b.nrows());
     if n * m == 0 {
         return Regularity::Regular;
@@ -92,7 +94,8 @@ fn negative(x: u64, p: u64) -> u64 {
     if x == 0 { 0 } else { p - x }
 }
 
-fn power(mut x: u64, mut e: u64, p: u64) -> u64 {
+/// `x^e` modulo `p`.
+pub fn power(mut x: u64, mut e: u64, p: u64) -> u64 {
     let mut found = 1;
     while e > 0 {
         if e & 1 == 1 {
@@ -108,7 +111,8 @@ fn inverse(x: u64, p: u64) -> u64 {
     power(x, p - 2, p)
 }
 
-fn residue(x: f64, p: u64) -> u64 {
+/// `x` modulo the odd prime `p`.
+pub fn residue(x: f64, p: u64) -> u64 {
     let (negated, mantissa, exponent) = parts(x);
     let two = if exponent < 0 { p.div_ceil(2) } else { 2 };
     let size = mantissa % p * power(two, u64::from(exponent.unsigned_abs()), p) % p;
@@ -116,7 +120,7 @@ fn residue(x: f64, p: u64) -> u64 {
 }
 
 /// The characteristic polynomial modulo `p`, its constant coefficient first, its leading one (1) last.
-fn characteristic(m: &DMatrix<f64>, p: u64) -> Vec<u64> {
+pub fn characteristic(m: &DMatrix<f64>, p: u64) -> Vec<u64> {
     let n = m.nrows();
     let mut h = m.map(|x| residue(x, p));
     // To Hessenberg form by similarity.
@@ -180,7 +184,7 @@ fn have_common_divisor(mut f: Vec<u64>, mut g: Vec<u64>, p: u64) -> bool {
 
 /// The largest prime below `start`, which is above 7 and at most 2^31 (Miller and Rabin; the bases 2, 3, 5 and 7 are
 /// enough below 3.2e9: Jaeschke, Math. Comp. 61, 1993).
-fn prime_below(start: u64) -> u64 {
+pub fn prime_below(start: u64) -> u64 {
     let is_prime = |p: u64| {
         let twos = (p - 1).trailing_zeros();
         p % 2 == 1
@@ -200,50 +204,4 @@ fn prime_below(start: u64) -> u64 {
         p -= 1;
     }
     p
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use nalgebra::dmatrix;
-
-    #[test]
-    fn primes_and_residues_are_those_of_arithmetic() {
-        // The largest primes below 2^31 and below 100.
-        assert_eq!((prime_below(1 << 31), prime_below((1 << 31) - 1)), (2_147_483_647, 2_147_483_629));
-        assert_eq!([100, 97, 89].map(prime_below), [97, 89, 83]);
-        let p = 2_147_483_647_u64;
-        for (x, expected) in [(0.0, 0), (-0.0, 0), (-3.0, p - 3), (0.5, p.div_ceil(2)), (2.0_f64.powi(31), 1)] {
-            assert_eq!(residue(x, p), expected, "{x}");
-        }
-        // 2^-1074 times 2^1074.
-        assert_eq!(residue(f64::from_bits(1), p) * power(2, 1074, p) % p, 1);
-        // x^2 + 3 x + 2 and x^3 - 1, the latter with a zero pivot.
-        assert_eq!(characteristic(&dmatrix![0.0, 1.0; -2.0, -3.0], p), [2, 3, 1]);
-        assert_eq!(characteristic(&dmatrix![0.0, 0.0, 1.0; 1.0, 0.0, 0.0; 0.0, 1.0, 0.0], p), [p - 1, 0, 0, 1]);
-    }
-
-    #[test]
-    fn one_unit_in_the_last_place_decides() {
-        let sylvester = |a: &DMatrix<f64>| regularity(Equation::Sylvester, a, a, true);
-        let up = 1.0 + f64::EPSILON;
-        assert_eq!(sylvester(&dmatrix![1.0, 3.0; 0.0, -1.0]), Regularity::Singular);
-        assert_eq!(sylvester(&dmatrix![1.0, 3.0; 0.0, -up]), Regularity::Regular);
-        // Of trace zero, and all the same full; from one end of the range to the other.
-        assert_eq!(sylvester(&dmatrix![0.1, 0.7; 0.3, -0.1]), Regularity::Singular);
-        assert_eq!(sylvester(&dmatrix![1e300, 1e-300; 1.0, -1e300]), Regularity::Singular);
-        assert_eq!(sylvester(&dmatrix![1e300, 1e-300; 1.0, -1e300 * up]), Regularity::Regular);
-        assert_eq!(sylvester(&DMatrix::zeros(3, 3)), Regularity::Singular);
-        assert_eq!(sylvester(&DMatrix::zeros(0, 0)), Regularity::Regular);
-        let stein = |a: &DMatrix<f64>, b: &DMatrix<f64>| regularity(Equation::Stein, a, b, false);
-        assert_eq!(stein(&dmatrix![0.5, 1.0; 0.0, 8.0], &dmatrix![2.0]), Regularity::Singular);
-        assert_eq!(stein(&dmatrix![0.5, 1.0; 0.0, 8.0], &dmatrix![2.0 * up]), Regularity::Regular);
-        assert_eq!(stein(&dmatrix![0.0, 1.0; 0.0, 0.0], &dmatrix![0.0, 1.0; 0.0, 0.0]), Regularity::Regular);
-        // 3 times the double nearest to 1/3 is not one.
-        assert_eq!(stein(&dmatrix![3.0], &dmatrix![1.0 / 3.0]), Regularity::Regular);
-        // Too large to prove singular, not too large to prove regular.
-        let shift = DMatrix::from_fn(90, 90, |i, j| f64::from(u8::from(j == i + 1)));
-        assert_eq!(sylvester(&(&shift * 0.1)), Regularity::Unknown);
-        assert_eq!(sylvester(&(&shift - DMatrix::identity(90, 90))), Regularity::Regular);
-    }
 }

@@ -4,7 +4,7 @@
 
 /// Work that is compiled for the instruction sets of today and of yesterday; `FMA` tells whether fused multiply-add is
 /// one instruction.
-pub(crate) trait Kernel {
+pub trait Kernel {
     type Output;
     fn run<const FMA: bool>(self) -> Self::Output;
 }
@@ -25,7 +25,7 @@ impl<K: Kernel> pulp::WithSimd for Op<K> {
 }
 
 /// Runs the kernel with the best instructions that this machine has.
-pub(crate) fn dispatch<K: Kernel>(kernel: K) -> K::Output {
+pub fn dispatch<K: Kernel>(kernel: K) -> K::Output {
     pulp::Arch::new().dispatch(Op(kernel))
 }
 

@@ -161,6 +161,31 @@ pub use zeros::{InvariantZeros, invariant_zeros};
 /// ```
 pub type Result<T, E = LinalgError> = core::result::Result<T, E>;
 
+/// For the tests of this crate, no part of its interface.
+#[doc(hidden)]
+pub mod internals {
+    pub use crate::argument::unit_scale;
+    pub use crate::balance::{Balance, sizes};
+    pub use crate::compensated::{product, sum};
+    pub use crate::exactly_singular::{Regularity, characteristic, power, prime_below, regularity, residue};
+    pub use crate::kernel::dispatch;
+    pub use crate::least_visible::least_visible;
+    pub use crate::placement::eigenvectors::{Eigenvectors, Part, norm};
+    pub use crate::placement::extremes::extreme_singular_values;
+    pub use crate::placement::poles::RequestedPoles;
+    pub use crate::placement::sensitivity::{Eigen, conditions};
+    pub use crate::product::{multiply, view, view_mut};
+    pub use crate::schur::hessenberg::{Blocked, Reduction, reflector};
+    pub use crate::schur::standard::{Standard, standardise};
+    pub use crate::schur::triangular_factor;
+    pub use crate::separation::{separation, separation_by_three};
+    pub use crate::staircase::Staircase;
+    pub use crate::subspace_refinement::refine;
+    pub use crate::triangular::pair::{Block, eliminate, solve as solve_pair};
+    pub use crate::triangular::{Coefficient, Equation, Sizes, solve, solve_symmetric};
+    pub use crate::units::Units;
+}
+
 /// The example of `README.md`, compiled and run with the documentation's tests.
 #[cfg(doctest)]
 #[doc = include_str!("../README.md")]

@@ -22,7 +22,10 @@ const STEPS: usize = 3;
 
 /// Refines the last columns of `staircase.q`, the staircase of `(A', C')`, until `[A V - V (V'A V); C V]` is at most
 /// `n eps size`, or a step brings no improvement.
-pub(crate) fn refine(staircase: &mut Staircase, a: &DMatrix<f64>, c: &DMatrix<f64>, size: f64) -> Result<()> {
+///
+/// # Errors
+/// Those of [`schur()`].
+pub fn refine(staircase: &mut Staircase, a: &DMatrix<f64>, c: &DMatrix<f64>, size: f64) -> Result<()> {
     let (n, r) = (a.nrows(), staircase.rank);
     if r == 0 || r == n {
         return Ok(());
@@ -114,39 +117,5 @@ impl Split {
         }
         let z = z * form.q.transpose();
         Ok(z.iter().all(|x: &f64| x.is_finite()).then_some(z))
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    /// A subspace with an error of 1e-6 is restored to rounding level, also if an unobservable eigenvalue is observable
-    /// too.
-    #[test]
-    fn a_subspace_that_is_off_is_brought_back() {
-        // Two observable states with eigenvalues -1, -2, three unobservable with -1, 1 +- 2i; only C makes Z unique.
-        let a = DMatrix::from_row_slice(
-            5,
-            5,
-            &[
-                -1.0, 1.0, 0.0, 0.0, 0.0, 0.0, -2.0, 0.0, 0.0, 0.0, 0.3, -0.4, -1.0, 0.0, 0.0, 0.2, 0.1, 0.0, 1.0, 2.0,
-                -0.5, 0.7, 0.0, -2.0, 1.0,
-            ],
-        );
-        let c = DMatrix::from_row_slice(1, 5, &[1.0, 0.5, 0.0, 0.0, 0.0]);
-        let off = DMatrix::from_fn(5, 5, |i, j| f64::from(u8::from(i == j)) + 1e-6 * ((3 * i + 5 * j) as f64).sin());
-        let q = QR::new(off).q();
-        let mut staircase =
-            Staircase { f: q.transpose() * a.transpose() * &q, g: q.transpose() * c.transpose(), q, rank: 2 };
-        let size = a.norm().hypot(c.norm());
-        assert!(Split::new(&a, &c, &staircase.q, 2).residual() > 1e-7);
-        refine(&mut staircase, &a, &c, size).unwrap();
-        let q = &staircase.q;
-        assert!(Split::new(&a, &c, q, 2).residual() < 5.0 * f64::EPSILON * size);
-        assert!((q.transpose() * q - DMatrix::identity(5, 5)).norm() < 1e-14);
-        // The unobservable block (transposed in the staircase of A') has the unobservable eigenvalues.
-        let block = staircase.f.view((2, 2), (3, 3)).into_owned();
-        assert!((block.trace() - 1.0).abs() < 1e-13 && (block.determinant() + 5.0).abs() < 1e-12);
     }
 }

@@ -18,7 +18,7 @@ use nalgebra::DMatrix;
 
 /// Powers of two: `x_j = 2^state[j] z_j`, `y_k = 2^output[k] w_k`, `d/dt = 2^time d/ds`.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub(crate) struct Units {
+pub struct Units {
     pub(crate) state: Vec<i32>,
     pub(crate) output: Vec<i32>,
     pub(crate) time: i32,
@@ -42,7 +42,7 @@ impl Units {
     }
 
     /// Balanced units of `(a, c)`, n x n and p x n, both finite; O((n + p)^3).
-    pub(crate) fn of(a: &DMatrix<f64>, c: &DMatrix<f64>) -> Self {
+    pub fn of(a: &DMatrix<f64>, c: &DMatrix<f64>) -> Self {
         let (n, p) = (a.nrows(), c.nrows());
         let Some(best) = fit(&Logarithms::of(a, c), n, p) else { return Self::given(n, p) };
         // A common shift of all states and outputs changes nothing; centre the states.
@@ -60,18 +60,18 @@ impl Units {
     }
 
     /// `2^-t D^-1 A D`. Exact but for underflow.
-    pub(crate) fn dynamics(&self, a: &DMatrix<f64>) -> DMatrix<f64> {
+    pub fn dynamics(&self, a: &DMatrix<f64>) -> DMatrix<f64> {
         let d = &self.state;
         DMatrix::from_fn(a.nrows(), a.ncols(), |i, j| shift(a[(i, j)], d[j] - d[i] - self.time))
     }
 
     /// `R^-1 C D`. Exact but for underflow.
-    pub(crate) fn outputs(&self, c: &DMatrix<f64>) -> DMatrix<f64> {
+    pub fn outputs(&self, c: &DMatrix<f64>) -> DMatrix<f64> {
         DMatrix::from_fn(c.nrows(), c.ncols(), |k, j| shift(c[(k, j)], self.state[j] - self.output[k]))
     }
 
     /// Largest ratio of two units, as a power of two: zero if the units are those given, up to a common factor.
-    pub(crate) fn spread(&self) -> i32 {
+    pub fn spread(&self) -> i32 {
         spread(&self.state).max(spread(&self.output))
     }
 }
@@ -212,41 +212,4 @@ fn solve_definite(normal: &mut [f64], right: &mut [f64]) -> Option<()> {
         right[k] = (right[k] - known) / column[0];
     }
     Some(())
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn a_chain_of_extreme_units_becomes_a_chain_of_ones() {
-        let a = DMatrix::from_row_slice(3, 3, &[0.0, 2f64.powi(40), 0.0, 0.0, 0.0, 2f64.powi(-40), 0.0, 0.0, 0.0]);
-        let c = DMatrix::from_row_slice(1, 3, &[2f64.powi(13), 0.0, 0.0]);
-        let units = Units::of(&a, &c);
-        for x in units.dynamics(&a).iter().chain(units.outputs(&c).iter()) {
-            assert!(*x == 0.0 || (0.5..=2.0).contains(x), "{x:e} is not near one in {units:?}");
-        }
-    }
-
-    #[test]
-    fn rounding_noise_is_outvoted() {
-        let mut a = DMatrix::from_fn(4, 4, |i, j| 1.0 + (i + 2 * j) as f64 / 10.0);
-        a[(2, 1)] = 1e-17;
-        let units = Units::of(&a, &DMatrix::from_element(1, 4, 1.0));
-        assert!(units.spread() <= 2, "one entry of 1e-17 among twenty bent the units: {units:?}");
-    }
-
-    #[test]
-    fn the_scaled_pair_does_not_depend_on_the_units_of_the_data() {
-        let a = DMatrix::from_fn(4, 4, |i, j| ((3 * i + 5 * j + 1) % 7) as f64 - 3.3);
-        let c = DMatrix::from_fn(2, 4, |i, j| ((2 * i + 3 * j) % 5) as f64 - 1.7);
-        let d = [37, -41, 3, 12];
-        let other = Units { state: d.to_vec(), output: vec![-29, 17], time: 11 };
-        let (first, second) = (Units::of(&a, &c), Units::of(&other.dynamics(&a), &other.outputs(&c)));
-        let (x, y) = (first.dynamics(&a), second.dynamics(&other.dynamics(&a)));
-        for (x, y) in x.iter().zip(y.iter()) {
-            // The powers are rounded to integers: three roundings may differ.
-            assert!((x / y).log2().abs() <= 3.0, "{x:e} against {y:e}");
-        }
-    }
 }

@@ -14,7 +14,7 @@ use crate::{LinalgError, Result};
 
 /// Meaning of a real column.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Part {
+pub enum Part {
     /// A real eigenvector.
     Whole,
     /// Real part of the eigenvector of an eigenvalue above the real axis; the next column is its imaginary part.
@@ -25,14 +25,15 @@ pub(super) enum Part {
 
 /// Eigenvectors `x_k` as real columns.
 #[derive(Debug, Clone)]
-pub(super) struct Eigenvectors {
+pub struct Eigenvectors {
     pub(super) columns: DMatrix<f64>,
-    pub(super) parts: Vec<Part>,
+    /// What each column is.
+    pub parts: Vec<Part>,
 }
 
 impl Eigenvectors {
     /// Columns of `reals` real eigenvectors, followed by complex pairs.
-    pub(super) fn reals_first(columns: DMatrix<f64>, reals: usize) -> Self {
+    pub fn reals_first(columns: DMatrix<f64>, reals: usize) -> Self {
         let pairs = (columns.ncols() - reals) / 2;
         let mut parts = vec![Part::Whole; reals];
         parts.extend((0..pairs).flat_map(|_| [Part::Real, Part::Imaginary]));
@@ -40,7 +41,7 @@ impl Eigenvectors {
     }
 
     /// Entry i of `x_k`.
-    pub(super) fn entry(&self, i: usize, k: usize) -> Complex<f64> {
+    pub fn entry(&self, i: usize, k: usize) -> Complex<f64> {
         let x = &self.columns;
         match self.parts[k] {
             Part::Whole => Complex::from(x[(i, k)]),
@@ -73,7 +74,8 @@ impl Eigenvectors {
 
     /// The columns W of the file's head: real vectors of norm one, and pairs of norm one times `sqrt2`. A vector that
     /// is zero or not finite is left as it is.
-    pub(super) fn normalised(mut self) -> Self {
+    #[must_use]
+    pub fn normalised(mut self) -> Self {
         for (k, norm) in self.norms().into_iter().enumerate() {
             if norm > 0.0 && norm.is_finite() {
                 let mut column = self.columns.column_mut(k);
@@ -90,13 +92,16 @@ impl Eigenvectors {
     }
 
     /// Dual basis: vector k is orthogonal to all `x_j`, j != k. `None` if the `x_j` are linearly dependent.
-    pub(super) fn dual(&self) -> Option<Self> {
+    pub fn dual(&self) -> Option<Self> {
         let columns = self.columns.clone().try_inverse()?.transpose();
         Some(Self { columns, parts: self.parts.clone() })
     }
 
     /// `cond_2(X)` of [`Self::normalised`] vectors; infinite if they are linearly dependent.
-    pub(super) fn condition(&self) -> Result<f64> {
+    ///
+    /// # Errors
+    /// [`LinalgError::Overflow`]; [`LinalgError::NotConverged`], of which no case is known.
+    pub fn condition(&self) -> Result<f64> {
         if self.columns.iter().any(|x| !x.is_finite()) {
             return Err(LinalgError::Overflow { what: "an eigenvector of the closed loop" });
         }
@@ -112,7 +117,7 @@ impl Eigenvectors {
 }
 
 /// Euclidean norm, safe where squares overflow or underflow.
-fn norm(x: &[f64]) -> f64 {
+pub fn norm(x: &[f64]) -> f64 {
     let squares: f64 = x.iter().map(|x| x * x).sum();
     if (1e-280..1e280).contains(&squares) {
         return squares.sqrt();
@@ -122,45 +127,4 @@ fn norm(x: &[f64]) -> f64 {
         return largest;
     }
     largest * x.iter().map(|x| (x / largest).powi(2)).sum::<f64>().sqrt()
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    /// Against complex arithmetic: norms, entries, `cond_2(X)`, and `Y*X` diagonal.
-    #[test]
-    fn real_columns_say_the_same() {
-        let given = DMatrix::from_fn(5, 5, |i, j| ((3 * i + 7 * j * j + 5 * i * j + 2) as f64).sin());
-        let x = Eigenvectors::reals_first(given, 1).normalised();
-        let complex = |x: &Eigenvectors| DMatrix::from_fn(5, 5, |i, k| x.entry(i, k).scale(0.5f64.sqrt()));
-        let whole = |x: &Eigenvectors| {
-            let mut m = complex(x);
-            m.column_mut(0).scale_mut(2f64.sqrt());
-            m
-        };
-        let m = whole(&x);
-        for column in m.column_iter() {
-            assert!((column.norm() - 1.0).abs() < 1e-14);
-        }
-        assert_eq!(x.entry(2, 1), x.entry(2, 2).conj());
-        let sigma = m.clone().singular_values();
-        let expected = sigma.max() / sigma.min();
-        assert!((x.condition().unwrap() - expected).abs() < 1e-10 * expected);
-        let products = whole(&x.dual().unwrap()).adjoint() * m;
-        for i in 0..5 {
-            for k in 0..5 {
-                assert!((products[(i, k)].norm() > 0.1) == (i == k) && (i == k || products[(i, k)].norm() < 1e-13));
-            }
-        }
-    }
-
-    #[test]
-    fn norms_neither_overflow_nor_vanish() {
-        // Five roundings: a division, a square, a sum, a root and a product.
-        let near = |x: f64, y: f64| (x / y - 1.0).abs() < 5.0 * f64::EPSILON;
-        assert!(near(norm(&[3e-200, 4e-200]), 5e-200) && near(norm(&[3e200, -4e200]), 5e200));
-        assert_eq!((norm(&[0.0, 0.0]), norm(&[f64::INFINITY, 1.0])), (0.0, f64::INFINITY));
-        assert!(norm(&[f64::NAN, 1.0]).is_nan());
-    }
 }

@@ -10,11 +10,11 @@
 //! | more | eigenvectors of largest volume, Tits and Yang |
 //! | n | `K = B^+ (A - Lambda)`, directly |
 
-mod eigenvectors;
-mod extremes;
-mod poles;
+pub(crate) mod eigenvectors;
+pub(crate) mod extremes;
+pub(crate) mod poles;
 mod robust;
-mod sensitivity;
+pub(crate) mod sensitivity;
 mod single_input;
 mod structured;
 

@@ -7,11 +7,11 @@ use crate::{LinalgError, Result};
 
 /// n poles closed under conjugation.
 #[derive(Debug, Clone)]
-pub(super) struct RequestedPoles {
+pub struct RequestedPoles {
     /// Real poles.
-    pub(super) real: Vec<f64>,
+    pub real: Vec<f64>,
     /// The pole of each pair with positive imaginary part.
-    pub(super) pairs: Vec<Complex<f64>>,
+    pub pairs: Vec<Complex<f64>>,
     /// All poles in the order given, conjugates made exact.
     given: Vec<Complex<f64>>,
 }
@@ -20,7 +20,11 @@ pub(super) struct RequestedPoles {
 const CONJUGATE: f64 = 64.0 * f64::EPSILON;
 
 impl RequestedPoles {
-    pub(super) fn new(poles: &[Complex<f64>], order: usize) -> Result<Self> {
+    /// The poles in pairs.
+    ///
+    /// # Errors
+    /// Unless they are `order` finite numbers closed under conjugation.
+    pub fn new(poles: &[Complex<f64>], order: usize) -> Result<Self> {
         for (index, pole) in poles.iter().enumerate() {
             if !(pole.re.is_finite() && pole.im.is_finite() && pole.norm().is_finite()) {
                 return Err(LinalgError::PoleNotFinite { index, pole: *pole });
@@ -58,7 +62,7 @@ impl RequestedPoles {
     }
 
     /// The poles in the order given.
-    pub(super) fn poles(&self) -> &[Complex<f64>] {
+    pub fn poles(&self) -> &[Complex<f64>] {
         &self.given
     }
 
@@ -93,7 +97,7 @@ impl RequestedPoles {
     }
 
     /// For each requested pole, the index of the achieved pole matched to it (equal numbers): nearest pairs first.
-    pub(super) fn matched(&self, achieved: &[Complex<f64>]) -> Vec<usize> {
+    pub fn matched(&self, achieved: &[Complex<f64>]) -> Vec<usize> {
         let n = self.given.len();
         let distance = |i: usize, k: usize| {
             let off: Complex<f64> = achieved[k] - self.given[i];
@@ -117,44 +121,5 @@ impl RequestedPoles {
             }
         }
         candidates.into_iter().map(|(_, k)| k).collect()
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    fn c(re: f64, im: f64) -> Complex<f64> {
-        Complex::new(re, im)
-    }
-
-    #[test]
-    fn pairs_are_found_in_any_order_and_made_exact() {
-        let requested =
-            RequestedPoles::new(&[c(-1.0, 2.0), c(-3.0, 0.0), c(-1.0, -2.0 - 2e-16), c(-1.0, -2.0), c(-1.0, 2.0)], 5)
-                .unwrap();
-        assert_eq!(requested.real, [-3.0]);
-        assert_eq!(requested.pairs.len(), 2);
-        assert_eq!(requested.poles()[0], requested.poles()[3].conj());
-    }
-
-    #[test]
-    fn what_is_wrong_is_named() {
-        let half = [c(-1.0, 0.0), c(-2.0, 1.0), c(-2.0, -1.0 - 1e-9)];
-        assert_eq!(RequestedPoles::new(&half, 3).unwrap_err(), LinalgError::PoleUnpaired { pole: half[1] });
-        assert_eq!(RequestedPoles::new(&half[..1], 2).unwrap_err(), LinalgError::PoleCount { order: 2, found: 1 });
-        let nan = RequestedPoles::new(&[c(-1.0, 0.0), c(f64::NAN, 0.0)], 2).unwrap_err();
-        assert!(matches!(nan, LinalgError::PoleNotFinite { index: 1, .. }), "{nan}");
-        let thrice = RequestedPoles::new(&[c(-1.0, 0.0); 3], 3).unwrap();
-        let expected = LinalgError::PoleMultiplicity { pole: c(-1.0, 0.0), multiplicity: 3, rank: 2 };
-        assert_eq!(thrice.allowed_by(2).unwrap_err(), expected);
-        assert!(thrice.allowed_by(3).is_ok() && thrice.allowed_by(1).is_ok());
-    }
-
-    #[test]
-    fn matching_takes_the_nearest_first() {
-        let requested = RequestedPoles::new(&[c(-1.0, 0.0), c(-2.0, 0.0), c(0.0, 1.0), c(0.0, -1.0)], 4).unwrap();
-        let achieved = [c(0.1, -1.0), c(-2.1, 0.0), c(-1.4, 0.0), c(0.1, 1.0)];
-        assert_eq!(requested.matched(&achieved), [2, 1, 3, 0]);
     }
 }

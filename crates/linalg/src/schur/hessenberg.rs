@@ -19,7 +19,7 @@ pub(super) const BLOCKED: usize = 100;
 /// Overwrites `x` with the tail of `v`, where `I - tau v v'`, `v[0] = 1`, maps `(head, x)` to `beta e1`, and returns
 /// `(beta, tau)`. `tau = 0` (the identity) when `x` is zero already.
 #[inline(always)]
-pub(super) fn reflector(head: f64, x: &mut [f64]) -> (f64, f64) {
+pub fn reflector(head: f64, x: &mut [f64]) -> (f64, f64) {
     let largest = x.iter().fold(0.0_f64, |m, e| m.max(e.abs()));
     if largest == 0.0 {
         return (head, 0.0);
@@ -44,14 +44,19 @@ pub(super) fn reflector(head: f64, x: &mut [f64]) -> (f64, f64) {
 
 /// Reduces the leading block of order `order` of the matrix `h` of order `n`: its rows in full, its columns down to row
 /// `order`. The reflectors multiply `q`, of `n` columns, from the right; with `fresh`, `q` must be the identity.
-pub(super) struct Reduction<'a> {
-    pub(super) h: &'a mut [f64],
-    pub(super) n: usize,
-    pub(super) order: usize,
-    pub(super) q: &'a mut [f64],
-    pub(super) fresh: bool,
+pub struct Reduction<'a> {
+    /// The matrix.
+    pub h: &'a mut [f64],
+    /// Its order.
+    pub n: usize,
+    /// Order of the leading block.
+    pub order: usize,
+    /// What the reflectors multiply.
+    pub q: &'a mut [f64],
+    /// Whether `q` is the identity.
+    pub fresh: bool,
     /// `3 n` numbers.
-    pub(super) work: &'a mut [f64],
+    pub work: &'a mut [f64],
 }
 
 impl Kernel for Reduction<'_> {
@@ -184,7 +189,7 @@ fn axpy_dot<const FMA: bool>(y: &mut [f64], a: f64, x: &[f64], v: &[f64]) -> f64
 
 /// Workspace of the blocked reduction.
 #[derive(Default)]
-pub(super) struct Blocked {
+pub struct Blocked {
     order: usize,
     factors: Vec<f64>,
     stack: Option<MemBuffer>,
@@ -192,7 +197,7 @@ pub(super) struct Blocked {
 
 impl Blocked {
     /// Reduces the matrix `h` of order `n`, and overwrites `q` with the transformation unless it is empty.
-    pub(super) fn reduce(&mut self, h: &mut [f64], n: usize, q: &mut [f64]) {
+    pub fn reduce(&mut self, h: &mut [f64], n: usize, q: &mut [f64]) {
         if n < 3 {
             return;
         }
@@ -230,62 +235,6 @@ impl Blocked {
         }
         for (k, column) in h.chunks_exact_mut(n).enumerate().take(n - 2) {
             column[k + 2..].fill(0.0);
-        }
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::kernel::dispatch;
-    use nalgebra::DMatrix;
-
-    #[test]
-    fn both_reductions_are_orthogonal_similarities() {
-        for (n, blocked) in [(7, false), (7, true), (33, false), (40, true), (300, true)] {
-            let a = DMatrix::from_fn(n, n, |i, j| ((i * 7 + j * 3) % 11) as f64 - 4.5);
-            let (mut h, mut q) = (a.clone(), DMatrix::identity(n, n));
-            let mut work = vec![0.0; 3 * n];
-            let (h_data, q_data) = (h.as_mut_slice(), q.as_mut_slice());
-            if blocked {
-                Blocked::default().reduce(h_data, n, q_data);
-            } else {
-                dispatch(Reduction { h: h_data, n, order: n, q: q_data, fresh: true, work: &mut work });
-            }
-            let bound = 10.0 * n as f64 * f64::EPSILON;
-            assert!((&q * &h * q.transpose() - &a).norm() <= bound * a.norm(), "{n}");
-            assert!((q.transpose() * &q - DMatrix::identity(n, n)).norm() <= bound, "{n}");
-            for j in 0..n {
-                for i in j + 2..n {
-                    assert_eq!(h[(i, j)], 0.0);
-                }
-            }
-        }
-    }
-
-    #[test]
-    fn a_part_can_be_reduced() {
-        // The leading 5 x 5 block of a 7 x 7 matrix whose last two rows it does not touch.
-        let (n, order) = (7, 5);
-        let a = DMatrix::from_fn(n, n, |i, j| if i < order { ((i * 7 + j * 3) % 11) as f64 - 4.5 } else { 0.0 });
-        let (mut h, mut q) = (a.clone(), DMatrix::identity(n, n));
-        let (h_data, q_data) = (h.as_mut_slice(), q.as_mut_slice());
-        dispatch(Reduction { h: h_data, n, order, q: q_data, fresh: false, work: &mut vec![0.0; 3 * n] });
-        assert!((&q * &h * q.transpose() - &a).norm() <= 10.0 * n as f64 * f64::EPSILON * a.norm());
-        assert_eq!(h[(4, 2)], 0.0);
-        assert_eq!(q[(6, 6)], 1.0);
-    }
-
-    #[test]
-    fn a_reflector_survives_the_ends_of_the_range() {
-        for scale in [1e-300, 1.0, 1e300] {
-            let x = [3.0 * scale, 0.0, -4.0 * scale];
-            let mut tail = [x[1], x[2]];
-            let (beta, tau) = reflector(x[0], &mut tail);
-            assert!((beta.abs() / scale - 5.0).abs() <= 1e-14);
-            let v = [1.0, tail[0], tail[1]];
-            let s = tau * (0..3).map(|i| v[i] * (x[i] / scale)).sum::<f64>();
-            assert!((x[2] / scale - s * v[2]).abs() <= 1e-14);
         }
     }
 }

@@ -20,11 +20,11 @@ mod bulge;
 mod chain;
 mod deflation;
 mod francis;
-mod hessenberg;
+pub(crate) mod hessenberg;
 mod multishift;
 mod reorder;
 mod small;
-mod standard;
+pub(crate) mod standard;
 mod subspace;
 mod swap;
 
@@ -110,7 +110,10 @@ pub fn schur_into(a: &DMatrix<f64>, into: &mut Schur, workspace: &mut SchurWorks
 }
 
 /// [`schur()`] without Q (a Q of order zero).
-pub(crate) fn triangular_factor(a: &DMatrix<f64>) -> Result<Schur> {
+///
+/// # Errors
+/// Those of [`schur()`].
+pub fn triangular_factor(a: &DMatrix<f64>) -> Result<Schur> {
     let mut found = Schur::default();
     factor_into(a, &mut found, &mut SchurWorkspace::new())?;
     Ok(found)

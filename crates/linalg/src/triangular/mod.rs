@@ -6,7 +6,7 @@
 //! order 16 are solved by substitution (`tile.rs`, `symmetric_tile.rs`). A 2 x 2 block is never split. Equations with a
 //! symmetric solution use the upper triangle only and cost half.
 
-mod pair;
+pub(crate) mod pair;
 mod symmetric_tile;
 mod tile;
 
@@ -17,7 +17,7 @@ use tile::ORDER;
 
 /// Type of the equation, for the coefficients `op(S)`, `op(T)`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Equation {
+pub enum Equation {
     /// `op(S) Y + Y op(T) = D`.
     Sylvester,
     /// `op(S) Y op(T) - Y = D`.
@@ -26,7 +26,7 @@ pub(crate) enum Equation {
 
 /// `op(T)`: an upper quasi-triangular matrix or its transpose.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Coefficient<'a> {
+pub struct Coefficient<'a> {
     t: MatRef<'a, f64>,
     transposed: bool,
     /// Whether the entries count as exact, so that only a zero pivot is singular.
@@ -35,12 +35,12 @@ pub(crate) struct Coefficient<'a> {
 
 impl<'a> Coefficient<'a> {
     /// `T`.
-    pub(crate) fn plain(t: MatRef<'a, f64>) -> Self {
+    pub fn plain(t: MatRef<'a, f64>) -> Self {
         Self { t, transposed: false, exact: false }
     }
 
     /// `T'`.
-    pub(crate) fn transposed(t: MatRef<'a, f64>) -> Self {
+    pub fn transposed(t: MatRef<'a, f64>) -> Self {
         Self { t, transposed: true, exact: false }
     }
 
@@ -78,16 +78,18 @@ impl<'a> Coefficient<'a> {
 
 /// Norms of the coefficients, which define the rounding level.
 #[derive(Debug, Clone, Copy)]
-struct Sizes {
-    s: f64,
-    t: f64,
+pub struct Sizes {
+    /// Largest entry of the left coefficient.
+    pub s: f64,
+    /// Of the right one.
+    pub t: f64,
     /// Whether the coefficients count as exact.
-    exact: bool,
+    pub exact: bool,
 }
 
 impl Sizes {
     /// Rounding level of a pivot of two diagonal blocks whose largest entries are `s` and `t`.
-    fn floor(self, equation: Equation, s: f64, t: f64) -> f64 {
+    pub fn floor(self, equation: Equation, s: f64, t: f64) -> f64 {
         if self.exact {
             return f64::MIN_POSITIVE / f64::EPSILON;
         }
@@ -104,13 +106,7 @@ impl Sizes {
 ///
 /// Returns whether the equation is regular: every pivot exceeds the rounding level of the coefficients. A smaller pivot
 /// is raised to that level, so that the result stays finite if possible.
-pub(crate) fn solve(
-    equation: Equation,
-    s: Coefficient<'_>,
-    t: Coefficient<'_>,
-    d: MatMut<'_, f64>,
-    work: &mut [f64],
-) -> bool {
+pub fn solve(equation: Equation, s: Coefficient<'_>, t: Coefficient<'_>, d: MatMut<'_, f64>, work: &mut [f64]) -> bool {
     if d.nrows() * d.ncols() == 0 {
         return true;
     }
@@ -172,12 +168,7 @@ fn scratch(work: &mut [f64], rows: usize, cols: usize) -> MatMut<'_, f64> {
 
 /// `op(T)'Y + Y op(T) = D` or `op(T)'Y op(T) - Y = D` with symmetric `D`, given by its upper triangle; both triangles
 /// of Y are returned. Otherwise as [`solve`].
-pub(crate) fn solve_symmetric(
-    equation: Equation,
-    t: Coefficient<'_>,
-    mut d: MatMut<'_, f64>,
-    work: &mut [f64],
-) -> bool {
+pub fn solve_symmetric(equation: Equation, t: Coefficient<'_>, mut d: MatMut<'_, f64>, work: &mut [f64]) -> bool {
     if d.nrows() == 0 {
         return true;
     }
@@ -256,113 +247,4 @@ fn halve_symmetric(
         multiply_upper(d22.rb_mut(), add, -1.0, w.rb().transpose(), coupling);
     }
     halve_symmetric(equation, lower, d22, work, sizes) && regular
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::product::{view, view_mut};
-    use nalgebra::DMatrix;
-
-    /// Upper quasi-triangular, about half of the diagonal in standardised 2 x 2 blocks, eigenvalues of modulus 0.2 to
-    /// 0.9.
-    fn quasi_triangular(n: usize, seed: usize) -> DMatrix<f64> {
-        let entry = |i: usize, j: usize| (((seed + 1) * (1 + 31 * i + 17 * j * j + i * i * j)) as f64).sin();
-        let mut t = DMatrix::from_fn(n, n, |i, j| if i < j { 0.3 * entry(i, j) / (n as f64).sqrt() } else { 0.0 });
-        let mut k = 0;
-        while k < n {
-            let real = 0.55 + 0.15 * entry(k, k);
-            t[(k, k)] = real;
-            if k + 1 < n && (k + seed) % 5 < 3 {
-                t[(k + 1, k + 1)] = real;
-                (t[(k, k + 1)], t[(k + 1, k)]) = (0.5, -0.2);
-                k += 1;
-            }
-            k += 1;
-        }
-        t
-    }
-
-    fn right_hand_side(n: usize, m: usize) -> DMatrix<f64> {
-        DMatrix::from_fn(n, m, |i, j| ((3 + 7 * i + 13 * j * j + i * j) as f64).cos())
-    }
-
-    fn operator(equation: Equation, s: Coefficient<'_>, t: Coefficient<'_>, y: &DMatrix<f64>) -> DMatrix<f64> {
-        let whole = |c: Coefficient<'_>| {
-            let factor = c.factor();
-            DMatrix::from_fn(factor.nrows(), factor.ncols(), |i, j| factor[(i, j)])
-        };
-        match equation {
-            Equation::Sylvester => whole(s) * y + y * whole(t),
-            Equation::Stein => whole(s) * y * whole(t) - y,
-        }
-    }
-
-    /// Backward stability: a residual of a few n eps for every transposition, with and without recursion.
-    #[test]
-    fn every_form_of_the_equation_is_solved() {
-        for (n, m) in [(1, 1), (3, 20), (16, 16), (17, 5), (17, 17), (40, 33), (33, 90), (70, 70)] {
-            let (s, t) = (quasi_triangular(n, 1), quasi_triangular(m, 2));
-            for equation in [Equation::Sylvester, Equation::Stein] {
-                for (left, right) in [(false, false), (false, true), (true, false), (true, true)] {
-                    let (left, right) = (
-                        Coefficient { transposed: left, ..Coefficient::plain(view(&s)) },
-                        Coefficient { transposed: right, ..Coefficient::plain(view(&t)) },
-                    );
-                    let d = right_hand_side(n, m);
-                    let mut y = d.clone();
-                    assert!(solve(equation, left, right, view_mut(&mut y), &mut vec![0.0; n * m]));
-                    let residual = (operator(equation, left, right, &y) - &d).norm();
-                    let terms = (s.norm() + t.norm() + s.norm() * t.norm()) * y.norm() + d.norm();
-                    assert!(
-                        residual <= 10.0 * n.max(m) as f64 * f64::EPSILON * terms,
-                        "{n} {m} {equation:?} {residual:e}"
-                    );
-                }
-            }
-        }
-    }
-
-    /// The symmetric and the general recursion give the same solution.
-    #[test]
-    fn the_symmetric_solution_is_the_solution() {
-        for n in [1, 2, 16, 17, 18, 33, 50, 97] {
-            let t = quasi_triangular(n, 3);
-            let d = right_hand_side(n, n);
-            let d = &d + d.transpose();
-            for equation in [Equation::Sylvester, Equation::Stein] {
-                for transposed in [false, true] {
-                    let t = Coefficient { transposed, ..Coefficient::plain(view(&t)) };
-                    let (mut whole, mut half) = (d.clone(), d.clone());
-                    // Entries below the diagonal are not read.
-                    (0..n).for_each(|j| (j + 1..n).for_each(|i| half[(i, j)] = f64::NAN));
-                    let mut work = vec![0.0; n * n];
-                    assert!(solve(equation, t.transpose(), t, view_mut(&mut whole), &mut work));
-                    assert!(solve_symmetric(equation, t, view_mut(&mut half), &mut work));
-                    assert_eq!(half, half.transpose());
-                    // Sums of eigenvalues exceed 0.4 and products stay below 0.85: condition below 1e3.
-                    assert!(
-                        (&half - &whole).norm() <= 1e3 * n as f64 * f64::EPSILON * whole.norm(),
-                        "{n} {equation:?}"
-                    );
-                }
-            }
-        }
-    }
-
-    #[test]
-    fn a_vanishing_pivot_is_reported_and_the_answer_stays_finite() {
-        for n in [1, 2, 40] {
-            let t = DMatrix::from_fn(
-                n,
-                n,
-                |i, j| if i + 1 == n && j == i { -0.5 } else { f64::from(u8::from(i == j)) * 0.5 },
-            );
-            let mut y = right_hand_side(n, n);
-            let t = Coefficient::plain(view(&t));
-            let regular = solve(Equation::Sylvester, t, t, view_mut(&mut y), &mut []);
-            assert!(y.iter().all(|e| e.is_finite()));
-            assert_eq!(regular, n == 1);
-        }
-    }
 }

@@ -16,11 +16,12 @@ const STRETCH: f64 = 32.0;
 
 /// A diagonal block of a quasi-triangular matrix.
 #[derive(Debug, Clone, Copy, Default)]
-pub(super) struct Block {
+pub struct Block {
     pub(super) start: usize,
-    pub(super) size: usize,
+    /// Its order, 1 or 2.
+    pub size: usize,
     /// Entries by rows; a block of order one is `m[0][0]`.
-    pub(super) m: [[f64; 2]; 2],
+    pub m: [[f64; 2]; 2],
     /// Eigenvalue `a + i w`: `re = a`, `im = w`.
     re: f64,
     im: f64,
@@ -28,18 +29,21 @@ pub(super) struct Block {
     d: f64,
     inverse: f64,
     stretch: f64,
-    largest: f64,
+    /// Largest entry.
+    pub largest: f64,
 }
 
 impl Block {
+    /// The block of order one.
     #[inline(always)]
-    pub(super) fn one(start: usize, a: f64) -> Self {
+    pub fn one(start: usize, a: f64) -> Self {
         let m = [[a, 0.0], [0.0; 2]];
         Self { start, size: 1, m, re: a, im: 0.0, d: 1.0, inverse: 1.0, stretch: 1.0, largest: a.abs() }
     }
 
+    /// The block of order two.
     #[inline(always)]
-    pub(super) fn two(start: usize, m: [[f64; 2]; 2]) -> Self {
+    pub fn two(start: usize, m: [[f64; 2]; 2]) -> Self {
         let [[a, b], [c, e]] = m;
         let (root_b, root_c) = (b.abs().sqrt(), c.abs().sqrt());
         let (d, inverse) = (root_c / root_b, root_b / root_c);
@@ -78,13 +82,7 @@ fn quotient(z: [f64; 2], p: [f64; 2], floor: f64) -> ([f64; 2], bool) {
 /// The unknowns `x[column][row]` of one pair of blocks, `l` on the left and `r` on the right; and whether every divisor
 /// exceeds the rounding level.
 #[inline(always)]
-pub(super) fn solve(
-    equation: Equation,
-    l: &Block,
-    r: &Block,
-    rhs: [[f64; 2]; 2],
-    sizes: Sizes,
-) -> ([[f64; 2]; 2], bool) {
+pub fn solve(equation: Equation, l: &Block, r: &Block, rhs: [[f64; 2]; 2], sizes: Sizes) -> ([[f64; 2]; 2], bool) {
     let floor = sizes.floor(equation, l.largest, r.largest);
     // With lambda = a + i u, mu = b + i v.
     let (a, u, b, v) = (l.re, l.im, r.re, r.im);
@@ -131,7 +129,7 @@ pub(super) fn solve(
 
 /// The same by Gaussian elimination.
 #[cold]
-fn eliminate(equation: Equation, l: &Block, r: &Block, rhs: [[f64; 2]; 2], floor: f64) -> ([[f64; 2]; 2], bool) {
+pub fn eliminate(equation: Equation, l: &Block, r: &Block, rhs: [[f64; 2]; 2], floor: f64) -> ([[f64; 2]; 2], bool) {
     let (left, right) = (|i: usize, k: usize| l.m[i][k], |k: usize, j: usize| r.m[k][j]);
     let mut system = match equation {
         Equation::Sylvester => LinearBlock::sylvester(l.size, r.size, left, right),
@@ -150,75 +148,4 @@ fn eliminate(equation: Equation, l: &Block, r: &Block, rhs: [[f64; 2]; 2], floor
         }
     }
     (x, regular)
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use proptest::prelude::*;
-
-    fn block() -> impl Strategy<Value = Block> {
-        let one = (-2.0..-0.5_f64).prop_map(|a| Block::one(0, 0.4 * a));
-        let two = (-2.0..-0.5_f64, 0.1..2.0_f64, -2.0..2.0_f64, any::<bool>()).prop_map(|(a, w, e, up)| {
-            let (b, c) = (0.4 * w * e.exp(), -0.4 * w / e.exp());
-            Block::two(0, [[0.4 * a, if up { b } else { c }], [if up { c } else { b }, 0.4 * a]])
-        });
-        prop_oneof![one, two]
-    }
-
-    proptest! {
-        /// Divisions and elimination agree within their rounding errors. The real parts of the eigenvalues are below
-        /// -0.2 and their moduli below 1.2, so the divisors of the Sylvester equation are at least 0.4. The Stein
-        /// equation may be nearly singular; its solutions are compared by their residuals.
-        #[test]
-        fn divisions_do_what_elimination_does(l in block(), r in block(), rhs in prop::array::uniform4(-1.0..1.0_f64)) {
-            let rhs = [[rhs[0], rhs[1]], [rhs[2], rhs[3]]];
-            let sizes = Sizes { s: l.largest, t: r.largest, exact: false };
-            for equation in [Equation::Sylvester, Equation::Stein] {
-                let (x, regular) = solve(equation, &l, &r, rhs, sizes);
-                let (y, _) = eliminate(equation, &l, &r, rhs, sizes.floor(equation, l.largest, r.largest));
-                prop_assert!(regular);
-                let left = |x: [[f64; 2]; 2], i: usize, j: usize| (0..l.size).map(|k| l.m[i][k] * x[j][k]).sum::<f64>();
-                for (j, column) in rhs.iter().enumerate().take(r.size) {
-                    for (i, entry) in column.iter().enumerate().take(l.size) {
-                        let defect = |x: [[f64; 2]; 2]| {
-                            let through = (0..r.size).map(|k| r.m[k][j] * match equation {
-                                Equation::Sylvester => x[k][i],
-                                Equation::Stein => left(x, i, k),
-                            }).sum::<f64>();
-                            match equation {
-                                Equation::Sylvester => left(x, i, j) + through - entry,
-                                Equation::Stein => through - x[j][i] - entry,
-                            }
-                        };
-                        let size = x.iter().chain(&y).flatten().fold(1.0_f64, |m, e| m.max(e.abs()));
-                        let terms = 1.0 + (l.largest + r.largest).max(1.0 + l.largest * r.largest) * size;
-                        prop_assert!(defect(x).abs() <= 8.0 * STRETCH * f64::EPSILON * terms, "{l:?} {r:?} {}", defect(x));
-                        prop_assert!(defect(y).abs() <= 16.0 * f64::EPSILON * terms);
-                        if equation == Equation::Sylvester {
-                            prop_assert!((x[j][i] - y[j][i]).abs() <= 1e3 * f64::EPSILON * STRETCH * size);
-                        }
-                    }
-                }
-            }
-        }
-    }
-
-    /// The divisions are scale invariant: data scaled by a power of two give the scaled solution.
-    #[test]
-    fn the_ends_of_the_range_change_nothing() {
-        let unit = Block::two(0, [[-1.0, 2.0], [-0.5, -1.0]]);
-        let rhs = [[1.0, 0.25], [-0.5, 2.0]];
-        let (x, _) = solve(Equation::Sylvester, &unit, &unit, rhs, Sizes { s: 2.0, t: 2.0, exact: false });
-        for exponent in [-480, 480] {
-            let scale = 2.0_f64.powi(exponent);
-            let block = Block::two(0, [[-scale, 2.0 * scale], [-0.5 * scale, -scale]]);
-            let sizes = Sizes { s: 2.0 * scale, t: 2.0 * scale, exact: false };
-            let (y, regular) = solve(Equation::Sylvester, &block, &block, rhs, sizes);
-            assert!(regular);
-            for (x, y) in x.iter().flatten().zip(y.iter().flatten()) {
-                assert!((x - y * scale).abs() <= 8.0 * f64::EPSILON, "{exponent} {x} {}", y * scale);
-            }
-        }
-    }
 }

@@ -222,7 +222,7 @@ fn what_no_gain_moves_is_named_with_its_direction() {
 fn bad_input_is_named() {
     let (a, b) = (dmatrix![0.0, 1.0; 0.0, 0.0], dmatrix![0.0; 1.0]);
     assert_eq!(place(&a, &b, &real(&[-1.0])).unwrap_err(), LinalgError::PoleCount { order: 2, found: 1 });
-    let unpaired = [c(-1.0, 1.0), c(-1.0, -1.1)];
+    let unpaired = [c(-1.0, 1.0), c(-1.0, -1.0 - 1e-9)];
     assert_eq!(place(&a, &b, &unpaired).unwrap_err(), LinalgError::PoleUnpaired { pole: unpaired[0] });
     assert!(matches!(
         place(&a, &b, &[c(-1.0, 0.0), c(f64::NAN, 0.0)]),
