@@ -13,7 +13,7 @@ use crate::variable::Variable;
 
 /// Binary64 with rounding errors, for the solver only; no proof depends on it.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Rounded(pub(crate) f64);
+pub struct Rounded(pub(crate) f64);
 
 impl Ring for Rounded {
     fn zero() -> Self {
@@ -42,9 +42,9 @@ impl Ring for Rounded {
 /// One entry of an affine matrix: a constant and the coefficients of the unknowns, in ascending order, none of them
 /// zero.
 #[derive(Debug, Clone)]
-pub(crate) struct Entry<R> {
-    pub(crate) constant: R,
-    pub(crate) terms: Vec<(usize, R)>,
+pub struct Entry<R> {
+    pub constant: R,
+    pub terms: Vec<(usize, R)>,
 }
 
 impl<R: Ring> Entry<R> {
@@ -99,7 +99,7 @@ fn embed<R: Ring>(m: &DMatrix<f64>) -> Result<Matrix<R>, Fault> {
 ///
 /// # Errors
 /// [`Fault::NotFinite`] names a constant that no ring has.
-pub(crate) fn expand<R: Ring>(e: &Expression, offsets: &[usize]) -> Result<Matrix<Entry<R>>, Fault> {
+pub fn expand<R: Ring>(e: &Expression, offsets: &[usize]) -> Result<Matrix<Entry<R>>, Fault> {
     let (rows, columns) = e.shape();
     let one = number::<R>(1.0)?;
     Ok(match e.node() {
@@ -195,7 +195,7 @@ fn assemble<T: Clone>(rows: usize, columns: usize, blocks: &[Vec<Matrix<T>>]) ->
 ///
 /// # Errors
 /// [`Fault::NotFinite`] names a constant, or an entry of a value, that no ring has.
-pub(crate) fn evaluate<R: Ring>(e: &Expression, values: &[(Variable, DMatrix<f64>)]) -> Result<Matrix<R>, Fault> {
+pub fn evaluate<R: Ring>(e: &Expression, values: &[(Variable, DMatrix<f64>)]) -> Result<Matrix<R>, Fault> {
     let (rows, columns) = e.shape();
     Ok(match e.node() {
         Node::Constant(m) => embed(m)?,
@@ -261,68 +261,5 @@ pub(crate) fn foreign_variable(e: &Expression, declared: &[Variable]) -> Option<
         | Node::Transpose(inner)
         | Node::Trace(inner) => foreign_variable(inner, declared),
         Node::Blocks(blocks) => blocks.iter().flatten().find_map(|e| foreign_variable(e, declared)),
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use luenberger_proof::Exact;
-
-    use super::*;
-    use crate::{Problem, block, he, zeros};
-
-    /// The expanded form at given values and the tree evaluated directly agree exactly, with every kind of node
-    /// present.
-    #[test]
-    fn expanding_and_evaluating_are_the_same_exactly() {
-        let mut lmi = Problem::new();
-        let (p, y) = (lmi.symmetric("P", 3), lmi.rectangular("Y", 3, 2));
-        let (d, g) = (lmi.diagonal("D", 2), lmi.scalar("g"));
-        let a = DMatrix::from_fn(3, 3, |i, j| 0.1 * (i + 1) as f64 - 0.3 * j as f64);
-        let c = DMatrix::from_fn(2, 3, |i, j| 0.7 - 0.2 * (i * j) as f64);
-        let top = he(&p * &a - &y * &c) + g.identity(3) - 0.3 * DMatrix::<f64>::identity(3, 3);
-        let corner = a.transpose() * &y - &p * c.transpose();
-        let last = -Expression::from(&d) + &g * &DMatrix::from_element(2, 2, 0.1) + zeros(2, 2);
-        let trace = block![[p.trace()]];
-        let whole = block![
-            [&top, &corner, zeros(3, 1)],
-            [corner.transpose(), last, zeros(2, 1)],
-            [zeros(1, 3), zeros(1, 2), trace]
-        ];
-        assert_eq!(whole.fault(), None);
-        let mut offset = 0;
-        let mut offsets = vec![];
-        for v in &lmi.variables {
-            offsets.push(offset);
-            offset += v.unknowns();
-        }
-        let x: Vec<f64> = (0..offset).map(|k| 0.37 * k as f64 - 1.1).collect();
-        let values: Vec<_> =
-            lmi.variables.iter().zip(&offsets).map(|(v, &o)| (v.clone(), v.assemble(&x[o..]))).collect();
-        let direct = evaluate::<Exact>(&whole, &values).unwrap();
-        let expanded = expand::<Exact>(&whole, &offsets).unwrap().map(|entry| {
-            entry
-                .terms
-                .iter()
-                .fold(entry.constant.clone(), |sum, (k, c)| sum.add(&c.mul(&Exact::from_f64(x[*k]).unwrap())))
-        });
-        assert_eq!(direct, expanded);
-    }
-
-    /// A value that is not finite is an error wherever it occurs, and is not treated as 0.
-    #[test]
-    fn what_is_not_a_number_is_not_zero() {
-        let mut lmi = Problem::new();
-        let p = lmi.symmetric("P", 2);
-        let positive = Expression::from(&p) + DMatrix::<f64>::identity(2, 2);
-        for bad in [f64::NAN, f64::INFINITY] {
-            let values = [(p.clone(), DMatrix::from_row_slice(2, 2, &[0.0, 0.0, bad, 0.0]))];
-            let found = evaluate::<Exact>(&positive, &values);
-            assert!(matches!(found, Err(Fault::NotFinite { row: 1, column: 0, .. })), "{found:?}");
-            assert!(evaluate::<Rounded>(&positive, &values).is_err());
-            let constant = Expression::from(&p) + DMatrix::from_element(2, 2, bad);
-            assert!(matches!(expand::<Exact>(&constant, &[0]), Err(Fault::NotFinite { row: 0, column: 0, .. })));
-            assert!(matches!(expand::<Exact>(&(bad * &positive), &[0]), Err(Fault::NotFinite { .. })));
-        }
     }
 }

@@ -18,27 +18,27 @@ pub(crate) struct BlockEntry {
 
 /// A symmetric affine matrix that is to be positive semidefinite.
 #[derive(Debug, Clone)]
-pub(crate) struct Block {
+pub struct Block {
     pub(crate) order: usize,
     pub(crate) entries: Vec<BlockEntry>,
     /// What is known of the structure of some unknowns, whose coefficients are among the entries all the same.
-    pub(crate) products: Vec<ScaledProduct>,
+    pub products: Vec<ScaledProduct>,
 }
 
 /// `sym(L X R)` of an unknown matrix X, with `sym M = (M + M')/2`.
 #[derive(Debug, Clone)]
-pub(crate) struct Product {
+pub struct Product {
     /// X.
-    pub(crate) variable: Variable,
+    pub variable: Variable,
     /// L, as many rows as the block has.
-    pub(crate) left: DMatrix<f64>,
+    pub left: DMatrix<f64>,
     /// R, as many columns as the block has.
-    pub(crate) right: DMatrix<f64>,
+    pub right: DMatrix<f64>,
 }
 
 /// `sym(L X R)` of an unknown matrix X, of which each unknown is multiplied by a factor of its own.
 #[derive(Debug, Clone)]
-pub(crate) struct ScaledProduct {
+pub struct ScaledProduct {
     pub(crate) product: Product,
     /// The first unknown of X.
     pub(crate) offset: usize,
@@ -60,7 +60,7 @@ impl Block {
 
 /// Minimise a linear cost under semidefinite constraints.
 #[derive(Debug)]
-pub(crate) struct ConicProgram {
+pub struct ConicProgram {
     pub(crate) cost: Vec<f64>,
     pub(crate) blocks: Vec<Block>,
     /// A point of negative cost is good enough if no other is below it by more than this share; 0 for the optimum.
@@ -69,7 +69,7 @@ pub(crate) struct ConicProgram {
 
 impl ConicProgram {
     /// The program of which the optimum is wanted.
-    pub(crate) fn new(cost: Vec<f64>, blocks: Vec<Block>) -> Self {
+    pub fn new(cost: Vec<f64>, blocks: Vec<Block>) -> Self {
         Self { cost, blocks, enough: 0.0 }
     }
 

@@ -57,6 +57,22 @@ pub use solution::{Effort, Infeasibility, Margin, Multiplier, Optimum, Solution}
 pub use solver::{NotBuiltIn, Solver};
 pub use variable::{Structure, Variable};
 
+/// For the tests of this crate, no part of its interface.
+#[doc(hidden)]
+pub mod internals {
+    pub use crate::coefficients::{Rounded, evaluate, expand};
+    pub use crate::conic::ConicProgram;
+    pub use crate::equations::{Row, solve_near};
+    pub use crate::interior::program::Scaled;
+    pub use crate::interior::schur::{assemble, joined};
+    pub use crate::products::products;
+    pub use crate::rational::near_rational;
+    pub use crate::sdpa::centre::{draw, last};
+    pub use crate::sdpa::face::confines_dual;
+    pub use crate::sequential::{Cholesky, eigenvalues, product};
+    pub use crate::standard::{Anchor, Small, standard_form};
+}
+
 /// The example of `README.md`, compiled and run with the documentation's tests.
 #[cfg(doctest)]
 #[doc = include_str!("../README.md")]

@@ -5,7 +5,7 @@ const LARGEST_DENOMINATOR: i64 = 64;
 
 /// Integers proportional to a vector of small rationals within `tolerance` of `x` relative to its largest entry, if
 /// there is one.
-pub(crate) fn near_rational(x: &[f64], tolerance: f64) -> Option<Vec<i64>> {
+pub fn near_rational(x: &[f64], tolerance: f64) -> Option<Vec<i64>> {
     let largest = x.iter().fold(0.0f64, |m, v| m.max(v.abs()));
     if largest == 0.0 || !largest.is_finite() {
         return None;
@@ -53,17 +53,4 @@ fn least_common_multiple(a: i64, b: i64) -> Option<i64> {
         (x, y) = (y, x % y);
     }
     (a / x).checked_mul(b)
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn small_rationals_are_found_and_others_are_not() {
-        assert_eq!(near_rational(&[0.5 + 1e-9, -1.0 / 3.0, 0.0, 2.0], 1e-6), Some(vec![3, -2, 0, 12]));
-        assert_eq!(near_rational(&[1.0, std::f64::consts::SQRT_2], 1e-9), None);
-        assert_eq!(near_rational(&[0.0], 1e-6), None);
-        assert_eq!(near_rational(&[f64::NAN, 1.0], 1e-6), None);
-    }
 }

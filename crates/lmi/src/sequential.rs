@@ -14,7 +14,7 @@ use faer::linalg::matmul::matmul;
 use faer::{Accum, Mat, MatMut, MatRef, Par, Spec};
 
 /// `L R`.
-pub(crate) fn product(l: MatRef<'_, f64>, r: MatRef<'_, f64>) -> Mat<f64> {
+pub fn product(l: MatRef<'_, f64>, r: MatRef<'_, f64>) -> Mat<f64> {
     let mut product = Mat::zeros(l.nrows(), r.ncols());
     product_into(product.as_mut(), l, r);
     product
@@ -27,11 +27,11 @@ pub(crate) fn product_into(m: MatMut<'_, f64>, l: MatRef<'_, f64>, r: MatRef<'_,
 
 /// `M = L L'` of a symmetric matrix that is positive definite.
 #[derive(Debug)]
-pub(crate) struct Cholesky(Mat<f64>);
+pub struct Cholesky(Mat<f64>);
 
 impl Cholesky {
     /// The factor, from the lower triangle of `M`. `None` if M is not positive definite to rounding.
-    pub(crate) fn of(m: &Mat<f64>) -> Option<Self> {
+    pub fn of(m: &Mat<f64>) -> Option<Self> {
         let n = m.nrows();
         let mut l = Mat::zeros(n, n);
         l.copy_from_triangular_lower(m);
@@ -46,18 +46,18 @@ impl Cholesky {
     }
 
     /// `L`, with zeros above its diagonal.
-    pub(crate) fn l(&self) -> MatRef<'_, f64> {
+    pub fn l(&self) -> MatRef<'_, f64> {
         self.0.as_ref()
     }
 
     /// `X := M^-1 X`.
-    pub(crate) fn solve_in_place(&self, x: &mut Mat<f64>) {
+    pub fn solve_in_place(&self, x: &mut Mat<f64>) {
         let mut memory = MemBuffer::new(solve::solve_in_place_scratch::<f64>(self.0.nrows(), x.ncols(), Par::Seq));
         solve::solve_in_place(self.l(), x.as_mut(), Par::Seq, MemStack::new(&mut memory));
     }
 
     /// `M^-1`, exactly symmetric.
-    pub(crate) fn inverse(&self) -> Mat<f64> {
+    pub fn inverse(&self) -> Mat<f64> {
         let n = self.0.nrows();
         let mut out = Mat::zeros(n, n);
         let mut memory = MemBuffer::new(inverse::inverse_scratch::<f64>(n, Par::Seq));
@@ -73,7 +73,7 @@ impl Cholesky {
 }
 
 /// The eigenvalues of a symmetric matrix, of which the lower triangle is read, the smallest first.
-pub(crate) fn eigenvalues(m: &Mat<f64>) -> Option<Vec<f64>> {
+pub fn eigenvalues(m: &Mat<f64>) -> Option<Vec<f64>> {
     let n = m.nrows();
     let mut values = Diag::zeros(n);
     let scratch = self_adjoint_evd_scratch::<f64>(n, ComputeEigenvectors::No, Par::Seq, Spec::default());
@@ -81,41 +81,4 @@ pub(crate) fn eigenvalues(m: &Mat<f64>) -> Option<Vec<f64>> {
     let stack = MemStack::new(&mut memory);
     self_adjoint_evd(m.as_ref(), values.as_mut(), None, Par::Seq, stack, Spec::default()).ok()?;
     Some(values.column_vector().iter().copied().collect())
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    /// The second difference of order n has the eigenvalues 2 - 2 cos(k pi / (n + 1)), the determinant n + 1, and the
-    /// inverse min(i, j) (n + 1 - max(i, j)) / (n + 1).
-    #[test]
-    fn the_second_difference_is_factored_inverted_and_has_its_eigenvalues() {
-        for n in [1, 2, 7, 40, 150] {
-            let m = Mat::from_fn(n, n, |i, j| [2.0, -1.0, 0.0][i.abs_diff(j).min(2)]);
-            let cholesky = Cholesky::of(&m).unwrap();
-            // Each of these loses the condition of the matrix, 4 (n + 1)^2 / pi^2, times its rounding errors.
-            let bound = f64::EPSILON * ((n + 1) * (n + 1)) as f64 * n as f64;
-            let back = product(cholesky.l(), cholesky.l().transpose());
-            let inverse = cholesky.inverse();
-            let mut column = Mat::from_fn(n, 1, |i, _| f64::from(u8::from(i == 0)));
-            cholesky.solve_in_place(&mut column);
-            for i in 0..n {
-                for j in 0..n {
-                    assert!((back[(i, j)] - m[(i, j)]).abs() <= 4.0 * n as f64 * f64::EPSILON);
-                    let exact = ((i.min(j) + 1) * (n - i.max(j))) as f64 / (n + 1) as f64;
-                    assert!((inverse[(i, j)] - exact).abs() <= bound * n as f64, "{n}: {i} {j}");
-                    assert_eq!(inverse[(i, j)].to_bits(), inverse[(j, i)].to_bits());
-                }
-                assert!((column[(i, 0)] - (n - i) as f64 / (n + 1) as f64).abs() <= bound);
-            }
-            for (k, value) in eigenvalues(&m).unwrap().into_iter().enumerate() {
-                let exact = 2.0 - 2.0 * ((k + 1) as f64 * std::f64::consts::PI / (n + 1) as f64).cos();
-                assert!((value - exact).abs() <= 10.0 * n as f64 * f64::EPSILON, "{n}: {value} {exact}");
-            }
-            let mut indefinite = m;
-            indefinite[(n - 1, n - 1)] = -1.0;
-            assert!(Cholesky::of(&indefinite).is_none());
-        }
-    }
 }

@@ -21,7 +21,7 @@ use crate::products::products;
 
 /// A problem after validation, in standard form in binary64.
 #[derive(Debug)]
-pub(crate) struct Standard {
+pub struct Standard {
     /// Where the scalar unknowns of each variable start.
     pub(crate) offsets: Vec<usize>,
     /// The number of scalar unknowns of the variables.
@@ -30,7 +30,7 @@ pub(crate) struct Standard {
     pub(crate) homogeneous: bool,
     /// `D_k F_k D_k` in terms of the scaled unknowns, with `x_0`, if there is one, as unknown number `unknowns`; last
     /// the 1x1 block `x_0`, if there is one.
-    pub(crate) blocks: Vec<Block>,
+    pub blocks: Vec<Block>,
     /// The exponents s_i, that of `x_0` last.
     pub(crate) unknown_scale: Vec<i32>,
     /// The exponents of the diagonal of D_k.
@@ -41,7 +41,7 @@ pub(crate) struct Standard {
 
 impl Standard {
     /// The number of unknowns of the cone, `x_0` included.
-    pub(crate) fn cone_unknowns(&self) -> usize {
+    pub fn cone_unknowns(&self) -> usize {
         self.unknowns + usize::from(!self.homogeneous)
     }
 }
@@ -54,9 +54,12 @@ pub(crate) fn power(k: i32) -> f64 {
 /// How the scale of `x_0` is chosen if the constants require different scales: an upper bound `P < I` in unsuitable
 /// units needs the largest, a lower bound the smallest.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Anchor {
+pub enum Anchor {
+    /// Their median.
     Middle,
+    /// The largest.
     Largest,
+    /// The smallest.
     Smallest,
 }
 
@@ -64,7 +67,8 @@ pub(crate) enum Anchor {
 /// scales by hundreds of binary digits, which makes the solver fail. A solution computed without them is verified with
 /// them.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Small {
+pub enum Small {
+    /// They are used.
     Kept,
     /// Omit those far below the largest of their constraint, in the given units.
     LeftOutAsGiven,
@@ -73,7 +77,10 @@ pub(crate) enum Small {
 }
 
 /// Validates the problem and converts it to standard form.
-pub(crate) fn standard_form(problem: &Problem, anchor: Anchor, small: Small) -> Result<Standard, LmiError> {
+///
+/// # Errors
+/// [`LmiError`] if the problem is ill-posed.
+pub fn standard_form(problem: &Problem, anchor: Anchor, small: Small) -> Result<Standard, LmiError> {
     let (offsets, unknowns) = check(problem)?;
     let mut blocks = Vec::with_capacity(problem.constraints.len() + 1);
     let mut homogeneous = true;

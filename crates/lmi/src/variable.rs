@@ -110,28 +110,3 @@ impl fmt::Debug for Variable {
         write!(f, "{} ({rows} x {columns} {:?})", self.name(), self.structure())
     }
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn a_symmetric_unknown_counts_each_pair_once() {
-        let p = Variable::new("P", Structure::Symmetric, 4, 4, 0);
-        let mut seen = vec![0; p.unknowns()];
-        for i in 0..4 {
-            for j in 0..4 {
-                let k = p.unknown_at(i, j).unwrap();
-                assert_eq!(Some(k), p.unknown_at(j, i));
-                seen[k] += 1;
-            }
-        }
-        assert_eq!(seen, [1, 2, 2, 2, 1, 2, 2, 1, 2, 1]);
-    }
-
-    #[test]
-    fn a_diagonal_unknown_is_zero_outside_its_diagonal() {
-        let d = Variable::new("D", Structure::Diagonal, 2, 2, 0);
-        assert_eq!(d.assemble(&[3.0, 4.0]), DMatrix::from_row_slice(2, 2, &[3.0, 0.0, 0.0, 4.0]));
-    }
-}

@@ -22,8 +22,8 @@
 //! programming, SIAM J. Optim. 6, 1996; K. Fujisawa, M. Kojima, K. Nakata, Exploiting sparsity in primal-dual
 //! interior-point methods for semidefinite programming, Math. Program. 79, 1997.
 
-mod program;
-mod schur;
+pub(crate) mod program;
+pub(crate) mod schur;
 mod state;
 mod structured;
 
@@ -157,46 +157,5 @@ impl Path {
             }
         }
         scaled.original_multipliers(&y)
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::conic::{Block, BlockEntry};
-
-    fn solve(program: &ConicProgram, iterations: u32) -> Option<Path> {
-        solve_until(program, iterations, None)
-    }
-
-    /// min x s.t. [[x, c], [c, y]] >= 0 and y <= 1: the optimum is c^2; with x <= 1 too, c = 2 is impossible; without y
-    /// <= 1 the infimum 0 is not attained.
-    #[test]
-    fn a_two_by_two_program() {
-        let entry = |row, column, constant, terms| BlockEntry { row, column, constant, terms };
-        let program = |c: f64, bounds: &[usize]| {
-            let entries =
-                vec![entry(0, 0, 0.0, vec![(0, 1.0)]), entry(1, 0, c, vec![]), entry(1, 1, 0.0, vec![(1, 1.0)])];
-            let bounds = bounds.iter().map(|&k| Block::number(1.0, vec![(k, -1.0)]));
-            let blocks = std::iter::once(Block::of(2, entries)).chain(bounds).collect();
-            ConicProgram::new(vec![1.0, 0.0], blocks)
-        };
-        let bounded = program(0.5, &[1]);
-        let path = solve(&bounded, 100).unwrap();
-        let last = path.last().unwrap();
-        assert_eq!(path.ending, Ending::Point);
-        // A gap and residuals of 1e-12 were asked for.
-        assert!((last.unknowns[0] - 0.25).abs() < 1e-10, "{}", last.unknowns[0]);
-        assert!((bounded.dual_cost(&last.multipliers) - 0.25).abs() < 1e-10);
-        assert_eq!(solve(&program(2.0, &[0, 1]), 100).unwrap().ending, Ending::NoPoint);
-        let open = solve(&program(0.5, &[]), 100).unwrap();
-        assert!(open.last().unwrap().unknowns[0] < 1e-3);
-    }
-
-    #[test]
-    fn a_cost_without_lower_bound_is_noticed() {
-        let program = ConicProgram::new(vec![-1.0], vec![Block::number(-1.0, vec![(0, 1.0)])]);
-        assert_eq!(solve(&program, 100).unwrap().ending, Ending::Unbounded);
-        assert!(solve(&ConicProgram::new(vec![], vec![]), 100).is_none());
     }
 }

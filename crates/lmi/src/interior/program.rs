@@ -29,13 +29,13 @@ const WORTH_A_PRODUCT: usize = 6;
 
 /// A block of more than one row.
 #[derive(Debug)]
-pub(super) struct Dense {
-    pub(super) order: usize,
+pub struct Dense {
+    pub order: usize,
     pub(super) constant: Vec<Entry>,
     /// Those of the products last, and by number of entries, the most first.
     pub(super) constraints: Vec<(usize, Vec<Entry>)>,
     /// The last constraints as products of matrices, if that is the faster way to assemble them.
-    pub(super) products: Vec<Structured>,
+    pub products: Vec<Structured>,
     /// The number of constraints that are not among the products.
     pub(super) others: usize,
 }
@@ -48,9 +48,10 @@ pub(super) struct Number {
 }
 /// The program with constraints of norm 1, and costs and constants of size 1.
 #[derive(Debug)]
-pub(super) struct Scaled {
+pub struct Scaled {
     pub(super) cost: Vec<f64>,
-    pub(super) dense: Vec<Dense>,
+    /// The blocks of more than one row.
+    pub dense: Vec<Dense>,
     pub(super) numbers: Vec<Number>,
     /// For each block of the program, whether it is the k-th of `numbers` or of `dense`.
     pub(super) places: Vec<(bool, usize)>,
@@ -64,7 +65,8 @@ pub(super) struct Scaled {
 }
 
 impl Scaled {
-    pub(super) fn of(program: &ConicProgram) -> Self {
+    /// The program in this form.
+    pub fn of(program: &ConicProgram) -> Self {
         let m = program.cost.len();
         let weight = |row: usize, column: usize| if row == column { 1.0 } else { 2.0 };
         let (mut squares, mut constant_square) = (vec![0.0; m], 0.0);

@@ -19,7 +19,7 @@ impl Number {
 }
 
 /// The symmetric matrix of which each entry off the diagonal was added up in two parts, one in each triangle.
-pub(super) fn joined(mut b: Mat<f64>) -> Mat<f64> {
+pub fn joined(mut b: Mat<f64>) -> Mat<f64> {
     for j in 0..b.ncols() {
         for i in j + 1..b.nrows() {
             let sum = b[(i, j)] + b[(j, i)];
@@ -34,7 +34,7 @@ pub(super) fn joined(mut b: Mat<f64>) -> Mat<f64> {
 const GAIN: usize = 12;
 
 /// Adds `tr(F_i V F_j Y)` once for every pair of unknowns, in either triangle.
-pub(super) fn assemble(block: &Dense, v: MatRef<'_, f64>, y: MatRef<'_, f64>, b: &mut Mat<f64>) {
+pub fn assemble(block: &Dense, v: MatRef<'_, f64>, y: MatRef<'_, f64>, b: &mut Mat<f64>) {
     let n = block.order;
     // Entries of all constraints from the k-th on.
     let mut rest: Vec<usize> = block.constraints.iter().map(|(_, entries)| entries.len()).collect();

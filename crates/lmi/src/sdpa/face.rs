@@ -13,7 +13,7 @@ use crate::sequential::Cholesky;
 
 /// Whether a constraint with zero on the right has a matrix that is semidefinite, to rounding. Cost: a Cholesky
 /// factorisation of its rows that are not zero.
-pub(super) fn confines_dual(program: &Program) -> bool {
+pub fn confines_dual(program: &Program) -> bool {
     program.costs().iter().enumerate().any(|(k, c)| {
         let entries = program.matrix(k + 1);
         c.is_zero() && !entries.is_empty() && (is_semidefinite(entries, 1.0) || is_semidefinite(entries, -1.0))
@@ -42,26 +42,4 @@ fn is_semidefinite(entries: &[Entry], sign: f64) -> bool {
         matrix[(i, i)] += 4.0 * n as f64 * f64::EPSILON * trace;
     }
     Cholesky::of(&matrix).is_some()
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::sdpa::read;
-
-    #[test]
-    fn a_square_with_zero_on_the_right_confines_and_others_do_not() {
-        // tr(F Y) = c for F = [1 1; 1 1], [1 2; 2 1], [0 1; 1 0], I, and -[1 1; 1 1].
-        for (entries, cost, confines) in [
-            ("1 1 1 1 1\n1 1 1 2 1\n1 1 2 2 1\n", "0", true),
-            ("1 1 1 1 -1\n1 1 1 2 -1\n1 1 2 2 -1\n", "0.0", true),
-            ("1 1 1 1 1\n1 1 1 2 1\n1 1 2 2 1\n", "1e-3", false),
-            ("1 1 1 1 1\n1 1 1 2 2\n1 1 2 2 1\n", "0", false),
-            ("1 1 1 2 1\n", "0", false),
-            ("1 1 1 1 1\n1 1 2 2 -1\n", "0", false),
-        ] {
-            let program = read(format!("1\n1\n2\n{cost}\n{entries}").as_bytes()).unwrap();
-            assert_eq!(confines_dual(&program), confines, "{entries}{cost}");
-        }
-    }
 }

@@ -14,10 +14,10 @@
 //! that is not quite feasible is moved towards a well-centred point as little as needed (`centre.rs`). The
 //! verification, and the inequalities it uses, are in [`luenberger_proof::semidefinite`].
 
-mod centre;
+pub(crate) mod centre;
 mod certificate_file;
 mod dual;
-mod face;
+pub(crate) mod face;
 mod pose;
 mod reader;
 mod report;

@@ -52,6 +52,56 @@ fn numbers_that_are_none_or_too_large_are_errors_with_their_line() {
     assert!(program.matrix(1)[0].value.contains(0.0) && program.matrix(1)[0].value.hi() > 0.0);
 }
 
+#[test]
+fn decimals_are_points_where_binary64_has_them_and_intervals_elsewhere() {
+    let cost = |token: &str| read(format!("1\n1\n1\n{token}\n").as_bytes()).map(|program| program.costs()[0]);
+    for (token, exact) in [
+        ("1", true),
+        ("-0.5", true),
+        ("+2.50", true),
+        ("1e22", true),
+        ("1.0D+01", true),
+        ("0.1", false),
+        ("-0.0", true),
+        ("1e23", false),
+        (".75", true),
+        ("3.", true),
+    ] {
+        assert_eq!(cost(token).unwrap().is_point(), exact, "{token}");
+    }
+    assert!(["1e400", "nan", "inf", "x"].iter().all(|token| cost(token).is_err()));
+}
+
+#[test]
+fn every_mistake_names_its_line() {
+    let cases = [
+        ("", "line 1: the text ends where the number of unknowns is expected"),
+        ("x\n", "line 1: \"x\" stands where the number of unknowns is expected"),
+        ("\"c\n0\n", "line 2: the number of unknowns is 0; it must be between 1 and 16777216"),
+        ("1\n1\n2\n", "line 3: the text ends where a cost is expected"),
+        ("1\n1\n0\n", "line 3: the order of a block is 0; it must be between 1 and 16777216"),
+        ("1\n1\n2\n1e999\n", "line 4: \"1e999\" stands where a cost is expected"),
+        ("1\n1\n2\n1\n2 1 1 1 1\n", "line 5: the number of a matrix is 2; it must be between 0 and 1"),
+        ("1\n1\n-2\n1\n1 1 1 2 1\n", "line 5: the column in a diagonal block is 2; it must be between 1 and 1"),
+        ("1\n1\n2\n1\n1 1 1\n", "line 5: the text ends where the column is expected"),
+    ];
+    for (text, message) in cases {
+        assert_eq!(read(text.as_bytes()).unwrap_err().to_string(), message);
+    }
+    let error = read(&b"1\n1\n2\n1\n1 1 1 \xff 1\n"[..]).unwrap_err();
+    assert_eq!(error, ReadError::NotText { line: 5, byte: 7 });
+}
+
+#[test]
+fn punctuation_comments_and_repeated_entries() {
+    let text = "* a comment\n\"another\n 1 = m\n 2 = blocks\n(2, -1)\n{1.0}\n1 1 2 1 1.5\n1 1 1 2 0.5\n0 2 1 1 0\n";
+    let program = read(text.as_bytes()).unwrap();
+    assert_eq!(program.blocks(), [Block::Dense(2), Block::Diagonal(1)]);
+    assert_eq!(program.matrix(1).len(), 1);
+    assert_eq!(program.matrix(1)[0].value, Interval::of(2.0));
+    assert!(program.matrix(0).is_empty());
+}
+
 /// A program of small decimals, and how it is written.
 #[derive(Debug, Clone)]
 struct Written {

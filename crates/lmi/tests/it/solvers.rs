@@ -1,5 +1,7 @@
 //! The two solvers behind one seam: the same verdicts, by the same proofs.
 
+use std::fmt::Write as _;
+
 use luenberger_lmi::sdpa::{self, NoBoundReason, Status};
 use luenberger_lmi::{Problem, Settings, Solver, greatest_parameter_with, he};
 use nalgebra::dmatrix;
@@ -26,6 +28,37 @@ fn the_default_is_the_solver_of_the_house() {
     assert_eq!([Solver::Interior, Solver::Clarabel].map(Solver::name), ["interior", "clarabel"]);
 }
 
+/// minimise x subject to [[x, c], [c, y]] >= 0 and y <= 1: the optimum is c^2; with x <= 1 too, c = 2 is impossible;
+/// without y <= 1 the infimum 0 is not attained.
+#[test]
+fn a_two_by_two_program() {
+    let solve = |c: f64, bounded: &[usize]| {
+        let mut text = format!(
+            "2\n{}\n2 {}\n1 0\n0 1 1 2 {}\n1 1 1 1 1\n2 1 2 2 1\n",
+            1 + bounded.len(),
+            "1 ".repeat(bounded.len()),
+            -c
+        );
+        for (k, unknown) in bounded.iter().enumerate() {
+            let _ = writeln!(text, "0 {0} 1 1 -1\n{unknown} {0} 1 1 -1", k + 2);
+        }
+        sdpa::solve(&sdpa::read(text.as_bytes()).unwrap(), &sdpa::Settings::default())
+    };
+    let bounded = solve(0.5, &[2]);
+    assert_eq!((bounded.word, bounded.status), ("solved", Status::Bounds));
+    // A gap and residuals of 1e-12 were asked for.
+    assert!(0.25 - bounded.lower < 1e-10 && bounded.upper - 0.25 < 1e-10, "{bounded:?}");
+    assert_eq!(solve(2.0, &[1, 2]).status, Status::PrimalInfeasible);
+    assert!(solve(0.5, &[]).upper < 1e-3);
+}
+
+#[test]
+fn a_cost_without_lower_bound_is_noticed() {
+    let open = sdpa::read(&b"1\n1\n1\n-1\n0 1 1 1 1\n1 1 1 1 1\n"[..]).unwrap();
+    let found = sdpa::solve(&open, &sdpa::Settings::default());
+    assert_eq!((found.word, found.status), ("unbounded", Status::DualInfeasible));
+}
+
 #[cfg(not(feature = "clarabel"))]
 #[test]
 fn a_solver_that_is_left_out_names_its_feature() {
@@ -49,11 +82,14 @@ fn a_solver_that_is_left_out_names_its_feature() {
 
 #[cfg(feature = "clarabel")]
 mod clarabel {
+    use std::f64::consts::PI;
     use std::time::Duration;
 
     use approx::assert_relative_eq;
-    use luenberger_lmi::{Solution, block, identity};
+    use luenberger_lmi::sdpa::Outcome;
+    use luenberger_lmi::{Solution, block, dynamic_matrix, identity};
     use luenberger_proof::Verdict;
+    use luenberger_proof::semidefinite::DualBlock;
     use nalgebra::DMatrix;
     use proptest::prelude::*;
 
@@ -202,6 +238,80 @@ mod clarabel {
         // x <= 1 and x >= 2.
         let empty = sdpa::read(&b"1\n1\n-2\n1\n0 1 1 1 2\n0 1 2 2 -1\n1 1 1 1 1\n1 1 2 2 -1\n"[..]).unwrap();
         assert_eq!(sdpa::solve(&empty, &settings).status, Status::PrimalInfeasible);
+    }
+
+    fn bounds(text: &str, settings: sdpa::Settings) -> Outcome {
+        sdpa::solve(&sdpa::read(text.as_bytes()).unwrap(), &sdpa::Settings { solver: Solver::Clarabel, ..settings })
+    }
+
+    /// minimise tr X over X >= F = [min(i, j)] of order n: all entries of X are unknowns, and the optimum is tr F.
+    fn traces(n: usize) -> String {
+        let places: Vec<(usize, usize)> = (1..=n).flat_map(|j| (1..=j).map(move |i| (i, j))).collect();
+        let costs: String = places.iter().map(|(i, j)| if i == j { "1 " } else { "0 " }).collect();
+        let mut text = format!("{}\n1\n{n}\n{costs}\n", places.len());
+        for (k, (i, j)) in places.into_iter().enumerate() {
+            let _ = writeln!(text, "0 1 {i} {j} {i}\n{} 1 {i} {j} 1", k + 1);
+        }
+        text
+    }
+
+    /// minimise t over t I >= F: the optimum is the largest eigenvalue.
+    fn largest_eigenvalue(n: usize) -> String {
+        let mut text = format!("1\n1\n{n}\n1\n");
+        for j in 1..=n {
+            let _ = writeln!(text, "1 1 {j} {j} 1");
+            (1..=j).for_each(|i| _ = writeln!(text, "0 1 {i} {j} {i}"));
+        }
+        text
+    }
+
+    /// The multiplier of `X >= F` is the identity; that of `t I >= F` is v v' with the eigenvector `v_i = sin(i pi / (2
+    /// n + 1))`, of the eigenvalue `1 / (4 sin^2(pi / (4 n + 2)))`. Entries off the diagonal count in both.
+    #[test]
+    fn the_multipliers_are_those_of_the_blocks() {
+        for n in [1, 2, 5] {
+            let angle = PI / (2 * n + 1) as f64;
+            let square = (1..=n).map(|i| (i as f64 * angle).sin().powi(2)).sum::<f64>();
+            let eigenvector = |i: usize| ((i + 1) as f64 * angle).sin() / square.sqrt();
+            for (text, optimum, multiplier) in [
+                (traces(n), (n * (n + 1) / 2) as f64, DMatrix::identity(n, n)),
+                (
+                    largest_eigenvalue(n),
+                    0.25 / (0.5 * angle).sin().powi(2),
+                    DMatrix::from_fn(n, n, |i, j| eigenvector(i) * eigenvector(j)),
+                ),
+            ] {
+                let found = bounds(&text, sdpa::Settings::default());
+                assert_eq!((found.word, found.status), ("solved", Status::Bounds));
+                assert_relative_eq!(found.lower, optimum, max_relative = 1e-7);
+                assert_relative_eq!(found.upper, optimum, max_relative = 1e-7);
+                let [DualBlock::Dense(y)] = &found.y[..] else { panic!("{:?}", found.y) };
+                assert_relative_eq!(dynamic_matrix(y), multiplier, epsilon = 1e-6);
+            }
+        }
+    }
+
+    #[test]
+    fn a_program_without_a_point_or_without_a_bound_is_noticed() {
+        // x >= 1 and x <= 0; minimise -x over x >= 1.
+        let empty = bounds("1\n1\n-2\n1\n0 1 1 1 1\n1 1 1 1 1\n1 1 2 2 -1\n", sdpa::Settings::default());
+        assert_eq!((empty.word, empty.status), ("infeasible", Status::PrimalInfeasible));
+        let [DualBlock::Diagonal(y)] = &empty.y[..] else { panic!("{:?}", empty.y) };
+        assert!(y[0] > 0.0);
+        assert_relative_eq!(y[0], y[1], max_relative = 1e-6);
+        let open = bounds("1\n1\n1\n-1\n0 1 1 1 1\n1 1 1 1 1\n", sdpa::Settings::default());
+        assert_eq!((open.word, open.status), ("unbounded", Status::DualInfeasible));
+    }
+
+    /// The deadline is a time limit of the solver: a program that takes far longer ends within it.
+    #[test]
+    fn the_deadline_is_its_time_limit() {
+        let time = Some(Duration::from_millis(2));
+        let found = bounds(&traces(60), sdpa::Settings { time, ..sdpa::Settings::default() });
+        // Nothing begins where the deadline has passed by then.
+        assert!(["time limit", "no proposal"].contains(&found.word), "{}", found.word);
+        let found = bounds(&traces(5), sdpa::Settings { iterations: 1, ..sdpa::Settings::default() });
+        assert_eq!((found.word, found.iterations as usize), ("iteration limit", found.runs));
     }
 
     /// A deadline of no time at all begins nothing.
