@@ -57,7 +57,7 @@ const TURNS: usize = 8;
 /// Number of refinements of the bounds of the components by themselves.
 const REFINEMENTS: usize = 3;
 
-/// Maximum number of powers of the error map in the series for the components.
+/// Maximum number of powers of the error map in the series for the components: 34 MB for 32 states.
 const POWERS: usize = 4096;
 
 pub(super) fn running(p: &Matrix<f64>, disturbance: &Disturbance<'_>) -> Result<Running, ProofError> {
@@ -115,10 +115,11 @@ pub(super) fn running(p: &Matrix<f64>, disturbance: &Disturbance<'_>) -> Result<
             Err(reason) => return Ok(Running::Unproved(reason)),
         };
         let mut entries = at(ultimate);
+        let mut powers = Powers::of(&maps[0]);
         for _ in 0..REFINEMENTS {
             let StepBound { added, bend, .. } = disturbance.step_bound(&entries)?;
             let per_step = evaluated(&added.sum(&bend)?, &entries)?;
-            series(&maps[0], &per_step, &half_widths, (rho, ultimate), &mut entries)?;
+            series(&mut powers, &per_step, &half_widths, (rho, ultimate), &mut entries)?;
         }
         let ball = ErrorBall {
             contraction: rho,
@@ -183,35 +184,59 @@ fn half_widths(p: &Matrix<f64>, metric: &Matrix<Interval>) -> Result<Option<Vec<
     Ok(Some(widths))
 }
 
+/// `|F^j|` for j = 0, 1, .., computed when first asked for; they end after an enclosure that is too wide.
+struct Powers<'a> {
+    map: &'a Matrix<Interval>,
+    last: Matrix<Interval>,
+    magnitudes: Vec<Matrix<f64>>,
+}
+
+impl<'a> Powers<'a> {
+    fn of(map: &'a Matrix<Interval>) -> Self {
+        Self { map, last: Matrix::scalar(map.rows(), &Interval::ONE), magnitudes: Vec::new() }
+    }
+
+    /// `|F^j|`, where j is at most one more than in the calls before.
+    fn magnitude(&mut self, j: usize) -> Result<Option<&Matrix<f64>>, ProofError> {
+        if j == self.magnitudes.len() {
+            if j > 0 {
+                if self.last.as_slice().iter().any(|x| x.width() > 1.0 || !x.is_bounded()) {
+                    return Ok(None);
+                }
+                self.last = self.last.product(self.map)?;
+            }
+            self.magnitudes.push(self.last.map(Interval::magnitude));
+        }
+        Ok(self.magnitudes.get(j))
+    }
+}
+
 /// Refines the bounds of the components by `sum_{j<k} |F^j| d + s rho^k ultimate`, with the best k for each.
 fn series(
-    map: &Matrix<Interval>,
+    powers: &mut Powers<'_>,
     per_step: &[f64],
     half_widths: &[Interval],
     (rho, ultimate): (f64, f64),
     entries: &mut [f64],
 ) -> Result<(), ProofError> {
-    let n = map.rows();
+    let n = per_step.len();
     let d = Matrix::from_fn(n, 1, |i, _| Interval::of(per_step[i]));
-    let mut power = Matrix::scalar(n, &Interval::ONE);
     let mut sum = Matrix::<Interval>::zeros(n, 1);
     let mut rest = ultimate;
-    for _ in 0..POWERS {
-        sum = sum.sum(&power.map(|x| Interval::of(x.magnitude())).product(&d)?)?;
+    for j in 0..POWERS {
+        let Some(power) = powers.magnitude(j)? else { break };
+        sum = sum.sum(&power.map(|&x| Interval::of(x)).product(&d)?)?;
         rest = (rest * rho).next_up();
-        let mut last = true;
+        let mut is_last = true;
         for i in 0..n {
             let tail = half_widths[i].mul(&Interval::of(rest));
             let bound = sum[(i, 0)].add(&tail).hi();
             entries[i] = entries[i].min(bound);
-            last &= tail.hi() <= 1e-3 * sum[(i, 0)].hi();
+            is_last &= tail.hi() <= 1e-3 * sum[(i, 0)].hi();
         }
-        // Stop: the tail is negligible, or the enclosures of the powers have become too wide.
-        let wide = power.as_slice().iter().any(|x| x.width() > 1.0 || !x.is_bounded());
-        if last || wide {
+        if is_last {
             break;
         }
-        power = power.product(map)?;
     }
     Ok(())
 }
