@@ -9,7 +9,7 @@ use luenberger_linalg::{
 use luenberger_random::Random;
 use nalgebra::{Complex, DMatrix, DVector, DVectorView, SymmetricEigen};
 
-use super::flow::{ErrorFlow, Gains, Work};
+use super::flow::{Column, ErrorFlow, Gains};
 
 /// The two parts of the cost J of an observer.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -148,19 +148,17 @@ impl Scaled {
         let LinearError { f, poles, tail, held, cost: linear } = self.linear_error(&gains.l)?;
         let fastest = poles.iter().map(|z| z.norm()).fold(0.0, f64::max);
         let slowest = -poles.iter().map(|z| z.re).fold(f64::NEG_INFINITY, f64::max);
-        let cubic = ErrorFlow::new(&f, &self.c, gains, &self.weight, fastest);
-        let mut work = Work::new(self.a.nrows(), self.c.nrows());
-        let mut transient = 0.0;
-        for e in first_errors {
-            transient += cubic.transient(e, slowest, &tail, &mut work)?;
-        }
-        transient /= first_errors.len() as f64;
-        let mut with = vec![0.0; self.a.nrows()];
-        let with = noise.mean(|values| {
-            let (w, v) = values.split_at(self.a.nrows());
-            cubic.held(&mut with, w, v, self.period, &mut work)?;
-            Some(cubic.square(&with))
-        })?;
+        let flow = (&f, fastest, slowest, &tail);
+        let (transient, with) = match gains.l.shape() {
+            (1, 1) => self.along::<[f64; 1], [f64; 1]>(gains, flow, first_errors, noise),
+            (2, 1) => self.along::<[f64; 2], [f64; 1]>(gains, flow, first_errors, noise),
+            (3, 1) => self.along::<[f64; 3], [f64; 1]>(gains, flow, first_errors, noise),
+            (4, 1) => self.along::<[f64; 4], [f64; 1]>(gains, flow, first_errors, noise),
+            (2, 2) => self.along::<[f64; 2], [f64; 2]>(gains, flow, first_errors, noise),
+            (3, 2) => self.along::<[f64; 3], [f64; 2]>(gains, flow, first_errors, noise),
+            (4, 2) => self.along::<[f64; 4], [f64; 2]>(gains, flow, first_errors, noise),
+            _ => self.along::<Vec<f64>, Vec<f64>>(gains, flow, first_errors, noise),
+        }?;
         let mut without = DVector::zeros(self.a.nrows());
         let without = noise.mean(|values| {
             without = &held.ad * &without + &held.bd * DVectorView::from_slice(values, values.len());
@@ -168,6 +166,28 @@ impl Scaled {
         })?;
         let mean_square = with.max(linear.mean_square + with - without);
         Some(self.sum(transient, mean_square))
+    }
+
+    /// The means of `int_0^inf e'Te dt` over the first errors and of `e'Te` along the noise, by integration.
+    fn along<E: Column, R: Column>(
+        &self,
+        gains: &Gains,
+        (f, fastest, slowest, tail): (&DMatrix<f64>, f64, f64, &DMatrix<f64>),
+        first_errors: &[Vec<f64>],
+        noise: &Noise,
+    ) -> Option<(f64, f64)> {
+        let mut flow = ErrorFlow::<E, R>::new(f, &self.c, gains, &self.weight, fastest);
+        let mut transient = 0.0;
+        for e in first_errors {
+            transient += flow.transient(e, slowest, tail)?;
+        }
+        let mut e = E::zeros(self.a.nrows());
+        let mean_square = noise.mean(|values| {
+            let (w, v) = values.split_at(self.a.nrows());
+            flow.held(&mut e, w, v, self.period)?;
+            Some(flow.square(&e))
+        })?;
+        Some((transient / first_errors.len() as f64, mean_square))
     }
 }
 

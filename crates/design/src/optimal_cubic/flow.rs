@@ -20,65 +20,98 @@ pub(super) struct Gains {
     pub(super) theta: DMatrix<f64>,
 }
 
-pub(super) struct ErrorFlow {
-    n: usize,
-    p: usize,
-    f: Vec<f64>,
-    c: Vec<f64>,
-    l: Vec<f64>,
-    gain: Vec<f64>,
-    theta: Vec<f64>,
-    weight: Vec<f64>,
+/// A column: an array, for whose length the loops are unrolled, or a vector of any length.
+pub(super) trait Column: Clone {
+    fn zeros(length: usize) -> Self;
+    fn entries(&self) -> &[f64];
+    fn entries_mut(&mut self) -> &mut [f64];
+}
+
+impl<const LENGTH: usize> Column for [f64; LENGTH] {
+    fn zeros(_length: usize) -> Self {
+        [0.0; LENGTH]
+    }
+
+    #[inline]
+    fn entries(&self) -> &[f64] {
+        self
+    }
+
+    #[inline]
+    fn entries_mut(&mut self) -> &mut [f64] {
+        self
+    }
+}
+
+impl Column for Vec<f64> {
+    fn zeros(length: usize) -> Self {
+        vec![0.0; length]
+    }
+
+    #[inline]
+    fn entries(&self) -> &[f64] {
+        self
+    }
+
+    #[inline]
+    fn entries_mut(&mut self) -> &mut [f64] {
+        self
+    }
+}
+
+/// The error equation, with errors `E` and residuals `R`; matrices row by row.
+pub(super) struct ErrorFlow<E, R> {
+    f: Vec<E>,
+    c: Vec<E>,
+    l: Vec<R>,
+    gain: Vec<R>,
+    theta: Vec<R>,
+    weight: Vec<E>,
     /// The largest modulus of an eigenvalue of F.
     fastest: f64,
     /// `|C N|`.
     output_gain: f64,
+    work: Work<E, R>,
 }
 
 /// Columns that a step needs.
-pub(super) struct Work {
-    r: Vec<f64>,
-    theta_r: Vec<f64>,
-    forcing: Vec<f64>,
-    v: Vec<f64>,
-    at: Vec<f64>,
-    slopes: [Vec<f64>; 4],
+struct Work<E, R> {
+    residual: Residual<R>,
+    forcing: E,
+    at: E,
+    slopes: [E; 4],
 }
 
-impl Work {
-    pub(super) fn new(n: usize, p: usize) -> Self {
-        let column = |length| vec![0.0; length];
-        Self {
-            r: column(p),
-            theta_r: column(p),
-            forcing: column(n),
-            v: column(p),
-            at: column(n),
-            slopes: [column(n), column(n), column(n), column(n)],
-        }
-    }
+/// `r = C e + v` and theta r.
+struct Residual<R> {
+    v: R,
+    r: R,
+    theta_r: R,
 }
 
-/// Row by row.
-fn rows(m: &DMatrix<f64>) -> Vec<f64> {
-    m.transpose().as_slice().to_vec()
+fn rows<X: Column>(m: &DMatrix<f64>) -> Vec<X> {
+    let rows = m.row_iter().map(|row| {
+        let mut entries = X::zeros(m.ncols());
+        entries.entries_mut().iter_mut().zip(row.iter()).for_each(|(to, from)| *to = *from);
+        entries
+    });
+    rows.collect()
 }
 
 #[inline]
-fn row_times(m: &[f64], i: usize, x: &[f64]) -> f64 {
-    let row = &m[i * x.len()..(i + 1) * x.len()];
+fn dot<X: Column>(row: &X, x: &X) -> f64 {
+    let (row, x) = (row.entries(), x.entries());
     let mut sum = 0.0;
-    for k in 0..x.len() {
+    for k in 0..x.len().min(row.len()) {
         sum += row[k] * x[k];
     }
     sum
 }
 
-impl ErrorFlow {
+impl<E: Column, R: Column> ErrorFlow<E, R> {
     pub(super) fn new(f: &DMatrix<f64>, c: &DMatrix<f64>, gains: &Gains, weight: &DMatrix<f64>, fastest: f64) -> Self {
+        let (e, r) = (E::zeros(f.nrows()), R::zeros(c.nrows()));
         Self {
-            n: f.nrows(),
-            p: c.nrows(),
             f: rows(f),
             c: rows(c),
             l: rows(&gains.l),
@@ -87,108 +120,123 @@ impl ErrorFlow {
             weight: rows(weight),
             fastest,
             output_gain: (c * &gains.n).norm(),
+            work: Work {
+                residual: Residual { v: r.clone(), r: r.clone(), theta_r: r },
+                forcing: e.clone(),
+                at: e.clone(),
+                slopes: [e.clone(), e.clone(), e.clone(), e],
+            },
         }
     }
 
     /// `e'Te`.
-    pub(super) fn square(&self, e: &[f64]) -> f64 {
-        let mut sum = 0.0;
-        for i in 0..self.n {
-            sum += e[i] * row_times(&self.weight, i, e);
-        }
-        sum
-    }
-
-    /// r and theta r; returns `r'theta r`.
-    fn residual(&self, e: &[f64], work: &mut Work) -> f64 {
-        for i in 0..self.p {
-            work.r[i] = row_times(&self.c, i, e) + work.v[i];
-        }
-        let mut q = 0.0;
-        for i in 0..self.p {
-            let value = row_times(&self.theta, i, &work.r);
-            work.theta_r[i] = value;
-            q += value * work.r[i];
-        }
-        q
+    pub(super) fn square(&self, e: &E) -> f64 {
+        square(&self.weight, e)
     }
 
     /// A bound of the eigenvalues of the Jacobian of the cubic term.
-    fn stiffness(&self, e: &[f64], work: &mut Work) -> f64 {
-        let q = self.residual(e, work);
-        let (mut length, mut weighted) = (0.0, 0.0);
-        for i in 0..self.p {
-            length += work.r[i] * work.r[i];
-            weighted += work.theta_r[i] * work.theta_r[i];
-        }
+    fn stiffness(&mut self, e: &E) -> f64 {
+        let residual = &mut self.work.residual;
+        let q = residual.at(&self.c, &self.theta, e);
+        let (length, weighted) = (dot(&residual.r, &residual.r), dot(&residual.theta_r, &residual.theta_r));
         self.output_gain * (q + 2.0 * (length * weighted).sqrt())
     }
 
-    fn slope(&self, stage: usize, work: &mut Work) {
-        let at = core::mem::take(&mut work.at);
-        let q = self.residual(&at, work);
-        for i in 0..self.n {
-            work.slopes[stage][i] =
-                row_times(&self.f, i, &at) + work.forcing[i] + q * row_times(&self.gain, i, &work.r);
-        }
-        work.at = at;
-    }
-
     /// A step of length h; with `cost`, the integral of `e'Te` over it is added there.
-    fn step(&self, e: &mut [f64], h: f64, cost: Option<&mut f64>, work: &mut Work) {
+    fn step(&mut self, e: &mut E, h: f64, cost: Option<&mut f64>) {
+        let Work { residual, forcing, at, slopes } = &mut self.work;
         let mut sum = 0.0;
         for stage in 0..4 {
             let (share, weight) = [(0.0, 1.0), (0.5, 2.0), (0.5, 2.0), (1.0, 1.0)][stage];
-            let before = stage.saturating_sub(1);
-            for i in 0..self.n {
-                work.at[i] = if stage == 0 { e[i] } else { e[i] + share * h * work.slopes[before][i] };
+            at.entries_mut().copy_from_slice(e.entries());
+            if stage > 0 {
+                let (at, before) = (at.entries_mut(), slopes[stage - 1].entries());
+                for i in 0..at.len() {
+                    at[i] += share * h * before[i];
+                }
             }
             if cost.is_some() {
-                sum += weight * self.square(&work.at);
+                sum += weight * square(&self.weight, at);
             }
-            self.slope(stage, work);
+            let q = residual.at(&self.c, &self.theta, at);
+            let (slope, forcing) = (slopes[stage].entries_mut(), forcing.entries());
+            for i in 0..slope.len() {
+                slope[i] = dot(&self.f[i], at) + forcing[i] + q * dot(&self.gain[i], &residual.r);
+            }
         }
         if let Some(cost) = cost {
             *cost += sum * h / 6.0;
         }
-        let [a, b, c, d] = &work.slopes;
-        for i in 0..self.n {
+        let [a, b, c, d] = slopes.each_ref().map(E::entries);
+        let e = e.entries_mut();
+        for i in 0..e.len() {
             e[i] += h / 6.0 * (a[i] + 2.0 * b[i] + 2.0 * c[i] + d[i]);
         }
     }
 
     /// `int_0^inf e'Te dt` from a first error, without noise. Where the cubic term is a thousandth of the slowest mode,
     /// the rest is that of the linear observer, `e'Me`.
-    pub(super) fn transient(&self, first: &[f64], slowest: f64, tail: &DMatrix<f64>, work: &mut Work) -> Option<f64> {
-        work.forcing.fill(0.0);
-        work.v.fill(0.0);
-        let mut e = first.to_vec();
+    pub(super) fn transient(&mut self, first: &[f64], slowest: f64, tail: &DMatrix<f64>) -> Option<f64> {
+        self.work.forcing.entries_mut().fill(0.0);
+        self.work.residual.v.entries_mut().fill(0.0);
+        let mut e = E::zeros(first.len());
+        e.entries_mut().copy_from_slice(first);
         let mut sum = 0.0;
         for _ in 0..MOST_STEPS {
-            let stiffness = self.stiffness(&e, work);
+            let stiffness = self.stiffness(&e);
             if stiffness <= 1e-3 * slowest {
-                let rest: f64 = (0..self.n).map(|i| e[i] * (0..self.n).map(|j| tail[(i, j)] * e[j]).sum::<f64>()).sum();
+                let e = e.entries();
+                let row = |i: usize| (0..e.len()).map(|j| tail[(i, j)] * e[j]).sum::<f64>();
+                let rest: f64 = (0..e.len()).map(|i| e[i] * row(i)).sum();
                 return (sum + rest).is_finite().then_some(sum + rest);
             }
-            self.step(&mut e, STEP / (self.fastest + stiffness), Some(&mut sum), work);
+            self.step(&mut e, STEP / (self.fastest + stiffness), Some(&mut sum));
         }
         None
     }
 
     /// The error after a period with noise that is held.
-    pub(super) fn held(&self, e: &mut [f64], w: &[f64], v: &[f64], period: f64, work: &mut Work) -> Option<()> {
-        work.v.copy_from_slice(v);
-        for (i, (forcing, w)) in work.forcing.iter_mut().zip(w).enumerate() {
-            *forcing = w - row_times(&self.l, i, v);
+    pub(super) fn held(&mut self, e: &mut E, w: &[f64], v: &[f64], period: f64) -> Option<()> {
+        self.work.residual.v.entries_mut().copy_from_slice(v);
+        let (forcing, v) = (self.work.forcing.entries_mut(), &self.work.residual.v);
+        for i in 0..forcing.len() {
+            forcing[i] = w[i] - dot(&self.l[i], v);
         }
-        let stiffness = self.stiffness(e, work);
+        let stiffness = self.stiffness(e);
         let steps = (period * (self.fastest + stiffness) / (2.0 * STEP)).ceil().max(1.0);
         if steps.is_nan() || steps > MOST_SUBSTEPS {
             return None;
         }
         for _ in 0..steps as usize {
-            self.step(e, period / steps, None, work);
+            self.step(e, period / steps, None);
         }
         Some(())
     }
+}
+
+impl<R: Column> Residual<R> {
+    /// r and theta r at the error e; returns `r'theta r`.
+    #[inline]
+    fn at<E: Column>(&mut self, c: &[E], theta: &[R], e: &E) -> f64 {
+        let (r, v) = (self.r.entries_mut(), self.v.entries());
+        for i in 0..r.len() {
+            r[i] = dot(&c[i], e) + v[i];
+        }
+        let theta_r = self.theta_r.entries_mut();
+        for i in 0..theta_r.len() {
+            theta_r[i] = dot(&theta[i], &self.r);
+        }
+        dot(&self.theta_r, &self.r)
+    }
+}
+
+/// `e'Te`, with the rows of T.
+#[inline]
+fn square<E: Column>(weight: &[E], e: &E) -> f64 {
+    let entries = e.entries();
+    let mut sum = 0.0;
+    for i in 0..entries.len() {
+        sum += entries[i] * dot(&weight[i], e);
+    }
+    sum
 }
