@@ -113,7 +113,7 @@ pub(super) const SOURCES: &[Source] = &[
                 "exponential: no factorial",
                 Dropped,
                 "let inverse = 1.0 / f64::from(degree);",
-                "let inverse = 1.0;",
+                "let inverse = 1.0_f64;",
             ),
             mutant("exponential: doubled, not squared", WrongOperand, "power.product(&power)?", "power.sum(&power)?"),
             mutant(
