@@ -40,7 +40,7 @@ pub(super) const SOURCES: &[Source] = &[
         file: "crates/design/src/optimal_cubic/flow.rs",
         suites: &[OPTIMAL],
         mutants: &[
-            mutant("error flow: linear in r", Dropped, "q * row_times(&self.gain", "row_times(&self.gain"),
+            mutant("error flow: linear in r", Dropped, "q * dot(&self.gain", "dot(&self.gain"),
             mutant(
                 "error flow: no rest",
                 Dropped,
