@@ -39,6 +39,7 @@ mod rational;
 mod refute;
 pub mod sdpa;
 mod sequential;
+mod setters;
 pub mod solution;
 pub mod solver;
 mod standard;

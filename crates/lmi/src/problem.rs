@@ -7,6 +7,7 @@ use std::time::Instant;
 
 use crate::expression::Expression;
 use crate::inequality::Inequality;
+use crate::setters::setters;
 use crate::solver::Solver;
 use crate::variable::{Structure, Variable};
 
@@ -76,40 +77,7 @@ impl Default for Settings {
 }
 
 impl Settings {
-    /// Sets [`solver`](Self#structfield.solver).
-    #[must_use]
-    pub fn solver(mut self, solver: Solver) -> Self {
-        self.solver = solver;
-        self
-    }
-
-    /// Sets [`iterations`](Self#structfield.iterations).
-    #[must_use]
-    pub fn iterations(mut self, iterations: u32) -> Self {
-        self.iterations = iterations;
-        self
-    }
-
-    /// Sets [`closeness`](Self#structfield.closeness).
-    #[must_use]
-    pub fn closeness(mut self, closeness: f64) -> Self {
-        self.closeness = closeness;
-        self
-    }
-
-    /// Sets [`referee`](Self#structfield.referee).
-    #[must_use]
-    pub fn referee(mut self, referee: usize) -> Self {
-        self.referee = referee;
-        self
-    }
-
-    /// Sets [`end`](Self#structfield.end).
-    #[must_use]
-    pub fn end(mut self, end: Instant) -> Self {
-        self.end = Some(end);
-        self
-    }
+    setters! { solver: Solver, iterations: u32, closeness: f64, referee: usize, end: Instant }
 }
 
 impl Problem {

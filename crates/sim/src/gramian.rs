@@ -22,6 +22,7 @@ use nalgebra::{DMatrix, DVector, SymmetricEigen};
 use crate::erased::{AnyPlant, Erased};
 use crate::error::{SimError, check, check_finite, check_positive};
 use crate::integrate::{Settings, solve};
+use crate::setters::setters;
 use luenberger_plants::Plant;
 
 /// Scales, perturbation and integrator of an empirical Gramian.
@@ -45,33 +46,7 @@ impl Default for GramianSettings {
 }
 
 impl GramianSettings {
-    /// Sets [`scales`](Self#structfield.scales).
-    #[must_use]
-    pub fn scales(mut self, scales: Vec<f64>) -> Self {
-        self.scales = Some(scales);
-        self
-    }
-
-    /// Sets [`output_scales`](Self#structfield.output_scales).
-    #[must_use]
-    pub fn output_scales(mut self, output_scales: Vec<f64>) -> Self {
-        self.output_scales = Some(output_scales);
-        self
-    }
-
-    /// Sets [`perturbation`](Self#structfield.perturbation).
-    #[must_use]
-    pub fn perturbation(mut self, perturbation: f64) -> Self {
-        self.perturbation = perturbation;
-        self
-    }
-
-    /// Sets [`integration`](Self#structfield.integration).
-    #[must_use]
-    pub fn integration(mut self, integration: Settings) -> Self {
-        self.integration = integration;
-        self
-    }
+    setters! { scales: Vec<f64>, output_scales: Vec<f64>, perturbation: f64, integration: Settings }
 }
 
 /// An empirical observability Gramian with its eigenvalues. States are in multiples of [`scales`](Self::scales).

@@ -18,6 +18,7 @@ use crate::dense::{Dense, NODE, NODES};
 use crate::dop853::Dop853;
 use crate::error::{SimError, check_finite, check_positive};
 use crate::radau::Radau;
+use crate::setters::setters;
 use crate::step::{Accepted, Attempt, Interpolant, Tolerance};
 
 /// The method that integrates.
@@ -70,47 +71,7 @@ impl Default for Settings {
 }
 
 impl Settings {
-    /// Sets [`integrator`](Self#structfield.integrator).
-    #[must_use]
-    pub fn integrator(mut self, integrator: Integrator) -> Self {
-        self.integrator = integrator;
-        self
-    }
-
-    /// Sets [`rtol`](Self#structfield.rtol).
-    #[must_use]
-    pub fn rtol(mut self, rtol: f64) -> Self {
-        self.rtol = rtol;
-        self
-    }
-
-    /// Sets [`atol`](Self#structfield.atol).
-    #[must_use]
-    pub fn atol(mut self, atol: f64) -> Self {
-        self.atol = atol;
-        self
-    }
-
-    /// Sets [`max_steps`](Self#structfield.max_steps).
-    #[must_use]
-    pub fn max_steps(mut self, max_steps: usize) -> Self {
-        self.max_steps = max_steps;
-        self
-    }
-
-    /// Sets [`max_step`](Self#structfield.max_step).
-    #[must_use]
-    pub fn max_step(mut self, max_step: f64) -> Self {
-        self.max_step = max_step;
-        self
-    }
-
-    /// Sets [`end`](Self#structfield.end).
-    #[must_use]
-    pub fn end(mut self, end: Instant) -> Self {
-        self.end = Some(end);
-        self
-    }
+    setters! { integrator: Integrator, rtol: f64, atol: f64, max_steps: usize, max_step: f64, end: Instant }
 }
 
 impl Settings {

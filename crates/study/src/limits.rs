@@ -4,6 +4,8 @@ use std::fmt;
 
 use luenberger_proof::wording::significant;
 
+use crate::setters::setters;
+
 /// Bounds on the cost of an execution.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Limits {
@@ -21,19 +23,7 @@ impl Default for Limits {
 }
 
 impl Limits {
-    /// Sets [`memory`](Self#structfield.memory).
-    #[must_use]
-    pub fn memory(mut self, memory: f64) -> Self {
-        self.memory = memory;
-        self
-    }
-
-    /// Sets [`seconds`](Self#structfield.seconds).
-    #[must_use]
-    pub fn seconds(mut self, seconds: f64) -> Self {
-        self.seconds = seconds;
-        self
-    }
+    setters! { memory: f64, seconds: f64 }
 }
 
 impl Limits {

@@ -61,6 +61,7 @@ use crate::enclosure::paths::explore;
 use crate::enclosure::{Axis, IntervalDual, Region};
 use crate::golden_sequence::GoldenSequence;
 use crate::number::short;
+use crate::setters::setters;
 use crate::symbolic_polynomial::{SymbolicPolynomial, collect, evaluate};
 use candidate::still;
 
@@ -96,26 +97,7 @@ impl Default for KklSettings {
 }
 
 impl KklSettings {
-    /// Sets [`tolerance`](Self#structfield.tolerance).
-    #[must_use]
-    pub fn tolerance(mut self, tolerance: f64) -> Self {
-        self.tolerance = tolerance;
-        self
-    }
-
-    /// Sets [`samples`](Self#structfield.samples).
-    #[must_use]
-    pub fn samples(mut self, samples: usize) -> Self {
-        self.samples = samples;
-        self
-    }
-
-    /// Sets [`seed`](Self#structfield.seed).
-    #[must_use]
-    pub fn seed(mut self, seed: u64) -> Self {
-        self.seed = seed;
-        self
-    }
+    setters! { tolerance: f64, samples: usize, seed: u64 }
 }
 
 /// Results of the checks of a candidate.

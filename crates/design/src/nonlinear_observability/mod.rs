@@ -40,6 +40,7 @@ use nalgebra::{DMatrix, DVector};
 use thiserror::Error;
 
 use crate::names;
+use crate::setters::setters;
 use luenberger_proof::wording::{counted, shortest, significant};
 
 mod field;
@@ -182,26 +183,7 @@ pub struct LieSettings {
 }
 
 impl LieSettings {
-    /// Sets [`order`](Self#structfield.order).
-    #[must_use]
-    pub fn order(mut self, order: usize) -> Self {
-        self.order = Some(order);
-        self
-    }
-
-    /// Sets [`scales`](Self#structfield.scales).
-    #[must_use]
-    pub fn scales(mut self, scales: Vec<f64>) -> Self {
-        self.scales = Some(scales);
-        self
-    }
-
-    /// Sets [`tolerance`](Self#structfield.tolerance).
-    #[must_use]
-    pub fn tolerance(mut self, tolerance: f64) -> Self {
-        self.tolerance = Some(tolerance);
-        self
-    }
+    setters! { order: usize, scales: Vec<f64>, tolerance: f64 }
 }
 
 /// Observability from the output and its derivatives at one point.

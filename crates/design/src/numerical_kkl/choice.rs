@@ -21,6 +21,7 @@ use nalgebra::{Const, SVector};
 
 use super::progress::Listener;
 use super::{Domain, Escape, NumericalKklDesign, NumericalKklError, Settings, Spline, Table, TargetSystem, Transform};
+use crate::setters::setters;
 
 /// The given parameters of a design, and the target error for those to be found.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -42,33 +43,7 @@ impl Default for ChoiceOptions {
 }
 
 impl ChoiceOptions {
-    /// Sets [`cutoff`](Self#structfield.cutoff).
-    #[must_use]
-    pub fn cutoff(mut self, cutoff: f64) -> Self {
-        self.cutoff = Some(cutoff);
-        self
-    }
-
-    /// Sets [`points`](Self#structfield.points).
-    #[must_use]
-    pub fn points(mut self, points: usize) -> Self {
-        self.points = Some(points);
-        self
-    }
-
-    /// Sets [`escape`](Self#structfield.escape).
-    #[must_use]
-    pub fn escape(mut self, escape: Escape) -> Self {
-        self.escape = Some(escape);
-        self
-    }
-
-    /// Sets [`error`](Self#structfield.error).
-    #[must_use]
-    pub fn error(mut self, error: f64) -> Self {
-        self.error = error;
-        self
-    }
+    setters! { cutoff: f64, points: usize, escape: Escape, error: f64 }
 }
 
 /// A design that was tried.

@@ -52,6 +52,7 @@ use nalgebra::{Const, DMatrix, SMatrix, SVector};
 
 use crate::check::within;
 use crate::golden_sequence::GoldenSequence;
+use crate::setters::setters;
 use progress::Listener;
 use regression::{Budget, Samples};
 
@@ -120,95 +121,10 @@ impl<const N: usize> Default for Settings<N> {
 }
 
 impl<const N: usize> Settings<N> {
-    /// Sets [`tolerance`](Self#structfield.tolerance).
-    #[must_use]
-    pub fn tolerance(mut self, tolerance: f64) -> Self {
-        self.tolerance = tolerance;
-        self
-    }
-
-    /// Sets [`points`](Self#structfield.points).
-    #[must_use]
-    pub fn points(mut self, points: [usize; N]) -> Self {
-        self.points = points;
-        self
-    }
-
-    /// Sets [`rank`](Self#structfield.rank).
-    #[must_use]
-    pub fn rank(mut self, rank: usize) -> Self {
-        self.rank = rank;
-        self
-    }
-
-    /// Sets [`rank_tolerance`](Self#structfield.rank_tolerance).
-    #[must_use]
-    pub fn rank_tolerance(mut self, rank_tolerance: f64) -> Self {
-        self.rank_tolerance = rank_tolerance;
-        self
-    }
-
-    /// Sets [`degree`](Self#structfield.degree).
-    #[must_use]
-    pub fn degree(mut self, degree: usize) -> Self {
-        self.degree = degree;
-        self
-    }
-
-    /// Sets [`leaves`](Self#structfield.leaves).
-    #[must_use]
-    pub fn leaves(mut self, leaves: usize) -> Self {
-        self.leaves = leaves;
-        self
-    }
-
-    /// Sets [`samples`](Self#structfield.samples).
-    #[must_use]
-    pub fn samples(mut self, samples: usize) -> Self {
-        self.samples = samples;
-        self
-    }
-
-    /// Sets [`ridge`](Self#structfield.ridge).
-    #[must_use]
-    pub fn ridge(mut self, ridge: f64) -> Self {
-        self.ridge = ridge;
-        self
-    }
-
-    /// Sets [`max_evaluations`](Self#structfield.max_evaluations).
-    #[must_use]
-    pub fn max_evaluations(mut self, max_evaluations: usize) -> Self {
-        self.max_evaluations = max_evaluations;
-        self
-    }
-
-    /// Sets [`fallback`](Self#structfield.fallback).
-    #[must_use]
-    pub fn fallback(mut self, fallback: usize) -> Self {
-        self.fallback = fallback;
-        self
-    }
-
-    /// Sets [`injectivity_points`](Self#structfield.injectivity_points).
-    #[must_use]
-    pub fn injectivity_points(mut self, injectivity_points: usize) -> Self {
-        self.injectivity_points = injectivity_points;
-        self
-    }
-
-    /// Sets [`held_out`](Self#structfield.held_out).
-    #[must_use]
-    pub fn held_out(mut self, held_out: usize) -> Self {
-        self.held_out = held_out;
-        self
-    }
-
-    /// Sets [`seed`](Self#structfield.seed).
-    #[must_use]
-    pub fn seed(mut self, seed: u64) -> Self {
-        self.seed = seed;
-        self
+    setters! {
+        tolerance: f64, points: [usize; N], rank: usize, rank_tolerance: f64, degree: usize, leaves: usize,
+        samples: usize, ridge: f64, max_evaluations: usize, fallback: usize, injectivity_points: usize, held_out: usize,
+        seed: u64,
     }
 }
 

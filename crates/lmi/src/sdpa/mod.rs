@@ -32,6 +32,7 @@ pub use reader::{LONGEST_LINE, ReadError, read};
 
 use crate::conic::{ConicProgram, Ending};
 use crate::interior::{Iterate, Path};
+use crate::setters::setters;
 use crate::solver::Solver;
 use dual::{Equations, Point};
 
@@ -144,33 +145,7 @@ impl Default for Settings {
 }
 
 impl Settings {
-    /// Sets [`solver`](Self#structfield.solver).
-    #[must_use]
-    pub fn solver(mut self, solver: Solver) -> Self {
-        self.solver = solver;
-        self
-    }
-
-    /// Sets [`iterations`](Self#structfield.iterations).
-    #[must_use]
-    pub fn iterations(mut self, iterations: u32) -> Self {
-        self.iterations = iterations;
-        self
-    }
-
-    /// Sets [`memory`](Self#structfield.memory).
-    #[must_use]
-    pub fn memory(mut self, memory: usize) -> Self {
-        self.memory = memory;
-        self
-    }
-
-    /// Sets [`time`](Self#structfield.time).
-    #[must_use]
-    pub fn time(mut self, time: Duration) -> Self {
-        self.time = Some(time);
-        self
-    }
+    setters! { solver: Solver, iterations: u32, memory: usize, time: Duration }
 }
 
 /// Bounds the optimum of a program, or proves that it has none.

@@ -43,6 +43,7 @@ use self::rules::{RULES, Rule, without_rule};
 use crate::error::StudyError;
 use crate::execute::{self, Limits, Trial, within};
 use crate::read::Format;
+use crate::setters::setters;
 use crate::statistics::pareto_front;
 use crate::study::{AdviseSpec, ObserverKind, ObserverSpec, Simulation, Study};
 use crate::trajectory;
@@ -71,33 +72,7 @@ impl Default for AdviseOptions<'_> {
 }
 
 impl<'a> AdviseOptions<'a> {
-    /// Sets [`run`](Self#structfield.run).
-    #[must_use]
-    pub fn run(mut self, run: RunOptions<'a>) -> Self {
-        self.run = run;
-        self
-    }
-
-    /// Sets [`criteria`](Self#structfield.criteria).
-    #[must_use]
-    pub fn criteria(mut self, criteria: Criteria) -> Self {
-        self.criteria = criteria;
-        self
-    }
-
-    /// Sets [`budget`](Self#structfield.budget).
-    #[must_use]
-    pub fn budget(mut self, budget: f64) -> Self {
-        self.budget = budget;
-        self
-    }
-
-    /// Sets [`own_tuning`](Self#structfield.own_tuning).
-    #[must_use]
-    pub fn own_tuning(mut self, own_tuning: bool) -> Self {
-        self.own_tuning = own_tuning;
-        self
-    }
+    setters! { run: RunOptions<'a>, criteria: Criteria, budget: f64, own_tuning: bool }
 }
 
 /// Tries every kind of observer on the study, and ranks them. Beside the result is the interruption by the user, if

@@ -6,6 +6,7 @@ use std::time::Instant;
 
 use crate::error::StudyError;
 use crate::limits::Limits;
+use crate::setters::setters;
 
 /// The steps of a study. Each includes what it needs of the steps before it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -72,40 +73,7 @@ pub struct SweepOptions {
 }
 
 impl SweepOptions {
-    /// Sets [`block_size`](Self#structfield.block_size).
-    #[must_use]
-    pub fn block_size(mut self, block_size: u64) -> Self {
-        self.block_size = Some(block_size);
-        self
-    }
-
-    /// Sets [`restart`](Self#structfield.restart).
-    #[must_use]
-    pub fn restart(mut self, restart: bool) -> Self {
-        self.restart = restart;
-        self
-    }
-
-    /// Sets [`complete`](Self#structfield.complete).
-    #[must_use]
-    pub fn complete(mut self, complete: bool) -> Self {
-        self.complete = complete;
-        self
-    }
-
-    /// Sets [`csv`](Self#structfield.csv).
-    #[must_use]
-    pub fn csv(mut self, csv: RunsAsCsv) -> Self {
-        self.csv = csv;
-        self
-    }
-
-    /// Sets [`percentile_memory`](Self#structfield.percentile_memory).
-    #[must_use]
-    pub fn percentile_memory(mut self, percentile_memory: usize) -> Self {
-        self.percentile_memory = Some(percentile_memory);
-        self
-    }
+    setters! { block_size: u64, restart: bool, complete: bool, csv: RunsAsCsv, percentile_memory: usize }
 }
 
 /// Where the scores of each run are written as comma-separated values.
@@ -159,60 +127,9 @@ impl Default for RunOptions<'_> {
 }
 
 impl<'a> RunOptions<'a> {
-    /// Sets [`output`](Self#structfield.output).
-    #[must_use]
-    pub fn output(mut self, output: PathBuf) -> Self {
-        self.output = Some(output);
-        self
-    }
-
-    /// Sets [`force`](Self#structfield.force).
-    #[must_use]
-    pub fn force(mut self, force: bool) -> Self {
-        self.force = force;
-        self
-    }
-
-    /// Sets [`limits`](Self#structfield.limits).
-    #[must_use]
-    pub fn limits(mut self, limits: Limits) -> Self {
-        self.limits = limits;
-        self
-    }
-
-    /// Sets [`sweep`](Self#structfield.sweep).
-    #[must_use]
-    pub fn sweep(mut self, sweep: SweepOptions) -> Self {
-        self.sweep = sweep;
-        self
-    }
-
-    /// Sets [`until`](Self#structfield.until).
-    #[must_use]
-    pub fn until(mut self, until: Instant) -> Self {
-        self.until = Some(until);
-        self
-    }
-
-    /// Sets [`progress`](Self#structfield.progress).
-    #[must_use]
-    pub fn progress(mut self, progress: &'a (dyn Fn(Progress<'_>) + Sync)) -> Self {
-        self.progress = progress;
-        self
-    }
-
-    /// Sets [`cancel`](Self#structfield.cancel).
-    #[must_use]
-    pub fn cancel(mut self, cancel: &'a AtomicBool) -> Self {
-        self.cancel = cancel;
-        self
-    }
-
-    /// Sets [`threads`](Self#structfield.threads).
-    #[must_use]
-    pub fn threads(mut self, threads: usize) -> Self {
-        self.threads = Some(threads);
-        self
+    setters! {
+        output: PathBuf, force: bool, limits: Limits, sweep: SweepOptions, until: Instant,
+        progress: &'a (dyn Fn(Progress<'_>) + Sync), cancel: &'a AtomicBool, threads: usize,
     }
 }
 

@@ -14,6 +14,7 @@ use super::{BLOCKS, Computed, names};
 use crate::error::StudyError;
 use crate::error::sweep::SweepError;
 use crate::results::Results;
+use crate::setters::setters;
 use crate::study::Study;
 use crate::trajectory::Member;
 
@@ -29,26 +30,7 @@ pub struct BlockSettings {
 }
 
 impl BlockSettings {
-    /// Sets [`size`](Self#structfield.size).
-    #[must_use]
-    pub fn size(mut self, size: u64) -> Self {
-        self.size = Some(size);
-        self
-    }
-
-    /// Sets [`restart`](Self#structfield.restart).
-    #[must_use]
-    pub fn restart(mut self, restart: bool) -> Self {
-        self.restart = restart;
-        self
-    }
-
-    /// Sets [`force`](Self#structfield.force).
-    #[must_use]
-    pub fn force(mut self, force: bool) -> Self {
-        self.force = force;
-        self
-    }
+    setters! { size: u64, restart: bool, force: bool }
 }
 
 /// A sweep of a study with its folder.
