@@ -189,29 +189,13 @@ impl<O> KklPebDesign<O> {
     /// use luenberger_observers::KklPebObserver;
     /// use luenberger_observers::cascade::Cascade;
     /// use luenberger_observers::estimator::gradient::Gradient;
-    /// use luenberger_plants::{Dimensions, Plant, Shape};
+    /// use luenberger_plants::plant;
     /// use nalgebra::{DMatrix, Matrix1, SMatrix, SVector, U0, U1, Vector1, Vector2};
     ///
     /// #[derive(Clone, Copy)]
     /// struct Gain;
     /// type Nothing = SVector<f64, 0>;
-    /// impl Shape for Gain {
-    ///     fn dimensions(&self) -> Dimensions {
-    ///         Dimensions { states: 2, inputs: 1, outputs: 1 }
-    ///     }
-    /// }
-    ///
-    /// impl Plant<f64> for Gain {
-    ///     type State = Vector2<f64>;
-    ///     type Input = Vector1<f64>;
-    ///     type Output = Vector1<f64>;
-    ///     fn derivative(&self, _t: f64, x: &Vector2<f64>, u: &Vector1<f64>) -> Vector2<f64> {
-    ///         Vector2::new(x[1] * u[0] - x[0], 0.0)
-    ///     }
-    ///     fn output(&self, _t: f64, x: &Vector2<f64>, _u: &Self::Input) -> Vector1<f64> {
-    ///         Vector1::new(x[0])
-    ///     }
-    /// }
+    /// plant!(Gain, (2, 1, 1), |plant, t, x, u| [x[1] * u[0] - x[0], T::zero()], [x[0]]);
     /// impl Cascade<f64> for Gain {
     ///     type Second = U0;
     ///     type Third = U0;

@@ -2,32 +2,21 @@
 
 use luenberger_design::Region;
 use luenberger_design::enclosure::{EnclosureError, enclose};
-use luenberger_plants::{Dimensions, Plant, Shape};
-use nalgebra::{RealField, SVector, Vector1, convert};
+use luenberger_plants::plant;
+use nalgebra::convert;
 
 struct Threaded;
 
-impl Shape for Threaded {
-    fn dimensions(&self) -> Dimensions {
-        Dimensions { states: 1, inputs: 0, outputs: 1 }
-    }
-}
-
-impl<T: RealField + Copy> Plant<T> for Threaded {
-    type State = Vector1<T>;
-    type Input = SVector<T, 0>;
-    type Output = Vector1<T>;
-
-    fn derivative(&self, _t: T, x: &Vector1<T>, _u: &SVector<T, 0>) -> Vector1<T> {
+plant!(
+    Threaded,
+    (1, 0, 1),
+    |plant, t, x, u| {
         let (x, cut) = (x[0], convert::<f64, T>(0.5));
         let square = std::thread::scope(|scope| scope.spawn(|| if x > cut { x * x } else { x - cut * cut }).join());
-        Vector1::new(square.unwrap_or(x))
-    }
-
-    fn output(&self, _t: T, x: &Vector1<T>, _u: &Self::Input) -> Vector1<T> {
-        *x
-    }
-}
+        [square.unwrap_or(x)]
+    },
+    *x
+);
 
 #[test]
 fn a_comparison_in_another_thread_is_an_error_and_not_an_answer() {

@@ -10,18 +10,7 @@ type V1 = Vector1<f64>;
 #[derive(Clone, Copy, Debug)]
 struct Cart;
 
-impl Shape for Cart {
-    fn dimensions(&self) -> Dimensions {
-        Dimensions { states: 2, inputs: 1, outputs: 1 }
-    }
-}
-
-#[rustfmt::skip]
-impl Plant<f64> for Cart {
-    type State = Vector2<f64>; type Input = V1; type Output = V1;
-    fn derivative(&self, _t: f64, x: &Vector2<f64>, u: &V1) -> Vector2<f64> { Vector2::new(x[1], u[0] - x[1] * x[1].abs()) }
-    fn output(&self, _t: f64, x: &Vector2<f64>, _u: &Self::Input) -> V1 { V1::new(x[0]) }
-}
+luenberger::plants::plant!(Cart, (2, 1, 1), |cart, t, x, u| [x[1], u[0] - x[1] * x[1].abs()], [x[0]]);
 
 /// One chain of two integrators, which is the cart itself.
 #[rustfmt::skip]

@@ -3,24 +3,13 @@
 
 use luenberger::design::kkl::KklSettings;
 use luenberger::prelude::*;
-use nalgebra::{Matrix1, RealField, U1, Vector1, Vector2, convert};
+use nalgebra::{Matrix1, RealField, U1, Vector1, convert};
 
 /// A concentration x1 feeds a temperature x2, which is measured: x1' = -x1 + u + x2^2, x2' = x1 - x2.
 #[derive(Clone, Copy)]
 struct Tank;
 
-impl Shape for Tank {
-    fn dimensions(&self) -> Dimensions {
-        Dimensions { states: 2, inputs: 1, outputs: 1 }
-    }
-}
-
-#[rustfmt::skip]
-impl<T: RealField + Copy> Plant<T> for Tank {
-    type State = Vector2<T>; type Input = Vector1<T>; type Output = Vector1<T>;
-    fn derivative(&self, _t: T, x: &Vector2<T>, u: &Vector1<T>) -> Vector2<T> { Vector2::new(u[0] + x[1] * x[1] - x[0], x[0] - x[1]) }
-    fn output(&self, _t: T, x: &Vector2<T>, _u: &Self::Input) -> Vector1<T> { Vector1::new(x[1]) }
-}
+luenberger::plants::plant!(Tank, (2, 1, 1), |tank, t, x, u| [u[0] + x[1] * x[1] - x[0], x[0] - x[1]], [x[1]]);
 
 /// phi = x1: xi' = Lambda xi + u + y^2, and the estimate of x1 is xi itself. Lambda has to be -1.
 #[derive(Clone, Copy, Debug)]

@@ -3,7 +3,7 @@
 use luenberger::design::kkl_peb::{Excite, KklPebDesign, SampledRun};
 use luenberger::observers::{KklPebObserver, cascade::Cascade, estimator::gradient::Gradient};
 use luenberger::prelude::*;
-use nalgebra::{Matrix1, SMatrix, SVector, U0, U1, Vector1, Vector2};
+use nalgebra::{Matrix1, SMatrix, SVector, U0, U1, Vector1, convert};
 
 #[derive(Clone, Copy)]
 struct Drifting;
@@ -11,18 +11,12 @@ type V0 = SVector<f64, 0>;
 type M0 = SMatrix<f64, 0, 0>;
 type V1 = Vector1<f64>;
 
-impl Shape for Drifting {
-    fn dimensions(&self) -> Dimensions {
-        Dimensions { states: 2, inputs: 1, outputs: 1 }
-    }
-}
-
-#[rustfmt::skip]
-impl Plant<f64> for Drifting {
-    type State = Vector2<f64>; type Input = V1; type Output = V1;
-    fn derivative(&self, _t: f64, x: &Vector2<f64>, u: &V1) -> Vector2<f64> { Vector2::new(-x[0] + x[1] * u[0], -0.1 * x[0]) }
-    fn output(&self, _t: f64, x: &Vector2<f64>, _u: &Self::Input) -> V1 { V1::new(x[0]) }
-}
+luenberger::plants::plant!(
+    Drifting,
+    (2, 1, 1),
+    |plant, t, x, u| [-x[0] + x[1] * u[0], convert::<f64, T>(-0.1) * x[0]],
+    [x[0]]
+);
 
 #[rustfmt::skip]
 impl Cascade<f64> for Drifting {

@@ -3,7 +3,7 @@
 
 use luenberger::observers::estimator::gradient::Gradient;
 use luenberger::prelude::*;
-use nalgebra::{Matrix1, U1, Vector1, Vector2};
+use nalgebra::{Matrix1, U1, Vector1, convert};
 
 type V1 = Vector1<f64>;
 
@@ -13,18 +13,12 @@ struct Spring {
     offset: f64,
 }
 
-impl Shape for Spring {
-    fn dimensions(&self) -> Dimensions {
-        Dimensions { states: 2, inputs: 1, outputs: 1 }
-    }
-}
-
-#[rustfmt::skip]
-impl Plant<f64> for Spring {
-    type State = Vector2<f64>; type Input = V1; type Output = V1;
-    fn derivative(&self, _t: f64, x: &Vector2<f64>, u: &V1) -> Vector2<f64> { Vector2::new(x[1] + u[0], -x[0].powi(3)) }
-    fn output(&self, _t: f64, x: &Vector2<f64>, _u: &Self::Input) -> V1 { V1::new(x[0] + self.offset) }
-}
+luenberger::plants::plant!(
+    Spring,
+    (2, 1, 1),
+    |spring, t, x, u| [x[1] + u[0], -x[0].powi(3)],
+    [x[0] + convert::<f64, T>(spring.offset)]
+);
 
 /// phi = x2, and xi' = -y^3: then x2 = xi + theta with a constant theta.
 #[rustfmt::skip]

@@ -1,8 +1,6 @@
 //! The chaotic plant of Example 1 of the mean-value-theorem paper.
 
-use nalgebra::{RealField, SVector, Vector2, Vector3, convert};
-
-use crate::plant::{Dimensions, Plant, Shape};
+use nalgebra::convert;
 
 /// `x1' = ln(0.1 + exp(x2 - x1))`, `x2' = x1 x3`, `x3' = 0.2 - x1 x2`, `y = (x1, x2)`: eq. (22); no input.
 ///
@@ -20,28 +18,15 @@ use crate::plant::{Dimensions, Plant, Shape};
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Chaotic;
 
-impl crate::jacobian::ByDual for Chaotic {}
-
-impl Shape for Chaotic {
-    fn dimensions(&self) -> Dimensions {
-        Dimensions { states: 3, inputs: 0, outputs: 2 }
-    }
-}
-
-impl<T: RealField + Copy> Plant<T> for Chaotic {
-    type State = Vector3<T>;
-    type Input = SVector<T, 0>;
-    type Output = Vector2<T>;
-
-    fn derivative(&self, _t: T, x: &Vector3<T>, _u: &SVector<T, 0>) -> Vector3<T> {
+crate::plant!(
+    Chaotic,
+    (3, 0, 2),
+    |plant, t, x, u| {
         let (tenth, fifth): (T, T) = (convert(0.1), convert(0.2));
         let d = x[1] - x[0];
         // Both branches are the printed function; the second does not overflow for large d.
         let first = if d < T::one() { (tenth + d.exp()).ln() } else { d + (tenth * (-d).exp()).ln_1p() };
-        Vector3::new(first, x[0] * x[2], fifth - x[0] * x[1])
-    }
-
-    fn output(&self, _t: T, x: &Vector3<T>, _u: &Self::Input) -> Vector2<T> {
-        Vector2::new(x[0], x[1])
-    }
-}
+        [first, x[0] * x[2], fifth - x[0] * x[1]]
+    },
+    [x[0], x[1]]
+);

@@ -15,10 +15,9 @@
 //!
 //! Source of the theorem: R. Ben Messaoud and S. Hajji, WSEAS Transactions on Systems 17, 2018.
 
-use nalgebra::{Matrix1, Matrix2, RealField, RowVector2, SMatrix, SVector, Vector1, convert};
+use nalgebra::{Matrix1, Matrix2, RowVector2, SMatrix, convert};
 
 use crate::linear::{LinearPlant, StaticPlant};
-use crate::plant::{Dimensions, Plant, Shape};
 
 /// `x' = u`, `y = x`: the measured state itself is missed.
 pub fn integrator() -> StaticPlant<f64, 1, 1, 1> {
@@ -62,37 +61,14 @@ pub struct Bistable;
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Dimple;
 
-/// A plant `x' = f(x)`, `y = x` of one state.
-macro_rules! measured {
-    ($plant:ident, $x:ident, $slope:expr) => {
-        impl crate::jacobian::ByDual for $plant {}
-
-        impl Shape for $plant {
-            fn dimensions(&self) -> Dimensions {
-                Dimensions { states: 1, inputs: 0, outputs: 1 }
-            }
-        }
-
-        impl<T: RealField + Copy> Plant<T> for $plant {
-            type State = Vector1<T>;
-            type Input = SVector<T, 0>;
-            type Output = Vector1<T>;
-
-            fn derivative(&self, _t: T, x: &Vector1<T>, _u: &SVector<T, 0>) -> Vector1<T> {
-                let $x = x[0];
-                Vector1::new($slope)
-            }
-
-            fn output(&self, _t: T, x: &Vector1<T>, _u: &Self::Input) -> Vector1<T> {
-                *x
-            }
-        }
-    };
-}
-
-measured!(Bistable, x, x - x * x * x);
-measured!(Dimple, x, {
-    let (half, third, two): (T, T, T) = (convert(0.5), convert(1.0 / 3.0), convert(2.0));
-    let d = x - half;
-    d * d * d * (third - two * d * d)
-});
+crate::plant!(Bistable, (1, 0, 1), |plant, t, x, u| [x[0] - x[0] * x[0] * x[0]], *x);
+crate::plant!(
+    Dimple,
+    (1, 0, 1),
+    |plant, t, x, u| {
+        let (half, third, two): (T, T, T) = (convert(0.5), convert(1.0 / 3.0), convert(2.0));
+        let d = x[0] - half;
+        [d * d * d * (third - two * d * d)]
+    },
+    *x
+);

@@ -3,9 +3,7 @@
 //!
 //! Source of the class: B. Yi, R. Ortega and W. Zhang, IEEE Transactions on Automatic Control, 2018, Proposition 7.
 
-use nalgebra::{RealField, SVector, Vector2, convert};
-
-use crate::plant::{Dimensions, Plant, Shape};
+use nalgebra::{Vector2, convert};
 
 /// `x11' = -x11 + x3 + u'x4`, `x12' = -2 x12 + x2`, `x2' = -x2 + sin x12`, `x3' = -3 x3 + x2 x11`, `x4' = -u x11/2`,
 /// `y = (x11, x12)`.
@@ -23,28 +21,15 @@ use crate::plant::{Dimensions, Plant, Shape};
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct DrivenCascade;
 
-impl crate::jacobian::ByDual for DrivenCascade {}
-
-impl Shape for DrivenCascade {
-    fn dimensions(&self) -> Dimensions {
-        Dimensions { states: 6, inputs: 2, outputs: 2 }
-    }
-}
-
-impl<T: RealField + Copy> Plant<T> for DrivenCascade {
-    type State = SVector<T, 6>;
-    type Input = Vector2<T>;
-    type Output = Vector2<T>;
-
-    fn derivative(&self, _t: T, x: &SVector<T, 6>, u: &Vector2<T>) -> SVector<T, 6> {
+crate::plant!(
+    DrivenCascade,
+    (6, 2, 2),
+    |plant, t, x, u| {
         let [half, two, three] = [0.5, 2.0, 3.0].map(convert::<f64, T>);
         let [x11, x12, x2, x3] = [x[0], x[1], x[2], x[3]];
         let x4 = Vector2::new(x[4], x[5]);
         let rate = u * (-half * x11);
-        SVector::from([x3 - x11 + u.dot(&x4), x2 - two * x12, x12.sin() - x2, x2 * x11 - three * x3, rate[0], rate[1]])
-    }
-
-    fn output(&self, _t: T, x: &SVector<T, 6>, _u: &Self::Input) -> Vector2<T> {
-        Vector2::new(x[0], x[1])
-    }
-}
+        [x3 - x11 + u.dot(&x4), x2 - two * x12, x12.sin() - x2, x2 * x11 - three * x3, rate[0], rate[1]]
+    },
+    [x[0], x[1]]
+);

@@ -2,10 +2,6 @@
 //!
 //! Source: B. Yi, R. Ortega and W. Zhang, IEEE Transactions on Automatic Control, 2018, Proposition 6.
 
-use nalgebra::{RealField, Vector1, Vector3};
-
-use crate::plant::{Dimensions, Plant, Shape};
-
 /// `x1' = -x1^3 + exp(x3)`, `x2' = -x2 + x1^2 + sin x1`, `x3' = 1/(x1^2 + 1) + x1 u`, `y = x1`: eq. (31).
 ///
 /// x2 forgets where it started, x3 does not. Without input x3 grows for ever; `u = -y` keeps the plant bounded, because
@@ -20,29 +16,12 @@ use crate::plant::{Dimensions, Plant, Shape};
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct ExponentialCascade;
 
-impl crate::jacobian::ByDual for ExponentialCascade {}
-
-impl Shape for ExponentialCascade {
-    fn dimensions(&self) -> Dimensions {
-        Dimensions { states: 3, inputs: 1, outputs: 1 }
-    }
-}
-
-impl<T: RealField + Copy> Plant<T> for ExponentialCascade {
-    type State = Vector3<T>;
-    type Input = Vector1<T>;
-    type Output = Vector1<T>;
-
-    fn derivative(&self, _t: T, x: &Vector3<T>, u: &Vector1<T>) -> Vector3<T> {
+crate::plant!(
+    ExponentialCascade,
+    (3, 1, 1),
+    |plant, t, x, u| {
         let square = x[0] * x[0];
-        Vector3::new(
-            x[2].exp() - square * x[0],
-            square + x[0].sin() - x[1],
-            T::one() / (square + T::one()) + x[0] * u[0],
-        )
-    }
-
-    fn output(&self, _t: T, x: &Vector3<T>, _u: &Self::Input) -> Vector1<T> {
-        Vector1::new(x[0])
-    }
-}
+        [x[2].exp() - square * x[0], square + x[0].sin() - x[1], T::one() / (square + T::one()) + x[0] * u[0]]
+    },
+    [x[0]]
+);

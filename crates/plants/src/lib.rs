@@ -8,8 +8,9 @@
 //! |---|---|
 //! | [`mod@column`] | the trait of vectors of states, inputs and outputs |
 //! | [`size`] | the trait bound that stands for nalgebra's allocators |
-//! | [`plant`] | the traits [`Plant`] and [`Shape`] |
+//! | [`mod@plant`] | the traits [`Plant`] and [`Shape`] |
 //! | [`closures`] | a plant from two closures |
+//! | [`equations`] | a plant from its equations, for every scalar |
 //! | [`linear`] | `x' = A x + B u`, `y = C x + D u` |
 //! | [`mod@straight_line`] | a plant from four functions on arrays, as exports have it |
 //! | [`lanes`] | plants over several lanes at once |
@@ -37,6 +38,7 @@ pub mod counterexamples;
 pub mod cuk;
 pub mod double_integrator;
 pub mod driven_cascade;
+pub mod equations;
 pub mod error;
 pub mod exponential_cascade;
 pub mod flexible_joint;

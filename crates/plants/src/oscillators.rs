@@ -6,9 +6,7 @@
 //! observers, IFAC World Congress 2023, for the reverse Duffing oscillator; B. van der Pol, On relaxation-oscillations,
 //! Philosophical Magazine 2, 1926.
 
-use nalgebra::{RealField, SVector, Vector1, Vector2, convert};
-
-use crate::plant::{Dimensions, Plant, Shape};
+use nalgebra::{RealField, Vector2, convert};
 
 /// The reverse Duffing oscillator: `x1' = x2^3`, `x2' = -x1`, `y = x1`.
 ///
@@ -36,27 +34,7 @@ impl ReverseDuffing {
     }
 }
 
-impl crate::jacobian::ByDual for ReverseDuffing {}
-
-impl Shape for ReverseDuffing {
-    fn dimensions(&self) -> Dimensions {
-        Dimensions { states: 2, inputs: 0, outputs: 1 }
-    }
-}
-
-impl<T: RealField + Copy> Plant<T> for ReverseDuffing {
-    type State = Vector2<T>;
-    type Input = SVector<T, 0>;
-    type Output = Vector1<T>;
-
-    fn derivative(&self, _t: T, x: &Vector2<T>, _u: &SVector<T, 0>) -> Vector2<T> {
-        Vector2::new(x[1] * x[1] * x[1], -x[0])
-    }
-
-    fn output(&self, _t: T, x: &Vector2<T>, _u: &Self::Input) -> Vector1<T> {
-        Vector1::new(x[0])
-    }
-}
+crate::plant!(ReverseDuffing, (2, 0, 1), |plant, t, x, u| [x[1] * x[1] * x[1], -x[0]], [x[0]]);
 
 /// Van der Pol's oscillator: `x1' = x2`, `x2' = mu (1 - x1^2) x2 - x1`, `y = x1`; mu = 1 by default.
 ///
@@ -80,25 +58,9 @@ impl Default for VanDerPol {
     }
 }
 
-impl crate::jacobian::ByDual for VanDerPol {}
-
-impl Shape for VanDerPol {
-    fn dimensions(&self) -> Dimensions {
-        Dimensions { states: 2, inputs: 0, outputs: 1 }
-    }
-}
-
-impl<T: RealField + Copy> Plant<T> for VanDerPol {
-    type State = Vector2<T>;
-    type Input = SVector<T, 0>;
-    type Output = Vector1<T>;
-
-    fn derivative(&self, _t: T, x: &Vector2<T>, _u: &SVector<T, 0>) -> Vector2<T> {
-        let mu: T = convert(self.mu);
-        Vector2::new(x[1], mu * (T::one() - x[0] * x[0]) * x[1] - x[0])
-    }
-
-    fn output(&self, _t: T, x: &Vector2<T>, _u: &Self::Input) -> Vector1<T> {
-        Vector1::new(x[0])
-    }
-}
+crate::plant!(
+    VanDerPol,
+    (2, 0, 1),
+    |plant, t, x, u| [x[1], convert::<f64, T>(plant.mu) * (T::one() - x[0] * x[0]) * x[1] - x[0]],
+    [x[0]]
+);

@@ -38,7 +38,8 @@ pub trait Shape {
 
 /// A plant `x' = f(t, x, u)`, `y = h(t, x, u)` over the scalar `T`.
 ///
-/// A nonlinear plant supplied by the user, written once for every scalar that nalgebra can compute with:
+/// A nonlinear plant supplied by the user, written once for every scalar that nalgebra can compute with; the macro
+/// [`plant!`](crate::plant!) does the same from f and h alone:
 /// ```
 /// use luenberger_plants::{Dimensions, Plant, Shape};
 /// use nalgebra::{RealField, SVector, Vector1, Vector2};

@@ -7,11 +7,11 @@ use std::sync::OnceLock;
 
 use luenberger_design::kkl::KklSettings;
 use luenberger_design::{Certified, KklCandidate, KklDesign, KklError, Region};
+use luenberger_observers::Observer;
 use luenberger_observers::diagnosis::{Diagnose, Diagnosis};
 use luenberger_observers::immersion_invariance::{Immersion, ImmersionInvarianceObserver};
 use luenberger_observers::kkl::KklMap;
 use luenberger_observers::pebo::Regression;
-use luenberger_observers::{Observer, ObserverDimensions};
 use luenberger_plants::{Column, CukConverter, Plant, state_jacobian};
 use luenberger_proof::certificate::Rejection;
 use luenberger_reproduce::kkl::cuk::{self, Embedding, Tuning};

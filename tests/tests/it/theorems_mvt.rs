@@ -15,14 +15,10 @@ use luenberger_observers::{
 };
 use luenberger_plants::counterexamples::{Bistable, integrator, stable, unstable};
 use luenberger_plants::jacobian::Differentiable;
-use luenberger_plants::{
-    Chaotic, Dimensions, FlexibleJoint, LinearPlant, Plant, Shape, double_integrator, flexible_joint,
-};
+use luenberger_plants::{Chaotic, FlexibleJoint, LinearPlant, Plant, double_integrator, flexible_joint, plant};
 use luenberger_proof::statement::{lyapunov_decrease, positive};
 use luenberger_sim::{Scenario, Signal, SimError, Trajectory};
-use nalgebra::{
-    DMatrix, Matrix2, Matrix4, RealField, RowVector2, SMatrix, SVector, Vector1, Vector2, Vector3, Vector4,
-};
+use nalgebra::{DMatrix, Matrix2, Matrix4, RowVector2, SMatrix, SVector, Vector1, Vector2, Vector3, Vector4};
 use proptest::prelude::*;
 
 use crate::generators::vector4;
@@ -340,27 +336,7 @@ proptest! {
 #[derive(Clone, Copy, Debug)]
 struct Turning;
 
-impl luenberger_plants::ByDual for Turning {}
-
-impl Shape for Turning {
-    fn dimensions(&self) -> Dimensions {
-        Dimensions { states: 2, inputs: 0, outputs: 1 }
-    }
-}
-
-impl<T: RealField + Copy> Plant<T> for Turning {
-    type State = Vector2<T>;
-    type Input = SVector<T, 0>;
-    type Output = Vector1<T>;
-
-    fn derivative(&self, _t: T, x: &Vector2<T>, _u: &SVector<T, 0>) -> Vector2<T> {
-        Vector2::new(-x[0] * x[1] * x[1], x[0])
-    }
-
-    fn output(&self, _t: T, x: &Vector2<T>, _u: &Self::Input) -> Vector1<T> {
-        Vector1::new(x[0])
-    }
-}
+plant!(Turning, (2, 0, 1), |plant, t, x, u| [-x[0] * x[1] * x[1], x[0]], [x[0]]);
 
 proptest! {
     #![proptest_config(ProptestConfig { cases: 16, failure_persistence: None, ..ProptestConfig::default() })]
@@ -449,27 +425,7 @@ fn elsewhere_the_means_differ() {
 /// Torricelli's tank, `x' = 1 - sqrt x`, y = x: a level below 0 has no outflow.
 #[derive(Clone, Copy, Debug)]
 struct Tank;
-impl luenberger_plants::ByDual for Tank {}
-
-impl Shape for Tank {
-    fn dimensions(&self) -> Dimensions {
-        Dimensions { states: 1, inputs: 0, outputs: 1 }
-    }
-}
-
-impl<T: RealField + Copy> Plant<T> for Tank {
-    type State = Vector1<T>;
-    type Input = SVector<T, 0>;
-    type Output = Vector1<T>;
-
-    fn derivative(&self, _t: T, x: &Vector1<T>, _u: &SVector<T, 0>) -> Vector1<T> {
-        Vector1::new(T::one() - x[0].sqrt())
-    }
-
-    fn output(&self, _t: T, x: &Vector1<T>, _u: &Self::Input) -> Vector1<T> {
-        *x
-    }
-}
+plant!(Tank, (1, 0, 1), |plant, t, x, u| [T::one() - x[0].sqrt()], *x);
 
 /// Below 0 neither the observer nor the run ends in NaN without a word.
 #[test]

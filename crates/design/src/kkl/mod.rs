@@ -427,27 +427,11 @@ impl<K> KklDesign<K> {
     /// use luenberger_design::kkl::{KklError, KklSettings};
     /// use luenberger_design::{KklDesign, Region};
     /// use luenberger_observers::{KklMap, ObserverDimensions};
-    /// use luenberger_plants::{Dimensions, Plant, Shape};
-    /// use nalgebra::{Matrix1, RealField, U1, Vector1, Vector2, convert};
+    /// use luenberger_plants::plant;
+    /// use nalgebra::{Matrix1, RealField, U1, Vector1, convert};
     ///
     /// struct Chain;
-    /// impl Shape for Chain {
-    ///     fn dimensions(&self) -> Dimensions {
-    ///         Dimensions { states: 2, inputs: 1, outputs: 1 }
-    ///     }
-    /// }
-    ///
-    /// impl<T: RealField + Copy> Plant<T> for Chain {
-    ///     type State = Vector2<T>;
-    ///     type Input = Vector1<T>;
-    ///     type Output = Vector1<T>;
-    ///     fn derivative(&self, _t: T, x: &Vector2<T>, u: &Vector1<T>) -> Vector2<T> {
-    ///         Vector2::new(u[0] + x[1] * x[1] - x[0], x[0] - x[1])
-    ///     }
-    ///     fn output(&self, _t: T, x: &Vector2<T>, _u: &Self::Input) -> Vector1<T> {
-    ///         Vector1::new(x[1])
-    ///     }
-    /// }
+    /// plant!(Chain, (2, 1, 1), |plant, t, x, u| [u[0] + x[1] * x[1] - x[0], x[0] - x[1]], [x[1]]);
     ///
     /// #[derive(Debug)]
     /// struct First(f64);

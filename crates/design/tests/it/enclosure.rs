@@ -4,7 +4,7 @@ use luenberger_design::enclosure::{Axis, EnclosureError, Entry, enclose};
 use luenberger_design::{JacobianEnclosure, Region};
 use luenberger_observers::mean_value::integral::integral_mean;
 use luenberger_plants::{Chaotic, Differentiable, Dimensions, Plant, Shape, flexible_joint, state_jacobian};
-use nalgebra::{DMatrix, DVector, RealField, RowVector2, SVector, Vector1, Vector2, convert};
+use nalgebra::{DMatrix, DVector, RealField, RowVector2, SVector, Vector2, convert};
 use proptest::prelude::*;
 
 /// `f_i` is a sum of terms `c g(x_a) k(z)` with z a state, the input or time; `h_i = x_i + c sin x_a`. Two inputs of
@@ -203,22 +203,12 @@ struct Elementary(usize);
 
 const ELEMENTARY: usize = 28;
 
-impl luenberger_plants::ByDual for Elementary {}
-
-impl Shape for Elementary {
-    fn dimensions(&self) -> Dimensions {
-        Dimensions { states: 2, inputs: 0, outputs: 1 }
-    }
-}
-
-impl<T: RealField + Copy> Plant<T> for Elementary {
-    type State = Vector2<T>;
-    type Input = SVector<T, 0>;
-    type Output = Vector1<T>;
-
-    fn derivative(&self, _t: T, x: &Vector2<T>, _u: &SVector<T, 0>) -> Vector2<T> {
+luenberger_plants::plant!(
+    Elementary,
+    (2, 0, 1),
+    |plant, t, x, u| {
         let (x, y) = (x[0], x[1]);
-        let f = match self.0 {
+        let f = match plant.0 {
             0 => x.tan(),
             1 => x.asin(),
             2 => x.acos(),
@@ -248,13 +238,10 @@ impl<T: RealField + Copy> Plant<T> for Elementary {
             26 => x.try_sqrt().unwrap_or(y),
             _ => x.floor() + y * T::frac_pi_2() - T::ln_10() * x.fract(),
         };
-        Vector2::new(f, -y)
-    }
-
-    fn output(&self, _t: T, x: &Vector2<T>, _u: &Self::Input) -> Vector1<T> {
-        Vector1::new(x[0])
-    }
-}
+        [f, -y]
+    },
+    [x[0]]
+);
 
 /// Two states, `x1' = x2`, `x2' = f(x, t)`, `y = x1`.
 macro_rules! scalar_plant {

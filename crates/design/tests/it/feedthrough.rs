@@ -12,27 +12,7 @@ use nalgebra::{Matrix1, RealField, U1, Vector1, convert, dmatrix};
 /// `x' = -x + u`, `y = x + s u`.
 struct Fed(f64);
 
-impl ByDual for Fed {}
-
-impl Shape for Fed {
-    fn dimensions(&self) -> Dimensions {
-        Dimensions { states: 1, inputs: 1, outputs: 1 }
-    }
-}
-
-impl<T: RealField + Copy> Plant<T> for Fed {
-    type State = Vector1<T>;
-    type Input = Vector1<T>;
-    type Output = Vector1<T>;
-
-    fn derivative(&self, _t: T, x: &Vector1<T>, u: &Vector1<T>) -> Vector1<T> {
-        u - x
-    }
-
-    fn output(&self, _t: T, x: &Vector1<T>, u: &Vector1<T>) -> Vector1<T> {
-        x + u * convert::<f64, T>(self.0)
-    }
-}
+luenberger_plants::plant!(Fed, (1, 1, 1), |plant, t, x, u| u - x, x + u * convert::<f64, T>(plant.0));
 
 /// phi = x.
 #[derive(Debug)]

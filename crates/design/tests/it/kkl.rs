@@ -139,23 +139,7 @@ impl Scalar {
     }
 }
 
-impl Shape for Scalar {
-    fn dimensions(&self) -> Dimensions {
-        Dimensions { states: 1, inputs: 1, outputs: 1 }
-    }
-}
-
-impl<T: RealField + Copy> Plant<T> for Scalar {
-    type State = Vector1<T>;
-    type Input = Vector1<T>;
-    type Output = Vector1<T>;
-    fn derivative(&self, _t: T, x: &Vector1<T>, _u: &Vector1<T>) -> Vector1<T> {
-        -x
-    }
-    fn output(&self, _t: T, x: &Vector1<T>, _u: &Self::Input) -> Vector1<T> {
-        Vector1::new(self.g(x[0]))
-    }
-}
+luenberger_plants::plant!(Scalar, (1, 1, 1), |plant, t, x, u| -x, [plant.g(x[0])]);
 
 impl<T: RealField + Copy> KklMap<T> for Scalar {
     type Xi = U1;

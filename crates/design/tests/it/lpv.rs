@@ -3,7 +3,7 @@
 use luenberger_design::lpv::{MAX_VARYING, Polytope, VaryingEntries, Vertex};
 use luenberger_design::{DesignError, GainOptions, JacobianEnclosure, LpvDesign, LpvError, Region};
 use luenberger_lmi::proof_matrix;
-use luenberger_plants::{Chaotic, Dimensions, Plant, Shape, StateSpace, flexible_joint};
+use luenberger_plants::{Chaotic, Plant, StateSpace, flexible_joint};
 use luenberger_proof::{Interval, Matrix};
 use luenberger_random::Random;
 use nalgebra::{DMatrix, RealField, SVector, Vector1, Vector2, Vector3, Vector4, convert, dmatrix, dvector};
@@ -308,33 +308,18 @@ struct Hull {
     r: DMatrix<f64>,
 }
 
-impl luenberger_plants::ByDual for Hull {}
-
-impl Shape for Hull {
-    fn dimensions(&self) -> Dimensions {
-        Dimensions { states: 3, inputs: 0, outputs: 1 }
-    }
-}
-
-impl<T: RealField + Copy> Plant<T> for Hull {
-    type State = SVector<T, 3>;
-    type Input = SVector<T, 0>;
-    type Output = Vector1<T>;
-
-    fn derivative(&self, _t: T, x: &SVector<T, 3>, _u: &SVector<T, 0>) -> SVector<T, 3> {
-        SVector::from_fn(|i, _| {
-            (0..3).fold(T::zero(), |sum, j| {
-                let (m, r) = (self.m[(i, j)], self.r[(i, j)]);
-                let linear = if m == 0.0 { sum } else { sum + number::<T>(m) * x[j] };
-                if r == 0.0 { linear } else { linear + number::<T>(r) * x[j].sin() }
-            })
+luenberger_plants::plant!(
+    Hull,
+    (3, 0, 1),
+    |plant, t, x, u| SVector::<T, 3>::from_fn(|i, _| {
+        (0..3).fold(T::zero(), |sum, j| {
+            let (m, r) = (plant.m[(i, j)], plant.r[(i, j)]);
+            let linear = if m == 0.0 { sum } else { sum + number::<T>(m) * x[j] };
+            if r == 0.0 { linear } else { linear + number::<T>(r) * x[j].sin() }
         })
-    }
-
-    fn output(&self, _t: T, x: &SVector<T, 3>, _u: &Self::Input) -> Vector1<T> {
-        Vector1::new(x[0])
-    }
-}
+    }),
+    [x[0]]
+);
 
 /// A hull whose unmeasured block decays by itself faster than `exp(-0.1 t)` for P = I, if `decays`: then a large gain
 /// on the measured state serves all of it. Else its last state is not seen where an entry is 0, and grows. Units

@@ -5,7 +5,7 @@ use luenberger_design::nonlinear_observability::{
 };
 use luenberger_linalg::observability;
 use luenberger_plants::{CukConverter, Dimensions, LinearPlant, Plant, ReverseDuffing, Shape, VanDerPol};
-use nalgebra::{DMatrix, DVector, Dyn, RealField, SVector, Vector1, Vector2, convert};
+use nalgebra::{DMatrix, DVector, Dyn, RealField, Vector2, convert};
 use proptest::prelude::*;
 
 plant!(PendulumByAngle, 2, 1, |_plant, x| [x[1], -x[0].sin()], [x[0]]);
@@ -227,27 +227,16 @@ struct Rescaled {
     output: i32,
 }
 
-impl Shape for Rescaled {
-    fn dimensions(&self) -> Dimensions {
-        Dimensions { states: 2, inputs: 0, outputs: 1 }
-    }
-}
-
-impl<T: RealField + Copy> Plant<T> for Rescaled {
-    type State = Vector2<T>;
-    type Input = SVector<T, 0>;
-    type Output = Vector1<T>;
-
-    fn derivative(&self, t: T, x: &Vector2<T>, u: &SVector<T, 0>) -> Vector2<T> {
-        let unit = self.states.map(|power| convert::<f64, T>(2f64.powi(power)));
+luenberger_plants::plant!(
+    Rescaled,
+    (2, 0, 1),
+    |plant, t, x, u| {
+        let unit = plant.states.map(|power| convert::<f64, T>(2f64.powi(power)));
         let f = VanDerPol::default().derivative(t, &Vector2::new(x[0] * unit[0], x[1] * unit[1]), u);
-        Vector2::new(f[0] / unit[0], f[1] / unit[1])
-    }
-
-    fn output(&self, _t: T, x: &Vector2<T>, _u: &Self::Input) -> Vector1<T> {
-        Vector1::new(x[0] * convert(2f64.powi(self.states[0] + self.output)))
-    }
-}
+        [f[0] / unit[0], f[1] / unit[1]]
+    },
+    [x[0] * convert::<f64, T>(2f64.powi(plant.states[0] + plant.output))]
+);
 
 #[test]
 fn what_makes_no_sense_is_refused_with_its_numbers() {

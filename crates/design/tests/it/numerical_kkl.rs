@@ -9,8 +9,8 @@ use luenberger_design::numerical_kkl::{
 };
 use luenberger_linalg::{LinalgError, eigenvalues, sylvester};
 use luenberger_observers::Observer;
-use luenberger_plants::{Dimensions, Plant, Shape, StaticPlant};
-use nalgebra::{Complex, DMatrix, Matrix2, Matrix3, RealField, RowVector2, SMatrix, SVector, Vector1};
+use luenberger_plants::StaticPlant;
+use nalgebra::{Complex, DMatrix, Matrix2, Matrix3, RowVector2, SMatrix, SVector, Vector1};
 use proptest::prelude::*;
 
 /// `x' = -x^power` with y = x or, if `even`, y = x^2.
@@ -20,27 +20,12 @@ struct Power {
     even: bool,
 }
 
-impl luenberger_plants::ByDual for Power {}
-
-impl Shape for Power {
-    fn dimensions(&self) -> Dimensions {
-        Dimensions { states: 1, inputs: 0, outputs: 1 }
-    }
-}
-
-impl<T: RealField + Copy> Plant<T> for Power {
-    type State = Vector1<T>;
-    type Input = SVector<T, 0>;
-    type Output = Vector1<T>;
-
-    fn derivative(&self, _t: T, x: &Vector1<T>, _u: &SVector<T, 0>) -> Vector1<T> {
-        -x.map(|x| x.powi(self.power))
-    }
-
-    fn output(&self, _t: T, x: &Vector1<T>, _u: &Self::Input) -> Vector1<T> {
-        if self.even { x.map(|x| x * x) } else { *x }
-    }
-}
+luenberger_plants::plant!(
+    Power,
+    (1, 0, 1),
+    |plant, t, x, u| -x.map(|x| x.powi(plant.power)),
+    if plant.even { x.map(|x| x * x) } else { *x }
+);
 
 fn line(escape: Escape) -> Domain<1> {
     Domain::new([-1.0], [1.0], escape).unwrap()

@@ -8,12 +8,9 @@ use luenberger_observers::{
     Beta, EstimateAndError, Integral, MappedObserver, Mean, MeanValueObserver, Observer, ObserverError,
 };
 use luenberger_plants::coordinates::InCoordinates;
-use luenberger_plants::{
-    Chaotic, Column, Differentiable, Dimensions, Plant, PlantError, Shape, double_integrator, flexible_joint,
-};
+use luenberger_plants::{Chaotic, Column, Differentiable, Plant, PlantError, double_integrator, flexible_joint, plant};
 use nalgebra::{
-    Const, DVector, Matrix2, Matrix4x2, RealField, SMatrix, SVector, Vector1, Vector2, Vector3, Vector4, convert,
-    vector,
+    Const, DVector, Matrix2, Matrix4x2, SMatrix, SVector, Vector1, Vector2, Vector3, Vector4, convert, vector,
 };
 use proptest::prelude::*;
 
@@ -27,31 +24,16 @@ enum Scalar {
     Root,
 }
 
-impl luenberger_plants::ByDual for Scalar {}
-
-impl Shape for Scalar {
-    fn dimensions(&self) -> Dimensions {
-        Dimensions { states: 1, inputs: 0, outputs: 1 }
-    }
-}
-
-impl<T: RealField + Copy> Plant<T> for Scalar {
-    type State = Vector1<T>;
-    type Input = SVector<T, 0>;
-    type Output = Vector1<T>;
-
-    fn derivative(&self, _t: T, x: &Vector1<T>, _u: &SVector<T, 0>) -> Vector1<T> {
-        Vector1::new(match self {
-            Scalar::Cube => x[0] * x[0] * x[0],
-            Scalar::Wave => (x[0] * convert::<f64, T>(40.0)).sin(),
-            Scalar::Root => x[0].sqrt(),
-        })
-    }
-
-    fn output(&self, _t: T, x: &Vector1<T>, _u: &Self::Input) -> Vector1<T> {
-        *x
-    }
-}
+plant!(
+    Scalar,
+    (1, 0, 1),
+    |plant, t, x, u| [match plant {
+        Scalar::Cube => x[0] * x[0] * x[0],
+        Scalar::Wave => (x[0] * convert::<f64, T>(40.0)).sin(),
+        Scalar::Root => x[0].sqrt(),
+    }],
+    *x
+);
 
 fn vector3(size: f64) -> impl Strategy<Value = Vector3<f64>> {
     prop::array::uniform3(-size..size).prop_map(Vector3::from)

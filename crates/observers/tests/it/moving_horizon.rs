@@ -7,10 +7,9 @@ use luenberger_observers::moving_horizon::{Horizon, MovingHorizonEstimator, stat
 use luenberger_observers::{
     CovarianceFilter, ExtendedKalmanFilter, KalmanFilter, KalmanModel, NoiseModel, ObserverError, SampledObserver,
 };
-use luenberger_plants::{ByDual, Differentiable, Dimensions, Plant, Shape, StaticPlant, double_integrator};
+use luenberger_plants::{Differentiable, StaticPlant, double_integrator, plant};
 use nalgebra::{
-    Const, DMatrix, DVector, Dyn, Matrix1, Matrix2, Matrix3, RealField, RowVector2, SMatrix, SVector, Vector1, Vector2,
-    Vector3,
+    Const, DMatrix, DVector, Dyn, Matrix1, Matrix2, Matrix3, RowVector2, SMatrix, SVector, Vector1, Vector2, Vector3,
 };
 use proptest::prelude::*;
 
@@ -167,23 +166,8 @@ fn a_nonlinear_plant_as_by_a_dense_least_squares_solver() {
 fn a_failure_is_an_answer() {
     #[derive(Clone, Debug)]
     struct Root;
-    impl Shape for Root {
-        fn dimensions(&self) -> Dimensions {
-            Dimensions { states: 1, inputs: 0, outputs: 1 }
-        }
-    }
-    impl<T: RealField + Copy> Plant<T> for Root {
-        type State = Vector1<T>;
-        type Input = SVector<T, 0>;
-        type Output = Vector1<T>;
-        fn derivative(&self, _t: T, x: &Vector1<T>, _u: &Self::Input) -> Vector1<T> {
-            Vector1::new(x[0].sqrt())
-        }
-        fn output(&self, _t: T, x: &Vector1<T>, _u: &Self::Input) -> Vector1<T> {
-            Vector1::new(x[0].sqrt())
-        }
-    }
-    impl ByDual for Root {}
+    plant!(Root, (1, 0, 1), |plant, t, x, u| [x[0].sqrt()], [x[0].sqrt()]);
+
     let noises = NoiseModel { w: Matrix1::new(0.01), v: Matrix1::new(0.01), p0: Matrix1::new(1.0) };
     let horizon = Horizon { window: 2, iterations: 2 };
     let free: Fixed<_, 1, 0, 1, { state_length(1, 0, 1, 2) }, 2> =

@@ -3,35 +3,22 @@
 #![cfg(feature = "dual")]
 
 use luenberger_observers::NoiseModel;
-use luenberger_plants::{ByDual, Dimensions, Plant, Shape};
-use nalgebra::{Const, Matrix2, RealField, SVector, Vector2};
+use luenberger_plants::plant;
+use nalgebra::{Const, Matrix2};
 
 /// x1+ = x1 + x2/10, x2+ = 0.98 x2 - sin(x1)/10, y = (sin x1, x1 x2).
 #[derive(Clone, Debug)]
 pub(crate) struct Pendulum;
 
-impl Shape for Pendulum {
-    fn dimensions(&self) -> Dimensions {
-        Dimensions { states: 2, inputs: 0, outputs: 2 }
-    }
-}
-
-impl<T: RealField + Copy> Plant<T> for Pendulum {
-    type State = Vector2<T>;
-    type Input = SVector<T, 0>;
-    type Output = Vector2<T>;
-
-    fn derivative(&self, _t: T, x: &Vector2<T>, _u: &Self::Input) -> Vector2<T> {
+plant!(
+    Pendulum,
+    (2, 0, 2),
+    |plant, t, x, u| {
         let of = |x: f64| nalgebra::convert::<f64, T>(x);
-        Vector2::new(x[0] + of(0.1) * x[1], x[1] - of(0.1) * x[0].sin() - of(0.02) * x[1])
-    }
-
-    fn output(&self, _t: T, x: &Vector2<T>, _u: &Self::Input) -> Vector2<T> {
-        Vector2::new(x[0].sin(), x[0] * x[1])
-    }
-}
-
-impl ByDual for Pendulum {}
+        [x[0] + of(0.1) * x[1], x[1] - of(0.1) * x[0].sin() - of(0.02) * x[1]]
+    },
+    [x[0].sin(), x[0] * x[1]]
+);
 
 /// Covariances of its noise and first error.
 pub(crate) fn noises() -> NoiseModel<f64, Const<2>, Const<2>> {

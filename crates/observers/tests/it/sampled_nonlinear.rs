@@ -7,7 +7,7 @@ use luenberger_observers::numerical_kkl::{
 use luenberger_observers::{
     NonlinearLuenbergerObserver, Observer, ObserverError, SampledNonlinearObserver, SampledObserver,
 };
-use luenberger_plants::{Dimensions, Plant, Shape, VanDerPol};
+use luenberger_plants::{Plant, VanDerPol, plant};
 use nalgebra::{Matrix2, SVector, Vector1, Vector2};
 
 type Column = SVector<f64, 0>;
@@ -100,25 +100,7 @@ fn what_cannot_be_stepped_is_an_error() {
 #[derive(Debug)]
 struct Decay;
 
-impl Shape for Decay {
-    fn dimensions(&self) -> Dimensions {
-        Dimensions { states: 1, inputs: 0, outputs: 1 }
-    }
-}
-
-impl Plant<f64> for Decay {
-    type State = Vector1<f64>;
-    type Input = Column;
-    type Output = Vector1<f64>;
-
-    fn derivative(&self, _t: f64, x: &Vector1<f64>, _u: &Column) -> Vector1<f64> {
-        -x
-    }
-
-    fn output(&self, _t: f64, x: &Vector1<f64>, _u: &Column) -> Vector1<f64> {
-        *x
-    }
-}
+plant!(Decay, (1, 0, 1), |plant, t, x, u| -x, *x);
 
 /// With D = diag(-2, -3) and B = (1, 1) it is T(x) = (x, x/2), which solves `-m_i = -d_i m_i + 1`.
 #[test]

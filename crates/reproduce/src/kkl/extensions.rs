@@ -9,7 +9,7 @@ use luenberger_observers::estimator::gradient::Gradient;
 use luenberger_observers::{
     Immersion, ImmersionInvarianceObserver, KklMap, KklObserver, KklPebObserver, ObserverDimensions, Regression,
 };
-use luenberger_plants::{CukConverter, Dimensions, Plant, Shape};
+use luenberger_plants::{CukConverter, Dimensions, Plant, Shape, plant};
 use luenberger_sim::{Scenario, Signal, Trajectory};
 use nalgebra::{
     DMatrix, Matrix2, RealField, SMatrix, SVector, U1, U2, U3, U5, Vector1, Vector2, Vector3, Vector4, convert, dmatrix,
@@ -362,28 +362,15 @@ impl Phi {
     }
 }
 
-impl luenberger_plants::ByDual for Nonlinear {}
-
-impl Shape for Nonlinear {
-    fn dimensions(&self) -> Dimensions {
-        Dimensions { states: 3, inputs: 1, outputs: 1 }
-    }
-}
-
-impl<T: RealField + Copy> Plant<T> for Nonlinear {
-    type State = Vector3<T>;
-    type Input = Vector1<T>;
-    type Output = Vector1<T>;
-
-    fn derivative(&self, _t: T, x: &Vector3<T>, u: &Vector1<T>) -> Vector3<T> {
+plant!(
+    Nonlinear,
+    (3, 1, 1),
+    |plant, t, x, u| {
         let driven = x[0].sin() - x[1];
-        Vector3::new(x[1] + u[0] + x[0] * (self.phi.at(x[2]) - convert(2.0)), driven, driven)
-    }
-
-    fn output(&self, _t: T, x: &Vector3<T>, _u: &Self::Input) -> Vector1<T> {
-        Vector1::new(x[0])
-    }
-}
+        [x[1] + u[0] + x[0] * (plant.phi.at(x[2]) - convert(2.0)), driven, driven]
+    },
+    [x[0]]
+);
 
 /// `phi = (x2, x4)`, `beta = (chi1, chi2 + y^2/2)`: Γ = 1 and b = y.
 #[derive(Clone, Copy)]

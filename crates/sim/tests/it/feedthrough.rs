@@ -8,9 +8,9 @@ use luenberger_observers::{
     CubicObserver, DiscreteLinearObserver, ExtendedKalmanFilter, KalmanFilter, KalmanModel, LinearObserver, NoiseModel,
     SampledCubicGains, SampledCubicObserver, SampledObserver,
 };
-use luenberger_plants::{ByDual, Dimensions, Plant, Shape, StaticPlant};
+use luenberger_plants::{Plant, StaticPlant, plant};
 use luenberger_sim::{Comparison, Scenario, Signal, SimError, Trajectory};
-use nalgebra::{DMatrix, Matrix1, Matrix2, RealField, RowVector2, SVector, Vector1, Vector2, convert};
+use nalgebra::{DMatrix, Matrix1, Matrix2, RowVector2, SVector, Vector1, Vector2, convert};
 
 fn plant() -> StaticPlant<f64, 2, 1, 1> {
     let (a, b) = (Matrix2::new(0.0, 1.0, -2.0, -0.5), Vector2::new(0.0, 1.0));
@@ -129,28 +129,15 @@ fn sampled_observers_of_a_plant_with_feedthrough() {
 /// A pendulum whose output has the input in it: `y = sin x1 + 0.5 u cos x1`.
 struct Pendulum;
 
-impl ByDual for Pendulum {}
-
-impl Shape for Pendulum {
-    fn dimensions(&self) -> Dimensions {
-        Dimensions { states: 2, inputs: 1, outputs: 1 }
-    }
-}
-
-impl<T: RealField + Copy> Plant<T> for Pendulum {
-    type State = Vector2<T>;
-    type Input = Vector1<T>;
-    type Output = Vector1<T>;
-
-    fn derivative(&self, _t: T, x: &Vector2<T>, u: &Vector1<T>) -> Vector2<T> {
+plant!(
+    Pendulum,
+    (2, 1, 1),
+    |plant, t, x, u| {
         let [g, damping] = [9.81, 0.2].map(convert::<f64, T>);
-        Vector2::new(x[1], u[0] - g * x[0].sin() - damping * x[1])
-    }
-
-    fn output(&self, _t: T, x: &Vector2<T>, u: &Vector1<T>) -> Vector1<T> {
-        Vector1::new(x[0].sin() + convert::<f64, T>(0.5) * u[0] * x[0].cos())
-    }
-}
+        [x[1], u[0] - g * x[0].sin() - damping * x[1]]
+    },
+    [x[0].sin() + convert::<f64, T>(0.5) * u[0] * x[0].cos()]
+);
 
 #[test]
 fn an_extended_kalman_filter_of_an_output_with_the_input() {

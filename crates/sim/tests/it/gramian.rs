@@ -2,37 +2,17 @@
 
 use approx::assert_abs_diff_eq;
 use luenberger_linalg::lyapunov;
-use luenberger_plants::{Dimensions, Plant, Shape, StateSpace, VanDerPol, state_jacobian};
+use luenberger_plants::{Plant, StateSpace, VanDerPol, plant, state_jacobian};
 use luenberger_sim::{GramianSettings, Settings, SimError, empirical_gramian, solve};
-use nalgebra::{DMatrix, RealField, SVector, Vector1, Vector2, dmatrix};
+use nalgebra::{DMatrix, SVector, Vector2, dmatrix};
 use proptest::prelude::*;
 
-macro_rules! still {
-    ($name:ident, |$x:ident| $h:expr) => {
-        /// A plant that stays where it is.
-        struct $name;
-        impl Shape for $name {
-            fn dimensions(&self) -> Dimensions {
-                Dimensions { states: 2, inputs: 0, outputs: 1 }
-            }
-        }
+/// Plants that stay where they are.
+struct Product;
+struct Cubes;
 
-        impl<T: RealField + Copy> Plant<T> for $name {
-            type State = Vector2<T>;
-            type Input = SVector<T, 0>;
-            type Output = Vector1<T>;
-            fn derivative(&self, _t: T, _x: &Vector2<T>, _u: &SVector<T, 0>) -> Vector2<T> {
-                Vector2::zeros()
-            }
-            fn output(&self, _t: T, $x: &Vector2<T>, _u: &Self::Input) -> Vector1<T> {
-                Vector1::new($h)
-            }
-        }
-    };
-}
-
-still!(Product, |x| x[0] * x[1]);
-still!(Cubes, |x| x[0].powi(3) + x[1]);
+plant!(Product, (2, 0, 1), |plant, t, x, u| [T::zero(); 2], [x[0] * x[1]]);
+plant!(Cubes, (2, 0, 1), |plant, t, x, u| [T::zero(); 2], [x[0].powi(3) + x[1]]);
 
 fn from(x0: &[f64], plant: &StateSpace, end: f64, settings: &GramianSettings) -> luenberger_sim::EmpiricalGramian {
     empirical_gramian(plant, x0, |t, u| u.fill(t.sin()), (0.0, end), settings).unwrap()

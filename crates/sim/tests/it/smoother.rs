@@ -3,9 +3,9 @@
 use luenberger_observers::{
     ExtendedKalmanFilter, KalmanFilter, KalmanModel, NoiseModel, SigmaPoints, UnscentedKalmanFilter,
 };
-use luenberger_plants::{Dimensions, Plant, Shape, StaticPlant, double_integrator};
+use luenberger_plants::{StaticPlant, double_integrator, plant};
 use luenberger_sim::replay::{Recording, Replay, ReplayedObserver};
-use nalgebra::{DMatrix, DVector, Matrix1, Matrix2, RealField, RowVector2, SMatrix, SVector, Vector2};
+use nalgebra::{DMatrix, DVector, Matrix1, Matrix2, RowVector2, SMatrix, Vector2};
 use proptest::prelude::*;
 
 /// A log of one output with values that are missing, every `period` from 0 on.
@@ -74,26 +74,15 @@ fn a_linear_plant_as_by_filterpy() {
 /// x1+ = x1 + x2/10, x2+ = 0.98 x2 - sin(x1)/10, y = (sin x1, x1 x2).
 struct Pendulum;
 
-impl Shape for Pendulum {
-    fn dimensions(&self) -> Dimensions {
-        Dimensions { states: 2, inputs: 0, outputs: 2 }
-    }
-}
-
-impl<T: RealField + Copy> Plant<T> for Pendulum {
-    type State = Vector2<T>;
-    type Input = SVector<T, 0>;
-    type Output = Vector2<T>;
-
-    fn derivative(&self, _t: T, x: &Vector2<T>, _u: &Self::Input) -> Vector2<T> {
+plant!(
+    Pendulum,
+    (2, 0, 2),
+    |plant, t, x, u| {
         let of = |x: f64| nalgebra::convert::<f64, T>(x);
-        Vector2::new(x[0] + of(0.1) * x[1], x[1] - of(0.1) * x[0].sin() - of(0.02) * x[1])
-    }
-
-    fn output(&self, _t: T, x: &Vector2<T>, _u: &Self::Input) -> Vector2<T> {
-        Vector2::new(x[0].sin(), x[0] * x[1])
-    }
-}
+        [x[0] + of(0.1) * x[1], x[1] - of(0.1) * x[0].sin() - of(0.02) * x[1]]
+    },
+    [x[0].sin(), x[0] * x[1]]
+);
 
 /// filterpy 2.0.0, `UnscentedKalmanFilter.rts_smoother` with `MerweScaledSigmaPoints(2, 1, 2, 0)`.
 #[test]
