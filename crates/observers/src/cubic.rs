@@ -15,7 +15,7 @@ use nalgebra::{Const, DefaultAllocator, Dim, OMatrix, OVector, RealField};
 use crate::dense::{copy, entry, sum, with_column};
 use crate::error::ObserverError;
 use crate::feedthrough;
-use crate::observer::{Observer, ObserverDimensions, put_slice};
+use crate::observer::{Observer, ObserverDimensions, state_is_estimate};
 
 /// `xhat' = A xhat + B u + L y~ - (y~' theta y~) N y~`, `y~ = y - C xhat - D u`, with N states, M inputs and P outputs.
 #[derive(Clone, Debug, PartialEq)]
@@ -108,10 +108,7 @@ impl<T: RealField + Copy, N: Dim, M: Dim, P: Dim> Observer<T> for CubicObserver<
 where
     DefaultAllocator: Size<N, M, P>,
 {
-    type State = OVector<T, N>;
-    type Input = OVector<T, M>;
-    type Output = OVector<T, P>;
-    type Estimate = OVector<T, N>;
+    state_is_estimate! { Observer }
 
     fn dimensions(&self) -> ObserverDimensions {
         ObserverDimensions {
@@ -149,18 +146,6 @@ where
             });
         }
         fits
-    }
-
-    fn estimate(&self, _t: T, xhat: &Self::State, _u: &Self::Input, _y: &Self::Output) -> Self::Estimate {
-        xhat.clone()
-    }
-
-    fn estimate_into(&self, _t: T, xhat: &[T], _u: &[T], _y: &[T], estimate: &mut [T]) -> bool {
-        put_slice(xhat, estimate)
-    }
-
-    fn initial(&self, _t: T, estimate: &Self::Estimate, _u: &Self::Input, _y: &Self::Output) -> Self::State {
-        estimate.clone()
     }
 }
 

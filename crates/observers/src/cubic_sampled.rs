@@ -22,14 +22,14 @@
 use luenberger_plants::error::check_matrix;
 use luenberger_plants::{LinearPlant, Size};
 use nalgebra::allocator::Allocator;
-use nalgebra::{Const, DefaultAllocator, Dim, OMatrix, OVector, RealField};
+use nalgebra::{Const, DefaultAllocator, Dim, OMatrix, RealField};
 
 use crate::cubic::{advance, count, entry_of_product};
 use crate::dense::{copy, entry, with_column};
 use crate::discrete_linear::predict;
 use crate::error::ObserverError;
 use crate::feedthrough;
-use crate::observer::{ObserverDimensions, SampledObserver};
+use crate::observer::{ObserverDimensions, SampledObserver, state_is_estimate};
 use crate::semi_implicit;
 use crate::semidefinite::failing_pivot;
 
@@ -251,10 +251,7 @@ impl<T: RealField + Copy, N: Dim, M: Dim, P: Dim> SampledObserver<T> for Sampled
 where
     DefaultAllocator: Size<N, M, P>,
 {
-    type State = OVector<T, N>;
-    type Input = OVector<T, M>;
-    type Output = OVector<T, P>;
-    type Estimate = OVector<T, N>;
+    state_is_estimate! { SampledObserver }
 
     fn dimensions(&self) -> ObserverDimensions {
         let SampledCubicGains { ad, bd, c, .. } = &self.gains;
@@ -282,14 +279,6 @@ where
                 copy(next, xhat);
             });
         });
-    }
-
-    fn estimate(&self, xhat: &Self::State) -> Self::Estimate {
-        xhat.clone()
-    }
-
-    fn initial(&self, _t: T, estimate: &Self::Estimate, _u: &Self::Input, _y: &Self::Output) -> Self::State {
-        estimate.clone()
     }
 }
 

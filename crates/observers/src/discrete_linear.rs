@@ -4,12 +4,12 @@
 
 use luenberger_plants::error::check_matrix;
 use luenberger_plants::{LinearPlant, Size};
-use nalgebra::{Const, DefaultAllocator, Dim, OMatrix, OVector, RealField};
+use nalgebra::{Const, DefaultAllocator, Dim, OMatrix, RealField};
 
 use crate::dense::{copy, entry, with_column};
 use crate::error::ObserverError;
 use crate::feedthrough;
-use crate::observer::{ObserverDimensions, SampledObserver};
+use crate::observer::{ObserverDimensions, SampledObserver, state_is_estimate};
 
 /// `xhat+ = A xhat + B u + L (y - C xhat - D u)` for `x+ = A x + B u`, `y = C x + D u`, with N states, M inputs and P
 /// outputs.
@@ -72,10 +72,7 @@ impl<T: RealField + Copy, N: Dim, M: Dim, P: Dim> SampledObserver<T> for Discret
 where
     DefaultAllocator: Size<N, M, P>,
 {
-    type State = OVector<T, N>;
-    type Input = OVector<T, M>;
-    type Output = OVector<T, P>;
-    type Estimate = OVector<T, N>;
+    state_is_estimate! { SampledObserver }
 
     fn dimensions(&self) -> ObserverDimensions {
         let LinearPlant { a, b, c, .. } = &self.plant;
@@ -97,14 +94,6 @@ where
                 copy(next, xhat);
             });
         });
-    }
-
-    fn estimate(&self, xhat: &Self::State) -> Self::Estimate {
-        xhat.clone()
-    }
-
-    fn initial(&self, _t: T, estimate: &Self::Estimate, _u: &Self::Input, _y: &Self::Output) -> Self::State {
-        estimate.clone()
     }
 }
 

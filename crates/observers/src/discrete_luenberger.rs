@@ -11,7 +11,7 @@ use luenberger_plants::{Plant, Size};
 use nalgebra::{Const, DefaultAllocator, Dim, OMatrix, OVector, RealField};
 
 use crate::error::ObserverError;
-use crate::observer::{ObserverDimensions, SampledObserver};
+use crate::observer::{ObserverDimensions, SampledObserver, state_is_estimate};
 
 /// `xhat+ = f(t, xhat, u) + L (y - h(t, xhat, u))` for a plant `S` in discrete time, whose `derivative` is the next
 /// state, with N states, M inputs and P outputs.
@@ -82,10 +82,7 @@ where
     S: Plant<T, State = OVector<T, N>, Input = OVector<T, M>, Output = OVector<T, P>>,
     DefaultAllocator: Size<N, M, P>,
 {
-    type State = OVector<T, N>;
-    type Input = OVector<T, M>;
-    type Output = OVector<T, P>;
-    type Estimate = OVector<T, N>;
+    state_is_estimate! { SampledObserver }
 
     fn dimensions(&self) -> ObserverDimensions {
         let size = self.plant.dimensions();
@@ -99,13 +96,5 @@ where
     fn step(&self, t: T, xhat: &mut Self::State, u: &Self::Input, y: &Self::Output) {
         let innovation = y - self.plant.output(t, xhat, u);
         *xhat = self.plant.derivative(t, xhat, u) + &self.l * innovation;
-    }
-
-    fn estimate(&self, xhat: &Self::State) -> Self::Estimate {
-        xhat.clone()
-    }
-
-    fn initial(&self, _t: T, estimate: &Self::Estimate, _u: &Self::Input, _y: &Self::Output) -> Self::State {
-        estimate.clone()
     }
 }

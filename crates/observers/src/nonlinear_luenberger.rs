@@ -15,7 +15,7 @@ use nalgebra::{Const, DefaultAllocator, Dim, OMatrix, OVector, RealField};
 
 use crate::dense::{entry, with_column};
 use crate::error::ObserverError;
-use crate::observer::{Observer, ObserverDimensions, put_slice};
+use crate::observer::{Observer, ObserverDimensions, state_is_estimate};
 
 /// `xhat' = f(t, xhat, u) + L (y - h(t, xhat, u))` for a plant `S` with N states, M inputs and P outputs.
 ///
@@ -82,10 +82,7 @@ where
     S: Plant<T, State = OVector<T, N>, Input = OVector<T, M>, Output = OVector<T, P>>,
     DefaultAllocator: Size<N, M, P>,
 {
-    type State = OVector<T, N>;
-    type Input = OVector<T, M>;
-    type Output = OVector<T, P>;
-    type Estimate = OVector<T, N>;
+    state_is_estimate! { Observer }
 
     fn dimensions(&self) -> ObserverDimensions {
         let size = self.plant.dimensions();
@@ -117,17 +114,5 @@ where
                 }
                 fits
             })
-    }
-
-    fn estimate(&self, _t: T, xhat: &Self::State, _u: &Self::Input, _y: &Self::Output) -> Self::Estimate {
-        xhat.clone()
-    }
-
-    fn estimate_into(&self, _t: T, xhat: &[T], _u: &[T], _y: &[T], estimate: &mut [T]) -> bool {
-        put_slice(xhat, estimate)
-    }
-
-    fn initial(&self, _t: T, estimate: &Self::Estimate, _u: &Self::Input, _y: &Self::Output) -> Self::State {
-        estimate.clone()
     }
 }

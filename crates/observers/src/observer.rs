@@ -109,6 +109,41 @@ pub(crate) fn put_slice<T: Copy>(entries: &[T], target: &mut [T]) -> bool {
     fits
 }
 
+/// The columns, the estimate and the initial state of an [`Observer`] or a [`SampledObserver`] over `T` whose state is
+/// its estimate, with `N` states, `M` inputs and `P` outputs.
+macro_rules! state_is_estimate {
+    (Observer) => {
+        crate::observer::state_is_estimate! { @ }
+
+        fn estimate(&self, _t: T, xhat: &Self::State, _u: &Self::Input, _y: &Self::Output) -> Self::Estimate {
+            xhat.clone()
+        }
+
+        fn estimate_into(&self, _t: T, xhat: &[T], _u: &[T], _y: &[T], estimate: &mut [T]) -> bool {
+            crate::observer::put_slice(xhat, estimate)
+        }
+    };
+    (SampledObserver) => {
+        crate::observer::state_is_estimate! { @ }
+
+        fn estimate(&self, xhat: &Self::State) -> Self::Estimate {
+            xhat.clone()
+        }
+    };
+    (@) => {
+        type State = nalgebra::OVector<T, N>;
+        type Input = nalgebra::OVector<T, M>;
+        type Output = nalgebra::OVector<T, P>;
+        type Estimate = nalgebra::OVector<T, N>;
+
+        fn initial(&self, _t: T, estimate: &Self::Estimate, _u: &Self::Input, _y: &Self::Output) -> Self::State {
+            estimate.clone()
+        }
+    };
+}
+
+pub(crate) use state_is_estimate;
+
 /// Whether a column has as many rows as the observer says; nothing to check where the type has its length.
 pub(crate) fn has_rows<D: Dim>(rows: usize, stated: impl FnOnce() -> usize) -> bool {
     D::try_to_usize().is_some() || rows == stated()

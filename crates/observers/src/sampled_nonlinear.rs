@@ -27,7 +27,7 @@ use nalgebra::{Const, DefaultAllocator, Dim, OMatrix, OVector, RealField, conver
 
 use crate::dense::times;
 use crate::error::ObserverError;
-use crate::observer::{ObserverDimensions, SampledObserver};
+use crate::observer::{ObserverDimensions, SampledObserver, state_is_estimate};
 use crate::runge_kutta;
 
 /// The sampled copy of a plant `S` with N states, M inputs and P outputs; see the [module](self).
@@ -127,10 +127,7 @@ where
     S: Differentiable<T, N, M, P>,
     DefaultAllocator: Size<N, M, P>,
 {
-    type State = OVector<T, N>;
-    type Input = OVector<T, M>;
-    type Output = OVector<T, P>;
-    type Estimate = OVector<T, N>;
+    state_is_estimate! { SampledObserver }
 
     fn dimensions(&self) -> ObserverDimensions {
         let size = self.plant.dimensions();
@@ -148,13 +145,5 @@ where
             let now = t + tau * convert::<f64, T>(k as f64);
             runge_kutta::step(now, tau, (xhat, &mut w), |t, xhat, w| self.slope(t, xhat, w, u));
         }
-    }
-
-    fn estimate(&self, xhat: &Self::State) -> Self::Estimate {
-        xhat.clone()
-    }
-
-    fn initial(&self, _t: T, estimate: &Self::Estimate, _u: &Self::Input, _y: &Self::Output) -> Self::State {
-        estimate.clone()
     }
 }

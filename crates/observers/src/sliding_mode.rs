@@ -39,7 +39,7 @@ use luenberger_plants::{Plant, PlantError, Size};
 use nalgebra::{Const, DefaultAllocator, Dim, OVector, RealField, U1, convert};
 
 use crate::error::ObserverError;
-use crate::observer::{ObserverDimensions, SampledObserver};
+use crate::observer::{ObserverDimensions, SampledObserver, state_is_estimate};
 
 /// Steps of Newton's method for orders above 2: from within a factor n of the root to rounding, for n up to 6.
 pub const NEWTON: usize = 16;
@@ -262,10 +262,7 @@ where
     S: Plant<T, State = OVector<T, N>, Input = OVector<T, M>, Output = OVector<T, P>>,
     DefaultAllocator: Size<N, M, P>,
 {
-    type State = OVector<T, N>;
-    type Input = OVector<T, M>;
-    type Output = OVector<T, P>;
-    type Estimate = OVector<T, N>;
+    state_is_estimate! { SampledObserver }
 
     fn dimensions(&self) -> ObserverDimensions {
         let size = self.plant.dimensions();
@@ -297,14 +294,6 @@ where
                 *entry = moved;
             }
         }
-    }
-
-    fn estimate(&self, xhat: &Self::State) -> Self::Estimate {
-        xhat.clone()
-    }
-
-    fn initial(&self, _t: T, estimate: &Self::Estimate, _u: &Self::Input, _y: &Self::Output) -> Self::State {
-        estimate.clone()
     }
 }
 

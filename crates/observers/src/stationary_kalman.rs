@@ -14,13 +14,13 @@
 
 use luenberger_plants::Size;
 use luenberger_plants::error::check_matrix;
-use nalgebra::{Const, DefaultAllocator, Dim, OMatrix, OVector, RealField};
+use nalgebra::{Const, DefaultAllocator, Dim, OMatrix, RealField};
 
 use crate::dense::{entry, with_column};
 use crate::discrete_linear::DiscreteLinearObserver;
 use crate::error::ObserverError;
 use crate::feedthrough;
-use crate::observer::{ObserverDimensions, SampledObserver};
+use crate::observer::{ObserverDimensions, SampledObserver, state_is_estimate};
 
 /// The stationary Kalman filter in filter form; see the [module](self).
 ///
@@ -82,10 +82,7 @@ impl<T: RealField + Copy, N: Dim, M: Dim, P: Dim> SampledObserver<T> for Station
 where
     DefaultAllocator: Size<N, M, P>,
 {
-    type State = OVector<T, N>;
-    type Input = OVector<T, M>;
-    type Output = OVector<T, P>;
-    type Estimate = OVector<T, N>;
+    state_is_estimate! { SampledObserver }
 
     fn dimensions(&self) -> ObserverDimensions {
         self.predictor.dimensions()
@@ -97,10 +94,6 @@ where
 
     fn step(&self, t: T, state: &mut Self::State, u: &Self::Input, y: &Self::Output) {
         self.predictor.step(t, state, u, y);
-    }
-
-    fn estimate(&self, state: &Self::State) -> Self::Estimate {
-        state.clone()
     }
 
     fn estimate_at(&self, state: &Self::State, u: &Self::Input, y: &Self::Output) -> Self::Estimate {
@@ -118,9 +111,5 @@ where
 
     fn is_filter(&self) -> bool {
         true
-    }
-
-    fn initial(&self, _t: T, estimate: &Self::Estimate, _u: &Self::Input, _y: &Self::Output) -> Self::State {
-        estimate.clone()
     }
 }

@@ -23,7 +23,7 @@ use crate::cubic_sampled::SampledCubicObserver;
 use crate::dense::{copy, entry, with_column};
 use crate::error::ObserverError;
 use crate::feedthrough;
-use crate::observer::{ContinuousDiscreteObserver, Observer, ObserverDimensions, SampledObserver, put_slice};
+use crate::observer::{ContinuousDiscreteObserver, Observer, ObserverDimensions, SampledObserver, state_is_estimate};
 
 /// Degree of the series of a prediction.
 pub const DEGREE: usize = 18;
@@ -188,10 +188,7 @@ impl<T: RealField + Copy, N: Dim, M: Dim, P: Dim> Observer<T> for VaryingPeriodO
 where
     DefaultAllocator: Size<N, M, P>,
 {
-    type State = OVector<T, N>;
-    type Input = OVector<T, M>;
-    type Output = OVector<T, P>;
-    type Estimate = OVector<T, N>;
+    state_is_estimate! { Observer }
 
     fn dimensions(&self) -> ObserverDimensions {
         let (states, outputs) = self.k.shape();
@@ -204,18 +201,6 @@ where
 
     fn is_affine(&self) -> bool {
         true
-    }
-
-    fn estimate(&self, _t: T, xhat: &Self::State, _u: &Self::Input, _y: &Self::Output) -> Self::Estimate {
-        xhat.clone()
-    }
-
-    fn estimate_into(&self, _t: T, xhat: &[T], _u: &[T], _y: &[T], estimate: &mut [T]) -> bool {
-        put_slice(xhat, estimate)
-    }
-
-    fn initial(&self, _t: T, estimate: &Self::Estimate, _u: &Self::Input, _y: &Self::Output) -> Self::State {
-        estimate.clone()
     }
 }
 
@@ -296,10 +281,7 @@ impl<T: RealField + Copy, N: Dim, M: Dim, P: Dim> SampledObserver<T> for Varying
 where
     DefaultAllocator: Size<N, M, P>,
 {
-    type State = OVector<T, N>;
-    type Input = OVector<T, M>;
-    type Output = OVector<T, P>;
-    type Estimate = OVector<T, N>;
+    state_is_estimate! { SampledObserver }
 
     fn dimensions(&self) -> ObserverDimensions {
         Observer::dimensions(&self.0)
@@ -314,13 +296,5 @@ where
         let elapsed = u.as_slice().last().copied().unwrap_or_else(T::zero);
         self.0.predict(xhat, u, elapsed);
         self.0.correct(xhat, u, y, elapsed);
-    }
-
-    fn estimate(&self, xhat: &Self::State) -> Self::Estimate {
-        xhat.clone()
-    }
-
-    fn initial(&self, _t: T, estimate: &Self::Estimate, _u: &Self::Input, _y: &Self::Output) -> Self::State {
-        estimate.clone()
     }
 }
