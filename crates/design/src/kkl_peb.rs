@@ -202,12 +202,6 @@ impl<O> KklPebDesign<O> {
     ///     type Fourth = U1;
     ///     type Inputs = U1;
     ///     type Outputs = U1;
-    ///     fn blocks(&self) -> [usize; 3] {
-    ///         [0, 0, 1]
-    ///     }
-    ///     fn inputs_and_outputs(&self) -> (usize, usize) {
-    ///         (1, 1)
-    ///     }
     ///     fn a2(&self) -> SMatrix<f64, 0, 0> {
     ///         SMatrix::<f64, 0, 0>::zeros()
     ///     }

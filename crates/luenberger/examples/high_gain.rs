@@ -16,7 +16,6 @@ luenberger::plants::plant!(Cart, (2, 1, 1), |cart, t, x, u| [x[1], u[0] - x[1] *
 #[rustfmt::skip]
 impl HighGainMap<f64> for Cart {
     type Xi = U2; type Inputs = U1; type Outputs = U1; type Estimate = U2;
-    fn dimensions(&self) -> ObserverDimensions { ObserverDimensions { state: 2, inputs: 1, outputs: 1, estimate: 2 } }
     fn place(&self, i: usize) -> ChainPosition { ChainPosition { output: 0, position: i + 1 } }
     fn drift(&self, t: f64, xi: &Vector2<f64>, u: &V1, _y: &V1) -> Vector2<f64> { self.derivative(t, xi, u) }
     fn estimate(&self, _t: f64, xi: &Vector2<f64>, _u: &V1, _y: &V1) -> Vector2<f64> { *xi }

@@ -22,9 +22,6 @@ impl<T: RealField + Copy> Immersion<T> for Shifted {
     type Manifold = U1;
     type Extension = U1;
     type Estimate = U1;
-    fn dimensions(&self) -> ObserverDimensions {
-        ObserverDimensions { state: 1, inputs: 0, outputs: 1, estimate: 1 }
-    }
     fn beta(&self, y: &Vector1<T>, chi: &Vector1<T>) -> Vector1<T> {
         chi + y * convert::<f64, T>(self.k)
     }

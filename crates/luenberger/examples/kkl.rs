@@ -20,7 +20,6 @@ struct Concentration {
 #[rustfmt::skip]
 impl<T: RealField + Copy> KklMap<T> for Concentration {
     type Xi = U1; type Inputs = U1; type Outputs = U1; type Estimate = U1;
-    fn dimensions(&self) -> ObserverDimensions { ObserverDimensions { state: 1, inputs: 1, outputs: 1, estimate: 1 } }
     fn lambda(&self, _t: T, _u: &Vector1<T>, _y: &Vector1<T>) -> Matrix1<T> { Matrix1::new(convert(self.lambda)) }
     fn injection(&self, _t: T, _xi: &Vector1<T>, u: &Vector1<T>, y: &Vector1<T>) -> Vector1<T> { Vector1::new(u[0] + y[0] * y[0]) }
     fn left_inverse(&self, _t: T, xi: &Vector1<T>, _y: &Vector1<T>) -> Vector1<T> { *xi }

@@ -21,8 +21,6 @@ luenberger::plants::plant!(
 #[rustfmt::skip]
 impl Cascade<f64> for Drifting {
     type Second = U0; type Third = U0; type Fourth = U1; type Inputs = U1; type Outputs = U1;
-    fn blocks(&self) -> [usize; 3] { [0, 0, 1] }
-    fn inputs_and_outputs(&self) -> (usize, usize) { (1, 1) }
     fn a2(&self) -> M0 { M0::zeros() }
     fn a3(&self) -> M0 { M0::zeros() }
     fn k(&self) -> usize { 0 }

@@ -24,7 +24,6 @@ luenberger::plants::plant!(
 #[rustfmt::skip]
 impl KklMap<f64> for Spring {
     type Xi = U1; type Inputs = U1; type Outputs = U1; type Estimate = U1;
-    fn dimensions(&self) -> ObserverDimensions { ObserverDimensions { state: 1, inputs: 1, outputs: 1, estimate: 1 } }
     fn injection(&self, _t: f64, _xi: &V1, _u: &V1, y: &V1) -> V1 { V1::new(-y[0].powi(3)) }
     fn left_inverse(&self, _t: f64, xi: &V1, _y: &V1) -> V1 { *xi }
     fn image(&self, _t: f64, xhat: &V1, _y: &V1) -> V1 { *xhat }
@@ -34,7 +33,6 @@ impl KklMap<f64> for Spring {
 #[rustfmt::skip]
 impl Regression<f64> for Spring {
     type Rows = U1; type Parameters = U1;
-    fn rows_and_parameters(&self) -> (usize, usize) { (1, 1) }
     fn signal(&self, _t: f64, y: &V1) -> V1 { *y }
     fn known(&self, _t: f64, xi: &V1, u: &V1, _y: &V1) -> V1 { xi + u }
     fn regressor(&self, _t: f64, _xi: &V1, _u: &V1, _y: &V1) -> Matrix1<f64> { Matrix1::new(1.0) }

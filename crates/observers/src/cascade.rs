@@ -30,7 +30,7 @@ use nalgebra::{DefaultAllocator, Dim, DimAdd, DimSum, OMatrix, OVector, RealFiel
 use crate::error::ObserverError;
 use crate::estimator::RegressionSize;
 use crate::kkl::{KklMap, KklSize};
-use crate::observer::ObserverDimensions;
+use crate::observer::{ObserverDimensions, length};
 use crate::regression::Regression;
 
 /// Every shape that the observer of a cascade with blocks of `N2`, `N3` and `N4` states forms can be stored. Never
@@ -87,11 +87,15 @@ where
     /// Number of outputs, n1.
     type Outputs: Dim;
 
-    /// The lengths n2, n3 and n4 of the blocks x2, x3 and x4.
-    fn blocks(&self) -> [usize; 3];
+    /// The lengths n2, n3 and n4 of the blocks x2, x3 and x4. Required where one of the types is [`nalgebra::Dyn`].
+    fn blocks(&self) -> [usize; 3] {
+        [length::<Self::Second>(), length::<Self::Third>(), length::<Self::Fourth>()]
+    }
 
-    /// The numbers m of inputs and n1 of outputs.
-    fn inputs_and_outputs(&self) -> (usize, usize);
+    /// The numbers m of inputs and n1 of outputs. Required where one of the types is [`nalgebra::Dyn`].
+    fn inputs_and_outputs(&self) -> (usize, usize) {
+        (length::<Self::Inputs>(), length::<Self::Outputs>())
+    }
 
     /// A2, n2 x n2.
     fn a2(&self) -> OMatrix<T, Self::Second, Self::Second>;

@@ -67,8 +67,10 @@ where
     /// Length of the estimate.
     type Estimate: Dim;
 
-    /// Lengths of the columns.
-    fn dimensions(&self) -> ObserverDimensions;
+    /// Lengths of the columns. Required where one of the types is [`nalgebra::Dyn`].
+    fn dimensions(&self) -> ObserverDimensions {
+        ObserverDimensions::of::<Self::Xi, Self::Inputs, Self::Outputs, Self::Estimate>()
+    }
 
     /// Chain and position of state `i`.
     fn place(&self, i: usize) -> ChainPosition;
@@ -116,7 +118,7 @@ where
 /// The velocity of a cart from its position, `x1' = x2`, `x2' = u - x2|x2|`:
 /// ```
 /// use luenberger_observers::high_gain::{HighGainMap, HighGainObserver, ChainPosition};
-/// use luenberger_observers::{Observer, ObserverDimensions, ObserverError};
+/// use luenberger_observers::{Observer, ObserverError};
 /// use nalgebra::{U1, U2, Vector1, Vector2};
 ///
 /// #[derive(Debug)]
@@ -127,9 +129,6 @@ where
 ///     type Inputs = U1;
 ///     type Outputs = U1;
 ///     type Estimate = U1;
-///     fn dimensions(&self) -> ObserverDimensions {
-///         ObserverDimensions { state: 2, inputs: 1, outputs: 1, estimate: 1 }
-///     }
 ///     fn place(&self, i: usize) -> ChainPosition {
 ///         ChainPosition { output: 0, position: i + 1 }
 ///     }

@@ -71,8 +71,10 @@ where
     /// Length of the estimate.
     type Estimate: Dim;
 
-    /// Lengths of the columns; `state` is the length of chi.
-    fn dimensions(&self) -> ObserverDimensions;
+    /// Lengths of the columns; `state` is the length of chi. Required where one of the types is [`nalgebra::Dyn`].
+    fn dimensions(&self) -> ObserverDimensions {
+        ObserverDimensions::of::<Self::Extension, Self::Inputs, Self::Outputs, Self::Estimate>()
+    }
 
     /// `beta(y, chi)`.
     fn beta(&self, y: &OVector<T, Self::Outputs>, chi: &OVector<T, Self::Extension>) -> OVector<T, Self::Manifold>;
@@ -160,7 +162,7 @@ where
 /// `e' = (mu (1 - y^2) - k) e`. Only the maps are written down.
 /// ```
 /// # #[cfg(feature = "dual")] {
-/// use luenberger_observers::{Immersion, ImmersionInvarianceObserver, Observer, ObserverDimensions};
+/// use luenberger_observers::{Immersion, ImmersionInvarianceObserver, Observer};
 /// use luenberger_plants::{ByDual, Plant, VanDerPol};
 /// use nalgebra::{RealField, SVector, U0, U1, U2, Vector1, Vector2, convert};
 ///
@@ -175,9 +177,6 @@ where
 ///     type Manifold = U1;
 ///     type Extension = U1;
 ///     type Estimate = U1;
-///     fn dimensions(&self) -> ObserverDimensions {
-///         ObserverDimensions { state: 1, inputs: 0, outputs: 1, estimate: 1 }
-///     }
 ///     fn beta(&self, y: &Vector1<T>, chi: &Vector1<T>) -> Vector1<T> {
 ///         chi + y * convert::<f64, T>(3.0)
 ///     }

@@ -62,8 +62,10 @@ where
     /// Length of the estimate: n, or less when only some states are estimated.
     type Estimate: Dim;
 
-    /// Lengths of the columns; `state` is the length of xi.
-    fn dimensions(&self) -> ObserverDimensions;
+    /// Lengths of the columns; `state` is the length of xi. Required where one of the types is [`nalgebra::Dyn`].
+    fn dimensions(&self) -> ObserverDimensions {
+        ObserverDimensions::of::<Self::Xi, Self::Inputs, Self::Outputs, Self::Estimate>()
+    }
 
     /// `Lambda(t, u, y)`, square of the order of xi (default zero), which is what a PEBO has ([`pebo`](crate::pebo)).
     fn lambda(
@@ -113,7 +115,7 @@ where
 /// The plant `x1' = -x1 + u + y^2, x2' = -x2 + x1, y = x2` needs no transformation to be of this form:
 /// ```
 /// use luenberger_observers::kkl::{KklMap, KklObserver};
-/// use luenberger_observers::{Observer, ObserverDimensions};
+/// use luenberger_observers::Observer;
 /// use nalgebra::{Matrix1, U1, Vector1};
 ///
 /// struct FirstState;
@@ -123,9 +125,6 @@ where
 ///     type Inputs = U1;
 ///     type Outputs = U1;
 ///     type Estimate = U1;
-///     fn dimensions(&self) -> ObserverDimensions {
-///         ObserverDimensions { state: 1, inputs: 1, outputs: 1, estimate: 1 }
-///     }
 ///     fn lambda(&self, _t: f64, _u: &Vector1<f64>, _y: &Vector1<f64>) -> Matrix1<f64> {
 ///         Matrix1::new(-1.0)
 ///     }

@@ -21,6 +21,20 @@ pub struct ObserverDimensions {
     pub estimate: usize,
 }
 
+impl ObserverDimensions {
+    /// The lengths of columns of these types.
+    pub(crate) fn of<Z: Dim, M: Dim, P: Dim, N: Dim>() -> Self {
+        Self { state: length::<Z>(), inputs: length::<M>(), outputs: length::<P>(), estimate: length::<N>() }
+    }
+}
+
+/// The length of columns of a type.
+pub(crate) fn length<D: Dim>() -> usize {
+    let length = D::try_to_usize();
+    debug_assert!(length.is_some(), "a map of dynamic lengths has to say them");
+    length.unwrap_or(0)
+}
+
 /// An observer in continuous time: `z' = g(t, z, u, y)`, `xhat = k(t, z, u, y)`.
 ///
 /// Nothing here returns an error, allocates (with static sizes) or panics: what can be wrong is found by the

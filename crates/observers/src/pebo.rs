@@ -36,7 +36,7 @@ pub use crate::regression::{PebSize, Regression};
 /// For `x1' = x2 + u`, `x2' = x1^2`, `y = x1`: `phi = x2`, `xi' = y^2`, and `y' = xi + u + theta`:
 /// ```
 /// use luenberger_observers::estimator::gradient::Gradient;
-/// use luenberger_observers::{KklMap, Observer, ObserverDimensions, PeboObserver, Regression};
+/// use luenberger_observers::{KklMap, Observer, PeboObserver, Regression};
 /// use nalgebra::{Matrix1, U1, Vector1};
 ///
 /// struct Squared;
@@ -46,9 +46,6 @@ pub use crate::regression::{PebSize, Regression};
 ///     type Inputs = U1;
 ///     type Outputs = U1;
 ///     type Estimate = U1;
-///     fn dimensions(&self) -> ObserverDimensions {
-///         ObserverDimensions { state: 1, inputs: 1, outputs: 1, estimate: 1 }
-///     }
 ///     fn injection(&self, _t: f64, _xi: &Vector1<f64>, _u: &Vector1<f64>, y: &Vector1<f64>) -> Vector1<f64> {
 ///         Vector1::new(y[0] * y[0])
 ///     }
@@ -63,9 +60,6 @@ pub use crate::regression::{PebSize, Regression};
 /// impl Regression<f64> for Squared {
 ///     type Rows = U1;
 ///     type Parameters = U1;
-///     fn rows_and_parameters(&self) -> (usize, usize) {
-///         (1, 1)
-///     }
 ///     fn signal(&self, _t: f64, y: &Vector1<f64>) -> Vector1<f64> {
 ///         *y
 ///     }

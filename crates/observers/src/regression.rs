@@ -8,6 +8,7 @@ use nalgebra::{DefaultAllocator, Dim, DimAdd, DimMul, DimProd, DimSum, OMatrix, 
 
 use crate::estimator::RegressionSize;
 use crate::kkl::{KklMap, KklSize};
+use crate::observer::length;
 
 /// `d s(y)/dt = g + m theta`, and the map from theta to the missing part of xi.
 #[diagnostic::on_unimplemented(
@@ -28,8 +29,10 @@ where
     /// Number q of parameters.
     type Parameters: Dim;
 
-    /// The lengths r of s and q of theta.
-    fn rows_and_parameters(&self) -> (usize, usize);
+    /// The lengths r of s and q of theta. Required where one of the types is [`nalgebra::Dyn`].
+    fn rows_and_parameters(&self) -> (usize, usize) {
+        (length::<Self::Rows>(), length::<Self::Parameters>())
+    }
 
     /// `s(t, y)`, of length r.
     fn signal(&self, t: T, y: &OVector<T, Self::Outputs>) -> OVector<T, Self::Rows>;

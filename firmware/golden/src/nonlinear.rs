@@ -2,8 +2,7 @@
 
 use luenberger_observers::high_gain::{ChainPosition, HighGainMap};
 use luenberger_observers::{
-    NoiseModel, ObserverDimensions, ObserverError, StaticExtendedKalmanFilter, StaticHighGainObserver,
-    StaticNonlinearLuenbergerObserver,
+    NoiseModel, ObserverError, StaticExtendedKalmanFilter, StaticHighGainObserver, StaticNonlinearLuenbergerObserver,
 };
 use luenberger_plants::Differentiable;
 use luenberger_plants::plant::{Dimensions, Plant, Shape};
@@ -83,10 +82,6 @@ impl<T: Number> HighGainMap<T> for Pendulum {
     type Inputs = U1;
     type Outputs = U1;
     type Estimate = U2;
-
-    fn dimensions(&self) -> ObserverDimensions {
-        ObserverDimensions { state: 2, inputs: 1, outputs: 1, estimate: 2 }
-    }
 
     fn place(&self, i: usize) -> ChainPosition {
         ChainPosition { output: 0, position: i + 1 }

@@ -396,9 +396,6 @@ impl<T: RealField + Copy> Immersion<T> for Degenerate {
     type Extension = U2;
     type Estimate = U2;
 
-    fn dimensions(&self) -> ObserverDimensions {
-        ObserverDimensions { state: 2, inputs: 1, outputs: 2, estimate: 2 }
-    }
     // The second row is y2 chi2^2/2: of no rank where y2 or chi2 is 0.
     fn beta(&self, y: &Vector2<T>, chi: &Vector2<T>) -> Vector2<T> {
         Vector2::new(chi[0], y[1] * chi[1] * chi[1] * convert(0.5))

@@ -124,7 +124,7 @@ impl<S, K> KklCandidate<'_, S, K> {
     /// = (x2, x3):
     /// ```
     /// use luenberger_design::{KklCandidate, Region, kkl::KklSettings};
-    /// use luenberger_observers::{KklMap, ObserverDimensions};
+    /// use luenberger_observers::KklMap;
     /// use luenberger_plants::ExponentialCascade;
     /// use nalgebra::{Matrix2, RealField, U1, U2, Vector1, Vector2};
     ///
@@ -134,9 +134,6 @@ impl<S, K> KklCandidate<'_, S, K> {
     ///     type Inputs = U1;
     ///     type Outputs = U1;
     ///     type Estimate = U2;
-    ///     fn dimensions(&self) -> ObserverDimensions {
-    ///         ObserverDimensions { state: 2, inputs: 1, outputs: 1, estimate: 2 }
-    ///     }
     ///     fn lambda(&self, _t: T, _u: &Vector1<T>, _y: &Vector1<T>) -> Matrix2<T> {
     ///         Matrix2::from_diagonal(&Vector2::new(-T::one(), T::zero()))
     ///     }
@@ -426,7 +423,7 @@ impl<K> KklDesign<K> {
     /// ```
     /// use luenberger_design::kkl::{KklError, KklSettings};
     /// use luenberger_design::{KklDesign, Region};
-    /// use luenberger_observers::{KklMap, ObserverDimensions};
+    /// use luenberger_observers::KklMap;
     /// use luenberger_plants::plant;
     /// use nalgebra::{Matrix1, RealField, U1, Vector1, convert};
     ///
@@ -440,9 +437,6 @@ impl<K> KklDesign<K> {
     ///     type Inputs = U1;
     ///     type Outputs = U1;
     ///     type Estimate = U1;
-    ///     fn dimensions(&self) -> ObserverDimensions {
-    ///         ObserverDimensions { state: 1, inputs: 1, outputs: 1, estimate: 1 }
-    ///     }
     ///     fn lambda(&self, _t: T, _u: &Vector1<T>, _y: &Vector1<T>) -> Matrix1<T> {
     ///         Matrix1::new(convert(self.0))
     ///     }

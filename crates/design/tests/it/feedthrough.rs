@@ -5,8 +5,8 @@ use luenberger_design::mean_value::OutputCoordinates;
 use luenberger_design::{
     CubicDesign, CubicGain, DesignError, KklDesign, LinearDesign, LyapunovWeight, Region, SampledCubicDesign,
 };
-use luenberger_observers::{KklMap, ObserverDimensions};
-use luenberger_plants::{ByDual, Dimensions, Plant, Shape, StateSpace};
+use luenberger_observers::KklMap;
+use luenberger_plants::StateSpace;
 use nalgebra::{Matrix1, RealField, U1, Vector1, convert, dmatrix};
 
 /// `x' = -x + u`, `y = x + s u`.
@@ -23,10 +23,6 @@ impl<T: RealField + Copy> KklMap<T> for Itself {
     type Inputs = U1;
     type Outputs = U1;
     type Estimate = U1;
-
-    fn dimensions(&self) -> ObserverDimensions {
-        ObserverDimensions { state: 1, inputs: 1, outputs: 1, estimate: 1 }
-    }
 
     fn lambda(&self, _t: T, _u: &Vector1<T>, _y: &Vector1<T>) -> Matrix1<T> {
         Matrix1::new(-T::one())

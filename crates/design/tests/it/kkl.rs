@@ -41,9 +41,6 @@ impl<T: RealField + Copy> KklMap<T> for Sixth {
     type Inputs = U1;
     type Outputs = U1;
     type Estimate = U2;
-    fn dimensions(&self) -> ObserverDimensions {
-        ObserverDimensions { state: 2, inputs: 1, outputs: 1, estimate: 2 }
-    }
     fn lambda(&self, _t: T, _u: &Vector1<T>, _y: &Vector1<T>) -> Matrix2<T> {
         Matrix2::from_diagonal(&Vector2::new(-T::one(), T::zero()))
     }
@@ -146,9 +143,6 @@ impl<T: RealField + Copy> KklMap<T> for Scalar {
     type Inputs = U1;
     type Outputs = U1;
     type Estimate = U1;
-    fn dimensions(&self) -> ObserverDimensions {
-        ObserverDimensions { state: 1, inputs: 1, outputs: 1, estimate: 1 }
-    }
     fn lambda(&self, _t: T, u: &Vector1<T>, _y: &Vector1<T>) -> Matrix1<T> {
         Matrix1::new(match self {
             Self::Square | Self::SignedSquare => number(-2.0),
@@ -437,12 +431,6 @@ impl Cascade<f64> for Seventh {
     type Fourth = U2;
     type Inputs = U2;
     type Outputs = U1;
-    fn blocks(&self) -> [usize; 3] {
-        [1, 1, 2]
-    }
-    fn inputs_and_outputs(&self) -> (usize, usize) {
-        (2, 1)
-    }
     fn a2(&self) -> Matrix1<f64> {
         Matrix1::new(self.a2)
     }

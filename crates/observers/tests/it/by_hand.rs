@@ -1,8 +1,8 @@
 //! A plant and maps that bring their own derivatives, as on a bare target: the same with the feature `dual` and without
 //! it.
 
+use luenberger_observers::Observer;
 use luenberger_observers::immersion_invariance::{DifferentiableImmersion, Immersion, ImmersionInvarianceObserver};
-use luenberger_observers::{Observer, ObserverDimensions};
 use luenberger_plants::{Differentiable, Dimensions, Plant, Shape};
 use nalgebra::{RealField, U1, U2, Vector1, Vector2, convert};
 
@@ -54,10 +54,6 @@ impl<T: RealField + Copy> Immersion<T> for Speed {
     type Manifold = U1;
     type Extension = U1;
     type Estimate = U1;
-
-    fn dimensions(&self) -> ObserverDimensions {
-        ObserverDimensions { state: 1, inputs: 1, outputs: 1, estimate: 1 }
-    }
 
     fn beta(&self, y: &Vector1<T>, chi: &Vector1<T>) -> Vector1<T> {
         Vector1::new(chi[0] + convert::<f64, T>(GAIN) * y[0].sinh())

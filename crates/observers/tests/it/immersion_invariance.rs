@@ -2,8 +2,8 @@
 
 #![cfg(feature = "dual")]
 
+use luenberger_observers::Observer;
 use luenberger_observers::immersion_invariance::{Immersion, ImmersionInvarianceObserver};
-use luenberger_observers::{Observer, ObserverDimensions};
 use luenberger_plants::{Chaotic, Plant};
 use nalgebra::{RealField, SVector, U0, U1, U2, U3, Vector1, Vector2, Vector3};
 use proptest::prelude::*;
@@ -23,9 +23,6 @@ impl<T: RealField + Copy> Immersion<T> for Winding {
     type Extension = U3;
     type Estimate = U1;
 
-    fn dimensions(&self) -> ObserverDimensions {
-        ObserverDimensions { state: 3, inputs: 0, outputs: 2, estimate: 1 }
-    }
     fn beta(&self, y: &Vector2<T>, chi: &Vector3<T>) -> Vector1<T> {
         Vector1::new(chi[0] + chi[1] * y[0] + chi[2].sin() + y[1] * y[1])
     }

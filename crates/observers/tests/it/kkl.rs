@@ -81,9 +81,6 @@ impl HighGainMap<f64> for Chain {
     type Inputs = U0;
     type Outputs = U1;
     type Estimate = nalgebra::U3;
-    fn dimensions(&self) -> ObserverDimensions {
-        ObserverDimensions { state: 3, inputs: 0, outputs: 1, estimate: 3 }
-    }
     fn place(&self, i: usize) -> ChainPosition {
         ChainPosition { output: self.places[i].0, position: self.places[i].1 }
     }
@@ -107,9 +104,6 @@ impl HighGainMap<f64> for Doubled {
     type Inputs = U0;
     type Outputs = U1;
     type Estimate = U2;
-    fn dimensions(&self) -> ObserverDimensions {
-        ObserverDimensions { state: 2, inputs: 0, outputs: 1, estimate: 2 }
-    }
     fn place(&self, i: usize) -> ChainPosition {
         ChainPosition { output: 0, position: i + 1 }
     }
@@ -166,12 +160,6 @@ impl Cascade<f64> for Short {
     type Fourth = U2;
     type Inputs = U0;
     type Outputs = U1;
-    fn blocks(&self) -> [usize; 3] {
-        [1, 0, 2]
-    }
-    fn inputs_and_outputs(&self) -> (usize, usize) {
-        (0, 1)
-    }
     fn a2(&self) -> Matrix1<f64> {
         Matrix1::new(-1.0)
     }

@@ -8,8 +8,7 @@ use luenberger_observers::estimator::drem::{Drem, Kreisselmeier, LtiFilters};
 use luenberger_observers::estimator::gradient::Gradient;
 use luenberger_observers::pebo::PebSize;
 use luenberger_observers::{
-    Diagnose, Diagnosis, FilterMemory, KklMap, KklPebObserver, Observer, ObserverDimensions, ObserverError, Regression,
-    Reset,
+    Diagnose, Diagnosis, FilterMemory, KklMap, KklPebObserver, Observer, ObserverError, Regression, Reset,
 };
 use nalgebra::{DefaultAllocator, Matrix2, Matrix3, U1, U2, U3, Vector1, Vector2, Vector3};
 use proptest::prelude::*;
@@ -26,10 +25,6 @@ impl KklMap<f64> for Maps {
     type Inputs = U1;
     type Outputs = U2;
     type Estimate = U3;
-
-    fn dimensions(&self) -> ObserverDimensions {
-        ObserverDimensions { state: 3, inputs: 1, outputs: 2, estimate: 3 }
-    }
 
     fn lambda(&self, _t: f64, _u: &Vector1<f64>, _y: &Vector2<f64>) -> Matrix3<f64> {
         Matrix3::from_diagonal(&Vector3::new(-2.0, 0.0, 0.0))
@@ -52,10 +47,6 @@ impl KklMap<f64> for Maps {
 impl Regression<f64> for Maps {
     type Rows = U2;
     type Parameters = U2;
-
-    fn rows_and_parameters(&self) -> (usize, usize) {
-        (2, 2)
-    }
 
     fn signal(&self, _t: f64, y: &Vector2<f64>) -> Vector2<f64> {
         Vector2::new(y[0] + 3.0, y[0] * y[1])

@@ -14,14 +14,6 @@ impl<T: RealField + Copy> Cascade<T> for Pieces {
     type Inputs = U2;
     type Outputs = U2;
 
-    fn blocks(&self) -> [usize; 3] {
-        [1, 1, 2]
-    }
-
-    fn inputs_and_outputs(&self) -> (usize, usize) {
-        (2, 2)
-    }
-
     fn a2(&self) -> Matrix1<T> {
         Matrix1::new(-T::one())
     }

@@ -17,7 +17,6 @@
 
 use nalgebra::{Matrix1, Matrix2, RealField, U1, U2, Vector1, Vector2, convert};
 
-use luenberger_observers::ObserverDimensions;
 use luenberger_observers::ObserverError;
 use luenberger_observers::estimator::finite_or_zero;
 use luenberger_observers::estimator::gradient::Gradient;
@@ -62,10 +61,6 @@ impl<T: RealField + Copy> KklMap<T> for ExponentialCascadeMap {
     type Outputs = U1;
     type Estimate = U2;
 
-    fn dimensions(&self) -> ObserverDimensions {
-        ObserverDimensions { state: 2, inputs: 1, outputs: 1, estimate: 2 }
-    }
-
     fn lambda(&self, _t: T, _u: &Vector1<T>, _y: &Vector1<T>) -> Matrix2<T> {
         Matrix2::from_diagonal(&Vector2::new(-T::one(), T::zero()))
     }
@@ -87,10 +82,6 @@ impl<T: RealField + Copy> KklMap<T> for ExponentialCascadeMap {
 impl<T: RealField + Copy> Regression<T> for ExponentialCascadeMap {
     type Rows = U1;
     type Parameters = U1;
-
-    fn rows_and_parameters(&self) -> (usize, usize) {
-        (1, 1)
-    }
 
     fn signal(&self, _t: T, y: &Vector1<T>) -> Vector1<T> {
         *y
@@ -169,10 +160,6 @@ impl<T: RealField + Copy> KklMap<T> for VaryingExponentialCascadeMap<T> {
     type Inputs = U1;
     type Outputs = U1;
     type Estimate = U2;
-
-    fn dimensions(&self) -> ObserverDimensions {
-        ObserverDimensions { state: 2, inputs: 1, outputs: 1, estimate: 2 }
-    }
 
     fn lambda(&self, _t: T, u: &Vector1<T>, y: &Vector1<T>) -> Matrix2<T> {
         Matrix2::from_diagonal(&Vector2::new(-T::one(), self.parts(u[0], y[0])[2]))

@@ -6,9 +6,7 @@ use std::f64::consts::PI;
 
 use luenberger_linalg::lambda_min;
 use luenberger_observers::estimator::gradient::Gradient;
-use luenberger_observers::{
-    Immersion, ImmersionInvarianceObserver, KklMap, KklObserver, KklPebObserver, ObserverDimensions, Regression,
-};
+use luenberger_observers::{Immersion, ImmersionInvarianceObserver, KklMap, KklObserver, KklPebObserver, Regression};
 use luenberger_plants::{CukConverter, Dimensions, Plant, Shape, plant};
 use luenberger_sim::{Scenario, Signal, Trajectory};
 use nalgebra::{
@@ -150,10 +148,6 @@ impl KklMap<f64> for ThreeBlocksMap {
     type Outputs = U2;
     type Estimate = U5;
 
-    fn dimensions(&self) -> ObserverDimensions {
-        ObserverDimensions { state: 5, inputs: 2, outputs: 2, estimate: 5 }
-    }
-
     fn lambda(&self, _t: f64, _u: &Vector2<f64>, _y: &Vector2<f64>) -> SMatrix<f64, 5, 5> {
         SMatrix::from_diagonal(&SVector::from([-1.0, -3.0, -2.0, 0.0, 0.0]))
     }
@@ -175,10 +169,6 @@ impl KklMap<f64> for ThreeBlocksMap {
 impl Regression<f64> for ThreeBlocksMap {
     type Rows = U2;
     type Parameters = U2;
-
-    fn rows_and_parameters(&self) -> (usize, usize) {
-        (2, 2)
-    }
 
     fn signal(&self, _t: f64, y: &Vector2<f64>) -> Vector2<f64> {
         self.used() * y
@@ -386,10 +376,6 @@ impl<T: RealField + Copy> Immersion<T> for NonlinearImmersion {
     type Extension = U2;
     type Estimate = U2;
 
-    fn dimensions(&self) -> ObserverDimensions {
-        ObserverDimensions { state: 2, inputs: 1, outputs: 1, estimate: 2 }
-    }
-
     fn beta(&self, y: &Vector1<T>, chi: &Vector2<T>) -> Vector2<T> {
         chi + Vector2::new(T::zero(), y[0] * y[0] * convert(0.5))
     }
@@ -501,10 +487,6 @@ impl KklMap<f64> for InputImmersion {
     type Inputs = U1;
     type Outputs = U2;
     type Estimate = U1;
-
-    fn dimensions(&self) -> ObserverDimensions {
-        ObserverDimensions { state: 1, inputs: 1, outputs: 2, estimate: 1 }
-    }
 
     fn lambda(&self, _t: f64, _u: &Vector1<f64>, _y: &Vector2<f64>) -> Vector1<f64> {
         Vector1::new(-self.pole)

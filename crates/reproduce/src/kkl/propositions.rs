@@ -8,7 +8,6 @@ use std::sync::Arc;
 
 use crate::kkl::cuk::{self, Tuning};
 use crate::kkl::exponential_cascade::ExponentialCascadeMap;
-use luenberger_observers::ObserverDimensions;
 use luenberger_observers::kkl::{KklMap, KklObserver};
 use luenberger_plants::{CukConverter, ExponentialCascade, Plant, VanDerPol};
 use luenberger_sim::{Scenario, Trajectory};
@@ -155,10 +154,6 @@ impl KklMap<f64> for Turned {
     type Inputs = U0;
     type Outputs = U1;
     type Estimate = U2;
-
-    fn dimensions(&self) -> ObserverDimensions {
-        ObserverDimensions { state: 2, inputs: 0, outputs: 1, estimate: 2 }
-    }
 
     fn lambda(&self, _t: f64, _u: &SVector<f64, 0>, _y: &Vector1<f64>) -> Matrix2<f64> {
         Matrix2::from_diagonal(&Vector2::from(LAMBDA))

@@ -4,11 +4,11 @@
 //! On van der Pol's oscillator `phi = x2 - m(x1)`, `m(y) = mu (y - y^3/3)`, obeys `phi' = -y`: Lambda = 0, `xi' = -y`,
 //! and `y' = xi + m(y) + theta`.
 
+use luenberger_observers::ObserverError;
 use luenberger_observers::estimator::gradient::Gradient;
 use luenberger_observers::kkl::KklMap;
 use luenberger_observers::kkl_peb::KklPebObserver;
 use luenberger_observers::pebo::Regression;
-use luenberger_observers::{ObserverDimensions, ObserverError};
 use luenberger_plants::VanDerPol;
 use luenberger_sim::Scenario;
 use nalgebra::{Matrix1, SVector, U0, U1, Vector1};
@@ -74,10 +74,6 @@ impl KklMap<f64> for Integration {
     type Outputs = U1;
     type Estimate = U1;
 
-    fn dimensions(&self) -> ObserverDimensions {
-        ObserverDimensions { state: 1, inputs: 0, outputs: 1, estimate: 1 }
-    }
-
     fn lambda(&self, _t: f64, _u: &SVector<f64, 0>, _y: &Vector1<f64>) -> Matrix1<f64> {
         Matrix1::new(-self.leak)
     }
@@ -98,10 +94,6 @@ impl KklMap<f64> for Integration {
 impl Regression<f64> for Integration {
     type Rows = U1;
     type Parameters = U1;
-
-    fn rows_and_parameters(&self) -> (usize, usize) {
-        (1, 1)
-    }
 
     fn signal(&self, _t: f64, y: &Vector1<f64>) -> Vector1<f64> {
         Vector1::new(self.seen(*y))

@@ -10,9 +10,9 @@ use luenberger_plants::CukConverter;
 use nalgebra::{RealField, U1, U2, U4, U6, Vector1, Vector2, Vector4, Vector6, convert};
 
 use super::{CukKklPebo, Tuning, complete, kkl_pebo, unmeasured};
+use luenberger_observers::Observer;
 use luenberger_observers::ObserverError;
 use luenberger_observers::immersion_invariance::Immersion;
-use luenberger_observers::{Observer, ObserverDimensions};
 
 /// What (18) is given beside beta and phi.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -55,10 +55,6 @@ impl<T: RealField + Copy> Immersion<T> for CukKklPebImmersion {
     type Manifold = U2;
     type Extension = U6;
     type Estimate = U2;
-
-    fn dimensions(&self) -> ObserverDimensions {
-        ObserverDimensions { state: 6, inputs: 1, outputs: 2, estimate: 2 }
-    }
 
     fn beta(&self, _y: &Vector2<T>, chi: &Vector6<T>) -> Vector2<T> {
         Vector2::new(chi[0] + chi[5], chi[1])

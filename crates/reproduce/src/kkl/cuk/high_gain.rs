@@ -4,7 +4,6 @@ use luenberger_plants::CukConverter;
 use nalgebra::{RealField, U1, U2, U4, Vector1, Vector2, Vector4};
 
 use super::Equations;
-use luenberger_observers::ObserverDimensions;
 use luenberger_observers::high_gain::{ChainPosition, HighGainMap};
 
 /// Which of them.
@@ -30,10 +29,6 @@ impl<T: RealField + Copy> HighGainMap<T> for CukHighGain {
     type Inputs = U1;
     type Outputs = U2;
     type Estimate = U2;
-
-    fn dimensions(&self) -> ObserverDimensions {
-        ObserverDimensions { state: 4, inputs: 1, outputs: 2, estimate: 2 }
-    }
 
     fn place(&self, i: usize) -> ChainPosition {
         ChainPosition { output: i / 2, position: 1 + i % 2 }

@@ -4,7 +4,6 @@ use luenberger_plants::CukConverter;
 use nalgebra::{RealField, U1, U2, U4, Vector2, Vector4, convert};
 
 use super::{complete, unmeasured};
-use luenberger_observers::ObserverDimensions;
 use luenberger_observers::immersion_invariance::Immersion;
 
 /// `beta = (chi1 + C2 g1 y1, chi2 - L3 g2 y2)`, `phi = (i1, v4)`; everything else in (18) follows from the plant.
@@ -33,10 +32,6 @@ impl<T: RealField + Copy> Immersion<T> for CukImmersion {
     type Manifold = U2;
     type Extension = U2;
     type Estimate = U2;
-
-    fn dimensions(&self) -> ObserverDimensions {
-        ObserverDimensions { state: 2, inputs: 1, outputs: 2, estimate: 2 }
-    }
 
     fn beta(&self, y: &Vector2<T>, chi: &Vector2<T>) -> Vector2<T> {
         chi + self.output_part(y)

@@ -4,7 +4,6 @@ use luenberger_plants::CukConverter;
 use nalgebra::{Matrix2, RealField, U1, U2, Vector1, Vector2, convert};
 
 use super::Equations;
-use luenberger_observers::ObserverDimensions;
 use luenberger_observers::kkl::KklMap;
 
 /// `phi = (v4, L1 i1 - C2 v2)`, `Lambda = diag(-G/C4, -w/L1)`, `B = (y2/C4, -(1 + C2/L1) w y1 + E - u y2)`.
@@ -18,10 +17,6 @@ impl<T: RealField + Copy> KklMap<T> for CukKkl {
     type Inputs = U1;
     type Outputs = U2;
     type Estimate = U2;
-
-    fn dimensions(&self) -> ObserverDimensions {
-        ObserverDimensions { state: 2, inputs: 1, outputs: 2, estimate: 2 }
-    }
 
     fn lambda(&self, _t: T, u: &Vector1<T>, y: &Vector2<T>) -> Matrix2<T> {
         let Equations { g, c4, w, l1, .. } = Equations::new(&self.converter, u, y);

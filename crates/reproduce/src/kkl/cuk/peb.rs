@@ -4,7 +4,6 @@ use luenberger_plants::CukConverter;
 use nalgebra::{Matrix1, Matrix2, RealField, U1, U2, Vector1, Vector2, convert};
 
 use super::Equations;
-use luenberger_observers::ObserverDimensions;
 use luenberger_observers::kkl::KklMap;
 use luenberger_observers::pebo::Regression;
 
@@ -27,10 +26,6 @@ impl<T: RealField + Copy> KklMap<T> for CukPeb {
     type Outputs = U2;
     type Estimate = U2;
 
-    fn dimensions(&self) -> ObserverDimensions {
-        ObserverDimensions { state: 2, inputs: 1, outputs: 2, estimate: 2 }
-    }
-
     fn injection(&self, _t: T, _xi: &Vector2<T>, u: &Vector1<T>, y: &Vector2<T>) -> Vector2<T> {
         let known = Equations::new(&self.converter, u, y);
         Vector2::new(known.i1_rate(), (known.y2 + known.g * known.u * known.y1) / known.c4)
@@ -49,10 +44,6 @@ impl<T: RealField + Copy> KklMap<T> for CukPeb {
 impl<T: RealField + Copy> Regression<T> for CukPeb {
     type Rows = U2;
     type Parameters = U2;
-
-    fn rows_and_parameters(&self) -> (usize, usize) {
-        (2, 2)
-    }
 
     fn signal(&self, _t: T, y: &Vector2<T>) -> Vector2<T> {
         *y
@@ -86,10 +77,6 @@ impl<T: RealField + Copy> KklMap<T> for CukKklPeb {
     type Outputs = U2;
     type Estimate = U2;
 
-    fn dimensions(&self) -> ObserverDimensions {
-        ObserverDimensions { state: 2, inputs: 1, outputs: 2, estimate: 2 }
-    }
-
     fn lambda(&self, _t: T, u: &Vector1<T>, y: &Vector2<T>) -> Matrix2<T> {
         let Equations { g, c4, .. } = Equations::new(&self.converter, u, y);
         Matrix2::from_diagonal(&Vector2::new(T::zero(), -g / c4))
@@ -113,10 +100,6 @@ impl<T: RealField + Copy> KklMap<T> for CukKklPeb {
 impl<T: RealField + Copy> Regression<T> for CukKklPeb {
     type Rows = U1;
     type Parameters = U1;
-
-    fn rows_and_parameters(&self) -> (usize, usize) {
-        (1, 1)
-    }
 
     fn signal(&self, _t: T, y: &Vector2<T>) -> Vector1<T> {
         Vector1::new(y[0])
