@@ -2,14 +2,14 @@
 
 use luenberger_expression::{ExpressionPlant, Lookups, Routine, Routines, Table};
 use luenberger_observers::{
-    DiscreteLinearObserver, DiscreteNonlinearObserver, ExtendedKalmanFilter, GaussianEstimate, InterSampleObserver,
-    NoiseModel, Observer, ObserverDimensions, ObserverError, SampledCubicGains, SampledCubicObserver,
-    SampledNonlinearObserver, SampledObserver, SquareRootEstimate, UnscentedKalmanFilter, VaryingPeriodObserver,
-    VaryingPeriodStep,
+    DiscreteLinearObserver, DiscreteNonlinearObserver, ExtendedKalmanFilter, NoiseModel, ObserverDimensions,
+    ObserverError, SampledCubicGains, SampledCubicObserver, SampledNonlinearObserver, SampledObserver,
+    UnscentedKalmanFilter, VaryingPeriodObserver, VaryingPeriodStep,
 };
-use luenberger_plants::{Column, LinearPlant};
-use nalgebra::{DMatrix, DVector, Dyn, RealField};
+use luenberger_plants::LinearPlant;
+use nalgebra::{DMatrix, Dyn, RealField};
 
+use crate::cast::{Cast, Sampled};
 use crate::error::ExportError;
 use crate::extension::{ExtensionMaps, SampledExtension};
 use crate::kkl::Kkl;
@@ -42,6 +42,25 @@ pub enum ExportableObserver {
     Extension(SampledExtension<f64>),
     /// An observer whose step is given by expressions.
     Step(ExpressionStep<f64>),
+}
+
+/// The same of every observer.
+macro_rules! each {
+    ($of:expr, $observer:ident => $what:expr) => {
+        match $of {
+            ExportableObserver::Linear($observer) => $what,
+            ExportableObserver::Cubic($observer) => $what,
+            ExportableObserver::Varying($observer) => $what,
+            ExportableObserver::Kalman($observer) => $what,
+            ExportableObserver::Unscented($observer) => $what,
+            ExportableObserver::MovingHorizon($observer) => $what,
+            ExportableObserver::SampledNonlinear($observer) => $what,
+            ExportableObserver::Discrete($observer) => $what,
+            ExportableObserver::Kkl($observer) => $what,
+            ExportableObserver::Extension($observer) => $what,
+            ExportableObserver::Step($observer) => $what,
+        }
+    };
 }
 
 /// The right-hand sides of a nonlinear plant in the form in which an observer needs them.
@@ -89,19 +108,7 @@ pub(crate) fn tables<'a>(routines: &[&'a Routine]) -> Vec<(usize, &'a Table, Loo
 impl ExportableObserver {
     /// Lengths of the columns.
     pub fn dimensions(&self) -> ObserverDimensions {
-        match self {
-            Self::Linear(observer) => observer.dimensions(),
-            Self::Cubic(observer) => observer.dimensions(),
-            Self::Varying(step) => step.dimensions(),
-            Self::Kalman(observer) => observer.dimensions(),
-            Self::Unscented(observer) => observer.dimensions(),
-            Self::MovingHorizon(estimator) => estimator.dimensions(),
-            Self::SampledNonlinear(observer) => observer.dimensions(),
-            Self::Discrete(observer) => observer.dimensions(),
-            Self::Kkl(observer) => observer.dimensions(),
-            Self::Extension(observer) => observer.dimensions(),
-            Self::Step(observer) => observer.dimensions(),
-        }
+        each!(self, observer => observer.dimensions())
     }
 
     /// The observer itself as straight-line code, where it is of expressions.
@@ -174,19 +181,7 @@ impl ExportableObserver {
 
     /// The sampling period.
     pub fn period(&self) -> f64 {
-        match self {
-            Self::Linear(observer) => observer.period(),
-            Self::Cubic(observer) => observer.period(),
-            Self::Varying(step) => step.period(),
-            Self::Kalman(filter) => filter.period(),
-            Self::Unscented(filter) => filter.period(),
-            Self::MovingHorizon(estimator) => estimator.period(),
-            Self::SampledNonlinear(observer) => observer.period(),
-            Self::Discrete(observer) => observer.period(),
-            Self::Kkl(observer) => observer.period(),
-            Self::Extension(observer) => observer.period(),
-            Self::Step(observer) => observer.period(),
-        }
+        each!(self, observer => observer.period())
     }
 
     /// Samples in the window of a moving-horizon estimator; 0 of the others.
@@ -270,15 +265,7 @@ impl ExportableObserver {
         Some(match self {
             Self::Linear(observer) => (&observer.plant().a, &observer.plant().b, &observer.plant().c),
             Self::Cubic(observer) => (observer.ad(), observer.bd(), observer.c()),
-            Self::Varying(_)
-            | Self::Kalman(_)
-            | Self::Unscented(_)
-            | Self::MovingHorizon(_)
-            | Self::SampledNonlinear(_)
-            | Self::Discrete(_)
-            | Self::Kkl(_)
-            | Self::Extension(_)
-            | Self::Step(_) => return None,
+            _ => return None,
         })
     }
 
@@ -288,14 +275,7 @@ impl ExportableObserver {
             Self::Linear(observer) => observer.plant().d.as_ref(),
             Self::Cubic(observer) => observer.d(),
             Self::Varying(step) => step.observer().nominal().d(),
-            Self::Kalman(_)
-            | Self::Unscented(_)
-            | Self::MovingHorizon(_)
-            | Self::SampledNonlinear(_)
-            | Self::Discrete(_)
-            | Self::Kkl(_)
-            | Self::Extension(_)
-            | Self::Step(_) => None,
+            _ => None,
         }
     }
 
@@ -361,12 +341,13 @@ impl ExportableObserver {
 
     /// Substeps of the prediction over a varying time, as the format computes them.
     pub(crate) fn prediction_substeps(&self, scalar: Scalar) -> usize {
+        let Self::Varying(step) = self else { return 1 };
         let substeps = match scalar {
-            Scalar::Binary32 => self.cast::<f32>().map(|cast| cast.substeps()),
-            Scalar::Binary64 => self.cast::<f64>().map(|cast| cast.substeps()),
+            Scalar::Binary32 => cast_varying::<f32>(step).map(|same| same.observer().substeps()),
+            Scalar::Binary64 => Ok(step.observer().substeps()),
         };
         // The cast has been checked.
-        substeps.ok().flatten().unwrap_or(1)
+        substeps.unwrap_or(1)
     }
 
     /// Checks that the format can store every number, and that the rounded ones still make an observer.
@@ -426,24 +407,9 @@ impl ExportableObserver {
     pub(crate) fn cast<T: RealField + Copy>(&self) -> Result<Cast<T>, ObserverError> {
         let cast = |m: &DMatrix<f64>| m.map(nalgebra::convert::<f64, T>);
         Ok(match self {
-            Self::Linear(observer) => {
-                let LinearPlant { a, b, c, d } = observer.plant();
-                let plant = LinearPlant::new(cast(a), cast(b), cast(c))?;
-                let plant = match d {
-                    Some(d) => plant.with_feedthrough(cast(d))?,
-                    None => plant,
-                };
-                let period = nalgebra::convert(observer.period());
-                Cast::Linear(DiscreteLinearObserver::new(plant, cast(observer.l()), period)?)
-            }
-            Self::Cubic(observer) => Cast::Cubic(cast_cubic(observer, |m| m)?),
-            Self::Varying(step) => {
-                let observer = step.observer();
-                let (nominal, longest) =
-                    (cast_cubic(observer.nominal(), |m| m)?, nalgebra::convert(observer.longest()));
-                let (a, b, k) = (cast(observer.a()), cast(observer.b()), cast(observer.k()));
-                Cast::Varying(VaryingPeriodStep::new(VaryingPeriodObserver::new(nominal, a, b, k, longest)?)?)
-            }
+            Self::Linear(observer) => Cast::new(Sampled(cast_linear(observer)?), None),
+            Self::Cubic(observer) => Cast::new(Sampled(cast_cubic(observer, |m| m)?), None),
+            Self::Varying(step) => Cast::new(Sampled(cast_varying(step)?), None),
             Self::Kalman(filter) => {
                 let (plant, NoiseModel { w, v, p0 }) = (filter.plant().clone(), filter.noise_model());
                 let noises = NoiseModel { w: cast(w), v: cast(v), p0: cast(p0) };
@@ -452,10 +418,11 @@ impl ExportableObserver {
                     Some(substeps) => ExtendedKalmanFilter::new(plant, noises, period, substeps)?,
                     None => ExtendedKalmanFilter::discrete(plant, noises, period)?,
                 };
-                Cast::Kalman(match filter.gate() {
+                let same = match filter.gate() {
                     Some(gate) => same.with_gate(nalgebra::convert(gate))?,
                     None => same,
-                })
+                };
+                Cast::new(Sampled(same), Some(filter.plant()))
             }
             Self::Unscented(filter) => {
                 let (plant, NoiseModel { w, v, p0 }) = (filter.plant().clone(), filter.factors());
@@ -463,30 +430,64 @@ impl ExportableObserver {
                 let period = nalgebra::convert(filter.period());
                 let (sigma, substeps) = (filter.sigma_points(), filter.substeps());
                 let same = UnscentedKalmanFilter::from_factors(plant, factors, sigma, period, substeps)?;
-                Cast::Unscented(match filter.gate() {
+                let same = match filter.gate() {
                     Some(gate) => same.with_gate(nalgebra::convert(gate))?,
                     None => same,
-                })
+                };
+                Cast::new(Sampled(same), Some(filter.plant()))
             }
-            Self::MovingHorizon(estimator) => Cast::MovingHorizon(moving_horizon::cast(estimator)?),
+            Self::MovingHorizon(estimator) => {
+                Cast::new(Sampled(moving_horizon::cast(estimator)?), Some(estimator.plant()))
+            }
             Self::SampledNonlinear(observer) => {
                 let (plant, l) = (observer.plant().clone(), cast(observer.l()));
                 let period = nalgebra::convert(observer.period());
-                Cast::SampledNonlinear(SampledNonlinearObserver::new(plant, l, period, observer.substeps())?)
+                let same = SampledNonlinearObserver::new(plant, l, period, observer.substeps())?;
+                Cast::new(Sampled(same), Some(observer.plant()))
             }
-            Self::Kkl(observer) => Cast::Kkl(observer.cast()?),
+            Self::Kkl(observer) => Cast::new(observer.cast()?, Some(observer.plant())),
             Self::Extension(observer) => {
                 let (plant, own) = (observer.plant().clone(), observer.observer().clone());
                 let period = nalgebra::convert(observer.period());
-                Cast::Extension(InterSampleObserver::new(plant, own, period, observer.substeps())?)
+                let same = SampledExtension::new(plant, own, period, observer.substeps())?;
+                Cast::new(Sampled(same), Some(observer.plant()))
             }
-            Self::Step(observer) => Cast::Step(observer.cast(nalgebra::convert(observer.period()))?),
+            Self::Step(observer) => {
+                Cast::new(Sampled(observer.cast(nalgebra::convert(observer.period()))?), Some(observer.flow()))
+            }
             Self::Discrete(observer) => {
                 let (plant, l) = (observer.plant().clone(), cast(observer.l()));
-                Cast::Discrete(DiscreteNonlinearObserver::new(plant, l, nalgebra::convert(observer.period()))?)
+                let period = nalgebra::convert(observer.period());
+                let same = DiscreteNonlinearObserver::new(plant, l, period)?;
+                Cast::new(Sampled(same), Some(observer.plant()))
             }
         })
     }
+}
+
+/// A linear observer over the scalar `T`.
+pub(crate) fn cast_linear<T: RealField + Copy>(
+    observer: &DiscreteLinearObserver<f64, Dyn, Dyn, Dyn>,
+) -> Result<DiscreteLinearObserver<T, Dyn, Dyn, Dyn>, ObserverError> {
+    let cast = |m: &DMatrix<f64>| m.map(nalgebra::convert::<f64, T>);
+    let LinearPlant { a, b, c, d } = observer.plant();
+    let plant = LinearPlant::new(cast(a), cast(b), cast(c))?;
+    let plant = match d {
+        Some(d) => plant.with_feedthrough(cast(d))?,
+        None => plant,
+    };
+    DiscreteLinearObserver::new(plant, cast(observer.l()), nalgebra::convert(observer.period()))
+}
+
+/// An observer at varying periods over the scalar `T`.
+fn cast_varying<T: RealField + Copy>(
+    step: &VaryingPeriodStep<f64, Dyn, Dyn, Dyn>,
+) -> Result<VaryingPeriodStep<T, Dyn, Dyn, Dyn>, ObserverError> {
+    let cast = |m: &DMatrix<f64>| m.map(nalgebra::convert::<f64, T>);
+    let observer = step.observer();
+    let (nominal, longest) = (cast_cubic(observer.nominal(), |m| m)?, nalgebra::convert(observer.longest()));
+    let (a, b, k) = (cast(observer.a()), cast(observer.b()), cast(observer.k()));
+    VaryingPeriodStep::new(VaryingPeriodObserver::new(nominal, a, b, k, longest)?)
 }
 
 /// A sampled cubic observer over the scalar `T`, with other columns for the inputs.
@@ -512,152 +513,5 @@ fn cast_cubic<T: RealField + Copy>(
     match observer.d() {
         Some(d) => same.with_feedthrough(of_inputs(cast(d))),
         None => Ok(same),
-    }
-}
-
-/// An observer over the scalar of the target.
-#[derive(Debug, Clone)]
-pub(crate) enum Cast<T: RealField + Copy> {
-    Linear(DiscreteLinearObserver<T, Dyn, Dyn, Dyn>),
-    Cubic(SampledCubicObserver<T, Dyn, Dyn, Dyn>),
-    Varying(VaryingPeriodStep<T, Dyn, Dyn, Dyn>),
-    Kalman(ExtendedKalmanFilter<ExpressionPlant, T, Dyn, Dyn, Dyn>),
-    Unscented(UnscentedKalmanFilter<ExpressionPlant, T, Dyn, Dyn, Dyn>),
-    MovingHorizon(MovingHorizon<T>),
-    SampledNonlinear(SampledNonlinearObserver<ExpressionPlant, T, Dyn, Dyn, Dyn>),
-    Discrete(DiscreteNonlinearObserver<ExpressionPlant, T, Dyn, Dyn, Dyn>),
-    Kkl(Kkl<T>),
-    Extension(SampledExtension<T>),
-    Step(ExpressionStep<T>),
-}
-
-impl<T: RealField + Copy> Cast<T> {
-    /// Substeps of the prediction over a varying time.
-    pub(crate) fn substeps(&self) -> Option<usize> {
-        if let Self::Varying(step) = self { Some(step.observer().substeps()) } else { None }
-    }
-
-    /// The state with this estimate.
-    pub(crate) fn start(&self, estimate: DVector<T>) -> State<T> {
-        match self {
-            Self::Linear(_)
-            | Self::Cubic(_)
-            | Self::Varying(_)
-            | Self::SampledNonlinear(_)
-            | Self::Discrete(_)
-            | Self::Step(_) => State::Estimate(estimate),
-            Self::Kkl(observer) => {
-                let (z, xhat) = observer.start(&estimate);
-                State::Target { z, xhat }
-            }
-            Self::Extension(observer) => {
-                let (u, y) = (DVector::zeros(observer.dimensions().inputs), DVector::zeros(0));
-                let joined = observer.initial(T::zero(), &estimate, &u, &y);
-                State::Joined { joined, order: Observer::<T>::dimensions(observer.observer()).state }
-            }
-            Self::Kalman(filter) => State::Gaussian(GaussianEstimate::new(&estimate, &filter.noise_model().p0)),
-            Self::Unscented(filter) => State::Root(SquareRootEstimate::new(&estimate, &filter.factors().p0)),
-            Self::MovingHorizon(estimator) => {
-                let size = estimator.dimensions();
-                let (u, y) = (DVector::zeros(size.inputs), DVector::zeros(size.outputs));
-                State::Window { column: estimator.initial(T::zero(), &estimate, &u, &y), order: size.estimate }
-            }
-        }
-    }
-
-    /// One step from the sample number `sample`, from 0; its time is that many periods.
-    pub(crate) fn step(&self, sample: usize, state: &mut State<T>, u: &DVector<T>, y: &DVector<T>) {
-        let t = |period: T| nalgebra::convert::<f64, T>(sample as f64) * period;
-        match (self, state) {
-            (Self::Linear(observer), State::Estimate(xhat)) => observer.step(T::zero(), xhat, u, y),
-            (Self::Cubic(observer), State::Estimate(xhat)) => observer.step(T::zero(), xhat, u, y),
-            (Self::Varying(step), State::Estimate(xhat)) => step.step(T::zero(), xhat, u, y),
-            (Self::SampledNonlinear(observer), State::Estimate(xhat)) => {
-                observer.step(t(observer.period()), xhat, u, y);
-            }
-            (Self::Discrete(observer), State::Estimate(xhat)) => observer.step(t(observer.period()), xhat, u, y),
-            (Self::Step(observer), State::Estimate(z)) => observer.step(t(observer.period()), z, u, y),
-            (Self::Kkl(observer), State::Target { z, xhat }) => {
-                observer.step(t(observer.period_in_format()), (z, xhat), u, y);
-            }
-            (Self::Extension(observer), State::Joined { joined, .. }) => {
-                observer.step(t(observer.period()), joined, u, y);
-            }
-            (Self::Kalman(filter), State::Gaussian(filtered)) => filter.step(t(filter.period()), filtered, u, y),
-            (Self::Unscented(filter), State::Root(filtered)) => filter.step(t(filter.period()), filtered, u, y),
-            (Self::MovingHorizon(estimator), State::Window { column, .. }) => {
-                estimator.step(t(estimator.period()), column, u, y);
-            }
-            // `start` made the state.
-            _ => {}
-        }
-    }
-
-    /// h at the estimate, of a nonlinear plant.
-    pub(crate) fn output(&self, sample: usize, state: &State<T>, u: &DVector<T>) -> Option<DVector<T>> {
-        use luenberger_plants::Plant;
-        let (plant, period) = match self {
-            Self::Linear(_) | Self::Cubic(_) | Self::Varying(_) => return None,
-            Self::Step(observer) => {
-                let t = nalgebra::convert::<f64, T>(sample as f64) * observer.period();
-                return Some(observer.output(t, &state.estimate()));
-            }
-            Self::Kalman(filter) => (filter.plant(), filter.period()),
-            Self::Unscented(filter) => (filter.plant(), filter.period()),
-            Self::MovingHorizon(estimator) => (estimator.plant(), estimator.period()),
-            Self::SampledNonlinear(observer) => (observer.plant(), observer.period()),
-            Self::Discrete(observer) => (observer.plant(), observer.period()),
-            Self::Kkl(observer) => (observer.plant_in_format(), observer.period_in_format()),
-            Self::Extension(observer) => (observer.plant(), observer.period()),
-        };
-        let t = nalgebra::convert::<f64, T>(sample as f64) * period;
-        Some(plant.output(t, &state.estimate(), u))
-    }
-}
-
-/// The state of an observer.
-#[derive(Debug, Clone)]
-pub(crate) enum State<T: RealField + Copy> {
-    Estimate(DVector<T>),
-    Gaussian(GaussianEstimate<T, Dyn>),
-    Root(SquareRootEstimate<T, Dyn>),
-    /// Of a KKL observer, with its estimate.
-    Target {
-        z: DVector<T>,
-        xhat: DVector<T>,
-    },
-    /// Of a moving-horizon estimator: its estimate of this length, and the window.
-    Window {
-        column: DVector<T>,
-        order: usize,
-    },
-    /// Of an observer of expressions: its own state of this length, with its estimate behind it.
-    Joined {
-        joined: DVector<T>,
-        order: usize,
-    },
-}
-
-impl<T: RealField + Copy> State<T> {
-    pub(crate) fn estimate(&self) -> DVector<T> {
-        match self {
-            Self::Estimate(xhat) | Self::Target { xhat, .. } => xhat.clone(),
-            Self::Gaussian(filtered) => filtered.estimate(),
-            Self::Root(filtered) => filtered.estimate(),
-            Self::Window { column, order } => column.rows(0, *order).into_owned(),
-            Self::Joined { joined, order } => joined.rows(*order, joined.len() - order).into_owned(),
-        }
-    }
-
-    /// All numbers.
-    pub(crate) fn entries(&self) -> &[T] {
-        match self {
-            Self::Estimate(xhat) => xhat.as_slice(),
-            Self::Gaussian(filtered) => filtered.as_slice(),
-            Self::Root(filtered) => filtered.as_slice(),
-            Self::Target { z, .. } => z.as_slice(),
-            Self::Window { column, .. } => column.as_slice(),
-            Self::Joined { joined, .. } => joined.as_slice(),
-        }
     }
 }

@@ -4,8 +4,9 @@ use luenberger_observers::{SampledObserver, StationaryKalmanFilter};
 use nalgebra::{DVector, Dyn, RealField};
 
 use crate::Export;
+use crate::cast::Cast;
 use crate::error::ExportError;
-use crate::exportable_observer::{Cast, ExportableObserver, State};
+use crate::exportable_observer::{ExportableObserver, cast_linear};
 use crate::scalar::Scalar;
 
 /// Steps of the golden vectors by default.
@@ -111,8 +112,8 @@ impl Stepper {
     /// The estimate for the next sample.
     pub fn estimate(&self) -> Vec<f64> {
         match &self.0 {
-            Formatted::Binary32(run) => numbers(&run.state.estimate()),
-            Formatted::Binary64(run) => numbers(&run.state.estimate()),
+            Formatted::Binary32(run) => numbers(&run.estimate()),
+            Formatted::Binary64(run) => numbers(&run.estimate()),
         }
     }
 }
@@ -124,7 +125,7 @@ struct Run<T: RealField + Copy> {
     observer: Cast<T>,
     /// In filter form.
     filter: Option<StationaryKalmanFilter<T, Dyn, Dyn, Dyn>>,
-    state: State<T>,
+    state: DVector<T>,
     sample: usize,
 }
 
@@ -141,19 +142,24 @@ impl<T: RealField + Copy> Run<T> {
         let scalar = export.scalar;
         let rounded = |error| ExportError::Rounded { format: scalar.name(), error };
         let observer = export.observer.cast::<T>().map_err(rounded)?;
-        let filter = match (&observer, &export.update) {
-            (Cast::Linear(predictor), Some(k)) => {
+        let filter = match (&export.observer, &export.update) {
+            (ExportableObserver::Linear(predictor), Some(k)) => {
                 let k = k.map(|x| nalgebra::convert::<f64, T>(scalar.round(x)));
-                Some(StationaryKalmanFilter::new(predictor.clone(), k).map_err(rounded)?)
+                let predictor = cast_linear(predictor).map_err(rounded)?;
+                Some(StationaryKalmanFilter::new(predictor, k).map_err(rounded)?)
             }
             _ => None,
         };
-        let state = observer.start(convert(&export.initial));
+        let state = observer.start(&convert(&export.initial));
         Ok(Self { scalar, observer, filter, state, sample: 0 })
     }
 
     fn rounded(&self, column: &[f64]) -> Vec<f64> {
         column.iter().map(|x| self.scalar.round(*x)).collect()
+    }
+
+    fn estimate(&self) -> DVector<T> {
+        self.observer.estimate(&self.state)
     }
 
     /// The output that the estimate predicts, of a nonlinear plant.
@@ -164,10 +170,10 @@ impl<T: RealField + Copy> Run<T> {
     /// The estimate after a sample; in filter form that at the sample.
     fn step(&mut self, u: &[f64], y: &[f64]) -> Vec<f64> {
         let (u, y) = (convert(u), convert(y));
-        let corrected = self.filter.as_ref().map(|filter| filter.estimate_at(&self.state.estimate(), &u, &y));
+        let corrected = self.filter.as_ref().map(|filter| filter.estimate_at(&self.estimate(), &u, &y));
         self.observer.step(self.sample, &mut self.state, &u, &y);
         self.sample += 1;
-        numbers(&corrected.unwrap_or_else(|| self.state.estimate()))
+        numbers(&corrected.unwrap_or_else(|| self.estimate()))
     }
 }
 
@@ -201,7 +207,7 @@ fn run<T: RealField + Copy>(export: &Export, count: usize) -> Result<Vec<Step>, 
         };
         let (known, input, applied) = match &gain {
             Some(k) => {
-                let fed = k * run.state.estimate();
+                let fed = k * run.estimate();
                 let known = if is_nonlinear { run.rounded(&numbers(&(convert::<T>(&u) + &fed))) } else { u };
                 let input = numbers(&(convert::<T>(&known) - fed));
                 (known, input.clone(), input)
@@ -214,7 +220,7 @@ fn run<T: RealField + Copy>(export: &Export, count: usize) -> Result<Vec<Step>, 
             }
         }
         let estimate = run.step(&input, &y);
-        if run.state.entries().iter().any(|x| !x.is_finite()) {
+        if run.state.iter().any(|x| !x.is_finite()) {
             return Err(ExportError::NotFinite { step, format: scalar.name() });
         }
         steps.push(Step { u: known, y, estimate, applied });

@@ -278,10 +278,10 @@ trait Erased<T> {
     /// The input at the start, of an observer for held inputs.
     fn first(&self) -> &[T];
 
-    /// z and its estimate at the start.
-    fn start(&self, estimate: &DVector<T>) -> (DVector<T>, DVector<T>);
+    /// z with its estimate behind it, at the start.
+    fn start(&self, estimate: &DVector<T>) -> DVector<T>;
 
-    fn step(&self, t: T, state: (&mut DVector<T>, &mut DVector<T>), u: &DVector<T>, y: &DVector<T>);
+    fn step(&self, t: T, state: &mut DVector<T>, u: &DVector<T>, y: &DVector<T>);
 }
 
 /// An observer over another scalar.
@@ -307,8 +307,9 @@ fn fixed<T: RealField + Copy, const L: usize>(column: &DVector<T>) -> SVector<T,
     SVector::from_fn(|i, _| column[i])
 }
 
-fn dynamic<T: RealField + Copy, const L: usize>(column: &SVector<T, L>) -> DVector<T> {
-    DVector::from_column_slice(column.as_slice())
+/// z with its estimate behind it.
+fn joined<T: RealField + Copy, const Z: usize, const N: usize>(z: &SVector<T, Z>, xhat: &SVector<T, N>) -> DVector<T> {
+    DVector::from_iterator(Z + N, z.iter().chain(xhat).copied())
 }
 
 impl<I, const N: usize, const Z: usize> Recast for Plain<f64, I, N, Z>
@@ -347,16 +348,15 @@ where
         &[]
     }
 
-    fn start(&self, estimate: &DVector<T>) -> (DVector<T>, DVector<T>) {
+    fn start(&self, estimate: &DVector<T>) -> DVector<T> {
         let z = self.initial(T::zero(), &fixed(estimate), &SVector::zeros(), &SVector::zeros());
-        (dynamic(&z), dynamic(&self.estimate(&z)))
+        joined(&z, &self.estimate(&z))
     }
 
-    fn step(&self, t: T, (z, xhat): (&mut DVector<T>, &mut DVector<T>), _u: &DVector<T>, y: &DVector<T>) {
-        let mut next = fixed(z);
-        SampledObserver::step(self, t, &mut next, &SVector::zeros(), &fixed(y));
-        z.copy_from_slice(next.as_slice());
-        xhat.copy_from_slice(self.estimate(&next).as_slice());
+    fn step(&self, t: T, state: &mut DVector<T>, _u: &DVector<T>, y: &DVector<T>) {
+        let mut z = fixed(state);
+        SampledObserver::step(self, t, &mut z, &SVector::zeros(), &fixed(y));
+        *state = joined(&z, &self.estimate(&z));
     }
 }
 
@@ -401,16 +401,15 @@ where
         self.first.as_slice()
     }
 
-    fn start(&self, estimate: &DVector<T>) -> (DVector<T>, DVector<T>) {
-        let joined = self.observer.initial(T::zero(), &fixed(estimate), &self.first, &SVector::zeros());
-        (DVector::from_column_slice(&joined.as_slice()[..Z]), dynamic(&self.observer.estimate(&joined)))
+    fn start(&self, estimate: &DVector<T>) -> DVector<T> {
+        let state = self.observer.initial(T::zero(), &fixed(estimate), &self.first, &SVector::zeros());
+        DVector::from_column_slice(state.as_slice())
     }
 
-    fn step(&self, t: T, (z, xhat): (&mut DVector<T>, &mut DVector<T>), u: &DVector<T>, y: &DVector<T>) {
-        let mut joined = SVector::from_fn(|i, _| if i < Z { z[i] } else { xhat[i - Z] });
-        self.observer.step(t, &mut joined, &fixed(u), &fixed(y));
-        z.copy_from_slice(&joined.as_slice()[..Z]);
-        xhat.copy_from_slice(&joined.as_slice()[Z..]);
+    fn step(&self, t: T, state: &mut DVector<T>, u: &DVector<T>, y: &DVector<T>) {
+        let mut next = fixed(state);
+        self.observer.step(t, &mut next, &fixed(u), &fixed(y));
+        state.copy_from_slice(next.as_slice());
     }
 }
 
@@ -514,22 +513,22 @@ impl Kkl<f64> {
 /// Numbers of a table beyond which it is refused: 2 MiB in f64.
 const MOST_NUMBERS: usize = 1 << 18;
 
-impl<T: RealField + Copy> Kkl<T> {
-    /// z and its estimate at the start.
-    pub(crate) fn start(&self, estimate: &DVector<T>) -> (DVector<T>, DVector<T>) {
-        self.any().start(estimate)
-    }
-
-    pub(crate) fn step(&self, t: T, state: (&mut DVector<T>, &mut DVector<T>), u: &DVector<T>, y: &DVector<T>) {
-        self.any().step(t, state, u, y);
-    }
-
-    pub(crate) fn period_in_format(&self) -> T {
+impl<T: RealField + Copy> crate::cast::Stepper<T> for Kkl<T> {
+    fn period(&self) -> T {
         self.any().filter().2
     }
 
-    pub(crate) fn plant_in_format(&self) -> &ExpressionPlant {
-        self.any().plant()
+    fn start(&self, estimate: &DVector<T>) -> DVector<T> {
+        self.any().start(estimate)
+    }
+
+    fn step(&self, t: T, state: &mut DVector<T>, u: &DVector<T>, y: &DVector<T>) {
+        self.any().step(t, state, u, y);
+    }
+
+    fn estimate(&self, state: &DVector<T>) -> DVector<T> {
+        let order = state.len() - self.any().dimensions().estimate;
+        state.rows_range(order..).into_owned()
     }
 }
 

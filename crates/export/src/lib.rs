@@ -24,7 +24,8 @@
 //!
 //! | file | subject |
 //! |---|---|
-//! | [`exportable_observer`] | the observers that can be exported, and their steps in the target's format |
+//! | [`exportable_observer`] | the observers that can be exported |
+//! | `cast` | their steps in the target's format |
 //! | [`kkl`] | numerical KKL observers with their sizes erased |
 //! | [`moving_horizon`] | moving-horizon estimators with their sizes erased |
 //! | [`golden`] | test vectors |
@@ -40,6 +41,7 @@
 
 mod c;
 pub mod c_math;
+mod cast;
 mod error;
 pub mod exportable_observer;
 pub mod extension;

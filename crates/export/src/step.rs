@@ -53,11 +53,6 @@ impl<T: RealField + Copy> ExpressionStep<T> {
     pub(crate) fn flow(&self) -> &ExpressionPlant {
         &self.flow
     }
-
-    /// h at a state.
-    pub(crate) fn output(&self, t: T, z: &DVector<T>) -> DVector<T> {
-        self.flow.output(t, z, &DVector::zeros(self.flow.dimensions().inputs))
-    }
 }
 
 impl<T: RealField + Copy> SampledObserver<T> for ExpressionStep<T> {
