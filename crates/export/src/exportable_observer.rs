@@ -167,7 +167,7 @@ impl ExportableObserver {
     }
 
     /// Runge-Kutta steps between two samples, if there are any.
-    pub(crate) fn substeps(&self) -> Option<usize> {
+    pub fn substeps(&self) -> Option<usize> {
         match self {
             Self::Linear(_) | Self::Cubic(_) | Self::Varying(_) | Self::Discrete(_) | Self::Step(_) => None,
             Self::Kkl(observer) => Some(observer.substeps()),

@@ -28,17 +28,8 @@ pub fn exported(
         SampledDesign::Cubic(design) => ExportableObserver::Cubic(design.observer.clone()),
         SampledDesign::Varying(design) => ExportableObserver::varying(&design.observer)
             .map_err(|error| ExportError::Rounded { format: scalar.name(), error })?,
-        SampledDesign::LinearAt(design) | SampledDesign::DiscreteNonlinear(design) => {
-            ExportableObserver::Discrete(design.observer)
-        }
-        SampledDesign::SampledNonlinear(design) => ExportableObserver::SampledNonlinear(design.observer),
-        SampledDesign::Filter(design) => ExportableObserver::Kalman(design.filter),
-        SampledDesign::Unscented(design) => ExportableObserver::Unscented(design.filter),
-        SampledDesign::MovingHorizon(design) => ExportableObserver::MovingHorizon(design.estimator),
-        SampledDesign::Extension(design) => ExportableObserver::Extension(design.observer),
+        SampledDesign::Nonlinear(step) => step.observer,
         SampledDesign::Interval(design) => ExportableObserver::Step(design.program(scalar)?),
-        SampledDesign::SlidingMode(design) => ExportableObserver::Step(design.observer),
-        SampledDesign::Kkl(design) => ExportableObserver::Kkl(design.observer),
     };
     let plant = &study.plant;
     let mut states = plant.states.clone();

@@ -11,15 +11,6 @@ use super::Refusal;
 use crate::design;
 use crate::study::{KklSpec, ObserverKind, ObserverSpec, Study};
 
-/// The numerical KKL observer.
-#[derive(Debug, Clone)]
-pub struct KklDesign {
-    /// The observer.
-    pub observer: Kkl<f64>,
-    /// What the design says in continuous time.
-    pub statement: String,
-}
-
 /// D and B with the step.
 fn filter<I, const N: usize, const Z: usize>(
     map: &LinearKkl<f64, Const<Z>, Const<0>, Const<1>, Const<N>, I>,

@@ -4,7 +4,7 @@
 //! | file | subject |
 //! |---|---|
 //! | `linear` | what is proved of an observer of a linear plant on its target |
-//! | `nonlinear` | observers of nonlinear plants with a step for each sample |
+//! | `nonlinear` | observers of nonlinear plants with a step for each sample, and what is proved of them |
 //! | `exported` | the program that an export prints, under the names of the study |
 //! | `kkl` | the numerical KKL observer |
 //! | `interval` | the interval observer |
@@ -24,13 +24,8 @@ mod sliding_mode;
 
 pub use exported::exported;
 pub use interval::IntervalDeployment;
-pub use kkl::KklDesign;
-pub use nonlinear::{
-    DiscreteNonlinearDesign, ExtensionDesign, FilterDesign, MovingHorizonDesign, SampledNonlinearDesign,
-    UnscentedDesign,
-};
+pub use nonlinear::NonlinearStep;
 pub use record::{Difference, Record, record};
-pub use sliding_mode::SlidingModeDeployment;
 
 use std::sync::atomic::AtomicBool;
 use std::time::Instant;
@@ -39,12 +34,13 @@ use luenberger_design::{
     Certificate, DesignError, DiscreteDesign, GainOptions, LinearDesign, OperatingPoint, SampledCubicDesign,
     VaryingPeriodDesign,
 };
+use luenberger_export::ExportableObserver;
 use luenberger_linalg::spectral_radius;
 use luenberger_observers::{DiscreteNonlinearObserver, SampledObserver};
 use luenberger_plants::StateSpace;
 use luenberger_proof::certificate::CertificateFile;
 use luenberger_proof::statement::{Format, Formats};
-use luenberger_proof::wording::{at_least, counted};
+use luenberger_proof::wording::at_least;
 use nalgebra::{DMatrix, DVector};
 
 use crate::design::{self, Designed, NoDesign, Runnable};
@@ -63,26 +59,10 @@ pub enum SampledDesign {
     Cubic(Box<SampledCubicDesign>),
     /// Cubic, at varying periods.
     Varying(Box<VaryingPeriodDesign>),
-    /// Linear, in deviations from an operating point of a nonlinear plant.
-    LinearAt(Box<DiscreteNonlinearDesign>),
-    /// Of a nonlinear plant, with a constant gain.
-    SampledNonlinear(Box<SampledNonlinearDesign>),
-    /// The same of a plant in discrete time.
-    DiscreteNonlinear(Box<DiscreteNonlinearDesign>),
-    /// The extended Kalman filter.
-    Filter(Box<FilterDesign>),
-    /// The unscented Kalman filter.
-    Unscented(Box<UnscentedDesign>),
-    /// The moving-horizon estimator.
-    MovingHorizon(Box<MovingHorizonDesign>),
-    /// The numerical KKL observer.
-    Kkl(Box<KklDesign>),
-    /// An observer with given maps.
-    Extension(Box<ExtensionDesign>),
+    /// Of a nonlinear plant.
+    Nonlinear(Box<NonlinearStep>),
     /// The interval observer.
     Interval(Box<IntervalDeployment>),
-    /// The sliding-mode observer.
-    SlidingMode(Box<SlidingModeDeployment>),
 }
 
 /// A sampled design, and the design of the study itself where it was needed.
@@ -98,10 +78,8 @@ pub struct Sampled {
 impl SampledDesign {
     /// The first estimate.
     pub fn initial(&self, observer: &ObserverSpec) -> Vec<f64> {
-        let mut initial = match self {
-            Self::SampledNonlinear(design) => design.initial.clone(),
-            _ => observer.initial.clone(),
-        };
+        let own = if let Self::Nonlinear(step) = self { step.initial.as_ref() } else { None };
+        let mut initial = own.unwrap_or(&observer.initial).clone();
         // Disturbances are estimated to be 0 at the start.
         initial.extend(std::iter::repeat_n(0.0, observer.kind.estimated_disturbances().len()));
         initial
@@ -109,15 +87,7 @@ impl SampledDesign {
 
     /// Runge-Kutta steps per period, where there are any.
     pub fn substeps(&self) -> Option<usize> {
-        match self {
-            Self::SampledNonlinear(design) => Some(design.observer.substeps()),
-            Self::Filter(design) => design.filter.substeps(),
-            Self::Unscented(design) => design.filter.substeps(),
-            Self::MovingHorizon(design) => design.estimator.substeps(),
-            Self::Kkl(design) => Some(design.observer.substeps()),
-            Self::Extension(design) => Some(design.observer.substeps()),
-            _ => None,
-        }
+        if let Self::Nonlinear(step) = self { step.observer.substeps() } else { None }
     }
 
     /// The gain K of the measurement update, of a Kalman filter in filter form.
@@ -345,8 +315,8 @@ pub(crate) fn sampled_of(
         let design = names.with(|| at_point(gain, point, period, &options)).map_err(|why| failure(why, &[]))?;
         return Ok(Sampled { design, period, of_the_study: Some(designed) });
     }
-    let design = names.with(|| nonlinear::sampled(study, observer, &designed, period, substeps)).map_err(in_words)?;
-    Ok(Sampled { design, period, of_the_study: Some(designed) })
+    let step = names.with(|| nonlinear::sampled(study, observer, &designed, period, substeps)).map_err(in_words)?;
+    Ok(Sampled { design: SampledDesign::Nonlinear(Box::new(step)), period, of_the_study: Some(designed) })
 }
 
 /// The sampled linear design at an operating point.
@@ -370,9 +340,10 @@ fn around(
     let sampled = sampled.map_err(|error| words(&error))?;
     let plant = expressions::around(sampled.observer.plant(), point).map_err(|error| words(&error))?;
     let with_gain = DiscreteNonlinearObserver::new(plant, sampled.l().clone(), period);
-    Ok(SampledDesign::LinearAt(Box::new(DiscreteNonlinearDesign {
-        observer: with_gain.map_err(|error| words(&error))?,
-        certificate: sampled.certificate.clone(),
+    Ok(SampledDesign::Nonlinear(Box::new(NonlinearStep {
+        observer: ExportableObserver::Discrete(with_gain.map_err(|error| words(&error))?),
+        initial: None,
+        certificate: Some(sampled.certificate.clone()),
         statement: "For the linearisation at the operating point, sampled with the input held: the estimation error tends to 0 exponentially from every initial error. Nothing is proved of large deviations of the nonlinear plant.".to_owned(),
     })))
 }
@@ -466,82 +437,8 @@ pub fn evidence(study: &Study, observer: &ObserverSpec, design: &SampledDesign, 
             let statement = design::varying_statement(varying);
             of_statement(title, Some(&varying.certificate), "with the gains as designed", &statement, &rest)
         }
-        SampledDesign::LinearAt(design) | SampledDesign::DiscreteNonlinear(design) => {
-            let rounding = format!("Rounding to {format} on the target is not covered.");
-            of_statement(title, Some(&design.certificate), "with the gains as designed", &design.statement, &rounding)
-        }
-        SampledDesign::SampledNonlinear(design) => {
-            let observer = &design.observer;
-            let rest = format!(
-                "What this code computes, {} of the Runge-Kutta method per period and an output predicted between samples, approaches that as the period goes to 0; the proof does not cover it, nor rounding to {format}.",
-                counted(observer.substeps(), "step"),
-            );
-            of_statement(
-                title,
-                design.certificate.as_ref(),
-                "for the observer in continuous time",
-                &design.statement,
-                &rest,
-            )
-        }
-        SampledDesign::Extension(extended) => {
-            let rest = format!(
-                "What this code computes, {} of the Runge-Kutta method per period and an output predicted between samples, approaches that as the period goes to 0; the proof does not cover it, nor rounding to {format}.",
-                counted(extended.observer.substeps(), "step"),
-            );
-            of_statement(
-                title,
-                extended.certificate.as_ref(),
-                "for the observer in continuous time",
-                &extended.statement,
-                &rest,
-            )
-        }
+        SampledDesign::Nonlinear(step) => step.evidence(title, format),
         SampledDesign::Interval(interval) => interval.evidence(study, observer, format),
-        SampledDesign::SlidingMode(step) => {
-            let rest = format!(
-                "The step in this code solves the implicit equation in closed form; rounding to {format} is not covered."
-            );
-            of_statement(
-                title,
-                step.certificate.as_ref(),
-                "for the observer in continuous time",
-                &step.statement,
-                &rest,
-            )
-        }
-        SampledDesign::Kkl(kkl) => Evidence {
-            sentences: vec![format!(
-                "No stability certificate. {} The left inverse is {}; between samples a copy of the plant predicts the output.",
-                kkl.statement,
-                if kkl.observer.is_interpolated() {
-                    "the interpolated one, a search in a table of splines"
-                } else {
-                    "the embedded one, a tree of polynomials"
-                }
-            )],
-            file: None,
-        },
-        SampledDesign::Unscented(_) => Evidence {
-            sentences: vec!["No stability certificate: there is no theorem for an unscented Kalman filter.".to_owned()],
-            file: None,
-        },
-        SampledDesign::MovingHorizon(design) => {
-            let mut sentences =
-                vec!["No stability certificate: there is no theorem for this moving-horizon estimator.".to_owned()];
-            if design.estimator.bounds().is_some() {
-                sentences.push(
-                    "The bounds hold for the estimates after a measurement; the exported estimate is the prediction for the next sample, which may violate them.".to_owned(),
-                );
-            }
-            Evidence { sentences, file: None }
-        }
-        SampledDesign::Filter(_) => Evidence {
-            sentences: vec![
-                "No stability certificate: an extended Kalman filter converges from small errors.".to_owned(),
-            ],
-            file: None,
-        },
     }
 }
 

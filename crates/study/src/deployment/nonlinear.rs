@@ -1,7 +1,8 @@
 //! Observers of nonlinear plants with a step for each sample.
 
 use luenberger_design::Certificate;
-use luenberger_export::extension::{ExpressionObserver, SampledExtension};
+use luenberger_export::ExportableObserver;
+use luenberger_export::extension::ExpressionObserver;
 use luenberger_export::moving_horizon::MovingHorizon;
 use luenberger_expression::ExpressionPlant;
 use luenberger_observers::high_gain::HighGainMap;
@@ -10,10 +11,11 @@ use luenberger_observers::{
     SampledNonlinearObserver, SampledObserver, UnscentedKalmanFilter,
 };
 use luenberger_plants::{Differentiable, Plant};
-use luenberger_proof::wording::significant;
-use nalgebra::{DMatrix, DVector, Dyn};
+use luenberger_proof::statement::Format;
+use luenberger_proof::wording::{counted, significant};
+use nalgebra::{DMatrix, DVector};
 
-use super::{KklDesign, Refusal, SampledDesign, SlidingModeDeployment};
+use super::{Evidence, Refusal, of_statement};
 use crate::design::{Designed, PrintedMean, Runnable};
 use crate::maps::{composed, whole};
 use crate::study::{ObserverKind, ObserverSpec, Study};
@@ -25,60 +27,68 @@ const SHARE: f64 = 0.25;
 /// Runge-Kutta steps per period beyond which a design is refused.
 const MOST_SUBSTEPS: usize = 100;
 
-/// The observer of a nonlinear plant with a constant gain, stepped once per sample.
+/// An observer of a nonlinear plant with a step for each sample.
 #[derive(Debug, Clone)]
-pub struct SampledNonlinearDesign {
+pub struct NonlinearStep {
     /// The observer.
-    pub observer: SampledNonlinearObserver<ExpressionPlant, f64, Dyn, Dyn, Dyn>,
-    /// The first estimate.
-    pub initial: Vec<f64>,
-    /// The certificate of the design in continuous time, if it has one.
+    pub observer: ExportableObserver,
+    /// The first estimate, where it is not that of the study.
+    pub initial: Option<Vec<f64>>,
+    /// The certificate of the design, if it has one: of the step as designed in discrete time, of the observer in
+    /// continuous time otherwise.
     pub certificate: Option<Certificate>,
-    /// What the design says in continuous time.
-    pub statement: String,
-}
-
-/// The observer of a nonlinear plant in discrete time.
-#[derive(Debug, Clone)]
-pub struct DiscreteNonlinearDesign {
-    /// The observer.
-    pub observer: DiscreteNonlinearObserver<ExpressionPlant, f64, Dyn, Dyn, Dyn>,
-    /// The certificate.
-    pub certificate: Certificate,
     /// What the design says.
     pub statement: String,
 }
 
-/// The extended Kalman filter.
-#[derive(Debug, Clone)]
-pub struct FilterDesign {
-    /// The filter.
-    pub filter: ExtendedKalmanFilter<ExpressionPlant, f64, Dyn, Dyn, Dyn>,
-}
+impl NonlinearStep {
+    fn uncertified(observer: ExportableObserver, statement: &str) -> Self {
+        Self { observer, initial: None, certificate: None, statement: statement.to_owned() }
+    }
 
-/// The unscented Kalman filter.
-#[derive(Debug, Clone)]
-pub struct UnscentedDesign {
-    /// The filter.
-    pub filter: UnscentedKalmanFilter<ExpressionPlant, f64, Dyn, Dyn, Dyn>,
-}
-
-/// The moving-horizon estimator.
-#[derive(Debug, Clone)]
-pub struct MovingHorizonDesign {
-    /// The estimator.
-    pub estimator: MovingHorizon<f64>,
-}
-
-/// An observer with given maps, stepped once per sample.
-#[derive(Debug, Clone)]
-pub struct ExtensionDesign {
-    /// The observer.
-    pub observer: SampledExtension<f64>,
-    /// The certificate of the design in continuous time, if it has one.
-    pub certificate: Option<Certificate>,
-    /// What the design says in continuous time.
-    pub statement: String,
+    /// What is proved of the step in this format.
+    pub(super) fn evidence(&self, title: &str, format: Format) -> Evidence {
+        let steps = counted(self.observer.substeps().unwrap_or(1), "step");
+        let (of_what, rest) = match &self.observer {
+            ExportableObserver::Discrete(_) => {
+                ("with the gains as designed", format!("Rounding to {format} on the target is not covered."))
+            }
+            ExportableObserver::Step(_) => (
+                "for the observer in continuous time",
+                format!(
+                    "The step in this code solves the implicit equation in closed form; rounding to {format} is not covered."
+                ),
+            ),
+            ExportableObserver::SampledNonlinear(_) | ExportableObserver::Extension(_) => (
+                "for the observer in continuous time",
+                format!(
+                    "What this code computes, {steps} of the Runge-Kutta method per period and an output predicted between samples, approaches that as the period goes to 0; the proof does not cover it, nor rounding to {format}."
+                ),
+            ),
+            ExportableObserver::Kkl(kkl) => {
+                let inverse = if kkl.is_interpolated() {
+                    "the interpolated one, a search in a table of splines"
+                } else {
+                    "the embedded one, a tree of polynomials"
+                };
+                let statement = format!(
+                    "{} The left inverse is {inverse}; between samples a copy of the plant predicts the output.",
+                    self.statement
+                );
+                return of_statement(title, None, "", &statement, "");
+            }
+            filter => {
+                let mut sentences = vec![format!("No stability certificate: {}", self.statement)];
+                if matches!(filter, ExportableObserver::MovingHorizon(estimator) if estimator.bounds().is_some()) {
+                    sentences.push(
+                        "The bounds hold for the estimates after a measurement; the exported estimate is the prediction for the next sample, which may violate them.".to_owned(),
+                    );
+                }
+                return Evidence { sentences, file: None };
+            }
+        };
+        of_statement(title, self.certificate.as_ref(), of_what, &self.statement, &rest)
+    }
 }
 
 /// The sampled form of an observer with given maps.
@@ -88,7 +98,7 @@ fn extension(
     designed: &Designed,
     plant: ExpressionPlant,
     (period, substeps): (f64, Option<usize>),
-) -> Result<ExtensionDesign, Refusal> {
+) -> Result<NonlinearStep, Refusal> {
     let written = match (&observer.kind, &designed.runnable) {
         (_, Runnable::KklMaps(observer)) => whole::kkl(&study.plant, observer.map()),
         (ObserverKind::Pebo(spec) | ObserverKind::KklPeb(spec), _) => whole::peb(&study.plant, spec, period),
@@ -113,8 +123,9 @@ fn extension(
         None => substeps_of(study, observer, &written, &plant, period)?,
     };
     let sampled = InterSampleObserver::new(plant, written, period, substeps);
-    Ok(ExtensionDesign {
-        observer: sampled.map_err(|error| (error.to_string(), Vec::new()))?,
+    Ok(NonlinearStep {
+        observer: ExportableObserver::Extension(sampled.map_err(|error| (error.to_string(), Vec::new()))?),
+        initial: None,
         certificate: designed.certificate.clone(),
         statement: format!("{}{}", preface(&designed.runnable), designed.report.statement),
     })
@@ -175,10 +186,16 @@ pub(super) fn sampled(
     designed: &Designed,
     period: f64,
     substeps: Option<usize>,
-) -> Result<SampledDesign, Refusal> {
+) -> Result<NonlinearStep, Refusal> {
     let plain = |why: String| (why, Vec::new());
     let plant = study.plant.model.expressions().map_err(|error| plain(error.to_string()))?;
     let Designed { runnable, report, certificate, .. } = designed;
+    let of_design = |observer: ExportableObserver| NonlinearStep {
+        observer,
+        initial: None,
+        certificate: certificate.clone(),
+        statement: report.statement.clone(),
+    };
     let with_gain = |l: DMatrix<f64>, initial: Vec<f64>, preface: &str| {
         let substeps = match substeps {
             Some(substeps) => substeps,
@@ -187,12 +204,8 @@ pub(super) fn sampled(
         let observer = SampledNonlinearObserver::new(plant.clone(), l, period, substeps)
             .map_err(|error| plain(error.to_string()))?;
         let statement = format!("{preface}{}", report.statement);
-        Ok(SampledDesign::SampledNonlinear(Box::new(SampledNonlinearDesign {
-            observer,
-            initial,
-            certificate: certificate.clone(),
-            statement,
-        })))
+        let step = of_design(ExportableObserver::SampledNonlinear(observer));
+        Ok(NonlinearStep { initial: Some(initial), statement, ..step })
     };
     match runnable {
         Runnable::NonlinearLuenberger(designed) => with_gain(designed.l().clone(), observer.initial.clone(), ""),
@@ -225,7 +238,8 @@ pub(super) fn sampled(
                 None => Ok(same),
             });
             let filter = same.map_err(|error| plain(error.to_string()))?;
-            Ok(SampledDesign::Filter(Box::new(FilterDesign { filter })))
+            let statement = "an extended Kalman filter converges from small errors.";
+            Ok(NonlinearStep::uncertified(ExportableObserver::Kalman(filter), statement))
         }
         Runnable::Unscented(filter) => {
             let (factors, sigma) = (filter.factors().clone(), filter.sigma_points());
@@ -236,7 +250,8 @@ pub(super) fn sampled(
                 None => Ok(same),
             });
             let filter = same.map_err(|error| plain(error.to_string()))?;
-            Ok(SampledDesign::Unscented(Box::new(UnscentedDesign { filter })))
+            let statement = "there is no theorem for an unscented Kalman filter.";
+            Ok(NonlinearStep::uncertified(ExportableObserver::Unscented(filter), statement))
         }
         Runnable::MovingHorizon(estimator) => {
             let (noises, horizon, period) =
@@ -250,32 +265,28 @@ pub(super) fn sampled(
                 None => Ok(same),
             });
             let estimator = same.map_err(|error| plain(error.to_string()))?;
-            Ok(SampledDesign::MovingHorizon(Box::new(MovingHorizonDesign { estimator })))
+            let statement = "there is no theorem for this moving-horizon estimator.";
+            Ok(NonlinearStep::uncertified(ExportableObserver::MovingHorizon(estimator), statement))
         }
         Runnable::DiscreteNonlinear(designed) => {
             let observer = DiscreteNonlinearObserver::new(plant, designed.l().clone(), period);
             let observer = observer.map_err(|error| plain(error.to_string()))?;
-            let certificate =
-                certificate.clone().ok_or_else(|| plain("the design has no certificate to refer to".to_owned()))?;
-            let statement = report.statement.clone();
-            Ok(SampledDesign::DiscreteNonlinear(Box::new(DiscreteNonlinearDesign { observer, certificate, statement })))
+            if certificate.is_none() {
+                return Err(plain("the design has no certificate to refer to".to_owned()));
+            }
+            Ok(of_design(ExportableObserver::Discrete(observer)))
         }
         Runnable::Kkl(kkl) => {
             // The filter is slower than the plant has to be resolved: the poles of D are those of the cut-off.
             let fastest = report.poles.iter().map(|[re, im]| re.hypot(*im)).fold(0.0, f64::max);
             let step = (period, substeps.map_or_else(|| steps_for(period, fastest), Ok)?);
-            let observer = super::kkl::step((study, observer), kkl, &plant, step)?;
-            let statement = report.statement.clone();
-            Ok(SampledDesign::Kkl(Box::new(KklDesign { observer, statement })))
+            Ok(of_design(ExportableObserver::Kkl(super::kkl::step((study, observer), kkl, &plant, step)?)))
         }
         Runnable::SlidingMode(_) => {
             let ObserverKind::SlidingMode(spec) = &observer.kind else {
                 return Err(plain("the observer has another kind".to_owned()));
             };
-            let observer = super::sliding_mode::step(study, spec)?;
-            let statement = report.statement.clone();
-            let certificate = certificate.clone();
-            Ok(SampledDesign::SlidingMode(Box::new(SlidingModeDeployment { observer, certificate, statement })))
+            Ok(of_design(ExportableObserver::Step(super::sliding_mode::step(study, spec)?)))
         }
         Runnable::PrintedMeanValue(_) if !is_integral(observer) => Err((
             "the mean-value observer as printed has no export with beta by an iteration: its number of steps depends on the data"
@@ -296,8 +307,7 @@ pub(super) fn sampled(
         | Runnable::Immersion(_)
         | Runnable::HighGainMaps(_)
         | Runnable::UnknownInput(_)
-        | Runnable::UnknownInputCubic(_) => extension(study, observer, designed, plant, (period, substeps))
-            .map(|design| SampledDesign::Extension(Box::new(design))),
+        | Runnable::UnknownInputCubic(_) => extension(study, observer, designed, plant, (period, substeps)),
         Runnable::CubicAt(_) | Runnable::SampledCubicAt(_) | Runnable::VaryingPeriods(_) => Err((
             "a cubic observer in deviations from an operating point has no export".to_owned(),
             vec!["kind = \"luenberger\" at the same operating point has one".to_owned()],

@@ -7,17 +7,6 @@ use crate::design::sliding_mode_gains_of;
 use crate::maps::{MapNames, operand};
 use crate::study::{SlidingModeSpec, Study};
 
-/// The step of the sliding-mode observer.
-#[derive(Debug, Clone)]
-pub struct SlidingModeDeployment {
-    /// The step.
-    pub observer: ExpressionStep<f64>,
-    /// The certificate of the design in continuous time, if it has one.
-    pub certificate: Option<luenberger_design::Certificate>,
-    /// What the design says.
-    pub statement: String,
-}
-
 /// The step as expressions, in the order of `SlidingModeObserver`.
 ///
 /// # Errors

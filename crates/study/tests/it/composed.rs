@@ -3,10 +3,10 @@
 use luenberger_export::Scalar;
 use luenberger_export::golden::Stepper;
 use luenberger_observers::Observer;
-use luenberger_study::deployment::{self, SampledDesign};
+use luenberger_study::deployment;
 use nalgebra::DVector;
 
-use crate::studies::{designed, mistakes, read};
+use crate::studies::{designed, extension, mistakes, read};
 
 const CONVERTER: &str = r#"
 [plant]
@@ -116,8 +116,7 @@ fn exported_expressions_are_the_observer() {
         let size = runnable.dimensions();
         let sampled =
             deployment::sampled(&study, observer, Some(1e-9), Some(1)).unwrap_or_else(|why| panic!("{why:?}"));
-        let SampledDesign::Extension(extended) = &sampled.design else { panic!("{text}") };
-        let written = extended.observer.observer();
+        let written = extension(&sampled).observer();
         let column = |values: &[f64]| DVector::from_column_slice(values);
         let close = |found: &[f64], expected: &[f64]| {
             let scale = expected.iter().fold(1e-300_f64, |most, x| most.max(x.abs()));

@@ -8,11 +8,11 @@ use luenberger_export::golden::Stepper;
 use luenberger_observers::Observer;
 use luenberger_proof::certificate::verify;
 use luenberger_study::Study;
-use luenberger_study::deployment::{self, SampledDesign};
+use luenberger_study::deployment;
 use luenberger_study::design::{Designed, NoDesign, design};
 
 use crate::messages;
-use crate::studies::{designed, mistakes, read};
+use crate::studies::{designed, extension, mistakes, read};
 
 const PLANT: &str = r#"
 [plant]
@@ -409,8 +409,7 @@ fn exported_expressions_are_the_observer() {
         let size = runnable.dimensions();
         assert_eq!(size.state, states, "{text}");
         let sampled = deployment::sampled(&study, observer, Some(1e-9), Some(1)).unwrap();
-        let SampledDesign::Extension(extended) = &sampled.design else { panic!("{text}") };
-        let written = extended.observer.observer();
+        let written = extension(&sampled).observer();
         let column = |values: &[f64]| nalgebra::DVector::from_column_slice(values);
         let close = |found: &[f64], expected: &[f64]| {
             let scale = expected.iter().fold(1e-300_f64, |most, x| most.max(x.abs()));

@@ -6,11 +6,11 @@ use luenberger_export::golden::Stepper;
 use luenberger_observers::Observer;
 use luenberger_sim::{Disturbances, Fault, Recording, Replay, Scenario, Settings, Trajectory};
 use luenberger_study::Study;
-use luenberger_study::deployment::{self, SampledDesign};
+use luenberger_study::deployment;
 use luenberger_study::design::{Designed, Runnable};
 use nalgebra::{DMatrix, DVector};
 
-use crate::studies::{designed, mistakes, read};
+use crate::studies::{designed, extension, mistakes, read};
 
 /// Van der Pol's oscillator: `z = x2 - x1 + x1^3/3` has `z' = -x1`, and `y' = z + y - y^3/3`.
 const STUDY: &str = r#"[plant]
@@ -151,8 +151,7 @@ fn exported_jumps_are_those_of_the_observer() {
             let designed = designed(&study).unwrap();
             let Runnable::Peb(observer) = &designed.runnable else { unreachable!("a PEBO") };
             let sampled = deployment::sampled(&study, &study.observers[0], Some(0.1), Some(1)).unwrap();
-            let SampledDesign::Extension(extended) = &sampled.design else { panic!("{text}") };
-            let written = extended.observer.observer();
+            let written = extension(&sampled).observer();
             let size = designed.runnable.dimensions().state;
             for seed in 0..8 {
                 let share = |k: usize| (f64::from(seed) * 0.37 + k as f64 * 0.618_033_988_749_895).fract() * 2.0 - 0.8;

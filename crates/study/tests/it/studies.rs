@@ -3,6 +3,9 @@
 use std::path::{Path, PathBuf};
 use std::sync::atomic::AtomicBool;
 
+use luenberger_export::ExportableObserver;
+use luenberger_export::extension::SampledExtension;
+use luenberger_study::deployment::{Sampled, SampledDesign};
 use luenberger_study::design::{Designed, NoDesign, design};
 use luenberger_study::diagnostic::Located;
 use luenberger_study::{Format, Results, RunOptions, Step, Study, StudyError, execute};
@@ -27,6 +30,18 @@ pub(crate) fn study_in(folder: &Path, text: &str) -> Study {
 /// The first observer of a study.
 pub(crate) fn designed(study: &Study) -> Result<Designed, NoDesign> {
     design(study, &study.observers[0], &AtomicBool::new(false))
+}
+
+/// The step of an observer with given maps.
+#[track_caller]
+pub(crate) fn extension(sampled: &Sampled) -> &SampledExtension<f64> {
+    match &sampled.design {
+        SampledDesign::Nonlinear(step) => match &step.observer {
+            ExportableObserver::Extension(extension) => extension,
+            other => panic!("{other:?}"),
+        },
+        other => panic!("{other:?}"),
+    }
 }
 
 #[track_caller]
