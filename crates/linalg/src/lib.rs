@@ -126,7 +126,7 @@ pub use generalized::{GeneralizedLyapunov, GeneralizedStein, generalized_lyapuno
 pub use lyapunov::{Lyapunov, LyapunovEquation, lyapunov};
 pub use nalgebra;
 pub use observability::{
-    Detectability, Mode, Observability, TimeDomain, detectability, discrete_detectability, observability,
+    Detectability, Mode, Observability, StabilityRegion, detectability, discrete_detectability, observability,
     observability_within,
 };
 pub use placement::{

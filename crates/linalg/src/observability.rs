@@ -143,20 +143,20 @@ fn observed(a: &DMatrix<f64>, c: &DMatrix<f64>, tolerance: f64) -> Result<Observ
     })
 }
 
-/// Continuous or discrete time: which eigenvalues count as not decaying.
+/// The region of the complex plane whose eigenvalues decay.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum TimeDomain {
-    /// `x' = A x`: the closed right half plane, `Re lambda >= 0`.
-    Continuous,
-    /// `x+ = A x`: the closed outside of the unit circle, `|lambda| >= 1`.
-    Discrete,
+pub enum StabilityRegion {
+    /// `Re lambda < 0`, of `x' = A x`.
+    LeftHalfPlane,
+    /// `|lambda| < 1`, of `x+ = A x`.
+    UnitDisk,
 }
 
 /// Detectability of a pair `(A, C)`: whether every unobservable mode decays.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Detectability {
-    /// The time domain of the question.
-    pub domain: TimeDomain,
+    /// Where modes decay: the half plane in continuous time, the disk in discrete time.
+    pub region: StabilityRegion,
     /// Number of states.
     pub order: usize,
     /// Order of the observable part.
@@ -205,7 +205,7 @@ impl Detectability {
 ///
 /// Source: Wonham, Linear Multivariable Control, section 3.6; Hautus, 1970.
 pub fn detectability<'a>(a: impl Into<RealMatrixView<'a>>, c: impl Into<RealMatrixView<'a>>) -> Result<Detectability> {
-    detectability_in(TimeDomain::Continuous, &owned(a), &owned(c))
+    detectability_in(StabilityRegion::LeftHalfPlane, &owned(a), &owned(c))
 }
 
 /// Detectability of the discrete pair `x+ = A x, y = C x`: every hidden mode has `|lambda| < 1`, that is, some `L`
@@ -229,23 +229,23 @@ pub fn discrete_detectability<'a>(
     a: impl Into<RealMatrixView<'a>>,
     c: impl Into<RealMatrixView<'a>>,
 ) -> Result<Detectability> {
-    detectability_in(TimeDomain::Discrete, &owned(a), &owned(c))
+    detectability_in(StabilityRegion::UnitDisk, &owned(a), &owned(c))
 }
 
-fn detectability_in(domain: TimeDomain, a: &DMatrix<f64>, c: &DMatrix<f64>) -> Result<Detectability> {
+fn detectability_in(region: StabilityRegion, a: &DMatrix<f64>, c: &DMatrix<f64>) -> Result<Detectability> {
     check(a, c)?;
     let tolerance = default_tolerance(a.nrows(), c.nrows());
     let judged = Judged::new(a, c, tolerance)?;
     let unobservable = judged.hidden()?;
     // In the units of time given; the circle is the same in every unit of state.
     let boundary = shift(tolerance * judged.a.norm(), judged.units.time);
-    let fails = |lambda: Complex<f64>| match domain {
-        TimeDomain::Continuous => lambda.re >= -boundary,
-        TimeDomain::Discrete => lambda.norm() >= 1.0 - boundary,
+    let fails = |lambda: Complex<f64>| match region {
+        StabilityRegion::LeftHalfPlane => lambda.re >= -boundary,
+        StabilityRegion::UnitDisk => lambda.norm() >= 1.0 - boundary,
     };
     let undetectable_modes = unobservable.iter().filter(|mode| fails(mode.eigenvalue)).cloned().collect();
     Ok(Detectability {
-        domain,
+        region,
         order: a.nrows(),
         rank: judged.staircase.rank,
         unobservable,

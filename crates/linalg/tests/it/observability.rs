@@ -2,7 +2,7 @@
 
 use approx::assert_relative_eq;
 use luenberger_linalg::{
-    LinalgError, Mode, TimeDomain, detectability, discrete_detectability, observability, observability_within,
+    LinalgError, Mode, StabilityRegion, detectability, discrete_detectability, observability, observability_within,
 };
 use nalgebra::{Complex, DMatrix, DVector, dmatrix};
 use proptest::prelude::*;
@@ -119,7 +119,7 @@ fn the_boundary_counts_as_not_decaying() {
     let oscillator = dmatrix![0.0, 3.0, 0.0; -3.0, 0.0, 0.0; 0.0, 0.0, -1.0];
     let c = dmatrix![0.0, 0.0, 1.0];
     let d = detectability(&oscillator, &c).unwrap();
-    assert_eq!((d.domain, d.undetectable_modes.len(), d.rank), (TimeDomain::Continuous, 2, 1));
+    assert_eq!((d.region, d.undetectable_modes.len(), d.rank), (StabilityRegion::LeftHalfPlane, 2, 1));
     let rotation = dmatrix![0.6, 0.8, 0.0; -0.8, 0.6, 0.0; 0.0, 0.0, 2.0];
     assert_eq!(discrete_detectability(&rotation, &c).unwrap().undetectable_modes.len(), 2);
     assert!(discrete_detectability(&(rotation * 0.49), &c).unwrap().is_detectable());
