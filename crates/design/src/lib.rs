@@ -4,7 +4,7 @@
 //! observer with its Lyapunov pair (P, Q). [`CubicDesign`] adds the cubic term that P admits, and
 //! [`SampledCubicDesign`] does so for a sampling period. [`cubic_lmi_design`] computes both in one inequality.
 //! [`FeedbackDesign`] puts the observer in the feedback loop. [`robust`] computes robustness margins. [`mean_value`]
-//! has the corrected mean-value-theorem observer, and the coordinates in which the printed one converges.
+//! has the mean-value-theorem observer with output injection, and the coordinates in which the printed one converges.
 //! [`LipschitzDesign`] computes the gain of the copy of a nonlinear plant whose nonlinearities lie in known sectors.
 //! For nonlinear plants, [`LpvDesign`] computes one gain for all mean Jacobians over a box, whose [`enclosure`] it
 //! computes itself. [`lie_observability`] analyses the observability of a nonlinear plant along a trajectory. Every

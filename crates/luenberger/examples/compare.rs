@@ -1,5 +1,5 @@
-//! Observers of the flexible joint: the printed observer with the true and with a zero initial error, the repaired
-//! observer, and the extended Kalman filter.
+//! Observers of the flexible joint: the printed observer with the true and with a zero initial error, the observer
+//! with output injection, and the extended Kalman filter.
 //!
 //! `cargo run --release -p luenberger --example compare`
 
@@ -20,7 +20,7 @@ pub(crate) fn main() -> Result<(), luenberger::Error> {
 
     let informed = MeanValueObserver::new(plant, 1.0, Beta, x0 - xhat0)?;
     let uninformed = MeanValueObserver::new(plant, 1.0, Beta, Vector4::zeros())?;
-    let repaired = MeanValueObserver::repaired(plant, 1.0, Integral, Vector4::zeros(), l)?;
+    let injected = MeanValueObserver::with_output_injection(plant, 1.0, Integral, Vector4::zeros(), l)?;
     let noises =
         NoiseModel { w: Matrix4::identity() * 0.1, v: Matrix2::identity() * 1e-4, p0: Matrix4::identity() * 4.0 };
     let filter = ExtendedKalmanFilter::new(plant, noises, 0.01, 2)?;
@@ -34,7 +34,7 @@ pub(crate) fn main() -> Result<(), luenberger::Error> {
     let table = Comparison::new(scenario, xhat0.as_slice())
         .observer("printed, e(0) = x(0) - xhat(0)", &informed)
         .observer("printed, e(0) = 0", &uninformed)
-        .observer("repaired, e(0) = 0", &repaired)
+        .observer("output injection, e(0) = 0", &injected)
         .sampled_observer("extended Kalman filter", &filter)
         .run()?;
     println!("{table}");

@@ -86,7 +86,7 @@ where
     /// use nalgebra::{Vector1, Vector2};
     /// let plant = luenberger_plants::double_integrator();
     /// let observer =
-    ///     MeanValueObserver::repaired(plant.clone(), 4.0, Integral, Vector2::zeros(), Vector2::new(10.0, 25.0))?;
+    ///     MeanValueObserver::with_output_injection(plant.clone(), 4.0, Integral, Vector2::zeros(), Vector2::new(10.0, 25.0))?;
     /// let sampled = StaticInterSampleObserver::<_, _, f64, 4, 2, 1, 1, 6>::new(plant, observer, 0.01, 1)?;
     /// let (u, mut y) = (Vector1::new(2.0), Vector1::new(0.0));
     /// let mut state = sampled.initial(0.0, &Vector2::new(1.0, 0.0), &u, &y);

@@ -26,7 +26,7 @@
 //! | [`discrete_kalman`] | the Kalman filter of a plant in discrete time |
 //! | [`nonlinear_luenberger`] | the copy of a nonlinear plant with a constant gain: Thau's, Lipschitz and LPV designs run as this |
 //! | [`sampled_nonlinear`] | the copy of a plant stepped once per sample, with an output predicted between samples |
-//! | [`mean_value`] | the mean-value-theorem observer, as printed and repaired |
+//! | [`mean_value`] | the mean-value-theorem observer, as printed and with output injection |
 //! | [`kkl`] | Kazantzis-Kravaris-Luenberger observers: a stable linear extension and a left inverse |
 //! | [`pebo`], [`kkl_peb`] | parameter-estimation-based observers, and [KKL+PEB] observers, which are both |
 //! | [`filters`], [`estimator`] | parts of these two: filters; gradient, DREM, excitation |

@@ -517,7 +517,7 @@ where
         let (eta, internal_error) =
             (nalgebra::convert(self.eta()), fixed::<T, N, 1, _, _>("e", self.internal_error())?);
         match self.l() {
-            Some(l) => StaticMeanValueObserver::<Q, E, T, N, M, P>::repaired(
+            Some(l) => StaticMeanValueObserver::<Q, E, T, N, M, P>::with_output_injection(
                 plant,
                 eta,
                 mean,

@@ -219,8 +219,8 @@ fn designs_for_nonlinear_plants_go_into_files() {
         vertex[(3, 2)] += slope;
         vertex
     });
-    let repaired = MeanValueDesign::new(&vertices, 2, 1.0).unwrap();
-    assert_eq!(goes_the_whole_way(repaired.certificate_file("repaired")).facts.len(), 3);
+    let mean_value = MeanValueDesign::new(&vertices, 2, 1.0).unwrap();
+    assert_eq!(goes_the_whole_way(mean_value.certificate_file("mean value")).facts.len(), 3);
     let sine = Sector::structured(dmatrix![0.0; 0.0; 0.0; 1.0], dmatrix![0.0, 0.0, 1.0, 0.0], 3.33);
     let plant = LipschitzPlant::new(a, DMatrix::identity(2, 4), vec![sine]).unwrap();
     let lipschitz = LipschitzDesign::new(&plant, 1.0).unwrap();

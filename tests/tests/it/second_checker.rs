@@ -241,12 +241,12 @@ fn of_nonlinear_plants() -> Vec<CertificateFile> {
         vertex[(3, 2)] += slope;
         vertex
     });
-    let repaired = MeanValueDesign::new(&vertices, 2, 1.0).unwrap();
+    let mean_value = MeanValueDesign::new(&vertices, 2, 1.0).unwrap();
     let sine = Sector::structured(dmatrix![0.0; 0.0; 0.0; 1.0], dmatrix![0.0, 0.0, 1.0, 0.0], 3.33);
     let sectors = LipschitzPlant::new(a, DMatrix::identity(2, 4), vec![sine]).unwrap();
     let lipschitz = LipschitzDesign::new(&sectors, 1.0).unwrap();
     let coordinates = ContractingCoordinates::new(&[dmatrix![-3.0, 2.0; -2.0, 1.0]], 1, 0.5).unwrap();
-    [&lpv as &dyn Certified, &discrete, &repaired, &lipschitz, &coordinates]
+    [&lpv as &dyn Certified, &discrete, &mean_value, &lipschitz, &coordinates]
         .map(|design| design.certificate_file("a design").unwrap())
         .into()
 }

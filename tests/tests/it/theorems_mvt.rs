@@ -95,15 +95,15 @@ proptest! {
         assert_structure(Chaotic, eta, &state, &SVector::zeros(), &y.fixed_rows::<2>(0).into_owned(), rounding)?;
     }
 
-    /// Repaired: d = x - z obeys d' = (Dbar - L C) d, with the mean Jacobian between z and x, whatever G and e are.
+    /// With output injection d = x - z obeys d' = (Dbar - L C) d, with the mean Jacobian between z and x, whatever G and e are.
     #[test]
-    fn the_repaired_observer_has_the_error_equation_of_luenberger(
+    fn output_injection_gives_the_error_equation_of_luenberger(
         x in vector4(1.0), xhat in vector4(1.0), e in vector4(1.0), l in prop::array::uniform8(-20.0f64..20.0),
     ) {
         let (plant, u) = (flexible_joint::classical(), Vector1::new(0.7));
         let (c, l) = (SMatrix::<f64, 2, 4>::identity(), SMatrix::<f64, 4, 2>::from_row_slice(&l));
         let state = EstimateAndError::new(&xhat, &e);
-        let observer = MeanValueObserver::repaired(plant, 1.0, Integral, e, l).unwrap();
+        let observer = MeanValueObserver::with_output_injection(plant, 1.0, Integral, e, l).unwrap();
         let d = x - state.second_estimate();
         let slope: Vector4<f64> = plant.derivative(0.0, &x, &u);
         let moved = slope - observer.derivative(0.0, &state, &u, &(c * x)).second_estimate();
@@ -208,13 +208,13 @@ fn what_was_not_told_grows() {
     assert!(error.abs() < 1e-6, "{error}");
 }
 
-/// The corrected observer for the same plant, with wrong e(0): poles of A - L C at -2 and -3, L = (5.5, 8.75).
+/// Output injection for the same plant, with wrong e(0): poles of A - L C at -2 and -3, L = (5.5, 8.75).
 #[test]
-fn the_repair_needs_not_be_told() {
+fn output_injection_needs_no_prior_information() {
     let (plant, x0) = (unstable(), Vector2::new(1.0, 1.0));
     for nonsense in [Vector2::zeros(), Vector2::new(-50.0, 30.0)] {
         let l = Vector2::new(5.5, 8.75);
-        let observer = MeanValueObserver::repaired(plant.clone(), 1.0, Integral, nonsense, l).unwrap();
+        let observer = MeanValueObserver::with_output_injection(plant.clone(), 1.0, Integral, nonsense, l).unwrap();
         let run = run(&plant, &observer, x0.as_slice(), &[0.0, 0.0], 20.0);
         // The internal error decays like e^-t, from 60 and what d adds to it; the integrator's 1e-11 is of a state
         // grown to e^10.
@@ -236,10 +236,10 @@ fn a_measured_state_is_missed() {
     }
 }
 
-/// The repair of the flexible joint: one Lyapunov matrix for both vertices of the mean Jacobian, whose entry (4, 3) is
+/// Output injection for the flexible joint: one Lyapunov matrix for both vertices of the mean Jacobian, whose entry (4, 3) is
 /// -19.5 - 3.33 c with c in [-1, 1], proved; hence convergence from every internal error.
 #[test]
-fn the_repaired_joint_converges_with_a_proof() {
+fn the_joint_converges_with_a_proof() {
     let plant = flexible_joint::classical();
     let a = DMatrix::from_column_slice(4, 4, plant.linear_part().as_slice());
     let c = DMatrix::<f64>::identity(2, 4);
@@ -257,7 +257,7 @@ fn the_repaired_joint_converges_with_a_proof() {
     }
     let l = SMatrix::<f64, 4, 2>::from_column_slice(kalman.l.as_slice());
     for nonsense in [Vector4::zeros(), Vector4::new(2.0, 1.0, 2.5, 2.5), Vector4::new(-5.0, 5.0, -5.0, 5.0)] {
-        let observer = MeanValueObserver::repaired(plant, 1.0, Beta, nonsense, l).unwrap();
+        let observer = MeanValueObserver::with_output_injection(plant, 1.0, Beta, nonsense, l).unwrap();
         let run = run(&plant, &observer, &[3.0, 3.0, 3.0, 3.0], &[1.0, 2.0, 0.5, 1.0], 30.0);
         assert!(last_error(&run).iter().all(|error| error.abs() < 1e-6), "{:?}", last_error(&run));
     }
@@ -307,7 +307,7 @@ fn joint_vertices() -> [DMatrix<f64>; 2] {
 proptest! {
     #![proptest_config(ProptestConfig { cases: 24, failure_persistence: None, ..ProptestConfig::default() })]
 
-    /// Repaired: |x - z| <= sqrt(cond P) e^(-rate t) |x(0) - z(0)|, with P and the rate proved at every vertex, from
+    /// With output injection |x - z| <= sqrt(cond P) e^(-rate t) |x(0) - z(0)|, with P and the rate proved at every vertex, from
     /// any internal e(0), with either mean.
     #[test]
     fn the_second_estimate_stays_below_its_proved_envelope(
@@ -577,7 +577,7 @@ fn any_linear_output_will_do() {
     assert!(refused.to_string().contains("OutputCoordinates"), "{refused}");
     let change = OutputCoordinates::of(&plant).unwrap();
     let other = change.plant(plant.clone()).unwrap();
-    // The repair, in the new coordinates: poles of A~ - L C at -2, -2.
+    // Output injection in the new coordinates: poles of A~ - L C at -2, -2.
     let moved = DMatrix::from_column_slice(2, 2, (other.inverse() * plant.a * other.matrix()).as_slice());
     let design = MeanValueDesign::new(&[moved], 1, 1.0).unwrap();
     assert!(design.certificate.is_proved());

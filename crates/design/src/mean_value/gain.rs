@@ -1,4 +1,4 @@
-//! The corrected mean-value-theorem observer: L and P for all mean Jacobians, and a bound of its error.
+//! The mean-value-theorem observer with output injection: L and P for all mean Jacobians, and a bound of its error.
 //!
 //! `z = xhat + e` obeys `z' = f(z, u) + L (y - C z)`, hence `d = x - z` obeys `d' = (Dbar - L C) d` with the mean
 //! Jacobian between z and x. Where every such Jacobian lies in a polytope and one P serves all its vertices,
@@ -20,7 +20,7 @@ use crate::gain_options::GainOptions;
 
 certified!(MeanValueDesign);
 
-/// A gain for the repaired observer, with its evidence.
+/// The gain of the output injection into a mean-value-theorem observer, with its evidence.
 #[readonly::make]
 #[derive(Debug, Clone)]
 pub struct MeanValueDesign {
@@ -111,10 +111,10 @@ impl MeanValueDesign {
         self.overshoot * (-self.rate * t).exp() * initial
     }
 
-    /// The repaired observer of `plant`, whose internal error starts at `internal_error`, whatever that is.
+    /// The observer of `plant` with this output injection, whose internal error starts at `internal_error`, whatever that is.
     ///
     /// # Errors
-    /// [`MeanValueObserver::repaired`]'s, and [`DesignError::Matrix`] when the plant has other numbers of states or
+    /// [`MeanValueObserver::with_output_injection`]'s, and [`DesignError::Matrix`] when the plant has other numbers of states or
     /// outputs.
     pub fn observer<S, D, N: Dim, M: Dim, P: Dim>(
         &self,
@@ -130,6 +130,6 @@ impl MeanValueDesign {
     {
         let size = plant.dimensions();
         let l = check::sized("L", &self.l, (size.states, size.outputs))?;
-        Ok(MeanValueObserver::repaired(plant, eta, mean, internal_error, l)?)
+        Ok(MeanValueObserver::with_output_injection(plant, eta, mean, internal_error, l)?)
     }
 }

@@ -1,6 +1,6 @@
 //! Design of the mean-value-theorem observer, beyond what runs on the target.
 //!
-//! [`MeanValueDesign`] computes the gain of the corrected observer, with the error bound; [`ContractingCoordinates`]
+//! [`MeanValueDesign`] computes the gain of the output injection, with the error bound; [`ContractingCoordinates`]
 //! computes coordinates in which the observer converges as printed, [`OutputCoordinates`] those in which any linear
 //! output is the first states; [`LeastSquares`] is the paper's computation of beta. The observer itself and the other
 //! computations are in [`luenberger_observers::mean_value`]; its properties are in `docs/theory-mvt.md`.

@@ -1,9 +1,9 @@
-//! The mean-value-theorem observer of Ben Messaoud and Hajji, as printed, and repaired.
+//! The mean-value-theorem observer of Ben Messaoud and Hajji, as printed, and with output injection into its error.
 //!
 //! ```text
 //! xhat' = f(xhat, u) + G e1
 //! e'    = (D - G) e                                as printed, eq. (3)
-//! e'    = (D - G) e + (L - [G_m; 0]) (y - C xhat - C e)          repaired
+//! e'    = (D - G) e + (L - [G_m; 0]) (y - C xhat - C e)          with output injection
 //! ```
 //!
 //! C = [I 0]: the first p states are measured. e is the observer's *internal* error, a state of its own; e1 holds the
@@ -16,10 +16,10 @@
 //!
 //! **What does not.** That is the internal error, not `x - xhat`. With `z = xhat + e` the printed observer says
 //! `z' = f(z, u) + [G_m; 0] (y - C z)`: the error x - z, which decides convergence, is injected into the measured
-//! states only. Where that does not suffice, the observer converges from e(0) = x(0) - xhat(0), not in general. The
-//! repair turns the equation of z into `z' = f(z, u) + L (y - C z)`, so that `d = x - z` obeys `d' = (Dbar - L C) d`
-//! with the mean Jacobian between z and x; where L makes that contract (one Lyapunov matrix for all mean Jacobians), d
-//! tends to 0 from *any* e(0), and with it e and x - xhat.
+//! states only. Where that does not suffice, the observer converges from e(0) = x(0) - xhat(0), not in general. Output
+//! injection into the equation of e turns that of z into `z' = f(z, u) + L (y - C z)`, so that `d = x - z` obeys
+//! `d' = (Dbar - L C) d` with the mean Jacobian between z and x; where L makes that contract (one Lyapunov matrix for
+//! all mean Jacobians), d tends to 0 from *any* e(0), and with it e and x - xhat.
 //!
 //! **Where it does after all.** As the injection grows, the unmeasured block of the Jacobian is what is left of the
 //! equation of x - z. In coordinates `x_u - K x_m` in which that block contracts, the observer converges as printed
@@ -253,13 +253,13 @@ where
         Ok(Self { plant, eta, mean, internal_error, l: None, inputs: PhantomData })
     }
 
-    /// The repaired observer, with the gain L (n x p) of the injection of the measured error.
+    /// The observer with output injection into its internal error, `z' = f(z, u) + L (y - C z)`; L is n x p.
     ///
     /// It converges where `Df - L C` contracts in one quadratic norm over all mean Jacobians between the plant and z.
     ///
     /// # Errors
     /// As [`new`](Self::new), and [`ObserverError::Matrix`] for the shape and the entries of L.
-    pub fn repaired(
+    pub fn with_output_injection(
         plant: S,
         eta: T,
         mean: D,
@@ -287,7 +287,7 @@ where
         &self.internal_error
     }
 
-    /// The injection gain of the repair, `None` for the observer as printed.
+    /// The gain of the output injection, `None` for the observer as printed.
     pub fn l(&self) -> Option<&OMatrix<T, N, P>> {
         self.l.as_ref()
     }

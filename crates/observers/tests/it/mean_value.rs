@@ -78,7 +78,7 @@ proptest! {
     }
 
     /// As printed: z = xhat + e obeys z' = f(z) + [G_m; 0] (y - C z), and the unmeasured rows of z are the plant's own.
-    /// Repaired: z' = f(z) + L (y - C z), whatever G is.
+    /// With output injection: z' = f(z) + L (y - C z), whatever G is.
     #[test]
     fn what_the_observer_believes(xhat in vector4(2.0), e in vector4(2.0), y in prop::array::uniform2(-2.0f64..2.0), eta in 0.6f64..3.0) {
         let (plant, y, u) = (flexible_joint::classical(), Vector2::from(y), vector![0.3]);
@@ -106,8 +106,8 @@ proptest! {
                 let by = if k < 2 { y[k] - xhat[k] } else { e[k] };
                 prop_assert!((corrected[k] - eta * alpha * by).abs() <= rounding, "row {k}: {corrected}");
             }
-            let repaired = MeanValueObserver::repaired(plant, eta, mean, e, l).unwrap();
-            let moved = repaired.derivative(0.0, &state, &u, &y).second_estimate() - f;
+            let injected = MeanValueObserver::with_output_injection(plant, eta, mean, e, l).unwrap();
+            let moved = injected.derivative(0.0, &state, &u, &y).second_estimate() - f;
             prop_assert!((moved - l * surprise).amax() <= rounding, "{moved}");
         }
     }
@@ -226,7 +226,7 @@ fn bad_data_are_errors() {
     ));
     let l = SMatrix::<f64, 3, 2>::repeat(f64::INFINITY);
     assert!(matches!(
-        MeanValueObserver::repaired(Chaotic, 1.0, Beta, e, l),
+        MeanValueObserver::with_output_injection(Chaotic, 1.0, Beta, e, l),
         Err(ObserverError::Matrix(PlantError::NotFinite { what: "L", .. }))
     ));
     // y = 2 x1 is not x1.

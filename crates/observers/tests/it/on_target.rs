@@ -65,7 +65,7 @@ fn designed_observers_step_in_f32() {
     let e0 = Vector3::new(0.0, 0.0, 0.25);
     for designed in [
         MeanValueObserver::new(Chaotic, 1.0, Integral, e0).unwrap(),
-        MeanValueObserver::repaired(Chaotic, 1.0, Integral, e0, gain()).unwrap(),
+        MeanValueObserver::with_output_injection(Chaotic, 1.0, Integral, e0, gain()).unwrap(),
     ] {
         let target: StaticMeanValueObserver<Chaotic, Integral, f32, 3, 0, 2> =
             designed.to_static(Chaotic, Integral).unwrap();

@@ -647,7 +647,7 @@ def mean_value_observer(
     xhat0: npt.ArrayLike | None = None,
     name: str | None = None,
 ) -> Observer:
-    """Mean-value-theorem observer, in its corrected form, for plants whose outputs are their first states.
+    """Mean-value-theorem observer, with output injection, for plants whose outputs are their first states.
 
     Parameters
     ----------

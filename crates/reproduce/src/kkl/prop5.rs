@@ -22,7 +22,7 @@ const SAMPLES: usize = 201;
 const COMBINED: &str = "[KKL+PEB]O";
 const PRINTED: &str = "I&IO, (21) to (23)";
 const FREE: &str = "I&IO, with Q";
-const REPAIRED: &str = "I&IO, with Q and rho";
+const WITH_RHO: &str = "I&IO, with Q and rho";
 const KKLO: &str = "KKLO";
 const AS_KKLO: &str = "I&IO, g1 = 1/L1, g2 = 0";
 /// rtol = 1e-9 of the 50 V there are, and as much for the steps before: all errors decay or stand still.
@@ -45,10 +45,10 @@ pub(super) fn claims() -> Vec<Claim> {
         Claim::holds(
             Class::Ours,
             "kkl.prop5.repaired",
-            "Proposition 5, repaired",
+            "Proposition 5, with ρ",
             "with ρ in (18) the I&IO coincides with the [KKL+PEB]O (largest difference of their estimates, in A and V)",
             &[CONVERTER, RHO],
-            repaired,
+            with_rho,
         ),
         Claim::holds(
             Class::Theorem,
@@ -79,7 +79,7 @@ fn run(context: &Context) -> Result<Arc<Trajectory>, CheckError> {
             .partial_observer(COMBINED, cuk::kkl_pebo(plant, &tuning)?, &start, &states)
             .partial_observer(PRINTED, immersed(Embedding::Printed)?, &start, &states)
             .partial_observer(FREE, immersed(Embedding::Free)?, &start, &states)
-            .partial_observer(REPAIRED, immersed(Embedding::Repaired)?, &start, &states)
+            .partial_observer(WITH_RHO, immersed(Embedding::Equivalent)?, &start, &states)
             .partial_observer(KKLO, cuk::kklo(plant)?, &start, &states)
             .partial_observer(AS_KKLO, cuk::immersion_invariance(plant, &as_kklo)?, &start, &states)
             .tolerances(1e-9, 1e-10)
@@ -154,10 +154,10 @@ fn hypotheses(run: &Trajectory) -> Result<Vec<Hypothesis>, CheckError> {
     ])
 }
 
-fn repaired(context: &Context) -> Result<Outcome, CheckError> {
+fn with_rho(context: &Context) -> Result<Outcome, CheckError> {
     let run = run(context)?;
-    let apart = difference(&run, COMBINED, REPAIRED)?;
-    let (start, end) = current(&run, REPAIRED)?;
+    let apart = difference(&run, COMBINED, WITH_RHO)?;
+    let (start, end) = current(&run, WITH_RHO)?;
     Ok(Outcome::new(Evidence::holds_by(apart <= INTEGRATION && end.abs() < 1e-3 * start.abs(), apart)).note(format!(
         "Integrated side by side; the error of i1 goes from {} A to {} A with both.",
         short(start),
@@ -167,22 +167,22 @@ fn repaired(context: &Context) -> Result<Outcome, CheckError> {
 
 fn set_relation(context: &Context) -> Result<Outcome, CheckError> {
     let run = run(context)?;
-    let (kklo, printed, repaired) =
-        (difference(&run, KKLO, AS_KKLO)?, difference(&run, COMBINED, PRINTED)?, difference(&run, COMBINED, REPAIRED)?);
+    let (kklo, printed, completed) =
+        (difference(&run, KKLO, AS_KKLO)?, difference(&run, COMBINED, PRINTED)?, difference(&run, COMBINED, WITH_RHO)?);
     // R4: a PEBO is a [KKL+PEB]O without a Lambda_L.
     let tuning = Tuning::<f64>::default();
     let (u, y) = (Vector1::new(0.5), Vector2::new(17.0, 0.25));
     let integrates = cuk::pebo(CukConverter::default(), &tuning)?.map().lambda(0.0, &u, &y).amax() == 0.0;
     let inner = integrates && kklo <= INTEGRATION;
     Ok(Outcome::new(Evidence::Readings(vec![
-        ("(18) with ρ", Value::Truth(inner && repaired <= INTEGRATION)),
+        ("(18) with ρ", Value::Truth(inner && completed <= INTEGRATION)),
         ("(18) as printed", Value::Truth(inner && printed <= INTEGRATION)),
     ]))
     .note(format!(
         "PEBO and KKLO ⊂ [KKL+PEB]O holds by definition (q = 0, q = nξ); KKLO ⊂ I&IO holds as printed (R9; on the converter with γ1 = 1/L1, γ2 = 0, to {}). What has an estimator in it, \
          PEBO or [KKL+PEB]O, is an I&IO with ρ (difference {}) and not without ({}). Whether every plant with a [KKL+PEB]O has some other I&IO as printed is not decided by this.",
         short(kklo),
-        short(repaired),
+        short(completed),
         short(printed)
     )))
 }

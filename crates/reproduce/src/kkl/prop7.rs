@@ -208,19 +208,19 @@ fn rates(run: &Trajectory, k: usize) -> Result<[Vector2<f64>; 3], CheckError> {
 
 fn error_equation(context: &Context) -> Result<Outcome, CheckError> {
     let runs = runs(context)?;
-    let (mut printed, mut repaired, mut witness) = (0.0_f64, 0.0_f64, Vector2::zeros());
+    let (mut printed, mut corrected, mut witness) = (0.0_f64, 0.0_f64, Vector2::zeros());
     for k in 0..SAMPLES {
         let [error, psi, rate] = rates(&runs.exact, k)?;
         let claimed = psi * (GAIN * psi.dot(&error));
         if (rate - claimed).amax() > printed {
             (printed, witness) = ((rate - claimed).amax(), error);
         }
-        repaired = repaired.max((rate + claimed).amax());
+        corrected = corrected.max((rate + claimed).amax());
     }
     // With the minus sign the two sides differ by what the run is wrong by.
     let bound = GAIN * INTEGRATION * 10.0;
-    if repaired > bound {
-        return Err(format!("θ̂' differs from -Γψψ'θ̃ by {}, more than {}", short(repaired), short(bound)).into());
+    if corrected > bound {
+        return Err(format!("θ̂' differs from -Γψψ'θ̃ by {}, more than {}", short(corrected), short(bound)).into());
     }
     Ok(Outcome::new(Evidence::counterexample(
         "θ̃' = Γ ψ ψ' θ̃ along the run",
@@ -228,12 +228,12 @@ fn error_equation(context: &Context) -> Result<Outcome, CheckError> {
         Some(Value::from([witness[0], witness[1]])),
         vec![
             Hypothesis::computed("(42), persistent excitation", floquet_multiplier(GAIN)? < 1.0, "the largest Floquet multiplier of -Γψψ' over its period is below 1"),
-            Hypothesis::computed("the regression is exact", repaired <= bound, format!("θ̂' = -Γψψ'θ̃ to {}", short(repaired))),
+            Hypothesis::computed("the regression is exact", corrected <= bound, format!("θ̂' = -Γψψ'θ̃ to {}", short(corrected))),
         ],
     ))
     .note(format!(
         "A minus sign is missing: θ̃' = -Γ ψ ψ' θ̃ holds along the whole run to {}. As printed no error could ever decrease.",
-        short(repaired)
+        short(corrected)
     )))
 }
 

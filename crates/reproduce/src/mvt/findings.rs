@@ -49,7 +49,7 @@ pub(super) fn findings() -> Vec<Finding> {
             claims: &["mvt.ex1.e0-sign", "mvt.ex2.xhat0-sign", "mvt.ex2.a44", "mvt.ex2.gain-of-16"],
         },
         Finding {
-            title: "What repairs it, and where nothing does",
+            title: "Where output injection makes it converge, and where nothing does",
             statement: "With L (y - Cz) in the place of [G_m; 0](y - Cz), and one L and P for the vertices of the mean Jacobian, the observer of Example 2 converges from every internal error, with a proof. \
                         In Example 1 no constant gain can be proved, because x3 is hidden where x1 passes 0.",
             claims: &[

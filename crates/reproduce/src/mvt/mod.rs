@@ -7,8 +7,8 @@ mod example1;
 mod example2;
 mod figures;
 mod findings;
+mod output_injection;
 mod peers;
-mod repair;
 mod runs;
 mod theorem1;
 
@@ -27,7 +27,7 @@ pub(crate) fn paper() -> Paper {
             example1::claims(),
             example2::claims(),
             peers::claims(),
-            repair::claims(),
+            output_injection::claims(),
         ]
         .concat(),
         figures: [

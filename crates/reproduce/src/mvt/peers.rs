@@ -16,7 +16,7 @@ use nalgebra::{Const, DMatrix, Matrix4, SMatrix, Vector4, dmatrix};
 
 use super::example2::{PLANT, XHAT0};
 use super::figures::entries;
-use super::repair::{RATE, design, vertices};
+use super::output_injection::{RATE, design, vertices};
 use super::runs::{System, fixed, norms};
 use crate::claim::{CheckError, Claim, Class, Outcome};
 use crate::context::Context;
@@ -257,7 +257,7 @@ fn polytopic(_: &Context) -> Result<Outcome, CheckError> {
 const GIVEN: &str = "as printed, e0";
 const PARTLY: &str = "as printed, e01";
 const BLIND: &str = "as printed, e(0) = 0";
-const REPAIRED: &str = "repaired, e(0) = 0";
+const INJECTED: &str = "output injection, e(0) = 0";
 const SIXTEEN: &str = "[16]";
 const LPV: &str = "polytopic (LPV)";
 const STRUCTURED: &str = "Lipschitz, structured";
@@ -295,7 +295,7 @@ where
     let given = printed(Vector4::from_column_slice(start.e0))?;
     let partly = printed(Vector4::from_column_slice(start.e01))?;
     let blind = printed(Vector4::zeros())?;
-    let repaired = polytopic.observer(plant, 1.0, Beta, Vector4::zeros())?;
+    let injected = polytopic.observer(plant, 1.0, Beta, Vector4::zeros())?;
     let lpv = LpvDesign::new(plant, &Region::everywhere(4), RATE)?.observer.clone();
     let lipschitz = structured(system)?.observer(plant)?;
     // [16] reads three outputs.
@@ -331,7 +331,7 @@ where
                 .observer(PARTLY, &partly)
                 .prior_information(PARTLY, "all of x(0) - x̂(0) but 0.5 in its last entry")
                 .observer(BLIND, &blind)
-                .observer(REPAIRED, &repaired)
+                .observer(INJECTED, &injected)
                 .observer(LPV, &lpv)
                 .observer(STRUCTURED, &lipschitz)
                 .sampled_observer(KALMAN, filter)
@@ -380,7 +380,7 @@ fn figure(context: &Context, system: System) -> Result<Plate, CheckError> {
         [(&runs.clean, "without noise", "", 1e-14), (&runs.noisy, "with noise", "_noise", 1e-4)]
     {
         let mut panel = Panel::new("time t (s)", "|x - x̂|").title(title).log_y().y_range(floor, 1e3);
-        for (k, name) in [GIVEN, PARTLY, BLIND, REPAIRED, LPV, STRUCTURED, KALMAN, SIXTEEN].into_iter().enumerate() {
+        for (k, name) in [GIVEN, PARTLY, BLIND, INJECTED, LPV, STRUCTURED, KALMAN, SIXTEEN].into_iter().enumerate() {
             let Ok(run) = Joint::run(table, name) else { continue };
             // Zeros have no place on a logarithmic axis; 1e-16 is below what can be distinguished.
             let error: Vec<f64> = norms(&run.observer(name)?.error).iter().map(|e| e.max(1e-16)).collect();

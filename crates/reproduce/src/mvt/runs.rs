@@ -198,13 +198,13 @@ pub(super) enum Theorem {
     Integral,
 }
 
-/// One run of the observer, as printed or corrected, from the initial state of an example.
+/// One run of the observer, as printed or with output injection, from the initial state of an example.
 pub(super) struct Experiment<'a> {
     pub(super) eta: f64,
     /// e(0), the internal error at the start.
     pub(super) e0: &'a [f64],
     pub(super) mean: Theorem,
-    /// The gain of the repair.
+    /// The gain of the output injection, none as printed.
     pub(super) l: Option<&'a DMatrix<f64>>,
     pub(super) times: Vec<f64>,
     pub(super) rtol: f64,
@@ -252,7 +252,7 @@ impl Experiment<'_> {
         let e0 = column::<N>(self.e0)?;
         let observer = match self.l {
             None => MeanValueObserver::new(plant.clone(), self.eta, mean, e0)?,
-            Some(l) => MeanValueObserver::repaired(plant.clone(), self.eta, mean, e0, fixed::<N, P>(l)?)?,
+            Some(l) => MeanValueObserver::with_output_injection(plant.clone(), self.eta, mean, e0, fixed::<N, P>(l)?)?,
         };
         Ok(Scenario::new(plant)
             .initial_state(x)

@@ -72,8 +72,7 @@ fn a_row_is_what_a_run_gives() {
     assert!(text.contains("linear") && text.contains("cubic") && text.contains("us/slope"), "{text}");
 }
 
-/// The printed mean-value observer with e(0) = x(0) - xhat(0) is marked in the table; with another e(0) or as repaired
-/// it is not.
+/// The printed mean-value observer with e(0) = x(0) - xhat(0) is marked in the table; with another e(0) it is not.
 #[test]
 fn prior_information_is_in_the_table() {
     let (x0, xhat0) = (Vector3::new(-2.0, -1.0, -1.0), Vector3::new(-1.0, -0.5, -1.5));

@@ -209,13 +209,13 @@ pub(super) fn sampled(
     };
     match runnable {
         Runnable::NonlinearLuenberger(designed) => with_gain(designed.l().clone(), observer.initial.clone(), ""),
-        Runnable::MeanValue(repaired) => {
+        Runnable::MeanValue(injected) => {
             // z = xhat + e has the constant gain L, and the certificate is about z.
-            let l = repaired
+            let l = injected
                 .l()
                 .cloned()
                 .ok_or_else(|| plain("the observer as printed has no constant gain".to_owned()))?;
-            let first = observer.initial.iter().zip(repaired.internal_error().iter()).map(|(xhat, e)| xhat + e);
+            let first = observer.initial.iter().zip(injected.internal_error().iter()).map(|(xhat, e)| xhat + e);
             with_gain(l, first.collect(), "The exported estimate is z. ")
         }
         Runnable::HighGain(chains) => {
@@ -293,7 +293,7 @@ pub(super) fn sampled(
                 .to_owned(),
             vec![
                 "as_printed = \"integral\", the mean of the Jacobian without an iteration".to_owned(),
-                "kind = \"mean-value\" without `as_printed`, the corrected observer".to_owned(),
+                "kind = \"mean-value\" without `as_printed`, the observer with output injection".to_owned(),
             ],
         )),
         Runnable::Functional(..) => Err((

@@ -1,5 +1,5 @@
-//! The mean-value-theorem observer as printed, eq. (3) of Ben Messaoud and Hajji, for comparison with the corrected
-//! one.
+//! The mean-value-theorem observer as printed, eq. (3) of Ben Messaoud and Hajji, for comparison with the one
+//! with output injection.
 
 use luenberger_design::LeastSquares;
 use luenberger_observers::mean_value::{Mean, MeanJacobian};
@@ -66,7 +66,7 @@ pub(super) fn design(model: &Model, mean: PrintedMean, eta: f64, internal_error:
         ),
         numbers: vec![number("eta", eta)],
         ..uncertified(
-            "the theorem as printed is false, the estimation error need not tend to 0 from another e(0); without `as_printed` the corrected observer is designed",
+            "the theorem as printed is false, the estimation error need not tend to 0 from another e(0); without `as_printed` the observer with output injection is designed",
         )
     };
     Ok(Designed::new(Runnable::PrintedMeanValue(Box::new(observer)), report, None))

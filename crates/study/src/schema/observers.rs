@@ -336,7 +336,7 @@ pub(super) const KINDS: &[Variant] = &[
     },
     Variant {
         name: "mean-value",
-        about: "Mean-value-theorem observer, corrected or as printed, for plants whose outputs are the first states.",
+        about: "Mean-value-theorem observer, with output injection or as printed, for plants whose outputs are the first states.",
         keys: &[
             REGION,
             optional("decay_rate", Kind::Number(Range::NotNegative), "Decay rate to be certified (default 0)."),
@@ -353,7 +353,7 @@ pub(super) const KINDS: &[Variant] = &[
                     ("root", "beta by bracketing the root of each row."),
                     ("integral", "The integral of the Jacobian along the segment."),
                 ]),
-                "The observer as printed, with the mean Jacobian computed this way. It has no certificate, because its theorem is false (default: the corrected observer).",
+                "The observer as printed, with the mean Jacobian computed this way. It has no certificate, because its theorem is false (default: the observer with output injection).",
             ),
             MAX_GAIN,
             NOISE,

@@ -192,7 +192,7 @@ pub enum ObserverKind {
         /// A given gain.
         gain: Option<DMatrix<f64>>,
     },
-    /// The mean-value-theorem observer, in its corrected form.
+    /// The mean-value-theorem observer, with output injection or as printed.
     MeanValue {
         /// The box.
         region: luenberger_design::Region,
@@ -202,7 +202,7 @@ pub enum ObserverKind {
         eta: f64,
         /// e(0).
         internal_error: Vec<f64>,
-        /// The mean of the Jacobian of the observer as printed; none for the corrected one.
+        /// The mean of the Jacobian of the observer as printed; none with output injection.
         printed: Option<PrintedMean>,
     },
     /// High-gain observer for integrator chains.

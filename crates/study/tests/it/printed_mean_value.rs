@@ -48,7 +48,7 @@ fn the_observer_as_printed_runs_without_a_certificate() {
     same!("least-squares", LeastSquares::new());
 }
 
-/// From e(0) = x(0) - xhat(0) the printed observer converges; the corrected one does so from e(0) = 0.
+/// From e(0) = x(0) - xhat(0) the printed observer converges; with output injection it does so from e(0) = 0.
 #[test]
 fn the_initial_internal_error_decides_the_printed_observer() {
     let error_at_the_end = |more: &str| {

@@ -22,7 +22,7 @@ pub enum Embedding {
     /// Q is the right-hand side of the [KKL+PEB]O.
     Free,
     /// The same Q, and `rho = (d theta_hat/dt, 0)`: the I&IO is the [KKL+PEB]O.
-    Repaired,
+    Equivalent,
 }
 
 /// The maps of Proposition 5 for the converter's [KKL+PEB]O.
@@ -82,6 +82,6 @@ impl<T: RealField + Copy> Immersion<T> for CukKklPebImmersion {
     }
 
     fn rho(&self, y: &Vector2<T>, chi: &Vector6<T>, u: &Vector1<T>) -> Option<Vector2<T>> {
-        (self.embedding == Embedding::Repaired).then(|| Vector2::new(self.slope(chi, u, y)[5], T::zero()))
+        (self.embedding == Embedding::Equivalent).then(|| Vector2::new(self.slope(chi, u, y)[5], T::zero()))
     }
 }

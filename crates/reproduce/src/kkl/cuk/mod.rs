@@ -10,7 +10,7 @@
 //! | [`pebo`] | PEBO | that of the gradient estimator |
 //! | [`kkl_pebo`] | [KKL+PEB]O | that of the gradient estimator for i1, `e_v4' = -(G/C4) e_v4` |
 //! | [`immersion_invariance`] | I&IO | `e_i1' = -g1 w e_i1`, `e_v4' = -(G/C4 + g2) e_v4`; g1 = 1/L1, g2 = 0 is the KKLO |
-//! | [`kkl_pebo_immersed`] | [KKL+PEB]O written as an I&IO | that of the [KKL+PEB]O, with [`Embedding::Repaired`] |
+//! | [`kkl_pebo_immersed`] | [KKL+PEB]O written as an I&IO | that of the [KKL+PEB]O, with [`Embedding::Equivalent`] |
 //! | [`high_gain_time_varying`] | HGO | `s^2 + (a1/r1) s + w a2/(r1^2 C2)` and `s^2 + (a3/r1 + G/C4) s + a3 G/(r1 C4) + a4/(r1^2 L3)` for w constant |
 //! | [`high_gain_differentiator`] | HGO that differentiates y twice | `s^2 + (a1/r2) s + a2/r2^2`, `s^2 + (a3/r2) s + a4/r2^2`, driven by y'': zero in equilibrium only |
 //! | [`high_gain_exact`] | HGO with the plant in it | `s^2 + (a1/r2) s + a2/r2^2` and `s^2 + (a3/r2 + G/C4) s + a3 G/(r2 C4) + a4/r2^2` for w constant |
@@ -163,7 +163,7 @@ pub fn immersion_invariance<T: RealField + Copy>(
 /// Proposition 5: the [KKL+PEB]O as an I&IO with `beta = (xi1 + theta_hat, xi2)` and `phi = (i1, v4)`, chi being its
 /// whole state.
 ///
-/// With [`Embedding::Repaired`] it is the [KKL+PEB]O, slope by slope; as printed the error of i1 stands still.
+/// With [`Embedding::Equivalent`] it is the [KKL+PEB]O, slope by slope; as printed the error of i1 stands still.
 /// ```
 /// use luenberger_observers::Observer;
 /// use luenberger_plants::CukConverter;
@@ -171,7 +171,7 @@ pub fn immersion_invariance<T: RealField + Copy>(
 /// use nalgebra::{Vector1, Vector2, Vector6};
 /// let (converter, tuning) = (CukConverter::default(), Tuning::<f64>::default());
 /// let original = cuk::kkl_pebo(converter, &tuning)?;
-/// let immersed = cuk::kkl_pebo_immersed(converter, &tuning, Embedding::Repaired)?;
+/// let immersed = cuk::kkl_pebo_immersed(converter, &tuning, Embedding::Equivalent)?;
 /// let (chi, u, y) = (Vector6::new(0.3, -8.0, 17.0, 0.0, 100.0, 0.1), Vector1::new(0.5), Vector2::new(18.0, 0.25));
 /// let slope: Vector6<f64> = immersed.derivative(0.0, &chi, &u, &y);
 /// let claimed = original.derivative(0.0, &chi, &u, &y);

@@ -1,4 +1,4 @@
-//! The corrected observer on the paper's examples, with a wrong initial internal error.
+//! The observer with output injection on the paper's examples, with a wrong initial internal error.
 
 use luenberger_design::mean_value::{ContractingCoordinates, MeanValueDesign};
 use luenberger_design::{LpvDesign, LpvError, Region};
@@ -18,7 +18,7 @@ use crate::value::{Value, short};
 /// The rate that the gains of Example 2 are designed for.
 pub(super) const RATE: f64 = 2.0;
 
-const REPAIR: &str =
+const INJECTION: &str =
     "e' = (D - G) e + (L - [G_m; 0])(y - C x̂ - C e), so that z = x̂ + e obeys z' = f(z, u) + L (y - C z)";
 const WRONG: &str = "e(0) = e01, e(0) = 0 and e(0) = -e0";
 
@@ -27,15 +27,15 @@ pub(super) fn claims() -> Vec<Claim> {
         Claim::holds(
             Class::Ours,
             "mvt.repair.ex1",
-            "Example 1, repaired",
-            "repaired, the observer converges from a wrong internal error (largest |x - x̂| at T = 100 s)",
-            &[REPAIR, WRONG, "L = [1 0; 0 0.5; 0 0], η = 1"],
+            "Example 1, with output injection",
+            "with output injection the observer converges from a wrong internal error (largest |x - x̂| at T = 100 s)",
+            &[INJECTION, WRONG, "L = [1 0; 0 0.5; 0 0], η = 1"],
             chaotic,
         ),
         Claim::holds(
             Class::Ours,
             "mvt.repair.ex1-proof",
-            "Example 1, repaired",
+            "Example 1, with output injection",
             "no constant gain and P serve every mean Jacobian that the run meets: a mode that no output sees does not decay (its eigenvalue)",
             &["the box of the states of the run with e01, T = 10 s, in which x1 passes 0"],
             no_common_gain,
@@ -43,25 +43,25 @@ pub(super) fn claims() -> Vec<Claim> {
         Claim::holds(
             Class::Ours,
             "mvt.repair.ex2",
-            "Example 2, repaired",
-            "repaired, the observer converges from a wrong internal error, with a proof at both vertices of the mean Jacobian (largest |x - x̂| at T = 10 s)",
-            &[REPAIR, WRONG, XHAT0, PLANT, "rate 2, η = 1"],
+            "Example 2, with output injection",
+            "with output injection the observer converges from a wrong internal error, with a proof at both vertices of the mean Jacobian (largest |x - x̂| at T = 10 s)",
+            &[INJECTION, WRONG, XHAT0, PLANT, "rate 2, η = 1"],
             |_| joint(System::Corrected, 10.0),
         ),
         Claim::holds(
             Class::Ours,
             "mvt.repair.ex2-classical",
-            "Example 2, repaired",
-            "repaired, the observer converges from a wrong internal error, with a proof at both vertices of the mean Jacobian (largest |x - x̂| at T = 10 s, classical outputs)",
-            &[REPAIR, WRONG, XHAT0, "rate 2, η = 1"],
+            "Example 2, with output injection",
+            "with output injection the observer converges from a wrong internal error, with a proof at both vertices of the mean Jacobian (largest |x - x̂| at T = 10 s, classical outputs)",
+            &[INJECTION, WRONG, XHAT0, "rate 2, η = 1"],
             |_| joint(System::Classical, 10.0),
         ),
         Claim::holds(
             Class::Ours,
             "mvt.repair.ex2-printed",
-            "Example 2, repaired",
-            "repaired, the observer converges from a wrong internal error, with a proof at both vertices of the mean Jacobian (largest |x - x̂| at T = 4 s, a44 as printed)",
-            &[REPAIR, WRONG, XHAT0, "rate 2, η = 1"],
+            "Example 2, with output injection",
+            "with output injection the observer converges from a wrong internal error, with a proof at both vertices of the mean Jacobian (largest |x - x̂| at T = 4 s, a44 as printed)",
+            &[INJECTION, WRONG, XHAT0, "rate 2, η = 1"],
             |_| joint(System::Printed, 4.0),
         ),
         Claim::holds(
