@@ -311,15 +311,17 @@ pub enum ObserverKind {
     DiscreteLinear(Box<DiscreteLinearObserver<f64, Dyn, Dyn, Dyn>>),
     /// The stationary Kalman filter in discrete time, in filter form.
     StationaryKalman(Box<StationaryKalmanFilter<f64, Dyn, Dyn, Dyn>>),
-    /// The copy of a plant in discrete time with the gain L.
-    DiscreteCopy {
+    /// Luenberger's observer of a nonlinear plant in discrete time.
+    #[serde(rename = "discrete-copy")]
+    DiscreteNonlinear {
         /// L.
         l: Rows,
         /// The sampling period.
         period: f64,
     },
-    /// The copy of the plant with the gain L.
-    Copy {
+    /// Luenberger's observer of a nonlinear plant.
+    #[serde(rename = "copy")]
+    NonlinearLuenberger {
         /// L.
         l: Rows,
     },
@@ -359,7 +361,7 @@ impl ObserverKind {
             Self::SampledCubic { observer, .. } => Some(SampledObserver::<f64>::period(observer.as_ref())),
             Self::DiscreteLinear(observer) => Some(SampledObserver::<f64>::period(observer.as_ref())),
             Self::StationaryKalman(filter) => Some(SampledObserver::<f64>::period(filter.as_ref())),
-            Self::SlidingMode { period, .. } | Self::DiscreteCopy { period, .. } | Self::Kalman { period, .. } => {
+            Self::SlidingMode { period, .. } | Self::DiscreteNonlinear { period, .. } | Self::Kalman { period, .. } => {
                 Some(*period)
             }
             Self::Linear(_)
@@ -369,7 +371,7 @@ impl ObserverKind {
             | Self::UnknownInput { .. }
             | Self::UnknownInputCubic { .. }
             | Self::Interval { .. }
-            | Self::Copy { .. } => None,
+            | Self::NonlinearLuenberger { .. } => None,
         }
     }
 }

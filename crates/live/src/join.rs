@@ -81,12 +81,12 @@ pub(crate) fn join<'a>(
             let filter = StationaryKalmanFilter::new(discrete(filter.predictor(), gain)?, scaled).map_err(text)?;
             scenario.sampled_observer(name, filter, &start)
         }
-        ObserverKind::DiscreteCopy { l, period } => {
+        ObserverKind::DiscreteNonlinear { l, period } => {
             let l = if gain == 1.0 { matrix(l) } else { matrix(l) * gain };
             let copy = DiscreteNonlinearObserver::new(plant, l, *period).map_err(text)?;
             scenario.sampled_observer(name, copy, &start)
         }
-        ObserverKind::Copy { l } => {
+        ObserverKind::NonlinearLuenberger { l } => {
             let l = if gain == 1.0 { matrix(l) } else { matrix(l) * gain };
             let copy = NonlinearLuenbergerObserver::new(plant, l).map_err(text)?;
             scenario.observer(name, copy, &start)

@@ -237,9 +237,9 @@ fn observer(study: &Study, member: &Member<'_>) -> Option<Observer> {
         Runnable::StationaryKalman(filter) => (ObserverKind::StationaryKalman(filter.clone()), None),
         Runnable::DiscreteNonlinear(copy) => {
             let period = SampledObserver::<f64>::period(copy.as_ref());
-            (ObserverKind::DiscreteCopy { l: rows(copy.l()), period }, None)
+            (ObserverKind::DiscreteNonlinear { l: rows(copy.l()), period }, None)
         }
-        Runnable::NonlinearLuenberger(copy) => (ObserverKind::Copy { l: rows(copy.l()) }, None),
+        Runnable::NonlinearLuenberger(copy) => (ObserverKind::NonlinearLuenberger { l: rows(copy.l()) }, None),
         Runnable::ExtendedKalman(filter) => {
             let noises = filter.noise_model();
             let period = SampledObserver::<f64>::period(filter.as_ref());
