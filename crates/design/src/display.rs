@@ -6,7 +6,7 @@ use luenberger_lmi::dynamic_matrix;
 use luenberger_observers::{CubicObserver, LinearObserver, SampledObserver};
 use luenberger_proof::certificate::Certificate;
 use luenberger_proof::wording::{complex, significant};
-use nalgebra::{Complex, DMatrix, Dyn};
+use nalgebra::{Complex, DMatrix, Dim, Dyn, Matrix, RawStorage};
 
 use crate::mean_value::{ContractingCoordinates, MeanValueDesign};
 use crate::numerical_kkl::HeldInputDesign;
@@ -21,7 +21,11 @@ use crate::{
 const DIGITS: usize = 6;
 
 /// `L = [7; 10]`, as MATLAB writes it.
-fn write_matrix(f: &mut fmt::Formatter<'_>, name: &str, m: &DMatrix<f64>) -> fmt::Result {
+pub(crate) fn write_matrix<R: Dim, C: Dim>(
+    f: &mut fmt::Formatter<'_>,
+    name: &str,
+    m: &Matrix<f64, R, C, impl RawStorage<f64, R, C>>,
+) -> fmt::Result {
     let row = |row: usize| m.row(row).iter().map(|x| significant(*x, DIGITS)).collect::<Vec<_>>().join(", ");
     writeln!(f, "{name} = [{}]", (0..m.nrows()).map(row).collect::<Vec<_>>().join("; "))
 }

@@ -19,6 +19,6 @@ luenberger::plants::plant!(
 
 pub(crate) fn main() -> Result<(), luenberger::design::LpvError> {
     let design = LpvDesign::new(Pendulum, &Region::everywhere(2), 3.0)?;
-    println!("L = {}{design}", design.l());
+    println!("{design}");
     Ok(())
 }

@@ -43,6 +43,7 @@ use super::polytope::{Polytope, Vertex};
 use super::text::write_inequalities;
 use super::{Stop, growing, outcome};
 use crate::check;
+use crate::display::write_matrix;
 use crate::enclosure::{IntervalDual, Region, enclose};
 use crate::error::DesignError;
 use crate::gain_lmi::{self, Gain};
@@ -246,6 +247,7 @@ where
     DefaultAllocator: Size<N, M, P>,
 {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write_matrix(f, "L", self.l())?;
         writeln!(f, "{}", self.statement())?;
         let slowest = self.vertex_factors.iter().zip(&self.polytope.vertices).enumerate();
         if let Some((k, (factor, vertex))) = slowest.max_by(|x, y| x.1.0.total_cmp(y.1.0)) {

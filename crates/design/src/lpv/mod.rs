@@ -49,6 +49,7 @@ pub use polytope::{MAX_VARYING, Polytope, Vertex};
 
 use self::text::write_inequalities;
 use crate::check;
+use crate::display::write_matrix;
 use crate::enclosure::{IntervalDual, Region, enclose};
 use crate::error::DesignError;
 use crate::gain_lmi::{self, Gain};
@@ -285,6 +286,7 @@ where
     DefaultAllocator: Size<N, M, P>,
 {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write_matrix(f, "L", self.l())?;
         writeln!(f, "{}", self.statement())?;
         if let (Some(rate), Some(vertex)) =
             (self.vertex_rates.get(self.limiting), self.polytope.vertices.get(self.limiting))

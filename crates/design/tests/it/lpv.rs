@@ -289,6 +289,7 @@ fn an_entry_that_is_0_up_to_rounding_hides_nothing() {
     assert!((0.0..1e-300).contains(&end), "{end:e}");
     let design = LpvDesign::certify(CubicSpring {}, &region, &dmatrix![7.0; 12.0]).unwrap();
     assert!(design.certificate.is_proved() && design.rate > 2.8, "{design}");
+    assert!(design.to_string().starts_with("L = [7; 12]\n"), "{design}");
 }
 
 /// The witness of a hidden mode is exact, and checked against the pair it speaks of.
