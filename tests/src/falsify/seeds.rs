@@ -324,11 +324,12 @@ fn sampled_interval(random: &mut Random) -> Option<CertificateFile> {
         format: if random.once_in(2) { Format::Binary32 } else { Format::Binary64 },
     };
     let e = random.matrix(n, q);
-    let (acting, gain) = ((&e, w.as_slice(), v.as_slice()), (discrete.l(), coordinates(random)));
+    let acting = DisturbanceBounds::of_states_and_outputs(&e, &w, &v);
+    let (l, coordinates) = (discrete.l(), coordinates(random));
     let found = if random.once_in(2) {
-        SampledIntervalDesign::sampled(&plant, acting, gain, h, &kept)
+        SampledIntervalDesign::sampled(&plant, h, l, &acting, coordinates, &kept)
     } else {
-        SampledIntervalDesign::of_discrete(discrete.observer.plant(), acting, gain, h, &kept)
+        SampledIntervalDesign::of_discrete(discrete.observer.plant(), h, l, &acting, coordinates, &kept)
     };
     written(found.ok()?.certificate_file("sampled interval"))
 }

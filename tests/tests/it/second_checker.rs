@@ -174,10 +174,10 @@ fn enclosing() -> Vec<CertificateFile> {
     for format in [Format::Binary32, Format::Binary64] {
         let kept =
             IntervalRequirements { initial_error: first.to_vec(), estimates: vec![3.0; 2], inputs: vec![1.0], format };
-        let gain = (discrete.l(), ErrorCoordinates::Modal);
-        let acting = (&dmatrix![1.0; 0.0], &[0.3][..], &[0.05][..]);
-        let held = SampledIntervalDesign::sampled(&plant, acting, gain, 0.05, &kept).unwrap();
-        let exact = SampledIntervalDesign::of_discrete(discrete.observer.plant(), acting, gain, 0.05, &kept).unwrap();
+        let (l, modal) = (discrete.l(), ErrorCoordinates::Modal);
+        let held = SampledIntervalDesign::sampled(&plant, 0.05, l, &acting, modal, &kept).unwrap();
+        let sampled = discrete.observer.plant();
+        let exact = SampledIntervalDesign::of_discrete(sampled, 0.05, l, &acting, modal, &kept).unwrap();
         files.extend([held.certificate_file("held").unwrap(), exact.certificate_file("discrete").unwrap()]);
     }
     files

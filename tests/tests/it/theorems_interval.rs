@@ -117,9 +117,9 @@ proptest! {
             inputs: vec![1.0; m],
             format: if single { Format::Binary32 } else { Format::Binary64 },
         };
-        let gain = (discrete.l(), ErrorCoordinates::Modal);
-        let sampled = discrete.observer.plant();
-        let design = SampledIntervalDesign::of_discrete(sampled, (&e, &[w], &vec![v; p]), gain, h, &kept).unwrap();
+        let (sampled, modal) = (discrete.observer.plant(), ErrorCoordinates::Modal);
+        let acting = DisturbanceBounds::of_states_and_outputs(&e, &[w], &vec![v; p]);
+        let design = SampledIntervalDesign::of_discrete(sampled, h, discrete.l(), &acting, modal, &kept).unwrap();
         prop_assert!(design.certificate.is_proved(), "{}", design.certificate);
         let (mut x, zero) = (DVector::zeros(n), DVector::zeros(m));
         let first = DVector::from_fn(n, |i, _| round(-corner(seed, i)));
@@ -287,8 +287,9 @@ fn a_disturbance_that_switches_between_samples_is_enclosed() {
         inputs: vec![0.0],
         format: Format::Binary64,
     };
-    let gain = (discrete.l(), ErrorCoordinates::Modal);
-    let design = SampledIntervalDesign::sampled(&plant, (&e, &[0.7], &[1e-9]), gain, h, &kept).unwrap();
+    let acting = DisturbanceBounds::of_states_and_outputs(&e, &[0.7], &[1e-9]);
+    let design =
+        SampledIntervalDesign::sampled(&plant, h, discrete.l(), &acting, ErrorCoordinates::Modal, &kept).unwrap();
     assert!(design.certificate.is_proved(), "{}", design.certificate);
     let tau = h / parts as f64;
     let step = luenberger_linalg::zero_order_hold(&plant.a, &e, tau).unwrap();

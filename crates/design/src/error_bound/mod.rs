@@ -58,14 +58,18 @@ impl DisturbanceBounds {
     }
 
     /// Shapes for n states and p outputs, and bounds that are finite and not negative.
-    pub(crate) fn check(&self, (n, p): (usize, usize)) -> Result<(), DesignError> {
+    pub(crate) fn check(&self, size: (usize, usize)) -> Result<(), DesignError> {
+        self.check_shapes(size)?;
+        check::not_negative("the bound of a disturbance", &self.bounds)
+    }
+
+    pub(crate) fn check_shapes(&self, (n, p): (usize, usize)) -> Result<(), DesignError> {
         let (of_states, of_outputs) = (self.e.ncols(), self.d.ncols());
         if of_states != self.bounds.len() || of_outputs != self.bounds.len() {
             return Err(DesignError::DisturbanceCount { bounds: self.bounds.len(), of_states, of_outputs });
         }
         check::matrix("E", &self.e, (n, of_states))?;
-        check::matrix("D", &self.d, (p, of_outputs))?;
-        check::not_negative("the bound of a disturbance", &self.bounds)
+        check::matrix("D", &self.d, (p, of_outputs))
     }
 
     /// Measurement noise only.

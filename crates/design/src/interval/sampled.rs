@@ -6,13 +6,14 @@ use luenberger_observers::{SampledIntervalGains, SampledIntervalObserver};
 use luenberger_plants::StateSpace;
 use luenberger_proof::certificate::{Certificate, IntervalCoordinates, SampledIntervalEnclosure};
 use luenberger_proof::statement::{BlockCoordinates, Format, SampledIntervals, held_plant};
-use luenberger_proof::{Interval, Matrix};
+use luenberger_proof::{Interval, Matrix, Ring};
 use nalgebra::{DMatrix, DVector, Dyn};
 
 use super::{ErrorCoordinates, chosen, limit_of, modal, positive_solution, times_up};
 use crate::certificate::certified;
 use crate::check;
 use crate::error::DesignError;
+use crate::error_bound::DisturbanceBounds;
 
 certified!(SampledIntervalDesign);
 
@@ -60,25 +61,54 @@ struct Plant {
     noise: Vec<f64>,
 }
 
+/// E with the bounds of w, and those of the noise of each output.
+struct Acting {
+    e: Matrix<f64>,
+    disturbances: Vec<f64>,
+    noise: Vec<f64>,
+}
+
+impl Acting {
+    fn of(all: &DisturbanceBounds, plant: &StateSpace) -> Result<Self, DesignError> {
+        all.check_shapes((plant.a.nrows(), plant.c.nrows()))?;
+        let acts = |m: &DMatrix<f64>, j: usize| m.column(j).iter().any(|entry| *entry != 0.0);
+        let columns = |chosen: &dyn Fn(usize) -> bool| (0..all.bounds.len()).filter(|j| chosen(*j)).collect::<Vec<_>>();
+        let of_states = columns(&|j| acts(&all.e, j) || !acts(&all.d, j));
+        let of_outputs = columns(&|j| acts(&all.d, j));
+        let bounds = |columns: &[usize]| columns.iter().map(|&j| all.bounds[j]).collect::<Vec<_>>();
+        let disturbances = bounds(&of_states);
+        check::not_negative("the bound of a disturbance", &disturbances)?;
+        check::not_negative("the bound of the noise of an output", &bounds(&of_outputs))?;
+        // |D| W rounded up; a factor of 1 is exact.
+        let term = |i: usize, j: usize| match all.d[(i, j)].abs() {
+            1.0 => Interval::of(all.bounds[j]),
+            d => Interval::of(d).mul(&Interval::of(all.bounds[j])),
+        };
+        let sum = |i| of_outputs.iter().fold(Interval::of(0.0), |sum, &j| sum.add(&term(i, j))).hi();
+        let noise = (0..all.d.nrows()).map(sum).collect();
+        Ok(Self { e: proof_matrix(&all.e.select_columns(&of_states)), disturbances, noise })
+    }
+}
+
 impl SampledIntervalDesign {
     /// For `x' = A x + B u + E w`, `y = C x + v` with u held over `period` and any w(t) and v within their bounds, with
-    /// the gain `l` of the sampled plant.
+    /// the gain `l` of the sampled plant. `disturbances` as in [`of_discrete`](Self::of_discrete).
     ///
     /// # Errors
     /// As [`of_discrete`](Self::of_discrete), and [`DesignError::Exponential`] where `exp(A period)` is too large to be
     /// enclosed.
     pub fn sampled(
         plant: &StateSpace,
-        (e, disturbances, noise): (&DMatrix<f64>, &[f64], &[f64]),
-        (l, coordinates): (&DMatrix<f64>, ErrorCoordinates),
         period: f64,
+        l: &DMatrix<f64>,
+        disturbances: &DisturbanceBounds,
+        coordinates: ErrorCoordinates,
         required: &IntervalRequirements,
     ) -> Result<Self, DesignError> {
         check::positive("the sampling period h", period)?;
-        check::matrix("E", e, (plant.a.nrows(), disturbances.len()))?;
-        check::not_negative("the bound of a disturbance", disturbances)?;
+        let Acting { e, disturbances, noise } = Acting::of(disturbances, plant)?;
         let (a, b) = (proof_matrix(&plant.a), proof_matrix(&plant.b));
-        let Some(held) = held_plant((&a, &b), (&proof_matrix(e), disturbances), period)? else {
+        let Some(held) = held_plant((&a, &b), (&e, &disturbances), period)? else {
             return Err(DesignError::Exponential { period });
         };
         let plant = Plant {
@@ -87,15 +117,17 @@ impl SampledIntervalDesign {
             c: plant.c.clone(),
             e: held.e,
             disturbances: held.disturbances,
-            noise: noise.to_vec(),
+            noise,
         };
         Self::of(&plant, l, coordinates, period, required)
     }
 
-    /// For `x+ = A x + B u + E w`, `y = C x + v` with these matrices.
+    /// For `x+ = A x + B u + E w`, `y = C x + v` with these matrices and the gain `l`.
+    ///
+    /// A disturbance that acts on states and outputs counts as two independent ones.
     ///
     /// ```
-    /// use luenberger_design::{Certified, ErrorCoordinates, IntervalRequirements, SampledIntervalDesign};
+    /// use luenberger_design::{DisturbanceBounds, ErrorCoordinates, IntervalRequirements, SampledIntervalDesign};
     /// use luenberger_observers::SampledObserver;
     /// use luenberger_plants::StateSpace;
     /// use luenberger_proof::statement::Format;
@@ -104,10 +136,9 @@ impl SampledIntervalDesign {
     /// let plant = StateSpace::new(dmatrix![1.0, 0.1; 0.0, 1.0], dmatrix![0.005; 0.1], dmatrix![1.0, 0.0])?;
     /// let (initial_error, estimates, inputs) = (vec![1.0; 2], vec![10.0; 2], vec![1.0]);
     /// let required = IntervalRequirements { initial_error, estimates, inputs, format: Format::Binary32 };
-    /// let acting = (&dmatrix![0.0; 1.0], &[0.002][..], &[0.01][..]);
-    /// let design = SampledIntervalDesign::of_discrete(
-    ///     &plant, acting, (&dmatrix![0.9; 2.0], ErrorCoordinates::Modal), 0.1, &required,
-    /// )?;
+    /// let acting = DisturbanceBounds::of_states_and_outputs(&dmatrix![0.0; 1.0], &[0.002], &[0.01]);
+    /// let (l, modal) = (dmatrix![0.9; 2.0], ErrorCoordinates::Modal);
+    /// let design = SampledIntervalDesign::of_discrete(&plant, 0.1, &l, &acting, modal, &required)?;
     /// assert!(design.certificate.is_proved(), "{}", design.certificate);
     /// let mut state = design.observer.initial(0.0, &DVector::zeros(2), &DVector::zeros(1), &DVector::zeros(1));
     /// for _ in 0..100 {
@@ -123,20 +154,21 @@ impl SampledIntervalDesign {
     /// that the format has not, errors of shapes.
     pub fn of_discrete(
         plant: &StateSpace,
-        (e, disturbances, noise): (&DMatrix<f64>, &[f64], &[f64]),
-        (l, coordinates): (&DMatrix<f64>, ErrorCoordinates),
         period: f64,
+        l: &DMatrix<f64>,
+        disturbances: &DisturbanceBounds,
+        coordinates: ErrorCoordinates,
         required: &IntervalRequirements,
     ) -> Result<Self, DesignError> {
-        check::matrix("E", e, (plant.a.nrows(), disturbances.len()))?;
+        let Acting { e, disturbances, noise } = Acting::of(disturbances, plant)?;
         let points = |m: &DMatrix<f64>| proof_matrix(m).map(|x| Interval::of(*x));
         let plant = Plant {
             a: points(&plant.a),
             b: points(&plant.b),
             c: plant.c.clone(),
-            e: proof_matrix(e),
-            disturbances: disturbances.to_vec(),
-            noise: noise.to_vec(),
+            e,
+            disturbances,
+            noise,
         };
         Self::of(&plant, l, coordinates, period, required)
     }
@@ -149,8 +181,6 @@ impl SampledIntervalDesign {
         required: &IntervalRequirements,
     ) -> Result<Self, DesignError> {
         let format = required.format;
-        check::not_negative("the bound of a disturbance", &plant.disturbances)?;
-        check::not_negative("the bound of the noise of an output", &plant.noise)?;
         check::not_negative("a half-width of x(0)", &required.initial_error)?;
         let middle = |m: &Matrix<Interval>| rounded(&dynamic_matrix(&m.map(Interval::midpoint)), format);
         let (f, g) = (middle(&plant.a)?, middle(&plant.b)?);

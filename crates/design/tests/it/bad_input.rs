@@ -213,8 +213,9 @@ fn bounds_of_disturbances_are_checked_where_they_enter() {
             inputs: vec![1.0],
             format: Format::Binary64,
         };
-        let gain = (&dmatrix![0.9; 2.0], ErrorCoordinates::Modal);
-        SampledIntervalDesign::of_discrete(&plant, (&e, &[disturbance], &[noise]), gain, 0.1, &required)
+        let acting = DisturbanceBounds::of_states_and_outputs(&e, &[disturbance], &[noise]);
+        let (l, modal) = (dmatrix![0.9; 2.0], ErrorCoordinates::Modal);
+        SampledIntervalDesign::of_discrete(&plant, 0.1, &l, &acting, modal, &required)
             .unwrap_err()
             .to_string()
     };

@@ -81,9 +81,8 @@ fn designs_against_disturbances() {
     let sampled = StateSpace::new(dmatrix![1.0, 0.1; 0.0, 1.0], dmatrix![0.005; 0.1], dmatrix![1.0, 0.0]).unwrap();
     let (initial_error, estimates, inputs) = (vec![1.0; 2], vec![10.0; 2], vec![1.0]);
     let required = IntervalRequirements { initial_error, estimates, inputs, format: Format::Binary32 };
-    let acting = (&dmatrix![0.0; 1.0], &[0.002][..], &[0.01][..]);
-    let gain = (&dmatrix![0.9; 2.0], ErrorCoordinates::Modal);
-    let interval = SampledIntervalDesign::of_discrete(&sampled, acting, gain, 0.1, &required).unwrap();
+    let (l, modal) = (dmatrix![0.9; 2.0], ErrorCoordinates::Modal);
+    let interval = SampledIntervalDesign::of_discrete(&sampled, 0.1, &l, &acting, modal, &required).unwrap();
     assert_eq!(names(&interval), ["L", "T", "half-widths"]);
 
     let periods = Periods { shortest: 0.08, longest: 0.13, misses: 1 };

@@ -132,11 +132,11 @@ pub(crate) fn sampled_design(
         let acting = DisturbanceBounds::of_states_and_outputs(&e, &bounds.disturbance, &bounds.noise);
         least_width_gain((&a, &plant.c), &acting, TimeDomain::Discrete)?
     };
-    let acting = (&bounds.e, bounds.disturbance.as_slice(), bounds.noise.as_slice());
+    let acting = DisturbanceBounds::of_states_and_outputs(&bounds.e, &bounds.disturbance, &bounds.noise);
     if *held {
-        SampledIntervalDesign::sampled(plant, acting, (&gain, spec.coordinates), *period, &kept)
+        SampledIntervalDesign::sampled(plant, *period, &gain, &acting, spec.coordinates, &kept)
     } else {
-        SampledIntervalDesign::of_discrete(plant, acting, (&gain, spec.coordinates), *period, &kept)
+        SampledIntervalDesign::of_discrete(plant, *period, &gain, &acting, spec.coordinates, &kept)
     }
 }
 
