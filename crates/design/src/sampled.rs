@@ -255,6 +255,11 @@ impl SampledCubicDesign {
         Ok(Self { observer, poles, p, s, certificate })
     }
 
+    /// The observer gain Ld, n x p.
+    pub fn l(&self) -> &DMatrix<f64> {
+        self.observer.ld()
+    }
+
     /// The certificate file of its linear part alone, `xhat+ = Ad xhat + Bd u + Ld(y - C xhat)`.
     ///
     /// # Errors
