@@ -417,7 +417,7 @@ fn feedback(random: &mut Random) -> Option<CertificateFile> {
     let o = &design.observer;
     let (n, m) = o.b.shape();
     let k = lqr(&o.a, &o.b, &DMatrix::identity(n, n), &DMatrix::identity(m, m)).ok()?.k;
-    written(FeedbackDesign::new(&design, &k).ok()?.certificate_file("feedback"))
+    written(FeedbackDesign::cubic(&design, &k).ok()?.certificate_file("feedback"))
 }
 
 fn polytope(random: &mut Random) -> Option<CertificateFile> {

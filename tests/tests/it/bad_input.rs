@@ -79,7 +79,7 @@ fn a_plant_of_one_state_goes_the_whole_way() {
     assert!((linear.l()[(0, 0)] - 1.0).abs() < 1e-15);
     let cubic = CubicDesign::new(&linear, &dmatrix![1.0], &CubicGain::Gamma(1.0)).unwrap();
     assert!(cubic.certificate.is_proved(), "{}", cubic.certificate);
-    assert!(FeedbackDesign::new(&cubic, &dmatrix![5.0]).unwrap().certificate.is_proved());
+    assert!(FeedbackDesign::cubic(&cubic, &dmatrix![5.0]).unwrap().certificate.is_proved());
     assert!(SampledCubicDesign::new(&linear, &dmatrix![1.0], 1.0, 0.1).unwrap().certificate.is_proved());
     assert!(cubic_lmi_design(&plant, &dmatrix![1.0], 1.0, 1.0).unwrap().certificate.is_proved());
     let (f, c, n) = (cubic.error_matrix(), &cubic.observer.c, &cubic.observer.n);

@@ -90,7 +90,7 @@ proptest! {
         let (n, p) = (plant.a.nrows(), plant.c.nrows());
         let k = lqr(&plant.a, &plant.b, &DMatrix::identity(n, n), &DMatrix::identity(n, n)).unwrap().k;
         let observer = CubicDesign::new(&linear(&plant, 1.0), &DMatrix::identity(p, p), &CubicGain::Gamma(1.0)).unwrap();
-        let feedback = FeedbackDesign::new(&observer, &k).unwrap();
+        let feedback = FeedbackDesign::cubic(&observer, &k).unwrap();
         let proved = goes_the_whole_way(feedback.certificate_file("Theorem 6"));
         prop_assert_eq!(proved.facts.len(), 7);
         prop_assert_eq!(proved.facts[6].verdict.margin(), feedback.certificate.facts().last().unwrap().verdict.margin());

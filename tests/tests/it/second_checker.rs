@@ -88,7 +88,7 @@ fn of_linear_plants() -> Vec<CertificateFile> {
     let (plant, example1, cubic) = example_1();
     let joint = cubic_lmi_design(&plant, &dmatrix![1.0], 0.7, 1.0).unwrap();
     let k = lqr(&plant.a, &plant.b, &DMatrix::identity(2, 2), &DMatrix::identity(1, 1)).unwrap().k;
-    let feedback = FeedbackDesign::new(&cubic, &k).unwrap();
+    let feedback = FeedbackDesign::cubic(&cubic, &k).unwrap();
     let step = dmatrix![0.01, 0.0; 0.02, -0.01];
     let polytope = PolytopicDesign::new(&plant, &[&plant.a - &step, &plant.a + &step], 0.3).unwrap();
     let third = third_order::example3().to_dynamic();

@@ -239,9 +239,12 @@ proptest! {
         let plant = StateSpace::new(plant.a, b, plant.c).unwrap();
         let p = plant.c.nrows();
         let k = lqr(&plant.a, &plant.b, &DMatrix::identity(n, n), &DMatrix::identity(n, n)).unwrap().k;
-        let observer = CubicDesign::new(&linear(&plant, rho), &theta(p, &weights), &CubicGain::Gamma(1.0)).unwrap();
-        let feedback = FeedbackDesign::new(&observer, &k).unwrap();
-        prop_assert!(feedback.certificate.is_proved(), "{}", feedback.certificate);
+        let linear = linear(&plant, rho);
+        let observer = CubicDesign::new(&linear, &theta(p, &weights), &CubicGain::Gamma(1.0)).unwrap();
+        for feedback in [FeedbackDesign::linear(&linear, &k), FeedbackDesign::cubic(&observer, &k)] {
+            let feedback = feedback.unwrap();
+            prop_assert!(feedback.certificate.is_proved(), "{}", feedback.certificate);
+        }
     }
 
     /// The joint inequality is feasible for every detectable pair, and its solution is proved.

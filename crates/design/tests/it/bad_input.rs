@@ -133,7 +133,7 @@ fn theta_gamma_and_s_are_checked() {
 fn a_feedback_that_does_not_stabilise_is_refused() {
     let cubic = CubicDesign::new(&linear(), &dmatrix![1.0], &CubicGain::Gamma(1.0)).unwrap();
     assert!(matches!(
-        FeedbackDesign::new(&cubic, &dmatrix![-1.0, -1.0]).unwrap_err(),
+        FeedbackDesign::cubic(&cubic, &dmatrix![-1.0, -1.0]).unwrap_err(),
         DesignError::NotHurwitz { what: "A - B K", .. }
     ));
 }

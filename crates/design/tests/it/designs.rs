@@ -141,7 +141,7 @@ fn the_loop_of_example_3_is_certified_with_the_right_sign() {
     let k = dmatrix![-0.597, 2.004, 2.511; -0.197, 0.757, 7.510];
     let linear = LinearDesign::with_gain(&plant, l).unwrap();
     let cubic = CubicDesign::new(&linear, &dmatrix![10.0], &CubicGain::Gamma(1.0)).unwrap();
-    let feedback = FeedbackDesign::new(&cubic, &k).unwrap();
+    let feedback = FeedbackDesign::cubic(&cubic, &k).unwrap();
     assert!(feedback.certificate.is_proved(), "{}", feedback.certificate);
 }
 
@@ -151,7 +151,7 @@ fn the_loop_of_example_3_is_certified_with_the_right_sign() {
 fn a_slow_loop_is_certified() {
     let cubic = CubicDesign::new(&example1(), &dmatrix![10.0], &CubicGain::Gamma(2.0)).unwrap();
     for eps in [1.0, 0.1, 0.01] {
-        let feedback = FeedbackDesign::new(&cubic, &dmatrix![eps * eps, 2.0 * eps]).unwrap();
+        let feedback = FeedbackDesign::cubic(&cubic, &dmatrix![eps * eps, 2.0 * eps]).unwrap();
         assert!(feedback.certificate.is_proved(), "{eps}: {}", feedback.certificate);
     }
 }

@@ -477,7 +477,7 @@ fn theorem6(_: &Context) -> Result<Outcome, CheckError> {
         let o = &design.observer;
         let (n, m) = o.b.shape();
         let k = lqr(&o.a, &o.b, &DMatrix::identity(n, n), &DMatrix::identity(m, m))?.k;
-        truths.push(certified(&FeedbackDesign::new(design, &k)?.certificate));
+        truths.push(certified(&FeedbackDesign::cubic(design, &k)?.certificate));
     }
     Ok(Outcome::new(Evidence::cases(truths)).note(seeded("Feasible for every such plant: P1 only has to be scaled.")))
 }
@@ -488,7 +488,7 @@ fn corollary1(_: &Context) -> Result<Outcome, CheckError> {
         let o = &design.observer;
         let (n, m) = o.b.shape();
         let k = lqr(&o.a, &o.b, &DMatrix::identity(n, n), &(DMatrix::identity(m, m) * 100.0))?.k;
-        truths.push(certified(&FeedbackDesign::new(design, &k)?.certificate));
+        truths.push(certified(&FeedbackDesign::cubic(design, &k)?.certificate));
     }
     Ok(Outcome::new(Evidence::cases(truths)).note(seeded(
         "The linear loop is stable iff A - BK and A - LC are Hurwitz; then Theorem 6 applies, whose (25) is proved in each case.",

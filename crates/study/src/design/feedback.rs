@@ -52,7 +52,7 @@ pub(super) fn cubic(
     designed: Designed,
 ) -> Designed {
     let Some(k) = gain(study, observer) else { return designed };
-    let proved = FeedbackDesign::new(design, k).ok().map(|design| design.certificate.clone());
+    let proved = FeedbackDesign::cubic(design, k).ok().map(|design| design.certificate.clone());
     described(study, plant, k, proved, designed)
 }
 
