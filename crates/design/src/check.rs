@@ -1,6 +1,8 @@
 //! Checks of user-supplied data, each with an error that names the matrix and the value.
 
-use luenberger_linalg::{LinalgError, LyapunovEquation, detectability, eigenvalues, lambda_min, spectral_abscissa};
+use luenberger_linalg::{
+    LinalgError, LyapunovEquation, RealMatrixView, detectability, eigenvalues, lambda_min, spectral_abscissa,
+};
 use luenberger_plants::error::check_matrix;
 use luenberger_plants::{PlantError, StateSpace};
 use luenberger_proof::statement::{hidden_motion, hurwitz_spectrum};
@@ -10,6 +12,11 @@ use nalgebra::{Complex, DMatrix, DefaultAllocator, Dim, OMatrix};
 
 use crate::error::{DesignError, NearlyHidden};
 use luenberger_lmi::proof_matrix;
+
+/// A matrix argument as a dynamic matrix, so that all that follows is compiled once.
+pub(crate) fn owned<'a>(m: impl Into<RealMatrixView<'a>>) -> DMatrix<f64> {
+    m.into().into_owned()
+}
 
 /// Shape and finiteness.
 pub(crate) fn matrix(what: &'static str, m: &DMatrix<f64>, expected: (usize, usize)) -> Result<(), DesignError> {

@@ -1,13 +1,13 @@
 //! The conditions (11)-(13) of Theorem 1, as printed and as corrected, for gains from any source.
 
+use luenberger_linalg::RealMatrixView;
 use luenberger_lmi::proof_matrix;
 use luenberger_plants::StateSpace;
 use luenberger_proof::certificate::{Certificate, CubicTheorem1};
 use luenberger_proof::{Direction, Exact, Matrix, Verdict, negative_definite};
-use nalgebra::DMatrix;
 
 use crate::certificate::{certified, plant};
-use crate::check;
+use crate::check::{self, owned};
 use crate::error::DesignError;
 
 certified!(Theorem1);
@@ -32,11 +32,14 @@ impl Theorem1 {
     ///
     /// # Errors
     /// Shapes that do not fit the plant, entries that are not finite, a P or theta that is not symmetric.
-    pub fn examine(
+    pub fn examine<'a>(
         linear: &StateSpace,
-        (l, n, theta): (&DMatrix<f64>, &DMatrix<f64>, &DMatrix<f64>),
-        p: &DMatrix<f64>,
+        l: impl Into<RealMatrixView<'a>>,
+        n: impl Into<RealMatrixView<'a>>,
+        theta: impl Into<RealMatrixView<'a>>,
+        p: impl Into<RealMatrixView<'a>>,
     ) -> Result<Self, DesignError> {
+        let (l, n, theta, p) = (&owned(l), &owned(n), &owned(theta), &owned(p));
         check::plant(linear)?;
         let (order, outputs) = (linear.a.nrows(), linear.c.nrows());
         check::matrix("L", l, (order, outputs))?;

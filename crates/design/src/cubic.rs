@@ -3,7 +3,7 @@
 //! `P N C + C'N'P <= 0` (13') holds iff `N = -P^-1 C'S` with `S + S' >= 0` (C of full row rank), and with (12) it gives
 //! global exponential stability: `V = e'Pe` obeys `V' <= -e'Qe`. The paper's (14) is `S = gamma theta`.
 
-use luenberger_linalg::symmetric_part;
+use luenberger_linalg::{RealMatrixView, symmetric_part};
 use luenberger_lmi::proof_matrix;
 use luenberger_observers::CubicObserver;
 use luenberger_proof::certificate::{self, Certificate, Region, Theorem};
@@ -68,7 +68,15 @@ impl CubicDesign {
     /// [`LinalgError::NotPositiveSemidefinite`](luenberger_linalg::LinalgError::NotPositiveSemidefinite) for theta or
     /// `S + S'`, [`DesignError::NotPositive`] for gamma or w, [`DesignError::DependentOutputs`] when the radial choice
     /// does not exist.
-    pub fn new(linear: &LinearDesign, theta: &DMatrix<f64>, cubic_gain: &CubicGain) -> Result<Self, DesignError> {
+    pub fn new<'a>(
+        linear: &LinearDesign,
+        theta: impl Into<RealMatrixView<'a>>,
+        cubic_gain: &CubicGain,
+    ) -> Result<Self, DesignError> {
+        Self::of(linear, &check::owned(theta), cubic_gain)
+    }
+
+    fn of(linear: &LinearDesign, theta: &DMatrix<f64>, cubic_gain: &CubicGain) -> Result<Self, DesignError> {
         let o = &linear.observer;
         let outputs = o.c.nrows();
         let theta = &check::positive_semidefinite("theta", theta, outputs)?;

@@ -4,7 +4,7 @@
 //! choice of P is made here: a Lyapunov matrix with the fastest decrease gives a good contraction, a well-conditioned
 //! one a round ball.
 
-use luenberger_linalg::{spectral_radius, stein};
+use luenberger_linalg::{RealMatrixView, spectral_radius, stein};
 use luenberger_lmi::proof_matrix;
 use luenberger_plants::StateSpace;
 use luenberger_proof::certificate::{Certificate, CertificateFile, ClaimedBall, DeployedObserver};
@@ -60,7 +60,17 @@ pub struct DeployedLinear {
 /// # Errors
 /// [`DesignError::Proof`]: shapes that do not fit, entries that are not finite or that the format cannot store, bounds
 /// that are negative. [`DesignError::Matrix`] for the plant.
-pub fn deployed_linear(
+pub fn deployed_linear<'a>(
+    plant: &StateSpace,
+    l: impl Into<RealMatrixView<'a>>,
+    step: Step,
+    formats: Formats,
+    operation: &Operation,
+) -> Result<DeployedLinear, DesignError> {
+    linear(plant, &check::owned(l), step, formats, operation)
+}
+
+fn linear(
     plant: &StateSpace,
     l: &DMatrix<f64>,
     step: Step,

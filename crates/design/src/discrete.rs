@@ -8,7 +8,7 @@
 //! P solves `F'P F - P + I = 0` for `F = A - L C`, so that `V = e'Pe` falls at each step by `|e|^2`.
 
 use luenberger_linalg::{
-    Kalman, SteinEquation, discrete_kalman_gain, discrete_process_noise, eigenvalues, place_observer,
+    Kalman, RealMatrixView, SteinEquation, discrete_kalman_gain, discrete_process_noise, eigenvalues, place_observer,
     sampled_measurement_covariance, symmetric_part, zero_order_hold,
 };
 use luenberger_lmi::proof_matrix;
@@ -91,7 +91,16 @@ impl DiscreteDesign {
     ///
     /// # Errors
     /// [`DesignError::Linalg`] names the mode that is not detectable or not excited, or the defect of `w` and `v`.
-    pub fn kalman(plant: &StateSpace, period: f64, w: &DMatrix<f64>, v: &DMatrix<f64>) -> Result<Self, DesignError> {
+    pub fn kalman<'a>(
+        plant: &StateSpace,
+        period: f64,
+        w: impl Into<RealMatrixView<'a>>,
+        v: impl Into<RealMatrixView<'a>>,
+    ) -> Result<Self, DesignError> {
+        Self::kalman_of(plant, period, &check::owned(w), &check::owned(v))
+    }
+
+    fn kalman_of(plant: &StateSpace, period: f64, w: &DMatrix<f64>, v: &DMatrix<f64>) -> Result<Self, DesignError> {
         check::plant(plant)?;
         let w = check::positive_semidefinite("W", w, plant.a.nrows())?;
         let v = check::positive_definite("V", v, plant.c.nrows())?;
@@ -146,25 +155,30 @@ impl DiscreteDesign {
     /// ```
     /// # Errors
     /// As [`kalman`](Self::kalman); [`DesignError::NotPositive`] for h.
-    pub fn sampled_kalman(
+    pub fn sampled_kalman<'a>(
         plant: &StateSpace,
         period: f64,
-        w: &DMatrix<f64>,
-        v: &DMatrix<f64>,
+        w: impl Into<RealMatrixView<'a>>,
+        v: impl Into<RealMatrixView<'a>>,
     ) -> Result<Self, DesignError> {
         check::positive("the sampling period h", period)?;
         check::plant(plant)?;
-        let w = check::positive_semidefinite("W", w, plant.a.nrows())?;
-        let v = check::positive_definite("V", v, plant.c.nrows())?;
+        let w = check::positive_semidefinite("W", &check::owned(w), plant.a.nrows())?;
+        let v = check::positive_definite("V", &check::owned(v), plant.c.nrows())?;
         let noise = discrete_process_noise(&plant.a, &w, period)?;
-        Self::kalman(&held(plant, period)?, period, &noise, &sampled_measurement_covariance(&v, period)?)
+        Self::kalman_of(&held(plant, period)?, period, &noise, &sampled_measurement_covariance(&v, period)?)
     }
 
     /// A given gain `l`, n x p, of a plant in discrete time, `x(k+1) = A x(k) + B u(k)`, sampled every `period`.
     ///
     /// # Errors
     /// [`DesignError::NotSchur`] if `A - L C` has an eigenvalue that is not inside the unit circle.
-    pub fn with_gain(plant: &StateSpace, period: f64, l: DMatrix<f64>) -> Result<Self, DesignError> {
+    pub fn with_gain<'a>(
+        plant: &StateSpace,
+        period: f64,
+        l: impl Into<RealMatrixView<'a>>,
+    ) -> Result<Self, DesignError> {
+        let l = check::owned(l);
         check::plant(plant)?;
         check::matrix("L", &l, (plant.a.nrows(), plant.c.nrows()))?;
         Self::certified(plant, period, l, None)

@@ -1,12 +1,13 @@
 //! Enclosure of the exact solution of a Lyapunov or Stein equation: approximated by `linalg`, refined by one residual
 //! correction, and enclosed by `proof`.
 
-use luenberger_linalg::{lyapunov, stein};
+use luenberger_linalg::{RealMatrixView, lyapunov, stein};
 use luenberger_proof::certificate::{CertificateFile, Equation, SolutionWithin};
 use luenberger_proof::statement::{Enclosure, lyapunov_solution, stein_solution};
 use luenberger_proof::{Exact, Interval, Matrix};
 use nalgebra::DMatrix;
 
+use crate::check::owned;
 use crate::error::DesignError;
 use luenberger_lmi::proof_matrix;
 
@@ -28,7 +29,11 @@ use luenberger_lmi::proof_matrix;
 /// ```
 /// # Errors
 /// [`DesignError::Linalg`] where no floating-point solution is found, [`DesignError::Proof`].
-pub fn enclosed_lyapunov(a: &DMatrix<f64>, q: &DMatrix<f64>) -> Result<Enclosure, DesignError> {
+pub fn enclosed_lyapunov<'a>(
+    a: impl Into<RealMatrixView<'a>>,
+    q: impl Into<RealMatrixView<'a>>,
+) -> Result<Enclosure, DesignError> {
+    let (a, q) = (&owned(a), &owned(q));
     let (parts, w) = lyapunov_proposal(a, q)?;
     Ok(lyapunov_solution(&points(a)?, &points(q)?, &parts, Some(&w))?)
 }
@@ -45,7 +50,11 @@ pub fn enclosed_lyapunov(a: &DMatrix<f64>, q: &DMatrix<f64>) -> Result<Enclosure
 /// ```
 /// # Errors
 /// As [`enclosed_lyapunov`].
-pub fn enclosed_stein(a: &DMatrix<f64>, q: &DMatrix<f64>) -> Result<Enclosure, DesignError> {
+pub fn enclosed_stein<'a>(
+    a: impl Into<RealMatrixView<'a>>,
+    q: impl Into<RealMatrixView<'a>>,
+) -> Result<Enclosure, DesignError> {
+    let (a, q) = (&owned(a), &owned(q));
     let (parts, w) = stein_proposal(a, q)?;
     Ok(stein_solution(&points(a)?, &points(q)?, &parts, Some(&w))?)
 }
@@ -112,11 +121,12 @@ pub(crate) fn points(m: &DMatrix<f64>) -> Result<Matrix<Interval>, DesignError> 
 /// # Errors
 /// [`DesignError::CertificateFile`] where uniqueness could not be proved; those of
 /// [`enclosed_lyapunov`](crate::enclosed_lyapunov).
-pub fn lyapunov_certificate_file(
+pub fn lyapunov_certificate_file<'a>(
     title: &str,
-    a: &DMatrix<f64>,
-    q: &DMatrix<f64>,
+    a: impl Into<RealMatrixView<'a>>,
+    q: impl Into<RealMatrixView<'a>>,
 ) -> Result<CertificateFile, DesignError> {
+    let (a, q) = (&owned(a), &owned(q));
     let (parts, w) = lyapunov_proposal(a, q)?;
     Ok(CertificateFile::prove(
         title,
@@ -128,7 +138,12 @@ pub fn lyapunov_certificate_file(
 ///
 /// # Errors
 /// As [`lyapunov_certificate_file`].
-pub fn stein_certificate_file(title: &str, a: &DMatrix<f64>, q: &DMatrix<f64>) -> Result<CertificateFile, DesignError> {
+pub fn stein_certificate_file<'a>(
+    title: &str,
+    a: impl Into<RealMatrixView<'a>>,
+    q: impl Into<RealMatrixView<'a>>,
+) -> Result<CertificateFile, DesignError> {
+    let (a, q) = (&owned(a), &owned(q));
     let (parts, w) = stein_proposal(a, q)?;
     Ok(CertificateFile::prove(
         title,

@@ -5,7 +5,7 @@
 //! which holds for `mu < lambda_min(Q) / |P0 B K|^2`. Hence Corollary 1 with (13') in place of (13): whenever the loop
 //! with the linear observer is stable, so is the loop with the cubic one. The linear observer is the case `N = 0`.
 
-use luenberger_linalg::{lambda_max, lambda_min};
+use luenberger_linalg::{RealMatrixView, lambda_max, lambda_min};
 use luenberger_lmi::proof_matrix;
 use luenberger_proof::certificate::{Certificate, CubicConvergence, FeedbackLoop};
 use nalgebra::{Complex, DMatrix};
@@ -53,12 +53,12 @@ impl FeedbackDesign {
     ///
     /// # Errors
     /// As [`cubic`](Self::cubic).
-    pub fn linear(observer: &LinearDesign, k: &DMatrix<f64>) -> Result<Self, DesignError> {
+    pub fn linear<'a>(observer: &LinearDesign, k: impl Into<RealMatrixView<'a>>) -> Result<Self, DesignError> {
         let o = &observer.observer;
         let (n, p) = o.l.shape();
         let (gain, weight) = (DMatrix::zeros(n, p), DMatrix::zeros(p, p));
         let zero = theorem((&o.a, &o.b, &o.c), (&o.l, &gain, &weight), (&observer.p, &weight), observer.rate);
-        Self::around(zero, (&o.a, &o.b), &observer.q, k)
+        Self::around(zero, (&o.a, &o.b), &observer.q, &check::owned(k))
     }
 
     /// Certifies the loop with gain `k` (m x n, `u = -K xhat`) around a cubic observer.
@@ -82,9 +82,9 @@ impl FeedbackDesign {
     /// [`DesignError::NotHurwitz`] when `A - B K` is not stable;
     /// [`PlantError::DimensionMismatch`](luenberger_plants::PlantError::DimensionMismatch) and
     /// [`PlantError::NotFinite`](luenberger_plants::PlantError::NotFinite) for K.
-    pub fn cubic(observer: &CubicDesign, k: &DMatrix<f64>) -> Result<Self, DesignError> {
+    pub fn cubic<'a>(observer: &CubicDesign, k: impl Into<RealMatrixView<'a>>) -> Result<Self, DesignError> {
         let o = &observer.observer;
-        Self::around(observer.theorem(), (&o.a, &o.b), &observer.q, k)
+        Self::around(observer.theorem(), (&o.a, &o.b), &observer.q, &check::owned(k))
     }
 
     fn around(

@@ -4,9 +4,9 @@
 //! `A'P + PA - YC - C'Y' + 2 rate P < 0`, `S + S' > 0`. They are feasible iff `(A + rate I, C)` is detectable; the
 //! cubic term never costs feasibility, because S stands alone.
 
+use luenberger_linalg::RealMatrixView;
 use luenberger_lmi::{Problem, he};
 use luenberger_plants::StateSpace;
-use nalgebra::DMatrix;
 
 use crate::check;
 use crate::cubic::{CubicDesign, CubicGain};
@@ -34,12 +34,17 @@ use crate::linear::LinearDesign;
 /// # Errors
 /// `NotDetectable` (in [`DesignError::Linalg`]) names the unobservable mode that does not decay fast enough;
 /// [`DesignError::Undecided`] if the inequality could not be decided.
-pub fn cubic_lmi_design(
+pub fn cubic_lmi_design<'a>(
     plant: &StateSpace,
-    theta: &DMatrix<f64>,
+    theta: impl Into<RealMatrixView<'a>>,
     rate: f64,
     gamma: f64,
 ) -> Result<CubicDesign, DesignError> {
+    let (linear, cubic_gain) = joint(plant, rate, gamma)?;
+    CubicDesign::new(&linear, theta, &cubic_gain)
+}
+
+fn joint(plant: &StateSpace, rate: f64, gamma: f64) -> Result<(LinearDesign, CubicGain), DesignError> {
     check::positive("gamma", gamma)?;
     let outputs = plant.c.nrows();
     let mut lmi = Problem::new();
@@ -48,6 +53,5 @@ pub fn cubic_lmi_design(
     let (gain, solution) = gain_lmi::solve(plant, std::slice::from_ref(&plant.a), rate, lmi, &GainOptions::default())?;
     let s = solution.value(&s);
     let s = &s * (gamma / s.norm());
-    let linear = LinearDesign::with_lyapunov_matrix(plant, gain, rate)?;
-    CubicDesign::new(&linear, theta, &CubicGain::General(s))
+    Ok((LinearDesign::with_lyapunov_matrix(plant, gain, rate)?, CubicGain::General(s)))
 }

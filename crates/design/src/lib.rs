@@ -16,6 +16,8 @@
 //! [`NumericalKklDesign`], an observer computed by simulation for a plant of which only the right-hand side is known:
 //! its evidence is measured.
 //!
+//! A matrix argument is a reference to any `nalgebra` matrix of doubles, static, dynamic or a view: [`RealMatrixView`].
+//!
 //! The properties of these observers, and errors in the literature, are in `docs/theory-cubic.md` and
 //! `docs/theory-mvt.md` of the repository.
 #![deny(missing_docs)]
@@ -83,6 +85,7 @@ pub use kkl_peb::KklPebDesign;
 pub use linear::{LinearDesign, LyapunovWeight};
 pub use lipschitz::{LipschitzDesign, LipschitzPlant, Sector};
 pub use lpv::{DiscreteLpvDesign, LpvDesign, LpvError};
+pub use luenberger_linalg::RealMatrixView;
 pub use luenberger_proof::certificate::{Certificate, Certified, Fact, ProvedTheorem};
 pub use mean_value::{ContractingCoordinates, LeastSquares, MeanValueDesign, OutputCoordinates};
 pub use nalgebra;

@@ -6,7 +6,7 @@
 //!
 //! A feedthrough D has no part in it: the observer subtracts D u from y, and the error obeys the same equation.
 
-use luenberger_linalg::{Kalman, eigenvalues, kalman_gain, place_observer, symmetric_part};
+use luenberger_linalg::{Kalman, RealMatrixView, eigenvalues, kalman_gain, place_observer, symmetric_part};
 use luenberger_lmi::proof_matrix;
 use luenberger_observers::LinearObserver;
 use luenberger_plants::StateSpace;
@@ -126,12 +126,27 @@ impl LinearDesign {
     /// excites every mode on the imaginary axis. P solves `F'P + P F + I = 0`; with
     /// [`LyapunovWeight::InverseCovariance`] it is the inverse of the covariance Sigma.
     ///
+    /// ```
+    /// use luenberger_design::LinearDesign;
+    /// use nalgebra::{Matrix2, matrix};
+    ///
+    /// let plant = luenberger_plants::double_integrator().to_dynamic();
+    /// let filter = LinearDesign::kalman(&plant, &Matrix2::new(0.0, 0.0, 0.0, 4.0), &matrix![1.0])?;
+    /// // L = (sqrt(2 w), w) for the ratio w = 2 of the standard deviations.
+    /// assert!((filter.l() - matrix![2.0; 2.0]).norm() < 1e-14);
+    /// # Ok::<(), luenberger_design::DesignError>(())
+    /// ```
+    ///
     /// # Errors
     /// [`DesignError::Linalg`] names the mode that is not detectable or not excited, or the defect of `w` and `v`.
-    pub fn kalman(plant: &StateSpace, w: &DMatrix<f64>, v: &DMatrix<f64>) -> Result<Self, DesignError> {
+    pub fn kalman<'a>(
+        plant: &StateSpace,
+        w: impl Into<RealMatrixView<'a>>,
+        v: impl Into<RealMatrixView<'a>>,
+    ) -> Result<Self, DesignError> {
         check::plant(plant)?;
-        let w = check::positive_semidefinite("W", w, plant.a.nrows())?;
-        let v = check::positive_definite("V", v, plant.c.nrows())?;
+        let w = check::positive_semidefinite("W", &check::owned(w), plant.a.nrows())?;
+        let v = check::positive_definite("V", &check::owned(v), plant.c.nrows())?;
         let Kalman { l, p, .. } = kalman_gain(&plant.a, &plant.c, &w, &v)?;
         Self::with_equation(plant, l, Origin::Kalman(p), LyapunovWeight::default())
     }
@@ -140,7 +155,8 @@ impl LinearDesign {
     ///
     /// # Errors
     /// [`DesignError::NotHurwitz`] if `A - L C` has an eigenvalue that is not in the open left half plane.
-    pub fn with_gain(plant: &StateSpace, l: DMatrix<f64>) -> Result<Self, DesignError> {
+    pub fn with_gain<'a>(plant: &StateSpace, l: impl Into<RealMatrixView<'a>>) -> Result<Self, DesignError> {
+        let l = check::owned(l);
         check::plant(plant)?;
         check::matrix("L", &l, (plant.a.nrows(), plant.c.nrows()))?;
         Self::with_equation(plant, l, Origin::Gain, LyapunovWeight::default())

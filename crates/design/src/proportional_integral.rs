@@ -19,6 +19,7 @@
 //! observer with a Q-filter of relative degree n + 1 and `Q(0) = 1`. With all poles at `-w` (Gao's bandwidth)
 //! `Q = (w/(s + w))^(n+1)`.
 
+use luenberger_linalg::RealMatrixView;
 use luenberger_lmi::proof_matrix;
 use luenberger_observers::{ObserverError, ProportionalIntegralObserver};
 use luenberger_plants::StateSpace;
@@ -46,7 +47,7 @@ use crate::error_bound::DisturbanceBounds;
 ///
 /// # Errors
 /// [`DesignError::UnseenDisturbance`] with the direction where the rank condition fails; a matrix E that does not fit.
-pub fn with_disturbance(plant: &StateSpace, e: &DMatrix<f64>) -> Result<StateSpace, DesignError> {
+pub fn with_disturbance<'a>(plant: &StateSpace, e: impl Into<RealMatrixView<'a>>) -> Result<StateSpace, DesignError> {
     with_disturbance_chain(plant, e, 1)
 }
 
@@ -68,7 +69,15 @@ pub fn with_disturbance(plant: &StateSpace, e: &DMatrix<f64>) -> Result<StateSpa
 ///
 /// # Errors
 /// As [`with_disturbance`]; [`DesignError::Setting`] for an order that is not from 1 to 16.
-pub fn with_disturbance_chain(plant: &StateSpace, e: &DMatrix<f64>, order: usize) -> Result<StateSpace, DesignError> {
+pub fn with_disturbance_chain<'a>(
+    plant: &StateSpace,
+    e: impl Into<RealMatrixView<'a>>,
+    order: usize,
+) -> Result<StateSpace, DesignError> {
+    chain(plant, &check::owned(e), order)
+}
+
+fn chain(plant: &StateSpace, e: &DMatrix<f64>, order: usize) -> Result<StateSpace, DesignError> {
     check::plant(plant)?;
     check::within("the order of the chain of integrators", order as f64, 1.0, 16.0)?;
     let (n, p, q) = (plant.a.nrows(), plant.c.nrows(), e.ncols());

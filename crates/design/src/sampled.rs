@@ -16,7 +16,9 @@
 //! [`luenberger_observers::semi_implicit`], which does not increase V either, at any period. The stored N violates the
 //! structure by `R = PN + C'S`; with a small R, which the certificate has in an inequality, V still falls at each step.
 
-use luenberger_linalg::{SteinEquation, ZeroOrderHold, discrete_kalman_gain, place_observer, zero_order_hold};
+use luenberger_linalg::{
+    RealMatrixView, SteinEquation, ZeroOrderHold, discrete_kalman_gain, place_observer, zero_order_hold,
+};
 use luenberger_lmi::proof_matrix;
 use luenberger_observers::{SampledCubicGains, SampledCubicObserver, SampledObserver, semi_implicit};
 use luenberger_plants::StateSpace;
@@ -69,7 +71,12 @@ impl SampledCubicDesign {
     /// # Errors
     /// [`DesignError::NotPositive`] for h or w; `NotPositiveSemidefinite` for theta; [`DesignError::DependentOutputs`];
     /// the errors of placement when the period hides a mode.
-    pub fn new(linear: &LinearDesign, theta: &DMatrix<f64>, w: f64, h: f64) -> Result<Self, DesignError> {
+    pub fn new<'a>(
+        linear: &LinearDesign,
+        theta: impl Into<RealMatrixView<'a>>,
+        w: f64,
+        h: f64,
+    ) -> Result<Self, DesignError> {
         Self::with_cubic_gain(linear, theta, &CubicGain::Radial(w), h)
     }
 
@@ -91,9 +98,9 @@ impl SampledCubicDesign {
     /// ```
     /// # Errors
     /// As [`new`](Self::new); [`DesignError`] for an S of another shape, or with `S + S'` not positive semidefinite.
-    pub fn with_cubic_gain(
+    pub fn with_cubic_gain<'a>(
         linear: &LinearDesign,
-        theta: &DMatrix<f64>,
+        theta: impl Into<RealMatrixView<'a>>,
         cubic_gain: &CubicGain,
         h: f64,
     ) -> Result<Self, DesignError> {
@@ -102,7 +109,7 @@ impl SampledCubicDesign {
         let held = zero_order_hold(&o.a, &o.b, h)?;
         let poles: Vec<_> = linear.poles.iter().map(|s| (s * h).exp()).collect();
         let placement = place_observer(&held.ad, &o.c, &poles)?;
-        Self::with_gain(&held_plant(linear, held)?, placement.gain, theta, cubic_gain, (h, None))
+        Self::with_gain(&held_plant(linear, held)?, placement.gain, &check::owned(theta), cubic_gain, (h, None))
     }
 
     /// The same for the stationary Kalman predictor of the sampled plant: `Ld = Ad Sigma C'(C Sigma C' + V)^-1` for
@@ -110,20 +117,21 @@ impl SampledCubicDesign {
     ///
     /// # Errors
     /// As [`new`](Self::new), and those of the discrete Riccati equation.
-    pub fn kalman(
+    pub fn kalman<'a>(
         linear: &LinearDesign,
-        (noise, measurement): (&DMatrix<f64>, &DMatrix<f64>),
-        theta: &DMatrix<f64>,
+        noise: impl Into<RealMatrixView<'a>>,
+        measurement: impl Into<RealMatrixView<'a>>,
+        theta: impl Into<RealMatrixView<'a>>,
         w: f64,
         h: f64,
     ) -> Result<Self, DesignError> {
         let o = &linear.observer;
         check::positive("the sampling period h", h)?;
-        let noise = check::positive_semidefinite("W", noise, o.a.nrows())?;
-        let measurement = check::positive_definite("V", measurement, o.c.nrows())?;
+        let noise = check::positive_semidefinite("W", &check::owned(noise), o.a.nrows())?;
+        let measurement = check::positive_definite("V", &check::owned(measurement), o.c.nrows())?;
         let held = zero_order_hold(&o.a, &o.b, h)?;
         let ld = discrete_kalman_gain(&held.ad, &o.c, &noise, &measurement)?.l;
-        Self::with_gain(&held_plant(linear, held)?, ld, theta, &CubicGain::Radial(w), (h, None))
+        Self::with_gain(&held_plant(linear, held)?, ld, &check::owned(theta), &CubicGain::Radial(w), (h, None))
     }
 
     /// The sampled form of a continuous design: same poles, same theta, same strength `w = trace(C P^-1 C'S) / p` of
@@ -168,7 +176,11 @@ impl SampledCubicDesign {
     /// ```
     /// # Errors
     /// As [`new`](Self::new).
-    pub fn of_discrete(linear: &DiscreteDesign, theta: &DMatrix<f64>, w: f64) -> Result<Self, DesignError> {
+    pub fn of_discrete<'a>(
+        linear: &DiscreteDesign,
+        theta: impl Into<RealMatrixView<'a>>,
+        w: f64,
+    ) -> Result<Self, DesignError> {
         Self::of_discrete_with_cubic_gain(linear, theta, &CubicGain::Radial(w))
     }
 
@@ -176,13 +188,13 @@ impl SampledCubicDesign {
     ///
     /// # Errors
     /// As [`with_cubic_gain`](Self::with_cubic_gain).
-    pub fn of_discrete_with_cubic_gain(
+    pub fn of_discrete_with_cubic_gain<'a>(
         linear: &DiscreteDesign,
-        theta: &DMatrix<f64>,
+        theta: impl Into<RealMatrixView<'a>>,
         cubic_gain: &CubicGain,
     ) -> Result<Self, DesignError> {
         let o = &linear.observer;
-        Self::with_gain(o.plant(), o.l().clone(), theta, cubic_gain, (o.period(), None))
+        Self::with_gain(o.plant(), o.l().clone(), &check::owned(theta), cubic_gain, (o.period(), None))
     }
 
     /// The same linear observer with the cubic gain that belongs to another P (n x n).

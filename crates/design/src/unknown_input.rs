@@ -6,7 +6,7 @@
 //! M. Darouach, M. Zasadzinski and S. J. Xu, IEEE Transactions on Automatic Control 39, 1994). The rank condition is
 //! decided without rounding, and convergence is proved for the real T: `proof/src/statement/unknown_input.rs`.
 
-use luenberger_linalg::{invariant_zeros, kalman_decomposition, place_observer, symmetric_part};
+use luenberger_linalg::{RealMatrixView, invariant_zeros, kalman_decomposition, place_observer, symmetric_part};
 use luenberger_lmi::proof_matrix;
 use luenberger_observers::{CubicObserver, LinearObserver, UnknownInputObserver};
 use luenberger_plants::StateSpace;
@@ -42,20 +42,24 @@ impl DecoupledPlant {
     /// # Errors
     /// [`DesignError::UnmatchedDisturbance`] where `rank(CE) < rank(E)`, or E has dependent columns, with the
     /// direction; [`DesignError::UnstableZero`] where (A, E, C) is not strongly detectable.
-    pub fn new(of: &StateSpace, e: &DMatrix<f64>) -> Result<Self, DesignError> {
+    pub fn new<'a>(of: &StateSpace, e: impl Into<RealMatrixView<'a>>) -> Result<Self, DesignError> {
+        Self::of(of, check::owned(e))
+    }
+
+    fn of(of: &StateSpace, e: DMatrix<f64>) -> Result<Self, DesignError> {
         check::plant(of)?;
         let (n, p, q) = (of.a.nrows(), of.c.nrows(), e.ncols());
-        check::matrix("E", e, (n, q))?;
-        let image = &of.c * e;
-        if has_full_column_rank(&exact_product(&of.c, e)?)? == Some(false) {
+        check::matrix("E", &e, (n, q))?;
+        let image = &of.c * &e;
+        if has_full_column_rank(&exact_product(&of.c, &e)?)? == Some(false) {
             let (d, _) = least_seen(&image);
             let column = nalgebra::DVector::from_column_slice(&d);
-            let (seen, acting) = ((&image * &column).norm(), (e * &column).norm());
+            let (seen, acting) = ((&image * &column).norm(), (&e * &column).norm());
             return Err(DesignError::UnmatchedDisturbance { d, seen, acting, outputs: p });
         }
         let gram = symmetric_part(&(image.transpose() * &image));
-        let h = e * check::solve_definite("(CE)'CE", &gram, &image.transpose())?;
-        let found = invariant_zeros(&of.a, e, &of.c, &DMatrix::zeros(p, q))?;
+        let h = &e * check::solve_definite("(CE)'CE", &gram, &image.transpose())?;
+        let found = invariant_zeros(&of.a, &e, &of.c, &DMatrix::zeros(p, q))?;
         if let Some(zero) = found.zeros.iter().filter(|zero| zero.re >= 0.0).max_by(|a, b| a.re.total_cmp(&b.re)) {
             return Err(DesignError::UnstableZero { zero: *zero });
         }
@@ -72,7 +76,7 @@ impl DecoupledPlant {
             Some(d) => reduced.with_feedthrough(d.clone())?,
             None => reduced,
         };
-        Ok(Self { plant: of.clone(), e: e.clone(), h, reduced, zeros: found.zeros })
+        Ok(Self { plant: of.clone(), e, h, reduced, zeros: found.zeros })
     }
 
     /// The linear design with these poles for the reduced plant: n of them, real or complex, closed under conjugation.
@@ -120,7 +124,7 @@ impl DecoupledPlant {
             let (seen, outputs) = (parts.a.view((0, 0), (k, k)).into_owned(), parts.c.columns(0, k).into_owned());
             gain.rows_mut(0, k).copy_from(&place_observer(&seen, &outputs, &poles)?.gain);
         }
-        LinearDesign::with_gain(&self.reduced, &parts.transformation * gain)
+        LinearDesign::with_gain(&self.reduced, &(&parts.transformation * gain))
     }
 
     /// The theorem for these gains and this Lyapunov matrix, with the real T.

@@ -16,7 +16,7 @@
 //! A common quadratic V is sufficient, and necessary only for single times: where none is found, a product of the maps
 //! with a spectral radius above 1 is sought, which refutes convergence; and smaller ranges of periods are tried.
 
-use luenberger_linalg::{expm, spectral_radius};
+use luenberger_linalg::{RealMatrixView, expm, spectral_radius};
 use luenberger_lmi::{Problem, greatest_parameter, proof_matrix};
 use luenberger_observers::VaryingPeriodObserver;
 use luenberger_proof::certificate::{Certificate, CubicStep, MOST_MISSES, VaryingPeriodConvergence};
@@ -76,15 +76,25 @@ impl VaryingPeriodDesign {
     /// not contain h; [`DesignError::VaryingPeriods`] if nothing is proved, with times for which the error grows, if
     /// some were found, and smaller bounds for which convergence is proved; [`DesignError::Observer`] for a plant too
     /// fast to be predicted over the longest time.
-    pub fn new(
+    pub fn new<'a>(
         linear: &LinearDesign,
-        theta: &DMatrix<f64>,
+        theta: impl Into<RealMatrixView<'a>>,
         cubic_gain: &CubicGain,
         h: f64,
         periods: &Periods,
     ) -> Result<Self, DesignError> {
         check_periods(h, periods)?;
         let first = SampledCubicDesign::with_cubic_gain(linear, theta, cubic_gain, h)?;
+        Self::of(&first, linear, cubic_gain, h, periods)
+    }
+
+    fn of(
+        first: &SampledCubicDesign,
+        linear: &LinearDesign,
+        cubic_gain: &CubicGain,
+        h: f64,
+        periods: &Periods,
+    ) -> Result<Self, DesignError> {
         let o = &first.observer;
         let k = correction_gain(o.ad(), o.ld())?;
         let maps = Maps { a: &linear.observer.a, after: DMatrix::identity(k.nrows(), k.nrows()) - &k * o.c() };
@@ -126,11 +136,12 @@ impl VaryingPeriodDesign {
 ///
 /// # Errors
 /// [`DesignError::Setting`] for periods that are not in order; [`DesignError::VaryingPeriods`] if no P is found.
-pub fn at_varying_periods(
+pub fn at_varying_periods<'a>(
     plant: &luenberger_plants::StateSpace,
-    k: &DMatrix<f64>,
+    k: impl Into<RealMatrixView<'a>>,
     periods: &Periods,
 ) -> Result<VaryingPeriodConvergence, DesignError> {
+    let k = &check::owned(k);
     check::plant(plant)?;
     let (n, p) = (plant.a.nrows(), plant.c.nrows());
     check::matrix("K", k, (n, p))?;

@@ -10,7 +10,7 @@ pub(crate) fn main() -> Result<(), luenberger::Error> {
         ("poles at -2, -5", LinearDesign::with_poles(&plant, &[-2.0, -5.0])?),
         ("known noise", LinearDesign::kalman(&plant, &dmatrix![0.0, 0.0; 0.0, 1.0], &dmatrix![0.01])?),
         ("errors decay like exp(-2 t)", LinearDesign::with_decay_rate(&plant, 2.0)?),
-        ("a given gain", LinearDesign::with_gain(&plant, dmatrix![3.0; 2.0])?),
+        ("a given gain", LinearDesign::with_gain(&plant, &dmatrix![3.0; 2.0])?),
     ];
     for (words, design) in &designs {
         assert!(design.certificate.is_proved());

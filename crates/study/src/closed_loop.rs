@@ -87,7 +87,7 @@ fn certificate(
     loop_c.view_mut((inputs, n), (outputs, n)).copy_from(&c);
     let loop_b = loop_l.columns(0, inputs).into_owned();
     let plant = StateSpace::new(loop_a, loop_b, loop_c).ok()?;
-    let design = DiscreteDesign::with_gain(&plant, m.period, loop_l).ok()?;
+    let design = DiscreteDesign::with_gain(&plant, m.period, &loop_l).ok()?;
     let title = format!("{}: feedback", observer.name);
     Some((rounding, design.certificate.file(&title).ok()?))
 }

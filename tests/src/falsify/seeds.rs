@@ -184,7 +184,7 @@ fn theorem1(random: &mut Random) -> Option<CertificateFile> {
     let gain = -(&inverse * c.transpose() * s);
     let d = integers(random, p, p);
     let plant = StateSpace::new(&f + &l * &c, DMatrix::zeros(n, 0), c).ok()?;
-    let examined = Theorem1::examine(&plant, (&l, &gain, &(&d * d.transpose())), &lyapunov).ok()?;
+    let examined = Theorem1::examine(&plant, &l, &gain, &(&d * d.transpose()), &lyapunov).ok()?;
     written(examined.certificate_file("theorem 1"))
 }
 

@@ -80,7 +80,7 @@ proptest! {
         // A + eps I with eps below (23), the same L and P: the design for the shifted plant keeps them.
         let eps = 0.99 * theorem5_bound(&nominal.p, &nominal.q).unwrap();
         let shifted = StateSpace::new(&plant.a + DMatrix::identity(n, n) * eps, plant.b.clone(), plant.c.clone()).unwrap();
-        let shifted = LinearDesign::with_gain(&shifted, nominal.l().clone()).unwrap();
+        let shifted = LinearDesign::with_gain(&shifted, nominal.l()).unwrap();
         goes_the_whole_way(shifted.certificate_file("Theorem 5"));
     }
 
@@ -148,12 +148,12 @@ fn the_examples_of_the_paper_go_into_files() {
     assert_eq!(proved.facts.len(), 5);
     let o = &cubic.observer;
     // Theorem 1 to the last bit: false for the N that was rounded, and then there is no file.
-    let examined = Theorem1::examine(&plant, (&o.l, &o.n, &o.theta), &cubic.p).unwrap();
+    let examined = Theorem1::examine(&plant, &o.l, &o.n, &o.theta, &cubic.p).unwrap();
     let why = examined.certificate_file("Theorem 1").unwrap_err();
     assert!(why.to_string().starts_with("P N C + C'N'P <= 0 (13') is false: v = ("), "{why}");
     // P N = -C' in integers: P = [2 -1; -1 1], N = -(1, 1).
     let (l, n, p) = (dmatrix![3.0; 3.0], dmatrix![-1.0; -1.0], dmatrix![2.0, -1.0; -1.0, 1.0]);
-    let file = Theorem1::examine(&plant, (&l, &n, &dmatrix![1.0]), &p).unwrap().certificate_file("Theorem 1");
+    let file = Theorem1::examine(&plant, &l, &n, &dmatrix![1.0], &p).unwrap().certificate_file("Theorem 1");
     assert_eq!(goes_the_whole_way(file).facts[3].verdict.margin(), Some(0.0));
 
     let third = third_order::example3().to_dynamic();

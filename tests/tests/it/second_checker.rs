@@ -96,7 +96,7 @@ fn of_linear_plants() -> Vec<CertificateFile> {
     let gain = certify_gain(&third, &l, &(&l * -10.0)).unwrap();
     // P N = -C' in integers.
     let (l, n, p) = (dmatrix![3.0; 3.0], dmatrix![-1.0; -1.0], dmatrix![2.0, -1.0; -1.0, 1.0]);
-    let theorem1 = Theorem1::examine(&plant, (&l, &n, &dmatrix![1.0]), &p).unwrap();
+    let theorem1 = Theorem1::examine(&plant, &l, &n, &dmatrix![1.0], &p).unwrap();
     // A weight that ignores an output: convergence from an ellipsoid.
     let blind = StateSpace::new(
         dmatrix![0.1, 1.0, 0.0; 0.0, 0.2, 1.0; -1.0, 0.0, 0.3],

@@ -354,7 +354,7 @@ fn at_equality_of_theorem_5_a_singular_theta_leaves_an_error() {
 fn the_strict_condition_has_a_verified_counterexample() {
     let (plant, _, cubic) = example_1();
     let o = &cubic.observer;
-    let conditions = Theorem1::examine(&plant, (&o.l, &o.n, &o.theta), &cubic.p).unwrap();
+    let conditions = Theorem1::examine(&plant, &o.l, &o.n, &o.theta, &cubic.p).unwrap();
     assert!(matches!(conditions.strict, Verdict::Refuted { .. }), "{:?}", conditions.strict);
 }
 

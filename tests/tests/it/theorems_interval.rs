@@ -241,7 +241,7 @@ impl SampledRun {
 #[test]
 fn the_bound_of_a_scalar_plant_is_reached() {
     let plant = StateSpace::new(dmatrix![-1.0], dmatrix![1.0], dmatrix![1.0]).unwrap();
-    let linear = LinearDesign::with_gain(&plant, dmatrix![1.0]).unwrap();
+    let linear = LinearDesign::with_gain(&plant, &dmatrix![1.0]).unwrap();
     let acting = DisturbanceBounds::of_states_and_outputs(&dmatrix![1.0], &[0.3], &[0.1]);
     for coordinates in [ErrorCoordinates::Modal, ErrorCoordinates::Plant] {
         let design = IntervalDesign::new(&linear.observer, &acting, coordinates, &[1.0]).unwrap();
@@ -369,7 +369,7 @@ fn the_linear_program_finds_the_least_width() {
     for i in 0..60 {
         for j in 0..60 {
             let l = dmatrix![-0.9 + 0.1 * f64::from(i); -2.0 + 0.1 * f64::from(j)];
-            let Ok(linear) = LinearDesign::with_gain(&plant, l) else { continue };
+            let Ok(linear) = LinearDesign::with_gain(&plant, &l) else { continue };
             match IntervalDesign::new(&linear.observer, &acting, ErrorCoordinates::Plant, &[1.0, 1.0]) {
                 Ok(design) => least = least.min(design.widths.iter().sum()),
                 Err(error) => assert!(matches!(error, DesignError::WidthGrows { .. }), "{error}"),
@@ -420,7 +420,7 @@ fn refusals_carry_numbers() {
     let quiet = DisturbanceBounds::of_states_and_outputs(&dmatrix![0.0; 1.0], &[0.1], &[0.0]);
     let none = IntervalDesign::least_width(&plant, &quiet, &[1.0; 2]).unwrap_err();
     assert!(none.to_string().contains("y1 has none"), "{none}");
-    let double = LinearDesign::with_gain(&plant, dmatrix![4.0; 4.0]).unwrap();
+    let double = LinearDesign::with_gain(&plant, &dmatrix![4.0; 4.0]).unwrap();
     let repeated = IntervalDesign::new(&double.observer, &acting, ErrorCoordinates::Modal, &[1.0; 2]).unwrap_err();
     assert!(repeated.to_string().contains("not distinct enough for modal coordinates"), "{repeated}");
 }

@@ -20,7 +20,7 @@
 mod programs;
 mod reached;
 
-use luenberger_linalg::{LyapunovEquation, lambda_max, symmetric_part};
+use luenberger_linalg::{LyapunovEquation, RealMatrixView, lambda_max, symmetric_part};
 use luenberger_lmi::proof_matrix;
 use luenberger_observers::{CubicObserver, LinearObserver};
 use luenberger_proof::ProofError;
@@ -48,7 +48,8 @@ pub struct DisturbanceBounds {
 impl DisturbanceBounds {
     /// Disturbances of the states, `x' = A x + B u + E w`, and measurement noise, `y = C x + v`, with bounds for each
     /// component of w and of v.
-    pub fn of_states_and_outputs(e: &DMatrix<f64>, disturbances: &[f64], noise: &[f64]) -> Self {
+    pub fn of_states_and_outputs<'a>(e: impl Into<RealMatrixView<'a>>, disturbances: &[f64], noise: &[f64]) -> Self {
+        let e = check::owned(e);
         let (n, q, p) = (e.nrows(), e.ncols(), noise.len());
         Self {
             e: DMatrix::from_fn(n, q + p, |i, j| if j < q { e[(i, j)] } else { 0.0 }),
@@ -145,16 +146,16 @@ impl ErrorBound {
     ///
     /// # Errors
     /// As [`cubic`](Self::cubic).
-    pub fn cubic_observer(
+    pub fn cubic_observer<'a>(
         o: &CubicObserver<f64, Dyn, Dyn, Dyn>,
-        p: &DMatrix<f64>,
+        p: impl Into<RealMatrixView<'a>>,
         disturbances: &DisturbanceBounds,
     ) -> Result<Self, DesignError> {
         let mut system = ErrorSystem::new((&o.a, &o.l, &o.c), disturbances)?;
         if o.n.iter().all(|x| *x == 0.0) || o.theta.iter().all(|x| *x == 0.0) {
             return system.linear()?.certify(&system);
         }
-        system.cubic = Some(system.cubic_part(&o.n, &o.theta, p)?);
+        system.cubic = Some(system.cubic_part(&o.n, &o.theta, &check::owned(p))?);
         let linear = system.linear()?;
         system.by_programs(linear.rate, &linear.limsup)?.certify(&system)
     }

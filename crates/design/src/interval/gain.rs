@@ -17,6 +17,7 @@
 //! Source: for positive systems, C. Briat, Robust stability and stabilization of uncertain linear positive systems via
 //! integral linear constraints, International Journal of Robust and Nonlinear Control 23, 2013.
 
+use luenberger_linalg::RealMatrixView;
 use luenberger_lmi::{Expression, Problem, Solution, Variable};
 use luenberger_proof::statement::TimeDomain;
 use nalgebra::DMatrix;
@@ -42,7 +43,16 @@ const RATIO: f64 = 1.02;
 ///
 /// # Cost
 /// Some twenty linear programs with `2 n (n + m)` unknowns for m disturbances.
-pub fn least_width_gain(
+pub fn least_width_gain<'a>(
+    a: impl Into<RealMatrixView<'a>>,
+    c: impl Into<RealMatrixView<'a>>,
+    disturbances: &DisturbanceBounds,
+    time: TimeDomain,
+) -> Result<DMatrix<f64>, DesignError> {
+    least_width((&check::owned(a), &check::owned(c)), disturbances, time)
+}
+
+fn least_width(
     (a, c): (&DMatrix<f64>, &DMatrix<f64>),
     disturbances: &DisturbanceBounds,
     time: TimeDomain,

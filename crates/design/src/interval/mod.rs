@@ -151,7 +151,7 @@ impl IntervalDesign {
         disturbances: &DisturbanceBounds,
         first: &[f64],
     ) -> Result<Self, DesignError> {
-        let l = least_width_gain((&plant.a, &plant.c), disturbances, TimeDomain::Continuous)?;
+        let l = least_width_gain(&plant.a, &plant.c, disturbances, TimeDomain::Continuous)?;
         Self::new(&LinearObserver::of(plant.clone(), l)?, disturbances, ErrorCoordinates::Plant, first)
     }
 }

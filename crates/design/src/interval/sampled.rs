@@ -1,6 +1,6 @@
 //! The sampled interval observer: its entries, rounding included, and what is proved of the step that runs.
 
-use luenberger_linalg::spectral_radius;
+use luenberger_linalg::{RealMatrixView, spectral_radius};
 use luenberger_lmi::{dynamic_matrix, proof_matrix};
 use luenberger_observers::{SampledIntervalGains, SampledIntervalObserver};
 use luenberger_plants::StateSpace;
@@ -97,10 +97,10 @@ impl SampledIntervalDesign {
     /// # Errors
     /// As [`of_discrete`](Self::of_discrete), and [`DesignError::Exponential`] where `exp(A period)` is too large to be
     /// enclosed.
-    pub fn sampled(
+    pub fn sampled<'a>(
         plant: &StateSpace,
         period: f64,
-        l: &DMatrix<f64>,
+        l: impl Into<RealMatrixView<'a>>,
         disturbances: &DisturbanceBounds,
         coordinates: ErrorCoordinates,
         required: &IntervalRequirements,
@@ -111,15 +111,9 @@ impl SampledIntervalDesign {
         let Some(held) = held_plant((&a, &b), (&e, &disturbances), period)? else {
             return Err(DesignError::Exponential { period });
         };
-        let plant = Plant {
-            a: held.a,
-            b: held.b,
-            c: plant.c.clone(),
-            e: held.e,
-            disturbances: held.disturbances,
-            noise,
-        };
-        Self::of(&plant, l, coordinates, period, required)
+        let plant =
+            Plant { a: held.a, b: held.b, c: plant.c.clone(), e: held.e, disturbances: held.disturbances, noise };
+        Self::of(&plant, &check::owned(l), coordinates, period, required)
     }
 
     /// For `x+ = A x + B u + E w`, `y = C x + v` with these matrices and the gain `l`.
@@ -152,25 +146,18 @@ impl SampledIntervalDesign {
     /// # Errors
     /// [`DesignError::NoModalCoordinates`], [`DesignError::WidthGrows`], [`DesignError::NotStored`] for entries of C
     /// that the format has not, errors of shapes.
-    pub fn of_discrete(
+    pub fn of_discrete<'a>(
         plant: &StateSpace,
         period: f64,
-        l: &DMatrix<f64>,
+        l: impl Into<RealMatrixView<'a>>,
         disturbances: &DisturbanceBounds,
         coordinates: ErrorCoordinates,
         required: &IntervalRequirements,
     ) -> Result<Self, DesignError> {
         let Acting { e, disturbances, noise } = Acting::of(disturbances, plant)?;
         let points = |m: &DMatrix<f64>| proof_matrix(m).map(|x| Interval::of(*x));
-        let plant = Plant {
-            a: points(&plant.a),
-            b: points(&plant.b),
-            c: plant.c.clone(),
-            e,
-            disturbances,
-            noise,
-        };
-        Self::of(&plant, l, coordinates, period, required)
+        let plant = Plant { a: points(&plant.a), b: points(&plant.b), c: plant.c.clone(), e, disturbances, noise };
+        Self::of(&plant, &check::owned(l), coordinates, period, required)
     }
 
     fn of(

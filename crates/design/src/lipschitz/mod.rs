@@ -26,6 +26,7 @@ mod admissible;
 mod sector;
 mod split;
 
+use luenberger_linalg::RealMatrixView;
 use luenberger_lmi::{Expression, Problem, Settings, Solution, he, proof_matrix, zeros};
 use luenberger_observers::NonlinearLuenbergerObserver;
 use luenberger_plants::{Plant, Size};
@@ -122,8 +123,12 @@ impl LipschitzDesign {
     /// # Errors
     /// As [`new`](Self::new); [`DesignError::NotHurwitz`] when L does not stabilise the plant with every phi_k in the
     /// middle of its sector.
-    pub fn with_gain(plant: &LipschitzPlant, l: &DMatrix<f64>, rate: f64) -> Result<Self, DesignError> {
-        Self::new_with(plant, Some(l), rate, &GainOptions::default())
+    pub fn with_gain<'a>(
+        plant: &LipschitzPlant,
+        l: impl Into<RealMatrixView<'a>>,
+        rate: f64,
+    ) -> Result<Self, DesignError> {
+        Self::new_with(plant, Some(&check::owned(l)), rate, &GainOptions::default())
     }
 
     /// The observer gain L, n x p.

@@ -28,7 +28,7 @@
 
 use core::fmt;
 
-use luenberger_linalg::{eigenvalues, lambda_max};
+use luenberger_linalg::{RealMatrixView, eigenvalues, lambda_max};
 use luenberger_lmi::{Problem, Settings, Solution, block, greatest_parameter_with, proof_matrix, zeros};
 use luenberger_observers::DiscreteNonlinearObserver;
 use luenberger_plants::{Plant, Size};
@@ -157,19 +157,28 @@ where
     /// [`DesignError::Matrix`] for the shape and entries of L; [`DesignError::NotSchur`] if `A - L C` has an eigenvalue
     /// outside the unit circle at a vertex; [`LpvError::Conflict`] when no P serves all vertices; the errors of the
     /// enclosure.
-    pub fn certify(
+    pub fn certify<'a>(
         plant: S,
         period: f64,
         region: &Region,
-        l: &DMatrix<f64>,
+        l: impl Into<RealMatrixView<'a>>,
+        settings: &Settings,
+    ) -> Result<Self, LpvError> {
+        Self::certify_gain((plant, period), region, check::owned(l), settings)
+    }
+
+    fn certify_gain(
+        (plant, period): (S, f64),
+        region: &Region,
+        l: DMatrix<f64>,
         settings: &Settings,
     ) -> Result<Self, LpvError> {
         check::positive("the period", period)?;
         let polytope = Polytope::new(enclose(&plant, region)?)?;
-        check::matrix("L", l, (polytope.enclosure.a.rows(), polytope.enclosure.c.rows()))?;
+        check::matrix("L", &l, (polytope.enclosure.a.rows(), polytope.enclosure.c.rows()))?;
         let mut slowest = 0.0f64;
         for vertex in &polytope.vertices {
-            let poles = eigenvalues(&(&vertex.a - l * &vertex.c))?;
+            let poles = eigenvalues(&(&vertex.a - &l * &vertex.c))?;
             slowest = poles.iter().map(|pole| pole.norm()).fold(slowest, f64::max);
         }
         if slowest >= 1.0 {
@@ -177,12 +186,12 @@ where
         }
         // A deadbeat gain has no slowest mode; twenty-fold per step is as good as at once.
         let high = (-slowest.max(1e-20).ln()).min(3.0) / period;
-        let family = |rate| pose_for(&polytope, l, rate * period, settings);
+        let family = |rate| pose_for(&polytope, &l, rate * period, settings);
         let bisection = greatest_parameter_with(settings, 0.0, high, RELATIVE_RATE * high, family)?;
         let stopped = bisection.stopped.map(|(rate, verdict)| (rate, why_not(&polytope, rate, verdict)));
         let (rate, solution, stopped) = outcome(bisection.proved, stopped)?;
         let p = solution.named("P").cloned().unwrap_or_else(|| DMatrix::zeros(0, 0));
-        Self::certified((plant, period), region, polytope, Gain { l: l.clone(), p }, rate, stopped)
+        Self::certified((plant, period), region, polytope, Gain { l, p }, rate, stopped)
     }
 
     fn certified(

@@ -33,7 +33,7 @@ mod text;
 
 use core::fmt;
 
-use luenberger_linalg::lambda_max;
+use luenberger_linalg::{RealMatrixView, lambda_max};
 use luenberger_lmi::{Infeasibility, Problem, Settings, Solution, greatest_parameter_with, he, proof_matrix};
 use luenberger_observers::NonlinearLuenbergerObserver;
 use luenberger_plants::{Plant, Size};
@@ -183,7 +183,7 @@ where
     /// [`DesignError::Matrix`] for the shape and entries of L; [`LpvError::UnstableVertex`] names a vertex at which
     /// `A - L C` is not Hurwitz;
     /// [`LpvError::Conflict`] when no P serves all vertices; the errors of the enclosure.
-    pub fn certify(plant: S, region: &Region, l: &DMatrix<f64>) -> Result<Self, LpvError> {
+    pub fn certify<'a>(plant: S, region: &Region, l: impl Into<RealMatrixView<'a>>) -> Result<Self, LpvError> {
         Self::certify_with(plant, region, l, &Settings::default())
     }
 
@@ -192,13 +192,22 @@ where
     /// # Errors
     /// As [`certify`](Self::certify); [`LmiError::NotBuiltIn`](luenberger_lmi::LmiError::NotBuiltIn) in
     /// [`DesignError::Lmi`].
-    pub fn certify_with(plant: S, region: &Region, l: &DMatrix<f64>, settings: &Settings) -> Result<Self, LpvError> {
+    pub fn certify_with<'a>(
+        plant: S,
+        region: &Region,
+        l: impl Into<RealMatrixView<'a>>,
+        settings: &Settings,
+    ) -> Result<Self, LpvError> {
+        Self::certify_gain(plant, region, check::owned(l), settings)
+    }
+
+    fn certify_gain(plant: S, region: &Region, l: DMatrix<f64>, settings: &Settings) -> Result<Self, LpvError> {
         let polytope = Polytope::new(enclose(&plant, region)?)?;
         let (n, outputs) = (polytope.enclosure.a.rows(), polytope.enclosure.c.rows());
-        check::matrix("L", l, (n, outputs))?;
+        check::matrix("L", &l, (n, outputs))?;
         let mut high = f64::INFINITY;
         for (vertex, pair) in polytope.vertices.iter().enumerate() {
-            let abscissa = match check::hurwitz("A - L C", (&pair.a, l, &pair.c)) {
+            let abscissa = match check::hurwitz("A - L C", (&pair.a, &l, &pair.c)) {
                 Err(DesignError::NotHurwitz { abscissa, .. }) => {
                     return Err(LpvError::UnstableVertex { vertex, place: pair.to_string(), abscissa });
                 }
@@ -208,12 +217,12 @@ where
             high = high.min((-abscissa).max(0.0));
         }
         let tolerance = (RELATIVE_RATE * high).max(f64::MIN_POSITIVE);
-        let family = |rate| pose_for(&polytope, l, rate, settings);
+        let family = |rate| pose_for(&polytope, &l, rate, settings);
         let bisection = greatest_parameter_with(settings, 0.0, high, tolerance, family)?;
         let stopped = bisection.stopped.map(|(rate, verdict)| (rate, for_this_gain(&polytope, rate, verdict)));
         let (rate, solution, stopped) = outcome(bisection.proved, stopped)?;
         let p = solution.named("P").cloned().unwrap_or_else(|| DMatrix::zeros(0, 0));
-        Self::certified(plant, region, polytope, Gain { l: l.clone(), p }, rate, stopped)
+        Self::certified(plant, region, polytope, Gain { l, p }, rate, stopped)
     }
 
     fn certified(

@@ -8,7 +8,7 @@
 
 use std::fmt;
 
-use luenberger_linalg::symmetric_eigenvalues;
+use luenberger_linalg::{RealMatrixView, symmetric_eigenvalues};
 use luenberger_plants::{Differentiable, InCoordinates, Plant, Size};
 use nalgebra::allocator::Allocator;
 use nalgebra::{DMatrix, DefaultAllocator, Dim, OVector, U1};
@@ -44,22 +44,26 @@ impl OutputCoordinates {
     /// # Errors
     /// [`DesignError::DependentOutputs`] with the smallest singular value of C, its rows scaled to length one;
     /// [`DesignError::Matrix`].
-    pub fn of_matrix(c: &DMatrix<f64>) -> Result<Self, DesignError> {
+    pub fn of_matrix<'a>(c: impl Into<RealMatrixView<'a>>) -> Result<Self, DesignError> {
+        Self::of_owned(check::owned(c))
+    }
+
+    fn of_owned(c: DMatrix<f64>) -> Result<Self, DesignError> {
         let (p, n) = c.shape();
         if p == 0 || n == 0 {
             return Err(luenberger_plants::PlantError::Empty { states: n, outputs: p }.into());
         }
-        check::matrix("C", c, (p, n))?;
+        check::matrix("C", &c, (p, n))?;
         if p > n {
             return Err(DesignError::DependentOutputs { sigma_min: 0.0 });
         }
-        check::independent_outputs(c)?;
-        if *c == DMatrix::identity(p, n) {
-            return Ok(Self { c: c.clone(), t: DMatrix::identity(n, n), condition: 1.0 });
+        check::independent_outputs(&c)?;
+        if c == DMatrix::identity(p, n) {
+            return Ok(Self { c, t: DMatrix::identity(n, n), condition: 1.0 });
         }
         // Singular values of C in units in which the squares are harmless.
         let scale = c.amax();
-        let unit = c / scale;
+        let unit = &c / scale;
         let squares = symmetric_eigenvalues(&(&unit * unit.transpose()))?;
         let (least, most) = squares.iter().fold((f64::INFINITY, 0.0f64), |(a, b), &x| (a.min(x), b.max(x)));
         let (least, most) = (scale * least.max(0.0).sqrt(), scale * most.sqrt());
@@ -74,7 +78,7 @@ impl OutputCoordinates {
         let rest = q.columns(p, n - p) / (least * most).sqrt();
         let t = DMatrix::from_fn(n, n, |i, j| if j < p { first[(i, j)] } else { rest[(i, j - p)] });
         check::matrix("T", &t, (n, n))?;
-        Ok(Self { c: c.clone(), t, condition: most / least })
+        Ok(Self { c, t, condition: most / least })
     }
 
     /// T for the outputs of a plant, which must be linear and free of the input: `h(t, x, u) = C x` with a constant C.

@@ -26,7 +26,7 @@ mod search;
 
 use std::time::Instant;
 
-use luenberger_linalg::spectral_abscissa;
+use luenberger_linalg::{RealMatrixView, spectral_abscissa};
 use luenberger_observers::CubicObserver;
 use luenberger_plants::StateSpace;
 use nalgebra::{DMatrix, DVector, Dyn};
@@ -103,7 +103,8 @@ impl EstimationProblem {
     /// ```
     /// # Errors
     /// [`DesignError::NotHurwitz`] for a gain that does not stabilise; numbers and shapes that do not fit.
-    pub fn linear(&self, plant: &StateSpace, l: &DMatrix<f64>) -> Result<Cost, DesignError> {
+    pub fn linear<'a>(&self, plant: &StateSpace, l: impl Into<RealMatrixView<'a>>) -> Result<Cost, DesignError> {
+        let l = &check::owned(l);
         let scaled = self.scaled(plant)?;
         check::matrix("L", l, (plant.a.nrows(), plant.c.nrows()))?;
         check::hurwitz("A - L C", (&plant.a, l, &plant.c))?;
@@ -289,7 +290,7 @@ impl OptimalCubicDesign {
             Some((linear, cubic, cost)) if cost.total < (1.0 - LEAST_SAVING) * linear_cost.total => {
                 (linear, Some(cubic), cost)
             }
-            _ => (LinearDesign::with_gain(plant, linear_gain.clone())?, None, linear_cost),
+            _ => (LinearDesign::with_gain(plant, &linear_gain)?, None, linear_cost),
         };
         let certificate = cubic.as_ref().map_or(&linear.certificate, |cubic| &cubic.certificate).clone();
         Ok(Self {
@@ -362,7 +363,7 @@ fn certify(
     let by = |m: &DMatrix<f64>, unit: &[f64]| {
         DMatrix::from_fn(m.nrows(), m.ncols(), |i, j| rounded(m[(i, j)] / (unit[i] * unit[j]), 6))
     };
-    let linear = LinearDesign::with_gain(plant, problem.gain_of_plant(&at.gains.l))?
+    let linear = LinearDesign::with_gain(plant, &problem.gain_of_plant(&at.gains.l))?
         .lyapunov_weight(LyapunovWeight::Matrix(by(&at.q, d)))?;
     let s = CubicGain::General(by(&at.s, sigma));
     let cubic = CubicDesign::new(&linear, &by(&at.gains.theta, sigma), &s)?;

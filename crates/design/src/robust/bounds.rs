@@ -1,7 +1,7 @@
 //! Margins that need no LMI: (23), its exact form for a fixed P, the spectral abscissa, and the error bound for a
 //! forced plant.
 
-use luenberger_linalg::{LinalgError, lambda_max, lambda_min, symmetric_part};
+use luenberger_linalg::{LinalgError, RealMatrixView, lambda_max, lambda_min, symmetric_part};
 use nalgebra::DMatrix;
 
 use crate::check;
@@ -14,7 +14,11 @@ use crate::error::DesignError;
 /// # Errors
 /// [`LinalgError::NotPositiveDefinite`](luenberger_linalg::LinalgError::NotPositiveDefinite) and its kin when P or Q is
 /// not what (9) gives.
-pub fn theorem5_bound(p: &DMatrix<f64>, q: &DMatrix<f64>) -> Result<f64, DesignError> {
+pub fn theorem5_bound<'a>(
+    p: impl Into<RealMatrixView<'a>>,
+    q: impl Into<RealMatrixView<'a>>,
+) -> Result<f64, DesignError> {
+    let (p, q) = (&check::owned(p), &check::owned(q));
     check::positive_definite("P", p, p.nrows())?;
     check::positive_definite("Q", q, p.nrows())?;
     Ok(lambda_min(q)? / (2.0 * lambda_max(p)?))
@@ -27,7 +31,11 @@ pub fn theorem5_bound(p: &DMatrix<f64>, q: &DMatrix<f64>) -> Result<f64, DesignE
 ///
 /// # Errors
 /// As [`theorem5_bound`].
-pub fn fixed_lyapunov_margin(p: &DMatrix<f64>, q: &DMatrix<f64>) -> Result<f64, DesignError> {
+pub fn fixed_lyapunov_margin<'a>(
+    p: impl Into<RealMatrixView<'a>>,
+    q: impl Into<RealMatrixView<'a>>,
+) -> Result<f64, DesignError> {
+    let (p, q) = (&check::owned(p), &check::owned(q));
     check::positive_definite("Q", q, p.nrows())?;
     check::symmetric("P", p, p.nrows())?;
     match greatest_rate(p, q)? {
@@ -51,7 +59,8 @@ pub(crate) fn greatest_rate(p: &DMatrix<f64>, q: &DMatrix<f64>) -> Result<Option
 /// # Errors
 /// [`DesignError::NotHurwitz`] when there is no margin at all, decided exactly; [`DesignError::StabilityUndecided`]
 /// when rounding hides it.
-pub fn redesigned_margin(f: &DMatrix<f64>) -> Result<f64, DesignError> {
+pub fn redesigned_margin<'a>(f: impl Into<RealMatrixView<'a>>) -> Result<f64, DesignError> {
+    let f = &check::owned(f);
     let what = "A - L C";
     let nothing = (DMatrix::zeros(f.nrows(), 0), DMatrix::zeros(0, f.ncols()));
     let abscissa = check::hurwitz(what, (f, &nothing.0, &nothing.1))?;
@@ -66,7 +75,11 @@ pub fn redesigned_margin(f: &DMatrix<f64>) -> Result<f64, DesignError> {
 ///
 /// # Errors
 /// As [`theorem5_bound`].
-pub fn input_to_state_gain(p: &DMatrix<f64>, q: &DMatrix<f64>) -> Result<f64, DesignError> {
+pub fn input_to_state_gain<'a>(
+    p: impl Into<RealMatrixView<'a>>,
+    q: impl Into<RealMatrixView<'a>>,
+) -> Result<f64, DesignError> {
+    let (p, q) = (&check::owned(p), &check::owned(q));
     let alpha = fixed_lyapunov_margin(p, q)?;
     Ok((lambda_max(p)? / lambda_min(p)?).sqrt() / alpha)
 }

@@ -9,7 +9,7 @@
 //! non-existence of P is claimed only if all numbers of the inequality are exact and its multipliers are verified, or
 //! if exact arithmetic finds an unstable eigenvalue of C N.
 
-use luenberger_linalg::{spectral_abscissa, symmetric_part};
+use luenberger_linalg::{RealMatrixView, spectral_abscissa, symmetric_part};
 use luenberger_lmi::{Expression, Infeasibility, Problem, greatest_parameter, he};
 use luenberger_plants::StateSpace;
 use luenberger_proof::certificate::Certificate;
@@ -72,13 +72,14 @@ pub struct FixedGainMargin {
 /// positive real part, decided exactly, so that no P allows this N at any eps; [`DesignError::DegenerateGain`] when C N
 /// is not Hurwitz and that real part is zero up to rounding; [`DesignError::DependentOutputs`];
 /// [`DesignError::Undecided`] when no eps could be proved.
-pub fn fixed_gain_margin(
+pub fn fixed_gain_margin<'a>(
     plant: &StateSpace,
-    l: &DMatrix<f64>,
-    n_gain: &DMatrix<f64>,
+    l: impl Into<RealMatrixView<'a>>,
+    n_gain: impl Into<RealMatrixView<'a>>,
     tolerance: f64,
 ) -> Result<FixedGainMargin, DesignError> {
     check::positive("tolerance", tolerance)?;
+    let (l, n_gain) = (&check::owned(l), &check::owned(n_gain));
     let family = Family::new(plant, l, n_gain)?;
     let high = -check::hurwitz("A - L C", (&plant.a, l, &plant.c))?;
     let low = family.feasible_below(high)?;
@@ -99,11 +100,12 @@ pub fn fixed_gain_margin(
 /// # Errors
 /// As [`fixed_gain_margin`]; [`DesignError::Infeasible`] also with verified multipliers that exclude every P;
 /// [`DesignError::RefutedAsRounded`] with such that exclude it only for T as rounded.
-pub fn certify_gain(
+pub fn certify_gain<'a>(
     plant: &StateSpace,
-    l: &DMatrix<f64>,
-    n_gain: &DMatrix<f64>,
+    l: impl Into<RealMatrixView<'a>>,
+    n_gain: impl Into<RealMatrixView<'a>>,
 ) -> Result<GainCertificate, DesignError> {
+    let (l, n_gain) = (&check::owned(l), &check::owned(n_gain));
     let family = Family::new(plant, l, n_gain)?;
     check::hurwitz("A - L C", (&plant.a, l, &plant.c))?;
     let solution = family.at(0.0).solve()?;

@@ -6,7 +6,7 @@
 //! characteristic polynomial and q a polynomial of degree at most n - 1, so that the condition is: F + eps I Hurwitz, q
 //! > 0 on `w^2 >= 0`, and a positive leading coefficient `C (F + eps I) N` of q.
 
-use luenberger_linalg::{eigenvalues, spectral_abscissa};
+use luenberger_linalg::{RealMatrixView, eigenvalues, spectral_abscissa};
 use luenberger_proof::UndecidedReason;
 use nalgebra::DMatrix;
 
@@ -24,7 +24,15 @@ use crate::error::{DesignError, InfeasibilityReason};
 /// [`DesignError::SeveralOutputs`] for p > 1; [`DesignError::Infeasible`] when `C N > 0`, which no P allows;
 /// [`DesignError::DegenerateGain`] when `C N = 0`; [`DesignError::Undecided`] when rounding hides every shift at which
 /// the function is positive real.
-pub fn positive_real_margin(f: &DMatrix<f64>, c: &DMatrix<f64>, n_gain: &DMatrix<f64>) -> Result<f64, DesignError> {
+pub fn positive_real_margin<'a>(
+    f: impl Into<RealMatrixView<'a>>,
+    c: impl Into<RealMatrixView<'a>>,
+    n_gain: impl Into<RealMatrixView<'a>>,
+) -> Result<f64, DesignError> {
+    margin(&check::owned(f), &check::owned(c), &check::owned(n_gain))
+}
+
+fn margin(f: &DMatrix<f64>, c: &DMatrix<f64>, n_gain: &DMatrix<f64>) -> Result<f64, DesignError> {
     let order = f.nrows();
     check::matrix("A - L C", f, (order, order))?;
     if c.nrows() != 1 {

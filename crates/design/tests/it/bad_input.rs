@@ -23,7 +23,7 @@ fn refused_poles(poles: &[f64]) -> DesignError {
     LinearDesign::with_poles(&plant(), poles).unwrap_err()
 }
 
-fn refused_gain(l: DMatrix<f64>) -> DesignError {
+fn refused_gain(l: &DMatrix<f64>) -> DesignError {
     LinearDesign::with_gain(&plant(), l).unwrap_err()
 }
 
@@ -82,14 +82,14 @@ fn a_rate_that_a_hidden_mode_does_not_have_is_refused_with_that_mode() {
 #[test]
 fn a_gain_of_ones_own_is_checked() {
     assert!(
-        matches!(refused_gain(dmatrix![-1.0; 0.0]), DesignError::NotHurwitz { what: "A - L C", abscissa } if abscissa >= 0.0)
+        matches!(refused_gain(&dmatrix![-1.0; 0.0]), DesignError::NotHurwitz { what: "A - L C", abscissa } if abscissa >= 0.0)
     );
     assert!(matches!(
-        refused_gain(dmatrix![1.0, 2.0]),
+        refused_gain(&dmatrix![1.0, 2.0]),
         DesignError::Matrix(PlantError::DimensionMismatch { what: "L", expected: (2, 1), found: (1, 2) })
     ));
     assert!(matches!(
-        refused_gain(dmatrix![1.0; f64::NAN]),
+        refused_gain(&dmatrix![1.0; f64::NAN]),
         DesignError::Matrix(PlantError::NotFinite { what: "L", .. })
     ));
 }
@@ -180,7 +180,7 @@ fn a_rate_that_is_no_rate_is_refused_by_every_design() {
 fn a_plant_that_was_bent_after_its_construction_is_refused() {
     let mut bent = plant();
     bent.c = dmatrix![1.0, 0.0, 0.0];
-    assert!(matches!(LinearDesign::with_gain(&bent, dmatrix![1.0; 1.0]).unwrap_err(), DesignError::Matrix(_)));
+    assert!(matches!(LinearDesign::with_gain(&bent, &dmatrix![1.0; 1.0]).unwrap_err(), DesignError::Matrix(_)));
     assert!(matches!(cubic_lmi_design(&bent, &dmatrix![1.0], 0.0, 1.0).unwrap_err(), DesignError::Matrix(_)));
     assert!(matches!(
         robust::certify_gain(&bent, &dmatrix![1.0; 1.0], &dmatrix![1.0; 1.0]).unwrap_err(),
@@ -215,9 +215,7 @@ fn bounds_of_disturbances_are_checked_where_they_enter() {
         };
         let acting = DisturbanceBounds::of_states_and_outputs(&e, &[disturbance], &[noise]);
         let (l, modal) = (dmatrix![0.9; 2.0], ErrorCoordinates::Modal);
-        SampledIntervalDesign::of_discrete(&plant, 0.1, &l, &acting, modal, &required)
-            .unwrap_err()
-            .to_string()
+        SampledIntervalDesign::of_discrete(&plant, 0.1, &l, &acting, modal, &required).unwrap_err().to_string()
     };
     assert!(sampled(-0.2, 0.1, 1.0).starts_with(bound));
     assert!(sampled(0.2, f64::NAN, 1.0).starts_with("the bound of the noise of an output is NaN"));

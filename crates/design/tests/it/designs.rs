@@ -53,7 +53,7 @@ fn the_radial_choice_makes_c_n_a_multiple_of_the_identity() {
 fn the_strict_condition_is_refuted_by_the_kernel_of_c() {
     let cubic = CubicDesign::new(&example1(), &dmatrix![10.0], &CubicGain::Gamma(2.0)).unwrap();
     let o = &cubic.observer;
-    let conditions = Theorem1::examine(&double_integrator().to_dynamic(), (&o.l, &o.n, &o.theta), &cubic.p).unwrap();
+    let conditions = Theorem1::examine(&double_integrator().to_dynamic(), &o.l, &o.n, &o.theta, &cubic.p).unwrap();
     let facts: Vec<_> = conditions.certificate.facts().collect();
     assert!(facts.len() == 4 && facts[..3].iter().all(|fact| fact.verdict.is_proved()), "{facts:?}");
     let Verdict::Refuted { witness } = &conditions.strict else { panic!("{:?}", conditions.strict) };
@@ -139,7 +139,7 @@ fn the_loop_of_example_3_is_certified_with_the_right_sign() {
     let plant = third_order::example3().to_dynamic();
     let l = dmatrix![0.267; -1.429; 3.904];
     let k = dmatrix![-0.597, 2.004, 2.511; -0.197, 0.757, 7.510];
-    let linear = LinearDesign::with_gain(&plant, l).unwrap();
+    let linear = LinearDesign::with_gain(&plant, &l).unwrap();
     let cubic = CubicDesign::new(&linear, &dmatrix![10.0], &CubicGain::Gamma(1.0)).unwrap();
     let feedback = FeedbackDesign::cubic(&cubic, &k).unwrap();
     assert!(feedback.certificate.is_proved(), "{}", feedback.certificate);
@@ -159,7 +159,7 @@ fn a_slow_loop_is_certified() {
 #[test]
 fn shares_of_the_cost_add_up_and_an_unseen_error_has_none() {
     let plant = StateSpace::new(dmatrix![-1.0, 0.0; 0.0, -2.0], DMatrix::zeros(2, 0), DMatrix::identity(2, 2)).unwrap();
-    let linear = LinearDesign::with_gain(&plant, DMatrix::zeros(2, 2)).unwrap();
+    let linear = LinearDesign::with_gain(&plant, &DMatrix::zeros(2, 2)).unwrap();
     // J_1 = 1/2 and J_2 = 1/4 per unit of e_i^2.
     let theta = theta_from_cost_shares(&linear, None, 3.0).unwrap();
     assert_abs_diff_eq!(theta, dmatrix![2.0, 0.0; 0.0, 1.0], epsilon = 1e-12);
@@ -173,7 +173,7 @@ fn shares_of_the_cost_add_up_and_an_unseen_error_has_none() {
 #[test]
 fn shares_of_coupled_errors_are_those_along_the_error_equation() {
     let plant = StateSpace::new(dmatrix![-1.0, 1.0; 0.0, -2.0], DMatrix::zeros(2, 0), DMatrix::identity(2, 2)).unwrap();
-    let linear = LinearDesign::with_gain(&plant, DMatrix::zeros(2, 2)).unwrap();
+    let linear = LinearDesign::with_gain(&plant, &DMatrix::zeros(2, 2)).unwrap();
     let theta = theta_from_cost_shares(&linear, Some(&dvector![0.0, 1.0]), 4.0).unwrap();
     assert!((theta - dmatrix![1.0, 0.0; 0.0, 3.0]).amax() < 1e-14);
     let theta = theta_from_cost_shares(&linear, None, 10.0).unwrap();
@@ -186,7 +186,7 @@ fn shares_of_coupled_errors_are_those_along_the_error_equation() {
 fn the_strict_condition_holds_where_every_direction_is_seen() {
     let identity = DMatrix::identity(2, 2);
     let plant = StateSpace::new(dmatrix![0.0, 1.0; -1.0, 0.0], DMatrix::zeros(2, 0), identity.clone()).unwrap();
-    let strict = |n: &DMatrix<f64>| Theorem1::examine(&plant, (&identity, n, &identity), &identity).unwrap();
+    let strict = |n: &DMatrix<f64>| Theorem1::examine(&plant, &identity, n, &identity, &identity).unwrap();
     let admissible = strict(&-&identity);
     assert!(admissible.strict.is_proved() && admissible.certificate.is_proved(), "{:?}", admissible.strict);
     let wrong = strict(&identity);

@@ -27,7 +27,7 @@ fn problem() -> EstimationProblem {
 }
 
 /// A cubic observer of given gains, P from Q, theta = 1, N = -gamma P^-1 C'.
-fn cubic(plant: &StateSpace, l: DMatrix<f64>, q: DMatrix<f64>, gamma: f64) -> CubicDesign {
+fn cubic(plant: &StateSpace, l: &DMatrix<f64>, q: DMatrix<f64>, gamma: f64) -> CubicDesign {
     let linear = LinearDesign::with_gain(plant, l).unwrap().lyapunov_weight(LyapunovWeight::Matrix(q)).unwrap();
     CubicDesign::new(&linear, &dmatrix![1.0], &CubicGain::Gamma(gamma)).unwrap()
 }
@@ -82,13 +82,13 @@ fn the_linear_optimum_is_that_of_scipy_and_of_the_matrix_inequality() {
 fn the_transient_of_a_cubic_observer_is_that_of_closed_forms() {
     for (l, gamma, d) in [(3.0, 0.5, 1.0), (1.0, 40.0, 2.0), (0.2, 2000.0, 1.0)] {
         // Q = 2 l makes P = 1.
-        let design = cubic(&scalar(), dmatrix![l], dmatrix![2.0 * l], gamma);
+        let design = cubic(&scalar(), &dmatrix![l], dmatrix![2.0 * l], gamma);
         let problem = EstimationProblem { weight: dmatrix![1.0], ..EstimationProblem::new(&[d], &[1e-3], 0.01, 1.0) };
         let found = problem.cubic(&design.observer, 1).unwrap().transient;
         let expected = (gamma * d * d / l).ln_1p() / (2.0 * gamma);
         assert!((found / expected - 1.0).abs() < 5e-4, "{found} {expected}");
     }
-    let design = cubic(&cart(), dmatrix![3.0; 2.5], DMatrix::identity(2, 2), 2.0);
+    let design = cubic(&cart(), &dmatrix![3.0; 2.5], DMatrix::identity(2, 2), 2.0);
     let found = problem().cubic(&design.observer, 1).unwrap().transient;
     assert!((found / 1.004_498_874_136_935_8 - 1.0).abs() < 5e-4, "{found}");
 }
@@ -99,7 +99,7 @@ fn the_transient_of_a_cubic_observer_is_that_of_closed_forms() {
 fn a_weak_cubic_term_acts_on_noise_like_a_larger_gain() {
     let (plant, l) = (cart(), dmatrix![3.0; 2.5]);
     let problem = EstimationProblem { process: DMatrix::zeros(2, 2), ..problem() };
-    let design = cubic(&plant, l.clone(), DMatrix::identity(2, 2), 40.0);
+    let design = cubic(&plant, &l, DMatrix::identity(2, 2), 40.0);
     let found: f64 = (1..=6).map(|seed| problem.cubic(&design.observer, seed).unwrap().mean_square / 6.0).sum();
     // The variance of the noise, and that of e1, which is 2 % of it.
     let larger = &l - &design.observer.n * (3.0 * 0.0025 * 1.02);
@@ -118,7 +118,7 @@ fn no_gain_of_a_grid_is_better_for_a_scalar_plant() {
     for i in 0..12 {
         for j in 0..12 {
             let (l, gamma) = (0.5 * 1.5_f64.powi(i), 10.0 * 1.7_f64.powi(j));
-            let design = cubic(&scalar(), dmatrix![l], dmatrix![2.0 * l], gamma);
+            let design = cubic(&scalar(), &dmatrix![l], dmatrix![2.0 * l], gamma);
             least = problem.cubic(&design.observer, 9).map_or(least, |cost| least.min(cost.total));
         }
     }
@@ -137,7 +137,7 @@ fn no_gain_of_a_grid_is_better_for_a_cart() {
         for (k, ratio) in (0..5).flat_map(|k| [0.03, 1.0].map(|ratio| (k, ratio))) {
             let l = dmatrix![2.0 * 2.0_f64.powi(i); 2.0 * 3.0_f64.powi(j)];
             let q = dmatrix![1.0, 0.0; 0.0, ratio];
-            let design = cubic(&cart(), l, q, 0.3 * 10.0_f64.powi(k));
+            let design = cubic(&cart(), &l, q, 0.3 * 10.0_f64.powi(k));
             least = problem.cubic(&design.observer, 9).map_or(least, |cost| least.min(cost.total));
         }
     }
@@ -150,7 +150,7 @@ fn no_gain_of_a_grid_is_better_for_a_cart() {
 /// same.
 #[test]
 fn the_optimum_has_a_bound_of_the_error() {
-    let linear = LinearDesign::with_gain(&cart(), dmatrix![7.23399; 16.7102]).unwrap();
+    let linear = LinearDesign::with_gain(&cart(), &dmatrix![7.23399; 16.7102]).unwrap();
     let q = dmatrix![1.0, 0.000_244_141; 0.000_244_141, 0.000_103_317];
     let linear = linear.lyapunov_weight(LyapunovWeight::Matrix(q)).unwrap();
     let design = CubicDesign::new(&linear, &dmatrix![100.0], &CubicGain::General(dmatrix![0.231_762])).unwrap();

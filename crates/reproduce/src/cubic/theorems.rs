@@ -197,7 +197,7 @@ fn strict(_: &Context) -> Result<Outcome, CheckError> {
         let o = &design.observer;
         if o.c.nrows() < o.c.ncols() {
             let plant = StateSpace::new(o.a.clone(), o.b.clone(), o.c.clone())?;
-            let conditions = Theorem1::examine(&plant, (&o.l, &o.n, &o.theta), &design.p)?;
+            let conditions = Theorem1::examine(&plant, &o.l, &o.n, &o.theta, &design.p)?;
             if let Verdict::Refuted { witness: direction } = &conditions.strict {
                 witness = direction.to_string();
             }

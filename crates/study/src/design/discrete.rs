@@ -134,7 +134,7 @@ pub(super) fn gain_of(
     let design = match &spec.gain {
         GainSpec::Poles(poles) => DiscreteDesign::with_poles(plant, dt, poles),
         GainSpec::Kalman { w, v } => DiscreteDesign::kalman(plant, dt, w, v),
-        GainSpec::Given(l) => DiscreteDesign::with_gain(plant, dt, l.clone()),
+        GainSpec::Given(l) => DiscreteDesign::with_gain(plant, dt, l),
         GainSpec::DecayRate(_) | GainSpec::Lmi => {
             let hypothesis = "`decay_rate` and `lmi` are for plants in continuous time".to_owned();
             return Err(explain::failure(requested, hypothesis, instead()));

@@ -37,8 +37,8 @@ pub(super) fn linear(
 ) -> Designed {
     let Some(k) = gain(study, &requested.name) else { return designed };
     let proved = loop_of(plant, l, k).and_then(|(both, l)| match study.plant.dt {
-        None => LinearDesign::with_gain(&both, l).ok().map(|design| design.certificate.clone()),
-        Some(dt) => DiscreteDesign::with_gain(&both, dt, l).ok().map(|design| design.certificate.clone()),
+        None => LinearDesign::with_gain(&both, &l).ok().map(|design| design.certificate.clone()),
+        Some(dt) => DiscreteDesign::with_gain(&both, dt, &l).ok().map(|design| design.certificate.clone()),
     });
     described(study, plant, k, proved, designed)
 }

@@ -130,7 +130,7 @@ pub(crate) fn sampled_design(
             (plant.a.clone(), bounds.e.clone())
         };
         let acting = DisturbanceBounds::of_states_and_outputs(&e, &bounds.disturbance, &bounds.noise);
-        least_width_gain((&a, &plant.c), &acting, TimeDomain::Discrete)?
+        least_width_gain(&a, &plant.c, &acting, TimeDomain::Discrete)?
     };
     let acting = DisturbanceBounds::of_states_and_outputs(&bounds.e, &bounds.disturbance, &bounds.noise);
     if *held {

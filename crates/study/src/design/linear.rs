@@ -26,7 +26,7 @@ pub(super) fn of(
         GainSpec::Kalman { w, v } => LinearDesign::kalman(plant, w, v),
         GainSpec::DecayRate(rate) => LinearDesign::lmi_with(plant, *rate, options),
         GainSpec::Lmi => LinearDesign::lmi_with(plant, 0.0, options),
-        GainSpec::Given(l) => LinearDesign::with_gain(plant, l.clone()),
+        GainSpec::Given(l) => LinearDesign::with_gain(plant, l),
     }?;
     match &requested.weight {
         Some(weight) => design.lyapunov_weight(weight.clone()),

@@ -90,7 +90,7 @@ pub(crate) fn sampled(
     options: &GainOptions,
 ) -> Result<DiscreteDesign, DesignError> {
     if let NormTarget::OfGain(l) = &spec.goal {
-        return DiscreteDesign::sampled(&LinearDesign::with_gain(plant, l.clone())?, h);
+        return DiscreteDesign::sampled(&LinearDesign::with_gain(plant, l)?, h);
     }
     let of = &spec.performance;
     let input = zero_order_hold(&plant.a, &plant.b, h)?;
@@ -105,7 +105,7 @@ pub(crate) fn sampled(
     };
     let of = GeneralizedPlant { e: acting.bd * size, d: &of.d * size, h: of.h.clone() };
     let design = NormFilterDesign::new(&held, TimeDomain::Discrete, spec.norm, &of, &spec.goal, options)?;
-    DiscreteDesign::with_gain(&held, h, design.l.clone())
+    DiscreteDesign::with_gain(&held, h, &design.l)
 }
 
 /// The filter of a plant in discrete time, as the exported observer.
@@ -116,5 +116,5 @@ pub(crate) fn discrete(
     options: &GainOptions,
 ) -> Result<DiscreteDesign, DesignError> {
     let design = NormFilterDesign::new(plant, TimeDomain::Discrete, spec.norm, &spec.performance, &spec.goal, options)?;
-    DiscreteDesign::with_gain(plant, dt, design.l.clone())
+    DiscreteDesign::with_gain(plant, dt, &design.l)
 }
