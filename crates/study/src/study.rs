@@ -17,11 +17,11 @@ use crate::model::PlantModel;
 use crate::signal::Input;
 use crate::table::Suspicion;
 
-pub(crate) use observers::MOST_STATES_OF_A_FULL_TABLE;
 pub use observers::{
     ActingBounds, GainLimits, GainSpec, IntervalSpec, KklSpec, LinearSpec, MovingHorizonSpec, NormFilterSpec,
     ObserverKind, ObserverSpec, PrintedMean, RateSpec, SlidingModeSpec, UnscentedSpec,
 };
+pub(crate) use observers::{HORIZON, MOST_STATES_OF_A_FULL_TABLE, SUBSTEPS};
 
 /// A study without mistakes: a plant, its observers and the experiments with them.
 #[derive(Debug, Clone)]
@@ -112,7 +112,7 @@ pub struct Simulation {
 }
 
 /// The samples of observers at varying periods, as a simulation draws them.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct SamplingSpec {
     /// The shortest and the longest period; none for those that each observer is designed for.
     pub jitter: Option<(f64, f64)>,
@@ -123,6 +123,23 @@ pub struct SamplingSpec {
 }
 
 impl Simulation {
+    /// A run from `x0` to the time `duration` without noise, with the defaults of a study.
+    pub fn new(x0: &[f64], duration: f64) -> Self {
+        Self {
+            x0: x0.to_vec(),
+            duration,
+            samples: 501,
+            settings: luenberger_sim::Settings { rtol: 1e-9, atol: 1e-10, ..luenberger_sim::Settings::default() },
+            hold: None,
+            band: 0.05,
+            score_period: None,
+            scale: None,
+            noise: None,
+            sensors: Vec::new(),
+            sampling: SamplingSpec::default(),
+        }
+    }
+
     /// The sensor of an output (from 0), if it has one of its own.
     pub fn sensor(&self, output: usize) -> Option<&SensorSpec> {
         self.sensors.iter().find(|sensor| sensor.output == output)

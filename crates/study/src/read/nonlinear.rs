@@ -10,7 +10,7 @@ use super::region::bounds;
 use super::tree::Node;
 use super::{Reader, check, maps};
 use crate::model::PlantModel;
-use crate::study::{MovingHorizonSpec, ObserverKind, PrintedMean, SlidingModeSpec};
+use crate::study::{HORIZON, MovingHorizonSpec, ObserverKind, PrintedMean, SUBSTEPS, SlidingModeSpec};
 
 /// The keys that the filters have in common.
 pub(super) struct Filter {
@@ -33,7 +33,7 @@ pub(super) fn filter(node: &Node, size: Dimensions, reader: &mut Reader) -> Opti
         Some(p0) => reader.weight(p0, "p0", n, &of_states),
         None => Some(DMatrix::identity(n, n)),
     };
-    let substeps = node.get("substeps").map_or(Some(4), Node::count)?;
+    let substeps = node.get("substeps").map_or(Some(SUBSTEPS), Node::count)?;
     let gate = node.given("gate", Node::number)?;
     let smooth = node.get("smooth").and_then(Node::truth).unwrap_or(false);
     let period = node.get("period")?.number()?;
@@ -43,7 +43,8 @@ pub(super) fn filter(node: &Node, size: Dimensions, reader: &mut Reader) -> Opti
 pub(super) fn moving_horizon(node: &Node, size: Dimensions, reader: &mut Reader) -> Option<ObserverKind> {
     let filter = filter(node, size, reader);
     let count = |key: &str, otherwise: usize| node.get(key).map_or(Some(otherwise), Node::count);
-    let horizon = Horizon { window: count("window", 10)?, iterations: count("iterations", 2)? };
+    let horizon =
+        Horizon { window: count("window", HORIZON.window)?, iterations: count("iterations", HORIZON.iterations)? };
     if let Some(entry) = node.entry("window").filter(|_| horizon.window > LONGEST_WINDOW) {
         let message = format!("`window` is {}", horizon.window);
         return reader.refuse(entry.node.span.clone(), message, format!("expected at most {LONGEST_WINDOW} samples"));
@@ -89,10 +90,9 @@ pub(super) fn printed_mean(node: &Node, printed: &Node, reader: &mut Reader) -> 
 pub(super) fn sliding_mode(node: &Node, size: Dimensions, reader: &mut Reader) -> Option<ObserverKind> {
     let gains = node.given("k", |gains| reader.numbers(gains, "k", size.states, "state"))?;
     let spec = SlidingModeSpec {
-        bound: node.get("bound")?.number()?,
         gains,
-        period: node.get("period")?.number()?,
         explicit: node.get("discretisation").and_then(Node::text) == Some("explicit"),
+        ..SlidingModeSpec::new(node.get("bound")?.number()?, node.get("period")?.number()?)
     };
     if reader.dt.is_some() {
         return reader.refuse(check::head(node), "this kind is for plants in continuous time", "expected another kind");

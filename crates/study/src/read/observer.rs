@@ -265,7 +265,8 @@ fn kind(node: &Node, name: &str, size: Dimensions, reader: &mut Reader) -> Optio
                 return reader.refuse(nodes.span.clone(), message, "expected `inputs`, the range of each input");
             }
             let count = |key: &str, otherwise: usize| node.get(key).map_or(Some(otherwise), Node::count);
-            let nodes = count("nodes", 5)?;
+            let standard = KklSpec::new(domain);
+            let nodes = count("nodes", standard.nodes)?;
             if nodes > MOST_NODES {
                 let message = format!("`nodes` is {nodes}");
                 return reader.refuse(
@@ -281,7 +282,7 @@ fn kind(node: &Node, name: &str, size: Dimensions, reader: &mut Reader) -> Optio
                     format!("up to {MOST_STATES_OF_A_FULL_TABLE} states the table has all points of the grid");
                 return reader.refuse(rank.span.clone(), message, expected);
             }
-            let rank = count("rank", 24)?;
+            let rank = count("rank", standard.rank)?;
             if rank > MOST_RANK {
                 let message = format!("`rank` is {rank}");
                 return reader.refuse(node.get("rank")?.span.clone(), message, format!("expected at most {MOST_RANK}"));
@@ -290,14 +291,14 @@ fn kind(node: &Node, name: &str, size: Dimensions, reader: &mut Reader) -> Optio
                 inputs,
                 rank,
                 nodes,
-                domain,
                 cutoff: number("cutoff"),
                 escape: number("escape"),
                 points: node.given("points", Node::count)?,
-                leaves: count("leaves", 32)?,
-                degree: count("degree", if is_low_rank { 3 } else { 4 })?,
-                samples: count("samples", 8000)?,
+                leaves: count("leaves", standard.leaves)?,
+                degree: count("degree", standard.degree)?,
+                samples: count("samples", standard.samples)?,
                 embedded: node.get("form").and_then(Node::text) == Some("embedded"),
+                ..standard
             })
         }
         // The description of the kinds has no other.

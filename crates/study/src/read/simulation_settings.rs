@@ -183,8 +183,13 @@ pub(super) fn simulation(node: &Node, plant: &PlantModel, reader: &mut Reader) -
         Some("implicit") => Integrator::Implicit,
         _ => Integrator::Auto,
     };
-    let settings =
-        Settings { integrator, rtol: number("rtol", 1e-9)?, atol: number("atol", 1e-10)?, ..Settings::default() };
+    let standard = Simulation::new(&x0, duration);
+    let settings = Settings {
+        integrator,
+        rtol: number("rtol", standard.settings.rtol)?,
+        atol: number("atol", standard.settings.atol)?,
+        ..standard.settings
+    };
     let noise = match node.get("noise") {
         None => None,
         Some(noise) => Some(NoiseSpec {
@@ -199,24 +204,23 @@ pub(super) fn simulation(node: &Node, plant: &PlantModel, reader: &mut Reader) -
     Some(Simulation {
         sensors,
         sampling,
-        x0,
-        duration,
-        samples: node.get("samples").map_or(Some(501), Node::count)?,
+        samples: node.get("samples").map_or(Some(standard.samples), Node::count)?,
         settings,
         hold: match node.get("hold") {
             Some(hold) => Some(hold.number()?),
             None => plant.dt,
         },
-        band: number("band", 0.05)?,
+        band: number("band", standard.band)?,
         score_period: node.given("score_period", Node::number)?,
         scale: node.given("scale", |scale| reader.numbers(scale, "scale", plant.states.len(), "state"))?,
         noise,
+        ..standard
     })
 }
 
 /// `[simulation.sampling]`, with the seed of the noise unless it has its own.
 fn sampling(node: Option<&Node>, seed: u64, reader: &mut Reader) -> Option<SamplingSpec> {
-    let Some(node) = node else { return Some(SamplingSpec { jitter: None, misses: None, seed }) };
+    let Some(node) = node else { return Some(SamplingSpec { seed, ..SamplingSpec::default() }) };
     let jitter = match node.get("jitter") {
         None => None,
         Some(jitter) => {

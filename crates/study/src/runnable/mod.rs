@@ -145,7 +145,7 @@ impl Runnable {
     /// The scenario with this observer added; the samples of one at varying periods are those of its design, with the
     /// seed 0.
     pub fn join<'a>(&'a self, scenario: Scenario<'a>, name: &str, initial: &[f64]) -> Scenario<'a> {
-        self.join_sampled(scenario, name, initial, &SamplingSpec { jitter: None, misses: None, seed: 0 })
+        self.join_sampled(scenario, name, initial, &SamplingSpec::default())
     }
 
     /// The same; an observer at varying periods has the samples of `sampling`.

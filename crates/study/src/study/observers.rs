@@ -26,6 +26,29 @@ pub struct ObserverSpec {
     pub place: Place,
 }
 
+impl ObserverSpec {
+    /// An observer of this kind, without limits of its gain and without bounds of noise and disturbances.
+    ///
+    /// ```
+    /// use luenberger_study::study::{GainSpec, ObserverKind, ObserverSpec};
+    /// use luenberger_study::{Format, RunOptions, Step, Study, execute, template};
+    ///
+    /// // The plant and the run of a file, with an observer in the place of its own ones.
+    /// let text = template::template("double-integrator")?.text;
+    /// let study = Study::from_text("study.toml", text, Format::Toml, ".".as_ref())?;
+    /// let gain = GainSpec::Poles(vec![(-3.0).into(), (-4.0).into()]);
+    /// let observer = ObserverSpec::new("calm", ObserverKind::Luenberger(gain.into()), &[0.0, 0.0]);
+    /// let study = Study { observers: vec![observer], sweep: None, ..study };
+    /// let results = execute(&study, Step::Design, &RunOptions::default())?;
+    /// assert!(results.observers[0].name == "calm" && results.failures().is_empty());
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    pub fn new(name: impl Into<String>, kind: ObserverKind, initial: &[f64]) -> Self {
+        let (limits, place) = (GainLimits::default(), Place::default());
+        Self { name: name.into(), initial: initial.to_vec(), kind, limits, bounds: None, place }
+    }
+}
+
 /// Bounds of noise and disturbances, `x' = A x + B u + E w`, `y = C x + v`.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ActingBounds {
@@ -66,6 +89,12 @@ pub struct LinearSpec {
     pub weight: Option<luenberger_design::LyapunovWeight>,
     /// Of a Kalman filter: the estimate at a sample uses its measurement.
     pub is_filter: bool,
+}
+
+impl From<GainSpec> for LinearSpec {
+    fn from(gain: GainSpec) -> Self {
+        Self { gain, weight: None, is_filter: false }
+    }
 }
 
 /// Specification of an H-infinity or H2 filter.
@@ -277,6 +306,13 @@ pub struct SlidingModeSpec {
     pub explicit: bool,
 }
 
+impl SlidingModeSpec {
+    /// The gains that follow from the bound, and the implicit discretisation.
+    pub fn new(bound: f64, period: f64) -> Self {
+        Self { bound, gains: None, period, explicit: false }
+    }
+}
+
 /// Specification of an interval observer.
 #[derive(Debug, Clone, PartialEq)]
 pub struct IntervalSpec {
@@ -309,6 +345,17 @@ pub struct UnscentedSpec {
     pub smooth: bool,
 }
 
+/// Runge-Kutta steps per sampling period, where none are given.
+pub(crate) const SUBSTEPS: usize = 4;
+
+impl UnscentedSpec {
+    /// The filter for noise of intensity W and covariance V, with P(0) = I and the usual sigma points.
+    pub fn new(w: DMatrix<f64>, v: DMatrix<f64>, period: f64) -> Self {
+        let (p0, sigma) = (DMatrix::identity(w.nrows(), w.nrows()), luenberger_observers::SigmaPoints::default());
+        Self { w, v, p0, sigma, period, substeps: SUBSTEPS, gate: None, smooth: false }
+    }
+}
+
 /// Specification of a moving-horizon estimator.
 #[derive(Debug, Clone, PartialEq)]
 pub struct MovingHorizonSpec {
@@ -326,6 +373,17 @@ pub struct MovingHorizonSpec {
     pub horizon: luenberger_observers::Horizon,
     /// Bounds of the states, if there are some; infinite ones are none.
     pub bounds: Option<Vec<(f64, f64)>>,
+}
+
+/// The horizon, where none is given.
+pub(crate) const HORIZON: luenberger_observers::Horizon = luenberger_observers::Horizon { window: 10, iterations: 2 };
+
+impl MovingHorizonSpec {
+    /// The estimator for noise of intensity W and covariance V, with P(0) = I, a window of ten samples and no bounds.
+    pub fn new(w: DMatrix<f64>, v: DMatrix<f64>, period: f64) -> Self {
+        let p0 = DMatrix::identity(w.nrows(), w.nrows());
+        Self { w, v, p0, period, substeps: SUBSTEPS, horizon: HORIZON, bounds: None }
+    }
 }
 
 /// With more states the table of a numerical KKL observer is of low rank.
@@ -359,6 +417,24 @@ pub struct KklSpec {
 }
 
 impl KklSpec {
+    /// The observer of a plant without inputs on this box of its states, with the defaults of a study.
+    pub fn new(domain: Vec<(f64, f64)>) -> Self {
+        let degree = if domain.len() > MOST_STATES_OF_A_FULL_TABLE { 3 } else { 4 };
+        Self {
+            domain,
+            cutoff: None,
+            escape: None,
+            points: None,
+            leaves: 32,
+            degree,
+            samples: 8000,
+            rank: 24,
+            embedded: false,
+            inputs: Vec::new(),
+            nodes: 5,
+        }
+    }
+
     /// Grid points per axis of all tables that the design may compute for a plant with so many states, those of the
     /// search included.
     pub fn tables(&self, states: usize) -> Vec<usize> {
