@@ -71,22 +71,22 @@ displayed! {
     LinearDesign: |d| ["L" = d.l()], &d.poles;
     CubicDesign: |d| ["L" = d.l(), "N" = &d.observer.n, "theta" = &d.observer.theta];
     DiscreteDesign: |d| ["L" = d.l()] {"sampling period" = &[d.observer.period()]}, &d.poles;
-    SampledCubicDesign: |d| ["L" = d.observer.ld(), "N" = d.observer.n(), "theta" = d.observer.theta()], &d.poles;
+    SampledCubicDesign: |d| ["L" = d.l(), "N" = d.observer.n(), "theta" = d.observer.theta()], &d.poles;
     FeedbackDesign: |d| ["K" = &d.k], &d.poles;
-    PolytopicDesign: |d| ["L" = d.nominal.l()], &d.nominal.poles;
+    PolytopicDesign: |d| ["L" = d.l()], &d.nominal.poles;
     GainCertificate: |d| ["L" = &d.l, "N" = &d.n];
-    LipschitzDesign: |d| ["L" = &d.l];
-    MeanValueDesign: |d| ["L" = &d.l];
+    LipschitzDesign: |d| ["L" = d.l()];
+    MeanValueDesign: |d| ["L" = d.l()];
     ContractingCoordinates: |d| ["K" = &d.k];
     DeployedLinear: |d| ["L" = &dynamic_matrix(&d.deployed.stored.l)];
     ReducedOrderDesign: |d| ["F" = &d.observer.f, "G" = &d.observer.g, "H" = &d.observer.h, "M" = &d.observer.m,
         "N" = &d.observer.n], &d.poles;
-    NormFilterDesign: |d| ["L" = &d.l] {"norm" = &[d.norm], "proved to be below" = &[d.gamma]}, &d.poles;
-    UnknownInputDesign<LinearObserver<f64, Dyn, Dyn, Dyn>>: |d| ["L" = &d.observer.inner().l, "H" = d.observer.h()];
-    UnknownInputDesign<CubicObserver<f64, Dyn, Dyn, Dyn>>: |d| ["L" = &d.observer.inner().l, "N" = &d.observer.inner().n,
+    NormFilterDesign: |d| ["L" = d.l()] {"norm" = &[d.norm], "proved to be below" = &[d.gamma]}, &d.poles;
+    UnknownInputDesign<LinearObserver<f64, Dyn, Dyn, Dyn>>: |d| ["L" = d.l(), "H" = d.observer.h()];
+    UnknownInputDesign<CubicObserver<f64, Dyn, Dyn, Dyn>>: |d| ["L" = d.l(), "N" = &d.observer.inner().n,
         "theta" = &d.observer.inner().theta, "H" = d.observer.h()];
-    IntervalDesign: |d| ["L" = &d.observer.inner().l, "T" = &d.t] {"half-widths as t grows" = &d.widths};
-    SampledIntervalDesign: |d| ["L" = &d.observer.gains().l, "T" = &d.t] {"half-widths as k grows" = &d.widths};
+    IntervalDesign: |d| ["L" = d.l(), "T" = &d.t] {"half-widths as t grows" = &d.widths};
+    SampledIntervalDesign: |d| ["L" = d.l(), "T" = &d.t] {"half-widths as k grows" = &d.widths};
     VaryingPeriodDesign: |d| ["K" = &d.k, "N" = d.nominal.observer.n(), "theta" = d.nominal.observer.theta()]
         {"factor from correction to correction" = &[d.factor]};
     SuperTwistingDesign: |d| ["P" = &d.p] {"alpha, c" = &[d.alpha, d.c]};

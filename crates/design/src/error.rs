@@ -51,6 +51,12 @@ pub enum DesignError {
         /// Its value.
         value: f64,
     },
+    /// The observer of the other time domain is asked of a design.
+    #[error("the design is for a plant in {designed} time")]
+    OtherTimeDomain {
+        /// `"continuous"` or `"discrete"`.
+        designed: &'static str,
+    },
     /// Bounds and matrices of different numbers of disturbances.
     #[error("{bounds} bounds of disturbances are given, for {of_states} columns of E and {of_outputs} columns of D")]
     DisturbanceCount {

@@ -183,6 +183,11 @@ impl UnknownInputDesign<LinearObserver<f64, Dyn, Dyn, Dyn>> {
         let certificate = of.theorem((design.l(), &design.p, design.rate), None)?;
         Ok(Self { observer, certificate })
     }
+
+    /// The observer gain L of the reduced plant, n x p.
+    pub fn l(&self) -> &DMatrix<f64> {
+        self.observer.inner().l()
+    }
 }
 
 impl UnknownInputDesign<CubicObserver<f64, Dyn, Dyn, Dyn>> {
@@ -202,5 +207,10 @@ impl UnknownInputDesign<CubicObserver<f64, Dyn, Dyn, Dyn>> {
         };
         let certificate = of.theorem((&o.l, &design.p, design.rate), Some(term))?;
         Ok(Self { observer, certificate })
+    }
+
+    /// The observer gain L of the reduced plant, n x p.
+    pub fn l(&self) -> &DMatrix<f64> {
+        self.observer.inner().l()
     }
 }

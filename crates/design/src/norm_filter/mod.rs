@@ -95,6 +95,8 @@ certified!(NormFilterDesign);
 pub struct NormFilterDesign {
     /// The plant.
     pub plant: StateSpace,
+    /// The time domain of the plant.
+    pub time: TimeDomain,
     /// The gain L, n x p.
     pub l: DMatrix<f64>,
     /// Eigenvalues of `A - L C`.
@@ -205,16 +207,22 @@ impl NormFilterDesign {
     /// The observer of a plant in continuous time.
     ///
     /// # Errors
-    /// [`DesignError::Observer`].
+    /// [`DesignError::OtherTimeDomain`] for a plant in discrete time; [`DesignError::Observer`].
     pub fn observer(&self) -> Result<LinearObserver<f64, Dyn, Dyn, Dyn>, DesignError> {
+        if self.time == TimeDomain::Discrete {
+            return Err(DesignError::OtherTimeDomain { designed: "discrete" });
+        }
         Ok(LinearObserver::of(self.plant.clone(), self.l.clone())?)
     }
 
     /// The observer of a plant in discrete time with this period.
     ///
     /// # Errors
-    /// [`DesignError::Observer`].
+    /// [`DesignError::OtherTimeDomain`] for a plant in continuous time; [`DesignError::Observer`] for the period.
     pub fn discrete_observer(&self, period: f64) -> Result<DiscreteLinearObserver<f64, Dyn, Dyn, Dyn>, DesignError> {
+        if self.time == TimeDomain::Continuous {
+            return Err(DesignError::OtherTimeDomain { designed: "continuous" });
+        }
         Ok(DiscreteLinearObserver::new(self.plant.clone(), self.l.clone(), period)?)
     }
 }
@@ -331,7 +339,8 @@ impl Task<'_> {
             SystemNorm::H2 => Certificate::of([H2Filter(problem)])?,
         };
         let Measured { poles, norm, frequency } = found;
-        Ok(NormFilterDesign { plant: self.plant.clone(), l, poles, p, norm, frequency, gamma, least, certificate })
+        let (plant, time) = (self.plant.clone(), self.time);
+        Ok(NormFilterDesign { plant, time, l, poles, p, norm, frequency, gamma, least, certificate })
     }
 
     /// `P = W + s V` with the Gramians of H and of the identity, and s for half of the room that gamma leaves.

@@ -306,6 +306,11 @@ impl OptimalCubicDesign {
         })
     }
 
+    /// The observer gain L, n x p.
+    pub fn l(&self) -> &DMatrix<f64> {
+        self.linear.l()
+    }
+
     /// The share of the cost of the linear optimum that the cubic term saves; 0 where there is none.
     pub fn cost_reduction(&self) -> f64 {
         1.0 - self.cost.total / self.linear_cost.total

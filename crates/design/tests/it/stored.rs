@@ -47,6 +47,9 @@ fn filters_of_a_norm_come_back() {
                 TimeDomain::Discrete => StoredObserver::Discrete { plant: plant.clone(), l: design.l().clone() },
             };
             assert_eq!(stored(&design).observer, expected);
+            let is_continuous = time == TimeDomain::Continuous;
+            assert_eq!(design.observer().is_ok(), is_continuous);
+            assert_eq!(design.discrete_observer(0.1).is_ok(), !is_continuous);
         }
     }
 }
