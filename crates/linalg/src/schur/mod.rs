@@ -113,6 +113,7 @@ pub fn schur_into(a: &DMatrix<f64>, into: &mut Schur, workspace: &mut SchurWorks
 ///
 /// # Errors
 /// Those of [`schur()`].
+#[doc(hidden)]
 pub fn triangular_factor(a: &DMatrix<f64>) -> Result<Schur> {
     let mut found = Schur::default();
     factor_into(a, &mut found, &mut SchurWorkspace::new())?;
