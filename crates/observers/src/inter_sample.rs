@@ -85,8 +85,8 @@ where
     /// use luenberger_observers::{Integral, MeanValueObserver, SampledObserver, StaticInterSampleObserver};
     /// use nalgebra::{Vector1, Vector2};
     /// let plant = luenberger_plants::double_integrator();
-    /// let observer =
-    ///     MeanValueObserver::with_output_injection(plant.clone(), 4.0, Integral, Vector2::zeros(), Vector2::new(10.0, 25.0))?;
+    /// let (e, l) = (Vector2::zeros(), Vector2::new(10.0, 25.0));
+    /// let observer = MeanValueObserver::with_output_injection(plant.clone(), 4.0, Integral, e, l)?;
     /// let sampled = StaticInterSampleObserver::<_, _, f64, 4, 2, 1, 1, 6>::new(plant, observer, 0.01, 1)?;
     /// let (u, mut y) = (Vector1::new(2.0), Vector1::new(0.0));
     /// let mut state = sampled.initial(0.0, &Vector2::new(1.0, 0.0), &u, &y);

@@ -95,7 +95,8 @@ proptest! {
         assert_structure(Chaotic, eta, &state, &SVector::zeros(), &y.fixed_rows::<2>(0).into_owned(), rounding)?;
     }
 
-    /// With output injection d = x - z obeys d' = (Dbar - L C) d, with the mean Jacobian between z and x, whatever G and e are.
+    /// With output injection d = x - z obeys d' = (Dbar - L C) d, with the mean Jacobian between z and x, whatever G and
+    /// e are.
     #[test]
     fn output_injection_gives_the_error_equation_of_luenberger(
         x in vector4(1.0), xhat in vector4(1.0), e in vector4(1.0), l in prop::array::uniform8(-20.0f64..20.0),
@@ -236,8 +237,8 @@ fn a_measured_state_is_missed() {
     }
 }
 
-/// Output injection for the flexible joint: one Lyapunov matrix for both vertices of the mean Jacobian, whose entry (4, 3) is
-/// -19.5 - 3.33 c with c in [-1, 1], proved; hence convergence from every internal error.
+/// Output injection for the flexible joint: one Lyapunov matrix for both vertices of the mean Jacobian, whose entry
+/// (4, 3) is -19.5 - 3.33 c with c in [-1, 1], proved; hence convergence from every internal error.
 #[test]
 fn the_joint_converges_with_a_proof() {
     let plant = flexible_joint::classical();
@@ -307,8 +308,8 @@ fn joint_vertices() -> [DMatrix<f64>; 2] {
 proptest! {
     #![proptest_config(ProptestConfig { cases: 24, failure_persistence: None, ..ProptestConfig::default() })]
 
-    /// With output injection |x - z| <= sqrt(cond P) e^(-rate t) |x(0) - z(0)|, with P and the rate proved at every vertex, from
-    /// any internal e(0), with either mean.
+    /// With output injection |x - z| <= sqrt(cond P) e^(-rate t) |x(0) - z(0)|, with P and the rate proved at every
+    /// vertex, from any internal e(0), with either mean.
     #[test]
     fn the_second_estimate_stays_below_its_proved_envelope(
         x0 in vector4(3.0), xhat0 in vector4(3.0), e0 in vector4(10.0), eta in 0.75f64..2.0,

@@ -111,11 +111,12 @@ impl MeanValueDesign {
         self.overshoot * (-self.rate * t).exp() * initial
     }
 
-    /// The observer of `plant` with this output injection, whose internal error starts at `internal_error`, whatever that is.
+    /// The observer of `plant` with this output injection, whose internal error starts at `internal_error`, whatever
+    /// that is.
     ///
     /// # Errors
-    /// [`MeanValueObserver::with_output_injection`]'s, and [`DesignError::Matrix`] when the plant has other numbers of states or
-    /// outputs.
+    /// [`MeanValueObserver::with_output_injection`]'s, and [`DesignError::Matrix`] when the plant has other numbers of
+    /// states or outputs.
     pub fn observer<S, D, N: Dim, M: Dim, P: Dim>(
         &self,
         plant: S,
