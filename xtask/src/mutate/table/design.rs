@@ -202,16 +202,11 @@ pub(super) const SOURCES: &[Source] = &[
         file: "crates/design/src/feedback.rs",
         suites: &[DESIGNS, CUBIC],
         mutants: &[
-            mutant("Theorem 6: A + B K", Sign, "(&o.a, &o.b, k))?", "(&o.a, &-&o.b, k))?"),
-            mutant(
-                "Theorem 6: four times the mu",
-                Constant,
-                "0.5 * lambda_min(&observer.q)?",
-                "2.0 * lambda_min(&observer.q)?",
-            ),
-            mutant("Theorem 6: no lambda_min(Q) in mu", Dropped, "0.5 * lambda_min(&observer.q)?", "0.5"),
+            mutant("Theorem 6: A + B K", Sign, "(a, b, k))?", "(a, &-b, k))?"),
+            mutant("Theorem 6: four times the mu", Constant, "0.5 * lambda_min(q)?", "2.0 * lambda_min(q)?"),
+            mutant("Theorem 6: no lambda_min(Q) in mu", Dropped, "0.5 * lambda_min(q)?", "0.5"),
             mutant("Theorem 6: P1 = P0", Dropped, "let p1 = p0 * mu", "let p1 = p0"),
-            mutant("Theorem 6: |B K| in the place of |P0 B K|", Dropped, "&p0 * &o.b * k", "&o.b * k"),
+            mutant("Theorem 6: |B K| in the place of |P0 B K|", Dropped, "&p0 * b * k", "b * k"),
             mutant(
                 "Theorem 6: lambda_max of the other Gram matrix",
                 Transpose,
