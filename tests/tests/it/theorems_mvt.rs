@@ -95,8 +95,8 @@ proptest! {
         assert_structure(Chaotic, eta, &state, &SVector::zeros(), &y.fixed_rows::<2>(0).into_owned(), rounding)?;
     }
 
-    /// With output injection d = x - z obeys d' = (Dbar - L C) d, with the mean Jacobian between z and x, whatever G and
-    /// e are.
+    /// With output injection d = x - z obeys d' = (Dbar - L C) d, with the mean Jacobian between z and x, whatever G
+    /// and e are.
     #[test]
     fn output_injection_gives_the_error_equation_of_luenberger(
         x in vector4(1.0), xhat in vector4(1.0), e in vector4(1.0), l in prop::array::uniform8(-20.0f64..20.0),

@@ -152,8 +152,8 @@ pub(super) fn relative_rounding_bound(n: usize) -> f64 {
 }
 
 /// Upper triangular R with `R'R ~ B`, from the upper triangle of B. Each entry undergoes the operations of the head of
-/// this file in their order. Rows are processed one by one or, to reduce memory traffic for large matrices, `PANEL` at a
-/// time; the order of operations is the same.
+/// this file in their order. Rows are processed one by one or, to reduce memory traffic for large matrices, `PANEL` at
+/// a time; the order of operations is the same.
 /// # Errors
 /// On an early stop the partial result and the row of the failed pivot.
 pub fn factor(mut b: Matrix<f64>) -> Result<Matrix<f64>, (Matrix<f64>, usize)> {
