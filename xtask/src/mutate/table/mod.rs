@@ -112,11 +112,8 @@ const LEFT_INVERSES: Suite =
     Suite { package: "luenberger-proof", binaries: &["--test", "it"], only: &["left_inverses::"] };
 const SYSTEMS: Suite =
     Suite { package: "luenberger-proof", binaries: &["--test", "it"], only: &["left_inverses::", "equations::"] };
-const TIMES: Suite = Suite {
-    package: "luenberger-proof",
-    binaries: &["--test", "it"],
-    only: &["varying_periods::", "exponential::"],
-};
+const TIMES: Suite =
+    Suite { package: "luenberger-proof", binaries: &["--test", "it"], only: &["varying_periods::", "exponential::"] };
 const EXPORTED: Suite =
     Suite { package: "luenberger-study", binaries: &["--test", "it"], only: &["composed::", "resets::"] };
 const KKL_BOUND: Suite = Suite { package: "luenberger-proof", binaries: &["--test", "it"], only: &["kkl::"] };
