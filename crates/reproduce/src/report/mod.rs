@@ -174,7 +174,7 @@ fn claim(page: &mut String, record: &Record) {
         page,
         "<tbody class=\"claim\" id=\"{id}\" data-verdict=\"{}\" data-class=\"{class}\" data-own=\"{}\" data-paper=\"{}\">\
          <tr class=\"row\"><td>{}</td>\
-         <td><button type=\"button\" class=\"more\" aria-expanded=\"false\"><code>{id}</code></button>\
+         <td><button class=\"more\"><code>{id}</code></button>\
          <div class=\"statement\">{}</div></td><td>{class}</td><td class=\"number\">{}</td><td class=\"number\">{}</td></tr>",
         word(record),
         Class::OWN.contains(&record.class),

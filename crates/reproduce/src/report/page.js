@@ -6,6 +6,7 @@ function open(claim, show) {
   claim.querySelector(".more").setAttribute("aria-expanded", String(show));
 }
 for (const claim of claims) {
+  open(claim, false);
   claim.querySelector(".row").addEventListener("click", () => open(claim, claim.querySelector(".details").hidden));
 }
 
