@@ -40,7 +40,7 @@ macro_rules! plant {
             }
         }
 
-        #[allow(unused_variables)]
+        #[allow(unused_variables, reason = "f and h rarely need all of plant, t, x and u")]
         impl<T: $crate::nalgebra::RealField + Copy> $crate::Plant<T> for $plant {
             type State = $crate::nalgebra::SVector<T, $n>;
             type Input = $crate::nalgebra::SVector<T, $m>;

@@ -21,41 +21,19 @@ pub(super) struct Gains {
 }
 
 /// A column: an array, for whose length the loops are unrolled, or a vector of any length.
-pub(super) trait Column: Clone {
+pub(super) trait Column: Clone + AsRef<[f64]> + AsMut<[f64]> {
     fn zeros(length: usize) -> Self;
-    fn entries(&self) -> &[f64];
-    fn entries_mut(&mut self) -> &mut [f64];
 }
 
 impl<const LENGTH: usize> Column for [f64; LENGTH] {
     fn zeros(_length: usize) -> Self {
         [0.0; LENGTH]
     }
-
-    #[inline]
-    fn entries(&self) -> &[f64] {
-        self
-    }
-
-    #[inline]
-    fn entries_mut(&mut self) -> &mut [f64] {
-        self
-    }
 }
 
 impl Column for Vec<f64> {
     fn zeros(length: usize) -> Self {
         vec![0.0; length]
-    }
-
-    #[inline]
-    fn entries(&self) -> &[f64] {
-        self
-    }
-
-    #[inline]
-    fn entries_mut(&mut self) -> &mut [f64] {
-        self
     }
 }
 
@@ -92,7 +70,7 @@ struct Residual<R> {
 fn rows<X: Column>(m: &DMatrix<f64>) -> Vec<X> {
     let rows = m.row_iter().map(|row| {
         let mut entries = X::zeros(m.ncols());
-        entries.entries_mut().iter_mut().zip(row.iter()).for_each(|(to, from)| *to = *from);
+        entries.as_mut().iter_mut().zip(row.iter()).for_each(|(to, from)| *to = *from);
         entries
     });
     rows.collect()
@@ -100,7 +78,7 @@ fn rows<X: Column>(m: &DMatrix<f64>) -> Vec<X> {
 
 #[inline]
 fn dot<X: Column>(row: &X, x: &X) -> f64 {
-    let (row, x) = (row.entries(), x.entries());
+    let (row, x) = (row.as_ref(), x.as_ref());
     let mut sum = 0.0;
     for k in 0..x.len().min(row.len()) {
         sum += row[k] * x[k];
@@ -148,9 +126,9 @@ impl<E: Column, R: Column> ErrorFlow<E, R> {
         let mut sum = 0.0;
         for stage in 0..4 {
             let (share, weight) = [(0.0, 1.0), (0.5, 2.0), (0.5, 2.0), (1.0, 1.0)][stage];
-            at.entries_mut().copy_from_slice(e.entries());
+            at.as_mut().copy_from_slice(e.as_ref());
             if stage > 0 {
-                let (at, before) = (at.entries_mut(), slopes[stage - 1].entries());
+                let (at, before) = (at.as_mut(), slopes[stage - 1].as_ref());
                 for i in 0..at.len() {
                     at[i] += share * h * before[i];
                 }
@@ -159,7 +137,7 @@ impl<E: Column, R: Column> ErrorFlow<E, R> {
                 sum += weight * square(&self.weight, at);
             }
             let q = residual.at(&self.c, &self.theta, at);
-            let (slope, forcing) = (slopes[stage].entries_mut(), forcing.entries());
+            let (slope, forcing) = (slopes[stage].as_mut(), forcing.as_ref());
             for i in 0..slope.len() {
                 slope[i] = dot(&self.f[i], at) + forcing[i] + q * dot(&self.gain[i], &residual.r);
             }
@@ -167,8 +145,8 @@ impl<E: Column, R: Column> ErrorFlow<E, R> {
         if let Some(cost) = cost {
             *cost += sum * h / 6.0;
         }
-        let [a, b, c, d] = slopes.each_ref().map(E::entries);
-        let e = e.entries_mut();
+        let [a, b, c, d] = slopes.each_ref().map(E::as_ref);
+        let e = e.as_mut();
         for i in 0..e.len() {
             e[i] += h / 6.0 * (a[i] + 2.0 * b[i] + 2.0 * c[i] + d[i]);
         }
@@ -177,15 +155,15 @@ impl<E: Column, R: Column> ErrorFlow<E, R> {
     /// `int_0^inf e'Te dt` from a first error, without noise. Where the cubic term is a thousandth of the slowest mode,
     /// the rest is that of the linear observer, `e'Me`.
     pub(super) fn transient(&mut self, first: &[f64], slowest: f64, tail: &DMatrix<f64>) -> Option<f64> {
-        self.work.forcing.entries_mut().fill(0.0);
-        self.work.residual.v.entries_mut().fill(0.0);
+        self.work.forcing.as_mut().fill(0.0);
+        self.work.residual.v.as_mut().fill(0.0);
         let mut e = E::zeros(first.len());
-        e.entries_mut().copy_from_slice(first);
+        e.as_mut().copy_from_slice(first);
         let mut sum = 0.0;
         for _ in 0..MOST_STEPS {
             let stiffness = self.stiffness(&e);
             if stiffness <= 1e-3 * slowest {
-                let e = e.entries();
+                let e = e.as_ref();
                 let row = |i: usize| (0..e.len()).map(|j| tail[(i, j)] * e[j]).sum::<f64>();
                 let rest: f64 = (0..e.len()).map(|i| e[i] * row(i)).sum();
                 return (sum + rest).is_finite().then_some(sum + rest);
@@ -197,8 +175,8 @@ impl<E: Column, R: Column> ErrorFlow<E, R> {
 
     /// The error after a period with noise that is held.
     pub(super) fn held(&mut self, e: &mut E, w: &[f64], v: &[f64], period: f64) -> Option<()> {
-        self.work.residual.v.entries_mut().copy_from_slice(v);
-        let (forcing, v) = (self.work.forcing.entries_mut(), &self.work.residual.v);
+        self.work.residual.v.as_mut().copy_from_slice(v);
+        let (forcing, v) = (self.work.forcing.as_mut(), &self.work.residual.v);
         for i in 0..forcing.len() {
             forcing[i] = w[i] - dot(&self.l[i], v);
         }
@@ -218,11 +196,11 @@ impl<R: Column> Residual<R> {
     /// r and theta r at the error e; returns `r'theta r`.
     #[inline]
     fn at<E: Column>(&mut self, c: &[E], theta: &[R], e: &E) -> f64 {
-        let (r, v) = (self.r.entries_mut(), self.v.entries());
+        let (r, v) = (self.r.as_mut(), self.v.as_ref());
         for i in 0..r.len() {
             r[i] = dot(&c[i], e) + v[i];
         }
-        let theta_r = self.theta_r.entries_mut();
+        let theta_r = self.theta_r.as_mut();
         for i in 0..theta_r.len() {
             theta_r[i] = dot(&theta[i], &self.r);
         }
@@ -233,7 +211,7 @@ impl<R: Column> Residual<R> {
 /// `e'Te`, with the rows of T.
 #[inline]
 fn square<E: Column>(weight: &[E], e: &E) -> f64 {
-    let entries = e.entries();
+    let entries = e.as_ref();
     let mut sum = 0.0;
     for i in 0..entries.len() {
         sum += entries[i] * dot(&weight[i], e);
