@@ -59,7 +59,6 @@ mod reduced_order;
 pub mod robust;
 pub mod sampled;
 mod separation;
-mod setters;
 pub mod sliding_mode;
 pub mod stored;
 mod symbolic_polynomial;

@@ -39,7 +39,6 @@ mod rational;
 mod refute;
 pub mod sdpa;
 mod sequential;
-mod setters;
 pub mod solution;
 pub mod solver;
 mod standard;

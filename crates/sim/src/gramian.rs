@@ -22,8 +22,8 @@ use nalgebra::{DMatrix, DVector, SymmetricEigen};
 use crate::erased::{AnyPlant, Erased};
 use crate::error::{SimError, check, check_finite, check_positive};
 use crate::integrate::{Settings, solve};
-use crate::setters::setters;
 use luenberger_plants::Plant;
+use luenberger_wording::setters;
 
 /// Scales, perturbation and integrator of an empirical Gramian.
 #[derive(Clone, Debug, PartialEq)]

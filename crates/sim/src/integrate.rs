@@ -11,6 +11,7 @@
 //! A large initial error of a cubic observer looks stiff (its rate grows with the square of the error) and mostly is
 //! not: the rate falls as 1/t, and an explicit method follows it with steps that grow in proportion to t.
 
+use luenberger_wording::setters;
 use std::cell::RefCell;
 use std::time::Instant;
 
@@ -18,7 +19,6 @@ use crate::dense::{Dense, NODE, NODES};
 use crate::dop853::Dop853;
 use crate::error::{SimError, check_finite, check_positive};
 use crate::radau::Radau;
-use crate::setters::setters;
 use crate::step::{Accepted, Attempt, Interpolant, Tolerance};
 
 /// The method that integrates.

@@ -77,7 +77,6 @@ pub mod scenario;
 mod score_grid;
 pub mod scores;
 pub mod sensor;
-mod setters;
 pub mod signal;
 mod step;
 pub mod trajectory;

@@ -41,7 +41,6 @@ pub mod read;
 pub mod results;
 mod runnable;
 pub mod schema;
-mod setters;
 pub mod signal;
 pub mod statistics;
 pub mod study;

@@ -3,8 +3,7 @@
 use std::fmt;
 
 use luenberger_proof::wording::significant;
-
-use crate::setters::setters;
+use luenberger_wording::setters;
 
 /// Bounds on the cost of an execution.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -2,8 +2,10 @@
 //!
 //! Decimals are those that read back as the number, or rounded to a number of significant digits, without trailing
 //! zeros, and in scientific notation below 1e-4 and from 1e7. Numbers of statements, exact or rounded to the safe side,
-//! are written by `luenberger_proof::wording`.
+//! are written by `luenberger_proof::wording`. And [`setters!`], which words the documentation of options.
 #![deny(missing_docs)]
+
+mod setters;
 
 /// The shortest decimal that reads back as `x`, in scientific notation only where it is very large or very small.
 ///

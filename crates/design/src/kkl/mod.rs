@@ -54,6 +54,7 @@ use luenberger_observers::kkl::{KklMap, KklObserver, KklSize};
 use luenberger_plants::{Dimensions, Plant};
 use luenberger_proof::wording::at_most;
 use luenberger_proof::{Interval, Matrix, Ring, Verdict};
+use luenberger_wording::setters;
 use nalgebra::DefaultAllocator;
 
 use crate::check::within;
@@ -61,7 +62,6 @@ use crate::enclosure::paths::explore;
 use crate::enclosure::{Axis, IntervalDual, Region};
 use crate::golden_sequence::GoldenSequence;
 use crate::number::short;
-use crate::setters::setters;
 use crate::symbolic_polynomial::{SymbolicPolynomial, collect, evaluate};
 use candidate::still;
 

@@ -40,8 +40,8 @@ use nalgebra::{DMatrix, DVector};
 use thiserror::Error;
 
 use crate::names;
-use crate::setters::setters;
 use luenberger_proof::wording::{counted, shortest, significant};
+use luenberger_wording::setters;
 
 mod field;
 mod jet;

@@ -17,11 +17,11 @@
 //! What is given is not searched. At most eleven designs.
 
 use luenberger_plants::Differentiable;
+use luenberger_wording::setters;
 use nalgebra::{Const, SVector};
 
 use super::progress::Listener;
 use super::{Domain, Escape, NumericalKklDesign, NumericalKklError, Settings, Spline, Table, TargetSystem, Transform};
-use crate::setters::setters;
 
 /// The given parameters of a design, and the target error for those to be found.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -48,11 +48,11 @@ use luenberger_observers::numerical_kkl::{
     BoxMap, Coordinates, InterpolatedInverse, Node, NumericalKklObserver, PolynomialInverse, Search, TensorSpline,
 };
 use luenberger_plants::Differentiable;
+use luenberger_wording::setters;
 use nalgebra::{Const, DMatrix, SMatrix, SVector};
 
 use crate::check::within;
 use crate::golden_sequence::GoldenSequence;
-use crate::setters::setters;
 use progress::Listener;
 use regression::{Budget, Samples};
 

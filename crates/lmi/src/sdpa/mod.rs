@@ -25,6 +25,7 @@ mod report;
 use std::time::{Duration, Instant};
 
 use luenberger_proof::semidefinite::{Block, DualBlock, Program};
+use luenberger_wording::setters;
 
 use thiserror::Error;
 
@@ -32,7 +33,6 @@ pub use reader::{LONGEST_LINE, ReadError, read};
 
 use crate::conic::{ConicProgram, Ending};
 use crate::interior::{Iterate, Path};
-use crate::setters::setters;
 use crate::solver::Solver;
 use dual::{Equations, Point};
 

@@ -33,6 +33,7 @@ use std::time::{Duration, Instant};
 
 use luenberger_linalg::{detectability, discrete_detectability, observability};
 use luenberger_proof::wording::{complex, counted, shortest};
+use luenberger_wording::setters;
 use rayon::prelude::*;
 
 use self::block::{Block, text_with};
@@ -43,7 +44,6 @@ use self::rules::{RULES, Rule, without_rule};
 use crate::error::StudyError;
 use crate::execute::{self, Limits, Trial, within};
 use crate::read::Format;
-use crate::setters::setters;
 use crate::statistics::pareto_front;
 use crate::study::{AdviseSpec, ObserverKind, ObserverSpec, Simulation, Study};
 use crate::trajectory;

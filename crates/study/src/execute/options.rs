@@ -1,12 +1,12 @@
 //! Options of an execution: output folder, progress callback, interruption.
 
+use luenberger_wording::setters;
 use std::path::PathBuf;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
 
 use crate::error::StudyError;
 use crate::limits::Limits;
-use crate::setters::setters;
 
 /// The steps of a study. Each includes what it needs of the steps before it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -1,5 +1,6 @@
 //! A sweep that several processes compute, each some of its blocks.
 
+use luenberger_wording::setters;
 use std::path::{Path, PathBuf};
 use std::sync::OnceLock;
 
@@ -14,7 +15,6 @@ use super::{BLOCKS, Computed, names};
 use crate::error::StudyError;
 use crate::error::sweep::SweepError;
 use crate::results::Results;
-use crate::setters::setters;
 use crate::study::Study;
 use crate::trajectory::Member;
 
