@@ -4,7 +4,7 @@
 //! The daemons run in the foreground of this program with a configuration of their own, without control groups and
 //! without authentication, on ports of the loopback interface, and end with it.
 
-use crate::step::{Failure, cargo, program, root, target};
+use crate::step::{self, Failure, build_command, program, root, target};
 use std::collections::BTreeMap;
 use std::fs;
 use std::net::TcpListener;
@@ -57,13 +57,11 @@ pub(crate) fn run() -> Result<(), Failure> {
     let folder = root().join("target/cluster");
     _ = fs::remove_dir_all(&folder);
     fs::create_dir_all(&folder).map_err(|source| Failure::io(&folder, source))?;
-    cargo(&["build", "--package", "luenberger-cli"]).step("build")?;
+    build_command()?;
     let binaries = target().join("debug");
     let study = folder.join("study.toml");
     fs::write(&study, STUDY).map_err(|source| Failure::io(&study, source))?;
-    let luenberger = |arguments: &[&str]| {
-        program(binaries.join("luenberger")).arguments(arguments).folder(&folder).variable("NO_COLOR", "1")
-    };
+    let luenberger = |arguments: &[&str]| step::luenberger(arguments).folder(&folder).variable("NO_COLOR", "1");
     luenberger(&["sweep", "study.toml", "-o", "one", "--block-size", "25"]).output("one process")?;
 
     let slurm = Slurm::start(&folder)?;

@@ -6,7 +6,7 @@
 //!   virtual environment under `target`.
 //! - The Rust crate with its own test, and its static library with the test in C.
 
-use crate::step::{Failure, cargo, is_installed, program, root};
+use crate::step::{Failure, build_command, cargo, is_installed, luenberger, program, root};
 use std::fs;
 use std::path::{Path, PathBuf};
 
@@ -216,7 +216,7 @@ struct Case {
 pub(crate) fn run() -> Result<(), Failure> {
     let folder = root().join("target/deploy");
     fs::create_dir_all(&folder).map_err(|source| Failure::io(&folder, source))?;
-    cargo(&["build", "--package", "luenberger-cli"]).step("build")?;
+    build_command()?;
     let [cart, converter] = ["cart.toml", "converter.toml"].map(|name| folder.join(name));
     luenberger(&["new", "--force", "-o"]).argument(&cart).step("study")?;
     luenberger(&["new", "--plant", "cuk", "--force", "-o"]).argument(&converter).step("study")?;
@@ -286,10 +286,6 @@ fn of_the_page() -> Result<String, Failure> {
     let block = text.split("```toml tanks.toml\n").nth(1).and_then(|rest| rest.split("```").next());
     let missing = || Failure::io(&page, std::io::Error::other("the page has no block tanks.toml"));
     block.map(str::to_owned).ok_or_else(missing)
-}
-
-fn luenberger(arguments: &[&str]) -> crate::step::Step {
-    cargo(&["run", "--quiet", "--package", "luenberger-cli", "--"]).arguments(arguments)
 }
 
 impl Case {

@@ -3,7 +3,7 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use crate::step::{Failure, cargo};
+use crate::step::{FEATURES, Failure, cargo};
 
 /// The builds of each package: its name and version, and its features. One package may be built in several ways.
 type Built = BTreeMap<String, BTreeSet<String>>;
@@ -12,17 +12,27 @@ type Built = BTreeMap<String, BTreeSet<String>>;
 /// that it does not verify, lmi without its second solver.
 const LEAN: [&str; 2] = ["luenberger-live", "luenberger-lmi"];
 
+/// The members whose programs are built here, without their tests: see [`build`](crate::step::build).
+const PROGRAMS: [&str; 2] = ["luenberger-cli", "luenberger-reproduce"];
+
+/// What a program is built from, and what tests are.
+const PROGRAM: &str = "normal,build";
+const TESTS: &str = "normal,build,dev";
+
 /// Fails with the features that are missing in `tests/features/Cargo.toml`.
 pub(crate) fn check() -> Result<(), Failure> {
     let metadata = cargo(&["metadata", "--format-version", "1", "--no-deps"]).quiet_output("the members")?;
     let metadata: serde_json::Value =
         serde_json::from_str(&metadata).map_err(|source| Failure::io("cargo metadata", source.into()))?;
     let members = metadata["packages"].as_array().into_iter().flatten().filter_map(|package| package["name"].as_str());
-    let whole = built(&["--workspace"])?;
+    let whole = built(&["--workspace"], TESTS)?;
     let mut missing: BTreeMap<String, Vec<&str>> = BTreeMap::new();
     // This program has to start where the workspace does not compile, and shares nothing with it.
-    for member in members.filter(|&member| member != env!("CARGO_PKG_NAME") && !LEAN.contains(&member)) {
-        for (package, ways) in built(&["--package", member])? {
+    let members = members.filter(|&member| member != env!("CARGO_PKG_NAME") && !LEAN.contains(&member));
+    let tests = members.map(|member| (member, built(&["--package", member], TESTS)));
+    let programs = PROGRAMS.map(|member| (member, built(&["--package", FEATURES, "--package", member], PROGRAM)));
+    for (member, built) in tests.chain(programs) {
+        for (package, ways) in built? {
             for features in ways.difference(whole.get(&package).unwrap_or(&BTreeSet::new())) {
                 missing.entry(lacking(&package, features, &whole)).or_default().push(member);
             }
@@ -43,9 +53,9 @@ fn lacking(package: &str, features: &str, whole: &Built) -> String {
     format!("{package} without {}", least.join(","))
 }
 
-/// The packages and their features as built for a selection of packages, tests included.
-fn built(selection: &[&str]) -> Result<Built, Failure> {
-    let tree = cargo(&["tree", "--edges", "normal,build,dev", "--prefix", "none", "--format", "{p}|{f}"])
+/// The packages and their features as built for a selection of packages.
+fn built(selection: &[&str], edges: &str) -> Result<Built, Failure> {
+    let tree = cargo(&["tree", "--edges", edges, "--prefix", "none", "--format", "{p}|{f}"])
         .arguments(selection)
         .quiet_output("the dependencies")?;
     let mut built = Built::new();

@@ -10,7 +10,9 @@ use base64::engine::general_purpose::STANDARD;
 use serde_json::{Value, json};
 use sha2::{Digest, Sha256};
 
-use crate::step::{Failure, cargo, is_installed, program, root, target};
+use crate::step::{
+    Failure, build, build_command, built, cargo, is_installed, luenberger, program, reproduction, root, target,
+};
 
 // The file needs no other, and the crate would be a long build.
 #[path = "../../crates/figures/src/base85.rs"]
@@ -83,7 +85,7 @@ const LARGEST: usize = 1_500_000;
 
 /// Builds the module. With `check` the committed one stays, and both have to give the results of this machine.
 pub(crate) fn run(check: bool) -> Result<(), Failure> {
-    let Some(module) = build()? else {
+    let Some(module) = module()? else {
         eprintln!("── NOT RUN: the module of reports (rustup target add {TARGET})");
         return Ok(());
     };
@@ -96,8 +98,8 @@ pub(crate) fn run(check: bool) -> Result<(), Failure> {
         eprintln!("── {ASSET}: {} bytes, {} packed", module.len(), packed.len());
     }
     let Some(browser) = browser("the module in a browser") else { return Ok(()) };
-    cargo(&["build", "--package", "luenberger-cli"]).step("command")?;
-    cargo(&["build", "--package", "luenberger-live", "--example", "native"]).step("results of this machine")?;
+    build_command()?;
+    build("luenberger-live", "--example", "native")?;
     let both = [("built", packed.as_str()), ("committed", committed.as_str())];
     let modules = if check { &both[..] } else { &both[..1] };
     for name in REPORTS {
@@ -105,7 +107,7 @@ pub(crate) fn run(check: bool) -> Result<(), Failure> {
     }
     compare(browser, "discrete", &of_text("discrete", DISCRETE)?, modules)?;
     let papers = target().join("live/papers");
-    cargo(&["run", "--quiet", "--package", "luenberger-reproduce", "--"]).argument(&papers).quiet_output("papers")?;
+    reproduction(&papers)?.quiet_output("papers")?;
     compare(browser, "papers", &papers.join("report.html"), modules)
 }
 
@@ -119,7 +121,7 @@ pub(crate) fn browser(what: &str) -> Option<&'static str> {
 }
 
 /// The module; none without the target.
-fn build() -> Result<Option<Vec<u8>>, Failure> {
+fn module() -> Result<Option<Vec<u8>>, Failure> {
     let library = program("rustc").arguments(&["--print", "target-libdir", "--target", TARGET]);
     let library = library.quiet_output("rustc")?;
     if !Path::new(library.trim()).is_dir() {
@@ -175,7 +177,7 @@ fn digest(module: &[u8]) -> Result<(), Failure> {
 /// The report of a template.
 pub(crate) fn of_template(name: &str) -> Result<PathBuf, Failure> {
     let folder = folder(name)?;
-    let new = program(target().join("debug/luenberger")).arguments(&["new", "--force", "--plant", name, "-o"]);
+    let new = luenberger(&["new", "--force", "--plant", name, "-o"]);
     new.argument(folder.join("study.toml")).quiet_output("new")?;
     report(&folder)
 }
@@ -197,8 +199,8 @@ fn folder(name: &str) -> Result<PathBuf, Failure> {
 /// The report of the study in a folder.
 fn report(folder: &Path) -> Result<PathBuf, Failure> {
     let results = folder.join("results");
-    let run = program(target().join("debug/luenberger")).argument("run").argument(folder.join("study.toml"));
-    run.arguments(&["--force", "-o"]).argument(&results).quiet_output("run")?;
+    let run = luenberger(&["run", "--force", "-o"]).argument(&results).argument(folder.join("study.toml"));
+    run.quiet_output("run")?;
     Ok(results.join("report.html"))
 }
 
@@ -274,7 +276,7 @@ fn native(experiment: &Value) -> Result<Vec<Value>, Failure> {
             json!({ "gain": gain, "cubic": cubic, "noise": noise, "error": error, "period": period })
         })
         .collect();
-    let at = target().join("debug/examples/native");
+    let at = built("examples/native");
     let io = |source| Failure::io(&at, source);
     let mut child = Command::new(&at).stdin(Stdio::piped()).stdout(Stdio::piped()).spawn().map_err(io)?;
     let request = json!({ "experiment": experiment, "sliders": sliders }).to_string();

@@ -191,10 +191,8 @@ fn reproduce(out: Option<&Path>) -> Result<(), Failure> {
         Some(out) => std::path::absolute(out).map_err(|source| Failure::io(out, source))?,
         None => step::root().join("target/reproduce"),
     };
-    cargo(&["build", "--package", "luenberger-reproduce"]).step("build")?;
     // The README's counts are those of the run.
-    let run = &["run", "--quiet", "--package", "luenberger-reproduce", "--", "--counted-in", "README.md"];
-    cargo(run).argument(&out).step("reproduce")
+    step::reproduction(&out)?.arguments(&["--counted-in", "README.md"]).step("reproduce")
 }
 
 fn test(seed: u64) -> Result<(), Failure> {

@@ -4,7 +4,7 @@ use std::fs;
 use std::path::Path;
 
 use crate::live::{browser, chromium, of_template};
-use crate::step::{Failure, cargo, root, target};
+use crate::step::{Failure, build_command, reproduction, root, target};
 
 /// The study whose report is photographed.
 const TEMPLATE: &str = "double-integrator";
@@ -22,12 +22,12 @@ const LARGEST: u64 = 200_000;
 /// of a study's report that the page simulates.
 pub(crate) fn run() -> Result<(), Failure> {
     let papers = target().join("screenshots/papers");
-    cargo(&["run", "--quiet", "--package", "luenberger-reproduce", "--"]).argument(&papers).quiet_output("papers")?;
+    reproduction(&papers)?.quiet_output("papers")?;
     let figure = images("cubic-fig4.png");
     fs::copy(papers.join("figures/cubic-fig4.png"), &figure).map_err(|source| Failure::io(&figure, source))?;
     small(&figure)?;
     let Some(browser) = browser("the picture of a report") else { return Ok(()) };
-    cargo(&["build", "--package", "luenberger-cli"]).step("command")?;
+    build_command()?;
     let report = of_template(TEMPLATE)?;
     let html = fs::read_to_string(&report).map_err(|source| Failure::io(&report, source))?;
     // Only the section, without the time that its simulation took. The plotting library measures text in an element of

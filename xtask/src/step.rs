@@ -75,6 +75,39 @@ pub(crate) fn target() -> PathBuf {
     std::env::var_os("CARGO_TARGET_DIR").map_or_else(|| root().join("target"), |target| root().join(target))
 }
 
+/// The package that turns on the features of the whole workspace.
+pub(crate) const FEATURES: &str = "luenberger-features";
+
+/// Builds a program of a member (`--bin` or `--example`) with the features with which the tests are built: by itself a
+/// member has its dependencies compiled once more.
+pub(crate) fn build(package: &str, kind: &str, name: &str) -> Result<(), Failure> {
+    cargo(&["build", "--package", FEATURES, "--package", package, kind, name]).step(name)
+}
+
+/// Where [`build`] puts a program, in `target/debug`.
+pub(crate) fn built(program: &str) -> PathBuf {
+    target().join("debug").join(format!("{program}{}", std::env::consts::EXE_SUFFIX))
+}
+
+/// Builds the command `luenberger`.
+pub(crate) fn build_command() -> Result<(), Failure> {
+    build("luenberger-cli", "--bin", COMMAND)
+}
+
+/// The command that [`build_command`] built.
+pub(crate) fn luenberger(arguments: &[&str]) -> Step {
+    program(built(COMMAND)).arguments(arguments)
+}
+
+const COMMAND: &str = "luenberger";
+
+/// Builds the reproduction of the papers; the step that runs it into this folder.
+pub(crate) fn reproduction(folder: &Path) -> Result<Step, Failure> {
+    let name = "luenberger-reproduce";
+    build(name, "--bin", name)?;
+    Ok(program(built(name)).argument(folder))
+}
+
 /// Whether a program can be started.
 pub(crate) fn is_installed(name: &str) -> bool {
     let quiet = |command: &mut Command| command.stdout(Stdio::null()).stderr(Stdio::null()).status();

@@ -4,7 +4,7 @@
 use super::boards::{self, Board};
 use super::{Cost, elf};
 use crate::deploy;
-use crate::step::{Failure, cargo, root};
+use crate::step::{Failure, build_command, built, cargo, root};
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -75,7 +75,7 @@ pub(super) struct Row {
 
 /// The observers on the board. With `rust` the static libraries run too.
 pub(super) fn on(board: &Board, folder: &Path, rust: bool) -> Result<Vec<Row>, Failure> {
-    cargo(&["build", "--package", "luenberger-cli"]).step("the command")?;
+    build_command()?;
     if folder.exists() {
         fs::remove_dir_all(folder).map_err(|source| Failure::io(folder, source))?;
     }
@@ -127,8 +127,7 @@ pub(super) fn on(board: &Board, folder: &Path, rust: bool) -> Result<Vec<Row>, F
 
 /// The command that was built.
 fn luenberger() -> Command {
-    let all = std::env::var_os("CARGO_TARGET_DIR").map_or_else(|| root().join("target"), PathBuf::from);
-    let mut command = Command::new(all.join("debug").join(format!("luenberger{}", std::env::consts::EXE_SUFFIX)));
+    let mut command = Command::new(built("luenberger"));
     command.current_dir(root());
     command
 }
