@@ -38,6 +38,42 @@ pub struct Samples<'s, const I: usize, const O: usize> {
     pub scale: [f64; O],
 }
 
+/// Rows of `width` numbers.
+#[derive(Clone, Copy)]
+struct Rows<'s> {
+    numbers: &'s [f64],
+    width: usize,
+}
+
+impl<'s> Rows<'s> {
+    fn new<const W: usize>(rows: &'s [[f64; W]]) -> Self {
+        Self { numbers: rows.as_flattened(), width: W }
+    }
+
+    fn row(self, index: u32) -> &'s [f64] {
+        &self.numbers[index as usize * self.width..][..self.width]
+    }
+
+    /// The bounding box of some rows, as centre and half-width.
+    fn bounds(self, members: &[u32]) -> Vec<(f64, f64)> {
+        let mut bounds = vec![(f64::INFINITY, f64::NEG_INFINITY); self.width];
+        for &member in members {
+            for ((low, high), &x) in bounds.iter_mut().zip(self.row(member)) {
+                (*low, *high) = (low.min(x), high.max(x));
+            }
+        }
+        bounds.into_iter().map(|(low, high)| (0.5 * (low + high), 0.5 * (high - low))).collect()
+    }
+}
+
+/// [`Samples`] whose sizes are known at run time: what follows is compiled once, not for each pair of sizes.
+#[derive(Clone, Copy)]
+struct Table<'s> {
+    points: Rows<'s>,
+    values: Rows<'s>,
+    scale: &'s [f64],
+}
+
 struct Leaf {
     samples: Vec<u32>,
     data: Vec<f64>,
@@ -65,9 +101,21 @@ pub fn fit<const I: usize, const O: usize>(
     budget: Budget,
     progress: &mut Listener<'_>,
 ) -> Result<Tree<I, O>, NumericalKklError> {
-    let all: Vec<u32> = (0..samples.points.len() as u32).collect();
+    let table = Table { points: Rows::new(samples.points), values: Rows::new(samples.values), scale: &samples.scale };
+    let (nodes, numbers) = grow(table, samples.points.len() as u32, budget, progress)?;
+    Ok(PolynomialTree::new(budget.degree, nodes, numbers)?)
+}
+
+/// The comparisons and the numbers of the leaves of a tree.
+fn grow(
+    samples: Table<'_>,
+    count: u32,
+    budget: Budget,
+    progress: &mut Listener<'_>,
+) -> Result<(Vec<Node<f64>>, Vec<f64>), NumericalKklError> {
+    let all: Vec<u32> = (0..count).collect();
     // Two samples per coefficient of a leaf: fewer would be interpolation, not regression.
-    let least = 2 * monomial_count(I, budget.degree);
+    let least = 2 * monomial_count(samples.points.width, budget.degree);
     let mut leaves = vec![fit_leaf(samples, all, budget, &mut || progress(0))?];
     let mut nodes: Vec<Node<f64>> = Vec::new();
     // Where the branch to leaf i hangs: node, and whether above.
@@ -99,8 +147,7 @@ pub fn fit<const I: usize, const O: usize>(
         hooks.push(Some((node, true)));
         progress(leaves.len())?;
     }
-    let numbers = leaves.into_iter().flat_map(|leaf| leaf.data).collect();
-    Ok(PolynomialTree::new(budget.degree, nodes, numbers)?)
+    Ok((nodes, leaves.into_iter().flat_map(|leaf| leaf.data).collect()))
 }
 
 /// Samples this far across a cut, in half-widths of the cell, count on both sides: polynomials are worst at the border
@@ -112,35 +159,24 @@ const OVERLAP: f64 = 0.035;
 /// How far beyond the values of its samples a leaf may go, in parts of their range.
 const OVERSHOOT: f64 = 0.05;
 
-/// The bounding box of samples, as centre and half-width.
-fn bounds<const I: usize>(points: &[[f64; I]], samples: &[u32]) -> [(f64, f64); I] {
-    std::array::from_fn(|i| {
-        let (low, high) = samples
-            .iter()
-            .map(|&s| points[s as usize][i])
-            .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), x| (low.min(x), high.max(x)));
-        (0.5 * (low + high), 0.5 * (high - low))
-    })
-}
-
 /// A cut: the axis, where, and the two leaves.
 type Cut = (usize, f64, Leaf, Leaf);
 
 /// The cut that leaves the smallest sum of root sums of squares, or none that leaves enough samples on both sides.
-fn best_cut<const I: usize, const O: usize>(
-    samples: Samples<'_, I, O>,
+fn best_cut(
+    samples: Table<'_>,
     leaf: &Leaf,
     budget: Budget,
     least: usize,
     alive: &mut dyn FnMut() -> Result<(), NumericalKklError>,
 ) -> Result<Option<Cut>, NumericalKklError> {
     let mut best: Option<Cut> = None;
-    for (axis, (threshold, half)) in bounds(samples.points, &leaf.samples).into_iter().enumerate() {
+    for (axis, (threshold, half)) in samples.points.bounds(&leaf.samples).into_iter().enumerate() {
         if half <= 0.0 {
             continue;
         }
         let side = |keep: &dyn Fn(f64) -> bool| -> Vec<u32> {
-            leaf.samples.iter().copied().filter(|&s| keep(samples.points[s as usize][axis])).collect()
+            leaf.samples.iter().copied().filter(|&s| keep(samples.points.row(s)[axis])).collect()
         };
         let overlap = OVERLAP * half;
         let (below, above) = (side(&|x| x < threshold + overlap), side(&|x| x >= threshold - overlap));
@@ -157,21 +193,23 @@ fn best_cut<const I: usize, const O: usize>(
 }
 
 /// One polynomial through these samples.
-fn fit_leaf<const I: usize, const O: usize>(
-    samples: Samples<'_, I, O>,
+fn fit_leaf(
+    samples: Table<'_>,
     members: Vec<u32>,
     budget: Budget,
     alive: &mut dyn FnMut() -> Result<(), NumericalKklError>,
 ) -> Result<Leaf, NumericalKklError> {
-    let frame = bounds(samples.points, &members);
+    let frame = samples.points.bounds(&members);
     // A coordinate that does not vary carries nothing; its local coordinate is 0.
-    let rates: [f64; I] = std::array::from_fn(|i| if frame[i].1 > 0.0 { 1.0 / frame[i].1 } else { 0.0 });
-    let q = monomial_count(I, budget.degree);
-    let mut row = Vec::with_capacity(q);
+    let rates: Vec<f64> = frame.iter().map(|&(_, half)| if half > 0.0 { 1.0 / half } else { 0.0 }).collect();
+    let q = monomial_count(samples.points.width, budget.degree);
+    let (mut local, mut row) = (vec![0.0; samples.points.width], Vec::with_capacity(q));
     let mut gram = vec![0.0; q * q];
-    let mut right = vec![0.0; O * q];
-    let expand = |sample: u32, row: &mut Vec<f64>| {
-        let local: [f64; I] = std::array::from_fn(|i| (samples.points[sample as usize][i] - frame[i].0) * rates[i]);
+    let mut right = vec![0.0; samples.values.width * q];
+    let mut expand = |sample: u32, row: &mut Vec<f64>| {
+        for (i, x) in samples.points.row(sample).iter().enumerate() {
+            local[i] = (x - frame[i].0) * rates[i];
+        }
         row.clear();
         monomials(&local, budget.degree, 1.0, &mut |monomial| row.push(monomial));
     };
@@ -185,9 +223,8 @@ fn fit_leaf<const I: usize, const O: usize>(
                 *sum += x * y;
             }
         }
-        for o in 0..O {
-            let value = samples.values[sample as usize][o];
-            for (sum, &x) in right[o * q..][..q].iter_mut().zip(&row) {
+        for (right, value) in right.chunks_mut(q).zip(samples.values.row(sample)) {
+            for (sum, &x) in right.iter_mut().zip(&row) {
                 *sum += x * value;
             }
         }
@@ -204,17 +241,18 @@ fn fit_leaf<const I: usize, const O: usize>(
     let mut squares = 0.0;
     for &sample in &members {
         expand(sample, &mut row);
-        for o in 0..O {
-            let value: f64 = row.iter().zip(&right[o * q..][..q]).map(|(x, c)| x * c).sum();
-            squares += ((value - samples.values[sample as usize][o]) / samples.scale[o]).powi(2);
+        let given = samples.values.row(sample).iter().zip(samples.scale);
+        for (coefficients, (given, scale)) in right.chunks(q).zip(given) {
+            let value: f64 = row.iter().zip(coefficients).map(|(x, c)| x * c).sum();
+            squares += ((value - given) / scale).powi(2);
         }
     }
-    let range: [(f64, f64); O] = bounds(samples.values, &members);
+    let range = samples.values.bounds(&members);
     let reach = 1.0 + 2.0 * OVERSHOOT;
     let data = (frame.iter().map(|(centre, _)| *centre))
         .chain(rates)
-        .chain(range.map(|(middle, half)| middle - reach * half))
-        .chain(range.map(|(middle, half)| middle + reach * half))
+        .chain(range.iter().map(|(middle, half)| middle - reach * half))
+        .chain(range.iter().map(|(middle, half)| middle + reach * half))
         .chain(right)
         .collect();
     Ok(Leaf { samples: members, data, squares, whole: false })
