@@ -1,7 +1,8 @@
 //! The step of the extended Kalman filter on slices, for plants whose sizes are known at run time only.
 //!
 //! Up to eight states and four outputs the step is compiled for these sizes and takes no memory. It is the same
-//! arithmetic in the same order as for any size, and gives the same bits.
+//! arithmetic in the same order as for any size, and gives the same bits. A module for web pages has to be downloaded
+//! and is compiled for fewer sizes.
 
 use nalgebra::{ComplexField, RealField, SMatrix, SVector, convert};
 
@@ -48,7 +49,9 @@ impl<T: RealField + Copy> StepOnSlices<'_, T> {
             4 => self.of_states::<4>(estimate, sample),
             5 => self.of_states::<5>(estimate, sample),
             6 => self.of_states::<6>(estimate, sample),
+            #[cfg(not(target_arch = "wasm32"))]
             7 => self.of_states::<7>(estimate, sample),
+            #[cfg(not(target_arch = "wasm32"))]
             8 => self.of_states::<8>(estimate, sample),
             _ => false,
         }
@@ -63,7 +66,9 @@ impl<T: RealField + Copy> StepOnSlices<'_, T> {
             match sample.y.len() {
                 1 => self.update_of_size::<K, 1>(&mut xhat, &mut p, sample),
                 2 => self.update_of_size::<K, 2>(&mut xhat, &mut p, sample),
+                #[cfg(not(target_arch = "wasm32"))]
                 3 => self.update_of_size::<K, 3>(&mut xhat, &mut p, sample),
+                #[cfg(not(target_arch = "wasm32"))]
                 4 => self.update_of_size::<K, 4>(&mut xhat, &mut p, sample),
                 _ => return false,
             }

@@ -126,7 +126,7 @@ impl<E: Column, R: Column> ErrorFlow<E, R> {
         let mut sum = 0.0;
         for stage in 0..4 {
             let (share, weight) = [(0.0, 1.0), (0.5, 2.0), (0.5, 2.0), (1.0, 1.0)][stage];
-            at.as_mut().copy_from_slice(e.as_ref());
+            at.clone_from(e);
             if stage > 0 {
                 let (at, before) = (at.as_mut(), slopes[stage - 1].as_ref());
                 for i in 0..at.len() {
@@ -145,8 +145,8 @@ impl<E: Column, R: Column> ErrorFlow<E, R> {
         if let Some(cost) = cost {
             *cost += sum * h / 6.0;
         }
-        let [a, b, c, d] = slopes.each_ref().map(E::as_ref);
-        let e = e.as_mut();
+        let [a, b, c, d] = slopes;
+        let (a, b, c, d, e) = (a.as_ref(), b.as_ref(), c.as_ref(), d.as_ref(), e.as_mut());
         for i in 0..e.len() {
             e[i] += h / 6.0 * (a[i] + 2.0 * b[i] + 2.0 * c[i] + d[i]);
         }
