@@ -598,9 +598,11 @@ impl TableOf {
             let entries = |axis: usize| self.ranks[axis] * self.columns(axis);
             return 32 * n + (0..n).map(|axis| entries(axis) * (14 + 2 * (1 + n - axis))).sum::<usize>();
         }
-        let corners = 4_usize.pow(n as u32);
-        let sum = if self.nodes.is_empty() { 0 } else { 2 * z * (n + 1) };
-        32 * n + self.tables() * (corners * (n + 1) * (n + 2 * z) + sum)
+        // Of each line along the last axis value and slope, the n products of its weights, and their part in the sums.
+        let lines = 4_usize.pow(n as u32 - 1);
+        let sums = 2 * z * (n + 1);
+        let of_inputs = if self.nodes.is_empty() { 0 } else { sums };
+        32 * n + self.tables() * (lines * (14 * z + n * n.saturating_sub(2) + sums) + of_inputs)
     }
 
     /// Operations of Lagrange's polynomials.

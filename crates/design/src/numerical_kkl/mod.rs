@@ -404,9 +404,10 @@ impl<const N: usize, const Z: usize> Table<N, Z> for Spline<N, Z> {
         self.coefficients().len()
     }
 
-    /// For each of 4^N weights, N + 1 products of N factors, and N + 1 times Z multiply-adds.
+    /// For each of 4^(N-1) lines along the last axis, its value and slope of four terms, N products of N - 1 factors,
+    /// and N + 1 times Z multiply-adds.
     fn multiply_adds(&self) -> usize {
-        4usize.pow(N as u32) * (N + 1) * (N + Z)
+        4usize.pow(N as u32 - 1) * ((N + 9) * Z + N * (N - 1))
     }
 }
 

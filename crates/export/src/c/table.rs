@@ -135,19 +135,9 @@ pub(super) fn start(table: &TableOf) -> String {
 fn evaluation(text: &mut String, export: &Export, table: &TableOf) {
     let (number, n, z) = (scalar(export), table.points.len(), table.outputs);
     let literal = |x: f64| number::c(export.scalar.round(x), export.scalar);
-    let product = |slope_of: &str| {
-        let factor = |i: usize| match slope_of {
-            "" => format!("weights[{i}][k[{i}]]"),
-            axis => format!("(({axis} == {i}) ? slopes[{i}][k[{i}]] : weights[{i}][k[{i}]])"),
-        };
-        (1..n).fold(factor(0), |product, i| {
-            let left = if i == 1 { product } else { format!("({product})") };
-            format!("{left} * {}", factor(i))
-        })
-    };
     let (parameter, _) = passed(export, table);
     let sum = if table.ranks.is_empty() {
-        sum_of_table(table, number, (&product(""), &product("j")))
+        sum_of_table(table, number, &literal(1.0))
     } else {
         product_of_train(table, number, &literal(0.0), &literal(1.0))
     };
@@ -211,19 +201,51 @@ static void table({parameter}const {number} *x, {number} *value, {number} *jacob
     );
 }
 
-/// The sum over the coefficients near a point, of one table: `value` and `jacobian` grow.
-fn sum_of_table(table: &TableOf, number: &str, (plain, sloped): (&str, &str)) -> String {
+/// The sum over the coefficients near a point, of one table: `value` and `jacobian` grow. Along the last axis first,
+/// where the coefficients stand one after the other.
+fn sum_of_table(table: &TableOf, number: &str, one: &str) -> String {
     let (n, z) = (table.points.len(), table.outputs);
-    let corners = 4_usize.pow(n as u32);
     let last = n - 1;
+    let corners = 4_usize.pow(last as u32);
+    // The weight of a line: the product over the axes before.
+    let product = |slope_of: &str| {
+        let factor = |i: usize| match slope_of {
+            "" => format!("weights[{i}][k[{i}]]"),
+            axis => format!("(({axis} == {i}) ? slopes[{i}][k[{i}]] : weights[{i}][k[{i}]])"),
+        };
+        (0..last).map(factor).reduce(|product, factor| format!("({product}) * {factor}")).unwrap_or(one.to_owned())
+    };
+    let along = |of: &str| {
+        let term = |k: usize| {
+            format!("({of}[{last}][{k}] * row[{}])", if k == 0 { "i".to_owned() } else { format!("{} + i", k * z) })
+        };
+        format!("(({} + {}) + {}) + {}", term(0), term(1), term(2), term(3))
+    };
+    let others = if last == 0 {
+        String::new()
+    } else {
+        format!(
+            "        for (j = 0; j < {last}; ++j) {{
+            weight = {};
+            for (i = 0; i < {z}; ++i) {{
+                jacobian[(i * {n}) + j] = jacobian[(i * {n}) + j] + (weight * line[i]);
+            }}
+        }}
+",
+            product("j")
+        )
+    };
     format!(
         "    for (corner = 0; corner < {corners}; ++corner) {{
         const {number} *row;
+        {number} line[{z}];
+        {number} rise[{z}];
         {number} weight;
         int k[{n}];
         int rest = corner;
         int index = 0;
-        for (i = {last}; i >= 0; --i) {{
+        k[{last}] = 0;
+        for (i = {before}; i >= 0; --i) {{
             k[i] = rest % 4;
             rest = rest / 4;
         }}
@@ -231,18 +253,21 @@ fn sum_of_table(table: &TableOf, number: &str, (plain, sloped): (&str, &str)) ->
             index = (index * STRIDE[i]) + first[i] + k[i];
         }}
         row = &TABLE[index * {z}];
+        for (i = 0; i < {z}; ++i) {{
+            line[i] = {value};
+            rise[i] = {slope};
+        }}
         weight = {plain};
         for (i = 0; i < {z}; ++i) {{
-            value[i] = value[i] + (weight * row[i]);
+            value[i] = value[i] + (weight * line[i]);
+            jacobian[(i * {n}) + {last}] = jacobian[(i * {n}) + {last}] + (weight * rise[i]);
         }}
-        for (j = 0; j < {n}; ++j) {{
-            weight = {sloped};
-            for (i = 0; i < {z}; ++i) {{
-                jacobian[(i * {n}) + j] = jacobian[(i * {n}) + j] + (weight * row[i]);
-            }}
-        }}
-    }}
-"
+{others}    }}
+",
+        before = last as isize - 1,
+        value = along("weights"),
+        slope = along("slopes"),
+        plain = product(""),
     )
 }
 

@@ -264,8 +264,8 @@ where
 /// The point x of the map's box whose value is nearest to w, from `guess` on, by projected Levenberg-Marquardt
 /// steps.
 ///
-/// A local minimum; bounded by `max_evaluations` evaluations of the map, of a spline `4^N Z (N + 1)` multiply-adds
-/// each.
+/// A local minimum; bounded by `max_evaluations` evaluations of the map, of a spline some `4^(N-1) Z (N + 9)`
+/// multiply-adds each.
 pub fn nearest<T: RealField + Copy, const N: usize, const Z: usize>(
     map: &impl BoxMap<T, N, Z>,
     w: &SVector<T, Z>,

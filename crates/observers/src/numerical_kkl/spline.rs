@@ -70,29 +70,48 @@ where
 
     /// The value at x and the Jacobian there (Z x N); outside the box, at its nearest point.
     pub fn with_gradient(&self, x: &SVector<T, N>) -> (SVector<T, Z>, SMatrix<T, Z, N>) {
+        const { assert!(N > 0, "a box has an axis") }
         let Local { first, weights, slopes } = local(x, (&self.lower, &self.upper), &self.points);
         let table = self.coefficients.as_ref();
-        let (mut value, mut gradient) = (SVector::zeros(), SMatrix::zeros());
+        let (mut value, mut gradient) = (SVector::<T, Z>::zeros(), SMatrix::<T, Z, N>::zeros());
+        // Along the last axis first, where the coefficients stand one after the other.
+        let last = N - 1;
+        let (w, v) = (&weights[last], &slopes[last]);
         let mut k = [0usize; N];
         loop {
             let mut index = 0;
             for i in 0..N {
                 index = index * (self.points[i] + 2) + first[i] + k[i];
             }
-            let row = &table[index * Z..][..Z];
-            let weight = (0..N).fold(T::one(), |product, i| product * weights[i][k[i]]);
-            for (z, &c) in row.iter().enumerate() {
-                value[z] += weight * c;
+            let rows = &table[index * Z..][..4 * Z];
+            let sum = |w: &[T; 4], z: usize| {
+                w[0] * rows[z] + w[1] * rows[Z + z] + w[2] * rows[2 * Z + z] + w[3] * rows[3 * Z + z]
+            };
+            let (mut line, mut rise) = (SVector::<T, Z>::zeros(), SVector::<T, Z>::zeros());
+            for z in 0..Z {
+                (line[z], rise[z]) = (sum(w, z), sum(v, z));
             }
-            for j in 0..N {
-                let weight =
-                    (0..N).fold(T::one(), |product, i| product * if i == j { slopes[i] } else { weights[i] }[k[i]]);
-                for (z, &c) in row.iter().enumerate() {
-                    gradient[(z, j)] += weight * c;
+            // The weight of the line, or with the slope of axis `sloped`.
+            let weight = |sloped: usize| {
+                let mut product = T::one();
+                for i in 0..last {
+                    product *= if i == sloped { slopes[i] } else { weights[i] }[k[i]];
+                }
+                product
+            };
+            let plain = weight(N);
+            for z in 0..Z {
+                value[z] += plain * line[z];
+                gradient[(z, last)] += plain * rise[z];
+            }
+            for j in 0..last {
+                let sloped = weight(j);
+                for z in 0..Z {
+                    gradient[(z, j)] += sloped * line[z];
                 }
             }
-            // The next of the 4^N combinations.
-            let mut axis = N;
+            // The next of the 4^(N - 1) combinations.
+            let mut axis = last;
             loop {
                 if axis == 0 {
                     return (value, gradient);
