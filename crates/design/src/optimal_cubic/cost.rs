@@ -71,13 +71,17 @@ impl Noise {
         Self { values, width, settling }
     }
 
-    /// The mean of what `square` gives after each period, for the noise in it.
-    fn mean(&self, mut square: impl FnMut(&[f64]) -> Option<f64>) -> Option<f64> {
+    /// The mean of what `square` gives after each period, for the noise in it; none once it is above `most`.
+    fn mean(&self, most: f64, mut square: impl FnMut(&[f64]) -> Option<f64>) -> Option<f64> {
         let mut sum = 0.0;
+        let most = most * self.periods() as f64;
         for (k, values) in self.values.chunks_exact(self.width).enumerate() {
             let now = square(values)?;
             if k >= self.settling {
                 sum += now;
+                if sum > most {
+                    return None;
+                }
             }
         }
         let mean = sum / self.periods() as f64;
@@ -139,28 +143,29 @@ impl Scaled {
         Cost { transient, mean_square, total: transient + self.horizon * mean_square }
     }
 
-    /// The cost of a cubic observer; none if `A - L C` is not Hurwitz, or where the error changes too fast for the
-    /// steps of the integration.
+    /// The cost of a cubic observer; none if `A - L C` is not Hurwitz, where the error changes too fast for the steps of
+    /// the integration, and as soon as the cost is known to be above `most`: the integrands are not negative.
     ///
     /// The mean square is that along the noise, or that of the linear observer with the same L in closed form plus the
     /// difference of the two along the noise, whichever is larger: either alone is too small for some slow observers.
-    pub(super) fn cubic(&self, gains: &Gains, first_errors: &[Vec<f64>], noise: &Noise) -> Option<Cost> {
+    pub(super) fn cubic(&self, gains: &Gains, first_errors: &[Vec<f64>], noise: &Noise, most: f64) -> Option<Cost> {
         let LinearError { f, poles, tail, held, cost: linear } = self.linear_error(&gains.l)?;
         let fastest = poles.iter().map(|z| z.norm()).fold(0.0, f64::max);
         let slowest = -poles.iter().map(|z| z.re).fold(f64::NEG_INFINITY, f64::max);
         let flow = (&f, fastest, slowest, &tail);
+        let along = (first_errors, noise, most);
         let (transient, with) = match gains.l.shape() {
-            (1, 1) => self.along::<[f64; 1], [f64; 1]>(gains, flow, first_errors, noise),
-            (2, 1) => self.along::<[f64; 2], [f64; 1]>(gains, flow, first_errors, noise),
-            (3, 1) => self.along::<[f64; 3], [f64; 1]>(gains, flow, first_errors, noise),
-            (4, 1) => self.along::<[f64; 4], [f64; 1]>(gains, flow, first_errors, noise),
-            (2, 2) => self.along::<[f64; 2], [f64; 2]>(gains, flow, first_errors, noise),
-            (3, 2) => self.along::<[f64; 3], [f64; 2]>(gains, flow, first_errors, noise),
-            (4, 2) => self.along::<[f64; 4], [f64; 2]>(gains, flow, first_errors, noise),
-            _ => self.along::<Vec<f64>, Vec<f64>>(gains, flow, first_errors, noise),
+            (1, 1) => self.along::<[f64; 1], [f64; 1]>(gains, flow, along),
+            (2, 1) => self.along::<[f64; 2], [f64; 1]>(gains, flow, along),
+            (3, 1) => self.along::<[f64; 3], [f64; 1]>(gains, flow, along),
+            (4, 1) => self.along::<[f64; 4], [f64; 1]>(gains, flow, along),
+            (2, 2) => self.along::<[f64; 2], [f64; 2]>(gains, flow, along),
+            (3, 2) => self.along::<[f64; 3], [f64; 2]>(gains, flow, along),
+            (4, 2) => self.along::<[f64; 4], [f64; 2]>(gains, flow, along),
+            _ => self.along::<Vec<f64>, Vec<f64>>(gains, flow, along),
         }?;
         let mut without = DVector::zeros(self.a.nrows());
-        let without = noise.mean(|values| {
+        let without = noise.mean(f64::INFINITY, |values| {
             without = &held.ad * &without + &held.bd * DVectorView::from_slice(values, values.len());
             Some(without.dot(&(&self.weight * &without)))
         })?;
@@ -173,21 +178,21 @@ impl Scaled {
         &self,
         gains: &Gains,
         (f, fastest, slowest, tail): (&DMatrix<f64>, f64, f64, &DMatrix<f64>),
-        first_errors: &[Vec<f64>],
-        noise: &Noise,
+        (first_errors, noise, most): (&[Vec<f64>], &Noise, f64),
     ) -> Option<(f64, f64)> {
         let mut flow = ErrorFlow::<E, R>::new(f, &self.c, gains, &self.weight, fastest);
-        let mut transient = 0.0;
+        let (count, mut sum) = (first_errors.len() as f64, 0.0);
         for e in first_errors {
-            transient += flow.transient(e, slowest, tail)?;
+            sum += flow.transient(e, slowest, tail, most * count - sum)?;
         }
+        let transient = sum / count;
         let mut e = E::zeros(self.a.nrows());
-        let mean_square = noise.mean(|values| {
+        let mean_square = noise.mean((most - transient) / self.horizon, |values| {
             let (w, v) = values.split_at(self.a.nrows());
             flow.held(&mut e, w, v, self.period)?;
             Some(flow.square(&e))
         })?;
-        Some((transient / first_errors.len() as f64, mean_square))
+        Some((transient, mean_square))
     }
 }
 

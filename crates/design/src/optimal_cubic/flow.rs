@@ -152,9 +152,9 @@ impl<E: Column, R: Column> ErrorFlow<E, R> {
         }
     }
 
-    /// `int_0^inf e'Te dt` from a first error, without noise. Where the cubic term is a thousandth of the slowest mode,
-    /// the rest is that of the linear observer, `e'Me`.
-    pub(super) fn transient(&mut self, first: &[f64], slowest: f64, tail: &DMatrix<f64>) -> Option<f64> {
+    /// `int_0^inf e'Te dt` from a first error, without noise; none once it is above `most`. Where the cubic term is a
+    /// thousandth of the slowest mode, the rest is that of the linear observer, `e'Me`.
+    pub(super) fn transient(&mut self, first: &[f64], slowest: f64, tail: &DMatrix<f64>, most: f64) -> Option<f64> {
         self.work.forcing.as_mut().fill(0.0);
         self.work.residual.v.as_mut().fill(0.0);
         let mut e = E::zeros(first.len());
@@ -169,6 +169,9 @@ impl<E: Column, R: Column> ErrorFlow<E, R> {
                 return (sum + rest).is_finite().then_some(sum + rest);
             }
             self.step(&mut e, STEP / (self.fastest + stiffness), Some(&mut sum));
+            if sum > most {
+                break;
+            }
         }
         None
     }

@@ -121,7 +121,7 @@ impl EstimationProblem {
         let slowest = -check::hurwitz("A - L C", (&plant.a, &observer.l, &plant.c))?;
         let noise = Noise::new(&scaled, slowest, LONGER, seed);
         let gains = self.gains_in_units((&observer.l, &observer.n, &observer.theta));
-        scaled.cubic(&gains, &directions(plant.a.nrows()), &noise).ok_or_else(too_fast)
+        scaled.cubic(&gains, &directions(plant.a.nrows()), &noise, f64::INFINITY).ok_or_else(too_fast)
     }
 
     /// The problem in units of the first errors and of the noise.
@@ -242,7 +242,7 @@ impl OptimalCubicDesign {
         let (mut used, mut ignored) = (0, 0);
         let budget = Budget { last_step: 1e-4, evaluations: 400 * n * p, end };
         let is_late = || end.is_some_and(|end| Instant::now() >= end);
-        let of_linear = |z: &[f64]| {
+        let of_linear = |z: &[f64], _most: f64| {
             if is_late() {
                 return f64::INFINITY;
             }
@@ -257,11 +257,11 @@ impl OptimalCubicDesign {
         let slowest = -spectral_abscissa(&(&plant.a - &linear_gain * &plant.c))?;
         let noise = Noise::new(&scaled, slowest, 1.0, SEEDS[0]);
         let first_errors = directions(n);
-        let of_cubic = |z: &[f64]| {
+        let of_cubic = |z: &[f64], most: f64| {
             if is_late() {
                 return f64::INFINITY;
             }
-            let found = search::point(&scaled, z).and_then(|at| scaled.cubic(&at.gains, &first_errors, &noise));
+            let found = search::point(&scaled, z).and_then(|at| scaled.cubic(&at.gains, &first_errors, &noise, most));
             found.map_or(f64::INFINITY, |cost| cost.total)
         };
         let mut starts = starts(&scaled, &problem.gain_in_units(&linear_gain), &of_cubic, &mut used);
@@ -282,7 +282,7 @@ impl OptimalCubicDesign {
             Some((linear, cubic)) => {
                 let gains = problem.gains_in_units((cubic.l(), &cubic.observer.n, &cubic.observer.theta));
                 let fresh = Noise::new(&scaled, slowest, LONGER, SEEDS[1]);
-                scaled.cubic(&gains, &first_errors, &fresh).map(|cost| (linear, cubic, cost))
+                scaled.cubic(&gains, &first_errors, &fresh, f64::INFINITY).map(|cost| (linear, cubic, cost))
             }
             None => None,
         };
@@ -325,7 +325,7 @@ impl OptimalCubicDesign {
 fn starts(
     scaled: &Scaled,
     linear_gain: &DMatrix<f64>,
-    cost: &impl Fn(&[f64]) -> f64,
+    cost: &impl Fn(&[f64], f64) -> f64,
     used: &mut usize,
 ) -> Vec<(f64, Vec<f64>, DMatrix<f64>)> {
     let n = scaled.a.nrows();
@@ -346,13 +346,19 @@ fn starts(
     let mut starts = Vec::new();
     for l in gains {
         let pairs = [&identity, &measured].into_iter().flat_map(|q| (-2..=5).map(move |k| (q, k)));
-        let candidates = pairs.filter_map(|(q, k)| {
-            let z = search::coordinates(&l, q, rate / square * 10.0_f64.powf(0.5 * f64::from(k)))?;
+        let mut best = (f64::INFINITY, Vec::new());
+        for (q, k) in pairs {
+            let strength = rate / square * 10.0_f64.powf(0.5 * f64::from(k));
+            let Some(z) = search::coordinates(&l, q, strength) else { continue };
             *used += 1;
-            Some((cost(&z), z))
-        });
-        let best = candidates.min_by(|a, b| a.0.total_cmp(&b.0));
-        starts.extend(best.filter(|(value, _)| value.is_finite()).map(|(value, z)| (value, z, l)));
+            let value = cost(&z, best.0);
+            if value < best.0 {
+                best = (value, z);
+            }
+        }
+        if best.0.is_finite() {
+            starts.push((best.0, best.1, l));
+        }
     }
     starts.sort_by(|a, b| a.0.total_cmp(&b.0));
     starts

@@ -133,15 +133,16 @@ impl Budget {
 }
 
 /// Descends from z until every step is the share of the first one that the budget says; returns the best point with its
-/// cost, and counts the evaluations.
+/// cost, and counts the evaluations. A cost is evaluated to find out whether it is below the number beside the point:
+/// otherwise any other above it will do.
 pub(super) fn descend(
-    mut cost: impl FnMut(&[f64]) -> f64,
+    mut cost: impl FnMut(&[f64], f64) -> f64,
     z: Vec<f64>,
     first_steps: &[f64],
     budget: &Budget,
     used: &mut usize,
 ) -> (Vec<f64>, f64) {
-    let mut best = (cost(&z), z);
+    let mut best = (cost(&z, f64::INFINITY), z);
     *used += 1;
     let mut steps = first_steps.to_vec();
     let small = |step: f64, first: f64| step.abs() <= budget.last_step * first;
@@ -152,7 +153,7 @@ pub(super) fn descend(
             for sign in [1.0, -1.0] {
                 let mut z = best.1.clone();
                 z[i] += sign * steps[i];
-                let value = cost(&z);
+                let value = cost(&z, best.0);
                 *used += 1;
                 if value < best.0 {
                     best = (value, z);
@@ -169,7 +170,7 @@ pub(super) fn descend(
         // The pattern move: once more what this sweep has done.
         let further: Vec<f64> = best.1.iter().zip(&before).map(|(now, before)| 2.0 * now - before).collect();
         if best.1 != before {
-            let value = cost(&further);
+            let value = cost(&further, best.0);
             *used += 1;
             if value < best.0 {
                 best = (value, further);

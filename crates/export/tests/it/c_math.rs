@@ -248,7 +248,7 @@ fn compare<T: Bits>(compiler: &str) {
     if has_haswell() {
         builds.push(vec!["-O2", "-march=haswell"]);
     }
-    if can_sanitise(&folder, compiler) {
+    if can_sanitise(compiler) {
         builds.push(SANITISERS.to_vec());
     } else {
         eprintln!("SKIPPED: {compiler} has no sanitizers here");

@@ -1,8 +1,10 @@
 //! Emitted C, compiled by the compilers of the machine and compared with the Rust observer bit by bit. Without a C
 //! compiler these tests say so and pass.
 
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::process::Command;
+use std::sync::Mutex;
 
 use luenberger_export::{Export, ExportError, ExportableObserver, Names, Scalar, golden};
 use luenberger_observers::{
@@ -17,6 +19,11 @@ use nalgebra::{DMatrix, DVector, SMatrix, SVector, dmatrix};
 /// Otherwise a part of each, since these tests spend their time in compilers.
 pub(crate) fn is_complete() -> bool {
     std::env::var_os("EVERY_C_COMPILER").is_some()
+}
+
+/// The optimisation of a build whose options are not what is tested.
+pub(crate) fn optimisation() -> &'static str {
+    if is_complete() { "-O2" } else { "-O1" }
 }
 
 /// The C compiler of this machine; in a complete run both gcc and clang.
@@ -56,10 +63,16 @@ fn agrees(export: &Export, folder: &Path, compiler: &str, flags: &[&str]) {
 pub(crate) const SANITISERS: [&str; 3] = ["-O1", "-fsanitize=undefined,address", "-fno-sanitize-recover=all"];
 
 /// Whether the libraries of the sanitizers are there.
-pub(crate) fn can_sanitise(folder: &Path, compiler: &str) -> bool {
-    std::fs::write(folder.join("empty.c"), "int main(void) { return 0; }\n").unwrap();
-    let built = Command::new(compiler).current_dir(folder).args(SANITISERS).args(["empty.c", "-o", "empty"]).output();
-    built.is_ok_and(|built| built.status.success())
+pub(crate) fn can_sanitise(compiler: &str) -> bool {
+    static FOUND: Mutex<BTreeMap<String, bool>> = Mutex::new(BTreeMap::new());
+    let mut found = FOUND.lock().unwrap();
+    *found.entry(compiler.to_owned()).or_insert_with(|| {
+        let folder = folder(&format!("empty-{compiler}"));
+        std::fs::write(folder.join("empty.c"), "int main(void) { return 0; }\n").unwrap();
+        let mut command = Command::new(compiler);
+        let built = command.current_dir(folder).args(SANITISERS).args(["empty.c", "-o", "empty"]).output();
+        built.is_ok_and(|built| built.status.success())
+    })
 }
 
 /// Whether this processor runs code for Haswell, which has fused multiply-adds.
@@ -152,7 +165,7 @@ fn the_step_at_varying_periods_gives_the_same_bits() {
             let times: Vec<f64> = steps.iter().map(|step| step.u[export.observer().plant_inputs()]).collect();
             assert!(times.iter().all(|dt| (0.074..0.301).contains(dt)) && times[0] != times[1], "{times:?}");
             for compiler in &compilers {
-                let sanitised = can_sanitise(&folder, compiler);
+                let sanitised = can_sanitise(compiler);
                 with_options(&export, turn, &folder, compiler, sanitised);
             }
         }
@@ -233,7 +246,7 @@ fn optimised_and_sanitised_builds_give_the_same_bits() {
     }
     let folder = folder("flags");
     for compiler in compilers {
-        let sanitised = can_sanitise(&folder, compiler);
+        let sanitised = can_sanitise(compiler);
         if !sanitised {
             eprintln!("SKIPPED: {compiler} has no sanitizers here");
         }
@@ -265,7 +278,7 @@ fn optimised_and_sanitised_builds_give_the_same_bits() {
             let export = crate::fuzz::export("plant", program, Scalar::Binary64);
             built(&export);
             if export.observer().dimensions().inputs > 0 {
-                agrees(&with_feedback(export), &folder, compiler, &["-O2"]);
+                agrees(&with_feedback(export), &folder, compiler, &[optimisation()]);
             }
         }
     }
@@ -311,7 +324,7 @@ fn the_filter_form_returns_the_estimate_with_the_measurement_of_its_sample() {
     };
     let folder = folder("filter-form");
     for compiler in compilers() {
-        let sanitised = can_sanitise(&folder, compiler);
+        let sanitised = can_sanitise(compiler);
         let mut turns = 0..;
         for sizes in [(2, 1, 1), (3, 2, 2), (1, 0, 1), (6, 1, 3)] {
             for scalar in [Scalar::Binary32, Scalar::Binary64] {
@@ -448,6 +461,6 @@ fn names_cannot_end_a_comment() {
     assert!(columns.iter().any(|line| line.contains("Outputs: y1 (V")), "{columns:?}");
     assert!(!header.text.contains("()"), "{}", header.text);
     if let Some(compiler) = compilers().into_iter().next() {
-        agrees(&export, &folder("comments"), compiler, &["-O2"]);
+        agrees(&export, &folder("comments"), compiler, &[optimisation()]);
     }
 }

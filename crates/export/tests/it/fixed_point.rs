@@ -48,7 +48,7 @@ fn optimised_and_sanitised_builds_give_the_same_bits() {
         eprintln!("SKIPPED: no C compiler");
     }
     for compiler in compilers {
-        let sanitised = can_sanitise(&folder, compiler);
+        let sanitised = can_sanitise(compiler);
         for (sizes, fed, formats) in [
             ((2, 1, 1), false, q(16, 16).into()),
             ((3, 2, 2), true, FixedPointFormats { gains: q(3, 29), signals: q(8, 8) }),

@@ -106,8 +106,8 @@ fn an_importer_gets_the_golden_vectors() {
                     let export = export(program(11, sizes, is_cubic, fed), scalar);
                     let block = (sizes.1 > 0).then(|| with_feedback(export.clone()));
                     for export in [Some(export), block].into_iter().flatten() {
-                        runs(&export, version, &folder, compiler, &["-O2"]);
-                        if scalar == Scalar::Binary32 && can_sanitise(&folder, compiler) {
+                        runs(&export, version, &folder, compiler, &[compiled::optimisation()]);
+                        if scalar == Scalar::Binary32 && can_sanitise(compiler) {
                             runs(&export, version, &folder, compiler, &SANITISERS);
                         }
                     }
@@ -118,7 +118,7 @@ fn an_importer_gets_the_golden_vectors() {
                     fuzz::export("plant", fuzz::nonlinear(&mut luenberger_random::Random(seed)), Scalar::Binary64);
                 let block = (export.observer().dimensions().inputs > 0).then(|| with_feedback(export.clone()));
                 for export in [Some(export), block].into_iter().flatten() {
-                    runs(&export, version, &folder, compiler, &["-O2"]);
+                    runs(&export, version, &folder, compiler, &[compiled::optimisation()]);
                 }
             }
         }

@@ -335,7 +335,7 @@ fn random_observers_agree_with_the_design_over_a_thousand_steps() {
         return;
     };
     let folder = compiled::folder("fuzz");
-    let sanitised = can_sanitise(&folder, first);
+    let sanitised = can_sanitise(first);
     if !sanitised {
         eprintln!("SKIPPED: {first} has no sanitizers here");
     }
@@ -413,7 +413,7 @@ fn what_is_not_finite_comes_out_the_same() {
     let others = exports.len() - filters - bounded;
     assert!(2 * spoiled >= others, "{spoiled} of {others}");
     write(&folder, &exports, &runs);
-    compare(&folder, &exports, &runs, compiler, &["-O2"]);
+    compare(&folder, &exports, &runs, compiler, &[compiled::optimisation()]);
 }
 
 /// Samples of which every output, or one of two, is NaN or infinite: C has the bits of Rust, the estimates are those of
@@ -468,7 +468,7 @@ fn a_filter_passes_over_what_is_not_finite() {
         }
     }
     write(&folder, &exports, &runs);
-    compare(&folder, &exports, &runs, compiler, &["-O2"]);
+    compare(&folder, &exports, &runs, compiler, &[compiled::optimisation()]);
 }
 
 /// Emitted C of nonlinear plants keeps MISRA's rules but for the deviations of `docs/deploy.md`.

@@ -205,9 +205,9 @@ fn every_size_and_form_agrees_with_the_design_bit_by_bit() {
     assert_eq!(exports.len(), 18);
     write(&folder, &exports, &runs);
     for compiler in &compilers {
-        compare(&folder, &exports, &runs, compiler, &["-O2"]);
+        compare(&folder, &exports, &runs, compiler, &[compiled::optimisation()]);
     }
-    if is_complete() && can_sanitise(&folder, first) {
+    if is_complete() && can_sanitise(first) {
         compare(&folder, &exports, &runs, first, &SANITISERS);
     }
 }

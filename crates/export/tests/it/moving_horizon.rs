@@ -63,12 +63,12 @@ fn random_estimators_agree_with_the_rust_one_with_and_without_active_bounds() {
     assert!(steps.0 >= 100 && steps.1 >= 100, "{} steps at a bound and {} within", steps.0, steps.1);
     fuzz::write(&folder, &exports, &runs);
     for compiler in &compilers {
-        fuzz::compare(&folder, &exports, &runs, compiler, &["-O2"]);
+        fuzz::compare(&folder, &exports, &runs, compiler, &[compiled::optimisation()]);
     }
     if is_complete() {
         fuzz::compare(&folder, &exports, &runs, first, &["-O0"]);
     }
-    if can_sanitise(&folder, first) {
+    if can_sanitise(first) {
         fuzz::compare(&folder, &exports, &runs, first, &SANITISERS);
     } else {
         eprintln!("SKIPPED: {first} has no sanitizers here");
@@ -117,7 +117,7 @@ fn what_is_not_finite_is_passed_over() {
         }
     }
     fuzz::write(&folder, &exports, &runs);
-    fuzz::compare(&folder, &exports, &runs, compiler, &["-O2"]);
+    fuzz::compare(&folder, &exports, &runs, compiler, &[compiled::optimisation()]);
 }
 
 /// `sizeof` of the state is what the header says, in both formats and with the time; the operations without active
