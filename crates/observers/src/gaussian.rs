@@ -4,9 +4,9 @@
 use luenberger_plants::error::check_matrix;
 use luenberger_plants::{Column, Size};
 use nalgebra::allocator::Allocator;
-use nalgebra::{ComplexField, DefaultAllocator, Dim, DimAdd, DimSum, OMatrix, OVector, RealField, U1, convert};
+use nalgebra::{DefaultAllocator, Dim, DimAdd, DimSum, OMatrix, OVector, RealField, U1, convert};
 
-use crate::dense::{Factor, times, times_transpose};
+use crate::dense::{Factor, are_finite, times, times_transpose};
 use crate::error::ObserverError;
 use crate::semidefinite::failing_pivot;
 
@@ -144,7 +144,7 @@ pub(crate) fn moved<T: RealField + Copy, N: DimAdd<U1>>(
 where
     DefaultAllocator: Allocator<N, DimSum<N, U1>> + Allocator<N> + Allocator<N, N>,
 {
-    let is_finite = xhat.iter().chain(p.iter()).all(ComplexField::is_finite);
+    let is_finite = are_finite(xhat.as_slice()) && are_finite(p.as_slice());
     if is_finite {
         *estimate = GaussianEstimate::new(xhat, p);
     }
@@ -174,7 +174,7 @@ where
     }
     let hp = times(&h, p);
     let s = times_transpose(&hp, &h) + &v;
-    if !s.iter().all(ComplexField::is_finite) {
+    if !are_finite(s.as_slice()) {
         return None;
     }
     let factor = Factor::new(&s)?;
@@ -185,7 +185,7 @@ where
     xhat += times(&gain, &innovation);
     let mut p = times_transpose(&times(&keep, p), &keep) + times_transpose(&times(&gain, &v), &gain);
     symmetrise(&mut p);
-    if !xhat.iter().chain(p.iter()).all(ComplexField::is_finite) {
+    if !(are_finite(xhat.as_slice()) && are_finite(p.as_slice())) {
         return None;
     }
     let normalized_square = innovation.dot(&factor.solve(&innovation));

@@ -4,9 +4,9 @@
 //! arithmetic in the same order as for any size, and gives the same bits. A module for web pages has to be downloaded
 //! and is compiled for fewer sizes.
 
-use nalgebra::{ComplexField, RealField, SMatrix, SVector, convert};
+use nalgebra::{RealField, SMatrix, SVector, convert};
 
-use crate::dense::{times, times_transpose};
+use crate::dense::{are_finite, times, times_transpose};
 use crate::gaussian::{corrected, spread, symmetrise};
 use crate::runge_kutta;
 
@@ -75,7 +75,7 @@ impl<T: RealField + Copy> StepOnSlices<'_, T> {
         }
         let updated = p;
         self.predict_of_size(t, &mut xhat, &mut p, u);
-        if !xhat.iter().chain(p.iter()).all(ComplexField::is_finite) {
+        if !(are_finite(xhat.as_slice()) && are_finite(p.as_slice())) {
             (xhat, p) = (SVector::repeat(convert(f64::NAN)), updated);
         }
         head.copy_from_slice(xhat.as_slice());

@@ -221,6 +221,17 @@ fn sum_of_table(table: &TableOf, number: &str, one: &str) -> String {
         };
         format!("(({} + {}) + {}) + {}", term(0), term(1), term(2), term(3))
     };
+    let digits = match last.checked_sub(1) {
+        None => String::new(),
+        Some(before) => format!(
+            "        int rest = corner;
+        for (i = {before}; i >= 0; --i) {{
+            k[i] = rest % 4;
+            rest = rest / 4;
+        }}
+"
+        ),
+    };
     let others = if last == 0 {
         String::new()
     } else {
@@ -242,13 +253,8 @@ fn sum_of_table(table: &TableOf, number: &str, one: &str) -> String {
         {number} rise[{z}];
         {number} weight;
         int k[{n}];
-        int rest = corner;
         int index = 0;
-        k[{last}] = 0;
-        for (i = {before}; i >= 0; --i) {{
-            k[i] = rest % 4;
-            rest = rest / 4;
-        }}
+{digits}        k[{last}] = 0;
         for (i = 0; i < {n}; ++i) {{
             index = (index * STRIDE[i]) + first[i] + k[i];
         }}
@@ -264,7 +270,6 @@ fn sum_of_table(table: &TableOf, number: &str, one: &str) -> String {
         }}
 {others}    }}
 ",
-        before = last as isize - 1,
         value = along("weights"),
         slope = along("slopes"),
         plain = product(""),

@@ -36,9 +36,9 @@ use core::marker::PhantomData;
 
 use luenberger_plants::{Differentiable, Size};
 use nalgebra::allocator::Allocator;
-use nalgebra::{ComplexField, Const, DefaultAllocator, Dim, OMatrix, OVector, RealField, U1, convert};
+use nalgebra::{Const, DefaultAllocator, Dim, OMatrix, OVector, RealField, U1, convert};
 
-use crate::dense::{Factor, times, times_transpose};
+use crate::dense::{Factor, are_finite, times, times_transpose};
 use crate::error::ObserverError;
 use crate::gaussian::{NoiseModel, covariance, spread, symmetrise};
 use crate::observer::has_rows;
@@ -366,7 +366,7 @@ where
                 lambda = stages[i].backward(&stages[i + 1], &lambda);
             }
             solution[i] = stages[i].smoothed(&lambda);
-            if !solution[i].iter().all(ComplexField::is_finite) {
+            if !are_finite(solution[i].as_slice()) {
                 return None;
             }
         }
@@ -503,7 +503,7 @@ where
         let (next, forward, noise) = self.linearised(t, &x, u, duration);
         let mut p = times_transpose(&times(&forward, &self.covariance(state)), &forward) + noise;
         symmetrise(&mut p);
-        if !next.iter().chain(p.iter()).all(ComplexField::is_finite) {
+        if !(are_finite(next.as_slice()) && are_finite(p.as_slice())) {
             return None;
         }
         if count == layout.stages {

@@ -39,10 +39,10 @@ use core::marker::PhantomData;
 use luenberger_plants::error::check_matrix;
 use luenberger_plants::{Column, Plant, Size};
 use nalgebra::allocator::Allocator;
-use nalgebra::{ComplexField, Const, DefaultAllocator, Dim, DimAdd, DimSum, OMatrix, OVector, RealField, U1, convert};
+use nalgebra::{Const, DefaultAllocator, Dim, DimAdd, DimSum, OMatrix, OVector, RealField, U1, convert};
 
 use crate::covariance_filter::CovarianceFilter;
-use crate::dense::times_transpose;
+use crate::dense::{are_finite, times_transpose};
 use crate::error::ObserverError;
 use crate::gaussian::{GaussianEstimate, Innovation, NoiseModel, covariance};
 use crate::observer::{ObserverDimensions, SampledObserver, has_rows, put_slice};
@@ -320,12 +320,11 @@ where
             true
         };
         let diagonal = |i: usize| joint.measured[(i, i)] > T::zero();
-        let is_finite = |entries: &[T]| entries.iter().all(ComplexField::is_finite);
         let is_right = is_factor
             && (0..expected.nrows()).all(diagonal)
-            && is_finite(joint.measured.as_slice())
-            && is_finite(joint.cross.as_slice())
-            && is_finite(joint.state.as_slice());
+            && are_finite(joint.measured.as_slice())
+            && are_finite(joint.cross.as_slice())
+            && are_finite(joint.state.as_slice());
         is_right.then_some((expected, joint))
     }
 }
@@ -409,7 +408,7 @@ where
             add(&mut next, &mut images.centre);
             true
         };
-        let is_finite = xhat.iter().chain(next.iter()).all(ComplexField::is_finite);
+        let is_finite = are_finite(xhat.as_slice()) && are_finite(next.as_slice());
         let across = move || {
             // P s^-T D', with s = S in discrete time.
             let mut gain = times_transpose(&before, &before);
@@ -471,7 +470,7 @@ where
                 next[i] += joint.cross[(i, k)] * whitened[k];
             }
         }
-        if !next.iter().all(ComplexField::is_finite) {
+        if !are_finite(next.as_slice()) {
             return None;
         }
         *estimate = SquareRootEstimate::new(&next, &joint.state);

@@ -185,8 +185,8 @@ pub(super) const SOURCES: &[Source] = &[
             mutant(
                 "Kalman: an estimate that is NaN",
                 Dropped,
-                "xhat.iter().chain(p.iter()).all(ComplexField::is_finite) {\n        return None",
-                "p.iter().all(ComplexField::is_finite) {\n        return None",
+                "!(are_finite(xhat.as_slice()) && are_finite(p.as_slice())) {\n        return None",
+                "!are_finite(p.as_slice()) {\n        return None",
             ),
             mutant("Kalman: P' = F P + P F'", Dropped, "fp.transpose() + fp + w", "fp.transpose() + fp"),
             mutant("Kalman: P' = 2 F P + W", Transpose, "fp.transpose() + fp", "&fp + &fp"),
