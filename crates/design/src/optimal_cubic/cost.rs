@@ -143,8 +143,8 @@ impl Scaled {
         Cost { transient, mean_square, total: transient + self.horizon * mean_square }
     }
 
-    /// The cost of a cubic observer; none if `A - L C` is not Hurwitz, where the error changes too fast for the steps of
-    /// the integration, and as soon as the cost is known to be above `most`: the integrands are not negative.
+    /// The cost of a cubic observer; none if `A - L C` is not Hurwitz, where the error changes too fast for the steps
+    /// of the integration, and as soon as the cost is known to be above `most`: the integrands are not negative.
     ///
     /// The mean square is that along the noise, or that of the linear observer with the same L in closed form plus the
     /// difference of the two along the noise, whichever is larger: either alone is too small for some slow observers.
