@@ -10,7 +10,7 @@ use luenberger_proof::Verdict;
 use luenberger_proof::certificate::{CertificateFile, Theorem};
 use luenberger_proof::wording::significant;
 
-use crate::experiment::{Experiment, Hypotheses, Observer, Sliders};
+use crate::experiment::{Experiment, Hypotheses, Sliders, StoredObserver};
 use crate::join::start;
 
 /// What is proved with the gains as they are now.
@@ -37,7 +37,7 @@ pub fn verify(experiment: &Experiment, sliders: &Sliders) -> Vec<Option<GainVerd
     experiment.observers.iter().map(|observer| certified(experiment, observer, &sliders)).collect()
 }
 
-fn certified(experiment: &Experiment, observer: &Observer, sliders: &Sliders) -> Option<GainVerdict> {
+fn certified(experiment: &Experiment, observer: &StoredObserver, sliders: &Sliders) -> Option<GainVerdict> {
     let Some(files) = &observer.certificates else {
         // The report's verdict is on the gains of the report.
         let is_other_cubic = sliders.cubic != 1.0 && observer.kind.is_cubic();
@@ -84,7 +84,7 @@ fn theorem(file: &str, sliders: &Sliders) -> GainVerdict {
 
 /// Which hypothesis a slider above 1 leaves, if any. A smaller noise or first error than that of the report changes
 /// nothing of the report's verdict.
-fn left(of: &Hypotheses, experiment: &Experiment, observer: &Observer, sliders: &Sliders) -> Option<String> {
+fn left(of: &Hypotheses, experiment: &Experiment, observer: &StoredObserver, sliders: &Sliders) -> Option<String> {
     if sliders.noise > 1.0
         && let Some(why) =
             of.noise.iter().enumerate().find_map(|(i, bound)| noise_excess(experiment, i, *bound, sliders.noise))

@@ -9,8 +9,8 @@ use luenberger_observers::{
 use nalgebra::{DMatrix, Dyn};
 use serde::{Deserialize, Serialize};
 
-use crate::noise::Noise;
-use crate::plant::Plant;
+use crate::noise::StoredNoise;
+use crate::plant::StoredPlant;
 use crate::rows::{Rows, rows};
 use crate::truth::Truth;
 
@@ -19,7 +19,7 @@ use crate::truth::Truth;
 #[serde(deny_unknown_fields)]
 pub struct Experiment {
     /// The plant.
-    pub plant: Plant,
+    pub plant: StoredPlant,
     /// Names of the states, for the page.
     pub states: Vec<String>,
     /// The units of the states; empty if unknown.
@@ -60,7 +60,7 @@ pub struct Experiment {
     #[serde(default)]
     pub integrator: Method,
     /// The noise of the outputs.
-    pub noise: Option<Noise>,
+    pub noise: Option<StoredNoise>,
     /// Sensors with sampling periods of their own, which have the noise of their outputs.
     pub sensors: Vec<Sensor>,
     /// The unit of each state in the norm of the error; none for the Euclidean norm.
@@ -70,7 +70,7 @@ pub struct Experiment {
     /// The period of the scores, if it is not that of the observers.
     pub score_period: Option<f64>,
     /// The observers.
-    pub observers: Vec<Observer>,
+    pub observers: Vec<StoredObserver>,
 }
 
 /// How a run is integrated.
@@ -183,7 +183,7 @@ pub struct Sensor {
 /// An observer as designed.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct Observer {
+pub struct StoredObserver {
     /// Its name.
     pub name: String,
     /// The initial estimate.
@@ -199,7 +199,7 @@ pub struct Observer {
     pub hypotheses: Option<Hypotheses>,
 }
 
-impl Observer {
+impl StoredObserver {
     /// An observer without certificate.
     pub fn new(name: &str, kind: ObserverKind, initial: &[f64]) -> Self {
         Self {
@@ -399,10 +399,10 @@ impl Sliders {
 
 impl Experiment {
     /// An experiment without input, noise and observers, with tolerances of 1e-9 and a band of 5 %.
-    pub fn new(plant: Plant, x0: &[f64], duration: f64, samples: usize) -> Self {
+    pub fn new(plant: StoredPlant, x0: &[f64], duration: f64, samples: usize) -> Self {
         let states = match &plant {
-            Plant::Expressions { states, .. } => states.clone(),
-            Plant::Linear { .. } => (1..=x0.len()).map(|i| format!("x{i}")).collect(),
+            StoredPlant::Expressions { states, .. } => states.clone(),
+            StoredPlant::Linear { .. } => (1..=x0.len()).map(|i| format!("x{i}")).collect(),
         };
         Self {
             plant,
@@ -440,7 +440,7 @@ impl Experiment {
 
     /// The same with one more observer.
     #[must_use]
-    pub fn observer(mut self, observer: Observer) -> Self {
+    pub fn observer(mut self, observer: StoredObserver) -> Self {
         self.observers.push(observer);
         self
     }

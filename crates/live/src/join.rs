@@ -11,7 +11,7 @@ use luenberger_sim::Scenario;
 use nalgebra::{DMatrix, DVector, Dyn};
 
 use crate::any_plant::AnyPlant;
-use crate::experiment::{Experiment, Observer, ObserverKind, OperatingPoint, Sliders};
+use crate::experiment::{Experiment, ObserverKind, OperatingPoint, Sliders, StoredObserver};
 use crate::plants::{Result, text};
 use crate::rows::{Rows, matrix};
 
@@ -24,7 +24,7 @@ type SlidingMode<'a> = SlidingModeObserver<AnyPlant<'a>, f64, Dyn, Dyn, Dyn>;
 pub(crate) fn join<'a>(
     scenario: Scenario<'a>,
     experiment: &Experiment,
-    observer: &Observer,
+    observer: &StoredObserver,
     sliders: &Sliders,
     plant: AnyPlant<'a>,
 ) -> Result<Scenario<'a>> {
@@ -180,7 +180,7 @@ fn sampled_cubic(observer: &SampledCubic, (a, b): (&Rows, &Rows), sliders: &Slid
 }
 
 /// The initial estimate.
-pub(crate) fn start(experiment: &Experiment, observer: &Observer, sliders: &Sliders) -> Vec<f64> {
+pub(crate) fn start(experiment: &Experiment, observer: &StoredObserver, sliders: &Sliders) -> Vec<f64> {
     let moved = |(x, xhat): (&f64, &f64)| if sliders.error == 1.0 { *xhat } else { x + sliders.error * (xhat - x) };
     experiment.x0.iter().zip(&observer.initial).map(moved).collect()
 }

@@ -6,12 +6,12 @@
 //! and compares the module's results in a browser with those of this machine, bit by bit.
 //!
 //! ```
-//! use luenberger_live::{Experiment, ObserverKind, Observer, Plant, Sliders, run};
+//! use luenberger_live::{Experiment, ObserverKind, StoredObserver, StoredPlant, Sliders, run};
 //! use luenberger_observers::LinearObserver;
 //! let plant = luenberger_plants::double_integrator().to_dynamic();
 //! let linear = LinearObserver::of(plant.clone(), nalgebra::dmatrix![7.0; 10.0])?;
-//! let observer = Observer::new("linear", ObserverKind::Linear(Box::new(linear)), &[0.0, 0.0]);
-//! let experiment = Experiment::new(Plant::linear(&plant), &[1.0, 0.0], 8.0, 81).observer(observer);
+//! let observer = StoredObserver::new("linear", ObserverKind::Linear(Box::new(linear)), &[0.0, 0.0]);
+//! let experiment = Experiment::new(StoredPlant::linear(&plant), &[1.0, 0.0], 8.0, 81).observer(observer);
 //! let outcome = run(&experiment, &Sliders::NEUTRAL);
 //! assert!(outcome.runs[0].scores.as_ref().is_some_and(|scores| scores.last < 1e-5));
 //! // Without a gain the error of the position remains.
@@ -38,12 +38,12 @@ pub mod wasm;
 
 pub use certificate::{GainVerdict, verifies, verify};
 pub use experiment::{
-    Experiment, Feedback, FeedbackSignal, Hypotheses, Law, Lookup, Method, Observer, ObserverKind, OperatingPoint,
-    Sensor, Sliders, Table,
+    Experiment, Feedback, FeedbackSignal, Hypotheses, Law, Lookup, Method, ObserverKind, OperatingPoint, Sensor,
+    Sliders, StoredObserver, Table,
 };
 pub use nalgebra;
-pub use noise::Noise;
-pub use plant::Plant;
+pub use noise::StoredNoise;
+pub use plant::StoredPlant;
 pub use rows::Rows;
 pub use run::{Outcome, Run, Scores, run};
 pub use truth::{Event, Fault, MeasurementLoss, Truth};

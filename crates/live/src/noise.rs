@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 /// Noise of the outputs.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct Noise {
+pub struct StoredNoise {
     /// Gaussian if true, otherwise uniform.
     pub gaussian: bool,
     /// Standard deviations or amplitudes, one for each output.
@@ -16,7 +16,7 @@ pub struct Noise {
     pub seed: u64,
 }
 
-impl Noise {
+impl StoredNoise {
     /// The noise of a simulation.
     pub fn of(noise: &luenberger_sim::Noise) -> Self {
         Self {

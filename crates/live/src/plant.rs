@@ -10,7 +10,7 @@ use crate::rows::{Rows, rows};
 /// A plant.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase", deny_unknown_fields)]
-pub enum Plant {
+pub enum StoredPlant {
     /// `x' = f`, `y = h` as expressions.
     Expressions {
         /// Names of the states.
@@ -38,7 +38,7 @@ pub enum Plant {
     },
 }
 
-impl Plant {
+impl StoredPlant {
     /// A linear plant.
     pub fn linear(plant: &StateSpace) -> Self {
         let [a, b, c] = [&plant.a, &plant.b, &plant.c].map(rows);

@@ -9,7 +9,7 @@ use luenberger_plants::StateSpace;
 
 use crate::any_plant::AnyPlant;
 use crate::experiment::{Experiment, Lookup};
-use crate::plant::Plant;
+use crate::plant::StoredPlant;
 use crate::rows::matrix;
 
 pub(crate) type Result<T> = core::result::Result<T, String>;
@@ -25,15 +25,15 @@ pub(crate) enum Built {
 }
 
 impl Built {
-    pub(crate) fn new(plant: &Plant, experiment: &Experiment) -> Result<Self> {
+    pub(crate) fn new(plant: &StoredPlant, experiment: &Experiment) -> Result<Self> {
         Ok(match plant {
-            Plant::Expressions { states, inputs, f, h, parameters } => {
+            StoredPlant::Expressions { states, inputs, f, h, parameters } => {
                 let parameters = parameters.as_ref().unwrap_or(&experiment.parameters);
                 let scope = Scope::plant(states.len(), inputs.len()).named(states, inputs).map_err(text)?;
                 let scope = scope.with(parameters).map_err(text)?.tables(&tables(experiment)?).map_err(text)?;
                 Self::Expressions(ExpressionPlant::within(f, h, &scope).map_err(text)?)
             }
-            Plant::Linear { a, b, c, d } => {
+            StoredPlant::Linear { a, b, c, d } => {
                 let plant = StateSpace::new(matrix(a), matrix(b), matrix(c)).map_err(text)?;
                 Self::Linear(match d {
                     Some(d) => plant.with_feedthrough(matrix(d)).map_err(text)?,
@@ -72,7 +72,7 @@ pub(crate) struct Plants {
 
 impl Plants {
     pub(crate) fn new(experiment: &Experiment) -> Result<Self> {
-        let built = |plant: &Plant| Built::new(plant, experiment);
+        let built = |plant: &StoredPlant| Built::new(plant, experiment);
         let truth = experiment.truth.as_ref();
         let later = truth.map_or(&[][..], |truth| &truth.events).iter().map(|event| &event.plant);
         Ok(Self {

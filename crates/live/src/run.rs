@@ -3,7 +3,7 @@
 use luenberger_sim::{Change, Errors, Integrator, Scenario, ScoreGrid, Sensor, row_times};
 use nalgebra::DMatrix;
 
-use crate::experiment::{Experiment, Feedback, FeedbackSignal, Method, Observer, Sliders};
+use crate::experiment::{Experiment, Feedback, FeedbackSignal, Method, Sliders, StoredObserver};
 use crate::input::Inputs;
 use crate::join::join;
 use crate::plants::{Plants, Result, text};
@@ -72,7 +72,7 @@ impl Experiment {
     }
 }
 
-fn one(experiment: &Experiment, observer: &Observer, sliders: &Sliders) -> Result<Run> {
+fn one(experiment: &Experiment, observer: &StoredObserver, sliders: &Sliders) -> Result<Run> {
     let plants = Plants::new(experiment)?;
     let model = plants.model.any();
     let mut scenario = scenario(experiment, sliders, &plants, &observer.name)?;
@@ -88,7 +88,7 @@ fn one(experiment: &Experiment, observer: &Observer, sliders: &Sliders) -> Resul
 }
 
 /// The sampling period of an observer at these positions; none for one in continuous time.
-fn period(observer: &Observer, sliders: &Sliders) -> Option<f64> {
+fn period(observer: &StoredObserver, sliders: &Sliders) -> Option<f64> {
     observer.kind.period().map(|period| sliders.period * period)
 }
 
@@ -151,7 +151,12 @@ fn grid(experiment: &Experiment, sliders: &Sliders) -> Result<ScoreGrid> {
     ScoreGrid::common(&periods, experiment.duration).map_err(text)
 }
 
-fn finished(experiment: &Experiment, observer: &Observer, sliders: &Sliders, scenario: Scenario<'_>) -> Result<Run> {
+fn finished(
+    experiment: &Experiment,
+    observer: &StoredObserver,
+    sliders: &Sliders,
+    scenario: Scenario<'_>,
+) -> Result<Run> {
     let period = period(observer, sliders);
     let (mut times, end) = row_times(experiment.duration, experiment.samples, period);
     let shown = times.len();

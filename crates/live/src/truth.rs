@@ -3,8 +3,8 @@
 use luenberger_sim as sim;
 use serde::{Deserialize, Serialize};
 
-use crate::noise::Noise;
-use crate::plant::Plant;
+use crate::noise::StoredNoise;
+use crate::plant::StoredPlant;
 
 /// What the observers do not know of the plant.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
@@ -12,13 +12,13 @@ use crate::plant::Plant;
 pub struct Truth {
     /// The plant; none if it is the model.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub plant: Option<Plant>,
+    pub plant: Option<StoredPlant>,
     /// Its changes, in the order of their times.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub events: Vec<Event>,
     /// Added to the derivatives of the states; in discrete time to the next states.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub process_noise: Option<Noise>,
+    pub process_noise: Option<StoredNoise>,
     /// The input reaches the plant this much later.
     pub input_delay: f64,
     /// The output is read this much later.
@@ -44,7 +44,7 @@ pub struct Event {
     /// When.
     pub at: f64,
     /// The plant from then on, if it changes.
-    pub plant: Option<Plant>,
+    pub plant: Option<StoredPlant>,
     /// Added to the state; empty for nothing.
     pub jump: Vec<f64>,
 }
@@ -91,7 +91,7 @@ impl Truth {
         Self {
             plant: None,
             events: Vec::new(),
-            process_noise: disturbances.process_noise.as_ref().map(Noise::of),
+            process_noise: disturbances.process_noise.as_ref().map(StoredNoise::of),
             input_delay: disturbances.input_delay,
             output_delay: disturbances.output_delay,
             actuator: disturbances.actuator.as_ref().map(fault),

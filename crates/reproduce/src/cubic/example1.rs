@@ -237,7 +237,7 @@ pub(super) fn live() -> LiveExample {
         title: "Example 1",
         about: "The double integrator from e(0) = (-3, -3), the linear observer and the cubic one with gamma = 2. The cubic term pays while the error is large: move the first error.",
         experiment: || {
-            let mut experiment = Experiment::new(live::Plant::linear(&plant()), &E0, 4.0, 401)
+            let mut experiment = Experiment::new(live::StoredPlant::linear(&plant()), &E0, 4.0, 401)
                 .observer(certified(
                     "linear",
                     ObserverKind::Linear(Box::new(linear()?.observer.clone())),

@@ -212,7 +212,7 @@ pub(super) fn live() -> LiveExample {
         about: "Poles at -30, -10 and -5 from e(0) = (1, 1, 1), the linear observer and the cubic one with gamma = 1.",
         experiment: || {
             let (linear, cubic) = (linear()?, cubic(1.0)?);
-            let experiment = Experiment::new(live::Plant::linear(&plant()), &[1.0; 3], 1.0, 401)
+            let experiment = Experiment::new(live::StoredPlant::linear(&plant()), &[1.0; 3], 1.0, 401)
                 .observer(certified(
                     "linear",
                     ObserverKind::Linear(Box::new(linear.observer.clone())),

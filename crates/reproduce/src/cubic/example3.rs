@@ -129,9 +129,13 @@ pub(super) fn live() -> LiveExample {
         about: "The loop around each observer, u = -K xhat, with K and L as printed and N = -10 L.",
         experiment: || {
             let linear = LinearObserver::of(plant(), observer_gain())?;
-            let mut experiment = Experiment::new(live::Plant::linear(&plant()), &[1.0; 3], END, 401)
-                .observer(live::Observer::new("linear", ObserverKind::Linear(Box::new(linear)), &[0.0; 3]))
-                .observer(live::Observer::new("cubic", ObserverKind::Cubic(Box::new(observer(-10.0)?)), &[0.0; 3]));
+            let mut experiment = Experiment::new(live::StoredPlant::linear(&plant()), &[1.0; 3], END, 401)
+                .observer(live::StoredObserver::new("linear", ObserverKind::Linear(Box::new(linear)), &[0.0; 3]))
+                .observer(live::StoredObserver::new(
+                    "cubic",
+                    ObserverKind::Cubic(Box::new(observer(-10.0)?)),
+                    &[0.0; 3],
+                ));
             experiment.feedback = Some(live::Feedback::of_each_estimate(&feedback_gain()));
             Ok(experiment)
         },

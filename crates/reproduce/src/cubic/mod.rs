@@ -14,7 +14,7 @@ mod robustness;
 mod theorems;
 
 use luenberger_design::Certificate;
-use luenberger_live::{Observer, ObserverKind};
+use luenberger_live::{ObserverKind, StoredObserver};
 
 use crate::claim::CheckError;
 use crate::paper::Paper;
@@ -49,8 +49,13 @@ pub(crate) fn paper() -> Paper {
 }
 
 /// An observer of the page with its certificate files, from the estimate 0.
-fn certified(name: &str, kind: ObserverKind, certificate: &Certificate, states: usize) -> Result<Observer, CheckError> {
+fn certified(
+    name: &str,
+    kind: ObserverKind,
+    certificate: &Certificate,
+    states: usize,
+) -> Result<StoredObserver, CheckError> {
     let files = certificate.theorems().iter().map(|theorem| Ok(theorem.file(name)?.to_json()));
     let certificates = files.collect::<Result<_, CheckError>>()?;
-    Ok(Observer { certificates: Some(certificates), ..Observer::new(name, kind, &vec![0.0; states]) })
+    Ok(StoredObserver { certificates: Some(certificates), ..StoredObserver::new(name, kind, &vec![0.0; states]) })
 }

@@ -2,8 +2,8 @@
 
 use luenberger_expression::{Expression, Parameters};
 use luenberger_live::{
-    Event, Experiment, Feedback, FeedbackSignal, Hypotheses, Law, Lookup, Method, Noise, Observer, ObserverKind,
-    OperatingPoint, Plant, Rows, Sensor, Table, Truth,
+    Event, Experiment, Feedback, FeedbackSignal, Hypotheses, Law, Lookup, Method, ObserverKind, OperatingPoint, Rows,
+    Sensor, StoredNoise, StoredObserver, StoredPlant, Table, Truth,
 };
 use luenberger_observers::sliding_mode::Discretisation;
 use luenberger_observers::{ComparisonSystem, DeviationObserver, SampledCubicObserver, SampledObserver};
@@ -61,7 +61,7 @@ fn of(study: &Study, simulation: &Simulation, members: &[Member<'_>]) -> Result<
     {
         return Err(format!("the page has no code for the observer {name} in the feedback loop"));
     }
-    let noise = simulation.noise.as_ref().map(|noise| Noise {
+    let noise = simulation.noise.as_ref().map(|noise| StoredNoise {
         gaussian: noise.gaussian,
         amplitude: noise.amplitude.clone(),
         period: noise.period,
@@ -174,14 +174,14 @@ fn feedback(study: &Study) -> Option<Feedback> {
 }
 
 /// A plant with the names of the study, and its parameters if they are not those of the model.
-fn plant(study: &Study, model: &Model, parameters: Option<&Parameters>) -> Option<Plant> {
+fn plant(study: &Study, model: &Model, parameters: Option<&Parameters>) -> Option<StoredPlant> {
     match model {
         Model::Linear(plant) | Model::Builtin(Builtin::DoubleIntegrator(plant) | Builtin::ThirdOrder(plant)) => {
-            Some(Plant::linear(plant))
+            Some(StoredPlant::linear(plant))
         }
         Model::Expressions(plant) => {
             let texts = |rows: &[Expression]| rows.iter().map(|row| row.text().to_owned()).collect();
-            Some(Plant::Expressions {
+            Some(StoredPlant::Expressions {
                 states: study.plant.states.clone(),
                 inputs: study.plant.inputs.clone(),
                 f: texts(plant.f()),
@@ -197,7 +197,7 @@ fn rows(m: &DMatrix<f64>) -> Rows {
     m.row_iter().map(|row| row.iter().copied().collect()).collect()
 }
 
-fn observer(study: &Study, member: &Member<'_>) -> Option<Observer> {
+fn observer(study: &Study, member: &Member<'_>) -> Option<StoredObserver> {
     let (kind, point) = match &member.designed.runnable {
         Runnable::Linear(linear) => (ObserverKind::Linear(linear.clone()), None),
         Runnable::Cubic(cubic) => (ObserverKind::Cubic(cubic.clone()), None),
@@ -261,11 +261,11 @@ fn observer(study: &Study, member: &Member<'_>) -> Option<Observer> {
     let certificates: Option<Vec<String>> = theorems.map(file).collect();
     let certificates = certificates.filter(|files| files.iter().map(String::len).sum::<usize>() <= CERTIFICATES);
     let hypotheses = hypotheses(member);
-    Some(Observer {
+    Some(StoredObserver {
         point,
         certificates,
         hypotheses,
-        ..Observer::new(&member.requested.name, kind, &member.requested.initial)
+        ..StoredObserver::new(&member.requested.name, kind, &member.requested.initial)
     })
 }
 
