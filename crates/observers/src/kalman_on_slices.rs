@@ -1,8 +1,8 @@
 //! The step of the extended Kalman filter on slices, for plants whose sizes are known at run time only.
 //!
 //! Up to eight states and four outputs the step is compiled for these sizes and takes no memory. It is the same
-//! arithmetic in the same order as for any size, and gives the same bits. A module for web pages has to be downloaded
-//! and is compiled for fewer sizes.
+//! arithmetic in the same order as for any size, and gives the same bits. A module for web pages has to be downloaded:
+//! it has those up to six states and two outputs.
 
 use nalgebra::{RealField, SMatrix, SVector, convert};
 

@@ -68,7 +68,7 @@ impl<'s> Rows<'s> {
 
 /// [`Samples`] whose sizes are known at run time: what follows is compiled once, not for each pair of sizes.
 #[derive(Clone, Copy)]
-struct Table<'s> {
+struct FlatSamples<'s> {
     points: Rows<'s>,
     values: Rows<'s>,
     scale: &'s [f64],
@@ -101,14 +101,15 @@ pub fn fit<const I: usize, const O: usize>(
     budget: Budget,
     progress: &mut Listener<'_>,
 ) -> Result<Tree<I, O>, NumericalKklError> {
-    let table = Table { points: Rows::new(samples.points), values: Rows::new(samples.values), scale: &samples.scale };
-    let (nodes, numbers) = grow(table, samples.points.len() as u32, budget, progress)?;
+    let flat =
+        FlatSamples { points: Rows::new(samples.points), values: Rows::new(samples.values), scale: &samples.scale };
+    let (nodes, numbers) = grow(flat, samples.points.len() as u32, budget, progress)?;
     Ok(PolynomialTree::new(budget.degree, nodes, numbers)?)
 }
 
 /// The comparisons and the numbers of the leaves of a tree.
 fn grow(
-    samples: Table<'_>,
+    samples: FlatSamples<'_>,
     count: u32,
     budget: Budget,
     progress: &mut Listener<'_>,
@@ -164,7 +165,7 @@ type Cut = (usize, f64, Leaf, Leaf);
 
 /// The cut that leaves the smallest sum of root sums of squares, or none that leaves enough samples on both sides.
 fn best_cut(
-    samples: Table<'_>,
+    samples: FlatSamples<'_>,
     leaf: &Leaf,
     budget: Budget,
     least: usize,
@@ -194,7 +195,7 @@ fn best_cut(
 
 /// One polynomial through these samples.
 fn fit_leaf(
-    samples: Table<'_>,
+    samples: FlatSamples<'_>,
     members: Vec<u32>,
     budget: Budget,
     alive: &mut dyn FnMut() -> Result<(), NumericalKklError>,
