@@ -43,6 +43,7 @@ mod sensors;
 mod signal;
 mod sliding_mode;
 mod solver;
+mod soundness;
 mod statistics;
 mod studies;
 mod sweep;

@@ -1,0 +1,1 @@
+//! The enclosed Jacobian is the one that the certificate speaks of.

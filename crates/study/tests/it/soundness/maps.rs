@@ -1,0 +1,1 @@
+//! Observers with maps of a study: KKL, and immersion and invariance.

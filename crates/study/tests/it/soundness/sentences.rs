@@ -1,0 +1,1 @@
+//! Sentences claim no more than their theorems: regions, inputs, rounding.

@@ -1,0 +1,1 @@
+//! Outputs that are states, chains and time invariance are read from expressions.
