@@ -29,6 +29,7 @@ mod fields;
 mod json;
 mod limits;
 mod members;
+mod sentence;
 mod theorem;
 mod write;
 
@@ -48,6 +49,7 @@ pub use error::{Fault, FileError, Rejection};
 pub use evidence::{Certificate, Certified, ProvedTheorem, UnprovedTheorem};
 pub use fields::{LARGEST_ORDER, MOST_ENTRIES};
 pub use limits::{DEEPEST, LARGEST_FILE, MOST_VALUES};
+pub use sentence::{ProvedSentence, Reading, Represented};
 pub use theorem::*;
 
 use fields::Field;

@@ -14,15 +14,17 @@
 
 use super::super::fields::Field;
 use super::super::members::members;
+use super::super::sentence::{Reading, Represented, decay as decay_of, disturbance, has_disturbance};
 use super::super::write::{Out, Written};
 use super::super::{Certificate, Witness};
 use super::{Fact, FileError, PlantMatrices, Statement, StructuredCubicConvergence, check_rate, decay, decrease_label};
 use crate::error::ProofError;
+use crate::interval::Interval;
 use crate::matrix::Matrix;
 use crate::number::Number;
 use crate::statement::{DeployedCubic, Reach, decay_rate, deployed_cubic, largest_eigenvalue_bound};
 use crate::verdict::{UndecidedReason, Verdict};
-use crate::wording::exact;
+use crate::wording::{at_least, exact};
 
 /// From which errors convergence is claimed.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -125,6 +127,16 @@ impl CubicConvergence {
         ])
     }
 
+    /// The region behind "from every initial error"; nothing for all errors.
+    pub(super) fn within(&self) -> String {
+        match self.region {
+            Region::Everywhere => String::new(),
+            Region::Within(level) => {
+                format!(" with e'Pe < {}, as those of norm below {}", at_least(level, 5), at_least(self.ball(), 5))
+            }
+        }
+    }
+
     /// "from every e(0)", or from which.
     pub(super) fn from(&self) -> String {
         match self.region {
@@ -141,6 +153,27 @@ impl Statement for CubicConvergence {
         self.facts_from(self.decided()?)
     }
 
+    fn sentence(&self, reading: &Reading<'_>, margin: f64) -> Option<String> {
+        let stored = match reading.plant {
+            Represented::Itself => {
+                format!("With the gains as stored the error tends to 0 from every initial error{}.", self.within())
+            }
+            Represented::WithDisturbance { states, order } => {
+                let (a, c) = (self.plant.a.map(|x| Interval::of(*x)), self.plant.c.map(|x| Interval::of(*x)));
+                if !has_disturbance(&a, &c, states, order) {
+                    return None;
+                }
+                format!(
+                    "For {}, with the gains as stored, the error of x and d tends to 0 from every initial error{}.",
+                    disturbance(order),
+                    self.within()
+                )
+            }
+            _ => return None,
+        };
+        Some(format!("{stored} {}", of_real_gain(self.rate, &self.p, margin)))
+    }
+
     fn words(&self) -> String {
         format!(
             "For the plant x' = Ax + Bu, y = Cx with {} and the cubic observer xhat' = A xhat + Bu + L r - (r'theta r) N r, r = y - C xhat, the error e = x - xhat obeys e' = (A - LC)e + (e'C'theta C e) N C e. With the gains L and N exactly as stored, e tends to 0 exponentially, {}. With the real matrix -P^-1 C'S in place of N, {}, from every e(0).",
@@ -149,6 +182,13 @@ impl Statement for CubicConvergence {
             decay("e'Pe", "e", self.rate)
         )
     }
+}
+
+/// What is proved of V with the real gain.
+pub(super) fn of_real_gain(rate: f64, p: &Matrix<f64>, margin: f64) -> String {
+    let rate = decay_of(rate, p, margin)
+        .map_or_else(String::new, |decay| format!(": the error decays at least as fast as {decay}"));
+    format!("With the real gain N = -P^-1 C'S the cubic term never slows the decrease of V = e'Pe{rate}.")
 }
 
 members! { CubicConvergence {

@@ -8,8 +8,10 @@
 //! inequality: by a factor below 1 that is the same for all e.
 
 use super::super::members::members;
+use super::super::sentence::{Reading, Represented, is_loop};
 use super::{Fact, PlantMatrices, Statement};
 use crate::error::ProofError;
+use crate::interval::Interval;
 use crate::matrix::Matrix;
 use crate::statement::{positive, stein_decrease};
 
@@ -33,6 +35,17 @@ impl Statement for DiscreteConvergence {
             Fact::new("P > 0", positive(&self.p)?),
             Fact::new("(A - LC)'P(A - LC) - P < 0", stein_decrease(a, &self.l, c, &self.p)?),
         ])
+    }
+
+    fn sentence(&self, reading: &Reading<'_>, _margin: f64) -> Option<String> {
+        let (a, c) = (self.plant.a.map(|x| Interval::of(*x)), self.plant.c.map(|x| Interval::of(*x)));
+        Some(match reading.plant {
+            Represented::Itself => "e+ = (A - L C) e: for all x(0) and xhat(0) the error tends to 0.".to_owned(),
+            Represented::Loop { states } if is_loop(&a, &self.l, &c, states) => {
+                "In the loop u = -K xhat, x and xhat tend to 0 exponentially, from every x(0) and xhat(0).".to_owned()
+            }
+            _ => return None,
+        })
     }
 
     fn words(&self) -> String {

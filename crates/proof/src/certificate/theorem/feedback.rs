@@ -12,6 +12,7 @@
 
 use super::super::fields::Fields;
 use super::super::members::Members;
+use super::super::sentence::Reading;
 use super::super::write::{Out, Written};
 use super::{CubicConvergence, Fact, FileError, Statement};
 use crate::error::ProofError;
@@ -41,6 +42,13 @@ impl Statement for FeedbackLoop {
             feedback_block(&o.plant.a, &o.plant.b, &self.k, &o.l, &o.plant.c, &self.p1, &o.p)?,
         ));
         Ok(facts)
+    }
+
+    fn sentence(&self, _: &Reading<'_>, _: f64) -> Option<String> {
+        Some(format!(
+            "In the loop u = -K xhat, with the gains as stored, x and xhat tend to 0 exponentially, from every x(0) and every initial error{}.",
+            self.observer.within()
+        ))
     }
 
     fn words(&self) -> String {

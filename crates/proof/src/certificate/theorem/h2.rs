@@ -11,10 +11,12 @@
 
 use super::super::fields::Fields;
 use super::super::members::Members;
+use super::super::sentence::{Reading, Represented};
 use super::super::write::Out;
 use super::{Fact, FileError, FilterProblem, Statement};
 use crate::error::ProofError;
 use crate::statement::{TimeDomain, bounded_variance, positive};
+use crate::wording::at_most;
 
 /// The data of the theorem; the head of the file has statement and proof.
 #[derive(Debug, Clone, PartialEq)]
@@ -32,6 +34,20 @@ impl Statement for H2Filter {
             Fact::new(format!("{} < 0", of.decrease()), decrease),
             Fact::new("tr (E - LD)'P(E - LD) < gamma^2", room),
         ])
+    }
+
+    fn sentence(&self, reading: &Reading<'_>, _margin: f64) -> Option<String> {
+        if !matches!(reading.plant, Represented::Itself) {
+            return None;
+        }
+        let noise = match self.0.time {
+            TimeDomain::Continuous => "intensity",
+            TimeDomain::Discrete => "covariance",
+        };
+        Some(format!(
+            "White noise w of unit {noise} leaves H e with variances whose sum is below gamma^2 in the end, gamma = {}. Without w the error tends to 0, for all x(0) and xhat(0).",
+            at_most(self.0.gamma, 5)
+        ))
     }
 
     fn words(&self) -> String {

@@ -11,10 +11,12 @@
 
 use super::super::fields::Fields;
 use super::super::members::Members;
+use super::super::sentence::{Reading, Represented};
 use super::super::write::Out;
 use super::{Fact, FileError, FilterProblem, Statement};
 use crate::error::ProofError;
 use crate::statement::{TimeDomain, bounded_real, positive};
+use crate::wording::at_most;
 
 /// The data of the theorem; the head of the file has statement and proof.
 #[derive(Debug, Clone, PartialEq)]
@@ -33,6 +35,20 @@ impl Statement for HInfinityFilter {
             }
         };
         Ok(vec![Fact::new("P > 0", positive(&of.p)?), Fact::new(inequality, bounded_real(&system, &of.p, of.gamma)?)])
+    }
+
+    fn sentence(&self, reading: &Reading<'_>, _margin: f64) -> Option<String> {
+        if !matches!(reading.plant, Represented::Itself) {
+            return None;
+        }
+        let energy = match self.0.time {
+            TimeDomain::Continuous => "the integral",
+            TimeDomain::Discrete => "the sum",
+        };
+        Some(format!(
+            "For every w {energy} of |H e|^2 is at most gamma^2 times that of |w|^2 plus e(0)'P e(0), gamma = {}. Without w the error tends to 0, for all x(0) and xhat(0).",
+            at_most(self.0.gamma, 5)
+        ))
     }
 
     fn words(&self) -> String {

@@ -12,6 +12,7 @@
 
 use super::super::fields::{Field, LARGEST_ORDER};
 use super::super::members::members;
+use super::super::sentence::Reading;
 use super::{Fact, FileError, Statement, bounded, counted, data, enclosed, intervals};
 use crate::error::ProofError;
 use crate::interval::Interval;
@@ -153,6 +154,19 @@ impl Statement for InputToStateStability {
                 .map(|(i, verdict)| Fact::new(format!("limsup |e_{}| <= limsup[{i}]", i + 1), verdict)),
         );
         Ok(facts)
+    }
+
+    fn sentence(&self, reading: &Reading<'_>, _margin: f64) -> Option<String> {
+        let uncertain = if self.vertices.len() > 1 {
+            ", for every deviation of A and while the states keep their bounds"
+        } else {
+            ""
+        };
+        Some(format!(
+            "Under all noise and disturbances within `bounds`{uncertain}, the error in the end is at most {}, approached like exp(-{} t).",
+            reading.errors_at_most(&self.limsup),
+            at_least(self.rate, 4)
+        ))
     }
 
     fn words(&self) -> String {

@@ -16,6 +16,7 @@
 use super::super::Fault;
 use super::super::fields::Field;
 use super::super::members::members;
+use super::super::sentence::Reading;
 use super::{Fact, FileError, Statement, counted};
 use crate::definite::Direction;
 use crate::error::ProofError;
@@ -183,6 +184,14 @@ impl Statement for IntervalEnclosure {
                 entries_at_least(&column(&self.widths), 1.0, &product_up(&self.h, &column(&self.limit))?)?,
             ),
         ])
+    }
+
+    fn sentence(&self, reading: &Reading<'_>, _margin: f64) -> Option<String> {
+        Some(format!(
+            "Under all noise and disturbances within `bounds`, and for x(0) within `initial_bounds` of the first estimate, the state is between xhat - r and xhat + r at all times. The half-widths r approach {}, or less, like exp(-{} t).",
+            reading.errors_at_most(&self.widths),
+            at_least(self.rate, 4)
+        ))
     }
 
     fn words(&self) -> String {

@@ -24,6 +24,7 @@
 use super::super::Fault;
 use super::super::fields::{Field, Fields};
 use super::super::members::{Members, members};
+use super::super::sentence::Reading;
 use super::super::write::{Out, Written};
 use super::{Fact, FileError, KklInjectivity, Statement, Witness};
 use crate::definite::positive_semidefinite;
@@ -35,7 +36,7 @@ use crate::polynomial::{ExpressionError, Tree};
 use crate::ring::Ring;
 use crate::statement::{Axes, Composition, Expressions, decay_rate_within, positive};
 use crate::verdict::{UndecidedReason, Verdict};
-use crate::wording::{counted, exact};
+use crate::wording::{at_least, at_most, counted, exact};
 
 /// The largest number of states, inputs, outputs, entries of xi, and estimates.
 pub const LARGEST_KKL: usize = 16;
@@ -405,6 +406,33 @@ impl Statement for KklErrorBound {
             facts.extend(of.facts(&self.p)?);
         }
         Ok(facts)
+    }
+
+    fn sentence(&self, reading: &Reading<'_>, _margin: f64) -> Option<String> {
+        let (claims, names) = (&self.claims, reading.states);
+        if names.len() != claims.defect.len() {
+            return None;
+        }
+        let sum = |k: usize| match (claims.lipschitz[k], claims.defect[k]) {
+            (0.0, defect) => at_most(defect, 3),
+            (lipschitz, 0.0) => format!("{} V(t)", at_most(lipschitz, 3)),
+            (lipschitz, defect) => format!("{} V(t) + {}", at_most(lipschitz, 3), at_most(defect, 3)),
+        };
+        let each = |say: &dyn Fn(usize) -> String| {
+            names.iter().enumerate().map(|(k, name)| format!("{} for {name}", say(k))).collect::<Vec<_>>().join(", ")
+        };
+        let limit = if claims.limit == 0.0 { String::new() } else { format!(" + {}", at_most(claims.limit, 3)) };
+        let eventually = if claims.eventual.iter().all(|x| *x == 0.0) {
+            "it tends to 0".to_owned()
+        } else {
+            format!("it is in the limit at most {}", each(&|k| at_most(claims.eventual[k], 3)))
+        };
+        Some(format!(
+            "As long as x(t) and u(t) stay in the region, with e = xi - phi(x) and V = sqrt(e'Pe): V(t) <= exp(-{} t) V(0){limit}, and while V(t) <= {} the estimation error is at most {}; from every xi(0) {eventually}.",
+            at_least(self.rate, 3),
+            at_least(claims.start, 3),
+            each(&sum),
+        ))
     }
 
     fn words(&self) -> String {

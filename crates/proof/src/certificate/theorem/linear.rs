@@ -10,6 +10,7 @@
 //! `|e(t)| <= sqrt(cond P) exp(-rate t) |e(0)|`; with rate 0 the decay is at least that of `q / (2 lambda_max(P))`.
 
 use super::super::members::members;
+use super::super::sentence::{Reading, Represented, disturbance, has_disturbance, is_loop, tends_to_zero};
 use super::{Fact, PlantWithin, Statement, check_rate, decay, decrease_label, enclosed, intervals};
 use crate::error::ProofError;
 use crate::matrix::Matrix;
@@ -38,6 +39,21 @@ impl Statement for LinearConvergence {
             Fact::new("P > 0", positive(&self.p)?),
             Fact::new(decrease_label(self.rate), decay_rate_within(&a, &self.l, &c, &self.p, self.rate)?),
         ])
+    }
+
+    fn sentence(&self, reading: &Reading<'_>, margin: f64) -> Option<String> {
+        let (a, c) = (intervals(&self.plant.a), intervals(&self.plant.c));
+        let falls = tends_to_zero(self.rate, &self.p, margin);
+        Some(match reading.plant {
+            Represented::Itself => format!("e' = (A - L C) e: for all x(0) and xhat(0) the error {falls}."),
+            Represented::WithDisturbance { states, order } if has_disturbance(&a, &c, states, order) => {
+                format!("For {} the error of x and d {falls}, for all x(0), xhat(0) and d.", disturbance(order))
+            }
+            Represented::Loop { states } if is_loop(&a, &self.l, &c, states) => {
+                "In the loop u = -K xhat, x and xhat tend to 0 exponentially, from every x(0) and xhat(0).".to_owned()
+            }
+            _ => return None,
+        })
     }
 
     fn words(&self) -> String {

@@ -43,6 +43,7 @@ mod varying_periods;
 use super::error::FileError;
 use super::fields::Fields;
 use super::members::Members;
+use super::sentence::Reading;
 use super::write::Out;
 use super::{Fact, Witness};
 use crate::definite::of_one_certificate;
@@ -95,6 +96,12 @@ trait Statement: Members {
     fn facts(&self) -> Result<Vec<Fact>, ProofError>;
     /// What is proved when all facts are. Numbers in it are exact, and names from outside are quoted.
     fn words(&self) -> String;
+    /// The theorem in a sentence of a report that reads its data so, its least margin being this one. Claims no more
+    /// than the words; numbers are rounded to the safe side.
+    fn sentence(&self, reading: &Reading<'_>, margin: f64) -> Option<String> {
+        let _ = (reading, margin);
+        None
+    }
 }
 
 macro_rules! theorems {
@@ -162,6 +169,15 @@ macro_rules! theorems {
                     $(Self::$name(theorem) => Statement::words(theorem),)*
                     $(#[cfg(feature = "all-theorems")]
                     Self::$more(theorem) => Statement::words(theorem),)*
+                }
+            }
+
+            /// As [`ProvedTheorem::sentence`](super::ProvedTheorem::sentence), of a theorem that is proved.
+            pub(super) fn sentence(&self, reading: &Reading<'_>, margin: f64) -> Option<String> {
+                match self {
+                    $(Self::$name(theorem) => Statement::sentence(theorem, reading, margin),)*
+                    $(#[cfg(feature = "all-theorems")]
+                    Self::$more(theorem) => Statement::sentence(theorem, reading, margin),)*
                 }
             }
 

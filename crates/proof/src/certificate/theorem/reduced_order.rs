@@ -9,6 +9,7 @@
 //! **Proof.** In the head of `statement/reduced_order.rs`.
 
 use super::super::members::members;
+use super::super::sentence::{Reading, Represented, tends_to_zero};
 use super::{Fact, PlantMatrices, Statement, check_rate, counted, decay, rate_term};
 use crate::error::ProofError;
 use crate::matrix::Matrix;
@@ -38,6 +39,18 @@ impl Statement for ReducedOrderConvergence {
             Fact::new("P > 0", found.positive),
             Fact::new(format!("F'P + PF{} < 0", rate_term(self.rate, "P")), found.decrease),
         ])
+    }
+
+    fn sentence(&self, reading: &Reading<'_>, margin: f64) -> Option<String> {
+        if !matches!(reading.plant, Represented::Itself) {
+            return None;
+        }
+        Some(format!(
+            "w' = F w + G y + H u, xhat = M w + N y with {} of {} states: for all x(0) and w(0) the error {}, with M, N, F and G as real matrices.",
+            self.t.rows(),
+            self.plant.a.rows(),
+            tends_to_zero(self.rate, &self.p, margin)
+        ))
     }
 
     fn words(&self) -> String {

@@ -11,11 +11,12 @@
 //! both ends it is so between, by a margin that does not depend on e. Hence V falls at each period by a factor below 1.
 
 use super::super::members::members;
+use super::super::sentence::{Reading, Represented};
 use super::{Fact, PlantMatrices, Statement};
 use crate::error::ProofError;
 use crate::matrix::Matrix;
 use crate::statement::{positive, saturated_decrease, stein_decrease};
-use crate::wording::exact;
+use crate::wording::{exact, shortest};
 
 /// The data of the theorem; the head of the file has statement and proof.
 #[derive(Debug, Clone, PartialEq)]
@@ -53,6 +54,11 @@ impl Statement for SampledCubicConvergence {
         ])
     }
 
+    fn sentence(&self, reading: &Reading<'_>, _margin: f64) -> Option<String> {
+        let every = every(self.period);
+        matches!(reading.plant, Represented::Itself).then(|| format!("{every}."))
+    }
+
     fn words(&self) -> String {
         format!(
             "For the sampled plant x+ = Ax + Bu, y = Cx with {} and the sampled cubic observer xhat+ = A(xhat - g N z) + Bu + r L z, z = y - C xhat, q = max(z'theta z, 0), r = 1/sqrt(1 + 2 w h q), g = (1 - r)/w, with w = {} and the period h = {} and all numbers as given, in exact arithmetic: the error e = x - xhat obeys e+ = (A - LC + g (AN + wL)C)e with 0 <= g < 1/w, V = e'Pe falls at each step by a factor below 1, and e tends to 0 exponentially, from every e(0). Nothing is said of the rounding of its steps.",
@@ -61,6 +67,14 @@ impl Statement for SampledCubicConvergence {
             exact(self.period)
         )
     }
+}
+
+/// What a sampled cubic observer does from sample to sample.
+pub(super) fn every(period: f64) -> String {
+    format!(
+        "Sampled every {}, V = e'Pe falls from sample to sample by a factor below 1 and the error tends to 0, from every initial error",
+        shortest(period)
+    )
 }
 
 members! { SampledCubicConvergence {

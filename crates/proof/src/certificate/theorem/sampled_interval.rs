@@ -19,6 +19,7 @@
 //! monotony of `rho -> N rho` gives the rest.
 
 use super::super::members::members;
+use super::super::sentence::Reading;
 use super::interval_observer::{IntervalCoordinates, bounds, check_numbers, column, limits, regular, sizes};
 use super::{Fact, Statement, bounded, counted, enclosed, intervals};
 use crate::definite::Direction;
@@ -29,7 +30,7 @@ use crate::number::Datum;
 use crate::ring::Ring;
 use crate::statement::{BlockCoordinates, Format, SampledIntervals, entries_at_least, rounding, units};
 use crate::verdict::{UndecidedReason, Verdict};
-use crate::wording::exact;
+use crate::wording::{at_least, at_most, exact};
 
 /// The data of the theorem; the head of the file has statement and proof.
 #[derive(Debug, Clone, PartialEq)]
@@ -237,6 +238,22 @@ impl Statement for SampledIntervalEnclosure {
             Fact::new("(1 + eps)(N limit + g + Q xhat + U u) + least <= limit", limit),
             Fact::new("(1 + eps)(H limit + 2 outward xhat) + least <= widths", widths),
         ])
+    }
+
+    fn sentence(&self, reading: &Reading<'_>, _margin: f64) -> Option<String> {
+        let within = |name: &str, bounds: &[f64]| {
+            let listed: Vec<String> = bounds.iter().map(|bound| at_least(*bound, 4)).collect();
+            (!listed.is_empty()).then(|| format!("|{name}| <= ({})", listed.join(", ")))
+        };
+        let kept: Vec<String> =
+            [within("xhat", &self.estimates), within("u", &self.inputs)].into_iter().flatten().collect();
+        Some(format!(
+            "Under all noise and disturbances within `bounds`, and for x(0) within `initial_bounds` of the first estimate, the state is between xhat - r and xhat + r at every sample, the rounding of every operation in {} included. While {}, the half-widths r approach {}, or less, by the factor {} at each sample.",
+            self.format,
+            kept.join(" and "),
+            reading.errors_at_most(&self.widths),
+            at_most(self.factor, 6)
+        ))
     }
 
     fn words(&self) -> String {

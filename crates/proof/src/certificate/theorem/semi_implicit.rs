@@ -14,6 +14,8 @@
 //! `F'PF < P`, and `V(e+) = V(Fd) <= 2b/(1 + b) V(e)`.
 
 use super::super::members::members;
+use super::super::sentence::{Reading, Represented};
+use super::sampled::every;
 use super::{Fact, PlantMatrices, Statement};
 use crate::error::ProofError;
 use crate::matrix::Matrix;
@@ -56,6 +58,13 @@ impl Statement for SemiImplicitCubicConvergence {
                 semi_implicit_decrease(a, &self.l, c, &self.n, &self.p, &self.s)?,
             ),
         ])
+    }
+
+    fn sentence(&self, reading: &Reading<'_>, _margin: f64) -> Option<String> {
+        let every = every(self.period);
+        matches!(reading.plant, Represented::Itself).then(|| {
+            format!("{every}. The cubic term takes a semi-implicit step, which does not increase V at any period.")
+        })
     }
 
     fn words(&self) -> String {

@@ -10,9 +10,11 @@
 //! **Proof.** `V' = e'(F'P + PF)e + (y'theta y) e'(P N C + C'N'P)e` with `y = Ce`, and the last term is not positive.
 
 use super::super::members::members;
+use super::super::sentence::{Reading, Represented, disturbance, has_disturbance, tends_to_zero};
 use super::{Fact, PlantMatrices, Statement, check_rate, decay, decrease_label};
 use crate::definite::positive_semidefinite;
 use crate::error::ProofError;
+use crate::interval::Interval;
 use crate::matrix::Matrix;
 use crate::statement::{cubic_dissipation_structured, decay_rate, positive};
 
@@ -45,6 +47,24 @@ impl Statement for StructuredCubicConvergence {
             Fact::new("theta >= 0", positive_semidefinite(&self.theta)?),
             Fact::new("P N C + C'N'P <= 0 for N = -P^-1 C'S (13')", cubic_dissipation_structured(&self.p, &self.s, c)?),
         ])
+    }
+
+    fn sentence(&self, reading: &Reading<'_>, margin: f64) -> Option<String> {
+        let falls = tends_to_zero(self.rate, &self.p, margin);
+        let error = match reading.plant {
+            Represented::Itself => "the error".to_owned(),
+            Represented::WithDisturbance { states, order } => {
+                let (a, c) = (self.plant.a.map(|x| Interval::of(*x)), self.plant.c.map(|x| Interval::of(*x)));
+                if !has_disturbance(&a, &c, states, order) {
+                    return None;
+                }
+                format!("and for {}, the error of x and d", disturbance(order))
+            }
+            _ => return None,
+        };
+        Some(format!(
+            "With the real gain N = -P^-1 C'S {error} {falls}, from every initial error; nothing is proved of N as stored."
+        ))
     }
 
     fn words(&self) -> String {

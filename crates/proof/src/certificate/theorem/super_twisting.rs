@@ -15,11 +15,12 @@
 //! Source: J. A. Moreno, M. Osorio, Strict Lyapunov functions for the super-twisting algorithm, IEEE TAC 57, 2012.
 
 use super::super::members::members;
+use super::super::sentence::Reading;
 use super::{Fact, Statement};
 use crate::error::ProofError;
 use crate::matrix::Matrix;
 use crate::statement::super_twisting;
-use crate::wording::exact;
+use crate::wording::{at_least, exact};
 
 /// The data of the theorem; the head of the file has statement and proof.
 #[derive(Debug, Clone, PartialEq)]
@@ -60,6 +61,14 @@ impl Statement for SuperTwistingConvergence {
             Fact::new("[A'P + PA + 2 alpha P + 2 bound^2 C'C, 2PB; *, -2] < 0", decrease),
             Fact::new("c^2 P - C'C >= 0", reach),
         ])
+    }
+
+    fn sentence(&self, reading: &Reading<'_>, _margin: f64) -> Option<String> {
+        let [_, last] = reading.states else { return None };
+        Some(format!(
+            "In continuous time the error is 0 after a finite time, without noise, if the error of the right-hand side of {last}' never exceeds {}, disturbances and model errors included.",
+            at_least(self.bound, 5)
+        ))
     }
 
     fn words(&self) -> String {

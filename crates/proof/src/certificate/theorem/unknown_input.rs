@@ -9,6 +9,7 @@
 //! **Proof.** In the head of `statement/unknown_input.rs`.
 
 use super::super::members::members;
+use super::super::sentence::{Reading, Represented, tends_to_zero};
 use super::{Fact, PlantMatrices, Statement, check_rate, counted, decay, rate_term};
 use crate::error::ProofError;
 use crate::matrix::Matrix;
@@ -66,6 +67,17 @@ impl Statement for UnknownInputConvergence {
             facts.push(Fact::new("S~ + S~' >= 0", accretive));
         }
         Ok(facts)
+    }
+
+    fn sentence(&self, reading: &Reading<'_>, margin: f64) -> Option<String> {
+        if !matches!(reading.plant, Represented::Itself) {
+            return None;
+        }
+        // The margin of a cubic observer is one of P~.
+        let falls = tends_to_zero(self.rate, &self.p, if self.cubic.is_some() { 0.0 } else { margin });
+        Some(format!(
+            "For every disturbance d(t) the error of x {falls}, for all x(0) and xhat(0), with H and T = I - HC as real matrices."
+        ))
     }
 
     fn words(&self) -> String {

@@ -21,13 +21,14 @@
 use super::super::Fault;
 use super::super::fields::Fields;
 use super::super::members::Members;
+use super::super::sentence::{Reading, Represented};
 use super::super::write::{Out, Written};
 use super::{Fact, FileError, PlantMatrices, Statement};
 use crate::error::ProofError;
 use crate::interval::Interval;
 use crate::matrix::Matrix;
 use crate::statement::{accretive, decrease_over_times, positive, semi_implicit_room};
-use crate::wording::exact;
+use crate::wording::{at_least, at_most, exact};
 
 /// The largest number of samples missed in a row.
 pub const MOST_MISSES: usize = 64;
@@ -167,6 +168,28 @@ impl Statement for VaryingPeriodConvergence {
             }
         }
         Ok(facts)
+    }
+
+    fn sentence(&self, reading: &Reading<'_>, _margin: f64) -> Option<String> {
+        if !matches!(reading.plant, Represented::Itself) {
+            return None;
+        }
+        let missed = match self.misses {
+            0 => "none of them missed".to_owned(),
+            1 => "at most 1 in a row missed".to_owned(),
+            misses => format!("at most {misses} in a row missed"),
+        };
+        let square = (self.factor * self.factor).next_up();
+        let factor = match self.step {
+            CubicStep::SemiImplicit { .. } => (2.0 * square / (1.0 + square)).next_up().next_up(),
+            CubicStep::Linear | CubicStep::Radial { .. } => square,
+        };
+        Some(format!(
+            "At samples {} to {} apart, {missed}, with the correction gain K and a prediction over the time that passes: V = e'Pe decreases from correction to correction by the factor {} or less and the error tends to 0, from every initial error.",
+            at_most(self.shortest, 6),
+            at_least(self.longest, 6),
+            at_most(factor, 4)
+        ))
     }
 
     fn words(&self) -> String {

@@ -1,0 +1,187 @@
+//! What a report says of an observer that is proved: made here, of the data of proved theorems, and nowhere else.
+//!
+//! The words of a certificate file stand for themselves: they repeat the plant and every number exactly. A report has
+//! shown these, and wants a sentence with the names of the states. It is a *reading* of the theorem: the report says
+//! what the theorem's data are in terms of its plant ([`Represented`]), and what of this can be checked from the data
+//! is checked. Numbers of hypotheses and of conclusions are rounded to the safe side.
+
+use core::fmt;
+use std::collections::BTreeMap;
+
+use super::{Certificate, ProvedTheorem, Theorem};
+use crate::interval::Interval;
+use crate::matrix::Matrix;
+use crate::ring::Ring;
+use crate::statement::largest_eigenvalue_bound;
+use crate::wording::{at_least, at_most, shortest};
+
+/// A sentence that proved theorems imply. It can only be made from these.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct ProvedSentence(String);
+
+impl ProvedSentence {
+    /// The text, with its full stop.
+    pub fn as_str(&self) -> &str {
+        &self.0
+    }
+}
+
+impl fmt::Display for ProvedSentence {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(&self.0)
+    }
+}
+
+/// What the data of a theorem are in a report: the names and units there.
+#[derive(Debug, Clone, Copy)]
+pub struct Reading<'a> {
+    /// The names of the components of the error.
+    pub states: &'a [String],
+    /// The names of the inputs.
+    pub inputs: &'a [String],
+    /// The names of the outputs.
+    pub outputs: &'a [String],
+    /// The units of these names, as far as they have one.
+    pub units: &'a BTreeMap<String, String>,
+    /// What the plant of the theorem is.
+    pub plant: Represented<'a>,
+}
+
+/// What the plant of a theorem is in a report.
+#[derive(Debug, Clone, Copy)]
+#[non_exhaustive]
+pub enum Represented<'a> {
+    /// The plant itself.
+    Itself,
+    /// The plant with a disturbance d as further states, `x' = A x + B u + E d` and `d` the first of a chain of
+    /// integrators. Checked: the rows and columns of the chain.
+    WithDisturbance {
+        /// The number of states of the plant.
+        states: usize,
+        /// The length of the chain, from 1.
+        order: usize,
+    },
+    /// The loop `u = -K xhat` of plant and observer, with the state (x, xhat). Checked: the blocks.
+    Loop {
+        /// The number of states of the plant.
+        states: usize,
+    },
+    /// The Jacobians of a nonlinear plant, of which an enclosure is known wherever the hypothesis holds. Checked: that
+    /// the theorem is about every matrix of the enclosure.
+    Jacobians {
+        /// Where they lie in the enclosure, as the beginning of a sentence: `As long as x(t) and xhat(t) ..`.
+        hypothesis: &'a str,
+        /// Of the right-hand side.
+        a: &'a Matrix<Interval>,
+        /// Of the output.
+        c: &'a Matrix<Interval>,
+    },
+}
+
+impl Reading<'_> {
+    /// `position 0.1 m, velocity 0.2 m/s`: bounds of the error that are concluded, each rounded up.
+    pub(super) fn errors_at_most(&self, values: &[f64]) -> String {
+        self.listed(self.states, values.iter().map(|value| at_most(*value, 4)))
+    }
+
+    /// Numbers with the names and units of what they bound.
+    pub(super) fn listed(&self, names: &[String], numbers: impl Iterator<Item = String>) -> String {
+        let one = |(k, number): (usize, String)| match names.get(k) {
+            None => format!("entry {} {number}", k + 1),
+            Some(name) => match self.units.get(name) {
+                Some(unit) => format!("{name} {number} {unit}"),
+                None => format!("{name} {number}"),
+            },
+        };
+        numbers.enumerate().map(one).collect::<Vec<_>>().join(", ")
+    }
+}
+
+impl ProvedTheorem {
+    /// The theorem in a sentence of a report; none if it says nothing of what it should be read as.
+    pub fn sentence(&self, reading: &Reading<'_>) -> Option<ProvedSentence> {
+        let margin = self.facts().iter().filter_map(|fact| fact.verdict.margin()).fold(f64::INFINITY, f64::min);
+        self.theorem().sentence(reading, margin).map(ProvedSentence)
+    }
+}
+
+impl Certificate {
+    /// The sentences of the theorems that are proved, of those that can be read so.
+    pub fn sentences(&self, reading: &Reading<'_>) -> Vec<ProvedSentence> {
+        self.theorems().iter().filter_map(|theorem| theorem.sentence(reading)).collect()
+    }
+
+    /// As [`sentences`](Self::sentences), of the theorems of which this holds.
+    pub fn sentences_where(&self, reading: &Reading<'_>, holds: impl Fn(&Theorem) -> bool) -> Vec<ProvedSentence> {
+        let chosen = self.theorems().iter().filter(|proved| holds(proved.theorem()));
+        chosen.filter_map(|theorem| theorem.sentence(reading)).collect()
+    }
+}
+
+/// `exp(-rate t)` for the rate of a decrease of `e'Pe` that is proved with this margin; nothing for the rate 0.
+///
+/// The shortest decimal of a rate may be above it by a rounding, by which the margin allows to increase the rate too:
+/// `2 delta P <= margin I`. Where it does not, fewer digits are written.
+pub(super) fn decay(rate: f64, p: &Matrix<f64>, margin: f64) -> Option<String> {
+    match rate {
+        0.0 => None,
+        1.0 => Some("exp(-t)".to_owned()),
+        rate if margin > 4.0 * largest_eigenvalue_bound(p) * rate * f64::EPSILON => {
+            Some(format!("exp(-{} t)", shortest(rate)))
+        }
+        rate => Some(format!("exp(-{} t)", at_least(rate, 6))),
+    }
+}
+
+/// What a rate of decay says of an error that tends to 0.
+pub(super) fn tends_to_zero(rate: f64, p: &Matrix<f64>, margin: f64) -> String {
+    match decay(rate, p, margin) {
+        None => "tends to 0".to_owned(),
+        Some(decay) => format!("tends to 0, at least as fast as {decay}"),
+    }
+}
+
+/// The blocks of `[A E 0; 0 0 I; 0 0 0]`, `[C 0]` for a chain of this length.
+pub(super) fn has_disturbance(a: &Matrix<Interval>, c: &Matrix<Interval>, states: usize, order: usize) -> bool {
+    let n = a.rows();
+    let Some(chain) = n.checked_sub(states) else { return false };
+    if order == 0 || !chain.is_multiple_of(order) || chain == 0 {
+        return false;
+    }
+    let q = chain / order;
+    let is = |entry: &Interval, value: f64| *entry == Interval::of(value);
+    let lower = (states..n).all(|i| (0..n).all(|j| is(&a[(i, j)], if j >= states && j == i + q { 1.0 } else { 0.0 })));
+    let right = (0..states).all(|i| (states + q..n).all(|j| is(&a[(i, j)], 0.0)));
+    lower && right && (0..c.rows()).all(|i| (states..n).all(|j| is(&c[(i, j)], 0.0)))
+}
+
+/// `d' = 0` and so on, in words.
+pub(super) fn disturbance(order: usize) -> String {
+    match order {
+        1 => "a constant disturbance d".to_owned(),
+        2 => "a disturbance d that is linear in t".to_owned(),
+        k => format!("a disturbance d that is a polynomial in t of degree {}", k - 1),
+    }
+}
+
+/// Whether `A - L C` is that of the loop of a plant with the observer (A, B, C, L) and `u = -K xhat`: the blocks
+/// `[A 0; 0 A] - [B 0; B L][0 K; -C C]`.
+pub(super) fn is_loop(a: &Matrix<Interval>, l: &Matrix<f64>, c: &Matrix<Interval>, states: usize) -> bool {
+    let (n, columns) = (states, l.cols());
+    if a.rows() != 2 * n || l.rows() != 2 * n || c.rows() != columns {
+        return false;
+    }
+    // The first rows of c are [0 K], the last [-C C]; the first columns of l are [B; B], the last [0; L].
+    let zero = |entry: &Interval| *entry == Interval::of(0.0);
+    let blocks =
+        (0..n).all(|i| (0..n).all(|j| a[(i, j)] == a[(n + i, n + j)] && zero(&a[(i, n + j)]) && zero(&a[(n + i, j)])));
+    // The number of inputs is that of the first rows of c with zeros in front.
+    let is_input = |row: usize| (0..n).all(|j| zero(&c[(row, j)]));
+    let opposite = |row: usize| (0..n).all(|j| c[(row, j)] == c[(row, n + j)].neg());
+    let split = |m: usize| {
+        (0..m).all(is_input)
+            && (m..columns).all(opposite)
+            && (0..n).all(|i| (0..m).all(|j| l[(i, j)] == l[(n + i, j)]) && (m..columns).all(|j| l[(i, j)] == 0.0))
+    };
+    blocks && (0..=columns).any(split)
+}
