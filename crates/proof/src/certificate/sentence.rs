@@ -8,10 +8,9 @@
 use core::fmt;
 use std::collections::BTreeMap;
 
-use super::{Certificate, ProvedTheorem, Theorem};
+use super::{Certificate, PlantMatrices, ProvedTheorem, Theorem};
 use crate::interval::Interval;
 use crate::matrix::Matrix;
-use crate::ring::Ring;
 use crate::statement::largest_eigenvalue_bound;
 use crate::wording::{at_least, at_most, shortest};
 
@@ -65,6 +64,9 @@ pub enum Represented<'a> {
     Loop {
         /// The number of states of the plant.
         states: usize,
+        /// Whether it is the linear part at 0 of a loop with a cubic observer, whose cubic term has the derivative 0
+        /// there.
+        is_linear_part: bool,
     },
     /// The Jacobians of a nonlinear plant, of which an enclosure is known wherever the hypothesis holds. Checked: that
     /// the theorem is about every matrix of the enclosure.
@@ -111,10 +113,24 @@ impl Certificate {
         self.theorems().iter().filter_map(|theorem| theorem.sentence(reading)).collect()
     }
 
-    /// As [`sentences`](Self::sentences), of the theorems of which this holds.
-    pub fn sentences_where(&self, reading: &Reading<'_>, holds: impl Fn(&Theorem) -> bool) -> Vec<ProvedSentence> {
-        let chosen = self.theorems().iter().filter(|proved| holds(proved.theorem()));
-        chosen.filter_map(|theorem| theorem.sentence(reading)).collect()
+    /// That the loop `u = -K xhat` with a sampled cubic observer converges from everywhere, by the theorem of the
+    /// observer in this certificate and that of the loop with its linear part; none unless the loop has the plant and
+    /// the gain of the observer.
+    ///
+    /// The error of the observer tends to 0 exponentially, whatever x is, and drives `x+ = (A - BK)x + BK e`, of which
+    /// `A - BK` is a diagonal block of the linear loop in the coordinates (x, e).
+    pub fn sentence_of_sampled_loop(&self, linear: &Self) -> Option<ProvedSentence> {
+        let observers = self.theorems().iter().filter_map(|proved| match proved.theorem() {
+            Theorem::SampledCubicConvergence(found) => Some((&found.plant, &found.l)),
+            Theorem::SemiImplicitCubicConvergence(found) => Some((&found.plant, &found.l)),
+            _ => None,
+        });
+        let is_loop_of = |plant: &PlantMatrices, l: &Matrix<f64>| {
+            linear.theorems().iter().any(|proved| {
+                matches!(proved.theorem(), Theorem::DiscreteConvergence(of) if is_loop_of(&of.plant, &of.l, plant, l))
+            })
+        };
+        observers.into_iter().any(|(plant, l)| is_loop_of(plant, l)).then(|| ProvedSentence(LOOP.to_owned()))
     }
 }
 
@@ -164,24 +180,49 @@ pub(super) fn disturbance(order: usize) -> String {
     }
 }
 
-/// Whether `A - L C` is that of the loop of a plant with the observer (A, B, C, L) and `u = -K xhat`: the blocks
-/// `[A 0; 0 A] - [B 0; B L][0 K; -C C]`.
-pub(super) fn is_loop(a: &Matrix<Interval>, l: &Matrix<f64>, c: &Matrix<Interval>, states: usize) -> bool {
+/// The blocks `[A 0; 0 As] - [B 0; Bs Ls][0 K; -C Cs]` of the loop `u = -K xhat` of a plant (A, B, C) with so many states
+/// and an observer (As, Bs, Cs, Ls) of it, of which the number of inputs is found; none for matrices without these blocks.
+pub(super) fn inputs_of_loop(
+    a: &Matrix<Interval>,
+    l: &Matrix<f64>,
+    c: &Matrix<Interval>,
+    states: usize,
+) -> Option<usize> {
     let (n, columns) = (states, l.cols());
-    if a.rows() != 2 * n || l.rows() != 2 * n || c.rows() != columns {
+    if a.shape() != (2 * n, 2 * n) || l.rows() != 2 * n || c.shape() != (columns, 2 * n) {
+        return None;
+    }
+    let zero = |entry: &Interval| *entry == Interval::of(0.0);
+    let decoupled = (0..n).all(|i| (0..n).all(|j| zero(&a[(i, n + j)]) && zero(&a[(n + i, j)])));
+    let fits = |m: &usize| {
+        (0..*m).all(|row| (0..n).all(|j| zero(&c[(row, j)]))) && (0..n).all(|i| (*m..columns).all(|j| l[(i, j)] == 0.0))
+    };
+    // The fewest inputs that fit: an output that no state enters is one that no state enters.
+    if decoupled { (0..=columns).find(fits) } else { None }
+}
+
+/// That the states of a loop tend to 0.
+pub(super) const LOOP: &str =
+    "In the loop u = -K xhat, x and xhat tend to 0 exponentially, from every x(0) and xhat(0).";
+
+/// Whether `all` with this gain is the loop `[A 0; 0 A] - [B 0; B L][0 K; -C C]` of the plant and the gain L of its
+/// observer.
+fn is_loop_of(all: &PlantMatrices, gain: &Matrix<f64>, plant: &PlantMatrices, l: &Matrix<f64>) -> bool {
+    let (n, m, p) = (plant.a.rows(), plant.b.cols(), plant.c.rows());
+    let points = |matrix: &Matrix<f64>| matrix.map(|x| Interval::of(*x));
+    if inputs_of_loop(&points(&all.a), gain, &points(&all.c), n).is_none() || gain.cols() != m + p {
         return false;
     }
-    // The first rows of c are [0 K], the last [-C C]; the first columns of l are [B; B], the last [0; L].
-    let zero = |entry: &Interval| *entry == Interval::of(0.0);
-    let blocks =
-        (0..n).all(|i| (0..n).all(|j| a[(i, j)] == a[(n + i, n + j)] && zero(&a[(i, n + j)]) && zero(&a[(n + i, j)])));
-    // The number of inputs is that of the first rows of c with zeros in front.
-    let is_input = |row: usize| (0..n).all(|j| zero(&c[(row, j)]));
-    let opposite = |row: usize| (0..n).all(|j| c[(row, j)] == c[(row, n + j)].neg());
-    let split = |m: usize| {
-        (0..m).all(is_input)
-            && (m..columns).all(opposite)
-            && (0..n).all(|i| (0..m).all(|j| l[(i, j)] == l[(n + i, j)]) && (m..columns).all(|j| l[(i, j)] == 0.0))
+    let is_block = |matrix: &Matrix<f64>, (i, j): (usize, usize), part: &Matrix<f64>, sign: f64| {
+        (0..part.rows()).all(|r| (0..part.cols()).all(|s| matrix[(i + r, j + s)] == sign * part[(r, s)]))
     };
-    blocks && (0..=columns).any(split)
+    let is_zero = |matrix: &Matrix<f64>, (i, j): (usize, usize), rows: usize, columns: usize| {
+        (i..i + rows).all(|r| (j..j + columns).all(|s| matrix[(r, s)] == 0.0))
+    };
+    [0, n].into_iter().all(|i| is_block(&all.a, (i, i), &plant.a, 1.0) && is_block(gain, (i, 0), &plant.b, 1.0))
+        && is_block(gain, (n, m), l, 1.0)
+        && is_zero(gain, (0, m), n, p)
+        && is_block(&all.c, (m, 0), &plant.c, -1.0)
+        && is_block(&all.c, (m, n), &plant.c, 1.0)
+        && is_zero(&all.c, (0, 0), m, n)
 }

@@ -19,6 +19,7 @@ mod left_inverses;
 mod matrix;
 mod number;
 mod sectors;
+mod sentences;
 mod statements;
 mod stress;
 mod varying_periods;

@@ -8,7 +8,7 @@
 //! inequality: by a factor below 1 that is the same for all e.
 
 use super::super::members::members;
-use super::super::sentence::{Reading, Represented, is_loop};
+use super::super::sentence::{LOOP, Reading, Represented, inputs_of_loop};
 use super::{Fact, PlantMatrices, Statement};
 use crate::error::ProofError;
 use crate::interval::Interval;
@@ -41,8 +41,12 @@ impl Statement for DiscreteConvergence {
         let (a, c) = (self.plant.a.map(|x| Interval::of(*x)), self.plant.c.map(|x| Interval::of(*x)));
         Some(match reading.plant {
             Represented::Itself => "e+ = (A - L C) e: for all x(0) and xhat(0) the error tends to 0.".to_owned(),
-            Represented::Loop { states } if is_loop(&a, &self.l, &c, states) => {
-                "In the loop u = -K xhat, x and xhat tend to 0 exponentially, from every x(0) and xhat(0).".to_owned()
+            Represented::Loop { states, is_linear_part } if inputs_of_loop(&a, &self.l, &c, states).is_some() => {
+                if is_linear_part {
+                    "In the loop u = -K xhat, x and xhat tend to 0 exponentially, if they start near 0.".to_owned()
+                } else {
+                    LOOP.to_owned()
+                }
             }
             _ => return None,
         })

@@ -10,7 +10,7 @@
 //! `|e(t)| <= sqrt(cond P) exp(-rate t) |e(0)|`; with rate 0 the decay is at least that of `q / (2 lambda_max(P))`.
 
 use super::super::members::members;
-use super::super::sentence::{Reading, Represented, disturbance, has_disturbance, is_loop, tends_to_zero};
+use super::super::sentence::{LOOP, Reading, Represented, disturbance, has_disturbance, inputs_of_loop, tends_to_zero};
 use super::{Fact, PlantWithin, Statement, check_rate, decay, decrease_label, enclosed, intervals};
 use crate::error::ProofError;
 use crate::matrix::Matrix;
@@ -49,8 +49,10 @@ impl Statement for LinearConvergence {
             Represented::WithDisturbance { states, order } if has_disturbance(&a, &c, states, order) => {
                 format!("For {} the error of x and d {falls}, for all x(0), xhat(0) and d.", disturbance(order))
             }
-            Represented::Loop { states } if is_loop(&a, &self.l, &c, states) => {
-                "In the loop u = -K xhat, x and xhat tend to 0 exponentially, from every x(0) and xhat(0).".to_owned()
+            Represented::Loop { states, is_linear_part: false }
+                if inputs_of_loop(&a, &self.l, &c, states).is_some() =>
+            {
+                LOOP.to_owned()
             }
             _ => return None,
         })
