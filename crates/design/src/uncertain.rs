@@ -77,8 +77,8 @@ impl Uncertainty {
     ///
     /// Each term of the series of Peano and Baker of the transition that is not one of `exp(Ah)` has a deviation among
     /// its factors. So `|dA| <= exp((|A| + D)h) - exp(|A|h)`, D the bounds of `|A(t) - A|`, and `|dB|` is at most the
-    /// integral of that over the period times |B|. The exponentials are enclosed; the bounds are rounded up, and contain
-    /// the rounding of the sampled form itself.
+    /// integral of that over the period times |B|. The exponentials are enclosed; the bounds are rounded up, and
+    /// contain the rounding of the sampled form itself.
     ///
     /// ```
     /// use luenberger_design::Uncertainty;

@@ -21,8 +21,8 @@ const PARTS: usize = 20_000;
 /// A part is not bisected if the excess over the samples is below this fraction of an entry's range.
 const WORTHWHILE: f64 = 0.01;
 
-/// An entry does not count as varying if its interval is no wider, relative to its own magnitude, than some thousands of
-/// roundings. Programs have its middle; the theorems that are proved have its whole interval.
+/// An entry does not count as varying if its interval is no wider, relative to its own magnitude, than some thousands
+/// of roundings. Programs have its middle; the theorems that are proved have its whole interval.
 const NARROW: f64 = 4096.0 * f64::EPSILON;
 
 /// A part of the box, with how often each coordinate was halved.

@@ -59,8 +59,8 @@ pub struct LipschitzDesign {
     pub tau: Vec<f64>,
     /// `|e(t)| <= sqrt(cond P) exp(-rate t) |e(0)|`.
     pub rate: f64,
-    /// `P > 0` and the block inequality, for A, C, the sectors, L, P and tau as stored; of the plant of an enclosure, for
-    /// all A and C in its intervals.
+    /// `P > 0` and the block inequality, for A, C, the sectors, L, P and tau as stored; of the plant of an enclosure,
+    /// for all A and C in its intervals.
     pub certificate: Certificate,
 }
 

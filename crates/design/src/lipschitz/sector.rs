@@ -145,10 +145,10 @@ impl LipschitzPlant {
         Ok(plant)
     }
 
-    /// The plant of an enclosure: each varying entry of Df is a sector of its own. By the mean value theorem, applied to
-    /// each component, `f_i(x) - f_i(z) = sum_j a_ij (x_j - z_j)` with every `a_ij` between the bounds of that entry.
-    /// Entries that do not vary are coefficients; the theorem of a [`LipschitzDesign`](super::LipschitzDesign) has the
-    /// whole interval of each, and is proved only if it contains all Jacobians of the enclosure.
+    /// The plant of an enclosure: each varying entry of Df is a sector of its own. By the mean value theorem, applied
+    /// to each component, `f_i(x) - f_i(z) = sum_j a_ij (x_j - z_j)` with every `a_ij` between the bounds of that
+    /// entry. Entries that do not vary are coefficients; the theorem of a [`LipschitzDesign`](super::LipschitzDesign)
+    /// has the whole interval of each, and is proved only if it contains all Jacobians of the enclosure.
     ///
     /// # Errors
     /// [`DesignError::VaryingOutput`] for an entry of Dh that varies; as [`new`](Self::new).

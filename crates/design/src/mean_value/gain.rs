@@ -90,8 +90,8 @@ impl MeanValueDesign {
         Self::certified(vertices.to_vec(), Gain { l, p }, rate, Certificate::of([theorem])?)
     }
 
-    /// L and P for all mean Jacobians of an enclosure, with the whole interval of each entry in the theorem. The outputs
-    /// have to be the first states: the certificate is not proved if Dh is not [I 0].
+    /// L and P for all mean Jacobians of an enclosure, with the whole interval of each entry in the theorem. The
+    /// outputs have to be the first states: the certificate is not proved if Dh is not [I 0].
     ///
     /// # Errors
     /// As [`new_with`](Self::new_with).

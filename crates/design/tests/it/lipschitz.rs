@@ -230,8 +230,8 @@ fn a_plant_is_split_at_a_point() {
     assert_abs_diff_eq!(slope[(3, 2)], 3.33 * (1.0 - 2f64.cos()), epsilon = 1e-14);
 }
 
-/// An entry that does not vary goes into the theorem as an interval. One that varies is a sector, about its middle where
-/// that is far from 0.
+/// An entry that does not vary goes into the theorem as an interval. One that varies is a sector, about its middle
+/// where that is far from 0.
 #[test]
 fn the_theorem_has_every_jacobian_of_an_enclosure() {
     let between = |lo, hi| Interval::new(lo, hi).unwrap();

@@ -1,16 +1,16 @@
 //! Whether the data of a theorem contain every Jacobian of an enclosure.
 //!
 //! The theorems about mean Jacobians hold for a set of pairs (A, C): the hull of boxes, or A with the slopes of its
-//! sectors. That the mean Jacobians of a plant lie in this set is their hypothesis. Where an enclosure bounds them entry
-//! by entry, what is decided here is whether the set contains all of these bounds. The answer is yes only where that is
-//! certain: bounds of the data are rounded inwards, and sums of slopes are exact.
+//! sectors. That the mean Jacobians of a plant lie in this set is their hypothesis. Where an enclosure bounds them
+//! entry by entry, what is decided here is whether the set contains all of these bounds. The answer is yes only where
+//! that is certain: bounds of the data are rounded inwards, and sums of slopes are exact.
 //!
 //! *Hulls.* Let S be the entries whose bounds every box of the data contains, V the others. If for each choice of one
 //! end of the bounds for every entry of V some box of the data has these ends, the hull contains the enclosure: with
 //! the entries of S fixed, these points are the corners of the remaining entries.
 //!
-//! *Sectors.* A sector `[low, high]` whose G and H have one entry that is not 0 each adds `g h [low, high]` to one entry
-//! of A. Another sector counts as no slope, which has to be one of its own: `low <= 0 <= high`.
+//! *Sectors.* A sector `[low, high]` whose G and H have one entry that is not 0 each adds `g h [low, high]` to one
+//! entry of A. Another sector counts as no slope, which has to be one of its own: `low <= 0 <= high`.
 
 use super::theorem::{SectorConvergence, Theorem, Vertex};
 use crate::exact::Exact;

@@ -230,8 +230,8 @@ proptest! {
     }
 }
 
-/// The plant x' = a x with a in [-2, -1], whose theorem has one vertex too few: its inequalities are proved, and it says
-/// nothing of the plant.
+/// The plant x' = a x with a in [-2, -1], whose theorem has one vertex too few: its inequalities are proved, and it
+/// says nothing of the plant.
 #[test]
 fn a_theorem_that_misses_a_jacobian_is_not_proved_of_the_plant() {
     let (a, c) = (Matrix::from_rows([[between(-2.0, -1.0)]]), Matrix::from_rows([[between(1.0, 1.0)]]));

@@ -156,8 +156,8 @@ fn all_kinds_of_enclosures_treat_branches_alike() {
     }
 }
 
-/// Times are those of the region, all of them by default: an entry that grows with t has no bound then, and a bound of t
-/// is a hypothesis like those of the states.
+/// Times are those of the region, all of them by default: an entry that grows with t has no bound then, and a bound of
+/// t is a hypothesis like those of the states.
 #[test]
 fn a_bound_of_the_time_is_a_hypothesis() {
     let text = |time: &str| {
