@@ -399,9 +399,10 @@ def discrete_polytope(file):
 def sector_observer(file):
     sectors = []
     with file.object("plant") as plant:
-        a = plant.take("A").square()
-        n = a.rows
-        c = plant.take("C").matrix(None, n)
+        field = plant.take("A")
+        a = read_data(field, *2 * (read_order(field),))
+        n = len(a)
+        pairs = Within(a, read_data(plant.take("C"), None, n))
         for item in plant.take("sectors").items():
             with item.object() as fields:
                 field = fields.take("G")
@@ -419,10 +420,11 @@ def sector_observer(file):
         if not sectors or n + sum(g.columns for g, *_ in sectors) > LARGEST_ORDER:
             plant.take("sectors").fail(f"should not be empty, nor have more than {LARGEST_ORDER} columns with A")
     with file.object("observer") as observer:
-        l = observer.take("L").matrix(n, c.rows)
+        l = observer.take("L").matrix(n, pairs.outputs)
     with file.object("lyapunov") as proof:
         p, rate = proof.take("P").symmetric(n), proof.rate()
-    first, columns, corner = -lyapunov(a - l @ c, p, rate), [], []
+    decrease = pairs.decrease(l, p, rate)
+    first, columns, corner = -decrease.middle, [], []
     for g, h, low, high, tau in sectors:
         first -= h.T @ h * (tau * low * high)
         columns.append(p @ g if low == -high else p @ g + h.T * (tau * (low + high) / 2))
@@ -437,8 +439,12 @@ def sector_observer(file):
     block += Matrix.diagonal([Fraction(0)] * at + corner)
     term = words.rate_term(rate, "P")
     label = f"[F'P + PF{term} - sum tau low high H'H, PG + tau (low + high)/2 H'; *, -tau I] < 0 for F = A - LC"
-    statement = words.sector_observer(n, c.rows, [(low, high) for _, _, low, high, _ in sectors], rate)
-    return statement, [("P > 0", positive(p)), (label, positive(-block))]
+    slopes = [(low, high) for _, _, low, high, _ in sectors]
+    statement = words.sector_observer(n, pairs.outputs, slopes, rate, pairs.is_single)
+    wide = Matrix.zeros(n, block.rows - n)
+    radius = blocks([[decrease.radius, wide], [wide.T, Matrix.zeros(block.rows - n, block.rows - n)]])
+    family = Family(-block, radius)
+    return statement, [("P > 0", positive(p)), (label, lambda margin: family.at_least(margin, strict=True))]
 
 
 def input_to_state_stability(file):

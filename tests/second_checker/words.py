@@ -296,7 +296,8 @@ def sector(k, low, high):
     return f"(w_{k} - low H_{k} e)'(high H_{k} e - w_{k}) >= 0 for low = {exact(low)}, high = {exact(high)}"
 
 
-def sector_observer(states, outputs, sectors, rate):
+def sector_observer(states, outputs, sectors, rate, is_single):
+    varying = " It holds for e' = (A(t) - L C(t))e + sum_k G_k w_k where they vary in time, too."
     conditions = ", and ".join(sector(k + 1, low, high) for k, (low, high) in enumerate(sectors))
     return (
         f"For every plant x' = Ax + sum_k G_k phi_k(t, H_k x, u) + g(t, y, u), y = Cx with {counted(states, 'state')}, "
@@ -304,7 +305,7 @@ def sector_observer(states, outputs, sectors, rate):
         f"whose increments w_k = phi_k(t, H_k x, u) - phi_k(t, H_k xhat, u) satisfy {conditions}, "
         "and the observer xhat' = A xhat + sum_k G_k phi_k(t, H_k xhat, u) + g(t, y, u) + L(y - C xhat), "
         f"e = x - xhat: {decay(rate)}, from every e(0). That the nonlinearities of a plant satisfy this, where x and "
-        "xhat are, is a hypothesis."
+        f"xhat are, is a hypothesis.{'' if is_single else enclosed(is_single) + varying}"
     )
 
 

@@ -5,11 +5,12 @@ use luenberger_linalg::LinalgError;
 use luenberger_lmi::{Infeasibility, LmiError};
 use luenberger_observers::ObserverError;
 use luenberger_plants::PlantError;
-use luenberger_proof::wording::{at_least, counted, entry};
+use luenberger_proof::wording::{at_least, counted, entry, shortest};
 use luenberger_proof::{ProofError, UndecidedReason, Verdict};
 use nalgebra::Complex;
 use thiserror::Error;
 
+use crate::names;
 use crate::number::{complex, short};
 use crate::periods::{GrowingTimes, Periods};
 
@@ -23,6 +24,18 @@ pub enum DesignError {
     /// A matrix inequality could not be posed or solved.
     #[error(transparent)]
     Lmi(#[from] LmiError),
+    /// An output that is not linear in the state, where one constant C is needed.
+    #[error("the outputs should be linear in the state, and {} is between {} and {}", names::derivative(true, *.output, *.state), shortest(*.low), shortest(*.high))]
+    VaryingOutput {
+        /// The output, from 0.
+        output: usize,
+        /// The state, from 0.
+        state: usize,
+        /// The least derivative of the output by the state.
+        low: f64,
+        /// The largest.
+        high: f64,
+    },
     /// A matrix has the wrong shape or an entry that is not finite.
     #[error(transparent)]
     Matrix(#[from] PlantError),

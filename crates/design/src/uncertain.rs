@@ -32,7 +32,8 @@ use crate::error::DesignError;
 use crate::error_bound::{DisturbanceBounds, ErrorBound};
 use crate::linear::LinearDesign;
 use luenberger_proof::certificate::Certificate;
-use luenberger_proof::statement::Deviation;
+use luenberger_proof::statement::{Deviation, held_plant};
+use luenberger_proof::{Interval, Matrix, Ring};
 
 /// How the state matrix of the plant deviates from the nominal one.
 #[derive(Debug, Clone, PartialEq)]
@@ -76,7 +77,8 @@ impl Uncertainty {
     ///
     /// Each term of the series of Peano and Baker of the transition that is not one of `exp(Ah)` has a deviation among
     /// its factors. So `|dA| <= exp((|A| + D)h) - exp(|A|h)`, D the bounds of `|A(t) - A|`, and `|dB|` is at most the
-    /// integral of that over the period times |B|.
+    /// integral of that over the period times |B|. The exponentials are enclosed; the bounds are rounded up, and
+    /// contain the rounding of the sampled form itself.
     ///
     /// ```
     /// use luenberger_design::Uncertainty;
@@ -93,15 +95,25 @@ impl Uncertainty {
     pub fn sampled(&self, plant: &StateSpace, h: f64) -> Result<Deviation, DesignError> {
         check::plant(plant)?;
         let n = plant.a.nrows();
-        let (a, b) = (plant.a.abs(), plant.b.abs());
-        let without = zero_order_hold(&a, &b, h)?;
-        let with = zero_order_hold(&(&a + self.entries(n)?), &b, h)?;
-        // The differences of numbers that agree in most digits, with the rounding of the two exponentials.
-        let bound = |with: &DMatrix<f64>, without: &DMatrix<f64>| {
-            let rounding = 64.0 * (n + 1) as f64 * f64::EPSILON * with.norm();
-            proof_matrix(&with.zip_map(without, |with, without| (with - without).max(0.0) + rounding))
+        let form = zero_order_hold(&plant.a, &plant.b, h)?;
+        let held = |a: &DMatrix<f64>, b: &DMatrix<f64>| {
+            let nothing = Matrix::from_fn(n, 0, |_, _| 0.0);
+            let held = held_plant((&proof_matrix(a), &proof_matrix(b)), (&nothing, &[]), h)?;
+            held.ok_or(DesignError::Exponential { period: h })
         };
-        Ok(Deviation { a: bound(&with.ad, &without.ad), b: bound(&with.bd, &without.bd) })
+        let (a, b) = (plant.a.abs(), plant.b.abs());
+        let most = a.zip_map(&self.entries(n)?, |a, most| if most == 0.0 { a } else { (a + most).next_up() });
+        let (exact, without, with) = (held(&plant.a, &plant.b)?, held(&a, &b)?, held(&most, &b)?);
+        let bound = |[exact, without, with]: [&Matrix<Interval>; 3], form: &DMatrix<f64>| {
+            Matrix::from_fn(with.rows(), with.cols(), |i, j| {
+                let rounding = Interval::of(exact[(i, j)].sub(&Interval::of(form[(i, j)])).magnitude());
+                with[(i, j)].sub(&without[(i, j)]).add(&rounding).hi().max(0.0)
+            })
+        };
+        Ok(Deviation {
+            a: bound([&exact.a, &without.a, &with.a], &form.ad),
+            b: bound([&exact.b, &without.b, &with.b], &form.bd),
+        })
     }
 }
 

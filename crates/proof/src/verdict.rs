@@ -62,6 +62,8 @@ pub enum UndecidedReason {
         /// Its name.
         name: &'static str,
     },
+    /// The data of a theorem are not shown to contain all that it is applied to.
+    OutsideTheData,
     /// An intermediate quantity left the range of binary64.
     Overflow,
     /// A bound is claimed that is tighter than what is proved.
@@ -168,6 +170,7 @@ impl fmt::Display for UndecidedReason {
                 )
             }
             Self::NotByThisMatrix { name } => write!(f, "this {name} does not prove it, and another might"),
+            Self::OutsideTheData => write!(f, "the data of the theorem are not shown to contain them all"),
             Self::Overflow => write!(f, "an intermediate quantity left the range of binary64"),
             Self::TighterThanProved { row, column, claimed, proved } => write!(
                 f,

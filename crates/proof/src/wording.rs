@@ -4,7 +4,7 @@
 //! [`at_least`] and [`at_most`] write a short decimal that is not above, or not below, the number: for a margin, and
 //! for a bound. The others are those of the crate `luenberger-wording`.
 
-pub use luenberger_wording::{complex, counted, entry, quoted, rounded, shortest, significant};
+pub use luenberger_wording::{capital, complex, counted, entry, quoted, rounded, shortest, significant};
 
 use crate::number::Number;
 

@@ -70,6 +70,12 @@ pub fn entry(row: usize, column: usize) -> String {
     format!("({}, {})", row + 1, column + 1)
 }
 
+/// The text with a capital first letter, as the start of a sentence.
+pub fn capital(text: &str) -> String {
+    let mut letters = text.chars();
+    letters.next().map(|first| first.to_uppercase().collect::<String>() + letters.as_str()).unwrap_or_default()
+}
+
 /// `1 state`, `2 states`.
 ///
 /// ```

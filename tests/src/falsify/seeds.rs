@@ -15,7 +15,7 @@ use luenberger_linalg::{lqr, lyapunov, stein};
 use luenberger_lmi::{Problem, he, sdpa};
 use luenberger_plants::StateSpace;
 use luenberger_proof::certificate::{
-    CertificateFile, CubicConvergence, Definiteness, DiscreteJacobianPolytope, HurwitzStability, Region,
+    CertificateFile, CubicConvergence, Datum, Definiteness, DiscreteJacobianPolytope, HurwitzStability, Region,
     SchurStability, Sign, StructuredCubicConvergence, Theorem, Vertex,
 };
 use luenberger_proof::statement::{Deviation, Format, Formats, Operation, Step};
@@ -486,7 +486,20 @@ fn sector(random: &mut Random) -> Option<CertificateFile> {
         .collect();
     let plant = LipschitzPlant::new(plant.a.clone(), plant.c.clone(), sectors).ok()?;
     let rate = if random.once_in(2) { 0.0 } else { random.between(0.0, 0.5) };
-    written(LipschitzDesign::new(&plant, rate).ok()?.certificate_file("sector"))
+    let design = LipschitzDesign::new(&plant, rate).ok()?;
+    let mut theorem = match design.theorems().first()?.theorem() {
+        Theorem::SectorConvergence(theorem) => theorem.clone(),
+        _ => return None,
+    };
+    if random.once_in(2) {
+        let around = |x: &Datum| {
+            let x = x.interval();
+            Interval::new(x.lo() - 1e-6, x.hi() + 1e-6).unwrap_or(x)
+        };
+        let Vertex { a, c } = Vertex::within(&theorem.a.map(around), &theorem.c.map(around)).ok()?;
+        (theorem.a, theorem.c) = (a, c);
+    }
+    written(CertificateFile::prove("sector", theorem))
 }
 
 fn contracting(random: &mut Random) -> Option<CertificateFile> {

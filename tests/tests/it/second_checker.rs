@@ -14,10 +14,10 @@ use luenberger_design::robust::{PolytopicDesign, certify_gain};
 use luenberger_design::{
     Certified, CubicDesign, CubicGain, DecoupledPlant, DiscreteDesign, DiscreteLpvDesign, DisturbanceBounds,
     ErrorBound, ErrorCoordinates, FeedbackDesign, GainOptions, GeneralizedPlant, IntervalDesign, IntervalRequirements,
-    LinearDesign, LipschitzDesign, LpvDesign, NormFilterDesign, NormTarget, Periods, ReducedOrderDesign, Region,
-    SampledCubicDesign, SampledIntervalDesign, SuperTwistingDesign, SystemNorm, Theorem1, TimeDomain, Uncertainty,
-    UnknownInputDesign, VaryingPeriodDesign, at_varying_periods, cubic_lmi_design, deployed_linear,
-    lyapunov_certificate_file, stein_certificate_file, theta_from_importance,
+    JacobianEnclosure, LinearDesign, LipschitzDesign, LpvDesign, NormFilterDesign, NormTarget, Periods,
+    ReducedOrderDesign, Region, SampledCubicDesign, SampledIntervalDesign, SuperTwistingDesign, SystemNorm, Theorem1,
+    TimeDomain, Uncertainty, UnknownInputDesign, VaryingPeriodDesign, at_varying_periods, cubic_lmi_design,
+    deployed_linear, lyapunov_certificate_file, stein_certificate_file, theta_from_importance,
 };
 use luenberger_linalg::lqr;
 use luenberger_lmi::{Problem, he, sdpa};
@@ -245,8 +245,19 @@ fn of_nonlinear_plants() -> Vec<CertificateFile> {
     let sine = Sector::structured(dmatrix![0.0; 0.0; 0.0; 1.0], dmatrix![0.0, 0.0, 1.0, 0.0], 3.33);
     let sectors = LipschitzPlant::new(a, DMatrix::identity(2, 4), vec![sine]).unwrap();
     let lipschitz = LipschitzDesign::new(&sectors, 1.0).unwrap();
+    // x1' = x2 - x1/3, y = x1/3: a third is known between two numbers.
+    let between = |lo, hi| Interval::new(lo, hi).unwrap();
+    let (third, above, zero) = (1.0 / 3.0f64, (1.0 / 3.0f64).next_up(), between(0.0, 0.0));
+    let enclosure = JacobianEnclosure {
+        a: Matrix::from_rows([[between(-above, -third), between(1.0, 1.0)], [between(-1.0, 1.0), zero]]),
+        c: Matrix::from_rows([[between(third, above), zero]]),
+        parts: 1,
+        excess: 0.0,
+        branches: None,
+    };
+    let enclosed = LipschitzDesign::new(&LipschitzPlant::over(&enclosure).unwrap(), 0.5).unwrap();
     let coordinates = ContractingCoordinates::new(&[dmatrix![-3.0, 2.0; -2.0, 1.0]], 1, 0.5).unwrap();
-    [&lpv as &dyn Certified, &discrete, &mean_value, &lipschitz, &coordinates]
+    [&lpv as &dyn Certified, &discrete, &mean_value, &lipschitz, &enclosed, &coordinates]
         .map(|design| design.certificate_file("a design").unwrap())
         .into()
 }

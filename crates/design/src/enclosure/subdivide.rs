@@ -21,6 +21,10 @@ const PARTS: usize = 20_000;
 /// A part is not bisected if the excess over the samples is below this fraction of an entry's range.
 const WORTHWHILE: f64 = 0.01;
 
+/// An entry does not count as varying if its interval is no wider, relative to its own magnitude, than some thousands
+/// of roundings. Programs have its middle; the theorems that are proved have its whole interval.
+const NARROW: f64 = 4096.0 * f64::EPSILON;
+
 /// A part of the box, with how often each coordinate was halved.
 #[derive(Clone)]
 struct Cell {
@@ -97,6 +101,45 @@ pub struct JacobianEnclosure {
     /// Where comparisons stay open, what is known of the jumps there. `None` where none does: then there is no such
     /// hypothesis.
     pub branches: Option<Branches>,
+}
+
+impl JacobianEnclosure {
+    /// The interval of an entry.
+    ///
+    /// # Panics
+    /// For an entry that the Jacobian does not have.
+    pub fn interval(&self, entry: Entry) -> Interval {
+        if entry.of_output { self.c[(entry.row, entry.column)] } else { self.a[(entry.row, entry.column)] }
+    }
+
+    /// The entries that vary by more than some thousands of roundings of their own magnitude, row by row, those of Df
+    /// first.
+    pub fn varying(&self) -> impl Iterator<Item = Entry> {
+        let n = self.a.rows();
+        let entry = move |k: usize| match k / n {
+            row if row >= n => Entry { of_output: true, row: row - n, column: k % n },
+            row => Entry { of_output: false, row, column: k % n },
+        };
+        (0..(n + self.c.rows()) * n).map(entry).filter(|entry| {
+            let interval = self.interval(*entry);
+            interval.width() > NARROW * interval.magnitude()
+        })
+    }
+
+    /// Where the mean Jacobians between a state and its `estimate` lie in the enclosure over `region`: with
+    /// `xhat` and `t` "from every x(0) and xhat(0)", or "as long as x(t) and xhat(t) stay in the box (..)", and the
+    /// continuity where [branches](Self::branches) meet, if there are any. Every conclusion from the enclosure has this
+    /// hypothesis.
+    pub fn hypothesis(&self, region: &Region, estimate: &str, time: &str) -> String {
+        let place = match region.to_string().as_str() {
+            "everywhere" => format!("from every x(0) and {estimate}(0)"),
+            bounds => format!("as long as x({time}) and {estimate}({time}) stay in the box ({bounds})"),
+        };
+        match &self.branches {
+            Some(branches) => format!("{place}, and provided that {branches}"),
+            None => place,
+        }
+    }
 }
 
 /// An enclosure of Df (n x n) and Dh (p x n) over the box.

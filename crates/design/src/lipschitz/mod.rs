@@ -31,7 +31,7 @@ use luenberger_lmi::{Expression, Problem, Settings, Solution, he, proof_matrix, 
 use luenberger_observers::NonlinearLuenbergerObserver;
 use luenberger_plants::{Plant, Size};
 use luenberger_proof::ProofError;
-use luenberger_proof::certificate::{Certificate, SectorConvergence};
+use luenberger_proof::certificate::{Certificate, SectorConvergence, Vertex};
 use nalgebra::{DMatrix, DefaultAllocator, Dim, OVector};
 
 pub use admissible::{AdmissibleFactor, greatest_factor};
@@ -59,7 +59,8 @@ pub struct LipschitzDesign {
     pub tau: Vec<f64>,
     /// `|e(t)| <= sqrt(cond P) exp(-rate t) |e(0)|`.
     pub rate: f64,
-    /// `P > 0` and the block inequality, for A, C, the sectors, L, P and tau as stored.
+    /// `P > 0` and the block inequality, for A, C, the sectors, L, P and tau as stored; of the plant of an enclosure,
+    /// for all A and C in its intervals.
     pub certificate: Certificate,
 }
 
@@ -260,8 +261,13 @@ impl Proposal {
 
     fn certificate(&self, plant: &LipschitzPlant, l: &DMatrix<f64>, rate: f64) -> Result<Certificate, ProofError> {
         let terms = plant.sectors().iter().zip(&self.tau).map(|(sector, &tau)| sector.term(tau)).collect();
-        let (a, c) = (proof_matrix(plant.a()), proof_matrix(plant.c()));
-        Certificate::of([SectorConvergence { a, c, terms, l: proof_matrix(l), p: proof_matrix(&self.p), rate }])
+        let (a, c) = plant.within();
+        let Vertex { a, c } = Vertex::within(a, c)?;
+        let theorem = SectorConvergence { a, c, terms, l: proof_matrix(l), p: proof_matrix(&self.p), rate };
+        match plant.jacobians() {
+            Some((a, c)) => Certificate::of_jacobians(theorem, a, c),
+            None => Certificate::of([theorem]),
+        }
     }
 }
 

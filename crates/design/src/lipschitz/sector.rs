@@ -1,11 +1,13 @@
 //! Description of a nonlinearity: where it acts, its argument, and the sector of its increments.
 
+use luenberger_lmi::{dynamic_matrix, proof_matrix};
 use luenberger_proof::statement::SectorTerm;
+use luenberger_proof::{Interval, Matrix, Ring};
 use nalgebra::DMatrix;
 
 use crate::check;
+use crate::enclosure::JacobianEnclosure;
 use crate::error::DesignError;
-use luenberger_lmi::proof_matrix;
 
 /// A nonlinearity `G phi(t, H x, u)` whose increments `w = phi(H x) - phi(H z)` satisfy, at all times and for all
 /// inputs, `(w - low H e)'(high H e - w) >= 0` with `e = x - z`.
@@ -120,7 +122,15 @@ pub struct LipschitzPlant {
     a: DMatrix<f64>,
     c: DMatrix<f64>,
     sectors: Vec<Sector>,
+    /// A and C of the theorem: `a` and `c`, or intervals around them.
+    within: (Matrix<Interval>, Matrix<Interval>),
+    /// The bounds of Df and Dh that the theorem has to contain, where the plant is one of an enclosure.
+    jacobians: Option<(Matrix<Interval>, Matrix<Interval>)>,
 }
+
+/// A sector this many times its width away from 0 is centred, and its middle an entry of A: about 0 the products of its
+/// ends would hide its width in rounding.
+const DISTANT: f64 = 16.0;
 
 impl LipschitzPlant {
     /// A is n x n, C p x n. Terms that depend on t, u and y alone need not be named: the observer has them too.
@@ -128,9 +138,61 @@ impl LipschitzPlant {
     /// # Errors
     /// [`DesignError::Matrix`] for shapes and entries, [`DesignError::BadSector`].
     pub fn new(a: DMatrix<f64>, c: DMatrix<f64>, sectors: Vec<Sector>) -> Result<Self, DesignError> {
-        let plant = Self { a, c, sectors };
+        let exactly = |m: &DMatrix<f64>| proof_matrix(m).map(|x| Interval::of(*x));
+        let within = (exactly(&a), exactly(&c));
+        let plant = Self { a, c, sectors, within, jacobians: None };
         plant.check(0.0)?;
         Ok(plant)
+    }
+
+    /// The plant of an enclosure: each varying entry of Df is a sector of its own. By the mean value theorem, applied
+    /// to each component, `f_i(x) - f_i(z) = sum_j a_ij (x_j - z_j)` with every `a_ij` between the bounds of that
+    /// entry. Entries that do not vary are coefficients; the theorem of a [`LipschitzDesign`](super::LipschitzDesign)
+    /// has the whole interval of each, and is proved only if it contains all Jacobians of the enclosure.
+    ///
+    /// # Errors
+    /// [`DesignError::VaryingOutput`] for an entry of Dh that varies; as [`new`](Self::new).
+    pub fn over(enclosure: &JacobianEnclosure) -> Result<Self, DesignError> {
+        let n = enclosure.a.rows();
+        let mut within = (enclosure.a.clone(), enclosure.c.clone());
+        let mut sectors = Vec::new();
+        for entry in enclosure.varying() {
+            let interval = enclosure.interval(entry);
+            if entry.of_output {
+                let (low, high) = (interval.lo(), interval.hi());
+                return Err(DesignError::VaryingOutput { output: entry.row, state: entry.column, low, high });
+            }
+            let is_distant =
+                !interval.contains(0.0) && interval.lo().abs().min(interval.hi().abs()) > DISTANT * interval.width();
+            let middle = Interval::of(if is_distant { interval.midpoint() } else { 0.0 });
+            let slopes = interval.sub(&middle);
+            let (mut g, mut h) = (DMatrix::zeros(n, 1), DMatrix::zeros(1, n));
+            (g[(entry.row, 0)], h[(0, entry.column)]) = (1.0, 1.0);
+            sectors.push(Sector::slope(g, h, slopes.lo(), slopes.hi()));
+            within.0[(entry.row, entry.column)] = middle;
+        }
+        let middles = |m: &Matrix<Interval>| dynamic_matrix(&m.map(Interval::midpoint));
+        let plant = Self::new(middles(&within.0), middles(&within.1), sectors)?;
+        Ok(Self { within, jacobians: Some((enclosure.a.clone(), enclosure.c.clone())), ..plant })
+    }
+
+    /// The same outputs with another linear part and other sectors, which no enclosure shows.
+    ///
+    /// # Errors
+    /// As [`new`](Self::new).
+    pub fn with_sectors(self, a: DMatrix<f64>, sectors: Vec<Sector>) -> Result<Self, DesignError> {
+        let plant = Self::new(a, self.c, sectors)?;
+        Ok(Self { within: (plant.within.0.clone(), self.within.1), ..plant })
+    }
+
+    /// A and C of the theorem.
+    pub(super) fn within(&self) -> &(Matrix<Interval>, Matrix<Interval>) {
+        &self.within
+    }
+
+    /// The bounds of the Jacobians that the theorem has to contain.
+    pub(super) fn jacobians(&self) -> Option<&(Matrix<Interval>, Matrix<Interval>)> {
+        self.jacobians.as_ref()
     }
 
     /// `x' = A x + phi(t, x, u)` with `|phi(x) - phi(z)| <= gamma |x - z|`: all that is used in Rajamani's design.

@@ -209,7 +209,7 @@ where
         }
         let vertices = polytope.corners()?;
         let theorem = DiscreteJacobianPolytope { vertices, l: proof_matrix(&l), p: proof_matrix(&p), factor };
-        let certificate = Certificate::of([theorem])?;
+        let certificate = Certificate::of_jacobians(theorem, &polytope.enclosure.a, &polytope.enclosure.c)?;
         let overshoot = if certificate.is_proved() { overshoot_bound(&proof_matrix(&p))? } else { f64::INFINITY };
         let size = plant.dimensions();
         let (n, outputs) = (N::from_usize(size.states), P::from_usize(size.outputs));

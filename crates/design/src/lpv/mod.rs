@@ -240,7 +240,7 @@ where
         }
         let vertices = polytope.corners()?;
         let theorem = JacobianPolytope { vertices, l: proof_matrix(&l), p: proof_matrix(&p), rate };
-        let certificate = Certificate::of([theorem])?;
+        let certificate = Certificate::of_jacobians(theorem, &polytope.enclosure.a, &polytope.enclosure.c)?;
         let overshoot = if certificate.is_proved() { overshoot_bound(&proof_matrix(&p))? } else { f64::INFINITY };
         let limiting =
             (0..vertex_rates.len()).min_by(|&i, &j| vertex_rates[i].total_cmp(&vertex_rates[j])).unwrap_or(0);

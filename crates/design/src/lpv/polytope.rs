@@ -9,14 +9,10 @@ use nalgebra::DMatrix;
 
 use super::error::{LpvError, VaryingEntries};
 use crate::enclosure::{Entry, JacobianEnclosure, Region};
-use luenberger_proof::wording::significant;
+use luenberger_proof::wording::{capital, significant};
 
 /// Maximal number of varying entries: 2^12 = 4096 vertices, each with its own proof.
 pub const MAX_VARYING: usize = 12;
-
-/// An entry known to this relative width does not count as varying. Its interval goes into the proof, and the vertices
-/// have its middle.
-const NARROW: f64 = 1e-9;
 
 /// A corner of the polytope.
 #[derive(Debug, Clone, PartialEq)]
@@ -54,13 +50,7 @@ impl Polytope {
     /// # Errors
     /// [`LpvError::TooManyVertices`] when more than [`MAX_VARYING`] entries vary.
     pub fn new(enclosure: JacobianEnclosure) -> Result<Self, LpvError> {
-        let (n, p) = (enclosure.a.rows(), enclosure.c.rows());
-        let entries = (0..n + p).flat_map(|row| (0..n).map(move |column| (row, column))).map(|(row, column)| Entry {
-            of_output: row >= n,
-            row: if row >= n { row - n } else { row },
-            column,
-        });
-        let varying: Vec<Entry> = entries.filter(|entry| !is_narrow(interval(&enclosure, *entry))).collect();
+        let varying: Vec<Entry> = enclosure.varying().collect();
         if varying.len() > MAX_VARYING {
             return Err(LpvError::TooManyVertices {
                 varying: varying.len(),
@@ -72,7 +62,7 @@ impl Polytope {
         let vertices = (0..1usize << varying.len())
             .map(|which| {
                 let end = |(bit, entry): (usize, &Entry)| {
-                    let interval = interval(&enclosure, *entry);
+                    let interval = enclosure.interval(*entry);
                     (*entry, if which >> bit & 1 == 1 { interval.hi() } else { interval.lo() })
                 };
                 let at: Vec<(Entry, f64)> = varying.iter().enumerate().map(end).collect();
@@ -89,7 +79,7 @@ impl Polytope {
 
     /// The pairs around vertex k: the varying entries at its ends, the others in their whole interval. The hull of
     /// these boxes over all k is the enclosure.
-    fn around(&self, k: usize) -> (Matrix<Interval>, Matrix<Interval>) {
+    pub(crate) fn around(&self, k: usize) -> (Matrix<Interval>, Matrix<Interval>) {
         let (mut a, mut c) = (self.enclosure.a.clone(), self.enclosure.c.clone());
         for (entry, end) in &self.vertices[k].at {
             let matrix = if entry.of_output { &mut c } else { &mut a };
@@ -109,14 +99,7 @@ impl Polytope {
 
     /// Where the Jacobians are those of the polytope, of states at `time`: the first half of a sentence.
     pub(super) fn hypothesis(&self, region: &Region, time: &str) -> String {
-        let hypothesis = match region.to_string().as_str() {
-            "everywhere" => "From every x(0) and xhat(0)".to_owned(),
-            bounds => format!("As long as x({time}) and xhat({time}) stay in the box ({bounds})"),
-        };
-        match &self.enclosure.branches {
-            Some(branches) => format!("{hypothesis}, and provided that {branches}"),
-            None => hypothesis,
-        }
+        capital(&self.enclosure.hypothesis(region, "xhat", time))
     }
 
     /// A pair in the enclosure: its middle, with 0 wherever a varying entry may vanish if asked so.
@@ -127,14 +110,6 @@ impl Polytope {
         let of = |m: &Matrix<Interval>| DMatrix::from_fn(m.rows(), m.cols(), |i, j| middle(&m[(i, j)]));
         (of(&self.enclosure.a), of(&self.enclosure.c))
     }
-}
-
-fn interval(enclosure: &JacobianEnclosure, entry: Entry) -> &Interval {
-    if entry.of_output { &enclosure.c[(entry.row, entry.column)] } else { &enclosure.a[(entry.row, entry.column)] }
-}
-
-fn is_narrow(interval: &Interval) -> bool {
-    interval.width() <= NARROW * interval.magnitude()
 }
 
 fn floats(m: &Matrix<Interval>) -> DMatrix<f64> {

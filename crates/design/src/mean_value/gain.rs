@@ -7,9 +7,9 @@
 use luenberger_lmi::{Problem, proof_matrix};
 use luenberger_observers::mean_value::{Mean, MeanValueObserver};
 use luenberger_plants::{Differentiable, Size, StateSpace};
-use luenberger_proof::ProofError;
 use luenberger_proof::certificate::{Certificate, JacobianPolytope, Vertex};
 use luenberger_proof::statement::overshoot_bound;
+use luenberger_proof::{Interval, Matrix, ProofError};
 use nalgebra::{DMatrix, DefaultAllocator, Dim, OVector};
 
 use crate::certificate::certified;
@@ -17,6 +17,7 @@ use crate::check;
 use crate::error::DesignError;
 use crate::gain_lmi::{self, Gain};
 use crate::gain_options::GainOptions;
+use crate::lpv::Polytope;
 
 certified!(MeanValueDesign);
 
@@ -30,7 +31,7 @@ pub struct MeanValueDesign {
     pub p: DMatrix<f64>,
     /// The rate: `(J - L C)'P + P (J - L C) + 2 rate P < 0` at every vertex J.
     pub rate: f64,
-    /// The vertices J.
+    /// The vertices J; of entries that the theorem has as intervals, the middle.
     pub vertices: Vec<DMatrix<f64>>,
     /// An upper bound of `sqrt(cond P)`; infinite if the certificate is not proved.
     pub overshoot: f64,
@@ -77,28 +78,47 @@ impl MeanValueDesign {
         rate: f64,
         options: &GainOptions,
     ) -> Result<Self, DesignError> {
-        let (first, rest) = vertices.split_first().ok_or(DesignError::NoVertices)?;
-        let n = first.nrows();
-        for vertex in vertices {
-            check::matrix("a vertex of the Jacobians", vertex, (n, n))?;
-        }
-        if outputs == 0 || outputs > n {
-            return Err(DesignError::OutputCount { outputs, states: n });
-        }
-        let nominal = StateSpace::new(first.clone(), DMatrix::zeros(n, 0), DMatrix::identity(outputs, n))?;
-        let all: Vec<DMatrix<f64>> = std::iter::once(first).chain(rest).cloned().collect();
-        let (gain, _) = gain_lmi::solve(&nominal, &all, rate, Problem::new(), options)?;
-        let Gain { l, p } = gain;
-        let c = proof_matrix(&nominal.c);
+        let Gain { l, p } = common_gain(vertices, outputs, rate, options)?;
+        let c = Matrix::from_fn(outputs, l.nrows(), |i, j| f64::from(i == j));
+        let corners = vertices.iter().map(|a| Vertex::exactly(&proof_matrix(a), &c));
         let theorem = JacobianPolytope {
-            vertices: all.iter().map(|a| Vertex::exactly(&proof_matrix(a), &c)).collect::<Result<_, ProofError>>()?,
+            vertices: corners.collect::<Result<_, ProofError>>()?,
             l: proof_matrix(&l),
             p: proof_matrix(&p),
             rate,
         };
-        let certificate = Certificate::of([theorem])?;
+        Self::certified(vertices.to_vec(), Gain { l, p }, rate, Certificate::of([theorem])?)
+    }
+
+    /// L and P for all mean Jacobians of an enclosure, with the whole interval of each entry in the theorem. The
+    /// outputs have to be the first states: the certificate is not proved if Dh is not [I 0].
+    ///
+    /// # Errors
+    /// As [`new_with`](Self::new_with).
+    pub fn over(polytope: &Polytope, rate: f64, options: &GainOptions) -> Result<Self, DesignError> {
+        let enclosure = &polytope.enclosure;
+        let vertices: Vec<DMatrix<f64>> = polytope.vertices.iter().map(|vertex| vertex.a.clone()).collect();
+        let Gain { l, p } = common_gain(&vertices, enclosure.c.rows(), rate, options)?;
+        let first_states = Matrix::from_fn(l.ncols(), l.nrows(), |i, j| Interval::of(f64::from(i == j)));
+        let corners = (0..vertices.len()).map(|k| Vertex::within(&polytope.around(k).0, &first_states));
+        let theorem = JacobianPolytope {
+            vertices: corners.collect::<Result<_, ProofError>>()?,
+            l: proof_matrix(&l),
+            p: proof_matrix(&p),
+            rate,
+        };
+        let certificate = Certificate::of_jacobians(theorem, &enclosure.a, &enclosure.c)?;
+        Self::certified(vertices, Gain { l, p }, rate, certificate)
+    }
+
+    fn certified(
+        vertices: Vec<DMatrix<f64>>,
+        Gain { l, p }: Gain,
+        rate: f64,
+        certificate: Certificate,
+    ) -> Result<Self, DesignError> {
         let overshoot = if certificate.is_proved() { overshoot_bound(&proof_matrix(&p))? } else { f64::INFINITY };
-        Ok(Self { l, p, rate, vertices: all, overshoot, certificate })
+        Ok(Self { l, p, rate, vertices, overshoot, certificate })
     }
 
     /// The observer gain L, n x p.
@@ -133,4 +153,22 @@ impl MeanValueDesign {
         let l = check::sized("L", &self.l, (size.states, size.outputs))?;
         Ok(MeanValueObserver::with_output_injection(plant, eta, mean, internal_error, l)?)
     }
+}
+
+/// L and P for these vertices and C = [I 0].
+fn common_gain(
+    vertices: &[DMatrix<f64>],
+    outputs: usize,
+    rate: f64,
+    options: &GainOptions,
+) -> Result<Gain, DesignError> {
+    let n = vertices.first().ok_or(DesignError::NoVertices)?.nrows();
+    for vertex in vertices {
+        check::matrix("a vertex of the Jacobians", vertex, (n, n))?;
+    }
+    if outputs == 0 || outputs > n {
+        return Err(DesignError::OutputCount { outputs, states: n });
+    }
+    let nominal = StateSpace::new(vertices[0].clone(), DMatrix::zeros(n, 0), DMatrix::identity(outputs, n))?;
+    Ok(gain_lmi::solve(&nominal, vertices, rate, Problem::new(), options)?.0)
 }

@@ -3,12 +3,13 @@
 
 use approx::assert_abs_diff_eq;
 use luenberger_design::lipschitz::{LipschitzDesign, LipschitzPlant, Sector, Split, greatest_factor};
-use luenberger_design::{DesignError, InfeasibilityReason};
+use luenberger_design::{DesignError, InfeasibilityReason, JacobianEnclosure};
 use luenberger_linalg::{lambda_min, place_observer};
 use luenberger_lmi::proof_matrix;
 use luenberger_plants::{Differentiable, flexible_joint};
-use luenberger_proof::Matrix;
+use luenberger_proof::certificate::Theorem;
 use luenberger_proof::statement::{SectorTerm, sector_decrease};
+use luenberger_proof::{Interval, Matrix};
 use nalgebra::{Complex, DMatrix, SVector, Vector1, Vector4, dmatrix};
 use proptest::prelude::*;
 
@@ -227,6 +228,31 @@ fn a_plant_is_split_at_a_point() {
     assert_eq!(split.a[(3, 2)], -19.5 - 3.33);
     let slope = split.slope(&flexible_joint::printed(), 0.0, &Vector4::repeat(2.0), &Vector1::zeros()).unwrap();
     assert_abs_diff_eq!(slope[(3, 2)], 3.33 * (1.0 - 2f64.cos()), epsilon = 1e-14);
+}
+
+/// An entry that does not vary goes into the theorem as an interval. One that varies is a sector, about its middle
+/// where that is far from 0.
+#[test]
+fn the_theorem_has_every_jacobian_of_an_enclosure() {
+    let between = |lo, hi| Interval::new(lo, hi).unwrap();
+    let third = between(1.0 / 3.0, (1.0 / 3.0f64).next_up());
+    let a = Matrix::from_rows([[between(-1e6, -1e6), third], [between(-1.0, 1.0), between(-1e9 - 3.0, -1e9 + 1.0)]]);
+    let of = |c: [Interval; 2]| {
+        let c = Matrix::from_rows([c]);
+        LipschitzPlant::over(&JacobianEnclosure { a: a.clone(), c, parts: 1, excess: 0.0, branches: None })
+    };
+    let c = [third, between(0.0, 0.0)];
+    let design = LipschitzDesign::new(&of(c).unwrap(), 0.5).unwrap();
+    assert!(design.certificate.is_proved());
+    let theorem = design.certificate.theorems()[0].theorem();
+    assert!(theorem.contains_jacobians(&a, &Matrix::from_rows([c])));
+    let Theorem::SectorConvergence(sectors) = theorem else { panic!() };
+    let ends: Vec<(f64, f64)> = sectors.terms.iter().map(|term| (term.low, term.high)).collect();
+    assert_eq!(ends, [(-1.0, 1.0), (-2.0, 2.0)]);
+    assert_eq!(sectors.a[(1, 1)].interval(), between(-1e9 - 1.0, -1e9 - 1.0));
+    assert_eq!((sectors.a[(0, 1)].interval(), sectors.c[(0, 0)].interval()), (third, third));
+    let varying = of([between(0.5, 1.0), between(0.0, 0.0)]).unwrap_err();
+    assert_eq!(varying, DesignError::VaryingOutput { output: 0, state: 0, low: 0.5, high: 1.0 });
 }
 
 #[test]

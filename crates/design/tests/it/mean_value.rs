@@ -1,13 +1,16 @@
 //! beta by bounded nonlinear least squares beside the bracketed beta: where they agree, where least squares stops
 //! short, and what is refused.
 
-use luenberger_design::DesignError;
+use luenberger_design::lpv::Polytope;
 use luenberger_design::mean_value::{ContractingCoordinates, LeastSquares, MeanValueDesign, OutputCoordinates};
+use luenberger_design::{DesignError, GainOptions, JacobianEnclosure};
 use luenberger_observers::ObserverError;
 use luenberger_observers::mean_value::beta::mean_value;
 use luenberger_observers::mean_value::{Integral, MeanValueObserver};
 use luenberger_plants::counterexamples::Dimple;
 use luenberger_plants::{Chaotic, Differentiable, LinearPlant, Plant, StateSpace, flexible_joint};
+use luenberger_proof::certificate::Theorem;
+use luenberger_proof::{Interval, Matrix};
 use nalgebra::{DMatrix, DVector, SMatrix, SVector, Vector1, Vector3, Vector4, dmatrix};
 use proptest::prelude::*;
 
@@ -91,6 +94,37 @@ fn e_of_zero_is_an_ordinary_case() {
     let found = LeastSquares::new().solve(&plant, 0.0, &Vector4::repeat(1.0), &u, &Vector4::zeros()).unwrap();
     assert_eq!((found.beta, found.residual), (Vector4::repeat(0.5), Vector4::zeros()));
     assert_eq!(found.jacobian, luenberger_plants::state_jacobian(&plant, 0.0, &Vector4::repeat(1.0), &u));
+}
+
+/// x1' = x2, x2' = -a x1 - x2 with a between 1 and 2, and the number 0.5 known to two units in the last place.
+fn over(c: [f64; 2]) -> MeanValueDesign {
+    let between = |lo, hi| Interval::new(lo, hi).unwrap();
+    let half = between(0.5f64.next_down(), 0.5f64.next_up());
+    let a = Matrix::from_rows([[between(0.0, 0.0), half], [between(-2.0, -1.0), between(-1.0, -1.0)]]);
+    let c = Matrix::from_rows([c.map(|x| between(x, x))]);
+    let enclosure = JacobianEnclosure { a, c, parts: 1, excess: 0.0, branches: None };
+    MeanValueDesign::over(&Polytope::new(enclosure).unwrap(), 0.25, &GainOptions::default()).unwrap()
+}
+
+#[test]
+fn an_enclosure_goes_into_the_theorem_with_all_its_intervals() {
+    let design = over([1.0, 0.0]);
+    assert!(design.certificate.is_proved() && design.vertices.len() == 2 && design.overshoot.is_finite());
+    let Theorem::JacobianPolytope(theorem) = design.certificate.theorems()[0].theorem() else { panic!() };
+    for vertex in &theorem.vertices {
+        let half = vertex.a[(0, 1)].interval();
+        assert!(half.lo() < 0.5 && half.hi() > 0.5, "{half:?}");
+    }
+}
+
+/// The theorem speaks of C = [I 0]: whatever the gain, it is not one of a plant that measures something else.
+#[test]
+fn it_is_not_proved_where_the_outputs_are_not_the_first_states() {
+    for c in [[0.0, 1.0], [1.0, 1e-9], [1.0f64.next_up(), 0.0]] {
+        let design = over(c);
+        assert!(!design.certificate.is_proved() && !design.certificate.is_refuted(), "{c:?}");
+        assert!(design.overshoot.is_infinite());
+    }
 }
 
 #[test]

@@ -4,7 +4,10 @@ use core::fmt;
 
 use super::{CertificateFile, Claim, Fact, Region, Rejection, Theorem};
 use crate::error::ProofError;
+use crate::interval::Interval;
+use crate::matrix::Matrix;
 use crate::number::Number;
+use crate::verdict::{UndecidedReason, Verdict};
 
 /// A theorem with its data, all of whose inequalities are proved. It can only be constructed by the proof, and is
 /// immutable.
@@ -115,6 +118,27 @@ impl Certificate {
             let facts = theorem.facts()?;
             certificate.add(theorem, facts);
         }
+        Ok(certificate)
+    }
+
+    /// Verifies a theorem about the Jacobians of a plant that lie between the bounds `a` (n x n) and `c` (p x n). It is
+    /// proved only if its data [contain](Theorem::contains_jacobians) all of them.
+    ///
+    /// # Errors
+    /// As [`of`](Self::of).
+    pub fn of_jacobians(
+        theorem: impl Into<Theorem>,
+        a: &Matrix<Interval>,
+        c: &Matrix<Interval>,
+    ) -> Result<Self, ProofError> {
+        let theorem = theorem.into();
+        let mut facts = theorem.facts()?;
+        if !theorem.contains_jacobians(a, c) {
+            let undecided = Verdict::Undecided { why: UndecidedReason::OutsideTheData, best: f64::NAN };
+            facts.push(Fact::stated("every Jacobian between the bounds is one of the theorem", undecided));
+        }
+        let mut certificate = Self::default();
+        certificate.add(theorem, facts);
         Ok(certificate)
     }
 

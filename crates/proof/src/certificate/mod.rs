@@ -26,6 +26,7 @@
 mod error;
 mod evidence;
 mod fields;
+mod jacobians;
 mod json;
 mod limits;
 mod members;

@@ -49,7 +49,7 @@ pub use lyapunov::{
     stein_decrease,
 };
 pub use reduced_order::{ReducedOrder, reduced_order};
-pub use sector::{SectorTerm, sector_decrease};
+pub use sector::{SectorTerm, sector_decrease, sector_decrease_within};
 pub use semi_implicit::{semi_implicit_decrease, semi_implicit_room};
 pub use spectrum::{schur_stable, spectral_abscissa, spectral_radius};
 pub use super_twisting::super_twisting;

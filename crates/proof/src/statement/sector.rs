@@ -14,8 +14,9 @@
 
 use super::lyapunov::error_matrix;
 use super::{Expression, embed, embed_symmetric, number};
-use crate::definite::{Direction, Sense};
+use crate::definite::{self, Direction, Sense};
 use crate::error::ProofError;
+use crate::interval::Interval;
 use crate::matrix::Matrix;
 use crate::ring::Ring;
 use crate::verdict::Verdict;
@@ -46,33 +47,43 @@ struct SectorDecrease<'a> {
 
 impl Expression for SectorDecrease<'_> {
     fn evaluate<R: Ring>(&self) -> Result<Matrix<R>, ProofError> {
-        let n = self.a.rows();
-        let p = embed_symmetric::<R>(self.p, "P", n)?;
-        let half: R = number(0.5, "1/2")?;
-        let shift = Matrix::scalar(n, &number(self.alpha, "alpha")?);
-        // Half of the first diagonal block; its transpose is added at the end.
-        let mut first = p.product(&error_matrix::<R>(self.a, self.l, self.c)?.sum(&shift)?)?;
-        let (mut columns, mut taus): (Vec<Matrix<R>>, Vec<R>) = (vec![], vec![]);
-        for term in self.terms {
-            let (q, r) = (term.g.cols(), term.h.rows());
-            let (g, h) = (embed::<R>(&term.g, "G", (n, q))?, embed::<R>(&term.h, "H", (r, n))?);
-            let (low, high): (R, R) = (number(term.low, "low")?, number(term.high, "high")?);
-            let half_tau: R = number::<R>(term.tau, "tau")?.mul(&half);
-            first = first.difference(&h.transpose().product(&h)?.scaled(&half_tau.mul(&low.mul(&high))))?;
-            let mut column = p.product(&g)?;
-            if term.low != -term.high {
-                term.h.expect_shape("H of a sector that is not symmetric", (q, n))?;
-                column = column.sum(&h.transpose().scaled(&half_tau.mul(&low.add(&high))))?;
-            }
-            taus.extend(std::iter::repeat_n(number::<R>(-term.tau, "tau")?, q));
-            columns.push(column);
-        }
-        let places: Vec<(usize, usize)> =
-            columns.iter().enumerate().flat_map(|(k, block)| (0..block.cols()).map(move |j| (k, j))).collect();
-        let corner = Matrix::from_fn(n, places.len(), |i, j| columns[places[j].0][(i, places[j].1)].clone());
-        let last = Matrix::from_fn(taus.len(), taus.len(), |i, j| if i == j { taus[i].clone() } else { R::zero() });
-        first.plus_transpose()?.bordered(&corner, &last)
+        left_hand_side(&error_matrix::<R>(self.a, self.l, self.c)?, self.p, self.alpha, self.terms)
     }
+}
+
+/// The left-hand side of the block inequality, for F.
+fn left_hand_side<R: Ring>(
+    f: &Matrix<R>,
+    p: &Matrix<f64>,
+    alpha: f64,
+    terms: &[SectorTerm],
+) -> Result<Matrix<R>, ProofError> {
+    let n = f.rows();
+    let p = embed_symmetric::<R>(p, "P", n)?;
+    let half: R = number(0.5, "1/2")?;
+    let shift = Matrix::scalar(n, &number(alpha, "alpha")?);
+    // Half of the first diagonal block; its transpose is added at the end.
+    let mut first = p.product(&f.sum(&shift)?)?;
+    let (mut columns, mut taus): (Vec<Matrix<R>>, Vec<R>) = (vec![], vec![]);
+    for term in terms {
+        let (q, r) = (term.g.cols(), term.h.rows());
+        let (g, h) = (embed::<R>(&term.g, "G", (n, q))?, embed::<R>(&term.h, "H", (r, n))?);
+        let (low, high): (R, R) = (number(term.low, "low")?, number(term.high, "high")?);
+        let half_tau: R = number::<R>(term.tau, "tau")?.mul(&half);
+        first = first.difference(&h.transpose().product(&h)?.scaled(&half_tau.mul(&low.mul(&high))))?;
+        let mut column = p.product(&g)?;
+        if term.low != -term.high {
+            term.h.expect_shape("H of a sector that is not symmetric", (q, n))?;
+            column = column.sum(&h.transpose().scaled(&half_tau.mul(&low.add(&high))))?;
+        }
+        taus.extend(std::iter::repeat_n(number::<R>(-term.tau, "tau")?, q));
+        columns.push(column);
+    }
+    let places: Vec<(usize, usize)> =
+        columns.iter().enumerate().flat_map(|(k, block)| (0..block.cols()).map(move |j| (k, j))).collect();
+    let corner = Matrix::from_fn(n, places.len(), |i, j| columns[places[j].0][(i, places[j].1)].clone());
+    let last = Matrix::from_fn(taus.len(), taus.len(), |i, j| if i == j { taus[i].clone() } else { R::zero() });
+    first.plus_transpose()?.bordered(&corner, &last)
 }
 
 /// The block inequality above, for L, P and the multipliers exactly as given. With [`positive`](super::positive) of P
@@ -108,4 +119,28 @@ pub fn sector_decrease(
     terms: &[SectorTerm],
 ) -> Result<Verdict<Direction>, ProofError> {
     SectorDecrease { a, l, c, p, alpha, terms }.decide(Sense::NegativeDefinite)
+}
+
+/// As [`sector_decrease`], for every pair (A, C) between these bounds: where they vary in time, too. If all data are
+/// single numbers, the decision is that of [`sector_decrease`], exact if necessary.
+///
+/// # Errors
+/// As [`sector_decrease`].
+pub fn sector_decrease_within(
+    a: &Matrix<Interval>,
+    l: &Matrix<f64>,
+    c: &Matrix<Interval>,
+    p: &Matrix<f64>,
+    alpha: f64,
+    terms: &[SectorTerm],
+) -> Result<Verdict<Direction>, ProofError> {
+    if a.as_slice().iter().chain(c.as_slice()).all(Interval::is_point) {
+        return sector_decrease(&a.map(Interval::lo), l, &c.map(Interval::lo), p, alpha, terms);
+    }
+    let n = a.rows();
+    a.expect_shape("A", (n, n))?;
+    c.expect_shape("C", (c.rows(), n))?;
+    let l = embed::<Interval>(l, "L", (n, c.rows()))?;
+    let f = a.difference(&l.product(c)?)?;
+    definite::decide(&left_hand_side(&f, p, alpha, terms)?, Sense::NegativeDefinite)
 }

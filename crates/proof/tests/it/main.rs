@@ -14,6 +14,7 @@ mod gram;
 mod hidden;
 mod hostile_files;
 mod interval;
+mod jacobians;
 mod kkl;
 mod left_inverses;
 mod matrix;

@@ -2,7 +2,7 @@
 
 use std::fmt::Write;
 
-use luenberger_proof::wording::{counted, significant};
+use luenberger_proof::wording::{capital, counted, significant};
 
 use super::candidate::Candidate;
 use super::ranking::{Criteria, Criterion, Ranked, ratio};
@@ -249,9 +249,4 @@ impl Ranking<'_> {
             ),
         })
     }
-}
-
-fn capital(text: &str) -> String {
-    let mut letters = text.chars();
-    letters.next().map(|first| first.to_uppercase().collect::<String>() + letters.as_str()).unwrap_or_default()
 }

@@ -30,7 +30,6 @@ pub(super) enum Misfit {
     NotRegression { worst: ResidualWitness, inputs: usize },
     Silent { delta: f64, window: f64, from: f64, direction: Vec<f64> },
     UnnamedMaps,
-    NonlinearOutput { output: usize, state: usize, low: f64, high: f64 },
 }
 
 impl From<DesignError> for Misfit {
@@ -143,6 +142,16 @@ pub(super) fn not_linear(study: &Study, requested: &ObserverSpec) -> FailureRepo
 pub(super) fn misfit(study: &Study, requested: &ObserverSpec, misfit: &Misfit) -> FailureReport {
     let kind = requested.kind.name();
     let (hypothesis, alternatives) = match misfit {
+        Misfit::Design(DesignError::VaryingOutput { output, state, low, high }) => {
+            let hypothesis = format!(
+                "the kind {kind} needs outputs that are linear in the state, and the derivative of {} by {} is between {} and {}",
+                study.plant.outputs[*output],
+                study.plant.states[*state],
+                shortest(*low),
+                shortest(*high)
+            );
+            (hypothesis, for_nonlinear(study, kind))
+        }
         Misfit::Design(error) => {
             let alternatives = match error {
                 DesignError::Linalg(
@@ -316,16 +325,6 @@ pub(super) fn misfit(study: &Study, requested: &ObserverSpec, misfit: &Misfit) -
                 .to_owned(),
             vec!["other names in [plant]; xi1, xi2, .. are those of the observer".to_owned()],
         ),
-        Misfit::NonlinearOutput { output, state, low, high } => {
-            let hypothesis = format!(
-                "the kind {kind} needs outputs that are linear in the state, and the derivative of {} by {} is between {} and {}",
-                study.plant.outputs[*output],
-                study.plant.states[*state],
-                shortest(*low),
-                shortest(*high)
-            );
-            (hypothesis, for_nonlinear(study, kind))
-        }
     };
     failure(requested, hypothesis, alternatives).caused_by(misfit)
 }

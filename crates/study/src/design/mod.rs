@@ -305,6 +305,7 @@ fn fact(fact: &Fact, vertices: &[String]) -> FactReport {
         }
         Verdict::Proved { .. } => "verified; no margin".to_owned(),
         Verdict::Refuted { witness } => format!("false: {witness}"),
+        Verdict::Undecided { why, best } if best.is_nan() => format!("undecided: {why}"),
         Verdict::Undecided { why, best } => {
             format!("undecided: {why} (margin in floating point: {})", significant(*best, 4))
         }

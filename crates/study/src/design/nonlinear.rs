@@ -4,12 +4,12 @@ use luenberger_design::enclosure::enclose;
 use luenberger_design::lpv::Polytope;
 use luenberger_design::number::decay;
 use luenberger_design::{
-    DesignError, GainOptions, LipschitzDesign, LipschitzPlant, LpvDesign, LpvError, MeanValueDesign, Region, Sector,
+    DesignError, GainOptions, LipschitzDesign, LipschitzPlant, LpvDesign, LpvError, MeanValueDesign, ProvedTheorem,
+    Region, Sector,
 };
 use luenberger_observers::{ExtendedKalmanFilter, HighGainObserver, Integral, NoiseModel, Observer};
 use luenberger_plants::Plant;
-use luenberger_proof::wording::at_most;
-use luenberger_proof::wording::significant;
+use luenberger_proof::wording::{at_most, capital, significant};
 use nalgebra::{DMatrix, DVector};
 
 use super::explain::Misfit;
@@ -61,9 +61,9 @@ pub(super) fn lpv(study: &Study, region: &Region, rate: &RateSpec, options: &Gai
 /// Where the vertices are too many: the norm-bounded form, with a sector for each entry that varies and one inequality
 /// in place of one for each vertex. It is sufficient only.
 fn beyond_vertices(study: &Study, region: &Region, rate: &RateSpec, options: &GainOptions) -> Result<Designed, Misfit> {
-    let (a, c, sectors) = sectors(&study.plant.model, region)?;
-    let count = sectors.len();
-    let plant = LipschitzPlant::new(a, c, sectors)?;
+    let enclosure = enclose(&study.plant.model, region)?;
+    let plant = LipschitzPlant::over(&enclosure)?;
+    let count = plant.sectors().len();
     let at = |rate| LipschitzDesign::new_with(&plant, None, rate, options);
     let design = match rate {
         RateSpec::Rate(rate) => at(*rate)?,
@@ -73,46 +73,7 @@ fn beyond_vertices(study: &Study, region: &Region, rate: &RateSpec, options: &Ga
     let whose = format!(
         "{count} entries of the Jacobians vary, too many for a polytope with 2^{count} vertices: the norm-bounded form is used, which is more conservative."
     );
-    by_sectors(study, &design, region, &whose)
-}
-
-/// A, C and the sectors of a plant.
-type Split = (DMatrix<f64>, DMatrix<f64>, Vec<Sector>);
-
-/// The entries of Df that vary over the box, each as its own sector: by the mean value theorem, applied to each
-/// component, `f_i(x) - f_i(z) = sum_j a_ij (x_j - z_j)` with every `a_ij` between the bounds of that entry.
-fn sectors(model: &Model, region: &Region) -> Result<Split, Misfit> {
-    let n = model.size().states;
-    let jacobians = enclose(model, region)?;
-    let size = (0..n * n).map(|k| &jacobians.a[(k / n, k % n)]).map(|x| x.lo().abs().max(x.hi().abs()));
-    let size = size.filter(|x| x.is_finite()).fold(0.0, f64::max);
-    let mut a = DMatrix::zeros(n, n);
-    let mut sectors = Vec::new();
-    for i in 0..n {
-        for j in 0..n {
-            let entry = &jacobians.a[(i, j)];
-            // An entry that is constant up to the rounding of its enclosure is a coefficient.
-            if entry.width() <= 8.0 * f64::EPSILON * size {
-                a[(i, j)] = f64::midpoint(entry.lo(), entry.hi());
-            } else {
-                let (mut g, mut h) = (DMatrix::zeros(n, 1), DMatrix::zeros(1, n));
-                (g[(i, 0)], h[(0, j)]) = (1.0, 1.0);
-                sectors.push(Sector::slope(g, h, entry.lo(), entry.hi()));
-            }
-        }
-    }
-    let outputs = model.size().outputs;
-    let mut c = DMatrix::zeros(outputs, n);
-    for i in 0..outputs {
-        for j in 0..n {
-            let entry = &jacobians.c[(i, j)];
-            if entry.width() > 8.0 * f64::EPSILON * entry.lo().abs().max(entry.hi().abs()) {
-                return Err(Misfit::NonlinearOutput { output: i, state: j, low: entry.lo(), high: entry.hi() });
-            }
-            c[(i, j)] = f64::midpoint(entry.lo(), entry.hi());
-        }
-    }
-    Ok((a, c, sectors))
+    by_sectors(study, &design, &enclosure.hypothesis(region, "xhat", "t"), &whose)
 }
 
 pub(super) fn lipschitz(
@@ -123,14 +84,20 @@ pub(super) fn lipschitz(
     gain: Option<&DMatrix<f64>>,
     options: &GainOptions,
 ) -> Result<Designed, Misfit> {
-    let model = &study.plant.model;
-    let (read_a, c, read) = sectors(model, region)?;
-    let (a, sectors, whose) = match split {
-        Some((a, sectors)) => (a.clone(), sectors.clone(), "The sectors are those of the study; they are not checked."),
-        None => (read_a, read, "The sectors enclose the Jacobian over the region."),
+    let enclosure = enclose(&study.plant.model, region)?;
+    let read = LipschitzPlant::over(&enclosure)?;
+    let plant = match split {
+        Some((a, sectors)) => read.with_sectors(a.clone(), sectors.clone())?,
+        None => read,
     };
-    let plant = LipschitzPlant::new(a, c, sectors)?;
-    by_sectors(study, &LipschitzDesign::new_with(&plant, gain, rate, options)?, region, whose)
+    let design = LipschitzDesign::new_with(&plant, gain, rate, options)?;
+    let contains = |proved: &ProvedTheorem| proved.theorem().contains_jacobians(&enclosure.a, &enclosure.c);
+    let whose = if split.is_none() || design.certificate.theorems().first().is_some_and(contains) {
+        "The sectors enclose the Jacobian over the region."
+    } else {
+        "The sectors are those of the study; they are not checked."
+    };
+    by_sectors(study, &design, &enclosure.hypothesis(region, "xhat", "t"), whose)
 }
 
 /// The design of the greatest rate up to the ceiling, to one hundredth of it.
@@ -138,30 +105,27 @@ fn fastest(
     at: impl Fn(f64) -> Result<LipschitzDesign, DesignError>,
     ceiling: f64,
 ) -> Result<LipschitzDesign, DesignError> {
-    if let Ok(design) = at(ceiling) {
+    let proved = |rate| at(rate).ok().filter(|design| design.certificate.is_proved());
+    if let Some(design) = proved(ceiling) {
         return Ok(design);
     }
     let (mut best, mut low, mut high) = (at(0.0)?, 0.0, ceiling);
     while high - low > 0.01 * ceiling {
         let middle = f64::midpoint(low, high);
-        match at(middle) {
-            Ok(design) => (best, low) = (design, middle),
-            Err(_) => high = middle,
+        match proved(middle) {
+            Some(design) => (best, low) = (design, middle),
+            None => high = middle,
         }
     }
     Ok(best)
 }
 
-/// The report of a design by sectors; `whose` says where they come from.
-fn by_sectors(study: &Study, design: &LipschitzDesign, region: &Region, whose: &str) -> Result<Designed, Misfit> {
+/// The report of a design by sectors under a hypothesis; `whose` says where they come from.
+fn by_sectors(study: &Study, design: &LipschitzDesign, hypothesis: &str, whose: &str) -> Result<Designed, Misfit> {
     let count = design.plant.sectors().len();
     let who = match count {
         1 => "every nonlinearity within its sector".to_owned(),
         count => format!("all {count} nonlinearities within their sectors"),
-    };
-    let box_ = match region.to_string().as_str() {
-        "everywhere" => "From every x(0) and xhat(0)".to_owned(),
-        bounds => format!("As long as x(t) and xhat(t) stay in the box ({bounds})"),
     };
     let decays = match design.rate {
         0.0 => "tends to 0".to_owned(),
@@ -172,7 +136,7 @@ fn by_sectors(study: &Study, design: &LipschitzDesign, region: &Region, whose: &
     let mut numbers = vec![lower_bound("rate", design.rate), number("sectors", count as f64)];
     numbers.extend(noise.numbers());
     let report = DesignReport {
-        statement: format!("{box_}, the error {decays}, for {who}. {whose}"),
+        statement: format!("{}, the error {decays}, for {who}. {whose}", capital(hypothesis)),
         matrices: vec![matrix("L", &design.l), matrix("P", &design.p)],
         numbers,
         noise_deviation: noise.deviation,
@@ -192,29 +156,21 @@ pub(super) fn mean_value(
 ) -> Result<Designed, Misfit> {
     let model = &study.plant.model;
     let polytope = Polytope::new(enclose(model, region)?)?;
-    let vertices: Vec<DMatrix<f64>> = polytope.vertices.iter().map(|vertex| vertex.a.clone()).collect();
-    let design = MeanValueDesign::new_with(&vertices, model.size().outputs, rate, options)?;
+    let design = MeanValueDesign::over(&polytope, rate, options)?;
     let names: Vec<String> = polytope.vertices.iter().map(ToString::to_string).collect();
     let observer = design.observer(model.clone(), eta, Integral, DVector::from_column_slice(internal_error))?;
-    let hypothesis = match region.to_string().as_str() {
-        "everywhere" => ", from every x(0) and z(0)".to_owned(),
-        bounds => format!(" as long as x(t) and z(t) stay in the box ({bounds})"),
-    };
-    let hypothesis = match &polytope.enclosure.branches {
-        Some(branches) => format!("{hypothesis}, provided that {branches}"),
-        None => hypothesis,
-    };
+    let hypothesis = polytope.enclosure.hypothesis(region, "z", "t");
     let noise = NoiseGain::of(study, polytope.vertices.iter().map(|vertex| (&vertex.a, &vertex.c)), &design.l, None);
     let mut numbers = vec![
         lower_bound("rate", design.rate),
         upper_bound("overshoot", design.overshoot),
         number("eta", eta),
-        number("vertices", vertices.len() as f64),
+        number("vertices", polytope.vertices.len() as f64),
     ];
     numbers.extend(noise.numbers());
     let report = DesignReport {
         statement: format!(
-            "With z = xhat + e, |x(t) - z(t)| <= {} |x(0) - z(0)| {}{hypothesis}.",
+            "With z = xhat + e, |x(t) - z(t)| <= {} |x(0) - z(0)| {}, {hypothesis}.",
             at_most(design.overshoot, 5),
             decay(rate)
         ),

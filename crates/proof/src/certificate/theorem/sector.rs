@@ -1,31 +1,34 @@
 //! The observer of a plant with nonlinearities in sectors.
 //!
 //! **Hypotheses.** `P > 0` and the block inequality of the S-procedure, at the head of `statement/sector.rs`, for the
-//! terms `G_k phi_k(H_k x)` in the incremental sectors `[low_k, high_k]`.
+//! terms `G_k phi_k(H_k x)` in the incremental sectors `[low_k, high_k]`, for every pair (A, C) between its bounds.
 //!
 //! **Theorem.** `V = e'Pe` decays faster than `exp(-2 rate t)` along the error of `xhat' = A xhat + sum G_k phi_k(H_k
-//! xhat) + L(y - C xhat)`, for every phi_k in its sector. The certificate does not show that the nonlinearities of a
-//! plant lie in the sectors where x and xhat are; this must be shown separately.
+//! xhat) + L(y - C xhat)`, for every phi_k in its sector; and along `e' = (A(t) - L C(t))e + sum G_k w_k`, also where A
+//! and C vary between their bounds, for all w_k in the sectors. The certificate does not show that the nonlinearities
+//! of a plant lie in the sectors where x and xhat are; this must be shown separately.
 //!
 //! **Proof.** With the increments w the block inequality bounds `V' + 2 rate V` by minus the sum of the sectors'
-//! quadratic forms times their multipliers, all of which are nonnegative: see [`sector_decrease`].
+//! quadratic forms times their multipliers, all of which are nonnegative, at each time for the A and C of that time:
+//! see [`sector_decrease`](crate::statement::sector_decrease).
 
 use super::super::Fault;
 use super::super::fields::{Field, LARGEST_ORDER};
 use super::super::members::members;
-use super::{Fact, FileError, Statement, check_rate, counted, decay, rate_term};
+use super::{Fact, FileError, Statement, are_points, check_rate, counted, decay, enclosed, intervals, rate_term};
 use crate::error::ProofError;
 use crate::matrix::Matrix;
-use crate::statement::{SectorTerm, positive, sector_decrease};
+use crate::number::Datum;
+use crate::statement::{SectorTerm, positive, sector_decrease_within};
 use crate::wording::exact;
 
 /// The data of the theorem; the head of the file has statement and proof.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SectorConvergence {
     /// The linear part, n x n.
-    pub a: Matrix<f64>,
+    pub a: Matrix<Datum>,
     /// The output matrix, p x n.
-    pub c: Matrix<f64>,
+    pub c: Matrix<Datum>,
     /// The nonlinearities with their multipliers.
     pub terms: Vec<SectorTerm>,
     /// The gain L, n x p, as stored.
@@ -62,7 +65,14 @@ impl Statement for SectorConvergence {
                     "[F'P + PF{} - sum tau low high H'H, PG + tau (low + high)/2 H'; *, -tau I] < 0 for F = A - LC",
                     rate_term(self.rate, "P")
                 ),
-                sector_decrease(&self.a, &self.l, &self.c, &self.p, self.rate, &self.terms)?,
+                sector_decrease_within(
+                    &intervals(&self.a),
+                    &self.l,
+                    &intervals(&self.c),
+                    &self.p,
+                    self.rate,
+                    &self.terms,
+                )?,
             ),
         ])
     }
@@ -76,8 +86,15 @@ impl Statement for SectorConvergence {
                 sectors.join(", and ")
             ),
         };
+        let data = [&self.a, &self.c];
+        let varying = if are_points(data) {
+            String::new()
+        } else {
+            let enclosed = enclosed(data, "");
+            format!("{enclosed} It holds for e' = (A(t) - L C(t))e + sum_k G_k w_k where they vary in time, too.")
+        };
         format!(
-            "For every plant x' = Ax + sum_k G_k phi_k(t, H_k x, u) + g(t, y, u), y = Cx with {}, {} and {}, {increments}, and the observer xhat' = A xhat + sum_k G_k phi_k(t, H_k xhat, u) + g(t, y, u) + L(y - C xhat), e = x - xhat: {}, from every e(0). That the nonlinearities of a plant satisfy this, where x and xhat are, is a hypothesis.",
+            "For every plant x' = Ax + sum_k G_k phi_k(t, H_k x, u) + g(t, y, u), y = Cx with {}, {} and {}, {increments}, and the observer xhat' = A xhat + sum_k G_k phi_k(t, H_k xhat, u) + g(t, y, u) + L(y - C xhat), e = x - xhat: {}, from every e(0). That the nonlinearities of a plant satisfy this, where x and xhat are, is a hypothesis.{varying}",
             counted(self.a.rows(), "state"),
             counted(self.c.rows(), "output"),
             match self.terms.len() {
@@ -91,8 +108,8 @@ impl Statement for SectorConvergence {
 
 members! { SectorConvergence {
     "plant" {
-        a = "A".square();
-        c = "C".matrix_with_columns(a.rows());
+        a = "A".square_data();
+        c = "C".data_with_columns(a.rows());
         terms = "sectors".by(|sectors| read_terms(sectors, a.rows()));
     }
     "observer" { l = "L".matrix((a.rows(), c.rows())); }
