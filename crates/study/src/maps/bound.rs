@@ -16,7 +16,7 @@ use crate::model::Model;
 /// Why there is none, as a clause.
 pub(crate) fn kkl_error_bound(model: &Model, maps: &KklMaps, region: &Region) -> Result<KklErrorBound, String> {
     let plant = model.expressions().map_err(|error| error.to_string())?;
-    let texts = texts(&plant, maps, written(plant.f(), plain)?)?;
+    let texts = texts(&plant, maps, written(plant.f(), |variable| Some(plain(variable)))?)?;
     error_bound(&texts, &bounds(maps, region)?).map_err(|why| why.to_string())
 }
 
@@ -51,17 +51,17 @@ fn written(of: &[Expression], name: impl Fn(Variable) -> Option<String>) -> Resu
 }
 
 /// The names of the variables of f and h.
-fn plain(variable: Variable) -> Option<String> {
-    Some(match variable {
+fn plain(variable: Variable) -> String {
+    match variable {
         Variable::State(k) => format!("x{}", k + 1),
         Variable::Input(k) => format!("u{}", k + 1),
-    })
+    }
 }
 
 /// Plant and maps in the notation of certificates, with this f.
 fn texts(plant: &ExpressionPlant, maps: &KklMaps, f: Vec<String>) -> Result<KklTexts, String> {
     let inputs = maps.plant.inputs;
-    let h = written(plant.h(), plain)?;
+    let h = written(plant.h(), |variable| Some(plain(variable)))?;
     // phi is evaluated with x and y = h(x); the others with xi and (u, y).
     let of_state = |variable: Variable| match variable {
         Variable::State(k) => Some(format!("x{}", k + 1)),
