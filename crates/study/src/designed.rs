@@ -12,7 +12,8 @@ pub struct Designed {
     pub runnable: Runnable,
     /// Its design in numbers and words.
     pub report: DesignReport,
-    /// The certificate of the design; none for observers with measured evidence or without evidence.
+    /// What is certified; none for observers without a theorem. Where the verdict is measured it is a part of what the
+    /// design rests on, such as the stability of a matrix.
     pub certificate: Option<Certificate>,
     /// The result of the search of an optimal cubic observer, of which a sampled form is made without a second one.
     pub(crate) optimal: Option<Box<OptimalCubicDesign>>,
@@ -21,5 +22,10 @@ pub struct Designed {
 impl Designed {
     pub(crate) fn new(runnable: Runnable, report: DesignReport, certificate: Option<Certificate>) -> Self {
         Self { runnable, report, certificate, optimal: None }
+    }
+
+    /// Whether the statement of the design is proved, and not a certificate of a part of it alone.
+    pub(crate) fn is_proved(&self) -> bool {
+        self.certificate.is_some() && self.report.verdict == "proved"
     }
 }

@@ -37,4 +37,4 @@ pub use paths::Undefined;
 pub use place::{Axis, Entry, Place};
 pub use region::Region;
 pub use scalar::IntervalDual;
-pub use subdivide::{JacobianEnclosure, enclose};
+pub use subdivide::{JacobianEnclosure, enclose, output_bounds};

@@ -6,7 +6,7 @@ use luenberger_proof::{Interval, Matrix};
 use super::branches::{Branches, Gap};
 use super::error::EnclosureError;
 use super::evaluation::{Evaluation, Failure, Sides, middle};
-use super::paths::Undefined;
+use super::paths::{Undefined, explore};
 use super::place::{Axis, Entry, Place};
 use super::region::Region;
 use super::scalar::IntervalDual;
@@ -161,6 +161,43 @@ impl JacobianEnclosure {
 /// [`EnclosureError`] names the entry or the operation, and the point.
 pub fn enclose<S: Plant<IntervalDual>>(plant: &S, region: &Region) -> Result<JacobianEnclosure, EnclosureError> {
     enclose_sides(plant, region)
+}
+
+/// Bounds of h over the box, on every branch that the box leaves open. An entry without bounds is unbounded.
+///
+/// ```
+/// use luenberger_design::{Region, enclosure::output_bounds};
+/// use luenberger_plants::flexible_joint;
+/// // y = (x1, x2).
+/// let bounds = output_bounds(&flexible_joint::classical(), &Region::new(&[(-1.0, 2.0), (0.0, 0.5), (0.0, 1.0), (0.0, 1.0)]))?;
+/// assert_eq!((bounds[0].lo(), bounds[0].hi(), bounds[1].hi()), (-1.0, 2.0, 0.5));
+/// # Ok::<(), luenberger_design::enclosure::EnclosureError>(())
+/// ```
+/// # Errors
+/// [`EnclosureError`] names an operation that is not defined on the whole box.
+pub fn output_bounds<S: Plant<IntervalDual>>(plant: &S, region: &Region) -> Result<Vec<Interval>, EnclosureError> {
+    let evaluation = &Evaluation { plant, size: plant.size() };
+    let axes = region.axes(evaluation.size)?;
+    let whole = Cell { halvings: vec![0; axes.len()], axes };
+    let ways = explore(|| evaluation.over("h", &whole.axes, None)).map_err(|why| {
+        let outcome = Outcome::Undefined(why, "h");
+        located(evaluation, &whole, &whole, &outcome)
+    })?;
+    let mut bounds: Vec<Interval> = Vec::new();
+    for way in ways {
+        let values: Vec<Interval> = match way {
+            Ok(values) => values.iter().map(IntervalDual::value).collect(),
+            Err(Failure::Wrong(error)) => return Err(error),
+            Err(Failure::Undefined(why, side)) => {
+                return Err(located(evaluation, &whole, &whole, &Outcome::Undefined(why, side)));
+            }
+        };
+        bounds = match bounds.len() {
+            0 => values,
+            _ => bounds.iter().zip(&values).map(|(all, one)| all.hull(one)).collect(),
+        };
+    }
+    Ok(bounds)
 }
 
 fn enclose_sides(plant: &dyn Sides, region: &Region) -> Result<JacobianEnclosure, EnclosureError> {

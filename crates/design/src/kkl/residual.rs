@@ -2,7 +2,7 @@
 
 use luenberger_proof::{Interval, Ring, UndecidedReason, Verdict};
 
-use super::candidate::Pieces;
+use super::candidate::{Pieces, still};
 use super::error::KklError;
 use super::witness::{BoxPoint, ResidualWitness};
 use crate::enclosure::IntervalDual;
@@ -21,6 +21,9 @@ pub struct Residual {
     pub bounds: Vec<f64>,
     /// Whether the two sides could be collected before they were enclosed; else what stood in the way.
     pub collected: Result<(), &'static str>,
+    /// Whether phi is known to be continuous on the box: it has a collected form, or leaves no comparison open. Where it
+    /// jumps, `Dphi f` does not tell how phi moves.
+    pub continuous: bool,
     /// Points sampled.
     pub points: usize,
     /// Of how many parts of the box the bounds are the largest.
@@ -216,7 +219,12 @@ pub(super) fn residual<C: Pieces<IntervalDual> + Pieces<SymbolicPolynomial>>(
         let width = bounds.iter().copied().fold(0.0, f64::max);
         Verdict::Undecided { why: UndecidedReason::DataTooUncertain { width }, best: -worst.at_least }
     };
-    Ok(Residual { worst, scales, bounds, collected, points: points.len(), parts: parts.len(), verdict })
+    let is_unbranched = || {
+        let (x, _, t) = still(axes, size);
+        explore(|| candidate.image(t, &x, &candidate.output(t, &x))).is_ok_and(|ways| ways.len() == 1)
+    };
+    let continuous = collected.is_ok() || is_unbranched();
+    Ok(Residual { worst, scales, bounds, collected, continuous, points: points.len(), parts: parts.len(), verdict })
 }
 
 /// The two halves along the coordinate that is widest as a share of the box; none where nothing can be halved.

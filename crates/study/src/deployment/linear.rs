@@ -77,6 +77,13 @@ pub(super) fn evidence(
             spec.norm.name()
         ));
     }
+    if let (ObserverKind::ProportionalIntegral { chain, .. }, true) = (&observer.kind, file.is_some()) {
+        let rate = match chain.unwrap_or(1) {
+            1 => "constant disturbances".to_owned(),
+            chain => format!("disturbances whose derivative of order {chain} is 0"),
+        };
+        sentences.push(format!("The plant of the certificate is that of the study with {rate} among its states."));
+    }
     if file.is_none() {
         sentences.push("No stability certificate.".to_owned());
     } else if fed {

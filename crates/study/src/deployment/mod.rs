@@ -345,6 +345,7 @@ fn around(
         initial: None,
         certificate: Some(sampled.certificate.clone()),
         statement: "For the linearisation at the operating point, sampled with the input held: the estimation error tends to 0 exponentially from every initial error. Nothing is proved of large deviations of the nonlinear plant.".to_owned(),
+        remark: "",
     })))
 }
 

@@ -1,6 +1,6 @@
 //! Observers of nonlinear plants with a step for each sample.
 
-use luenberger_design::Certificate;
+use luenberger_design::{Certificate, ProvedTheorem};
 use luenberger_export::ExportableObserver;
 use luenberger_export::extension::ExpressionObserver;
 use luenberger_export::moving_horizon::MovingHorizon;
@@ -34,16 +34,30 @@ pub struct NonlinearStep {
     pub observer: ExportableObserver,
     /// The first estimate, where it is not that of the study.
     pub initial: Option<Vec<f64>>,
-    /// The certificate of the design, if it has one: of the step as designed in discrete time, of the observer in
-    /// continuous time otherwise.
+    /// The certificate of the statement, if the statement is proved: of the step as designed in discrete time, of the
+    /// observer in continuous time otherwise.
     pub certificate: Option<Certificate>,
-    /// What the design says.
+    /// What the design says of the error.
     pub statement: String,
+    /// What else is to be known of the step.
+    pub remark: &'static str,
 }
 
 impl NonlinearStep {
     fn uncertified(observer: ExportableObserver, statement: &str) -> Self {
-        Self { observer, initial: None, certificate: None, statement: statement.to_owned() }
+        Self { observer, initial: None, certificate: None, statement: statement.to_owned(), remark: "" }
+    }
+
+    /// The step of a design: its statement and its certificate are those of the design, and a certificate of a part of
+    /// what the statement needs proves nothing of the step.
+    fn of(designed: &Designed, observer: ExportableObserver) -> Self {
+        let Designed { report, certificate, .. } = designed;
+        let statement = match report.verdict.as_str() {
+            "measured" => format!("Measured, not proved: {}", report.statement),
+            _ => report.statement.clone(),
+        };
+        let certificate = certificate.clone().filter(|_| designed.is_proved());
+        Self { observer, initial: None, certificate, statement, remark: "" }
     }
 
     /// What is proved of the step in this format.
@@ -53,12 +67,17 @@ impl NonlinearStep {
             ExportableObserver::Discrete(_) => {
                 ("with the gains as designed", format!("Rounding to {format} on the target is not covered."))
             }
-            ExportableObserver::Step(_) => (
-                "for the observer in continuous time",
-                format!(
+            ExportableObserver::Step(_) => {
+                let rest = format!(
                     "The step in this code solves the implicit equation in closed form; rounding to {format} is not covered."
-                ),
-            ),
+                );
+                // The design says of the sampled observer what the theorem does not.
+                let theorems = self.certificate.iter().flat_map(Certificate::theorems);
+                let words: Vec<String> = theorems.map(ProvedTheorem::words).collect();
+                let statement = if words.is_empty() { self.statement.clone() } else { words.join(" ") };
+                let of_what = "for the observer in continuous time";
+                return of_statement(title, self.certificate.as_ref(), of_what, &statement, &rest);
+            }
             ExportableObserver::SampledNonlinear(_) | ExportableObserver::Extension(_) => (
                 "for the observer in continuous time",
                 format!(
@@ -87,7 +106,9 @@ impl NonlinearStep {
                 return Evidence { sentences, file: None };
             }
         };
-        of_statement(title, self.certificate.as_ref(), of_what, &self.statement, &rest)
+        let mut evidence = of_statement(title, self.certificate.as_ref(), of_what, &self.statement, &rest);
+        evidence.sentences.extend((!self.remark.is_empty()).then(|| self.remark.to_owned()));
+        evidence
     }
 }
 
@@ -123,19 +144,15 @@ fn extension(
         None => substeps_of(study, observer, &written, &plant, period)?,
     };
     let sampled = InterSampleObserver::new(plant, written, period, substeps);
-    Ok(NonlinearStep {
-        observer: ExportableObserver::Extension(sampled.map_err(|error| (error.to_string(), Vec::new()))?),
-        initial: None,
-        certificate: designed.certificate.clone(),
-        statement: format!("{}{}", preface(&designed.runnable), designed.report.statement),
-    })
+    let observer = ExportableObserver::Extension(sampled.map_err(|error| (error.to_string(), Vec::new()))?);
+    Ok(NonlinearStep { remark: remark(&designed.runnable), ..NonlinearStep::of(designed, observer) })
 }
 
 /// What the sampled form of an observer has in addition.
-fn preface(runnable: &Runnable) -> &'static str {
+fn remark(runnable: &Runnable) -> &'static str {
     match runnable {
         Runnable::UnknownInput(_) | Runnable::UnknownInputCubic(_) => {
-            "The statement is that of the observer in continuous time. Between two samples the disturbance is not seen: it adds an error of the order of the period times the disturbance. "
+            "Between two samples the disturbance is not seen: it adds an error of the order of the period times the disturbance."
         }
         _ => "",
     }
@@ -190,22 +207,16 @@ pub(super) fn sampled(
     let plain = |why: String| (why, Vec::new());
     let plant = study.plant.model.expressions().map_err(|error| plain(error.to_string()))?;
     let Designed { runnable, report, certificate, .. } = designed;
-    let of_design = |observer: ExportableObserver| NonlinearStep {
-        observer,
-        initial: None,
-        certificate: certificate.clone(),
-        statement: report.statement.clone(),
-    };
-    let with_gain = |l: DMatrix<f64>, initial: Vec<f64>, preface: &str| {
+    let of_design = |observer: ExportableObserver| NonlinearStep::of(designed, observer);
+    let with_gain = |l: DMatrix<f64>, initial: Vec<f64>, remark: &'static str| {
         let substeps = match substeps {
             Some(substeps) => substeps,
             None => substeps_for(study, &plant, &l, &initial, period)?,
         };
         let observer = SampledNonlinearObserver::new(plant.clone(), l, period, substeps)
             .map_err(|error| plain(error.to_string()))?;
-        let statement = format!("{preface}{}", report.statement);
         let step = of_design(ExportableObserver::SampledNonlinear(observer));
-        Ok(NonlinearStep { initial: Some(initial), statement, ..step })
+        Ok(NonlinearStep { initial: Some(initial), remark, ..step })
     };
     match runnable {
         Runnable::NonlinearLuenberger(designed) => with_gain(designed.l().clone(), observer.initial.clone(), ""),
@@ -216,7 +227,7 @@ pub(super) fn sampled(
                 .cloned()
                 .ok_or_else(|| plain("the observer as printed has no constant gain".to_owned()))?;
             let first = observer.initial.iter().zip(injected.internal_error().iter()).map(|(xhat, e)| xhat + e);
-            with_gain(l, first.collect(), "The exported estimate is z. ")
+            with_gain(l, first.collect(), "The exported estimate is z.")
         }
         Runnable::HighGain(chains) => {
             let (map, gain) = (chains.map(), chains.gain());

@@ -1,94 +1,52 @@
 //! Immersion-and-invariance observers with given maps: what is proved of the distance `d = beta(y, chi) - phi(x)`.
 //!
-//! Where D_chi beta has full row rank and rho = 0, (18) makes `d' = K(phi^L(phi(x) + d, y)) - K(x)` with
+//! Where D_chi beta has full row rank, rho = 0, h does not read the time and phi^L(phi(x), h(x)) = x, (18) makes
+//! `d' = K(phi^L(phi(x) + d, y)) - K(phi^L(phi(x), y))` with
 //! ```text
 //!     K(x) = Dphi(x) f(x, u) - D_y beta(y, chi) Dh(x) f(x, u)
 //! ```
-//! so that `d' = M d` with M a mean of `d K(phi^L(z, y))/dz`. If one P proves every matrix of the enclosure of these
-//! derivatives over the region to be Hurwitz, d decays exponentially as long as x and xhat stay there: (A5).
+//! so that `d' = M d` with M a mean of `d K(phi^L(z, y))/dz` over the segment from phi(x) to beta(y, chi). It lies in Z,
+//! the box of phi over the region, if beta(y, chi) does. These derivatives are enclosed over Z and the region, with
+//! jumps of f, h, phi, phi^L and beta compared in value. If one P proves every matrix of the enclosure to be Hurwitz, d
+//! decays exponentially as long as x stays in the region and beta(y, chi) in Z: (A5). phi^L has bounded derivatives by z
+//! there, and xhat tends to x.
 
-use luenberger_design::kkl::{Attractivity, KklSettings, attractivity};
-use luenberger_design::{IntervalDual, KklError, Region};
-use luenberger_observers::{Immersion, ImmersionInvarianceObserver};
-use luenberger_plants::{Differentiable, Plant};
-use luenberger_proof::wording::significant;
-use luenberger_proof::{Interval, Ring, Verdict};
-use nalgebra::DVector;
+use luenberger_design::enclosure::{EnclosureError, JacobianEnclosure, enclose, output_bounds};
+use luenberger_design::kkl::{Attractivity, KklReport, KklSettings, attractivity};
+use luenberger_design::{Certificate, IntervalDual, KklError, Names, Region};
+use luenberger_expression::{Expression, ExpressionPlant};
+use luenberger_observers::{Immersion, ImmersionInvarianceObserver, KklMap};
+use luenberger_plants::{Differentiable, Dimensions, Plant, Shape};
+use luenberger_proof::wording::{at_least, at_most, significant};
+use luenberger_proof::{Interval, Matrix, Ring, Verdict};
+use nalgebra::{DMatrix, DVector};
 
 use super::explain::Misfit;
-use super::kkl_maps::{candidate, is_left_inverse, proved, undecided_injectivity};
+use super::kkl_maps::{candidate, is_left_inverse, measured_left_inverse, proved};
 use super::{Designed, facts, matrix, number};
-use crate::maps::{ImmersionMaps, ImmersionSpec};
+use crate::maps::{ImmersionMaps, ImmersionSpec, KklMaps, left_inverse_defect};
 use crate::model::Model;
-use crate::results::DesignReport;
+use crate::results::{DesignReport, FactReport};
 use crate::runnable::Runnable;
+use crate::study::Study;
 
 /// The observer, if phi^L takes phi(x) back, (phi, h) is not shown to lack injectivity, and D_chi beta has full row
 /// rank at the samples.
-pub(super) fn immersion(model: &Model, spec: &ImmersionSpec) -> Result<Designed, Misfit> {
+pub(super) fn immersion(study: &Study, spec: &ImmersionSpec) -> Result<Designed, Misfit> {
+    let model = &study.plant.model;
     let ImmersionSpec { maps, region } = spec;
     let settings = KklSettings::default();
     // The checks of phi and phi^L alone: the equation of phi is not asked.
-    let phi = &maps.image;
-    let report = candidate(model, phi)?.check(region, &settings)?;
+    let report = candidate(model, &maps.image)?.check(region, &settings)?;
     match (&report.injectivity.verdict, &report.injectivity.near_collision) {
         (Verdict::Refuted { witness }, _) => return Err(KklError::NotInjective(witness.clone()).into()),
         (Verdict::Undecided { .. }, Some(pair)) => return Err(KklError::Indistinct(pair.clone()).into()),
         _ => {}
     }
-    is_left_inverse(model, phi, region, &report, settings.tolerance)?;
-    let rank = rank(model, maps, region)?;
-
-    let mut all = Vec::new();
-    let mut evidence = Vec::new();
-    if let Verdict::Proved { margin } = report.injectivity.verdict {
-        all.push(proved("(phi, h) is injective", "verified over the region".to_owned(), Some(margin)));
-    } else {
-        evidence.push(undecided_injectivity(&report));
-    }
-    match rank {
-        Rank::Proved => {
-            let words = "verified by the constant entries of D_chi beta".to_owned();
-            all.push(proved("D_chi beta has full row rank (A4)", words, None));
-        }
-        Rank::Measured(least) => evidence.push(format!(
-            "that D_chi beta has full row rank (A4) is not proved: its least singular value at the samples, with chi of the start, is {}",
-            significant(least, 3)
-        )),
-    }
-    let mut certificate = None;
-    let (mut poles, mut matrices) = (Vec::new(), Vec::new());
-    match attractivity_over(model, maps, region)? {
-        Ok(found) if matches!(rank, Rank::Proved) => {
-            poles = found.eigenvalues.iter().map(|z| [z.re, z.im]).collect();
-            if found.certificate.is_proved() {
-                all.splice(0..0, facts(&found.certificate, &[]));
-                matrices.extend(found.p.iter().map(|p| matrix("P", p)));
-                certificate = Some(found.certificate);
-            } else {
-                evidence.push("that the manifold attracts (A5) is not proved: no P was found for all Jacobians of the distance over the region".to_owned());
-            }
-        }
-        Ok(_) => evidence.push("that the manifold attracts (A5) is not proved: it needs (A4)".to_owned()),
-        Err(why) => evidence.push(format!("that the manifold attracts (A5) is not proved: {why}")),
-    }
-    let statement = if certificate.is_some() {
-        format!(
-            "As long as x(t), xhat(t) and u(t) stay in the region ({region}), the distance beta(y, chi) - phi(x) decays exponentially, and xhat = phi^L(beta(y, chi), y) is continuous in it: the estimation error tends to 0."
-        )
-    } else {
-        let slowest = poles.iter().map(|[re, _]| *re).fold(f64::NEG_INFINITY, f64::max);
-        let known = if slowest > 0.0 {
-            format!(
-                "It is not to be expected that it attracts: the middle of the Jacobians of the distance over the region has an eigenvalue with the real part {}.",
-                significant(slowest, 3)
-            )
-        } else {
-            "Nothing is proved of its attractivity: check it by simulation.".to_owned()
-        };
-        format!("The manifold beta(y, chi) = phi(x) is invariant, and xhat = x on it. {known}")
-    };
-    let is_proved = evidence.is_empty();
+    is_left_inverse(model, &maps.image, region, &report, settings.tolerance)?;
+    let found = Findings::of(study, spec, &report)?;
+    let is_proved = found.open.is_empty();
+    let statement = if is_proved { found.converges(region) } else { found.does_not_follow() };
     let numbers = vec![
         number("smallest ratio of distances under (phi, h)", report.injectivity.smallest_ratio),
         number("smallest singular value of D(phi, h)", report.injectivity.smallest_singular_value),
@@ -96,30 +54,310 @@ pub(super) fn immersion(model: &Model, spec: &ImmersionSpec) -> Result<Designed,
     ];
     let report = DesignReport {
         statement,
-        matrices,
-        poles,
+        matrices: found.p.iter().map(|p| matrix("P", p)).collect(),
+        poles: found.poles,
         numbers,
-        facts: all,
+        facts: found.facts,
         verdict: if is_proved { "proved" } else { "measured" }.to_owned(),
-        evidence: (!is_proved).then(|| evidence.join("; ")),
+        evidence: (!is_proved).then(|| found.open.join("; ")),
         noise_deviation: Vec::new(),
     };
     let observer = ImmersionInvarianceObserver::new(model.clone(), maps.clone());
-    Ok(Designed::new(Runnable::Immersion(Box::new(observer)), report, certificate))
+    Ok(Designed::new(Runnable::Immersion(Box::new(observer)), report, found.certificate))
 }
 
-/// What is known of the rank of D_chi beta.
-#[derive(Clone, Copy)]
-enum Rank {
-    Proved,
-    Measured(f64),
+/// What is proved, and what is left open.
+struct Findings {
+    facts: Vec<FactReport>,
+    /// The hypotheses that are not proved; none where the error is proved to tend to 0.
+    open: Vec<String>,
+    /// Z.
+    image: Vec<Interval>,
+    poles: Vec<[f64; 2]>,
+    p: Option<DMatrix<f64>>,
+    /// That the Jacobians of the distance are Hurwitz.
+    certificate: Option<Certificate>,
 }
 
-/// The rank of D_chi beta: of a constant matrix by its zeros, otherwise at the corners of the region.
-fn rank(model: &Model, maps: &ImmersionMaps, region: &Region) -> Result<Rank, Misfit> {
-    if has_pivots(maps) {
-        return Ok(Rank::Proved);
+impl Findings {
+    fn of(study: &Study, spec: &ImmersionSpec, report: &KklReport) -> Result<Self, Misfit> {
+        let model = &study.plant.model;
+        let ImmersionSpec { maps, region } = spec;
+        let mut found = Self {
+            facts: Vec::new(),
+            open: Vec::new(),
+            image: Vec::new(),
+            poles: Vec::new(),
+            p: None,
+            certificate: None,
+        };
+        let over = Enclosed::over(study, maps, region);
+        if is_exact(model, &maps.image, region) {
+            found.facts.push(proved("phi^L(phi(x), h(x)) = x", "verified over the region".to_owned(), None));
+        } else {
+            found.open.push(measured_left_inverse(report));
+        }
+        if let Verdict::Proved { margin } = report.injectivity.verdict {
+            found.facts.push(proved("(phi, h) is injective", "verified over the region".to_owned(), Some(margin)));
+        }
+        if over.as_ref().is_ok_and(|over| over.has_pivots(maps)) {
+            let words = "verified by the constant entries of D_chi beta".to_owned();
+            found.facts.push(proved("D_chi beta has full row rank (A4)", words, None));
+        } else {
+            found.open.push(format!(
+                "that D_chi beta has full row rank (A4) is not proved: its least singular value at the samples, with chi of the start, is {}",
+                significant(least_singular_value(model, maps, region)?, 3)
+            ));
+        }
+        let why = match over {
+            _ if maps.rho.is_some() => Some("rho moves beta beside phi(xhat)".to_owned()),
+            Err(why) => Some(why),
+            Ok(over) => {
+                found.image.clone_from(&over.image);
+                match over.attractivity(study, maps, region)? {
+                    Ok(attraction) => found.take(attraction),
+                    Err(why) => Some(why),
+                }
+            }
+        };
+        found.open.extend(why.map(|why| format!("that the manifold attracts (A5) is not proved: {why}")));
+        Ok(found)
     }
+
+    /// The proof that the distance decays, or why it is none.
+    fn take(&mut self, found: Attractivity) -> Option<String> {
+        self.poles = found.eigenvalues.iter().map(|z| [z.re, z.im]).collect();
+        if let Some(branches) = found.jumps {
+            return Some(format!(
+                "over the region it is not shown that {branches}, with f = K(phi^L(z, y)) and h = (phi^L, phi, h)"
+            ));
+        }
+        if !found.certificate.is_proved() {
+            return Some("no P was found for all Jacobians of the distance over the region".to_owned());
+        }
+        self.facts.splice(0..0, facts(&found.certificate, &[]));
+        self.p = found.p;
+        self.certificate = Some(found.certificate);
+        None
+    }
+
+    /// The sentence of a proof.
+    fn converges(&self, region: &Region) -> String {
+        // The hypothesis is rounded to the inside.
+        let entry =
+            |(k, z): (usize, &Interval)| format!("beta{} in [{}, {}]", k + 1, at_most(z.lo(), 6), at_least(z.hi(), 6));
+        let image: Vec<String> = self.image.iter().enumerate().map(entry).collect();
+        format!(
+            "As long as x(t) and u(t) stay in the region ({region}) and beta(y(t), chi(t)) in the box of phi over it ({}), the distance beta(y, chi) - phi(x) decays exponentially, and xhat = phi^L(beta(y, chi), y) is Lipschitz in it: the estimation error tends to 0.",
+            image.join(", ")
+        )
+    }
+
+    /// The sentence without a proof.
+    fn does_not_follow(&self) -> String {
+        let slowest = self.poles.iter().map(|[re, _]| *re).fold(f64::NEG_INFINITY, f64::max);
+        let known = if slowest > 0.0 {
+            format!(
+                "It is not to be expected that it attracts: the middle of the Jacobians of the distance over the region has an eigenvalue with the real part {}.",
+                significant(slowest, 3)
+            )
+        } else {
+            "Its convergence is not proved: check it by simulation.".to_owned()
+        };
+        format!(
+            "The observer is made for a manifold beta(y, chi) = phi(x) that is invariant, with xhat = x on it. {known}"
+        )
+    }
+}
+
+/// The ranges of the maps over the region.
+struct Enclosed {
+    /// phi over the region: Z.
+    image: Vec<Interval>,
+    /// `[D_chi beta, D_y beta]` for every chi, and y over the region.
+    beta: Matrix<Interval>,
+}
+
+impl Enclosed {
+    /// Why there are none, as a clause: among others, where beta jumps.
+    fn over(study: &Study, maps: &ImmersionMaps, region: &Region) -> Result<Self, String> {
+        let words = |error: EnclosureError| error.to_string();
+        let image = output_bounds(&maps.phi, &Region::new(region.states())).map_err(words)?;
+        let outputs = output_bounds(&study.plant.model, region).map_err(words)?;
+        let chi = (1..=maps.order).map(|k| format!("chi{k}"));
+        let names = Names { states: chi.chain(study.plant.outputs.iter().cloned()).collect(), ..Names::default() };
+        let everything = [(f64::NEG_INFINITY, f64::INFINITY)];
+        let arguments: Vec<(f64, f64)> =
+            everything.repeat(maps.order).into_iter().chain(outputs.iter().map(ends)).collect();
+        let found = names.with(|| {
+            let found = enclose(&maps.beta, &Region::new(&arguments)).map_err(words)?;
+            match &found.branches {
+                Some(branches) if branches.jump > 0.0 => Err(format!("it is not shown that {branches}, with h = beta")),
+                _ => Ok(found),
+            }
+        });
+        found.map(|JacobianEnclosure { c: beta, .. }| Self { image, beta })
+    }
+
+    /// Whether each row of D_chi beta has an entry that is a constant other than 0 and the only one of its column, for
+    /// all chi, and y over the region.
+    fn has_pivots(&self, maps: &ImmersionMaps) -> bool {
+        let is_pivot = |i: usize, j: usize| {
+            let own = &self.beta[(i, j)];
+            own.is_point() && !own.is_zero() && (0..maps.rows()).all(|k| k == i || self.beta[(k, j)].is_zero())
+        };
+        (0..maps.rows()).all(|i| (0..maps.order).any(|j| is_pivot(i, j)))
+    }
+
+    /// What is proved of the distance over Z and the region, or why nothing is.
+    fn attractivity(
+        &self,
+        study: &Study,
+        maps: &ImmersionMaps,
+        region: &Region,
+    ) -> Result<Result<Attractivity, String>, Misfit> {
+        let plant = match study.plant.model.expressions() {
+            Ok(plant) => plant,
+            Err(error) => return Ok(Err(error.to_string())),
+        };
+        if plant.h().iter().any(Expression::uses_time) {
+            return Ok(Err("the observer has no term for the derivative of h by the time".to_owned()));
+        }
+        let size = maps.plant;
+        // Of the inputs of the distance, D_y beta comes last, row by row.
+        let by_output = (0..maps.rows()).flat_map(|i| (0..size.outputs).map(move |j| (i, j)));
+        let unbounded = vec![(f64::NEG_INFINITY, f64::INFINITY); size.inputs];
+        let inputs = region.input_bounds().unwrap_or(&unbounded).iter().copied();
+        let inputs: Vec<(f64, f64)> = region
+            .states()
+            .iter()
+            .copied()
+            .chain(inputs)
+            .chain(by_output.clone().map(|(i, j)| ends(&self.beta[(i, maps.order + j)])))
+            .collect();
+        let states: Vec<(f64, f64)> = self.image.iter().map(ends).collect();
+        let (from, to) = region.time_bounds();
+        let whole = Region::new(&states).inputs(&inputs).time(from, to);
+        let of_beta = by_output.map(|(i, j)| format!("dbeta{}/d{}", i + 1, study.plant.outputs[j]));
+        let names = Names {
+            states: (1..=maps.rows()).map(|k| format!("z{k}")).collect(),
+            inputs: study.plant.states.iter().chain(&study.plant.inputs).cloned().chain(of_beta).collect(),
+            outputs: study.plant.states.iter().map(|state| format!("phi^L of {state}")).collect(),
+        };
+        match attractivity(&Distance { plant, maps }, &whole) {
+            Ok(found) => Ok(Ok(found)),
+            Err(KklError::Enclosure(why)) => {
+                let why = names.with(|| why.to_string());
+                Ok(Err(format!("with f = K(phi^L(z, y)) and h = (phi^L, phi, h), over the region: {why}")))
+            }
+            Err(error) => Err(error.into()),
+        }
+    }
+}
+
+fn ends(range: &Interval) -> (f64, f64) {
+    (range.lo(), range.hi())
+}
+
+/// `z' = K(phi^L(z, y))` with the inputs x, u and D_y beta, and the outputs phi^L(z, y), phi(x) and h(x), which have to
+/// be continuous.
+struct Distance<'a> {
+    plant: ExpressionPlant,
+    maps: &'a ImmersionMaps,
+}
+
+type Column = DVector<IntervalDual>;
+
+impl Distance<'_> {
+    /// x, u and D_y beta.
+    fn parts(&self, inputs: &Column) -> (Column, Column, DMatrix<IntervalDual>) {
+        let Dimensions { states, inputs: count, outputs } = self.maps.plant;
+        let part = |from: usize, length: usize| inputs.rows(from, length).into_owned();
+        let rest = part(states + count, self.maps.rows() * outputs);
+        (part(0, states), part(states, count), DMatrix::from_row_slice(self.maps.rows(), outputs, rest.as_slice()))
+    }
+}
+
+impl Shape for Distance<'_> {
+    fn dimensions(&self) -> Dimensions {
+        let Dimensions { states, inputs, outputs } = self.maps.plant;
+        let rows = self.maps.rows();
+        Dimensions { states: rows, inputs: states + inputs + rows * outputs, outputs: states + rows + outputs }
+    }
+}
+
+impl Plant<IntervalDual> for Distance<'_> {
+    type State = Column;
+    type Input = Column;
+    type Output = Column;
+
+    fn derivative(&self, t: IntervalDual, z: &Column, inputs: &Column) -> Column {
+        let (x, u, by_output) = self.parts(inputs);
+        let y: Column = self.plant.output(t, &x, &u);
+        let estimate = Immersion::<IntervalDual>::left_inverse(self.maps, z, &y);
+        let f: Column = self.plant.derivative(t, &estimate, &u);
+        let measured = self.plant.output_jacobian(t, &estimate, &u) * &f;
+        self.maps.phi_jacobian(&estimate) * f - by_output * measured
+    }
+
+    fn output(&self, t: IntervalDual, z: &Column, inputs: &Column) -> Column {
+        let (x, u, _) = self.parts(inputs);
+        let y: Column = self.plant.output(t, &x, &u);
+        let estimate = Immersion::<IntervalDual>::left_inverse(self.maps, z, &y);
+        let image = Immersion::<IntervalDual>::phi(self.maps, &x);
+        let all = estimate.iter().chain(image.iter()).chain(y.iter()).copied();
+        Column::from_iterator(estimate.len() + image.len() + y.len(), all)
+    }
+}
+
+/// Whether phi^L(phi(x), h(x)) = x over the region: in exact arithmetic, or by its Jacobian and one value.
+fn is_exact(model: &Model, image: &KklMaps, region: &Region) -> bool {
+    if left_inverse_defect(model, image, region).is_ok_and(|bounds| bounds.iter().all(|bound| *bound == 0.0)) {
+        return true;
+    }
+    let recovered = Recovered { model, image };
+    let n = image.plant.states;
+    let Ok(found) = enclose(&recovered, region) else { return false };
+    let corner: Vec<(f64, f64)> = region.states().iter().map(|(low, _)| (*low, *low)).collect();
+    let (from, to) = region.time_bounds();
+    let at_corner = Region::new(&corner).time(from, to);
+    let at_corner = region.input_bounds().map_or(at_corner.clone(), |inputs| at_corner.inputs(inputs));
+    let Ok(values) = output_bounds(&recovered, &at_corner) else { return false };
+    let is = |found: &Interval, x: f64| found.is_point() && found.lo() == x;
+    found.branches.is_none_or(|branches| branches.jump == 0.0)
+        && (0..n).all(|i| (0..n).all(|j| is(&found.c[(i, j)], if i == j { 1.0 } else { 0.0 })))
+        && values.iter().zip(&corner).all(|(found, (x, _))| is(found, *x))
+}
+
+/// phi^L(phi(x), h(x)) as the outputs of a plant.
+struct Recovered<'a> {
+    model: &'a Model,
+    image: &'a KklMaps,
+}
+
+impl Shape for Recovered<'_> {
+    fn dimensions(&self) -> Dimensions {
+        Dimensions { outputs: self.image.plant.states, ..self.image.plant }
+    }
+}
+
+impl Plant<IntervalDual> for Recovered<'_> {
+    type State = Column;
+    type Input = Column;
+    type Output = Column;
+
+    fn derivative(&self, _t: IntervalDual, x: &Column, _u: &Column) -> Column {
+        x.clone()
+    }
+
+    fn output(&self, t: IntervalDual, x: &Column, u: &Column) -> Column {
+        let y: Column = self.model.output(t, x, u);
+        self.image.left_inverse(t, &self.image.image(t, x, &y), &y)
+    }
+}
+
+/// The least singular value of D_chi beta at the corners of the region; an error where it loses rank.
+fn least_singular_value(model: &Model, maps: &ImmersionMaps, region: &Region) -> Result<f64, Misfit> {
     let (mut least, mut largest, mut point) = (f64::INFINITY, 0.0_f64, Vec::new());
     for x in corners(region) {
         let y = model.output(0.0, &x, &DVector::zeros(maps.plant.inputs));
@@ -134,27 +372,10 @@ fn rank(model: &Model, maps: &ImmersionMaps, region: &Region) -> Result<Rank, Mi
         }
     }
     if least > f64::EPSILON.sqrt() * largest {
-        Ok(Rank::Measured(least))
+        Ok(least)
     } else {
         Err(Misfit::Rank { needed: maps.rows(), smallest: least, point })
     }
-}
-
-/// Whether each row of D_chi beta has an entry that is a constant other than 0 and the only one of its column, for all
-/// chi and y.
-fn has_pivots(maps: &ImmersionMaps) -> bool {
-    let anything = IntervalDual::new(Interval::UNBOUNDED, Interval::zero());
-    let (chi, y) = (DVector::repeat(maps.order, anything), DVector::repeat(maps.plant.outputs, anything));
-    let jacobian = maps.beta_jacobian(&chi, &y);
-    let entry = |i: usize, j: usize| jacobian[(i, j)].value();
-    let is_pivot = |i: usize, j: usize| {
-        let own = entry(i, j);
-        own.is_point()
-            && own.is_bounded()
-            && !own.is_zero()
-            && (0..maps.rows()).all(|k| k == i || entry(k, j).is_zero())
-    };
-    (0..maps.rows()).all(|i| (0..maps.order).any(|j| is_pivot(i, j)))
 }
 
 /// The corners and the centre of a bounded region of states.
@@ -170,41 +391,4 @@ fn corners(region: &Region) -> Vec<DVector<f64>> {
         all.push(DVector::from_fn(states.len(), |k, _| if k < count { end(k) } else { middle(k) }));
     }
     all
-}
-
-/// The enclosure of `d K(phi^L(z, y))/dz` over the region and what is proved of it, or why there is none.
-fn attractivity_over(
-    model: &Model,
-    maps: &ImmersionMaps,
-    region: &Region,
-) -> Result<Result<Attractivity, String>, Misfit> {
-    if maps.rho.is_some() {
-        return Ok(Err("rho moves beta beside phi(xhat)".to_owned()));
-    }
-    let plant = match model.expressions() {
-        Ok(plant) => plant,
-        Err(error) => return Ok(Err(error.to_string())),
-    };
-    let size = maps.plant;
-    let wide = |(lo, hi): &(f64, f64)| Interval::of(*lo).hull(&Interval::of(*hi));
-    let still = |x: Interval| IntervalDual::new(x, Interval::zero());
-    let x = DVector::from_iterator(size.states, region.states().iter().map(|bounds| still(wide(bounds))));
-    let bounds = region.input_bounds().unwrap_or_default();
-    let u = DVector::from_iterator(size.inputs, bounds.iter().map(|bounds| still(wide(bounds))));
-    let t = still(wide(&region.time_bounds()));
-    // chi is not bounded by the region: D_y beta may not depend on it.
-    let chi = DVector::repeat(maps.order, still(Interval::UNBOUNDED));
-    let column = |j: usize| {
-        let y: DVector<IntervalDual> = plant.output(t, &x, &u);
-        let z = Immersion::<IntervalDual>::phi(maps, &x);
-        let by_output = maps.beta_jacobian(&chi, &y).columns(maps.order, size.outputs).into_owned();
-        let mut moving = z.clone();
-        moving[j] = IntervalDual::new(z[j].value(), Interval::ONE);
-        let estimate = Immersion::<IntervalDual>::left_inverse(maps, &moving, &y);
-        let f: DVector<IntervalDual> = plant.derivative(t, &estimate, &u);
-        let measured = plant.output_jacobian(t, &estimate, &u) * &f;
-        (maps.phi_jacobian(&estimate) * &f - by_output * measured).as_slice().to_vec()
-    };
-    let found = attractivity(maps.rows(), column)?;
-    Ok(found.map_err(|operation| format!("over the region there are no bounds of {operation}")))
 }

@@ -121,7 +121,7 @@ fn of_size<W: Table<N, Z>, const N: usize, const Z: usize>(
     }
     numbers.extend(errors(form));
     let report = report(
-        "z' = D z + B y is stable; while x(t) stays in the region, the estimation error tends to that of the left inverse.",
+        "z' = D z + B y is made to tend to T(x) while x(t) stays in the region, where the estimation error is that of the left inverse. The errors are measured; nothing is proved of them.",
         target,
         numbers,
         format!(
@@ -170,7 +170,7 @@ fn held<const N: usize, const M: usize, const Z: usize, const ZM: usize>(
     numbers.push(number("inputs with a table", measured.tables as f64));
     numbers.extend(errors(form));
     let report = report(
-        "z' = D z + B y is stable; while x(t) stays in the region and the input is held at a value of its range, the estimation error tends to that of the left inverse. After a jump of the input z - T(x, u) begins anew; while the input varies, the derivative of T by u times u' drives it; an input outside of its range is taken at the nearest end.",
+        "z' = D z + B y is made to tend to T(x, u) while x(t) stays in the region and the input is held at a value of its range, where the estimation error is that of the left inverse. The errors are measured; nothing is proved of them. After a jump of the input z - T(x, u) begins anew; while the input varies, the derivative of T by u times u' drives it; an input outside of its range is taken at the nearest end.",
         target,
         numbers,
         format!(

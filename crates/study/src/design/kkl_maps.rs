@@ -5,12 +5,12 @@ use luenberger_design::{Certificate, DesignError, KklCandidate, KklDesign, KklEr
 use luenberger_observers::kkl::KklMap;
 use luenberger_plants::Plant;
 use luenberger_proof::Verdict;
-use luenberger_proof::certificate::KklErrorBound;
+use luenberger_proof::certificate::{KklErrorBound, Theorem};
 use luenberger_proof::wording::{at_least, at_most, counted, significant};
 use nalgebra::{DMatrix, DVector};
 
 use super::explain::Misfit;
-use super::{Designed, facts, lower_bound, matrix, number, upper_bound};
+use super::{Designed, facts, lower_bound, matrix, number, upper_bound, verdict};
 use crate::maps::{KklMaps, KklMapsSpec, kkl_error_bound};
 use crate::model::Model;
 use crate::results::{DesignReport, FactReport, NamedNumber};
@@ -25,8 +25,11 @@ pub fn candidate<'a>(model: &'a Model, maps: &'a KklMaps) -> Result<KklCandidate
     KklCandidate::new(model, maps, &all)
 }
 
-/// The observer, if (4) is proved over the region, Lambda is Hurwitz there, B is in cascade, and phi^L takes phi(x)
-/// back.
+/// The observer, if (4) holds over the region up to rounding, Lambda is Hurwitz there, B is in cascade, and phi^L takes
+/// phi(x) back at the samples.
+///
+/// What is proved of its error is what the certificate of the bound says, and nothing else: it covers (4), Lambda and
+/// phi^L over the whole region.
 pub(super) fn kkl(model: &Model, spec: &KklMapsSpec, names: &[String]) -> Result<Designed, Misfit> {
     let KklMapsSpec { maps, region } = spec;
     let all: Vec<usize> = (0..maps.plant.states).collect();
@@ -34,50 +37,53 @@ pub(super) fn kkl(model: &Model, spec: &KklMapsSpec, names: &[String]) -> Result
     let design = KklDesign::new(model, maps.clone(), &all, region, &settings)?;
     is_left_inverse(model, maps, region, &design.report, settings.tolerance)?;
     let report = &design.report;
-    let proved = report.is_proved();
-    let evidence = (!proved).then(|| undecided_injectivity(report));
-    let statement = format!(
-        "As long as x(t) and u(t) stay in the region ({region}), xi - phi(x) decays exponentially, and xhat = phi^L(xi, y) is continuous in it: the estimation error tends to 0."
-    );
-    let mut design_report = DesignReport {
-        statement,
-        matrices: report.stability.p.iter().map(|p| matrix("P", p)).collect(),
-        poles: report.stability.eigenvalues.iter().map(|z| [z.re, z.im]).collect(),
-        numbers: numbers(report),
-        facts: all_facts(report, &report.stability.certificate),
-        verdict: if proved { "proved" } else { "measured" }.to_owned(),
-        evidence,
-        noise_deviation: Vec::new(),
-    };
-    let mut certificate = report.stability.certificate.clone();
-    match kkl_error_bound(model, maps, region) {
+    let mut numbers = numbers(report);
+    let stable = &report.stability;
+    let poles = stable.eigenvalues.iter().map(|z| [z.re, z.im]).collect();
+    let (statement, certificate, matrices, verdict, evidence) = match kkl_error_bound(model, maps, region) {
         Ok(bound) => {
-            design_report.statement.push_str(&guaranteed(&bound, names));
-            design_report.numbers.extend(bound_numbers(&bound, names));
+            numbers.extend(bound_numbers(&bound, names));
             let order = bound.p.rows();
-            let bound_is_exact = bound.claims.defect.iter().all(|defect| *defect == 0.0);
-            design_report.matrices = vec![matrix("P", &DMatrix::from_fn(order, order, |i, j| bound.p[(i, j)]))];
+            let p = matrix("P", &DMatrix::from_fn(order, order, |i, j| bound.p[(i, j)]));
+            let statement = guaranteed(&bound, region, names);
             // Its decrease implies that Lambda is Hurwitz.
-            certificate = Certificate::of([bound]).map_err(DesignError::from).map_err(KklError::from)?;
-            design_report.facts = all_facts(report, &certificate);
-            if bound_is_exact {
-                // phi^L takes every (phi, h)(x) of the region back to x.
-                let words = "verified over the region".to_owned();
-                design_report.facts.push(self::proved("phi^L(phi(x), h(x)) = x", words, None));
-                (design_report.verdict, design_report.evidence) = ("proved".to_owned(), None);
-            }
+            let certificate = Certificate::of([bound]).map_err(DesignError::from).map_err(KklError::from)?;
+            let verdict = verdict(&certificate);
+            (statement, certificate, vec![p], verdict, None)
         }
         Err(why) => {
-            let none = format!(" No bound of the estimation error is certified: {why}.");
-            design_report.statement.push_str(&none);
+            let statement = format!(
+                "The observer is made for xi - phi(x) to decay and xhat = phi^L(xi, y) to tend to x while x(t) and u(t) stay in the region ({region}). No bound of the estimation error is certified: {why}."
+            );
+            let mut evidence = vec![measured_left_inverse(report)];
+            if !report.injectivity.verdict.is_proved() {
+                evidence.push(undecided_injectivity(report));
+            }
+            let p = stable.p.iter().map(|p| matrix("P", p)).collect();
+            (statement, stable.certificate.clone(), p, "measured".to_owned(), Some(evidence.join("; ")))
         }
+    };
+    let mut facts = all_facts(report, &certificate);
+    if is_exact(&certificate) {
+        // phi^L takes every (phi, h)(x) of the region back to x.
+        facts.push(self::proved("phi^L(phi(x), h(x)) = x", "verified over the region".to_owned(), None));
     }
+    let design_report =
+        DesignReport { statement, matrices, poles, numbers, facts, verdict, evidence, noise_deviation: Vec::new() };
     let runnable = Runnable::KklMaps(Box::new(design.observer));
     Ok(Designed::new(runnable, design_report, Some(certificate)))
 }
 
+/// Whether the certificate says that phi^L has no defect.
+fn is_exact(certificate: &Certificate) -> bool {
+    certificate.theorems().iter().any(|proved| match proved.theorem() {
+        Theorem::KklErrorBound(bound) => bound.claims.defect.iter().all(|defect| *defect == 0.0),
+        _ => false,
+    })
+}
+
 /// The bound in words.
-fn guaranteed(bound: &KklErrorBound, names: &[String]) -> String {
+fn guaranteed(bound: &KklErrorBound, region: &Region, names: &[String]) -> String {
     let claims = &bound.claims;
     let sum = |k: usize| match (claims.lipschitz[k], claims.defect[k]) {
         (0.0, defect) => at_most(defect, 3),
@@ -89,12 +95,12 @@ fn guaranteed(bound: &KklErrorBound, names: &[String]) -> String {
     };
     let limit = if claims.limit == 0.0 { String::new() } else { format!(" + {}", at_most(claims.limit, 3)) };
     let eventually = if claims.eventual.iter().all(|x| *x == 0.0) {
-        "it tends to 0".to_owned()
+        "the estimation error tends to 0".to_owned()
     } else {
-        format!("it is in the limit at most {}", each(&|k| at_most(claims.eventual[k], 3)))
+        format!("the estimation error is in the limit at most {}", each(&|k| at_most(claims.eventual[k], 3)))
     };
     format!(
-        " Guaranteed there, with e = xi - phi(x) and V = sqrt(e'Pe): V(t) <= exp(-{} t) V(0){limit}, and while V(t) <= {} the estimation error is at most {}; from every xi(0) {eventually}.",
+        "As long as x(t) and u(t) stay in the region ({region}), with e = xi - phi(x) and V = sqrt(e'Pe): V(t) <= exp(-{} t) V(0){limit}, and while V(t) <= {} the estimation error is at most {}. From every xi(0) {eventually}.",
         at_least(bound.rate, 3),
         at_least(claims.start, 3),
         each(&sum),
@@ -144,6 +150,16 @@ pub(super) fn is_left_inverse(
     }
 }
 
+/// What was found of phi^L without a proof.
+pub(super) fn measured_left_inverse(report: &KklReport) -> String {
+    let missed = report.left_inverse.as_ref().map_or(f64::NAN, |(missed, _)| *missed);
+    format!(
+        "that phi^L(phi(x), h(x)) = x is measured at {}: the largest error is {} half-widths of the region",
+        counted(report.residual.points, "point"),
+        significant(missed, 3)
+    )
+}
+
 /// What was found of (phi, h) without a proof.
 pub(super) fn undecided_injectivity(report: &KklReport) -> String {
     let found = &report.injectivity;
@@ -172,13 +188,14 @@ pub(super) fn numbers(report: &KklReport) -> Vec<NamedNumber> {
 }
 
 /// What the coupling of B says.
-pub(super) const DECAY: &str = "the error of xi decays as that of Lambda alone";
+pub(super) const DECAY: &str = "B leaves the decay of xi - phi(x) to Lambda";
 
 /// The proved conditions: those of the certificate, and those of the maps.
 pub(super) fn all_facts(report: &KklReport, certificate: &Certificate) -> Vec<FactReport> {
     let KklReport { residual, coupling, injectivity, .. } = report;
     let mut all = facts(certificate, &[]);
-    if residual.verdict.is_proved() {
+    // Where phi jumps, its derivative does not tell how it moves.
+    if residual.verdict.is_proved() && residual.continuous {
         let bounds: Vec<String> = residual.bounds.iter().map(|bound| at_most(*bound, 3)).collect();
         let words = format!("verified over the region; residual by rows at most {}", bounds.join(", "));
         all.push(proved("D phi f = Lambda phi + B", words, None));

@@ -61,7 +61,7 @@ pub(super) fn peb(study: &Study, requested: &ObserverSpec, spec: &PebSpec) -> Re
     let mut numbers = kkl_maps::numbers(&report);
     let mut evidence: Vec<String> = Vec::new();
     let equation = "d s(y)/dt = g + m theta where phi(x) = xi + missing(theta)";
-    if regression.verdict.is_proved() {
+    if regression.verdict.is_proved() && regression.continuous {
         let bounds = &regression.bounds[..maps.signal.len()];
         let rows: Vec<String> = bounds.iter().map(|bound| at_most(*bound, 3)).collect();
         let words = format!("verified over the region; residual by rows at most {}", rows.join(", "));
@@ -125,7 +125,7 @@ fn statement(spec: &PebSpec) -> String {
         ""
     };
     format!(
-        "As long as x(t) and u(t) stay in the region ({region}), {rest}. The {} converges as far as the run excites the regression.{leakage}{}",
+        "The observer is made for this: as long as x(t) and u(t) stay in the region ({region}), {rest}, and the {} converges as far as the run excites the regression.{leakage}{}",
         spec.estimator.words(),
         reset(spec)
     )

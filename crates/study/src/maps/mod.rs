@@ -24,7 +24,7 @@ mod names;
 mod regression;
 pub(crate) mod whole;
 
-pub(crate) use bound::kkl_error_bound;
+pub(crate) use bound::{kkl_error_bound, left_inverse_defect};
 pub use high_gain::HighGainMaps;
 pub use immersion::{ImmersionMaps, ImmersionSpec};
 pub use kkl::{KklMaps, KklMapsSpec};

@@ -146,7 +146,7 @@ fn the_maps_of_a_kkl_observer_are_proved_over_the_region() {
     let rate = designed.report.number("guaranteed rate of decay of V = sqrt(e'Pe)").unwrap();
     assert!(rate > 19.5 && rate < 20.0, "{rate}");
     assert!(
-        designed.report.statement.contains("Guaranteed there, with e = xi - phi(x)"),
+        designed.report.statement.contains("with e = xi - phi(x) and V = sqrt(e'Pe)"),
         "{}",
         designed.report.statement
     );

@@ -211,6 +211,21 @@ impl KklMaps {
         self.composition()?.image_bounds(&axes)?.ok_or(UndecidedReason::Overflow)
     }
 
+    /// Bounds of `|z - phi^L(phi(x), h(x), u)|` over a box, where all maps are shown to be defined.
+    ///
+    /// # Errors
+    /// [`UndecidedReason`] where a map is not shown to be defined, or a bound is not found.
+    pub fn defect_over(&self, region: &KklBox) -> Result<Vec<f64>, UndecidedReason> {
+        let mut composition = self.composition()?;
+        let e = vec![Interval::zero(); self.phi.len()];
+        match composition.is_defined(&Axes { x: &region.x, u: &region.u, e: &e }) {
+            Verdict::Undecided { why, .. } => return Err(why),
+            Verdict::Refuted { .. } => return Err(UndecidedReason::Overflow),
+            Verdict::Proved { .. } => {}
+        }
+        Ok(composition.defect_bounds(&Axes { x: &region.x, u: &region.u, e: &[] })?)
+    }
+
     /// Bounds of the Jacobian of (phi, h) over a box, (q + p) x n.
     ///
     /// # Errors
