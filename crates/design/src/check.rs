@@ -1,16 +1,18 @@
 //! Checks of user-supplied data, each with an error that names the matrix and the value.
 
 use luenberger_linalg::{
-    LinalgError, LyapunovEquation, RealMatrixView, detectability, eigenvalues, lambda_min, spectral_abscissa,
+    LinalgError, LyapunovEquation, RealMatrixView, balanced, detectability, discrete_detectability, eigenvalues,
+    lambda_min, spectral_abscissa,
 };
 use luenberger_plants::error::check_matrix;
 use luenberger_plants::{PlantError, StateSpace};
-use luenberger_proof::statement::{hidden_motion, hurwitz_spectrum};
+use luenberger_proof::statement::{TimeDomain, hidden_motion, hurwitz_spectrum, schur_spectrum};
 use luenberger_proof::{Exact, Matrix, Ring};
 use nalgebra::allocator::Allocator;
 use nalgebra::{Complex, DMatrix, DefaultAllocator, Dim, OMatrix};
 
 use crate::error::{DesignError, NearlyHidden};
+use crate::unseen_modes::UnseenModes;
 use luenberger_lmi::proof_matrix;
 
 /// A matrix argument as a dynamic matrix, so that all that follows is compiled once.
@@ -124,9 +126,46 @@ fn decided(
         return Ok(abscissa);
     }
     match hurwitz_spectrum(&exact_closed_loop(a, l, c)?) {
-        Some(true) => Ok(abscissa),
+        // In the units given its sign was lost.
+        Some(true) => Ok(spectral_abscissa(&balanced(&(a - l * c))?.matrix).unwrap_or(abscissa).min(abscissa)),
         Some(false) => Err(DesignError::NotHurwitz { what, abscissa }),
-        None => Err(DesignError::StabilityUndecided { what, abscissa }),
+        None => Err(DesignError::StabilityUndecided { what, size: abscissa, limit: 0.0 }),
+    }
+}
+
+/// `A - L C`, each entry rounded once.
+pub(crate) fn closed_loop(pair: (&DMatrix<f64>, &DMatrix<f64>, &DMatrix<f64>)) -> Result<DMatrix<f64>, DesignError> {
+    let (a, l, c) = pair;
+    let exact = exact_closed_loop(a, l, c)?;
+    Ok(DMatrix::from_fn(exact.rows(), exact.cols(), |i, j| exact[(i, j)].round_down()))
+}
+
+/// Where no P is proved: an error if `A - L C` is not Hurwitz, decided exactly. Nothing is said where it is undecided.
+pub(crate) fn not_refuted(
+    what: &'static str,
+    abscissa: f64,
+    (a, l, c): (&DMatrix<f64>, &DMatrix<f64>, &DMatrix<f64>),
+) -> Result<(), DesignError> {
+    match hurwitz_spectrum(&exact_closed_loop(a, l, c)?) {
+        Some(false) => Err(DesignError::NotHurwitz { what, abscissa }),
+        _ => Ok(()),
+    }
+}
+
+/// `A - L C` has all eigenvalues inside the unit circle, of which floating point finds this spectral radius. Where
+/// `settled` is false, exact arithmetic is asked although the radius is below 1.
+pub(crate) fn schur_stable(
+    what: &'static str,
+    (radius, settled): (f64, bool),
+    (a, l, c): (&DMatrix<f64>, &DMatrix<f64>, &DMatrix<f64>),
+) -> Result<(), DesignError> {
+    if radius < 1.0 && settled {
+        return Ok(());
+    }
+    match schur_spectrum(&exact_closed_loop(a, l, c)?) {
+        Some(false) => Err(DesignError::NotSchur { what, radius }),
+        None if radius >= 1.0 => Err(DesignError::StabilityUndecided { what, size: radius, limit: 1.0 }),
+        _ => Ok(()),
     }
 }
 
@@ -216,7 +255,34 @@ pub(crate) fn detectable(a: &DMatrix<f64>, c: &DMatrix<f64>, rate: f64) -> Resul
     let (eigenvalue, margin) = (mode.eigenvalue - Complex::new(rate, 0.0), mode.margin);
     let hidden = hidden_motion(&proof_matrix(a), &proof_matrix(c))?;
     if hidden.and_then(|hidden| hidden.decays_at(rate)) == Some(false) {
-        return Err(LinalgError::NotDetectable { eigenvalue, margin }.into());
+        return Err(DesignError::NotDetectable { eigenvalue, margin, rate });
     }
     Ok(Some(NearlyHidden { place: None, eigenvalue, margin }))
+}
+
+/// The error of a Riccati equation, which calls a plant undetectable to working precision: exact where that is decided.
+pub(crate) fn undetectable(error: LinalgError, time: TimeDomain, plant: &StateSpace) -> DesignError {
+    match error {
+        LinalgError::NotDetectable { eigenvalue, margin }
+            if UnseenModes::of(&plant.a, &plant.c, time) == UnseenModes::Remain =>
+        {
+            DesignError::NotDetectable { eigenvalue, margin, rate: 0.0 }
+        }
+        error => error.into(),
+    }
+}
+
+/// (A, C) detectable in its time, as [`detectable`].
+pub(crate) fn detectable_in(time: TimeDomain, a: &DMatrix<f64>, c: &DMatrix<f64>) -> Result<(), DesignError> {
+    if time == TimeDomain::Continuous {
+        return detectable(a, c, 0.0).map(|_| ());
+    }
+    let pair = discrete_detectability(a, c)?;
+    let Some(mode) = pair.undetectable_modes.first() else { return Ok(()) };
+    match UnseenModes::of(a, c, time) {
+        UnseenModes::Remain => {
+            Err(DesignError::NotDetectable { eigenvalue: mode.eigenvalue, margin: mode.margin, rate: 0.0 })
+        }
+        _ => Ok(()),
+    }
 }

@@ -5,7 +5,8 @@
 //! they describe. Such a plant is discretised first, by [`DiscreteDesign::sampled`],
 //! [`DiscreteDesign::sampled_kalman`] or `luenberger_linalg::zero_order_hold`.
 //!
-//! P solves `F'P F - P + I = 0` for `F = A - L C`, so that `V = e'Pe` falls at each step by `|e|^2`.
+//! P solves `F'P F - P + I = 0` for `F = A - L C`, so that `V = e'Pe` falls at each step by `|e|^2`; where that is not
+//! proved, the same in other units.
 
 use luenberger_linalg::{
     Kalman, RealMatrixView, SteinEquation, discrete_kalman_gain, discrete_process_noise, eigenvalues, place_observer,
@@ -15,12 +16,14 @@ use luenberger_lmi::proof_matrix;
 use luenberger_observers::{DiscreteLinearObserver, StationaryKalmanFilter};
 use luenberger_plants::StateSpace;
 use luenberger_proof::certificate::{self, Certificate};
+use luenberger_proof::statement::TimeDomain;
 use nalgebra::{Complex, DMatrix, Dyn};
 
 use crate::certificate::{certified, plant as matrices};
 use crate::check;
 use crate::error::DesignError;
 use crate::linear::LinearDesign;
+use crate::lyapunov_choice::proved_or_first;
 
 certified!(DiscreteDesign);
 
@@ -104,7 +107,8 @@ impl DiscreteDesign {
         check::plant(plant)?;
         let w = check::positive_semidefinite("W", w, plant.a.nrows())?;
         let v = check::positive_definite("V", v, plant.c.nrows())?;
-        let Kalman { l, p, .. } = discrete_kalman_gain(&plant.a, &plant.c, &w, &v)?;
+        let Kalman { l, p, .. } = discrete_kalman_gain(&plant.a, &plant.c, &w, &v)
+            .map_err(|error| check::undetectable(error, TimeDomain::Discrete, plant))?;
         let innovation = symmetric_part(&(&plant.c * &p * plant.c.transpose() + &v));
         let innovation = check::positive_definite("C P C' + V", &innovation, plant.c.nrows())?;
         let update = innovation.cholesky().map(|s| s.solve(&(&plant.c * &p)).transpose());
@@ -235,21 +239,17 @@ impl DiscreteDesign {
         l: DMatrix<f64>,
         covariance: Option<DMatrix<f64>>,
     ) -> Result<Self, DesignError> {
-        let (n, f) = (plant.a.nrows(), &plant.a - &l * &plant.c);
+        let (n, f, pair) = (plant.a.nrows(), &plant.a - &l * &plant.c, (&plant.a, &l, &plant.c));
         let equation = SteinEquation::new(&f);
         // The equation is refused where it is singular, as for a pole on the unit circle.
         let poles = equation.as_ref().map_or_else(|_| eigenvalues(&f), |equation| Ok(equation.eigenvalues()))?;
         let radius = poles.iter().map(|pole| pole.norm()).fold(0.0, f64::max);
-        if radius >= 1.0 {
-            return Err(DesignError::NotSchur { what: "A - L C", radius });
-        }
-        let p = equation?.solve(&DMatrix::identity(n, n))?.p;
-        let theorem = certificate::DiscreteConvergence {
-            plant: matrices((&plant.a, &plant.b, &plant.c)),
-            l: proof_matrix(&l),
-            p: proof_matrix(&p),
-        };
-        let certificate = Certificate::of([theorem])?;
+        check::schur_stable("A - L C", (radius, true), pair)?;
+        let first = equation.and_then(|mut equation| equation.solve(&DMatrix::identity(n, n)));
+        let first = first.map(|found| found.p).map_err(DesignError::from);
+        let (p, certificate) =
+            proved_or_first(TimeDomain::Discrete, &check::closed_loop(pair)?, first, |p| theorem(plant, &l, p))?;
+        check::schur_stable("A - L C", (radius, certificate.is_proved()), pair)?;
         Ok(Self {
             observer: DiscreteLinearObserver::new(plant.clone(), l, period)?,
             poles,
@@ -259,4 +259,13 @@ impl DiscreteDesign {
             update: None,
         })
     }
+}
+
+/// The decrease of V, decided for these numbers.
+pub(crate) fn theorem(plant: &StateSpace, l: &DMatrix<f64>, p: &DMatrix<f64>) -> Result<Certificate, DesignError> {
+    Ok(Certificate::of([certificate::DiscreteConvergence {
+        plant: matrices((&plant.a, &plant.b, &plant.c)),
+        l: proof_matrix(l),
+        p: proof_matrix(p),
+    }])?)
 }

@@ -5,7 +5,7 @@ use luenberger_linalg::LinalgError;
 use luenberger_lmi::{Infeasibility, LmiError};
 use luenberger_observers::ObserverError;
 use luenberger_plants::PlantError;
-use luenberger_proof::wording::{at_least, counted, entry, shortest};
+use luenberger_proof::wording::{at_least, at_most, counted, entry, shortest};
 use luenberger_proof::{ProofError, UndecidedReason, Verdict};
 use nalgebra::Complex;
 use thiserror::Error;
@@ -108,7 +108,10 @@ pub enum DesignError {
         pole: Complex<f64>,
     },
     /// A gain does not stabilise in discrete time.
-    #[error("{what} has an eigenvalue that is not inside the unit circle: its spectral radius is {radius}", radius = short(*.radius))]
+    #[error(
+        "{what} has an eigenvalue that is not inside the unit circle{}",
+        unstable("spectral radius", *.radius, *.radius < 1.0)
+    )]
     NotSchur {
         /// Which matrix.
         what: &'static str,
@@ -116,10 +119,7 @@ pub enum DesignError {
         radius: f64,
     },
     /// A gain does not stabilise.
-    #[error(
-        "{what} is not Hurwitz: its spectral abscissa is {abscissa}",
-        abscissa = short(*.abscissa)
-    )]
+    #[error("{what} is not Hurwitz{}", unstable("spectral abscissa", *.abscissa, *.abscissa < 0.0))]
     NotHurwitz {
         /// Which matrix.
         what: &'static str,
@@ -258,9 +258,9 @@ pub enum DesignError {
     },
     /// Neither a solution nor a refutation was found.
     #[error(
-        "{what} is undecided: {why} (best margin {best}){}",
-        seen.as_ref().map_or_else(String::new, |seen| format!("; {seen}")),
-        best = short(*.best)
+        "{what} is undecided: {why}{}{}",
+        if best.is_nan() { String::new() } else { format!(" (best margin {})", short(*.best)) },
+        seen.as_ref().map_or_else(String::new, |seen| format!("; {seen}"))
     )]
     Undecided {
         /// The inequality.
@@ -314,20 +314,35 @@ pub enum DesignError {
         /// The number of outputs.
         outputs: usize,
     },
-    /// A bound of a norm below the least that a gain gives.
-    #[error(
-        "no gain{} makes the {norm} norm of the error less than {}: the bound {} is not attainable",
-        if *is_limited { " within `max_gain`" } else { "" }, at_least(*.least, 5), short(*.gamma)
-    )]
+    /// A bound of a norm that no gain keeps, by multipliers of its inequality.
+    #[error("no gain makes the {norm} norm of the error less than {}{}: {witness}", short(*.gamma), best_found(*.best))]
     NormTooSmall {
         /// The norm.
         norm: &'static str,
         /// The bound.
         gamma: f64,
-        /// The least norm, as a semidefinite program finds it.
-        least: f64,
+        /// The least norm of the gains that were found.
+        best: Option<f64>,
+        /// The multipliers, verified.
+        witness: Infeasibility,
+    },
+    /// No gain with a norm below a bound was found, and none was proved not to exist.
+    #[error(
+        "not found: a gain{} that makes the {norm} norm of the error less than {}{}; that there is none is not proved{}",
+        if *is_limited { " within `max_gain`" } else { "" }, short(*.gamma), best_found(*.best),
+        why.as_ref().map_or_else(String::new, |why| format!(": {why}"))
+    )]
+    NormNotFound {
+        /// The norm.
+        norm: &'static str,
+        /// The bound.
+        gamma: f64,
+        /// The least norm of the gains that were found.
+        best: Option<f64>,
         /// Whether the gain is bounded.
         is_limited: bool,
+        /// Why its inequality is undecided; none where it has a solution without the bound of the gain.
+        why: Option<UndecidedReason>,
     },
     /// The least norm is requested, and an output or a combination of outputs has no noise.
     #[error(
@@ -342,7 +357,7 @@ pub enum DesignError {
     },
     /// (A, E, C) is not strongly detectable.
     #[error(
-        "(A, E, C) has the invariant zero {}, which is not in the open left half plane: every observer whose error does not depend on the unknown input has it as a pole",
+        "to working precision (A, E, C) has the invariant zero {}, which is not in the open left half plane: every observer whose error does not depend on the unknown input has it as a pole",
         complex(*.zero)
     )]
     UnstableZero {
@@ -360,12 +375,20 @@ pub enum DesignError {
     },
     /// Poles that are not distinct have no modal coordinates.
     #[error(
-        "the poles of A - LC are not distinct enough for modal coordinates: two of them are {} apart",
+        "{}: two of them are {} apart",
+        if *.separation <= 1e-6 * *.size {
+            "the poles of A - LC are not distinct enough for modal coordinates"
+        } else {
+            "no modal coordinates were found in binary64 for the poles of A - LC"
+        },
         short(*.separation)
     )]
     NoModalCoordinates {
         /// The least distance of two poles.
         separation: f64,
+        /// The norm of `A - LC` in the units that were tried, beside which the distance is small; 0 where it is not what
+        /// failed.
+        size: f64,
     },
     /// The comparison system of an interval observer is not stable.
     #[error(
@@ -381,11 +404,20 @@ pub enum DesignError {
         /// Whether its coordinates are those of the plant.
         plant: bool,
     },
-    /// No gain of least width.
-    #[error("{}", no_least_width(*.quiet))]
+    /// The gain of least width of an output without noise.
+    #[error(
+        "the gain of the least width needs a bound of the noise of every output above 0, and y{} has none: no gain is too large for it",
+        output + 1
+    )]
+    QuietOutput {
+        /// The output, from 0.
+        output: usize,
+    },
+    /// No gain makes the comparison system stable in the coordinates of the plant, by multipliers of its linear program.
+    #[error("no gain makes the comparison system of the error stable in the coordinates of the plant: {witness}")]
     NoLeastWidth {
-        /// An output without noise, from 0; none where no gain makes the comparison system stable.
-        quiet: Option<usize>,
+        /// The multipliers, verified.
+        witness: Infeasibility,
     },
     /// A sliding-mode observer of an order without known gains.
     #[error("gains of sliding-mode observers are for 1 to 5 states, not for {order}")]
@@ -409,26 +441,49 @@ pub enum DesignError {
     },
     /// Floating point finds an unstable eigenvalue, and exact arithmetic does not confirm it.
     #[error(
-        "whether {what} is Hurwitz is undecided: its spectral abscissa is {abscissa}, up to rounding",
-        abscissa = short(*.abscissa)
+        "whether {what} is {} is undecided: its {} is {}, up to rounding",
+        if *.limit == 0.0 { "Hurwitz" } else { "Schur stable" },
+        if *.limit == 0.0 { "spectral abscissa" } else { "spectral radius" },
+        short(*.size)
     )]
     StabilityUndecided {
         /// Which matrix.
         what: &'static str,
-        /// Its spectral abscissa in floating point.
-        abscissa: f64,
+        /// Its spectral abscissa in floating point, or its spectral radius in discrete time.
+        size: f64,
+        /// 0, or 1 in discrete time.
+        limit: f64,
+    },
+    /// A mode that no output sees does not decay, or decays too slowly for the rate, which is decided exactly for the
+    /// numbers as stored.
+    #[error(
+        "the pair (A, C) is not detectable{}: unobservable eigenvalue {}, PBH margin {}, decided exactly for the numbers as stored",
+        if *.rate > 0.0 { format!(" at the rate {}", short(*.rate)) } else { String::new() },
+        complex(*.eigenvalue), short(*.margin)
+    )]
+    NotDetectable {
+        /// The eigenvalue, to rounding.
+        eigenvalue: Complex<f64>,
+        /// Its margin in floating point.
+        margin: f64,
+        /// The rate asked for.
+        rate: f64,
     },
 }
 
-/// Why there is no gain of least width.
-fn no_least_width(quiet: Option<usize>) -> String {
-    match quiet {
-        Some(output) => format!(
-            "the gain of the least width needs a bound of the noise of every output above 0, and y{} has none: no gain is too large for it",
-            output + 1
-        ),
-        None => "no gain makes the comparison system of the error stable in the coordinates of the plant".to_owned(),
+/// The number of an unstable matrix, which rounding may have put on the other side.
+fn unstable(number: &str, value: f64, otherwise: bool) -> String {
+    let value = short(value);
+    if otherwise {
+        format!(", decided exactly: in floating point its {number} is {value}")
+    } else {
+        format!(": its {number} is {value}")
     }
+}
+
+/// The best value of what was tried.
+fn best_found(best: Option<f64>) -> String {
+    best.map_or_else(String::new, |best| format!(" (the best that was found is {})", at_most(best, 5)))
 }
 
 /// What the outputs do not see: a disturbance at a state at rest, a disturbance that does not act, or a state alone.

@@ -44,6 +44,7 @@ pub mod kkl_peb;
 pub mod linear;
 pub mod lipschitz;
 pub mod lpv;
+mod lyapunov_choice;
 pub mod mean_value;
 pub mod names;
 pub mod nonlinear_observability;
@@ -64,6 +65,7 @@ pub mod stored;
 mod symbolic_polynomial;
 mod uncertain;
 pub mod unknown_input;
+mod unseen_modes;
 mod varying_periods;
 pub mod weights;
 
@@ -105,6 +107,7 @@ pub use stored::{StoredDesign, StoredError, StoredObserver};
 pub use symbolic_polynomial::SymbolicPolynomial;
 pub use uncertain::{UncertainBound, Uncertainty};
 pub use unknown_input::{DecoupledPlant, UnknownInputDesign};
+pub use unseen_modes::UnseenModes;
 pub use varying_periods::{VaryingPeriodDesign, at_varying_periods};
 pub use weights::{theta_from_cost_shares, theta_from_importance};
 

@@ -11,6 +11,7 @@ use luenberger_lmi::proof_matrix;
 use luenberger_observers::LinearObserver;
 use luenberger_plants::StateSpace;
 use luenberger_proof::certificate::{self, Certificate, PlantWithin};
+use luenberger_proof::statement::TimeDomain;
 use nalgebra::{Complex, DMatrix, Dyn};
 
 use crate::certificate::certified;
@@ -18,8 +19,12 @@ use crate::check::{self, StableLoop};
 use crate::error::DesignError;
 use crate::gain_lmi::{self, Gain};
 use crate::gain_options::GainOptions;
+use crate::lyapunov_choice::proved_or_first;
 
-/// The right-hand side Q of the Lyapunov equation `F'P + P F + Q = 0` that certifies a gain (default `Identity(1.0)`).
+/// The right-hand side Q of the Lyapunov equation `F'P + P F + Q = 0` that certifies a gain.
+///
+/// Without one it is the identity or, where that P is not proved, the first of a short list in other units: it is kept
+/// as it is where it is given. That its P fails does not mean that the observer does.
 ///
 /// Designs by LMI ([`LinearDesign::lmi`], [`LinearDesign::with_decay_rate`]) bring their own P, and Q follows from it.
 #[derive(Debug, Clone, PartialEq)]
@@ -116,7 +121,7 @@ impl LinearDesign {
             return Err(DesignError::UnstablePole { pole });
         }
         let l = place_observer(&plant.a, &plant.c, &poles)?.gain;
-        Self::with_equation(plant, l, Origin::Gain, LyapunovWeight::default())
+        Self::with_some_weight(plant, l, Origin::Gain)
     }
 
     /// The stationary Kalman filter: `L = Sigma C'V^-1` for process noise of intensity `w` and measurement noise of
@@ -147,8 +152,9 @@ impl LinearDesign {
         check::plant(plant)?;
         let w = check::positive_semidefinite("W", &check::owned(w), plant.a.nrows())?;
         let v = check::positive_definite("V", &check::owned(v), plant.c.nrows())?;
-        let Kalman { l, p, .. } = kalman_gain(&plant.a, &plant.c, &w, &v)?;
-        Self::with_equation(plant, l, Origin::Kalman(p), LyapunovWeight::default())
+        let Kalman { l, p, .. } = kalman_gain(&plant.a, &plant.c, &w, &v)
+            .map_err(|error| check::undetectable(error, TimeDomain::Continuous, plant))?;
+        Self::with_some_weight(plant, l, Origin::Kalman(p))
     }
 
     /// A given gain `l`, n x p, with P from `F'P + P F + I = 0`.
@@ -159,7 +165,7 @@ impl LinearDesign {
         let l = check::owned(l);
         check::plant(plant)?;
         check::matrix("L", &l, (plant.a.nrows(), plant.c.nrows()))?;
-        Self::with_equation(plant, l, Origin::Gain, LyapunovWeight::default())
+        Self::with_some_weight(plant, l, Origin::Gain)
     }
 
     /// L and P by linear matrix inequality: the largest margin of `A'P + P A - Y C - C'Y' < 0` over normalised (P, Y),
@@ -208,6 +214,23 @@ impl LinearDesign {
         Self::with_equation(&self.observer.plant(), self.l().clone(), self.origin, weight)
     }
 
+    /// P by the Lyapunov equation for `Q = I` or, where that is not proved, for another Q.
+    fn with_some_weight(plant: &StateSpace, l: DMatrix<f64>, origin: Origin) -> Result<Self, DesignError> {
+        let (n, pair) = (plant.a.nrows(), (&plant.a, &l, &plant.c));
+        let closed = StableLoop::new("A - L C", pair)?;
+        let poles = closed.poles.clone();
+        let first = closed.lyapunov(&DMatrix::identity(n, n));
+        let plain = first.clone().ok();
+        let f = check::closed_loop(pair)?;
+        let (p, certificate) = proved_or_first(TimeDomain::Continuous, &f, first, |p| theorem(plant, &l, p, 0.0))?;
+        if !certificate.is_proved() {
+            check::not_refuted("A - L C", closed_abscissa(&poles), pair)?;
+        }
+        let q = if plain.as_ref() == Some(&p) { DMatrix::identity(n, n) } else { right_hand_side(&f, &p) };
+        let observer = LinearObserver::of(plant.clone(), l)?;
+        Ok(Self { observer, poles, p, q, rate: 0.0, certificate, origin })
+    }
+
     /// P by the Lyapunov equation of the weight, or from the covariance.
     fn with_equation(
         plant: &StateSpace,
@@ -223,8 +246,7 @@ impl LinearDesign {
                 let inverse = check::solve_definite("the stationary covariance", covariance, &identity)?;
                 let p = symmetric_part(&inverse);
                 let f = &plant.a - &l * &plant.c;
-                let half = &p * &f;
-                let q = -(&half + half.transpose());
+                let q = right_hand_side(&f, &p);
                 check::positive_definite("Q = P W P + C'V^-1 C", &q, n)?;
                 (eigenvalues(&f)?, p, q)
             }
@@ -241,8 +263,7 @@ impl LinearDesign {
     pub(crate) fn with_lyapunov_matrix(plant: &StateSpace, gain: Gain, rate: f64) -> Result<Self, DesignError> {
         let Gain { l, p } = gain;
         let f = &plant.a - &l * &plant.c;
-        let half = &p * &f;
-        let q = -(&half + half.transpose());
+        let q = right_hand_side(&f, &p);
         Self::certified(plant, l, eigenvalues(&f)?, (p, q), rate, Origin::Inequality)
     }
 
@@ -254,13 +275,7 @@ impl LinearDesign {
         rate: f64,
         origin: Origin,
     ) -> Result<Self, DesignError> {
-        let theorem = certificate::LinearConvergence {
-            plant: PlantWithin::exactly(&proof_matrix(&plant.a), &proof_matrix(&plant.b), &proof_matrix(&plant.c))?,
-            l: proof_matrix(&l),
-            p: proof_matrix(&p),
-            rate,
-        };
-        let certificate = Certificate::of([theorem])?;
+        let certificate = theorem(plant, &l, &p, rate)?;
         let observer = LinearObserver::of(plant.clone(), l)?;
         Ok(Self { observer, poles, p, q, rate, certificate, origin })
     }
@@ -281,11 +296,31 @@ impl LinearDesign {
 
     /// The largest real part of an eigenvalue of `F = A - L C`: in the end errors decay like `exp` of this times t.
     pub fn spectral_abscissa(&self) -> f64 {
-        self.poles.iter().map(|pole| pole.re).fold(f64::NEG_INFINITY, f64::max)
+        closed_abscissa(&self.poles)
     }
 
     /// `F = A - L C`.
     pub fn error_matrix(&self) -> DMatrix<f64> {
         &self.observer.a - self.l() * &self.observer.c
     }
+}
+
+fn closed_abscissa(poles: &[Complex<f64>]) -> f64 {
+    poles.iter().map(|pole| pole.re).fold(f64::NEG_INFINITY, f64::max)
+}
+
+/// `-(F'P + PF)`.
+fn right_hand_side(f: &DMatrix<f64>, p: &DMatrix<f64>) -> DMatrix<f64> {
+    let half = p * f;
+    -(&half + half.transpose())
+}
+
+/// (9), decided for these numbers.
+fn theorem(plant: &StateSpace, l: &DMatrix<f64>, p: &DMatrix<f64>, rate: f64) -> Result<Certificate, DesignError> {
+    Ok(Certificate::of([certificate::LinearConvergence {
+        plant: PlantWithin::exactly(&proof_matrix(&plant.a), &proof_matrix(&plant.b), &proof_matrix(&plant.c))?,
+        l: proof_matrix(l),
+        p: proof_matrix(p),
+        rate,
+    }])?)
 }

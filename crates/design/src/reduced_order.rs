@@ -11,15 +11,17 @@
 //! and
 //! `G = TAN` satisfy the equations exactly, whatever T is: `proof/src/statement/reduced_order.rs`.
 
-use luenberger_linalg::{FunctionalObserver, LyapunovEquation, reduced_order_observer, symmetric_part};
+use luenberger_linalg::{FunctionalObserver, eigenvalues, lyapunov, reduced_order_observer, symmetric_part};
 use luenberger_lmi::proof_matrix;
 use luenberger_plants::StateSpace;
 use luenberger_proof::certificate::{Certificate, ReducedOrderConvergence};
+use luenberger_proof::statement::TimeDomain;
 use nalgebra::{Complex, DMatrix};
 
 use crate::certificate::{certified, plant as matrices};
 use crate::check;
 use crate::error::DesignError;
+use crate::lyapunov_choice::proved_or_first;
 
 certified!(ReducedOrderDesign);
 
@@ -73,15 +75,17 @@ impl ReducedOrderDesign {
         }
         let observer = reduced_order_observer(&plant.a, &plant.b, &plant.c, &poles)?;
         let order = observer.f.nrows();
-        let mut equation = LyapunovEquation::new(&observer.f)?;
-        let p = symmetric_part(&equation.solve(&DMatrix::identity(order, order))?.p);
-        let theorem = ReducedOrderConvergence {
-            plant: matrices((&plant.a, &plant.b, &plant.c)),
-            t: proof_matrix(&observer.t),
-            p: proof_matrix(&p),
-            rate: 0.0,
-        };
-        let certificate = Certificate::of([theorem])?;
-        Ok(Self { plant: plant.clone(), observer, poles: equation.eigenvalues(), p, certificate })
+        let first = lyapunov(&observer.f, &DMatrix::identity(order, order));
+        let first = first.map(|found| symmetric_part(&found.p)).map_err(DesignError::from);
+        let (p, certificate) = proved_or_first(TimeDomain::Continuous, &observer.f, first, |p| {
+            Ok(Certificate::of([ReducedOrderConvergence {
+                plant: matrices((&plant.a, &plant.b, &plant.c)),
+                t: proof_matrix(&observer.t),
+                p: proof_matrix(p),
+                rate: 0.0,
+            }])?)
+        })?;
+        let poles = eigenvalues(&observer.f)?;
+        Ok(Self { plant: plant.clone(), observer, poles, p, certificate })
     }
 }

@@ -23,14 +23,16 @@ use luenberger_lmi::proof_matrix;
 use luenberger_observers::{SampledCubicGains, SampledCubicObserver, SampledObserver, semi_implicit};
 use luenberger_plants::StateSpace;
 use luenberger_proof::certificate::{self, Certificate, CertificateFile, DiscreteConvergence};
+use luenberger_proof::statement::TimeDomain;
 use nalgebra::{Complex, DMatrix, Dyn};
 
 use crate::certificate::{certified, plant as matrices};
 use crate::check;
 use crate::cubic::{CubicDesign, CubicGain, structure};
-use crate::discrete::DiscreteDesign;
+use crate::discrete::{self, DiscreteDesign};
 use crate::error::DesignError;
 use crate::linear::LinearDesign;
+use crate::lyapunov_choice::proved_or_first;
 
 certified!(SampledCubicDesign);
 
@@ -223,7 +225,12 @@ impl SampledCubicDesign {
         // The scale of Q is that of the continuous equation over one period.
         let p = match given {
             Some(p) => p.clone(),
-            None => equation.solve(&(DMatrix::identity(n, n) * h))?.p,
+            None => {
+                let first = equation.solve(&(DMatrix::identity(n, n) * h)).map(|found| found.p);
+                let exact = check::closed_loop((&ad, &ld, &c))?;
+                let decreasing = |p: &DMatrix<f64>| discrete::theorem(plant, &ld, p);
+                proved_or_first(TimeDomain::Discrete, &exact, first.map_err(DesignError::from), decreasing)?.0
+            }
         };
         let poles = equation.eigenvalues();
         let p_inverse_ct = check::solve_definite("P", &p, &c.transpose())?;

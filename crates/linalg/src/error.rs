@@ -188,7 +188,7 @@ pub enum LinalgError {
     },
     /// An eigenvalue that is not stable cannot be moved by the input.
     #[error(
-        "the pair (A, B) is not stabilizable: uncontrollable eigenvalue {eigenvalue}, PBH margin {margin}",
+        "the pair (A, B) is not stabilizable to working precision: uncontrollable eigenvalue {eigenvalue}, PBH margin {margin}",
         margin = short(*.margin), eigenvalue = complex(*.eigenvalue)
     )]
     NotStabilizable {
@@ -220,9 +220,9 @@ pub enum LinalgError {
         /// The smallest singular value of `[A - lambda I, W]`.
         margin: f64,
     },
-    /// An eigenvalue that is not stable is not seen by the output.
+    /// An eigenvalue that is not stable is not seen by the output, to working precision.
     #[error(
-        "the pair (A, C) is not detectable: unobservable eigenvalue {eigenvalue}, PBH margin {margin}",
+        "the pair (A, C) is not detectable to working precision: unobservable eigenvalue {eigenvalue}, PBH margin {margin}",
         margin = short(*.margin), eigenvalue = complex(*.eigenvalue)
     )]
     NotDetectable {
@@ -248,9 +248,9 @@ pub enum LinalgError {
         /// The quantity.
         what: &'static str,
     },
-    /// A mode that no output sees, where the answer needs all of them seen.
+    /// A mode that no output sees to working precision, where the answer needs all of them seen.
     #[error(
-        "the pair (A, C) is not observable: unobservable eigenvalue {eigenvalue}, PBH margin {margin}",
+        "the pair (A, C) is not observable to working precision: unobservable eigenvalue {eigenvalue}, PBH margin {margin}",
         margin = short(*.margin), eigenvalue = complex(*.eigenvalue)
     )]
     Unobservable {
@@ -263,7 +263,7 @@ pub enum LinalgError {
     },
     /// A mode that no input moves, where the answer needs all of them moved.
     #[error(
-        "the pair (A, B) is not controllable: uncontrollable eigenvalue {eigenvalue}, PBH margin {margin}",
+        "the pair (A, B) is not controllable to working precision: uncontrollable eigenvalue {eigenvalue}, PBH margin {margin}",
         margin = short(*.margin), eigenvalue = complex(*.eigenvalue)
     )]
     Uncontrollable {
@@ -319,7 +319,7 @@ pub enum LinalgError {
     },
     /// A pole that no gain with the zeros asked for can move, and that is not asked for.
     #[error(
-        "no gain with these zeros moves the eigenvalue {eigenvalue}: the nearest specified pole is {distance} away",
+        "to working precision no gain with these zeros moves the eigenvalue {eigenvalue}: the nearest specified pole is {distance} away",
         distance = short(*.distance), eigenvalue = complex(*.eigenvalue)
     )]
     FixedMode {
@@ -331,7 +331,7 @@ pub enum LinalgError {
     /// No observer of the order asked for gives the function: its rate does not follow from itself, the outputs and
     /// their rates.
     #[error(
-        "no observer of this order: row {number} of K A is not a combination of the rows of [K; C A; C], residual {residual} (limit {allowed}) (Darouach's first condition)",
+        "no observer of this order to working precision: row {number} of K A is not a combination of the rows of [K; C A; C], residual {residual} (limit {allowed}) (Darouach's first condition)",
         number = *.row + 1, residual = short(*.residual), allowed = short(*.allowed)
     )]
     NotFunctional {

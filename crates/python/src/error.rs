@@ -101,6 +101,9 @@ pub(crate) fn design(py: Python<'_>, cause: Option<&DesignError>, message: Strin
     let found = || -> PyResult<(&'static str, Bound<'_, PyDict>)> {
         Ok(match cause {
             Some(DesignError::Linalg(error)) => class_of(py, error)?,
+            Some(DesignError::NotDetectable { eigenvalue, margin, .. }) => {
+                ("NotDetectable", dictionary!(py; eigenvalue = *eigenvalue, margin))
+            }
             Some(DesignError::UnstablePole { pole } | DesignError::PoleOutside { pole }) => {
                 ("InvalidPole", dictionary!(py; pole = *pole))
             }

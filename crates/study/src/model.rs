@@ -4,6 +4,7 @@
 use std::collections::BTreeMap;
 
 use luenberger_design::Names;
+use luenberger_design::TimeDomain;
 use luenberger_expression::{AffinePlant, Expression, ExpressionPlant, Parameters, Tables};
 use luenberger_plants::{
     Chaotic, Column, CukConverter, Differentiable, Dimensions, Dual64, ExponentialCascade, FlexibleJoint, Plant,
@@ -36,6 +37,11 @@ pub struct PlantModel {
 }
 
 impl PlantModel {
+    /// Whether the plant is in continuous or in discrete time.
+    pub(crate) fn time(&self) -> TimeDomain {
+        if self.dt.is_some() { TimeDomain::Discrete } else { TimeDomain::Continuous }
+    }
+
     /// The unit of a state, an input, an output or a parameter, if the study gives it.
     pub fn unit(&self, name: &str) -> Option<&String> {
         self.units.get(name)

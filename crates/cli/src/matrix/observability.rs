@@ -5,6 +5,8 @@ use crate::answer::Answer;
 use crate::failure::Failure;
 use crate::input::{Source, json};
 use crate::numbers;
+use luenberger_lmi::proof_matrix;
+use luenberger_proof::statement::hidden_motion;
 use nalgebra::Complex;
 use serde::Serialize;
 
@@ -32,7 +34,14 @@ pub(crate) fn obsv(source: &Source) -> Result<Answer, Failure> {
     let [a, c] = json::matrices(source, ["a", "c"])?;
     let found = luenberger_linalg::observability(&a, &c).map_err(from(source))?;
     let mut text = format!("rank {} of {}", found.rank, found.order);
-    text.push_str(if found.is_observable() { ": observable\n" } else { ": not observable\n" });
+    let is_hidden = || hidden_motion(&proof_matrix(&a), &proof_matrix(&c)).is_ok_and(|hidden| hidden.is_some());
+    text.push_str(if found.is_observable() {
+        ": observable\n"
+    } else if is_hidden() {
+        ": not observable\n"
+    } else {
+        ": not observable to working precision\n"
+    });
     for mode in &found.modes {
         let (eigenvalue, margin) = (numbers::complex(mode.eigenvalue), numbers::margin(mode.margin));
         text.extend(["  mode ", &eigenvalue, ": margin ", &margin, "\n"]);

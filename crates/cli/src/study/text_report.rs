@@ -8,7 +8,7 @@ use crate::numbers::{beside, complex, margin, number, size};
 use luenberger_proof::wording::counted;
 use luenberger_study::results::{
     ModeReport, ObservabilityAt, ObservabilityReport, ObserverReport, OperatingPointReport, ScoreCell, ScoreTable,
-    SimulationReport, SweepReport, leading,
+    SimulationReport, SweepReport, UnseenModes, leading,
 };
 use luenberger_study::{Results, Step, StudyError};
 use nalgebra::Complex;
@@ -130,12 +130,16 @@ fn operating_point(text: &mut String, results: &Results, point: &OperatingPointR
         }
     }
     _ = writeln!(text, "  eigenvalues of A: {}", poles(&point.poles));
-    let seen = if point.observable { "observable" } else { "not observable" };
+    let seen = if point.observable { "observable" } else { "not observable to working precision" };
     _ = writeln!(text, "  the linearisation is {seen}");
 }
 
 fn observability(text: &mut String, report: &ObservabilityReport) {
-    let word = if report.rank == report.order { "observable" } else { "not observable" };
+    let word = match (report.rank == report.order, report.is_decided()) {
+        (true, _) => "observable",
+        (false, true) => "not observable",
+        (false, false) => "not observable to working precision",
+    };
     _ = writeln!(text, "\nobservability: rank {} of {}, {word}", report.rank, report.order);
     for point in &report.points {
         if let (Some(t), Some(x)) = (point.t, &point.x) {
@@ -163,7 +167,11 @@ fn modes(text: &mut String, point: &ObservabilityAt) {
         point.modes.iter().chain(&point.hidden).map(|mode| Complex::new(mode.eigenvalue[0], mode.eigenvalue[1]));
     let largest = values.map(Complex::norm).fold(0.0, f64::max);
     let eigenvalue = |mode: &ModeReport| {
-        let [re, im] = mode.eigenvalue.map(|part| beside(part, largest));
+        let [re, im] = match point.unseen {
+            // A small eigenvalue of a mode that is decided to decay is no rounding.
+            UnseenModes::Decay => mode.eigenvalue,
+            _ => mode.eigenvalue.map(|part| beside(part, largest)),
+        };
         complex(Complex::new(re, im))
     };
     // The least observable modes come first; of a large plant only these are printed.
@@ -185,10 +193,12 @@ fn modes(text: &mut String, point: &ObservabilityAt) {
         _ = writeln!(text, "  unobservable: {} along {}", eigenvalue(mode), leading(&mode.words));
     }
     if !point.hidden.is_empty() {
-        let word = if point.detectable {
-            "detectable: the unobservable modes are stable"
-        } else {
-            "not detectable: no observer exists"
+        let word = match point.unseen {
+            UnseenModes::Decay => "detectable: the unobservable modes are stable",
+            UnseenModes::None => "unobservable to working precision only: the plant as stored is observable",
+            UnseenModes::Remain => "not detectable: no observer exists",
+            UnseenModes::Undecided if point.t.is_some() => "unobservable to working precision",
+            UnseenModes::Undecided => "unobservable to working precision: whether an observer exists is not decided",
         };
         _ = writeln!(text, "  {word}");
     }

@@ -508,8 +508,8 @@ fn folders_of_others_are_refused_and_ours_are_replaced() {
 /// Without a certificate only on request, and the header says so.
 #[test]
 fn an_observer_without_a_certificate_is_exported_on_request() {
-    // The gain is stable, and the margin of its Lyapunov equation is lost in rounding.
-    let text = "[plant]\na = [[1.0, 1e9], [0.0, 0.9999999]]\nc = [[1, 0]]\ndt = 1\n[[observer]]\nkind = \"luenberger\"\ngain = [[1e-7], [0]]\n";
+    // A = I/2 + k [1 -1; 1 -1], k = 2^17, has the eigenvalues 1/2, and the P of A'PA - P + I = 0 entries of k^2.
+    let text = "[plant]\na = [[131072.5, -131072], [131072, -131071.5]]\nc = [[1, 0]]\ndt = 1\n[[observer]]\nkind = \"luenberger\"\ngain = [[0], [0]]\n";
     let (folder, file) = study("export-unproved", Some(text));
     let out = folder.join("c");
     let arguments = ["export", &file, "--to", "c", "-o", out.to_str().unwrap()];

@@ -203,7 +203,7 @@ pub(crate) const MISTAKES: &[(&str, &str, i32, &str)] = &[
         "care",
         r#"{"a": [[1]], "b": [[0]], "q": [[1]], "r": [[1]]}"#,
         1,
-        "the pair (A, B) is not stabilizable: uncontrollable eigenvalue 1",
+        "the pair (A, B) is not stabilizable to working precision: uncontrollable eigenvalue 1",
     ),
     (
         "dare",
@@ -215,19 +215,19 @@ pub(crate) const MISTAKES: &[(&str, &str, i32, &str)] = &[
         "place",
         r#"{"a": [[1]], "b": [[0]], "poles": [-1]}"#,
         1,
-        "the pair (A, B) is not controllable: uncontrollable eigenvalue 1",
+        "the pair (A, B) is not controllable to working precision: uncontrollable eigenvalue 1",
     ),
     (
         "place",
         r#"{"a": [[-1, 0], [0, 2]], "c": [[1, 0]], "poles": [-3, -4]}"#,
         1,
-        "the pair (A, C) is not observable: unobservable eigenvalue 2",
+        "the pair (A, C) is not observable to working precision: unobservable eigenvalue 2",
     ),
     (
         "care",
         r#"{"a": [[1]], "c": [[0]], "w": [[1]], "v": [[1]]}"#,
         1,
-        "the pair (A, C) is not detectable: unobservable eigenvalue 1",
+        "the pair (A, C) is not detectable to working precision: unobservable eigenvalue 1",
     ),
     (
         "dare",

@@ -285,6 +285,10 @@ impl ErrorSystem {
         // A component that no disturbance reaches has the bound 0: the others decide.
         let largest = best.iter().fold(0.0_f64, |m, b| m.max(*b));
         let weights: Vec<f64> = best.iter().map(|b| 1.0 / b.max(1e-6 * largest).powi(2)).collect();
+        // The square of a bound can leave the range of binary64.
+        if weights.iter().any(|w| !(w.is_finite() && *w > 0.0)) {
+            return Err(unproved());
+        }
         let cost = |share: f64| {
             Reached::new(&f, &g, share * fastest).map_or(f64::INFINITY, |reached| reached.combined(&weights).1)
         };

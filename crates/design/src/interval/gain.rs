@@ -19,15 +19,19 @@
 
 use luenberger_linalg::RealMatrixView;
 use luenberger_lmi::{Expression, Problem, Solution, Variable};
+use luenberger_proof::Verdict;
 use luenberger_proof::statement::TimeDomain;
 use nalgebra::DMatrix;
 
 use crate::check;
 use crate::error::DesignError;
 use crate::error_bound::DisturbanceBounds;
+use crate::lyapunov_choice::{Powers, coordinates, shift};
 
 /// How much more than the least sum of the half-widths is allowed for a smaller gain.
 const ALLOWANCE: f64 = 0.01;
+
+const WHAT: &str = "the linear program of the gain of the least width";
 
 /// The ratio of bounds of the entries of L at which the bisection ends.
 const RATIO: f64 = 1.02;
@@ -38,8 +42,9 @@ const RATIO: f64 = 1.02;
 /// The noise of every output needs a bound above 0: without it no gain is too large.
 ///
 /// # Errors
-/// [`DesignError::NoLeastWidth`] where no gain makes the comparison system stable, or an output has no noise; errors of
-/// shapes.
+/// [`DesignError::NoLeastWidth`] where no gain makes the comparison system stable, with multipliers;
+/// [`DesignError::Undecided`] where the linear program was not solved; [`DesignError::QuietOutput`] where an output has no
+/// noise; errors of shapes.
 ///
 /// # Cost
 /// Some twenty linear programs with `2 n (n + m)` unknowns for m disturbances.
@@ -64,27 +69,46 @@ fn least_width(
     disturbances.check((n, p))?;
     let quiet = (0..p).find(|i| (0..m).all(|j| d[(*i, j)] * bounds[j] == 0.0));
     if let Some(output) = quiet {
-        return Err(DesignError::NoLeastWidth { quiet: Some(output) });
+        return Err(DesignError::QuietOutput { output });
     }
-    let program = || Program::new((a, c), disturbances, time);
-    let mut least = program().ok_or(DesignError::NoLeastWidth { quiet: Some(0) })?;
-    least.lp.minimise(&least.sum);
-    let solution = least.lp.solve()?;
-    if !solution.verdict.is_proved() {
-        return Err(DesignError::NoLeastWidth { quiet: None });
+    // In the units given, and in those in which A is balanced.
+    let mut verdict = None;
+    let balanced = coordinates(time, a).into_iter().next();
+    for units in std::iter::once(Powers::given(n)).chain(balanced) {
+        let Some(mut least) = Program::new((a, c), disturbances, time, &units) else { continue };
+        least.lp.minimise(&least.sum);
+        let solution = least.lp.solve()?;
+        match &solution.verdict {
+            Verdict::Proved { .. } => return smallest(&least, &solution, (a, c), disturbances, time, &units),
+            Verdict::Refuted { witness } => return Err(DesignError::NoLeastWidth { witness: witness.clone() }),
+            Verdict::Undecided { .. } => verdict = Some(solution.verdict.clone()),
+        }
     }
+    Err(DesignError::not_proved(WHAT, verdict))
+}
+
+/// Of the gains whose sum is about the least, the one whose largest entry is the smallest.
+fn smallest(
+    least: &Program,
+    solution: &Solution,
+    (a, c): (&DMatrix<f64>, &DMatrix<f64>),
+    disturbances: &DisturbanceBounds,
+    time: TimeDomain,
+    units: &Powers,
+) -> Result<DMatrix<f64>, DesignError> {
+    let (n, p) = (a.nrows(), c.nrows());
     let allowed = (1.0 + ALLOWANCE) * solution.value(&least.sum)[(0, 0)];
-    let mut gain = least.gain(&solution);
+    let mut gain = least.gain(solution);
     // A gain with entries up to `above` is known; none up to `below`.
     let (mut below, mut above) = (0.0, gain.amax());
     while above > RATIO * below && above > f64::MIN_POSITIVE {
         let bound = if below > 0.0 { (below * above).sqrt() } else { above / 16.0 };
-        let Some(mut bounded) = program() else { break };
+        let Some(mut bounded) = Program::new((a, c), disturbances, time, units) else { break };
         bounded.lp.constrain("the sum of the half-widths", &bounded.sum << allowed);
         for i in 0..n {
             for j in 0..p {
                 let value = entry(&Expression::from(&bounded.y), (n, i), (p, j));
-                let largest = bound * entry(&Expression::from(&bounded.weight), (n, i), (n, i));
+                let largest = bounded.scale(i, j, bound) * entry(&Expression::from(&bounded.weight), (n, i), (n, i));
                 bounded.lp.constrain(&format!("L({i},{j}) from above"), (largest.clone() - value.clone()) >> 0.0);
                 bounded.lp.constrain(&format!("L({i},{j}) from below"), (largest + value) >> 0.0);
             }
@@ -109,16 +133,27 @@ struct Program {
     y: Variable,
     /// At least the sum of the half-widths.
     sum: Variable,
+    /// Units of the states, and of the outputs: the largest entry of a row of C in them.
+    units: Powers,
+    outputs: Vec<i32>,
 }
 
 impl Program {
-    /// None without a disturbance.
+    /// The program for `x = T z`, whose half-widths in the end are those of z times T; none without a disturbance.
     fn new(
         (a, c): (&DMatrix<f64>, &DMatrix<f64>),
         DisturbanceBounds { e, d, bounds }: &DisturbanceBounds,
         time: TimeDomain,
+        units: &Powers,
     ) -> Option<Self> {
         let (n, p, m) = (a.nrows(), c.nrows(), bounds.len());
+        let is_given = units.0.iter().all(|power| *power == 0);
+        let (a, c, e) = (units.similar(a), units.columns(c), units.rows(e));
+        let size = |row: f64| if is_given || row == 0.0 { 0 } else { row.log2().round() as i32 };
+        let outputs: Vec<i32> = c.row_iter().map(|row| size(row.amax())).collect();
+        let seen = |m: &DMatrix<f64>| DMatrix::from_fn(p, m.ncols(), |i, j| shift(m[(i, j)], -outputs[i]));
+        let (a, c, e, d) = (&a, &seen(&c), &e, &seen(d));
+        let largest = units.0.iter().copied().max().unwrap_or(0);
         let mut lp = Problem::new();
         let weight = lp.diagonal("p", n);
         let y = lp.rectangular("Y", n, p);
@@ -137,7 +172,7 @@ impl Program {
                 within(&mut lp, &format!("F({i},{j})"), entry(&flow, (n, i), (n, j)), &bound);
                 column = column + &bound;
             }
-            lp.constrain(&format!("column {j}"), column << -1.0);
+            lp.constrain(&format!("column {j}"), column << -shift(1.0, units.0[j] - largest));
         }
         let mut cost: Option<Expression> = None;
         for j in (0..m).filter(|j| bounds[*j] > 0.0) {
@@ -153,13 +188,20 @@ impl Program {
         }
         let sum = lp.scalar("sum of the half-widths");
         lp.constrain("sum of the half-widths", (&sum - cost?) >> 0.0);
-        Some(Self { lp, weight, y, sum })
+        Some(Self { lp, weight, y, sum, units: units.clone(), outputs })
     }
 
-    /// `diag(p)^-1 Y`.
+    /// `diag(p)^-1 Y`, in the units given.
     fn gain(&self, solution: &Solution) -> DMatrix<f64> {
         let (weight, y) = (solution.value(&self.weight), solution.value(&self.y));
-        DMatrix::from_fn(y.nrows(), y.ncols(), |i, j| y[(i, j)] / weight[(i, i)])
+        DMatrix::from_fn(y.nrows(), y.ncols(), |i, j| {
+            shift(y[(i, j)] / weight[(i, i)], self.units.0[i] - self.outputs[j])
+        })
+    }
+
+    /// A bound of `L_ij` in the units of the program.
+    fn scale(&self, i: usize, j: usize, bound: f64) -> f64 {
+        shift(bound, self.outputs[j] - self.units.0[i])
     }
 }
 

@@ -13,7 +13,7 @@
 //! can be chosen for the least width, by a linear program: see [`least_width_gain`].
 
 mod gain;
-mod modal;
+pub(crate) mod modal;
 mod sampled;
 
 pub use gain::least_width_gain;
@@ -92,7 +92,7 @@ impl IntervalDesign {
         check::matrix("the vector of half-widths of x(0)", &DMatrix::from_row_slice(first.len(), 1, first), (n, 1))?;
         check::not_negative("a half-width of x(0)", first)?;
         let flow = &observer.a - &observer.l * &observer.c;
-        let (t, blocks) = chosen(&flow, coordinates)?;
+        let (t, blocks) = chosen(TimeDomain::Continuous, &flow, coordinates)?;
         let Some(known) = BlockCoordinates::new(&proof_matrix(&t), &blocks)? else {
             return Err(modal::no_coordinates(&flow)?);
         };
@@ -157,9 +157,13 @@ impl IntervalDesign {
 }
 
 /// T and its blocks for `A - LC`.
-fn chosen(flow: &DMatrix<f64>, coordinates: ErrorCoordinates) -> Result<(DMatrix<f64>, Vec<usize>), DesignError> {
+fn chosen(
+    time: TimeDomain,
+    flow: &DMatrix<f64>,
+    coordinates: ErrorCoordinates,
+) -> Result<(DMatrix<f64>, Vec<usize>), DesignError> {
     match coordinates {
-        ErrorCoordinates::Modal => modal::coordinates(flow),
+        ErrorCoordinates::Modal => modal::coordinates(time, flow),
         ErrorCoordinates::Plant => Ok((DMatrix::identity(flow.nrows(), flow.nrows()), vec![1; flow.nrows()])),
     }
 }

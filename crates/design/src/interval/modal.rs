@@ -1,20 +1,40 @@
 //! Modal coordinates: real eigenvectors, with a block of two for a complex pair.
 
-use luenberger_linalg::eigenvalues;
+use luenberger_linalg::{balanced, eigenvalues};
+use luenberger_proof::statement::TimeDomain;
 use nalgebra::{Complex, DMatrix, DVector};
 
 use crate::error::DesignError;
+use crate::lyapunov_choice::coordinates as units_of;
 
-/// T and its blocks: T F T^-1 is block diagonal, with `[a b; -b a]` for the poles `a +- ib`.
+/// The least distance of two poles, relative to the norm of F, of which eigenvectors are computed.
+pub(crate) const DISTINCT: f64 = 1e-7;
+
+/// T and its blocks: T F T^-1 is block diagonal, with `[a b; -b a]` for the poles `a +- ib`. In the units given, or
+/// where they hide the poles in balanced ones.
 ///
 /// # Errors
 /// [`DesignError::NoModalCoordinates`] for poles that are not distinct.
-pub(super) fn coordinates(f: &DMatrix<f64>) -> Result<(DMatrix<f64>, Vec<usize>), DesignError> {
+pub(crate) fn coordinates(time: TimeDomain, f: &DMatrix<f64>) -> Result<(DMatrix<f64>, Vec<usize>), DesignError> {
+    let mut found = in_units(f);
+    for units in units_of(time, f) {
+        if found.is_ok() {
+            break;
+        }
+        // With x = D z, z being modal in T~ z: T = T~ D^-1.
+        let balanced = in_units(&units.similar(f));
+        found = balanced.map(|(t, blocks)| (units.outputs_back(&t), blocks));
+    }
+    found
+}
+
+/// [`coordinates`] in the units given.
+pub(crate) fn in_units(f: &DMatrix<f64>) -> Result<(DMatrix<f64>, Vec<usize>), DesignError> {
     let n = f.nrows();
     let mut poles = eigenvalues(f)?;
     let separation = separation(&poles);
-    let none = || DesignError::NoModalCoordinates { separation };
-    if n > 1 && separation <= 1e-7 * f.norm() {
+    let none = || DesignError::NoModalCoordinates { separation, size: f.norm() };
+    if n > 1 && separation <= DISTINCT * f.norm() {
         return Err(none());
     }
     poles.retain(|pole| pole.im >= 0.0);
@@ -41,9 +61,9 @@ pub(super) fn coordinates(f: &DMatrix<f64>) -> Result<(DMatrix<f64>, Vec<usize>)
     }
 }
 
-/// No modal coordinates of F, with the least distance of its poles.
+/// The coordinates found are none whose inverse is enclosed: the error, with the least distance of the poles of F.
 pub(super) fn no_coordinates(f: &DMatrix<f64>) -> Result<DesignError, DesignError> {
-    Ok(DesignError::NoModalCoordinates { separation: separation(&eigenvalues(f)?) })
+    Ok(DesignError::NoModalCoordinates { separation: separation(&eigenvalues(&balanced(f)?.matrix)?), size: 0.0 })
 }
 
 /// The least distance of two poles.

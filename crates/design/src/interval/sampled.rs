@@ -5,7 +5,7 @@ use luenberger_lmi::{dynamic_matrix, proof_matrix};
 use luenberger_observers::{SampledIntervalGains, SampledIntervalObserver};
 use luenberger_plants::StateSpace;
 use luenberger_proof::certificate::{Certificate, IntervalCoordinates, SampledIntervalEnclosure};
-use luenberger_proof::statement::{BlockCoordinates, Format, SampledIntervals, held_plant};
+use luenberger_proof::statement::{BlockCoordinates, Format, SampledIntervals, TimeDomain, held_plant};
 use luenberger_proof::{Interval, Matrix, Ring};
 use nalgebra::{DMatrix, DVector, Dyn};
 
@@ -176,7 +176,7 @@ impl SampledIntervalDesign {
             return Err(DesignError::NotStored { value: *x, format });
         }
         let flow = &f - &l * &plant.c;
-        let (t, blocks) = chosen(&flow, coordinates)?;
+        let (t, blocks) = chosen(TimeDomain::Discrete, &flow, coordinates)?;
         let Some(known) = BlockCoordinates::new(&proof_matrix(&t), &blocks)? else {
             return Err(modal::no_coordinates(&flow)?);
         };

@@ -6,15 +6,21 @@
 //! | norm | what it bounds | optimum |
 //! |---|---|---|
 //! | H-infinity | the energy of z by `gamma^2` times that of w, whatever w is | by inequality |
-//! | H2 | the variance of z for white noise w of unit intensity | the Kalman filter, `W = EE'`, `V = DD'` if `ED' = 0` |
+//! | H2 | the variance of z for white noise w of unit intensity | the Kalman filter |
 //!
-//! Both are linear matrix inequalities in P and Y = P L, in discrete time as well:
+//! The Kalman filter is that of `W = EE'`, `V = DD' > 0` and the covariance `S = ED'` between them:
+//! `L = L0 + S V^-1`, L0 the gain for `A - S V^-1 C` and `W - S V^-1 S'`. Whatever H is, no gain has a smaller H2 norm.
+//! Bounds of either norm are linear matrix inequalities in P and Y = P L, in discrete time as well:
 //! ```text
 //! H-infinity   [he(PA - YC) + H'H, PE - YD; *, -gamma^2 I] < 0
 //!              [P - H'H, 0, (PA - YC)'; *, gamma^2 I, (PE - YD)'; *, *, P] > 0                       discrete time
 //! H2           [he(PA - YC), PE - YD; *, -I] < 0,    [Z, H; H', P] > 0,    tr Z < gamma^2
 //!              [P, PA - YC, PE - YD; *, P, 0; *, *, I] > 0,    likewise                              discrete time
 //! ```
+//! They are solved in units in which a Kalman filter of this plant has covariances, noise and poles of about one, so that
+//! the result does not depend on the units given (`units.rs`). A solution is a gain; that there is none is said only with
+//! verified multipliers. The least value of such a program is that of a gain, which is not proved to be the least.
+//!
 //! The least H-infinity norm is often approached by gains without bound only; the design for it takes a gamma that is
 //! larger by [`LEAST_NORM_EXCESS`]. The certificate of an H2 filter has the P of the observability Gramian, a little
 //! enlarged, so that its gamma can be as close to the norm as one likes.
@@ -24,14 +30,15 @@
 //! 1997.
 
 mod programs;
+mod units;
 
 use luenberger_linalg::{
-    LinalgError, discrete_detectability, discrete_h_infinity_norm, discrete_h2_norm, eigenvalues, h_infinity_norm,
-    h2_norm, lyapunov, stein, symmetric_part,
+    discrete_h_infinity_norm, discrete_h2_norm, eigenvalues, h_infinity_norm, h2_norm, symmetric_part,
 };
 use luenberger_lmi::proof_matrix;
 use luenberger_observers::{DiscreteLinearObserver, LinearObserver};
 use luenberger_plants::StateSpace;
+use luenberger_proof::Verdict;
 use luenberger_proof::certificate::{Certificate, FilterProblem, H2Filter, HInfinityFilter};
 pub use luenberger_proof::statement::TimeDomain;
 use nalgebra::{Complex, DMatrix, Dyn};
@@ -40,11 +47,16 @@ use crate::certificate::{certified, plant as matrices};
 use crate::check;
 use crate::error::DesignError;
 use crate::gain_options::GainOptions;
+use crate::lyapunov_choice::{Equation, Powers, coordinates};
+use units::{Reference, Units};
 
 /// By how much the gamma of the design for the least H-infinity norm exceeds it, relative.
 pub const LEAST_NORM_EXCESS: f64 = 0.01;
 /// By how much the certified bound exceeds the norm of a given gain, and of an H2 filter, relative.
 pub const NORM_BOUND_EXCESS: f64 = 1e-4;
+
+/// How often the noise of the outputs is made smaller in the search for a gain.
+const LEVELS: i32 = 13;
 
 /// The norm of an error.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -109,9 +121,11 @@ pub struct NormFilterDesign {
     pub frequency: Option<f64>,
     /// The certified bound: the norm is below gamma.
     pub gamma: f64,
-    /// The least norm of any gain within the bound of the gain, as a semidefinite program finds it; where it was
-    /// computed.
+    /// The least norm of any gain, to rounding: the H2 norm of the Kalman filter, where the design asked for it.
     pub least: Option<f64>,
+    /// The smallest norm of a gain within the bound of the gain that was found, for a design for the least norm of which
+    /// there is no formula. Smaller ones are not excluded.
+    pub found: Option<f64>,
     /// The certificate.
     pub certificate: Certificate,
 }
@@ -139,15 +153,15 @@ impl NormFilterDesign {
     /// let of = GeneralizedPlant { e: dmatrix![1.0, 0.0], d: dmatrix![0.0, 1.0], h: dmatrix![1.0] };
     /// let options = GainOptions::default();
     /// let filter = NormFilterDesign::new(&plant, TimeDomain::Continuous, SystemNorm::HInfinity, &of, &NormTarget::Least, &options)?;
-    /// assert!((filter.least.unwrap() - 0.5f64.sqrt()).abs() < 1e-5);
+    /// assert!((filter.found.unwrap() - 0.5f64.sqrt()).abs() < 1e-5);
     /// assert!(filter.certificate.is_proved() && filter.norm < filter.gamma && filter.gamma < 0.715);
     /// # Ok::<(), luenberger_design::DesignError>(())
     /// ```
     ///
     /// # Errors
-    /// [`DesignError::NormTooSmall`] for a gamma below the least; [`DesignError::NoiselessOutput`] for
-    /// [`NormTarget::Least`] where D has no full row rank and no bound of the gain is given; a plant that is not
-    /// detectable; shapes that do not fit; H = 0; a given gain that does not stabilise.
+    /// [`DesignError::NormTooSmall`] for a gamma that no gain keeps, with multipliers; [`DesignError::NormNotFound`] where
+    /// neither a gain nor multipliers are found; [`DesignError::NoiselessOutput`] for [`NormTarget::Least`] where D has
+    /// no full row rank and no bound of the gain is given; a plant that is not detectable; shapes that do not fit; H = 0; a given gain that does not stabilise.
     pub fn new(
         plant: &StateSpace,
         time: TimeDomain,
@@ -174,27 +188,19 @@ impl NormFilterDesign {
                 let found = task.measured(l)?;
                 let gamma = found.norm * (1.0 + NORM_BOUND_EXCESS);
                 check::positive("the norm of the error", gamma)?;
-                task.certified(l.clone(), None, found, gamma, None)
+                task.certified(l.clone(), None, found, gamma)
             }
             NormTarget::Below(gamma) => {
                 check::positive("gamma", *gamma)?;
                 task.detectable()?;
-                task.below(*gamma, None, options)
+                task.below(*gamma, options)
             }
             NormTarget::Least => {
                 task.detectable()?;
                 if options.max_gain.is_none() {
                     task.every_output_is_noisy()?;
                 }
-                let (least, gain) = task.least(options)?;
-                match norm {
-                    SystemNorm::HInfinity => task.below(least * (1.0 + LEAST_NORM_EXCESS), Some(least), options),
-                    SystemNorm::H2 => {
-                        let found = task.measured(&gain)?;
-                        let gamma = found.norm * (1.0 + NORM_BOUND_EXCESS);
-                        task.certified(gain, None, found, gamma, Some(least))
-                    }
-                }
+                task.least(options)
             }
         }
     }
@@ -240,23 +246,16 @@ impl Task<'_> {
     }
 
     fn detectable(&self) -> Result<(), DesignError> {
-        let (a, c) = (&self.plant.a, &self.plant.c);
-        match self.time {
-            TimeDomain::Continuous => check::detectable(a, c, 0.0).map(|_| ()),
-            TimeDomain::Discrete => match discrete_detectability(a, c)?.undetectable_modes.first() {
-                None => Ok(()),
-                Some(mode) => {
-                    Err(LinalgError::NotDetectable { eigenvalue: mode.eigenvalue, margin: mode.margin }.into())
-                }
-            },
-        }
+        check::detectable_in(self.time, &self.plant.a, &self.plant.c)
     }
 
     /// D has full row rank: else the least norm is approached by gains without bound.
     fn every_output_is_noisy(&self) -> Result<(), DesignError> {
         let d = &self.of.d;
-        let sigma_min = if d.ncols() < d.nrows() { 0.0 } else { d.clone().svd(false, false).singular_values.min() };
-        if sigma_min > d.ncols() as f64 * f64::EPSILON * d.norm() {
+        // Whatever the units of the outputs are: of rows of length one.
+        let rows = DMatrix::from_fn(d.nrows(), d.ncols(), |i, j| d[(i, j)] / d.row(i).norm().max(f64::MIN_POSITIVE));
+        let sigma_min = if d.ncols() < d.nrows() { 0.0 } else { rows.svd(false, false).singular_values.min() };
+        if sigma_min > d.ncols() as f64 * f64::EPSILON {
             return Ok(());
         }
         Err(DesignError::NoiselessOutput { outputs: d.nrows(), sigma_min })
@@ -267,22 +266,24 @@ impl Task<'_> {
         let (f, g) = self.flow(l);
         let (h, none) = (&self.of.h, DMatrix::zeros(self.of.h.nrows(), g.ncols()));
         let poles = eigenvalues(&f)?;
+        let pair = (&self.plant.a, l, &self.plant.c);
         match self.time {
-            TimeDomain::Continuous => check::stable_poles("A - L C", &poles, (&self.plant.a, l, &self.plant.c))?,
+            TimeDomain::Continuous => check::stable_poles("A - L C", &poles, pair)?,
             TimeDomain::Discrete => {
                 let radius = poles.iter().map(|pole| pole.norm()).fold(0.0, f64::max);
-                if radius >= 1.0 {
-                    return Err(DesignError::NotSchur { what: "A - L C", radius });
-                }
+                check::schur_stable("A - L C", (radius, true), pair)?;
             }
         }
+        // The norm is the same in all coordinates of the state, its rounding is not.
+        let units = coordinates(self.time, &f).pop().unwrap_or_else(|| Powers::given(f.nrows()));
+        let (f, g, h) = (&units.similar(&f), &units.rows(&g), &units.columns(h));
         let (norm, frequency) = match (self.norm, self.time) {
-            (SystemNorm::H2, TimeDomain::Continuous) => (h2_norm(&f, &g, h)?, None),
-            (SystemNorm::H2, TimeDomain::Discrete) => (discrete_h2_norm(&f, &g, h)?, None),
+            (SystemNorm::H2, TimeDomain::Continuous) => (h2_norm(f, g, h)?, None),
+            (SystemNorm::H2, TimeDomain::Discrete) => (discrete_h2_norm(f, g, h)?, None),
             (SystemNorm::HInfinity, time) => {
                 let found = match time {
-                    TimeDomain::Continuous => h_infinity_norm(&f, &g, h, &none)?,
-                    TimeDomain::Discrete => discrete_h_infinity_norm(&f, &g, h, &none)?,
+                    TimeDomain::Continuous => h_infinity_norm(f, g, h, &none)?,
+                    TimeDomain::Discrete => discrete_h_infinity_norm(f, g, h, &none)?,
                 };
                 (found.norm, Some(found.frequency))
             }
@@ -290,39 +291,118 @@ impl Task<'_> {
         Ok(Measured { poles, norm, frequency })
     }
 
-    /// The design for a bound; the least norm, where the bound is not attainable.
-    fn below(&self, gamma: f64, least: Option<f64>, options: &GainOptions) -> Result<NormFilterDesign, DesignError> {
-        let (l, p) = match self.gain_below(gamma, options) {
-            Ok(found) => found,
-            Err(error) => {
-                let least = match least {
-                    Some(least) => least,
-                    None => self.least(options).map_or(f64::NAN, |(least, _)| least),
-                };
-                if gamma <= least {
-                    let (norm, is_limited) = (self.norm.name(), options.max_gain.is_some());
-                    return Err(DesignError::NormTooSmall { norm, gamma, least, is_limited });
-                }
-                return Err(error);
+    /// The design for the least norm: the Kalman filter, or what the program finds.
+    fn least(&self, options: &GainOptions) -> Result<NormFilterDesign, DesignError> {
+        if self.norm == SystemNorm::H2
+            && options.max_gain.is_none()
+            && let Some(optimal) = self.kalman(None)
+            && let Ok(found) = self.measured(&optimal.l)
+        {
+            let (least, gamma) = (found.norm, found.norm * (1.0 + NORM_BOUND_EXCESS));
+            let design = self.certified(optimal.l, None, found, gamma)?;
+            return Ok(NormFilterDesign { least: Some(least), ..design });
+        }
+        let candidates = self.candidates(f64::INFINITY, options);
+        let best = candidates.iter().min_by(|x, y| x.found.norm.total_cmp(&y.found.norm));
+        let units = Units::of(self, best.map(|best| (&best.of, best.found.norm)));
+        let (found, gain) = match (self.least_value(&units, options), best) {
+            (Ok(found), _) => found,
+            (Err(_), Some(best)) => (best.found.norm, best.of.l.clone()),
+            (Err(error), None) => return Err(error),
+        };
+        let design = match self.norm {
+            SystemNorm::HInfinity => self.below(found * (1.0 + LEAST_NORM_EXCESS), options)?,
+            SystemNorm::H2 => {
+                let measured = self.measured(&gain)?;
+                let gamma = measured.norm * (1.0 + NORM_BOUND_EXCESS);
+                self.certified(gain, None, measured, gamma)?
             }
         };
-        let found = self.measured(&l)?;
-        self.certified(l, Some(p), found, gamma, least)
+        Ok(NormFilterDesign { found: Some(found), ..design })
     }
 
+    /// The gains of Kalman filters for this noise and for noise that is smaller and smaller, up to the first with a norm
+    /// below gamma, of those within the bound of the gain.
+    fn candidates(&self, gamma: f64, options: &GainOptions) -> Vec<Candidate> {
+        let mut all = Vec::new();
+        for level in std::iter::once(None).chain((0..LEVELS).map(Some)) {
+            let Some(of) = self.kalman(level) else { continue };
+            let is_allowed =
+                options.max_gain.is_none_or(|bound| of.l.clone().svd(false, false).singular_values.max() <= bound);
+            let Some(found) = self.measured(&of.l).ok().filter(|found| is_allowed && found.norm.is_finite()) else {
+                continue;
+            };
+            let is_last = found.norm < gamma;
+            all.push(Candidate { of, found });
+            if is_last {
+                break;
+            }
+        }
+        all
+    }
+
+    /// The design for a bound.
+    fn below(&self, gamma: f64, options: &GainOptions) -> Result<NormFilterDesign, DesignError> {
+        let candidates = self.candidates(gamma, options);
+        let best = candidates.into_iter().min_by(|x, y| x.found.norm.total_cmp(&y.found.norm));
+        let units = Units::of(self, best.as_ref().map(|best| (&best.of, gamma)));
+        let solved = self.gain_below(gamma, &units, options)?;
+        if let Ok((l, p)) = &solved
+            && let Ok(found) = self.measured(l)
+            && found.norm < gamma
+        {
+            let design = self.certified(l.clone(), Some(p), found, gamma)?;
+            if design.certificate.is_proved() {
+                return Ok(design);
+            }
+        }
+        let best = match best {
+            Some(Candidate { of, found }) if found.norm < gamma => return self.certified(of.l, None, found, gamma),
+            best => best.map(|best| best.found.norm),
+        };
+        let programmed = self.least_value(&units, options).ok().map(|(value, _)| value);
+        let best = best.into_iter().chain(programmed).min_by(f64::total_cmp);
+        let norm = self.norm.name();
+        // The bound of the gain is a sufficient condition: its multipliers would not exclude a gain.
+        let verdict = match (solved, options.max_gain) {
+            (Err(verdict), None) => Some(verdict),
+            (_, Some(_)) => self.gain_below(gamma, &units, &GainOptions::from(options.settings.clone()))?.err(),
+            (Ok(_), None) => None,
+        };
+        let is_limited = options.max_gain.is_some();
+        Err(match verdict {
+            Some(Verdict::Refuted { witness }) => DesignError::NormTooSmall { norm, gamma, best, witness },
+            Some(Verdict::Undecided { why, .. }) => {
+                DesignError::NormNotFound { norm, gamma, best, is_limited, why: Some(why) }
+            }
+            _ => DesignError::NormNotFound { norm, gamma, best, is_limited, why: None },
+        })
+    }
+
+    /// `p` is the P of an H-infinity norm below gamma, if it is known.
     fn certified(
         &self,
         l: DMatrix<f64>,
-        p: Option<DMatrix<f64>>,
+        p: Option<&DMatrix<f64>>,
         found: Measured,
         gamma: f64,
-        least: Option<f64>,
     ) -> Result<NormFilterDesign, DesignError> {
-        let p = match (self.norm, p) {
-            (SystemNorm::H2, _) => self.enlarged_gramian(&l, gamma)?,
-            (SystemNorm::HInfinity, Some(p)) => p,
-            (SystemNorm::HInfinity, None) => self.storage(&l, gamma)?,
+        let (p, certificate) = match (self.norm, p) {
+            (SystemNorm::H2, _) => self.with_gramian(&l, gamma)?,
+            (SystemNorm::HInfinity, Some(p)) => (p.clone(), self.theorem(&l, p, gamma)?),
+            (SystemNorm::HInfinity, None) => {
+                let p = self.storage(&l, gamma)?;
+                let certificate = self.theorem(&l, &p, gamma)?;
+                (p, certificate)
+            }
         };
+        let Measured { poles, norm, frequency } = found;
+        let (plant, time) = (self.plant.clone(), self.time);
+        Ok(NormFilterDesign { plant, time, l, poles, p, norm, frequency, gamma, least: None, found: None, certificate })
+    }
+
+    /// The bound of the norm, decided for these numbers.
+    fn theorem(&self, l: &DMatrix<f64>, p: &DMatrix<f64>, gamma: f64) -> Result<Certificate, DesignError> {
         let StateSpace { a, b, c, .. } = self.plant;
         let problem = FilterProblem {
             time: self.time,
@@ -330,33 +410,48 @@ impl Task<'_> {
             e: proof_matrix(&self.of.e),
             d: proof_matrix(&self.of.d),
             h: proof_matrix(&self.of.h),
-            l: proof_matrix(&l),
-            p: proof_matrix(&p),
+            l: proof_matrix(l),
+            p: proof_matrix(p),
             gamma,
         };
-        let certificate = match self.norm {
+        Ok(match self.norm {
             SystemNorm::HInfinity => Certificate::of([HInfinityFilter(problem)])?,
             SystemNorm::H2 => Certificate::of([H2Filter(problem)])?,
-        };
-        let Measured { poles, norm, frequency } = found;
-        let (plant, time) = (self.plant.clone(), self.time);
-        Ok(NormFilterDesign { plant, time, l, poles, p, norm, frequency, gamma, least, certificate })
+        })
     }
 
-    /// `P = W + s V` with the Gramians of H and of the identity, and s for half of the room that gamma leaves.
-    fn enlarged_gramian(&self, l: &DMatrix<f64>, gamma: f64) -> Result<DMatrix<f64>, DesignError> {
-        let (f, g) = self.flow(l);
-        let gramian = |h: &DMatrix<f64>| {
-            let seen = symmetric_part(&(h.transpose() * h));
-            match self.time {
-                TimeDomain::Continuous => lyapunov(&f, &seen).map(|found| found.p),
-                TimeDomain::Discrete => stein(&f, &seen).map(|found| found.p),
-            }
-        };
-        let (of_h, of_all) = (gramian(&self.of.h)?, gramian(&DMatrix::identity(f.nrows(), f.nrows()))?);
+    /// `P = W + s V` with the Gramians of H and of the identity in some coordinates, and s for half of the room that
+    /// gamma leaves: the first that is proved, or the one in the coordinates of the user.
+    fn with_gramian(&self, l: &DMatrix<f64>, gamma: f64) -> Result<(DMatrix<f64>, Certificate), DesignError> {
+        let f = check::closed_loop((&self.plant.a, l, &self.plant.c))?;
+        let (_, g) = self.flow(l);
         let spent = |w: &DMatrix<f64>| (g.transpose() * w * &g).trace();
-        let room = (gamma * gamma - spent(&of_h)).max(0.0);
-        let share = 0.5 * room / spent(&of_all).max(f64::MIN_POSITIVE);
-        Ok(symmetric_part(&(of_h + of_all * share)))
+        let mut first = None;
+        for units in std::iter::once(Powers::given(f.nrows())).chain(coordinates(self.time, &f)) {
+            for slower in [false, true] {
+                let of_h = Equation::new(self.time, &f, &units, false).and_then(|mut of| of.of_output(&self.of.h));
+                let of_all = Equation::new(self.time, &f, &units, slower).and_then(|mut of| of.of_identity());
+                let (Some(of_h), Some(of_all)) = (of_h, of_all) else { continue };
+                let room = (gamma * gamma - spent(&of_h)).max(0.0);
+                let share = 0.5 * room / spent(&of_all).max(f64::MIN_POSITIVE);
+                let p = symmetric_part(&(of_h + of_all * share));
+                let Ok(certificate) = self.theorem(l, &p, gamma) else { continue };
+                if certificate.is_proved() {
+                    return Ok((p, certificate));
+                }
+                first.get_or_insert((p, certificate));
+            }
+        }
+        first.ok_or(DesignError::StabilityUndecided {
+            what: "A - L C",
+            size: eigenvalues(&f)?.iter().map(|pole| pole.re).fold(f64::NEG_INFINITY, f64::max),
+            limit: 0.0,
+        })
     }
+}
+
+/// A gain with its norm.
+struct Candidate {
+    of: Reference,
+    found: Measured,
 }

@@ -64,7 +64,11 @@ pub fn redesigned_margin<'a>(f: impl Into<RealMatrixView<'a>>) -> Result<f64, De
     let what = "A - L C";
     let nothing = (DMatrix::zeros(f.nrows(), 0), DMatrix::zeros(0, f.ncols()));
     let abscissa = check::hurwitz(what, (f, &nothing.0, &nothing.1))?;
-    if abscissa < 0.0 { Ok(-abscissa) } else { Err(DesignError::StabilityUndecided { what, abscissa }) }
+    if abscissa < 0.0 {
+        Ok(-abscissa)
+    } else {
+        Err(DesignError::StabilityUndecided { what, size: abscissa, limit: 0.0 })
+    }
 }
 
 /// Ultimate bound of the error per unit of forcing: `limsup |e| <= gain * sup |(A(eps) - A) x|`.

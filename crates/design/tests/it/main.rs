@@ -30,6 +30,7 @@ mod operating_point;
 mod optimal_cubic;
 mod paths;
 mod positive_real;
+mod refusals;
 mod regression;
 mod stored;
 mod symbolic_polynomial;

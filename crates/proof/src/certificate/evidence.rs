@@ -173,11 +173,6 @@ impl Certificate {
         self.unproved.is_empty() && !self.proved.is_empty()
     }
 
-    /// Whether an inequality of a theorem is refuted.
-    pub fn is_refuted(&self) -> bool {
-        self.facts().any(|fact| fact.verdict.is_refuted())
-    }
-
     /// Whether a cubic observer with its gains exactly as stored is proved to converge from every error.
     pub fn converges_from_everywhere(&self) -> bool {
         self.proved.iter().any(|proved| match &proved.theorem {

@@ -5,7 +5,8 @@
 //! An error in that subspace obeys `z' = (M / d) z` for every gain, so no gain gives
 //! `(A - LC)'P + P(A - LC) + 2 rate P < 0` unless `M / d + rate I` is Hurwitz. This is decided exactly too: the
 //! characteristic polynomial by the Faddeev-Leverrier method, in integers, and the Routh array, whose first column is
-//! positive iff all roots lie in the open left half plane.
+//! positive iff all roots lie in the open left half plane. In discrete time, `z+ = (M / d) z`, the same array decides of
+//! the polynomial in s with `lambda = (1 + s)/(1 - s)`, which takes the open unit disk to that half plane.
 //!
 //! Sources: F. R. Gantmacher, The Theory of Matrices, vol. 1, ch. IV, section 5 and vol. 2, ch. XV; M. L. J. Hautus,
 //! 1969 (unobservable subspace and modes).
@@ -43,6 +44,12 @@ impl HiddenMotion {
         hurwitz_spectrum(&Matrix::from_fn(m.rows(), m.cols(), |i, j| {
             if i == j { m[(i, j)].add(&shift) } else { m[(i, j)].clone() }
         }))
+    }
+
+    /// Whether every unobservable motion of `x+ = A x` decays: all eigenvalues of `M / d` are inside the unit circle.
+    /// Exact.
+    pub fn decays_in_steps(&self) -> Option<bool> {
+        inside_circle(&self.motion, &self.divisor)
     }
 
     /// Whether these matrices belong to the pair `(A, C)`: `C V = 0`, `A V d = V M` and V of full rank, checked
@@ -126,7 +133,60 @@ pub fn hurwitz_spectrum(m: &Matrix<Exact>) -> Option<bool> {
         return None;
     }
     // A positive factor does not change the signs.
-    Some(all_roots_left(&characteristic_polynomial(&integers(m.as_slice()), n)))
+    Some(all_roots_left(&characteristic_polynomial(&integers(m.as_slice()), n, true)))
+}
+
+/// Whether all eigenvalues of a square matrix lie inside the unit circle, decided exactly. `None` for a matrix that is
+/// not square, or above order [`HIDDEN_ORDER`].
+///
+/// ```
+/// use luenberger_proof::{Exact, Matrix, Ring, statement::schur_spectrum};
+/// let turned = |x: f64| Matrix::from_rows([[0.0, x], [-1.0, 0.0]]).map(|x| Exact::from_f64(*x).expect("finite"));
+/// assert_eq!((schur_spectrum(&turned(1.0 - f64::EPSILON)), schur_spectrum(&turned(1.0))), (Some(true), Some(false)));
+/// ```
+pub fn schur_spectrum(m: &Matrix<Exact>) -> Option<bool> {
+    inside_circle(m, &Exact::new(IBig::ONE, 0))
+}
+
+/// Whether all eigenvalues of `m` are of modulus below `radius > 0`.
+fn inside_circle(m: &Matrix<Exact>, radius: &Exact) -> Option<bool> {
+    let n = m.rows();
+    if n != m.cols() || n > HIDDEN_ORDER {
+        return None;
+    }
+    let mut numbers = m.as_slice().to_vec();
+    numbers.push(radius.clone());
+    let mut scaled = integers(&numbers);
+    let radius = scaled.pop()?;
+    // det(lambda radius I - m), lowest power first.
+    let mut powers = characteristic_polynomial(&scaled, n, false);
+    powers.reverse();
+    let mut factor = IBig::ONE;
+    for coefficient in &mut powers {
+        *coefficient *= &factor;
+        factor *= &radius;
+    }
+    // The sum of a_j (1 + s)^j (1 - s)^(n - j), lowest power of s first, by Horner's rule.
+    let mut transformed = vec![IBig::ZERO; n + 1];
+    let mut rest = vec![IBig::ONE];
+    for coefficient in powers.iter().rev() {
+        let shifted = |k: usize| k.checked_sub(1).map_or(IBig::ZERO, |k| transformed[k].clone());
+        transformed = (0..=n).map(|k| &transformed[k] + shifted(k)).collect();
+        for (sum, x) in transformed.iter_mut().zip(&rest) {
+            *sum += coefficient * x;
+        }
+        let zero = IBig::ZERO;
+        rest = (0..=rest.len())
+            .map(|k| rest.get(k).unwrap_or(&zero) - k.checked_sub(1).map_or(&zero, |k| &rest[k]))
+            .collect();
+    }
+    transformed.reverse();
+    if transformed.first().is_some_and(|first| *first < IBig::ZERO) {
+        for x in &mut transformed {
+            *x = -&*x;
+        }
+    }
+    Some(all_roots_left(&transformed))
 }
 
 /// The numbers times a common factor, as integers without a common divisor.
@@ -223,8 +283,9 @@ fn eliminate(row: &mut [IBig], pivot: usize, other: &[IBig]) {
 }
 
 /// Coefficients of `det(s I - A)`, highest power first, by `A_1 = A`, `c_k = -tr(A_k)/k`, `A_(k+1) = A (A_k + c_k I)`.
-/// The divisions are exact.
-fn characteristic_polynomial(a: &[IBig], n: usize) -> Vec<IBig> {
+/// The divisions are exact. All coefficients of a Hurwitz polynomial are positive; `only_hurwitz` stops at one that is
+/// not.
+fn characteristic_polynomial(a: &[IBig], n: usize, only_hurwitz: bool) -> Vec<IBig> {
     let mut coefficients = vec![IBig::ONE];
     let mut power = a.to_vec();
     for k in 1..=n {
@@ -233,8 +294,7 @@ fn characteristic_polynomial(a: &[IBig], n: usize) -> Vec<IBig> {
         for i in 0..n {
             power[i * n + i] += &c;
         }
-        // All coefficients of a Hurwitz polynomial are positive; stop otherwise.
-        let hopeless = c <= IBig::ZERO;
+        let hopeless = only_hurwitz && c <= IBig::ZERO;
         coefficients.push(c);
         if hopeless {
             return coefficients;

@@ -89,7 +89,7 @@ class Certificate:
 
     @property
     def verdict(self) -> str:
-        """'proved', 'refuted' or 'undecided'."""
+        """'proved' or 'undecided'; a fact that is refuted is one of its matrices, and refutes no observer."""
         return self._inner.verdict()
 
     @property

@@ -147,7 +147,7 @@ class NotStable(LinAlgError):
 
 
 class NotDetectable(LinAlgError):
-    """An eigenvalue that does not decay is not seen by the outputs: no observer exists."""
+    """An eigenvalue that does not decay is not seen by the outputs, exactly or to working precision, as the text says."""
 
     eigenvalue: complex
     margin: float

@@ -50,9 +50,9 @@ class Observability:
     modes : list of Mode
         Every eigenvalue with its margin and direction.
     unobservable : list of Mode
-        The hidden modes.
+        The modes that are hidden to working precision.
     undetectable_modes : list of Mode
-        The hidden modes that do not decay: with one, no observer exists.
+        The hidden modes that do not decay, to working precision.
     subspace : ndarray, (n, n - rank)
         Orthonormal basis of the unobservable subspace.
     tolerance : float
@@ -82,7 +82,7 @@ class Observability:
 
     @property
     def is_detectable(self) -> bool:
-        """Whether every hidden mode decays, so that an observer exists."""
+        """Whether every hidden mode decays, to working precision."""
         return not self.undetectable_modes
 
     @property
@@ -103,7 +103,7 @@ class Observability:
             for mode in [*self.unobservable, *self.modes]
         ]
         verdict = "observable" if self.is_observable else "detectable" if self.is_detectable else "not detectable"
-        caption = f"{verdict}: rank {self.rank} of {self.order}"
+        caption = f"{verdict} to working precision: rank {self.rank} of {self.order}"
         return _html.table(caption, ["eigenvalue", "margin", "least visible direction"], rows)
 
 

@@ -192,7 +192,7 @@ class Observer:
 
     @property
     def verdict(self) -> str:
-        """'proved', 'refuted', 'undecided'; 'measured' or 'none' for observers without a proof."""
+        """'proved', 'undecided'; 'measured' or 'none' for observers without a proof."""
         return str(self._report["verdict"])
 
     @property

@@ -31,7 +31,8 @@ use std::fmt::Write;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::{Duration, Instant};
 
-use luenberger_linalg::{detectability, discrete_detectability, observability};
+use luenberger_design::UnseenModes;
+use luenberger_linalg::observability;
 use luenberger_proof::wording::{complex, counted, shortest};
 use luenberger_wording::setters;
 use rayon::prelude::*;
@@ -205,11 +206,9 @@ fn compare(
 /// Why no observer of a linear plant exists, if none does.
 fn undetectable(study: &Study) -> Result<Option<String>, StudyError> {
     let Some(plant) = study.plant.model.linear() else { return Ok(None) };
-    let found = match study.plant.dt {
-        Some(_) => discrete_detectability(&plant.a, &plant.c)?,
-        None => detectability(&plant.a, &plant.c)?,
-    };
-    if found.is_detectable() {
+    if observability(&plant.a, &plant.c)?.is_observable()
+        || UnseenModes::of(&plant.a, &plant.c, study.plant.time()) != UnseenModes::Remain
+    {
         return Ok(None);
     }
     Ok(Some(format!(
@@ -228,7 +227,7 @@ fn hidden(study: &Study, information: &Information) -> Result<Option<String>, St
         return Ok(None);
     }
     let of = if study.plant.model.linear().is_some() { "" } else { " Of the linearisation at the first estimate:" };
-    let rest = "their errors decay as the plant itself does, whatever the observer";
+    let rest = "to working precision their errors decay as the plant itself does, whatever the observer";
     Ok(Some(format!(
         "{}{}: {rest}.",
         of.trim_start().to_owned() + if of.is_empty() { "" } else { " " },

@@ -2,9 +2,9 @@
 //! alternatives.
 
 use luenberger_design::kkl::ResidualWitness;
-use luenberger_design::{DesignError, EnclosureError, KklError, LpvError, NumericalKklError};
+use luenberger_design::{DesignError, EnclosureError, KklError, LpvError, NumericalKklError, UnseenModes};
 use luenberger_expression::ExpressionPlantError;
-use luenberger_linalg::{LinalgError, detectability, observability};
+use luenberger_linalg::{LinalgError, observability};
 use luenberger_observers::ObserverError;
 use luenberger_plants::{Dimensions, Plant, PlantError};
 use luenberger_proof::wording::{at_least, at_most, counted, shortest, significant};
@@ -154,7 +154,8 @@ pub(super) fn misfit(study: &Study, requested: &ObserverSpec, misfit: &Misfit) -
         }
         Misfit::Design(error) => {
             let alternatives = match error {
-                DesignError::Linalg(
+                DesignError::NotDetectable { .. }
+                | DesignError::Linalg(
                     LinalgError::Unobservable { .. }
                     | LinalgError::NotDetectable { .. }
                     | LinalgError::PoleMultiplicity { .. },
@@ -172,6 +173,9 @@ pub(super) fn misfit(study: &Study, requested: &ObserverSpec, misfit: &Misfit) -
                 DesignError::VaryingPeriods { largest: None, .. } => {
                     vec!["a shorter `period`; other `poles`".to_owned()]
                 }
+                DesignError::Undecided { .. } if kind == "interval" => {
+                    vec!["`poles`, with modal coordinates".to_owned()]
+                }
                 DesignError::Undecided { .. } | DesignError::RefutedAsRounded { .. } => {
                     vec!["a smaller `decay_rate` or `region`".to_owned()]
                 }
@@ -181,13 +185,8 @@ pub(super) fn misfit(study: &Study, requested: &ObserverSpec, misfit: &Misfit) -
                 DesignError::UnseenDisturbance { .. } => {
                     vec!["fewer columns of `e`, or an output that depends on this state".to_owned()]
                 }
-                DesignError::NormTooSmall { least, is_limited, .. } => {
-                    let mut ways = vec![format!("`gamma` above {}", at_most(*least, 5))];
-                    if *is_limited {
-                        ways.push("a larger `max_gain`".to_owned());
-                    }
-                    ways
-                }
+                DesignError::NormTooSmall { best, .. } => of_larger_gamma(*best, false),
+                DesignError::NormNotFound { best, is_limited, .. } => of_larger_gamma(*best, *is_limited),
                 DesignError::NoiselessOutput { .. } => {
                     vec!["`gamma` or `max_gain`, which bound the gain; or a row of `d` for each output".to_owned()]
                 }
@@ -202,8 +201,8 @@ pub(super) fn misfit(study: &Study, requested: &ObserverSpec, misfit: &Misfit) -
                     "least_width = true, which looks for a gain with a stable width".to_owned(),
                 ],
                 DesignError::WidthGrows { plant: false, .. } => vec!["faster or more separate `poles`".to_owned()],
-                DesignError::NoLeastWidth { quiet: None } => vec!["`poles`, with modal coordinates".to_owned()],
-                DesignError::NoLeastWidth { quiet: Some(_) } => {
+                DesignError::NoLeastWidth { .. } => vec!["`poles`, with modal coordinates".to_owned()],
+                DesignError::QuietOutput { .. } => {
                     vec!["`noise` in `bounds` with a bound above 0 for each output, or `poles`".to_owned()]
                 }
                 DesignError::UnmatchedDisturbance { .. } | DesignError::UnstableZero { .. } => {
@@ -383,16 +382,21 @@ fn another_gain(kind: &str) -> Vec<String> {
     vec![format!("{ways} in place of a given gain")]
 }
 
+/// The bounds of a norm that a gain is known to keep.
+fn of_larger_gamma(best: Option<f64>, is_limited: bool) -> Vec<String> {
+    let gamma = best.map(|best| format!("`gamma` above {}", at_most(best, 5)));
+    gamma.into_iter().chain(is_limited.then(|| "a larger `max_gain`".to_owned())).collect()
+}
+
 /// A linear plant with an unobservable mode: the mode, its direction, and which observers still exist.
 fn hidden(study: &Study, requested: &ObserverSpec, why: String) -> FailureReport {
     let mut hypothesis = why;
     let mut alternatives = Vec::new();
-    let found = study
-        .plant
-        .model
-        .linear()
-        .and_then(|plant| Some((observability(&plant.a, &plant.c).ok()?, detectability(&plant.a, &plant.c).ok()?)));
-    if let Some((seen, detectable)) = found {
+    let found = study.plant.model.linear().and_then(|plant| {
+        let unseen = UnseenModes::of(&plant.a, &plant.c, study.plant.time());
+        Some((observability(&plant.a, &plant.c).ok()?, unseen))
+    });
+    if let Some((seen, unseen)) = found {
         let mut modes = Vec::new();
         for mode in &seen.unobservable {
             let direction: Vec<f64> = mode.direction.iter().map(|x| x.re).collect();
@@ -404,22 +408,31 @@ fn hidden(study: &Study, requested: &ObserverSpec, why: String) -> FailureReport
             ));
         }
         if !modes.is_empty() {
-            hypothesis = format!("the plant is not observable: unobservable modes {}", modes.join(", "));
+            let how = match unseen {
+                UnseenModes::Decay | UnseenModes::Remain => "",
+                UnseenModes::None | UnseenModes::Undecided => " to working precision",
+            };
+            hypothesis = format!("the plant is not observable{how}: unobservable modes {}", modes.join(", "));
         }
         if seen.unobservable.is_empty() {
             alternatives.push(
                 "fewer repeated poles: the multiplicity of a pole is at most the number of independent outputs"
                     .to_owned(),
             );
-        } else if detectable.is_detectable() {
-            alternatives.push(
-                "the unobservable modes are stable (the plant is detectable): `lmi = true`, `kalman`, or `poles` that contain them".to_owned(),
-            );
         } else {
-            alternatives.push(
-                "the plant is not detectable, no observer exists: add an output that depends on this direction"
-                    .to_owned(),
-            );
+            let instead = match unseen {
+                UnseenModes::Decay => {
+                    "the unobservable modes are stable (the plant is detectable): `lmi = true`, `kalman`, or `poles` that contain them"
+                }
+                UnseenModes::Remain => {
+                    "the plant is not detectable, no observer exists: add an output that depends on this direction"
+                }
+                UnseenModes::None => {
+                    "an observer exists, since the plant as stored is observable, and its gain is large: other units, or an output that depends more on this direction"
+                }
+                UnseenModes::Undecided => "an output that depends on this direction",
+            };
+            alternatives.push(instead.to_owned());
         }
     }
     failure(requested, hypothesis, alternatives)

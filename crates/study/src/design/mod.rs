@@ -304,7 +304,7 @@ fn fact(fact: &Fact, vertices: &[String]) -> FactReport {
             format!("verified; margin >= {}", at_least(*margin, 4))
         }
         Verdict::Proved { .. } => "verified; no margin".to_owned(),
-        Verdict::Refuted { witness } => format!("false: {witness}"),
+        Verdict::Refuted { witness } => format!("false for these numbers: {witness}"),
         Verdict::Undecided { why, best } if best.is_nan() => format!("undecided: {why}"),
         Verdict::Undecided { why, best } => {
             format!("undecided: {why} (margin in floating point: {})", significant(*best, 4))
@@ -319,14 +319,9 @@ fn fact(fact: &Fact, vertices: &[String]) -> FactReport {
 }
 
 fn verdict(certificate: &Certificate) -> String {
-    let word = if certificate.is_proved() {
-        "proved"
-    } else if certificate.is_refuted() {
-        "refuted"
-    } else {
-        "undecided"
-    };
-    word.to_owned()
+    // A false inequality is one of this P, and says nothing about the observer: one that is shown to be unstable has no
+    // design.
+    if certificate.is_proved() { "proved" } else { "undecided" }.to_owned()
 }
 
 /// The part of a report that is the certificate's; the rest is empty.

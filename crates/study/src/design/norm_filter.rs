@@ -61,6 +61,7 @@ pub(super) fn norm_filter(
     };
     let mut numbers = vec![speed, upper_bound("gamma", design.gamma), number(&format!("{name} norm"), design.norm)];
     numbers.extend(design.least.map(|least| number(&format!("least {name} norm"), least)));
+    numbers.extend(design.found.map(|found| number(&format!("least {name} norm found"), found)));
     numbers.extend(design.frequency.map(|frequency| number("frequency of the peak", frequency)));
     let mut noise = NoiseGain::default();
     if dt.is_none() {

@@ -2,9 +2,9 @@
 
 use std::fmt::Write;
 
-use luenberger_design::OperatingPoint;
 use luenberger_design::nonlinear_observability::{Instant, LieSettings, lie_observability};
-use luenberger_linalg::{Mode, detectability, discrete_detectability, observability as of_pair};
+use luenberger_design::{OperatingPoint, UnseenModes};
+use luenberger_linalg::{Mode, observability as of_pair};
 use luenberger_plants::Differentiable;
 use luenberger_sim::{GramianSettings, Settings, SimError, empirical_gramian};
 use nalgebra::{DMatrix, DVector};
@@ -158,11 +158,12 @@ fn at(
     place: Option<(f64, &[f64])>,
 ) -> Result<ObservabilityAt, StudyError> {
     let seen = of_pair(a, c)?;
-    let detects = |a: &DMatrix<f64>, c: &DMatrix<f64>| match study.plant.dt {
-        Some(_) => discrete_detectability(a, c),
-        None => detectability(a, c),
+    let unseen = match (seen.is_observable(), place) {
+        (true, _) => UnseenModes::None,
+        // A linearisation is known to rounding only.
+        (false, Some(_)) => UnseenModes::Undecided,
+        (false, None) => UnseenModes::of(a, c, study.plant.time()),
     };
-    let detectable = seen.is_observable() || detects(a, c)?.is_detectable();
     let reports = |modes: &[Mode]| modes.iter().map(|mode| report(study, mode)).collect();
     Ok(ObservabilityAt {
         t: place.map(|(t, _)| t),
@@ -171,7 +172,7 @@ fn at(
         tolerance: seen.tolerance,
         modes: reports(&seen.modes),
         hidden: reports(&seen.unobservable),
-        detectable,
+        unseen,
     })
 }
 

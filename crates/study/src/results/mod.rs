@@ -23,6 +23,7 @@ pub use scores::{
 };
 
 use luenberger_design::DesignError;
+pub use luenberger_design::UnseenModes;
 use luenberger_proof::wording::{at_least, at_most, rounded, shortest, significant};
 use nalgebra::DMatrix;
 use serde::Serialize;
@@ -221,10 +222,48 @@ pub struct ObservabilityAt {
     pub tolerance: f64,
     /// Every mode with its margin.
     pub modes: Vec<ModeReport>,
-    /// The unobservable modes.
+    /// The modes that are unobservable to working precision.
     pub hidden: Vec<ModeReport>,
-    /// Detectability: whether the unobservable modes are stable, so that an observer exists.
-    pub detectable: bool,
+    /// What is decided of the unobservable modes, exactly for the numbers as stored. In `study.json` it is `detectable`,
+    /// whether an observer exists: `null` where that is not decided, as for a linearisation or very many states.
+    #[serde(rename = "detectable", serialize_with = "detectable")]
+    pub unseen: UnseenModes,
+}
+
+impl ObservabilityReport {
+    /// Whether it is decided exactly that the plant is not observable.
+    pub fn is_decided(&self) -> bool {
+        self.points.iter().any(|point| matches!(point.unseen, UnseenModes::Decay | UnseenModes::Remain))
+    }
+}
+
+/// `true`, `false` or `null`.
+fn detectable<S: serde::Serializer>(unseen: &UnseenModes, serializer: S) -> Result<S::Ok, S::Error> {
+    unseen.is_detectable().serialize(serializer)
+}
+
+impl ObservabilityAt {
+    /// What follows from the unobservable modes; `these` names them.
+    pub fn unseen_in_words(&self, these: &str) -> String {
+        let margin = self.hidden.iter().map(|mode| mode.margin).fold(0.0, f64::max);
+        let margin = significant(margin, 2);
+        match self.unseen {
+            UnseenModes::Decay => format!(
+                "{these} are unobservable. They are stable: the plant is detectable. An observer exists and does not change their rate."
+            ),
+            UnseenModes::None => format!(
+                "{these} are unobservable to working precision (margin at most {margin}), while the plant as stored is observable: an observer exists, and only a large gain changes their rate."
+            ),
+            UnseenModes::Remain => {
+                format!(
+                    "{these} are unobservable. Not all of them are stable: the plant is not detectable, and no observer exists."
+                )
+            }
+            UnseenModes::Undecided => format!(
+                "{these} are unobservable to working precision (margin at most {margin}). Whether an observer exists is not decided."
+            ),
+        }
+    }
 }
 
 /// One mode.

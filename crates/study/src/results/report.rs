@@ -13,7 +13,7 @@ use luenberger_expression::Formula as Typeset;
 use luenberger_figures::{Cell, Figure, Formula, Grid, Report, Section, Tone};
 use luenberger_live::Experiment;
 use luenberger_live::page::{MODULE, SCRIPT, STYLE};
-use luenberger_proof::wording::{complex, significant};
+use luenberger_proof::wording::{complex, counted, significant};
 
 use super::{
     DesignReport, ModeReport, NamedMatrix, ObservabilityAt, ObservabilityReport, ObserverReport, OperatingPointReport,
@@ -141,7 +141,10 @@ fn operating_point(results: &Results, point: &OperatingPointReport) -> Section {
         ("largest |f(x, u)|", short(point.residual)),
         ("Newton steps", point.steps.to_string()),
         ("eigenvalues of A", poles.join(", ")),
-        ("the linearisation is", if point.observable { "observable" } else { "not observable" }.to_owned()),
+        (
+            "the linearisation is",
+            if point.observable { "observable" } else { "not observable to working precision" }.to_owned(),
+        ),
     ]);
     let section = Section::new("Operating point")
         .prose("The plant rests at this state under this constant input. A, B, C and D are its linearisation there, of deviations from the point.")
@@ -181,7 +184,10 @@ fn observability(report: &ObservabilityReport) -> Section {
     let linear = report.points.iter().all(|point| point.t.is_none());
     section = section.prose(match (linear, report.rank == report.order) {
         (true, true) => format!("The plant is observable: rank {0} of {0}.", report.order),
-        (true, false) => format!("The plant is not observable: rank {} of {}.", report.rank, report.order),
+        (true, false) if report.is_decided() => {
+            format!("The plant is not observable: rank {} of {}.", report.rank, report.order)
+        }
+        (true, false) => format!("The plant has the rank {} of {} to working precision.", report.rank, report.order),
         (false, true) => format!("The linearisations along the trajectory are observable at every point: rank {0} of {0}.", report.order),
         (false, false) => format!(
             "The linearisations along the trajectory have rank {} of {} at the worst point. A nonlinear plant can be observable nevertheless.",
@@ -203,12 +209,7 @@ fn of_linear(section: Section, point: &ObservabilityAt) -> Section {
     if point.hidden.is_empty() {
         return section.grid(modes(&point.modes));
     }
-    let fate = if point.detectable {
-        "They are stable: the plant is detectable. An observer exists and does not change their rate."
-    } else {
-        "They are not stable: the plant is not detectable, and no observer exists."
-    };
-    section.prose(format!("These modes are unobservable. {fate}")).grid(modes(&point.hidden)).grid(modes(&point.modes))
+    section.prose(point.unseen_in_words("These modes")).grid(modes(&point.hidden)).grid(modes(&point.modes))
 }
 
 /// The points of a trajectory, one row each, with the least observable mode there.
@@ -228,12 +229,9 @@ fn along(report: &ObservabilityReport) -> Grid {
     ];
     let grid = report.points.iter().fold(Grid::new(&head), |grid, point| {
         let least = point.modes.iter().min_by(|a, b| a.margin.total_cmp(&b.margin));
-        let hidden = match (point.hidden.len(), point.detectable) {
-            (0, _) => "none".to_owned(),
-            (1, true) => "1 mode, stable".to_owned(),
-            (1, false) => "1 mode, not stable".to_owned(),
-            (count, true) => format!("{count} modes, stable"),
-            (count, false) => format!("{count} modes, not all stable"),
+        let hidden = match point.hidden.len() {
+            0 => "none".to_owned(),
+            count => counted(count, "mode"),
         };
         grid.row([
             maybe(point.t),
@@ -245,7 +243,7 @@ fn along(report: &ObservabilityReport) -> Grid {
             Cell::from(hidden),
         ])
     });
-    grid.caption("Of the linearisation at each time, and of the plant itself by its Lie derivatives; `study.json` has every mode.")
+    grid.caption("Of the linearisation at each time, to working precision, and of the plant itself by its Lie derivatives; `study.json` has every mode.")
 }
 
 fn tone(verdict: &str) -> Tone {

@@ -3,7 +3,7 @@
 use luenberger_figures::Section;
 use luenberger_proof::wording::counted;
 
-use super::super::{ObserverReport, Results, ScoreCell, ScoreTable};
+use super::super::{ObserverReport, Results, ScoreCell, ScoreTable, UnseenModes};
 
 /// What was studied, what is observable, what is proved, and which observer is the best by which score.
 pub(super) fn section(results: &Results) -> Section {
@@ -37,11 +37,13 @@ fn plant(results: &Results) -> String {
 fn observability(results: &Results) -> Option<String> {
     let report = results.observability.as_ref()?;
     let linear = report.points.iter().all(|point| point.t.is_none());
-    let detectable = report.points.iter().all(|point| point.detectable);
-    Some(match (linear, report.rank == report.order, detectable) {
+    let unseen = report.points.first().map_or(UnseenModes::Undecided, |point| point.unseen);
+    let rank = format!("rank {} of {}", report.rank, report.order);
+    Some(match (linear, report.rank == report.order, unseen) {
         (true, true, _) => "It is observable.".to_owned(),
-        (true, false, true) => format!("It is detectable, not observable: rank {} of {}.", report.rank, report.order),
-        (true, false, false) => format!("It is not detectable: rank {} of {}.", report.rank, report.order),
+        (true, false, UnseenModes::Decay) => format!("It is detectable, not observable: {rank}."),
+        (true, false, UnseenModes::Remain) => format!("It is not detectable: {rank}."),
+        (true, false, _) => format!("It is not observable to working precision: {rank}."),
         (false, true, _) => "Its linearisations are observable at every point of the trajectory.".to_owned(),
         (false, false, _) => format!(
             "Its linearisations have rank {} of {} at the worst point of the trajectory.",
@@ -59,7 +61,6 @@ fn certificates(observers: &[ObserverReport]) -> Option<String> {
     let is = |word: &'static str| move |observer: &ObserverReport| verdict(observer).is_some_and(|found| found == word);
     let groups = [
         ("Convergence is proved", of(&is("proved"))),
-        ("Convergence is refuted", of(&is("refuted"))),
         ("Undecided", of(&is("undecided"))),
         ("Errors are measured, not proved", of(&is("measured"))),
         ("No certificate", of(&is("none"))),

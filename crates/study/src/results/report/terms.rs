@@ -5,13 +5,12 @@ use luenberger_figures::{Grid, Section};
 use crate::results::{DesignReport, Results};
 
 /// Words for the verdict on a design.
-const VERDICTS: [(&str, &str); 5] = [
+const VERDICTS: [(&str, &str); 4] = [
     (
         "proved",
         "The statement holds for the gains as stored: every condition was verified with all rounding errors enclosed.",
     ),
-    ("refuted", "A condition does not hold; a vector that violates it was verified."),
-    ("undecided", "A condition holds or fails by less than the verification can resolve."),
+    ("undecided", "A condition is not verified with these numbers, which does not mean that the observer fails."),
     ("measured", "Errors were measured in simulations; nothing is proved."),
     ("none", "No theorem certifies this observer for this plant."),
 ];

@@ -1,0 +1,206 @@
+//! The Lyapunov matrix of a given stable matrix F: the first of a short list that is proved.
+//!
+//! Every stable F has a P, but not every right-hand side Q gives one that binary64 can hold: in unsuitable units the
+//! rounding of its largest entries exceeds `v'Qv` for some v. That a P fails says nothing about F, so others are tried:
+//!
+//! 1. `Q = I` in the coordinates of the user, whose P the theorems on costs know;
+//! 2. `Q = I` in coordinates `x = D z`, D of powers of two: those in which F is balanced (Osborne, J. ACM 7, 1960), and
+//!    then those in which the P found has the diagonal 1;
+//! 3. in the same coordinates, the P with half of the decay of F: `Q = I + 2 a P`, or `F/s` with `Q = I` in discrete
+//!    time, so that the smallest eigenvalues of P are proved as well as the largest;
+//! 4. `P = T'T` for modal coordinates, `T F T^-1` block diagonal.
+//!
+//! F is `A - L C` rounded once from its exact value, and each solution has a residual correction.
+
+use luenberger_linalg::{
+    LyapunovEquation, SteinEquation, balanced, spectral_abscissa, spectral_radius, symmetric_part,
+};
+use luenberger_proof::certificate::Certificate;
+use luenberger_proof::statement::TimeDomain;
+use nalgebra::DMatrix;
+
+use crate::error::DesignError;
+use crate::interval::modal;
+
+/// How often the coordinates are taken from the diagonal of the last P.
+const ROUNDS: usize = 3;
+
+/// The first P that `certify` proves: `first`, or one of the list in the head. `first` if none is.
+pub(crate) fn proved_or_first(
+    time: TimeDomain,
+    f: &DMatrix<f64>,
+    first: Result<DMatrix<f64>, DesignError>,
+    mut certify: impl FnMut(&DMatrix<f64>) -> Result<Certificate, DesignError>,
+) -> Result<(DMatrix<f64>, Certificate), DesignError> {
+    let plain = first.and_then(|p| certify(&p).map(|certificate| (p, certificate)));
+    if plain.as_ref().is_ok_and(|(_, certificate)| certificate.is_proved()) {
+        return plain;
+    }
+    let found = others(time, f, |p| match certify(p) {
+        Ok(certificate) if certificate.is_proved() => Some(certificate),
+        _ => None,
+    });
+    found.map_or(plain, Ok)
+}
+
+/// The first P of the list behind `Q = I` for which `accept` has a value, with that value.
+pub(crate) fn others<T>(
+    time: TimeDomain,
+    f: &DMatrix<f64>,
+    mut accept: impl FnMut(&DMatrix<f64>) -> Option<T>,
+) -> Option<(DMatrix<f64>, T)> {
+    let mut of = |p: Option<DMatrix<f64>>| {
+        let p = p.filter(|p| p.iter().all(|x| x.is_finite()))?;
+        let value = accept(&p)?;
+        Some((p, value))
+    };
+    for units in coordinates(time, f) {
+        let plain = Equation::new(time, f, &units, false).and_then(|mut equation| equation.of_identity());
+        let slower = || Equation::new(time, f, &units, true).and_then(|mut equation| equation.of_identity());
+        if let Some(found) = of(plain).or_else(|| of(slower())) {
+            return Some(found);
+        }
+    }
+    let units = coordinates(time, f).pop()?;
+    let t = modal::in_units(&units.similar(f)).ok()?.0;
+    of(Some(units.form_back(&symmetric_part(&(t.transpose() * t)))))
+}
+
+/// Coordinates in which F and its P are of moderate size, the balanced ones first.
+pub(crate) fn coordinates(time: TimeDomain, f: &DMatrix<f64>) -> Vec<Powers> {
+    let Ok(found) = balanced(f) else { return Vec::new() };
+    let mut powers = vec![0; f.nrows()];
+    for (&state, scale) in found.permutation.iter().zip(&found.scaling) {
+        powers[state] = scale.log2().round() as i32;
+    }
+    let mut all = vec![Powers(powers)];
+    for _ in 0..ROUNDS {
+        let last = &all[all.len() - 1];
+        let Some(p) = Equation::new(time, f, last, false).and_then(|mut equation| equation.of_identity()) else {
+            break;
+        };
+        let next = Powers(p.diagonal().iter().map(|x| (-0.5 * x.log2()).round() as i32).collect());
+        if next == *last || p.diagonal().iter().any(|x| !(*x > 0.0 && x.is_finite())) {
+            break;
+        }
+        all.push(next);
+    }
+    all
+}
+
+/// Units of the states: `x_j = 2^k_j z_j`.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(crate) struct Powers(pub(crate) Vec<i32>);
+
+impl Powers {
+    /// The units as given, of n states.
+    pub(crate) fn given(n: usize) -> Self {
+        Self(vec![0; n])
+    }
+
+    /// `D^-1 F D`.
+    pub(crate) fn similar(&self, f: &DMatrix<f64>) -> DMatrix<f64> {
+        DMatrix::from_fn(f.nrows(), f.ncols(), |i, j| shift(f[(i, j)], self.0[j] - self.0[i]))
+    }
+
+    /// `D^-1 E`.
+    pub(crate) fn rows(&self, e: &DMatrix<f64>) -> DMatrix<f64> {
+        DMatrix::from_fn(e.nrows(), e.ncols(), |i, j| shift(e[(i, j)], -self.0[i]))
+    }
+
+    /// `C D`.
+    pub(crate) fn columns(&self, c: &DMatrix<f64>) -> DMatrix<f64> {
+        DMatrix::from_fn(c.nrows(), c.ncols(), |i, j| shift(c[(i, j)], self.0[j]))
+    }
+
+    /// `C D^-1`.
+    pub(crate) fn outputs_back(&self, c: &DMatrix<f64>) -> DMatrix<f64> {
+        DMatrix::from_fn(c.nrows(), c.ncols(), |i, j| shift(c[(i, j)], -self.0[j]))
+    }
+
+    /// `D^-1 P D^-1`, a form in the coordinates of the user.
+    pub(crate) fn form_back(&self, p: &DMatrix<f64>) -> DMatrix<f64> {
+        DMatrix::from_fn(p.nrows(), p.ncols(), |i, j| shift(p[(i, j)], -self.0[i] - self.0[j]))
+    }
+}
+
+/// `x 2^power` without intermediate overflow.
+pub(crate) fn shift(x: f64, power: i32) -> f64 {
+    let half = power / 2;
+    x * 2f64.powi(half) * 2f64.powi(power - half)
+}
+
+/// `F'P + P F + Q = 0`, or `F'P F - P + Q = 0`, in coordinates `x = D z`.
+pub(crate) struct Equation {
+    f: DMatrix<f64>,
+    solver: Solver,
+    units: Powers,
+}
+
+enum Solver {
+    Lyapunov(Box<LyapunovEquation>),
+    Stein(Box<SteinEquation>),
+}
+
+impl Solver {
+    fn solve(&mut self, q: &DMatrix<f64>) -> Option<DMatrix<f64>> {
+        match self {
+            Self::Lyapunov(equation) => equation.solve(q).map(|found| found.p).ok(),
+            Self::Stein(equation) => equation.solve(q).map(|found| found.p).ok(),
+        }
+    }
+}
+
+impl Equation {
+    /// The equation of F or, with `slower`, of F with half of its decay.
+    pub(crate) fn new(time: TimeDomain, f: &DMatrix<f64>, units: &Powers, slower: bool) -> Option<Self> {
+        let mut f = units.similar(f);
+        if f.iter().any(|x| !x.is_finite()) {
+            return None;
+        }
+        if slower {
+            match time {
+                TimeDomain::Continuous => {
+                    let half = -0.5 * spectral_abscissa(&f).ok()?;
+                    f += DMatrix::identity(f.nrows(), f.nrows()) * half.max(0.0);
+                }
+                TimeDomain::Discrete => f /= 0.5 * (1.0 + spectral_radius(&f).ok()?.min(1.0)),
+            }
+        }
+        let solver = match time {
+            TimeDomain::Continuous => Solver::Lyapunov(Box::new(LyapunovEquation::new(&f).ok()?)),
+            TimeDomain::Discrete => Solver::Stein(Box::new(SteinEquation::new(&f).ok()?)),
+        };
+        Some(Self { f, solver, units: units.clone() })
+    }
+
+    /// P for `Q = I` in the coordinates D, as a form in those of the user.
+    pub(crate) fn of_identity(&mut self) -> Option<DMatrix<f64>> {
+        let n = self.f.nrows();
+        let p = self.solve(&DMatrix::identity(n, n))?;
+        Some(self.units.form_back(&p))
+    }
+
+    /// P for `Q = H'H`, H in the coordinates of the user, as a form in those of the user.
+    pub(crate) fn of_output(&mut self, h: &DMatrix<f64>) -> Option<DMatrix<f64>> {
+        let h = self.units.columns(h);
+        let p = self.solve(&symmetric_part(&(h.transpose() * h)))?;
+        Some(self.units.form_back(&p))
+    }
+
+    /// The solution with one residual correction.
+    fn solve(&mut self, q: &DMatrix<f64>) -> Option<DMatrix<f64>> {
+        let p = self.solver.solve(q)?;
+        let residual = match self.solver {
+            Solver::Lyapunov(_) => {
+                let half = &p * &self.f;
+                &half + half.transpose() + q
+            }
+            Solver::Stein(_) => self.f.transpose() * &p * &self.f - &p + q,
+        };
+        Some(match self.solver.solve(&symmetric_part(&residual)) {
+            Some(correction) if correction.iter().all(|x| x.is_finite()) => symmetric_part(&(p + correction)),
+            _ => p,
+        })
+    }
+}
