@@ -398,7 +398,7 @@ fn region(context: &Context<'_>) -> Value {
     if let Some(inputs) = region.input_bounds() {
         keys.push(("inputs", Value::pairs(inputs)));
     }
-    if context.study.plant.model.explicit_time().is_some() {
+    if context.study.plant.model.structure().explicit_time().is_some() {
         let (from, to) = region.time_bounds();
         let end = context.study.simulation.as_ref().map_or(to, |simulation| simulation.duration);
         keys.push(("time", Value::numbers([from.max(0.0), to.min(end)])));
