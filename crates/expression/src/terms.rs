@@ -64,8 +64,7 @@ impl Expression {
             // Each node is an operand once.
             let mut take = |index: &usize| mem::take(&mut all[*index]);
             let terms = match node {
-                Node::Number(x) => Terms::constant(Some(*x)),
-                Node::Symbol(Symbol::Parameter(x), _) => Terms::constant(Some(*x)),
+                Node::Number(x) | Node::Symbol(Symbol::Parameter(x), _) => Terms::constant(Some(*x)),
                 Node::Symbol(Symbol::Pi | Symbol::E, _) | Node::Then | Node::Else => Terms::constant(None),
                 Node::Symbol(Symbol::State(k), _) => [(Variable::State(*k), 1.0)].into_iter().collect(),
                 Node::Symbol(Symbol::Input(k), _) => [(Variable::Input(*k), 1.0)].into_iter().collect(),

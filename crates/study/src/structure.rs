@@ -59,20 +59,18 @@ impl Structure {
         self.f.get(i).is_none_or(|row| row.depends_on(Variable::State(j)))
     }
 
-    /// Whether the derivative of state i may depend on an input.
-    pub fn depends_on_inputs(&self, i: usize) -> bool {
-        self.f.get(i).is_none_or(reads_inputs)
-    }
-
     /// Whether state j enters the derivative of state i with a constant factor, or not at all.
     pub fn has_constant_factor(&self, i: usize, j: usize) -> bool {
         self.f.get(i).is_some_and(|row| row.is_linear_in(Variable::State(j)))
     }
 
-    /// Whether the row is a sum of constant multiples and a constant: then it is not a variable that it is not shown to
-    /// be.
-    pub fn is_affine(&self, row: Row) -> bool {
-        self.row(row).is_some_and(Terms::is_affine)
+    /// Whether a row is certainly not state j: it does not depend on it, or is another sum of multiples.
+    pub fn differs(&self, row: Row, j: usize) -> bool {
+        let row = match row {
+            Row::Derivative(i) => self.f.get(i),
+            Row::Output(k) => self.h.get(k),
+        };
+        row.is_some_and(|row| state(row) != Some(j) && (row.is_affine() || !row.depends_on(Variable::State(j))))
     }
 
     /// Whether all outputs are linear in the states, with constant factors.
@@ -95,13 +93,6 @@ impl Structure {
     /// The first output that may depend on an input at once.
     pub fn feedthrough(&self) -> Option<usize> {
         self.h.iter().position(reads_inputs)
-    }
-
-    fn row(&self, row: Row) -> Option<&Terms> {
-        match row {
-            Row::Derivative(i) => self.f.get(i),
-            Row::Output(k) => self.h.get(k),
-        }
     }
 }
 

@@ -360,7 +360,7 @@ fn another_map(study: &Study, error: &KklError) -> Vec<String> {
     if let (KklError::ResidualUndecided { .. }, Some(row)) = (error, study.plant.model.structure().explicit_time()) {
         let row = study.plant.row(row);
         let maps = format!("other `phi`, `lambda` or `b`, in which t may occur: {row} depends on the time t");
-        return vec![maps, "a smaller `region`".to_owned()];
+        return vec![maps, "a smaller `region`, its `time` included".to_owned()];
     }
     let remedy = match error {
         KklError::NotASolution(_) => "other `phi`, `lambda` or `b`: the two sides differ at the point named",
@@ -453,10 +453,11 @@ pub(super) fn output_without_time(study: &Study, requested: &ObserverSpec) -> Re
     Err(failure(requested, hypothesis, for_nonlinear(study, kind)))
 }
 
-/// What is not shown of a variable that stands in place of a row, or is known not to be so.
+/// That a row is not the state that it should be, or is not shown to be it.
 pub(super) fn other_than(study: &Study, structure: &Structure, row: Row, state: usize) -> String {
+    let differs = structure.differs(row, state);
     let (name, state) = (study.plant.row(row), &study.plant.states[state]);
-    if structure.is_affine(row) {
+    if differs {
         format!("{name} is not {state}")
     } else {
         format!("{name} is not shown to be {state} for all states, inputs and times")

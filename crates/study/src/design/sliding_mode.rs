@@ -24,9 +24,6 @@ fn not_a_chain(study: &Study, structure: &Structure) -> Option<String> {
         return Some(explain::other_than(study, structure, Row::Output(0), 0));
     }
     let i = (0..size.states.saturating_sub(1)).find(|i| !structure.is_next_state(*i))?;
-    if structure.depends_on_inputs(i) {
-        return Some(format!("{}' depends on an input", study.plant.states[i]));
-    }
     Some(explain::other_than(study, structure, Row::Derivative(i), i + 1))
 }
 
@@ -37,7 +34,8 @@ pub(super) fn chain(study: &Study, requested: &ObserverSpec) -> Result<(), Failu
         "the kind {kind} is for a chain of integrators, x1' = x2, .., with the output x1 and the input in the last: {why}"
     );
     let mut alternatives = vec!["states that are the output and its derivatives, where the plant has them".to_owned()];
-    let is_triangular = structure.feedthrough().is_none()
+    let is_triangular = study.plant.outputs.len() == 1
+        && structure.feedthrough().is_none()
         && explain::no_chains(study, &structure, kind, &[study.plant.states.len()]).is_none();
     if is_triangular {
         alternatives.push("high-gain, for triangular plants".to_owned());
