@@ -73,6 +73,7 @@
 //! | `graph` | a plant over numbers: subexpressions once, symbolic derivatives, source code |
 //! | `derived` | parameters that depend on other parameters |
 //! | `expression`, `affine`, `undefined` | values and derivatives; affine expressions; undefined values |
+//! | `terms` | what an expression is as a sum: a variable, a multiple, what it depends on |
 //! | `partial` | partial derivatives as text |
 //! | `plant` | plants whose rows are expressions |
 //! | `typeset` | expressions as MathML and LaTeX |
@@ -94,6 +95,7 @@ mod rewritten;
 mod scope;
 mod table;
 mod tape;
+mod terms;
 mod tree;
 mod typeset;
 mod undefined;
@@ -107,6 +109,7 @@ pub use nearest::nearest;
 pub use plant::{AffinePlant, ExpressionPlant, ExpressionPlantError, Fixed, Routines, Row};
 pub use scope::{NameError, ParameterError, Parameters, Scope, Variable};
 pub use table::{Extrapolation, Interpolation, Table, TableError, Tables};
+pub use terms::Terms;
 pub use typeset::Formula;
 pub use undefined::Undefined;
 

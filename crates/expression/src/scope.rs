@@ -100,7 +100,7 @@ enum Reads {
 }
 
 /// A place among the values that an expression is evaluated with.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Variable {
     /// The state of this index, from 0.
     State(usize),

@@ -7,7 +7,7 @@
 //! | file | subject |
 //! |---|---|
 //! | [`study`], [`read`], [`schema`], [`diagnostic`] | content of a study; parser; keys and types; error messages |
-//! | [`model`] | the plant of a study: matrices, expressions (`luenberger-expression`), or from the library |
+//! | [`model`], [`structure`] | the plant of a study: matrices, expressions (`luenberger-expression`), or from the library; what depends on what |
 //! | [`signal`] | inputs and references: expressions of time, tables, state feedback |
 //! | [`table`] | CSV: measured logs, tables of inputs |
 //! | `runnable`, `designed` | the observers as one type, ready to run; one with its evidence |
@@ -43,6 +43,7 @@ mod runnable;
 pub mod schema;
 pub mod signal;
 pub mod statistics;
+pub mod structure;
 pub mod study;
 pub mod table;
 pub mod template;

@@ -5,13 +5,14 @@ use std::collections::BTreeMap;
 
 use luenberger_design::Names;
 use luenberger_design::TimeDomain;
-use luenberger_expression::{AffinePlant, Expression, ExpressionPlant, Parameters, Tables};
+use luenberger_expression::{AffinePlant, Expression, ExpressionPlant, Parameters, Row, Tables};
 use luenberger_plants::{
     Chaotic, Column, CukConverter, Differentiable, Dimensions, Dual64, ExponentialCascade, FlexibleJoint, Plant,
-    ReverseDuffing, Shape, StateSpace, VanDerPol, double_integrator, flexible_joint, jacobian, state_jacobian,
-    third_order,
+    ReverseDuffing, Shape, StateSpace, VanDerPol, double_integrator, flexible_joint, jacobian, third_order,
 };
 use nalgebra::{DMatrix, DVector, Dyn, RealField, convert};
+
+use crate::structure::Structure;
 
 /// A plant with the names of its columns.
 #[derive(Debug, Clone)]
@@ -51,6 +52,14 @@ impl PlantModel {
     pub fn units_of(&self, names: &[String]) -> Vec<String> {
         let units: Vec<String> = names.iter().map(|name| self.unit(name).cloned().unwrap_or_default()).collect();
         if units.iter().all(String::is_empty) { Vec::new() } else { units }
+    }
+
+    /// A row in terms of the names of the study: `speed'`, or the output.
+    pub(crate) fn row(&self, row: Row) -> String {
+        match row {
+            Row::Derivative(i) => format!("{}'", self.states[i]),
+            Row::Output(k) => self.outputs[k].clone(),
+        }
     }
 
     /// A number with the unit of `name`, `0.5 m`.
@@ -157,38 +166,9 @@ impl Model {
         }
     }
 
-    /// The first equation in which the time occurs, if there is one, as text: `f2` or `h1`.
-    pub fn explicit_time(&self) -> Option<String> {
-        let Self::Expressions(plant) = self else { return None };
-        let first = |name: &str, list: &[Expression]| {
-            list.iter().position(Expression::uses_time).map(|row| format!("{name}{}", row + 1))
-        };
-        first("f", plant.f()).or_else(|| first("h", plant.h()))
-    }
-
-    /// The first output that depends on the input at once, from 0, if there is one.
-    pub fn feedthrough(&self) -> Option<usize> {
-        match self {
-            Self::Linear(plant) => plant.d.as_ref()?.row_iter().position(|row| row.iter().any(|entry| *entry != 0.0)),
-            Self::Expressions(plant) => plant.feedthrough(),
-            Self::Builtin(_) => None,
-        }
-    }
-
-    /// Whether the derivative of state `i` depends on state `j`, both from 0: by the entry of A, by the occurrence in
-    /// an expression, and for library plants by the Jacobian at a few points. An expression whose value underflows at
-    /// some points, as `exp(-8750/T)` near T = 0, still depends on its states.
-    pub fn depends_on(&self, i: usize, j: usize) -> bool {
-        match self {
-            Self::Linear(plant) | Self::Builtin(Builtin::DoubleIntegrator(plant) | Builtin::ThirdOrder(plant)) => {
-                plant.a[(i, j)] != 0.0
-            }
-            Self::Expressions(plant) => plant.f().get(i).is_some_and(|row| row.depends_on_state(j)),
-            Self::Builtin(_) => {
-                let u = DVector::zeros(self.size().inputs);
-                generic_points(self.size().states).iter().any(|x| state_jacobian(self, 0.0, x, &u)[(i, j)] != 0.0)
-            }
-        }
+    /// Which outputs are states, and what depends on what.
+    pub fn structure(&self) -> Structure {
+        Structure::of(self)
     }
 
     /// The states, from 0, whose right-hand side or output is not affine, with the expression; empty if unknown.
@@ -206,12 +186,6 @@ impl Model {
             _ => Vec::new(),
         }
     }
-}
-
-/// A few states without symmetry, inside the domain of most right-hand sides.
-pub(crate) fn generic_points(n: usize) -> Vec<DVector<f64>> {
-    let entry = |seed: f64| move |i: usize, _: usize| 0.1 + 0.8 * ((i as f64 + seed) * 0.618_033_988).fract();
-    [1.0, 7.0, 19.0].into_iter().map(|seed| DVector::from_fn(n, entry(seed))).collect()
 }
 
 /// `M x`, with binary64 entries of M.

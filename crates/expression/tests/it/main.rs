@@ -2,4 +2,5 @@ mod choice;
 mod expression;
 mod graph;
 mod plant;
+mod terms;
 mod typeset;

@@ -24,6 +24,9 @@ const CUBIC_SHARE: f64 = 0.125;
 /// States up to which the middle of the region is examined beside its corners; of twice as many all corners are.
 const MANY: usize = 4;
 
+/// Times of the run at which a plant that depends on the time is examined.
+const INSTANTS: usize = 16;
+
 /// How often a decay rate is halved before the rate 0 is tried.
 const HALVINGS: i32 = 5;
 
@@ -305,25 +308,29 @@ pub(super) fn sliding_mode(context: &Context<'_>) -> Result<Vec<Keys>, String> {
     Ok(vec![vec![("bound", Value::Number(short(bound))), ("period", Value::Number(information.period))]])
 }
 
-/// By how much the derivative of a state differs at most between points of a grid over the region, under one input.
+/// By how much the derivative of a state differs at most between points of a grid over the region, under one input and
+/// at one time.
 fn spread(context: &Context<'_>, state: usize) -> Option<f64> {
     let (plant, region) = (&context.study.plant, &context.information.region);
     let (n, inputs) = (plant.states.len(), region.input_bounds().unwrap_or_default());
     // At least the corners, the middle and the quarters of each axis, and a few thousand points.
     let steps = (4000f64.powf(1.0 / n as f64) as usize).clamp(2, 64);
     let points = (steps + 1).pow(n.min(2 * MANY) as u32);
-    let derivative = |k: usize, u: &DVector<f64>| {
+    let derivative = |k: usize, t: f64, u: &DVector<f64>| {
         let x = region.states().iter().enumerate().map(|(i, (low, high))| {
             let share = k / (steps + 1).pow(i.min(2 * MANY) as u32) % (steps + 1);
             low + share as f64 / steps as f64 * (high - low)
         });
-        plant.model.derivative(0.0, &DVector::from_iterator(n, x), u)[state]
+        plant.model.derivative(t, &DVector::from_iterator(n, x), u)[state]
     };
+    let duration = context.study.simulation.as_ref().map_or(0.0, |simulation| simulation.duration);
+    let instants = if plant.model.structure().explicit_time().is_some() { INSTANTS } else { 1 };
     let corners = 0..1usize << inputs.len().min(MANY);
-    let widths = corners.filter_map(|corner| {
+    let cases = corners.flat_map(|corner| (0..instants).map(move |k| (corner, duration * k as f64 / INSTANTS as f64)));
+    let widths = cases.filter_map(|(corner, t)| {
         let at = |(j, (low, high)): (usize, &(f64, f64))| if corner >> j & 1 == 0 { *low } else { *high };
         let u = DVector::from_iterator(inputs.len(), inputs.iter().enumerate().map(at));
-        let values = (0..points).map(|k| derivative(k, &u)).filter(|value| value.is_finite());
+        let values = (0..points).map(|k| derivative(k, t, &u)).filter(|value| value.is_finite());
         let (low, high) = values.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), x| (low.min(x), high.max(x)));
         (low <= high).then_some(high - low)
     });
@@ -398,7 +405,7 @@ fn region(context: &Context<'_>) -> Value {
     if let Some(inputs) = region.input_bounds() {
         keys.push(("inputs", Value::pairs(inputs)));
     }
-    if context.study.plant.model.explicit_time().is_some() {
+    if context.study.plant.model.structure().explicit_time().is_some() {
         let (from, to) = region.time_bounds();
         let end = context.study.simulation.as_ref().map_or(to, |simulation| simulation.duration);
         keys.push(("time", Value::numbers([from.max(0.0), to.min(end)])));

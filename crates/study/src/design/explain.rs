@@ -3,17 +3,18 @@
 
 use luenberger_design::kkl::ResidualWitness;
 use luenberger_design::{DesignError, EnclosureError, KklError, LpvError, NumericalKklError, UnseenModes};
-use luenberger_expression::ExpressionPlantError;
+use luenberger_expression::{ExpressionPlantError, Row};
 use luenberger_linalg::{LinalgError, observability};
 use luenberger_observers::ObserverError;
-use luenberger_plants::{Dimensions, Plant, PlantError};
+use luenberger_plants::{Dimensions, PlantError};
 use luenberger_proof::wording::{at_least, at_most, counted, shortest, significant};
 use nalgebra::DVector;
 
-use crate::model::{Builtin, Model, generic_points};
+use crate::model::{Builtin, Model};
 use crate::results::FailureReport;
 use crate::results::report::eigenvalue;
 use crate::runnable::Chains;
+use crate::structure::Structure;
 use crate::study::{KklSpec, MOST_STATES_OF_A_FULL_TABLE, ObserverKind, ObserverSpec, Study};
 
 /// Error of a design, or a hypothesis that is checked here.
@@ -96,15 +97,18 @@ pub(super) fn failure(requested: &ObserverSpec, hypothesis: String, alternatives
 }
 
 /// The kinds of observers for nonlinear plants that are applicable to this one.
-fn for_nonlinear(study: &Study, but: &str) -> Vec<String> {
-    let size = study.plant.model.size();
+pub(super) fn for_nonlinear(study: &Study, but: &str) -> Vec<String> {
+    let (size, structure) = (study.plant.model.size(), study.plant.model.structure());
+    let is_of_the_state = structure.feedthrough().is_none();
     let mut kinds = vec![("lpv", "one gain for all Jacobians over a bounded `region`, with a proof")];
     if study.plant.dt.is_none() {
-        kinds.push(("lipschitz", "one gain for all slopes within sectors, with a proof"));
-        if measured_first(&study.plant.model).is_ok() && size.outputs < size.states {
+        if structure.has_linear_outputs() {
+            kinds.push(("lipschitz", "one gain for all slopes within sectors, with a proof"));
+        }
+        if is_of_the_state && not_measured_first(&structure, size).is_none() && size.outputs < size.states {
             kinds.push(("mean-value", "for a plant that measures its first states, with a proof"));
         }
-        if has_table(size) {
+        if is_of_the_state && structure.explicit_time().is_none() && has_table(size) {
             let why = if size.inputs == 0 {
                 "by simulation, without assumptions on f; its errors are measured"
             } else {
@@ -127,7 +131,7 @@ pub(super) fn not_linear(study: &Study, requested: &ObserverSpec) -> FailureRepo
     let kind = requested.kind.name();
     let hypothesis = format!("the kind {kind} needs a linear plant, x' = A x + B u and y = C x + D u, and {what}");
     let mut instead = for_nonlinear(study, kind);
-    if study.plant.model.explicit_time().is_none() {
+    if study.plant.model.structure().explicit_time().is_none() {
         let at_point = match kind {
             "optimal-cubic" | "proportional-integral" | "unknown-input" => "luenberger",
             kind => kind,
@@ -264,7 +268,7 @@ pub(super) fn misfit(study: &Study, requested: &ObserverSpec, misfit: &Misfit) -
             alternatives.extend(for_nonlinear(study, kind));
             (error.to_string(), alternatives)
         }
-        Misfit::Kkl(error) => (error.to_string(), another_map(error)),
+        Misfit::Kkl(error) => (error.to_string(), another_map(study, error)),
         Misfit::NotLeftInverse { state, found, point, missed } => {
             let states = &study.plant.states;
             let hypothesis = format!(
@@ -350,7 +354,12 @@ fn with_smaller_rate(study: &Study, kind: &str) -> Vec<String> {
 }
 
 /// What to change of the maps.
-fn another_map(error: &KklError) -> Vec<String> {
+fn another_map(study: &Study, error: &KklError) -> Vec<String> {
+    if let (KklError::ResidualUndecided { .. }, Some(row)) = (error, study.plant.model.structure().explicit_time()) {
+        let row = study.plant.row(row);
+        let maps = format!("other `phi`, `lambda` or `b`, in which t may occur: {row} depends on the time t");
+        return vec![maps, "a smaller `region`, its `time` included".to_owned()];
+    }
     let remedy = match error {
         KklError::NotASolution(_) => "other `phi`, `lambda` or `b`: the two sides differ at the point named",
         KklError::ResidualUndecided { .. } => "a smaller `region`, or maps without kinks, jumps and lookup tables",
@@ -440,33 +449,45 @@ fn hidden(study: &Study, requested: &ObserverSpec, why: String) -> FailureReport
 
 /// Observers whose theory is for outputs without the input.
 pub(super) fn output_of_the_state(study: &Study, requested: &ObserverSpec) -> Result<(), FailureReport> {
-    let Some(k) = study.plant.model.feedthrough() else { return Ok(()) };
+    let Some(k) = study.plant.model.structure().feedthrough() else { return Ok(()) };
     let (kind, output) = (requested.kind.name(), &study.plant.outputs[k]);
     let hypothesis =
         format!("the kind {kind} is for outputs of the state alone, y = h(t, x): {output} depends on the input");
     Err(failure(requested, hypothesis, for_nonlinear(study, kind)))
 }
 
-/// Whether output k is state i, tested at points where a coincidence is unlikely.
-fn is_state(model: &Model, k: usize, i: usize) -> bool {
-    let size = model.size();
-    let at = |point: &DVector<f64>| model.output(0.0, point, &DVector::zeros(size.inputs))[k] == point[i];
-    generic_points(size.states).iter().all(at)
+/// Observers whose theory takes the derivative of the output along f alone.
+pub(super) fn output_without_time(study: &Study, requested: &ObserverSpec) -> Result<(), FailureReport> {
+    let Some(k) = study.plant.model.structure().timed_output() else { return Ok(()) };
+    let (kind, output) = (requested.kind.name(), &study.plant.outputs[k]);
+    let hypothesis =
+        format!("the kind {kind} is for outputs y = h(x) without the time: {output} depends on the time t");
+    Err(failure(requested, hypothesis, for_nonlinear(study, kind)))
 }
 
-/// What output k is, where it should be state i.
-fn measured_in_place_of(study: &Study, k: usize, i: usize) -> String {
-    let (model, states, output) = (&study.plant.model, &study.plant.states, &study.plant.outputs[k]);
-    match (0..states.len()).find(|&j| is_state(model, k, j)) {
-        Some(j) => format!("{output} measures {}, not {}; reorder the states", states[j], states[i]),
-        None => format!("{output} is not the state {}", states[i]),
+/// That a row is not the state that it should be, or is not shown to be it.
+pub(super) fn other_than(study: &Study, structure: &Structure, row: Row, state: usize) -> String {
+    let differs = structure.differs(row, state);
+    let (name, state) = (study.plant.row(row), &study.plant.states[state]);
+    if differs {
+        format!("{name} is not {state}")
+    } else {
+        format!("{name} is not shown to be {state} for all states, inputs and times")
     }
 }
 
-/// The first output that is not the state of its number.
-fn measured_first(model: &Model) -> Result<(), usize> {
-    let size = model.size();
-    (0..size.outputs.min(size.states)).find(|&k| !is_state(model, k, k)).map_or(Ok(()), Err)
+/// What output k is, where it should be state i.
+fn measured_in_place_of(study: &Study, structure: &Structure, k: usize, i: usize) -> String {
+    let (states, output) = (&study.plant.states, &study.plant.outputs[k]);
+    match structure.output_state(k) {
+        Some(j) => format!("{output} measures {}, not {}; reorder the states", states[j], states[i]),
+        None => other_than(study, structure, Row::Output(k), i),
+    }
+}
+
+/// The first output that is not shown to be the state of its number.
+fn not_measured_first(structure: &Structure, size: Dimensions) -> Option<usize> {
+    (0..size.outputs.min(size.states)).find(|&k| structure.output_state(k) != Some(k))
 }
 
 pub(super) fn first_states_measured(study: &Study, requested: &ObserverSpec) -> Result<(), FailureReport> {
@@ -477,40 +498,48 @@ pub(super) fn first_states_measured(study: &Study, requested: &ObserverSpec) -> 
             format!("the kind {kind} needs unmeasured states; this plant measures {} of {}", size.outputs, size.states);
         return Err(failure(requested, hypothesis, for_nonlinear(study, kind)));
     }
-    measured_first(&study.plant.model).map_err(|k| {
-        let why = measured_in_place_of(study, k, k);
-        let hypothesis = format!("the kind {kind} needs outputs that are the first states, y = (x1, .., xp): {why}");
-        failure(requested, hypothesis, for_nonlinear(study, kind))
-    })
+    let structure = study.plant.model.structure();
+    let Some(k) = not_measured_first(&structure, size) else { return Ok(()) };
+    let why = measured_in_place_of(study, &structure, k, k);
+    let hypothesis = format!("the kind {kind} needs outputs that are the first states, y = (x1, .., xp): {why}");
+    Err(failure(requested, hypothesis, for_nonlinear(study, kind)))
 }
 
-/// The chains of a high-gain observer: each begins at its output, each equation of a chain depends on the next state
-/// and on no later one, and the coefficient of the next state is not 0 at the first estimate.
-pub(super) fn chains(study: &Study, requested: &ObserverSpec, lengths: &[usize]) -> Result<Chains, FailureReport> {
-    let (model, size) = (&study.plant.model, study.plant.model.size());
-    let (states, kind) = (&study.plant.states, requested.kind.name());
-    let misfit = |hypothesis| Err(failure(requested, hypothesis, for_nonlinear(study, kind)));
+/// Why the plant has no chains of these lengths: each begins at its output, and each equation of a chain depends on the
+/// next state and on no later one.
+pub(super) fn no_chains(study: &Study, structure: &Structure, kind: &str, lengths: &[usize]) -> Option<String> {
+    let states = &study.plant.states;
     let heads = lengths.iter().scan(0, |next, length| Some(std::mem::replace(next, *next + length)));
     for (k, (head, length)) in heads.zip(lengths).enumerate() {
-        if !is_state(model, k, head) {
-            let why = measured_in_place_of(study, k, head);
-            return misfit(format!("the kind {kind} needs chains that begin at the outputs: {why}"));
+        if structure.output_state(k) != Some(head) {
+            let why = measured_in_place_of(study, structure, k, head);
+            return Some(format!("the kind {kind} needs chains that begin at the outputs: {why}"));
         }
         for i in head..(head + length).saturating_sub(1) {
-            if !model.depends_on(i, i + 1) {
-                return misfit(format!(
+            if !structure.depends_on(i, i + 1) {
+                return Some(format!(
                     "the kind {kind} needs a chain: {}' does not depend on {}",
                     states[i],
                     states[i + 1]
                 ));
             }
-            if let Some(j) = (i + 2..head + length).find(|&j| model.depends_on(i, j)) {
-                return misfit(format!(
+            if let Some(j) = (i + 2..head + length).find(|&j| structure.depends_on(i, j)) {
+                return Some(format!(
                     "the kind {kind} needs a triangular plant: {}' depends on {}, which is further down its chain than the next state",
                     states[i], states[j]
                 ));
             }
         }
+    }
+    None
+}
+
+/// The chains of a high-gain observer, whose coefficients of the next states are not 0 at the first estimate.
+pub(super) fn chains(study: &Study, requested: &ObserverSpec, lengths: &[usize]) -> Result<Chains, FailureReport> {
+    let (model, size) = (&study.plant.model, study.plant.model.size());
+    let (states, kind) = (&study.plant.states, requested.kind.name());
+    if let Some(hypothesis) = no_chains(study, &model.structure(), kind, lengths) {
+        return Err(failure(requested, hypothesis, for_nonlinear(study, kind)));
     }
     let mut input = DVector::zeros(size.inputs);
     if let Some(program) = study.input.program() {
@@ -548,7 +577,12 @@ pub(super) fn tabulated(study: &Study, requested: &ObserverSpec, spec: &KklSpec)
          {MOST_INPUTS} inputs",
         MOST_STATES.0, MOST_STATES.1
     );
-    let hypothesis = if !has_table(size) {
+    let hypothesis = if let Some(row) = study.plant.model.structure().explicit_time() {
+        format!(
+            "the kind {kind} is for plants x' = f(x, u), y = h(x, u) without the time: {} depends on the time t",
+            study.plant.row(row)
+        )
+    } else if !has_table(size) {
         let what = if size.outputs != 1 {
             counted(size.outputs, "output")
         } else if (2..=MOST_STATES.0).contains(&size.states) && size.inputs > 0 {
@@ -568,7 +602,7 @@ pub(super) fn tabulated(study: &Study, requested: &ObserverSpec, spec: &KklSpec)
     };
     let linear = matches!(study.plant.model, Model::Linear(_) | Model::Builtin(Builtin::DoubleIntegrator(_)));
     let mut alternatives = Vec::new();
-    if has_table(size) {
+    if has_table(size) && study.plant.model.structure().explicit_time().is_none() {
         let range = vec!["[lower, upper]"; size.inputs].join(", ");
         alternatives.push(format!("inputs = [{range}], if the input is held at constant values"));
     }

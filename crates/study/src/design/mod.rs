@@ -227,7 +227,10 @@ fn in_words(
             moving_horizon::design(model, spec, Some(spec.substeps)).map_err(explained)
         }
         ObserverKind::Kkl(spec) => kkl_maps::kkl(model, spec, &study.plant.states).map_err(explained),
-        ObserverKind::ImmersionInvariance(spec) => immersion::immersion(study, spec).map_err(explained),
+        ObserverKind::ImmersionInvariance(spec) => {
+            explain::output_without_time(study, requested)?;
+            immersion::immersion(study, spec).map_err(explained)
+        }
         ObserverKind::Pebo(spec) | ObserverKind::KklPeb(spec) => peb::peb(study, requested, spec).map_err(explained),
         ObserverKind::KklNumerical(kkl) => {
             explain::tabulated(study, requested, kkl)?;

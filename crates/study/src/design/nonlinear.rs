@@ -185,7 +185,9 @@ pub(super) fn mean_value(
 
 pub(super) fn high_gain(chains: Chains, alpha: &[f64], r: f64) -> Result<Designed, Misfit> {
     let column = |entries: &DVector<f64>| DMatrix::from_column_slice(entries.len(), 1, entries.as_slice());
-    let factors = (!chains.are_pure()).then(|| column(chains.factors()));
+    let constant = chains.have_constant_coefficients();
+    let has_factors = !constant || chains.factors().iter().any(|factor| *factor != 1.0);
+    let factors = has_factors.then(|| column(chains.factors()));
     let observer = HighGainObserver::new(chains, DVector::from_column_slice(alpha), r)?;
     let mut matrices = vec![matrix("alpha_i / r^i", &column(observer.gain()))];
     let mut gains = "the gains alpha_i / r^i".to_owned();
@@ -193,13 +195,22 @@ pub(super) fn high_gain(chains: Chains, alpha: &[f64], r: f64) -> Result<Designe
         gains.push_str(" times factors (the inverse products of the chain's coefficients at the first estimate)");
         matrices.push(matrix("factors", &factors));
     }
+    let (theorem, why) = if constant {
+        (
+            "If the right-hand side is Lipschitz and r is small enough, the error decays like exp(-c t / r).",
+            "the theorem holds for all r below a bound that is not computed; check this r by simulation",
+        )
+    } else {
+        (
+            "The coefficients of the chain vary, and the gains are those of the first estimate.",
+            "the theorem is for coefficients that are constant; check this r by simulation",
+        )
+    };
     let report = DesignReport {
-        statement: format!(
-            "A copy of the plant with {gains}, r = {r}. If the right-hand side is Lipschitz and r is small enough, the error decays like exp(-c t / r)."
-        ),
+        statement: format!("A copy of the plant with {gains}, r = {r}. {theorem}"),
         matrices,
         numbers: vec![number("r", r)],
-        ..uncertified("the theorem holds for all r below a bound that is not computed; check this r by simulation")
+        ..uncertified(why)
     };
     Ok(Designed::new(Runnable::HighGain(Box::new(observer)), report, None))
 }

@@ -1,8 +1,8 @@
 //! The sliding-mode observer of a chain of integrators.
 
 use luenberger_design::{SuperTwistingDesign, sliding_mode_gains};
+use luenberger_expression::Row;
 use luenberger_observers::sliding_mode::{Discretisation, SlidingModeObserver};
-use luenberger_plants::{Plant, state_jacobian};
 use luenberger_proof::wording::{at_most, significant};
 use nalgebra::{DMatrix, DVector};
 
@@ -11,51 +11,40 @@ use super::{Designed, NoDesign, facts, matrix, number, upper_bound, verdict};
 use crate::model::Model;
 use crate::results::{DesignReport, FailureReport};
 use crate::runnable::Runnable;
+use crate::structure::Structure;
 use crate::study::{ObserverSpec, SlidingModeSpec, Study};
 
-/// Why the plant is not a chain `x1' = x2, .., x_n' = f` with the output x1, at the first estimate.
-fn not_a_chain(study: &Study, requested: &ObserverSpec) -> Option<String> {
-    let (model, states) = (&study.plant.model, &study.plant.states);
-    let size = model.size();
+/// Why the plant is not shown to be a chain `x1' = x2, .., x_n' = f` with the output x1 and the inputs in the last.
+fn not_a_chain(study: &Study, structure: &Structure) -> Option<String> {
+    let size = study.plant.model.size();
     if size.outputs != 1 {
         return Some(format!("the plant has {} outputs", size.outputs));
     }
-    let input = DVector::zeros(size.inputs);
-    let first = DVector::from_column_slice(&requested.initial);
-    let moved = DVector::from_fn(first.len(), |i, _| 0.3 + 0.17 * i as f64 + 1.7 * first[i]);
-    for x in [&first, &moved] {
-        let y = model.output(0.0, x, &input);
-        if y.iter().zip(x.iter()).any(|(y, x)| (y - x).abs() > 1e-9 * (1.0 + x.abs())) {
-            return Some(format!("{} is not {}", study.plant.outputs[0], states[0]));
-        }
-        let slope = model.derivative(0.0, x, &input);
-        let jacobian = state_jacobian(model, 0.0, x, &input);
-        for i in 0..size.states.saturating_sub(1) {
-            let other = (0..size.states).any(|j| jacobian[(i, j)] != f64::from(u8::from(j == i + 1)));
-            if other || (slope[i] - x[i + 1]).abs() > 1e-9 * (1.0 + x[i + 1].abs()) {
-                return Some(format!("{}' is not {}", states[i], states[i + 1]));
-            }
-        }
+    if structure.output_state(0) != Some(0) {
+        return Some(explain::other_than(study, structure, Row::Output(0), 0));
     }
-    if size.inputs > 0 {
-        let x = &first;
-        let pushed = model.derivative(0.0, x, &DVector::repeat(size.inputs, 1.0)) - model.derivative(0.0, x, &input);
-        if let Some(i) = (0..size.states.saturating_sub(1)).find(|i| pushed[*i] != 0.0) {
-            return Some(format!("{}' depends on an input", states[i]));
-        }
-    }
-    None
+    let i = (0..size.states.saturating_sub(1)).find(|i| !structure.is_next_state(*i))?;
+    Some(explain::other_than(study, structure, Row::Derivative(i), i + 1))
 }
 
 pub(super) fn chain(study: &Study, requested: &ObserverSpec) -> Result<(), FailureReport> {
-    let Some(why) = not_a_chain(study, requested) else { return Ok(()) };
+    let (structure, kind) = (study.plant.model.structure(), requested.kind.name());
+    let Some(why) = not_a_chain(study, &structure) else { return Ok(()) };
     let hypothesis = format!(
-        "the kind sliding-mode is for a chain of integrators, x1' = x2, .., with the output x1 and the input in the last: {why}"
+        "the kind {kind} is for a chain of integrators, x1' = x2, .., with the output x1 and the input in the last: {why}"
     );
-    let alternatives = vec![
-        "states that are the output and its derivatives".to_owned(),
-        "high-gain, for triangular plants".to_owned(),
-    ];
+    let mut alternatives = vec!["states that are the output and its derivatives, where the plant has them".to_owned()];
+    let is_triangular = study.plant.outputs.len() == 1
+        && structure.feedthrough().is_none()
+        && explain::no_chains(study, &structure, kind, &[study.plant.states.len()]).is_none();
+    if is_triangular {
+        alternatives.push("high-gain, for triangular plants".to_owned());
+    }
+    if study.plant.model.linear().is_some() {
+        alternatives.push("luenberger: the plant is linear".to_owned());
+    } else {
+        alternatives.extend(explain::for_nonlinear(study, kind));
+    }
     Err(explain::failure(requested, hypothesis, alternatives))
 }
 

@@ -20,7 +20,7 @@ pub(super) fn operating_point(node: &Node, plant: &PlantModel, reader: &mut Read
         let message = "[operating_point] is for plants in continuous time, and `dt` makes this one discrete";
         return reader.refuse(check::head(node), message, "expected no operating point");
     }
-    if let Some(row) = plant.model.explicit_time() {
+    if let Some(row) = plant.model.structure().explicit_time() {
         let message = format!("{row} depends on the time t");
         return reader.refuse(check::head(node), message, "expected a plant x' = f(x, u) for an operating point");
     }

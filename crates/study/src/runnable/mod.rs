@@ -324,6 +324,8 @@ pub struct Chains {
     pub(crate) lengths: Vec<usize>,
     /// `1 / (c_1 ... c_(i-1))` within each chain.
     shape: DVector<f64>,
+    /// Whether every c_i is a constant.
+    constant: bool,
 }
 
 impl Chains {
@@ -339,7 +341,9 @@ impl Chains {
     ) -> Result<Self, (usize, f64)> {
         let x = DVector::from_column_slice(estimate);
         let jacobian = state_jacobian(model, 0.0, &x, input);
+        let structure = model.structure();
         let mut shape = DVector::repeat(x.len(), 1.0);
+        let mut constant = true;
         let mut head = 0;
         for length in lengths {
             for i in head..(head + length).saturating_sub(1) {
@@ -349,15 +353,16 @@ impl Chains {
                     return Err((i, coefficient));
                 }
                 shape[i + 1] = next;
+                constant &= structure.has_constant_factor(i, i + 1);
             }
             head += length;
         }
-        Ok(Self { model: model.clone(), lengths: lengths.to_vec(), shape })
+        Ok(Self { model: model.clone(), lengths: lengths.to_vec(), shape, constant })
     }
 
-    /// Whether every coefficient is 1.
-    pub(crate) fn are_pure(&self) -> bool {
-        self.shape.iter().all(|entry| *entry == 1.0)
+    /// Whether no coefficient depends on the state, the input or the time: then the factors are right everywhere.
+    pub(crate) fn have_constant_coefficients(&self) -> bool {
+        self.constant
     }
 
     /// The factors of the corrections.

@@ -207,6 +207,9 @@ fn the_bound_of_a_sliding_mode_is_that_of_region_disturbance_and_settling_time()
     assert!((with - of_region - 3.0).abs() < 1e-3, "{with}");
     // The standard deviation 24/4 of the first speed, in a tenth of a second.
     assert!((bound(&format!("{PENDULUM}settling = 0.1\n")) - 60.0).abs() < 1e-9);
+    // Without gravity at the start: at t = 1.5 it is 0.9975 of all.
+    let later = bound(&PENDULUM.replace("sin(x1)", "sin(t)*sin(x1)"));
+    assert!((24.3..=24.42).contains(&later), "{later}");
 }
 
 /// Half-widths in the end under noise of four standard deviations and a bounded inflow, numpy 2.4: the poles are those
