@@ -17,6 +17,7 @@ import intervals
 import sampled
 import super_twisting
 import theorems
+import words
 from deployed import deployed_observer
 from document import Field, Malformed, Unreadable
 from kkl import kkl_error_bound
@@ -101,7 +102,7 @@ def main(arguments):
         except OSError as error:
             status, text = 2, f"Unreadable: {error}"
         took = f" ({time.perf_counter() - start:.3f} s)" if timed else ""
-        print(f"{path}: {text}{took}", flush=True)
+        print(f"{words.visible(path)}: {words.visible(text)}{took}", flush=True)
         worst = max(worst, status)
     return worst
 

@@ -3,6 +3,7 @@
 from fractions import Fraction
 
 import words
+from document import Malformed
 from rational import (
     INDEFINITE,
     Family,
@@ -42,7 +43,11 @@ def semi_implicit(file):
 
 
 MOST_MISSES = 64
+# States^3 times the spans of time of all maps.
+MOST_MOTION = 1 << 22
 MOST_CELLS = 4096
+# States^3 times the cells of all spans.
+MOST_WORK = 1 << 23
 LARGEST_EXPONENT = 1024
 
 
@@ -60,6 +65,12 @@ def varying_periods(file):
         shortest = periods.take("shortest").in_range(lambda x: x > 0, "positive")
         longest = periods.take("longest").in_range(lambda x: x >= shortest, "not below the shortest")
         misses = periods.take("misses").count(MOST_MISSES)
+        spans = (misses + 1) * (2 if step == "radial" else 1)
+        if n**3 * spans > MOST_MOTION:
+            raise Malformed(
+                f"periods.misses: {n}^3 states times {spans} spans of time are {n**3 * spans}; "
+                f"the checker goes up to {MOST_MOTION}"
+            )
     with file.object("lyapunov") as proof:
         p = proof.take("P").symmetric(n)
         factor = proof.take("factor").in_range(lambda x: 0 < x < 1, "above 0 and below 1")
@@ -69,8 +80,9 @@ def varying_periods(file):
     if step == "radial":
         maps.append(("I + NC/w", identity + gain @ c * (1 / w)))
     facts = [("P > 0", positive(p))]
+    effort = Effort()
     for name, after in maps:
-        falls = Falls(a, after, p, factor)
+        falls = Falls(a, after, p, factor, effort)
         for count in range(1, misses + 2):
             times = count * shortest, count * longest
             facts.append(
@@ -120,6 +132,18 @@ def exponential(m):
     return total, Fraction(errors + largest, unit)
 
 
+class Effort:
+    """The work that is left for all spans of times of a file."""
+
+    def __init__(self):
+        self.left = MOST_WORK
+
+    def spend(self, work):
+        self.left -= work
+        if self.left < 0:
+            raise NotShown("the times between corrections would have to be divided further than this checker does")
+
+
 class Falls:
     """`W(t) = factor^2 P - X'P X > 0`, `X = exp(At) M`, for all t of an interval.
 
@@ -128,8 +152,8 @@ class Falls:
     what holds at both ends for everything within the radius of the rest, holds between.
     """
 
-    def __init__(self, a, after, p, factor):
-        self.a, self.after, self.p = a, after, p
+    def __init__(self, a, after, p, factor, effort):
+        self.a, self.after, self.p, self.effort = a, after, p, effort
         self.level = p * factor**2
         self.h = (p @ a).plus_transpose()
         self.g = abs((self.h @ a).plus_transpose())
@@ -148,6 +172,7 @@ class Falls:
         while cells:
             low, high = cells.pop()
             seen += 1
+            self.effort.spend(self.a.rows**3)
             if seen + len(cells) > MOST_CELLS:
                 raise NotShown("not shown between two times, with as many cells as are tried")
             middle = (low + high) / 2

@@ -62,8 +62,50 @@ def at_most(x, digits):
     return rounded(x, digits, True) if x else "0"
 
 
+# Characters that leave no mark of their own, or move others: the first and the last of each range.
+INVISIBLE = (
+    (0x0000, 0x001F),
+    (0x007F, 0x00A0),
+    (0x00AD, 0x00AD),
+    (0x034F, 0x034F),
+    (0x0600, 0x0605),
+    (0x061C, 0x061C),
+    (0x06DD, 0x06DD),
+    (0x070F, 0x070F),
+    (0x0890, 0x0891),
+    (0x08E2, 0x08E2),
+    (0x115F, 0x1160),
+    (0x1680, 0x1680),
+    (0x17B4, 0x17B5),
+    (0x180B, 0x180F),
+    (0x2000, 0x200F),
+    (0x2028, 0x202F),
+    (0x205F, 0x206F),
+    (0x2800, 0x2800),
+    (0x3000, 0x3000),
+    (0x3164, 0x3164),
+    (0xFE00, 0xFE0F),
+    (0xFEFF, 0xFEFF),
+    (0xFFA0, 0xFFA0),
+    (0xFFF0, 0xFFFB),
+    (0x110BD, 0x110BD),
+    (0x110CD, 0x110CD),
+    (0x13430, 0x1345F),
+    (0x1BCA0, 0x1BCA3),
+    (0x1D173, 0x1D17A),
+    (0xE0000, 0xE0FFF),
+)
+
+
+def visible(text):
+    """The text with `\\u{200b}` and so on in place of invisible characters."""
+    return "".join(
+        f"\\u{{{ord(c):x}}}" if any(first <= ord(c) <= last for first, last in INVISIBLE) else c for c in text
+    )
+
+
 def quoted(name):
-    return '"' + name.replace("\\", "\\\\").replace('"', '\\"') + '"'
+    return '"' + visible(name.replace("\\", "\\\\").replace('"', '\\"')) + '"'
 
 
 def hexadecimal(x):
@@ -202,17 +244,17 @@ def semi_implicit_cubic_observer(states, inputs, outputs, period):
 
 
 CORRECTIONS = {
-    "linear": ("xhat+ = xhat + K z, z = y - C xhat", "e+ = exp(At)(I - KC)e", "by factor^2 or more"),
+    "linear": ("xhat+ = xhat + K z, z = y - C xhat", "e+ = exp(At)(I - KC)e", "factor^2"),
     "radial": (
         "xhat+ = xhat - g N z + r K z, z = y - C xhat, r = 1/sqrt(1 + 2 w T max(z'theta z, 0)), g = (1 - r)/w, "
         "with w = {w} and any T >= 0",
         "e+ = exp(At)(I + g N C - r K C)e with 0 <= g < 1/w",
-        "by factor^2 or more",
+        "factor^2",
     ),
     "semi-implicit": (
         "xhat+ = xhat - s N r + K r, (I - s C N) r = z, z = y - C xhat, s = T max(z'theta z, 0), with any T >= 0",
         "e+ = exp(At)(I - KC)d with (I - s N C)d = e",
-        "by 2 factor^2/(1 + factor^2) or more",
+        "2 factor^2/(1 + factor^2)",
     ),
 }
 
@@ -230,8 +272,9 @@ def varying_periods(size, step, w, shortest, longest, misses, factor):
         f"{exact(longest)}, each of any length between, {missed}, and the observer that predicts by xhat' = A xhat + "
         f"Bu and corrects at each sample that is not missed by {correction}, with all numbers as given, in exact "
         f"arithmetic: the error e = x - xhat before a correction obeys {errors}, t being the time to the next "
-        f"correction, V = e'Pe falls from one to the next {falls}, with factor = {exact(factor)}, and e tends to 0 "
-        "exponentially, from every e(0). Nothing is said of the rounding of its steps."
+        f"correction, V = e'Pe is before the next correction at most {falls} times what it is before this one, with "
+        f"factor = {exact(factor)}, and e tends to 0 exponentially, from every e(0). Nothing is said of the rounding of "
+        "its steps."
     )
 
 

@@ -375,21 +375,27 @@ pub enum DesignError {
     },
     /// Poles that are not distinct have no modal coordinates.
     #[error(
-        "{}: two of them are {} apart",
-        if *.separation <= 1e-6 * *.size {
-            "the poles of A - LC are not distinct enough for modal coordinates"
-        } else {
-            "no modal coordinates were found in binary64 for the poles of A - LC"
-        },
+        "the poles of A - LC are not distinct enough for modal coordinates: two of them are {} apart",
         short(*.separation)
     )]
     NoModalCoordinates {
-        /// The least distance of two poles.
+        /// The least distance of two poles, in the units that were tried.
         separation: f64,
-        /// The norm of `A - LC` in the units that were tried, beside which the distance is small; 0 where it is not what
-        /// failed.
-        size: f64,
     },
+    /// Eigenvectors that are nearly dependent, of poles that are distinct.
+    #[error(
+        "the eigenvectors of A - LC are too close to dependent for modal coordinates: their condition number is {}",
+        short(*.condition)
+    )]
+    DependentModes {
+        /// The condition number of the matrix of the eigenvectors, of length 1, in floating point.
+        condition: f64,
+    },
+    /// The equations of the comparison system of an interval observer have no positive solution in floating point.
+    #[error(
+        "whether the width of the interval stays bounded is undecided: the equations of the comparison system of the error have no finite, positive solution in floating point"
+    )]
+    ComparisonUndecided,
     /// The comparison system of an interval observer is not stable.
     #[error(
         "the width of the interval would grow: the comparison system of the error has the {} {}, which is not below {limit}",
@@ -426,8 +432,10 @@ pub enum DesignError {
         order: usize,
     },
     /// A number that is not representable in the format of the target.
-    #[error("{format} has no number {}", short(*.value))]
+    #[error("{}", not_stored(*.what, *.value, *.format))]
     NotStored {
+        /// What it is.
+        what: &'static str,
         /// The number.
         value: f64,
         /// The format.
@@ -469,6 +477,14 @@ pub enum DesignError {
         /// The rate asked for.
         rate: f64,
     },
+}
+
+/// Why a number is not one of the format.
+fn not_stored(what: &str, value: f64, format: luenberger_proof::statement::Format) -> String {
+    match format.round(value) {
+        None => format!("{what}, {}, is beyond the range of {format}", short(value)),
+        Some(_) => format!("{what}, {}, is no number of {format}, which would round it", shortest(value)),
+    }
 }
 
 /// The number of an unstable matrix, which rounding may have put on the other side.

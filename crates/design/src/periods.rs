@@ -2,7 +2,7 @@
 
 use core::fmt;
 
-use luenberger_proof::wording::{counted, significant};
+use luenberger_proof::wording::{self, counted, significant};
 
 /// Bounds of the sampling period, and the largest number of consecutive missed samples.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -25,7 +25,7 @@ impl Periods {
 impl fmt::Display for Periods {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Self { shortest, longest, misses } = self;
-        write!(f, "periods from {} to {}", significant(*shortest, 6), significant(*longest, 6))?;
+        write!(f, "periods from {} to {}", wording::shortest(*shortest), wording::shortest(*longest))?;
         match misses {
             0 => write!(f, " without missed samples"),
             misses => write!(f, " with at most {} in a row", counted(*misses, "missed sample")),

@@ -38,6 +38,14 @@ pub enum ExportError {
         /// The format.
         format: &'static str,
     },
+    /// An observer without a step in the format.
+    #[error("there is no step in {format}: {why}")]
+    NoStep {
+        /// The error of its design.
+        why: String,
+        /// The format.
+        format: &'static str,
+    },
     /// Gains that are not an observer any more after rounding.
     #[error("the gains rounded to {format} are refused: {error}")]
     Rounded {

@@ -84,6 +84,20 @@ pub enum ProofError {
         /// The largest order.
         allowed: usize,
     },
+    /// Motions between corrections that are more than the checker decides in bounded time.
+    #[error(
+        "the motion of {states} states over {spans} spans of time is {motion} in all, and at most {allowed} is decided"
+    )]
+    TooMuchMotion {
+        /// The number of states.
+        states: usize,
+        /// The spans of time, of all maps.
+        spans: usize,
+        /// Their product with the cube of the states.
+        motion: usize,
+        /// The limit.
+        allowed: usize,
+    },
     /// A bound or a scalar that must not be negative (or must be positive) is, or is not finite.
     #[error("{what} is {value}")]
     Sign {

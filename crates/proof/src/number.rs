@@ -97,11 +97,8 @@ pub enum NumberError {
 /// As much of a text as an error quotes.
 pub(crate) fn quoted(text: &str) -> String {
     const LENGTH: usize = 80;
-    if text.chars().count() <= LENGTH {
-        text.to_owned()
-    } else {
-        text.chars().take(LENGTH).chain("...".chars()).collect()
-    }
+    let shown = crate::wording::visible(text);
+    if shown.chars().count() <= LENGTH { shown } else { shown.chars().take(LENGTH).chain("...".chars()).collect() }
 }
 
 impl Number {

@@ -94,6 +94,8 @@ pub enum UndecidedReason {
         /// It is shown to be at least this.
         least: f64,
     },
+    /// Times between corrections that would have to be divided further than the checker does.
+    TooMuchWork,
     /// Expressions whose polynomials exceed the limits of the checker.
     ExpressionTooLarge,
     /// An expression with a denominator that is 0 everywhere.
@@ -172,6 +174,9 @@ impl fmt::Display for UndecidedReason {
             Self::NotByThisMatrix { name } => write!(f, "this {name} does not prove it, and another might"),
             Self::OutsideTheData => write!(f, "the data of the theorem are not shown to contain them all"),
             Self::Overflow => write!(f, "an intermediate quantity left the range of binary64"),
+            Self::TooMuchWork => {
+                write!(f, "the times between corrections would have to be divided further than the checker does")
+            }
             Self::TighterThanProved { row, column, claimed, proved } => write!(
                 f,
                 "at {} the bound {} is claimed, which is tighter than {}, which is proved",

@@ -1,10 +1,13 @@
 //! Formatted numbers: exact or rounded to the safe side in statements, with few digits elsewhere.
 //!
-//! A statement about stored numbers must contain exactly these. [`exact`] writes a binary64 number without loss;
-//! [`at_least`] and [`at_most`] write a short decimal that is not above, or not below, the number: for a margin, and
-//! for a bound. The others are those of the crate `luenberger-wording`.
+//! A statement about stored numbers must contain exactly these. [`exact`] writes a binary64 number without loss. In a
+//! conclusion [`at_least`] and [`at_most`] write a short decimal that is not above, or not below, the number: a margin, and
+//! a bound. In a hypothesis it is the other way round: [`if_at_most`] and [`if_at_least`] write a decimal for which the
+//! printed hypothesis implies that of the number. The others are those of the crate `luenberger-wording`.
 
-pub use luenberger_wording::{capital, complex, counted, entry, quoted, rounded, shortest, significant};
+pub use luenberger_wording::{
+    capital, complex, counted, entry, is_invisible, quoted, rounded, shortest, significant, visible,
+};
 
 use crate::number::Number;
 
@@ -54,6 +57,28 @@ pub fn at_least(x: f64, digits: usize) -> String {
 /// ```
 pub fn at_most(x: f64, digits: usize) -> String {
     decimal(x, digits, x > 0.0)
+}
+
+/// A decimal of so many significant digits for a hypothesis "at most `x`": it is at most `x`, so that what satisfies the
+/// printed bound satisfies that of `x`.
+///
+/// ```
+/// use luenberger_proof::wording::if_at_most;
+/// // 1.2 * 0.01 is above 0.012 by a rounding error, and 0.0121 would be no bound that was supposed.
+/// assert_eq!([if_at_most(1.2 * 0.01, 3), if_at_most(0.769_999, 3), if_at_most(2.0, 3)], ["0.012", "0.769", "2"]);
+/// ```
+pub fn if_at_most(x: f64, digits: usize) -> String {
+    at_least(x, digits)
+}
+
+/// A decimal of so many significant digits for a hypothesis "at least `x`": it is at least `x`.
+///
+/// ```
+/// use luenberger_proof::wording::if_at_least;
+/// assert_eq!([if_at_least(0.1, 3), if_at_least(0.769_101, 3), if_at_least(-1.239, 3)], ["0.101", "0.77", "-1.23"]);
+/// ```
+pub fn if_at_least(x: f64, digits: usize) -> String {
+    at_most(x, digits)
 }
 
 /// The first digits of `x`, with one unit added to the last one where others follow and the magnitude is to be rounded

@@ -26,12 +26,14 @@ pub use crate::deployment::feedback::gain;
 pub fn evidence(observer: &ObserverSpec, design: &SampledDesign, k: &DMatrix<f64>, format: Format) -> Evidence {
     let m = design.matrices();
     let is_cubic = m.as_ref().is_some_and(|m| m.is_cubic);
+    let is_global = matches!(design, SampledDesign::Cubic(cubic)
+        if cubic.certificate.is_proved() && cubic.certificate.converges_from_everywhere());
     let not_proved = "Not proved: bounds of the state of the plant under references, noise and rounding, and the loop with an actuator at its limit.";
     let Some((stored, file)) = m.and_then(|m| certificate(observer, &m, k, format)) else {
         let sentences = vec!["Feedback: no stability certificate of the loop.".to_owned(), not_proved.to_owned()];
         return Evidence { sentences, file: None };
     };
-    let claim = match (is_cubic, stored == Rounding::None) {
+    let claim = match (is_cubic, is_global && stored == Rounding::None) {
         (false, _) => {
             "the states of plant and observer tend to 0 exponentially, from every initial state and estimate."
         }

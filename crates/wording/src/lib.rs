@@ -86,16 +86,83 @@ pub fn counted(count: usize, noun: &str) -> String {
     format!("{count} {noun}{}", if count == 1 { "" } else { "s" })
 }
 
-/// A user's text as a name: in double quotes, with a backslash before quotes and backslashes of its own.
+/// A user's text as a name: in double quotes, with a backslash before quotes and backslashes of its own, and
+/// [`visible`].
 ///
 /// ```
 /// use luenberger_wording::quoted;
 /// assert_eq!(quoted("P > 0"), "\"P > 0\"");
 /// assert_eq!(quoted("the \"gain\""), "\"the \\\"gain\\\"\"");
+/// assert_eq!(quoted("P\u{202e}0 <"), "\"P\\u{202e}0 <\"");
 /// ```
 pub fn quoted(name: &str) -> String {
-    format!("\"{}\"", name.replace('\\', "\\\\").replace('"', "\\\""))
+    format!("\"{}\"", visible(&name.replace('\\', "\\\\").replace('"', "\\\"")))
 }
+
+/// A text without [invisible characters](is_invisible): in their place are `\u{200b}` and so on.
+///
+/// ```
+/// assert_eq!(luenberger_wording::visible("a\u{200b}b \u{2028}c"), "a\\u{200b}b \\u{2028}c");
+/// ```
+pub fn visible(text: &str) -> String {
+    let mut shown = String::with_capacity(text.len());
+    for c in text.chars() {
+        if is_invisible(c) {
+            shown.extend(c.escape_unicode());
+        } else {
+            shown.push(c);
+        }
+    }
+    shown
+}
+
+/// Whether a character leaves no mark of its own, or moves others: controls, format characters such as those of
+/// bidirectional text, separators of lines, every space but U+0020, fillers, and selectors of variants. The list is
+/// that of `docs/certificates.md`, the same in all versions of Unicode.
+///
+/// ```
+/// use luenberger_wording::is_invisible;
+/// assert!("\n\u{7f}\u{a0}\u{ad}\u{200b}\u{2028}\u{202e}\u{3164}\u{feff}\u{e0041}".chars().all(is_invisible));
+/// assert!(!"P > 0, \u{e4}\u{3b8}\u{4f4d}".chars().any(is_invisible));
+/// ```
+pub fn is_invisible(c: char) -> bool {
+    let c = u32::from(c);
+    INVISIBLE.iter().any(|(first, last)| (*first..=*last).contains(&c))
+}
+
+/// The first and the last of each range.
+const INVISIBLE: [(u32, u32); 30] = [
+    (0x0000, 0x001f),
+    (0x007f, 0x00a0),
+    (0x00ad, 0x00ad),
+    (0x034f, 0x034f),
+    (0x0600, 0x0605),
+    (0x061c, 0x061c),
+    (0x06dd, 0x06dd),
+    (0x070f, 0x070f),
+    (0x0890, 0x0891),
+    (0x08e2, 0x08e2),
+    (0x115f, 0x1160),
+    (0x1680, 0x1680),
+    (0x17b4, 0x17b5),
+    (0x180b, 0x180f),
+    (0x2000, 0x200f),
+    (0x2028, 0x202f),
+    (0x205f, 0x206f),
+    (0x2800, 0x2800),
+    (0x3000, 0x3000),
+    (0x3164, 0x3164),
+    (0xfe00, 0xfe0f),
+    (0xfeff, 0xfeff),
+    (0xffa0, 0xffa0),
+    (0xfff0, 0xfffb),
+    (0x110bd, 0x110bd),
+    (0x110cd, 0x110cd),
+    (0x13430, 0x1345f),
+    (0x1bca0, 0x1bca3),
+    (0x1d173, 0x1d17a),
+    (0xe0000, 0xe0fff),
+];
 
 /// `text` for HTML, SVG and XML, within an element or a quoted attribute.
 ///

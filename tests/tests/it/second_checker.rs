@@ -23,8 +23,9 @@ use luenberger_linalg::lqr;
 use luenberger_lmi::{Problem, he, sdpa};
 use luenberger_plants::{CukConverter, StateSpace, VanDerPol, flexible_joint, third_order};
 use luenberger_proof::certificate::{
-    CertificateFile, CubicConvergence, Definiteness, HurwitzStability, LinearConvergence, PlantWithin, Rejection,
-    SchurStability, Sign, StructuredCubicConvergence, Theorem, digest, verify,
+    CertificateFile, CubicConvergence, CubicStep, Definiteness, HurwitzStability, LinearConvergence, PlantMatrices,
+    PlantWithin, Rejection, SchurStability, Sign, StructuredCubicConvergence, Theorem, VaryingPeriodConvergence,
+    digest, verify,
 };
 use luenberger_proof::statement::{Format, Formats, Operation, Step};
 use luenberger_proof::{Interval, Matrix, Verdict};
@@ -309,7 +310,7 @@ fn of_matrices() -> Vec<CertificateFile> {
         let mut lmi = Problem::new();
         let p = lmi.symmetric("P", 2);
         lmi.constrain("P > 0", &p >> 0.0);
-        lmi.constrain("the \"decrease\"", he(&p * a) << 0.0);
+        lmi.constrain("the \"decrease\"\u{202e}\u{200b}", he(&p * a) << 0.0);
         let solution = lmi.solve().unwrap();
         files.push(lmi.certificate_file("a Lyapunov inequality", &solution).unwrap());
     }
@@ -632,4 +633,28 @@ fn the_second_checker_says_what_is_wrong() {
     let status =
         |path: &PathBuf| Command::new("python3").arg("-B").arg(&checker).arg(path).output().unwrap().status.code();
     assert_eq!(paths.iter().map(status).collect::<Vec<_>>(), [Some(0), Some(2), Some(1), Some(2)]);
+}
+
+/// What both refuse for the work that it would be, before the work.
+#[test]
+fn both_checkers_bound_the_misses_of_many_states() {
+    let n = 60;
+    let one = Matrix::from_fn(n, n, |i, j| if i == j { 1.0 } else { 0.0 });
+    let plant = PlantMatrices { a: one.map(|x| -x), b: Matrix::from_fn(n, 0, |_, _| 0.0), c: one.map(|x| *x) };
+    let k = one.map(|x| 0.5 * x);
+    let step = CubicStep::Linear;
+    let proved =
+        VaryingPeriodConvergence { plant, k, step, shortest: 0.5, longest: 0.5, misses: 0, p: one, factor: 0.5 };
+    let refused = VaryingPeriodConvergence { misses: 64, ..proved.clone() };
+    assert_eq!(
+        Theorem::from(refused).facts().unwrap_err().to_string(),
+        "the motion of 60 states over 65 spans of time is 14040000 in all, and at most 4194304 is decided"
+    );
+    let text = CertificateFile::prove("many states", proved).unwrap().to_json();
+    let text = text.replace("\"misses\": 0", "\"misses\": 64");
+    let why = verify(text.as_bytes()).unwrap_err().to_string();
+    assert!(why.contains("60^3 states times 65 spans of time are 14040000; the checker goes up to 4194304"), "{why}");
+    let Some(found) = second(&write(&scratch("misses"), &[text])) else { return };
+    let why = format!("{found:?}");
+    assert!(why.contains("60^3 states times 65 spans of time are 14040000; the checker goes up to 4194304"), "{why}");
 }

@@ -79,8 +79,8 @@ impl IntervalDesign {
     /// # Ok::<(), luenberger_design::DesignError>(())
     /// ```
     /// # Errors
-    /// [`DesignError::NoModalCoordinates`] for poles that are not distinct, [`DesignError::WidthGrows`] where the
-    /// comparison system is not stable, and errors of shapes.
+    /// [`DesignError::NoModalCoordinates`] for poles that are not distinct, [`DesignError::DependentModes`],
+    /// [`DesignError::WidthGrows`] where the comparison system is not stable, and errors of shapes.
     pub fn new(
         observer: &LinearObserver<f64, Dyn, Dyn, Dyn>,
         disturbances: &DisturbanceBounds,
@@ -94,7 +94,7 @@ impl IntervalDesign {
         let flow = &observer.a - &observer.l * &observer.c;
         let (t, blocks) = chosen(TimeDomain::Continuous, &flow, coordinates)?;
         let Some(known) = BlockCoordinates::new(&proof_matrix(&t), &blocks)? else {
-            return Err(modal::no_coordinates(&flow)?);
+            return Err(modal::dependent(&t));
         };
         let (l, c) = (enclosed(&observer.l), enclosed(&observer.c));
         let f = enclosed(&observer.a).difference(&l.product(&c)?)?;
@@ -191,14 +191,14 @@ fn positive_solution(m: &DMatrix<f64>) -> Result<Vec<f64>, DesignError> {
     if found.len() == n && found.iter().all(|x| *x > 0.0 && x.is_finite()) {
         return Ok(found);
     }
-    Err(DesignError::WidthGrows { size: f64::NAN, limit: 0.0, plant: false })
+    Err(DesignError::ComparisonUndecided)
 }
 
 /// An l of 0 or more with `M l >= g` in spite of rounding, `M s > 0`.
 fn limit_of(m: &DMatrix<f64>, g: &[f64], s: &[f64]) -> Result<Vec<f64>, DesignError> {
     let solved = m.clone().lu().solve(&DVector::from_column_slice(g));
     let Some(found) = solved.filter(|found| found.iter().all(|x| x.is_finite())) else {
-        return Err(DesignError::WidthGrows { size: f64::NAN, limit: 0.0, plant: false });
+        return Err(DesignError::ComparisonUndecided);
     };
     let largest = found.iter().zip(s).fold(0.0_f64, |largest, (x, s)| largest.max(x / s));
     let room = 1e-9 * largest + f64::MIN_POSITIVE;

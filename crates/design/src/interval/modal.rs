@@ -1,6 +1,6 @@
 //! Modal coordinates: real eigenvectors, with a block of two for a complex pair.
 
-use luenberger_linalg::{balanced, eigenvalues};
+use luenberger_linalg::eigenvalues;
 use luenberger_proof::statement::TimeDomain;
 use nalgebra::{Complex, DMatrix, DVector};
 
@@ -14,7 +14,8 @@ pub(crate) const DISTINCT: f64 = 1e-7;
 /// where they hide the poles in balanced ones.
 ///
 /// # Errors
-/// [`DesignError::NoModalCoordinates`] for poles that are not distinct.
+/// [`DesignError::NoModalCoordinates`] for poles that are not distinct, [`DesignError::DependentModes`] for eigenvectors
+/// that are nearly dependent.
 pub(crate) fn coordinates(time: TimeDomain, f: &DMatrix<f64>) -> Result<(DMatrix<f64>, Vec<usize>), DesignError> {
     let mut found = in_units(f);
     for units in units_of(time, f) {
@@ -33,16 +34,16 @@ pub(crate) fn in_units(f: &DMatrix<f64>) -> Result<(DMatrix<f64>, Vec<usize>), D
     let n = f.nrows();
     let mut poles = eigenvalues(f)?;
     let separation = separation(&poles);
-    let none = || DesignError::NoModalCoordinates { separation, size: f.norm() };
     if n > 1 && separation <= DISTINCT * f.norm() {
-        return Err(none());
+        return Err(DesignError::NoModalCoordinates { separation });
     }
+    let not_found = || DesignError::DependentModes { condition: f64::INFINITY };
     poles.retain(|pole| pole.im >= 0.0);
     poles.sort_by(|x, y| y.re.total_cmp(&x.re).then(x.im.total_cmp(&y.im)));
     let mut columns: Vec<DVector<f64>> = Vec::with_capacity(n);
     let mut blocks = Vec::new();
     for pole in poles {
-        let Some(vector) = eigenvector(f, pole) else { return Err(none()) };
+        let Some(vector) = eigenvector(f, pole) else { return Err(not_found()) };
         if pole.im == 0.0 {
             columns.push(vector.map(|x| x.re).normalize());
             blocks.push(1);
@@ -53,17 +54,19 @@ pub(crate) fn in_units(f: &DMatrix<f64>) -> Result<(DMatrix<f64>, Vec<usize>), D
         }
     }
     if columns.len() != n {
-        return Err(none());
+        return Err(not_found());
     }
-    match DMatrix::from_columns(&columns).try_inverse() {
+    let vectors = DMatrix::from_columns(&columns);
+    match vectors.clone().try_inverse() {
         Some(t) if t.iter().all(|x| x.is_finite()) => Ok((t, blocks)),
-        _ => Err(none()),
+        _ => Err(dependent(&vectors)),
     }
 }
 
-/// The coordinates found are none whose inverse is enclosed: the error, with the least distance of the poles of F.
-pub(super) fn no_coordinates(f: &DMatrix<f64>) -> Result<DesignError, DesignError> {
-    Ok(DesignError::NoModalCoordinates { separation: separation(&eigenvalues(&balanced(f)?.matrix)?), size: 0.0 })
+/// No modal coordinates, for the condition of T or of its inverse.
+pub(super) fn dependent(t: &DMatrix<f64>) -> DesignError {
+    let values = t.singular_values();
+    DesignError::DependentModes { condition: values.max() / values.min() }
 }
 
 /// The least distance of two poles.

@@ -173,12 +173,12 @@ impl SampledIntervalDesign {
         let (f, g) = (middle(&plant.a)?, middle(&plant.b)?);
         let l = rounded(l, format)?;
         if let Some(x) = plant.c.iter().find(|x| format.round(**x) != Some(**x)) {
-            return Err(DesignError::NotStored { value: *x, format });
+            return Err(DesignError::NotStored { what: "an entry of C", value: *x, format });
         }
         let flow = &f - &l * &plant.c;
         let (t, blocks) = chosen(TimeDomain::Discrete, &flow, coordinates)?;
         let Some(known) = BlockCoordinates::new(&proof_matrix(&t), &blocks)? else {
-            return Err(modal::no_coordinates(&flow)?);
+            return Err(modal::dependent(&t));
         };
         let (proof_c, proof_f, proof_g, proof_l) =
             (proof_matrix(&plant.c), proof_matrix(&f), proof_matrix(&g), proof_matrix(&l));
@@ -222,7 +222,8 @@ impl SampledIntervalDesign {
         let state_norms = dynamic_matrix(&known.state_norms());
         let start = times_up(&state_norms, &required.initial_error).into_iter().zip(constant.iter());
         let start: Option<Vec<f64>> = start.map(|(rho, g)| raised_number(rho.max(*g), eps, format)).collect();
-        let start = start.ok_or(DesignError::NotStored { value: f64::INFINITY, format })?;
+        let start =
+            start.ok_or(DesignError::NotStored { what: "a bound of the first error", value: f64::INFINITY, format })?;
         let (a, b) = SampledIntervalEnclosure::plant(&plant.a, &plant.b)?;
         let theorem = SampledIntervalEnclosure {
             a,
@@ -276,7 +277,7 @@ impl SampledIntervalDesign {
 /// The numbers of the format nearest to these.
 fn rounded(m: &DMatrix<f64>, format: Format) -> Result<DMatrix<f64>, DesignError> {
     match m.iter().find(|x| format.round(**x).is_none()) {
-        Some(x) => Err(DesignError::NotStored { value: *x, format }),
+        Some(x) => Err(DesignError::NotStored { what: "an entry of A, B or L", value: *x, format }),
         None => Ok(m.map(|x| format.round(x).unwrap_or(x))),
     }
 }
@@ -303,7 +304,11 @@ fn raised_number(x: f64, eps: f64, format: Format) -> Option<f64> {
 fn raised(m: &DMatrix<f64>, eps: f64, format: Format) -> Result<DMatrix<f64>, DesignError> {
     let mut raised = m.clone();
     for x in &mut raised {
-        *x = raised_number(*x, eps, format).ok_or(DesignError::NotStored { value: *x, format })?;
+        *x = raised_number(*x, eps, format).ok_or(DesignError::NotStored {
+            what: "a coefficient of the half-widths",
+            value: *x,
+            format,
+        })?;
     }
     Ok(raised)
 }

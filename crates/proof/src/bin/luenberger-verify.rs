@@ -7,6 +7,7 @@ use std::process::ExitCode;
 
 use luenberger_proof::Verdict;
 use luenberger_proof::certificate::{LARGEST_FILE, Number, Proved, Rejection, Theorem, digest, verify};
+use luenberger_proof::wording::{is_invisible, visible};
 
 const HELP: &str = "\
 luenberger-verify: check certificate files of observers, matrix inequalities and semidefinite programs.
@@ -63,6 +64,7 @@ impl Outcome {
     }
 
     fn text(&self, path: &str) -> String {
+        let path = visible(path);
         match self {
             Self::Proved(proved) => format!("{path}: Proved\n  {}\n", proved.to_string().replace('\n', "\n  ")),
             Self::Rejected(why) => format!("{path}: Rejected\n  {why}\n"),
@@ -111,14 +113,18 @@ fn read(path: &str) -> io::Result<Vec<u8>> {
     Ok(bytes)
 }
 
-/// A JSON string.
+/// A JSON string; characters that are not visible are escaped.
 fn quoted(text: &str) -> String {
     let mut quoted = String::from("\"");
     for c in text.chars() {
         match c {
             '"' => quoted.push_str("\\\""),
             '\\' => quoted.push_str("\\\\"),
-            c if (c as u32) < 0x20 => quoted.extend(format!("\\u{:04x}", c as u32).chars()),
+            c if is_invisible(c) => {
+                for half in c.encode_utf16(&mut [0; 2]) {
+                    quoted.push_str(&format!("\\u{half:04x}"));
+                }
+            }
             c => quoted.push(c),
         }
     }

@@ -4,7 +4,7 @@ use core::fmt;
 
 use thiserror::Error;
 
-use super::limits::{DEEPEST, LARGEST_FILE, MOST_VALUES};
+use super::limits::{DEEPEST, LARGEST_FILE, MOST_MOTION, MOST_VALUES};
 use crate::error::ProofError;
 use crate::number::{Number, NumberError};
 use crate::polynomial::ExpressionError;
@@ -183,6 +183,20 @@ pub enum Fault {
         entries: usize,
         /// The limit.
         allowed: usize,
+    },
+    /// More motions between corrections than are checked in bounded time.
+    #[error(
+        "{misses} misses are too many for {states} states: {states}^3 states times {spans} spans of time are {motion}; the checker goes up to {MOST_MOTION}"
+    )]
+    TooMuchMotion {
+        /// The number of states.
+        states: usize,
+        /// How many samples in a row may be missed.
+        misses: usize,
+        /// The spans of time over which the decrease is shown, of all maps.
+        spans: usize,
+        /// Their product with the cube of the states.
+        motion: usize,
     },
     /// A list whose length does not match another field.
     #[error("has {found} elements, and should have {expected}")]

@@ -24,6 +24,16 @@ pub struct UnprovedTheorem {
     facts: Vec<Fact>,
 }
 
+/// The part of a margin that a file does not claim. A program whose sums are in another order, or whose bounds of rounding
+/// errors are a little larger, finds another margin for the same numbers, and still accepts the file.
+const ROOM: f64 = 1.0 / (1 << 20) as f64;
+
+/// The margin that a file claims of one that is proved.
+fn claimed(margin: f64) -> f64 {
+    // Room times margin is exact but for the smallest numbers, where it may be 0.
+    (margin - ROOM * margin).next_down().max(0.0)
+}
+
 /// The theorems that a design claims, each verified as proved or not proved.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Certificate {
@@ -67,14 +77,14 @@ impl ProvedTheorem {
         self.theorem.words()
     }
 
-    /// The certificate file, with the margins that were proved.
+    /// The certificate file, with the margins that were proved, less [`ROOM`] of each.
     ///
     /// # Errors
     /// [`Rejection::File`] for data beyond the limits of a file.
     pub fn file(&self, title: &str) -> Result<CertificateFile, Rejection> {
         let mut claims = Vec::with_capacity(self.facts.len());
         for Fact { inequality, verdict, .. } in &self.facts {
-            let Some(margin) = verdict.margin().and_then(Number::from_f64) else {
+            let Some(margin) = verdict.margin().map(claimed).and_then(Number::from_f64) else {
                 let (inequality, verdict) = (inequality.clone(), Box::new(verdict.clone()));
                 return Err(Rejection::NotProved { inequality, verdict });
             };

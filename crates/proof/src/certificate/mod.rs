@@ -49,7 +49,7 @@ pub use crate::witness::Witness;
 pub use error::{Fault, FileError, Rejection};
 pub use evidence::{Certificate, Certified, ProvedTheorem, UnprovedTheorem};
 pub use fields::{LARGEST_ORDER, MOST_ENTRIES};
-pub use limits::{DEEPEST, LARGEST_FILE, MOST_VALUES};
+pub use limits::{DEEPEST, LARGEST_FILE, MOST_MOTION, MOST_VALUES};
 pub use sentence::{ProvedSentence, Reading, Represented};
 pub use theorem::*;
 

@@ -55,6 +55,7 @@ pub use spectrum::{schur_stable, spectral_abscissa, spectral_radius};
 pub use super_twisting::super_twisting;
 pub use system_norm::{ErrorSystem, TimeDomain, bounded_real, bounded_variance};
 pub use unknown_input::{Decoupled, UnknownInput, unknown_input};
+pub(crate) use varying_periods::Effort;
 pub use varying_periods::decrease_over_times;
 
 use crate::definite::{self, Direction, Sense};

@@ -7,7 +7,7 @@
 //! The time interval is divided into cells. On a cell `[c - r, c + r]` the mean value theorem gives `W(t)` in
 //! `W(c) + [-r, r] X'(A'P + PA)X`, with X enclosed on the cell by `(I + E) X(c)`, `|E| <= exp(r |A|) - I` entry by
 //! entry. W(c) and the exponentials are computed in intervals. A cell for which this is not positive definite is
-//! halved, up to [`MOST_CELLS`] cells in total.
+//! halved, up to [`MOST_CELLS`] cells of an interval and to [`MOST_WORK`] of all intervals of a certificate.
 
 use super::exponential::exponential;
 use super::{embed, embed_symmetric, number};
@@ -18,8 +18,22 @@ use crate::matrix::Matrix;
 use crate::ring::Ring;
 use crate::verdict::{UndecidedReason, Verdict};
 
-/// Maximum number of cells.
+/// Maximum number of cells of one interval of times.
 const MOST_CELLS: usize = 1 << 14;
+
+/// Maximum of the cells of all intervals, each weighted with the cube of the order: half a minute.
+const MOST_WORK: usize = 1 << 24;
+
+/// The work that is left for the intervals of times of one certificate. It is counted, not timed: the result is the same
+/// on every machine.
+#[derive(Debug)]
+pub(crate) struct Effort(usize);
+
+impl Default for Effort {
+    fn default() -> Self {
+        Self(MOST_WORK)
+    }
+}
 
 /// `factor^2 P - X'P X > 0` with `X = exp(A t) M` for every t in `times`, for the numbers as stored and every M within
 /// its bounds.
@@ -46,39 +60,58 @@ pub fn decrease_over_times(
     factor: f64,
     times: (f64, f64),
 ) -> Result<Verdict<Direction>, ProofError> {
-    let n = a.rows();
-    let (a, p) = (embed::<Interval>(a, "A", (n, n))?, embed_symmetric::<Interval>(p, "P", n)?);
-    map.expect_shape("M", (n, n))?;
-    let factor = number::<Interval>(factor, "the factor")?;
-    let cells = Cells {
-        level: p.scaled(&factor.mul(&factor)),
-        growth: p.product(&a)?.plus_transpose()?,
-        magnitudes: a.map(|x| Interval::of(x.magnitude())),
-        a,
-        p,
-        map,
-    };
-    let undecided = |best| Ok(Verdict::Undecided { why: UndecidedReason::NotByThisMatrix { name: "P" }, best });
-    let mut open = vec![times];
-    let mut count = 0;
-    while let Some((from, to)) = open.pop() {
-        count += 1;
-        let middle = from + (to - from) / 2.0;
-        let radius = (to - middle).max(middle - from).next_up();
-        let Some(at_middle) = cells.enclosed(middle)? else { return undecided(f64::NAN) };
-        let point = definite::decide(&cells.form(&at_middle)?, Sense::PositiveDefinite)?;
-        if !point.is_proved() {
-            return Ok(point);
+    Effort::default().decrease_over_times(a, map, p, factor, times)
+}
+
+impl Effort {
+    /// As [`decrease_over_times`]; undecided as well where the work that is left does not suffice.
+    pub(crate) fn decrease_over_times(
+        &mut self,
+        a: &Matrix<f64>,
+        map: &Matrix<Interval>,
+        p: &Matrix<f64>,
+        factor: f64,
+        times: (f64, f64),
+    ) -> Result<Verdict<Direction>, ProofError> {
+        let n = a.rows();
+        let (a, p) = (embed::<Interval>(a, "A", (n, n))?, embed_symmetric::<Interval>(p, "P", n)?);
+        map.expect_shape("M", (n, n))?;
+        let factor = number::<Interval>(factor, "the factor")?;
+        let cells = Cells {
+            level: p.scaled(&factor.mul(&factor)),
+            growth: p.product(&a)?.plus_transpose()?,
+            magnitudes: a.map(|x| Interval::of(x.magnitude())),
+            a,
+            p,
+            map,
+        };
+        let undecided = |best| Ok(Verdict::Undecided { why: UndecidedReason::NotByThisMatrix { name: "P" }, best });
+        let mut open = vec![times];
+        let mut count = 0;
+        while let Some((from, to)) = open.pop() {
+            count += 1;
+            // The empty matrix costs as well.
+            match self.0.checked_sub(n.saturating_pow(3).max(1)) {
+                Some(left) => self.0 = left,
+                None => return Ok(Verdict::Undecided { why: UndecidedReason::TooMuchWork, best: f64::NAN }),
+            }
+            let middle = from + (to - from) / 2.0;
+            let radius = (to - middle).max(middle - from).next_up();
+            let Some(at_middle) = cells.enclosed(middle)? else { return undecided(f64::NAN) };
+            let point = definite::decide(&cells.form(&at_middle)?, Sense::PositiveDefinite)?;
+            if !point.is_proved() {
+                return Ok(point);
+            }
+            if cells.holds_around(&at_middle, radius)? {
+                continue;
+            }
+            if count + open.len() >= MOST_CELLS || middle <= from || middle >= to {
+                return undecided(point.margin().unwrap_or(0.0));
+            }
+            open.extend([(middle, to), (from, middle)]);
         }
-        if cells.holds_around(&at_middle, radius)? {
-            continue;
-        }
-        if count + open.len() >= MOST_CELLS || middle <= from || middle >= to {
-            return undecided(point.margin().unwrap_or(0.0));
-        }
-        open.extend([(middle, to), (from, middle)]);
+        Ok(Verdict::Proved { margin: 0.0 })
     }
-    Ok(Verdict::Proved { margin: 0.0 })
 }
 
 struct Cells<'a> {

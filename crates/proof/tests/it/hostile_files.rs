@@ -312,6 +312,16 @@ fn the_largest_of_each_kind_is_answered() {
                     .join(",")
             ),
         ),
+        (
+            "varying periods",
+            "sampled-observer-at-varying-periods",
+            format!(
+                "{},\"observer\":{{\"step\":\"linear\",\"K\":{}}},\"periods\":{{\"shortest\":\"1\",\"longest\":\"2\",\"misses\":0}},\"lyapunov\":{{\"P\":{},\"factor\":\"1/2\"}}",
+                plant(160, &diagonal(160, "-1"), 1),
+                zeros(160, 1),
+                diagonal(160, "1")
+            ),
+        ),
         ("the largest Gram matrix", "semidefinite-program", one_entry_program(LARGEST_GRAM)),
         ("deployed", "deployed-observer", deployed),
     ];

@@ -61,7 +61,7 @@ impl IntervalDeployment {
 
     /// The step of a format.
     pub(super) fn program(&self, scalar: Scalar) -> Result<ExpressionStep<f64>, ExportError> {
-        let refused = |what: String| ExportError::Format { what, format: scalar.name() };
+        let refused = |why: String| ExportError::NoStep { why, format: scalar.name() };
         let design = self.of(format(scalar)).map_err(|why| refused(why.to_owned()))?;
         step(design).map_err(refused)
     }

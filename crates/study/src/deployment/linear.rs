@@ -4,12 +4,12 @@
 use luenberger_design::{Certificate, NormTarget, deployed_linear};
 use luenberger_proof::certificate::{CertificateFile, DeployedObserver, Theorem};
 use luenberger_proof::statement::{Deployed, Format, Formats, Operation, Running, Step};
-use luenberger_proof::wording::at_most;
+use luenberger_proof::wording::{at_most, if_at_most, rounded};
 use luenberger_sim::Trajectory;
 use nalgebra::DMatrix;
 
 use super::feedback::magnitudes;
-use super::{Evidence, SampledDesign};
+use super::{Evidence, SampledDesign, stored};
 use crate::model::PlantModel;
 use crate::operation::MARGIN;
 use crate::study::{ObserverKind, ObserverSpec, Study};
@@ -31,9 +31,17 @@ pub(super) fn evidence(
         None => None,
     };
     let mut sentences = Vec::new();
+    // The forcing of a plant whose matrices are rounded keeps its error from 0.
+    let is_rounded =
+        design.matrices().is_none_or(|m| [m.a, m.b, m.c].iter().any(|m| stored(m, formats.stored).as_ref() != Some(m)));
     let of_stored = format!(
-        "Proved (certificate.json): with the gains as stored in {}, in exact arithmetic, the estimation error tends to 0 exponentially from every initial error.",
-        formats.stored
+        "Proved (certificate.json): with the gains as stored in {0}, in exact arithmetic, the estimation error of a plant x+ = A x + B u, y = C x with the stored A, B and C tends to 0 exponentially from every initial error.{1}",
+        formats.stored,
+        if is_rounded {
+            format!(" {} rounds those of the sampled plant: its own error need not tend to 0.", formats.stored)
+        } else {
+            " They are those of the sampled plant.".to_owned()
+        }
     );
     let not_covered = || format!("Rounding to {running} on the target is not covered.");
     let file = match (on_target, operation) {
@@ -50,13 +58,13 @@ pub(super) fn evidence(
             Some(file)
         }
         // Coarse gains may not stabilise: of them the designed ones say nothing.
-        _ if is_fixed(running) => stored(&observer.name, design, formats).inspect(|_| {
+        _ if is_fixed(running) => of_stored_numbers(&observer.name, design, formats).inspect(|_| {
             sentences.push(of_stored);
             sentences.push(not_covered());
         }),
         _ => certificate.file(&observer.name).ok().inspect(|_| {
             sentences.push(
-                "Proved (certificate.json): with the gains as designed, in exact arithmetic, the estimation error tends to 0 exponentially from every initial error."
+                "Proved (certificate.json): with the gains as designed, in exact arithmetic, the estimation error of the sampled plant x+ = A x + B u, y = C x tends to 0 exponentially from every initial error."
                     .to_owned(),
             );
             sentences.push(not_covered());
@@ -92,6 +100,9 @@ pub(super) fn evidence(
     Evidence { sentences, file }
 }
 
+/// Digits of bounds in sentences.
+const DIGITS: usize = 3;
+
 fn is_fixed(format: Format) -> bool {
     matches!(format, Format::Fixed { .. })
 }
@@ -120,7 +131,7 @@ fn deployed(
 }
 
 /// The certificate file of the stored numbers in exact arithmetic; none if that is not proved.
-fn stored(title: &str, design: &SampledDesign, formats: Formats) -> Option<CertificateFile> {
+fn of_stored_numbers(title: &str, design: &SampledDesign, formats: Formats) -> Option<CertificateFile> {
     let m = design.matrices()?;
     let (n, m, p) = (m.a.nrows(), m.b.ncols(), m.c.nrows());
     let nothing = Operation {
@@ -141,9 +152,18 @@ fn without_noise(study: &Study, entries: &[f64]) -> String {
     format!("Without measurement noise it is at most {}.", listed(plant, &plant.states, entries))
 }
 
-/// `position 0.1 m, velocity 0.2 m/s`, each rounded upwards.
+/// `position 0.1 m, velocity 0.2 m/s`: bounds of a conclusion, each rounded upwards.
 pub(super) fn listed(plant: &PlantModel, names: &[String], values: &[f64]) -> String {
-    let one = |(name, value): (&String, &f64)| format!("{name} {}", plant.measured(name, at_most(*value, 3)));
+    written(plant, names, values, at_most)
+}
+
+/// The same for the bounds of a hypothesis, each rounded downwards.
+fn supposed(plant: &PlantModel, names: &[String], values: &[f64]) -> String {
+    written(plant, names, values, if_at_most)
+}
+
+fn written(plant: &PlantModel, names: &[String], values: &[f64], round: fn(f64, usize) -> String) -> String {
+    let one = |(name, value): (&String, &f64)| format!("{name} {}", plant.measured(name, round(*value, DIGITS)));
     names.iter().zip(values).map(one).collect::<Vec<_>>().join(", ")
 }
 
@@ -159,12 +179,12 @@ fn rounding(study: &Study, deployed: &Deployed, operation: &Operation, format: F
         Running::Unproved(_) => return vec![format!("Rounding to {format} on the target: no bound is proved.")],
     };
     let plant = &study.plant;
-    let mut bounds = vec![("states", listed(plant, &plant.states, &operation.state))];
+    let mut bounds = vec![("states", supposed(plant, &plant.states, &operation.state))];
     if !plant.inputs.is_empty() {
-        bounds.push(("inputs", listed(plant, &plant.inputs, &operation.input)));
+        bounds.push(("inputs", supposed(plant, &plant.inputs, &operation.input)));
     }
-    bounds.push(("measurement noise", listed(plant, &plant.outputs, &operation.noise)));
-    bounds.push(("first error", listed(plant, &plant.states, &operation.error)));
+    bounds.push(("measurement noise", supposed(plant, &plant.outputs, &operation.noise)));
+    bounds.push(("first error", supposed(plant, &plant.states, &operation.error)));
     let bounds: Vec<String> = bounds.into_iter().map(|(what, list)| format!("{what} ({list})")).collect();
     vec![
         format!(
@@ -174,7 +194,7 @@ fn rounding(study: &Study, deployed: &Deployed, operation: &Operation, format: F
             listed(plant, &plant.states, &ball.entries),
             if is_fixed(format) { ": nothing saturates" } else { "" }
         ),
-        "The bounds are 1.2 times the magnitudes in the study's simulation, with four standard deviations for Gaussian noise."
+        "The bounds are 1.2 times the magnitudes in the study's simulation, rounded up, with four standard deviations for Gaussian noise."
             .to_owned(),
     ]
 }
@@ -206,5 +226,18 @@ fn operation(study: &Study, observer: &ObserverSpec, design: &SampledDesign) -> 
         None => state,
     };
     let error = simulation.x0.iter().zip(&observer.initial).map(|(x, xhat)| MARGIN * (x - xhat).abs()).collect();
+    let [state, input, noise, error] = [state, input, noise, error].map(|bounds: Vec<f64>| {
+        let decimals = bounds.into_iter().map(decimal_bound);
+        decimals.collect()
+    });
     Some(Operation { state, input, noise, error, deviation })
+}
+
+/// The least bound from `x` on, up to the rounding of x, that is written with [`DIGITS`] digits: what is proved is proved
+/// for the decimal that is printed, of which binary64 may have the number above only.
+fn decimal_bound(x: f64) -> f64 {
+    let near = rounded(x, DIGITS);
+    let is_above = near >= x * (1.0 - 4.0 * f64::EPSILON);
+    let decimal = if is_above { near } else { at_most(x, DIGITS).parse().unwrap_or(x) };
+    if if_at_most(decimal, DIGITS).parse() == Ok(decimal) { decimal } else { decimal.next_up() }
 }

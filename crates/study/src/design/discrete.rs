@@ -13,7 +13,7 @@ use nalgebra::DMatrix;
 
 use super::explain::{self, Misfit};
 use super::interval::{self, Sampling};
-use super::{Designed, NoDesign, certified, lower_bound, matrix, number, poles, upper_bound};
+use super::{Designed, NoDesign, certified, computed, lower_bound, matrix, number, poles, upper_bound};
 use crate::operation;
 use crate::results::{DesignReport, FailureReport, STATIONARY_COVARIANCES};
 use crate::runnable::Runnable;
@@ -170,9 +170,9 @@ fn linear(
         };
         let report = DesignReport {
             statement: format!(
-                "e+ = (A - L C) e: for all x(0) and xhat(0) the error tends to 0; asymptotically by the factor {} at each sample.{form}{}",
-                significant(radius, 5),
-                super::linear::measurement(plant)
+                "e+ = (A - L C) e: for all x(0) and xhat(0) the error tends to 0.{form}{}{}",
+                super::linear::measurement(plant),
+                computed(&format!("asymptotic factor {} at each sample", significant(radius, 5)))
             ),
             matrices,
             poles: poles(&design.poles),

@@ -6,13 +6,12 @@ use luenberger_design::{
     disturbances_with_rate, proportional_integral as handed_out, with_disturbance_chain,
 };
 use luenberger_plants::StateSpace;
-use luenberger_proof::wording::significant;
 use nalgebra::DMatrix;
 
 use super::error_bound::{acting, bounded};
 use super::explain::Misfit;
 use super::linear::{measurement, of};
-use super::{Designed, certified, matrix, number, poles};
+use super::{Designed, as_stored, certified, computed_rate, matrix, number, poles, within};
 use crate::results::DesignReport;
 use crate::results::report::eigenvalue;
 use crate::runnable::Runnable;
@@ -55,11 +54,20 @@ pub(super) fn proportional_integral(
         2 => "a disturbance d that is linear in t".to_owned(),
         k => format!("a disturbance d that is a polynomial in t of degree {}", k - 1),
     };
+    // A region of a cubic term is one of the errors of x and d together.
+    let stored = cubic.as_ref().and_then(|cubic| as_stored(&cubic.certificate));
+    let is_exact = cubic.is_some() && stored.is_none();
+    let error = if order == 1 { "e = (x - xhat, d - dhat)" } else { "e = (x - xhat, d - dhat, ..)" };
+    let from = match stored.and_then(|theorem| within(theorem, error)) {
+        Some(region) => format!("from every initial error{region}"),
+        None => "for all x(0), xhat(0) and d".to_owned(),
+    };
     let report = DesignReport {
         statement: format!(
-            "For {model} the errors of x and of d tend to 0, for all x(0), xhat(0) and d; asymptotic rate exp(-{} t).{}",
-            significant(speed, 5),
-            measurement(plant)
+            "For {model} {}the errors of x and of d tend to 0, {from}.{}{}",
+            if is_exact { "and the real matrix -P^-1 C'S in place of N " } else { "" },
+            measurement(plant),
+            computed_rate(speed)
         ),
         matrices: matrices(&linear, cubic.as_ref()),
         poles: poles(&linear.poles),
@@ -111,9 +119,9 @@ pub(super) fn unknown_input(
     all.extend([matrix("H", &decoupled.h), matrix("TA", &decoupled.reduced.a), matrix("TB", &decoupled.reduced.b)]);
     let report = DesignReport {
         statement: format!(
-            "For every disturbance d(t) the error of x tends to 0, for all x(0) and xhat(0), with H and T = I - HC as real matrices; asymptotic rate exp(-{} t).{fixed}{}",
-            significant(speed, 5),
-            measurement(plant)
+            "For every disturbance d(t) the error of x tends to 0, for all x(0) and xhat(0), with H and T = I - HC as real matrices.{fixed}{}{}",
+            measurement(plant),
+            computed_rate(speed)
         ),
         matrices: all.into_iter().filter(|m| m.rows.iter().any(|row| !row.is_empty())).collect(),
         poles: poles(&linear.poles),

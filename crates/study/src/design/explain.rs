@@ -197,14 +197,16 @@ pub(super) fn misfit(study: &Study, requested: &ObserverSpec, misfit: &Misfit) -
                 DesignError::FixedPoles { .. } => {
                     vec!["`poles` with these zeros among them".to_owned(), "`lmi` or `kalman`".to_owned()]
                 }
-                DesignError::NoModalCoordinates { .. } => {
+                DesignError::NoModalCoordinates { .. } | DesignError::DependentModes { .. } => {
                     vec!["distinct `poles`, or coordinates = \"plant\"".to_owned()]
                 }
                 DesignError::WidthGrows { plant: true, .. } => vec![
                     "coordinates = \"modal\"".to_owned(),
                     "least_width = true, which looks for a gain with a stable width".to_owned(),
                 ],
-                DesignError::WidthGrows { plant: false, .. } => vec!["faster or more separate `poles`".to_owned()],
+                DesignError::WidthGrows { plant: false, .. } | DesignError::ComparisonUndecided => {
+                    vec!["faster or more separate `poles`".to_owned()]
+                }
                 DesignError::NoLeastWidth { .. } => vec!["`poles`, with modal coordinates".to_owned()],
                 DesignError::QuietOutput { .. } => {
                     vec!["`noise` in `bounds` with a bound above 0 for each output, or `poles`".to_owned()]

@@ -13,7 +13,7 @@ use luenberger_plants::StateSpace;
 use luenberger_proof::wording::significant;
 use nalgebra::{Complex, DMatrix};
 
-use super::{Designed, matrix, number};
+use super::{Designed, as_stored, matrix, number, within};
 use crate::results::DesignReport;
 use crate::results::report::eigenvalue;
 use crate::signal::Input;
@@ -99,14 +99,18 @@ fn described(
     let mut certificate = certificate;
     let said = match proved.filter(Certificate::is_proved) {
         Some(proved) => {
+            let from = match as_stored(&proved).and_then(|theorem| within(theorem, "e")) {
+                Some(region) => format!("from every x(0) and every initial error{region}"),
+                None => "from every x(0) and xhat(0)".to_owned(),
+            };
             certificate = certificate.map(|own| own.and(proved));
-            format!("x and xhat tend to 0 exponentially, from every x(0) and xhat(0){held}")
+            format!("x and xhat tend to 0 exponentially, {from}{held}")
         }
         None if largest < f64::from(u8::from(is_discrete)) => "its stability is not proved".to_owned(),
         None => format!("it is not stable, the {what} is {}", significant(largest, 4)),
     };
     statement = format!(
-        "{statement} In the loop u = r - K xhat, with the poles {} of A - B K besides those of the observer, and r = 0: {said}.",
+        "{statement} In the loop u = r - K xhat, with the computed poles {} of A - B K besides those of the observer, and r = 0: {said}.",
         list.join(", ")
     );
     Designed::new(runnable, DesignReport { statement, matrices, numbers, ..report }, certificate)

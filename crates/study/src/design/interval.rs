@@ -6,7 +6,7 @@ use luenberger_design::{
 };
 use luenberger_plants::StateSpace;
 use luenberger_proof::statement::Format;
-use luenberger_proof::wording::{at_least, at_most, exact};
+use luenberger_proof::wording::{at_least, at_most, exact, if_at_most};
 use nalgebra::DMatrix;
 
 use super::error_bound::acting;
@@ -143,7 +143,7 @@ pub(crate) fn sampled_design(
 /// What the sampled observer claims.
 pub(crate) fn sampled_statement(design: &SampledIntervalDesign, states: &[String], kept: (&[f64], &[f64])) -> String {
     let within = |names: &str, bounds: &[f64]| {
-        let listed: Vec<String> = bounds.iter().map(|bound| at_least(*bound, 4)).collect();
+        let listed: Vec<String> = bounds.iter().map(|bound| if_at_most(*bound, 4)).collect();
         if listed.is_empty() { String::new() } else { format!("|{names}| <= ({})", listed.join(", ")) }
     };
     let kept: Vec<String> =

@@ -11,7 +11,7 @@ use nalgebra::DMatrix;
 use super::error_bound::{acting, bounded};
 use super::explain::Misfit;
 use super::noise_gain::NoiseGain;
-use super::{Designed, certified, matrix, number, poles, reach};
+use super::{Designed, certified, computed, computed_rate, matrix, number, poles, reach};
 use crate::results::{DesignReport, STATIONARY_COVARIANCES};
 use crate::runnable::Runnable;
 use crate::study::{ActingBounds, GainSpec, LinearSpec, Study};
@@ -78,9 +78,9 @@ pub(super) fn linear_report(
     };
     let report = DesignReport {
         statement: format!(
-            "e' = (A - L C) e: for all x(0) and xhat(0) the error tends to 0; asymptotic rate exp(-{} t).{promised}{}",
-            significant(rate, 5),
-            measurement(plant)
+            "e' = (A - L C) e: for all x(0) and xhat(0) the error tends to 0.{promised}{}{}",
+            measurement(plant),
+            computed_rate(rate)
         ),
         matrices,
         poles: poles(&design.poles),
@@ -131,7 +131,7 @@ pub(super) fn cubic_report(
     numbers.extend(noise.numbers());
     let report = DesignReport {
         statement: format!(
-            "V = e'Pe decreases at least as fast as without the cubic term, for every error. {reach}{}",
+            "With the real matrix -P^-1 C'S in place of N, V = e'Pe decreases at least as fast as without the cubic term, for every error. {reach}{}",
             measurement(plant)
         ),
         matrices: vec![
@@ -176,19 +176,29 @@ pub(super) fn sampled(
     Ok(sampled_report(&design, plant, period))
 }
 
+/// What the semi-implicit step has in addition.
+pub(super) fn semi_implicit(design: &SampledCubicDesign) -> &'static str {
+    if design.observer.coupling().is_some() {
+        " The cubic term takes a semi-implicit step, which does not increase V at any period."
+    } else {
+        ""
+    }
+}
+
+/// What the observer measures, and the factor of V at the slowest pole, as computed.
+pub(super) fn of_samples(plant: &StateSpace, slowest: f64) -> String {
+    let factor = computed(&format!("asymptotic factor of V {} per sample", significant(slowest * slowest, 4)));
+    format!("{}{factor}", measurement(plant))
+}
+
 /// A sampled cubic observer in numbers and words.
 pub(super) fn sampled_report(design: &SampledCubicDesign, plant: &StateSpace, period: f64) -> Designed {
     let slowest = design.poles.iter().map(|pole| pole.norm()).fold(0.0, f64::max);
     let report = DesignReport {
         statement: format!(
-            "Sampled every {period}: V = e'Pe decreases from sample to sample, for every error; asymptotic factor {} per sample.{}{}",
-            significant(slowest * slowest, 4),
-            if design.observer.coupling().is_some() {
-                " The cubic term takes a semi-implicit step, which does not increase V at any period."
-            } else {
-                ""
-            },
-            measurement(plant)
+            "Sampled every {period}: V = e'Pe decreases from sample to sample, for every error.{}{}",
+            semi_implicit(design),
+            of_samples(plant, slowest)
         ),
         matrices: vec![matrix("P", &design.p), matrix("S", &design.s)],
         poles: poles(&design.poles),

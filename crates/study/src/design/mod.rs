@@ -38,14 +38,11 @@ use std::sync::atomic::AtomicBool;
 use std::time::Instant;
 
 use luenberger_design::numerical_kkl::NumericalKklError;
-use luenberger_design::{
-    Certificate, CubicDesign, DesignError, DiscreteDesign, Fact, GainOptions, LinearDesign, ProvedTheorem,
-};
+use luenberger_design::{Certificate, CubicDesign, DesignError, DiscreteDesign, Fact, GainOptions, LinearDesign};
 use luenberger_plants::StateSpace;
 use luenberger_proof::Verdict;
-use luenberger_proof::certificate::Theorem;
-use luenberger_proof::wording::at_least;
-use luenberger_proof::wording::significant;
+use luenberger_proof::certificate::{CubicConvergence, Region, Theorem};
+use luenberger_proof::wording::{at_least, if_at_most, significant};
 use nalgebra::{Complex, DMatrix};
 
 use self::explain::Misfit;
@@ -343,17 +340,42 @@ fn uncertified(why: &str) -> DesignReport {
 
 /// The region of convergence of the cubic observer, with its gains as stored in floating point.
 fn reach(certificate: &Certificate) -> String {
-    if certificate.converges_from_everywhere() {
-        return "With the gains as stored it converges from every initial error.".to_owned();
-    }
-    let theorems = certificate.theorems().iter().map(ProvedTheorem::theorem);
-    let mut balls =
-        theorems.filter_map(|theorem| if let Theorem::CubicConvergence(x) = theorem { Some(x.ball()) } else { None });
-    match balls.next() {
-        Some(ball) => format!(
-            "With the gains as stored it converges from every initial error of norm below {}.",
-            at_least(ball, 5)
-        ),
+    match as_stored(certificate) {
+        Some(theorem) => {
+            let region = within(theorem, "e").unwrap_or_default();
+            format!("With the gains as stored it converges from every initial error{region}.")
+        }
         None => "Convergence with the gains as stored is not certified.".to_owned(),
     }
+}
+
+/// What is proved of a cubic observer with its gains as stored, alone or in a loop.
+fn as_stored(certificate: &Certificate) -> Option<&CubicConvergence> {
+    certificate.theorems().iter().find_map(|proved| match proved.theorem() {
+        Theorem::CubicConvergence(theorem) => Some(theorem),
+        Theorem::FeedbackLoop(theorem) => Some(&theorem.observer),
+        _ => None,
+    })
+}
+
+/// The region of first errors, behind "every initial error", with what the error is; none for all.
+fn within(theorem: &CubicConvergence, error: &str) -> Option<String> {
+    match theorem.region {
+        Region::Everywhere => None,
+        Region::Within(level) => Some(format!(
+            " {error} with e'Pe < {}, such as all of norm below {}",
+            if_at_most(level, 6),
+            if_at_most(theorem.ball(), 5)
+        )),
+    }
+}
+
+/// A computed property at the end of a statement: nothing proves it.
+fn computed(what: &str) -> String {
+    format!(" Computed: {what}.")
+}
+
+/// The rate of the slowest pole, as computed.
+fn computed_rate(rate: f64) -> String {
+    computed(&format!("asymptotic rate exp(-{} t)", significant(rate, 5)))
 }

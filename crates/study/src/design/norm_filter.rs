@@ -11,7 +11,7 @@ use luenberger_proof::wording::{at_most, significant};
 use super::explain::Misfit;
 use super::linear::measurement;
 use super::noise_gain::NoiseGain;
-use super::{Designed, certified, matrix, number, poles, upper_bound};
+use super::{Designed, certified, computed, computed_rate, matrix, number, poles, upper_bound};
 use crate::results::DesignReport;
 use crate::runnable::Runnable;
 use crate::study::{NormFilterSpec, Study};
@@ -34,12 +34,11 @@ pub(super) fn norm_filter(
     let (runnable, decay, speed) = match dt {
         None => {
             let rate = -largest(|re, _| re);
-            let words = format!("asymptotic rate exp(-{} t)", significant(rate, 5));
-            (Runnable::Linear(Box::new(design.observer()?)), words, number("decay rate", rate))
+            (Runnable::Linear(Box::new(design.observer()?)), computed_rate(rate), number("decay rate", rate))
         }
         Some(dt) => {
             let radius = largest(f64::hypot);
-            let words = format!("asymptotically by the factor {} at each sample", significant(radius, 5));
+            let words = computed(&format!("asymptotic factor {} at each sample", significant(radius, 5)));
             let runnable = Runnable::DiscreteLinear(Box::new(design.discrete_observer(dt)?));
             (runnable, words, number("largest modulus of a pole", radius))
         }
@@ -70,7 +69,7 @@ pub(super) fn norm_filter(
     }
     let report = DesignReport {
         statement: format!(
-            "{bound}. Without w the error tends to 0, for all x(0) and xhat(0); {decay}.{}",
+            "{bound}. Without w the error tends to 0, for all x(0) and xhat(0).{}{decay}",
             measurement(plant)
         ),
         matrices: vec![matrix("L", &design.l), matrix("P", &design.p)],

@@ -29,12 +29,14 @@ pub(super) fn shifted(study: &Study, design: Designed, point: &OperatingPoint) -
         place = format!("{place}; {}", named(&study.plant.inputs, point.u.as_slice()));
     }
     let truth = if is_affine(&study.plant.model) {
-        "The plant is affine: its deviations obey the linear plant exactly, and the certificate is of the plant."
+        "The plant is affine: up to the rounding of A, B, C and of the operating point this system is the plant."
     } else {
-        "The certificate is of the linearisation, not of the nonlinear plant: from small errors near the operating point the estimate converges, and nothing is proved of large ones."
+        "The certificate is of the linearisation: nothing is proved of the nonlinear plant."
     };
-    report.statement =
-        format!("Linearised at the operating point {place}; in deviations from it: {} {truth}", report.statement);
+    report.statement = format!(
+        "Linearised at the operating point {place}. For the linear system x' = A x + B u, y = C x with the matrices of the linearisation, x, u and y being the deviations: {} {truth}",
+        report.statement
+    );
     Ok(Designed::new(runnable, report, certificate))
 }
 

@@ -5,11 +5,10 @@ use luenberger_design::ReducedOrderDesign;
 use luenberger_expression::{Expression, ParameterError, Scope};
 use luenberger_observers::KklObserver;
 use luenberger_plants::StateSpace;
-use luenberger_proof::wording::significant;
 use nalgebra::{Complex, DMatrix};
 
 use super::explain::Misfit;
-use super::{Designed, certified, matrix, number, poles};
+use super::{Designed, certified, computed_rate, matrix, number, poles};
 use crate::maps::{KklMaps, MapNames};
 use crate::model::PlantModel;
 use crate::results::DesignReport;
@@ -25,10 +24,10 @@ pub(super) fn reduced_order(study: &Study, plant: &StateSpace, requested: &[Comp
     let matrices = named.into_iter().filter(|(_, m)| !m.is_empty()).map(|(name, m)| matrix(name, m)).collect();
     let report = DesignReport {
         statement: format!(
-            "w' = F w + G y + H u, xhat = M w + N y with {} of {} states: for all x(0) and w(0) the error tends to 0, with M, N, F and G as real matrices; asymptotic rate exp(-{} t). The outputs of the estimate are the measured ones, noise included.",
+            "w' = F w + G y + H u, xhat = M w + N y with {} of {} states: for all x(0) and w(0) the error tends to 0, with M, N, F and G as real matrices. The outputs of the estimate are the measured ones, noise included.{}",
             o.f.nrows(),
             plant.a.nrows(),
-            significant(slowest, 5)
+            computed_rate(slowest)
         ),
         matrices,
         poles: poles(&design.poles),

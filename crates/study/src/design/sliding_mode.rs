@@ -3,7 +3,7 @@
 use luenberger_design::{SuperTwistingDesign, sliding_mode_gains};
 use luenberger_expression::Row;
 use luenberger_observers::sliding_mode::{Discretisation, SlidingModeObserver};
-use luenberger_proof::wording::{at_most, significant};
+use luenberger_proof::wording::{at_most, if_at_most};
 use nalgebra::{DMatrix, DVector};
 
 use super::explain::{self, Misfit};
@@ -75,7 +75,7 @@ fn designed(model: &Model, states: &[String], spec: &SlidingModeSpec) -> Result<
     let mut statement = match (&certified, n) {
         (Some(_), _) => format!(
             "In continuous time the error is 0 after a finite time, for every disturbance up to {} in {}' (model errors included) and without noise.",
-            significant(bound, 5),
+            if_at_most(bound, 6),
             states[n - 1]
         ),
         (None, 2) => "No stability certificate: the quadratic Lyapunov function does not exist for these gains and this bound, which does not mean that the observer fails.".to_owned(),
@@ -88,11 +88,12 @@ fn designed(model: &Model, states: &[String], spec: &SlidingModeSpec) -> Result<
     if !spec.explicit && n == 2 && gains[1] >= bound {
         let exact = format!(
             " Of the sampled observer: once two innovations in a row are at most h^2 k2 = {}, and without noise, {} is exact at every sample after its correction, and {} up to h {}/2 = {}.",
-            significant(h * h * gains[1], 4),
+            // Both products are rounded to nearest.
+            if_at_most((h * h * gains[1]).next_down().next_down(), 4),
             states[0],
             states[1],
-            significant(bound, 5),
-            at_most(h * bound / 2.0, 4)
+            at_most(bound, 6),
+            at_most((h * bound / 2.0).next_up(), 4)
         );
         statement += &exact;
     }

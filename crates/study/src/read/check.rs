@@ -4,6 +4,7 @@
 //! built.
 
 use luenberger_expression::nearest;
+use luenberger_proof::wording::is_invisible;
 
 use super::tree::{Node, Value};
 use crate::diagnostic::Diagnostic;
@@ -227,16 +228,17 @@ fn a_name(node: &Node, what: &str, mistakes: &mut Vec<Diagnostic>) {
     }
 }
 
-/// A name: not empty, not too long, without line breaks and other control characters.
+/// A name: not empty, not too long, without line breaks and other invisible characters.
 fn named(node: &Node, what: &str, text: &str, mistakes: &mut Vec<Diagnostic>) {
     let count = text.chars().count();
     let (message, expected) = if text.trim().is_empty() {
         (format!("{what} is empty"), "expected a text".to_owned())
     } else if count > LONGEST {
         (format!("{what} has {count} characters"), format!("expected a name of at most {LONGEST} characters"))
-    } else if let Some(control) = text.chars().find(|c| c.is_control()) {
-        let message = format!("{what} has the control character U+{:04X}", u32::from(control));
-        (message, "expected a name without control characters".to_owned())
+    } else if let Some(hidden) = text.chars().find(|c| is_invisible(*c)) {
+        let kind = if hidden.is_control() { "control" } else { "invisible" };
+        let message = format!("{what} has the {kind} character U+{:04X}", u32::from(hidden));
+        (message, format!("expected a name without {kind} characters"))
     } else {
         return;
     };

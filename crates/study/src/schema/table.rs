@@ -51,7 +51,7 @@ pub struct Key {
 pub enum Kind {
     /// A text.
     Text,
-    /// A name: a text of moderate length without control characters.
+    /// A name: a text of moderate length without invisible characters.
     Name,
     /// One of these texts, each with its description.
     Choice(&'static [(&'static str, &'static str)]),

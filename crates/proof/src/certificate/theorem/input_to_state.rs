@@ -19,7 +19,7 @@ use crate::interval::Interval;
 use crate::matrix::Matrix;
 use crate::number::Datum;
 use crate::statement::{CubicTerm, DisturbedObserver, ErrorBound, input_to_state};
-use crate::wording::{at_least, at_most};
+use crate::wording::{at_least, at_most, if_at_most};
 
 /// State and disturbance matrix of a plant `x' = Ax + Bu + Ew`, or a box of such pairs.
 #[derive(Debug, Clone, PartialEq)]
@@ -192,7 +192,7 @@ impl Statement for InputToStateStability {
         };
         let e = if self.vertices.len() == 1 { "E" } else { "E(t)" };
         let bounds: Vec<String> = (self.disturbances.iter().enumerate())
-            .map(|(i, bound)| format!("|w_{}| <= {}", i + 1, at_least(*bound, 6)))
+            .map(|(i, bound)| format!("|w_{}| <= {}", i + 1, if_at_most(*bound, 6)))
             .collect();
         let limits: Vec<String> = (self.limsup.iter().enumerate())
             .map(|(i, bound)| format!("limsup |e_{}| <= {}", i + 1, at_most(*bound, 4)))

@@ -24,7 +24,7 @@ use crate::interval::Interval;
 use crate::matrix::Matrix;
 use crate::statement::{BlockCoordinates, entries_at_least, product_up};
 use crate::verdict::{UndecidedReason, Verdict};
-use crate::wording::{at_least, at_most};
+use crate::wording::{at_least, at_most, if_at_most};
 
 /// T with its blocks.
 #[derive(Debug, Clone, PartialEq)]
@@ -260,7 +260,7 @@ fn read_blocks(list: &Field<'_>, order: usize) -> Result<Vec<usize>, FileError> 
 
 /// `|w_1| <= 2, |w_2| <= 3`.
 pub(super) fn bounds(entries: &[f64], name: &str) -> String {
-    let one = |(i, bound): (usize, &f64)| format!("|{name}_{}| <= {}", i + 1, at_least(*bound, 6));
+    let one = |(i, bound): (usize, &f64)| format!("|{name}_{}| <= {}", i + 1, if_at_most(*bound, 6));
     entries.iter().enumerate().map(one).collect::<Vec<_>>().join(", ")
 }
 

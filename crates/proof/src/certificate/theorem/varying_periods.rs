@@ -7,8 +7,9 @@
 //!
 //! **Theorem.** The observer predicts between samples over the time that passes, and corrects at every sample that is
 //! not missed. Its error tends to 0 exponentially from every e(0), whatever the periods between the bounds and the
-//! samples missed are, as long as no more than `misses` are missed in a row. `V = e'Pe` before each correction falls to
-//! that before the next by the factor `factor^2`; with the semi-implicit step, by `2 factor^2/(1 + factor^2)`.
+//! samples missed are, as long as no more than `misses` are missed in a row. `V = e'Pe` before a correction
+//! is at most `factor^2` times what it was before the last one; with the semi-implicit step, `2 factor^2/(1 + factor^2)`
+//! times.
 //!
 //! **Proof.** Prediction is exact: `e(t) = exp(At) e(0+)` between corrections, whatever u is. The time between two
 //! corrections is a sum of k periods, k from 1 to misses + 1. *Linear*: `e(0+) = (I - KC)e`. *Radial*: `e(0+) = (I + g
@@ -20,6 +21,7 @@
 
 use super::super::Fault;
 use super::super::fields::Fields;
+use super::super::limits::MOST_MOTION;
 use super::super::members::Members;
 use super::super::sentence::{Reading, Represented};
 use super::super::write::{Out, Written};
@@ -27,7 +29,7 @@ use super::{Fact, FileError, PlantMatrices, Statement};
 use crate::error::ProofError;
 use crate::interval::Interval;
 use crate::matrix::Matrix;
-use crate::statement::{accretive, decrease_over_times, positive, semi_implicit_room};
+use crate::statement::{Effort, accretive, positive, semi_implicit_room};
 use crate::wording::{at_least, at_most, exact};
 
 /// The largest number of samples missed in a row.
@@ -91,6 +93,11 @@ impl CubicStep {
             Self::SemiImplicit { .. } => SEMI_IMPLICIT,
         }
     }
+
+    /// The maps of a correction whose decrease is shown.
+    fn maps(&self) -> usize {
+        if matches!(self, Self::Radial { .. }) { 2 } else { 1 }
+    }
 }
 
 impl VaryingPeriodConvergence {
@@ -111,12 +118,18 @@ impl VaryingPeriodConvergence {
         Matrix::scalar(a.rows(), &Interval::point(1.0)).sum(&product.scaled(&inverse))
     }
 
-    fn falls(&self, name: &str, map: &Matrix<Interval>, facts: &mut Vec<Fact>) -> Result<(), ProofError> {
+    fn falls(
+        &self,
+        name: &str,
+        map: &Matrix<Interval>,
+        effort: &mut Effort,
+        facts: &mut Vec<Fact>,
+    ) -> Result<(), ProofError> {
         for count in 1..=self.misses + 1 {
             // Counts are small: exact in binary64, the products rounded outward.
             let (least, most) = (count as f64 * self.shortest, count as f64 * self.longest);
             let times = if count == 1 { (least, most) } else { (least.next_down(), most.next_up()) };
-            let verdict = decrease_over_times(&self.plant.a, map, &self.p, self.factor, times)?;
+            let verdict = effort.decrease_over_times(&self.plant.a, map, &self.p, self.factor, times)?;
             facts.push(Fact::new(
                 format!(
                     "factor^2 P - M'exp(At)'P exp(At)M > 0 with M = {name} for t from {count} shortest to {count} longest"
@@ -143,10 +156,22 @@ impl VaryingPeriodConvergence {
             return sign("the number of missed samples, which should be 64 or less,", self.misses as f64);
         }
         match &self.step {
-            CubicStep::Radial { w, .. } if !positive(*w) => sign("w, which should be positive,", *w),
-            _ => Ok(()),
+            CubicStep::Radial { w, .. } if !positive(*w) => return sign("w, which should be positive,", *w),
+            _ => {}
         }
+        let states = self.plant.order();
+        let (spans, motion) = motion(states, self.step.maps(), self.misses);
+        if motion > MOST_MOTION {
+            return Err(ProofError::TooMuchMotion { states, spans, motion, allowed: MOST_MOTION });
+        }
+        Ok(())
     }
+}
+
+/// The spans of time over which the decrease is shown, and their product with the cube of the states.
+fn motion(states: usize, maps: usize, misses: usize) -> (usize, usize) {
+    let spans = maps * (misses + 1);
+    (spans, states.saturating_pow(3).saturating_mul(spans))
 }
 
 impl Statement for VaryingPeriodConvergence {
@@ -155,10 +180,13 @@ impl Statement for VaryingPeriodConvergence {
     fn facts(&self) -> Result<Vec<Fact>, ProofError> {
         self.check()?;
         let mut facts = vec![Fact::new("P > 0", positive(&self.p)?)];
-        self.falls("I - KC", &self.corrected(&self.k, -1.0)?, &mut facts)?;
+        let mut effort = Effort::default();
+        self.falls("I - KC", &self.corrected(&self.k, -1.0)?, &mut effort, &mut facts)?;
         match &self.step {
             CubicStep::Linear => {}
-            CubicStep::Radial { n, w, .. } => self.falls("I + NC/w", &self.saturated(n, *w)?, &mut facts)?,
+            CubicStep::Radial { n, w, .. } => {
+                self.falls("I + NC/w", &self.saturated(n, *w)?, &mut effort, &mut facts)?;
+            }
             CubicStep::SemiImplicit { n, s, .. } => {
                 facts.push(Fact::new("S + S' >= 0", accretive(s)?));
                 facts.push(Fact::new(
@@ -197,7 +225,7 @@ impl Statement for VaryingPeriodConvergence {
             CubicStep::Linear => (
                 "xhat+ = xhat + K z, z = y - C xhat".to_owned(),
                 "e+ = exp(At)(I - KC)e".to_owned(),
-                "by factor^2 or more",
+                "factor^2",
             ),
             CubicStep::Radial { w, .. } => (
                 format!(
@@ -205,13 +233,13 @@ impl Statement for VaryingPeriodConvergence {
                     exact(*w)
                 ),
                 "e+ = exp(At)(I + g N C - r K C)e with 0 <= g < 1/w".to_owned(),
-                "by factor^2 or more",
+                "factor^2",
             ),
             CubicStep::SemiImplicit { .. } => (
                 "xhat+ = xhat - s N r + K r, (I - s C N) r = z, z = y - C xhat, s = T max(z'theta z, 0), with any T >= 0"
                     .to_owned(),
                 "e+ = exp(At)(I - KC)d with (I - s N C)d = e".to_owned(),
-                "by 2 factor^2/(1 + factor^2) or more",
+                "2 factor^2/(1 + factor^2)",
             ),
         };
         let missed = match self.misses {
@@ -219,7 +247,7 @@ impl Statement for VaryingPeriodConvergence {
             misses => format!("of which at most {} in a row {} missed", misses, if misses == 1 { "is" } else { "are" }),
         };
         format!(
-            "For the plant x' = Ax + Bu, y = Cx with {}, sampled at periods from {} to {}, each of any length between, {missed}, and the observer that predicts by xhat' = A xhat + Bu and corrects at each sample that is not missed by {correction}, with all numbers as given, in exact arithmetic: the error e = x - xhat before a correction obeys {errors}, t being the time to the next correction, V = e'Pe falls from one to the next {falls}, with factor = {}, and e tends to 0 exponentially, from every e(0). Nothing is said of the rounding of its steps.",
+            "For the plant x' = Ax + Bu, y = Cx with {}, sampled at periods from {} to {}, each of any length between, {missed}, and the observer that predicts by xhat' = A xhat + Bu and corrects at each sample that is not missed by {correction}, with all numbers as given, in exact arithmetic: the error e = x - xhat before a correction obeys {errors}, t being the time to the next correction, V = e'Pe is before the next correction at most {falls} times what it is before this one, with factor = {}, and e tends to 0 exponentially, from every e(0). Nothing is said of the rounding of its steps.",
             self.plant.size(),
             exact(self.shortest),
             exact(self.longest),
@@ -257,6 +285,11 @@ impl Members for VaryingPeriodConvergence {
             if misses > MOST_MISSES {
                 let requirement = "at most 64 samples in a row are missed";
                 return Err(field.error(Fault::Range { value: misses as f64, requirement }));
+            }
+            let (states, maps) = (plant.order(), if name == RADIAL { 2 } else { 1 });
+            let (spans, motion) = motion(states, maps, misses);
+            if motion > MOST_MOTION {
+                return Err(field.error(Fault::TooMuchMotion { states, misses, spans, motion }));
             }
             Ok((shortest, longest, misses))
         })?;

@@ -150,6 +150,20 @@ fn what_is_written_is_read_and_proved() {
     }
 }
 
+/// A name cannot move what stands beside it.
+#[test]
+fn invisible_characters_of_names_are_written_out() {
+    let mut theorem = holds();
+    theorem.inequalities.constraints[0].name = "M\u{202e}0 <\u{2028}\u{200b}".to_owned();
+    let file = file(theorem.into());
+    let proved = file.check().expect("proved");
+    let name = "\"M\\u{202e}0 <\\u{2028}\\u{200b}\"";
+    assert!(proved.statement.contains(name), "{}", proved.statement);
+    assert!(proved.facts[0].inequality.contains(name), "{:?}", proved.facts);
+    let unknown = file.to_json().replacen("\"title\"", "\"ti\u{200b}tle\"", 1);
+    assert!(why(&unknown).contains("\\u{200b}"), "{}", why(&unknown));
+}
+
 #[test]
 fn a_file_is_for_people() {
     let text = text();
@@ -215,8 +229,13 @@ fn power_of_two_in_decimal(exponent: usize) -> String {
 fn a_margin_is_accepted_up_to_the_last_bit_and_no_further() {
     for theorem in all() {
         let file = file(theorem);
+        let facts = file.check().expect("proved").facts;
         for k in 0..file.claims().len() {
-            let margin = file.claims()[k].margin.to_f64().expect("binary64");
+            let margin = facts[k].verdict.margin().expect("proved");
+            // A file leaves a millionth of it to other ways to add.
+            let claimed = file.claims()[k].margin.to_f64().expect("binary64");
+            assert!((margin * (1.0 - 1.0 / 524_288.0)..=margin).contains(&claimed), "{claimed} of {margin}");
+            assert!(margin == 0.0 || claimed < margin.next_down(), "{claimed} of {margin}");
             let with = |margin: f64| {
                 let mut claims = file.claims().to_vec();
                 claims[k] = Claim { margin: Number::from_f64(margin).expect("finite"), ..claims[k].clone() };
