@@ -264,15 +264,24 @@ impl<S, K> KklCandidate<'_, S, K> {
     where
         Self: Pieces<IntervalDual>,
     {
-        let mut worst = (0.0, &points[0]);
-        for point in points {
+        let time = axes.len() - 1;
+        let instants = instants(&axes[time]);
+        let mut worst = (0.0, points[0].clone());
+        for (k, point) in points.iter().enumerate() {
             match self.missed(point, axes, size) {
-                Some(missed) if missed > worst.0 => worst = (missed, point),
+                Some(missed) if missed > worst.0 => worst = (missed, point.clone()),
                 Some(_) => {}
                 None => return Err(BoxPoint::of(point, size)),
             }
+            let Some(instant) = instants.get(k % instants.len().max(1)) else { continue };
+            let mut point = point.clone();
+            point[time] = *instant;
+            // Far from 0 a function of the time alone may be beyond the range of numbers.
+            if let Some(missed) = self.missed(&point, axes, size).filter(|missed| *missed > worst.0) {
+                worst = (missed, point);
+            }
         }
-        Ok((worst.0, BoxPoint::of(worst.1, size)))
+        Ok((worst.0, BoxPoint::of(&worst.1, size)))
     }
 
     /// The largest error of `phi^L(phi(x), h(x))` at a point, in half-widths; none where it has no finite value.
@@ -292,6 +301,12 @@ impl<S, K> KklCandidate<'_, S, K> {
             Some(most.max((middle - point[*k].lo()).abs() / if half > 0.0 { half } else { 1.0 }))
         })
     }
+}
+
+/// Times of all magnitudes, for a time without bounds, of which the samples have only one.
+fn instants(time: &Interval) -> Vec<Interval> {
+    let all = (-3..=6).flat_map(|k| [10f64.powi(k), -10f64.powi(k)]);
+    all.filter(|t| !time.is_bounded() && time.contains(*t)).filter_map(Interval::from_f64).collect()
 }
 
 /// Points, and a box.

@@ -25,7 +25,7 @@ pub(super) enum Misfit {
     NumericalKkl(NumericalKklError),
     Expressions(ExpressionPlantError),
     Kkl(KklError),
-    NotLeftInverse { state: usize, found: f64, point: Vec<f64>, missed: f64 },
+    NotLeftInverse { state: usize, found: f64, point: Vec<f64>, time: f64, missed: f64 },
     UndefinedLeftInverse { point: Vec<f64> },
     Rank { needed: usize, smallest: f64, point: Vec<f64> },
     NotRegression { worst: ResidualWitness, inputs: usize },
@@ -271,10 +271,14 @@ pub(super) fn misfit(study: &Study, requested: &ObserverSpec, misfit: &Misfit) -
             (error.to_string(), alternatives)
         }
         Misfit::Kkl(error) => (error.to_string(), another_map(study, error)),
-        Misfit::NotLeftInverse { state, found, point, missed } => {
+        Misfit::NotLeftInverse { state, found, point, time, missed } => {
             let states = &study.plant.states;
+            let instant = match study.plant.model.structure().explicit_time() {
+                Some(_) => format!(", t = {}", significant(*time, 4)),
+                None => String::new(),
+            };
             let hypothesis = format!(
-                "`left_inverse` is not a left inverse of phi: at {} it gives {} = {}, an error of {} half-widths of the region, the largest over all sampled states",
+                "`left_inverse` is not a left inverse of phi: at {}{instant} it gives {} = {}, an error of {} half-widths of the region, the largest over all sampled states",
                 at_state(study, point),
                 states[*state],
                 significant(*found, 6),

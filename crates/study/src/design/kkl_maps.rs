@@ -144,7 +144,13 @@ pub(super) fn is_left_inverse(
             };
             let share = |k: usize| (back[k] - x[k]).abs() / half(k);
             let state = (0..x.len()).max_by(|i, j| share(*i).total_cmp(&share(*j))).unwrap_or(0);
-            Err(Misfit::NotLeftInverse { state, found: back[state], point: place.state.clone(), missed: *missed })
+            Err(Misfit::NotLeftInverse {
+                state,
+                found: back[state],
+                point: place.state.clone(),
+                time: t,
+                missed: *missed,
+            })
         }
         Err(place) => Err(Misfit::UndefinedLeftInverse { point: place.state.clone() }),
     }

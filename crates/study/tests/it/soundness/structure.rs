@@ -176,6 +176,10 @@ fn an_output_with_the_time_in_it() {
     );
     let known = accepted(SHIFTED, &kkl("x2 - 2*x1", "-5*(y1 - 0.5*sin(t))", "y1 - 0.5*sin(t)"));
     assert!(known.report.facts.iter().any(|fact| fact.statement == "D phi f = Lambda phi + B"));
+    // At t = 0 this phi^L takes phi(x) back.
+    let failure = refused(SHIFTED, &kkl("x2 - 2*x1", "-5*(y1 - 0.5*sin(t))", "y1"));
+    assert!(failure.hypothesis.starts_with("`left_inverse` is not a left inverse of phi: at x1 = "));
+    assert!(failure.hypothesis.contains(", t = "), "{}", failure.hypothesis);
     // Jacobians are enclosed over all times.
     for kind in ["lpv", "lipschitz"] {
         assert_eq!(accepted(SHIFTED, &format!("kind = \"{kind}\"")).report.verdict, "proved", "{kind}");
