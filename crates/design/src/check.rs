@@ -1,8 +1,8 @@
 //! Checks of user-supplied data, each with an error that names the matrix and the value.
 
 use luenberger_linalg::{
-    LinalgError, LyapunovEquation, RealMatrixView, balanced, detectability, discrete_detectability, eigenvalues,
-    lambda_min, spectral_abscissa,
+    Kalman, LinalgError, LyapunovEquation, RealMatrixView, balanced, detectability, discrete_detectability,
+    discrete_kalman_gain, eigenvalues, kalman_gain, lambda_min, spectral_abscissa,
 };
 use luenberger_plants::error::check_matrix;
 use luenberger_plants::{PlantError, StateSpace};
@@ -12,6 +12,7 @@ use nalgebra::allocator::Allocator;
 use nalgebra::{Complex, DMatrix, DefaultAllocator, Dim, OMatrix};
 
 use crate::error::{DesignError, NearlyHidden};
+use crate::powers::shift;
 use crate::unseen_modes::UnseenModes;
 use luenberger_lmi::proof_matrix;
 
@@ -52,8 +53,15 @@ where
 /// Symmetric and positive definite; returns the symmetric part.
 pub(crate) fn positive_definite(what: &'static str, m: &DMatrix<f64>, n: usize) -> Result<DMatrix<f64>, DesignError> {
     let m = symmetric(what, m, n)?;
-    let lambda_min = lambda_min(&m)?;
-    if lambda_min > 0.0 { Ok(m) } else { Err(LinalgError::NotPositiveDefinite { what, lambda_min }.into()) }
+    let smallest = lambda_min(&m)?;
+    // In units in which the diagonal is about 1 the smallest eigenvalue is not lost beside the largest.
+    let units: Vec<i32> = m.diagonal().iter().map(|x| (0.5 * x.log2()).round() as i32).collect();
+    let scaled = || DMatrix::from_fn(n, n, |i, j| shift(m[(i, j)], -units[i] - units[j]));
+    if smallest > 0.0 || (m.diagonal().iter().all(|x| *x > 0.0) && lambda_min(&scaled())? > 0.0) {
+        Ok(m)
+    } else {
+        Err(LinalgError::NotPositiveDefinite { what, lambda_min: smallest }.into())
+    }
 }
 
 /// Symmetric and positive semidefinite up to the rounding of an eigenvalue, `n EPSILON |M|`; returns the symmetric
@@ -258,6 +266,28 @@ pub(crate) fn detectable(a: &DMatrix<f64>, c: &DMatrix<f64>, rate: f64) -> Resul
         return Err(DesignError::NotDetectable { eigenvalue, margin, rate });
     }
     Ok(Some(NearlyHidden { place: None, eigenvalue, margin }))
+}
+
+/// The Kalman gain of V > 0. Where V is singular to rounding in the units given, the outputs get units in which its
+/// diagonal is about 1.
+pub(crate) fn kalman(
+    time: TimeDomain,
+    (a, c): (&DMatrix<f64>, &DMatrix<f64>),
+    w: &DMatrix<f64>,
+    v: &DMatrix<f64>,
+) -> Result<Kalman, LinalgError> {
+    let gain = |c: &DMatrix<f64>, v: &DMatrix<f64>| match time {
+        TimeDomain::Continuous => kalman_gain(a, c, w, v),
+        TimeDomain::Discrete => discrete_kalman_gain(a, c, w, v),
+    };
+    let found = gain(c, v);
+    if !matches!(found, Err(LinalgError::NotPositiveDefinite { .. })) || v.diagonal().iter().any(|x| *x <= 0.0) {
+        return found;
+    }
+    let units: Vec<i32> = v.diagonal().iter().map(|x| (0.5 * x.log2()).round() as i32).collect();
+    let scaled = |m: &DMatrix<f64>| DMatrix::from_fn(m.nrows(), m.ncols(), |i, j| shift(m[(i, j)], -units[i]));
+    let in_units = gain(&scaled(c), &scaled(&scaled(v).transpose()))?;
+    Ok(Kalman { l: scaled(&in_units.l.transpose()).transpose(), ..in_units })
 }
 
 /// The error of a Riccati equation, which calls a plant undetectable to working precision: exact where that is decided.

@@ -228,6 +228,14 @@ impl SampledCubicDesign {
         formats: Formats,
         operation: &Operation,
     ) -> Result<CertificateFile, DesignError> {
+        Ok(self.deployed_certificate(formats, operation)?.file(title)?)
+    }
+
+    /// The certificate of [`deployed_certificate_file`](Self::deployed_certificate_file).
+    ///
+    /// # Errors
+    /// Those of [`deployed`](Self::deployed).
+    pub fn deployed_certificate(&self, formats: Formats, operation: &Operation) -> Result<Certificate, DesignError> {
         let deployed = self.deployed(formats, operation)?;
         let theorem = DeployedObserver {
             plant: self.sampled_plant(),
@@ -238,6 +246,6 @@ impl SampledCubicDesign {
             operation: operation.clone(),
             p: proof_matrix(&self.p),
         };
-        Ok(CertificateFile::prove(title, theorem)?)
+        Ok(Certificate::of([theorem])?)
     }
 }

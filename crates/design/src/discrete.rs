@@ -9,7 +9,7 @@
 //! proved, the same in other units.
 
 use luenberger_linalg::{
-    Kalman, RealMatrixView, SteinEquation, discrete_kalman_gain, discrete_process_noise, eigenvalues, place_observer,
+    Kalman, RealMatrixView, SteinEquation, discrete_process_noise, eigenvalues, place_observer,
     sampled_measurement_covariance, symmetric_part, zero_order_hold,
 };
 use luenberger_lmi::proof_matrix;
@@ -21,7 +21,7 @@ use nalgebra::{Complex, DMatrix, Dyn};
 
 use crate::certificate::{certified, plant as matrices};
 use crate::check;
-use crate::error::DesignError;
+use crate::error::{DesignError, Pair};
 use crate::linear::LinearDesign;
 use crate::lyapunov_choice::proved_or_first;
 
@@ -93,7 +93,8 @@ impl DiscreteDesign {
     /// with the intensities of its noises use [`sampled_kalman`](Self::sampled_kalman).
     ///
     /// # Errors
-    /// [`DesignError::Linalg`] names the mode that is not detectable or not excited, or the defect of `w` and `v`.
+    /// [`DesignError::NotDetectable`] names the mode that is not detectable, [`DesignError::Linalg`] one that is not
+    /// excited, or the defect of `w` and `v`.
     pub fn kalman<'a>(
         plant: &StateSpace,
         period: f64,
@@ -107,7 +108,7 @@ impl DiscreteDesign {
         check::plant(plant)?;
         let w = check::positive_semidefinite("W", w, plant.a.nrows())?;
         let v = check::positive_definite("V", v, plant.c.nrows())?;
-        let Kalman { l, p, .. } = discrete_kalman_gain(&plant.a, &plant.c, &w, &v)
+        let Kalman { l, p, .. } = check::kalman(TimeDomain::Discrete, (&plant.a, &plant.c), &w, &v)
             .map_err(|error| check::undetectable(error, TimeDomain::Discrete, plant))?;
         let innovation = symmetric_part(&(&plant.c * &p * plant.c.transpose() + &v));
         let innovation = check::positive_definite("C P C' + V", &innovation, plant.c.nrows())?;
@@ -138,7 +139,8 @@ impl DiscreteDesign {
         check::positive("the sampling period h", h)?;
         let plant = held(&linear.observer.plant(), h)?;
         let poles: Vec<Complex<f64>> = linear.poles.iter().map(|s| (s * h).exp()).collect();
-        let l = place_observer(&plant.a, &plant.c, &poles)?.gain;
+        let placed = place_observer(&plant.a, &plant.c, &poles).map_err(DesignError::from);
+        let l = placed.map_err(|error| error.of_pair(Pair::Sampled))?.gain;
         Self::certified(&plant, h, l, None)
     }
 
@@ -171,6 +173,7 @@ impl DiscreteDesign {
         let v = check::positive_definite("V", &check::owned(v), plant.c.nrows())?;
         let noise = discrete_process_noise(&plant.a, &w, period)?;
         Self::kalman_of(&held(plant, period)?, period, &noise, &sampled_measurement_covariance(&v, period)?)
+            .map_err(|error| error.of_pair(Pair::Sampled))
     }
 
     /// A given gain `l`, n x p, of a plant in discrete time, `x(k+1) = A x(k) + B u(k)`, sampled every `period`.

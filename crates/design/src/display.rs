@@ -6,9 +6,10 @@ use luenberger_lmi::dynamic_matrix;
 use luenberger_observers::{CubicObserver, LinearObserver, SampledObserver};
 use luenberger_proof::certificate::Certificate;
 use luenberger_proof::wording::{complex, significant};
-use nalgebra::{Complex, DMatrix, Dim, Dyn, Matrix, RawStorage};
+use nalgebra::{Complex, DMatrix, Dyn};
 
 use crate::mean_value::{ContractingCoordinates, MeanValueDesign};
+use crate::number::{DIGITS, write_matrix};
 use crate::numerical_kkl::HeldInputDesign;
 use crate::robust::{GainCertificate, PolytopicDesign};
 use crate::{
@@ -16,19 +17,6 @@ use crate::{
     LipschitzDesign, NormFilterDesign, NumericalKklDesign, OptimalCubicDesign, ReducedOrderDesign, SampledCubicDesign,
     SampledIntervalDesign, StoredDesign, StoredObserver, SuperTwistingDesign, UnknownInputDesign, VaryingPeriodDesign,
 };
-
-/// Significant digits: for people, nothing is claimed with them.
-const DIGITS: usize = 6;
-
-/// `L = [7; 10]`, as MATLAB writes it.
-pub(crate) fn write_matrix<R: Dim, C: Dim>(
-    f: &mut fmt::Formatter<'_>,
-    name: &str,
-    m: &Matrix<f64, R, C, impl RawStorage<f64, R, C>>,
-) -> fmt::Result {
-    let row = |row: usize| m.row(row).iter().map(|x| significant(*x, DIGITS)).collect::<Vec<_>>().join(", ");
-    writeln!(f, "{name} = [{}]", (0..m.nrows()).map(row).collect::<Vec<_>>().join("; "))
-}
 
 fn write_design(
     f: &mut fmt::Formatter<'_>,

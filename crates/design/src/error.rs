@@ -283,7 +283,8 @@ pub enum DesignError {
         /// The multipliers, verified for the rounded numbers.
         witness: Infeasibility,
     },
-    /// A constant disturbance that a state at rest hides: `rank [A E; C 0] < n + q`, decided exactly.
+    /// A constant disturbance that a state at rest hides: `rank [A E; C 0] < n + q`, decided exactly. The
+    /// direction is one of the kernel, with entries rounded at the end.
     #[error(
         "{}, so that [A E; C 0] has no full column rank (smallest singular value {}; {} for {}{})",
         unseen(.d, .x), short(*.sigma_min), counted(.d.len(), "disturbance"), counted(*.outputs, "output"),
@@ -366,7 +367,7 @@ pub enum DesignError {
     },
     /// Poles of an unknown-input observer without the invariant zeros of (A, E, C).
     #[error(
-        "the invariant zeros of (A, E, C) that no gain moves, {}, are among the poles of every unknown-input observer, and the poles specified do not contain them",
+        "to working precision the invariant zeros of (A, E, C) that no gain moves, {}, are among the poles of every unknown-input observer, and the poles specified do not contain them",
         zeros.iter().map(|zero| complex(*zero)).collect::<Vec<_>>().join(", ")
     )]
     FixedPoles {
@@ -383,12 +384,10 @@ pub enum DesignError {
         separation: f64,
     },
     /// Eigenvectors that are nearly dependent, of poles that are distinct.
-    #[error(
-        "the eigenvectors of A - LC are too close to dependent for modal coordinates: their condition number is {}",
-        short(*.condition)
-    )]
+    #[error("{}", dependent_modes(*.condition))]
     DependentModes {
-        /// The condition number of the matrix of the eigenvectors, of length 1, in floating point.
+        /// The condition number of the matrix of the eigenvectors, of length 1, in floating point; infinite where they
+        /// were not found.
         condition: f64,
     },
     /// The equations of the comparison system of an interval observer have no positive solution in floating point.
@@ -419,7 +418,8 @@ pub enum DesignError {
         /// The output, from 0.
         output: usize,
     },
-    /// No gain makes the comparison system stable in the coordinates of the plant, by multipliers of its linear program.
+    /// No gain makes the comparison system stable in the coordinates of the plant, by multipliers of its linear
+    /// program.
     #[error("no gain makes the comparison system of the error stable in the coordinates of the plant: {witness}")]
     NoLeastWidth {
         /// The multipliers, verified.
@@ -432,7 +432,7 @@ pub enum DesignError {
         order: usize,
     },
     /// A number that is not representable in the format of the target.
-    #[error("{}", not_stored(*.what, *.value, *.format))]
+    #[error("{}", not_stored(.what, *.value, *.format))]
     NotStored {
         /// What it is.
         what: &'static str,
@@ -462,6 +462,19 @@ pub enum DesignError {
         /// 0, or 1 in discrete time.
         limit: f64,
     },
+    /// Bounds of disturbances that do not act on the error: `(E - L D) W = 0`, decided exactly.
+    #[error(
+        "no disturbance within these bounds reaches the error, since (E - L D) W = 0: it tends to 0, and there is nothing to bound"
+    )]
+    NothingReachesTheError,
+    /// A hidden mode of another pair than (A, C) of the plant, which the error calls (A, C).
+    #[error("{}", error.to_string().replace("the pair (A, C)", &pair.to_string()))]
+    OfPair {
+        /// The pair.
+        pair: Pair,
+        /// What is said of it.
+        error: Box<DesignError>,
+    },
     /// A mode that no output sees does not decay, or decays too slowly for the rate, which is decided exactly for the
     /// numbers as stored.
     #[error(
@@ -477,6 +490,46 @@ pub enum DesignError {
         /// The rate asked for.
         rate: f64,
     },
+}
+
+/// Why there are no modal coordinates of distinct poles.
+fn dependent_modes(condition: f64) -> String {
+    if condition.is_finite() {
+        format!(
+            "the eigenvectors of A - LC are too close to dependent for modal coordinates: their condition number is {}",
+            short(condition)
+        )
+    } else {
+        "the eigenvectors of A - LC, for modal coordinates, were not found in floating point".to_owned()
+    }
+}
+
+/// A pair that takes the place of (A, C) in a design.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum Pair {
+    /// That of the plant with its input held over a period.
+    Sampled,
+    /// That of the plant whose unknown input is decoupled, `T = I - H C`.
+    Decoupled,
+    /// That of the plant with a disturbance among its states.
+    WithDisturbance,
+    /// That of the plant with every nonlinearity in the middle of its sector.
+    MiddleOfSectors,
+    /// That of a vertex of a polytope, from 0.
+    Vertex(usize),
+}
+
+impl core::fmt::Display for Pair {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        match self {
+            Self::Sampled => f.write_str("the sampled pair (Ad, C)"),
+            Self::Decoupled => f.write_str("the pair (T A, C) of the decoupled plant"),
+            Self::WithDisturbance => f.write_str("the pair (A, C) of the plant with its disturbance"),
+            Self::MiddleOfSectors => f.write_str("the pair (A, C) with every nonlinearity in the middle of its sector"),
+            Self::Vertex(k) => write!(f, "the pair (A, C) of vertex {}", k + 1),
+        }
+    }
 }
 
 /// Why a number is not one of the format.
@@ -504,7 +557,7 @@ fn best_found(best: Option<f64>) -> String {
 
 /// What the outputs do not see: a disturbance at a state at rest, a disturbance that does not act, or a state alone.
 fn unseen(d: &[f64], x: &[f64]) -> String {
-    match (vanishes(d, x), vanishes(x, d)) {
+    match (vanishes(d), vanishes(x)) {
         (true, _) => format!("no output sees the state x = ({}) at rest: A x = 0 and C x = 0", listed(x)),
         (false, true) => format!("the disturbance d = ({}) does not act: E d = 0", listed(d)),
         (false, false) => format!(
@@ -517,13 +570,11 @@ fn unseen(d: &[f64], x: &[f64]) -> String {
 
 /// Whether it is a zero of the plant from d to y.
 fn is_zero_at_rest(d: &[f64], x: &[f64], outputs: usize) -> bool {
-    d.len() <= outputs && !vanishes(d, x) && !vanishes(x, d)
+    d.len() <= outputs && !vanishes(d) && !vanishes(x)
 }
 
-/// Whether these entries of a singular vector are zero but for rounding, beside the others.
-fn vanishes(entries: &[f64], others: &[f64]) -> bool {
-    let largest = |entries: &[f64]| entries.iter().fold(0.0, |most: f64, entry| most.max(entry.abs()));
-    largest(entries) <= 1e3 * f64::EPSILON * largest(others)
+fn vanishes(entries: &[f64]) -> bool {
+    entries.iter().all(|x| *x == 0.0)
 }
 
 /// `1, 0.5`.
@@ -564,6 +615,18 @@ impl core::fmt::Display for NearlyHidden {
 }
 
 impl DesignError {
+    /// The same, where a hidden mode is one of this pair and not of (A, C) of the plant.
+    #[must_use]
+    pub fn of_pair(self, pair: Pair) -> Self {
+        match self {
+            Self::NotDetectable { .. }
+            | Self::Linalg(LinalgError::Unobservable { .. } | LinalgError::NotDetectable { .. }) => {
+                Self::OfPair { pair, error: Box::new(self) }
+            }
+            other => other,
+        }
+    }
+
     /// The same, undecided, with the best margin found.
     pub(crate) fn with_seen(self, nearly: Option<NearlyHidden>) -> Self {
         match self {

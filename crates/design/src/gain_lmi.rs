@@ -8,7 +8,7 @@ use luenberger_plants::StateSpace;
 use nalgebra::DMatrix;
 
 use crate::check;
-use crate::error::DesignError;
+use crate::error::{DesignError, Pair};
 use crate::gain_options::{Checked, GainOptions};
 
 /// A gain with the Lyapunov matrix that came with it.
@@ -34,8 +34,12 @@ pub(crate) fn solve(
     check::rate(rate)?;
     let limits = options.check(plant.c.nrows())?;
     let mut nearly = None;
-    for a in vertices {
-        nearly = check::detectable(a, &plant.c, rate)?.or(nearly);
+    for (k, a) in vertices.iter().enumerate() {
+        let seen = check::detectable(a, &plant.c, rate);
+        nearly = match vertices {
+            [_] => seen?,
+            _ => seen.map_err(|error| error.of_pair(Pair::Vertex(k)))?.or(nearly),
+        };
     }
     pose(&mut lmi, vertices.iter().enumerate().map(|(k, a)| (k, a, &plant.c)), rate, &limits);
     let solution = lmi.solve_with(&options.settings)?;

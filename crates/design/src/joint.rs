@@ -32,7 +32,7 @@ use crate::linear::LinearDesign;
 /// ```
 ///
 /// # Errors
-/// `NotDetectable` (in [`DesignError::Linalg`]) names the unobservable mode that does not decay fast enough;
+/// [`DesignError::NotDetectable`] names the unobservable mode that does not decay fast enough;
 /// [`DesignError::Undecided`] if the inequality could not be decided.
 pub fn cubic_lmi_design<'a>(
     plant: &StateSpace,

@@ -6,7 +6,7 @@
 //!
 //! A feedthrough D has no part in it: the observer subtracts D u from y, and the error obeys the same equation.
 
-use luenberger_linalg::{Kalman, RealMatrixView, eigenvalues, kalman_gain, place_observer, symmetric_part};
+use luenberger_linalg::{Kalman, RealMatrixView, eigenvalues, place_observer, symmetric_part};
 use luenberger_lmi::proof_matrix;
 use luenberger_observers::LinearObserver;
 use luenberger_plants::StateSpace;
@@ -143,7 +143,8 @@ impl LinearDesign {
     /// ```
     ///
     /// # Errors
-    /// [`DesignError::Linalg`] names the mode that is not detectable or not excited, or the defect of `w` and `v`.
+    /// [`DesignError::NotDetectable`] names the mode that is not detectable, [`DesignError::Linalg`] one that is not
+    /// excited, or the defect of `w` and `v`.
     pub fn kalman<'a>(
         plant: &StateSpace,
         w: impl Into<RealMatrixView<'a>>,
@@ -152,7 +153,7 @@ impl LinearDesign {
         check::plant(plant)?;
         let w = check::positive_semidefinite("W", &check::owned(w), plant.a.nrows())?;
         let v = check::positive_definite("V", &check::owned(v), plant.c.nrows())?;
-        let Kalman { l, p, .. } = kalman_gain(&plant.a, &plant.c, &w, &v)
+        let Kalman { l, p, .. } = check::kalman(TimeDomain::Continuous, (&plant.a, &plant.c), &w, &v)
             .map_err(|error| check::undetectable(error, TimeDomain::Continuous, plant))?;
         Self::with_some_weight(plant, l, Origin::Kalman(p))
     }

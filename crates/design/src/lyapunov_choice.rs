@@ -20,7 +20,8 @@ use luenberger_proof::statement::TimeDomain;
 use nalgebra::DMatrix;
 
 use crate::error::DesignError;
-use crate::interval::modal;
+use crate::modal;
+use crate::powers::Powers;
 
 /// How often the coordinates are taken from the diagonal of the last P.
 const ROUNDS: usize = 3;
@@ -86,48 +87,6 @@ pub(crate) fn coordinates(time: TimeDomain, f: &DMatrix<f64>) -> Vec<Powers> {
         all.push(next);
     }
     all
-}
-
-/// Units of the states: `x_j = 2^k_j z_j`.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub(crate) struct Powers(pub(crate) Vec<i32>);
-
-impl Powers {
-    /// The units as given, of n states.
-    pub(crate) fn given(n: usize) -> Self {
-        Self(vec![0; n])
-    }
-
-    /// `D^-1 F D`.
-    pub(crate) fn similar(&self, f: &DMatrix<f64>) -> DMatrix<f64> {
-        DMatrix::from_fn(f.nrows(), f.ncols(), |i, j| shift(f[(i, j)], self.0[j] - self.0[i]))
-    }
-
-    /// `D^-1 E`.
-    pub(crate) fn rows(&self, e: &DMatrix<f64>) -> DMatrix<f64> {
-        DMatrix::from_fn(e.nrows(), e.ncols(), |i, j| shift(e[(i, j)], -self.0[i]))
-    }
-
-    /// `C D`.
-    pub(crate) fn columns(&self, c: &DMatrix<f64>) -> DMatrix<f64> {
-        DMatrix::from_fn(c.nrows(), c.ncols(), |i, j| shift(c[(i, j)], self.0[j]))
-    }
-
-    /// `C D^-1`.
-    pub(crate) fn outputs_back(&self, c: &DMatrix<f64>) -> DMatrix<f64> {
-        DMatrix::from_fn(c.nrows(), c.ncols(), |i, j| shift(c[(i, j)], -self.0[j]))
-    }
-
-    /// `D^-1 P D^-1`, a form in the coordinates of the user.
-    pub(crate) fn form_back(&self, p: &DMatrix<f64>) -> DMatrix<f64> {
-        DMatrix::from_fn(p.nrows(), p.ncols(), |i, j| shift(p[(i, j)], -self.0[i] - self.0[j]))
-    }
-}
-
-/// `x 2^power` without intermediate overflow.
-pub(crate) fn shift(x: f64, power: i32) -> f64 {
-    let half = power / 2;
-    x * 2f64.powi(half) * 2f64.powi(power - half)
 }
 
 /// `F'P + P F + Q = 0`, or `F'P F - P + Q = 0`, in coordinates `x = D z`.

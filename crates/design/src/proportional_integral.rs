@@ -23,6 +23,7 @@ use luenberger_linalg::RealMatrixView;
 use luenberger_lmi::proof_matrix;
 use luenberger_observers::{ObserverError, ProportionalIntegralObserver};
 use luenberger_plants::StateSpace;
+use luenberger_proof::statement::hidden_motion;
 use luenberger_proof::{Exact, Matrix, Verdict, positive_definite};
 use nalgebra::{DMatrix, Dyn, SymmetricEigen};
 
@@ -89,7 +90,8 @@ fn chain(plant: &StateSpace, e: &DMatrix<f64>, order: usize) -> Result<StateSpac
         (false, false) => 0.0,
     });
     if has_full_column_rank(&check::exactly(&system)?)? == Some(false) {
-        let (direction, sigma_min) = least_seen(&system);
+        let (near, sigma_min) = least_seen(&system);
+        let direction = kernel_direction(&system)?.unwrap_or(near);
         let (x, d) = direction.split_at(n);
         return Err(DesignError::UnseenDisturbance { d: d.to_vec(), x: x.to_vec(), outputs: p, sigma_min });
     }
@@ -180,6 +182,19 @@ pub(crate) fn least_seen(m: &DMatrix<f64>) -> (Vec<f64>, f64) {
         if x.abs() < 1e-12 { 0.0 } else { x }
     };
     (column.iter().map(tidy).collect(), eigen.eigenvalues[k].max(0.0).sqrt())
+}
+
+/// A direction that M maps to 0, found exactly, its largest entry 1, with entries rounded at the end; none where the
+/// columns are independent, or too many for exact arithmetic.
+fn kernel_direction(m: &DMatrix<f64>) -> Result<Option<Vec<f64>>, DesignError> {
+    // What x' = 0, y = M x hides.
+    let still = DMatrix::zeros(m.ncols(), m.ncols());
+    let Some(hidden) = hidden_motion(&proof_matrix(&still), &proof_matrix(m))? else { return Ok(None) };
+    let column: Vec<&Exact> = (0..m.ncols()).map(|i| &hidden.basis[(i, 0)]).collect();
+    let Some(exponent) = column.iter().filter_map(|x| x.magnitude_exponent()).max() else { return Ok(None) };
+    let rounded: Vec<f64> = column.iter().map(|x| x.shifted(-exponent).round_down()).collect();
+    let largest = rounded.iter().fold(0.0, |most: f64, x| if x.abs() > most.abs() { *x } else { most });
+    Ok(Some(rounded.iter().map(|x| if *x == 0.0 { 0.0 } else { x / largest }).collect()))
 }
 
 /// C E without rounding.

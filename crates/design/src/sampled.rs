@@ -17,7 +17,7 @@
 //! structure by `R = PN + C'S`; with a small R, which the certificate has in an inequality, V still falls at each step.
 
 use luenberger_linalg::{
-    RealMatrixView, SteinEquation, ZeroOrderHold, discrete_kalman_gain, place_observer, zero_order_hold,
+    LinalgError, RealMatrixView, SteinEquation, ZeroOrderHold, discrete_kalman_gain, place_observer, zero_order_hold,
 };
 use luenberger_lmi::proof_matrix;
 use luenberger_observers::{SampledCubicGains, SampledCubicObserver, SampledObserver, semi_implicit};
@@ -30,7 +30,7 @@ use crate::certificate::{certified, plant as matrices};
 use crate::check;
 use crate::cubic::{CubicDesign, CubicGain, structure};
 use crate::discrete::{self, DiscreteDesign};
-use crate::error::DesignError;
+use crate::error::{DesignError, Pair};
 use crate::linear::LinearDesign;
 use crate::lyapunov_choice::proved_or_first;
 
@@ -110,7 +110,7 @@ impl SampledCubicDesign {
         let o = &linear.observer;
         let held = zero_order_hold(&o.a, &o.b, h)?;
         let poles: Vec<_> = linear.poles.iter().map(|s| (s * h).exp()).collect();
-        let placement = place_observer(&held.ad, &o.c, &poles)?;
+        let placement = place_observer(&held.ad, &o.c, &poles).map_err(of_sampled)?;
         Self::with_gain(&held_plant(linear, held)?, placement.gain, &check::owned(theta), cubic_gain, (h, None))
     }
 
@@ -132,7 +132,7 @@ impl SampledCubicDesign {
         let noise = check::positive_semidefinite("W", &check::owned(noise), o.a.nrows())?;
         let measurement = check::positive_definite("V", &check::owned(measurement), o.c.nrows())?;
         let held = zero_order_hold(&o.a, &o.b, h)?;
-        let ld = discrete_kalman_gain(&held.ad, &o.c, &noise, &measurement)?.l;
+        let ld = discrete_kalman_gain(&held.ad, &o.c, &noise, &measurement).map_err(of_sampled)?.l;
         Self::with_gain(&held_plant(linear, held)?, ld, &check::owned(theta), &CubicGain::Radial(w), (h, None))
     }
 
@@ -223,14 +223,13 @@ impl SampledCubicDesign {
         let f = &ad - &ld * &c;
         let mut equation = SteinEquation::new(&f)?;
         // The scale of Q is that of the continuous equation over one period.
-        let p = match given {
-            Some(p) => p.clone(),
-            None => {
-                let first = equation.solve(&(DMatrix::identity(n, n) * h)).map(|found| found.p);
-                let exact = check::closed_loop((&ad, &ld, &c))?;
-                let decreasing = |p: &DMatrix<f64>| discrete::theorem(plant, &ld, p);
-                proved_or_first(TimeDomain::Discrete, &exact, first.map_err(DesignError::from), decreasing)?.0
-            }
+        let p = if let Some(p) = given {
+            p.clone()
+        } else {
+            let first = equation.solve(&(DMatrix::identity(n, n) * h)).map(|found| found.p);
+            let exact = check::closed_loop((&ad, &ld, &c))?;
+            let decreasing = |p: &DMatrix<f64>| discrete::theorem(plant, &ld, p);
+            proved_or_first(TimeDomain::Discrete, &exact, first.map_err(DesignError::from), decreasing)?.0
         };
         let poles = equation.eigenvalues();
         let p_inverse_ct = check::solve_definite("P", &p, &c.transpose())?;
@@ -292,6 +291,11 @@ impl SampledCubicDesign {
         };
         Ok(CertificateFile::prove(title, theorem)?)
     }
+}
+
+/// An error of the sampled pair.
+fn of_sampled(error: LinalgError) -> DesignError {
+    DesignError::from(error).of_pair(Pair::Sampled)
 }
 
 /// The plant of a continuous design, with its input held.

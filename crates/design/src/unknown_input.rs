@@ -16,7 +16,7 @@ use nalgebra::{Complex, DMatrix, Dyn};
 use crate::certificate::{certified, plant};
 use crate::check;
 use crate::cubic::{CubicDesign, radial_s};
-use crate::error::DesignError;
+use crate::error::{DesignError, Pair};
 use crate::linear::LinearDesign;
 use crate::proportional_integral::{exact_product, has_full_column_rank, least_seen};
 
@@ -109,7 +109,7 @@ impl DecoupledPlant {
         let parts = kalman_decomposition(a, &DMatrix::identity(n, n), c)?;
         let fixed = &parts.controllable_unobservable.eigenvalues;
         if fixed.is_empty() || poles.len() != n {
-            return LinearDesign::with_poles(&self.reduced, &poles);
+            return LinearDesign::with_poles(&self.reduced, &poles).map_err(|error| error.of_pair(Pair::Decoupled));
         }
         for zero in fixed {
             let nearest = (0..poles.len())
@@ -122,7 +122,8 @@ impl DecoupledPlant {
         let mut gain = DMatrix::zeros(n, c.nrows());
         if k > 0 {
             let (seen, outputs) = (parts.a.view((0, 0), (k, k)).into_owned(), parts.c.columns(0, k).into_owned());
-            gain.rows_mut(0, k).copy_from(&place_observer(&seen, &outputs, &poles)?.gain);
+            let placed = place_observer(&seen, &outputs, &poles).map_err(DesignError::from);
+            gain.rows_mut(0, k).copy_from(&placed.map_err(|error| error.of_pair(Pair::Decoupled))?.gain);
         }
         LinearDesign::with_gain(&self.reduced, &(&parts.transformation * gain))
     }

@@ -1,14 +1,13 @@
 //! Modes that no output sees, decided exactly.
 //!
-//! Floating point calls a mode unobservable when its margin is below a tolerance relative to the norm of A. What follows
-//! from that depends on the numbers as stored: an entry of 1e-20 may be enough to see the mode, and a mode of -1e-9 in a
-//! plant with another of -1e8 decays. Only `luenberger_proof::statement::hidden_motion` says that no observer exists.
+//! Floating point calls a mode unobservable when its margin is below a tolerance relative to the norm of A. What
+//! follows from that depends on the numbers as stored: an entry of 1e-20 may be enough to see the mode, and a mode of
+//! -1e-9 in a plant with another of -1e8 decays. Only `luenberger_proof::statement::hidden_motion` says that no
+//! observer exists.
 
 use luenberger_linalg::RealMatrixView;
 use luenberger_lmi::proof_matrix;
 use luenberger_proof::statement::{HIDDEN_ORDER, TimeDomain, hidden_motion};
-
-use crate::check::owned;
 
 /// What is decided of the unobservable modes of a pair (A, C), for the numbers as stored.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -37,7 +36,7 @@ impl UnseenModes {
     /// assert_eq!(UnseenModes::of(&a, &dmatrix![1.0, 1e-300], TimeDomain::Continuous), UnseenModes::None);
     /// ```
     pub fn of<'a>(a: impl Into<RealMatrixView<'a>>, c: impl Into<RealMatrixView<'a>>, time: TimeDomain) -> Self {
-        let (a, c) = (proof_matrix(&owned(a)), proof_matrix(&owned(c)));
+        let (a, c) = (proof_matrix(&a.into().into_owned()), proof_matrix(&c.into().into_owned()));
         let hidden = match hidden_motion(&a, &c) {
             Ok(Some(hidden)) => hidden,
             Ok(None) if a.rows() <= HIDDEN_ORDER => return Self::None,
@@ -51,6 +50,16 @@ impl UnseenModes {
             Some(true) => Self::Decay,
             Some(false) => Self::Remain,
             None => Self::Undecided,
+        }
+    }
+
+    /// The dimension of the unobservable subspace of (A, C), decided exactly; none where it is not.
+    pub fn count<'a>(a: impl Into<RealMatrixView<'a>>, c: impl Into<RealMatrixView<'a>>) -> Option<usize> {
+        let (a, c) = (proof_matrix(&a.into().into_owned()), proof_matrix(&c.into().into_owned()));
+        match hidden_motion(&a, &c) {
+            Ok(Some(hidden)) => Some(hidden.basis.cols()),
+            Ok(None) if a.rows() <= HIDDEN_ORDER => Some(0),
+            _ => None,
         }
     }
 

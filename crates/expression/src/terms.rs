@@ -1,9 +1,10 @@
-//! An expression as a sum of terms: constant multiples of variables, and the rest, of which only the variables are known.
+//! An expression as a sum of terms: constant multiples of variables, and the rest, of which only the variables are
+//! known.
 //!
-//! What is read here holds for all states, inputs and times for which the expression is defined, in real arithmetic with
-//! the constants as stored: `1*x1`, `x1 + 0*x2` and `3*x1 - 2*x1` are `x1`, and `sat(x1, -10, 10)` is not. A factor is
-//! known only if no operation rounded it. Whatever is no sum, and no product with a constant, belongs to the rest: what
-//! cannot be shown of an expression counts as not so.
+//! What is read here holds for all states, inputs and times for which the expression is defined, in real arithmetic
+//! with the constants as stored: `1*x1`, `x1 + 0*x2` and `3*x1 - 2*x1` are `x1`, and `sat(x1, -10, 10)` is not. A
+//! factor is known only if no operation rounded it. Whatever is no sum, and no product with a constant, belongs to the
+//! rest: what cannot be shown of an expression counts as not so.
 
 use core::mem;
 use std::collections::{BTreeMap, BTreeSet};
@@ -120,7 +121,8 @@ impl Terms {
         !self.rest.contains(&variable)
     }
 
-    /// The constant factor of a variable that occurs in multiples only, 0 if it does not occur; none if it is not known.
+    /// The constant factor of a variable that occurs in multiples only, 0 if it does not occur; none if it is not
+    /// known.
     pub fn multiple_of(&self, variable: Variable) -> Option<f64> {
         if self.is_linear_in(variable) {
             self.multiples.get(&variable).map_or(Some(0.0), |factor| *factor)

@@ -162,7 +162,7 @@ pub enum LinalgError {
     },
     /// A semidefinite solution is asked for, and the matrix is not stable.
     #[error(
-        "the {equation} equation has no positive semidefinite solution for every weight: the eigenvalue {eigenvalue} is not stable",
+        "to working precision the {equation} equation has no positive semidefinite solution for every weight: the eigenvalue {eigenvalue} is not stable",
         eigenvalue = complex(*.eigenvalue)
     )]
     NotStable {
@@ -200,7 +200,7 @@ pub enum LinalgError {
     /// An eigenvalue on the stability boundary is not seen by the weight Q of a Riccati equation: a unit vector near
     /// its mode costs nothing.
     #[error(
-        "the weight Q does not see the eigenvalue {eigenvalue} on the stability boundary, PBH margin of (A, Q) {margin}",
+        "to working precision the weight Q does not see the eigenvalue {eigenvalue} on the stability boundary, PBH margin of (A, Q) {margin}",
         margin = short(*.margin), eigenvalue = complex(*.eigenvalue)
     )]
     NotWeighted {
@@ -211,7 +211,7 @@ pub enum LinalgError {
     },
     /// An eigenvalue on the stability boundary that the process noise of a Kalman filter does not excite.
     #[error(
-        "the process noise W does not excite the eigenvalue {eigenvalue} on the stability boundary, PBH margin of (A, W) {margin}",
+        "to working precision the process noise W does not excite the eigenvalue {eigenvalue} on the stability boundary, PBH margin of (A, W) {margin}",
         margin = short(*.margin), eigenvalue = complex(*.eigenvalue)
     )]
     NotExcited {
@@ -233,7 +233,7 @@ pub enum LinalgError {
     },
     /// No stabilizing solution was found, although no eigenvalue of the plant explains it.
     #[error(
-        "no stabilizing solution: the closed loop keeps the eigenvalue {eigenvalue}, at {distance} from the stability boundary",
+        "no stabilizing solution was found: the closed loop keeps the eigenvalue {eigenvalue}, at {distance} from the stability boundary",
         distance = short(*.distance), eigenvalue = complex(*.eigenvalue)
     )]
     NotStabilizing {
@@ -344,7 +344,7 @@ pub enum LinalgError {
     },
     /// An eigenvalue of a functional observer that no choice of its gains moves.
     #[error(
-        "every observer of this order has the eigenvalue {eigenvalue}: [s K - K A; C A; C] loses rank there, margin {margin} (Darouach's second condition)",
+        "to working precision every observer of this order has the eigenvalue {eigenvalue}: [s K - K A; C A; C] loses rank there, margin {margin} (Darouach's second condition)",
         margin = short(*.margin), eigenvalue = complex(*.eigenvalue)
     )]
     FixedObserverMode {

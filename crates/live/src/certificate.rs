@@ -8,7 +8,7 @@
 use luenberger_proof::Matrix;
 use luenberger_proof::Verdict;
 use luenberger_proof::certificate::{CertificateFile, Theorem};
-use luenberger_proof::wording::{at_most, if_at_most};
+use luenberger_proof::wording::{if_at_most, significant};
 
 use crate::experiment::{Experiment, Hypotheses, Sliders, StoredObserver};
 use crate::join::start;
@@ -105,7 +105,7 @@ fn noise_excess(experiment: &Experiment, output: usize, bound: f64, factor: f64)
         if gaussian && amplitude > 0.0 {
             return Some(format!("{name} is Gaussian, and the certificate is for a bounded one"));
         }
-        let (found, allowed) = (at_most(amplitude, 4), if_at_most(bound, 4));
+        let (found, allowed) = (significant(amplitude, 4), if_at_most(bound, 4));
         (amplitude > bound).then(|| format!("{name} is up to {found}, and the certificate is for {allowed}"))
     })
 }

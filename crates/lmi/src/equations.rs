@@ -17,6 +17,30 @@ const GRID_BITS: i32 = 44;
 /// Integers longer than this abort the attempt: the witness would be too large to check.
 const LONGEST: usize = 200_000;
 
+/// Products of two 64-bit words that an attempt may take, by the lengths of the integers that it multiplies and whose
+/// common divisors it finds: about a second. A limit on the work, so that the result does not depend on the machine.
+const MOST_WORK: u64 = 4_000_000_000;
+
+/// The work that is left to an attempt, and its time.
+struct Budget<F> {
+    left: u64,
+    is_over: F,
+}
+
+impl<F: Fn() -> bool> Budget<F> {
+    fn of(is_over: F) -> Self {
+        Self { left: MOST_WORK, is_over }
+    }
+
+    /// Takes the work of so many products of integers of these lengths in bits; none where it is not left.
+    fn spend(&mut self, products: usize, bits: (usize, usize)) -> Option<()> {
+        let words = |bits: usize| (bits / 64 + 1) as u64;
+        let work = (products as u64).saturating_mul(words(bits.0).saturating_mul(words(bits.1)));
+        self.left = self.left.checked_sub(work)?;
+        (!(self.is_over)()).then_some(())
+    }
+}
+
 /// A linear equation with integer coefficients, in ascending order of the unknowns, none of them zero.
 #[derive(Debug, Clone)]
 pub struct Row {
@@ -71,10 +95,18 @@ impl Row {
         self.terms.iter().max_by(|x, y| (&x.1).abs().cmp(&(&y.1).abs())).map(|(place, _)| *place)
     }
 
-    /// `p self - q other`, primitive, where p and q cancel the entry at `place`.
-    fn eliminate(&self, place: usize, other: &Self) -> Self {
-        let (Some(own), Some(pivot)) = (self.coefficient(place), other.coefficient(place)) else { return self.clone() };
+    /// `p self - q other`, primitive, where p and q cancel the entry at `place`; none beyond the budget.
+    fn eliminate(&self, place: usize, other: &Self, budget: &mut Budget<impl Fn() -> bool>) -> Option<Self> {
+        let (Some(own), Some(pivot)) = (self.coefficient(place), other.coefficient(place)) else {
+            return Some(self.clone());
+        };
         let (p, q) = (pivot.clone(), own.clone());
+        let longest = self.longest().max(other.longest());
+        if longest > LONGEST {
+            return None;
+        }
+        // The common divisor of the results, which are twice as long, takes four times the work of a product.
+        budget.spend(6 * (self.terms.len() + other.terms.len()), (longest, longest))?;
         let mut terms = Vec::with_capacity(self.terms.len() + other.terms.len());
         let (mut i, mut j) = (0, 0);
         while i < self.terms.len() || j < other.terms.len() {
@@ -104,7 +136,7 @@ impl Row {
         }
         let mut row = Self { terms };
         row.make_primitive();
-        row
+        Some(row)
     }
 
     fn longest(&self) -> usize {
@@ -113,26 +145,18 @@ impl Row {
 }
 
 /// Integers z, proportional to a point near `start`, on which every row vanishes. None if only zero is found nearby, if
-/// the integers grow beyond the limit, or if `is_over` says that the time is.
+/// the integers or the work grow beyond the limits, or if `is_over` says that the time is.
 pub fn solve_near(rows: Vec<Row>, start: &[f64], is_over: impl Fn() -> bool) -> Option<Vec<IBig>> {
+    let mut budget = Budget::of(is_over);
     // Each solved row is free of the pivots of all others.
     let mut solved: Vec<(usize, Row)> = Vec::new();
     for mut row in rows {
         for (place, other) in &solved {
-            if is_over() {
-                return None;
-            }
-            row = row.eliminate(*place, other);
+            row = row.eliminate(*place, other, &mut budget)?;
         }
         let Some(place) = row.pivot() else { continue };
-        if row.longest() > LONGEST {
-            return None;
-        }
         for (_, other) in &mut solved {
-            if is_over() {
-                return None;
-            }
-            *other = other.eliminate(place, &row);
+            *other = other.eliminate(place, &row, &mut budget)?;
         }
         solved.push((place, row));
     }
@@ -156,10 +180,12 @@ pub fn solve_near(rows: Vec<Row>, start: &[f64], is_over: impl Fn() -> bool) -> 
                 sum -= c * &z[*other];
             }
         }
+        budget.spend(8, (row.longest(), row.longest()))?;
         let divisor = if sum.is_zero() { pivot.clone().unsigned_abs() } else { pivot.clone().gcd(&sum) };
         let divisor = IBig::from(divisor);
         let (sum, pivot) = (sum / &divisor, pivot / &divisor);
         let size = pivot.clone().unsigned_abs();
+        budget.spend(4, (denominator.bit_len(), size.bit_len()))?;
         let common = denominator.clone().gcd(&size);
         denominator = denominator / common * size;
         if denominator.bit_len() > LONGEST {

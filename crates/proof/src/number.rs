@@ -97,7 +97,7 @@ pub enum NumberError {
 /// As much of a text as an error quotes.
 pub(crate) fn quoted(text: &str) -> String {
     const LENGTH: usize = 80;
-    let shown = crate::wording::visible(text);
+    let shown = luenberger_wording::visible(text);
     if shown.chars().count() <= LENGTH { shown } else { shown.chars().take(LENGTH).chain("...".chars()).collect() }
 }
 

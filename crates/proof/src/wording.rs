@@ -1,9 +1,9 @@
 //! Formatted numbers: exact or rounded to the safe side in statements, with few digits elsewhere.
 //!
 //! A statement about stored numbers must contain exactly these. [`exact`] writes a binary64 number without loss. In a
-//! conclusion [`at_least`] and [`at_most`] write a short decimal that is not above, or not below, the number: a margin, and
-//! a bound. In a hypothesis it is the other way round: [`if_at_most`] and [`if_at_least`] write a decimal for which the
-//! printed hypothesis implies that of the number. The others are those of the crate `luenberger-wording`.
+//! conclusion [`at_least`] and [`at_most`] write a short decimal that is not above, or not below, the number: a margin,
+//! and a bound. In a hypothesis it is the other way round: [`if_at_most`] and [`if_at_least`] write a decimal for which
+//! the printed hypothesis implies that of the number. The others are those of the crate `luenberger-wording`.
 
 pub use luenberger_wording::{
     capital, complex, counted, entry, is_invisible, quoted, rounded, shortest, significant, visible,
@@ -59,8 +59,8 @@ pub fn at_most(x: f64, digits: usize) -> String {
     decimal(x, digits, x > 0.0)
 }
 
-/// A decimal of so many significant digits for a hypothesis "at most `x`": it is at most `x`, so that what satisfies the
-/// printed bound satisfies that of `x`.
+/// A decimal of so many significant digits for a hypothesis "at most `x`": it is at most `x`, so that what satisfies
+/// the printed bound satisfies that of `x`.
 ///
 /// ```
 /// use luenberger_proof::wording::if_at_most;

@@ -98,6 +98,10 @@ fn class_of<'py>(py: Python<'py>, error: &LinalgError) -> PyResult<(&'static str
 
 /// The error of a design, with what is applicable instead.
 pub(crate) fn design(py: Python<'_>, cause: Option<&DesignError>, message: String, alternatives: Vec<String>) -> PyErr {
+    let cause = match cause {
+        Some(DesignError::OfPair { error, .. }) => Some(error.as_ref()),
+        cause => cause,
+    };
     let found = || -> PyResult<(&'static str, Bound<'_, PyDict>)> {
         Ok(match cause {
             Some(DesignError::Linalg(error)) => class_of(py, error)?,

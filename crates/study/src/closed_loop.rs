@@ -11,42 +11,45 @@
 //! without a product that would have to be rounded: its certificate is that of a linear observer of twice the order,
 //! and the rounding of the stored numbers is in it.
 
-use luenberger_design::DiscreteDesign;
+use luenberger_design::{Certificate, DiscreteDesign};
 use luenberger_plants::StateSpace;
-use luenberger_proof::certificate::CertificateFile;
+use luenberger_proof::certificate::{Reading, Represented};
 use luenberger_proof::statement::Format;
 use nalgebra::DMatrix;
 
 use crate::deployment::{Evidence, Matrices, SampledDesign, stored};
-use crate::study::ObserverSpec;
+use crate::study::{ObserverSpec, Study};
 
 pub use crate::deployment::feedback::gain;
 
 /// What is proved of the loop with the numbers as stored in `format`, in exact arithmetic.
-pub fn evidence(observer: &ObserverSpec, design: &SampledDesign, k: &DMatrix<f64>, format: Format) -> Evidence {
-    let m = design.matrices();
-    let is_cubic = m.as_ref().is_some_and(|m| m.is_cubic);
-    let is_global = matches!(design, SampledDesign::Cubic(cubic)
-        if cubic.certificate.is_proved() && cubic.certificate.converges_from_everywhere());
+pub fn evidence(
+    study: &Study,
+    observer: &ObserverSpec,
+    design: &SampledDesign,
+    k: &DMatrix<f64>,
+    format: Format,
+) -> Evidence {
     let not_proved = "Not proved: bounds of the state of the plant under references, noise and rounding, and the loop with an actuator at its limit.";
-    let Some((stored, file)) = m.and_then(|m| certificate(observer, &m, k, format)) else {
+    let none = || {
         let sentences = vec!["Feedback: no stability certificate of the loop.".to_owned(), not_proved.to_owned()];
-        return Evidence { sentences, file: None };
+        Evidence { sentences, file: None }
     };
-    let claim = match (is_cubic, is_global && stored == Rounding::None) {
-        (false, _) => {
-            "the states of plant and observer tend to 0 exponentially, from every initial state and estimate."
-        }
-        // The error does not depend on x, and drives A - B K, which is a diagonal block of the loop.
-        (true, true) => {
-            "the states of plant and observer tend to 0 exponentially, from every initial state and estimate: the estimation error does not depend on r and K."
-        }
-        // The derivative of the cubic flow at 0 is the identity.
-        (true, false) => "the states of plant and observer tend to 0 exponentially, if they start near 0.",
+    let Some((m, found)) = design.matrices().and_then(|m| certificate(&m, k, format).map(|found| (m, found))) else {
+        return none();
     };
+    let whole = match design {
+        SampledDesign::Cubic(cubic) => cubic.certificate.sentence_of_sampled_loop(&found),
+        _ => None,
+    };
+    let of_loop = Represented::Loop { states: m.a.nrows(), is_linear_part: m.is_cubic };
+    let sentence =
+        whole.or_else(|| found.sentences(&Reading { plant: of_loop, ..study.plant.reading() }).into_iter().next());
+    let title = format!("{}: feedback", observer.name);
+    let (Some(sentence), Ok(file)) = (sentence, found.file(&title)) else { return none() };
     let sentences = vec![
         format!(
-            "Proved (certificate-feedback.json, with z = (x, xhat) as its error): with u = -K xhat, r = 0, the input held over the period, and all numbers as stored in {format}, in exact arithmetic, {claim}"
+            "Proved (certificate-feedback.json, with z = (x, xhat) as its error), for the input held over the period and all numbers as stored in {format}, in exact arithmetic: {sentence}"
         ),
         "Rounding in u = r - K xhat does not enter the estimation error: the observer steps with the u that the plant gets.".to_owned(),
         not_proved.to_owned(),
@@ -54,20 +57,8 @@ pub fn evidence(observer: &ObserverSpec, design: &SampledDesign, k: &DMatrix<f64
     Evidence { sentences, file: Some(file) }
 }
 
-/// Whether the stored numbers differ from those of the design.
-#[derive(PartialEq)]
-enum Rounding {
-    None,
-    Some,
-}
-
 /// The certificate of the loop; none if the loop is not stable, and for a D that the format rounds.
-fn certificate(
-    observer: &ObserverSpec,
-    m: &Matrices<'_>,
-    k: &DMatrix<f64>,
-    format: Format,
-) -> Option<(Rounding, CertificateFile)> {
+fn certificate(m: &Matrices<'_>, k: &DMatrix<f64>, format: Format) -> Option<Certificate> {
     let stored = |matrix: &DMatrix<f64>| stored(matrix, format);
     if m.d.is_some_and(|d| stored(d).as_ref() != Some(d)) {
         return None;
@@ -75,7 +66,6 @@ fn certificate(
     let [a, b, c, l, ks] = [m.a, m.b, m.c, m.l, k].map(stored);
     let (a, b, c, l, ks) = (a?, b?, c?, l?, ks?);
     let (n, inputs, outputs) = (a.nrows(), b.ncols(), c.nrows());
-    let rounding = if (&a, &b, &c, &l) == (m.a, m.b, m.c, m.l) { Rounding::None } else { Rounding::Some };
     let mut loop_a = DMatrix::zeros(2 * n, 2 * n);
     loop_a.view_mut((0, 0), (n, n)).copy_from(m.a);
     loop_a.view_mut((n, n), (n, n)).copy_from(&a);
@@ -90,6 +80,5 @@ fn certificate(
     let loop_b = loop_l.columns(0, inputs).into_owned();
     let plant = StateSpace::new(loop_a, loop_b, loop_c).ok()?;
     let design = DiscreteDesign::with_gain(&plant, m.period, &loop_l).ok()?;
-    let title = format!("{}: feedback", observer.name);
-    Some((rounding, design.certificate.file(&title).ok()?))
+    Some(design.certificate.clone())
 }

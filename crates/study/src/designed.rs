@@ -26,6 +26,6 @@ impl Designed {
 
     /// Whether the statement of the design is proved, and not a certificate of a part of it alone.
     pub(crate) fn is_proved(&self) -> bool {
-        self.certificate.is_some() && self.report.verdict == "proved"
+        self.certificate.is_some() && self.report.verdict.is_proved()
     }
 }

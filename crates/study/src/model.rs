@@ -10,9 +10,8 @@ use luenberger_plants::{
     Chaotic, Column, CukConverter, Differentiable, Dimensions, Dual64, ExponentialCascade, FlexibleJoint, Plant,
     ReverseDuffing, Shape, StateSpace, VanDerPol, double_integrator, flexible_joint, jacobian, third_order,
 };
+use luenberger_proof::certificate::{Reading, Represented};
 use nalgebra::{DMatrix, DVector, Dyn, RealField, convert};
-
-use crate::structure::Structure;
 
 /// A plant with the names of its columns.
 #[derive(Debug, Clone)]
@@ -74,6 +73,13 @@ impl PlantModel {
     pub(crate) fn direction_in_words(&self, direction: &[f64]) -> String {
         let names: Vec<&str> = self.states.iter().map(String::as_str).collect();
         luenberger_design::nonlinear_observability::direction_in_words(direction, &names)
+    }
+
+    /// What a theorem of the plant itself says in a report, or of the linearisation of a nonlinear one.
+    pub(crate) fn reading(&self) -> Reading<'_> {
+        let Self { states, inputs, outputs, units, .. } = self;
+        let is_linearised = self.model.linear().is_none();
+        Reading { states, inputs, outputs, units, plant: Represented::Itself, is_linearised }
     }
 
     /// The names for messages.
@@ -164,11 +170,6 @@ impl Model {
             Self::Expressions(plant) => plant.affine().ok().filter(AffinePlant::is_linear).map(|affine| affine.linear),
             Self::Builtin(_) => None,
         }
-    }
-
-    /// Which outputs are states, and what depends on what.
-    pub fn structure(&self) -> Structure {
-        Structure::of(self)
     }
 
     /// The states, from 0, whose right-hand side or output is not affine, with the expression; empty if unknown.

@@ -18,9 +18,16 @@ pub struct Structure {
     h: Vec<Terms>,
 }
 
+impl Model {
+    /// Which outputs are states, and what depends on what.
+    pub fn structure(&self) -> Structure {
+        Structure::of(self)
+    }
+}
+
 impl Structure {
     /// That of a plant.
-    pub(crate) fn of(model: &Model) -> Self {
+    fn of(model: &Model) -> Self {
         if let Model::Linear(plant) = model {
             return Self::of_matrices(plant);
         }

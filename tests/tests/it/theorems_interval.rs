@@ -423,4 +423,24 @@ fn refusals_carry_numbers() {
     let double = LinearDesign::with_gain(&plant, &dmatrix![4.0; 4.0]).unwrap();
     let repeated = IntervalDesign::new(&double.observer, &acting, ErrorCoordinates::Modal, &[1.0; 2]).unwrap_err();
     assert!(repeated.to_string().contains("not distinct enough for modal coordinates"), "{repeated}");
+    // Poles that are 3 apart, and eigenvectors (1, s, s^2, ..) that are nearly dependent.
+    let chain = StateSpace::new(
+        DMatrix::from_fn(12, 12, |i, j| if j == i + 1 { 1.0 } else { 0.0 }),
+        DMatrix::zeros(12, 0),
+        DMatrix::from_fn(1, 12, |_, j| if j == 0 { 1.0 } else { 0.0 }),
+    )
+    .unwrap();
+    let poles: Vec<f64> = (1..=12).map(|k| -3.0 * f64::from(k)).collect();
+    let linear = LinearDesign::with_poles(&chain, &poles).unwrap();
+    let quiet = DisturbanceBounds::of_outputs(12, &[0.1]);
+    let why = IntervalDesign::new(&linear.observer, &quiet, ErrorCoordinates::Modal, &[1.0; 12]).unwrap_err();
+    assert!(matches!(why, DesignError::DependentModes { .. }), "{why}");
+    assert!(why.to_string().contains("eigenvectors of A - LC") && !why.to_string().contains("inf"), "{why}");
+    assert!(!why.to_string().contains("apart"), "{why}");
+    // 1/1e-310 is beyond binary64: nothing is known of the width, and no number is named that does not exist.
+    let slow = StateSpace::new(dmatrix![-1e-310], DMatrix::zeros(1, 0), dmatrix![1.0]).unwrap();
+    let slow = luenberger_observers::LinearObserver::new(slow.a, slow.b, slow.c, dmatrix![0.0]).unwrap();
+    let none = DisturbanceBounds::of_outputs(1, &[0.1]);
+    let why = IntervalDesign::new(&slow, &none, ErrorCoordinates::Modal, &[1.0]).unwrap_err();
+    assert!(matches!(why, DesignError::ComparisonUndecided) && !why.to_string().contains("NaN"), "{why}");
 }

@@ -154,7 +154,7 @@ fn scores(text: &mut String, advice: &Advice) {
         cells.push(one.noise_gain.map_or_else(|| "-".to_owned(), |gain| significant(gain, 4)));
         let count = one.operations.map(|count| format!("{count}{}", mark(&operations, count as f64)));
         cells.push(count.unwrap_or_else(|| "-".to_owned()));
-        cells.push(one.verdict.clone());
+        cells.push(one.verdict.word().to_owned());
         cells.push(format!("{} of {}", one.finished, advice.runs));
         cells
     };

@@ -82,7 +82,7 @@ pub(crate) fn export(input: &ExportInput) -> Result<Answer, Failure> {
     let export = exported(&study, observer, design.clone(), numbers.scalar(), None).map_err(refused)?;
     numbers.check(&export).map_err(refused)?;
     let mut evidence = evidence(&study, observer, &design, formats);
-    let of_the_loop = gain.map(|k| closed_loop::evidence(observer, &design, k, formats.stored));
+    let of_the_loop = gain.map(|k| closed_loop::evidence(&study, observer, &design, k, formats.stored));
     let unproved = match &of_the_loop {
         _ if !evidence.is_proved() => Some(numbers.unproved()),
         Some(of_the_loop) if !of_the_loop.is_proved() => Some("its feedback has no stability certificate".to_owned()),

@@ -218,9 +218,9 @@ gamma = 1
 #[test]
 fn an_observer_with_its_feedback_is_one_block() {
     for (observer, format, claim) in [
-        ("linear", "f32", "tend to 0 exponentially, from every initial state and estimate."),
+        ("linear", "f32", "x and xhat tend to 0 exponentially, from every x(0) and xhat(0)."),
         ("cubic", "f32", "tend to 0 exponentially, if they start near 0."),
-        ("cubic", "f64", "tend to 0 exponentially, from every initial state and estimate: the estimation error"),
+        ("cubic", "f64", "x and xhat tend to 0 exponentially, from every x(0) and xhat(0)."),
     ] {
         let text = LOOP.replace("observer = \"linear\"", &format!("observer = \"{observer}\""));
         let (folder, file) = study(&format!("export-feedback-{observer}-{format}"), Some(&text));
@@ -686,7 +686,7 @@ fn the_observers_of_templates_agree_with_their_designs_in_other_formats() {
             ];
             let ran = luenberger(&arguments, "");
             assert_eq!((ran.code, ran.stderr.as_str()), (Some(0), ""), "{plant} {observer} {format}");
-            let stored = ran.stdout.contains("with the gains as stored in Q12.20");
+            let stored = ran.stdout.contains("With the gains as stored in Q12.20");
             assert_eq!(stored, *format == "q12.20", "{plant} {observer} {format}: {}", ran.stdout);
             golden(Path::new(out), name);
         }

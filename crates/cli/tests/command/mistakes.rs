@@ -86,7 +86,7 @@ pub(crate) const MISTAKES: &[(&str, &str, i32, &str)] = &[
         "dare",
         r#"{"a": [[1]], "b": [[1]], "q": [[-1]], "r": [[1]]}"#,
         1,
-        "no stabilizing solution: the closed loop keeps the eigenvalue 1, at 0 from the stability boundary",
+        "no stabilizing solution was found: the closed loop keeps the eigenvalue 1, at 0 from the stability boundary",
     ),
     ("obsv", r#"{"a": [[1]], "c": [[1, 2]]}"#, 2, "C must be 1 x 1, found 1 x 2"),
     ("place", r#"{"a": [[1]], "b": [[1]], "poles": [-1, -2]}"#, 2, "a plant of order 1 needs 1 poles, and 2 are given"),
@@ -209,7 +209,7 @@ pub(crate) const MISTAKES: &[(&str, &str, i32, &str)] = &[
         "dare",
         r#"{"a": [[1]], "b": [[1]], "q": [[0]], "r": [[1]]}"#,
         1,
-        "the weight Q does not see the eigenvalue 1 on the stability boundary",
+        "to working precision the weight Q does not see the eigenvalue 1 on the stability boundary",
     ),
     (
         "place",
@@ -233,7 +233,7 @@ pub(crate) const MISTAKES: &[(&str, &str, i32, &str)] = &[
         "dare",
         r#"{"a": [[1]], "c": [[1]], "w": [[0]], "v": [[1]]}"#,
         1,
-        "the process noise W does not excite the eigenvalue 1 on the stability boundary, PBH margin of (A, W) 0",
+        "to working precision the process noise W does not excite the eigenvalue 1 on the stability boundary, PBH margin of (A, W) 0",
     ),
 ];
 

@@ -1,6 +1,9 @@
 //! Bisection of the box: first until every part has a finite enclosure, then where an entry attains its extremes.
 
+use std::collections::BTreeMap;
+
 use luenberger_plants::{Dimensions, Plant};
+use luenberger_proof::certificate::{Certificate, ProvedSentence, Reading, Represented};
 use luenberger_proof::{Interval, Matrix};
 
 use super::branches::{Branches, Gap};
@@ -124,6 +127,21 @@ impl JacobianEnclosure {
             let interval = self.interval(*entry);
             interval.width() > NARROW * interval.magnitude()
         })
+    }
+
+    /// What a certificate proves of the plant with this enclosure, of states at `time` and an `estimate`: that holds
+    /// where [`hypothesis`](Self::hypothesis) does. None if it proves nothing of all Jacobians of the enclosure.
+    pub fn sentence(
+        &self,
+        certificate: &Certificate,
+        region: &Region,
+        (estimate, time): (&str, &str),
+    ) -> Option<ProvedSentence> {
+        let hypothesis = self.hypothesis(region, estimate, time);
+        let plant = Represented::Jacobians { hypothesis: &hypothesis, estimate, a: &self.a, c: &self.c };
+        let reading =
+            Reading { states: &[], inputs: &[], outputs: &[], units: &BTreeMap::new(), plant, is_linearised: false };
+        certificate.sentences(&reading).into_iter().next()
     }
 
     /// Where the mean Jacobians between a state and its `estimate` lie in the enclosure over `region`: with

@@ -23,9 +23,9 @@ mod reached;
 use luenberger_linalg::{LyapunovEquation, RealMatrixView, lambda_max, symmetric_part};
 use luenberger_lmi::proof_matrix;
 use luenberger_observers::{CubicObserver, LinearObserver};
-use luenberger_proof::ProofError;
 use luenberger_proof::certificate::{Certificate, DisturbedPlant, InputToStateStability};
 use luenberger_proof::statement::CubicTerm;
+use luenberger_proof::{ProofError, Ring};
 use nalgebra::{DMatrix, DVector, Dyn};
 
 use crate::certificate::certified;
@@ -121,7 +121,8 @@ impl ErrorBound {
     ///
     /// # Errors
     /// [`DesignError::NotHurwitz`] for an observer that does not converge, [`DesignError::Negative`] for a negative
-    /// bound, [`DesignError::NotPositive`] where all are zero, [`DesignError::DisturbanceCount`] and
+    /// bound, [`DesignError::NotPositive`] where all are zero, [`DesignError::NothingReachesTheError`] where none
+    /// acts on the error, [`DesignError::DisturbanceCount`] and
     /// [`DesignError::Matrix`] for shapes that do not fit.
     pub fn linear(
         observer: &LinearObserver<f64, Dyn, Dyn, Dyn>,
@@ -181,10 +182,13 @@ impl ErrorBound {
             ErrorSystem::new((a, l, c), &here)
         };
         let mut system = of_vertex(a, e)?;
-        let first = system.linear()?;
         for (a, e) in &vertices[1..] {
             system.vertices.extend(of_vertex(a, e)?.vertices);
         }
+        // The rate and the scales of one on which a disturbance acts.
+        let acting = system.flows().iter().position(|(_, g)| g.amax() > 0.0).unwrap_or(0);
+        let (a, e) = &vertices[acting];
+        let first = of_vertex(a, e)?.linear()?;
         if let Some((n, theta, p)) = cubic {
             system.cubic = Some(system.cubic_part(n, theta, p)?);
         }
@@ -268,6 +272,10 @@ impl ErrorSystem {
         let n = f.nrows();
         let fastest = -self.abscissa;
         check::positive("the decay rate of A - L C", fastest)?;
+        let e = &self.vertices[0].1;
+        if check::exact_closed_loop(e, &self.l, &self.d)?.as_slice().iter().all(Ring::is_zero) {
+            return Err(DesignError::NothingReachesTheError);
+        }
         // Rates from a hundredth of the fastest to close to it; first the best bound of each component by itself.
         let shares: Vec<f64> = (0..24).map(|k| 0.02 * f64::powf(48.5, f64::from(k) / 23.0)).collect();
         let mut best = vec![f64::INFINITY; n];
@@ -302,7 +310,9 @@ impl ErrorSystem {
         let scaling = DMatrix::from_diagonal(&DVector::from_iterator(n, weights.iter().map(|w| 1e-9 / w)));
         z += LyapunovEquation::new(&(&f + DMatrix::identity(n, n) * rate).transpose())?.solve(&scaling)?.p;
         let z = symmetric_part(&z);
-        let p = symmetric_part(&check::solve_definite("P^-1", &z, &DMatrix::identity(n, n))?);
+        // Rounding can take its definiteness, or the range of binary64.
+        let inverse = z.clone().cholesky().map(|root| symmetric_part(&root.inverse()));
+        let p = inverse.filter(|p| p.iter().all(|x| x.is_finite())).ok_or_else(unproved)?;
         let lambda = d.iter().zip(&self.bounds).map(|(d, w)| (1.0 / d) / (w * w)).collect();
         let limsup = (0..n).map(|k| z[(k, k)].max(0.0).sqrt()).collect();
         // A little less than the rate, for which the inequality holds strictly.

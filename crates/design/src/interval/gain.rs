@@ -12,7 +12,9 @@
 //!
 //! The least sum may be approached only as the gain tends to infinity, and next to it the widths hardly depend on the
 //! gain. Of the gains whose sum is at most one per cent above the least, the one with the least largest entry is taken:
-//! `|Y_ij| <= g p_i` with the least g, by bisection.
+//! `|Y_ij| <= g p_i` with the least g, by bisection. Where there is none, since gains that are negligible beside that
+//! of the program do as well (`x' = 0`, `y = x + v`: every L > 0 has the same width in the end), that of the program
+//! is kept.
 //!
 //! Source: for positive systems, C. Briat, Robust stability and stabilization of uncertain linear positive systems via
 //! integral linear constraints, International Journal of Robust and Nonlinear Control 23, 2013.
@@ -26,7 +28,8 @@ use nalgebra::DMatrix;
 use crate::check;
 use crate::error::DesignError;
 use crate::error_bound::DisturbanceBounds;
-use crate::lyapunov_choice::{Powers, coordinates, shift};
+use crate::lyapunov_choice::coordinates;
+use crate::powers::{Powers, shift};
 
 /// How much more than the least sum of the half-widths is allowed for a smaller gain.
 const ALLOWANCE: f64 = 0.01;
@@ -36,6 +39,12 @@ const WHAT: &str = "the linear program of the gain of the least width";
 /// The ratio of bounds of the entries of L at which the bisection ends.
 const RATIO: f64 = 1.02;
 
+/// By how much the bound is lowered at a time until no gain is found.
+const DESCENT: f64 = 16.0;
+
+/// The most programs of the bisection: at most 14 descend to EPSILON, and 8 lead from the factor 16 to the ratio.
+const STEPS: usize = 24;
+
 /// The gain L, n x p, for which the sum of the half-widths in the end is the least, in the coordinates of the plant: of
 /// the gains with a sum at most one per cent larger, the one whose largest entry is the smallest.
 ///
@@ -43,8 +52,8 @@ const RATIO: f64 = 1.02;
 ///
 /// # Errors
 /// [`DesignError::NoLeastWidth`] where no gain makes the comparison system stable, with multipliers;
-/// [`DesignError::Undecided`] where the linear program was not solved; [`DesignError::QuietOutput`] where an output has no
-/// noise; errors of shapes.
+/// [`DesignError::Undecided`] where the linear program was not solved; [`DesignError::QuietOutput`] where an output has
+/// no noise; errors of shapes.
 ///
 /// # Cost
 /// Some twenty linear programs with `2 n (n + m)` unknowns for m disturbances.
@@ -79,7 +88,7 @@ fn least_width(
         least.lp.minimise(&least.sum);
         let solution = least.lp.solve()?;
         match &solution.verdict {
-            Verdict::Proved { .. } => return smallest(&least, &solution, (a, c), disturbances, time, &units),
+            Verdict::Proved { .. } => return Ok(smallest(&least, &solution, (a, c), disturbances, time, &units)),
             Verdict::Refuted { witness } => return Err(DesignError::NoLeastWidth { witness: witness.clone() }),
             Verdict::Undecided { .. } => verdict = Some(solution.verdict.clone()),
         }
@@ -95,14 +104,21 @@ fn smallest(
     disturbances: &DisturbanceBounds,
     time: TimeDomain,
     units: &Powers,
-) -> Result<DMatrix<f64>, DesignError> {
+) -> DMatrix<f64> {
     let (n, p) = (a.nrows(), c.nrows());
     let allowed = (1.0 + ALLOWANCE) * solution.value(&least.sum)[(0, 0)];
-    let mut gain = least.gain(solution);
+    let first = least.gain(solution);
+    let (negligible, mut gain) = (f64::EPSILON * first.amax(), first.clone());
     // A gain with entries up to `above` is known; none up to `below`.
-    let (mut below, mut above) = (0.0, gain.amax());
-    while above > RATIO * below && above > f64::MIN_POSITIVE {
-        let bound = if below > 0.0 { (below * above).sqrt() } else { above / 16.0 };
+    let (mut below, mut above) = (0.0_f64, first.amax());
+    for _ in 0..STEPS {
+        if above <= RATIO * below {
+            break;
+        }
+        if above <= negligible {
+            return first;
+        }
+        let bound = if below > 0.0 { below.sqrt() * above.sqrt() } else { above / DESCENT };
         let Some(mut bounded) = Program::new((a, c), disturbances, time, units) else { break };
         bounded.lp.constrain("the sum of the half-widths", &bounded.sum << allowed);
         for i in 0..n {
@@ -121,7 +137,7 @@ fn smallest(
             _ => below = bound,
         }
     }
-    Ok(gain)
+    gain
 }
 
 /// The linear program of the head.

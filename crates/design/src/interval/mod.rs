@@ -13,7 +13,6 @@
 //! can be chosen for the least width, by a linear program: see [`least_width_gain`].
 
 mod gain;
-pub(crate) mod modal;
 mod sampled;
 
 pub use gain::least_width_gain;
@@ -31,6 +30,8 @@ use crate::certificate::certified;
 use crate::check;
 use crate::error::DesignError;
 use crate::error_bound::DisturbanceBounds;
+use crate::lyapunov_choice::coordinates;
+use crate::modal;
 
 /// Coordinates in which the error is bounded.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -156,14 +157,32 @@ impl IntervalDesign {
     }
 }
 
+/// Modal coordinates, T and its blocks: in the units given, or where these hide the poles in balanced ones.
+///
+/// # Errors
+/// [`DesignError::NoModalCoordinates`] for poles that are not distinct, [`DesignError::DependentModes`] for
+/// eigenvectors that are nearly dependent.
+fn modal_coordinates(time: TimeDomain, f: &DMatrix<f64>) -> Result<(DMatrix<f64>, Vec<usize>), DesignError> {
+    let mut found = modal::in_units(f);
+    for units in coordinates(time, f) {
+        if found.is_ok() {
+            break;
+        }
+        // With x = D z, z being modal in T~ z: T = T~ D^-1.
+        let balanced = modal::in_units(&units.similar(f));
+        found = balanced.map(|(t, blocks)| (units.outputs_back(&t), blocks));
+    }
+    found
+}
+
 /// T and its blocks for `A - LC`.
 fn chosen(
     time: TimeDomain,
     flow: &DMatrix<f64>,
-    coordinates: ErrorCoordinates,
+    choice: ErrorCoordinates,
 ) -> Result<(DMatrix<f64>, Vec<usize>), DesignError> {
-    match coordinates {
-        ErrorCoordinates::Modal => modal::coordinates(time, flow),
+    match choice {
+        ErrorCoordinates::Modal => modal_coordinates(time, flow),
         ErrorCoordinates::Plant => Ok((DMatrix::identity(flow.nrows(), flow.nrows()), vec![1; flow.nrows()])),
     }
 }

@@ -9,11 +9,12 @@ use luenberger_proof::statement::{BlockCoordinates, Format, SampledIntervals, Ti
 use luenberger_proof::{Interval, Matrix, Ring};
 use nalgebra::{DMatrix, DVector, Dyn};
 
-use super::{ErrorCoordinates, chosen, limit_of, modal, positive_solution, times_up};
+use super::{ErrorCoordinates, chosen, limit_of, positive_solution, times_up};
 use crate::certificate::certified;
 use crate::check;
 use crate::error::DesignError;
 use crate::error_bound::DisturbanceBounds;
+use crate::modal;
 
 certified!(SampledIntervalDesign);
 

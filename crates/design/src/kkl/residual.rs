@@ -21,8 +21,8 @@ pub struct Residual {
     pub bounds: Vec<f64>,
     /// Whether the two sides could be collected before they were enclosed; else what stood in the way.
     pub collected: Result<(), &'static str>,
-    /// Whether phi is known to be continuous on the box: it has a collected form, or leaves no comparison open. Where it
-    /// jumps, `Dphi f` does not tell how phi moves.
+    /// Whether phi is known to be continuous on the box: it has a collected form, or leaves no comparison open. Where
+    /// it jumps, `Dphi f` does not tell how phi moves.
     pub continuous: bool,
     /// Points sampled.
     pub points: usize,

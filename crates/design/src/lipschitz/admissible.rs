@@ -9,7 +9,7 @@ use nalgebra::DMatrix;
 use super::sector::LipschitzPlant;
 use super::{LipschitzDesign, Proposal, WHAT, problem};
 use crate::check;
-use crate::error::DesignError;
+use crate::error::{DesignError, Pair};
 use crate::gain_options::Checked;
 
 /// The greatest factor by which sectors can be widened, with its design.
@@ -61,7 +61,7 @@ pub fn greatest_factor(
         check::matrix("L", l, (plant.a().nrows(), plant.c().nrows()))?;
         check::hurwitz("A - L C at the centre of the sectors", (&plant.centre(), l, plant.c()))?;
     } else {
-        check::detectable(&plant.centre(), plant.c(), rate)?;
+        check::detectable(&plant.centre(), plant.c(), rate).map_err(|error| error.of_pair(Pair::MiddleOfSectors))?;
     }
     let found = greatest_parameter(0.0, limit, tolerance, |factor| {
         problem(&plant.widened(factor), l, rate, &Checked::default())

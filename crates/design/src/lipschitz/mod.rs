@@ -40,7 +40,7 @@ pub use split::Split;
 
 use crate::certificate::certified;
 use crate::check;
-use crate::error::DesignError;
+use crate::error::{DesignError, Pair};
 use crate::gain_options::{Checked, GainOptions};
 
 certified!(LipschitzDesign);
@@ -89,7 +89,7 @@ impl LipschitzDesign {
     /// # Ok::<(), DesignError>(())
     /// ```
     /// # Errors
-    /// `NotDetectable` in [`DesignError::Linalg`], of the plant with every phi_k in the middle of its sector;
+    /// [`DesignError::OfPair`] where no observer exists for the plant with every phi_k in the middle of its sector;
     /// [`DesignError::Infeasible`] with verified multipliers when the inequality has no solution;
     /// [`DesignError::Undecided`].
     pub fn new(plant: &LipschitzPlant, rate: f64) -> Result<Self, DesignError> {
@@ -113,7 +113,7 @@ impl LipschitzDesign {
             check::hurwitz("A - L C at the centre of the sectors", (&plant.centre(), l, plant.c()))?;
             None
         } else {
-            check::detectable(&plant.centre(), plant.c(), rate)?
+            check::detectable(&plant.centre(), plant.c(), rate).map_err(|error| error.of_pair(Pair::MiddleOfSectors))?
         };
         let proposal = proposed(plant, l, rate, options).map_err(|error| error.with_seen(nearly))?;
         proposal.certified(plant, l, rate, &options.settings)

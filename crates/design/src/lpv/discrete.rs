@@ -33,9 +33,8 @@ use luenberger_lmi::{Problem, Settings, Solution, block, greatest_parameter_with
 use luenberger_observers::DiscreteNonlinearObserver;
 use luenberger_plants::{Plant, Size};
 use luenberger_proof::Verdict;
-use luenberger_proof::certificate::{Certificate, Certified, DiscreteJacobianPolytope};
+use luenberger_proof::certificate::{Certificate, Certified, DiscreteJacobianPolytope, ProvedSentence};
 use luenberger_proof::statement::overshoot_bound;
-use luenberger_proof::wording::at_most;
 use nalgebra::{DMatrix, DefaultAllocator, Dim, OMatrix, OVector};
 
 use super::error::{Conflict, LpvError};
@@ -43,11 +42,11 @@ use super::polytope::{Polytope, Vertex};
 use super::text::write_inequalities;
 use super::{Stop, growing, outcome};
 use crate::check;
-use crate::display::write_matrix;
 use crate::enclosure::{IntervalDual, Region, enclose};
 use crate::error::DesignError;
 use crate::gain_lmi::{self, Gain};
 use crate::gain_options::{Checked, GainOptions};
+use crate::number::write_matrix;
 
 /// Relative accuracy of the greatest rate in [`DiscreteLpvDesign::certify`].
 const RELATIVE_RATE: f64 = 1e-3;
@@ -235,19 +234,9 @@ where
         self.polytope.vertices.iter().map(ToString::to_string).collect()
     }
 
-    /// The statement of a proved certificate, with its hypothesis.
-    pub fn statement(&self) -> String {
-        let hypothesis = self.polytope.hypothesis(&self.region, "k");
-        let overshoot = at_most(self.overshoot, 5);
-        if self.factor == 1.0 {
-            return format!(
-                "{hypothesis}, |x(k) - xhat(k)| <= {overshoot} |x(0) - xhat(0)|, and the error tends to 0 exponentially."
-            );
-        }
-        format!(
-            "{hypothesis}, |x(k) - xhat(k)| <= {overshoot} |x(0) - xhat(0)| q^k with q = {} at each sample k.",
-            at_most(self.factor, 6)
-        )
+    /// What is proved, with its hypothesis; none if the certificate is not proved.
+    pub fn sentence(&self) -> Option<ProvedSentence> {
+        self.polytope.enclosure.sentence(&self.certificate, &self.region, ("xhat", "k"))
     }
 }
 
@@ -257,7 +246,9 @@ where
 {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write_matrix(f, "L", self.l())?;
-        writeln!(f, "{}", self.statement())?;
+        if let Some(sentence) = self.sentence() {
+            writeln!(f, "{sentence}")?;
+        }
         let slowest = self.vertex_factors.iter().zip(&self.polytope.vertices).enumerate();
         if let Some((k, (factor, vertex))) = slowest.max_by(|x, y| x.1.0.total_cmp(y.1.0)) {
             writeln!(f, "Vertex {} limits the factor, to {factor:.6}: {vertex}.", k + 1)?;

@@ -38,9 +38,8 @@ use luenberger_lmi::{Infeasibility, Problem, Settings, Solution, greatest_parame
 use luenberger_observers::NonlinearLuenbergerObserver;
 use luenberger_plants::{Plant, Size};
 use luenberger_proof::Verdict;
-use luenberger_proof::certificate::{Certificate, Certified, JacobianPolytope};
+use luenberger_proof::certificate::{Certificate, Certified, JacobianPolytope, ProvedSentence};
 use luenberger_proof::statement::overshoot_bound;
-use luenberger_proof::wording::at_most;
 use nalgebra::{DMatrix, DVector, DefaultAllocator, Dim, OMatrix, OVector};
 
 pub use discrete::DiscreteLpvDesign;
@@ -49,12 +48,11 @@ pub use polytope::{MAX_VARYING, Polytope, Vertex};
 
 use self::text::write_inequalities;
 use crate::check;
-use crate::display::write_matrix;
 use crate::enclosure::{IntervalDual, Region, enclose};
 use crate::error::DesignError;
 use crate::gain_lmi::{self, Gain};
 use crate::gain_options::{Checked, GainOptions};
-use crate::number::decay;
+use crate::number::write_matrix;
 use crate::robust::greatest_rate;
 
 /// Relative accuracy of the greatest rate in [`LpvDesign::certify`].
@@ -282,11 +280,9 @@ where
         self.polytope.vertices.iter().map(ToString::to_string).collect()
     }
 
-    /// The statement of a proved certificate, with its hypothesis.
-    pub fn statement(&self) -> String {
-        let hypothesis = self.polytope.hypothesis(&self.region, "t");
-        let overshoot = at_most(self.overshoot, 5);
-        format!("{hypothesis}, |x(t) - xhat(t)| <= {overshoot} |x(0) - xhat(0)| {}.", decay(self.rate))
+    /// What is proved, with its hypothesis; none if the certificate is not proved.
+    pub fn sentence(&self) -> Option<ProvedSentence> {
+        self.polytope.enclosure.sentence(&self.certificate, &self.region, ("xhat", "t"))
     }
 }
 
@@ -296,7 +292,9 @@ where
 {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write_matrix(f, "L", self.l())?;
-        writeln!(f, "{}", self.statement())?;
+        if let Some(sentence) = self.sentence() {
+            writeln!(f, "{sentence}")?;
+        }
         if let (Some(rate), Some(vertex)) =
             (self.vertex_rates.get(self.limiting), self.polytope.vertices.get(self.limiting))
         {

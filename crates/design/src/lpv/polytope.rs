@@ -8,8 +8,8 @@ use luenberger_proof::{Interval, Matrix, ProofError};
 use nalgebra::DMatrix;
 
 use super::error::{LpvError, VaryingEntries};
-use crate::enclosure::{Entry, JacobianEnclosure, Region};
-use luenberger_proof::wording::{capital, significant};
+use crate::enclosure::{Entry, JacobianEnclosure};
+use luenberger_proof::wording::significant;
 
 /// Maximal number of varying entries: 2^12 = 4096 vertices, each with its own proof.
 pub const MAX_VARYING: usize = 12;
@@ -95,11 +95,6 @@ impl Polytope {
             Corner::within(&a, &c)
         };
         (0..self.vertices.len()).map(corner).collect()
-    }
-
-    /// Where the Jacobians are those of the polytope, of states at `time`: the first half of a sentence.
-    pub(super) fn hypothesis(&self, region: &Region, time: &str) -> String {
-        capital(&self.enclosure.hypothesis(region, "xhat", time))
     }
 
     /// A pair in the enclosure: its middle, with 0 wherever a varying entry may vanish if asked so.

@@ -17,9 +17,10 @@
 //! H2           [he(PA - YC), PE - YD; *, -I] < 0,    [Z, H; H', P] > 0,    tr Z < gamma^2
 //!              [P, PA - YC, PE - YD; *, P, 0; *, *, I] > 0,    likewise                              discrete time
 //! ```
-//! They are solved in units in which a Kalman filter of this plant has covariances, noise and poles of about one, so that
-//! the result does not depend on the units given (`units.rs`). A solution is a gain; that there is none is said only with
-//! verified multipliers. The least value of such a program is that of a gain, which is not proved to be the least.
+//! They are solved in units in which a Kalman filter of this plant has covariances, noise and poles of about one, so
+//! that the result does not depend on the units given (`units.rs`). A solution is a gain; that there is none is said
+//! only with verified multipliers. The least value of such a program is that of a gain, which is not proved to be the
+//! least.
 //!
 //! The least H-infinity norm is often approached by gains without bound only; the design for it takes a gamma that is
 //! larger by [`LEAST_NORM_EXCESS`]. The certificate of an H2 filter has the P of the observability Gramian, a little
@@ -33,7 +34,7 @@ mod programs;
 mod units;
 
 use luenberger_linalg::{
-    discrete_h_infinity_norm, discrete_h2_norm, eigenvalues, h_infinity_norm, h2_norm, symmetric_part,
+    HInfinityNorm, discrete_h_infinity_norm, discrete_h2_norm, eigenvalues, h_infinity_norm, h2_norm, symmetric_part,
 };
 use luenberger_lmi::proof_matrix;
 use luenberger_observers::{DiscreteLinearObserver, LinearObserver};
@@ -47,12 +48,14 @@ use crate::certificate::{certified, plant as matrices};
 use crate::check;
 use crate::error::DesignError;
 use crate::gain_options::GainOptions;
-use crate::lyapunov_choice::{Equation, Powers, coordinates};
+use crate::lyapunov_choice::{Equation, coordinates};
+use crate::powers::{Powers, shift};
 use units::{Reference, Units};
 
 /// By how much the gamma of the design for the least H-infinity norm exceeds it, relative.
 pub const LEAST_NORM_EXCESS: f64 = 0.01;
-/// By how much the certified bound exceeds the norm of a given gain, and of an H2 filter, relative.
+/// By how much the certified bound exceeds the norm of a given gain, and of an H2 filter, relative; more only where
+/// this bound of a given gain is not proved.
 pub const NORM_BOUND_EXCESS: f64 = 1e-4;
 
 /// How often the noise of the outputs is made smaller in the search for a gain.
@@ -123,8 +126,8 @@ pub struct NormFilterDesign {
     pub gamma: f64,
     /// The least norm of any gain, to rounding: the H2 norm of the Kalman filter, where the design asked for it.
     pub least: Option<f64>,
-    /// The smallest norm of a gain within the bound of the gain that was found, for a design for the least norm of which
-    /// there is no formula. Smaller ones are not excluded.
+    /// The smallest norm of a gain within the bound of the gain that was found, for a design for the least norm of
+    /// which there is no formula. Smaller ones are not excluded.
     pub found: Option<f64>,
     /// The certificate.
     pub certificate: Certificate,
@@ -159,9 +162,10 @@ impl NormFilterDesign {
     /// ```
     ///
     /// # Errors
-    /// [`DesignError::NormTooSmall`] for a gamma that no gain keeps, with multipliers; [`DesignError::NormNotFound`] where
-    /// neither a gain nor multipliers are found; [`DesignError::NoiselessOutput`] for [`NormTarget::Least`] where D has
-    /// no full row rank and no bound of the gain is given; a plant that is not detectable; shapes that do not fit; H = 0; a given gain that does not stabilise.
+    /// [`DesignError::NormTooSmall`] for a gamma that no gain keeps, with multipliers; [`DesignError::NormNotFound`]
+    /// where neither a gain nor multipliers are found; [`DesignError::NoiselessOutput`] for [`NormTarget::Least`] where
+    /// D has no full row rank and no bound of the gain is given; a plant that is not detectable; shapes that do not
+    /// fit; H = 0; a given gain that does not stabilise.
     pub fn new(
         plant: &StateSpace,
         time: TimeDomain,
@@ -186,9 +190,20 @@ impl NormFilterDesign {
             NormTarget::OfGain(l) => {
                 check::matrix("L", l, (n, p))?;
                 let found = task.measured(l)?;
-                let gamma = found.norm * (1.0 + NORM_BOUND_EXCESS);
-                check::positive("the norm of the error", gamma)?;
-                task.certified(l.clone(), None, found, gamma)
+                check::positive("the norm of the error", found.norm)?;
+                // The norm is that of rounded matrices: a larger bound where this one is not proved.
+                let certified = |excess: f64| {
+                    let gamma = found.norm * (1.0 + excess);
+                    task.certified(l.clone(), None, found.clone(), gamma)
+                };
+                let first = certified(NORM_BOUND_EXCESS);
+                let is_proved = |design: &Result<Self, DesignError>| {
+                    design.as_ref().is_ok_and(|design| design.certificate.is_proved())
+                };
+                if is_proved(&first) {
+                    return first;
+                }
+                [1e-3, 1e-2, 1e-1].into_iter().map(certified).find(is_proved).unwrap_or(first)
             }
             NormTarget::Below(gamma) => {
                 check::positive("gamma", *gamma)?;
@@ -234,6 +249,7 @@ impl NormFilterDesign {
 }
 
 /// The norm of a gain, with its peak and the eigenvalues of `A - L C`.
+#[derive(Clone)]
 struct Measured {
     poles: Vec<Complex<f64>>,
     norm: f64,
@@ -264,7 +280,7 @@ impl Task<'_> {
     /// The norm of a gain that stabilises.
     fn measured(&self, l: &DMatrix<f64>) -> Result<Measured, DesignError> {
         let (f, g) = self.flow(l);
-        let (h, none) = (&self.of.h, DMatrix::zeros(self.of.h.nrows(), g.ncols()));
+        let h = &self.of.h;
         let poles = eigenvalues(&f)?;
         let pair = (&self.plant.a, l, &self.plant.c);
         match self.time {
@@ -281,10 +297,7 @@ impl Task<'_> {
             (SystemNorm::H2, TimeDomain::Continuous) => (h2_norm(f, g, h)?, None),
             (SystemNorm::H2, TimeDomain::Discrete) => (discrete_h2_norm(f, g, h)?, None),
             (SystemNorm::HInfinity, time) => {
-                let found = match time {
-                    TimeDomain::Continuous => h_infinity_norm(f, g, h, &none)?,
-                    TimeDomain::Discrete => discrete_h_infinity_norm(f, g, h, &none)?,
-                };
+                let found = peak(time, f, g, h)?;
                 (found.norm, Some(found.frequency))
             }
         };
@@ -321,8 +334,8 @@ impl Task<'_> {
         Ok(NormFilterDesign { found: Some(found), ..design })
     }
 
-    /// The gains of Kalman filters for this noise and for noise that is smaller and smaller, up to the first with a norm
-    /// below gamma, of those within the bound of the gain.
+    /// The gains of Kalman filters for this noise and for noise that is smaller and smaller, up to the first with a
+    /// norm below gamma, of those within the bound of the gain.
     fn candidates(&self, gamma: f64, options: &GainOptions) -> Vec<Candidate> {
         let mut all = Vec::new();
         for level in std::iter::once(None).chain((0..LEVELS).map(Some)) {
@@ -366,7 +379,7 @@ impl Task<'_> {
         // The bound of the gain is a sufficient condition: its multipliers would not exclude a gain.
         let verdict = match (solved, options.max_gain) {
             (Err(verdict), None) => Some(verdict),
-            (_, Some(_)) => self.gain_below(gamma, &units, &GainOptions::from(options.settings.clone()))?.err(),
+            (_, Some(_)) => self.gain_below(gamma, &units, &GainOptions::from(options.settings))?.err(),
             (Ok(_), None) => None,
         };
         let is_limited = options.max_gain.is_some();
@@ -448,6 +461,27 @@ impl Task<'_> {
             limit: 0.0,
         })
     }
+}
+
+/// The H-infinity norm and its frequency, in units of time, states and errors in which all terms are of the size 1.
+fn peak(time: TimeDomain, f: &DMatrix<f64>, g: &DMatrix<f64>, h: &DMatrix<f64>) -> Result<HInfinityNorm, DesignError> {
+    let none = DMatrix::zeros(h.nrows(), g.ncols());
+    let norm = |f: &DMatrix<f64>, g: &DMatrix<f64>, h: &DMatrix<f64>| match time {
+        TimeDomain::Continuous => h_infinity_norm(f, g, h, &none),
+        TimeDomain::Discrete => discrete_h_infinity_norm(f, g, h, &none),
+    };
+    let power = |x: f64| if x > 0.0 && x.is_finite() { x.log2().round() as i32 } else { 0 };
+    let times = |m: &DMatrix<f64>, by: i32| m.map(|x| shift(x, by));
+    let rough = norm(f, g, h)?;
+    let tau = if time == TimeDomain::Continuous { -power(f.norm()) } else { 0 };
+    let size = power(rough.norm);
+    let state = i32::midpoint(power(g.norm()) + tau, size - power(h.norm()));
+    Ok(match norm(&times(f, tau), &times(g, tau - state), &times(h, state - size)) {
+        Ok(fine) if shift(fine.norm, size) > rough.norm => {
+            HInfinityNorm { norm: shift(fine.norm, size), frequency: shift(fine.frequency, tau) }
+        }
+        _ => rough,
+    })
 }
 
 /// A gain with its norm.

@@ -10,7 +10,7 @@ use super::{SystemNorm, Task, TimeDomain};
 use crate::check;
 use crate::error::DesignError;
 use crate::gain_options::GainOptions;
-use crate::lyapunov_choice::shift;
+use crate::powers::shift;
 
 const WHAT: &str = "the inequality of the filter in P and Y = P L";
 
@@ -56,10 +56,13 @@ impl Task<'_> {
         let square = Expression::constant(DMatrix::from_element(1, 1, gamma * gamma));
         self.bounded_real(&mut lmi, &p, (&p * &f, &p * &g), (&h, &square));
         let solution = lmi.solve()?;
-        if !solution.verdict.is_proved() {
-            return Err(DesignError::not_proved(WHAT, Some(solution.verdict)));
+        match solution.verdict {
+            Verdict::Proved { .. } => Ok(units.form_back(&solution.value(&p))),
+            Verdict::Refuted { witness } => {
+                Err(DesignError::RefutedAsRounded { what: WHAT, rounded: "A - L C, E - L D", witness })
+            }
+            undecided @ Verdict::Undecided { .. } => Err(DesignError::not_proved(WHAT, Some(undecided))),
         }
-        Ok(units.form_back(&solution.value(&p)))
     }
 
     fn pose(

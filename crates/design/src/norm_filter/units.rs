@@ -10,12 +10,14 @@
 //! and tau = 1 in discrete time. T and R are the deviations of the errors and of the measurements of a filter for this
 //! plant, tau is the time constant of its fastest pole: a change of units changes them alike.
 
-use luenberger_linalg::{discrete_kalman_gain, kalman_gain, symmetric_part};
+use luenberger_linalg::symmetric_part;
 use luenberger_plants::StateSpace;
 use nalgebra::{DMatrix, DVector};
 
 use super::{GeneralizedPlant, SystemNorm, Task, TimeDomain};
-use crate::lyapunov_choice::{Powers, coordinates, shift};
+use crate::check;
+use crate::lyapunov_choice::coordinates;
+use crate::powers::{Powers, shift};
 
 /// A Kalman filter for noise that may have been added to.
 pub(super) struct Reference {
@@ -59,11 +61,7 @@ impl Task<'_> {
         let rest = e - &shown * d;
         let w = symmetric_part(&(&rest * rest.transpose() + &shown * &added * shown.transpose()));
         let a = a - &shown * c;
-        let found = match self.time {
-            TimeDomain::Continuous => kalman_gain(&a, c, &w, &noise),
-            TimeDomain::Discrete => discrete_kalman_gain(&a, c, &w, &noise),
-        }
-        .ok()?;
+        let found = check::kalman(self.time, (&a, c), &w, &noise).ok()?;
         Some(Reference { l: found.l + shown, covariance: found.p, noise })
     }
 }
@@ -85,10 +83,10 @@ impl Units {
         Self::with(task, &filter.l, variances.as_slice(), output, gamma)
     }
 
-    /// Those of a gain, whose error has these variances.
+    /// Those of a gain, whose error has these variances, or none where they are not known.
     pub(super) fn with(task: &Task<'_>, l: &DMatrix<f64>, variances: &[f64], output: Vec<i32>, gamma: f64) -> Self {
         let f = task.flow(l).0;
-        let are_known = variances.iter().all(|x| *x > 0.0 && x.is_finite());
+        let are_known = variances.len() == f.nrows() && variances.iter().all(|x| *x > 0.0 && x.is_finite());
         let state = if are_known {
             Powers(variances.iter().map(|x| root(*x)).collect())
         } else {

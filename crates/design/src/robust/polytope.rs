@@ -40,7 +40,7 @@ impl PolytopicDesign {
     /// one inequality for each vertex.
     ///
     /// # Errors
-    /// `NotDetectable` in [`DesignError::Linalg`] for a vertex with a mode that no gain can move;
+    /// [`DesignError::OfPair`] for a vertex with a mode that no gain can move;
     /// [`DesignError::Infeasible`] names the vertices that together exclude a common P.
     pub fn new(nominal: &StateSpace, vertices: &[DMatrix<f64>], rate: f64) -> Result<Self, DesignError> {
         let n = nominal.a.nrows();

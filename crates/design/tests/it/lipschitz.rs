@@ -3,7 +3,7 @@
 
 use approx::assert_abs_diff_eq;
 use luenberger_design::lipschitz::{LipschitzDesign, LipschitzPlant, Sector, Split, greatest_factor};
-use luenberger_design::{DesignError, InfeasibilityReason, JacobianEnclosure};
+use luenberger_design::{DesignError, InfeasibilityReason, JacobianEnclosure, Pair};
 use luenberger_linalg::{lambda_min, place_observer};
 use luenberger_lmi::proof_matrix;
 use luenberger_plants::{Differentiable, flexible_joint};
@@ -280,5 +280,7 @@ fn bad_data_are_named() {
     let design = LipschitzDesign::new(&plant, 0.0).unwrap();
     assert!(matches!(design.observer(flexible_joint::printed()), Err(DesignError::Matrix(_))));
     let blind = LipschitzPlant::unstructured(dmatrix![1.0, 0.0; 0.0, 1.0], dmatrix![1.0, 0.0], 0.1).unwrap();
-    assert!(matches!(LipschitzDesign::new(&blind, 0.0), Err(DesignError::Linalg(_))));
+    let hidden = LipschitzDesign::new(&blind, 0.0);
+    let Err(DesignError::OfPair { pair: Pair::MiddleOfSectors, error }) = hidden else { panic!("{hidden:?}") };
+    assert!(matches!(*error, DesignError::NotDetectable { .. }), "{error}");
 }

@@ -98,7 +98,7 @@ fn both_flexible_joints_have_a_gain_everywhere() {
             classical.vertex_rates[classical.limiting],
             classical.vertex_rates.iter().copied().fold(9e9, f64::min)
         );
-        assert!(classical.statement().starts_with("From every x(0) and xhat(0)"));
+        assert!(classical.sentence().unwrap().as_str().starts_with("From every x(0) and xhat(0)"));
         assert!(classical.stopped.is_none() && classical.overshoot >= 1.0);
     }
 }
@@ -124,7 +124,7 @@ fn the_chaotic_plant_needs_x1_away_from_0() {
         let design = LpvDesign::new(Chaotic, &region, 0.5).unwrap();
         assert_eq!(design.polytope.vertices.len(), 64);
         assert!(design.certificate.is_proved());
-        assert!(design.statement().contains(&format!("stay in the box (x1 in [{}, {}]", x1.0, x1.1)));
+        assert!(design.sentence().unwrap().as_str().contains(&format!("stay in the box (x1 in [{}, {}]", x1.0, x1.1)));
     }
 }
 
@@ -409,9 +409,9 @@ fn a_jump_gets_no_bound_and_a_kink_keeps_to_it() {
     let design = LpvDesign::new(plant, &region, 1.0).unwrap();
     assert!(design.certificate.is_proved());
     assert!(
-        design.statement().contains("provided that f and h are continuous where they change branches"),
+        design.sentence().unwrap().as_str().contains("provided that f and h are continuous where they change branches"),
         "{}",
-        design.statement()
+        design.sentence().unwrap().as_str()
     );
     // The observer of the plant that jumps, with the same gain: the bound of the continuous one is not its.
     let run = |push: f64, x0: Vector2<f64>, z0: Vector2<f64>| {

@@ -73,7 +73,7 @@ fn the_greatest_rate_of_a_given_gain() {
 fn errors_obey_the_bound() {
     let design = DiscreteLpvDesign::new(Pendulum {}, 0.1, &half(), 2.0, &GainOptions::default()).unwrap();
     let text = design.to_string();
-    assert!(text.starts_with("L = [") && text.contains(&design.statement()), "{text}");
+    assert!(text.starts_with("L = [") && text.contains(design.sentence().unwrap().as_str()), "{text}");
     assert!(text.contains("Proved     P > 0"), "{text}");
     let largest = design.vertex_factors.iter().copied().fold(0.0, f64::max);
     assert!(text.contains(&format!(" limits the factor, to {largest:.6}: df2/dx1 = ")), "{text}");

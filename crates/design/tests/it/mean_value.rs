@@ -122,7 +122,7 @@ fn an_enclosure_goes_into_the_theorem_with_all_its_intervals() {
 fn it_is_not_proved_where_the_outputs_are_not_the_first_states() {
     for c in [[0.0, 1.0], [1.0, 1e-9], [1.0f64.next_up(), 0.0]] {
         let design = over(c);
-        assert!(!design.certificate.is_proved() && !design.certificate.is_refuted(), "{c:?}");
+        assert!(!design.certificate.is_proved(), "{c:?}");
         assert!(design.overshoot.is_infinite());
     }
 }

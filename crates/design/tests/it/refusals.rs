@@ -172,7 +172,7 @@ fn units(n: usize) -> impl Strategy<Value = (Vec<f64>, Vec<f64>, Vec<i32>)> {
 proptest! {
     #![proptest_config(ProptestConfig { cases: 64, ..ProptestConfig::default() })]
 
-    /// Every stable `A - LC` in units that are twelve decades apart is proved; with one eigenvalue of the wrong sign none.
+    /// Every stable `A - LC` in units twelve decades apart is proved, and none with an eigenvalue of the wrong sign.
     #[test]
     fn units_do_not_decide((sizes, mix, powers) in (1usize..=5).prop_flat_map(units)) {
         let n = sizes.len();

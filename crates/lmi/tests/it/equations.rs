@@ -44,3 +44,22 @@ fn a_repeated_unknown_is_one_unknown() {
     let z = solve_near(vec![row(&[(0, 1.0), (1, 1.0), (0, -1.0)])], &[1.0, 1e-9], || false).unwrap();
     assert!(z[1].is_zero() && !z[0].is_zero());
 }
+
+/// Dense rows of 60 unknowns with coefficients from `2^-1000` to `2^1000`: integers of some 60 000 bits.
+#[test]
+fn the_work_is_bounded() {
+    let n = 60_u8;
+    // Mantissas of 50 bits from a linear congruential generator.
+    let mut state = 1_u64;
+    let mut number = |exponent: i32| {
+        state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        ((state >> 14) as f64) * 2.0f64.powi(exponent)
+    };
+    let rows = (0..n - 1).map(|i| {
+        let terms: Vec<(usize, f64)> =
+            (0..n).map(|j| (j.into(), number((37 * i32::from(i) + 53 * i32::from(j)) % 1900 - 1000))).collect();
+        row(&terms)
+    });
+    let rows = rows.collect();
+    assert!(solve_near(rows, &[1.0; 60], || false).is_none());
+}

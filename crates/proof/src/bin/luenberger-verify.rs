@@ -2,6 +2,7 @@
 //!
 //! Depends on `luenberger-proof` alone: no solver, no linear-algebra library, no parser of arguments.
 
+use std::fmt::Write as _;
 use std::io::{self, Read, Write};
 use std::process::ExitCode;
 
@@ -122,7 +123,7 @@ fn quoted(text: &str) -> String {
             '\\' => quoted.push_str("\\\\"),
             c if is_invisible(c) => {
                 for half in c.encode_utf16(&mut [0; 2]) {
-                    quoted.push_str(&format!("\\u{half:04x}"));
+                    _ = write!(quoted, "\\u{half:04x}");
                 }
             }
             c => quoted.push(c),

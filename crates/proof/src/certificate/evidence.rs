@@ -24,13 +24,13 @@ pub struct UnprovedTheorem {
     facts: Vec<Fact>,
 }
 
-/// The part of a margin that a file does not claim. A program whose sums are in another order, or whose bounds of rounding
-/// errors are a little larger, finds another margin for the same numbers, and still accepts the file.
+/// The part of a margin that a file does not claim. A program whose sums are in another order, or whose bounds of
+/// rounding errors are a little larger, finds another margin for the same numbers, and still accepts the file.
 const ROOM: f64 = 1.0 / (1 << 20) as f64;
 
 /// The margin that a file claims of one that is proved.
 fn claimed(margin: f64) -> f64 {
-    // Room times margin is exact but for the smallest numbers, where it may be 0.
+    // The product is exact, but for the smallest numbers.
     (margin - ROOM * margin).next_down().max(0.0)
 }
 
@@ -77,7 +77,7 @@ impl ProvedTheorem {
         self.theorem.words()
     }
 
-    /// The certificate file, with the margins that were proved, less [`ROOM`] of each.
+    /// The certificate file, with the margins that were proved, less 2^-20 of each.
     ///
     /// # Errors
     /// [`Rejection::File`] for data beyond the limits of a file.

@@ -58,6 +58,15 @@ fn inner(datum: &Datum) -> (f64, f64) {
     (lo.enclosure().hi(), hi.enclosure().lo())
 }
 
+/// Whether every matrix between these bounds is among those that the data stand for.
+pub(super) fn data_contain(data: &Matrix<Datum>, bounds: &Matrix<Interval>) -> bool {
+    data.shape() == bounds.shape()
+        && data.as_slice().iter().zip(bounds.as_slice()).all(|(datum, bounds)| {
+            let (lo, hi) = inner(datum);
+            lo <= bounds.lo() && bounds.hi() <= hi
+        })
+}
+
 /// Which ends of one entry of the enclosure the boxes of the data have, box by box: `[lower, upper]`.
 type Ends = Vec<[bool; 2]>;
 
@@ -102,14 +111,7 @@ fn has_corners(boxes: &[usize], entries: &[Ends], found: &mut usize) -> bool {
 }
 
 fn sectors_contain(theorem: &SectorConvergence, a: &Matrix<Interval>, c: &Matrix<Interval>) -> bool {
-    if theorem.a.shape() != a.shape() || theorem.c.shape() != c.shape() {
-        return false;
-    }
-    let outputs = theorem.c.as_slice().iter().zip(c.as_slice()).all(|(datum, bounds)| {
-        let (lo, hi) = inner(datum);
-        lo <= bounds.lo() && bounds.hi() <= hi
-    });
-    outputs && slopes_contain(theorem, a).unwrap_or(false)
+    theorem.a.shape() == a.shape() && data_contain(&theorem.c, c) && slopes_contain(theorem, a).unwrap_or(false)
 }
 
 /// Entry by entry; none for numbers that are not finite.

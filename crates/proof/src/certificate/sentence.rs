@@ -8,10 +8,14 @@
 use core::fmt;
 use std::collections::BTreeMap;
 
+#[cfg(feature = "all-theorems")]
+use super::DeployedObserver;
 use super::{Certificate, PlantMatrices, ProvedTheorem, Theorem};
 use crate::interval::Interval;
 use crate::matrix::Matrix;
-use crate::statement::largest_eigenvalue_bound;
+#[cfg(feature = "all-theorems")]
+use crate::statement::TimeDomain;
+use crate::statement::{largest_eigenvalue_bound, overshoot_bound};
 use crate::wording::{at_least, at_most, shortest};
 
 /// A sentence that proved theorems imply. It can only be made from these.
@@ -44,6 +48,8 @@ pub struct Reading<'a> {
     pub units: &'a BTreeMap<String, String>,
     /// What the plant of the theorem is.
     pub plant: Represented<'a>,
+    /// Whether it is the linearisation of a nonlinear plant at an operating point, in deviations from it.
+    pub is_linearised: bool,
 }
 
 /// What the plant of a theorem is in a report.
@@ -60,6 +66,9 @@ pub enum Represented<'a> {
         /// The length of the chain, from 1.
         order: usize,
     },
+    /// The plant itself, whose A deviates within bounds: what the deviations make of states within bounds is among the
+    /// disturbances of the theorem, or A among its vertices.
+    Uncertain,
     /// The loop `u = -K xhat` of plant and observer, with the state (x, xhat). Checked: the blocks.
     Loop {
         /// The number of states of the plant.
@@ -71,16 +80,64 @@ pub enum Represented<'a> {
     /// The Jacobians of a nonlinear plant, of which an enclosure is known wherever the hypothesis holds. Checked: that
     /// the theorem is about every matrix of the enclosure.
     Jacobians {
-        /// Where they lie in the enclosure, as the beginning of a sentence: `As long as x(t) and xhat(t) ..`.
+        /// Where they lie in the enclosure: `as long as x(t) and xhat(t) stay in the box (..)`.
         hypothesis: &'a str,
+        /// The name of the estimate of which that is said, such as `xhat`.
+        estimate: &'a str,
         /// Of the right-hand side.
         a: &'a Matrix<Interval>,
         /// Of the output.
         c: &'a Matrix<Interval>,
     },
+    /// The Jacobians of the distance d = beta(y, chi) - phi(x) of an immersion-and-invariance observer, of which an
+    /// enclosure is known wherever the hypothesis holds, as well as that `xhat = phi^L(beta(y, chi), y)` is x for d = 0
+    /// and Lipschitz in d. Checked: that the theorem is about every matrix of the enclosure.
+    Distance {
+        /// Where that is so: `as long as x(t) .. and beta(y(t), chi(t)) ..`.
+        hypothesis: &'a str,
+        /// Of `d' = M d`.
+        m: &'a Matrix<Interval>,
+    },
+    /// A nonlinear plant whose nonlinearities are in the sectors of the theorem by the word of the user.
+    InSectors {
+        /// Where they are.
+        hypothesis: &'a str,
+    },
+}
+
+impl Theorem {
+    /// The linear system that the theorem is about; none for those about a nonlinear plant or an error alone.
+    fn linear_system(&self) -> Option<&'static str> {
+        let is_discrete = match self {
+            Self::DiscreteConvergence(_) | Self::SampledCubicConvergence(_) | Self::SemiImplicitCubicConvergence(_) => {
+                true
+            }
+            #[cfg(feature = "all-theorems")]
+            Self::KklErrorBound(_) | Self::SuperTwistingConvergence(_) => return None,
+            #[cfg(feature = "all-theorems")]
+            Self::HInfinityFilter(theorem) => theorem.0.time == TimeDomain::Discrete,
+            #[cfg(feature = "all-theorems")]
+            Self::H2Filter(theorem) => theorem.0.time == TimeDomain::Discrete,
+            #[cfg(feature = "all-theorems")]
+            Self::SampledIntervalEnclosure(_) | Self::DeployedObserver(_) => true,
+            _ => false,
+        };
+        Some(if is_discrete { "x+ = A x + B u, y = C x" } else { "x' = A x + B u, y = C x" })
+    }
 }
 
 impl Reading<'_> {
+    fn is_of_linearisation(&self) -> bool {
+        let is_linear = matches!(
+            self.plant,
+            Represented::Itself
+                | Represented::Uncertain
+                | Represented::WithDisturbance { .. }
+                | Represented::Loop { .. }
+        );
+        self.is_linearised && is_linear
+    }
+
     /// `position 0.1 m, velocity 0.2 m/s`: bounds of the error that are concluded, each rounded up.
     pub(super) fn errors_at_most(&self, values: &[f64]) -> String {
         self.listed(self.states, values.iter().map(|value| at_most(*value, 4)))
@@ -102,8 +159,39 @@ impl Reading<'_> {
 impl ProvedTheorem {
     /// The theorem in a sentence of a report; none if it says nothing of what it should be read as.
     pub fn sentence(&self, reading: &Reading<'_>) -> Option<ProvedSentence> {
+        if let Represented::Jacobians { a, c, .. } = reading.plant
+            && !self.theorem().contains_jacobians(a, c)
+        {
+            return None;
+        }
         let margin = self.facts().iter().filter_map(|fact| fact.verdict.margin()).fold(f64::INFINITY, f64::min);
-        self.theorem().sentence(reading, margin).map(ProvedSentence)
+        let sentence = self.theorem().sentence(reading, margin)?;
+        Some(ProvedSentence(match self.theorem().linear_system().filter(|_| reading.is_of_linearisation()) {
+            Some(system) => format!(
+                "For the linear system {system} with the matrices of the linearisation, x, u and y being the deviations from the operating point: {sentence}"
+            ),
+            None => sentence,
+        }))
+    }
+}
+
+#[cfg(feature = "all-theorems")]
+impl Certificate {
+    /// The bound of the error of a deployed observer as it runs, with the rounding of its steps.
+    pub fn running_sentence(&self, reading: &Reading<'_>) -> Option<ProvedSentence> {
+        self.deployed()?.running_sentence(reading).map(ProvedSentence)
+    }
+
+    /// What a certificate of a deployed observer without measurement noise says beside one with noise.
+    pub fn noiseless_sentence(&self, reading: &Reading<'_>) -> Option<ProvedSentence> {
+        self.deployed()?.noiseless_sentence(reading).map(ProvedSentence)
+    }
+
+    fn deployed(&self) -> Option<&DeployedObserver> {
+        self.theorems().iter().find_map(|proved| match proved.theorem() {
+            Theorem::DeployedObserver(theorem) => Some(theorem),
+            _ => None,
+        })
     }
 }
 
@@ -149,6 +237,12 @@ pub(super) fn decay(rate: f64, p: &Matrix<f64>, margin: f64) -> Option<String> {
     }
 }
 
+/// `|x(t) - xhat(t)| <= K |x(0) - xhat(0)|` with K >= sqrt(cond P), at the times of this letter.
+pub(super) fn envelope(p: &Matrix<f64>, estimate: &str, time: &str) -> Option<String> {
+    let factor = overshoot_bound(p).ok().filter(|factor| factor.is_finite())?;
+    Some(format!("|x({time}) - {estimate}({time})| <= {} |x(0) - {estimate}(0)|", at_most(factor, 5)))
+}
+
 /// What a rate of decay says of an error that tends to 0.
 pub(super) fn tends_to_zero(rate: f64, p: &Matrix<f64>, margin: f64) -> String {
     match decay(rate, p, margin) {
@@ -180,8 +274,9 @@ pub(super) fn disturbance(order: usize) -> String {
     }
 }
 
-/// The blocks `[A 0; 0 As] - [B 0; Bs Ls][0 K; -C Cs]` of the loop `u = -K xhat` of a plant (A, B, C) with so many states
-/// and an observer (As, Bs, Cs, Ls) of it, of which the number of inputs is found; none for matrices without these blocks.
+/// The blocks `[A 0; 0 As] - [B 0; Bs Ls][0 K; -C Cs]` of the loop `u = -K xhat` of a plant (A, B, C) with so many
+/// states and an observer (As, Bs, Cs, Ls) of it, of which the number of inputs is found; none for matrices without
+/// these blocks.
 pub(super) fn inputs_of_loop(
     a: &Matrix<Interval>,
     l: &Matrix<f64>,
@@ -203,7 +298,7 @@ pub(super) fn inputs_of_loop(
 
 /// That the states of a loop tend to 0.
 pub(super) const LOOP: &str =
-    "In the loop u = -K xhat, x and xhat tend to 0 exponentially, from every x(0) and xhat(0).";
+    "In the loop u = r - K xhat with r = 0: x and xhat tend to 0 exponentially, from every x(0) and xhat(0).";
 
 /// Whether `all` with this gain is the loop `[A 0; 0 A] - [B 0; B L][0 K; -C C]` of the plant and the gain L of its
 /// observer.

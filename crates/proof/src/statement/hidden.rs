@@ -5,8 +5,8 @@
 //! An error in that subspace obeys `z' = (M / d) z` for every gain, so no gain gives
 //! `(A - LC)'P + P(A - LC) + 2 rate P < 0` unless `M / d + rate I` is Hurwitz. This is decided exactly too: the
 //! characteristic polynomial by the Faddeev-Leverrier method, in integers, and the Routh array, whose first column is
-//! positive iff all roots lie in the open left half plane. In discrete time, `z+ = (M / d) z`, the same array decides of
-//! the polynomial in s with `lambda = (1 + s)/(1 - s)`, which takes the open unit disk to that half plane.
+//! positive iff all roots lie in the open left half plane. In discrete time, `z+ = (M / d) z`, the same array decides
+//! of the polynomial in s with `lambda = (1 + s)/(1 - s)`, which takes the open unit disk to that half plane.
 //!
 //! Sources: F. R. Gantmacher, The Theory of Matrices, vol. 1, ch. IV, section 5 and vol. 2, ch. XV; M. L. J. Hautus,
 //! 1969 (unobservable subspace and modes).

@@ -24,8 +24,8 @@ const MOST_CELLS: usize = 1 << 14;
 /// Maximum of the cells of all intervals, each weighted with the cube of the order: half a minute.
 const MOST_WORK: usize = 1 << 24;
 
-/// The work that is left for the intervals of times of one certificate. It is counted, not timed: the result is the same
-/// on every machine.
+/// The work that is left for the intervals of times of one certificate. It is counted, not timed: the result is the
+/// same on every machine.
 #[derive(Debug)]
 pub(crate) struct Effort(usize);
 

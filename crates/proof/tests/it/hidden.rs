@@ -2,7 +2,7 @@
 
 use std::cmp::Ordering;
 
-use luenberger_proof::statement::{hidden_motion, hurwitz_spectrum};
+use luenberger_proof::statement::{hidden_motion, hurwitz_spectrum, schur_spectrum};
 use luenberger_proof::{Exact, Matrix, Ring};
 use proptest::prelude::*;
 
@@ -27,18 +27,27 @@ fn a_jordan_block_beside_the_axis() {
             f64::from(i == j) - sum
         });
     }
-    for (sign, expected) in [(-1.0, true), (1.0, false), (0.0, false)] {
+    let with_eigenvalue = |x: f64| {
         let j = Matrix::from_fn(4, 4, |i, k| {
             if i == k {
-                sign * 2f64.powi(-40)
+                x
             } else if i + 1 == k {
                 1.0
             } else {
                 0.0
             }
         });
-        let m = exact(&t).product(&exact(&j)).unwrap().product(&exact(&inverse)).unwrap();
-        assert_eq!(hurwitz_spectrum(&m), Some(expected));
+        exact(&t).product(&exact(&j)).unwrap().product(&exact(&inverse)).unwrap()
+    };
+    let small = 2f64.powi(-40);
+    for (x, expected) in [(-small, true), (small, false), (0.0, false)] {
+        assert_eq!(hurwitz_spectrum(&with_eigenvalue(x)), Some(expected));
+    }
+    // Beside the unit circle, at 1 and at -1.
+    for side in [1.0, -1.0] {
+        for (x, expected) in [(1.0 - small, true), (1.0, false), (1.0 + small, false), (0.0, true)] {
+            assert_eq!(schur_spectrum(&with_eigenvalue(side * x)), Some(expected), "{side} {x}");
+        }
     }
 }
 
@@ -49,7 +58,7 @@ proptest! {
     /// matrix of determinant 1: unobservable, and the decay rate is exactly d.
     #[test]
     fn what_is_hidden_by_construction_is_found(
-        entries in prop::collection::vec(-9i32..=9, 40), d in 1i32..20, scale in -300i32..300,
+        entries in prop::collection::vec(-9i32..=9, 40), d in 1i32..20, scale in prop_oneof![-300i32..300, -6..2],
     ) {
         let n = 4;
         let number = |k: usize| f64::from(entries[k]);
@@ -79,6 +88,9 @@ proptest! {
         prop_assert_eq!(hidden.decays_at(f64::from(d) * size), Some(false));
         if hidden.motion.rows() == 2 {
             prop_assert_eq!(hidden.decays_at((f64::from(d) * size).next_down()), Some(true));
+            // The square of the modulus, exactly.
+            let modulus = f64::from(d * d + entries[20] * entries[20]) * size * size;
+            prop_assert_eq!(hidden.decays_in_steps(), Some(modulus < 1.0));
         }
         let mut wrong = hidden.clone();
         wrong.motion = wrong.motion.scaled(&Exact::from_f64(3.0).unwrap());

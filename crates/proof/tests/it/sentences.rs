@@ -16,7 +16,8 @@ fn names(of: &[&str]) -> Vec<String> {
 /// The sentences of a certificate for a plant with these states.
 fn said(certificate: &Certificate, states: &[&str], plant: Represented<'_>) -> Vec<String> {
     let (states, none, units) = (names(states), Vec::new(), BTreeMap::new());
-    let reading = Reading { states: &states, inputs: &none, outputs: &none, units: &units, plant };
+    let reading =
+        Reading { states: &states, inputs: &none, outputs: &none, units: &units, plant, is_linearised: false };
     certificate.sentences(&reading).iter().map(ProvedSentence::to_string).collect()
 }
 
@@ -59,7 +60,7 @@ fn decimal_at_most(text: &str, bound: f64) -> bool {
     let (mantissa, exponent) = text.split_once('e').unwrap_or((text, "0"));
     let (whole, part) = mantissa.split_once('.').unwrap_or((mantissa, ""));
     let digits: f64 = format!("{whole}{part}").parse().expect("fewer than 2^53");
-    let exponent = exponent.parse::<i32>().expect("an integer") - part.len() as i32;
+    let exponent = exponent.parse::<i32>().expect("an integer") - i32::try_from(part.len()).expect("few digits");
     let ten = |power: i32| {
         let ten = Exact::from_f64(10.0).expect("finite");
         (0..power.max(0)).fold(Exact::from_f64(1.0).expect("finite"), |product, _| product.mul(&ten))
@@ -70,8 +71,8 @@ fn decimal_at_most(text: &str, bound: f64) -> bool {
 }
 
 /// A double integrator with a constant force, `y = x1`, poles -1, -2, -3.
-fn with_force(a: Matrix<f64>) -> Certificate {
-    let plant = PlantWithin::exactly(&a, &Matrix::from_fn(3, 0, |_, _| 0.0), &Matrix::from_rows([[1.0, 0.0, 0.0]]));
+fn with_force(a: &Matrix<f64>) -> Certificate {
+    let plant = PlantWithin::exactly(a, &Matrix::from_fn(3, 0, |_, _| 0.0), &Matrix::from_rows([[1.0, 0.0, 0.0]]));
     let l = Matrix::from_rows([[6.0], [11.0], [6.0]]);
     // F'P + PF = -I for F = A - L C.
     let p = Matrix::from_rows([[1.7, -0.5, -0.7], [-0.5, 0.7, -0.5], [-0.7, -0.5, 4.6 / 3.0]]);
@@ -83,12 +84,12 @@ fn with_force(a: Matrix<f64>) -> Certificate {
 fn a_disturbance_is_a_chain_that_drives_the_plant() {
     let chain = Matrix::from_rows([[0.0, 1.0, 0.0], [0.0, 0.0, 1.0], [0.0, 0.0, 0.0]]);
     let all = Represented::WithDisturbance { states: 2, order: 1 };
-    let certificate = with_force(chain.clone());
+    let certificate = with_force(&chain);
     assert!(certificate.is_proved(), "{certificate}");
     let states = ["x", "v", "d"];
     assert_eq!(
         said(&certificate, &states, all),
-        ["For a constant disturbance d the error of x and d tends to 0, for all x(0), xhat(0) and d."]
+        ["For a constant disturbance d the errors of x and of d tend to 0, for all x(0), xhat(0) and d."]
     );
     // The same is a plant with one state and a disturbance that is linear in t; not with one state and order 1.
     assert_eq!(said(&certificate, &states, Represented::WithDisturbance { states: 1, order: 2 }).len(), 1);
@@ -98,7 +99,7 @@ fn a_disturbance_is_a_chain_that_drives_the_plant() {
     }
     let mut slow = chain;
     slow[(2, 2)] = -1e-9;
-    let certificate = with_force(slow);
+    let certificate = with_force(&slow);
     assert!(certificate.is_proved() && said(&certificate, &states, all).is_empty(), "{certificate}");
 }
 
@@ -169,9 +170,12 @@ fn a_region_is_in_the_sentence() {
     };
     let everywhere = Certificate::of([theorem(Region::Everywhere)]).unwrap();
     let text = said(&everywhere, &["x"], Represented::Itself).join(" ");
-    assert!(text.contains("tends to 0 from every initial error."), "{text}");
+    assert!(text.contains("With the gains as stored it converges from every initial error."), "{text}");
     let within = Certificate::of([theorem(Region::Within(0.123_456_7))]).unwrap();
     let text = said(&within, &["x"], Represented::Itself).join(" ");
     assert!(within.is_proved(), "{within}");
-    assert!(text.contains("from every initial error with e'Pe < 0.12345, as those of norm below 0.35136."), "{text}");
+    assert!(
+        text.contains("from every initial error e with e'Pe < 0.123456, such as all of norm below 0.35136."),
+        "{text}"
+    );
 }

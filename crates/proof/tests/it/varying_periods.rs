@@ -35,8 +35,8 @@ fn a_rotation_is_decided_by_the_map() {
     assert!(over(0.81, 0.8).is_refuted());
 }
 
-/// Rotations as fast as 80 in the norm of `P = diag(1, 2, 1, 2, ..)` that need many cells: what one certificate may cost is
-/// spent before all of its spans of time are decided, and the answer is the same on every machine.
+/// Rotations as fast as 80 in the norm of `P = diag(1, 2, 1, 2, ..)` that need many cells: what one certificate may
+/// cost is spent before all of its spans of time are decided, and the answer is the same on every machine.
 #[test]
 fn the_work_of_a_certificate_is_bounded() {
     let n = 40;

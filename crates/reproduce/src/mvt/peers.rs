@@ -11,6 +11,7 @@ use luenberger_linalg::eigenvalues;
 use luenberger_observers::{Beta, ExtendedKalmanFilter, MeanValueObserver, NoiseModel, NonlinearLuenbergerObserver};
 use luenberger_plants::flexible_joint::FlexibleJoint;
 use luenberger_plants::{Differentiable, flexible_joint};
+use luenberger_proof::certificate::ProvedSentence;
 use luenberger_sim::{Compared, Comparison, Noise, Scenario, Settings, Signal, Trajectory};
 use nalgebra::{Const, DMatrix, Matrix4, SMatrix, Vector4, dmatrix};
 
@@ -229,26 +230,27 @@ fn lipschitz(_: &Context) -> Result<Outcome, CheckError> {
 fn polytopic(_: &Context) -> Result<Outcome, CheckError> {
     let mut words = Vec::new();
     let mut proved = true;
-    let mut examine = |name: &str, found: (bool, f64, f64, String)| {
+    let mut examine = |name: &str, found: (bool, f64, f64, Option<ProvedSentence>)| {
         proved &= found.0;
-        words.push(format!("{name}: rate {}, |L| = {}. {}", short(found.1), short(found.2), found.3));
+        let said = found.3.map_or_else(String::new, |sentence| sentence.to_string());
+        words.push(format!("{name}: rate {}, |L| = {}. {}", short(found.1), short(found.2), said));
     };
     let everywhere = Region::everywhere(4);
     for rate in [RATE, 2.0 * RATE] {
         let corrected = LpvDesign::new(flexible_joint::corrected(), &everywhere, rate)?;
         examine(
             System::Corrected.name(),
-            (corrected.certificate.is_proved(), rate, corrected.l().norm(), corrected.statement()),
+            (corrected.certificate.is_proved(), rate, corrected.l().norm(), corrected.sentence()),
         );
         let classical = LpvDesign::new(flexible_joint::classical(), &everywhere, rate)?;
         examine(
             System::Classical.name(),
-            (classical.certificate.is_proved(), rate, classical.l().norm(), classical.statement()),
+            (classical.certificate.is_proved(), rate, classical.l().norm(), classical.sentence()),
         );
         let printed = LpvDesign::new(flexible_joint::printed(), &everywhere, rate)?;
         examine(
             System::Printed.name(),
-            (printed.certificate.is_proved(), rate, printed.l().norm(), printed.statement()),
+            (printed.certificate.is_proved(), rate, printed.l().norm(), printed.sentence()),
         );
     }
     Ok(Outcome::new(Evidence::holds(proved)).note(words.join(" ")))

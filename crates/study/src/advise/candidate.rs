@@ -208,7 +208,7 @@ impl Candidate {
     }
 
     pub(super) fn is_proved(&self) -> bool {
-        self.designed.report.verdict == "proved"
+        self.designed.report.verdict.is_proved()
     }
 
     pub(super) fn medians(&self) -> Medians {

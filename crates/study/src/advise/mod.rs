@@ -418,7 +418,7 @@ fn ranked(one: &Candidate, score: f64) -> RankedObserver {
         operations: one.cost.as_ref().ok().copied(),
         not_exported: one.cost.as_ref().err().cloned(),
         noise_gain: report.number("noise gain"),
-        verdict: report.verdict.clone(),
+        verdict: report.verdict,
         statement: report.statement.clone(),
         rule: one.rule.to_owned(),
         source: one.source.to_owned(),

@@ -5,7 +5,7 @@ use serde::Serialize;
 use super::candidate::Medians;
 use super::information::{InformationKind, PriorInformation};
 use super::ranking::Criteria;
-use crate::results::{PlantSummary, ScoringReport};
+use crate::results::{DesignVerdict, PlantSummary, ScoringReport, Statement};
 
 /// Which observer to use for a study, and why.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -80,9 +80,9 @@ pub struct RankedObserver {
     #[serde(skip_serializing_if = "Option::is_none")]
     pub noise_gain: Option<f64>,
     /// `proved`, `measured`, `none`, ..
-    pub verdict: String,
+    pub verdict: DesignVerdict,
     /// What is claimed of it.
-    pub statement: String,
+    pub statement: Statement,
     /// Its tuning rule.
     pub rule: String,
     /// Where the rule is from.

@@ -205,7 +205,7 @@ impl Ranking<'_> {
         if first.is_proved() {
             return format!("{name} is proved: {}.", statement(first));
         }
-        let has = match first.designed.report.verdict.as_str() {
+        let has = match first.designed.report.verdict.word() {
             "measured" => "was checked by measurements, without a proof",
             _ => "has no stability certificate",
         };

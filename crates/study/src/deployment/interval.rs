@@ -8,8 +8,8 @@ use luenberger_plants::StateSpace;
 use luenberger_proof::statement::Format;
 use nalgebra::DMatrix;
 
-use super::Evidence;
-use crate::design::{Sampling, sampled_interval, sampled_statement};
+use super::{Evidence, proved_line};
+use crate::design::{Sampling, sampled_interval};
 use crate::maps::operand;
 use crate::operation;
 use crate::study::{IntervalSpec, ObserverSpec, Study};
@@ -19,8 +19,6 @@ use crate::study::{IntervalSpec, ObserverSpec, Study};
 pub struct IntervalDeployment {
     binary32: Result<SampledIntervalDesign, String>,
     binary64: Result<SampledIntervalDesign, String>,
-    /// Bounds of |xhat| and |u| for the widths in the end.
-    kept: (Vec<f64>, Vec<f64>),
 }
 
 impl IntervalDeployment {
@@ -51,7 +49,7 @@ impl IntervalDeployment {
             sampled_interval(&sampling, spec, observer.bounds.as_ref()).map_err(|error| error.to_string())
         };
         let binary64 = Ok(of(Format::Binary64)?);
-        Ok(Self { binary32: of(Format::Binary32), binary64, kept: operation.clone() })
+        Ok(Self { binary32: of(Format::Binary32), binary64 })
     }
 
     fn of(&self, format: Format) -> Result<&SampledIntervalDesign, &str> {
@@ -87,15 +85,16 @@ impl IntervalDeployment {
             Ok(design) => design,
             Err(why) => return Evidence { sentences: vec![format!("No stability certificate: {why}.")], file: None },
         };
-        let kept = (self.kept.0.as_slice(), self.kept.1.as_slice());
-        let statement = sampled_statement(design, &study.plant.states, kept);
         let layout = "State of the step: the estimate, then the half-widths r of its bounds, then rho. Start from xhat with r and rho of the first state, as written here.".to_owned();
         match design.certificate.file(&observer.name) {
             Ok(file) => Evidence {
-                sentences: vec![
-                    format!("Proved (certificate.json), for the step as it runs in {format}: {statement}"),
-                    layout,
-                ],
+                sentences: [
+                    proved_line(", for the step as it runs", &design.certificate.sentences(&study.plant.reading())),
+                    Some(layout),
+                ]
+                .into_iter()
+                .flatten()
+                .collect(),
                 file: Some(file),
             },
             Err(error) => {

@@ -2,15 +2,14 @@
 //! them.
 
 use luenberger_design::{Certificate, NormTarget, deployed_linear};
-use luenberger_proof::certificate::{CertificateFile, DeployedObserver, Theorem};
+use luenberger_proof::certificate::{DeployedObserver, Reading, Theorem};
 use luenberger_proof::statement::{Deployed, Format, Formats, Operation, Running, Step};
 use luenberger_proof::wording::{at_most, if_at_most, rounded};
 use luenberger_sim::Trajectory;
 use nalgebra::DMatrix;
 
 use super::feedback::magnitudes;
-use super::{Evidence, SampledDesign, stored};
-use crate::model::PlantModel;
+use super::{Evidence, SampledDesign, proved_line};
 use crate::operation::MARGIN;
 use crate::study::{ObserverKind, ObserverSpec, Study};
 use crate::trajectory;
@@ -27,46 +26,37 @@ pub(super) fn evidence(
     let fed = study.plant.model.linear().is_some_and(|plant| plant.d.is_some());
     let operation = operation(study, observer, design).filter(|_| !fed);
     let on_target = match &operation {
-        Some(operation) => deployed(&observer.name, design, formats, operation),
+        Some(operation) => deployed(design, formats, operation),
         None => None,
     };
-    let mut sentences = Vec::new();
-    // The forcing of a plant whose matrices are rounded keeps its error from 0.
-    let is_rounded =
-        design.matrices().is_none_or(|m| [m.a, m.b, m.c].iter().any(|m| stored(m, formats.stored).as_ref() != Some(m)));
-    let of_stored = format!(
-        "Proved (certificate.json): with the gains as stored in {0}, in exact arithmetic, the estimation error of a plant x+ = A x + B u, y = C x with the stored A, B and C tends to 0 exponentially from every initial error.{1}",
-        formats.stored,
-        if is_rounded {
-            format!(" {} rounds those of the sampled plant: its own error need not tend to 0.", formats.stored)
-        } else {
-            " They are those of the sampled plant.".to_owned()
-        }
-    );
+    // Disturbances that are estimated are states of this plant.
+    let mut states = study.plant.states.clone();
+    states.extend(observer.kind.estimated_disturbances());
+    let reading = Reading { states: &states, ..study.plant.reading() };
+    let title = &observer.name;
+    let proved = |found: &Certificate, of_what: &str| proved_line(of_what, &found.sentences(&reading));
     let not_covered = || format!("Rounding to {running} on the target is not covered.");
+    let mut sentences = Vec::new();
     let file = match (on_target, operation) {
-        (Some((found, file)), Some(operation)) => {
-            sentences.push(of_stored);
-            sentences.extend(rounding(study, &found, &operation, running));
+        (Some((found, own)), Some(operation)) => own.file(title).ok().inspect(|_| {
+            sentences.extend(proved(&own, ""));
+            sentences.extend(own.running_sentence(&reading).map(|sentence| sentence.to_string()));
             if is_fixed(running) && operation.noise.iter().any(|bound| *bound > 0.0) {
                 let noiseless = Operation { noise: vec![0.0; operation.noise.len()], ..operation };
-                sentences.extend(
-                    deployed(&observer.name, design, formats, &noiseless)
-                        .and_then(|(found, _)| found.ball().map(|ball| without_noise(study, &ball.entries))),
-                );
+                let own = deployed(design, formats, &noiseless).map(|(_, own)| own);
+                sentences.extend(own.and_then(|own| Some(own.noiseless_sentence(&reading)?.to_string())));
             }
-            Some(file)
-        }
-        // Coarse gains may not stabilise: of them the designed ones say nothing.
-        _ if is_fixed(running) => of_stored_numbers(&observer.name, design, formats).inspect(|_| {
-            sentences.push(of_stored);
-            sentences.push(not_covered());
+            sentences.push(rounding(&found, running));
         }),
-        _ => certificate.file(&observer.name).ok().inspect(|_| {
-            sentences.push(
-                "Proved (certificate.json): with the gains as designed, in exact arithmetic, the estimation error of the sampled plant x+ = A x + B u, y = C x tends to 0 exponentially from every initial error."
-                    .to_owned(),
-            );
+        // Coarse gains may not stabilise: of them the designed ones say nothing.
+        _ if is_fixed(running) => of_stored_numbers(design, formats).and_then(|own| {
+            sentences.extend(proved(&own, ""));
+            sentences.push(not_covered());
+            own.file(title).ok()
+        }),
+        _ => certificate.file(title).ok().inspect(|_| {
+            sentences
+                .extend(proved(certificate, ", of the sampled plant, with the gains as designed, in exact arithmetic"));
             sentences.push(not_covered());
         }),
     };
@@ -107,31 +97,25 @@ fn is_fixed(format: Format) -> bool {
     matches!(format, Format::Fixed { .. })
 }
 
-/// The observer in the arithmetic of the target, with its certificate file; none if that is not proved.
-fn deployed(
-    title: &str,
-    design: &SampledDesign,
-    formats: Formats,
-    operation: &Operation,
-) -> Option<(Deployed, CertificateFile)> {
-    match design {
+/// The observer in the arithmetic of the target, with its certificate; none if that is not proved.
+fn deployed(design: &SampledDesign, formats: Formats, operation: &Operation) -> Option<(Deployed, Certificate)> {
+    let (found, certificate) = match design {
         SampledDesign::Linear(design) => {
             let (plant, l) = (design.observer.plant(), design.l());
             let step = if is_fixed(formats.running) { Step::Accumulated } else { Step::Innovation };
             let found = deployed_linear(plant, l, step, formats, operation).ok()?;
-            let file = found.certificate.file(title).ok()?;
-            Some((found.deployed.clone(), file))
+            (found.deployed.clone(), found.certificate.clone())
         }
         SampledDesign::Cubic(design) => {
-            let file = design.deployed_certificate_file(title, formats, operation).ok()?;
-            Some((design.deployed(formats, operation).ok()?, file))
+            (design.deployed(formats, operation).ok()?, design.deployed_certificate(formats, operation).ok()?)
         }
-        _ => None,
-    }
+        _ => return None,
+    };
+    certificate.is_proved().then_some((found, certificate))
 }
 
-/// The certificate file of the stored numbers in exact arithmetic; none if that is not proved.
-fn of_stored_numbers(title: &str, design: &SampledDesign, formats: Formats) -> Option<CertificateFile> {
+/// The certificate of the stored numbers in exact arithmetic; none if that is not proved.
+fn of_stored_numbers(design: &SampledDesign, formats: Formats) -> Option<Certificate> {
     let m = design.matrices()?;
     let (n, m, p) = (m.a.nrows(), m.b.ncols(), m.c.nrows());
     let nothing = Operation {
@@ -141,62 +125,23 @@ fn of_stored_numbers(title: &str, design: &SampledDesign, formats: Formats) -> O
         error: vec![0.0; n],
         deviation: None,
     };
-    let (_, file) = deployed(title, design, formats, &nothing)?;
-    let Theorem::DeployedObserver(theorem) = file.theorem().clone() else { return None };
-    CertificateFile::prove(title, DeployedObserver { ball: None, ..theorem }).ok()
+    let (_, certificate) = deployed(design, formats, &nothing)?;
+    let Theorem::DeployedObserver(theorem) = certificate.theorems().first()?.theorem().clone() else { return None };
+    Certificate::of([DeployedObserver { ball: None, ..theorem }]).ok().filter(Certificate::is_proved)
 }
 
-/// How much of the bound is due to rounding.
-fn without_noise(study: &Study, entries: &[f64]) -> String {
-    let plant = &study.plant;
-    format!("Without measurement noise it is at most {}.", listed(plant, &plant.states, entries))
-}
-
-/// `position 0.1 m, velocity 0.2 m/s`: bounds of a conclusion, each rounded upwards.
-pub(super) fn listed(plant: &PlantModel, names: &[String], values: &[f64]) -> String {
-    written(plant, names, values, at_most)
-}
-
-/// The same for the bounds of a hypothesis, each rounded downwards.
-fn supposed(plant: &PlantModel, names: &[String], values: &[f64]) -> String {
-    written(plant, names, values, if_at_most)
-}
-
-fn written(plant: &PlantModel, names: &[String], values: &[f64], round: fn(f64, usize) -> String) -> String {
-    let one = |(name, value): (&String, &f64)| format!("{name} {}", plant.measured(name, round(*value, DIGITS)));
-    names.iter().zip(values).map(one).collect::<Vec<_>>().join(", ")
-}
-
-/// The bound of the error with all rounding counted, under its bounds of operation.
-fn rounding(study: &Study, deployed: &Deployed, operation: &Operation, format: Format) -> Vec<String> {
-    let ball = match &deployed.running {
-        Running::Within(ball) => ball,
-        Running::Unproved(why) if is_fixed(format) => {
-            return vec![format!(
-                "Rounding to {format} on the target: no bound is proved, and saturation is not excluded ({why})."
-            )];
+/// What is to be said beside the bound of the error with all rounding counted.
+fn rounding(deployed: &Deployed, format: Format) -> String {
+    match &deployed.running {
+        Running::Within(_) => {
+            "The bounds are 1.2 times the magnitudes in the study's simulation, rounded up, with four standard deviations for Gaussian noise."
+                .to_owned()
         }
-        Running::Unproved(_) => return vec![format!("Rounding to {format} on the target: no bound is proved.")],
-    };
-    let plant = &study.plant;
-    let mut bounds = vec![("states", supposed(plant, &plant.states, &operation.state))];
-    if !plant.inputs.is_empty() {
-        bounds.push(("inputs", supposed(plant, &plant.inputs, &operation.input)));
-    }
-    bounds.push(("measurement noise", supposed(plant, &plant.outputs, &operation.noise)));
-    bounds.push(("first error", supposed(plant, &plant.states, &operation.error)));
-    let bounds: Vec<String> = bounds.into_iter().map(|(what, list)| format!("{what} ({list})")).collect();
-    vec![
-        format!(
-            "Rounding and noise{}: while the magnitudes of {} stay within these bounds, the error in the end is at most {}, and no operation leaves the range of {format}{}.",
-            if operation.deviation.is_some() { ", and every deviation of A within `bounds`" } else { "" },
-            bounds.join(", "),
-            listed(plant, &plant.states, &ball.entries),
-            if is_fixed(format) { ": nothing saturates" } else { "" }
+        Running::Unproved(why) if is_fixed(format) => format!(
+            "Rounding to {format} on the target: no bound is proved, and saturation is not excluded ({why})."
         ),
-        "The bounds are 1.2 times the magnitudes in the study's simulation, rounded up, with four standard deviations for Gaussian noise."
-            .to_owned(),
-    ]
+        Running::Unproved(_) => format!("Rounding to {format} on the target: no bound is proved."),
+    }
 }
 
 /// The bounds of the study's simulation; none without a simulation, with feedback of another observer, or if the plant
@@ -233,8 +178,8 @@ fn operation(study: &Study, observer: &ObserverSpec, design: &SampledDesign) -> 
     Some(Operation { state, input, noise, error, deviation })
 }
 
-/// The least bound from `x` on, up to the rounding of x, that is written with [`DIGITS`] digits: what is proved is proved
-/// for the decimal that is printed, of which binary64 may have the number above only.
+/// The least bound from `x` on, up to the rounding of x, that is written with [`DIGITS`] digits: the certificate is for
+/// the decimal that is printed, or the number of binary64 above it.
 fn decimal_bound(x: f64) -> f64 {
     let near = rounded(x, DIGITS);
     let is_above = near >= x * (1.0 - 4.0 * f64::EPSILON);

@@ -38,13 +38,13 @@ use luenberger_export::ExportableObserver;
 use luenberger_linalg::spectral_radius;
 use luenberger_observers::{DiscreteNonlinearObserver, SampledObserver};
 use luenberger_plants::StateSpace;
-use luenberger_proof::certificate::CertificateFile;
+use luenberger_proof::certificate::{CertificateFile, ProvedSentence, Reading};
 use luenberger_proof::statement::{Format, Formats};
 use luenberger_proof::wording::at_least;
 use nalgebra::{DMatrix, DVector};
 
 use crate::design::{self, Designed, NoDesign, Runnable};
-use crate::results::FailureReport;
+use crate::results::{FailureReport, Statement};
 use crate::study::{GainSpec, LinearSpec, ObserverKind, ObserverSpec, Study};
 
 /// Why there is no step, and what would have one.
@@ -288,7 +288,8 @@ pub(crate) fn sampled_of(
                 design.map(|design| SampledDesign::Linear(Box::new(design))).map_err(|error| error.to_string())
             }
             (None, None, Some(point)) => {
-                around(design::norm_filter::sampled(&point.linear, spec, period, &options), point, period)
+                let reading = study.plant.reading();
+                around(design::norm_filter::sampled(&point.linear, spec, period, &options), point, (period, &reading))
             }
             (None, ..) => Err(format!("the kind {} needs a linear plant", observer.kind.name())),
         });
@@ -312,7 +313,9 @@ pub(crate) fn sampled_of(
                 &["form = \"predictor\""],
             ));
         }
-        let design = names.with(|| at_point(gain, point, period, &options)).map_err(|why| failure(why, &[]))?;
+        let design = names
+            .with(|| at_point(gain, point, period, &study.plant.reading(), &options))
+            .map_err(|why| failure(why, &[]))?;
         return Ok(Sampled { design, period, of_the_study: Some(designed) });
     }
     let step = names.with(|| nonlinear::sampled(study, observer, &designed, period, substeps)).map_err(in_words)?;
@@ -324,27 +327,31 @@ fn at_point(
     gain: &LinearSpec,
     point: &OperatingPoint,
     period: f64,
+    reading: &Reading<'_>,
     options: &GainOptions,
 ) -> Result<SampledDesign, String> {
     let linear = design::linear_design(&point.linear, gain, options);
-    around(linear.and_then(|linear| sampled_linear(&linear, gain, period)), point, period)
+    around(linear.and_then(|linear| sampled_linear(&linear, gain, period)), point, (period, reading))
 }
 
 /// A sampled linear design in deviations from an operating point.
 fn around(
     sampled: Result<DiscreteDesign, DesignError>,
     point: &OperatingPoint,
-    period: f64,
+    (period, reading): (f64, &Reading<'_>),
 ) -> Result<SampledDesign, String> {
     let words = |error: &dyn std::fmt::Display| error.to_string();
     let sampled = sampled.map_err(|error| words(&error))?;
     let plant = expressions::around(sampled.observer.plant(), point).map_err(|error| words(&error))?;
+    let statement = Statement::of("The linearisation at the operating point is sampled with the input held.")
+        .proved(sampled.certificate.sentences(reading))
+        .remark("Nothing is proved of the nonlinear plant.");
     let with_gain = DiscreteNonlinearObserver::new(plant, sampled.l().clone(), period);
     Ok(SampledDesign::Nonlinear(Box::new(NonlinearStep {
         observer: ExportableObserver::Discrete(with_gain.map_err(|error| words(&error))?),
         initial: None,
         certificate: Some(sampled.certificate.clone()),
-        statement: "For the linearisation at the operating point, sampled with the input held: the estimation error tends to 0 exponentially from every initial error. Nothing is proved of large deviations of the nonlinear plant.".to_owned(),
+        statement,
         remark: "",
     })))
 }
@@ -435,8 +442,8 @@ pub fn evidence(study: &Study, observer: &ObserverSpec, design: &SampledDesign, 
             let rest = format!(
                 "The step predicts with the inputs of its call, held over the time dt; rounding to {format} on the target is not covered."
             );
-            let statement = design::varying_statement(varying);
-            of_statement(title, Some(&varying.certificate), "with the gains as designed", &statement, &rest)
+            let statement = Statement::default().proved(varying.certificate.sentences(&study.plant.reading()));
+            of_statement(title, Some(&varying.certificate), ", with the gains as designed", &statement, &rest)
         }
         SampledDesign::Nonlinear(step) => step.evidence(title, format),
         SampledDesign::Interval(interval) => interval.evidence(study, observer, format),
@@ -448,14 +455,25 @@ fn of_statement(
     title: &str,
     certificate: Option<&Certificate>,
     of_what: &str,
-    statement: &str,
+    statement: &Statement,
     rest: &str,
 ) -> Evidence {
-    match certificate.and_then(|certificate| certificate.file(title).ok()) {
-        Some(file) => Evidence {
-            sentences: vec![format!("Proved (certificate.json), {of_what}: {statement}"), rest.to_owned()],
-            file: Some(file),
+    let proved: Vec<ProvedSentence> = statement.proved_sentences().cloned().collect();
+    let remarks = statement.remarks().collect::<Vec<_>>().join(" ");
+    match (proved_line(of_what, &proved), certificate.and_then(|certificate| certificate.file(title).ok())) {
+        (Some(line), Some(file)) => {
+            let sentences = [line, remarks, rest.to_owned()].into_iter().filter(|sentence| !sentence.is_empty());
+            Evidence { sentences: sentences.collect(), file: Some(file) }
+        }
+        _ => Evidence {
+            sentences: vec![format!("No stability certificate. {remarks}").trim_end().to_owned()],
+            file: None,
         },
-        None => Evidence { sentences: vec![format!("No stability certificate. {statement}")], file: None },
     }
+}
+
+/// The line of a header on what the certificate proves of something; none if that is nothing.
+fn proved_line(of_what: &str, sentences: &[ProvedSentence]) -> Option<String> {
+    let all: Vec<&str> = sentences.iter().map(ProvedSentence::as_str).collect();
+    (!all.is_empty()).then(|| format!("Proved (certificate.json){of_what}: {}", all.join(" ")))
 }

@@ -1,6 +1,6 @@
 //! Observers of nonlinear plants with a step for each sample.
 
-use luenberger_design::{Certificate, ProvedTheorem};
+use luenberger_design::Certificate;
 use luenberger_export::ExportableObserver;
 use luenberger_export::extension::ExpressionObserver;
 use luenberger_export::moving_horizon::MovingHorizon;
@@ -18,6 +18,7 @@ use nalgebra::{DMatrix, DVector};
 use super::{Evidence, Refusal, of_statement};
 use crate::design::{Designed, PrintedMean, Runnable};
 use crate::maps::{composed, whole};
+use crate::results::{DesignVerdict, Statement};
 use crate::study::{ObserverKind, ObserverSpec, Study};
 
 /// A step of the Runge-Kutta method is at most this share of the time constant of the fastest mode of the error: its
@@ -38,24 +39,22 @@ pub struct NonlinearStep {
     /// observer in continuous time otherwise.
     pub certificate: Option<Certificate>,
     /// What the design says of the error.
-    pub statement: String,
+    pub statement: Statement,
     /// What else is to be known of the step.
     pub remark: &'static str,
 }
 
 impl NonlinearStep {
     fn uncertified(observer: ExportableObserver, statement: &str) -> Self {
-        Self { observer, initial: None, certificate: None, statement: statement.to_owned(), remark: "" }
+        Self { observer, initial: None, certificate: None, statement: Statement::of(statement), remark: "" }
     }
 
     /// The step of a design: its statement and its certificate are those of the design, and a certificate of a part of
     /// what the statement needs proves nothing of the step.
     fn of(designed: &Designed, observer: ExportableObserver) -> Self {
         let Designed { report, certificate, .. } = designed;
-        let statement = match report.verdict.as_str() {
-            "measured" => format!("Measured, not proved: {}", report.statement),
-            _ => report.statement.clone(),
-        };
+        let measured = if report.verdict == DesignVerdict::MEASURED { "Measured, not proved:" } else { "" };
+        let statement = Statement::default().remark(measured).and(&report.statement);
         let certificate = certificate.clone().filter(|_| designed.is_proved());
         Self { observer, initial: None, certificate, statement, remark: "" }
     }
@@ -65,21 +64,19 @@ impl NonlinearStep {
         let steps = counted(self.observer.substeps().unwrap_or(1), "step");
         let (of_what, rest) = match &self.observer {
             ExportableObserver::Discrete(_) => {
-                ("with the gains as designed", format!("Rounding to {format} on the target is not covered."))
+                (", with the gains as designed", format!("Rounding to {format} on the target is not covered."))
             }
             ExportableObserver::Step(_) => {
+                // The design says of the sampled observer what the theorem does not.
+                let alone = Statement::of_proved(self.statement.proved_sentences().cloned());
                 let rest = format!(
                     "The step in this code solves the implicit equation in closed form; rounding to {format} is not covered."
                 );
-                // The design says of the sampled observer what the theorem does not.
-                let theorems = self.certificate.iter().flat_map(Certificate::theorems);
-                let words: Vec<String> = theorems.map(ProvedTheorem::words).collect();
-                let statement = if words.is_empty() { self.statement.clone() } else { words.join(" ") };
-                let of_what = "for the observer in continuous time";
-                return of_statement(title, self.certificate.as_ref(), of_what, &statement, &rest);
+                let of_what = ", for the observer in continuous time";
+                return of_statement(title, self.certificate.as_ref(), of_what, &alone, &rest);
             }
             ExportableObserver::SampledNonlinear(_) | ExportableObserver::Extension(_) => (
-                "for the observer in continuous time",
+                ", for the observer in continuous time",
                 format!(
                     "What this code computes, {steps} of the Runge-Kutta method per period and an output predicted between samples, approaches that as the period goes to 0; the proof does not cover it, nor rounding to {format}."
                 ),
@@ -90,14 +87,13 @@ impl NonlinearStep {
                 } else {
                     "the embedded one, a tree of polynomials"
                 };
-                let statement = format!(
-                    "{} The left inverse is {inverse}; between samples a copy of the plant predicts the output.",
-                    self.statement
-                );
+                let statement = self.statement.clone().remark(format!(
+                    "The left inverse is {inverse}; between samples a copy of the plant predicts the output."
+                ));
                 return of_statement(title, None, "", &statement, "");
             }
             filter => {
-                let mut sentences = vec![format!("No stability certificate: {}", self.statement)];
+                let mut sentences = vec![format!("No stability certificate: {}", &*self.statement)];
                 if matches!(filter, ExportableObserver::MovingHorizon(estimator) if estimator.bounds().is_some()) {
                     sentences.push(
                         "The bounds hold for the estimates after a measurement; the exported estimate is the prediction for the next sample, which may violate them.".to_owned(),
@@ -249,7 +245,7 @@ pub(super) fn sampled(
                 None => Ok(same),
             });
             let filter = same.map_err(|error| plain(error.to_string()))?;
-            let statement = "an extended Kalman filter converges from small errors.";
+            let statement = "no theorem certifies an extended Kalman filter here.";
             Ok(NonlinearStep::uncertified(ExportableObserver::Kalman(filter), statement))
         }
         Runnable::Unscented(filter) => {

@@ -2,10 +2,10 @@
 
 use std::sync::atomic::AtomicBool;
 
+use luenberger_proof::wording::at_most;
 use luenberger_sim::Trajectory;
 
 use super::Sampled;
-use super::linear::listed;
 use crate::design::{Designed, design};
 use crate::study::{ObserverSpec, Study};
 use crate::trajectory::{self, Member};
@@ -117,7 +117,8 @@ impl Difference {
     /// As a sentence, with the names and units of the states.
     pub fn words(&self, study: &Study, observer: &ObserverSpec, format: &str) -> String {
         let plant = &study.plant;
-        let list = |values: &[f64]| listed(plant, &plant.states, values);
+        let one = |(name, value): (&String, &f64)| format!("{name} {}", plant.measured(name, at_most(*value, 3)));
+        let list = |values: &[f64]| plant.states.iter().zip(values).map(one).collect::<Vec<_>>().join(", ");
         let whose = match observer.kind.period().or(plant.dt) {
             Some(_) => "the observer of the study in binary64",
             None => "the observer in continuous time",

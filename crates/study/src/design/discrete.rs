@@ -7,15 +7,18 @@ use luenberger_design::{
 };
 use luenberger_observers::kalman::{ExtendedKalmanFilter, NoiseModel};
 use luenberger_plants::StateSpace;
+use luenberger_proof::certificate::Reading;
 use luenberger_proof::statement::Format;
 use luenberger_proof::wording::significant;
 use nalgebra::DMatrix;
 
 use super::explain::{self, Misfit};
 use super::interval::{self, Sampling};
-use super::{Designed, NoDesign, certified, computed, lower_bound, matrix, number, poles, upper_bound};
+use super::{
+    Designed, NoDesign, asymptotic_factor, certified, lower_bound, matrix, number, poles, proved_of, upper_bound,
+};
 use crate::operation;
-use crate::results::{DesignReport, FailureReport, STATIONARY_COVARIANCES};
+use crate::results::{DesignReport, FailureReport, STATIONARY_COVARIANCES, Statement};
 use crate::runnable::Runnable;
 use crate::study::{GainSpec, LinearSpec, ObserverKind, ObserverSpec, RateSpec, Study};
 
@@ -41,7 +44,12 @@ pub(super) fn design(
     Ok(match &requested.kind {
         ObserverKind::Luenberger(gain) | ObserverKind::Kalman(gain) => {
             let plant = linear()?;
-            in_loop(study, requested, &plant, self::linear(&plant, gain, dt, requested)?.map_err(explained)?)
+            in_loop(
+                study,
+                requested,
+                &plant,
+                self::linear((&plant, &study.plant.reading()), gain, dt, requested)?.map_err(explained)?,
+            )
         }
         ObserverKind::NormFilter(spec) => {
             let options = requested.limits.options(study.solver, end);
@@ -57,7 +65,7 @@ pub(super) fn design(
             }
             same(*period)?;
             let gain = gain_of(&linear()?, gain, dt, requested)?.map_err(explained)?;
-            cubic(&gain, theta, correction, dt).map_err(explained)?
+            cubic(study, &gain, (theta, correction), dt).map_err(explained)?
         }
         ObserverKind::Interval(spec) => {
             let plant = linear()?;
@@ -77,8 +85,8 @@ pub(super) fn design(
                 operation: operation::largest(study, requested),
                 format: Format::Binary64,
             };
-            let states = (&plant, study.plant.states.as_slice());
-            interval::discrete(states, &sampling, spec, requested.bounds.as_ref()).map_err(explained)?
+            let reading = study.plant.reading();
+            interval::discrete((&plant, &reading), &sampling, spec, requested.bounds.as_ref()).map_err(explained)?
         }
         ObserverKind::ExtendedKalman { w, v, p0, period, gate, .. } => {
             same(*period)?;
@@ -144,7 +152,7 @@ pub(super) fn gain_of(
 }
 
 fn linear(
-    plant: &StateSpace,
+    (plant, reading): (&StateSpace, &Reading<'_>),
     spec: &LinearSpec,
     dt: f64,
     requested: &ObserverSpec,
@@ -165,15 +173,14 @@ fn linear(
             matrices.insert(2, matrix(STATIONARY_COVARIANCES[0], &covariance));
         }
         let form = match &filter {
-            Some(_) => " The estimate is xhat(k|k) = xhat(k|k-1) + K (y(k) - C xhat(k|k-1)); e is the error of the prediction xhat(k|k-1).",
+            Some(_) => "The estimate is xhat(k|k) = xhat(k|k-1) + K (y(k) - C xhat(k|k-1)); e is the error of the prediction xhat(k|k-1).",
             None => "",
         };
         let report = DesignReport {
-            statement: format!(
-                "e+ = (A - L C) e: for all x(0) and xhat(0) the error tends to 0.{form}{}{}",
-                super::linear::measurement(plant),
-                computed(&format!("asymptotic factor {} at each sample", significant(radius, 5)))
-            ),
+            statement: proved_of(&design.certificate, reading)
+                .remark(form)
+                .remark(super::linear::measurement(plant))
+                .remark(asymptotic_factor(radius)),
             matrices,
             poles: poles(&design.poles),
             numbers: vec![number("period", dt), number("largest modulus of a pole", radius)],
@@ -186,9 +193,15 @@ fn linear(
     }))
 }
 
-fn cubic(linear: &DiscreteDesign, theta: &DMatrix<f64>, correction: &CubicGain, dt: f64) -> Result<Designed, Misfit> {
+fn cubic(
+    study: &Study,
+    linear: &DiscreteDesign,
+    (theta, correction): (&DMatrix<f64>, &CubicGain),
+    dt: f64,
+) -> Result<Designed, Misfit> {
     let design = SampledCubicDesign::of_discrete_with_cubic_gain(linear, theta, correction)?;
-    Ok(super::linear::sampled_report(&design, linear.observer.plant(), dt))
+    let plant = (linear.observer.plant(), &study.plant.reading());
+    Ok(super::linear::sampled_report(&design, plant, dt))
 }
 
 fn lpv(study: &Study, region: &Region, rate: &RateSpec, dt: f64, options: &GainOptions) -> Result<Designed, Misfit> {
@@ -205,7 +218,7 @@ fn lpv(study: &Study, region: &Region, rate: &RateSpec, dt: f64, options: &GainO
         design.stopped.as_ref().map(|(rate, why)| format!("rate {} is not certified: {why}", significant(*rate, 5)));
     let l = design.l();
     let report = DesignReport {
-        statement: design.statement(),
+        statement: Statement::of_proved(design.sentence()),
         matrices: vec![matrix("L", l), matrix("P", &design.p)],
         numbers: vec![
             lower_bound("rate", design.rate),

@@ -2,16 +2,17 @@
 //! one.
 
 use luenberger_design::{
-    CubicDesign, CubicGain, DecoupledPlant, ErrorBound, GainOptions, LinearDesign, UnknownInputDesign,
+    CubicDesign, CubicGain, DecoupledPlant, ErrorBound, GainOptions, LinearDesign, Pair, UnknownInputDesign,
     disturbances_with_rate, proportional_integral as handed_out, with_disturbance_chain,
 };
 use luenberger_plants::StateSpace;
+use luenberger_proof::certificate::{Reading, Represented};
 use nalgebra::DMatrix;
 
 use super::error_bound::{acting, bounded};
 use super::explain::Misfit;
 use super::linear::{measurement, of};
-use super::{Designed, as_stored, certified, computed_rate, matrix, number, poles, within};
+use super::{Designed, asymptotic_rate, certified, matrix, number, poles, proved_of};
 use crate::results::DesignReport;
 use crate::results::report::eigenvalue;
 use crate::runnable::Runnable;
@@ -32,7 +33,7 @@ fn cubic_of(linear: &LinearDesign, cubic: Option<&(DMatrix<f64>, f64)>) -> Resul
 }
 
 pub(super) fn proportional_integral(
-    (plant, states): (&StateSpace, &[String]),
+    (plant, reading): (&StateSpace, &Reading<'_>),
     (e, chain): (&DMatrix<f64>, Option<usize>),
     gain: &LinearSpec,
     cubic: Option<&(DMatrix<f64>, f64)>,
@@ -41,7 +42,7 @@ pub(super) fn proportional_integral(
 ) -> Result<Designed, Misfit> {
     let (n, order) = (plant.a.nrows(), chain.unwrap_or(1));
     let both = with_disturbance_chain(plant, e, order)?;
-    let linear = of(&both, gain, options)?;
+    let linear = of(&both, gain, options).map_err(|error| error.of_pair(Pair::WithDisturbance))?;
     let cubic = cubic_of(&linear, cubic)?;
     let certificate = cubic.as_ref().map_or(&linear.certificate, |cubic| &cubic.certificate).clone();
     let runnable = match &cubic {
@@ -49,26 +50,10 @@ pub(super) fn proportional_integral(
         Some(cubic) => Runnable::ProportionalIntegralCubic(Box::new(handed_out(cubic.observer.clone(), n)?)),
     };
     let speed = -linear.spectral_abscissa();
-    let model = match order {
-        1 => "a constant disturbance d".to_owned(),
-        2 => "a disturbance d that is linear in t".to_owned(),
-        k => format!("a disturbance d that is a polynomial in t of degree {}", k - 1),
-    };
-    // A region of a cubic term is one of the errors of x and d together.
-    let stored = cubic.as_ref().and_then(|cubic| as_stored(&cubic.certificate));
-    let is_exact = cubic.is_some() && stored.is_none();
-    let error = if order == 1 { "e = (x - xhat, d - dhat)" } else { "e = (x - xhat, d - dhat, ..)" };
-    let from = match stored.and_then(|theorem| within(theorem, error)) {
-        Some(region) => format!("from every initial error{region}"),
-        None => "for all x(0), xhat(0) and d".to_owned(),
-    };
+    let all: Vec<String> = reading.states.iter().chain(names).cloned().collect();
+    let reading = Reading { states: &all, plant: Represented::WithDisturbance { states: n, order }, ..*reading };
     let report = DesignReport {
-        statement: format!(
-            "For {model} {}the errors of x and of d tend to 0, {from}.{}{}",
-            if is_exact { "and the real matrix -P^-1 C'S in place of N " } else { "" },
-            measurement(plant),
-            computed_rate(speed)
-        ),
+        statement: proved_of(&certificate, &reading).remark(measurement(plant)).remark(asymptotic_rate(speed)),
         matrices: matrices(&linear, cubic.as_ref()),
         poles: poles(&linear.poles),
         numbers: vec![number("decay rate", speed)],
@@ -81,12 +66,11 @@ pub(super) fn proportional_integral(
         None => ErrorBound::linear(&linear.observer, &acting)?,
         Some(cubic) => ErrorBound::cubic(cubic, &acting)?,
     };
-    let names: Vec<String> = states.iter().chain(names).cloned().collect();
-    Ok(bounded(designed, &bound, &names, bounds))
+    Ok(bounded(designed, &bound, &reading, bounds))
 }
 
 pub(super) fn unknown_input(
-    plant: &StateSpace,
+    (plant, reading): (&StateSpace, &Reading<'_>),
     e: &DMatrix<f64>,
     gain: &LinearSpec,
     cubic: Option<&(DMatrix<f64>, f64)>,
@@ -97,7 +81,7 @@ pub(super) fn unknown_input(
     let linear = match (&gain.gain, &gain.weight) {
         (GainSpec::Poles(poles), Some(weight)) => decoupled.with_poles(poles)?.lyapunov_weight(weight.clone())?,
         (GainSpec::Poles(poles), None) => decoupled.with_poles(poles)?,
-        _ => of(&decoupled.reduced, gain, options)?,
+        _ => of(&decoupled.reduced, gain, options).map_err(|error| error.of_pair(Pair::Decoupled))?,
     };
     let cubic = cubic_of(&linear, cubic)?;
     let (runnable, certificate) = match &cubic {
@@ -113,16 +97,15 @@ pub(super) fn unknown_input(
     let speed = -linear.spectral_abscissa();
     let fixed = match zeros.as_slice() {
         [] => String::new(),
-        zeros => format!(" The invariant zeros of (A, E, C) are among the poles, whatever L is: {}.", zeros.join(", ")),
+        zeros => format!("The invariant zeros of (A, E, C) are among the poles, whatever L is: {}.", zeros.join(", ")),
     };
     let mut all = matrices(&linear, cubic.as_ref());
     all.extend([matrix("H", &decoupled.h), matrix("TA", &decoupled.reduced.a), matrix("TB", &decoupled.reduced.b)]);
     let report = DesignReport {
-        statement: format!(
-            "For every disturbance d(t) the error of x tends to 0, for all x(0) and xhat(0), with H and T = I - HC as real matrices.{fixed}{}{}",
-            measurement(plant),
-            computed_rate(speed)
-        ),
+        statement: proved_of(&certificate, reading)
+            .remark(fixed)
+            .remark(measurement(plant))
+            .remark(asymptotic_rate(speed)),
         matrices: all.into_iter().filter(|m| m.rows.iter().any(|row| !row.is_empty())).collect(),
         poles: poles(&linear.poles),
         numbers: vec![number("decay rate", speed)],

@@ -2,7 +2,7 @@
 //! alternatives.
 
 use luenberger_design::kkl::ResidualWitness;
-use luenberger_design::{DesignError, EnclosureError, KklError, LpvError, NumericalKklError, UnseenModes};
+use luenberger_design::{DesignError, EnclosureError, KklError, LpvError, NumericalKklError, Pair, UnseenModes};
 use luenberger_expression::{ExpressionPlantError, Row};
 use luenberger_linalg::{LinalgError, observability};
 use luenberger_observers::ObserverError;
@@ -117,7 +117,7 @@ pub(super) fn for_nonlinear(study: &Study, but: &str) -> Vec<String> {
             kinds.push(("kkl-numerical", why));
         }
     }
-    kinds.push(("extended-kalman", "without a proof; it converges from small initial errors"));
+    kinds.push(("extended-kalman", "without a proof"));
     kinds.into_iter().filter(|(kind, _)| *kind != but).map(|(kind, why)| format!("{kind}: {why}")).collect()
 }
 
@@ -159,11 +159,12 @@ pub(super) fn misfit(study: &Study, requested: &ObserverSpec, misfit: &Misfit) -
         Misfit::Design(error) => {
             let alternatives = match error {
                 DesignError::NotDetectable { .. }
+                | DesignError::OfPair { .. }
                 | DesignError::Linalg(
                     LinalgError::Unobservable { .. }
                     | LinalgError::NotDetectable { .. }
                     | LinalgError::PoleMultiplicity { .. },
-                ) => return hidden(study, requested, error.to_string()).caused_by(misfit),
+                ) => return hidden(study, requested, error).caused_by(misfit),
                 DesignError::Linalg(error) => of_functional(error).unwrap_or_default(),
                 DesignError::Infeasible { .. } => with_smaller_rate(study, kind),
                 DesignError::VaryingPeriods { largest: Some(periods), .. } => {
@@ -189,6 +190,7 @@ pub(super) fn misfit(study: &Study, requested: &ObserverSpec, misfit: &Misfit) -
                 DesignError::UnseenDisturbance { .. } => {
                     vec!["fewer columns of `e`, or an output that depends on this state".to_owned()]
                 }
+                DesignError::NothingReachesTheError => vec!["the same observer without `bounds`".to_owned()],
                 DesignError::NormTooSmall { best, .. } => of_larger_gamma(*best, false),
                 DesignError::NormNotFound { best, is_limited, .. } => of_larger_gamma(*best, *is_limited),
                 DesignError::NoiselessOutput { .. } => {
@@ -403,54 +405,69 @@ fn of_larger_gamma(best: Option<f64>, is_limited: bool) -> Vec<String> {
     gamma.into_iter().chain(is_limited.then(|| "a larger `max_gain`".to_owned())).collect()
 }
 
-/// A linear plant with an unobservable mode: the mode, its direction, and which observers still exist.
-fn hidden(study: &Study, requested: &ObserverSpec, why: String) -> FailureReport {
-    let mut hypothesis = why;
-    let mut alternatives = Vec::new();
-    let found = study.plant.model.linear().and_then(|plant| {
-        let unseen = UnseenModes::of(&plant.a, &plant.c, study.plant.time());
-        Some((observability(&plant.a, &plant.c).ok()?, unseen))
+/// A plant with an unobservable mode, or a pair made of it: the mode, its direction, and which observers still exist.
+fn hidden(study: &Study, requested: &ObserverSpec, error: &DesignError) -> FailureReport {
+    let plant =
+        study.plant.model.linear().filter(|_| !matches!(error, DesignError::OfPair { pair: Pair::Decoupled, .. }));
+    let seen = plant.and_then(|plant| observability(&plant.a, &plant.c).ok().map(|seen| (plant, seen)));
+    let Some((plant, seen)) = seen.filter(|(_, seen)| !seen.unobservable.is_empty()) else {
+        return failure(requested, error.to_string(), instead_of(error));
+    };
+    let unseen = UnseenModes::of(&plant.a, &plant.c, study.plant.time());
+    let modes = seen.unobservable.iter().map(|mode| {
+        let direction: Vec<f64> = mode.direction.iter().map(|x| x.re).collect();
+        format!(
+            "{} along {} (margin {})",
+            eigenvalue([mode.eigenvalue.re, mode.eigenvalue.im]),
+            study.plant.direction_in_words(&direction),
+            significant(mode.margin, 2)
+        )
     });
-    if let Some((seen, unseen)) = found {
-        let mut modes = Vec::new();
-        for mode in &seen.unobservable {
-            let direction: Vec<f64> = mode.direction.iter().map(|x| x.re).collect();
-            modes.push(format!(
-                "{} along {} (margin {})",
-                eigenvalue([mode.eigenvalue.re, mode.eigenvalue.im]),
-                study.plant.direction_in_words(&direction),
-                significant(mode.margin, 2)
-            ));
+    let modes: Vec<String> = modes.collect();
+    // Beside the modes that no output sees there may be others that floating point cannot tell from them.
+    let are_all = UnseenModes::count(&plant.a, &plant.c) == Some(modes.len());
+    let how = match unseen {
+        UnseenModes::Decay | UnseenModes::Remain if are_all => ": unobservable modes",
+        UnseenModes::Decay | UnseenModes::Remain => ", and to working precision its unobservable modes are",
+        UnseenModes::None | UnseenModes::Undecided => " to working precision: unobservable modes",
+    };
+    let instead = match unseen {
+        UnseenModes::Decay if !are_all => {
+            "an observer exists, since the plant as stored is detectable, and its gain is large: other units, or an output that depends more on these directions"
         }
-        if !modes.is_empty() {
-            let how = match unseen {
-                UnseenModes::Decay | UnseenModes::Remain => "",
-                UnseenModes::None | UnseenModes::Undecided => " to working precision",
-            };
-            hypothesis = format!("the plant is not observable{how}: unobservable modes {}", modes.join(", "));
+        UnseenModes::Decay => {
+            "the unobservable modes are stable (the plant is detectable): `lmi = true`, `kalman`, or `poles` that contain them"
         }
-        if seen.unobservable.is_empty() {
-            alternatives.push(
-                "fewer repeated poles: the multiplicity of a pole is at most the number of independent outputs"
-                    .to_owned(),
-            );
-        } else {
-            let instead = match unseen {
-                UnseenModes::Decay => {
-                    "the unobservable modes are stable (the plant is detectable): `lmi = true`, `kalman`, or `poles` that contain them"
-                }
-                UnseenModes::Remain => {
-                    "the plant is not detectable, no observer exists: add an output that depends on this direction"
-                }
-                UnseenModes::None => {
-                    "an observer exists, since the plant as stored is observable, and its gain is large: other units, or an output that depends more on this direction"
-                }
-                UnseenModes::Undecided => "an output that depends on this direction",
-            };
-            alternatives.push(instead.to_owned());
+        UnseenModes::Remain => {
+            "the plant is not detectable, no observer exists: add an output that depends on this direction"
         }
-    }
-    failure(requested, hypothesis, alternatives)
+        UnseenModes::None => {
+            "an observer exists, since the plant as stored is observable, and its gain is large: other units, or an output that depends more on this direction"
+        }
+        UnseenModes::Undecided => "an output that depends on this direction",
+    };
+    let hypothesis = format!("the plant is not observable{how} {}", modes.join(", "));
+    failure(requested, hypothesis, vec![instead.to_owned()])
+}
+
+/// What to do about a hidden mode of a pair that is not hidden in the plant.
+fn instead_of(error: &DesignError) -> Vec<String> {
+    let instead = match error {
+        DesignError::Linalg(LinalgError::PoleMultiplicity { .. }) => {
+            "fewer repeated poles: the multiplicity of a pole is at most the number of independent outputs"
+        }
+        DesignError::OfPair { pair: Pair::Sampled, .. } => "a shorter `period`",
+        DesignError::OfPair { pair: Pair::Decoupled, .. } => {
+            "proportional-integral: for a disturbance that is constant or varies slowly"
+        }
+        DesignError::OfPair { pair: Pair::WithDisturbance, .. } => {
+            "other units, or an output that depends more on the disturbance"
+        }
+        DesignError::NotDetectable { .. } => "an output that depends on this mode",
+        DesignError::OfPair { error, .. } => return instead_of(error),
+        _ => "other units, or an output that depends more on this mode",
+    };
+    vec![instead.to_owned()]
 }
 
 /// Observers whose theory is for outputs without the input.

@@ -10,12 +10,13 @@
 use luenberger_design::{Certificate, CubicDesign, DiscreteDesign, FeedbackDesign, LinearDesign};
 use luenberger_linalg::eigenvalues;
 use luenberger_plants::StateSpace;
+use luenberger_proof::certificate::{Reading, Represented};
 use luenberger_proof::wording::significant;
 use nalgebra::{Complex, DMatrix};
 
-use super::{Designed, as_stored, matrix, number, within};
-use crate::results::DesignReport;
+use super::{Designed, matrix, number};
 use crate::results::report::eigenvalue;
+use crate::results::{DesignReport, Statement};
 use crate::signal::Input;
 use crate::study::{ObserverSpec, Study};
 
@@ -82,7 +83,7 @@ fn described(
     designed: Designed,
 ) -> Designed {
     let Designed { runnable, report, certificate, .. } = designed;
-    let DesignReport { mut statement, mut matrices, mut numbers, .. } = report.clone();
+    let DesignReport { mut matrices, mut numbers, .. } = report.clone();
     matrices.push(matrix("K", k));
     let poles = eigenvalues(&(&plant.a - &plant.b * k)).unwrap_or_default();
     let is_discrete = study.plant.dt.is_some();
@@ -93,25 +94,26 @@ fn described(
     numbers.push(number(what, largest));
     let list: Vec<String> = poles.iter().map(|pole| eigenvalue([pole.re, pole.im])).collect();
     let held = match study.simulation.as_ref().and_then(|simulation| simulation.hold) {
-        Some(_) if !is_discrete => ", u in continuous time, not held as in the simulation",
+        Some(_) if !is_discrete => "That is of u in continuous time, not held as in the simulation.",
         _ => "",
     };
     let mut certificate = certificate;
     let said = match proved.filter(Certificate::is_proved) {
         Some(proved) => {
-            let from = match as_stored(&proved).and_then(|theorem| within(theorem, "e")) {
-                Some(region) => format!("from every x(0) and every initial error{region}"),
-                None => "from every x(0) and xhat(0)".to_owned(),
+            let reading = Reading {
+                plant: Represented::Loop { states: plant.a.nrows(), is_linear_part: false },
+                ..study.plant.reading()
             };
+            let sentences = proved.sentences(&reading);
             certificate = certificate.map(|own| own.and(proved));
-            format!("x and xhat tend to 0 exponentially, {from}{held}")
+            Statement::default().proved(sentences).remark(held)
         }
-        None if largest < f64::from(u8::from(is_discrete)) => "its stability is not proved".to_owned(),
-        None => format!("it is not stable, the {what} is {}", significant(largest, 4)),
+        None => Statement::of(format!(
+            "The stability of the loop u = r - K xhat is not proved: the {what} is {}.",
+            significant(largest, 4)
+        )),
     };
-    statement = format!(
-        "{statement} In the loop u = r - K xhat, with the computed poles {} of A - B K besides those of the observer, and r = 0: {said}.",
-        list.join(", ")
-    );
+    let poles = format!("The poles of A - B K are {}, besides those of the observer.", list.join(", "));
+    let statement = report.statement.clone().and(&said).remark(poles);
     Designed::new(runnable, DesignReport { statement, matrices, numbers, ..report }, certificate)
 }

@@ -9,7 +9,7 @@ use nalgebra::{Complex, DMatrix};
 
 use super::explain::Misfit;
 use super::{Designed, matrix, number, poles, uncertified};
-use crate::results::DesignReport;
+use crate::results::{DesignReport, Statement};
 use crate::runnable::Runnable;
 
 pub(super) fn functional(plant: &StateSpace, k: &DMatrix<f64>, requested: &[Complex<f64>]) -> Result<Designed, Misfit> {
@@ -20,12 +20,12 @@ pub(super) fn functional(plant: &StateSpace, k: &DMatrix<f64>, requested: &[Comp
         FunctionalObserver::new(o.f.clone(), o.g.clone(), o.h.clone(), o.n.clone()).map_err(DesignError::from)?;
     let named = [("K", k), ("T", &o.t), ("F", &o.f), ("G", &o.g), ("H", &o.h), ("N", &o.n)];
     let report = DesignReport {
-        statement: format!(
+        statement: Statement::of(format!(
             "No stability certificate: T A = F T + G C holds up to rounding, with the relative residual {}. With equality the error of z = K x, {}, is e' = F e, for all x(0) and w(0): asymptotic rate exp(-{} t).",
             significant(o.residual, 2),
             counted(k.nrows(), "function"),
             significant(slowest, 5)
-        ),
+        )),
         matrices: named.into_iter().filter(|(_, m)| !m.is_empty()).map(|(name, m)| matrix(name, m)).collect(),
         poles: poles(&found),
         numbers: vec![

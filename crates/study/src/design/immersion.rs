@@ -5,11 +5,11 @@
 //! ```text
 //!     K(x) = Dphi(x) f(x, u) - D_y beta(y, chi) Dh(x) f(x, u)
 //! ```
-//! so that `d' = M d` with M a mean of `d K(phi^L(z, y))/dz` over the segment from phi(x) to beta(y, chi). It lies in Z,
-//! the box of phi over the region, if beta(y, chi) does. These derivatives are enclosed over Z and the region, with
+//! so that `d' = M d` with M a mean of `d K(phi^L(z, y))/dz` over the segment from phi(x) to beta(y, chi). It lies in
+//! Z, the box of phi over the region, if beta(y, chi) does. These derivatives are enclosed over Z and the region, with
 //! jumps of f, h, phi, phi^L and beta compared in value. If one P proves every matrix of the enclosure to be Hurwitz, d
-//! decays exponentially as long as x stays in the region and beta(y, chi) in Z: (A5). phi^L has bounded derivatives by z
-//! there, and xhat tends to x.
+//! decays exponentially as long as x stays in the region and beta(y, chi) in Z: (A5). phi^L has bounded derivatives by
+//! z there, and xhat tends to x.
 
 use luenberger_design::enclosure::{EnclosureError, JacobianEnclosure, enclose, output_bounds};
 use luenberger_design::kkl::{Attractivity, KklReport, KklSettings, attractivity};
@@ -17,16 +17,17 @@ use luenberger_design::{Certificate, IntervalDual, KklError, Names, Region};
 use luenberger_expression::{Expression, ExpressionPlant};
 use luenberger_observers::{Immersion, ImmersionInvarianceObserver, KklMap};
 use luenberger_plants::{Differentiable, Dimensions, Plant, Shape};
+use luenberger_proof::certificate::{Reading, Represented};
 use luenberger_proof::wording::{at_least, at_most, significant};
 use luenberger_proof::{Interval, Matrix, Ring, Verdict};
 use nalgebra::{DMatrix, DVector};
 
 use super::explain::Misfit;
-use super::kkl_maps::{candidate, is_left_inverse, measured_left_inverse, proved};
+use super::kkl_maps::{candidate, is_left_inverse, measured_left_inverse};
 use super::{Designed, facts, matrix, number};
 use crate::maps::{ImmersionMaps, ImmersionSpec, KklMaps, left_inverse_defect};
 use crate::model::Model;
-use crate::results::{DesignReport, FactReport};
+use crate::results::{DesignReport, DesignVerdict, FactReport, Statement};
 use crate::runnable::Runnable;
 use crate::study::Study;
 
@@ -46,7 +47,7 @@ pub(super) fn immersion(study: &Study, spec: &ImmersionSpec) -> Result<Designed,
     is_left_inverse(model, &maps.image, region, &report, settings.tolerance)?;
     let found = Findings::of(study, spec, &report)?;
     let is_proved = found.open.is_empty();
-    let statement = if is_proved { found.converges(region) } else { found.does_not_follow() };
+    let statement = if is_proved { found.converges(study, region) } else { found.does_not_follow() };
     let numbers = vec![
         number("smallest ratio of distances under (phi, h)", report.injectivity.smallest_ratio),
         number("smallest singular value of D(phi, h)", report.injectivity.smallest_singular_value),
@@ -58,7 +59,10 @@ pub(super) fn immersion(study: &Study, spec: &ImmersionSpec) -> Result<Designed,
         poles: found.poles,
         numbers,
         facts: found.facts,
-        verdict: if is_proved { "proved" } else { "measured" }.to_owned(),
+        verdict: match &found.certificate {
+            Some(certificate) if is_proved => DesignVerdict::of(certificate),
+            _ => DesignVerdict::MEASURED,
+        },
         evidence: (!is_proved).then(|| found.open.join("; ")),
         noise_deviation: Vec::new(),
     };
@@ -66,7 +70,7 @@ pub(super) fn immersion(study: &Study, spec: &ImmersionSpec) -> Result<Designed,
     Ok(Designed::new(Runnable::Immersion(Box::new(observer)), report, found.certificate))
 }
 
-/// What is proved, and what is left open.
+/// What is  and what is left open.
 struct Findings {
     facts: Vec<FactReport>,
     /// The hypotheses that are not proved; none where the error is proved to tend to 0.
@@ -75,8 +79,9 @@ struct Findings {
     image: Vec<Interval>,
     poles: Vec<[f64; 2]>,
     p: Option<DMatrix<f64>>,
-    /// That the Jacobians of the distance are Hurwitz.
+    /// That the Jacobians of the distance, which are these, are Hurwitz.
     certificate: Option<Certificate>,
+    jacobian: Matrix<Interval>,
 }
 
 impl Findings {
@@ -90,19 +95,28 @@ impl Findings {
             poles: Vec::new(),
             p: None,
             certificate: None,
+            jacobian: Matrix::from_fn(0, 0, |_, _| Interval::zero()),
         };
         let over = Enclosed::over(study, maps, region);
         if is_exact(model, &maps.image, region) {
-            found.facts.push(proved("phi^L(phi(x), h(x)) = x", "verified over the region".to_owned(), None));
+            found.facts.push(FactReport::of_region(
+                "phi^L(phi(x), h(x)) = x",
+                "verified over the region".to_owned(),
+                None,
+            ));
         } else {
             found.open.push(measured_left_inverse(report));
         }
         if let Verdict::Proved { margin } = report.injectivity.verdict {
-            found.facts.push(proved("(phi, h) is injective", "verified over the region".to_owned(), Some(margin)));
+            found.facts.push(FactReport::of_region(
+                "(phi, h) is injective",
+                "verified over the region".to_owned(),
+                Some(margin),
+            ));
         }
         if over.as_ref().is_ok_and(|over| over.has_pivots(maps)) {
             let words = "verified by the constant entries of D_chi beta".to_owned();
-            found.facts.push(proved("D_chi beta has full row rank (A4)", words, None));
+            found.facts.push(FactReport::of_region("D_chi beta has full row rank (A4)", words, None));
         } else {
             found.open.push(format!(
                 "that D_chi beta has full row rank (A4) is not proved: its least singular value at the samples, with chi of the start, is {}",
@@ -138,23 +152,27 @@ impl Findings {
         self.facts.splice(0..0, facts(&found.certificate, &[]));
         self.p = found.p;
         self.certificate = Some(found.certificate);
+        self.jacobian = found.jacobian;
         None
     }
 
     /// The sentence of a proof.
-    fn converges(&self, region: &Region) -> String {
+    fn converges(&self, study: &Study, region: &Region) -> Statement {
         // The hypothesis is rounded to the inside.
         let entry =
             |(k, z): (usize, &Interval)| format!("beta{} in [{}, {}]", k + 1, at_most(z.lo(), 6), at_least(z.hi(), 6));
         let image: Vec<String> = self.image.iter().enumerate().map(entry).collect();
-        format!(
-            "As long as x(t) and u(t) stay in the region ({region}) and beta(y(t), chi(t)) in the box of phi over it ({}), the distance beta(y, chi) - phi(x) decays exponentially, and xhat = phi^L(beta(y, chi), y) is Lipschitz in it: the estimation error tends to 0.",
+        let hypothesis = format!(
+            "as long as x(t) and u(t) stay in the region ({region}) and beta(y(t), chi(t)) in the box of phi over it ({})",
             image.join(", ")
-        )
+        );
+        let plant = Represented::Distance { hypothesis: &hypothesis, m: &self.jacobian };
+        let reading = Reading { plant, ..study.plant.reading() };
+        Statement::of_proved(self.certificate.iter().flat_map(|certificate| certificate.sentences(&reading)))
     }
 
     /// The sentence without a proof.
-    fn does_not_follow(&self) -> String {
+    fn does_not_follow(&self) -> Statement {
         let slowest = self.poles.iter().map(|[re, _]| *re).fold(f64::NEG_INFINITY, f64::max);
         let known = if slowest > 0.0 {
             format!(
@@ -164,9 +182,9 @@ impl Findings {
         } else {
             "Its convergence is not proved: check it by simulation.".to_owned()
         };
-        format!(
+        Statement::of(format!(
             "The observer is made for a manifold beta(y, chi) = phi(x) that is invariant, with xhat = x on it. {known}"
-        )
+        ))
     }
 }
 

@@ -5,14 +5,14 @@ use luenberger_design::{
     TimeDomain, least_width_gain,
 };
 use luenberger_plants::StateSpace;
+use luenberger_proof::certificate::Reading;
 use luenberger_proof::statement::Format;
-use luenberger_proof::wording::{at_least, at_most, exact, if_at_most};
 use nalgebra::DMatrix;
 
 use super::error_bound::acting;
 use super::explain::Misfit;
 use super::linear::{measurement, of};
-use super::{Designed, certified, lower_bound, matrix, poles, upper_bound};
+use super::{Designed, certified, lower_bound, matrix, poles, proved_of, upper_bound};
 use crate::results::{DesignReport, NamedNumber};
 use crate::runnable::Runnable;
 use crate::study::{ActingBounds, IntervalSpec};
@@ -27,16 +27,6 @@ fn bounds(given: Option<&ActingBounds>, plant: &StateSpace) -> ActingBounds {
     })
 }
 
-/// `x1 0.5, x2 2`.
-fn listed(names: &[String], widths: &[f64]) -> String {
-    names
-        .iter()
-        .zip(widths)
-        .map(|(name, width)| format!("{name} {}", at_most(*width, 4)))
-        .collect::<Vec<_>>()
-        .join(", ")
-}
-
 fn numbers(names: &[String], widths: &[f64]) -> Vec<NamedNumber> {
     names
         .iter()
@@ -46,7 +36,7 @@ fn numbers(names: &[String], widths: &[f64]) -> Vec<NamedNumber> {
 }
 
 pub(super) fn continuous(
-    (plant, states): (&StateSpace, &[String]),
+    (plant, reading): (&StateSpace, &Reading<'_>),
     spec: &IntervalSpec,
     given: Option<&ActingBounds>,
     options: &GainOptions,
@@ -64,17 +54,12 @@ pub(super) fn continuous(
     let comparison = design.observer.comparison();
     let is_metzler = (0..flow.nrows()).all(|i| (0..flow.nrows()).all(|j| i == j || flow[(i, j)] >= 0.0));
     let metzler = match spec.coordinates {
-        ErrorCoordinates::Plant if is_metzler => " A - L C is Metzler.",
-        ErrorCoordinates::Plant => " A - L C is not Metzler: K is the Metzler matrix above it.",
+        ErrorCoordinates::Plant if is_metzler => "A - L C is Metzler.",
+        ErrorCoordinates::Plant => "A - L C is not Metzler: K is the Metzler matrix above it.",
         ErrorCoordinates::Modal => "",
     };
     let report = DesignReport {
-        statement: format!(
-            "Under all noise and disturbances within `bounds`, and for x(0) within `initial_bounds` of the first estimate, the state is between xhat - r and xhat + r at all times. The half-widths r approach {}, or less, like exp(-{} t).{metzler}{}",
-            listed(states, &design.widths),
-            at_least(design.rate, 4),
-            measurement(plant)
-        ),
+        statement: proved_of(&design.certificate, reading).remark(metzler).remark(measurement(plant)),
         matrices: vec![
             matrix("L", &inner.l),
             matrix("T", &design.t),
@@ -84,7 +69,7 @@ pub(super) fn continuous(
         ],
         poles: poles(&luenberger_linalg::eigenvalues(&flow).map_err(luenberger_design::DesignError::from)?),
         numbers: std::iter::once(lower_bound("rate of the width", design.rate))
-            .chain(numbers(states, &design.widths))
+            .chain(numbers(reading.states, &design.widths))
             .collect(),
         ..certified(&design.certificate, &[])
     };
@@ -140,24 +125,8 @@ pub(crate) fn sampled_design(
     }
 }
 
-/// What the sampled observer claims.
-pub(crate) fn sampled_statement(design: &SampledIntervalDesign, states: &[String], kept: (&[f64], &[f64])) -> String {
-    let within = |names: &str, bounds: &[f64]| {
-        let listed: Vec<String> = bounds.iter().map(|bound| if_at_most(*bound, 4)).collect();
-        if listed.is_empty() { String::new() } else { format!("|{names}| <= ({})", listed.join(", ")) }
-    };
-    let kept: Vec<String> =
-        [within("xhat", kept.0), within("u", kept.1)].into_iter().filter(|text| !text.is_empty()).collect();
-    format!(
-        "Under all noise and disturbances within `bounds`, and for x(0) within `initial_bounds` of the first estimate, the state is between xhat - r and xhat + r at every sample, the rounding of every operation included. While {}, the half-widths r approach {}, or less, by the factor {} at each sample.",
-        kept.join(" and "),
-        listed(states, &design.widths),
-        exact(design.factor)
-    )
-}
-
 pub(super) fn discrete(
-    (plant, states): (&StateSpace, &[String]),
+    (plant, reading): (&StateSpace, &Reading<'_>),
     sampling: &Sampling<'_>,
     spec: &IntervalSpec,
     given: Option<&ActingBounds>,
@@ -166,11 +135,7 @@ pub(super) fn discrete(
     let gains = design.observer.gains();
     let flow = &gains.f - &gains.l * &gains.c;
     let report = DesignReport {
-        statement: format!(
-            "{}{}",
-            sampled_statement(&design, states, (&sampling.operation.0, &sampling.operation.1)),
-            measurement(plant)
-        ),
+        statement: proved_of(&design.certificate, reading).remark(measurement(plant)),
         matrices: vec![
             matrix("L", &gains.l),
             matrix("T", &design.t),
@@ -180,7 +145,7 @@ pub(super) fn discrete(
         ],
         poles: poles(&luenberger_linalg::eigenvalues(&flow).map_err(luenberger_design::DesignError::from)?),
         numbers: std::iter::once(upper_bound("factor of the width", design.factor))
-            .chain(numbers(states, &design.widths))
+            .chain(numbers(reading.states, &design.widths))
             .collect(),
         ..certified(&design.certificate, &[])
     };

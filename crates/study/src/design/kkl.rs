@@ -15,7 +15,7 @@ use nalgebra::SVector;
 use super::explain::Misfit;
 use super::{Designed, number};
 use crate::model::Model;
-use crate::results::{DesignReport, NamedNumber};
+use crate::results::{DesignReport, DesignVerdict, NamedNumber, Statement};
 use crate::runnable::{Kkl, Runnable};
 use crate::study::KklSpec;
 
@@ -204,12 +204,12 @@ fn report<const Z: usize>(
     evidence: String,
 ) -> DesignReport {
     DesignReport {
-        statement: statement.to_owned(),
+        statement: Statement::of(statement),
         matrices: Vec::new(),
         poles: target.dynamics().complex_eigenvalues().iter().map(|pole| [pole.re, pole.im]).collect(),
         numbers,
         facts: Vec::new(),
-        verdict: "measured".to_owned(),
+        verdict: DesignVerdict::MEASURED,
         noise_deviation: Vec::new(),
         evidence: Some(evidence),
     }

@@ -5,15 +5,15 @@ use luenberger_design::{Certificate, DesignError, KklCandidate, KklDesign, KklEr
 use luenberger_observers::kkl::KklMap;
 use luenberger_plants::Plant;
 use luenberger_proof::Verdict;
-use luenberger_proof::certificate::{KklErrorBound, Theorem};
-use luenberger_proof::wording::{at_least, at_most, counted, significant};
+use luenberger_proof::certificate::{KklErrorBound, Reading, Theorem};
+use luenberger_proof::wording::{at_most, counted, significant};
 use nalgebra::{DMatrix, DVector};
 
 use super::explain::Misfit;
-use super::{Designed, facts, lower_bound, matrix, number, upper_bound, verdict};
+use super::{Designed, facts, lower_bound, matrix, number, proved_of, upper_bound};
 use crate::maps::{KklMaps, KklMapsSpec, kkl_error_bound};
 use crate::model::Model;
-use crate::results::{DesignReport, FactReport, NamedNumber};
+use crate::results::{DesignReport, DesignVerdict, FactReport, NamedNumber, Statement};
 use crate::runnable::Runnable;
 
 /// The plant with the given maps, as the checks of `luenberger-design` take them. All states are estimated.
@@ -30,7 +30,7 @@ pub fn candidate<'a>(model: &'a Model, maps: &'a KklMaps) -> Result<KklCandidate
 ///
 /// What is proved of its error is what the certificate of the bound says, and nothing else: it covers (4), Lambda and
 /// phi^L over the whole region.
-pub(super) fn kkl(model: &Model, spec: &KklMapsSpec, names: &[String]) -> Result<Designed, Misfit> {
+pub(super) fn kkl(model: &Model, spec: &KklMapsSpec, reading: &Reading<'_>) -> Result<Designed, Misfit> {
     let KklMapsSpec { maps, region } = spec;
     let all: Vec<usize> = (0..maps.plant.states).collect();
     let settings = KklSettings::default();
@@ -42,31 +42,31 @@ pub(super) fn kkl(model: &Model, spec: &KklMapsSpec, names: &[String]) -> Result
     let poles = stable.eigenvalues.iter().map(|z| [z.re, z.im]).collect();
     let (statement, certificate, matrices, verdict, evidence) = match kkl_error_bound(model, maps, region) {
         Ok(bound) => {
-            numbers.extend(bound_numbers(&bound, names));
+            numbers.extend(bound_numbers(&bound, reading.states));
             let order = bound.p.rows();
             let p = matrix("P", &DMatrix::from_fn(order, order, |i, j| bound.p[(i, j)]));
-            let statement = guaranteed(&bound, region, names);
             // Its decrease implies that Lambda is Hurwitz.
             let certificate = Certificate::of([bound]).map_err(DesignError::from).map_err(KklError::from)?;
-            let verdict = verdict(&certificate);
+            let statement = proved_of(&certificate, reading);
+            let verdict = DesignVerdict::of(&certificate);
             (statement, certificate, vec![p], verdict, None)
         }
         Err(why) => {
-            let statement = format!(
+            let statement = Statement::of(format!(
                 "The observer is made for xi - phi(x) to decay and xhat = phi^L(xi, y) to tend to x while x(t) and u(t) stay in the region ({region}). No bound of the estimation error is certified: {why}."
-            );
+            ));
             let mut evidence = vec![measured_left_inverse(report)];
             if !report.injectivity.verdict.is_proved() {
                 evidence.push(undecided_injectivity(report));
             }
             let p = stable.p.iter().map(|p| matrix("P", p)).collect();
-            (statement, stable.certificate.clone(), p, "measured".to_owned(), Some(evidence.join("; ")))
+            (statement, stable.certificate.clone(), p, DesignVerdict::MEASURED, Some(evidence.join("; ")))
         }
     };
     let mut facts = all_facts(report, &certificate);
     if is_exact(&certificate) {
         // phi^L takes every (phi, h)(x) of the region back to x.
-        facts.push(self::proved("phi^L(phi(x), h(x)) = x", "verified over the region".to_owned(), None));
+        facts.push(FactReport::of_region("phi^L(phi(x), h(x)) = x", "verified over the region".to_owned(), None));
     }
     let design_report =
         DesignReport { statement, matrices, poles, numbers, facts, verdict, evidence, noise_deviation: Vec::new() };
@@ -80,31 +80,6 @@ fn is_exact(certificate: &Certificate) -> bool {
         Theorem::KklErrorBound(bound) => bound.claims.defect.iter().all(|defect| *defect == 0.0),
         _ => false,
     })
-}
-
-/// The bound in words.
-fn guaranteed(bound: &KklErrorBound, region: &Region, names: &[String]) -> String {
-    let claims = &bound.claims;
-    let sum = |k: usize| match (claims.lipschitz[k], claims.defect[k]) {
-        (0.0, defect) => at_most(defect, 3),
-        (lipschitz, 0.0) => format!("{} V(t)", at_most(lipschitz, 3)),
-        (lipschitz, defect) => format!("{} V(t) + {}", at_most(lipschitz, 3), at_most(defect, 3)),
-    };
-    let each = |say: &dyn Fn(usize) -> String| {
-        (0..names.len()).map(|k| format!("{} for {}", say(k), names[k])).collect::<Vec<_>>().join(", ")
-    };
-    let limit = if claims.limit == 0.0 { String::new() } else { format!(" + {}", at_most(claims.limit, 3)) };
-    let eventually = if claims.eventual.iter().all(|x| *x == 0.0) {
-        "the estimation error tends to 0".to_owned()
-    } else {
-        format!("the estimation error is in the limit at most {}", each(&|k| at_most(claims.eventual[k], 3)))
-    };
-    format!(
-        "As long as x(t) and u(t) stay in the region ({region}), with e = xi - phi(x) and V = sqrt(e'Pe): V(t) <= exp(-{} t) V(0){limit}, and while V(t) <= {} the estimation error is at most {}. From every xi(0) {eventually}.",
-        at_least(bound.rate, 3),
-        at_least(claims.start, 3),
-        each(&sum),
-    )
 }
 
 /// The numbers of the bound.
@@ -204,21 +179,16 @@ pub(super) fn all_facts(report: &KklReport, certificate: &Certificate) -> Vec<Fa
     if residual.verdict.is_proved() && residual.continuous {
         let bounds: Vec<String> = residual.bounds.iter().map(|bound| at_most(*bound, 3)).collect();
         let words = format!("verified over the region; residual by rows at most {}", bounds.join(", "));
-        all.push(proved("D phi f = Lambda phi + B", words, None));
+        all.push(FactReport::of_region("D phi f = Lambda phi + B", words, None));
     }
     if coupling.verdict.is_proved() {
         let pairs: Vec<String> = coupling.reads.iter().map(|(i, j)| format!("B{} reads xi{}", i + 1, j + 1)).collect();
         let words = if pairs.is_empty() { "B does not depend on xi".to_owned() } else { pairs.join(", ") };
         let words = format!("verified; {words}");
-        all.push(proved(DECAY, words, None));
+        all.push(FactReport::of_region(DECAY, words, None));
     }
     if let Verdict::Proved { margin } = injectivity.verdict {
-        all.push(proved("(phi, h) is injective", "verified over the region".to_owned(), Some(margin)));
+        all.push(FactReport::of_region("(phi, h) is injective", "verified over the region".to_owned(), Some(margin)));
     }
     all
-}
-
-pub(super) fn proved(statement: &str, words: String, margin: Option<f64>) -> FactReport {
-    let margin = margin.filter(|margin| margin.is_finite());
-    FactReport { statement: statement.to_owned(), verdict: "proved".to_owned(), margin, words }
 }

@@ -1,17 +1,17 @@
 //! Designs of the observers of linear plants.
 
-use luenberger_design::number::decay;
 use luenberger_design::{
     CubicDesign, CubicGain, DesignError, ErrorBound, GainOptions, LinearDesign, SampledCubicDesign, UncertainBound,
 };
 use luenberger_plants::StateSpace;
+use luenberger_proof::certificate::Reading;
 use luenberger_proof::wording::significant;
 use nalgebra::DMatrix;
 
 use super::error_bound::{acting, bounded};
 use super::explain::Misfit;
 use super::noise_gain::NoiseGain;
-use super::{Designed, certified, computed, computed_rate, matrix, number, poles, reach};
+use super::{Designed, asymptotic_rate, certified, matrix, number, poles, proved_of};
 use crate::results::{DesignReport, STATIONARY_COVARIANCES};
 use crate::runnable::Runnable;
 use crate::study::{ActingBounds, GainSpec, LinearSpec, Study};
@@ -36,7 +36,7 @@ pub(super) fn of(
 
 /// What the observers measure, which is what a certificate calls y.
 pub(super) fn measurement(plant: &StateSpace) -> &'static str {
-    if plant.d.is_some() { " The output depends on the input: the observer uses y - D u = C x." } else { "" }
+    if plant.d.is_some() { "The output depends on the input: the observer uses y - D u = C x." } else { "" }
 }
 
 pub(super) fn luenberger(
@@ -45,12 +45,7 @@ pub(super) fn luenberger(
     requested: &LinearSpec,
     (options, bounds): (&GainOptions, Option<&ActingBounds>),
 ) -> Result<Designed, Misfit> {
-    let design = of(plant, requested, options)?;
-    let promised = match requested.gain {
-        GainSpec::DecayRate(rate) => format!(" The error decays at least as fast as {}.", decay(rate)),
-        _ => String::new(),
-    };
-    linear_report(study, plant, &design, &promised, bounds)
+    linear_report(study, plant, &of(plant, requested, options)?, bounds)
 }
 
 /// A linear observer in numbers and words, with the bound of its error if that is asked for.
@@ -58,7 +53,6 @@ pub(super) fn linear_report(
     study: &Study,
     plant: &StateSpace,
     design: &LinearDesign,
-    promised: &str,
     bounds: Option<&ActingBounds>,
 ) -> Result<Designed, Misfit> {
     let rate = -design.spectral_abscissa();
@@ -77,11 +71,9 @@ pub(super) fn linear_report(
         None => vec![l, matrix("P", &design.p), matrix("Q", &design.q)],
     };
     let report = DesignReport {
-        statement: format!(
-            "e' = (A - L C) e: for all x(0) and xhat(0) the error tends to 0.{promised}{}{}",
-            measurement(plant),
-            computed_rate(rate)
-        ),
+        statement: proved_of(&design.certificate, &study.plant.reading())
+            .remark(measurement(plant))
+            .remark(asymptotic_rate(rate)),
         matrices,
         poles: poles(&design.poles),
         numbers,
@@ -99,7 +91,7 @@ pub(super) fn linear_report(
                 }
                 None => ErrorBound::linear(&design.observer, &acting)?,
             };
-            Ok(bounded(designed, &bound, &study.plant.states, bounds))
+            Ok(bounded(designed, &bound, &study.plant.reading(), bounds))
         }
         None => Ok(designed),
     }
@@ -125,15 +117,11 @@ pub(super) fn cubic_report(
     (linear, design): (&LinearDesign, &CubicDesign),
     bounds: Option<&ActingBounds>,
 ) -> Result<Designed, Misfit> {
-    let reach = reach(&design.certificate);
     let noise = NoiseGain::of(study, [(&plant.a, &plant.c)], design.l(), Some(&linear.poles));
     let mut numbers = vec![number("decay rate of small errors", -linear.spectral_abscissa())];
     numbers.extend(noise.numbers());
     let report = DesignReport {
-        statement: format!(
-            "With the real matrix -P^-1 C'S in place of N, V = e'Pe decreases at least as fast as without the cubic term, for every error. {reach}{}",
-            measurement(plant)
-        ),
+        statement: proved_of(&design.certificate, &study.plant.reading()).remark(measurement(plant)),
         matrices: vec![
             matrix("L", design.l()),
             matrix("N", &design.observer.n),
@@ -158,14 +146,14 @@ pub(super) fn cubic_report(
                 }
                 None => ErrorBound::cubic(design, &acting)?,
             };
-            Ok(bounded(designed, &bound, &study.plant.states, bounds))
+            Ok(bounded(designed, &bound, &study.plant.reading(), bounds))
         }
         None => Ok(designed),
     }
 }
 
 pub(super) fn sampled(
-    plant: &StateSpace,
+    (plant, reading): (&StateSpace, &Reading<'_>),
     requested: &LinearSpec,
     theta: &DMatrix<f64>,
     (correction, period): (&CubicGain, f64),
@@ -173,33 +161,20 @@ pub(super) fn sampled(
 ) -> Result<Designed, Misfit> {
     let linear = of(plant, requested, options)?;
     let design = SampledCubicDesign::with_cubic_gain(&linear, theta, correction, period)?;
-    Ok(sampled_report(&design, plant, period))
-}
-
-/// What the semi-implicit step has in addition.
-pub(super) fn semi_implicit(design: &SampledCubicDesign) -> &'static str {
-    if design.observer.coupling().is_some() {
-        " The cubic term takes a semi-implicit step, which does not increase V at any period."
-    } else {
-        ""
-    }
-}
-
-/// What the observer measures, and the factor of V at the slowest pole, as computed.
-pub(super) fn of_samples(plant: &StateSpace, slowest: f64) -> String {
-    let factor = computed(&format!("asymptotic factor of V {} per sample", significant(slowest * slowest, 4)));
-    format!("{}{factor}", measurement(plant))
+    Ok(sampled_report(&design, (plant, reading), period))
 }
 
 /// A sampled cubic observer in numbers and words.
-pub(super) fn sampled_report(design: &SampledCubicDesign, plant: &StateSpace, period: f64) -> Designed {
+pub(super) fn sampled_report(
+    design: &SampledCubicDesign,
+    (plant, reading): (&StateSpace, &Reading<'_>),
+    period: f64,
+) -> Designed {
     let slowest = design.poles.iter().map(|pole| pole.norm()).fold(0.0, f64::max);
     let report = DesignReport {
-        statement: format!(
-            "Sampled every {period}: V = e'Pe decreases from sample to sample, for every error.{}{}",
-            semi_implicit(design),
-            of_samples(plant, slowest)
-        ),
+        statement: proved_of(&design.certificate, reading)
+            .remark(measurement(plant))
+            .remark(format!("Computed: asymptotic factor of V {} per sample.", significant(slowest * slowest, 4))),
         matrices: vec![matrix("P", &design.p), matrix("S", &design.s)],
         poles: poles(&design.poles),
         numbers: vec![number("period", period), number("largest modulus of a pole", slowest)],

@@ -27,12 +27,11 @@ mod varying_periods;
 pub use crate::designed::Designed;
 pub use crate::runnable::{At, Chains, Kkl, Runnable, VaryingPeriods, WithDisturbance, WithoutDisturbance};
 pub use crate::study::PrintedMean;
-pub(crate) use interval::{Sampling, sampled_design as sampled_interval, sampled_statement};
+pub(crate) use interval::{Sampling, sampled_design as sampled_interval};
 pub use kkl_maps::candidate;
 pub use luenberger_export::moving_horizon::LONGEST_WINDOW;
 pub(crate) use noise_gain::SPEED_RATIO;
 pub(crate) use sliding_mode::gains as sliding_mode_gains_of;
-pub(crate) use varying_periods::statement as varying_statement;
 
 use std::sync::atomic::AtomicBool;
 use std::time::Instant;
@@ -41,12 +40,15 @@ use luenberger_design::numerical_kkl::NumericalKklError;
 use luenberger_design::{Certificate, CubicDesign, DesignError, DiscreteDesign, Fact, GainOptions, LinearDesign};
 use luenberger_plants::StateSpace;
 use luenberger_proof::Verdict;
-use luenberger_proof::certificate::{CubicConvergence, Region, Theorem};
-use luenberger_proof::wording::{at_least, if_at_most, significant};
+use luenberger_proof::certificate::Reading;
+use luenberger_proof::wording::at_least;
+use luenberger_proof::wording::significant;
 use nalgebra::{Complex, DMatrix};
 
 use self::explain::Misfit;
-use crate::results::{DesignReport, FactReport, FailureReport, NamedMatrix, NamedNumber, Rounding};
+use crate::results::{
+    DesignReport, DesignVerdict, FactReport, FailureReport, NamedMatrix, NamedNumber, Rounding, Statement,
+};
 use crate::study::{LinearSpec, ObserverKind, ObserverSpec, Study};
 
 /// Why an observer has no design.
@@ -162,18 +164,20 @@ fn in_words(
             let plant = model.linear().ok_or_else(|| explain::not_linear(study, requested))?;
             let names = requested.kind.estimated_disturbances();
             let acting = (requested.bounds.as_ref(), rate.as_slice(), names.as_slice());
-            let (plant, e) = ((&plant, study.plant.states.as_slice()), (e, *chain));
+            let reading = study.plant.reading();
+            let (plant, e) = ((&plant, &reading), (e, *chain));
             disturbance::proportional_integral(plant, e, gain, cubic.as_ref(), acting, &options).map_err(explained)
         }
         ObserverKind::UnknownInput { e, linear: gain, cubic } => {
             let plant = model.linear().ok_or_else(|| explain::not_linear(study, requested))?;
-            disturbance::unknown_input(&plant, e, gain, cubic.as_ref(), &options).map_err(explained)
+            let reading = study.plant.reading();
+            disturbance::unknown_input((&plant, &reading), e, gain, cubic.as_ref(), &options).map_err(explained)
         }
         ObserverKind::SlidingMode(spec) => sliding_mode::design(study, requested, spec),
         ObserverKind::Interval(spec) => {
             let plant = model.linear().ok_or_else(|| explain::not_linear(study, requested))?;
-            let plant = (&plant, study.plant.states.as_slice());
-            interval::continuous(plant, spec, requested.bounds.as_ref(), &options).map_err(explained)
+            let reading = study.plant.reading();
+            interval::continuous((&plant, &reading), spec, requested.bounds.as_ref(), &options).map_err(explained)
         }
         ObserverKind::ReducedOrder(poles) => {
             explain::output_of_the_state(study, requested)?;
@@ -191,10 +195,12 @@ fn in_words(
             shifted(designed.map(|designed| in_loop(&plant, designed))).map_err(explained)
         }
         ObserverKind::SampledCubic { linear: gain, theta, correction, period, varying } => {
-            let plant = linear()?;
+            let (plant, reading) = (linear()?, study.plant.reading());
             let designed = match varying {
-                Some(periods) => varying_periods::design(&plant, gain, theta, (correction, *period, periods), &options),
-                None => linear::sampled(&plant, gain, theta, (correction, *period), &options),
+                Some(periods) => {
+                    varying_periods::design((&plant, &reading), gain, theta, (correction, *period, periods), &options)
+                }
+                None => linear::sampled((&plant, &reading), gain, theta, (correction, *period), &options),
             };
             shifted(designed).map_err(explained)
         }
@@ -223,7 +229,7 @@ fn in_words(
         ObserverKind::MovingHorizon(spec) => {
             moving_horizon::design(model, spec, Some(spec.substeps)).map_err(explained)
         }
-        ObserverKind::Kkl(spec) => kkl_maps::kkl(model, spec, &study.plant.states).map_err(explained),
+        ObserverKind::Kkl(spec) => kkl_maps::kkl(model, spec, &study.plant.reading()).map_err(explained),
         ObserverKind::ImmersionInvariance(spec) => {
             explain::output_without_time(study, requested)?;
             immersion::immersion(study, spec).map_err(explained)
@@ -289,9 +295,9 @@ fn poles(poles: &[Complex<f64>]) -> Vec<[f64; 2]> {
 /// smallest first, and at the end those without a margin.
 fn facts(certificate: &Certificate, vertices: &[String]) -> Vec<FactReport> {
     let mut facts: Vec<FactReport> = certificate.facts().map(|each| fact(each, vertices)).collect();
-    let order = |fact: &FactReport| match (fact.verdict.as_str(), fact.margin) {
-        ("proved", Some(margin)) if margin > 0.0 => margin,
-        ("proved", _) => f64::INFINITY,
+    let order = |fact: &FactReport| match (fact.verdict.is_proved(), fact.margin) {
+        (true, Some(margin)) if margin > 0.0 => margin,
+        (true, _) => f64::INFINITY,
         _ => f64::NEG_INFINITY,
     };
     facts.sort_by(|x, y| order(x).total_cmp(&order(y)));
@@ -312,70 +318,41 @@ fn fact(fact: &Fact, vertices: &[String]) -> FactReport {
     };
     FactReport {
         statement: fact.inequality_naming(vertices),
-        verdict: fact.verdict.word().to_lowercase(),
+        verdict: DesignVerdict::of_fact(&fact.verdict),
         margin: fact.verdict.margin(),
         words,
     }
 }
 
-fn verdict(certificate: &Certificate) -> String {
-    // A false inequality is one of this P, and says nothing about the observer: one that is shown to be unstable has no
-    // design.
-    if certificate.is_proved() { "proved" } else { "undecided" }.to_owned()
+/// What a certificate proves of the plant that it is read as; that nothing is proved, where that is so.
+fn proved_of(certificate: &Certificate, reading: &Reading<'_>) -> Statement {
+    Statement::of_proved(certificate.sentences(reading))
+}
+
+/// The rate at which errors decay in the end, by the poles in floating point.
+fn asymptotic_rate(rate: f64) -> String {
+    format!("Computed: asymptotic rate exp(-{} t).", significant(rate, 5))
+}
+
+/// The same from sample to sample.
+fn asymptotic_factor(radius: f64) -> String {
+    format!("Computed: asymptotic factor {} at each sample.", significant(radius, 5))
 }
 
 /// The part of a report that is the certificate's; the rest is empty.
 fn certified(certificate: &Certificate, vertices: &[String]) -> DesignReport {
-    DesignReport { facts: facts(certificate, vertices), verdict: verdict(certificate), ..DesignReport::default() }
+    DesignReport {
+        facts: facts(certificate, vertices),
+        verdict: DesignVerdict::of(certificate),
+        ..DesignReport::default()
+    }
 }
 
 /// That of a design without a certificate, for this reason.
 fn uncertified(why: &str) -> DesignReport {
     DesignReport {
-        verdict: "none".to_owned(),
+        verdict: DesignVerdict::NONE,
         evidence: Some(format!("no certificate: {why}")),
         ..DesignReport::default()
     }
-}
-
-/// The region of convergence of the cubic observer, with its gains as stored in floating point.
-fn reach(certificate: &Certificate) -> String {
-    match as_stored(certificate) {
-        Some(theorem) => {
-            let region = within(theorem, "e").unwrap_or_default();
-            format!("With the gains as stored it converges from every initial error{region}.")
-        }
-        None => "Convergence with the gains as stored is not certified.".to_owned(),
-    }
-}
-
-/// What is proved of a cubic observer with its gains as stored, alone or in a loop.
-fn as_stored(certificate: &Certificate) -> Option<&CubicConvergence> {
-    certificate.theorems().iter().find_map(|proved| match proved.theorem() {
-        Theorem::CubicConvergence(theorem) => Some(theorem),
-        Theorem::FeedbackLoop(theorem) => Some(&theorem.observer),
-        _ => None,
-    })
-}
-
-/// The region of first errors, behind "every initial error", with what the error is; none for all.
-fn within(theorem: &CubicConvergence, error: &str) -> Option<String> {
-    match theorem.region {
-        Region::Everywhere => None,
-        Region::Within(level) => Some(format!(
-            " {error} with e'Pe < {}, such as all of norm below {}",
-            if_at_most(level, 6),
-            if_at_most(theorem.ball(), 5)
-        )),
-    }
-}
-
-/// A computed property at the end of a statement: nothing proves it.
-fn computed(what: &str) -> String {
-    format!(" Computed: {what}.")
-}
-
-/// The rate of the slowest pole, as computed.
-fn computed_rate(rate: f64) -> String {
-    computed(&format!("asymptotic rate exp(-{} t)", significant(rate, 5)))
 }

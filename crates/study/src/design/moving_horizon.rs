@@ -7,7 +7,7 @@ use nalgebra::DVector;
 use super::explain::Misfit;
 use super::{Designed, matrix, number, uncertified};
 use crate::model::Model;
-use crate::results::DesignReport;
+use crate::results::{DesignReport, Statement};
 use crate::runnable::Runnable;
 use crate::study::MovingHorizonSpec;
 
@@ -26,11 +26,11 @@ pub(super) fn design(model: &Model, spec: &MovingHorizonSpec, substeps: Option<u
         " The estimates at the samples stay within the bounds of the states.".clone_into(&mut bounded);
     }
     let report = DesignReport {
-        statement: format!(
+        statement: Statement::of(format!(
             "One measurement every {period}; the states of the last {} by least squares, {} at each.{bounded}",
             counted(horizon.window, "sample"),
             counted(horizon.iterations, "Gauss-Newton step")
-        ),
+        )),
         matrices: vec![matrix("W", w), matrix("V", v), matrix("P(0)", p0)],
         numbers: vec![
             number("period", *period),

@@ -2,14 +2,13 @@
 
 use luenberger_design::enclosure::enclose;
 use luenberger_design::lpv::Polytope;
-use luenberger_design::number::decay;
 use luenberger_design::{
-    DesignError, GainOptions, LipschitzDesign, LipschitzPlant, LpvDesign, LpvError, MeanValueDesign, ProvedTheorem,
-    Region, Sector,
+    DesignError, GainOptions, LipschitzDesign, LipschitzPlant, LpvDesign, LpvError, MeanValueDesign, Region, Sector,
 };
 use luenberger_observers::{ExtendedKalmanFilter, HighGainObserver, Integral, NoiseModel, Observer};
 use luenberger_plants::Plant;
-use luenberger_proof::wording::{at_most, capital, significant};
+use luenberger_proof::certificate::{ProvedSentence, Reading, Represented};
+use luenberger_proof::wording::significant;
 use nalgebra::{DMatrix, DVector};
 
 use super::explain::Misfit;
@@ -17,7 +16,7 @@ use super::noise_gain::NoiseGain;
 use super::{Designed, certified, lower_bound, matrix, number, uncertified, upper_bound};
 use crate::maps::{HighGainMaps, composed};
 use crate::model::Model;
-use crate::results::DesignReport;
+use crate::results::{DesignReport, Statement};
 use crate::runnable::{Chains, Runnable};
 use crate::study::{ObserverSpec, RateSpec, Study};
 
@@ -47,7 +46,7 @@ pub(super) fn lpv(study: &Study, region: &Region, rate: &RateSpec, options: &Gai
     ];
     numbers.extend(noise.numbers());
     let report = DesignReport {
-        statement: design.statement(),
+        statement: Statement::of_proved(design.sentence()),
         matrices: vec![matrix("L", l), matrix("P", &design.p)],
         numbers,
         evidence,
@@ -73,7 +72,7 @@ fn beyond_vertices(study: &Study, region: &Region, rate: &RateSpec, options: &Ga
     let whose = format!(
         "{count} entries of the Jacobians vary, too many for a polytope with 2^{count} vertices: the norm-bounded form is used, which is more conservative."
     );
-    by_sectors(study, &design, &enclosure.hypothesis(region, "xhat", "t"), &whose)
+    by_sectors(study, &design, enclosure.sentence(&design.certificate, region, ("xhat", "t")), &whose)
 }
 
 pub(super) fn lipschitz(
@@ -91,13 +90,13 @@ pub(super) fn lipschitz(
         None => read,
     };
     let design = LipschitzDesign::new_with(&plant, gain, rate, options)?;
-    let contains = |proved: &ProvedTheorem| proved.theorem().contains_jacobians(&enclosure.a, &enclosure.c);
-    let whose = if split.is_none() || design.certificate.theorems().first().is_some_and(contains) {
-        "The sectors enclose the Jacobian over the region."
-    } else {
-        "The sectors are those of the study; they are not checked."
-    };
-    by_sectors(study, &design, &enclosure.hypothesis(region, "xhat", "t"), whose)
+    if let Some(sentence) = enclosure.sentence(&design.certificate, region, ("xhat", "t")) {
+        return by_sectors(study, &design, Some(sentence), "The sectors enclose the Jacobian over the region.");
+    }
+    let hypothesis = enclosure.hypothesis(region, "xhat", "t");
+    let reading = Reading { plant: Represented::InSectors { hypothesis: &hypothesis }, ..study.plant.reading() };
+    let given = design.certificate.sentences(&reading).into_iter().next();
+    by_sectors(study, &design, given, "The sectors are those of the study; they are not checked.")
 }
 
 /// The design of the greatest rate up to the ceiling, to one hundredth of it.
@@ -120,23 +119,20 @@ fn fastest(
     Ok(best)
 }
 
-/// The report of a design by sectors under a hypothesis; `whose` says where they come from.
-fn by_sectors(study: &Study, design: &LipschitzDesign, hypothesis: &str, whose: &str) -> Result<Designed, Misfit> {
+/// The report of a design by sectors, with what it proves; `whose` says where they come from.
+fn by_sectors(
+    study: &Study,
+    design: &LipschitzDesign,
+    sentence: Option<ProvedSentence>,
+    whose: &str,
+) -> Result<Designed, Misfit> {
     let count = design.plant.sectors().len();
-    let who = match count {
-        1 => "every nonlinearity within its sector".to_owned(),
-        count => format!("all {count} nonlinearities within their sectors"),
-    };
-    let decays = match design.rate {
-        0.0 => "tends to 0".to_owned(),
-        rate => format!("decays at least as fast as {}", decay(rate)),
-    };
     let centre = design.plant.centre();
     let noise = NoiseGain::of(study, [(&centre, design.plant.c())], &design.l, None);
     let mut numbers = vec![lower_bound("rate", design.rate), number("sectors", count as f64)];
     numbers.extend(noise.numbers());
     let report = DesignReport {
-        statement: format!("{}, the error {decays}, for {who}. {whose}", capital(hypothesis)),
+        statement: Statement::of_proved(sentence).remark(whose),
         matrices: vec![matrix("L", &design.l), matrix("P", &design.p)],
         numbers,
         noise_deviation: noise.deviation,
@@ -159,7 +155,6 @@ pub(super) fn mean_value(
     let design = MeanValueDesign::over(&polytope, rate, options)?;
     let names: Vec<String> = polytope.vertices.iter().map(ToString::to_string).collect();
     let observer = design.observer(model.clone(), eta, Integral, DVector::from_column_slice(internal_error))?;
-    let hypothesis = polytope.enclosure.hypothesis(region, "z", "t");
     let noise = NoiseGain::of(study, polytope.vertices.iter().map(|vertex| (&vertex.a, &vertex.c)), &design.l, None);
     let mut numbers = vec![
         lower_bound("rate", design.rate),
@@ -169,11 +164,8 @@ pub(super) fn mean_value(
     ];
     numbers.extend(noise.numbers());
     let report = DesignReport {
-        statement: format!(
-            "With z = xhat + e, |x(t) - z(t)| <= {} |x(0) - z(0)| {}, {hypothesis}.",
-            at_most(design.overshoot, 5),
-            decay(rate)
-        ),
+        statement: Statement::of_proved(polytope.enclosure.sentence(&design.certificate, region, ("z", "t")))
+            .remark("z is xhat + e, with the internal error e."),
         matrices: vec![matrix("L", &design.l), matrix("P", &design.p)],
         numbers,
         noise_deviation: noise.deviation,
@@ -207,7 +199,7 @@ pub(super) fn high_gain(chains: Chains, alpha: &[f64], r: f64) -> Result<Designe
         )
     };
     let report = DesignReport {
-        statement: format!("A copy of the plant with {gains}, r = {r}. {theorem}"),
+        statement: Statement::of(format!("A copy of the plant with {gains}, r = {r}. {theorem}")),
         matrices,
         numbers: vec![number("r", r)],
         ..uncertified(why)
@@ -241,9 +233,9 @@ pub(super) fn high_gain_maps(
         })
         .unwrap_or_default();
     let report = DesignReport {
-        statement: format!(
+        statement: Statement::of(format!(
             "xi' = drift + shape (alpha_i / r^i) (y - head) with the head of each chain, r = {r}. The poles are those of the observer at the first estimate."
-        ),
+        )),
         matrices: vec![matrix("alpha_i / r^i", &DMatrix::from_column_slice(gain.len(), 1, gain.as_slice()))],
         poles,
         numbers: vec![number("r", r)],
@@ -276,9 +268,9 @@ pub(super) fn extended_report(
         filter = filter.with_gate(gate)?;
     }
     let report = DesignReport {
-        statement: format!(
+        statement: Statement::of(format!(
             "One measurement every {period}; the gain is computed from the covariance along the estimate.{gated}"
-        ),
+        )),
         matrices: vec![matrix("W", w), matrix("V", v), matrix("P(0)", p0)],
         numbers: vec![number("period", period)],
         ..uncertified("local convergence only")

@@ -6,12 +6,11 @@ use luenberger_design::{
 };
 use luenberger_linalg::zero_order_hold;
 use luenberger_plants::StateSpace;
-use luenberger_proof::wording::{at_most, significant};
 
 use super::explain::Misfit;
 use super::linear::measurement;
 use super::noise_gain::NoiseGain;
-use super::{Designed, certified, computed, computed_rate, matrix, number, poles, upper_bound};
+use super::{Designed, asymptotic_factor, asymptotic_rate, certified, matrix, number, poles, proved_of, upper_bound};
 use crate::results::DesignReport;
 use crate::runnable::Runnable;
 use crate::study::{NormFilterSpec, Study};
@@ -34,29 +33,13 @@ pub(super) fn norm_filter(
     let (runnable, decay, speed) = match dt {
         None => {
             let rate = -largest(|re, _| re);
-            (Runnable::Linear(Box::new(design.observer()?)), computed_rate(rate), number("decay rate", rate))
+            (Runnable::Linear(Box::new(design.observer()?)), asymptotic_rate(rate), number("decay rate", rate))
         }
         Some(dt) => {
             let radius = largest(f64::hypot);
-            let words = computed(&format!("asymptotic factor {} at each sample", significant(radius, 5)));
             let runnable = Runnable::DiscreteLinear(Box::new(design.discrete_observer(dt)?));
-            (runnable, words, number("largest modulus of a pole", radius))
+            (runnable, asymptotic_factor(radius), number("largest modulus of a pole", radius))
         }
-    };
-    let gamma = at_most(design.gamma, 5);
-    let bound = match (spec.norm, time) {
-        (SystemNorm::HInfinity, TimeDomain::Continuous) => format!(
-            "For every w the integral of |H e|^2 is at most gamma^2 times that of |w|^2 plus e(0)'P e(0), gamma = {gamma}"
-        ),
-        (SystemNorm::HInfinity, TimeDomain::Discrete) => format!(
-            "For every w the sum of |H e|^2 is at most gamma^2 times that of |w|^2 plus e(0)'P e(0), gamma = {gamma}"
-        ),
-        (SystemNorm::H2, TimeDomain::Continuous) => format!(
-            "White noise w of unit intensity leaves H e with variances whose sum is below gamma^2 in the end, gamma = {gamma}"
-        ),
-        (SystemNorm::H2, TimeDomain::Discrete) => format!(
-            "White noise w of unit covariance leaves H e with variances whose sum is below gamma^2 in the end, gamma = {gamma}"
-        ),
     };
     let mut numbers = vec![speed, upper_bound("gamma", design.gamma), number(&format!("{name} norm"), design.norm)];
     numbers.extend(design.least.map(|least| number(&format!("least {name} norm"), least)));
@@ -68,10 +51,7 @@ pub(super) fn norm_filter(
         numbers.extend(noise.numbers());
     }
     let report = DesignReport {
-        statement: format!(
-            "{bound}. Without w the error tends to 0, for all x(0) and xhat(0).{}{decay}",
-            measurement(plant)
-        ),
+        statement: proved_of(&design.certificate, &study.plant.reading()).remark(measurement(plant)).remark(decay),
         matrices: vec![matrix("L", &design.l), matrix("P", &design.p)],
         poles: poles(&design.poles),
         numbers,

@@ -7,6 +7,7 @@ use luenberger_proof::wording::significant;
 use super::Designed;
 use super::explain::Misfit;
 use crate::model::Model;
+use crate::results::Statement;
 use crate::runnable::{At, Runnable};
 use crate::study::Study;
 
@@ -33,10 +34,8 @@ pub(super) fn shifted(study: &Study, design: Designed, point: &OperatingPoint) -
     } else {
         "The certificate is of the linearisation: nothing is proved of the nonlinear plant."
     };
-    report.statement = format!(
-        "Linearised at the operating point {place}. For the linear system x' = A x + B u, y = C x with the matrices of the linearisation, x, u and y being the deviations: {} {truth}",
-        report.statement
-    );
+    report.statement =
+        Statement::of(format!("Linearised at the operating point {place}.")).and(&report.statement).remark(truth);
     Ok(Designed::new(runnable, report, certificate))
 }
 

@@ -9,6 +9,7 @@ use luenberger_proof::wording::significant;
 use super::explain::Misfit;
 use super::linear::{cubic_report, linear_report};
 use super::{Designed, matrix, number};
+use crate::results::Statement;
 use crate::study::{ActingBounds, Study};
 
 pub(super) fn design(
@@ -20,7 +21,7 @@ pub(super) fn design(
     let found = OptimalCubicDesign::new(plant, problem, end)?;
     let mut designed = match &found.cubic {
         Some(cubic) => cubic_report(study, plant, (&found.linear, cubic), bounds)?,
-        None => linear_report(study, plant, &found.linear, "", bounds)?,
+        None => linear_report(study, plant, &found.linear, bounds)?,
     };
     let (cost, linear) = (found.cost, found.linear_cost);
     let comparison = match &found.cubic {
@@ -36,7 +37,7 @@ pub(super) fn design(
         ),
     };
     let report = &mut designed.report;
-    report.statement = format!("{comparison} {}", report.statement);
+    report.statement = Statement::of(comparison).and(&report.statement);
     if found.cubic.is_some() {
         report.matrices.push(matrix("L of the linear optimum", &found.linear_gain));
     }

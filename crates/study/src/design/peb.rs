@@ -16,11 +16,11 @@ use luenberger_proof::wording::{at_most, counted, significant};
 use nalgebra::{DMatrix, DVector, Dyn, RealField};
 
 use super::explain::Misfit;
-use super::kkl_maps::{self, candidate, is_left_inverse, proved, undecided_injectivity};
+use super::kkl_maps::{self, candidate, is_left_inverse, undecided_injectivity};
 use super::{Designed, matrix, number, upper_bound};
 use crate::maps::{PebSpec, RegressionMaps, ResetSpec};
 use crate::model::Model;
-use crate::results::DesignReport;
+use crate::results::{DesignReport, DesignVerdict, FactReport, Statement};
 use crate::runnable::Runnable;
 use crate::signal::Input;
 use crate::study::{ObserverSpec, Study};
@@ -65,7 +65,7 @@ pub(super) fn peb(study: &Study, requested: &ObserverSpec, spec: &PebSpec) -> Re
         let bounds = &regression.bounds[..maps.signal.len()];
         let rows: Vec<String> = bounds.iter().map(|bound| at_most(*bound, 3)).collect();
         let words = format!("verified over the region; residual by rows at most {}", rows.join(", "));
-        facts.push(proved(equation, words, None));
+        facts.push(FactReport::of_region(equation, words, None));
         let largest = bounds.iter().copied().fold(0.0, f64::max);
         numbers.push(upper_bound("bound of the residual of d s(y)/dt = g + m theta", largest));
     } else {
@@ -84,7 +84,7 @@ pub(super) fn peb(study: &Study, requested: &ObserverSpec, spec: &PebSpec) -> Re
             poles: report.stability.eigenvalues.iter().map(|z| [z.re, z.im]).collect(),
             numbers,
             facts,
-            verdict: "measured".to_owned(),
+            verdict: DesignVerdict::MEASURED,
             evidence: None,
             noise_deviation: Vec::new(),
         },
@@ -111,7 +111,7 @@ pub(super) fn peb(study: &Study, requested: &ObserverSpec, spec: &PebSpec) -> Re
     Ok(designed)
 }
 
-fn statement(spec: &PebSpec) -> String {
+fn statement(spec: &PebSpec) -> Statement {
     let region = &spec.region;
     let rest = match spec.maps.open.len() {
         count if count == spec.maps.kkl.order() => {
@@ -120,15 +120,16 @@ fn statement(spec: &PebSpec) -> String {
         _ => "the error of the KKL part of xi decays exponentially, and the regression for what the other rows miss is exact once it has".to_owned(),
     };
     let leakage = if spec.maps.leakage > 0.0 {
-        " With leakage this constant moves, and the estimation error does not tend to 0."
+        "With leakage this constant moves, and the estimation error does not tend to 0."
     } else {
         ""
     };
-    format!(
-        "The observer is made for this: as long as x(t) and u(t) stay in the region ({region}), {rest}, and the {} converges as far as the run excites the regression.{leakage}{}",
-        spec.estimator.words(),
-        reset(spec)
-    )
+    Statement::of(format!(
+        "The observer is made for this: as long as x(t) and u(t) stay in the region ({region}), {rest}, and the {} converges as far as the run excites the regression.",
+        spec.estimator.words()
+    ))
+    .remark(leakage)
+    .remark(reset(spec))
 }
 
 /// What resets do to the estimate.
@@ -136,10 +137,10 @@ fn reset(spec: &PebSpec) -> &'static str {
     match (&spec.reset, spec.maps.memory()) {
         (None, _) => "",
         (Some(_), FilterMemory::Transformed) => {
-            " A reset moves theta_hat into xi and the filters with it: the estimates are those without resets."
+            "A reset moves theta_hat into xi and the filters with it: the estimates are those without resets."
         }
         (Some(_), FilterMemory::Restarted) => {
-            " A reset moves theta_hat into xi: the estimate is continuous, and the filters begin again, so that the excitation since the last reset is lost."
+            "A reset moves theta_hat into xi: the estimate is continuous, and the filters begin again, so that the excitation since the last reset is lost."
         }
     }
 }

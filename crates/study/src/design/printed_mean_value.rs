@@ -9,7 +9,7 @@ use nalgebra::{DVector, Dyn};
 use super::explain::Misfit;
 use super::{Designed, number, uncertified};
 use crate::model::Model;
-use crate::results::DesignReport;
+use crate::results::{DesignReport, Statement};
 use crate::runnable::Runnable;
 use crate::study::PrintedMean;
 
@@ -60,10 +60,10 @@ pub(super) fn design(model: &Model, mean: PrintedMean, eta: f64, internal_error:
     let start = DVector::from_column_slice(internal_error);
     let observer = MeanValueObserver::new(model.clone(), eta, mean, start)?;
     let report = DesignReport {
-        statement: format!(
+        statement: Statement::of(format!(
             "Eq. (3) as printed, with {}. The internal error e never grows, as eta > 1/2; x - xhat tends to 0 with it where e(0) = x(0) - xhat(0).",
             mean.words()
-        ),
+        )),
         numbers: vec![number("eta", eta)],
         ..uncertified(
             "the theorem as printed is false, the estimation error need not tend to 0 from another e(0); without `as_printed` the observer with output injection is designed",

@@ -8,7 +8,7 @@ use luenberger_plants::StateSpace;
 use nalgebra::{Complex, DMatrix};
 
 use super::explain::Misfit;
-use super::{Designed, certified, computed_rate, matrix, number, poles};
+use super::{Designed, asymptotic_rate, certified, matrix, number, poles, proved_of};
 use crate::maps::{KklMaps, MapNames};
 use crate::model::PlantModel;
 use crate::results::DesignReport;
@@ -23,12 +23,9 @@ pub(super) fn reduced_order(study: &Study, plant: &StateSpace, requested: &[Comp
     let named = [("T", &o.t), ("F", &o.f), ("G", &o.g), ("H", &o.h), ("M", &o.m), ("N", &o.n), ("P", &design.p)];
     let matrices = named.into_iter().filter(|(_, m)| !m.is_empty()).map(|(name, m)| matrix(name, m)).collect();
     let report = DesignReport {
-        statement: format!(
-            "w' = F w + G y + H u, xhat = M w + N y with {} of {} states: for all x(0) and w(0) the error tends to 0, with M, N, F and G as real matrices. The outputs of the estimate are the measured ones, noise included.{}",
-            o.f.nrows(),
-            plant.a.nrows(),
-            computed_rate(slowest)
-        ),
+        statement: proved_of(&design.certificate, &study.plant.reading())
+            .remark("The outputs of the estimate are the measured ones, noise included.")
+            .remark(asymptotic_rate(slowest)),
         matrices,
         poles: poles(&design.poles),
         numbers: vec![number("decay rate", slowest), number("noise passed to the estimate, norm of N", norm(&o.n))],

@@ -3,13 +3,14 @@
 use luenberger_design::{SuperTwistingDesign, sliding_mode_gains};
 use luenberger_expression::Row;
 use luenberger_observers::sliding_mode::{Discretisation, SlidingModeObserver};
-use luenberger_proof::wording::{at_most, if_at_most};
+use luenberger_proof::certificate::Reading;
+use luenberger_proof::wording::{at_most, significant};
 use nalgebra::{DMatrix, DVector};
 
 use super::explain::{self, Misfit};
-use super::{Designed, NoDesign, facts, matrix, number, upper_bound, verdict};
+use super::{Designed, NoDesign, facts, matrix, number, proved_of, upper_bound};
 use crate::model::Model;
-use crate::results::{DesignReport, FailureReport};
+use crate::results::{DesignReport, DesignVerdict, FailureReport, Statement};
 use crate::runnable::Runnable;
 use crate::structure::Structure;
 use crate::study::{ObserverSpec, SlidingModeSpec, Study};
@@ -58,11 +59,12 @@ pub(crate) fn gains(spec: &SlidingModeSpec, order: usize) -> Result<Vec<f64>, lu
 
 pub(super) fn design(study: &Study, requested: &ObserverSpec, spec: &SlidingModeSpec) -> Result<Designed, NoDesign> {
     chain(study, requested)?;
-    designed(&study.plant.model, &study.plant.states, spec)
+    designed(&study.plant.model, &study.plant.reading(), spec)
         .map_err(|misfit| explain::misfit(study, requested, &misfit).into())
 }
 
-fn designed(model: &Model, states: &[String], spec: &SlidingModeSpec) -> Result<Designed, Misfit> {
+fn designed(model: &Model, reading: &Reading<'_>, spec: &SlidingModeSpec) -> Result<Designed, Misfit> {
+    let states = reading.states;
     let n = model.size().states;
     let gains = gains(spec, n)?;
     let rule = if spec.explicit { Discretisation::Explicit } else { Discretisation::Implicit };
@@ -72,30 +74,28 @@ fn designed(model: &Model, states: &[String], spec: &SlidingModeSpec) -> Result<
         _ => None,
     };
     let (h, bound) = (spec.period, spec.bound);
-    let mut statement = match (&certified, n) {
-        (Some(_), _) => format!(
-            "In continuous time the error is 0 after a finite time, for every disturbance up to {} in {}' (model errors included) and without noise.",
-            if_at_most(bound, 6),
-            states[n - 1]
+    let statement = match (&certified, n) {
+        (Some(design), _) => proved_of(&design.certificate, reading),
+        (None, 2) => Statement::of(
+            "No stability certificate: the quadratic Lyapunov function was not found for these gains and this bound, which does not mean that the observer fails.",
         ),
-        (None, 2) => "No stability certificate: the quadratic Lyapunov function does not exist for these gains and this bound, which does not mean that the observer fails.".to_owned(),
-        (None, _) => format!("No stability certificate for {n} states: convergence in continuous time is a theorem of Levant's, for gains that are large enough."),
+        (None, _) => Statement::of(format!(
+            "No stability certificate for {n} states: convergence in continuous time is a theorem of Levant's, for gains that are large enough."
+        )),
     };
-    statement.push_str(match (spec.explicit, n) {
-        (true, _) => " The step evaluates the sign at the old estimate (explicit Euler): it chatters, and is meant for comparison.",
-        (false, _) => " The step solves for the sign (implicit Euler): it does not chatter.",
+    let mut statement = statement.remark(match (spec.explicit, n) {
+        (true, _) => "The step evaluates the sign at the old estimate (explicit Euler): it chatters, and is meant for comparison.",
+        (false, _) => "The step solves for the sign (implicit Euler): it does not chatter.",
     });
     if !spec.explicit && n == 2 && gains[1] >= bound {
-        let exact = format!(
-            " Of the sampled observer: once two innovations in a row are at most h^2 k2 = {}, and without noise, {} is exact at every sample after its correction, and {} up to h {}/2 = {}.",
-            // Both products are rounded to nearest.
-            if_at_most((h * h * gains[1]).next_down().next_down(), 4),
+        statement = statement.remark(format!(
+            "Of the sampled observer the theory says, beside the certificate: once two innovations in a row are at most h^2 k2, about {}, and without noise, {} is exact at every sample after its correction, and {} up to h {}/2 = {}.",
+            significant(h * h * gains[1], 4),
             states[0],
             states[1],
-            at_most(bound, 6),
-            at_most((h * bound / 2.0).next_up(), 4)
-        );
-        statement += &exact;
+            at_most(bound, 5),
+            at_most(h * bound / 2.0, 4)
+        ));
     }
     let mut numbers = vec![number("period", h), number("innovation that is corrected to 0", observer.boundary_layer())];
     let mut matrices = vec![matrix("k", &DMatrix::from_column_slice(n, 1, &gains))];
@@ -108,9 +108,9 @@ fn designed(model: &Model, states: &[String], spec: &SlidingModeSpec) -> Result<
                 design.reaching_time(0.0, 1.0),
             ));
             matrices.push(matrix("P", &design.p));
-            (facts(&design.certificate, &[]), verdict(&design.certificate), None)
+            (facts(&design.certificate, &[]), DesignVerdict::of(&design.certificate), None)
         }
-        None => (Vec::new(), "none".to_owned(), Some("no certificate: check these gains by simulation".to_owned())),
+        None => (Vec::new(), DesignVerdict::NONE, Some("no certificate: check these gains by simulation".to_owned())),
     };
     let report = DesignReport {
         statement,

@@ -5,7 +5,7 @@ use luenberger_observers::{NoiseModel, UnscentedKalmanFilter};
 use super::explain::Misfit;
 use super::{Designed, matrix, number, uncertified};
 use crate::model::Model;
-use crate::results::DesignReport;
+use crate::results::{DesignReport, Statement};
 use crate::runnable::Runnable;
 use crate::study::UnscentedSpec;
 
@@ -24,9 +24,9 @@ pub(super) fn design(model: &Model, spec: &UnscentedSpec, substeps: Option<usize
     }
     let points = 2 * w.nrows() + 1;
     let report = DesignReport {
-        statement: format!(
+        statement: Statement::of(format!(
             "One measurement every {period}; mean and covariance from {points} sigma points, the covariance by its factor.{gated}"
-        ),
+        )),
         matrices: vec![matrix("W", w), matrix("V", v), matrix("P(0)", p0)],
         numbers: vec![
             number("period", *period),

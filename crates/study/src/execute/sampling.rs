@@ -85,7 +85,7 @@ pub(super) fn on_log(study: &Study, member: &Member<'_>, outputs: &Samples) -> O
     let partly = partly.map(|(t, count)| (*t, format!("{} missing", counted(width - count, "output"))));
     let mut outside: Vec<(f64, String)> = too_far.chain(partly).collect();
     outside.sort_by(|a, b| a.0.total_cmp(&b.0));
-    let is_proved = member.designed.report.verdict == "proved";
+    let is_proved = member.designed.report.verdict.is_proved();
     let verdict = match (outside.first(), is_proved) {
         (None, true) => format!("Convergence is proved for them: {periods}."),
         (None, false) => format!("They are within those of the design, {periods}, for which nothing is proved."),
@@ -132,7 +132,7 @@ pub(super) fn report(
     let seed = simulation.sampling.seed;
     let is_within = outside(samples, periods).is_empty();
     let unit = study.plant.time_unit.as_ref().map(|unit| format!(" {unit}")).unwrap_or_default();
-    let verdict = match (is_within, member.designed.report.verdict == "proved") {
+    let verdict = match (is_within, member.designed.report.verdict.is_proved()) {
         (true, true) => format!("Convergence is proved for them: {periods}."),
         (true, false) => format!("They are within those of the design, {periods}, for which nothing is proved."),
         (false, true) => format!("They are not within those for which convergence is proved: {periods}."),

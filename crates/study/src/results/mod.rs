@@ -9,6 +9,7 @@ mod log;
 pub(crate) mod report;
 mod score_tables;
 mod scores;
+mod statement;
 
 pub use coverage::{CoverageReport, StateCoverage};
 pub use log::{
@@ -21,6 +22,7 @@ pub use scores::{
     MeritsReport, NormReport, PercentileReport, RunReport, SamplingReport, ScoreStatistics, ScoringReport,
     SimulationReport, StateReport, SweepReport, SweepRow,
 };
+pub use statement::{DesignVerdict, Statement};
 
 use luenberger_design::DesignError;
 pub use luenberger_design::UnseenModes;
@@ -224,8 +226,9 @@ pub struct ObservabilityAt {
     pub modes: Vec<ModeReport>,
     /// The modes that are unobservable to working precision.
     pub hidden: Vec<ModeReport>,
-    /// What is decided of the unobservable modes, exactly for the numbers as stored. In `study.json` it is `detectable`,
-    /// whether an observer exists: `null` where that is not decided, as for a linearisation or very many states.
+    /// What is decided of the unobservable modes, exactly for the numbers as stored. In `study.json` it is
+    /// `detectable`, whether an observer exists: `null` where that is not decided, as for a linearisation or very many
+    /// states.
     #[serde(rename = "detectable", serialize_with = "detectable")]
     pub unseen: UnseenModes,
 }
@@ -238,6 +241,7 @@ impl ObservabilityReport {
 }
 
 /// `true`, `false` or `null`.
+#[expect(clippy::trivially_copy_pass_by_ref, reason = "serde passes a reference")]
 fn detectable<S: serde::Serializer>(unseen: &UnseenModes, serializer: S) -> Result<S::Ok, S::Error> {
     unseen.is_detectable().serialize(serializer)
 }
@@ -326,8 +330,8 @@ pub struct ObserverReport {
 /// A design.
 #[derive(Debug, Clone, Default, PartialEq, Serialize)]
 pub struct DesignReport {
-    /// Its claim as a sentence.
-    pub statement: String,
+    /// What is proved, computed and measured of it.
+    pub statement: Statement,
     /// Matrices by name: L, N, P, ...; rows.
     pub matrices: Vec<NamedMatrix>,
     /// Eigenvalues of the linear error dynamics, [re, im].
@@ -336,8 +340,8 @@ pub struct DesignReport {
     pub numbers: Vec<NamedNumber>,
     /// The verified conditions; empty for observers with measured evidence or without evidence.
     pub facts: Vec<FactReport>,
-    /// `proved`, `refuted` or `undecided`; `measured` or `none` for observers without a proof.
-    pub verdict: String,
+    /// `proved`, `refuted` or `undecided`; `measured` or `none` for observers without a theorem.
+    pub verdict: DesignVerdict,
     /// The kind of evidence, if it is not a proof.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub evidence: Option<String>,
@@ -421,12 +425,21 @@ pub struct FactReport {
     /// The inequality.
     pub statement: String,
     /// `proved`, `refuted` or `undecided`.
-    pub verdict: String,
+    pub verdict: DesignVerdict,
     /// The verified margin.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub margin: Option<f64>,
     /// The verdict as text.
     pub words: String,
+}
+
+impl FactReport {
+    /// A condition on the maps of an observer that was verified over the whole region, in intervals or symbolically,
+    /// and is not a part of its certificate.
+    pub(crate) fn of_region(statement: &str, words: String, margin: Option<f64>) -> Self {
+        let margin = margin.filter(|margin| margin.is_finite());
+        Self { statement: statement.to_owned(), verdict: DesignVerdict::of_region(), margin, words }
+    }
 }
 
 /// Why an observer is not applicable.
@@ -449,7 +462,7 @@ impl DesignReport {
     pub fn leading_facts(&self) -> (&[FactReport], usize) {
         const ALL: usize = 6;
         const LEADING: usize = 5;
-        let open = self.facts.iter().filter(|fact| fact.verdict != "proved").count();
+        let open = self.facts.iter().filter(|fact| !fact.verdict.is_proved()).count();
         let shown = if self.facts.len() > ALL { (open + LEADING).min(self.facts.len()) } else { self.facts.len() };
         (&self.facts[..shown], self.facts.len() - shown)
     }
@@ -465,7 +478,7 @@ impl Results {
                 failures.push(format!("{}: {}", observer.name, failure.hypothesis));
             }
             let facts = observer.design.iter().flat_map(|design| &design.facts);
-            let open = facts.filter(|fact| fact.verdict != "proved");
+            let open = facts.filter(|fact| !fact.verdict.is_proved());
             failures.extend(open.map(|fact| format!("{}: {}: {}", observer.name, fact.statement, fact.words)));
         }
         let rows = self.simulation.iter().flat_map(|simulation| &simulation.rows);

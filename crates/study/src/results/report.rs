@@ -16,8 +16,8 @@ use luenberger_live::page::{MODULE, SCRIPT, STYLE};
 use luenberger_proof::wording::{complex, counted, significant};
 
 use super::{
-    DesignReport, ModeReport, NamedMatrix, ObservabilityAt, ObservabilityReport, ObserverReport, OperatingPointReport,
-    Results, ScoreCell, ScoreTable, SweepReport,
+    DesignReport, DesignVerdict, ModeReport, NamedMatrix, ObservabilityAt, ObservabilityReport, ObserverReport,
+    OperatingPointReport, Results, ScoreCell, ScoreTable, SweepReport,
 };
 use crate::error::StudyError;
 use crate::study::Study;
@@ -246,11 +246,13 @@ fn along(report: &ObservabilityReport) -> Grid {
     grid.caption("Of the linearisation at each time, to working precision, and of the plant itself by its Lie derivatives; `study.json` has every mode.")
 }
 
-fn tone(verdict: &str) -> Tone {
-    match verdict {
-        "proved" => Tone::Good,
-        "refuted" => Tone::Bad,
-        _ => Tone::Open,
+fn tone(verdict: DesignVerdict) -> Tone {
+    if verdict.is_proved() {
+        Tone::Good
+    } else if verdict.is_refuted() {
+        Tone::Bad
+    } else {
+        Tone::Open
     }
 }
 
@@ -269,11 +271,11 @@ fn observer(section: Section, observer: &ObserverReport) -> Section {
 }
 
 fn designed(section: Section, design: &DesignReport, solver: Option<&str>) -> Section {
-    let mut section = section.prose(&design.statement);
+    let mut section = section.prose(design.statement.to_string());
     if let Some(evidence) = &design.evidence {
         section = section.prose(format!("Evidence: {evidence}."));
     }
-    let mut facts = vec![("certificate".to_owned(), Cell::badge(design.verdict.as_str(), tone(&design.verdict)))];
+    let mut facts = vec![("certificate".to_owned(), Cell::badge(design.verdict.word(), tone(design.verdict)))];
     for number in &design.numbers {
         facts.push((number.name.clone(), Cell::number(number.text())));
     }
@@ -296,7 +298,7 @@ fn designed(section: Section, design: &DesignReport, solver: Option<&str>) -> Se
     let grid = shown.iter().fold(Grid::new(&["condition", "verdict", "result"]), |grid, fact| {
         grid.row([
             Cell::from(fact.statement.as_str()),
-            Cell::badge(fact.verdict.as_str(), tone(&fact.verdict)),
+            Cell::badge(fact.verdict.word(), tone(fact.verdict)),
             Cell::from(fact.words.as_str()),
         ])
     });

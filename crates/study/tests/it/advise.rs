@@ -170,7 +170,7 @@ fn the_order_is_that_of_the_criterion() {
         assert!(advice.explanation[0].starts_with(&format!("1. {}", advice.ranking[0].name)));
     }
     let advice = advice(PENDULUM, &by("proved"));
-    let verdicts: Vec<bool> = advice.ranking.iter().map(|one| one.verdict == "proved").collect();
+    let verdicts: Vec<bool> = advice.ranking.iter().map(|one| one.verdict.word() == "proved").collect();
     assert!(verdicts[0] && verdicts.windows(2).all(|pair| pair[0] >= pair[1]), "{verdicts:?}");
 }
 
@@ -234,7 +234,7 @@ disturbance = [0.01]
     let item = advice.information.iter().find(|item| item.what == "bounds of the disturbance").unwrap();
     assert_eq!((item.value.as_str(), item.from.as_str()), ("|w| <= (0.01)", "advise.disturbance"));
     let interval = advice.ranking.iter().find(|one| one.kind == "interval").unwrap();
-    assert_eq!(interval.verdict, "proved");
+    assert_eq!(interval.verdict.word(), "proved");
     assert!(names(&advice).contains(&"optimal-cubic"), "{:?}", names(&advice));
     assert!(interval.statement.contains("approach x1 0.272, x2 0.04046,"), "{}", interval.statement);
 }

@@ -45,7 +45,7 @@ fn a_motor_with_a_torque_curve() {
     let parameter = |name: &str| results.plant.parameters.iter().find(|p| p.name == name).map(|p| p.value);
     assert_eq!((parameter("J"), parameter("friction")), (Some(0.010000000000000002), Some(0.05)));
     let lpv = results.observers[0].design.as_ref().unwrap();
-    assert_eq!(lpv.verdict, "proved");
+    assert_eq!(lpv.verdict.word(), "proved");
     for row in &results.simulation.as_ref().unwrap().rows {
         let merits = row.merits.as_ref().unwrap_or_else(|| panic!("{row:?}"));
         for state in &merits.states {

@@ -54,7 +54,7 @@ fn the_loop_is_proved_and_runs() {
         let text = cart("lqr = { q = 1, r = 1 }", kind);
         let study = read(&text).unwrap();
         let found = designed(&study).unwrap();
-        assert_eq!(found.report.verdict, "proved");
+        assert_eq!(found.report.verdict.word(), "proved");
         let said = &found.report.statement;
         assert!(said.contains("r = 0: x and xhat tend to 0 exponentially, from every x(0) and xhat(0)"), "{said}");
         let certificate = found.certificate.unwrap();
@@ -78,9 +78,9 @@ fn the_loop_is_proved_and_runs() {
 fn an_unstable_loop_is_said_to_be_one() {
     let found = designed(&read(&cart("k = [[-1, 2]]", "kind = \"luenberger\"\npoles = [-4, -5]")).unwrap()).unwrap();
     // The observer is proved all the same; the loop has the pole sqrt(2) - 1.
-    assert_eq!(found.report.verdict, "proved");
+    assert_eq!(found.report.verdict.word(), "proved");
     let said = &found.report.statement;
-    assert!(said.contains("it is not stable, the largest real part of a pole of A - B K is 0.4142"), "{said}");
+    assert!(said.contains("is not proved: the largest real part of a pole of A - B K is 0.4142"), "{said}");
     assert_eq!(found.certificate.unwrap().theorems().len(), 1);
     // In discrete time: x+ = x + 0.1 u with K = 5 has the pole 0.5, with K = 25 the pole -1.5.
     let discrete = |k: f64| {

@@ -130,7 +130,7 @@ region = { states = [[-2, 2]], inputs = [[-1, 1]] }
 "#;
     let results = executed(text, Step::Design);
     let design = results.observers[0].design.as_ref().unwrap_or_else(|| panic!("{:?}", results.observers[0]));
-    assert_eq!(design.verdict, "proved");
+    assert_eq!(design.verdict.word(), "proved");
     let named =
         |wanted: &str| design.numbers.iter().find(|number| number.name == wanted).and_then(|number| number.value);
     assert_eq!(named("vertices"), Some(2.0), "{:?}", design.numbers);

@@ -42,7 +42,7 @@ fn an_unscented_filter_of_a_map_is_that_of_filterpy() {
     }
     let design = results.observers[0].design.as_ref().unwrap();
     assert_eq!(
-        (design.verdict.as_str(), design.evidence.as_deref()),
+        (design.verdict.word(), design.evidence.as_deref()),
         ("none", Some("no certificate: no theorem of stability"))
     );
     // NIS and NEES as of other filters.

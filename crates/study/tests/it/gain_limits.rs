@@ -25,7 +25,7 @@ fn a_bound_and_the_noise_shape_the_gain() -> Result<(), Box<dyn std::error::Erro
     assert!(number(&bounded, "norm of L")? <= 6.0);
     assert!(number(&quiet, "noise gain")? < number(&plain, "noise gain")?);
     for report in [&plain, &bounded, &quiet] {
-        assert_eq!(report.verdict, "proved");
+        assert_eq!(report.verdict.word(), "proved");
         assert_eq!(report.number("rate"), Some(1.0));
     }
     let fast = designed(&format!("{PENDULUM}fastest = 50\nmax_gain = 20"))?;
@@ -49,7 +49,7 @@ fn more_entries_than_vertices_can_hold_become_sectors() -> Result<(), Box<dyn st
     let plant = format!("[plant]\nf = [{}]\nh = [\"x1\"]\n[[observer]]\nkind = \"lpv\"\n", f.join(", "));
     for requested in ["decay_rate = 0.5", "fastest = 0.8"] {
         let report = designed(&format!("{plant}{requested}"))?;
-        assert_eq!(report.verdict, "proved");
+        assert_eq!(report.verdict.word(), "proved");
         assert_eq!(report.number("sectors"), Some(14.0));
         assert!(report.statement.contains("14 entries of the Jacobians vary"), "{}", report.statement);
         // The plant alone decays at a rate of at least 1 - 0.1.

@@ -41,7 +41,7 @@ fn the_state_is_enclosed_in_a_run() {
     assert_eq!(results.intervals.len(), 3);
     for (report, observer) in results.intervals.iter().zip(&results.observers) {
         let design = observer.design.as_ref().unwrap();
-        assert_eq!(design.verdict, "proved", "{:?}", design.facts);
+        assert_eq!(design.verdict.word(), "proved", "{:?}", design.facts);
         assert_eq!(report.coverage_in_words(), "100 %");
         for (state, end) in ["speed", "current"].iter().zip(&report.final_width) {
             let limit = design.number(&format!("half-width of {state} in the end")).unwrap();
@@ -130,7 +130,7 @@ fn a_plant_in_discrete_time_has_the_sampled_observer() {
     let results = execute(&study, Step::Run, &RunOptions::default()).unwrap();
     assert!(results.failures().is_empty(), "{:?}", results.failures());
     let design = results.observers[0].design.as_ref().unwrap();
-    assert_eq!(design.verdict, "proved", "{:?}", design.facts);
+    assert_eq!(design.verdict.word(), "proved", "{:?}", design.facts);
     assert_eq!(results.intervals[0].coverage_in_words(), "100 %");
 }
 

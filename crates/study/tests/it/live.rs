@@ -58,7 +58,7 @@ fn neutral_sliders_give_the_scores_of_the_study() {
         let verdicts = verify(&experiment, &Sliders::NEUTRAL);
         for (observer, verdict) in experiment.observers.iter().zip(verdicts) {
             let design = results.observers.iter().find(|of| of.name == observer.name).unwrap();
-            let said = design.design.as_ref().unwrap().verdict == "proved";
+            let said = design.design.as_ref().unwrap().verdict.word() == "proved";
             assert_eq!(matches!(verdict, Some(GainVerdict::Proved(_))), said, "{template}: {}", observer.name);
         }
     }
@@ -293,7 +293,7 @@ fn a_plant_in_discrete_time_gives_the_scores_of_the_study() {
     assert_eq!(luenberger_live::run(&experiment, &slow), luenberger_live::run(&experiment, &Sliders::NEUTRAL));
     for (observer, verdict) in experiment.observers.iter().zip(verify(&experiment, &Sliders::NEUTRAL)) {
         let design = results.observers.iter().find(|of| of.name == observer.name).unwrap();
-        let said = design.design.as_ref().unwrap().verdict == "proved";
+        let said = design.design.as_ref().unwrap().verdict.word() == "proved";
         assert_eq!(matches!(verdict, Some(GainVerdict::Proved(_))), said, "{}: {verdict:?}", observer.name);
     }
     // x+ = A x with A = 1 in its first entry: without correction nothing converges.

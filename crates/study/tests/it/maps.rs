@@ -126,7 +126,7 @@ fn facts(designed: &Designed) -> String {
 #[test]
 fn the_maps_of_a_kkl_observer_are_proved_over_the_region() {
     let designed = designed(&study(KKL)).unwrap();
-    assert_eq!(designed.report.verdict, "proved");
+    assert_eq!(designed.report.verdict.word(), "proved");
     let mut poles: Vec<f64> = designed.report.poles.iter().map(|pole| pole[0]).collect();
     poles.sort_by(f64::total_cmp);
     for (found, expected) in poles.iter().zip([-0.0447 / 22.9e-6, -50.0]) {
@@ -207,7 +207,7 @@ fn what_theta_adds_may_be_nonlinear() {
 #[test]
 fn the_manifold_of_an_immersion_attracts_over_the_region() {
     let designed = designed(&study(IMMERSION)).unwrap();
-    assert_eq!(designed.report.verdict, "proved", "{:?}", designed.report);
+    assert_eq!(designed.report.verdict.word(), "proved", "{:?}", designed.report);
     let mut poles: Vec<f64> = designed.report.poles.iter().map(|pole| pole[0]).collect();
     poles.sort_by(f64::total_cmp);
     for (found, expected) in poles.iter().zip([-0.0447 / 22.9e-6 - 1.0, -25.0]) {
@@ -224,7 +224,7 @@ fn the_manifold_of_an_immersion_attracts_over_the_region() {
     assert!((motion[0] - first).abs() < 1e-9 * first.abs() && (motion[1] - second).abs() < 1e-9 * second.abs());
     // With gains that repel nothing is proved of the attractivity, and said so.
     let repelling = self::designed(&study(&IMMERSION.replace("C2*50*v2", "-C2*50*v2"))).unwrap();
-    assert!(repelling.certificate.is_none() && repelling.report.verdict == "measured");
+    assert!(repelling.certificate.is_none() && repelling.report.verdict.word() == "measured");
     let statement = &repelling.report.statement;
     assert!(statement.contains("It is not to be expected that it attracts"), "{statement}");
     assert!(repelling.report.evidence.unwrap().contains("attracts (A5) is not proved"));

@@ -23,7 +23,7 @@ fn the_report_has_both_costs_and_the_certificates_both_theorems() {
         "{SCALAR}first_errors = [1]\nhorizon = 20\nnoise_deviation = [0.1]\nnoise_period = 0.05\nbounds = {{ noise = [0.3] }}\n"
     );
     let (study, found) = designed(&text);
-    assert_eq!(found.report.verdict, "proved");
+    assert_eq!(found.report.verdict.word(), "proved");
     let number = |name: &str| found.report.number(name).unwrap();
     let saving = 1.0 - number("cost J") / number("cost J of the linear optimum");
     assert!(saving > 0.1 && number("cost J of the Kalman gain") >= number("cost J of the linear optimum"));
@@ -48,7 +48,7 @@ fn where_the_cubic_term_does_not_pay_the_report_says_so() {
     let text = format!("{SCALAR}first_errors = [1]\nhorizon = 20\nnoise_deviation = [1]\nnoise_period = 0.1\n");
     let (study, found) = designed(&text);
     assert!(found.report.statement.starts_with("The cubic term does not pay"), "{}", found.report.statement);
-    assert!(matches!(found.runnable, Runnable::Linear(_)) && found.report.verdict == "proved");
+    assert!(matches!(found.runnable, Runnable::Linear(_)) && found.report.verdict.word() == "proved");
     let exported = sampled(&study, &study.observers[0], Some(0.1), None).unwrap();
     assert!(matches!(exported.design, SampledDesign::Linear(_)));
 }

@@ -25,7 +25,7 @@ fn the_observer_as_printed_runs_without_a_certificate() {
     let motion = |kind: &str| {
         let study = study(&format!("as_printed = \"{kind}\"\ninternal_error = [-0.5, -0.5, 1.5]"));
         let designed = designed(&study).unwrap();
-        assert!(designed.certificate.is_none() && designed.report.verdict == "none");
+        assert!(designed.certificate.is_none() && designed.report.verdict.word() == "none");
         assert!(designed.report.evidence.unwrap().contains("the theorem as printed is false"));
         let start = designed.runnable.initial(0.0, xhat.as_slice(), &[], y.as_slice()).unwrap();
         assert_eq!(start, state);

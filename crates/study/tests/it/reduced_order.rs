@@ -30,7 +30,7 @@ poles = [[-2, 3.4641016151377544], [-2, -3.4641016151377544]]
 fn the_gain_is_that_of_the_textbook() {
     let study = read(OGATA).unwrap();
     let found = designed(&study).unwrap();
-    assert_eq!(found.report.verdict, "proved");
+    assert_eq!(found.report.verdict.word(), "proved");
     let certificate = found.certificate.unwrap();
     let Theorem::ReducedOrderConvergence(theorem) = certificate.theorems()[0].theorem() else { panic!() };
     // T = [-Ke I] up to a change of the coordinates of w: the rows of Ke follow from its right block.

@@ -41,7 +41,7 @@ fn every_form_is_proved_and_converges() {
     let found = executed(STUDY, Step::Run);
     for observer in &found.observers {
         let design = observer.design.as_ref().unwrap_or_else(|| panic!("{observer:?}"));
-        assert_eq!(design.verdict.as_str(), "proved", "{}: {:?}", observer.name, design.facts);
+        assert_eq!(design.verdict.word(), "proved", "{}: {:?}", observer.name, design.facts);
     }
     let rows = &found.simulation.as_ref().unwrap().rows;
     for row in rows {

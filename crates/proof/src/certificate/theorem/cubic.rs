@@ -24,7 +24,7 @@ use crate::matrix::Matrix;
 use crate::number::Number;
 use crate::statement::{DeployedCubic, Reach, decay_rate, deployed_cubic, largest_eigenvalue_bound};
 use crate::verdict::{UndecidedReason, Verdict};
-use crate::wording::{at_least, exact};
+use crate::wording::{exact, if_at_most};
 
 /// From which errors convergence is claimed.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -127,13 +127,15 @@ impl CubicConvergence {
         ])
     }
 
-    /// The region behind "from every initial error"; nothing for all errors.
-    pub(super) fn within(&self) -> String {
+    /// The region behind "every initial error", with the name of the error; nothing for all errors.
+    pub(super) fn within(&self, error: &str) -> String {
         match self.region {
             Region::Everywhere => String::new(),
-            Region::Within(level) => {
-                format!(" with e'Pe < {}, as those of norm below {}", at_least(level, 5), at_least(self.ball(), 5))
-            }
+            Region::Within(level) => format!(
+                " {error} with e'Pe < {}, such as all of norm below {}",
+                if_at_most(level, 6),
+                if_at_most(self.ball(), 5)
+            ),
         }
     }
 
@@ -156,22 +158,25 @@ impl Statement for CubicConvergence {
     fn sentence(&self, reading: &Reading<'_>, margin: f64) -> Option<String> {
         let stored = match reading.plant {
             Represented::Itself => {
-                format!("With the gains as stored the error tends to 0 from every initial error{}.", self.within())
+                format!("With the gains as stored it converges from every initial error{}.", self.within("e"))
             }
             Represented::WithDisturbance { states, order } => {
                 let (a, c) = (self.plant.a.map(|x| Interval::of(*x)), self.plant.c.map(|x| Interval::of(*x)));
                 if !has_disturbance(&a, &c, states, order) {
                     return None;
                 }
+                let from = match self.region {
+                    Region::Everywhere => "for all x(0), xhat(0) and d".to_owned(),
+                    Region::Within(_) => format!("from every initial error{}", self.within("e of x and d")),
+                };
                 format!(
-                    "For {}, with the gains as stored, the error of x and d tends to 0 from every initial error{}.",
-                    disturbance(order),
-                    self.within()
+                    "For {}, with the gains as stored, the errors of x and of d tend to 0, {from}.",
+                    disturbance(order)
                 )
             }
             _ => return None,
         };
-        Some(format!("{stored} {}", of_real_gain(self.rate, &self.p, margin)))
+        Some(format!("{} {stored}", of_real_gain(self.rate, &self.p, margin)))
     }
 
     fn words(&self) -> String {
@@ -187,8 +192,10 @@ impl Statement for CubicConvergence {
 /// What is proved of V with the real gain.
 pub(super) fn of_real_gain(rate: f64, p: &Matrix<f64>, margin: f64) -> String {
     let rate = decay_of(rate, p, margin)
-        .map_or_else(String::new, |decay| format!(": the error decays at least as fast as {decay}"));
-    format!("With the real gain N = -P^-1 C'S the cubic term never slows the decrease of V = e'Pe{rate}.")
+        .map_or_else(String::new, |decay| format!(", and the error decays at least as fast as {decay}"));
+    format!(
+        "With the real matrix -P^-1 C'S in place of N, V = e'Pe decreases at least as fast as without the cubic term{rate}, for every error."
+    )
 }
 
 members! { CubicConvergence {

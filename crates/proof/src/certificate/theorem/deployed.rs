@@ -15,6 +15,7 @@
 
 use super::super::fields::{Field, Fields};
 use super::super::members::{Members, members};
+use super::super::sentence::{Reading, Represented};
 use super::super::write::{Out, Written};
 use super::super::{Fault, Witness};
 use super::{Fact, FileError, Statement, counted};
@@ -26,6 +27,8 @@ use crate::statement::{
     deployed_linear, deployed_sampled_cubic,
 };
 use crate::verdict::{UndecidedReason, Verdict};
+#[cfg(feature = "all-theorems")]
+use crate::wording::{at_most, if_at_most};
 
 /// The largest order of a plant in such a file: the powers of the error map are summed with outward rounding, which
 /// takes seconds here.
@@ -119,6 +122,37 @@ impl DeployedObserver {
         )
     }
 
+    /// The bound of the running error where no noise is assumed, behind a sentence that bounds it with noise.
+    #[cfg(feature = "all-theorems")]
+    pub(crate) fn noiseless_sentence(&self, reading: &Reading<'_>) -> Option<String> {
+        let ball = self.ball.as_ref().filter(|_| self.operation.noise.iter().all(|bound| *bound == 0.0))?;
+        let limits = reading.listed(reading.states, ball.entries.iter().map(|bound| at_most(*bound, 3)));
+        Some(format!("Without measurement noise it is at most {limits}."))
+    }
+
+    /// The claim about the running observer in a report, if there is one.
+    #[cfg(feature = "all-theorems")]
+    pub(crate) fn running_sentence(&self, reading: &Reading<'_>) -> Option<String> {
+        let ball = self.ball.as_ref()?;
+        let (operation, format) = (&self.operation, self.formats.running);
+        let supposed =
+            |names: &[String], bounds: &[f64]| reading.listed(names, bounds.iter().map(|bound| if_at_most(*bound, 3)));
+        let mut bounds = vec![("states", supposed(reading.states, &operation.state))];
+        if !operation.input.is_empty() {
+            bounds.push(("inputs", supposed(reading.inputs, &operation.input)));
+        }
+        bounds.push(("measurement noise", supposed(reading.outputs, &operation.noise)));
+        bounds.push(("first error", supposed(reading.states, &operation.error)));
+        let bounds: Vec<String> = bounds.into_iter().map(|(what, list)| format!("{what} ({list})")).collect();
+        Some(format!(
+            "Rounding and noise{}: for inputs held over each period, and while the magnitudes of {} stay within these bounds, the error in the end is at most {}, and no operation leaves the range of {format}{}.",
+            if operation.deviation.is_some() { ", and every deviation of A within `bounds`" } else { "" },
+            bounds.join(", "),
+            reading.listed(reading.states, ball.entries.iter().map(|bound| at_most(*bound, 3))),
+            if matches!(format, Format::Fixed { .. }) { ": nothing saturates" } else { "" }
+        ))
+    }
+
     /// The stored matrices by their names, in the order of the file.
     fn matrices<'a>(&self, stored: &'a Stored) -> Vec<(&'static str, &'a Matrix<f64>)> {
         let mut matrices = match (&stored.cubic, self.step) {
@@ -205,6 +239,26 @@ impl Statement for DeployedObserver {
             facts.extend(running_facts(claimed, &derived.running));
         }
         Ok(facts)
+    }
+
+    fn sentence(&self, reading: &Reading<'_>, _margin: f64) -> Option<String> {
+        if !matches!(reading.plant, Represented::Itself) {
+            return None;
+        }
+        let format = self.formats.stored;
+        // The forcing of a plant whose matrices are rounded keeps its error from 0.
+        let is_rounded =
+            [(&self.plant.a, &self.stored.a), (&self.plant.b, &self.stored.b), (&self.plant.c, &self.stored.c)]
+                .iter()
+                .any(|(given, stored)| given != stored);
+        let whose = if is_rounded {
+            format!("{format} rounds those of the sampled plant: its own error need not tend to 0.")
+        } else {
+            "They are those of the sampled plant.".to_owned()
+        };
+        Some(format!(
+            "With the gains as stored in {format}, in exact arithmetic, the estimation error of a plant x+ = A x + B u, y = C x with the stored A, B and C tends to 0 exponentially from every initial error. {whose}"
+        ))
     }
 
     fn words(&self) -> String {

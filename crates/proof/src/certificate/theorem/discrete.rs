@@ -43,7 +43,8 @@ impl Statement for DiscreteConvergence {
             Represented::Itself => "e+ = (A - L C) e: for all x(0) and xhat(0) the error tends to 0.".to_owned(),
             Represented::Loop { states, is_linear_part } if inputs_of_loop(&a, &self.l, &c, states).is_some() => {
                 if is_linear_part {
-                    "In the loop u = -K xhat, x and xhat tend to 0 exponentially, if they start near 0.".to_owned()
+                    "In the loop u = r - K xhat with r = 0: x and xhat tend to 0 exponentially, if they start near 0."
+                        .to_owned()
                 } else {
                     LOOP.to_owned()
                 }

@@ -18,12 +18,13 @@
 //! a certificate is about matrices only.
 
 use super::super::members::members;
+use super::super::sentence::{Reading, Represented, envelope};
 use super::polytope::{Vertex, hull};
 use super::{Fact, Statement, intervals};
 use crate::error::ProofError;
 use crate::matrix::Matrix;
 use crate::statement::{contraction_within, positive};
-use crate::wording::exact;
+use crate::wording::{at_most, capital, exact};
 
 /// The data of the theorem; the head of the file has statement and proof.
 #[derive(Debug, Clone, PartialEq)]
@@ -62,6 +63,16 @@ impl Statement for DiscreteJacobianPolytope {
             facts.push(Fact::at_vertex("[factor^2 P, (A - LC)'P; *, P] > 0", k, verdict));
         }
         Ok(facts)
+    }
+
+    fn sentence(&self, reading: &Reading<'_>, _margin: f64) -> Option<String> {
+        let Represented::Jacobians { hypothesis, estimate, .. } = reading.plant else { return None };
+        let envelope = envelope(&self.p, estimate, "k")?;
+        let falls = match self.factor {
+            1.0 => ", and the error tends to 0 exponentially".to_owned(),
+            factor => format!(" q^k with q = {} at each sample k", at_most(factor, 6)),
+        };
+        Some(format!("{}, {envelope}{falls}.", capital(hypothesis)))
     }
 
     fn words(&self) -> String {

@@ -45,9 +45,12 @@ impl Statement for FeedbackLoop {
     }
 
     fn sentence(&self, _: &Reading<'_>, _: f64) -> Option<String> {
+        let from = match self.observer.within("e") {
+            all if all.is_empty() => "xhat(0)".to_owned(),
+            region => format!("every initial error{region}"),
+        };
         Some(format!(
-            "In the loop u = -K xhat, with the gains as stored, x and xhat tend to 0 exponentially, from every x(0) and every initial error{}.",
-            self.observer.within()
+            "In the loop u = r - K xhat with the gains as stored and r = 0: x and xhat tend to 0 exponentially, from every x(0) and {from}."
         ))
     }
 

@@ -10,7 +10,9 @@
 //! is a third condition, with a margin m such that all real parts are below -m: `A'P + PA <= -q I` and `P <= p I` give
 //! `m = q / (2p)`.
 
+use super::super::jacobians::data_contain;
 use super::super::members::members;
+use super::super::sentence::{Reading, Represented};
 use super::{Fact, Statement, are_points, bounded, data, enclosed, intervals};
 use crate::error::ProofError;
 use crate::interval::Interval;
@@ -18,6 +20,7 @@ use crate::matrix::Matrix;
 use crate::number::Datum;
 use crate::ring::Ring;
 use crate::statement::{decay_rate_within, hurwitz, positive};
+use crate::wording::capital;
 
 /// The data of the theorem; the head of the file has statement and proof.
 #[derive(Debug, Clone, PartialEq)]
@@ -63,6 +66,16 @@ impl Statement for HurwitzStability {
                 .push(Fact::new("the largest real part of an eigenvalue < 0", hurwitz(&a.map(Interval::lo), &self.p)?));
         }
         Ok(facts)
+    }
+
+    fn sentence(&self, reading: &Reading<'_>, _margin: f64) -> Option<String> {
+        let Represented::Distance { hypothesis, m } = reading.plant else { return None };
+        data_contain(&self.a, m).then(|| {
+            format!(
+                "{}, the distance beta(y, chi) - phi(x) decays exponentially, and xhat = phi^L(beta(y, chi), y) is Lipschitz in it: the estimation error tends to 0.",
+                capital(hypothesis)
+            )
+        })
     }
 
     fn words(&self) -> String {

@@ -12,7 +12,7 @@
 
 use super::super::fields::{Field, LARGEST_ORDER};
 use super::super::members::members;
-use super::super::sentence::Reading;
+use super::super::sentence::{Reading, Represented};
 use super::{Fact, FileError, Statement, bounded, counted, data, enclosed, intervals};
 use crate::error::ProofError;
 use crate::interval::Interval;
@@ -157,8 +157,8 @@ impl Statement for InputToStateStability {
     }
 
     fn sentence(&self, reading: &Reading<'_>, _margin: f64) -> Option<String> {
-        let uncertain = if self.vertices.len() > 1 {
-            ", for every deviation of A and while the states keep their bounds"
+        let uncertain = if self.vertices.len() > 1 || matches!(reading.plant, Represented::Uncertain) {
+            ", for every deviation of A and while the states keep theirs"
         } else {
             ""
         };

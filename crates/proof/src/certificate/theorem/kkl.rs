@@ -36,7 +36,7 @@ use crate::polynomial::{ExpressionError, Tree};
 use crate::ring::Ring;
 use crate::statement::{Axes, Composition, Expressions, decay_rate_within, positive};
 use crate::verdict::{UndecidedReason, Verdict};
-use crate::wording::{at_least, at_most, counted, exact};
+use crate::wording::{at_least, at_most, counted, exact, if_at_most, shortest};
 
 /// The largest number of states, inputs, outputs, entries of xi, and estimates.
 pub const LARGEST_KKL: usize = 16;
@@ -438,14 +438,21 @@ impl Statement for KklErrorBound {
         };
         let limit = if claims.limit == 0.0 { String::new() } else { format!(" + {}", at_most(claims.limit, 3)) };
         let eventually = if claims.eventual.iter().all(|x| *x == 0.0) {
-            "it tends to 0".to_owned()
+            "the estimation error tends to 0".to_owned()
         } else {
-            format!("it is in the limit at most {}", each(&|k| at_most(claims.eventual[k], 3)))
+            format!("the estimation error is in the limit at most {}", each(&|k| at_most(claims.eventual[k], 3)))
         };
+        // Numbers of the study, which stand for those of binary64.
+        let range = |(name, range): (&String, &Interval)| {
+            format!("{name} in [{}, {}]", shortest(range.lo()), shortest(range.hi()))
+        };
+        let named = reading.states.iter().chain(reading.inputs);
+        let region: Vec<String> = named.zip(self.region.x.iter().chain(&self.region.u)).map(range).collect();
         Some(format!(
-            "As long as x(t) and u(t) stay in the region, with e = xi - phi(x) and V = sqrt(e'Pe): V(t) <= exp(-{} t) V(0){limit}, and while V(t) <= {} the estimation error is at most {}; from every xi(0) {eventually}.",
+            "As long as x(t) and u(t) stay in the region ({}), with e = xi - phi(x) and V = sqrt(e'Pe): V(t) <= exp(-{} t) V(0){limit}, and while V(t) <= {} the estimation error is at most {}. From every xi(0) {eventually}.",
+            region.join(", "),
             at_least(self.rate, 3),
-            at_least(claims.start, 3),
+            if_at_most(claims.start, 3),
             each(&sum),
         ))
     }

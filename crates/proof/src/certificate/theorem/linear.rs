@@ -47,7 +47,11 @@ impl Statement for LinearConvergence {
         Some(match reading.plant {
             Represented::Itself => format!("e' = (A - L C) e: for all x(0) and xhat(0) the error {falls}."),
             Represented::WithDisturbance { states, order } if has_disturbance(&a, &c, states, order) => {
-                format!("For {} the error of x and d {falls}, for all x(0), xhat(0) and d.", disturbance(order))
+                format!(
+                    "For {} the errors of x and of d {}, for all x(0), xhat(0) and d.",
+                    disturbance(order),
+                    falls.replacen("tends", "tend", 1)
+                )
             }
             Represented::Loop { states, is_linear_part: false }
                 if inputs_of_loop(&a, &self.l, &c, states).is_some() =>

@@ -16,12 +16,14 @@
 
 use super::super::fields::Field;
 use super::super::members::members;
+use super::super::sentence::{Reading, Represented, decay as decay_of, envelope};
 use super::{Fact, FileError, Statement, are_points, bounded, check_rate, counted, data, decay, intervals, rate_term};
 use crate::error::ProofError;
 use crate::interval::Interval;
 use crate::matrix::Matrix;
 use crate::number::Datum;
 use crate::statement::{decay_rate_within, positive};
+use crate::wording::capital;
 
 /// A corner of the hull: one pair, or a box of pairs.
 #[derive(Debug, Clone, PartialEq)]
@@ -119,6 +121,16 @@ macro_rules! polytope {
 
         impl Statement for $name {
             const NAME: &'static str = $file;
+
+            fn sentence(&self, reading: &Reading<'_>, margin: f64) -> Option<String> {
+                let Represented::Jacobians { hypothesis, estimate, .. } = reading.plant else { return None };
+                let envelope = envelope(&self.p, estimate, "t")?;
+                let decays = match decay_of(self.rate, &self.p, margin) {
+                    None => " and the error tends to 0".to_owned(),
+                    Some(decay) => format!(" {decay}"),
+                };
+                Some(format!("{}, {envelope}{decays}.", capital(hypothesis)))
+            }
 
             fn words(&self) -> String {
                 let words: fn(&str, &str) -> String = $words;

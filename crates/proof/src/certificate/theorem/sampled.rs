@@ -72,7 +72,7 @@ impl Statement for SampledCubicConvergence {
 /// What a sampled cubic observer does from sample to sample.
 pub(super) fn every(period: f64) -> String {
     format!(
-        "Sampled every {}, V = e'Pe falls from sample to sample by a factor below 1 and the error tends to 0, from every initial error",
+        "Sampled every {}: V = e'Pe decreases from sample to sample and the error tends to 0, for every initial error",
         shortest(period)
     )
 }

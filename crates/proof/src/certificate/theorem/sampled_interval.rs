@@ -30,7 +30,7 @@ use crate::number::Datum;
 use crate::ring::Ring;
 use crate::statement::{BlockCoordinates, Format, SampledIntervals, entries_at_least, rounding, units};
 use crate::verdict::{UndecidedReason, Verdict};
-use crate::wording::{at_least, at_most, exact};
+use crate::wording::{at_most, exact, if_at_most};
 
 /// The data of the theorem; the head of the file has statement and proof.
 #[derive(Debug, Clone, PartialEq)]
@@ -242,13 +242,13 @@ impl Statement for SampledIntervalEnclosure {
 
     fn sentence(&self, reading: &Reading<'_>, _margin: f64) -> Option<String> {
         let within = |name: &str, bounds: &[f64]| {
-            let listed: Vec<String> = bounds.iter().map(|bound| at_least(*bound, 4)).collect();
+            let listed: Vec<String> = bounds.iter().map(|bound| if_at_most(*bound, 4)).collect();
             (!listed.is_empty()).then(|| format!("|{name}| <= ({})", listed.join(", ")))
         };
         let kept: Vec<String> =
             [within("xhat", &self.estimates), within("u", &self.inputs)].into_iter().flatten().collect();
         Some(format!(
-            "Under all noise and disturbances within `bounds`, and for x(0) within `initial_bounds` of the first estimate, the state is between xhat - r and xhat + r at every sample, the rounding of every operation in {} included. While {}, the half-widths r approach {}, or less, by the factor {} at each sample.",
+            "Under all noise and disturbances within `bounds`, and for x(0) within `initial_bounds` of the first estimate, the state is between xhat - r and xhat + r at every sample, the rounding of every operation included ({}). While {}, the half-widths r approach {}, or less, by the factor {} at each sample.",
             self.format,
             kept.join(" and "),
             reading.errors_at_most(&self.widths),

@@ -15,12 +15,13 @@
 use super::super::Fault;
 use super::super::fields::{Field, LARGEST_ORDER};
 use super::super::members::members;
+use super::super::sentence::{Reading, Represented, tends_to_zero};
 use super::{Fact, FileError, Statement, are_points, check_rate, counted, decay, enclosed, intervals, rate_term};
 use crate::error::ProofError;
 use crate::matrix::Matrix;
 use crate::number::Datum;
 use crate::statement::{SectorTerm, positive, sector_decrease_within};
-use crate::wording::exact;
+use crate::wording::{capital, exact};
 
 /// The data of the theorem; the head of the file has statement and proof.
 #[derive(Debug, Clone, PartialEq)]
@@ -75,6 +76,21 @@ impl Statement for SectorConvergence {
                 )?,
             ),
         ])
+    }
+
+    fn sentence(&self, reading: &Reading<'_>, margin: f64) -> Option<String> {
+        let (hypothesis, given) = match reading.plant {
+            Represented::Jacobians { hypothesis, .. } => (hypothesis, String::new()),
+            Represented::InSectors { hypothesis } => {
+                let which = match self.terms.len() {
+                    1 => "every nonlinearity within its sector".to_owned(),
+                    count => format!("all {count} nonlinearities within their sectors"),
+                };
+                (hypothesis, format!(", for {which}"))
+            }
+            _ => return None,
+        };
+        Some(format!("{}, the error {}{given}.", capital(hypothesis), tends_to_zero(self.rate, &self.p, margin)))
     }
 
     fn words(&self) -> String {

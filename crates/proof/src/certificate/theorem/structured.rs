@@ -10,7 +10,8 @@
 //! **Proof.** `V' = e'(F'P + PF)e + (y'theta y) e'(P N C + C'N'P)e` with `y = Ce`, and the last term is not positive.
 
 use super::super::members::members;
-use super::super::sentence::{Reading, Represented, disturbance, has_disturbance, tends_to_zero};
+use super::super::sentence::{Reading, Represented, disturbance, has_disturbance};
+use super::cubic::of_real_gain;
 use super::{Fact, PlantMatrices, Statement, check_rate, decay, decrease_label};
 use crate::definite::positive_semidefinite;
 use crate::error::ProofError;
@@ -50,20 +51,20 @@ impl Statement for StructuredCubicConvergence {
     }
 
     fn sentence(&self, reading: &Reading<'_>, margin: f64) -> Option<String> {
-        let falls = tends_to_zero(self.rate, &self.p, margin);
         let error = match reading.plant {
-            Represented::Itself => "the error".to_owned(),
+            Represented::Itself => "the error tends to 0".to_owned(),
             Represented::WithDisturbance { states, order } => {
                 let (a, c) = (self.plant.a.map(|x| Interval::of(*x)), self.plant.c.map(|x| Interval::of(*x)));
                 if !has_disturbance(&a, &c, states, order) {
                     return None;
                 }
-                format!("and for {}, the error of x and d", disturbance(order))
+                format!("for {} the errors of x and of d tend to 0", disturbance(order))
             }
             _ => return None,
         };
         Some(format!(
-            "With the real gain N = -P^-1 C'S {error} {falls}, from every initial error; nothing is proved of N as stored."
+            "{} So {error}; convergence with the gains as stored is not certified.",
+            of_real_gain(self.rate, &self.p, margin)
         ))
     }
 

@@ -20,7 +20,7 @@ use super::{Fact, Statement};
 use crate::error::ProofError;
 use crate::matrix::Matrix;
 use crate::statement::super_twisting;
-use crate::wording::{at_least, exact};
+use crate::wording::{exact, if_at_most};
 
 /// The data of the theorem; the head of the file has statement and proof.
 #[derive(Debug, Clone, PartialEq)]
@@ -66,8 +66,8 @@ impl Statement for SuperTwistingConvergence {
     fn sentence(&self, reading: &Reading<'_>, _margin: f64) -> Option<String> {
         let [_, last] = reading.states else { return None };
         Some(format!(
-            "In continuous time the error is 0 after a finite time, without noise, if the error of the right-hand side of {last}' never exceeds {}, disturbances and model errors included.",
-            at_least(self.bound, 5)
+            "In continuous time the error is 0 after a finite time, for every disturbance up to {} in {last}' (model errors included) and without noise. Nothing is said of a sampled observer.",
+            if_at_most(self.bound, 6)
         ))
     }
 

@@ -8,8 +8,8 @@
 //! **Theorem.** The observer predicts between samples over the time that passes, and corrects at every sample that is
 //! not missed. Its error tends to 0 exponentially from every e(0), whatever the periods between the bounds and the
 //! samples missed are, as long as no more than `misses` are missed in a row. `V = e'Pe` before a correction
-//! is at most `factor^2` times what it was before the last one; with the semi-implicit step, `2 factor^2/(1 + factor^2)`
-//! times.
+//! is at most `factor^2` times what it was before the last one; with the semi-implicit step,
+//! `2 factor^2/(1 + factor^2)` times.
 //!
 //! **Proof.** Prediction is exact: `e(t) = exp(At) e(0+)` between corrections, whatever u is. The time between two
 //! corrections is a sum of k periods, k from 1 to misses + 1. *Linear*: `e(0+) = (I - KC)e`. *Radial*: `e(0+) = (I + g
@@ -30,7 +30,7 @@ use crate::error::ProofError;
 use crate::interval::Interval;
 use crate::matrix::Matrix;
 use crate::statement::{Effort, accretive, positive, semi_implicit_room};
-use crate::wording::{at_least, at_most, exact};
+use crate::wording::{at_most, counted, exact, shortest};
 
 /// The largest number of samples missed in a row.
 pub const MOST_MISSES: usize = 64;
@@ -203,19 +203,19 @@ impl Statement for VaryingPeriodConvergence {
             return None;
         }
         let missed = match self.misses {
-            0 => "none of them missed".to_owned(),
-            1 => "at most 1 in a row missed".to_owned(),
-            misses => format!("at most {misses} in a row missed"),
+            0 => String::new(),
+            misses => format!(" with at most {} in a row", counted(misses, "missed sample")),
         };
         let square = (self.factor * self.factor).next_up();
         let factor = match self.step {
-            CubicStep::SemiImplicit { .. } => (2.0 * square / (1.0 + square)).next_up().next_up(),
+            // Grows with the square; 2 square is exact.
+            CubicStep::SemiImplicit { .. } => (2.0 * square / (1.0 + square).next_down()).next_up(),
             CubicStep::Linear | CubicStep::Radial { .. } => square,
         };
         Some(format!(
-            "At samples {} to {} apart, {missed}, with the correction gain K and a prediction over the time that passes: V = e'Pe decreases from correction to correction by the factor {} or less and the error tends to 0, from every initial error.",
-            at_most(self.shortest, 6),
-            at_least(self.longest, 6),
+            "For periods from {} to {}{missed}, with the correction gain K and a prediction over the time that passes: before each correction V = e'Pe is at most {} times what it was before the last one and the error tends to 0, for every initial error.",
+            shortest(self.shortest),
+            shortest(self.longest),
             at_most(factor, 4)
         ))
     }

@@ -160,7 +160,7 @@ fn invisible_characters_of_names_are_written_out() {
     let name = "\"M\\u{202e}0 <\\u{2028}\\u{200b}\"";
     assert!(proved.statement.contains(name), "{}", proved.statement);
     assert!(proved.facts[0].inequality.contains(name), "{:?}", proved.facts);
-    let unknown = file.to_json().replacen("\"title\"", "\"ti\u{200b}tle\"", 1);
+    let unknown = file.to_json().replacen("\"title\"", "\"ti\u{200b}tle\": 1, \"title\"", 1);
     assert!(why(&unknown).contains("\\u{200b}"), "{}", why(&unknown));
 }
 

@@ -1,21 +1,20 @@
 //! The first section of the report: the study in a few sentences.
 
 use luenberger_figures::Section;
+use luenberger_proof::certificate::ProvedSentence;
 use luenberger_proof::wording::counted;
 
 use super::super::{ObserverReport, Results, ScoreCell, ScoreTable, UnseenModes};
 
 /// What was studied, what is observable, what is proved, and which observer is the best by which score.
 pub(super) fn section(results: &Results) -> Section {
-    let sentences = [
-        Some(plant(results)),
-        observability(results),
-        certificates(&results.observers),
-        proved(&results.observers),
+    let first = [Some(plant(results)), observability(results), certificates(&results.observers)];
+    let rest = [
         results.simulation.as_ref().and_then(|simulation| best(&simulation.norm_table(&results.plant)?)),
         warnings(results),
     ];
-    Section::new("Summary").list(sentences.into_iter().flatten())
+    let proved = proved(&results.observers);
+    Section::new("Summary").list(first.into_iter().flatten().chain(proved).chain(rest.into_iter().flatten()))
 }
 
 fn plant(results: &Results) -> String {
@@ -57,10 +56,11 @@ fn certificates(observers: &[ObserverReport]) -> Option<String> {
     let of = |choose: &dyn Fn(&ObserverReport) -> bool| -> Vec<&str> {
         observers.iter().filter(|observer| choose(observer)).map(|observer| observer.name.as_str()).collect()
     };
-    let verdict = |observer: &ObserverReport| observer.design.as_ref().map(|design| design.verdict.clone());
-    let is = |word: &'static str| move |observer: &ObserverReport| verdict(observer).is_some_and(|found| found == word);
+    let is = |word: &'static str| {
+        move |observer: &ObserverReport| observer.design.as_ref().is_some_and(|design| design.verdict.word() == word)
+    };
     let groups = [
-        ("Convergence is proved", of(&is("proved"))),
+        ("Proved", of(&is("proved"))),
         ("Undecided", of(&is("undecided"))),
         ("Errors are measured, not proved", of(&is("measured"))),
         ("No certificate", of(&is("none"))),
@@ -74,16 +74,16 @@ fn certificates(observers: &[ObserverReport]) -> Option<String> {
     (!sentences.is_empty()).then(|| sentences.join(" "))
 }
 
-/// What is proved, of a few observers.
-fn proved(observers: &[ObserverReport]) -> Option<String> {
+/// What is proved, of a few observers, a sentence or more for each.
+fn proved(observers: &[ObserverReport]) -> Vec<String> {
     const FEW: usize = 3;
-    let statements: Vec<String> = observers
-        .iter()
-        .filter_map(|observer| observer.design.as_ref().map(|design| (observer, design)))
-        .filter(|(_, design)| design.verdict == "proved")
-        .map(|(observer, design)| format!("{}: {}", observer.name, design.statement))
-        .collect();
-    (1..=FEW).contains(&statements.len()).then(|| statements.join(" "))
+    let said = observers.iter().filter_map(|observer| {
+        let design = observer.design.as_ref().filter(|design| design.verdict.is_proved())?;
+        let sentences: Vec<&str> = design.statement.proved_sentences().map(ProvedSentence::as_str).collect();
+        Some(format!("{}: {}", observer.name, sentences.join(" ")))
+    });
+    let said: Vec<String> = said.collect();
+    if said.len() <= FEW { said } else { Vec::new() }
 }
 
 /// The best observer by each score of the norm of the error, if there is a choice.

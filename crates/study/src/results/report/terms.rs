@@ -2,18 +2,7 @@
 
 use luenberger_figures::{Grid, Section};
 
-use crate::results::{DesignReport, Results};
-
-/// Words for the verdict on a design.
-const VERDICTS: [(&str, &str); 4] = [
-    (
-        "proved",
-        "The statement holds for the gains as stored: every condition was verified with all rounding errors enclosed.",
-    ),
-    ("undecided", "A condition is not verified with these numbers, which does not mean that the observer fails."),
-    ("measured", "Errors were measured in simulations; nothing is proved."),
-    ("none", "No theorem certifies this observer for this plant."),
-];
+use crate::results::{DesignReport, DesignVerdict, Results};
 
 /// Numbers of designs.
 const NUMBERS: [(&str, &str); 9] = [
@@ -47,10 +36,12 @@ const NUMBERS: [(&str, &str); 9] = [
 /// The explanations, behind a line that opens them; none without observers.
 pub(super) fn section(section: Section, results: &Results) -> Section {
     let designs: Vec<&DesignReport> = results.observers.iter().filter_map(|of| of.design.as_ref()).collect();
-    let verdicts = VERDICTS.iter().filter(|(word, _)| designs.iter().any(|design| design.verdict == *word));
+    let verdicts =
+        DesignVerdict::MEANINGS.iter().filter(|(verdict, _)| designs.iter().any(|of| of.verdict == *verdict));
+    let verdicts = verdicts.map(|(verdict, meaning)| (verdict.word(), *meaning));
     let has = |name: &str| designs.iter().any(|design| design.numbers.iter().any(|number| number.name == name));
     let numbers = NUMBERS.iter().filter(|(name, _)| has(name));
-    let mut rows: Vec<(&str, &str)> = verdicts.chain(numbers).copied().collect();
+    let mut rows: Vec<(&str, &str)> = verdicts.chain(numbers.copied()).collect();
     if designs.iter().any(|design| !design.noise_deviation.is_empty()) {
         rows.push((
             "standard deviation of the error due to noise",

@@ -19,7 +19,7 @@ fn design_of(text: &str) -> Designed {
 
 /// Whether a study has a design whose verdict is `proved`.
 fn is_proved(text: &str) -> bool {
-    designed(&study(text)).is_ok_and(|found| found.report.verdict == "proved")
+    designed(&study(text)).is_ok_and(|found| found.report.verdict.word() == "proved")
 }
 
 /// `x1' = -x1 + x2, x2' = F` with the distance `z = x2`, and what replaces the lines of the observer.
@@ -40,13 +40,13 @@ region = {{ states = [[-3, 3], [-1, 1]], inputs = [[-1, 1]] }}
     )
 }
 
-/// K jumps down by 0.5 at z = 0.3 for `x2' = -x2 + u + 0.5 step(x2 - 0.3)`: for u = 0.29 the plant rests at 0.29 and the
-/// observer at 0.79, although every derivative of K is -2.
+/// K jumps down by 0.5 at z = 0.3 for `x2' = -x2 + u + 0.5 step(x2 - 0.3)`: for u = 0.29 the plant rests at 0.29 and
+/// the observer at 0.79, although every derivative of K is -2.
 #[test]
 fn a_jump_of_the_plant_is_no_contraction() {
     for jump in ["if(x2 > 0.3, 0.5, 0)", "0.5*step(x2 - 0.3)", "1e-9*step(x2 - 0.3)", "0.25*sign(x2 - 0.3)"] {
         let report = design_of(&immersion(&format!("-x2 + u1 + {jump}"), "chi1 + y1", "x2", "z1")).report;
-        assert_eq!(report.verdict, "measured", "{jump}: {report:?}");
+        assert_eq!(report.verdict.word(), "measured", "{jump}: {report:?}");
         let evidence = report.evidence.unwrap();
         assert!(evidence.contains("(A5) is not proved") && evidence.contains("z1 = 0.3"), "{evidence}");
         assert!(!report.statement.contains("tends to 0"), "{}", report.statement);
@@ -72,7 +72,7 @@ fn a_jump_of_a_map_is_no_manifold() {
         // Not every function has a symbolic derivative.
         let Ok(study) = read(&text) else { continue };
         let Ok(found) = designed(&study) else { continue };
-        assert_eq!(found.report.verdict, "measured", "{text}\n{:?}", found.report);
+        assert_eq!(found.report.verdict.word(), "measured", "{text}\n{:?}", found.report);
     }
     let rank = design_of(&immersion(f, "if(abs(y1 - 1) < 0.01, 0, chi1) + y1", "x2", "z1")).report;
     assert!(rank.facts.iter().all(|fact| !fact.statement.contains("(A4)")), "{:?}", rank.facts);
@@ -106,7 +106,7 @@ start = ["x2 - 2*x1 + 20"]
 "#,
     )
     .report;
-    assert_eq!(report.verdict, "proved", "{report:?}");
+    assert_eq!(report.verdict.word(), "proved", "{report:?}");
     assert!(report.statement.contains("beta(y(t), chi(t)) in the box of phi over it (beta1 in [-1, 1])"));
     assert!(!report.statement.contains("xhat(t)"), "{}", report.statement);
     // A region beyond the saturation: phi^L does not take phi(x) back there, which 261 points see as well.
@@ -147,7 +147,7 @@ initial = [2, -1]
 "#;
     for text in [spike.as_str(), van_der_pol] {
         let report = design_of(text).report;
-        assert_eq!(report.verdict, "measured", "{report:?}");
+        assert_eq!(report.verdict.word(), "measured", "{report:?}");
         assert!(report.evidence.unwrap().contains("is measured at 261 points"));
         assert!(!report.statement.contains("tends to 0"), "{}", report.statement);
     }
@@ -181,7 +181,7 @@ region = {{ states = [[-2, 2], [-2, 2]], inputs = [[-1, 1]] }}
     let exact = design_of(&text("x2 - x1")).report;
     assert!(exact.statement.ends_with("From every xi(0) the estimation error tends to 0."), "{}", exact.statement);
     let inexact = design_of(&text("x2 - x1 + 0.00000001*sin(5*x2)")).report;
-    assert_eq!((exact.verdict.as_str(), inexact.verdict.as_str()), ("proved", "proved"));
+    assert_eq!((exact.verdict.word(), inexact.verdict.word()), ("proved", "proved"));
     assert!(inexact.statement.contains("the estimation error is in the limit at most"), "{}", inexact.statement);
     assert!(!inexact.statement.contains("tends to 0") && !inexact.statement.contains("decays"));
 }
@@ -205,7 +205,7 @@ fn an_export_copies_the_verdict() {
     ] {
         let observer = study.observer(name).unwrap();
         let designed = design(study, observer, &AtomicBool::new(false)).unwrap();
-        assert_eq!(designed.report.verdict, verdict, "{name}: {:?}", designed.report);
+        assert_eq!(designed.report.verdict.word(), verdict, "{name}: {:?}", designed.report);
         let step = sampled(study, observer, Some(1e-3), Some(1)).unwrap();
         let found = evidence(study, observer, &step.design, Number::Binary64.into());
         let said = &found.sentences[0];
@@ -262,7 +262,7 @@ proptest! {
         let of = |argument: &str| spike(shape, argument, (centre, width, height));
         let replaced = |from: &str, to: String| SPIKE.replace(" + SPIKE", "").replace(from, &to);
         let bounds = |text: &str| {
-            let found = designed(&study(text)).ok().filter(|found| found.report.verdict == "proved")?;
+            let found = designed(&study(text)).ok().filter(|found| found.report.verdict.word() == "proved")?;
             let theorems = found.certificate.unwrap();
             let of_error = theorems.theorems().iter().find_map(|proved| match proved.theorem() {
                 Theorem::KklErrorBound(bound) => Some(bound.claims.clone()),

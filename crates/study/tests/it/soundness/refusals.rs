@@ -25,7 +25,7 @@ fn designs(text: &str) -> Vec<(String, Result<Designed, FailureReport>)> {
 fn all_proved(text: &str) -> Vec<Designed> {
     let proved = designs(text).into_iter().map(|(name, found)| match found {
         Ok(designed) => {
-            assert_eq!(designed.report.verdict, "proved", "{name}: {:?}", designed.report.facts);
+            assert_eq!(designed.report.verdict.word(), "proved", "{name}: {:?}", designed.report.facts);
             designed
         }
         Err(failure) => panic!("{name}: {}", failure.hypothesis),
@@ -167,7 +167,7 @@ bounds = { noise = [1], disturbance = [1.0], e = [[1.0], [1.0]] }
 "#,
     );
     match found.remove(0).1 {
-        Ok(designed) => assert_eq!(designed.report.verdict, "proved"),
+        Ok(designed) => assert_eq!(designed.report.verdict.word(), "proved"),
         Err(failure) => {
             assert!(matches!(failure.cause.as_deref(), Some(DesignError::Undecided { .. })), "{}", failure.hypothesis);
             assert!(failure.hypothesis.contains("is undecided") && !failure.hypothesis.contains("no gain"));
@@ -199,7 +199,7 @@ gain = [[0], [1]]
 fn a_slow_unseen_mode_leaves_an_observer() {
     for (name, found) in designs(SLOW) {
         match found {
-            Ok(designed) => assert_eq!((name.as_str(), designed.report.verdict.as_str()), ("given", "proved")),
+            Ok(designed) => assert_eq!((name.as_str(), designed.report.verdict.word()), ("given", "proved")),
             Err(failure) => {
                 let words = format!("{}; {}", failure.hypothesis, failure.alternatives.join("; "));
                 assert!(!words.contains("no observer") && words.contains("the plant is detectable"), "{name}: {words}");
@@ -379,7 +379,7 @@ bounds = { noise = [1e-160] }
     );
     for (name, found) in all {
         match found {
-            Ok(designed) => assert_ne!(designed.report.verdict, "refuted", "{name}"),
+            Ok(designed) => assert_ne!(designed.report.verdict.word(), "refuted", "{name}"),
             Err(failure) => {
                 let words = failure.hypothesis;
                 let false_words =
@@ -404,5 +404,239 @@ rho = 1
 "#,
     );
     let report = &found[0].1.as_ref().unwrap_or_else(|failure| panic!("{failure:?}")).report;
-    assert_eq!(report.verdict, "undecided");
+    assert_eq!(report.verdict.word(), "undecided");
+}
+
+/// Why the only observer of a study has no design, with the alternatives.
+#[track_caller]
+fn refused(text: &str) -> (String, String) {
+    match designs(text).remove(0).1 {
+        Ok(designed) => panic!("{:?}", designed.report.statement),
+        Err(failure) => (failure.hypothesis, failure.alternatives.join("; ")),
+    }
+}
+
+/// The Lyapunov equation of the error fails, which leaves the norm of a given gain to other units.
+#[test]
+fn a_given_gain_whose_variances_are_unknown_is_designed() {
+    for (name, found) in designs(
+        r#"[plant]
+a = [[0, 0, 0], [-0.29, -1.7999999999999998, 0], [83, 16000, -46]]
+b = [[0], [0.36], [0]]
+c = [[4.5e-7, -0.00016999999999999999, -1.3e-6]]
+d = [[0.61]]
+[[observer]]
+kind = "h-infinity"
+e = [[0.0007000000000000001, 0, 0, 0], [0, 0.0009, 0, 0], [0, 0, 0.7000000000000001, 0]]
+d = [[0, 0, 0, 0.005]]
+gain = [[0], [0], [378823.5294117647]]
+"#,
+    ) {
+        match found {
+            Ok(designed) => assert_ne!(designed.report.verdict.word(), "refuted"),
+            Err(failure) => assert!(failure.hypothesis.contains("is undecided"), "{name}: {}", failure.hypothesis),
+        }
+    }
+}
+
+/// `x' = 0`: every gain of the right sign has the same width in the end, `W/|C|`, however small it is.
+#[test]
+fn a_width_that_no_gain_changes_ends_the_search() {
+    let both = [
+        ("c = [[-1.5]]", "initial_bounds = [0.01]\nbounds = { noise = [80] }", 80.0 / 1.5),
+        (
+            "c = [[-0.017]]",
+            "initial_bounds = [0.06]\nbounds = { noise = [6], disturbance = [0.5], e = [[0]] }",
+            6.0 / 0.017,
+        ),
+    ];
+    for (output, bounds, width) in both {
+        let found = all_proved(&format!(
+            "[plant]\na = [[0]]\n{output}\n[[observer]]\nkind = \"interval\"\n{bounds}\nleast_width = true\n"
+        ));
+        let limit = found[0].report.number("half-width of x1 in the end").unwrap();
+        assert!(width <= limit && limit < 1.01 * width, "{limit}");
+    }
+}
+
+/// The mode 0 of a plant in discrete time is inside the unit circle.
+#[test]
+fn an_unseen_mode_that_ends_in_one_step_leaves_an_observer() {
+    let (why, instead) =
+        refused("[plant]\na = [[0]]\nc = [[0], [0]]\ndt = 1\n[[observer]]\nkind = \"luenberger\"\npoles = [0]\n");
+    assert!(why.starts_with("the plant is not observable: unobservable modes 0"), "{why}");
+    assert!(instead.contains("the plant is detectable") && !instead.contains("no observer"), "{instead}");
+    // In continuous time it does not decay.
+    let (_, instead) =
+        refused("[plant]\na = [[0]]\nc = [[0], [0]]\n[[observer]]\nkind = \"luenberger\"\npoles = [-1]\n");
+    assert!(instead.contains("no observer exists"), "{instead}");
+}
+
+/// Each pair is observable in exact arithmetic, and the pair in which floating point loses a mode has its name.
+#[test]
+fn a_mode_that_is_lost_to_rounding_is_one_of_a_pair_with_a_name() {
+    let (why, instead) = refused(
+        r#"[plant]
+a = [[0, 1e-10], [150000, 0]]
+c = [[1, 0]]
+[[observer]]
+e = [[-1], [1]]
+kind = "proportional-integral"
+poles = [-1, -1, -1]
+"#,
+    );
+    let said = "the pair (A, C) of the plant with its disturbance is not observable to working precision: ";
+    assert!(why.starts_with(said) && instead.contains("other units"), "{why}; {instead}");
+    let (why, instead) = refused(
+        r#"[plant]
+a = [[0, 1, 1e-13], [0, 0, 0], [-1, -0.21, 0]]
+c = [[1.9, 0, 0]]
+[[observer]]
+e = [[0], [-1], [0]]
+kind = "proportional-integral"
+poles = [-2, -2, -2, -2]
+"#,
+    );
+    assert!(why.starts_with("the plant is not observable to working precision: "), "{why}");
+    assert!(instead.contains("an observer exists"), "{instead}");
+    let (why, instead) = refused(
+        r#"[plant]
+a = [[-580, 0], [1, 0]]
+c = [[0, 1]]
+[[observer]]
+gamma = 1
+kind = "sampled-cubic"
+lmi = true
+period = 1
+"#,
+    );
+    assert!(why.starts_with("the sampled pair (Ad, C) is not observable to working precision: "), "{why}");
+    assert_eq!(instead, "a shorter `period`");
+}
+
+/// `T A = 0` by hand: `C E = 16`, `H = (1/16, 0)`, `T = [0 3/8; 0 1]`, and (A, C) is observable.
+#[test]
+fn a_mode_of_the_decoupled_plant_is_not_said_of_the_plant() {
+    let (why, instead) = refused(
+        r#"[plant]
+a = [[1, -1], [0, 0]]
+c = [[16, -6]]
+[[observer]]
+e = [[1], [0]]
+kalman = { v = [1], w = [6, 0] }
+kind = "unknown-input"
+"#,
+    );
+    assert!(why.starts_with("the pair (T A, C) of the decoupled plant is not detectable: "), "{why}");
+    assert!(instead.starts_with("proportional-integral"), "{instead}");
+}
+
+/// Hurwitz's part in discrete time: A - LC is Schur, and the P of `Q = I` fails.
+#[test]
+fn units_refute_no_observer_in_discrete_time() {
+    all_proved(
+        r#"[plant]
+a = [[0, 0], [-8e16, 0]]
+c = [[72000000000000.0, 0.0002]]
+dt = 1
+[[observer]]
+kind = "kalman"
+v = [1]
+w = [1, 0]
+"#,
+    );
+    all_proved(
+        r#"[plant]
+a = [[1, 0], [-6.11e-11, 1]]
+c = [[0, -4.699999999999999]]
+dt = 1
+[[observer]]
+kind = "luenberger"
+poles = [0, -0.2]
+"#,
+    );
+}
+
+/// `E = 0` and a gain for exact outputs: nothing reaches the error.
+#[test]
+fn a_disturbance_that_does_not_act_has_no_bound() {
+    let (why, _) = refused(
+        r#"[plant]
+a = [[0]]
+c = [[0], [1]]
+[[observer]]
+bounds = { disturbance = [1], e = [[0]] }
+kind = "luenberger"
+poles = [-1]
+"#,
+    );
+    assert!(why.starts_with("no disturbance within these bounds reaches the error"), "{why}");
+}
+
+/// In floating point the slowest pole of this observer is -4.4636, by exact arithmetic -4.4572: it is said as computed.
+#[test]
+fn a_computed_rate_is_not_among_what_is_proved() {
+    let found = all_proved(
+        r#"[plant]
+a = [[0, 8e-13, 0], [1, 2, 6200000000000.0], [0, 0, 0]]
+c = [[520000000.0, 0.000256, 0]]
+[[observer]]
+decay_rate = 3
+kind = "luenberger"
+"#,
+    );
+    let statement = &found[0].report.statement;
+    let proved: Vec<String> = statement.proved_sentences().map(ToString::to_string).collect();
+    assert!(proved.iter().all(|sentence| !sentence.contains("4.4")) && proved[0].contains("exp(-3 t)"), "{proved:?}");
+    assert!(statement.remarks().any(|remark| remark.starts_with("Computed: asymptotic rate exp(-4.4")));
+}
+
+/// `E = e2` and the column 6.2e12 e2 of A are dependent: d = 1 acts, and x3 = -1/6.2e12 at rest hides it. `E = e1` is
+/// hidden by x of about (0, 1, 0), at which neither A x nor C x is 0.
+#[test]
+fn a_hidden_disturbance_acts() {
+    let cases = [
+        ("[[0], [1], [0]]", "d = (1): with x = (0, 0, -1.61e-13)"),
+        ("[[1], [0], [0]]", "d = (-8e-13): with x = (-4.92e-13, 1, -3.23e-13)"),
+    ];
+    for (e, hidden) in cases {
+        let (why, _) = refused(&format!(
+            "[plant]\na = [[0, 8e-13, 0], [1, 2, 6200000000000.0], [0, 0, 0]]\nc = [[520000000.0, 0.000256, 0]]\n\
+             [[observer]]\nkind = \"extended-state\"\ne = {e}\nbandwidth = 2\n"
+        ));
+        assert!(why.starts_with(&format!("no output sees the constant disturbance {hidden} both ")), "{why}");
+    }
+}
+
+/// The first mode is hidden; the others differ in the last digit, and the output has their sum: one is lost to
+/// rounding.
+#[test]
+fn modes_that_floating_point_hides_are_not_counted_as_hidden() {
+    let both = "[plant]\na = [[-1, 0, 0], [0, 2, 0], [0, 0, 2.0000000000000004]]\nc = [[0, 1, 1]]\n[[observer]]\nkind = \"luenberger\"\npoles = [-1, -2, -3]\n";
+    let (why, instead) = refused(both);
+    assert!(
+        why.starts_with("the plant is not observable, and to working precision its unobservable modes are "),
+        "{why}"
+    );
+    assert!(why.contains("-1 along x1") && why.contains("2 along x2"), "{why}");
+    assert!(instead.starts_with("an observer exists, since the plant as stored is detectable"), "{instead}");
+    let (why, instead) = refused(&both.replace("2.0000000000000004", "3"));
+    assert!(why.starts_with("the plant is not observable: unobservable modes -1 along x1"), "{why}");
+    assert!(instead.starts_with("the unobservable modes are stable"), "{instead}");
+}
+
+/// Entries from 3.4e-5 to 2.2e9: `P^-1` of the bound leaves the range in which binary64 inverts it.
+#[test]
+fn a_bound_that_rounding_spoils_is_undecided() {
+    let (why, _) = refused(
+        r#"[plant]
+a = [[-14.0, 3.4e-05, 0], [0, 0, 0], [2200000000.0, -2, 0]]
+c = [[0, 0, 0.71], [1, -0.016, 0]]
+[[observer]]
+kind = "luenberger"
+bounds = { noise = [0.00046, 1.5e-13], disturbance = [0], e = [[-46000000.0], [0], [0]] }
+poles = [-1, -2, -3]
+"#,
+    );
+    assert!(why.starts_with("a bound of the error") && why.contains("is undecided"), "{why}");
 }

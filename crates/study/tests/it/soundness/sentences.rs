@@ -1,6 +1,6 @@
 //! Sentences claim no more than their theorems: regions, inputs, rounding.
 
-use luenberger_proof::certificate::{Certificate, Region, Theorem};
+use luenberger_proof::certificate::{Certificate, CertificateFile, Region, Theorem};
 use luenberger_proof::statement::{Format, Formats};
 use luenberger_study::deployment::{Evidence, evidence, sampled};
 use luenberger_study::{Step, Study};
@@ -19,8 +19,8 @@ fn statement(text: &str, observer: &str) -> String {
     let results = executed(text, Step::Design);
     let row = results.observers.iter().find(|row| row.name == observer).unwrap();
     let design = row.design.as_ref().unwrap_or_else(|| panic!("{:?}", row.failure));
-    assert_eq!(design.verdict, "proved", "{design:?}");
-    design.statement.clone()
+    assert_eq!(design.verdict.word(), "proved", "{design:?}");
+    design.statement.to_string()
 }
 
 /// The numbers behind the names in `measurement noise (x1 0.1 m, x2 3)`.
@@ -53,7 +53,7 @@ poles = [-1]
 #[test]
 fn bounds_of_operation_are_rounded_inwards() {
     let found = on_target(&study(BOUNDS), 0.01, Format::Binary32.into());
-    let Some(Theorem::DeployedObserver(theorem)) = found.file.as_ref().map(|file| file.theorem()) else {
+    let Some(Theorem::DeployedObserver(theorem)) = found.file.as_ref().map(CertificateFile::theorem) else {
         panic!("{found:?}")
     };
     let sentences = found.sentences.join(" ");
@@ -76,8 +76,8 @@ fn bounds_of_operation_are_rounded_inwards() {
     assert_eq!(listed(&sentences, "measurement noise"), [0.012]);
 }
 
-/// A = [0 1; -4 0] sampled has entries that Q6.10 rounds: a plant that is not the stored one forces the error. In binary64
-/// the stored plant is the sampled one.
+/// A = [0 1; -4 0] sampled has entries that Q6.10 rounds: a plant that is not the stored one forces the error. In
+/// binary64 the stored plant is the sampled one.
 #[test]
 fn stored_numbers_are_proved_of_the_stored_plant() {
     let text = "
@@ -161,7 +161,7 @@ gamma = 1e6
 /// The level behind `e'Pe < `.
 fn levels(said: &str) -> Vec<f64> {
     let number = |rest: &str| {
-        let end = rest.find(|c: char| c == ',' || c == ' ').unwrap_or(rest.len());
+        let end = rest.find([',', ' ']).unwrap_or(rest.len());
         rest[..end].parse().unwrap_or_else(|_| panic!("{rest}"))
     };
     said.split("e'Pe < ").skip(1).map(number).collect()

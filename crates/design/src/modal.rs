@@ -1,42 +1,29 @@
 //! Modal coordinates: real eigenvectors, with a block of two for a complex pair.
 
 use luenberger_linalg::eigenvalues;
-use luenberger_proof::statement::TimeDomain;
 use nalgebra::{Complex, DMatrix, DVector};
 
 use crate::error::DesignError;
-use crate::lyapunov_choice::coordinates as units_of;
 
-/// The least distance of two poles, relative to the norm of F, of which eigenvectors are computed.
-pub(crate) const DISTINCT: f64 = 1e-7;
+/// The least distance of two poles, relative to the largest and to the norm of F, of which eigenvectors are computed:
+/// an eigenvalue of multiplicity two is computed to half of the digits.
+const DISTINCT: f64 = 1e-7;
 
-/// T and its blocks: T F T^-1 is block diagonal, with `[a b; -b a]` for the poles `a +- ib`. In the units given, or
-/// where they hide the poles in balanced ones.
+/// T and its blocks, in the units given: T F T^-1 is block diagonal, with `[a b; -b a]` for the poles `a +- ib`.
 ///
 /// # Errors
-/// [`DesignError::NoModalCoordinates`] for poles that are not distinct, [`DesignError::DependentModes`] for eigenvectors
-/// that are nearly dependent.
-pub(crate) fn coordinates(time: TimeDomain, f: &DMatrix<f64>) -> Result<(DMatrix<f64>, Vec<usize>), DesignError> {
-    let mut found = in_units(f);
-    for units in units_of(time, f) {
-        if found.is_ok() {
-            break;
-        }
-        // With x = D z, z being modal in T~ z: T = T~ D^-1.
-        let balanced = in_units(&units.similar(f));
-        found = balanced.map(|(t, blocks)| (units.outputs_back(&t), blocks));
-    }
-    found
-}
-
-/// [`coordinates`] in the units given.
+/// [`DesignError::NoModalCoordinates`] for poles that are not distinct, [`DesignError::DependentModes`] for
+/// eigenvectors that are nearly dependent.
 pub(crate) fn in_units(f: &DMatrix<f64>) -> Result<(DMatrix<f64>, Vec<usize>), DesignError> {
     let n = f.nrows();
     let mut poles = eigenvalues(f)?;
     let separation = separation(&poles);
-    if n > 1 && separation <= DISTINCT * f.norm() {
+    let fastest = poles.iter().map(|pole| pole.norm()).fold(0.0, f64::max);
+    if n > 1 && separation <= DISTINCT * fastest {
         return Err(DesignError::NoModalCoordinates { separation });
     }
+    // Distinct poles, which a change of F by its rounding can make coincide.
+    let is_defective = n > 1 && separation <= DISTINCT * f.norm();
     let not_found = || DesignError::DependentModes { condition: f64::INFINITY };
     poles.retain(|pole| pole.im >= 0.0);
     poles.sort_by(|x, y| y.re.total_cmp(&x.re).then(x.im.total_cmp(&y.im)));
@@ -58,13 +45,13 @@ pub(crate) fn in_units(f: &DMatrix<f64>) -> Result<(DMatrix<f64>, Vec<usize>), D
     }
     let vectors = DMatrix::from_columns(&columns);
     match vectors.clone().try_inverse() {
-        Some(t) if t.iter().all(|x| x.is_finite()) => Ok((t, blocks)),
+        Some(t) if !is_defective && t.iter().all(|x| x.is_finite()) => Ok((t, blocks)),
         _ => Err(dependent(&vectors)),
     }
 }
 
 /// No modal coordinates, for the condition of T or of its inverse.
-pub(super) fn dependent(t: &DMatrix<f64>) -> DesignError {
+pub(crate) fn dependent(t: &DMatrix<f64>) -> DesignError {
     let values = t.singular_values();
     DesignError::DependentModes { condition: values.max() / values.min() }
 }
