@@ -1,9 +1,10 @@
 //! Tests across crates: see the integration tests beside this file. [`falsify`] tries to contradict the theorems of
-//! certificates.
+//! certificates, [`words`] the sentences of designs.
 #![allow(clippy::missing_panics_doc, clippy::return_self_not_must_use, reason = "for the tests beside it only")]
 
 pub mod falsify;
 pub mod kkl_maps;
+pub mod words;
 
 /// The examples of the README and of `docs/`, compiled and run with the documentation's tests.
 #[cfg(doctest)]

@@ -1,9 +1,9 @@
 //! The workspace's own commands: `cargo xtask reproduce`, `cargo xtask test`, `cargo xtask docs`,
 //! `cargo xtask bench linalg`, `cargo xtask bench lmi`, `cargo xtask bench proof`, `cargo xtask bench sim`,
 //! `cargo xtask bench observers`, `cargo xtask bench step`, `cargo xtask bench sweep`,
-//! `cargo xtask stress proof`, `cargo xtask stress theorems`, `cargo xtask mutate`, `cargo xtask firmware`,
-//! `cargo xtask deploy`, `cargo xtask cluster`, `cargo xtask live`, `cargo xtask screenshots`,
-//! `cargo xtask python`.
+//! `cargo xtask stress proof`, `cargo xtask stress theorems`, `cargo xtask stress words`, `cargo xtask mutate`,
+//! `cargo xtask firmware`, `cargo xtask deploy`, `cargo xtask cluster`, `cargo xtask live`,
+//! `cargo xtask screenshots`, `cargo xtask python`.
 //!
 //! Each is a sequence of cargo commands with their times; the first failure ends the sequence with its exit code.
 
@@ -70,9 +70,15 @@ enum Command {
         /// Number of mutants of certificates for each theorem (theorems)
         #[arg(long, default_value_t = 100_000)]
         mutants: u64,
-        /// Only the theorem of this name (theorems)
+        /// Number of studies, over all kinds of observers (words)
+        #[arg(long, default_value_t = 20_000)]
+        studies: u64,
+        /// Only the theorem of this name (theorems), or the kind of observer (words)
         #[arg(long)]
         kind: Option<String>,
+        /// Designs only: no headers of exports, scores and alternatives (words)
+        #[arg(long)]
+        only_design: bool,
         /// Which cases
         #[arg(long, default_value_t = 2019)]
         seed: u64,
@@ -130,6 +136,8 @@ enum Claimed {
     Proof,
     /// Certificates of random designs, changed and sealed again: the accepted ones against adversaries
     Theorems,
+    /// Sentences of designs, failures and headers of exports for random studies: each against simulations
+    Words,
 }
 
 #[derive(Clone, Copy, ValueEnum)]
@@ -165,6 +173,9 @@ fn main() -> ExitCode {
         Command::Stress { what: Claimed::Proof, matrices, seed, .. } => stress::proof::run(matrices, seed),
         Command::Stress { what: Claimed::Theorems, mutants, seed, kind, .. } => {
             stress::theorems::run(mutants, seed, kind.as_deref())
+        }
+        Command::Stress { what: Claimed::Words, studies, seed, kind, only_design, .. } => {
+            stress::words::run(studies, seed, kind.as_deref(), only_design)
         }
         Command::Cluster => cluster::run(),
         Command::Deploy => deploy::run(),

@@ -206,7 +206,7 @@ fn super_twisting(document: &Value, random: &mut Random) -> Found {
     for step in -16..=16_i32 {
         // z1 > 0 by symmetry; z2 in units in which both parts of V are alike.
         let (p11, p22) = (p.at(0, 0).near(), p.at(1, 1).near());
-        let scale = (p11 / p22).sqrt();
+        let scale = Some((p11 / p22).sqrt()).filter(|scale| scale.is_finite()).unwrap_or(1.0);
         let (z1, z2) = if step == 16 { (0.0, 1.0) } else { (1.0, f64::from(step) * 0.25 * scale) };
         let z = Exact::from_f64(2, 1, &[z1, z2]);
         let value = z.congruent(&p);

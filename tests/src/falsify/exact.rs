@@ -248,6 +248,57 @@ impl Exact {
         coefficients
     }
 
+    /// The matrix of A on the largest subspace that C does not see and that A maps into itself, in some basis; its size
+    /// is n less the rank of (C, CA, ..).
+    pub fn unseen(a: &Self, c: &Self) -> Self {
+        let n = a.rows;
+        let mut seen = vec![vec![c.clone()]];
+        for k in 1..n {
+            let next = seen[k - 1][0].times(a);
+            // Every block has its own power of two and denominator, which do not change what it does not see.
+            seen.push(vec![Self { exponent: 0, denominator: IBig::ONE, ..next }]);
+        }
+        let mut m: Vec<Vec<IBig>> = Vec::new();
+        for block in seen.iter().flatten() {
+            m.extend(block.entries.chunks(n.max(1)).map(<[IBig]>::to_vec));
+        }
+        // Fraction-free elimination to row echelon form, reduced.
+        let (mut pivots, mut row) = (Vec::new(), 0);
+        for column in 0..n {
+            let Some(found) = (row..m.len()).find(|i| !m[*i][column].is_zero()) else { continue };
+            m.swap(row, found);
+            let pivot = m[row].clone();
+            for (i, other) in m.iter_mut().enumerate() {
+                if i != row && !other[column].is_zero() {
+                    let factor = other[column].clone();
+                    other.iter_mut().zip(&pivot).for_each(|(x, y)| *x = &*x * &pivot[column] - &factor * y);
+                }
+            }
+            pivots.push(column);
+            row += 1;
+        }
+        let free: Vec<usize> = (0..n).filter(|j| !pivots.contains(j)).collect();
+        // v_l has 1 at its free column, and -m/pivot at the pivots; times the product of the pivots it is whole.
+        let common: IBig = pivots.iter().enumerate().map(|(i, j)| m[i][*j].clone()).product();
+        let mut basis = Self::zeros(n, free.len());
+        for (l, column) in free.iter().enumerate() {
+            basis.entries[column * free.len() + l].clone_from(&common);
+            for (i, pivot) in pivots.iter().enumerate() {
+                basis.entries[pivot * free.len() + l] = -(&m[i][*column] * (&common / &m[i][*pivot]));
+            }
+        }
+        let image = a.times(&basis);
+        let positive = sign(&common) > 0;
+        let scale = if positive { common } else { -common };
+        let entry = |k: usize| {
+            let (i, l) = (free[k / free.len().max(1)], k % free.len().max(1));
+            let x = image.entries[i * free.len() + l].clone();
+            Self::rational(if positive { x } else { -x }, image.exponent, &image.denominator * &scale)
+        };
+        let entries: Vec<Self> = (0..free.len() * free.len()).map(entry).collect();
+        Self::from_numbers(free.len(), free.len(), &entries)
+    }
+
     /// The signs of the eigenvalues of a symmetric matrix.
     pub fn inertia(&self) -> Inertia {
         let coefficients = self.polynomial();

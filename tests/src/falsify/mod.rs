@@ -28,7 +28,7 @@ use luenberger_random::Random;
 use serde_json::Value;
 
 use adversary::ADVERSARIES;
-use document::{float, hexadecimal};
+use document::hexadecimal;
 use seeds::GENERATORS;
 
 /// Number of mutants derived from one design.
@@ -168,8 +168,8 @@ impl Run {
         Ok(Some(serde_json::from_str(&text).map_err(|why| why.to_string())?))
     }
 
-    /// The document with its own margins, sometimes one of them an ulp larger than what is proved, with words and a digest that agree with
-    /// it; held against the adversary if it is verified.
+    /// The document with its own margins, sometimes one of them an ulp larger than what is proved, with words and a
+    /// digest that agree with it; held against the adversary if it is verified.
     fn is_verified_as_it_is(&mut self, mutant: &Value) -> bool {
         let mut document = mutant.clone();
         let Ok(read) = CertificateFile::read(document.to_string().as_bytes()) else { return false };

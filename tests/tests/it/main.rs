@@ -29,3 +29,4 @@ mod theorems_mvt;
 mod theorems_sampled;
 mod theorems_sliding_mode;
 mod theorems_uncertain;
+mod words;

@@ -2,3 +2,4 @@
 
 pub(crate) mod proof;
 pub(crate) mod theorems;
+pub(crate) mod words;
