@@ -84,7 +84,7 @@ const COLUMNS: &[Column] = &[
     ("peak", |one| one.medians.peak),
     ("settling", |one| one.medians.settling),
     ("cost", |one| one.operations.map(|count| count as f64)),
-    ("error, proved", |one| one.medians.rms.filter(|_| one.verdict.word() == "proved")),
+    ("error, proved", |one| one.medians.rms.filter(|_| one.verdict.is_proved())),
 ];
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
