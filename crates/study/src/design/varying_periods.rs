@@ -2,7 +2,7 @@
 
 use luenberger_design::{CubicGain, GainOptions, Periods, VaryingPeriodDesign};
 use luenberger_plants::StateSpace;
-use luenberger_proof::certificate::Reading;
+use luenberger_proof::certificate::{Reading, Theorem};
 use nalgebra::{DMatrix, DVector};
 
 use super::explain::Misfit;
@@ -10,17 +10,6 @@ use super::{Designed, facts, linear, matrix, proved_of, upper_bound};
 use crate::results::{DesignVerdict, Statement};
 use crate::runnable::{Runnable, VaryingPeriods};
 use crate::study::LinearSpec;
-
-/// The factor to which V falls from correction to correction, rounded upwards.
-fn factor(design: &VaryingPeriodDesign) -> f64 {
-    let square = (design.factor * design.factor).next_up();
-    if design.nominal.observer.coupling().is_some() {
-        // Grows with the square; 2 square is exact.
-        (2.0 * square / (1.0 + square).next_down()).next_up()
-    } else {
-        square
-    }
-}
 
 /// The observer, with the gains of the nominal period.
 pub(super) fn design(
@@ -45,7 +34,12 @@ fn report(
     let computed: Vec<String> = report.statement.remarks().map(str::to_owned).collect();
     report.statement = computed.into_iter().fold(proved_of(&design.certificate, reading), Statement::remark);
     report.matrices.insert(0, matrix("K", &design.k));
-    report.numbers.push(upper_bound("factor of V from correction to correction", factor(design)));
+    report.numbers.extend(design.certificate.theorems().iter().find_map(|proved| match proved.theorem() {
+        Theorem::VaryingPeriodConvergence(periods) => {
+            Some(upper_bound("factor of V from correction to correction", periods.decrease()))
+        }
+        _ => None,
+    }));
     report.facts = facts(&design.certificate, &[]);
     report.verdict = DesignVerdict::of(&design.certificate);
     let zero = [plant.a.nrows(), plant.b.ncols(), plant.c.nrows()].map(DVector::zeros);

@@ -101,6 +101,18 @@ impl CubicStep {
 }
 
 impl VaryingPeriodConvergence {
+    /// The factor of `V = e'Pe` from correction to correction, rounded upwards: with f the [factor](Self::factor) of
+    /// the norm, `f^2` or, for the semi-implicit step, `2f^2/(1+f^2)`.
+    #[must_use]
+    pub fn decrease(&self) -> f64 {
+        let square = (self.factor * self.factor).next_up();
+        match self.step {
+            // Grows with the square; 2 square is exact.
+            CubicStep::SemiImplicit { .. } => (2.0 * square / (1.0 + square).next_down()).next_up(),
+            CubicStep::Linear | CubicStep::Radial { .. } => square,
+        }
+    }
+
     /// `I + G C s` for a gain G.
     fn corrected(&self, gain: &Matrix<f64>, sign: f64) -> Result<Matrix<Interval>, ProofError> {
         let PlantMatrices { a, c, .. } = &self.plant;
@@ -206,17 +218,11 @@ impl Statement for VaryingPeriodConvergence {
             0 => String::new(),
             misses => format!(" with at most {} in a row", counted(misses, "missed sample")),
         };
-        let square = (self.factor * self.factor).next_up();
-        let factor = match self.step {
-            // Grows with the square; 2 square is exact.
-            CubicStep::SemiImplicit { .. } => (2.0 * square / (1.0 + square).next_down()).next_up(),
-            CubicStep::Linear | CubicStep::Radial { .. } => square,
-        };
         Some(format!(
             "For periods from {} to {}{missed}, with the correction gain K and a prediction over the time that passes: before each correction V = e'Pe is at most {} times what it was before the last one and the error tends to 0, for every initial error.",
             shortest(self.shortest),
             shortest(self.longest),
-            at_most(factor, 4)
+            at_most(self.decrease(), 4)
         ))
     }
 
