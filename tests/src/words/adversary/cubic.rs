@@ -68,8 +68,8 @@ impl Subject<'_> {
             return Err(Wrong::Rounded(format!("the factor {factor} is less than {}", slowest * slowest)));
         }
         let Runnable::SampledCubic(observer) = &designed.runnable else { return Ok(Held::Computed) };
-        // The theorem is about exact arithmetic. What the rounding of a step moves: A xhat and L z cancel where the plant
-        // grows by many orders of magnitude in a period.
+        // The theorem is about exact arithmetic. What the rounding of a step moves: A xhat and L z cancel where the
+        // plant grows by many orders of magnitude in a period.
         let moved = observer.ad().map(f64::abs) + observer.ld().map(f64::abs) * observer.c().map(f64::abs);
         let (n, m) = (self.n(), self.plant.inputs.len());
         let (u, y) = (vec![0.0; m], vec![0.0; self.plant.outputs.len()]);
