@@ -54,6 +54,9 @@ pub enum ExportError {
         /// The error of the constructor.
         error: luenberger_observers::ObserverError,
     },
+    /// A filter whose prediction takes as many steps as its error needs.
+    #[error("the filter predicts with control of its error; a target takes a fixed number of Runge-Kutta steps")]
+    ErrorControlled,
     /// An observer of expressions with lookup tables, which cannot be exported.
     #[error("an observer of expressions has no source code with lookup tables; those of the plant are allowed")]
     Tables,

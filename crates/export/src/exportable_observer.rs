@@ -3,7 +3,7 @@
 use luenberger_expression::{ExpressionPlant, Lookups, Routine, Routines, Table};
 use luenberger_observers::{
     DiscreteLinearObserver, DiscreteNonlinearObserver, ExtendedKalmanFilter, NoiseModel, ObserverDimensions,
-    ObserverError, SampledCubicGains, SampledCubicObserver, SampledNonlinearObserver, SampledObserver,
+    ObserverError, Prediction, SampledCubicGains, SampledCubicObserver, SampledNonlinearObserver, SampledObserver,
     UnscentedKalmanFilter, VaryingPeriodObserver, VaryingPeriodStep,
 };
 use luenberger_plants::LinearPlant;
@@ -70,6 +70,8 @@ pub(crate) struct Maps {
     pub(crate) motion: Routine,
     /// h, and Dh after it, row by row, but for the copy in discrete time.
     pub(crate) measurement: Routine,
+    /// f and Df after it, row by row, where an unscented Kalman filter in continuous time needs them along its centre.
+    pub(crate) centre: Option<Routine>,
     /// The observer itself, where it is of expressions.
     pub(crate) extension: Option<ExtensionMaps>,
 }
@@ -83,7 +85,7 @@ impl Maps {
     /// All of them.
     pub(crate) fn routines(&self) -> impl Iterator<Item = &Routine> + Clone {
         let own = self.extension.iter().flat_map(ExtensionMaps::all);
-        [&self.motion, &self.measurement].into_iter().chain(own)
+        [&self.motion, &self.measurement].into_iter().chain(&self.centre).chain(own)
     }
 }
 
@@ -135,12 +137,16 @@ impl ExportableObserver {
     /// Those that the step needs.
     pub(crate) fn maps(&self) -> Option<Maps> {
         let all = self.routines()?;
+        let centre = match self {
+            Self::Unscented(filter) => filter.substeps().map(|_| all.motion.clone()),
+            _ => None,
+        };
         let (motion, measurement) = match self {
             Self::Kalman(_) | Self::MovingHorizon(_) => (all.motion, all.measurement),
             Self::Discrete(_) | Self::Kkl(_) | Self::Unscented(_) | Self::Step(_) => (all.f, all.h),
             _ => (all.f, all.measurement),
         };
-        Some(Maps { motion, measurement, extension: self.extension() })
+        Some(Maps { motion, measurement, centre, extension: self.extension() })
     }
 
     /// Whether the plant depends on the time.
@@ -189,12 +195,13 @@ impl ExportableObserver {
         if let Self::MovingHorizon(estimator) = self { estimator.horizon().window } else { 0 }
     }
 
-    /// The factor of the process noise that enters before and after a motion in continuous time, as it is computed in
-    /// the format; of an unscented filter.
-    pub(crate) fn half_step_factor(&self, scalar: Scalar) -> f64 {
+    /// The root of tau/6, by which the columns of the process noise enter an unscented filter, as it is computed in the
+    /// format.
+    pub(crate) fn noise_weight(&self, scalar: Scalar) -> f64 {
+        let [_, _, sixth] = self.increments(scalar);
         match scalar {
-            Scalar::Binary32 => f64::from((self.period() as f32 * 0.5).sqrt()),
-            Scalar::Binary64 => (self.period() * 0.5).sqrt(),
+            Scalar::Binary32 => f64::from((sixth as f32).sqrt()),
+            Scalar::Binary64 => sixth.sqrt(),
         }
     }
 
@@ -352,6 +359,15 @@ impl ExportableObserver {
 
     /// Checks that the format can store every number, and that the rounded ones still make an observer.
     pub(crate) fn check(&self, scalar: Scalar) -> Result<(), ExportError> {
+        let prediction = match self {
+            Self::Kalman(filter) => Some(filter.prediction()),
+            Self::Unscented(filter) => Some(filter.prediction()),
+            Self::MovingHorizon(estimator) => Some(estimator.prediction()),
+            _ => None,
+        };
+        if prediction == Some(Prediction::ErrorControlled) {
+            return Err(ExportError::ErrorControlled);
+        }
         for (name, matrix) in self.matrices() {
             if let Some(k) = matrix.iter().position(|x| !scalar.round(*x).is_finite()) {
                 let (row, column) = (k % matrix.nrows(), k / matrix.nrows());
@@ -414,10 +430,8 @@ impl ExportableObserver {
                 let (plant, NoiseModel { w, v, p0 }) = (filter.plant().clone(), filter.noise_model());
                 let noises = NoiseModel { w: cast(w), v: cast(v), p0: cast(p0) };
                 let period = nalgebra::convert(filter.period());
-                let same = match filter.substeps() {
-                    Some(substeps) => ExtendedKalmanFilter::new(plant, noises, period, substeps)?,
-                    None => ExtendedKalmanFilter::discrete(plant, noises, period)?,
-                };
+                let same =
+                    ExtendedKalmanFilter::discrete(plant, noises, period)?.with_prediction(filter.prediction())?;
                 let same = match filter.gate() {
                     Some(gate) => same.with_gate(nalgebra::convert(gate))?,
                     None => same,
@@ -428,8 +442,8 @@ impl ExportableObserver {
                 let (plant, NoiseModel { w, v, p0 }) = (filter.plant().clone(), filter.factors());
                 let factors = NoiseModel { w: cast(w), v: cast(v), p0: cast(p0) };
                 let period = nalgebra::convert(filter.period());
-                let (sigma, substeps) = (filter.sigma_points(), filter.substeps());
-                let same = UnscentedKalmanFilter::from_factors(plant, factors, sigma, period, substeps)?;
+                let (sigma, prediction) = (filter.sigma_points(), filter.prediction());
+                let same = UnscentedKalmanFilter::from_factors(plant, factors, sigma, period, prediction)?;
                 let same = match filter.gate() {
                     Some(gate) => same.with_gate(nalgebra::convert(gate))?,
                     None => same,

@@ -34,10 +34,7 @@ pub(crate) fn cast<T: RealField + Copy>(estimator: &MovingHorizon<f64>) -> Resul
     let (plant, NoiseModel { w, v, p0 }) = (estimator.plant().clone(), estimator.noise_model());
     let noises = NoiseModel { w: cast(w), v: cast(v), p0: cast(p0) };
     let (horizon, period) = (estimator.horizon(), nalgebra::convert(period(estimator)));
-    let same = match estimator.substeps() {
-        Some(substeps) => MovingHorizon::new(plant, noises, horizon, period, substeps)?,
-        None => MovingHorizon::discrete(plant, noises, horizon, period)?,
-    };
+    let same = MovingHorizon::discrete(plant, noises, horizon, period)?.with_prediction(estimator.prediction())?;
     match estimator.bounds() {
         Some((lower, upper)) if !bounds(estimator).is_empty() => {
             let cast = |column: &DVector<f64>| column.map(nalgebra::convert::<f64, T>);

@@ -19,6 +19,8 @@ impl ExportableObserver {
         let linear = product(n, n) + product(n, m) + product(n, p) + if m == 0 { n } else { 2 * n };
         let (motion, measurement) =
             self.maps().map_or((0, 0), |maps| (maps.motion.operations(), maps.measurement.operations()));
+        // The plant over a period with its Jacobian: stages, Phi and H of each step.
+        let classical = |centre: usize| 4 * centre + 6 * n + 6 * n + 5 * n * product(n, n) + 19 * n * n;
         // One step of the Runge-Kutta method for so many entries, without the slopes.
         let combined = |entries: usize| 12 * entries;
         let flow = |observer: &SampledCubicObserver<f64, Dyn, Dyn, Dyn>| match observer.coupling() {
@@ -49,10 +51,12 @@ impl ExportableObserver {
                 let update =
                     measurement + p + joined + 2 * product(n, p) + 2 * square + (n + p) * product(n, p) + n * n;
                 let symmetry = n * (n - 1);
+                let spread = 2 * square + n * n + symmetry;
                 update
+                    + spread
                     + match filter.substeps() {
-                        Some(count) => count * (4 * (motion + square + 2 * n * n) + combined(n + n * n) + symmetry),
-                        None => motion + 2 * square + n * n + symmetry,
+                        Some(count) => linearised(count, n, classical(motion)),
+                        None => motion,
                     }
             }
             Self::Unscented(filter) => {
@@ -65,7 +69,11 @@ impl ExportableObserver {
                     Some(count) => count * (4 * motion + combined(n)),
                     None => motion,
                 };
-                let noise = filter.substeps().map_or(0, |_| n * n + n * column(n));
+                let centre = self.maps().and_then(|maps| maps.centre).map_or(0, |centre| centre.operations());
+                let noise = filter.substeps().map_or(0, |count| {
+                    let products = 2 * n * product(n, n) + 3 * n * n + 2 * n * column(n);
+                    count * (classical(centre) + products) + (count - 1) * (n * product(n, n) + n * column(n))
+                });
                 let update = (2 * n + 1) * measurement
                     + drawn
                     + points(p)
@@ -188,11 +196,10 @@ impl FullWindow {
         let of = |routine: fn(&Maps) -> &Routine| maps.as_ref().map_or(0, |maps| routine(maps).operations());
         let (motion, measurement) = (of(|maps| &maps.motion), of(|maps| &maps.measurement));
         let is_timed = maps.as_ref().is_some_and(|maps| maps.motion.uses_time());
-        let entries = n + 2 * n * n;
-        let slope = motion + 2 * square(n) + 2 * n * n;
+        let classical = 4 * motion + 12 * n + 5 * square(n) + 19 * n * n;
         let linearised = match estimator.substeps() {
             // The time of the four slopes, and of the start of each step.
-            Some(substeps) => substeps * (4 * slope + 12 * entries + n * (n - 1) + if is_timed { 5 } else { 0 }),
+            Some(substeps) => linearised(substeps, n, classical + if is_timed { 5 } else { 0 }),
             None => motion,
         };
         let Horizon { window, iterations } = estimator.horizon();
@@ -250,6 +257,13 @@ impl FullWindow {
         let step = self.pass() + of_bounds + 3 * self.stages * self.n + 2;
         self.within() + 4 * pairs + INTERIOR_POINT_STEPS * step
     }
+}
+
+/// The plant over a period with its Jacobian and noise, by so many steps of which each takes `classical` operations.
+fn linearised(substeps: usize, n: usize, classical: usize) -> usize {
+    let noise = 4 * square(n) + 4 * n * n + n * (n - 1);
+    let then = 3 * square(n) + n * n + n * (n - 1);
+    substeps * (classical + noise) + (substeps - 1) * then
 }
 
 /// The product of two square matrices.

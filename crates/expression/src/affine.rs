@@ -1,4 +1,4 @@
-//! Expressions that are syntactically affine in states and inputs.
+//! Expressions that are syntactically affine in states and inputs, or in the states while the inputs are held.
 
 use crate::function::{Binary, Unary};
 use crate::scope::Symbol;
@@ -13,9 +13,11 @@ enum Form {
     Not(usize),
 }
 
+/// With `inputs_held` inputs count as constants.
+///
 /// # Errors
 /// The first node that is not affine.
-pub(crate) fn affine(tree: &Tree) -> Result<(), usize> {
+pub(crate) fn affine(tree: &Tree, inputs_held: bool) -> Result<(), usize> {
     use Form::{Affine, Constant, Not};
     let mut forms: Vec<Form> = Vec::new();
     for (index, node) in tree.nodes().enumerate() {
@@ -25,6 +27,7 @@ pub(crate) fn affine(tree: &Tree) -> Result<(), usize> {
             | Node::Symbol(Symbol::Pi | Symbol::E | Symbol::Parameter(_), _)
             | Node::Then
             | Node::Else => Constant,
+            Node::Symbol(Symbol::Input(_), _) if inputs_held => Constant,
             Node::Symbol(Symbol::State(_) | Symbol::Input(_), _) => Affine,
             Node::Symbol(Symbol::Time, _) => Not(index),
             Node::Unary(unary, x) => match forms[*x] {

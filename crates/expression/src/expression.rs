@@ -60,7 +60,21 @@ impl Expression {
     /// # Errors
     /// The first part of the text that is not.
     pub fn affine(&self) -> Result<(), &str> {
-        affine::affine(&self.tree).map_err(|node| self.part(node))
+        affine::affine(&self.tree, false).map_err(|node| self.part(node))
+    }
+
+    /// Whether it is affine in the states while the inputs are held, and free of the time; decided by its form, as
+    /// [`affine`](Self::affine).
+    ///
+    /// ```
+    /// use luenberger_expression::{Expression, Scope};
+    /// let is = |text| Expression::parse(text, &Scope::plant(2, 1)).map(|row| row.is_affine_in_states());
+    /// assert!(is("-x1*u1 + x2/u1^2 + sin(u1)")?);
+    /// assert!(!is("x1*x2")? && !is("x1 + t")? && !is("if(x1 > 0, 1, 2)")?);
+    /// # Ok::<(), luenberger_expression::ExpressionError>(())
+    /// ```
+    pub fn is_affine_in_states(&self) -> bool {
+        affine::affine(&self.tree, true).is_ok()
     }
 
     /// The parameters that occur in it, by name, each as often as it occurs.

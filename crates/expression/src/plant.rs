@@ -165,6 +165,7 @@ struct Rows {
     values: OnceLock<Values>,
     jacobians: OnceLock<Jacobians>,
     affine: OnceLock<bool>,
+    linear_between_samples: OnceLock<bool>,
 }
 
 impl PartialEq for Rows {
@@ -289,14 +290,19 @@ impl ExpressionPlant {
         };
         let f = parse(f, scope, Row::Derivative)?;
         let h = parse(h, scope, Row::Output)?;
-        Ok(Self(Arc::new(Rows {
+        Ok(Self::of_rows(f, h, inputs))
+    }
+
+    fn of_rows(f: Vec<Expression>, h: Vec<Expression>, inputs: usize) -> Self {
+        Self(Arc::new(Rows {
             f,
             h,
             inputs,
             values: OnceLock::new(),
             jacobians: OnceLock::new(),
             affine: OnceLock::new(),
-        })))
+            linear_between_samples: OnceLock::new(),
+        }))
     }
 
     /// The rows of f.
@@ -471,6 +477,79 @@ impl ExpressionPlant {
         Ok(AffinePlant { linear, f0: values(self.f()), h0: values(self.h()) })
     }
 
+    /// A, B and c of `f = A x + B u + c`, if that is its form and the time is not in it; none otherwise, and for a
+    /// coefficient that is not finite. Nothing is asked of h.
+    pub fn affine_motion(&self) -> Option<(DMatrix<f64>, DMatrix<f64>, DVector<f64>)> {
+        let rows = self.f();
+        if rows.iter().any(|row| row.uses_time() || row.affine().is_err()) {
+            return None;
+        }
+        let (n, m) = (rows.len(), self.0.inputs);
+        let (x, u) = (vec![0.0; n], vec![0.0; m]);
+        let list = |by: fn(&Expression, f64, &[f64], &[f64]) -> Option<Vec<f64>>| -> Option<Vec<f64>> {
+            rows.iter().map(|row| by(row, 0.0, &x, &u)).collect::<Option<Vec<_>>>().map(|rows| rows.concat())
+        };
+        let a = DMatrix::from_row_slice(n, n, &list(|row, t, x, u| row.gradient(t, x, u).ok())?);
+        let b = DMatrix::from_row_slice(n, m, &list(|row, t, x, u| row.input_gradient(t, x, u).ok())?);
+        let c = DVector::from_iterator(n, rows.iter().map(|row| row.evaluate(0.0, &x, &u)));
+        let is_finite = a.iter().chain(b.iter()).chain(c.iter()).all(|entry| entry.is_finite());
+        is_finite.then_some((a, b, c))
+    }
+
+    /// The plant with the outputs of this one and the motion `A x + B u + c`.
+    ///
+    /// ```
+    /// use luenberger_expression::{ExpressionPlant, Parameters};
+    /// use nalgebra::{dmatrix, dvector};
+    /// let plant = ExpressionPlant::new(&["x2", "u1"], &["x1^2"], 1, &Parameters::new())?;
+    /// let (a, b, c) = plant.affine_motion().ok_or("f is affine")?;
+    /// assert_eq!((a, b, c), (dmatrix![0.0, 1.0; 0.0, 0.0], dmatrix![0.0; 1.0], dvector![0.0, 0.0]));
+    /// let other = plant.with_motion(&dmatrix![1.0, 0.5; 0.0, 1.0], &dmatrix![0.0; -2.0], &dvector![0.0, 3.0])?;
+    /// assert_eq!(other.f().iter().map(|row| row.text()).collect::<Vec<_>>(), ["x1 + 0.5*x2", "x2 + (-2.0)*u1 + 3.0"]);
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    /// # Errors
+    /// [`ExpressionPlantError::Length`] for matrices of other sizes; [`Expression`](ExpressionPlantError::Expression)
+    /// for an entry that is not finite.
+    pub fn with_motion(
+        &self,
+        a: &DMatrix<f64>,
+        b: &DMatrix<f64>,
+        c: &DVector<f64>,
+    ) -> Result<Self, ExpressionPlantError> {
+        let (n, m) = (self.0.f.len(), self.0.inputs);
+        for (what, expected, found) in [
+            ("rows of A", n, a.nrows()),
+            ("columns of A", n, a.ncols()),
+            ("rows of B", n, b.nrows()),
+            ("columns of B", m, b.ncols()),
+            ("c", n, c.len()),
+        ] {
+            if expected != found {
+                return Err(ExpressionPlantError::Length { what, expected, found });
+            }
+        }
+        let number = |x: f64| if x < 0.0 { format!("({x:?})") } else { format!("{x:?}") };
+        let term = |(factor, name): (f64, String)| match factor {
+            0.0 => None,
+            1.0 => Some(name),
+            factor => Some(format!("{}*{name}", number(factor))),
+        };
+        let scope = Scope::plant(n, m);
+        let f: Result<Vec<Expression>, ExpressionPlantError> = (0..n)
+            .map(|i| {
+                let states = (0..n).map(|j| (a[(i, j)], format!("x{}", j + 1)));
+                let inputs = (0..m).map(|j| (b[(i, j)], format!("u{}", j + 1)));
+                let constant = (c[i] != 0.0).then(|| number(c[i]));
+                let terms: Vec<String> = states.chain(inputs).filter_map(term).chain(constant).collect();
+                let text = if terms.is_empty() { "0".to_owned() } else { terms.join(" + ") };
+                let row = Row::Derivative(i);
+                Expression::parse(&text, &scope).map_err(|error| ExpressionPlantError::Expression { row, error })
+            })
+            .collect();
+        Ok(Self::of_rows(f?, self.0.h.clone(), m))
+    }
+
     /// The same plant with its sizes in the type.
     ///
     /// # Errors
@@ -587,6 +666,10 @@ impl<T: RealField + Copy> Differentiable<T, Dyn, Dyn, Dyn> for ExpressionPlant {
         let mut jacobian = DMatrix::zeros(self.0.h.len(), n);
         self.jacobians().dh.evaluate(t, x.as_slice(), u.as_slice(), |k, value| jacobian[(k / n, k % n)] = value);
         jacobian
+    }
+
+    fn is_linear_between_samples(&self) -> bool {
+        *self.0.linear_between_samples.get_or_init(|| self.0.f.iter().all(Expression::is_affine_in_states))
     }
 
     fn motion_into(&self, t: T, x: &[T], u: &[T], f: &mut [T], df: &mut [T]) -> bool {

@@ -59,6 +59,10 @@ impl Differentiable<f64, Dyn, Dyn, Dyn> for AnyPlant<'_> {
         self.0.output_jacobian(t, x, u)
     }
 
+    fn is_linear_between_samples(&self) -> bool {
+        self.0.is_linear_between_samples()
+    }
+
     fn motion_into(&self, t: f64, x: &[f64], u: &[f64], f: &mut [f64], df: &mut [f64]) -> bool {
         self.0.motion_into(t, x, u, f, df)
     }

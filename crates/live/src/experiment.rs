@@ -335,8 +335,8 @@ pub enum ObserverKind {
         p0: Rows,
         /// The sampling period.
         period: f64,
-        /// Runge-Kutta steps in a period; none for a plant in discrete time.
-        substeps: Option<usize>,
+        /// Whether the plant is in discrete time; otherwise the prediction controls its error.
+        discrete: bool,
         /// Outputs whose innovation is beyond so many standard deviations are rejected.
         #[serde(default, skip_serializing_if = "Option::is_none")]
         gate: Option<f64>,

@@ -91,12 +91,13 @@ pub(crate) fn join<'a>(
             let copy = NonlinearLuenbergerObserver::new(plant, l).map_err(text)?;
             scenario.observer(name, copy, &start)
         }
-        ObserverKind::Kalman { w, v, p0, period, substeps, gate } => {
+        ObserverKind::Kalman { w, v, p0, period, discrete, gate } => {
             let w = if gain == 1.0 { matrix(w) } else { matrix(w) * gain };
             let noises = NoiseModel { w, v: matrix(v), p0: matrix(p0) };
-            let filter = match substeps {
-                Some(substeps) => ExtendedKalmanFilter::new(plant, noises, sliders.period * period, *substeps),
-                None => ExtendedKalmanFilter::discrete(plant, noises, *period),
+            let filter = if *discrete {
+                ExtendedKalmanFilter::discrete(plant, noises, *period)
+            } else {
+                ExtendedKalmanFilter::error_controlled(plant, noises, sliders.period * period)
             };
             let filter = match (filter.map_err(text)?, gate) {
                 (filter, Some(gate)) => filter.with_gate(*gate).map_err(text)?,

@@ -87,19 +87,6 @@ where
     pub p0: OMatrix<T, N, N>,
 }
 
-/// `F P + P F' + W`.
-pub(crate) fn spread<T: RealField + Copy, N: Dim>(
-    f: &OMatrix<T, N, N>,
-    p: &OMatrix<T, N, N>,
-    w: &OMatrix<T, N, N>,
-) -> OMatrix<T, N, N>
-where
-    DefaultAllocator: Allocator<N, N>,
-{
-    let fp = times(f, p);
-    fp.transpose() + fp + w
-}
-
 /// The innovation of a measurement update, with its covariance and normalised square.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Innovation<T: RealField + Copy, P: Dim>

@@ -12,13 +12,13 @@
 //! and until the next one, with `F = Df(xhat)`:
 //!
 //! ```text
-//! xhat' = f(xhat, u),  P' = F P + P F' + W                          `substeps` classical Runge-Kutta steps
+//! xhat' = f(xhat, u),  P <- Phi P Phi' + Q                          with Phi and Q along xhat
 //! ```
 //!
 //! F and H come from the plant ([`Differentiable`]). Joseph's form keeps P positive semidefinite whatever rounding does
 //! to K, and P is made exactly symmetric after both stages. Products and factorisation have one order of operations
-//! (`dense`), so that the filter gives the same bits with sizes of either kind. Runge-Kutta steps are not a congruence,
-//! so that sub-steps h/r with `|F| h/r` well above 1 may lose definiteness: choose r accordingly.
+//! (`dense`), so that the filter gives the same bits with sizes of either kind. How Phi and Q are found, exactly, with
+//! control of the error, or in a fixed number of steps, is [`Prediction`]'s.
 //!
 //! For a linear plant it is the Kalman filter, optimal and convergent when the plant is detectable; for a nonlinear
 //! plant there is no proof of convergence from large errors.
@@ -30,15 +30,15 @@ use core::marker::PhantomData;
 
 use luenberger_plants::{Differentiable, Size};
 use nalgebra::allocator::Allocator;
-use nalgebra::{Const, DefaultAllocator, Dim, DimAdd, DimSum, OMatrix, OVector, RealField, U1, convert};
+use nalgebra::{Const, DefaultAllocator, Dim, DimAdd, DimSum, OMatrix, OVector, RealField, U1};
 
 use crate::covariance_filter::CovarianceFilter;
 use crate::dense::{times, times_transpose};
 use crate::error::ObserverError;
-use crate::gaussian::{correct, covariance, moved, spread, symmetrise};
+use crate::gaussian::{correct, covariance, moved};
 use crate::kalman_on_slices::{Sample, StepOnSlices};
 use crate::observer::{ObserverDimensions, SampledObserver, has_rows, put_slice, step_columns};
-use crate::runge_kutta;
+use crate::transition::{Motion, Prediction, Transition};
 
 pub use crate::gaussian::{GaussianEstimate, Innovation, NoiseModel};
 
@@ -54,8 +54,7 @@ where
     plant: S,
     noises: NoiseModel<T, N, P>,
     h: T,
-    /// Runge-Kutta steps between two samples; none for a plant in discrete time.
-    substeps: Option<usize>,
+    prediction: Prediction,
     gate: Option<T>,
     inputs: PhantomData<M>,
 }
@@ -69,10 +68,11 @@ where
     S: Differentiable<T, N, M, P>,
     DefaultAllocator: Size<N, M, P>,
 {
-    /// The filter of `plant`, sampled with period `h`, with `substeps` Runge-Kutta steps between samples.
+    /// The filter of `plant`, sampled with period `h`, with `substeps` Runge-Kutta steps between samples: for a target.
+    /// [`error_controlled`](Self::error_controlled) takes as many as are right.
     ///
-    /// A step costs about `4 substeps (n derivatives along a direction + 2 n^3)` and one Cholesky factorisation of
-    /// order p.
+    /// A step costs about `4 substeps (n derivatives along a direction) + (12 substeps - 1) 2 n^3` and one Cholesky
+    /// factorisation of order p.
     ///
     /// ```
     /// use luenberger_observers::kalman::{ExtendedKalmanFilter, NoiseModel};
@@ -106,7 +106,8 @@ where
         if substeps == 0 {
             return Err(ObserverError::Substeps);
         }
-        Ok(Self { plant, noises, h, substeps: Some(substeps), gate: None, inputs: PhantomData })
+        let prediction = Prediction::RungeKutta(substeps);
+        Ok(Self { plant, noises, h, prediction, gate: None, inputs: PhantomData })
     }
 
     /// The filter of a plant in discrete time, `x+ = f(t, x, u) + w`, whose `derivative` is the next state; W is a
@@ -115,7 +116,49 @@ where
     /// # Errors
     /// As [`new`](Self::new).
     pub fn discrete(plant: S, noises: NoiseModel<T, N, P>, h: T) -> Result<Self, ObserverError> {
-        Ok(Self { substeps: None, ..Self::new(plant, noises, h, 1)? })
+        Ok(Self { prediction: Prediction::Discrete, ..Self::new(plant, noises, h, 1)? })
+    }
+
+    /// The filter of `plant`, sampled with period `h`, whose prediction controls its error: exact for a plant that is
+    /// linear between samples, and right for stiff ones. How long a step takes depends on the plant.
+    ///
+    /// ```
+    /// use luenberger_observers::kalman::{ExtendedKalmanFilter, NoiseModel};
+    /// use luenberger_observers::SampledObserver;
+    /// use nalgebra::{Matrix1, Matrix2, Vector1, Vector2};
+    /// // A lag of 1 ms, sampled every second.
+    /// let a = Matrix2::new(0.0, 1.0, 0.0, -1000.0);
+    /// let plant = luenberger_plants::LinearPlant::new(a, Vector2::new(0.0, 1000.0), nalgebra::RowVector2::new(1.0, 0.0))?;
+    /// let noises = NoiseModel { w: Matrix2::identity(), v: Matrix1::new(1.0), p0: Matrix2::identity() };
+    /// let filter = ExtendedKalmanFilter::error_controlled(plant, noises, 1.0)?;
+    /// let (u, y) = (Vector1::new(1.0), Vector1::new(0.0));
+    /// let mut estimate = filter.initial(0.0, &Vector2::zeros(), &u, &y);
+    /// filter.step(0.0, &mut estimate, &u, &y);
+    /// // The variance of the lag is that at rest, W/2000.
+    /// let variance: f64 = estimate.covariance()[(1, 1)];
+    /// assert!((variance - 5e-4).abs() < 1e-12);
+    /// # Ok::<(), luenberger_observers::ObserverError>(())
+    /// ```
+    /// # Errors
+    /// As [`new`](Self::new).
+    pub fn error_controlled(plant: S, noises: NoiseModel<T, N, P>, h: T) -> Result<Self, ObserverError> {
+        Ok(Self { prediction: Prediction::ErrorControlled, ..Self::new(plant, noises, h, 1)? })
+    }
+
+    /// How the filter predicts.
+    pub fn prediction(&self) -> Prediction {
+        self.prediction
+    }
+
+    /// The same filter with another prediction.
+    ///
+    /// # Errors
+    /// [`ObserverError::Substeps`] for none.
+    pub fn with_prediction(self, prediction: Prediction) -> Result<Self, ObserverError> {
+        if prediction == Prediction::RungeKutta(0) {
+            return Err(ObserverError::Substeps);
+        }
+        Ok(Self { prediction, ..self })
     }
 
     /// The filter that rejects outliers: an output whose innovation is beyond `gate` standard deviations, by the
@@ -162,9 +205,9 @@ where
         !is_within
     }
 
-    /// Runge-Kutta steps between two samples; none for a plant in [discrete time](Self::discrete).
+    /// Runge-Kutta steps between two samples, where their number is fixed.
     pub fn substeps(&self) -> Option<usize> {
-        self.substeps
+        self.prediction.substeps()
     }
 
     /// The sampling period.
@@ -215,24 +258,31 @@ where
 
     /// The step of a plant whose sizes are known at run time only; false if the sizes have none.
     fn step_on_slices(&self, state: &mut [T], sample: Sample<'_, T>) -> bool {
-        let Self { plant, noises, h, substeps, gate, .. } = self;
+        let Self { plant, noises, h, prediction, gate, .. } = self;
         let motion = |t: T, x: &[T], u: &[T], f: &mut [T], df: &mut [T]| plant.motion_into(t, x, u, f, df);
         let measurement = |t: T, x: &[T], u: &[T], h: &mut [T], dh: &mut [T]| plant.measurement_into(t, x, u, h, dh);
         let (w, v) = (noises.w.as_slice(), noises.v.as_slice());
-        StepOnSlices { motion: &motion, measurement: &measurement, w, v, gate: *gate, h: *h, substeps: *substeps }
-            .step(state, sample)
+        let is_linear = plant.is_linear_between_samples();
+        let (motion, measurement, prediction) = (&motion, &measurement, *prediction);
+        StepOnSlices { motion, measurement, is_linear, w, v, gate: *gate, h: *h, prediction }.step(state, sample)
     }
 
-    /// `f(xhat)` and `F P + P F' + W`.
-    fn slope(
+    /// From (xhat, P) at time t over a duration.
+    fn transition(
         &self,
-        t: T,
+        (t, duration): (T, T),
         xhat: &OVector<T, N>,
         p: &OMatrix<T, N, N>,
         u: &OVector<T, M>,
-    ) -> (OVector<T, N>, OMatrix<T, N, N>) {
-        let spread = spread(&self.plant.state_jacobian(t, xhat, u), p, &self.noises.w);
-        (self.plant.derivative(t, xhat, u), spread)
+    ) -> Option<Transition<T, N>> {
+        let field = |t: T, x: &OVector<T, N>| (self.plant.derivative(t, x, u), self.plant.state_jacobian(t, x, u));
+        let is_linear = self.plant.is_linear_between_samples();
+        Motion { field, is_linear, w: &self.noises.w, with_covariance: true }.over(
+            self.prediction,
+            (t, duration, self.h),
+            xhat,
+            p,
+        )
     }
 }
 
@@ -241,15 +291,14 @@ where
     S: Differentiable<T, N, M, P>,
     DefaultAllocator: Size<N, M, P> + Allocator<N, DimSum<N, U1>>,
 {
-    /// From time t to `t + duration`, the input held: `xhat' = f(xhat, u)`, `P' = F P + P F' + W`. For a plant in
+    /// From time t to `t + duration`, the input held: `xhat' = f(xhat, u)`, `P <- Phi P Phi' + Q`. For a plant in
     /// [discrete time](Self::discrete) to the next sample, whatever the duration.
     ///
-    /// The duration is nonnegative and need not be the period: predict up to a late
-    /// sample, or past a missed one. The number of Runge-Kutta steps does not depend on the duration: divide a long
-    /// one into several calls.
+    /// The duration is nonnegative and need not be the period: predict up to a late sample, or past a missed one. A
+    /// fixed number of Runge-Kutta steps is taken for each period or part of one.
     ///
     /// False, with `estimate` unchanged, if there is no result: f or its Jacobian is not finite, as for an input that
-    /// is NaN; an overflow; columns of other lengths than the plant's.
+    /// is NaN; an overflow; more than [`MOST_STEPS`](crate::transition::MOST_STEPS); columns of other lengths than the plant's.
     ///
     /// ```
     /// use luenberger_observers::{ExtendedKalmanFilter, NoiseModel, SampledObserver};
@@ -270,21 +319,9 @@ where
         if !self.fits(estimate, u) {
             return false;
         }
-        let (mut xhat, mut p) = (estimate.estimate(), estimate.covariance());
-        if let Some(substeps) = self.substeps {
-            let tau = duration / convert::<f64, T>(substeps as f64);
-            for k in 0..substeps {
-                let now = t + tau * convert::<f64, T>(k as f64);
-                runge_kutta::step(now, tau, (&mut xhat, &mut p), |t, xhat, p| self.slope(t, xhat, p, u));
-                symmetrise(&mut p);
-            }
-        } else {
-            let f = self.plant.state_jacobian(t, &xhat, u);
-            p = times_transpose(&times(&f, &p), &f) + &self.noises.w;
-            symmetrise(&mut p);
-            xhat = self.plant.derivative(t, &xhat, u);
-        }
-        moved(estimate, &xhat, &p)
+        let p = estimate.covariance();
+        let found = self.transition((t, duration), &estimate.estimate(), &p, u);
+        found.is_some_and(|found| moved(estimate, &found.next, &found.spread(&p)))
     }
 
     /// [`step`](SampledObserver::step) without the update; columns of other lengths change nothing.
@@ -402,7 +439,7 @@ where
     DefaultAllocator: Size<N, M, P> + Allocator<N, DimSum<N, U1>>,
 {
     fn is_discrete(&self) -> bool {
-        self.substeps.is_none()
+        self.prediction == Prediction::Discrete
     }
 
     fn covariance_into(&self, state: &Self::State, p: &mut [T]) -> bool {
@@ -425,26 +462,14 @@ where
         self.predict(t, state, u, duration)
     }
 
-    /// P Phi', with `Phi' = F Phi` along the estimate, by the same Runge-Kutta steps.
+    /// P Phi', with the Phi of the prediction.
     fn advance_across(&self, t: T, state: &mut Self::State, u: &Self::Input, duration: T, cross: &mut [T]) -> bool {
         if !self.fits(state, u) {
             return false;
         }
-        let (mut xhat, p) = (state.estimate(), state.covariance());
-        let order = xhat.shape_generic().0;
-        let mut phi = OMatrix::<T, N, N>::identity_generic(order, order);
-        if let Some(substeps) = self.substeps {
-            let tau = duration / convert::<f64, T>(substeps as f64);
-            for k in 0..substeps {
-                let now = t + tau * convert::<f64, T>(k as f64);
-                runge_kutta::step(now, tau, (&mut xhat, &mut phi), |t, xhat, phi| {
-                    (self.plant.derivative(t, xhat, u), times(&self.plant.state_jacobian(t, xhat, u), phi))
-                });
-            }
-        } else {
-            phi = self.plant.state_jacobian(t, &xhat, u);
-        }
-        self.predict(t, state, u, duration) && put_slice(times_transpose(&p, &phi).as_slice(), cross)
+        let p = state.covariance();
+        let Some(found) = self.transition((t, duration), &state.estimate(), &p, u) else { return false };
+        moved(state, &found.next, &found.spread(&p)) && put_slice(times_transpose(&p, &found.phi).as_slice(), cross)
     }
 
     fn rejects_output(&self, t: T, state: &Self::State, u: &Self::Input, y: &Self::Output, output: usize) -> bool {

@@ -7,8 +7,8 @@
 use nalgebra::{RealField, SMatrix, SVector, convert};
 
 use crate::dense::{are_finite, times, times_transpose};
-use crate::gaussian::{corrected, spread, symmetrise};
-use crate::runge_kutta;
+use crate::gaussian::corrected;
+use crate::transition::{Motion, Prediction};
 
 /// Where a step is: time, input, measurement, and which outputs were measured.
 #[derive(Clone, Copy)]
@@ -22,16 +22,17 @@ pub(crate) struct Sample<'s, T> {
 /// f or h and its Jacobian at time, state and input, on slices; false if their lengths do not fit.
 pub(crate) type WithJacobian<'f, T> = dyn Fn(T, &[T], &[T], &mut [T], &mut [T]) -> bool + 'f;
 
-/// The filter that steps: f and h of the plant, noises W and V by columns, gate, period, and Runge-Kutta steps in a
-/// period (none in discrete time). Without the type of the plant: the sizes are many already.
+/// The filter that steps: f and h of the plant, noises W and V by columns, gate, period, and how it predicts. Without the type of the plant: the sizes are many already.
 pub(crate) struct StepOnSlices<'f, T> {
     pub(crate) motion: &'f WithJacobian<'f, T>,
     pub(crate) measurement: &'f WithJacobian<'f, T>,
+    /// Whether f is linear between samples.
+    pub(crate) is_linear: bool,
     pub(crate) w: &'f [T],
     pub(crate) v: &'f [T],
     pub(crate) gate: Option<T>,
     pub(crate) h: T,
-    pub(crate) substeps: Option<usize>,
+    pub(crate) prediction: Prediction,
 }
 
 impl<T: RealField + Copy> StepOnSlices<'_, T> {
@@ -73,10 +74,9 @@ impl<T: RealField + Copy> StepOnSlices<'_, T> {
                 _ => return false,
             }
         }
-        let updated = p;
-        self.predict_of_size(t, &mut xhat, &mut p, u);
-        if !(are_finite(xhat.as_slice()) && are_finite(p.as_slice())) {
-            (xhat, p) = (SVector::repeat(convert(f64::NAN)), updated);
+        match self.predict_of_size(t, &xhat, &p, u) {
+            Some((next, after)) => (xhat, p) = (next, after),
+            None => xhat = SVector::repeat(convert(f64::NAN)),
         }
         head.copy_from_slice(xhat.as_slice());
         tail.copy_from_slice(p.as_slice());
@@ -105,30 +105,24 @@ impl<T: RealField + Copy> StepOnSlices<'_, T> {
         }
     }
 
-    fn predict_of_size<const K: usize>(&self, t: T, xhat: &mut SVector<T, K>, p: &mut SMatrix<T, K, K>, u: &[T]) {
+    fn predict_of_size<const K: usize>(
+        &self,
+        t: T,
+        xhat: &SVector<T, K>,
+        p: &SMatrix<T, K, K>,
+        u: &[T],
+    ) -> Option<(SVector<T, K>, SMatrix<T, K, K>)> {
         let w = SMatrix::<T, K, K>::from_column_slice(self.w);
-        let motion = |t: T, xhat: &SVector<T, K>| {
+        let field = |t: T, xhat: &SVector<T, K>| {
             let (mut f, mut df) = (SVector::<T, K>::zeros(), SMatrix::<T, K, K>::zeros());
             if !(self.motion)(t, xhat.as_slice(), u, f.as_mut_slice(), df.as_mut_slice()) {
                 f.fill(convert(f64::NAN));
             }
             (f, df)
         };
-        let Some(substeps) = self.substeps else {
-            let (next, f) = motion(t, xhat);
-            *p = times_transpose(&times(&f, p), &f) + w;
-            symmetrise(p);
-            *xhat = next;
-            return;
-        };
-        let slope = |t: T, xhat: &SVector<T, K>, p: &SMatrix<T, K, K>| {
-            let (f, df) = motion(t, xhat);
-            (f, spread(&df, p, &w))
-        };
-        let tau = self.h / convert::<f64, T>(substeps as f64);
-        for k in 0..substeps {
-            runge_kutta::step(t + tau * convert::<f64, T>(k as f64), tau, (xhat, p), slope);
-            symmetrise(p);
-        }
+        let motion = Motion { field, is_linear: self.is_linear, w: &w, with_covariance: true };
+        let found = motion.over(self.prediction, (t, self.h, self.h), xhat, p)?;
+        let after = found.spread(p);
+        are_finite(after.as_slice()).then_some((found.next, after))
     }
 }

@@ -64,6 +64,7 @@ pub mod discrete_linear;
 pub mod discrete_luenberger;
 pub mod error;
 pub mod estimator;
+mod exponential;
 mod feedthrough;
 pub mod filters;
 pub mod fixed_point;
@@ -99,6 +100,7 @@ pub mod sliding_mode;
 #[cfg(feature = "alloc")]
 pub mod static_size;
 pub mod stationary_kalman;
+pub mod transition;
 mod triangular;
 pub mod unknown_input;
 pub mod unscented;
@@ -143,6 +145,7 @@ pub use proportional_integral::{ProportionalIntegralObserver, StaticProportional
 pub use sampled_nonlinear::{SampledNonlinearObserver, StaticSampledNonlinearObserver};
 pub use sliding_mode::{SlidingModeObserver, StaticSlidingModeObserver};
 pub use stationary_kalman::{StaticStationaryKalmanFilter, StationaryKalmanFilter};
+pub use transition::Prediction;
 pub use unknown_input::{StaticUnknownInputObserver, UnknownInputObserver};
 pub use unscented::{SigmaPoints, SquareRootEstimate, StaticUnscentedKalmanFilter, UnscentedKalmanFilter};
 pub use varying_period::{

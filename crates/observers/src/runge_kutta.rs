@@ -1,4 +1,4 @@
-//! One step of the classical Runge-Kutta method, for one unknown and for two that are integrated together.
+//! One step of the classical Runge-Kutta method, for two unknowns that are integrated together.
 
 use nalgebra::allocator::Allocator;
 use nalgebra::{DefaultAllocator, Dim, OMatrix, RealField, convert};
@@ -24,24 +24,4 @@ pub(crate) fn step<T: RealField + Copy, N: Dim, P: Dim, C: Dim, K: Dim>(
     let (k4, w4) = slope(t + tau, &(&*x + &k3 * tau), &(&*w + &w3 * tau));
     *x += (k1 + (k2 + k3) * two + k4) * whole;
     *w += (w1 + (w2 + w3) * two + w4) * whole;
-}
-
-/// The same for one unknown.
-#[inline]
-pub(crate) fn step_one<T: RealField + Copy, N: Dim, C: Dim>(
-    t: T,
-    tau: T,
-    x: &mut OMatrix<T, N, C>,
-    slope: impl Fn(T, &OMatrix<T, N, C>) -> OMatrix<T, N, C>,
-) where
-    DefaultAllocator: Allocator<N, C>,
-{
-    let (half, sixth): (T, T) = (convert(0.5), convert(1.0 / 6.0));
-    let two = T::one() + T::one();
-    let (middle, whole) = (tau * half, tau * sixth);
-    let k1 = slope(t, x);
-    let k2 = slope(t + middle, &(&*x + &k1 * middle));
-    let k3 = slope(t + middle, &(&*x + &k2 * middle));
-    let k4 = slope(t + tau, &(&*x + &k3 * tau));
-    *x += (k1 + (k2 + k3) * two + k4) * whole;
 }

@@ -566,10 +566,8 @@ where
         let noises = self.noise_model();
         same_sizes::<N, M, P>(plant.dimensions(), (noises.w.nrows(), noises.v.nrows()))?;
         let (noises, h) = (fixed_noises::<T, N, P, _, _>(noises)?, nalgebra::convert(self.h()));
-        let filter = match self.substeps() {
-            Some(substeps) => StaticExtendedKalmanFilter::<Q, T, N, M, P>::new(plant, noises, h, substeps)?,
-            None => StaticExtendedKalmanFilter::<Q, T, N, M, P>::discrete(plant, noises, h)?,
-        };
+        let filter = StaticExtendedKalmanFilter::<Q, T, N, M, P>::discrete(plant, noises, h)?
+            .with_prediction(self.prediction())?;
         match self.gate() {
             Some(gate) => filter.with_gate(nalgebra::convert(gate)),
             None => Ok(filter),
@@ -579,7 +577,7 @@ where
 
 impl<S, N0: Dim, M0: Dim, P0: Dim> UnscentedKalmanFilter<S, f64, N0, M0, P0>
 where
-    S: Plant<f64, State = OVector<f64, N0>, Input = OVector<f64, M0>, Output = OVector<f64, P0>>,
+    S: Differentiable<f64, N0, M0, P0>,
     DefaultAllocator: Size<N0, M0, P0>,
 {
     /// The same filter of `plant`, which is the plant of this one over the scalar `T`, with N states, M inputs and P
@@ -593,7 +591,7 @@ where
         plant: Q,
     ) -> Result<StaticUnscentedKalmanFilter<Q, T, N, M, P>, ObserverError>
     where
-        Q: Plant<T, State = SVector<T, N>, Input = SVector<T, M>, Output = SVector<T, P>>,
+        Q: Differentiable<T, Const<N>, Const<M>, Const<P>>,
     {
         let factors = self.factors();
         same_sizes::<N, M, P>(plant.dimensions(), (factors.w.nrows(), factors.v.nrows()))?;
@@ -603,7 +601,7 @@ where
             factors,
             self.sigma_points(),
             h,
-            self.substeps(),
+            self.prediction(),
         )?;
         match self.gate() {
             Some(gate) => filter.with_gate(nalgebra::convert(gate)),

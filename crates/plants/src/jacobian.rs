@@ -82,6 +82,12 @@ where
         jacobian
     }
 
+    /// Whether `f(t, x, u) = A(u) x + g(u)`, as of every [affine](Plant::is_affine) plant: filters then predict by the
+    /// exact exponential, the input held. False where this is not known.
+    fn is_linear_between_samples(&self) -> bool {
+        self.is_affine()
+    }
+
     /// `f(t, x, u)` and `Df(t, x, u)`, by columns, on slices: the same to the last bit as
     /// [`derivative`](Plant::derivative) and [`state_jacobian`](Self::state_jacobian). Returns whether the lengths fit;
     /// otherwise nothing is written.

@@ -277,6 +277,15 @@ impl Differentiable<f64, Dyn, Dyn, Dyn> for Model {
         }
     }
 
+    fn is_linear_between_samples(&self) -> bool {
+        match self {
+            Self::Expressions(plant) => Differentiable::<f64, Dyn, Dyn, Dyn>::is_linear_between_samples(plant),
+            // With the duty cycle held.
+            Self::Builtin(Builtin::Cuk(_)) => true,
+            _ => Plant::<f64>::is_affine(self),
+        }
+    }
+
     fn motion_into(&self, t: f64, x: &[f64], u: &[f64], f: &mut [f64], df: &mut [f64]) -> bool {
         if let Self::Expressions(plant) = self {
             return plant.motion_into(t, x, u, f, df);

@@ -21,7 +21,7 @@ pub use observers::{
     ActingBounds, GainLimits, GainSpec, IntervalSpec, KklSpec, LinearSpec, MovingHorizonSpec, NormFilterSpec,
     ObserverKind, ObserverSpec, PrintedMean, RateSpec, SlidingModeSpec, UnscentedSpec,
 };
-pub(crate) use observers::{HORIZON, MOST_STATES_OF_A_FULL_TABLE, SUBSTEPS};
+pub(crate) use observers::{HORIZON, MOST_STATES_OF_A_FULL_TABLE};
 
 /// A study without mistakes: a plant, its observers and the experiments with them.
 #[derive(Debug, Clone)]

@@ -3,6 +3,7 @@
 use std::fmt::Write;
 
 use super::plant::{self, Arguments, contraction, index};
+use super::transition::Transition;
 use super::{feedback, is_finite, lengths, root, scalar};
 use crate::exportable_observer::Maps;
 use crate::{Export, number};
@@ -15,70 +16,58 @@ pub(super) fn step(text: &mut String, export: &Export, maps: &Maps, (substeps, g
     symmetrise(text, export, &n);
     update(text, export, maps, (&n, &p), gated);
     let (forward, measured) = (Arguments::of(maps, false), arguments_of_measurement(maps));
+    let transition = Transition::new(export, ("motion", &maps.motion), forward, &n);
     match substeps {
-        Some(_) => continuous(text, export, maps, forward, &n),
-        None => discrete(text, export, maps, forward, &n),
+        Some(substeps) => transition.linearise(text, substeps),
+        None => transition.linearise_discrete(text),
     }
-    let variables = match substeps {
-        Some(_) => format!("    {number} z[{}];\n", maps.motion.len()),
-        None => String::new(),
-    };
+    transition.spread(text);
     _ = write!(
         text,
         "
 {head}
 {{
-{variables}{time}    int i;
-{loops}
-{unused}    update(state, {}y);
-",
-        measured.arguments("t"),
-        head = feedback::head(export),
-        time = super::time::time(export),
-        loops = if substeps.is_some() { "    int is_right = 1;\n    int j;\n    int k;\n" } else { "" },
-        unused = if forward.inputs.or(measured.inputs).is_some() { "" } else { "    (void)u;\n" },
-    );
-    if let Some(substeps) = substeps {
-        _ = write!(
-            text,
-            "    for (i = 0; i < {n}; ++i) {{
-        z[i] = state->xhat[i];
-        for (j = 0; j < {n}; ++j) {{
-            z[{n} + (i * {n}) + j] = state->P[i][j];
-        }}
-    }}
-"
-        );
-        plant::advance(text, export, forward, substeps, &format!("        symmetrise(&z[{n}]);\n"));
-        _ = write!(
-            text,
-            "    for (i = 0; i < ({n} + ({n} * {n})); ++i) {{
-        if (!({finite})) {{
+    {number} z[{length}];
+    {number} next[{n}][{n}];
+{time}    int is_right = 1;
+    int i;
+    int j;
+
+{unused}    update(state, {measured}y);
+    linearise({forward}state->xhat, z);
+    spread(&state->P[0][0], z, &next[0][0]);
+    for (i = 0; i < {n}; ++i) {{
+        if (!({finite_estimate})) {{
             is_right = 0;
+        }}
+        for (j = 0; j < {n}; ++j) {{
+            if (!({finite_covariance})) {{
+                is_right = 0;
+            }}
         }}
     }}
     for (i = 0; i < {n}; ++i) {{
         state->xhat[i] = (is_right != 0) ? z[i] : ({number})NAN;
         for (j = 0; (j < {n}) && (is_right != 0); ++j) {{
-            state->P[i][j] = z[{n} + (i * {n}) + j];
+            state->P[i][j] = next[i][j];
         }}
     }}
-",
-            finite = is_finite(export, "z[i]"),
-        );
-    } else {
-        _ = writeln!(text, "    predict(state{});", trailing(forward, "t"));
-    }
-    _ = write!(
-        text,
-        "    if (xhat != NULL) {{
+    if (xhat != NULL) {{
         for (i = 0; i < {n}; ++i) {{
             xhat[i] = state->xhat[i];
         }}
     }}
-{}}}
+{tick}}}
 ",
-        super::time::tick(export)
+        head = feedback::head(export),
+        length = transition.length(),
+        time = super::time::time(export),
+        unused = if forward.inputs.or(measured.inputs).is_some() { "" } else { "    (void)u;\n" },
+        measured = measured.arguments("t"),
+        forward = forward.arguments("t"),
+        finite_estimate = is_finite(export, "z[i]"),
+        finite_covariance = is_finite(export, "next[i][j]"),
+        tick = super::time::tick(export),
     );
 }
 
@@ -312,97 +301,5 @@ fn gate(text: &mut String, export: &Export, (n, p): (&str, &str), covariances: &
         }}
     }}
 "
-    );
-}
-
-/// `xhat' = f`, `P' = Df P + P Df' + W`.
-fn continuous(text: &mut String, export: &Export, maps: &Maps, arguments: Arguments, n: &str) {
-    let number = scalar(export);
-    _ = write!(
-        text,
-        "
-/* The slopes of the estimate and of its covariance, z = (xhat, P). */
-static void slope({parameters}const {number} *z, {number} *dz)
-{{
-    {number} all[{}];
-    {number} fp[{n}][{n}];
-    int i;
-    int j;
-    int k;
-
-    {motion}
-",
-        maps.motion.len(),
-        parameters = arguments.parameters(number),
-        motion = plant::call("motion", &maps.motion, ("t", "z", "all")),
-    );
-    let of = |row: &str, column: &str| index(n, (row, column), n);
-    let product = |k: &str| format!("all[{}] * z[{}]", of("i", k), of(k, "j"));
-    contraction(text, number, (n, n, n), product, "fp[i][j] = sum;");
-    _ = write!(
-        text,
-        "    for (i = 0; i < {n}; ++i) {{
-        dz[i] = all[i];
-        for (j = 0; j < {n}; ++j) {{
-            dz[{n} + (i * {n}) + j] = (fp[j][i] + fp[i][j]) + W[i][j];
-        }}
-    }}
-}}
-"
-    );
-    plant::runge_kutta(text, export, arguments, &maps.motion.len().to_string());
-}
-
-/// `xhat+ = f`, `P+ = Df P Df' + W`.
-fn discrete(text: &mut String, export: &Export, maps: &Maps, arguments: Arguments, n: &str) {
-    let (name, number) = (&export.identifier, scalar(export));
-    let given = trailing_parameters(arguments, number);
-    _ = write!(
-        text,
-        "
-/* The prediction for the next sample; NaN where it has no result in floating point. */
-static void predict({name}_state *state{given})
-{{
-    {number} all[{}];
-    {number} fp[{n}][{n}];
-    {number} next[{n}][{n}];
-    int is_right = 1;
-    int i;
-    int j;
-    int k;
-
-    {motion}
-",
-        maps.motion.len(),
-        motion = plant::call("motion", &maps.motion, ("t", "state->xhat", "all")),
-    );
-    let of = |row: &str, column: &str| index(n, (row, column), n);
-    let product = |k: &str| format!("all[{}] * state->P[{k}][j]", of("i", k));
-    contraction(text, number, (n, n, n), product, "fp[i][j] = sum;");
-    let product = |k: &str| format!("fp[i][{k}] * all[{}]", of("j", k));
-    contraction(text, number, (n, n, n), product, "next[i][j] = sum + W[i][j];");
-    _ = write!(
-        text,
-        "    symmetrise(&next[0][0]);
-    for (i = 0; i < {n}; ++i) {{
-        if (!({finite_estimate})) {{
-            is_right = 0;
-        }}
-        for (j = 0; j < {n}; ++j) {{
-            if (!({finite_covariance})) {{
-                is_right = 0;
-            }}
-        }}
-    }}
-    for (i = 0; i < {n}; ++i) {{
-        state->xhat[i] = (is_right != 0) ? all[i] : ({number})NAN;
-        for (j = 0; (j < {n}) && (is_right != 0); ++j) {{
-            state->P[i][j] = next[i][j];
-        }}
-    }}
-}}
-",
-        finite_estimate = is_finite(export, "all[i]"),
-        finite_covariance = is_finite(export, "next[i][j]"),
     );
 }

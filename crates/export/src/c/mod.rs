@@ -40,6 +40,7 @@ mod step;
 mod table;
 mod test;
 pub(crate) mod time;
+mod transition;
 mod unscented;
 mod varying;
 

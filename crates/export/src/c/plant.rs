@@ -33,6 +33,9 @@ pub(super) fn functions(text: &mut String, export: &Export, maps: &Maps) {
     let measurement = if second.len() > size.outputs { "h, then Dh row by row" } else { "h" };
     function(text, export, ("motion", motion), first, &dialect);
     function(text, export, ("measurement", measurement), second, &dialect);
+    if let Some(centre) = &maps.centre {
+        function(text, export, ("centre", "f, then Df row by row"), centre, &dialect);
+    }
 }
 
 /// The outputs by themselves, in another file: h, and Dh if the observer uses it.

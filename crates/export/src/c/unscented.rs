@@ -7,6 +7,7 @@ use luenberger_observers::UnscentedKalmanFilter;
 use nalgebra::Dyn;
 
 use super::plant::{self, Arguments};
+use super::transition::Transition;
 use super::{feedback, is_finite, lengths, root, scalar};
 use crate::exportable_observer::Maps;
 use crate::{Export, number};
@@ -30,6 +31,11 @@ impl Writer<'_> {
 
     fn is_negative(&self) -> bool {
         self.filter.weights().is_negative
+    }
+
+    /// f, then Df row by row.
+    fn centre(&self) -> &Routine {
+        self.maps.centre.as_ref().unwrap_or(&self.maps.motion)
     }
 
     fn is_gated(&self) -> bool {
@@ -517,21 +523,9 @@ static void move({parameters}{number} *z)
             );
             plant::advance(text, export, arguments, substeps, "");
             text.push_str("}\n");
-            let half = self.literal(export.observer.half_step_factor(export.scalar));
-            format!(
-                "    for (i = 0; i < {n}; ++i) {{
-        for (k = 0; k < {n}; ++k) {{
-            next[i][k] = next[i][k] * {half};
-        }}
-    }}
-    for (k = 0; k < {n}; ++k) {{
-        for (i = 0; i < {n}; ++i) {{
-            column[i] = next[i][k];
-        }}
-        add(&s[0][0], column, {n});
-    }}
-"
-            )
+            let transition = Transition::new(export, ("centre", self.centre()), arguments, n);
+            transition.noise_factor(text, substeps);
+            format!("    noise({}state->xhat, &next[0][0]);\n", arguments.arguments("t"))
         } else {
             _ = write!(
                 text,
@@ -549,7 +543,14 @@ static void move({parameters}{number} *z)
 ",
                 motion = plant::call("motion", &maps.motion, ("t", "z", "next")),
             );
-            String::new()
+            format!(
+                "    for (i = 0; i < {n}; ++i) {{
+        for (k = 0; k < {n}; ++k) {{
+            next[i][k] = ROOT_W[i][k];
+        }}
+    }}
+"
+            )
         };
         let last = if self.is_negative() {
             format!("    is_right = subtract(&next[0][0], centre, {n});\n")
@@ -564,7 +565,6 @@ static void move({parameters}{number} *z)
 /* The prediction for the next sample; NaN where its covariance has no factor in floating point. */
 static void predict({name}_state *state{trailing})
 {{
-    {number} s[{n}][{n}];
     {number} next[{n}][{n}];
     {number} centre[{n}];
     {number} plus[{n}][{n}];
@@ -577,19 +577,15 @@ static void predict({name}_state *state{trailing})
 
     for (i = 0; i < {n}; ++i) {{
         centre[i] = state->xhat[i];
-        for (k = 0; k < {n}; ++k) {{
-            s[i][k] = state->S[i][k];
-            next[i][k] = ROOT_W[i][k];
-        }}
     }}
 {noise}    move({given}centre);
     for (k = 0; k < {n}; ++k) {{
-        sigma_point(state->xhat, &s[0][0], {distance}, k, column);
+        sigma_point(state->xhat, &state->S[0][0], {distance}, k, column);
         move({given}column);
         for (i = 0; i < {n}; ++i) {{
             plus[i][k] = column[i];
         }}
-        sigma_point(state->xhat, &s[0][0], -{distance}, k, column);
+        sigma_point(state->xhat, &state->S[0][0], -{distance}, k, column);
         move({given}column);
         for (i = 0; i < {n}; ++i) {{
             minus[i][k] = column[i];

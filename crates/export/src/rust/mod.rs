@@ -113,7 +113,7 @@ fn library(export: &Export) -> String {
         }
         ExportableObserver::Kalman(_) => ("StaticExtendedKalmanFilter", "ExtendedKalmanFilter, NoiseModel"),
         ExportableObserver::Unscented(_) => {
-            ("StaticUnscentedKalmanFilter", "NoiseModel, SigmaPoints, UnscentedKalmanFilter")
+            ("StaticUnscentedKalmanFilter", "NoiseModel, Prediction, SigmaPoints, UnscentedKalmanFilter")
         }
         ExportableObserver::MovingHorizon(_) => ("MovingHorizonEstimator", "Horizon, NoiseModel"),
         ExportableObserver::SampledNonlinear(_) => ("StaticSampledNonlinearObserver", "SampledNonlinearObserver"),

@@ -49,14 +49,17 @@ pub(super) fn kalman(text: &mut String, export: &Export) {
 /// The body of `observer()` for the unscented Kalman filter.
 pub(super) fn unscented(text: &mut String, export: &Export, sigma: SigmaPoints) {
     let SigmaPoints { alpha, beta, kappa } = sigma;
-    let substeps = export.observer.substeps();
+    let prediction = match export.observer.substeps() {
+        Some(substeps) => format!("Prediction::RungeKutta({substeps})"),
+        None => "Prediction::Discrete".to_owned(),
+    };
     let gate = gate(export);
     _ = writeln!(
         text,
         "    // The lower triangular factors of W, V and P(0).
 {}    let factors = NoiseModel {{ w, v, p0 }};
     let sigma = SigmaPoints {{ alpha: {alpha:?}, beta: {beta:?}, kappa: {kappa:?} }};
-    UnscentedKalmanFilter::from_factors(Model, factors, sigma, {}, {substeps:?}){gate}",
+    UnscentedKalmanFilter::from_factors(Model, factors, sigma, {}, {prediction}){gate}",
         noises(export, ["ROOT_W", "ROOT_V", "ROOT_P0"]),
         period(export)
     );

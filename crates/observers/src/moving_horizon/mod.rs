@@ -40,9 +40,9 @@ use nalgebra::{Const, DefaultAllocator, Dim, OMatrix, OVector, RealField, U1, co
 
 use crate::dense::{Factor, are_finite, times, times_transpose};
 use crate::error::ObserverError;
-use crate::gaussian::{NoiseModel, covariance, spread, symmetrise};
+use crate::gaussian::{NoiseModel, covariance};
 use crate::observer::has_rows;
-use crate::runge_kutta;
+use crate::transition::{Motion, Prediction, Transition};
 
 use interior::Barrier;
 pub use interior::{FRACTION_TO_BOUNDARY, INTERIOR_POINT_STEPS};
@@ -72,7 +72,7 @@ where
     root: Factor<T, P>,
     bounds: Option<(OVector<T, N>, OVector<T, N>)>,
     h: T,
-    substeps: Option<usize>,
+    prediction: Prediction,
     horizon: Horizon,
     layout: Layout,
     sizes: PhantomData<(M, D)>,
@@ -97,10 +97,10 @@ where
     S: Differentiable<T, N, M, P>,
     DefaultAllocator: Size<N, M, P> + Allocator<D>,
 {
-    /// The estimator of `plant`, sampled with period `h`, with `substeps` Runge-Kutta steps between samples.
+    /// The estimator of `plant`, sampled with period `h`, with `substeps` Runge-Kutta steps between samples: for a
+    /// target. [`error_controlled`](Self::error_controlled) takes as many as are right.
     ///
-    /// A step costs `iterations` times `window` times that of an extended Kalman filter that integrates its prediction
-    /// twice and takes `4 n^3` flops for each output; with active bounds 30 times `window` more of these, with `4 n^3`
+    /// A step costs `iterations` times `window` times that of an extended Kalman filter that takes `4 n^3` flops for each output; with active bounds 30 times `window` more of these, with `4 n^3`
     /// for each bound.
     ///
     /// ```
@@ -162,8 +162,8 @@ where
         }
         let not_definite = || ObserverError::NotDefinite { what: "V", row: size.outputs.saturating_sub(1), pivot: 0.0 };
         let root = Factor::new(&noises.v).ok_or_else(not_definite)?;
-        let substeps = Some(substeps);
-        Ok(Self { plant, noises, root, bounds: None, h, substeps, horizon, layout, sizes: PhantomData })
+        let prediction = Prediction::RungeKutta(substeps);
+        Ok(Self { plant, noises, root, bounds: None, h, prediction, horizon, layout, sizes: PhantomData })
     }
 
     /// The estimator of a plant in discrete time, `x+ = f(t, x, u) + w`, whose `derivative` is the next state; W is a
@@ -172,7 +172,21 @@ where
     /// # Errors
     /// As [`new`](Self::new).
     pub fn discrete(plant: S, noises: NoiseModel<T, N, P>, horizon: Horizon, h: T) -> Result<Self, ObserverError> {
-        Ok(Self { substeps: None, ..Self::new(plant, noises, horizon, h, 1)? })
+        Ok(Self { prediction: Prediction::Discrete, ..Self::new(plant, noises, horizon, h, 1)? })
+    }
+
+    /// The estimator of `plant`, sampled with period `h`, whose prediction controls its error: exact for a plant that
+    /// is linear between samples, and right for stiff ones. How long a step takes depends on the plant.
+    ///
+    /// # Errors
+    /// As [`new`](Self::new).
+    pub fn error_controlled(
+        plant: S,
+        noises: NoiseModel<T, N, P>,
+        horizon: Horizon,
+        h: T,
+    ) -> Result<Self, ObserverError> {
+        Ok(Self { prediction: Prediction::ErrorControlled, ..Self::new(plant, noises, horizon, h, 1)? })
     }
 
     /// The estimator with bounds of the states at the samples; an infinite one is none. They bound the estimates after
@@ -215,9 +229,25 @@ where
         self.root.lower()
     }
 
-    /// Runge-Kutta steps between samples; none in [discrete time](Self::discrete).
+    /// The same estimator with another prediction.
+    ///
+    /// # Errors
+    /// [`ObserverError::Substeps`] for no steps.
+    pub fn with_prediction(self, prediction: Prediction) -> Result<Self, ObserverError> {
+        if prediction == Prediction::RungeKutta(0) {
+            return Err(ObserverError::Substeps);
+        }
+        Ok(Self { prediction, ..self })
+    }
+
+    /// How the estimator predicts.
+    pub fn prediction(&self) -> Prediction {
+        self.prediction
+    }
+
+    /// Runge-Kutta steps between samples, where their number is fixed.
     pub fn substeps(&self) -> Option<usize> {
-        self.substeps
+        self.prediction.substeps()
     }
 
     /// The [bounds](Self::with_bounds), lower and upper.
@@ -234,36 +264,23 @@ where
         OMatrix::from_fn_generic(order, order, |i, j| stored[i + j * self.layout.n])
     }
 
-    /// `F(x)`, its Jacobian A and the covariance Q of the noise, over a duration from t on.
-    #[allow(clippy::type_complexity, reason = "next state, Jacobian, covariance")]
+    /// `F(x)`, its Jacobian A and the covariance Q of the noise, over a duration from t on; errors are compared with the
+    /// covariance `p` at x.
     fn linearised(
         &self,
-        t: T,
+        (t, duration): (T, T),
         x: &OVector<T, N>,
+        p: &OMatrix<T, N, N>,
         u: &OVector<T, M>,
-        duration: T,
-    ) -> (OVector<T, N>, OMatrix<T, N, N>, OMatrix<T, N, N>) {
-        let Some(substeps) = self.substeps else {
-            let forward = self.plant.state_jacobian(t, x, u);
-            return (self.plant.derivative(t, x, u), forward, self.noises.w.clone());
-        };
-        let tau = duration / convert::<f64, T>(substeps as f64);
-        let order = x.shape_generic().0;
-        let mut next = x.clone();
-        let mut forward = OMatrix::<T, N, N>::identity_generic(order, order);
-        let mut noise = OMatrix::<T, N, N>::zeros_generic(order, order);
-        for k in 0..substeps {
-            let now = t + tau * convert::<f64, T>(k as f64);
-            let mut along = next.clone();
-            runge_kutta::step(now, tau, (&mut along, &mut noise), |t, x, q| {
-                (self.plant.derivative(t, x, u), spread(&self.plant.state_jacobian(t, x, u), q, &self.noises.w))
-            });
-            runge_kutta::step(now, tau, (&mut next, &mut forward), |t, x, phi| {
-                (self.plant.derivative(t, x, u), times(&self.plant.state_jacobian(t, x, u), phi))
-            });
-            symmetrise(&mut noise);
-        }
-        (next, forward, noise)
+    ) -> Option<Transition<T, N>> {
+        let field = |t: T, x: &OVector<T, N>| (self.plant.derivative(t, x, u), self.plant.state_jacobian(t, x, u));
+        let is_linear = self.plant.is_linear_between_samples();
+        Motion { field, is_linear, w: &self.noises.w, with_covariance: true }.over(
+            self.prediction,
+            (t, duration, self.h),
+            x,
+            p,
+        )
     }
 
     /// A column of a stage.
@@ -351,11 +368,11 @@ where
             }
             if i + 1 < count {
                 let (u, t) = (self.input(state, i), self.number(state, i, Part::Time));
-                let (next, forward, noise) = self.linearised(t, &x[i], &u, self.number(state, i, Part::Duration));
-                let mean = next + times(&forward, &(&stages[i].mean - &x[i]));
-                let mut p = times_transpose(&times(&forward, &stages[i].covariance), &forward) + noise;
-                symmetrise(&mut p);
-                stages[i].forward = forward;
+                let during = (t, self.number(state, i, Part::Duration));
+                let way = self.linearised(during, &x[i], &stages[i].covariance, &u)?;
+                let mean = &way.next + times(&way.phi, &(&stages[i].mean - &x[i]));
+                let p = way.spread(&stages[i].covariance);
+                stages[i].forward = way.phi;
                 stages[i + 1] = Stage::new(mean, p);
             }
         }
@@ -402,10 +419,9 @@ where
         let x = self.column(order, state, 0, Part::State);
         self.measured(state, 0, &x, &mut first)?;
         let (u, t) = (self.input(state, 0), self.number(state, 0, Part::Time));
-        let (next, forward, noise) = self.linearised(t, &x, &u, self.number(state, 0, Part::Duration));
-        let mean = next + times(&forward, &(&first.mean - &x));
-        let mut p = times_transpose(&times(&forward, &first.covariance), &forward) + noise;
-        symmetrise(&mut p);
+        let way = self.linearised((t, self.number(state, 0, Part::Duration)), &x, &first.covariance, &u)?;
+        let mean = &way.next + times(&way.phi, &(&first.mean - &x));
+        let p = way.spread(&first.covariance);
         state[layout.prior_mean()].copy_from_slice(mean.as_slice());
         state[layout.prior_covariance()].copy_from_slice(p.as_slice());
         layout.shift(state);
@@ -500,9 +516,9 @@ where
         entries[layout.part(last, Part::Time)].fill(t);
         entries[layout.part(last, Part::Duration)].fill(duration);
         let x = self.column(self.noises.w.shape_generic().0, entries, last, Part::State);
-        let (next, forward, noise) = self.linearised(t, &x, u, duration);
-        let mut p = times_transpose(&times(&forward, &self.covariance(state)), &forward) + noise;
-        symmetrise(&mut p);
+        let before = self.covariance(state);
+        let way = self.linearised((t, duration), &x, &before, u)?;
+        let (next, p) = (&way.next, way.spread(&before));
         if !(are_finite(next.as_slice()) && are_finite(p.as_slice())) {
             return None;
         }

@@ -8,6 +8,7 @@ use super::MovingHorizonEstimator;
 use super::window::{Layout, Part};
 use crate::covariance_filter::CovarianceFilter;
 use crate::observer::{ObserverDimensions, SampledObserver, put_slice};
+use crate::transition::Prediction;
 
 impl<S, T: RealField + Copy, N: Dim, M: Dim, P: Dim, D: Dim, const L: usize> SampledObserver<T>
     for MovingHorizonEstimator<S, T, N, M, P, D, L>
@@ -80,7 +81,7 @@ where
     DefaultAllocator: Size<N, M, P> + Allocator<D>,
 {
     fn is_discrete(&self) -> bool {
-        self.substeps.is_none()
+        self.prediction == Prediction::Discrete
     }
 
     fn covariance_into(&self, state: &Self::State, p: &mut [T]) -> bool {

@@ -12,7 +12,7 @@ use crate::error::ObserverError;
 use crate::observer::SampledObserver;
 use crate::{
     DeviationObserver, DiscreteNonlinearObserver, ExtendedKalmanFilter, NoiseModel, NonlinearLuenbergerObserver,
-    SampledNonlinearObserver, SigmaPoints, UnscentedKalmanFilter,
+    Prediction, SampledNonlinearObserver, SigmaPoints, UnscentedKalmanFilter,
 };
 
 #[derive(Serialize, Deserialize)]
@@ -147,7 +147,20 @@ where
     }
 }
 
-/// Without `substeps` a plant in discrete time.
+/// A prediction as two fields: without `substeps` that of a plant in discrete time, or one that controls its error.
+fn fields(prediction: Prediction) -> (Option<usize>, bool) {
+    (prediction.substeps(), prediction == Prediction::ErrorControlled)
+}
+
+/// The prediction of two [`fields`].
+fn prediction(substeps: Option<usize>, error_controlled: bool) -> Prediction {
+    match substeps {
+        Some(substeps) => Prediction::RungeKutta(substeps),
+        None if error_controlled => Prediction::ErrorControlled,
+        None => Prediction::Discrete,
+    }
+}
+
 #[derive(Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct Extended<S, T> {
@@ -158,6 +171,8 @@ struct Extended<S, T> {
     period: T,
     #[serde(skip_serializing_if = "Option::is_none")]
     substeps: Option<usize>,
+    #[serde(default, skip_serializing_if = "core::ops::Not::not")]
+    error_controlled: bool,
     #[serde(skip_serializing_if = "Option::is_none")]
     gate: Option<T>,
 }
@@ -170,13 +185,15 @@ where
 {
     fn serialize<R: Serializer>(&self, serializer: R) -> Result<R::Ok, R::Error> {
         let NoiseModel { w, v, p0 } = self.noise_model();
+        let (substeps, error_controlled) = fields(self.prediction());
         let form = Extended {
             plant: self.plant(),
             w: rows(w),
             v: rows(v),
             p0: rows(p0),
             period: self.h(),
-            substeps: self.substeps(),
+            substeps,
+            error_controlled,
             gate: self.gate(),
         };
         form.serialize(serializer)
@@ -190,13 +207,12 @@ where
     DefaultAllocator: Size<N, M, P>,
 {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        let Extended { plant, w, v, p0, period, substeps, gate } = Extended::<S, T>::deserialize(deserializer)?;
+        let Extended { plant, w, v, p0, period, substeps, error_controlled, gate } =
+            Extended::<S, T>::deserialize(deserializer)?;
         let build = || -> Result<Self, ObserverError> {
             let noises = NoiseModel { w: matrix("W", &w)?, v: matrix("V", &v)?, p0: matrix("P(0)", &p0)? };
-            let filter = match substeps {
-                Some(substeps) => Self::new(plant, noises, period, substeps)?,
-                None => Self::discrete(plant, noises, period)?,
-            };
+            let filter =
+                Self::discrete(plant, noises, period)?.with_prediction(prediction(substeps, error_controlled))?;
             match gate {
                 Some(gate) => filter.with_gate(gate),
                 None => Ok(filter),
@@ -220,18 +236,21 @@ struct Unscented<S, T> {
     period: T,
     #[serde(skip_serializing_if = "Option::is_none")]
     substeps: Option<usize>,
+    #[serde(default, skip_serializing_if = "core::ops::Not::not")]
+    error_controlled: bool,
     #[serde(skip_serializing_if = "Option::is_none")]
     gate: Option<T>,
 }
 
 impl<S, T, N: Dim, M: Dim, P: Dim> Serialize for UnscentedKalmanFilter<S, T, N, M, P>
 where
-    S: Plant<T, State = OVector<T, N>, Input = OVector<T, M>, Output = OVector<T, P>> + Serialize,
+    S: Differentiable<T, N, M, P> + Serialize,
     T: RealField + Copy + Serialize,
     DefaultAllocator: Size<N, M, P>,
 {
     fn serialize<R: Serializer>(&self, serializer: R) -> Result<R::Ok, R::Error> {
         let (NoiseModel { w, v, p0 }, SigmaPoints { alpha, beta, kappa }) = (self.factors(), self.sigma_points());
+        let (substeps, error_controlled) = fields(self.prediction());
         let form = Unscented {
             plant: self.plant(),
             root_w: rows(w),
@@ -241,7 +260,8 @@ where
             beta,
             kappa,
             period: self.h(),
-            substeps: self.substeps(),
+            substeps,
+            error_controlled,
             gate: self.gate(),
         };
         form.serialize(serializer)
@@ -250,7 +270,7 @@ where
 
 impl<'de, S, T, N: Dim, M: Dim, P: Dim> Deserialize<'de> for UnscentedKalmanFilter<S, T, N, M, P>
 where
-    S: Plant<T, State = OVector<T, N>, Input = OVector<T, M>, Output = OVector<T, P>> + Deserialize<'de>,
+    S: Differentiable<T, N, M, P> + Deserialize<'de>,
     T: RealField + Copy + Deserialize<'de>,
     DefaultAllocator: Size<N, M, P>,
 {
@@ -263,7 +283,13 @@ where
                 p0: matrix("P(0)^(1/2)", &form.root_p0)?,
             };
             let sigma = SigmaPoints { alpha: form.alpha, beta: form.beta, kappa: form.kappa };
-            let filter = Self::from_factors(form.plant, factors, sigma, form.period, form.substeps)?;
+            let filter = Self::from_factors(
+                form.plant,
+                factors,
+                sigma,
+                form.period,
+                prediction(form.substeps, form.error_controlled),
+            )?;
             match form.gate {
                 Some(gate) => filter.with_gate(gate),
                 None => Ok(filter),

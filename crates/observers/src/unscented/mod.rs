@@ -4,7 +4,7 @@
 //! time
 //! `x+ = f(x, u) + w` with w of covariance W per sample; v_k of covariance V. Means and covariances come from the
 //! images of [sigma points](SigmaPoints), `2 n + 1` evaluations of h at a sample and of f, or of its integral, between
-//! two; no Jacobian is needed. What is stored is the factor S of the covariance, `P = S S'`, which cannot lose symmetry
+//! two. What is stored is the factor S of the covariance, `P = S S'`, which cannot lose symmetry
 //! or definiteness to rounding.
 //!
 //! At a sample the points are those of (xhat, S), and the columns of the images under h form, with those of S, the
@@ -16,11 +16,11 @@
 //! ```
 //!
 //! with the half differences D, half sums E and the centre e0. Between two samples the points are those of (xhat, S) in
-//! discrete time, and their images, with `W^(1/2)`, are rotated into the next S. In continuous time each point moves by
-//! so many steps of the classical Runge-Kutta method, and half of the noise `W h` is added before and half after: the
-//! trapezoidal rule of the integral that the Kalman filter has there, with an error of order h^3.
+//! discrete time, and their images, with `W^(1/2)`, are rotated into the next S. In continuous time each point moves along
+//! the plant, and the noise is that of the extended Kalman filter, `Q = int Phi W Phi' ds` along the centre
+//! ([`Prediction`]): of the plant's derivatives the Jacobian along the centre is needed, and no other.
 //!
-//! For a linear plant in discrete time this is the Kalman filter to rounding. For a nonlinear one it is right to second
+//! For a linear plant this is the Kalman filter to rounding. For a nonlinear one it is right to second
 //! order in the error, where the extended filter is right to first order; there is no theorem of stability for either.
 //!
 //! A factorisation can fail: where the centre's weight is negative (small alpha) its column is taken away, and what is
@@ -37,16 +37,16 @@ mod sigma;
 use core::marker::PhantomData;
 
 use luenberger_plants::error::check_matrix;
-use luenberger_plants::{Column, Plant, Size};
+use luenberger_plants::{Column, Differentiable, Size};
 use nalgebra::allocator::Allocator;
 use nalgebra::{Const, DefaultAllocator, Dim, DimAdd, DimSum, OMatrix, OVector, RealField, U1, convert};
 
 use crate::covariance_filter::CovarianceFilter;
-use crate::dense::{are_finite, times_transpose};
+use crate::dense::{are_finite, times, times_transpose};
 use crate::error::ObserverError;
 use crate::gaussian::{GaussianEstimate, Innovation, NoiseModel, covariance};
 use crate::observer::{ObserverDimensions, SampledObserver, has_rows, put_slice};
-use crate::runge_kutta;
+use crate::transition::{Motion, Prediction, Transition};
 use crate::triangular::{Joint, add, semidefinite_factor, subtract};
 
 use sigma::Images;
@@ -112,8 +112,7 @@ where
     sigma: SigmaPoints,
     weights: Weights<T>,
     h: T,
-    /// Runge-Kutta steps between two samples; none for a plant in discrete time.
-    substeps: Option<usize>,
+    prediction: Prediction,
     gate: Option<T>,
     inputs: PhantomData<M>,
 }
@@ -124,13 +123,15 @@ pub type StaticUnscentedKalmanFilter<S, T, const N: usize, const M: usize, const
 
 impl<S, T: RealField + Copy, N: Dim, M: Dim, P: Dim> UnscentedKalmanFilter<S, T, N, M, P>
 where
-    S: Plant<T, State = OVector<T, N>, Input = OVector<T, M>, Output = OVector<T, P>>,
+    S: Differentiable<T, N, M, P>,
     DefaultAllocator: Size<N, M, P>,
 {
-    /// The filter of `plant`, sampled with period `h`, with `substeps` Runge-Kutta steps between samples.
+    /// The filter of `plant`, sampled with period `h`, with `substeps` Runge-Kutta steps between samples: for a target.
+    /// [`error_controlled`](Self::error_controlled) takes as many as are right.
     ///
-    /// A step costs `2 n + 1` evaluations of h and `4 substeps (2 n + 1)` of f, to leading order
-    /// `9 n^3 + 3 n (n + p)^2` flops of rotations, and about `4 n (n + p)` roots.
+    /// A step costs `2 n + 1` evaluations of h, `4 substeps (2 n + 2)` of f and `4 substeps` of Df, to leading order
+    /// `6 n^3 + 26 substeps n^3 + 3 n (n + p)^2` flops of products and rotations, and about
+    /// `4 n (n + p + substeps n)` roots.
     ///
     /// ```
     /// use luenberger_observers::kalman::NoiseModel;
@@ -166,7 +167,7 @@ where
             v: semidefinite_factor(&covariance("V", noises.v, size.outputs, true)?),
             p0: semidefinite_factor(&covariance("P(0)", noises.p0, size.states, false)?),
         };
-        Self::from_factors(plant, factors, sigma, h, Some(substeps))
+        Self::from_factors(plant, factors, sigma, h, Prediction::RungeKutta(substeps))
     }
 
     /// The filter of a plant in discrete time, `x+ = f(t, x, u) + w`, whose `derivative` is the next state; W is a
@@ -175,11 +176,25 @@ where
     /// # Errors
     /// As [`new`](Self::new).
     pub fn discrete(plant: S, noises: NoiseModel<T, N, P>, sigma: SigmaPoints, h: T) -> Result<Self, ObserverError> {
-        Ok(Self { substeps: None, ..Self::new(plant, noises, sigma, h, 1)? })
+        Ok(Self { prediction: Prediction::Discrete, ..Self::new(plant, noises, sigma, h, 1)? })
+    }
+
+    /// The filter of `plant`, sampled with period `h`, whose prediction controls its error: that of the Kalman filter
+    /// for a plant that is linear between samples, and right for stiff ones. How long a step takes depends on the plant.
+    ///
+    /// # Errors
+    /// As [`new`](Self::new).
+    pub fn error_controlled(
+        plant: S,
+        noises: NoiseModel<T, N, P>,
+        sigma: SigmaPoints,
+        h: T,
+    ) -> Result<Self, ObserverError> {
+        Ok(Self { prediction: Prediction::ErrorControlled, ..Self::new(plant, noises, sigma, h, 1)? })
     }
 
     /// The filter with lower triangular factors in place of the covariances W, V and P(0), as
-    /// [`factors`](Self::factors) has them; without `substeps` of a plant in discrete time.
+    /// [`factors`](Self::factors) has them.
     ///
     /// # Errors
     /// As [`new`](Self::new); [`ObserverError::NotDefinite`] for a diagonal entry that is negative, or of V zero.
@@ -188,7 +203,7 @@ where
         factors: NoiseModel<T, N, P>,
         sigma: SigmaPoints,
         h: T,
-        substeps: Option<usize>,
+        prediction: Prediction,
     ) -> Result<Self, ObserverError> {
         let size = plant.dimensions();
         let NoiseModel { w, v, p0 } = factors;
@@ -201,10 +216,10 @@ where
         if !(h.is_finite() && h > T::zero()) {
             return Err(ObserverError::Period { period: h.to_subset_unchecked() });
         }
-        if substeps == Some(0) {
+        if prediction == Prediction::RungeKutta(0) {
             return Err(ObserverError::Substeps);
         }
-        Ok(Self { plant, factors, sigma, weights, h, substeps, gate: None, inputs: PhantomData })
+        Ok(Self { plant, factors, sigma, weights, h, prediction, gate: None, inputs: PhantomData })
     }
 
     /// The filter that rejects outliers: an output whose innovation is beyond `gate` standard deviations is treated as
@@ -219,9 +234,25 @@ where
         Err(ObserverError::NotPositive { what: "the gate", value: gate.to_subset_unchecked() })
     }
 
-    /// Runge-Kutta steps between two samples; none for a plant in [discrete time](Self::discrete).
+    /// The same filter with another prediction.
+    ///
+    /// # Errors
+    /// [`ObserverError::Substeps`] for no steps.
+    pub fn with_prediction(self, prediction: Prediction) -> Result<Self, ObserverError> {
+        if prediction == Prediction::RungeKutta(0) {
+            return Err(ObserverError::Substeps);
+        }
+        Ok(Self { prediction, ..self })
+    }
+
+    /// How the filter predicts.
+    pub fn prediction(&self) -> Prediction {
+        self.prediction
+    }
+
+    /// Runge-Kutta steps between two samples, where their number is fixed.
     pub fn substeps(&self) -> Option<usize> {
-        self.substeps
+        self.prediction.substeps()
     }
 
     /// The sampling period.
@@ -253,23 +284,6 @@ where
     /// The lower triangular factors of W, V and P(0).
     pub fn factors(&self) -> &NoiseModel<T, N, P> {
         &self.factors
-    }
-
-    /// The root of half of a duration, by which the factor of W enters before and after a motion in continuous time.
-    pub fn half_step_factor(duration: T) -> T {
-        (duration * convert::<f64, T>(0.5)).sqrt()
-    }
-
-    /// The point x at t + duration, by the classical Runge-Kutta method; in discrete time the next state.
-    fn moved(&self, t: T, x: &OVector<T, N>, u: &OVector<T, M>, duration: T) -> OVector<T, N> {
-        let Some(substeps) = self.substeps else { return self.plant.derivative(t, x, u) };
-        let tau = duration / convert::<f64, T>(substeps as f64);
-        let mut x = x.clone();
-        for k in 0..substeps {
-            let now = t + tau * convert::<f64, T>(k as f64);
-            runge_kutta::step_one(now, tau, &mut x, |t, x| self.plant.derivative(t, x, u));
-        }
-        x
     }
 
     /// The measurement that (xhat, S) predicts, and the factor of its joint covariance with the state.
@@ -357,12 +371,12 @@ where
 
 impl<S, T: RealField + Copy, N: DimAdd<U1>, M: Dim, P: Dim> UnscentedKalmanFilter<S, T, N, M, P>
 where
-    S: Plant<T, State = OVector<T, N>, Input = OVector<T, M>, Output = OVector<T, P>>,
+    S: Differentiable<T, N, M, P>,
     DefaultAllocator: Size<N, M, P> + Allocator<N, DimSum<N, U1>>,
 {
     /// From time t to `t + duration`, the input held; for a plant in [discrete time](Self::discrete) to the next
-    /// sample, whatever the duration, which is nonnegative. So many Runge-Kutta steps are taken as between two samples:
-    /// cut a long one.
+    /// sample, whatever the duration, which is nonnegative. A fixed number of Runge-Kutta steps is taken for each
+    /// period or part of one.
     ///
     /// False, with `estimate` unchanged, if the covariance has no factor in floating point: f is not finite at a sigma
     /// point, as for an input that is NaN, or taking the centre away leaves no positive definite matrix; and for
@@ -376,26 +390,19 @@ where
     }
 
     /// The estimate after the prediction, and the covariance of the states before and after it.
-    #[allow(clippy::type_complexity, reason = "estimate, and how to get the cross covariance")]
+    #[allow(clippy::type_complexity, reason = "estimate, cross covariance")]
     fn predicted(
         &self,
         t: T,
         estimate: &SquareRootEstimate<T, N>,
         u: &OVector<T, M>,
         duration: T,
-    ) -> Option<(SquareRootEstimate<T, N>, impl FnOnce() -> Option<OMatrix<T, N, N>> + use<S, T, N, M, P>)> {
+    ) -> Option<(SquareRootEstimate<T, N>, OMatrix<T, N, N>)> {
         if !self.fits(estimate, u) {
             return None;
         }
-        let (xhat, before) = (estimate.estimate(), estimate.factor());
-        let (mut s, mut next) = (before.clone(), self.factors.w.clone());
-        if self.substeps.is_some() {
-            next *= Self::half_step_factor(duration);
-            for k in 0..xhat.nrows() {
-                add(&mut s, &mut next.column(k).into_owned());
-            }
-        }
-        let mut images = Images::of(&xhat, &s, self.weights.distance, |x| self.moved(t, x, u, duration));
+        let (xhat, s) = (estimate.estimate(), estimate.factor());
+        let (mut images, mut next) = self.images(t, (&xhat, &s), u, duration)?;
         let xhat = images.reduce(&self.weights);
         for columns in [&images.minus, &images.plus] {
             for k in 0..xhat.nrows() {
@@ -409,12 +416,57 @@ where
             true
         };
         let is_finite = are_finite(xhat.as_slice()) && are_finite(next.as_slice());
-        let across = move || {
-            // P s^-T D', with s = S in discrete time.
-            let mut gain = times_transpose(&before, &before);
-            s.solve_lower_triangular_mut(&mut gain).then(|| times_transpose(&gain.transpose(), &images.plus))
-        };
-        (is_factor && is_finite).then(|| (SquareRootEstimate::new(&xhat, &next), across))
+        // The half differences D belong to the columns of S.
+        (is_factor && is_finite).then(|| (SquareRootEstimate::new(&xhat, &next), times_transpose(&s, &images.plus)))
+    }
+
+    /// The images of the sigma points after a duration, and the factor of Q.
+    #[allow(clippy::type_complexity, reason = "images, factor")]
+    fn images(
+        &self,
+        t: T,
+        (xhat, s): (&OVector<T, N>, &OMatrix<T, N, N>),
+        u: &OVector<T, M>,
+        duration: T,
+    ) -> Option<(Images<T, N, N>, OMatrix<T, N, N>)> {
+        let Self { plant, prediction, h, .. } = self;
+        let distance = self.weights.distance;
+        let derivative = |t: T, x: &OVector<T, N>| plant.derivative(t, x, u);
+        let field = |t: T, x: &OVector<T, N>| (derivative(t, x), plant.state_jacobian(t, x, u));
+        // Where the next state alone is asked for, Df is not.
+        let unknown = s * T::zero();
+        let alone = |t: T, x: &OVector<T, N>| (derivative(t, x), unknown.clone());
+        let (w, p) = (times_transpose(&self.factors.w, &self.factors.w), times_transpose(s, s));
+        let centre = Motion { field, is_linear: plant.is_linear_between_samples(), w: &w, with_covariance: true };
+        let point = Motion { field: alone, is_linear: false, w: &w, with_covariance: false };
+        let during = (t, duration, *h);
+        match prediction {
+            Prediction::Discrete => {
+                let images = Images::of(xhat, s, distance, |x| derivative(t, x));
+                Some((images, self.factors.w.clone()))
+            }
+            Prediction::RungeKutta(_) => {
+                let count = prediction.steps(duration, *h);
+                let images = Images::of(xhat, s, distance, |x| point.classical(t, duration, count, x).next);
+                Some((images, centre.classical_by_factors((t, duration), count, xhat, &self.factors.w).noise))
+            }
+            Prediction::ErrorControlled => {
+                let Transition { next, phi, noise } = centre.over(*prediction, during, xhat, &p)?;
+                let (is_stiff, nan) = (centre.is_stiff(t, duration, xhat), convert::<f64, T>(f64::NAN));
+                let images = Images::of(xhat, s, distance, |x| {
+                    if centre.is_linear {
+                        return &next + times(&phi, &(x - xhat));
+                    }
+                    let found = if is_stiff {
+                        centre.over(*prediction, during, x, &p)
+                    } else {
+                        point.over(*prediction, during, x, &p)
+                    };
+                    found.map_or_else(|| x * nan, |found| found.next)
+                });
+                Some((images, semidefinite_factor(&noise)))
+            }
+        }
     }
 
     /// Updates estimate and covariance by the measurement y (length p) at time t under the input u; returns the
@@ -529,7 +581,7 @@ where
 
 impl<S, T: RealField + Copy, N: DimAdd<U1>, M: Dim, P: Dim> SampledObserver<T> for UnscentedKalmanFilter<S, T, N, M, P>
 where
-    S: Plant<T, State = OVector<T, N>, Input = OVector<T, M>, Output = OVector<T, P>>,
+    S: Differentiable<T, N, M, P>,
     DefaultAllocator: Size<N, M, P> + Allocator<N, DimSum<N, U1>>,
 {
     type State = SquareRootEstimate<T, N>;
@@ -586,11 +638,11 @@ where
 
 impl<S, T: RealField + Copy, N: DimAdd<U1>, M: Dim, P: Dim> CovarianceFilter<T> for UnscentedKalmanFilter<S, T, N, M, P>
 where
-    S: Plant<T, State = OVector<T, N>, Input = OVector<T, M>, Output = OVector<T, P>>,
+    S: Differentiable<T, N, M, P>,
     DefaultAllocator: Size<N, M, P> + Allocator<N, DimSum<N, U1>>,
 {
     fn is_discrete(&self) -> bool {
-        self.substeps.is_none()
+        self.prediction == Prediction::Discrete
     }
 
     fn covariance_into(&self, state: &Self::State, p: &mut [T]) -> bool {
@@ -616,7 +668,7 @@ where
     fn advance_across(&self, t: T, state: &mut Self::State, u: &Self::Input, duration: T, cross: &mut [T]) -> bool {
         let Some((next, across)) = self.predicted(t, state, u, duration) else { return false };
         *state = next;
-        across().is_some_and(|across| put_slice(across.as_slice(), cross))
+        put_slice(across.as_slice(), cross)
     }
 
     fn rejects_output(&self, t: T, state: &Self::State, u: &Self::Input, y: &Self::Output, output: usize) -> bool {

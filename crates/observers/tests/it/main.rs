@@ -23,6 +23,7 @@ mod numerical_kkl;
 mod on_target;
 mod pendulum;
 #[cfg(feature = "alloc")]
+mod prediction;
 mod pseudo_inverse;
 mod quadrature;
 mod reset;

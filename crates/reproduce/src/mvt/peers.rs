@@ -309,7 +309,7 @@ where
             v: SMatrix::<f64, P, P>::identity() * (noise * noise / 3.0),
             p0: Matrix4::identity() * 4.0,
         };
-        ExtendedKalmanFilter::new(plant, noises, PERIOD, 4)
+        ExtendedKalmanFilter::error_controlled(plant, noises, PERIOD)
     };
     let (filter, noisy_filter) = (filter(NOISE / 30.0)?, filter(NOISE)?);
     // Input and noise jump every 10 ms, and no number of these runs is printed.

@@ -15,6 +15,7 @@
 mod exported;
 mod expressions;
 pub(crate) mod feedback;
+mod fixed_steps;
 mod interval;
 mod kkl;
 mod linear;
@@ -353,6 +354,7 @@ fn around(
         certificate: Some(sampled.certificate.clone()),
         statement,
         remark: "",
+        step_error: String::new(),
     })))
 }
 

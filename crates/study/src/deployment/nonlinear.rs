@@ -7,14 +7,15 @@ use luenberger_export::moving_horizon::MovingHorizon;
 use luenberger_expression::ExpressionPlant;
 use luenberger_observers::high_gain::HighGainMap;
 use luenberger_observers::{
-    DiscreteNonlinearObserver, ExtendedKalmanFilter, InterSampleObserver, Observer, Regression,
+    DiscreteNonlinearObserver, ExtendedKalmanFilter, InterSampleObserver, NoiseModel, Observer, Prediction, Regression,
     SampledNonlinearObserver, SampledObserver, UnscentedKalmanFilter,
 };
 use luenberger_plants::{Differentiable, Plant};
 use luenberger_proof::statement::Format;
 use luenberger_proof::wording::{counted, significant};
-use nalgebra::{DMatrix, DVector};
+use nalgebra::{DMatrix, DVector, Dyn};
 
+use super::fixed_steps::{self, MOST_SUBSTEPS};
 use super::{Evidence, Refusal, of_statement};
 use crate::design::{Designed, PrintedMean, Runnable};
 use crate::maps::{composed, whole};
@@ -24,9 +25,6 @@ use crate::study::{ObserverKind, ObserverSpec, Study};
 /// A step of the Runge-Kutta method is at most this share of the time constant of the fastest mode of the error: its
 /// own error is then below 1e-5 of the change.
 const SHARE: f64 = 0.25;
-
-/// Runge-Kutta steps per period beyond which a design is refused.
-const MOST_SUBSTEPS: usize = 100;
 
 /// An observer of a nonlinear plant with a step for each sample.
 #[derive(Debug, Clone)]
@@ -42,11 +40,14 @@ pub struct NonlinearStep {
     pub statement: Statement,
     /// What else is to be known of the step.
     pub remark: &'static str,
+    /// The error of its fixed steps, measured; empty where there are none.
+    pub step_error: String,
 }
 
 impl NonlinearStep {
     fn uncertified(observer: ExportableObserver, statement: &str) -> Self {
-        Self { observer, initial: None, certificate: None, statement: Statement::of(statement), remark: "" }
+        let statement = Statement::of(statement);
+        Self { observer, initial: None, certificate: None, statement, remark: "", step_error: String::new() }
     }
 
     /// The step of a design: its statement and its certificate are those of the design, and a certificate of a part of
@@ -56,7 +57,7 @@ impl NonlinearStep {
         let measured = if report.verdict == DesignVerdict::MEASURED { "Measured, not proved:" } else { "" };
         let statement = Statement::default().remark(measured).and(&report.statement);
         let certificate = certificate.clone().filter(|_| designed.is_proved());
-        Self { observer, initial: None, certificate, statement, remark: "" }
+        Self { observer, initial: None, certificate, statement, remark: "", step_error: String::new() }
     }
 
     /// What is proved of the step in this format.
@@ -90,10 +91,13 @@ impl NonlinearStep {
                 let statement = self.statement.clone().remark(format!(
                     "The left inverse is {inverse}; between samples a copy of the plant predicts the output."
                 ));
-                return of_statement(title, None, "", &statement, "");
+                let mut evidence = of_statement(title, None, "", &statement, "");
+                evidence.sentences.extend(self.measured());
+                return evidence;
             }
             filter => {
                 let mut sentences = vec![format!("No stability certificate: {}", &*self.statement)];
+                sentences.extend(self.measured());
                 if matches!(filter, ExportableObserver::MovingHorizon(estimator) if estimator.bounds().is_some()) {
                     sentences.push(
                         "The bounds hold for the estimates after a measurement; the exported estimate is the prediction for the next sample, which may violate them.".to_owned(),
@@ -104,9 +108,26 @@ impl NonlinearStep {
         };
         let mut evidence = of_statement(title, self.certificate.as_ref(), of_what, &self.statement, &rest);
         evidence.sentences.extend((!self.remark.is_empty()).then(|| self.remark.to_owned()));
+        evidence.sentences.extend(self.measured());
         evidence
     }
+
+    fn measured(&self) -> Option<String> {
+        (!self.step_error.is_empty()).then(|| self.step_error.clone())
+    }
 }
+
+/// The gate of a filter.
+fn designed_gate(runnable: &Runnable) -> Option<f64> {
+    match runnable {
+        Runnable::ExtendedKalman(filter) => filter.gate(),
+        Runnable::Unscented(filter) => filter.gate(),
+        _ => None,
+    }
+}
+
+/// The step of a filter of a plant with an affine motion.
+const EXACT: &str = "Between samples the plant is linear: the prediction is its exact discretisation, with the input held over the period.";
 
 /// The sampled form of an observer with given maps.
 fn extension(
@@ -139,9 +160,14 @@ fn extension(
         Some(substeps) => substeps,
         None => substeps_of(study, observer, &written, &plant, period)?,
     };
-    let sampled = InterSampleObserver::new(plant, written, period, substeps);
-    let observer = ExportableObserver::Extension(sampled.map_err(|error| (error.to_string(), Vec::new()))?);
-    Ok(NonlinearStep { remark: remark(&designed.runnable), ..NonlinearStep::of(designed, observer) })
+    let sampled = |substeps| {
+        let made = InterSampleObserver::new(plant.clone(), written.clone(), period, substeps);
+        made.map_err(|error| (error.to_string(), Vec::new()))
+    };
+    let (coarse, fine) = (sampled(substeps)?, sampled(2 * substeps)?);
+    let step_error = fixed_steps::sentence((study, observer), &plant, (&coarse, &fine), (substeps, &observer.initial));
+    let exported = ExportableObserver::Extension(coarse);
+    Ok(NonlinearStep { remark: remark(&designed.runnable), step_error, ..NonlinearStep::of(designed, exported) })
 }
 
 /// What the sampled form of an observer has in addition.
@@ -209,10 +235,14 @@ pub(super) fn sampled(
             Some(substeps) => substeps,
             None => substeps_for(study, &plant, &l, &initial, period)?,
         };
-        let observer = SampledNonlinearObserver::new(plant.clone(), l, period, substeps)
-            .map_err(|error| plain(error.to_string()))?;
-        let step = of_design(ExportableObserver::SampledNonlinear(observer));
-        Ok(NonlinearStep { initial: Some(initial), remark, ..step })
+        let copy = |substeps| {
+            SampledNonlinearObserver::new(plant.clone(), l.clone(), period, substeps)
+                .map_err(|error| plain(error.to_string()))
+        };
+        let (coarse, fine) = (copy(substeps)?, copy(2 * substeps)?);
+        let step_error = fixed_steps::sentence((study, observer), &plant, (&coarse, &fine), (substeps, &initial));
+        let step = of_design(ExportableObserver::SampledNonlinear(coarse));
+        Ok(NonlinearStep { initial: Some(initial), remark, step_error, ..step })
     };
     match runnable {
         Runnable::NonlinearLuenberger(designed) => with_gain(designed.l().clone(), observer.initial.clone(), ""),
@@ -234,46 +264,95 @@ pub(super) fn sampled(
             with_gain(l, observer.initial.clone(), "")
         }
         Runnable::ExtendedKalman(filter) => {
-            let noises = filter.noise_model().clone();
-            let period = filter.period();
-            let same = match filter.substeps() {
-                Some(own) => ExtendedKalmanFilter::new(plant, noises, period, substeps.unwrap_or(own)),
-                None => ExtendedKalmanFilter::discrete(plant, noises, period),
+            let (noises, period) = (filter.noise_model().clone(), filter.period());
+            let gated = |filter: ExtendedKalmanFilter<ExpressionPlant, f64, Dyn, Dyn, Dyn>| match designed_gate(runnable) {
+                Some(gate) => filter.with_gate(gate),
+                None => Ok(filter),
             };
-            let same = same.and_then(|same| match filter.gate() {
-                Some(gate) => same.with_gate(gate),
-                None => Ok(same),
-            });
-            let filter = same.map_err(|error| plain(error.to_string()))?;
+            let made = |plant, noises| {
+                ExtendedKalmanFilter::discrete(plant, noises, period)
+                    .and_then(gated)
+                    .map_err(|error| plain(error.to_string()))
+            };
             let statement = "no theorem certifies an extended Kalman filter here.";
-            Ok(NonlinearStep::uncertified(ExportableObserver::Kalman(filter), statement))
+            let of = |filter| NonlinearStep::uncertified(ExportableObserver::Kalman(filter), statement);
+            if filter.prediction() == Prediction::Discrete {
+                return Ok(of(made(plant, noises)?));
+            }
+            if let Some((sampled, w)) = fixed_steps::discretised(&plant, &noises.w, period) {
+                let exact = of(made(sampled, NoiseModel { w, ..noises })?);
+                return Ok(NonlinearStep { step_error: EXACT.to_owned(), ..exact });
+            }
+            let filter = made(plant.clone(), noises)?;
+            let with = |filter: &ExtendedKalmanFilter<_, f64, Dyn, Dyn, Dyn>, prediction| {
+                filter.clone().with_prediction(prediction).unwrap_or_else(|_| filter.clone())
+            };
+            let given = substeps.or(observer.kind.substeps());
+            let steps = fixed_steps::of_filter((study, observer), &plant, &filter, with, given)?;
+            let filter = with(&filter, Prediction::RungeKutta(steps.substeps));
+            Ok(NonlinearStep { step_error: steps.sentence, ..of(filter) })
         }
         Runnable::Unscented(filter) => {
-            let (factors, sigma) = (filter.factors().clone(), filter.sigma_points());
-            let substeps = filter.substeps().map(|own| substeps.unwrap_or(own));
-            let same = UnscentedKalmanFilter::from_factors(plant, factors, sigma, filter.period(), substeps);
-            let same = same.and_then(|same| match filter.gate() {
-                Some(gate) => same.with_gate(gate),
-                None => Ok(same),
-            });
-            let filter = same.map_err(|error| plain(error.to_string()))?;
+            let (factors, sigma, period) = (filter.factors().clone(), filter.sigma_points(), filter.period());
+            let gated = |filter: UnscentedKalmanFilter<ExpressionPlant, f64, Dyn, Dyn, Dyn>| match designed_gate(runnable) {
+                Some(gate) => filter.with_gate(gate),
+                None => Ok(filter),
+            };
+            let made = |plant, factors| {
+                UnscentedKalmanFilter::from_factors(plant, factors, sigma, period, Prediction::Discrete)
+                    .and_then(gated)
+                    .map_err(|error| plain(error.to_string()))
+            };
             let statement = "there is no theorem for an unscented Kalman filter.";
-            Ok(NonlinearStep::uncertified(ExportableObserver::Unscented(filter), statement))
+            let of = |filter| NonlinearStep::uncertified(ExportableObserver::Unscented(filter), statement);
+            if filter.prediction() == Prediction::Discrete {
+                return Ok(of(made(plant, factors)?));
+            }
+            let covariance = |factor: &DMatrix<f64>| factor * factor.transpose();
+            if let Some((sampled, w)) = fixed_steps::discretised(&plant, &covariance(&factors.w), period) {
+                let noises = NoiseModel { w, v: covariance(&factors.v), p0: covariance(&factors.p0) };
+                let exact = UnscentedKalmanFilter::discrete(sampled, noises, sigma, period)
+                    .and_then(gated)
+                    .map_err(|error| plain(error.to_string()))?;
+                return Ok(NonlinearStep { step_error: EXACT.to_owned(), ..of(exact) });
+            }
+            let filter = made(plant.clone(), factors)?;
+            let with = |filter: &UnscentedKalmanFilter<_, f64, Dyn, Dyn, Dyn>, prediction| {
+                filter.clone().with_prediction(prediction).unwrap_or_else(|_| filter.clone())
+            };
+            let given = substeps.or(observer.kind.substeps());
+            let steps = fixed_steps::of_filter((study, observer), &plant, &filter, with, given)?;
+            let filter = with(&filter, Prediction::RungeKutta(steps.substeps));
+            Ok(NonlinearStep { step_error: steps.sentence, ..of(filter) })
         }
         Runnable::MovingHorizon(estimator) => {
             let (noises, horizon, period) =
                 (estimator.noise_model().clone(), estimator.horizon(), estimator.period());
-            let same = match estimator.substeps() {
-                Some(own) => MovingHorizon::new(plant, noises, horizon, period, substeps.unwrap_or(own)),
-                None => MovingHorizon::discrete(plant, noises, horizon, period),
+            let made = |plant, noises| {
+                let same = MovingHorizon::discrete(plant, noises, horizon, period);
+                let same = same.and_then(|same| match estimator.bounds() {
+                    Some((lower, upper)) => same.with_bounds(lower.clone(), upper.clone()),
+                    None => Ok(same),
+                });
+                same.map_err(|error| plain(error.to_string()))
             };
-            let same = same.and_then(|same| match estimator.bounds() {
-                Some((lower, upper)) => same.with_bounds(lower.clone(), upper.clone()),
-                None => Ok(same),
-            });
-            let estimator = same.map_err(|error| plain(error.to_string()))?;
             let statement = "there is no theorem for this moving-horizon estimator.";
-            Ok(NonlinearStep::uncertified(ExportableObserver::MovingHorizon(estimator), statement))
+            let of = |estimator| NonlinearStep::uncertified(ExportableObserver::MovingHorizon(estimator), statement);
+            if estimator.prediction() == Prediction::Discrete {
+                return Ok(of(made(plant, noises)?));
+            }
+            if let Some((sampled, w)) = fixed_steps::discretised(&plant, &noises.w, period) {
+                let exact = of(made(sampled, NoiseModel { w, ..noises })?);
+                return Ok(NonlinearStep { step_error: EXACT.to_owned(), ..exact });
+            }
+            let estimator = made(plant.clone(), noises)?;
+            let with = |estimator: &MovingHorizon<f64>, prediction| {
+                estimator.clone().with_prediction(prediction).unwrap_or_else(|_| estimator.clone())
+            };
+            let given = substeps.or(observer.kind.substeps());
+            let steps = fixed_steps::of_filter((study, observer), &plant, &estimator, with, given)?;
+            let estimator = with(&estimator, Prediction::RungeKutta(steps.substeps));
+            Ok(NonlinearStep { step_error: steps.sentence, ..of(estimator) })
         }
         Runnable::DiscreteNonlinear(designed) => {
             let observer = DiscreteNonlinearObserver::new(plant, designed.l().clone(), period);

@@ -5,6 +5,7 @@ use std::time::Instant;
 use luenberger_design::{
     CubicGain, DesignError, DiscreteDesign, DiscreteLpvDesign, GainOptions, Region, SampledCubicDesign,
 };
+use luenberger_observers::Prediction;
 use luenberger_observers::kalman::{ExtendedKalmanFilter, NoiseModel};
 use luenberger_plants::StateSpace;
 use luenberger_proof::certificate::Reading;
@@ -94,11 +95,11 @@ pub(super) fn design(
         }
         ObserverKind::Unscented(spec) => {
             same(spec.period)?;
-            super::unscented::design(&study.plant.model, spec, None).map_err(explained)?
+            super::unscented::design(&study.plant.model, spec, Prediction::Discrete).map_err(explained)?
         }
         ObserverKind::MovingHorizon(spec) => {
             same(spec.period)?;
-            super::moving_horizon::design(&study.plant.model, spec, None).map_err(explained)?
+            super::moving_horizon::design(&study.plant.model, spec, Prediction::Discrete).map_err(explained)?
         }
         ObserverKind::Lpv { region, rate } => {
             let options = requested.limits.options(study.solver, end);

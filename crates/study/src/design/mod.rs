@@ -38,6 +38,7 @@ use std::time::Instant;
 
 use luenberger_design::numerical_kkl::NumericalKklError;
 use luenberger_design::{Certificate, CubicDesign, DesignError, DiscreteDesign, Fact, GainOptions, LinearDesign};
+use luenberger_observers::Prediction;
 use luenberger_plants::StateSpace;
 use luenberger_proof::Verdict;
 use luenberger_proof::certificate::Reading;
@@ -222,12 +223,12 @@ fn in_words(
         ObserverKind::HighGain { r, chains, alpha, maps: None } => {
             nonlinear::high_gain(explain::chains(study, requested, chains)?, alpha, *r).map_err(explained)
         }
-        ObserverKind::ExtendedKalman { w, v, p0, period, substeps, gate, .. } => {
-            nonlinear::extended_kalman(model, (w, v, p0), *period, *substeps, *gate).map_err(explained)
+        ObserverKind::ExtendedKalman { w, v, p0, period, gate, .. } => {
+            nonlinear::extended_kalman(model, (w, v, p0), *period, *gate).map_err(explained)
         }
-        ObserverKind::Unscented(spec) => unscented::design(model, spec, Some(spec.substeps)).map_err(explained),
+        ObserverKind::Unscented(spec) => unscented::design(model, spec, Prediction::ErrorControlled).map_err(explained),
         ObserverKind::MovingHorizon(spec) => {
-            moving_horizon::design(model, spec, Some(spec.substeps)).map_err(explained)
+            moving_horizon::design(model, spec, Prediction::ErrorControlled).map_err(explained)
         }
         ObserverKind::Kkl(spec) => kkl_maps::kkl(model, spec, &study.plant.reading()).map_err(explained),
         ObserverKind::ImmersionInvariance(spec) => {

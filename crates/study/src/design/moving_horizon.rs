@@ -1,6 +1,6 @@
 //! Moving-horizon estimators.
 
-use luenberger_observers::{MovingHorizonEstimator, NoiseModel};
+use luenberger_observers::{MovingHorizonEstimator, NoiseModel, Prediction};
 use luenberger_proof::wording::counted;
 use nalgebra::DVector;
 
@@ -11,14 +11,12 @@ use crate::results::{DesignReport, Statement};
 use crate::runnable::Runnable;
 use crate::study::MovingHorizonSpec;
 
-/// The estimator of a plant in continuous time, or without `substeps` in discrete time.
-pub(super) fn design(model: &Model, spec: &MovingHorizonSpec, substeps: Option<usize>) -> Result<Designed, Misfit> {
+/// The estimator of a plant in continuous or in discrete time.
+pub(super) fn design(model: &Model, spec: &MovingHorizonSpec, prediction: Prediction) -> Result<Designed, Misfit> {
     let MovingHorizonSpec { w, v, p0, period, horizon, bounds, .. } = spec;
     let noises = NoiseModel { w: w.clone(), v: v.clone(), p0: p0.clone() };
-    let mut estimator = match substeps {
-        Some(substeps) => MovingHorizonEstimator::new(model.clone(), noises, *horizon, *period, substeps)?,
-        None => MovingHorizonEstimator::discrete(model.clone(), noises, *horizon, *period)?,
-    };
+    let mut estimator =
+        MovingHorizonEstimator::discrete(model.clone(), noises, *horizon, *period)?.with_prediction(prediction)?;
     let mut bounded = String::new();
     if let Some(bounds) = bounds {
         let (lower, upper): (Vec<f64>, Vec<f64>) = bounds.iter().copied().unzip();

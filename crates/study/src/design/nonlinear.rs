@@ -248,11 +248,10 @@ pub(super) fn extended_kalman(
     model: &Model,
     (w, v, p0): (&DMatrix<f64>, &DMatrix<f64>, &DMatrix<f64>),
     period: f64,
-    substeps: usize,
     gate: Option<f64>,
 ) -> Result<Designed, Misfit> {
     let noises = NoiseModel { w: w.clone(), v: v.clone(), p0: p0.clone() };
-    extended_report(ExtendedKalmanFilter::new(model.clone(), noises, period, substeps)?, (w, v, p0), period, gate)
+    extended_report(ExtendedKalmanFilter::error_controlled(model.clone(), noises, period)?, (w, v, p0), period, gate)
 }
 
 /// An extended Kalman filter with its gate, in numbers and words.

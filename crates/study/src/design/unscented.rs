@@ -1,6 +1,6 @@
 //! Unscented Kalman filters.
 
-use luenberger_observers::{NoiseModel, UnscentedKalmanFilter};
+use luenberger_observers::{NoiseModel, Prediction, UnscentedKalmanFilter};
 
 use super::explain::Misfit;
 use super::{Designed, matrix, number, uncertified};
@@ -9,14 +9,12 @@ use crate::results::{DesignReport, Statement};
 use crate::runnable::Runnable;
 use crate::study::UnscentedSpec;
 
-/// The filter of a plant in continuous time, or without `substeps` in discrete time.
-pub(super) fn design(model: &Model, spec: &UnscentedSpec, substeps: Option<usize>) -> Result<Designed, Misfit> {
+/// The filter of a plant in continuous or in discrete time.
+pub(super) fn design(model: &Model, spec: &UnscentedSpec, prediction: Prediction) -> Result<Designed, Misfit> {
     let UnscentedSpec { w, v, p0, sigma, period, gate, .. } = spec;
     let noises = NoiseModel { w: w.clone(), v: v.clone(), p0: p0.clone() };
-    let mut filter = match substeps {
-        Some(substeps) => UnscentedKalmanFilter::new(model.clone(), noises, *sigma, *period, substeps)?,
-        None => UnscentedKalmanFilter::discrete(model.clone(), noises, *sigma, *period)?,
-    };
+    let mut filter =
+        UnscentedKalmanFilter::discrete(model.clone(), noises, *sigma, *period)?.with_prediction(prediction)?;
     let mut gated = String::new();
     if let Some(gate) = gate {
         filter = filter.with_gate(*gate)?;

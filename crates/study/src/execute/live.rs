@@ -6,7 +6,7 @@ use luenberger_live::{
     Sensor, StoredNoise, StoredObserver, StoredPlant, Table, Truth,
 };
 use luenberger_observers::sliding_mode::Discretisation;
-use luenberger_observers::{ComparisonSystem, DeviationObserver, SampledCubicObserver, SampledObserver};
+use luenberger_observers::{ComparisonSystem, DeviationObserver, Prediction, SampledCubicObserver, SampledObserver};
 use luenberger_plants::StateSpace;
 use luenberger_proof::certificate::{ProvedTheorem, Theorem};
 use luenberger_sim::{Integrator, SampleInterpolation};
@@ -244,8 +244,8 @@ fn observer(study: &Study, member: &Member<'_>) -> Option<StoredObserver> {
             let noises = filter.noise_model();
             let period = SampledObserver::<f64>::period(filter.as_ref());
             let [w, v, p0] = [&noises.w, &noises.v, &noises.p0].map(rows);
-            let (substeps, gate) = (filter.substeps(), filter.gate());
-            (ObserverKind::Kalman { w, v, p0, period, substeps, gate }, None)
+            let (discrete, gate) = (filter.prediction() == Prediction::Discrete, filter.gate());
+            (ObserverKind::Kalman { w, v, p0, period, discrete, gate }, None)
         }
         _ => return None,
     };

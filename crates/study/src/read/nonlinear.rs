@@ -10,7 +10,7 @@ use super::region::bounds;
 use super::tree::Node;
 use super::{Reader, check, maps};
 use crate::model::PlantModel;
-use crate::study::{HORIZON, MovingHorizonSpec, ObserverKind, PrintedMean, SUBSTEPS, SlidingModeSpec};
+use crate::study::{HORIZON, MovingHorizonSpec, ObserverKind, PrintedMean, SlidingModeSpec};
 
 /// The keys that the filters have in common.
 pub(super) struct Filter {
@@ -18,7 +18,7 @@ pub(super) struct Filter {
     pub(super) v: DMatrix<f64>,
     pub(super) p0: DMatrix<f64>,
     pub(super) period: f64,
-    pub(super) substeps: usize,
+    pub(super) substeps: Option<usize>,
     pub(super) gate: Option<f64>,
     pub(super) smooth: bool,
 }
@@ -33,7 +33,7 @@ pub(super) fn filter(node: &Node, size: Dimensions, reader: &mut Reader) -> Opti
         Some(p0) => reader.weight(p0, "p0", n, &of_states),
         None => Some(DMatrix::identity(n, n)),
     };
-    let substeps = node.get("substeps").map_or(Some(SUBSTEPS), Node::count)?;
+    let substeps = node.given("substeps", Node::count)?;
     let gate = node.given("gate", Node::number)?;
     let smooth = node.get("smooth").and_then(Node::truth).unwrap_or(false);
     let period = node.get("period")?.number()?;

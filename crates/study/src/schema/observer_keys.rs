@@ -47,8 +47,11 @@ pub(super) const PERIOD: Key = required("period", Kind::Number(Range::Positive),
 
 pub(super) const P0: Key =
     optional("p0", Kind::Weight, "Covariance of the initial error, n x n (default: the identity).");
-pub(super) const SUBSTEPS: Key =
-    optional("substeps", Kind::Count(1), "Runge-Kutta steps per sampling period (default 4).");
+pub(super) const SUBSTEPS: Key = optional(
+    "substeps",
+    Kind::Count(1),
+    "Runge-Kutta steps per sampling period in exported code (default: as many as their error needs). Elsewhere the prediction controls its error.",
+);
 pub(super) const GATE: Key = optional(
     "gate",
     Kind::Number(Range::Positive),

@@ -99,6 +99,16 @@ impl ObserverKind {
         }
     }
 
+    /// The Runge-Kutta steps per period that a study asks of the exported step.
+    pub fn substeps(&self) -> Option<usize> {
+        match self {
+            Self::ExtendedKalman { substeps, .. } => *substeps,
+            Self::Unscented(spec) => spec.substeps,
+            Self::MovingHorizon(spec) => spec.substeps,
+            _ => None,
+        }
+    }
+
     /// Whether estimates on a log are smoothed.
     pub fn smooths(&self) -> bool {
         match self {

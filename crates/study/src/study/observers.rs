@@ -259,8 +259,8 @@ pub enum ObserverKind {
         p0: DMatrix<f64>,
         /// The sampling period.
         period: f64,
-        /// Runge-Kutta steps per sampling period.
-        substeps: usize,
+        /// Runge-Kutta steps per sampling period on a target; none for as many as their error needs.
+        substeps: Option<usize>,
         /// How many standard deviations an innovation may have; none for no limit.
         gate: Option<f64>,
         /// Whether estimates on a log are smoothed.
@@ -337,22 +337,19 @@ pub struct UnscentedSpec {
     pub sigma: luenberger_observers::SigmaPoints,
     /// The sampling period.
     pub period: f64,
-    /// Runge-Kutta steps per sampling period.
-    pub substeps: usize,
+    /// Runge-Kutta steps per sampling period on a target; none for as many as their error needs.
+    pub substeps: Option<usize>,
     /// How many standard deviations an innovation may have; none for no limit.
     pub gate: Option<f64>,
     /// Whether estimates on a log are smoothed.
     pub smooth: bool,
 }
 
-/// Runge-Kutta steps per sampling period, where none are given.
-pub(crate) const SUBSTEPS: usize = 4;
-
 impl UnscentedSpec {
     /// The filter for noise of intensity W and covariance V, with P(0) = I and the usual sigma points.
     pub fn new(w: DMatrix<f64>, v: DMatrix<f64>, period: f64) -> Self {
         let (p0, sigma) = (DMatrix::identity(w.nrows(), w.nrows()), luenberger_observers::SigmaPoints::default());
-        Self { w, v, p0, sigma, period, substeps: SUBSTEPS, gate: None, smooth: false }
+        Self { w, v, p0, sigma, period, substeps: None, gate: None, smooth: false }
     }
 }
 
@@ -367,8 +364,8 @@ pub struct MovingHorizonSpec {
     pub p0: DMatrix<f64>,
     /// The sampling period.
     pub period: f64,
-    /// Runge-Kutta steps per sampling period.
-    pub substeps: usize,
+    /// Runge-Kutta steps per sampling period on a target; none for as many as their error needs.
+    pub substeps: Option<usize>,
     /// Samples in the window, and Gauss-Newton steps at each.
     pub horizon: luenberger_observers::Horizon,
     /// Bounds of the states, if there are some; infinite ones are none.
@@ -382,7 +379,7 @@ impl MovingHorizonSpec {
     /// The estimator for noise of intensity W and covariance V, with P(0) = I, a window of ten samples and no bounds.
     pub fn new(w: DMatrix<f64>, v: DMatrix<f64>, period: f64) -> Self {
         let p0 = DMatrix::identity(w.nrows(), w.nrows());
-        Self { w, v, p0, period, substeps: SUBSTEPS, horizon: HORIZON, bounds: None }
+        Self { w, v, p0, period, substeps: None, horizon: HORIZON, bounds: None }
     }
 }
 

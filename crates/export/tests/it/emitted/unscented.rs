@@ -1,11 +1,11 @@
 //! UnscentedKalmanFilter of 2 states, 1 inputs and 1 outputs, one step per sample.
 //!
 //!
-//! SHA-256 of the numbers: 77361c3f4806304fcebda5685b35ffd04e56c2634af30ca0df676c9555b6602d
+//! SHA-256 of the numbers: 1e8541acd1f5dbc55523be186b7b803a5ad3942c3a3e11383a9eb1b733105ce8
 pub use luenberger_observers;
 
 use luenberger_observers::nalgebra::{SMatrix, SVector};
-use luenberger_observers::{NoiseModel, SigmaPoints, UnscentedKalmanFilter, StaticUnscentedKalmanFilter, ObserverError};
+use luenberger_observers::{NoiseModel, Prediction, SigmaPoints, UnscentedKalmanFilter, StaticUnscentedKalmanFilter, ObserverError};
 
 /// The observer, with its sizes and its scalar.
 pub type Observer = StaticUnscentedKalmanFilter<Model, f32, 2, 1, 1>;
@@ -26,7 +26,7 @@ pub fn observer() -> Result<Observer, ObserverError> {
     let p0 = SMatrix::<f32, 2, 2>::from_row_slice(&[1.0, 0.0, 0.0, 1.4142135]);
     let factors = NoiseModel { w, v, p0 };
     let sigma = SigmaPoints { alpha: 0.5, beta: 2.0, kappa: 0.0 };
-    UnscentedKalmanFilter::from_factors(Model, factors, sigma, 0.0625, Some(2))?.with_gate(3.0)
+    UnscentedKalmanFilter::from_factors(Model, factors, sigma, 0.0625, Prediction::RungeKutta(2))?.with_gate(3.0)
 }
 
 /// The plant x' = f(t, x, u), y = h(t, x, u), or x+ = f(t, x, u) in discrete time.
