@@ -155,7 +155,7 @@ where
         if iterations == 0 {
             return Err(ObserverError::Table { what: "Gauss-Newton steps", expected: 1, found: 0 });
         }
-        let layout = Layout { n: size.states, m: size.inputs, p: size.outputs, stages: window };
+        let layout = Layout { n: size.states, m: size.inputs, p: size.outputs, stages: window, joins: false };
         if let Some(found) = D::try_to_usize().filter(|found| *found != layout.len()) {
             let what = "the dimension of the state of the estimator";
             return Err(ObserverError::Table { what, expected: layout.len(), found });
@@ -207,6 +207,21 @@ where
             }
         }
         Ok(Self { bounds: Some((lower, upper)), ..self })
+    }
+
+    /// The estimator that joins predictions without a measurement between them into one, linearised where they were
+    /// made: the window then counts samples with a measurement, as for a log with more rows of inputs than of outputs.
+    /// Bounds hold at these samples. The state is longer by `window (1 + 2 n (n + 1))` numbers.
+    ///
+    /// # Errors
+    /// [`ObserverError::Table`] for a length D of the state that is fixed.
+    pub fn with_joined_predictions(self) -> Result<Self, ObserverError> {
+        let layout = Layout { joins: true, ..self.layout };
+        if let Some(found) = D::try_to_usize() {
+            let what = "the dimension of the state of the estimator";
+            return Err(ObserverError::Table { what, expected: layout.len(), found });
+        }
+        Ok(Self { layout, ..self })
     }
 
     /// Window and iterations.
@@ -281,6 +296,48 @@ where
             x,
             p,
         )
+    }
+
+    /// The way from x at a stage of the window to the next one.
+    fn way(&self, state: &[T], stage: usize, x: &OVector<T, N>, p: &OMatrix<T, N, N>) -> Option<Transition<T, N>> {
+        if self.layout.joins && self.number(state, stage, Part::IsJoined) != T::zero() {
+            let order = x.shape_generic().0;
+            let [phi, noise] = [Part::Forward, Part::Noise].map(|part| {
+                let entries = &state[self.layout.part(stage, part)];
+                OMatrix::<T, N, N>::from_fn_generic(order, order, |i, j| entries[i + j * self.layout.n])
+            });
+            let [from, to] = [Part::From, Part::To].map(|part| self.column(order, state, stage, part));
+            let next = to + times(&phi, &(x - from));
+            return Some(Transition { next, phi, noise });
+        }
+        let (u, t) = (self.input(state, stage), self.number(state, stage, Part::Time));
+        self.linearised((t, self.number(state, stage, Part::Duration)), x, p, &u)
+    }
+
+    /// Joins a way to those that led to the last stage, which measured nothing: into the way from the stage before it,
+    /// or into the arrival cost.
+    fn join(&self, state: &mut [T], way: &Transition<T, N>) -> Option<()> {
+        let (order, n, layout) = (self.noises.w.shape_generic().0, self.layout.n, self.layout);
+        let last = layout.count(state) - 1;
+        let square = |entries: &[T]| OMatrix::<T, N, N>::from_fn_generic(order, order, |i, j| entries[i + j * n]);
+        let Some(before) = last.checked_sub(1) else {
+            let p = square(&state[layout.prior_covariance()]);
+            let (mean, x) = (&state[layout.prior_mean()], self.column(order, state, 0, Part::State));
+            let mean = OVector::<T, N>::from_fn_generic(order, U1, |i, _| mean[i]);
+            let mean = &way.next + times(&way.phi, &(mean - x));
+            state[layout.prior_mean()].copy_from_slice(mean.as_slice());
+            state[layout.prior_covariance()].copy_from_slice(way.spread(&p).as_slice());
+            return Some(());
+        };
+        let x = self.column(order, state, before, Part::State);
+        let first = self.way(state, before, &x, &self.noises.p0)?;
+        let (phi, noise) = (times(&way.phi, &first.phi), way.spread(&first.noise));
+        state[layout.part(before, Part::From)].copy_from_slice(x.as_slice());
+        state[layout.part(before, Part::To)].copy_from_slice(way.next.as_slice());
+        state[layout.part(before, Part::Forward)].copy_from_slice(phi.as_slice());
+        state[layout.part(before, Part::Noise)].copy_from_slice(noise.as_slice());
+        state[layout.part(before, Part::IsJoined)].fill(T::one());
+        Some(())
     }
 
     /// A column of a stage.
@@ -367,9 +424,7 @@ where
                 self.bounded(&barrier[i], mu, &mut stages[i])?;
             }
             if i + 1 < count {
-                let (u, t) = (self.input(state, i), self.number(state, i, Part::Time));
-                let during = (t, self.number(state, i, Part::Duration));
-                let way = self.linearised(during, &x[i], &stages[i].covariance, &u)?;
+                let way = self.way(state, i, &x[i], &stages[i].covariance)?;
                 let mean = &way.next + times(&way.phi, &(&stages[i].mean - &x[i]));
                 let p = way.spread(&stages[i].covariance);
                 stages[i].forward = way.phi;
@@ -418,8 +473,7 @@ where
         );
         let x = self.column(order, state, 0, Part::State);
         self.measured(state, 0, &x, &mut first)?;
-        let (u, t) = (self.input(state, 0), self.number(state, 0, Part::Time));
-        let way = self.linearised((t, self.number(state, 0, Part::Duration)), &x, &first.covariance, &u)?;
+        let way = self.way(state, 0, &x, &first.covariance)?;
         let mean = &way.next + times(&way.phi, &(&first.mean - &x));
         let p = way.spread(&first.covariance);
         state[layout.prior_mean()].copy_from_slice(mean.as_slice());
@@ -522,7 +576,11 @@ where
         if !(are_finite(next.as_slice()) && are_finite(p.as_slice())) {
             return None;
         }
-        if count == layout.stages {
+        let measured = entries[layout.part(last, Part::Measured)].iter().any(|flag| *flag != T::zero());
+        if layout.joins && !measured {
+            self.join(entries, &way)?;
+            count -= 1;
+        } else if count == layout.stages {
             self.forget(entries)?;
             count -= 1;
         }
@@ -531,6 +589,9 @@ where
         entries[layout.part(count, Part::State)].copy_from_slice(next.as_slice());
         entries[layout.part(count, Part::Measured)].fill(T::zero());
         entries[layout.part(count, Part::Output)].fill(T::zero());
+        if layout.joins {
+            entries[layout.part(count, Part::IsJoined)].fill(T::zero());
+        }
         layout.set_count(entries, count + 1);
         Some(moved)
     }

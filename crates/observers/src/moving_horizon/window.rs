@@ -1,7 +1,9 @@
 //! The state of a moving-horizon estimator as one column of numbers.
 //!
 //! `xhat, P (by columns), count, prior mean, prior covariance (by columns)`, and then for each stage of the window, the
-//! oldest first, `x, u, y, measured (1 or 0 for each output), t, duration`.
+//! oldest first, `x, u, y, measured (1 or 0 for each output), t, duration`. Where predictions without a measurement between
+//! them are joined, then whether the way to the next stage is a joined one, the state from which it starts, where it
+//! leads, and its A and Q by columns.
 
 use nalgebra::{RealField, convert};
 
@@ -12,6 +14,8 @@ pub(super) struct Layout {
     pub(super) m: usize,
     pub(super) p: usize,
     pub(super) stages: usize,
+    /// Whether predictions without a measurement between them are joined.
+    pub(super) joins: bool,
 }
 
 /// Where a stage has its numbers.
@@ -23,6 +27,14 @@ pub(super) enum Part {
     Measured,
     Time,
     Duration,
+    /// 1 where the way to the next stage is joined of several predictions.
+    IsJoined,
+    /// The state from which a joined way starts, and where it leads.
+    From,
+    To,
+    /// A and Q of a joined way.
+    Forward,
+    Noise,
 }
 
 impl Layout {
@@ -31,7 +43,8 @@ impl Layout {
     }
 
     const fn stage(self) -> usize {
-        self.n + self.m + 2 * self.p + 2
+        let joined = if self.joins { 1 + 2 * (self.n + self.n * self.n) } else { 0 };
+        self.n + self.m + 2 * self.p + 2 + joined
     }
 
     /// All numbers.
@@ -79,6 +92,11 @@ impl Layout {
             Part::Measured => (n + m + p, p),
             Part::Time => (n + m + 2 * p, 1),
             Part::Duration => (n + m + 2 * p + 1, 1),
+            Part::IsJoined => (n + m + 2 * p + 2, 1),
+            Part::From => (n + m + 2 * p + 3, n),
+            Part::To => (2 * n + m + 2 * p + 3, n),
+            Part::Forward => (3 * n + m + 2 * p + 3, n * n),
+            Part::Noise => (3 * n + n * n + m + 2 * p + 3, n * n),
         };
         let start = self.head() + stage * self.stage() + offset;
         start..start + length
@@ -96,5 +114,5 @@ impl Layout {
 /// Length of the estimator's state for these numbers of states, inputs and outputs and this window length:
 /// `2 n (n + 1) + 1 + window (n + m + 2 p + 2)`.
 pub const fn state_length(states: usize, inputs: usize, outputs: usize, window: usize) -> usize {
-    Layout { n: states, m: inputs, p: outputs, stages: window }.len()
+    Layout { n: states, m: inputs, p: outputs, stages: window, joins: false }.len()
 }

@@ -10,6 +10,7 @@ use luenberger_observers::{
 use luenberger_plants::{Differentiable, StaticPlant, double_integrator, plant};
 use nalgebra::{
     Const, DMatrix, DVector, Dyn, Matrix1, Matrix2, Matrix3, RowVector2, SMatrix, SVector, Vector1, Vector2, Vector3,
+    dmatrix, dvector,
 };
 use proptest::prelude::*;
 
@@ -250,4 +251,46 @@ fn bad_data_are_errors() {
         Err(ObserverError::Box { axis: 1, lower: 1.0, upper: 1.0 })
     ));
     assert!(estimator.with_bounds(Vector2::repeat(f64::NAN), Vector2::zeros()).is_err());
+}
+
+/// A log with rows of inputs between those of a sensor: joined predictions are one way, and the window counts samples.
+/// On a linear plant the estimate is that of the Kalman filter for every window; without joining, four stages span
+/// three rows, and the estimator of a nonlinear plant forgets what its window should hold.
+#[test]
+fn predictions_without_a_measurement_are_joined() {
+    type Moving<S> = MovingHorizonEstimator<S, f64, Dyn, Dyn, Dyn, Dyn, 4>;
+    let plant = double_integrator().to_dynamic();
+    let noises = || NoiseModel::<f64, Dyn, Dyn> {
+        w: dmatrix![0.1, 0.02; 0.02, 0.3],
+        v: dmatrix![0.04],
+        p0: DMatrix::identity(2, 2),
+    };
+    let horizon = Horizon { window: 4, iterations: 1 };
+    let plain = Moving::error_controlled(plant.clone(), noises(), horizon, 0.02).unwrap();
+    let joined = plain.clone().with_joined_predictions().unwrap();
+    let kalman = ExtendedKalmanFilter::error_controlled(plant, noises(), 0.02).unwrap();
+    let start = dvector![0.3, -0.2];
+    let (u, none) = (dvector![0.0], dvector![0.0]);
+    let mut exact = kalman.initial(0.0, &start, &u, &none);
+    let mut state = joined.initial(0.0, &start, &u, &none);
+    // What was measured counts; between two measurements lie five to fifty rows, and thirty before the first.
+    let mut next = 30;
+    let mut samples = 0;
+    for k in 0..600 {
+        let t = 0.02 * f64::from(k);
+        let u = dvector![(3.0 * t).sin()];
+        if k == next {
+            let y = dvector![t.sin()];
+            kalman.measure(t, &mut exact, &u, &y, &[true]).unwrap();
+            joined.measure(t, &mut state, &u, &y, &[true]).unwrap();
+            next += 5 + (k * 7) % 46;
+            samples += 1;
+        }
+        assert!(kalman.advance(t, &mut exact, &u, 0.02));
+        assert!(joined.advance(t, &mut state, &u, 0.02));
+        assert!((exact.estimate() - joined.estimate(&state)).amax() < 1e-11, "{k}");
+        assert!((exact.covariance() - joined.covariance(&state)).amax() < 1e-11, "{k}");
+    }
+    assert!(samples > 15);
+    assert!(plain.initial(0.0, &start, &u, &none).len() < state.len());
 }

@@ -173,7 +173,11 @@ impl Runnable {
             // As filters they also record their covariances.
             Self::ExtendedKalman(filter) => replay.filter(name, filter.as_ref().clone(), initial),
             Self::Unscented(filter) => replay.filter(name, filter.as_ref().clone(), initial),
-            Self::MovingHorizon(filter) => replay.filter(name, filter.as_ref().clone(), initial),
+            Self::MovingHorizon(filter) => {
+                // Rows that measure nothing are no samples of the window.
+                let filter = filter.as_ref().clone();
+                replay.filter(name, filter.clone().with_joined_predictions().unwrap_or(filter), initial)
+            }
             Self::VaryingPeriods(varying) => replay.corrected_observer(name, varying.observer.as_ref(), initial),
             _ => replay.any_observer(name, self.any(), initial),
         }
